@@ -1,0 +1,71 @@
+// The memory image of one RVE between calls: a header and arrays in one piece of memory, the same bytes on CPU and GPU.
+// Plain data, outside of the instruction-set namespaces: it crosses their border.
+
+#ifndef RVE_ALGORITHM_IMAGE_H
+#define RVE_ALGORITHM_IMAGE_H
+
+#include <cstdint>
+
+namespace rve {
+
+/// Pairs that one grain owns at most; planar contact graphs have at most three pairs per grain. What does not fit goes to
+/// the list of extra pairs.
+constexpr int kOwnedPairs = 3;
+
+struct ImageHeader {
+  std::int32_t num_grains;
+  std::int32_t num_extra;           ///< pairs beyond the owned ones
+  std::int32_t extra_capacity;
+  std::int32_t list_valid;          ///< 0: build the list before the first step
+  double cell[4];                   ///< H [length]
+  double deformation[4];            ///< F since the packing was made
+  double list_cell[4];              ///< H when the list was built
+  double servo_velocity_gradient[4];
+  double normal_stiffness, tangential_stiffness, friction, density, local_damping;
+  double normal_viscosity, tangential_viscosity, thickness, mass_depth;
+  double largest_radius, mean_radius, solid_area;
+  double largest_contact_force;     ///< of the last call; sets the force scale
+  std::int64_t steps, rebuilds, lattice_reductions, repeats;
+  double work, friction_loss, damping_loss, viscous_loss;
+};
+
+/// What one RVE shall do in one call, as the device reads it.
+struct DriveRecord {
+  double dt;
+  std::int32_t substeps;
+  std::int32_t segments;
+  double deformation[4], rotation[4], stretch[4];
+  std::int32_t controlled[4];
+  double stress_goal[4], velocity_gradient[4];
+  double servo_gain, servo_max_rate;
+};
+
+/// What an RVE answers. After a fatal status `status`, the `needed_` sizes and the copy of the (unchanged) header hold.
+struct ResultRecord {
+  std::uint32_t status;
+  std::int32_t needed_extra;    ///< extra pairs that a rebuild wanted to store
+  std::int32_t needed_pairs;    ///< pairs that a rebuild found
+  std::int32_t num_contacts, num_sliding, num_pairs;
+  std::int32_t num_rattlers, num_single;    ///< grains with fewer than two contacts; with exactly one
+  double stress[4], fabric[4];
+  double grain_force_sum, contact_force_sum;
+  double largest_overlap, overlap_sum, smallest_radius_overlap;
+  double kinetic_energy, elastic_energy, largest_contact_force;
+  // copied from the header after the call
+  std::int32_t num_grains;
+  double solid_area;
+  double cell[4], deformation[4], servo_velocity_gradient[4];
+  std::int64_t steps, rebuilds, lattice_reductions, repeats;
+  double work, friction_loss, damping_loss, viscous_loss;
+};
+
+/// Constants of the batch.
+struct BatchConstants {
+  double skin;             ///< [length]; 0: a share of the mean radius
+  double overlap_limit;    ///< overlap / smaller radius
+  double velocity_arm;     ///< 1/2 contact point, 0 LAMMPS
+};
+
+}    // namespace rve
+
+#endif

@@ -1,0 +1,26 @@
+// What a function needs to run on both sides, and the namespace that keeps two builds of it apart.
+//
+// The host engine is compiled twice, for the baseline instruction set and for x86-64-v3, and chosen at run time. Everything
+// that may be inlined into those two builds lives in the inline namespace RVE_ISA, so that the linker can never hand the
+// code of one instruction set to the other. Plain data that crosses the border is declared outside of it.
+
+#ifndef RVE_CORE_CONFIG_H
+#define RVE_CORE_CONFIG_H
+
+#ifndef RVE_ISA
+#define RVE_ISA portable
+#endif
+
+#if defined(__CUDACC__)
+#define RVE_HD __host__ __device__
+#else
+#define RVE_HD
+#endif
+
+#if defined(__CUDACC__)
+#define RVE_INLINE __host__ __device__ __forceinline__
+#else
+#define RVE_INLINE inline __attribute__((always_inline))
+#endif
+
+#endif

@@ -1,0 +1,64 @@
+// What both backends share: the table of RVEs, input checks, the translation between the public structs and the records
+// that the block program reads, and the repetition of calls whose lists or force scale did not suffice.
+
+#ifndef RVE_ENGINE_BATCH_ENGINE_H
+#define RVE_ENGINE_BATCH_ENGINE_H
+
+#include "rve/algorithm/image.h"
+#include "rve/engine/engine.h"
+
+namespace rve {
+
+/// Memory image of a state (algorithm/image.h) in the number format of the engine.
+struct StateImage {
+  int num_grains = 0;
+  int extra_capacity = 0;
+  std::vector<char> bytes;
+};
+
+/// Builds the image; its extra list holds at least `extra_capacity` pairs and all that the state brings.
+StateImage build_image(Format format, const RveState &state, int extra_capacity);
+/// The state that an image holds, exact.
+RveState read_image(Format format, const StateImage &image);
+std::size_t image_bytes(Format format, int num_grains, int extra_capacity);
+/// Extra pairs that an RVE gets room for at first; the list grows when it needs more.
+int initial_extra_capacity(int num_grains);
+
+class BatchEngine : public Engine {
+ public:
+  explicit BatchEngine(const Options &options);
+
+  int add(const RveState &state) override;
+  void remove(int rve) override;
+  int size() const override;
+  RveState state(int rve) const override;
+  void set_material(int rve, const Material &material) override;
+  void advance(const std::vector<int> &rves, const std::vector<Drive> &drives, std::vector<Result> &results) override;
+  std::size_t bytes_per_rve(int num_grains) const override;
+
+ protected:
+  /// Where the image of an RVE lives is the backend's business. `rve` is free on put and used otherwise.
+  virtual void put_image(int rve, const StateImage &image) = 0;
+  virtual StateImage get_image(int rve) const = 0;
+  virtual void drop_image(int rve) = 0;
+  virtual void put_header(int rve, const ImageHeader &header) = 0;
+  virtual ImageHeader get_header(int rve) const = 0;
+  /// Runs the block program once for each RVE, with workspaces for at least `pair_capacity` pairs of `largest` grains.
+  virtual void launch(const std::vector<int> &rves, const std::vector<DriveRecord> &drives, int largest, int pair_capacity,
+                      std::vector<ResultRecord> &results) = 0;
+
+  const Options options;
+  const BatchConstants constants;
+
+ private:
+  void check_slot(int rve) const;
+  void prepare_repeat(int rve, const ResultRecord &result);
+
+  std::vector<int> grains_of;    ///< by RVE; 0: the number is free
+  std::vector<int> free_numbers;
+  int pairs_per_grain = 4;       ///< capacity of the workspaces, grows on demand
+};
+
+}    // namespace rve
+
+#endif

@@ -1,0 +1,91 @@
+#include "rve/engine/contact_network.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rve {
+
+namespace {
+
+  constexpr double TWO_TO_64 = 18446744073709551616.0;
+
+  // Grains binned by fractional coordinate; a bin is at least one largest contact distance wide.
+  struct Bins {
+    int count[2];
+    std::vector<std::vector<int>> grains;
+
+    Bins(const RveState &state, double contact_distance)
+    {
+      constexpr int MOST_BINS = 1024;    // per axis: more would be empty for any N a cell of this kind holds
+      for (int a = 0; a < 2; ++a) {
+        const double width =
+            state.cell_area() / std::hypot(state.cell(0, 1 - a), state.cell(1, 1 - a));
+        count[a] = static_cast<int>(std::min<double>(MOST_BINS, std::floor(width / contact_distance)));
+        count[a] = std::max(count[a], 1);
+      }
+      grains.resize(static_cast<std::size_t>(count[0]) * count[1]);
+      for (int i = 0; i < state.num_grains(); ++i)
+        grains[index(coordinate(state, i, 0), coordinate(state, i, 1))].push_back(i);
+    }
+
+    int coordinate(const RveState &state, int i, int a) const
+    {
+      return static_cast<int>(((state.fractional[2 * i + a] >> 32) * count[a]) >> 32);
+    }
+
+    std::size_t index(int x, int y) const
+    {
+      const int wrapped_x = (x + count[0]) % count[0];
+      const int wrapped_y = (y + count[1]) % count[1];
+      return static_cast<std::size_t>(wrapped_y) * count[0] + wrapped_x;
+    }
+
+    // Below three bins an axis would show the same bin on both sides.
+    bool usable() const { return count[0] >= 3 && count[1] >= 3; }
+  };
+
+  void add_if_touching(const RveState &state, int i, int j, std::vector<ContactGeometry> &contacts)
+  {
+    const Vec<double, 2> branch = branch_vector(state, i, j);
+    const double distance = std::hypot(branch[0], branch[1]);
+    const double overlap = state.radius[i] + state.radius[j] - distance;
+    if (overlap > 0.0 && distance > 0.0)
+      contacts.push_back({i, j, branch, (1.0 / distance) * branch, overlap});
+  }
+
+}    // namespace
+
+Vec<double, 2> branch_vector(const RveState &state, int i, int j)
+{
+  Vec<double, 2> difference;
+  for (int a = 0; a < 2; ++a) {
+    const std::uint64_t wrapped = state.fractional[2 * j + a] - state.fractional[2 * i + a];
+    difference[a] = static_cast<double>(static_cast<std::int64_t>(wrapped)) / TWO_TO_64;
+  }
+  return state.cell * difference;
+}
+
+std::vector<ContactGeometry> find_contacts(const RveState &state)
+{
+  std::vector<ContactGeometry> contacts;
+  if (state.radius.empty()) return contacts;
+  const double contact_distance = 2.0 * *std::max_element(state.radius.begin(), state.radius.end());
+  const Bins bins(state, contact_distance);
+  for (int i = 0; i < state.num_grains(); ++i) {
+    if (!bins.usable()) {
+      for (int j = i + 1; j < state.num_grains(); ++j) add_if_touching(state, i, j, contacts);
+      continue;
+    }
+    const std::size_t begin = contacts.size();
+    for (int dy = -1; dy <= 1; ++dy)
+      for (int dx = -1; dx <= 1; ++dx)
+        for (const int j : bins.grains[bins.index(bins.coordinate(state, i, 0) + dx,
+                                                  bins.coordinate(state, i, 1) + dy)])
+          if (j > i) add_if_touching(state, i, j, contacts);
+    std::sort(contacts.begin() + begin, contacts.end(),
+              [](const ContactGeometry &x, const ContactGeometry &y) { return x.second < y.second; });
+  }
+  return contacts;
+}
+
+}    // namespace rve

@@ -1,0 +1,31 @@
+// The contacts of a state, found on the host in double precision: for file output, for the stability bound, and as a slow,
+// plain reference. The engine has its own lists.
+
+#ifndef RVE_ENGINE_CONTACT_NETWORK_H
+#define RVE_ENGINE_CONTACT_NETWORK_H
+
+#include "rve/engine/state.h"
+
+#include <vector>
+
+namespace rve {
+
+/// Two overlapping grains, first < second.
+struct ContactGeometry {
+  int first;
+  int second;
+  Vec<double, 2> branch;    ///< x_second - x_first, nearest image [length]
+  Vec<double, 2> normal;    ///< unit, first to second
+  double overlap;           ///< r_first + r_second - |branch| > 0 [length]
+};
+
+/// All contacts of the state, ordered by first, then second. O(N) where the cell is at least three contact distances wide,
+/// O(N^2) below. Grains with coinciding centres are skipped: they have no normal.
+std::vector<ContactGeometry> find_contacts(const RveState &state);
+
+/// Branch vector from grain i to the nearest image of grain j, from the wrapping difference of fractional coordinates [length].
+Vec<double, 2> branch_vector(const RveState &state, int i, int j);
+
+}    // namespace rve
+
+#endif

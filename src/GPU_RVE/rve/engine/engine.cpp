@@ -1,0 +1,116 @@
+// The small parts of the engine's public header that belong to no backend.
+
+#include "rve/engine/engine.h"
+
+#include "rve/core/error.h"
+
+#include <cmath>
+#include <utility>
+
+namespace rve {
+
+namespace {
+
+  // x y + z w with one rounding error each (Kahan): no digits are lost where the products cancel.
+  double sum_of_products(double x, double y, double z, double w)
+  {
+    const double product = z * w;
+    const double error = std::fma(z, w, -product);
+    return std::fma(x, y, product) + error;
+  }
+
+  // sinh(sqrt(d))/sqrt(d), continued to d <= 0 as sin(sqrt(-d))/sqrt(-d).
+  double hyperbolic_sinc(double d)
+  {
+    // four terms of the series leave d^4/362880 < 3e-18
+    if (std::fabs(d) < 1e-3) return 1.0 + d / 6.0 * (1.0 + d / 20.0 * (1.0 + d / 42.0));
+    const double root = std::sqrt(std::fabs(d));
+    return d > 0.0 ? std::sinh(root) / root : std::sin(root) / root;
+  }
+
+  // Exponential of a plane tensor, in closed form: A = m 1 + B with tr B = 0 has B B = d 1, so
+  // exp A = e^m (cosh(sqrt d) 1 + sinh(sqrt d)/sqrt d B). Triangular tensors keep their exact zeros and
+  // the exponentials of their diagonals: a drive along one axis must leave the other as it is.
+  Tensor2 exponential(const Tensor2 &a)
+  {
+    const double mean = 0.5 * (a(0, 0) + a(1, 1));
+    const double half_difference = 0.5 * (a(0, 0) - a(1, 1));
+    const double d = sum_of_products(half_difference, half_difference, a(0, 1), a(1, 0));
+    const double factor = std::exp(mean);
+    const double s = hyperbolic_sinc(d);
+
+    Tensor2 result;
+    result(0, 1) = factor * s * a(0, 1);
+    result(1, 0) = factor * s * a(1, 0);
+    if (a(0, 1) == 0.0 || a(1, 0) == 0.0) {
+      result(0, 0) = std::exp(a(0, 0));
+      result(1, 1) = std::exp(a(1, 1));
+    } else {
+      const double c = d > 0.0 ? std::cosh(std::sqrt(d)) : std::cos(std::sqrt(-d));
+      result(0, 0) = factor * (c + s * half_difference);
+      result(1, 1) = factor * (c - s * half_difference);
+    }
+    return result;
+  }
+
+  constexpr std::pair<Format, const char *> FORMAT_NAMES[] = {
+      {Format::Fast, "fast"}, {Format::Mixed, "mixed"}, {Format::Double, "double"}};
+
+  constexpr std::pair<std::uint32_t, const char *> STATUS_WORDS[] = {
+      {status::ListFull, "contact list full"},
+      {status::ForceSaturated, "contact force beyond the integer range"},
+      {status::OverlapTooLarge, "overlap too large"},
+      {status::NonFinite, "non-finite drive or force"},
+      {status::Unstable, "time step unstable"},
+      {status::CellTooNarrow, "cell too narrow"},
+      {status::NoContacts, "no contacts"}};
+
+}    // namespace
+
+std::string describe_status(std::uint32_t status)
+{
+  if (status == status::Ok) return "ok";
+  std::string words;
+  std::uint32_t unknown = status;
+  for (const auto &[bit, word] : STATUS_WORDS) {
+    if (!(status & bit)) continue;
+    words += (words.empty() ? "" : ", ") + std::string(word);
+    unknown &= ~bit;
+  }
+  if (unknown) words += (words.empty() ? "" : ", ") + std::string("unknown status ") + std::to_string(unknown);
+  return words;
+}
+
+Drive Drive::constant_velocity_gradient(const Tensor2 &velocity_gradient, double dt, int substeps)
+{
+  Drive drive;
+  drive.dt = dt;
+  drive.substeps = substeps;
+  drive.velocity_gradient = velocity_gradient;
+  drive.deformation = exponential((substeps * dt) * velocity_gradient);
+  return drive;
+}
+
+double Result::deviatoric_stress() const
+{
+  const double half_difference = 0.5 * (stress(0, 0) - stress(1, 1));
+  // s'_00 = -s'_11 in the plane; the full tensor enters, so each shear component has its own square
+  return std::sqrt(half_difference * half_difference +
+                   0.5 * (stress(0, 1) * stress(0, 1) + stress(1, 0) * stress(1, 0)));
+}
+
+Format format_from_string(const std::string &word)
+{
+  for (const auto &[format, name] : FORMAT_NAMES)
+    if (word == name) return format;
+  throw InputError("number format is '" + word + "'; it must be fast, mixed or double");
+}
+
+std::string to_string(Format format)
+{
+  for (const auto &[value, name] : FORMAT_NAMES)
+    if (value == format) return name;
+  throw InputError("number format " + std::to_string(static_cast<int>(format)) + " does not exist");
+}
+
+}    // namespace rve

@@ -1,0 +1,51 @@
+// Chooses the backend.
+
+#include "rve/core/error.h"
+#include "rve/engine/engine.h"
+#include "rve/engine/host_engine.h"
+
+#if defined(GPU_RVE_WITH_CUDA)
+#include "rve/engine/cuda_engine.h"
+#endif
+
+#include <cstdlib>
+#include <cstring>
+
+namespace rve {
+
+namespace {
+
+  bool cuda_required()
+  {
+    const char *value = std::getenv("GPU_RVE_REQUIRE_CUDA");
+    return value && std::strcmp(value, "1") == 0;
+  }
+
+  /// Why no CUDA engine can be had, or empty.
+  std::string cuda_obstacle(int device_number)
+  {
+#if defined(GPU_RVE_WITH_CUDA)
+    return find_cuda_obstacle(device_number);
+#else
+    (void) device_number;
+    return "GPU_RVE was built without CUDA";
+#endif
+  }
+
+}    // namespace
+
+std::unique_ptr<Engine> make_engine(const Options &options, std::string *notice)
+{
+  if (notice) notice->clear();
+  if (options.device == Device::Cpu) return make_host_engine(options);
+  const std::string obstacle = cuda_obstacle(options.device_number);
+#if defined(GPU_RVE_WITH_CUDA)
+  if (obstacle.empty()) return make_cuda_engine(options);
+#endif
+  require(options.device != Device::Cuda, "a CUDA device was asked for, but " + obstacle);
+  require(!cuda_required(), "GPU_RVE_REQUIRE_CUDA=1 forbids falling back to the CPU: " + obstacle);
+  if (notice) *notice = obstacle + "; the CPU engine serves";
+  return make_host_engine(options);
+}
+
+}    // namespace rve

@@ -1,0 +1,124 @@
+#include "rve/engine/host_engine.h"
+
+#include "rve/engine/batch_engine.h"
+#include "rve/engine/host_kernels.h"
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+#include <omp.h>
+
+namespace rve {
+
+namespace {
+
+  KernelFormat kernel_format(Format format)
+  {
+    switch (format) {
+      case Format::Fast: return KernelFormat::Fast;
+      case Format::Mixed: return KernelFormat::Mixed;
+      default: return KernelFormat::Double;
+    }
+  }
+
+  bool has_x86_64_v3()
+  {
+#if defined(RVE_WITH_X86_64_V3)
+    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2");
+#else
+    return false;
+#endif
+  }
+
+  HostKernel choose_kernel(KernelFormat format)
+  {
+#if defined(RVE_WITH_X86_64_V3)
+    if (has_x86_64_v3()) return host_v3::kernel(format);
+#endif
+    return host_baseline::kernel(format);
+  }
+
+  /// Memory of one thread, reused from RVE to RVE.
+  struct ThreadMemory {
+    std::vector<char> shared, workspace, items;
+
+    HostWorkspace prepare(const HostWorkspaceSizes &sizes, int pair_capacity)
+    {
+      if (shared.size() < sizes.shared) shared.resize(sizes.shared);
+      if (workspace.size() < sizes.workspace) workspace.resize(sizes.workspace);
+      if (items.size() < sizes.items) items.resize(sizes.items);
+      return {shared.data(), workspace.data(), items.data(), pair_capacity};
+    }
+  };
+
+  class HostEngine final : public BatchEngine {
+   public:
+    explicit HostEngine(const Options &options_in) :
+        BatchEngine(options_in), kernel(choose_kernel(kernel_format(options_in.format))),
+        num_threads(options_in.threads > 0 ? options_in.threads : omp_get_max_threads()), memory(num_threads)
+    {
+    }
+
+    std::string description() const override
+    {
+      return std::to_string(num_threads) + " CPU thread" + (num_threads == 1 ? "" : "s") + " (" +
+          (has_x86_64_v3() ? "x86-64-v3" : "baseline") + "), " + to_string(options.format) + ", strict";
+    }
+
+   protected:
+    void put_image(int rve, const StateImage &image) override
+    {
+      if (rve >= static_cast<int>(images.size())) images.resize(rve + 1);
+      images[rve] = image;
+    }
+
+    StateImage get_image(int rve) const override { return images[rve]; }
+
+    void drop_image(int rve) override { images[rve] = StateImage(); }
+
+    void put_header(int rve, const ImageHeader &header) override
+    {
+      std::memcpy(images[rve].bytes.data(), &header, sizeof(header));
+    }
+
+    ImageHeader get_header(int rve) const override
+    {
+      ImageHeader header;
+      std::memcpy(&header, images[rve].bytes.data(), sizeof(header));
+      return header;
+    }
+
+    void launch(const std::vector<int> &rves, const std::vector<DriveRecord> &drives, int largest, int pair_capacity,
+                std::vector<ResultRecord> &results) override
+    {
+      // longest first: with RVEs of unequal cost the last ones are short
+      std::vector<int> order(rves.size());
+      std::iota(order.begin(), order.end(), 0);
+      const auto cost = [&](int k) { return static_cast<double>(drives[k].substeps) * images[rves[k]].num_grains; };
+      std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return cost(a) > cost(b); });
+
+      const HostWorkspaceSizes sizes = kernel.workspace_sizes(largest, pair_capacity);
+      const int count = static_cast<int>(order.size());
+#pragma omp parallel for schedule(dynamic, 1) num_threads(std::min(num_threads, std::max(count, 1)))
+      for (int m = 0; m < count; ++m) {
+        const int k = order[m];
+        const HostWorkspace workspace = memory[omp_get_thread_num()].prepare(sizes, pair_capacity);
+        kernel.advance(images[rves[k]].bytes.data(), drives[k], constants, workspace, options.track_energy, results[k]);
+      }
+    }
+
+   private:
+    const HostKernel kernel;
+    const int num_threads;
+    std::vector<ThreadMemory> memory;
+    std::vector<StateImage> images;
+  };
+
+}    // namespace
+
+std::unique_ptr<Engine> make_host_engine(const Options &options)
+{
+  return std::make_unique<HostEngine>(options);
+}
+
+}    // namespace rve

@@ -1,0 +1,44 @@
+// The border to the block program on a CPU thread, which is compiled once per instruction set. Plain data only.
+
+#ifndef RVE_ENGINE_HOST_KERNELS_H
+#define RVE_ENGINE_HOST_KERNELS_H
+
+#include "rve/algorithm/image.h"
+
+#include <cstddef>
+
+namespace rve {
+
+/// Memory that a block of one CPU thread works in.
+struct HostWorkspace {
+  char *shared;
+  char *workspace;
+  char *items;
+  int pair_capacity;
+};
+
+struct HostWorkspaceSizes {
+  std::size_t shared, workspace, items;
+};
+
+/// One instruction set's build of the block program for one format.
+struct HostKernel {
+  void (*advance)(char *image, const DriveRecord &drive, const BatchConstants &batch, const HostWorkspace &memory,
+                  bool track_energy, ResultRecord &result);
+  HostWorkspaceSizes (*workspace_sizes)(int num_grains, int pair_capacity);
+};
+
+enum class KernelFormat { Fast, Mixed, Double };
+
+namespace host_baseline {
+  HostKernel kernel(KernelFormat format);
+}
+#if defined(RVE_WITH_X86_64_V3)
+namespace host_v3 {
+  HostKernel kernel(KernelFormat format);
+}
+#endif
+
+}    // namespace rve
+
+#endif

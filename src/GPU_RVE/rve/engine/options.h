@@ -1,0 +1,38 @@
+// What a user chooses once for a batch. dispatch.h turns it into types.
+
+#ifndef RVE_ENGINE_OPTIONS_H
+#define RVE_ENGINE_OPTIONS_H
+
+#include <string>
+
+namespace rve {
+
+/// Number format, DESIGN: `fast` 32-bit positions and fp32; `mixed` 64-bit positions, fp64 gap and history, fp32 rest;
+/// `double` 64-bit positions, fp64.
+enum class Format { Fast, Mixed, Double };
+
+enum class Device { Auto, Cpu, Cuda };
+
+/// Lever arms of a contact. Contact: r - overlap/2 for surface velocity and torque (objective, equation (11)).
+/// Lammps: r for the velocity, r - overlap/2 for the torque, as `pair granular`; not objective, for cross-checks only.
+enum class Arms { Contact, Lammps };
+
+struct Options {
+  Format format = Format::Mixed;
+  Device device = Device::Auto;
+  Arms arms = Arms::Contact;
+  int threads = 0;                 ///< CPU threads; 0: as OpenMP decides (OMP_NUM_THREADS)
+  int device_number = 0;           ///< CUDA device, the local rank
+  int block_size = 0;              ///< CUDA threads per block; 0: chosen from the number of grains
+  double skin = 0.0;               ///< of the Verlet list [length]; 0: a share of the mean radius
+  double overlap_limit = 0.5;      ///< overlap / smaller radius beyond which an RVE fails [-], in (0, 1)
+  bool track_energy = false;       ///< fill EnergyLedger; costs a stress sum per step
+};
+
+/// "fast", "mixed", "double" and back. Throws InputError naming the allowed words.
+Format format_from_string(const std::string &word);
+std::string to_string(Format format);
+
+}    // namespace rve
+
+#endif

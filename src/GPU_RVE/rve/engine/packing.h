@@ -1,0 +1,78 @@
+// Makes packings: a seeded loose cloud, compressed isotropically by the engine's stress servo.
+
+#ifndef RVE_ENGINE_PACKING_H
+#define RVE_ENGINE_PACKING_H
+
+#include "rve/engine/engine.h"
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+namespace rve {
+
+/// What to prepare and how. Zero means: chosen by the recipe, see the comment.
+struct PackingRecipe {
+  Material material;              ///< final one; friction is set when the packing is ready
+  double pressure = 0.0;          ///< goal of both -sigma_xx and -sigma_yy [stress], > 0
+  std::uint64_t seed = 1;         ///< of positions and radii
+
+  int num_grains = 400;           ///< radii uniform in [radius_min, radius_max]; ignored when `radii` is given
+  double radius_min = 0.0;        ///< [length], > 0
+  double radius_max = 0.0;        ///< [length], >= radius_min
+  std::vector<double> radii;      ///< one per grain [length]
+
+  double preparation_friction = 0.0;    ///< mu during compression [-]; ignored when void_ratio is given
+  double preparation_damping = 0.3;     ///< Cundall's damping during compression [-]
+  std::optional<double> void_ratio;     ///< wanted at the pressure [-]
+  double void_ratio_tolerance = 0.002;    ///< [-]
+
+  double stress_tolerance = 1e-3;        ///< |sigma_aa + p| / p of each axis at the end [-]
+  double unbalanced_tolerance = 1e-3;    ///< mean |grain force| / mean |contact force| at the end [-]
+  double initial_solid_fraction = 0.4;    ///< of the loose cloud [-], at most 0.5: random addition jams at 0.55
+  double dt = 0.0;                       ///< [time]; 0: 0.6 of the stable step, followed as the network forms
+  double servo_gain = 0.0;               ///< [1/(stress time^2)]; 0: default_servo_gain()
+  double max_rate = 0.0;                 ///< of each axis [1/time]; 0: default_compression_rate()
+  std::int64_t max_steps = 2000000;      ///< of one compression; beyond, an error says how far it came
+};
+
+/// A line for the log, every few hundred steps.
+struct PackingReport {
+  std::int64_t step;            ///< since the cloud was made, over all attempts
+  const char *phase;            ///< "compression", "overconsolidation" or "unloading"
+  double preparation_friction;    ///< [-]
+  double pressure;              ///< mean stress, compression positive [stress]
+  double void_ratio;            ///< [-]
+  double coordination_number;    ///< [-]
+  double unbalanced_ratio;      ///< [-]
+};
+using PackingProgress = std::function<void(const PackingReport &)>;
+
+/// Servo gain 10 h/M [1/(stress time^2)], M the mass and h the thickness of the RVE. A stress error accelerates the cell by
+/// gain * error; with a modulus E the servo oscillates at sqrt(gain E). The slowest wave across the cell has (2 pi)^2 E h/M for
+/// its frequency squared, whatever the units and the stiffness: 10 puts the servo at half of that frequency, fast, but
+/// below the waves it must not excite. (SudoDEM and YADE use 1/M as a number, 13.3 h/M at h = 0.075.)
+double default_servo_gain(const RveState &state);
+
+/// Rate of each axis while the cloud is compressed [1/time]: the lesser of 0.01 sqrt(k_n/M), which crosses the cell at 1 % of
+/// the wave speed of the packing, and 0.2 sqrt(p h/M), at which the momentum flux of the moving grains is 4 % of p.
+double default_compression_rate(const RveState &state, double pressure);
+
+/// Non-overlapping grains in a periodic square at initial_solid_fraction, at rest: random sequential addition, largest first.
+/// Depends on the recipe's radii and seed only, on every machine: std::mt19937_64 with its own mapping to numbers.
+/// Throws InputError on a recipe out of range.
+RveState loose_cloud(const PackingRecipe &recipe);
+
+/// Runs the protocol on `engine` (a packing is added and removed) and returns the packing: at the pressure, with the final
+/// friction, velocities and spins zero, deformation 1. Tangential forces are kept, they belong to the equilibrium; after
+/// frictionless preparation they are zero.
+///
+/// With `void_ratio`: looser than the frictionless packing by bisection on the preparation friction in [0, 1]; denser by
+/// bisection on an isotropic overconsolidation, frictionless, up to the pressure at which k_n is strained by 4 %.
+/// Throws InputError with the reachable range when neither does, and when a compression does not come to rest.
+RveState generate_packing(const PackingRecipe &recipe, Engine &engine, const PackingProgress &progress = {});
+
+}    // namespace rve
+
+#endif

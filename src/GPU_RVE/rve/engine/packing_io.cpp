@@ -1,0 +1,414 @@
+// Number conversion is by <charconv>: exact, and the same in every locale.
+
+#include "rve/engine/packing_io.h"
+
+#include "rve/core/error.h"
+#include "rve/engine/contact_network.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string_view>
+#include <unistd.h>
+
+namespace rve {
+
+namespace {
+
+  constexpr double PI = 3.14159265358979323846;
+  constexpr int FILE_VERSION = 1;
+
+  struct MaterialEntry {
+    const char *name;
+    double Material::*member;
+    const char *unit;
+  };
+
+  constexpr MaterialEntry MATERIAL_ENTRIES[] = {
+      {"normal_stiffness", &Material::normal_stiffness, "force/length"},
+      {"tangential_stiffness", &Material::tangential_stiffness, "force/length"},
+      {"friction", &Material::friction, "-"},
+      {"density", &Material::density, "mass/length^3"},
+      {"local_damping", &Material::local_damping, "-"},
+      {"normal_viscosity", &Material::normal_viscosity, "force time/length"},
+      {"tangential_viscosity", &Material::tangential_viscosity, "force time/length"},
+      {"thickness", &Material::thickness, "length"},
+      {"mass_depth", &Material::mass_depth, "length"}};
+
+  // ---- reading ----
+
+  /// Statements of a text file with their line numbers.
+  class StatementReader {
+   public:
+    explicit StatementReader(const std::string &_path) : path(_path), file(_path)
+    {
+      require(file.is_open(), "cannot open packing file " + path);
+    }
+
+    /// Moves to the next statement; `expected` names it for the message at the end of the file.
+    void next(const std::string &expected)
+    {
+      words.clear();
+      while (words.empty()) {
+        if (!std::getline(file, text)) fail("file ends where " + expected + " was expected");
+        ++line;
+        split();
+      }
+    }
+
+    const std::string_view &word(std::size_t k) const { return words[k]; }
+
+    void require_words(std::size_t count, const std::string &form) const
+    {
+      if (words.size() != count)
+        fail("'" + text + "' has " + std::to_string(words.size()) + " words; expected '" + form + "'");
+    }
+
+    void require_keyword(const std::string &keyword, std::size_t count, const std::string &form) const
+    {
+      if (word(0) != keyword)
+        fail("found '" + std::string(word(0)) + "' where '" + keyword + "' was expected");
+      require_words(count, form);
+    }
+
+    double finite_number(std::size_t k, const std::string &what) const
+    {
+      double value = 0.0;
+      if (!convert(k, value)) fail(what + " is '" + std::string(word(k)) + "'; it must be a number");
+      if (!std::isfinite(value)) fail(what + " is " + number(value) + "; it must be finite");
+      return value;
+    }
+
+    template <class Integer>
+    Integer integer(std::size_t k, const std::string &what, Integer least, Integer most) const
+    {
+      Integer value = 0;
+      if (!convert(k, value) || value < least || value > most)
+        fail(what + " is '" + std::string(word(k)) + "'; it must be an integer from " +
+             std::to_string(least) + " to " + std::to_string(most));
+      return value;
+    }
+
+    [[noreturn]] void fail(const std::string &message) const
+    {
+      throw InputError(path + ":" + std::to_string(line) + ": " + message);
+    }
+
+   private:
+    std::string path;
+    std::ifstream file;
+    std::string text;
+    std::vector<std::string_view> words;
+    int line = 0;
+
+    void split()
+    {
+      const std::string_view statement = std::string_view(text).substr(0, text.find('#'));
+      constexpr const char *BLANK = " \t\r";
+      std::size_t begin = statement.find_first_not_of(BLANK);
+      while (begin != std::string_view::npos) {
+        const std::size_t end = std::min(statement.find_first_of(BLANK, begin), statement.size());
+        words.push_back(statement.substr(begin, end - begin));
+        begin = statement.find_first_not_of(BLANK, end);
+      }
+    }
+
+    template <class T> bool convert(std::size_t k, T &value) const
+    {
+      const char *end = word(k).data() + word(k).size();
+      const auto [stop, error] = std::from_chars(word(k).data(), end, value);
+      return error == std::errc() && stop == end;
+    }
+  };
+
+  void read_material(StatementReader &reader, Material &material)
+  {
+    std::map<std::string, bool> seen;
+    for (std::size_t k = 0; k < std::size(MATERIAL_ENTRIES); ++k) {
+      reader.next("a material value");
+      const std::string name(reader.word(0));
+      const auto entry = std::find_if(std::begin(MATERIAL_ENTRIES), std::end(MATERIAL_ENTRIES),
+                                      [&](const MaterialEntry &e) { return name == e.name; });
+      if (entry == std::end(MATERIAL_ENTRIES)) {
+        std::string missing;
+        for (const MaterialEntry &e : MATERIAL_ENTRIES)
+          if (!seen[e.name]) missing += std::string(missing.empty() ? "" : ", ") + e.name;
+        reader.fail("'" + name + "' is not a material value; still missing: " + missing);
+      }
+      if (seen[name]) reader.fail(name + " is given twice");
+      seen[name] = true;
+      reader.require_words(2, name + " value");
+      const double value = reader.finite_number(1, name);
+      if (value < 0.0)
+        reader.fail(name + " is " + number(value) + " [" + entry->unit + "]; it must not be negative");
+      material.*entry->member = value;
+    }
+  }
+
+  void read_tensor(StatementReader &reader, const std::string &name, Tensor2 &tensor)
+  {
+    for (int a = 0; a < 2; ++a) {
+      reader.next("row " + std::to_string(a + 1) + " of " + name);
+      reader.require_words(2, "two numbers of " + name);
+      for (int b = 0; b < 2; ++b) tensor(a, b) = reader.finite_number(b, "a component of " + name);
+    }
+  }
+
+  void read_grains(StatementReader &reader, int num_grains, RveState &state)
+  {
+    // Grown as lines come: a damaged count must end in a message, not in an allocation.
+    std::vector<bool> seen;
+    for (int k = 0; k < num_grains; ++k) {
+      reader.next("grain line " + std::to_string(k + 1) + " of " + std::to_string(num_grains));
+      reader.require_words(7, "id radius s_x*2^64 s_y*2^64 c_x c_y spin");
+      const int id = reader.integer<int>(0, "grain id", 1, num_grains);
+      const std::size_t i = static_cast<std::size_t>(id) - 1;
+      if (i >= seen.size()) {
+        seen.resize(i + 1, false);
+        state.radius.resize(i + 1);
+        state.fractional.resize(2 * (i + 1));
+        state.velocity.resize(2 * (i + 1));
+        state.spin.resize(i + 1);
+      }
+      if (seen[i]) reader.fail("grain " + std::to_string(id) + " is given twice");
+      seen[i] = true;
+      state.radius[i] = reader.finite_number(1, "radius");
+      if (state.radius[i] <= 0.0)
+        reader.fail("radius is " + number(state.radius[i]) + " [length]; it must be greater than 0");
+      for (int a = 0; a < 2; ++a) {
+        state.fractional[2 * i + a] =
+            reader.integer<std::uint64_t>(2 + a, "fractional coordinate", 0, UINT64_MAX);
+        state.velocity[2 * i + a] = reader.finite_number(4 + a, "peculiar velocity");
+      }
+      state.spin[i] = reader.finite_number(6, "spin");
+    }
+  }
+
+  void read_contacts(StatementReader &reader, int num_contacts, RveState &state)
+  {
+    for (int k = 0; k < num_contacts; ++k) {
+      reader.next("contact line " + std::to_string(k + 1) + " of " + std::to_string(num_contacts));
+      reader.require_words(3, "id id tangential_force");
+      Pair pair;
+      pair.first = reader.integer<std::int32_t>(0, "grain id", 1, state.num_grains()) - 1;
+      pair.second = reader.integer<std::int32_t>(1, "grain id", 1, state.num_grains()) - 1;
+      if (pair.first == pair.second)
+        reader.fail("contact joins grain " + std::to_string(pair.first + 1) + " to itself");
+      pair.tangential_force = reader.finite_number(2, "tangential force");
+      state.pairs.push_back(pair);
+    }
+  }
+
+  // ---- writing ----
+
+  /// The shortest decimal that reads back to the same double.
+  std::string exact(double value)
+  {
+    char text[32];
+    const auto result = std::to_chars(text, text + sizeof(text), value);
+    return std::string(text, result.ptr);
+  }
+
+  void write_tensor(std::ostream &out, const char *name, const Tensor2 &tensor)
+  {
+    out << name << "\n";
+    for (int a = 0; a < 2; ++a) out << "  " << exact(tensor(a, 0)) << " " << exact(tensor(a, 1)) << "\n";
+  }
+
+  void write_whole_file(const std::string &path, const std::string &text)
+  {
+    const std::string temporary = path + ".part" + std::to_string(getpid());
+    std::FILE *file = std::fopen(temporary.c_str(), "wb");
+    require(file != nullptr, "cannot write file " + path);
+    const bool written = std::fwrite(text.data(), 1, text.size(), file) == text.size();
+    const bool closed = std::fclose(file) == 0;
+    const bool whole = written && closed && std::rename(temporary.c_str(), path.c_str()) == 0;
+    if (!whole) std::remove(temporary.c_str());
+    require(whole, "cannot write file " + path);
+  }
+
+  void check_for(const std::string &path, const RveState &state)
+  {
+    try {
+      state.check();
+    } catch (const InputError &error) {
+      throw InputError(path + ": " + error.what());
+    }
+  }
+
+  // ---- LAMMPS' frame ----
+
+  /// The packing seen from LAMMPS: a along +x, |xy| <= lx/2.
+  struct RestrictedFrame {
+    RveState state;        // positions and cell in the new frame
+    double cosine, sine;    // v_lammps = (cosine v_x + sine v_y, -sine v_x + cosine v_y)
+
+    explicit RestrictedFrame(const RveState &original) : state(original)
+    {
+      const Tensor2 &h = original.cell;
+      const double lx = std::hypot(h(0, 0), h(1, 0));
+      cosine = h(0, 0) / lx;
+      sine = h(1, 0) / lx;
+      const double xy = cosine * h(0, 1) + sine * h(1, 1);
+      const double reduction = std::round(xy / lx);
+      Tensor2 restricted;
+      restricted(0, 0) = lx;
+      restricted(0, 1) = xy - reduction * lx;
+      restricted(1, 0) = 0.0;
+      restricted(1, 1) = determinant(h) / lx;
+      state.cell = restricted;
+      // a s_x + b s_y = a (s_x + n s_y) + (b - n a) s_y, exact in wrapping integers
+      const auto n = static_cast<std::uint64_t>(static_cast<std::int64_t>(reduction));
+      for (std::size_t i = 0; i < state.radius.size(); ++i)
+        state.fractional[2 * i] += n * state.fractional[2 * i + 1];
+    }
+
+    Vec<double, 2> rotate(double x, double y) const
+    {
+      return {{cosine * x + sine * y, cosine * y - sine * x}};
+    }
+  };
+
+  std::string lammps_data(const RestrictedFrame &frame)
+  {
+    const RveState &state = frame.state;
+    const double half_slab = *std::max_element(state.radius.begin(), state.radius.end());
+    const double mass_per_area = state.material.density * state.material.mass_depth;
+    std::ostringstream out;
+    out << "LAMMPS data file of one RVE (GPU_RVE), atom_style sphere; velocities are peculiar\n\n"
+        << state.num_grains() << " atoms\n1 atom types\n\n"
+        << "0 " << exact(state.cell(0, 0)) << " xlo xhi\n"
+        << "0 " << exact(state.cell(1, 1)) << " ylo yhi\n"
+        << exact(-half_slab) << " " << exact(half_slab) << " zlo zhi\n"
+        << exact(state.cell(0, 1)) << " 0 0 xy xz yz\n\nAtoms # sphere\n\n";
+    const std::vector<double> xy = state.positions();
+    for (int i = 0; i < state.num_grains(); ++i) {
+      const double r = state.radius[i];
+      const double density = mass_per_area * PI * r * r / (4.0 / 3.0 * PI * r * r * r);
+      out << i + 1 << " 1 " << exact(2.0 * r) << " " << exact(density) << " " << exact(xy[2 * i]) << " "
+          << exact(xy[2 * i + 1]) << " 0\n";
+    }
+    out << "\nVelocities\n\n";
+    for (int i = 0; i < state.num_grains(); ++i) {
+      const Vec<double, 2> c = frame.rotate(state.velocity[2 * i], state.velocity[2 * i + 1]);
+      out << i + 1 << " " << exact(c[0]) << " " << exact(c[1]) << " 0 0 0 " << exact(state.spin[i]) << "\n";
+    }
+    return out.str();
+  }
+
+  std::string contact_table(const RestrictedFrame &frame)
+  {
+    const RveState &state = frame.state;
+    // seen from either grain the tangential number is the same: n and t both change sign, and so does the force
+    std::map<std::pair<int, int>, double> history;
+    for (const Pair &pair : state.pairs)
+      history[std::minmax(pair.first, pair.second)] = pair.tangential_force;
+
+    std::ostringstream out;
+    out << "# contacts of one RVE (GPU_RVE); n from i to j, force on i = -f_n n + f_t (-n_y, n_x)\n"
+        << "# i j branch_x branch_y n_x n_y overlap f_n f_t force_x force_y\n";
+    for (const ContactGeometry &contact : find_contacts(state)) {
+      const auto entry = history.find({contact.first, contact.second});
+      const double f_t = entry == history.end() ? 0.0 : entry->second;
+      const double f_n = state.material.normal_stiffness * contact.overlap;
+      const auto &n = contact.normal;
+      out << contact.first + 1 << " " << contact.second + 1;
+      for (const double value : {contact.branch[0], contact.branch[1], n[0], n[1], contact.overlap, f_n, f_t,
+                                 -f_n * n[0] - f_t * n[1], -f_n * n[1] + f_t * n[0]})
+        out << " " << exact(value);
+      out << "\n";
+    }
+    return out.str();
+  }
+
+}    // namespace
+
+RveState read_packing(const std::string &path)
+{
+  StatementReader reader(path);
+  RveState state;
+  reader.next("'gpu_rve_packing'");
+  reader.require_keyword("gpu_rve_packing", 2, "gpu_rve_packing version");
+  reader.integer<int>(1, "version of the packing file", FILE_VERSION, FILE_VERSION);
+  reader.next("'material'");
+  reader.require_keyword("material", 1, "material");
+  read_material(reader, state.material);
+  reader.next("'cell'");
+  reader.require_keyword("cell", 1, "cell");
+  read_tensor(reader, "cell", state.cell);
+  reader.next("'grains'");
+  if (reader.word(0) == "deformation") {
+    reader.require_words(1, "deformation");
+    read_tensor(reader, "deformation", state.deformation);
+    reader.next("'grains'");
+  }
+  if (reader.word(0) == "servo_velocity_gradient") {
+    reader.require_words(1, "servo_velocity_gradient");
+    read_tensor(reader, "servo_velocity_gradient", state.servo_velocity_gradient);
+    reader.next("'grains'");
+  }
+  if (reader.word(0) == "largest_contact_force") {
+    reader.require_words(2, "largest_contact_force value");
+    state.largest_contact_force = reader.finite_number(1, "largest contact force");
+    reader.next("'grains'");
+  }
+  reader.require_keyword("grains", 2, "grains N");
+  const int num_grains = reader.integer<int>(1, "number of grains", 1, INT32_MAX / 4);
+  read_grains(reader, num_grains, state);
+  reader.next("'contacts'");
+  reader.require_keyword("contacts", 2, "contacts M");
+  const int num_contacts = reader.integer<int>(1, "number of contacts", 0, INT32_MAX / 4);
+  read_contacts(reader, num_contacts, state);
+  reader.next("'end'");
+  reader.require_keyword("end", 1, "end");
+  check_for(path, state);
+  return state;
+}
+
+void write_packing(const std::string &path, const RveState &state)
+{
+  check_for(path, state);
+  std::ostringstream out;
+  out << "# Packing of one RVE (GPU_RVE): plane disks in a periodic cell, x = H s.\n"
+      << "# Consistent units, those of the script that made it: [length], [mass], [time], force = mass length/time^2.\n"
+      << "gpu_rve_packing " << FILE_VERSION << "\n\nmaterial\n";
+  for (const MaterialEntry &entry : MATERIAL_ENTRIES)
+    out << "  " << entry.name << " " << exact(state.material.*entry.member) << "    # [" << entry.unit << "]\n";
+  out << "\n# rows of H; its columns are the cell vectors [length]\n";
+  write_tensor(out, "cell", state.cell);
+  out << "# deformation gradient since the packing was made [-]\n";
+  write_tensor(out, "deformation", state.deformation);
+  out << "# velocity gradient of the stress servo [1/time]\n";
+  write_tensor(out, "servo_velocity_gradient", state.servo_velocity_gradient);
+  out << "# scale of the force integers [force]\n"
+      << "largest_contact_force " << exact(state.largest_contact_force) << "\n\n"
+      << "grains " << state.num_grains()
+      << "\n# id, radius [length], s_x 2^64, s_y 2^64 [-], peculiar velocity c_x, c_y [length/time], spin [1/time]\n";
+  for (int i = 0; i < state.num_grains(); ++i)
+    out << i + 1 << " " << exact(state.radius[i]) << " " << state.fractional[2 * i] << " "
+        << state.fractional[2 * i + 1] << " " << exact(state.velocity[2 * i]) << " "
+        << exact(state.velocity[2 * i + 1]) << " " << exact(state.spin[i]) << "\n";
+
+  const auto has_history = [](const Pair &pair) { return pair.tangential_force != 0.0; };
+  out << "\ncontacts " << std::count_if(state.pairs.begin(), state.pairs.end(), has_history)
+      << "\n# contacts with a tangential force: id, id, force on the first along (-n_y, n_x), n to the second [force]\n";
+  for (const Pair &pair : state.pairs)
+    if (has_history(pair))
+      out << pair.first + 1 << " " << pair.second + 1 << " " << exact(pair.tangential_force) << "\n";
+  out << "end\n";
+  write_whole_file(path, out.str());
+}
+
+void write_lammps_data(const std::string &path, const RveState &state)
+{
+  check_for(path, state);
+  const RestrictedFrame frame(state);
+  write_whole_file(path, lammps_data(frame));
+  write_whole_file(path + ".contacts", contact_table(frame));
+}
+
+}    // namespace rve

@@ -1,0 +1,44 @@
+// Files of one RVE: the package's own packing file, and an export that plain LAMMPS and OVITO read.
+
+#ifndef RVE_ENGINE_PACKING_IO_H
+#define RVE_ENGINE_PACKING_IO_H
+
+#include "rve/engine/state.h"
+
+#include <string>
+
+namespace rve {
+
+/// Reads a packing file. Throws InputError with path:line for anything missing, broken or out of range.
+/// The state carries tangential forces as pairs without a list (list_cell is zero): the list is built by the engine.
+///
+/// The file is plain text, `#` starts a comment, one statement a line, in this order:
+///     gpu_rve_packing 1
+///     material                      followed by nine lines `name value`, the members of Material
+///     cell                          followed by the two rows of H
+///     deformation                   followed by the two rows of F; optional, default 1
+///     servo_velocity_gradient       followed by the two rows of L; optional, default 0
+///     largest_contact_force value   optional, default 0
+///     grains N                      followed by N lines: id (1 to N, any order), radius, two fractional coordinates as
+///                                   integers s 2^64, two components of the peculiar velocity, spin
+///     contacts M                    followed by M lines: two ids, tangential force on the first
+///     end
+/// Numbers are the shortest decimals that read back to the same double, so a file holds a state exactly. Not in it: run
+/// counters, energy ledger and Verlet list, which belong to a run (see serialize).
+RveState read_packing(const std::string &path);
+
+/// Writes a packing file, whole or not at all (a temporary file beside it is renamed). Throws InputError if the state is not
+/// sound or the file cannot be written.
+void write_packing(const std::string &path, const RveState &state);
+
+/// Writes a LAMMPS data file (atom_style sphere, triclinic, one atom type) and `<path>.contacts`. Throws InputError as above.
+/// LAMMPS wants vector a along +x: the packing is rotated (positions, velocities, forces), and b is reduced by multiples of a
+/// until |xy| <= lx/2. Ids are 1 to N in the order of the state. z runs from -largest radius to +largest radius.
+/// The density column is mass / (4/3 pi r^3), so that LAMMPS' mass is ours; LAMMPS' moment of inertia is 2/5 m r^2 unless
+/// `fix nve/sphere ... disc` is used, ours is m r^2/2. Velocities are peculiar: add L x for a deforming cell.
+/// Contact forces are the springs' (dashpots excluded), on the first grain: -f_n n + f_t (-n_y, n_x).
+void write_lammps_data(const std::string &path, const RveState &state);
+
+}    // namespace rve
+
+#endif

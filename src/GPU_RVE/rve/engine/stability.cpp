@@ -1,0 +1,290 @@
+// A contact couples six coordinates: (x, y, r theta) of two grains. With rotation measured as the surface displacement
+// r theta all coordinates are lengths, the rotational mass is I/r^2 = m/2, and a stretch of the contact is
+//     u_n = (u_j - u_i).n        u_t = (u_j - u_i).t - (a_i/r_i) w_i - (a_j/r_j) w_j,    w = r theta, a = r - overlap/2.
+
+#include "rve/engine/stability.h"
+
+#include "rve/core/error.h"
+#include "rve/engine/contact_network.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace rve {
+
+namespace {
+
+  constexpr double PI = 3.14159265358979323846;
+
+  // Springs or dashpots of a contact: both are quadratic forms of the same stretches.
+  struct ContactModulus {
+    double normal;
+    double tangential;
+  };
+
+  ContactModulus stiffness(const Material &material)
+  {
+    return {material.normal_stiffness, material.friction > 0.0 ? material.tangential_stiffness : 0.0};
+  }
+
+  ContactModulus viscosity(const Material &material)
+  {
+    return {material.normal_viscosity, material.friction > 0.0 ? material.tangential_viscosity : 0.0};
+  }
+
+  using Stretch = std::array<double, 6>;    // derivative of a stretch by (x, y, w)_first, (x, y, w)_second
+
+  Stretch normal_stretch(const ContactGeometry &contact)
+  {
+    const auto &n = contact.normal;
+    return {-n[0], -n[1], 0.0, n[0], n[1], 0.0};
+  }
+
+  Stretch tangential_stretch(const RveState &state, const ContactGeometry &contact)
+  {
+    const Vec<double, 2> t{{-contact.normal[1], contact.normal[0]}};
+    const double arm_first = 1.0 - 0.5 * contact.overlap / state.radius[contact.first];
+    const double arm_second = 1.0 - 0.5 * contact.overlap / state.radius[contact.second];
+    return {-t[0], -t[1], -arm_first, t[0], t[1], -arm_second};
+  }
+
+  double grain_mass(const RveState &state, int i)
+  {
+    const double r = state.radius[i];
+    return state.material.density * state.material.mass_depth * PI * r * r;
+  }
+
+  std::size_t coordinate(const ContactGeometry &contact, int k)
+  {
+    return k < 3 ? std::size_t(3) * contact.first + k : std::size_t(3) * contact.second + (k - 3);
+  }
+
+  // M^-1/2 K M^-1/2 as a sum over contacts.
+  class NetworkOperator {
+   public:
+    NetworkOperator(const RveState &state, const std::vector<ContactGeometry> &_contacts,
+                    ContactModulus _modulus) :
+        contacts(_contacts), modulus(_modulus)
+    {
+      for (int i = 0; i < state.num_grains(); ++i) {
+        const double m = grain_mass(state, i);
+        for (const double mass : {m, m, 0.5 * m}) inverse_root_mass.push_back(1.0 / std::sqrt(mass));
+      }
+      for (const ContactGeometry &contact : contacts) {
+        normal.push_back(normal_stretch(contact));
+        tangential.push_back(tangential_stretch(state, contact));
+      }
+    }
+
+    std::size_t size() const { return inverse_root_mass.size(); }
+
+    void apply(const std::vector<double> &x, std::vector<double> &y) const
+    {
+      std::fill(y.begin(), y.end(), 0.0);
+      for (std::size_t c = 0; c < contacts.size(); ++c) {
+        double u_n = 0.0, u_t = 0.0;
+        for (int k = 0; k < 6; ++k) {
+          const std::size_t dof = coordinate(contacts[c], k);
+          const double u = inverse_root_mass[dof] * x[dof];
+          u_n += normal[c][k] * u;
+          u_t += tangential[c][k] * u;
+        }
+        const double f_n = modulus.normal * u_n;
+        const double f_t = modulus.tangential * u_t;
+        for (int k = 0; k < 6; ++k) {
+          const std::size_t dof = coordinate(contacts[c], k);
+          y[dof] += inverse_root_mass[dof] * (normal[c][k] * f_n + tangential[c][k] * f_t);
+        }
+      }
+    }
+
+   private:
+    const std::vector<ContactGeometry> &contacts;
+    ContactModulus modulus;
+    std::vector<double> inverse_root_mass;
+    std::vector<Stretch> normal, tangential;
+  };
+
+  // Number of eigenvalues of a symmetric tridiagonal matrix below x (Sturm sequence).
+  int eigenvalues_below(const std::vector<double> &diagonal, const std::vector<double> &off, double x)
+  {
+    int count = 0;
+    double pivot = 1.0;
+    for (std::size_t k = 0; k < diagonal.size(); ++k) {
+      const double coupling = k == 0 ? 0.0 : off[k - 1] * off[k - 1] / pivot;
+      pivot = diagonal[k] - x - coupling;
+      if (pivot == 0.0) pivot = -std::numeric_limits<double>::min();
+      if (pivot < 0.0) ++count;
+    }
+    return count;
+  }
+
+  // Largest eigenvalue of a symmetric tridiagonal matrix, by bisection to round-off.
+  double largest_eigenvalue(const std::vector<double> &diagonal, const std::vector<double> &off)
+  {
+    const int n = static_cast<int>(diagonal.size());
+    double low = diagonal[0], high = diagonal[0];
+    for (int k = 0; k < n; ++k) {
+      const double reach = (k > 0 ? std::fabs(off[k - 1]) : 0.0) + (k + 1 < n ? std::fabs(off[k]) : 0.0);
+      low = std::max(low, diagonal[k]);
+      high = std::max(high, diagonal[k] + reach);
+    }
+    while (true) {
+      const double middle = 0.5 * (low + high);
+      if (middle <= low || middle >= high) return high;
+      (eigenvalues_below(diagonal, off, middle) == n ? high : low) = middle;
+    }
+  }
+
+  double dot(const std::vector<double> &x, const std::vector<double> &y)
+  {
+    return std::inner_product(x.begin(), x.end(), y.begin(), 0.0);
+  }
+
+  // Lanczos with full reorthogonalisation, which keeps the small basis clean without thick restarts.
+  // A Ritz value approaches the eigenvalue from below; its error falls with the square of the residual, and 1e-9 between
+  // successive steps leaves far less than the margin that a time step keeps.
+  double lanczos_largest_eigenvalue(const NetworkOperator &matrix)
+  {
+    constexpr double TOLERANCE = 1e-9;
+    constexpr int STEADY_STEPS = 4;    // a single small change may be a plateau
+    constexpr std::size_t MOST_STEPS = 300;
+
+    const std::size_t n = matrix.size();
+    std::vector<std::vector<double>> basis(1, std::vector<double>(n));
+    std::uint64_t pseudo_random = 0x9e3779b97f4a7c15u;    // deterministic, and orthogonal to no symmetric mode
+    for (double &x : basis[0]) {
+      pseudo_random = pseudo_random * 6364136223846793005u + 1442695040888963407u;
+      x = static_cast<double>(pseudo_random >> 11) * 0x1p-53 - 0.5;
+    }
+    const double start = 1.0 / std::sqrt(dot(basis[0], basis[0]));
+    for (double &x : basis[0]) x *= start;
+
+    std::vector<double> diagonal, off, next(n);
+    double largest = 0.0;
+    int steady = 0;
+    for (std::size_t step = 0; step < std::min(n, MOST_STEPS); ++step) {
+      matrix.apply(basis[step], next);
+      diagonal.push_back(dot(basis[step], next));
+      for (int pass = 0; pass < 2; ++pass)    // twice is enough (Kahan)
+        for (const auto &q : basis) {
+          const double projection = dot(q, next);
+          for (std::size_t k = 0; k < n; ++k) next[k] -= projection * q[k];
+        }
+      const double previous = largest;
+      largest = largest_eigenvalue(diagonal, off);
+      steady = largest - previous <= TOLERANCE * largest ? steady + 1 : 0;
+      const double norm = std::sqrt(dot(next, next));
+      const bool invariant = norm <= 1e-14 * largest;    // the basis spans an invariant subspace: exact
+      if (steady >= STEADY_STEPS || invariant) break;
+      off.push_back(norm);
+      basis.push_back(next);
+      for (double &x : basis.back()) x /= norm;
+    }
+    return largest;
+  }
+
+  double network_eigenvalue(const RveState &state, const std::vector<ContactGeometry> &contacts,
+                            ContactModulus modulus)
+  {
+    if (contacts.empty() || (modulus.normal == 0.0 && modulus.tangential == 0.0)) return 0.0;
+    return lanczos_largest_eigenvalue(NetworkOperator(state, contacts, modulus));
+  }
+
+  // Largest row sum of |M^-1 K|, with the rotation in units of r theta / 4. Any unit gives a bound; in r theta the rows of
+  // the rotation would be far the largest (K_ww/m_w = 2 z k/m), in this one they balance those of the translations.
+  double gershgorin_eigenvalue(const RveState &state, const std::vector<ContactGeometry> &contacts,
+                               ContactModulus modulus)
+  {
+    constexpr double ROTATION_UNIT = 0.25;
+    std::vector<std::array<double, 9>> own_block(state.num_grains(), std::array<double, 9>{});
+    std::vector<double> coupling(3 * state.radius.size(), 0.0);
+    for (const ContactGeometry &contact : contacts) {
+      const Stretch normal = normal_stretch(contact);
+      const Stretch tangential = tangential_stretch(state, contact);
+      for (int row = 0; row < 6; ++row)
+        for (int column = 0; column < 6; ++column) {
+          const double row_unit = row % 3 == 2 ? ROTATION_UNIT : 1.0;
+          const double column_unit = column % 3 == 2 ? ROTATION_UNIT : 1.0;
+          const double k = (modulus.normal * normal[row] * normal[column] +
+                            modulus.tangential * tangential[row] * tangential[column]) *
+              row_unit / column_unit;
+          const int grain = row < 3 ? contact.first : contact.second;
+          if (row / 3 == column / 3)
+            own_block[grain][3 * (row % 3) + column % 3] += k;
+          else
+            coupling[coordinate(contact, row)] += std::fabs(k);
+        }
+    }
+    double largest = 0.0;
+    for (int i = 0; i < state.num_grains(); ++i)
+      for (int row = 0; row < 3; ++row) {
+        double sum = coupling[3 * i + row];
+        for (int column = 0; column < 3; ++column) sum += std::fabs(own_block[i][3 * row + column]);
+        const double mass = row < 2 ? grain_mass(state, i) : 0.5 * grain_mass(state, i);
+        largest = std::max(largest, sum / mass);
+      }
+    return largest;
+  }
+
+  // One contact without overlap: 1/m_i + 1/m_j along the normal, and 1/m + r^2/I = 3/m of each along the tangent.
+  double pair_eigenvalue(const RveState &state, ContactModulus modulus)
+  {
+    double lightest = std::numeric_limits<double>::infinity(), second = lightest;
+    for (int i = 0; i < state.num_grains(); ++i) {
+      const double m = grain_mass(state, i);
+      second = std::min(second, std::max(m, lightest));
+      lightest = std::min(lightest, m);
+    }
+    return (1.0 / lightest + 1.0 / second) * std::max(modulus.normal, 3.0 * modulus.tangential);
+  }
+
+  double leapfrog_bound(double frequency_squared, double dashpot_rate, double local_damping)
+  {
+    const double gain = 1.0 + local_damping;
+    const double b = gain * dashpot_rate;
+    return 4.0 / (b + std::sqrt(b * b + 4.0 * gain * frequency_squared));
+  }
+
+  template <class Eigenvalue> double time_step(const RveState &state, Eigenvalue &&network)
+  {
+    require(!state.radius.empty(), "RVE has no grains; a time step needs at least one");
+    const std::vector<ContactGeometry> contacts = find_contacts(state);
+    const auto largest = [&](ContactModulus modulus) {
+      return std::max(network(state, contacts, modulus), pair_eigenvalue(state, modulus));
+    };
+    return leapfrog_bound(largest(stiffness(state.material)), largest(viscosity(state.material)),
+                          state.material.local_damping);
+  }
+
+}    // namespace
+
+double largest_frequency(const RveState &state)
+{
+  return std::sqrt(network_eigenvalue(state, find_contacts(state), stiffness(state.material)));
+}
+
+double gershgorin_frequency(const RveState &state)
+{
+  return std::sqrt(gershgorin_eigenvalue(state, find_contacts(state), stiffness(state.material)));
+}
+
+double pair_frequency(const RveState &state)
+{
+  return std::sqrt(pair_eigenvalue(state, stiffness(state.material)));
+}
+
+double stable_time_step(const RveState &state)
+{
+  return time_step(state, network_eigenvalue);
+}
+
+double gershgorin_time_step(const RveState &state)
+{
+  return time_step(state, gershgorin_eigenvalue);
+}
+
+}    // namespace rve

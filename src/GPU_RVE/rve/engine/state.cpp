@@ -1,0 +1,308 @@
+// What a state means, what makes it sound, and its byte image for restarts and migration.
+
+#include "rve/engine/state.h"
+
+#include "rve/core/error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <type_traits>
+
+namespace rve {
+
+namespace {
+
+  constexpr double PI = 3.14159265358979323846;
+  constexpr double TWO_TO_64 = 18446744073709551616.0;
+
+  // ---- soundness ----
+
+  void require_positive(double value, const std::string &what, const char *unit)
+  {
+    require(std::isfinite(value) && value > 0.0,
+            what + " is " + number(value) + " " + unit + "; it must be finite and greater than 0");
+  }
+
+  void require_not_negative(double value, const std::string &what, const char *unit)
+  {
+    require(std::isfinite(value) && value >= 0.0,
+            what + " is " + number(value) + " " + unit + "; it must be finite and at least 0");
+  }
+
+  void require_finite(double value, const std::string &what, const char *unit)
+  {
+    require(std::isfinite(value),
+            what + " is " + number(value) + " " + unit + "; it must be a finite number");
+  }
+
+  void require_finite(const Tensor2 &tensor, const std::string &what, const char *unit)
+  {
+    for (const double value : tensor.component) require_finite(value, "a component of " + what, unit);
+  }
+
+  void require_size(std::size_t size, std::size_t expected, const std::string &what)
+  {
+    require(size == expected, "RVE has " + std::to_string(size) + " " + what + "; its grains ask for " +
+                                  std::to_string(expected));
+  }
+
+  void check_material(const Material &material)
+  {
+    require_positive(material.normal_stiffness, "normal stiffness", "[force/length]");
+    require_not_negative(material.tangential_stiffness, "tangential stiffness", "[force/length]");
+    require_not_negative(material.friction, "friction coefficient", "[-]");
+    require_positive(material.density, "grain density", "[mass/length^3]");
+    require(material.local_damping >= 0.0 && material.local_damping < 1.0,
+            "local damping is " + number(material.local_damping) + " [-]; it must lie in [0, 1)");
+    require_not_negative(material.normal_viscosity, "normal viscosity", "[force time/length]");
+    require_not_negative(material.tangential_viscosity, "tangential viscosity", "[force time/length]");
+    require_positive(material.thickness, "thickness", "[length]");
+    require_positive(material.mass_depth, "mass depth", "[length]");
+  }
+
+  void check_cell(const Tensor2 &cell, double largest_radius)
+  {
+    require_finite(cell, "the cell matrix", "[length]");
+    require_positive(determinant(cell), "cell area (determinant of the cell matrix)", "[length^2]");
+    const double least_width = 4.0 * largest_radius;
+    for (int a = 0; a < 2; ++a) {
+      const int other = 1 - a;
+      const double width = determinant(cell) / std::hypot(cell(0, other), cell(1, other));
+      require(width > least_width,
+              "cell width perpendicular to cell vector " + std::to_string(other) + " is " + number(width) +
+                  " [length]; it must exceed twice the largest contact distance, " +
+                  number(least_width));
+    }
+  }
+
+  void check_pairs(const RveState &state)
+  {
+    for (std::size_t k = 0; k < state.pairs.size(); ++k) {
+      const Pair &pair = state.pairs[k];
+      const std::string name = "pair " + std::to_string(k + 1);
+      for (const std::int32_t grain : {pair.first, pair.second})
+        require(grain >= 0 && grain < state.num_grains(),
+                name + " names grain " + std::to_string(grain + 1) + "; grains are 1 to " +
+                    std::to_string(state.num_grains()));
+      require(pair.first != pair.second,
+              name + " joins grain " + std::to_string(pair.first + 1) + " to itself");
+      require_finite(pair.tangential_force, "tangential force of " + name, "[force]");
+    }
+  }
+
+  // ---- byte image ----
+
+  // "RVESTATE" read as a number: a file from a machine of the other byte order shows as reversed.
+  constexpr std::uint64_t MAGIC = 0x4554415453455652u;
+  constexpr std::uint32_t VERSION = 1;
+
+  struct ImageHeader {
+    std::uint64_t magic;
+    std::uint32_t version;
+    std::uint32_t num_grains;
+    std::uint64_t bytes;       // of the whole image
+    std::uint64_t checksum;    // of everything behind the header
+  };
+
+  // FNV-1a, 64 bits: each step is a bijection of the state, so a changed byte always changes the sum.
+  std::uint64_t fnv1a(const char *data, std::size_t size)
+  {
+    std::uint64_t hash = 0xcbf29ce484222325u;
+    for (std::size_t k = 0; k < size; ++k)
+      hash = (hash ^ static_cast<unsigned char>(data[k])) * 0x100000001b3u;
+    return hash;
+  }
+
+  class ImageWriter {
+   public:
+    explicit ImageWriter(std::vector<char> &_image) : image(_image) {}
+
+    template <class T> void operator()(const T &value) { append(&value, sizeof(T)); }
+
+    template <class T> void operator()(const std::vector<T> &values)
+    {
+      (*this)(static_cast<std::uint64_t>(values.size()));
+      append(values.data(), values.size() * sizeof(T));
+    }
+
+   private:
+    std::vector<char> &image;
+
+    void append(const void *data, std::size_t size)
+    {
+      const char *bytes = static_cast<const char *>(data);
+      image.insert(image.end(), bytes, bytes + size);
+    }
+  };
+
+  class ImageReader {
+   public:
+    ImageReader(const char *_data, std::size_t size) : data(_data), left(size) {}
+
+    template <class T> void operator()(T &value) { take(&value, sizeof(T)); }
+
+    template <class T> void operator()(std::vector<T> &values)
+    {
+      std::uint64_t count = 0;
+      (*this)(count);
+      require(count <= left / sizeof(T), "RVE image is damaged: an array is longer than the image");
+      values.resize(count);
+      take(values.data(), count * sizeof(T));
+    }
+
+    std::size_t remaining() const { return left; }
+
+   private:
+    const char *data;
+    std::size_t left;
+
+    void take(void *target, std::size_t size)
+    {
+      require(size <= left, "RVE image is damaged: it ends too early");
+      if (size > 0) std::memcpy(target, data, size);
+      data += size;
+      left -= size;
+    }
+  };
+
+  // The one list of what an image holds, for both directions.
+  template <class Archive, class State> void visit(Archive &archive, State &state)
+  {
+    static_assert(sizeof(Material) == 9 * sizeof(double), "no padding may enter the image");
+    static_assert(sizeof(Pair) == 16, "no padding may enter the image");
+    static_assert(sizeof(Counters) == 32 && sizeof(EnergyLedger) == 32, "no padding may enter the image");
+    static_assert(std::is_trivially_copyable<Tensor2>::value, "tensors are copied as bytes");
+    archive(state.material);
+    archive(state.cell);
+    archive(state.deformation);
+    archive(state.radius);
+    archive(state.fractional);
+    archive(state.velocity);
+    archive(state.spin);
+    archive(state.pairs);
+    archive(state.list_cell);
+    archive(state.list_fractional);
+    archive(state.servo_velocity_gradient);
+    archive(state.largest_contact_force);
+    archive(state.counters);
+    archive(state.energy);
+  }
+
+}    // namespace
+
+double RveState::solid_area() const
+{
+  double sum = 0.0;
+  for (const double r : radius) sum += PI * r * r;
+  return sum;
+}
+
+double RveState::mass() const
+{
+  return material.density * material.mass_depth * solid_area();
+}
+
+std::vector<double> RveState::positions() const
+{
+  std::vector<double> xy(fractional.size());
+  for (std::size_t i = 0; i + 1 < fractional.size(); i += 2) {
+    const double s0 = static_cast<double>(fractional[i]) / TWO_TO_64;
+    const double s1 = static_cast<double>(fractional[i + 1]) / TWO_TO_64;
+    xy[i] = cell(0, 0) * s0 + cell(0, 1) * s1;
+    xy[i + 1] = cell(1, 0) * s0 + cell(1, 1) * s1;
+  }
+  return xy;
+}
+
+void RveState::set_positions(const std::vector<double> &xy)
+{
+  require(determinant(cell) > 0.0, "cell area is " + number(determinant(cell)) +
+                                       " [length^2]; positions need a cell with an area above 0");
+  const Tensor2 to_fractional = inverse(cell);
+  std::vector<std::uint64_t> result(xy.size());
+  for (std::size_t i = 0; i + 1 < xy.size(); i += 2)
+    for (int a = 0; a < 2; ++a) {
+      const double s = to_fractional(a, 0) * xy[i] + to_fractional(a, 1) * xy[i + 1];
+      require(std::isfinite(s), "position of grain " + std::to_string(i / 2 + 1) +
+                                    " is not a finite number");
+      const double scaled = (s - std::floor(s)) * TWO_TO_64;
+      // s a rounding below a whole number leaves a remainder of exactly 1, which is the image at 0
+      result[i + a] = scaled < TWO_TO_64 ? static_cast<std::uint64_t>(scaled) : 0u;
+    }
+  fractional = std::move(result);
+}
+
+void RveState::check() const
+{
+  check_material(material);
+  require(!radius.empty(), "RVE has no grains; it needs at least one");
+  const std::size_t n = radius.size();
+  require_size(fractional.size(), 2 * n, "fractional coordinates");
+  require_size(velocity.size(), 2 * n, "velocity components");
+  require_size(spin.size(), n, "spins");
+
+  double largest_radius = 0.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::string grain = " of grain " + std::to_string(i + 1);
+    require_positive(radius[i], "radius" + grain, "[length]");
+    require_finite(velocity[2 * i], "peculiar velocity" + grain, "[length/time]");
+    require_finite(velocity[2 * i + 1], "peculiar velocity" + grain, "[length/time]");
+    require_finite(spin[i], "spin" + grain, "[1/time]");
+    largest_radius = std::max(largest_radius, radius[i]);
+  }
+  check_cell(cell, largest_radius);
+  require_finite(deformation, "the deformation gradient", "[-]");
+  require_positive(determinant(deformation), "determinant of the deformation gradient", "[-]");
+
+  check_pairs(*this);
+  require_finite(list_cell, "the cell matrix of the Verlet list", "[length]");
+  const bool has_list = determinant(list_cell) != 0.0;
+  if (has_list || !list_fractional.empty())
+    require_size(list_fractional.size(), 2 * n, "list coordinates");
+  require_finite(servo_velocity_gradient, "the servo velocity gradient", "[1/time]");
+  require_not_negative(largest_contact_force, "largest contact force", "[force]");
+  require(counters.steps >= 0 && counters.rebuilds >= 0 && counters.lattice_reductions >= 0 &&
+              counters.repeats >= 0,
+          "a run counter of the RVE is negative");
+}
+
+std::vector<char> serialize(const RveState &state)
+{
+  std::vector<char> image(sizeof(ImageHeader));
+  ImageWriter writer(image);
+  visit(writer, state);
+  ImageHeader header{};
+  header.magic = MAGIC;
+  header.version = VERSION;
+  header.num_grains = static_cast<std::uint32_t>(state.num_grains());
+  header.bytes = image.size();
+  header.checksum = fnv1a(image.data() + sizeof(header), image.size() - sizeof(header));
+  std::memcpy(image.data(), &header, sizeof(header));
+  return image;
+}
+
+RveState deserialize(const char *data, std::size_t size)
+{
+  ImageHeader header{};
+  require(size >= sizeof(header), "RVE image is damaged: it has " + std::to_string(size) +
+                                      " bytes, its header alone takes " +
+                                      std::to_string(sizeof(header)));
+  std::memcpy(&header, data, sizeof(header));
+  require(header.magic == MAGIC, "not an RVE image of this machine's byte order");
+  require(header.version == VERSION, "RVE image has version " + std::to_string(header.version) +
+                                         "; this program reads version " + std::to_string(VERSION));
+  require(header.bytes == size, "RVE image is damaged: it has " + std::to_string(size) +
+                                    " bytes, its header says " + std::to_string(header.bytes));
+  require(header.checksum == fnv1a(data + sizeof(header), size - sizeof(header)),
+          "RVE image is damaged: its checksum does not match");
+
+  RveState state;
+  ImageReader reader(data + sizeof(header), size - sizeof(header));
+  visit(reader, state);
+  require(reader.remaining() == 0, "RVE image is damaged: bytes are left over");
+  require_size(header.num_grains, state.radius.size(), "grains in its header");
+  return state;
+}
+
+}    // namespace rve

@@ -1,0 +1,91 @@
+// The complete state of one RVE, in numbers that every format of the engine can read and write without loss.
+// Restart files, migration between ranks, packing files and tests all speak this.
+
+#ifndef RVE_ENGINE_STATE_H
+#define RVE_ENGINE_STATE_H
+
+#include "rve/core/tensor.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace rve {
+
+/// What the grains are made of. Consistent units, as given by the LAMMPS script.
+struct Material {
+  double normal_stiffness = 0.0;        ///< k_n [force/length], > 0
+  double tangential_stiffness = 0.0;    ///< k_t [force/length], >= 0
+  double friction = 0.0;                ///< Coulomb coefficient mu [-], >= 0
+  double density = 0.0;                 ///< of the grain material [mass/length^3], > 0
+  double local_damping = 0.0;           ///< Cundall's alpha_d of equation (4) [-], in [0, 1)
+  double normal_viscosity = 0.0;        ///< gamma_n, LAMMPS `damping velocity` [force time/length], >= 0
+  double tangential_viscosity = 0.0;    ///< gamma_t [force time/length], >= 0
+  double thickness = 1.0;               ///< of the disks, enters the stress volume only [length], > 0
+  double mass_depth = 1.0;              ///< out-of-plane depth that the mass is counted for [length], > 0
+};
+
+/// A pair of the Verlet list. `first` owns it: its work item computes the contact.
+struct Pair {
+  std::int32_t first;
+  std::int32_t second;
+  double tangential_force;    ///< history; force on `first` along t = (-n_y, n_x), n from first to second [force]
+};
+
+/// What the run did so far; kept over restarts.
+struct Counters {
+  std::int64_t steps = 0;
+  std::int64_t rebuilds = 0;
+  std::int64_t lattice_reductions = 0;
+  std::int64_t repeats = 0;    ///< calls done again with larger lists or a coarser force scale
+};
+
+/// Dissipated and supplied energy since the state was made (tracked only with Options::track_energy).
+struct EnergyLedger {
+  double work = 0.0;             ///< of the mean field, sum of V sigma : L dt [force length]
+  double friction = 0.0;         ///< lost in sliding
+  double local_damping = 0.0;    ///< lost in Cundall's damping
+  double viscous = 0.0;          ///< lost in contact dashpots
+};
+
+/// Positions are fractional coordinates s in [0,1)^2 as unsigned 64-bit fixed point (s * 2^64): x = H s.
+struct RveState {
+  Material material;
+  Tensor2 cell = Tensor2::identity();           ///< H, columns are the cell vectors [length]
+  Tensor2 deformation = Tensor2::identity();    ///< F since the packing was made [-]
+
+  std::vector<double> radius;                ///< (N) [length]
+  std::vector<std::uint64_t> fractional;     ///< (N, 2) s * 2^64
+  std::vector<double> velocity;              ///< (N, 2) peculiar velocity c = v - L x [length/time]
+  std::vector<double> spin;                  ///< (N) angular velocity, counter-clockwise [1/time]
+
+  std::vector<Pair> pairs;                        ///< Verlet list with contact history; may be empty (it is then built)
+  Tensor2 list_cell = Tensor2::zero();            ///< H when the list was built; zero: no list yet
+  std::vector<std::uint64_t> list_fractional;     ///< (N, 2) s when the list was built, or empty
+
+  Tensor2 servo_velocity_gradient = Tensor2::zero();    ///< L of the stress servo at the end of the last call [1/time]
+  double largest_contact_force = 0.0;    ///< of the last call; sets the scale of the force integers [force]
+  Counters counters;
+  EnergyLedger energy;
+
+  int num_grains() const { return static_cast<int>(radius.size()); }
+  double cell_area() const { return determinant(cell); }    ///< [length^2]
+  double solid_area() const;                                ///< sum of pi r^2 [length^2]
+  double mass() const;                                      ///< [mass]
+
+  /// Cartesian positions (N, 2) in the cell at the origin [length].
+  std::vector<double> positions() const;
+  void set_positions(const std::vector<double> &xy);
+
+  /// Throws InputError unless sizes agree, every number is finite and in range, and the cell is wider than twice the
+  /// largest contact distance.
+  void check() const;
+};
+
+/// Exact byte image of a state (host byte order) and back. Throws InputError on a damaged image.
+std::vector<char> serialize(const RveState &state);
+RveState deserialize(const char *data, std::size_t size);
+
+}    // namespace rve
+
+#endif

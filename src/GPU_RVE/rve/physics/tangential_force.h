@@ -1,0 +1,55 @@
+// Tangential contact laws.
+
+#ifndef RVE_PHYSICS_TANGENTIAL_FORCE_H
+#define RVE_PHYSICS_TANGENTIAL_FORCE_H
+
+#include "rve/core/config.h"
+
+#include <cmath>
+
+namespace rve {
+inline namespace RVE_ISA {
+
+/// Tangential force of a contact in the plane after one step.
+template <class Real, class History> struct TangentialForce {
+  Real force;         ///< on grain i along t = (-n_y, n_x) [force]
+  History spring;     ///< part of it that the spring carries on to the next step [force]
+  History slipped;    ///< spring force that the Coulomb limit took away; zero when sticking [force]
+  bool sliding;       ///< at the Coulomb limit
+};
+
+/// Linear incremental spring with Coulomb limit. In two dimensions the history is a signed number, so load reversal unloads
+/// the spring; equation (14) as printed adds magnitudes along the present increment and cannot unload.
+template <class Real, class History> struct LinearTangential {
+  History stiffness;    ///< k_t [force/length]
+  Real friction;        ///< mu [-]
+  Real viscosity;       ///< gamma_t, acts beside the spring and under the same limit [force time/length]
+
+  /// `spring` is the history, `velocity` the tangential velocity of j relative to i at the contact [length/time].
+  RVE_INLINE TangentialForce<Real, History> advance(History spring, Real velocity, Real normal_force, Real dt) const
+  {
+    const History viscous = static_cast<History>(viscosity) * static_cast<History>(velocity);
+    const History elastic = std::fma(stiffness * static_cast<History>(dt), static_cast<History>(velocity), spring);
+    const History trial = elastic + viscous;
+    const History limit = static_cast<History>(friction * std::fabs(normal_force));
+    const History capped = trial > limit ? limit : (trial < -limit ? -limit : trial);
+    TangentialForce<Real, History> result;
+    result.force = static_cast<Real>(capped);
+    result.sliding = capped >= limit || capped <= -limit;
+    result.spring = result.sliding ? capped - viscous : elastic;
+    result.slipped = trial - capped;
+    return result;
+  }
+
+  /// Energy stored in the spring [force length]; zero without stiffness.
+  RVE_INLINE double elastic_energy(History spring) const
+  {
+    const double force = static_cast<double>(spring);
+    return stiffness > History(0) ? 0.5 * force * force / static_cast<double>(stiffness) : 0.0;
+  }
+};
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif
