@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 #include <type_traits>
+#include <utility>
 
 namespace rve {
 
@@ -78,6 +79,7 @@ namespace {
 
   void check_pairs(const RveState &state)
   {
+    std::vector<std::pair<std::int32_t, std::int32_t>> ends;
     for (std::size_t k = 0; k < state.pairs.size(); ++k) {
       const Pair &pair = state.pairs[k];
       const std::string name = "pair " + std::to_string(k + 1);
@@ -88,7 +90,13 @@ namespace {
       require(pair.first != pair.second,
               name + " joins grain " + std::to_string(pair.first + 1) + " to itself");
       require_finite(pair.tangential_force, "tangential force of " + name, "[force]");
+      ends.push_back(std::minmax(pair.first, pair.second));
     }
+    std::sort(ends.begin(), ends.end());
+    const auto twice = std::adjacent_find(ends.begin(), ends.end());
+    if (twice != ends.end())
+      throw InputError("grains " + std::to_string(twice->first + 1) + " and " +
+                       std::to_string(twice->second + 1) + " are paired twice; a pair has one history");
   }
 
   // ---- byte image ----

@@ -8,13 +8,14 @@
 namespace rve {
 inline namespace RVE_ISA {
 
+/// -1, 0 or 1, without a branch.
+template <class Real> RVE_INLINE int sign(Real x) { return (x > Real(0)) - (x < Real(0)); }
+
 /// Factor on an acceleration component, equation (4): 1 - alpha sign(a v), v the velocity at the full step, sign(0) = 0.
-/// Signs are compared one by one: a product could underflow and change the answer with the units.
+/// Signs are taken one by one: a product could underflow and change the answer with the units.
 template <class Real> RVE_INLINE Real local_damping_factor(Real alpha, Real acceleration, Real velocity)
 {
-  const bool same = (acceleration > Real(0) && velocity > Real(0)) || (acceleration < Real(0) && velocity < Real(0));
-  const bool opposite = (acceleration > Real(0) && velocity < Real(0)) || (acceleration < Real(0) && velocity > Real(0));
-  return same ? Real(1) - alpha : (opposite ? Real(1) + alpha : Real(1));
+  return Real(1) - alpha * static_cast<Real>(sign(acceleration) * sign(velocity));
 }
 
 }    // namespace RVE_ISA

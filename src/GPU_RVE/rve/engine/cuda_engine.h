@@ -1,0 +1,18 @@
+// The engine on a CUDA device: one thread block per RVE. Exists only in builds with CUDA.
+
+#ifndef RVE_ENGINE_CUDA_ENGINE_H
+#define RVE_ENGINE_CUDA_ENGINE_H
+
+#include "rve/engine/engine.h"
+
+namespace rve {
+
+/// Why there is no device of this number, in words; empty when there is one.
+std::string find_cuda_obstacle(int device_number);
+
+/// Throws std::runtime_error when the device fails.
+std::unique_ptr<Engine> make_cuda_engine(const Options &options);
+
+}    // namespace rve
+
+#endif

@@ -1,0 +1,7 @@
+#include "rve/engine/cuda_kernels.cuh"
+
+namespace rve {
+
+CudaKernels cuda_kernels_fast() { return make_cuda_kernels<FastFormat>(); }
+
+}    // namespace rve

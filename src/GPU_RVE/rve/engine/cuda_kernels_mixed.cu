@@ -1,0 +1,7 @@
+#include "rve/engine/cuda_kernels.cuh"
+
+namespace rve {
+
+CudaKernels cuda_kernels_mixed() { return make_cuda_kernels<MixedFormat>(); }
+
+}    // namespace rve
