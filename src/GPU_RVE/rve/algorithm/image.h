@@ -45,6 +45,7 @@ struct ResultRecord {
   std::uint32_t status;
   std::int32_t needed_extra;    ///< extra pairs that a rebuild wanted to store
   std::int32_t needed_pairs;    ///< pairs that a rebuild found
+  double expected_force;        ///< that the force scale of this call was made for [force]
   std::int32_t num_contacts, num_sliding, num_pairs;
   std::int32_t num_rattlers, num_single;    ///< grains with fewer than two contacts; with exactly one
   double stress[4], fabric[4];

@@ -32,7 +32,7 @@ RVE_INLINE void store_tensor(const Tensor2 &t, double *component)
 /// on one list for hundreds of steps, narrow enough that few of the listed pairs do not touch.
 constexpr double kDefaultSkinShare = 0.1;
 
-/// Guess of the force scale for a packing without contacts, as an overlap over the mean radius. A wrong guess costs accuracy
+/// Guess of the largest force in a packing without contacts, as an overlap over the mean radius. A wrong guess costs accuracy
 /// of the first contacts or a repeat of the call, never a wrong force.
 constexpr double kGasOverlapShare = 1e-3;
 
@@ -59,10 +59,7 @@ template <class Block, class Format, bool WithEnergy> class RveProgram {
       list_cell(load_tensor(header.list_cell)), deformation(load_tensor(header.deformation)),
       servo_gradient(load_tensor(header.servo_velocity_gradient)), num_extra(header.num_extra),
       skin(batch.skin > 0.0 ? batch.skin : kDefaultSkinShare * header.mean_radius),
-      scale(header.largest_contact_force > 0.0
-                ? header.largest_contact_force
-                : header.normal_stiffness * kGasOverlapShare * header.mean_radius,
-            header.largest_radius)
+      scale(1.0, 1.0)
   {
   }
 
@@ -74,6 +71,8 @@ template <class Block, class Format, bool WithEnergy> class RveProgram {
     if (!header.list_valid) rebuild();
     step.dt = static_cast<Real>(drive.dt);
     if (!fatal()) {
+      result.expected_force = expected_force();
+      scale = ForceScale<Format>(result.expected_force, header.largest_radius);
       if (drive.substeps == 0)
         evaluate();
       else if (has_servo())
@@ -106,6 +105,25 @@ template <class Block, class Format, bool WithEnergy> class RveProgram {
 
  private:
   RVE_HD bool fatal() const { return (status_word & status::Fatal) != 0; }
+
+  /// Largest contact force to expect: that of the last call, or of the overlaps found, or a guess for a gas [force].
+  RVE_HD double expected_force()
+  {
+    if (header.largest_contact_force > 0.0) return header.largest_contact_force;
+    block.for_each(num_grains, [&](Item i) {
+      double most = 0.0;
+      const auto look = [&](int j) {
+        const Wide sum_of_radii = shared.radius[i] + shared.radius[j];
+        const Vec<Wide, 2> branch = step.to_length * fractional_difference<Format>(shared.position[j], shared.position[i]);
+        const double overlap = static_cast<double>(sum_of_radii) - static_cast<double>(std::sqrt(dot(branch, branch)));
+        most = j != i && overlap > most ? overlap : most;
+      };
+      for (int k = 0; k < kOwnedPairs; ++k) look(state[i].partner[k]);
+      work.scratch[i] = most;
+    });
+    const double overlap = block.max_array(num_grains, work.scratch);
+    return header.normal_stiffness * (overlap > 0.0 ? overlap : kGasOverlapShare * header.mean_radius);
+  }
 
   RVE_HD bool has_servo() const { return drive.controlled[0] || drive.controlled[1] || drive.controlled[3]; }
 
@@ -402,7 +420,7 @@ template <class Block, class Format, bool WithEnergy> class RveProgram {
   Tensor2 cell, list_cell, deformation, servo_gradient;
   int num_extra;
   const double skin;
-  const ForceScale<Format> scale;
+  ForceScale<Format> scale;
   StepConstants<Format> step;
   Dissipation heat = {0.0, 0.0};
   double supplied = 0.0;

@@ -353,10 +353,7 @@ void BatchEngine::prepare_repeat(int rve, const ResultRecord &result)
 {
   ImageHeader header = get_header(rve);
   ++header.repeats;
-  if (result.status & status::ForceSaturated) {
-    const double guess = header.normal_stiffness * 1e-3 * header.mean_radius;
-    header.largest_contact_force = 16.0 * (header.largest_contact_force > 0.0 ? header.largest_contact_force : guess);
-  }
+  if (result.status & status::ForceSaturated) header.largest_contact_force = 16.0 * result.expected_force;
   put_header(rve, header);
   if (result.needed_extra > header.extra_capacity) {
     const StateImage old = get_image(rve);

@@ -16,11 +16,13 @@ namespace {
 
     Bins(const RveState &state, double contact_distance)
     {
-      constexpr int MOST_BINS = 1024;    // per axis: more would be empty for any N a cell of this kind holds
+      constexpr int MOST_BINS =
+          1024;    // per axis: more would be empty for any N a cell of this kind holds
       for (int a = 0; a < 2; ++a) {
         const double width =
             state.cell_area() / std::hypot(state.cell(0, 1 - a), state.cell(1, 1 - a));
-        count[a] = static_cast<int>(std::min<double>(MOST_BINS, std::floor(width / contact_distance)));
+        count[a] =
+            static_cast<int>(std::min<double>(MOST_BINS, std::floor(width / contact_distance)));
         count[a] = std::max(count[a], 1);
       }
       grains.resize(static_cast<std::size_t>(count[0]) * count[1]);
@@ -83,7 +85,9 @@ std::vector<ContactGeometry> find_contacts(const RveState &state)
                                                   bins.coordinate(state, i, 1) + dy)])
           if (j > i) add_if_touching(state, i, j, contacts);
     std::sort(contacts.begin() + begin, contacts.end(),
-              [](const ContactGeometry &x, const ContactGeometry &y) { return x.second < y.second; });
+              [](const ContactGeometry &x, const ContactGeometry &y) {
+                return x.second < y.second;
+              });
   }
   return contacts;
 }

@@ -77,7 +77,8 @@ std::string describe_status(std::uint32_t status)
     words += (words.empty() ? "" : ", ") + std::string(word);
     unknown &= ~bit;
   }
-  if (unknown) words += (words.empty() ? "" : ", ") + std::string("unknown status ") + std::to_string(unknown);
+  if (unknown)
+    words += (words.empty() ? "" : ", ") + std::string("unknown status ") + std::to_string(unknown);
   return words;
 }
 

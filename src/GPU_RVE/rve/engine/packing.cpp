@@ -16,9 +16,9 @@ namespace {
   void check_recipe(const PackingRecipe &recipe)
   {
     const auto in_range = [](double value, double least, double most, const char *what) {
-      require(value >= least && value <= most, std::string(what) + " is " + number(value) +
-                                                   "; it must lie between " + number(least) + " and " +
-                                                   number(most));
+      require(value >= least && value <= most,
+              std::string(what) + " is " + number(value) + "; it must lie between " +
+                  number(least) + " and " + number(most));
     };
     constexpr double LARGEST = 1e300;
     constexpr double LEAST = 1e-300;
@@ -26,7 +26,8 @@ namespace {
     in_range(recipe.preparation_friction, 0.0, LARGEST, "preparation friction [-]");
     in_range(recipe.preparation_damping, 0.0, 0.99, "preparation damping [-]");
     in_range(recipe.stress_tolerance, 1e-12, 0.5, "stress tolerance of the packing [-]");
-    in_range(recipe.unbalanced_tolerance, 1e-12, 0.5, "unbalanced force tolerance of the packing [-]");
+    in_range(recipe.unbalanced_tolerance, 1e-12, 0.5,
+             "unbalanced force tolerance of the packing [-]");
     in_range(recipe.initial_solid_fraction, 0.01, 0.5, "initial solid fraction [-]");
     in_range(recipe.dt, 0.0, LARGEST, "time step of the packing [time]");
     in_range(recipe.servo_gain, 0.0, LARGEST, "servo gain of the packing [1/(stress time^2)]");
@@ -113,7 +114,8 @@ namespace {
     {
       Specimen specimen = bring_to(cloud, recipe.pressure, friction, "compression");
       if (friction <= recipe.material.friction) return specimen;
-      return bring_to(std::move(specimen.state), recipe.pressure, recipe.material.friction, "settling");
+      return bring_to(std::move(specimen.state), recipe.pressure, recipe.material.friction,
+                      "settling");
     }
 
     /// Brings `start` to rest at `pressure` with `friction`.
@@ -131,9 +133,10 @@ namespace {
         const Result &result = results[0];
         steps += STEPS_PER_CALL;
         require(!(result.status & status::Fatal),
-                "packing failed after " + std::to_string(steps) + " steps: " + describe_status(result.status) +
-                    " (pressure " + number(result.mean_stress()) + " [stress], void ratio " +
-                    number(result.void_ratio) + ")");
+                "packing failed after " + std::to_string(steps) + " steps: " +
+                    describe_status(result.status) + " (pressure " + number(result.mean_stress()) +
+                    " [stress], void ratio " + number(result.void_ratio) + ", " +
+                    std::to_string(result.num_grains) + " grains)");
         if (progress)
           progress({steps, phase, friction, result.mean_stress(), result.void_ratio,
                     result.coordination_number, result.unbalanced_ratio});
@@ -145,8 +148,9 @@ namespace {
       }
       throw InputError("packing did not come to rest at " + number(pressure) + " [stress] within " +
                        std::to_string(recipe.max_steps) + " steps: pressures " +
-                       number(-results[0].stress(0, 0)) + " and " + number(-results[0].stress(1, 1)) +
-                       " (tolerance " + number(recipe.stress_tolerance) + "), unbalanced force ratio " +
+                       number(-results[0].stress(0, 0)) + " and " +
+                       number(-results[0].stress(1, 1)) + " (tolerance " +
+                       number(recipe.stress_tolerance) + "), unbalanced force ratio " +
                        number(results[0].unbalanced_ratio) + " (tolerance " +
                        number(recipe.unbalanced_tolerance) + ")");
     }
@@ -158,7 +162,8 @@ namespace {
     // grains will need in a dense network, which is about 0.55 of the step for single contacts.
     static double time_step(const RveState &state)
     {
-      const double pair_time_step = 2.0 / (pair_frequency(state) * std::sqrt(1.0 + state.material.local_damping));
+      const double pair_time_step =
+          2.0 / (pair_frequency(state) * std::sqrt(1.0 + state.material.local_damping));
       return std::min(0.8 * gershgorin_time_step(state), 0.5 * pair_time_step);
     }
 
@@ -186,8 +191,9 @@ namespace {
         drive.stress_goal(a, a) = -pressure;
       }
       drive.servo_gain = recipe.servo_gain > 0.0 ? recipe.servo_gain : default_servo_gain(state);
-      drive.servo_max_rate =
-          recipe.max_rate > 0.0 ? recipe.max_rate : default_compression_rate(state, recipe.pressure);
+      drive.servo_max_rate = recipe.max_rate > 0.0
+          ? recipe.max_rate
+          : default_compression_rate(state, recipe.pressure);
       return drive;
     }
 
@@ -215,7 +221,8 @@ namespace {
   /// Bisection for a void ratio: `specimen(x)` for x in [low, high], growing or falling with x.
   /// A packing is a discontinuous function of its preparation, so the best one seen is kept and may not be good enough.
   template <class Make>
-  Specimen bisect(double low, double high, bool growing, double goal, double tolerance, Make &&specimen)
+  Specimen bisect(double low, double high, bool growing, double goal, double tolerance,
+                  Make &&specimen)
   {
     constexpr int MOST_ATTEMPTS = 16;
     double best = 0.0, error = 1e300;
@@ -236,16 +243,20 @@ namespace {
 
   [[noreturn]] void unreachable(double goal, const char *limit, double reached, double other_end)
   {
-    throw InputError("void ratio " + number(goal) + " cannot be reached at this pressure: the " + limit +
-                     " packing of this recipe has " + number(reached) + "; reachable is " +
-                     number(std::min(reached, other_end)) + " to " + number(std::max(reached, other_end)) +
+    throw InputError("void ratio " + number(goal) + " cannot be reached at this pressure: the " +
+                     limit + " packing of this recipe has " + number(reached) + "; reachable is " +
+                     number(std::min(reached, other_end)) + " to " +
+                     number(std::max(reached, other_end)) +
                      " on this side of the frictionless packing");
   }
 
-  Specimen with_void_ratio(const PackingRecipe &recipe, const RveState &cloud, Preparation &preparation)
+  Specimen with_void_ratio(const PackingRecipe &recipe, const RveState &cloud,
+                           Preparation &preparation)
   {
-    constexpr double LARGEST_FRICTION = 1.0;       // beyond, hardly a contact slides and nothing changes
-    constexpr double LARGEST_CONTACT_STRAIN = 0.04;    // p h / k_n, about twice the mean overlap / diameter
+    constexpr double LARGEST_FRICTION =
+        1.0;    // beyond, hardly a contact slides and nothing changes
+    constexpr double LARGEST_CONTACT_STRAIN =
+        0.04;    // p h / k_n, about twice the mean overlap / diameter
 
     const double goal = *recipe.void_ratio;
     const double tolerance = recipe.void_ratio_tolerance;
@@ -259,10 +270,12 @@ namespace {
       const Specimen loosest = with_friction(LARGEST_FRICTION);
       if (std::fabs(loosest.void_ratio - goal) <= tolerance) return loosest;
       if (goal > loosest.void_ratio)
-        unreachable(goal, "loosest (preparation friction 1)", loosest.void_ratio, frictionless.void_ratio);
+        unreachable(goal, "loosest (preparation friction 1)", loosest.void_ratio,
+                    frictionless.void_ratio);
       // void ratio against root of friction is closest to a line: most of its growth is below 0.2
-      return bisect(0.0, std::sqrt(LARGEST_FRICTION), true, goal, tolerance,
-                    [&](double root) { return with_friction(root * root); });
+      return bisect(0.0, std::sqrt(LARGEST_FRICTION), true, goal, tolerance, [&](double root) {
+        return with_friction(root * root);
+      });
     }
 
     const double largest_pressure =
@@ -297,15 +310,19 @@ double default_compression_rate(const RveState &state, double pressure)
 RveState loose_cloud(const PackingRecipe &recipe)
 {
   check_recipe(recipe);
-  std::mt19937_64 random(recipe.seed);    // its output is fixed by the C++ standard; that of the distributions is not
-  const auto uniform = [&random] { return static_cast<double>(random() >> 11) * 0x1p-53; };
+  std::mt19937_64 random(
+      recipe.seed);    // its output is fixed by the C++ standard; that of the distributions is not
+  const auto uniform = [&random] {
+    return static_cast<double>(random() >> 11) * 0x1p-53;
+  };
 
   RveState state;
   state.material = recipe.material;
   state.radius = recipe.radii;
   if (state.radius.empty())
     for (int i = 0; i < recipe.num_grains; ++i)
-      state.radius.push_back(recipe.radius_min + (recipe.radius_max - recipe.radius_min) * uniform());
+      state.radius.push_back(recipe.radius_min +
+                             (recipe.radius_max - recipe.radius_min) * uniform());
   const int n = state.num_grains();
   state.fractional.resize(2 * n);
   state.velocity.resize(2 * n, 0.0);
@@ -316,7 +333,9 @@ RveState loose_cloud(const PackingRecipe &recipe)
 
   std::vector<int> order(n);
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int i, int j) { return state.radius[i] > state.radius[j]; });
+  std::stable_sort(order.begin(), order.end(), [&](int i, int j) {
+    return state.radius[i] > state.radius[j];
+  });
   RandomAddition addition(state, state.radius[order.front()]);
   constexpr int MOST_ATTEMPTS = 1000000;
   for (const int grain : order) {
@@ -325,21 +344,22 @@ RveState loose_cloud(const PackingRecipe &recipe)
       const std::uint64_t s_x = random();
       const std::uint64_t s_y = random();
       if (addition.place(grain, s_x, s_y)) break;
-      require(++attempt < MOST_ATTEMPTS, "no room for grain " + std::to_string(grain + 1) +
-                                             " at initial solid fraction " +
-                                             number(recipe.initial_solid_fraction) + "; take a smaller one");
+      require(++attempt < MOST_ATTEMPTS,
+              "no room for grain " + std::to_string(grain + 1) + " at initial solid fraction " +
+                  number(recipe.initial_solid_fraction) + "; take a smaller one");
     }
   }
   return state;
 }
 
-RveState generate_packing(const PackingRecipe &recipe, Engine &engine, const PackingProgress &progress)
+RveState generate_packing(const PackingRecipe &recipe, Engine &engine,
+                          const PackingProgress &progress)
 {
   const RveState cloud = loose_cloud(recipe);
   Preparation preparation(recipe, engine, progress);
-  const Specimen specimen =
-      recipe.void_ratio ? with_void_ratio(recipe, cloud, preparation)
-                        : preparation.compress(cloud, recipe.preparation_friction);
+  const Specimen specimen = recipe.void_ratio
+      ? with_void_ratio(recipe, cloud, preparation)
+      : preparation.compress(cloud, recipe.preparation_friction);
   return finished(specimen.state, recipe.material);
 }
 

@@ -12,40 +12,41 @@
 
 namespace rve {
 
-/// What to prepare and how. Zero means: chosen by the recipe, see the comment.
+/// What to prepare and how. A zero time step, gain or rate is chosen by the recipe.
 struct PackingRecipe {
-  Material material;              ///< final one; friction is set when the packing is ready
-  double pressure = 0.0;          ///< goal of both -sigma_xx and -sigma_yy [stress], > 0
-  std::uint64_t seed = 1;         ///< of positions and radii
+  Material material;         ///< final one; its friction is set when the packing is ready
+  double pressure = 0.0;     ///< goal of both -sigma_xx and -sigma_yy [stress], > 0
+  std::uint64_t seed = 1;    ///< of positions and radii
 
-  int num_grains = 400;           ///< radii uniform in [radius_min, radius_max]; ignored when `radii` is given
-  double radius_min = 0.0;        ///< [length], > 0
-  double radius_max = 0.0;        ///< [length], >= radius_min
-  std::vector<double> radii;      ///< one per grain [length]
+  /// Radii are uniform in [radius_min, radius_max] [length], or one per grain as given in `radii`.
+  int num_grains = 400;
+  double radius_min = 0.0;
+  double radius_max = 0.0;
+  std::vector<double> radii;
 
-  double preparation_friction = 0.0;    ///< mu during compression [-]; ignored when void_ratio is given
-  double preparation_damping = 0.3;     ///< Cundall's damping during compression [-]
-  std::optional<double> void_ratio;     ///< wanted at the pressure [-]
+  double preparation_friction = 0.0;      ///< mu during compression [-]; unused with void_ratio
+  double preparation_damping = 0.3;       ///< Cundall's damping during compression [-]
+  std::optional<double> void_ratio;       ///< wanted at the pressure [-]
   double void_ratio_tolerance = 0.002;    ///< [-]
 
-  double stress_tolerance = 1e-3;        ///< |sigma_aa + p| / p of each axis at the end [-]
-  double unbalanced_tolerance = 1e-3;    ///< mean |grain force| / mean |contact force| at the end [-]
-  double initial_solid_fraction = 0.4;    ///< of the loose cloud [-], at most 0.5: random addition jams at 0.55
-  double dt = 0.0;                       ///< [time]; 0: about 0.6 of the stable step, followed as the network forms
-  double servo_gain = 0.0;               ///< [1/(stress time^2)]; 0: default_servo_gain()
-  double max_rate = 0.0;                 ///< of each axis [1/time]; 0: default_compression_rate()
-  std::int64_t max_steps = 2000000;      ///< of one compression; beyond, an error says how far it came
+  double stress_tolerance = 1e-3;         ///< |sigma_aa + p| / p of each axis at the end [-]
+  double unbalanced_tolerance = 1e-3;     ///< mean |grain force| / mean |contact force| [-]
+  double initial_solid_fraction = 0.4;    ///< [-], at most 0.5: random addition jams at 0.55
+  double dt = 0.0;    ///< [time]; 0: about 0.6 of the stable step, followed as contacts form
+  double servo_gain = 0.0;             ///< [1/(stress time^2)]; 0: default_servo_gain()
+  double max_rate = 0.0;               ///< of each axis [1/time]; 0: default_compression_rate()
+  std::int64_t max_steps = 2000000;    ///< of one compression; beyond it is an error
 };
 
 /// A line for the log, every few hundred steps.
 struct PackingReport {
-  std::int64_t step;            ///< since the cloud was made, over all attempts
-  const char *phase;            ///< "compression", "settling", "overconsolidation" or "unloading"
+  std::int64_t step;              ///< since the cloud was made, over all attempts
+  const char *phase;              ///< "compression", "settling", "overconsolidation" or "unloading"
   double preparation_friction;    ///< [-]
-  double pressure;              ///< mean stress, compression positive [stress]
-  double void_ratio;            ///< [-]
-  double coordination_number;    ///< [-]
-  double unbalanced_ratio;      ///< [-]
+  double pressure;                ///< mean stress, compression positive [stress]
+  double void_ratio;              ///< [-]
+  double coordination_number;     ///< [-]
+  double unbalanced_ratio;        ///< [-]
 };
 using PackingProgress = std::function<void(const PackingReport &)>;
 
@@ -72,7 +73,8 @@ RveState loose_cloud(const PackingRecipe &recipe);
 /// With `void_ratio`: looser than the frictionless packing by bisection on the preparation friction in [0, 1]; denser by
 /// bisection on an isotropic overconsolidation, frictionless, up to the pressure at which k_n is strained by 4 %.
 /// Throws InputError with the reachable range when neither does, and when a compression does not come to rest.
-RveState generate_packing(const PackingRecipe &recipe, Engine &engine, const PackingProgress &progress = {});
+RveState generate_packing(const PackingRecipe &recipe, Engine &engine,
+                          const PackingProgress &progress = {});
 
 }    // namespace rve
 

@@ -65,10 +65,12 @@ namespace {
     void require_words(std::size_t count, const std::string &form) const
     {
       if (words.size() != count)
-        fail("'" + text + "' has " + std::to_string(words.size()) + " words; expected '" + form + "'");
+        fail("'" + text + "' has " + std::to_string(words.size()) + " words; expected '" + form +
+             "'");
     }
 
-    void require_keyword(const std::string &keyword, std::size_t count, const std::string &form) const
+    void require_keyword(const std::string &keyword, std::size_t count,
+                         const std::string &form) const
     {
       if (word(0) != keyword)
         fail("found '" + std::string(word(0)) + "' where '" + keyword + "' was expected");
@@ -78,7 +80,8 @@ namespace {
     double finite_number(std::size_t k, const std::string &what) const
     {
       double value = 0.0;
-      if (!convert(k, value)) fail(what + " is '" + std::string(word(k)) + "'; it must be a number");
+      if (!convert(k, value))
+        fail(what + " is '" + std::string(word(k)) + "'; it must be a number");
       if (!std::isfinite(value)) fail(what + " is " + number(value) + "; it must be finite");
       return value;
     }
@@ -132,7 +135,9 @@ namespace {
       reader.next("a material value");
       const std::string name(reader.word(0));
       const auto entry = std::find_if(std::begin(MATERIAL_ENTRIES), std::end(MATERIAL_ENTRIES),
-                                      [&](const MaterialEntry &e) { return name == e.name; });
+                                      [&](const MaterialEntry &e) {
+                                        return name == e.name;
+                                      });
       if (entry == std::end(MATERIAL_ENTRIES)) {
         std::string missing;
         for (const MaterialEntry &e : MATERIAL_ENTRIES)
@@ -144,7 +149,8 @@ namespace {
       reader.require_words(2, name + " value");
       const double value = reader.finite_number(1, name);
       if (value < 0.0)
-        reader.fail(name + " is " + number(value) + " [" + entry->unit + "]; it must not be negative");
+        reader.fail(name + " is " + number(value) + " [" + entry->unit +
+                    "]; it must not be negative");
       material.*entry->member = value;
     }
   }
@@ -178,7 +184,8 @@ namespace {
       seen[i] = true;
       state.radius[i] = reader.finite_number(1, "radius");
       if (state.radius[i] <= 0.0)
-        reader.fail("radius is " + number(state.radius[i]) + " [length]; it must be greater than 0");
+        reader.fail("radius is " + number(state.radius[i]) +
+                    " [length]; it must be greater than 0");
       for (int a = 0; a < 2; ++a) {
         state.fractional[2 * i + a] =
             reader.integer<std::uint64_t>(2 + a, "fractional coordinate", 0, UINT64_MAX);
@@ -216,7 +223,8 @@ namespace {
   void write_tensor(std::ostream &out, const char *name, const Tensor2 &tensor)
   {
     out << name << "\n";
-    for (int a = 0; a < 2; ++a) out << "  " << exact(tensor(a, 0)) << " " << exact(tensor(a, 1)) << "\n";
+    for (int a = 0; a < 2; ++a)
+      out << "  " << exact(tensor(a, 0)) << " " << exact(tensor(a, 1)) << "\n";
   }
 
   void write_whole_file(const std::string &path, const std::string &text)
@@ -244,7 +252,7 @@ namespace {
 
   /// The packing seen from LAMMPS: a along +x, |xy| <= lx/2.
   struct RestrictedFrame {
-    RveState state;        // positions and cell in the new frame
+    RveState state;         // positions and cell in the new frame
     double cosine, sine;    // v_lammps = (cosine v_x + sine v_y, -sine v_x + cosine v_y)
 
     explicit RestrictedFrame(const RveState &original) : state(original)
@@ -289,13 +297,14 @@ namespace {
     for (int i = 0; i < state.num_grains(); ++i) {
       const double r = state.radius[i];
       const double density = mass_per_area * PI * r * r / (4.0 / 3.0 * PI * r * r * r);
-      out << i + 1 << " 1 " << exact(2.0 * r) << " " << exact(density) << " " << exact(xy[2 * i]) << " "
-          << exact(xy[2 * i + 1]) << " 0\n";
+      out << i + 1 << " 1 " << exact(2.0 * r) << " " << exact(density) << " " << exact(xy[2 * i])
+          << " " << exact(xy[2 * i + 1]) << " 0\n";
     }
     out << "\nVelocities\n\n";
     for (int i = 0; i < state.num_grains(); ++i) {
       const Vec<double, 2> c = frame.rotate(state.velocity[2 * i], state.velocity[2 * i + 1]);
-      out << i + 1 << " " << exact(c[0]) << " " << exact(c[1]) << " 0 0 0 " << exact(state.spin[i]) << "\n";
+      out << i + 1 << " " << exact(c[0]) << " " << exact(c[1]) << " 0 0 0 " << exact(state.spin[i])
+          << "\n";
     }
     return out.str();
   }
@@ -317,8 +326,8 @@ namespace {
       const double f_n = state.material.normal_stiffness * contact.overlap;
       const auto &n = contact.normal;
       out << contact.first + 1 << " " << contact.second + 1;
-      for (const double value : {contact.branch[0], contact.branch[1], n[0], n[1], contact.overlap, f_n, f_t,
-                                 -f_n * n[0] - f_t * n[1], -f_n * n[1] + f_t * n[0]})
+      for (const double value : {contact.branch[0], contact.branch[1], n[0], n[1], contact.overlap,
+                                 f_n, f_t, -f_n * n[0] - f_t * n[1], -f_n * n[1] + f_t * n[0]})
         out << " " << exact(value);
       out << "\n";
     }
@@ -374,10 +383,12 @@ void write_packing(const std::string &path, const RveState &state)
   check_for(path, state);
   std::ostringstream out;
   out << "# Packing of one RVE (GPU_RVE): plane disks in a periodic cell, x = H s.\n"
-      << "# Consistent units, those of the script that made it: [length], [mass], [time], force = mass length/time^2.\n"
+      << "# Consistent units, those of the script that made it: [length], [mass], [time], force = "
+         "mass length/time^2.\n"
       << "gpu_rve_packing " << FILE_VERSION << "\n\nmaterial\n";
   for (const MaterialEntry &entry : MATERIAL_ENTRIES)
-    out << "  " << entry.name << " " << exact(state.material.*entry.member) << "    # [" << entry.unit << "]\n";
+    out << "  " << entry.name << " " << exact(state.material.*entry.member) << "    # ["
+        << entry.unit << "]\n";
   out << "\n# rows of H; its columns are the cell vectors [length]\n";
   write_tensor(out, "cell", state.cell);
   out << "# deformation gradient since the packing was made [-]\n";
@@ -387,18 +398,23 @@ void write_packing(const std::string &path, const RveState &state)
   out << "# scale of the force integers [force]\n"
       << "largest_contact_force " << exact(state.largest_contact_force) << "\n\n"
       << "grains " << state.num_grains()
-      << "\n# id, radius [length], s_x 2^64, s_y 2^64 [-], peculiar velocity c_x, c_y [length/time], spin [1/time]\n";
+      << "\n# id, radius [length], s_x 2^64, s_y 2^64 [-], peculiar velocity c_x, c_y "
+         "[length/time], spin [1/time]\n";
   for (int i = 0; i < state.num_grains(); ++i)
     out << i + 1 << " " << exact(state.radius[i]) << " " << state.fractional[2 * i] << " "
         << state.fractional[2 * i + 1] << " " << exact(state.velocity[2 * i]) << " "
         << exact(state.velocity[2 * i + 1]) << " " << exact(state.spin[i]) << "\n";
 
-  const auto has_history = [](const Pair &pair) { return pair.tangential_force != 0.0; };
+  const auto has_history = [](const Pair &pair) {
+    return pair.tangential_force != 0.0;
+  };
   out << "\ncontacts " << std::count_if(state.pairs.begin(), state.pairs.end(), has_history)
-      << "\n# contacts with a tangential force: id, id, force on the first along (-n_y, n_x), n to the second [force]\n";
+      << "\n# contacts with a tangential force: id, id, force on the first along (-n_y, n_x), n to "
+         "the second [force]\n";
   for (const Pair &pair : state.pairs)
     if (has_history(pair))
-      out << pair.first + 1 << " " << pair.second + 1 << " " << exact(pair.tangential_force) << "\n";
+      out << pair.first + 1 << " " << pair.second + 1 << " " << exact(pair.tangential_force)
+          << "\n";
   out << "end\n";
   write_whole_file(path, out.str());
 }

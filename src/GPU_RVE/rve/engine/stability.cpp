@@ -27,15 +27,18 @@ namespace {
 
   ContactModulus stiffness(const Material &material)
   {
-    return {material.normal_stiffness, material.friction > 0.0 ? material.tangential_stiffness : 0.0};
+    return {material.normal_stiffness,
+            material.friction > 0.0 ? material.tangential_stiffness : 0.0};
   }
 
   ContactModulus viscosity(const Material &material)
   {
-    return {material.normal_viscosity, material.friction > 0.0 ? material.tangential_viscosity : 0.0};
+    return {material.normal_viscosity,
+            material.friction > 0.0 ? material.tangential_viscosity : 0.0};
   }
 
-  using Stretch = std::array<double, 6>;    // derivative of a stretch by (x, y, w)_first, (x, y, w)_second
+  using Stretch =
+      std::array<double, 6>;    // derivative of a stretch by (x, y, w)_first, (x, y, w)_second
 
   Stretch normal_stretch(const ContactGeometry &contact)
   {
@@ -67,11 +70,13 @@ namespace {
    public:
     NetworkOperator(const RveState &state, const std::vector<ContactGeometry> &_contacts,
                     ContactModulus _modulus) :
-        contacts(_contacts), modulus(_modulus)
+        contacts(_contacts),
+        modulus(_modulus)
     {
       for (int i = 0; i < state.num_grains(); ++i) {
         const double m = grain_mass(state, i);
-        for (const double mass : {m, m, 0.5 * m}) inverse_root_mass.push_back(1.0 / std::sqrt(mass));
+        for (const double mass : {m, m, 0.5 * m})
+          inverse_root_mass.push_back(1.0 / std::sqrt(mass));
       }
       for (const ContactGeometry &contact : contacts) {
         normal.push_back(normal_stretch(contact));
@@ -109,7 +114,8 @@ namespace {
   };
 
   // Number of eigenvalues of a symmetric tridiagonal matrix below x (Sturm sequence).
-  int eigenvalues_below(const std::vector<double> &diagonal, const std::vector<double> &off, double x)
+  int eigenvalues_below(const std::vector<double> &diagonal, const std::vector<double> &off,
+                        double x)
   {
     int count = 0;
     double pivot = 1.0;
@@ -128,7 +134,8 @@ namespace {
     const int n = static_cast<int>(diagonal.size());
     double low = diagonal[0], high = diagonal[0];
     for (int k = 0; k < n; ++k) {
-      const double reach = (k > 0 ? std::fabs(off[k - 1]) : 0.0) + (k + 1 < n ? std::fabs(off[k]) : 0.0);
+      const double reach =
+          (k > 0 ? std::fabs(off[k - 1]) : 0.0) + (k + 1 < n ? std::fabs(off[k]) : 0.0);
       low = std::max(low, diagonal[k]);
       high = std::max(high, diagonal[k] + reach);
     }
@@ -155,7 +162,8 @@ namespace {
 
     const std::size_t n = matrix.size();
     std::vector<std::vector<double>> basis(1, std::vector<double>(n));
-    std::uint64_t pseudo_random = 0x9e3779b97f4a7c15u;    // deterministic, and orthogonal to no symmetric mode
+    std::uint64_t pseudo_random =
+        0x9e3779b97f4a7c15u;    // deterministic, and orthogonal to no symmetric mode
     for (double &x : basis[0]) {
       pseudo_random = pseudo_random * 6364136223846793005u + 1442695040888963407u;
       x = static_cast<double>(pseudo_random >> 11) * 0x1p-53 - 0.5;
@@ -178,7 +186,8 @@ namespace {
       largest = largest_eigenvalue(diagonal, off);
       steady = largest - previous <= TOLERANCE * largest ? steady + 1 : 0;
       const double norm = std::sqrt(dot(next, next));
-      const bool invariant = norm <= 1e-14 * largest;    // the basis spans an invariant subspace: exact
+      const bool invariant =
+          norm <= 1e-14 * largest;    // the basis spans an invariant subspace: exact
       if (steady >= STEADY_STEPS || invariant) break;
       off.push_back(norm);
       basis.push_back(next);

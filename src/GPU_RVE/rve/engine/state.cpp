@@ -39,13 +39,15 @@ namespace {
 
   void require_finite(const Tensor2 &tensor, const std::string &what, const char *unit)
   {
-    for (const double value : tensor.component) require_finite(value, "a component of " + what, unit);
+    for (const double value : tensor.component)
+      require_finite(value, "a component of " + what, unit);
   }
 
   void require_size(std::size_t size, std::size_t expected, const std::string &what)
   {
-    require(size == expected, "RVE has " + std::to_string(size) + " " + what + "; its grains ask for " +
-                                  std::to_string(expected));
+    require(size == expected,
+            "RVE has " + std::to_string(size) + " " + what + "; its grains ask for " +
+                std::to_string(expected));
   }
 
   void check_material(const Material &material)
@@ -57,7 +59,8 @@ namespace {
     require(material.local_damping >= 0.0 && material.local_damping < 1.0,
             "local damping is " + number(material.local_damping) + " [-]; it must lie in [0, 1)");
     require_not_negative(material.normal_viscosity, "normal viscosity", "[force time/length]");
-    require_not_negative(material.tangential_viscosity, "tangential viscosity", "[force time/length]");
+    require_not_negative(material.tangential_viscosity, "tangential viscosity",
+                         "[force time/length]");
     require_positive(material.thickness, "thickness", "[length]");
     require_positive(material.mass_depth, "mass depth", "[length]");
   }
@@ -71,8 +74,8 @@ namespace {
       const int other = 1 - a;
       const double width = determinant(cell) / std::hypot(cell(0, other), cell(1, other));
       require(width > least_width,
-              "cell width perpendicular to cell vector " + std::to_string(other) + " is " + number(width) +
-                  " [length]; it must exceed twice the largest contact distance, " +
+              "cell width perpendicular to cell vector " + std::to_string(other) + " is " +
+                  number(width) + " [length]; it must exceed twice the largest contact distance, " +
                   number(least_width));
     }
   }
@@ -96,7 +99,8 @@ namespace {
     const auto twice = std::adjacent_find(ends.begin(), ends.end());
     if (twice != ends.end())
       throw InputError("grains " + std::to_string(twice->first + 1) + " and " +
-                       std::to_string(twice->second + 1) + " are paired twice; a pair has one history");
+                       std::to_string(twice->second + 1) +
+                       " are paired twice; a pair has one history");
   }
 
   // ---- byte image ----
@@ -179,7 +183,8 @@ namespace {
   {
     static_assert(sizeof(Material) == 9 * sizeof(double), "no padding may enter the image");
     static_assert(sizeof(Pair) == 16, "no padding may enter the image");
-    static_assert(sizeof(Counters) == 32 && sizeof(EnergyLedger) == 32, "no padding may enter the image");
+    static_assert(sizeof(Counters) == 32 && sizeof(EnergyLedger) == 32,
+                  "no padding may enter the image");
     static_assert(std::is_trivially_copyable<Tensor2>::value, "tensors are copied as bytes");
     archive(state.material);
     archive(state.cell);
@@ -225,15 +230,16 @@ std::vector<double> RveState::positions() const
 
 void RveState::set_positions(const std::vector<double> &xy)
 {
-  require(determinant(cell) > 0.0, "cell area is " + number(determinant(cell)) +
-                                       " [length^2]; positions need a cell with an area above 0");
+  require(determinant(cell) > 0.0,
+          "cell area is " + number(determinant(cell)) +
+              " [length^2]; positions need a cell with an area above 0");
   const Tensor2 to_fractional = inverse(cell);
   std::vector<std::uint64_t> result(xy.size());
   for (std::size_t i = 0; i + 1 < xy.size(); i += 2)
     for (int a = 0; a < 2; ++a) {
       const double s = to_fractional(a, 0) * xy[i] + to_fractional(a, 1) * xy[i + 1];
-      require(std::isfinite(s), "position of grain " + std::to_string(i / 2 + 1) +
-                                    " is not a finite number");
+      require(std::isfinite(s),
+              "position of grain " + std::to_string(i / 2 + 1) + " is not a finite number");
       const double scaled = (s - std::floor(s)) * TWO_TO_64;
       // s a rounding below a whole number leaves a remainder of exactly 1, which is the image at 0
       result[i + a] = scaled < TWO_TO_64 ? static_cast<std::uint64_t>(scaled) : 0u;
@@ -293,15 +299,17 @@ std::vector<char> serialize(const RveState &state)
 RveState deserialize(const char *data, std::size_t size)
 {
   ImageHeader header{};
-  require(size >= sizeof(header), "RVE image is damaged: it has " + std::to_string(size) +
-                                      " bytes, its header alone takes " +
-                                      std::to_string(sizeof(header)));
+  require(size >= sizeof(header),
+          "RVE image is damaged: it has " + std::to_string(size) +
+              " bytes, its header alone takes " + std::to_string(sizeof(header)));
   std::memcpy(&header, data, sizeof(header));
   require(header.magic == MAGIC, "not an RVE image of this machine's byte order");
-  require(header.version == VERSION, "RVE image has version " + std::to_string(header.version) +
-                                         "; this program reads version " + std::to_string(VERSION));
-  require(header.bytes == size, "RVE image is damaged: it has " + std::to_string(size) +
-                                    " bytes, its header says " + std::to_string(header.bytes));
+  require(header.version == VERSION,
+          "RVE image has version " + std::to_string(header.version) +
+              "; this program reads version " + std::to_string(VERSION));
+  require(header.bytes == size,
+          "RVE image is damaged: it has " + std::to_string(size) + " bytes, its header says " +
+              std::to_string(header.bytes));
   require(header.checksum == fnv1a(data + sizeof(header), size - sizeof(header)),
           "RVE image is damaged: its checksum does not match");
 
