@@ -43,8 +43,8 @@ template <class Format> struct ForceScale {
 };
 
 /// What a step needs to know of its RVE that is the same for all grains.
-template <class Format> struct StepConstants {
-  LinearFrictionLaw<typename Format::Real, typename Format::History> law;
+template <class Format, bool Viscous> struct StepConstants {
+  LinearFrictionLaw<typename Format::Real, typename Format::History, Viscous> law;
   Tensor<typename Format::Wide, 2> to_length;              ///< H * fraction_unit
   Tensor<typename Format::Real, 2> velocity_gradient;      ///< L [1/time]
   typename Format::Real dt;                                ///< zero evaluates without advancing the history [time]
@@ -57,8 +57,8 @@ template <class Format> struct PairForce {
 };
 
 /// Evaluates the pair (i, j) if it touches. Returns whether it does.
-template <class Format>
-RVE_INLINE bool evaluate_pair(const SharedView<Format> &shared, const StepConstants<Format> &step, int i, int j,
+template <class Format, bool Viscous>
+RVE_INLINE bool evaluate_pair(const SharedView<Format> &shared, const StepConstants<Format, Viscous> &step, int i, int j,
                               typename Format::History history, PairForce<Format> &pair)
 {
   using Real = typename Format::Real;
@@ -81,8 +81,8 @@ struct Dissipation {
 };
 
 /// Computes the pair, adds its force to both grains and its Love term to `stress` (4 integers, may be null).
-template <class Block, class Format>
-RVE_INLINE void add_pair(Block &block, const SharedView<Format> &shared, const StepConstants<Format> &step,
+template <class Block, class Format, bool Viscous>
+RVE_INLINE void add_pair(Block &block, const SharedView<Format> &shared, const StepConstants<Format, Viscous> &step,
                          const ForceScale<Format> &scale, int i, int j, typename Format::History &history,
                          Vec<typename Format::Sum, 2> &own_force, typename Format::Sum &own_torque, std::int32_t &trouble,
                          std::int64_t *stress, Dissipation *heat)
@@ -134,10 +134,10 @@ RVE_INLINE void add_pair(Block &block, const SharedView<Format> &shared, const S
 }
 
 /// All owned and extra pairs of the RVE. With `WithStress` the Love sums are returned, scaled by scale.stress.
-template <bool WithStress, bool WithHeat, class Block, class States, class Format>
+template <bool WithStress, bool WithHeat, class Block, class States, class Format, bool Viscous>
 RVE_HD IntegerSums<4> contact_forces(Block &block, States &state, const SharedView<Format> &shared,
                                      const WorkspaceView<Format> &work, int num_grains, int num_extra,
-                                     const StepConstants<Format> step, const ForceScale<Format> scale, Dissipation &heat)
+                                     const StepConstants<Format, Viscous> step, const ForceScale<Format> scale, Dissipation &heat)
 {
   using Item = typename Block::Item;
   using Sum = typename Format::Sum;

@@ -11,9 +11,9 @@ inline namespace RVE_ISA {
 
 /// Fills `result` but for its status. Sums over contacts are integers, so they do not depend on who owns a pair.
 /// `step.dt` must be zero: the law is evaluated again without advancing the history.
-template <class Block, class States, class Format>
+template <class Block, class States, class Format, bool Viscous>
 RVE_HD void homogenize(Block &block, States &state, const SharedView<Format> &shared, const WorkspaceView<Format> &work,
-                       int num_grains, int num_extra, const StepConstants<Format> &step, const ForceScale<Format> &scale,
+                       int num_grains, int num_extra, const StepConstants<Format, Viscous> &step, const ForceScale<Format> &scale,
                        double volume, double density, double mass_depth, ResultRecord &result)
 {
   using Item = typename Block::Item;

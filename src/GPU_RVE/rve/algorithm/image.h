@@ -60,6 +60,10 @@ struct ResultRecord {
   double work, friction_loss, damping_loss, viscous_loss;
 };
 
+/// Which features of the block program a call needs; one instantiation each. Energy includes viscosity.
+enum class SceneKind { Plain, Viscous, Energy };
+constexpr int kNumScenes = 3;
+
 /// Constants of the batch.
 struct BatchConstants {
   double skin;             ///< [length]; 0: a share of the mean radius

@@ -42,7 +42,14 @@ RVE_INLINE double damping_loss(double mass, double before, double after, double 
   return -mass * ((after - before) - dt * acceleration) * 0.5 * (before + after);
 }
 
-template <class Block, class Format, bool WithEnergy> class RveProgram {
+/// What a scene asks for; the rest is not compiled in.
+template <bool WithViscosity, bool WithEnergyLedger> struct SceneFeatures {
+  static constexpr bool viscous = WithViscosity;    ///< dashpots in the contacts
+  static constexpr bool energy = WithEnergyLedger;
+};
+
+template <class Block, class Format, class Features> class RveProgram {
+  static constexpr bool WithEnergy = Features::energy;
   using Item = typename Block::Item;
   using Real = typename Format::Real;
   using Wide = typename Format::Wide;
@@ -421,7 +428,7 @@ template <class Block, class Format, bool WithEnergy> class RveProgram {
   int num_extra;
   const double skin;
   ForceScale<Format> scale;
-  StepConstants<Format> step;
+  StepConstants<Format, Features::viscous> step;
   Dissipation heat = {0.0, 0.0};
   double supplied = 0.0;
   int num_rebuilds = 0, num_reductions = 0, needed_pairs = 0;

@@ -29,6 +29,11 @@ namespace {
     return t;
   }
 
+  bool is_viscous(const Material &material)
+  {
+    return material.normal_viscosity > 0.0 || material.tangential_viscosity > 0.0;
+  }
+
   void set_material_in(ImageHeader &header, const Material &material)
   {
     header.normal_stiffness = material.normal_stiffness;
@@ -308,6 +313,7 @@ int BatchEngine::add(const RveState &state)
   }
   put_image(rve, build_image(options.format, state, initial_extra_capacity(state.num_grains())));
   grains_of[rve] = state.num_grains();
+  any_viscous = any_viscous || is_viscous(state.material);
   return rve;
 }
 
@@ -336,6 +342,13 @@ void BatchEngine::set_material(int rve, const Material &material)
   ImageHeader header = get_header(rve);
   set_material_in(header, material);
   put_header(rve, header);
+  any_viscous = any_viscous || is_viscous(material);
+}
+
+SceneKind BatchEngine::scene() const
+{
+  if (options.track_energy) return SceneKind::Energy;
+  return any_viscous ? SceneKind::Viscous : SceneKind::Plain;
 }
 
 std::size_t BatchEngine::bytes_per_rve(int num_grains) const

@@ -47,6 +47,9 @@ class BatchEngine : public Engine {
   virtual void launch(const std::vector<int> &rves, const std::vector<DriveRecord> &drives, int largest, int pair_capacity,
                       std::vector<ResultRecord> &results) = 0;
 
+  /// The features that the RVEs of this engine need together.
+  SceneKind scene() const;
+
   const Options options;
   const BatchConstants constants;
 
@@ -56,6 +59,7 @@ class BatchEngine : public Engine {
 
   std::vector<int> grains_of;    ///< by RVE; 0: the number is free
   std::vector<int> free_numbers;
+  bool any_viscous = false;      ///< an RVE with dashpots has been added
   int pairs_per_grain = 4;       ///< capacity of the workspaces, grows on demand
 };
 

@@ -101,7 +101,7 @@ namespace {
       const bool one_item = largest <= block;
       const KernelSizes sizes = kernels.sizes(largest, pair_capacity);
       const bool on_chip = sizes.shared + sizeof(CudaScratch) + 1024 <= device.sharedMemPerBlockOptin;
-      const KernelFunction kernel = kernels.kernel[one_item][options.track_energy];
+      const KernelFunction kernel = kernels.kernel[one_item][static_cast<int>(scene())];
       const std::size_t dynamic = on_chip ? sizes.shared : 0;
       check_cuda(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, static_cast<int>(dynamic)),
                  "shared memory of the kernel");

@@ -33,7 +33,7 @@ struct KernelSizes {
 
 /// One number format's kernels.
 struct CudaKernels {
-  KernelFunction kernel[2][2];    ///< [one item per thread][track energy]
+  KernelFunction kernel[2][kNumScenes];    ///< [one item per thread][SceneKind]
   KernelSizes (*sizes)(int num_grains, int pair_capacity);
 };
 
@@ -41,7 +41,7 @@ CudaKernels cuda_kernels_fast();
 CudaKernels cuda_kernels_mixed();
 CudaKernels cuda_kernels_double();
 
-template <class Format, bool OneItemPerThread, bool WithEnergy>
+template <class Format, bool OneItemPerThread, class Features>
 __global__ void __launch_bounds__(1024) advance_kernel(LaunchRecord launch, BatchConstants batch)
 {
   extern __shared__ __align__(16) char on_chip[];
@@ -57,7 +57,7 @@ __global__ void __launch_bounds__(1024) advance_kernel(LaunchRecord launch, Batc
     char *image = launch.images[k];
     const auto &header = *reinterpret_cast<const ImageHeader *>(image);
     BlockCuda<OneItemPerThread> block(scratch, memory + launch.items_offset);
-    RveProgram<BlockCuda<OneItemPerThread>, Format, WithEnergy> program(
+    RveProgram<BlockCuda<OneItemPerThread>, Format, Features> program(
         block, carve_image<Format>(image, header.num_grains, header.extra_capacity),
         carve_shared<Format>(launch.shared_on_chip ? on_chip : memory + launch.shared_offset, header.num_grains),
         carve_workspace<Format>(memory, header.num_grains, launch.pair_capacity), launch.drives[k], batch);
@@ -76,8 +76,13 @@ template <class Format> KernelSizes kernel_sizes(int num_grains, int pair_capaci
 
 template <class Format> CudaKernels make_cuda_kernels()
 {
-  return {{{advance_kernel<Format, false, false>, advance_kernel<Format, false, true>},
-           {advance_kernel<Format, true, false>, advance_kernel<Format, true, true>}},
+  using Plain = SceneFeatures<false, false>;
+  using Viscous = SceneFeatures<true, false>;
+  using Energy = SceneFeatures<true, true>;
+  return {{{advance_kernel<Format, false, Plain>, advance_kernel<Format, false, Viscous>,
+            advance_kernel<Format, false, Energy>},
+           {advance_kernel<Format, true, Plain>, advance_kernel<Format, true, Viscous>,
+            advance_kernel<Format, true, Energy>}},
           kernel_sizes<Format>};
 }
 

@@ -103,7 +103,7 @@ namespace {
       for (int m = 0; m < count; ++m) {
         const int k = order[m];
         const HostWorkspace workspace = memory[omp_get_thread_num()].prepare(sizes, pair_capacity);
-        kernel.advance(images[rves[k]].bytes.data(), drives[k], constants, workspace, options.track_energy, results[k]);
+        kernel.advance(images[rves[k]].bytes.data(), drives[k], constants, workspace, scene(), results[k]);
       }
     }
 

@@ -13,13 +13,13 @@ namespace rve {
 
 inline namespace RVE_ISA {
 
-template <class Format, bool WithEnergy>
+template <class Format, class Features>
 void run_program(char *image, const DriveRecord &drive, const BatchConstants &batch, const HostWorkspace &memory,
                  ResultRecord &result)
 {
   const auto &header = *reinterpret_cast<const ImageHeader *>(image);
   BlockSerial block(memory.items);
-  RveProgram<BlockSerial, Format, WithEnergy> program(
+  RveProgram<BlockSerial, Format, Features> program(
       block, carve_image<Format>(image, header.num_grains, header.extra_capacity),
       carve_shared<Format>(memory.shared, header.num_grains),
       carve_workspace<Format>(memory.workspace, header.num_grains, memory.pair_capacity), drive, batch);
@@ -28,12 +28,13 @@ void run_program(char *image, const DriveRecord &drive, const BatchConstants &ba
 
 template <class Format>
 void advance(char *image, const DriveRecord &drive, const BatchConstants &batch, const HostWorkspace &memory,
-             bool track_energy, ResultRecord &result)
+             SceneKind scene, ResultRecord &result)
 {
-  if (track_energy)
-    run_program<Format, true>(image, drive, batch, memory, result);
-  else
-    run_program<Format, false>(image, drive, batch, memory, result);
+  switch (scene) {
+    case SceneKind::Plain: return run_program<Format, SceneFeatures<false, false>>(image, drive, batch, memory, result);
+    case SceneKind::Viscous: return run_program<Format, SceneFeatures<true, false>>(image, drive, batch, memory, result);
+    case SceneKind::Energy: return run_program<Format, SceneFeatures<true, true>>(image, drive, batch, memory, result);
+  }
 }
 
 template <class Format> HostWorkspaceSizes workspace_sizes(int num_grains, int pair_capacity)

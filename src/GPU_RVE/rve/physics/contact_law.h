@@ -36,10 +36,10 @@ template <class Real, class History> struct ContactForce {
 /// Arms: torque r - overlap/2, the distance to the contact point of equation (11). Surface velocity r - velocity_arm * overlap
 /// with velocity_arm = 1/2 (the same point: the arms add up to |b|, so a rigid rotation of the pair gives no slip) or 0 (the
 /// convention of LAMMPS, not objective, for cross-checks).
-template <class Real, class History> struct LinearFrictionLaw {
+template <class Real, class History, bool Viscous> struct LinearFrictionLaw {
   LinearNormal<Real> normal;
   VelocityDamping<Real> normal_damping;
-  LinearTangential<Real, History> tangential;
+  LinearTangential<Real, History, Viscous> tangential;
   Real velocity_arm;
 
   RVE_INLINE ContactForce<Real, History> evaluate(const ContactGeometry<Real, 2> &contact, const DiskMotion<Real> &i,
@@ -59,7 +59,8 @@ template <class Real, class History> struct LinearFrictionLaw {
     ContactForce<Real, History> result;
     result.normal_velocity = normal_velocity;
     result.tangential_velocity = tangential_velocity;
-    result.normal_force = normal.force(contact.overlap) + normal_damping.force(normal_velocity);
+    result.normal_force = normal.force(contact.overlap);
+    if (Viscous) result.normal_force = result.normal_force + normal_damping.force(normal_velocity);
     const auto shear = tangential.advance(spring, tangential_velocity, result.normal_force, dt);
     result.tangential = shear.force;
     result.spring = shear.spring;

@@ -20,23 +20,26 @@ template <class Real, class History> struct TangentialForce {
 
 /// Linear incremental spring with Coulomb limit. In two dimensions the history is a signed number, so load reversal unloads
 /// the spring; equation (14) as printed adds magnitudes along the present increment and cannot unload.
-template <class Real, class History> struct LinearTangential {
+/// Viscous: a dashpot beside the spring, under the same limit; compiled in only for scenes that have one.
+template <class Real, class History, bool Viscous> struct LinearTangential {
   History stiffness;    ///< k_t [force/length]
   Real friction;        ///< mu [-]
-  Real viscosity;       ///< gamma_t, acts beside the spring and under the same limit [force time/length]
+  Real viscosity;       ///< gamma_t [force time/length]
 
   /// `spring` is the history, `velocity` the tangential velocity of j relative to i at the contact [length/time].
   RVE_INLINE TangentialForce<Real, History> advance(History spring, Real velocity, Real normal_force, Real dt) const
   {
-    const History viscous = static_cast<History>(viscosity) * static_cast<History>(velocity);
     const History elastic = std::fma(stiffness * static_cast<History>(dt), static_cast<History>(velocity), spring);
-    const History trial = elastic + viscous;
+    const History viscous = Viscous ? static_cast<History>(viscosity) * static_cast<History>(velocity) : History(0);
+    const History trial = Viscous ? elastic + viscous : elastic;
     const History limit = static_cast<History>(friction * std::fabs(normal_force));
-    const History capped = trial > limit ? limit : (trial < -limit ? -limit : trial);
+    const History below = trial > limit ? limit : trial;
+    const History capped = below < -limit ? -limit : below;
     TangentialForce<Real, History> result;
     result.force = static_cast<Real>(capped);
-    result.sliding = capped >= limit || capped <= -limit;
-    result.spring = result.sliding ? capped - viscous : elastic;
+    result.sliding = std::fabs(capped) >= limit;
+    // a sticking contact keeps its spring to the bit: evaluating it again must not change it
+    result.spring = Viscous ? (result.sliding ? capped - viscous : elastic) : capped;
     result.slipped = trial - capped;
     return result;
   }
