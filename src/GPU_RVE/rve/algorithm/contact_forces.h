@@ -14,174 +14,192 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-/// Powers of two that turn forces and torques into integers. From the largest contact force of the last call, with headroom,
-/// so that stiff and soft packings keep the same relative resolution.
-template <class Format> struct ForceScale {
-  typename Format::Real force, inverse_force;      ///< [1/force], [force]
-  typename Format::Real torque, inverse_torque;    ///< [1/(force length)], [force length]
-  typename Format::Real limit;                     ///< contact forces above are refused [force units]
-  double stress;            ///< of a Love term in 64 bits [1/(force length)]
-  double contact_force;     ///< of |f| of a contact or a grain in 64 bits [1/force]
-  double energy;            ///< of a contact's elastic energy in 64 bits [1/(force length)]
+  /// Powers of two that turn forces and torques into integers. From the largest contact force of the last call, with headroom,
+  /// so that stiff and soft packings keep the same relative resolution.
+  template <class Format> struct ForceScale {
+    typename Format::Real force, inverse_force;      ///< [1/force], [force]
+    typename Format::Real torque, inverse_torque;    ///< [1/(force length)], [force length]
+    typename Format::Real limit;    ///< contact forces above are refused [force units]
+    double stress;                  ///< of a Love term in 64 bits [1/(force length)]
+    double contact_force;           ///< of |f| of a contact or a grain in 64 bits [1/force]
+    double energy;                  ///< of a contact's elastic energy in 64 bits [1/(force length)]
 
-  RVE_INLINE ForceScale(double largest_contact_force, double largest_radius)
+    RVE_INLINE ForceScale(double largest_contact_force, double largest_radius)
+    {
+      using Real = typename Format::Real;
+      const int force_bits = Format::largest_force_bits - floor_log2(largest_contact_force);
+      const int radius_bits = floor_log2(largest_radius) +
+          1;    // arm <= 2^radius_bits, so |torque| needs no more bits than |force|
+      force = static_cast<Real>(power_of_two(force_bits));
+      inverse_force = static_cast<Real>(power_of_two(-force_bits));
+      torque = static_cast<Real>(power_of_two(force_bits - radius_bits));
+      inverse_torque = static_cast<Real>(power_of_two(radius_bits - force_bits));
+      limit = static_cast<Real>(power_of_two(Format::saturation_bits));
+      // A saturated contact reaches 2^(saturation - largest) times the largest force; with 2^17 contacts 62 bits are not exceeded.
+      const int room = 62 - 17 - (Format::saturation_bits - Format::largest_force_bits) -
+          floor_log2(largest_contact_force) - 1;
+      contact_force = power_of_two(room);
+      stress = power_of_two(room - radius_bits - 1);
+      energy = power_of_two(room - radius_bits - 1);
+    }
+  };
+
+  /// What a step needs to know of its RVE that is the same for all grains.
+  template <class Format, bool Viscous> struct StepConstants {
+    LinearFrictionLaw<typename Format::Real, typename Format::History, Viscous> law;
+    Tensor<typename Format::Wide, 2> to_length;            ///< H * fraction_unit
+    Tensor<typename Format::Real, 2> velocity_gradient;    ///< L [1/time]
+    typename Format::Real dt;    ///< zero evaluates without advancing the history [time]
+  };
+
+  /// One contact as the algorithms above the law see it.
+  template <class Format> struct PairForce {
+    ContactGeometry<typename Format::Real, 2> contact;
+    ContactForce<typename Format::Real, typename Format::History> force;
+  };
+
+  /// Evaluates the pair (i, j) if it touches. Returns whether it does.
+  template <class Format, bool Viscous>
+  RVE_INLINE bool evaluate_pair(const SharedView<Format> &shared,
+                                const StepConstants<Format, Viscous> &step, int i, int j,
+                                typename Format::History history, PairForce<Format> &pair)
   {
     using Real = typename Format::Real;
-    const int force_bits = Format::largest_force_bits - floor_log2(largest_contact_force);
-    const int radius_bits = floor_log2(largest_radius) + 1;    // arm <= 2^radius_bits, so |torque| needs no more bits than |force|
-    force = static_cast<Real>(power_of_two(force_bits));
-    inverse_force = static_cast<Real>(power_of_two(-force_bits));
-    torque = static_cast<Real>(power_of_two(force_bits - radius_bits));
-    inverse_torque = static_cast<Real>(power_of_two(radius_bits - force_bits));
-    limit = static_cast<Real>(power_of_two(Format::saturation_bits));
-    // A saturated contact reaches 2^(saturation - largest) times the largest force; with 2^17 contacts 62 bits are not exceeded.
-    const int room = 62 - 17 - (Format::saturation_bits - Format::largest_force_bits) - floor_log2(largest_contact_force) - 1;
-    contact_force = power_of_two(room);
-    stress = power_of_two(room - radius_bits - 1);
-    energy = power_of_two(room - radius_bits - 1);
+    using Wide = typename Format::Wide;
+    const Wide sum_of_radii = shared.radius[i] + shared.radius[j];
+    const Vec<Wide, 2> branch =
+        step.to_length * fractional_difference<Format>(shared.position[j], shared.position[i]);
+    const Wide gap = gap_squared(branch, sum_of_radii);
+    if (!(gap > Wide(0)) || i == j) return false;
+    pair.contact = contact_geometry<Real>(branch, sum_of_radii, gap);
+    const DiskMotion<Real> motion_i{shared.velocity[i], shared.spin[i],
+                                    static_cast<Real>(shared.radius[i])};
+    const DiskMotion<Real> motion_j{shared.velocity[j], shared.spin[j],
+                                    static_cast<Real>(shared.radius[j])};
+    pair.force = step.law.evaluate(pair.contact, motion_i, motion_j, step.velocity_gradient,
+                                   history, step.dt);
+    return true;
   }
-};
 
-/// What a step needs to know of its RVE that is the same for all grains.
-template <class Format, bool Viscous> struct StepConstants {
-  LinearFrictionLaw<typename Format::Real, typename Format::History, Viscous> law;
-  Tensor<typename Format::Wide, 2> to_length;              ///< H * fraction_unit
-  Tensor<typename Format::Real, 2> velocity_gradient;      ///< L [1/time]
-  typename Format::Real dt;                                ///< zero evaluates without advancing the history [time]
-};
+  /// Energy that contacts turned into heat [force length].
+  struct Dissipation {
+    double friction, viscous;
+  };
 
-/// One contact as the algorithms above the law see it.
-template <class Format> struct PairForce {
-  ContactGeometry<typename Format::Real, 2> contact;
-  ContactForce<typename Format::Real, typename Format::History> force;
-};
-
-/// Evaluates the pair (i, j) if it touches. Returns whether it does.
-template <class Format, bool Viscous>
-RVE_INLINE bool evaluate_pair(const SharedView<Format> &shared, const StepConstants<Format, Viscous> &step, int i, int j,
-                              typename Format::History history, PairForce<Format> &pair)
-{
-  using Real = typename Format::Real;
-  using Wide = typename Format::Wide;
-  const Wide sum_of_radii = shared.radius[i] + shared.radius[j];
-  const Vec<Wide, 2> branch =
-      step.to_length * fractional_difference<Format>(shared.position[j], shared.position[i]);
-  const Wide gap = gap_squared(branch, sum_of_radii);
-  if (!(gap > Wide(0)) || i == j) return false;
-  pair.contact = contact_geometry<Real>(branch, sum_of_radii, gap);
-  const DiskMotion<Real> motion_i{shared.velocity[i], shared.spin[i], static_cast<Real>(shared.radius[i])};
-  const DiskMotion<Real> motion_j{shared.velocity[j], shared.spin[j], static_cast<Real>(shared.radius[j])};
-  pair.force = step.law.evaluate(pair.contact, motion_i, motion_j, step.velocity_gradient, history, step.dt);
-  return true;
-}
-
-/// Energy that contacts turned into heat [force length].
-struct Dissipation {
-  double friction, viscous;
-};
-
-/// Computes the pair, adds its force to both grains and its Love term to `stress` (4 integers, may be null).
-template <class Block, class Format, bool Viscous>
-RVE_INLINE void add_pair(Block &block, const SharedView<Format> &shared, const StepConstants<Format, Viscous> &step,
-                         const ForceScale<Format> &scale, int i, int j, typename Format::History &history,
-                         Vec<typename Format::Sum, 2> &own_force, typename Format::Sum &own_torque, std::int32_t &trouble,
-                         std::int64_t *stress, Dissipation *heat)
-{
-  using Real = typename Format::Real;
-  using Sum = typename Format::Sum;
-  PairForce<Format> pair;
-  if (!evaluate_pair(shared, step, i, j, history, pair)) {
-    history = typename Format::History(0);
-    return;
-  }
-  history = pair.force.spring;
-  const Vec<Real, 2> scaled = scale.force * pair.force.force;
-  // a NaN fails the comparison too
-  if (!(std::fabs(scaled[0]) <= scale.limit && std::fabs(scaled[1]) <= scale.limit)) {
-    trouble |= static_cast<std::int32_t>(status::ForceSaturated);
-    return;
-  }
-  for (int a = 0; a < 2; ++a) {
-    Sum units;
-    round_to(scaled[a], units);
-    own_force[a] += units;
-    block.add(&shared.force[j][a], static_cast<Sum>(-units));
-  }
-  Sum torque_i, torque_j;
-  round_to(scale.torque * pair.force.torque_i, torque_i);
-  round_to(scale.torque * pair.force.torque_j, torque_j);
-  own_torque += torque_i;
-  block.add(&shared.torque[j], torque_j);
-  if (stress) {
-    const auto term = love_term(pair.force.force.template as<double>(), pair.contact.branch.template as<double>());
-    for (int k = 0; k < 4; ++k) {
-      std::int64_t units;
-      round_to(scale.stress * term.component[k], units);
-      stress[k] += units;
+  /// Computes the pair, adds its force to both grains and its Love term to `stress` (4 integers, may be null).
+  template <class Block, class Format, bool Viscous>
+  RVE_INLINE void
+  add_pair(Block &block, const SharedView<Format> &shared,
+           const StepConstants<Format, Viscous> &step, const ForceScale<Format> &scale, int i,
+           int j, typename Format::History &history, Vec<typename Format::Sum, 2> &own_force,
+           typename Format::Sum &own_torque, std::int32_t &trouble, std::int64_t *stress,
+           Dissipation *heat)
+  {
+    using Real = typename Format::Real;
+    using Sum = typename Format::Sum;
+    PairForce<Format> pair;
+    if (!evaluate_pair(shared, step, i, j, history, pair)) {
+      history = typename Format::History(0);
+      return;
+    }
+    history = pair.force.spring;
+    const Vec<Real, 2> scaled = scale.force * pair.force.force;
+    // a NaN fails the comparison too
+    if (!(std::fabs(scaled[0]) <= scale.limit && std::fabs(scaled[1]) <= scale.limit)) {
+      trouble |= static_cast<std::int32_t>(status::ForceSaturated);
+      return;
+    }
+    for (int a = 0; a < 2; ++a) {
+      Sum units;
+      round_to(scaled[a], units);
+      own_force[a] += units;
+      block.add(&shared.force[j][a], static_cast<Sum>(-units));
+    }
+    Sum torque_i, torque_j;
+    round_to(scale.torque * pair.force.torque_i, torque_i);
+    round_to(scale.torque * pair.force.torque_j, torque_j);
+    own_torque += torque_i;
+    block.add(&shared.torque[j], torque_j);
+    if (stress) {
+      const auto term = love_term(pair.force.force.template as<double>(),
+                                  pair.contact.branch.template as<double>());
+      for (int k = 0; k < 4; ++k) {
+        std::int64_t units;
+        round_to(scale.stress * term.component[k], units);
+        stress[k] += units;
+      }
+    }
+    if (heat) {
+      const double dt = step.dt, vt = pair.force.tangential_velocity,
+                   vn = pair.force.normal_velocity;
+      const double capped = static_cast<double>(pair.force.tangential);
+      const double stiffness = static_cast<double>(step.law.tangential.stiffness);
+      if (stiffness > 0.0)
+        heat->friction += capped * static_cast<double>(pair.force.slipped) / stiffness;
+      else
+        heat->friction += capped * vt * dt;
+      heat->viscous += static_cast<double>(step.law.normal_damping.viscosity) * vn * vn * dt;
+      if (!pair.force.sliding)
+        heat->viscous += static_cast<double>(step.law.tangential.viscosity) * vt * vt * dt;
     }
   }
-  if (heat) {
-    const double dt = step.dt, vt = pair.force.tangential_velocity, vn = pair.force.normal_velocity;
-    const double capped = static_cast<double>(pair.force.tangential);
-    const double stiffness = static_cast<double>(step.law.tangential.stiffness);
-    if (stiffness > 0.0)
-      heat->friction += capped * static_cast<double>(pair.force.slipped) / stiffness;
-    else
-      heat->friction += capped * vt * dt;
-    heat->viscous += static_cast<double>(step.law.normal_damping.viscosity) * vn * vn * dt;
-    if (!pair.force.sliding) heat->viscous += static_cast<double>(step.law.tangential.viscosity) * vt * vt * dt;
-  }
-}
 
-/// All owned and extra pairs of the RVE. With `WithStress` the Love sums are returned, scaled by scale.stress.
-template <bool WithStress, bool WithHeat, class Block, class States, class Format, bool Viscous>
-RVE_HD IntegerSums<4> contact_forces(Block &block, States &state, const SharedView<Format> &shared,
-                                     const WorkspaceView<Format> &work, int num_grains, int num_extra,
-                                     const StepConstants<Format, Viscous> step, const ForceScale<Format> scale, Dissipation &heat)
-{
-  using Item = typename Block::Item;
-  using Sum = typename Format::Sum;
-  const auto owned = [&](Item i, std::int64_t *stress, Dissipation *lost) {
-    auto &grain = state[i];
-    grain.force = Vec<Sum, 2>::zero();
-    grain.torque = Sum(0);
-    for (int k = 0; k < kOwnedPairs; ++k)
-      add_pair(block, shared, step, scale, i, grain.partner[k], grain.history[k], grain.force, grain.torque, grain.trouble,
-               stress, lost);
-  };
-  const auto extra = [&](int m, std::int64_t *stress, Dissipation *lost, std::int32_t &trouble) {
-    const int i = work.extra_first[m];
-    Vec<Sum, 2> force = Vec<Sum, 2>::zero();
-    Sum torque = 0;
-    add_pair(block, shared, step, scale, i, work.extra_second[m], work.extra_history[m], force, torque, trouble, stress, lost);
-    block.add(&shared.force[i][0], force[0]);
-    block.add(&shared.force[i][1], force[1]);
-    block.add(&shared.torque[i], torque);
-  };
-  // extra pairs ride along with the grains of the same numbers: no phase of their own
-  const auto both = [&](Item i, std::int64_t *stress, Dissipation *lost) {
-    owned(i, stress, lost);
-    for (int m = i; m < num_extra; m += num_grains) extra(m, stress, lost, state[i].trouble);
-  };
+  /// All owned and extra pairs of the RVE. With `WithStress` the Love sums are returned, scaled by scale.stress.
+  template <bool WithStress, bool WithHeat, class Block, class States, class Format, bool Viscous>
+  RVE_HD IntegerSums<4> contact_forces(Block &block, States &state,
+                                       const SharedView<Format> &shared,
+                                       const WorkspaceView<Format> &work, int num_grains,
+                                       int num_extra, const StepConstants<Format, Viscous> step,
+                                       const ForceScale<Format> scale, Dissipation &heat)
+  {
+    using Item = typename Block::Item;
+    using Sum = typename Format::Sum;
+    const auto owned = [&](Item i, std::int64_t *stress, Dissipation *lost) {
+      auto &grain = state[i];
+      grain.force = Vec<Sum, 2>::zero();
+      grain.torque = Sum(0);
+      for (int k = 0; k < kOwnedPairs; ++k)
+        add_pair(block, shared, step, scale, i, grain.partner[k], grain.history[k], grain.force,
+                 grain.torque, grain.trouble, stress, lost);
+    };
+    const auto extra = [&](int m, std::int64_t *stress, Dissipation *lost, std::int32_t &trouble) {
+      const int i = work.extra_first[m];
+      Vec<Sum, 2> force = Vec<Sum, 2>::zero();
+      Sum torque = 0;
+      add_pair(block, shared, step, scale, i, work.extra_second[m], work.extra_history[m], force,
+               torque, trouble, stress, lost);
+      block.add(&shared.force[i][0], force[0]);
+      block.add(&shared.force[i][1], force[1]);
+      block.add(&shared.torque[i], torque);
+    };
+    // extra pairs ride along with the grains of the same numbers: no phase of their own
+    const auto both = [&](Item i, std::int64_t *stress, Dissipation *lost) {
+      owned(i, stress, lost);
+      for (int m = i; m < num_extra; m += num_grains) extra(m, stress, lost, state[i].trouble);
+    };
 
-  IntegerSums<4> sums{{0, 0, 0, 0}};
-  if (WithHeat) {
-    // one phase for the forces, two sums of what the items lost
-    sums = block.template sum_integers<4>(num_grains, [&](Item i, std::int64_t *stress) {
-      Dissipation lost{0.0, 0.0};
-      both(i, stress, &lost);
-      work.scratch[i] = lost.friction;
-      work.scratch[num_grains + i] = lost.viscous;
-    });
-    heat.friction += block.sum_array(num_grains, work.scratch);
-    heat.viscous += block.sum_array(num_grains, work.scratch + num_grains);
-  } else if (WithStress) {
-    sums = block.template sum_integers<4>(num_grains, [&](Item i, std::int64_t *stress) { both(i, stress, nullptr); });
-  } else {
-    block.for_each(num_grains, [&](Item i) { both(i, nullptr, nullptr); });
+    IntegerSums<4> sums{{0, 0, 0, 0}};
+    if (WithHeat) {
+      // one phase for the forces, two sums of what the items lost
+      sums = block.template sum_integers<4>(num_grains, [&](Item i, std::int64_t *stress) {
+        Dissipation lost{0.0, 0.0};
+        both(i, stress, &lost);
+        work.scratch[i] = lost.friction;
+        work.scratch[num_grains + i] = lost.viscous;
+      });
+      heat.friction += block.sum_array(num_grains, work.scratch);
+      heat.viscous += block.sum_array(num_grains, work.scratch + num_grains);
+    } else if (WithStress) {
+      sums = block.template sum_integers<4>(num_grains, [&](Item i, std::int64_t *stress) {
+        both(i, stress, nullptr);
+      });
+    } else {
+      block.for_each(num_grains, [&](Item i) {
+        both(i, nullptr, nullptr);
+      });
+    }
+    return sums;
   }
-  return sums;
-}
 
 }    // namespace RVE_ISA
 }    // namespace rve

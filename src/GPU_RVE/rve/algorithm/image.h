@@ -14,17 +14,17 @@ constexpr int kOwnedPairs = 3;
 
 struct ImageHeader {
   std::int32_t num_grains;
-  std::int32_t num_extra;           ///< pairs beyond the owned ones
+  std::int32_t num_extra;    ///< pairs beyond the owned ones
   std::int32_t extra_capacity;
-  std::int32_t list_valid;          ///< 0: build the list before the first step
-  double cell[4];                   ///< H [length]
-  double deformation[4];            ///< F since the packing was made
-  double list_cell[4];              ///< H when the list was built
+  std::int32_t list_valid;    ///< 0: build the list before the first step
+  double cell[4];             ///< H [length]
+  double deformation[4];      ///< F since the packing was made
+  double list_cell[4];        ///< H when the list was built
   double servo_velocity_gradient[4];
   double normal_stiffness, tangential_stiffness, friction, density, local_damping;
   double normal_viscosity, tangential_viscosity, thickness, mass_depth;
   double largest_radius, mean_radius, solid_area;
-  double largest_contact_force;     ///< of the last call; sets the force scale
+  double largest_contact_force;    ///< of the last call; sets the force scale
   std::int64_t steps, rebuilds, lattice_reductions, repeats;
   double work, friction_loss, damping_loss, viscous_loss;
 };
@@ -47,7 +47,8 @@ struct ResultRecord {
   std::int32_t needed_pairs;    ///< pairs that a rebuild found
   double expected_force;        ///< that the force scale of this call was made for [force]
   std::int32_t num_contacts, num_sliding, num_pairs;
-  std::int32_t num_rattlers, num_single;    ///< grains with fewer than two contacts; with exactly one
+  std::int32_t num_rattlers,
+      num_single;    ///< grains with fewer than two contacts; with exactly one
   double stress[4], fabric[4];
   double grain_force_sum, contact_force_sum;
   double largest_overlap, overlap_sum, smallest_radius_overlap;

@@ -14,63 +14,70 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-/// First owner of a pair: the parity of the sum of the numbers decides, so that rows start out of equal length.
-RVE_INLINE bool owns_first(int i, int j) { return (((i + j) & 1) != 0) == (i < j); }
-
-/// One grain's offer in a round: the entry of its row whose partner has the smallest load, or -1. The search starts at
-/// another entry in each round, so that a surplus pair wanders instead of bouncing.
-template <class Format>
-RVE_INLINE int offer(const WorkspaceView<Format> &work, int i, int round)
-{
-  if (work.load[i] <= kOwnedPairs) return -1;
-  const int first = work.row_start[i], count = work.row_start[i + 1] - first;
-  int best = -1, best_load = kOwnedPairs + 1;
-  for (int m = 0; m < count; ++m) {
-    const int entry = first + (m + round) % count;
-    if (work.row_given[entry]) continue;
-    const int j = work.row_partner[entry];
-    if (work.received_count[j] < kOwnedPairs && work.load[j] < best_load) {
-      best = entry;
-      best_load = work.load[j];
-    }
+  /// First owner of a pair: the parity of the sum of the numbers decides, so that rows start out of equal length.
+  RVE_INLINE bool owns_first(int i, int j)
+  {
+    return (((i + j) & 1) != 0) == (i < j);
   }
-  return best;
-}
 
-/// Rounds of offers until no grain is overloaded, at most `max_rounds`. In: row_start, row_partner. Out: row_given, received,
-/// received_count, load.
-template <class Block, class Format>
-RVE_HD void balance_ownership(Block &block, const WorkspaceView<Format> &work, int num_grains, int max_rounds)
-{
-  using Item = typename Block::Item;
-  const int nobody = 0x7fffffff;
-  bool overloaded = block.any(num_grains, [&](Item i) {
-    work.load[i] = work.row_start[i + 1] - work.row_start[i];
-    work.received_count[i] = 0;
-    for (int entry = work.row_start[i]; entry < work.row_start[i + 1]; ++entry) work.row_given[entry] = 0;
-    return work.load[i] > kOwnedPairs;
-  });
-  for (int round = 0; overloaded && round < max_rounds; ++round) {
-    block.for_each(num_grains, [&](Item i) { work.accepted[i] = nobody; });
-    block.for_each(num_grains, [&](Item i) {
-      work.proposal[i] = offer(work, i, round);
-      if (work.proposal[i] >= 0) block.fetch_min(&work.accepted[work.row_partner[work.proposal[i]]], i);
-    });
-    overloaded = block.any(num_grains, [&](Item i) {
-      if (work.accepted[i] != nobody) {
-        work.received[work.received_count[i] * num_grains + i] = work.accepted[i];
-        ++work.received_count[i];
-        ++work.load[i];
+  /// One grain's offer in a round: the entry of its row whose partner has the smallest load, or -1. The search starts at
+  /// another entry in each round, so that a surplus pair wanders instead of bouncing.
+  template <class Format> RVE_INLINE int offer(const WorkspaceView<Format> &work, int i, int round)
+  {
+    if (work.load[i] <= kOwnedPairs) return -1;
+    const int first = work.row_start[i], count = work.row_start[i + 1] - first;
+    int best = -1, best_load = kOwnedPairs + 1;
+    for (int m = 0; m < count; ++m) {
+      const int entry = first + (m + round) % count;
+      if (work.row_given[entry]) continue;
+      const int j = work.row_partner[entry];
+      if (work.received_count[j] < kOwnedPairs && work.load[j] < best_load) {
+        best = entry;
+        best_load = work.load[j];
       }
-      const int entry = work.proposal[i];
-      if (entry >= 0 && work.accepted[work.row_partner[entry]] == i) {
-        work.row_given[entry] = 1;
-        --work.load[i];
-      }
+    }
+    return best;
+  }
+
+  /// Rounds of offers until no grain is overloaded, at most `max_rounds`. In: row_start, row_partner. Out: row_given, received,
+  /// received_count, load.
+  template <class Block, class Format>
+  RVE_HD void balance_ownership(Block &block, const WorkspaceView<Format> &work, int num_grains,
+                                int max_rounds)
+  {
+    using Item = typename Block::Item;
+    const int nobody = 0x7fffffff;
+    bool overloaded = block.any(num_grains, [&](Item i) {
+      work.load[i] = work.row_start[i + 1] - work.row_start[i];
+      work.received_count[i] = 0;
+      for (int entry = work.row_start[i]; entry < work.row_start[i + 1]; ++entry)
+        work.row_given[entry] = 0;
       return work.load[i] > kOwnedPairs;
     });
+    for (int round = 0; overloaded && round < max_rounds; ++round) {
+      block.for_each(num_grains, [&](Item i) {
+        work.accepted[i] = nobody;
+      });
+      block.for_each(num_grains, [&](Item i) {
+        work.proposal[i] = offer(work, i, round);
+        if (work.proposal[i] >= 0)
+          block.fetch_min(&work.accepted[work.row_partner[work.proposal[i]]], i);
+      });
+      overloaded = block.any(num_grains, [&](Item i) {
+        if (work.accepted[i] != nobody) {
+          work.received[work.received_count[i] * num_grains + i] = work.accepted[i];
+          ++work.received_count[i];
+          ++work.load[i];
+        }
+        const int entry = work.proposal[i];
+        if (entry >= 0 && work.accepted[work.row_partner[entry]] == i) {
+          work.row_given[entry] = 1;
+          --work.load[i];
+        }
+        return work.load[i] > kOwnedPairs;
+      });
+    }
   }
-}
 
 }    // namespace RVE_ISA
 }    // namespace rve

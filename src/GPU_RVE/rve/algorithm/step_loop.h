@@ -16,425 +16,458 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-RVE_INLINE Tensor2 load_tensor(const double *component)
-{
-  Tensor2 t;
-  for (int k = 0; k < 4; ++k) t.component[k] = component[k];
-  return t;
-}
-
-RVE_INLINE void store_tensor(const Tensor2 &t, double *component)
-{
-  for (int k = 0; k < 4; ++k) component[k] = t.component[k];
-}
-
-/// Skin of the list that the user left open, as a share of the mean radius: wide enough that a quasi-static packing lives
-/// on one list for hundreds of steps, narrow enough that few of the listed pairs do not touch.
-constexpr double kDefaultSkinShare = 0.1;
-
-/// Guess of the largest force in a packing without contacts, as an overlap over the mean radius. A wrong guess costs accuracy
-/// of the first contacts or a repeat of the call, never a wrong force.
-constexpr double kGasOverlapShare = 1e-3;
-
-/// Work of Cundall's damping on one velocity component in one step [force length].
-RVE_INLINE double damping_loss(double mass, double before, double after, double acceleration, double dt)
-{
-  return -mass * ((after - before) - dt * acceleration) * 0.5 * (before + after);
-}
-
-/// What a scene asks for; the rest is not compiled in.
-template <bool WithViscosity, bool WithEnergyLedger> struct SceneFeatures {
-  static constexpr bool viscous = WithViscosity;    ///< dashpots in the contacts
-  static constexpr bool energy = WithEnergyLedger;
-};
-
-template <class Block, class Format, class Features> class RveProgram {
-  static constexpr bool WithEnergy = Features::energy;
-  using Item = typename Block::Item;
-  using Real = typename Format::Real;
-  using Wide = typename Format::Wide;
-  using Sum = typename Format::Sum;
-  using Coordinate = typename Format::Coordinate;
-  using State = GrainState<Format>;
-
- public:
-  RVE_HD RveProgram(Block &block_in, const ImageView<Format> &image_in, const SharedView<Format> &shared_in,
-                    const WorkspaceView<Format> &work_in, const DriveRecord &drive_in, const BatchConstants &batch_in) :
-      block(block_in),
-      image(image_in), shared(shared_in), work(work_in), drive(drive_in), batch(batch_in), header(*image_in.header),
-      num_grains(header.num_grains), state(block.template per_item<State>(num_grains)), cell(load_tensor(header.cell)),
-      list_cell(load_tensor(header.list_cell)), deformation(load_tensor(header.deformation)),
-      servo_gradient(load_tensor(header.servo_velocity_gradient)), num_extra(header.num_extra),
-      skin(batch.skin > 0.0 ? batch.skin : kDefaultSkinShare * header.mean_radius),
-      scale(1.0, 1.0)
+  RVE_INLINE Tensor2 load_tensor(const double *component)
   {
+    Tensor2 t;
+    for (int k = 0; k < 4; ++k) t.component[k] = component[k];
+    return t;
   }
 
-  /// Runs the call. The image is written only when nothing fatal happened; `result` always.
-  RVE_HD void run(ResultRecord &answer)
+  RVE_INLINE void store_tensor(const Tensor2 &t, double *component)
   {
-    ResultRecord result = ResultRecord();
-    load();
-    if (!header.list_valid) rebuild();
-    step.dt = static_cast<Real>(drive.dt);
-    if (!fatal()) {
-      result.expected_force = expected_force();
-      scale = ForceScale<Format>(result.expected_force, header.largest_radius);
-      if (drive.substeps == 0)
-        evaluate();
-      else if (has_servo())
-        run_with_servo();
-      else
-        run_along_path();
+    for (int k = 0; k < 4; ++k) component[k] = t.component[k];
+  }
+
+  /// Skin of the list that the user left open, as a share of the mean radius: wide enough that a quasi-static packing lives
+  /// on one list for hundreds of steps, narrow enough that few of the listed pairs do not touch.
+  constexpr double kDefaultSkinShare = 0.1;
+
+  /// Guess of the largest force in a packing without contacts, as an overlap over the mean radius. A wrong guess costs accuracy
+  /// of the first contacts or a repeat of the call, never a wrong force.
+  constexpr double kGasOverlapShare = 1e-3;
+
+  /// Work of Cundall's damping on one velocity component in one step [force length].
+  RVE_INLINE double damping_loss(double mass, double before, double after, double acceleration,
+                                 double dt)
+  {
+    return -mass * ((after - before) - dt * acceleration) * 0.5 * (before + after);
+  }
+
+  /// What a scene asks for; the rest is not compiled in.
+  template <bool WithViscosity, bool WithEnergyLedger> struct SceneFeatures {
+    static constexpr bool viscous = WithViscosity;    ///< dashpots in the contacts
+    static constexpr bool energy = WithEnergyLedger;
+  };
+
+  template <class Block, class Format, class Features> class RveProgram {
+    static constexpr bool WithEnergy = Features::energy;
+    using Item = typename Block::Item;
+    using Real = typename Format::Real;
+    using Wide = typename Format::Wide;
+    using Sum = typename Format::Sum;
+    using Coordinate = typename Format::Coordinate;
+    using State = GrainState<Format>;
+
+   public:
+    RVE_HD RveProgram(Block &block_in, const ImageView<Format> &image_in,
+                      const SharedView<Format> &shared_in, const WorkspaceView<Format> &work_in,
+                      const DriveRecord &drive_in, const BatchConstants &batch_in) :
+        block(block_in),
+        image(image_in), shared(shared_in), work(work_in), drive(drive_in), batch(batch_in),
+        header(*image_in.header), num_grains(header.num_grains),
+        state(block.template per_item<State>(num_grains)), cell(load_tensor(header.cell)),
+        list_cell(load_tensor(header.list_cell)), deformation(load_tensor(header.deformation)),
+        servo_gradient(load_tensor(header.servo_velocity_gradient)), num_extra(header.num_extra),
+        skin(batch.skin > 0.0 ? batch.skin : kDefaultSkinShare * header.mean_radius),
+        scale(1.0, 1.0)
+    {
     }
-    gather_trouble();
-    if (!fatal()) {
+
+    /// Runs the call. The image is written only when nothing fatal happened; `result` always.
+    RVE_HD void run(ResultRecord &answer)
+    {
+      ResultRecord result = ResultRecord();
+      load();
+      if (!header.list_valid) rebuild();
+      step.dt = static_cast<Real>(drive.dt);
+      if (!fatal()) {
+        result.expected_force = expected_force();
+        scale = ForceScale<Format>(result.expected_force, header.largest_radius);
+        if (drive.substeps == 0)
+          evaluate();
+        else if (has_servo())
+          run_with_servo();
+        else
+          run_along_path();
+      }
+      gather_trouble();
+      if (!fatal()) {
+        step.dt = Real(0);
+        homogenize(block, state, shared, work, num_grains, num_extra, step, scale,
+                   determinant(cell) * header.thickness, header.density, header.mass_depth, result);
+        if (result.smallest_radius_overlap > batch.overlap_limit)
+          status_word |= status::OverlapTooLarge;
+        if (result.num_contacts == 0) status_word |= status::NoContacts;
+      }
+      if (!fatal() && num_extra > header.extra_capacity) status_word |= status::ListFull;
+      result.status = status_word;
+      result.needed_extra = num_extra;
+      result.needed_pairs = needed_pairs;
+      if (!fatal() && drive.substeps > 0) {
+        const Real dt = static_cast<Real>(drive.dt),
+                   alpha = static_cast<Real>(header.local_damping);
+        block.for_each(num_grains, [&](Item i) {
+          kick_grain(i, dt, alpha);
+        });
+      }
+      if (!fatal()) store(result);
+      block.once([&] {
+        copy_header(result);
+        answer = result;
+      });
+    }
+
+   private:
+    RVE_HD bool fatal() const { return (status_word & status::Fatal) != 0; }
+
+    /// Largest contact force to expect: that of the last call, or of the overlaps found, or a guess for a gas [force].
+    RVE_HD double expected_force()
+    {
+      if (header.largest_contact_force > 0.0) return header.largest_contact_force;
+      block.for_each(num_grains, [&](Item i) {
+        double most = 0.0;
+        const auto look = [&](int j) {
+          const Wide sum_of_radii = shared.radius[i] + shared.radius[j];
+          const Vec<Wide, 2> branch = step.to_length *
+              fractional_difference<Format>(shared.position[j], shared.position[i]);
+          const double overlap = static_cast<double>(sum_of_radii) -
+              static_cast<double>(std::sqrt(dot(branch, branch)));
+          most = j != i && overlap > most ? overlap : most;
+        };
+        for (int k = 0; k < kOwnedPairs; ++k) look(state[i].partner[k]);
+        work.scratch[i] = most;
+      });
+      const double overlap = block.max_array(num_grains, work.scratch);
+      return header.normal_stiffness *
+          (overlap > 0.0 ? overlap : kGasOverlapShare * header.mean_radius);
+    }
+
+    RVE_HD bool has_servo() const
+    {
+      return drive.controlled[0] || drive.controlled[1] || drive.controlled[3];
+    }
+
+    RVE_HD void load()
+    {
+      step.law.normal.stiffness = static_cast<Real>(header.normal_stiffness);
+      step.law.normal_damping.viscosity = static_cast<Real>(header.normal_viscosity);
+      step.law.tangential.stiffness =
+          static_cast<typename Format::History>(header.tangential_stiffness);
+      step.law.tangential.friction = static_cast<Real>(header.friction);
+      step.law.tangential.viscosity = static_cast<Real>(header.tangential_viscosity);
+      step.law.velocity_arm = static_cast<Real>(batch.velocity_arm);
+      step.velocity_gradient = Tensor<Real, 2>::zero();
+      step.to_length = fraction_to_length<Format>(cell);
+      const double area_density = header.density * 3.14159265358979323846 * header.mass_depth;
+      block.for_each(num_grains, [&](Item i) {
+        shared.position[i] = image.position[i];
+        shared.velocity[i] = image.velocity[i];
+        shared.spin[i] = image.spin[i];
+        shared.radius[i] = image.radius[i];
+        shared.force[i] = Vec<Sum, 2>::zero();
+        shared.torque[i] = Sum(0);
+        work.list_position[i] = image.list_position[i];
+        work.damping[i] = 0.0;
+        auto &grain = state[i];
+        const double r = static_cast<double>(image.radius[i]);
+        const double mass = area_density * r * r;
+        grain.inverse_mass = static_cast<Real>(1.0 / mass);
+        grain.inverse_inertia = static_cast<Real>(2.0 / (mass * r * r));
+        grain.trouble = 0;
+        grain.force = Vec<Sum, 2>::zero();
+        grain.torque = Sum(0);
+        for (int k = 0; k < kOwnedPairs; ++k) {
+          grain.partner[k] = image.partner[k * num_grains + i];
+          grain.history[k] = image.history[k * num_grains + i];
+        }
+      });
+      if (num_extra > work.pair_capacity) {
+        status_word |= status::ListFull;
+        needed_pairs = num_extra;
+        return;
+      }
+      block.for_each(num_extra, [&](Item m) {
+        work.extra_first[m] = image.extra_first[m];
+        work.extra_second[m] = image.extra_second[m];
+        work.extra_history[m] = image.extra_history[m];
+      });
+    }
+
+    /// Forces of the present configuration; nothing moves and no history advances.
+    RVE_HD void evaluate()
+    {
       step.dt = Real(0);
-      homogenize(block, state, shared, work, num_grains, num_extra, step, scale, determinant(cell) * header.thickness,
-                 header.density, header.mass_depth, result);
-      if (result.smallest_radius_overlap > batch.overlap_limit) status_word |= status::OverlapTooLarge;
-      if (result.num_contacts == 0) status_word |= status::NoContacts;
+      forces<false>();
     }
-    if (!fatal() && num_extra > header.extra_capacity) status_word |= status::ListFull;
-    result.status = status_word;
-    result.needed_extra = num_extra;
-    result.needed_pairs = needed_pairs;
-    if (!fatal() && drive.substeps > 0) {
-      const Real dt = static_cast<Real>(drive.dt), alpha = static_cast<Real>(header.local_damping);
-      block.for_each(num_grains, [&](Item i) { kick_grain(i, dt, alpha); });
+
+    RVE_HD void run_along_path()
+    {
+      const CellIncrement increment{load_tensor(drive.deformation), load_tensor(drive.rotation),
+                                    load_tensor(drive.stretch), drive.segments};
+      CellPath path(cell, increment, drive.substeps, drive.dt);
+      for (int k = 1; k <= drive.substeps && !fatal(); ++k) {
+        cell = path.cell(k);
+        const Tensor2 gradient = path.cell_rate() * inverse(cell);
+        move(gradient, k > 1);
+        reduce_lattice([&](const LatticeStep &change) {
+          path.map_start([&](const Tensor2 &start) {
+            return apply_lattice_step(start, change);
+          });
+        });
+        update_list();
+        if (fatal()) return;
+        forces<WithEnergy>();
+      }
+      deformation = increment.deformation * deformation;
     }
-    if (!fatal()) store(result);
-    block.once([&] {
-      copy_header(result);
-      answer = result;
-    });
-  }
 
- private:
-  RVE_HD bool fatal() const { return (status_word & status::Fatal) != 0; }
+    RVE_HD void run_with_servo()
+    {
+      const Tensor2 prescribed = load_tensor(drive.velocity_gradient);
+      Tensor2 gradient;
+      for (int k = 0; k < 4; ++k)
+        gradient.component[k] = drive.controlled[k] ? servo_gradient.component[k]
+                                                    : prescribed.component[k];
+      for (int k = 1; k <= drive.substeps && !fatal(); ++k) {
+        const Tensor2 small = drive.dt * gradient;
+        const Tensor2 growth =
+            Tensor2::identity() + small + 0.5 * (small * small);    // exp to third order
+        cell = growth * cell;
+        deformation = growth * deformation;
+        move(gradient, k > 1);
+        reduce_lattice([](const LatticeStep &) {
+        });
+        update_list();
+        if (fatal()) return;
+        const Tensor2 stress = forces<true>();
+        for (int c = 0; c < 4; ++c)
+          if (drive.controlled[c]) {
+            const double now = c == 1 ? 0.5 * (stress.component[1] + stress.component[2])
+                                      : stress.component[c];
+            gradient.component[c] = steer_rate(gradient.component[c], now, drive.stress_goal[c],
+                                               drive.servo_gain, drive.dt, drive.servo_max_rate);
+          }
+      }
+      servo_gradient = gradient;
+    }
 
-  /// Largest contact force to expect: that of the last call, or of the overlaps found, or a guess for a gas [force].
-  RVE_HD double expected_force()
-  {
-    if (header.largest_contact_force > 0.0) return header.largest_contact_force;
-    block.for_each(num_grains, [&](Item i) {
-      double most = 0.0;
-      const auto look = [&](int j) {
-        const Wide sum_of_radii = shared.radius[i] + shared.radius[j];
-        const Vec<Wide, 2> branch = step.to_length * fractional_difference<Format>(shared.position[j], shared.position[i]);
-        const double overlap = static_cast<double>(sum_of_radii) - static_cast<double>(std::sqrt(dot(branch, branch)));
-        most = j != i && overlap > most ? overlap : most;
-      };
-      for (int k = 0; k < kOwnedPairs; ++k) look(state[i].partner[k]);
-      work.scratch[i] = most;
-    });
-    const double overlap = block.max_array(num_grains, work.scratch);
-    return header.normal_stiffness * (overlap > 0.0 ? overlap : kGasOverlapShare * header.mean_radius);
-  }
-
-  RVE_HD bool has_servo() const { return drive.controlled[0] || drive.controlled[1] || drive.controlled[3]; }
-
-  RVE_HD void load()
-  {
-    step.law.normal.stiffness = static_cast<Real>(header.normal_stiffness);
-    step.law.normal_damping.viscosity = static_cast<Real>(header.normal_viscosity);
-    step.law.tangential.stiffness = static_cast<typename Format::History>(header.tangential_stiffness);
-    step.law.tangential.friction = static_cast<Real>(header.friction);
-    step.law.tangential.viscosity = static_cast<Real>(header.tangential_viscosity);
-    step.law.velocity_arm = static_cast<Real>(batch.velocity_arm);
-    step.velocity_gradient = Tensor<Real, 2>::zero();
-    step.to_length = fraction_to_length<Format>(cell);
-    const double area_density = header.density * 3.14159265358979323846 * header.mass_depth;
-    block.for_each(num_grains, [&](Item i) {
-      shared.position[i] = image.position[i];
-      shared.velocity[i] = image.velocity[i];
-      shared.spin[i] = image.spin[i];
-      shared.radius[i] = image.radius[i];
+    /// Leapfrog velocity update of one grain from the forces that the last phase left.
+    RVE_INLINE void kick_grain(Item i, Real dt, Real alpha)
+    {
+      auto &grain = state[i];
+      Vec<Real, 2> velocity = shared.velocity[i];
+      for (int a = 0; a < 2; ++a) {
+        const Real force =
+            static_cast<Real>(static_cast<Sum>(grain.force[a] + shared.force[i][a])) *
+            scale.inverse_force;
+        const Real acceleration = force * grain.inverse_mass;
+        const Real before = velocity[a];
+        velocity[a] = kick(before, acceleration, alpha, dt);
+        if (WithEnergy)
+          work.damping[i] += damping_loss(1.0 / static_cast<double>(grain.inverse_mass), before,
+                                          velocity[a], acceleration, dt);
+      }
+      const Real torque = static_cast<Real>(static_cast<Sum>(grain.torque + shared.torque[i])) *
+          scale.inverse_torque;
+      const Real spin = shared.spin[i];
+      const Real acceleration = torque * grain.inverse_inertia;
+      const Real turned = kick(spin, acceleration, alpha, dt);
+      if (WithEnergy)
+        work.damping[i] += damping_loss(1.0 / static_cast<double>(grain.inverse_inertia), spin,
+                                        turned, acceleration, dt);
+      shared.velocity[i] = velocity;
+      shared.spin[i] = turned;
       shared.force[i] = Vec<Sum, 2>::zero();
       shared.torque[i] = Sum(0);
-      work.list_position[i] = image.list_position[i];
-      work.damping[i] = 0.0;
-      auto &grain = state[i];
-      const double r = static_cast<double>(image.radius[i]);
-      const double mass = area_density * r * r;
-      grain.inverse_mass = static_cast<Real>(1.0 / mass);
-      grain.inverse_inertia = static_cast<Real>(2.0 / (mass * r * r));
-      grain.trouble = 0;
-      grain.force = Vec<Sum, 2>::zero();
-      grain.torque = Sum(0);
-      for (int k = 0; k < kOwnedPairs; ++k) {
-        grain.partner[k] = image.partner[k * num_grains + i];
-        grain.history[k] = image.history[k * num_grains + i];
-      }
-    });
-    if (num_extra > work.pair_capacity) {
-      status_word |= status::ListFull;
-      needed_pairs = num_extra;
-      return;
     }
-    block.for_each(num_extra, [&](Item m) {
-      work.extra_first[m] = image.extra_first[m];
-      work.extra_second[m] = image.extra_second[m];
-      work.extra_history[m] = image.extra_history[m];
-    });
-  }
 
-  /// Forces of the present configuration; nothing moves and no history advances.
-  RVE_HD void evaluate()
-  {
-    step.dt = Real(0);
-    forces<false>();
-  }
-
-  RVE_HD void run_along_path()
-  {
-    const CellIncrement increment{load_tensor(drive.deformation), load_tensor(drive.rotation), load_tensor(drive.stretch),
-                                  drive.segments};
-    CellPath path(cell, increment, drive.substeps, drive.dt);
-    for (int k = 1; k <= drive.substeps && !fatal(); ++k) {
-      cell = path.cell(k);
-      const Tensor2 gradient = path.cell_rate() * inverse(cell);
-      move(gradient, k > 1);
-      reduce_lattice([&](const LatticeStep &change) {
-        path.map_start([&](const Tensor2 &start) { return apply_lattice_step(start, change); });
-      });
-      update_list();
-      if (fatal()) return;
-      forces<WithEnergy>();
-    }
-    deformation = increment.deformation * deformation;
-  }
-
-  RVE_HD void run_with_servo()
-  {
-    const Tensor2 prescribed = load_tensor(drive.velocity_gradient);
-    Tensor2 gradient;
-    for (int k = 0; k < 4; ++k)
-      gradient.component[k] = drive.controlled[k] ? servo_gradient.component[k] : prescribed.component[k];
-    for (int k = 1; k <= drive.substeps && !fatal(); ++k) {
-      const Tensor2 small = drive.dt * gradient;
-      const Tensor2 growth = Tensor2::identity() + small + 0.5 * (small * small);    // exp to third order
-      cell = growth * cell;
-      deformation = growth * deformation;
-      move(gradient, k > 1);
-      reduce_lattice([](const LatticeStep &) {});
-      update_list();
-      if (fatal()) return;
-      const Tensor2 stress = forces<true>();
-      for (int c = 0; c < 4; ++c)
-        if (drive.controlled[c]) {
-          const double now = c == 1 ? 0.5 * (stress.component[1] + stress.component[2]) : stress.component[c];
-          gradient.component[c] = steer_rate(gradient.component[c], now, drive.stress_goal[c], drive.servo_gain, drive.dt,
-                                             drive.servo_max_rate);
-        }
-    }
-    servo_gradient = gradient;
-  }
-
-  /// Leapfrog velocity update of one grain from the forces that the last phase left.
-  RVE_INLINE void kick_grain(Item i, Real dt, Real alpha)
-  {
-    auto &grain = state[i];
-    Vec<Real, 2> velocity = shared.velocity[i];
-    for (int a = 0; a < 2; ++a) {
-      const Real force = static_cast<Real>(static_cast<Sum>(grain.force[a] + shared.force[i][a])) * scale.inverse_force;
-      const Real acceleration = force * grain.inverse_mass;
-      const Real before = velocity[a];
-      velocity[a] = kick(before, acceleration, alpha, dt);
-      if (WithEnergy)
-        work.damping[i] += damping_loss(1.0 / static_cast<double>(grain.inverse_mass), before, velocity[a], acceleration, dt);
-    }
-    const Real torque = static_cast<Real>(static_cast<Sum>(grain.torque + shared.torque[i])) * scale.inverse_torque;
-    const Real spin = shared.spin[i];
-    const Real acceleration = torque * grain.inverse_inertia;
-    const Real turned = kick(spin, acceleration, alpha, dt);
-    if (WithEnergy)
-      work.damping[i] += damping_loss(1.0 / static_cast<double>(grain.inverse_inertia), spin, turned, acceleration, dt);
-    shared.velocity[i] = velocity;
-    shared.spin[i] = turned;
-    shared.force[i] = Vec<Sum, 2>::zero();
-    shared.torque[i] = Sum(0);
-  }
-
-  /// Kick of the step before, then drift in the present cell. Notes grains that have left the safety of the list.
-  RVE_HD void move(const Tensor2 &gradient, bool kick_first)
-  {
-    step.velocity_gradient = gradient.template as<Real>();
-    step.to_length = fraction_to_length<Format>(cell);
-    const Tensor<Wide, 2> to_fraction = ((drive.dt / Format::fraction_unit) * inverse(cell)).template as<Wide>();
-    const double allowed = allowed_displacement(cell, list_cell, header.largest_radius, skin);
-    const Wide allowed_squared = static_cast<Wide>(allowed * allowed);
-    const Wide quarter_cell = static_cast<Wide>(0.25 / Format::fraction_unit);
-    const Real dt = static_cast<Real>(drive.dt), alpha = static_cast<Real>(header.local_damping);
-    list_expired = block.any(num_grains, [&](Item i) {
-      if (kick_first) kick_grain(i, dt, alpha);
-      const Vec<Wide, 2> displacement = to_fraction * shared.velocity[i].template as<Wide>();
-      // a quarter of the cell in one step is no motion of a grain any more; a NaN fails the comparison too
-      if (!(std::fabs(displacement[0]) <= quarter_cell && std::fabs(displacement[1]) <= quarter_cell)) {
-        state[i].trouble |= static_cast<std::int32_t>(status::Unstable);
-        return false;
-      }
-      Vec<Coordinate, 2> position = shared.position[i];
-      for (int a = 0; a < 2; ++a) {
-        typename Format::SignedCoordinate units;
-        round_to(displacement[a], units);
-        position[a] += static_cast<Coordinate>(units);
-      }
-      shared.position[i] = position;
-      const Vec<Wide, 2> moved = step.to_length * fractional_difference<Format>(position, work.list_position[i]);
-      return dot(moved, moved) > allowed_squared;
-    });
-    if (allowed <= 0.0) list_expired = true;
-  }
-
-  template <class MapPath> RVE_HD void reduce_lattice(MapPath map_path)
-  {
-    for (int guard = 0; guard < 8; ++guard) {
-      const LatticeStep change = lattice_step(cell);
-      if (change.axis < 0) return;
-      cell = apply_lattice_step(cell, change);
-      list_cell = apply_lattice_step(list_cell, change);
-      map_path(change);
-      block.for_each(num_grains, [&](Item i) {
-        shared.position[i] = apply_lattice_step(shared.position[i], change);
-        work.list_position[i] = apply_lattice_step(work.list_position[i], change);
-      });
-      ++num_reductions;
+    /// Kick of the step before, then drift in the present cell. Notes grains that have left the safety of the list.
+    RVE_HD void move(const Tensor2 &gradient, bool kick_first)
+    {
+      step.velocity_gradient = gradient.template as<Real>();
       step.to_length = fraction_to_length<Format>(cell);
+      const Tensor<Wide, 2> to_fraction =
+          ((drive.dt / Format::fraction_unit) * inverse(cell)).template as<Wide>();
+      const double allowed = allowed_displacement(cell, list_cell, header.largest_radius, skin);
+      const Wide allowed_squared = static_cast<Wide>(allowed * allowed);
+      const Wide quarter_cell = static_cast<Wide>(0.25 / Format::fraction_unit);
+      const Real dt = static_cast<Real>(drive.dt), alpha = static_cast<Real>(header.local_damping);
+      list_expired = block.any(num_grains, [&](Item i) {
+        if (kick_first) kick_grain(i, dt, alpha);
+        const Vec<Wide, 2> displacement = to_fraction * shared.velocity[i].template as<Wide>();
+        // a quarter of the cell in one step is no motion of a grain any more; a NaN fails the comparison too
+        if (!(std::fabs(displacement[0]) <= quarter_cell &&
+              std::fabs(displacement[1]) <= quarter_cell)) {
+          state[i].trouble |= static_cast<std::int32_t>(status::Unstable);
+          return false;
+        }
+        Vec<Coordinate, 2> position = shared.position[i];
+        for (int a = 0; a < 2; ++a) {
+          typename Format::SignedCoordinate units;
+          round_to(displacement[a], units);
+          position[a] += static_cast<Coordinate>(units);
+        }
+        shared.position[i] = position;
+        const Vec<Wide, 2> moved =
+            step.to_length * fractional_difference<Format>(position, work.list_position[i]);
+        return dot(moved, moved) > allowed_squared;
+      });
+      if (allowed <= 0.0) list_expired = true;
     }
-  }
 
-  RVE_HD void update_list()
-  {
-    if (list_expired) rebuild();
-  }
-
-  RVE_HD void rebuild()
-  {
-    // the wrapped difference is the nearest image only within half of the smallest width
-    if (!(0.5 * smallest_width(cell) > 2.0 * header.largest_radius + skin)) {
-      status_word |= determinant(cell) == determinant(cell) ? status::CellTooNarrow : status::NonFinite;
-      return;
-    }
-    needed_pairs =
-        build_list(block, state, shared, work, num_grains, cell, header.largest_radius, skin, num_extra);
-    if (needed_pairs > work.pair_capacity) {
-      status_word |= status::ListFull;
-      return;
-    }
-    list_cell = cell;
-    ++num_rebuilds;
-  }
-
-  /// Contact forces of the present configuration; returns the Love stress when it was asked for.
-  template <bool WithStress> RVE_HD Tensor2 forces()
-  {
-    const IntegerSums<4> sums = contact_forces<WithStress, WithEnergy>(block, state, shared, work, num_grains, num_extra,
-                                                                       step, scale, heat);
-    const double volume = determinant(cell) * header.thickness;
-    Tensor2 stress;
-    for (int k = 0; k < 4; ++k) stress.component[k] = static_cast<double>(sums[k]) / scale.stress / volume;
-    if (WithEnergy) {
-      const Tensor2 gradient = step.velocity_gradient.template as<double>();
-      double power = 0.0;
-      for (int k = 0; k < 4; ++k) power += stress.component[k] * gradient.component[k];
-      supplied += volume * power * static_cast<double>(step.dt);
-    }
-    return stress;
-  }
-
-  RVE_HD void gather_trouble()
-  {
-    gather_bit(status::ForceSaturated);
-    gather_bit(status::Unstable);
-    const double area = determinant(cell);
-    if (!(area > 0.0)) status_word |= status::NonFinite;
-  }
-
-  RVE_HD void gather_bit(std::uint32_t bit)
-  {
-    if (block.any(num_grains, [&](Item i) { return (static_cast<std::uint32_t>(state[i].trouble) & bit) != 0; }))
-      status_word |= bit;
-  }
-
-  RVE_HD void store(const ResultRecord &result)
-  {
-    block.for_each(num_grains, [&](Item i) {
-      image.position[i] = shared.position[i];
-      image.velocity[i] = shared.velocity[i];
-      image.spin[i] = shared.spin[i];
-      image.list_position[i] = work.list_position[i];
-      for (int k = 0; k < kOwnedPairs; ++k) {
-        image.partner[k * num_grains + i] = state[i].partner[k];
-        image.history[k * num_grains + i] = state[i].history[k];
+    template <class MapPath> RVE_HD void reduce_lattice(MapPath map_path)
+    {
+      for (int guard = 0; guard < 8; ++guard) {
+        const LatticeStep change = lattice_step(cell);
+        if (change.axis < 0) return;
+        cell = apply_lattice_step(cell, change);
+        list_cell = apply_lattice_step(list_cell, change);
+        map_path(change);
+        block.for_each(num_grains, [&](Item i) {
+          shared.position[i] = apply_lattice_step(shared.position[i], change);
+          work.list_position[i] = apply_lattice_step(work.list_position[i], change);
+        });
+        ++num_reductions;
+        step.to_length = fraction_to_length<Format>(cell);
       }
-    });
-    block.for_each(num_extra, [&](Item m) {
-      image.extra_first[m] = work.extra_first[m];
-      image.extra_second[m] = work.extra_second[m];
-      image.extra_history[m] = work.extra_history[m];
-    });
-    const double damped = WithEnergy ? block.sum_array(num_grains, work.damping) : 0.0;
-    block.once([&] {
-      ImageHeader &h = *image.header;
-      store_tensor(cell, h.cell);
-      store_tensor(deformation, h.deformation);
-      store_tensor(list_cell, h.list_cell);
-      store_tensor(servo_gradient, h.servo_velocity_gradient);
-      h.num_extra = num_extra;
-      h.list_valid = 1;
-      // an evaluation sets the force scale only where there is none yet: it must not change what follows
-      if (drive.substeps > 0 || h.largest_contact_force == 0.0) h.largest_contact_force = result.largest_contact_force;
-      h.steps += drive.substeps;
-      h.rebuilds += num_rebuilds;
-      h.lattice_reductions += num_reductions;
-      h.work += supplied;
-      h.friction_loss += heat.friction;
-      h.damping_loss += damped;
-      h.viscous_loss += heat.viscous;
-    });
-  }
-
-  RVE_HD void copy_header(ResultRecord &result) const
-  {
-    const ImageHeader &h = *image.header;
-    result.num_grains = num_grains;
-    result.solid_area = h.solid_area;
-    for (int k = 0; k < 4; ++k) {
-      result.cell[k] = h.cell[k];
-      result.deformation[k] = h.deformation[k];
-      result.servo_velocity_gradient[k] = h.servo_velocity_gradient[k];
     }
-    result.steps = h.steps;
-    result.rebuilds = h.rebuilds;
-    result.lattice_reductions = h.lattice_reductions;
-    result.repeats = h.repeats;
-    result.work = h.work;
-    result.friction_loss = h.friction_loss;
-    result.damping_loss = h.damping_loss;
-    result.viscous_loss = h.viscous_loss;
-  }
 
-  Block &block;
-  const ImageView<Format> image;
-  const SharedView<Format> shared;
-  const WorkspaceView<Format> work;
-  const DriveRecord &drive;
-  const BatchConstants &batch;
-  const ImageHeader &header;
-  const int num_grains;
-  typename Block::template PerItem<State> state;
-  Tensor2 cell, list_cell, deformation, servo_gradient;
-  int num_extra;
-  const double skin;
-  ForceScale<Format> scale;
-  StepConstants<Format, Features::viscous> step;
-  Dissipation heat = {0.0, 0.0};
-  double supplied = 0.0;
-  int num_rebuilds = 0, num_reductions = 0, needed_pairs = 0;
-  bool list_expired = false;
-  std::uint32_t status_word = 0;
-};
+    RVE_HD void update_list()
+    {
+      if (list_expired) rebuild();
+    }
+
+    RVE_HD void rebuild()
+    {
+      // the wrapped difference is the nearest image only within half of the smallest width
+      if (!(0.5 * smallest_width(cell) > 2.0 * header.largest_radius + skin)) {
+        status_word |= determinant(cell) == determinant(cell) ? status::CellTooNarrow
+                                                              : status::NonFinite;
+        return;
+      }
+      needed_pairs = build_list(block, state, shared, work, num_grains, cell, header.largest_radius,
+                                skin, num_extra);
+      if (needed_pairs > work.pair_capacity) {
+        status_word |= status::ListFull;
+        return;
+      }
+      list_cell = cell;
+      ++num_rebuilds;
+    }
+
+    /// Contact forces of the present configuration; returns the Love stress when it was asked for.
+    template <bool WithStress> RVE_HD Tensor2 forces()
+    {
+      const IntegerSums<4> sums = contact_forces<WithStress, WithEnergy>(
+          block, state, shared, work, num_grains, num_extra, step, scale, heat);
+      const double volume = determinant(cell) * header.thickness;
+      Tensor2 stress;
+      for (int k = 0; k < 4; ++k)
+        stress.component[k] = static_cast<double>(sums[k]) / scale.stress / volume;
+      if (WithEnergy) {
+        const Tensor2 gradient = step.velocity_gradient.template as<double>();
+        double power = 0.0;
+        for (int k = 0; k < 4; ++k) power += stress.component[k] * gradient.component[k];
+        supplied += volume * power * static_cast<double>(step.dt);
+      }
+      return stress;
+    }
+
+    RVE_HD void gather_trouble()
+    {
+      gather_bit(status::ForceSaturated);
+      gather_bit(status::Unstable);
+      const double area = determinant(cell);
+      if (!(area > 0.0)) status_word |= status::NonFinite;
+    }
+
+    RVE_HD void gather_bit(std::uint32_t bit)
+    {
+      if (block.any(num_grains, [&](Item i) {
+            return (static_cast<std::uint32_t>(state[i].trouble) & bit) != 0;
+          }))
+        status_word |= bit;
+    }
+
+    RVE_HD void store(const ResultRecord &result)
+    {
+      block.for_each(num_grains, [&](Item i) {
+        image.position[i] = shared.position[i];
+        image.velocity[i] = shared.velocity[i];
+        image.spin[i] = shared.spin[i];
+        image.list_position[i] = work.list_position[i];
+        for (int k = 0; k < kOwnedPairs; ++k) {
+          image.partner[k * num_grains + i] = state[i].partner[k];
+          image.history[k * num_grains + i] = state[i].history[k];
+        }
+      });
+      block.for_each(num_extra, [&](Item m) {
+        image.extra_first[m] = work.extra_first[m];
+        image.extra_second[m] = work.extra_second[m];
+        image.extra_history[m] = work.extra_history[m];
+      });
+      const double damped = WithEnergy ? block.sum_array(num_grains, work.damping) : 0.0;
+      block.once([&] {
+        ImageHeader &h = *image.header;
+        store_tensor(cell, h.cell);
+        store_tensor(deformation, h.deformation);
+        store_tensor(list_cell, h.list_cell);
+        store_tensor(servo_gradient, h.servo_velocity_gradient);
+        h.num_extra = num_extra;
+        h.list_valid = 1;
+        // an evaluation sets the force scale only where there is none yet: it must not change what follows
+        if (drive.substeps > 0 || h.largest_contact_force == 0.0)
+          h.largest_contact_force = result.largest_contact_force;
+        h.steps += drive.substeps;
+        h.rebuilds += num_rebuilds;
+        h.lattice_reductions += num_reductions;
+        h.work += supplied;
+        h.friction_loss += heat.friction;
+        h.damping_loss += damped;
+        h.viscous_loss += heat.viscous;
+      });
+    }
+
+    RVE_HD void copy_header(ResultRecord &result) const
+    {
+      const ImageHeader &h = *image.header;
+      result.num_grains = num_grains;
+      result.solid_area = h.solid_area;
+      for (int k = 0; k < 4; ++k) {
+        result.cell[k] = h.cell[k];
+        result.deformation[k] = h.deformation[k];
+        result.servo_velocity_gradient[k] = h.servo_velocity_gradient[k];
+      }
+      result.steps = h.steps;
+      result.rebuilds = h.rebuilds;
+      result.lattice_reductions = h.lattice_reductions;
+      result.repeats = h.repeats;
+      result.work = h.work;
+      result.friction_loss = h.friction_loss;
+      result.damping_loss = h.damping_loss;
+      result.viscous_loss = h.viscous_loss;
+    }
+
+    Block &block;
+    const ImageView<Format> image;
+    const SharedView<Format> shared;
+    const WorkspaceView<Format> work;
+    const DriveRecord &drive;
+    const BatchConstants &batch;
+    const ImageHeader &header;
+    const int num_grains;
+    typename Block::template PerItem<State> state;
+    Tensor2 cell, list_cell, deformation, servo_gradient;
+    int num_extra;
+    const double skin;
+    ForceScale<Format> scale;
+    StepConstants<Format, Features::viscous> step;
+    Dissipation heat = {0.0, 0.0};
+    double supplied = 0.0;
+    int num_rebuilds = 0, num_reductions = 0, needed_pairs = 0;
+    bool list_expired = false;
+    std::uint32_t status_word = 0;
+  };
 
 }    // namespace RVE_ISA
 }    // namespace rve

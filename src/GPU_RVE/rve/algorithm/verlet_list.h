@@ -11,193 +11,213 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-/// How far a grain may have moved relative to the mean field since the list was built [length].
-///
-/// A pair that is not listed had |b| >= R + skin then. Now b' = G b + u_j - u_i with G = H H_list^-1, so that
-/// |b'| >= s (R + skin) - 2 u with s the smallest stretch of G. It cannot touch while 2 u <= s skin - (1 - s) R; R is largest
-/// for two grains of the largest radius. Negative: the strain alone demands a new list.
-RVE_INLINE double allowed_displacement(const Tensor2 &cell, const Tensor2 &list_cell, double largest_radius, double skin)
-{
-  const double stretch = smallest_stretch(cell * inverse(list_cell));
-  return 0.5 * (stretch * skin - (1.0 - stretch) * 2.0 * largest_radius);
-}
-
-/// Regular grid in fractional space whose cells are at least `cutoff` wide. Along an axis with fewer than three cells every
-/// cell is a neighbour of every other.
-struct SearchGrid {
-  int count[2];
-
-  RVE_INLINE SearchGrid(const Tensor2 &cell, double cutoff, int capacity)
+  /// How far a grain may have moved relative to the mean field since the list was built [length].
+  ///
+  /// A pair that is not listed had |b| >= R + skin then. Now b' = G b + u_j - u_i with G = H H_list^-1, so that
+  /// |b'| >= s (R + skin) - 2 u with s the smallest stretch of G. It cannot touch while 2 u <= s skin - (1 - s) R; R is largest
+  /// for two grains of the largest radius. Negative: the strain alone demands a new list.
+  RVE_INLINE double allowed_displacement(const Tensor2 &cell, const Tensor2 &list_cell,
+                                         double largest_radius, double skin)
   {
-    for (int a = 0; a < 2; ++a) {
-      const double fit = perpendicular_width(cell, a) / (cutoff * (1.0 + 1e-6));
-      count[a] = fit < 1.0 ? 1 : (fit > 1024.0 ? 1024 : static_cast<int>(fit));
-    }
-    while (count[0] * count[1] > capacity) {
-      if (count[0] > count[1])
-        --count[0];
-      else
-        --count[1];
-    }
+    const double stretch = smallest_stretch(cell * inverse(list_cell));
+    return 0.5 * (stretch * skin - (1.0 - stretch) * 2.0 * largest_radius);
   }
 
-  RVE_INLINE int size() const { return count[0] * count[1]; }
+  /// Regular grid in fractional space whose cells are at least `cutoff` wide. Along an axis with fewer than three cells every
+  /// cell is a neighbour of every other.
+  struct SearchGrid {
+    int count[2];
 
-  RVE_INLINE static std::uint32_t leading_bits(std::uint32_t s) { return s; }
-  RVE_INLINE static std::uint32_t leading_bits(std::uint64_t s) { return static_cast<std::uint32_t>(s >> 32); }
-
-  template <class Coordinate> RVE_INLINE int index(const Vec<Coordinate, 2> &s) const
-  {
-    const int x = static_cast<int>((static_cast<std::uint64_t>(leading_bits(s[0])) * count[0]) >> 32);
-    const int y = static_cast<int>((static_cast<std::uint64_t>(leading_bits(s[1])) * count[1]) >> 32);
-    return y * count[0] + x;
-  }
-
-  /// Calls visit(cell) once for each cell that may hold neighbours of the points in `home`.
-  template <class Visit> RVE_INLINE void around(int home, Visit visit) const
-  {
-    const int x = home % count[0], y = home / count[0];
-    const int reach_x = count[0] < 3 ? count[0] : 3, reach_y = count[1] < 3 ? count[1] : 3;
-    for (int dy = 0; dy < reach_y; ++dy)
-      for (int dx = 0; dx < reach_x; ++dx) {
-        const int cx = (x + dx + count[0] - 1) % count[0], cy = (y + dy + count[1] - 1) % count[1];
-        visit(cy * count[0] + cx);
+    RVE_INLINE SearchGrid(const Tensor2 &cell, double cutoff, int capacity)
+    {
+      for (int a = 0; a < 2; ++a) {
+        const double fit = perpendicular_width(cell, a) / (cutoff * (1.0 + 1e-6));
+        count[a] = fit < 1.0 ? 1 : (fit > 1024.0 ? 1024 : static_cast<int>(fit));
       }
-  }
-};
-
-/// Sorts the grains into the grid: cell_start, cell_grain (ascending within a cell), cell_of.
-template <class Block, class Format>
-RVE_HD void sort_into_grid(Block &block, const SharedView<Format> &shared, const WorkspaceView<Format> &work, int num_grains,
-                           const SearchGrid &grid)
-{
-  using Item = typename Block::Item;
-  const int num_cells = grid.size();
-  block.for_each(num_cells, [&](Item c) {
-    work.cell_start[c] = 0;
-    work.cell_fill[c] = 0;
-  });
-  block.for_each(num_grains, [&](Item i) {
-    work.cell_of[i] = grid.index(shared.position[i]);
-    block.add(&work.cell_start[work.cell_of[i]], 1);
-  });
-  block.exclusive_scan(work.cell_start, num_cells);
-  block.once([&] { work.cell_start[num_cells] = num_grains; });
-  block.for_each(num_grains, [&](Item i) {
-    const int c = work.cell_of[i];
-    work.cell_grain[work.cell_start[c] + block.fetch_add(&work.cell_fill[c], 1)] = i;
-  });
-  block.for_each(num_cells, [&](Item c) {    // the order of arrival is chance, the order of numbers is not
-    for (int m = work.cell_start[c] + 1; m < work.cell_start[c + 1]; ++m) {
-      const int grain = work.cell_grain[m];
-      int hole = m;
-      for (; hole > work.cell_start[c] && work.cell_grain[hole - 1] > grain; --hole)
-        work.cell_grain[hole] = work.cell_grain[hole - 1];
-      work.cell_grain[hole] = grain;
-    }
-  });
-}
-
-/// The history that the old list holds for the pair of i and j, or zero.
-template <class Format>
-RVE_INLINE typename Format::History old_history(const WorkspaceView<Format> &work, int num_grains, int num_old_extra, int i,
-                                                int j)
-{
-  for (int k = 0; k < kOwnedPairs; ++k) {
-    if (work.old_partner[k * num_grains + i] == j) return work.old_history[k * num_grains + i];
-    if (work.old_partner[k * num_grains + j] == i) return work.old_history[k * num_grains + j];
-  }
-  for (int m = 0; m < num_old_extra; ++m) {
-    const bool same = (work.old_extra_first[m] == i && work.old_extra_second[m] == j) ||
-        (work.old_extra_first[m] == j && work.old_extra_second[m] == i);
-    if (same) return work.old_extra_history[m];
-  }
-  return typename Format::History(0);
-}
-
-/// Builds the list of all pairs with |b| < R + skin, assigns owners and carries the contact history over. Returns the number
-/// of pairs; if it exceeds work.pair_capacity nothing has changed but the workspace. `num_extra` goes in and out.
-template <class Block, class States, class Format>
-RVE_HD int build_list(Block &block, States &state, const SharedView<Format> &shared, const WorkspaceView<Format> &work,
-                      int num_grains, const Tensor2 &cell, double largest_radius, double skin, int &num_extra)
-{
-  using Item = typename Block::Item;
-  using Wide = typename Format::Wide;
-  const SearchGrid grid(cell, 2.0 * largest_radius + skin, work.cell_capacity);
-  const Tensor<Wide, 2> to_length = fraction_to_length<Format>(cell);
-  const Wide margin = static_cast<Wide>(skin);
-  sort_into_grid(block, shared, work, num_grains, grid);
-
-  const auto for_each_owned = [&](int i, auto take) {
-    grid.around(work.cell_of[i], [&](int c) {
-      for (int m = work.cell_start[c]; m < work.cell_start[c + 1]; ++m) {
-        const int j = work.cell_grain[m];
-        if (j == i || !owns_first(i, j)) continue;
-        const Vec<Wide, 2> branch = to_length * fractional_difference<Format>(shared.position[j], shared.position[i]);
-        if (gap_squared(branch, shared.radius[i] + shared.radius[j] + margin) > Wide(0)) take(j);
+      while (count[0] * count[1] > capacity) {
+        if (count[0] > count[1])
+          --count[0];
+        else
+          --count[1];
       }
-    });
+    }
+
+    RVE_INLINE int size() const { return count[0] * count[1]; }
+
+    RVE_INLINE static std::uint32_t leading_bits(std::uint32_t s) { return s; }
+    RVE_INLINE static std::uint32_t leading_bits(std::uint64_t s)
+    {
+      return static_cast<std::uint32_t>(s >> 32);
+    }
+
+    template <class Coordinate> RVE_INLINE int index(const Vec<Coordinate, 2> &s) const
+    {
+      const int x =
+          static_cast<int>((static_cast<std::uint64_t>(leading_bits(s[0])) * count[0]) >> 32);
+      const int y =
+          static_cast<int>((static_cast<std::uint64_t>(leading_bits(s[1])) * count[1]) >> 32);
+      return y * count[0] + x;
+    }
+
+    /// Calls visit(cell) once for each cell that may hold neighbours of the points in `home`.
+    template <class Visit> RVE_INLINE void around(int home, Visit visit) const
+    {
+      const int x = home % count[0], y = home / count[0];
+      const int reach_x = count[0] < 3 ? count[0] : 3, reach_y = count[1] < 3 ? count[1] : 3;
+      for (int dy = 0; dy < reach_y; ++dy)
+        for (int dx = 0; dx < reach_x; ++dx) {
+          const int cx = (x + dx + count[0] - 1) % count[0],
+                    cy = (y + dy + count[1] - 1) % count[1];
+          visit(cy * count[0] + cx);
+        }
+    }
   };
 
-  block.for_each(num_grains, [&](Item i) {
-    int count = 0;
-    for_each_owned(i, [&](int) { ++count; });
-    work.row_start[i] = count;
-  });
-  const int num_pairs = block.exclusive_scan(work.row_start, num_grains);
-  if (num_pairs > work.pair_capacity) return num_pairs;
-  block.once([&] { work.row_start[num_grains] = num_pairs; });
-  block.for_each(num_grains, [&](Item i) {
-    int entry = work.row_start[i];
-    for_each_owned(i, [&](int j) { work.row_partner[entry++] = j; });
-    for (int k = 0; k < kOwnedPairs; ++k) {
-      work.old_partner[k * num_grains + i] = state[i].partner[k];
-      work.old_history[k * num_grains + i] = state[i].history[k];
-    }
-  });
-  const int num_old_extra = num_extra;
-  block.for_each(num_old_extra, [&](Item m) {
-    work.old_extra_first[m] = work.extra_first[m];
-    work.old_extra_second[m] = work.extra_second[m];
-    work.old_extra_history[m] = work.extra_history[m];
-  });
-
-  balance_ownership(block, work, num_grains, 24);
-
-  block.for_each(num_grains, [&](Item i) {
-    work.excess_start[i] = work.load[i] > kOwnedPairs ? work.load[i] - kOwnedPairs : 0;
-  });
-  num_extra = block.exclusive_scan(work.excess_start, num_grains);
-  block.for_each(num_grains, [&](Item i) {
-    int slot = 0, extra = work.excess_start[i];
-    const auto place = [&](int j) {
-      const auto history = old_history(work, num_grains, num_old_extra, i, j);
-      if (slot < kOwnedPairs) {
-        for (int k = 0; k < kOwnedPairs; ++k)    // k == slot, spelt so that the slots can stay in registers
-          if (k == slot) {
-            state[i].partner[k] = j;
-            state[i].history[k] = history;
+  /// Sorts the grains into the grid: cell_start, cell_grain (ascending within a cell), cell_of.
+  template <class Block, class Format>
+  RVE_HD void sort_into_grid(Block &block, const SharedView<Format> &shared,
+                             const WorkspaceView<Format> &work, int num_grains,
+                             const SearchGrid &grid)
+  {
+    using Item = typename Block::Item;
+    const int num_cells = grid.size();
+    block.for_each(num_cells, [&](Item c) {
+      work.cell_start[c] = 0;
+      work.cell_fill[c] = 0;
+    });
+    block.for_each(num_grains, [&](Item i) {
+      work.cell_of[i] = grid.index(shared.position[i]);
+      block.add(&work.cell_start[work.cell_of[i]], 1);
+    });
+    block.exclusive_scan(work.cell_start, num_cells);
+    block.once([&] {
+      work.cell_start[num_cells] = num_grains;
+    });
+    block.for_each(num_grains, [&](Item i) {
+      const int c = work.cell_of[i];
+      work.cell_grain[work.cell_start[c] + block.fetch_add(&work.cell_fill[c], 1)] = i;
+    });
+    block.for_each(
+        num_cells, [&](Item c) {    // the order of arrival is chance, the order of numbers is not
+          for (int m = work.cell_start[c] + 1; m < work.cell_start[c + 1]; ++m) {
+            const int grain = work.cell_grain[m];
+            int hole = m;
+            for (; hole > work.cell_start[c] && work.cell_grain[hole - 1] > grain; --hole)
+              work.cell_grain[hole] = work.cell_grain[hole - 1];
+            work.cell_grain[hole] = grain;
           }
-        ++slot;
-      } else {
-        work.extra_first[extra] = i;
-        work.extra_second[extra] = j;
-        work.extra_history[extra] = history;
-        ++extra;
-      }
+        });
+  }
+
+  /// The history that the old list holds for the pair of i and j, or zero.
+  template <class Format>
+  RVE_INLINE typename Format::History old_history(const WorkspaceView<Format> &work, int num_grains,
+                                                  int num_old_extra, int i, int j)
+  {
+    for (int k = 0; k < kOwnedPairs; ++k) {
+      if (work.old_partner[k * num_grains + i] == j) return work.old_history[k * num_grains + i];
+      if (work.old_partner[k * num_grains + j] == i) return work.old_history[k * num_grains + j];
+    }
+    for (int m = 0; m < num_old_extra; ++m) {
+      const bool same = (work.old_extra_first[m] == i && work.old_extra_second[m] == j) ||
+          (work.old_extra_first[m] == j && work.old_extra_second[m] == i);
+      if (same) return work.old_extra_history[m];
+    }
+    return typename Format::History(0);
+  }
+
+  /// Builds the list of all pairs with |b| < R + skin, assigns owners and carries the contact history over. Returns the number
+  /// of pairs; if it exceeds work.pair_capacity nothing has changed but the workspace. `num_extra` goes in and out.
+  template <class Block, class States, class Format>
+  RVE_HD int build_list(Block &block, States &state, const SharedView<Format> &shared,
+                        const WorkspaceView<Format> &work, int num_grains, const Tensor2 &cell,
+                        double largest_radius, double skin, int &num_extra)
+  {
+    using Item = typename Block::Item;
+    using Wide = typename Format::Wide;
+    const SearchGrid grid(cell, 2.0 * largest_radius + skin, work.cell_capacity);
+    const Tensor<Wide, 2> to_length = fraction_to_length<Format>(cell);
+    const Wide margin = static_cast<Wide>(skin);
+    sort_into_grid(block, shared, work, num_grains, grid);
+
+    const auto for_each_owned = [&](int i, auto take) {
+      grid.around(work.cell_of[i], [&](int c) {
+        for (int m = work.cell_start[c]; m < work.cell_start[c + 1]; ++m) {
+          const int j = work.cell_grain[m];
+          if (j == i || !owns_first(i, j)) continue;
+          const Vec<Wide, 2> branch =
+              to_length * fractional_difference<Format>(shared.position[j], shared.position[i]);
+          if (gap_squared(branch, shared.radius[i] + shared.radius[j] + margin) > Wide(0)) take(j);
+        }
+      });
     };
-    for (int m = 0; m < work.received_count[i]; ++m) place(work.received[m * num_grains + i]);
-    for (int entry = work.row_start[i]; entry < work.row_start[i + 1]; ++entry)
-      if (!work.row_given[entry]) place(work.row_partner[entry]);
-    for (int k = 0; k < kOwnedPairs; ++k)
-      if (k >= slot) {
-        state[i].partner[k] = i;
-        state[i].history[k] = typename Format::History(0);
+
+    block.for_each(num_grains, [&](Item i) {
+      int count = 0;
+      for_each_owned(i, [&](int) {
+        ++count;
+      });
+      work.row_start[i] = count;
+    });
+    const int num_pairs = block.exclusive_scan(work.row_start, num_grains);
+    if (num_pairs > work.pair_capacity) return num_pairs;
+    block.once([&] {
+      work.row_start[num_grains] = num_pairs;
+    });
+    block.for_each(num_grains, [&](Item i) {
+      int entry = work.row_start[i];
+      for_each_owned(i, [&](int j) {
+        work.row_partner[entry++] = j;
+      });
+      for (int k = 0; k < kOwnedPairs; ++k) {
+        work.old_partner[k * num_grains + i] = state[i].partner[k];
+        work.old_history[k * num_grains + i] = state[i].history[k];
       }
-    work.list_position[i] = shared.position[i];
-  });
-  return num_pairs;
-}
+    });
+    const int num_old_extra = num_extra;
+    block.for_each(num_old_extra, [&](Item m) {
+      work.old_extra_first[m] = work.extra_first[m];
+      work.old_extra_second[m] = work.extra_second[m];
+      work.old_extra_history[m] = work.extra_history[m];
+    });
+
+    balance_ownership(block, work, num_grains, 24);
+
+    block.for_each(num_grains, [&](Item i) {
+      work.excess_start[i] = work.load[i] > kOwnedPairs ? work.load[i] - kOwnedPairs : 0;
+    });
+    num_extra = block.exclusive_scan(work.excess_start, num_grains);
+    block.for_each(num_grains, [&](Item i) {
+      int slot = 0, extra = work.excess_start[i];
+      const auto place = [&](int j) {
+        const auto history = old_history(work, num_grains, num_old_extra, i, j);
+        if (slot < kOwnedPairs) {
+          for (int k = 0; k < kOwnedPairs;
+               ++k)    // k == slot, spelt so that the slots can stay in registers
+            if (k == slot) {
+              state[i].partner[k] = j;
+              state[i].history[k] = history;
+            }
+          ++slot;
+        } else {
+          work.extra_first[extra] = i;
+          work.extra_second[extra] = j;
+          work.extra_history[extra] = history;
+          ++extra;
+        }
+      };
+      for (int m = 0; m < work.received_count[i]; ++m) place(work.received[m * num_grains + i]);
+      for (int entry = work.row_start[i]; entry < work.row_start[i + 1]; ++entry)
+        if (!work.row_given[entry]) place(work.row_partner[entry]);
+      for (int k = 0; k < kOwnedPairs; ++k)
+        if (k >= slot) {
+          state[i].partner[k] = i;
+          state[i].history[k] = typename Format::History(0);
+        }
+      work.list_position[i] = shared.position[i];
+    });
+    return num_pairs;
+  }
 
 }    // namespace RVE_ISA
 }    // namespace rve

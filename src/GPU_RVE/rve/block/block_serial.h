@@ -30,91 +30,91 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-/// One CPU thread is the block: phases are plain loops, barriers are nothing.
-class BlockSerial {
- public:
-  /// `item_storage` serves per_item; `item_storage_size` is checked by the caller with item_bytes().
-  RVE_HD explicit BlockSerial(void *item_storage) : storage(item_storage) {}
+  /// One CPU thread is the block: phases are plain loops, barriers are nothing.
+  class BlockSerial {
+   public:
+    /// `item_storage` serves per_item; `item_storage_size` is checked by the caller with item_bytes().
+    RVE_HD explicit BlockSerial(void *item_storage) : storage(item_storage) {}
 
-  using Item = int;
+    using Item = int;
 
-  template <class F> RVE_INLINE void for_each(int n, F f)
-  {
-    for (int i = 0; i < n; ++i) f(i);
-  }
-
-  template <class F> RVE_INLINE void once(F f) { f(); }
-
-  template <class F> RVE_INLINE bool any(int n, F f)
-  {
-    bool result = false;
-    for (int i = 0; i < n; ++i) result = f(i) | result;
-    return result;
-  }
-
-  /// Chunks of 32 items, each summed in order, then the chunks in order: BlockCuda does the same.
-  RVE_INLINE double sum_array(int n, const double *a)
-  {
-    double total = 0.0;
-    for (int first = 0; first < n; first += 32) {
-      double chunk = 0.0;
-      for (int i = first; i < n && i < first + 32; ++i) chunk = chunk + a[i];
-      total = total + chunk;
+    template <class F> RVE_INLINE void for_each(int n, F f)
+    {
+      for (int i = 0; i < n; ++i) f(i);
     }
-    return total;
-  }
 
-  RVE_INLINE double max_array(int n, const double *a)
-  {
-    double largest = 0.0;
-    for (int i = 0; i < n; ++i) largest = a[i] > largest ? a[i] : largest;
-    return largest;
-  }
+    template <class F> RVE_INLINE void once(F f) { f(); }
 
-  template <int M, class F> RVE_INLINE IntegerSums<M> sum_integers(int n, F f)
-  {
-    IntegerSums<M> sums;
-    for (int m = 0; m < M; ++m) sums.value[m] = 0;
-    for (int i = 0; i < n; ++i) f(i, sums.value);
-    return sums;
-  }
-
-  RVE_INLINE int exclusive_scan(int *a, int n)
-  {
-    int total = 0;
-    for (int i = 0; i < n; ++i) {
-      const int x = a[i];
-      a[i] = total;
-      total += x;
+    template <class F> RVE_INLINE bool any(int n, F f)
+    {
+      bool result = false;
+      for (int i = 0; i < n; ++i) result = f(i) | result;
+      return result;
     }
-    return total;
-  }
 
-  template <class Integer> RVE_INLINE void add(Integer *p, Integer v) { *p += v; }
-  RVE_INLINE int fetch_add(int *p, int v)
-  {
-    const int old = *p;
-    *p += v;
-    return old;
-  }
-  RVE_INLINE void fetch_min(int *p, int v)
-  {
-    if (v < *p) *p = v;
-  }
+    /// Chunks of 32 items, each summed in order, then the chunks in order: BlockCuda does the same.
+    RVE_INLINE double sum_array(int n, const double *a)
+    {
+      double total = 0.0;
+      for (int first = 0; first < n; first += 32) {
+        double chunk = 0.0;
+        for (int i = first; i < n && i < first + 32; ++i) chunk = chunk + a[i];
+        total = total + chunk;
+      }
+      return total;
+    }
 
-  template <class State> struct PerItem {
-    State *state;
-    RVE_INLINE State &operator[](int item) { return state[item]; }
+    RVE_INLINE double max_array(int n, const double *a)
+    {
+      double largest = 0.0;
+      for (int i = 0; i < n; ++i) largest = a[i] > largest ? a[i] : largest;
+      return largest;
+    }
+
+    template <int M, class F> RVE_INLINE IntegerSums<M> sum_integers(int n, F f)
+    {
+      IntegerSums<M> sums;
+      for (int m = 0; m < M; ++m) sums.value[m] = 0;
+      for (int i = 0; i < n; ++i) f(i, sums.value);
+      return sums;
+    }
+
+    RVE_INLINE int exclusive_scan(int *a, int n)
+    {
+      int total = 0;
+      for (int i = 0; i < n; ++i) {
+        const int x = a[i];
+        a[i] = total;
+        total += x;
+      }
+      return total;
+    }
+
+    template <class Integer> RVE_INLINE void add(Integer *p, Integer v) { *p += v; }
+    RVE_INLINE int fetch_add(int *p, int v)
+    {
+      const int old = *p;
+      *p += v;
+      return old;
+    }
+    RVE_INLINE void fetch_min(int *p, int v)
+    {
+      if (v < *p) *p = v;
+    }
+
+    template <class State> struct PerItem {
+      State *state;
+      RVE_INLINE State &operator[](int item) { return state[item]; }
+    };
+
+    template <class State> RVE_INLINE PerItem<State> per_item(int)
+    {
+      return PerItem<State>{static_cast<State *>(storage)};
+    }
+
+   private:
+    void *storage;
   };
-
-  template <class State> RVE_INLINE PerItem<State> per_item(int)
-  {
-    return PerItem<State>{static_cast<State *>(storage)};
-  }
-
- private:
-  void *storage;
-};
 
 }    // namespace RVE_ISA
 }    // namespace rve

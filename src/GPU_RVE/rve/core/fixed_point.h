@@ -17,121 +17,123 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-/// Nearest integer, ties to even, on both sides the same. The argument must lie in the range of the integer.
-RVE_INLINE void round_to(float x, std::int32_t &q)
-{
+  /// Nearest integer, ties to even, on both sides the same. The argument must lie in the range of the integer.
+  RVE_INLINE void round_to(float x, std::int32_t &q)
+  {
 #if defined(__CUDA_ARCH__)
-  q = __float2int_rn(x);
+    q = __float2int_rn(x);
 #elif defined(__SSE2__)
-  q = _mm_cvtss_si32(_mm_set_ss(x));
+    q = _mm_cvtss_si32(_mm_set_ss(x));
 #else
-  q = static_cast<std::int32_t>(std::nearbyint(x));
+    q = static_cast<std::int32_t>(std::nearbyint(x));
 #endif
-}
+  }
 
-RVE_INLINE void round_to(double x, std::int64_t &q)
-{
+  RVE_INLINE void round_to(double x, std::int64_t &q)
+  {
 #if defined(__CUDA_ARCH__)
-  q = __double2ll_rn(x);
+    q = __double2ll_rn(x);
 #elif defined(__SSE2__)
-  q = _mm_cvtsd_si64(_mm_set_sd(x));
+    q = _mm_cvtsd_si64(_mm_set_sd(x));
 #else
-  q = static_cast<std::int64_t>(std::nearbyint(x));
+    q = static_cast<std::int64_t>(std::nearbyint(x));
 #endif
-}
+  }
 
-RVE_INLINE void round_to(double x, std::int32_t &q)
-{
-  std::int64_t wide;
-  round_to(x, wide);
-  q = static_cast<std::int32_t>(wide);
-}
+  RVE_INLINE void round_to(double x, std::int32_t &q)
+  {
+    std::int64_t wide;
+    round_to(x, wide);
+    q = static_cast<std::int32_t>(wide);
+  }
 
-RVE_INLINE void round_to(float x, std::int64_t &q)
-{
-  round_to(static_cast<double>(x), q);
-}
+  RVE_INLINE void round_to(float x, std::int64_t &q)
+  {
+    round_to(static_cast<double>(x), q);
+  }
 
-/// 32-bit fractions, fp32 everywhere.
-struct FastFormat {
-  using Coordinate = std::uint32_t;
-  using SignedCoordinate = std::int32_t;
-  using Wide = float;          ///< branch vector and gap
-  using History = float;       ///< tangential force
-  using Real = float;          ///< the rest
-  using Sum = std::int32_t;    ///< force on a grain
-  static constexpr double fraction_unit = 1.0 / 4294967296.0;    // 2^-32
-  static constexpr int largest_force_bits = 25;                  // the largest contact force is about 2^25 units
-  static constexpr int saturation_bits = 28;    // a contact force above 2^28 is refused; eight of them still fit in 31 bits
-};
+  /// 32-bit fractions, fp32 everywhere.
+  struct FastFormat {
+    using Coordinate = std::uint32_t;
+    using SignedCoordinate = std::int32_t;
+    using Wide = float;                                            ///< branch vector and gap
+    using History = float;                                         ///< tangential force
+    using Real = float;                                            ///< the rest
+    using Sum = std::int32_t;                                      ///< force on a grain
+    static constexpr double fraction_unit = 1.0 / 4294967296.0;    // 2^-32
+    static constexpr int largest_force_bits =
+        25;    // the largest contact force is about 2^25 units
+    static constexpr int saturation_bits =
+        28;    // a contact force above 2^28 is refused; eight of them still fit in 31 bits
+  };
 
-/// 64-bit fractions, branch, gap and tangential history in fp64, the rest in fp32.
-struct MixedFormat {
-  using Coordinate = std::uint64_t;
-  using SignedCoordinate = std::int64_t;
-  using Wide = double;
-  using History = double;
-  using Real = float;
-  using Sum = std::int32_t;
-  static constexpr double fraction_unit = 1.0 / 18446744073709551616.0;    // 2^-64
-  static constexpr int largest_force_bits = 25;
-  static constexpr int saturation_bits = 28;
-};
+  /// 64-bit fractions, branch, gap and tangential history in fp64, the rest in fp32.
+  struct MixedFormat {
+    using Coordinate = std::uint64_t;
+    using SignedCoordinate = std::int64_t;
+    using Wide = double;
+    using History = double;
+    using Real = float;
+    using Sum = std::int32_t;
+    static constexpr double fraction_unit = 1.0 / 18446744073709551616.0;    // 2^-64
+    static constexpr int largest_force_bits = 25;
+    static constexpr int saturation_bits = 28;
+  };
 
-/// 64-bit fractions, fp64 everywhere, forces summed in 64 bits.
-struct DoubleFormat {
-  using Coordinate = std::uint64_t;
-  using SignedCoordinate = std::int64_t;
-  using Wide = double;
-  using History = double;
-  using Real = double;
-  using Sum = std::int64_t;
-  static constexpr double fraction_unit = 1.0 / 18446744073709551616.0;
-  static constexpr int largest_force_bits = 52;
-  static constexpr int saturation_bits = 58;
-};
+  /// 64-bit fractions, fp64 everywhere, forces summed in 64 bits.
+  struct DoubleFormat {
+    using Coordinate = std::uint64_t;
+    using SignedCoordinate = std::int64_t;
+    using Wide = double;
+    using History = double;
+    using Real = double;
+    using Sum = std::int64_t;
+    static constexpr double fraction_unit = 1.0 / 18446744073709551616.0;
+    static constexpr int largest_force_bits = 52;
+    static constexpr int saturation_bits = 58;
+  };
 
-/// Nearest-image difference of two fractions, in units of fraction_unit: the wrapped subtraction is the minimum image.
-template <class Format, int D>
-RVE_INLINE Vec<typename Format::Wide, D>
-fractional_difference(const Vec<typename Format::Coordinate, D> &to,
-                      const Vec<typename Format::Coordinate, D> &from)
-{
-  Vec<typename Format::Wide, D> difference;
-  for (int a = 0; a < D; ++a)
-    difference[a] = static_cast<typename Format::Wide>(
-        static_cast<typename Format::SignedCoordinate>(to[a] - from[a]));
-  return difference;
-}
+  /// Nearest-image difference of two fractions, in units of fraction_unit: the wrapped subtraction is the minimum image.
+  template <class Format, int D>
+  RVE_INLINE Vec<typename Format::Wide, D>
+  fractional_difference(const Vec<typename Format::Coordinate, D> &to,
+                        const Vec<typename Format::Coordinate, D> &from)
+  {
+    Vec<typename Format::Wide, D> difference;
+    for (int a = 0; a < D; ++a)
+      difference[a] = static_cast<typename Format::Wide>(
+          static_cast<typename Format::SignedCoordinate>(to[a] - from[a]));
+    return difference;
+  }
 
-/// Matrix that turns fractional differences into lengths, H * fraction_unit.
-template <class Format, int D>
-RVE_INLINE Tensor<typename Format::Wide, D> fraction_to_length(const Tensor<double, D> &cell)
-{
-  return (Format::fraction_unit * cell).template as<typename Format::Wide>();
-}
+  /// Matrix that turns fractional differences into lengths, H * fraction_unit.
+  template <class Format, int D>
+  RVE_INLINE Tensor<typename Format::Wide, D> fraction_to_length(const Tensor<double, D> &cell)
+  {
+    return (Format::fraction_unit * cell).template as<typename Format::Wide>();
+  }
 
-/// Power of two 2^n, exact, without a transcendental function; n in [-1022, 1023].
-RVE_INLINE double power_of_two(int n)
-{
-  union {
-    std::uint64_t bits;
-    double value;
-  } u;
-  u.bits = static_cast<std::uint64_t>(n + 1023) << 52;
-  return u.value;
-}
+  /// Power of two 2^n, exact, without a transcendental function; n in [-1022, 1023].
+  RVE_INLINE double power_of_two(int n)
+  {
+    union {
+      std::uint64_t bits;
+      double value;
+    } u;
+    u.bits = static_cast<std::uint64_t>(n + 1023) << 52;
+    return u.value;
+  }
 
-/// floor(log2(x)) of a positive normal number.
-RVE_INLINE int floor_log2(double x)
-{
-  union {
-    double value;
-    std::uint64_t bits;
-  } u;
-  u.value = x;
-  return static_cast<int>((u.bits >> 52) & 0x7ff) - 1023;
-}
+  /// floor(log2(x)) of a positive normal number.
+  RVE_INLINE int floor_log2(double x)
+  {
+    union {
+      double value;
+      std::uint64_t bits;
+    } u;
+    u.value = x;
+    return static_cast<int>((u.bits >> 52) & 0x7ff) - 1023;
+  }
 
 }    // namespace RVE_ISA
 }    // namespace rve

@@ -10,10 +10,10 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-template <int M> struct IntegerSums {
-  std::int64_t value[M];
-  RVE_INLINE std::int64_t operator[](int m) const { return value[m]; }
-};
+  template <int M> struct IntegerSums {
+    std::int64_t value[M];
+    RVE_INLINE std::int64_t operator[](int m) const { return value[m]; }
+  };
 
 }    // namespace RVE_ISA
 }    // namespace rve

@@ -8,123 +8,124 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-/// Tensor with components t(row, column). The cell matrix has the cell vectors as columns.
-template <class T, int D> struct Tensor {
-  T component[D * D];
+  /// Tensor with components t(row, column). The cell matrix has the cell vectors as columns.
+  template <class T, int D> struct Tensor {
+    T component[D * D];
 
-  RVE_INLINE T &operator()(int a, int b) { return component[a * D + b]; }
-  RVE_INLINE const T &operator()(int a, int b) const { return component[a * D + b]; }
+    RVE_INLINE T &operator()(int a, int b) { return component[a * D + b]; }
+    RVE_INLINE const T &operator()(int a, int b) const { return component[a * D + b]; }
 
-  static RVE_INLINE Tensor zero()
-  {
-    Tensor t;
-    for (int k = 0; k < D * D; ++k) t.component[k] = T(0);
-    return t;
-  }
-
-  static RVE_INLINE Tensor identity()
-  {
-    Tensor t = zero();
-    for (int a = 0; a < D; ++a) t(a, a) = T(1);
-    return t;
-  }
-
-  template <class U> RVE_INLINE Tensor<U, D> as() const
-  {
-    Tensor<U, D> t;
-    for (int k = 0; k < D * D; ++k) t.component[k] = static_cast<U>(component[k]);
-    return t;
-  }
-};
-
-using Tensor2 = Tensor<double, 2>;
-
-template <class T, int D>
-RVE_INLINE Tensor<T, D> operator+(const Tensor<T, D> &x, const Tensor<T, D> &y)
-{
-  Tensor<T, D> t;
-  for (int k = 0; k < D * D; ++k) t.component[k] = x.component[k] + y.component[k];
-  return t;
-}
-
-template <class T, int D>
-RVE_INLINE Tensor<T, D> operator-(const Tensor<T, D> &x, const Tensor<T, D> &y)
-{
-  Tensor<T, D> t;
-  for (int k = 0; k < D * D; ++k) t.component[k] = x.component[k] - y.component[k];
-  return t;
-}
-
-template <class T, int D> RVE_INLINE Tensor<T, D> operator*(T factor, const Tensor<T, D> &x)
-{
-  Tensor<T, D> t;
-  for (int k = 0; k < D * D; ++k) t.component[k] = factor * x.component[k];
-  return t;
-}
-
-template <class T, int D>
-RVE_INLINE Tensor<T, D> operator*(const Tensor<T, D> &x, const Tensor<T, D> &y)
-{
-  Tensor<T, D> t;
-  for (int a = 0; a < D; ++a)
-    for (int b = 0; b < D; ++b) {
-      T sum = x(a, 0) * y(0, b);
-      for (int k = 1; k < D; ++k) sum = sum + x(a, k) * y(k, b);
-      t(a, b) = sum;
+    static RVE_INLINE Tensor zero()
+    {
+      Tensor t;
+      for (int k = 0; k < D * D; ++k) t.component[k] = T(0);
+      return t;
     }
-  return t;
-}
 
-template <class T, int D> RVE_INLINE Vec<T, D> operator*(const Tensor<T, D> &x, const Vec<T, D> &y)
-{
-  Vec<T, D> v;
-  for (int a = 0; a < D; ++a) {
-    T sum = x(a, 0) * y[0];
-    for (int k = 1; k < D; ++k) sum = sum + x(a, k) * y[k];
-    v[a] = sum;
+    static RVE_INLINE Tensor identity()
+    {
+      Tensor t = zero();
+      for (int a = 0; a < D; ++a) t(a, a) = T(1);
+      return t;
+    }
+
+    template <class U> RVE_INLINE Tensor<U, D> as() const
+    {
+      Tensor<U, D> t;
+      for (int k = 0; k < D * D; ++k) t.component[k] = static_cast<U>(component[k]);
+      return t;
+    }
+  };
+
+  using Tensor2 = Tensor<double, 2>;
+
+  template <class T, int D>
+  RVE_INLINE Tensor<T, D> operator+(const Tensor<T, D> &x, const Tensor<T, D> &y)
+  {
+    Tensor<T, D> t;
+    for (int k = 0; k < D * D; ++k) t.component[k] = x.component[k] + y.component[k];
+    return t;
   }
-  return v;
-}
 
-template <class T, int D> RVE_INLINE Tensor<T, D> transpose(const Tensor<T, D> &x)
-{
-  Tensor<T, D> t;
-  for (int a = 0; a < D; ++a)
-    for (int b = 0; b < D; ++b) t(a, b) = x(b, a);
-  return t;
-}
+  template <class T, int D>
+  RVE_INLINE Tensor<T, D> operator-(const Tensor<T, D> &x, const Tensor<T, D> &y)
+  {
+    Tensor<T, D> t;
+    for (int k = 0; k < D * D; ++k) t.component[k] = x.component[k] - y.component[k];
+    return t;
+  }
 
-template <class T, int D> RVE_INLINE T trace(const Tensor<T, D> &x)
-{
-  T sum = x(0, 0);
-  for (int a = 1; a < D; ++a) sum = sum + x(a, a);
-  return sum;
-}
+  template <class T, int D> RVE_INLINE Tensor<T, D> operator*(T factor, const Tensor<T, D> &x)
+  {
+    Tensor<T, D> t;
+    for (int k = 0; k < D * D; ++k) t.component[k] = factor * x.component[k];
+    return t;
+  }
 
-template <class T> RVE_INLINE T determinant(const Tensor<T, 2> &x)
-{
-  return x(0, 0) * x(1, 1) - x(0, 1) * x(1, 0);
-}
+  template <class T, int D>
+  RVE_INLINE Tensor<T, D> operator*(const Tensor<T, D> &x, const Tensor<T, D> &y)
+  {
+    Tensor<T, D> t;
+    for (int a = 0; a < D; ++a)
+      for (int b = 0; b < D; ++b) {
+        T sum = x(a, 0) * y(0, b);
+        for (int k = 1; k < D; ++k) sum = sum + x(a, k) * y(k, b);
+        t(a, b) = sum;
+      }
+    return t;
+  }
 
-template <class T> RVE_INLINE Tensor<T, 2> inverse(const Tensor<T, 2> &x)
-{
-  const T factor = T(1) / determinant(x);
-  Tensor<T, 2> t;
-  t(0, 0) = factor * x(1, 1);
-  t(0, 1) = -factor * x(0, 1);
-  t(1, 0) = -factor * x(1, 0);
-  t(1, 1) = factor * x(0, 0);
-  return t;
-}
+  template <class T, int D>
+  RVE_INLINE Vec<T, D> operator*(const Tensor<T, D> &x, const Vec<T, D> &y)
+  {
+    Vec<T, D> v;
+    for (int a = 0; a < D; ++a) {
+      T sum = x(a, 0) * y[0];
+      for (int k = 1; k < D; ++k) sum = sum + x(a, k) * y[k];
+      v[a] = sum;
+    }
+    return v;
+  }
 
-/// x_a y_b
-template <class T, int D> RVE_INLINE Tensor<T, D> dyad(const Vec<T, D> &x, const Vec<T, D> &y)
-{
-  Tensor<T, D> t;
-  for (int a = 0; a < D; ++a)
-    for (int b = 0; b < D; ++b) t(a, b) = x[a] * y[b];
-  return t;
-}
+  template <class T, int D> RVE_INLINE Tensor<T, D> transpose(const Tensor<T, D> &x)
+  {
+    Tensor<T, D> t;
+    for (int a = 0; a < D; ++a)
+      for (int b = 0; b < D; ++b) t(a, b) = x(b, a);
+    return t;
+  }
+
+  template <class T, int D> RVE_INLINE T trace(const Tensor<T, D> &x)
+  {
+    T sum = x(0, 0);
+    for (int a = 1; a < D; ++a) sum = sum + x(a, a);
+    return sum;
+  }
+
+  template <class T> RVE_INLINE T determinant(const Tensor<T, 2> &x)
+  {
+    return x(0, 0) * x(1, 1) - x(0, 1) * x(1, 0);
+  }
+
+  template <class T> RVE_INLINE Tensor<T, 2> inverse(const Tensor<T, 2> &x)
+  {
+    const T factor = T(1) / determinant(x);
+    Tensor<T, 2> t;
+    t(0, 0) = factor * x(1, 1);
+    t(0, 1) = -factor * x(0, 1);
+    t(1, 0) = -factor * x(1, 0);
+    t(1, 1) = factor * x(0, 0);
+    return t;
+  }
+
+  /// x_a y_b
+  template <class T, int D> RVE_INLINE Tensor<T, D> dyad(const Vec<T, D> &x, const Vec<T, D> &y)
+  {
+    Tensor<T, D> t;
+    for (int a = 0; a < D; ++a)
+      for (int b = 0; b < D; ++b) t(a, b) = x[a] * y[b];
+    return t;
+  }
 
 }    // namespace RVE_ISA
 }    // namespace rve

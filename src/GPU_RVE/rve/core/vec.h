@@ -8,62 +8,62 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-/// Cartesian vector with D components.
-template <class T, int D> struct Vec {
-  T component[D];
+  /// Cartesian vector with D components.
+  template <class T, int D> struct Vec {
+    T component[D];
 
-  RVE_INLINE T &operator[](int a) { return component[a]; }
-  RVE_INLINE const T &operator[](int a) const { return component[a]; }
+    RVE_INLINE T &operator[](int a) { return component[a]; }
+    RVE_INLINE const T &operator[](int a) const { return component[a]; }
 
-  static RVE_INLINE Vec zero()
+    static RVE_INLINE Vec zero()
+    {
+      Vec v;
+      for (int a = 0; a < D; ++a) v[a] = T(0);
+      return v;
+    }
+
+    /// The same vector in another number format.
+    template <class U> RVE_INLINE Vec<U, D> as() const
+    {
+      Vec<U, D> v;
+      for (int a = 0; a < D; ++a) v[a] = static_cast<U>(component[a]);
+      return v;
+    }
+  };
+
+  template <class T, int D> RVE_INLINE Vec<T, D> operator+(const Vec<T, D> &x, const Vec<T, D> &y)
   {
-    Vec v;
-    for (int a = 0; a < D; ++a) v[a] = T(0);
+    Vec<T, D> v;
+    for (int a = 0; a < D; ++a) v[a] = x[a] + y[a];
     return v;
   }
 
-  /// The same vector in another number format.
-  template <class U> RVE_INLINE Vec<U, D> as() const
+  template <class T, int D> RVE_INLINE Vec<T, D> operator-(const Vec<T, D> &x, const Vec<T, D> &y)
   {
-    Vec<U, D> v;
-    for (int a = 0; a < D; ++a) v[a] = static_cast<U>(component[a]);
+    Vec<T, D> v;
+    for (int a = 0; a < D; ++a) v[a] = x[a] - y[a];
     return v;
   }
-};
 
-template <class T, int D> RVE_INLINE Vec<T, D> operator+(const Vec<T, D> &x, const Vec<T, D> &y)
-{
-  Vec<T, D> v;
-  for (int a = 0; a < D; ++a) v[a] = x[a] + y[a];
-  return v;
-}
+  template <class T, int D> RVE_INLINE Vec<T, D> operator*(T factor, const Vec<T, D> &x)
+  {
+    Vec<T, D> v;
+    for (int a = 0; a < D; ++a) v[a] = factor * x[a];
+    return v;
+  }
 
-template <class T, int D> RVE_INLINE Vec<T, D> operator-(const Vec<T, D> &x, const Vec<T, D> &y)
-{
-  Vec<T, D> v;
-  for (int a = 0; a < D; ++a) v[a] = x[a] - y[a];
-  return v;
-}
+  template <class T, int D> RVE_INLINE T dot(const Vec<T, D> &x, const Vec<T, D> &y)
+  {
+    T sum = x[0] * y[0];
+    for (int a = 1; a < D; ++a) sum = sum + x[a] * y[a];
+    return sum;
+  }
 
-template <class T, int D> RVE_INLINE Vec<T, D> operator*(T factor, const Vec<T, D> &x)
-{
-  Vec<T, D> v;
-  for (int a = 0; a < D; ++a) v[a] = factor * x[a];
-  return v;
-}
-
-template <class T, int D> RVE_INLINE T dot(const Vec<T, D> &x, const Vec<T, D> &y)
-{
-  T sum = x[0] * y[0];
-  for (int a = 1; a < D; ++a) sum = sum + x[a] * y[a];
-  return sum;
-}
-
-/// Out-of-plane component of the cross product of two plane vectors.
-template <class T> RVE_INLINE T cross(const Vec<T, 2> &x, const Vec<T, 2> &y)
-{
-  return x[0] * y[1] - x[1] * y[0];
-}
+  /// Out-of-plane component of the cross product of two plane vectors.
+  template <class T> RVE_INLINE T cross(const Vec<T, 2> &x, const Vec<T, 2> &y)
+  {
+    return x[0] * y[1] - x[1] * y[0];
+  }
 
 }    // namespace RVE_ISA
 }    // namespace rve

@@ -15,12 +15,27 @@ namespace {
   constexpr int MAX_REPEATS = 8;
 
   /// Coordinates of the state are 64-bit fractions; `fast` keeps the leading half.
-  std::uint32_t narrow(std::uint64_t s, std::uint32_t) { return static_cast<std::uint32_t>(s >> 32); }
-  std::uint64_t narrow(std::uint64_t s, std::uint64_t) { return s; }
-  std::uint64_t widen(std::uint32_t s) { return static_cast<std::uint64_t>(s) << 32; }
-  std::uint64_t widen(std::uint64_t s) { return s; }
+  std::uint32_t narrow(std::uint64_t s, std::uint32_t)
+  {
+    return static_cast<std::uint32_t>(s >> 32);
+  }
+  std::uint64_t narrow(std::uint64_t s, std::uint64_t)
+  {
+    return s;
+  }
+  std::uint64_t widen(std::uint32_t s)
+  {
+    return static_cast<std::uint64_t>(s) << 32;
+  }
+  std::uint64_t widen(std::uint64_t s)
+  {
+    return s;
+  }
 
-  void copy_tensor(const Tensor2 &from, double *to) { std::copy_n(from.component, 4, to); }
+  void copy_tensor(const Tensor2 &from, double *to)
+  {
+    std::copy_n(from.component, 4, to);
+  }
 
   Tensor2 tensor_from(const double *from)
   {
@@ -124,7 +139,8 @@ namespace {
   template <class NumberFormat> RveState read(const StateImage &image)
   {
     const int n = image.num_grains;
-    const auto view = carve_image<NumberFormat>(const_cast<char *>(image.bytes.data()), n, image.extra_capacity);
+    const auto view =
+        carve_image<NumberFormat>(const_cast<char *>(image.bytes.data()), n, image.extra_capacity);
     const ImageHeader &header = *view.header;
     RveState state;
     state.material.normal_stiffness = header.normal_stiffness;
@@ -160,28 +176,37 @@ namespace {
       state.radius[i] = view.radius[i];
       for (int k = 0; k < kOwnedPairs; ++k)
         if (view.partner[k * n + i] != i)
-          state.pairs.push_back({i, view.partner[k * n + i], static_cast<double>(view.history[k * n + i])});
+          state.pairs.push_back(
+              {i, view.partner[k * n + i], static_cast<double>(view.history[k * n + i])});
     }
     for (int m = 0; m < header.num_extra; ++m)
-      state.pairs.push_back({view.extra_first[m], view.extra_second[m], static_cast<double>(view.extra_history[m])});
+      state.pairs.push_back(
+          {view.extra_first[m], view.extra_second[m], static_cast<double>(view.extra_history[m])});
     return state;
   }
 
   /// Segments of a macro increment that rotates by `angle`: at most 0.01 rad each, so that the chord through the rotation
   /// loses at most 1.3e-5 of the area on its way.
-  int path_segments(double angle) { return std::max(1, static_cast<int>(std::ceil(std::fabs(angle) / 0.01))); }
+  int path_segments(double angle)
+  {
+    return std::max(1, static_cast<int>(std::ceil(std::fabs(angle) / 0.01)));
+  }
 
   bool finite(const Tensor2 &t)
   {
-    return std::all_of(t.component, t.component + 4, [](double x) { return std::isfinite(x); });
+    return std::all_of(t.component, t.component + 4, [](double x) {
+      return std::isfinite(x);
+    });
   }
 
   DriveRecord to_record(const Drive &drive)
   {
-    require(drive.substeps >= 0, "substeps must be 0 or more, got " + std::to_string(drive.substeps));
+    require(drive.substeps >= 0,
+            "substeps must be 0 or more, got " + std::to_string(drive.substeps));
     require(drive.substeps == 0 || (std::isfinite(drive.dt) && drive.dt > 0.0),
             "DEM time step must be positive and finite, got " + number(drive.dt) + " [time]");
-    require(!drive.controlled[1][0], "the stress servo controls xx, xy and yy; component yx cannot be controlled");
+    require(!drive.controlled[1][0],
+            "the stress servo controls xx, xy and yy; component yx cannot be controlled");
     DriveRecord record = DriveRecord();
     record.dt = drive.dt;
     record.substeps = drive.substeps;
@@ -189,12 +214,16 @@ namespace {
     copy_tensor(Tensor2::identity(), record.deformation);
     copy_tensor(Tensor2::identity(), record.rotation);
     if (drive.has_servo()) {
-      require(finite(drive.velocity_gradient), "velocity gradient has a component that is not a finite number [1/time]");
-      require(finite(drive.stress_goal), "stress goal has a component that is not a finite number [stress]");
+      require(finite(drive.velocity_gradient),
+              "velocity gradient has a component that is not a finite number [1/time]");
+      require(finite(drive.stress_goal),
+              "stress goal has a component that is not a finite number [stress]");
       require(std::isfinite(drive.servo_gain) && drive.servo_gain > 0.0,
-              "servo gain must be positive, got " + number(drive.servo_gain) + " [1/(stress time^2)]");
+              "servo gain must be positive, got " + number(drive.servo_gain) +
+                  " [1/(stress time^2)]");
       require(std::isfinite(drive.servo_max_rate) && drive.servo_max_rate > 0.0,
-              "largest servo rate must be positive, got " + number(drive.servo_max_rate) + " [1/time]");
+              "largest servo rate must be positive, got " + number(drive.servo_max_rate) +
+                  " [1/time]");
       for (int a = 0; a < 2; ++a)
         for (int b = 0; b < 2; ++b) record.controlled[2 * a + b] = drive.controlled[a][b];
       copy_tensor(drive.stress_goal, record.stress_goal);
@@ -206,7 +235,8 @@ namespace {
     const Tensor2 &f = drive.deformation;
     require(finite(f), "deformation increment has a component that is not a finite number");
     require(determinant(f) > 0.0,
-            "deformation increment must keep a positive area, its determinant is " + number(determinant(f)));
+            "deformation increment must keep a positive area, its determinant is " +
+                number(determinant(f)));
     // polar decomposition F = R U in the plane
     const double angle = std::atan2(f(1, 0) - f(0, 1), f(0, 0) + f(1, 1));
     record.segments = path_segments(angle);
@@ -240,11 +270,15 @@ namespace {
     result.num_rattlers = record.num_rattlers;
     result.void_ratio = determinant(result.cell) / record.solid_area - 1.0;
     result.coordination_number = 2.0 * contacts / n;
-    const int carrying = n - record.num_rattlers;    // Thornton: contacts of grains with a single one do not count
-    result.mechanical_coordination_number = carrying > 0 ? (2.0 * contacts - record.num_single) / carrying : 0.0;
-    result.sliding_fraction = contacts > 0 ? static_cast<double>(record.num_sliding) / contacts : 0.0;
-    result.unbalanced_ratio =
-        record.contact_force_sum > 0.0 ? (record.grain_force_sum / n) / (record.contact_force_sum / contacts) : 0.0;
+    const int carrying =
+        n - record.num_rattlers;    // Thornton: contacts of grains with a single one do not count
+    result.mechanical_coordination_number =
+        carrying > 0 ? (2.0 * contacts - record.num_single) / carrying : 0.0;
+    result.sliding_fraction = contacts > 0 ? static_cast<double>(record.num_sliding) / contacts
+                                           : 0.0;
+    result.unbalanced_ratio = record.contact_force_sum > 0.0
+        ? (record.grain_force_sum / n) / (record.contact_force_sum / contacts)
+        : 0.0;
     result.kinetic_energy = record.kinetic_energy;
     result.elastic_energy = record.elastic_energy;
     result.largest_overlap = record.largest_overlap;
@@ -261,7 +295,8 @@ namespace {
             "skin must be 0 (automatic) or positive, got " + number(options.skin) + " [length]");
     require(options.overlap_limit > 0.0 && options.overlap_limit < 1.0,
             "overlap limit must be in (0, 1), got " + number(options.overlap_limit));
-    require(options.threads >= 0, "threads must be 0 (automatic) or more, got " + std::to_string(options.threads));
+    require(options.threads >= 0,
+            "threads must be 0 (automatic) or more, got " + std::to_string(options.threads));
     return {options.skin, options.overlap_limit, options.arms == Arms::Contact ? 0.5 : 0.0};
   }
 
@@ -270,18 +305,24 @@ namespace {
 StateImage build_image(Format format, const RveState &state, int extra_capacity)
 {
   switch (format) {
-    case Format::Fast: return build<FastFormat>(state, extra_capacity);
-    case Format::Mixed: return build<MixedFormat>(state, extra_capacity);
-    default: return build<DoubleFormat>(state, extra_capacity);
+    case Format::Fast:
+      return build<FastFormat>(state, extra_capacity);
+    case Format::Mixed:
+      return build<MixedFormat>(state, extra_capacity);
+    default:
+      return build<DoubleFormat>(state, extra_capacity);
   }
 }
 
 RveState read_image(Format format, const StateImage &image)
 {
   switch (format) {
-    case Format::Fast: return read<FastFormat>(image);
-    case Format::Mixed: return read<MixedFormat>(image);
-    default: return read<DoubleFormat>(image);
+    case Format::Fast:
+      return read<FastFormat>(image);
+    case Format::Mixed:
+      return read<MixedFormat>(image);
+    default:
+      return read<DoubleFormat>(image);
   }
 }
 
@@ -289,16 +330,28 @@ std::size_t image_bytes(Format format, int num_grains, int extra_capacity)
 {
   std::size_t size = 0;
   switch (format) {
-    case Format::Fast: carve_image<FastFormat>(nullptr, num_grains, extra_capacity, &size); break;
-    case Format::Mixed: carve_image<MixedFormat>(nullptr, num_grains, extra_capacity, &size); break;
-    case Format::Double: carve_image<DoubleFormat>(nullptr, num_grains, extra_capacity, &size); break;
+    case Format::Fast:
+      carve_image<FastFormat>(nullptr, num_grains, extra_capacity, &size);
+      break;
+    case Format::Mixed:
+      carve_image<MixedFormat>(nullptr, num_grains, extra_capacity, &size);
+      break;
+    case Format::Double:
+      carve_image<DoubleFormat>(nullptr, num_grains, extra_capacity, &size);
+      break;
   }
   return size;
 }
 
-int initial_extra_capacity(int num_grains) { return num_grains / 16 + 8; }
+int initial_extra_capacity(int num_grains)
+{
+  return num_grains / 16 + 8;
+}
 
-BatchEngine::BatchEngine(const Options &options_in) : options(options_in), constants(to_constants(options_in)) {}
+BatchEngine::BatchEngine(const Options &options_in) :
+    options(options_in), constants(to_constants(options_in))
+{
+}
 
 int BatchEngine::add(const RveState &state)
 {
@@ -325,7 +378,10 @@ void BatchEngine::remove(int rve)
   free_numbers.push_back(rve);
 }
 
-int BatchEngine::size() const { return static_cast<int>(grains_of.size() - free_numbers.size()); }
+int BatchEngine::size() const
+{
+  return static_cast<int>(grains_of.size() - free_numbers.size());
+}
 
 RveState BatchEngine::state(int rve) const
 {
@@ -366,20 +422,25 @@ void BatchEngine::prepare_repeat(int rve, const ResultRecord &result)
 {
   ImageHeader header = get_header(rve);
   ++header.repeats;
-  if (result.status & status::ForceSaturated) header.largest_contact_force = 16.0 * result.expected_force;
+  if (result.status & status::ForceSaturated)
+    header.largest_contact_force = 16.0 * result.expected_force;
   put_header(rve, header);
   if (result.needed_extra > header.extra_capacity) {
     const StateImage old = get_image(rve);
     const RveState state = read_image(options.format, old);
     drop_image(rve);
-    put_image(rve, build_image(options.format, state, result.needed_extra + result.needed_extra / 4 + 8));
+    put_image(
+        rve, build_image(options.format, state, result.needed_extra + result.needed_extra / 4 + 8));
   }
-  pairs_per_grain = std::max(pairs_per_grain, (result.needed_pairs + result.needed_pairs / 4) / grains_of[rve] + 1);
+  pairs_per_grain = std::max(pairs_per_grain,
+                             (result.needed_pairs + result.needed_pairs / 4) / grains_of[rve] + 1);
 }
 
-void BatchEngine::advance(const std::vector<int> &rves, const std::vector<Drive> &drives, std::vector<Result> &results)
+void BatchEngine::advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
+                          std::vector<Result> &results)
 {
-  require(rves.size() == drives.size(), "one drive per RVE is needed: " + std::to_string(rves.size()) + " RVEs, " +
+  require(rves.size() == drives.size(),
+          "one drive per RVE is needed: " + std::to_string(rves.size()) + " RVEs, " +
               std::to_string(drives.size()) + " drives");
   std::vector<DriveRecord> records(rves.size());
   int largest = 0;

@@ -33,7 +33,8 @@ class BatchEngine : public Engine {
   int size() const override;
   RveState state(int rve) const override;
   void set_material(int rve, const Material &material) override;
-  void advance(const std::vector<int> &rves, const std::vector<Drive> &drives, std::vector<Result> &results) override;
+  void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
+               std::vector<Result> &results) override;
   std::size_t bytes_per_rve(int num_grains) const override;
 
  protected:
@@ -44,8 +45,8 @@ class BatchEngine : public Engine {
   virtual void put_header(int rve, const ImageHeader &header) = 0;
   virtual ImageHeader get_header(int rve) const = 0;
   /// Runs the block program once for each RVE, with workspaces for at least `pair_capacity` pairs of `largest` grains.
-  virtual void launch(const std::vector<int> &rves, const std::vector<DriveRecord> &drives, int largest, int pair_capacity,
-                      std::vector<ResultRecord> &results) = 0;
+  virtual void launch(const std::vector<int> &rves, const std::vector<DriveRecord> &drives,
+                      int largest, int pair_capacity, std::vector<ResultRecord> &results) = 0;
 
   /// The features that the RVEs of this engine need together.
   SceneKind scene() const;
@@ -59,8 +60,8 @@ class BatchEngine : public Engine {
 
   std::vector<int> grains_of;    ///< by RVE; 0: the number is free
   std::vector<int> free_numbers;
-  bool any_viscous = false;      ///< an RVE with dashpots has been added
-  int pairs_per_grain = 4;       ///< capacity of the workspaces, grows on demand
+  bool any_viscous = false;    ///< an RVE with dashpots has been added
+  int pairs_per_grain = 4;     ///< capacity of the workspaces, grows on demand
 };
 
 }    // namespace rve

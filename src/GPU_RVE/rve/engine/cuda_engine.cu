@@ -17,20 +17,28 @@ namespace {
   CudaKernels kernels_for(Format format)
   {
     switch (format) {
-      case Format::Fast: return cuda_kernels_fast();
-      case Format::Mixed: return cuda_kernels_mixed();
-      default: return cuda_kernels_double();
+      case Format::Fast:
+        return cuda_kernels_fast();
+      case Format::Mixed:
+        return cuda_kernels_mixed();
+      default:
+        return cuda_kernels_double();
     }
   }
 
-  std::size_t aligned(std::size_t size) { return (size + 255) / 256 * 256; }
+  std::size_t aligned(std::size_t size)
+  {
+    return (size + 255) / 256 * 256;
+  }
 
   class CudaEngine final : public BatchEngine {
    public:
-    explicit CudaEngine(const Options &options_in) : BatchEngine(options_in), kernels(kernels_for(options_in.format))
+    explicit CudaEngine(const Options &options_in) :
+        BatchEngine(options_in), kernels(kernels_for(options_in.format))
     {
       require(options.block_size >= 0 && options.block_size <= LARGEST_BLOCK,
-              "block size must be 0 (automatic) or in [1, 1024] threads, got " + std::to_string(options.block_size));
+              "block size must be 0 (automatic) or in [1, 1024] threads, got " +
+                  std::to_string(options.block_size));
       use_device();
       check_cuda(cudaGetDeviceProperties(&device, options.device_number), "device properties");
     }
@@ -50,7 +58,8 @@ namespace {
       placed.extra_capacity = image.extra_capacity;
       placed.size = image.bytes.size();
       placed.memory = arena.allocate(placed.size);
-      check_cuda(cudaMemcpy(placed.memory, image.bytes.data(), placed.size, cudaMemcpyHostToDevice), "upload of an RVE");
+      check_cuda(cudaMemcpy(placed.memory, image.bytes.data(), placed.size, cudaMemcpyHostToDevice),
+                 "upload of an RVE");
     }
 
     StateImage get_image(int rve) const override
@@ -61,7 +70,8 @@ namespace {
       image.num_grains = placed.num_grains;
       image.extra_capacity = placed.extra_capacity;
       image.bytes.resize(placed.size);
-      check_cuda(cudaMemcpy(image.bytes.data(), placed.memory, placed.size, cudaMemcpyDeviceToHost), "download of an RVE");
+      check_cuda(cudaMemcpy(image.bytes.data(), placed.memory, placed.size, cudaMemcpyDeviceToHost),
+                 "download of an RVE");
       return image;
     }
 
@@ -74,19 +84,21 @@ namespace {
     void put_header(int rve, const ImageHeader &header) override
     {
       use_device();
-      check_cuda(cudaMemcpy(images[rve].memory, &header, sizeof(header), cudaMemcpyHostToDevice), "upload of a header");
+      check_cuda(cudaMemcpy(images[rve].memory, &header, sizeof(header), cudaMemcpyHostToDevice),
+                 "upload of a header");
     }
 
     ImageHeader get_header(int rve) const override
     {
       use_device();
       ImageHeader header;
-      check_cuda(cudaMemcpy(&header, images[rve].memory, sizeof(header), cudaMemcpyDeviceToHost), "download of a header");
+      check_cuda(cudaMemcpy(&header, images[rve].memory, sizeof(header), cudaMemcpyDeviceToHost),
+                 "download of a header");
       return header;
     }
 
-    void launch(const std::vector<int> &rves, const std::vector<DriveRecord> &drives, int largest, int pair_capacity,
-                std::vector<ResultRecord> &results) override
+    void launch(const std::vector<int> &rves, const std::vector<DriveRecord> &drives, int largest,
+                int pair_capacity, std::vector<ResultRecord> &results) override
     {
       use_device();
       const int count = static_cast<int>(rves.size());
@@ -94,20 +106,29 @@ namespace {
       for (int k = 0; k < count; ++k) pointers[k] = images[rves[k]].memory;
       std::vector<int> order(count);
       std::iota(order.begin(), order.end(), 0);
-      const auto cost = [&](int k) { return static_cast<double>(drives[k].substeps) * images[rves[k]].num_grains; };
-      std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return cost(a) > cost(b); });
+      const auto cost = [&](int k) {
+        return static_cast<double>(drives[k].substeps) * images[rves[k]].num_grains;
+      };
+      std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+        return cost(a) > cost(b);
+      });
 
       const int block = block_size(largest);
       const bool one_item = largest <= block;
       const KernelSizes sizes = kernels.sizes(largest, pair_capacity);
-      const bool on_chip = sizes.shared + sizeof(CudaScratch) + 1024 <= device.sharedMemPerBlockOptin;
+      const bool on_chip =
+          sizes.shared + sizeof(CudaScratch) + 1024 <= device.sharedMemPerBlockOptin;
       const KernelFunction kernel = kernels.kernel[one_item][static_cast<int>(scene())];
       const std::size_t dynamic = on_chip ? sizes.shared : 0;
-      check_cuda(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, static_cast<int>(dynamic)),
+      check_cuda(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
+                                      static_cast<int>(dynamic)),
                  "shared memory of the kernel");
       int blocks_per_sm = 0;
-      check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks_per_sm, kernel, block, dynamic), "occupancy");
-      require(blocks_per_sm > 0, "no thread block of " + std::to_string(block) + " threads fits on this device");
+      check_cuda(
+          cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks_per_sm, kernel, block, dynamic),
+          "occupancy");
+      require(blocks_per_sm > 0,
+              "no thread block of " + std::to_string(block) + " threads fits on this device");
       const int resident = std::min(count, blocks_per_sm * device.multiProcessorCount);
 
       LaunchRecord record;
@@ -135,7 +156,10 @@ namespace {
       int num_grains = 0, extra_capacity = 0;
     };
 
-    void use_device() const { check_cuda(cudaSetDevice(options.device_number), "choice of the device"); }
+    void use_device() const
+    {
+      check_cuda(cudaSetDevice(options.device_number), "choice of the device");
+    }
 
     /// One thread per grain while that is possible: scheme D.
     int block_size(int num_grains) const
@@ -161,10 +185,12 @@ std::string find_cuda_obstacle(int device_number)
 {
   int count = 0;
   const cudaError_t error = cudaGetDeviceCount(&count);
-  if (error != cudaSuccess) return std::string("no CUDA device can be used (") + cudaGetErrorString(error) + ")";
+  if (error != cudaSuccess)
+    return std::string("no CUDA device can be used (") + cudaGetErrorString(error) + ")";
   if (count == 0) return "there is no CUDA device";
   if (device_number >= count)
-    return "there is no CUDA device number " + std::to_string(device_number) + ", only " + std::to_string(count);
+    return "there is no CUDA device number " + std::to_string(device_number) + ", only " +
+        std::to_string(count);
   return "";
 }
 

@@ -10,16 +10,17 @@ namespace rve {
 
 /// What one launch works on. Device pointers.
 struct LaunchRecord {
-  char *const *images;             ///< (count) by position in the call
-  const DriveRecord *drives;       ///< (count)
-  const int *order;                ///< (count) longest first
-  ResultRecord *results;           ///< (count)
+  char *const *images;          ///< (count) by position in the call
+  const DriveRecord *drives;    ///< (count)
+  const int *order;             ///< (count) longest first
+  ResultRecord *results;        ///< (count)
   int count;
-  int *queue;                      ///< next entry of `order` to take
-  char *memory;                    ///< a workspace per resident block
+  int *queue;      ///< next entry of `order` to take
+  char *memory;    ///< a workspace per resident block
   std::size_t memory_stride;
-  std::size_t shared_offset;       ///< of the shared view within the workspace, when it does not fit on chip
-  std::size_t items_offset;        ///< of per-item storage within the workspace
+  std::size_t
+      shared_offset;    ///< of the shared view within the workspace, when it does not fit on chip
+  std::size_t items_offset;    ///< of per-item storage within the workspace
   int pair_capacity;
   bool shared_on_chip;
 };
@@ -59,8 +60,10 @@ __global__ void __launch_bounds__(1024) advance_kernel(LaunchRecord launch, Batc
     BlockCuda<OneItemPerThread> block(scratch, memory + launch.items_offset);
     RveProgram<BlockCuda<OneItemPerThread>, Format, Features> program(
         block, carve_image<Format>(image, header.num_grains, header.extra_capacity),
-        carve_shared<Format>(launch.shared_on_chip ? on_chip : memory + launch.shared_offset, header.num_grains),
-        carve_workspace<Format>(memory, header.num_grains, launch.pair_capacity), launch.drives[k], batch);
+        carve_shared<Format>(launch.shared_on_chip ? on_chip : memory + launch.shared_offset,
+                             header.num_grains),
+        carve_workspace<Format>(memory, header.num_grains, launch.pair_capacity), launch.drives[k],
+        batch);
     program.run(launch.results[k]);
   }
 }

@@ -2,6 +2,9 @@
 
 namespace rve {
 
-CudaKernels cuda_kernels_double() { return make_cuda_kernels<DoubleFormat>(); }
+CudaKernels cuda_kernels_double()
+{
+  return make_cuda_kernels<DoubleFormat>();
+}
 
 }    // namespace rve

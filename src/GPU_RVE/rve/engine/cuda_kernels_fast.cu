@@ -2,6 +2,9 @@
 
 namespace rve {
 
-CudaKernels cuda_kernels_fast() { return make_cuda_kernels<FastFormat>(); }
+CudaKernels cuda_kernels_fast()
+{
+  return make_cuda_kernels<FastFormat>();
+}
 
 }    // namespace rve

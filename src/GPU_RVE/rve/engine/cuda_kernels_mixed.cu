@@ -2,6 +2,9 @@
 
 namespace rve {
 
-CudaKernels cuda_kernels_mixed() { return make_cuda_kernels<MixedFormat>(); }
+CudaKernels cuda_kernels_mixed()
+{
+  return make_cuda_kernels<MixedFormat>();
+}
 
 }    // namespace rve

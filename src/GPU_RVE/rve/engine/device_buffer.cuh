@@ -17,7 +17,8 @@ namespace rve {
 /// Throws std::runtime_error with CUDA's own words.
 inline void check_cuda(cudaError_t error, const char *what)
 {
-  if (error != cudaSuccess) throw std::runtime_error(std::string(what) + ": " + cudaGetErrorString(error));
+  if (error != cudaSuccess)
+    throw std::runtime_error(std::string(what) + ": " + cudaGetErrorString(error));
 }
 
 /// Array of T on the device; grows, never shrinks, and does not keep its contents when it grows.
@@ -43,13 +44,15 @@ template <class T> class DeviceBuffer {
   T *upload(const std::vector<T> &values)
   {
     reserve(values.size());
-    check_cuda(cudaMemcpy(memory, values.data(), values.size() * sizeof(T), cudaMemcpyHostToDevice), "upload");
+    check_cuda(cudaMemcpy(memory, values.data(), values.size() * sizeof(T), cudaMemcpyHostToDevice),
+               "upload");
     return memory;
   }
 
   void download(std::vector<T> &values) const
   {
-    check_cuda(cudaMemcpy(values.data(), memory, values.size() * sizeof(T), cudaMemcpyDeviceToHost), "download");
+    check_cuda(cudaMemcpy(values.data(), memory, values.size() * sizeof(T), cudaMemcpyDeviceToHost),
+               "download");
   }
 
   T *data() const { return memory; }

@@ -20,42 +20,47 @@ std::string describe_status(std::uint32_t status);
 
 /// What one RVE shall do in one call: `substeps` DEM steps of `dt`.
 struct Drive {
-  double dt = 0.0;      ///< DEM time step [time], > 0
-  int substeps = 0;     ///< >= 0; 0 evaluates forces and results of the present configuration and changes nothing
+  double dt = 0.0;    ///< DEM time step [time], > 0
+  int substeps =
+      0;    ///< >= 0; 0 evaluates forces and results of the present configuration and changes nothing
 
   /// Deformation increment of the call: H goes from H to deformation * H, exactly. Used when no stress is controlled.
   Tensor2 deformation = Tensor2::identity();
 
   /// Stress servo. With any component controlled, `velocity_gradient` drives the others and `deformation` is ignored.
-  bool controlled[2][2] = {{false, false}, {false, false}};    ///< [1][0] must be false: the servo shears along x
-  Tensor2 stress_goal = Tensor2::zero();          ///< Cauchy, tension positive [stress]
+  bool controlled[2][2] = {{false, false},
+                           {false, false}};    ///< [1][0] must be false: the servo shears along x
+  Tensor2 stress_goal = Tensor2::zero();       ///< Cauchy, tension positive [stress]
   Tensor2 velocity_gradient = Tensor2::zero();    ///< [1/time]
-  double servo_gain = 0.0;                        ///< L changes by gain * dt * (goal - stress) per step [1/(stress time^2)]
-  double servo_max_rate = 0.5;                    ///< bound of a controlled component of L [1/time]
+  double servo_gain =
+      0.0;    ///< L changes by gain * dt * (goal - stress) per step [1/(stress time^2)]
+  double servo_max_rate = 0.5;    ///< bound of a controlled component of L [1/time]
 
   bool has_servo() const { return controlled[0][0] || controlled[0][1] || controlled[1][1]; }
 
   /// Drives by a constant velocity gradient over substeps * dt: deformation = exp(L t).
-  static Drive constant_velocity_gradient(const Tensor2 &velocity_gradient, double dt, int substeps);
+  static Drive constant_velocity_gradient(const Tensor2 &velocity_gradient, double dt,
+                                          int substeps);
 };
 
 /// Homogenised answer of one RVE after a call. Stress and fabric are full tensors.
 struct Result {
   std::uint32_t status = status::Ok;
-  Tensor2 stress = Tensor2::zero();         ///< Love, Cauchy, tension positive [stress]
-  Tensor2 cell = Tensor2::identity();       ///< H [length]
+  Tensor2 stress = Tensor2::zero();             ///< Love, Cauchy, tension positive [stress]
+  Tensor2 cell = Tensor2::identity();           ///< H [length]
   Tensor2 deformation = Tensor2::identity();    ///< F since the packing was made [-]
-  Tensor2 fabric = Tensor2::zero();         ///< mean of n (x) n over contacts [-], trace 1
-  double void_ratio = 0.0;                  ///< cell area / sum of pi r^2 - 1 [-]
-  double coordination_number = 0.0;         ///< 2 N_c / N [-]
-  double mechanical_coordination_number = 0.0;    ///< without rattlers (grains with fewer than two contacts) [-]
-  double sliding_fraction = 0.0;            ///< share of contacts at the Coulomb limit [-]
-  double unbalanced_ratio = 0.0;            ///< mean |grain force| / mean |contact force| [-]
-  double kinetic_energy = 0.0;              ///< of peculiar velocities and spins [force length]
-  double elastic_energy = 0.0;              ///< stored in contact springs [force length]
-  double largest_overlap = 0.0;             ///< overlap / sum of radii [-]
-  double mean_overlap = 0.0;                ///< over contacts, overlap / sum of radii [-]
-  double largest_contact_force = 0.0;       ///< [force]
+  Tensor2 fabric = Tensor2::zero();             ///< mean of n (x) n over contacts [-], trace 1
+  double void_ratio = 0.0;                      ///< cell area / sum of pi r^2 - 1 [-]
+  double coordination_number = 0.0;             ///< 2 N_c / N [-]
+  double mechanical_coordination_number =
+      0.0;                          ///< without rattlers (grains with fewer than two contacts) [-]
+  double sliding_fraction = 0.0;    ///< share of contacts at the Coulomb limit [-]
+  double unbalanced_ratio = 0.0;    ///< mean |grain force| / mean |contact force| [-]
+  double kinetic_energy = 0.0;      ///< of peculiar velocities and spins [force length]
+  double elastic_energy = 0.0;      ///< stored in contact springs [force length]
+  double largest_overlap = 0.0;     ///< overlap / sum of radii [-]
+  double mean_overlap = 0.0;        ///< over contacts, overlap / sum of radii [-]
+  double largest_contact_force = 0.0;                   ///< [force]
   Tensor2 servo_velocity_gradient = Tensor2::zero();    ///< L at the end of the call [1/time]
   std::int32_t num_grains = 0;
   std::int32_t num_contacts = 0;
@@ -64,8 +69,12 @@ struct Result {
   Counters counters;
   EnergyLedger energy;
 
-  double mean_stress() const { return -0.5 * trace(stress); }    ///< p = (s_00 + s_11)/2, compression positive [stress]
-  double deviatoric_stress() const;                              ///< q = sqrt(s'_ij s'_ij / 2), equation (25b), n = 2 [stress]
+  double mean_stress() const
+  {
+    return -0.5 * trace(stress);
+  }    ///< p = (s_00 + s_11)/2, compression positive [stress]
+  double
+  deviatoric_stress() const;    ///< q = sqrt(s'_ij s'_ij / 2), equation (25b), n = 2 [stress]
 };
 
 /// Owns RVEs. An RVE is named by the number that add() returned until it is removed.
@@ -86,7 +95,8 @@ class Engine {
   virtual void set_material(int rve, const Material &material) = 0;
 
   /// Advances rves[k] by drives[k]; results[k] answers it. RVEs are distinct; each may have its own number of substeps.
-  virtual void advance(const std::vector<int> &rves, const std::vector<Drive> &drives, std::vector<Result> &results) = 0;
+  virtual void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
+                       std::vector<Result> &results) = 0;
 
   /// "NVIDIA H200, mixed, strict" or "2 CPU threads (x86-64-v3), mixed, strict": a line for the log.
   virtual std::string description() const = 0;

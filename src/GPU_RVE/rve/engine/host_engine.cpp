@@ -15,16 +15,20 @@ namespace {
   KernelFormat kernel_format(Format format)
   {
     switch (format) {
-      case Format::Fast: return KernelFormat::Fast;
-      case Format::Mixed: return KernelFormat::Mixed;
-      default: return KernelFormat::Double;
+      case Format::Fast:
+        return KernelFormat::Fast;
+      case Format::Mixed:
+        return KernelFormat::Mixed;
+      default:
+        return KernelFormat::Double;
     }
   }
 
   bool has_x86_64_v3()
   {
 #if defined(RVE_WITH_X86_64_V3)
-    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2");
+    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+        __builtin_cpu_supports("bmi2");
 #else
     return false;
 #endif
@@ -55,14 +59,16 @@ namespace {
    public:
     explicit HostEngine(const Options &options_in) :
         BatchEngine(options_in), kernel(choose_kernel(kernel_format(options_in.format))),
-        num_threads(options_in.threads > 0 ? options_in.threads : omp_get_max_threads()), memory(num_threads)
+        num_threads(options_in.threads > 0 ? options_in.threads : omp_get_max_threads()),
+        memory(num_threads)
     {
     }
 
     std::string description() const override
     {
       return std::to_string(num_threads) + " CPU thread" + (num_threads == 1 ? "" : "s") + " (" +
-          (has_x86_64_v3() ? "x86-64-v3" : "baseline") + "), " + to_string(options.format) + ", strict";
+          (has_x86_64_v3() ? "x86-64-v3" : "baseline") + "), " + to_string(options.format) +
+          ", strict";
     }
 
    protected:
@@ -88,14 +94,18 @@ namespace {
       return header;
     }
 
-    void launch(const std::vector<int> &rves, const std::vector<DriveRecord> &drives, int largest, int pair_capacity,
-                std::vector<ResultRecord> &results) override
+    void launch(const std::vector<int> &rves, const std::vector<DriveRecord> &drives, int largest,
+                int pair_capacity, std::vector<ResultRecord> &results) override
     {
       // longest first: with RVEs of unequal cost the last ones are short
       std::vector<int> order(rves.size());
       std::iota(order.begin(), order.end(), 0);
-      const auto cost = [&](int k) { return static_cast<double>(drives[k].substeps) * images[rves[k]].num_grains; };
-      std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return cost(a) > cost(b); });
+      const auto cost = [&](int k) {
+        return static_cast<double>(drives[k].substeps) * images[rves[k]].num_grains;
+      };
+      std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+        return cost(a) > cost(b);
+      });
 
       const HostWorkspaceSizes sizes = kernel.workspace_sizes(largest, pair_capacity);
       const int count = static_cast<int>(order.size());
@@ -103,7 +113,8 @@ namespace {
       for (int m = 0; m < count; ++m) {
         const int k = order[m];
         const HostWorkspace workspace = memory[omp_get_thread_num()].prepare(sizes, pair_capacity);
-        kernel.advance(images[rves[k]].bytes.data(), drives[k], constants, workspace, scene(), results[k]);
+        kernel.advance(images[rves[k]].bytes.data(), drives[k], constants, workspace, scene(),
+                       results[k]);
       }
     }
 

@@ -23,8 +23,8 @@ struct HostWorkspaceSizes {
 
 /// One instruction set's build of the block program for one format.
 struct HostKernel {
-  void (*advance)(char *image, const DriveRecord &drive, const BatchConstants &batch, const HostWorkspace &memory,
-                  SceneKind scene, ResultRecord &result);
+  void (*advance)(char *image, const DriveRecord &drive, const BatchConstants &batch,
+                  const HostWorkspace &memory, SceneKind scene, ResultRecord &result);
   HostWorkspaceSizes (*workspace_sizes)(int num_grains, int pair_capacity);
 };
 

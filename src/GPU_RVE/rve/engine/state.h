@@ -19,17 +19,19 @@ struct Material {
   double friction = 0.0;                ///< Coulomb coefficient mu [-], >= 0
   double density = 0.0;                 ///< of the grain material [mass/length^3], > 0
   double local_damping = 0.0;           ///< Cundall's alpha_d of equation (4) [-], in [0, 1)
-  double normal_viscosity = 0.0;        ///< gamma_n, LAMMPS `damping velocity` [force time/length], >= 0
+  double normal_viscosity =
+      0.0;    ///< gamma_n, LAMMPS `damping velocity` [force time/length], >= 0
   double tangential_viscosity = 0.0;    ///< gamma_t [force time/length], >= 0
-  double thickness = 1.0;               ///< of the disks, enters the stress volume only [length], > 0
-  double mass_depth = 1.0;              ///< out-of-plane depth that the mass is counted for [length], > 0
+  double thickness = 1.0;     ///< of the disks, enters the stress volume only [length], > 0
+  double mass_depth = 1.0;    ///< out-of-plane depth that the mass is counted for [length], > 0
 };
 
 /// A pair of the Verlet list. `first` owns it: its work item computes the contact.
 struct Pair {
   std::int32_t first;
   std::int32_t second;
-  double tangential_force;    ///< history; force on `first` along t = (-n_y, n_x), n from first to second [force]
+  double
+      tangential_force;    ///< history; force on `first` along t = (-n_y, n_x), n from first to second [force]
 };
 
 /// What the run did so far; kept over restarts.
@@ -54,17 +56,19 @@ struct RveState {
   Tensor2 cell = Tensor2::identity();           ///< H, columns are the cell vectors [length]
   Tensor2 deformation = Tensor2::identity();    ///< F since the packing was made [-]
 
-  std::vector<double> radius;                ///< (N) [length]
-  std::vector<std::uint64_t> fractional;     ///< (N, 2) s * 2^64
-  std::vector<double> velocity;              ///< (N, 2) peculiar velocity c = v - L x [length/time]
-  std::vector<double> spin;                  ///< (N) angular velocity, counter-clockwise [1/time]
+  std::vector<double> radius;               ///< (N) [length]
+  std::vector<std::uint64_t> fractional;    ///< (N, 2) s * 2^64
+  std::vector<double> velocity;             ///< (N, 2) peculiar velocity c = v - L x [length/time]
+  std::vector<double> spin;                 ///< (N) angular velocity, counter-clockwise [1/time]
 
-  std::vector<Pair> pairs;                        ///< Verlet list with contact history; may be empty (it is then built)
-  Tensor2 list_cell = Tensor2::zero();            ///< H when the list was built; zero: no list yet
-  std::vector<std::uint64_t> list_fractional;     ///< (N, 2) s when the list was built, or empty
+  std::vector<Pair> pairs;    ///< Verlet list with contact history; may be empty (it is then built)
+  Tensor2 list_cell = Tensor2::zero();           ///< H when the list was built; zero: no list yet
+  std::vector<std::uint64_t> list_fractional;    ///< (N, 2) s when the list was built, or empty
 
-  Tensor2 servo_velocity_gradient = Tensor2::zero();    ///< L of the stress servo at the end of the last call [1/time]
-  double largest_contact_force = 0.0;    ///< of the last call; sets the scale of the force integers [force]
+  Tensor2 servo_velocity_gradient =
+      Tensor2::zero();    ///< L of the stress servo at the end of the last call [1/time]
+  double largest_contact_force =
+      0.0;    ///< of the last call; sets the scale of the force integers [force]
   Counters counters;
   EnergyLedger energy;
 

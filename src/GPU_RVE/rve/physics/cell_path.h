@@ -9,58 +9,64 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-/// Increment dF = R U as the host prepared it: `rotation` is R^(1/segments), `stretch` is U - I.
-struct CellIncrement {
-  Tensor2 deformation;
-  Tensor2 rotation;
-  Tensor2 stretch;
-  int segments;
-};
+  /// Increment dF = R U as the host prepared it: `rotation` is R^(1/segments), `stretch` is U - I.
+  struct CellIncrement {
+    Tensor2 deformation;
+    Tensor2 rotation;
+    Tensor2 stretch;
+    int segments;
+  };
 
-class CellPath {
- public:
-  RVE_INLINE CellPath(const Tensor2 &cell, const CellIncrement &increment, int substeps, double dt) :
-      start(cell), path(increment), num_substeps(substeps), time(dt * substeps), segment(0),
-      left(Tensor2::identity()), turn(Tensor2::identity())
-  {
-    right = knot(1);
-  }
-
-  /// H after `step` of the substeps (1-based, in ascending order).
-  RVE_INLINE Tensor2 cell(int step)
-  {
-    while (static_cast<long long>(step) * path.segments > static_cast<long long>(segment + 1) * num_substeps) {
-      ++segment;
-      left = right;
-      right = knot(segment + 1);
+  class CellPath {
+   public:
+    RVE_INLINE CellPath(const Tensor2 &cell, const CellIncrement &increment, int substeps,
+                        double dt) :
+        start(cell),
+        path(increment), num_substeps(substeps), time(dt * substeps), segment(0),
+        left(Tensor2::identity()), turn(Tensor2::identity())
+    {
+      right = knot(1);
     }
-    if (step == num_substeps) return path.deformation * start;
-    const double along = static_cast<double>(step) * path.segments / num_substeps - segment;
-    return (left + along * (right - left)) * start;
-  }
 
-  /// dH/dt on the present segment.
-  RVE_INLINE Tensor2 cell_rate() const { return (path.segments / time) * ((right - left) * start); }
+    /// H after `step` of the substeps (1-based, in ascending order).
+    RVE_INLINE Tensor2 cell(int step)
+    {
+      while (static_cast<long long>(step) * path.segments >
+             static_cast<long long>(segment + 1) * num_substeps) {
+        ++segment;
+        left = right;
+        right = knot(segment + 1);
+      }
+      if (step == num_substeps) return path.deformation * start;
+      const double along = static_cast<double>(step) * path.segments / num_substeps - segment;
+      return (left + along * (right - left)) * start;
+    }
 
-  /// Follows a change of the lattice: H M for the start, everything else is relative to it.
-  template <class Map> RVE_INLINE void map_start(const Map &map) { start = map(start); }
+    /// dH/dt on the present segment.
+    RVE_INLINE Tensor2 cell_rate() const
+    {
+      return (path.segments / time) * ((right - left) * start);
+    }
 
- private:
-  /// Deformation at the end of segment j - 1: R^(j/m) (I + j/m (U - I)).
-  RVE_INLINE Tensor2 knot(int j)
-  {
-    if (j >= path.segments) return path.deformation;
-    turn = path.rotation * turn;
-    return turn * (Tensor2::identity() + (static_cast<double>(j) / path.segments) * path.stretch);
-  }
+    /// Follows a change of the lattice: H M for the start, everything else is relative to it.
+    template <class Map> RVE_INLINE void map_start(const Map &map) { start = map(start); }
 
-  Tensor2 start;
-  CellIncrement path;
-  int num_substeps;
-  double time;
-  int segment;
-  Tensor2 left, right, turn;
-};
+   private:
+    /// Deformation at the end of segment j - 1: R^(j/m) (I + j/m (U - I)).
+    RVE_INLINE Tensor2 knot(int j)
+    {
+      if (j >= path.segments) return path.deformation;
+      turn = path.rotation * turn;
+      return turn * (Tensor2::identity() + (static_cast<double>(j) / path.segments) * path.stretch);
+    }
+
+    Tensor2 start;
+    CellIncrement path;
+    int num_substeps;
+    double time;
+    int segment;
+    Tensor2 left, right, turn;
+  };
 
 }    // namespace RVE_ISA
 }    // namespace rve

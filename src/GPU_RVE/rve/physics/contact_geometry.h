@@ -10,38 +10,40 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-/// R^2 - d^2 [length^2]: positive when two grains touch, equation (7). One rounding of the small difference, where R - d
-/// would carry the rounding of the root: this is what keeps stiff grains accurate.
-template <class Wide, int D> RVE_INLINE Wide gap_squared(const Vec<Wide, D> &branch, Wide sum_of_radii)
-{
-  Wide gap = sum_of_radii * sum_of_radii;
-  for (int a = 0; a < D; ++a) gap = std::fma(-branch[a], branch[a], gap);
-  return gap;
-}
+  /// R^2 - d^2 [length^2]: positive when two grains touch, equation (7). One rounding of the small difference, where R - d
+  /// would carry the rounding of the root: this is what keeps stiff grains accurate.
+  template <class Wide, int D>
+  RVE_INLINE Wide gap_squared(const Vec<Wide, D> &branch, Wide sum_of_radii)
+  {
+    Wide gap = sum_of_radii * sum_of_radii;
+    for (int a = 0; a < D; ++a) gap = std::fma(-branch[a], branch[a], gap);
+    return gap;
+  }
 
-/// A touching pair seen from grain i. Under exchange of i and j the branch and the normal change sign exactly and everything
-/// else keeps its bits, so the force does not depend on which of the two grains owns the pair.
-template <class Real, int D> struct ContactGeometry {
-  Vec<Real, D> branch;    ///< from grain i to the nearest image of grain j [length]
-  Vec<Real, D> normal;    ///< unit, from i to j
-  Real distance;          ///< |branch| [length]
-  Real overlap;           ///< R_i + R_j - |branch| [length]
-};
+  /// A touching pair seen from grain i. Under exchange of i and j the branch and the normal change sign exactly and everything
+  /// else keeps its bits, so the force does not depend on which of the two grains owns the pair.
+  template <class Real, int D> struct ContactGeometry {
+    Vec<Real, D> branch;    ///< from grain i to the nearest image of grain j [length]
+    Vec<Real, D> normal;    ///< unit, from i to j
+    Real distance;          ///< |branch| [length]
+    Real overlap;           ///< R_i + R_j - |branch| [length]
+  };
 
-/// Equations (8)-(10). overlap = (R^2 - d^2) / (R + d).
-template <class Real, class Wide, int D>
-RVE_INLINE ContactGeometry<Real, D> contact_geometry(const Vec<Wide, D> &branch, Wide sum_of_radii, Wide gap)
-{
-  ContactGeometry<Real, D> contact;
-  contact.branch = branch.template as<Real>();
-  Real distance_squared = contact.branch[0] * contact.branch[0];
-  for (int a = 1; a < D; ++a)
-    distance_squared = std::fma(contact.branch[a], contact.branch[a], distance_squared);
-  contact.distance = std::sqrt(distance_squared);
-  contact.normal = (Real(1) / contact.distance) * contact.branch;
-  contact.overlap = static_cast<Real>(gap) / (static_cast<Real>(sum_of_radii) + contact.distance);
-  return contact;
-}
+  /// Equations (8)-(10). overlap = (R^2 - d^2) / (R + d).
+  template <class Real, class Wide, int D>
+  RVE_INLINE ContactGeometry<Real, D> contact_geometry(const Vec<Wide, D> &branch,
+                                                       Wide sum_of_radii, Wide gap)
+  {
+    ContactGeometry<Real, D> contact;
+    contact.branch = branch.template as<Real>();
+    Real distance_squared = contact.branch[0] * contact.branch[0];
+    for (int a = 1; a < D; ++a)
+      distance_squared = std::fma(contact.branch[a], contact.branch[a], distance_squared);
+    contact.distance = std::sqrt(distance_squared);
+    contact.normal = (Real(1) / contact.distance) * contact.branch;
+    contact.overlap = static_cast<Real>(gap) / (static_cast<Real>(sum_of_radii) + contact.distance);
+    return contact;
+  }
 
 }    // namespace RVE_ISA
 }    // namespace rve

@@ -11,71 +11,75 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-/// Motion of one disk as a contact sees it.
-template <class Real> struct DiskMotion {
-  Vec<Real, 2> velocity;    ///< peculiar [length/time]
-  Real spin;                ///< counter-clockwise [1/time]
-  Real radius;              ///< [length]
-};
+  /// Motion of one disk as a contact sees it.
+  template <class Real> struct DiskMotion {
+    Vec<Real, 2> velocity;    ///< peculiar [length/time]
+    Real spin;                ///< counter-clockwise [1/time]
+    Real radius;              ///< [length]
+  };
 
-template <class Real, class History> struct ContactForce {
-  Vec<Real, 2> force;     ///< on grain i; grain j gets the opposite [force]
-  Real torque_i;          ///< on grain i [force length]
-  Real torque_j;          ///< on grain j [force length]
-  Real normal_force;      ///< repulsion positive [force]
-  Real tangential;        ///< along t = (-n_y, n_x) [force]
-  History spring;         ///< new history [force]
-  History slipped;        ///< see TangentialForce
-  Real tangential_velocity;    ///< [length/time]
-  Real normal_velocity;        ///< [length/time]
-  bool sliding;
-};
+  template <class Real, class History> struct ContactForce {
+    Vec<Real, 2> force;          ///< on grain i; grain j gets the opposite [force]
+    Real torque_i;               ///< on grain i [force length]
+    Real torque_j;               ///< on grain j [force length]
+    Real normal_force;           ///< repulsion positive [force]
+    Real tangential;             ///< along t = (-n_y, n_x) [force]
+    History spring;              ///< new history [force]
+    History slipped;             ///< see TangentialForce
+    Real tangential_velocity;    ///< [length/time]
+    Real normal_velocity;        ///< [length/time]
+    bool sliding;
+  };
 
-/// Linear springs, Coulomb friction, optional dashpots, for disks.
-///
-/// Arms: torque r - overlap/2, the distance to the contact point of equation (11). Surface velocity r - velocity_arm * overlap
-/// with velocity_arm = 1/2 (the same point: the arms add up to |b|, so a rigid rotation of the pair gives no slip) or 0 (the
-/// convention of LAMMPS, not objective, for cross-checks).
-template <class Real, class History, bool Viscous> struct LinearFrictionLaw {
-  LinearNormal<Real> normal;
-  VelocityDamping<Real> normal_damping;
-  LinearTangential<Real, History, Viscous> tangential;
-  Real velocity_arm;
+  /// Linear springs, Coulomb friction, optional dashpots, for disks.
+  ///
+  /// Arms: torque r - overlap/2, the distance to the contact point of equation (11). Surface velocity r - velocity_arm * overlap
+  /// with velocity_arm = 1/2 (the same point: the arms add up to |b|, so a rigid rotation of the pair gives no slip) or 0 (the
+  /// convention of LAMMPS, not objective, for cross-checks).
+  template <class Real, class History, bool Viscous> struct LinearFrictionLaw {
+    LinearNormal<Real> normal;
+    VelocityDamping<Real> normal_damping;
+    LinearTangential<Real, History, Viscous> tangential;
+    Real velocity_arm;
 
-  RVE_INLINE ContactForce<Real, History> evaluate(const ContactGeometry<Real, 2> &contact, const DiskMotion<Real> &i,
-                                                  const DiskMotion<Real> &j,
-                                                  const Tensor<Real, 2> &velocity_gradient, History spring, Real dt) const
-  {
-    // relative velocity c_j - c_i + L b: equation (20a) without any counting of periods
-    const Vec<Real, 2> velocity = (j.velocity - i.velocity) + velocity_gradient * contact.branch;
-    const Vec<Real, 2> &n = contact.normal;
+    RVE_INLINE ContactForce<Real, History> evaluate(const ContactGeometry<Real, 2> &contact,
+                                                    const DiskMotion<Real> &i,
+                                                    const DiskMotion<Real> &j,
+                                                    const Tensor<Real, 2> &velocity_gradient,
+                                                    History spring, Real dt) const
+    {
+      // relative velocity c_j - c_i + L b: equation (20a) without any counting of periods
+      const Vec<Real, 2> velocity = (j.velocity - i.velocity) + velocity_gradient * contact.branch;
+      const Vec<Real, 2> &n = contact.normal;
 
-    // sums of two products, not fma: the sum must not depend on the order of the grains
-    const Real velocity_arm_i = i.radius - velocity_arm * contact.overlap;
-    const Real velocity_arm_j = j.radius - velocity_arm * contact.overlap;
-    const Real normal_velocity = dot(velocity, n);
-    const Real tangential_velocity = cross(n, velocity) - (velocity_arm_i * i.spin + velocity_arm_j * j.spin);
+      // sums of two products, not fma: the sum must not depend on the order of the grains
+      const Real velocity_arm_i = i.radius - velocity_arm * contact.overlap;
+      const Real velocity_arm_j = j.radius - velocity_arm * contact.overlap;
+      const Real normal_velocity = dot(velocity, n);
+      const Real tangential_velocity =
+          cross(n, velocity) - (velocity_arm_i * i.spin + velocity_arm_j * j.spin);
 
-    ContactForce<Real, History> result;
-    result.normal_velocity = normal_velocity;
-    result.tangential_velocity = tangential_velocity;
-    result.normal_force = normal.force(contact.overlap);
-    if (Viscous) result.normal_force = result.normal_force + normal_damping.force(normal_velocity);
-    const auto shear = tangential.advance(spring, tangential_velocity, result.normal_force, dt);
-    result.tangential = shear.force;
-    result.spring = shear.spring;
-    result.slipped = shear.slipped;
-    result.sliding = shear.sliding;
+      ContactForce<Real, History> result;
+      result.normal_velocity = normal_velocity;
+      result.tangential_velocity = tangential_velocity;
+      result.normal_force = normal.force(contact.overlap);
+      if (Viscous)
+        result.normal_force = result.normal_force + normal_damping.force(normal_velocity);
+      const auto shear = tangential.advance(spring, tangential_velocity, result.normal_force, dt);
+      result.tangential = shear.force;
+      result.spring = shear.spring;
+      result.slipped = shear.slipped;
+      result.sliding = shear.sliding;
 
-    // force on i: -f_n n + f_t t with t = (-n_y, n_x)
-    result.force[0] = -(result.normal_force * n[0]) - shear.force * n[1];
-    result.force[1] = -(result.normal_force * n[1]) + shear.force * n[0];
-    const Real half_overlap = Real(0.5) * contact.overlap;
-    result.torque_i = (i.radius - half_overlap) * shear.force;
-    result.torque_j = (j.radius - half_overlap) * shear.force;
-    return result;
-  }
-};
+      // force on i: -f_n n + f_t t with t = (-n_y, n_x)
+      result.force[0] = -(result.normal_force * n[0]) - shear.force * n[1];
+      result.force[1] = -(result.normal_force * n[1]) + shear.force * n[0];
+      const Real half_overlap = Real(0.5) * contact.overlap;
+      result.torque_i = (i.radius - half_overlap) * shear.force;
+      result.torque_j = (j.radius - half_overlap) * shear.force;
+      return result;
+    }
+  };
 
 }    // namespace RVE_ISA
 }    // namespace rve

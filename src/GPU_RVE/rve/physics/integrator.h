@@ -9,13 +9,13 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-/// One velocity component after a step, equations (3a) and (4): damping looks at the velocity at the full step.
-template <class Real> RVE_INLINE Real kick(Real velocity, Real acceleration, Real alpha, Real dt)
-{
-  const Real half_increment = Real(0.5) * dt * acceleration;
-  const Real factor = local_damping_factor(alpha, acceleration, velocity + half_increment);
-  return velocity + dt * (factor * acceleration);
-}
+  /// One velocity component after a step, equations (3a) and (4): damping looks at the velocity at the full step.
+  template <class Real> RVE_INLINE Real kick(Real velocity, Real acceleration, Real alpha, Real dt)
+  {
+    const Real half_increment = Real(0.5) * dt * acceleration;
+    const Real factor = local_damping_factor(alpha, acceleration, velocity + half_increment);
+    return velocity + dt * (factor * acceleration);
+  }
 
 }    // namespace RVE_ISA
 }    // namespace rve

@@ -10,47 +10,51 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-/// Tangential force of a contact in the plane after one step.
-template <class Real, class History> struct TangentialForce {
-  Real force;         ///< on grain i along t = (-n_y, n_x) [force]
-  History spring;     ///< part of it that the spring carries on to the next step [force]
-  History slipped;    ///< spring force that the Coulomb limit took away; zero when sticking [force]
-  bool sliding;       ///< at the Coulomb limit
-};
+  /// Tangential force of a contact in the plane after one step.
+  template <class Real, class History> struct TangentialForce {
+    Real force;        ///< on grain i along t = (-n_y, n_x) [force]
+    History spring;    ///< part of it that the spring carries on to the next step [force]
+    History
+        slipped;     ///< spring force that the Coulomb limit took away; zero when sticking [force]
+    bool sliding;    ///< at the Coulomb limit
+  };
 
-/// Linear incremental spring with Coulomb limit. In two dimensions the history is a signed number, so load reversal unloads
-/// the spring; equation (14) as printed adds magnitudes along the present increment and cannot unload.
-/// Viscous: a dashpot beside the spring, under the same limit; compiled in only for scenes that have one.
-template <class Real, class History, bool Viscous> struct LinearTangential {
-  History stiffness;    ///< k_t [force/length]
-  Real friction;        ///< mu [-]
-  Real viscosity;       ///< gamma_t [force time/length]
+  /// Linear incremental spring with Coulomb limit. In two dimensions the history is a signed number, so load reversal unloads
+  /// the spring; equation (14) as printed adds magnitudes along the present increment and cannot unload.
+  /// Viscous: a dashpot beside the spring, under the same limit; compiled in only for scenes that have one.
+  template <class Real, class History, bool Viscous> struct LinearTangential {
+    History stiffness;    ///< k_t [force/length]
+    Real friction;        ///< mu [-]
+    Real viscosity;       ///< gamma_t [force time/length]
 
-  /// `spring` is the history, `velocity` the tangential velocity of j relative to i at the contact [length/time].
-  RVE_INLINE TangentialForce<Real, History> advance(History spring, Real velocity, Real normal_force, Real dt) const
-  {
-    const History elastic = std::fma(stiffness * static_cast<History>(dt), static_cast<History>(velocity), spring);
-    const History viscous = Viscous ? static_cast<History>(viscosity) * static_cast<History>(velocity) : History(0);
-    const History trial = Viscous ? elastic + viscous : elastic;
-    const History limit = static_cast<History>(friction * std::fabs(normal_force));
-    const History below = trial > limit ? limit : trial;
-    const History capped = below < -limit ? -limit : below;
-    TangentialForce<Real, History> result;
-    result.force = static_cast<Real>(capped);
-    result.sliding = std::fabs(capped) >= limit;
-    // a sticking contact keeps its spring to the bit: evaluating it again must not change it
-    result.spring = Viscous ? (result.sliding ? capped - viscous : elastic) : capped;
-    result.slipped = trial - capped;
-    return result;
-  }
+    /// `spring` is the history, `velocity` the tangential velocity of j relative to i at the contact [length/time].
+    RVE_INLINE TangentialForce<Real, History> advance(History spring, Real velocity,
+                                                      Real normal_force, Real dt) const
+    {
+      const History elastic =
+          std::fma(stiffness * static_cast<History>(dt), static_cast<History>(velocity), spring);
+      const History viscous =
+          Viscous ? static_cast<History>(viscosity) * static_cast<History>(velocity) : History(0);
+      const History trial = Viscous ? elastic + viscous : elastic;
+      const History limit = static_cast<History>(friction * std::fabs(normal_force));
+      const History below = trial > limit ? limit : trial;
+      const History capped = below < -limit ? -limit : below;
+      TangentialForce<Real, History> result;
+      result.force = static_cast<Real>(capped);
+      result.sliding = std::fabs(capped) >= limit;
+      // a sticking contact keeps its spring to the bit: evaluating it again must not change it
+      result.spring = Viscous ? (result.sliding ? capped - viscous : elastic) : capped;
+      result.slipped = trial - capped;
+      return result;
+    }
 
-  /// Energy stored in the spring [force length]; zero without stiffness.
-  RVE_INLINE double elastic_energy(History spring) const
-  {
-    const double force = static_cast<double>(spring);
-    return stiffness > History(0) ? 0.5 * force * force / static_cast<double>(stiffness) : 0.0;
-  }
-};
+    /// Energy stored in the spring [force length]; zero without stiffness.
+    RVE_INLINE double elastic_energy(History spring) const
+    {
+      const double force = static_cast<double>(spring);
+      return stiffness > History(0) ? 0.5 * force * force / static_cast<double>(stiffness) : 0.0;
+    }
+  };
 
 }    // namespace RVE_ISA
 }    // namespace rve

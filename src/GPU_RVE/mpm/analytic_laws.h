@@ -1,0 +1,33 @@
+// Constitutive laws in closed form, for verification and for scenes that need no grains.
+
+#ifndef MPM_ANALYTIC_LAWS_H
+#define MPM_ANALYTIC_LAWS_H
+
+#include "mpm/constitutive.h"
+
+namespace mpm {
+
+/// Isotropic linear elasticity in plane strain, as a hypoelastic law with the rotation of the increment taken out:
+///   σ_new = R σ Rᵀ + λ tr(D) I + 2 μ D
+/// with D and the rotation R from the displacement gradient with respect to the middle of the increment
+/// (Hughes & Winget 1980, Int. J. Numer. Meth. Engng 15, 1862; it integrates the Jaumann rate).
+/// Chosen because it needs no memory but the stress, starts from any initial stress, and is exact for a rigid rotation
+/// of any size and for small strains. It is not the derivative of an energy: over closed cycles of large strain it gains
+/// or loses work of the order (σ/E)².
+class LinearElastic : public Constitutive {
+ public:
+  /// young_modulus > 0 [stress], -1 < poisson_ratio < 0.5; rve::InputError otherwise.
+  LinearElastic(double young_modulus, double poisson_ratio);
+
+  void update(int count, const int *point_index, const rve::Tensor2 *deformation_increment,
+              double dt, rve::Tensor2 *stress) override;
+  double p_wave_modulus(int point_index) const override;
+
+ private:
+  double lame_first_;       ///< λ [stress]
+  double shear_modulus_;    ///< μ [stress]
+};
+
+}    // namespace mpm
+
+#endif

@@ -1,0 +1,64 @@
+// Material points as the solver sees them: arrays that the caller owns, and the loads on them.
+
+#ifndef MPM_POINTS_H
+#define MPM_POINTS_H
+
+#include "mpm/grid.h"
+#include "rve/core/tensor.h"
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace mpm {
+
+/// Rows of three doubles one after the other: `{&atom->x[0][0]}` of LAMMPS, or a vector of 3 n doubles.
+struct Rows3 {
+  double *first = nullptr;
+  double *operator[](int i) const { return first + 3 * static_cast<std::ptrdiff_t>(i); }
+};
+
+/// The points of this rank. Arrays have `count` entries; only those without `const` and the first two components of
+/// position and velocity are changed.
+struct PointView {
+  int count = 0;
+  const std::int64_t *id = nullptr;                ///< for messages
+  Rows3 position;                                  ///< centre [length]
+  Rows3 velocity;                                  ///< [length/time]
+  Rows3 body_force;                                ///< [force]; read only
+  const double *mass = nullptr;                    ///< > 0 [mass]
+  double *volume = nullptr;                        ///< area times thickness [length³]
+  const double *initial_volume = nullptr;          ///< volume at F = I [length³]
+  const Vec2 *half_size = nullptr;                 ///< of the point's box [length]
+  rve::Tensor2 *deformation_gradient = nullptr;    ///< F
+  rve::Tensor2 *stress = nullptr;                  ///< Cauchy, tension positive [stress]
+  rve::Tensor2 *velocity_gradient = nullptr;       ///< L, output [1/time]
+  const int *model = nullptr;                      ///< index of the constitutive model
+  const int *rigid_body = nullptr;    ///< index of the rigid body, or -1 for a deformable point
+};
+
+/// A traction vector [stress] on one face of the boxes of some local points.
+///
+/// It acts per current extent of the face along its own direction (initial length times |F_tt|), so that a vertical load on
+/// a surface that tilts stays a load per horizontal length. The list of loads is the same on all ranks; the points are not.
+struct TractionLoad {
+  Vec2 traction;
+  Face face = Face::YHi;
+  std::vector<int> point_index;
+};
+
+/// A point that the solver cannot treat: outside the grid, inverted, not finite. The message names its id and position.
+/// It may be thrown on one rank only.
+class PointError : public std::runtime_error {
+ public:
+  PointError(std::int64_t id, const std::string &message) :
+      std::runtime_error(message), point_id(id)
+  {
+  }
+  std::int64_t point_id;
+};
+
+}    // namespace mpm
+
+#endif

@@ -1,0 +1,72 @@
+// Shape functions of the background grid along one axis; in the plane they are products. Numbers in, numbers out.
+//
+// Coordinates are in cell widths from the low side of the grid, slopes are per cell width.
+
+#ifndef MPM_SHAPE_FUNCTIONS_H
+#define MPM_SHAPE_FUNCTIONS_H
+
+#include <algorithm>
+#include <cmath>
+
+namespace mpm {
+
+enum class ShapeFunction { Linear, Gimp };
+
+/// Values and slopes at three successive nodes.
+struct AxisWeights {
+  int first;          ///< index of the first node
+  double value[3];    ///< they sum to 1
+  double slope[3];    ///< they sum to 0 [1/cell]
+
+  int heaviest() const { return static_cast<int>(std::max_element(value, value + 3) - value); }
+};
+
+/// Hat functions at coordinate xi in [0, cells]. On a node the point belongs to the cell above it, on the high side of the
+/// grid to the last cell. The third node has weight 0.
+///
+/// A point is kept 2⁻²⁴ cells away from the nodes of its cell: on a node, the other end of the cell would have a slope but no
+/// mass, and so neither a velocity to give nor a way to take a force.
+inline AxisWeights linear_weights(double xi, int cells)
+{
+  constexpr double MARGIN = 0x1p-24;
+  const int cell = std::min(static_cast<int>(std::floor(xi)), cells - 1);
+  const double above = std::clamp(xi - cell, MARGIN, 1.0 - MARGIN);
+  return {cell, {1.0 - above, above, 0.0}, {-1.0, 1.0, 0.0}};
+}
+
+/// uGIMP: the hat function averaged over [xi - half, xi + half], 0 < half <= 1/2, with its derivative
+/// (Bardenhagen & Kober 2004, CMES 5, 477, contiguous particles of fixed size). With distance d from the node:
+///   d < half              S = 1 - (d² + half²) / (2 half)
+///   half <= d < 1 - half  S = 1 - d
+///   d < 1 + half          S = (1 + half - d)² / (4 half)
+/// The nearest node and its two neighbours are all that such an interval can reach.
+inline AxisWeights gimp_weights(double xi, double half)
+{
+  const int nearest = static_cast<int>(std::floor(xi + 0.5));
+  AxisWeights weights;
+  weights.first = nearest - 1;
+  for (int k = 0; k < 3; ++k) {
+    const double offset = xi - (weights.first + k);
+    const double d = std::abs(offset);
+    const double sign = offset < 0.0 ? -1.0 : 1.0;
+    if (d < half) {
+      weights.value[k] = 1.0 - (offset * offset + half * half) / (2.0 * half);
+      weights.slope[k] = -offset / half;
+    } else if (d < 1.0 - half) {
+      weights.value[k] = 1.0 - d;
+      weights.slope[k] = -sign;
+    } else if (d < 1.0 + half) {
+      const double reach = 1.0 + half - d;
+      weights.value[k] = reach * reach / (4.0 * half);
+      weights.slope[k] = -sign * reach / (2.0 * half);
+    } else {
+      weights.value[k] = 0.0;
+      weights.slope[k] = 0.0;
+    }
+  }
+  return weights;
+}
+
+}    // namespace mpm
+
+#endif

@@ -1,0 +1,196 @@
+// Material points for the tests of the solver: arrays, blocks of points, and a few ranks in one process.
+
+#ifndef MPM_TEST_SCENE_H
+#define MPM_TEST_SCENE_H
+
+#include "mpm/analytic_laws.h"
+#include "mpm/mpm_solver.h"
+
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace mpm_test {
+
+using mpm::Vec2;
+using rve::Tensor2;
+
+/// Owns what a PointView points to.
+struct Scene {
+  std::vector<std::int64_t> id;
+  std::vector<double> position, velocity, body_force, mass, volume, initial_volume;
+  std::vector<Vec2> half_size;
+  std::vector<Tensor2> deformation_gradient, stress, velocity_gradient;
+  std::vector<int> model, rigid_body;
+
+  int size() const { return static_cast<int>(id.size()); }
+
+  int add(double x, double y, const Vec2 &half, double density)
+  {
+    const double area = 4.0 * half[0] * half[1];
+    id.push_back(size() + 1);
+    for (const double value : {x, y, 0.0}) position.push_back(value);
+    for (int c = 0; c < 3; ++c) {
+      velocity.push_back(0.0);
+      body_force.push_back(0.0);
+    }
+    mass.push_back(density * area);
+    volume.push_back(area);
+    initial_volume.push_back(area);
+    half_size.push_back(half);
+    deformation_gradient.push_back(Tensor2::identity());
+    stress.push_back(Tensor2::zero());
+    velocity_gradient.push_back(Tensor2::zero());
+    model.push_back(0);
+    rigid_body.push_back(-1);
+    return size() - 1;
+  }
+
+  /// Fills [lo, hi] with boxes of the given width, unit thickness; those whose centre `inside(x, y)` accepts.
+  template <class Inside>
+  void add_block(const Vec2 &lo, const Vec2 &hi, double width, double density, const Inside &inside)
+  {
+    const int columns = static_cast<int>(std::lround((hi[0] - lo[0]) / width));
+    const int rows = static_cast<int>(std::lround((hi[1] - lo[1]) / width));
+    for (int j = 0; j < rows; ++j)
+      for (int i = 0; i < columns; ++i) {
+        const double x = lo[0] + (i + 0.5) * width;
+        const double y = lo[1] + (j + 0.5) * width;
+        if (inside(x, y)) add(x, y, {{0.5 * width, 0.5 * width}}, density);
+      }
+  }
+  void add_block(const Vec2 &lo, const Vec2 &hi, double width, double density)
+  {
+    add_block(lo, hi, width, density, [](double, double) {
+      return true;
+    });
+  }
+
+  /// The same points in the given order.
+  Scene selected(const std::vector<int> &order) const
+  {
+    Scene scene;
+    for (const int p : order) {
+      scene.id.push_back(id[p]);
+      for (int c = 0; c < 3; ++c) {
+        scene.position.push_back(position[3 * p + c]);
+        scene.velocity.push_back(velocity[3 * p + c]);
+        scene.body_force.push_back(body_force[3 * p + c]);
+      }
+      scene.mass.push_back(mass[p]);
+      scene.volume.push_back(volume[p]);
+      scene.initial_volume.push_back(initial_volume[p]);
+      scene.half_size.push_back(half_size[p]);
+      scene.deformation_gradient.push_back(deformation_gradient[p]);
+      scene.stress.push_back(stress[p]);
+      scene.velocity_gradient.push_back(velocity_gradient[p]);
+      scene.model.push_back(model[p]);
+      scene.rigid_body.push_back(rigid_body[p]);
+    }
+    return scene;
+  }
+
+  mpm::PointView view()
+  {
+    mpm::PointView view;
+    view.count = size();
+    view.id = id.data();
+    view.position = {position.data()};
+    view.velocity = {velocity.data()};
+    view.body_force = {body_force.data()};
+    view.mass = mass.data();
+    view.volume = volume.data();
+    view.initial_volume = initial_volume.data();
+    view.half_size = half_size.data();
+    view.deformation_gradient = deformation_gradient.data();
+    view.stress = stress.data();
+    view.velocity_gradient = velocity_gradient.data();
+    view.model = model.data();
+    view.rigid_body = rigid_body.data();
+    return view;
+  }
+};
+
+inline mpm::SolverOptions grid_options(Vec2 lo, Vec2 hi, double cell_size)
+{
+  mpm::SolverOptions options;
+  options.lo = lo;
+  options.hi = hi;
+  options.cell_size = cell_size;
+  return options;
+}
+
+/// Roller on every side but the upper one, which is free.
+inline std::array<mpm::SideKind, 4> box_open_above()
+{
+  return {mpm::SideKind::Roller, mpm::SideKind::Roller, mpm::SideKind::Roller, mpm::SideKind::Free};
+}
+
+/// Calls work(rank, communication) on `ranks` threads whose collective calls meet each other.
+class RankTeam {
+ public:
+  explicit RankTeam(int ranks) : ranks_(ranks), values_(ranks) {}
+
+  template <class Work> void run(const Work &work)
+  {
+    std::vector<std::thread> team;
+    for (int rank = 0; rank < ranks_; ++rank)
+      team.emplace_back([this, rank, &work] {
+        mpm::Communication communication;
+        communication.sum_over_ranks = [this, rank](std::int64_t *data, std::size_t n) {
+          reduce(rank, data, n, [](std::int64_t a, std::int64_t b) {
+            return a + b;
+          });
+        };
+        communication.max_over_ranks = [this, rank](double *data, std::size_t n) {
+          reduce(rank, data, n, [](double a, double b) {
+            return a > b ? a : b;
+          });
+        };
+        work(rank, communication);
+      });
+    for (std::thread &member : team) member.join();
+  }
+
+ private:
+  template <class T, class Operation>
+  void reduce(int rank, T *data, std::size_t n, const Operation &operation)
+  {
+    values_[rank] = data;
+    barrier();
+    std::vector<T> result(data, data + n);
+    for (int other = 0; other < ranks_; ++other)
+      if (other != rank)
+        for (std::size_t k = 0; k < n; ++k)
+          result[k] = operation(result[k], static_cast<T *>(values_[other])[k]);
+    barrier();
+    std::copy(result.begin(), result.end(), data);
+  }
+
+  void barrier()
+  {
+    std::unique_lock<std::mutex> lock(mutex_);
+    const int round = round_;
+    if (++arrived_ == ranks_) {
+      arrived_ = 0;
+      ++round_;
+      all_here_.notify_all();
+    } else {
+      all_here_.wait(lock, [&] {
+        return round_ != round;
+      });
+    }
+  }
+
+  int ranks_;
+  std::vector<void *> values_;
+  std::mutex mutex_;
+  std::condition_variable all_here_;
+  int arrived_ = 0;
+  int round_ = 0;
+};
+
+}    // namespace mpm_test
+
+#endif

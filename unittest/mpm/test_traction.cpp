@@ -1,0 +1,149 @@
+// A traction on the free face of the points balances a uniform stress at every node, whatever the points per cell.
+
+#include "scene.h"
+
+#include <gtest/gtest.h>
+
+using mpm::Face;
+using mpm::MpmSolver;
+using mpm::ShapeFunction;
+using mpm::TractionLoad;
+using mpm_test::Scene;
+
+namespace {
+
+constexpr double CELL = 0.1;
+constexpr double SURCHARGE = 20e3;    // q_s
+constexpr double TIME_STEP = 1e-3;
+
+struct Case {
+  ShapeFunction shape;
+  int per_cell;    ///< points per cell along an axis
+};
+
+/// A layer of 1.2 x 0.8 in a box that is open above, under the stress -q_s I and the traction q_s.
+struct LoadedLayer {
+  Scene scene;
+  std::vector<TractionLoad> loads;
+  mpm::LinearElastic law{10e6, 0.3};
+  mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.0}}, CELL);
+
+  explicit LoadedLayer(const Case &c)
+  {
+    options.shape = c.shape;
+    options.sides = mpm_test::box_open_above();
+    const double width = CELL / c.per_cell;
+    scene.add_block({{0.0, 0.0}}, {{1.2, 0.8}}, width, 2000.0);
+    loads.resize(1);
+    loads[0].traction = {{0.0, -SURCHARGE}};
+    loads[0].face = Face::YHi;
+    for (int p = 0; p < scene.size(); ++p) {
+      scene.stress[p] = {{-SURCHARGE, 0.0, 0.0, -SURCHARGE}};
+      if (scene.position[3 * p + 1] > 0.8 - width) loads[0].point_index.push_back(p);
+    }
+  }
+};
+
+class Traction : public testing::TestWithParam<Case> {};
+
+}    // namespace
+
+TEST_P(Traction, BalancesUniformStressAtEveryFreeNode)
+{
+  LoadedLayer layer(GetParam());
+  MpmSolver solver(layer.options);
+  solver.set_models({&layer.law});
+
+  solver.evaluate(layer.scene.view(), layer.loads, TIME_STEP);
+
+  EXPECT_LT(solver.max_unbalanced_force(), 1e-6 * SURCHARGE * CELL) << "round-off is far below";
+  EXPECT_NEAR(solver.side_reaction(Face::YLo)[1], -SURCHARGE * 1.2, 1e-9 * SURCHARGE);
+  EXPECT_NEAR(solver.side_reaction(Face::XLo)[0], -SURCHARGE * 0.8, 1e-9 * SURCHARGE);
+  EXPECT_NEAR(solver.side_reaction(Face::XHi)[0], SURCHARGE * 0.8, 1e-9 * SURCHARGE);
+}
+
+TEST_P(Traction, WithoutItTheSurfaceIsOutOfBalance)
+{
+  LoadedLayer layer(GetParam());
+  MpmSolver solver(layer.options);
+  solver.set_models({&layer.law});
+
+  solver.evaluate(layer.scene.view(), {}, TIME_STEP);
+
+  EXPECT_NEAR(solver.max_unbalanced_force(), SURCHARGE * CELL, 1e-6 * SURCHARGE * CELL);
+}
+
+TEST_P(Traction, LayerInBalanceStaysAtRest)
+{
+  LoadedLayer layer(GetParam());
+  MpmSolver solver(layer.options);
+  solver.set_models({&layer.law});
+
+  for (int step = 0; step < 50; ++step) solver.step(layer.scene.view(), layer.loads, TIME_STEP);
+
+  // a relative round-off of 1e-12 in the nodal force, accelerating for 50 steps
+  const double speed = 1e-12 * SURCHARGE * CELL / (2000.0 * CELL * CELL) * 50 * TIME_STEP;
+  for (const double v : layer.scene.velocity) EXPECT_LT(std::abs(v), 10.0 * speed);
+}
+
+INSTANTIATE_TEST_SUITE_P(PointsPerCell, Traction,
+                         testing::Values(Case{ShapeFunction::Linear, 1},
+                                         Case{ShapeFunction::Linear, 2},
+                                         Case{ShapeFunction::Gimp, 1},
+                                         Case{ShapeFunction::Gimp, 2}));
+
+TEST(GimpTraction, StaysInBalanceWhereverTheSurfaceIs)
+{
+  // a free block with pressure on all four faces, shifted through a cell
+  for (const double shift : {0.0, 0.013, 0.05, 0.071, 0.0999}) {
+    Scene scene;
+    scene.add_block({{0.3 + shift, 0.3 + 0.5 * shift}}, {{0.8 + shift, 0.7 + 0.5 * shift}}, CELL,
+                    2000.0);
+    std::vector<TractionLoad> loads(4);
+    const Face faces[4] = {Face::XLo, Face::XHi, Face::YLo, Face::YHi};
+    for (int k = 0; k < 4; ++k) {
+      loads[k].face = faces[k];
+      loads[k].traction = {{0.0, 0.0}};
+      loads[k].traction[mpm::axis_of(faces[k])] = -mpm::outward(faces[k]) * SURCHARGE;
+    }
+    for (int p = 0; p < scene.size(); ++p) {
+      const int column = p % 5;
+      const int row = p / 5;
+      scene.stress[p] = {{-SURCHARGE, 0.0, 0.0, -SURCHARGE}};
+      if (column == 0) loads[0].point_index.push_back(p);
+      if (column == 4) loads[1].point_index.push_back(p);
+      if (row == 0) loads[2].point_index.push_back(p);
+      if (row == 3) loads[3].point_index.push_back(p);
+    }
+    mpm::LinearElastic law(10e6, 0.3);
+    MpmSolver solver(mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.0}}, CELL));
+    solver.set_models({&law});
+
+    solver.evaluate(scene.view(), loads, TIME_STEP);
+
+    EXPECT_LT(solver.max_unbalanced_force(), 1e-6 * SURCHARGE * CELL) << "shift " << shift;
+  }
+}
+
+TEST(GimpTraction, ReachesTheGhostRowAboveTheGrid)
+{
+  // a surface on the upper side of the grid, and just above it with the centre still inside
+  for (const double lift : {0.0, 0.04}) {
+    Scene scene;
+    const int p = scene.add(0.55, 0.95 + lift, {{0.05, 0.05}}, 2000.0);
+    TractionLoad load;
+    load.traction = {{0.0, -SURCHARGE}};
+    load.point_index = {p};
+    mpm::LinearElastic law(10e6, 0.3);
+    MpmSolver solver(mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.0}}, CELL));
+    solver.set_models({&law});
+
+    solver.evaluate(scene.view(), {load}, TIME_STEP);
+
+    double total = 0.0;
+    for (int j = -1; j <= 11; ++j)
+      for (int i = -1; i <= 13; ++i) total += solver.node_force(i, j)[1];
+    EXPECT_NEAR(total, -SURCHARGE * CELL, 1e-9 * SURCHARGE * CELL);
+    EXPECT_NEAR(solver.node_force(5, 11)[1], -0.5 * SURCHARGE * lift, 1e-9 * SURCHARGE * CELL);
+  }
+}
