@@ -14,33 +14,40 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Powers of two that turn forces and torques into integers. From the largest contact force of the last call, with headroom,
-  /// so that stiff and soft packings keep the same relative resolution.
+  /// Powers of two that turn forces and torques into integers. From the largest contact force of the
+  /// last call, with headroom, so that stiff and soft packings keep the same relative resolution.
   template <class Format> struct ForceScale {
     typename Format::Real force, inverse_force;      ///< [1/force], [force]
     typename Format::Real torque, inverse_torque;    ///< [1/(force length)], [force length]
-    typename Format::Real limit;    ///< contact forces above are refused [force units]
-    double stress;                  ///< of a Love term in 64 bits [1/(force length)]
-    double contact_force;           ///< of |f| of a contact or a grain in 64 bits [1/force]
-    double energy;                  ///< of a contact's elastic energy in 64 bits [1/(force length)]
+    typename Format::Real
+        limit;               ///< components of contact forces above are refused [force units]
+    double stress;           ///< of a Love term in 64 bits [1/(force length)]
+    double contact_force;    ///< of |f| of a contact or a grain in 64 bits [1/force]
+    double energy;           ///< of a contact's elastic energy in 64 bits [1/(force length)]
 
-    RVE_INLINE ForceScale(double largest_contact_force, double largest_radius)
+    /// 2^neighbor_bits grains or more find room around the largest one, so that many saturated contacts
+    /// still fit into the sum: it never wraps. The largest force to expect lies 4 to 8 times lower;
+    /// resolution beyond the 53 bits of a double would be lost anyway.
+    RVE_INLINE ForceScale(double largest_contact_force, double largest_radius, int neighbor_bits)
     {
       using Real = typename Format::Real;
-      const int force_bits = Format::largest_force_bits - floor_log2(largest_contact_force);
-      const int radius_bits = floor_log2(largest_radius) +
-          1;    // arm <= 2^radius_bits, so |torque| needs no more bits than |force|
+      const int limit_bits = Format::sum_bits - neighbor_bits;
+      const int largest_bits = limit_bits - 3 < 52 ? limit_bits - 3 : 52;
+      const int force_bits = largest_bits - floor_log2(largest_contact_force);
+      // arm <= 2^radius_bits / 2 and |f_t| <= sqrt(2) times the limit: no torque needs more bits than a force
+      const int radius_bits = floor_log2(largest_radius) + 2;
       force = static_cast<Real>(power_of_two(force_bits));
       inverse_force = static_cast<Real>(power_of_two(-force_bits));
       torque = static_cast<Real>(power_of_two(force_bits - radius_bits));
       inverse_torque = static_cast<Real>(power_of_two(radius_bits - force_bits));
-      limit = static_cast<Real>(power_of_two(Format::saturation_bits));
-      // A saturated contact reaches 2^(saturation - largest) times the largest force; with 2^17 contacts 62 bits are not exceeded.
-      const int room = 62 - 17 - (Format::saturation_bits - Format::largest_force_bits) -
-          floor_log2(largest_contact_force) - 1;
+      limit = static_cast<Real>(power_of_two(limit_bits));
+      // The integer that the largest force may become, when sums over 2^17 contacts shall stay within
+      // 62 bits and each may be saturated.
+      const int room =
+          62 - 17 - (limit_bits - largest_bits) - 1 - floor_log2(largest_contact_force);
       contact_force = power_of_two(room);
-      stress = power_of_two(room - radius_bits - 1);
-      energy = power_of_two(room - radius_bits - 1);
+      stress = power_of_two(room - radius_bits);
+      energy = power_of_two(room - radius_bits);
     }
   };
 
@@ -106,7 +113,8 @@ inline namespace RVE_ISA {
     const Vec<Real, 2> scaled = scale.force * pair.force.force;
     // a NaN fails the comparison too
     if (!(std::fabs(scaled[0]) <= scale.limit && std::fabs(scaled[1]) <= scale.limit)) {
-      trouble |= static_cast<std::int32_t>(status::ForceSaturated);
+      const bool number = scaled[0] == scaled[0] && scaled[1] == scaled[1];
+      trouble |= static_cast<std::int32_t>(number ? status::ForceSaturated : status::NonFinite);
       return;
     }
     for (int a = 0; a < 2; ++a) {

@@ -24,6 +24,8 @@ struct ImageHeader {
   double normal_stiffness, tangential_stiffness, friction, density, local_damping;
   double normal_viscosity, tangential_viscosity, thickness, mass_depth;
   double largest_radius, mean_radius, solid_area;
+  std::int32_t neighbor_bits;    ///< 2^neighbor_bits grains and more find room around the largest
+  std::int32_t reserved;
   double largest_contact_force;    ///< of the last call; sets the force scale
   std::int64_t steps, rebuilds, lattice_reductions, repeats;
   double work, friction_loss, damping_loss, viscous_loss;

@@ -69,7 +69,7 @@ inline namespace RVE_ISA {
         list_cell(load_tensor(header.list_cell)), deformation(load_tensor(header.deformation)),
         servo_gradient(load_tensor(header.servo_velocity_gradient)), num_extra(header.num_extra),
         skin(batch.skin > 0.0 ? batch.skin : kDefaultSkinShare * header.mean_radius),
-        scale(1.0, 1.0)
+        scale(1.0, 1.0, 0)
     {
     }
 
@@ -82,7 +82,8 @@ inline namespace RVE_ISA {
       step.dt = static_cast<Real>(drive.dt);
       if (!fatal()) {
         result.expected_force = expected_force();
-        scale = ForceScale<Format>(result.expected_force, header.largest_radius);
+        scale =
+            ForceScale<Format>(result.expected_force, header.largest_radius, header.neighbor_bits);
         if (drive.substeps == 0)
           evaluate();
         else if (has_servo())
@@ -197,7 +198,18 @@ inline namespace RVE_ISA {
     RVE_HD void evaluate()
     {
       step.dt = Real(0);
+      // with dashpots the Coulomb limit depends on velocities, which are not those of the last forces: the history is put back
+      block.for_each(num_grains, [&](Item i) {
+        for (int k = 0; k < kOwnedPairs; ++k)
+          work.old_history[k * num_grains + i] = state[i].history[k];
+      });
+      block.for_each(num_extra, [&](Item m) { work.old_extra_history[m] = work.extra_history[m]; });
       forces<false>();
+      block.for_each(num_grains, [&](Item i) {
+        for (int k = 0; k < kOwnedPairs; ++k)
+          state[i].history[k] = work.old_history[k * num_grains + i];
+      });
+      block.for_each(num_extra, [&](Item m) { work.extra_history[m] = work.old_extra_history[m]; });
     }
 
     RVE_HD void run_along_path()
@@ -298,7 +310,10 @@ inline namespace RVE_ISA {
         // a quarter of the cell in one step is no motion of a grain any more; a NaN fails the comparison too
         if (!(std::fabs(displacement[0]) <= quarter_cell &&
               std::fabs(displacement[1]) <= quarter_cell)) {
-          state[i].trouble |= static_cast<std::int32_t>(status::Unstable);
+          const bool number =
+              displacement[0] == displacement[0] && displacement[1] == displacement[1];
+          state[i].trouble |=
+              static_cast<std::int32_t>(number ? status::Unstable : status::NonFinite);
           return false;
         }
         Vec<Coordinate, 2> position = shared.position[i];
@@ -377,6 +392,7 @@ inline namespace RVE_ISA {
     {
       gather_bit(status::ForceSaturated);
       gather_bit(status::Unstable);
+      gather_bit(status::NonFinite);
       const double area = determinant(cell);
       if (!(area > 0.0)) status_word |= status::NonFinite;
     }

@@ -14,13 +14,15 @@ inline namespace RVE_ISA {
   /// How far a grain may have moved relative to the mean field since the list was built [length].
   ///
   /// A pair that is not listed had |b| >= R + skin then. Now b' = G b + u_j - u_i with G = H H_list^-1, so that
-  /// |b'| >= s (R + skin) - 2 u with s the smallest stretch of G. It cannot touch while 2 u <= s skin - (1 - s) R; R is largest
-  /// for two grains of the largest radius. Negative: the strain alone demands a new list.
+  /// |b'| >= s (R + skin) - 2 u with s the smallest stretch of G. It cannot touch while 2 u <= s skin - (1 - s) R. In
+  /// compression the largest R decides; in expansion the smallest, for which nothing is counted on.
+  /// Negative: the strain alone demands a new list.
   RVE_INLINE double allowed_displacement(const Tensor2 &cell, const Tensor2 &list_cell,
                                          double largest_radius, double skin)
   {
     const double stretch = smallest_stretch(cell * inverse(list_cell));
-    return 0.5 * (stretch * skin - (1.0 - stretch) * 2.0 * largest_radius);
+    const double lost = stretch < 1.0 ? (1.0 - stretch) * 2.0 * largest_radius : 0.0;
+    return 0.5 * (stretch * skin - lost);
   }
 
   /// Regular grid in fractional space whose cells are at least `cutoff` wide. Along an axis with fewer than three cells every

@@ -61,10 +61,7 @@ inline namespace RVE_ISA {
     using Real = float;                                            ///< the rest
     using Sum = std::int32_t;                                      ///< force on a grain
     static constexpr double fraction_unit = 1.0 / 4294967296.0;    // 2^-32
-    static constexpr int largest_force_bits =
-        25;    // the largest contact force is about 2^25 units
-    static constexpr int saturation_bits =
-        28;    // a contact force above 2^28 is refused; eight of them still fit in 31 bits
+    static constexpr int sum_bits = 31;    ///< that a force on a grain may fill
   };
 
   /// 64-bit fractions, branch, gap and tangential history in fp64, the rest in fp32.
@@ -76,8 +73,7 @@ inline namespace RVE_ISA {
     using Real = float;
     using Sum = std::int32_t;
     static constexpr double fraction_unit = 1.0 / 18446744073709551616.0;    // 2^-64
-    static constexpr int largest_force_bits = 25;
-    static constexpr int saturation_bits = 28;
+    static constexpr int sum_bits = 31;    ///< of a force on a grain
   };
 
   /// 64-bit fractions, fp64 everywhere, forces summed in 64 bits.
@@ -89,8 +85,7 @@ inline namespace RVE_ISA {
     using Real = double;
     using Sum = std::int64_t;
     static constexpr double fraction_unit = 1.0 / 18446744073709551616.0;
-    static constexpr int largest_force_bits = 52;
-    static constexpr int saturation_bits = 58;
+    static constexpr int sum_bits = 63;
   };
 
   /// Nearest-image difference of two fractions, in units of fraction_unit: the wrapped subtraction is the minimum image.

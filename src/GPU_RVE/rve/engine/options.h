@@ -1,4 +1,4 @@
-// What a user chooses once for a batch. dispatch.h turns it into types.
+// What a user chooses once for a batch. The engines turn it into types, once, when they are made.
 
 #ifndef RVE_ENGINE_OPTIONS_H
 #define RVE_ENGINE_OPTIONS_H

@@ -1,5 +1,5 @@
 // The way of the cell through one macro increment: a straight line from H to dF H, or a polygon of such lines where the
-// increment rotates by more than 0.01 rad (a chord cuts area off a rotation: theta^2/8). The end point is exact.
+// increment rotates by more than 0.01 rad (a chord cuts off area: theta^2/4 of it at most). The end point is exact.
 
 #ifndef RVE_PHYSICS_CELL_PATH_H
 #define RVE_PHYSICS_CELL_PATH_H
