@@ -36,6 +36,9 @@ inline namespace RVE_ISA {
   /// of the first contacts or a repeat of the call, never a wrong force.
   constexpr double kGasOverlapShare = 1e-3;
 
+  /// Overlap over the mean radius that the force scale never goes below: stiffer than any packing that a format can hold.
+  constexpr double kLeastOverlapShare = 1e-9;
+
   /// Work of Cundall's damping on one velocity component in one step [force length].
   RVE_INLINE double damping_loss(double mass, double before, double after, double acceleration,
                                  double dt)
@@ -124,7 +127,11 @@ inline namespace RVE_ISA {
     /// Largest contact force to expect: that of the last call, or of the overlaps found, or a guess for a gas [force].
     RVE_HD double expected_force()
     {
-      if (header.largest_contact_force > 0.0) return header.largest_contact_force;
+      // A last call may have ended in the first touch of a collision: a scale from that would not reach the collision within
+      // the repeats of a call.
+      const double least = header.normal_stiffness * kLeastOverlapShare * header.mean_radius;
+      if (header.largest_contact_force > 0.0)
+        return header.largest_contact_force > least ? header.largest_contact_force : least;
       block.for_each(num_grains, [&](Item i) {
         double most = 0.0;
         const auto look = [&](int j) {
@@ -139,8 +146,9 @@ inline namespace RVE_ISA {
         work.scratch[i] = most;
       });
       const double overlap = block.max_array(num_grains, work.scratch);
-      return header.normal_stiffness *
+      const double found = header.normal_stiffness *
           (overlap > 0.0 ? overlap : kGasOverlapShare * header.mean_radius);
+      return found > least ? found : least;
     }
 
     RVE_HD bool has_servo() const
@@ -203,13 +211,17 @@ inline namespace RVE_ISA {
         for (int k = 0; k < kOwnedPairs; ++k)
           work.old_history[k * num_grains + i] = state[i].history[k];
       });
-      block.for_each(num_extra, [&](Item m) { work.old_extra_history[m] = work.extra_history[m]; });
+      block.for_each(num_extra, [&](Item m) {
+        work.old_extra_history[m] = work.extra_history[m];
+      });
       forces<false>();
       block.for_each(num_grains, [&](Item i) {
         for (int k = 0; k < kOwnedPairs; ++k)
           state[i].history[k] = work.old_history[k * num_grains + i];
       });
-      block.for_each(num_extra, [&](Item m) { work.extra_history[m] = work.old_extra_history[m]; });
+      block.for_each(num_extra, [&](Item m) {
+        work.extra_history[m] = work.old_extra_history[m];
+      });
     }
 
     RVE_HD void run_along_path()

@@ -218,23 +218,30 @@ namespace {
     return state;
   }
 
-  /// Bisection for a void ratio: `specimen(x)` for x in [low, high], growing or falling with x.
-  /// A packing is a discontinuous function of its preparation, so the best one seen is kept and may not be good enough.
+  /// Searches x in [low, high] for a void ratio, `specimen(x)` growing or falling with x. A packing is a discontinuous function
+  /// of its preparation: bisection finds where it passes the goal, but may find a jump there. Then the neighbourhood is sampled,
+  /// wider and wider, where other jumps land elsewhere.
   template <class Make>
-  Specimen bisect(double low, double high, bool growing, double goal, double tolerance,
+  Specimen search(double low, double high, bool growing, double goal, double tolerance,
                   Make &&specimen)
   {
-    constexpr int MOST_ATTEMPTS = 16;
+    constexpr int MOST_HALVINGS = 8, MOST_SAMPLES = 60;
+    const double spacing = (high - low) / 500, least = low, most = high;
     double best = 0.0, error = 1e300;
-    for (int attempt = 0; attempt < MOST_ATTEMPTS; ++attempt) {
-      const double middle = 0.5 * (low + high);
-      Specimen made = specimen(middle);
+    for (int attempt = 0; attempt < MOST_HALVINGS + MOST_SAMPLES; ++attempt) {
+      double x = 0.5 * (low + high);
+      if (attempt >= MOST_HALVINGS) {
+        const int k = attempt - MOST_HALVINGS;
+        x += (k % 2 ? 1.0 : -1.0) * (k / 2 + 1) * spacing;    // to both sides, farther and farther
+        if (x <= least || x >= most) continue;
+      }
+      Specimen made = specimen(x);
       if (std::fabs(made.void_ratio - goal) <= tolerance) return made;
       if (std::fabs(made.void_ratio - goal) < error) {
         best = made.void_ratio;
         error = std::fabs(best - goal);
       }
-      ((made.void_ratio < goal) == growing ? low : high) = middle;
+      if (attempt + 1 < MOST_HALVINGS) ((made.void_ratio < goal) == growing ? low : high) = x;
     }
     throw InputError("no packing with void ratio " + number(goal) + " within " + number(tolerance) +
                      " was found for this seed; the closest has " + number(best) +
@@ -273,7 +280,7 @@ namespace {
         unreachable(goal, "loosest (preparation friction 1)", loosest.void_ratio,
                     frictionless.void_ratio);
       // void ratio against root of friction is closest to a line: most of its growth is below 0.2
-      return bisect(0.0, std::sqrt(LARGEST_FRICTION), true, goal, tolerance, [&](double root) {
+      return search(0.0, std::sqrt(LARGEST_FRICTION), true, goal, tolerance, [&](double root) {
         return with_friction(root * root);
       });
     }
@@ -290,7 +297,7 @@ namespace {
     if (std::fabs(densest.void_ratio - goal) <= tolerance) return densest;
     if (goal < densest.void_ratio)
       unreachable(goal, "densest (overconsolidated)", densest.void_ratio, frictionless.void_ratio);
-    return bisect(0.0, largest_log_ratio, false, goal, tolerance, overconsolidated);
+    return search(0.0, largest_log_ratio, false, goal, tolerance, overconsolidated);
   }
 
 }    // namespace

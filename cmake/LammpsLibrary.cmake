@@ -1,0 +1,101 @@
+# LAMMPS as a static, position-independent library (core + GRANULAR + PLUGIN, MPI, PNG), built once with LAMMPS' own build system and
+# kept in a cache outside the build tree, so that every preset and every clean checkout uses the same one.
+#
+# Sets LAMMPS_SRC (LAMMPS' src directory), LAMMPS_STYLES (its generated style headers), LAMMPS_VERSION_NUMBER (yyyymmdd) and defines
+#   lammps_headers   what compiling against LAMMPS needs (include directories, definitions, MPI)
+#   lammps_library   that, and liblammps.a with what it links
+
+set(LAMMPS_SOURCE_DIR "" CACHE PATH "LAMMPS source tree, 4Feb2025 or newer (empty: tools/get_lammps.sh obtains 4Feb2025)")
+
+find_package(MPI REQUIRED COMPONENTS CXX)
+find_package(PNG REQUIRED)
+
+if(DEFINED ENV{GPU_RVE_CACHE})
+  set(lammps_cache "$ENV{GPU_RVE_CACHE}")
+elseif(DEFINED ENV{XDG_CACHE_HOME})
+  set(lammps_cache "$ENV{XDG_CACHE_HOME}/gpu_rve")
+else()
+  set(lammps_cache "$ENV{HOME}/.cache/gpu_rve")
+endif()
+
+# One process at a time gets and builds; a second one waits and finds the result.
+file(MAKE_DIRECTORY "${lammps_cache}")
+file(LOCK "${lammps_cache}/lock" GUARD FILE TIMEOUT 3600)
+
+set(lammps_tree "${LAMMPS_SOURCE_DIR}")
+if(NOT lammps_tree)
+  execute_process(COMMAND sh "${PROJECT_SOURCE_DIR}/tools/get_lammps.sh" OUTPUT_VARIABLE lammps_tree
+    OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+endif()
+set(LAMMPS_SRC "${lammps_tree}/src")
+if(NOT EXISTS "${LAMMPS_SRC}/version.h" OR NOT EXISTS "${lammps_tree}/cmake/CMakeLists.txt")
+  message(FATAL_ERROR "LAMMPS_SOURCE_DIR is not a LAMMPS source tree (it needs src/version.h and cmake/): ${lammps_tree}")
+endif()
+
+# "4 Feb 2025" in version.h becomes 20250204: the form in which versions can be compared.
+file(STRINGS "${LAMMPS_SRC}/version.h" lammps_version_line REGEX "define LAMMPS_VERSION ")
+if(NOT lammps_version_line MATCHES "\"([0-9]+) ([A-Z][a-z][a-z])[a-z]* ([0-9][0-9][0-9][0-9])\"")
+  message(FATAL_ERROR "no LAMMPS version in ${LAMMPS_SRC}/version.h")
+endif()
+set(lammps_day "0${CMAKE_MATCH_1}")
+set(lammps_year "${CMAKE_MATCH_3}")
+string(FIND "JanFebMarAprMayJunJulAugSepOctNovDec" "${CMAKE_MATCH_2}" lammps_month)
+math(EXPR lammps_month "101 + ${lammps_month} / 3")    # 101..112: the leading 1 keeps the zero, and is cut off below
+string(REGEX MATCH "..$" lammps_day "${lammps_day}")
+string(REGEX MATCH "..$" lammps_month "${lammps_month}")
+set(LAMMPS_VERSION_NUMBER "${lammps_year}${lammps_month}${lammps_day}")
+if(LAMMPS_VERSION_NUMBER LESS 20250204)
+  message(FATAL_ERROR "LAMMPS ${LAMMPS_VERSION_NUMBER} is too old: 4Feb2025 (20250204) or newer is needed")
+endif()
+
+set(lammps_options
+  -D CMAKE_BUILD_TYPE=Release "-D CMAKE_CXX_FLAGS_RELEASE=-O2 -DNDEBUG" -D CMAKE_POSITION_INDEPENDENT_CODE=ON -D BUILD_SHARED_LIBS=OFF
+  -D CMAKE_CXX_STANDARD=17 "-D CMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER}" -D CMAKE_EXPORT_COMPILE_COMMANDS=ON
+  -D BUILD_MPI=ON -D BUILD_OMP=OFF -D PKG_GRANULAR=ON -D PKG_PLUGIN=ON
+  -D WITH_PNG=ON -D WITH_JPEG=OFF -D WITH_GZIP=ON -D WITH_FFMPEG=OFF -D WITH_CURL=OFF)
+
+# The key: whatever changes the library. A tree of the user's is known by its place and its commit.
+set(lammps_commit "")
+if(LAMMPS_SOURCE_DIR)
+  execute_process(COMMAND git -C "${lammps_tree}" describe --always --dirty OUTPUT_VARIABLE lammps_commit ERROR_QUIET)
+endif()
+string(SHA1 lammps_key "${lammps_tree};${lammps_commit};${LAMMPS_VERSION_NUMBER};${CMAKE_CXX_COMPILER_VERSION};$ENV{CXXFLAGS};${MPI_CXX_LIBRARIES};${lammps_options}")
+string(SUBSTRING "${lammps_key}" 0 8 lammps_key)
+set(lammps_built "${lammps_cache}/liblammps-${LAMMPS_VERSION_NUMBER}-${lammps_key}")
+
+if(NOT EXISTS "${lammps_built}/compile_commands.json")
+  message(STATUS "Building LAMMPS ${LAMMPS_VERSION_NUMBER} once, for all later builds (minutes)")
+  # Built in a work directory, where an interrupted build goes on later, and moved to its name only when whole.
+  set(lammps_work "${lammps_built}.work")
+  set(lammps_whole "${lammps_built}.whole")
+  execute_process(COMMAND "${CMAKE_COMMAND}" -S "${lammps_tree}/cmake" -B "${lammps_work}" -G "${CMAKE_GENERATOR}"
+    "-DCMAKE_MAKE_PROGRAM=${CMAKE_MAKE_PROGRAM}" ${lammps_options} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+  execute_process(COMMAND "${CMAKE_COMMAND}" --build "${lammps_work}" --target lammps --parallel COMMAND_ERROR_IS_FATAL ANY)
+  file(REMOVE_RECURSE "${lammps_whole}")
+  file(COPY "${lammps_work}/liblammps.a" "${lammps_work}/styles" "${lammps_work}/compile_commands.json" DESTINATION "${lammps_whole}")
+  file(RENAME "${lammps_whole}" "${lammps_built}")
+  file(REMOVE_RECURSE "${lammps_work}")
+endif()
+file(LOCK "${lammps_cache}/lock" RELEASE)
+set(LAMMPS_STYLES "${lammps_built}/styles")
+message(STATUS "LAMMPS ${LAMMPS_VERSION_NUMBER}: ${lammps_built}/liblammps.a")
+
+# Our sources see LAMMPS exactly as its own do: the definitions come from the command that compiled modify.cpp.
+file(READ "${lammps_built}/compile_commands.json" lammps_commands)
+string(REGEX MATCH "\"command\": \"([^\n]*)/src/modify.cpp\"" lammps_command "${lammps_commands}")
+string(REGEX MATCHALL " -D[^ ]+" lammps_definitions "${lammps_command}")
+list(TRANSFORM lammps_definitions REPLACE "^ -D" "")
+
+add_library(lammps_headers INTERFACE)
+target_compile_features(lammps_headers INTERFACE cxx_std_17)
+target_compile_definitions(lammps_headers INTERFACE ${lammps_definitions} LAMMPS_VERSION_NUMBER=${LAMMPS_VERSION_NUMBER})
+# SYSTEM: warnings are errors in our code, not in LAMMPS' headers
+target_include_directories(lammps_headers SYSTEM INTERFACE "${LAMMPS_SRC}" "${LAMMPS_SRC}/GRANULAR" "${LAMMPS_SRC}/PLUGIN")
+target_link_libraries(lammps_headers INTERFACE MPI::MPI_CXX)
+
+add_library(lammps_archive STATIC IMPORTED)
+set_target_properties(lammps_archive PROPERTIES IMPORTED_LOCATION "${lammps_built}/liblammps.a")
+target_link_libraries(lammps_archive INTERFACE PNG::PNG MPI::MPI_CXX ${CMAKE_DL_LIBS})
+
+add_library(lammps_library INTERFACE)
+target_link_libraries(lammps_library INTERFACE lammps_headers lammps_archive)

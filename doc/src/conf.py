@@ -1,0 +1,30 @@
+# Sphinx (5.3 of Debian 12 or newer) builds these pages offline and without warnings:
+#
+#   sphinx-build -W -b html doc/src build/doc
+
+import importlib.util
+import os
+import sys
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), '_ext'))
+
+project = 'GPU_RVE'
+author = 'the GPU_RVE authors'
+copyright = 'the GPU_RVE authors; GNU General Public License, version 2'
+release = version = '0.1.0'
+
+extensions = ['sphinx.ext.mathjax', 'gpu_rve_doc']
+source_suffix = '.rst'
+exclude_patterns = ['_ext']
+highlight_language = 'none'
+numfig = True
+math_eqref_format = '[{number}]'    # numbers in parentheses are the paper's
+
+if importlib.util.find_spec('sphinx_rtd_theme'):
+    html_theme = 'sphinx_rtd_theme'
+    html_theme_options = {'navigation_depth': 2}
+    extensions.append('sphinx_rtd_theme')
+else:
+    html_theme = 'alabaster'
+html_title = 'GPU_RVE'
+html_show_sourcelink = False

@@ -1,0 +1,38 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+// Makes a packing: the protocol is the engine's, the words are here.
+
+#ifdef COMMAND_CLASS
+// clang-format off
+CommandStyle(create_rve,CreateRve);
+// clang-format on
+#else
+
+#ifndef LMP_CREATE_RVE_H
+#define LMP_CREATE_RVE_H
+
+#include "command.h"
+
+namespace LAMMPS_NS {
+
+class CreateRve : public Command {
+ public:
+  CreateRve(class LAMMPS *lmp) : Command(lmp) {}
+  void command(int, char **) override;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
+#endif

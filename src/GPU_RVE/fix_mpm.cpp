@@ -1,0 +1,518 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+// One time step is one call of the solver, in final_integrate(): there atom->f is complete, and nothing else moves a point.
+// setup only makes new points and evaluates, so that `run 0` and a second `run` advance nothing.
+
+#include "fix_mpm.h"
+
+#include "fix_rve.h"
+#include "mpm/mpm_solver.h"
+#include "mpm_settings.h"
+#include "rve/engine/engine.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "group.h"
+#include "input.h"
+#include "memory.h"
+#include "modify.h"
+#include "region.h"
+#include "update.h"
+#include "variable.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+using namespace LAMMPS_NS;
+using namespace FixConst;
+using mpm::Face;
+using mpm::Vec2;
+using rve::Tensor2;
+
+namespace {
+
+// columns of the per-atom output, and of the head of the global vector; doc/src/fix_mpm.rst has the list
+enum { UX, UY, U, SXX, SYY, SXY, P, Q, EPS_V, EPS_Q, DENSITY, FXX, FXY, FYX, FYY, COLUMNS };
+enum { UNBALANCED, COURANT, KINETIC, MASS, HEAD };
+enum { REACTION_X, REACTION_Y, BODY_UX, BODY_UY, PER_BODY };
+
+constexpr int COURANT_EVERY = 10;    // steps between two checks of the Courant number
+
+}    // namespace
+
+struct FixMpm::Impl {
+  MpmSettings settings;
+  std::unique_ptr<mpm::MpmSolver> solver;
+  std::vector<FixRve *> grains;    // per model; nullptr: an analytic law
+  double courant = 0.0;
+  bool warned = false;
+  std::vector<Vec2> body_displacement;
+  double **output = nullptr;
+
+  // what a point carries, besides position and velocity in atom->x and atom->v; initial volume 0: not yet made
+  std::vector<Vec2> reference, half_size;
+  std::vector<double> mass, volume0, volume;
+  std::vector<Tensor2> deformation_gradient, stress, velocity_gradient;
+
+  template <class F> void for_each_array(F &&f)
+  {
+    f(reference), f(half_size), f(mass), f(volume0), f(volume);
+    f(deformation_gradient), f(stress), f(velocity_gradient);
+  }
+
+  // made anew whenever they are needed: they follow from groups
+  std::vector<std::int64_t> id;
+  std::vector<int> model, body;
+
+  int pack(int i, double *buf)
+  {
+    int m = 0;
+    for_each_array([&](auto &array) {
+      memcpy(buf + m, &array[i], sizeof(array[i]));
+      m += sizeof(array[i]) / sizeof(double);
+    });
+    return m;
+  }
+
+  int unpack(int i, const double *buf)
+  {
+    int m = 0;
+    for_each_array([&](auto &array) {
+      memcpy(&array[i], buf + m, sizeof(array[i]));
+      m += sizeof(array[i]) / sizeof(double);
+    });
+    return m;
+  }
+
+  static constexpr int DOUBLES = (2 * sizeof(Vec2) + 3 * sizeof(Tensor2)) / sizeof(double) + 3;
+
+  void find_members(const Atom *atom)
+  {
+    id.assign(atom->tag, atom->tag + atom->nlocal);
+    model.assign(atom->nlocal, -1);
+    body.assign(atom->nlocal, -1);
+    for (int i = 0; i < atom->nlocal; i++) {
+      for (int k = 0; k < (int) settings.models.size(); k++)
+        if (atom->mask[i] & settings.models[k].groupbit) model[i] = k;
+      for (int k = 0; k < (int) settings.bodies.size(); k++)
+        if (atom->mask[i] & settings.bodies[k].groupbit) body[i] = k;
+    }
+  }
+
+  mpm::PointView points(const Atom *atom)
+  {
+    mpm::PointView view;
+    view.count = atom->nlocal;
+    view.id = id.data();
+    if (view.count) {
+      view.position = {&atom->x[0][0]};
+      view.velocity = {&atom->v[0][0]};
+      view.body_force = {&atom->f[0][0]};
+    }
+    view.mass = mass.data();
+    view.volume = volume.data();
+    view.initial_volume = volume0.data();
+    view.half_size = half_size.data();
+    view.deformation_gradient = deformation_gradient.data();
+    view.stress = stress.data();
+    view.velocity_gradient = velocity_gradient.data();
+    view.model = model.data();
+    view.rigid_body = body.data();
+    return view;
+  }
+};
+
+/* ---------------------------------------------------------------------- */
+
+FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), impl(nullptr)
+{
+  if (domain->dimension != 2) error->all(FLERR, "Fix mpm requires dimension 2");
+  const std::string units = update->unit_style;
+  if (units != "lj" && units != "si" && units != "cgs" && units != "micro")
+    error->all(
+        FLERR,
+        "Fix mpm requires units lj, si, cgs or micro, in which forces follow from masses; got {}",
+        units);
+  if (domain->xperiodic || domain->yperiodic)
+    error->all(FLERR, "Fix mpm requires boundary f, s or m in x and y: its grid is not periodic");
+  if (atom->tag_enable == 0) error->all(FLERR, "Fix mpm requires atom IDs");
+
+  // an error in here ends the constructor, and then nobody calls the destructor
+  auto made = std::make_unique<Impl>();
+  made->settings = MpmSettings::parse(lmp, narg, arg);
+
+  time_integrate = 1;
+  scalar_flag = vector_flag = peratom_flag = 1;
+  global_freq = peratom_freq = 1;
+  extscalar = extvector = 0;
+  size_peratom_cols = COLUMNS;
+  restart_peratom = restart_global = 1;
+  create_attribute = 1;
+  maxexchange = Impl::DOUBLES;
+
+  try {
+    mpm::Communication communication;
+    const MPI_Comm ranks = world;
+    communication.sum_over_ranks = [ranks](std::int64_t *data, std::size_t count) {
+      MPI_Allreduce(MPI_IN_PLACE, data, (int) count, MPI_INT64_T, MPI_SUM, ranks);
+    };
+    communication.max_over_ranks = [ranks](double *data, std::size_t count) {
+      MPI_Allreduce(MPI_IN_PLACE, data, (int) count, MPI_DOUBLE, MPI_MAX, ranks);
+    };
+    made->solver = std::make_unique<mpm::MpmSolver>(made->settings.options, communication);
+  } catch (const rve::InputError &problem) {
+    error->all(FLERR, "Fix mpm: {}", problem.what());
+  }
+  impl = made.release();
+  impl->body_displacement.assign(impl->settings.bodies.size(), Vec2::zero());
+  size_vector = HEAD + PER_BODY * (int) impl->settings.bodies.size();
+
+  FixMpm::grow_arrays(atom->nmax);
+  for (int i = 0; i < atom->nlocal; i++) FixMpm::set_arrays(i);
+  atom->add_callback(Atom::GROW);
+  atom->add_callback(Atom::RESTART);
+}
+
+/* ---------------------------------------------------------------------- */
+
+FixMpm::~FixMpm()
+{
+  atom->delete_callback(id, Atom::GROW);
+  atom->delete_callback(id, Atom::RESTART);
+  memory->destroy(impl->output);
+  delete impl;
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixMpm::setmask()
+{
+  return PRE_FORCE | FINAL_INTEGRATE;    // PRE_FORCE for setup_pre_force() only
+}
+
+/* ----------------------------------------------------------------------
+   whatever the script may have defined after this fix
+------------------------------------------------------------------------- */
+
+void FixMpm::init()
+{
+  if (update->whichflag == 2)
+    error->all(FLERR, "Fix mpm cannot be used with minimize: its points have no energy");
+  if (utils::strmatch(update->integrate_style, "^respa"))
+    error->all(FLERR, "Fix mpm does not support run_style respa");
+
+  const bigint members = group->count(igroup);
+  if (members == 0) error->all(FLERR, "Fix mpm: group '{}' has no atoms", group->names[igroup]);
+  if (members != atom->natoms)
+    error->all(FLERR, "Fix mpm needs all atoms in its group; {} of {} are not in '{}'",
+               atom->natoms - members, atom->natoms, group->names[igroup]);
+
+  for (const auto &other : modify->get_fix_list()) {
+    if (other == this || group->count(other->igroup) == 0) continue;
+    if (other->time_integrate)
+      error->all(FLERR, "Fix mpm: fix {} (style {}) integrates the same atoms", other->id,
+                 other->style);
+    if (utils::strmatch(other->style, "^setforce") || utils::strmatch(other->style, "^freeze"))
+      error->all(
+          FLERR,
+          "Fix mpm: fix {} (style {}) acts on material points, but forces do not hold a continuum; "
+          "prescribe its velocity with the keyword rigid or boundary of fix mpm",
+          other->id, other->style);
+  }
+
+  impl->settings.find(lmp);
+  std::vector<mpm::Constitutive *> laws;
+  impl->grains.clear();
+  for (const MpmModel &model : impl->settings.models) {
+    impl->grains.push_back(nullptr);
+    if (!model.law) {
+      auto *found = modify->get_fix_by_id(model.fix_rve);
+      if (!found) error->all(FLERR, "Fix mpm model: fix '{}' does not exist", model.fix_rve);
+      impl->grains.back() = dynamic_cast<FixRve *>(found);
+      if (!impl->grains.back())
+        error->all(FLERR, "Fix mpm model: fix '{}' must be of style rve, got {}", model.fix_rve,
+                   found->style);
+    }
+    laws.push_back(model.law ? model.law.get() : impl->grains.back()->constitutive());
+  }
+  impl->solver->set_models(laws);
+  impl->warned = false;
+}
+
+/* ----------------------------------------------------------------------
+   makes material points of new atoms: all other fixes are initialized, and fix gravity has not yet asked for the masses
+------------------------------------------------------------------------- */
+
+void FixMpm::setup_pre_force(int)
+{
+  impl->find_members(atom);
+  for (int i = 0; i < atom->nlocal; i++) {
+    const bool rigid = impl->body[i] >= 0;
+    if (!rigid && impl->model[i] < 0)
+      error->one(FLERR, "Fix mpm: atom {} has no constitutive model; see the keyword model",
+                 atom->tag[i]);
+    const FixRve *grains = rigid ? nullptr : impl->grains[impl->model[i]];
+    if (grains && grains->slot(i) < 0)
+      error->one(FLERR, "Fix mpm: atom {} has no RVE of fix {}; is it in its group?", atom->tag[i],
+                 grains->id);
+    if (impl->volume0[i] == 0.0) {
+      const double half = 0.5 * std::sqrt(impl->settings.initial_volume);
+      impl->reference[i] = {{atom->x[i][0], atom->x[i][1]}};
+      impl->half_size[i] = {{half, half}};
+      impl->volume0[i] = impl->volume[i] = impl->settings.initial_volume;
+      impl->deformation_gradient[i] = Tensor2::identity();
+      impl->velocity_gradient[i] = Tensor2::zero();
+      impl->stress[i] = rigid ? Tensor2::zero()
+          : grains            ? grains->result(i).stress
+                              : impl->settings.initial_stress;
+      if (impl->settings.density > 0.0)
+        impl->mass[i] = impl->settings.density * impl->settings.initial_volume;
+      else if (grains)
+        impl->mass[i] = grains->bulk_density(i) * impl->settings.initial_volume;
+      else if (rigid)
+        impl->mass[i] = atom->rmass ? atom->rmass[i] : atom->mass[atom->type[i]];
+      else
+        error->one(FLERR,
+                   "Fix mpm: atom {} has no RVE, so the keyword density must give a value > 0",
+                   atom->tag[i]);
+    }
+    if (atom->rmass)
+      atom->rmass[i] = impl->mass[i];
+    else if (!rigid && std::fabs(atom->mass[atom->type[i]] / impl->mass[i] - 1.0) > 1e-6)
+      error->one(FLERR,
+                 "Fix mpm: atom {} has mass {} = density * volume, but type {} has {} and fix "
+                 "gravity would use that; "
+                 "use atom_style sphere, or set it with the mass command",
+                 atom->tag[i], impl->mass[i], atom->type[i], atom->mass[atom->type[i]]);
+  }
+}
+
+void FixMpm::setup(int)
+{
+  check_courant();
+  solve(false);
+}
+
+void FixMpm::final_integrate()
+{
+  if (update->ntimestep % COURANT_EVERY == 0) check_courant();
+  solve(true);
+}
+
+/* ----------------------------------------------------------------------
+   one call of the solver: a step, or an evaluation that advances nothing
+------------------------------------------------------------------------- */
+
+void FixMpm::solve(bool advance)
+{
+  const auto now = [&](const MpmValue &value) {
+    return value.variable.empty() ? value.number : input->variable->compute_equal(value.index);
+  };
+  impl->find_members(atom);
+  modify->clearstep_compute();
+  std::vector<mpm::TractionLoad> loads;
+  for (const MpmTraction &traction : impl->settings.tractions) {
+    mpm::TractionLoad load;
+    load.traction = {{now(traction.traction[0]), now(traction.traction[1])}};
+    load.face = traction.face;
+    Region *region = traction.groupbit ? nullptr : domain->get_region_by_id(traction.region);
+    if (region) region->prematch();
+    for (int i = 0; i < atom->nlocal; i++) {
+      const double *x = atom->x[i];
+      if (region ? impl->body[i] < 0 && region->match(x[0], x[1], x[2])
+                 : atom->mask[i] & traction.groupbit)
+        load.point_index.push_back(i);
+    }
+    loads.push_back(load);
+  }
+
+  try {
+    for (std::size_t b = 0; b < impl->settings.bodies.size(); b++) {
+      const Vec2 velocity = {
+          {now(impl->settings.bodies[b].velocity[0]), now(impl->settings.bodies[b].velocity[1])}};
+      impl->solver->set_body_velocity((int) b, velocity);
+      if (advance) impl->body_displacement[b] = impl->body_displacement[b] + update->dt * velocity;
+    }
+    modify->addstep_compute(update->ntimestep + 1);
+    if (advance)
+      impl->solver->step(impl->points(atom), loads, update->dt);
+    else
+      impl->solver->evaluate(impl->points(atom), loads, update->dt);
+  } catch (const std::exception &problem) {
+    error->one(FLERR, "Fix mpm, step {}: {}", update->ntimestep,
+               problem.what());    // perhaps on one rank only
+  }
+
+  for (int i = 0; i < atom->nlocal; i++) {
+    double *row = array_atom[i];
+    const Tensor2 &sigma = impl->stress[i];
+    const Tensor2 &F = impl->deformation_gradient[i];
+    row[UX] = atom->x[i][0] - impl->reference[i][0];
+    row[UY] = atom->x[i][1] - impl->reference[i][1];
+    row[U] = std::hypot(row[UX], row[UY]);
+    row[SXX] = sigma(0, 0);
+    row[SYY] = sigma(1, 1);
+    row[SXY] = 0.5 * (sigma(0, 1) + sigma(1, 0));
+    row[P] = -0.5 * (sigma(0, 0) + sigma(1, 1));
+    row[Q] = std::hypot(0.5 * (sigma(0, 0) - sigma(1, 1)), row[SXY]);
+    // equations (26), (27) of Zhao, Zhao & Liang 2020 in the plane: engineering strain from F
+    row[EPS_V] = F(0, 0) + F(1, 1) - 2.0;
+    row[EPS_Q] = std::hypot(F(0, 0) - F(1, 1), F(0, 1) + F(1, 0));
+    row[DENSITY] = impl->mass[i] / impl->volume[i];
+    for (int k = 0; k < 4; k++) row[FXX + k] = F(k / 2, k % 2);
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixMpm::check_courant()
+{
+  impl->find_members(atom);
+  try {
+    impl->courant = impl->solver->cfl_number(impl->points(atom), update->dt);
+  } catch (const std::exception &problem) {
+    error->one(FLERR, "Fix mpm, step {}: {}", update->ntimestep, problem.what());
+  }
+  const double limit = impl->settings.courant_error;
+  if (impl->courant > limit)
+    error->all(FLERR,
+               "Fix mpm, step {}: Courant number {:.4g} from the present stiffness exceeds {}; the "
+               "time step {} must be "
+               "below {:.4g} [time]",
+               update->ntimestep, impl->courant, limit, update->dt,
+               update->dt * limit / impl->courant);
+  if (impl->courant > impl->settings.courant_warn && !impl->warned) {
+    if (comm->me == 0)
+      error->warning(FLERR,
+                     "Fix mpm, step {}: Courant number {:.4g} from the present stiffness, above "
+                     "{}; error above {}",
+                     update->ntimestep, impl->courant, impl->settings.courant_warn, limit);
+    impl->warned = true;
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixMpm::compute_scalar()
+{
+  return impl->courant;
+}
+
+double FixMpm::compute_vector(int n)
+{
+  if (n == UNBALANCED) return impl->solver->max_unbalanced_force();
+  if (n == COURANT) return impl->courant;
+  if (n == KINETIC || n == MASS) {
+    impl->find_members(atom);
+    const mpm::Totals totals = impl->solver->totals(impl->points(atom));
+    return n == MASS ? totals.mass : totals.kinetic_energy;
+  }
+  const int body = (n - HEAD) / PER_BODY;
+  const int what = (n - HEAD) % PER_BODY;
+  if (what <= REACTION_Y) return impl->solver->body_reaction(body)[what - REACTION_X];
+  return impl->body_displacement[body][what - BODY_UX];
+}
+
+double FixMpm::memory_usage()
+{
+  const auto nodes = (double) impl->solver->grid().node_count();
+  return sizeof(double) * ((double) atom->nmax * (Impl::DOUBLES + COLUMNS) + 20.0 * nodes);
+}
+
+/* ----------------------------------------------------------------------
+   per-atom state: memory, reordering, exchange, restart
+------------------------------------------------------------------------- */
+
+void FixMpm::grow_arrays(int nmax)
+{
+  impl->for_each_array([=](auto &array) {
+    array.resize(nmax);
+  });
+  memory->grow(impl->output, nmax, COLUMNS, "fix mpm:output");
+  array_atom = impl->output;
+}
+
+void FixMpm::copy_arrays(int i, int j, int /*delflag*/)
+{
+  impl->for_each_array([=](auto &array) {
+    array[j] = array[i];
+  });
+  std::copy_n(array_atom[i], (int) COLUMNS, array_atom[j]);
+}
+
+void FixMpm::set_arrays(int i)
+{
+  impl->volume0[i] = impl->volume[i] = 0.0;
+  std::fill_n(array_atom[i], (int) COLUMNS, 0.0);
+}
+
+int FixMpm::pack_exchange(int i, double *buf)
+{
+  return impl->pack(i, buf);
+}
+
+int FixMpm::unpack_exchange(int i, double *buf)
+{
+  return impl->unpack(i, buf);
+}
+
+int FixMpm::pack_restart(int i, double *buf)
+{
+  buf[0] = size_restart(i);    // how far other fixes skip
+  return 1 + impl->pack(i, buf + 1);
+}
+
+void FixMpm::unpack_restart(int i, int nth)
+{
+  const double *extra = atom->extra[i];
+  for (int k = 0; k < nth; k++) extra += (int) extra[0];
+  impl->unpack(i, extra + 1);
+}
+
+int FixMpm::size_restart(int)
+{
+  return 1 + Impl::DOUBLES;
+}
+
+int FixMpm::maxsize_restart()
+{
+  return 1 + Impl::DOUBLES;
+}
+
+void FixMpm::write_restart(FILE *fp)
+{
+  if (comm->me != 0) return;
+  std::vector<double> state = {(double) impl->settings.bodies.size()};
+  for (const Vec2 &u : impl->body_displacement) state.insert(state.end(), {u[0], u[1]});
+  const int size = (int) (state.size() * sizeof(double));
+  fwrite(&size, sizeof(int), 1, fp);
+  fwrite(state.data(), sizeof(double), state.size(), fp);
+}
+
+void FixMpm::restart(char *buf)
+{
+  // a different number of bodies: the script changed its mind, and they start at zero
+  const auto *state = reinterpret_cast<double *>(buf);
+  if (state[0] != (double) impl->settings.bodies.size()) return;
+  for (Vec2 &u : impl->body_displacement) {
+    u = {{state[1], state[2]}};
+    state += 2;
+  }
+}

@@ -1,0 +1,326 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+#include "fix_rve.h"
+
+#include "atom.h"
+#include "citeme.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "fix_rve_impl.h"
+#include "group.h"
+#include "modify.h"
+#include "rve/core/error.h"
+#include "rve/engine/packing_io.h"
+#include "update.h"
+
+#include <algorithm>
+#include <cstring>
+
+using namespace LAMMPS_NS;
+using namespace FixConst;
+
+static const char cite_fix_rve[] =
+    "fix rve: https://doi.org/10.1002/nme.6549\n\n"
+    "@Article{Zhao2021,\n"
+    " author = {S. Zhao and J. Zhao and W. Liang},\n"
+    " title = {A thread-block-wise computational framework for large-scale hierarchical\n"
+    "          continuum-discrete modeling of granular media},\n"
+    " journal = {International Journal for Numerical Methods in Engineering},\n"
+    " year = 2021,\n"
+    " volume = 122,\n"
+    " number = 2,\n"
+    " pages = {579--608}\n"
+    "}\n\n";
+
+/* ---------------------------------------------------------------------- */
+
+FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
+{
+  if (narg < 4) utils::missing_cmd_args(FLERR, "fix rve", error);
+  if (domain->dimension != 2)
+    error->all(FLERR, "fix rve needs a 2d system (its grains are disks), but the dimension is {}",
+               domain->dimension);
+  const std::string units = update->unit_style;
+  if (units != "lj" && units != "si" && units != "cgs" && units != "micro")
+    error->all(FLERR, "fix rve works in units lj, si, cgs or micro, not in units {}", units);
+  if (!atom->tag_enable) error->all(FLERR, "fix rve needs atoms with IDs");
+  if (group->count(igroup) == 0)
+    error->all(FLERR, "fix rve: group {} has no atoms; every atom of the group gets an RVE",
+               group->names[igroup]);
+
+  if (lmp->citeme) lmp->citeme->add(cite_fix_rve);
+
+  vector_flag = 1;
+  size_vector = 10;
+  global_freq = 1;
+  extvector = 0;
+  nevery = 1;
+  restart_global = 1;
+  restart_peratom = 1;
+  create_attribute = 1;
+  maxexchange_dynamic = 1;
+
+  impl = std::make_unique<Impl>(this, FixRveSettings::parse(lmp, narg, arg));
+  impl->read_packings();
+  impl->make_engine();
+
+  FixRve::grow_arrays(atom->nmax);
+  atom->add_callback(Atom::GROW);
+  atom->add_callback(Atom::RESTART);
+}
+
+/* ---------------------------------------------------------------------- */
+
+FixRve::~FixRve()
+{
+  if (modify->get_fix_by_id(id)) {
+    atom->delete_callback(id, Atom::GROW);
+    atom->delete_callback(id, Atom::RESTART);
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+int FixRve::setmask()
+{
+  return FINAL_INTEGRATE | END_OF_STEP;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRve::init()
+{
+  if (update->whichflag == 2)
+    error->all(FLERR, "fix rve cannot be used with minimize: RVEs advance in time only");
+  if (utils::strmatch(update->integrate_style, "^respa"))
+    error->all(FLERR, "fix rve needs run_style verlet, not {}", update->integrate_style);
+  if (impl->settings.driver == RveDriver::Mpm && modify->get_fix_by_style("^mpm$").empty())
+    error->all(FLERR, "fix rve: drive mpm needs a fix mpm, and there is none");
+
+  for (auto *list : {&impl->settings.velocity_gradient, &impl->settings.stress_goal})
+    for (auto &component : *list) component.value.find(lmp, "fix rve");
+  impl->attach();
+}
+
+/* ----------------------------------------------------------------------
+   the one place where time passes for RVEs that fix mpm does not drive
+------------------------------------------------------------------------- */
+
+void FixRve::final_integrate()
+{
+  if (impl->settings.driver == RveDriver::Mpm) return;
+  modify->clearstep_compute();
+  const std::vector<int> atoms = impl->atoms_with_rve();
+  const std::vector<rve::Drive> drives = impl->drives(atoms);
+  modify->addstep_compute(update->ntimestep + 1);
+  impl->advance(atoms, drives);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRve::end_of_step()
+{
+  const auto &settings = impl->settings;
+  const bigint step = update->ntimestep;
+  if (settings.dt_check_interval && step % settings.dt_check_interval == 0)
+    impl->recheck_time_step();
+  if (!settings.dump_interval || step % settings.dump_interval) return;
+  for (const int i : impl->atoms_with_rve()) {
+    if (std::find(settings.dump_atoms.begin(), settings.dump_atoms.end(), atom->tag[i]) ==
+        settings.dump_atoms.end())
+      continue;
+    try {
+      rve::write_lammps_data(fmt::format("{}.{}.{}.data", settings.dump_prefix, atom->tag[i], step),
+                             state(i));
+    } catch (const rve::InputError &e) {
+      error->one(FLERR, "fix rve dump: {}", e.what());
+    }
+  }
+}
+
+/* ----------------------------------------------------------------------
+   for other styles
+------------------------------------------------------------------------- */
+
+void FixRve::attach()
+{
+  impl->attach();
+}
+
+int FixRve::slot(int i) const
+{
+  return impl->slot[i];
+}
+
+const rve::Result &FixRve::result(int i) const
+{
+  return impl->point(i).result;
+}
+
+double FixRve::bulk_density(int i) const
+{
+  const auto &point = impl->point(i);
+  return point.material.density / (1.0 + point.result.void_ratio);
+}
+
+rve::RveState FixRve::state(int i) const
+{
+  return impl->points->state(impl->slot[i]);
+}
+
+mpm::Constitutive *FixRve::constitutive()
+{
+  if (impl->settings.driver != RveDriver::Mpm)
+    error->all(FLERR, "fix rve {} must have drive mpm to serve as a material of fix mpm", id);
+  return &impl->constitutive;
+}
+
+/* ----------------------------------------------------------------------
+   RVEs, frozen ones, DEM steps, rebuilds, lattice reductions, repeats, worst status,
+   DEM time step, DEM steps per LAMMPS step, wall time per advance
+------------------------------------------------------------------------- */
+
+double FixRve::compute_vector(int n)
+{
+  const auto clock = impl->clock(update->dt);
+  if (n == 7) return clock.dt;
+  if (n == 8) return clock.substeps;
+
+  double mine = 0.0, all = 0.0;
+  int status = 0, any_status = 0;
+  for (const int i : impl->atoms_with_rve()) {
+    const auto &point = impl->point(i);
+    const auto &counters = point.result.counters;
+    const double values[] = {1.0,
+                             point.frozen ? 1.0 : 0.0,
+                             (double) counters.steps,
+                             (double) counters.rebuilds,
+                             (double) counters.lattice_reductions,
+                             (double) counters.repeats};
+    if (n < 6) mine += values[n];
+    status |= static_cast<int>(point.result.status);
+  }
+  if (n == 6) {
+    MPI_Allreduce(&status, &any_status, 1, MPI_INT, MPI_BOR, world);
+    return any_status;
+  }
+  if (n == 9) mine = impl->num_advances ? impl->wall_time / impl->num_advances : 0.0;
+  MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, n == 9 ? MPI_MAX : MPI_SUM, world);
+  return all;
+}
+
+/* ---------------------------------------------------------------------- */
+
+double FixRve::memory_usage()
+{
+  double bytes = static_cast<double>(atom->nmax) * sizeof(int);
+  for (const int i : impl->atoms_with_rve()) bytes += impl->points->bytes(impl->slot[i]);
+  return bytes;
+}
+
+/* ----------------------------------------------------------------------
+   the per-atom array holds slots; an RVE leaves the engine when its atom does
+------------------------------------------------------------------------- */
+
+void FixRve::grow_arrays(int nmax)
+{
+  impl->slot.resize(nmax, -1);
+}
+
+void FixRve::copy_arrays(int i, int j, int delflag)
+{
+  if (delflag && impl->slot[j] >= 0) impl->points->remove(impl->slot[j]);
+  impl->slot[j] = impl->slot[i];
+}
+
+void FixRve::set_arrays(int i)
+{
+  impl->slot[i] = -1;
+}
+
+/* ----------------------------------------------------------------------
+   buf[0] = number of values, then the image of the RVE if there is one
+------------------------------------------------------------------------- */
+
+int FixRve::pack_exchange(int i, double *buf)
+{
+  const int size = size_restart(i);
+  if (size > maxexchange)
+    error->one(FLERR, "fix rve: RVE of atom {} takes {} values, more than the {} announced",
+               atom->tag[i], size, maxexchange);
+  return pack_restart(i, buf);
+}
+
+int FixRve::unpack_exchange(int nlocal, double *buf)
+{
+  const int size = static_cast<int>(buf[0]);
+  impl->slot[nlocal] = size > 1 ? impl->points->add_image(buf + 1) : -1;
+  maxexchange = MAX(maxexchange, size);
+  return size;
+}
+
+int FixRve::pack_restart(int i, double *buf)
+{
+  std::vector<double> image;
+  if (impl->slot[i] >= 0) image = impl->points->image(impl->slot[i]);
+  buf[0] = 1.0 + image.size();
+  std::copy(image.begin(), image.end(), buf + 1);
+  return 1 + static_cast<int>(image.size());
+}
+
+void FixRve::unpack_restart(int nlocal, int nth)
+{
+  const double *extra = atom->extra[nlocal];
+  int m = 0;
+  for (int i = 0; i < nth; i++) m += static_cast<int>(extra[m]);
+  const int size = static_cast<int>(extra[m]);
+  try {
+    impl->slot[nlocal] = size > 1 ? impl->points->add_image(extra + m + 1) : -1;
+  } catch (const rve::InputError &e) {
+    error->one(FLERR, "fix rve: RVE of atom {} in the restart file: {}", atom->tag[nlocal],
+               e.what());
+  }
+  maxexchange = MAX(maxexchange, size);
+}
+
+int FixRve::size_restart(int i)
+{
+  return 1 + (impl->slot[i] >= 0 ? impl->points->image_size(impl->slot[i]) : 0);
+}
+
+int FixRve::maxsize_restart()
+{
+  int mine = 1, most;
+  for (int i = 0; i < atom->nlocal; i++) mine = MAX(mine, size_restart(i));
+  MPI_Allreduce(&mine, &most, 1, MPI_INT, MPI_MAX, world);
+  return most;
+}
+
+/* ----------------------------------------------------------------------
+   the time step, which an automatic one may have lowered
+------------------------------------------------------------------------- */
+
+void FixRve::write_restart(FILE *fp)
+{
+  if (comm->me) return;
+  const int size = sizeof(double);
+  fwrite(&size, sizeof(int), 1, fp);
+  fwrite(&impl->dt, sizeof(double), 1, fp);
+}
+
+void FixRve::restart(char *buf)
+{
+  if (impl->settings.dt_auto) memcpy(&impl->dt, buf, sizeof(double));
+}

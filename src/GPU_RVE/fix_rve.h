@@ -1,0 +1,88 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+// One RVE, a periodic packing of grains, behind each atom of a group. This style parses, tells the engine what to advance and by
+// how much, and moves the RVEs with their atoms; it knows no formula of the physics.
+
+#ifdef FIX_CLASS
+// clang-format off
+FixStyle(rve,FixRve);
+// clang-format on
+#else
+
+#ifndef LMP_FIX_RVE_H
+#define LMP_FIX_RVE_H
+
+#include "fix.h"
+
+#include <memory>
+
+namespace mpm {
+class Constitutive;
+}
+namespace rve {
+struct Result;
+struct RveState;
+}    // namespace rve
+
+namespace LAMMPS_NS {
+
+class FixRve : public Fix {
+ public:
+  FixRve(class LAMMPS *, int, char **);
+  ~FixRve() override;
+
+  int setmask() override;
+  void init() override;
+  void final_integrate() override;
+  void end_of_step() override;
+
+  double compute_vector(int) override;
+  double memory_usage() override;
+
+  void grow_arrays(int) override;
+  void copy_arrays(int, int, int) override;
+  void set_arrays(int) override;
+  int pack_exchange(int, double *) override;
+  int unpack_exchange(int, double *) override;
+  int pack_restart(int, double *) override;
+  void unpack_restart(int, int) override;
+  int size_restart(int) override;
+  int maxsize_restart() override;
+  void write_restart(FILE *) override;
+  void restart(char *) override;
+
+  // For fix mpm, compute rve/atom and write_rve. Atoms are local indices.
+
+  // gives an RVE to every atom of the group that has none; collective; init() calls it
+  void attach();
+  // number of the RVE in the engine, -1 if the atom has none
+  int slot(int) const;
+  // answer of the last advance, or of the packing as attached; the atom must have an RVE
+  const rve::Result &result(int) const;
+  // grain density / (1 + void ratio) [mass/length^3]
+  double bulk_density(int) const;
+  // complete state, exact
+  rve::RveState state(int) const;
+  // the RVEs as a material for fix mpm; owned by this fix; error unless `drive mpm`
+  mpm::Constitutive *constitutive();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
+#endif

@@ -1,0 +1,328 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+#include "fix_rve_impl.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "error.h"
+#include "rve/core/error.h"
+#include "rve/engine/packing_io.h"
+#include "rve/engine/stability.h"
+#include "update.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <thread>
+
+using namespace LAMMPS_NS;
+
+// of the stability bound: where a given time step is warned of
+static constexpr double DT_WARNING = 0.95;
+
+// Largest strain of a controlled axis per DEM step, unless the script gives servo_max_rate
+static constexpr double SERVO_STRAIN_PER_STEP = 5.0e-5;
+
+/* ----------------------------------------------------------------------
+   packings are read by one rank and spread as byte images
+------------------------------------------------------------------------- */
+
+void FixRve::Impl::read_packings()
+{
+  for (const auto &file : settings.packings) {
+    std::string message;
+    std::vector<char> image;
+    double bound = 0.0;
+    if (fix->comm->me == 0) {
+      try {
+        rve::RveState state = rve::read_packing(file);
+        settings.material.apply(state.material);
+        state.check();
+        bound = rve::stable_time_step(state);
+        image = rve::serialize(state);
+      } catch (const rve::InputError &e) {
+        message = e.what();
+      }
+    }
+    int sizes[2] = {static_cast<int>(message.size()), static_cast<int>(image.size())};
+    MPI_Bcast(sizes, 2, MPI_INT, 0, fix->world);
+    message.resize(sizes[0]);
+    image.resize(sizes[1]);
+    MPI_Bcast(message.data(), sizes[0], MPI_CHAR, 0, fix->world);
+    if (!message.empty())
+      fix->error->all(FLERR, "fix rve: {}{}", utils::strmatch(message, file) ? "" : file + ": ",
+                      message);
+    MPI_Bcast(image.data(), sizes[1], MPI_CHAR, 0, fix->world);
+    MPI_Bcast(&bound, 1, MPI_DOUBLE, 0, fix->world);
+    packings.push_back(rve::deserialize(image.data(), image.size()));
+    bounds.push_back(bound);
+    if (!settings.dt_auto) check_time_step(dt, bound, "packing " + file);
+  }
+  if (settings.dt_auto) dt = settings.dt_fraction * *std::min_element(bounds.begin(), bounds.end());
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRve::Impl::make_engine()
+{
+  MPI_Comm node;
+  int local_rank, local_ranks;
+  MPI_Comm_split_type(fix->world, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &node);
+  MPI_Comm_rank(node, &local_rank);
+  MPI_Comm_size(node, &local_ranks);
+  MPI_Comm_free(&node);
+
+  settings.options.device_number = local_rank;
+  if (!settings.threads_given && !getenv("OMP_NUM_THREADS"))
+    settings.options.threads =
+        std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / local_ranks);
+  try {
+    std::string notice;
+    points = std::make_unique<RvePoints>(rve::make_engine(settings.options, &notice));
+    if (fix->comm->me == 0) {
+      utils::logmesg(fix->lmp, "fix rve {}: {}\n", fix->id, points->description());
+      if (!notice.empty()) utils::logmesg(fix->lmp, "fix rve {}: {}\n", fix->id, notice);
+    }
+  } catch (const rve::InputError &e) {
+    fix->error->all(FLERR, "fix rve: {}", e.what());
+  }
+}
+
+/* ----------------------------------------------------------------------
+   a given time step is the user's business up to the bound; an automatic one follows it
+------------------------------------------------------------------------- */
+
+void FixRve::Impl::check_time_step(double used, double bound, const std::string &whose)
+{
+  if (used > bound)
+    fix->error->all(
+        FLERR,
+        "fix rve: DEM time step {} [time] is above the stability bound {} [time] of {}; "
+        "use dt at most {}, or dt auto",
+        rve::number(used), rve::number(bound), whose, rve::number(DT_WARNING * bound));
+  if (used > DT_WARNING * bound && !warned_dt) {
+    warned_dt = true;
+    if (fix->comm->me == 0)
+      fix->error->warning(FLERR,
+                          "fix rve: DEM time step {} [time] is above {} of the stability bound {} "
+                          "[time] of {}",
+                          rve::number(used), DT_WARNING, rve::number(bound), whose);
+  }
+}
+
+/* ----------------------------------------------------------------------
+   the network stiffens with its contacts: look at the RVE that has most of them.
+   which RVE that is does not depend on the number of ranks, so neither does an automatic step.
+------------------------------------------------------------------------- */
+
+void FixRve::Impl::recheck_time_step()
+{
+  const Atom *atom = fix->atom;
+  double most = 0.0, most_of_all;
+  for (const int i : atoms_with_rve()) most = std::max(most, point(i).result.coordination_number);
+  MPI_Allreduce(&most, &most_of_all, 1, MPI_DOUBLE, MPI_MAX, fix->world);
+  tagint id = MAXTAGINT, stiffest;
+  int local = -1;
+  for (const int i : atoms_with_rve())
+    if (point(i).result.coordination_number == most_of_all && atom->tag[i] < id) {
+      id = atom->tag[i];
+      local = i;
+    }
+  MPI_Allreduce(&id, &stiffest, 1, MPI_LMP_TAGINT, MPI_MIN, fix->world);
+  if (stiffest == MAXTAGINT) return;
+  double mine = HUGE_VAL, bound;
+  if (local >= 0 && id == stiffest) mine = rve::stable_time_step(points->state(slot[local]));
+  MPI_Allreduce(&mine, &bound, 1, MPI_DOUBLE, MPI_MIN, fix->world);
+
+  if (!settings.dt_auto) {
+    check_time_step(clock(fix->update->dt).dt, bound,
+                    fmt::format("the RVE of atom {} at step {}", stiffest, fix->update->ntimestep));
+  } else if (dt > DT_WARNING * bound) {
+    dt = settings.dt_fraction * bound;
+    if (fix->comm->me == 0)
+      utils::logmesg(fix->lmp, "fix rve {}: DEM time step is now {} (step {}, RVE of atom {})\n",
+                     fix->id, rve::number(dt), fix->update->ntimestep, stiffest);
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRve::Impl::attach()
+{
+  const Atom *atom = fix->atom;
+  std::vector<int> atoms;
+  for (int i = 0; i < atom->nlocal; i++)
+    if ((atom->mask[i] & fix->groupbit) && slot[i] < 0) atoms.push_back(i);
+  bigint mine = atoms.size(), total;
+  MPI_Allreduce(&mine, &total, 1, MPI_LMP_BIGINT, MPI_SUM, fix->world);
+  if (total == 0) return;
+
+  std::vector<double> choice;
+  settings.which_packing.find(fix->lmp, "fix rve");
+  settings.which_packing.evaluate(fix->lmp, fix->igroup, choice);
+  std::vector<const rve::RveState *> states;
+  bigint sums[2] = {0, 0}, all_sums[2];
+  for (const int i : atoms) {
+    const double which = choice[i];
+    if (!(which >= 0.0 && which < packings.size() && which == std::floor(which)))
+      fix->error->one(FLERR,
+                      "fix rve: packing_variable of atom {} is {}; it must be a whole "
+                      "number from 0 to {}",
+                      atom->tag[i], which, packings.size() - 1);
+    states.push_back(&packings[static_cast<int>(which)]);
+    sums[0] += states.back()->num_grains();
+  }
+  try {
+    const std::vector<int> slots = points->add(states);
+    std::vector<int> failed;
+    for (std::size_t k = 0; k < slots.size(); ++k) {
+      slot[atoms[k]] = slots[k];
+      if (points->point(slots[k]).frozen) failed.push_back(slots[k]);
+      sums[1] += static_cast<bigint>(points->bytes(slots[k]));
+    }
+    report(failed, atoms);
+  } catch (const rve::InputError &e) {
+    fix->error->one(FLERR, "fix rve: {}", e.what());
+  }
+  set_exchange_size();
+  MPI_Allreduce(sums, all_sums, 2, MPI_LMP_BIGINT, MPI_SUM, fix->world);
+  if (fix->comm->me == 0)
+    utils::logmesg(fix->lmp,
+                   "fix rve {}: {} RVEs with {} grains, {:.1f} MB; DEM time step {}, stability "
+                   "bound {}\n",
+                   fix->id, total, all_sums[0], all_sums[1] / 1048576.0, rve::number(dt),
+                   rve::number(*std::min_element(bounds.begin(), bounds.end())));
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::vector<int> FixRve::Impl::atoms_with_rve() const
+{
+  std::vector<int> atoms;
+  for (int i = 0; i < fix->atom->nlocal; i++)
+    if (slot[i] >= 0) atoms.push_back(i);
+  return atoms;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRve::Impl::set_exchange_size()
+{
+  int most = 1;
+  for (const int i : atoms_with_rve()) most = std::max(most, 1 + points->image_bound(slot[i]));
+  fix->maxexchange = most;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRve::Impl::check(const rve::Tensor2 &tensor, const char *what, const char *unit,
+                         int atom) const
+{
+  for (int a = 0; a < 2; ++a)
+    for (int b = 0; b < 2; ++b)
+      if (!std::isfinite(tensor(a, b)))
+        fix->error->one(FLERR,
+                        "fix rve: {} component {} of atom {} is {} {} at step {}; it must "
+                        "be a finite number",
+                        what, rve_component_name(a, b), fix->atom->tag[atom], tensor(a, b), unit,
+                        fix->update->ntimestep);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRve::Impl::advance(const std::vector<int> &atoms, const std::vector<rve::Drive> &drives)
+{
+  std::vector<int> slots;
+  for (std::size_t k = 0; k < atoms.size(); ++k) {
+    check(drives[k].velocity_gradient, "velocity gradient", "[1/time]", atoms[k]);
+    check(drives[k].stress_goal, "stress goal", "[stress]", atoms[k]);
+    check(drives[k].deformation, "deformation increment", "[-]", atoms[k]);
+    slots.push_back(slot[atoms[k]]);
+  }
+  try {
+    const double start = platform::walltime();
+    const std::vector<int> failed = points->advance(slots, drives);
+    wall_time += platform::walltime() - start;
+    ++num_advances;
+    report(failed, atoms);
+  } catch (const rve::InputError &e) {
+    fix->error->one(FLERR, "fix rve: {}", e.what());
+  }
+  set_exchange_size();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRve::Impl::report(const std::vector<int> &failed, const std::vector<int> &atoms) const
+{
+  if (failed.empty()) return;
+  for (const int i : atoms) {
+    if (std::find(failed.begin(), failed.end(), slot[i]) == failed.end()) continue;
+    const rve::Result &result = point(i).result;
+    const std::string message = fmt::format(
+        "fix rve: RVE of atom {} failed at step {}: {} (before: largest overlap {} of the sum of "
+        "radii, void ratio {}, DEM time step {})",
+        fix->atom->tag[i], fix->update->ntimestep, rve::describe_status(result.status),
+        rve::number(result.largest_overlap), rve::number(result.void_ratio), rve::number(dt));
+    if (!settings.freeze) fix->error->one(FLERR, message);
+    fix->error->warning(FLERR, message + "; it is frozen");
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::vector<rve::Drive> FixRve::Impl::drives(const std::vector<int> &atoms)
+{
+  const Clock clock = this->clock(fix->update->dt);
+  std::vector<rve::Drive> drives(atoms.size());
+  std::vector<double> values;
+  for (const auto &rate : settings.velocity_gradient) {
+    rate.value.evaluate(fix->lmp, fix->igroup, values);
+    for (std::size_t k = 0; k < atoms.size(); ++k)
+      drives[k].velocity_gradient(rate.row, rate.column) = values[atoms[k]];
+  }
+  for (std::size_t k = 0; k < atoms.size(); ++k)
+    check(drives[k].velocity_gradient, "velocity gradient", "[1/time]", atoms[k]);
+  if (settings.stress_goal.empty()) {
+    for (auto &drive : drives)
+      drive =
+          rve::Drive::constant_velocity_gradient(drive.velocity_gradient, clock.dt, clock.substeps);
+    return drives;
+  }
+  for (const auto &goal : settings.stress_goal) {
+    goal.value.evaluate(fix->lmp, fix->igroup, values);
+    for (std::size_t k = 0; k < atoms.size(); ++k) {
+      drives[k].controlled[goal.row][goal.column] = true;
+      drives[k].stress_goal(goal.row, goal.column) = values[atoms[k]];
+    }
+  }
+  for (std::size_t k = 0; k < atoms.size(); ++k) {
+    rve::Drive &drive = drives[k];
+    drive.dt = clock.dt;
+    drive.substeps = clock.substeps;
+    drive.servo_gain = settings.servo_gain.value_or(point(atoms[k]).servo_gain);
+    drive.servo_max_rate = settings.servo_max_rate.value_or(SERVO_STRAIN_PER_STEP / clock.dt);
+  }
+  return drives;
+}
+
+/* ---------------------------------------------------------------------- */
+
+RveOwner::Clock FixRve::Impl::clock(double lammps_dt) const
+{
+  if (settings.substeps > 0) return {dt, settings.substeps};
+  // a ratio that is whole but for rounding shall not cost a step more
+  const int substeps = std::max(1, static_cast<int>(std::ceil(lammps_dt / dt * (1.0 - 1e-12))));
+  return {lammps_dt / substeps, substeps};
+}

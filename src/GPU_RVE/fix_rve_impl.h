@@ -1,0 +1,75 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+// Behind fix rve: the RVEs of this rank and the time that passes for them. LAMMPS' hooks are in fix_rve.cpp.
+
+#ifndef LMP_FIX_RVE_IMPL_H
+#define LMP_FIX_RVE_IMPL_H
+
+#include "fix_rve.h"
+
+#include "rve_constitutive.h"
+#include "rve_points.h"
+#include "rve_settings.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+struct FixRve::Impl : RveOwner {
+  FixRve *fix;
+  FixRveSettings settings;
+  std::vector<rve::RveState> packings;
+  std::vector<double> bounds;    // stable time step of each packing
+  double dt;                     // DEM time step, or its upper limit where substeps are matched
+  std::unique_ptr<RvePoints> points;
+  RveConstitutive constitutive;
+  std::vector<int> slot;    // per atom: RVE in the engine, or -1
+  bool warned_dt = false;
+  double wall_time = 0.0;
+  bigint num_advances = 0;
+
+  Impl(FixRve *_fix, FixRveSettings _settings) :
+      fix(_fix), settings(std::move(_settings)), dt(settings.dt), constitutive(*this)
+  {
+  }
+
+  /// Reads the packings and chooses or checks the DEM time step; collective.
+  void read_packings();
+  /// One engine per rank, on the device of its local rank; collective.
+  void make_engine();
+  /// Gives an RVE to every atom of the group that has none; collective.
+  void attach();
+
+  std::vector<int> atoms_with_rve() const;
+  /// What the script asks for in this LAMMPS step.
+  std::vector<rve::Drive> drives(const std::vector<int> &atoms);
+  void advance(const std::vector<int> &atoms, const std::vector<rve::Drive> &drives) override;
+  /// The network stiffens with its contacts: warns, fails, or lowers an automatic step; collective.
+  void recheck_time_step();
+
+  Clock clock(double lammps_dt) const override;
+  const RvePoints::Point &point(int atom) const override { return points->point(slot[atom]); }
+
+ private:
+  void check_time_step(double used, double bound, const std::string &whose);
+  void check(const rve::Tensor2 &tensor, const char *what, const char *unit, int atom) const;
+  void report(const std::vector<int> &failed, const std::vector<int> &atoms) const;
+  void set_exchange_size();
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

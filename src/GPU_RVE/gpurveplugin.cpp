@@ -1,0 +1,74 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+// The package as a plugin: tells a LAMMPS that has the PLUGIN package how to make each of our styles. Nothing else happens here.
+
+#include "lammpsplugin.h"
+#include "version.h"
+
+#include "compute_rve_atom.h"
+#include "create_rve.h"
+#include "fix_mpm.h"
+#include "fix_rve.h"
+#include "write_rve.h"
+
+using namespace LAMMPS_NS;
+
+// fixes and computes are made from their arguments, commands from the LAMMPS instance alone
+template <class Style> static void *make_style(void *lmp, int narg, char **arg)
+{
+  return new Style(static_cast<LAMMPS *>(lmp), narg, arg);
+}
+
+template <class Command> static void *make_command(void *lmp)
+{
+  return new Command(static_cast<LAMMPS *>(lmp));
+}
+
+extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
+{
+  const auto register_plugin = reinterpret_cast<lammpsplugin_regfunc>(regfunc);
+
+  lammpsplugin_t plugin;
+  plugin.version = LAMMPS_VERSION;
+  plugin.author = "the GPU_RVE authors";
+  plugin.handle = handle;
+
+  plugin.style = "fix";
+  plugin.name = "rve";
+  plugin.info = "RVE of grains behind each atom v0.1";
+  plugin.creator.v2 = &make_style<FixRve>;
+  register_plugin(&plugin, lmp);
+
+  plugin.name = "mpm";
+  plugin.info = "material point method v0.1";
+  plugin.creator.v2 = &make_style<FixMpm>;
+  register_plugin(&plugin, lmp);
+
+  plugin.style = "compute";
+  plugin.name = "rve/atom";
+  plugin.info = "per-atom results of the RVEs v0.1";
+  plugin.creator.v2 = &make_style<ComputeRveAtom>;
+  register_plugin(&plugin, lmp);
+
+  plugin.style = "command";
+  plugin.name = "create_rve";
+  plugin.info = "packing generator for RVEs v0.1";
+  plugin.creator.v1 = &make_command<CreateRve>;
+  register_plugin(&plugin, lmp);
+
+  plugin.name = "write_rve";
+  plugin.info = "export of an RVE as a data file v0.1";
+  plugin.creator.v1 = &make_command<WriteRve>;
+  register_plugin(&plugin, lmp);
+}

@@ -1,0 +1,235 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+#include "mpm_settings.h"
+
+#include "mpm/analytic_laws.h"
+
+#include "domain.h"
+#include "error.h"
+#include "group.h"
+#include "input.h"
+#include "lammps.h"
+#include "utils.h"
+#include "variable.h"
+
+#include <cmath>
+#include <cstring>
+
+#ifdef _OPENMP
+#include <omp.h>
+#endif
+
+using namespace LAMMPS_NS;
+
+MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
+{
+  if (narg < 4) utils::missing_cmd_args(FLERR, "fix mpm", lmp->error);
+  MpmSettings settings;
+  mpm::SolverOptions &options = settings.options;
+  options.cell_size = utils::numeric(FLERR, arg[3], false, lmp);
+  if (!(options.cell_size > 0.0))
+    lmp->error->all(FLERR, "Fix mpm cell size must be > 0 [distance], got {}", arg[3]);
+  options.lo = {{lmp->domain->boxlo[0], lmp->domain->boxlo[1]}};
+  options.hi = {{lmp->domain->boxhi[0], lmp->domain->boxhi[1]}};
+  settings.initial_volume = options.cell_size * options.cell_size;
+#ifdef _OPENMP
+  options.threads = omp_get_max_threads();
+#endif
+
+  mpm::Face *face = nullptr;    // of the last load or body
+  int iarg = 4;
+  const auto need = [&](int n) {
+    if (iarg + n >= narg)
+      utils::missing_cmd_args(FLERR, std::string("fix mpm ") + arg[iarg], lmp->error);
+  };
+  const auto number = [&](int k) {
+    return utils::numeric(FLERR, arg[iarg + k], false, lmp);
+  };
+  const auto value = [&](int k) {
+    MpmValue v;
+    if (utils::strmatch(arg[iarg + k], "^v_"))
+      v.variable = arg[iarg + k] + 2;
+    else
+      v.number = number(k);
+    return v;
+  };
+  const auto groupbit_of = [&](int k) {
+    const int found = lmp->group->find(arg[iarg + k]);
+    if (found < 0)
+      lmp->error->all(FLERR, "Fix mpm {}: group '{}' does not exist", arg[iarg], arg[iarg + k]);
+    return lmp->group->bitmask[found];
+  };
+  const auto side = [&](int k) {
+    const std::string word = arg[iarg + k];
+    if (word == "xlo") return mpm::Face::XLo;
+    if (word == "xhi") return mpm::Face::XHi;
+    if (word == "ylo") return mpm::Face::YLo;
+    if (word != "yhi")
+      lmp->error->all(FLERR, "Fix mpm {} must be xlo, xhi, ylo or yhi, got '{}'", arg[iarg], word);
+    return mpm::Face::YHi;
+  };
+  const auto one_of = [&](int k, const std::vector<std::string> &words) {
+    for (std::size_t w = 0; w < words.size(); w++)
+      if (words[w] == arg[iarg + k]) return (int) w;
+    std::string allowed;
+    for (const auto &word : words) allowed += (allowed.empty() ? "" : " or ") + word;
+    lmp->error->all(FLERR, "Fix mpm {} must be {}, got '{}'", arg[iarg], allowed, arg[iarg + k]);
+    return 0;
+  };
+
+  try {
+    while (iarg < narg) {
+      const std::string word = arg[iarg];
+      if (word == "domain") {
+        need(4);
+        options.lo = {{number(1), number(3)}};
+        options.hi = {{number(2), number(4)}};
+        iarg += 5;
+      } else if (word == "shape") {
+        need(1);
+        options.shape = one_of(1, {"linear", "gimp"}) ? mpm::ShapeFunction::Gimp
+                                                      : mpm::ShapeFunction::Linear;
+        iarg += 2;
+      } else if (word == "scheme") {
+        need(1);
+        options.scheme = one_of(1, {"musl", "usavg"}) ? mpm::Scheme::Usavg : mpm::Scheme::Musl;
+        iarg += 2;
+      } else if (word == "flip") {
+        need(1);
+        options.flip = number(1);
+        iarg += 2;
+      } else if (word == "damping") {
+        need(1);
+        options.damping = number(1);
+        iarg += 2;
+      } else if (word == "boundary") {
+        need(2);
+        constexpr mpm::SideKind KINDS[] = {mpm::SideKind::Free, mpm::SideKind::Roller,
+                                           mpm::SideKind::Fixed};
+        options.sides[(int) side(1)] = KINDS[one_of(2, {"free", "roller", "fixed"})];
+        iarg += 3;
+      } else if (word == "model") {
+        need(3);
+        MpmModel model;
+        model.groupbit = groupbit_of(1);
+        if (one_of(2, {"rve", "elastic"}) == 0) {
+          model.fix_rve = arg[iarg + 3];
+          iarg += 4;
+        } else {
+          need(4);
+          model.law = std::make_shared<mpm::LinearElastic>(number(3), number(4));
+          iarg += 5;
+        }
+        settings.models.push_back(model);
+      } else if (word == "density") {
+        need(1);
+        const bool of_rve = strcmp(arg[iarg + 1], "rve") == 0;
+        settings.density = of_rve ? 0.0 : number(1);
+        if (!of_rve && !(settings.density > 0.0))
+          lmp->error->all(FLERR, "Fix mpm density must be > 0 [mass/area] or rve, got {}",
+                          arg[iarg + 1]);
+        iarg += 2;
+      } else if (word == "stress") {
+        need(3);
+        settings.initial_stress = {{number(1), number(3), number(3), number(2)}};
+        iarg += 4;
+      } else if (word == "volume" || word == "points_per_cell") {
+        need(1);
+        const double given = number(1);
+        if (!(given > 0.0))
+          lmp->error->all(FLERR, "Fix mpm {} must be > 0, got {}", word, arg[iarg + 1]);
+        settings.initial_volume = word == "volume" ? given
+                                                   : options.cell_size * options.cell_size / given;
+        iarg += 2;
+      } else if (word == "rigid") {
+        need(6);
+        MpmRigidBody body;
+        mpm::RigidBodyOptions how;
+        body.groupbit = groupbit_of(1);
+        if (strcmp(arg[iarg + 2], "vx") != 0 || strcmp(arg[iarg + 4], "vy") != 0)
+          lmp->error->all(FLERR,
+                          "Fix mpm rigid must read: rigid group-ID vx value vy value rough|smooth");
+        body.velocity[0] = value(3);
+        body.velocity[1] = value(5);
+        how.rough = one_of(6, {"smooth", "rough"});
+        settings.bodies.push_back(body);
+        options.rigid_bodies.push_back(how);
+        face = &options.rigid_bodies.back().face;
+        iarg += 7;
+      } else if (word == "separation") {
+        need(1);
+        if (options.rigid_bodies.empty())
+          lmp->error->all(FLERR, "Fix mpm separation must follow a rigid body");
+        options.rigid_bodies.back().separation = utils::logical(FLERR, arg[iarg + 1], false, lmp);
+        iarg += 2;
+      } else if (word == "traction") {
+        need(3);
+        MpmTraction load;
+        load.groupbit = 0;
+        if (lmp->domain->get_region_by_id(arg[iarg + 1]) && lmp->group->find(arg[iarg + 1]) < 0)
+          load.region = arg[iarg + 1];
+        else
+          load.groupbit = groupbit_of(1);
+        load.traction[0] = value(2);
+        load.traction[1] = value(3);
+        settings.tractions.push_back(load);
+        face = &settings.tractions.back().face;
+        iarg += 4;
+      } else if (word == "face") {
+        need(1);
+        if (!face) lmp->error->all(FLERR, "Fix mpm face must follow a traction or a rigid body");
+        *face = side(1);
+        iarg += 2;
+      } else if (word == "cfl") {
+        need(2);
+        settings.courant_warn = number(1);
+        settings.courant_error = number(2);
+        if (!(settings.courant_warn > 0.0 && settings.courant_error >= settings.courant_warn))
+          lmp->error->all(FLERR, "Fix mpm cfl must have 0 < warn <= error, got {} {}",
+                          arg[iarg + 1], arg[iarg + 2]);
+        iarg += 3;
+      } else {
+        lmp->error->all(FLERR, "Fix mpm: unknown keyword '{}'", word);
+      }
+    }
+    const double half = 0.5 * std::sqrt(settings.initial_volume);
+    if (half > 0.5 * options.cell_size * (1.0 + 1e-6))
+      lmp->error->all(
+          FLERR, "Fix mpm volume of a point must be in (0, {}] (one cell), got {} [distance^2]",
+          options.cell_size * options.cell_size, settings.initial_volume);
+  } catch (const rve::InputError &problem) {
+    lmp->error->all(FLERR, "Fix mpm: {}", problem.what());
+  }
+  return settings;
+}
+
+void MpmSettings::find(LAMMPS *lmp)
+{
+  const auto look_up = [lmp](MpmValue &value) {
+    if (value.variable.empty()) return;
+    value.index = lmp->input->variable->find(value.variable.c_str());
+    if (value.index < 0)
+      lmp->error->all(FLERR, "Fix mpm: variable '{}' does not exist", value.variable);
+    if (!lmp->input->variable->equalstyle(value.index))
+      lmp->error->all(FLERR, "Fix mpm: variable '{}' must be an equal-style variable",
+                      value.variable);
+  };
+  for (auto &body : bodies)
+    for (auto &velocity : body.velocity) look_up(velocity);
+  for (auto &load : tractions) {
+    for (auto &component : load.traction) look_up(component);
+    if (!load.groupbit && !lmp->domain->get_region_by_id(load.region))
+      lmp->error->all(FLERR, "Fix mpm traction: region '{}' does not exist", load.region);
+  }
+}

@@ -1,0 +1,73 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+// What a script says to fix mpm, as plain structs: the words are read here and nowhere else.
+
+#ifndef LMP_MPM_SETTINGS_H
+#define LMP_MPM_SETTINGS_H
+
+#include "mpm/mpm_solver.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+class LAMMPS;
+
+/// A number of the script, or the equal-style variable that gives it.
+struct MpmValue {
+  double number = 0.0;
+  std::string variable;
+  int index = -1;
+};
+
+struct MpmRigidBody {
+  int groupbit;
+  MpmValue velocity[2];
+};
+
+struct MpmTraction {
+  int groupbit;    // 0: a region
+  std::string region;
+  MpmValue traction[2];
+  mpm::Face face = mpm::Face::YHi;
+};
+
+struct MpmModel {
+  int groupbit;
+  std::string fix_rve;                       ///< whose RVEs are the model, or
+  std::shared_ptr<mpm::Constitutive> law;    ///< an analytic one
+};
+
+struct MpmSettings {
+  mpm::SolverOptions options;
+  std::vector<MpmRigidBody> bodies;    ///< their contact is in options.rigid_bodies
+  std::vector<MpmTraction> tractions;
+  std::vector<MpmModel> models;
+  double density = 0.0;                                  ///< [mass/area]; 0: of the RVE
+  double initial_volume = 0.0;                           ///< of a point [area]
+  rve::Tensor2 initial_stress = rve::Tensor2::zero();    ///< of points without RVEs
+  double courant_warn = 0.9, courant_error = 1.0;
+
+  /// Reads `fix ID group mpm ...`; errors end in error->all.
+  static MpmSettings parse(LAMMPS *lmp, int narg, char **arg);
+
+  /// Looks up the variables and regions, which may change between runs.
+  void find(LAMMPS *lmp);
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

@@ -1,0 +1,53 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+#include "rve_constitutive.h"
+
+#include <algorithm>
+#include <cmath>
+
+using namespace LAMMPS_NS;
+
+void RveConstitutive::update(int count, const int *point_index,
+                             const rve::Tensor2 *deformation_increment, double dt,
+                             rve::Tensor2 *stress)
+{
+  const std::vector<int> atoms(point_index, point_index + count);
+  const RveOwner::Clock clock = owner.clock(dt);
+  std::vector<rve::Drive> drives(count);
+  for (int k = 0; k < count; ++k) {
+    drives[k].dt = clock.dt;
+    drives[k].substeps = clock.substeps;
+    drives[k].deformation = deformation_increment[atoms[k]];
+  }
+  owner.advance(atoms, drives);
+  for (const int atom : atoms) stress[atom] = owner.point(atom).result.stress;
+}
+
+// Voigt's bound: grains that move with the mean field give C = (1/V) sum l^2 (k_n nnnn + k_t nttn), and along any direction
+// k_n n^4 + k_t n^2 (1 - n^2) <= max(k_n, k_t) n^2, whose mean is the fabric. l^2 is taken as 4 <r^2>, V = area * thickness.
+double RveConstitutive::p_wave_modulus(int point_index) const
+{
+  const rve::Result &result = owner.point(point_index).result;
+  const rve::Material &material = owner.point(point_index).material;
+  const double half_difference = 0.5 * (result.fabric(0, 0) - result.fabric(1, 1));
+  const double largest_fabric =
+      0.5 * rve::trace(result.fabric) + std::hypot(half_difference, result.fabric(0, 1));
+  const double stiffness = std::max(material.normal_stiffness, material.tangential_stiffness);
+  const double contacts_per_grain = 0.5 * result.coordination_number;
+  const double solid_fraction = 1.0 / (1.0 + result.void_ratio);
+  // sum l^2 / area = contacts * 4 <r^2> / area, and grains * pi <r^2> = solid fraction * area
+  const double pi = std::acos(-1.0);
+  return stiffness / material.thickness * contacts_per_grain * 4.0 / pi * solid_fraction *
+      largest_fabric;
+}

@@ -1,0 +1,319 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+#include "rve_settings.h"
+
+#include "atom.h"
+#include "error.h"
+#include "input.h"
+#include "lammps.h"
+#include "rve/core/error.h"
+#include "variable.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstring>
+
+using namespace LAMMPS_NS;
+
+namespace {
+
+constexpr const char *COMPONENTS[2][2] = {{"xx", "xy"}, {"yx", "yy"}};
+
+bool find_component(const char *word, int &row, int &column)
+{
+  for (row = 0; row < 2; ++row)
+    for (column = 0; column < 2; ++column)
+      if (strcmp(word, COMPONENTS[row][column]) == 0) return true;
+  return false;
+}
+
+/// Reads words one by one; says what is missing.
+class Words {
+ public:
+  Words(LAMMPS *_lmp, std::string _command, int _narg, char **_arg, int begin) :
+      lmp(_lmp), command(std::move(_command)), narg(_narg), arg(_arg), iarg(begin)
+  {
+  }
+
+  bool empty() const { return iarg >= narg; }
+  const char *peek() const { return empty() ? "" : arg[iarg]; }
+  int position() const { return iarg; }
+  void skip(int count) { iarg += count; }
+  bool starts_number() const
+  {
+    return !empty() && (isdigit(arg[iarg][0]) || strchr("+-.", arg[iarg][0]));
+  }
+
+  const char *next(const std::string &what)
+  {
+    if (empty()) lmp->error->all(FLERR, "{}: {} is missing", command, what);
+    return arg[iarg++];
+  }
+
+  double number(const std::string &what) { return utils::numeric(FLERR, next(what), false, lmp); }
+
+  double positive(const std::string &what, const char *unit)
+  {
+    const double value = number(what);
+    if (!std::isfinite(value) || value <= 0.0)
+      lmp->error->all(FLERR, "{}: {} is {} {}; it must be greater than 0", command, what,
+                      rve::number(value), unit);
+    return value;
+  }
+
+  int integer(const std::string &what, int least)
+  {
+    const int value = utils::inumeric(FLERR, next(what), false, lmp);
+    if (value < least)
+      lmp->error->all(FLERR, "{}: {} is {}; it must be at least {}", command, what, value, least);
+    return value;
+  }
+
+  template <class T>
+  T choice(const std::string &what, std::initializer_list<std::pair<const char *, T>> choices)
+  {
+    const char *word = next(what);
+    std::string allowed;
+    for (const auto &[name, value] : choices) {
+      if (strcmp(word, name) == 0) return value;
+      allowed += (allowed.empty() ? "" : " or ") + std::string(name);
+    }
+    lmp->error->all(FLERR, "{}: {} is '{}'; it must be {}", command, what, word, allowed);
+  }
+
+  std::vector<TensorComponent> components(const std::string &what, bool symmetric)
+  {
+    std::vector<TensorComponent> list;
+    int row, column;
+    while (!empty() && find_component(arg[iarg], row, column)) {
+      const std::string name = arg[iarg++];
+      if (symmetric && row > column)
+        lmp->error->all(FLERR, "{}: {} has no component yx; the servo shears by xy", command, what);
+      for (const auto &other : list)
+        if (other.row == row && other.column == column)
+          lmp->error->all(FLERR, "{}: {} has component {} twice", command, what, name);
+      list.push_back({row, column, ScriptValue::parse(lmp, command, next(what + " " + name))});
+    }
+    if (list.empty())
+      lmp->error->all(FLERR, "{}: {} needs at least one of the components {}, got '{}'", command,
+                      what, symmetric ? "xx yy xy" : "xx yy xy yx", peek());
+    return list;
+  }
+
+ private:
+  LAMMPS *lmp;
+  std::string command;
+  int narg;
+  char **arg;
+  int iarg;
+};
+
+constexpr const char *KEYWORDS[] = {"drive",      "servo",
+                                    "servo_gain", "servo_max_rate",
+                                    "dt",         "dt_check",
+                                    "substeps",   "format",
+                                    "device",     "threads",
+                                    "skin",       "block_size",
+                                    "arms",       "overlap_limit",
+                                    "policy",     "energy",
+                                    "packings",   "packing_variable",
+                                    "dump",       "kn",
+                                    "kt",         "friction",
+                                    "density",    "damping",
+                                    "gamma_n",    "gamma_t",
+                                    "thickness",  "mass_depth"};
+
+bool is_keyword(const char *word)
+{
+  return std::any_of(std::begin(KEYWORDS), std::end(KEYWORDS), [&](const char *keyword) {
+    return strcmp(word, keyword) == 0;
+  });
+}
+
+}    // namespace
+
+const char *LAMMPS_NS::rve_component_name(int row, int column)
+{
+  return COMPONENTS[row][column];
+}
+
+/* ---------------------------------------------------------------------- */
+
+bool MaterialWords::take(LAMMPS *lmp, const std::string &command, int iarg, int narg, char **arg)
+{
+  const std::pair<const char *, std::optional<double> *> members[] = {{"kn", &kn},
+                                                                      {"kt", &kt},
+                                                                      {"friction", &friction},
+                                                                      {"density", &density},
+                                                                      {"damping", &damping},
+                                                                      {"gamma_n", &gamma_n},
+                                                                      {"gamma_t", &gamma_t},
+                                                                      {"thickness", &thickness},
+                                                                      {"mass_depth", &mass_depth}};
+  for (const auto &[name, member] : members)
+    if (strcmp(arg[iarg], name) == 0) {
+      *member = Words(lmp, command, narg, arg, iarg + 1).number(name);
+      return true;
+    }
+  return false;
+}
+
+void MaterialWords::apply(rve::Material &material) const
+{
+  material.normal_stiffness = kn.value_or(material.normal_stiffness);
+  material.tangential_stiffness = kt.value_or(material.tangential_stiffness);
+  material.friction = friction.value_or(material.friction);
+  material.density = density.value_or(material.density);
+  material.local_damping = damping.value_or(material.local_damping);
+  material.normal_viscosity = gamma_n.value_or(material.normal_viscosity);
+  material.tangential_viscosity = gamma_t.value_or(material.tangential_viscosity);
+  material.thickness = thickness.value_or(material.thickness);
+  material.mass_depth = mass_depth.value_or(material.mass_depth);
+}
+
+/* ---------------------------------------------------------------------- */
+
+ScriptValue ScriptValue::parse(LAMMPS *lmp, const std::string & /*command*/, const char *word)
+{
+  ScriptValue value;
+  if (strncmp(word, "v_", 2) == 0)
+    value.variable = word + 2;
+  else
+    value.constant = utils::numeric(FLERR, word, false, lmp);
+  return value;
+}
+
+void ScriptValue::find(LAMMPS *lmp, const std::string &command)
+{
+  if (variable.empty()) return;
+  Variable *variables = lmp->input->variable;
+  index = variables->find(variable.c_str());
+  if (index < 0) lmp->error->all(FLERR, "{}: variable {} does not exist", command, variable);
+  per_atom = variables->atomstyle(index);
+  if (!per_atom && !variables->equalstyle(index))
+    lmp->error->all(FLERR, "{}: variable {} must be of equal or atom style", command, variable);
+}
+
+void ScriptValue::evaluate(LAMMPS *lmp, int igroup, std::vector<double> &values) const
+{
+  Variable *variables = lmp->input->variable;
+  values.assign(lmp->atom->nlocal, constant);
+  if (per_atom)
+    variables->compute_atom(index, igroup, values.data(), 1, 0);
+  else if (index >= 0)
+    std::fill(values.begin(), values.end(), variables->compute_equal(index));
+}
+
+/* ---------------------------------------------------------------------- */
+
+FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
+{
+  const std::string command = "fix rve";
+  FixRveSettings s;
+  Words words(lmp, command, narg, arg, 3);
+  s.packings.push_back(words.next("packing file"));
+
+  while (!words.empty()) {
+    if (s.material.take(lmp, command, words.position(), narg, arg)) {
+      words.skip(2);
+      continue;
+    }
+    const std::string keyword = words.next("keyword");
+    if (keyword == "drive") {
+      s.driver = words.choice<RveDriver>(keyword,
+                                         {{"none", RveDriver::None},
+                                          {"velocity_gradient", RveDriver::VelocityGradient},
+                                          {"mpm", RveDriver::Mpm}});
+      if (s.driver == RveDriver::VelocityGradient)
+        s.velocity_gradient = words.components("drive velocity_gradient", false);
+    } else if (keyword == "servo") {
+      s.stress_goal = words.components(keyword, true);
+    } else if (keyword == "servo_gain") {
+      s.servo_gain = words.positive(keyword, "[1/(stress time^2)]");
+    } else if (keyword == "servo_max_rate") {
+      s.servo_max_rate = words.positive(keyword, "[1/time]");
+    } else if (keyword == "dt") {
+      s.dt_auto = strcmp(words.peek(), "auto") == 0;
+      if (s.dt_auto) {
+        words.skip(1);
+        if (words.starts_number()) s.dt_fraction = words.positive("dt auto fraction", "[-]");
+        if (s.dt_fraction > 1.0)
+          lmp->error->all(FLERR, "{}: dt auto fraction is {} [-]; it must be in (0, 1]", command,
+                          rve::number(s.dt_fraction));
+      } else {
+        s.dt = words.positive("dt", "[time]");
+      }
+    } else if (keyword == "dt_check") {
+      s.dt_check_interval = words.integer(keyword, 0);
+    } else if (keyword == "substeps") {
+      s.substeps = 0;
+      if (strcmp(words.peek(), "match") == 0)
+        words.skip(1);
+      else
+        s.substeps = words.integer(keyword, 1);
+    } else if (keyword == "format") {
+      s.options.format = words.choice<rve::Format>(keyword,
+                                                   {{"fast", rve::Format::Fast},
+                                                    {"mixed", rve::Format::Mixed},
+                                                    {"double", rve::Format::Double}});
+    } else if (keyword == "device") {
+      s.options.device = words.choice<rve::Device>(
+          keyword,
+          {{"auto", rve::Device::Auto}, {"cpu", rve::Device::Cpu}, {"cuda", rve::Device::Cuda}});
+    } else if (keyword == "threads") {
+      s.options.threads = words.integer(keyword, 0);
+      s.threads_given = true;
+    } else if (keyword == "skin") {
+      s.options.skin = words.positive(keyword, "[length]");
+    } else if (keyword == "block_size") {
+      s.options.block_size = words.integer(keyword, 0);
+    } else if (keyword == "arms") {
+      s.options.arms = words.choice<rve::Arms>(
+          keyword, {{"contact", rve::Arms::Contact}, {"lammps", rve::Arms::Lammps}});
+    } else if (keyword == "overlap_limit") {
+      s.options.overlap_limit = words.number(keyword);
+      if (!(s.options.overlap_limit > 0.0 && s.options.overlap_limit < 1.0))
+        lmp->error->all(FLERR, "{}: overlap_limit is {} [radius]; it must be in (0, 1)", command,
+                        rve::number(s.options.overlap_limit));
+    } else if (keyword == "policy") {
+      s.freeze = words.choice<bool>(keyword, {{"stop", false}, {"freeze", true}});
+    } else if (keyword == "energy") {
+      s.options.track_energy = words.choice<bool>(keyword, {{"yes", true}, {"no", false}});
+    } else if (keyword == "packings") {
+      while (!words.empty() && !is_keyword(words.peek())) s.packings.push_back(words.next(keyword));
+    } else if (keyword == "packing_variable") {
+      s.which_packing = ScriptValue::parse(lmp, command, words.next(keyword));
+    } else if (keyword == "dump") {
+      s.dump_interval = words.integer("dump interval", 1);
+      s.dump_prefix = words.next("dump file prefix");
+      do s.dump_atoms.push_back(words.integer("dump atom ID", 1));
+      while (words.starts_number());
+    } else {
+      lmp->error->all(FLERR, "Unknown fix rve keyword: {}", keyword);
+    }
+  }
+
+  if (s.driver == RveDriver::Mpm && !s.stress_goal.empty())
+    lmp->error->all(FLERR, "{}: servo and drive mpm exclude each other", command);
+  for (const auto &goal : s.stress_goal)
+    for (const auto &rate : s.velocity_gradient)
+      if (goal.row == rate.row && goal.column == rate.column)
+        lmp->error->all(FLERR, "{}: component {} is driven by both velocity_gradient and servo",
+                        command, rve_component_name(goal.row, goal.column));
+  if (s.packings.size() > 1 && s.which_packing.variable.empty())
+    lmp->error->all(FLERR, "{}: {} packings are given; packing_variable must choose among them",
+                    command, s.packings.size());
+  return s;
+}

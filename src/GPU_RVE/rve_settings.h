@@ -1,0 +1,97 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+// What a script says to fix rve and create_rve, as plain structs: the words are read here and nowhere else.
+
+#ifndef LMP_RVE_SETTINGS_H
+#define LMP_RVE_SETTINGS_H
+
+#include "rve/engine/options.h"
+#include "rve/engine/state.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+class LAMMPS;
+
+/// Members of rve::Material that the script gives.
+struct MaterialWords {
+  std::optional<double> kn, kt, friction, density, damping, gamma_n, gamma_t, thickness, mass_depth;
+
+  /// Takes `arg[iarg] arg[iarg+1]` if it is a material keyword, and says whether it was.
+  bool take(LAMMPS *lmp, const std::string &command, int iarg, int narg, char **arg);
+
+  void apply(rve::Material &material) const;
+};
+
+/// A number of the script: constant, or an equal- or atom-style variable.
+struct ScriptValue {
+  double constant = 0.0;
+  std::string variable;    ///< name without v_, empty for a constant
+  int index = -1;          ///< of the variable, set by find()
+  bool per_atom = false;
+
+  static ScriptValue parse(LAMMPS *lmp, const std::string &command, const char *word);
+
+  /// Looks the variable up; an error names it.
+  void find(LAMMPS *lmp, const std::string &command);
+
+  /// One value per local atom of the group.
+  void evaluate(LAMMPS *lmp, int igroup, std::vector<double> &values) const;
+};
+
+/// A script value for one component of a tensor.
+struct TensorComponent {
+  int row, column;
+  ScriptValue value;
+};
+
+enum class RveDriver { None, VelocityGradient, Mpm };
+
+struct FixRveSettings {
+  std::vector<std::string> packings;
+  ScriptValue which_packing;
+  MaterialWords material;
+
+  RveDriver driver = RveDriver::None;
+  std::vector<TensorComponent> velocity_gradient;
+  std::vector<TensorComponent> stress_goal;
+  std::optional<double> servo_gain, servo_max_rate;
+
+  double dt = 0.0;    ///< DEM time step; used unless dt_auto
+  bool dt_auto = true;
+  double dt_fraction = 0.9;       ///< of the stability bound, for dt auto
+  int dt_check_interval = 100;    ///< LAMMPS steps between checks of the bound
+  int substeps = 0;    ///< DEM steps per LAMMPS step; 0: as many as cover the LAMMPS time step
+
+  rve::Options options;
+  bool threads_given = false;
+  bool freeze = false;    ///< a failed RVE is frozen and flagged instead of ending the run
+
+  int dump_interval = 0;
+  std::string dump_prefix;
+  std::vector<long long> dump_atoms;
+
+  /// Reads `fix ID group rve ...`; errors end in error->all.
+  static FixRveSettings parse(LAMMPS *lmp, int narg, char **arg);
+};
+
+/// "xx", "xy", "yx" or "yy"
+const char *rve_component_name(int row, int column);
+
+}    // namespace LAMMPS_NS
+
+#endif

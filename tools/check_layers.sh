@@ -1,0 +1,53 @@
+#!/bin/sh
+# Checks that the arrows between the rooms point down only (doc/ has the architecture), that threads of a GPU are spoken of only where
+# the blocks and the CUDA engine are, and that every header compiles alone.
+set -u
+cd "$(dirname "$0")/../src/GPU_RVE" || exit 1
+failed=0
+
+complain() {    # complain <what is wrong>; reads the offending lines
+  lines=$(cat)
+  [ -z "$lines" ] && return 0
+  echo "check_layers: $1"
+  echo "$lines" | sed 's/^/    /'
+  failed=1
+}
+
+# room <folder> <rooms it may include>: every quoted include in the folder begins with one of them, so LAMMPS' headers, which are
+# included without a folder, are excluded as well
+room() {
+  [ -d "$1" ] || return 0
+  complain "$1 may include only: $2" <<END
+$(grep -rnE '^[[:space:]]*#[[:space:]]*include[[:space:]]*"' "$1" | grep -vE "\"($(echo "$2" | tr ' ' '|'))/")
+END
+  # <fix.h> would be LAMMPS as well
+  complain "$1 knows nothing of LAMMPS" <<END
+$(grep -rnE 'LAMMPS_NS|#[[:space:]]*include[[:space:]]*<(lammps|fix|compute|atom|pointers|error|memory|domain|comm)\.h>' "$1")
+END
+}
+room rve/core "rve/core"
+room rve/physics "rve/physics rve/core"
+room rve/block "rve/block rve/core"
+room rve/algorithm "rve/algorithm rve/physics rve/core"
+room rve/engine "rve/engine rve/algorithm rve/block rve/physics rve/core"
+room mpm "mpm rve/core"
+
+complain "styles see the engine's and mpm's interface, not the rooms below" <<END
+$(grep -nE '#[[:space:]]*include[[:space:]]*"rve/(physics|algorithm|block)/' ./*.h ./*.cpp)
+END
+complain "the header of a style includes its base class and the standard library only" <<END
+$(grep -nE '#[[:space:]]*include' fix_mpm.h fix_rve.h compute_rve_atom.h create_rve.h write_rve.h 2>/dev/null | grep -vE '"(fix|compute|command)\.h"|<[a-z_]+>')
+END
+complain "GPU threads and the CUDA runtime belong to rve/block and to the CUDA engine (rve/engine/*.cu, *.cuh)" <<END
+$(grep -rnE '\<(threadIdx|blockIdx|blockDim|gridDim|__syncthreads|__syncwarp|__shared__|cuda[A-Z][A-Za-z]*)\>' . \
+  --include='*.h' --include='*.cpp' --include='*.cu' --include='*.cuh' | grep -vE '^\./rve/(block/|engine/[^:]*\.cuh?:)')
+END
+
+for header in $(find rve mpm -name '*.h' | sort); do
+  complain "$header does not compile alone" <<END
+$(echo "#include \"$header\"" | g++ -std=c++17 -Wall -Wextra -Werror -fsyntax-only -I . -x c++ - 2>&1)
+END
+done
+
+[ "$failed" = 0 ] && echo "check_layers: in order"
+exit $failed

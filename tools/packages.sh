@@ -1,0 +1,16 @@
+# install_packages <Debian package>... : installs those that are not there yet; to be read (`. tools/packages.sh`), not run.
+# On systems that are not Debian's kin it only names them.
+install_packages() {
+  command -v dpkg-query >/dev/null || { echo "== no dpkg here; taking it that these are there: $*"; return 0; }
+  missing=""
+  for package; do
+    dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q ' installed$' || missing="$missing $package"
+  done
+  [ -n "$missing" ] || return 0
+  echo "== installing:$missing"
+  as_root=""
+  [ "$(id -u)" = 0 ] || as_root=sudo
+  $as_root apt-get -q update
+  # shellcheck disable=SC2086  # a list of words
+  $as_root env DEBIAN_FRONTEND=noninteractive apt-get -q -y install --no-install-recommends $missing
+}

@@ -1,0 +1,42 @@
+# Set-up that footing.sh and test.sh share; read by them (`. tools/setup.sh`), not run.
+# Installs the Debian packages that are missing, obtains and builds LAMMPS (once, in a cache), and configures the build.
+#
+#   GPU_RVE_PRESET      the CMake preset: host, cuda, ...                    (default: cuda where there is nvcc, else host)
+#   GPU_RVE_CACHE       where LAMMPS is kept                                 (default: gpu_rve in the user's cache folder)
+#   LAMMPS_SOURCE_DIR   a LAMMPS tree to build with, 4Feb2025 or newer       (default: tools/get_lammps.sh obtains 4Feb2025)
+#
+# Leaves: $root (the repository), $preset, $build (the build tree).
+
+set -eu
+root=$(cd "$(dirname "$0")/.." && pwd)
+cd "$root"
+
+say() { echo "== $*"; }
+
+. tools/packages.sh
+install_packages g++ cmake ninja-build xz-utils debian-archive-keyring libopenmpi-dev openmpi-bin libpng-dev libgtest-dev nlohmann-json3-dev \
+  python3 python3-numpy python3-matplotlib
+
+# CUDA is often installed beside the PATH
+if [ -z "${CUDACXX:-}" ] && ! command -v nvcc >/dev/null && [ -x /usr/local/cuda/bin/nvcc ]; then
+  export CUDACXX=/usr/local/cuda/bin/nvcc
+fi
+if [ -n "${GPU_RVE_PRESET:-}" ]; then
+  preset=$GPU_RVE_PRESET
+elif [ -n "${CUDACXX:-}" ] || command -v nvcc >/dev/null; then
+  preset=cuda
+else
+  preset=host
+fi
+build=$root/build/$preset
+
+if [ -z "${CMAKE_CXX_COMPILER_LAUNCHER:-}" ] && command -v ccache >/dev/null; then
+  export CMAKE_CXX_COMPILER_LAUNCHER=ccache CMAKE_CUDA_COMPILER_LAUNCHER=ccache
+fi
+
+say "configuring (preset $preset)"
+if [ -n "${LAMMPS_SOURCE_DIR:-}" ]; then
+  cmake --preset "$preset" -D "LAMMPS_SOURCE_DIR=$LAMMPS_SOURCE_DIR"
+else
+  cmake --preset "$preset"
+fi

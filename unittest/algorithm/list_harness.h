@@ -1,0 +1,233 @@
+// Builds Verlet lists as a block program, outside of the step loop, so that tests can look at them.
+
+#ifndef RVE_UNITTEST_ALGORITHM_LIST_HARNESS_H
+#define RVE_UNITTEST_ALGORITHM_LIST_HARNESS_H
+
+#include "rve/algorithm/verlet_list.h"
+#include "support/block_runner.h"
+#include "support/random.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace rve_test {
+
+/// Loads the list that the image holds, builds the next one, and stores it.
+template <class Format> struct BuildList {
+  char *image, *workspace;
+  int num_grains, extra_capacity, pair_capacity;
+  rve::Tensor2 cell;
+  double largest_radius, skin;
+  int *num_pairs;
+
+  template <class Block> RVE_HD void operator()(Block &block, char *) const
+  {
+    using Item = typename Block::Item;
+    const int n = num_grains;
+    const auto view = rve::carve_image<Format>(image, n, extra_capacity);
+    const auto work = rve::carve_workspace<Format>(workspace, n, pair_capacity);
+    const rve::SharedView<Format> shared{view.position, view.velocity, view.spin,
+                                         view.radius,   nullptr,       nullptr};
+    auto state = block.template per_item<rve::GrainState<Format>>(n);
+    block.for_each(n, [&](Item i) {
+      for (int k = 0; k < rve::kOwnedPairs; ++k) {
+        state[i].partner[k] = view.partner[k * n + i];
+        state[i].history[k] = view.history[k * n + i];
+      }
+    });
+    int num_extra = view.header->num_extra;
+    block.for_each(num_extra, [&](Item m) {
+      work.extra_first[m] = view.extra_first[m];
+      work.extra_second[m] = view.extra_second[m];
+      work.extra_history[m] = view.extra_history[m];
+    });
+
+    const int pairs =
+        rve::build_list(block, state, shared, work, n, cell, largest_radius, skin, num_extra);
+
+    block.for_each(n, [&](Item i) {
+      for (int k = 0; k < rve::kOwnedPairs; ++k) {
+        view.partner[k * n + i] = state[i].partner[k];
+        view.history[k * n + i] = state[i].history[k];
+      }
+    });
+    block.for_each(num_extra, [&](Item m) {
+      view.extra_first[m] = work.extra_first[m];
+      view.extra_second[m] = work.extra_second[m];
+      view.extra_history[m] = work.extra_history[m];
+    });
+    block.once([&] {
+      view.header->num_extra = num_extra;
+      *num_pairs = pairs;
+    });
+  }
+};
+
+struct ListedPair {
+  int owner, partner;
+  double history;
+  bool extra;    ///< not in one of the owner's slots
+};
+
+/// Grains without contacts' history at first; build() as often as wanted.
+template <class Format> class ListHarness {
+ public:
+  using Coordinate = typename Format::Coordinate;
+  using History = typename Format::History;
+
+  ListHarness(const rve::Tensor2 &cell_in, const std::vector<double> &radius_in,
+              const std::vector<std::uint64_t> &fractional_in, double skin_in) :
+      cell(cell_in),
+      skin(skin_in), num_grains(static_cast<int>(radius_in.size())),
+      pair_capacity(40 * num_grains + 40), extra_capacity(pair_capacity)
+  {
+    std::size_t size;
+    rve::carve_image<Format>(nullptr, num_grains, extra_capacity, &size);
+    image.assign(size, 0);
+    const auto view = this->view();
+    for (int i = 0; i < num_grains; ++i) {
+      view.radius[i] = static_cast<typename Format::Wide>(radius_in[i]);
+      for (int k = 0; k < rve::kOwnedPairs; ++k) view.partner[k * num_grains + i] = i;
+    }
+    move_to(fractional_in);
+  }
+
+  void move_to(const std::vector<std::uint64_t> &fractional)
+  {
+    const auto view = this->view();
+    for (int k = 0; k < 2 * num_grains; ++k)
+      view.position[k / 2][k % 2] =
+          static_cast<Coordinate>(fractional[k] >> (64 - 8 * sizeof(Coordinate)));
+  }
+
+  void set_pair_capacity(int capacity) { pair_capacity = capacity; }
+
+  /// Returns the number of pairs that build_list found.
+  int build(int threads, bool in_registers = false)
+  {
+    BlockArray<char> memory(image), workspace(std::vector<char>(workspace_size(), 0));
+    BlockArray<int> count(std::vector<int>{-1});
+    run_block(threads, program(memory.data(), workspace.data(), count.data()), item_bytes(),
+              in_registers);
+    image = memory.values();
+    return count.values()[0];
+  }
+
+  /// The same by one CPU thread, on either backend.
+  int build_serial()
+  {
+    std::vector<char> workspace(workspace_size());
+    int count = -1;
+    run_serial(program(image.data(), workspace.data(), &count), item_bytes());
+    return count;
+  }
+
+  std::vector<ListedPair> pairs()
+  {
+    const auto view = this->view();
+    std::vector<ListedPair> result;
+    for (int i = 0; i < num_grains; ++i)
+      for (int k = 0; k < rve::kOwnedPairs; ++k)
+        if (view.partner[k * num_grains + i] != i)
+          result.push_back({i, view.partner[k * num_grains + i],
+                            static_cast<double>(view.history[k * num_grains + i]), false});
+    for (int m = 0; m < view.header->num_extra; ++m)
+      result.push_back({view.extra_first[m], view.extra_second[m],
+                        static_cast<double>(view.extra_history[m]), true});
+    return result;
+  }
+
+  /// Gives every listed pair the history that `value(i, j)` says.
+  template <class Value> void set_histories(Value value)
+  {
+    const auto view = this->view();
+    for (int i = 0; i < num_grains; ++i)
+      for (int k = 0; k < rve::kOwnedPairs; ++k)
+        view.history[k * num_grains + i] =
+            static_cast<History>(value(i, view.partner[k * num_grains + i]));
+    for (int m = 0; m < view.header->num_extra; ++m)
+      view.extra_history[m] =
+          static_cast<History>(value(view.extra_first[m], view.extra_second[m]));
+  }
+
+  /// What the format knows of the grains.
+  std::vector<double> radii()
+  {
+    const auto view = this->view();
+    return std::vector<double>(view.radius, view.radius + num_grains);
+  }
+  std::vector<std::uint64_t> fractions()
+  {
+    const auto view = this->view();
+    std::vector<std::uint64_t> result(2 * num_grains);
+    for (int k = 0; k < 2 * num_grains; ++k)
+      result[k] = static_cast<std::uint64_t>(view.position[k / 2][k % 2])
+          << (64 - 8 * sizeof(Coordinate));
+    return result;
+  }
+
+  rve::Tensor2 cell;
+  double skin;
+  std::vector<char> image;    ///< between builds
+
+ private:
+  rve::ImageView<Format> view()
+  {
+    return rve::carve_image<Format>(image.data(), num_grains, extra_capacity);
+  }
+
+  std::size_t workspace_size() const
+  {
+    std::size_t size;
+    rve::carve_workspace<Format>(nullptr, num_grains, pair_capacity, &size);
+    return size;
+  }
+
+  std::size_t item_bytes() const { return num_grains * sizeof(rve::GrainState<Format>); }
+
+  BuildList<Format> program(char *memory, char *workspace, int *count)
+  {
+    const auto radius = radii();
+    const double largest = *std::max_element(radius.begin(), radius.end());
+    return {memory, workspace, num_grains, extra_capacity, pair_capacity,
+            cell,   largest,   skin,       count};
+  }
+
+  const int num_grains;
+  int pair_capacity;
+  const int extra_capacity;
+};
+
+/// Grains thrown into a cell of the given shape at random, overlapping at will.
+struct Throw {
+  rve::Tensor2 cell;
+  std::vector<double> radius;
+  std::vector<std::uint64_t> fractional;
+};
+
+/// Radii from 1 to `size_ratio`; the cell is `shape` grown until the disks cover `solid_fraction` of it, or it is wide enough for
+/// the minimum image.
+inline Throw throw_grains(const rve::Tensor2 &shape, int num_grains, double size_ratio,
+                          double solid_fraction, double skin, std::uint64_t seed)
+{
+  Random random(seed);
+  Throw grains;
+  double area = 0.0;
+  for (int i = 0; i < num_grains; ++i) {
+    const double r = random.uniform(1.0, size_ratio);
+    grains.radius.push_back(r);
+    area += 3.14159265358979 * r * r;
+    grains.fractional.push_back(random.bits());
+    grains.fractional.push_back(random.bits());
+  }
+  const double by_area = std::sqrt(area / solid_fraction / std::fabs(rve::determinant(shape)));
+  const double by_width = 2.01 * (2.0 * size_ratio + skin) / rve::smallest_width(shape);
+  grains.cell = std::max(by_area, by_width) * shape;
+  return grains;
+}
+
+}    // namespace rve_test
+
+#endif

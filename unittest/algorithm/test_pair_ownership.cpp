@@ -1,0 +1,185 @@
+// Who owns which pair, and what becomes of the contact history.
+
+#include "list_harness.h"
+#include "rve/engine/packing_io.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+#include <utility>
+
+using namespace rve_test;
+
+namespace {
+
+template <class Format> class PairOwnership : public BlockTest {
+};
+using Formats = ::testing::Types<rve::FastFormat, rve::MixedFormat, rve::DoubleFormat>;
+TYPED_TEST_SUITE(PairOwnership, Formats);
+
+const rve::Tensor2 SQUARE{{1.0, 0.0, 0.0, 1.0}};
+
+int count_extra(const std::vector<ListedPair> &pairs)
+{
+  return static_cast<int>(std::count_if(pairs.begin(), pairs.end(), [](const ListedPair &pair) {
+    return pair.extra;
+  }));
+}
+
+/// A history that tells which pair it belongs to; exact in fp32.
+double mark(int i, int j)
+{
+  return 1.0 + 1024.0 * std::min(i, j) + std::max(i, j);
+}
+
+/// Builds a list, marks it, moves the grains and the cell and builds again. Returns how many marks were found on owned
+/// and on extra pairs.
+template <class Format>
+std::pair<int, int> marks_after_rebuild(Throw grains, double skin, int threads, bool in_registers)
+{
+  Random random(11);
+  ListHarness<Format> list(grains.cell, grains.radius, grains.fractional, skin);
+  list.build(threads, in_registers);
+  std::set<std::pair<int, int>> before;
+  std::set<std::pair<int, int>> were_extra;
+  for (const ListedPair &pair : list.pairs()) {
+    before.insert(std::minmax(pair.owner, pair.partner));
+    if (pair.extra) were_extra.insert(std::minmax(pair.owner, pair.partner));
+  }
+  list.set_histories(mark);
+  for (auto &s : grains.fractional)
+    s += static_cast<std::uint64_t>(random.uniform(0.0, 1.0) * 0x1p58);    // up to 1/64 cell
+  list.move_to(grains.fractional);
+  list.cell = rve::Tensor2{{1.0, 0.05, 0.0, 1.0}} * list.cell;
+
+  list.build(threads, in_registers);
+
+  int kept = 0, kept_extra = 0, fresh = 0;
+  for (const ListedPair &pair : list.pairs()) {
+    const std::pair<int, int> name = std::minmax(pair.owner, pair.partner);
+    if (before.count(name)) {
+      EXPECT_EQ(pair.history, mark(pair.owner, pair.partner))
+          << "pair " << name.first << " " << name.second;
+      ++(were_extra.count(name) || pair.extra ? kept_extra : kept);
+    } else {
+      EXPECT_EQ(pair.history, 0.0) << "new pair " << name.first << " " << name.second;
+      ++fresh;
+    }
+  }
+  EXPECT_GT(fresh, 10);    // some come, some go: the test means something
+  EXPECT_LT(kept + kept_extra, static_cast<int>(before.size()));
+  return {kept, kept_extra};
+}
+
+}    // namespace
+
+TYPED_TEST(PairOwnership, OfAPackingLeavesNoPairOver)
+{
+  for (const char *name : {"/A_h0075.rve", "/A_h1.rve", "/A20_h0075.rve"}) {
+    const auto packing = rve::read_packing(std::string(RVE_PACKINGS_DIR) + name);
+    double mean = 0.0;
+    for (double r : packing.radius) mean += r / packing.num_grains();
+    for (const double share : {0.05, 0.1, 0.3}) {
+      ListHarness<TypeParam> list(packing.cell, packing.radius, packing.fractional, share * mean);
+
+      const int num_pairs = list.build(512);
+
+      EXPECT_GT(num_pairs, 2.0 * packing.num_grains());
+      EXPECT_EQ(count_extra(list.pairs()), 0)
+          << name << " skin " << share << ": " << num_pairs << " pairs";
+    }
+  }
+}
+
+TYPED_TEST(PairOwnership, OfATriangularLatticeIsNearlyPerfect)
+{
+  // the tightest case: three pairs for each grain, every slot taken
+  const int side = 16;
+  std::vector<double> radius(side * side, 1.0);
+  std::vector<std::uint64_t> fractional;
+  for (int k = 0; k < side * side; ++k) {
+    fractional.push_back(static_cast<std::uint64_t>(k % side) << 60);
+    fractional.push_back(static_cast<std::uint64_t>(k / side) << 60);
+  }
+  const rve::Tensor2 cell{{2.0 * side, 1.0 * side, 0.0, std::sqrt(3.0) * side}};
+  ListHarness<TypeParam> list(cell, radius, fractional, 0.1);
+
+  const int num_pairs = list.build(256);
+
+  EXPECT_EQ(num_pairs, 3 * side * side);
+  EXPECT_LE(count_extra(list.pairs()),
+            side * side / 32);    // the rounds of offers are limited: a few pairs may stay over
+}
+
+TYPED_TEST(PairOwnership, OverloadedListsPutTheSurplusIntoExtraPairs)
+{
+  for (const double solid_fraction : {0.6, 1.0, 1.6, 3.0}) {
+    const auto grains = throw_grains(SQUARE, 257, 2.0, solid_fraction, 0.3, 3);
+    ListHarness<TypeParam> list(grains.cell, grains.radius, grains.fractional, 0.3);
+
+    const int num_pairs = list.build(128);
+
+    const auto pairs = list.pairs();
+    std::vector<int> owned(257, 0);
+    std::set<std::pair<int, int>> names;
+    for (const ListedPair &pair : pairs) {
+      names.insert(std::minmax(pair.owner, pair.partner));
+      if (!pair.extra) ++owned[pair.owner];
+    }
+    EXPECT_EQ(static_cast<int>(pairs.size()), num_pairs);
+    EXPECT_EQ(static_cast<int>(names.size()), num_pairs);    // each pair exactly once
+    for (const ListedPair &pair : pairs)    // extra pairs only where the slots are full
+      EXPECT_EQ(owned[pair.owner] < rve::kOwnedPairs && pair.extra, false);
+    EXPECT_GE(count_extra(pairs), num_pairs - rve::kOwnedPairs * 257);
+  }
+}
+
+TYPED_TEST(PairOwnership, HistoryOfOwnedPairsIsCarriedOver)
+{
+  const auto grains = throw_grains(SQUARE, 257, 2.0, 0.8, 0.3, 4);
+  for (const int threads : block_sizes())
+    for (const bool in_registers : {false, true}) {
+      if (in_registers && threads < 257) continue;
+
+      const auto marks = marks_after_rebuild<TypeParam>(grains, 0.3, threads, in_registers);
+
+      EXPECT_GT(marks.first, 100);
+    }
+}
+
+TYPED_TEST(PairOwnership, HistoryOfExtraPairsIsCarriedOver)
+{
+  const auto grains = throw_grains(SQUARE, 257, 2.0, 2.5, 0.3, 5);
+  for (const int threads : block_sizes()) {
+    const auto marks = marks_after_rebuild<TypeParam>(grains, 0.3, threads, false);
+
+    EXPECT_GT(marks.first, 100);
+    EXPECT_GT(marks.second, 100);
+  }
+}
+
+TYPED_TEST(PairOwnership, ListsHaveTheSameBitsForAnyNumberOfThreads)
+{
+  for (const int n : {7, 33, 257, 1000})
+    for (const double solid_fraction : {0.8, 2.0}) {
+      auto grains = throw_grains(SQUARE, n, 2.5, solid_fraction, 0.3, n);
+      ListHarness<TypeParam> serial(grains.cell, grains.radius, grains.fractional, 0.3);
+      const int num_pairs = serial.build_serial();
+      serial.set_histories(mark);
+      serial.build_serial();
+      for (const int threads : block_sizes())
+        for (const bool in_registers : {false, true}) {
+          if (in_registers && threads < n) continue;
+          SCOPED_TRACE(std::to_string(n) + " grains, " + std::to_string(threads) + " threads");
+          ListHarness<TypeParam> list(grains.cell, grains.radius, grains.fractional, 0.3);
+
+          EXPECT_EQ(list.build(threads, in_registers), num_pairs);
+          list.set_histories(mark);
+          list.build(threads, in_registers);
+
+          EXPECT_TRUE(list.image ==
+                      serial.image);    // partners, histories and extra pairs, in their order
+        }
+    }
+}

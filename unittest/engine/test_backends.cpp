@@ -1,0 +1,375 @@
+// The same bits from every build of the block program: both instruction sets of the CPU, and the GPU.
+
+#include "rve/core/error.h"
+#include "rve/engine/batch_engine.h"
+#include "rve/engine/engine.h"
+#include "rve/engine/host_kernels.h"
+#include "rve/engine/packing.h"
+#include "support/packings.h"
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+using namespace rve;
+using namespace rve_test;
+
+namespace {
+
+constexpr double DT = 5e-5;
+constexpr double PRESSURE = 1e5;
+
+template <class T> void append(std::vector<char> &bytes, const T &value)
+{
+  const auto *first = reinterpret_cast<const char *>(&value);
+  bytes.insert(bytes.end(), first, first + sizeof(T));
+}
+
+/// Every member of the result, without the padding between them.
+std::vector<char> bytes_of(const Result &r)
+{
+  std::vector<char> bytes;
+  append(bytes, r.status);
+  for (const Tensor2 &t : {r.stress, r.cell, r.deformation, r.fabric, r.servo_velocity_gradient})
+    append(bytes, t);
+  for (double x : {r.void_ratio, r.coordination_number, r.mechanical_coordination_number,
+                   r.sliding_fraction, r.unbalanced_ratio, r.kinetic_energy, r.elastic_energy,
+                   r.largest_overlap, r.mean_overlap, r.largest_contact_force})
+    append(bytes, x);
+  for (std::int32_t x : {r.num_grains, r.num_contacts, r.num_pairs, r.num_rattlers})
+    append(bytes, x);
+  append(bytes, r.counters);
+  append(bytes, r.energy);
+  return bytes;
+}
+
+/// One RVE of a scene and what happens to it in each call.
+struct Actor {
+  std::string name;
+  RveState state;
+  Drive drive;
+};
+
+Drive biaxial_shear(const RveState &state, double rate, int substeps)
+{
+  Drive drive;
+  drive.dt = DT;
+  drive.substeps = substeps;
+  drive.controlled[0][0] = drive.controlled[1][1] = true;
+  drive.stress_goal = Tensor2{{-PRESSURE, 0.0, 0.0, -PRESSURE}};
+  drive.velocity_gradient = Tensor2{{0.0, rate, 0.0, 0.0}};
+  drive.servo_gain = default_servo_gain(state);
+  drive.servo_max_rate = 20.0;
+  return drive;
+}
+
+Material dry_material()
+{
+  return packing_of_400().material;
+}
+
+/// RVEs of different sizes, drives and numbers of substeps. The skin of 5 mm, more than a grain radius, lists more pairs than the
+/// first capacities hold: lists must grow.
+constexpr double WIDE_SKIN = 5e-3;
+
+std::vector<Actor> full_scene(bool viscous)
+{
+  std::vector<Actor> actors;
+  const auto add = [&](const std::string &name, const RveState &state, const Drive &drive) {
+    actors.push_back({name, state, drive});
+    if (viscous) {
+      actors.back().state.material.normal_viscosity = 3.0;
+      actors.back().state.material.tangential_viscosity = 1.5;
+    }
+  };
+  const RveState small = triangular_packing(dry_material(), 6, 8, 0.0037, 1),
+                 middle = packing_of_400();
+  RveState large = tiled(middle, 2, 2), mixer = middle, gas = small;
+  shake(large, 0.05, 2);
+  shake(mixer, 0.2, 3);
+  gas.cell = 1.7 * gas.cell;
+  shake(gas, 1.0, 4);
+  add("48 grains with servo", small, biaxial_shear(small, 40.0, 700));
+  add("400 grains with servo", middle, biaxial_shear(middle, 40.0, 300));
+  add("1600 grains with servo", large, biaxial_shear(large, 40.0, 260));
+  add("400 grains on a path", mixer,
+      Drive::constant_velocity_gradient(Tensor2{{0.5, 12.0, -4.0, 0.8}}, DT, 190));
+  add("gas", gas, Drive::constant_velocity_gradient(Tensor2{{-1.0, 0.0, 0.0, -1.0}}, DT, 77));
+  return actors;
+}
+
+/// Few steps for what is slow: a single thread of a GPU.
+std::vector<Actor> short_scene()
+{
+  RveState small = triangular_packing(dry_material(), 6, 8, 0.0037, 1), middle = packing_of_400();
+  shake(small, 0.5, 2);
+  shake(middle, 0.5, 3);
+  return {
+      {"48 grains", small, biaxial_shear(small, 40.0, 60)},
+      {"400 grains", middle, biaxial_shear(middle, 40.0, 25)},
+      {"path", middle, Drive::constant_velocity_gradient(Tensor2{{0.5, 12.0, -4.0, 0.8}}, DT, 20)}};
+}
+
+struct Outcome {
+  std::vector<std::vector<char>> states;                  // at the end, by actor
+  std::vector<std::vector<std::vector<char>>> results;    // by call and actor
+  std::vector<Result> last;
+};
+
+Outcome play(Engine &engine, const std::vector<Actor> &actors, int calls)
+{
+  Outcome outcome;
+  std::vector<int> rves;
+  std::vector<Drive> drives;
+  for (const Actor &actor : actors) {
+    rves.push_back(engine.add(actor.state));
+    drives.push_back(actor.drive);
+  }
+  for (int call = 0; call < calls; ++call) {
+    engine.advance(rves, drives, outcome.last);
+    outcome.results.emplace_back();
+    for (const Result &result : outcome.last) outcome.results.back().push_back(bytes_of(result));
+  }
+  for (int rve : rves) outcome.states.push_back(serialize(engine.state(rve)));
+  return outcome;
+}
+
+void expect_same_bits(const Outcome &x, const Outcome &y, const std::vector<Actor> &actors)
+{
+  for (std::size_t k = 0; k < actors.size(); ++k) {
+    for (std::size_t call = 0; call < x.results.size(); ++call)
+      EXPECT_TRUE(x.results[call][k] == y.results[call][k])
+          << actors[k].name << ": results of call " << call << " differ";
+    ASSERT_EQ(x.states[k].size(), y.states[k].size()) << actors[k].name;
+    EXPECT_EQ(std::memcmp(x.states[k].data(), y.states[k].data(), x.states[k].size()), 0)
+        << actors[k].name << ": states differ";
+  }
+}
+
+Options options_for(Format format, Device device, double skin = 0.0)
+{
+  Options options;
+  options.format = format;
+  options.device = device;
+  options.threads = 2;
+  options.skin = skin;
+  return options;
+}
+
+class Backends : public ::testing::TestWithParam<Format> {};
+std::string name_of(const ::testing::TestParamInfo<Format> &info)
+{
+  return to_string(info.param);
+}
+INSTANTIATE_TEST_SUITE_P(Formats, Backends,
+                         ::testing::Values(Format::Fast, Format::Mixed, Format::Double), name_of);
+
+/// Both on the CPU and the GPU, or skipped where there is none.
+class CpuAndCuda : public Backends {
+ protected:
+  void SetUp() override
+  {
+    try {
+      make_engine(options_for(Format::Fast, Device::Cuda));
+    } catch (const InputError &error) {
+      const char *required = std::getenv("GPU_RVE_REQUIRE_CUDA");
+      if (required && std::string(required) == "1")
+        FAIL() << "GPU_RVE_REQUIRE_CUDA=1, but " << error.what();
+      GTEST_SKIP() << error.what();
+    }
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Formats, CpuAndCuda,
+                         ::testing::Values(Format::Fast, Format::Mixed, Format::Double), name_of);
+
+/// Pairs beyond what the slots of the grains and the first extra list hold: the list must have grown.
+bool has_grown(const Result &result)
+{
+  return result.num_pairs > 3 * result.num_grains + initial_extra_capacity(result.num_grains);
+}
+
+/// That the run went through everything that may differ.
+void expect_eventful(const Outcome &outcome, const std::vector<Actor> &actors)
+{
+  for (std::size_t k = 0; k < actors.size(); ++k) {
+    const Result &result = outcome.last[k];
+    EXPECT_EQ(result.status & status::Fatal, 0u)
+        << actors[k].name << ": " << describe_status(result.status);
+    if (!actors[k].drive.has_servo()) continue;
+    EXPECT_GE(result.counters.rebuilds, 20) << actors[k].name;
+    EXPECT_GE(result.counters.lattice_reductions, 1) << actors[k].name;
+    EXPECT_GE(result.counters.repeats, 1) << actors[k].name;
+    EXPECT_TRUE(has_grown(result)) << actors[k].name << ": " << result.num_pairs << " pairs";
+    EXPECT_GE(result.sliding_fraction, 0.1) << actors[k].name;
+  }
+}
+
+// ---- instruction sets -------------------------------------------------------------------------------------------------------
+
+#if defined(RVE_WITH_X86_64_V3)
+
+/// A state advanced by one build of the kernels: image and answer.
+struct KernelRun {
+  StateImage image;
+  ResultRecord result;
+};
+
+KernelRun run_kernel(const HostKernel &kernel, StateImage image, const DriveRecord &drive,
+                     SceneKind scene)
+{
+  const int pair_capacity = 6 * image.num_grains;
+  const HostWorkspaceSizes sizes = kernel.workspace_sizes(image.num_grains, pair_capacity);
+  std::vector<char> shared(sizes.shared), workspace(sizes.workspace), items(sizes.items);
+  KernelRun run{std::move(image), ResultRecord()};
+  kernel.advance(run.image.bytes.data(), drive, BatchConstants{0.0, 0.5, 0.5},
+                 {shared.data(), workspace.data(), items.data(), pair_capacity}, scene, run.result);
+  return run;
+}
+
+DriveRecord kernel_drive(bool servo, const RveState &state)
+{
+  DriveRecord drive = DriveRecord();
+  drive.dt = DT;
+  drive.substeps = 600;
+  drive.segments = 1;
+  for (int a = 0; a < 4; a += 3) drive.deformation[a] = drive.rotation[a] = 1.0;
+  drive.deformation[1] = drive.stretch[1] = 0.9;    // simple shear, past a lattice reduction
+  if (servo) {
+    drive.controlled[0] = drive.controlled[3] = 1;
+    drive.stress_goal[0] = drive.stress_goal[3] = -PRESSURE;
+    drive.velocity_gradient[1] = 30.0;
+    drive.servo_gain = default_servo_gain(state);
+    drive.servo_max_rate = 20.0;
+  }
+  return drive;
+}
+
+bool same_record(const ResultRecord &x, const ResultRecord &y)
+{
+  // all but the padding behind num_grains
+  const std::size_t first_end = offsetof(ResultRecord, num_grains) + sizeof(x.num_grains);
+  const std::size_t second = offsetof(ResultRecord, solid_area);
+  return std::memcmp(&x, &y, first_end) == 0 &&
+      std::memcmp(&x.solid_area, &y.solid_area, sizeof(ResultRecord) - second) == 0;
+}
+
+#endif
+
+}    // namespace
+
+TEST_P(Backends, InstructionSetsGiveTheSameBits)
+{
+#if defined(RVE_WITH_X86_64_V3)
+  if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma") ||
+      !__builtin_cpu_supports("bmi2"))
+    GTEST_SKIP() << "this CPU has no x86-64-v3";
+  const KernelFormat format = GetParam() == Format::Fast ? KernelFormat::Fast
+      : GetParam() == Format::Mixed                      ? KernelFormat::Mixed
+                                                         : KernelFormat::Double;
+  RveState state = packing_of_400();
+  state.cell = 1.01 * state.cell;
+  shake(state, 0.2, 5);
+  state.material.normal_viscosity = 3.0;
+  state.material.tangential_viscosity = 1.5;
+  state.largest_contact_force = 1e4;    // coarse enough for the whole call: nobody repeats it here
+  const StateImage image = build_image(GetParam(), state, 2000);
+
+  for (const SceneKind scene : {SceneKind::Plain, SceneKind::Viscous, SceneKind::Energy})
+    for (const bool servo : {false, true}) {
+      SCOPED_TRACE("scene " + std::to_string(static_cast<int>(scene)) +
+                   (servo ? " with servo" : " along a path"));
+      const DriveRecord drive = kernel_drive(servo, state);
+
+      const KernelRun baseline = run_kernel(host_baseline::kernel(format), image, drive, scene);
+      const KernelRun v3 = run_kernel(host_v3::kernel(format), image, drive, scene);
+
+      EXPECT_EQ(baseline.result.status, status::Ok) << describe_status(baseline.result.status);
+      EXPECT_GE(baseline.result.rebuilds, 5);
+      EXPECT_GE(baseline.result.lattice_reductions, 1);
+      EXPECT_GT(baseline.result.num_sliding, 20);
+      EXPECT_TRUE(baseline.image.bytes == v3.image.bytes);
+      EXPECT_TRUE(same_record(baseline.result, v3.result));
+      EXPECT_FALSE(baseline.image.bytes == image.bytes);    // something happened
+    }
+#else
+  GTEST_SKIP() << "built for one instruction set only";
+#endif
+}
+
+TEST_P(Backends, SceneOfTheComparisonGoesThroughRebuildsReductionsGrowthAndSliding)
+{
+  // what CpuAndCuda compares, without a device: so that the counters are watched on every machine
+  const auto actors = full_scene(false);
+
+  const Outcome outcome =
+      play(*make_engine(options_for(GetParam(), Device::Cpu, WIDE_SKIN)), actors, 6);
+
+  expect_eventful(outcome, actors);
+}
+
+TEST_P(CpuAndCuda, GiveTheSameStatesAndResultsAfterAnEventfulRun)
+{
+  for (const bool viscous : {false, true}) {
+    SCOPED_TRACE(viscous ? "with dashpots" : "without dashpots");
+    const auto actors = full_scene(viscous);
+    const auto cpu = make_engine(options_for(GetParam(), Device::Cpu, WIDE_SKIN));
+    const auto gpu = make_engine(options_for(GetParam(), Device::Cuda, WIDE_SKIN));
+
+    const Outcome on_cpu = play(*cpu, actors, 6), on_gpu = play(*gpu, actors, 6);
+
+    if (!viscous) expect_eventful(on_gpu, actors);
+    expect_same_bits(on_cpu, on_gpu, actors);
+  }
+}
+
+TEST_P(CpuAndCuda, GiveTheSameBitsWithTheAutomaticSkinAndEnergyTracking)
+{
+  const auto actors = full_scene(true);
+  Options options = options_for(GetParam(), Device::Cpu);
+  options.track_energy = true;
+  const auto cpu = make_engine(options);
+  options.device = Device::Cuda;
+  const auto gpu = make_engine(options);
+
+  const Outcome on_cpu = play(*cpu, actors, 3), on_gpu = play(*gpu, actors, 3);
+
+  expect_same_bits(on_cpu, on_gpu, actors);
+  for (const Result &result : on_gpu.last) EXPECT_NE(result.energy.local_damping, 0.0);
+}
+
+TEST_P(CpuAndCuda, GiveTheSameBitsForEveryBlockSize)
+{
+  const auto actors = short_scene();
+  const double skin = 1e-3;
+  const Outcome on_cpu = play(*make_engine(options_for(GetParam(), Device::Cpu, skin)), actors, 3);
+
+  for (const int threads : {1, 32, 96, 128, 256, 1024}) {
+    SCOPED_TRACE(std::to_string(threads) + " threads");
+    Options options = options_for(GetParam(), Device::Cuda, skin);
+    options.block_size = threads;
+
+    expect_same_bits(on_cpu, play(*make_engine(options), actors, 3), actors);
+  }
+}
+
+TEST_P(CpuAndCuda, TakeOverFromEachOtherBitForBit)
+{
+  const auto actors = short_scene();
+  const auto cpu = make_engine(options_for(GetParam(), Device::Cpu));
+  const auto gpu = make_engine(options_for(GetParam(), Device::Cuda));
+  const Outcome straight = play(*cpu, actors, 4);
+
+  Outcome first = play(*gpu, actors, 2);
+  auto continued = actors;
+  for (std::size_t k = 0; k < actors.size(); ++k)
+    continued[k].state = deserialize(first.states[k].data(), first.states[k].size());
+  const Outcome second = play(*cpu, continued, 2);
+
+  for (std::size_t k = 0; k < actors.size(); ++k)
+    EXPECT_TRUE(straight.states[k] == second.states[k]) << actors[k].name;
+}

@@ -1,0 +1,242 @@
+// The preparation protocol on the CPU engine, against the ranges of the reference packings (SudoDEM2D, 400 disks).
+
+#include "rve/core/error.h"
+#include "rve/engine/contact_network.h"
+#include "rve/engine/packing.h"
+#include "test_states.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+using namespace rve;
+using namespace rve_test;
+
+namespace {
+
+PackingRecipe paper_recipe(int num_grains, double pressure)
+{
+  PackingRecipe recipe;
+  recipe.material = paper_material();
+  recipe.num_grains = num_grains;
+  recipe.radius_min = 0.0025;
+  recipe.radius_max = 0.005;
+  recipe.pressure = pressure;
+  return recipe;
+}
+
+std::unique_ptr<Engine> cpu_engine(int threads = 1)
+{
+  Options options;
+  options.device = Device::Cpu;
+  options.threads = threads;
+  return make_engine(options);
+}
+
+Result evaluate(Engine &engine, const RveState &state)
+{
+  const int rve = engine.add(state);
+  Drive drive;
+  drive.dt = 1e-5;
+  std::vector<Result> results;
+  engine.advance({rve}, {drive}, results);
+  engine.remove(rve);
+  return results[0];
+}
+
+std::string message_of(const PackingRecipe &recipe, Engine &engine)
+{
+  try {
+    generate_packing(recipe, engine);
+  } catch (const InputError &error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+}    // namespace
+
+TEST(LooseCloud, GrainsDoNotTouchAndFillTheAskedFraction)
+{
+  PackingRecipe recipe = paper_recipe(2000, 20e3);
+  recipe.initial_solid_fraction = 0.5;
+
+  const RveState cloud = loose_cloud(recipe);
+
+  EXPECT_EQ(cloud.num_grains(), 2000);
+  EXPECT_TRUE(find_contacts(cloud).empty());
+  EXPECT_NEAR(cloud.solid_area() / cloud.cell_area(), 0.5, 1e-12);
+  const auto [least, most] = std::minmax_element(cloud.radius.begin(), cloud.radius.end());
+  EXPECT_GE(*least, 0.0025);
+  EXPECT_LE(*most, 0.005);
+  const double mean = std::accumulate(cloud.radius.begin(), cloud.radius.end(), 0.0) / 2000.0;
+  EXPECT_NEAR(mean, 0.00375, 4.0 * 0.0025 / std::sqrt(12.0 * 2000.0));    // four standard errors
+}
+
+TEST(LooseCloud, IsTheSameForASeedOnEveryMachine)
+{
+  PackingRecipe recipe = paper_recipe(10, 20e3);
+  recipe.seed =
+      5489;    // the standard prescribes the 10000th number of this seed, and so all of them
+
+  const RveState cloud = loose_cloud(recipe);
+
+  EXPECT_EQ(cloud.radius[0],
+            0.0025 + 0.0025 * static_cast<double>(14514284786278117030u >> 11) * 0x1p-53);
+  EXPECT_EQ(loose_cloud(recipe).fractional, cloud.fractional);
+  recipe.seed = 5490;
+  EXPECT_NE(loose_cloud(recipe).fractional, cloud.fractional);
+}
+
+TEST(LooseCloud, GivenRadiiAreKeptInOrder)
+{
+  PackingRecipe recipe = paper_recipe(0, 20e3);
+  recipe.radii = {0.003, 0.005, 0.004, 0.0025, 0.0025, 0.003, 0.004, 0.005, 0.004};
+
+  EXPECT_EQ(loose_cloud(recipe).radius, recipe.radii);
+}
+
+TEST(LooseCloud, WrongRecipesAreNamed)
+{
+  const auto engine = cpu_engine();
+  PackingRecipe recipe = paper_recipe(100, 20e3);
+
+  recipe.radius_max = 0.002;
+  EXPECT_EQ(message_of(recipe, *engine)
+                .find("largest grain radius [length] is 0.002; it must lie between 0.0025"),
+            0u);
+  recipe = paper_recipe(100, -1.0);
+  EXPECT_EQ(message_of(recipe, *engine).find("packing pressure [stress] is -1"), 0u);
+}
+
+TEST(Packing, TooFewGrainsAreReported)
+{
+  const auto engine = cpu_engine();
+
+  const std::string message = message_of(paper_recipe(4, 20e3), *engine);
+
+  EXPECT_NE(message.find("cell too narrow"), std::string::npos) << message;
+  EXPECT_EQ(engine->size(), 0);
+}
+
+TEST(Packing, ComesToRestAtThePressureWithTheFinalMaterial)
+{
+  const auto engine = cpu_engine();
+  PackingRecipe recipe = paper_recipe(150, 20e3);
+  recipe.preparation_friction = 0.1;
+
+  const RveState packing = generate_packing(recipe, *engine);
+  const Result result = evaluate(*engine, packing);
+
+  EXPECT_NEAR(-result.stress(0, 0), 20e3, 20.0);
+  EXPECT_NEAR(-result.stress(1, 1), 20e3, 20.0);
+  EXPECT_LE(result.unbalanced_ratio, 1.1e-3);    // evaluated one position later than the criterion
+  EXPECT_EQ(result.kinetic_energy, 0.0);
+  EXPECT_EQ(packing.material.friction, 0.5);
+  EXPECT_EQ(packing.material.local_damping, 0.3);
+  EXPECT_EQ(packing.counters.steps, 0);
+  EXPECT_EQ(packing.cell(0, 1), 0.0);
+  EXPECT_EQ(engine->size(), 0);
+}
+
+TEST(Packing, FrictionlessPreparationLeavesNoTangentialForce)
+{
+  const auto engine = cpu_engine();
+
+  const RveState packing = generate_packing(paper_recipe(100, 20e3), *engine);
+
+  for (const Pair &pair : packing.pairs) EXPECT_EQ(pair.tangential_force, 0.0);
+}
+
+TEST(Packing, PreparedWithMoreThanTheFinalFrictionStillStands)
+{
+  const auto engine = cpu_engine();
+  PackingRecipe recipe = paper_recipe(150, 20e3);
+  recipe.preparation_friction = 1.0;
+
+  const Result result = evaluate(*engine, generate_packing(recipe, *engine));
+
+  EXPECT_LE(result.unbalanced_ratio, 1.1e-3);
+  EXPECT_NEAR(result.mean_stress(), 20e3, 20.0);
+}
+
+TEST(Packing, VoidRatioLiesInTheRangeOfTheReferencePackings)
+{
+  const auto engine = cpu_engine();
+  // seeds scatter by 0.003; their mean does not depend on rate or servo gain within 0.001
+  const auto mean_void_ratio = [&](double pressure) {
+    constexpr int SEEDS = 6;
+    PackingRecipe recipe = paper_recipe(400, pressure);
+    recipe.preparation_friction = 0.001;
+    double sum = 0.0;
+    for (recipe.seed = 1; recipe.seed <= SEEDS; ++recipe.seed)
+      sum += evaluate(*engine, generate_packing(recipe, *engine)).void_ratio;
+    return sum / SEEDS;
+  };
+
+  EXPECT_NEAR(mean_void_ratio(20e3), 0.187, 0.006);     // SudoDEM2D: 0.181 to 0.193
+  EXPECT_NEAR(mean_void_ratio(100e3), 0.165, 0.005);    // 0.160 to 0.170
+}
+
+TEST(Packing, IsTheSameForAnyNumberOfThreads)
+{
+  const auto one = cpu_engine(1), two = cpu_engine(2);
+
+  const RveState first = generate_packing(paper_recipe(60, 50e3), *one);
+  const RveState second = generate_packing(paper_recipe(60, 50e3), *two);
+
+  EXPECT_EQ(serialize(first), serialize(second));
+}
+
+TEST(Packing, LooserTargetIsMetByPreparationFriction)
+{
+  const auto engine = cpu_engine();
+  PackingRecipe recipe = paper_recipe(400, 20e3);
+  recipe.void_ratio = 0.215;
+
+  const Result result = evaluate(*engine, generate_packing(recipe, *engine));
+
+  EXPECT_NEAR(result.void_ratio, 0.215, recipe.void_ratio_tolerance + 1e-4);
+}
+
+TEST(Packing, DenserTargetIsMetByOverconsolidation)
+{
+  const auto engine = cpu_engine();
+  PackingRecipe recipe = paper_recipe(400, 20e3);    // few grains jump over a target this close
+  const double frictionless = evaluate(*engine, generate_packing(recipe, *engine)).void_ratio;
+  recipe.void_ratio = frictionless - 0.003;
+  recipe.void_ratio_tolerance = 0.001;
+
+  const Result result = evaluate(*engine, generate_packing(recipe, *engine));
+
+  EXPECT_NEAR(result.void_ratio, *recipe.void_ratio, 0.0011);
+  EXPECT_NEAR(result.mean_stress(), 20e3, 20.0);
+}
+
+TEST(Packing, UnreachableVoidRatioNamesWhatIsReachable)
+{
+  const auto engine = cpu_engine();
+  PackingRecipe recipe = paper_recipe(60, 20e3);
+
+  recipe.void_ratio = 0.6;
+  EXPECT_NE(message_of(recipe, *engine)
+                .find("void ratio 0.6 cannot be reached at this pressure: the loosest"),
+            std::string::npos);
+  recipe.void_ratio = 0.02;
+  EXPECT_NE(message_of(recipe, *engine).find("the densest (overconsolidated) packing"),
+            std::string::npos);
+}
+
+TEST(Packing, RunOutOfStepsSaysHowFarItCame)
+{
+  const auto engine = cpu_engine();
+  PackingRecipe recipe = paper_recipe(60, 20e3);
+  recipe.max_steps = 500;
+
+  EXPECT_EQ(message_of(recipe, *engine)
+                .find("packing did not come to rest at 20000 [stress] within 500 steps"),
+            0u);
+  EXPECT_EQ(engine->size(), 0);
+}

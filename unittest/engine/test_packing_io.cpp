@@ -1,0 +1,297 @@
+#include "rve/core/error.h"
+#include "rve/engine/contact_network.h"
+#include "rve/engine/packing_io.h"
+#include "test_states.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+#include <sys/stat.h>
+
+using namespace rve;
+using namespace rve_test;
+
+namespace {
+
+std::string temporary_path(const std::string &name)
+{
+  return testing::TempDir() + "rve_" +
+      testing::UnitTest::GetInstance()->current_test_info()->name() + "_" + name;
+}
+
+std::string text_of(const std::string &path)
+{
+  std::ifstream file(path);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+/// Writes `text` with `from` replaced by `to`, reads it as a packing and returns the error.
+std::string message_after(std::string text, const std::string &from, const std::string &to)
+{
+  const std::string path = temporary_path("broken.rve");
+  text.replace(text.find(from), from.size(), to);
+  std::ofstream(path) << text;
+  try {
+    read_packing(path);
+  } catch (const InputError &error) {
+    return std::string(error.what()).substr(path.size());
+  }
+  return "no error";
+}
+
+const char *const TWO_GRAINS = "gpu_rve_packing 1\n"                           // line 1
+                               "material\n"                                    // 2
+                               "normal_stiffness 1e6\n"                        // 3
+                               "tangential_stiffness 8e5\n"                    // 4
+                               "friction 0.5\n"                                // 5
+                               "density 2650\n"                                // 6
+                               "local_damping 0.3\n"                           // 7
+                               "normal_viscosity 0\n"                          // 8
+                               "tangential_viscosity 0\n"                      // 9
+                               "thickness 0.075\n"                             // 10
+                               "mass_depth 1\n"                                // 11
+                               "cell   # rows\n"                               // 12
+                               "0.1 0.01\n"                                    // 13
+                               "0 0.1\n"                                       // 14
+                               "grains 2\n"                                    // 15
+                               "2 0.004 9223372036854775808 0 0 0 0\n"         // 16
+                               "1 0.005 0 18446744073709551615 1 -2 3e-1\n"    // 17
+                               "contacts 1\n"                                  // 18
+                               "1 2 -0.25\n"                                   // 19
+                               "end\n";
+
+struct LammpsData {
+  double lx = 0.0, ly = 0.0, xy = 0.0, zlo = 0.0, zhi = 0.0;
+  std::vector<double> atoms;         // (N, 7) id type diameter density x y z
+  std::vector<double> velocities;    // (N, 7) id vx vy vz wx wy wz
+};
+
+LammpsData read_lammps_data(const std::string &path)
+{
+  LammpsData data;
+  std::ifstream file(path);
+  std::string line;
+  std::vector<double> *section = nullptr;
+  while (std::getline(file, line)) {
+    double a, b, c;
+    if (line.find("xlo xhi") != std::string::npos)
+      sscanf(line.c_str(), "%lf %lf", &a, &data.lx);
+    else if (line.find("ylo yhi") != std::string::npos)
+      sscanf(line.c_str(), "%lf %lf", &a, &data.ly);
+    else if (line.find("zlo zhi") != std::string::npos)
+      sscanf(line.c_str(), "%lf %lf", &data.zlo, &data.zhi);
+    else if (line.find("xy xz yz") != std::string::npos)
+      sscanf(line.c_str(), "%lf %lf %lf", &data.xy, &b, &c);
+    else if (line.find("Atoms") == 0)
+      section = &data.atoms;
+    else if (line.find("Velocities") == 0)
+      section = &data.velocities;
+    else if (section) {
+      std::istringstream words(line);
+      for (double value; words >> value;) section->push_back(value);
+    }
+  }
+  return data;
+}
+
+}    // namespace
+
+TEST(PackingFile, StateReturnsToTheLastBit)
+{
+  const std::string path = temporary_path("state.rve");
+  const RveState state = crowded_state(40, 7);
+
+  write_packing(path, state);
+  const RveState copy = read_packing(path);
+
+  EXPECT_EQ(copy.radius, state.radius);
+  EXPECT_EQ(copy.fractional, state.fractional);
+  EXPECT_EQ(copy.velocity, state.velocity);
+  EXPECT_EQ(copy.spin, state.spin);
+  EXPECT_EQ(copy.largest_contact_force, state.largest_contact_force);
+  ASSERT_EQ(copy.pairs.size(), state.pairs.size());
+  for (std::size_t k = 0; k < state.pairs.size(); ++k)
+    EXPECT_EQ(copy.pairs[k].tangential_force, state.pairs[k].tangential_force);
+  const auto *material = reinterpret_cast<const double *>(&state.material);
+  const auto *material_copy = reinterpret_cast<const double *>(&copy.material);
+  for (int k = 0; k < 9; ++k) EXPECT_EQ(material_copy[k], material[k]);
+  for (int k = 0; k < 4; ++k) {
+    EXPECT_EQ(copy.cell.component[k], state.cell.component[k]);
+    EXPECT_EQ(copy.deformation.component[k], state.deformation.component[k]);
+    EXPECT_EQ(copy.servo_velocity_gradient.component[k],
+              state.servo_velocity_gradient.component[k]);
+  }
+  EXPECT_TRUE(copy.list_fractional.empty());
+}
+
+TEST(PackingFile, GrainsMayComeInAnyOrder)
+{
+  const std::string path = temporary_path("two.rve");
+  std::ofstream(path) << TWO_GRAINS;
+
+  const RveState state = read_packing(path);
+
+  EXPECT_EQ(state.radius, (std::vector<double>{0.005, 0.004}));
+  EXPECT_EQ(state.fractional[1], UINT64_MAX);
+  EXPECT_EQ(state.fractional[2], std::uint64_t(1) << 63);
+  EXPECT_EQ(state.velocity, (std::vector<double>{1.0, -2.0, 0.0, 0.0}));
+  EXPECT_EQ(state.spin[0], 0.3);
+  EXPECT_EQ(state.pairs[0].tangential_force, -0.25);
+  EXPECT_EQ(state.material.tangential_stiffness, 8e5);
+}
+
+TEST(PackingFile, BrokenFilesAreRefusedWithLineNumber)
+{
+  const std::string two = TWO_GRAINS;
+
+  EXPECT_EQ(message_after(two, "gpu_rve_packing 1", "LAMMPS data"),
+            ":1: found 'LAMMPS' where 'gpu_rve_packing' was expected");
+  EXPECT_EQ(message_after(two, "packing 1", "packing 2"),
+            ":1: version of the packing file is '2'; it must be an integer from 1 to 1");
+  EXPECT_EQ(message_after(two, "stiffness 1e6", "stiffness -1e6"),
+            ":3: normal_stiffness is -1000000 [force/length]; it must not be negative");
+  EXPECT_EQ(message_after(two, "friction 0.5", "friction nan"),
+            ":5: friction is nan; it must be finite");
+  EXPECT_EQ(message_after(two, "friction 0.5", "friction 0,5"),
+            ":5: friction is '0,5'; it must be a number");
+  EXPECT_EQ(message_after(two, "friction 0.5", "density 1"), ":6: density is given twice");
+  EXPECT_EQ(message_after(two, "mass_depth 1\n", ""),
+            ":11: 'cell' is not a material value; still missing: mass_depth");
+  EXPECT_EQ(message_after(two, "0.1 0.01", "0.1"),
+            ":13: '0.1' has 1 words; expected 'two numbers of cell'");
+  EXPECT_EQ(message_after(two, "2 0.004", "2 -0.004"),
+            ":16: radius is -0.004 [length]; it must be greater than 0");
+  EXPECT_EQ(message_after(two, "1 0.005", "2 0.005"), ":17: grain 2 is given twice");
+  EXPECT_EQ(message_after(two, "1 0.005", "3 0.005"),
+            ":17: grain id is '3'; it must be an integer from 1 to 2");
+  EXPECT_EQ(message_after(two, "18446744073709551615", "18446744073709551616"),
+            ":17: fractional coordinate is '18446744073709551616'; it must be an integer from 0 to "
+            "18446744073709551615");
+  EXPECT_EQ(message_after(two, "1 -2 3e-1", "1 inf 3e-1"),
+            ":17: peculiar velocity is inf; it must be finite");
+  EXPECT_EQ(message_after(two, "grains 2", "grains 3"),
+            ":18: 'contacts 1' has 2 words; expected 'id radius s_x*2^64 s_y*2^64 c_x c_y spin'");
+  EXPECT_EQ(message_after(two, "1 2 -0.25", "1 1 -0.25"), ":19: contact joins grain 1 to itself");
+  EXPECT_EQ(message_after(two, "end\n", ""), ":19: file ends where 'end' was expected");
+  EXPECT_EQ(message_after(two, "0.1 0.01", "0.01 0.01").find(": cell width"), 0u);
+}
+
+TEST(PackingFile, MissingFileIsNamed)
+{
+  try {
+    read_packing("/nowhere/packing.rve");
+    FAIL();
+  } catch (const InputError &error) {
+    EXPECT_STREQ(error.what(), "cannot open packing file /nowhere/packing.rve");
+  }
+}
+
+TEST(PackingFile, FailedWriteLeavesTheOldFile)
+{
+  const std::string path = temporary_path("kept.rve");
+  write_packing(path, crowded_state(5, 1));
+  const std::string before = text_of(path);
+  RveState unsound = crowded_state(5, 2);
+  unsound.radius[3] = std::nan("");
+
+  EXPECT_THROW(write_packing(path, unsound), InputError);
+  EXPECT_THROW(write_packing("/nowhere/packing.rve", crowded_state(5, 1)), InputError);
+
+  EXPECT_EQ(text_of(path), before);
+}
+
+TEST(LammpsData, PositionsAreThePackingTurnedToTheXAxis)
+{
+  RveState state = crowded_state(30, 5);
+  const double turn = 0.7;
+  const Tensor2 rotation{{std::cos(turn), -std::sin(turn), std::sin(turn), std::cos(turn)}};
+  state.cell = rotation * Tensor2{{1.5, 4.0, 0.0, 1.2}};    // tilt far beyond half a box
+  const std::string path = temporary_path("data.lmp");
+
+  write_lammps_data(path, state);
+  const LammpsData data = read_lammps_data(path);
+
+  EXPECT_NEAR(data.lx, 1.5, 1e-14);
+  EXPECT_NEAR(data.ly, 1.2, 1e-14);
+  EXPECT_NEAR(data.xy, -0.5, 1e-14);
+  EXPECT_LT(data.zlo, 0.0);
+  EXPECT_EQ(data.zhi, -data.zlo);
+  ASSERT_EQ(data.atoms.size(), 7u * 30u);
+  const std::vector<double> xy = state.positions();
+  for (int i = 0; i < 30; ++i) {
+    const double *atom = &data.atoms[7 * i], *velocity = &data.velocities[7 * i];
+    EXPECT_EQ(atom[0], i + 1);
+    EXPECT_EQ(atom[2], 2.0 * state.radius[i]);
+    const double lammps_mass = atom[3] * 4.0 / 3.0 * M_PI * std::pow(state.radius[i], 3);
+    const double mass = state.material.density * state.material.mass_depth * M_PI *
+        state.radius[i] * state.radius[i];
+    EXPECT_NEAR(lammps_mass, mass, 1e-14 * mass);
+
+    // the same place modulo the lattice of LAMMPS' box
+    const double x = rotation(0, 0) * xy[2 * i] + rotation(1, 0) * xy[2 * i + 1] - atom[4];
+    const double y = rotation(0, 1) * xy[2 * i] + rotation(1, 1) * xy[2 * i + 1] - atom[5];
+    const double s_y = y / data.ly, s_x = (x - data.xy * s_y) / data.lx;
+    EXPECT_NEAR(s_y, std::round(s_y), 1e-13);
+    EXPECT_NEAR(s_x, std::round(s_x), 1e-13);
+    EXPECT_GE(atom[5], 0.0);
+    EXPECT_LE(atom[5], data.ly);
+
+    const double c_x = rotation(0, 0) * velocity[1] + rotation(0, 1) * velocity[2];
+    EXPECT_NEAR(c_x, state.velocity[2 * i], 1e-15);
+    EXPECT_EQ(velocity[6], state.spin[i]);
+  }
+}
+
+TEST(LammpsData, ContactTableGivesLoveStressInTheTurnedFrame)
+{
+  RveState state = two_disks(1e-4);
+  state.pairs.push_back(
+      {1, 0, 7.0});    // owned by the other grain: the tangential number is the same
+  const std::string path = temporary_path("data.lmp");
+
+  write_lammps_data(path, state);
+  std::istringstream table(text_of(path + ".contacts"));
+  std::string comment;
+  std::getline(table, comment);
+  std::getline(table, comment);
+  double row[11];
+  for (double &value : row) table >> value;
+
+  EXPECT_TRUE(static_cast<bool>(table));
+  EXPECT_EQ(row[0], 1.0);
+  EXPECT_EQ(row[1], 2.0);
+  EXPECT_NEAR(row[2], 0.6 * 0.0089, 1e-16);
+  EXPECT_NEAR(row[4], 0.6, 1e-13);
+  EXPECT_NEAR(row[6], 1e-4, 1e-16);
+  EXPECT_NEAR(row[7], 100.0, 1e-10);
+  EXPECT_EQ(row[8], 7.0);
+  EXPECT_NEAR(row[9], -100.0 * 0.6 - 7.0 * 0.8, 1e-10);
+  EXPECT_NEAR(row[10], -100.0 * 0.8 + 7.0 * 0.6, 1e-10);
+}
+
+TEST(ContactNetwork, BinsFindWhatAllPairsFind)
+{
+  const RveState state =
+      crowded_state(400, 9);    // cell about 1.5 wide, contact distance 0.2: bins are used
+  RveState many = state;
+  for (double &r : many.radius) r *= 0.2;
+  std::vector<std::pair<int, int>> all_pairs;
+  for (int i = 0; i < many.num_grains(); ++i)
+    for (int j = i + 1; j < many.num_grains(); ++j) {
+      const Vec<double, 2> branch = branch_vector(many, i, j);
+      if (std::hypot(branch[0], branch[1]) < many.radius[i] + many.radius[j])
+        all_pairs.push_back({i, j});
+    }
+
+  std::vector<std::pair<int, int>> found;
+  for (const ContactGeometry &contact : find_contacts(many))
+    found.push_back({contact.first, contact.second});
+
+  EXPECT_GT(found.size(), 50u);
+  EXPECT_EQ(found, all_pairs);
+}

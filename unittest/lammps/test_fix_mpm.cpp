@@ -1,0 +1,389 @@
+// fix mpm through LAMMPS scripts: physics in closed form, the same bits on any number of ranks and after a restart, and
+// the messages for wrong input. Runs under mpirun as well: every rank then also runs the scene alone and compares.
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "exceptions.h"
+#include "fix.h"
+#include "input.h"
+#include "lammps.h"
+#include "modify.h"
+
+#include <gtest/gtest.h>
+#include <mpi.h>
+
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+using namespace LAMMPS_NS;
+
+namespace {
+
+/// One LAMMPS on a communicator, driven line by line, silent.
+class Script {
+ public:
+  explicit Script(MPI_Comm comm = MPI_COMM_WORLD)
+  {
+    std::vector<std::string> words = {"lmp", "-log", "none", "-screen", "none", "-nocite"};
+    std::vector<char *> argv;
+    for (auto &word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    lmp = std::make_unique<LAMMPS>((int) words.size(), argv.data(), comm);
+  }
+
+  Script &operator<<(const std::string &lines)
+  {
+    lmp->input->one("");
+    std::size_t begin = 0;
+    while (begin < lines.size()) {
+      std::size_t end = lines.find('\n', begin);
+      if (end == std::string::npos) end = lines.size();
+      const std::string line = lines.substr(begin, end - begin);
+      if (line.find_first_not_of(" \t") != std::string::npos) lmp->input->one(line);
+      begin = end + 1;
+    }
+    return *this;
+  }
+
+  Fix *fix() { return lmp->modify->get_fix_by_id("soil"); }
+
+  /// All that a point carries, by atom ID: position, velocity, force columns of the fix; on every rank.
+  std::map<tagint, std::vector<double>> points()
+  {
+    const Atom *atom = lmp->atom;
+    const int columns = fix()->size_peratom_cols;
+    const int width = 5 + columns;
+    std::vector<double> mine;
+    for (int i = 0; i < atom->nlocal; ++i) {
+      mine.push_back((double) atom->tag[i]);
+      for (int a = 0; a < 2; ++a) mine.push_back(atom->x[i][a]);
+      for (int a = 0; a < 2; ++a) mine.push_back(atom->v[i][a]);
+      for (int c = 0; c < columns; ++c) mine.push_back(fix()->array_atom[i][c]);
+    }
+    int size, count = (int) mine.size();
+    MPI_Comm_size(lmp->world, &size);
+    std::vector<int> counts(size), offsets(size, 0);
+    MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, lmp->world);
+    for (int r = 1; r < size; ++r) offsets[r] = offsets[r - 1] + counts[r - 1];
+    std::vector<double> all(offsets[size - 1] + counts[size - 1]);
+    MPI_Allgatherv(mine.data(), count, MPI_DOUBLE, all.data(), counts.data(), offsets.data(),
+                   MPI_DOUBLE, lmp->world);
+    std::map<tagint, std::vector<double>> by_tag;
+    for (std::size_t k = 0; k < all.size(); k += width)
+      by_tag[(tagint) all[k]] = {all.begin() + k + 1, all.begin() + k + width};
+    return by_tag;
+  }
+
+  /// Local points of this rank; what has changed between two calls has migrated.
+  std::set<tagint> mine() const { return {lmp->atom->tag, lmp->atom->tag + lmp->atom->nlocal}; }
+
+  bool has_ranks() const { return lmp->comm->nprocs > 1; }
+
+  /// Whether some rank's points are not those it had.
+  bool migrated_since(const std::set<tagint> &before) const
+  {
+    int changed = mine() != before;
+    MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPI_INT, MPI_MAX, lmp->world);
+    return changed;
+  }
+
+  std::unique_ptr<LAMMPS> lmp;
+};
+
+/// The message with which the lines end; empty if they run.
+std::string message_of(const std::string &lines)
+{
+  Script script(MPI_COMM_SELF);    // the others would wait for a rank that failed
+  try {
+    script << lines;
+  } catch (const LAMMPSException &problem) {
+    return problem.what();
+  }
+  return "";
+}
+
+/// A column of `nx` by `ny` points, one per cell of edge 1, in a box with room above.
+std::string points_in_box(int nx, int ny, double room = 2)
+{
+  const std::string width = std::to_string(nx), height = std::to_string(ny);
+  return "units si\ndimension 2\nboundary f f p\natom_style sphere\natom_modify map array\n"
+         "region box block 0 " +
+      width + " 0 " + std::to_string(ny + room) +
+      " -0.1 0.1 units box\n"
+      "create_box 2 box\nlattice sq 1.0 origin 0.5 0.5 0.0\n"
+      "region ground block 0 " +
+      width + " 0 " + height +
+      " -0.05 0.05 units box\n"
+      "create_atoms 1 region ground\nset group all diameter 1.0\n"
+      "pair_style none\ncomm_modify cutoff 1.0\nneighbor 0.5 bin\nneigh_modify every 5 delay 0 "
+      "check no\n"
+      "thermo_modify lost error\n";
+}
+
+/// A rough footing pressed into elastic ground; the scene of the bit tests. Points move more than a cell.
+std::string elastic_footing()
+{
+  return points_in_box(8, 6) +
+      "region plate block 0 2 6 7 -0.05 0.05 units box\ncreate_atoms 2 region plate\nset type 2 "
+      "diameter 1.0\n"
+      "group ground type 1\ngroup plate type 2\n"
+      "region top block 2 8 5 6 -0.05 0.05 units box\ngroup surface region top\n"
+      "timestep 0.005\n"
+      "fix soil all mpm 1.0 model ground elastic 1.0e6 0.3 density 2000 stress -20000 -20000 0 "
+      "boundary xlo roller boundary xhi roller boundary ylo fixed damping 0.05 "
+      "rigid plate vx 0 vy -0.5 rough traction surface 0 -20000\n";
+}
+
+TEST(FixMpm, UniformStressUnderSurchargeIsInEquilibrium)
+{
+  Script script;
+
+  script << points_in_box(8, 6) +
+          "region top block 0 8 5 6 -0.05 0.05 units box\ngroup surface region top\ntimestep "
+          "0.001\n"
+          "fix soil all mpm 1.0 model all elastic 1.0e6 0.3 density 2000 stress -20000 -20000 0 "
+          "boundary xlo roller boundary xhi roller boundary ylo fixed traction surface 0 "
+          "-20000\nrun 0\n";
+
+  EXPECT_LT(script.fix()->compute_vector(0), 1e-6 * 20000 * 1.0);    // max |f_node| < 1e-6 q_s h
+}
+
+TEST(FixMpm, FreeFallUnderFixGravity)
+{
+  Script script;
+
+  script << points_in_box(3, 3, 6) +
+          "fix soil all mpm 1.0 model all elastic 1.0e5 0.3 density 1000\ntimestep 0.001\n"
+          "fix g all gravity 9.81 vector 0 1 0\nvelocity all set 0 0 0\nrun 100\n";
+
+  for (const auto &point : script.points()) EXPECT_NEAR(point.second[3], 9.81 * 0.1, 1e-6);
+}
+
+TEST(FixMpm, BarVibratesInItsFirstModeAsInClosedForm)
+{
+  // E = 100, L = 25, rho = 1, v0 = 0.1: v_cm = v0 / (beta L) cos(omega t), beta = pi/2L, omega = beta sqrt(E/rho)
+  const double beta = M_PI / 50.0, omega = beta * 10.0, time = 5.0;
+  Script script;
+
+  script << "units si\ndimension 2\nboundary f f p\natom_style sphere\nregion box block 0 27 0 1 "
+            "-0.1 0.1 units box\n"
+            "create_box 1 box\nlattice sq 1.0 origin 0.5 0.5 0.0\nregion bar block 0 25 0 1 -0.05 "
+            "0.05 units box\n"
+            "create_atoms 1 region bar\nset group all diameter 1.0\npair_style none\ncomm_modify "
+            "cutoff 1.0\n"
+            "variable v atom 0.1*sin(PI/50*x)\nvelocity all set v_v 0 0\ntimestep 0.01\n"
+            "fix soil all mpm 1.0 model all elastic 100 0 density 1 boundary xlo roller boundary "
+            "ylo roller "
+            "boundary yhi roller\nvariable p equal vcm(all,x)\nrun 500\n";
+
+  double velocity = 0.0;
+  for (const auto &point : script.points()) velocity += point.second[2] / 25;
+  EXPECT_NEAR(velocity, 0.1 / (beta * 25) * cos(omega * time),
+              0.02 * 0.1);    // grid dispersion at 25 cells
+}
+
+TEST(FixMpm, PlateReactionIsOedometricModulusTimesStrain)
+{
+  Script script;
+
+  script << points_in_box(4, 8) +
+          "region plate block 0 4 8 9 -0.05 0.05 units box\ncreate_atoms 2 region plate\nset type "
+          "2 diameter 1.0\n"
+          "group ground type 1\ngroup plate type 2\ntimestep 0.005\n"
+          "variable vy equal ramp(0,-0.02)\n"
+          "fix soil all mpm 1.0 model ground elastic 1.0e6 0.25 density 2000 damping 0.1 boundary "
+          "xlo roller "
+          "boundary xhi roller boundary ylo fixed rigid plate vx 0 vy v_vy smooth\nrun 1600\n";
+
+  const double strain =
+      0.5 * 0.02 * 8.0 / 8.0;    // settlement of a velocity ramp over 8 s, height 8
+  const double modulus = 1.0e6 * 0.75 / (1.25 * 0.5);
+  EXPECT_NEAR(script.fix()->compute_vector(5), 4.0 * modulus * strain,
+              0.04 * 4.0 * modulus * strain);
+  EXPECT_NEAR(script.fix()->compute_vector(7), -0.08, 1e-4);
+}
+
+TEST(FixMpm, SecondRunAndRunZeroAdvanceNothingTwice)
+{
+  Script once, twice;
+
+  once << elastic_footing() + "run 40\n";
+  twice << elastic_footing() + "run 0\nrun 15\nrun 0\nrun 25\n";
+
+  EXPECT_EQ(once.points(), twice.points());
+  EXPECT_EQ(once.fix()->compute_vector(5), twice.fix()->compute_vector(5));
+}
+
+TEST(FixMpm, RanksGiveTheSameBits)
+{
+  Script together, alone(MPI_COMM_SELF);
+
+  together << "processors 1 * 1\n" + elastic_footing() + "run 0\n";
+  const auto before = together.mine();
+  together << "run 400\n";
+  alone << elastic_footing() + "run 400\n";
+
+  EXPECT_EQ(together.migrated_since(before), together.has_ranks());
+  EXPECT_EQ(together.points(), alone.points());
+  EXPECT_EQ(together.fix()->compute_vector(5), alone.fix()->compute_vector(5));
+}
+
+TEST(FixMpm, RestartContinuesBitForBit)
+{
+  const std::string command = elastic_footing();
+  const std::string fix = command.substr(command.find("fix soil"));
+  Script whole, first, second;
+
+  whole << command + "run 300\n";
+  first << command + "run 120\nwrite_restart test_fix_mpm.restart\n";
+  second << "read_restart test_fix_mpm.restart\npair_style none\ncomm_modify cutoff 1.0\nneighbor "
+            "0.5 bin\n"
+            "timestep 0.005\n" +
+          fix + "run 180\n";
+
+  EXPECT_EQ(whole.points(), second.points());
+  for (int k = 0; k < whole.fix()->size_vector; ++k)
+    EXPECT_EQ(whole.fix()->compute_vector(k), second.fix()->compute_vector(k))
+        << "vector entry " << k;
+  MPI_Barrier(MPI_COMM_WORLD);
+  std::remove("test_fix_mpm.restart");
+}
+
+/// A plate pressed into 16 points with RVEs of 60 grains. The row of points that the plate pushes starts just above the
+/// border between two ranks, at 3.45, and moves to the lower one.
+std::string footing_on_grains()
+{
+  return points_in_box(4, 4, 2.9) +
+      "region plate block 0 2 4 5 -0.05 0.05 units box\ncreate_atoms 2 region plate\nset type 2 "
+      "diameter 1.0\n"
+      "group ground type 1\ngroup plate type 2\n"
+      "region top block 2 4 3 4 -0.05 0.05 units box\ngroup surface region top\n"
+      "timestep 0.005\n"
+      "fix grains ground rve test_fix_mpm.rve drive mpm dt 1e-4 substeps match device cpu threads "
+      "1\n"
+      "fix soil all mpm 1.0 domain 0 4 0 6 model ground rve grains boundary xlo roller boundary "
+      "xhi roller "
+      "boundary ylo fixed "
+      "damping 0.05 rigid plate vx 0 vy -0.3 rough traction surface 0 -20000\n";
+}
+
+void make_packing()
+{
+  Script script;
+  script << "units si\ndimension 2\nregion box block 0 1 0 1 -0.1 0.1\ncreate_box 1 box\n"
+            "create_rve test_fix_mpm.rve grains 60 seed 1 radius uniform 0.0025 0.005 pressure "
+            "20000 kn 1e6 kt 1e6 "
+            "friction 0.5 density 2650 damping 0.3 thickness 0.075\n";
+}
+
+TEST(FixMpmWithGrains, InitialStressIsThatOfTheRvesAndBalancesTheSurcharge)
+{
+  make_packing();
+  Script script;
+
+  script << points_in_box(4, 4) +
+          "region top block 0 4 3 4 -0.05 0.05 units box\ngroup surface region top\ntimestep "
+          "0.005\n"
+          "fix grains all rve test_fix_mpm.rve drive mpm dt 1e-4 substeps match device cpu threads "
+          "1\n"
+          "fix soil all mpm 1.0 model all rve grains boundary xlo roller boundary xhi roller "
+          "boundary ylo fixed "
+          "traction surface 0 -20000\nrun 0\n";
+
+  for (const auto &point : script.points())
+    EXPECT_NEAR(point.second[4 + 6], 20000, 20);    // p, by the packing's tolerance
+  EXPECT_LT(script.fix()->compute_vector(0),
+            0.1 * 20000);    // shear stress of the packing is not zero
+  EXPECT_GT(script.fix()->compute_vector(3),
+            16 * 2650 / 1.25);    // mass: grain density / (1 + e), e < 0.25
+  EXPECT_LT(script.fix()->compute_vector(3), 16 * 2650 / 1.10);
+}
+
+TEST(FixMpmWithGrains, RanksGiveTheSameBits)
+{
+  make_packing();
+  Script together, alone(MPI_COMM_SELF);
+
+  together << "processors 1 * 1\n" + footing_on_grains() + "run 0\n";
+  const auto before = together.mine();
+  together << "run 80\n";
+  alone << footing_on_grains() + "run 80\n";
+
+  EXPECT_EQ(together.migrated_since(before), together.has_ranks());
+  EXPECT_EQ(together.points(), alone.points());
+  EXPECT_EQ(together.fix()->compute_vector(5), alone.fix()->compute_vector(5));
+  EXPECT_GT(alone.fix()->compute_vector(5),
+            2.0 * 20000);    // the plate feels more than the surcharge
+}
+
+TEST(FixMpmWithGrains, RestartContinuesBitForBit)
+{
+  make_packing();
+  const std::string command = footing_on_grains();
+  Script whole, first, second;
+
+  whole << "processors 1 * 1\n" + command + "run 80\n";
+  first << "processors 1 * 1\n" + command + "run 50\nwrite_restart test_fix_mpm_grains.restart\n";
+  second << "read_restart test_fix_mpm_grains.restart\npair_style none\ncomm_modify cutoff "
+            "1.0\nneighbor 0.5 bin\n"
+            "timestep 0.005\n" +
+          command.substr(command.find("fix grains")) + "run 30\n";
+
+  EXPECT_EQ(whole.points(), second.points());
+  MPI_Barrier(MPI_COMM_WORLD);
+  std::remove("test_fix_mpm_grains.restart");
+}
+
+TEST(FixMpmErrors, SayWhatIsWrong)
+{
+  const std::string scene = points_in_box(2, 2) + "timestep 0.001\n";
+  const std::string law = "model all elastic 1.0e6 0.3 density 2000";
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {scene + "fix soil all mpm 0 " + law, "must be > 0"},
+      {scene + "fix soil all mpm 1.0 " + law + " wings yes", "unknown keyword 'wings'"},
+      {scene + "fix soil all mpm 1.0 " + law + " flip 1.5", "in [0, 1]"},
+      {scene + "fix soil all mpm 1.0 " + law + " boundary top roller", "xlo, xhi, ylo or yhi"},
+      {scene + "fix soil all mpm 1.0 model nobody elastic 1.0e6 0.3 density 2000",
+       "group 'nobody' does not exist"},
+      {scene + "fix soil all mpm 1.0 model all elastic -1.0e6 0.3 density 2000",
+       "must be positive, got -1000000"},
+      {scene + "fix soil all mpm 1.0 model all rve grains density rve\nrun 0",
+       "'grains' does not exist"},
+      {scene + "fix soil all mpm 1.0 density 2000\nrun 0", "no constitutive model"},
+      {scene + "group none empty\nfix soil none mpm 1.0 " + law + "\nrun 0", "no atoms"},
+      {scene + "fix soil all mpm 1.0 " + law + "\nfix hold all setforce 0 0 0\nrun 0",
+       "keyword rigid or boundary"},
+      {scene + "fix soil all mpm 1.0 " + law + "\nfix move all nve\nrun 0", "integrates"},
+      {scene + "fix soil all mpm 1.0 " + law + "\nminimize 0 0 1 1", "minimize"},
+      {scene + "fix soil all mpm 1.0 " + law + "\ntimestep 1.0\nrun 1", "Courant number"},
+      {"units real\ndimension 2\nregion b block 0 1 0 1 -0.1 0.1\ncreate_box 1 b\nfix soil all mpm "
+       "1.0 " +
+           law,
+       "units"},
+      {"units si\nregion b block 0 1 0 1 0 1\ncreate_box 1 b\nfix soil all mpm 1.0 " + law,
+       "dimension 2"},
+  };
+
+  for (const auto &one : cases) {
+    const std::string message = message_of(one.first);
+    EXPECT_NE(message.find(one.second), std::string::npos)
+        << "expected '" << one.second << "' in '" << message << "'";
+  }
+}
+
+}    // namespace
+
+int main(int argc, char **argv)
+{
+  MPI_Init(&argc, &argv);
+  ::testing::InitGoogleTest(&argc, argv);
+  const int result = RUN_ALL_TESTS();
+  MPI_Finalize();
+  return result;
+}

@@ -1,0 +1,467 @@
+// fix rve, compute rve/atom, create_rve and write_rve through LAMMPS scripts: when time passes and when not, restart and deletion,
+// and the messages for wrong input.
+
+#include "exceptions.h"
+#include "input.h"
+#include "lammps.h"
+#include "modify.h"
+
+#include "compute.h"
+#include "fix.h"
+#include "rve/engine/packing_io.h"
+
+#include <gtest/gtest.h>
+#include <mpi.h>
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <vector>
+
+using namespace LAMMPS_NS;
+
+namespace {
+
+const std::string PACKING = EXAMPLE_PACKINGS "/A_h0075.rve";
+
+std::string temporary(const std::string &name)
+{
+  return ::testing::TempDir() + "rve_" + name;
+}
+
+std::string text_of(const std::string &path)
+{
+  std::ifstream file(path, std::ios::binary);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+/// One LAMMPS, driven line by line, silent.
+class Script {
+ public:
+  Script()
+  {
+    std::vector<std::string> words = {"lmp", "-log", "none", "-screen", "none", "-nocite"};
+    std::vector<char *> argv;
+    for (auto &word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    lmp = std::make_unique<LAMMPS>((int) words.size(), argv.data(), MPI_COMM_WORLD);
+  }
+
+  Script &operator<<(const std::string &lines)
+  {
+    std::istringstream stream(lines);
+    for (std::string line; std::getline(stream, line);) lmp->input->one(line);
+    return *this;
+  }
+
+  double fix_value(int n) { return lmp->modify->get_fix_by_id("grains")->compute_vector(n - 1); }
+
+  double per_atom(const std::string &compute, int i)
+  {
+    Compute *c = lmp->modify->get_compute_by_id(compute);
+    c->compute_peratom();
+    return c->vector_atom[i];
+  }
+
+  std::string state(int atom)
+  {
+    const std::string path = temporary("state.rve");
+    *this << "write_rve grains atom " + std::to_string(atom) + " file " + path + " format rve";
+    return text_of(path);
+  }
+
+  std::unique_ptr<LAMMPS> lmp;
+};
+
+const std::string BOX = R"(units si
+dimension 2
+boundary p p p
+atom_style atomic
+region box block 0 4 0 4 -0.5 0.5
+create_box 1 box
+mass 1 1.0
+timestep 1e-3
+thermo_modify norm no
+)";
+
+const std::string FOUR_ATOMS = BOX + R"(create_atoms 1 single 0.5 0.5 0
+create_atoms 1 single 2.5 0.5 0
+create_atoms 1 single 0.5 2.5 0
+create_atoms 1 single 2.5 2.5 0
+variable rate atom -0.05*id
+)";
+
+const std::string FIX = "fix grains all rve " + PACKING + " threads 1 ";
+const std::string SHEAR = FIX + "dt 1e-4 drive velocity_gradient yy v_rate xy 0.1\n";
+
+/// Message of the error that the lines end in; empty if there is none.
+std::string error_of(const std::string &lines)
+{
+  Script script;
+  try {
+    script << lines;
+  } catch (const LAMMPSException &e) {
+    return e.what();
+  }
+  return "";
+}
+
+#define EXPECT_IN(part, whole) EXPECT_PRED_FORMAT2(::testing::IsSubstring, part, whole)
+
+/// The packing file with one line replaced.
+std::string edited_packing(const std::string &name, const std::string &line_start,
+                           const std::string &replacement)
+{
+  std::ifstream in(PACKING);
+  const std::string path = temporary(name);
+  std::ofstream out(path);
+  for (std::string line; std::getline(in, line);)
+    out << (line.rfind(line_start, 0) == 0 ? replacement : line) << "\n";
+  return path;
+}
+
+}    // namespace
+
+TEST(FixRve, AdvancesOncePerTimestepAndNotInSetup)
+{
+  Script script;
+  script << FOUR_ATOMS + SHEAR;
+
+  script << "run 0\nrun 0";
+  EXPECT_EQ(script.fix_value(3), 0.0);
+  script << "run 3\nrun 0\nrun 2";
+
+  EXPECT_EQ(script.fix_value(1), 4.0);
+  EXPECT_EQ(script.fix_value(3), 4 * 5 * 10.0);    // RVEs, LAMMPS steps, DEM steps each
+  EXPECT_EQ(script.fix_value(9), 10.0);
+}
+
+TEST(FixRve, TwoRunsEqualOne)
+{
+  Script once, twice;
+
+  once << FOUR_ATOMS + SHEAR + "run 10";
+  twice << FOUR_ATOMS + SHEAR + "run 4\nrun 6";
+
+  EXPECT_EQ(once.state(3), twice.state(3));
+}
+
+TEST(FixRve, VelocityGradientGivesItsExponentialAsDeformation)
+{
+  Script script;
+  script << FOUR_ATOMS + SHEAR + "compute f all rve/atom def_yy\nrun 10";
+
+  for (int i = 0; i < 4; ++i)
+    EXPECT_NEAR(script.per_atom("f", i), std::exp(-0.05 * (i + 1) * 0.01), 1e-14);
+}
+
+TEST(FixRve, SubstepsOfTheUserPassTheirOwnTime)
+{
+  Script script;
+  script << FOUR_ATOMS + FIX + "dt 1e-4 substeps 3 drive velocity_gradient yy -1.0\n" +
+          "compute f all rve/atom def_yy\nrun 10";
+
+  EXPECT_EQ(script.fix_value(3), 4 * 10 * 3.0);
+  EXPECT_NEAR(script.per_atom("f", 0), std::exp(-1.0 * 10 * 3e-4), 1e-14);
+}
+
+TEST(FixRve, ServoHoldsItsStressUnderCompression)
+{
+  Script script;
+  script << FOUR_ATOMS + FIX + "dt 1e-4 drive velocity_gradient yy -0.02 servo xx -1e5\n" +
+          "compute s all rve/atom sxx\nrun 200";
+
+  EXPECT_NEAR(script.per_atom("s", 0), -1e5, 2e3);
+}
+
+TEST(FixRve, PackingVariableChoosesPerAtom)
+{
+  const std::string other = EXAMPLE_PACKINGS "/A20_h0075.rve";
+  Script script;
+  script << FOUR_ATOMS + "variable which atom id>2\n" + FIX + "packings " + other +
+          " packing_variable v_which\ncompute p all rve/atom p\nrun 0";
+
+  EXPECT_NEAR(script.per_atom("p", 0), 1e5, 1e3);
+  EXPECT_NEAR(script.per_atom("p", 3), 2e4, 2e2);
+}
+
+TEST(FixRve, DeletedAtomsTakeTheirRvesWithThem)
+{
+  Script script;
+  script << FOUR_ATOMS + SHEAR + "run 1";
+  const std::string of_four = script.state(4);
+
+  script << "group gone id 1 3\ndelete_atoms group gone compress no";
+
+  EXPECT_EQ(script.fix_value(1), 2.0);
+  EXPECT_EQ(script.state(4), of_four);
+  EXPECT_IN("atom 3 has no RVE of fix grains", [&] {
+    try {
+      script.state(3);
+    } catch (const LAMMPSException &e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  }());
+  script << "run 1";
+  EXPECT_EQ(script.fix_value(3), 2 * 2 * 10.0);
+}
+
+TEST(FixRve, AtomsMadeLaterGetRvesAtTheNextRun)
+{
+  Script script;
+  script << FOUR_ATOMS + SHEAR + "run 1\ncreate_atoms 1 single 1.5 1.5 0\nrun 1";
+
+  EXPECT_EQ(script.fix_value(1), 5.0);
+  EXPECT_EQ(script.fix_value(3), 4 * 2 * 10.0 + 10.0);
+}
+
+TEST(FixRve, RestartContinuesBitForBit)
+{
+  const std::string file = temporary("restart");
+  const std::string rate = "variable fast atom -0.3*id\n";
+  const std::string fast = rate + FIX + "dt 1e-4 drive velocity_gradient yy v_fast xy 1.0\n";
+  Script whole, first, second;
+  whole << FOUR_ATOMS + fast + "run 40";
+
+  first << FOUR_ATOMS + fast + "run 17\nwrite_restart " + file + "\nclear";
+  second << "read_restart " + file + "\n" + fast + "run 23";
+
+  for (int atom = 1; atom <= 4; ++atom) EXPECT_EQ(second.state(atom), whole.state(atom));
+  for (int n = 1; n <= 7; ++n) EXPECT_EQ(second.fix_value(n), whole.fix_value(n)) << "value " << n;
+  EXPECT_GT(whole.fix_value(4), 2 * 4.0);    // rebuilds: the lists had a life before and after
+}
+
+TEST(FixRve, ClearAndRunAgainGivesTheSame)
+{
+  Script script;
+  script << FOUR_ATOMS + SHEAR + "run 5";
+  const std::string before = script.state(2);
+
+  script << "clear\n" + FOUR_ATOMS + SHEAR + "run 5";
+
+  EXPECT_EQ(script.state(2), before);
+}
+
+TEST(FixRve, FrozenRveIsFlaggedAndTheOthersGoOn)
+{
+  Script script;
+  script << FOUR_ATOMS + "variable crush atom -400*(id==2)\n" + FIX +
+          "dt 1e-4 policy freeze overlap_limit 0.1 drive velocity_gradient yy v_crush\n" +
+          "compute status all rve/atom status\nrun 20";
+
+  EXPECT_EQ(script.fix_value(2), 1.0);
+  EXPECT_NE(script.per_atom("status", 1), 0.0);
+  EXPECT_EQ(script.per_atom("status", 0), 0.0);
+}
+
+TEST(FixRve, AutomaticTimeStepFollowsTheStiffeningNetwork)
+{
+  Script script;
+  script << FOUR_ATOMS + FIX +
+          "dt auto 0.94 dt_check 10 substeps 10 drive velocity_gradient yy -1\n";
+  const double at_first = script.fix_value(8);
+
+  script << "run 100";
+
+  EXPECT_LT(script.fix_value(8), 0.99 * at_first);
+  EXPECT_GT(script.fix_value(8), 0.80 * at_first);
+}
+
+TEST(FixRve, DumpWritesTheChosenAtomsAtTheirTimes)
+{
+  const std::string prefix = temporary("snap");
+  Script script;
+
+  script << FOUR_ATOMS + SHEAR.substr(0, SHEAR.size() - 1) + " dump 2 " + prefix + " 1 3\nrun 3";
+
+  EXPECT_IN("400 atoms", text_of(prefix + ".1.2.data"));
+  EXPECT_FALSE(text_of(prefix + ".3.2.data.contacts").empty());
+  EXPECT_TRUE(text_of(prefix + ".2.2.data").empty());
+  EXPECT_TRUE(text_of(prefix + ".1.3.data").empty());
+}
+
+TEST(WriteRve, NativeFileReadsBackAsTheSameState)
+{
+  const std::string path = temporary("again.rve");
+  Script script;
+  script << FOUR_ATOMS + SHEAR + "run 5\nwrite_rve grains atom 1 file " + path + " format rve";
+
+  Script again;
+  again << FOUR_ATOMS + "fix grains all rve " + path + " drive none\n";
+
+  EXPECT_EQ(again.state(4), script.state(1));
+}
+
+TEST(WriteRve, PlainLammpsReadsTheDataFile)
+{
+  const std::string path = temporary("grains.data");
+  Script script;
+  script << FOUR_ATOMS + SHEAR + "run 5\nwrite_rve grains atom 1 file " + path;
+
+  Script plain;
+  plain << "units si\ndimension 2\natom_style sphere\nread_data " + path +
+          "\ncompute m all reduce sum vx\n";
+
+  EXPECT_EQ(text_of(path + ".contacts").empty(), false);
+}
+
+TEST(CreateRve, SameSeedSameFileAndTheWantedPressure)
+{
+  const std::string a = temporary("made_a.rve"), b = temporary("made_b.rve");
+  const std::string words = " grains 40 seed 5 radius uniform 0.003 0.005 kn 1e6 friction 0.5 "
+                            "density 2650 damping 0.3 pressure 1e5 thickness 0.075";
+  Script script;
+
+  script << "units si\ncreate_rve " + a + words + "\ncreate_rve " + b + words;
+
+  EXPECT_EQ(text_of(a), text_of(b));
+  script << FOUR_ATOMS.substr(FOUR_ATOMS.find('\n') + 1) + "fix grains all rve " + a +
+          "\ncompute p all rve/atom p\nrun 0";
+  EXPECT_NEAR(script.per_atom("p", 0), 1e5, 2e2);
+}
+
+// ---- wrong input ----
+
+TEST(FixRveMessage, MissingPackingFile)
+{
+  const std::string message = error_of(FOUR_ATOMS + "fix grains all rve no/such/packing.rve\n");
+
+  EXPECT_IN("fix rve", message);
+  EXPECT_IN("no/such/packing.rve", message);
+}
+
+TEST(FixRveMessage, BrokenPackingFileNamesTheLine)
+{
+  const std::string path = edited_packing("broken.rve", "2 0.0046", "2 radius 1 2 0 0 0");
+
+  const std::string message = error_of(FOUR_ATOMS + "fix grains all rve " + path + "\n");
+
+  int line = 0;
+  std::ifstream file(path);
+  for (std::string text; std::getline(file, text);) {
+    ++line;
+    if (text.rfind("2 radius", 0) == 0) break;
+  }
+  EXPECT_IN(path + ":" + std::to_string(line), message);
+}
+
+TEST(FixRveMessage, NegativeStiffness)
+{
+  const std::string of_file =
+      edited_packing("soft.rve", "  normal_stiffness", "  normal_stiffness -3.0");
+
+  EXPECT_IN("normal stiffness is -7 [force/length]; it must be finite and greater than 0",
+            error_of(FOUR_ATOMS + FIX + "kn -7\n"));
+  EXPECT_IN("-3", error_of(FOUR_ATOMS + "fix grains all rve " + of_file + "\n"));
+}
+
+TEST(FixRveMessage, TimeStepAboveTheBound)
+{
+  const std::string message = error_of(FOUR_ATOMS + FIX + "dt 2e-4\n");
+
+  EXPECT_IN("DEM time step 0.0002 [time] is above the stability bound 0.0001", message);
+  EXPECT_IN("dt auto", message);
+}
+
+TEST(FixRveMessage, CellNarrowerThanTheCutoff)
+{
+  const std::string path = edited_packing("narrow.rve", "  0.14296", "  0.0100 0.0");
+
+  EXPECT_IN("it must exceed twice the largest contact distance",
+            error_of(FOUR_ATOMS + "fix grains all rve " + path + "\n"));
+}
+
+TEST(FixRveMessage, GroupWithoutAtoms)
+{
+  EXPECT_IN("group all has no atoms", error_of(BOX + FIX + "\n"));
+}
+
+TEST(FixRveMessage, ComputeWithoutFix)
+{
+  EXPECT_IN("compute rve/atom p: there is no fix rve",
+            error_of(FOUR_ATOMS + "compute p all rve/atom p\nrun 0"));
+  EXPECT_IN("fix other does not exist",
+            error_of(FOUR_ATOMS + FIX + "\ncompute p all rve/atom p fix other\nrun 0"));
+  EXPECT_IN("Unknown compute rve/atom quantity: pp",
+            error_of(FOUR_ATOMS + "compute p all rve/atom pp\n"));
+}
+
+TEST(FixRveMessage, ThreeDimensions)
+{
+  std::string script = FOUR_ATOMS + FIX + "\n";
+  script.replace(script.find("dimension 2"), 11, "dimension 3");
+
+  EXPECT_IN("fix rve needs a 2d system", error_of(script));
+}
+
+TEST(FixRveMessage, UnitsThatAreNotConsistent)
+{
+  std::string script = FOUR_ATOMS + FIX + "\n";
+  script.replace(script.find("units si"), 8, "units real");
+
+  EXPECT_IN("not in units real", error_of(script));
+}
+
+TEST(FixRveMessage, UnknownKeyword)
+{
+  EXPECT_IN("Unknown fix rve keyword: frition", error_of(FOUR_ATOMS + FIX + "frition 0.5\n"));
+  EXPECT_IN("format is 'half'; it must be fast or mixed or double",
+            error_of(FOUR_ATOMS + FIX + "format half\n"));
+  EXPECT_IN("component xx is driven by both",
+            error_of(FOUR_ATOMS + FIX + "drive velocity_gradient xx 1 servo xx -1e5\n"));
+}
+
+TEST(FixRveMessage, NanVelocityGradientNamesAtomAndComponent)
+{
+  // sqrt(-1) would be caught by LAMMPS, infinity minus infinity is not
+  const std::string message = error_of(FOUR_ATOMS +
+                                       "variable huge atom (id==3)*1e300*1e300\n"
+                                       "variable bad atom v_huge-v_huge\n" +
+                                       FIX + "drive velocity_gradient xy v_bad\nrun 1");
+
+  EXPECT_IN("velocity gradient component xy of atom", message);
+  EXPECT_IN("nan [1/time] at step 1; it must be a finite number", message);
+}
+
+TEST(FixRveMessage, FailedRveNamesAtomAndReason)
+{
+  const std::string message =
+      error_of(FOUR_ATOMS + "variable crush atom -400*(id==2)\n" + FIX +
+               "dt 1e-4 overlap_limit 0.1 drive velocity_gradient yy v_crush\nrun 20");
+
+  EXPECT_IN("RVE of atom 2 failed at step", message);
+  EXPECT_IN("overlap too large", message);
+}
+
+TEST(FixRveMessage, MinimizeIsRefused)
+{
+  EXPECT_IN("fix rve cannot be used with minimize",
+            error_of(FOUR_ATOMS + SHEAR + "minimize 0 0 10 10"));
+}
+
+TEST(FixRveMessage, PackingVariableOutOfRange)
+{
+  EXPECT_IN("it must be a whole number from 0 to 1",
+            error_of(FOUR_ATOMS + "variable which atom id\n" + FIX + "packings " + PACKING +
+                     " packing_variable v_which\nrun 0"));
+}
+
+TEST(FixRveMessage, DriveMpmWithoutFixMpm)
+{
+  EXPECT_IN("drive mpm needs a fix mpm", error_of(FOUR_ATOMS + FIX + "drive mpm\nrun 0"));
+}
+
+int main(int argc, char **argv)
+{
+  MPI_Init(&argc, &argv);
+  ::testing::InitGoogleTest(&argc, argv);
+  const int result = RUN_ALL_TESTS();
+  MPI_Finalize();
+  return result;
+}

@@ -1,0 +1,95 @@
+// Leapfrog velocity update with Cundall's damping.
+
+#include "rve/physics/integrator.h"
+#include "support/random.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+using namespace rve;
+using rve_test::Random;
+
+TEST(LocalDamping, SlowsTheAccelerationThatFeedsTheMotionAndHelpsTheOneThatBrakesIt)
+{
+  EXPECT_DOUBLE_EQ(local_damping_factor(0.3, 2.0, 5.0), 0.7);
+  EXPECT_DOUBLE_EQ(local_damping_factor(0.3, -2.0, -5.0), 0.7);
+  EXPECT_DOUBLE_EQ(local_damping_factor(0.3, -2.0, 5.0), 1.3);
+  EXPECT_DOUBLE_EQ(local_damping_factor(0.3, 2.0, -5.0), 1.3);
+}
+
+TEST(LocalDamping, SignOfZeroIsZero)
+{
+  EXPECT_EQ(sign(0.0), 0);
+  EXPECT_EQ(sign(-0.0), 0);
+  EXPECT_EQ(local_damping_factor(0.3, 2.0, 0.0), 1.0);
+  EXPECT_EQ(local_damping_factor(0.3, 0.0, 5.0), 1.0);
+}
+
+TEST(LocalDamping, DoesNotDependOnTheUnits)
+{
+  // the product of these underflows in fp32
+  EXPECT_FLOAT_EQ(local_damping_factor(0.3f, 1e-30f, 1e-30f), 0.7f);
+  EXPECT_FLOAT_EQ(local_damping_factor(0.3f, -1e-30f, 1e-30f), 1.3f);
+}
+
+TEST(Kick, IsEquationThreeWithTheDampingOfEquationFour)
+{
+  Random random(1);
+  for (int sample = 0; sample < 10000; ++sample) {
+    const double v = random.uniform(-1.0, 1.0), a = random.uniform(-1000.0, 1000.0);
+    const double alpha = random.uniform(0.0, 0.99), dt = random.uniform(1e-5, 5e-3);
+    // (4) with the velocity at the full step, (3a) with the damped force; mass 1
+    const double full_step = v + a * dt / 2.0;
+    const double damped = a -
+        alpha * std::fabs(a) *
+            (full_step > 0.0       ? 1.0
+                 : full_step < 0.0 ? -1.0
+                                   : 0.0);
+    const double expected = v + damped * dt;
+
+    ASSERT_NEAR(kick(v, a, alpha, dt), expected, 4e-15 * (std::fabs(v) + std::fabs(a * dt)));
+  }
+}
+
+TEST(Kick, WithoutDampingIsTimeReversible)
+{
+  const double v = 0.37, a = -12.0, dt = 1e-3;
+
+  EXPECT_NEAR(kick(kick(v, a, 0.0, dt), -a, 0.0, dt), v, 1e-16);
+}
+
+TEST(Kick, GrainAtRestUnderNoForceStaysAtRest)
+{
+  EXPECT_EQ(kick(0.0, 0.0, 0.3, 1e-3), 0.0);
+}
+
+namespace {
+
+/// Rebound over approach speed of a unit mass that meets a spring, in `steps` steps per contact.
+double rebound(double alpha, int steps)
+{
+  const double pi = 3.14159265358979323846, dt = pi / steps;    // stiffness 1
+  double x = 0.0, v = -1.0;
+  for (;;) {
+    x += dt * v;
+    if (x >= 0.0) return v;
+    v = kick(v, -x, alpha, dt);
+  }
+}
+
+}    // namespace
+
+TEST(Kick, CollisionWithoutDampingReturnsTheSpeed)
+{
+  EXPECT_NEAR(rebound(0.0, 20000), 1.0,
+              1e-3);    // O(dt): the moment of contact is resolved by one step
+}
+
+TEST(Kick, CollisionWithLocalDampingReturnsRootOfOneMinusAlphaOverOnePlusAlpha)
+{
+  // on the way in the spring brakes with 1 + alpha, on the way out it drives with 1 - alpha
+  for (const double alpha : {0.1, 0.3, 0.7})
+    EXPECT_NEAR(rebound(alpha, 20000), std::sqrt((1.0 - alpha) / (1.0 + alpha)), 1e-3)
+        << "alpha " << alpha;
+}

@@ -1,0 +1,158 @@
+// Runs a block program in a test on the backend that the test was built for (rve_add_block_test). A program is a functor
+//     template <class Block> RVE_HD void operator()(Block &block, char *fast_memory) const
+// whose pointers come from BlockArray. `fast_memory` is on chip on the GPU (kFastMemory bytes, not initialised).
+
+#ifndef RVE_UNITTEST_SUPPORT_BLOCK_RUNNER_H
+#define RVE_UNITTEST_SUPPORT_BLOCK_RUNNER_H
+
+#include "rve/block/block_serial.h"
+
+#if defined(RVE_TEST_CUDA)
+#include "rve/block/block_cuda.cuh"
+#endif
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdlib>
+#include <cstring>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace rve_test {
+
+constexpr std::size_t kFastMemory = 16384;
+
+/// Runs the program by one CPU thread, also in a Cuda test: the reference.
+template <class Program> void run_serial(const Program &program, std::size_t item_bytes = 0)
+{
+  std::vector<double> items(item_bytes / sizeof(double) + 1), fast(kFastMemory / sizeof(double));
+  rve::BlockSerial block(items.data());
+  program(block, reinterpret_cast<char *>(fast.data()));
+}
+
+inline bool cuda_required()
+{
+  const char *value = std::getenv("GPU_RVE_REQUIRE_CUDA");
+  return value && std::strcmp(value, "1") == 0;
+}
+
+#if defined(RVE_TEST_CUDA)
+
+inline void check_cuda(cudaError_t error)
+{
+  if (error != cudaSuccess) throw std::runtime_error(cudaGetErrorString(error));
+}
+
+/// Block sizes that every test runs with.
+inline std::vector<int> block_sizes()
+{
+  return {1, 32, 64, 128, 256, 1024};
+}
+
+inline std::string backend_obstacle()
+{
+  int count = 0;
+  const cudaError_t error = cudaGetDeviceCount(&count);
+  if (error != cudaSuccess) return cudaGetErrorString(error);
+  return count > 0 ? "" : "there is no CUDA device";
+}
+
+/// A vector that a block program can read and write.
+template <class T> class BlockArray {
+ public:
+  explicit BlockArray(std::vector<T> values) : size(values.size())
+  {
+    check_cuda(cudaMalloc(&memory, (size + 1) * sizeof(T)));
+    check_cuda(cudaMemcpy(memory, values.data(), size * sizeof(T), cudaMemcpyHostToDevice));
+  }
+  BlockArray(const BlockArray &) = delete;
+  BlockArray &operator=(const BlockArray &) = delete;
+  ~BlockArray() { cudaFree(memory); }
+
+  T *data() { return memory; }
+  std::vector<T> values() const
+  {
+    std::vector<T> result(size);
+    check_cuda(cudaMemcpy(result.data(), memory, size * sizeof(T), cudaMemcpyDeviceToHost));
+    return result;
+  }
+
+ private:
+  std::size_t size;
+  T *memory = nullptr;
+};
+
+template <bool OneItemPerThread, class Program>
+__global__ void __launch_bounds__(1024) program_kernel(Program program, void *items)
+{
+  __shared__ __align__(16) char fast_memory[kFastMemory];
+  __shared__ rve::CudaScratch scratch;
+  rve::BlockCuda<OneItemPerThread> block(scratch, items);
+  program(block, fast_memory);
+}
+
+/// Runs the program on one block. With no more items than threads and `in_registers`, per_item storage is registers.
+template <class Program>
+void run_block(int threads, const Program &program, std::size_t item_bytes = 0,
+               bool in_registers = false)
+{
+  BlockArray<char> items(std::vector<char>(item_bytes + 16));
+  if (in_registers)
+    program_kernel<true><<<1, threads>>>(program, items.data());
+  else
+    program_kernel<false><<<1, threads>>>(program, items.data());
+  check_cuda(cudaGetLastError());
+  check_cuda(cudaDeviceSynchronize());
+}
+
+#else
+
+inline std::vector<int> block_sizes()
+{
+  return {1};
+}
+
+inline std::string backend_obstacle()
+{
+  return "";
+}
+
+template <class T> class BlockArray {
+ public:
+  explicit BlockArray(std::vector<T> values) : content(std::move(values)) {}
+  BlockArray(const BlockArray &) = delete;
+  BlockArray &operator=(const BlockArray &) = delete;
+
+  T *data() { return content.data(); }
+  std::vector<T> values() const { return content; }
+
+ private:
+  std::vector<T> content;
+};
+
+template <class Program>
+void run_block(int, const Program &program, std::size_t item_bytes = 0, bool = false)
+{
+  run_serial(program, item_bytes);
+}
+
+#endif
+
+/// Skips its tests where there is no device, or fails them with GPU_RVE_REQUIRE_CUDA=1.
+class BlockTest : public ::testing::Test {
+ protected:
+  void SetUp() override
+  {
+    const std::string obstacle = backend_obstacle();
+    if (obstacle.empty()) return;
+    if (cuda_required()) FAIL() << "GPU_RVE_REQUIRE_CUDA=1, but " << obstacle;
+    GTEST_SKIP() << obstacle;
+  }
+};
+
+}    // namespace rve_test
+
+#endif

@@ -1,0 +1,35 @@
+// Random numbers that are the same on every machine (the distributions of the standard library are not).
+
+#ifndef RVE_UNITTEST_SUPPORT_RANDOM_H
+#define RVE_UNITTEST_SUPPORT_RANDOM_H
+
+#include <cstdint>
+#include <random>
+
+namespace rve_test {
+
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : engine(seed) {}
+
+  std::uint64_t bits() { return engine(); }
+
+  /// In [low, high).
+  double uniform(double low, double high)
+  {
+    return low + (high - low) * (static_cast<double>(engine() >> 11) * 0x1p-53);
+  }
+
+  /// In [low, high], both included.
+  int integer(int low, int high)
+  {
+    return low + static_cast<int>(engine() % static_cast<std::uint64_t>(high - low + 1));
+  }
+
+ private:
+  std::mt19937_64 engine;
+};
+
+}    // namespace rve_test
+
+#endif

@@ -1,0 +1,126 @@
+// One RVE in an engine of its own, and what tests compare of its state.
+
+#ifndef RVE_UNITTEST_SUPPORT_RVE_RIG_H
+#define RVE_UNITTEST_SUPPORT_RVE_RIG_H
+
+#include "engine/test_states.h"
+#include "rve/engine/engine.h"
+#include "rve/engine/packing_io.h"
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <tuple>
+#include <vector>
+
+namespace rve_test {
+
+constexpr rve::Format ALL_FORMATS[] = {rve::Format::Double, rve::Format::Mixed, rve::Format::Fast};
+
+inline rve::Options cpu_options(rve::Format format = rve::Format::Double, int threads = 1)
+{
+  rve::Options options;
+  options.format = format;
+  options.device = rve::Device::Cpu;
+  options.threads = threads;
+  return options;
+}
+
+/// 400 disks at 100 kPa (20 kPa: A20_h0075.rve), at rest, without tangential forces.
+inline rve::RveState paper_packing(const std::string &file = "A_h0075.rve")
+{
+  return rve::read_packing(std::string(RVE_PACKINGS_DIR) + "/" + file);
+}
+
+/// The paper's packing as a gas: radii halved, nothing touches (gaps of a few millimetres).
+inline rve::RveState paper_gas()
+{
+  rve::RveState state = paper_packing();
+  for (double &r : state.radius) r *= 0.5;
+  return state;
+}
+
+/// L with one component.
+inline rve::Tensor2 gradient(int a, int b, double rate)
+{
+  rve::Tensor2 l = rve::Tensor2::zero();
+  l(a, b) = rate;
+  return l;
+}
+
+inline rve::Tensor2 spin_gradient(double rate)
+{
+  return gradient(1, 0, rate) + gradient(0, 1, -rate);
+}
+
+class RveRig {
+ public:
+  explicit RveRig(const rve::RveState &state, const rve::Options &options = cpu_options()) :
+      engine(rve::make_engine(options)), number(engine->add(state))
+  {
+  }
+
+  const rve::Result &advance(const rve::Drive &drive)
+  {
+    engine->advance({number}, {drive}, results);
+    return results[0];
+  }
+
+  /// Constant velocity gradient, `calls` times `substeps`.
+  const rve::Result &strain(const rve::Tensor2 &l, double dt, int substeps, int calls = 1)
+  {
+    const rve::Drive drive = rve::Drive::constant_velocity_gradient(l, dt, substeps);
+    for (int k = 0; k < calls; ++k) advance(drive);
+    return results[0];
+  }
+
+  const rve::Result &evaluate() { return advance(rve::Drive()); }
+  const rve::Result &result() const { return results[0]; }
+  rve::RveState state() const { return engine->state(number); }
+  rve::Engine &owner() { return *engine; }
+  int rve_number() const { return number; }
+
+ private:
+  std::unique_ptr<rve::Engine> engine;
+  int number;
+  std::vector<rve::Result> results;
+};
+
+/// Nonzero tangential forces by pair, whatever the list looks like.
+inline std::vector<std::tuple<int, int, double>> histories(const rve::RveState &state)
+{
+  std::vector<std::tuple<int, int, double>> all;
+  for (const rve::Pair &pair : state.pairs)
+    if (pair.tangential_force != 0.0)
+      all.emplace_back(std::min(pair.first, pair.second), std::max(pair.first, pair.second),
+                       pair.tangential_force);
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+inline std::vector<double> components(const rve::Tensor2 &t)
+{
+  return {t.component, t.component + 4};
+}
+
+/// The motion is the same to the last bit: cell, positions, velocities, spins, contact history. Not the list.
+inline bool same_motion(const rve::RveState &a, const rve::RveState &b)
+{
+  return components(a.cell) == components(b.cell) &&
+      components(a.deformation) == components(b.deformation) && a.fractional == b.fractional &&
+      a.velocity == b.velocity && a.spin == b.spin && histories(a) == histories(b);
+}
+
+/// All that Love's formula and the contacts say, to the last bit.
+inline bool same_answer(const rve::Result &a, const rve::Result &b)
+{
+  return a.status == b.status && components(a.stress) == components(b.stress) &&
+      components(a.fabric) == components(b.fabric) && a.num_contacts == b.num_contacts &&
+      a.sliding_fraction == b.sliding_fraction && a.elastic_energy == b.elastic_energy &&
+      a.kinetic_energy == b.kinetic_energy && a.largest_contact_force == b.largest_contact_force &&
+      a.unbalanced_ratio == b.unbalanced_ratio;
+}
+
+}    // namespace rve_test
+
+#endif
