@@ -1,0 +1,62 @@
+#!/bin/sh
+# Everything that must be seen on a machine with a GPU, in one call: builds (preset cuda), runs the tests of the CUDA engine with
+# GPU_RVE_REQUIRE_CUDA=1, the sanitizers, 50 steps of the footing on CPU and GPU compared bit for bit, and the throughput benchmark.
+#
+#   sh tools/gpu_check.sh                      builds here, results in bench/results
+#   sh tools/gpu_check.sh --bin DIR --out DIR  with programs built elsewhere; results go to DIR
+set -u
+cd "$(dirname "$0")/.." || exit 1
+root=$PWD
+bin= out=$root/bench/results
+while [ $# -gt 0 ]; do
+  case $1 in
+    --bin) bin=$(cd "$2" && pwd); shift 2 ;;
+    --out) mkdir -p "$2"; out=$(cd "$2" && pwd); shift 2 ;;
+    *) echo "gpu_check: unknown argument $1"; exit 1 ;;
+  esac
+done
+if [ -z "$bin" ]; then
+  cmake --preset cuda && cmake --build --preset cuda || exit 1
+  bin=$root/build/cuda/bin
+fi
+mkdir -p "$out"
+export GPU_RVE_REQUIRE_CUDA=1
+failed=0
+step() { # step <name> <command...>
+  name=$1
+  shift
+  echo "======== $name"
+  if "$@"; then echo "-------- $name: passed"; else echo "-------- $name: FAILED"; failed=1; fi
+}
+
+for test in "$bin"/*_Cuda "$bin/test_backends"; do
+  [ -x "$test" ] && step "$(basename "$test")" "$test" --gtest_brief=1
+done
+
+if command -v compute-sanitizer >/dev/null; then
+  for tool in memcheck racecheck; do
+    step "compute-sanitizer $tool" compute-sanitizer --tool $tool --error-exitcode 1 \
+      "$bin/bench_engine" examples/packings/A_h0075.rve /dev/null cuda 0 2
+  done
+else
+  echo "gpu_check: no compute-sanitizer here"
+fi
+
+# 50 steps of the footing on both backends: positions, stresses and curve must be the same to the bit
+footing() {
+  work=$(mktemp -d) || return 1
+  cp -r "$root/examples/footing" "$work/footing"
+  cd "$work/footing" || return 1
+  for device in cpu cuda; do
+    mkdir "$device" && (cd "$device" && cp ../in.footing . &&
+      "$bin/lmp" -in in.footing -var device "$device" -var steps 50 -var out bits -log none > log.txt 2>&1) || { tail -20 "$device/log.txt"; cd "$root"; return 1; }
+  done
+  cmp cpu/fields.bits cuda/fields.bits && cmp cpu/curve.bits cuda/curve.bits
+  same=$?
+  cd "$root" && rm -rf "$work"
+  return $same
+}
+step "50 footing steps, CPU and GPU alike" footing
+
+step "throughput" "$bin/bench_engine" examples/packings/A_h0075.rve "$out/engine-H200.json" cuda 1.0 1 132 9600
+exit $failed
