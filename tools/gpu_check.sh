@@ -49,9 +49,10 @@ footing() {
   cd "$work/footing" || return 1
   for device in cpu cuda; do
     mkdir "$device" && (cd "$device" && cp ../in.footing . &&
-      "$bin/lmp" -in in.footing -var device "$device" -var steps 50 -var out bits -log none > log.txt 2>&1) || { tail -20 "$device/log.txt"; cd "$root"; return 1; }
+      echo 'write_rve grains atom 17 file rve.bits format rve' >> in.footing &&
+      "$bin/lmp" -in in.footing -var device "$device" -var stop 50 -var out bits -log none > log.txt 2>&1) || { tail -20 "$device/log.txt"; cd "$root"; return 1; }
   done
-  cmp cpu/fields.bits cuda/fields.bits && cmp cpu/curve.bits cuda/curve.bits
+  cmp cpu/fields.bits cuda/fields.bits && cmp cpu/curve.bits cuda/curve.bits && cmp cpu/rve.bits cuda/rve.bits
   same=$?
   cd "$root" && rm -rf "$work"
   return $same

@@ -140,6 +140,14 @@ TEST(Failure, WrongOptionsAndNumbersAreRefused)
                        "1 RVEs, 0 drives"));
 }
 
+TEST(Failure, HalfATurnInOneCallIsRefused)
+{
+  const Tensor2 spin{{0.0, -1.0, 1.0, 0.0}};    // 1 rad per second
+
+  EXPECT_NO_THROW(Drive::constant_velocity_gradient(spin, 1e-3, 2900));
+  EXPECT_THROW(Drive::constant_velocity_gradient(spin, 1e-3, 3100), InputError);
+}
+
 TEST(Failure, TimeStepBeyondTheBoundNeverStaysSilent)
 {
   const RveState packing = paper_packing();

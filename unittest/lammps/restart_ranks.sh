@@ -1,19 +1,27 @@
 #!/bin/sh
 # Material points carry their RVEs from rank to rank and through restart files, bit for bit:
-#   one process on 1 rank, uninterrupted   =   `ranks` ranks, stopped, and a new process on another number of ranks,
-# after points have migrated, with sheared contacts, in the middle of a list's life. The states are compared byte by byte.
-# Controls: a run from the states at the stop as packing files gives the same grains and contacts too (in another order: its list
-# began at the stop), and the same run with the tangential forces set to zero does not: so a lost history would be seen.
+#   one process on 1 rank, uninterrupted   =   `ranks before`, stopped, and a new process on `ranks after`,
+# after points have migrated, with sheared contacts, in the middle of a list's life. The states of the RVEs and everything the points
+# carry are compared byte by byte. Scenes:
+#   shear     fix rve alone: each RVE under its own velocity gradient, its atom flying across the rank borders
+#   footing   fix mpm with fix rve: a plate pressed into 4 x 4 points
+# Controls: a run from the RVEs at the stop as packing files gives the same grains and contacts too, some in another order, because its
+# lists begin at the stop and those of the others did not. The same run with the tangential forces set to zero does not: so a
+# lost history would be seen.
 #
-#   restart_ranks.sh <lmp> <packing> <ranks before> <ranks after> <mpiexec and its options...>
+#   restart_ranks.sh shear|footing <lmp> <packing> <ranks before> <ranks after> <mpiexec and its options...>
 set -eu
-lmp=$1 packing=$2 before=$3 after=$4
-shift 4
+scene=$1 lmp=$2 packing=$3 before=$4 after=$5
+shift 5
 work=$(mktemp -d "${TMPDIR:-/tmp}/restart_ranks.XXXXXX")
 trap 'rm -rf "$work"' EXIT
 cd "$work"
 
-cat > in.setup << END
+# A scene: in.setup makes the atoms; in.settings is what a restart file does not keep; fixes <ID of fix rve> <its packing, or several>;
+# the atoms with RVEs; the steps of the stop and the end; what fix mpm gives, if there is one
+case $scene in
+shear)
+  cat > in.setup << END
 units si
 dimension 2
 boundary p p p
@@ -27,65 +35,131 @@ create_atoms 1 single 0.5 2.5 0
 create_atoms 1 single 2.5 2.5 0
 velocity all set 80.0 90.0 0.0
 END
-# 20 steps of 1 ms take each point across the middle of the box, in x and y
-cat > in.go << END
+  # 20 steps of 1 ms take each point across the middle of the box, in x and y
+  cat > in.settings << END
 timestep 1e-3
 neighbor 0.3 bin
 neigh_modify every 1 delay 0 check no
 comm_modify cutoff 0.5
 variable rate atom -0.3*id
-fix move all nve
-compute rank all property/atom proc
-thermo 20
 END
-fix="threads 1 dt 1e-4 drive velocity_gradient yy v_rate xy 1.0"
-write_states() {
-  for id in 1 2 3 4; do echo "write_rve grains atom $id file $1.$id.rve format rve"; done
+  fixes() {
+    rve=$1; shift
+    echo "fix move all nve"
+    echo "fix $rve all rve $* threads 1 dt 1e-4 drive velocity_gradient yy v_rate xy 1.0"
+  }
+  atoms=$(seq 4) stop=20 end=40 columns="" vector=""
+  ;;
+footing)
+  # the border between two ranks is just below the upper row of points, and the plate pushes them across it
+  cat > in.setup << END
+units si
+dimension 2
+boundary f f p
+atom_style sphere
+processors 1 * 1
+region box block 0 4 0 6.98 -0.1 0.1 units box
+create_box 2 box
+lattice sq 1.0 origin 0.5 0.5 0.0
+region ground block 0 4 0 4 -0.05 0.05 units box
+create_atoms 1 region ground
+region plate block 0 2 4 5 -0.05 0.05 units box
+create_atoms 2 region plate
+set group all diameter 1.0
+group ground type 1
+group plate type 2
+region top block 2 4 3 4 -0.05 0.05 units box
+group surface region top
+END
+  cat > in.settings << END
+timestep 0.005
+pair_style none
+comm_modify cutoff 1.0
+neighbor 0.5 bin
+neigh_modify every 5 delay 0 check no
+END
+  fixes() {
+    rve=$1; shift
+    echo "fix $rve ground rve $* threads 1 dt 1e-4 drive mpm substeps match"
+    echo "fix soil all mpm 1.0 domain 0 4 0 6 model ground rve $rve boundary xlo roller boundary xhi roller boundary ylo fixed &"
+    echo "  damping 0.05 rigid plate vx 0 vy -0.3 rough traction surface 0 -20000"
+  }
+  atoms=$(seq 16) stop=63 end=80 columns="f_soil[*]" vector='$(f_soil[1]:%.17g) $(f_soil[5]:%.17g) $(f_soil[6]:%.17g) $(f_soil[8]:%.17g)'
+  cat > in.packing << END
+units si
+dimension 2
+region box block 0 1 0 1 -0.1 0.1
+create_box 1 box
+create_rve $work/small.rve grains 50 seed 1 radius uniform 0.0025 0.005 pressure 20000 kn 1e6 kt 1e6 friction 0.5 density 2650 &
+  damping 0.3 thickness 0.075
+END
+  "$@" 1 "$lmp" -in in.packing -log packing.log > packing.out || { cat packing.out; exit 1; }
+  packing=$work/small.rve
+  ;;
+*) echo "the scene must be shear or footing, got $scene"; exit 1 ;;
+esac
+
+# write <name> <ID of fix rve>: all that is compared. 17 digits are all bits of a double; counts are DEM steps and rebuilds of lists
+write() {
+  for id in $atoms; do echo "write_rve $2 atom $id file $1.$id.rve format rve"; done
+  echo "write_dump all custom $1.points id x y vx vy $columns modify sort id format float %.17g"
+  echo "print '\$(f_$2[3]:%.0f) \$(f_$2[4]:%.0f) $vector' file $1.counts"
 }
 
-{ cat in.setup in.go; echo "fix grains all rve $packing $fix"; echo "run 40"; write_states whole
-  echo 'print "$(f_grains[3]:%.0f) $(f_grains[4]:%.0f)" file whole.counts'; } > in.whole
-{ cat in.setup in.go; echo "fix grains all rve $packing $fix"
-  echo "dump ranks all custom 20 ranks.* id c_rank"; echo "dump_modify ranks sort id"; echo "run 20"
-  write_states stop; echo "write_restart half.restart"; } > in.first
-{ echo "read_restart half.restart"; cat in.go; echo "fix grains all rve $packing $fix"; echo "run 20"; write_states second
-  echo 'print "$(f_grains[3]:%.0f) $(f_grains[4]:%.0f)" file second.counts'; } > in.second
+{ cat in.setup in.settings; fixes grains "$packing"; echo "thermo $end"; echo "run $end"; write whole grains; } > in.whole
+{ cat in.setup in.settings; fixes grains "$packing"; echo "compute rank all property/atom proc"
+  echo "dump ranks all custom $stop ranks.* id c_rank"; echo "dump_modify ranks sort id"
+  echo "run $stop"; write stop grains; echo "write_restart half.restart"; } > in.first
+{ echo "read_restart half.restart"; cat in.settings; fixes grains "$packing"; echo "run $((end - stop))"; write second grains; } > in.second
+# fix rve finds its RVEs in a restart file by its ID: with another one it begins with its packings
 from_states() {
-  cat in.setup in.go
-  echo "reset_timestep 20"
+  echo "read_restart half.restart"
+  cat in.settings
   echo "variable which atom id-1"
-  echo "fix grains all rve $1.1.rve packings $1.2.rve $1.3.rve $1.4.rve packing_variable v_which $fix"
-  echo "run 20"; write_states "$2"
+  files=""
+  for id in $atoms; do files="$files $1.$id.rve"; done
+  # the first is the packing, the others are further ones
+  fixes other $(echo $files | sed 's/ / packings /') packing_variable v_which
+  echo "run $((end - stop))"
+  write "$2" other
 }
 from_states stop again > in.again
 from_states forgetful forgot > in.forgot
 
-"$@" 1 "$lmp" -in in.whole -log whole.log > whole.out || { cat whole.out; exit 1; }
-"$@" "$before" "$lmp" -in in.first -log first.log > first.out || { cat first.out; exit 1; }
-"$@" "$after" "$lmp" -in in.second -log second.log > second.out || { cat second.out; exit 1; }
+run() {
+  "$@" > run.out 2>&1 || { cat run.out; exit 1; }
+}
+run "$@" 1 "$lmp" -in in.whole -log whole.log
+run "$@" "$before" "$lmp" -in in.first -log first.log
+run "$@" "$after" "$lmp" -in in.second -log second.log
 
-if [ "$before" -gt 1 ] && tail -4 ranks.0 > r0 && tail -4 ranks.20 > r20 && cmp -s r0 r20; then
-  echo "no point has migrated"; cat ranks.20; exit 1
+if [ "$before" -gt 1 ]; then
+  for step in 0 $stop; do sed '1,/ITEM: ATOMS/d' ranks.$step > moved.$step; done
+  if cmp -s moved.0 moved.$stop; then echo "no point has migrated"; cat ranks.$stop; exit 1; fi
 fi
-for id in 1 2 3 4; do
+cmp whole.points second.points
+cmp whole.counts second.counts    # DEM steps and rebuilds too: the lists went on
+for id in $atoms; do
   cmp whole.$id.rve second.$id.rve
   awk '/^contacts/ {on = 1; next} on && NF == 3 && $3 != 0 {n++} END {exit n > 20 ? 0 : 1}' stop.$id.rve ||
     { echo "the tangential history of atom $id is empty"; exit 1; }
 done
-cmp whole.counts second.counts    # DEM steps and rebuilds: the list went on too
-[ "$(awk '{print $2}' whole.counts)" -gt 4 ] || { echo "no list was rebuilt:"; cat whole.counts; exit 1; }
+[ "$(awk '{print $2}' stop.counts)" -gt 4 ] || { echo "no list was rebuilt:"; cat stop.counts; exit 1; }
 
 # the controls
 in_order() { awk '/^contacts/ {on = 1; next} /^end/ {next} on && NF == 3 {if ($1 > $2) {t = $1; $1 = $2; $2 = t}} {print}' "$1" | sort; }
-for id in 1 2 3 4; do
+for id in $atoms; do
   awk '/^contacts/ {on = 1; print; next} on && NF == 3 {$3 = 0} {print}' stop.$id.rve > forgetful.$id.rve
 done
-for run in again forgot; do
-  "$@" 1 "$lmp" -in in.$run -log $run.log > $run.out || { cat $run.out; exit 1; }
-done
-for id in 1 2 3 4; do
-  for run in whole again forgot; do in_order $run.$id.rve > $run.$id; done
+for name in again forgot; do run "$@" 1 "$lmp" -in in.$name -log $name.log; done
+old_lists=0
+for id in $atoms; do
+  for name in whole again forgot; do in_order $name.$id.rve > $name.$id; done
   cmp whole.$id again.$id
+  cmp -s whole.$id.rve again.$id.rve || old_lists=$((old_lists + 1))
   if cmp -s whole.$id forgot.$id; then echo "a lost history goes unseen (atom $id)"; exit 1; fi
 done
+[ $old_lists -gt 0 ] || { echo "all lists were new at the stop"; exit 1; }
+cmp whole.points again.points
+if [ -n "$columns" ] && cmp -s whole.points forgot.points; then echo "a lost history goes unseen in the points"; exit 1; fi
 echo "equal: 1 rank, and $before ranks stopped and continued on $after; different without the tangential history"

@@ -33,8 +33,8 @@ inline LoveSum love_sum(const rve::RveState &state)
           ++sum.num_contacts;
           for (int a = 0; a < 2; ++a)
             for (int c = 0; c < 2; ++c)
-              sum.stress(a, c) -= state.material.normal_stiffness * overlap * b[a] / distance *
-                  b[c] / volume;
+              sum.stress(a, c) -=
+                  state.material.normal_stiffness * overlap * b[a] / distance * b[c] / volume;
         }
   return sum;
 }

@@ -84,6 +84,11 @@ std::string describe_status(std::uint32_t status)
 
 Drive Drive::constant_velocity_gradient(const Tensor2 &velocity_gradient, double dt, int substeps)
 {
+  // the increment is all that the engine sees, and half a turn looks the same in both directions
+  const double turn = 0.5 * (velocity_gradient(1, 0) - velocity_gradient(0, 1)) * substeps * dt;
+  require(!(std::fabs(turn) > 3.0),
+          "one call must rotate an RVE by less than 3 rad, got " + number(turn) +
+              " rad: use shorter calls");
   Drive drive;
   drive.dt = dt;
   drive.substeps = substeps;

@@ -39,6 +39,7 @@ struct Drive {
   bool has_servo() const { return controlled[0][0] || controlled[0][1] || controlled[1][1]; }
 
   /// Drives by a constant velocity gradient over substeps * dt: deformation = exp(L t).
+  /// Throws InputError when that turns the RVE by more than 3 rad: a larger rotation cannot be told from a smaller one.
   static Drive constant_velocity_gradient(const Tensor2 &velocity_gradient, double dt,
                                           int substeps);
 };
