@@ -59,5 +59,7 @@ footing() {
 }
 step "50 footing steps, CPU and GPU alike" footing
 
+GPU_RVE_COMMIT=$(git rev-parse --short HEAD 2>/dev/null)
+export GPU_RVE_COMMIT
 step "throughput" "$bin/bench_engine" examples/packings/A_h0075.rve "$out/engine-H200.json" cuda 1.0 1 132 9600
 exit $failed

@@ -41,7 +41,7 @@ inline namespace RVE_ISA {
     Vec<typename Format::Real, 2> *velocity;
     typename Format::Real *spin;
     typename Format::Wide *radius;
-    std::int32_t *partner;    ///< -1: slot is free
+    std::int32_t *partner;    ///< own number: slot is free
     typename Format::History *history;
     std::int32_t *extra_first, *extra_second;
     typename Format::History *extra_history;
