@@ -372,7 +372,7 @@ void FixMpm::solve(bool advance)
     row[SXY] = 0.5 * (sigma(0, 1) + sigma(1, 0));
     row[P] = -0.5 * (sigma(0, 0) + sigma(1, 1));
     row[Q] = std::hypot(0.5 * (sigma(0, 0) - sigma(1, 1)), row[SXY]);
-    // equations (26), (27) of Zhao, Zhao & Liang 2020 in the plane: engineering strain from F
+    // equations (26), (27) of Zhao, Zhao & Liang 2021 in the plane: engineering strain from F
     row[EPS_V] = F(0, 0) + F(1, 1) - 2.0;
     row[EPS_Q] = std::hypot(F(0, 0) - F(1, 1), F(0, 1) + F(1, 0));
     row[DENSITY] = impl->mass[i] / impl->volume[i];

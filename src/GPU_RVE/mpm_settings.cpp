@@ -137,7 +137,7 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
         const bool of_rve = strcmp(arg[iarg + 1], "rve") == 0;
         settings.density = of_rve ? 0.0 : number(1);
         if (!of_rve && !(settings.density > 0.0))
-          lmp->error->all(FLERR, "Fix mpm density must be > 0 [mass/area] or rve, got {}",
+          lmp->error->all(FLERR, "Fix mpm density must be > 0 [mass/distance^3] or rve, got {}",
                           arg[iarg + 1]);
         iarg += 2;
       } else if (word == "stress") {

@@ -56,7 +56,7 @@ struct MpmSettings {
   std::vector<MpmRigidBody> bodies;    ///< their contact is in options.rigid_bodies
   std::vector<MpmTraction> tractions;
   std::vector<MpmModel> models;
-  double density = 0.0;                                  ///< [mass/area]; 0: of the RVE
+  double density = 0.0;                                  ///< [mass/length^3]; 0: of the RVE
   double initial_volume = 0.0;                           ///< of a point [area]
   rve::Tensor2 initial_stress = rve::Tensor2::zero();    ///< of points without RVEs
   double courant_warn = 0.9, courant_error = 1.0;

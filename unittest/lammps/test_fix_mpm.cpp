@@ -126,6 +126,14 @@ std::string points_in_box(int nx, int ny, double room = 2)
       "thermo_modify lost error\n";
 }
 
+/// Ground of 8 by 6 in cells of edge 1, with points on the lattice.
+std::string block_of_points(const std::string &lattice)
+{
+  std::string scene = points_in_box(8, 6);
+  const std::string usual = "lattice sq 1.0 origin 0.5 0.5 0.0";
+  return scene.replace(scene.find(usual), usual.size(), lattice);
+}
+
 /// A rough footing pressed into elastic ground; the scene of the bit tests. Points move more than a cell.
 std::string elastic_footing()
 {
@@ -142,16 +150,28 @@ std::string elastic_footing()
 
 TEST(FixMpm, UniformStressUnderSurchargeIsInEquilibrium)
 {
-  Script script;
+  // points per cell edge, keywords, and what carries the load: the uppermost points as a group, or a region
+  for (const auto &edge : {std::string("1"), std::string("2")})
+    for (const auto &shape : {std::string("gimp"), std::string("linear")})
+      for (const auto &loaded : {std::string("surface"), std::string("top")}) {
+        Script script;
 
-  script << points_in_box(8, 6) +
-          "region top block 0 8 5 6 -0.05 0.05 units box\ngroup surface region top\ntimestep "
-          "0.001\n"
-          "fix soil all mpm 1.0 model all elastic 1.0e6 0.3 density 2000 stress -20000 -20000 0 "
-          "boundary xlo roller boundary xhi roller boundary ylo fixed traction surface 0 "
-          "-20000\nrun 0\n";
+        script << block_of_points("lattice sq " + std::to_string(1.0 / std::stod(edge)) +
+                                  " origin 0.5 0.5 0.0") +
+                "variable low equal 6-1/" + edge +
+                "\nregion top block 0 8 ${low} 6 -0.05 0.05 units box\n"
+                "group surface region top\ntimestep 0.001\n"
+                "fix soil all mpm 1.0 shape " +
+                shape + " points_per_cell $(" + edge + "^2) " +
+                "model all elastic 1.0e6 0.3 density 2000 stress -20000 -20000 0 "
+                "boundary xlo roller boundary xhi roller boundary ylo fixed traction " +
+                loaded + " 0 -20000\nrun 0\n";
 
-  EXPECT_LT(script.fix()->compute_vector(0), 1e-6 * 20000 * 1.0);    // max |f_node| < 1e-6 q_s h
+        // max |f_node| < 1e-6 q_s h
+        EXPECT_LT(script.fix()->compute_vector(0), 1e-6 * 20000 * 1.0)
+            << shape << ", traction " << loaded << ", " << edge << " points per cell edge";
+        EXPECT_NEAR(script.fix()->compute_vector(3), 2000 * 48.0, 1e-6);
+      }
 }
 
 TEST(FixMpm, FreeFallUnderFixGravity)
@@ -188,7 +208,9 @@ TEST(FixMpm, BarVibratesInItsFirstModeAsInClosedForm)
               0.02 * 0.1);    // grid dispersion at 25 cells
 }
 
-TEST(FixMpm, PlateReactionIsOedometricModulusTimesStrain)
+class FixMpmScheme : public ::testing::TestWithParam<const char *> {};
+
+TEST_P(FixMpmScheme, PlateReactionIsOedometricModulusTimesStrain)
 {
   Script script;
 
@@ -199,7 +221,8 @@ TEST(FixMpm, PlateReactionIsOedometricModulusTimesStrain)
           "variable vy equal ramp(0,-0.02)\n"
           "fix soil all mpm 1.0 model ground elastic 1.0e6 0.25 density 2000 damping 0.1 boundary "
           "xlo roller "
-          "boundary xhi roller boundary ylo fixed rigid plate vx 0 vy v_vy smooth\nrun 1600\n";
+          "boundary xhi roller boundary ylo fixed rigid plate vx 0 vy v_vy smooth scheme " +
+          GetParam() + "\nrun 1600\n";
 
   const double strain =
       0.5 * 0.02 * 8.0 / 8.0;    // settlement of a velocity ramp over 8 s, height 8
@@ -207,6 +230,85 @@ TEST(FixMpm, PlateReactionIsOedometricModulusTimesStrain)
   EXPECT_NEAR(script.fix()->compute_vector(5), 4.0 * modulus * strain,
               0.04 * 4.0 * modulus * strain);
   EXPECT_NEAR(script.fix()->compute_vector(7), -0.08, 1e-4);
+}
+
+INSTANTIATE_TEST_SUITE_P(, FixMpmScheme, ::testing::Values("musl", "usavg"));
+
+TEST(FixMpm, FlipBelowOneFiltersAModeAsInClosedForm)
+{
+  // stress as good as absent: a step takes points at the middle of cells to v <- flip v + (1 - flip) (v_left + 2 v + v_right) / 4,
+  // which multiplies the mode cos(k x) by flip + (1 - flip) cos^2(k h / 2); k = pi / L fits free ends
+  for (const double flip : {1.0, 0.9, 0.0}) {
+    Script script;
+
+    script << points_in_box(5, 1) +
+            "variable v atom 1e-6*cos(PI/5*x)\nvelocity all set v_v 0 0\ntimestep 1e-6\n"
+            "fix soil all mpm 1.0 model all elastic 1.0 0 density 1 flip " +
+            std::to_string(flip) + "\nrun 10\n";
+
+    const double factor = pow(flip + (1.0 - flip) * pow(cos(M_PI / 10), 2), 10);
+    for (const auto &point : script.points()) {
+      const double start = 1e-6 * cos(M_PI / 5 * (point.first - 0.5));
+      EXPECT_NEAR(point.second[2], factor * start, 1e-15)
+          << "flip " << flip << "; points move by 1e-11, stress adds 1e-16";
+    }
+  }
+}
+
+TEST(FixMpm, MassesPerTypeServeAsWellAsMassesPerPoint)
+{
+  Script script;
+
+  script << "units si\ndimension 2\nboundary f f p\natom_style atomic\n"
+            "region box block 0 3 0 6 -0.1 0.1 units box\ncreate_box 1 box\n"
+            "lattice sq 1.0 origin 0.5 0.5 0.0\nregion ground block 0 3 0 3 -0.05 0.05 units box\n"
+            "create_atoms 1 region ground\nmass 1 1000\npair_style none\ncomm_modify cutoff 1.0\n"
+            "neighbor 0.5 bin\ntimestep 0.001\n"
+            "fix soil all mpm 1.0 model all elastic 1.0e5 0.3 density 1000\n"
+            "fix g all gravity 9.81 vector 0 1 0\nvelocity all set 0 0 0\nrun 100\n";
+
+  for (const auto &point : script.points()) EXPECT_NEAR(point.second[3], 9.81 * 0.1, 1e-6);
+  EXPECT_EQ(script.fix()->compute_vector(3), 9 * 1000.0);
+}
+
+TEST(FixMpm, TractionOnARegionIsTractionOnItsPoints)
+{
+  std::string on_region = elastic_footing();
+  const std::string on_group = "traction surface";
+  on_region.replace(on_region.find(on_group), on_group.size(), "traction top");
+  Script group, region;
+
+  group << elastic_footing() + "run 20\n";
+  region << on_region + "run 20\n";
+
+  EXPECT_EQ(group.points(), region.points());
+}
+
+TEST(FixMpm, SeparationLetsABodyPushButNotPull)
+{
+  // the plate of the footing, on ground without stress, for ten steps; what the ground does to it in y
+  const auto reaction = [](const std::string &velocity, const std::string &separation,
+                           bool &moved) {
+    Script script;
+    script << points_in_box(4, 4) +
+            "region plate block 0 2 4 5 -0.05 0.05 units box\ncreate_atoms 2 region plate\nset "
+            "type 2 diameter 1.0\ngroup ground type 1\ngroup plate type 2\ntimestep 0.005\n"
+            "fix soil all mpm 1.0 model ground elastic 1.0e6 0.3 density 2000 boundary ylo fixed "
+            "rigid plate vx 0 vy " +
+            velocity + " rough separation " + separation + "\nrun 10\n";
+    moved = script.fix()->compute_vector(2) > 0.0;    // kinetic energy of the ground
+    return script.fix()->compute_vector(5);
+  };
+  bool moved;
+
+  EXPECT_GT(reaction("-0.1", "no", moved), 0.0);
+  EXPECT_TRUE(moved);
+  EXPECT_GT(reaction("-0.1", "yes", moved), 0.0);
+  EXPECT_TRUE(moved);
+  EXPECT_LT(reaction("0.1", "no", moved), 0.0);
+  EXPECT_TRUE(moved);
+  EXPECT_EQ(reaction("0.1", "yes", moved), 0.0);
+  EXPECT_FALSE(moved);
 }
 
 TEST(FixMpm, SecondRunAndRunZeroAdvanceNothingTwice)
@@ -342,6 +444,8 @@ TEST(FixMpmWithGrains, RestartContinuesBitForBit)
 
 TEST(FixMpmErrors, SayWhatIsWrong)
 {
+  make_packing();
+  MPI_Barrier(MPI_COMM_WORLD);
   const std::string scene = points_in_box(2, 2) + "timestep 0.001\n";
   const std::string law = "model all elastic 1.0e6 0.3 density 2000";
   const std::vector<std::pair<std::string, std::string>> cases = {
@@ -349,6 +453,52 @@ TEST(FixMpmErrors, SayWhatIsWrong)
       {scene + "fix soil all mpm 1.0 " + law + " wings yes", "unknown keyword 'wings'"},
       {scene + "fix soil all mpm 1.0 " + law + " flip 1.5", "in [0, 1]"},
       {scene + "fix soil all mpm 1.0 " + law + " boundary top roller", "xlo, xhi, ylo or yhi"},
+      {scene + "fix soil all mpm 1.0 " + law + " boundary xlo sticky",
+       "boundary must be free or roller or fixed, got 'sticky'"},
+      {scene + "fix soil all mpm 1.0 " + law + " shape cubic",
+       "shape must be linear or gimp, got 'cubic'"},
+      {scene + "fix soil all mpm 1.0 " + law + " scheme usl",
+       "scheme must be musl or usavg, got 'usl'"},
+      {scene + "fix soil all mpm 1.0 " + law + " scheme", "missing argument"},
+      {scene + "fix soil all mpm 1.0 " + law + " damping 1",
+       "local damping must be in [0, 1), got 1"},
+      {scene + "fix soil all mpm 1.0 " + law + " points_per_cell 0",
+       "points_per_cell must be > 0, got 0"},
+      {scene + "fix soil all mpm 1.0 " + law + " volume 1.5",
+       "volume of a point must be in (0, 1] (one cell), got 1.5"},
+      {scene + "fix soil all mpm 1.0 " + law + " cfl 1.0 0.5", "0 < warn <= error, got 1.0 0.5"},
+      {scene + "fix soil all mpm 1.0 " + law + " domain 0 2.5 0 4",
+       "whole number of cells, got 2.5 / 1 = 2.5"},
+      {scene + "fix soil all mpm 1.0 " + law + " separation yes", "must follow a rigid body"},
+      {scene + "fix soil all mpm 1.0 " + law + " face yhi",
+       "must follow a traction or a rigid body"},
+      {scene + "fix soil all mpm 1.0 " + law + " traction lid 0 -1", "group 'lid' does not exist"},
+      {scene + "fix soil all mpm 1.0 " + law + " traction all 0 v_q\nrun 0",
+       "variable 'q' does not exist"},
+      {scene + "variable q atom 1\nfix soil all mpm 1.0 " + law + " traction all 0 v_q\nrun 0",
+       "variable 'q' must be an equal-style variable"},
+      {scene + "fix soil all mpm 1.0 " + law + " traction ground 0 -1\nregion ground delete\nrun 0",
+       "region 'ground' does not exist"},
+      {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
+           " rigid plate vx 0 0 rough rough rough",
+       "rigid group-ID vx value vy value rough|smooth"},
+      {scene + "group plate id 4\nfix soil all mpm 1.0 " + law + " rigid plate vx 0 vy 0 glued",
+       "rigid must be smooth or rough, got 'glued'"},
+      {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
+           " rigid plate vx 0 vy 0 rough separation maybe",
+       "maybe"},
+      {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
+           " rigid plate vx 0 vy 0 rough traction plate 0 -1\nrun 0",
+       "is rigid and cannot carry a traction"},
+      {scene + "fix soil all mpm 1.0 model all elastic 1.0e6 0.5 density 2000",
+       "Poisson's ratio must be in (-1, 0.5), got 0.5"},
+      {scene + "fix soil all mpm 1.0 model all plastic 1.0e6 0.3 density 2000",
+       "model must be rve or elastic, got 'plastic'"},
+      {scene + "fix soil all mpm 1.0 model all elastic 1.0e6 0.3 density -2000",
+       "density must be > 0 [mass/distance^3] or rve, got -2000"},
+      {scene + "fix soil all mpm 1.0 model all elastic 1.0e6 0.3\nrun 0",
+       "keyword density must give a value > 0"},
+      {scene + "fix soil all mpm 1.0 " + law + "\nrun_style respa 1\nrun 0", "respa"},
       {scene + "fix soil all mpm 1.0 model nobody elastic 1.0e6 0.3 density 2000",
        "group 'nobody' does not exist"},
       {scene + "fix soil all mpm 1.0 model all elastic -1.0e6 0.3 density 2000",
@@ -356,6 +506,18 @@ TEST(FixMpmErrors, SayWhatIsWrong)
       {scene + "fix soil all mpm 1.0 model all rve grains density rve\nrun 0",
        "'grains' does not exist"},
       {scene + "fix soil all mpm 1.0 density 2000\nrun 0", "no constitutive model"},
+      {scene +
+           "fix grains all gravity 9.81 vector 0 -1 0\nfix soil all mpm 1.0 model all rve "
+           "grains\nrun 0",
+       "must be of style rve, got gravity"},
+      {scene +
+           "fix grains all rve test_fix_mpm.rve dt 1e-4 drive velocity_gradient xy 0.1\n"
+           "fix soil all mpm 1.0 model all rve grains\nrun 0",
+       "must have drive mpm"},
+      {scene +
+           "group some id 1 2\nfix grains some rve test_fix_mpm.rve dt 1e-4 drive mpm\n"
+           "fix soil all mpm 1.0 model all rve grains\nrun 0",
+       "atom 3 has no RVE of fix grains; is it in its group?"},
       {scene + "group none empty\nfix soil none mpm 1.0 " + law + "\nrun 0", "no atoms"},
       {scene + "fix soil all mpm 1.0 " + law + "\nfix hold all setforce 0 0 0\nrun 0",
        "keyword rigid or boundary"},
@@ -368,6 +530,15 @@ TEST(FixMpmErrors, SayWhatIsWrong)
        "units"},
       {"units si\nregion b block 0 1 0 1 0 1\ncreate_box 1 b\nfix soil all mpm 1.0 " + law,
        "dimension 2"},
+      {"units si\ndimension 2\nregion b block 0 1 0 1 -0.1 0.1\ncreate_box 1 b\nfix soil all mpm "
+       "1.0 " +
+           law,
+       "not periodic"},
+      {"units si\ndimension 2\nboundary f f p\nregion b block 0 1 0 1 -0.1 0.1\ncreate_box 1 b\n"
+       "mass 1 1900\ncreate_atoms 1 single 0.5 0.5 0\npair_style none\ncomm_modify cutoff 1\n"
+       "fix soil all mpm 1.0 " +
+           law + "\nrun 0",
+       "has mass 2000 = density * volume, but type 1 has 1900"},
   };
 
   for (const auto &one : cases) {

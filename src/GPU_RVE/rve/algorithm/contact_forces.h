@@ -93,14 +93,21 @@ inline namespace RVE_ISA {
     double friction, viscous;
   };
 
-  /// Computes the pair, adds its force to both grains and its Love term to `stress` (4 integers, may be null).
-  template <class Block, class Format, bool Viscous>
-  RVE_INLINE void
-  add_pair(Block &block, const SharedView<Format> &shared,
-           const StepConstants<Format, Viscous> &step, const ForceScale<Format> &scale, int i,
-           int j, typename Format::History &history, Vec<typename Format::Sum, 2> &own_force,
-           typename Format::Sum &own_torque, std::int32_t &trouble, std::int64_t *stress,
-           Dissipation *heat)
+  /// Where the force of a grain's own pairs gathers, and what else the phase asks for.
+  template <class Format> struct GrainSum {
+    Vec<typename Format::Sum, 2> force;    ///< [force units]
+    typename Format::Sum torque;           ///< [torque units]
+    std::int32_t trouble;                  ///< bits of the status word
+    std::int64_t *stress;                  ///< (4) Love sums, with WithStress
+    Dissipation heat;                      ///< with WithHeat
+  };
+
+  /// Computes the pair and adds its force to both grains.
+  template <bool WithStress, bool WithHeat, class Block, class Format, bool Viscous>
+  RVE_INLINE void add_pair(Block &block, const SharedView<Format> &shared,
+                           const StepConstants<Format, Viscous> &step,
+                           const ForceScale<Format> &scale, int i, int j,
+                           typename Format::History &history, GrainSum<Format> &sum)
   {
     using Real = typename Format::Real;
     using Sum = typename Format::Sum;
@@ -114,41 +121,41 @@ inline namespace RVE_ISA {
     // a NaN fails the comparison too
     if (!(std::fabs(scaled[0]) <= scale.limit && std::fabs(scaled[1]) <= scale.limit)) {
       const bool number = scaled[0] == scaled[0] && scaled[1] == scaled[1];
-      trouble |= static_cast<std::int32_t>(number ? status::ForceSaturated : status::NonFinite);
+      sum.trouble |= static_cast<std::int32_t>(number ? status::ForceSaturated : status::NonFinite);
       return;
     }
     for (int a = 0; a < 2; ++a) {
       Sum units;
       round_to(scaled[a], units);
-      own_force[a] += units;
+      sum.force[a] += units;
       block.add(&shared.force[j][a], static_cast<Sum>(-units));
     }
     Sum torque_i, torque_j;
     round_to(scale.torque * pair.force.torque_i, torque_i);
     round_to(scale.torque * pair.force.torque_j, torque_j);
-    own_torque += torque_i;
+    sum.torque += torque_i;
     block.add(&shared.torque[j], torque_j);
-    if (stress) {
+    if constexpr (WithStress) {
       const auto term = love_term(pair.force.force.template as<double>(),
                                   pair.contact.branch.template as<double>());
       for (int k = 0; k < 4; ++k) {
         std::int64_t units;
         round_to(scale.stress * term.component[k], units);
-        stress[k] += units;
+        sum.stress[k] += units;
       }
     }
-    if (heat) {
+    if constexpr (WithHeat) {
       const double dt = step.dt, vt = pair.force.tangential_velocity,
                    vn = pair.force.normal_velocity;
       const double capped = static_cast<double>(pair.force.tangential);
       const double stiffness = static_cast<double>(step.law.tangential.stiffness);
       if (stiffness > 0.0)
-        heat->friction += capped * static_cast<double>(pair.force.slipped) / stiffness;
+        sum.heat.friction += capped * static_cast<double>(pair.force.slipped) / stiffness;
       else
-        heat->friction += capped * vt * dt;
-      heat->viscous += static_cast<double>(step.law.normal_damping.viscosity) * vn * vn * dt;
+        sum.heat.friction += capped * vt * dt;
+      sum.heat.viscous += static_cast<double>(step.law.normal_damping.viscosity) * vn * vn * dt;
       if (!pair.force.sliding)
-        heat->viscous += static_cast<double>(step.law.tangential.viscosity) * vt * vt * dt;
+        sum.heat.viscous += static_cast<double>(step.law.tangential.viscosity) * vt * vt * dt;
     }
   }
 
@@ -162,49 +169,41 @@ inline namespace RVE_ISA {
   {
     using Item = typename Block::Item;
     using Sum = typename Format::Sum;
-    const auto owned = [&](Item i, std::int64_t *stress, Dissipation *lost) {
+    const auto grain_forces = [&](Item i, std::int64_t *stress) RVE_INLINE_LAMBDA {
       auto &grain = state[i];
-      grain.force = Vec<Sum, 2>::zero();
-      grain.torque = Sum(0);
+      GrainSum<Format> own{Vec<Sum, 2>::zero(), Sum(0), 0, stress, {0.0, 0.0}};
       for (int k = 0; k < kOwnedPairs; ++k)
-        add_pair(block, shared, step, scale, i, grain.partner[k], grain.history[k], grain.force,
-                 grain.torque, grain.trouble, stress, lost);
-    };
-    const auto extra = [&](int m, std::int64_t *stress, Dissipation *lost, std::int32_t &trouble) {
-      const int i = work.extra_first[m];
-      Vec<Sum, 2> force = Vec<Sum, 2>::zero();
-      Sum torque = 0;
-      add_pair(block, shared, step, scale, i, work.extra_second[m], work.extra_history[m], force,
-               torque, trouble, stress, lost);
-      block.add(&shared.force[i][0], force[0]);
-      block.add(&shared.force[i][1], force[1]);
-      block.add(&shared.torque[i], torque);
-    };
-    // extra pairs ride along with the grains of the same numbers: no phase of their own
-    const auto both = [&](Item i, std::int64_t *stress, Dissipation *lost) {
-      owned(i, stress, lost);
-      for (int m = i; m < num_extra; m += num_grains) extra(m, stress, lost, state[i].trouble);
+        add_pair<WithStress, WithHeat>(block, shared, step, scale, i, grain.partner[k],
+                                       grain.history[k], own);
+      grain.force = own.force;
+      grain.torque = own.torque;
+      // extra pairs ride along with the grains of the same numbers: no phase of their own
+      for (int m = i; m < num_extra; m += num_grains) {
+        const int first = work.extra_first[m];
+        own.force = Vec<Sum, 2>::zero();
+        own.torque = Sum(0);
+        add_pair<WithStress, WithHeat>(block, shared, step, scale, first, work.extra_second[m],
+                                       work.extra_history[m], own);
+        block.add(&shared.force[first][0], own.force[0]);
+        block.add(&shared.force[first][1], own.force[1]);
+        block.add(&shared.torque[first], own.torque);
+      }
+      grain.trouble |= own.trouble;
+      if constexpr (WithHeat) {
+        work.scratch[i] = own.heat.friction;
+        work.scratch[num_grains + i] = own.heat.viscous;
+      }
     };
 
     IntegerSums<4> sums{{0, 0, 0, 0}};
-    if (WithHeat) {
-      // one phase for the forces, two sums of what the items lost
-      sums = block.template sum_integers<4>(num_grains, [&](Item i, std::int64_t *stress) {
-        Dissipation lost{0.0, 0.0};
-        both(i, stress, &lost);
-        work.scratch[i] = lost.friction;
-        work.scratch[num_grains + i] = lost.viscous;
-      });
+    if constexpr (WithStress) {
+      sums = block.template sum_integers<4>(num_grains, grain_forces);
+    } else {
+      block.for_each(num_grains, [&](Item i) RVE_INLINE_LAMBDA { grain_forces(i, nullptr); });
+    }
+    if constexpr (WithHeat) {
       heat.friction += block.sum_array(num_grains, work.scratch);
       heat.viscous += block.sum_array(num_grains, work.scratch + num_grains);
-    } else if (WithStress) {
-      sums = block.template sum_integers<4>(num_grains, [&](Item i, std::int64_t *stress) {
-        both(i, stress, nullptr);
-      });
-    } else {
-      block.for_each(num_grains, [&](Item i) {
-        both(i, nullptr, nullptr);
-      });
     }
     return sums;
   }

@@ -19,8 +19,11 @@
 
 #if defined(__CUDACC__)
 #define RVE_INLINE __host__ __device__ __forceinline__
+#define RVE_INLINE_LAMBDA
 #else
 #define RVE_INLINE inline __attribute__((always_inline))
+// behind the parameters of a lambda that stands in an inner loop: a call per grain costs a tenth of its work
+#define RVE_INLINE_LAMBDA __attribute__((always_inline))
 #endif
 
 #endif
