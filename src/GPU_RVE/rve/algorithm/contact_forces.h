@@ -199,7 +199,9 @@ inline namespace RVE_ISA {
     if constexpr (WithStress) {
       sums = block.template sum_integers<4>(num_grains, grain_forces);
     } else {
-      block.for_each(num_grains, [&](Item i) RVE_INLINE_LAMBDA { grain_forces(i, nullptr); });
+      block.for_each(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
+        grain_forces(i, nullptr);
+      });
     }
     if constexpr (WithHeat) {
       heat.friction += block.sum_array(num_grains, work.scratch);

@@ -40,10 +40,9 @@ inline namespace RVE_ISA {
   constexpr double kLeastOverlapShare = 1e-9;
 
   /// Work of Cundall's damping on one velocity component in one step [force length].
-  RVE_INLINE double damping_loss(double mass, double before, double after, double acceleration,
-                                 double dt)
+  RVE_INLINE double damping_loss(double mass, double before, double after, double increment)
   {
-    return -mass * ((after - before) - dt * acceleration) * 0.5 * (before + after);
+    return -mass * ((after - before) - increment) * 0.5 * (before + after);
   }
 
   /// What a scene asks for; the rest is not compiled in.
@@ -87,6 +86,7 @@ inline namespace RVE_ISA {
         result.expected_force = expected_force();
         scale =
             ForceScale<Format>(result.expected_force, header.largest_radius, header.neighbor_bits);
+        prepare_kicks();
         if (drive.substeps == 0)
           evaluate();
         else if (has_servo())
@@ -108,10 +108,9 @@ inline namespace RVE_ISA {
       result.needed_extra = num_extra;
       result.needed_pairs = needed_pairs;
       if (!fatal() && drive.substeps > 0) {
-        const Real dt = static_cast<Real>(drive.dt),
-                   alpha = static_cast<Real>(header.local_damping);
+        const Real alpha = static_cast<Real>(header.local_damping);
         block.for_each(num_grains, [&](Item i) {
-          kick_grain(i, dt, alpha);
+          kick_grain(i, alpha);
         });
       }
       if (!fatal()) store(result);
@@ -167,7 +166,6 @@ inline namespace RVE_ISA {
       step.law.velocity_arm = static_cast<Real>(batch.velocity_arm);
       step.velocity_gradient = Tensor<Real, 2>::zero();
       step.to_length = fraction_to_length<Format>(cell);
-      const double area_density = header.density * 3.14159265358979323846 * header.mass_depth;
       block.for_each(num_grains, [&](Item i) {
         shared.position[i] = image.position[i];
         shared.velocity[i] = image.velocity[i];
@@ -178,10 +176,6 @@ inline namespace RVE_ISA {
         work.list_position[i] = image.list_position[i];
         work.damping[i] = 0.0;
         auto &grain = state[i];
-        const double r = static_cast<double>(image.radius[i]);
-        const double mass = area_density * r * r;
-        grain.inverse_mass = static_cast<Real>(1.0 / mass);
-        grain.inverse_inertia = static_cast<Real>(2.0 / (mass * r * r));
         grain.trouble = 0;
         grain.force = Vec<Sum, 2>::zero();
         grain.torque = Sum(0);
@@ -275,30 +269,45 @@ inline namespace RVE_ISA {
       servo_gradient = gradient;
     }
 
+    /// Turns force units into velocity increments of a step of this call.
+    RVE_HD void prepare_kicks()
+    {
+      block.for_each(num_grains, [&](Item i) {
+        const double r = static_cast<double>(shared.radius[i]), mass = mass_of(r);
+        state[i].velocity_unit =
+            static_cast<Real>(drive.dt * static_cast<double>(scale.inverse_force) / mass);
+        state[i].spin_unit = static_cast<Real>(
+            drive.dt * static_cast<double>(scale.inverse_torque) / (0.5 * mass * r * r));
+      });
+    }
+
+    /// Mass of a disk of this radius [mass].
+    RVE_INLINE double mass_of(double radius) const
+    {
+      return header.density * 3.14159265358979323846 * header.mass_depth * radius * radius;
+    }
+
     /// Leapfrog velocity update of one grain from the forces that the last phase left.
-    RVE_INLINE void kick_grain(Item i, Real dt, Real alpha)
+    RVE_INLINE void kick_grain(Item i, Real alpha)
     {
       auto &grain = state[i];
-      Vec<Real, 2> velocity = shared.velocity[i];
+      const Vec<Real, 2> before = shared.velocity[i];
+      Vec<Real, 2> increment, velocity;
       for (int a = 0; a < 2; ++a) {
-        const Real force =
-            static_cast<Real>(static_cast<Sum>(grain.force[a] + shared.force[i][a])) *
-            scale.inverse_force;
-        const Real acceleration = force * grain.inverse_mass;
-        const Real before = velocity[a];
-        velocity[a] = kick(before, acceleration, alpha, dt);
-        if (WithEnergy)
-          work.damping[i] += damping_loss(1.0 / static_cast<double>(grain.inverse_mass), before,
-                                          velocity[a], acceleration, dt);
+        increment[a] = static_cast<Real>(static_cast<Sum>(grain.force[a] + shared.force[i][a])) *
+            grain.velocity_unit;
+        velocity[a] = kick(before[a], increment[a], alpha);
       }
-      const Real torque = static_cast<Real>(static_cast<Sum>(grain.torque + shared.torque[i])) *
-          scale.inverse_torque;
+      const Real turn =
+          static_cast<Real>(static_cast<Sum>(grain.torque + shared.torque[i])) * grain.spin_unit;
       const Real spin = shared.spin[i];
-      const Real acceleration = torque * grain.inverse_inertia;
-      const Real turned = kick(spin, acceleration, alpha, dt);
-      if (WithEnergy)
-        work.damping[i] += damping_loss(1.0 / static_cast<double>(grain.inverse_inertia), spin,
-                                        turned, acceleration, dt);
+      const Real turned = kick(spin, turn, alpha);
+      if constexpr (WithEnergy) {
+        const double r = static_cast<double>(shared.radius[i]), mass = mass_of(r);
+        work.damping[i] += damping_loss(mass, before[0], velocity[0], increment[0]) +
+            damping_loss(mass, before[1], velocity[1], increment[1]) +
+            damping_loss(0.5 * mass * r * r, spin, turned, turn);
+      }
       shared.velocity[i] = velocity;
       shared.spin[i] = turned;
       shared.force[i] = Vec<Sum, 2>::zero();
@@ -315,9 +324,9 @@ inline namespace RVE_ISA {
       const double allowed = allowed_displacement(cell, list_cell, header.largest_radius, skin);
       const Wide allowed_squared = static_cast<Wide>(allowed * allowed);
       const Wide quarter_cell = static_cast<Wide>(0.25 / Format::fraction_unit);
-      const Real dt = static_cast<Real>(drive.dt), alpha = static_cast<Real>(header.local_damping);
+      const Real alpha = static_cast<Real>(header.local_damping);
       list_expired = block.any(num_grains, [&](Item i) {
-        if (kick_first) kick_grain(i, dt, alpha);
+        if (kick_first) kick_grain(i, alpha);
         const Vec<Wide, 2> displacement = to_fraction * shared.velocity[i].template as<Wide>();
         // a quarter of the cell in one step is no motion of a grain any more; a NaN fails the comparison too
         if (!(std::fabs(displacement[0]) <= quarter_cell &&

@@ -165,11 +165,11 @@ inline namespace RVE_ISA {
 
   /// What is private to a grain while its RVE is advanced: its owned pairs and the force from them. Registers on a GPU.
   template <class Format> struct GrainState {
-    Vec<typename Format::Sum, 2> force;       ///< from owned pairs [force units]
-    typename Format::Sum torque;              ///< [torque units]
-    typename Format::Real inverse_mass;       ///< [1/mass]
-    typename Format::Real inverse_inertia;    ///< of the disk, 2/(m r^2) [1/(mass length^2)]
-    std::int32_t partner[kOwnedPairs];        ///< own index: slot is free
+    Vec<typename Format::Sum, 2> force;     ///< from owned pairs [force units]
+    typename Format::Sum torque;            ///< [torque units]
+    typename Format::Real velocity_unit;    ///< dt/m: velocity that one force unit gives in a step
+    typename Format::Real spin_unit;        ///< dt/I: spin that one torque unit gives in a step
+    std::int32_t partner[kOwnedPairs];      ///< own index: slot is free
     typename Format::History history[kOwnedPairs];
     std::int32_t trouble;    ///< bits of the status word
   };

@@ -5,21 +5,18 @@
 
 #include "rve/core/config.h"
 
+#include <cmath>
+
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// -1, 0 or 1, without a branch.
-  template <class Real> RVE_INLINE int sign(Real x)
+  /// Equation (4) on one component of an acceleration, or of the velocity increment that it makes: a - alpha |a| sign(v), v the
+  /// velocity at the full step, sign(0) = 0. The signs are never multiplied as numbers: a product could underflow and change
+  /// the answer with the units. Without a branch.
+  template <class Real> RVE_INLINE Real locally_damped(Real alpha, Real increment, Real velocity)
   {
-    return (x > Real(0)) - (x < Real(0));
-  }
-
-  /// Factor on an acceleration component, equation (4): 1 - alpha sign(a v), v the velocity at the full step, sign(0) = 0.
-  /// Signs are taken one by one: a product could underflow and change the answer with the units.
-  template <class Real>
-  RVE_INLINE Real local_damping_factor(Real alpha, Real acceleration, Real velocity)
-  {
-    return Real(1) - alpha * static_cast<Real>(sign(acceleration) * sign(velocity));
+    const Real loss = std::copysign(alpha * std::fabs(increment), velocity);
+    return increment - (velocity != Real(0) ? loss : Real(0));
   }
 
 }    // namespace RVE_ISA

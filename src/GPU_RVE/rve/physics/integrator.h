@@ -9,12 +9,11 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// One velocity component after a step, equations (3a) and (4): damping looks at the velocity at the full step.
-  template <class Real> RVE_INLINE Real kick(Real velocity, Real acceleration, Real alpha, Real dt)
+  /// One velocity component after a step, equations (3a) and (4): `increment` is dt F/m, and damping looks at the velocity
+  /// at the full step.
+  template <class Real> RVE_INLINE Real kick(Real velocity, Real increment, Real alpha)
   {
-    const Real half_increment = Real(0.5) * dt * acceleration;
-    const Real factor = local_damping_factor(alpha, acceleration, velocity + half_increment);
-    return velocity + dt * (factor * acceleration);
+    return velocity + locally_damped(alpha, increment, velocity + Real(0.5) * increment);
   }
 
 }    // namespace RVE_ISA
