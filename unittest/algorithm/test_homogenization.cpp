@@ -60,7 +60,9 @@ class Homogenization : public ::testing::TestWithParam<FormatCase> {
     EXPECT_EQ(result.num_rattlers, oracle.num_rattlers);
     EXPECT_DOUBLE_EQ(result.coordination_number, oracle.coordination_number);
     EXPECT_DOUBLE_EQ(result.mechanical_coordination_number, oracle.mechanical_coordination_number);
-    EXPECT_NEAR(result.sliding_fraction, oracle.sliding_fraction, 1e-12);    // the same count
+    // the same count; in fp32 a spring at its limit may be judged either way
+    EXPECT_NEAR(result.sliding_fraction, oracle.sliding_fraction,
+                GetParam().format == Format::Fast ? 2.01 / count : 1e-12);
     EXPECT_NEAR(result.void_ratio, oracle.void_ratio,
                 1e-6 * (1.0 + oracle.void_ratio));    // radii of `fast` are fp32
     // per grain the forces of its contacts cancel: their errors do not

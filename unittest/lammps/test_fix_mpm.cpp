@@ -398,10 +398,15 @@ TEST(FixMpmWithGrains, InitialStressIsThatOfTheRvesAndBalancesTheSurcharge)
           "boundary ylo fixed "
           "traction surface 0 -20000\nrun 0\n";
 
-  for (const auto &point : script.points())
+  // a small packing keeps some shear stress, which no surface carries: it is all that is out of balance
+  double shear = 0.0;
+  for (const auto &point : script.points()) {
     EXPECT_NEAR(point.second[4 + 6], 20000, 20);    // p, by the packing's tolerance
+    shear = std::max(shear, std::fabs(point.second[4 + 5]));
+  }
+  EXPECT_LT(shear, 0.2 * 20000);
   EXPECT_LT(script.fix()->compute_vector(0),
-            0.1 * 20000);    // shear stress of the packing is not zero
+            shear * 1.0 + 2e-3 * 20000);    // force / (h thickness)
   EXPECT_GT(script.fix()->compute_vector(3),
             16 * 2650 / 1.25);    // mass: grain density / (1 + e), e < 0.25
   EXPECT_LT(script.fix()->compute_vector(3), 16 * 2650 / 1.10);
