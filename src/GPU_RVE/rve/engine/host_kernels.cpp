@@ -8,6 +8,7 @@
 
 #define RVE_JOIN_(a, b) a##b
 #define RVE_JOIN(a, b) RVE_JOIN_(a, b)
+#define RVE_HOST_NAMESPACE RVE_JOIN(host_, RVE_ISA)
 
 namespace rve {
 
@@ -53,8 +54,7 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 
-namespace RVE_JOIN(host_, RVE_ISA)
-{
+namespace RVE_HOST_NAMESPACE {
   HostKernel kernel(KernelFormat format)
   {
     switch (format) {
@@ -66,6 +66,6 @@ namespace RVE_JOIN(host_, RVE_ISA)
         return {advance<DoubleFormat>, workspace_sizes<DoubleFormat>};
     }
   }
-}    // namespace )
+}    // namespace RVE_HOST_NAMESPACE
 
 }    // namespace rve
