@@ -20,6 +20,7 @@
 #include "error.h"
 #include "fix_rve_impl.h"
 #include "group.h"
+#include "lammps_version.h"
 #include "modify.h"
 #include "rve/core/error.h"
 #include "rve/engine/packing_io.h"
