@@ -26,7 +26,7 @@ struct ImageHeader {
   double largest_radius, mean_radius, solid_area;
   std::int32_t neighbor_bits;    ///< 2^neighbor_bits grains and more find room around the largest
   std::int32_t reserved;
-  double largest_contact_force;    ///< of the last call; sets the force scale
+  double largest_contact_force;    ///< normal force, in the last call; sets the force scale
   std::int64_t steps, rebuilds, lattice_reductions, repeats;
   double work, friction_loss, damping_loss, viscous_loss;
 };
@@ -36,42 +36,49 @@ struct DriveRecord {
   double dt;
   std::int32_t substeps;
   std::int32_t segments;
-  double deformation[4], rotation[4], stretch[4];
+  double deformation[4];
+};
+
+/// The rest of a drive: of a path with several segments, or of a stress servo. A call where no RVE has either goes without.
+struct SteeringRecord {
+  double rotation[4], stretch[4];
   std::int32_t controlled[4];
   double stress_goal[4], velocity_gradient[4];
   double servo_gain, servo_max_rate;
 };
 
-/// What an RVE answers. After a fatal status `status`, the `needed_` sizes and the copy of the (unchanged) header hold.
-struct ResultRecord {
+/// What every call answers. After a fatal status only `status`, `expected_force` and the `needed_` sizes hold, and the image is
+/// as it was before the call.
+struct AnswerRecord {
   std::uint32_t status;
+  std::int32_t num_contacts;
   std::int32_t needed_extra;    ///< extra pairs that a rebuild wanted to store
   std::int32_t needed_pairs;    ///< pairs that a rebuild found
   double expected_force;        ///< that the force scale of this call was made for [force]
-  std::int32_t num_contacts, num_sliding, num_pairs;
-  std::int32_t num_rattlers,
-      num_single;    ///< grains with fewer than two contacts; with exactly one
-  double stress[4], fabric[4];
-  double grain_force_sum, contact_force_sum;
-  double largest_overlap, overlap_sum, smallest_radius_overlap;
-  double kinetic_energy, elastic_energy, largest_contact_force;
-  // copied from the header after the call
-  std::int32_t num_grains;
-  double solid_area;
-  double cell[4], deformation[4], servo_velocity_gradient[4];
-  std::int64_t steps, rebuilds, lattice_reductions, repeats;
-  double work, friction_loss, damping_loss, viscous_loss;
+  double stress[4];             ///< Love, tension positive [stress]
 };
 
-/// Which features of the block program a call needs; one instantiation each. Energy includes viscosity.
-enum class SceneKind { Plain, Viscous, Energy };
-constexpr int kNumScenes = 3;
+/// What a call answers on demand: a second look at the configuration that the last forces belong to.
+struct DetailRecord {
+  std::int32_t num_contacts, num_sliding, num_pairs;
+  std::int32_t num_rattlers, num_single;    ///< grains with fewer than two contacts; with exactly one
+  double fabric[4];
+  double grain_force_sum, contact_force_sum;
+  double largest_overlap, overlap_sum;
+  double kinetic_energy, elastic_energy, largest_contact_force;
+  ImageHeader header;    ///< after the call
+};
+
+/// Which build of the block program a call needs. General: dashpots, LAMMPS' arms, stress servo, energy ledger.
+enum class SceneKind { Plain, General };
+constexpr int kNumScenes = 2;
 
 /// Constants of the batch.
 struct BatchConstants {
-  double skin;             ///< [length]; 0: a share of the mean radius
-  double overlap_limit;    ///< overlap / smaller radius
-  double velocity_arm;     ///< 1/2 contact point, 0 LAMMPS
+  double skin;                  ///< [length]; 0: a share of the mean radius
+  double overlap_limit;         ///< overlap / smaller radius
+  double velocity_arm;          ///< 1/2 contact point, 0 LAMMPS
+  std::int32_t track_energy;    ///< fill the energy ledger of the header
 };
 
 }    // namespace rve

@@ -14,10 +14,11 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// First owner of a pair: the parity of the sum of the numbers decides, so that rows start out of equal length.
+  /// First owner of a pair: the grain with the lower number. Grains are numbered row by row, so that all own what lies ahead of
+  /// them, and the k-th pairs of a row of threads have partners in a row.
   RVE_INLINE bool owns_first(int i, int j)
   {
-    return (((i + j) & 1) != 0) == (i < j);
+    return i < j;
   }
 
   /// One grain's offer in a round: the entry of its row whose partner has the smallest load, or -1. The search starts at

@@ -7,37 +7,12 @@
 #define RVE_ALGORITHM_STEP_LOOP_H
 
 #include "rve/algorithm/homogenization.h"
+#include "rve/algorithm/rare_work.h"
 #include "rve/algorithm/stress_servo.h"
-#include "rve/algorithm/verlet_list.h"
-#include "rve/core/status.h"
-#include "rve/physics/cell_path.h"
 #include "rve/physics/integrator.h"
 
 namespace rve {
 inline namespace RVE_ISA {
-
-  RVE_INLINE Tensor2 load_tensor(const double *component)
-  {
-    Tensor2 t;
-    for (int k = 0; k < 4; ++k) t.component[k] = component[k];
-    return t;
-  }
-
-  RVE_INLINE void store_tensor(const Tensor2 &t, double *component)
-  {
-    for (int k = 0; k < 4; ++k) component[k] = t.component[k];
-  }
-
-  /// Skin of the list that the user left open, as a share of the mean radius: wide enough that a quasi-static packing lives
-  /// on one list for hundreds of steps, narrow enough that few of the listed pairs do not touch.
-  constexpr double kDefaultSkinShare = 0.1;
-
-  /// Guess of the largest force in a packing without contacts, as an overlap over the mean radius. A wrong guess costs accuracy
-  /// of the first contacts or a repeat of the call, never a wrong force.
-  constexpr double kGasOverlapShare = 1e-3;
-
-  /// Overlap over the mean radius that the force scale never goes below: stiffer than any packing that a format can hold.
-  constexpr double kLeastOverlapShare = 1e-9;
 
   /// Work of Cundall's damping on one velocity component in one step [force length].
   RVE_INLINE double damping_loss(double mass, double before, double after, double increment)
@@ -45,465 +20,320 @@ inline namespace RVE_ISA {
     return -mass * ((after - before) - increment) * 0.5 * (before + after);
   }
 
-  /// What a scene asks for; the rest is not compiled in.
-  template <bool WithViscosity, bool WithEnergyLedger> struct SceneFeatures {
-    static constexpr bool viscous = WithViscosity;    ///< dashpots in the contacts
-    static constexpr bool energy = WithEnergyLedger;
-  };
-
-  template <class Block, class Format, class Features> class RveProgram {
-    static constexpr bool WithEnergy = Features::energy;
+  /// General: what SceneKind::General needs is compiled in. The same bits for a scene that needs none of it.
+  template <class Block, class Format, bool General> class RveProgram {
     using Item = typename Block::Item;
     using Real = typename Format::Real;
     using Wide = typename Format::Wide;
+    using History = typename Format::History;
     using Sum = typename Format::Sum;
     using Coordinate = typename Format::Coordinate;
-    using State = GrainState<Format>;
+    using Rare = RareWork<Block, Format>;
+    using Grains = GrainItems<Block, Format>;
 
    public:
-    RVE_HD RveProgram(Block &block_in, const ImageView<Format> &image_in,
-                      const SharedView<Format> &shared_in, const WorkspaceView<Format> &work_in,
-                      const DriveRecord &drive_in, const BatchConstants &batch_in) :
+    /// `shared` is where RareWork::begin was told.
+    RVE_INLINE RveProgram(Block &block_in, CallState<Format> &call_in,
+                          const SharedView<Format> &shared_in) :
         block(block_in),
-        image(image_in), shared(shared_in), work(work_in), drive(drive_in), batch(batch_in),
-        header(*image_in.header), num_grains(header.num_grains),
-        state(block.template per_item<State>(num_grains)), cell(load_tensor(header.cell)),
-        list_cell(load_tensor(header.list_cell)), deformation(load_tensor(header.deformation)),
-        servo_gradient(load_tensor(header.servo_velocity_gradient)), num_extra(header.num_extra),
-        skin(batch.skin > 0.0 ? batch.skin : kDefaultSkinShare * header.mean_radius),
-        scale(1.0, 1.0, 0)
+        call(call_in), shared(shared_in), num_grains(call_in.num_grains)
     {
     }
 
-    /// Runs the call. The image is written only when nothing fatal happened; `result` always.
-    RVE_HD void run(ResultRecord &answer)
+    /// Runs the call. The image is written only when nothing fatal happened; `answer` always. `detail`: null, or room for the
+    /// second look.
+    RVE_INLINE void run(AnswerRecord &answer, DetailRecord *detail)
     {
-      ResultRecord result = ResultRecord();
-      load();
-      if (!header.list_valid) rebuild();
-      step.dt = static_cast<Real>(drive.dt);
-      if (!fatal()) {
-        result.expected_force = expected_force();
-        scale =
-            ForceScale<Format>(result.expected_force, header.largest_radius, header.neighbor_bits);
-        prepare_kicks();
-        if (drive.substeps == 0)
-          evaluate();
-        else if (has_servo())
-          run_with_servo();
-        else
-          run_along_path();
+      StressSums sums{{0, 0, 0, 0, 0}};
+      if (!call.fatal()) {
+        sums = run_steps();
+        if (!call.fatal()) Rare::judge(block, call, sums);
       }
-      gather_trouble();
-      if (!fatal()) {
-        step.dt = Real(0);
-        homogenize(block, state, shared, work, num_grains, num_extra, step, scale,
-                   determinant(cell) * header.thickness, header.density, header.mass_depth, result);
-        if (result.smallest_radius_overlap > batch.overlap_limit)
-          status_word |= status::OverlapTooLarge;
-        if (result.num_contacts == 0) status_word |= status::NoContacts;
-      }
-      if (!fatal() && num_extra > header.extra_capacity) status_word |= status::ListFull;
-      result.status = status_word;
-      result.needed_extra = num_extra;
-      result.needed_pairs = needed_pairs;
-      if (!fatal() && drive.substeps > 0) {
-        const Real alpha = static_cast<Real>(header.local_damping);
-        block.for_each(num_grains, [&](Item i) {
-          kick_grain(i, alpha);
+      float largest_force = 0.0f;
+      double damped = 0.0;
+      if (!call.fatal()) {
+        if (detail) look_again(*detail);
+        store();
+        largest_force = block.max_item(num_grains, [&](Item i) {
+          return static_cast<float>(shared.largest_force[i]);
         });
+        if (General && call.batch.track_energy)
+          damped = block.sum_array(num_grains, call.work.damping);
       }
-      if (!fatal()) store(result);
       block.once([&] {
-        copy_header(result);
-        answer = result;
+        Rare::conclude(call, sums, largest_force, damped, answer);
       });
+      if (detail && !call.fatal()) Rare::copy_header(block, call, *detail);
     }
 
    private:
-    RVE_HD bool fatal() const { return (status_word & status::Fatal) != 0; }
-
-    /// Largest contact force to expect: that of the last call, or of the overlaps found, or a guess for a gas [force].
-    RVE_HD double expected_force()
+    RVE_INLINE bool has_servo() const { return General && call.has_servo(); }
+    RVE_INLINE bool has_ledger() const
     {
-      // A last call may have ended in the first touch of a collision: a scale from that would not reach the collision within
-      // the repeats of a call.
-      const double least = header.normal_stiffness * kLeastOverlapShare * header.mean_radius;
-      if (header.largest_contact_force > 0.0)
-        return header.largest_contact_force > least ? header.largest_contact_force : least;
-      block.for_each(num_grains, [&](Item i) {
-        double most = 0.0;
-        const auto look = [&](int j) {
-          const Wide sum_of_radii = shared.radius[i] + shared.radius[j];
-          const Vec<Wide, 2> branch = step.to_length *
-              fractional_difference<Format>(shared.position[j], shared.position[i]);
-          const double overlap = static_cast<double>(sum_of_radii) -
-              static_cast<double>(std::sqrt(dot(branch, branch)));
-          most = j != i && overlap > most ? overlap : most;
-        };
-        for (int k = 0; k < kOwnedPairs; ++k) look(state[i].partner[k]);
-        work.scratch[i] = most;
-      });
-      const double overlap = block.max_array(num_grains, work.scratch);
-      const double found = header.normal_stiffness *
-          (overlap > 0.0 ? overlap : kGasOverlapShare * header.mean_radius);
-      return found > least ? found : least;
+      return General && call.drive.substeps > 0 && (call.has_servo() || call.batch.track_energy);
+    }
+    RVE_INLINE int last_step() const
+    {
+      return call.drive.substeps > 0 ? call.drive.substeps : 1;
     }
 
-    RVE_HD bool has_servo() const
-    {
-      return drive.controlled[0] || drive.controlled[1] || drive.controlled[3];
-    }
+    // ---- the step ---------------------------------------------------------------------------------------------------------------
 
-    RVE_HD void load()
+    /// Returns the Love sums of the end configuration.
+    RVE_INLINE StressSums run_steps()
     {
-      step.law.normal.stiffness = static_cast<Real>(header.normal_stiffness);
-      step.law.normal_damping.viscosity = static_cast<Real>(header.normal_viscosity);
-      step.law.tangential.stiffness =
-          static_cast<typename Format::History>(header.tangential_stiffness);
-      step.law.tangential.friction = static_cast<Real>(header.friction);
-      step.law.tangential.viscosity = static_cast<Real>(header.tangential_viscosity);
-      step.law.velocity_arm = static_cast<Real>(batch.velocity_arm);
-      step.velocity_gradient = Tensor<Real, 2>::zero();
-      step.to_length = fraction_to_length<Format>(cell);
-      block.for_each(num_grains, [&](Item i) {
-        shared.position[i] = image.position[i];
-        shared.velocity[i] = image.velocity[i];
-        shared.spin[i] = image.spin[i];
-        shared.radius[i] = image.radius[i];
-        shared.force[i] = Vec<Sum, 2>::zero();
-        shared.torque[i] = Sum(0);
-        work.list_position[i] = image.list_position[i];
-        work.damping[i] = 0.0;
-        auto &grain = state[i];
-        grain.trouble = 0;
-        grain.force = Vec<Sum, 2>::zero();
-        grain.torque = Sum(0);
-        for (int k = 0; k < kOwnedPairs; ++k) {
-          grain.partner[k] = image.partner[k * num_grains + i];
-          grain.history[k] = image.history[k * num_grains + i];
+      StressSums sums{{0, 0, 0, 0, 0}};
+      const int last = last_step();
+      // without substeps the forces of the present configuration are asked for. They must not change the history: the Coulomb
+      // limit may be another one, with dashpots or after a change of friction
+      const bool evaluates = call.drive.substeps == 0;
+      if (evaluates) Rare::copy_history(block, call, call.pairs, call.work.fresh);
+      bool moved = evaluates;
+      for (int k = 1;;) {
+        if (has_servo() && !moved) {
+          grow_by_servo();
+          Rare::make_plan(block, call, k);
+        } else if (k > call.plan_last) {
+          Rare::make_plan(block, call, k);
         }
-      });
-      if (num_extra > work.pair_capacity) {
-        status_word |= status::ListFull;
-        needed_pairs = num_extra;
-        return;
+        const int reached = run_planned(k, moved);
+        moved = reached <= call.plan_last;
+        k = reached;
+        if (!moved) continue;
+        // the grains of step k have moved; its forces are missing
+        if (needs_renewal) {
+          Rare::renew(block, call, k);
+          if (call.fatal()) return sums;
+        }
+        if (k == last || has_ledger()) {
+          sums = last_forces(k);
+          if (k == last) break;
+          moved = false;
+          ++k;
+        }
       }
-      block.for_each(num_extra, [&](Item m) {
-        work.extra_first[m] = image.extra_first[m];
-        work.extra_second[m] = image.extra_second[m];
-        work.extra_history[m] = image.extra_history[m];
-      });
-    }
-
-    /// Forces of the present configuration; nothing moves and no history advances.
-    RVE_HD void evaluate()
-    {
-      step.dt = Real(0);
-      // with dashpots the Coulomb limit depends on velocities, which are not those of the last forces: the history is put back
-      block.for_each(num_grains, [&](Item i) {
-        for (int k = 0; k < kOwnedPairs; ++k)
-          work.old_history[k * num_grains + i] = state[i].history[k];
-      });
-      block.for_each(num_extra, [&](Item m) {
-        work.old_extra_history[m] = work.extra_history[m];
-      });
-      forces<false>();
-      block.for_each(num_grains, [&](Item i) {
-        for (int k = 0; k < kOwnedPairs; ++k)
-          state[i].history[k] = work.old_history[k * num_grains + i];
-      });
-      block.for_each(num_extra, [&](Item m) {
-        work.extra_history[m] = work.old_extra_history[m];
-      });
-    }
-
-    RVE_HD void run_along_path()
-    {
-      const CellIncrement increment{load_tensor(drive.deformation), load_tensor(drive.rotation),
-                                    load_tensor(drive.stretch), drive.segments};
-      CellPath path(cell, increment, drive.substeps, drive.dt);
-      for (int k = 1; k <= drive.substeps && !fatal(); ++k) {
-        cell = path.cell(k);
-        const Tensor2 gradient = path.cell_rate() * inverse(cell);
-        move(gradient, k > 1);
-        reduce_lattice([&](const LatticeStep &change) {
-          path.map_start([&](const Tensor2 &start) {
-            return apply_lattice_step(start, change);
-          });
+      if (evaluates)
+        Rare::copy_history(block, call, call.work.fresh, call.pairs);
+      else if (!has_servo())
+        block.once([&] {
+          call.cell = call.path.cell(last);
+          call.deformation = load_tensor(call.drive.deformation) * call.deformation;
         });
-        update_list();
-        if (fatal()) return;
-        forces<WithEnergy>();
-      }
-      deformation = increment.deformation * deformation;
+      return sums;
     }
 
-    RVE_HD void run_with_servo()
+    /// The steps from k on, as far as they are planned. If `moved`, the grains have made the move of the first one. Returns the
+    /// step whose forces are missing: one that is not planned, or one whose move was made and whose list does not serve any
+    /// more (needs_renewal), or the last one. Nothing is called from here: the registers belong to the grains.
+    RVE_INLINE int run_planned(int k, bool moved)
     {
-      const Tensor2 prescribed = load_tensor(drive.velocity_gradient);
-      Tensor2 gradient;
-      for (int k = 0; k < 4; ++k)
-        gradient.component[k] = drive.controlled[k] ? servo_gradient.component[k]
-                                                    : prescribed.component[k];
-      for (int k = 1; k <= drive.substeps && !fatal(); ++k) {
-        const Tensor2 small = drive.dt * gradient;
+      const int plan_last = call.plan_last;
+      const int stop = has_ledger() ? k : last_step();
+      needs_renewal = false;
+      Grains grains(block, shared, num_grains);
+      block.for_items(num_grains, [&](Item i) {
+        grains.load(i);
+      });
+      for (; k <= plan_last; ++k) {
+        const StepPlan<Format> &plan = call.planned(k);
+        if (!moved) {
+          const bool expired = move(grains, plan, k > 1);
+          if (expired || plan.special) {
+            needs_renewal = true;
+            break;
+          }
+        }
+        if (k == stop) break;
+        moved = false;
+        Dissipation none{0.0, 0.0};
+        contact_forces<false, General>(block, grains, shared, call, num_grains, plan, none);
+      }
+      block.for_items(num_grains, [&](Item i) {
+        grains.save(i);
+      });
+      return k;
+    }
+
+    /// The forces of step k with their Love sums; with a servo or a ledger those of every step.
+    RVE_INLINE StressSums last_forces(int k)
+    {
+      const StepPlan<Format> &plan = call.planned(k);
+      Grains grains(block, shared, num_grains);
+      block.for_items(num_grains, [&](Item i) {
+        grains.load(i);
+      });
+      Dissipation heat{0.0, 0.0};
+      const StressSums sums =
+          contact_forces<true, General>(block, grains, shared, call, num_grains, plan, heat);
+      block.for_items(num_grains, [&](Item i) {
+        grains.save(i);
+      });
+      if (has_ledger()) {
+        keep_books(sums, plan, heat);
+        if (has_servo()) steer(sums, plan.area);
+      }
+      return sums;
+    }
+
+    RVE_INLINE void keep_books(const StressSums &sums, const StepPlan<Format> &plan,
+                               const Dissipation &heat)
+    {
+      block.once([&] {
+        const double energy = call.units.force * call.units.length;
+        call.friction_loss += energy * heat.friction;
+        call.viscous_loss += energy * heat.viscous;
+        double power = 0.0;
+        for (int c = 0; c < 4; ++c)
+          power += static_cast<double>(sums[c]) *
+              static_cast<double>(plan.gradient.component[c]);
+        call.supplied += energy * power * static_cast<double>(call.dt);
+      });
+    }
+
+    RVE_INLINE void grow_by_servo()
+    {
+      block.once([&] {
+        const Tensor2 prescribed = load_tensor(call.steering.velocity_gradient);
+        for (int c = 0; c < 4; ++c)
+          if (!call.steering.controlled[c])
+            call.servo_gradient.component[c] = prescribed.component[c];
+        const Tensor2 small = call.drive.dt * call.servo_gradient;
         const Tensor2 growth =
             Tensor2::identity() + small + 0.5 * (small * small);    // exp to third order
-        cell = growth * cell;
-        deformation = growth * deformation;
-        move(gradient, k > 1);
-        reduce_lattice([](const LatticeStep &) {
-        });
-        update_list();
-        if (fatal()) return;
-        const Tensor2 stress = forces<true>();
-        for (int c = 0; c < 4; ++c)
-          if (drive.controlled[c]) {
-            const double now = c == 1 ? 0.5 * (stress.component[1] + stress.component[2])
-                                      : stress.component[c];
-            gradient.component[c] = steer_rate(gradient.component[c], now, drive.stress_goal[c],
-                                               drive.servo_gain, drive.dt, drive.servo_max_rate);
-          }
-      }
-      servo_gradient = gradient;
-    }
-
-    /// Turns force units into velocity increments of a step of this call.
-    RVE_HD void prepare_kicks()
-    {
-      block.for_each(num_grains, [&](Item i) {
-        const double r = static_cast<double>(shared.radius[i]), mass = mass_of(r);
-        state[i].velocity_unit =
-            static_cast<Real>(drive.dt * static_cast<double>(scale.inverse_force) / mass);
-        state[i].spin_unit = static_cast<Real>(
-            drive.dt * static_cast<double>(scale.inverse_torque) / (0.5 * mass * r * r));
+        call.cell = growth * call.cell;
+        call.deformation = growth * call.deformation;
       });
     }
 
-    /// Mass of a disk of this radius [mass].
-    RVE_INLINE double mass_of(double radius) const
+    RVE_INLINE void steer(const StressSums &sums, double area)
     {
-      return header.density * 3.14159265358979323846 * header.mass_depth * radius * radius;
+      block.once([&] {
+        const SteeringRecord &steering = call.steering;
+        const Tensor2 stress = stress_from(call, sums, area);
+        for (int c = 0; c < 4; ++c)
+          if (steering.controlled[c]) {
+            const double now = c == 1 ? 0.5 * (stress.component[1] + stress.component[2])
+                                      : stress.component[c];
+            call.servo_gradient.component[c] =
+                steer_rate(call.servo_gradient.component[c], now, steering.stress_goal[c],
+                           steering.servo_gain, call.drive.dt,
+                           steering.servo_max_rate);
+          }
+      });
     }
 
     /// Leapfrog velocity update of one grain from the forces that the last phase left.
-    RVE_INLINE void kick_grain(Item i, Real alpha)
+    RVE_INLINE void kick_grain(Grains &grains, Item i, const Still<Format> &still, Real alpha,
+                               Motion<Format> &motion)
     {
-      auto &grain = state[i];
-      const Vec<Real, 2> before = shared.velocity[i];
-      Vec<Real, 2> increment, velocity;
+      const Vec<Sum, 3> own = grains.own[i];
+      const Sum sum[3] = {static_cast<Sum>(own[0] + block.collect(&shared.force_x[i])),
+                          static_cast<Sum>(own[1] + block.collect(&shared.force_y[i])),
+                          static_cast<Sum>(own[2] + block.collect(&shared.torque[i]))};
+      const Vec<Real, 2> before = motion.velocity;
+      Vec<Real, 2> increment;
       for (int a = 0; a < 2; ++a) {
-        increment[a] = static_cast<Real>(static_cast<Sum>(grain.force[a] + shared.force[i][a])) *
-            grain.velocity_unit;
-        velocity[a] = kick(before[a], increment[a], alpha);
+        increment[a] = static_cast<Real>(sum[a]) * still.velocity_unit;
+        motion.velocity[a] = kick(before[a], increment[a], alpha);
       }
-      const Real turn =
-          static_cast<Real>(static_cast<Sum>(grain.torque + shared.torque[i])) * grain.spin_unit;
-      const Real spin = shared.spin[i];
+      const Real turn = static_cast<Real>(sum[2]) * still.spin_unit;
+      const Real spin = grains.spin[i];
       const Real turned = kick(spin, turn, alpha);
-      if constexpr (WithEnergy) {
-        const double r = static_cast<double>(shared.radius[i]), mass = mass_of(r);
-        work.damping[i] += damping_loss(mass, before[0], velocity[0], increment[0]) +
-            damping_loss(mass, before[1], velocity[1], increment[1]) +
+      grains.spin.publish(i, turned);
+      if (General && call.batch.track_energy) {
+        const double length = call.units.length;
+        const double r = static_cast<double>(grains.radius[i]) * length, mass = call.mass_of(r);
+        call.work.damping[i] += length * length *
+                (damping_loss(mass, before[0], motion.velocity[0], increment[0]) +
+                 damping_loss(mass, before[1], motion.velocity[1], increment[1])) +
             damping_loss(0.5 * mass * r * r, spin, turned, turn);
       }
-      shared.velocity[i] = velocity;
-      shared.spin[i] = turned;
-      shared.force[i] = Vec<Sum, 2>::zero();
-      shared.torque[i] = Sum(0);
     }
 
-    /// Kick of the step before, then drift in the present cell. Notes grains that have left the safety of the list.
-    RVE_HD void move(const Tensor2 &gradient, bool kick_first)
+    /// Kick of the step before, then drift in the present cell. Returns whether a grain has left the safety of the list.
+    RVE_INLINE bool move(Grains &grains, const StepPlan<Format> &plan, bool kick_first)
     {
-      step.velocity_gradient = gradient.template as<Real>();
-      step.to_length = fraction_to_length<Format>(cell);
-      const Tensor<Wide, 2> to_fraction =
-          ((drive.dt / Format::fraction_unit) * inverse(cell)).template as<Wide>();
-      const double allowed = allowed_displacement(cell, list_cell, header.largest_radius, skin);
-      const Wide allowed_squared = static_cast<Wide>(allowed * allowed);
-      const Wide quarter_cell = static_cast<Wide>(0.25 / Format::fraction_unit);
-      const Real alpha = static_cast<Real>(header.local_damping);
-      list_expired = block.any(num_grains, [&](Item i) {
-        if (kick_first) kick_grain(i, alpha);
-        const Vec<Wide, 2> displacement = to_fraction * shared.velocity[i].template as<Wide>();
-        // a quarter of the cell in one step is no motion of a grain any more; a NaN fails the comparison too
-        if (!(std::fabs(displacement[0]) <= quarter_cell &&
-              std::fabs(displacement[1]) <= quarter_cell)) {
-          const bool number =
-              displacement[0] == displacement[0] && displacement[1] == displacement[1];
-          state[i].trouble |=
-              static_cast<std::int32_t>(number ? status::Unstable : status::NonFinite);
-          return false;
-        }
-        Vec<Coordinate, 2> position = shared.position[i];
+      const Tensor<Wide, 2> to_fraction = plan.to_fraction;
+      const Tensor<float, 2> list_to_length = plan.list_to_length;
+      const float allowed_squared = plan.allowed_squared;
+      const Real alpha = call.alpha;
+      return block.any_item(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
+        Motion<Format> motion = grains.motion[i];
+        const Still<Format> still = shared.still[i];
+        if (kick_first) kick_grain(grains, i, still, alpha, motion);
+        // conversions saturate: even the wildest grain is seen to leave the list
+        const Vec<Wide, 2> displacement = to_fraction * motion.velocity.template as<Wide>();
         for (int a = 0; a < 2; ++a) {
           typename Format::SignedCoordinate units;
           round_to(displacement[a], units);
-          position[a] += static_cast<Coordinate>(units);
+          motion.position[a] += static_cast<Coordinate>(units);
         }
-        shared.position[i] = position;
-        const Vec<Wide, 2> moved =
-            step.to_length * fractional_difference<Format>(position, work.list_position[i]);
+        grains.motion.publish(i, motion);
+        // displacement since the list was built, without that of the mean field
+        const Vec<std::uint32_t, 2> now{
+            {leading_bits(motion.position[0]), leading_bits(motion.position[1])}};
+        const Vec<float, 2> moved =
+            list_to_length * fractional_difference<FastFormat>(now, still.list_position);
         return dot(moved, moved) > allowed_squared;
       });
-      if (allowed <= 0.0) list_expired = true;
     }
 
-    template <class MapPath> RVE_HD void reduce_lattice(MapPath map_path)
+    // ---- the end of a call ------------------------------------------------------------------------------------------------------
+
+    RVE_INLINE void look_again(DetailRecord &detail)
     {
-      for (int guard = 0; guard < 8; ++guard) {
-        const LatticeStep change = lattice_step(cell);
-        if (change.axis < 0) return;
-        cell = apply_lattice_step(cell, change);
-        list_cell = apply_lattice_step(list_cell, change);
-        map_path(change);
-        block.for_each(num_grains, [&](Item i) {
-          shared.position[i] = apply_lattice_step(shared.position[i], change);
-          work.list_position[i] = apply_lattice_step(work.list_position[i], change);
-        });
-        ++num_reductions;
-        step.to_length = fraction_to_length<Format>(cell);
-      }
+      double *force_size = call.work.scratch + 3 * num_grains;
+      block.for_items(num_grains, [&](Item i) {
+        Vec<Sum, 3> own = shared.own[i];
+        own[0] += block.collect(&shared.force_x[i]);
+        own[1] += block.collect(&shared.force_y[i]);
+        own[2] += block.collect(&shared.torque[i]);
+        shared.own[i] = own;
+        const double fx = static_cast<double>(own[0]), fy = static_cast<double>(own[1]);
+        force_size[i] = std::sqrt(fx * fx + fy * fy);
+      });
+      homogenize<General>(block, call, last_step(), detail);
     }
 
-    RVE_HD void update_list()
+    /// The last kick, then everything back to the image.
+    RVE_INLINE void store()
     {
-      if (list_expired) rebuild();
-    }
-
-    RVE_HD void rebuild()
-    {
-      // the wrapped difference is the nearest image only within half of the smallest width
-      if (!(0.5 * smallest_width(cell) > 2.0 * header.largest_radius + skin)) {
-        status_word |= determinant(cell) == determinant(cell) ? status::CellTooNarrow
-                                                              : status::NonFinite;
-        return;
-      }
-      needed_pairs = build_list(block, state, shared, work, num_grains, cell, header.largest_radius,
-                                skin, num_extra);
-      if (needed_pairs > work.pair_capacity) {
-        status_word |= status::ListFull;
-        return;
-      }
-      list_cell = cell;
-      ++num_rebuilds;
-    }
-
-    /// Contact forces of the present configuration; returns the Love stress when it was asked for.
-    template <bool WithStress> RVE_HD Tensor2 forces()
-    {
-      const IntegerSums<4> sums = contact_forces<WithStress, WithEnergy>(
-          block, state, shared, work, num_grains, num_extra, step, scale, heat);
-      const double volume = determinant(cell) * header.thickness;
-      Tensor2 stress;
-      for (int k = 0; k < 4; ++k)
-        stress.component[k] = static_cast<double>(sums[k]) / scale.stress / volume;
-      if (WithEnergy) {
-        const Tensor2 gradient = step.velocity_gradient.template as<double>();
-        double power = 0.0;
-        for (int k = 0; k < 4; ++k) power += stress.component[k] * gradient.component[k];
-        supplied += volume * power * static_cast<double>(step.dt);
-      }
-      return stress;
-    }
-
-    RVE_HD void gather_trouble()
-    {
-      gather_bit(status::ForceSaturated);
-      gather_bit(status::Unstable);
-      gather_bit(status::NonFinite);
-      const double area = determinant(cell);
-      if (!(area > 0.0)) status_word |= status::NonFinite;
-    }
-
-    RVE_HD void gather_bit(std::uint32_t bit)
-    {
-      if (block.any(num_grains, [&](Item i) {
-            return (static_cast<std::uint32_t>(state[i].trouble) & bit) != 0;
-          }))
-        status_word |= bit;
-    }
-
-    RVE_HD void store(const ResultRecord &result)
-    {
-      block.for_each(num_grains, [&](Item i) {
-        image.position[i] = shared.position[i];
-        image.velocity[i] = shared.velocity[i];
-        image.spin[i] = shared.spin[i];
-        image.list_position[i] = work.list_position[i];
-        for (int k = 0; k < kOwnedPairs; ++k) {
-          image.partner[k * num_grains + i] = state[i].partner[k];
-          image.history[k * num_grains + i] = state[i].history[k];
+      const ImageView<Format> &image = call.image;
+      const Real alpha = call.alpha;
+      const Real to_user = static_cast<Real>(call.units.length);
+      const History history_to_user = static_cast<History>(call.units.force);
+      const bool moved = call.drive.substeps > 0;
+      const bool relisted = call.num_rebuilds > 0;
+      Grains grains(block, shared, num_grains);
+      block.for_items(num_grains, [&](Item i) {
+        grains.load(i);
+        Motion<Format> motion = grains.motion[i];
+        if (moved) kick_grain(grains, i, shared.still[i], alpha, motion);
+        image.position[i] = motion.position;
+        image.velocity[i] = to_user * motion.velocity;
+        image.spin[i] = grains.spin[i];
+        for (int k = 0; k < kOwnedPairs; ++k)
+          image.history[k * num_grains + i] = history_to_user * grains.history[k][i];
+        if (relisted) {
+          image.list_position[i] = shared.still[i].list_position;
+          for (int k = 0; k < kOwnedPairs; ++k)
+            image.partner[k * num_grains + i] = grains.partner[k][i];
         }
       });
-      block.for_each(num_extra, [&](Item m) {
-        image.extra_first[m] = work.extra_first[m];
-        image.extra_second[m] = work.extra_second[m];
-        image.extra_history[m] = work.extra_history[m];
-      });
-      const double damped = WithEnergy ? block.sum_array(num_grains, work.damping) : 0.0;
-      block.once([&] {
-        ImageHeader &h = *image.header;
-        store_tensor(cell, h.cell);
-        store_tensor(deformation, h.deformation);
-        store_tensor(list_cell, h.list_cell);
-        store_tensor(servo_gradient, h.servo_velocity_gradient);
-        h.num_extra = num_extra;
-        h.list_valid = 1;
-        // an evaluation sets the force scale only where there is none yet: it must not change what follows
-        if (drive.substeps > 0 || h.largest_contact_force == 0.0)
-          h.largest_contact_force = result.largest_contact_force;
-        h.steps += drive.substeps;
-        h.rebuilds += num_rebuilds;
-        h.lattice_reductions += num_reductions;
-        h.work += supplied;
-        h.friction_loss += heat.friction;
-        h.damping_loss += damped;
-        h.viscous_loss += heat.viscous;
-      });
-    }
-
-    RVE_HD void copy_header(ResultRecord &result) const
-    {
-      const ImageHeader &h = *image.header;
-      result.num_grains = num_grains;
-      result.solid_area = h.solid_area;
-      for (int k = 0; k < 4; ++k) {
-        result.cell[k] = h.cell[k];
-        result.deformation[k] = h.deformation[k];
-        result.servo_velocity_gradient[k] = h.servo_velocity_gradient[k];
-      }
-      result.steps = h.steps;
-      result.rebuilds = h.rebuilds;
-      result.lattice_reductions = h.lattice_reductions;
-      result.repeats = h.repeats;
-      result.work = h.work;
-      result.friction_loss = h.friction_loss;
-      result.damping_loss = h.damping_loss;
-      result.viscous_loss = h.viscous_loss;
+      const int num_extra = call.num_extra;
+      if (num_extra > 0)
+        block.for_each(num_extra, [&](Item m) {
+          image.extra_first[m] = call.pairs.extra_first[m];
+          image.extra_second[m] = call.pairs.extra_second[m];
+          image.extra_history[m] = history_to_user * call.pairs.extra_history[m];
+        });
     }
 
     Block &block;
-    const ImageView<Format> image;
+    CallState<Format> &call;
     const SharedView<Format> shared;
-    const WorkspaceView<Format> work;
-    const DriveRecord &drive;
-    const BatchConstants &batch;
-    const ImageHeader &header;
     const int num_grains;
-    typename Block::template PerItem<State> state;
-    Tensor2 cell, list_cell, deformation, servo_gradient;
-    int num_extra;
-    const double skin;
-    ForceScale<Format> scale;
-    StepConstants<Format, Features::viscous> step;
-    Dissipation heat = {0.0, 0.0};
-    double supplied = 0.0;
-    int num_rebuilds = 0, num_reductions = 0, needed_pairs = 0;
-    bool list_expired = false;
-    std::uint32_t status_word = 0;
+    bool needs_renewal = false;
   };
 
 }    // namespace RVE_ISA

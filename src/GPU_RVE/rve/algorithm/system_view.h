@@ -13,7 +13,7 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Hands out aligned arrays from one piece of memory; with a null base it only measures.
+  /// Hands out aligned arrays from one piece of memory.
   class Carver {
    public:
     RVE_INLINE explicit Carver(char *memory) : base(memory), used(0) {}
@@ -21,77 +21,146 @@ inline namespace RVE_ISA {
     template <class T> RVE_INLINE T *take(std::size_t count)
     {
       used = (used + 15) / 16 * 16;
-      T *array = base ? reinterpret_cast<T *>(base + used) : nullptr;
+      T *array = reinterpret_cast<T *>(base + used);
       used += count * sizeof(T);
       return array;
     }
-
-    RVE_INLINE std::size_t size() const { return (used + 15) / 16 * 16; }
 
    private:
     char *base;
     std::size_t used;
   };
 
+  /// Measures what a Carver would hand out.
+  class Measure {
+   public:
+    template <class T> RVE_INLINE T *take(std::size_t count)
+    {
+      used = (used + 15) / 16 * 16 + count * sizeof(T);
+      return nullptr;
+    }
+
+    RVE_INLINE std::size_t size() const { return (used + 15) / 16 * 16; }
+
+   private:
+    std::size_t used = 0;
+  };
+
   /// Image of an RVE: what lives between calls. Arrays of N grains; owned pairs as [slot * N + grain].
   template <class Format> struct ImageView {
     ImageHeader *header;
     Vec<typename Format::Coordinate, 2> *position;
-    Vec<typename Format::Coordinate, 2> *list_position;    ///< positions when the list was built
+    Vec<std::uint32_t, 2> *list_position;    ///< leading bits of the positions when the list was built
     Vec<typename Format::Real, 2> *velocity;
     typename Format::Real *spin;
     typename Format::Wide *radius;
+    std::int32_t *number;     ///< of the grain in the RveState; the program itself has no use for it
     std::int32_t *partner;    ///< own number: slot is free
     typename Format::History *history;
     std::int32_t *extra_first, *extra_second;
     typename Format::History *extra_history;
   };
 
-  template <class Format>
-  RVE_INLINE ImageView<Format> carve_image(char *memory, int num_grains, int extra_capacity,
-                                           std::size_t *size = nullptr)
+  template <class Format, class Carving>
+  RVE_INLINE ImageView<Format> lay_out_image(Carving &carver, int num_grains, int extra_capacity)
   {
-    Carver carver(memory);
     ImageView<Format> view;
-    view.header = carver.take<ImageHeader>(1);
-    view.position = carver.take<Vec<typename Format::Coordinate, 2>>(num_grains);
-    view.list_position = carver.take<Vec<typename Format::Coordinate, 2>>(num_grains);
-    view.velocity = carver.take<Vec<typename Format::Real, 2>>(num_grains);
-    view.spin = carver.take<typename Format::Real>(num_grains);
-    view.radius = carver.take<typename Format::Wide>(num_grains);
-    view.partner = carver.take<std::int32_t>(kOwnedPairs * num_grains);
-    view.history = carver.take<typename Format::History>(kOwnedPairs * num_grains);
-    view.extra_first = carver.take<std::int32_t>(extra_capacity);
-    view.extra_second = carver.take<std::int32_t>(extra_capacity);
-    view.extra_history = carver.take<typename Format::History>(extra_capacity);
-    if (size) *size = carver.size();
+    view.header = carver.template take<ImageHeader>(1);
+    view.position = carver.template take<Vec<typename Format::Coordinate, 2>>(num_grains);
+    view.list_position = carver.template take<Vec<std::uint32_t, 2>>(num_grains);
+    view.velocity = carver.template take<Vec<typename Format::Real, 2>>(num_grains);
+    view.spin = carver.template take<typename Format::Real>(num_grains);
+    view.radius = carver.template take<typename Format::Wide>(num_grains);
+    view.number = carver.template take<std::int32_t>(num_grains);
+    view.partner = carver.template take<std::int32_t>(kOwnedPairs * num_grains);
+    view.history = carver.template take<typename Format::History>(kOwnedPairs * num_grains);
+    view.extra_first = carver.template take<std::int32_t>(extra_capacity);
+    view.extra_second = carver.template take<std::int32_t>(extra_capacity);
+    view.extra_history = carver.template take<typename Format::History>(extra_capacity);
     return view;
   }
 
-  /// What partners read of a grain while forces are computed, and what they add to it: on chip on the GPU.
-  template <class Format> struct SharedView {
-    Vec<typename Format::Coordinate, 2> *position;
-    Vec<typename Format::Real, 2> *velocity;
-    typename Format::Real *spin;
-    typename Format::Wide *radius;
-    Vec<typename Format::Sum, 2> *force;    ///< from partners that own the pair [force units]
-    typename Format::Sum *torque;           ///< [torque units]
-  };
-
   template <class Format>
-  RVE_INLINE SharedView<Format> carve_shared(char *memory, int num_grains,
-                                             std::size_t *size = nullptr)
+  RVE_INLINE ImageView<Format> carve_image(char *memory, int num_grains, int extra_capacity)
   {
     Carver carver(memory);
+    return lay_out_image<Format>(carver, num_grains, extra_capacity);
+  }
+
+  template <class Format> RVE_INLINE std::size_t image_size(int num_grains, int extra_capacity)
+  {
+    Measure measure;
+    lay_out_image<Format>(measure, num_grains, extra_capacity);
+    return measure.size();
+  }
+
+  /// Where a grain is and how fast it moves relative to the mean field: what its partners read of it.
+  template <class Format> struct alignas(16) Motion {
+    Vec<typename Format::Coordinate, 2> position;    ///< fractions of the cell
+    Vec<typename Format::Real, 2> velocity;          ///< peculiar [internal length/time]
+  };
+
+  /// What only the grain itself reads, once a step: not worth registers.
+  template <class Format> struct alignas(16) Still {
+    typename Format::Real velocity_unit;     ///< dt/m: velocity that one force unit gives in a step
+    typename Format::Real spin_unit;         ///< dt/I: spin that one torque unit gives in a step
+    Vec<std::uint32_t, 2> list_position;     ///< leading bits of the position when the list was built
+  };
+
+  /// Pairs of an RVE as arrays: owned ones as [slot * N + grain], and extra ones.
+  template <class Format> struct PairView {
+    std::int32_t *partner;    ///< own number: slot is free
+    typename Format::History *history;
+    std::int32_t *extra_first, *extra_second;
+    typename Format::History *extra_history;
+  };
+
+  /// What the steps work on; on chip on the GPU.
+  template <class Format> struct SharedView {
+    Motion<Format> *motion;
+    typename Format::Real *spin;
+    typename Format::Wide *radius;                       ///< [internal length]
+    typename Format::Sum *force_x, *force_y, *torque;    ///< from partners that own the pair
+    Vec<typename Format::Sum, 3> *own;                   ///< force and torque from owned pairs
+    typename Format::Real *largest_force;    ///< normal force on an owned contact in this call
+    Still<Format> *still;
+    std::int32_t *partner;                     ///< (kOwnedPairs, N) own number: slot is free
+    typename Format::Wide *partner_radius;     ///< (kOwnedPairs, N) minus the own one: slot is free, it never touches
+    typename Format::History *history;         ///< (kOwnedPairs, N)
+  };
+
+  /// With a constant number of grains the addresses are constants too.
+  template <class Format, class Carving>
+  RVE_INLINE SharedView<Format> lay_out_shared(Carving &carver, int num_grains)
+  {
     SharedView<Format> view;
-    view.position = carver.take<Vec<typename Format::Coordinate, 2>>(num_grains);
-    view.velocity = carver.take<Vec<typename Format::Real, 2>>(num_grains);
-    view.spin = carver.take<typename Format::Real>(num_grains);
-    view.radius = carver.take<typename Format::Wide>(num_grains);
-    view.force = carver.take<Vec<typename Format::Sum, 2>>(num_grains);
-    view.torque = carver.take<typename Format::Sum>(num_grains);
-    if (size) *size = carver.size();
+    view.motion = carver.template take<Motion<Format>>(num_grains);
+    view.spin = carver.template take<typename Format::Real>(num_grains);
+    view.force_x = carver.template take<typename Format::Sum>(num_grains);
+    view.force_y = carver.template take<typename Format::Sum>(num_grains);
+    view.torque = carver.template take<typename Format::Sum>(num_grains);
+    view.still = carver.template take<Still<Format>>(num_grains);
+    view.radius = carver.template take<typename Format::Wide>(num_grains);
+    view.own = carver.template take<Vec<typename Format::Sum, 3>>(num_grains);
+    view.largest_force = carver.template take<typename Format::Real>(num_grains);
+    view.partner = carver.template take<std::int32_t>(kOwnedPairs * num_grains);
+    view.partner_radius = carver.template take<typename Format::Wide>(kOwnedPairs * num_grains);
+    view.history = carver.template take<typename Format::History>(kOwnedPairs * num_grains);
     return view;
+  }
+
+  template <class Format>
+  RVE_INLINE SharedView<Format> carve_shared(char *memory, int num_grains)
+  {
+    Carver carver(memory);
+    return lay_out_shared<Format>(carver, num_grains);
+  }
+
+  template <class Format> RVE_INLINE std::size_t shared_size(int num_grains)
+  {
+    Measure measure;
+    lay_out_shared<Format>(measure, num_grains);
+    return measure.size();
   }
 
   /// Arrays of doubles over grains in a workspace.
@@ -114,64 +183,108 @@ inline namespace RVE_ISA {
     std::int32_t *received;          ///< (kOwnedPairs, N) grains that gave a pair
     std::int32_t *received_count;    ///< (N)
     std::int32_t *excess_start;      ///< (N + 1)
-    std::int32_t *old_partner;       ///< (kOwnedPairs, N)
-    typename Format::History *old_history;
-    std::int32_t *old_extra_first, *old_extra_second;    ///< (pair_capacity)
-    typename Format::History *old_extra_history;
-    std::int32_t *contact_count;    ///< (N)
-    double *damping;                ///< (N) work of local damping in this call [force length]
-    double *scratch;                ///< (kScratch, N) terms of sums and maxima over grains
-    Vec<typename Format::Coordinate, 2> *list_position;    ///< (N)
+    std::int32_t *contact_count;     ///< (N)
+    double *damping;                 ///< (N) work of local damping in this call [force length]
+    double *scratch;                 ///< (kScratch, N) terms of sums and maxima over grains
+    PairView<Format> fresh;          ///< the list that is being built
     std::int32_t *extra_first, *extra_second;    ///< (pair_capacity) extra pairs of this call
     typename Format::History *extra_history;
   };
 
-  template <class Format>
-  RVE_INLINE WorkspaceView<Format> carve_workspace(char *memory, int num_grains, int pair_capacity,
-                                                   std::size_t *size = nullptr)
+  template <class Format, class Carving>
+  RVE_INLINE WorkspaceView<Format> lay_out_workspace(Carving &carver, int num_grains, int pair_capacity)
   {
-    Carver carver(memory);
     WorkspaceView<Format> view;
     view.pair_capacity = pair_capacity;
     view.cell_capacity = num_grains + 64;
-    view.cell_start = carver.take<std::int32_t>(view.cell_capacity + 1);
-    view.cell_fill = carver.take<std::int32_t>(view.cell_capacity);
-    view.cell_of = carver.take<std::int32_t>(num_grains);
-    view.cell_grain = carver.take<std::int32_t>(num_grains);
-    view.row_start = carver.take<std::int32_t>(num_grains + 1);
-    view.row_partner = carver.take<std::int32_t>(pair_capacity);
-    view.row_given = carver.take<std::int32_t>(pair_capacity);
-    view.load = carver.take<std::int32_t>(num_grains);
-    view.proposal = carver.take<std::int32_t>(num_grains);
-    view.accepted = carver.take<std::int32_t>(num_grains);
-    view.received = carver.take<std::int32_t>(kOwnedPairs * num_grains);
-    view.received_count = carver.take<std::int32_t>(num_grains);
-    view.excess_start = carver.take<std::int32_t>(num_grains + 1);
-    view.old_partner = carver.take<std::int32_t>(kOwnedPairs * num_grains);
-    view.old_history = carver.take<typename Format::History>(kOwnedPairs * num_grains);
-    view.old_extra_first = carver.take<std::int32_t>(pair_capacity);
-    view.old_extra_second = carver.take<std::int32_t>(pair_capacity);
-    view.old_extra_history = carver.take<typename Format::History>(pair_capacity);
-    view.contact_count = carver.take<std::int32_t>(num_grains);
-    view.damping = carver.take<double>(num_grains);
-    view.scratch = carver.take<double>(static_cast<std::size_t>(kScratch) * num_grains);
-    view.list_position = carver.take<Vec<typename Format::Coordinate, 2>>(num_grains);
-    view.extra_first = carver.take<std::int32_t>(pair_capacity);
-    view.extra_second = carver.take<std::int32_t>(pair_capacity);
-    view.extra_history = carver.take<typename Format::History>(pair_capacity);
-    if (size) *size = carver.size();
+    view.cell_start = carver.template take<std::int32_t>(view.cell_capacity + 1);
+    view.cell_fill = carver.template take<std::int32_t>(view.cell_capacity);
+    view.cell_of = carver.template take<std::int32_t>(num_grains);
+    view.cell_grain = carver.template take<std::int32_t>(num_grains);
+    view.row_start = carver.template take<std::int32_t>(num_grains + 1);
+    view.row_partner = carver.template take<std::int32_t>(pair_capacity);
+    view.row_given = carver.template take<std::int32_t>(pair_capacity);
+    view.load = carver.template take<std::int32_t>(num_grains);
+    view.proposal = carver.template take<std::int32_t>(num_grains);
+    view.accepted = carver.template take<std::int32_t>(num_grains);
+    view.received = carver.template take<std::int32_t>(kOwnedPairs * num_grains);
+    view.received_count = carver.template take<std::int32_t>(num_grains);
+    view.excess_start = carver.template take<std::int32_t>(num_grains + 1);
+    view.contact_count = carver.template take<std::int32_t>(num_grains);
+    view.damping = carver.template take<double>(num_grains);
+    view.scratch = carver.template take<double>(static_cast<std::size_t>(kScratch) * num_grains);
+    PairView<Format> &fresh = view.fresh;
+    fresh.partner = carver.template take<std::int32_t>(kOwnedPairs * num_grains);
+    fresh.history = carver.template take<typename Format::History>(kOwnedPairs * num_grains);
+    fresh.extra_first = carver.template take<std::int32_t>(pair_capacity);
+    fresh.extra_second = carver.template take<std::int32_t>(pair_capacity);
+    fresh.extra_history = carver.template take<typename Format::History>(pair_capacity);
+    view.extra_first = carver.template take<std::int32_t>(pair_capacity);
+    view.extra_second = carver.template take<std::int32_t>(pair_capacity);
+    view.extra_history = carver.template take<typename Format::History>(pair_capacity);
     return view;
   }
 
-  /// What is private to a grain while its RVE is advanced: its owned pairs and the force from them. Registers on a GPU.
-  template <class Format> struct GrainState {
-    Vec<typename Format::Sum, 2> force;     ///< from owned pairs [force units]
-    typename Format::Sum torque;            ///< [torque units]
-    typename Format::Real velocity_unit;    ///< dt/m: velocity that one force unit gives in a step
-    typename Format::Real spin_unit;        ///< dt/I: spin that one torque unit gives in a step
-    std::int32_t partner[kOwnedPairs];      ///< own index: slot is free
-    typename Format::History history[kOwnedPairs];
-    std::int32_t trouble;    ///< bits of the status word
+  template <class Format>
+  RVE_INLINE WorkspaceView<Format> carve_workspace(char *memory, int num_grains, int pair_capacity)
+  {
+    Carver carver(memory);
+    return lay_out_workspace<Format>(carver, num_grains, pair_capacity);
+  }
+
+  template <class Format> RVE_INLINE std::size_t workspace_size(int num_grains, int pair_capacity)
+  {
+    Measure measure;
+    lay_out_workspace<Format>(measure, num_grains, pair_capacity);
+    return measure.size();
+  }
+
+  /// What a grain keeps in registers from step to step, on a GPU.
+  template <class Block, class Format> struct GrainItems {
+    template <class T> using Resident = typename Block::template Resident<T>;
+
+    Resident<Motion<Format>> motion;            ///< published
+    Resident<typename Format::Real> spin;       ///< published
+    Resident<typename Format::Wide> radius;
+    Resident<Vec<typename Format::Sum, 3>> own;
+    Resident<typename Format::Real> largest_force;
+    Resident<std::int32_t> partner[kOwnedPairs];
+    Resident<typename Format::Wide> partner_radius[kOwnedPairs];
+    Resident<typename Format::History> history[kOwnedPairs];
+
+    RVE_INLINE GrainItems(Block &block, const SharedView<Format> &shared, int n) :
+        motion(block.resident(shared.motion)),
+        spin(block.resident(shared.spin)), radius(block.resident(shared.radius)),
+        own(block.resident(shared.own)), largest_force(block.resident(shared.largest_force))
+    {
+      for (int k = 0; k < kOwnedPairs; ++k) {
+        partner[k] = block.resident(shared.partner + k * n);
+        partner_radius[k] = block.resident(shared.partner_radius + k * n);
+        history[k] = block.resident(shared.history + k * n);
+      }
+    }
+
+    RVE_INLINE void load(int i)
+    {
+      motion.load(i);
+      spin.load(i);
+      radius.load(i);
+      own.load(i);
+      largest_force.load(i);
+      for (int k = 0; k < kOwnedPairs; ++k) {
+        partner[k].load(i);
+        partner_radius[k].load(i);
+        history[k].load(i);
+      }
+    }
+
+    /// What is published is there already.
+    RVE_INLINE void save(int i)
+    {
+      own.save(i);
+      largest_force.save(i);
+      for (int k = 0; k < kOwnedPairs; ++k) history[k].save(i);
+    }
   };
 
 }    // namespace RVE_ISA

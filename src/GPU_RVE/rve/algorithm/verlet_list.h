@@ -46,12 +46,6 @@ inline namespace RVE_ISA {
 
     RVE_INLINE int size() const { return count[0] * count[1]; }
 
-    RVE_INLINE static std::uint32_t leading_bits(std::uint32_t s) { return s; }
-    RVE_INLINE static std::uint32_t leading_bits(std::uint64_t s)
-    {
-      return static_cast<std::uint32_t>(s >> 32);
-    }
-
     template <class Coordinate> RVE_INLINE int index(const Vec<Coordinate, 2> &s) const
     {
       const int x =
@@ -77,7 +71,7 @@ inline namespace RVE_ISA {
 
   /// Sorts the grains into the grid: cell_start, cell_grain (ascending within a cell), cell_of.
   template <class Block, class Format>
-  RVE_HD void sort_into_grid(Block &block, const SharedView<Format> &shared,
+  RVE_HD void sort_into_grid(Block &block, const Motion<Format> *motion,
                              const WorkspaceView<Format> &work, int num_grains,
                              const SearchGrid &grid)
   {
@@ -88,7 +82,7 @@ inline namespace RVE_ISA {
       work.cell_fill[c] = 0;
     });
     block.for_each(num_grains, [&](Item i) {
-      work.cell_of[i] = grid.index(shared.position[i]);
+      work.cell_of[i] = grid.index(motion[i].position);
       block.add(&work.cell_start[work.cell_of[i]], 1);
     });
     block.exclusive_scan(work.cell_start, num_cells);
@@ -113,34 +107,42 @@ inline namespace RVE_ISA {
 
   /// The history that the old list holds for the pair of i and j, or zero.
   template <class Format>
-  RVE_INLINE typename Format::History old_history(const WorkspaceView<Format> &work, int num_grains,
+  RVE_INLINE typename Format::History old_history(const PairView<Format> &old, int num_grains,
                                                   int num_old_extra, int i, int j)
   {
     for (int k = 0; k < kOwnedPairs; ++k) {
-      if (work.old_partner[k * num_grains + i] == j) return work.old_history[k * num_grains + i];
-      if (work.old_partner[k * num_grains + j] == i) return work.old_history[k * num_grains + j];
+      if (old.partner[k * num_grains + i] == j) return old.history[k * num_grains + i];
+      if (old.partner[k * num_grains + j] == i) return old.history[k * num_grains + j];
     }
     for (int m = 0; m < num_old_extra; ++m) {
-      const bool same = (work.old_extra_first[m] == i && work.old_extra_second[m] == j) ||
-          (work.old_extra_first[m] == j && work.old_extra_second[m] == i);
-      if (same) return work.old_extra_history[m];
+      const bool same = (old.extra_first[m] == i && old.extra_second[m] == j) ||
+          (old.extra_first[m] == j && old.extra_second[m] == i);
+      if (same) return old.extra_history[m];
     }
     return typename Format::History(0);
   }
 
-  /// Builds the list of all pairs with |b| < R + skin, assigns owners and carries the contact history over. Returns the number
-  /// of pairs; if it exceeds work.pair_capacity nothing has changed but the workspace. `num_extra` goes in and out.
-  template <class Block, class States, class Format>
-  RVE_HD int build_list(Block &block, States &state, const SharedView<Format> &shared,
-                        const WorkspaceView<Format> &work, int num_grains, const Tensor2 &cell,
-                        double largest_radius, double skin, int &num_extra)
+  /// What build_list found. Beyond work.pair_capacity `num_pairs` is all that holds.
+  struct ListSizes {
+    int num_pairs, num_extra;
+  };
+
+  /// Builds the list of all pairs with |b| < R + skin, assigns owners and carries the contact history over: `old` pairs in,
+  /// work.fresh out. Lengths in the units of `cell` and `radius`.
+  template <class Block, class Format>
+  RVE_HD ListSizes build_list(Block &block, const Motion<Format> *motion,
+                              const typename Format::Wide *radius,
+                              const WorkspaceView<Format> &work, int num_grains,
+                              const Tensor2 &cell, double largest_radius, double skin,
+                              const PairView<Format> &old, int num_old_extra)
   {
+    const PairView<Format> fresh = work.fresh;
     using Item = typename Block::Item;
     using Wide = typename Format::Wide;
     const SearchGrid grid(cell, 2.0 * largest_radius + skin, work.cell_capacity);
     const Tensor<Wide, 2> to_length = fraction_to_length<Format>(cell);
     const Wide margin = static_cast<Wide>(skin);
-    sort_into_grid(block, shared, work, num_grains, grid);
+    sort_into_grid(block, motion, work, num_grains, grid);
 
     const auto for_each_owned = [&](int i, auto take) {
       grid.around(work.cell_of[i], [&](int c) {
@@ -148,8 +150,8 @@ inline namespace RVE_ISA {
           const int j = work.cell_grain[m];
           if (j == i || !owns_first(i, j)) continue;
           const Vec<Wide, 2> branch =
-              to_length * fractional_difference<Format>(shared.position[j], shared.position[i]);
-          if (gap_squared(branch, shared.radius[i] + shared.radius[j] + margin) > Wide(0)) take(j);
+              to_length * fractional_difference<Format>(motion[j].position, motion[i].position);
+          if (gap_squared(branch, radius[i] + radius[j] + margin) > Wide(0)) take(j);
         }
       });
     };
@@ -162,7 +164,7 @@ inline namespace RVE_ISA {
       work.row_start[i] = count;
     });
     const int num_pairs = block.exclusive_scan(work.row_start, num_grains);
-    if (num_pairs > work.pair_capacity) return num_pairs;
+    if (num_pairs > work.pair_capacity) return ListSizes{num_pairs, 0};
     block.once([&] {
       work.row_start[num_grains] = num_pairs;
     });
@@ -171,16 +173,6 @@ inline namespace RVE_ISA {
       for_each_owned(i, [&](int j) {
         work.row_partner[entry++] = j;
       });
-      for (int k = 0; k < kOwnedPairs; ++k) {
-        work.old_partner[k * num_grains + i] = state[i].partner[k];
-        work.old_history[k * num_grains + i] = state[i].history[k];
-      }
-    });
-    const int num_old_extra = num_extra;
-    block.for_each(num_old_extra, [&](Item m) {
-      work.old_extra_first[m] = work.extra_first[m];
-      work.old_extra_second[m] = work.extra_second[m];
-      work.old_extra_history[m] = work.extra_history[m];
     });
 
     balance_ownership(block, work, num_grains, 24);
@@ -188,37 +180,46 @@ inline namespace RVE_ISA {
     block.for_each(num_grains, [&](Item i) {
       work.excess_start[i] = work.load[i] > kOwnedPairs ? work.load[i] - kOwnedPairs : 0;
     });
-    num_extra = block.exclusive_scan(work.excess_start, num_grains);
+    const int num_extra = block.exclusive_scan(work.excess_start, num_grains);
     block.for_each(num_grains, [&](Item i) {
       int slot = 0, extra = work.excess_start[i];
       const auto place = [&](int j) {
-        const auto history = old_history(work, num_grains, num_old_extra, i, j);
+        const auto history = old_history(old, num_grains, num_old_extra, i, j);
         if (slot < kOwnedPairs) {
-          for (int k = 0; k < kOwnedPairs;
-               ++k)    // k == slot, spelt so that the slots can stay in registers
-            if (k == slot) {
-              state[i].partner[k] = j;
-              state[i].history[k] = history;
-            }
+          fresh.partner[slot * num_grains + i] = j;
+          fresh.history[slot * num_grains + i] = history;
           ++slot;
         } else {
-          work.extra_first[extra] = i;
-          work.extra_second[extra] = j;
-          work.extra_history[extra] = history;
+          fresh.extra_first[extra] = i;
+          fresh.extra_second[extra] = j;
+          fresh.extra_history[extra] = history;
           ++extra;
         }
       };
       for (int m = 0; m < work.received_count[i]; ++m) place(work.received[m * num_grains + i]);
       for (int entry = work.row_start[i]; entry < work.row_start[i + 1]; ++entry)
         if (!work.row_given[entry]) place(work.row_partner[entry]);
-      for (int k = 0; k < kOwnedPairs; ++k)
-        if (k >= slot) {
-          state[i].partner[k] = i;
-          state[i].history[k] = typename Format::History(0);
+      for (; slot < kOwnedPairs; ++slot) {
+        fresh.partner[slot * num_grains + i] = i;
+        fresh.history[slot * num_grains + i] = typename Format::History(0);
+      }
+      // ascending in the distance of the numbers, free slots last: neighbouring threads then read neighbouring grains
+      const auto ahead = [&](int k) {
+        const int distance = fresh.partner[k * num_grains + i] - i;
+        return distance > 0 ? distance : distance + num_grains;
+      };
+      for (int k = 1; k < kOwnedPairs; ++k)
+        for (int m = k; m > 0 && ahead(m) < ahead(m - 1); --m) {
+          const int here = m * num_grains + i, before = here - num_grains;
+          const int partner = fresh.partner[here];
+          const typename Format::History history = fresh.history[here];
+          fresh.partner[here] = fresh.partner[before];
+          fresh.history[here] = fresh.history[before];
+          fresh.partner[before] = partner;
+          fresh.history[before] = history;
         }
-      work.list_position[i] = shared.position[i];
     });
-    return num_pairs;
+    return ListSizes{num_pairs, num_extra};
   }
 
 }    // namespace RVE_ISA

@@ -16,25 +16,32 @@ inline namespace RVE_ISA {
 
   /// Shared memory of the collectives.
   struct CudaScratch {
-    double chunk[256];
-    unsigned long long sum[16];
-    int scan[1024];
+    union {
+      double chunk[256];
+      long long sum[32][16];    ///< by warp
+      int scan[1024];
+    };
+    long long total[16];
+    int largest;
   };
 
-  /// OneItemPerThread: no phase over grains has more items than the block has threads, so that what per_item declares is one
-  /// object per thread and can live in registers. Otherwise it lives in `item_storage`.
+  /// OneItemPerThread: no phase over resident items has more of them than the block has threads, so that each thread can keep
+  /// its item's in registers.
   template <bool OneItemPerThread> class BlockCuda {
    public:
     using Item = int;
 
-    __device__ BlockCuda(CudaScratch &scratch_in, void *item_storage) :
-        scratch(scratch_in), storage(item_storage)
-    {
-    }
+    RVE_DEVICE explicit BlockCuda(CudaScratch &scratch_in) : scratch(scratch_in) {}
 
     template <class F> RVE_DEVICE void for_each(int n, F f)
     {
       for (int i = threadIdx.x; i < n; i += blockDim.x) f(i);
+      __syncthreads();
+    }
+
+    template <class F> RVE_DEVICE void for_items(int n, F f)
+    {
+      visit_items(n, f);
       __syncthreads();
     }
 
@@ -48,6 +55,15 @@ inline namespace RVE_ISA {
     {
       bool mine = false;
       for (int i = threadIdx.x; i < n; i += blockDim.x) mine = f(i) | mine;
+      return __syncthreads_or(mine) != 0;
+    }
+
+    template <class F> RVE_DEVICE bool any_item(int n, F f)
+    {
+      bool mine = false;
+      visit_items(n, [&](int i) {
+        mine = f(i) | mine;
+      });
       return __syncthreads_or(mine) != 0;
     }
 
@@ -65,27 +81,43 @@ inline namespace RVE_ISA {
       });
     }
 
+    template <class F> RVE_DEVICE float max_item(int n, F f)
+    {
+      float mine = 0.0f;
+      visit_items(n, [&](int i) {
+        mine = fmaxf(mine, f(i));
+      });
+      if (threadIdx.x == 0) scratch.largest = 0;
+      __syncthreads();
+      int bits = __float_as_int(mine);    // ordered as the numbers are, which are not negative
+      if (blockDim.x % 32 == 0) {
+        bits = __reduce_max_sync(0xffffffffu, bits);
+        if (threadIdx.x % 32 == 0) atomicMax(&scratch.largest, bits);
+      } else {
+        atomicMax(&scratch.largest, bits);
+      }
+      __syncthreads();
+      const float largest = __int_as_float(scratch.largest);
+      __syncthreads();
+      return largest;
+    }
+
     template <int M, class F> RVE_DEVICE IntegerSums<M> sum_integers(int n, F f)
     {
-      static_assert(M <= 16, "CudaScratch::sum holds 16 numbers");
       std::int64_t term[M];
       for (int m = 0; m < M; ++m) term[m] = 0;
       for (int i = threadIdx.x; i < n; i += blockDim.x) f(i, term);
-      for (int m = threadIdx.x; m < M; m += blockDim.x) scratch.sum[m] = 0;
-      __syncthreads();
-      const bool whole_warps = blockDim.x % 32 == 0;
-      for (int m = 0; m < M; ++m) {
-        auto x = static_cast<unsigned long long>(term[m]);
-        if (whole_warps)
-          for (int offset = 16; offset > 0; offset /= 2)
-            x += __shfl_down_sync(0xffffffffu, x, offset);
-        if (!whole_warps || threadIdx.x % 32 == 0) atomicAdd(&scratch.sum[m], x);
-      }
-      __syncthreads();
-      IntegerSums<M> sums;
-      for (int m = 0; m < M; ++m) sums.value[m] = static_cast<std::int64_t>(scratch.sum[m]);
-      __syncthreads();
-      return sums;
+      return add_up<M>(term);
+    }
+
+    template <int M, class F> RVE_DEVICE IntegerSums<M> sum_items(int n, F f)
+    {
+      std::int64_t term[M];
+      for (int m = 0; m < M; ++m) term[m] = 0;
+      visit_items(n, [&](int i) {
+        f(i, term);
+      });
+      return add_up<M>(term);
     }
 
     RVE_DEVICE int exclusive_scan(int *a, int n)
@@ -114,46 +146,109 @@ inline namespace RVE_ISA {
       return total;
     }
 
-    RVE_DEVICE void add(std::int32_t *p, std::int32_t v) { atomicAdd(p, v); }
-
-    /// 64-bit atomics on shared memory are compare-and-swap loops; two 32-bit ones with the carry give the same final sum.
-    RVE_DEVICE void add(std::int64_t *p, std::int64_t v)
+    RVE_DEVICE void accumulate(std::int32_t *sum, std::int32_t v) { atomicAdd(sum, v); }
+    RVE_DEVICE std::int32_t collect(std::int32_t *sum)
     {
-      auto *half = reinterpret_cast<unsigned *>(p);
-      const auto low = static_cast<unsigned>(v);
-      const unsigned old = atomicAdd(half, low);
-      const unsigned high =
-          static_cast<unsigned>(static_cast<std::uint64_t>(v) >> 32) + (old + low < old ? 1u : 0u);
-      if (high) atomicAdd(half + 1, high);
+      const std::int32_t total = *sum;
+      *sum = 0;
+      return total;
     }
 
+    /// 64-bit atomics on shared memory are compare-and-swap loops. Two limbs, 24 bits and the rest, add up without carries: up
+    /// to 256 terms of less than 2^55 / 256.
+    RVE_DEVICE void accumulate(std::int64_t *sum, std::int64_t v)
+    {
+      auto *limb = reinterpret_cast<int *>(sum);
+      atomicAdd(limb, static_cast<int>(v) & 0xffffff);
+      atomicAdd(limb + 1, static_cast<int>(v >> 24));
+    }
+    RVE_DEVICE std::int64_t collect(std::int64_t *sum)
+    {
+      const int2 limb = *reinterpret_cast<int2 *>(sum);
+      *sum = 0;
+      return (static_cast<std::int64_t>(limb.y) << 24) +
+          static_cast<std::int64_t>(static_cast<unsigned>(limb.x));
+    }
+
+    RVE_DEVICE void add(std::int32_t *p, std::int32_t v) { atomicAdd(p, v); }
     RVE_DEVICE int fetch_add(int *p, int v) { return atomicAdd(p, v); }
     RVE_DEVICE void fetch_min(int *p, int v) { atomicMin(p, v); }
 
-    template <class State> struct InRegisters {
-      State state;
-      RVE_DEVICE State &operator[](int) { return state; }
+    template <class T, bool InRegister> struct Copy {
+      T value;
+      T *array;
+      RVE_DEVICE T &operator[](int) { return value; }
+      RVE_DEVICE void load(int item) { value = array[item]; }
+      RVE_DEVICE void save(int item) { array[item] = value; }
+      RVE_DEVICE void publish(int item, const T &x)
+      {
+        value = x;
+        array[item] = x;
+      }
     };
-    template <class State> struct InMemory {
-      State *state;
-      RVE_DEVICE State &operator[](int item) { return state[item]; }
+    template <class T> struct Copy<T, false> {
+      T *array;
+      RVE_DEVICE T &operator[](int item) { return array[item]; }
+      RVE_DEVICE void load(int) {}
+      RVE_DEVICE void save(int) {}
+      RVE_DEVICE void publish(int item, const T &x) { array[item] = x; }
     };
-    template <bool InRegister, class State> struct Choose {
-      using Type = InRegisters<State>;
-      static RVE_DEVICE Type make(void *) { return Type(); }
-    };
-    template <class State> struct Choose<false, State> {
-      using Type = InMemory<State>;
-      static RVE_DEVICE Type make(void *memory) { return Type{static_cast<State *>(memory)}; }
-    };
-    template <class State> using PerItem = typename Choose<OneItemPerThread, State>::Type;
+    template <class T> using Resident = Copy<T, OneItemPerThread>;
 
-    template <class State> RVE_DEVICE PerItem<State> per_item(int)
+    template <class T> RVE_DEVICE Resident<T> resident(T *array)
     {
-      return Choose<OneItemPerThread, State>::make(storage);
+      // a value from the start, also for threads without an item: otherwise it would seem alive all over the kernel
+      Resident<T> copy = Resident<T>();
+      copy.array = array;
+      return copy;
     }
 
    private:
+    /// f(item) for resident items: at most one for each thread, where they are in registers.
+    template <class F> RVE_DEVICE void visit_items(int n, F f)
+    {
+      if constexpr (OneItemPerThread) {
+        const int i = threadIdx.x;
+        if (i < n) f(i);
+      } else {
+        for (int i = threadIdx.x; i < n; i += blockDim.x) f(i);
+      }
+    }
+
+    /// Sums over the threads of the block.
+    template <int M> RVE_DEVICE IntegerSums<M> add_up(const std::int64_t *term)
+    {
+      static_assert(M <= 16, "CudaScratch::sum holds 16 numbers");
+      __syncthreads();    // the scratch memory is free
+      const int warps = (blockDim.x + 31) / 32;
+      const int left = static_cast<int>(blockDim.x - (threadIdx.x & ~31u));
+      const unsigned active = left >= 32 ? 0xffffffffu : (1u << left) - 1u;
+#pragma unroll
+      for (int m = 0; m < M; ++m) {
+        // three limbs whose sums over a warp fit into 32 bits
+        const unsigned low = static_cast<unsigned>(term[m]) & 0x7ffffffu,
+                       middle = static_cast<unsigned>(term[m] >> 27) & 0x7ffffffu;
+        const int high = static_cast<int>(term[m] >> 54);
+        const long long sum = static_cast<long long>(__reduce_add_sync(active, low)) +
+            (static_cast<long long>(__reduce_add_sync(active, middle)) << 27) +
+            static_cast<long long>(static_cast<unsigned long long>(__reduce_add_sync(active, high))
+                                   << 54);
+        if (threadIdx.x % 32 == 0) scratch.sum[threadIdx.x / 32][m] = sum;
+      }
+      __syncthreads();
+      for (int m = threadIdx.x; m < M; m += blockDim.x) {
+        long long total = 0;
+        for (int w = 0; w < warps; ++w) total += scratch.sum[w][m];
+        scratch.total[m] = total;
+      }
+      __syncthreads();
+      IntegerSums<M> sums;
+#pragma unroll
+      for (int m = 0; m < M; ++m) sums.value[m] = scratch.total[m];
+      __syncthreads();
+      return sums;
+    }
+
     /// Chunks of 32 items, each reduced in order, then the chunks in order, as BlockSerial does.
     template <class Operation> RVE_DEVICE double reduce(int n, const double *a, Operation operation)
     {
@@ -175,7 +270,6 @@ inline namespace RVE_ISA {
     }
 
     CudaScratch &scratch;
-    void *storage;
   };
 
 }    // namespace RVE_ISA

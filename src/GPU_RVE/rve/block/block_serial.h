@@ -11,13 +11,16 @@
 //   sum_integers<M>(n, f)   f(item, std::int64_t *term) adds to term[0..M-1]; returns the M sums, exact
 //   exclusive_scan(a, n)    in place; returns the total
 //   add(p, v), fetch_min(p, v), fetch_add(p, v)    integer accumulation from inside a phase
-//   per_item<State>(n)      storage that is private to an item and lives across phases; reached as state[item] in for_each
+//   accumulate(p, v)        adds to a sum that nothing but accumulate and collect touches; collect(p) takes it and leaves zero
+//   resident(array)         an item's own numbers in array[item], which may live in registers across phases
+//   for_items, any_item, sum_items<M>    as for_each, any, sum_integers, over the items of resident arrays, and only over them
+//   max_item(n, f)          largest of the floats f(item), none of which is negative, over the same
 //
 // The contract that makes one text correct on both:
 //   1. a variable declared outside a phase is uniform: every thread holds the same value;
 //   2. in a phase, item i writes only item i's data, or adds to an integer accumulator;
 //   3. collectives return the result to every thread and stand in uniform control flow;
-//   4. what is private to an item across phases is declared by per_item, and is the only thing that is.
+//   4. what an item keeps across phases in registers is declared by `resident`, and is the only thing that is.
 
 #ifndef RVE_BLOCK_BLOCK_SERIAL_H
 #define RVE_BLOCK_BLOCK_SERIAL_H
@@ -33,14 +36,18 @@ inline namespace RVE_ISA {
   /// One CPU thread is the block: phases are plain loops, barriers are nothing.
   class BlockSerial {
    public:
-    /// `item_storage` serves per_item; `item_storage_size` is checked by the caller with item_bytes().
-    RVE_HD explicit BlockSerial(void *item_storage) : storage(item_storage) {}
-
     using Item = int;
 
     template <class F> RVE_INLINE void for_each(int n, F f)
     {
       for (int i = 0; i < n; ++i) f(i);
+    }
+
+    template <class F> RVE_INLINE void for_items(int n, F f) { for_each(n, f); }
+    template <class F> RVE_INLINE bool any_item(int n, F f) { return any(n, f); }
+    template <int M, class F> RVE_INLINE IntegerSums<M> sum_items(int n, F f)
+    {
+      return sum_integers<M>(n, f);
     }
 
     template <class F> RVE_INLINE void once(F f) { f(); }
@@ -71,6 +78,17 @@ inline namespace RVE_ISA {
       return largest;
     }
 
+    /// The largest of numbers that are not negative.
+    template <class F> RVE_INLINE float max_item(int n, F f)
+    {
+      float largest = 0.0f;
+      for (int i = 0; i < n; ++i) {
+        const float x = f(i);
+        largest = x > largest ? x : largest;
+      }
+      return largest;
+    }
+
     template <int M, class F> RVE_INLINE IntegerSums<M> sum_integers(int n, F f)
     {
       IntegerSums<M> sums;
@@ -90,7 +108,17 @@ inline namespace RVE_ISA {
       return total;
     }
 
-    template <class Integer> RVE_INLINE void add(Integer *p, Integer v) { *p += v; }
+    /// Adds to a sum that only accumulate() and collect() touch.
+    template <class Integer> RVE_INLINE void accumulate(Integer *sum, Integer v) { *sum += v; }
+    /// Takes the sum and leaves zero.
+    template <class Integer> RVE_INLINE Integer collect(Integer *sum)
+    {
+      const Integer total = *sum;
+      *sum = 0;
+      return total;
+    }
+
+    RVE_INLINE void add(std::int32_t *p, std::int32_t v) { *p += v; }
     RVE_INLINE int fetch_add(int *p, int v)
     {
       const int old = *p;
@@ -102,18 +130,17 @@ inline namespace RVE_ISA {
       if (v < *p) *p = v;
     }
 
-    template <class State> struct PerItem {
-      State *state;
-      RVE_INLINE State &operator[](int item) { return state[item]; }
+    /// An item's own numbers in arrays[item], which it may keep in registers across phases: between load and save only
+    /// publish, which writes both, shows the others what it does. Here it is the array itself.
+    template <class T> struct Resident {
+      T *array;
+      RVE_INLINE T &operator[](int item) const { return array[item]; }
+      RVE_INLINE void load(int) const {}
+      RVE_INLINE void save(int) const {}
+      RVE_INLINE void publish(int item, const T &value) const { array[item] = value; }
     };
 
-    template <class State> RVE_INLINE PerItem<State> per_item(int)
-    {
-      return PerItem<State>{static_cast<State *>(storage)};
-    }
-
-   private:
-    void *storage;
+    template <class T> RVE_INLINE Resident<T> resident(T *array) { return Resident<T>{array}; }
   };
 
 }    // namespace RVE_ISA

@@ -17,6 +17,13 @@
 #define RVE_HD
 #endif
 
+// RVE_COLD: code that runs rarely and must not take registers from the code that calls it
+#if defined(__CUDACC__)
+#define RVE_COLD __host__ __device__ __noinline__
+#else
+#define RVE_COLD __attribute__((noinline))
+#endif
+
 #if defined(__CUDACC__)
 #define RVE_INLINE __host__ __device__ __forceinline__
 #define RVE_INLINE_LAMBDA

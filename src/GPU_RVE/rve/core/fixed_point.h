@@ -85,7 +85,8 @@ inline namespace RVE_ISA {
     using Real = double;
     using Sum = std::int64_t;
     static constexpr double fraction_unit = 1.0 / 18446744073709551616.0;
-    static constexpr int sum_bits = 63;
+    /// The accumulators of a block are two limbs of 32 bits (block/block_cuda.cuh): 24 bits and the rest.
+    static constexpr int sum_bits = 55;
   };
 
   /// Nearest-image difference of two fractions, in units of fraction_unit: the wrapped subtraction is the minimum image.
@@ -106,6 +107,16 @@ inline namespace RVE_ISA {
   RVE_INLINE Tensor<typename Format::Wide, D> fraction_to_length(const Tensor<double, D> &cell)
   {
     return (Format::fraction_unit * cell).template as<typename Format::Wide>();
+  }
+
+  /// The leading 32 bits of a fraction: enough to see how far a grain has gone.
+  RVE_INLINE std::uint32_t leading_bits(std::uint32_t s)
+  {
+    return s;
+  }
+  RVE_INLINE std::uint32_t leading_bits(std::uint64_t s)
+  {
+    return static_cast<std::uint32_t>(s >> 32);
   }
 
   /// Power of two 2^n, exact, without a transcendental function; n in [-1022, 1023].

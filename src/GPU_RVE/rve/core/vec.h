@@ -5,6 +5,8 @@
 
 #include "rve/core/config.h"
 
+#include <cmath>
+
 namespace rve {
 inline namespace RVE_ISA {
 
@@ -52,17 +54,19 @@ inline namespace RVE_ISA {
     return v;
   }
 
+  /// Products and sums are fused where nothing depends on the order of the terms: all arguments may change sign together and
+  /// the result keeps its bits, but x and y are not interchangeable to the bit in `cross`.
   template <class T, int D> RVE_INLINE T dot(const Vec<T, D> &x, const Vec<T, D> &y)
   {
     T sum = x[0] * y[0];
-    for (int a = 1; a < D; ++a) sum = sum + x[a] * y[a];
+    for (int a = 1; a < D; ++a) sum = std::fma(x[a], y[a], sum);
     return sum;
   }
 
   /// Out-of-plane component of the cross product of two plane vectors.
   template <class T> RVE_INLINE T cross(const Vec<T, 2> &x, const Vec<T, 2> &y)
   {
-    return x[0] * y[1] - x[1] * y[0];
+    return std::fma(x[0], y[1], -(x[1] * y[0]));
   }
 
 }    // namespace RVE_ISA

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <numeric>
 
 namespace rve {
 
@@ -54,6 +55,9 @@ namespace {
     return static_cast<int>(std::ceil(std::log2(1.2 * side_by_side)));
   }
 
+  /// More neighbours than 2^8 would let the two limbs of a sum in `double` overflow.
+  constexpr int LARGEST_NEIGHBOR_BITS = 8;
+
   bool is_viscous(const Material &material)
   {
     return material.normal_viscosity > 0.0 || material.tangential_viscosity > 0.0;
@@ -72,6 +76,24 @@ namespace {
     header.mass_depth = material.mass_depth;
   }
 
+  /// Grain numbers row by row, each row along x: a grain's neighbours have numbers near its own, or near those of its row above.
+  std::vector<std::int32_t> storage_order(const RveState &state)
+  {
+    const int n = state.num_grains();
+    const double rows = std::max(1.0, std::floor(0.75 * std::sqrt(static_cast<double>(n))));
+    const double to_row = rows / 18446744073709551616.0;
+    std::vector<std::int32_t> order(n);
+    std::iota(order.begin(), order.end(), 0);
+    const auto row = [&](int i) {
+      return static_cast<int>(static_cast<double>(state.fractional[2 * i + 1]) * to_row);
+    };
+    std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+      const int row_a = row(a), row_b = row(b);
+      return row_a != row_b ? row_a < row_b : state.fractional[2 * a] < state.fractional[2 * b];
+    });
+    return order;
+  }
+
   template <class NumberFormat> StateImage build(const RveState &state, int extra_capacity)
   {
     const int n = state.num_grains();
@@ -86,9 +108,7 @@ namespace {
     StateImage image;
     image.num_grains = n;
     image.extra_capacity = std::max(extra_capacity, num_extra);
-    std::size_t size;
-    carve_image<NumberFormat>(nullptr, n, image.extra_capacity, &size);
-    image.bytes.assign(size, 0);
+    image.bytes.assign(image_size<NumberFormat>(n, image.extra_capacity), 0);
     const auto view = carve_image<NumberFormat>(image.bytes.data(), n, image.extra_capacity);
 
     ImageHeader &header = *view.header;
@@ -122,25 +142,31 @@ namespace {
     using Real = typename NumberFormat::Real;
     using History = typename NumberFormat::History;
     const auto &list = header.list_valid ? state.list_fractional : state.fractional;
-    for (int i = 0; i < n; ++i) {
+    const std::vector<std::int32_t> order = state.order.empty() ? storage_order(state) : state.order;
+    std::vector<int> place(n);    // of a grain number
+    for (int k = 0; k < n; ++k) {
+      const int i = order[k];
+      place[i] = k;
+      view.number[k] = i;
       for (int a = 0; a < 2; ++a) {
-        view.position[i][a] = narrow(state.fractional[2 * i + a], Coordinate());
-        view.list_position[i][a] = narrow(list[2 * i + a], Coordinate());
-        view.velocity[i][a] = static_cast<Real>(state.velocity[2 * i + a]);
+        view.position[k][a] = narrow(state.fractional[2 * i + a], Coordinate());
+        view.list_position[k][a] = static_cast<std::uint32_t>(list[2 * i + a] >> 32);
+        view.velocity[k][a] = static_cast<Real>(state.velocity[2 * i + a]);
       }
-      view.spin[i] = static_cast<Real>(state.spin[i]);
-      view.radius[i] = static_cast<typename NumberFormat::Wide>(state.radius[i]);
-      for (int k = 0; k < kOwnedPairs; ++k) view.partner[k * n + i] = i;
-      owned[i] = 0;
+      view.spin[k] = static_cast<Real>(state.spin[i]);
+      view.radius[k] = static_cast<typename NumberFormat::Wide>(state.radius[i]);
+      for (int m = 0; m < kOwnedPairs; ++m) view.partner[m * n + k] = k;
+      owned[k] = 0;
     }
     for (const Pair &pair : state.pairs) {
-      if (owned[pair.first] < kOwnedPairs) {
-        const int slot = owned[pair.first]++ * n + pair.first;
-        view.partner[slot] = pair.second;
+      const int first = place[pair.first], second = place[pair.second];
+      if (owned[first] < kOwnedPairs) {
+        const int slot = owned[first]++ * n + first;
+        view.partner[slot] = second;
         view.history[slot] = static_cast<History>(pair.tangential_force);
       } else {
-        view.extra_first[header.num_extra] = pair.first;
-        view.extra_second[header.num_extra] = pair.second;
+        view.extra_first[header.num_extra] = first;
+        view.extra_second[header.num_extra] = second;
         view.extra_history[header.num_extra] = static_cast<History>(pair.tangential_force);
         ++header.num_extra;
       }
@@ -178,30 +204,33 @@ namespace {
       state.list_cell = tensor_from(header.list_cell);
       state.list_fractional.resize(2 * n);
     }
-    for (int i = 0; i < n; ++i) {
+    state.order.assign(view.number, view.number + n);
+    for (int k = 0; k < n; ++k) {
+      const int i = view.number[k];
       for (int a = 0; a < 2; ++a) {
-        state.fractional[2 * i + a] = widen(view.position[i][a]);
-        state.velocity[2 * i + a] = view.velocity[i][a];
-        if (header.list_valid) state.list_fractional[2 * i + a] = widen(view.list_position[i][a]);
+        state.fractional[2 * i + a] = widen(view.position[k][a]);
+        state.velocity[2 * i + a] = view.velocity[k][a];
+        if (header.list_valid) state.list_fractional[2 * i + a] = widen(view.list_position[k][a]);
       }
-      state.spin[i] = view.spin[i];
-      state.radius[i] = view.radius[i];
-      for (int k = 0; k < kOwnedPairs; ++k)
-        if (view.partner[k * n + i] != i)
-          state.pairs.push_back(
-              {i, view.partner[k * n + i], static_cast<double>(view.history[k * n + i])});
+      state.spin[i] = view.spin[k];
+      state.radius[i] = view.radius[k];
+      for (int m = 0; m < kOwnedPairs; ++m)
+        if (view.partner[m * n + k] != k)
+          state.pairs.push_back({i, view.number[view.partner[m * n + k]],
+                                 static_cast<double>(view.history[m * n + k])});
     }
     for (int m = 0; m < header.num_extra; ++m)
-      state.pairs.push_back(
-          {view.extra_first[m], view.extra_second[m], static_cast<double>(view.extra_history[m])});
+      state.pairs.push_back({view.number[view.extra_first[m]], view.number[view.extra_second[m]],
+                             static_cast<double>(view.extra_history[m])});
     return state;
   }
 
   /// Segments of a macro increment that rotates by `angle`: at most 0.01 rad each, so that the chord through the rotation
   /// loses at most 2.5e-5 of the area on its way.
+  constexpr double LARGEST_TURN = 0.01;
   int path_segments(double angle)
   {
-    return std::max(1, static_cast<int>(std::ceil(std::fabs(angle) / 0.01)));
+    return std::max(1, static_cast<int>(std::ceil(std::fabs(angle) / LARGEST_TURN)));
   }
 
   bool finite(const Tensor2 &t)
@@ -211,7 +240,8 @@ namespace {
     });
   }
 
-  DriveRecord to_record(const Drive &drive)
+  /// Throws unless the drive makes sense.
+  void check(const Drive &drive)
   {
     require(drive.substeps >= 0,
             "substeps must be 0 or more, got " + std::to_string(drive.substeps));
@@ -219,12 +249,6 @@ namespace {
             "DEM time step must be positive and finite, got " + number(drive.dt) + " [time]");
     require(!drive.controlled[1][0],
             "the stress servo controls xx, xy and yy; component yx cannot be controlled");
-    DriveRecord record = DriveRecord();
-    record.dt = drive.dt;
-    record.substeps = drive.substeps;
-    record.segments = 1;
-    copy_tensor(Tensor2::identity(), record.deformation);
-    copy_tensor(Tensor2::identity(), record.rotation);
     if (drive.has_servo()) {
       require(finite(drive.velocity_gradient),
               "velocity gradient has a component that is not a finite number [1/time]");
@@ -236,20 +260,52 @@ namespace {
       require(std::isfinite(drive.servo_max_rate) && drive.servo_max_rate > 0.0,
               "largest servo rate must be positive, got " + number(drive.servo_max_rate) +
                   " [1/time]");
-      for (int a = 0; a < 2; ++a)
-        for (int b = 0; b < 2; ++b) record.controlled[2 * a + b] = drive.controlled[a][b];
-      copy_tensor(drive.stress_goal, record.stress_goal);
-      copy_tensor(drive.velocity_gradient, record.velocity_gradient);
-      record.servo_gain = drive.servo_gain;
-      record.servo_max_rate = drive.servo_max_rate;
-      return record;
+    } else {
+      const Tensor2 &f = drive.deformation;
+      require(finite(f), "deformation increment has a component that is not a finite number");
+      require(determinant(f) > 0.0,
+              "deformation increment must keep a positive area, its determinant is " +
+                  number(determinant(f)));
     }
+  }
+
+  /// Whether a drive is an ordinary one: a sound deformation without a servo and without much rotation, which needs no
+  /// SteeringRecord and no second look. Thousands of drives are asked in every call.
+  bool is_ordinary(const Drive &drive)
+  {
     const Tensor2 &f = drive.deformation;
-    require(finite(f), "deformation increment has a component that is not a finite number");
-    require(determinant(f) > 0.0,
-            "deformation increment must keep a positive area, its determinant is " +
-                number(determinant(f)));
+    const double twice_cosine = f(0, 0) + f(1, 1), twice_sine = f(1, 0) - f(0, 1);
+    return drive.substeps >= 0 && (drive.substeps == 0 || (drive.dt > 0.0 && drive.dt < 1e300)) &&
+        !drive.controlled[0][0] && !drive.controlled[0][1] && !drive.controlled[1][0] &&
+        !drive.controlled[1][1] && finite(f) && determinant(f) > 0.0 &&
+        std::fabs(twice_sine) < LARGEST_TURN * twice_cosine;
+  }
+
+  DriveRecord to_record(const Drive &drive, int segments)
+  {
+    DriveRecord record;
+    record.dt = drive.dt;
+    record.substeps = drive.substeps;
+    record.segments = segments;
+    copy_tensor(drive.deformation, record.deformation);
+    return record;
+  }
+
+  /// What an extraordinary drive needs beyond its DriveRecord; sets the number of segments there.
+  SteeringRecord to_steering(const Drive &drive, DriveRecord &record)
+  {
+    SteeringRecord steering = SteeringRecord();
+    if (drive.has_servo()) {
+      for (int a = 0; a < 2; ++a)
+        for (int b = 0; b < 2; ++b) steering.controlled[2 * a + b] = drive.controlled[a][b];
+      copy_tensor(drive.stress_goal, steering.stress_goal);
+      copy_tensor(drive.velocity_gradient, steering.velocity_gradient);
+      steering.servo_gain = drive.servo_gain;
+      steering.servo_max_rate = drive.servo_max_rate;
+      return steering;
+    }
     // polar decomposition F = R U in the plane
+    const Tensor2 &f = drive.deformation;
     const double angle = std::atan2(f(1, 0) - f(0, 1), f(0, 0) + f(1, 1));
     record.segments = path_segments(angle);
     Tensor2 rotation = Tensor2::identity(), back;
@@ -260,27 +316,27 @@ namespace {
     back(0, 0) = back(1, 1) = std::cos(angle);
     back(0, 1) = std::sin(angle);
     back(1, 0) = -back(0, 1);
-    copy_tensor(f, record.deformation);
-    copy_tensor(rotation, record.rotation);
-    copy_tensor(back * f - Tensor2::identity(), record.stretch);
-    return record;
+    copy_tensor(rotation, steering.rotation);
+    copy_tensor(back * f - Tensor2::identity(), steering.stretch);
+    return steering;
   }
 
-  Result to_result(const ResultRecord &record)
+  Result to_result(const AnswerRecord &answer, const DetailRecord &record)
   {
+    const ImageHeader &header = record.header;
     Result result;
-    result.status = record.status;
-    result.stress = tensor_from(record.stress);
+    result.status = answer.status;
+    result.stress = tensor_from(answer.stress);
     result.fabric = tensor_from(record.fabric);
-    result.cell = tensor_from(record.cell);
-    result.deformation = tensor_from(record.deformation);
-    result.servo_velocity_gradient = tensor_from(record.servo_velocity_gradient);
-    const int n = record.num_grains, contacts = record.num_contacts;
+    result.cell = tensor_from(header.cell);
+    result.deformation = tensor_from(header.deformation);
+    result.servo_velocity_gradient = tensor_from(header.servo_velocity_gradient);
+    const int n = header.num_grains, contacts = record.num_contacts;
     result.num_grains = n;
     result.num_contacts = contacts;
     result.num_pairs = record.num_pairs;
     result.num_rattlers = record.num_rattlers;
-    result.void_ratio = determinant(result.cell) / record.solid_area - 1.0;
+    result.void_ratio = determinant(result.cell) / header.solid_area - 1.0;
     result.coordination_number = 2.0 * contacts / n;
     const int carrying =
         n - record.num_rattlers;    // Thornton: contacts of grains with a single one do not count
@@ -296,8 +352,8 @@ namespace {
     result.largest_overlap = record.largest_overlap;
     result.mean_overlap = contacts > 0 ? record.overlap_sum / contacts : 0.0;
     result.largest_contact_force = record.largest_contact_force;
-    result.counters = {record.steps, record.rebuilds, record.lattice_reductions, record.repeats};
-    result.energy = {record.work, record.friction_loss, record.damping_loss, record.viscous_loss};
+    result.counters = {header.steps, header.rebuilds, header.lattice_reductions, header.repeats};
+    result.energy = {header.work, header.friction_loss, header.damping_loss, header.viscous_loss};
     return result;
   }
 
@@ -309,7 +365,8 @@ namespace {
             "overlap limit must be in (0, 1), got " + number(options.overlap_limit));
     require(options.threads >= 0,
             "threads must be 0 (automatic) or more, got " + std::to_string(options.threads));
-    return {options.skin, options.overlap_limit, options.arms == Arms::Contact ? 0.5 : 0.0};
+    return {options.skin, options.overlap_limit, options.arms == Arms::Contact ? 0.5 : 0.0,
+            options.track_energy ? 1 : 0};
   }
 
 }    // namespace
@@ -340,19 +397,14 @@ RveState read_image(Format format, const StateImage &image)
 
 std::size_t image_bytes(Format format, int num_grains, int extra_capacity)
 {
-  std::size_t size = 0;
   switch (format) {
     case Format::Fast:
-      carve_image<FastFormat>(nullptr, num_grains, extra_capacity, &size);
-      break;
+      return image_size<FastFormat>(num_grains, extra_capacity);
     case Format::Mixed:
-      carve_image<MixedFormat>(nullptr, num_grains, extra_capacity, &size);
-      break;
-    case Format::Double:
-      carve_image<DoubleFormat>(nullptr, num_grains, extra_capacity, &size);
-      break;
+      return image_size<MixedFormat>(num_grains, extra_capacity);
+    default:
+      return image_size<DoubleFormat>(num_grains, extra_capacity);
   }
-  return size;
 }
 
 int initial_extra_capacity(int num_grains)
@@ -368,6 +420,10 @@ BatchEngine::BatchEngine(const Options &options_in) :
 int BatchEngine::add(const RveState &state)
 {
   state.check();
+  const auto [smallest, largest] = std::minmax_element(state.radius.begin(), state.radius.end());
+  require(neighbor_bits(*smallest, *largest) <= LARGEST_NEIGHBOR_BITS,
+          "the largest grain must be at most 60 times as large as the smallest, got " +
+              number(*largest / *smallest));
   int rve;
   if (free_numbers.empty()) {
     rve = static_cast<int>(grains_of.size());
@@ -413,12 +469,6 @@ void BatchEngine::set_material(int rve, const Material &material)
   any_viscous = any_viscous || is_viscous(material);
 }
 
-SceneKind BatchEngine::scene() const
-{
-  if (options.track_energy) return SceneKind::Energy;
-  return any_viscous ? SceneKind::Viscous : SceneKind::Plain;
-}
-
 std::size_t BatchEngine::bytes_per_rve(int num_grains) const
 {
   return image_bytes(options.format, num_grains, initial_extra_capacity(num_grains));
@@ -426,11 +476,11 @@ std::size_t BatchEngine::bytes_per_rve(int num_grains) const
 
 void BatchEngine::check_slot(int rve) const
 {
-  require(rve >= 0 && rve < static_cast<int>(grains_of.size()) && grains_of[rve] > 0,
-          "there is no RVE with number " + std::to_string(rve));
+  if (rve < 0 || rve >= static_cast<int>(grains_of.size()) || grains_of[rve] == 0)
+    throw InputError("there is no RVE with number " + std::to_string(rve));
 }
 
-void BatchEngine::prepare_repeat(int rve, const ResultRecord &result)
+void BatchEngine::prepare_repeat(int rve, const AnswerRecord &result)
 {
   ImageHeader header = get_header(rve);
   ++header.repeats;
@@ -448,52 +498,98 @@ void BatchEngine::prepare_repeat(int rve, const ResultRecord &result)
                              (result.needed_pairs + result.needed_pairs / 4) / grains_of[rve] + 1);
 }
 
-void BatchEngine::advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
-                          std::vector<Result> &results)
+void BatchEngine::run(const std::vector<int> &rves, const std::vector<Drive> &drives,
+                      bool with_details)
 {
   require(rves.size() == drives.size(),
           "one drive per RVE is needed: " + std::to_string(rves.size()) + " RVEs, " +
               std::to_string(drives.size()) + " drives");
-  std::vector<DriveRecord> records(rves.size());
-  int largest = 0;
-  for (std::size_t k = 0; k < rves.size(); ++k) {
+  const std::size_t count = rves.size();
+  Call call;
+  call.rves = rves;
+  call.drives.resize(count);
+  call.with_details = with_details;
+  bool ordinary = true;
+  for (std::size_t k = 0; k < count; ++k) {
     check_slot(rves[k]);
-    records[k] = to_record(drives[k]);
-    largest = std::max(largest, grains_of[rves[k]]);
+    call.largest = std::max(call.largest, grains_of[rves[k]]);
+    call.drives[k] = to_record(drives[k], 1);
+    ordinary = is_ordinary(drives[k]) && ordinary;
   }
-  std::vector<ResultRecord> answers(rves.size());
-  if (!rves.empty()) launch(rves, records, largest, pairs_per_grain * largest, answers);
+  bool servo = false;
+  if (!ordinary) {
+    call.steering.resize(count);
+    for (std::size_t k = 0; k < count; ++k) {
+      check(drives[k]);
+      servo = servo || drives[k].has_servo();
+      call.steering[k] = to_steering(drives[k], call.drives[k]);
+    }
+  }
+  const bool general = servo || options.track_energy || any_viscous || options.arms == Arms::Lammps;
+  call.scene = general ? SceneKind::General : SceneKind::Plain;
+  if (count == 0) {
+    answers.clear();
+    details.clear();
+    return;
+  }
+  call.pair_capacity = pairs_per_grain * call.largest;
+  launch(call, answers, details);
 
   std::map<std::size_t, ImageHeader> before;    // of the RVEs whose call is repeated
   for (int repeat = 0; repeat < MAX_REPEATS; ++repeat) {
     std::vector<std::size_t> again;
-    for (std::size_t k = 0; k < rves.size(); ++k)
+    for (std::size_t k = 0; k < count; ++k)
       if (answers[k].status & (status::ListFull | status::ForceSaturated)) again.push_back(k);
     if (again.empty()) break;
-    std::vector<int> some_rves;
-    std::vector<DriveRecord> some_records;
+    Call some;
+    some.largest = call.largest;
+    some.scene = call.scene;
+    some.with_details = with_details;
     for (std::size_t k : again) {
       before.emplace(k, get_header(rves[k]));
       prepare_repeat(rves[k], answers[k]);
-      some_rves.push_back(rves[k]);
-      some_records.push_back(records[k]);
+      some.rves.push_back(rves[k]);
+      some.drives.push_back(call.drives[k]);
+      if (!call.steering.empty()) some.steering.push_back(call.steering[k]);
     }
-    std::vector<ResultRecord> some_answers(again.size());
-    launch(some_rves, some_records, largest, pairs_per_grain * largest, some_answers);
-    for (std::size_t m = 0; m < again.size(); ++m) answers[again[m]] = some_answers[m];
+    some.pair_capacity = pairs_per_grain * call.largest;
+    std::vector<AnswerRecord> some_answers;
+    std::vector<DetailRecord> some_details;
+    launch(some, some_answers, some_details);
+    for (std::size_t m = 0; m < again.size(); ++m) {
+      answers[again[m]] = some_answers[m];
+      if (with_details) details[again[m]] = some_details[m];
+    }
   }
 
   // a call that fails in the end leaves no trace of its repeats either
   for (const auto &[k, first] : before) {
     if (!(answers[k].status & status::Fatal)) continue;
     ImageHeader header = get_header(rves[k]);
-    header.repeats = answers[k].repeats = first.repeats;
+    header.repeats = first.repeats;
     header.largest_contact_force = first.largest_contact_force;
     put_header(rves[k], header);
   }
+  if (!with_details) return;
+  for (std::size_t k = 0; k < count; ++k)
+    if (answers[k].status & status::Fatal) details[k].header = get_header(rves[k]);
+}
 
+void BatchEngine::advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
+                          std::vector<Result> &results)
+{
+  run(rves, drives, true);
   results.resize(rves.size());
-  std::transform(answers.begin(), answers.end(), results.begin(), to_result);
+  for (std::size_t k = 0; k < rves.size(); ++k) results[k] = to_result(answers[k], details[k]);
+}
+
+void BatchEngine::advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
+                          std::vector<Response> &responses)
+{
+  run(rves, drives, false);
+  responses.resize(rves.size());
+  for (std::size_t k = 0; k < rves.size(); ++k)
+    responses[k] = {answers[k].status, answers[k].num_contacts, tensor_from(answers[k].stress)};
 }
 
 }    // namespace rve

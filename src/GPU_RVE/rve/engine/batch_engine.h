@@ -35,6 +35,8 @@ class BatchEngine : public Engine {
   void set_material(int rve, const Material &material) override;
   void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
                std::vector<Result> &results) override;
+  void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
+               std::vector<Response> &responses) override;
   std::size_t bytes_per_rve(int num_grains) const override;
 
  protected:
@@ -44,24 +46,36 @@ class BatchEngine : public Engine {
   virtual void drop_image(int rve) = 0;
   virtual void put_header(int rve, const ImageHeader &header) = 0;
   virtual ImageHeader get_header(int rve) const = 0;
-  /// Runs the block program once for each RVE, with workspaces for at least `pair_capacity` pairs of `largest` grains.
-  virtual void launch(const std::vector<int> &rves, const std::vector<DriveRecord> &drives,
-                      int largest, int pair_capacity, std::vector<ResultRecord> &results) = 0;
+  /// One run of the block program over some RVEs.
+  struct Call {
+    std::vector<int> rves;
+    std::vector<DriveRecord> drives;
+    std::vector<SteeringRecord> steering;    ///< as many, or none
+    int largest = 0;                         ///< grains in the largest RVE
+    int pair_capacity = 0;                   ///< that workspaces must have at least
+    SceneKind scene = SceneKind::Plain;
+    bool with_details = false;
+  };
 
-  /// The features that the RVEs of this engine need together.
-  SceneKind scene() const;
+  /// Runs the block program once for each RVE. `details` are filled when they are wanted.
+  virtual void launch(const Call &call, std::vector<AnswerRecord> &answers,
+                      std::vector<DetailRecord> &details) = 0;
 
   const Options options;
   const BatchConstants constants;
 
  private:
   void check_slot(int rve) const;
-  void prepare_repeat(int rve, const ResultRecord &result);
+  void prepare_repeat(int rve, const AnswerRecord &answer);
+  /// One call, with its repeats, into `answers` and, if wanted, `details`.
+  void run(const std::vector<int> &rves, const std::vector<Drive> &drives, bool with_details);
 
   std::vector<int> grains_of;    ///< by RVE; 0: the number is free
   std::vector<int> free_numbers;
   bool any_viscous = false;    ///< an RVE with dashpots has been added
   int pairs_per_grain = 4;     ///< capacity of the workspaces, grows on demand
+  std::vector<AnswerRecord> answers;     ///< of the last call
+  std::vector<DetailRecord> details;     ///< of the last call that wanted them
 };
 
 }    // namespace rve

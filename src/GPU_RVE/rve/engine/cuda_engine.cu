@@ -2,7 +2,7 @@
 
 #include "rve/core/error.h"
 #include "rve/engine/batch_engine.h"
-#include "rve/engine/cuda_kernels.cuh"
+#include "rve/engine/cuda_kernels.h"
 #include "rve/engine/device_buffer.cuh"
 
 #include <algorithm>
@@ -14,11 +14,12 @@ namespace {
 
   constexpr int LARGEST_BLOCK = 1024;
 
-  CudaKernels kernels_for(Format format)
+  CudaKernels kernels_for(const Options &options)
   {
-    switch (format) {
+    switch (options.format) {
       case Format::Fast:
-        return cuda_kernels_fast();
+        return options.arithmetic == Arithmetic::Relaxed ? cuda_kernels_fast_relaxed()
+                                                         : cuda_kernels_fast();
       case Format::Mixed:
         return cuda_kernels_mixed();
       default:
@@ -34,7 +35,7 @@ namespace {
   class CudaEngine final : public BatchEngine {
    public:
     explicit CudaEngine(const Options &options_in) :
-        BatchEngine(options_in), kernels(kernels_for(options_in.format))
+        BatchEngine(options_in), kernels(kernels_for(options_in))
     {
       require(options.block_size >= 0 && options.block_size <= LARGEST_BLOCK,
               "block size must be 0 (automatic) or in [1, 1024] threads, got " +
@@ -45,7 +46,8 @@ namespace {
 
     std::string description() const override
     {
-      return std::string(device.name) + ", " + to_string(options.format) + ", strict";
+      return std::string(device.name) + ", " + to_string(options.format) +
+          (options.arithmetic == Arithmetic::Relaxed ? ", relaxed" : ", strict");
     }
 
    protected:
@@ -97,56 +99,34 @@ namespace {
       return header;
     }
 
-    void launch(const std::vector<int> &rves, const std::vector<DriveRecord> &drives, int largest,
-                int pair_capacity, std::vector<ResultRecord> &results) override
+    void launch(const Call &call, std::vector<AnswerRecord> &answers,
+                std::vector<DetailRecord> &details) override
     {
       use_device();
-      const int count = static_cast<int>(rves.size());
-      std::vector<char *> pointers(count);
-      for (int k = 0; k < count; ++k) pointers[k] = images[rves[k]].memory;
-      std::vector<int> order(count);
-      std::iota(order.begin(), order.end(), 0);
-      const auto cost = [&](int k) {
-        return static_cast<double>(drives[k].substeps) * images[rves[k]].num_grains;
-      };
-      std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-        return cost(a) > cost(b);
-      });
-
-      const int block = block_size(largest);
-      const bool one_item = largest <= block;
-      const KernelSizes sizes = kernels.sizes(largest, pair_capacity);
-      const bool on_chip =
-          sizes.shared + sizeof(CudaScratch) + 1024 <= device.sharedMemPerBlockOptin;
-      const KernelFunction kernel = kernels.kernel[one_item][static_cast<int>(scene())];
-      const std::size_t dynamic = on_chip ? sizes.shared : 0;
-      check_cuda(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
-                                      static_cast<int>(dynamic)),
-                 "shared memory of the kernel");
-      int blocks_per_sm = 0;
-      check_cuda(
-          cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks_per_sm, kernel, block, dynamic),
-          "occupancy");
-      require(blocks_per_sm > 0,
-              "no thread block of " + std::to_string(block) + " threads fits on this device");
-      const int resident = std::min(count, blocks_per_sm * device.multiProcessorCount);
+      const int count = static_cast<int>(call.rves.size());
+      const Plan plan = plan_for(call);
 
       LaunchRecord record;
-      record.images = pointer_buffer.upload(pointers);
-      record.drives = drive_buffer.upload(drives);
-      record.order = order_buffer.upload(order);
-      record.results = result_buffer.reserve(count);
+      record.images = pointer_buffer.upload(count, [&](int k) {
+        return images[call.rves[k]].memory;
+      });
+      record.drives = drive_buffer.upload(call.drives);
+      record.steering = call.steering.empty() ? nullptr : steering_buffer.upload(call.steering);
+      record.order = order_buffer.upload(longest_first(call));
+      record.answers = answer_buffer.reserve(count);
+      record.details = call.with_details ? detail_buffer.reserve(count) : nullptr;
       record.count = count;
       record.queue = queue_buffer.upload(std::vector<int>{0});
-      record.shared_offset = aligned(sizes.workspace);
-      record.items_offset = record.shared_offset + (on_chip ? 0 : aligned(sizes.shared));
-      record.memory_stride = record.items_offset + (one_item ? 0 : aligned(sizes.items));
+      record.shared_offset = aligned(plan.sizes.workspace);
+      record.memory_stride = record.shared_offset + (plan.on_chip ? 0 : aligned(plan.sizes.shared));
+      const int resident = std::min(count, plan.blocks);
       record.memory = workspace_buffer.reserve(record.memory_stride * resident);
-      record.pair_capacity = pair_capacity;
-      record.shared_on_chip = on_chip;
-      kernel<<<resident, block, dynamic>>>(record, constants);
+      record.pair_capacity = call.pair_capacity;
+      record.shared_on_chip = plan.on_chip;
+      plan.kernel<<<resident, plan.block, plan.dynamic>>>(record, constants);
       check_cuda(cudaGetLastError(), "launch of the RVE kernel");
-      result_buffer.download(results);
+      answer_buffer.download(answers, count);
+      if (call.with_details) detail_buffer.download(details, count);
     }
 
    private:
@@ -161,6 +141,87 @@ namespace {
       check_cuda(cudaSetDevice(options.device_number), "choice of the device");
     }
 
+    /// How a call is launched.
+    struct Plan {
+      std::size_t count = 0;
+      int largest = -1, pair_capacity = 0;
+      SceneKind scene = SceneKind::Plain;
+      KernelFunction kernel = nullptr;
+      KernelSizes sizes;
+      int block = 0, blocks = 0;    ///< threads, and blocks that the device holds at a time
+      std::size_t dynamic = 0;      ///< bytes on chip
+      bool on_chip = true;
+    };
+
+    /// The plan of the last call serves while the calls are alike.
+    const Plan &plan_for(const Call &call)
+    {
+      if (last_plan.count == call.rves.size() && last_plan.largest == call.largest &&
+          last_plan.pair_capacity == call.pair_capacity && last_plan.scene == call.scene)
+        return last_plan;
+      Plan plan;
+      plan.count = call.rves.size();
+      plan.largest = call.largest;
+      plan.pair_capacity = call.pair_capacity;
+      plan.scene = call.scene;
+      plan.block = block_size(call.largest);
+      const Residency residency = residency_of(call, plan.block);
+      plan.kernel = kernels.kernel[static_cast<int>(residency)][static_cast<int>(call.scene)];
+      plan.sizes = kernels.sizes(capacity_of(residency, call.largest), call.pair_capacity);
+      cudaFuncAttributes attributes;
+      check_cuda(cudaFuncGetAttributes(&attributes, plan.kernel), "attributes of the kernel");
+      plan.on_chip = residency != Residency::Memory ||
+          plan.sizes.shared + attributes.sharedSizeBytes + 1024 <= device.sharedMemPerBlockOptin;
+      plan.dynamic = plan.on_chip ? plan.sizes.shared : 0;
+      check_cuda(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
+                                      static_cast<int>(plan.dynamic)),
+                 "shared memory of the kernel");
+      int blocks_per_sm = 0;
+      check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks_per_sm, plan.kernel,
+                                                               plan.block, plan.dynamic),
+                 "occupancy");
+      require(blocks_per_sm > 0, "no thread block of " + std::to_string(plan.block) +
+                  " threads fits on this device");
+      plan.blocks = blocks_per_sm * device.multiProcessorCount;
+      last_plan = plan;
+      return last_plan;
+    }
+
+    /// Positions in the call, the most expensive first: with RVEs of unequal cost the last ones to run are short.
+    std::vector<int> longest_first(const Call &call) const
+    {
+      const int count = static_cast<int>(call.rves.size());
+      const auto cost = [&](int k) {
+        return static_cast<double>(call.drives[k].substeps) * images[call.rves[k]].num_grains;
+      };
+      std::vector<int> order(count);
+      std::iota(order.begin(), order.end(), 0);
+      bool equal = true;
+      for (int k = 1; k < count && equal; ++k) equal = cost(k) == cost(0);
+      if (!equal)
+        std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+          return cost(a) > cost(b);
+        });
+      return order;
+    }
+
+    static int capacity_of(Residency residency, int largest)
+    {
+      return residency == Residency::Small
+          ? kSmallBlock
+          : (residency == Residency::Large ? kLargeBlock : largest);
+    }
+
+    Residency residency_of(const Call &call, int block) const
+    {
+      if (call.largest > block) return Residency::Memory;
+      const bool has_small = kernels.kernel[static_cast<int>(Residency::Small)]
+                                           [static_cast<int>(call.scene)] != nullptr;
+      // with fewer RVEs than would share a multiprocessor more registers serve them better
+      const bool many = static_cast<int>(call.rves.size()) > 2 * device.multiProcessorCount;
+      return block <= kSmallBlock && has_small && many ? Residency::Small : Residency::Large;
+    }
+
     /// One thread per grain while that is possible: scheme D.
     int block_size(int num_grains) const
     {
@@ -172,10 +233,13 @@ namespace {
     cudaDeviceProp device;
     DeviceArena arena;
     std::vector<Placed> images;
+    Plan last_plan;
     DeviceBuffer<char *> pointer_buffer;
     DeviceBuffer<DriveRecord> drive_buffer;
+    DeviceBuffer<SteeringRecord> steering_buffer;
     DeviceBuffer<int> order_buffer, queue_buffer;
-    DeviceBuffer<ResultRecord> result_buffer;
+    DeviceBuffer<AnswerRecord> answer_buffer;
+    DeviceBuffer<DetailRecord> detail_buffer;
     DeviceBuffer<char> workspace_buffer;
   };
 

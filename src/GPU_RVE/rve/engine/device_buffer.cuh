@@ -6,6 +6,7 @@
 #include <cuda_runtime.h>
 
 #include <cstddef>
+#include <cstring>
 #include <map>
 #include <stdexcept>
 #include <string>
@@ -21,13 +22,18 @@ inline void check_cuda(cudaError_t error, const char *what)
     throw std::runtime_error(std::string(what) + ": " + cudaGetErrorString(error));
 }
 
-/// Array of T on the device; grows, never shrinks, and does not keep its contents when it grows.
+/// Array of T on the device, and page-locked memory on the host to copy through: copies from ordinary memory take several times
+/// as long. Grows, never shrinks, and does not keep its contents when it grows.
 template <class T> class DeviceBuffer {
  public:
   DeviceBuffer() = default;
   DeviceBuffer(const DeviceBuffer &) = delete;
   DeviceBuffer &operator=(const DeviceBuffer &) = delete;
-  ~DeviceBuffer() { cudaFree(memory); }
+  ~DeviceBuffer()
+  {
+    cudaFree(memory);
+    cudaFreeHost(staging);
+  }
 
   T *reserve(std::size_t count)
   {
@@ -43,23 +49,49 @@ template <class T> class DeviceBuffer {
 
   T *upload(const std::vector<T> &values)
   {
-    reserve(values.size());
-    check_cuda(cudaMemcpy(memory, values.data(), values.size() * sizeof(T), cudaMemcpyHostToDevice),
+    stage(values.size());
+    std::memcpy(staging, values.data(), values.size() * sizeof(T));
+    return send(values.size());
+  }
+
+  /// Element k is value(k).
+  template <class Value> T *upload(std::size_t count, Value value)
+  {
+    stage(count);
+    for (std::size_t k = 0; k < count; ++k) staging[k] = value(static_cast<int>(k));
+    return send(count);
+  }
+
+  /// Waits for the kernels that were launched.
+  void download(std::vector<T> &values, std::size_t count)
+  {
+    stage(count);
+    check_cuda(cudaMemcpy(staging, memory, count * sizeof(T), cudaMemcpyDeviceToHost), "download");
+    values.assign(staging, staging + count);
+  }
+
+ private:
+  void stage(std::size_t count)
+  {
+    if (count <= staged) return;
+    cudaFreeHost(staging);
+    staging = nullptr;
+    staged = 0;
+    check_cuda(cudaMallocHost(&staging, count * sizeof(T)), "page-locked memory for a buffer");
+    staged = count;
+  }
+
+  T *send(std::size_t count)
+  {
+    reserve(count);
+    check_cuda(cudaMemcpyAsync(memory, staging, count * sizeof(T), cudaMemcpyHostToDevice),
                "upload");
     return memory;
   }
 
-  void download(std::vector<T> &values) const
-  {
-    check_cuda(cudaMemcpy(values.data(), memory, values.size() * sizeof(T), cudaMemcpyDeviceToHost),
-               "download");
-  }
-
-  T *data() const { return memory; }
-
- private:
   T *memory = nullptr;
-  std::size_t capacity = 0;
+  T *staging = nullptr;
+  std::size_t capacity = 0, staged = 0;
 };
 
 /// Pieces of device memory for RVE images, cut from large slabs: thousands of RVEs come and go without a cudaMalloc each.

@@ -78,6 +78,13 @@ struct Result {
   deviatoric_stress() const;    ///< q = sqrt(s'_ij s'_ij / 2), equation (25b), n = 2 [stress]
 };
 
+/// What a macro step needs of an RVE: the short answer, which costs less than a Result. `stress` is that of Result.
+struct Response {
+  std::uint32_t status = status::Ok;
+  std::int32_t num_contacts = 0;
+  Tensor2 stress = Tensor2::zero();    ///< Love, Cauchy, tension positive [stress]
+};
+
 /// Owns RVEs. An RVE is named by the number that add() returned until it is removed.
 /// Results do not depend on threads, on the order of the RVEs in a call, or on the backend (strict arithmetic).
 class Engine {
@@ -98,6 +105,9 @@ class Engine {
   /// Advances rves[k] by drives[k]; results[k] answers it. RVEs are distinct; each may have its own number of substeps.
   virtual void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
                        std::vector<Result> &results) = 0;
+  /// The same motion with the short answer. A Result of the same configuration is had by a call with no substeps.
+  virtual void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
+                       std::vector<Response> &responses) = 0;
 
   /// "NVIDIA H200, mixed, strict" or "2 CPU threads (x86-64-v3), mixed, strict": a line for the log.
   virtual std::string description() const = 0;

@@ -37,6 +37,11 @@ namespace {
 std::unique_ptr<Engine> make_engine(const Options &options, std::string *notice)
 {
   if (notice) notice->clear();
+  require(options.arithmetic == Arithmetic::Strict || options.format == Format::Fast,
+          "relaxed arithmetic exists for the number format fast only, got " +
+              to_string(options.format));
+  require(options.arithmetic == Arithmetic::Strict || options.device != Device::Cpu,
+          "relaxed arithmetic needs a CUDA device: on a CPU it gains nothing");
   if (options.device == Device::Cpu) return make_host_engine(options);
   const std::string obstacle = cuda_obstacle(options.device_number);
 #if defined(GPU_RVE_WITH_CUDA)
@@ -44,7 +49,9 @@ std::unique_ptr<Engine> make_engine(const Options &options, std::string *notice)
 #endif
   require(options.device != Device::Cuda, "a CUDA device was asked for, but " + obstacle);
   require(!cuda_required(), "GPU_RVE_REQUIRE_CUDA=1 forbids falling back to the CPU: " + obstacle);
-  if (notice) *notice = obstacle + "; the CPU engine serves";
+  if (notice)
+    *notice = obstacle + "; the CPU engine serves" +
+        (options.arithmetic == Arithmetic::Relaxed ? ", with strict arithmetic" : "");
   return make_host_engine(options);
 }
 

@@ -44,14 +44,13 @@ namespace {
 
   /// Memory of one thread, reused from RVE to RVE.
   struct ThreadMemory {
-    std::vector<char> shared, workspace, items;
+    std::vector<char> shared, workspace;
 
     HostWorkspace prepare(const HostWorkspaceSizes &sizes, int pair_capacity)
     {
       if (shared.size() < sizes.shared) shared.resize(sizes.shared);
       if (workspace.size() < sizes.workspace) workspace.resize(sizes.workspace);
-      if (items.size() < sizes.items) items.resize(sizes.items);
-      return {shared.data(), workspace.data(), items.data(), pair_capacity};
+      return {shared.data(), workspace.data(), pair_capacity};
     }
   };
 
@@ -94,27 +93,31 @@ namespace {
       return header;
     }
 
-    void launch(const std::vector<int> &rves, const std::vector<DriveRecord> &drives, int largest,
-                int pair_capacity, std::vector<ResultRecord> &results) override
+    void launch(const Call &call, std::vector<AnswerRecord> &answers,
+                std::vector<DetailRecord> &details) override
     {
+      const int count = static_cast<int>(call.rves.size());
+      answers.assign(count, AnswerRecord());
+      if (call.with_details) details.assign(count, DetailRecord());
       // longest first: with RVEs of unequal cost the last ones are short
-      std::vector<int> order(rves.size());
+      std::vector<int> order(count);
       std::iota(order.begin(), order.end(), 0);
       const auto cost = [&](int k) {
-        return static_cast<double>(drives[k].substeps) * images[rves[k]].num_grains;
+        return static_cast<double>(call.drives[k].substeps) * images[call.rves[k]].num_grains;
       };
       std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
         return cost(a) > cost(b);
       });
 
-      const HostWorkspaceSizes sizes = kernel.workspace_sizes(largest, pair_capacity);
-      const int count = static_cast<int>(order.size());
+      const HostWorkspaceSizes sizes = kernel.workspace_sizes(call.largest, call.pair_capacity);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(std::min(num_threads, std::max(count, 1)))
       for (int m = 0; m < count; ++m) {
         const int k = order[m];
-        const HostWorkspace workspace = memory[omp_get_thread_num()].prepare(sizes, pair_capacity);
-        kernel.advance(images[rves[k]].bytes.data(), drives[k], constants, workspace, scene(),
-                       results[k]);
+        const HostWorkspace workspace =
+            memory[omp_get_thread_num()].prepare(sizes, call.pair_capacity);
+        kernel.advance(images[call.rves[k]].bytes.data(), call.drives[k],
+                       call.steering.empty() ? nullptr : &call.steering[k], constants, workspace,
+                       call.scene, answers[k], call.with_details ? &details[k] : nullptr);
       }
     }
 

@@ -14,41 +14,38 @@ namespace rve {
 
 inline namespace RVE_ISA {
 
-  template <class Format, class Features>
-  void run_program(char *image, const DriveRecord &drive, const BatchConstants &batch,
-                   const HostWorkspace &memory, ResultRecord &result)
+  template <class Format, bool General>
+  void run_program(char *image, const DriveRecord &drive, const SteeringRecord *steering,
+                   const BatchConstants &batch,
+                   const HostWorkspace &memory, AnswerRecord &answer, DetailRecord *detail)
   {
     const auto &header = *reinterpret_cast<const ImageHeader *>(image);
-    BlockSerial block(memory.items);
-    RveProgram<BlockSerial, Format, Features> program(
-        block, carve_image<Format>(image, header.num_grains, header.extra_capacity),
-        carve_shared<Format>(memory.shared, header.num_grains),
-        carve_workspace<Format>(memory.workspace, header.num_grains, memory.pair_capacity), drive,
-        batch);
-    program.run(result);
+    BlockSerial block;
+    const auto shared = carve_shared<Format>(memory.shared, header.num_grains);
+    CallState<Format> call;
+    RareWork<BlockSerial, Format>::begin(block, call, image, shared, memory.workspace,
+                                         memory.pair_capacity, drive, steering, batch);
+    RveProgram<BlockSerial, Format, General> program(block, call, shared);
+    program.run(answer, detail);
   }
 
   template <class Format>
-  void advance(char *image, const DriveRecord &drive, const BatchConstants &batch,
-               const HostWorkspace &memory, SceneKind scene, ResultRecord &result)
+  void advance(char *image, const DriveRecord &drive, const SteeringRecord *steering,
+                   const BatchConstants &batch,
+               const HostWorkspace &memory, SceneKind scene, AnswerRecord &answer,
+               DetailRecord *detail)
   {
-    switch (scene) {
-      case SceneKind::Plain:
-        return run_program<Format, SceneFeatures<false, false>>(image, drive, batch, memory,
-                                                                result);
-      case SceneKind::Viscous:
-        return run_program<Format, SceneFeatures<true, false>>(image, drive, batch, memory, result);
-      case SceneKind::Energy:
-        return run_program<Format, SceneFeatures<true, true>>(image, drive, batch, memory, result);
-    }
+    if (scene == SceneKind::Plain)
+      run_program<Format, false>(image, drive, steering, batch, memory, answer, detail);
+    else
+      run_program<Format, true>(image, drive, steering, batch, memory, answer, detail);
   }
 
   template <class Format> HostWorkspaceSizes workspace_sizes(int num_grains, int pair_capacity)
   {
     HostWorkspaceSizes sizes;
-    carve_shared<Format>(nullptr, num_grains, &sizes.shared);
-    carve_workspace<Format>(nullptr, num_grains, pair_capacity, &sizes.workspace);
-    sizes.items = sizeof(GrainState<Format>) * static_cast<std::size_t>(num_grains);
+    sizes.shared = shared_size<Format>(num_grains);
+    sizes.workspace = workspace_size<Format>(num_grains, pair_capacity);
     return sizes;
   }
 

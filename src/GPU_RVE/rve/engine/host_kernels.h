@@ -13,18 +13,19 @@ namespace rve {
 struct HostWorkspace {
   char *shared;
   char *workspace;
-  char *items;
   int pair_capacity;
 };
 
 struct HostWorkspaceSizes {
-  std::size_t shared, workspace, items;
+  std::size_t shared, workspace;
 };
 
 /// One instruction set's build of the block program for one format.
 struct HostKernel {
-  void (*advance)(char *image, const DriveRecord &drive, const BatchConstants &batch,
-                  const HostWorkspace &memory, SceneKind scene, ResultRecord &result);
+  void (*advance)(char *image, const DriveRecord &drive, const SteeringRecord *steering,
+                  const BatchConstants &batch,
+                  const HostWorkspace &memory, SceneKind scene, AnswerRecord &answer,
+                  DetailRecord *detail);
   HostWorkspaceSizes (*workspace_sizes)(int num_grains, int pair_capacity);
 };
 

@@ -17,8 +17,13 @@ enum class Device { Auto, Cpu, Cuda };
 /// Lammps: r for the velocity, r - overlap/2 for the torque, as `pair granular`; not objective, for cross-checks only.
 enum class Arms { Contact, Lammps };
 
+/// Strict: IEEE operations, the same bits on CPU and GPU. Relaxed: approximate root and quotient and contracted operations, for
+/// `fast` on a GPU only.
+enum class Arithmetic { Strict, Relaxed };
+
 struct Options {
   Format format = Format::Mixed;
+  Arithmetic arithmetic = Arithmetic::Strict;
   Device device = Device::Auto;
   Arms arms = Arms::Contact;
   int threads = 0;          ///< CPU threads; 0: as OpenMP decides (OMP_NUM_THREADS)

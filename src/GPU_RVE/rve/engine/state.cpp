@@ -196,6 +196,7 @@ namespace {
     archive(state.pairs);
     archive(state.list_cell);
     archive(state.list_fractional);
+    archive(state.order);
     archive(state.servo_velocity_gradient);
     archive(state.largest_contact_force);
     archive(state.counters);
@@ -272,6 +273,15 @@ void RveState::check() const
   check_pairs(*this);
   require_finite(list_cell, "the cell matrix of the Verlet list", "[length]");
   const bool has_list = determinant(list_cell) != 0.0;
+  if (!order.empty()) {
+    std::vector<char> seen(n, 0);
+    require_size(order.size(), n, "storage order");
+    for (const std::int32_t i : order) {
+      require(i >= 0 && static_cast<std::size_t>(i) < n && !seen[i],
+              "storage order must name each grain once");
+      seen[i] = 1;
+    }
+  }
   if (has_list || !list_fractional.empty())
     require_size(list_fractional.size(), 2 * n, "list coordinates");
   require_finite(servo_velocity_gradient, "the servo velocity gradient", "[1/time]");

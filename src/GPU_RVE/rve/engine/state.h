@@ -65,6 +65,10 @@ struct RveState {
   Tensor2 list_cell = Tensor2::zero();           ///< H when the list was built; zero: no list yet
   std::vector<std::uint64_t> list_fractional;    ///< (N, 2) s when the list was built, or empty
 
+  /// (N) Grain numbers in the order in which the engine keeps them, or empty: then it chooses one that puts neighbours next to
+  /// each other. Kept so that a restart continues bit for bit.
+  std::vector<std::int32_t> order;
+
   Tensor2 servo_velocity_gradient =
       Tensor2::zero();    ///< L of the stress servo at the end of the last call [1/time]
   double largest_contact_force =

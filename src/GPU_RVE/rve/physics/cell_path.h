@@ -19,6 +19,7 @@ inline namespace RVE_ISA {
 
   class CellPath {
    public:
+    CellPath() = default;
     RVE_INLINE CellPath(const Tensor2 &cell, const CellIncrement &increment, int substeps,
                         double dt) :
         start(cell),

@@ -3,9 +3,8 @@
 #ifndef RVE_PHYSICS_CONTACT_GEOMETRY_H
 #define RVE_PHYSICS_CONTACT_GEOMETRY_H
 
+#include "rve/core/arithmetic.h"
 #include "rve/core/tensor.h"
-
-#include <cmath>
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -29,19 +28,24 @@ inline namespace RVE_ISA {
     Real overlap;           ///< R_i + R_j - |branch| [length]
   };
 
-  /// Equations (8)-(10). overlap = (R^2 - d^2) / (R + d).
+  /// Equations (8)-(10). The grains touch when the overlap is positive; coinciding centres give NaN, which is no contact.
+  ///
+  /// With a wider format for the branch the overlap is (R^2 - d^2) / (R + d), whose numerator alone needs the wide format;
+  /// otherwise R - d is as good.
   template <class Real, class Wide, int D>
   RVE_INLINE ContactGeometry<Real, D> contact_geometry(const Vec<Wide, D> &branch,
-                                                       Wide sum_of_radii, Wide gap)
+                                                       Wide sum_of_radii)
   {
     ContactGeometry<Real, D> contact;
     contact.branch = branch.template as<Real>();
-    Real distance_squared = contact.branch[0] * contact.branch[0];
-    for (int a = 1; a < D; ++a)
-      distance_squared = std::fma(contact.branch[a], contact.branch[a], distance_squared);
-    contact.distance = std::sqrt(distance_squared);
-    contact.normal = (Real(1) / contact.distance) * contact.branch;
-    contact.overlap = static_cast<Real>(gap) / (static_cast<Real>(sum_of_radii) + contact.distance);
+    const auto distance = root_and_inverse(dot(contact.branch, contact.branch));
+    contact.distance = distance.root;
+    contact.normal = distance.inverse * contact.branch;
+    if constexpr (sizeof(Wide) > sizeof(Real))
+      contact.overlap = static_cast<Real>(gap_squared(branch, sum_of_radii)) *
+          reciprocal(static_cast<Real>(sum_of_radii) + contact.distance);
+    else
+      contact.overlap = sum_of_radii - contact.distance;
     return contact;
   }
 

@@ -31,16 +31,17 @@ inline namespace RVE_ISA {
     bool sliding;
   };
 
-  /// Linear springs, Coulomb friction, optional dashpots, for disks.
+  /// Linear springs and Coulomb friction, for disks.
   ///
-  /// Arms: torque r - overlap/2, the distance to the contact point of equation (11). Surface velocity r - velocity_arm * overlap
-  /// with velocity_arm = 1/2 (the same point: the arms add up to |b|, so a rigid rotation of the pair gives no slip) or 0 (the
-  /// convention of LAMMPS, not objective, for cross-checks).
-  template <class Real, class History, bool Viscous> struct LinearFrictionLaw {
+  /// Arms: torque r - overlap/2, the distance to the contact point of equation (11), and the same for the surface velocity: the
+  /// arms add up to |b|, so a rigid rotation of the pair gives no slip.
+  /// General: with dashpots, and with a choice for the arm of the surface velocity, r - velocity_arm * overlap: 1/2, or 0 as
+  /// LAMMPS has it (not objective, for cross-checks).
+  template <class Real, class History, bool General> struct LinearFrictionLaw {
     LinearNormal<Real> normal;
-    VelocityDamping<Real> normal_damping;
-    LinearTangential<Real, History, Viscous> tangential;
-    Real velocity_arm;
+    VelocityDamping<Real> normal_damping;                  ///< General
+    LinearTangential<Real, History, General> tangential;
+    Real velocity_arm;                                     ///< General
 
     RVE_INLINE ContactForce<Real, History> evaluate(const ContactGeometry<Real, 2> &contact,
                                                     const DiskMotion<Real> &i,
@@ -52,10 +53,12 @@ inline namespace RVE_ISA {
       const Vec<Real, 2> velocity = (j.velocity - i.velocity) + velocity_gradient * contact.branch;
       const Vec<Real, 2> &n = contact.normal;
 
-      // sums of two products, not fma: the sum must not depend on the order of the grains
-      const Real velocity_arm_i = i.radius - velocity_arm * contact.overlap;
-      const Real velocity_arm_j = j.radius - velocity_arm * contact.overlap;
+      const Real arm_i = std::fma(Real(-0.5), contact.overlap, i.radius);
+      const Real arm_j = std::fma(Real(-0.5), contact.overlap, j.radius);
+      const Real velocity_arm_i = General ? std::fma(-velocity_arm, contact.overlap, i.radius) : arm_i;
+      const Real velocity_arm_j = General ? std::fma(-velocity_arm, contact.overlap, j.radius) : arm_j;
       const Real normal_velocity = dot(velocity, n);
+      // a sum of two products, not fma: it must not depend on the order of the grains
       const Real tangential_velocity =
           cross(n, velocity) - (velocity_arm_i * i.spin + velocity_arm_j * j.spin);
 
@@ -63,7 +66,7 @@ inline namespace RVE_ISA {
       result.normal_velocity = normal_velocity;
       result.tangential_velocity = tangential_velocity;
       result.normal_force = normal.force(contact.overlap);
-      if (Viscous)
+      if (General)
         result.normal_force = result.normal_force + normal_damping.force(normal_velocity);
       const auto shear = tangential.advance(spring, tangential_velocity, result.normal_force, dt);
       result.tangential = shear.force;
@@ -72,11 +75,10 @@ inline namespace RVE_ISA {
       result.sliding = shear.sliding;
 
       // force on i: -f_n n + f_t t with t = (-n_y, n_x)
-      result.force[0] = -(result.normal_force * n[0]) - shear.force * n[1];
-      result.force[1] = -(result.normal_force * n[1]) + shear.force * n[0];
-      const Real half_overlap = Real(0.5) * contact.overlap;
-      result.torque_i = (i.radius - half_overlap) * shear.force;
-      result.torque_j = (j.radius - half_overlap) * shear.force;
+      result.force[0] = std::fma(-shear.force, n[1], -(result.normal_force * n[0]));
+      result.force[1] = std::fma(shear.force, n[0], -(result.normal_force * n[1]));
+      result.torque_i = arm_i * shear.force;
+      result.torque_j = arm_j * shear.force;
       return result;
     }
   };

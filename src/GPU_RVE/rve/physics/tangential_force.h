@@ -3,9 +3,7 @@
 #ifndef RVE_PHYSICS_TANGENTIAL_FORCE_H
 #define RVE_PHYSICS_TANGENTIAL_FORCE_H
 
-#include "rve/core/config.h"
-
-#include <cmath>
+#include "rve/core/arithmetic.h"
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -35,15 +33,17 @@ inline namespace RVE_ISA {
           std::fma(stiffness * static_cast<History>(dt), static_cast<History>(velocity), spring);
       const History viscous =
           Viscous ? static_cast<History>(viscosity) * static_cast<History>(velocity) : History(0);
-      const History trial = Viscous ? elastic + viscous : elastic;
+      // without viscosity not even a zero is added: it could change the sign of a zero
+      const History trial = Viscous && viscosity != Real(0) ? elastic + viscous : elastic;
       const History limit = static_cast<History>(friction * std::fabs(normal_force));
-      const History below = trial > limit ? limit : trial;
-      const History capped = below < -limit ? -limit : below;
+      const History magnitude = smaller(std::fabs(trial), limit);
+      const History capped = std::copysign(magnitude, trial);
       TangentialForce<Real, History> result;
       result.force = static_cast<Real>(capped);
-      result.sliding = std::fabs(capped) >= limit;
+      result.sliding = magnitude >= limit;
       // a sticking contact keeps its spring to the bit: evaluating it again must not change it
-      result.spring = Viscous ? (result.sliding ? capped - viscous : elastic) : capped;
+      result.spring =
+          Viscous && viscosity != Real(0) ? (result.sliding ? capped - viscous : elastic) : capped;
       result.slipped = trial - capped;
       return result;
     }

@@ -1,0 +1,479 @@
+// What a call does once or now and then: begin, choose units, plan steps, renew the list. It works on arrays and on the state of
+// the call, in functions of their own, so that it takes no registers from the steps.
+
+#ifndef RVE_ALGORITHM_RARE_WORK_H
+#define RVE_ALGORITHM_RARE_WORK_H
+
+#include "rve/algorithm/contact_forces.h"
+#include "rve/algorithm/verlet_list.h"
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  RVE_INLINE Tensor2 load_tensor(const double *component)
+  {
+    Tensor2 t;
+    for (int k = 0; k < 4; ++k) t.component[k] = component[k];
+    return t;
+  }
+
+  RVE_INLINE void store_tensor(const Tensor2 &t, double *component)
+  {
+    for (int k = 0; k < 4; ++k) component[k] = t.component[k];
+  }
+
+  /// Skin of the list that the user left open, as a share of the mean radius: wide enough that a quasi-static packing lives
+  /// on one list for hundreds of steps, narrow enough that few of the listed pairs do not touch.
+  constexpr double kDefaultSkinShare = 0.1;
+
+  /// Guess of the largest force in a packing without contacts, as an overlap over the mean radius. A wrong guess costs accuracy
+  /// of the first contacts or a repeat of the call, never a wrong force.
+  constexpr double kGasOverlapShare = 1e-3;
+
+  /// Overlap over the mean radius that the force scale never goes below: stiffer than any packing that a format can hold.
+  constexpr double kLeastOverlapShare = 1e-9;
+
+  /// Love stress from the sums of a force phase [stress].
+  template <class Format>
+  RVE_INLINE Tensor2 stress_from(const CallState<Format> &call, const StressSums &sums, double area)
+  {
+    const double unit = call.units.force * call.units.length /
+        (area * call.image.header->thickness);
+    Tensor2 stress;
+    for (int k = 0; k < 4; ++k) stress.component[k] = static_cast<double>(sums[k]) * unit;
+    return stress;
+  }
+
+  template <class Block, class Format> struct RareWork {
+    using Item = typename Block::Item;
+    using Real = typename Format::Real;
+    using Wide = typename Format::Wide;
+    using History = typename Format::History;
+
+    /// From the image to internal units, and the plan of the first steps. While the grains are read one more thread prepares the
+    /// state of the call, and while the pairs are read a few more plan: what one thread does alone, the others would wait for.
+    static RVE_COLD void begin(Block block, CallState<Format> &call, char *image_memory,
+                               const SharedView<Format> shared, char *workspace, int pair_capacity,
+                               const DriveRecord &drive, const SteeringRecord *steering,
+                               const BatchConstants batch)
+    {
+      const ImageHeader &header = *reinterpret_cast<const ImageHeader *>(image_memory);
+      const int n = header.num_grains;
+      const ImageView<Format> image = carve_image<Format>(image_memory, n, header.extra_capacity);
+      const double per_length = 1.0 / CallUnits::length_for(header.largest_radius);
+      const Real to_internal = static_cast<Real>(per_length);
+      const Wide to_internal_wide = static_cast<Wide>(per_length);
+      block.for_each(n + 1, [&](Item i) {
+        if (i == n) {
+          begin_call(call, image, shared, workspace, pair_capacity, drive, steering, batch);
+          return;
+        }
+        using Sum = typename Format::Sum;
+        Motion<Format> motion;
+        motion.position = image.position[i];
+        motion.velocity = to_internal * image.velocity[i];
+        shared.motion[i] = motion;
+        shared.spin[i] = image.spin[i];
+        shared.still[i].list_position = image.list_position[i];
+        shared.radius[i] = to_internal_wide * image.radius[i];
+        shared.force_x[i] = shared.force_y[i] = shared.torque[i] = Sum(0);
+        shared.own[i] = Vec<Sum, 3>::zero();
+        shared.largest_force[i] = Real(0);
+      });
+      if (call.fatal()) return;
+      if (batch.track_energy)
+        block.for_each(n, [&](Item i) {
+          call.work.damping[i] = 0.0;
+        });
+      const bool listed = header.list_valid != 0, scaled = header.largest_contact_force > 0.0;
+      if (!listed) rebuild(block, call, call.image_pairs(), call.cell);
+      if (call.fatal()) return;
+      const PairView<Format> from = listed ? call.image_pairs() : call.pairs;
+      if (!scaled) estimate_force(block, call, from);
+      if (!listed || !scaled)
+        block.once([&] {
+          choose_units(call);
+        });
+      load_pairs_and_plan(block, call, from);
+    }
+
+    /// By one thread.
+    static RVE_COLD void begin_call(CallState<Format> &call, const ImageView<Format> image,
+                                    const SharedView<Format> shared, char *workspace,
+                                    int pair_capacity, const DriveRecord &drive,
+                                    const SteeringRecord *steering, const BatchConstants batch)
+    {
+      const ImageHeader &header = *image.header;
+      call.image = image;
+      call.shared = shared;
+      call.num_grains = header.num_grains;
+      call.work = carve_workspace<Format>(workspace, header.num_grains, pair_capacity);
+      call.drive = drive;
+      if (steering)
+        call.steering = *steering;
+      else
+        for (int c = 0; c < 4; ++c) call.steering.controlled[c] = 0;
+      call.batch = batch;
+      call.status = status::Ok;
+      call.num_extra = header.num_extra;
+      call.needed_pairs = call.num_rebuilds = call.num_reductions = 0;
+      call.pairs = PairView<Format>{shared.partner, shared.history, call.work.extra_first,
+                                    call.work.extra_second, call.work.extra_history};
+      call.cell = load_tensor(header.cell);
+      call.list_cell = load_tensor(header.list_cell);
+      call.deformation = load_tensor(header.deformation);
+      call.servo_gradient = load_tensor(header.servo_velocity_gradient);
+      CellIncrement increment;
+      increment.deformation = load_tensor(drive.deformation);
+      increment.segments = drive.segments;
+      if (drive.segments > 1) {
+        increment.rotation = load_tensor(steering->rotation);
+        increment.stretch = load_tensor(steering->stretch);
+      }
+      if (!call.has_servo())
+        call.path = CellPath(call.cell, increment, drive.substeps, drive.dt);
+      call.supplied = call.friction_loss = call.damping_loss = call.viscous_loss = 0.0;
+      call.units.length = CallUnits::length_for(header.largest_radius);
+      call.mass_factor = header.density * 3.14159265358979323846 * header.mass_depth;
+      call.skin = batch.skin > 0.0 ? batch.skin : kDefaultSkinShare * header.mean_radius;
+      call.expected_force = header.largest_contact_force;
+      call.plan_first = 1;
+      call.plan_last = 0;
+      if (call.num_extra > pair_capacity) {
+        call.status = status::ListFull;
+        call.needed_pairs = call.num_extra;
+      } else if (header.list_valid && call.expected_force > 0.0) {
+        choose_units(call);
+      }
+    }
+
+    /// Force unit and contact law in internal units. By one thread.
+    static RVE_COLD void choose_units(CallState<Format> &call)
+    {
+      const ImageHeader &header = *call.image.header;
+      // A last call may have ended in the first touch of a collision: a unit from that would not reach the collision within
+      // the repeats of a call.
+      const double least = header.normal_stiffness * kLeastOverlapShare * header.mean_radius;
+      if (!(call.expected_force > least)) call.expected_force = least;
+      call.units.choose_force(Format::sum_bits, header.neighbor_bits, call.expected_force,
+                              header.friction);
+      const double stiffness_unit = call.units.length / call.units.force;
+      call.law.normal.stiffness = static_cast<Real>(header.normal_stiffness * stiffness_unit);
+      call.law.normal_damping.viscosity =
+          static_cast<Real>(header.normal_viscosity * stiffness_unit);
+      call.law.tangential.stiffness =
+          static_cast<History>(header.tangential_stiffness * stiffness_unit);
+      call.law.tangential.friction = static_cast<Real>(header.friction);
+      call.law.tangential.viscosity =
+          static_cast<Real>(header.tangential_viscosity * stiffness_unit);
+      call.law.velocity_arm = static_cast<Real>(call.batch.velocity_arm);
+      call.dt = static_cast<Real>(call.drive.substeps > 0 ? call.drive.dt : 0.0);
+      call.alpha = static_cast<Real>(header.local_damping);
+    }
+
+    static RVE_INLINE void load_pairs_and_plan(Block &block, CallState<Format> &call,
+                                               const PairView<Format> &from)
+    {
+      const PairView<Format> to = call.pairs;
+      const SharedView<Format> &shared = call.shared;
+      const int n = call.num_grains;
+      const History to_internal = static_cast<History>(1.0 / call.units.force);
+      // dt/m and dt/I with the units of force, torque and velocity
+      const double length = call.units.length;
+      const double velocity_factor =
+          call.drive.dt * (call.units.force / length) / (call.mass_factor * (length * length));
+      // with a servo the first step's cell is not known yet
+      const int count = call.has_servo() ? 0 : steps_to_plan(call, 1);
+      block.for_each(n + count, [&](Item i) {
+        if (i >= n) {
+          plan_step(call, i - n, 1);
+          return;
+        }
+        for (int k = 0; k < kOwnedPairs; ++k) {
+          take_partner(call, k, i, from.partner[k * n + i]);
+          to.history[k * n + i] = to_internal * from.history[k * n + i];
+        }
+        const double r = static_cast<double>(shared.radius[i]), inverse = 1.0 / (r * r);
+        shared.still[i].velocity_unit = static_cast<Real>(velocity_factor * inverse);
+        shared.still[i].spin_unit = static_cast<Real>(2.0 * velocity_factor * inverse * inverse);
+      });
+      block.once([&] {
+        call.plan_last = count;
+      });
+      if (call.num_extra == 0) return;
+      block.for_each(call.num_extra, [&](Item m) {
+        to.extra_first[m] = from.extra_first[m];
+        to.extra_second[m] = from.extra_second[m];
+        to.extra_history[m] = to_internal * from.extra_history[m];
+      });
+    }
+
+    static RVE_INLINE void take_partner(const CallState<Format> &call, int slot, int i, int j)
+    {
+      const SharedView<Format> &shared = call.shared;
+      shared.partner[slot * call.num_grains + i] = j;
+      shared.partner_radius[slot * call.num_grains + i] =
+          j == i ? -shared.radius[i] : shared.radius[j];
+    }
+
+    /// Largest contact force to expect where no call has left one: from the overlaps found, or a guess for a gas.
+    static RVE_COLD void estimate_force(Block block, CallState<Format> &call,
+                                        PairView<Format> pairs)
+    {
+      const ImageHeader &header = *call.image.header;
+      const Motion<Format> *motion = call.shared.motion;
+      const int n = call.num_grains;
+      const double length = call.units.length;
+      const auto to_length = fraction_to_length<Format>((1.0 / length) * call.cell);
+      block.for_each(n, [&](Item i) {
+        double most = 0.0;
+        for (int k = 0; k < kOwnedPairs; ++k) {
+          const int j = pairs.partner[k * n + i];
+          if (j == i) continue;
+          const Vec<Wide, 2> branch =
+              to_length * fractional_difference<Format>(motion[j].position, motion[i].position);
+          const double overlap =
+              static_cast<double>(call.shared.radius[i] + call.shared.radius[j]) -
+              std::sqrt(static_cast<double>(dot(branch, branch)));
+          most = overlap > most ? overlap : most;
+        }
+        call.work.scratch[i] = most;
+      });
+      const double overlap = length * block.max_array(n, call.work.scratch);
+      block.once([&] {
+        call.expected_force = header.normal_stiffness *
+            (overlap > 0.0 ? overlap : kGasOverlapShare * header.mean_radius);
+      });
+    }
+
+    // ---- the cell ---------------------------------------------------------------------------------------------------------------
+
+    /// H after step k, which is planned or about to be.
+    static RVE_INLINE Tensor2 cell_of_step(const CallState<Format> &call, int k)
+    {
+      if (call.has_servo()) return call.cell;
+      CellPath path = call.path;
+      return path.cell(k);
+    }
+
+    /// How many steps from `first` on can be planned.
+    static RVE_INLINE int steps_to_plan(const CallState<Format> &call, int first)
+    {
+      const int left = call.drive.substeps - first + 1;
+      if (call.has_servo() || left < 1) return 1;
+      return left < kPlanSteps ? left : kPlanSteps;
+    }
+
+    /// Plans the steps from `first` on, as far as they can be known.
+    static RVE_COLD void make_plan(Block block, CallState<Format> &call, int first)
+    {
+      const int count = steps_to_plan(call, first);
+      block.for_each(count, [&](Item t) {
+        plan_step(call, t, first);
+      });
+      block.once([&] {
+        if (!call.has_servo() && call.drive.segments > 1) call.path.cell(first);
+        call.plan_first = first;
+        call.plan_last = first + count - 1;
+      });
+    }
+
+    /// Entry t of a plan that starts with step `first`.
+    static RVE_COLD void plan_step(CallState<Format> &call, int t, int first)
+    {
+      StepPlan<Format> &plan = call.plan[t];
+      Tensor2 cell = call.cell, gradient = Tensor2::zero();
+      if (call.has_servo()) {
+        gradient = call.servo_gradient;
+      } else if (call.drive.substeps > 0) {
+        CellPath path = call.path;
+        cell = path.cell(first + t);
+        gradient = path.cell_rate() * inverse(cell);
+      }
+      const double per_length = 1.0 / call.units.length;
+      const Tensor2 internal = per_length * cell;
+      plan.to_length = fraction_to_length<Format>(internal);
+      plan.to_fraction =
+          ((call.drive.dt / Format::fraction_unit) * inverse(internal)).template as<Wide>();
+      plan.gradient = gradient.template as<Real>();
+      plan.list_to_length = fraction_to_length<FastFormat>(internal);
+      // a little less than allowed covers the rounding of the displacements
+      const double allowed = (1.0 - 1e-5) * per_length *
+          allowed_displacement(cell, call.list_cell, call.image.header->largest_radius, call.skin);
+      plan.allowed_squared = static_cast<float>(allowed * allowed);
+      plan.special = !(allowed > 0.0) || lattice_step(cell).axis >= 0;
+      plan.area = determinant(cell);
+    }
+
+    // ---- the list ---------------------------------------------------------------------------------------------------------------
+
+    /// Reduces the lattice if it is due, builds the list of step k from call.pairs into call.pairs, and plans anew.
+    static RVE_COLD void renew(Block block, CallState<Format> &call, int k)
+    {
+      Motion<Format> *motion = call.shared.motion;
+      // a quarter of the cell in one step is no motion of a grain any more
+      const Wide quarter_cell = static_cast<Wide>(0.25 / Format::fraction_unit);
+      const Tensor<Wide, 2> to_fraction = call.planned(k).to_fraction;
+      const bool unstable = block.any(call.num_grains, [&](Item i) {
+        const Vec<Wide, 2> move = to_fraction * motion[i].velocity.template as<Wide>();
+        return !(std::fabs(move[0]) <= quarter_cell && std::fabs(move[1]) <= quarter_cell);
+      });
+      if (unstable) {
+        block.once([&] {
+          call.status |= status::Unstable;
+        });
+        return;
+      }
+      for (int guard = 0; guard < 8; ++guard) {
+        const LatticeStep change = lattice_step(cell_of_step(call, k));
+        if (change.axis < 0) break;
+        block.for_each(call.num_grains, [&](Item i) {
+          motion[i].position = apply_lattice_step(motion[i].position, change);
+        });
+        block.once([&] {
+          if (call.has_servo())
+            call.cell = apply_lattice_step(call.cell, change);
+          else
+            call.path.map_start([&](const Tensor2 &start) {
+              return apply_lattice_step(start, change);
+            });
+          ++call.num_reductions;
+        });
+      }
+      rebuild(block, call, call.pairs, cell_of_step(call, k));
+      if (!call.fatal()) make_plan(block, call, k);
+    }
+
+    /// Builds the list of the present positions; call.pairs has it afterwards. Contact history comes from the `old` pairs.
+    static RVE_COLD void rebuild(Block block, CallState<Format> &call, PairView<Format> old,
+                                 Tensor2 cell)
+    {
+      const double largest_radius = call.image.header->largest_radius;
+      // the wrapped difference is the nearest image only within half of the smallest width; a NaN fails the comparison too
+      const bool wide_enough = 0.5 * smallest_width(cell) > 2.0 * largest_radius + call.skin;
+      ListSizes sizes{0, 0};
+      const double per_length = 1.0 / call.units.length;
+      if (wide_enough)
+        sizes = build_list(block, call.shared.motion, call.shared.radius, call.work, call.num_grains,
+                           per_length * cell, per_length * largest_radius, per_length * call.skin,
+                           old, call.num_extra);
+      block.once([&] {
+        if (!wide_enough) {
+          call.status |= determinant(cell) == determinant(cell) ? status::CellTooNarrow
+                                                                : status::NonFinite;
+          return;
+        }
+        if (sizes.num_pairs > call.work.pair_capacity) call.status |= status::ListFull;
+        call.needed_pairs = sizes.num_pairs;
+        call.num_extra = sizes.num_extra;
+        call.list_cell = cell;
+        ++call.num_rebuilds;
+      });
+      if (call.fatal()) return;
+      const int n = call.num_grains;
+      block.for_each(n, [&](Item i) {
+        for (int k = 0; k < kOwnedPairs; ++k) {
+          take_partner(call, k, i, call.work.fresh.partner[k * n + i]);
+          call.pairs.history[k * n + i] = call.work.fresh.history[k * n + i];
+        }
+        const Vec<typename Format::Coordinate, 2> position = call.shared.motion[i].position;
+        call.shared.still[i].list_position =
+            Vec<std::uint32_t, 2>{{leading_bits(position[0]), leading_bits(position[1])}};
+      });
+      if (call.num_extra > 0)
+        block.for_each(call.num_extra, [&](Item m) {
+          call.pairs.extra_first[m] = call.work.fresh.extra_first[m];
+          call.pairs.extra_second[m] = call.work.fresh.extra_second[m];
+          call.pairs.extra_history[m] = call.work.fresh.extra_history[m];
+        });
+    }
+
+    // ---- the end of a call ------------------------------------------------------------------------------------------------------
+
+    static RVE_COLD void copy_history(Block block, CallState<Format> &call, PairView<Format> from,
+                                      PairView<Format> to)
+    {
+      block.for_each(kOwnedPairs * call.num_grains, [&](Item m) {
+        to.history[m] = from.history[m];
+      });
+      block.for_each(call.num_extra, [&](Item m) {
+        to.extra_history[m] = from.extra_history[m];
+      });
+    }
+
+    /// Whether the call was sound. Troubles that the steps only noted go into the status word, and so does what the contacts of
+    /// the end say.
+    static RVE_COLD void judge(Block block, CallState<Format> &call, StressSums sums)
+    {
+      const SharedView<Format> &shared = call.shared;
+      const Real limit = static_cast<Real>(call.units.force_limit);
+      const auto saturated = [&](Item i) {
+        return !(shared.largest_force[i] <= limit);
+      };
+      const auto non_finite = [&](Item i) {
+        const Vec<Real, 2> velocity = shared.motion[i].velocity;
+        const Real spin = shared.spin[i];
+        return !(velocity[0] == velocity[0] && velocity[1] == velocity[1] && spin == spin);
+      };
+      std::uint32_t word = status::Ok;
+      if (block.any(call.num_grains, [&](Item i) {
+            return saturated(i) || non_finite(i);
+          })) {
+        if (block.any(call.num_grains, saturated)) word |= status::ForceSaturated;
+        if (block.any(call.num_grains, non_finite)) word |= status::NonFinite;
+      }
+      block.once([&] {
+        if (!(determinant(call.cell) > 0.0)) word |= status::NonFinite;
+        if (sums[4] >= kCrushed) word |= status::OverlapTooLarge;
+        if ((sums[4] & (kCrushed - 1)) == 0) word |= status::NoContacts;
+        if (call.num_extra > call.image.header->extra_capacity) word |= status::ListFull;
+        call.status |= word;
+      });
+    }
+
+    /// By one thread: the answer, and with a sound call the header.
+    static RVE_COLD void conclude(const CallState<Format> &call, const StressSums sums,
+                                  float largest_force, double damped, AnswerRecord &answer)
+    {
+      answer.status = call.status;
+      answer.num_contacts = static_cast<std::int32_t>(sums[4] & (kCrushed - 1));
+      answer.needed_extra = call.num_extra;
+      answer.needed_pairs = call.needed_pairs;
+      answer.expected_force = call.expected_force;
+      store_tensor(stress_from(call, sums, determinant(call.cell)), answer.stress);
+      if (call.fatal()) return;
+      ImageHeader &h = *call.image.header;
+      store_tensor(call.cell, h.cell);
+      store_tensor(call.deformation, h.deformation);
+      store_tensor(call.list_cell, h.list_cell);
+      store_tensor(call.servo_gradient, h.servo_velocity_gradient);
+      h.num_extra = call.num_extra;
+      h.list_valid = 1;
+      // an evaluation sets the force scale only where there is none yet: it must not change what follows
+      if (call.drive.substeps > 0 || h.largest_contact_force == 0.0)
+        h.largest_contact_force = call.units.force * static_cast<double>(largest_force);
+      h.steps += call.drive.substeps;
+      h.rebuilds += call.num_rebuilds;
+      h.lattice_reductions += call.num_reductions;
+      h.work += call.supplied;
+      h.friction_loss += call.friction_loss;
+      h.damping_loss += damped;
+      h.viscous_loss += call.viscous_loss;
+    }
+
+    /// By many threads, word by word.
+    static RVE_COLD void copy_header(Block block, CallState<Format> &call, DetailRecord &detail)
+    {
+      static_assert(sizeof(ImageHeader) % 4 == 0, "a whole number of words");
+      const auto *from = reinterpret_cast<const std::int32_t *>(call.image.header);
+      auto *to = reinterpret_cast<std::int32_t *>(&detail.header);
+      block.for_each(static_cast<int>(sizeof(ImageHeader) / 4), [&](Item w) {
+        to[w] = from[w];
+      });
+    }
+  };
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif

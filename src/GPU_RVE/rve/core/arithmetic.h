@@ -1,0 +1,87 @@
+// The few operations whose form decides about speed and about bits: roots, quotients, minima. Strict: IEEE, the same bits on CPU
+// and GPU. Relaxed (RVE_RELAXED, CUDA only): the hardware's approximations; doc/src/accuracy.rst has their gain and their error.
+
+#ifndef RVE_CORE_ARITHMETIC_H
+#define RVE_CORE_ARITHMETIC_H
+
+#include "rve/core/config.h"
+
+#include <cmath>
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  /// A length and its reciprocal from the squared length.
+  template <class Real> struct RootAndInverse {
+    Real root, inverse;
+  };
+
+  /// sqrt(x) and 1/sqrt(x), each IEEE rounded. x must be a normal number, far from the ends of the range (or zero: inverse
+  /// infinite): in internal units lengths are about one.
+  RVE_INLINE RootAndInverse<float> root_and_inverse(float x)
+  {
+#if defined(__CUDA_ARCH__) && defined(RVE_RELAXED)
+    float inverse;
+    asm("rsqrt.approx.ftz.f32 %0, %1;" : "=f"(inverse) : "f"(x));
+    return {x * inverse, inverse};
+#elif defined(__CUDA_ARCH__)
+    // __fsqrt_rn and __frcp_rn without their paths for denormal numbers
+    float guess;
+    asm("rsqrt.approx.ftz.f32 %0, %1;" : "=f"(guess) : "f"(x));
+    const float first = x * guess;
+    const float root = fmaf(fmaf(-first, first, x), 0.5f * guess, first);
+    asm("rcp.approx.ftz.f32 %0, %1;" : "=f"(guess) : "f"(root));
+    return {root, fmaf(guess, -fmaf(root, guess, -1.0f), guess)};
+#else
+    const float root = std::sqrt(x);
+    return {root, 1.0f / root};
+#endif
+  }
+
+  RVE_INLINE RootAndInverse<double> root_and_inverse(double x)
+  {
+    const double root = std::sqrt(x);
+    return {root, 1.0 / root};
+  }
+
+  /// 1/x, IEEE rounded; x as above.
+  RVE_INLINE float reciprocal(float x)
+  {
+#if defined(__CUDA_ARCH__)
+    float guess;
+    asm("rcp.approx.ftz.f32 %0, %1;" : "=f"(guess) : "f"(x));
+#if defined(RVE_RELAXED)
+    return guess;
+#else
+    return fmaf(guess, -fmaf(x, guess, -1.0f), guess);
+#endif
+#else
+    return 1.0f / x;
+#endif
+  }
+
+  RVE_INLINE double reciprocal(double x) { return 1.0 / x; }
+
+  /// The smaller and the larger of two numbers that are not NaN and not zeros of different sign.
+  template <class Real> RVE_INLINE Real smaller(Real x, Real y)
+  {
+#if defined(__CUDA_ARCH__)
+    return fmin(x, y);
+#else
+    return x < y ? x : y;
+#endif
+  }
+
+  template <class Real> RVE_INLINE Real larger(Real x, Real y)
+  {
+#if defined(__CUDA_ARCH__)
+    return fmax(x, y);
+#else
+    return x > y ? x : y;
+#endif
+  }
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif
