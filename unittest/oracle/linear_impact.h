@@ -1,0 +1,113 @@
+// Oracle: impact of two disks through a linear normal spring and a linear tangential spring with Coulomb limit, in the limit
+// of small overlaps (the line of centres does not turn). Normal and tangential motion are then two oscillators,
+//   m* delta'' = -k_n delta,     m_t v' = -f,  f' = k_t v while sticking,  f = +-mu k_n delta while sliding,
+// and v is known in closed form from one change of regime to the next; only the times of these changes are roots, found to
+// rounding. Di Maio & Di Renzo, Chem Eng Sci 59, 3461 (2004) give the same solution for spheres.
+
+#ifndef RVE_UNITTEST_ORACLE_LINEAR_IMPACT_H
+#define RVE_UNITTEST_ORACLE_LINEAR_IMPACT_H
+
+#include <cmath>
+
+namespace rve_test {
+
+/// Two disks of one density and depth: what their contact feels of them.
+struct DiskPair {
+  double radius[2];       ///< [length]
+  double area_density;    ///< density times depth [mass/length^2]
+
+  double mass(int i) const { return area_density * M_PI * radius[i] * radius[i]; }
+  double inertia(int i) const { return 0.5 * mass(i) * radius[i] * radius[i]; }
+  /// m* of the normal motion, 1/m* = 1/m_1 + 1/m_2 [mass]
+  double mass_eff() const { return 1.0 / (1.0 / mass(0) + 1.0 / mass(1)); }
+  /// m_t of the tangential motion, 1/m_t = sum of 1/m_i + r_i^2/I_i: a third of m* for disks of any radii [mass]
+  double tangential_mass() const
+  {
+    double compliance = 0.0;
+    for (int i = 0; i < 2; ++i) compliance += 1.0 / mass(i) + radius[i] * radius[i] / inertia(i);
+    return 1.0 / compliance;
+  }
+};
+
+class LinearImpact {
+ public:
+  LinearImpact(const DiskPair &disks, double normal_stiffness, double tangential_stiffness,
+               double friction) :
+      normal_frequency(std::sqrt(normal_stiffness / disks.mass_eff())),
+      tangential_frequency(std::sqrt(tangential_stiffness / disks.tangential_mass())),
+      mass(disks.tangential_mass()), stiffness(tangential_stiffness),
+      limit_per_velocity(friction * std::sqrt(normal_stiffness * disks.mass_eff()))
+  {
+  }
+
+  double duration() const { return M_PI / normal_frequency; }
+
+  /// Tangential velocity of the contact at separation, from those of approach (`normal` > 0).
+  double rebound(double normal, double tangential) const
+  {
+    const double limit = limit_per_velocity * normal;
+    Phase phase{0.0, tangential, 0.0, 0};
+    if (std::fabs(stiffness * tangential) > limit * normal_frequency)
+      phase.sliding = sign(tangential);
+    // `steps` is only the resolution at which changes of regime are looked for
+    const int steps = 20000;
+    const double step = duration() / steps;
+    for (int k = 1; k <= steps; ++k) {
+      const double time = k * step;
+      if (excess(phase, limit, time) <= 0.0) continue;
+      double before = time - step, after = time;
+      if (before < phase.time) before = phase.time;
+      for (int bisection = 0; bisection < 60; ++bisection) {
+        const double middle = 0.5 * (before + after);
+        (excess(phase, limit, middle) > 0.0 ? after : before) = middle;
+      }
+      const double force = this->force(phase, limit, after);
+      phase = {after, velocity(phase, limit, after), force, phase.sliding == 0 ? sign(force) : 0};
+    }
+    return velocity(phase, limit, duration());
+  }
+
+ private:
+  /// From `time` on: velocity and force there, and whether the contact sticks (0) or slides at a force of this sign.
+  struct Phase {
+    double time, velocity, force;
+    int sliding;
+  };
+
+  static int sign(double x) { return x < 0.0 ? -1 : 1; }
+
+  double velocity(const Phase &p, double limit, double t) const
+  {
+    if (p.sliding != 0)
+      return p.velocity -
+          p.sliding * limit / (mass * normal_frequency) *
+          (std::cos(normal_frequency * p.time) - std::cos(normal_frequency * t));
+    const double angle = tangential_frequency * (t - p.time);
+    return p.velocity * std::cos(angle) - p.force / (mass * tangential_frequency) * std::sin(angle);
+  }
+
+  double force(const Phase &p, double limit, double t) const
+  {
+    if (p.sliding != 0) return p.sliding * limit * std::sin(normal_frequency * t);
+    const double angle = tangential_frequency * (t - p.time);
+    return p.force * std::cos(angle) + p.velocity * mass * tangential_frequency * std::sin(angle);
+  }
+
+  /// Above zero: the regime is over. Sticking ends above the limit; sliding ends when the spring would fall behind the limit.
+  double excess(const Phase &p, double limit, double t) const
+  {
+    if (p.sliding == 0)
+      return std::fabs(force(p, limit, t)) - limit * std::sin(normal_frequency * t);
+    return limit * normal_frequency * std::cos(normal_frequency * t) -
+        p.sliding * stiffness * velocity(p, limit, t);
+  }
+
+  double normal_frequency, tangential_frequency;
+  double mass, stiffness;
+  double
+      limit_per_velocity;    ///< Coulomb limit at the peak of the normal force, per normal velocity of approach
+};
+
+}    // namespace rve_test
+
+#endif
