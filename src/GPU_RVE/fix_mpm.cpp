@@ -49,7 +49,7 @@ using rve::Tensor2;
 namespace {
 
 // columns of the per-atom output, and of the head of the global vector; doc/src/fix_mpm.rst has the list
-enum { UX, UY, U, SXX, SYY, SXY, P, Q, EPS_V, EPS_Q, DENSITY, FXX, FXY, FYX, FYY, COLUMNS };
+enum { UX, UY, U, SXX, SYY, SXY, P, Q, EPS_V, EPS_Q, RHO, FXX, FXY, FYX, FYY, SZZ, EPS_P, COLUMNS };
 enum { UNBALANCED, COURANT, KINETIC, MASS, HEAD };
 enum { REACTION_X, REACTION_Y, BODY_UX, BODY_UY, PER_BODY };
 
@@ -70,11 +70,12 @@ struct FixMpm::Impl {
   std::vector<Vec2> reference, half_size;
   std::vector<double> mass, volume0, volume;
   std::vector<Tensor2> deformation_gradient, stress, velocity_gradient;
+  std::vector<mpm::PointMemory> memory;
 
   template <class F> void for_each_array(F &&f)
   {
     f(reference), f(half_size), f(mass), f(volume0), f(volume);
-    f(deformation_gradient), f(stress), f(velocity_gradient);
+    f(deformation_gradient), f(stress), f(velocity_gradient), f(memory);
   }
 
   // made anew whenever they are needed: they follow from groups
@@ -101,7 +102,8 @@ struct FixMpm::Impl {
     return m;
   }
 
-  static constexpr int DOUBLES = (2 * sizeof(Vec2) + 3 * sizeof(Tensor2)) / sizeof(double) + 3;
+  static constexpr int DOUBLES =
+      (2 * sizeof(Vec2) + 3 * sizeof(Tensor2) + sizeof(mpm::PointMemory)) / sizeof(double) + 3;
 
   void find_members(const Atom *atom)
   {
@@ -132,6 +134,7 @@ struct FixMpm::Impl {
     view.half_size = half_size.data();
     view.deformation_gradient = deformation_gradient.data();
     view.stress = stress.data();
+    view.memory = memory.data();
     view.velocity_gradient = velocity_gradient.data();
     view.model = model.data();
     view.rigid_body = body.data();
@@ -282,6 +285,7 @@ void FixMpm::setup_pre_force(int)
       impl->stress[i] = rigid ? Tensor2::zero()
           : grains            ? grains->result(i).stress
                               : impl->settings.initial_stress;
+      impl->memory[i] = mpm::PointMemory::at_stress(impl->stress[i]);
       if (impl->settings.density > 0.0)
         impl->mass[i] = impl->settings.density * impl->settings.initial_volume;
       else if (grains)
@@ -375,8 +379,11 @@ void FixMpm::solve(bool advance)
     // equations (26), (27) of Zhao, Zhao & Liang 2021 in the plane: engineering strain from F
     row[EPS_V] = F(0, 0) + F(1, 1) - 2.0;
     row[EPS_Q] = std::hypot(F(0, 0) - F(1, 1), F(0, 1) + F(1, 0));
-    row[DENSITY] = impl->mass[i] / impl->volume[i];
+    row[RHO] = impl->mass[i] / impl->volume[i];
     for (int k = 0; k < 4; k++) row[FXX + k] = F(k / 2, k % 2);
+    const bool remembers = impl->body[i] < 0 && impl->settings.models[impl->model[i]].has_memory;
+    row[SZZ] = remembers ? impl->memory[i].out_of_plane_stress : 0.0;
+    row[EPS_P] = impl->memory[i].plastic_strain;
   }
 }
 

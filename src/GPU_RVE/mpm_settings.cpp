@@ -14,6 +14,7 @@
 #include "mpm_settings.h"
 
 #include "mpm/analytic_laws.h"
+#include "mpm/mohr_coulomb.h"
 
 #include "domain.h"
 #include "error.h"
@@ -123,13 +124,20 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
         need(3);
         MpmModel model;
         model.groupbit = groupbit_of(1);
-        if (one_of(2, {"rve", "elastic"}) == 0) {
+        const int law = one_of(2, {"rve", "elastic", "mohr_coulomb"});
+        if (law == 0) {
           model.fix_rve = arg[iarg + 3];
           iarg += 4;
-        } else {
+        } else if (law == 1) {
           need(4);
           model.law = std::make_shared<mpm::LinearElastic>(number(3), number(4));
           iarg += 5;
+        } else {
+          need(7);
+          model.law = std::make_shared<mpm::MohrCoulomb>(number(3), number(4), number(5), number(6),
+                                                         number(7));
+          model.has_memory = true;
+          iarg += 8;
         }
         settings.models.push_back(model);
       } else if (word == "density") {

@@ -49,6 +49,7 @@ struct MpmModel {
   int groupbit;
   std::string fix_rve;                       ///< whose RVEs are the model, or
   std::shared_ptr<mpm::Constitutive> law;    ///< an analytic one
+  bool has_memory = false;                   ///< it keeps mpm::PointMemory
 };
 
 struct MpmSettings {

@@ -20,7 +20,7 @@ using namespace LAMMPS_NS;
 
 void RveConstitutive::update(int count, const int *point_index,
                              const rve::Tensor2 *deformation_increment, double dt,
-                             rve::Tensor2 *stress)
+                             rve::Tensor2 *stress, mpm::PointMemory * /*memory*/)
 {
   const std::vector<int> atoms(point_index, point_index + count);
   const RveOwner::Clock clock = owner.clock(dt);

@@ -339,6 +339,66 @@ double plate_force_on_ranks_and_alone(const std::string &scene, int steps)
   return alone.fix()->compute_vector(5);
 }
 
+/// The same footing on ground of Mohr-Coulomb material in the upper half, elastic below; it yields under the footing.
+std::string mohr_coulomb_footing()
+{
+  std::string scene = elastic_footing();
+  const std::string law = "model ground elastic 1.0e6 0.3 ";
+  return scene
+      .replace(scene.find(law), law.size(),
+               "model ground elastic 1.0e6 0.3 model upper mohr_coulomb 1.0e6 0.3 1000 30 5 ")
+      .insert(scene.find("timestep"),
+              "region upper block 0 8 3 6 -0.05 0.05 units box\ngroup upper region upper\n");
+}
+
+TEST(FixMpmMohrCoulomb, GroupsHaveTheirOwnLaws)
+{
+  Script script;
+  script << mohr_coulomb_footing() + "run 200\n";
+
+  // columns of the fix follow x, y, vx, vy
+  constexpr int Y = 1, SXX = 4 + 3, SYY = 4 + 4, SXY = 4 + 5, SZZ = 4 + 15, YIELDED = 4 + 16;
+  int yielded = 0;
+  for (const auto &point : script.points()) {
+    const std::vector<double> &row = point.second;
+    const bool plate = row[Y] > 6.0 && row[SXX] == 0.0 && row[SYY] == 0.0;
+    if (plate) continue;
+    const double sxx = row[SXX], syy = row[SYY], sxy = row[SXY];
+    const double mean = 0.5 * (sxx + syy);
+    const double radius = std::hypot(0.5 * (sxx - syy), sxy);
+    if (row[SZZ] == 0.0) {
+      EXPECT_EQ(row[YIELDED], 0.0) << "elastic points do not yield";
+      continue;
+    }
+    // 3 σ_1 - σ_3 <= 2 c sqrt(3) for an angle of 30 degrees, σ_zz included
+    const double high = std::max(mean + radius, row[SZZ]), low = std::min(mean - radius, row[SZZ]);
+    EXPECT_LT(3.0 * high - low, 2000.0 * std::sqrt(3.0) + 1e-6 * 20000) << "atom " << point.first;
+    if (row[YIELDED] > 0.0) ++yielded;
+  }
+  EXPECT_GT(yielded, 3);
+}
+
+TEST(FixMpmMohrCoulomb, RanksGiveTheSameBits)
+{
+  plate_force_on_ranks_and_alone(mohr_coulomb_footing(), 400);
+}
+
+TEST(FixMpmMohrCoulomb, RestartContinuesBitForBit)
+{
+  const std::string command = mohr_coulomb_footing();
+  Script whole, first, second;
+
+  whole << command + "run 200\n";
+  first << command + "run 150\nwrite_restart test_fix_mpm_mc.restart\n";
+  second << "read_restart test_fix_mpm_mc.restart\npair_style none\ncomm_modify cutoff "
+            "1.0\nneighbor 0.5 bin\nneigh_modify every 5 delay 0 check no\ntimestep 0.005\n" +
+          command.substr(command.find("fix soil")) + "run 50\n";
+
+  EXPECT_EQ(whole.points(), second.points());
+  MPI_Barrier(MPI_COMM_WORLD);
+  std::remove("test_fix_mpm_mc.restart");
+}
+
 TEST(FixMpm, RanksGiveTheSameBits)
 {
   plate_force_on_ranks_and_alone(elastic_footing(), 400);
@@ -420,6 +480,37 @@ TEST(FixMpmWithGrains, InitialStressIsThatOfTheRvesAndBalancesTheSurcharge)
   EXPECT_LT(script.fix()->compute_vector(3), 16 * 2650 / 1.10);
 }
 
+TEST(FixMpmWithGrains, OtherGroupsHaveAnAnalyticLaw)
+{
+  // the two upper rows have RVEs, the two lower ones a Mohr-Coulomb material: both carry the surcharge
+  make_packing();
+  Script script;
+
+  script << points_in_box(4, 4) +
+          "region low block 0 4 0 2 -0.05 0.05 units box\ngroup low region low\ngroup high "
+          "subtract "
+          "all low\n"
+          "region top block 0 4 3 4 -0.05 0.05 units box\ngroup surface region top\ntimestep "
+          "0.002\n"
+          "fix grains high rve test_fix_mpm.rve drive mpm dt 1e-4 substeps match device cpu "
+          "threads "
+          "1\n"
+          "fix soil all mpm 1.0 model high rve grains model low mohr_coulomb 1e7 0.2 0 30 0 "
+          "density "
+          "2200 stress -20000 -20000 0 boundary xlo roller boundary xhi roller boundary ylo fixed "
+          "damping 0.2 traction surface 0 -20000\nrun 100\n";
+
+  int analytic = 0;
+  for (const auto &point : script.points()) {
+    const double szz = point.second[4 + 15];
+    EXPECT_NEAR(point.second[4 + 4], -20000, 0.15 * 20000) << "shear stress of the packing";
+    if (szz == 0.0) continue;
+    ++analytic;
+    EXPECT_NEAR(szz, -20000, 0.15 * 20000);
+  }
+  EXPECT_EQ(analytic, 8);
+}
+
 TEST(FixMpmWithGrains, RanksGiveTheSameBits)
 {
   make_packing();
@@ -496,7 +587,12 @@ TEST(FixMpmErrors, SayWhatIsWrong)
       {scene + "fix soil all mpm 1.0 model all elastic 1.0e6 0.5 density 2000",
        "Poisson's ratio must be in (-1, 0.5), got 0.5"},
       {scene + "fix soil all mpm 1.0 model all plastic 1.0e6 0.3 density 2000",
-       "model must be rve or elastic, got 'plastic'"},
+       "model must be rve or elastic or mohr_coulomb, got 'plastic'"},
+      {scene + "fix soil all mpm 1.0 model all mohr_coulomb 1.0e6 0.3 0 95 0 density 2000",
+       "friction angle must be in [0, 90), got 95 [degrees]"},
+      {scene + "fix soil all mpm 1.0 model all mohr_coulomb 1.0e6 0.3 0 30", "missing argument"},
+      {scene + "fix soil all mpm 1.0 " + law + "\nvelocity all set 0 500 0\nrun 10",
+       "is outside of the grid, x from 0 to 2, y from 0 to 4"},
       {scene + "fix soil all mpm 1.0 model all elastic 1.0e6 0.3 density -2000",
        "density must be > 0 [mass/distance^3] or rve, got -2000"},
       {scene + "fix soil all mpm 1.0 model all elastic 1.0e6 0.3\nrun 0",

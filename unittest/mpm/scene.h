@@ -22,6 +22,7 @@ struct Scene {
   std::vector<double> position, velocity, body_force, mass, volume, initial_volume;
   std::vector<Vec2> half_size;
   std::vector<Tensor2> deformation_gradient, stress, velocity_gradient;
+  std::vector<mpm::PointMemory> memory;
   std::vector<int> model, rigid_body;
 
   int size() const { return static_cast<int>(id.size()); }
@@ -42,6 +43,7 @@ struct Scene {
     deformation_gradient.push_back(Tensor2::identity());
     stress.push_back(Tensor2::zero());
     velocity_gradient.push_back(Tensor2::zero());
+    memory.push_back(mpm::PointMemory::at_stress(Tensor2::zero()));
     model.push_back(0);
     rigid_body.push_back(-1);
     return size() - 1;
@@ -85,6 +87,7 @@ struct Scene {
       scene.deformation_gradient.push_back(deformation_gradient[p]);
       scene.stress.push_back(stress[p]);
       scene.velocity_gradient.push_back(velocity_gradient[p]);
+      scene.memory.push_back(memory[p]);
       scene.model.push_back(model[p]);
       scene.rigid_body.push_back(rigid_body[p]);
     }
@@ -106,6 +109,7 @@ struct Scene {
     view.deformation_gradient = deformation_gradient.data();
     view.stress = stress.data();
     view.velocity_gradient = velocity_gradient.data();
+    view.memory = memory.data();
     view.model = model.data();
     view.rigid_body = rigid_body.data();
     return view;

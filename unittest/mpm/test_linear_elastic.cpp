@@ -14,7 +14,8 @@ namespace {
 Tensor2 after(LinearElastic &law, const Tensor2 &increment, Tensor2 stress)
 {
   const int point = 0;
-  law.update(1, &point, &increment, 1.0, &stress);
+  mpm::PointMemory memory = mpm::PointMemory::at_stress(stress);
+  law.update(1, &point, &increment, 1.0, &stress, &memory);
   return stress;
 }
 

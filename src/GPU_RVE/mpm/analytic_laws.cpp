@@ -1,5 +1,6 @@
 #include "mpm/analytic_laws.h"
 
+#include "mpm/midpoint_increment.h"
 #include "rve/core/error.h"
 
 namespace mpm {
@@ -19,30 +20,12 @@ LinearElastic::LinearElastic(double young_modulus, double poisson_ratio)
 }
 
 void LinearElastic::update(int count, const int *point_index, const Tensor2 *deformation_increment,
-                           double /*dt*/, Tensor2 *stress)
+                           double /*dt*/, Tensor2 *stress, PointMemory * /*memory*/)
 {
-  const Tensor2 identity = Tensor2::identity();
   for (int k = 0; k < count; ++k) {
     const int p = point_index[k];
-    const Tensor2 &increment = deformation_increment[p];
-
-    // displacement gradient with respect to the middle configuration
-    const Tensor2 gradient = (increment - identity) * inverse(0.5 * (increment + identity));
-    const Tensor2 strain = 0.5 * (gradient + transpose(gradient));
-
-    // R = (I - W/2)⁻¹ (I + W/2), a rotation by 2 atan(w/2)
-    const double half_spin = 0.25 * (gradient(1, 0) - gradient(0, 1));
-    const double factor = 1.0 / (1.0 + half_spin * half_spin);
-    const double cosine = (1.0 - half_spin * half_spin) * factor;
-    const double sine = 2.0 * half_spin * factor;
-    const Tensor2 rotation = {{cosine, -sine, sine, cosine}};
-
-    Tensor2 updated = rotation * stress[p] * transpose(rotation) +
-        (lame_first_ * trace(strain)) * identity + (2.0 * shear_modulus_) * strain;
-    const double shear = 0.5 * (updated(0, 1) + updated(1, 0));
-    updated(0, 1) = shear;
-    updated(1, 0) = shear;
-    stress[p] = updated;
+    const MidpointIncrement increment = midpoint_increment(deformation_increment[p]);
+    stress[p] = elastic_stress(stress[p], increment, lame_first_, shear_modulus_);
   }
 }
 

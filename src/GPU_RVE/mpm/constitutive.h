@@ -9,18 +9,31 @@
 
 namespace mpm {
 
+/// What a point remembers besides its stress in the plane; a law that needs none of it leaves it alone.
+struct PointMemory {
+  double out_of_plane_stress;    ///< σ_zz, tension positive [stress]
+  double plastic_strain;         ///< accumulated, sqrt(2/3 dε^p:dε^p) of the deviator
+
+  /// At the beginning. σ_zz between the principal stresses in the plane: admissible to an isotropic law if they are.
+  static PointMemory at_stress(const rve::Tensor2 &stress)
+  {
+    return {0.5 * (stress(0, 0) + stress(1, 1)), 0.0};
+  }
+};
+
 class Constitutive {
  public:
   virtual ~Constitutive() = default;
 
   /// Advances `count` points over `dt` [time].
   ///
-  /// point_index[count]: local indices of the points, ascending. The two arrays below are those of all local points and
+  /// point_index[count]: local indices of the points, ascending. The three arrays below are those of all local points and
   /// are read and written at these indices only.
   /// deformation_increment: ΔF = I + L dt of the increment, stretch and spin, F_new = ΔF F_old.
-  /// stress: Cauchy stress [stress], tension positive, in the plane; in: before the increment, out: after it.
+  /// stress: Cauchy stress [stress], tension positive, in the plane; memory: the rest of a point's state. Both in: before
+  /// the increment, out: after it.
   virtual void update(int count, const int *point_index, const rve::Tensor2 *deformation_increment,
-                      double dt, rve::Tensor2 *stress) = 0;
+                      double dt, rve::Tensor2 *stress, PointMemory *memory) = 0;
 
   /// Modulus of plane compression waves, ρ c² [stress], an upper estimate for the current state: the CFL check uses it.
   virtual double p_wave_modulus(int point_index) const = 0;

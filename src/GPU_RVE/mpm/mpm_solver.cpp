@@ -502,7 +502,7 @@ void MpmSolver::advance_stress(const PointView &points, double dt)
       if (points.rigid_body[p] < 0 && points.model[p] == static_cast<int>(model))
         point_list_.push_back(p);
     models_[model]->update(static_cast<int>(point_list_.size()), point_list_.data(),
-                           increment_.data(), dt, points.stress);
+                           increment_.data(), dt, points.stress, points.memory);
   }
 }
 

@@ -3,6 +3,7 @@
 #ifndef MPM_POINTS_H
 #define MPM_POINTS_H
 
+#include "mpm/constitutive.h"
 #include "mpm/grid.h"
 #include "rve/core/tensor.h"
 
@@ -33,6 +34,7 @@ struct PointView {
   const Vec2 *half_size = nullptr;                 ///< of the point's box [length]
   rve::Tensor2 *deformation_gradient = nullptr;    ///< F
   rve::Tensor2 *stress = nullptr;                  ///< Cauchy, tension positive [stress]
+  PointMemory *memory = nullptr;                   ///< of the constitutive model
   rve::Tensor2 *velocity_gradient = nullptr;       ///< L, output [1/time]
   const int *model = nullptr;                      ///< index of the constitutive model
   const int *rigid_body = nullptr;    ///< index of the rigid body, or -1 for a deformable point

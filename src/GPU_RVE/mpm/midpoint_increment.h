@@ -1,0 +1,52 @@
+// Strain and rotation of a deformation increment, and the elastic stress that they give: what hypoelastic laws share.
+// Numbers in, numbers out.
+
+#ifndef MPM_MIDPOINT_INCREMENT_H
+#define MPM_MIDPOINT_INCREMENT_H
+
+#include "rve/core/tensor.h"
+
+namespace mpm {
+
+/// D and R from the displacement gradient with respect to the middle of the increment
+/// (Hughes & Winget 1980, Int. J. Numer. Meth. Engng 15, 1862). No strain in a rigid rotation of any size.
+struct MidpointIncrement {
+  rve::Tensor2 strain;      ///< D
+  rve::Tensor2 rotation;    ///< R
+};
+
+RVE_INLINE MidpointIncrement midpoint_increment(const rve::Tensor2 &deformation_increment)
+{
+  using rve::Tensor2;
+  const Tensor2 identity = Tensor2::identity();
+  const Tensor2 gradient =
+      (deformation_increment - identity) * inverse(0.5 * (deformation_increment + identity));
+  MidpointIncrement increment;
+  increment.strain = 0.5 * (gradient + transpose(gradient));
+
+  // R = (I - W/2)⁻¹ (I + W/2), a rotation by 2 atan(w/2)
+  const double half_spin = 0.25 * (gradient(1, 0) - gradient(0, 1));
+  const double factor = 1.0 / (1.0 + half_spin * half_spin);
+  const double cosine = (1.0 - half_spin * half_spin) * factor;
+  const double sine = 2.0 * half_spin * factor;
+  increment.rotation = {{cosine, -sine, sine, cosine}};
+  return increment;
+}
+
+/// R σ Rᵀ + λ tr(D) I + 2 μ D, symmetric to the last bit [stress].
+RVE_INLINE rve::Tensor2 elastic_stress(const rve::Tensor2 &stress,
+                                       const MidpointIncrement &increment, double lame_first,
+                                       double shear_modulus)
+{
+  rve::Tensor2 updated = increment.rotation * stress * transpose(increment.rotation) +
+      (lame_first * trace(increment.strain)) * rve::Tensor2::identity() +
+      (2.0 * shear_modulus) * increment.strain;
+  const double shear = 0.5 * (updated(0, 1) + updated(1, 0));
+  updated(0, 1) = shear;
+  updated(1, 0) = shear;
+  return updated;
+}
+
+}    // namespace mpm
+
+#endif
