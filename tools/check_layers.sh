@@ -31,19 +31,20 @@ room rve/block "rve/block rve/core"
 room rve/algorithm "rve/algorithm rve/physics rve/core"
 room rve/engine "rve/engine rve/algorithm rve/block rve/physics rve/core"
 room mpm "mpm rve/core"
+room field "field rve/core"
 
-complain "styles see the engine's and mpm's interface, not the rooms below" <<END
+complain "styles see the engine's, mpm's and field's interface, not the rooms below" <<END
 $(grep -nE '#[[:space:]]*include[[:space:]]*"rve/(physics|algorithm|block)/' ./*.h ./*.cpp)
 END
 complain "the header of a style includes its base class and the standard library only" <<END
-$(grep -nE '#[[:space:]]*include' fix_mpm.h fix_rve.h compute_rve_atom.h create_rve.h write_rve.h 2>/dev/null | grep -vE '"(fix|compute|command)\.h"|<[a-z_]+>')
+$(grep -nE '#[[:space:]]*include' fix_mpm.h fix_rve.h compute_rve_atom.h create_rve.h random_field.h write_rve.h 2>/dev/null | grep -vE '"(fix|compute|command)\.h"|<[a-z_]+>')
 END
 complain "GPU threads and the CUDA runtime belong to rve/block and to the CUDA engine (rve/engine/*.cu, *.cuh)" <<END
 $(grep -rnE '\<(threadIdx|blockIdx|blockDim|gridDim|__syncthreads|__syncwarp|__shared__|cuda[A-Z][A-Za-z]*)\>' . \
   --include='*.h' --include='*.cpp' --include='*.cu' --include='*.cuh' | grep -vE '^\./rve/(block/|engine/[^:]*\.cuh?:)')
 END
 
-for header in $(find rve mpm -name '*.h' | sort); do
+for header in $(find rve mpm field -name '*.h' | sort); do
   complain "$header does not compile alone" <<END
 $(echo "#include \"$header\"" | g++ -std=c++17 -Wall -Wextra -Werror -fsyntax-only -I . -x c++ - 2>&1)
 END

@@ -14,7 +14,7 @@ cd "$root"
 say() { echo "== $*"; }
 
 . tools/packages.sh
-install_packages g++ cmake ninja-build xz-utils debian-archive-keyring libopenmpi-dev openmpi-bin libpng-dev libgtest-dev nlohmann-json3-dev \
+install_packages g++ cmake ninja-build xz-utils debian-archive-keyring libopenmpi-dev openmpi-bin libpng-dev libfftw3-dev libgtest-dev nlohmann-json3-dev \
   python3 python3-numpy python3-matplotlib
 
 # CUDA is often installed beside the PATH

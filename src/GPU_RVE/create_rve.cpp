@@ -13,17 +13,15 @@
 
 #include "create_rve.h"
 
-#include "comm.h"
 #include "error.h"
+#include "one_rank.h"
 #include "rve/core/error.h"
 #include "rve/engine/packing.h"
 #include "rve/engine/packing_io.h"
 #include "rve_settings.h"
 
-#include <chrono>
 #include <cstring>
 #include <string>
-#include <thread>
 
 using namespace LAMMPS_NS;
 
@@ -111,38 +109,23 @@ void CreateRve::command(int narg, char **arg)
   if (narg < 1) utils::missing_cmd_args(FLERR, "create_rve", error);
   const Order order = parse(lmp, narg, arg);
 
-  std::string failure;
-  int length = 0;
-  MPI_Request done;
-  if (comm->me == 0) {
-    try {
-      auto engine = rve::make_engine(order.options);
-      utils::logmesg(lmp, "create_rve {}: {} grains, seed {}, {}\n", order.path,
-                     order.recipe.num_grains, order.recipe.seed, engine->description());
-      int lines = 0;
-      const auto progress = [&](const rve::PackingReport &r) {
-        if (lines++ == 0)
-          utils::logmesg(lmp, "{:>10} {:>17} {:>8} {:>12} {:>10} {:>12} {:>10}\n", "step", "phase",
-                         "friction", "pressure", "void_ratio", "coordination", "unbalanced");
-        utils::logmesg(lmp, "{:>10} {:>17} {:>8.4f} {:>12.5g} {:>10.5f} {:>12.4f} {:>10.3g}\n",
-                       r.step, r.phase, r.preparation_friction, r.pressure + 0.0, r.void_ratio,
-                       r.coordination_number, r.unbalanced_ratio);
-      };
-      const rve::RveState state = rve::generate_packing(order.recipe, *engine, progress);
-      rve::write_packing(order.path, state);
-      utils::logmesg(lmp, "create_rve {}: written, void ratio {:.5f}\n", order.path,
-                     state.cell_area() / state.solid_area() - 1.0);
-    } catch (const std::exception &e) {
-      failure = e.what();
-    }
-    length = static_cast<int>(failure.size());
-  }
-  MPI_Ibcast(&length, 1, MPI_INT, 0, world, &done);
-  for (int ready = 0; !ready;) {
-    MPI_Test(&done, &ready, MPI_STATUS_IGNORE);
-    if (!ready) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  failure.resize(length);
-  MPI_Bcast(failure.data(), length, MPI_CHAR, 0, world);
-  if (length) error->all(FLERR, "create_rve: {}", failure);
+  const std::string failure = on_rank_zero(world, [&]() {
+    auto engine = rve::make_engine(order.options);
+    utils::logmesg(lmp, "create_rve {}: {} grains, seed {}, {}\n", order.path,
+                   order.recipe.num_grains, order.recipe.seed, engine->description());
+    int lines = 0;
+    const auto progress = [&](const rve::PackingReport &r) {
+      if (lines++ == 0)
+        utils::logmesg(lmp, "{:>10} {:>17} {:>8} {:>12} {:>10} {:>12} {:>10}\n", "step", "phase",
+                       "friction", "pressure", "void_ratio", "coordination", "unbalanced");
+      utils::logmesg(lmp, "{:>10} {:>17} {:>8.4f} {:>12.5g} {:>10.5f} {:>12.4f} {:>10.3g}\n",
+                     r.step, r.phase, r.preparation_friction, r.pressure + 0.0, r.void_ratio,
+                     r.coordination_number, r.unbalanced_ratio);
+    };
+    const rve::RveState state = rve::generate_packing(order.recipe, *engine, progress);
+    rve::write_packing(order.path, state);
+    utils::logmesg(lmp, "create_rve {}: written, void ratio {:.5f}\n", order.path,
+                   state.cell_area() / state.solid_area() - 1.0);
+  });
+  if (!failure.empty()) error->all(FLERR, "create_rve: {}", failure);
 }

@@ -20,6 +20,7 @@
 #include "create_rve.h"
 #include "fix_mpm.h"
 #include "fix_rve.h"
+#include "random_field.h"
 #include "write_rve.h"
 
 using namespace LAMMPS_NS;
@@ -65,6 +66,11 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   plugin.name = "create_rve";
   plugin.info = "packing generator for RVEs v0.1";
   plugin.creator.v1 = &make_command<CreateRve>;
+  register_plugin(&plugin, lmp);
+
+  plugin.name = "random_field";
+  plugin.info = "random field at the atoms v0.1";
+  plugin.creator.v1 = &make_command<RandomField>;
   register_plugin(&plugin, lmp);
 
   plugin.name = "write_rve";

@@ -20,6 +20,8 @@ comm_modify cutoff 0.5
 timestep 1e-4
 fix grains all rve $packing drive velocity_gradient yy -0.05 dt 5e-5 device cpu
 compute grains all rve/atom p q
+fix phi all property/atom d_phi
+random_field all d_phi covariance exponential lengths 0.5 0.5 spacing 0.1 0.1
 run 1"
 
 # without the plugin the style must be unknown, or the test shows nothing

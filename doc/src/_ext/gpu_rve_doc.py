@@ -12,7 +12,7 @@ from pygments.token import Comment, Keyword, Name, Number, Operator, String, Tex
 LAMMPS_MANUAL = 'https://docs.lammps.org/'
 
 # Pages that are, or would be, ours: a reference to a missing one of these is a warning, not a link to LAMMPS.
-OURS = re.compile(r'rve|mpm|gpu|theory|accuracy|performance|architecture|install|units_notation|changelog|failure|styles')
+OURS = re.compile(r'rve|mpm|random|gpu|theory|accuracy|performance|architecture|install|units_notation|changelog|failure|styles')
 
 
 class LammpsLexer(RegexLexer):

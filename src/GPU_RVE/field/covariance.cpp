@@ -1,0 +1,85 @@
+#include "field/covariance.h"
+
+#include "rve/core/error.h"
+
+namespace field {
+
+using rve::number;
+using rve::require;
+
+Matern::Matern(double smoothness) : smoothness_(smoothness)
+{
+  // Beyond 25 the function differs from the Gaussian one by less than one per cent, and its factors would leave the range of a double.
+  require(smoothness > 0.0 && smoothness <= 25.0,
+          "smoothness nu of the Matern covariance must be in (0, 25], got " + number(smoothness));
+  scale_ = std::sqrt(2.0 * smoothness);
+  factor_ = std::pow(2.0, 1.0 - smoothness) / std::tgamma(smoothness);
+}
+
+double Matern::operator()(double r) const
+{
+  const double s = scale_ * r;
+  // half-integer smoothness has closed forms, which are much faster than a Bessel function
+  if (smoothness_ == 0.5) return std::exp(-s);
+  if (smoothness_ == 1.5) return (1.0 + s) * std::exp(-s);
+  if (smoothness_ == 2.5) return (1.0 + s + s * s / 3.0) * std::exp(-s);
+  // Beyond 700 the Bessel function underflows; near 0 it overflows, where 1 - O(s^2, s^(2 nu)) is 1 but for the smallest nu
+  if (s > 700.0) return 0.0;
+  if (s == 0.0) return 1.0;
+  const double bessel = std::cyl_bessel_k(smoothness_, s);
+  if (!std::isfinite(bessel)) return 1.0;
+  return factor_ * std::pow(s, smoothness_) * bessel;
+}
+
+Anisotropy::Anisotropy(const Vec &length, double angle) : length_(length)
+{
+  for (int a = 0; a < AXES; ++a)
+    require(length[a] > 0.0 && std::isfinite(length[a]),
+            std::string(a == 0 ? "horizontal" : "vertical") +
+                " correlation length must be positive, got " + number(length[a]));
+  require(std::isfinite(angle), "angle must be finite, got " + number(angle));
+  // an ellipse is the same after half a turn, a circle after any
+  const double turned = length[0] == length[1] ? 0.0 : std::remainder(angle, 180.0);
+  const double radians = turned * (M_PI / 180.0);
+  cos_ = std::fabs(turned) == 90.0 ? 0.0 : std::cos(radians);
+  sin_ = std::sin(radians);
+}
+
+double Anisotropy::half_width(int axis) const
+{
+  return std::hypot(length_[0] * direction(0)[axis], length_[1] * direction(1)[axis]);
+}
+
+std::string Covariance::name() const
+{
+  struct Name {
+    std::string operator()(const Exponential &) const { return "exponential"; }
+    std::string operator()(const Gaussian &) const { return "gaussian"; }
+    std::string operator()(const Matern &f) const { return "matern " + number(f.smoothness()); }
+  };
+  return std::visit(Name{}, function);
+}
+
+void Covariance::check(const Grid &grid) const
+{
+  for (int axis = 0; axis < AXES; ++axis) {
+    const std::string which = axis == 0 ? "horizontal" : "vertical";
+    const Vec direction = anisotropy.direction(axis);
+    const double length = anisotropy.length(axis);
+    double spacing_squared = 0.0, width = 0.0;
+    for (int a = 0; a < AXES; ++a) {
+      spacing_squared += std::pow(direction[a] * grid.spacing[a], 2);
+      width += std::fabs(direction[a]) * grid.extent(a);
+    }
+    // the allowances are for rounding: an equal length is allowed
+    require(length >= std::sqrt(spacing_squared) * (1.0 - 1e-9),
+            which + " correlation length " + number(length) + " is below the grid spacing, " +
+                number(std::sqrt(spacing_squared)) + " in its direction");
+    require(length <= width * (1.0 + 1e-9),
+            which + " correlation length " + number(length) +
+                " is above the extent of the domain, " + number(width) +
+                " in its direction: use a larger domain");
+  }
+}
+
+}    // namespace field

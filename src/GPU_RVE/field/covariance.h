@@ -1,0 +1,87 @@
+// Covariance functions of a stationary Gaussian field of variance 1: functions of the distance r, in correlation lengths. The three are one
+// family: Matern's with the smoothness 1/2 is the exponential, and with an infinite one the Gaussian function.
+//   Matern, Spatial Variation (1986); Rasmussen & Williams, Gaussian Processes for Machine Learning (2006), section 4.2.1
+
+#ifndef FIELD_COVARIANCE_H
+#define FIELD_COVARIANCE_H
+
+#include "field/grid.h"
+
+#include <string>
+#include <variant>
+
+namespace field {
+
+/// exp(-r)
+struct Exponential {
+  double operator()(double r) const { return std::exp(-r); }
+};
+
+/// exp(-r^2 / 2)
+struct Gaussian {
+  double operator()(double r) const { return std::exp(-0.5 * r * r); }
+};
+
+/// 2^(1-nu) / Gamma(nu) s^nu K_nu(s), s = sqrt(2 nu) r, with the modified Bessel function K_nu.
+class Matern {
+ public:
+  /// The larger the smoothness nu, the smoother the field: it has derivatives of all orders below nu.
+  explicit Matern(double smoothness);
+  double operator()(double r) const;
+  double smoothness() const { return smoothness_; }
+
+ private:
+  double smoothness_;
+  double scale_;     ///< sqrt(2 nu)
+  double factor_;    ///< 2^(1-nu) / Gamma(nu)
+};
+
+/// The ellipse that a covariance function has for contours: the distance of a lag in correlation lengths.
+class Anisotropy {
+ public:
+  /// Correlation lengths along the two axes of the ellipse [length]; the first axis is turned from x by the angle [degrees], counter-clockwise.
+  explicit Anisotropy(const Vec &length, double angle = 0.0);
+
+  double distance(const Vec &lag) const
+  {
+    const double along = (cos_ * lag[0] + sin_ * lag[1]) / length_[0];
+    const double across = (cos_ * lag[1] - sin_ * lag[0]) / length_[1];
+    return std::sqrt(along * along + across * across);
+  }
+
+  double length(int axis) const { return length_[axis]; }
+  /// Unit vector of an axis of the ellipse.
+  Vec direction(int axis) const { return axis == 0 ? Vec{cos_, sin_} : Vec{-sin_, cos_}; }
+  /// Half width of the ellipse along x or y [length].
+  double half_width(int axis) const;
+  /// Whether a reflection of the lag in x or y leaves the distance as it is, to the last bit.
+  bool is_aligned() const { return sin_ == 0.0 || cos_ == 0.0; }
+
+ private:
+  Vec length_;
+  double cos_, sin_;
+};
+
+struct Covariance {
+  std::variant<Exponential, Gaussian, Matern> function;
+  Anisotropy anisotropy;
+
+  double operator()(const Vec &lag) const
+  {
+    const double r = anisotropy.distance(lag);
+    return std::visit(
+        [r](const auto &f) {
+          return f(r);
+        },
+        function);
+  }
+  /// "exponential", "gaussian" or "matern 1.5"
+  std::string name() const;
+
+  /// Throws InputError if the grid is too coarse or too small for the correlation lengths.
+  void check(const Grid &grid) const;
+};
+
+}    // namespace field
+
+#endif

@@ -1,0 +1,103 @@
+// Marginal distributions: monotonic functions of a normal number z (mean 0, variance 1), which give the value its distribution.
+
+#ifndef FIELD_MARGINAL_H
+#define FIELD_MARGINAL_H
+
+#include "rve/core/error.h"
+
+#include <cmath>
+#include <string>
+#include <variant>
+
+namespace field {
+
+/// mean + deviation z
+class Normal {
+ public:
+  Normal(double mean, double deviation) : mean_(mean), deviation_(deviation)
+  {
+    rve::require(std::isfinite(mean), "mean must be finite, got " + rve::number(mean));
+    rve::require(deviation > 0.0 && std::isfinite(deviation),
+                 "standard deviation must be positive, got " + rve::number(deviation));
+  }
+  double operator()(double z) const { return mean_ + deviation_ * z; }
+
+ private:
+  double mean_, deviation_;
+};
+
+/// exp(lambda + zeta z) with zeta^2 = ln(1 + (deviation/mean)^2), lambda = ln(mean) - zeta^2/2: mean and deviation are those of the value
+/// (Fenton & Griffiths, Risk Assessment in Geotechnical Engineering (2008))
+class Lognormal {
+ public:
+  Lognormal(double mean, double deviation)
+  {
+    rve::require(mean > 0.0 && std::isfinite(mean),
+                 "mean of a lognormal field must be positive, got " + rve::number(mean));
+    rve::require(deviation > 0.0 && std::isfinite(deviation),
+                 "standard deviation must be positive, got " + rve::number(deviation));
+    const double variation = deviation / mean;
+    zeta_ = std::sqrt(std::log1p(variation * variation));
+    lambda_ = std::log(mean) - 0.5 * zeta_ * zeta_;
+  }
+  double operator()(double z) const { return std::exp(lambda_ + zeta_ * z); }
+
+ private:
+  double lambda_, zeta_;
+};
+
+/// An interval that values lie in.
+class Interval {
+ public:
+  Interval(double lo, double hi) : lo_(lo), hi_(hi)
+  {
+    rve::require(std::isfinite(lo) && std::isfinite(hi) && lo < hi,
+                 "lower bound must be below the upper one, got " + rve::number(lo) + " and " +
+                     rve::number(hi));
+  }
+  /// The place of the fraction f; never outside by rounding.
+  double at(double f) const { return std::fmin(lo_ + (hi_ - lo_) * f, hi_); }
+  bool contains(double value) const { return value >= lo_ && value <= hi_; }
+  std::string to_string() const { return "[" + rve::number(lo_) + ", " + rve::number(hi_) + "]"; }
+
+ private:
+  double lo_, hi_;
+};
+
+/// Uniform between the bounds: lo + (hi - lo) Phi(z), Phi is the normal distribution function.
+class Uniform {
+ public:
+  Uniform(double lo, double hi) : interval_(lo, hi) {}
+  double operator()(double z) const { return interval_.at(0.5 * std::erfc(-z * M_SQRT1_2)); }
+
+ private:
+  Interval interval_;
+};
+
+/// Bell-shaped between the bounds: lo + (hi - lo)/2 (1 + tanh((location + scale z)/(2 pi))); symmetric with the location 0, nearly uniform
+/// with the scale 5 (Fenton & Griffiths (2008))
+class Bounded {
+ public:
+  Bounded(double lo, double hi, double location, double scale) :
+      interval_(lo, hi), location_(location), scale_(scale)
+  {
+    rve::require(std::isfinite(location),
+                 "location of a bounded field must be finite, got " + rve::number(location));
+    rve::require(scale > 0.0 && std::isfinite(scale),
+                 "scale of a bounded field must be positive, got " + rve::number(scale));
+  }
+  double operator()(double z) const
+  {
+    return interval_.at(0.5 * (1.0 + std::tanh((location_ + scale_ * z) / (2.0 * M_PI))));
+  }
+
+ private:
+  Interval interval_;
+  double location_, scale_;
+};
+
+using Marginal = std::variant<Normal, Lognormal, Uniform, Bounded>;
+
+}    // namespace field
+
+#endif

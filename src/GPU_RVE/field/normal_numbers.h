@@ -1,0 +1,35 @@
+// Normal random numbers of mean 0 and variance 1, from a seed: the 64-bit Mersenne twister of the C++ standard, and the transform of
+// Box & Muller (1958), since std::normal_distribution is another one in each standard library. |z| is at most sqrt(106 ln 2) = 8.57.
+
+#ifndef FIELD_NORMAL_NUMBERS_H
+#define FIELD_NORMAL_NUMBERS_H
+
+#include <cmath>
+#include <cstdint>
+#include <random>
+
+namespace field {
+
+class NormalNumbers {
+ public:
+  explicit NormalNumbers(std::uint64_t seed) : engine_(seed) {}
+
+  /// The next `count` numbers; they are made two by two, so `count` is even.
+  void fill(double *numbers, std::int64_t count)
+  {
+    for (std::int64_t i = 0; i + 1 < count; i += 2) {
+      const double u = static_cast<double>((engine_() >> 11) + 1) * 0x1p-53;    // in (0, 1]
+      const double v = static_cast<double>(engine_() >> 11) * 0x1p-53;          // in [0, 1)
+      const double radius = std::sqrt(-2.0 * std::log(u));
+      numbers[i] = radius * std::cos(2.0 * M_PI * v);
+      numbers[i + 1] = radius * std::sin(2.0 * M_PI * v);
+    }
+  }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+}    // namespace field
+
+#endif

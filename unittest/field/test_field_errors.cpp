@@ -1,0 +1,138 @@
+// Wrong input gets an error that names the value and the range.
+
+#include "field/marginal.h"
+#include "scenes.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+using field::Anisotropy;
+using field::CirculantEmbedding;
+using field::Covariance;
+using field::Exponential;
+using field::Gaussian;
+using field::Grid;
+using rve_test::expect_message;
+using rve_test::grid_of;
+using rve_test::input_error;
+
+namespace {
+
+std::string embedding_error(const Grid &grid, const Covariance &covariance,
+                            std::int64_t limit = CirculantEmbedding::DEFAULT_LIMIT)
+{
+  return input_error([&] {
+    CirculantEmbedding(grid, covariance, limit);
+  });
+}
+
+}    // namespace
+
+TEST(FieldErrors, CorrelationLengthsFitTheGrid)
+{
+  const Grid grid = grid_of(11, 6, 1.0, 0.5);    // 10 by 2.5
+  const auto message = [&](double h, double v, double angle = 0.0) {
+    return embedding_error(grid, {Exponential{}, Anisotropy({h, v}, angle)});
+  };
+  expect_message(message(0.9, 1.0),
+                 "horizontal correlation length 0.9 is below the grid spacing, 1 ");
+  expect_message(message(1.0, 0.4),
+                 "vertical correlation length 0.4 is below the grid spacing, 0.5 ");
+  expect_message(message(10.1, 1.0),
+                 "horizontal correlation length 10.1 is above the extent of the domain, 10 ");
+  expect_message(message(5.0, 2.6),
+                 "vertical correlation length 2.6 is above the extent of the domain, 2.5 ");
+  // turned by a quarter, the first one is vertical on the grid
+  expect_message(message(3.0, 1.0, 90.0),
+                 "horizontal correlation length 3 is above the extent of the domain, 2.5 ");
+  EXPECT_EQ(message(2.5, 10.0, 90.0), "");
+  EXPECT_EQ(message(10.0, 2.5), "") << "the extent itself is allowed";
+  EXPECT_EQ(message(1.0, 0.5), "") << "the spacing itself is allowed";
+}
+
+TEST(FieldErrors, LengthsAndAnglesAreNumbers)
+{
+  expect_message(input_error([] {
+                   Anisotropy({0.0, 1.0});
+                 }),
+                 "horizontal correlation length must be positive, got 0");
+  expect_message(input_error([] {
+                   Anisotropy({1.0, NAN});
+                 }),
+                 "vertical correlation length must be positive, got nan");
+  expect_message(input_error([] {
+                   Anisotropy({1.0, 2.0}, INFINITY);
+                 }),
+                 "angle must be finite, got inf");
+}
+
+TEST(FieldErrors, SmoothnessIsInItsRange)
+{
+  for (const double nu : {0.0, -1.0, 25.1, double(NAN)})
+    expect_message(input_error([&] {
+                     field::Matern{nu};
+                   }),
+                   "smoothness nu of the Matern covariance must be in (0, 25], got " +
+                       rve::number(nu));
+}
+
+TEST(FieldErrors, GridIsPossible)
+{
+  const auto message = [](field::Vec lo, field::Vec hi, field::Vec spacing) {
+    return input_error([&] {
+      Grid::covering(lo, hi, spacing);
+    });
+  };
+  expect_message(message({0, 0}, {1, 1}, {0.0, 1.0}), "grid spacing in x must be positive, got 0");
+  expect_message(message({0, 0}, {1, 1}, {0.5, 1.5}),
+                 "grid spacing in y must be at most the extent of the domain, 1, got 1.5");
+  expect_message(message({0, 2}, {1, 1}, {0.5, 0.5}),
+                 "domain must have a positive extent in y, got 2 to 1");
+  expect_message(message({0, 0}, {1, 1}, {0.5, 1e-10}), "grid would have 1e+10 cells in y");
+}
+
+TEST(FieldErrors, ATorusBeyondTheLimitSaysWhatIsMissing)
+{
+  const Covariance covariance{Gaussian{}, Anisotropy({6.0, 4.0})};
+  expect_message(embedding_error(grid_of(7, 5), covariance, 95),
+                 "the covariance needs a torus of 12 x 8 points, above the limit of 95");
+  const std::string message = embedding_error(grid_of(7, 5), covariance, 96);
+  expect_message(message, "the embedding on a torus of 12 x 8 points has ");
+  expect_message(message, " negative eigenvalues, down to -");
+  expect_message(message, "; the next torus has ");
+  expect_message(message, " points, above the limit of 96");
+  EXPECT_EQ(embedding_error(grid_of(7, 5), covariance), "");
+}
+
+TEST(FieldErrors, MarginalsArePossible)
+{
+  expect_message(input_error([] {
+                   field::Normal(NAN, 1.0);
+                 }),
+                 "mean must be finite, got nan");
+  expect_message(input_error([] {
+                   field::Normal(1.0, 0.0);
+                 }),
+                 "standard deviation must be positive, got 0");
+  expect_message(input_error([] {
+                   field::Lognormal(0.0, 1.0);
+                 }),
+                 "mean of a lognormal field must be positive, got 0");
+  expect_message(input_error([] {
+                   field::Lognormal(1.0, -1.0);
+                 }),
+                 "standard deviation must be positive, got -1");
+  expect_message(input_error([] {
+                   field::Uniform(2.0, 2.0);
+                 }),
+                 "lower bound must be below the upper one, got 2 and 2");
+  expect_message(input_error([] {
+                   field::Bounded(0.0, 1.0, INFINITY, 1.0);
+                 }),
+                 "location of a bounded field must be finite, got inf");
+  expect_message(input_error([] {
+                   field::Bounded(0.0, 1.0, 0.0, 0.0);
+                 }),
+                 "scale of a bounded field must be positive, got 0");
+}

@@ -1,0 +1,276 @@
+// random_field through LAMMPS scripts: the same bits on any number of ranks, what reads the property, and the messages for wrong
+// input. Runs under mpirun as well: every rank then also runs the script alone and compares.
+
+#include "atom.h"
+#include "comm.h"
+#include "exceptions.h"
+#include "fix.h"
+#include "input.h"
+#include "lammps.h"
+#include "modify.h"
+#include "variable.h"
+
+#include <gtest/gtest.h>
+#include <mpi.h>
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <vector>
+
+using namespace LAMMPS_NS;
+
+namespace {
+
+/// One LAMMPS on a communicator, driven line by line, silent; the log is kept if it has a name.
+class Script {
+ public:
+  explicit Script(MPI_Comm comm = MPI_COMM_WORLD, const std::string &log = "none")
+  {
+    std::vector<std::string> words = {"lmp", "-log", log, "-screen", "none", "-nocite"};
+    std::vector<char *> argv;
+    for (auto &word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    lmp = std::make_unique<LAMMPS>((int) words.size(), argv.data(), comm);
+  }
+
+  Script &operator<<(const std::string &lines)
+  {
+    std::istringstream stream(lines);
+    for (std::string line; std::getline(stream, line);)
+      if (line.find_first_not_of(" \t") != std::string::npos) lmp->input->one(line);
+    return *this;
+  }
+
+  /// The property of all atoms by ID, on every rank.
+  std::map<tagint, double> values(const char *name)
+  {
+    const Atom *atom = lmp->atom;
+    int is_double, columns;
+    const double *property = atom->dvector[lmp->atom->find_custom(name, is_double, columns)];
+    std::vector<double> mine;
+    for (int i = 0; i < atom->nlocal; ++i) {
+      mine.push_back((double) atom->tag[i]);
+      mine.push_back(property[i]);
+    }
+    int size, count = (int) mine.size();
+    MPI_Comm_size(lmp->world, &size);
+    std::vector<int> counts(size), offsets(size, 0);
+    MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, lmp->world);
+    for (int r = 1; r < size; ++r) offsets[r] = offsets[r - 1] + counts[r - 1];
+    std::vector<double> all(offsets[size - 1] + counts[size - 1]);
+    MPI_Allgatherv(mine.data(), count, MPI_DOUBLE, all.data(), counts.data(), offsets.data(),
+                   MPI_DOUBLE, lmp->world);
+    std::map<tagint, double> by_tag;
+    for (std::size_t k = 0; k < all.size(); k += 2) by_tag[(tagint) all[k]] = all[k + 1];
+    return by_tag;
+  }
+
+  std::unique_ptr<LAMMPS> lmp;
+};
+
+/// The message with which the lines end; empty if they run.
+std::string message_of(const std::string &lines)
+{
+  Script script(MPI_COMM_SELF);    // the others would wait for a rank that failed
+  try {
+    script << lines;
+  } catch (const LAMMPSException &problem) {
+    return problem.what();
+  }
+  return "";
+}
+
+/// 12 by 8 points of a box of 6 by 4, off the nodes of any grid here. Ranks divide y, so that the IDs are the same on any number of them.
+const std::string points =
+    "units si\ndimension 2\nboundary f p p\natom_style atomic\nprocessors 1 * 1\n"
+    "region box block 0 6 0 4 -0.1 0.1 units box\ncreate_box 2 box\n"
+    "mass * 1.0\nlattice sq 0.5 origin 0.43 0.37 0.0\n"
+    "create_atoms 1 box\nfix field all property/atom d_phi\n";
+const std::string field = "random_field all d_phi covariance exponential lengths 3 1 spacing 0.5 "
+                          "0.25 angle 20 marginal lognormal 2 0.5 seed 7 ";
+
+}    // namespace
+
+TEST(RandomField, RanksGiveTheSameBits)
+{
+  for (const char *keywords :
+       {"", "interpolation nearest", "covariance matern 0.8",
+        "covariance gaussian domain -1 7 -1 5", "marginal bounded 0.1 0.3 0 2"}) {
+    Script together, alone(MPI_COMM_SELF);
+
+    together << points + field + keywords;
+    alone << points + field + keywords;
+
+    const auto values = together.values("phi");
+    EXPECT_EQ(values.size(), 96u);
+    EXPECT_EQ(values, alone.values("phi")) << keywords;
+    double lowest = HUGE_VAL, highest = -HUGE_VAL;
+    for (const auto &one : values) {
+      lowest = std::fmin(lowest, one.second);
+      highest = std::fmax(highest, one.second);
+    }
+    EXPECT_GT(highest - lowest, 0.05) << "a field varies";
+  }
+}
+
+TEST(RandomField, OnlyTheGroupGetsValues)
+{
+  Script script;
+
+  script << points + "set group all d_phi -5\ngroup some id 3 17 96\n" +
+          "random_field some d_phi covariance exponential lengths 3 1 spacing 0.5 0.25 marginal "
+          "uniform 0 1";
+
+  for (const auto &one : script.values("phi")) {
+    if (one.first == 3 || one.first == 17 || one.first == 96)
+      EXPECT_TRUE(one.second >= 0.0 && one.second <= 1.0) << one.first;
+    else
+      EXPECT_EQ(one.second, -5.0) << one.first;
+  }
+}
+
+TEST(RandomField, VariablesAndDumpsReadTheProperty)
+{
+  Script script;
+
+  script << points + field +
+          "\nvariable which atom floor(10*d_phi)\nvariable top equal max(d_phi)\n"
+          "write_dump all custom test_random_field.dump id d_phi v_which modify sort id format "
+          "float %.17g";
+
+  MPI_Barrier(MPI_COMM_WORLD);
+  std::ifstream dump("test_random_field.dump");
+  for (std::string line; std::getline(dump, line) && line.rfind("ITEM: ATOMS", 0) != 0;) {}
+  const auto values = script.values("phi");
+  tagint id;
+  double value, which;
+  std::size_t lines = 0;
+  for (; dump >> id >> value >> which; ++lines) {
+    EXPECT_EQ(value, values.at(id));
+    EXPECT_EQ(which, std::floor(10 * values.at(id)));
+  }
+  EXPECT_EQ(lines, values.size());
+  MPI_Barrier(MPI_COMM_WORLD);
+  std::remove("test_random_field.dump");
+}
+
+TEST(RandomField, ValuesGoWithTheAtomsAndThroughARestart)
+{
+  Script script, second;
+
+  script << points + field +
+          "\npair_style none\ncomm_modify cutoff 1.0\nvelocity all set 0 2.5 0\nfix move all nve\n"
+          "neigh_modify every 1 delay 0 check no\ntimestep 0.01\n";
+  const auto before = script.values("phi");
+  script << "run 100\nwrite_restart test_random_field.restart";
+  second << "read_restart test_random_field.restart\nfix field all property/atom d_phi\n";
+
+  EXPECT_EQ(script.values("phi"), before);
+  EXPECT_EQ(second.values("phi"), before);
+  // atoms that have gone through the periodic side are found inside again
+  EXPECT_NO_THROW(script << field);
+  MPI_Barrier(MPI_COMM_WORLD);
+  std::remove("test_random_field.restart");
+}
+
+TEST(RandomField, PaddingIsReportedInTheLog)
+{
+  {
+    Script script(MPI_COMM_WORLD, "test_random_field.log");
+    script << points +
+            "random_field all d_phi covariance gaussian lengths 5 4 spacing 0.5 0.5 seed 3";
+  }    // the log is complete when LAMMPS has gone
+  MPI_Barrier(MPI_COMM_WORLD);
+  std::ifstream stream("test_random_field.log");
+  const std::string log((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+
+  for (const char *part : {"random_field d_phi: gaussian covariance on 13 x 9 nodes, torus of ",
+                           "a torus of 24 x 16 points has ", " negative eigenvalues, smallest -",
+                           "; padding by ", " points removes them", "96 atoms: mean "})
+    EXPECT_NE(log.find(part), std::string::npos) << part << "\n" << log;
+  MPI_Barrier(MPI_COMM_WORLD);
+  std::remove("test_random_field.log");
+}
+
+TEST(RandomFieldErrors, SayWhatIsWrong)
+{
+  const std::string scene = points + "random_field all d_phi ";
+  const std::string law = "covariance exponential lengths 3 1 ", grid = "spacing 0.5 0.25 ";
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"random_field all d_phi", "there is no simulation box yet"},
+      {"region b block 0 1 0 1 0 1\ncreate_box 1 b\nrandom_field all d_phi",
+       "dimension is 3; it must be 2"},
+      {points + "random_field all", "missing argument"},
+      {points + "random_field soil d_phi " + law + grid, "there is no group 'soil'"},
+      {points + "random_field all phi " + law + grid,
+       "property is 'phi'; it must be d_name of a fix property/atom"},
+      {points + "random_field all d_psi " + law + grid,
+       "there is no per-atom vector d_psi; define it first: fix ID all property/atom d_psi"},
+      {points + "fix two all property/atom i_psi\nrandom_field all d_psi " + law + grid,
+       "there is no per-atom vector d_psi"},
+      {scene + law + grid + "wings 2", "Unknown random_field keyword: wings"},
+      {scene + grid + "covariance spherical",
+       "covariance is 'spherical'; it must be exponential, gaussian or matern nu"},
+      {scene + grid + "covariance matern", "missing argument"},
+      {scene + law + grid + "covariance matern -2",
+       "smoothness nu of the Matern covariance must be in (0, 25], got -2"},
+      {scene + grid + "lengths 3 1", "no covariance is given"},
+      {scene + grid + "covariance gaussian", "no correlation lengths are given"},
+      {scene + law, "no grid spacing is given"},
+      {scene + law + "spacing 0.5 -1", "grid spacing in y must be positive, got -1"},
+      {scene + grid + "covariance gaussian lengths 0.4 1",
+       "horizontal correlation length 0.4 is below the grid spacing, 0.5"},
+      {scene + grid + "covariance gaussian lengths 3 5",
+       "vertical correlation length 5 is above the extent of the domain, 4"},
+      {scene + law + grid + "marginal gamma 1 2",
+       "marginal is 'gamma'; it must be normal, lognormal, uniform or bounded"},
+      {scene + law + grid + "marginal lognormal -1 2",
+       "mean of a lognormal field must be positive, got -1"},
+      {scene + law + grid + "marginal bounded 3 2 0 1",
+       "lower bound must be below the upper one, got 3 and 2"},
+      {scene + law + grid + "interpolation cubic",
+       "interpolation is 'cubic'; it must be linear or nearest"},
+      {scene + law + grid + "seed -1", "seed is -1; it must be at least 0"},
+      {scene + law + grid + "max_points 3", "max_points is 3; it must be at least 4"},
+      {scene + law + grid + "max_points 100",
+       "the covariance needs a torus of 24 x 32 points, above the limit of 100"},
+      {scene + "covariance gaussian lengths 6 4 " + grid + "max_points 1000",
+       " negative eigenvalues, down to -"},
+      {scene + law + grid + "domain 0 6 2 4",
+       "atom 1 at (0.215, 0.185) is outside of the domain, x from 0 to 6 and y from 2 to 4 (48 "
+       "atoms are)"},
+      {scene + law + grid + "marginal normal 0.5 0.2 bounds 0.49 0.51",
+       "is outside of the bounds [0.49, 0.51] ("},
+      {scene + law + grid + "bounds 1 0", "lower bound must be below the upper one, got 1 and 0"},
+  };
+
+  for (const auto &one : cases) {
+    const std::string message = message_of(one.first);
+    EXPECT_NE(message.find(one.second), std::string::npos)
+        << "expected '" << one.second << "' in '" << message << "'";
+  }
+}
+
+TEST(RandomFieldErrors, ErrorsLeaveTheOldValues)
+{
+  Script script;
+  script << points + "set group all d_phi -5";
+
+  EXPECT_THROW(script << field + "bounds 1.99 2.01", LAMMPSException);
+
+  for (const auto &one : script.values("phi")) EXPECT_EQ(one.second, -5.0);
+}
+
+int main(int argc, char **argv)
+{
+  MPI_Init(&argc, &argv);
+  ::testing::InitGoogleTest(&argc, argv);
+  const int result = RUN_ALL_TESTS();
+  MPI_Finalize();
+  return result;
+}
