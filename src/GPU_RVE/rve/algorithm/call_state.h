@@ -16,29 +16,31 @@ inline namespace RVE_ISA {
 
   /// Internal units, and what follows from the choice of the force unit.
   struct CallUnits {
-    double length;           ///< one internal length [length]
-    double force;            ///< one internal force: 1 of the integer sums [force]
+    double length, per_length;    ///< one internal length [length], and its reciprocal
+    double force,
+        per_force;    ///< one internal force: 1 of the integer sums [force], and its reciprocal
     double force_limit;      ///< normal forces above may make sums overflow [internal force]
     double contact_force;    ///< 64-bit units in |f| or an energy of one [1/internal unit]
 
     /// The largest arm is below half of it.
-    static RVE_INLINE double length_for(double largest_radius)
+    static RVE_INLINE int length_bits(double largest_radius)
     {
-      return power_of_two(floor_log2(largest_radius) + 2);
+      return floor_log2(largest_radius) + 2;
     }
 
     /// 2^neighbor_bits grains and more find room around the largest one, so that many contacts at the limit still fit
     /// into the sum: it never wraps. The largest force to expect lies 2 to 8 times lower.
+    /// `obliquity` bounds |f| / f_n: sqrt(1 + mu^2).
     RVE_INLINE void choose_force(int sum_bits, int neighbor_bits, double largest_contact_force,
-                                 double friction)
+                                 double obliquity, double inverse_obliquity)
     {
       const int limit_bits = sum_bits - neighbor_bits;
-      // |f| <= f_n sqrt(1 + mu^2)
-      const double oblique = std::sqrt(1.0 + friction * friction);
-      const double expected = largest_contact_force * (oblique > 1.5 ? oblique : 1.0);
+      const double expected = largest_contact_force * (obliquity > 1.5 ? obliquity : 1.0);
       const int expected_bits = limit_bits - 3 < 52 ? limit_bits - 3 : 52;
-      force = power_of_two(floor_log2(expected) - expected_bits);
-      force_limit = power_of_two(limit_bits) / oblique;
+      const int force_bits = floor_log2(expected) - expected_bits;
+      force = power_of_two(force_bits);
+      per_force = power_of_two(-force_bits);
+      force_limit = power_of_two(limit_bits) * inverse_obliquity;
       // sums over 2^17 contacts, each at the limit, shall stay within 62 bits
       const int room = 62 - 17 - limit_bits - 1;
       contact_force = power_of_two(room);
@@ -65,6 +67,7 @@ inline namespace RVE_ISA {
 
   template <class Format> struct CallState {
     // what the call works on and with
+    ImageHeader header;    ///< a copy, written back at the end of a sound call
     ImageView<Format> image;
     SharedView<Format> shared;
     WorkspaceView<Format> work;
@@ -77,7 +80,7 @@ inline namespace RVE_ISA {
     std::uint32_t status;
     std::int32_t num_extra, needed_pairs, num_rebuilds, num_reductions;
     PairView<Format> pairs;    ///< of this call: owned ones in `shared`, extra ones in `work`
-    Tensor2 cell;                   ///< H: with a servo of the present step, else at start and end of the call
+    Tensor2 cell;    ///< H: with a servo of the present step, else at start and end of the call
     Tensor2 list_cell, deformation, servo_gradient;
     CellPath path;
     double supplied, friction_loss, damping_loss, viscous_loss;    ///< in this call [force length]
@@ -85,6 +88,8 @@ inline namespace RVE_ISA {
     // constants of the call
     CallUnits units;
     double mass_factor;    ///< mass / radius^2 [mass/length^2]
+    double
+        velocity_factor;    ///< dt/m of a unit radius, in internal units of force, length and velocity
     double skin, expected_force;
     FormatLaw<Format, true> law;    ///< in internal units
     typename Format::Real dt, alpha;

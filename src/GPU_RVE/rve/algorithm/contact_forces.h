@@ -53,8 +53,8 @@ inline namespace RVE_ISA {
   pair_geometry(const StepConstants<Format, General> &step, const GrainView<Format> &i,
                 const GrainView<Format> &j)
   {
-    const auto branch = step.to_length *
-        fractional_difference<Format>(j.motion.position, i.motion.position);
+    const auto branch =
+        step.to_length * fractional_difference<Format>(j.motion.position, i.motion.position);
     return contact_geometry<typename Format::Real>(branch, i.radius + j.radius);
   }
 
@@ -95,11 +95,11 @@ inline namespace RVE_ISA {
 
   /// What gathers while a grain's pairs are computed.
   template <class Format> struct GrainSum {
-    Vec<typename Format::Sum, 3> own;          ///< force and torque on the owner
-    typename Format::Real largest_force;       ///< normal
-    Vec<typename Format::Sum, 4> stress;       ///< Love terms, with the stress
-    std::int64_t contacts;                     ///< and kCrushed for some, with the stress
-    Dissipation heat;                          ///< with the stress of the General program
+    Vec<typename Format::Sum, 3> own;       ///< force and torque on the owner
+    typename Format::Real largest_force;    ///< normal
+    Vec<typename Format::Sum, 4> stress;    ///< Love terms, with the stress
+    std::int64_t contacts;                  ///< and kCrushed for some, with the stress
+    Dissipation heat;                       ///< with the stress of the General program
   };
 
   /// Computes a pair and adds its force to grain j and to `sum`.
@@ -166,14 +166,17 @@ inline namespace RVE_ISA {
         static_cast<typename Format::Real>(WithStress ? call.batch.overlap_limit : 0.0);
     const auto grain_forces = [&](Item i, std::int64_t *stress) RVE_INLINE_LAMBDA {
       const GrainView<Format> me{grains.motion[i], grains.spin[i], grains.radius[i]};
-      GrainSum<Format> sum{Vec<typename Format::Sum, 3>::zero(), grains.largest_force[i],
-                           Vec<typename Format::Sum, 4>::zero(), 0, {0.0, 0.0}};
+      GrainSum<Format> sum{Vec<typename Format::Sum, 3>::zero(),
+                           grains.largest_force[i],
+                           Vec<typename Format::Sum, 4>::zero(),
+                           0,
+                           {0.0, 0.0}};
       for (int k = 0; k < kOwnedPairs; ++k) {
         const int j = grains.partner[k][i];
         const GrainView<Format> other{shared.motion[j], shared.spin[j],
                                       grains.partner_radius[k][i]};
-        add_pair<WithStress>(block, shared, step, me, other, overlap_limit, j,
-                             grains.history[k][i], sum);
+        add_pair<WithStress>(block, shared, step, me, other, overlap_limit, j, grains.history[k][i],
+                             sum);
       }
       grains.own[i] = sum.own;
       // extra pairs ride along with the grains of the same numbers: no phase of their own

@@ -62,35 +62,35 @@ inline namespace RVE_ISA {
           for (int k = 0; k < kOwnedPairs; ++k)
             sum[Pairs] += call.pairs.partner[k * num_grains + i] != i ? 1 : 0;
           for (int m = i; m < call.num_extra; m += num_grains) ++sum[Pairs];
-          visit_contacts<General>(call, step, i, [&](int first, int second, const auto &contact,
-                                                     const auto &law) {
-            block.add(&work.contact_count[first], 1);
-            block.add(&work.contact_count[second], 1);
-            const auto force = law.force.template as<double>();
-            const auto normal = contact.normal.template as<double>();
-            const double overlap = static_cast<double>(contact.overlap);
-            const auto term = [&](int m, double x) {
-              std::int64_t units_of_x;
-              round_to(x, units_of_x);
-              sum[m] += units_of_x;
-            };
-            term(Fxx, unit * normal[0] * normal[0]);
-            term(Fxy, unit * normal[0] * normal[1]);
-            term(Fyy, unit * normal[1] * normal[1]);
-            sum[Contacts] += 1;
-            sum[Sliding] += law.sliding ? 1 : 0;
-            const double size = std::sqrt(dot(force, force));
-            const double ri = static_cast<double>(shared.radius[first]),
-                         rj = static_cast<double>(shared.radius[second]);
-            term(Force, units.contact_force * size);
-            term(Overlap, unit * (overlap / (ri + rj)));
-            most[0] = size > most[0] ? size : most[0];
-            most[1] = overlap / (ri + rj) > most[1] ? overlap / (ri + rj) : most[1];
-            term(Elastic,
-                 units.contact_force *
-                     (static_cast<double>(step.law.normal.elastic_energy(contact.overlap)) +
-                      step.law.tangential.elastic_energy(law.spring)));
-          });
+          visit_contacts<General>(
+              call, step, i, [&](int first, int second, const auto &contact, const auto &law) {
+                block.add(&work.contact_count[first], 1);
+                block.add(&work.contact_count[second], 1);
+                const auto force = law.force.template as<double>();
+                const auto normal = contact.normal.template as<double>();
+                const double overlap = static_cast<double>(contact.overlap);
+                const auto term = [&](int m, double x) {
+                  std::int64_t units_of_x;
+                  round_to(x, units_of_x);
+                  sum[m] += units_of_x;
+                };
+                term(Fxx, unit * normal[0] * normal[0]);
+                term(Fxy, unit * normal[0] * normal[1]);
+                term(Fyy, unit * normal[1] * normal[1]);
+                sum[Contacts] += 1;
+                sum[Sliding] += law.sliding ? 1 : 0;
+                const double size = std::sqrt(dot(force, force));
+                const double ri = static_cast<double>(shared.radius[first]),
+                             rj = static_cast<double>(shared.radius[second]);
+                term(Force, units.contact_force * size);
+                term(Overlap, unit * (overlap / (ri + rj)));
+                most[0] = size > most[0] ? size : most[0];
+                most[1] = overlap / (ri + rj) > most[1] ? overlap / (ri + rj) : most[1];
+                term(Elastic,
+                     units.contact_force *
+                         (static_cast<double>(step.law.normal.elastic_energy(contact.overlap)) +
+                          step.law.tangential.elastic_energy(law.spring)));
+              });
           for (int k = 0; k < 2; ++k) work.scratch[k * num_grains + i] = most[k];
         });
     const double largest_contact_force = block.max_array(num_grains, work.scratch);
@@ -128,7 +128,8 @@ inline namespace RVE_ISA {
       detail.largest_overlap = largest_overlap;
       detail.overlap_sum = static_cast<double>(sums[Overlap]) / unit;
       detail.kinetic_energy = kinetic_energy;
-      detail.elastic_energy = energy_unit * (static_cast<double>(sums[Elastic]) / units.contact_force);
+      detail.elastic_energy =
+          energy_unit * (static_cast<double>(sums[Elastic]) / units.contact_force);
       detail.largest_contact_force = force_unit * largest_contact_force;
     });
   }

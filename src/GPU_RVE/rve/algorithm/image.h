@@ -24,6 +24,7 @@ struct ImageHeader {
   double normal_stiffness, tangential_stiffness, friction, density, local_damping;
   double normal_viscosity, tangential_viscosity, thickness, mass_depth;
   double largest_radius, mean_radius, solid_area;
+  double obliquity, inverse_obliquity;    ///< sqrt(1 + friction^2), bounds |f| / f_n
   std::int32_t neighbor_bits;    ///< 2^neighbor_bits grains and more find room around the largest
   std::int32_t reserved;
   double largest_contact_force;    ///< normal force, in the last call; sets the force scale
@@ -61,7 +62,8 @@ struct AnswerRecord {
 /// What a call answers on demand: a second look at the configuration that the last forces belong to.
 struct DetailRecord {
   std::int32_t num_contacts, num_sliding, num_pairs;
-  std::int32_t num_rattlers, num_single;    ///< grains with fewer than two contacts; with exactly one
+  std::int32_t num_rattlers,
+      num_single;    ///< grains with fewer than two contacts; with exactly one
   double fabric[4];
   double grain_force_sum, contact_force_sum;
   double largest_overlap, overlap_sum;

@@ -37,11 +37,21 @@ inline namespace RVE_ISA {
   template <class Format>
   RVE_INLINE Tensor2 stress_from(const CallState<Format> &call, const StressSums &sums, double area)
   {
-    const double unit = call.units.force * call.units.length /
-        (area * call.image.header->thickness);
+    const double unit = call.units.force * call.units.length / (area * call.header.thickness);
     Tensor2 stress;
     for (int k = 0; k < 4; ++k) stress.component[k] = static_cast<double>(sums[k]) * unit;
     return stress;
+  }
+
+  /// Copies a plain struct by many threads, word by word.
+  template <class Block, class T> RVE_INLINE void copy_words(Block &block, const T &from, T &to)
+  {
+    static_assert(sizeof(T) % 4 == 0, "a whole number of words");
+    const auto *source = reinterpret_cast<const std::int32_t *>(&from);
+    auto *target = reinterpret_cast<std::int32_t *>(&to);
+    block.for_each(static_cast<int>(sizeof(T) / 4), [&](typename Block::Item w) {
+      target[w] = source[w];
+    });
   }
 
   template <class Block, class Format> struct RareWork {
@@ -57,15 +67,17 @@ inline namespace RVE_ISA {
                                const DriveRecord &drive, const SteeringRecord *steering,
                                const BatchConstants batch)
     {
-      const ImageHeader &header = *reinterpret_cast<const ImageHeader *>(image_memory);
+      copy_words(block, *reinterpret_cast<const ImageHeader *>(image_memory), call.header);
+      copy_words(block, drive, call.drive);
+      const ImageHeader &header = call.header;
       const int n = header.num_grains;
       const ImageView<Format> image = carve_image<Format>(image_memory, n, header.extra_capacity);
-      const double per_length = 1.0 / CallUnits::length_for(header.largest_radius);
+      const double per_length = power_of_two(-CallUnits::length_bits(header.largest_radius));
       const Real to_internal = static_cast<Real>(per_length);
       const Wide to_internal_wide = static_cast<Wide>(per_length);
       block.for_each(n + 1, [&](Item i) {
         if (i == n) {
-          begin_call(call, image, shared, workspace, pair_capacity, drive, steering, batch);
+          begin_call(call, image, shared, workspace, pair_capacity, steering, batch);
           return;
         }
         using Sum = typename Format::Sum;
@@ -100,15 +112,15 @@ inline namespace RVE_ISA {
     /// By one thread.
     static RVE_COLD void begin_call(CallState<Format> &call, const ImageView<Format> image,
                                     const SharedView<Format> shared, char *workspace,
-                                    int pair_capacity, const DriveRecord &drive,
-                                    const SteeringRecord *steering, const BatchConstants batch)
+                                    int pair_capacity, const SteeringRecord *steering,
+                                    const BatchConstants batch)
     {
-      const ImageHeader &header = *image.header;
+      const ImageHeader &header = call.header;
+      const DriveRecord &drive = call.drive;
       call.image = image;
       call.shared = shared;
       call.num_grains = header.num_grains;
       call.work = carve_workspace<Format>(workspace, header.num_grains, pair_capacity);
-      call.drive = drive;
       if (steering)
         call.steering = *steering;
       else
@@ -130,10 +142,11 @@ inline namespace RVE_ISA {
         increment.rotation = load_tensor(steering->rotation);
         increment.stretch = load_tensor(steering->stretch);
       }
-      if (!call.has_servo())
-        call.path = CellPath(call.cell, increment, drive.substeps, drive.dt);
+      if (!call.has_servo()) call.path = CellPath(call.cell, increment, drive.substeps, drive.dt);
       call.supplied = call.friction_loss = call.damping_loss = call.viscous_loss = 0.0;
-      call.units.length = CallUnits::length_for(header.largest_radius);
+      const int length_bits = CallUnits::length_bits(header.largest_radius);
+      call.units.length = power_of_two(length_bits);
+      call.units.per_length = power_of_two(-length_bits);
       call.mass_factor = header.density * 3.14159265358979323846 * header.mass_depth;
       call.skin = batch.skin > 0.0 ? batch.skin : kDefaultSkinShare * header.mean_radius;
       call.expected_force = header.largest_contact_force;
@@ -150,14 +163,14 @@ inline namespace RVE_ISA {
     /// Force unit and contact law in internal units. By one thread.
     static RVE_COLD void choose_units(CallState<Format> &call)
     {
-      const ImageHeader &header = *call.image.header;
+      const ImageHeader &header = call.header;
       // A last call may have ended in the first touch of a collision: a unit from that would not reach the collision within
       // the repeats of a call.
       const double least = header.normal_stiffness * kLeastOverlapShare * header.mean_radius;
       if (!(call.expected_force > least)) call.expected_force = least;
       call.units.choose_force(Format::sum_bits, header.neighbor_bits, call.expected_force,
-                              header.friction);
-      const double stiffness_unit = call.units.length / call.units.force;
+                              header.obliquity, header.inverse_obliquity);
+      const double stiffness_unit = call.units.length * call.units.per_force;
       call.law.normal.stiffness = static_cast<Real>(header.normal_stiffness * stiffness_unit);
       call.law.normal_damping.viscosity =
           static_cast<Real>(header.normal_viscosity * stiffness_unit);
@@ -169,6 +182,9 @@ inline namespace RVE_ISA {
       call.law.velocity_arm = static_cast<Real>(call.batch.velocity_arm);
       call.dt = static_cast<Real>(call.drive.substeps > 0 ? call.drive.dt : 0.0);
       call.alpha = static_cast<Real>(header.local_damping);
+      const double per_length = call.units.per_length;
+      call.velocity_factor = call.drive.dt * (call.units.force * per_length) *
+          (per_length * per_length) / call.mass_factor;
     }
 
     static RVE_INLINE void load_pairs_and_plan(Block &block, CallState<Format> &call,
@@ -177,11 +193,8 @@ inline namespace RVE_ISA {
       const PairView<Format> to = call.pairs;
       const SharedView<Format> &shared = call.shared;
       const int n = call.num_grains;
-      const History to_internal = static_cast<History>(1.0 / call.units.force);
-      // dt/m and dt/I with the units of force, torque and velocity
-      const double length = call.units.length;
-      const double velocity_factor =
-          call.drive.dt * (call.units.force / length) / (call.mass_factor * (length * length));
+      const History to_internal = static_cast<History>(call.units.per_force);
+      const Real velocity_factor = static_cast<Real>(call.velocity_factor);
       // with a servo the first step's cell is not known yet
       const int count = call.has_servo() ? 0 : steps_to_plan(call, 1);
       block.for_each(n + count, [&](Item i) {
@@ -193,9 +206,10 @@ inline namespace RVE_ISA {
           take_partner(call, k, i, from.partner[k * n + i]);
           to.history[k * n + i] = to_internal * from.history[k * n + i];
         }
-        const double r = static_cast<double>(shared.radius[i]), inverse = 1.0 / (r * r);
-        shared.still[i].velocity_unit = static_cast<Real>(velocity_factor * inverse);
-        shared.still[i].spin_unit = static_cast<Real>(2.0 * velocity_factor * inverse * inverse);
+        const Real r = static_cast<Real>(shared.radius[i]), inverse = reciprocal(r * r);
+        const Real velocity_unit = velocity_factor * inverse;
+        shared.still[i].velocity_unit = velocity_unit;
+        shared.still[i].spin_unit = Real(2) * velocity_unit * inverse;    // I = m r^2 / 2
       });
       block.once([&] {
         call.plan_last = count;
@@ -212,19 +226,19 @@ inline namespace RVE_ISA {
     {
       const SharedView<Format> &shared = call.shared;
       shared.partner[slot * call.num_grains + i] = j;
-      shared.partner_radius[slot * call.num_grains + i] =
-          j == i ? -shared.radius[i] : shared.radius[j];
+      shared.partner_radius[slot * call.num_grains + i] = j == i ? -shared.radius[i]
+                                                                 : shared.radius[j];
     }
 
     /// Largest contact force to expect where no call has left one: from the overlaps found, or a guess for a gas.
     static RVE_COLD void estimate_force(Block block, CallState<Format> &call,
                                         PairView<Format> pairs)
     {
-      const ImageHeader &header = *call.image.header;
+      const ImageHeader &header = call.header;
       const Motion<Format> *motion = call.shared.motion;
       const int n = call.num_grains;
       const double length = call.units.length;
-      const auto to_length = fraction_to_length<Format>((1.0 / length) * call.cell);
+      const auto to_length = fraction_to_length<Format>(call.units.per_length * call.cell);
       block.for_each(n, [&](Item i) {
         double most = 0.0;
         for (int k = 0; k < kOwnedPairs; ++k) {
@@ -282,26 +296,28 @@ inline namespace RVE_ISA {
     static RVE_COLD void plan_step(CallState<Format> &call, int t, int first)
     {
       StepPlan<Format> &plan = call.plan[t];
-      Tensor2 cell = call.cell, gradient = Tensor2::zero();
-      if (call.has_servo()) {
-        gradient = call.servo_gradient;
-      } else if (call.drive.substeps > 0) {
+      Tensor2 cell = call.cell, rate = Tensor2::zero();
+      const bool on_path = !call.has_servo() && call.drive.substeps > 0;
+      if (on_path) {
         CellPath path = call.path;
         cell = path.cell(first + t);
-        gradient = path.cell_rate() * inverse(cell);
+        rate = path.cell_rate();
       }
-      const double per_length = 1.0 / call.units.length;
+      const Tensor2 inverse_cell = inverse(cell);
+      const Tensor2 gradient = call.has_servo() ? call.servo_gradient : rate * inverse_cell;
+      const double per_length = call.units.per_length;
       const Tensor2 internal = per_length * cell;
       plan.to_length = fraction_to_length<Format>(internal);
       plan.to_fraction =
-          ((call.drive.dt / Format::fraction_unit) * inverse(internal)).template as<Wide>();
+          ((call.drive.dt * call.units.length / Format::fraction_unit) * inverse_cell)
+              .template as<Wide>();
       plan.gradient = gradient.template as<Real>();
       plan.list_to_length = fraction_to_length<FastFormat>(internal);
       // a little less than allowed covers the rounding of the displacements
       const double allowed = (1.0 - 1e-5) * per_length *
-          allowed_displacement(cell, call.list_cell, call.image.header->largest_radius, call.skin);
+          allowed_displacement(cell, call.list_cell, call.header.largest_radius, call.skin);
       plan.allowed_squared = static_cast<float>(allowed * allowed);
-      plan.special = !(allowed > 0.0) || lattice_step(cell).axis >= 0;
+      plan.special = !(allowed > 0.0) || is_lattice_step_due(cell);
       plan.area = determinant(cell);
     }
 
@@ -348,15 +364,15 @@ inline namespace RVE_ISA {
     static RVE_COLD void rebuild(Block block, CallState<Format> &call, PairView<Format> old,
                                  Tensor2 cell)
     {
-      const double largest_radius = call.image.header->largest_radius;
+      const double largest_radius = call.header.largest_radius;
       // the wrapped difference is the nearest image only within half of the smallest width; a NaN fails the comparison too
       const bool wide_enough = 0.5 * smallest_width(cell) > 2.0 * largest_radius + call.skin;
       ListSizes sizes{0, 0};
-      const double per_length = 1.0 / call.units.length;
+      const double per_length = call.units.per_length;
       if (wide_enough)
-        sizes = build_list(block, call.shared.motion, call.shared.radius, call.work, call.num_grains,
-                           per_length * cell, per_length * largest_radius, per_length * call.skin,
-                           old, call.num_extra);
+        sizes = build_list(block, call.shared.motion, call.shared.radius, call.work,
+                           call.num_grains, per_length * cell, per_length * largest_radius,
+                           per_length * call.skin, old, call.num_extra);
       block.once([&] {
         if (!wide_enough) {
           call.status |= determinant(cell) == determinant(cell) ? status::CellTooNarrow
@@ -426,13 +442,13 @@ inline namespace RVE_ISA {
         if (!(determinant(call.cell) > 0.0)) word |= status::NonFinite;
         if (sums[4] >= kCrushed) word |= status::OverlapTooLarge;
         if ((sums[4] & (kCrushed - 1)) == 0) word |= status::NoContacts;
-        if (call.num_extra > call.image.header->extra_capacity) word |= status::ListFull;
+        if (call.num_extra > call.header.extra_capacity) word |= status::ListFull;
         call.status |= word;
       });
     }
 
-    /// By one thread: the answer, and with a sound call the header.
-    static RVE_COLD void conclude(const CallState<Format> &call, const StressSums sums,
+    /// By one thread: the answer, and with a sound call the copy of the header.
+    static RVE_COLD void conclude(CallState<Format> &call, const StressSums sums,
                                   float largest_force, double damped, AnswerRecord &answer)
     {
       answer.status = call.status;
@@ -442,7 +458,7 @@ inline namespace RVE_ISA {
       answer.expected_force = call.expected_force;
       store_tensor(stress_from(call, sums, determinant(call.cell)), answer.stress);
       if (call.fatal()) return;
-      ImageHeader &h = *call.image.header;
+      ImageHeader &h = call.header;
       store_tensor(call.cell, h.cell);
       store_tensor(call.deformation, h.deformation);
       store_tensor(call.list_cell, h.list_cell);
@@ -459,17 +475,6 @@ inline namespace RVE_ISA {
       h.friction_loss += call.friction_loss;
       h.damping_loss += damped;
       h.viscous_loss += call.viscous_loss;
-    }
-
-    /// By many threads, word by word.
-    static RVE_COLD void copy_header(Block block, CallState<Format> &call, DetailRecord &detail)
-    {
-      static_assert(sizeof(ImageHeader) % 4 == 0, "a whole number of words");
-      const auto *from = reinterpret_cast<const std::int32_t *>(call.image.header);
-      auto *to = reinterpret_cast<std::int32_t *>(&detail.header);
-      block.for_each(static_cast<int>(sizeof(ImageHeader) / 4), [&](Item w) {
-        to[w] = from[w];
-      });
     }
   };
 

@@ -63,7 +63,9 @@ inline namespace RVE_ISA {
       block.once([&] {
         Rare::conclude(call, sums, largest_force, damped, answer);
       });
-      if (detail && !call.fatal()) Rare::copy_header(block, call, *detail);
+      if (call.fatal()) return;
+      copy_words(block, call.header, *call.image.header);
+      if (detail) copy_words(block, call.header, detail->header);
     }
 
    private:
@@ -72,10 +74,7 @@ inline namespace RVE_ISA {
     {
       return General && call.drive.substeps > 0 && (call.has_servo() || call.batch.track_energy);
     }
-    RVE_INLINE int last_step() const
-    {
-      return call.drive.substeps > 0 ? call.drive.substeps : 1;
-    }
+    RVE_INLINE int last_step() const { return call.drive.substeps > 0 ? call.drive.substeps : 1; }
 
     // ---- the step ---------------------------------------------------------------------------------------------------------------
 
@@ -184,8 +183,7 @@ inline namespace RVE_ISA {
         call.viscous_loss += energy * heat.viscous;
         double power = 0.0;
         for (int c = 0; c < 4; ++c)
-          power += static_cast<double>(sums[c]) *
-              static_cast<double>(plan.gradient.component[c]);
+          power += static_cast<double>(sums[c]) * static_cast<double>(plan.gradient.component[c]);
         call.supplied += energy * power * static_cast<double>(call.dt);
       });
     }
@@ -216,8 +214,7 @@ inline namespace RVE_ISA {
                                       : stress.component[c];
             call.servo_gradient.component[c] =
                 steer_rate(call.servo_gradient.component[c], now, steering.stress_goal[c],
-                           steering.servo_gain, call.drive.dt,
-                           steering.servo_max_rate);
+                           steering.servo_gain, call.drive.dt, steering.servo_max_rate);
           }
       });
     }

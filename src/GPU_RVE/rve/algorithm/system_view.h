@@ -50,11 +50,12 @@ inline namespace RVE_ISA {
   template <class Format> struct ImageView {
     ImageHeader *header;
     Vec<typename Format::Coordinate, 2> *position;
-    Vec<std::uint32_t, 2> *list_position;    ///< leading bits of the positions when the list was built
+    Vec<std::uint32_t, 2>
+        *list_position;    ///< leading bits of the positions when the list was built
     Vec<typename Format::Real, 2> *velocity;
     typename Format::Real *spin;
     typename Format::Wide *radius;
-    std::int32_t *number;     ///< of the grain in the RveState; the program itself has no use for it
+    std::int32_t *number;    ///< of the grain in the RveState; the program itself has no use for it
     std::int32_t *partner;    ///< own number: slot is free
     typename Format::History *history;
     std::int32_t *extra_first, *extra_second;
@@ -102,9 +103,10 @@ inline namespace RVE_ISA {
 
   /// What only the grain itself reads, once a step: not worth registers.
   template <class Format> struct alignas(16) Still {
-    typename Format::Real velocity_unit;     ///< dt/m: velocity that one force unit gives in a step
-    typename Format::Real spin_unit;         ///< dt/I: spin that one torque unit gives in a step
-    Vec<std::uint32_t, 2> list_position;     ///< leading bits of the position when the list was built
+    typename Format::Real velocity_unit;    ///< dt/m: velocity that one force unit gives in a step
+    typename Format::Real spin_unit;        ///< dt/I: spin that one torque unit gives in a step
+    Vec<std::uint32_t, 2>
+        list_position;    ///< leading bits of the position when the list was built
   };
 
   /// Pairs of an RVE as arrays: owned ones as [slot * N + grain], and extra ones.
@@ -124,9 +126,10 @@ inline namespace RVE_ISA {
     Vec<typename Format::Sum, 3> *own;                   ///< force and torque from owned pairs
     typename Format::Real *largest_force;    ///< normal force on an owned contact in this call
     Still<Format> *still;
-    std::int32_t *partner;                     ///< (kOwnedPairs, N) own number: slot is free
-    typename Format::Wide *partner_radius;     ///< (kOwnedPairs, N) minus the own one: slot is free, it never touches
-    typename Format::History *history;         ///< (kOwnedPairs, N)
+    std::int32_t *partner;    ///< (kOwnedPairs, N) own number: slot is free
+    typename Format::Wide
+        *partner_radius;    ///< (kOwnedPairs, N) minus the own one: slot is free, it never touches
+    typename Format::History *history;    ///< (kOwnedPairs, N)
   };
 
   /// With a constant number of grains the addresses are constants too.
@@ -149,8 +152,7 @@ inline namespace RVE_ISA {
     return view;
   }
 
-  template <class Format>
-  RVE_INLINE SharedView<Format> carve_shared(char *memory, int num_grains)
+  template <class Format> RVE_INLINE SharedView<Format> carve_shared(char *memory, int num_grains)
   {
     Carver carver(memory);
     return lay_out_shared<Format>(carver, num_grains);
@@ -192,7 +194,8 @@ inline namespace RVE_ISA {
   };
 
   template <class Format, class Carving>
-  RVE_INLINE WorkspaceView<Format> lay_out_workspace(Carving &carver, int num_grains, int pair_capacity)
+  RVE_INLINE WorkspaceView<Format> lay_out_workspace(Carving &carver, int num_grains,
+                                                     int pair_capacity)
   {
     WorkspaceView<Format> view;
     view.pair_capacity = pair_capacity;
@@ -243,8 +246,8 @@ inline namespace RVE_ISA {
   template <class Block, class Format> struct GrainItems {
     template <class T> using Resident = typename Block::template Resident<T>;
 
-    Resident<Motion<Format>> motion;            ///< published
-    Resident<typename Format::Real> spin;       ///< published
+    Resident<Motion<Format>> motion;         ///< published
+    Resident<typename Format::Real> spin;    ///< published
     Resident<typename Format::Wide> radius;
     Resident<Vec<typename Format::Sum, 3>> own;
     Resident<typename Format::Real> largest_force;
@@ -253,9 +256,9 @@ inline namespace RVE_ISA {
     Resident<typename Format::History> history[kOwnedPairs];
 
     RVE_INLINE GrainItems(Block &block, const SharedView<Format> &shared, int n) :
-        motion(block.resident(shared.motion)),
-        spin(block.resident(shared.spin)), radius(block.resident(shared.radius)),
-        own(block.resident(shared.own)), largest_force(block.resident(shared.largest_force))
+        motion(block.resident(shared.motion)), spin(block.resident(shared.spin)),
+        radius(block.resident(shared.radius)), own(block.resident(shared.own)),
+        largest_force(block.resident(shared.largest_force))
     {
       for (int k = 0; k < kOwnedPairs; ++k) {
         partner[k] = block.resident(shared.partner + k * n);

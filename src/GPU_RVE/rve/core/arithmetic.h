@@ -60,7 +60,10 @@ inline namespace RVE_ISA {
 #endif
   }
 
-  RVE_INLINE double reciprocal(double x) { return 1.0 / x; }
+  RVE_INLINE double reciprocal(double x)
+  {
+    return 1.0 / x;
+  }
 
   /// The smaller and the larger of two numbers that are not NaN and not zeros of different sign.
   template <class Real> RVE_INLINE Real smaller(Real x, Real y)

@@ -74,6 +74,8 @@ namespace {
     header.tangential_viscosity = material.tangential_viscosity;
     header.thickness = material.thickness;
     header.mass_depth = material.mass_depth;
+    header.obliquity = std::sqrt(1.0 + material.friction * material.friction);
+    header.inverse_obliquity = 1.0 / header.obliquity;
   }
 
   /// Grain numbers row by row, each row along x: a grain's neighbours have numbers near its own, or near those of its row above.
@@ -142,7 +144,8 @@ namespace {
     using Real = typename NumberFormat::Real;
     using History = typename NumberFormat::History;
     const auto &list = header.list_valid ? state.list_fractional : state.fractional;
-    const std::vector<std::int32_t> order = state.order.empty() ? storage_order(state) : state.order;
+    const std::vector<std::int32_t> order = state.order.empty() ? storage_order(state)
+                                                                : state.order;
     std::vector<int> place(n);    // of a grain number
     for (int k = 0; k < n; ++k) {
       const int i = order[k];

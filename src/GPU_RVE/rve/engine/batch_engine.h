@@ -72,10 +72,10 @@ class BatchEngine : public Engine {
 
   std::vector<int> grains_of;    ///< by RVE; 0: the number is free
   std::vector<int> free_numbers;
-  bool any_viscous = false;    ///< an RVE with dashpots has been added
-  int pairs_per_grain = 4;     ///< capacity of the workspaces, grows on demand
-  std::vector<AnswerRecord> answers;     ///< of the last call
-  std::vector<DetailRecord> details;     ///< of the last call that wanted them
+  bool any_viscous = false;             ///< an RVE with dashpots has been added
+  int pairs_per_grain = 4;              ///< capacity of the workspaces, grows on demand
+  std::vector<AnswerRecord> answers;    ///< of the last call
+  std::vector<DetailRecord> details;    ///< of the last call that wanted them
 };
 
 }    // namespace rve

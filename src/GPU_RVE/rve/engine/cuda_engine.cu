@@ -107,12 +107,13 @@ namespace {
       const Plan plan = plan_for(call);
 
       LaunchRecord record;
-      record.images = pointer_buffer.upload(count, [&](int k) {
-        return images[call.rves[k]].memory;
+      const std::vector<int> order = longest_first(call);
+      record.images = pointer_buffer.upload(count, [&](int m) {
+        return images[call.rves[order[m]]].memory;
       });
       record.drives = drive_buffer.upload(call.drives);
       record.steering = call.steering.empty() ? nullptr : steering_buffer.upload(call.steering);
-      record.order = order_buffer.upload(longest_first(call));
+      record.order = order_buffer.upload(order);
       record.answers = answer_buffer.reserve(count);
       record.details = call.with_details ? detail_buffer.reserve(count) : nullptr;
       record.count = count;
@@ -180,8 +181,8 @@ namespace {
       check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks_per_sm, plan.kernel,
                                                                plan.block, plan.dynamic),
                  "occupancy");
-      require(blocks_per_sm > 0, "no thread block of " + std::to_string(plan.block) +
-                  " threads fits on this device");
+      require(blocks_per_sm > 0,
+              "no thread block of " + std::to_string(plan.block) + " threads fits on this device");
       plan.blocks = blocks_per_sm * device.multiProcessorCount;
       last_plan = plan;
       return last_plan;
@@ -207,19 +208,23 @@ namespace {
 
     static int capacity_of(Residency residency, int largest)
     {
-      return residency == Residency::Small
-          ? kSmallBlock
-          : (residency == Residency::Large ? kLargeBlock : largest);
+      switch (residency) {
+        case Residency::Many:
+        case Residency::Few:
+          return kSmallBlock;
+        case Residency::Large:
+          return kLargeBlock;
+        default:
+          return largest;
+      }
     }
 
     Residency residency_of(const Call &call, int block) const
     {
       if (call.largest > block) return Residency::Memory;
-      const bool has_small = kernels.kernel[static_cast<int>(Residency::Small)]
-                                           [static_cast<int>(call.scene)] != nullptr;
-      // with fewer RVEs than would share a multiprocessor more registers serve them better
-      const bool many = static_cast<int>(call.rves.size()) > 2 * device.multiProcessorCount;
-      return block <= kSmallBlock && has_small && many ? Residency::Small : Residency::Large;
+      if (block > kSmallBlock || call.scene == SceneKind::General) return Residency::Large;
+      return static_cast<int>(call.rves.size()) > device.multiProcessorCount ? Residency::Many
+                                                                             : Residency::Few;
     }
 
     /// One thread per grain while that is possible: scheme D.

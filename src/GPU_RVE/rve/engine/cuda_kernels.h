@@ -11,12 +11,12 @@ namespace rve {
 
 /// What one launch works on. Device pointers.
 struct LaunchRecord {
-  char *const *images;          ///< (count) by position in the call
-  const DriveRecord *drives;          ///< (count)
-  const SteeringRecord *steering;     ///< (count), or null
-  const int *order;             ///< (count) longest first
-  AnswerRecord *answers;        ///< (count)
-  DetailRecord *details;        ///< (count), or null
+  char *const *images;               ///< (count) longest first
+  const DriveRecord *drives;         ///< (count)
+  const SteeringRecord *steering;    ///< (count), or null
+  const int *order;                  ///< (count) positions in the call, longest first
+  AnswerRecord *answers;             ///< (count)
+  DetailRecord *details;             ///< (count), or null
   int count;
   int *queue;      ///< next entry of `order` to take
   char *memory;    ///< a workspace per resident block
@@ -34,13 +34,14 @@ struct KernelSizes {
   std::size_t shared, workspace;
 };
 
-/// How a kernel keeps what is private to a grain, and for which blocks it is made.
+/// How a kernel keeps what the grains' threads work with, and for which blocks it is made.
 enum class Residency {
-  Small,     ///< a thread per grain, registers for three blocks of 416 threads on a multiprocessor
-  Large,     ///< a thread per grain, up to 1024
-  Memory     ///< any number of grains per thread
+  Many,    ///< a thread per grain, up to 416; registers for two or three RVEs on a multiprocessor
+  Few,    ///< a thread per grain, up to 416; registers for one: the RVEs do not fill the device anyway
+  Large,    ///< a thread per grain, up to 1024
+  Memory    ///< any number of grains per thread
 };
-constexpr int kNumResidencies = 3;
+constexpr int kNumResidencies = 4;
 constexpr int kSmallBlock = 416;
 constexpr int kLargeBlock = 1024;
 

@@ -16,8 +16,8 @@ inline namespace RVE_ISA {
 
   template <class Format, bool General>
   void run_program(char *image, const DriveRecord &drive, const SteeringRecord *steering,
-                   const BatchConstants &batch,
-                   const HostWorkspace &memory, AnswerRecord &answer, DetailRecord *detail)
+                   const BatchConstants &batch, const HostWorkspace &memory, AnswerRecord &answer,
+                   DetailRecord *detail)
   {
     const auto &header = *reinterpret_cast<const ImageHeader *>(image);
     BlockSerial block;
@@ -31,9 +31,8 @@ inline namespace RVE_ISA {
 
   template <class Format>
   void advance(char *image, const DriveRecord &drive, const SteeringRecord *steering,
-                   const BatchConstants &batch,
-               const HostWorkspace &memory, SceneKind scene, AnswerRecord &answer,
-               DetailRecord *detail)
+               const BatchConstants &batch, const HostWorkspace &memory, SceneKind scene,
+               AnswerRecord &answer, DetailRecord *detail)
   {
     if (scene == SceneKind::Plain)
       run_program<Format, false>(image, drive, steering, batch, memory, answer, detail);

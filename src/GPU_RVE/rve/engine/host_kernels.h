@@ -23,9 +23,8 @@ struct HostWorkspaceSizes {
 /// One instruction set's build of the block program for one format.
 struct HostKernel {
   void (*advance)(char *image, const DriveRecord &drive, const SteeringRecord *steering,
-                  const BatchConstants &batch,
-                  const HostWorkspace &memory, SceneKind scene, AnswerRecord &answer,
-                  DetailRecord *detail);
+                  const BatchConstants &batch, const HostWorkspace &memory, SceneKind scene,
+                  AnswerRecord &answer, DetailRecord *detail);
   HostWorkspaceSizes (*workspace_sizes)(int num_grains, int pair_capacity);
 };
 

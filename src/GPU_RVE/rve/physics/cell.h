@@ -43,6 +43,15 @@ inline namespace RVE_ISA {
     std::int64_t multiple;    ///< of the other vector, which is subtracted
   };
 
+  /// Whether lattice_step would change the cell; cheaper.
+  RVE_INLINE bool is_lattice_step_due(const Tensor2 &cell)
+  {
+    const double aa = cell(0, 0) * cell(0, 0) + cell(1, 0) * cell(1, 0);
+    const double bb = cell(0, 1) * cell(0, 1) + cell(1, 1) * cell(1, 1);
+    const double ab = cell(0, 0) * cell(0, 1) + cell(1, 0) * cell(1, 1);
+    return std::fabs(ab) > 0.6 * (aa <= bb ? aa : bb);
+  }
+
   /// Reduction is due when one vector leans over the other by more than 0.6 of its length; 0.5 would be the reduced lattice,
   /// the margin keeps a cell at the border from flipping back and forth.
   RVE_INLINE LatticeStep lattice_step(const Tensor2 &cell)
@@ -50,9 +59,9 @@ inline namespace RVE_ISA {
     const double aa = cell(0, 0) * cell(0, 0) + cell(1, 0) * cell(1, 0);
     const double bb = cell(0, 1) * cell(0, 1) + cell(1, 1) * cell(1, 1);
     const double ab = cell(0, 0) * cell(0, 1) + cell(1, 0) * cell(1, 1);
-    const int axis = aa <= bb ? 1 : 0;    // the longer one changes
+    const int axis = aa <= bb ? 1 : 0;                            // the longer one changes
+    if (!is_lattice_step_due(cell)) return LatticeStep{-1, 0};    // a NaN ends here too
     const double lean = ab / (axis == 1 ? aa : bb);
-    if (!(std::fabs(lean) > 0.6)) return LatticeStep{-1, 0};    // a NaN ends here too
     return LatticeStep{axis, static_cast<std::int64_t>(lean > 0.0 ? lean + 0.5 : lean - 0.5)};
   }
 

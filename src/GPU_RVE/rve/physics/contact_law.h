@@ -39,9 +39,9 @@ inline namespace RVE_ISA {
   /// LAMMPS has it (not objective, for cross-checks).
   template <class Real, class History, bool General> struct LinearFrictionLaw {
     LinearNormal<Real> normal;
-    VelocityDamping<Real> normal_damping;                  ///< General
+    VelocityDamping<Real> normal_damping;    ///< General
     LinearTangential<Real, History, General> tangential;
-    Real velocity_arm;                                     ///< General
+    Real velocity_arm;    ///< General
 
     RVE_INLINE ContactForce<Real, History> evaluate(const ContactGeometry<Real, 2> &contact,
                                                     const DiskMotion<Real> &i,
@@ -55,8 +55,10 @@ inline namespace RVE_ISA {
 
       const Real arm_i = std::fma(Real(-0.5), contact.overlap, i.radius);
       const Real arm_j = std::fma(Real(-0.5), contact.overlap, j.radius);
-      const Real velocity_arm_i = General ? std::fma(-velocity_arm, contact.overlap, i.radius) : arm_i;
-      const Real velocity_arm_j = General ? std::fma(-velocity_arm, contact.overlap, j.radius) : arm_j;
+      const Real velocity_arm_i = General ? std::fma(-velocity_arm, contact.overlap, i.radius)
+                                          : arm_i;
+      const Real velocity_arm_j = General ? std::fma(-velocity_arm, contact.overlap, j.radius)
+                                          : arm_j;
       const Real normal_velocity = dot(velocity, n);
       // a sum of two products, not fma: it must not depend on the order of the grains
       const Real tangential_velocity =
