@@ -14,9 +14,10 @@
 
 namespace rve_test {
 
-/// Loads the list that the image holds, builds the next one, and stores it.
+/// Builds the next list from the one that the image holds and stores it, if it fits.
 template <class Format> struct BuildList {
   char *image, *workspace;
+  rve::Motion<Format> *motion;
   int num_grains, extra_capacity, pair_capacity;
   rve::Tensor2 cell;
   double largest_radius, skin;
@@ -28,39 +29,31 @@ template <class Format> struct BuildList {
     const int n = num_grains;
     const auto view = rve::carve_image<Format>(image, n, extra_capacity);
     const auto work = rve::carve_workspace<Format>(workspace, n, pair_capacity);
-    const rve::SharedView<Format> shared{view.position, view.velocity, view.spin,
-                                         view.radius,   nullptr,       nullptr};
-    auto state = block.template per_item<rve::GrainState<Format>>(n);
+    const rve::PairView<Format> old{view.partner, view.history, view.extra_first, view.extra_second,
+                                    view.extra_history};
     block.for_each(n, [&](Item i) {
-      for (int k = 0; k < rve::kOwnedPairs; ++k) {
-        state[i].partner[k] = view.partner[k * n + i];
-        state[i].history[k] = view.history[k * n + i];
-      }
-    });
-    int num_extra = view.header->num_extra;
-    block.for_each(num_extra, [&](Item m) {
-      work.extra_first[m] = view.extra_first[m];
-      work.extra_second[m] = view.extra_second[m];
-      work.extra_history[m] = view.extra_history[m];
+      motion[i].position = view.position[i];
     });
 
-    const int pairs =
-        rve::build_list(block, state, shared, work, n, cell, largest_radius, skin, num_extra);
+    const rve::ListSizes sizes = rve::build_list(block, motion, view.radius, work, n, cell,
+                                                 largest_radius, skin, old, view.header->num_extra);
 
-    block.for_each(n, [&](Item i) {
-      for (int k = 0; k < rve::kOwnedPairs; ++k) {
-        view.partner[k * n + i] = state[i].partner[k];
-        view.history[k * n + i] = state[i].history[k];
-      }
+    block.once([&] {
+      *num_pairs = sizes.num_pairs;
     });
-    block.for_each(num_extra, [&](Item m) {
-      view.extra_first[m] = work.extra_first[m];
-      view.extra_second[m] = work.extra_second[m];
-      view.extra_history[m] = work.extra_history[m];
+    if (sizes.num_pairs > pair_capacity) return;
+    const rve::PairView<Format> &fresh = work.fresh;
+    block.for_each(rve::kOwnedPairs * n, [&](Item m) {
+      view.partner[m] = fresh.partner[m];
+      view.history[m] = fresh.history[m];
+    });
+    block.for_each(sizes.num_extra, [&](Item m) {
+      view.extra_first[m] = fresh.extra_first[m];
+      view.extra_second[m] = fresh.extra_second[m];
+      view.extra_history[m] = fresh.extra_history[m];
     });
     block.once([&] {
-      view.header->num_extra = num_extra;
-      *num_pairs = pairs;
+      view.header->num_extra = sizes.num_extra;
     });
   }
 };
@@ -83,9 +76,7 @@ template <class Format> class ListHarness {
       skin(skin_in), num_grains(static_cast<int>(radius_in.size())),
       pair_capacity(40 * num_grains + 40), extra_capacity(pair_capacity)
   {
-    std::size_t size;
-    rve::carve_image<Format>(nullptr, num_grains, extra_capacity, &size);
-    image.assign(size, 0);
+    image.assign(rve::image_size<Format>(num_grains, extra_capacity), 0);
     const auto view = this->view();
     for (int i = 0; i < num_grains; ++i) {
       view.radius[i] = static_cast<typename Format::Wide>(radius_in[i]);
@@ -105,12 +96,12 @@ template <class Format> class ListHarness {
   void set_pair_capacity(int capacity) { pair_capacity = capacity; }
 
   /// Returns the number of pairs that build_list found.
-  int build(int threads, bool in_registers = false)
+  int build(int threads)
   {
     BlockArray<char> memory(image), workspace(std::vector<char>(workspace_size(), 0));
+    BlockArray<rve::Motion<Format>> motion{std::vector<rve::Motion<Format>>(num_grains)};
     BlockArray<int> count(std::vector<int>{-1});
-    run_block(threads, program(memory.data(), workspace.data(), count.data()), item_bytes(),
-              in_registers);
+    run_block(threads, program(memory.data(), workspace.data(), motion.data(), count.data()));
     image = memory.values();
     return count.values()[0];
   }
@@ -119,8 +110,9 @@ template <class Format> class ListHarness {
   int build_serial()
   {
     std::vector<char> workspace(workspace_size());
+    std::vector<rve::Motion<Format>> motion(num_grains);
     int count = -1;
-    run_serial(program(image.data(), workspace.data(), &count), item_bytes());
+    run_serial(program(image.data(), workspace.data(), motion.data(), &count));
     return count;
   }
 
@@ -180,19 +172,15 @@ template <class Format> class ListHarness {
 
   std::size_t workspace_size() const
   {
-    std::size_t size;
-    rve::carve_workspace<Format>(nullptr, num_grains, pair_capacity, &size);
-    return size;
+    return rve::workspace_size<Format>(num_grains, pair_capacity);
   }
 
-  std::size_t item_bytes() const { return num_grains * sizeof(rve::GrainState<Format>); }
-
-  BuildList<Format> program(char *memory, char *workspace, int *count)
+  BuildList<Format> program(char *memory, char *workspace, rve::Motion<Format> *motion, int *count)
   {
     const auto radius = radii();
     const double largest = *std::max_element(radius.begin(), radius.end());
-    return {memory, workspace, num_grains, extra_capacity, pair_capacity,
-            cell,   largest,   skin,       count};
+    return {memory,        workspace, motion,  num_grains, extra_capacity,
+            pair_capacity, cell,      largest, skin,       count};
   }
 
   const int num_grains;

@@ -27,6 +27,18 @@ class Block : public BlockTest {
         check(threads, count);
       }
   }
+
+  /// Calls check(threads, count, in_registers) for all combinations that the contract of resident items allows.
+  template <class Check> void for_resident_sizes(Check check)
+  {
+    for_sizes([&](int threads, int count) {
+      check(threads, count, false);
+      if (count <= threads) {
+        SCOPED_TRACE("in registers");
+        check(threads, count, true);
+      }
+    });
+  }
 };
 
 std::vector<double> random_numbers(int count, std::uint64_t seed)
@@ -158,29 +170,47 @@ struct Scan {
   }
 };
 
-struct Accumulate {
-  static constexpr int ACCUMULATORS = 5;
+/// Many items add to one number.
+struct AddToCounters {
+  static constexpr int COUNTERS = 5;
   int count;
-  const std::int64_t *numbers;
-  std::int64_t *wide;
-  std::int32_t *narrow;
+  const std::int32_t *numbers;
+  std::int32_t *counters;
   template <class Block> RVE_HD void operator()(Block &block, char *fast_memory) const
   {
-    auto *fast_wide = reinterpret_cast<std::int64_t *>(fast_memory);
-    auto *fast_narrow =
-        reinterpret_cast<std::int32_t *>(fast_memory + ACCUMULATORS * sizeof(std::int64_t));
-    block.for_each(ACCUMULATORS, [&](typename Block::Item a) {
-      fast_wide[a] = wide[a];
-      fast_narrow[a] = narrow[a];
+    auto *fast = reinterpret_cast<std::int32_t *>(fast_memory);
+    block.for_each(COUNTERS, [&](typename Block::Item a) {
+      fast[a] = counters[a];
     });
     block.for_each(count, [&](typename Block::Item i) {
-      block.add(&fast_wide[i % ACCUMULATORS], numbers[i]);
-      block.add(&fast_narrow[i % ACCUMULATORS], static_cast<std::int32_t>(numbers[i] >> 40));
+      block.add(&fast[i % COUNTERS], numbers[i]);
     });
-    block.for_each(ACCUMULATORS, [&](typename Block::Item a) {
-      wide[a] = fast_wide[a];
-      narrow[a] = fast_narrow[a];
+    block.for_each(COUNTERS, [&](typename Block::Item a) {
+      counters[a] = fast[a];
     });
+  }
+};
+
+/// Item i adds to sum i % num_sums; then every sum is collected, filled and collected again, and a last time when it is empty.
+template <class Integer> struct AccumulateAndCollect {
+  int count, num_sums;
+  const Integer *numbers;
+  Integer *collected;    // (3, num_sums)
+  template <class Block> RVE_HD void operator()(Block &block, char *fast_memory) const
+  {
+    auto *sums = reinterpret_cast<Integer *>(fast_memory);
+    block.for_each(num_sums, [&](typename Block::Item a) {
+      sums[a] = Integer(0);
+    });
+    for (int round = 0; round < 3; ++round) {
+      if (round < 2)
+        block.for_each(count, [&](typename Block::Item i) {
+          block.accumulate(&sums[i % num_sums], round == 0 ? numbers[i] : numbers[count - 1 - i]);
+        });
+      block.for_each(num_sums, [&](typename Block::Item a) {
+        collected[round * num_sums + a] = block.collect(&sums[a]);
+      });
+    }
   }
 };
 
@@ -201,22 +231,86 @@ struct ItemState {
   int slots[3];
 };
 
-struct KeepPerItem {
+/// Items change their own numbers over several phases, and read what their neighbours publish.
+struct KeepResident {
   int count;
-  double *answers;
+  ItemState *states;
+  double *published;
+  double *answers;    // read from `states` after they were saved, by another item
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
-    auto state = block.template per_item<ItemState>(count);
-    block.for_each(count, [&](typename Block::Item i) {
-      state[i].number = 0.5 * i;
-      for (int k = 0; k < 3; ++k) state[i].slots[k] = 3 * i + k;
+    using Item = typename Block::Item;
+    auto state = block.resident(states);
+    auto shown = block.resident(published);
+    block.for_items(count, [&](Item i) {
+      state.load(i);
+      shown.load(i);
     });
-    block.for_each(count, [&](typename Block::Item i) {
-      state[i].number += state[i].slots[1];
+    block.for_items(count, [&](Item i) {
+      state[i].number += 0.5 * i;
+      for (int k = 0; k < 3; ++k) state[i].slots[k] += 3 * i + k;
     });
-    block.for_each(count, [&](typename Block::Item i) {
-      answers[i] = state[i].number + state[i].slots[2];
+    for (int round = 0; round < 2; ++round) {
+      block.for_items(count, [&](Item i) {
+        shown.publish(i, shown[i] + state[i].number);
+      });
+      block.for_items(count, [&](Item i) {
+        state[i].number += published[(i + 1) % count] + state[i].slots[1];
+      });
+    }
+    block.for_items(count, [&](Item i) {
+      state.save(i);
     });
+    block.for_each(count, [&](Item i) {
+      const ItemState &other = states[count - 1 - i];
+      answers[i] = other.number + other.slots[2];
+    });
+  }
+};
+
+std::vector<ItemState> item_states(int count)
+{
+  std::vector<ItemState> states(count);
+  for (int i = 0; i < count; ++i) states[i] = {1000.0 + i, {7, 8, 9 * i}};
+  return states;
+}
+
+/// The collectives over resident items; the answers are stored by every item, and by one more.
+struct CollectFromItems {
+  int count;
+  const float *sizes;    // not negative
+  const std::int64_t *numbers;
+  float *largest;                 // (count + 1)
+  std::int64_t *sums;             // (count + 1, 2)
+  int *any_above, *any_at_all;    // (count + 1) whether a size is above 1e3, or above -1
+  template <class Block> RVE_HD void operator()(Block &block, char *) const
+  {
+    using Item = typename Block::Item;
+    auto size = block.resident(const_cast<float *>(sizes));
+    block.for_items(count, [&](Item i) {
+      size.load(i);
+    });
+    for (int round = 0; round < 2; ++round) {    // twice: the scratch memory is used again
+      const float most = block.max_item(count, [&](Item i) {
+        return size[i];
+      });
+      const bool above = block.any_item(count, [&](Item i) {
+        return size[i] > 1e3f;
+      });
+      const bool at_all = block.any_item(count, [&](Item i) {
+        return size[i] > -1.0f;
+      });
+      const auto total = block.template sum_items<2>(count, [&](Item i, std::int64_t *term) {
+        term[0] += numbers[i];
+        term[1] += size[i] > 1e3f ? -i : 1;
+      });
+      block.for_each(count + 1, [&](Item i) {
+        largest[i] = most;
+        any_above[i] = above ? 1 : 0;
+        any_at_all[i] = at_all ? 1 : 0;
+        for (int m = 0; m < 2; ++m) sums[2 * i + m] = total[m];
+      });
+    }
   }
 };
 
@@ -350,24 +444,74 @@ TEST_F(Block, ExclusiveScanReplacesEachNumberByTheSumOfThoseBefore)
   });
 }
 
-TEST_F(Block, AddsOfBothWidthsAreExactWhereManyItemsMeet)
+TEST_F(Block, AddsAreExactWhereManyItemsMeet)
 {
   for_sizes([](int threads, int count) {
-    constexpr int ACCUMULATORS = Accumulate::ACCUMULATORS;
-    const auto numbers = random_integers(count, 4);
-    std::vector<std::int64_t> wide = {0, -1, 0xffffffffll, -0x7fffffffffll, 0x3fffffff00000000ll};
-    std::vector<std::int32_t> narrow(ACCUMULATORS, -5);
-    BlockArray<std::int64_t> array(numbers), wide_array(wide);
-    BlockArray<std::int32_t> narrow_array(narrow);
+    std::vector<std::int32_t> numbers(count), counters(AddToCounters::COUNTERS, -5);
+    const auto wide = random_integers(count, 4);
     for (int i = 0; i < count; ++i) {
-      wide[i % ACCUMULATORS] += numbers[i];
-      narrow[i % ACCUMULATORS] += static_cast<std::int32_t>(numbers[i] >> 40);
+      numbers[i] = static_cast<std::int32_t>(wide[i] >> 40);
+      counters[i % AddToCounters::COUNTERS] += numbers[i];
     }
+    BlockArray<std::int32_t> array(numbers),
+        counter_array(std::vector<std::int32_t>(AddToCounters::COUNTERS, -5));
 
-    run_block(threads, Accumulate{count, array.data(), wide_array.data(), narrow_array.data()});
+    run_block(threads, AddToCounters{count, array.data(), counter_array.data()});
 
-    EXPECT_EQ(wide_array.values(), wide);
-    EXPECT_EQ(narrow_array.values(), narrow);
+    EXPECT_EQ(counter_array.values(), counters);
+  });
+}
+
+TEST_F(Block, AccumulatedSumsAreCollectedExactlyAndLeaveZero)
+{
+  // 64-bit sums are two limbs of 24 bits and the rest: 256 terms below 2^55 / 256 fit, also if all are at an end of the range,
+  // or carry from limb to limb
+  constexpr std::int64_t LIMIT = std::int64_t(1) << 47;
+  constexpr int MOST_TERMS = 256;
+  const std::vector<std::vector<std::int64_t>> mixtures = {
+      {LIMIT - 1},
+      {-LIMIT},
+      {-1},
+      {0xffffff},
+      {-0x1000000},
+      {LIMIT - 1, -LIMIT, 0, -1, 1, 0xffffff, 0x1000000, -0xffffff, -0x1000001, 0x7fffffffll,
+       -0x80000000ll, 0xffffffffll}};
+  for_sizes([&](int threads, int count) {
+    const int num_sums = std::max((count + MOST_TERMS - 1) / MOST_TERMS, 1);
+    for (const auto &mixture : mixtures) {
+      SCOPED_TRACE("terms like " + std::to_string(mixture[0]));
+      Random random(5);
+      std::vector<std::int64_t> wide(count);
+      std::vector<std::int32_t> narrow(count);
+      for (int i = 0; i < count; ++i) {
+        wide[i] = mixture[random.integer(0, static_cast<int>(mixture.size()) - 1)];
+        if (mixture.size() > 1 && random.integer(0, 1))
+          wide[i] = static_cast<std::int64_t>(random.bits()) >> random.integer(17, 50);
+        narrow[i] = static_cast<std::int32_t>(wide[i] >> 24);
+      }
+      std::vector<std::int64_t> wide_sums(3 * num_sums, 0);
+      std::vector<std::int32_t> narrow_sums(3 * num_sums, 0);
+      for (int i = 0; i < count; ++i)
+        for (int round = 0; round < 2; ++round) {
+          const int from = round == 0 ? i : count - 1 - i;
+          wide_sums[round * num_sums + i % num_sums] += wide[from];
+          narrow_sums[round * num_sums + i % num_sums] += narrow[from];
+        }
+      BlockArray<std::int64_t> wide_array(wide),
+          wide_collected(std::vector<std::int64_t>(3 * num_sums, -77));
+      BlockArray<std::int32_t> narrow_array(narrow),
+          narrow_collected(std::vector<std::int32_t>(3 * num_sums, -77));
+
+      run_block(threads,
+                AccumulateAndCollect<std::int64_t>{count, num_sums, wide_array.data(),
+                                                   wide_collected.data()});
+      run_block(threads,
+                AccumulateAndCollect<std::int32_t>{count, num_sums, narrow_array.data(),
+                                                   narrow_collected.data()});
+
+      EXPECT_EQ(wide_collected.values(), wide_sums);
+      EXPECT_EQ(narrow_collected.values(), narrow_sums);
+    }
   });
 }
 
@@ -390,18 +534,73 @@ TEST_F(Block, FetchAddGivesEachItemItsOwnTicketAndFetchMinTheSmallest)
   });
 }
 
-TEST_F(Block, ItemStateLivesAcrossPhases)
+TEST_F(Block, ResidentNumbersLiveAcrossPhasesAndArePublishedAndSaved)
 {
-  for_sizes([](int threads, int count) {
-    for (const bool in_registers : {false, true}) {
-      if (in_registers && count > threads) continue;
-      BlockArray<double> answers(std::vector<double>(count, -1.0));
+  for_resident_sizes([](int threads, int count, bool in_registers) {
+    std::vector<ItemState> expected = item_states(count);
+    std::vector<double> shown(count, 0.25);
+    for (int i = 0; i < count; ++i) {
+      expected[i].number += 0.5 * i;
+      for (int k = 0; k < 3; ++k) expected[i].slots[k] += 3 * i + k;
+    }
+    for (int round = 0; round < 2; ++round) {
+      for (int i = 0; i < count; ++i) shown[i] += expected[i].number;
+      for (int i = 0; i < count; ++i)
+        expected[i].number += shown[(i + 1) % count] + expected[i].slots[1];
+    }
+    BlockArray<ItemState> states(item_states(count));
+    BlockArray<double> published(std::vector<double>(count, 0.25)),
+        answers(std::vector<double>(count, -1.0));
 
-      run_block(threads, KeepPerItem{count, answers.data()}, count * sizeof(ItemState),
+    run_block(threads, KeepResident{count, states.data(), published.data(), answers.data()},
+              in_registers);
+
+    const auto saved = states.values();
+    const auto seen = answers.values();
+    EXPECT_EQ(published.values(), shown);
+    for (int i = 0; i < count; ++i) {
+      ASSERT_EQ(saved[i].number, expected[i].number);
+      for (int k = 0; k < 3; ++k) ASSERT_EQ(saved[i].slots[k], expected[i].slots[k]);
+      ASSERT_EQ(seen[i], expected[count - 1 - i].number + expected[count - 1 - i].slots[2]);
+    }
+  });
+}
+
+TEST_F(Block, CollectivesOverResidentItemsTellEveryThreadTheSame)
+{
+  for_resident_sizes([](int threads, int count, bool in_registers) {
+    for (const int giant : {-1, 0, count / 2, count - 1}) {    // the item above 1e3, if any
+      SCOPED_TRACE("giant " + std::to_string(giant));
+      Random random(6);
+      std::vector<float> sizes(count);
+      for (float &x : sizes)
+        x = random.integer(0, 3)
+            ? static_cast<float>(std::ldexp(random.uniform(0.0, 1.0), random.integer(-120, 9)))
+            : 0.0f;
+      if (giant >= 0 && giant < count) sizes[giant] = 12345.5f;
+      const auto numbers = random_integers(count, 7);
+      const float largest = count ? *std::max_element(sizes.begin(), sizes.end()) : 0.0f;
+      std::int64_t total[2] = {0, 0};
+      for (int i = 0; i < count; ++i) {
+        total[0] += numbers[i];
+        total[1] += i == giant ? -i : 1;
+      }
+      BlockArray<float> size_array(sizes), maxima(std::vector<float>(count + 1, -1.0f));
+      BlockArray<std::int64_t> number_array(numbers),
+          sums(std::vector<std::int64_t>(2 * (count + 1), -77));
+      BlockArray<int> above(std::vector<int>(count + 1, -1)),
+          at_all(std::vector<int>(count + 1, -1));
+
+      run_block(threads,
+                CollectFromItems{count, size_array.data(), number_array.data(), maxima.data(),
+                                 sums.data(), above.data(), at_all.data()},
                 in_registers);
 
-      const auto result = answers.values();
-      for (int i = 0; i < count; ++i) ASSERT_EQ(result[i], 0.5 * i + 6 * i + 3);
+      for (const float x : maxima.values()) ASSERT_EQ(x, largest);
+      for (const int x : above.values()) ASSERT_EQ(x, giant >= 0 && giant < count ? 1 : 0);
+      for (const int x : at_all.values()) ASSERT_EQ(x, count > 0 ? 1 : 0);
+      const auto result = sums.values();
+      for (std::size_t k = 0; k < result.size(); ++k) ASSERT_EQ(result[k], total[k % 2]);
     }
   });
 }

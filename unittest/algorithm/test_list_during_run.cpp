@@ -16,7 +16,7 @@ using namespace rve_test;
 
 namespace {
 
-struct Motion {
+struct Course {
   const char *name;
   double loosening;             // the cell at first, relative to the dense packing
   Tensor2 velocity_gradient;    // [1/time]
@@ -28,7 +28,7 @@ struct Motion {
 
 constexpr double DT = 5e-5;
 
-const Motion MOTIONS[] = {
+const Course COURSES[] = {
     {"simple shear", 1.03, {{0.0, 30.0, 0.0, 0.0}}, 0.0, 0.0, 800, 1, 20},
     {"simple shear in long calls", 1.03, {{0.0, 30.0, 0.0, 0.0}}, 0.0, 0.0, 1600, 20, 40},
     {"pure shear", 1.03, {{-20.0, 0.0, 0.0, 20.0}}, 0.0, 0.0, 500, 1, 10},
@@ -38,41 +38,41 @@ const Motion MOTIONS[] = {
     {"thin skin", 1.03, {{0.0, 20.0, 0.0, 0.0}}, 0.5, 1e-4, 300, 1, 60},
 };
 
-class ListDuringARun : public ::testing::TestWithParam<Motion> {};
-std::string name_of(const ::testing::TestParamInfo<Motion> &info)
+class ListDuringARun : public ::testing::TestWithParam<Course> {};
+std::string name_of(const ::testing::TestParamInfo<Course> &info)
 {
   std::string name = info.param.name;
   for (char &c : name)
     if (c == ' ') c = '_';
   return name;
 }
-INSTANTIATE_TEST_SUITE_P(Motions, ListDuringARun, ::testing::ValuesIn(MOTIONS), name_of);
+INSTANTIATE_TEST_SUITE_P(Courses, ListDuringARun, ::testing::ValuesIn(COURSES), name_of);
 
 }    // namespace
 
 TEST_P(ListDuringARun, HoldsEveryContact)
 {
-  const Motion &motion = GetParam();
+  const Course &course = GetParam();
   for (const Format format : {Format::Fast, Format::Double}) {
     SCOPED_TRACE(to_string(format));
     RveState start = packing_of_400();
-    start.cell = motion.loosening * start.cell;
-    if (motion.shaking > 0.0) shake(start, motion.shaking, 2);
+    start.cell = course.loosening * start.cell;
+    if (course.shaking > 0.0) shake(start, course.shaking, 2);
     Options options;
     options.format = format;
     options.device = Device::Cpu;
     options.threads = 1;
-    options.skin = motion.skin;
+    options.skin = course.skin;
     const auto engine = make_engine(options);
     const int rve = engine->add(start);
     std::vector<Result> results;
     // contacts thinner than the rounding of fp32 lengths may be seen by one side only
     const double doubt = format == Format::Fast ? 1e-8 : 1e-14;
 
-    for (int step = 0; step < motion.steps; step += motion.steps_per_look) {
+    for (int step = 0; step < course.steps; step += course.steps_per_look) {
       engine->advance(
           {rve},
-          {Drive::constant_velocity_gradient(motion.velocity_gradient, DT, motion.steps_per_look)},
+          {Drive::constant_velocity_gradient(course.velocity_gradient, DT, course.steps_per_look)},
           results);
 
       ASSERT_EQ(results[0].status & status::Fatal, 0u)
@@ -93,9 +93,9 @@ TEST_P(ListDuringARun, HoldsEveryContact)
       ASSERT_LE(results[0].num_contacts, touching) << "step " << step;
       ASSERT_GE(results[0].num_contacts, certain) << "step " << step;
     }
-    EXPECT_GE(results[0].counters.rebuilds, motion.rebuilds_expected);
+    EXPECT_GE(results[0].counters.rebuilds, course.rebuilds_expected);
     EXPECT_LE(results[0].counters.rebuilds,
-              motion.steps / 2);    // and it is not rebuilt all the time
+              course.steps / 2);    // and it is not rebuilt all the time
   }
 }
 

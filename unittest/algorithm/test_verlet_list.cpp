@@ -87,7 +87,7 @@ TYPED_TEST(VerletList, FollowsGrainsAndCellFromBuildToBuild)
     list.cell = rve::Tensor2{{1.0, 0.1, 0.0, 1.0}} * list.cell;
     list.move_to(grains.fractional);
 
-    const int num_pairs = list.build(256, true);
+    const int num_pairs = list.build(256);
 
     expect_all_pairs(list, num_pairs, TestFixture::doubt * 6.0);
     if (this->HasFatalFailure()) return;

@@ -119,6 +119,9 @@ TEST(Failure, WrongOptionsAndNumbersAreRefused)
   Options negative_skin = cpu_options(), no_limit = cpu_options();
   negative_skin.skin = -1e-3;
   no_limit.overlap_limit = 1.5;
+  Options relaxed_mixed = cpu_options(Format::Mixed), relaxed_on_cpu = cpu_options(Format::Fast);
+  relaxed_mixed.device = Device::Auto;
+  relaxed_mixed.arithmetic = relaxed_on_cpu.arithmetic = Arithmetic::Relaxed;
   RveRig rig(paper_gas());
   std::vector<Result> results;
 
@@ -130,6 +133,14 @@ TEST(Failure, WrongOptionsAndNumbersAreRefused)
                          make_engine(no_limit);
                        }),
                        "(0, 1), got 1.5"));
+  EXPECT_EQ(message_of([&] {
+              make_engine(relaxed_mixed);
+            }),
+            "relaxed arithmetic exists for the number format fast only, got mixed");
+  EXPECT_EQ(message_of([&] {
+              make_engine(relaxed_on_cpu);
+            }),
+            "relaxed arithmetic needs a CUDA device: on a CPU it gains nothing");
   EXPECT_TRUE(contains(message_of([&] {
                          rig.owner().state(5);
                        }),
@@ -167,6 +178,46 @@ TEST(Failure, TimeStepBeyondTheBoundNeverStaysSilent)
         << unstable.result().unbalanced_ratio;
     EXPECT_EQ(unstable.state().velocity, packing.velocity) << to_string(format);
   }
+}
+
+TEST(Failure, GrainThatCrossesAQuarterOfTheCellInAStepIsNamed)
+{
+  // two disks that never touch, one of them flies along x; whole cells in a step look like rest to wrapped coordinates
+  const double dt = 1e-4, width = 0.2;
+  RveState state = state_of(paper_material(), width * Tensor2::identity(), {0.005, 0.004},
+                            {0.05, 0.05, 0.15, 0.15});
+  for (const Format format : ALL_FORMATS)
+    for (const double share : {0.24, 0.26, 0.5, 0.75, 1.0, 2.0, 4.0, 1e6}) {
+      SCOPED_TRACE(to_string(format) + ", cells per step " + number(share));
+      state.velocity[0] = share * width / dt;
+      RveRig rig(state, cpu_options(format));
+      const std::vector<char> before = serialize(rig.state());
+
+      const Result &result = rig.strain(Tensor2::zero(), dt, 3);
+
+      EXPECT_EQ(result.status, share < 0.25 ? status::NoContacts : status::Unstable)
+          << describe_status(result.status);
+      EXPECT_EQ(serialize(rig.state()) == before, share > 0.25);
+    }
+}
+
+TEST(Failure, CoincidingCentresAreNeverSilent)
+{
+  // no normal, and an overlap that no format takes for a contact's; enough steps to fly apart if a force came of it
+  for (const Format format : ALL_FORMATS)
+    for (const int substeps : {0, 1, 300}) {
+      SCOPED_TRACE(to_string(format) + ", " + std::to_string(substeps) + " steps");
+      RveRig rig(state_of(paper_material(), 0.2 * Tensor2::identity(), {0.005, 0.004},
+                          {0.05, 0.05, 0.05, 0.05}),
+                 cpu_options(format));
+      const std::vector<char> before = serialize(rig.state());
+
+      const Result &result = rig.strain(Tensor2::zero(), 1e-6, substeps);
+
+      EXPECT_NE(result.status & (status::OverlapTooLarge | status::NonFinite), 0u)
+          << describe_status(result.status);
+      EXPECT_TRUE(serialize(rig.state()) == before);
+    }
 }
 
 TEST(Failure, OneRveFailsAndTheBatchGoesOn)

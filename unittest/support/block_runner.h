@@ -26,10 +26,10 @@ namespace rve_test {
 constexpr std::size_t kFastMemory = 16384;
 
 /// Runs the program by one CPU thread, also in a Cuda test: the reference.
-template <class Program> void run_serial(const Program &program, std::size_t item_bytes = 0)
+template <class Program> void run_serial(const Program &program)
 {
-  std::vector<double> items(item_bytes / sizeof(double) + 1), fast(kFastMemory / sizeof(double));
-  rve::BlockSerial block(items.data());
+  std::vector<double> fast(kFastMemory / sizeof(double));
+  rve::BlockSerial block;
   program(block, reinterpret_cast<char *>(fast.data()));
 }
 
@@ -49,7 +49,7 @@ inline void check_cuda(cudaError_t error)
 /// Block sizes that every test runs with.
 inline std::vector<int> block_sizes()
 {
-  return {1, 32, 64, 128, 256, 1024};
+  return {1, 32, 64, 100, 128, 256, 1024};
 }
 
 inline std::string backend_obstacle()
@@ -86,24 +86,22 @@ template <class T> class BlockArray {
 };
 
 template <bool OneItemPerThread, class Program>
-__global__ void __launch_bounds__(1024) program_kernel(Program program, void *items)
+__global__ void __launch_bounds__(1024) program_kernel(Program program)
 {
   __shared__ __align__(16) char fast_memory[kFastMemory];
   __shared__ rve::CudaScratch scratch;
-  rve::BlockCuda<OneItemPerThread> block(scratch, items);
+  rve::BlockCuda<OneItemPerThread> block(scratch);
   program(block, fast_memory);
 }
 
-/// Runs the program on one block. With no more items than threads and `in_registers`, per_item storage is registers.
+/// Runs the program on one block. `in_registers`: resident items live in registers; no more of them than threads.
 template <class Program>
-void run_block(int threads, const Program &program, std::size_t item_bytes = 0,
-               bool in_registers = false)
+void run_block(int threads, const Program &program, bool in_registers = false)
 {
-  BlockArray<char> items(std::vector<char>(item_bytes + 16));
   if (in_registers)
-    program_kernel<true><<<1, threads>>>(program, items.data());
+    program_kernel<true><<<1, threads>>>(program);
   else
-    program_kernel<false><<<1, threads>>>(program, items.data());
+    program_kernel<false><<<1, threads>>>(program);
   check_cuda(cudaGetLastError());
   check_cuda(cudaDeviceSynchronize());
 }
@@ -133,10 +131,9 @@ template <class T> class BlockArray {
   std::vector<T> content;
 };
 
-template <class Program>
-void run_block(int, const Program &program, std::size_t item_bytes = 0, bool = false)
+template <class Program> void run_block(int, const Program &program, bool = false)
 {
-  run_serial(program, item_bytes);
+  run_serial(program);
 }
 
 #endif

@@ -89,7 +89,7 @@ inline namespace RVE_ISA {
     for (int k = 0; k < 4; ++k) {
       typename Format::Sum units;
       round_to(stress.component[k], units);
-      sum[k] += units;
+      sum[k] = wrapping_sum(sum[k], units);
     }
   }
 
@@ -124,9 +124,9 @@ inline namespace RVE_ISA {
     round_to(-force.force[1], on_j[1]);
     round_to(force.torque_j, on_j[2]);
     round_to(force.torque_i, torque_i);
-    sum.own[0] -= on_j[0];
-    sum.own[1] -= on_j[1];
-    sum.own[2] += torque_i;
+    sum.own[0] = wrapping_difference(sum.own[0], on_j[0]);
+    sum.own[1] = wrapping_difference(sum.own[1], on_j[1]);
+    sum.own[2] = wrapping_sum(sum.own[2], torque_i);
     block.accumulate(&shared.force_x[j], on_j[0]);
     block.accumulate(&shared.force_y[j], on_j[1]);
     block.accumulate(&shared.torque[j], on_j[2]);
@@ -195,12 +195,14 @@ inline namespace RVE_ISA {
       }
       grains.largest_force[i] = sum.largest_force;
       if constexpr (WithStress) {
-        for (int k = 0; k < 4; ++k) stress[k] += sum.stress[k];
+        for (int k = 0; k < 4; ++k)
+          stress[k] = wrapping_sum<std::int64_t>(stress[k], sum.stress[k]);
         stress[4] += sum.contacts;
       }
       if constexpr (WithStress && General) {
-        call.work.scratch[i] = sum.heat.friction;
-        call.work.scratch[num_grains + i] = sum.heat.viscous;
+        const int number = call.image.number[i];
+        call.work.scratch[number] = sum.heat.friction;
+        call.work.scratch[num_grains + number] = sum.heat.viscous;
       }
     };
 

@@ -108,7 +108,8 @@ inline namespace RVE_ISA {
                    w = static_cast<double>(shared.spin[i]);
       const auto c = units.length * shared.motion[i].velocity.template as<double>();
       const double mass = call.mass_of(r);
-      work.scratch[i] = 0.5 * mass * (dot(c, c) + 0.5 * r * r * (w * w));
+      // in the order of the RveState: the sum shall not depend on how the grains are stored
+      work.scratch[call.image.number[i]] = 0.5 * mass * (dot(c, c) + 0.5 * r * r * (w * w));
     });
     const double kinetic_energy = block.sum_array(num_grains, work.scratch);
 

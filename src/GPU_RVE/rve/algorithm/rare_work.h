@@ -423,8 +423,16 @@ inline namespace RVE_ISA {
     {
       const SharedView<Format> &shared = call.shared;
       const Real limit = static_cast<Real>(call.units.force_limit);
+      // an overlap that is beyond the limit even for two of the largest grains; the others are looked at in the end only
+      const bool springs_only = call.header.normal_viscosity == 0.0;
+      const Real crushing =
+          static_cast<Real>(call.header.normal_stiffness * call.batch.overlap_limit *
+                            call.header.largest_radius * call.units.per_force);
       const auto saturated = [&](Item i) {
         return !(shared.largest_force[i] <= limit);
+      };
+      const auto crushed = [&](Item i) {
+        return springs_only && shared.largest_force[i] > crushing;
       };
       const auto non_finite = [&](Item i) {
         const Vec<Real, 2> velocity = shared.motion[i].velocity;
@@ -433,9 +441,10 @@ inline namespace RVE_ISA {
       };
       std::uint32_t word = status::Ok;
       if (block.any(call.num_grains, [&](Item i) {
-            return saturated(i) || non_finite(i);
+            return saturated(i) || crushed(i) || non_finite(i);
           })) {
         if (block.any(call.num_grains, saturated)) word |= status::ForceSaturated;
+        if (block.any(call.num_grains, crushed)) word |= status::OverlapTooLarge;
         if (block.any(call.num_grains, non_finite)) word |= status::NonFinite;
       }
       block.once([&] {

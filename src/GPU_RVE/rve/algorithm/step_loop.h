@@ -224,9 +224,9 @@ inline namespace RVE_ISA {
                                Motion<Format> &motion)
     {
       const Vec<Sum, 3> own = grains.own[i];
-      const Sum sum[3] = {static_cast<Sum>(own[0] + block.collect(&shared.force_x[i])),
-                          static_cast<Sum>(own[1] + block.collect(&shared.force_y[i])),
-                          static_cast<Sum>(own[2] + block.collect(&shared.torque[i]))};
+      const Sum sum[3] = {wrapping_sum(own[0], block.collect(&shared.force_x[i])),
+                          wrapping_sum(own[1], block.collect(&shared.force_y[i])),
+                          wrapping_sum(own[2], block.collect(&shared.torque[i]))};
       const Vec<Real, 2> before = motion.velocity;
       Vec<Real, 2> increment;
       for (int a = 0; a < 2; ++a) {
@@ -240,7 +240,7 @@ inline namespace RVE_ISA {
       if (General && call.batch.track_energy) {
         const double length = call.units.length;
         const double r = static_cast<double>(grains.radius[i]) * length, mass = call.mass_of(r);
-        call.work.damping[i] += length * length *
+        call.work.damping[call.image.number[i]] += length * length *
                 (damping_loss(mass, before[0], motion.velocity[0], increment[0]) +
                  damping_loss(mass, before[1], motion.velocity[1], increment[1])) +
             damping_loss(0.5 * mass * r * r, spin, turned, turn);

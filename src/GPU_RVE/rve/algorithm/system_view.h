@@ -55,7 +55,7 @@ inline namespace RVE_ISA {
     Vec<typename Format::Real, 2> *velocity;
     typename Format::Real *spin;
     typename Format::Wide *radius;
-    std::int32_t *number;    ///< of the grain in the RveState; the program itself has no use for it
+    std::int32_t *number;     ///< of the grain in the RveState
     std::int32_t *partner;    ///< own number: slot is free
     typename Format::History *history;
     std::int32_t *extra_first, *extra_second;

@@ -175,7 +175,7 @@ inline namespace RVE_ISA {
       });
     });
 
-    balance_ownership(block, work, num_grains, 24);
+    balance_ownership(block, work, num_grains, 64);
 
     block.for_each(num_grains, [&](Item i) {
       work.excess_start[i] = work.load[i] > kOwnedPairs ? work.load[i] - kOwnedPairs : 0;

@@ -109,7 +109,10 @@ inline namespace RVE_ISA {
     }
 
     /// Adds to a sum that only accumulate() and collect() touch.
-    template <class Integer> RVE_INLINE void accumulate(Integer *sum, Integer v) { *sum += v; }
+    template <class Integer> RVE_INLINE void accumulate(Integer *sum, Integer v)
+    {
+      *sum = wrapping_sum(*sum, v);
+    }
     /// Takes the sum and leaves zero.
     template <class Integer> RVE_INLINE Integer collect(Integer *sum)
     {

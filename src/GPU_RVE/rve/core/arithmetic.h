@@ -16,8 +16,8 @@ inline namespace RVE_ISA {
     Real root, inverse;
   };
 
-  /// sqrt(x) and 1/sqrt(x), each IEEE rounded. x must be a normal number, far from the ends of the range (or zero: inverse
-  /// infinite): in internal units lengths are about one.
+  /// sqrt(x) and 1/sqrt(x), each IEEE rounded. x must be a normal number, far from the ends of the range, not zero: in
+  /// internal units lengths are about one.
   RVE_INLINE RootAndInverse<float> root_and_inverse(float x)
   {
 #if defined(__CUDA_ARCH__) && defined(RVE_RELAXED)

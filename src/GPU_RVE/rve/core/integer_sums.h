@@ -1,4 +1,4 @@
-// The M integers that Block::sum_integers returns.
+// Integer sums: those that wrap, and the M integers that Block::sum_integers returns.
 
 #ifndef RVE_CORE_INTEGER_SUMS_H
 #define RVE_CORE_INTEGER_SUMS_H
@@ -6,9 +6,23 @@
 #include "rve/core/config.h"
 
 #include <cstdint>
+#include <type_traits>
 
 namespace rve {
 inline namespace RVE_ISA {
+
+  /// x + y and x - y, modulo 2^bits: forces beyond the range of the sums are noticed at the end of a call, which is then discarded;
+  /// until then nothing undefined may happen.
+  template <class Integer> RVE_INLINE Integer wrapping_sum(Integer x, Integer y)
+  {
+    using Bits = std::make_unsigned_t<Integer>;
+    return static_cast<Integer>(static_cast<Bits>(x) + static_cast<Bits>(y));
+  }
+  template <class Integer> RVE_INLINE Integer wrapping_difference(Integer x, Integer y)
+  {
+    using Bits = std::make_unsigned_t<Integer>;
+    return static_cast<Integer>(static_cast<Bits>(x) - static_cast<Bits>(y));
+  }
 
   template <int M> struct IntegerSums {
     std::int64_t value[M];

@@ -28,7 +28,11 @@ inline namespace RVE_ISA {
     Real overlap;           ///< R_i + R_j - |branch| [length]
   };
 
-  /// Equations (8)-(10). The grains touch when the overlap is positive; coinciding centres give NaN, which is no contact.
+  /// Added to squared distances [internal length^2]: far below the rounding of any that physics knows. Coinciding centres get a
+  /// normal of zero and their full overlap instead of NaN, which integer sums would turn into any number.
+  constexpr double kLeastSquaredDistance = 1e-30;
+
+  /// Equations (8)-(10). The grains touch when the overlap is positive.
   ///
   /// With a wider format for the branch the overlap is (R^2 - d^2) / (R + d), whose numerator alone needs the wide format;
   /// otherwise R - d is as good.
@@ -38,7 +42,9 @@ inline namespace RVE_ISA {
   {
     ContactGeometry<Real, D> contact;
     contact.branch = branch.template as<Real>();
-    const auto distance = root_and_inverse(dot(contact.branch, contact.branch));
+    Real squared = Real(kLeastSquaredDistance);
+    for (int a = 0; a < D; ++a) squared = std::fma(contact.branch[a], contact.branch[a], squared);
+    const auto distance = root_and_inverse(squared);
     contact.distance = distance.root;
     contact.normal = distance.inverse * contact.branch;
     if constexpr (sizeof(Wide) > sizeof(Real))

@@ -1,0 +1,133 @@
+// Root, quotient, minimum and maximum: IEEE rounded, the same bits on every backend.
+
+#include "rve/core/arithmetic.h"
+#include "support/block_runner.h"
+#include "support/random.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+using namespace rve;
+using namespace rve_test;
+
+namespace {
+
+template <class Real> struct Numbers {
+  Real root, inverse, reciprocal;
+};
+
+/// Evaluates the functions for each x.
+template <class Real> struct Evaluate {
+  int count;
+  const Real *x;
+  Numbers<Real> *answers;
+  template <class Block> RVE_HD void operator()(Block &block, char *) const
+  {
+    block.for_each(count, [&](typename Block::Item i) {
+      const auto both = root_and_inverse(x[i]);
+      answers[i] = {both.root, both.inverse, reciprocal(x[i])};
+    });
+  }
+};
+
+template <class Real> std::vector<Numbers<Real>> evaluate(const std::vector<Real> &x)
+{
+  const int count = static_cast<int>(x.size());
+  BlockArray<Real> array(x);
+  BlockArray<Numbers<Real>> answers{std::vector<Numbers<Real>>(count)};
+  run_block(1024, Evaluate<Real>{count, array.data(), answers.data()});
+  return answers.values();
+}
+
+template <class Real> bool same_bits(const Numbers<Real> &x, const Numbers<Real> &y)
+{
+  return std::memcmp(&x, &y, sizeof(x)) == 0;
+}
+
+/// IEEE rounded: fp64 has more than twice the digits of fp32 and two, so that rounding its root or quotient once more is as
+/// good as rounding the exact one.
+Numbers<float> rounded(float x)
+{
+  const float root = static_cast<float>(std::sqrt(static_cast<double>(x)));
+  return {root, static_cast<float>(1.0 / static_cast<double>(root)),
+          static_cast<float>(1.0 / static_cast<double>(x))};
+}
+
+void expect_rounded(const std::vector<float> &x)
+{
+  const auto answers = evaluate(x);
+
+  int wrong = 0;
+  for (std::size_t k = 0; k < x.size(); ++k)
+    if (!same_bits(answers[k], rounded(x[k])) && wrong++ == 0) {
+      const Numbers<float> expected = rounded(x[k]);
+      ADD_FAILURE() << std::hexfloat << "x " << x[k] << ": root " << answers[k].root << " for "
+                    << expected.root << ", its inverse " << answers[k].inverse << " for "
+                    << expected.inverse << ", reciprocal " << answers[k].reciprocal << " for "
+                    << expected.reciprocal;
+    }
+  EXPECT_EQ(wrong, 0) << "of " << x.size() << " numbers from " << x.front();
+}
+
+using Arithmetic = BlockTest;
+
+}    // namespace
+
+TEST_F(Arithmetic, RootAndQuotientsInFp32AreRoundedForEveryMantissa)
+{
+  // all 2^24 numbers of [1, 4): the other binades differ from these two by powers of four only
+  constexpr int CHUNK = 1 << 20;
+  const float one = 1.0f;
+  std::uint32_t bits;
+  std::memcpy(&bits, &one, sizeof(bits));
+  std::vector<float> x(CHUNK);
+  for (int chunk = 0; chunk < 16; ++chunk) {
+    for (int k = 0; k < CHUNK; ++k) {
+      const std::uint32_t word = bits + static_cast<std::uint32_t>(chunk * CHUNK + k);
+      std::memcpy(&x[k], &word, sizeof(word));
+    }
+
+    expect_rounded(x);
+  }
+  EXPECT_EQ(x.back(), std::nextafter(4.0f, 0.0f));
+}
+
+TEST_F(Arithmetic, RootAndQuotientsInFp32AreRoundedFarFromOne)
+{
+  // squared distances from 10^-18 to 10^18
+  Random random(1);
+  std::vector<float> x(100000);
+  for (float &value : x)
+    value = static_cast<float>(std::ldexp(random.uniform(1.0, 2.0), random.integer(-60, 60)));
+
+  expect_rounded(x);
+}
+
+TEST_F(Arithmetic, RootAndQuotientsInFp64AreThoseOfTheHost)
+{
+  Random random(2);
+  std::vector<double> x(100000);
+  for (double &value : x) value = std::ldexp(random.uniform(1.0, 2.0), random.integer(-60, 60));
+
+  const auto answers = evaluate(x);
+
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    const double root = std::sqrt(x[k]);
+    ASSERT_TRUE(same_bits(answers[k], Numbers<double>{root, 1.0 / root, 1.0 / x[k]})) << x[k];
+  }
+}
+
+TEST_F(Arithmetic, SmallerAndLargerPickOneOfTheTwo)
+{
+  for (const float x : {-2.0f, 0.0f, 1e-30f, 3.0f})
+    for (const float y : {-2.0f, 0.0f, 1e-30f, 3.0f}) {
+      EXPECT_EQ(smaller(x, y), std::fmin(x, y));
+      EXPECT_EQ(larger(x, y), std::fmax(x, y));
+    }
+  EXPECT_EQ(smaller(-1.5, 2.0), -1.5);
+  EXPECT_EQ(larger(-1.5, 2.0), 2.0);
+}
