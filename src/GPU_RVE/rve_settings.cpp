@@ -120,20 +120,14 @@ class Words {
   int iarg;
 };
 
-constexpr const char *KEYWORDS[] = {"drive",      "servo",
-                                    "servo_gain", "servo_max_rate",
-                                    "dt",         "dt_check",
-                                    "substeps",   "format",
-                                    "device",     "threads",
-                                    "skin",       "block_size",
-                                    "arms",       "overlap_limit",
-                                    "policy",     "energy",
-                                    "packings",   "packing_variable",
-                                    "dump",       "kn",
-                                    "kt",         "friction",
-                                    "density",    "damping",
-                                    "gamma_n",    "gamma_t",
-                                    "thickness",  "mass_depth"};
+constexpr const char *KEYWORDS[] = {"drive",      "servo",    "servo_gain",       "servo_max_rate",
+                                    "dt",         "dt_check", "substeps",         "format",
+                                    "arithmetic", "device",   "threads",          "skin",
+                                    "block_size", "arms",     "overlap_limit",    "policy",
+                                    "energy",     "packings", "packing_variable", "dump",
+                                    "kn",         "kt",       "friction",         "density",
+                                    "damping",    "gamma_n",  "gamma_t",          "thickness",
+                                    "mass_depth"};
 
 bool is_keyword(const char *word)
 {
@@ -268,6 +262,9 @@ FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
                                                    {{"fast", rve::Format::Fast},
                                                     {"mixed", rve::Format::Mixed},
                                                     {"double", rve::Format::Double}});
+    } else if (keyword == "arithmetic") {
+      s.options.arithmetic = words.choice<rve::Arithmetic>(
+          keyword, {{"strict", rve::Arithmetic::Strict}, {"relaxed", rve::Arithmetic::Relaxed}});
     } else if (keyword == "device") {
       s.options.device = words.choice<rve::Device>(
           keyword,
