@@ -1,23 +1,37 @@
-// Throughput of the engine: RVE-steps per second for formats, batch sizes and substeps per call, on the device at hand, with the
-// stress as a check that all of them computed the same thing. Writes JSON rows (doc/performance.rst).
+// Throughput of the engine on the device at hand: copies of a packing are sheared at 0.05 per unit of time, and whole calls with the
+// short answer are timed. Writes JSON rows (doc/performance.rst). Nothing is asserted about times; a failed RVE ends the experiment.
 //
-//   bench_engine <packing file> <output.json> [device cpu|cuda] [seconds per case] [rves ...]
+//   bench_engine <packing.rve> <output.json> [--device cpu|cuda] [--suite quick|full|core|paper|substeps|grains|queue|features|memory|
+//                sanitize] [--seconds S] [--rves N[,N...]] [--roof steps per second]
 
-#include "rve/engine/engine.h"
+#include "bench_packings.h"
+#include "bench_report.h"
+#include "sanitizer_batch.h"
+
+#include "rve/core/error.h"
 #include "rve/engine/packing_io.h"
 
-#include <nlohmann/json.hpp>
-
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <ctime>
-#include <fstream>
-#include <string>
+#include <future>
+#include <map>
+#include <sstream>
 #include <thread>
-#include <vector>
 
 namespace {
+
+using bench::Report;
+using nlohmann::json;
+using rve::Arithmetic;
+using rve::Format;
+
+constexpr double SHEAR_RATE = 0.05;    // [1/time]
+constexpr double TIME_STEP = 5e-5;     // [time]
+constexpr double LARGEST_STRAIN =
+    0.05;                     // of a case: the packing shall stay much the same while it is timed
+constexpr int REPEATS = 5;    // of a case; the median of their rates is the result
 
 using Clock = std::chrono::steady_clock;
 
@@ -26,124 +40,698 @@ double seconds_since(Clock::time_point start)
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-std::string environment(const char *name)
+struct Arguments {
+  std::string packing, output, suite = "quick";
+  bool cuda = false;
+  double seconds = 0.5;    // of a case, about
+  double roof =
+      0.0;    // RVE-steps per second that one device cannot exceed with this packing in `fast`; 0: not known
+  std::vector<int> rves;    // instead of the numbers that the core and memory experiments take
+};
+
+struct Precision {
+  Format format;
+  Arithmetic arithmetic;
+};
+
+/// What all experiments share.
+struct Bench {
+  Arguments arguments;
+  rve::RveState packing;
+  Report report;
+  std::string gpu;    // its name, short; empty on a CPU
+
+  int cores() const { return static_cast<int>(std::thread::hardware_concurrency()); }
+  int many() const { return arguments.cuda ? 9600 : 8 * cores(); }
+  std::vector<Precision> precisions() const
+  {
+    std::vector<Precision> all = {{Format::Fast, Arithmetic::Strict},
+                                  {Format::Mixed, Arithmetic::Strict},
+                                  {Format::Double, Arithmetic::Strict}};
+    if (arguments.cuda) all.insert(all.begin(), {Format::Fast, Arithmetic::Relaxed});
+    return all;
+  }
+  /// The quickest and the default one.
+  std::vector<Precision> two_precisions() const
+  {
+    return {precisions().front(), {Format::Mixed, Arithmetic::Strict}};
+  }
+};
+
+rve::Options options_for(const Bench &bench, Precision precision, int rves)
 {
-  const char *value = std::getenv(name);
-  return value ? value : "";
+  rve::Options options;
+  options.format = precision.format;
+  options.arithmetic = precision.arithmetic;
+  options.device = bench.arguments.cuda ? rve::Device::Cuda : rve::Device::Cpu;
+  options.threads = bench.arguments.cuda ? 0 : (rves == 1 ? 1 : bench.cores());
+  return options;
 }
 
-std::string today()
+/// Copies of one packing in an engine of their own.
+struct Batch {
+  rve::Options options;
+  int grains;
+  std::unique_ptr<rve::Engine> engine;
+  std::vector<int> rves;
+
+  Batch(const rve::Options &options_in, const rve::RveState &packing, int count) :
+      options(options_in), grains(packing.num_grains()), engine(rve::make_engine(options_in)),
+      rves(count)
+  {
+    for (int &rve : rves) rve = engine->add(packing);
+  }
+
+  /// The long answer of the first RVE where it stands.
+  rve::Result look() const
+  {
+    std::vector<rve::Result> results;
+    engine->advance({rves[0]}, {rve::Drive()}, results);
+    return results[0];
+  }
+};
+
+rve::Drive shear(int substeps)
 {
-  const std::time_t now = std::time(nullptr);
-  char text[16];
-  std::strftime(text, sizeof(text), "%Y-%m-%d", std::gmtime(&now));
-  return text;
+  rve::Tensor2 gradient = rve::Tensor2::zero();
+  gradient(0, 1) = SHEAR_RATE;
+  return rve::Drive::constant_velocity_gradient(gradient, TIME_STEP, substeps);
+}
+
+void require_sound(std::uint32_t status)
+{
+  if (status & rve::status::Fatal)
+    throw std::runtime_error("an RVE failed: " + rve::describe_status(status));
+}
+
+/// Seconds that some calls take. Answer: rve::Response or rve::Result.
+template <class Answer>
+double time_calls(rve::Engine &engine, const std::vector<int> &rves,
+                  const std::vector<rve::Drive> &drives, long calls, std::vector<Answer> &answers)
+{
+  const auto start = Clock::now();
+  for (long c = 0; c < calls; ++c) engine.advance(rves, drives, answers);
+  return seconds_since(start);
 }
 
 struct Measured {
-  double rve_steps_per_second;
-  double pressure;
-  long rebuilds;
-  long repeats;
+  double median = 0.0, best = 0.0;    // RVE-steps per second
+  long calls = 0;                     // in a repeat
+  double rebuilds = 0.0;              // per 1000 steps of the first RVE
+  double pressure = 0.0;              // of the first RVE at the end: all formats shall agree
 };
 
-/// Shear at 0.05 per second in calls of `substeps`, for about `seconds` after one warm-up call.
-Measured measure(rve::Engine &engine, const std::vector<int> &rves, int substeps, double seconds)
+/// Calls in a repeat, so that all repeats take about `seconds` and do not strain the packing too far.
+long calls_in_repeat(double seconds, double seconds_per_call, int substeps)
 {
-  rve::Tensor2 gradient = rve::Tensor2::zero();
-  gradient(0, 1) = 0.05;
-  const double dt = 5e-5;
-  const std::vector<rve::Drive> drives(
-      rves.size(), rve::Drive::constant_velocity_gradient(gradient, dt, substeps));
-  std::vector<rve::Result> results;
-  engine.advance(rves, drives, results);
-  long calls = 0;
-  const auto start = Clock::now();
-  while (calls == 0 || seconds_since(start) < seconds) {
-    engine.advance(rves, drives, results);
-    ++calls;
+  const double by_time = seconds / REPEATS / seconds_per_call;
+  const double by_strain = LARGEST_STRAIN / REPEATS / (SHEAR_RATE * TIME_STEP * substeps);
+  return std::max(1L, static_cast<long>(std::min(by_time, by_strain)));
+}
+
+/// One call to begin with, one to see how long it takes, and then the repeats.
+template <class Answer = rve::Response>
+Measured measure(const Batch &batch, const std::vector<rve::Drive> &drives, double seconds)
+{
+  long steps = 0;
+  int longest = 1;
+  for (const rve::Drive &drive : drives) {
+    steps += drive.substeps;
+    longest = std::max(longest, drive.substeps);
   }
-  const double elapsed = seconds_since(start);
-  return {static_cast<double>(calls) * substeps * static_cast<double>(rves.size()) / elapsed,
-          results[0].mean_stress(), static_cast<long>(results[0].counters.rebuilds),
-          static_cast<long>(results[0].counters.repeats)};
+  std::vector<Answer> answers;
+  time_calls(*batch.engine, batch.rves, drives, 1, answers);
+  const rve::Counters before = batch.look().counters;
+  const double estimate = time_calls(*batch.engine, batch.rves, drives, 1, answers);
+  Measured measured;
+  measured.calls = calls_in_repeat(seconds, estimate, longest);
+  std::vector<double> rates(REPEATS);
+  for (double &rate : rates)
+    rate = static_cast<double>(steps) * measured.calls /
+        time_calls(*batch.engine, batch.rves, drives, measured.calls, answers);
+  for (const Answer &answer : answers) require_sound(answer.status);
+  std::sort(rates.begin(), rates.end());
+  measured.median = rates[REPEATS / 2];
+  measured.best = rates.back();
+  const rve::Result after = batch.look();
+  measured.rebuilds = 1000.0 * static_cast<double>(after.counters.rebuilds - before.rebuilds) /
+      static_cast<double>(after.counters.steps - before.steps);
+  measured.pressure = after.mean_stress();
+  return measured;
+}
+
+Measured measure(const Batch &batch, int substeps, double seconds)
+{
+  return measure(batch, std::vector<rve::Drive>(batch.rves.size(), shear(substeps)), seconds);
+}
+
+json case_of(const Bench &bench, const std::string &experiment, const Batch &batch, int substeps)
+{
+  const rve::Options &options = batch.options;
+  json keys = {{"device",
+                bench.arguments.cuda       ? bench.gpu
+                    : options.threads == 1 ? "cpu-1"
+                                           : "cpu-all"},
+               {"code", "gpu_rve"},
+               {"scene", "element"},
+               {"experiment", experiment},
+               {"dim", 2},
+               {"grains", batch.grains},
+               {"rves", batch.rves.size()},
+               {"format", to_string(options.format)},
+               {"arithmetic", options.arithmetic == Arithmetic::Relaxed ? "relaxed" : "strict"},
+               {"substeps", substeps}};
+  if (!bench.arguments.cuda)
+    keys["threads"] = options.threads;
+  else if (options.block_size > 0)
+    keys["threads"] = options.block_size;
+  else
+    keys["threads"] = "auto";
+  return keys;
+}
+
+void print(const json &keys, const std::string &note, const Measured &m)
+{
+  std::printf("%-8s %-6s %-7s %7d RVEs x %5d grains, %4d substeps, %-18s %10.4f M RVE-steps/s  "
+              "(best %.4f, %.2f rebuilds in 1000 "
+              "steps, p %.6g)\n",
+              keys["experiment"].get<std::string>().c_str(),
+              keys["format"].get<std::string>().c_str(),
+              keys["arithmetic"].get<std::string>().c_str(), keys["rves"].get<int>(),
+              keys["grains"].get<int>(), keys["substeps"].get<int>(), note.c_str(), 1e-6 * m.median,
+              1e-6 * m.best, m.rebuilds, m.pressure);
+  std::fflush(stdout);
+}
+
+/// The rows of one case. The roof is one for each grain: the work on chip of a step is in proportion to them.
+void record(Bench &bench, const json &keys, const Measured &m, const std::string &note = "")
+{
+  const double grains = keys["grains"].get<double>();
+  bench.report.add(keys, "rve_steps_per_second", m.median, "1/s",
+                   {{"best", m.best},
+                    {"repeats", REPEATS},
+                    {"calls", m.calls},
+                    {"rebuilds_per_1000_steps", m.rebuilds},
+                    {"grain_steps_per_second", m.median * grains},
+                    {"pressure", m.pressure}});
+  if (bench.arguments.roof > 0.0 && keys["format"] == "fast")
+    bench.report.add(keys, "roofline_fraction",
+                     m.median * grains / (bench.arguments.roof * bench.packing.num_grains()), "1");
+  print(keys, note, m);
+}
+
+// ---------------------------------------------------------------------------------------------------------- experiments
+
+/// Formats, numbers of RVEs, short and long calls.
+void run_core(Bench &bench)
+{
+  std::vector<int> counts = bench.arguments.rves;
+  if (counts.empty())
+    counts = bench.arguments.cuda ? std::vector<int>{1, 132, 9600}
+                                  : std::vector<int>{1, bench.many()};
+  for (const Precision precision : bench.precisions()) {
+    for (const int count : counts)
+      for (const int substeps : {10, 2000}) {
+        const Batch batch(options_for(bench, precision, count), bench.packing, count);
+        record(bench, case_of(bench, "core", batch, substeps),
+               measure(batch, substeps, bench.arguments.seconds));
+      }
+    const Batch one(options_for(bench, precision, 1), bench.packing, 1);
+    json keys = case_of(bench, "core", one, 0);
+    keys.erase("substeps");
+    keys.erase("rves");
+    bench.report.add(keys, "bytes_per_rve",
+                     static_cast<double>(one.engine->bytes_per_rve(one.grains)), "B");
+  }
+}
+
+/// Threads per block (Figure 11 and Table 6 of the paper).
+void run_block_sizes(Bench &bench)
+{
+  if (!bench.arguments.cuda) return;
+  for (const Precision precision : bench.two_precisions())
+    for (const int threads :
+         {0, 32, 64, 96, 128, 160, 192, 224, 256, 320, 384, 416, 448, 512, 640, 768, 896, 1024}) {
+      rve::Options options = options_for(bench, precision, bench.many());
+      options.block_size = threads;
+      const Batch batch(options, bench.packing, bench.many());
+      const int substeps = 200;
+      record(bench, case_of(bench, "block_size", batch, substeps),
+             measure(batch, substeps, bench.arguments.seconds),
+             threads ? std::to_string(threads) + " threads" : "automatic");
+    }
+}
+
+/// Number of RVEs (Figures 12 and 13 of the paper).
+void run_counts(Bench &bench)
+{
+  const std::vector<int> counts = bench.arguments.cuda
+      ? std::vector<int>{1,   8,   32,   66,   100,  132,  200,  264,   330,  396,
+                         528, 792, 1000, 1320, 2000, 5000, 9600, 10000, 20000}
+      : std::vector<int>{1, bench.cores(), 4 * bench.cores(), 100};
+  for (const Precision precision : bench.two_precisions())
+    for (const int count : counts) {
+      const Batch batch(options_for(bench, precision, count), bench.packing, count);
+      const int substeps = 500;
+      record(bench, case_of(bench, "rves", batch, substeps),
+             measure(batch, substeps, bench.arguments.seconds));
+    }
+}
+
+/// The rate of calls with one RVE each, in turn.
+Measured measure_one_by_one(const Batch &batch, int substeps)
+{
+  const std::vector<rve::Drive> drive = {shear(substeps)};
+  std::vector<rve::Response> answer;
+  Measured measured;
+  measured.calls = static_cast<long>(batch.rves.size());
+  std::vector<double> rates(REPEATS + 1);    // the first one builds the lists
+  for (double &rate : rates) {
+    const auto start = Clock::now();
+    for (const int rve : batch.rves) {
+      batch.engine->advance({rve}, drive, answer);
+      require_sound(answer[0].status);
+    }
+    rate = static_cast<double>(substeps) * measured.calls / seconds_since(start);
+  }
+  std::sort(rates.begin() + 1, rates.end());
+  measured.median = rates[1 + REPEATS / 2];
+  measured.best = rates.back();
+  const rve::Result after = batch.look();
+  measured.rebuilds = 1000.0 * static_cast<double>(after.counters.rebuilds) /
+      static_cast<double>(after.counters.steps);
+  measured.pressure = after.mean_stress();
+  return measured;
+}
+
+/// One launch for all RVEs against one for each.
+void run_launches(Bench &bench)
+{
+  const int count = bench.arguments.cuda ? 1320 : bench.many();
+  for (const int substeps : {10, 100})
+    for (const bool together : {true, false}) {
+      const Batch batch(options_for(bench, bench.precisions().front(), count), bench.packing,
+                        count);
+      json keys = case_of(bench, "launches", batch, substeps);
+      keys["launches"] = together ? 1 : count;
+      record(bench, keys,
+             together ? measure(batch, substeps, bench.arguments.seconds)
+                      : measure_one_by_one(batch, substeps),
+             together ? "one launch" : "a launch for each");
+    }
+}
+
+/// DEM steps per call: the cost of loading and storing the state.
+void run_substeps(Bench &bench)
+{
+  for (const Precision precision : bench.two_precisions())
+    for (const int substeps : {1, 2, 5, 10, 20, 50, 100, 2000}) {
+      const Batch batch(options_for(bench, precision, bench.many()), bench.packing, bench.many());
+      record(bench, case_of(bench, "substeps", batch, substeps),
+             measure(batch, substeps, bench.arguments.seconds));
+    }
+}
+
+/// Grains per RVE, about the same number of grains in all.
+void run_grains(Bench &bench)
+{
+  const std::vector<int> sizes = {50, 100, 200, 400, 700, 1000, 1500, 3000, 6000, 12000, 20000};
+  std::vector<std::future<rve::RveState>> packings;
+  for (const int grains : sizes)
+    packings.push_back(std::async(std::launch::async, [&bench, grains] {
+      return bench::packing_of(bench.packing, grains);
+    }));
+  const int total = bench.arguments.cuda ? 4000000 : 10000 * bench.cores();
+  const int substeps = bench.arguments.cuda ? 200 : 20;
+  for (std::size_t k = 0; k < sizes.size(); ++k) {
+    const rve::RveState packing = packings[k].get();
+    const int count = std::max(2, total / sizes[k]);
+    for (const Precision precision : bench.precisions()) {
+      const Batch batch(options_for(bench, precision, count), packing, count);
+      const json keys = case_of(bench, "grains", batch, substeps);
+      const Measured measured = measure(batch, substeps, bench.arguments.seconds);
+      record(bench, keys, measured);
+      bench.report.add(keys, "grain_steps_per_second", measured.median * sizes[k], "1/s");
+      bench.report.add(keys, "bytes_per_rve",
+                       static_cast<double>(batch.engine->bytes_per_rve(sizes[k])), "B");
+    }
+  }
+}
+
+/// Numbers from `mean`/10.5 to 20 times that, evenly spread and well mixed (multiples of the golden ratio): their mean is `mean`.
+std::vector<rve::Drive> unequal_drives(int count, double mean)
+{
+  const double least = mean / 10.5;
+  std::vector<rve::Drive> drives;
+  for (int k = 0; k < count; ++k) {
+    const double place = std::fmod(0.6180339887498949 * (k + 1), 1.0);
+    drives.push_back(shear(static_cast<int>(std::lround(least * (1.0 + 19.0 * place)))));
+  }
+  return drives;
+}
+
+/// As many steps in all, shared as equally as whole numbers allow.
+std::vector<rve::Drive> equal_drives(const std::vector<rve::Drive> &unequal)
+{
+  long total = 0;
+  for (const rve::Drive &drive : unequal) total += drive.substeps;
+  const long count = static_cast<long>(unequal.size());
+  std::vector<rve::Drive> drives;
+  for (long k = 0; k < count; ++k)
+    drives.push_back(shear(static_cast<int>((k + 1) * total / count - k * total / count)));
+  return drives;
+}
+
+/// RVEs whose numbers of substeps differ by 1:20 against equal ones with the same sum.
+void run_queue(Bench &bench)
+{
+  for (const Precision precision : bench.two_precisions())
+    for (const int mean : {21, 1050}) {
+      const auto spread = unequal_drives(bench.many(), mean);
+      double rate_of[2];
+      for (const bool balanced : {true, false}) {
+        const Batch batch(options_for(bench, precision, bench.many()), bench.packing, bench.many());
+        json keys = case_of(bench, "queue", batch, mean);
+        keys["spread"] = balanced ? 1 : 20;
+        const Measured measured =
+            measure(batch, balanced ? equal_drives(spread) : spread, bench.arguments.seconds);
+        record(bench, keys, measured, balanced ? "equal" : "spread 1:20");
+        rate_of[balanced] = measured.median;
+        if (!balanced)
+          bench.report.add(keys, "fraction_of_balanced", rate_of[false] / rate_of[true], "1");
+      }
+    }
+}
+
+/// Dashpots of a tenth of critical damping for the mean grain.
+rve::Material viscous(const rve::RveState &packing)
+{
+  rve::Material material = packing.material;
+  const double mass = packing.mass() / packing.num_grains();
+  material.normal_viscosity = material.tangential_viscosity =
+      0.1 * 2.0 * std::sqrt(0.5 * mass * material.normal_stiffness);
+  return material;
+}
+
+/// Constant stress along y, at that of the packing.
+rve::Drive servo_drive(const rve::RveState &packing, int substeps)
+{
+  rve::Drive drive = shear(substeps);
+  drive.velocity_gradient(0, 1) = SHEAR_RATE;
+  drive.controlled[1][1] = true;
+  drive.stress_goal = bench::look_at(packing).stress;
+  drive.servo_gain = rve::default_servo_gain(packing);
+  return drive;
+}
+
+/// What else can be asked of a call, beside the plain one.
+void run_features(Bench &bench)
+{
+  const int substeps = 200;
+  const double seconds = bench.arguments.seconds;
+  for (const Precision precision : bench.two_precisions())
+    for (const std::string feature : {"plain", "viscous", "servo", "energy", "long_answer"}) {
+      rve::Options options = options_for(bench, precision, bench.many());
+      options.track_energy = feature == "energy";
+      rve::RveState packing = bench.packing;
+      if (feature == "viscous") packing.material = viscous(packing);
+      const rve::Drive drive = feature == "servo" ? servo_drive(packing, substeps)
+                                                  : shear(substeps);
+      const Batch batch(options, packing, bench.many());
+      const std::vector<rve::Drive> drives(batch.rves.size(), drive);
+      json keys = case_of(bench, "features", batch, substeps);
+      keys["feature"] = feature;
+      record(bench, keys,
+             feature == "long_answer" ? measure<rve::Result>(batch, drives, seconds)
+                                      : measure(batch, drives, seconds),
+             feature);
+    }
+}
+
+/// What a rebuild of the lists costs, in steps: a skin so thin that there are many of them against the usual one.
+void run_rebuilds(Bench &bench)
+{
+  const int substeps = 200;
+  double radius_sum = 0.0;
+  for (const double r : bench.packing.radius) radius_sum += r;
+  for (const Precision precision : bench.precisions()) {
+    rve::Options options = options_for(bench, precision, bench.many());
+    Measured of[2];
+    for (const bool thin : {false, true}) {
+      if (thin) options.skin = 1e-3 * radius_sum / bench.packing.num_grains();
+      const Batch batch(options, bench.packing, bench.many());
+      json keys = case_of(bench, "rebuilds", batch, substeps);
+      keys["skin"] = thin ? "thin" : "usual";
+      of[thin] = measure(batch, substeps, bench.arguments.seconds);
+      record(bench, keys, of[thin], thin ? "thin skin" : "usual skin");
+      const double more_rebuilds = 1e-3 * (of[1].rebuilds - of[0].rebuilds);    // per step
+      if (thin && more_rebuilds > 0.0)
+        bench.report.add(keys, "steps_per_rebuild",
+                         (of[0].median / of[1].median - 1.0) / more_rebuilds, "step");
+    }
+  }
+}
+
+/// Adds RVEs until there are `goal` or the memory is full, whose reason is printed.
+class Filling {
+ public:
+  Filling(rve::Engine &engine_in, const rve::RveState &packing_in) :
+      engine(engine_in), packing(packing_in)
+  {
+  }
+
+  void fill(int goal)
+  {
+    const auto start = Clock::now();
+    try {
+      for (; count < goal; ++count) {
+        engine.add(packing);
+        if ((count + 1) % 250000 == 0) {
+          std::printf("memory   %d RVEs are there\n", count + 1);
+          std::fflush(stdout);
+        }
+      }
+    } catch (const std::exception &error) {
+      std::printf("memory   no more than %d RVEs: %s\n", count, error.what());
+    }
+    seconds += seconds_since(start);
+  }
+
+  int count = 0;
+  double seconds = 0.0;
+
+ private:
+  rve::Engine &engine;
+  const rve::RveState &packing;
+};
+
+/// Seconds for every RVE to be advanced, in calls of `chunk` RVEs.
+double advance_all(rve::Engine &engine, int count, int chunk, int substeps)
+{
+  double seconds = 0.0;
+  std::vector<rve::Response> answers;
+  for (int first = 0; first < count; first += chunk) {
+    std::vector<int> rves(std::min(chunk, count - first));
+    for (std::size_t k = 0; k < rves.size(); ++k) rves[k] = first + static_cast<int>(k);
+    const std::vector<rve::Drive> drives(rves.size(), shear(substeps));
+    seconds += time_calls(engine, rves, drives, 1, answers);
+    for (const rve::Response &answer : answers) require_sound(answer.status);
+  }
+  return seconds;
+}
+
+/// As many RVEs as are asked for, all in one call. Where the memory ends before, those that fit, in calls of a size whose buffers were
+/// there before it was filled.
+void run_memory(Bench &bench)
+{
+  const int goal = !bench.arguments.rves.empty() ? bench.arguments.rves.back()
+      : bench.arguments.cuda                     ? 2500000
+                                                 : 2000;
+  const int first = std::min(goal, 50000), substeps = 10;
+  Batch batch(options_for(bench, bench.precisions().front(), goal), bench.packing, 0);
+  rve::Engine &engine = *batch.engine;
+  Filling filling(engine, bench.packing);
+  filling.fill(first);
+  advance_all(engine, filling.count, first, substeps);
+  filling.fill(goal);
+  const int count = filling.count, chunk = count == goal ? goal : first;
+  batch.rves.resize(count);
+  advance_all(engine, count, chunk, substeps);    // builds the lists
+  const double seconds = advance_all(engine, count, chunk, substeps);
+
+  const json keys = case_of(bench, "memory", batch, substeps);
+  const double bytes = static_cast<double>(engine.bytes_per_rve(batch.grains));
+  const double rate = static_cast<double>(count) * substeps / seconds;
+  bench.report.add(keys, "rve_steps_per_second", rate, "1/s",
+                   {{"rves_in_a_call", chunk}, {"grains_in_all", 1.0 * count * batch.grains}});
+  bench.report.add(keys, "bytes_per_rve", bytes, "B", {{"bytes_in_all", bytes * count}});
+  bench.report.add(keys, "wall_s", seconds, "s", {{"what", "ten steps of all RVEs"}});
+  bench.report.add(keys, "wall_s", filling.seconds, "s", {{"what", "adding the RVEs"}});
+  std::printf("memory   %d RVEs, %.4g grains, %.4g GB: %d steps in %.3f s, %.4f M RVE-steps/s; "
+              "%.1f us to add one\n",
+              count, 1.0 * count * batch.grains, 1e-9 * bytes * count, substeps, seconds,
+              1e-6 * rate, 1e6 * filling.seconds / count);
+}
+
+/// Not a measurement: every path of the program once, for compute-sanitizer. Throws when a path was not taken.
+void run_sanitize(Bench &bench)
+{
+  const std::vector<int> blocks = bench.arguments.cuda ? std::vector<int>{64, 416, 1024}
+                                                       : std::vector<int>{0};
+  for (const Precision precision : bench.precisions())
+    for (const int block : blocks)
+      for (const bool general : {false, true}) {
+        rve::Options options = options_for(bench, precision, bench.cores());
+        options.block_size = block;
+        options.track_energy = general;
+        bench::visit_all_paths(options, bench.packing);
+      }
+}
+
+using Experiment = void (*)(Bench &);
+
+const std::map<std::string, std::vector<Experiment>> &suites()
+{
+  static const std::map<std::string, std::vector<Experiment>> all = {
+      {"core", {run_core}},
+      {"paper", {run_block_sizes, run_counts, run_launches}},
+      {"substeps", {run_substeps}},
+      {"grains", {run_grains}},
+      {"queue", {run_queue}},
+      {"features", {run_features, run_rebuilds}},
+      {"memory", {run_memory}},
+      {"sanitize", {run_sanitize}},
+      {"quick", {run_core, run_substeps, run_queue}},
+      {"full",
+       {run_core, run_block_sizes, run_counts, run_launches, run_substeps, run_grains, run_queue,
+        run_features, run_rebuilds}}};
+  return all;
+}
+
+// ------------------------------------------------------------------------------------------------------------- program
+
+std::string words_of_suites()
+{
+  std::string words;
+  for (const auto &[name, experiments] : suites()) words += (words.empty() ? "" : "|") + name;
+  return words;
+}
+
+double positive_number(const std::string &option, const std::string &word)
+{
+  char *end = nullptr;
+  const double value = std::strtod(word.c_str(), &end);
+  rve::require(end != word.c_str() && *end == 0 && value > 0.0 && std::isfinite(value),
+               option + " must be a positive number, got " + word);
+  return value;
+}
+
+std::vector<int> positive_integers(const std::string &option, const std::string &words)
+{
+  std::vector<int> numbers;
+  std::stringstream list(words);
+  for (std::string word; std::getline(list, word, ',');) {
+    const double value = positive_number(option, word);
+    rve::require(value == std::floor(value) && value <= 1e8,
+                 option + " must be whole numbers up to 1e8, got " + word);
+    numbers.push_back(static_cast<int>(value));
+  }
+  return numbers;
+}
+
+Arguments parse(int argc, char **argv)
+{
+  rve::require(argc >= 3,
+               "usage: bench_engine <packing.rve> <output.json> [--device cpu|cuda] [--suite " +
+                   words_of_suites() + "] [--seconds S] [--rves N,...] [--roof RVE-steps/s]");
+  Arguments arguments;
+  arguments.packing = argv[1];
+  arguments.output = argv[2];
+  for (int a = 3; a < argc; a += 2) {
+    const std::string option = argv[a], word = a + 1 < argc ? argv[a + 1] : "";
+    if (option == "--device") {
+      rve::require(word == "cpu" || word == "cuda", "--device must be cpu or cuda, got " + word);
+      arguments.cuda = word == "cuda";
+    } else if (option == "--suite") {
+      rve::require(suites().count(word) == 1,
+                   "--suite must be " + words_of_suites() + ", got " + word);
+      arguments.suite = word;
+    } else if (option == "--seconds") {
+      arguments.seconds = positive_number(option, word);
+    } else if (option == "--rves") {
+      arguments.rves = positive_integers(option, word);
+    } else if (option == "--roof") {
+      arguments.roof = positive_number(option, word);
+    } else {
+      throw rve::InputError("unknown option " + option);
+    }
+  }
+  return arguments;
+}
+
+/// "H200" of "NVIDIA H200, mixed, strict", "H100" of "NVIDIA H100 80GB HBM3, ...".
+std::string short_gpu_name(const std::string &description)
+{
+  std::stringstream words(description.substr(0, description.find(',')));
+  std::string name;
+  for (std::string word; words >> word;) {
+    if (word == "NVIDIA" || word == "GeForce" || word == "Tesla") continue;
+    if (word.size() > 2 && word.compare(word.size() - 2, 2, "GB") == 0) break;
+    name += (name.empty() ? "" : " ") + word;
+  }
+  return name;
+}
+
+std::string cpu_name()
+{
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);)
+    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
+  return "CPU";
+}
+
+/// Names the machine, and wakes the device: the first calls would else be timed while its clock rises.
+void meet_the_device(Bench &bench)
+{
+  const bool timed = bench.arguments.suite != "sanitize";
+  const int count = timed ? bench.many() : 1;
+  const Batch batch(options_for(bench, {Format::Fast, Arithmetic::Strict}, count), bench.packing,
+                    count);
+  const std::string description = batch.engine->description();
+  const std::string device = description.substr(0, description.find(','));
+  if (bench.arguments.cuda) bench.gpu = short_gpu_name(description);
+  bench.report.set_machine((bench.arguments.cuda ? device : cpu_name()) + ", " +
+                           std::to_string(bench.cores()) + " CPU threads");
+  if (timed) measure(batch, 100, bench.arguments.seconds);
+}
+
+int run(int argc, char **argv)
+{
+  const Arguments arguments = parse(argc, argv);
+  Bench bench{arguments, rve::read_packing(arguments.packing), Report(argc, argv, arguments.output),
+              ""};
+  meet_the_device(bench);
+  int failed = 0;
+  for (const Experiment experiment : suites().at(arguments.suite)) {
+    try {
+      experiment(bench);
+    } catch (const std::exception &error) {
+      std::fprintf(stderr, "bench_engine: %s\n", error.what());
+      failed = 1;
+    }
+    bench.report.write();
+  }
+  return failed;
 }
 
 }    // namespace
 
 int main(int argc, char **argv)
 {
-  if (argc < 3) {
-    std::fprintf(stderr,
-                 "usage: %s <packing> <output.json> [cpu|cuda] [seconds per case] [rves ...]\n",
-                 argv[0]);
-    return 1;
-  }
-  const std::string device = argc > 3 ? argv[3] : "cpu";
-  const double seconds = argc > 4 ? std::atof(argv[4]) : 1.0;
-  std::vector<int> batches;
-  for (int a = 5; a < argc; ++a) batches.push_back(std::atoi(argv[a]));
-  if (batches.empty())
-    batches = device == "cuda" ? std::vector<int>{1, 132, 9600} : std::vector<int>{1};
-
-  nlohmann::json report;
-  std::string command;
-  for (int a = 0; a < argc; ++a)
-    command += std::string(a ? " " : "") + (a ? argv[a] : "bench_engine");
-  report["date"] = today();
-  report["commit"] = environment("GPU_RVE_COMMIT");
-  report["command"] = command;
-  report["rows"] = nlohmann::json::array();
   try {
-    const rve::RveState packing = rve::read_packing(argv[1]);
-    for (const rve::Format format : {rve::Format::Fast, rve::Format::Mixed, rve::Format::Double})
-      for (const int batch : batches) {
-        rve::Options options;
-        options.format = format;
-        options.device = device == "cuda" ? rve::Device::Cuda : rve::Device::Cpu;
-        options.threads = device == "cuda"
-            ? 0
-            : (batch == 1 ? 1 : static_cast<int>(std::thread::hardware_concurrency()));
-        const auto engine = rve::make_engine(options);
-        report["machine"] = engine->description();
-        std::vector<int> rves(batch);
-        for (int &rve : rves) rve = engine->add(packing);
-        for (const int substeps : {10, 100, 2000}) {
-          const Measured m = measure(*engine, rves, substeps, seconds);
-          std::printf("%-8s %6d RVEs %5d substeps: %10.4f M RVE-steps/s  (p %.6g, %ld rebuilds, "
-                      "%ld repeats)\n",
-                      to_string(format).c_str(), batch, substeps, 1e-6 * m.rve_steps_per_second,
-                      m.pressure, m.rebuilds, m.repeats);
-          std::fflush(stdout);
-          nlohmann::json row;
-          row["case"] = {{"device", device == "cuda" ? "H200" : (batch == 1 ? "cpu-1" : "cpu-all")},
-                         {"code", "gpu_rve"},
-                         {"scene", "element"},
-                         {"dim", 2},
-                         {"grains", packing.num_grains()},
-                         {"rves", batch},
-                         {"format", to_string(format)},
-                         {"arithmetic", "strict"},
-                         {"substeps", substeps}};
-          row["metric"] = "rve_steps_per_second";
-          row["value"] = m.rve_steps_per_second;
-          row["unit"] = "1/s";
-          report["rows"].push_back(row);
-        }
-        nlohmann::json row;
-        row["case"] = {{"device", device},
-                       {"code", "gpu_rve"},
-                       {"grains", packing.num_grains()},
-                       {"format", to_string(format)}};
-        row["metric"] = "bytes_per_rve";
-        row["value"] = engine->bytes_per_rve(packing.num_grains());
-        row["unit"] = "B";
-        report["rows"].push_back(row);
-      }
+    return run(argc, argv);
   } catch (const std::exception &error) {
     std::fprintf(stderr, "bench_engine: %s\n", error.what());
     return 1;
   }
-  std::ofstream(argv[2]) << report.dump(1) << "\n";
-  return 0;
 }

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Steps per second of one RVE on one core: this engine against plain LAMMPS, side by side.
+"""Steps per second of RVEs on one core and on all cores: this engine against plain LAMMPS, side by side.
 
-The two run in turn, so that a machine whose speed drifts treats them alike; the ratio is the median over the rounds.
+LAMMPS has one RVE per core, as it would have one per MPI rank: the RVEs know nothing of each other, so the ranks are separate processes that
+start together. The two codes run in turn, so that a machine whose speed drifts treats them alike; the ratio is the median over the rounds.
 
     python3 bench/compare_lammps.py --bin build/host/bin --packing examples/packings/A_h0075.rve --out bench/results/lammps-ratio-<machine>.json
 """
@@ -20,27 +21,74 @@ import tempfile
 HERE = pathlib.Path(__file__).resolve().parent
 
 
-def run(command, **keywords):
-    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **keywords)
-    if done.returncode != 0:
-        sys.exit("failed: " + " ".join(map(str, command)) + "\n" + done.stdout)
-    return done.stdout
+def run(command, copies=1, **keywords):
+    """The outputs of so many copies of a command, started together."""
+    running = [subprocess.Popen(list(map(str, command)), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **keywords)
+               for _ in range(copies)]
+    outputs = [process.communicate()[0] for process in running]
+    for process, output in zip(running, outputs):
+        if process.returncode != 0:
+            sys.exit("failed: " + " ".join(map(str, command)) + "\n" + output)
+    return outputs
 
 
-def lammps_rate(lmp, data, steps, folder):
-    text = run([lmp, "-in", HERE / "in.granular_element", "-var", "data", data, "-var", "steps", str(steps), "-log", "none"],
-               cwd=folder)
-    match = re.search(r"Loop time of (\S+) on 1 procs for (\d+) steps", text)
-    return int(match.group(2)) / float(match.group(1))
+def lammps_rate(lmp, data, steps, cores, folder):
+    """Steps of all RVEs in a second, each at the speed that LAMMPS reports for it."""
+    command = [lmp, "-in", HERE / "in.granular_element", "-var", "data", data, "-var", "steps", steps, "-log", "none"]
+    loops = [re.search(r"Loop time of (\S+) on 1 procs for (\d+) steps", text) for text in run(command, cores, cwd=folder)]
+    return sum(int(loop.group(2)) / float(loop.group(1)) for loop in loops)
 
 
-def engine_rates(bench, packing, seconds, folder):
-    """{(format, substeps): steps per second} on one thread."""
-    run([bench, packing, "one.json", "cpu", str(seconds), "1"], cwd=folder)
-    with open(pathlib.Path(folder) / "one.json") as file:
+def engine_rates(bench, packing, seconds, rves, folder):
+    """{(format, substeps): RVE-steps per second}: one RVE runs on one thread, more on all."""
+    run([bench, packing, "rates.json", "--device", "cpu", "--suite", "core", "--seconds", seconds, "--rves", rves], cwd=folder)
+    with open(pathlib.Path(folder) / "rates.json", encoding="utf-8") as file:
         rows = json.load(file)["rows"]
     return {(row["case"]["format"], row["case"]["substeps"]): row["value"]
             for row in rows if row["metric"] == "rve_steps_per_second"}
+
+
+def measure(arguments, data, packing, cores, folder):
+    """Rounds of both codes: ([rate of LAMMPS], [rates of the engine])."""
+    lammps, engine = [], []
+    rves = 1 if cores == 1 else arguments.rves_per_core * cores
+    for _ in range(arguments.rounds):
+        lammps.append(lammps_rate(arguments.bin / "lmp_plain", data, arguments.steps, cores, folder))
+        engine.append(engine_rates(arguments.bin / "bench_engine", packing, arguments.seconds, rves, folder))
+    return rves, lammps, engine
+
+
+def rows_of(grains, cores, rves, lammps, engine):
+    common = {"device": "cpu-1" if cores == 1 else "cpu-all", "scene": "element", "dim": 2, "grains": grains, "threads": cores}
+
+    def row(case, metric, value, unit):
+        return {"case": {**common, **case}, "metric": metric, "value": value, "unit": unit}
+
+    rows = [row({"code": "lammps", "rves": cores, "format": "double"}, "rve_steps_per_second", statistics.median(lammps), "1/s")]
+    print(f"{cores} cores: LAMMPS pair granular {statistics.median(lammps):.0f} RVE-steps/s")
+    for name, substeps in engine[0]:
+        rates = [round_[name, substeps] for round_ in engine]
+        ratio = statistics.median(a / b for a, b in zip(rates, lammps))
+        case = {"code": "gpu_rve", "rves": rves, "format": name, "arithmetic": "strict", "substeps": substeps}
+        rows.append(row(case, "rve_steps_per_second", statistics.median(rates), "1/s"))
+        rows.append(row(case, "ratio_to_lammps", ratio, "1"))
+        print(f"  {name:7s} {substeps:5d} substeps per call: {statistics.median(rates):.0f} RVE-steps/s, {ratio:.2f} times LAMMPS")
+    return rows
+
+
+def number_of_grains(packing):
+    return int(re.search(r"^grains\s+(\d+)", packing.read_text(encoding="utf-8"), re.MULTILINE).group(1))
+
+
+def machine():
+    with open("/proc/cpuinfo", encoding="utf-8") as file:
+        name = next((line.split(":", 1)[1].strip() for line in file if line.startswith("model name")), "CPU")
+    return f"{name}, {os.cpu_count()} CPU threads"
+
+
+def command_line():
+    words = (pathlib.Path(word).name if os.path.isabs(word) else word for word in sys.argv[1:])
+    return " ".join(["python3 bench/compare_lammps.py", *words])
 
 
 def main():
@@ -50,37 +98,27 @@ def main():
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--steps", type=int, default=20000, help="of LAMMPS in each round")
     parser.add_argument("--seconds", type=float, default=0.5, help="of the engine in each case and round")
+    parser.add_argument("--cores", type=int, default=len(os.sched_getaffinity(0)), help="that `all` means")
+    parser.add_argument("--rves-per-core", type=int, default=8, help="of the engine on all cores")
     parser.add_argument("--out", type=pathlib.Path)
     arguments = parser.parse_args()
-    binaries, packing = arguments.bin.resolve(), arguments.packing.resolve()
-    os.environ["OMP_NUM_THREADS"] = "1"
+    arguments.bin = arguments.bin.resolve()
+    packing = arguments.packing.resolve()
+    os.environ["OMP_NUM_THREADS"] = "1"    # of LAMMPS; bench_engine sets its threads itself
 
+    rows = []
     with tempfile.TemporaryDirectory() as folder:
         data = pathlib.Path(folder) / "packing.data"
-        run([binaries / "lmp", "-in", HERE / "in.export_packing", "-var", "packing", packing, "-var", "data", data,
+        run([arguments.bin / "lmp", "-in", HERE / "in.export_packing", "-var", "packing", packing, "-var", "data", data,
              "-log", "none"], cwd=folder)
-        lammps, engine = [], []
-        for _ in range(arguments.rounds):
-            lammps.append(lammps_rate(binaries / "lmp_plain", data, arguments.steps, folder))
-            engine.append(engine_rates(binaries / "bench_engine", packing, arguments.seconds, folder))
+        for cores in sorted({1, arguments.cores}):
+            rows += rows_of(number_of_grains(packing), cores, *measure(arguments, data, packing, cores, folder))
 
-    rows = [{"case": {"device": "cpu-1", "code": "lammps", "scene": "element", "dim": 2, "rves": 1, "format": "double"},
-             "metric": "rve_steps_per_second", "value": statistics.median(lammps), "unit": "1/s"}]
-    print(f"LAMMPS pair granular: {statistics.median(lammps):.0f} steps/s")
-    for key in engine[0]:
-        rates = [round_[key] for round_ in engine]
-        ratio = statistics.median(a / b for a, b in zip(rates, lammps))
-        case = {"device": "cpu-1", "code": "gpu_rve", "scene": "element", "dim": 2, "rves": 1, "format": key[0],
-                "arithmetic": "strict", "substeps": key[1]}
-        rows.append({"case": case, "metric": "rve_steps_per_second", "value": statistics.median(rates), "unit": "1/s"})
-        rows.append({"case": case, "metric": "ratio_to_lammps", "value": ratio, "unit": "1"})
-        print(f"{key[0]:7s} {key[1]:5d} substeps per call: {statistics.median(rates):.0f} steps/s, {ratio:.2f} times LAMMPS")
     if arguments.out:
-        commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], stdout=subprocess.PIPE, text=True, cwd=HERE).stdout.strip()
-        machine = next((line.split(":", 1)[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")), "")
-        report = {"machine": machine, "date": datetime.date.today().isoformat(), "commit": commit,
-                  "command": "python3 bench/compare_lammps.py " + packing.name, "rows": rows}
-        arguments.out.write_text(json.dumps(report, indent=1) + "\n")
+        commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], stdout=subprocess.PIPE, text=True, cwd=HERE, check=False).stdout.strip()
+        report = {"machine": machine(), "date": datetime.date.today().isoformat(), "commit": commit,
+                  "command": command_line(), "rows": rows}
+        arguments.out.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

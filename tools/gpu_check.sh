@@ -4,14 +4,16 @@
 #
 #   sh tools/gpu_check.sh                      builds here, results in bench/results
 #   sh tools/gpu_check.sh --bin DIR --out DIR  with programs built elsewhere; results go to DIR
+#   ... --suite NAME                           of the benchmark: quick (in less than a minute), full, memory, ... (doc/src/performance.rst)
 set -u
 cd "$(dirname "$0")/.." || exit 1
 root=$PWD
-bin= out=$root/bench/results
+bin= out=$root/bench/results suite=quick
 while [ $# -gt 0 ]; do
   case $1 in
     --bin) bin=$(cd "$2" && pwd); shift 2 ;;
     --out) mkdir -p "$2"; out=$(cd "$2" && pwd); shift 2 ;;
+    --suite) suite=$2; shift 2 ;;
     *) echo "gpu_check: unknown argument $1"; exit 1 ;;
   esac
 done
@@ -33,10 +35,11 @@ for test in "$bin"/*_Cuda "$bin/test_backends"; do
   [ -x "$test" ] && step "$(basename "$test")" "$test" --gtest_brief=1
 done
 
+# a small batch with rebuilds, lists that overflow, lattice reduction and failures, in all formats, programs and kernels
 if command -v compute-sanitizer >/dev/null; then
-  for tool in memcheck racecheck; do
+  for tool in memcheck racecheck synccheck initcheck; do
     step "compute-sanitizer $tool" compute-sanitizer --tool $tool --error-exitcode 1 \
-      "$bin/bench_engine" examples/packings/A_h0075.rve /dev/null cuda 0 2
+      "$bin/bench_engine" examples/packings/A_h0075.rve /dev/null --device cuda --suite sanitize
   done
 else
   echo "gpu_check: no compute-sanitizer here"
@@ -61,5 +64,9 @@ step "50 footing steps, CPU and GPU alike" footing
 
 GPU_RVE_COMMIT=$(git rev-parse --short HEAD 2>/dev/null)
 export GPU_RVE_COMMIT
-step "throughput" "$bin/bench_engine" examples/packings/A_h0075.rve "$out/engine-H200.json" cuda 1.0 1 132 9600
+gpu=$(nvidia-smi --query-gpu=name --format=csv,noheader 2>/dev/null | sed -n '1{s/^NVIDIA //;s/ [0-9]*GB.*//;s/ /-/g;p}')
+case $gpu in H200*) roof="--roof 270e6" ;; *) roof= ;; esac    # known for this one (doc/src/performance.rst)
+# shellcheck disable=SC2086  # two words or none
+step "throughput" "$bin/bench_engine" examples/packings/A_h0075.rve "$out/engine-${gpu:-gpu}-$suite.json" \
+  --device cuda --suite "$suite" --seconds 0.3 $roof
 exit $failed

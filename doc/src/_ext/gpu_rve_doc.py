@@ -1,11 +1,13 @@
-"""What these pages need beyond Sphinx: the language LAMMPS, links to LAMMPS' own pages, and the table of bench/results."""
+"""What these pages need beyond Sphinx: the language LAMMPS, links to LAMMPS' own pages, and the tables and figures of bench/results."""
 
+import glob
 import json
 import os
 import re
 
 from docutils import nodes
 from docutils.parsers.rst import Directive
+from sphinx.directives.patches import Figure
 from pygments.lexer import RegexLexer
 from pygments.token import Comment, Keyword, Name, Number, Operator, String, Text
 
@@ -49,58 +51,99 @@ def words(case):
     return ', '.join(f'{key} {value}' for key, value in case.items())
 
 
+def cell(value):
+    return f'{value:.4g}' if isinstance(value, float) else str(value)
+
+
+def table_of(titles, widths, lines):
+    """A docutils table of texts."""
+    def row_of(texts):
+        row = nodes.row()
+        for text in texts:
+            entry = nodes.entry()
+            entry += nodes.paragraph(text=text)
+            row += entry
+        return row
+
+    group = nodes.tgroup(cols=len(titles))
+    for width in widths:
+        group += nodes.colspec(colwidth=width)
+    head, body = nodes.thead(), nodes.tbody()
+    head += row_of(titles)
+    for line in lines:
+        body += row_of(line)
+    group += head
+    group += body
+    table = nodes.table()
+    table += group
+    return table
+
+
 class BenchResults(Directive):
-    """`.. bench-results::` shows every file of bench/results, as the benchmarks wrote it."""
+    """`.. bench-results:: [files]` shows results as the benchmarks wrote them: all rows of bench/results/<files>.json, or
+
+        :where:   key=value ...   those rows that have these values, of the row itself, its case, or its details; `a|b` is either, and nothing
+                                  stands for a key that the row has not
+        :columns: key ...         only these columns of them
+    """
+    optional_arguments = 1
+    option_spec = {'where': str.split, 'columns': str.split}
 
     def run(self):
         env = self.state.document.settings.env
         folder = os.path.join(os.path.dirname(os.path.dirname(env.srcdir)), 'bench', 'results')
-        files = sorted(f for f in os.listdir(folder) if f.endswith('.json')) if os.path.isdir(folder) else []
-        if not files:
-            return [nodes.paragraph(text='No result is on record yet.')]
+        pattern = (self.arguments[0] if self.arguments else '*') + '.json'
         shown = []
-        for name in files:
-            path = os.path.join(folder, name)
+        for path in sorted(glob.glob(os.path.join(folder, pattern))):
             env.note_dependency(path)
             with open(path, encoding='utf-8') as f:
                 report = json.load(f)
-            section = nodes.paragraph()
-            section += nodes.strong(text=name)
-            section += nodes.Text(': ' + ', '.join(f'{key} {report[key]}' for key in ('machine', 'date', 'commit', 'command')
-                                                   if report.get(key)))
-            shown += [section, self.table(report.get('rows', []))]
-        return shown
+            rows = [row for row in report.get('rows', []) if self.is_wanted(row)]
+            if rows:
+                shown += [self.heading(os.path.basename(path), report), self.table(rows)]
+        return shown or [nodes.paragraph(text='No result is on record yet.')]
 
     @staticmethod
-    def table(rows):
-        def line(texts):
-            row = nodes.row()
-            for text in texts:
-                entry = nodes.entry()
-                entry += nodes.paragraph(text=text)
-                row += entry
-            return row
+    def look_up(row, key):
+        return next((part[key] for part in (row, row.get('case', {}), row.get('details') or {}) if key in part), '')
 
-        group = nodes.tgroup(cols=4)
-        for width in (50, 20, 15, 15):
-            group += nodes.colspec(colwidth=width)
-        head, body = nodes.thead(), nodes.tbody()
-        head += line(('case', 'metric', 'value', 'unit'))
-        for row in rows:
-            value = row.get('value')
-            text = f'{value:.4g}' if isinstance(value, (int, float)) else str(value)
-            body += line((words(row.get('case', {})), str(row.get('metric', '')), text, str(row.get('unit', ''))))
-        if not rows:
-            body += line(('no rows', '', '', ''))
-        group += head
-        group += body
-        table = nodes.table()
-        table += group
-        return table
+    def is_wanted(self, row):
+        conditions = (word.split('=', 1) for word in self.options.get('where', []))
+        return all(str(self.look_up(row, key)) in value.split('|') for key, value in conditions)
+
+    @staticmethod
+    def heading(name, report):
+        section = nodes.paragraph()
+        section += nodes.strong(text=name)
+        section += nodes.Text(': ' + ', '.join(f'{key} {report[key]}' for key in ('machine', 'date', 'commit', 'command')
+                                               if report.get(key)))
+        return section
+
+    def table(self, rows):
+        columns = self.options.get('columns')
+        if columns:
+            return table_of([key.replace('_', ' ') for key in columns], [10] * len(columns),
+                            [[cell(self.look_up(row, key)) for key in columns] for row in rows])
+        return table_of(('case', 'metric', 'value', 'unit'), (50, 20, 15, 15),
+                        [(words(row.get('case', {})), str(row.get('metric', '')), cell(row.get('value')), str(row.get('unit', '')))
+                         for row in rows])
+
+
+class BenchFigure(Figure):
+    """`.. bench-figure:: file` is a figure that bench/plot_bench.py draws; while there is none, a line says so."""
+
+    def run(self):
+        env = self.state.document.settings.env
+        path = os.path.join(env.srcdir, self.arguments[0])
+        env.note_dependency(path)
+        if os.path.exists(path):
+            return super().run()
+        return [nodes.paragraph(text=f'{os.path.basename(path)} has not been drawn yet (bench/plot_bench.py).')]
 
 
 def setup(app):
     app.add_lexer('LAMMPS', LammpsLexer)
     app.connect('missing-reference', link_to_lammps)
     app.add_directive('bench-results', BenchResults)
+    app.add_directive('bench-figure', BenchFigure)
     return {'version': '1', 'parallel_read_safe': True, 'parallel_write_safe': True}

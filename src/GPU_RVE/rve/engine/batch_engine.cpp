@@ -427,16 +427,17 @@ int BatchEngine::add(const RveState &state)
   require(neighbor_bits(*smallest, *largest) <= LARGEST_NEIGHBOR_BITS,
           "the largest grain must be at most 60 times as large as the smallest, got " +
               number(*largest / *smallest));
-  int rve;
-  if (free_numbers.empty()) {
-    rve = static_cast<int>(grains_of.size());
-    grains_of.push_back(0);
+  const int n = state.num_grains();
+  const bool is_new = free_numbers.empty();
+  const int rve = is_new ? static_cast<int>(grains_of.size()) : free_numbers.back();
+  put_image(rve,
+            build_image(options.format, state, initial_extra_capacity(n)));    // may find no memory
+  if (is_new) {
+    grains_of.push_back(n);
   } else {
-    rve = free_numbers.back();
     free_numbers.pop_back();
+    grains_of[rve] = n;
   }
-  put_image(rve, build_image(options.format, state, initial_extra_capacity(state.num_grains())));
-  grains_of[rve] = state.num_grains();
   any_viscous = any_viscous || is_viscous(state.material);
   return rve;
 }

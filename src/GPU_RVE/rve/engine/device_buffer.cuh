@@ -15,11 +15,12 @@
 
 namespace rve {
 
-/// Throws std::runtime_error with CUDA's own words.
+/// Throws std::runtime_error with CUDA's own words. CUDA shall not remember the error: the next launch would be blamed for it.
 inline void check_cuda(cudaError_t error, const char *what)
 {
-  if (error != cudaSuccess)
-    throw std::runtime_error(std::string(what) + ": " + cudaGetErrorString(error));
+  if (error == cudaSuccess) return;
+  cudaGetLastError();
+  throw std::runtime_error(std::string(what) + ": " + cudaGetErrorString(error));
 }
 
 /// Array of T on the device, and page-locked memory on the host to copy through: copies from ordinary memory take several times

@@ -259,12 +259,16 @@ void RveState::check() const
 
   double largest_radius = 0.0;
   for (std::size_t i = 0; i < n; ++i) {
+    largest_radius = std::max(largest_radius, radius[i]);
+    // words for a message cost more than all else here, and millions of RVEs may be added
+    if (radius[i] > 0.0 && std::isfinite(radius[i]) && std::isfinite(velocity[2 * i]) &&
+        std::isfinite(velocity[2 * i + 1]) && std::isfinite(spin[i]))
+      continue;
     const std::string grain = " of grain " + std::to_string(i + 1);
     require_positive(radius[i], "radius" + grain, "[length]");
     require_finite(velocity[2 * i], "peculiar velocity" + grain, "[length/time]");
     require_finite(velocity[2 * i + 1], "peculiar velocity" + grain, "[length/time]");
     require_finite(spin[i], "spin" + grain, "[1/time]");
-    largest_radius = std::max(largest_radius, radius[i]);
   }
   check_cell(cell, largest_radius);
   require_finite(deformation, "the deformation gradient", "[-]");

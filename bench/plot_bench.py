@@ -1,0 +1,109 @@
+#!/usr/bin/env python3
+"""Draws what bench_engine measured: throughput over the number of RVEs, substeps per call, grains per RVE, and threads per block.
+
+    python3 bench/plot_bench.py bench/results/engine-H200.json [--out doc/src/figures]
+
+Writes performance_rves.png, performance_substeps.png, performance_grains.png and performance_block_size.png; an experiment that is not in
+the file is left out. Needs numpy and matplotlib (Debian: python3-numpy, python3-matplotlib).
+"""
+
+import argparse
+import json
+import pathlib
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+LABELS = {("fast", "relaxed"): "fast, relaxed", ("fast", "strict"): "fast", ("mixed", "strict"): "mixed", ("double", "strict"): "double"}
+STYLES = dict(zip(LABELS, ("o-", "s-", "^-", "v-")))
+
+
+def curves(report, experiment, key, metric="rve_steps_per_second"):
+    """{(format, arithmetic): (values of the key, results)}, in the order of the key; the automatic choice of threads is left out."""
+    points = {}
+    for row in report["rows"]:
+        case = row["case"]
+        if case.get("experiment") == experiment and row["metric"] == metric and case.get(key) != "auto":
+            points.setdefault((case["format"], case["arithmetic"]), []).append((case[key], row["value"]))
+    return {kind: np.array(sorted(rows)).T for kind, rows in points.items()}
+
+
+def automatic(report, experiment):
+    """{(format, arithmetic): result of the block size that the engine chooses}."""
+    return {(row["case"]["format"], row["case"]["arithmetic"]): row["value"] for row in report["rows"]
+            if row["case"].get("experiment") == experiment and row["metric"] == "rve_steps_per_second"
+            and row["case"].get("threads") == "auto"}
+
+
+def start(report, xlabel, ylabel):
+    figure, axes = plt.subplots(figsize=(6.0, 3.8), constrained_layout=True)
+    axes.set_xlabel(xlabel)
+    axes.set_ylabel(ylabel)
+    axes.set_title(report.get("machine", ""), fontsize=9)
+    axes.grid(True, which="major", alpha=0.3)
+    return figure, axes
+
+
+def draw(axes, all_curves, scale):
+    for kind, (x, y) in all_curves.items():
+        axes.plot(x, scale * y, STYLES[kind], markersize=4, label=LABELS[kind])
+    axes.set_ylim(bottom=0.0)
+    axes.legend(fontsize=8)
+
+
+def plot_rves(report):
+    figure, axes = start(report, "RVEs", "million RVE-steps per second")
+    draw(axes, curves(report, "rves", "rves"), 1e-6)
+    axes.set_xscale("log")
+    return figure
+
+
+def plot_substeps(report):
+    figure, axes = start(report, "DEM steps per call", "million RVE-steps per second")
+    draw(axes, curves(report, "substeps", "substeps"), 1e-6)
+    axes.set_xscale("log")
+    return figure
+
+
+def plot_grains(report):
+    figure, axes = start(report, "grains per RVE", "billion grain-steps per second")
+    draw(axes, curves(report, "grains", "grains", "grain_steps_per_second"), 1e-9)
+    axes.set_xscale("log")
+    return figure
+
+
+def plot_block_size(report):
+    figure, axes = start(report, "threads per block", "million RVE-steps per second")
+    draw(axes, curves(report, "block_size", "threads"), 1e-6)
+    for kind, rate in automatic(report, "block_size").items():
+        axes.axhline(1e-6 * rate, linestyle=":", linewidth=1.0, color="gray")
+        axes.annotate(f"automatic, {LABELS[kind]}", (1.0, 1e-6 * rate), xycoords=("axes fraction", "data"), fontsize=7,
+                      ha="right", va="bottom", color="gray")
+    axes.set_xticks(range(0, 1025, 128))
+    return figure
+
+
+PLOTS = {"rves": plot_rves, "substeps": plot_substeps, "grains": plot_grains, "block_size": plot_block_size}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("result", type=pathlib.Path)
+    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path(__file__).resolve().parents[1] / "doc" / "src" / "figures")
+    arguments = parser.parse_args()
+    report = json.loads(arguments.result.read_text(encoding="utf-8"))
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    there = {row["case"].get("experiment") for row in report["rows"]}
+    for experiment, plot in PLOTS.items():
+        if experiment not in there:
+            print(f"no experiment {experiment} in {arguments.result.name}")
+            continue
+        plot(report).savefig(arguments.out / f"performance_{experiment}.png", dpi=130)
+        print(f"performance_{experiment}.png")
+
+
+if __name__ == "__main__":
+    main()

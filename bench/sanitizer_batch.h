@@ -1,0 +1,17 @@
+// A small batch that takes every path of the engine: rebuilds, lists that overflow, a force scale that is too fine, lattice reduction,
+// the servo, and RVEs that fail. For compute-sanitizer, which wants little work and much variety.
+
+#ifndef BENCH_SANITIZER_BATCH_H
+#define BENCH_SANITIZER_BATCH_H
+
+#include "rve/engine/engine.h"
+
+namespace bench {
+
+/// Runs the batch on an engine of these options. Throws std::runtime_error when a path was not taken or an answer is not the expected.
+/// With `track_energy` the general program runs, and otherwise the plain one.
+void visit_all_paths(const rve::Options &options, const rve::RveState &packing);
+
+}    // namespace bench
+
+#endif
