@@ -44,9 +44,11 @@ $(grep -rnE '\<(threadIdx|blockIdx|blockDim|gridDim|__syncthreads|__syncwarp|__s
   --include='*.h' --include='*.cpp' --include='*.cu' --include='*.cuh' | grep -vE '^\./rve/(block/|engine/[^:]*\.cuh?:)')
 END
 
+# what is written for AVX2 compiles for processors that have it
+case $(uname -m) in x86_64 | amd64) isa=-march=x86-64-v3 ;; *) isa= ;; esac
 for header in $(find rve mpm field -name '*.h' | sort); do
   complain "$header does not compile alone" <<END
-$(echo "#include \"$header\"" | g++ -std=c++17 -Wall -Wextra -Werror -fsyntax-only -I . -x c++ - 2>&1)
+$(echo "#include \"$header\"" | g++ -std=c++17 $isa -Wall -Wextra -Werror -fsyntax-only -I . -x c++ - 2>&1)
 END
 done
 

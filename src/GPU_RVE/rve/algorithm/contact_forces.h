@@ -7,8 +7,11 @@
 
 #include "rve/algorithm/call_state.h"
 #include "rve/core/integer_sums.h"
+#include "rve/core/pack_item.h"
 #include "rve/core/status.h"
 #include "rve/physics/stress.h"
+
+#include <type_traits>
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -164,6 +167,22 @@ inline namespace RVE_ISA {
     const int num_extra = call.num_extra;
     const auto overlap_limit =
         static_cast<typename Format::Real>(WithStress ? call.batch.overlap_limit : 0.0);
+    // extra pairs ride along with the grains of the same numbers: no phase of their own
+    const auto add_extra = [&](int i, GrainSum<Format> &sum) RVE_INLINE_LAMBDA {
+      for (int m = i; m < num_extra; m += num_grains) {
+        const PairView<Format> &pairs = call.pairs;
+        const int first = pairs.extra_first[m], second = pairs.extra_second[m];
+        const GrainView<Format> one{shared.motion[first], shared.spin[first], shared.radius[first]};
+        const GrainView<Format> other{shared.motion[second], shared.spin[second],
+                                      shared.radius[second]};
+        sum.own = Vec<typename Format::Sum, 3>::zero();
+        add_pair<WithStress>(block, shared, step, one, other, overlap_limit, second,
+                             pairs.extra_history[m], sum);
+        block.accumulate(&shared.force_x[first], sum.own[0]);
+        block.accumulate(&shared.force_y[first], sum.own[1]);
+        block.accumulate(&shared.torque[first], sum.own[2]);
+      }
+    };
     const auto grain_forces = [&](Item i, std::int64_t *stress) RVE_INLINE_LAMBDA {
       const GrainView<Format> me{grains.motion[i], grains.spin[i], grains.radius[i]};
       GrainSum<Format> sum{Vec<typename Format::Sum, 3>::zero(),
@@ -179,20 +198,7 @@ inline namespace RVE_ISA {
                              sum);
       }
       grains.own[i] = sum.own;
-      // extra pairs ride along with the grains of the same numbers: no phase of their own
-      for (int m = i; m < num_extra; m += num_grains) {
-        const PairView<Format> &pairs = call.pairs;
-        const int first = pairs.extra_first[m], second = pairs.extra_second[m];
-        const GrainView<Format> one{shared.motion[first], shared.spin[first], shared.radius[first]};
-        const GrainView<Format> other{shared.motion[second], shared.spin[second],
-                                      shared.radius[second]};
-        sum.own = Vec<typename Format::Sum, 3>::zero();
-        add_pair<WithStress>(block, shared, step, one, other, overlap_limit, second,
-                             pairs.extra_history[m], sum);
-        block.accumulate(&shared.force_x[first], sum.own[0]);
-        block.accumulate(&shared.force_y[first], sum.own[1]);
-        block.accumulate(&shared.torque[first], sum.own[2]);
-      }
+      add_extra(i, sum);
       grains.largest_force[i] = sum.largest_force;
       if constexpr (WithStress) {
         for (int k = 0; k < 4; ++k)
@@ -210,8 +216,21 @@ inline namespace RVE_ISA {
     if constexpr (WithStress) {
       sums = block.template sum_items<5>(num_grains, grain_forces);
     } else {
-      block.for_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
-        grain_forces(i, nullptr);
+      block.for_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
+        if constexpr (IsPack<std::decay_t<decltype(i)>>::value) {
+          packed_forces(i, call, shared, step, num_grains);
+          for (int m = i.first; m < i.first + i.lanes && m < num_extra; ++m) {
+            GrainSum<Format> sum{Vec<typename Format::Sum, 3>::zero(),
+                                 grains.largest_force[m],
+                                 Vec<typename Format::Sum, 4>::zero(),
+                                 0,
+                                 {0.0, 0.0}};
+            add_extra(m, sum);
+            grains.largest_force[m] = sum.largest_force;
+          }
+        } else {
+          grain_forces(i, nullptr);
+        }
       });
     }
     if constexpr (WithStress && General) {

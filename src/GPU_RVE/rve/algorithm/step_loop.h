@@ -130,8 +130,11 @@ inline namespace RVE_ISA {
       const int stop = has_ledger() ? k : last_step();
       needs_renewal = false;
       Grains grains(block, shared, num_grains);
-      block.for_items(num_grains, [&](Item i) {
-        grains.load(i);
+      block.for_items(num_grains, [&](const auto i) {
+        if constexpr (IsPack<std::decay_t<decltype(i)>>::value)
+          load_pack(i, call);
+        else
+          grains.load(i);
       });
       for (; k <= plan_last; ++k) {
         const StepPlan<Format> &plan = call.planned(k);
@@ -147,8 +150,11 @@ inline namespace RVE_ISA {
         Dissipation none{0.0, 0.0};
         contact_forces<false, General>(block, grains, shared, call, num_grains, plan, none);
       }
-      block.for_items(num_grains, [&](Item i) {
-        grains.save(i);
+      block.for_items(num_grains, [&](const auto i) {
+        if constexpr (IsPack<std::decay_t<decltype(i)>>::value)
+          save_pack(i, call, shared);
+        else
+          grains.save(i);
       });
       return k;
     }
@@ -254,7 +260,7 @@ inline namespace RVE_ISA {
       const Tensor<float, 2> list_to_length = plan.list_to_length;
       const float allowed_squared = plan.allowed_squared;
       const Real alpha = call.alpha;
-      return block.any_item(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
+      const auto move_grain = [&](Item i) RVE_INLINE_LAMBDA {
         Motion<Format> motion = grains.motion[i];
         const Still<Format> still = shared.still[i];
         if (kick_first) kick_grain(grains, i, still, alpha, motion);
@@ -272,6 +278,12 @@ inline namespace RVE_ISA {
         const Vec<float, 2> moved =
             list_to_length * fractional_difference<FastFormat>(now, still.list_position);
         return dot(moved, moved) > allowed_squared;
+      };
+      return block.any_item(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
+        if constexpr (IsPack<std::decay_t<decltype(i)>>::value)
+          return move_pack(i, call, shared, plan, alpha, kick_first);
+        else
+          return move_grain(i);
       });
     }
 

@@ -166,7 +166,7 @@ inline namespace RVE_ISA {
   }
 
   /// Arrays of doubles over grains in a workspace.
-  constexpr int kScratch = 4;
+  constexpr int kScratch = 5;
 
   /// Room to build a list in, and for what is needed rarely. One per block, not per RVE.
   template <class Format> struct WorkspaceView {

@@ -14,6 +14,7 @@
 //   accumulate(p, v)        adds to a sum that nothing but accumulate and collect touches; collect(p) takes it and leaves zero
 //   resident(array)         an item's own numbers in array[item], which may live in registers across phases
 //   for_items, any_item, sum_items<M>    as for_each, any, sum_integers, over the items of resident arrays, and only over them
+//       A phase whose f takes `const auto i` may also get a PackItem, several items at a time (block/block_simd.h)
 //   max_item(n, f)          largest of the floats f(item), none of which is negative, over the same
 //
 // The contract that makes one text correct on both:

@@ -11,6 +11,19 @@
 namespace rve {
 inline namespace RVE_ISA {
 
+  // Formulas call these without std::, and select instead of ?:, so that they serve packs of numbers too (core/pack.h).
+  using std::copysign;
+  using std::fabs;
+  using std::fma;
+
+  template <class T> RVE_INLINE T select(bool condition, T yes, T no)
+  {
+    return condition ? yes : no;
+  }
+
+  /// What a comparison of two T gives: bool, or a truth for each number of a pack.
+  template <class T> using Truth = decltype(T() < T());
+
   /// A length and its reciprocal from the squared length.
   template <class Real> struct RootAndInverse {
     Real root, inverse;

@@ -69,7 +69,7 @@ inline namespace RVE_ISA {
     for (int a = 0; a < D; ++a)
       for (int b = 0; b < D; ++b) {
         T sum = x(a, 0) * y(0, b);
-        for (int k = 1; k < D; ++k) sum = std::fma(x(a, k), y(k, b), sum);
+        for (int k = 1; k < D; ++k) sum = fma(x(a, k), y(k, b), sum);
         t(a, b) = sum;
       }
     return t;
@@ -81,7 +81,7 @@ inline namespace RVE_ISA {
     Vec<T, D> v;
     for (int a = 0; a < D; ++a) {
       T sum = x(a, 0) * y[0];
-      for (int k = 1; k < D; ++k) sum = std::fma(x(a, k), y[k], sum);
+      for (int k = 1; k < D; ++k) sum = fma(x(a, k), y[k], sum);
       v[a] = sum;
     }
     return v;

@@ -3,9 +3,7 @@
 #ifndef RVE_CORE_VEC_H
 #define RVE_CORE_VEC_H
 
-#include "rve/core/config.h"
-
-#include <cmath>
+#include "rve/core/arithmetic.h"
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -59,14 +57,14 @@ inline namespace RVE_ISA {
   template <class T, int D> RVE_INLINE T dot(const Vec<T, D> &x, const Vec<T, D> &y)
   {
     T sum = x[0] * y[0];
-    for (int a = 1; a < D; ++a) sum = std::fma(x[a], y[a], sum);
+    for (int a = 1; a < D; ++a) sum = fma(x[a], y[a], sum);
     return sum;
   }
 
   /// Out-of-plane component of the cross product of two plane vectors.
   template <class T> RVE_INLINE T cross(const Vec<T, 2> &x, const Vec<T, 2> &y)
   {
-    return std::fma(x[0], y[1], -(x[1] * y[0]));
+    return fma(x[0], y[1], -(x[1] * y[0]));
   }
 
 }    // namespace RVE_ISA

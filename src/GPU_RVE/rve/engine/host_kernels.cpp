@@ -5,6 +5,10 @@
 
 #include "rve/algorithm/step_loop.h"
 #include "rve/block/block_serial.h"
+#if defined(__AVX2__) && defined(__FMA__)
+#include "rve/algorithm/packed_grains.h"
+#include "rve/block/block_simd.h"
+#endif
 
 #define RVE_JOIN_(a, b) a##b
 #define RVE_JOIN(a, b) RVE_JOIN_(a, b)
@@ -14,18 +18,24 @@ namespace rve {
 
 inline namespace RVE_ISA {
 
-  template <class Format, bool General>
+#if defined(__AVX2__) && defined(__FMA__)
+  using PlainBlock = BlockSimd<kPackedGrains>;
+#else
+  using PlainBlock = BlockSerial;
+#endif
+
+  template <class Block, class Format, bool General>
   void run_program(char *image, const DriveRecord &drive, const SteeringRecord *steering,
                    const BatchConstants &batch, const HostWorkspace &memory, AnswerRecord &answer,
                    DetailRecord *detail)
   {
     const auto &header = *reinterpret_cast<const ImageHeader *>(image);
-    BlockSerial block;
+    Block block;
     const auto shared = carve_shared<Format>(memory.shared, header.num_grains);
     CallState<Format> call;
-    RareWork<BlockSerial, Format>::begin(block, call, image, shared, memory.workspace,
-                                         memory.pair_capacity, drive, steering, batch);
-    RveProgram<BlockSerial, Format, General> program(block, call, shared);
+    RareWork<Block, Format>::begin(block, call, image, shared, memory.workspace,
+                                   memory.pair_capacity, drive, steering, batch);
+    RveProgram<Block, Format, General> program(block, call, shared);
     program.run(answer, detail);
   }
 
@@ -35,9 +45,9 @@ inline namespace RVE_ISA {
                AnswerRecord &answer, DetailRecord *detail)
   {
     if (scene == SceneKind::Plain)
-      run_program<Format, false>(image, drive, steering, batch, memory, answer, detail);
+      run_program<PlainBlock, Format, false>(image, drive, steering, batch, memory, answer, detail);
     else
-      run_program<Format, true>(image, drive, steering, batch, memory, answer, detail);
+      run_program<BlockSerial, Format, true>(image, drive, steering, batch, memory, answer, detail);
   }
 
   template <class Format> HostWorkspaceSizes workspace_sizes(int num_grains, int pair_capacity)

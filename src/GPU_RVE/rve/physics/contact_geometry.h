@@ -15,7 +15,7 @@ inline namespace RVE_ISA {
   RVE_INLINE Wide gap_squared(const Vec<Wide, D> &branch, Wide sum_of_radii)
   {
     Wide gap = sum_of_radii * sum_of_radii;
-    for (int a = 0; a < D; ++a) gap = std::fma(-branch[a], branch[a], gap);
+    for (int a = 0; a < D; ++a) gap = fma(-branch[a], branch[a], gap);
     return gap;
   }
 
@@ -43,7 +43,7 @@ inline namespace RVE_ISA {
     ContactGeometry<Real, D> contact;
     contact.branch = branch.template as<Real>();
     Real squared = Real(kLeastSquaredDistance);
-    for (int a = 0; a < D; ++a) squared = std::fma(contact.branch[a], contact.branch[a], squared);
+    for (int a = 0; a < D; ++a) squared = fma(contact.branch[a], contact.branch[a], squared);
     const auto distance = root_and_inverse(squared);
     contact.distance = distance.root;
     contact.normal = distance.inverse * contact.branch;

@@ -28,7 +28,7 @@ inline namespace RVE_ISA {
     History slipped;             ///< see TangentialForce
     Real tangential_velocity;    ///< [length/time]
     Real normal_velocity;        ///< [length/time]
-    bool sliding;
+    Truth<History> sliding;
   };
 
   /// Linear springs and Coulomb friction, for disks.
@@ -53,12 +53,10 @@ inline namespace RVE_ISA {
       const Vec<Real, 2> velocity = (j.velocity - i.velocity) + velocity_gradient * contact.branch;
       const Vec<Real, 2> &n = contact.normal;
 
-      const Real arm_i = std::fma(Real(-0.5), contact.overlap, i.radius);
-      const Real arm_j = std::fma(Real(-0.5), contact.overlap, j.radius);
-      const Real velocity_arm_i = General ? std::fma(-velocity_arm, contact.overlap, i.radius)
-                                          : arm_i;
-      const Real velocity_arm_j = General ? std::fma(-velocity_arm, contact.overlap, j.radius)
-                                          : arm_j;
+      const Real arm_i = fma(Real(-0.5), contact.overlap, i.radius);
+      const Real arm_j = fma(Real(-0.5), contact.overlap, j.radius);
+      const Real velocity_arm_i = General ? fma(-velocity_arm, contact.overlap, i.radius) : arm_i;
+      const Real velocity_arm_j = General ? fma(-velocity_arm, contact.overlap, j.radius) : arm_j;
       const Real normal_velocity = dot(velocity, n);
       // a sum of two products, not fma: it must not depend on the order of the grains
       const Real tangential_velocity =
@@ -77,8 +75,8 @@ inline namespace RVE_ISA {
       result.sliding = shear.sliding;
 
       // force on i: -f_n n + f_t t with t = (-n_y, n_x)
-      result.force[0] = std::fma(-shear.force, n[1], -(result.normal_force * n[0]));
-      result.force[1] = std::fma(shear.force, n[0], -(result.normal_force * n[1]));
+      result.force[0] = fma(-shear.force, n[1], -(result.normal_force * n[0]));
+      result.force[1] = fma(shear.force, n[0], -(result.normal_force * n[1]));
       result.torque_i = arm_i * shear.force;
       result.torque_j = arm_j * shear.force;
       return result;

@@ -3,9 +3,7 @@
 #ifndef RVE_PHYSICS_DAMPING_H
 #define RVE_PHYSICS_DAMPING_H
 
-#include "rve/core/config.h"
-
-#include <cmath>
+#include "rve/core/arithmetic.h"
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -15,8 +13,8 @@ inline namespace RVE_ISA {
   /// the answer with the units. Without a branch.
   template <class Real> RVE_INLINE Real locally_damped(Real alpha, Real increment, Real velocity)
   {
-    const Real loss = std::copysign(alpha * std::fabs(increment), velocity);
-    return increment - (velocity != Real(0) ? loss : Real(0));
+    const Real loss = copysign(alpha * fabs(increment), velocity);
+    return increment - select(velocity != Real(0), loss, Real(0));
   }
 
 }    // namespace RVE_ISA

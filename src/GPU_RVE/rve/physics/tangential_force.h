@@ -13,8 +13,8 @@ inline namespace RVE_ISA {
     Real force;        ///< on grain i along t = (-n_y, n_x) [force]
     History spring;    ///< part of it that the spring carries on to the next step [force]
     History
-        slipped;     ///< spring force that the Coulomb limit took away; zero when sticking [force]
-    bool sliding;    ///< at the Coulomb limit
+        slipped;    ///< spring force that the Coulomb limit took away; zero when sticking [force]
+    Truth<History> sliding;    ///< at the Coulomb limit
   };
 
   /// Linear incremental spring with Coulomb limit. In two dimensions the history is a signed number, so load reversal unloads
@@ -30,20 +30,24 @@ inline namespace RVE_ISA {
                                                       Real normal_force, Real dt) const
     {
       const History elastic =
-          std::fma(stiffness * static_cast<History>(dt), static_cast<History>(velocity), spring);
-      const History viscous =
-          Viscous ? static_cast<History>(viscosity) * static_cast<History>(velocity) : History(0);
-      // without viscosity not even a zero is added: it could change the sign of a zero
-      const History trial = Viscous && viscosity != Real(0) ? elastic + viscous : elastic;
-      const History limit = static_cast<History>(friction * std::fabs(normal_force));
-      const History magnitude = smaller(std::fabs(trial), limit);
-      const History capped = std::copysign(magnitude, trial);
+          fma(stiffness * static_cast<History>(dt), static_cast<History>(velocity), spring);
+      History viscous = History(0), trial = elastic;
+      if constexpr (Viscous) {
+        viscous = static_cast<History>(viscosity) * static_cast<History>(velocity);
+        // without viscosity not even a zero is added: it could change the sign of a zero
+        if (viscosity != Real(0)) trial = elastic + viscous;
+      }
+      const History limit = static_cast<History>(friction * fabs(normal_force));
+      const History magnitude = smaller(fabs(trial), limit);
+      const History capped = copysign(magnitude, trial);
       TangentialForce<Real, History> result;
       result.force = static_cast<Real>(capped);
       result.sliding = magnitude >= limit;
       // a sticking contact keeps its spring to the bit: evaluating it again must not change it
-      result.spring =
-          Viscous && viscosity != Real(0) ? (result.sliding ? capped - viscous : elastic) : capped;
+      result.spring = capped;
+      if constexpr (Viscous) {
+        if (viscosity != Real(0)) result.spring = result.sliding ? capped - viscous : elastic;
+      }
       result.slipped = trial - capped;
       return result;
     }

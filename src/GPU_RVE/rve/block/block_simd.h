@@ -1,0 +1,52 @@
+// One CPU thread with SIMD as a block.
+
+#ifndef RVE_BLOCK_BLOCK_SIMD_H
+#define RVE_BLOCK_BLOCK_SIMD_H
+
+#include "rve/block/block_serial.h"
+#include "rve/core/pack_item.h"
+
+#include <type_traits>
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  /// A BlockSerial that hands grains in packs to the phases that take packs, and what remains one by one.
+  template <int Lanes> class BlockSimd : public BlockSerial {
+   public:
+    using Pack = PackItem<Lanes>;
+
+    template <class F> RVE_INLINE void for_items(int n, F f)
+    {
+      int i = 0;
+      if constexpr (std::is_invocable_v<F, Pack>)
+        for (; i + Lanes <= n; i += Lanes) f(Pack{i});
+      for (; i < n; ++i) f(i);
+    }
+
+    template <int M, class F> RVE_INLINE IntegerSums<M> sum_items(int n, F f)
+    {
+      IntegerSums<M> sums;
+      for (int m = 0; m < M; ++m) sums.value[m] = 0;
+      int i = 0;
+      if constexpr (std::is_invocable_v<F, Pack, std::int64_t *>)
+        for (; i + Lanes <= n; i += Lanes) f(Pack{i}, sums.value);
+      for (; i < n; ++i) f(i, sums.value);
+      return sums;
+    }
+
+    template <class F> RVE_INLINE bool any_item(int n, F f)
+    {
+      bool result = false;
+      int i = 0;
+      if constexpr (std::is_invocable_v<F, Pack>)
+        for (; i + Lanes <= n; i += Lanes) result = f(Pack{i}) | result;
+      for (; i < n; ++i) result = f(i) | result;
+      return result;
+    }
+  };
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif

@@ -1,0 +1,24 @@
+// Packs from code that is not compiled for them: arrays of 8 numbers in and out.
+
+#ifndef RVE_UNITTEST_CORE_PACK_PROBE_H
+#define RVE_UNITTEST_CORE_PACK_PROBE_H
+
+#include <cstdint>
+
+namespace rve_test {
+
+void pack_convert(const std::int64_t *x, double *y);
+void pack_convert(const std::int32_t *x, float *y);
+void pack_convert(const float *x, double *y);
+void pack_convert(const double *x, float *y);
+void pack_round(const float *x, std::int32_t *q);
+void pack_round(const double *x, std::int64_t *q);
+
+/// a+b, a-b, ab, -a, ab+c, |a|, copysign, smaller, larger, root, 1/root, 1/a; a or c by < > >= <= !=; c or 0 by <
+constexpr int PACK_OPERATIONS = 18;
+void pack_apply(const float *x, const float *y, const float *z, float (*results)[8]);
+void pack_apply(const double *x, const double *y, const double *z, double (*results)[8]);
+
+}    // namespace rve_test
+
+#endif

@@ -1,0 +1,232 @@
+// Packs of grains (host kernel for x86-64-v3) give the bits of one grain after the other (host kernel for any CPU).
+
+#include "rve/core/status.h"
+#include "rve/engine/batch_engine.h"
+#include "rve/engine/host_kernels.h"
+#include "support/packings.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <string>
+#include <vector>
+
+using namespace rve;
+using namespace rve_test;
+
+#if defined(RVE_WITH_X86_64_V3)
+
+namespace {
+
+constexpr double DT = 5e-5;
+
+struct KernelRun {
+  StateImage image;
+  AnswerRecord answer;
+  DetailRecord detail;
+};
+
+struct Scene {
+  RveState state;
+  double shear;    ///< in the call [-]
+  int substeps;
+  double skin;    ///< [length]; 0: the default
+};
+
+KernelRun run_kernel(const HostKernel &kernel, SceneKind kind, const StateImage &image,
+                     const Scene &scene)
+{
+  const int pair_capacity = 40 * image.num_grains;
+  const HostWorkspaceSizes sizes = kernel.workspace_sizes(image.num_grains, pair_capacity);
+  // what is not written must not be read: two runs start from different garbage
+  static char garbage = 0;
+  std::vector<char> shared(sizes.shared, ++garbage), workspace(sizes.workspace, ++garbage);
+  DriveRecord drive = DriveRecord();
+  drive.dt = DT;
+  drive.substeps = scene.substeps;
+  drive.segments = 1;
+  drive.deformation[0] = drive.deformation[3] = 1.0;
+  drive.deformation[1] = scene.shear;
+  KernelRun run;
+  std::memset(static_cast<void *>(&run.answer), 0, sizeof(run.answer));
+  std::memset(static_cast<void *>(&run.detail), 0, sizeof(run.detail));
+  run.image = image;
+  kernel.advance(run.image.bytes.data(), drive, nullptr, BatchConstants{scene.skin, 0.5, 0.5, 0},
+                 {shared.data(), workspace.data(), pair_capacity}, kind, run.answer, &run.detail);
+  return run;
+}
+
+bool same_bits(const KernelRun &x, const KernelRun &y)
+{
+  return x.image.bytes == y.image.bytes &&
+      std::memcmp(&x.answer, &y.answer, sizeof(x.answer)) == 0 &&
+      std::memcmp(&x.detail, &y.detail, sizeof(x.detail)) == 0;
+}
+
+class PackedGrains : public ::testing::TestWithParam<Format> {
+ protected:
+  void SetUp() override
+  {
+    if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma") ||
+        !__builtin_cpu_supports("bmi2"))
+      GTEST_SKIP() << "this CPU has no x86-64-v3";
+  }
+
+  /// Plays the scene in `calls` calls with every kernel; each call starts from the same image. Returns the last run.
+  KernelRun expect_same_bits(const Scene &scene, int calls = 1)
+  {
+    const KernelFormat format = GetParam() == Format::Fast ? KernelFormat::Fast
+        : GetParam() == Format::Mixed                      ? KernelFormat::Mixed
+                                                           : KernelFormat::Double;
+    StateImage image = build_image(GetParam(), scene.state, 40 * scene.state.num_grains());
+    KernelRun one_by_one;
+    for (int call = 0; call < calls; ++call) {
+      one_by_one = run_kernel(host_baseline::kernel(format), SceneKind::Plain, image, scene);
+      const KernelRun packed = run_kernel(host_v3::kernel(format), SceneKind::Plain, image, scene);
+      // never in packs
+      const KernelRun general =
+          run_kernel(host_v3::kernel(format), SceneKind::General, image, scene);
+
+      EXPECT_EQ(one_by_one.answer.status & status::Fatal, 0u)
+          << describe_status(one_by_one.answer.status);
+      EXPECT_TRUE(same_bits(one_by_one, packed)) << "call " << call;
+      EXPECT_TRUE(same_bits(one_by_one, general)) << "call " << call;
+      EXPECT_EQ(one_by_one.image.bytes != image.bytes, scene.substeps > 0);
+      image = one_by_one.image;
+    }
+    return one_by_one;
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Formats, PackedGrains,
+                         ::testing::Values(Format::Fast, Format::Mixed, Format::Double),
+                         [](const ::testing::TestParamInfo<Format> &info) {
+                           return to_string(info.param);
+                         });
+
+/// Grains on a square lattice, out of place so that most neighbours overlap, and shaken. The force scale is coarse enough for
+/// the whole call: nobody repeats it here.
+RveState crowd(int num_grains, std::uint64_t seed)
+{
+  Random random(seed);
+  RveState state;
+  state.material = packing_of_400().material;
+  const double radius = 4e-3, spacing = 1.7 * radius;
+  const int columns = static_cast<int>(std::ceil(std::sqrt(double(num_grains))));
+  const double width = std::max(columns * spacing, 6.5 * radius);
+  state.cell = Tensor2{{width, 0.0, 0.0, width}};
+  std::vector<double> positions;
+  for (int i = 0; i < num_grains; ++i) {
+    state.radius.push_back(radius * random.uniform(0.8, 0.95));
+    state.spin.push_back(0.0);
+    state.velocity.insert(state.velocity.end(), 2, 0.0);
+    for (int place : {i % columns, i / columns})
+      positions.push_back(spacing * (place + random.uniform(-0.05, 0.05)));
+  }
+  state.set_positions(positions);
+  shake(state, 0.1, seed + 1);
+  state.largest_contact_force = 1e5;
+  return state;
+}
+
+RveState sheared_packing()
+{
+  RveState state = packing_of_400();
+  shake(state, 0.2, 5);
+  state.largest_contact_force = 1e4;
+  return state;
+}
+
+}    // namespace
+
+TEST_P(PackedGrains, DensePackingWithFreeSlotsStickingAndSlidingContacts)
+{
+  const KernelRun last = expect_same_bits({sheared_packing(), 0.05, 300, 0.0}, 3);
+
+  EXPECT_GE(last.detail.header.rebuilds, 3);
+  EXPECT_GT(last.detail.num_sliding, 20);
+  EXPECT_GT(last.detail.num_contacts - last.detail.num_sliding, 100);
+  EXPECT_LT(last.detail.num_pairs, 3 * 400);    // some slots are free
+}
+
+TEST_P(PackedGrains, ExtraPairsBeyondTheSlots)
+{
+  // a skin of two grain radii: more pairs than slots
+  const KernelRun last = expect_same_bits({sheared_packing(), 0.05, 100, 9e-3}, 2);
+
+  EXPECT_GT(last.detail.header.num_extra, 400);    // more extra pairs than grains
+}
+
+TEST_P(PackedGrains, AnyNumberOfGrains)
+{
+  int contacts = 0, extra = 0;
+  for (int n : {1, 2, 3, 7, 8, 9, 15, 16, 17, 30, 31, 33, 50}) {
+    SCOPED_TRACE(std::to_string(n) + " grains");
+    const KernelRun narrow = expect_same_bits({crowd(n, n), 0.02, 45, 0.0}, 2);
+    const KernelRun wide = expect_same_bits({crowd(n, n), 0.02, 45, 4e-3}, 2);
+    contacts += narrow.detail.num_contacts;
+    extra += wide.detail.header.num_extra;
+  }
+
+  EXPECT_GT(contacts, 100);
+  EXPECT_GT(extra, 20);
+}
+
+TEST_P(PackedGrains, EvaluationWithoutSteps)
+{
+  Scene scene{sheared_packing(), 0.02, 150, 0.0};
+  scene.state = read_image(GetParam(), expect_same_bits(scene).image);
+  scene.shear = 0.0;
+  scene.substeps = 0;
+
+  const KernelRun evaluated = expect_same_bits(scene);
+
+  EXPECT_GT(evaluated.detail.num_contacts, 400);
+}
+
+TEST_P(PackedGrains, ForcesFarAboveTheExpectedOnes)
+{
+  // with a force scale for 1/1000 of what comes the integers are the largest there are, and beyond
+  Scene scene{sheared_packing(), 0.01, 40, 0.0};
+  scene.state.largest_contact_force = 1.0;
+  const KernelFormat format = GetParam() == Format::Fast ? KernelFormat::Fast
+      : GetParam() == Format::Mixed                      ? KernelFormat::Mixed
+                                                         : KernelFormat::Double;
+  const StateImage image = build_image(GetParam(), scene.state, 4000);
+
+  const KernelRun one_by_one =
+      run_kernel(host_baseline::kernel(format), SceneKind::Plain, image, scene);
+  const KernelRun packed = run_kernel(host_v3::kernel(format), SceneKind::Plain, image, scene);
+
+  EXPECT_NE(one_by_one.answer.status & status::ForceSaturated, 0u);
+  EXPECT_EQ(one_by_one.answer.status, packed.answer.status);
+  EXPECT_TRUE(packed.image.bytes == image.bytes);
+}
+
+TEST_P(PackedGrains, SaturationBoundaryHasTheSameVerdict)
+{
+  // forces from just expected to too large: numbers on both sides of every limit of the conversions
+  int saturated = 0, fine = 0;
+  const KernelFormat format = GetParam() == Format::Fast ? KernelFormat::Fast
+      : GetParam() == Format::Mixed                      ? KernelFormat::Mixed
+                                                         : KernelFormat::Double;
+  for (double expected = 2000.0; expected > 2.0; expected *= 0.5) {
+    Scene scene{sheared_packing(), 0.01, 10, 0.0};
+    scene.state.largest_contact_force = expected;
+    const StateImage image = build_image(GetParam(), scene.state, 4000);
+
+    const KernelRun one_by_one =
+        run_kernel(host_baseline::kernel(format), SceneKind::Plain, image, scene);
+    const KernelRun packed = run_kernel(host_v3::kernel(format), SceneKind::Plain, image, scene);
+
+    EXPECT_TRUE(same_bits(one_by_one, packed)) << expected;
+    ++(one_by_one.answer.status & status::ForceSaturated ? saturated : fine);
+  }
+
+  EXPECT_GE(saturated, 1);
+  EXPECT_GE(fine, 3);
+}
+
+#endif
