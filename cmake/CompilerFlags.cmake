@@ -8,7 +8,8 @@ set(cuda_code "$<COMPILE_LANGUAGE:CUDA>")
 # errno and floating point traps are not used; without them the compiler may vectorise, and no result changes.
 add_library(rve_arithmetic INTERFACE)
 set(strict_host -ffp-contract=off -fno-math-errno -fno-trapping-math)
-set(strict_cuda -fmad=false -prec-div=true -prec-sqrt=true -ftz=false)
+# A target with the property RVE_RELAXED may contract; its code says what else it relaxes (rve/core/arithmetic.h).
+set(strict_cuda "-fmad=$<IF:$<BOOL:$<TARGET_PROPERTY:RVE_RELAXED>>,true,false>" -prec-div=true -prec-sqrt=true -ftz=false)
 list(JOIN strict_host "," strict_host_of_nvcc)
 target_compile_options(rve_arithmetic INTERFACE
   "$<${host_code}:${strict_host}>"
