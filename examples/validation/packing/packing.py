@@ -21,8 +21,8 @@ FRICTIONS = (0.0, 0.1, 0.5)
 # Void ratios and coordination numbers of a prototype that was written before this package (8 seeds, own integrator and servo, the same
 # recipe): mean and standard deviation over the seeds; none where it was not noted.
 PROTOTYPE_20 = {0.0: 0.187, 0.05: 0.195, 0.1: 0.207, 0.2: 0.229, 0.5: 0.251}    # void ratio at 20 kPa against preparation friction
-PROTOTYPE_20_SPREAD = 0.005    # for all of them; ours grows with friction: 0.008 to 0.010 among eight seeds at 0.5
-OWN_SPREAD_AT_HALF = 0.010
+PROTOTYPE_20_SPREAD = 0.005    # as stated for all of them; among our seeds it grows with friction, to this at 0.5:
+SPREAD_AT_HALF = 0.010
 PROTOTYPE_FRICTIONLESS = {20e3: (0.187, 0.004, 4.03, 0.04), 100e3: (0.1645, 0.003, 4.35, 0.03)}    # e, sd, Z, sd
 # Two packings of SudoDEM2D prepared without friction (examples/packings): void ratio, coordination number
 SUDODEM = {20e3: (0.1906, 4.035), 100e3: (0.1610, 4.375)}
@@ -104,8 +104,8 @@ def main():
     # other programs: difference of two means over few seeds, three standard errors of both
     for friction, e in PROTOTYPE_20.items():
         if (20e3, friction) in rows:
-            own = OWN_SPREAD_AT_HALF if friction == 0.5 else PROTOTYPE_20_SPREAD
-            margin = 3.0 * np.sqrt(own**2 / seeds + PROTOTYPE_20_SPREAD**2 / 8.0)
+            spread = SPREAD_AT_HALF if friction == 0.5 else PROTOTYPE_20_SPREAD
+            margin = 3.0 * spread * np.sqrt(1.0 / seeds + 1.0 / 8.0)
             check.between(e - margin, rows[20e3, friction].e.mean(), e + margin, f"20 kPa, preparation friction {friction:g}: e as the prototype")
     for pressure, (e, e_spread, z, z_spread) in PROTOTYPE_FRICTIONLESS.items():
         if (pressure, 0.0) not in rows:

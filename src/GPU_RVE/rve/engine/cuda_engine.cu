@@ -115,7 +115,8 @@ namespace {
       record.steering = call.steering.empty() ? nullptr : steering_buffer.upload(call.steering);
       record.order = order_buffer.upload(order);
       record.answers = answer_buffer.reserve(count);
-      record.details = call.with_details ? detail_buffer.reserve(count) : nullptr;
+      // an RVE that fails writes no details
+      record.details = call.with_details ? detail_buffer.reserve_zeros(count) : nullptr;
       record.count = count;
       record.queue = queue_buffer.upload(std::vector<int>{0});
       record.shared_offset = aligned(plan.sizes.workspace);

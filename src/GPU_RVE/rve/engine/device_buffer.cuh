@@ -48,6 +48,13 @@ template <class T> class DeviceBuffer {
     return memory;
   }
 
+  T *reserve_zeros(std::size_t count)
+  {
+    reserve(count);
+    check_cuda(cudaMemsetAsync(memory, 0, count * sizeof(T)), "zeros");
+    return memory;
+  }
+
   T *upload(const std::vector<T> &values)
   {
     stage(values.size());
