@@ -43,7 +43,7 @@ BOXES = {"late": "one step late", "in_time": "in time"}
 # 4e-5 m. So a contact force is right to a few 1e-12 of the mean, and a grain has about four.
 ROUNDING = 2e-11
 CELL_ROUNDING = 1e-12    # of fractions of the cell, 1000 increments with 1e-16 each, and of their inverse
-# Nearby trajectories separate exponentially: what 1000 steps make of rounding where grains still collide. Measured: 1e-6 here, and
+# Nearby trajectories separate exponentially: what 1000 steps make of rounding where grains still collide. Measured: 1e-9 here, and
 # 2e-8 to 4e-6 when the packing is sheared a little further.
 GROWN_ROUNDING = 1e-4
 # A grain that meets another a little later than in the other code has another velocity for a while. Measured after 1000 steps: up to 6

@@ -22,14 +22,15 @@ from packing_file import read_packing
 SHORT = 8000
 PERTURBATION = 1e-12    # of the width of the cell
 
-# (up to this strain, limit of the difference in q/p). Where A_h0075 is chaotic, beyond 4 % in shear and 3 % in the biaxial test, the limit is twice
-# the scatter that a few equivalent runs had: a further one may lie beyond them. There ensemble.py judges.
+# (up to this strain, limit of the difference in q/p). Where A_h0075 is chaotic, beyond 3.5 % in the uniaxial test, 2.5 % in shear and 3 % in the biaxial
+# test, the limit is twice the scatter that a few equivalent runs had: a further one may lie beyond them. There 8 to 16 twins of this package differ from
+# SudoDEM2D by up to 4.8e-4 (uniaxial), 2.0e-3 (shear to 4 %) and 8.5e-3 (biaxial to 4 %). Far beyond the peaks ensemble.py judges.
 SCATTER = {
     ("A_h1", "uniaxial"): [(1.0, 1e-5)],
     ("A_h1", "shear"): [(1.0, 1e-5)],
     ("A_h1", "biaxial"): [(1.0, 1e-5)],
-    ("A_h0075", "uniaxial"): [(1.0, 3e-4)],
-    ("A_h0075", "shear"): [(0.04, 1.5e-3), (1.0, 2 * 1.5e-2)],
+    ("A_h0075", "uniaxial"): [(0.035, 3e-4), (1.0, 2 * 3e-4)],
+    ("A_h0075", "shear"): [(0.025, 1.5e-3), (0.04, 2 * 1.5e-3), (1.0, 2 * 1.5e-2)],
     ("A_h0075", "biaxial"): [(0.03, 1.2e-3), (0.04, 2 * 1e-2), (1.0, 2 * 9e-2)],
 }
 # With s_xx held at its goal p = s_xx/(1 - q/p): dp/p is 1/(1 - q/p), at most twice, the difference in q/p. The other tests are within it.

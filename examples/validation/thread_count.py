@@ -64,7 +64,7 @@ def main():
     device = device_of(options, "probe")
     on_gpu = "CPU thread" not in device
     if on_gpu:
-        print(f"GPU: {device}; threads per block {', '.join(map(str, BLOCKS))}, and the CPU")
+        print(f"GPU: {device.split(',')[0]}; threads per block {', '.join(map(str, BLOCKS))}, and the CPU")
         settings = [(f"{block} threads", dict(device="cuda", block=block)) for block in BLOCKS] + [("CPU", dict(device="cpu"))]
     else:
         print(f"no GPU; CPU engine with {' and '.join(map(str, THREADS))} threads, {CPU_RVES} RVEs")

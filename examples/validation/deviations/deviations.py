@@ -81,12 +81,16 @@ class Study:
         self.curves["cyclic"] = paths
         engine = self.engine("cyclic", 100, quarter=quarter // 10, steps=4 * quarter // 10, rate=rate)
         reference = paths[SIGNED][49::50]    # the package writes every 50 steps
-        stresses = np.abs(engine[1:, [1, 2, 5]] - reference[:, 1:]).max() / 1e5
+        stresses = np.abs(engine[1:, [1, 2, 5]] - reference[:, 1:]).max(axis=1) / 1e5
         top = {law: paths[law][quarter - 1] for law in paths}
         self.note(f"(14), shear of +-{100 * quarter * rate * DT:.3g} %", f"q/p at the first reversal {top[PRINTED][2] / top[PRINTED][1]:.4f}; at rest the unbalanced ratio stays {held[PRINTED]:.2f}",
                   f"q/p {top[SIGNED][2] / top[SIGNED][1]:.4f} (fix rve {engine[quarter // 50, 2] / engine[quarter // 50, 1]:.4f}); unbalanced ratio {held[SIGNED]:.0e}")
-        # two programs with different roundings and sums on a path on which nothing is chaotic yet
-        self.check.between(0.0, stresses, 1e-4, "reference with the signed spring against fix rve: largest difference of p, q, s_xy, over 100 kPa")
+        # two programs with different roundings and sums: twice of what 17 runs of the package differ by in which another grain was moved by 1e-12 of the
+        # cell, 2e-5 in the first half and 2e-4 in the second. A friction coefficient of 0.499 instead of 0.5 makes 9e-5 in the first half.
+        half = len(stresses) // 2
+        for part, rows, bound in (("first", slice(half), 4e-5), ("second", slice(half, None), 4e-4)):
+            self.check.between(0.0, stresses[rows].max(), bound,
+                               f"reference with the signed spring against fix rve, {part} half: largest difference of p, q, s_xy, over 100 kPa")
         self.check(top[PRINTED][2] < 0.35 * top[SIGNED][2], f"(14) as printed: q reaches {top[PRINTED][2] / top[SIGNED][2]:.2f} of the right one")
         self.check(held[PRINTED] > 0.1, f"(14) as printed: at rest the unbalanced ratio stays {held[PRINTED]:.2f}")
         self.check(held[SIGNED] < 1e-4, f"(14), signed: at rest the unbalanced ratio falls to {held[SIGNED]:.0e}")
