@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 
 namespace rve {
 
@@ -15,10 +16,15 @@ class InputError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Throws InputError with `message` unless `condition` holds.
-inline void require(bool condition, const std::string &message)
+/// Throws InputError with `message` unless `condition` holds. The message is text, or a function that returns it: where thousands
+/// of things are checked in every call, putting words together would cost more than the checks.
+template <class Message> void require(bool condition, const Message &message)
 {
-  if (!condition) throw InputError(message);
+  if (condition) return;
+  if constexpr (std::is_invocable_v<Message>)
+    throw InputError(message());
+  else
+    throw InputError(message);
 }
 
 /// A number for a message: as short as it can be said without losing what matters.

@@ -246,10 +246,12 @@ namespace {
   /// Throws unless the drive makes sense.
   void check(const Drive &drive)
   {
-    require(drive.substeps >= 0,
-            "substeps must be 0 or more, got " + std::to_string(drive.substeps));
-    require(drive.substeps == 0 || (std::isfinite(drive.dt) && drive.dt > 0.0),
-            "DEM time step must be positive and finite, got " + number(drive.dt) + " [time]");
+    require(drive.substeps >= 0, [&] {
+      return "substeps must be 0 or more, got " + std::to_string(drive.substeps);
+    });
+    require(drive.substeps == 0 || (std::isfinite(drive.dt) && drive.dt > 0.0), [&] {
+      return "DEM time step must be positive and finite, got " + number(drive.dt) + " [time]";
+    });
     require(!drive.controlled[1][0],
             "the stress servo controls xx, xy and yy; component yx cannot be controlled");
     if (drive.has_servo()) {
@@ -257,44 +259,44 @@ namespace {
               "velocity gradient has a component that is not a finite number [1/time]");
       require(finite(drive.stress_goal),
               "stress goal has a component that is not a finite number [stress]");
-      require(std::isfinite(drive.servo_gain) && drive.servo_gain > 0.0,
-              "servo gain must be positive, got " + number(drive.servo_gain) +
-                  " [1/(stress time^2)]");
-      require(std::isfinite(drive.servo_max_rate) && drive.servo_max_rate > 0.0,
-              "largest servo rate must be positive, got " + number(drive.servo_max_rate) +
-                  " [1/time]");
+      require(std::isfinite(drive.servo_gain) && drive.servo_gain > 0.0, [&] {
+        return "servo gain must be positive, got " + number(drive.servo_gain) +
+            " [1/(stress time^2)]";
+      });
+      require(std::isfinite(drive.servo_max_rate) && drive.servo_max_rate > 0.0, [&] {
+        return "largest servo rate must be positive, got " + number(drive.servo_max_rate) +
+            " [1/time]";
+      });
     } else {
       const Tensor2 &f = drive.deformation;
       require(finite(f), "deformation increment has a component that is not a finite number");
-      require(determinant(f) > 0.0,
-              "deformation increment must keep a positive area, its determinant is " +
-                  number(determinant(f)));
+      require(determinant(f) > 0.0, [&] {
+        return "deformation increment must keep a positive area, its determinant is " +
+            number(determinant(f));
+      });
     }
   }
 
-  /// Whether a drive is an ordinary one: a sound deformation without a servo and without much rotation, which needs no
-  /// SteeringRecord and no second look. Thousands of drives are asked in every call.
-  bool is_ordinary(const Drive &drive)
+  /// Whether a drive needs a SteeringRecord: for a servo, or to turn the RVE in several segments.
+  bool needs_steering(const Drive &drive)
   {
     const Tensor2 &f = drive.deformation;
     const double twice_cosine = f(0, 0) + f(1, 1), twice_sine = f(1, 0) - f(0, 1);
-    return drive.substeps >= 0 && (drive.substeps == 0 || (drive.dt > 0.0 && drive.dt < 1e300)) &&
-        !drive.controlled[0][0] && !drive.controlled[0][1] && !drive.controlled[1][0] &&
-        !drive.controlled[1][1] && finite(f) && determinant(f) > 0.0 &&
-        std::fabs(twice_sine) < LARGEST_TURN * twice_cosine;
+    return drive.has_servo() || !(std::fabs(twice_sine) < LARGEST_TURN * twice_cosine);
   }
 
-  DriveRecord to_record(const Drive &drive, int segments)
+  /// Of a path in one segment.
+  DriveRecord to_record(const Drive &drive)
   {
     DriveRecord record;
     record.dt = drive.dt;
     record.substeps = drive.substeps;
-    record.segments = segments;
+    record.segments = 1;
     copy_tensor(drive.deformation, record.deformation);
     return record;
   }
 
-  /// What an extraordinary drive needs beyond its DriveRecord; sets the number of segments there.
+  /// What a drive that needs steering has beyond its DriveRecord; sets the number of segments there.
   SteeringRecord to_steering(const Drive &drive, DriveRecord &record)
   {
     SteeringRecord steering = SteeringRecord();
@@ -480,8 +482,26 @@ std::size_t BatchEngine::bytes_per_rve(int num_grains) const
 
 void BatchEngine::check_slot(int rve) const
 {
-  if (rve < 0 || rve >= static_cast<int>(grains_of.size()) || grains_of[rve] == 0)
-    throw InputError("there is no RVE with number " + std::to_string(rve));
+  require(rve >= 0 && rve < static_cast<int>(grains_of.size()) && grains_of[rve] > 0, [&] {
+    return "there is no RVE with number " + std::to_string(rve);
+  });
+}
+
+std::vector<int> BatchEngine::longest_first(const Call &call) const
+{
+  const auto cost = [&](int k) {
+    return static_cast<double>(call.drives[k].substeps) * grains_of[call.rves[k]];
+  };
+  std::vector<int> order(call.rves.size());
+  std::iota(order.begin(), order.end(), 0);
+  const bool equal = std::all_of(order.begin(), order.end(), [&](int k) {
+    return cost(k) == cost(0);
+  });
+  if (!equal)
+    std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+      return cost(a) > cost(b);
+    });
+  return order;
 }
 
 void BatchEngine::prepare_repeat(int rve, const AnswerRecord &result)
@@ -513,21 +533,19 @@ void BatchEngine::run(const std::vector<int> &rves, const std::vector<Drive> &dr
   call.rves = rves;
   call.drives.resize(count);
   call.with_details = with_details;
-  bool ordinary = true;
+  bool servo = false, steered = false;
   for (std::size_t k = 0; k < count; ++k) {
     check_slot(rves[k]);
+    check(drives[k]);
     call.largest = std::max(call.largest, grains_of[rves[k]]);
-    call.drives[k] = to_record(drives[k], 1);
-    ordinary = is_ordinary(drives[k]) && ordinary;
+    call.drives[k] = to_record(drives[k]);
+    servo = servo || drives[k].has_servo();
+    steered = steered || needs_steering(drives[k]);
   }
-  bool servo = false;
-  if (!ordinary) {
+  if (steered) {
     call.steering.resize(count);
-    for (std::size_t k = 0; k < count; ++k) {
-      check(drives[k]);
-      servo = servo || drives[k].has_servo();
+    for (std::size_t k = 0; k < count; ++k)
       call.steering[k] = to_steering(drives[k], call.drives[k]);
-    }
   }
   const bool general = servo || options.track_energy || any_viscous || options.arms == Arms::Lammps;
   call.scene = general ? SceneKind::General : SceneKind::Plain;

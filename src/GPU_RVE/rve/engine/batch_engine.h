@@ -60,6 +60,8 @@ class BatchEngine : public Engine {
   /// Runs the block program once for each RVE. `details` are filled when they are wanted.
   virtual void launch(const Call &call, std::vector<AnswerRecord> &answers,
                       std::vector<DetailRecord> &details) = 0;
+  /// Positions in the call, the most expensive first: with RVEs of unequal cost the last ones to run are short.
+  std::vector<int> longest_first(const Call &call) const;
 
   const Options options;
   const BatchConstants constants;

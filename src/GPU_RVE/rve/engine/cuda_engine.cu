@@ -6,7 +6,6 @@
 #include "rve/engine/device_buffer.cuh"
 
 #include <algorithm>
-#include <numeric>
 
 namespace rve {
 
@@ -187,24 +186,6 @@ namespace {
       plan.blocks = blocks_per_sm * device.multiProcessorCount;
       last_plan = plan;
       return last_plan;
-    }
-
-    /// Positions in the call, the most expensive first: with RVEs of unequal cost the last ones to run are short.
-    std::vector<int> longest_first(const Call &call) const
-    {
-      const int count = static_cast<int>(call.rves.size());
-      const auto cost = [&](int k) {
-        return static_cast<double>(call.drives[k].substeps) * images[call.rves[k]].num_grains;
-      };
-      std::vector<int> order(count);
-      std::iota(order.begin(), order.end(), 0);
-      bool equal = true;
-      for (int k = 1; k < count && equal; ++k) equal = cost(k) == cost(0);
-      if (!equal)
-        std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-          return cost(a) > cost(b);
-        });
-      return order;
     }
 
     static int capacity_of(Residency residency, int largest)

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <numeric>
 #include <omp.h>
 
 namespace rve {
@@ -99,16 +98,7 @@ namespace {
       const int count = static_cast<int>(call.rves.size());
       answers.assign(count, AnswerRecord());
       if (call.with_details) details.assign(count, DetailRecord());
-      // longest first: with RVEs of unequal cost the last ones are short
-      std::vector<int> order(count);
-      std::iota(order.begin(), order.end(), 0);
-      const auto cost = [&](int k) {
-        return static_cast<double>(call.drives[k].substeps) * images[call.rves[k]].num_grains;
-      };
-      std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-        return cost(a) > cost(b);
-      });
-
+      const std::vector<int> order = longest_first(call);
       const HostWorkspaceSizes sizes = kernel.workspace_sizes(call.largest, call.pair_capacity);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(std::min(num_threads, std::max(count, 1)))
       for (int m = 0; m < count; ++m) {

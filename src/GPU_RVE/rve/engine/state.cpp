@@ -19,22 +19,38 @@ namespace {
 
   // ---- soundness ----
 
-  void require_positive(double value, const std::string &what, const char *unit)
+  // What is checked has a name, or a function that returns it: thousands of grains are checked, and few names are ever read.
+  template <class Name> std::string text_of(const Name &name)
   {
-    require(std::isfinite(value) && value > 0.0,
-            what + " is " + number(value) + " " + unit + "; it must be finite and greater than 0");
+    if constexpr (std::is_invocable_v<Name>)
+      return name();
+    else
+      return name;
   }
 
-  void require_not_negative(double value, const std::string &what, const char *unit)
+  template <class Name>
+  void require_sound(bool sound, double value, const Name &what, const char *unit,
+                     const char *demand)
   {
-    require(std::isfinite(value) && value >= 0.0,
-            what + " is " + number(value) + " " + unit + "; it must be finite and at least 0");
+    require(sound, [&] {
+      return text_of(what) + " is " + number(value) + " " + unit + "; it must be " + demand;
+    });
   }
 
-  void require_finite(double value, const std::string &what, const char *unit)
+  template <class Name> void require_positive(double value, const Name &what, const char *unit)
   {
-    require(std::isfinite(value),
-            what + " is " + number(value) + " " + unit + "; it must be a finite number");
+    require_sound(std::isfinite(value) && value > 0.0, value, what, unit,
+                  "finite and greater than 0");
+  }
+
+  template <class Name> void require_not_negative(double value, const Name &what, const char *unit)
+  {
+    require_sound(std::isfinite(value) && value >= 0.0, value, what, unit, "finite and at least 0");
+  }
+
+  template <class Name> void require_finite(double value, const Name &what, const char *unit)
+  {
+    require_sound(std::isfinite(value), value, what, unit, "a finite number");
   }
 
   void require_finite(const Tensor2 &tensor, const std::string &what, const char *unit)
@@ -85,14 +101,23 @@ namespace {
     std::vector<std::pair<std::int32_t, std::int32_t>> ends;
     for (std::size_t k = 0; k < state.pairs.size(); ++k) {
       const Pair &pair = state.pairs[k];
-      const std::string name = "pair " + std::to_string(k + 1);
+      const auto name = [&] {
+        return "pair " + std::to_string(k + 1);
+      };
       for (const std::int32_t grain : {pair.first, pair.second})
-        require(grain >= 0 && grain < state.num_grains(),
-                name + " names grain " + std::to_string(grain + 1) + "; grains are 1 to " +
-                    std::to_string(state.num_grains()));
-      require(pair.first != pair.second,
-              name + " joins grain " + std::to_string(pair.first + 1) + " to itself");
-      require_finite(pair.tangential_force, "tangential force of " + name, "[force]");
+        require(grain >= 0 && grain < state.num_grains(), [&] {
+          return name() + " names grain " + std::to_string(grain + 1) + "; grains are 1 to " +
+              std::to_string(state.num_grains());
+        });
+      require(pair.first != pair.second, [&] {
+        return name() + " joins grain " + std::to_string(pair.first + 1) + " to itself";
+      });
+      require_finite(
+          pair.tangential_force,
+          [&] {
+            return "tangential force of " + name();
+          },
+          "[force]");
       ends.push_back(std::minmax(pair.first, pair.second));
     }
     std::sort(ends.begin(), ends.end());
@@ -107,7 +132,7 @@ namespace {
 
   // "RVESTATE" read as a number: a file from a machine of the other byte order shows as reversed.
   constexpr std::uint64_t MAGIC = 0x4554415453455652u;
-  constexpr std::uint32_t VERSION = 1;
+  constexpr std::uint32_t VERSION = 2;
 
   struct ImageHeader {
     std::uint64_t magic;
@@ -259,16 +284,16 @@ void RveState::check() const
 
   double largest_radius = 0.0;
   for (std::size_t i = 0; i < n; ++i) {
+    const auto of_grain = [&](const char *what) {
+      return [=] {
+        return std::string(what) + " of grain " + std::to_string(i + 1);
+      };
+    };
+    require_positive(radius[i], of_grain("radius"), "[length]");
+    require_finite(velocity[2 * i], of_grain("peculiar velocity"), "[length/time]");
+    require_finite(velocity[2 * i + 1], of_grain("peculiar velocity"), "[length/time]");
+    require_finite(spin[i], of_grain("spin"), "[1/time]");
     largest_radius = std::max(largest_radius, radius[i]);
-    // words for a message cost more than all else here, and millions of RVEs may be added
-    if (radius[i] > 0.0 && std::isfinite(radius[i]) && std::isfinite(velocity[2 * i]) &&
-        std::isfinite(velocity[2 * i + 1]) && std::isfinite(spin[i]))
-      continue;
-    const std::string grain = " of grain " + std::to_string(i + 1);
-    require_positive(radius[i], "radius" + grain, "[length]");
-    require_finite(velocity[2 * i], "peculiar velocity" + grain, "[length/time]");
-    require_finite(velocity[2 * i + 1], "peculiar velocity" + grain, "[length/time]");
-    require_finite(spin[i], "spin" + grain, "[1/time]");
   }
   check_cell(cell, largest_radius);
   require_finite(deformation, "the deformation gradient", "[-]");
