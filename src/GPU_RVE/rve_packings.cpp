@@ -64,15 +64,17 @@ std::vector<int> numbers(LAMMPS *lmp, int igroup, ScriptValue &value, const char
 
 void RvePackings::read(LAMMPS *lmp, const FixRveSettings &settings)
 {
+  files = settings.packings;
   std::vector<std::vector<char>> state_images;
   const std::string failure = on_rank_zero(lmp->world, [&]() {
-    for (const auto &file : settings.packings) {
+    for (std::size_t n = 0; n < settings.packings.size(); ++n) {
+      const std::string &file = settings.packings[n];
       try {
         rve::PackingLibrary library = rve::read_library(file);
         for (auto &state : library.packings) {
           settings.material.apply(state.material);
           state.check();
-          files.push_back(file);
+          file_of.push_back(static_cast<int>(n));
           stable.push_back(rve::stable_time_step(state));
           state_images.push_back(rve::serialize(state));
         }
@@ -84,11 +86,12 @@ void RvePackings::read(LAMMPS *lmp, const FixRveSettings &settings)
   });
   if (!failure.empty()) lmp->error->all(FLERR, "fix rve: {}", failure);
 
-  const int me = lmp->comm->me;
   int count = static_cast<int>(state_images.size());
   MPI_Bcast(&count, 1, MPI_INT, 0, lmp->world);
   state_images.resize(count);
   stable.resize(count);
+  file_of.resize(count);
+  MPI_Bcast(file_of.data(), count, MPI_INT, 0, lmp->world);
   MPI_Bcast(stable.data(), count, MPI_DOUBLE, 0, lmp->world);
   for (auto &image : state_images) {
     int size = static_cast<int>(image.size());
@@ -97,15 +100,6 @@ void RvePackings::read(LAMMPS *lmp, const FixRveSettings &settings)
     MPI_Bcast(image.data(), size, MPI_CHAR, 0, lmp->world);
     packings.push_back(rve::deserialize(image.data(), image.size()));
     void_ratios.push_back(packings.back().void_ratio());
-  }
-  // the file of each packing, for messages
-  std::vector<int> lengths(count);
-  for (int k = 0; me == 0 && k < count; ++k) lengths[k] = static_cast<int>(files[k].size());
-  MPI_Bcast(lengths.data(), count, MPI_INT, 0, lmp->world);
-  files.resize(count);
-  for (int k = 0; k < count; ++k) {
-    files[k].resize(lengths[k]);
-    MPI_Bcast(files[k].data(), lengths[k], MPI_CHAR, 0, lmp->world);
   }
   by_void_ratio.emplace(void_ratios);
 
@@ -121,8 +115,8 @@ void RvePackings::read(LAMMPS *lmp, const FixRveSettings &settings)
 
 std::string RvePackings::name(int packing) const
 {
-  return size() == 1 ? "packing " + files[0]
-                     : fmt::format("packing {} ({})", packing, files[packing]);
+  const std::string &file = files[file_of[packing]];
+  return size() == 1 ? "packing " + file : fmt::format("packing {} ({})", packing, file);
 }
 
 /* ---------------------------------------------------------------------- */

@@ -45,8 +45,10 @@ class RvePackings {
 
  private:
   std::vector<rve::RveState> packings;
-  std::vector<std::string> files;    // per packing
-  std::vector<double> stable;        // per packing
+  std::vector<std::string> files;
+  // per packing
+  std::vector<int> file_of;
+  std::vector<double> stable;
   std::vector<double> void_ratios;
   std::optional<rve::VoidRatioIndex> by_void_ratio;
   std::map<std::pair<int, int>, rve::RveState> images;    // of packing, number of the image
