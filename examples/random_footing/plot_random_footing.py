@@ -38,7 +38,7 @@ def points(axes, frame, name, label, size, **limits):
     axes.set_aspect("equal")
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
-    axes.figure.colorbar(drawn, ax=axes, label=label, shrink=0.8)
+    axes.figure.colorbar(drawn, ax=axes, label=label, orientation="horizontal", shrink=0.6)
 
 
 def kilopascal(curve, column):
@@ -57,7 +57,7 @@ def draw_ensemble(folder, out):
     figure, axes = plt.subplots(2, 2, figsize=(12, 7.5), constrained_layout=True)
     if os.path.exists("fields.field"):
         frame = read_dump("fields.field")
-        points(axes[0][0], frame, "void_ratio", "initial void ratio", 14000.0 / len(frame["x"]))
+        points(axes[0][0], frame, "void_ratio", "initial void ratio", 22000.0 / len(frame["x"]))
     middle = lengths[len(lengths) // 2]
     for group, color, label in (("uniform", "tab:gray", "uniform"), (middle, "tab:blue", f"correlation length {float(middle):g} m")):
         for k, row in enumerate(row for row in rows if row["length"] == group):
@@ -91,13 +91,14 @@ def draw_symmetric(names, out):
     # the largest one per cent, at the footing's corners, would wash out everything else
     top = max(np.quantile(frame["displacement"][frame["type"] == 1], 0.99) for frame in frames.values())
     for panel, name in zip((axes[0][0], axes[0][1], axes[1][0]), names):
-        points(panel, frames[name], "displacement", "|u| [m]", 14000.0 / len(frames[name]["x"]), vmin=0, vmax=top)
+        points(panel, frames[name], "displacement", "|u| [m]", 22000.0 / len(frames[name]["x"]), vmin=0, vmax=top)
         panel.set_title(titles[name])
         axes[1][1].plot(*kilopascal(read_curve(f"curve.{name}"), 2), label=titles[name])
     axes[1][1].axhline(0, color="black", linewidth=0.6)
     axes[1][1].set_xlabel("settlement [m]")
     axes[1][1].set_ylabel("horizontal force / width [kPa]")
-    axes[1][1].legend()
+    axes[1][1].margins(y=0.35)
+    axes[1][1].legend(loc="lower left", fontsize="small")
     figure.savefig(out, dpi=80)
     print("wrote", out)
 
