@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs in.random_footing for several correlation lengths and seeds, and for uniform ground, and prints the statistics of the bearing capacity.
 
-    python3 ensemble.py --lmp <lmp>                              5 lengths and uniform ground, 8 seeds each; 5 minutes on two cores
+    python3 ensemble.py --lmp <lmp>                              5 lengths and uniform ground, 8 seeds each; 14 minutes of CPU time
     python3 ensemble.py --lmp <lmp> --seeds 16 --jobs 4          more of them, four at a time
     python3 ensemble.py --lmp <lmp> --jobs 1 -- -var h 0.1 -var grains 400 -var device cuda     full size on a GPU
 
