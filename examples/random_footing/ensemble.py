@@ -3,7 +3,7 @@
 
     python3 ensemble.py --lmp <lmp>                              5 lengths and uniform ground, 8 seeds each; 14 minutes of CPU time
     python3 ensemble.py --lmp <lmp> --seeds 16 --jobs 4          more of them, four at a time
-    python3 ensemble.py --lmp <lmp> --jobs 1 -- -var h 0.1 -var grains 400 -var device cuda     full size on a GPU
+    python3 ensemble.py --lmp <lmp> --dir full --jobs 1 -- -var h 0.1 -var grains 400 -var device cuda     full size on a GPU
 
 What follows -- goes to every run. Curves and the table ensemble.csv are written to the folder --dir; a run whose curve is there already is
 not repeated, so that an ensemble can be continued. The bearing capacity is the largest pressure, averaged over 0.01 m of settlement, up
