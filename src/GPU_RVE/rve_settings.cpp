@@ -120,13 +120,37 @@ class Words {
   int iarg;
 };
 
-constexpr const char *KEYWORDS[] = {"drive",      "servo",    "servo_gain",       "servo_max_rate",
-                                    "dt",         "dt_check", "substeps",         "format",
-                                    "arithmetic", "device",   "threads",          "skin",
-                                    "block_size", "arms",     "overlap_limit",    "policy",
-                                    "energy",     "packings", "packing_variable", "dump",
-                                    "kn",         "kt",       "friction",         "density",
-                                    "damping",    "gamma_n",  "gamma_t",          "thickness",
+constexpr const char *KEYWORDS[] = {"drive",
+                                    "servo",
+                                    "servo_gain",
+                                    "servo_max_rate",
+                                    "dt",
+                                    "dt_check",
+                                    "substeps",
+                                    "format",
+                                    "arithmetic",
+                                    "device",
+                                    "threads",
+                                    "skin",
+                                    "block_size",
+                                    "arms",
+                                    "overlap_limit",
+                                    "policy",
+                                    "energy",
+                                    "packings",
+                                    "packing_variable",
+                                    "packing_random",
+                                    "packing_void_ratio",
+                                    "packing_image",
+                                    "dump",
+                                    "kn",
+                                    "kt",
+                                    "friction",
+                                    "density",
+                                    "damping",
+                                    "gamma_n",
+                                    "gamma_t",
+                                    "thickness",
                                     "mass_depth"};
 
 bool is_keyword(const char *word)
@@ -291,7 +315,19 @@ FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
     } else if (keyword == "packings") {
       while (!words.empty() && !is_keyword(words.peek())) s.packings.push_back(words.next(keyword));
     } else if (keyword == "packing_variable") {
-      s.which_packing = ScriptValue::parse(lmp, command, words.next(keyword));
+      s.choice.number = ScriptValue::parse(lmp, command, words.next(keyword));
+    } else if (keyword == "packing_random") {
+      s.choice.seed = words.integer(keyword, 0);
+    } else if (keyword == "packing_void_ratio") {
+      s.choice.void_ratio = ScriptValue::parse(lmp, command, words.next(keyword));
+      s.choice.tolerance = words.positive("packing_void_ratio tolerance", "[-]");
+    } else if (keyword == "packing_image") {
+      if (strcmp(words.peek(), "random") == 0) {
+        words.skip(1);
+        s.choice.image_seed = words.integer("packing_image random seed", 0);
+      } else {
+        s.choice.image = ScriptValue::parse(lmp, command, words.next(keyword));
+      }
     } else if (keyword == "dump") {
       s.dump_interval = words.integer("dump interval", 1);
       s.dump_prefix = words.next("dump file prefix");
@@ -309,8 +345,8 @@ FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
       if (goal.row == rate.row && goal.column == rate.column)
         lmp->error->all(FLERR, "{}: component {} is driven by both velocity_gradient and servo",
                         command, rve_component_name(goal.row, goal.column));
-  if (s.packings.size() > 1 && s.which_packing.variable.empty())
-    lmp->error->all(FLERR, "{}: {} packings are given; packing_variable must choose among them",
-                    command, s.packings.size());
+  if (!s.choice.number.variable.empty() && (s.choice.seed || s.choice.void_ratio))
+    lmp->error->all(FLERR, "{}: packing_variable and {} exclude each other", command,
+                    s.choice.seed ? "packing_random" : "packing_void_ratio");
   return s;
 }
