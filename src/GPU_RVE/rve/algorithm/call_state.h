@@ -89,6 +89,7 @@ inline namespace RVE_ISA {
     Tensor2 cell;    ///< H: with a servo of the present step, else at start and end of the call
     Tensor2 list_cell, deformation, servo_gradient;
     CellPath path;
+    Tensor2 end_cell, end_deformation;                             ///< without a servo
     double supplied, friction_loss, damping_loss, viscous_loss;    ///< in this call [force length]
 
     // constants of the call
@@ -97,6 +98,8 @@ inline namespace RVE_ISA {
     double
         velocity_factor;    ///< dt/m of a unit radius, in internal units of force, length and velocity
     double skin, expected_force;
+    float
+        sound_force;    ///< below it all is well with the normal force on any grain [internal force]
     LawNumbers<Format> law;
     typename Format::Real alpha;
 
@@ -123,9 +126,8 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// Love sums in internal units, and the number of contacts plus kCrushed for each whose overlap is beyond the limit.
-  constexpr int kStressSums = 5;
-  constexpr std::int64_t kCrushed = std::int64_t(1) << 32;
+  /// Love sums xx, xy, yx, yy in internal units, the number of contacts, and of those whose overlap is beyond the limit.
+  constexpr int kStressSums = 6, kContactSum = 4, kCrushedSum = 5;
 
   template <class Format> struct CallState : PreparedCall<Format> {
     /// Of the last forces for which it was wanted: Love sums, and the largest normal force of the call [internal force], infinite

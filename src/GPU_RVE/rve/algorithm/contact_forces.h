@@ -112,7 +112,7 @@ inline namespace RVE_ISA {
     Vec<typename Format::Sum, 3> own;       ///< force and torque on the owner
     typename Format::Real largest_force;    ///< normal
     Vec<typename Format::Sum, 4> stress;    ///< Love terms, with the stress
-    std::int64_t contacts;                  ///< and kCrushed for some, with the stress
+    std::int32_t contacts, crushed;         ///< with the stress
     Dissipation heat;                       ///< with the stress of the General program
   };
 
@@ -151,7 +151,8 @@ inline namespace RVE_ISA {
       add_love_term<Format>(force.force, contact.branch, sum.stress);
       const Real ri = static_cast<Real>(grain_i.radius), rj = static_cast<Real>(grain_j.radius);
       const bool crushed = !(contact.overlap <= overlap_limit * (ri < rj ? ri : rj));
-      sum.contacts += crushed ? kCrushed + 1 : 1;
+      ++sum.contacts;
+      sum.crushed += crushed ? 1 : 0;
     }
     if constexpr (WithStress && General) {
       const double dt = static_cast<double>(step.dt);
@@ -168,13 +169,11 @@ inline namespace RVE_ISA {
     }
   }
 
-  /// All owned and extra pairs of the RVE. WithStress: fills call.survey, and
-  /// does aside what there is to do.
-  template <bool WithStress, bool General, class Block, class Format, class Aside>
+  /// All owned and extra pairs of the RVE. WithStress: fills call.survey.
+  template <bool WithStress, bool General, class Block, class Format>
   RVE_INLINE void contact_forces(Block &block, GrainItems<Block, Format> &grains,
                                  const SharedView<Format> &shared, CallState<Format> &call,
-                                 int num_grains, const StepPlan<Format> &plan, Dissipation &heat,
-                                 Aside aside)
+                                 int num_grains, const StepPlan<Format> &plan, Dissipation &heat)
   {
     using Item = typename Block::Item;
     const int num_extra = call.num_extra;
@@ -196,11 +195,13 @@ inline namespace RVE_ISA {
         block.accumulate(&shared.torque[first], sum.own[2]);
       }
     };
-    const auto grain_forces = [&](Item i, std::int64_t *stress, float &largest) RVE_INLINE_LAMBDA {
+    const auto grain_forces = [&](Item i, typename Format::Sum *term,
+                                  float &largest) RVE_INLINE_LAMBDA {
       const GrainView<Format> me{grains.motion[i], grains.spin[i], grains.radius[i]};
       GrainSum<Format> sum{Vec<typename Format::Sum, 3>::zero(),
                            grains.largest_force[i],
                            Vec<typename Format::Sum, 4>::zero(),
+                           0,
                            0,
                            {0.0, 0.0}};
       for (int k = 0; k < kOwnedPairs; ++k) {
@@ -214,9 +215,9 @@ inline namespace RVE_ISA {
       add_extra(i, sum);
       grains.largest_force[i] = sum.largest_force;
       if constexpr (WithStress) {
-        for (int k = 0; k < 4; ++k)
-          stress[k] = wrapping_sum<std::int64_t>(stress[k], sum.stress[k]);
-        stress[4] += sum.contacts;
+        for (int k = 0; k < 4; ++k) term[k] = sum.stress[k];
+        term[kContactSum] = sum.contacts;
+        term[kCrushedSum] = sum.crushed;
         const float mine = soundness<Format>(me, sum.largest_force);
         largest = mine > largest ? mine : largest;
       }
@@ -228,7 +229,8 @@ inline namespace RVE_ISA {
     };
 
     if constexpr (WithStress) {
-      block.template survey_items<kStressSums>(num_grains, grain_forces, aside, call.survey);
+      block.template survey_items<kStressSums, typename Format::Sum>(num_grains, grain_forces,
+                                                                     call.survey);
     } else {
       block.for_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
         if constexpr (IsPack<std::decay_t<decltype(i)>>::value) {
@@ -237,6 +239,7 @@ inline namespace RVE_ISA {
             GrainSum<Format> sum{Vec<typename Format::Sum, 3>::zero(),
                                  grains.largest_force[m],
                                  Vec<typename Format::Sum, 4>::zero(),
+                                 0,
                                  0,
                                  {0.0, 0.0}};
             add_extra(m, sum);

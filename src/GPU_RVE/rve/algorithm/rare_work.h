@@ -82,7 +82,10 @@ inline namespace RVE_ISA {
         increment.rotation = load_tensor(call.steering.rotation);
         increment.stretch = load_tensor(call.steering.stretch);
       }
-      if (!call.has_servo()) call.path = CellPath(call.cell, increment, drive.substeps, drive.dt);
+      if (!call.has_servo()) {
+        call.path = CellPath(call.cell, increment, drive.substeps, drive.dt);
+        find_end(call);
+      }
       call.supplied = call.friction_loss = call.damping_loss = call.viscous_loss = 0.0;
       const int length_bits = CallUnits::length_bits(header.largest_radius);
       call.units.length = power_of_two(length_bits);
@@ -99,6 +102,15 @@ inline namespace RVE_ISA {
         choose_units(call);
         call.plan_last = steps_to_plan(call);
       }
+    }
+
+    /// Where the path ends.
+    static RVE_INLINE void find_end(PreparedCall<Format> &call)
+    {
+      const bool moves = call.drive.substeps > 0;
+      const Tensor2 increment = load_tensor(call.drive.deformation);
+      call.end_cell = moves ? call.path.end() : call.cell;
+      call.end_deformation = moves ? increment * call.deformation : call.deformation;
     }
 
     /// Steps that are planned before the call begins: not before there is a list, nor with a servo, whose first cell is not known.
@@ -253,6 +265,11 @@ inline namespace RVE_ISA {
       law.velocity_arm = static_cast<Real>(call.batch.velocity_arm);
       law.dt = static_cast<Real>(call.drive.substeps > 0 ? call.drive.dt : 0.0);
       call.alpha = static_cast<Real>(header.local_damping);
+      const double crushing = crushing_force(call);
+      const double least_trouble = crushing < call.units.force_limit ? crushing
+                                                                     : call.units.force_limit;
+      // a little less covers the rounding of forces to float
+      call.sound_force = static_cast<float>((1.0 - 1e-6) * least_trouble);
       const double per_length = call.units.per_length;
       call.velocity_factor = call.drive.dt * (call.units.force * per_length) *
           (per_length * per_length) / call.mass_factor;
@@ -381,6 +398,7 @@ inline namespace RVE_ISA {
             call.path.map_start([&](const Tensor2 &start) {
               return apply_lattice_step(start, change);
             });
+          if (!call.has_servo()) find_end(call);
           ++call.num_reductions;
         });
       }
@@ -446,40 +464,43 @@ inline namespace RVE_ISA {
       });
     }
 
-    /// The cell at the end of a call. By one thread.
-    static RVE_COLD void end_path(CallState<Format> &call)
+    /// H at the end of a call.
+    static RVE_INLINE const Tensor2 &last_cell(const CallState<Format> &call)
     {
-      if (call.drive.substeps == 0 || call.has_servo()) return;
-      call.cell = call.path.cell(call.drive.substeps);
-      call.deformation = load_tensor(call.drive.deformation) * call.deformation;
+      return call.has_servo() ? call.cell : call.end_cell;
     }
 
-    /// Status of a call whose steps are done: troubles that they only noted, and what the contacts of the end say.
-    static RVE_INLINE std::uint32_t judge(Block &block, const CallState<Format> &call)
+    /// One number tells that all is well with the grains, as it nearly always is.
+    static RVE_INLINE bool is_sound(const CallState<Format> &call)
+    {
+      return call.survey.largest < call.sound_force;
+    }
+
+    /// Status of a call whose steps are done, but for troubles of grains.
+    static RVE_INLINE std::uint32_t judge(const CallState<Format> &call)
     {
       std::uint32_t word = call.status;
-      const double limit = call.units.force_limit;
-      // an overlap that is beyond the limit even for two of the largest grains; the others are looked at in the end only
-      const double crushing = call.header.normal_stiffness * call.batch.overlap_limit *
-          call.header.largest_radius * call.units.per_force;
-      // one number tells that all is well, as it nearly always is; it may be rounded from double to float
-      const double largest = (1.0 + 1e-6) * static_cast<double>(call.survey.largest);
-      if (!(largest < limit && largest < crushing))
-        word |= find_trouble(block, call, limit, crushing);
-      if (!(determinant(call.cell) > 0.0)) word |= status::NonFinite;
-      if (call.survey.sum[4] >= kCrushed) word |= status::OverlapTooLarge;
-      if ((call.survey.sum[4] & (kCrushed - 1)) == 0) word |= status::NoContacts;
+      if (call.survey.sum[kCrushedSum] > 0) word |= status::OverlapTooLarge;
+      if (call.survey.sum[kContactSum] == 0) word |= status::NoContacts;
       if (call.num_extra > call.header.extra_capacity) word |= status::ListFull;
+      if (!(determinant(last_cell(call)) > 0.0)) word |= status::NonFinite;
       return word;
     }
 
-    /// Which grains are not sound, exactly.
-    static RVE_COLD std::uint32_t find_trouble(Block block, const CallState<Format> &call,
-                                               double force_limit, double crushing_force)
+    /// An overlap that is beyond the limit even for two of the largest grains gives at least this force, with springs only; the
+    /// others are looked at in the end [internal force].
+    static RVE_INLINE double crushing_force(const PreparedCall<Format> &call)
+    {
+      return call.header.normal_stiffness * call.batch.overlap_limit * call.header.largest_radius *
+          call.units.per_force;
+    }
+
+    /// Troubles of grains, exactly.
+    static RVE_COLD std::uint32_t find_trouble(Block block, const CallState<Format> &call)
     {
       const SharedView<Format> &shared = call.shared;
-      const Real limit = static_cast<Real>(force_limit),
-                 crushing = static_cast<Real>(crushing_force);
+      const Real limit = static_cast<Real>(call.units.force_limit),
+                 crushing = static_cast<Real>(crushing_force(call));
       const bool springs_only = call.header.normal_viscosity == 0.0;
       std::uint32_t word = status::Ok;
       if (block.any(call.num_grains, [&](Item i) {
@@ -510,26 +531,27 @@ inline namespace RVE_ISA {
       answer.num_contacts = 0;
       store_tensor(Tensor2::zero(), answer.stress);
       if (word & status::Fatal) return;
-      answer.num_contacts = static_cast<std::int32_t>(call.survey.sum[4] & (kCrushed - 1));
-      store_tensor(stress_from(call, determinant(call.cell)), answer.stress);
-      ImageProgress &h = call.header;
-      store_tensor(call.cell, h.cell);
-      store_tensor(call.deformation, h.deformation);
+      answer.num_contacts = static_cast<std::int32_t>(call.survey.sum[kContactSum]);
+      const Tensor2 &cell = last_cell(call);
+      store_tensor(stress_from(call, determinant(cell)), answer.stress);
+      const ImageHeader &old = call.header;
+      ImageProgress &h = *call.image.header;
+      store_tensor(cell, h.cell);
+      store_tensor(call.has_servo() ? call.deformation : call.end_deformation, h.deformation);
       store_tensor(call.list_cell, h.list_cell);
       store_tensor(call.servo_gradient, h.servo_velocity_gradient);
       h.num_extra = call.num_extra;
       h.list_valid = 1;
       // an evaluation sets the force scale only where there is none yet: it must not change what follows
-      if (call.drive.substeps > 0 || h.largest_contact_force == 0.0)
+      if (call.drive.substeps > 0 || old.largest_contact_force == 0.0)
         h.largest_contact_force = call.units.force * static_cast<double>(call.survey.largest);
-      h.steps += call.drive.substeps;
-      h.rebuilds += call.num_rebuilds;
-      h.lattice_reductions += call.num_reductions;
-      h.work += call.supplied;
-      h.friction_loss += call.friction_loss;
-      h.damping_loss += damped;
-      h.viscous_loss += call.viscous_loss;
-      static_cast<ImageProgress &>(*call.image.header) = h;
+      h.steps = old.steps + call.drive.substeps;
+      h.rebuilds = old.rebuilds + call.num_rebuilds;
+      h.lattice_reductions = old.lattice_reductions + call.num_reductions;
+      h.work = old.work + call.supplied;
+      h.friction_loss = old.friction_loss + call.friction_loss;
+      h.damping_loss = old.damping_loss + damped;
+      h.viscous_loss = old.viscous_loss + call.viscous_loss;
     }
   };
 

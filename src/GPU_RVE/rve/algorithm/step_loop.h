@@ -51,7 +51,9 @@ inline namespace RVE_ISA {
       };
       if (!call.fatal()) {
         run_steps();
-        word = call.fatal() ? call.status : Rare::judge(block, call);
+        word = call.status;
+        if (!call.fatal()) word = Rare::judge(call);
+        if (!call.fatal() && !Rare::is_sound(call)) word |= Rare::find_trouble(block, call);
       }
       if (word & status::Fatal) {
         block.once(conclude);
@@ -67,7 +69,7 @@ inline namespace RVE_ISA {
         damped = block.sum_array(num_grains, call.work.damping);
         block.once(conclude);
       }
-      if (detail) copy_words(block, call.header, detail->header);
+      if (detail) copy_words(block, *call.image.header, detail->header);
     }
 
    private:
@@ -143,8 +145,7 @@ inline namespace RVE_ISA {
         if (t == end) break;
         moved = false;
         Dissipation none{0.0, 0.0};
-        contact_forces<false, General>(block, grains, shared, call, num_grains, plan, none, [] {
-        });
+        contact_forces<false, General>(block, grains, shared, call, num_grains, plan, none);
       }
       block.own_items(num_grains, [&](const auto i) {
         if constexpr (IsPack<std::decay_t<decltype(i)>>::value)
@@ -164,9 +165,7 @@ inline namespace RVE_ISA {
         grains.load(shared, i);
       });
       Dissipation heat{0.0, 0.0};
-      contact_forces<true, General>(block, grains, shared, call, num_grains, plan, heat, [&] {
-        if (k == last_step()) Rare::end_path(call);
-      });
+      contact_forces<true, General>(block, grains, shared, call, num_grains, plan, heat);
       block.own_items(num_grains, [&](Item i) {
         grains.save(i);
       });

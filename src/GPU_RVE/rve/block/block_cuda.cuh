@@ -8,6 +8,7 @@
 #include "rve/core/integer_sums.h"
 
 #include <cstdint>
+#include <type_traits>
 
 #define RVE_DEVICE __device__ __forceinline__
 
@@ -115,19 +116,27 @@ inline namespace RVE_ISA {
 
     template <class F> RVE_DEVICE void own_items(int n, F f) { visit_items(n, f); }
 
-    template <int M, class F, class Aside>
-    RVE_DEVICE void survey_items(int n, F f, Aside aside, Survey<M> &survey)
+    template <int M, class Term, class F>
+    RVE_DEVICE void survey_items(int n, F f, Survey<M> &survey)
     {
-      std::int64_t term[M];
+      using Sum = std::conditional_t<OneItemPerThread, Term, std::int64_t>;
+      Sum sum[M];
       float largest = 0.0f;
-      for (int m = 0; m < M; ++m) term[m] = 0;
+      for (int m = 0; m < M; ++m) sum[m] = 0;
       visit_items(n, [&](int i) {
-        f(i, term, largest);
+        if constexpr (OneItemPerThread) {
+          f(i, sum, largest);
+        } else {
+          Term term[M];
+          for (int m = 0; m < M; ++m) term[m] = 0;
+          f(i, term, largest);
+          for (int m = 0; m < M; ++m) sum[m] += term[m];
+        }
       });
       // the bits are ordered as the numbers are, which are not negative
       const int of_warp = __reduce_max_sync(active_lanes(), __float_as_int(largest));
       if (lane() == 0) scratch.largest[warp()] = of_warp;
-      sum_in_warps<M>(term);
+      sum_in_warps<M>(sum);
       for (int m = threadIdx.x; m < M; m += blockDim.x) {
         long long total = 0;
         for (int w = 0; w < num_warps(); ++w) total += scratch.sum[m][w];
@@ -137,7 +146,6 @@ inline namespace RVE_ISA {
         int most = 0;
         for (int w = 0; w < num_warps(); ++w) most = max(most, scratch.largest[w]);
         survey.largest = __int_as_float(most);
-        aside();
       });
       __syncthreads();
     }
@@ -270,8 +278,17 @@ inline namespace RVE_ISA {
                                  << 54);
     }
 
+    /// Two limbs.
+    static RVE_DEVICE long long sum_of_warp(unsigned active, std::int32_t term)
+    {
+      const unsigned low = static_cast<unsigned>(term) & 0xffffu;
+      const int high = term >> 16;
+      return static_cast<long long>(__reduce_add_sync(active, low)) +
+          65536ll * __reduce_add_sync(active, high);
+    }
+
     /// Sums over the threads of each warp, in scratch.sum.
-    template <int M> RVE_DEVICE void sum_in_warps(const std::int64_t *term)
+    template <int M, class Term> RVE_DEVICE void sum_in_warps(const Term *term)
     {
       static_assert(M <= 16, "CudaScratch::sum holds 16 numbers");
       const unsigned active = active_lanes();
@@ -291,7 +308,7 @@ inline namespace RVE_ISA {
       IntegerSums<M> sums;
 #pragma unroll
       for (int m = 0; m < M; ++m) {
-        long long mine = 0;
+        std::int64_t mine = 0;
         for (int w = lane(); w < num_warps(); w += lanes_here()) mine += scratch.sum[m][w];
         sums.value[m] = sum_of_warp(active, mine);
       }

@@ -18,8 +18,9 @@
 //       A phase whose f takes `const auto i` may also get a PackItem, several items at a time (block/block_simd.h)
 //   own_items(n, f)         as for_items, but f(item) neither reads nor writes what another item does before the next phase: no barrier
 //   for_items(n, f, aside)  as for_each(n, f, aside)
-//   survey_items<M>(n, f, aside, survey)    f(item, std::int64_t *term, float &largest) adds to terms and raises `largest`, which is
-//                           not negative; leaves sums and the largest number where all threads can read them
+//   survey_items<M, Term>(n, f, survey)    f(item, Term *term, float &largest) adds to the item's terms, 32-bit or 64-bit
+//                           integers, and raises `largest`, which is not negative; leaves the sums over the items and the largest
+//                           number where all threads can read them
 //
 // The contract that makes one text correct on both:
 //   1. a variable declared outside a phase is uniform: every thread holds the same value;
@@ -67,12 +68,15 @@ inline namespace RVE_ISA {
       return sum_integers<M>(n, f);
     }
     template <class F> RVE_INLINE void own_items(int n, F f) { for_each(n, f); }
-    template <int M, class F, class Aside>
-    RVE_INLINE void survey_items(int n, F f, Aside aside, Survey<M> &survey)
+    template <int M, class Term, class F>
+    RVE_INLINE void survey_items(int n, F f, Survey<M> &survey)
     {
       survey = Survey<M>{};
-      for (int i = 0; i < n; ++i) f(i, survey.sum, survey.largest);
-      aside();
+      for (int i = 0; i < n; ++i) {
+        Term term[M] = {};
+        f(i, term, survey.largest);
+        for (int m = 0; m < M; ++m) survey.sum[m] += term[m];
+      }
     }
 
     template <class F> RVE_INLINE void once(F f) { f(); }

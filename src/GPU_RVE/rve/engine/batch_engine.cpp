@@ -337,8 +337,8 @@ namespace {
   /// Threads that translate between the caller and `count` RVEs: one for some hundreds, or waking them takes longer than they work.
   int helpers(const Options &options, int count)
   {
-    const int most = options.threads > 0 ? options.threads : omp_get_max_threads();
-    return std::min(most, 1 + count / 500);
+    const int most = std::min(8, options.threads > 0 ? options.threads : omp_get_max_threads());
+    return std::min(most, 1 + count / 1000);
   }
 
   Result to_result(const AnswerRecord &answer, const DetailRecord &record)

@@ -79,10 +79,9 @@ inline namespace RVE_ISA {
                  "r"(static_cast<unsigned>(size / 16 * 16)));
   }
 
-  /// By one thread.
-  template <class Format> RVE_DEVICE Taken take_rve(const LaunchRecord &launch)
+  /// The RVE of an entry of the queue. By one thread.
+  template <class Format> RVE_DEVICE Taken take_rve(const LaunchRecord &launch, int entry)
   {
-    const int entry = atomicAdd(launch.queue, 1);
     if (entry >= launch.count) return Taken{{nullptr, 0, 0}, -1};
     const int place = launch.order ? launch.order[entry] : entry;
     const RveHandle rve = launch.rves[place];
@@ -99,6 +98,8 @@ inline namespace RVE_ISA {
     extern __shared__ __align__(16) char on_chip[];
     __shared__ CudaScratch scratch;
     __shared__ CallState<Format> call;
+    // the next RVE is fetched while this one is loaded, one wait for memory in a phase
+    __shared__ int next_entry;
     __shared__ Taken next;
     using Block = BlockCuda<(Capacity > 0)>;
     using Rare = RareWork<Block, Format>;
@@ -106,7 +107,7 @@ inline namespace RVE_ISA {
     Block block(scratch);
     int grains_in_views = -1;    // what the views of the block are made for
     block.once([&] {
-      next = take_rve<Format>(launch);
+      next = take_rve<Format>(launch, atomicAdd(launch.queue, 1));
     });
     for (;;) {
       const Taken taken = next;
@@ -124,12 +125,13 @@ inline namespace RVE_ISA {
             to[w] = from[w];
           },
           [&] {
+            next_entry = atomicAdd(launch.queue, 1);
             if (n == grains_in_views) return;
             Rare::set_views(call, n, shared, memory, launch.pair_capacity);
             grains_in_views = n;
           });
       Rare::begin(block, call, shared, [&] {
-        next = take_rve<Format>(launch);
+        next = take_rve<Format>(launch, next_entry);
       });
       RveProgram<Block, Format, General> program(block, call, shared);
       program.run(launch.answers[taken.place],

@@ -38,10 +38,13 @@ inline namespace RVE_ISA {
         left = right;
         right = knot(segment + 1);
       }
-      if (step == num_substeps) return path.deformation * start;
+      if (step == num_substeps) return end();
       const double along = static_cast<double>(step) * path.segments / num_substeps - segment;
       return (left + along * (right - left)) * start;
     }
+
+    /// H after all substeps.
+    RVE_INLINE Tensor2 end() const { return path.deformation * start; }
 
     /// dH/dt on the present segment.
     RVE_INLINE Tensor2 cell_rate() const
