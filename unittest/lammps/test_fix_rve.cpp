@@ -326,7 +326,341 @@ TEST(CreateRve, SameSeedSameFileAndTheWantedPressure)
   EXPECT_NEAR(script.per_atom("p", 0), 1e5, 2e2);
 }
 
+// ---- between a macro step and DEM steps ----
+
+namespace {
+
+/// Four atoms, no two strain alike; the time step is 1e-3.
+const std::string KNOBS = FOUR_ATOMS + "compute s all rve/atom sxx syy sxy syx\n" +
+    "compute f all rve/atom def_yy\ncompute p all rve/atom p\ncompute q all rve/atom q\n";
+
+std::vector<double> stress_of(Script &script, int i)
+{
+  Compute *c = script.lmp->modify->get_compute_by_id("s");
+  c->compute_peratom();
+  return {c->array_atom[i], c->array_atom[i] + 4};
+}
+
+double largest_difference(const std::vector<double> &a, const std::vector<double> &b)
+{
+  double largest = 0.0;
+  for (std::size_t k = 0; k < a.size(); ++k) largest = std::max(largest, std::fabs(a[k] - b[k]));
+  return largest;
+}
+
+}    // namespace
+
+TEST(AdaptiveSubsteps, FollowTheStrainAndGiveTheQuasiStaticStress)
+{
+  // rates of 0.02/s: 2e-5 in a step of 1 ms, 20 DEM steps of it at 1e-6 each, and 10 where time is matched
+  const std::string drive = "dt 1e-4 drive velocity_gradient yy -0.02\n";
+  Script matched, fine, coarse;
+  matched << KNOBS + FIX + drive + "run 100";
+  fine << KNOBS + FIX + "substeps adaptive 1e-6 1 " + drive + "run 100";
+  coarse << KNOBS + FIX + "substeps adaptive 1e-2 1 " + drive + "run 100";
+
+  EXPECT_EQ(matched.fix_value(9), 10.0);
+  EXPECT_EQ(fine.fix_value(9), 20.0);
+  EXPECT_EQ(fine.fix_value(3), 4 * 100 * 20.0);
+  EXPECT_EQ(coarse.fix_value(3), 4 * 100 * 1.0);
+  // 2 ms of the RVE's own time are enough for a strain of 2e-3 to within the waves that it makes
+  for (Script *script : {&fine, &coarse})
+    EXPECT_NEAR(script->per_atom("f", 0), std::exp(-0.02 * 0.1), 1e-14);
+  const double p = matched.per_atom("p", 0);
+  EXPECT_LT(largest_difference(stress_of(fine, 0), stress_of(matched, 0)), 0.02 * p);
+}
+
+TEST(AdaptiveSubsteps, KeepTheInertialNumberBelowItsBound)
+{
+  const std::string drive = "dt 1e-4 drive velocity_gradient yy -0.2\n";
+  Script tight, loose;
+  tight << KNOBS + FIX + "substeps adaptive 1e-2 1e-4 " + drive + "run 1";
+  loose << KNOBS + FIX + "substeps adaptive 1e-2 1e-3 " + drive + "run 1";
+
+  // I = strain/(n dt) d sqrt(rho depth/(thickness p)), the last factor 0.0077 sqrt(2650/(0.075 1e5)): n = 91 for 1e-4
+  EXPECT_NEAR(tight.fix_value(9), 91.0, 3.0);
+  EXPECT_NEAR(loose.fix_value(9), 9.0, 2.0);
+}
+
+TEST(Quiescent, SkippedRveAnswersWithItsStiffnessAndNotWithAFrozenStress)
+{
+  // atom 1 strains by 1e-8 a step, atom 4 by 4e-8
+  const std::string drive = "variable slow atom -1e-5*id\n" + FIX +
+      "dt 1e-4 drive velocity_gradient yy v_slow quiescent 1e-6\n";
+  Script script;
+  script << KNOBS + drive + "run 0";
+  const std::vector<double> before = stress_of(script, 0);
+
+  script << "run 45";
+
+  EXPECT_EQ(script.fix_value(14), 4.0);
+  EXPECT_EQ(script.fix_value(3), 2 * 10.0);    // atoms 3 and 4 were awake once
+  EXPECT_NEAR(script.per_atom("f", 0), 1.0 - 4.5e-7, 1e-12);
+  const std::vector<double> after = stress_of(script, 0);
+  // plane modulus of the packing, some 10 MPa by Voigt: several Pa
+  EXPECT_LT(after[1] - before[1], -2.0);
+  EXPECT_GT(after[1] - before[1], -20.0);
+  EXPECT_EQ(script.fix_value(2), 0.0);
+}
+
+TEST(Quiescent, WakesWithTheWholeDeformation)
+{
+  const std::string drive = FIX + "dt 1e-4 substeps 100 drive velocity_gradient yy -1e-3\n";
+  const std::string skipping = drive.substr(0, drive.size() - 1) + " quiescent 4.5e-5\n";
+  Script always, sometimes;
+  always << KNOBS + drive + "run 120";
+  sometimes << KNOBS + skipping + "run 120";
+
+  // 1e-5 a step: one step in five is taken, and the strain is the same
+  EXPECT_EQ(always.fix_value(3), 4 * 120 * 100.0);
+  EXPECT_EQ(sometimes.fix_value(3), 4 * 24 * 100.0);
+  EXPECT_NEAR(sometimes.per_atom("f", 0), always.per_atom("f", 0), 1e-14);
+  const double p = always.per_atom("p", 0);
+  EXPECT_LT(largest_difference(stress_of(sometimes, 0), stress_of(always, 0)), 5e-3 * p);
+}
+
+TEST(Quiescent, SleepingRveTurnsItsStressWithIt)
+{
+  // a rotation is no strain: the RVE sleeps while it turns by half a radian
+  Script script;
+  script << KNOBS + FIX + "dt 1e-4 drive velocity_gradient xy -5 yx 5 quiescent 1e-6\nrun 0";
+  const std::vector<double> s = stress_of(script, 0);
+  const double p = script.per_atom("p", 0), q = script.per_atom("q", 0);
+
+  script << "run 100";
+
+  EXPECT_EQ(script.fix_value(3), 0.0);
+  EXPECT_EQ(script.fix_value(14), 4.0);
+  EXPECT_NEAR(script.per_atom("p", 0), p, 1e-10 * p);
+  EXPECT_NEAR(script.per_atom("q", 0), q, 1e-10 * p);
+  const double c = std::cos(0.5), r = std::sin(0.5);
+  EXPECT_NEAR(stress_of(script, 0)[0], c * c * s[0] + r * r * s[1] - c * r * (s[2] + s[3]),
+              1e-9 * p);
+}
+
+TEST(Quiescent, RveThatIsNotAtRestIsNotSkipped)
+{
+  // 2 % at once leave the grains in motion, and then nothing strains them
+  Script script;
+  script << KNOBS + "variable kick equal -20*(step<=1)\n" + FIX +
+          "dt 1e-4 drive velocity_gradient yy v_kick quiescent 1e-6\nrun 3";
+
+  EXPECT_EQ(script.fix_value(3), 4 * 3 * 10.0);
+  script << "run 200";
+  EXPECT_LT(script.fix_value(3), 4 * 203 * 10.0);    // they came to rest and fell asleep
+  EXPECT_EQ(script.fix_value(14), 4.0);
+}
+
+TEST(Quiescent, RestartInSleepContinuesBitForBit)
+{
+  const std::string file = temporary("restart_asleep");
+  const std::string fix = "variable slow atom -1e-3*id\n" + FIX +
+      "dt 1e-4 drive velocity_gradient yy v_slow xy 1e-3 quiescent 2e-5 shadow 2 3 "
+      "substeps adaptive 1e-6 1e-3 stress average 3 2\n";
+  const std::string computes = KNOBS.substr(FOUR_ATOMS.size());
+  Script whole, first, second;
+  whole << KNOBS + fix + "run 40";
+
+  first << KNOBS + fix + "run 17\nwrite_restart " + file + "\nclear";
+  second << "read_restart " + file + "\n" + computes + fix + "run 23";
+
+  EXPECT_GT(whole.fix_value(14), 0.0);
+  for (int atom = 1; atom <= 4; ++atom) EXPECT_EQ(second.state(atom), whole.state(atom));
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(stress_of(second, i), stress_of(whole, i));
+  for (const int n : {1, 2, 3, 4, 5, 6, 7, 11, 12, 13, 14})
+    EXPECT_EQ(second.fix_value(n), whole.fix_value(n)) << "value " << n;
+}
+
+TEST(MassScaling, LengthensTheStepAndLeavesTheQuasiStaticStress)
+{
+  const std::string drive = "dt auto 0.5 drive velocity_gradient yy -0.02\n";
+  Script light, heavy;
+  light << KNOBS + FIX + drive + "run 200";
+  heavy << KNOBS + FIX + "mass_scaling 4 " + drive + "run 200";
+
+  // steps of a millisecond: 17 and 9 fit in
+  EXPECT_NEAR(light.fix_value(9) / heavy.fix_value(9), 2.0, 0.2);
+  const double p = light.per_atom("p", 0);
+  EXPECT_GT(p, 1.1e5);
+  EXPECT_LT(largest_difference(stress_of(light, 0), stress_of(heavy, 0)), 0.01 * p);
+  EXPECT_NE(stress_of(light, 0), stress_of(heavy, 0));
+}
+
+TEST(StressSamples, AverageIsTheMeanOverTheLastSubsteps)
+{
+  // the same DEM steps one by one: 4 of them before the first sample, then every third
+  const std::string drive = "dt 1e-4 drive velocity_gradient yy -1\n";
+  Script average, regression, single;
+  average << KNOBS + FIX + "format double substeps 10 stress average 3 3 " + drive + "run 1";
+  regression << KNOBS + FIX + "format double substeps 10 stress regression 3 3 " + drive + "run 1";
+  single << KNOBS + FIX + "format double substeps 1 " + drive;
+
+  std::vector<std::vector<double>> samples;
+  for (const int steps : {4, 3, 3}) {
+    single << "run " + std::to_string(steps);
+    samples.push_back(stress_of(single, 0));
+  }
+
+  // a straight cell path against the exponential one: 1e-3 squared of the strain in between
+  const double p = single.per_atom("p", 0);
+  for (int k = 0; k < 4; ++k) {
+    const double mean = (samples[0][k] + samples[1][k] + samples[2][k]) / 3.0;
+    EXPECT_NEAR(stress_of(average, 0)[k], mean, 1e-4 * p);
+    // the line through three points rises by half the difference of the outer ones above the mean
+    EXPECT_NEAR(stress_of(regression, 0)[k], mean + 0.5 * (samples[2][k] - samples[0][k]),
+                1e-4 * p);
+  }
+  EXPECT_NEAR(average.per_atom("f", 0), single.per_atom("f", 0), 1e-14);
+  EXPECT_EQ(average.fix_value(3), 40.0);
+}
+
+TEST(Shadow, OfTheSameStepsInDoubleIsTheRveItself)
+{
+  Script script;
+  script << KNOBS + FIX +
+          "format double shadow 3 1 dt 1e-4 drive velocity_gradient yy v_rate xy 0.1\n" + "run 20";
+
+  EXPECT_EQ(script.fix_value(11), 0.0);
+  EXPECT_EQ(script.fix_value(12), 0.0);
+}
+
+TEST(Shadow, MeasuresWhatTheFormatAndTheStepLose)
+{
+  const std::string drive = "dt 1e-4 drive velocity_gradient yy v_rate xy 0.1\n";
+  Script fast, finer, alone;
+  fast << KNOBS + FIX + "format fast shadow 2 1 " + drive + "run 20";
+  finer << KNOBS + FIX + "format double shadow 2 4 " + drive + "run 20";
+  alone << KNOBS + FIX + "format fast " + drive + "run 20";
+
+  EXPECT_GT(fast.fix_value(12), 0.0);
+  EXPECT_LT(fast.fix_value(12), 1e-3);
+  EXPECT_GT(finer.fix_value(12), 0.0);
+  EXPECT_LT(finer.fix_value(12), 1e-2);
+  EXPECT_GE(fast.fix_value(12), fast.fix_value(11));
+  EXPECT_EQ(fast.fix_value(13), std::floor(fast.fix_value(13)));
+  EXPECT_GE(fast.fix_value(13), 1.0);
+  EXPECT_LE(fast.fix_value(13), 4.0);
+  // whoever is watched behaves as if alone
+  for (int atom = 1; atom <= 4; ++atom) EXPECT_EQ(fast.state(atom), alone.state(atom));
+}
+
+TEST(Shadow, SeesASkippedRve)
+{
+  // asleep for ever: the stress is that of Voigt's stiffness, and the shadow knows the true one
+  Script script;
+  script << KNOBS + FIX +
+          "dt 1e-4 substeps 100 quiescent 1e-3 shadow 1 1 drive velocity_gradient yy -1e-3\nrun 50";
+
+  EXPECT_EQ(script.fix_value(3), 0.0);
+  EXPECT_GT(script.fix_value(12), 1e-4);
+  EXPECT_LT(script.fix_value(12), 0.1);
+}
+
+TEST(Preset, SetsWhatItSaysAndKeywordsReplaceParts)
+{
+  const std::string fix = "fix grains all rve " + PACKING + " ";
+  Script plain, draft, standard, reference, replaced;
+  plain << FOUR_ATOMS + fix + "\n";
+  draft << FOUR_ATOMS + fix + "preset draft\n";
+  standard << FOUR_ATOMS + fix + "preset standard\n";
+  reference << FOUR_ATOMS + fix + "preset reference substeps 1\n";
+  replaced << FOUR_ATOMS + fix + "preset reference dt auto 0.9 substeps 1\n";
+
+  EXPECT_EQ(standard.fix_value(8), plain.fix_value(8));
+  EXPECT_NEAR(draft.fix_value(9), std::ceil(0.5 * plain.fix_value(9)), 0.0);
+  EXPECT_NEAR(replaced.fix_value(8) / reference.fix_value(8), 4.5, 1e-9);
+}
+
+namespace {
+
+/// What the lines print in the log.
+std::string log_of(const std::string &lines)
+{
+  const std::string path = temporary("log");
+  Script script;
+  script << "log " + path + "\n" + lines + "\nlog none";
+  return text_of(path);
+}
+
+}    // namespace
+
+TEST(Warnings, NameValueLimitAndRemedyOnce)
+{
+  const std::string log =
+      log_of(FOUR_ATOMS + FIX + "dt 1e-4 dt_check 5 drive velocity_gradient yy -5\nrun 20");
+
+  EXPECT_IN("WARNING: fix rve: in the RVE of atom", log);
+  EXPECT_IN("(and 3 others) at step 5, the inertial number is 0.0", log);
+  EXPECT_IN("above the 0.001 of quasi-static deformation", log);
+  EXPECT_IN("use a lower rate", log);
+  EXPECT_EQ(log.find("inertial", log.find("inertial") + 1), std::string::npos);
+}
+
+TEST(Warnings, ComeAtTheStartForOverlapAndSize)
+{
+  const std::string path = temporary("few.rve");
+  const std::string make = "create_rve " + path +
+      " grains 40 seed 5 radius uniform 0.003 0.005 kn 1e6 friction 0.5 "
+      "density 2650 damping 0.3 pressure 1e5 thickness 0.075\n";
+  const std::string log = log_of(FOUR_ATOMS + make + "fix grains all rve " + path + "\nrun 0");
+
+  EXPECT_IN("grains wide, less than the 16 of a shear band", log);
+  EXPECT_IN("use more grains", log);
+  EXPECT_EQ(log_of(FOUR_ATOMS + FIX + "\nrun 0").find("WARNING: fix rve"), std::string::npos);
+
+  // thousand times as stiff: overlaps of 5e-6, which fast does not resolve
+  std::string stiff = make;
+  stiff.replace(stiff.find("kn 1e6"), 6, "kn 1e9");
+  const std::string fix = "fix grains all rve " + path + " format ";
+  EXPECT_IN("that format fast resolves to one in a thousand; use format mixed or double",
+            log_of(FOUR_ATOMS + stiff + fix + "fast\nrun 0"));
+  EXPECT_EQ(log_of(FOUR_ATOMS + fix + "mixed\nrun 0").find("resolves"), std::string::npos);
+}
+
+TEST(Warnings, TellASlowRateInFast)
+{
+  const std::string slow = "dt 1e-4 dt_check 2 drive velocity_gradient yy -1e-7\nrun 4";
+
+  EXPECT_IN("use format mixed", log_of(FOUR_ATOMS + FIX + "format fast " + slow));
+  EXPECT_EQ(log_of(FOUR_ATOMS + FIX + "format mixed " + slow).find("WARNING: fix rve"),
+            std::string::npos);
+}
+
+TEST(Shadow, StatesItsCostInTheLog)
+{
+  const std::string log =
+      log_of(FOUR_ATOMS + FIX + "shadow 1 dt 1e-4 drive velocity_gradient yy -0.1\nrun 5");
+
+  EXPECT_IN("1 of 4 RVEs have shadows in double with 4 DEM steps for one: 1 DEM steps of shadows "
+            "for each",
+            log);
+  EXPECT_IN("shadows took", log);
+  EXPECT_IN("% of the wall time of RVEs", log);
+}
+
 // ---- wrong input ----
+
+TEST(FixRveMessage, KnobsOutOfRange)
+{
+  EXPECT_IN("quiescent strain is 0.5 [-]; it must be greater than 0 and at most 0.01",
+            error_of(FOUR_ATOMS + FIX + "quiescent 0.5\n"));
+  EXPECT_IN("quiescent and servo exclude each other",
+            error_of(FOUR_ATOMS + FIX + "quiescent 1e-6 servo xx -1e5\n"));
+  EXPECT_IN("substeps adaptive needs a strain that is known beforehand",
+            error_of(FOUR_ATOMS + FIX + "substeps adaptive 1e-6 1e-3 servo xx -1e5\n"));
+  EXPECT_IN("substeps adaptive strain is 0 [-]; it must be greater than 0",
+            error_of(FOUR_ATOMS + FIX + "substeps adaptive 0 1e-3\n"));
+  EXPECT_IN("mass_scaling is -1 [-]; it must be greater than 0",
+            error_of(FOUR_ATOMS + FIX + "mass_scaling -1\n"));
+  EXPECT_IN("stress is 'start'; it must be end or average or regression",
+            error_of(FOUR_ATOMS + FIX + "stress start\n"));
+  EXPECT_IN("stress samples is 1; it must be at least 2",
+            error_of(FOUR_ATOMS + FIX + "stress average 1 5\n"));
+  EXPECT_IN("shadow is 0; it must be at least 1", error_of(FOUR_ATOMS + FIX + "shadow 0\n"));
+  EXPECT_IN("preset must be the first keyword", error_of(FOUR_ATOMS + FIX + "preset draft\n"));
+  EXPECT_IN("preset is 'best'; it must be draft or standard or reference",
+            error_of(FOUR_ATOMS + "fix grains all rve " + PACKING + " preset best\n"));
+}
 
 TEST(FixRveMessage, MissingPackingFile)
 {
