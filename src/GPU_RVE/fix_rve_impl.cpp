@@ -16,6 +16,7 @@
 #include "atom.h"
 #include "comm.h"
 #include "error.h"
+#include "mpm/exact_sum.h"
 #include "rve/core/error.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/packing_io.h"
@@ -275,22 +276,27 @@ void FixRve::Impl::choose_shadows()
 
 FixRve::Impl::ShadowReport FixRve::Impl::shadow_report() const
 {
-  double sums[2] = {0.0, 0.0}, all_sums[2], most = -1.0, most_of_all;
+  double most = -1.0, most_of_all;
+  std::int64_t sums[2] = {0, 0}, all_sums[2];    // number of shadows, sum of deviations
   for (const int i : atoms_with_rve()) {
     if (point(i).shadow < 0) continue;
-    sums[0] += 1.0;
-    sums[1] += point(i).shadow_deviation();
+    ++sums[0];
     most = std::max(most, point(i).shadow_deviation());
   }
-  MPI_Allreduce(sums, all_sums, 2, MPI_DOUBLE, MPI_SUM, fix->world);
   MPI_Allreduce(&most, &most_of_all, 1, MPI_DOUBLE, MPI_MAX, fix->world);
-  if (all_sums[0] == 0.0) return {0.0, 0.0, 0};
+  MPI_Allreduce(sums, all_sums, 1, MPI_INT64_T, MPI_SUM, fix->world);
+  if (all_sums[0] == 0) return {0.0, 0.0, 0};
+  // a sum of integers has no order, so ranks do not show
+  const mpm::FixedScale scale(std::max(most_of_all, 1e-300), all_sums[0]);
+  for (const int i : atoms_with_rve())
+    if (point(i).shadow >= 0) sums[1] += scale.integer(point(i).shadow_deviation());
+  MPI_Allreduce(&sums[1], &all_sums[1], 1, MPI_INT64_T, MPI_SUM, fix->world);
   tagint id = MAXTAGINT, lowest;
   for (const int i : atoms_with_rve())
     if (point(i).shadow >= 0 && point(i).shadow_deviation() == most_of_all)
       id = std::min(id, fix->atom->tag[i]);
   MPI_Allreduce(&id, &lowest, 1, MPI_LMP_TAGINT, MPI_MIN, fix->world);
-  return {all_sums[1] / all_sums[0], most_of_all, lowest};
+  return {scale.real(all_sums[1]) / static_cast<double>(all_sums[0]), most_of_all, lowest};
 }
 
 /* ----------------------------------------------------------------------

@@ -73,7 +73,9 @@ double RvePoints::Point::strain_rate() const
 double RvePoints::Point::shadow_deviation() const
 {
   const double difference = rve::norm(result.stress - shadow_stress);
-  return difference > 0.0 ? difference / rve::norm(shadow_stress) : 0.0;
+  // of the larger one: a shadow without contacts makes it 1, not infinite
+  const double size = std::max(rve::norm(result.stress), rve::norm(shadow_stress));
+  return size > 0.0 ? difference / size : 0.0;
 }
 
 /* ----------------------------------------------------------------------

@@ -69,7 +69,7 @@ class RvePoints {
     const rve::Result &last_steps() const { return asleep ? rested : result; }
     /// |D| in the RVE's own time, of its last DEM steps [1/time]
     double strain_rate() const;
-    /// |stress - stress of the shadow| / |stress of the shadow| [-]
+    /// |stress - stress of the shadow| over the larger of both [-]
     double shadow_deviation() const;
   };
 
