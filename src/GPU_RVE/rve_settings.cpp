@@ -174,7 +174,7 @@ void apply(Preset preset, FixRveSettings &s)
       break;
     case Preset::Reference:
       s.options.format = rve::Format::Double;
-      s.dt_fraction = 0.2;
+      s.dt_fraction = 0.1;
       break;
   }
 }
