@@ -224,26 +224,33 @@ void RvePoints::plan(Macro &macro) const
 }
 
 /// A servo takes no deformation: what an RVE slept through under another drive is carried out before.
-void RvePoints::catch_up(const std::vector<Macro> &macros)
+void RvePoints::catch_up(std::vector<Macro> &macros)
 {
+  std::vector<Macro *> late;
   std::vector<int> slots;
   std::vector<rve::Drive> drives;
-  for (const Macro &macro : macros) {
+  for (Macro &macro : macros) {
     Point &point = points[macro.slot];
     if (!macro.drive.has_servo() || is_identity(point.pending)) continue;
     rve::Drive drive;
     drive.dt = macro.drive.dt;
     drive.substeps = macro.drive.substeps;
     drive.deformation = point.pending;
+    late.push_back(&macro);
     slots.push_back(macro.slot);
     drives.push_back(drive);
   }
-  if (slots.empty()) return;
+  if (late.empty()) return;
   std::vector<rve::Response> responses;
   engine->advance(slots, drives, responses);
-  for (std::size_t k = 0; k < slots.size(); ++k)
-    if (!(responses[k].status & rve::status::Fatal))
-      points[slots[k]].pending = rve::Tensor2::identity();
+  for (std::size_t k = 0; k < late.size(); ++k) {
+    Point &point = points[slots[k]];
+    late[k]->failed = (responses[k].status & rve::status::Fatal) != 0;
+    if (late[k]->failed)
+      point.result.status = responses[k].status;
+    else
+      point.pending = rve::Tensor2::identity();
+  }
 }
 
 /// All parts of all macro steps, the n-th parts of all RVEs at once.

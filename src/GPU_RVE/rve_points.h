@@ -122,7 +122,7 @@ class RvePoints {
   bool can_sleep(const Point &point) const;
   void answer_asleep(int slot);
   void plan(Macro &macro) const;
-  void catch_up(const std::vector<Macro> &macros);
+  void catch_up(std::vector<Macro> &macros);
   void run(std::vector<Macro> &macros);
   void advance_shadows(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);
   void remove_shadow(Point &point);

@@ -73,7 +73,7 @@ std::vector<Advice> advice(Format format, const Result &result, const Material &
                           "percent; use format mixed, or fewer substeps"});
   }
 
-  if (in_contact) {
+  if (in_contact && result.mean_stress() > 0.0) {
     const double inertia = inertial_number(result, material, motion.strain_rate);
     if (inertia > QUASI_STATIC_INERTIAL_NUMBER)
       list.push_back({AdviceKind::FastStrain, inertia, QUASI_STATIC_INERTIAL_NUMBER,
