@@ -223,6 +223,20 @@ void RvePoints::plan(Macro &macro) const
   macro.first_steps = drive.substeps - (macro.parts - 1) * macro.spacing;
 }
 
+/// The deformation that is left when the rotation has been carried out; the grains of a sleeping RVE have not followed it.
+rve::Tensor2 RvePoints::waking_deformation(int slot, const rve::Tensor2 &total)
+{
+  const rve::PolarDecomposition polar(total);
+  if (std::fabs(polar.angle) <= TURN_OF_OVERLAP * points[slot].last_steps().mean_overlap)
+    return total;
+  rve::RveState state = engine->state(slot);
+  rve::turn(state, polar.rotation);
+  engine->remove(slot);
+  const int again = engine->add(state);
+  rve::require(again == slot, "the engine gives an RVE another number than the one it had");
+  return total * rve::transpose(polar.rotation);
+}
+
 /// A servo takes no deformation: what an RVE slept through under another drive is carried out before.
 void RvePoints::catch_up(std::vector<Macro> &macros)
 {
@@ -235,7 +249,7 @@ void RvePoints::catch_up(std::vector<Macro> &macros)
     rve::Drive drive;
     drive.dt = macro.drive.dt;
     drive.substeps = macro.drive.substeps;
-    drive.deformation = point.pending;
+    drive.deformation = waking_deformation(macro.slot, point.pending);
     late.push_back(&macro);
     slots.push_back(macro.slot);
     drives.push_back(drive);
@@ -354,7 +368,8 @@ std::vector<int> RvePoints::advance(const std::vector<int> &slots,
         }
       }
       if (!is_identity(point.pending))
-        macro.drive.deformation = macro.drive.deformation * point.pending;
+        macro.drive.deformation =
+            waking_deformation(slots[k], macro.drive.deformation * point.pending);
     }
     plan(macro);
     macros.push_back(macro);

@@ -46,6 +46,10 @@ struct MacroStepOptions {
 /// Mean unbalanced force over mean contact force below which an RVE is at rest and may be skipped [-].
 constexpr double QUIET_UNBALANCED_RATIO = 1e-2;
 
+/// Rotation of a waking RVE, over its mean overlap over sum of radii, above which it is turned rigidly [-]. A cell that turns by an
+/// angle in a few DEM steps lets contacts slip by it, since grains do not spin yet: a hundredth of the normal force at k_t = k_n.
+constexpr double TURN_OF_OVERLAP = 1e-2;
+
 class RvePoints {
  public:
   struct Point {
@@ -122,6 +126,7 @@ class RvePoints {
   bool can_sleep(const Point &point) const;
   void answer_asleep(int slot);
   void plan(Macro &macro) const;
+  rve::Tensor2 waking_deformation(int slot, const rve::Tensor2 &total);
   void catch_up(std::vector<Macro> &macros);
   void run(std::vector<Macro> &macros);
   void advance_shadows(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);

@@ -80,6 +80,38 @@ TEST(FiniteStrain, PartsOfAnIncrementAreThePathOfTheEngine)
     EXPECT_NEAR(parts.result().cell.component[k], whole.result().cell.component[k], 1e-15);
 }
 
+TEST(FiniteStrain, TurnedRveHasTheTurnedStressAndGoesOnAlike)
+{
+  RveState state = sheared_packing();
+  state.material.local_damping =
+      0.0;    // Cundall's damping works on components: it is not the same in other axes
+  const Tensor2 rotation = plane_rotation(1.2);
+  RveState turned = state;
+  turn(turned, rotation);
+  RveRig first(state), second(turned);
+  const Tensor2 l{{0.0, 0.05, 0.0, -0.02}};
+
+  first.strain(l, DT, 200);
+  second.strain(rotation * l * transpose(rotation), DT, 200);
+
+  const Tensor2 expected = rotation * first.result().stress * transpose(rotation);
+  for (int k = 0; k < 4; ++k)
+    EXPECT_NEAR(second.result().stress.component[k], expected.component[k],
+                1e-9 * first.result().mean_stress());
+  EXPECT_EQ(second.result().num_contacts, first.result().num_contacts);
+}
+
+TEST(Engine, NextRveTakesTheNumberThatWasRemoved)
+{
+  const auto engine = make_engine(cpu_options());
+  std::vector<int> numbers;
+  for (int k = 0; k < 4; ++k) numbers.push_back(engine->add(paper_packing()));
+  engine->remove(numbers[0]);
+  engine->remove(numbers[2]);
+
+  EXPECT_EQ(engine->add(paper_packing()), numbers[2]);
+}
+
 TEST(AffineStiffness, IsTheStressOfTheFirstStepOfAnRveAtRest)
 {
   const RveState state = sheared_packing();

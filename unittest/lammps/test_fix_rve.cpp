@@ -438,6 +438,32 @@ TEST(Quiescent, SleepingRveTurnsItsStressWithIt)
               1e-9 * p);
 }
 
+TEST(Quiescent, RveThatTurnedInItsSleepWakesAsIfItHadNot)
+{
+  // a quarter turn in 100 steps of a millisecond, asleep; then what was the y axis is compressed by 5e-4
+  const auto script_of = [](const std::string &turn, const std::string &xx, const std::string &yy) {
+    return KNOBS + "variable left equal (step<=100)*" + turn + "\nvariable right equal -v_left\n" +
+        "variable xx equal -0.01*(step>100)*" + xx + "\nvariable yy equal -0.01*(step>100)*" + yy +
+        "\n" + FIX +
+        "dt 1e-4 quiescent 1e-6 drive velocity_gradient xx v_xx xy v_right yx v_left yy v_yy\nrun "
+        "100\n";
+  };
+  Script still, turned;
+  still << script_of("0", "0", "1");
+  turned << script_of("PI/0.2", "1", "0");
+  EXPECT_EQ(turned.fix_value(14), 4.0);
+  EXPECT_EQ(turned.fix_value(3), 0.0);
+
+  still << "run 50";
+  turned << "run 50";
+
+  EXPECT_EQ(turned.fix_value(3), 4 * 50 * 10.0);
+  const double p = still.per_atom("p", 0);
+  EXPECT_GT(std::fabs(stress_of(still, 0)[1] - stress_of(still, 0)[0]), 1e3);
+  EXPECT_NEAR(stress_of(turned, 0)[0], stress_of(still, 0)[1], 1e-5 * p);
+  EXPECT_NEAR(stress_of(turned, 0)[1], stress_of(still, 0)[0], 1e-5 * p);
+}
+
 TEST(Quiescent, RveThatIsNotAtRestIsNotSkipped)
 {
   // 2 % at once leave the grains in motion, and then nothing strains them
