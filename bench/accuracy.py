@@ -149,7 +149,7 @@ def plot(options):
         if row["metric"] == "stress_error_rel" and "knob" in case and case["knob"] not in ("reference", "defect") and row["value"] > 0.0:
             scenes.setdefault(case["scene"], []).append((row["details"]["cost_over_reference"], row["value"], case["knob"], case["setting"]))
     knobs = sorted({point[2] for points in scenes.values() for point in points})
-    styles = dict(zip(knobs, "osv^D<>PX*"))
+    styles = {knob: (marker, f"C{k}") for k, (knob, marker) in enumerate(zip(knobs, "osv^D<>PX*"))}
     figure, all_axes = plt.subplots(2, 4, figsize=(13.0, 6.4), constrained_layout=True)
     for axes in all_axes.flat[len(scenes):]:
         axes.axis("off")
@@ -157,7 +157,7 @@ def plot(options):
         for knob in knobs:
             some = np.array([point[:2] for point in points if point[2] == knob])
             if len(some):
-                axes.plot(some[:, 0], some[:, 1], styles[knob], markersize=5, label=knob)
+                axes.plot(some[:, 0], some[:, 1], styles[knob][0], color=styles[knob][1], markersize=5, label=knob)
         front, best = [], np.inf
         for cost, error, *_ in sorted(points):
             if error < best:
