@@ -8,7 +8,8 @@
 2. The engine is compared with plain LAMMPS (examples/crosscheck); nothing else is run if that fails.
 3. bench_accuracy checks its reference against closed forms and sweeps the settings over six element tests. It fails if a planted defect goes
    unseen.
-4. The footing of bench/in.footing_accuracy is run with some of the settings and four seeds.
+4. Packings of 100 to 800 grains are compared in mean and scatter; the rows go to grains-... beside the output.
+5. The footing of bench/in.footing_accuracy is run with some of the settings and four seeds.
 
 The second form draws doc/src/figures/accuracy_pareto.png. Needs numpy, and matplotlib for the plot (Debian: python3-numpy,
 python3-matplotlib).
@@ -25,6 +26,7 @@ import numpy as np
 
 REPOSITORY = pathlib.Path(__file__).resolve().parent.parent
 SEEDS = (1, 2, 3, 4)
+GRAINS = (100, 200, 400, 800)
 LIMIT = 0.01     # error before bifurcation, as in bench_accuracy
 PARTED = 0.002   # deviation of twins at which curves count as parted, as there
 
@@ -54,9 +56,9 @@ def run(command, folder, **more):
         sys.exit(f"failed: {' '.join(map(str, command))}")
 
 
-def make_packings(lmp, folder):
-    files = [f"packing_{seed}.rve" for seed in SEEDS]
-    script = "units si\n" + "".join(f"create_rve {name} grains 400 seed {seed} {MATERIAL} pressure 1e5\n" for name, seed in zip(files, SEEDS))
+def make_packings(lmp, folder, grains=400, seeds=SEEDS):
+    files = [f"packing_{grains}_{seed}.rve" for seed in seeds]
+    script = "units si\n" + "".join(f"create_rve {name} grains {grains} seed {seed} {MATERIAL} pressure 1e5\n" for name, seed in zip(files, seeds))
     (folder / "in.packings").write_text(script)
     run([lmp, "-in", "in.packings", "-screen", "none", "-log", "log.packings"], folder)
     return files
@@ -126,7 +128,12 @@ def measure(options):
     packings = make_packings(binaries / "lmp", folder)
     run([sys.executable, REPOSITORY / "examples" / "crosscheck" / "crosscheck.py", "--short", "--lmp", binaries / "lmp", "--dir", folder / "crosscheck"], folder)
     out = pathlib.Path(options.out).resolve()
+    # the scatter of packings by their number of grains; small ones cost less, so there are more of them
+    many = [name for grains in GRAINS for name in make_packings(binaries / "lmp", folder, grains, range(1, 3200 // grains + 1))]
     machine = ["--machine", options.machine] if options.machine else []
+    run([binaries / "bench_accuracy", out.with_name(out.stem.replace("accuracy", "grains") + ".json"), *many, "--ensemble", "--device", options.device, *machine], folder)
+    if options.only_grains:
+        return
     run([binaries / "bench_accuracy", out, *packings, "--device", options.device, "--copies", options.copies, *machine], folder)
     report = json.loads(out.read_text())
     report["command"] = f"python3 bench/accuracy.py --bin {options.bin} --out {os.path.relpath(out, REPOSITORY)} --device {options.device} --copies {options.copies}"
@@ -189,6 +196,7 @@ def main():
     parser.add_argument("--device", default="cpu", choices=("cpu", "cuda"))
     parser.add_argument("--copies", type=int, default=1, help="of each packing: fill a GPU with them, so that its cost is that of throughput")
     parser.add_argument("--machine", help="words for the machine (default: the engine's)")
+    parser.add_argument("--only-grains", action="store_true", help="compare numbers of grains, and leave the sweep out")
     parser.add_argument("--plot", metavar="FILE.json", help="draw this file instead of measuring")
     options = parser.parse_args()
     plot(options) if options.plot else measure(options)

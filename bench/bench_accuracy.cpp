@@ -1,7 +1,9 @@
 // What a setting of fix rve costs and what it loses: fixed scenes, each setting against a small-step reference in double precision.
 //
 //   bench_accuracy <output.json> <packing.rve> [<packing.rve> ...] [--device cpu|cuda] [--copies N] [--machine words] [--scenes a,b]
-//                  [--short]
+//                  [--short] [--ensemble]
+//
+// With --ensemble packings of several numbers of grains are compared, in the mean and in their scatter: nothing else.
 //
 // A packing of grains is chaotic: beyond some strain the smallest difference grows until two runs agree in the mean only. Twins are therefore
 // run, alike but for grains that are displaced by a part of an overlap, and as long as all of them agree the error of a setting is taken
@@ -21,6 +23,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <random>
 #include <sstream>
 
@@ -422,10 +425,10 @@ double deviation(const Scene &scene, const Curve &curve, const Curve &exact, dou
 
 /// With the reference's own steps twins would take most of the time; chaos does not need them.
 std::vector<Outcome> twins_of(const Scene &scene, const std::vector<RveState> &packings,
-                              const Machine &machine)
+                              const Machine &machine, int count)
 {
   std::vector<Outcome> twins;
-  for (int seed = 0; seed <= NUM_TWINS; ++seed) {
+  for (int seed = 0; seed <= count; ++seed) {
     Setting setting = REFERENCE;
     setting.name = "twin";
     setting.dt_fraction = 0.2;
@@ -543,7 +546,7 @@ double stiffness_error(const RveState &packing)
 struct Arguments {
   std::string output, machine, scenes;
   std::vector<std::string> packings;
-  bool cuda = false, brief = false;
+  bool cuda = false, brief = false, ensemble = false;
   int copies = 1;
 };
 
@@ -566,6 +569,8 @@ Arguments parse(int argc, char **argv)
       arguments.scenes = "," + value() + ",";
     else if (word == "--short")    // the defects and the standard preset only, in two scenes
       arguments.brief = true;
+    else if (word == "--ensemble")
+      arguments.ensemble = true;
     else if (arguments.output.empty())
       arguments.output = word;
     else
@@ -575,6 +580,50 @@ Arguments parse(int argc, char **argv)
           "usage: bench_accuracy <output.json> <packing.rve> ... [--device cpu|cuda] [--copies N] "
           "[--machine words] [--scenes a,b]");
   return arguments;
+}
+
+/// Mean q/p in the second half of a scene and its scatter, for the packings of each number of grains, with the preset standard.
+void compare_numbers_of_grains(const std::vector<RveState> &packings, const Arguments &arguments,
+                               const Machine &machine, bench::Report &report)
+{
+  std::map<int, std::vector<RveState>> groups;
+  for (const RveState &packing : packings) groups[packing.num_grains()].push_back(packing);
+  for (const Scene &scene : SCENES) {
+    if (scene.slow || scene.gradient == cycles) continue;
+    for (const auto &[grains, some] : groups) {
+      const Outcome outcome = run(scene, some, {"standard", "grains"}, machine);
+      require(outcome.failure.empty(), scene.name + " fails: " + outcome.failure);
+      double sum = 0.0, squares = 0.0;
+      for (const Curve &curve : outcome.curves) {
+        double mean = 0.0;
+        for (int step = scene.steps / 2; step < scene.steps; ++step)
+          mean += stress_ratio(curve[step]) / (scene.steps - scene.steps / 2);
+        sum += mean;
+        squares += mean * mean;
+      }
+      const double n = static_cast<double>(some.size()), mean = sum / n;
+      const double deviation =
+          std::sqrt(std::max(0.0, squares / n - mean * mean) * n / std::max(1.0, n - 1.0));
+      report.add({{"device", arguments.cuda ? "cuda" : "cpu-1"},
+                  {"code", "gpu_rve"},
+                  {"scene", scene.name},
+                  {"dim", 2},
+                  {"grains", grains},
+                  {"rves", some.size() * machine.copies},
+                  {"format", "mixed"},
+                  {"preset", "standard"},
+                  {"knob", "grains"}},
+                 "mean_stress_ratio", mean, "-",
+                 {{"packings", some.size()},
+                  {"scatter_of_packings", deviation},
+                  {"standard_error", deviation / std::sqrt(n)},
+                  {"seconds_per_rve", outcome.seconds / (n * machine.copies)}});
+      std::printf("%-11s %4d grains, %zu packings: q/p %.4f, scatter %.4f, standard error %.4f\n",
+                  scene.name.c_str(), grains, some.size(), mean, deviation,
+                  deviation / std::sqrt(n));
+    }
+  }
+  report.write();
 }
 
 }    // namespace
@@ -590,6 +639,10 @@ try {
 
   std::vector<RveState> packings, sheared_packings;
   for (const std::string &file : arguments.packings) packings.push_back(read_packing(file));
+  if (arguments.ensemble) {
+    compare_numbers_of_grains(packings, arguments, machine, report);
+    return 0;
+  }
   for (const RveState &packing : packings) sheared_packings.push_back(sheared(packing));
 
   bool sound = true;
@@ -606,7 +659,9 @@ try {
 
   std::vector<Setting> all = settings(arguments.cuda);
   std::string scenes = arguments.scenes;
+  Setting finest = REFERENCE;
   if (arguments.brief) {
+    finest.dt_fraction = 0.2;    // defects are larger than its truncation
     scenes = ",uniaxial,creep_5e-6,";
     all.erase(std::remove_if(all.begin(), all.end(),
                              [](const Setting &setting) {
@@ -618,10 +673,11 @@ try {
   for (const Scene &scene : SCENES) {
     if (!scenes.empty() && scenes.find("," + scene.name + ",") == std::string::npos) continue;
     const std::vector<RveState> &start = scene.slow ? sheared_packings : packings;
-    const Outcome reference = run(scene, start, REFERENCE, machine);
+    const Outcome reference = run(scene, start, finest, machine);
     require(reference.failure.empty(),
             "the reference fails in " + scene.name + ": " + reference.failure);
-    const Standard standard = standard_of(reference, twins_of(scene, start, machine), scene);
+    const Standard standard = standard_of(
+        reference, twins_of(scene, start, machine, arguments.brief ? 2 : NUM_TWINS), scene);
     for (std::size_t s = 0; s < all.size(); ++s) {
       const Setting &setting = all[s];
       if (!fits(setting, scene)) continue;
