@@ -91,6 +91,26 @@ struct ReverseTwice {
   }
 };
 
+/// What is done aside of a phase is done once, and seen after it.
+struct CountAside {
+  int count;
+  int *visits, *calls;
+  template <class Block> RVE_HD void operator()(Block &block, char *) const
+  {
+    block.for_each(
+        count,
+        [&](typename Block::Item i) {
+          ++visits[i];
+        },
+        [&] {
+          ++*calls;
+        });
+    block.for_each(count, [&](typename Block::Item i) {
+      visits[i] += 10 * *calls;
+    });
+  }
+};
+
 struct CountOnce {
   int *calls;
   template <class Block> RVE_HD void operator()(Block &block, char *) const
@@ -283,17 +303,27 @@ struct CollectFromItems {
   float *largest;                 // (count + 1)
   std::int64_t *sums;             // (count + 1, 2)
   int *any_above, *any_at_all;    // (count + 1) whether a size is above 1e3, or above -1
+  rve::Survey<2> *survey;         // where all threads can read it
+  int *asides;
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
     using Item = typename Block::Item;
     auto size = block.resident(const_cast<float *>(sizes));
-    block.for_items(count, [&](Item i) {
+    block.own_items(count, [&](Item i) {
       size.load(i);
     });
     for (int round = 0; round < 2; ++round) {    // twice: the scratch memory is used again
-      const float most = block.max_item(count, [&](Item i) {
-        return size[i];
-      });
+      block.template survey_items<2>(
+          count,
+          [&](Item i, std::int64_t *term, float &most) {
+            term[0] += numbers[i];
+            term[1] += size[i] > 1e3f ? -i : 1;
+            most = size[i] > most ? size[i] : most;
+          },
+          [&] {
+            ++*asides;
+          },
+          *survey);
       const bool above = block.any_item(count, [&](Item i) {
         return size[i] > 1e3f;
       });
@@ -305,10 +335,10 @@ struct CollectFromItems {
         term[1] += size[i] > 1e3f ? -i : 1;
       });
       block.for_each(count + 1, [&](Item i) {
-        largest[i] = most;
+        largest[i] = survey->largest;
         any_above[i] = above ? 1 : 0;
         any_at_all[i] = at_all ? 1 : 0;
-        for (int m = 0; m < 2; ++m) sums[2 * i + m] = total[m];
+        for (int m = 0; m < 2; ++m) sums[2 * i + m] = total[m] == survey->sum[m] ? total[m] : -1;
       });
     }
   }
@@ -339,6 +369,19 @@ TEST_F(Block, PhasesAreSeparatedByABarrier)
 
     const auto result = array.values();
     for (int i = 0; i < count; ++i) ASSERT_EQ(result[i], 10 * numbers[i]);
+  });
+}
+
+TEST_F(Block, WhatIsDoneAsideIsDoneOnceAndSeenAfterThePhase)
+{
+  for_sizes([](int threads, int count) {
+    BlockArray<int> visits(std::vector<int>(count, 0)), calls(std::vector<int>{0});
+
+    run_block(threads, CountAside{count, visits.data(), calls.data()});
+
+    EXPECT_EQ(calls.values()[0], 1);
+    const auto result = visits.values();
+    for (int i = 0; i < count; ++i) ASSERT_EQ(result[i], 11) << i;
   });
 }
 
@@ -589,12 +632,17 @@ TEST_F(Block, CollectivesOverResidentItemsTellEveryThreadTheSame)
       BlockArray<std::int64_t> number_array(numbers),
           sums(std::vector<std::int64_t>(2 * (count + 1), -77));
       BlockArray<int> above(std::vector<int>(count + 1, -1)),
-          at_all(std::vector<int>(count + 1, -1));
+          at_all(std::vector<int>(count + 1, -1)), asides(std::vector<int>{0});
+      BlockArray<rve::Survey<2>> survey(
+          std::vector<rve::Survey<2>>{rve::Survey<2>{{-1, -1}, -1.0f}});
 
       run_block(threads,
                 CollectFromItems{count, size_array.data(), number_array.data(), maxima.data(),
-                                 sums.data(), above.data(), at_all.data()},
+                                 sums.data(), above.data(), at_all.data(), survey.data(),
+                                 asides.data()},
                 in_registers);
+
+      EXPECT_EQ(asides.values()[0], 2);
 
       for (const float x : maxima.values()) ASSERT_EQ(x, largest);
       for (const int x : above.values()) ASSERT_EQ(x, giant >= 0 && giant < count ? 1 : 0);

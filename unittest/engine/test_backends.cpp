@@ -295,8 +295,11 @@ bool same_records(const KernelRun &x, const KernelRun &y)
 {
   static_assert(sizeof(AnswerRecord) == 4 * 4 + 5 * 8, "no padding");
   // all but the padding behind the five integers
-  const std::size_t first_end = offsetof(DetailRecord, num_single) + sizeof(x.detail.num_single);
-  const std::size_t second = offsetof(DetailRecord, fabric);
+  const auto offset = [&](const void *member) {
+    return static_cast<std::size_t>(static_cast<const char *>(member) -
+                                    reinterpret_cast<const char *>(&x.detail));
+  };
+  const std::size_t first_end = offset(&x.detail.num_single + 1), second = offset(x.detail.fabric);
   return std::memcmp(&x.answer, &y.answer, sizeof(AnswerRecord)) == 0 &&
       std::memcmp(&x.detail, &y.detail, first_end) == 0 &&
       std::memcmp(&x.detail.fabric, &y.detail.fabric, sizeof(DetailRecord) - second) == 0;

@@ -7,9 +7,12 @@
 #define RVE_ALGORITHM_CALL_STATE_H
 
 #include "rve/algorithm/system_view.h"
+#include "rve/core/integer_sums.h"
 #include "rve/core/status.h"
 #include "rve/physics/cell_path.h"
 #include "rve/physics/contact_law.h"
+
+#include <cstddef>
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -58,28 +61,31 @@ inline namespace RVE_ISA {
     double area;              ///< det H [length^2]
   };
 
-  /// Steps that are planned at a time.
-  constexpr int kPlanSteps = 32;
+  /// Numbers of the contact law in internal units, those that all scenes need side by side.
+  template <class Format> struct alignas(16) LawNumbers {
+    typename Format::History tangential_stiffness;
+    typename Format::Real normal_stiffness, friction;
+    typename Format::Real dt;    ///< zero evaluates without advancing the history [time]
+    typename Format::Real normal_viscosity, tangential_viscosity, velocity_arm;
+  };
 
   /// The contact law in a number format; General as in SceneKind.
   template <class Format, bool General>
   using FormatLaw = LinearFrictionLaw<typename Format::Real, typename Format::History, General>;
 
-  template <class Format> struct CallState {
-    // what the call works on and with
-    ImageHeader header;    ///< a copy, written back at the end of a sound call
-    ImageView<Format> image;
-    SharedView<Format> shared;
-    WorkspaceView<Format> work;
+  /// What a call begins with, and how far it has come, without what belongs to the block. A GPU prepares it for all RVEs of a call
+  /// in a kernel of its own; the block that advances an RVE takes a copy, up to the entries of the plan that are not made.
+  template <class Format> struct PreparedCall {
+    ImageHeader header;    ///< a copy; its progress is written back at the end of a sound call
     DriveRecord drive;
     SteeringRecord steering;
     BatchConstants batch;
+    ImageView<Format> image;
     std::int32_t num_grains;
 
     // how far it has come
     std::uint32_t status;
     std::int32_t num_extra, needed_pairs, num_rebuilds, num_reductions;
-    PairView<Format> pairs;    ///< of this call: owned ones in `shared`, extra ones in `work`
     Tensor2 cell;    ///< H: with a servo of the present step, else at start and end of the call
     Tensor2 list_cell, deformation, servo_gradient;
     CellPath path;
@@ -91,12 +97,17 @@ inline namespace RVE_ISA {
     double
         velocity_factor;    ///< dt/m of a unit radius, in internal units of force, length and velocity
     double skin, expected_force;
-    FormatLaw<Format, true> law;    ///< in internal units
-    typename Format::Real dt, alpha;
+    LawNumbers<Format> law;
+    typename Format::Real alpha;
 
     std::int32_t plan_first, plan_last;    ///< steps that are planned
-    StepPlan<Format> plan[kPlanSteps];
+    StepPlan<Format> plan[kPlanSteps];     ///< at the end
 
+    /// Bytes up to the end of the plan of some steps.
+    static RVE_INLINE constexpr std::size_t size_with(int planned)
+    {
+      return sizeof(PreparedCall) - (kPlanSteps - planned) * sizeof(StepPlan<Format>);
+    }
     /// Mass of a disk of this radius [mass].
     RVE_INLINE double mass_of(double radius) const { return mass_factor * radius * radius; }
     RVE_INLINE bool fatal() const { return (status & status::Fatal) != 0; }
@@ -105,9 +116,29 @@ inline namespace RVE_ISA {
       return steering.controlled[0] || steering.controlled[1] || steering.controlled[3];
     }
     RVE_INLINE const StepPlan<Format> &planned(int step) const { return plan[step - plan_first]; }
+    /// Whether list and force scale of the call before serve on.
+    RVE_INLINE bool is_continued() const
+    {
+      return header.list_valid && header.largest_contact_force > 0.0;
+    }
+  };
+
+  /// Love sums in internal units, and the number of contacts plus kCrushed for each whose overlap is beyond the limit.
+  constexpr int kStressSums = 5;
+  constexpr std::int64_t kCrushed = std::int64_t(1) << 32;
+
+  template <class Format> struct CallState : PreparedCall<Format> {
+    /// Of the last forces for which it was wanted: Love sums, and the largest normal force of the call [internal force], infinite
+    /// where a number is not finite.
+    Survey<kStressSums> survey;
+    SharedView<Format> shared;
+    WorkspaceView<Format> work;
+    PairView<Format> pairs;    ///< of this call: owned ones in `shared`, extra ones in `work`
+
     /// The pairs that the image holds, as arrays.
     RVE_INLINE PairView<Format> image_pairs() const
     {
+      const ImageView<Format> &image = this->image;
       return PairView<Format>{image.partner, image.history, image.extra_first, image.extra_second,
                               image.extra_history};
     }

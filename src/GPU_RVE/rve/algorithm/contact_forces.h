@@ -11,6 +11,7 @@
 #include "rve/core/status.h"
 #include "rve/physics/stress.h"
 
+#include <limits>
 #include <type_traits>
 
 namespace rve {
@@ -36,17 +37,18 @@ inline namespace RVE_ISA {
                                                            const StepPlan<Format> &plan)
   {
     StepConstants<Format, General> step;
-    step.law.normal = call.law.normal;
-    step.law.tangential.stiffness = call.law.tangential.stiffness;
-    step.law.tangential.friction = call.law.tangential.friction;
+    const LawNumbers<Format> &law = call.law;
+    step.law.normal.stiffness = law.normal_stiffness;
+    step.law.tangential.stiffness = law.tangential_stiffness;
+    step.law.tangential.friction = law.friction;
     if (General) {
-      step.law.normal_damping = call.law.normal_damping;
-      step.law.tangential.viscosity = call.law.tangential.viscosity;
-      step.law.velocity_arm = call.law.velocity_arm;
+      step.law.normal_damping.viscosity = law.normal_viscosity;
+      step.law.tangential.viscosity = law.tangential_viscosity;
+      step.law.velocity_arm = law.velocity_arm;
     }
     step.to_length = plan.to_length;
     step.gradient = plan.gradient;
-    step.dt = call.dt;
+    step.dt = law.dt;
     return step;
   }
 
@@ -78,10 +80,6 @@ inline namespace RVE_ISA {
     double friction, viscous;
   };
 
-  /// Love sums in internal units, and the number of contacts plus kCrushed for each whose overlap is beyond the limit.
-  using StressSums = IntegerSums<5>;
-  constexpr std::int64_t kCrushed = std::int64_t(1) << 32;
-
   /// Adds the Love terms of one contact, each rounded as its force was: a branch is no longer than one internal length.
   template <class Format>
   RVE_INLINE void add_love_term(const Vec<typename Format::Real, 2> &force,
@@ -96,6 +94,19 @@ inline namespace RVE_ISA {
     }
   }
 
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+  /// What a survey shall say of a grain: its largest normal force, if it is sound.
+  template <class Format>
+  RVE_INLINE float soundness(const GrainView<Format> &grain, typename Format::Real largest_force)
+  {
+    const auto &velocity = grain.motion.velocity;
+    const float force = static_cast<float>(largest_force);
+    const bool sound = velocity[0] == velocity[0] && velocity[1] == velocity[1] &&
+        grain.spin == grain.spin && force == force;
+    return sound ? force : kInfinity;
+  }
+
   /// What gathers while a grain's pairs are computed.
   template <class Format> struct GrainSum {
     Vec<typename Format::Sum, 3> own;       ///< force and torque on the owner
@@ -106,14 +117,16 @@ inline namespace RVE_ISA {
   };
 
   /// Computes a pair and adds its force to grain j and to `sum`.
-  template <bool WithStress, class Block, class Format, bool General>
+  template <bool WithStress, bool General, class Block, class Format>
   RVE_INLINE void add_pair(Block &block, const SharedView<Format> &shared,
-                           const StepConstants<Format, General> &step,
+                           const CallState<Format> &call, const StepPlan<Format> &plan,
                            const GrainView<Format> &grain_i, const GrainView<Format> &grain_j,
                            typename Format::Real overlap_limit, int j,
                            typename Format::History &history, GrainSum<Format> &sum)
   {
     using Sum = typename Format::Sum;
+    // here and not once for all pairs, so that the compiler may read them again where they would occupy registers
+    const StepConstants<Format, General> step = step_constants<Format, General>(call, plan);
     const auto contact = pair_geometry(step, grain_i, grain_j);
     if (!(contact.overlap > typename Format::Real(0))) {
       history = typename Format::History(0);
@@ -155,15 +168,15 @@ inline namespace RVE_ISA {
     }
   }
 
-  /// All owned and extra pairs of the RVE.
-  template <bool WithStress, bool General, class Block, class Format>
-  RVE_INLINE StressSums contact_forces(Block &block, GrainItems<Block, Format> &grains,
-                                       const SharedView<Format> &shared,
-                                       const CallState<Format> &call, int num_grains,
-                                       const StepPlan<Format> &plan, Dissipation &heat)
+  /// All owned and extra pairs of the RVE. WithStress: fills call.survey, and
+  /// does aside what there is to do.
+  template <bool WithStress, bool General, class Block, class Format, class Aside>
+  RVE_INLINE void contact_forces(Block &block, GrainItems<Block, Format> &grains,
+                                 const SharedView<Format> &shared, CallState<Format> &call,
+                                 int num_grains, const StepPlan<Format> &plan, Dissipation &heat,
+                                 Aside aside)
   {
     using Item = typename Block::Item;
-    const StepConstants<Format, General> step = step_constants<Format, General>(call, plan);
     const int num_extra = call.num_extra;
     const auto overlap_limit =
         static_cast<typename Format::Real>(WithStress ? call.batch.overlap_limit : 0.0);
@@ -176,14 +189,14 @@ inline namespace RVE_ISA {
         const GrainView<Format> other{shared.motion[second], shared.spin[second],
                                       shared.radius[second]};
         sum.own = Vec<typename Format::Sum, 3>::zero();
-        add_pair<WithStress>(block, shared, step, one, other, overlap_limit, second,
-                             pairs.extra_history[m], sum);
+        add_pair<WithStress, General>(block, shared, call, plan, one, other, overlap_limit, second,
+                                      pairs.extra_history[m], sum);
         block.accumulate(&shared.force_x[first], sum.own[0]);
         block.accumulate(&shared.force_y[first], sum.own[1]);
         block.accumulate(&shared.torque[first], sum.own[2]);
       }
     };
-    const auto grain_forces = [&](Item i, std::int64_t *stress) RVE_INLINE_LAMBDA {
+    const auto grain_forces = [&](Item i, std::int64_t *stress, float &largest) RVE_INLINE_LAMBDA {
       const GrainView<Format> me{grains.motion[i], grains.spin[i], grains.radius[i]};
       GrainSum<Format> sum{Vec<typename Format::Sum, 3>::zero(),
                            grains.largest_force[i],
@@ -194,8 +207,8 @@ inline namespace RVE_ISA {
         const int j = grains.partner[k][i];
         const GrainView<Format> other{shared.motion[j], shared.spin[j],
                                       grains.partner_radius[k][i]};
-        add_pair<WithStress>(block, shared, step, me, other, overlap_limit, j, grains.history[k][i],
-                             sum);
+        add_pair<WithStress, General>(block, shared, call, plan, me, other, overlap_limit, j,
+                                      grains.history[k][i], sum);
       }
       grains.own[i] = sum.own;
       add_extra(i, sum);
@@ -204,6 +217,8 @@ inline namespace RVE_ISA {
         for (int k = 0; k < 4; ++k)
           stress[k] = wrapping_sum<std::int64_t>(stress[k], sum.stress[k]);
         stress[4] += sum.contacts;
+        const float mine = soundness<Format>(me, sum.largest_force);
+        largest = mine > largest ? mine : largest;
       }
       if constexpr (WithStress && General) {
         const int number = call.image.number[i];
@@ -212,13 +227,12 @@ inline namespace RVE_ISA {
       }
     };
 
-    StressSums sums{{0, 0, 0, 0, 0}};
     if constexpr (WithStress) {
-      sums = block.template sum_items<5>(num_grains, grain_forces);
+      block.template survey_items<kStressSums>(num_grains, grain_forces, aside, call.survey);
     } else {
       block.for_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
         if constexpr (IsPack<std::decay_t<decltype(i)>>::value) {
-          packed_forces(i, call, shared, step, num_grains);
+          packed_forces(i, call, shared, step_constants<Format, General>(call, plan), num_grains);
           for (int m = i.first; m < i.first + i.lanes && m < num_extra; ++m) {
             GrainSum<Format> sum{Vec<typename Format::Sum, 3>::zero(),
                                  grains.largest_force[m],
@@ -229,7 +243,8 @@ inline namespace RVE_ISA {
             grains.largest_force[m] = sum.largest_force;
           }
         } else {
-          grain_forces(i, nullptr);
+          float unused;
+          grain_forces(i, nullptr, unused);
         }
       });
     }
@@ -237,7 +252,6 @@ inline namespace RVE_ISA {
       heat.friction += block.sum_array(num_grains, call.work.scratch);
       heat.viscous += block.sum_array(num_grains, call.work.scratch + num_grains);
     }
-    return sums;
   }
 
 }    // namespace RVE_ISA

@@ -12,24 +12,31 @@ namespace rve {
 /// the list of extra pairs.
 constexpr int kOwnedPairs = 3;
 
-struct ImageHeader {
-  std::int32_t num_grains;
-  std::int32_t num_extra;    ///< pairs beyond the owned ones
-  std::int32_t extra_capacity;
-  std::int32_t list_valid;    ///< 0: build the list before the first step
-  double cell[4];             ///< H [length]
-  double deformation[4];      ///< F since the packing was made
-  double list_cell[4];        ///< H when the list was built
+/// Steps that are planned at a time.
+constexpr int kPlanSteps = 32;
+
+/// What a call changes of an RVE beside its grains.
+struct alignas(16) ImageProgress {
+  double cell[4];           ///< H [length]
+  double deformation[4];    ///< F since the packing was made
+  double list_cell[4];      ///< H when the list was built
   double servo_velocity_gradient[4];
+  double largest_contact_force;    ///< normal force, in the last call; sets the force scale
+  std::int32_t num_extra;          ///< pairs beyond the owned ones
+  std::int32_t list_valid;         ///< 0: build the list before the first step
+  std::int64_t steps, rebuilds, lattice_reductions, repeats;
+  double work, friction_loss, damping_loss, viscous_loss;
+};
+
+struct ImageHeader : ImageProgress {
+  std::int32_t num_grains;
+  std::int32_t extra_capacity;
   double normal_stiffness, tangential_stiffness, friction, density, local_damping;
   double normal_viscosity, tangential_viscosity, thickness, mass_depth;
   double largest_radius, mean_radius, solid_area;
   double obliquity, inverse_obliquity;    ///< sqrt(1 + friction^2), bounds |f| / f_n
   std::int32_t neighbor_bits;    ///< 2^neighbor_bits grains and more find room around the largest
   std::int32_t reserved;
-  double largest_contact_force;    ///< normal force, in the last call; sets the force scale
-  std::int64_t steps, rebuilds, lattice_reductions, repeats;
-  double work, friction_loss, damping_loss, viscous_loss;
 };
 
 /// What one RVE shall do in one call, as the device reads it.

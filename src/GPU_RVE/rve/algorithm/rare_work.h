@@ -34,12 +34,12 @@ inline namespace RVE_ISA {
   constexpr double kLeastOverlapShare = 1e-9;
 
   /// Love stress from the sums of a force phase [stress].
-  template <class Format>
-  RVE_INLINE Tensor2 stress_from(const CallState<Format> &call, const StressSums &sums, double area)
+  template <class Format> RVE_INLINE Tensor2 stress_from(const CallState<Format> &call, double area)
   {
     const double unit = call.units.force * call.units.length / (area * call.header.thickness);
     Tensor2 stress;
-    for (int k = 0; k < 4; ++k) stress.component[k] = static_cast<double>(sums[k]) * unit;
+    for (int k = 0; k < 4; ++k)
+      stress.component[k] = static_cast<double>(call.survey.sum[k]) * unit;
     return stress;
   }
 
@@ -60,77 +60,17 @@ inline namespace RVE_ISA {
     using Wide = typename Format::Wide;
     using History = typename Format::History;
 
-    /// From the image to internal units, and the plan of the first steps. While the grains are read one more thread prepares the
-    /// state of the call, and while the pairs are read a few more plan: what one thread does alone, the others would wait for.
-    static RVE_COLD void begin(Block block, CallState<Format> &call, char *image_memory,
-                               const SharedView<Format> shared, char *workspace, int pair_capacity,
-                               const DriveRecord &drive, const SteeringRecord *steering,
-                               const BatchConstants batch)
-    {
-      copy_words(block, *reinterpret_cast<const ImageHeader *>(image_memory), call.header);
-      copy_words(block, drive, call.drive);
-      const ImageHeader &header = call.header;
-      const int n = header.num_grains;
-      const ImageView<Format> image = carve_image<Format>(image_memory, n, header.extra_capacity);
-      const double per_length = power_of_two(-CallUnits::length_bits(header.largest_radius));
-      const Real to_internal = static_cast<Real>(per_length);
-      const Wide to_internal_wide = static_cast<Wide>(per_length);
-      block.for_each(n + 1, [&](Item i) {
-        if (i == n) {
-          begin_call(call, image, shared, workspace, pair_capacity, steering, batch);
-          return;
-        }
-        using Sum = typename Format::Sum;
-        Motion<Format> motion;
-        motion.position = image.position[i];
-        motion.velocity = to_internal * image.velocity[i];
-        shared.motion[i] = motion;
-        shared.spin[i] = image.spin[i];
-        shared.still[i].list_position = image.list_position[i];
-        shared.radius[i] = to_internal_wide * image.radius[i];
-        shared.force_x[i] = shared.force_y[i] = shared.torque[i] = Sum(0);
-        shared.own[i] = Vec<Sum, 3>::zero();
-        shared.largest_force[i] = Real(0);
-      });
-      if (call.fatal()) return;
-      if (batch.track_energy)
-        block.for_each(n, [&](Item i) {
-          call.work.damping[i] = 0.0;
-        });
-      const bool listed = header.list_valid != 0, scaled = header.largest_contact_force > 0.0;
-      if (!listed) rebuild(block, call, call.image_pairs(), call.cell);
-      if (call.fatal()) return;
-      const PairView<Format> from = listed ? call.image_pairs() : call.pairs;
-      if (!scaled) estimate_force(block, call, from);
-      if (!listed || !scaled)
-        block.once([&] {
-          choose_units(call);
-        });
-      load_pairs_and_plan(block, call, from);
-    }
-
-    /// By one thread.
-    static RVE_COLD void begin_call(CallState<Format> &call, const ImageView<Format> image,
-                                    const SharedView<Format> shared, char *workspace,
-                                    int pair_capacity, const SteeringRecord *steering,
-                                    const BatchConstants batch)
+    /// The state of a call as it begins, but for the plan; header, drive, steering and batch are there. By one thread.
+    static RVE_INLINE void prepare(PreparedCall<Format> &call, char *image, int pair_capacity)
     {
       const ImageHeader &header = call.header;
       const DriveRecord &drive = call.drive;
-      call.image = image;
-      call.shared = shared;
+      const BatchConstants &batch = call.batch;
+      call.image = carve_image<Format>(image, header.num_grains, header.extra_capacity);
       call.num_grains = header.num_grains;
-      call.work = carve_workspace<Format>(workspace, header.num_grains, pair_capacity);
-      if (steering)
-        call.steering = *steering;
-      else
-        for (int c = 0; c < 4; ++c) call.steering.controlled[c] = 0;
-      call.batch = batch;
       call.status = status::Ok;
       call.num_extra = header.num_extra;
       call.needed_pairs = call.num_rebuilds = call.num_reductions = 0;
-      call.pairs = PairView<Format>{shared.partner, shared.history, call.work.extra_first,
-                                    call.work.extra_second, call.work.extra_history};
       call.cell = load_tensor(header.cell);
       call.list_cell = load_tensor(header.list_cell);
       call.deformation = load_tensor(header.deformation);
@@ -139,8 +79,8 @@ inline namespace RVE_ISA {
       increment.deformation = load_tensor(drive.deformation);
       increment.segments = drive.segments;
       if (drive.segments > 1) {
-        increment.rotation = load_tensor(steering->rotation);
-        increment.stretch = load_tensor(steering->stretch);
+        increment.rotation = load_tensor(call.steering.rotation);
+        increment.stretch = load_tensor(call.steering.stretch);
       }
       if (!call.has_servo()) call.path = CellPath(call.cell, increment, drive.substeps, drive.dt);
       call.supplied = call.friction_loss = call.damping_loss = call.viscous_loss = 0.0;
@@ -155,13 +95,146 @@ inline namespace RVE_ISA {
       if (call.num_extra > pair_capacity) {
         call.status = status::ListFull;
         call.needed_pairs = call.num_extra;
-      } else if (header.list_valid && call.expected_force > 0.0) {
+      } else if (call.is_continued()) {
         choose_units(call);
+        call.plan_last = steps_to_plan(call);
       }
     }
 
+    /// Steps that are planned before the call begins: not before there is a list, nor with a servo, whose first cell is not known.
+    static RVE_INLINE int steps_to_plan(const PreparedCall<Format> &call)
+    {
+      return call.has_servo() ? 0 : steps_to_plan(call, 1);
+    }
+
+    /// Where the block works. By one thread.
+    static RVE_INLINE void set_views(CallState<Format> &call, int num_grains,
+                                     const SharedView<Format> &shared, char *workspace,
+                                     int pair_capacity)
+    {
+      call.shared = shared;
+      call.work = carve_workspace<Format>(workspace, num_grains, pair_capacity);
+      call.pairs = PairView<Format>{shared.partner, shared.history, call.work.extra_first,
+                                    call.work.extra_second, call.work.extra_history};
+    }
+
+    /// From the image to internal units. The call is prepared, and has its views, of which `shared` is one. While the grains are
+    /// read, one thread does what `aside` says.
+    template <class Aside>
+    static RVE_INLINE void begin(Block &block, CallState<Format> &call,
+                                 const SharedView<Format> &shared, Aside aside)
+    {
+      const int n = call.num_grains;
+      const ImageView<Format> image = call.image;
+      const Real to_internal = static_cast<Real>(call.units.per_length);
+      const Wide to_internal_wide = static_cast<Wide>(call.units.per_length);
+      const bool continued = call.is_continued();
+      block.for_each(
+          n,
+          [&](Item i) {
+            // everything is read before anything is written: a thread waits for memory once
+            const Vec<typename Format::Coordinate, 2> position = image.position[i];
+            const Vec<Real, 2> velocity = image.velocity[i];
+            const Real spin = image.spin[i];
+            const Vec<std::uint32_t, 2> list_position = image.list_position[i];
+            const Wide radius = image.radius[i];
+            PairsOfGrain pairs;
+            if (continued) pairs = read_pairs(image.partner, image.history, i, n);
+            using Sum = typename Format::Sum;
+            shared.motion[i] = Motion<Format>{position, to_internal * velocity};
+            shared.spin[i] = spin;
+            shared.radius[i] = to_internal_wide * radius;
+            shared.still[i].list_position = list_position;
+            shared.force_x[i] = shared.force_y[i] = shared.torque[i] = Sum(0);
+            shared.own[i] = Vec<Sum, 3>::zero();
+            shared.largest_force[i] = Real(0);
+            if (continued) take_pairs(call, shared, i, pairs);
+          },
+          aside);
+      if (call.fatal()) return;
+      if (call.batch.track_energy)
+        block.for_each(n, [&](Item i) {
+          call.work.damping[i] = 0.0;
+        });
+      const bool listed = call.header.list_valid != 0;
+      const PairView<Format> from = listed ? call.image_pairs() : call.pairs;
+      if (!continued) {
+        find_list_and_scale(block, call, from);
+        if (call.fatal()) return;
+      }
+      fill_partner_radius(block, shared, n);
+      if (call.num_extra == 0) return;
+      const PairView<Format> to = call.pairs;
+      const History history_to_internal = static_cast<History>(call.units.per_force);
+      block.for_each(call.num_extra, [&](Item m) {
+        to.extra_first[m] = from.extra_first[m];
+        to.extra_second[m] = from.extra_second[m];
+        to.extra_history[m] = history_to_internal * from.extra_history[m];
+      });
+    }
+
+    static RVE_INLINE void fill_partner_radius(Block &block, const SharedView<Format> &shared,
+                                               int num_grains)
+    {
+      if constexpr (!Block::kInRegisters)
+        block.for_each(num_grains, [&](Item i) {
+          for (int m = i; m < kOwnedPairs * num_grains; m += num_grains)
+            shared.partner_radius[m] = radius_of_partner(shared, i, shared.partner[m]);
+        });
+    }
+
+    /// What the call before has not left: a list, a scale of forces. `from`: the pairs, when there is a list.
+    static RVE_COLD void find_list_and_scale(Block block, CallState<Format> &call,
+                                             PairView<Format> from)
+    {
+      if (!call.header.list_valid) rebuild(block, call, call.image_pairs(), call.cell);
+      if (call.fatal()) return;
+      if (!(call.header.largest_contact_force > 0.0)) estimate_force(block, call, from);
+      block.once([&] {
+        choose_units(call);
+      });
+      block.for_each(call.num_grains, [&](Item i) {
+        take_pairs(call, call.shared, i,
+                   read_pairs(from.partner, from.history, i, call.num_grains));
+      });
+    }
+
+    /// Owned pairs of one grain.
+    struct PairsOfGrain {
+      std::int32_t partner[kOwnedPairs];
+      History history[kOwnedPairs];
+    };
+
+    static RVE_INLINE PairsOfGrain read_pairs(const std::int32_t *partner, const History *history,
+                                              int i, int num_grains)
+    {
+      PairsOfGrain pairs;
+      for (int k = 0; k < kOwnedPairs; ++k) {
+        pairs.partner[k] = partner[k * num_grains + i];
+        pairs.history[k] = history[k * num_grains + i];
+      }
+      return pairs;
+    }
+
+    /// Partners and histories of a grain, and how it answers forces.
+    static RVE_INLINE void take_pairs(const CallState<Format> &call,
+                                      const SharedView<Format> &shared, int i,
+                                      const PairsOfGrain &pairs)
+    {
+      const int n = call.num_grains;
+      const History to_internal = static_cast<History>(call.units.per_force);
+      for (int k = 0; k < kOwnedPairs; ++k) {
+        shared.partner[k * n + i] = pairs.partner[k];
+        shared.history[k * n + i] = to_internal * pairs.history[k];
+      }
+      const Real r = static_cast<Real>(shared.radius[i]), inverse = reciprocal(r * r);
+      const Real velocity_unit = static_cast<Real>(call.velocity_factor) * inverse;
+      shared.still[i].velocity_unit = velocity_unit;
+      shared.still[i].spin_unit = Real(2) * velocity_unit * inverse;    // I = m r^2 / 2
+    }
+
     /// Force unit and contact law in internal units. By one thread.
-    static RVE_COLD void choose_units(CallState<Format> &call)
+    static RVE_INLINE void choose_units(PreparedCall<Format> &call)
     {
       const ImageHeader &header = call.header;
       // A last call may have ended in the first touch of a collision: a unit from that would not reach the collision within
@@ -171,63 +244,18 @@ inline namespace RVE_ISA {
       call.units.choose_force(Format::sum_bits, header.neighbor_bits, call.expected_force,
                               header.obliquity, header.inverse_obliquity);
       const double stiffness_unit = call.units.length * call.units.per_force;
-      call.law.normal.stiffness = static_cast<Real>(header.normal_stiffness * stiffness_unit);
-      call.law.normal_damping.viscosity =
-          static_cast<Real>(header.normal_viscosity * stiffness_unit);
-      call.law.tangential.stiffness =
-          static_cast<History>(header.tangential_stiffness * stiffness_unit);
-      call.law.tangential.friction = static_cast<Real>(header.friction);
-      call.law.tangential.viscosity =
-          static_cast<Real>(header.tangential_viscosity * stiffness_unit);
-      call.law.velocity_arm = static_cast<Real>(call.batch.velocity_arm);
-      call.dt = static_cast<Real>(call.drive.substeps > 0 ? call.drive.dt : 0.0);
+      LawNumbers<Format> &law = call.law;
+      law.normal_stiffness = static_cast<Real>(header.normal_stiffness * stiffness_unit);
+      law.normal_viscosity = static_cast<Real>(header.normal_viscosity * stiffness_unit);
+      law.tangential_stiffness = static_cast<History>(header.tangential_stiffness * stiffness_unit);
+      law.friction = static_cast<Real>(header.friction);
+      law.tangential_viscosity = static_cast<Real>(header.tangential_viscosity * stiffness_unit);
+      law.velocity_arm = static_cast<Real>(call.batch.velocity_arm);
+      law.dt = static_cast<Real>(call.drive.substeps > 0 ? call.drive.dt : 0.0);
       call.alpha = static_cast<Real>(header.local_damping);
       const double per_length = call.units.per_length;
       call.velocity_factor = call.drive.dt * (call.units.force * per_length) *
           (per_length * per_length) / call.mass_factor;
-    }
-
-    static RVE_INLINE void load_pairs_and_plan(Block &block, CallState<Format> &call,
-                                               const PairView<Format> &from)
-    {
-      const PairView<Format> to = call.pairs;
-      const SharedView<Format> &shared = call.shared;
-      const int n = call.num_grains;
-      const History to_internal = static_cast<History>(call.units.per_force);
-      const Real velocity_factor = static_cast<Real>(call.velocity_factor);
-      // with a servo the first step's cell is not known yet
-      const int count = call.has_servo() ? 0 : steps_to_plan(call, 1);
-      block.for_each(n + count, [&](Item i) {
-        if (i >= n) {
-          plan_step(call, i - n, 1);
-          return;
-        }
-        for (int k = 0; k < kOwnedPairs; ++k) {
-          take_partner(call, k, i, from.partner[k * n + i]);
-          to.history[k * n + i] = to_internal * from.history[k * n + i];
-        }
-        const Real r = static_cast<Real>(shared.radius[i]), inverse = reciprocal(r * r);
-        const Real velocity_unit = velocity_factor * inverse;
-        shared.still[i].velocity_unit = velocity_unit;
-        shared.still[i].spin_unit = Real(2) * velocity_unit * inverse;    // I = m r^2 / 2
-      });
-      block.once([&] {
-        call.plan_last = count;
-      });
-      if (call.num_extra == 0) return;
-      block.for_each(call.num_extra, [&](Item m) {
-        to.extra_first[m] = from.extra_first[m];
-        to.extra_second[m] = from.extra_second[m];
-        to.extra_history[m] = to_internal * from.extra_history[m];
-      });
-    }
-
-    static RVE_INLINE void take_partner(const CallState<Format> &call, int slot, int i, int j)
-    {
-      const SharedView<Format> &shared = call.shared;
-      shared.partner[slot * call.num_grains + i] = j;
-      shared.partner_radius[slot * call.num_grains + i] = j == i ? -shared.radius[i]
-                                                                 : shared.radius[j];
     }
 
     /// Largest contact force to expect where no call has left one: from the overlaps found, or a guess for a gas.
@@ -263,7 +291,7 @@ inline namespace RVE_ISA {
     // ---- the cell ---------------------------------------------------------------------------------------------------------------
 
     /// H after step k, which is planned or about to be.
-    static RVE_INLINE Tensor2 cell_of_step(const CallState<Format> &call, int k)
+    static RVE_INLINE Tensor2 cell_of_step(const PreparedCall<Format> &call, int k)
     {
       if (call.has_servo()) return call.cell;
       CellPath path = call.path;
@@ -271,7 +299,7 @@ inline namespace RVE_ISA {
     }
 
     /// How many steps from `first` on can be planned.
-    static RVE_INLINE int steps_to_plan(const CallState<Format> &call, int first)
+    static RVE_INLINE int steps_to_plan(const PreparedCall<Format> &call, int first)
     {
       const int left = call.drive.substeps - first + 1;
       if (call.has_servo() || left < 1) return 1;
@@ -293,7 +321,7 @@ inline namespace RVE_ISA {
     }
 
     /// Entry t of a plan that starts with step `first`.
-    static RVE_COLD void plan_step(CallState<Format> &call, int t, int first)
+    static RVE_INLINE void plan_step(PreparedCall<Format> &call, int t, int first)
     {
       StepPlan<Format> &plan = call.plan[t];
       Tensor2 cell = call.cell, rate = Tensor2::zero();
@@ -389,13 +417,14 @@ inline namespace RVE_ISA {
       const int n = call.num_grains;
       block.for_each(n, [&](Item i) {
         for (int k = 0; k < kOwnedPairs; ++k) {
-          take_partner(call, k, i, call.work.fresh.partner[k * n + i]);
+          call.pairs.partner[k * n + i] = call.work.fresh.partner[k * n + i];
           call.pairs.history[k * n + i] = call.work.fresh.history[k * n + i];
         }
         const Vec<typename Format::Coordinate, 2> position = call.shared.motion[i].position;
         call.shared.still[i].list_position =
             Vec<std::uint32_t, 2>{{leading_bits(position[0]), leading_bits(position[1])}};
       });
+      fill_partner_radius(block, call.shared, n);
       if (call.num_extra > 0)
         block.for_each(call.num_extra, [&](Item m) {
           call.pairs.extra_first[m] = call.work.fresh.extra_first[m];
@@ -417,57 +446,73 @@ inline namespace RVE_ISA {
       });
     }
 
-    /// Whether the call was sound. Troubles that the steps only noted go into the status word, and so does what the contacts of
-    /// the end say.
-    static RVE_COLD void judge(Block block, CallState<Format> &call, StressSums sums)
+    /// The cell at the end of a call. By one thread.
+    static RVE_COLD void end_path(CallState<Format> &call)
     {
-      const SharedView<Format> &shared = call.shared;
-      const Real limit = static_cast<Real>(call.units.force_limit);
-      // an overlap that is beyond the limit even for two of the largest grains; the others are looked at in the end only
-      const bool springs_only = call.header.normal_viscosity == 0.0;
-      const Real crushing =
-          static_cast<Real>(call.header.normal_stiffness * call.batch.overlap_limit *
-                            call.header.largest_radius * call.units.per_force);
-      const auto saturated = [&](Item i) {
-        return !(shared.largest_force[i] <= limit);
-      };
-      const auto crushed = [&](Item i) {
-        return springs_only && shared.largest_force[i] > crushing;
-      };
-      const auto non_finite = [&](Item i) {
-        const Vec<Real, 2> velocity = shared.motion[i].velocity;
-        const Real spin = shared.spin[i];
-        return !(velocity[0] == velocity[0] && velocity[1] == velocity[1] && spin == spin);
-      };
-      std::uint32_t word = status::Ok;
-      if (block.any(call.num_grains, [&](Item i) {
-            return saturated(i) || crushed(i) || non_finite(i);
-          })) {
-        if (block.any(call.num_grains, saturated)) word |= status::ForceSaturated;
-        if (block.any(call.num_grains, crushed)) word |= status::OverlapTooLarge;
-        if (block.any(call.num_grains, non_finite)) word |= status::NonFinite;
-      }
-      block.once([&] {
-        if (!(determinant(call.cell) > 0.0)) word |= status::NonFinite;
-        if (sums[4] >= kCrushed) word |= status::OverlapTooLarge;
-        if ((sums[4] & (kCrushed - 1)) == 0) word |= status::NoContacts;
-        if (call.num_extra > call.header.extra_capacity) word |= status::ListFull;
-        call.status |= word;
-      });
+      if (call.drive.substeps == 0 || call.has_servo()) return;
+      call.cell = call.path.cell(call.drive.substeps);
+      call.deformation = load_tensor(call.drive.deformation) * call.deformation;
     }
 
-    /// By one thread: the answer, and with a sound call the copy of the header.
-    static RVE_COLD void conclude(CallState<Format> &call, const StressSums sums,
-                                  float largest_force, double damped, AnswerRecord &answer)
+    /// Status of a call whose steps are done: troubles that they only noted, and what the contacts of the end say.
+    static RVE_INLINE std::uint32_t judge(Block &block, const CallState<Format> &call)
     {
-      answer.status = call.status;
-      answer.num_contacts = static_cast<std::int32_t>(sums[4] & (kCrushed - 1));
+      std::uint32_t word = call.status;
+      const double limit = call.units.force_limit;
+      // an overlap that is beyond the limit even for two of the largest grains; the others are looked at in the end only
+      const double crushing = call.header.normal_stiffness * call.batch.overlap_limit *
+          call.header.largest_radius * call.units.per_force;
+      // one number tells that all is well, as it nearly always is; it may be rounded from double to float
+      const double largest = (1.0 + 1e-6) * static_cast<double>(call.survey.largest);
+      if (!(largest < limit && largest < crushing))
+        word |= find_trouble(block, call, limit, crushing);
+      if (!(determinant(call.cell) > 0.0)) word |= status::NonFinite;
+      if (call.survey.sum[4] >= kCrushed) word |= status::OverlapTooLarge;
+      if ((call.survey.sum[4] & (kCrushed - 1)) == 0) word |= status::NoContacts;
+      if (call.num_extra > call.header.extra_capacity) word |= status::ListFull;
+      return word;
+    }
+
+    /// Which grains are not sound, exactly.
+    static RVE_COLD std::uint32_t find_trouble(Block block, const CallState<Format> &call,
+                                               double force_limit, double crushing_force)
+    {
+      const SharedView<Format> &shared = call.shared;
+      const Real limit = static_cast<Real>(force_limit),
+                 crushing = static_cast<Real>(crushing_force);
+      const bool springs_only = call.header.normal_viscosity == 0.0;
+      std::uint32_t word = status::Ok;
+      if (block.any(call.num_grains, [&](Item i) {
+            return !(shared.largest_force[i] <= limit);
+          }))
+        word |= status::ForceSaturated;
+      if (block.any(call.num_grains, [&](Item i) {
+            return springs_only && shared.largest_force[i] > crushing;
+          }))
+        word |= status::OverlapTooLarge;
+      if (block.any(call.num_grains, [&](Item i) {
+            const Vec<Real, 2> velocity = shared.motion[i].velocity;
+            const Real spin = shared.spin[i];
+            return !(velocity[0] == velocity[0] && velocity[1] == velocity[1] && spin == spin);
+          }))
+        word |= status::NonFinite;
+      return word;
+    }
+
+    /// By one thread: the answer, and with a sound call the header.
+    static RVE_COLD void conclude(CallState<Format> &call, std::uint32_t word, double damped,
+                                  AnswerRecord &answer)
+    {
+      answer.status = word;
       answer.needed_extra = call.num_extra;
       answer.needed_pairs = call.needed_pairs;
       answer.expected_force = call.expected_force;
-      store_tensor(stress_from(call, sums, determinant(call.cell)), answer.stress);
-      if (call.fatal()) return;
-      ImageHeader &h = call.header;
+      answer.num_contacts = 0;
+      store_tensor(Tensor2::zero(), answer.stress);
+      if (word & status::Fatal) return;
+      answer.num_contacts = static_cast<std::int32_t>(call.survey.sum[4] & (kCrushed - 1));
+      store_tensor(stress_from(call, determinant(call.cell)), answer.stress);
+      ImageProgress &h = call.header;
       store_tensor(call.cell, h.cell);
       store_tensor(call.deformation, h.deformation);
       store_tensor(call.list_cell, h.list_cell);
@@ -476,7 +521,7 @@ inline namespace RVE_ISA {
       h.list_valid = 1;
       // an evaluation sets the force scale only where there is none yet: it must not change what follows
       if (call.drive.substeps > 0 || h.largest_contact_force == 0.0)
-        h.largest_contact_force = call.units.force * static_cast<double>(largest_force);
+        h.largest_contact_force = call.units.force * static_cast<double>(call.survey.largest);
       h.steps += call.drive.substeps;
       h.rebuilds += call.num_rebuilds;
       h.lattice_reductions += call.num_reductions;
@@ -484,6 +529,7 @@ inline namespace RVE_ISA {
       h.friction_loss += call.friction_loss;
       h.damping_loss += damped;
       h.viscous_loss += call.viscous_loss;
+      static_cast<ImageProgress &>(*call.image.header) = h;
     }
   };
 

@@ -32,7 +32,7 @@ inline namespace RVE_ISA {
     using Grains = GrainItems<Block, Format>;
 
    public:
-    /// `shared` is where RareWork::begin was told.
+    /// The call has begun, with `shared` as its view.
     RVE_INLINE RveProgram(Block &block_in, CallState<Format> &call_in,
                           const SharedView<Format> &shared_in) :
         block(block_in),
@@ -44,27 +44,29 @@ inline namespace RVE_ISA {
     /// second look.
     RVE_INLINE void run(AnswerRecord &answer, DetailRecord *detail)
     {
-      StressSums sums{{0, 0, 0, 0, 0}};
-      if (!call.fatal()) {
-        sums = run_steps();
-        if (!call.fatal()) Rare::judge(block, call, sums);
-      }
-      float largest_force = 0.0f;
+      std::uint32_t word = call.status;
       double damped = 0.0;
+      const auto conclude = [&] {
+        Rare::conclude(call, word, damped, answer);
+      };
       if (!call.fatal()) {
-        if (detail) look_again(*detail);
-        store();
-        largest_force = block.max_item(num_grains, [&](Item i) {
-          return static_cast<float>(shared.largest_force[i]);
-        });
-        if (General && call.batch.track_energy)
-          damped = block.sum_array(num_grains, call.work.damping);
+        run_steps();
+        word = call.fatal() ? call.status : Rare::judge(block, call);
       }
-      block.once([&] {
-        Rare::conclude(call, sums, largest_force, damped, answer);
+      if (word & status::Fatal) {
+        block.once(conclude);
+        return;
+      }
+      if (detail) look_again(*detail);
+      // the work of damping is complete with the last kick
+      const bool has_losses = General && call.batch.track_energy;
+      store([&] {
+        if (!has_losses) conclude();
       });
-      if (call.fatal()) return;
-      copy_words(block, call.header, *call.image.header);
+      if (has_losses) {
+        damped = block.sum_array(num_grains, call.work.damping);
+        block.once(conclude);
+      }
       if (detail) copy_words(block, call.header, detail->header);
     }
 
@@ -78,10 +80,9 @@ inline namespace RVE_ISA {
 
     // ---- the step ---------------------------------------------------------------------------------------------------------------
 
-    /// Returns the Love sums of the end configuration.
-    RVE_INLINE StressSums run_steps()
+    /// Leaves call.survey of the end configuration.
+    RVE_INLINE void run_steps()
     {
-      StressSums sums{{0, 0, 0, 0, 0}};
       const int last = last_step();
       // without substeps the forces of the present configuration are asked for. They must not change the history: the Coulomb
       // limit may be another one, with dashpots or after a change of friction
@@ -89,12 +90,9 @@ inline namespace RVE_ISA {
       if (evaluates) Rare::copy_history(block, call, call.pairs, call.work.fresh);
       bool moved = evaluates;
       for (int k = 1;;) {
-        if (has_servo() && !moved) {
-          grow_by_servo();
-          Rare::make_plan(block, call, k);
-        } else if (k > call.plan_last) {
-          Rare::make_plan(block, call, k);
-        }
+        const bool grows = has_servo() && !moved;
+        if (grows) grow_by_servo();
+        if (grows || k > call.plan_last) Rare::make_plan(block, call, k);
         const int reached = run_planned(k, moved);
         moved = reached <= call.plan_last;
         k = reached;
@@ -102,23 +100,16 @@ inline namespace RVE_ISA {
         // the grains of step k have moved; its forces are missing
         if (needs_renewal) {
           Rare::renew(block, call, k);
-          if (call.fatal()) return sums;
+          if (call.fatal()) return;
         }
         if (k == last || has_ledger()) {
-          sums = last_forces(k);
+          last_forces(k);
           if (k == last) break;
           moved = false;
           ++k;
         }
       }
-      if (evaluates)
-        Rare::copy_history(block, call, call.work.fresh, call.pairs);
-      else if (!has_servo())
-        block.once([&] {
-          call.cell = call.path.cell(last);
-          call.deformation = load_tensor(call.drive.deformation) * call.deformation;
-        });
-      return sums;
+      if (evaluates) Rare::copy_history(block, call, call.work.fresh, call.pairs);
     }
 
     /// The steps from k on, as far as they are planned. If `moved`, the grains have made the move of the first one. Returns the
@@ -126,62 +117,65 @@ inline namespace RVE_ISA {
     /// more (needs_renewal), or the last one. Nothing is called from here: the registers belong to the grains.
     RVE_INLINE int run_planned(int k, bool moved)
     {
-      const int plan_last = call.plan_last;
-      const int stop = has_ledger() ? k : last_step();
+      const int first = call.plan_first, stop = has_ledger() ? k : last_step();
+      // the planned steps to make are t = k - first to end - 1; if the call ends with them, the move of one more
+      const bool ends = stop <= call.plan_last;
+      const int end = (ends ? stop : call.plan_last + 1) - first;
       needs_renewal = false;
       Grains grains(block, shared, num_grains);
-      block.for_items(num_grains, [&](const auto i) {
+      block.own_items(num_grains, [&](const auto i) {
         if constexpr (IsPack<std::decay_t<decltype(i)>>::value)
           load_pack(i, call);
         else
-          grains.load(i);
+          grains.load(shared, i);
       });
-      for (; k <= plan_last; ++k) {
-        const StepPlan<Format> &plan = call.planned(k);
+      int t = k - first;
+      for (bool kicks = k > 1; t < end || ends; kicks = true, ++t) {
+        const StepPlan<Format> &plan = call.plan[t];
         if (!moved) {
-          const bool expired = move(grains, plan, k > 1);
+          const bool expired = move(grains, plan, kicks);
           if (expired || plan.special) {
             needs_renewal = true;
             break;
           }
         }
-        if (k == stop) break;
+        if (t == end) break;
         moved = false;
         Dissipation none{0.0, 0.0};
-        contact_forces<false, General>(block, grains, shared, call, num_grains, plan, none);
+        contact_forces<false, General>(block, grains, shared, call, num_grains, plan, none, [] {
+        });
       }
-      block.for_items(num_grains, [&](const auto i) {
+      block.own_items(num_grains, [&](const auto i) {
         if constexpr (IsPack<std::decay_t<decltype(i)>>::value)
           save_pack(i, call, shared);
         else
           grains.save(i);
       });
-      return k;
+      return first + t;
     }
 
     /// The forces of step k with their Love sums; with a servo or a ledger those of every step.
-    RVE_INLINE StressSums last_forces(int k)
+    RVE_INLINE void last_forces(int k)
     {
       const StepPlan<Format> &plan = call.planned(k);
       Grains grains(block, shared, num_grains);
-      block.for_items(num_grains, [&](Item i) {
-        grains.load(i);
+      block.own_items(num_grains, [&](Item i) {
+        grains.load(shared, i);
       });
       Dissipation heat{0.0, 0.0};
-      const StressSums sums =
-          contact_forces<true, General>(block, grains, shared, call, num_grains, plan, heat);
-      block.for_items(num_grains, [&](Item i) {
+      contact_forces<true, General>(block, grains, shared, call, num_grains, plan, heat, [&] {
+        if (k == last_step()) Rare::end_path(call);
+      });
+      block.own_items(num_grains, [&](Item i) {
         grains.save(i);
       });
       if (has_ledger()) {
-        keep_books(sums, plan, heat);
-        if (has_servo()) steer(sums, plan.area);
+        keep_books(plan, heat);
+        if (has_servo()) steer(plan.area);
       }
-      return sums;
     }
 
-    RVE_INLINE void keep_books(const StressSums &sums, const StepPlan<Format> &plan,
-                               const Dissipation &heat)
+    RVE_INLINE void keep_books(const StepPlan<Format> &plan, const Dissipation &heat)
     {
       block.once([&] {
         const double energy = call.units.force * call.units.length;
@@ -189,8 +183,9 @@ inline namespace RVE_ISA {
         call.viscous_loss += energy * heat.viscous;
         double power = 0.0;
         for (int c = 0; c < 4; ++c)
-          power += static_cast<double>(sums[c]) * static_cast<double>(plan.gradient.component[c]);
-        call.supplied += energy * power * static_cast<double>(call.dt);
+          power += static_cast<double>(call.survey.sum[c]) *
+              static_cast<double>(plan.gradient.component[c]);
+        call.supplied += energy * power * static_cast<double>(call.law.dt);
       });
     }
 
@@ -209,11 +204,11 @@ inline namespace RVE_ISA {
       });
     }
 
-    RVE_INLINE void steer(const StressSums &sums, double area)
+    RVE_INLINE void steer(double area)
     {
       block.once([&] {
         const SteeringRecord &steering = call.steering;
-        const Tensor2 stress = stress_from(call, sums, area);
+        const Tensor2 stress = stress_from(call, area);
         for (int c = 0; c < 4; ++c)
           if (steering.controlled[c]) {
             const double now = c == 1 ? 0.5 * (stress.component[1] + stress.component[2])
@@ -225,14 +220,19 @@ inline namespace RVE_ISA {
       });
     }
 
+    /// Force and torque on grain i: from the pairs that it owns, and those that its partners own.
+    RVE_INLINE Vec<Sum, 3> collect_force(const Vec<Sum, 3> &own, int i)
+    {
+      return Vec<Sum, 3>{{wrapping_sum(own[0], block.collect(&shared.force_x[i])),
+                          wrapping_sum(own[1], block.collect(&shared.force_y[i])),
+                          wrapping_sum(own[2], block.collect(&shared.torque[i]))}};
+    }
+
     /// Leapfrog velocity update of one grain from the forces that the last phase left.
     RVE_INLINE void kick_grain(Grains &grains, Item i, const Still<Format> &still, Real alpha,
                                Motion<Format> &motion)
     {
-      const Vec<Sum, 3> own = grains.own[i];
-      const Sum sum[3] = {wrapping_sum(own[0], block.collect(&shared.force_x[i])),
-                          wrapping_sum(own[1], block.collect(&shared.force_y[i])),
-                          wrapping_sum(own[2], block.collect(&shared.torque[i]))};
+      const Vec<Sum, 3> sum = collect_force(grains.own[i], i);
       const Vec<Real, 2> before = motion.velocity;
       Vec<Real, 2> increment;
       for (int a = 0; a < 2; ++a) {
@@ -293,10 +293,7 @@ inline namespace RVE_ISA {
     {
       double *force_size = call.work.scratch + 3 * num_grains;
       block.for_items(num_grains, [&](Item i) {
-        Vec<Sum, 3> own = shared.own[i];
-        own[0] += block.collect(&shared.force_x[i]);
-        own[1] += block.collect(&shared.force_y[i]);
-        own[2] += block.collect(&shared.torque[i]);
+        const Vec<Sum, 3> own = collect_force(shared.own[i], i);
         shared.own[i] = own;
         const double fx = static_cast<double>(own[0]), fy = static_cast<double>(own[1]);
         force_size[i] = std::sqrt(fx * fx + fy * fy);
@@ -304,8 +301,8 @@ inline namespace RVE_ISA {
       homogenize<General>(block, call, last_step(), detail);
     }
 
-    /// The last kick, then everything back to the image.
-    RVE_INLINE void store()
+    /// The last kick, then everything back to the image, while one thread does what `aside` says.
+    template <class Aside> RVE_INLINE void store(Aside aside)
     {
       const ImageView<Format> &image = call.image;
       const Real alpha = call.alpha;
@@ -314,21 +311,24 @@ inline namespace RVE_ISA {
       const bool moved = call.drive.substeps > 0;
       const bool relisted = call.num_rebuilds > 0;
       Grains grains(block, shared, num_grains);
-      block.for_items(num_grains, [&](Item i) {
-        grains.load(i);
-        Motion<Format> motion = grains.motion[i];
-        if (moved) kick_grain(grains, i, shared.still[i], alpha, motion);
-        image.position[i] = motion.position;
-        image.velocity[i] = to_user * motion.velocity;
-        image.spin[i] = grains.spin[i];
-        for (int k = 0; k < kOwnedPairs; ++k)
-          image.history[k * num_grains + i] = history_to_user * grains.history[k][i];
-        if (relisted) {
-          image.list_position[i] = shared.still[i].list_position;
-          for (int k = 0; k < kOwnedPairs; ++k)
-            image.partner[k * num_grains + i] = grains.partner[k][i];
-        }
-      });
+      block.for_items(
+          num_grains,
+          [&](Item i) {
+            grains.load(shared, i);
+            Motion<Format> motion = grains.motion[i];
+            if (moved) kick_grain(grains, i, shared.still[i], alpha, motion);
+            image.position[i] = motion.position;
+            image.velocity[i] = to_user * motion.velocity;
+            image.spin[i] = grains.spin[i];
+            for (int k = 0; k < kOwnedPairs; ++k)
+              image.history[k * num_grains + i] = history_to_user * grains.history[k][i];
+            if (relisted) {
+              image.list_position[i] = shared.still[i].list_position;
+              for (int k = 0; k < kOwnedPairs; ++k)
+                image.partner[k * num_grains + i] = grains.partner[k][i];
+            }
+          },
+          aside);
       const int num_extra = call.num_extra;
       if (num_extra > 0)
         block.for_each(num_extra, [&](Item m) {

@@ -31,6 +31,27 @@ inline namespace RVE_ISA {
     std::size_t used;
   };
 
+  /// Hands out arrays from the chip while they fit there, and from memory what does not fit: ask for what matters most first.
+  class ChipFirst {
+   public:
+    RVE_INLINE ChipFirst(char *chip, std::size_t chip_size, char *memory) :
+        on_chip(chip), in_memory(memory), left(chip_size)
+    {
+    }
+
+    template <class T> RVE_INLINE T *take(std::size_t count)
+    {
+      const std::size_t size = (count * sizeof(T) + 15) / 16 * 16;
+      if (size > left) return in_memory.template take<T>(count);
+      left -= size;
+      return on_chip.template take<T>(count);
+    }
+
+   private:
+    Carver on_chip, in_memory;
+    std::size_t left;
+  };
+
   /// Measures what a Carver would hand out.
   class Measure {
    public:
@@ -128,20 +149,29 @@ inline namespace RVE_ISA {
     Still<Format> *still;
     std::int32_t *partner;    ///< (kOwnedPairs, N) own number: slot is free
     typename Format::Wide
-        *partner_radius;    ///< (kOwnedPairs, N) minus the own one: slot is free, it never touches
+        *partner_radius;    ///< (kOwnedPairs, N) minus the own one: slot is free, it never touches.
+                            ///< Not used where it is in registers
     typename Format::History *history;    ///< (kOwnedPairs, N)
   };
 
-  /// With a constant number of grains the addresses are constants too.
+  /// For the slot of grain i that holds partner j.
+  template <class Format>
+  RVE_INLINE typename Format::Wide radius_of_partner(const SharedView<Format> &shared, int i, int j)
+  {
+    return j == i ? -shared.radius[i] : shared.radius[j];
+  }
+
+  /// In the order of what the chip is for: sums that many add to, then what partners read anywhere, then what the threads of a
+  /// block read in a row. With a constant number of grains the addresses are constants too.
   template <class Format, class Carving>
   RVE_INLINE SharedView<Format> lay_out_shared(Carving &carver, int num_grains)
   {
     SharedView<Format> view;
-    view.motion = carver.template take<Motion<Format>>(num_grains);
-    view.spin = carver.template take<typename Format::Real>(num_grains);
     view.force_x = carver.template take<typename Format::Sum>(num_grains);
     view.force_y = carver.template take<typename Format::Sum>(num_grains);
     view.torque = carver.template take<typename Format::Sum>(num_grains);
+    view.motion = carver.template take<Motion<Format>>(num_grains);
+    view.spin = carver.template take<typename Format::Real>(num_grains);
     view.still = carver.template take<Still<Format>>(num_grains);
     view.radius = carver.template take<typename Format::Wide>(num_grains);
     view.own = carver.template take<Vec<typename Format::Sum, 3>>(num_grains);
@@ -155,6 +185,14 @@ inline namespace RVE_ISA {
   template <class Format> RVE_INLINE SharedView<Format> carve_shared(char *memory, int num_grains)
   {
     Carver carver(memory);
+    return lay_out_shared<Format>(carver, num_grains);
+  }
+
+  template <class Format>
+  RVE_INLINE SharedView<Format> carve_shared(char *chip, std::size_t chip_size, char *memory,
+                                             int num_grains)
+  {
+    ChipFirst carver(chip, chip_size, memory);
     return lay_out_shared<Format>(carver, num_grains);
   }
 
@@ -267,7 +305,7 @@ inline namespace RVE_ISA {
       }
     }
 
-    RVE_INLINE void load(int i)
+    RVE_INLINE void load(const SharedView<Format> &shared, int i)
     {
       motion.load(i);
       spin.load(i);
@@ -276,7 +314,10 @@ inline namespace RVE_ISA {
       largest_force.load(i);
       for (int k = 0; k < kOwnedPairs; ++k) {
         partner[k].load(i);
-        partner_radius[k].load(i);
+        if constexpr (Block::kInRegisters)
+          partner_radius[k].value = radius_of_partner(shared, i, partner[k][i]);
+        else
+          partner_radius[k].load(i);
         history[k].load(i);
       }
     }

@@ -18,11 +18,10 @@ inline namespace RVE_ISA {
   struct CudaScratch {
     union {
       double chunk[256];
-      long long sum[32][16];    ///< by warp
+      long long sum[16][32];    ///< by warp
       int scan[1024];
     };
-    long long total[16];
-    int largest;
+    int largest[32];    ///< by warp
   };
 
   /// OneItemPerThread: no phase over resident items has more of them than the block has threads, so that each thread can keep
@@ -30,6 +29,7 @@ inline namespace RVE_ISA {
   template <bool OneItemPerThread> class BlockCuda {
    public:
     using Item = int;
+    static constexpr bool kInRegisters = OneItemPerThread;
 
     RVE_DEVICE explicit BlockCuda(CudaScratch &scratch_in) : scratch(scratch_in) {}
 
@@ -39,9 +39,23 @@ inline namespace RVE_ISA {
       __syncthreads();
     }
 
+    template <class F, class Aside> RVE_DEVICE void for_each(int n, F f, Aside aside)
+    {
+      for (int i = threadIdx.x; i < n; i += blockDim.x) f(i);
+      do_aside(aside);
+      __syncthreads();
+    }
+
     template <class F> RVE_DEVICE void for_items(int n, F f)
     {
       visit_items(n, f);
+      __syncthreads();
+    }
+
+    template <class F, class Aside> RVE_DEVICE void for_items(int n, F f, Aside aside)
+    {
+      visit_items(n, f);
+      do_aside(aside);
       __syncthreads();
     }
 
@@ -81,27 +95,6 @@ inline namespace RVE_ISA {
       });
     }
 
-    template <class F> RVE_DEVICE float max_item(int n, F f)
-    {
-      float mine = 0.0f;
-      visit_items(n, [&](int i) {
-        mine = fmaxf(mine, f(i));
-      });
-      if (threadIdx.x == 0) scratch.largest = 0;
-      __syncthreads();
-      int bits = __float_as_int(mine);    // ordered as the numbers are, which are not negative
-      if (blockDim.x % 32 == 0) {
-        bits = __reduce_max_sync(0xffffffffu, bits);
-        if (threadIdx.x % 32 == 0) atomicMax(&scratch.largest, bits);
-      } else {
-        atomicMax(&scratch.largest, bits);
-      }
-      __syncthreads();
-      const float largest = __int_as_float(scratch.largest);
-      __syncthreads();
-      return largest;
-    }
-
     template <int M, class F> RVE_DEVICE IntegerSums<M> sum_integers(int n, F f)
     {
       std::int64_t term[M];
@@ -118,6 +111,35 @@ inline namespace RVE_ISA {
         f(i, term);
       });
       return add_up<M>(term);
+    }
+
+    template <class F> RVE_DEVICE void own_items(int n, F f) { visit_items(n, f); }
+
+    template <int M, class F, class Aside>
+    RVE_DEVICE void survey_items(int n, F f, Aside aside, Survey<M> &survey)
+    {
+      std::int64_t term[M];
+      float largest = 0.0f;
+      for (int m = 0; m < M; ++m) term[m] = 0;
+      visit_items(n, [&](int i) {
+        f(i, term, largest);
+      });
+      // the bits are ordered as the numbers are, which are not negative
+      const int of_warp = __reduce_max_sync(active_lanes(), __float_as_int(largest));
+      if (lane() == 0) scratch.largest[warp()] = of_warp;
+      sum_in_warps<M>(term);
+      for (int m = threadIdx.x; m < M; m += blockDim.x) {
+        long long total = 0;
+        for (int w = 0; w < num_warps(); ++w) total += scratch.sum[m][w];
+        survey.sum[m] = total;
+      }
+      do_aside([&] {
+        int most = 0;
+        for (int w = 0; w < num_warps(); ++w) most = max(most, scratch.largest[w]);
+        survey.largest = __int_as_float(most);
+        aside();
+      });
+      __syncthreads();
     }
 
     RVE_DEVICE int exclusive_scan(int *a, int n)
@@ -204,6 +226,12 @@ inline namespace RVE_ISA {
     }
 
    private:
+    /// By the thread that most often has no item.
+    template <class Aside> RVE_DEVICE void do_aside(Aside aside)
+    {
+      if (threadIdx.x == blockDim.x - 1) aside();
+    }
+
     /// f(item) for resident items: at most one for each thread, where they are in registers.
     template <class F> RVE_DEVICE void visit_items(int n, F f)
     {
@@ -215,36 +243,56 @@ inline namespace RVE_ISA {
       }
     }
 
+    static RVE_DEVICE int lane() { return threadIdx.x % 32; }
+    static RVE_DEVICE int warp() { return threadIdx.x / 32; }
+    static RVE_DEVICE int num_warps() { return (blockDim.x + 31) / 32; }
+    /// Of this thread's warp: the last one may have fewer than 32.
+    static RVE_DEVICE int lanes_here()
+    {
+      return min(32, static_cast<int>(blockDim.x) - 32 * warp());
+    }
+    static RVE_DEVICE unsigned active_lanes()
+    {
+      return lanes_here() == 32 ? 0xffffffffu : (1u << lanes_here()) - 1u;
+    }
+
+    /// Sum over the threads of a warp: three limbs whose sums fit into 32 bits.
+    static RVE_DEVICE long long sum_of_warp(unsigned active, std::int64_t term)
+    {
+      const unsigned low = static_cast<unsigned>(term) & 0x7ffffffu,
+                     middle = static_cast<unsigned>(term >> 27) & 0x7ffffffu;
+      const int high = static_cast<int>(term >> 54);
+      return static_cast<long long>(__reduce_add_sync(active, low)) +
+          (static_cast<long long>(__reduce_add_sync(active, middle)) << 27) +
+          static_cast<long long>(static_cast<unsigned long long>(__reduce_add_sync(active, high))
+                                 << 54);
+    }
+
+    /// Sums over the threads of each warp, in scratch.sum.
+    template <int M> RVE_DEVICE void sum_in_warps(const std::int64_t *term)
+    {
+      static_assert(M <= 16, "CudaScratch::sum holds 16 numbers");
+      const unsigned active = active_lanes();
+#pragma unroll
+      for (int m = 0; m < M; ++m) {
+        const long long sum = sum_of_warp(active, term[m]);
+        if (lane() == 0) scratch.sum[m][warp()] = sum;
+      }
+      __syncthreads();
+    }
+
     /// Sums over the threads of the block.
     template <int M> RVE_DEVICE IntegerSums<M> add_up(const std::int64_t *term)
     {
-      static_assert(M <= 16, "CudaScratch::sum holds 16 numbers");
-      __syncthreads();    // the scratch memory is free
-      const int warps = (blockDim.x + 31) / 32;
-      const int left = static_cast<int>(blockDim.x - (threadIdx.x & ~31u));
-      const unsigned active = left >= 32 ? 0xffffffffu : (1u << left) - 1u;
-#pragma unroll
-      for (int m = 0; m < M; ++m) {
-        // three limbs whose sums over a warp fit into 32 bits
-        const unsigned low = static_cast<unsigned>(term[m]) & 0x7ffffffu,
-                       middle = static_cast<unsigned>(term[m] >> 27) & 0x7ffffffu;
-        const int high = static_cast<int>(term[m] >> 54);
-        const long long sum = static_cast<long long>(__reduce_add_sync(active, low)) +
-            (static_cast<long long>(__reduce_add_sync(active, middle)) << 27) +
-            static_cast<long long>(static_cast<unsigned long long>(__reduce_add_sync(active, high))
-                                   << 54);
-        if (threadIdx.x % 32 == 0) scratch.sum[threadIdx.x / 32][m] = sum;
-      }
-      __syncthreads();
-      for (int m = threadIdx.x; m < M; m += blockDim.x) {
-        long long total = 0;
-        for (int w = 0; w < warps; ++w) total += scratch.sum[w][m];
-        scratch.total[m] = total;
-      }
-      __syncthreads();
+      sum_in_warps<M>(term);
+      const unsigned active = active_lanes();
       IntegerSums<M> sums;
 #pragma unroll
-      for (int m = 0; m < M; ++m) sums.value[m] = scratch.total[m];
+      for (int m = 0; m < M; ++m) {
+        long long mine = 0;
+        for (int w = lane(); w < num_warps(); w += lanes_here()) mine += scratch.sum[m][w];
+        sums.value[m] = sum_of_warp(active, mine);
+      }
       __syncthreads();
       return sums;
     }

@@ -4,6 +4,7 @@
 // (BlockCuda). A Block offers
 //
 //   for_each(n, f)          f(item) for items 0..n-1; a phase: ends in a barrier. `item` converts to int
+//   for_each(n, f, aside)   the same, and aside() by one thread meanwhile
 //   once(f)                 f() by one thread; ends in a barrier
 //   any(n, f)               a phase that returns whether f(item) was true for any item
 //   sum_array(n, a)         sum of the n doubles of an array, in an order that does not depend on the number of threads
@@ -15,7 +16,10 @@
 //   resident(array)         an item's own numbers in array[item], which may live in registers across phases
 //   for_items, any_item, sum_items<M>    as for_each, any, sum_integers, over the items of resident arrays, and only over them
 //       A phase whose f takes `const auto i` may also get a PackItem, several items at a time (block/block_simd.h)
-//   max_item(n, f)          largest of the floats f(item), none of which is negative, over the same
+//   own_items(n, f)         as for_items, but f(item) neither reads nor writes what another item does before the next phase: no barrier
+//   for_items(n, f, aside)  as for_each(n, f, aside)
+//   survey_items<M>(n, f, aside, survey)    f(item, std::int64_t *term, float &largest) adds to terms and raises `largest`, which is
+//                           not negative; leaves sums and the largest number where all threads can read them
 //
 // The contract that makes one text correct on both:
 //   1. a variable declared outside a phase is uniform: every thread holds the same value;
@@ -38,17 +42,37 @@ inline namespace RVE_ISA {
   class BlockSerial {
    public:
     using Item = int;
+    /// Whether resident items live in registers.
+    static constexpr bool kInRegisters = false;
 
     template <class F> RVE_INLINE void for_each(int n, F f)
     {
       for (int i = 0; i < n; ++i) f(i);
     }
 
+    template <class F, class Aside> RVE_INLINE void for_each(int n, F f, Aside aside)
+    {
+      for_each(n, f);
+      aside();
+    }
+
     template <class F> RVE_INLINE void for_items(int n, F f) { for_each(n, f); }
+    template <class F, class Aside> RVE_INLINE void for_items(int n, F f, Aside aside)
+    {
+      for_each(n, f, aside);
+    }
     template <class F> RVE_INLINE bool any_item(int n, F f) { return any(n, f); }
     template <int M, class F> RVE_INLINE IntegerSums<M> sum_items(int n, F f)
     {
       return sum_integers<M>(n, f);
+    }
+    template <class F> RVE_INLINE void own_items(int n, F f) { for_each(n, f); }
+    template <int M, class F, class Aside>
+    RVE_INLINE void survey_items(int n, F f, Aside aside, Survey<M> &survey)
+    {
+      survey = Survey<M>{};
+      for (int i = 0; i < n; ++i) f(i, survey.sum, survey.largest);
+      aside();
     }
 
     template <class F> RVE_INLINE void once(F f) { f(); }
@@ -76,17 +100,6 @@ inline namespace RVE_ISA {
     {
       double largest = 0.0;
       for (int i = 0; i < n; ++i) largest = a[i] > largest ? a[i] : largest;
-      return largest;
-    }
-
-    /// The largest of numbers that are not negative.
-    template <class F> RVE_INLINE float max_item(int n, F f)
-    {
-      float largest = 0.0f;
-      for (int i = 0; i < n; ++i) {
-        const float x = f(i);
-        largest = x > largest ? x : largest;
-      }
       return largest;
     }
 

@@ -24,16 +24,13 @@ inline namespace RVE_ISA {
       for (; i < n; ++i) f(i);
     }
 
-    template <int M, class F> RVE_INLINE IntegerSums<M> sum_items(int n, F f)
+    template <class F, class Aside> RVE_INLINE void for_items(int n, F f, Aside aside)
     {
-      IntegerSums<M> sums;
-      for (int m = 0; m < M; ++m) sums.value[m] = 0;
-      int i = 0;
-      if constexpr (std::is_invocable_v<F, Pack, std::int64_t *>)
-        for (; i + Lanes <= n; i += Lanes) f(Pack{i}, sums.value);
-      for (; i < n; ++i) f(i, sums.value);
-      return sums;
+      for_items(n, f);
+      aside();
     }
+
+    template <class F> RVE_INLINE void own_items(int n, F f) { for_items(n, f); }
 
     template <class F> RVE_INLINE bool any_item(int n, F f)
     {

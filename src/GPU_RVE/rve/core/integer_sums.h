@@ -1,4 +1,4 @@
-// Integer sums: those that wrap, and the M integers that Block::sum_integers returns.
+// Integer sums: those that wrap, and those over the items of a block.
 
 #ifndef RVE_CORE_INTEGER_SUMS_H
 #define RVE_CORE_INTEGER_SUMS_H
@@ -27,6 +27,12 @@ inline namespace RVE_ISA {
   template <int M> struct IntegerSums {
     std::int64_t value[M];
     RVE_INLINE std::int64_t operator[](int m) const { return value[m]; }
+  };
+
+  /// What Block::survey_items finds.
+  template <int M> struct Survey {
+    std::int64_t sum[M];
+    float largest;
   };
 
 }    // namespace RVE_ISA

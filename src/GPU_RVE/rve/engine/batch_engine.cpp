@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <numeric>
+#include <omp.h>
 
 namespace rve {
 
@@ -326,6 +328,19 @@ namespace {
     return steering;
   }
 
+  /// Whether a call did not succeed for a reason that the engine can mend.
+  bool must_repeat(const AnswerRecord &answer)
+  {
+    return (answer.status & (status::ListFull | status::ForceSaturated)) != 0;
+  }
+
+  /// Threads that translate between the caller and `count` RVEs: one for a thousand, or waking them takes longer than they work.
+  int helpers(const Options &options, int count)
+  {
+    const int most = options.threads > 0 ? options.threads : omp_get_max_threads();
+    return std::min(most, 1 + count / 1000);
+  }
+
   Result to_result(const AnswerRecord &answer, const DetailRecord &record)
   {
     const ImageHeader &header = record.header;
@@ -487,23 +502,6 @@ void BatchEngine::check_slot(int rve) const
   });
 }
 
-std::vector<int> BatchEngine::longest_first(const Call &call) const
-{
-  const auto cost = [&](int k) {
-    return static_cast<double>(call.drives[k].substeps) * grains_of[call.rves[k]];
-  };
-  std::vector<int> order(call.rves.size());
-  std::iota(order.begin(), order.end(), 0);
-  const bool equal = std::all_of(order.begin(), order.end(), [&](int k) {
-    return cost(k) == cost(0);
-  });
-  if (!equal)
-    std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-      return cost(a) > cost(b);
-    });
-  return order;
-}
-
 void BatchEngine::prepare_repeat(int rve, const AnswerRecord &result)
 {
   ImageHeader header = get_header(rve);
@@ -522,96 +520,160 @@ void BatchEngine::prepare_repeat(int rve, const AnswerRecord &result)
                              (result.needed_pairs + result.needed_pairs / 4) / grains_of[rve] + 1);
 }
 
-void BatchEngine::run(const std::vector<int> &rves, const std::vector<Drive> &drives,
-                      bool with_details)
+void BatchEngine::prepare(Call &call, const std::vector<int> &rves,
+                          const std::vector<Drive> &drives)
+{
+  const int count = static_cast<int>(rves.size());
+  DriveRecord *records = room_for_drives(count);
+  call.rves = rves;
+  call.drives = records;
+  const int threads = helpers(options, count);
+  int first_bad = count, largest = 0, longest = 0;
+  double least_cost = std::numeric_limits<double>::max(), most_cost = 0.0;
+  bool servo = false, steered = false;
+#pragma omp parallel for num_threads(threads) reduction(min                      \
+                                                        : first_bad, least_cost) \
+    reduction(max                                                                \
+              : largest, longest, most_cost) reduction(||                        \
+                                                       : servo, steered)
+  for (int k = 0; k < count; ++k) {
+    try {
+      check_slot(rves[k]);
+      check(drives[k]);
+    } catch (const InputError &) {
+      first_bad = std::min(first_bad, k);
+      continue;
+    }
+    records[k] = to_record(drives[k]);
+    largest = std::max(largest, grains_of[rves[k]]);
+    longest = std::max(longest, records[k].substeps);
+    const double cost = cost_of(rves[k], records[k]);
+    least_cost = std::min(least_cost, cost);
+    most_cost = std::max(most_cost, cost);
+    servo = servo || drives[k].has_servo();
+    steered = steered || needs_steering(drives[k]);
+  }
+  if (first_bad < count) {    // says what is wrong
+    check_slot(rves[first_bad]);
+    check(drives[first_bad]);
+  }
+  if (steered) {
+    call.steering.resize(count);
+    for (int k = 0; k < count; ++k) call.steering[k] = to_steering(drives[k], records[k]);
+  }
+  call.largest = largest;
+  call.longest = longest;
+  call.pair_capacity = pairs_per_grain * largest;
+  const bool general = servo || options.track_energy || any_viscous || options.arms == Arms::Lammps;
+  call.scene = general ? SceneKind::General : SceneKind::Plain;
+  if (least_cost < most_cost) put_longest_first(call, most_cost);
+}
+
+double BatchEngine::cost_of(int rve, const DriveRecord &drive) const
+{
+  return static_cast<double>(drive.substeps) * grains_of[rve];
+}
+
+void BatchEngine::put_longest_first(Call &call, double most_cost) const
+{
+  // sorted roughly, in one pass: the last ones to run are short, and that is all that matters
+  constexpr int classes = 256;
+  const int count = static_cast<int>(call.rves.size());
+  const auto class_of = [&](int k) {
+    const double share = cost_of(call.rves[k], call.drives[k]) / most_cost;
+    return classes - 1 - static_cast<int>(share * (classes - 1));
+  };
+  std::vector<int> start(classes + 1, 0);
+  for (int k = 0; k < count; ++k) ++start[class_of(k) + 1];
+  std::partial_sum(start.begin(), start.end(), start.begin());
+  call.order.resize(count);
+  for (int k = 0; k < count; ++k) call.order[start[class_of(k)]++] = k;
+}
+
+const AnswerRecord *BatchEngine::start(const std::vector<int> &rves,
+                                       const std::vector<Drive> &drives, bool with_details)
 {
   require(rves.size() == drives.size(),
           "one drive per RVE is needed: " + std::to_string(rves.size()) + " RVEs, " +
               std::to_string(drives.size()) + " drives");
-  const std::size_t count = rves.size();
+  if (rves.empty()) return nullptr;
   Call call;
-  call.rves = rves;
-  call.drives.resize(count);
+  prepare(call, rves, drives);
   call.with_details = with_details;
-  bool servo = false, steered = false;
-  for (std::size_t k = 0; k < count; ++k) {
-    check_slot(rves[k]);
-    check(drives[k]);
-    call.largest = std::max(call.largest, grains_of[rves[k]]);
-    call.drives[k] = to_record(drives[k]);
-    servo = servo || drives[k].has_servo();
-    steered = steered || needs_steering(drives[k]);
-  }
-  if (steered) {
-    call.steering.resize(count);
-    for (std::size_t k = 0; k < count; ++k)
-      call.steering[k] = to_steering(drives[k], call.drives[k]);
-  }
-  const bool general = servo || options.track_energy || any_viscous || options.arms == Arms::Lammps;
-  call.scene = general ? SceneKind::General : SceneKind::Plain;
-  if (count == 0) {
-    answers.clear();
-    details.clear();
-    return;
-  }
-  call.pair_capacity = pairs_per_grain * call.largest;
-  launch(call, answers, details);
+  return launch(call, details);
+}
 
+const AnswerRecord *BatchEngine::repeat(const std::vector<int> &rves,
+                                        const std::vector<Drive> &drives,
+                                        const AnswerRecord *answers, bool with_details)
+{
+  mended.assign(answers, answers + rves.size());
+  std::vector<DetailRecord> all_details = details;
   std::map<std::size_t, ImageHeader> before;    // of the RVEs whose call is repeated
-  for (int repeat = 0; repeat < MAX_REPEATS; ++repeat) {
+  for (int round = 0; round < MAX_REPEATS; ++round) {
     std::vector<std::size_t> again;
-    for (std::size_t k = 0; k < count; ++k)
-      if (answers[k].status & (status::ListFull | status::ForceSaturated)) again.push_back(k);
+    for (std::size_t k = 0; k < rves.size(); ++k)
+      if (must_repeat(mended[k])) again.push_back(k);
     if (again.empty()) break;
-    Call some;
-    some.largest = call.largest;
-    some.scene = call.scene;
-    some.with_details = with_details;
+    std::vector<int> some_rves;
+    std::vector<Drive> some_drives;
     for (std::size_t k : again) {
       before.emplace(k, get_header(rves[k]));
-      prepare_repeat(rves[k], answers[k]);
-      some.rves.push_back(rves[k]);
-      some.drives.push_back(call.drives[k]);
-      if (!call.steering.empty()) some.steering.push_back(call.steering[k]);
+      prepare_repeat(rves[k], mended[k]);
+      some_rves.push_back(rves[k]);
+      some_drives.push_back(drives[k]);
     }
-    some.pair_capacity = pairs_per_grain * call.largest;
-    std::vector<AnswerRecord> some_answers;
-    std::vector<DetailRecord> some_details;
-    launch(some, some_answers, some_details);
+    const AnswerRecord *some_answers = start(some_rves, some_drives, with_details);
     for (std::size_t m = 0; m < again.size(); ++m) {
-      answers[again[m]] = some_answers[m];
-      if (with_details) details[again[m]] = some_details[m];
+      mended[again[m]] = some_answers[m];
+      if (with_details) all_details[again[m]] = details[m];
     }
   }
+  details = std::move(all_details);
 
   // a call that fails in the end leaves no trace of its repeats either
   for (const auto &[k, first] : before) {
-    if (!(answers[k].status & status::Fatal)) continue;
+    if (!(mended[k].status & status::Fatal)) continue;
     ImageHeader header = get_header(rves[k]);
     header.repeats = first.repeats;
     header.largest_contact_force = first.largest_contact_force;
     put_header(rves[k], header);
   }
-  if (!with_details) return;
-  for (std::size_t k = 0; k < count; ++k)
-    if (answers[k].status & status::Fatal) details[k].header = get_header(rves[k]);
+  return mended.data();
 }
 
 void BatchEngine::advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
                           std::vector<Result> &results)
 {
-  run(rves, drives, true);
-  results.resize(rves.size());
-  for (std::size_t k = 0; k < rves.size(); ++k) results[k] = to_result(answers[k], details[k]);
+  const AnswerRecord *answers = start(rves, drives, true);
+  const int count = static_cast<int>(rves.size());
+  if (std::any_of(answers, answers + count, must_repeat))
+    answers = repeat(rves, drives, answers, true);
+  for (int k = 0; k < count; ++k)
+    if (answers[k].status & status::Fatal) details[k].header = get_header(rves[k]);
+  results.resize(count);
+#pragma omp parallel for num_threads(helpers(options, count))
+  for (int k = 0; k < count; ++k) results[k] = to_result(answers[k], details[k]);
 }
 
 void BatchEngine::advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
                           std::vector<Response> &responses)
 {
-  run(rves, drives, false);
-  responses.resize(rves.size());
-  for (std::size_t k = 0; k < rves.size(); ++k)
-    responses[k] = {answers[k].status, answers[k].num_contacts, tensor_from(answers[k].stress)};
+  const AnswerRecord *answers = start(rves, drives, false);
+  const int count = static_cast<int>(rves.size());
+  responses.resize(count);
+  const auto respond = [&] {
+    bool unfinished = false;
+#pragma omp parallel for num_threads(helpers(options, count)) reduction(|| : unfinished)
+    for (int k = 0; k < count; ++k) {
+      responses[k] = {answers[k].status, answers[k].num_contacts, tensor_from(answers[k].stress)};
+      unfinished = unfinished || must_repeat(answers[k]);
+    }
+    return unfinished;
+  };
+  if (!respond()) return;
+  answers = repeat(rves, drives, answers, false);
+  respond();
 }
 
 }    // namespace rve

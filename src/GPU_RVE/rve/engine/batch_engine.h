@@ -49,19 +49,21 @@ class BatchEngine : public Engine {
   /// One run of the block program over some RVEs.
   struct Call {
     std::vector<int> rves;
-    std::vector<DriveRecord> drives;
-    std::vector<SteeringRecord> steering;    ///< as many, or none
-    int largest = 0;                         ///< grains in the largest RVE
-    int pair_capacity = 0;                   ///< that workspaces must have at least
+    const DriveRecord *drives = nullptr;     ///< in room_for_drives()
+    std::vector<SteeringRecord> steering;    ///< as many as RVEs, or none
+    std::vector<int> order;    ///< positions, the most expensive first; none: all cost the same
+    int largest = 0;           ///< grains in the largest RVE
+    int longest = 0;           ///< most substeps
+    int pair_capacity = 0;     ///< that workspaces must have at least
     SceneKind scene = SceneKind::Plain;
     bool with_details = false;
   };
 
-  /// Runs the block program once for each RVE. `details` are filled when they are wanted.
-  virtual void launch(const Call &call, std::vector<AnswerRecord> &answers,
-                      std::vector<DetailRecord> &details) = 0;
-  /// Positions in the call, the most expensive first: with RVEs of unequal cost the last ones to run are short.
-  std::vector<int> longest_first(const Call &call) const;
+  /// Where the drives of the next launch shall be written. What was there before may be lost.
+  virtual DriveRecord *room_for_drives(std::size_t count) = 0;
+  /// Runs the block program once for each RVE. Returns the answers, valid until the next launch. `details` are filled when they
+  /// are wanted.
+  virtual const AnswerRecord *launch(const Call &call, std::vector<DetailRecord> &details) = 0;
 
   const Options options;
   const BatchConstants constants;
@@ -69,14 +71,24 @@ class BatchEngine : public Engine {
  private:
   void check_slot(int rve) const;
   void prepare_repeat(int rve, const AnswerRecord &answer);
-  /// One call, with its repeats, into `answers` and, if wanted, `details`.
-  void run(const std::vector<int> &rves, const std::vector<Drive> &drives, bool with_details);
+  double cost_of(int rve, const DriveRecord &drive) const;
+  /// With RVEs of unequal cost the last ones to run shall be short.
+  void put_longest_first(Call &call, double most_cost) const;
+  /// Checks and translates; sizes, order and scene follow from the drives.
+  void prepare(Call &call, const std::vector<int> &rves, const std::vector<Drive> &drives);
+  /// One call without repeats. Returns the answers, valid until the next call; `details` has them, if wanted.
+  const AnswerRecord *start(const std::vector<int> &rves, const std::vector<Drive> &drives,
+                            bool with_details);
+  /// Repeats what has to be, with longer lists or another scale of forces, of a call that has been started. Returns the answers
+  /// that hold.
+  const AnswerRecord *repeat(const std::vector<int> &rves, const std::vector<Drive> &drives,
+                             const AnswerRecord *answers, bool with_details);
 
   std::vector<int> grains_of;    ///< by RVE; 0: the number is free
   std::vector<int> free_numbers;
   bool any_viscous = false;             ///< an RVE with dashpots has been added
   int pairs_per_grain = 4;              ///< capacity of the workspaces, grows on demand
-  std::vector<AnswerRecord> answers;    ///< of the last call
+  std::vector<AnswerRecord> mended;     ///< answers of a call that was repeated for some RVEs
   std::vector<DetailRecord> details;    ///< of the last call that wanted them
 };
 

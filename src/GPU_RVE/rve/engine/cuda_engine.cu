@@ -12,6 +12,10 @@ namespace rve {
 namespace {
 
   constexpr int LARGEST_BLOCK = 1024;
+  constexpr int kMostPreparedTogether = 16;           ///< calls that one block prepares
+  constexpr std::size_t kPrepareMemory = 32 << 10;    ///< bytes that it may have on chip
+  constexpr std::size_t kReserved =
+      1024;    ///< bytes of a block on chip that CUDA keeps for itself
 
   CudaKernels kernels_for(const Options &options)
   {
@@ -24,6 +28,11 @@ namespace {
       default:
         return cuda_kernels_double();
     }
+  }
+
+  int rounded_up(int number, int unit)
+  {
+    return (number + unit - 1) / unit * unit;
   }
 
   std::size_t aligned(std::size_t size)
@@ -59,6 +68,7 @@ namespace {
       placed.extra_capacity = image.extra_capacity;
       placed.size = image.bytes.size();
       placed.memory = arena.allocate(placed.size);
+      images_moved = true;
       check_cuda(cudaMemcpy(placed.memory, image.bytes.data(), placed.size, cudaMemcpyHostToDevice),
                  "upload of an RVE");
     }
@@ -80,6 +90,7 @@ namespace {
     {
       arena.release(images[rve].memory, images[rve].size);
       images[rve] = Placed();
+      images_moved = true;
     }
 
     void put_header(int rve, const ImageHeader &header) override
@@ -98,36 +109,53 @@ namespace {
       return header;
     }
 
-    void launch(const Call &call, std::vector<AnswerRecord> &answers,
-                std::vector<DetailRecord> &details) override
+    DriveRecord *room_for_drives(std::size_t count) override
+    {
+      use_device();
+      return drives.room(count);
+    }
+
+    const AnswerRecord *launch(const Call &call, std::vector<DetailRecord> &details) override
     {
       use_device();
       const int count = static_cast<int>(call.rves.size());
       const Plan plan = plan_for(call);
 
       LaunchRecord record;
-      const std::vector<int> order = longest_first(call);
-      record.images = pointer_buffer.upload(count, [&](int m) {
-        return images[call.rves[order[m]]].memory;
-      });
-      record.drives = drive_buffer.upload(call.drives);
+      record.rves = handles_of(call.rves);
+      record.drives = call.drives;
       record.steering = call.steering.empty() ? nullptr : steering_buffer.upload(call.steering);
-      record.order = order_buffer.upload(order);
-      record.answers = answer_buffer.reserve(count);
+      record.order = call.order.empty() ? nullptr : order_buffer.upload(call.order);
+      record.answers = answers.room(count);
       // an RVE that fails writes no details
       record.details = call.with_details ? detail_buffer.reserve_zeros(count) : nullptr;
       record.count = count;
-      record.queue = queue_buffer.upload(std::vector<int>{0});
-      record.shared_offset = aligned(plan.sizes.workspace);
-      record.memory_stride = record.shared_offset + (plan.on_chip ? 0 : aligned(plan.sizes.shared));
+      record.queue = queue_buffer.reserve_zeros(1);
+      record.prepared_size = plan.sizes.prepared;
+      record.prepared = prepared_buffer.reserve_clean(record.prepared_size * count);
+      record.steps_ahead = plan.steps_ahead;
+      record.chip_size = plan.dynamic;
+      record.overflow = aligned(plan.sizes.workspace);
+      record.memory_stride = record.overflow + plan.overflow_size;
       const int resident = std::min(count, plan.blocks);
       record.memory = workspace_buffer.reserve(record.memory_stride * resident);
       record.pair_capacity = call.pair_capacity;
-      record.shared_on_chip = plan.on_chip;
+      record.prepared_together = std::max(
+          1,
+          std::min(kMostPreparedTogether, static_cast<int>(kPrepareMemory / record.prepared_size)));
+      // a thread for each step that is planned
+      const int threads =
+          std::min(256, rounded_up(record.prepared_together * plan.steps_ahead, 32));
+      kernels.prepare<<<(count + record.prepared_together - 1) / record.prepared_together, threads,
+                        record.prepared_together * record.prepared_size>>>(record, constants);
       plan.kernel<<<resident, plan.block, plan.dynamic>>>(record, constants);
       check_cuda(cudaGetLastError(), "launch of the RVE kernel");
-      answer_buffer.download(answers, count);
-      if (call.with_details) detail_buffer.download(details, count);
+      check_cuda(cudaStreamSynchronize(nullptr), "RVE kernel");
+      if (call.with_details) {
+        const DetailRecord *first = detail_buffer.receive(count);
+        details.assign(first, first + count);
+      }
+      return record.answers;
     }
 
    private:
@@ -145,35 +173,43 @@ namespace {
     /// How a call is launched.
     struct Plan {
       std::size_t count = 0;
-      int largest = -1, pair_capacity = 0;
+      int largest = -1, pair_capacity = 0, steps_ahead = 0;
       SceneKind scene = SceneKind::Plain;
       KernelFunction kernel = nullptr;
       KernelSizes sizes;
-      int block = 0, blocks = 0;    ///< threads, and blocks that the device holds at a time
-      std::size_t dynamic = 0;      ///< bytes on chip
-      bool on_chip = true;
+      int block = 0, blocks = 0;        ///< threads, and blocks that the device holds at a time
+      std::size_t dynamic = 0;          ///< bytes on chip
+      std::size_t overflow_size = 0;    ///< bytes of a workspace for what does not fit there
     };
 
     /// The plan of the last call serves while the calls are alike.
     const Plan &plan_for(const Call &call)
     {
+      const int steps_ahead = std::max(1, std::min(call.longest, kPlanSteps));
       if (last_plan.count == call.rves.size() && last_plan.largest == call.largest &&
-          last_plan.pair_capacity == call.pair_capacity && last_plan.scene == call.scene)
+          last_plan.pair_capacity == call.pair_capacity && last_plan.scene == call.scene &&
+          last_plan.steps_ahead == steps_ahead)
         return last_plan;
       Plan plan;
       plan.count = call.rves.size();
       plan.largest = call.largest;
       plan.pair_capacity = call.pair_capacity;
       plan.scene = call.scene;
+      plan.steps_ahead = steps_ahead;
       plan.block = block_size(call.largest);
       const Residency residency = residency_of(call, plan.block);
       plan.kernel = kernels.kernel[static_cast<int>(residency)][static_cast<int>(call.scene)];
-      plan.sizes = kernels.sizes(capacity_of(residency, call.largest), call.pair_capacity);
+      plan.sizes =
+          kernels.sizes(capacity_of(residency, call.largest), call.pair_capacity, steps_ahead);
       cudaFuncAttributes attributes;
       check_cuda(cudaFuncGetAttributes(&attributes, plan.kernel), "attributes of the kernel");
-      plan.on_chip = residency != Residency::Memory ||
-          plan.sizes.shared + attributes.sharedSizeBytes + 1024 <= device.sharedMemPerBlockOptin;
-      plan.dynamic = plan.on_chip ? plan.sizes.shared : 0;
+      plan.dynamic = plan.sizes.shared;
+      const std::size_t most =
+          device.sharedMemPerBlockOptin - attributes.sharedSizeBytes - kReserved;
+      if (residency == Residency::Memory && plan.dynamic > most) {
+        plan.dynamic = most / 16 * 16;
+        plan.overflow_size = aligned(plan.sizes.shared);
+      }
       check_cuda(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
                                       static_cast<int>(plan.dynamic)),
                  "shared memory of the kernel");
@@ -186,6 +222,20 @@ namespace {
       plan.blocks = blocks_per_sm * device.multiProcessorCount;
       last_plan = plan;
       return last_plan;
+    }
+
+    /// Where the RVEs of a call live, on the device. Those of the last call serve while nothing has moved.
+    const RveHandle *handles_of(const std::vector<int> &rves)
+    {
+      if (!images_moved && rves == handled) return handle_buffer.reserve(rves.size());
+      RveHandle *handles = handle_buffer.room(rves.size());
+      for (std::size_t k = 0; k < rves.size(); ++k) {
+        const Placed &placed = images[rves[k]];
+        handles[k] = RveHandle{placed.memory, placed.num_grains, placed.extra_capacity};
+      }
+      handled = rves;
+      images_moved = false;
+      return handle_buffer.send(rves.size());
     }
 
     static int capacity_of(Residency residency, int largest)
@@ -209,11 +259,13 @@ namespace {
                                                                              : Residency::Few;
     }
 
-    /// One thread per grain while that is possible: scheme D.
+    /// One thread per grain while that is possible: scheme D. Beyond that all threads have the same number of grains, nearly.
     int block_size(int num_grains) const
     {
       if (options.block_size > 0) return options.block_size;
-      return std::min(LARGEST_BLOCK, (num_grains + 31) / 32 * 32);
+      const int rounds = (num_grains + LARGEST_BLOCK - 1) / LARGEST_BLOCK;
+      const int in_a_round = (num_grains + rounds - 1) / rounds;
+      return rounded_up(in_a_round, 32);
     }
 
     const CudaKernels kernels;
@@ -221,13 +273,16 @@ namespace {
     DeviceArena arena;
     std::vector<Placed> images;
     Plan last_plan;
-    DeviceBuffer<char *> pointer_buffer;
-    DeviceBuffer<DriveRecord> drive_buffer;
+    bool images_moved = true;    ///< since the handles were uploaded
+    std::vector<int> handled;    ///< RVEs whose handles are on the device
+    DeviceBuffer<RveHandle> handle_buffer;
     DeviceBuffer<SteeringRecord> steering_buffer;
     DeviceBuffer<int> order_buffer, queue_buffer;
-    DeviceBuffer<AnswerRecord> answer_buffer;
+    // small, read or written once: the kernels reach for them over the bus, while they work
+    HostBuffer<DriveRecord> drives;
+    HostBuffer<AnswerRecord> answers;
     DeviceBuffer<DetailRecord> detail_buffer;
-    DeviceBuffer<char> workspace_buffer;
+    DeviceBuffer<char> prepared_buffer, workspace_buffer;
   };
 
 }    // namespace

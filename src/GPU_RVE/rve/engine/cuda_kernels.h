@@ -9,29 +9,38 @@
 
 namespace rve {
 
-/// What one launch works on. Device pointers.
+/// Where an RVE lives.
+struct RveHandle {
+  char *image;
+  std::int32_t num_grains, extra_capacity;
+};
+
+/// What one call works on. Device pointers.
 struct LaunchRecord {
-  char *const *images;               ///< (count) longest first
+  const RveHandle *rves;             ///< (count)
   const DriveRecord *drives;         ///< (count)
   const SteeringRecord *steering;    ///< (count), or null
-  const int *order;                  ///< (count) positions in the call, longest first
-  AnswerRecord *answers;             ///< (count)
-  DetailRecord *details;             ///< (count), or null
+  const int *order;         ///< (count) positions in the call, longest first; null: as they come
+  AnswerRecord *answers;    ///< (count)
+  DetailRecord *details;    ///< (count), or null
   int count;
-  int *queue;      ///< next entry of `order` to take
-  char *memory;    ///< a workspace per resident block
+  int *queue;                   ///< next entry of `order` to take
+  char *prepared;               ///< (count) PreparedCall with the plan of some steps
+  std::size_t prepared_size;    ///< of one
+  int steps_ahead;              ///< that are planned
+  int prepared_together;        ///< calls that one block prepares
+  char *memory;                 ///< a workspace per resident block
   std::size_t memory_stride;
-  std::size_t
-      shared_offset;    ///< of the shared view within the workspace, when it does not fit on chip
+  std::size_t chip_size;    ///< bytes on chip for RVEs of any number of grains
+  std::size_t overflow;     ///< offset of what does not fit there, in the workspace
   int pair_capacity;
-  bool shared_on_chip;
 };
 
 using KernelFunction = void (*)(LaunchRecord, BatchConstants);
 
 /// Sizes that the host plans memory with.
 struct KernelSizes {
-  std::size_t shared, workspace;
+  std::size_t shared, workspace, prepared;
 };
 
 /// How a kernel keeps what the grains' threads work with, and for which blocks it is made.
@@ -48,7 +57,8 @@ constexpr int kLargeBlock = 1024;
 /// One number format's kernels. Null where there is none: another residency serves.
 struct CudaKernels {
   KernelFunction kernel[kNumResidencies][kNumScenes];
-  KernelSizes (*sizes)(int num_grains, int pair_capacity);
+  KernelFunction prepare;    ///< fills LaunchRecord::prepared, which is on chip meanwhile
+  KernelSizes (*sizes)(int num_grains, int pair_capacity, int steps_ahead);
 };
 
 CudaKernels cuda_kernels_fast();

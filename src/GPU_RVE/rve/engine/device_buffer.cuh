@@ -23,6 +23,32 @@ inline void check_cuda(cudaError_t error, const char *what)
   throw std::runtime_error(std::string(what) + ": " + cudaGetErrorString(error));
 }
 
+/// Page-locked array of T on the host, which the device can reach. Grows, never shrinks, and does not keep its contents when it
+/// grows.
+template <class T> class HostBuffer {
+ public:
+  HostBuffer() = default;
+  HostBuffer(const HostBuffer &) = delete;
+  HostBuffer &operator=(const HostBuffer &) = delete;
+  ~HostBuffer() { cudaFreeHost(memory); }
+
+  T *room(std::size_t count)
+  {
+    if (count > capacity) {
+      cudaFreeHost(memory);
+      memory = nullptr;
+      capacity = 0;
+      check_cuda(cudaMallocHost(&memory, count * sizeof(T)), "page-locked memory for a buffer");
+      capacity = count;
+    }
+    return memory;
+  }
+
+ private:
+  T *memory = nullptr;
+  std::size_t capacity = 0;
+};
+
 /// Array of T on the device, and page-locked memory on the host to copy through: copies from ordinary memory take several times
 /// as long. Grows, never shrinks, and does not keep its contents when it grows.
 template <class T> class DeviceBuffer {
@@ -30,11 +56,7 @@ template <class T> class DeviceBuffer {
   DeviceBuffer() = default;
   DeviceBuffer(const DeviceBuffer &) = delete;
   DeviceBuffer &operator=(const DeviceBuffer &) = delete;
-  ~DeviceBuffer()
-  {
-    cudaFree(memory);
-    cudaFreeHost(staging);
-  }
+  ~DeviceBuffer() { cudaFree(memory); }
 
   T *reserve(std::size_t count)
   {
@@ -55,51 +77,38 @@ template <class T> class DeviceBuffer {
     return memory;
   }
 
-  T *upload(const std::vector<T> &values)
-  {
-    stage(values.size());
-    std::memcpy(staging, values.data(), values.size() * sizeof(T));
-    return send(values.size());
-  }
+  /// Zeros in what has never been written.
+  T *reserve_clean(std::size_t count) { return count > capacity ? reserve_zeros(count) : memory; }
 
-  /// Element k is value(k).
-  template <class Value> T *upload(std::size_t count, Value value)
-  {
-    stage(count);
-    for (std::size_t k = 0; k < count; ++k) staging[k] = value(static_cast<int>(k));
-    return send(count);
-  }
-
-  /// Waits for the kernels that were launched.
-  void download(std::vector<T> &values, std::size_t count)
-  {
-    stage(count);
-    check_cuda(cudaMemcpy(staging, memory, count * sizeof(T), cudaMemcpyDeviceToHost), "download");
-    values.assign(staging, staging + count);
-  }
-
- private:
-  void stage(std::size_t count)
-  {
-    if (count <= staged) return;
-    cudaFreeHost(staging);
-    staging = nullptr;
-    staged = 0;
-    check_cuda(cudaMallocHost(&staging, count * sizeof(T)), "page-locked memory for a buffer");
-    staged = count;
-  }
+  /// Host memory to write what send() shall upload.
+  T *room(std::size_t count) { return staging.room(count); }
 
   T *send(std::size_t count)
   {
     reserve(count);
-    check_cuda(cudaMemcpyAsync(memory, staging, count * sizeof(T), cudaMemcpyHostToDevice),
+    check_cuda(cudaMemcpyAsync(memory, room(count), count * sizeof(T), cudaMemcpyHostToDevice),
                "upload");
     return memory;
   }
 
+  T *upload(const std::vector<T> &values)
+  {
+    std::memcpy(room(values.size()), values.data(), values.size() * sizeof(T));
+    return send(values.size());
+  }
+
+  /// Waits for the kernels that were launched. The result holds until room() is asked for again.
+  const T *receive(std::size_t count)
+  {
+    T *host = room(count);
+    check_cuda(cudaMemcpy(host, memory, count * sizeof(T), cudaMemcpyDeviceToHost), "download");
+    return host;
+  }
+
+ private:
   T *memory = nullptr;
-  T *staging = nullptr;
-  std::size_t capacity = 0, staged = 0;
+  std::size_t capacity = 0;
+  HostBuffer<T> staging;
 };
 
 /// Pieces of device memory for RVE images, cut from large slabs: thousands of RVEs come and go without a cudaMalloc each.

@@ -92,23 +92,28 @@ namespace {
       return header;
     }
 
-    void launch(const Call &call, std::vector<AnswerRecord> &answers,
-                std::vector<DetailRecord> &details) override
+    DriveRecord *room_for_drives(std::size_t count) override
+    {
+      drives.resize(count);
+      return drives.data();
+    }
+
+    const AnswerRecord *launch(const Call &call, std::vector<DetailRecord> &details) override
     {
       const int count = static_cast<int>(call.rves.size());
       answers.assign(count, AnswerRecord());
       if (call.with_details) details.assign(count, DetailRecord());
-      const std::vector<int> order = longest_first(call);
       const HostWorkspaceSizes sizes = kernel.workspace_sizes(call.largest, call.pair_capacity);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(std::min(num_threads, std::max(count, 1)))
       for (int m = 0; m < count; ++m) {
-        const int k = order[m];
+        const int k = call.order.empty() ? m : call.order[m];
         const HostWorkspace workspace =
             memory[omp_get_thread_num()].prepare(sizes, call.pair_capacity);
         kernel.advance(images[call.rves[k]].bytes.data(), call.drives[k],
                        call.steering.empty() ? nullptr : &call.steering[k], constants, workspace,
                        call.scene, answers[k], call.with_details ? &details[k] : nullptr);
       }
+      return answers.data();
     }
 
    private:
@@ -116,6 +121,8 @@ namespace {
     const int num_threads;
     std::vector<ThreadMemory> memory;
     std::vector<StateImage> images;
+    std::vector<DriveRecord> drives;
+    std::vector<AnswerRecord> answers;
   };
 
 }    // namespace

@@ -32,9 +32,17 @@ inline namespace RVE_ISA {
     const auto &header = *reinterpret_cast<const ImageHeader *>(image);
     Block block;
     const auto shared = carve_shared<Format>(memory.shared, header.num_grains);
+    using Rare = RareWork<Block, Format>;
     CallState<Format> call;
-    RareWork<Block, Format>::begin(block, call, image, shared, memory.workspace,
-                                   memory.pair_capacity, drive, steering, batch);
+    call.header = header;
+    call.drive = drive;
+    call.steering = steering ? *steering : SteeringRecord();
+    call.batch = batch;
+    Rare::prepare(call, image, memory.pair_capacity);
+    for (int t = 0; t < call.plan_last; ++t) Rare::plan_step(call, t, 1);
+    Rare::set_views(call, header.num_grains, shared, memory.workspace, memory.pair_capacity);
+    Rare::begin(block, call, shared, [] {
+    });
     RveProgram<Block, Format, General> program(block, call, shared);
     program.run(answer, detail);
   }

@@ -39,9 +39,9 @@ inline namespace RVE_ISA {
   /// LAMMPS has it (not objective, for cross-checks).
   template <class Real, class History, bool General> struct LinearFrictionLaw {
     LinearNormal<Real> normal;
-    VelocityDamping<Real> normal_damping;    ///< General
     LinearTangential<Real, History, General> tangential;
-    Real velocity_arm;    ///< General
+    VelocityDamping<Real> normal_damping;    ///< General
+    Real velocity_arm;                       ///< General
 
     RVE_INLINE ContactForce<Real, History> evaluate(const ContactGeometry<Real, 2> &contact,
                                                     const DiskMotion<Real> &i,
