@@ -20,8 +20,11 @@
 #include "rve/engine/packing_io.h"
 #include "rve_settings.h"
 
+#include <algorithm>
 #include <cstring>
+#include <map>
 #include <string>
+#include <vector>
 
 using namespace LAMMPS_NS;
 
@@ -30,8 +33,40 @@ namespace {
 struct Order {
   std::string path;
   rve::PackingRecipe recipe;
+  std::vector<double> void_ratios, frictions;
+  int num_seeds = 0;    ///< of a library; 0: not given
   rve::Options options;
+  bool threads_given = false, device_given = false;
+  bool skip = false;    ///< leave out of the library what cannot be prepared
+
+  bool is_library() const
+  {
+    return num_seeds > 0 || void_ratios.size() > 1 || frictions.size() > 1;
+  }
+  /// Of the library: goal by goal as given, frictions before void ratios, and seed by seed for each.
+  std::vector<rve::PackingRecipe> recipes() const;
 };
+
+std::vector<rve::PackingRecipe> Order::recipes() const
+{
+  std::vector<rve::PackingRecipe> goals;
+  for (const double friction : frictions) {
+    goals.push_back(recipe);
+    goals.back().preparation_friction = friction;
+  }
+  for (const double void_ratio : void_ratios) {
+    goals.push_back(recipe);
+    goals.back().void_ratio = void_ratio;
+  }
+  if (goals.empty()) goals.push_back(recipe);
+  std::vector<rve::PackingRecipe> all;
+  for (const auto &goal : goals)
+    for (int k = 0; k < std::max(1, num_seeds); ++k) {
+      all.push_back(goal);
+      all.back().seed += k;
+    }
+  return all;
+}
 
 Order parse(LAMMPS *lmp, int narg, char **arg)
 {
@@ -40,8 +75,6 @@ Order parse(LAMMPS *lmp, int narg, char **arg)
   rve::PackingRecipe &recipe = order.recipe;
   MaterialWords material;
   order.path = arg[0];
-  order.options.device = rve::Device::Cpu;    // one RVE: a CPU thread is as fast
-  order.options.threads = 1;
 
   int iarg = 1;
   while (iarg < narg) {
@@ -50,18 +83,30 @@ Order parse(LAMMPS *lmp, int narg, char **arg)
       iarg += 2;
       continue;
     }
-    const int values = keyword == "radius" ? 3 : 1;
+    int values = keyword == "radius" ? 3 : keyword == "seeds" ? 2 : 1;
     if (iarg + values >= narg) utils::missing_cmd_args(FLERR, "create_rve " + keyword, error);
     const char *value = arg[iarg + 1];
     const auto real = [&]() {
       return utils::numeric(FLERR, value, false, lmp);
     };
+    const auto reals = [&]() {
+      std::vector<double> list = {real()};
+      for (; iarg + values + 1 < narg && utils::is_double(arg[iarg + values + 1]); ++values)
+        list.push_back(utils::numeric(FLERR, arg[iarg + values + 1], false, lmp));
+      return list;
+    };
     if (keyword == "grains") {
       recipe.num_grains = utils::inumeric(FLERR, value, false, lmp);
-    } else if (keyword == "seed") {
+    } else if (keyword == "seed" || keyword == "seeds") {
       const bigint seed = utils::bnumeric(FLERR, value, false, lmp);
       if (seed < 0) error->all(FLERR, "create_rve: seed is {}; it must be at least 0", seed);
       recipe.seed = static_cast<std::uint64_t>(seed);
+      if (keyword == "seeds") {
+        order.num_seeds = utils::inumeric(FLERR, arg[iarg + 2], false, lmp);
+        if (order.num_seeds < 1)
+          error->all(FLERR, "create_rve: number of seeds is {}; it must be at least 1",
+                     order.num_seeds);
+      }
     } else if (keyword == "radius") {
       if (strcmp(value, "uniform") != 0)
         error->all(FLERR, "create_rve: radius is '{}'; it must be uniform lo hi", value);
@@ -70,9 +115,11 @@ Order parse(LAMMPS *lmp, int narg, char **arg)
     } else if (keyword == "pressure") {
       recipe.pressure = real();
     } else if (keyword == "void_ratio") {
-      recipe.void_ratio = real();
+      order.void_ratios = reals();
+    } else if (keyword == "void_ratio_tolerance") {
+      recipe.void_ratio_tolerance = real();
     } else if (keyword == "friction_prep") {
-      recipe.preparation_friction = real();
+      order.frictions = reals();
     } else if (keyword == "damping_prep") {
       recipe.preparation_damping = real();
     } else if (keyword == "tolerance") {
@@ -85,6 +132,19 @@ Order parse(LAMMPS *lmp, int narg, char **arg)
       }
     } else if (keyword == "threads") {
       order.options.threads = utils::inumeric(FLERR, value, false, lmp);
+      order.threads_given = true;
+    } else if (keyword == "device") {
+      const std::map<std::string, rve::Device> devices = {
+          {"auto", rve::Device::Auto}, {"cpu", rve::Device::Cpu}, {"cuda", rve::Device::Cuda}};
+      const auto found = devices.find(value);
+      if (found == devices.end())
+        error->all(FLERR, "create_rve: device is '{}'; it must be auto, cpu or cuda", value);
+      order.options.device = found->second;
+      order.device_given = true;
+    } else if (keyword == "policy") {
+      order.skip = strcmp(value, "skip") == 0;
+      if (!order.skip && strcmp(value, "stop") != 0)
+        error->all(FLERR, "create_rve: policy is '{}'; it must be stop or skip", value);
     } else {
       error->all(FLERR, "Unknown create_rve keyword: {}", keyword);
     }
@@ -93,9 +153,91 @@ Order parse(LAMMPS *lmp, int narg, char **arg)
   material.apply(recipe.material);
   // grains with the stiffness of their normal spring in the tangent too, unless said otherwise
   if (!material.kt) recipe.material.tangential_stiffness = recipe.material.normal_stiffness;
-  if (recipe.void_ratio && recipe.preparation_friction > 0.0)
+  if (order.is_library()) return order;
+
+  if (!order.void_ratios.empty() && !order.frictions.empty() && order.frictions[0] > 0.0)
     error->all(FLERR, "create_rve: void_ratio finds friction_prep itself; give one of them");
+  if (order.skip) error->all(FLERR, "create_rve: policy skip is for libraries");
+  if (!order.void_ratios.empty()) recipe.void_ratio = order.void_ratios[0];
+  if (!order.frictions.empty()) recipe.preparation_friction = order.frictions[0];
+  // one RVE: a CPU thread is as fast as anything
+  if (!order.device_given) order.options.device = rve::Device::Cpu;
+  if (!order.threads_given) order.options.threads = 1;
   return order;
+}
+
+void make_packing(LAMMPS *lmp, const Order &order, rve::Engine &engine)
+{
+  utils::logmesg(lmp, "create_rve {}: {} grains, seed {}, {}\n", order.path,
+                 order.recipe.num_grains, order.recipe.seed, engine.description());
+  int lines = 0;
+  const auto progress = [&](const rve::PackingReport &r) {
+    if (lines++ == 0)
+      utils::logmesg(lmp, "{:>10} {:>17} {:>8} {:>12} {:>10} {:>12} {:>10}\n", "step", "phase",
+                     "friction", "pressure", "void_ratio", "coordination", "unbalanced");
+    utils::logmesg(lmp, "{:>10} {:>17} {:>8.4f} {:>12.5g} {:>10.5f} {:>12.4f} {:>10.3g}\n", r.step,
+                   r.phase, r.preparation_friction, r.pressure + 0.0, r.void_ratio,
+                   r.coordination_number, r.unbalanced_ratio);
+  };
+  const rve::RveState state = rve::generate_packing(order.recipe, engine, progress);
+  rve::write_packing(order.path, state);
+  utils::logmesg(lmp, "create_rve {}: written, void ratio {:.5f}\n", order.path,
+                 state.void_ratio());
+}
+
+/* ----------------------------------------------------------------------
+   all packings in one batch; a line for each one that is ready
+------------------------------------------------------------------------- */
+
+void make_library(LAMMPS *lmp, const Order &order, rve::Engine &engine)
+{
+  const std::vector<rve::PackingRecipe> recipes = order.recipes();
+  utils::logmesg(lmp, "create_rve {}: library of {} packings, {} grains each, {}\n", order.path,
+                 recipes.size(), order.recipe.num_grains, engine.description());
+  std::size_t num_ready = 0;
+  const auto progress = [&](std::size_t k, const rve::PackingReport &report,
+                            const rve::PreparedPacking &packing) {
+    if (!packing.ready()) return;
+    if (num_ready++ == 0)
+      utils::logmesg(lmp, "{:>7} {:>12} {:>8} {:>10} {:>8} {:>10}\n", "ready", "seed", "friction",
+                     "overcons.", "steps", "void_ratio");
+    utils::logmesg(lmp, "{:>7} {:>12} {:>8.4f} {:>10.4g} {:>8} {:>10.5f}\n", num_ready,
+                   recipes[k].seed, packing.preparation_friction, packing.overconsolidation_ratio,
+                   report.step, packing.state.void_ratio());
+  };
+  std::vector<rve::PreparedPacking> packings = rve::generate_packings(recipes, engine, progress);
+
+  rve::PackingLibrary library;
+  std::string failures;
+  for (std::size_t k = 0; k < packings.size(); ++k) {
+    rve::PreparedPacking &packing = packings[k];
+    if (packing.ready()) {
+      const rve::RveState &state = packing.state;
+      const rve::LibraryRow row{recipes[k].seed,
+                                state.void_ratio(),
+                                packing.preparation_friction,
+                                packing.overconsolidation_ratio,
+                                recipes[k].pressure,
+                                state.num_grains()};
+      library.add(row, std::move(packing.state));
+    } else {
+      failures += fmt::format("\n  seed {}: {}", recipes[k].seed, packing.failure);
+    }
+  }
+  if (!failures.empty()) {
+    const std::string message =
+        fmt::format("{} of {} packings cannot be prepared:{}",
+                    packings.size() - library.packings.size(), packings.size(), failures);
+    rve::require(order.skip && !library.packings.empty(), message);
+    lmp->error->warning(FLERR, "create_rve: {}", message);
+  }
+  rve::write_library(order.path, library);
+  const auto [least, most] = std::minmax_element(library.index.begin(), library.index.end(),
+                                                 [](const auto &a, const auto &b) {
+                                                   return a.void_ratio < b.void_ratio;
+                                                 });
+  utils::logmesg(lmp, "create_rve {}: written, {} packings, void ratios from {:.5f} to {:.5f}\n",
+                 order.path, library.packings.size(), least->void_ratio, most->void_ratio);
 }
 
 }    // namespace
@@ -110,22 +252,13 @@ void CreateRve::command(int narg, char **arg)
   const Order order = parse(lmp, narg, arg);
 
   const std::string failure = on_rank_zero(world, [&]() {
-    auto engine = rve::make_engine(order.options);
-    utils::logmesg(lmp, "create_rve {}: {} grains, seed {}, {}\n", order.path,
-                   order.recipe.num_grains, order.recipe.seed, engine->description());
-    int lines = 0;
-    const auto progress = [&](const rve::PackingReport &r) {
-      if (lines++ == 0)
-        utils::logmesg(lmp, "{:>10} {:>17} {:>8} {:>12} {:>10} {:>12} {:>10}\n", "step", "phase",
-                       "friction", "pressure", "void_ratio", "coordination", "unbalanced");
-      utils::logmesg(lmp, "{:>10} {:>17} {:>8.4f} {:>12.5g} {:>10.5f} {:>12.4f} {:>10.3g}\n",
-                     r.step, r.phase, r.preparation_friction, r.pressure + 0.0, r.void_ratio,
-                     r.coordination_number, r.unbalanced_ratio);
-    };
-    const rve::RveState state = rve::generate_packing(order.recipe, *engine, progress);
-    rve::write_packing(order.path, state);
-    utils::logmesg(lmp, "create_rve {}: written, void ratio {:.5f}\n", order.path,
-                   state.cell_area() / state.solid_area() - 1.0);
+    std::string notice;
+    auto engine = rve::make_engine(order.options, &notice);
+    if (!notice.empty()) utils::logmesg(lmp, "create_rve: {}\n", notice);
+    if (order.is_library())
+      make_library(lmp, order, *engine);
+    else
+      make_packing(lmp, order, *engine);
   });
   if (!failure.empty()) error->all(FLERR, "create_rve: {}", failure);
 }

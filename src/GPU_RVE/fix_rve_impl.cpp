@@ -18,8 +18,8 @@
 #include "error.h"
 #include "mpm/exact_sum.h"
 #include "rve/core/error.h"
+#include "rve/core/splitmix64.h"
 #include "rve/engine/finite_strain.h"
-#include "rve/engine/packing_io.h"
 #include "rve/engine/stability.h"
 #include "update.h"
 
@@ -36,43 +36,17 @@ static constexpr double DT_WARNING = 0.95;
 // Largest strain of a controlled axis per DEM step, unless the script gives servo_max_rate
 static constexpr double SERVO_STRAIN_PER_STEP = 5.0e-5;
 
-/* ----------------------------------------------------------------------
-   packings are read by one rank and spread as byte images
-------------------------------------------------------------------------- */
+/* ---------------------------------------------------------------------- */
 
 void FixRve::Impl::read_packings()
 {
-  for (const auto &file : settings.packings) {
-    std::string message;
-    std::vector<char> image;
-    double bound = 0.0;
-    if (fix->comm->me == 0) {
-      try {
-        rve::RveState state = rve::read_packing(file);
-        settings.material.apply(state.material);
-        state.material.mass_depth *= settings.mass_scaling;    // of inertia only: density stays
-        state.check();
-        bound = rve::stable_time_step(state);
-        image = rve::serialize(state);
-      } catch (const rve::InputError &e) {
-        message = e.what();
-      }
-    }
-    int sizes[2] = {static_cast<int>(message.size()), static_cast<int>(image.size())};
-    MPI_Bcast(sizes, 2, MPI_INT, 0, fix->world);
-    message.resize(sizes[0]);
-    image.resize(sizes[1]);
-    MPI_Bcast(message.data(), sizes[0], MPI_CHAR, 0, fix->world);
-    if (!message.empty())
-      fix->error->all(FLERR, "fix rve: {}{}", utils::strmatch(message, file) ? "" : file + ": ",
-                      message);
-    MPI_Bcast(image.data(), sizes[1], MPI_CHAR, 0, fix->world);
-    MPI_Bcast(&bound, 1, MPI_DOUBLE, 0, fix->world);
-    packings.push_back(rve::deserialize(image.data(), image.size()));
-    bounds.push_back(bound);
-    if (!settings.dt_auto) check_time_step(dt, bound, "packing " + file);
+  packings.read(fix->lmp, settings);
+  const std::vector<double> &bounds = packings.bounds();
+  if (settings.dt_auto) {
+    dt = settings.dt_fraction * *std::min_element(bounds.begin(), bounds.end());
+    return;
   }
-  if (settings.dt_auto) dt = settings.dt_fraction * *std::min_element(bounds.begin(), bounds.end());
+  for (int k = 0; k < packings.size(); ++k) check_time_step(dt, bounds[k], packings.name(k));
 }
 
 /* ---------------------------------------------------------------------- */
@@ -180,21 +154,10 @@ void FixRve::Impl::attach()
   MPI_Allreduce(&mine, &total, 1, MPI_LMP_BIGINT, MPI_SUM, fix->world);
   if (total == 0) return;
 
-  std::vector<double> choice;
-  settings.which_packing.find(fix->lmp, "fix rve");
-  settings.which_packing.evaluate(fix->lmp, fix->igroup, choice);
-  std::vector<const rve::RveState *> states;
+  const std::vector<const rve::RveState *> states =
+      packings.choose(fix->lmp, fix->igroup, settings, atoms);
   bigint sums[2] = {0, 0}, all_sums[2];
-  for (const int i : atoms) {
-    const double which = choice[i];
-    if (!(which >= 0.0 && which < packings.size() && which == std::floor(which)))
-      fix->error->one(FLERR,
-                      "fix rve: packing_variable of atom {} is {}; it must be a whole "
-                      "number from 0 to {}",
-                      atom->tag[i], which, packings.size() - 1);
-    states.push_back(&packings[static_cast<int>(which)]);
-    sums[0] += states.back()->num_grains();
-  }
+  for (const rve::RveState *state : states) sums[0] += state->num_grains();
   try {
     const std::vector<int> slots = points->add(states);
     std::vector<int> failed;
@@ -210,25 +173,17 @@ void FixRve::Impl::attach()
   set_exchange_size();
   MPI_Allreduce(sums, all_sums, 2, MPI_LMP_BIGINT, MPI_SUM, fix->world);
   if (fix->comm->me == 0)
-    utils::logmesg(fix->lmp,
-                   "fix rve {}: {} RVEs with {} grains, {:.1f} MB; DEM time step {}, stability "
-                   "bound {}\n",
-                   fix->id, total, all_sums[0], all_sums[1] / 1048576.0, rve::number(dt),
-                   rve::number(*std::min_element(bounds.begin(), bounds.end())));
+    utils::logmesg(
+        fix->lmp,
+        "fix rve {}: {} RVEs with {} grains, {:.1f} MB; DEM time step {}, stability "
+        "bound {}\n",
+        fix->id, total, all_sums[0], all_sums[1] / 1048576.0, rve::number(dt),
+        rve::number(*std::min_element(packings.bounds().begin(), packings.bounds().end())));
 }
 
 /* ----------------------------------------------------------------------
    a random choice that is the same on any number of ranks: the atoms whose IDs hash lowest
 ------------------------------------------------------------------------- */
-
-// Steele, Lea, Flood, OOPSLA 2014: a bijection of 64 bits, so no two IDs are equal afterwards
-static std::uint64_t splitmix64(std::uint64_t x)
-{
-  x += 0x9e3779b97f4a7c15u;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
 
 void FixRve::Impl::choose_shadows()
 {
@@ -241,7 +196,7 @@ void FixRve::Impl::choose_shadows()
     if (point(i).shadow >= 0)
       ++shadows[0];
     else if (!point(i).frozen)
-      mine.push_back(splitmix64(atom->tag[i]));
+      mine.push_back(rve::splitmix64(atom->tag[i]));
   }
   MPI_Allreduce(shadows, all_shadows, 2, MPI_INT, MPI_SUM, fix->world);
   const int wanted = settings.num_shadows - all_shadows[0];
@@ -260,7 +215,7 @@ void FixRve::Impl::choose_shadows()
   candidates.resize(std::min(candidates.size(), static_cast<std::size_t>(wanted)));
   for (const int i : atoms_with_rve())
     if (point(i).shadow < 0 &&
-        std::binary_search(candidates.begin(), candidates.end(), splitmix64(atom->tag[i])))
+        std::binary_search(candidates.begin(), candidates.end(), rve::splitmix64(atom->tag[i])))
       points->add_shadow(slot[i]);
   set_exchange_size();
 

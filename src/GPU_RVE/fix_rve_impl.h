@@ -19,6 +19,7 @@
 #include "fix_rve.h"
 
 #include "rve_constitutive.h"
+#include "rve_packings.h"
 #include "rve_points.h"
 #include "rve_settings.h"
 
@@ -31,9 +32,8 @@ namespace LAMMPS_NS {
 struct FixRve::Impl : RveOwner {
   FixRve *fix;
   FixRveSettings settings;
-  std::vector<rve::RveState> packings;
-  std::vector<double> bounds;    // stable time step of each packing
-  double dt;                     // DEM time step, or its upper limit where substeps are matched
+  RvePackings packings;
+  double dt;    // DEM time step, or its upper limit where substeps are matched
   std::unique_ptr<RvePoints> points;
   RveConstitutive constitutive;
   std::vector<int> slot;    // per atom: RVE in the engine, or -1

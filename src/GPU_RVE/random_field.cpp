@@ -15,6 +15,7 @@
 
 #include "atom.h"
 #include "comm.h"
+#include "complaint.h"
 #include "domain.h"
 #include "error.h"
 #include "field/circulant_embedding.h"
@@ -193,39 +194,6 @@ void report(LAMMPS *lmp, const Order &order, const field::CirculantEmbedding &em
                    last.num_rounded, last.smallest, last.covariance_error);
 }
 
-/// Ends with an error about the atom with the lowest ID, if there is one on any rank. The message is the same on all ranks.
-class Complaint {
- public:
-  void about(tagint id, const double *position, double value)
-  {
-    count_++;
-    if (count_ > 1 && id > lowest_) return;
-    lowest_ = id;
-    values_[0] = position[0];
-    values_[1] = position[1];
-    values_[2] = value;
-  }
-
-  template <class Message> void raise(LAMMPS *lmp, const Message &message)
-  {
-    bigint count, mine = count_;
-    MPI_Allreduce(&mine, &count, 1, MPI_LMP_BIGINT, MPI_SUM, lmp->world);
-    if (!count) return;
-    const tagint own = count_ ? lowest_ : MAXTAGINT;
-    tagint lowest;
-    MPI_Allreduce(&own, &lowest, 1, MPI_LMP_TAGINT, MPI_MIN, lmp->world);
-    if (own != lowest) values_[0] = values_[1] = values_[2] = 0.0;
-    double values[3];
-    MPI_Allreduce(values_, values, 3, MPI_DOUBLE, MPI_SUM, lmp->world);
-    lmp->error->all(FLERR, message(count, lowest, values));
-  }
-
- private:
-  bigint count_ = 0;
-  tagint lowest_ = 0;
-  double values_[3] = {0.0, 0.0, 0.0};
-};
-
 /// Values at the local atoms of the group, all checked before the first one is stored.
 void store(LAMMPS *lmp, const Order &order, const std::vector<double> &nodes)
 {
@@ -241,13 +209,13 @@ void store(LAMMPS *lmp, const Order &order, const std::vector<double> &nodes)
       lmp->domain->remap(x);    // through periodic sides
       const field::Vec position{x[0], x[1]};
       if (!order.grid.contains(position)) {
-        outside.about(atom->tag[i], x, 0.0);
+        outside.about(atom->tag[i], {x[0], x[1], 0.0});
         continue;
       }
       const double value = marginal(interpolation.value(nodes, position));
       values[i] = value;
       if (order.bounds && !order.bounds->contains(value))
-        out_of_bounds.about(atom->tag[i], x, value);
+        out_of_bounds.about(atom->tag[i], {x[0], x[1], value});
       sums[0] += 1.0;
       sums[1] += value;
       sums[2] += value * value;
@@ -257,14 +225,14 @@ void store(LAMMPS *lmp, const Order &order, const std::vector<double> &nodes)
   };
   std::visit(evaluate, order.marginal);
 
-  outside.raise(lmp, [&](bigint count, tagint id, const double *at) {
+  outside.raise(lmp, [&](bigint count, tagint id, const Complaint::Values &at) {
     const field::Grid &grid = order.grid;
     return fmt::format("random_field: atom {} at ({:.8g}, {:.8g}) is outside of the domain, x from "
                        "{:.8g} to {:.8g} and y from {:.8g} to {:.8g} ({} atoms are)",
                        id, at[0], at[1], grid.origin[0], grid.origin[0] + grid.extent(0),
                        grid.origin[1], grid.origin[1] + grid.extent(1), count);
   });
-  out_of_bounds.raise(lmp, [&](bigint count, tagint id, const double *at) {
+  out_of_bounds.raise(lmp, [&](bigint count, tagint id, const Complaint::Values &at) {
     return fmt::format(
         "random_field: the value {:.8g} of atom {} at ({:.8g}, {:.8g}) is outside of "
         "the bounds {} ({} atoms are)",

@@ -129,26 +129,56 @@ class Words {
   int iarg;
 };
 
-constexpr const char *KEYWORDS[] = {"drive",      "servo",     "servo_gain",       "servo_max_rate",
-                                    "dt",         "dt_check",  "substeps",         "format",
-                                    "arithmetic", "device",    "threads",          "skin",
-                                    "block_size", "arms",      "overlap_limit",    "policy",
-                                    "energy",     "packings",  "packing_variable", "dump",
-                                    "kn",         "kt",        "friction",         "density",
-                                    "damping",    "gamma_n",   "gamma_t",          "thickness",
-                                    "mass_depth", "quiescent", "mass_scaling",     "stress",
-                                    "shadow",     "preset"};
+constexpr const char *KEYWORDS[] = {"drive",
+                                    "servo",
+                                    "servo_gain",
+                                    "servo_max_rate",
+                                    "dt",
+                                    "dt_check",
+                                    "substeps",
+                                    "quiescent",
+                                    "stress",
+                                    "mass_scaling",
+                                    "shadow",
+                                    "preset",
+                                    "packings",
+                                    "packing_variable",
+                                    "packing_random",
+                                    "packing_void_ratio",
+                                    "packing_image",
+                                    "format",
+                                    "arithmetic",
+                                    "device",
+                                    "threads",
+                                    "skin",
+                                    "block_size",
+                                    "arms",
+                                    "overlap_limit",
+                                    "policy",
+                                    "energy",
+                                    "dump"};
+
+constexpr struct {
+  const char *name;
+  std::optional<double> MaterialWords::*member;
+} MATERIAL_KEYWORDS[] = {{"kn", &MaterialWords::kn},
+                         {"kt", &MaterialWords::kt},
+                         {"friction", &MaterialWords::friction},
+                         {"density", &MaterialWords::density},
+                         {"damping", &MaterialWords::damping},
+                         {"gamma_n", &MaterialWords::gamma_n},
+                         {"gamma_t", &MaterialWords::gamma_t},
+                         {"thickness", &MaterialWords::thickness},
+                         {"mass_depth", &MaterialWords::mass_depth}};
 
 bool is_keyword(const char *word)
 {
-  return std::any_of(std::begin(KEYWORDS), std::end(KEYWORDS), [&](const char *keyword) {
-    return strcmp(word, keyword) == 0;
-  });
+  for (const char *keyword : KEYWORDS)
+    if (strcmp(word, keyword) == 0) return true;
+  for (const auto &material : MATERIAL_KEYWORDS)
+    if (strcmp(word, material.name) == 0) return true;
+  return false;
 }
-
-}    // namespace
-
-namespace {
 
 // An RVE that is skipped longer than this answers from a stiffness that it has no more: contacts slide from a thousandth on.
 constexpr double LARGEST_QUIESCENT_STRAIN = 1e-2;
@@ -190,18 +220,9 @@ const char *LAMMPS_NS::rve_component_name(int row, int column)
 
 bool MaterialWords::take(LAMMPS *lmp, const std::string &command, int iarg, int narg, char **arg)
 {
-  const std::pair<const char *, std::optional<double> *> members[] = {{"kn", &kn},
-                                                                      {"kt", &kt},
-                                                                      {"friction", &friction},
-                                                                      {"density", &density},
-                                                                      {"damping", &damping},
-                                                                      {"gamma_n", &gamma_n},
-                                                                      {"gamma_t", &gamma_t},
-                                                                      {"thickness", &thickness},
-                                                                      {"mass_depth", &mass_depth}};
-  for (const auto &[name, member] : members)
+  for (const auto &[name, member] : MATERIAL_KEYWORDS)
     if (strcmp(arg[iarg], name) == 0) {
-      *member = Words(lmp, command, narg, arg, iarg + 1).number(name);
+      this->*member = Words(lmp, command, narg, arg, iarg + 1).number(name);
       return true;
     }
   return false;
@@ -374,7 +395,19 @@ FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
     } else if (keyword == "packings") {
       while (!words.empty() && !is_keyword(words.peek())) s.packings.push_back(words.next(keyword));
     } else if (keyword == "packing_variable") {
-      s.which_packing = ScriptValue::parse(lmp, command, words.next(keyword));
+      s.choice.number = ScriptValue::parse(lmp, command, words.next(keyword));
+    } else if (keyword == "packing_random") {
+      s.choice.seed = words.integer(keyword, 0);
+    } else if (keyword == "packing_void_ratio") {
+      s.choice.void_ratio = ScriptValue::parse(lmp, command, words.next(keyword));
+      s.choice.tolerance = words.positive("packing_void_ratio tolerance", "[-]");
+    } else if (keyword == "packing_image") {
+      if (strcmp(words.peek(), "random") == 0) {
+        words.skip(1);
+        s.choice.image_seed = words.integer("packing_image random seed", 0);
+      } else {
+        s.choice.image = ScriptValue::parse(lmp, command, words.next(keyword));
+      }
     } else if (keyword == "dump") {
       s.dump_interval = words.integer("dump interval", 1);
       s.dump_prefix = words.next("dump file prefix");
@@ -409,8 +442,8 @@ FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
       if (goal.row == rate.row && goal.column == rate.column)
         lmp->error->all(FLERR, "{}: component {} is driven by both velocity_gradient and servo",
                         command, rve_component_name(goal.row, goal.column));
-  if (s.packings.size() > 1 && s.which_packing.variable.empty())
-    lmp->error->all(FLERR, "{}: {} packings are given; packing_variable must choose among them",
-                    command, s.packings.size());
+  if (!s.choice.number.variable.empty() && (s.choice.seed || s.choice.void_ratio))
+    lmp->error->all(FLERR, "{}: packing_variable and {} exclude each other", command,
+                    s.choice.seed ? "packing_random" : "packing_void_ratio");
   return s;
 }

@@ -60,9 +60,19 @@ struct TensorComponent {
 
 enum class RveDriver { None, VelocityGradient, Mpm };
 
+/// Which packing an atom gets: by number, by a random draw, or by void ratio; and which image of it.
+struct PackingChoice {
+  ScriptValue number;
+  std::optional<int> seed;    ///< of a random draw, among those of the void ratio if one is given
+  std::optional<ScriptValue> void_ratio;
+  double tolerance = 0.0;    ///< of the void ratio [-]
+  ScriptValue image;
+  std::optional<int> image_seed;    ///< of a random draw
+};
+
 struct FixRveSettings {
   std::vector<std::string> packings;
-  ScriptValue which_packing;
+  PackingChoice choice;
   MaterialWords material;
 
   RveDriver driver = RveDriver::None;

@@ -1,89 +1,17 @@
 // random_field through LAMMPS scripts: the same bits on any number of ranks, what reads the property, and the messages for wrong
 // input. Runs under mpirun as well: every rank then also runs the script alone and compares.
 
-#include "atom.h"
-#include "comm.h"
-#include "exceptions.h"
-#include "fix.h"
-#include "input.h"
-#include "lammps.h"
-#include "modify.h"
-#include "variable.h"
+#include "script.h"
 
 #include <gtest/gtest.h>
-#include <mpi.h>
 
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <map>
-#include <memory>
-#include <sstream>
-#include <string>
-#include <vector>
 
 using namespace LAMMPS_NS;
 
 namespace {
-
-/// One LAMMPS on a communicator, driven line by line, silent; the log is kept if it has a name.
-class Script {
- public:
-  explicit Script(MPI_Comm comm = MPI_COMM_WORLD, const std::string &log = "none")
-  {
-    std::vector<std::string> words = {"lmp", "-log", log, "-screen", "none", "-nocite"};
-    std::vector<char *> argv;
-    for (auto &word : words) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    lmp = std::make_unique<LAMMPS>((int) words.size(), argv.data(), comm);
-  }
-
-  Script &operator<<(const std::string &lines)
-  {
-    std::istringstream stream(lines);
-    for (std::string line; std::getline(stream, line);)
-      if (line.find_first_not_of(" \t") != std::string::npos) lmp->input->one(line);
-    return *this;
-  }
-
-  /// The property of all atoms by ID, on every rank.
-  std::map<tagint, double> values(const char *name)
-  {
-    const Atom *atom = lmp->atom;
-    int is_double, columns;
-    const double *property = atom->dvector[lmp->atom->find_custom(name, is_double, columns)];
-    std::vector<double> mine;
-    for (int i = 0; i < atom->nlocal; ++i) {
-      mine.push_back((double) atom->tag[i]);
-      mine.push_back(property[i]);
-    }
-    int size, count = (int) mine.size();
-    MPI_Comm_size(lmp->world, &size);
-    std::vector<int> counts(size), offsets(size, 0);
-    MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, lmp->world);
-    for (int r = 1; r < size; ++r) offsets[r] = offsets[r - 1] + counts[r - 1];
-    std::vector<double> all(offsets[size - 1] + counts[size - 1]);
-    MPI_Allgatherv(mine.data(), count, MPI_DOUBLE, all.data(), counts.data(), offsets.data(),
-                   MPI_DOUBLE, lmp->world);
-    std::map<tagint, double> by_tag;
-    for (std::size_t k = 0; k < all.size(); k += 2) by_tag[(tagint) all[k]] = all[k + 1];
-    return by_tag;
-  }
-
-  std::unique_ptr<LAMMPS> lmp;
-};
-
-/// The message with which the lines end; empty if they run.
-std::string message_of(const std::string &lines)
-{
-  Script script(MPI_COMM_SELF);    // the others would wait for a rank that failed
-  try {
-    script << lines;
-  } catch (const LAMMPSException &problem) {
-    return problem.what();
-  }
-  return "";
-}
 
 /// 12 by 8 points of a box of 6 by 4, off the nodes of any grid here. Ranks divide y, so that the IDs are the same on any number of them.
 const std::string points =
@@ -106,9 +34,9 @@ TEST(RandomField, RanksGiveTheSameBits)
     together << points + field + keywords;
     alone << points + field + keywords;
 
-    const auto values = together.values("phi");
+    const auto values = together.property("phi");
     EXPECT_EQ(values.size(), 96u);
-    EXPECT_EQ(values, alone.values("phi")) << keywords;
+    EXPECT_EQ(values, alone.property("phi")) << keywords;
     double lowest = HUGE_VAL, highest = -HUGE_VAL;
     for (const auto &one : values) {
       lowest = std::fmin(lowest, one.second);
@@ -126,7 +54,7 @@ TEST(RandomField, OnlyTheGroupGetsValues)
           "random_field some d_phi covariance exponential lengths 3 1 spacing 0.5 0.25 marginal "
           "uniform 0 1";
 
-  for (const auto &one : script.values("phi")) {
+  for (const auto &one : script.property("phi")) {
     if (one.first == 3 || one.first == 17 || one.first == 96)
       EXPECT_TRUE(one.second >= 0.0 && one.second <= 1.0) << one.first;
     else
@@ -146,7 +74,7 @@ TEST(RandomField, VariablesAndDumpsReadTheProperty)
   MPI_Barrier(MPI_COMM_WORLD);
   std::ifstream dump("test_random_field.dump");
   for (std::string line; std::getline(dump, line) && line.rfind("ITEM: ATOMS", 0) != 0;) {}
-  const auto values = script.values("phi");
+  const auto values = script.property("phi");
   tagint id;
   double value, which;
   std::size_t lines = 0;
@@ -166,12 +94,12 @@ TEST(RandomField, ValuesGoWithTheAtomsAndThroughARestart)
   script << points + field +
           "\npair_style none\ncomm_modify cutoff 1.0\nvelocity all set 0 2.5 0\nfix move all nve\n"
           "neigh_modify every 1 delay 0 check no\ntimestep 0.01\n";
-  const auto before = script.values("phi");
+  const auto before = script.property("phi");
   script << "run 100\nwrite_restart test_random_field.restart";
   second << "read_restart test_random_field.restart\nfix field all property/atom d_phi\n";
 
-  EXPECT_EQ(script.values("phi"), before);
-  EXPECT_EQ(second.values("phi"), before);
+  EXPECT_EQ(script.property("phi"), before);
+  EXPECT_EQ(second.property("phi"), before);
   // atoms that have gone through the periodic side are found inside again
   EXPECT_NO_THROW(script << field);
   MPI_Barrier(MPI_COMM_WORLD);
@@ -263,7 +191,7 @@ TEST(RandomFieldErrors, ErrorsLeaveTheOldValues)
 
   EXPECT_THROW(script << field + "bounds 1.99 2.01", LAMMPSException);
 
-  for (const auto &one : script.values("phi")) EXPECT_EQ(one.second, -5.0);
+  for (const auto &one : script.property("phi")) EXPECT_EQ(one.second, -5.0);
 }
 
 int main(int argc, char **argv)

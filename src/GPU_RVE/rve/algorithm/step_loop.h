@@ -134,6 +134,7 @@ inline namespace RVE_ISA {
         const StepPlan<Format> &plan = call.plan[t];
         if (!moved) {
           const bool expired = move(grains, plan, kicks);
+          grains.own.forget();    // spent; the next forces set it
           if (expired || plan.special) {
             needs_renewal = true;
             break;

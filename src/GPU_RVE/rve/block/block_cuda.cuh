@@ -207,6 +207,7 @@ inline namespace RVE_ISA {
         value = x;
         array[item] = x;
       }
+      RVE_DEVICE void forget() { value = T(); }
     };
     template <class T> struct Copy<T, false> {
       T *array;
@@ -214,6 +215,7 @@ inline namespace RVE_ISA {
       RVE_DEVICE void load(int) {}
       RVE_DEVICE void save(int) {}
       RVE_DEVICE void publish(int item, const T &x) { array[item] = x; }
+      RVE_DEVICE void forget() {}
     };
     template <class T> using Resident = Copy<T, OneItemPerThread>;
 

@@ -334,11 +334,11 @@ namespace {
     return (answer.status & (status::ListFull | status::ForceSaturated)) != 0;
   }
 
-  /// Threads that translate between the caller and `count` RVEs: one for a thousand, or waking them takes longer than they work.
+  /// Threads that translate between the caller and `count` RVEs: one for some hundreds, or waking them takes longer than they work.
   int helpers(const Options &options, int count)
   {
     const int most = options.threads > 0 ? options.threads : omp_get_max_threads();
-    return std::min(most, 1 + count / 1000);
+    return std::min(most, 1 + count / 500);
   }
 
   Result to_result(const AnswerRecord &answer, const DetailRecord &record)

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <memory>
 #include <numeric>
 #include <random>
 
@@ -95,114 +97,159 @@ namespace {
     return material;
   }
 
-  /// A packing at rest on the way, and what it is.
+  /// A stretch of a preparation: to rest at a pressure, with a friction.
+  struct Leg {
+    double pressure;    // [stress]
+    double friction;    // [-]
+    const char *phase;
+  };
+
+  /// A preparation from beginning to end. `peak` is the highest pressure on it.
+  struct Way {
+    const RveState *start;
+    std::vector<Leg> legs;
+    double friction;    // [-]
+    double peak;        // [stress]
+  };
+
+  /// A packing at rest at the end of a way, and what it is.
   struct Specimen {
     RveState state;
     double void_ratio;
   };
 
-  /// Runs compressions of one recipe and counts their steps.
-  class Preparation {
+  /// Which ways to try for a recipe: one, or as many as it takes to meet a void ratio.
+  ///
+  /// A packing is a discontinuous function of its preparation x: bisection finds where it passes the goal, but may find a jump
+  /// there. Then the neighbourhood is sampled, wider and wider, where other jumps land elsewhere.
+  class WaySearch {
    public:
-    Preparation(const PackingRecipe &_recipe, Engine &_engine, const PackingProgress &_progress) :
-        recipe(_recipe), engine(_engine), progress(_progress)
+    WaySearch(const PackingRecipe &_recipe, const RveState &_cloud) : recipe(_recipe), cloud(_cloud)
     {
     }
 
-    /// Compresses `cloud` with `friction`. Where that exceeds the final friction the packing could not stand: it settles.
-    Specimen compress(const RveState &cloud, double friction)
+    Way first() const
     {
-      Specimen specimen = bring_to(cloud, recipe.pressure, friction, "compression");
-      if (friction <= recipe.material.friction) return specimen;
-      return bring_to(std::move(specimen.state), recipe.pressure, recipe.material.friction,
-                      "settling");
+      return with_friction(recipe.void_ratio ? 0.0 : recipe.preparation_friction);
     }
 
-    /// Brings `start` to rest at `pressure` with `friction`.
-    Specimen bring_to(RveState start, double pressure, double friction, const char *phase)
+    /// What to try after `made`; nothing if that is what was wanted. Throws InputError where no way is left.
+    std::optional<Way> after(const Specimen &made)
     {
-      start.material = preparation_material(recipe, friction);
-      Drive drive = servo(start, pressure);
-      const Lease rve(engine, start);
-      std::vector<Result> results(1);
-      double dt = recipe.dt > 0.0 ? recipe.dt : time_step(start);
-      bool was_at_rest = false;
-      for (std::int64_t done = 0; done < recipe.max_steps; done += STEPS_PER_CALL) {
-        drive.dt = dt;
-        engine.advance({rve.id}, {drive}, results);
-        const Result &result = results[0];
-        steps += STEPS_PER_CALL;
-        require(!(result.status & status::Fatal),
-                "packing failed after " + std::to_string(steps) + " steps: " +
-                    describe_status(result.status) + " (pressure " + number(result.mean_stress()) +
-                    " [stress], void ratio " + number(result.void_ratio) + ", " +
-                    std::to_string(result.num_grains) + " grains)");
-        if (progress)
-          progress({steps, phase, friction, result.mean_stress(), result.void_ratio,
-                    result.coordination_number, result.unbalanced_ratio});
-        // Twice in a row: a swinging servo passes through its goal with both numbers small by chance.
-        const bool is_at_rest = at_rest(result, pressure);
-        if (is_at_rest && was_at_rest) return {engine.state(rve.id), result.void_ratio};
-        was_at_rest = is_at_rest;
-        if (recipe.dt == 0.0) dt = time_step(engine.state(rve.id));
+      if (!recipe.void_ratio) return {};
+      const double goal = *recipe.void_ratio;
+      const double error = std::fabs(made.void_ratio - goal);
+      if (error <= recipe.void_ratio_tolerance) return {};
+      switch (stage) {
+        case Stage::Frictionless:
+          frictionless = made;
+          looser = goal > made.void_ratio;
+          most = looser ? std::sqrt(LARGEST_FRICTION) : largest_log_ratio();
+          stage = Stage::Extreme;
+          return at(most);
+        case Stage::Extreme:
+          if (looser ? goal > made.void_ratio : goal < made.void_ratio) unreachable(made);
+          high = most;
+          stage = Stage::Between;
+          x = 0.5 * (low + high);
+          return at(x);
+        case Stage::Between:
+          break;
       }
-      throw InputError("packing did not come to rest at " + number(pressure) + " [stress] within " +
-                       std::to_string(recipe.max_steps) + " steps: pressures " +
-                       number(-results[0].stress(0, 0)) + " and " +
-                       number(-results[0].stress(1, 1)) + " (tolerance " +
-                       number(recipe.stress_tolerance) + "), unbalanced force ratio " +
-                       number(results[0].unbalanced_ratio) + " (tolerance " +
-                       number(recipe.unbalanced_tolerance) + ")");
+      if (error < least_error) {
+        least_error = error;
+        best = made.void_ratio;
+      }
+      if (attempt + 1 < MOST_HALVINGS) ((made.void_ratio < goal) == looser ? low : high) = x;
+      while (++attempt < MOST_HALVINGS + MOST_SAMPLES) {
+        x = 0.5 * (low + high);
+        if (attempt < MOST_HALVINGS) return at(x);
+        const int k = attempt - MOST_HALVINGS;
+        const double spacing = most / 500;
+        x += (k % 2 ? 1.0 : -1.0) * (k / 2 + 1) * spacing;    // to both sides, farther and farther
+        if (x > 0.0 && x < most) return at(x);
+      }
+      throw InputError("no packing with void ratio " + number(goal) + " within " +
+                       number(recipe.void_ratio_tolerance) +
+                       " was found for this seed; the closest has " + number(best) +
+                       ": take another seed or a larger tolerance");
     }
 
    private:
-    static constexpr int STEPS_PER_CALL = 250;
+    // beyond, hardly a contact slides and nothing changes
+    static constexpr double LARGEST_FRICTION = 1.0;
+    // p h / k_n, about twice the mean overlap / diameter
+    static constexpr double LARGEST_CONTACT_STRAIN = 0.04;
+    static constexpr int MOST_HALVINGS = 8, MOST_SAMPLES = 60;
 
-    // Contacts that form within a call are not in Gershgorin's bound yet, so a margin is kept; a gas gets the step that its
-    // grains will need in a dense network, which is about 0.55 of the step for single contacts.
-    static double time_step(const RveState &state)
-    {
-      const double pair_time_step =
-          2.0 / (pair_frequency(state) * std::sqrt(1.0 + state.material.local_damping));
-      return std::min(0.8 * gershgorin_time_step(state), 0.5 * pair_time_step);
-    }
-
-    /// Holds a copy of a state in the engine, and takes it out again on every way out.
-    struct Lease {
-      Engine &engine;
-      int id;
-      Lease(Engine &_engine, const RveState &state) : engine(_engine), id(engine.add(state)) {}
-      ~Lease() { engine.remove(id); }
-      Lease(const Lease &) = delete;
-      Lease &operator=(const Lease &) = delete;
-    };
+    enum class Stage { Frictionless, Extreme, Between };
 
     const PackingRecipe &recipe;
+    const RveState &cloud;
+    Stage stage = Stage::Frictionless;
+    Specimen frictionless{};
+    bool looser = true;                       // than the frictionless packing
+    double x = 0.0, low = 0.0, high = 0.0;    // what is searched: see at()
+    double most = 0.0;
+    int attempt = 0;
+    double best = 0.0, least_error = 1e300;    // of the void ratio
+
+    /// Looser packings by friction: void ratio against its root is closest to a line, since most of the growth is below 0.2.
+    /// Denser ones by the logarithm of the overconsolidation ratio.
+    Way at(double value) const
+    {
+      return looser ? with_friction(value * value) : overconsolidated(value);
+    }
+
+    /// Where the friction exceeds the final one the packing could not stand: it settles.
+    Way with_friction(double friction) const
+    {
+      Way way{&cloud, {{recipe.pressure, friction, "compression"}}, friction, recipe.pressure};
+      if (friction > recipe.material.friction)
+        way.legs.push_back({recipe.pressure, recipe.material.friction, "settling"});
+      return way;
+    }
+
+    Way overconsolidated(double log_ratio) const
+    {
+      const double peak = recipe.pressure * std::exp(log_ratio);
+      return {&frictionless.state,
+              {{peak, 0.0, "overconsolidation"}, {recipe.pressure, 0.0, "unloading"}},
+              0.0,
+              peak};
+    }
+
+    double largest_log_ratio() const
+    {
+      const double largest_pressure =
+          LARGEST_CONTACT_STRAIN * recipe.material.normal_stiffness / recipe.material.thickness;
+      return std::log(std::max(1.0, largest_pressure / recipe.pressure));
+    }
+
+    [[noreturn]] void unreachable(const Specimen &extreme) const
+    {
+      const double reached = extreme.void_ratio, other_end = frictionless.void_ratio;
+      throw InputError(
+          "void ratio " + number(*recipe.void_ratio) + " cannot be reached at this pressure: the " +
+          (looser ? "loosest (preparation friction 1)" : "densest (overconsolidated)") +
+          " packing of this recipe has " + number(reached) + "; reachable is " +
+          number(std::min(reached, other_end)) + " to " + number(std::max(reached, other_end)) +
+          " on this side of the frictionless packing");
+    }
+  };
+
+  /// Holds a copy of a state in the engine, and takes it out again on every way out.
+  class Lease {
+   public:
+    Lease(Engine &_engine, const RveState &state) : engine(_engine), number(engine.add(state)) {}
+    ~Lease() { engine.remove(number); }
+    Lease(const Lease &) = delete;
+    Lease &operator=(const Lease &) = delete;
+    int rve() const { return number; }
+
+   private:
     Engine &engine;
-    const PackingProgress &progress;
-    std::int64_t steps = 0;
-
-    Drive servo(const RveState &state, double pressure) const
-    {
-      Drive drive;
-      drive.substeps = STEPS_PER_CALL;
-      for (int a = 0; a < 2; ++a) {
-        drive.controlled[a][a] = true;
-        drive.stress_goal(a, a) = -pressure;
-      }
-      drive.servo_gain = recipe.servo_gain > 0.0 ? recipe.servo_gain : default_servo_gain(state);
-      drive.servo_max_rate = recipe.max_rate > 0.0
-          ? recipe.max_rate
-          : default_compression_rate(state, recipe.pressure);
-      return drive;
-    }
-
-    bool at_rest(const Result &result, double pressure) const
-    {
-      return result.num_contacts > 0 && result.unbalanced_ratio <= recipe.unbalanced_tolerance &&
-          std::fabs(-result.stress(0, 0) - pressure) <= recipe.stress_tolerance * pressure &&
-          std::fabs(-result.stress(1, 1) - pressure) <= recipe.stress_tolerance * pressure;
-    }
+    int number;
   };
 
   /// The packing as it is handed out.
@@ -218,86 +265,169 @@ namespace {
     return state;
   }
 
-  /// Searches x in [low, high] for a void ratio, `specimen(x)` growing or falling with x. A packing is a discontinuous function
-  /// of its preparation: bisection finds where it passes the goal, but may find a jump there. Then the neighbourhood is sampled,
-  /// wider and wider, where other jumps land elsewhere.
-  template <class Make>
-  Specimen search(double low, double high, bool growing, double goal, double tolerance,
-                  Make &&specimen)
-  {
-    constexpr int MOST_HALVINGS = 8, MOST_SAMPLES = 60;
-    const double spacing = (high - low) / 500, least = low, most = high;
-    double best = 0.0, error = 1e300;
-    for (int attempt = 0; attempt < MOST_HALVINGS + MOST_SAMPLES; ++attempt) {
-      double x = 0.5 * (low + high);
-      if (attempt >= MOST_HALVINGS) {
-        const int k = attempt - MOST_HALVINGS;
-        x += (k % 2 ? 1.0 : -1.0) * (k / 2 + 1) * spacing;    // to both sides, farther and farther
-        if (x <= least || x >= most) continue;
-      }
-      Specimen made = specimen(x);
-      if (std::fabs(made.void_ratio - goal) <= tolerance) return made;
-      if (std::fabs(made.void_ratio - goal) < error) {
-        best = made.void_ratio;
-        error = std::fabs(best - goal);
-      }
-      if (attempt + 1 < MOST_HALVINGS) ((made.void_ratio < goal) == growing ? low : high) = x;
+  /// The preparation of one packing, call by call of an engine that others use too.
+  class Preparation {
+   public:
+    Preparation(const PackingRecipe &_recipe, Engine &_engine) :
+        recipe(_recipe), engine(_engine), cloud(loose_cloud(recipe)), search(recipe, cloud)
+    {
     }
-    throw InputError("no packing with void ratio " + number(goal) + " within " + number(tolerance) +
-                     " was found for this seed; the closest has " + number(best) +
-                     ": take another seed or a larger tolerance");
-  }
+    Preparation(const Preparation &) = delete;
+    Preparation &operator=(const Preparation &) = delete;
 
-  [[noreturn]] void unreachable(double goal, const char *limit, double reached, double other_end)
-  {
-    throw InputError("void ratio " + number(goal) + " cannot be reached at this pressure: the " +
-                     limit + " packing of this recipe has " + number(reached) + "; reachable is " +
-                     number(std::min(reached, other_end)) + " to " +
-                     number(std::max(reached, other_end)) +
-                     " on this side of the frictionless packing");
-  }
+    void begin() { begin(search.first()); }
 
-  Specimen with_void_ratio(const PackingRecipe &recipe, const RveState &cloud,
-                           Preparation &preparation)
-  {
-    constexpr double LARGEST_FRICTION =
-        1.0;    // beyond, hardly a contact slides and nothing changes
-    constexpr double LARGEST_CONTACT_STRAIN =
-        0.04;    // p h / k_n, about twice the mean overlap / diameter
+    bool ready() const { return !lease; }
+    int rve() const { return lease->rve(); }
 
-    const double goal = *recipe.void_ratio;
-    const double tolerance = recipe.void_ratio_tolerance;
-    const auto with_friction = [&](double friction) {
-      return preparation.compress(cloud, friction);
-    };
-    const Specimen frictionless = with_friction(0.0);
-    if (std::fabs(frictionless.void_ratio - goal) <= tolerance) return frictionless;
+    Drive next_call() const
+    {
+      Drive call = drive;
+      call.dt = dt;
+      return call;
+    }
 
-    if (goal > frictionless.void_ratio) {
-      const Specimen loosest = with_friction(LARGEST_FRICTION);
-      if (std::fabs(loosest.void_ratio - goal) <= tolerance) return loosest;
-      if (goal > loosest.void_ratio)
-        unreachable(goal, "loosest (preparation friction 1)", loosest.void_ratio,
-                    frictionless.void_ratio);
-      // void ratio against root of friction is closest to a line: most of its growth is below 0.2
-      return search(0.0, std::sqrt(LARGEST_FRICTION), true, goal, tolerance, [&](double root) {
-        return with_friction(root * root);
+    /// Takes the answer to a call: on with this leg, the next one or another way, or ready. Throws InputError when it failed.
+    PackingReport take(const Result &result)
+    {
+      const Leg &leg = way.legs[current];
+      steps += STEPS_PER_CALL;
+      steps_of_leg += STEPS_PER_CALL;
+      require(!(result.status & status::Fatal), [&] {
+        return "packing failed after " + std::to_string(steps) +
+            " steps: " + describe_status(result.status) + " (pressure " +
+            number(result.mean_stress()) + " [stress], void ratio " + number(result.void_ratio) +
+            ", " + std::to_string(result.num_grains) + " grains)";
       });
+      const PackingReport report{steps,
+                                 leg.phase,
+                                 leg.friction,
+                                 result.mean_stress(),
+                                 result.void_ratio,
+                                 result.coordination_number,
+                                 result.unbalanced_ratio};
+      // Twice in a row: a swinging servo passes through its goal with both numbers small by chance.
+      const bool is_at_rest = at_rest(result, leg.pressure);
+      if (is_at_rest && was_at_rest) {
+        finish_leg(result.void_ratio);
+        return report;
+      }
+      was_at_rest = is_at_rest;
+      require(steps_of_leg < recipe.max_steps, [&] {
+        return "packing did not come to rest at " + number(leg.pressure) + " [stress] within " +
+            std::to_string(recipe.max_steps) + " steps: pressures " + number(-result.stress(0, 0)) +
+            " and " + number(-result.stress(1, 1)) + " (tolerance " +
+            number(recipe.stress_tolerance) + "), unbalanced force ratio " +
+            number(result.unbalanced_ratio) + " (tolerance " + number(recipe.unbalanced_tolerance) +
+            ")";
+      });
+      return report;
     }
 
-    const double largest_pressure =
-        LARGEST_CONTACT_STRAIN * recipe.material.normal_stiffness / recipe.material.thickness;
-    const auto overconsolidated = [&](double log_ratio) {
-      const double peak = recipe.pressure * std::exp(log_ratio);
-      Specimen loaded = preparation.bring_to(frictionless.state, peak, 0.0, "overconsolidation");
-      return preparation.bring_to(std::move(loaded.state), recipe.pressure, 0.0, "unloading");
-    };
-    const double largest_log_ratio = std::log(std::max(1.0, largest_pressure / recipe.pressure));
-    const Specimen densest = overconsolidated(largest_log_ratio);
-    if (std::fabs(densest.void_ratio - goal) <= tolerance) return densest;
-    if (goal < densest.void_ratio)
-      unreachable(goal, "densest (overconsolidated)", densest.void_ratio, frictionless.void_ratio);
-    return search(0.0, largest_log_ratio, false, goal, tolerance, overconsolidated);
+    /// The time step of the next call, where it is chosen and the leg is not new.
+    bool follows_time_step() const { return lease && steps_of_leg > 0 && recipe.dt == 0.0; }
+    void follow_time_step(const RveState &state) { dt = time_step(state); }
+
+    void give_up() { lease.reset(); }
+
+    PreparedPacking result() const
+    {
+      return {
+          finished(specimen.state, recipe.material), way.friction, way.peak / recipe.pressure, {}};
+    }
+
+   private:
+    static constexpr int STEPS_PER_CALL = 250;
+
+    const PackingRecipe &recipe;
+    Engine &engine;
+    RveState cloud;
+    WaySearch search;
+    std::unique_ptr<Lease> lease;    // of the leg under way; none when ready
+    Way way{};
+    std::size_t current = 0;    // leg of the way
+    Specimen specimen{};        // at the end of the last leg
+    Drive drive;
+    double dt = 0.0;
+    bool was_at_rest = false;
+    std::int64_t steps = 0, steps_of_leg = 0;
+
+    void begin(Way new_way)
+    {
+      way = std::move(new_way);
+      current = 0;
+      begin_leg(*way.start);
+    }
+
+    void begin_leg(RveState start)
+    {
+      const Leg &leg = way.legs[current];
+      start.material = preparation_material(recipe, leg.friction);
+      drive = servo(start, leg.pressure);
+      dt = recipe.dt > 0.0 ? recipe.dt : time_step(start);
+      was_at_rest = false;
+      steps_of_leg = 0;
+      lease.reset();
+      lease = std::make_unique<Lease>(engine, start);
+    }
+
+    void finish_leg(double void_ratio)
+    {
+      specimen = {engine.state(rve()), void_ratio};
+      if (++current < way.legs.size()) {
+        begin_leg(specimen.state);
+      } else if (std::optional<Way> next = search.after(specimen)) {
+        begin(std::move(*next));
+      } else {
+        lease.reset();
+      }
+    }
+
+    // Contacts that form within a call are not in Gershgorin's bound yet, so a margin is kept; a gas gets the step that its
+    // grains will need in a dense network, which is about 0.55 of the step for single contacts.
+    static double time_step(const RveState &state)
+    {
+      const double pair_time_step =
+          2.0 / (pair_frequency(state) * std::sqrt(1.0 + state.material.local_damping));
+      return std::min(0.8 * gershgorin_time_step(state), 0.5 * pair_time_step);
+    }
+
+    Drive servo(const RveState &state, double pressure) const
+    {
+      Drive call;
+      call.substeps = STEPS_PER_CALL;
+      for (int a = 0; a < 2; ++a) {
+        call.controlled[a][a] = true;
+        call.stress_goal(a, a) = -pressure;
+      }
+      call.servo_gain = recipe.servo_gain > 0.0 ? recipe.servo_gain : default_servo_gain(state);
+      call.servo_max_rate = recipe.max_rate > 0.0
+          ? recipe.max_rate
+          : default_compression_rate(state, recipe.pressure);
+      return call;
+    }
+
+    bool at_rest(const Result &result, double pressure) const
+    {
+      return result.num_contacts > 0 && result.unbalanced_ratio <= recipe.unbalanced_tolerance &&
+          std::fabs(-result.stress(0, 0) - pressure) <= recipe.stress_tolerance * pressure &&
+          std::fabs(-result.stress(1, 1) - pressure) <= recipe.stress_tolerance * pressure;
+    }
+  };
+
+  /// Time steps of the next call. Gershgorin's bounds are the host's work between two calls, so all its threads share it.
+  void follow_time_steps(const Engine &engine, const std::vector<Preparation *> &preparations)
+  {
+    std::vector<Preparation *> following;
+    std::vector<RveState> states;
+    for (Preparation *one : preparations)
+      if (one->follows_time_step()) {
+        following.push_back(one);
+        states.push_back(engine.state(one->rve()));
+      }
+    const auto count = static_cast<std::ptrdiff_t>(following.size());
+#pragma omp parallel for schedule(dynamic, 8) if (count > 8)
+    for (std::ptrdiff_t k = 0; k < count; ++k) following[k]->follow_time_step(states[k]);
   }
 
 }    // namespace
@@ -359,15 +489,66 @@ RveState loose_cloud(const PackingRecipe &recipe)
   return state;
 }
 
+std::vector<PreparedPacking> generate_packings(const std::vector<PackingRecipe> &recipes,
+                                               Engine &engine, const BatchProgress &progress)
+{
+  std::vector<std::unique_ptr<Preparation>> all;
+  for (const PackingRecipe &recipe : recipes)
+    all.push_back(std::make_unique<Preparation>(recipe, engine));
+  std::vector<PreparedPacking> packings(recipes.size());
+  std::vector<std::size_t> active(recipes.size());
+  std::iota(active.begin(), active.end(), std::size_t{0});
+  const auto attempt = [&](std::size_t k, const std::function<void()> &work) {
+    try {
+      work();
+    } catch (const InputError &error) {
+      packings[k].failure = error.what();
+      all[k]->give_up();
+    }
+  };
+  for (const std::size_t k : active)
+    attempt(k, [&] {
+      all[k]->begin();
+    });
+
+  while (true) {
+    std::vector<std::size_t> going;
+    std::vector<Preparation *> preparations;
+    std::vector<int> rves;
+    std::vector<Drive> drives;
+    for (const std::size_t k : active) {
+      if (all[k]->ready()) continue;
+      going.push_back(k);
+      preparations.push_back(all[k].get());
+      rves.push_back(all[k]->rve());
+      drives.push_back(all[k]->next_call());
+    }
+    active = std::move(going);
+    if (active.empty()) return packings;
+
+    std::vector<Result> results;
+    engine.advance(rves, drives, results);
+    for (std::size_t n = 0; n < active.size(); ++n) {
+      const std::size_t k = active[n];
+      attempt(k, [&] {
+        const PackingReport report = all[k]->take(results[n]);
+        if (all[k]->ready()) packings[k] = all[k]->result();
+        if (progress) progress(k, report, packings[k]);
+      });
+    }
+    follow_time_steps(engine, preparations);
+  }
+}
+
 RveState generate_packing(const PackingRecipe &recipe, Engine &engine,
                           const PackingProgress &progress)
 {
-  const RveState cloud = loose_cloud(recipe);
-  Preparation preparation(recipe, engine, progress);
-  const Specimen specimen = recipe.void_ratio
-      ? with_void_ratio(recipe, cloud, preparation)
-      : preparation.compress(cloud, recipe.preparation_friction);
-  return finished(specimen.state, recipe.material);
+  const BatchProgress report = [&](std::size_t, const PackingReport &now, const PreparedPacking &) {
+    if (progress) progress(now);
+  };
+  PreparedPacking packing = std::move(generate_packings({recipe}, engine, report).front());
+  require(packing.failure.empty(), packing.failure);
+  return std::move(packing.state);
 }
 
 }    // namespace rve

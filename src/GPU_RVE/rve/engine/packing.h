@@ -5,9 +5,11 @@
 
 #include "rve/engine/engine.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace rve {
@@ -50,6 +52,18 @@ struct PackingReport {
 };
 using PackingProgress = std::function<void(const PackingReport &)>;
 
+/// A packing of a batch and how it was made, or why it could not be.
+struct PreparedPacking {
+  RveState state;                       ///< without grains if the preparation failed or is not over
+  double preparation_friction = 0.0;    ///< mu during compression [-]
+  double overconsolidation_ratio = 1.0;    ///< highest pressure / pressure [-]
+  std::string failure;                     ///< empty if there was none
+  bool ready() const { return state.num_grains() > 0; }
+};
+/// Called for each packing of a batch after each call of the engine; the last time when it is ready.
+using BatchProgress = std::function<void(std::size_t recipe, const PackingReport &report,
+                                         const PreparedPacking &packing)>;
+
 /// Servo gain 10 h/M [1/(stress time^2)], M the mass and h the thickness of the RVE. A stress error accelerates the cell by
 /// gain * error; with a modulus E the servo oscillates at sqrt(gain E). The slowest wave across the cell has (2 pi)^2 E h/M for
 /// its frequency squared, whatever the units and the stiffness: 10 puts the servo at half of that frequency, fast, but
@@ -75,6 +89,12 @@ RveState loose_cloud(const PackingRecipe &recipe);
 /// Throws InputError with the reachable range when neither does, and when a compression does not come to rest.
 RveState generate_packing(const PackingRecipe &recipe, Engine &engine,
                           const PackingProgress &progress = {});
+
+/// The same for many recipes, in their order and each with the same bits as alone: all that are not ready advance together, in one
+/// call of the engine after another. A recipe out of range throws InputError before anything runs. A preparation that fails
+/// leaves its reason and does not stop the others.
+std::vector<PreparedPacking> generate_packings(const std::vector<PackingRecipe> &recipes,
+                                               Engine &engine, const BatchProgress &progress = {});
 
 }    // namespace rve
 

@@ -210,6 +210,62 @@ namespace {
     }
   }
 
+  /// A packing from the statement `gpu_rve_packing`, to which the reader has moved, to `end`.
+  RveState read_packing_statements(StatementReader &reader)
+  {
+    RveState state;
+    reader.require_keyword("gpu_rve_packing", 2, "gpu_rve_packing version");
+    reader.integer<int>(1, "version of the packing file", FILE_VERSION, FILE_VERSION);
+    reader.next("'material'");
+    reader.require_keyword("material", 1, "material");
+    read_material(reader, state.material);
+    reader.next("'cell'");
+    reader.require_keyword("cell", 1, "cell");
+    read_tensor(reader, "cell", state.cell);
+    reader.next("'grains'");
+    if (reader.word(0) == "deformation") {
+      reader.require_words(1, "deformation");
+      read_tensor(reader, "deformation", state.deformation);
+      reader.next("'grains'");
+    }
+    if (reader.word(0) == "servo_velocity_gradient") {
+      reader.require_words(1, "servo_velocity_gradient");
+      read_tensor(reader, "servo_velocity_gradient", state.servo_velocity_gradient);
+      reader.next("'grains'");
+    }
+    if (reader.word(0) == "largest_contact_force") {
+      reader.require_words(2, "largest_contact_force value");
+      state.largest_contact_force = reader.finite_number(1, "largest contact force");
+      reader.next("'grains'");
+    }
+    reader.require_keyword("grains", 2, "grains N");
+    const int num_grains = reader.integer<int>(1, "number of grains", 1, INT32_MAX / 4);
+    read_grains(reader, num_grains, state);
+    reader.next("'contacts'");
+    reader.require_keyword("contacts", 2, "contacts M");
+    const int num_contacts = reader.integer<int>(1, "number of contacts", 0, INT32_MAX / 4);
+    read_contacts(reader, num_contacts, state);
+    reader.next("'end'");
+    reader.require_keyword("end", 1, "end");
+    return state;
+  }
+
+  LibraryRow read_row(StatementReader &reader, int number_of_row)
+  {
+    reader.next("index line " + std::to_string(number_of_row) + " of the library");
+    reader.require_words(7,
+                         "number seed void_ratio friction overconsolidation_ratio pressure grains");
+    reader.integer<int>(0, "number of the packing", number_of_row, number_of_row);
+    LibraryRow row;
+    row.seed = reader.integer<std::uint64_t>(1, "seed", 0, UINT64_MAX);
+    row.void_ratio = reader.finite_number(2, "void ratio");
+    row.preparation_friction = reader.finite_number(3, "preparation friction");
+    row.overconsolidation_ratio = reader.finite_number(4, "overconsolidation ratio");
+    row.pressure = reader.finite_number(5, "pressure");
+    row.num_grains = reader.integer<int>(6, "number of grains", 1, INT32_MAX / 4);
+    return row;
+  }
+
   // ---- writing ----
 
   /// The shortest decimal that reads back to the same double.
@@ -227,6 +283,41 @@ namespace {
       out << "  " << exact(tensor(a, 0)) << " " << exact(tensor(a, 1)) << "\n";
   }
 
+  void write_packing_statements(std::ostream &out, const RveState &state)
+  {
+    out << "gpu_rve_packing " << FILE_VERSION << "\n\nmaterial\n";
+    for (const MaterialEntry &entry : MATERIAL_ENTRIES)
+      out << "  " << entry.name << " " << exact(state.material.*entry.member) << "    # ["
+          << entry.unit << "]\n";
+    out << "\n# rows of H; its columns are the cell vectors [length]\n";
+    write_tensor(out, "cell", state.cell);
+    out << "# deformation gradient since the packing was made [-]\n";
+    write_tensor(out, "deformation", state.deformation);
+    out << "# velocity gradient of the stress servo [1/time]\n";
+    write_tensor(out, "servo_velocity_gradient", state.servo_velocity_gradient);
+    out << "# scale of the force integers [force]\n"
+        << "largest_contact_force " << exact(state.largest_contact_force) << "\n\n"
+        << "grains " << state.num_grains()
+        << "\n# id, radius [length], s_x 2^64, s_y 2^64 [-], peculiar velocity c_x, c_y "
+           "[length/time], spin [1/time]\n";
+    for (int i = 0; i < state.num_grains(); ++i)
+      out << i + 1 << " " << exact(state.radius[i]) << " " << state.fractional[2 * i] << " "
+          << state.fractional[2 * i + 1] << " " << exact(state.velocity[2 * i]) << " "
+          << exact(state.velocity[2 * i + 1]) << " " << exact(state.spin[i]) << "\n";
+
+    const auto has_history = [](const Pair &pair) {
+      return pair.tangential_force != 0.0;
+    };
+    out << "\ncontacts " << std::count_if(state.pairs.begin(), state.pairs.end(), has_history)
+        << "\n# contacts with a tangential force: id, id, force on the first along (-n_y, n_x), n "
+           "to the second [force]\n";
+    for (const Pair &pair : state.pairs)
+      if (has_history(pair))
+        out << pair.first + 1 << " " << pair.second + 1 << " " << exact(pair.tangential_force)
+            << "\n";
+    out << "end\n";
+  }
+
   void write_whole_file(const std::string &path, const std::string &text)
   {
     const std::string temporary = path + ".part" + std::to_string(getpid());
@@ -239,10 +330,10 @@ namespace {
     require(whole, "cannot write file " + path);
   }
 
-  void check_for(const std::string &path, const RveState &state)
+  template <class Checked> void check_for(const std::string &path, const Checked &checked)
   {
     try {
-      state.check();
+      checked.check();
     } catch (const InputError &error) {
       throw InputError(path + ": " + error.what());
     }
@@ -339,41 +430,10 @@ namespace {
 RveState read_packing(const std::string &path)
 {
   StatementReader reader(path);
-  RveState state;
   reader.next("'gpu_rve_packing'");
-  reader.require_keyword("gpu_rve_packing", 2, "gpu_rve_packing version");
-  reader.integer<int>(1, "version of the packing file", FILE_VERSION, FILE_VERSION);
-  reader.next("'material'");
-  reader.require_keyword("material", 1, "material");
-  read_material(reader, state.material);
-  reader.next("'cell'");
-  reader.require_keyword("cell", 1, "cell");
-  read_tensor(reader, "cell", state.cell);
-  reader.next("'grains'");
-  if (reader.word(0) == "deformation") {
-    reader.require_words(1, "deformation");
-    read_tensor(reader, "deformation", state.deformation);
-    reader.next("'grains'");
-  }
-  if (reader.word(0) == "servo_velocity_gradient") {
-    reader.require_words(1, "servo_velocity_gradient");
-    read_tensor(reader, "servo_velocity_gradient", state.servo_velocity_gradient);
-    reader.next("'grains'");
-  }
-  if (reader.word(0) == "largest_contact_force") {
-    reader.require_words(2, "largest_contact_force value");
-    state.largest_contact_force = reader.finite_number(1, "largest contact force");
-    reader.next("'grains'");
-  }
-  reader.require_keyword("grains", 2, "grains N");
-  const int num_grains = reader.integer<int>(1, "number of grains", 1, INT32_MAX / 4);
-  read_grains(reader, num_grains, state);
-  reader.next("'contacts'");
-  reader.require_keyword("contacts", 2, "contacts M");
-  const int num_contacts = reader.integer<int>(1, "number of contacts", 0, INT32_MAX / 4);
-  read_contacts(reader, num_contacts, state);
-  reader.next("'end'");
-  reader.require_keyword("end", 1, "end");
+  if (reader.word(0) == "gpu_rve_library")
+    reader.fail("this is a library; a single packing was expected");
+  RveState state = read_packing_statements(reader);
   check_for(path, state);
   return state;
 }
@@ -384,38 +444,67 @@ void write_packing(const std::string &path, const RveState &state)
   std::ostringstream out;
   out << "# Packing of one RVE (GPU_RVE): plane disks in a periodic cell, x = H s.\n"
       << "# Consistent units, those of the script that made it: [length], [mass], [time], force = "
-         "mass length/time^2.\n"
-      << "gpu_rve_packing " << FILE_VERSION << "\n\nmaterial\n";
-  for (const MaterialEntry &entry : MATERIAL_ENTRIES)
-    out << "  " << entry.name << " " << exact(state.material.*entry.member) << "    # ["
-        << entry.unit << "]\n";
-  out << "\n# rows of H; its columns are the cell vectors [length]\n";
-  write_tensor(out, "cell", state.cell);
-  out << "# deformation gradient since the packing was made [-]\n";
-  write_tensor(out, "deformation", state.deformation);
-  out << "# velocity gradient of the stress servo [1/time]\n";
-  write_tensor(out, "servo_velocity_gradient", state.servo_velocity_gradient);
-  out << "# scale of the force integers [force]\n"
-      << "largest_contact_force " << exact(state.largest_contact_force) << "\n\n"
-      << "grains " << state.num_grains()
-      << "\n# id, radius [length], s_x 2^64, s_y 2^64 [-], peculiar velocity c_x, c_y "
-         "[length/time], spin [1/time]\n";
-  for (int i = 0; i < state.num_grains(); ++i)
-    out << i + 1 << " " << exact(state.radius[i]) << " " << state.fractional[2 * i] << " "
-        << state.fractional[2 * i + 1] << " " << exact(state.velocity[2 * i]) << " "
-        << exact(state.velocity[2 * i + 1]) << " " << exact(state.spin[i]) << "\n";
+         "mass length/time^2.\n";
+  write_packing_statements(out, state);
+  write_whole_file(path, out.str());
+}
 
-  const auto has_history = [](const Pair &pair) {
-    return pair.tangential_force != 0.0;
-  };
-  out << "\ncontacts " << std::count_if(state.pairs.begin(), state.pairs.end(), has_history)
-      << "\n# contacts with a tangential force: id, id, force on the first along (-n_y, n_x), n to "
-         "the second [force]\n";
-  for (const Pair &pair : state.pairs)
-    if (has_history(pair))
-      out << pair.first + 1 << " " << pair.second + 1 << " " << exact(pair.tangential_force)
-          << "\n";
-  out << "end\n";
+PackingLibrary read_library(const std::string &path)
+{
+  StatementReader reader(path);
+  reader.next("'gpu_rve_library' or 'gpu_rve_packing'");
+  PackingLibrary library;
+  if (reader.word(0) != "gpu_rve_library") {
+    RveState packing = read_packing_statements(reader);
+    check_for(path, packing);
+    LibraryRow row;
+    row.void_ratio = packing.void_ratio();
+    row.num_grains = packing.num_grains();
+    library.add(row, std::move(packing));
+    return library;
+  }
+  reader.require_words(2, "gpu_rve_library version");
+  reader.integer<int>(1, "version of the library", FILE_VERSION, FILE_VERSION);
+  reader.next("'packings'");
+  reader.require_keyword("packings", 2, "packings N");
+  const int count = reader.integer<int>(1, "number of packings of the library", 1, INT32_MAX / 4);
+  for (int k = 0; k < count; ++k) library.index.push_back(read_row(reader, k));
+  for (int k = 0; k < count; ++k) {
+    reader.next("'packing " + std::to_string(k) + "'");
+    reader.require_keyword("packing", 2, "packing " + std::to_string(k));
+    reader.integer<int>(1, "number of the packing", k, k);
+    reader.next("'gpu_rve_packing'");
+    library.packings.push_back(read_packing_statements(reader));
+    check_for(path + ": packing " + std::to_string(k), library.packings.back());
+  }
+  reader.next("'end_library'");
+  reader.require_keyword("end_library", 1, "end_library");
+  check_for(path, library);
+  return library;
+}
+
+void write_library(const std::string &path, const PackingLibrary &library)
+{
+  check_for(path, library);
+  std::ostringstream out;
+  out << "# Library of packings (GPU_RVE).\n"
+      << "# Consistent units, those of the script that made it.\n"
+      << "gpu_rve_library " << FILE_VERSION << "\n\n"
+      << "packings " << library.packings.size()
+      << "\n# number, seed, void ratio [-], preparation friction [-], overconsolidation ratio [-], "
+         "pressure [stress], grains\n";
+  for (std::size_t k = 0; k < library.index.size(); ++k) {
+    const LibraryRow &row = library.index[k];
+    out << k << " " << row.seed << " " << exact(row.void_ratio) << " "
+        << exact(row.preparation_friction) << " " << exact(row.overconsolidation_ratio) << " "
+        << exact(row.pressure) << " " << row.num_grains << "\n";
+  }
+  for (std::size_t k = 0; k < library.packings.size(); ++k) {
+    check_for(path + ": packing " + std::to_string(k), library.packings[k]);
+    out << "\npacking " << k << "\n";
+    write_packing_statements(out, library.packings[k]);
+  }
+  out << "end_library\n";
   write_whole_file(path, out.str());
 }
 

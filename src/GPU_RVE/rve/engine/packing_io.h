@@ -1,8 +1,9 @@
-// Files of one RVE: the package's own packing file, and an export that plain LAMMPS and OVITO read.
+// Files of RVEs: the package's own packing file and library of packings, and an export that plain LAMMPS and OVITO read.
 
 #ifndef RVE_ENGINE_PACKING_IO_H
 #define RVE_ENGINE_PACKING_IO_H
 
+#include "rve/engine/packing_library.h"
 #include "rve/engine/state.h"
 
 #include <string>
@@ -30,6 +31,20 @@ RveState read_packing(const std::string &path);
 /// Writes a packing file, whole or not at all (a temporary file beside it is renamed). Throws InputError if the state is not
 /// sound or the file cannot be written.
 void write_packing(const std::string &path, const RveState &state);
+
+/// Reads a library, or a packing file as a library of one packing, whose row then has its grains and void ratio only. Throws
+/// InputError with path:line for anything missing, broken or out of range, and when index and packings do not agree.
+///
+/// A library is plain text like a packing file:
+///     gpu_rve_library 1
+///     packings N                    followed by N lines of the index: number (0 to N-1, in order), seed, void ratio, preparation
+///                                   friction, overconsolidation ratio, pressure, number of grains
+///     packing K                     followed by a packing file; N times, K in order
+///     end_library
+PackingLibrary read_library(const std::string &path);
+
+/// Writes a library, whole or not at all. Throws InputError if it or a packing is not sound or the file cannot be written.
+void write_library(const std::string &path, const PackingLibrary &library);
 
 /// Writes a LAMMPS data file (atom_style sphere, triclinic, one atom type) and `<path>.contacts`. Throws InputError as above.
 /// LAMMPS wants vector a along +x: the packing is rotated (positions, velocities, forces), and b is reduced by multiples of a

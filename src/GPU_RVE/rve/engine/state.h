@@ -79,7 +79,8 @@ struct RveState {
   int num_grains() const { return static_cast<int>(radius.size()); }
   double cell_area() const { return determinant(cell); }    ///< [length^2]
   double solid_area() const;                                ///< sum of pi r^2 [length^2]
-  double mass() const;                                      ///< [mass]
+  double void_ratio() const { return cell_area() / solid_area() - 1.0; }    ///< [-]
+  double mass() const;                                                      ///< [mass]
 
   /// Cartesian positions (N, 2) in the cell at the origin [length].
   std::vector<double> positions() const;

@@ -1,0 +1,89 @@
+#include "rve/engine/packing_library.h"
+
+#include "rve/core/error.h"
+#include "rve/core/splitmix64.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <string>
+
+namespace rve {
+
+void PackingLibrary::add(const LibraryRow &row, RveState packing)
+{
+  index.push_back(row);
+  packings.push_back(std::move(packing));
+}
+
+void PackingLibrary::check() const
+{
+  require(!packings.empty(), "the library is empty; it must have at least one packing");
+  require(index.size() == packings.size(),
+          "the index of the library has " + std::to_string(index.size()) + " rows for " +
+              std::to_string(packings.size()) + " packings");
+  constexpr double TOLERANCE = 1e-9;
+  for (std::size_t k = 0; k < packings.size(); ++k) {
+    const auto name = [&] {
+      return "packing " + std::to_string(k) + " of the library ";
+    };
+    require(index[k].num_grains == packings[k].num_grains(), [&] {
+      return name() + "has " + std::to_string(packings[k].num_grains()) +
+          " grains; its index says " + std::to_string(index[k].num_grains);
+    });
+    const double void_ratio = packings[k].void_ratio();
+    require(std::fabs(index[k].void_ratio - void_ratio) <= TOLERANCE, [&] {
+      return name() + "has void ratio " + number(void_ratio) + "; its index says " +
+          number(index[k].void_ratio);
+    });
+  }
+}
+
+int draw(std::uint64_t seed, std::int64_t id, int count, std::uint64_t purpose)
+{
+  std::uint64_t bits = splitmix64(seed);
+  bits = splitmix64(bits ^ purpose);
+  bits = splitmix64(bits ^ static_cast<std::uint64_t>(id));
+  // the upper half as a fraction of 2^32: probabilities differ by less than count / 2^32
+  return static_cast<int>(((bits >> 32) * static_cast<std::uint64_t>(count)) >> 32);
+}
+
+VoidRatioIndex::VoidRatioIndex(const std::vector<double> &void_ratios)
+{
+  require(!void_ratios.empty(), "there are no packings to choose from");
+  for (std::size_t k = 0; k < void_ratios.size(); ++k) {
+    require(std::isfinite(void_ratios[k]), [&] {
+      return "void ratio of packing " + std::to_string(k) + " is " + number(void_ratios[k]) +
+          "; it must be finite";
+    });
+    sorted.emplace_back(void_ratios[k], static_cast<int>(k));
+  }
+  std::sort(sorted.begin(), sorted.end());
+}
+
+std::optional<int> VoidRatioIndex::nearest(double wanted, double tolerance) const
+{
+  const auto above = std::lower_bound(sorted.begin(), sorted.end(), std::make_pair(wanted, -1));
+  auto found = above;
+  if (above != sorted.begin()) {
+    const double below = std::prev(above)->first;
+    if (above == sorted.end() || wanted - below <= above->first - wanted)
+      found = std::lower_bound(sorted.begin(), above, std::make_pair(below, -1));
+  }
+  if (!(std::fabs(found->first - wanted) <= tolerance)) return {};
+  return found->second;
+}
+
+std::optional<int> VoidRatioIndex::draw_within(double wanted, double tolerance, std::uint64_t seed,
+                                               std::int64_t id) const
+{
+  const auto within = [&](const std::pair<double, int> &one) {
+    return std::fabs(one.first - wanted) <= tolerance;
+  };
+  const auto begin = std::find_if(sorted.begin(), sorted.end(), within);
+  if (begin == sorted.end()) return {};
+  const auto end = std::find_if_not(begin, sorted.end(), within);
+  return begin[draw(seed, id, static_cast<int>(end - begin))].second;
+}
+
+}    // namespace rve

@@ -1,0 +1,65 @@
+// A packing library: many packings of one material, with an index of what they are, and the choice among them for a material point.
+
+#ifndef RVE_ENGINE_PACKING_LIBRARY_H
+#define RVE_ENGINE_PACKING_LIBRARY_H
+
+#include "rve/engine/state.h"
+
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace rve {
+
+/// What a packing of a library is: a row of its index.
+struct LibraryRow {
+  std::uint64_t seed = 0;                  ///< of positions and radii
+  double void_ratio = 0.0;                 ///< reached [-]
+  double preparation_friction = 0.0;       ///< mu during compression [-]
+  double overconsolidation_ratio = 1.0;    ///< highest pressure of the preparation / pressure [-]
+  double pressure = 0.0;                   ///< [stress]
+  int num_grains = 0;
+};
+
+/// Packings by number, from 0, with their rows.
+struct PackingLibrary {
+  std::vector<LibraryRow> index;
+  std::vector<RveState> packings;
+
+  void add(const LibraryRow &row, RveState packing);
+
+  /// Throws InputError unless there is a packing, each has its row, and the grains and the void ratio (to 1e-9) of the rows are those
+  /// of the packings.
+  void check() const;
+};
+
+/// A number from 0 to count-1 with equal probability, for the point `id`: a function of its arguments and of nothing else, so that it
+/// depends neither on ranks nor on the order of points. Draws for different `purpose` are independent of each other.
+/// The mixing function of SplitMix64 (Steele, Lea & Flood, OOPSLA 2014), chained over the arguments.
+int draw(std::uint64_t seed, std::int64_t id, int count, std::uint64_t purpose = 0);
+
+/// Finds packings by their void ratios.
+class VoidRatioIndex {
+ public:
+  /// Void ratios of packings 0, 1, ...; throws InputError if there are none or one is not finite.
+  explicit VoidRatioIndex(const std::vector<double> &void_ratios);
+
+  double least() const { return sorted.front().first; }
+  double most() const { return sorted.back().first; }
+
+  /// The packing with the nearest void ratio; of equally near ones that with the lower void ratio, then the lower number.
+  /// Nothing if it differs by more than `tolerance` [-], or if `wanted` is not finite.
+  std::optional<int> nearest(double wanted, double tolerance) const;
+
+  /// One of the packings whose void ratios differ by at most `tolerance` [-], drawn for point `id`. Nothing if there is none.
+  std::optional<int> draw_within(double wanted, double tolerance, std::uint64_t seed,
+                                 std::int64_t id) const;
+
+ private:
+  std::vector<std::pair<double, int>> sorted;    // void ratio, number
+};
+
+}    // namespace rve
+
+#endif

@@ -1,0 +1,227 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+#include "rve_packings.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "complaint.h"
+#include "error.h"
+#include "lammps.h"
+#include "one_rank.h"
+#include "rve/core/error.h"
+#include "rve/engine/packing_image.h"
+#include "rve/engine/packing_io.h"
+#include "rve/engine/stability.h"
+
+#include <algorithm>
+#include <cmath>
+
+using namespace LAMMPS_NS;
+
+namespace {
+
+// what the random draws of an atom are for: they are independent of each other
+constexpr std::uint64_t DRAW_PACKING = 0, DRAW_IMAGE = 1;
+
+/// Whole numbers from 0 to count-1 of a script value, one for each of the atoms; collective.
+std::vector<int> numbers(LAMMPS *lmp, int igroup, ScriptValue &value, const char *keyword,
+                         const std::vector<int> &atoms, int count)
+{
+  std::vector<double> values;
+  value.find(lmp, "fix rve");
+  value.evaluate(lmp, igroup, values);
+  std::vector<int> result(atoms.size(), 0);
+  Complaint wrong;
+  for (std::size_t k = 0; k < atoms.size(); ++k) {
+    const double number = values[atoms[k]];
+    if (number >= 0.0 && number < count && number == std::floor(number))
+      result[k] = static_cast<int>(number);
+    else
+      wrong.about(lmp->atom->tag[atoms[k]], {number, 0.0, 0.0});
+  }
+  wrong.raise(lmp, [&](bigint all, tagint id, const Complaint::Values &at) {
+    return fmt::format("fix rve: {} of atom {} is {}; it must be a whole number from 0 to {} "
+                       "({} atoms have another one)",
+                       keyword, id, at[0], count - 1, all);
+  });
+  return result;
+}
+
+}    // namespace
+
+/* ---------------------------------------------------------------------- */
+
+void RvePackings::read(LAMMPS *lmp, const FixRveSettings &settings)
+{
+  files = settings.packings;
+  std::vector<std::vector<char>> state_images;
+  const std::string failure = on_rank_zero(lmp->world, [&]() {
+    for (std::size_t n = 0; n < settings.packings.size(); ++n) {
+      const std::string &file = settings.packings[n];
+      try {
+        rve::PackingLibrary library = rve::read_library(file);
+        for (auto &state : library.packings) {
+          settings.material.apply(state.material);
+          state.material.mass_depth *= settings.mass_scaling;    // of inertia only: density stays
+          state.check();
+          file_of.push_back(static_cast<int>(n));
+          stable.push_back(rve::stable_time_step(state));
+          state_images.push_back(rve::serialize(state));
+        }
+      } catch (const rve::InputError &e) {
+        const std::string message = e.what();
+        throw rve::InputError((utils::strmatch(message, file) ? "" : file + ": ") + message);
+      }
+    }
+  });
+  if (!failure.empty()) lmp->error->all(FLERR, "fix rve: {}", failure);
+
+  int count = static_cast<int>(state_images.size());
+  MPI_Bcast(&count, 1, MPI_INT, 0, lmp->world);
+  state_images.resize(count);
+  stable.resize(count);
+  file_of.resize(count);
+  MPI_Bcast(file_of.data(), count, MPI_INT, 0, lmp->world);
+  MPI_Bcast(stable.data(), count, MPI_DOUBLE, 0, lmp->world);
+  for (auto &image : state_images) {
+    int size = static_cast<int>(image.size());
+    MPI_Bcast(&size, 1, MPI_INT, 0, lmp->world);
+    image.resize(size);
+    MPI_Bcast(image.data(), size, MPI_CHAR, 0, lmp->world);
+    packings.push_back(rve::deserialize(image.data(), image.size()));
+    void_ratios.push_back(packings.back().void_ratio());
+  }
+  by_void_ratio.emplace(void_ratios);
+
+  const auto &choice = settings.choice;
+  if (count > 1 && choice.number.variable.empty() && !choice.seed && !choice.void_ratio)
+    lmp->error->all(FLERR,
+                    "fix rve: {} packings are given; packing_variable, packing_random or "
+                    "packing_void_ratio must choose among them",
+                    count);
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::string RvePackings::name(int packing) const
+{
+  const std::string &file = files[file_of[packing]];
+  return size() == 1 ? "packing " + file : fmt::format("packing {} ({})", packing, file);
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::vector<const rve::RveState *> RvePackings::choose(LAMMPS *lmp, int igroup,
+                                                       FixRveSettings &settings,
+                                                       const std::vector<int> &atoms)
+{
+  const std::vector<int> chosen = choose_packings(lmp, igroup, settings, atoms);
+  const std::vector<int> image = choose_images(lmp, igroup, settings, atoms);
+  images.clear();
+  std::vector<const rve::RveState *> states;
+  for (std::size_t k = 0; k < atoms.size(); ++k) {
+    const rve::RveState &packing = packings[chosen[k]];
+    if (image[k] == 0) {
+      states.push_back(&packing);
+      continue;
+    }
+    const auto key = std::make_pair(chosen[k], image[k]);
+    auto found = images.find(key);
+    if (found == images.end()) found = images.emplace(key, rve::image_of(packing, image[k])).first;
+    states.push_back(&found->second);
+  }
+  report(lmp, chosen);
+  return states;
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::vector<int> RvePackings::choose_packings(LAMMPS *lmp, int igroup, FixRveSettings &settings,
+                                              const std::vector<int> &atoms)
+{
+  auto &choice = settings.choice;
+  const tagint *tag = lmp->atom->tag;
+  if (!choice.void_ratio && !choice.seed)
+    return numbers(lmp, igroup, choice.number, "packing_variable", atoms, size());
+
+  std::vector<int> chosen(atoms.size(), 0);
+  if (!choice.void_ratio) {
+    for (std::size_t k = 0; k < atoms.size(); ++k)
+      chosen[k] = rve::draw(*choice.seed, tag[atoms[k]], size(), DRAW_PACKING);
+    return chosen;
+  }
+
+  std::vector<double> wanted;
+  choice.void_ratio->find(lmp, "fix rve");
+  choice.void_ratio->evaluate(lmp, igroup, wanted);
+  Complaint wrong;
+  for (std::size_t k = 0; k < atoms.size(); ++k) {
+    const double goal = wanted[atoms[k]];
+    const auto found = choice.seed
+        ? by_void_ratio->draw_within(goal, choice.tolerance, *choice.seed, tag[atoms[k]])
+        : by_void_ratio->nearest(goal, choice.tolerance);
+    if (found)
+      chosen[k] = *found;
+    else
+      wrong.about(tag[atoms[k]], {goal, 0.0, 0.0});
+  }
+  wrong.raise(lmp, [&](bigint all, tagint id, const Complaint::Values &at) {
+    return fmt::format("fix rve: packing_void_ratio of atom {} is {}, and no packing has it within "
+                       "{}; void ratios of the packings are from {} to {} ({} atoms find none)",
+                       id, rve::number(at[0]), rve::number(choice.tolerance),
+                       rve::number(by_void_ratio->least()), rve::number(by_void_ratio->most()),
+                       all);
+  });
+  return chosen;
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::vector<int> RvePackings::choose_images(LAMMPS *lmp, int igroup, FixRveSettings &settings,
+                                            const std::vector<int> &atoms)
+{
+  auto &choice = settings.choice;
+  if (!choice.image_seed)
+    return numbers(lmp, igroup, choice.image, "packing_image", atoms, rve::NUM_IMAGES);
+  std::vector<int> images_of_atoms;
+  for (const int i : atoms)
+    images_of_atoms.push_back(
+        rve::draw(*choice.image_seed, lmp->atom->tag[i], rve::NUM_IMAGES, DRAW_IMAGE));
+  return images_of_atoms;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void RvePackings::report(LAMMPS *lmp, const std::vector<int> &chosen) const
+{
+  if (size() == 1) return;
+  std::vector<int> used(size(), 0), used_anywhere(size());
+  double sums[3] = {0.0, 0.0, 0.0}, all[3];
+  for (const int k : chosen) {
+    used[k] = 1;
+    sums[0] += 1.0;
+    sums[1] += void_ratios[k];
+    sums[2] += void_ratios[k] * void_ratios[k];
+  }
+  MPI_Allreduce(used.data(), used_anywhere.data(), size(), MPI_INT, MPI_MAX, lmp->world);
+  MPI_Allreduce(sums, all, 3, MPI_DOUBLE, MPI_SUM, lmp->world);
+  if (lmp->comm->me > 0) return;
+  const double mean = all[1] / all[0];
+  utils::logmesg(lmp,
+                 "fix rve: {} of {} packings chosen; void ratios: mean {:.5f}, standard deviation "
+                 "{:.5f}, of all packings from {:.5f} to {:.5f}\n",
+                 std::count(used_anywhere.begin(), used_anywhere.end(), 1), size(), mean,
+                 std::sqrt(std::fmax(all[2] / all[0] - mean * mean, 0.0)), by_void_ratio->least(),
+                 by_void_ratio->most());
+}

@@ -1,0 +1,65 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+// The packings of fix rve, and which of them, and which image of it, an atom gets.
+
+#ifndef LMP_RVE_PACKINGS_H
+#define LMP_RVE_PACKINGS_H
+
+#include "rve/engine/packing_library.h"
+#include "rve_settings.h"
+
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+class RvePackings {
+ public:
+  /// Reads packing files and libraries by one rank and spreads the packings as byte images; collective. Errors end in error->all.
+  void read(LAMMPS *lmp, const FixRveSettings &settings);
+
+  int size() const { return static_cast<int>(packings.size()); }
+  /// "packing 3 (library.rve)"
+  std::string name(int packing) const;
+  /// Stable time step of each packing [time].
+  const std::vector<double> &bounds() const { return stable; }
+
+  /// The states that these local atoms of the group begin with; collective. They depend on the IDs of the atoms and on the
+  /// settings, not on ranks. The pointers are good until the next call.
+  std::vector<const rve::RveState *> choose(LAMMPS *lmp, int igroup, FixRveSettings &settings,
+                                            const std::vector<int> &atoms);
+
+ private:
+  std::vector<rve::RveState> packings;
+  std::vector<std::string> files;
+  // per packing
+  std::vector<int> file_of;
+  std::vector<double> stable;
+  std::vector<double> void_ratios;
+  std::optional<rve::VoidRatioIndex> by_void_ratio;
+  std::map<std::pair<int, int>, rve::RveState> images;    // of packing, number of the image
+
+  std::vector<int> choose_packings(LAMMPS *lmp, int igroup, FixRveSettings &settings,
+                                   const std::vector<int> &atoms);
+  std::vector<int> choose_images(LAMMPS *lmp, int igroup, FixRveSettings &settings,
+                                 const std::vector<int> &atoms);
+  void report(LAMMPS *lmp, const std::vector<int> &chosen) const;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

@@ -1,0 +1,191 @@
+// Mirrored and turned packings are packings of the same material: they answer the mirrored and turned deformation with the mirrored
+// and turned stress.
+
+#include "rve/core/error.h"
+#include "rve/engine/contact_network.h"
+#include "rve/engine/packing_image.h"
+#include "support/rve_rig.h"
+
+#include <gtest/gtest.h>
+
+using namespace rve;
+using namespace rve_test;
+
+namespace {
+
+/// The paper's packing sheared by 1 %: tangential forces everywhere, velocities, spins, a list and a tilted cell.
+RveState sheared_packing(Format format)
+{
+  RveRig rig(paper_packing(), cpu_options(format));
+  rig.strain(gradient(0, 1, 0.5) + gradient(1, 1, -0.05), 5e-5, 200, 2);
+  return rig.state();
+}
+
+Tensor2 seen_in(int image, const Tensor2 &tensor)
+{
+  const Tensor2 q = image_rotation(image);
+  return q * tensor * transpose(q);
+}
+
+int image_with(const Tensor2 &q)
+{
+  for (int k = 0; k < NUM_IMAGES; ++k)
+    if (components(image_rotation(k)) == components(q)) return k;
+  return -1;
+}
+
+/// Turns by 0 and 180 degrees and mirrors along the axes keep the order of every sum; the others exchange x and y in it.
+bool keeps_axes(int image)
+{
+  return image % 2 == 0;
+}
+
+constexpr Format FORMATS_OF_64_BITS[] = {Format::Double, Format::Mixed};
+
+}    // namespace
+
+TEST(PackingImage, NumbersAreTurnsAndTheirMirrorImages)
+{
+  EXPECT_EQ(components(image_rotation(0)), (std::vector<double>{1, 0, 0, 1}));
+  EXPECT_EQ(components(image_rotation(1)),
+            (std::vector<double>{0, -1, 1, 0}));    // counter-clockwise
+  EXPECT_EQ(components(image_rotation(4)), (std::vector<double>{-1, 0, 0, 1}));    // x reversed
+  for (int k = 0; k < NUM_IMAGES; ++k) {
+    EXPECT_EQ(determinant(image_rotation(k)), k < 4 ? 1.0 : -1.0);
+    const Tensor2 next = image_rotation(1) * image_rotation(k);
+    EXPECT_EQ(components(next), components(image_rotation((k + 1) % 4 + k / 4 * 4)));
+  }
+}
+
+TEST(PackingImage, ImagesOfImagesAreImagesToTheLastBit)
+{
+  const RveState state = crowded_state(40, 7);    // no member is zero or round
+
+  for (int first = 0; first < NUM_IMAGES; ++first)
+    for (int second = 0; second < NUM_IMAGES; ++second) {
+      const int both = image_with(image_rotation(second) * image_rotation(first));
+      ASSERT_GE(both, 0);
+      EXPECT_EQ(serialize(image_of(image_of(state, first), second)),
+                serialize(image_of(state, both)))
+          << first << ", then " << second;
+    }
+  EXPECT_EQ(serialize(image_of(state, 0)), serialize(state));
+}
+
+TEST(PackingImage, GrainsLieWhereTheMirrorShowsThem)
+{
+  const RveState state = crowded_state(40, 7);
+  const std::vector<double> xy = state.positions();
+
+  for (int k = 0; k < NUM_IMAGES; ++k) {
+    const RveState image = image_of(state, k);
+    image.check();
+    const Tensor2 q = image_rotation(k), to_fractional = inverse(image.cell);
+    const std::vector<double> image_xy = image.positions();
+    for (int i = 0; i < state.num_grains(); ++i) {
+      const Vec<double, 2> shown = q * Vec<double, 2>{{xy[2 * i], xy[2 * i + 1]}};
+      // the same place modulo the lattice
+      const Vec<double, 2> apart = to_fractional *
+          Vec<double, 2>{{image_xy[2 * i] - shown[0], image_xy[2 * i + 1] - shown[1]}};
+      EXPECT_NEAR(apart[0], std::round(apart[0]), 1e-14);
+      EXPECT_NEAR(apart[1], std::round(apart[1]), 1e-14);
+    }
+  }
+}
+
+TEST(PackingImage, AnUprightCellStaysUpright)
+{
+  const RveState packing = paper_packing();
+
+  for (int k = 0; k < NUM_IMAGES; ++k) {
+    const RveState image = image_of(packing, k);
+    EXPECT_GT(image.cell(0, 0), 0.0);
+    EXPECT_GT(image.cell(1, 1), 0.0);
+    EXPECT_EQ(image.cell(0, 1), 0.0);
+    EXPECT_EQ(image.cell(0, 0), packing.cell(k % 2, k % 2));
+    EXPECT_EQ(image.void_ratio(), packing.void_ratio());
+  }
+}
+
+class ResponseOfImage : public ::testing::TestWithParam<int> {};
+
+TEST_P(ResponseOfImage, IsTheImageOfTheResponse)
+{
+  const int image = GetParam();
+  const Tensor2 l = gradient(0, 1, 0.3) + gradient(1, 0, 0.1) + gradient(1, 1, -0.2);
+  for (const Format format : FORMATS_OF_64_BITS) {
+    const RveState state = sheared_packing(format);
+    RveRig rig(state, cpu_options(format)), seen(image_of(state, image), cpu_options(format));
+
+    rig.strain(l, 5e-5, 50, 4);
+    seen.strain(seen_in(image, l), 5e-5, 50, 4);
+
+    const Tensor2 expected = seen_in(image, rig.result().stress);
+    if (keeps_axes(image)) {
+      EXPECT_EQ(components(seen.result().stress), components(expected));
+      EXPECT_EQ(histories(seen.state()), histories(image_of(rig.state(), image)));
+      EXPECT_EQ(seen.state().fractional, image_of(rig.state(), image).fractional);
+    } else {
+      // squares of distances are added in the other order: 200 steps with an epsilon each, that of float in mixed, times ten
+      const double rounding = 2000.0 * (format == Format::Double ? 0x1p-53 : 0x1p-24);
+      for (int k = 0; k < 4; ++k)
+        EXPECT_NEAR(seen.result().stress.component[k], expected.component[k],
+                    rounding * rig.result().mean_stress());
+    }
+    EXPECT_EQ(seen.result().num_contacts, rig.result().num_contacts);
+    EXPECT_EQ(seen.result().coordination_number, rig.result().coordination_number);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Images, ResponseOfImage, ::testing::Range(0, NUM_IMAGES));
+
+TEST(PackingImage, StressServoSeesTheImageToo)
+{
+  const RveState packing = paper_packing();
+  for (const int image : {1, 4}) {
+    RveRig rig(packing), seen(image_of(packing, image));
+    const auto biaxial = [&](int a) {
+      Drive drive;
+      drive.dt = 5e-5;
+      drive.substeps = 400;
+      drive.controlled[1 - a][1 - a] = true;
+      drive.stress_goal(1 - a, 1 - a) = -1e5;
+      drive.velocity_gradient(a, a) = -0.2;
+      drive.servo_gain = 1e-4;
+      return drive;
+    };
+
+    rig.advance(biaxial(1));
+    seen.advance(biaxial(image == 1 ? 0 : 1));
+
+    const Tensor2 expected = seen_in(image, rig.result().stress);
+    for (int k = 0; k < 4; ++k)
+      EXPECT_NEAR(seen.result().stress.component[k], expected.component[k],
+                  1e-9 * rig.result().mean_stress());
+  }
+}
+
+// The control: without the mirror's change of sense of the tangential forces the network is out of balance.
+TEST(PackingImage, TangentialForcesChangeTheirSenseInAMirror)
+{
+  RveRig loaded(paper_packing());
+  loaded.strain(gradient(0, 1, 0.05), 5e-5, 2000, 2);
+  loaded.strain(Tensor2::zero(), 5e-5, 4000);
+  const RveState state = loaded.state();
+  RveState wrong = image_of(state, 4);
+  for (Pair &pair : wrong.pairs) pair.tangential_force = -pair.tangential_force;
+
+  EXPECT_LT(RveRig(image_of(state, 4)).evaluate().unbalanced_ratio, 1e-5);
+  EXPECT_GT(RveRig(wrong).evaluate().unbalanced_ratio, 0.05);
+}
+
+TEST(PackingImage, NumbersOutOfRangeAreNamed)
+{
+  EXPECT_THROW(image_rotation(-1), InputError);
+  try {
+    image_of(paper_packing(), 8);
+    FAIL();
+  } catch (const InputError &error) {
+    EXPECT_STREQ(error.what(), "image of a packing is 8; it must be from 0 to 7");
+  }
+}

@@ -1,0 +1,393 @@
+// Libraries of packings: the batch that makes them, their file, and the choice among them.
+
+#include "rve/core/error.h"
+#include "rve/engine/packing.h"
+#include "rve/engine/packing_io.h"
+#include "rve/engine/packing_library.h"
+#include "support/rve_rig.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+
+using namespace rve;
+using namespace rve_test;
+
+namespace {
+
+PackingRecipe small_recipe(std::uint64_t seed, double friction)
+{
+  PackingRecipe recipe;
+  recipe.material = paper_material();
+  recipe.num_grains = 60;
+  recipe.radius_min = 0.0025;
+  recipe.radius_max = 0.005;
+  recipe.pressure = 20e3;
+  recipe.seed = seed;
+  recipe.preparation_friction = friction;
+  return recipe;
+}
+
+PackingLibrary library_of(int count)
+{
+  PackingLibrary library;
+  for (int k = 0; k < count; ++k) {
+    RveState packing = crowded_state(30 + k, 7 + k);
+    const LibraryRow row{UINT64_MAX - k, packing.void_ratio(), 0.1 * k, 1.0 + k,
+                         2e4 / 3,        packing.num_grains()};
+    library.add(row, std::move(packing));
+  }
+  return library;
+}
+
+std::string temporary_path(const std::string &name)
+{
+  return testing::TempDir() + "rve_" +
+      testing::UnitTest::GetInstance()->current_test_info()->name() + "_" + name;
+}
+
+std::string text_of(const std::string &path)
+{
+  std::ifstream file(path);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+template <class Work> std::string message_of(Work &&work)
+{
+  try {
+    work();
+  } catch (const InputError &error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+/// The error, behind the path, of reading the library with `from` replaced by `to`.
+std::string message_after(std::string text, const std::string &from, const std::string &to)
+{
+  const std::string path = temporary_path("broken.lib");
+  text.replace(text.find(from), from.size(), to);
+  std::ofstream(path) << text;
+  const std::string message = message_of([&] {
+    read_library(path);
+  });
+  return message.rfind(path, 0) == 0 ? message.substr(path.size()) : message;
+}
+
+/// sum of (observed - expected)^2 / expected
+double chi_square(const std::vector<int> &observed, double expected)
+{
+  double sum = 0.0;
+  for (const int count : observed) sum += (count - expected) * (count - expected) / expected;
+  return sum;
+}
+
+/// Chi-square with k degrees of freedom has mean k and variance 2 k; with tens of them it is nearly normal.
+void expect_uniform(const std::vector<int> &observed, double expected)
+{
+  const double degrees = static_cast<double>(observed.size()) - 1.0;
+  EXPECT_NEAR(chi_square(observed, expected), degrees, 4.5 * std::sqrt(2.0 * degrees));
+}
+
+}    // namespace
+
+// ---- the batch ----
+
+TEST(PackingBatch, EachPackingHasTheBitsItHasAlone)
+{
+  std::vector<PackingRecipe> recipes;
+  for (const std::uint64_t seed : {1, 2, 3})
+    for (const double friction : {0.0, 0.2, 0.8}) recipes.push_back(small_recipe(seed, friction));
+  recipes.push_back(small_recipe(4, 0.0));
+  recipes.back().void_ratio = 0.22;
+  recipes.back().void_ratio_tolerance = 0.02;
+  const auto engine = make_engine(cpu_options(Format::Mixed, 2));
+
+  const std::vector<PreparedPacking> batch = generate_packings(recipes, *engine);
+
+  ASSERT_EQ(batch.size(), recipes.size());
+  for (std::size_t k = 0; k < recipes.size(); ++k) {
+    const auto alone = make_engine(cpu_options(Format::Mixed));
+    ASSERT_TRUE(batch[k].ready()) << batch[k].failure;
+    EXPECT_EQ(serialize(batch[k].state), serialize(generate_packing(recipes[k], *alone)));
+  }
+  EXPECT_EQ(batch[1].preparation_friction, 0.2);
+  EXPECT_NEAR(batch.back().state.void_ratio(), 0.22, 0.02);
+  EXPECT_EQ(engine->size(), 0);
+}
+
+TEST(PackingBatch, AllThatAreNotReadyAdvanceInOneCall)
+{
+  std::vector<PackingRecipe> recipes;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) recipes.push_back(small_recipe(seed, 0.1));
+  const auto engine = make_engine(cpu_options(Format::Mixed, 2));
+  std::vector<std::int64_t> steps(recipes.size(), 0);
+  std::int64_t apart = 0;
+
+  generate_packings(recipes, *engine,
+                    [&](std::size_t k, const PackingReport &report, const PreparedPacking &one) {
+                      steps[k] = report.step;
+                      if (one.ready()) steps[k] = 0;
+                      std::int64_t least = INT64_MAX, most = 0;
+                      for (const std::int64_t n : steps)
+                        if (n > 0) {
+                          least = std::min(least, n);
+                          most = std::max(most, n);
+                        }
+                      if (most > 0) apart = std::max(apart, most - least);
+                    });
+
+  EXPECT_EQ(apart, 250);    // one call: those reported before and behind
+}
+
+TEST(PackingBatch, OneFailureLeavesItsReasonAndDoesNotStopTheOthers)
+{
+  std::vector<PackingRecipe> recipes(3, small_recipe(1, 0.1));
+  recipes[1].void_ratio = 0.6;
+  recipes[2].num_grains = 4;
+  const auto engine = make_engine(cpu_options(Format::Mixed));
+
+  const auto batch = generate_packings(recipes, *engine);
+
+  EXPECT_TRUE(batch[0].ready());
+  EXPECT_FALSE(batch[1].ready());
+  EXPECT_EQ(batch[1].failure.find("void ratio 0.6 cannot be reached at this pressure"), 0u);
+  EXPECT_NE(batch[2].failure.find("cell too narrow"), std::string::npos) << batch[2].failure;
+  EXPECT_EQ(engine->size(), 0);
+}
+
+TEST(PackingBatch, AWrongRecipeIsAnErrorBeforeAnythingRuns)
+{
+  std::vector<PackingRecipe> recipes(2, small_recipe(1, 0.1));
+  recipes[1].pressure = -3.0;
+  const auto engine = make_engine(cpu_options(Format::Mixed));
+
+  EXPECT_EQ(message_of([&] {
+              generate_packings(recipes, *engine, [](std::size_t, const auto &, const auto &) {
+                FAIL() << "something ran";
+              });
+            }).find("packing pressure [stress] is -3"),
+            0u);
+}
+
+// ---- the file ----
+
+TEST(PackingLibrary, PackingsAndIndexReturnToTheLastBit)
+{
+  const std::string path = temporary_path("three.lib");
+  const PackingLibrary library = library_of(3);
+
+  write_library(path, library);
+  const PackingLibrary copy = read_library(path);
+
+  ASSERT_EQ(copy.packings.size(), 3u);
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_TRUE(same_motion(copy.packings[k], library.packings[k]));
+    EXPECT_EQ(copy.packings[k].radius, library.packings[k].radius);
+    EXPECT_EQ(copy.index[k].seed, library.index[k].seed);
+    EXPECT_EQ(copy.index[k].void_ratio, library.index[k].void_ratio);
+    EXPECT_EQ(copy.index[k].preparation_friction, library.index[k].preparation_friction);
+    EXPECT_EQ(copy.index[k].overconsolidation_ratio, library.index[k].overconsolidation_ratio);
+    EXPECT_EQ(copy.index[k].pressure, library.index[k].pressure);
+    EXPECT_EQ(copy.index[k].num_grains, library.index[k].num_grains);
+  }
+}
+
+TEST(PackingLibrary, APackingFileIsALibraryOfOne)
+{
+  const PackingLibrary library = read_library(std::string(RVE_PACKINGS_DIR) + "/A_h0075.rve");
+
+  ASSERT_EQ(library.packings.size(), 1u);
+  EXPECT_EQ(library.index[0].num_grains, 400);
+  EXPECT_EQ(library.index[0].void_ratio, paper_packing().void_ratio());
+}
+
+TEST(PackingLibrary, IsNoPackingFile)
+{
+  const std::string path = temporary_path("two.lib");
+  write_library(path, library_of(2));
+
+  EXPECT_EQ(message_of([&] {
+              read_packing(path);
+            }),
+            path + ":3: this is a library; a single packing was expected");
+}
+
+TEST(PackingLibrary, BrokenFilesAreRefusedWithLineNumber)
+{
+  const std::string path = temporary_path("two.lib");
+  write_library(path, library_of(2));
+  const std::string text = text_of(path);
+
+  EXPECT_EQ(message_after(text, "library 1", "library 2"),
+            ":3: version of the library is '2'; it must be an integer from 1 to 1");
+  EXPECT_EQ(message_after(text, "packings 2", "packings 0")
+                .find(":5: number of packings of the library is '0'; it must be"),
+            0u);
+  EXPECT_EQ(message_after(text, "packings 2", "packings 3"),
+            ":10: 'packing 0' has 2 words; expected 'number seed void_ratio friction "
+            "overconsolidation_ratio pressure grains'");
+  EXPECT_EQ(message_after(text, "\n1 18446744073709551614", "\n1 -4"),
+            ":8: seed is '-4'; it must be an integer from 0 to 18446744073709551615");
+  EXPECT_NE(message_after(text, "\npacking 1\n", "\npacking 7\n")
+                .find("number of the packing is '7'; it must be an integer from 1 to 1"),
+            std::string::npos);
+  EXPECT_NE(
+      message_after(text, "end_library", "").find("file ends where 'end_library' was expected"),
+      std::string::npos);
+  EXPECT_EQ(message_of([&] {
+              read_library(path + ".none");
+            }),
+            "cannot open packing file " + path + ".none");
+}
+
+TEST(PackingLibrary, AnIndexThatLiesIsRefused)
+{
+  const std::string path = temporary_path("liar.lib");
+  PackingLibrary library = library_of(2);
+  write_library(path, library);
+  std::string text = text_of(path);
+  const std::size_t row = text.find("\n1 18446744073709551614 ") + 24;
+  text.replace(row, text.find(' ', row) - row, "0.25");
+  std::ofstream(path) << text;
+
+  EXPECT_NE(message_of([&] {
+              read_library(path);
+            }).find("packing 1 of the library has void ratio"),
+            std::string::npos);
+  library.index[0].num_grains = 31;
+  EXPECT_EQ(message_of([&] {
+              write_library(path, library);
+            }),
+            path + ": packing 0 of the library has 30 grains; its index says 31");
+}
+
+TEST(PackingLibrary, AnEmptyOneIsNotWritten)
+{
+  const std::string path = temporary_path("empty.lib");
+
+  EXPECT_EQ(message_of([&] {
+              write_library(path, {});
+            }),
+            path + ": the library is empty; it must have at least one packing");
+  EXPECT_FALSE(std::ifstream(path).is_open());
+}
+
+TEST(PackingLibrary, IsWrittenWholeOrNotAtAll)
+{
+  const std::string path = temporary_path("kept.lib");
+  write_library(path, library_of(2));
+  const std::string before = text_of(path);
+  PackingLibrary unsound = library_of(3);
+  unsound.packings[2].spin[0] = NAN;
+
+  EXPECT_NE(message_of([&] {
+              write_library(path, unsound);
+            }).find("packing 2: spin of grain 1"),
+            std::string::npos);
+  EXPECT_EQ(text_of(path), before);
+  EXPECT_EQ(message_of([&] {
+              write_library("/no/such/folder/x.lib", library_of(1));
+            }),
+            "cannot write file /no/such/folder/x.lib");
+}
+
+// ---- the draw: statistics over consecutive ids, as atoms have them ----
+
+TEST(Draw, EveryPackingIsEquallyProbable)
+{
+  constexpr int POINTS = 200000;
+  for (const int count : {2, 7, 16, 100})
+    for (const std::uint64_t seed : {0u, 1u, 4711u}) {
+      std::vector<int> times(count, 0);
+      for (int id = 1; id <= POINTS; ++id) ++times[draw(seed, id, count)];
+      expect_uniform(times, static_cast<double>(POINTS) / count);
+    }
+}
+
+TEST(Draw, NeighboursSeedsAndPurposesAreIndependent)
+{
+  constexpr int POINTS = 200000, COUNT = 8;
+  const auto pairs = [&](auto &&other) {
+    std::vector<int> times(COUNT * COUNT, 0);
+    for (int id = 1; id <= POINTS; ++id) ++times[COUNT * draw(1, id, COUNT) + other(id)];
+    expect_uniform(times, static_cast<double>(POINTS) / (COUNT * COUNT));
+  };
+
+  pairs([](int id) {
+    return draw(1, id + 1, COUNT);
+  });    // the next atom
+  pairs([](int id) {
+    return draw(1, id + 100, COUNT);
+  });    // the one above in a grid
+  pairs([](int id) {
+    return draw(2, id, COUNT);
+  });    // the next seed
+  pairs([](int id) {
+    return draw(1, id, COUNT, 1);
+  });    // another purpose
+  pairs([](int id) {
+    return draw(id, 1, COUNT);
+  });    // seed and id exchanged
+}
+
+TEST(Draw, IsTheSameOnEveryMachine)
+{
+  // by a Python program of its own, whose mixing function gives the known first output 6457827717110365317 of SplitMix64 for 1234567
+  const auto first = [](std::uint64_t seed, std::uint64_t purpose) {
+    std::vector<int> numbers;
+    for (int id = 1; id <= 8; ++id) numbers.push_back(draw(seed, id, 1000, purpose));
+    return numbers;
+  };
+
+  EXPECT_EQ(first(1, 0), (std::vector<int>{423, 113, 856, 489, 135, 532, 869, 222}));
+  EXPECT_EQ(first(4711, 1), (std::vector<int>{478, 859, 914, 727, 835, 224, 758, 904}));
+}
+
+// ---- by void ratio ----
+
+TEST(VoidRatioIndex, TheNearestIsFound)
+{
+  const VoidRatioIndex index({0.20, 0.18, 0.24, 0.18, 0.22});
+
+  EXPECT_EQ(index.least(), 0.18);
+  EXPECT_EQ(index.most(), 0.24);
+  EXPECT_EQ(index.nearest(0.201, 0.01), 0);
+  EXPECT_EQ(index.nearest(0.2125, 0.01), 4);
+  EXPECT_EQ(index.nearest(0.17, 0.02), 1);    // of two alike the first
+  EXPECT_EQ(index.nearest(0.25, 0.02), 2);
+  EXPECT_EQ(index.nearest(0.18, 0.0), 1);
+}
+
+TEST(VoidRatioIndex, NothingIsNearEnoughBeyondTheTolerance)
+{
+  const VoidRatioIndex index({0.18, 0.20});
+
+  EXPECT_FALSE(index.nearest(0.19, 0.009));
+  EXPECT_FALSE(index.nearest(0.25, 0.03));
+  EXPECT_FALSE(index.nearest(NAN, 1.0));
+  EXPECT_FALSE(index.draw_within(0.19, 0.009, 1, 1));
+  EXPECT_FALSE(index.draw_within(NAN, 1.0, 1, 1));
+  EXPECT_EQ(message_of([] {
+              VoidRatioIndex none({});
+            }),
+            "there are no packings to choose from");
+}
+
+TEST(VoidRatioIndex, AllWithinTheToleranceAreDrawnAlike)
+{
+  const VoidRatioIndex index({0.20, 0.18, 0.24, 0.19, 0.21});
+  std::vector<int> times(5, 0);
+
+  for (int id = 1; id <= 30000; ++id) ++times[*index.draw_within(0.2, 0.0101, 3, id)];
+
+  EXPECT_EQ(times[1] + times[2], 0);
+  // three cells: chi-square has two degrees of freedom and is above 18.4 once in ten thousand times
+  EXPECT_LT(chi_square({times[0], times[3], times[4]}, 10000.0), 18.4);
+}

@@ -1,0 +1,101 @@
+// LAMMPS scripts in tests: run line by line on a communicator, asked for what its atoms have, and for the error they end in.
+
+#ifndef GPU_RVE_UNITTEST_LAMMPS_SCRIPT_H
+#define GPU_RVE_UNITTEST_LAMMPS_SCRIPT_H
+
+#include "atom.h"
+#include "compute.h"
+#include "exceptions.h"
+#include "fix.h"
+#include "input.h"
+#include "lammps.h"
+#include "modify.h"
+
+#include <map>
+#include <memory>
+#include <mpi.h>
+#include <sstream>
+#include <string>
+#include <vector>
+
+/// One LAMMPS on a communicator, driven line by line, silent; the log is kept if it has a name.
+class Script {
+ public:
+  explicit Script(MPI_Comm comm = MPI_COMM_WORLD, const std::string &log = "none")
+  {
+    std::vector<std::string> words = {"lmp", "-log", log, "-screen", "none", "-nocite"};
+    std::vector<char *> argv;
+    for (auto &word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    lmp = std::make_unique<LAMMPS_NS::LAMMPS>((int) words.size(), argv.data(), comm);
+  }
+
+  Script &operator<<(const std::string &lines)
+  {
+    std::istringstream stream(lines);
+    for (std::string line; std::getline(stream, line);)
+      if (line.find_first_not_of(" \t") != std::string::npos) lmp->input->one(line);
+    return *this;
+  }
+
+  using Values = std::map<LAMMPS_NS::tagint, double>;
+
+  /// A property d_name of all atoms by ID, on every rank.
+  Values property(const char *name)
+  {
+    int is_double, columns;
+    return by_id(lmp->atom->dvector[lmp->atom->find_custom(name, is_double, columns)]);
+  }
+
+  /// A per-atom compute with one value, as it is now, of all atoms by ID, on every rank.
+  Values compute(const std::string &id)
+  {
+    LAMMPS_NS::Compute *compute = lmp->modify->get_compute_by_id(id);
+    compute->compute_peratom();
+    return by_id(compute->vector_atom);
+  }
+
+  /// Value `n`, from 1, of the vector of a fix.
+  double fix_value(const std::string &id, int n)
+  {
+    return lmp->modify->get_fix_by_id(id)->compute_vector(n - 1);
+  }
+
+  std::unique_ptr<LAMMPS_NS::LAMMPS> lmp;
+
+ private:
+  Values by_id(const double *of_local_atoms)
+  {
+    const LAMMPS_NS::Atom *atom = lmp->atom;
+    std::vector<double> mine;
+    for (int i = 0; i < atom->nlocal; ++i) {
+      mine.push_back((double) atom->tag[i]);
+      mine.push_back(of_local_atoms[i]);
+    }
+    int size, count = (int) mine.size();
+    MPI_Comm_size(lmp->world, &size);
+    std::vector<int> counts(size), offsets(size, 0);
+    MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, lmp->world);
+    for (int r = 1; r < size; ++r) offsets[r] = offsets[r - 1] + counts[r - 1];
+    std::vector<double> all(offsets[size - 1] + counts[size - 1]);
+    MPI_Allgatherv(mine.data(), count, MPI_DOUBLE, all.data(), counts.data(), offsets.data(),
+                   MPI_DOUBLE, lmp->world);
+    Values values;
+    for (std::size_t k = 0; k < all.size(); k += 2) values[(LAMMPS_NS::tagint) all[k]] = all[k + 1];
+    return values;
+  }
+};
+
+/// The message with which the lines end; empty if they run. On each rank alone: the others would wait for a rank that failed.
+inline std::string message_of(const std::string &lines)
+{
+  Script script(MPI_COMM_SELF);
+  try {
+    script << lines;
+  } catch (const LAMMPS_NS::LAMMPSException &problem) {
+    return problem.what();
+  }
+  return "";
+}
+
+#endif
