@@ -1,65 +1,35 @@
 // fix rve, compute rve/atom, create_rve and write_rve through LAMMPS scripts: when time passes and when not, restart and deletion,
 // and the messages for wrong input.
 
-#include "exceptions.h"
-#include "input.h"
-#include "lammps.h"
-#include "modify.h"
-
 #include "compute.h"
 #include "fix.h"
+#include "lammps.h"
+#include "modify.h"
 #include "rve/engine/packing_io.h"
+#include "script.h"
+#include "support/files.h"
 
 #include <gtest/gtest.h>
-#include <mpi.h>
 
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <memory>
 #include <sstream>
 #include <string>
 #include <vector>
 
 using namespace LAMMPS_NS;
+using rve_test::temporary_path;
+using rve_test::text_of;
 
 namespace {
 
 const std::string PACKING = EXAMPLE_PACKINGS "/A_h0075.rve";
 
-std::string temporary(const std::string &name)
-{
-  return ::testing::TempDir() + "rve_" + name;
-}
-
-std::string text_of(const std::string &path)
-{
-  std::ifstream file(path, std::ios::binary);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-/// One LAMMPS, driven line by line, silent.
-class Script {
+/// A script with a fix rve of the ID grains.
+class GrainsScript : public Script {
  public:
-  Script()
-  {
-    std::vector<std::string> words = {"lmp", "-log", "none", "-screen", "none", "-nocite"};
-    std::vector<char *> argv;
-    for (auto &word : words) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    lmp = std::make_unique<LAMMPS>((int) words.size(), argv.data(), MPI_COMM_WORLD);
-  }
-
-  Script &operator<<(const std::string &lines)
-  {
-    std::istringstream stream(lines);
-    for (std::string line; std::getline(stream, line);) lmp->input->one(line);
-    return *this;
-  }
-
-  double fix_value(int n) { return lmp->modify->get_fix_by_id("grains")->compute_vector(n - 1); }
+  double fix_value(int n) { return Script::fix_value("grains", n); }
 
   double per_atom(const std::string &compute, int i)
   {
@@ -70,12 +40,10 @@ class Script {
 
   std::string state(int atom)
   {
-    const std::string path = temporary("state.rve");
+    const std::string path = temporary_path("state.rve");
     *this << "write_rve grains atom " + std::to_string(atom) + " file " + path + " format rve";
     return text_of(path);
   }
-
-  std::unique_ptr<LAMMPS> lmp;
 };
 
 const std::string BOX = R"(units si
@@ -99,18 +67,6 @@ variable rate atom -0.05*id
 const std::string FIX = "fix grains all rve " + PACKING + " threads 1 ";
 const std::string SHEAR = FIX + "dt 1e-4 drive velocity_gradient yy v_rate xy 0.1\n";
 
-/// Message of the error that the lines end in; empty if there is none.
-std::string error_of(const std::string &lines)
-{
-  Script script;
-  try {
-    script << lines;
-  } catch (const LAMMPSException &e) {
-    return e.what();
-  }
-  return "";
-}
-
 #define EXPECT_IN(part, whole) EXPECT_PRED_FORMAT2(::testing::IsSubstring, part, whole)
 
 /// The packing file with one line replaced.
@@ -118,7 +74,7 @@ std::string edited_packing(const std::string &name, const std::string &line_star
                            const std::string &replacement)
 {
   std::ifstream in(PACKING);
-  const std::string path = temporary(name);
+  const std::string path = temporary_path(name);
   std::ofstream out(path);
   for (std::string line; std::getline(in, line);)
     out << (line.rfind(line_start, 0) == 0 ? replacement : line) << "\n";
@@ -129,7 +85,7 @@ std::string edited_packing(const std::string &name, const std::string &line_star
 
 TEST(FixRve, AdvancesOncePerTimestepAndNotInSetup)
 {
-  Script script;
+  GrainsScript script;
   script << FOUR_ATOMS + SHEAR;
 
   script << "run 0\nrun 0";
@@ -143,7 +99,7 @@ TEST(FixRve, AdvancesOncePerTimestepAndNotInSetup)
 
 TEST(FixRve, TwoRunsEqualOne)
 {
-  Script once, twice;
+  GrainsScript once, twice;
 
   once << FOUR_ATOMS + SHEAR + "run 10";
   twice << FOUR_ATOMS + SHEAR + "run 4\nrun 6";
@@ -153,7 +109,7 @@ TEST(FixRve, TwoRunsEqualOne)
 
 TEST(FixRve, VelocityGradientGivesItsExponentialAsDeformation)
 {
-  Script script;
+  GrainsScript script;
   script << FOUR_ATOMS + SHEAR + "compute f all rve/atom def_yy\nrun 10";
 
   for (int i = 0; i < 4; ++i)
@@ -162,7 +118,7 @@ TEST(FixRve, VelocityGradientGivesItsExponentialAsDeformation)
 
 TEST(FixRve, SubstepsOfTheUserPassTheirOwnTime)
 {
-  Script script;
+  GrainsScript script;
   script << FOUR_ATOMS + FIX + "dt 1e-4 substeps 3 drive velocity_gradient yy -1.0\n" +
           "compute f all rve/atom def_yy\nrun 10";
 
@@ -172,7 +128,7 @@ TEST(FixRve, SubstepsOfTheUserPassTheirOwnTime)
 
 TEST(FixRve, ServoHoldsItsStressUnderCompression)
 {
-  Script script;
+  GrainsScript script;
   script << FOUR_ATOMS + FIX + "dt 1e-4 drive velocity_gradient yy -0.02 servo xx -1e5\n" +
           "compute s all rve/atom sxx\nrun 200";
 
@@ -182,7 +138,7 @@ TEST(FixRve, ServoHoldsItsStressUnderCompression)
 TEST(FixRve, PackingVariableChoosesPerAtom)
 {
   const std::string other = EXAMPLE_PACKINGS "/A20_h0075.rve";
-  Script script;
+  GrainsScript script;
   script << FOUR_ATOMS + "variable which atom id>2\n" + FIX + "packings " + other +
           " packing_variable v_which\ncompute p all rve/atom p\nrun 0";
 
@@ -192,7 +148,7 @@ TEST(FixRve, PackingVariableChoosesPerAtom)
 
 TEST(FixRve, DeletedAtomsTakeTheirRvesWithThem)
 {
-  Script script;
+  GrainsScript script;
   script << FOUR_ATOMS + SHEAR + "run 1";
   const std::string of_four = script.state(4);
 
@@ -214,7 +170,7 @@ TEST(FixRve, DeletedAtomsTakeTheirRvesWithThem)
 
 TEST(FixRve, AtomsMadeLaterGetRvesAtTheNextRun)
 {
-  Script script;
+  GrainsScript script;
   script << FOUR_ATOMS + SHEAR + "run 1\ncreate_atoms 1 single 1.5 1.5 0\nrun 1";
 
   EXPECT_EQ(script.fix_value(1), 5.0);
@@ -223,10 +179,10 @@ TEST(FixRve, AtomsMadeLaterGetRvesAtTheNextRun)
 
 TEST(FixRve, RestartContinuesBitForBit)
 {
-  const std::string file = temporary("restart");
+  const std::string file = temporary_path("restart");
   const std::string rate = "variable fast atom -0.3*id\n";
   const std::string fast = rate + FIX + "dt 1e-4 drive velocity_gradient yy v_fast xy 1.0\n";
-  Script whole, first, second;
+  GrainsScript whole, first, second;
   whole << FOUR_ATOMS + fast + "run 40";
 
   first << FOUR_ATOMS + fast + "run 17\nwrite_restart " + file + "\nclear";
@@ -239,7 +195,7 @@ TEST(FixRve, RestartContinuesBitForBit)
 
 TEST(FixRve, ClearAndRunAgainGivesTheSame)
 {
-  Script script;
+  GrainsScript script;
   script << FOUR_ATOMS + SHEAR + "run 5";
   const std::string before = script.state(2);
 
@@ -250,7 +206,7 @@ TEST(FixRve, ClearAndRunAgainGivesTheSame)
 
 TEST(FixRve, FrozenRveIsFlaggedAndTheOthersGoOn)
 {
-  Script script;
+  GrainsScript script;
   script << FOUR_ATOMS + "variable crush atom -400*(id==2)\n" + FIX +
           "dt 1e-4 policy freeze overlap_limit 0.1 drive velocity_gradient yy v_crush\n" +
           "compute status all rve/atom status\nrun 20";
@@ -262,7 +218,7 @@ TEST(FixRve, FrozenRveIsFlaggedAndTheOthersGoOn)
 
 TEST(FixRve, AutomaticTimeStepFollowsTheStiffeningNetwork)
 {
-  Script script;
+  GrainsScript script;
   script << FOUR_ATOMS + FIX +
           "dt auto 0.94 dt_check 10 substeps 10 drive velocity_gradient yy -1\n";
   const double at_first = script.fix_value(8);
@@ -275,8 +231,8 @@ TEST(FixRve, AutomaticTimeStepFollowsTheStiffeningNetwork)
 
 TEST(FixRve, DumpWritesTheChosenAtomsAtTheirTimes)
 {
-  const std::string prefix = temporary("snap");
-  Script script;
+  const std::string prefix = temporary_path("snap");
+  GrainsScript script;
 
   script << FOUR_ATOMS + SHEAR.substr(0, SHEAR.size() - 1) + " dump 2 " + prefix + " 1 3\nrun 3";
 
@@ -288,11 +244,11 @@ TEST(FixRve, DumpWritesTheChosenAtomsAtTheirTimes)
 
 TEST(WriteRve, NativeFileReadsBackAsTheSameState)
 {
-  const std::string path = temporary("again.rve");
-  Script script;
+  const std::string path = temporary_path("again.rve");
+  GrainsScript script;
   script << FOUR_ATOMS + SHEAR + "run 5\nwrite_rve grains atom 1 file " + path + " format rve";
 
-  Script again;
+  GrainsScript again;
   again << FOUR_ATOMS + "fix grains all rve " + path + " drive none\n";
 
   EXPECT_EQ(again.state(4), script.state(1));
@@ -300,11 +256,11 @@ TEST(WriteRve, NativeFileReadsBackAsTheSameState)
 
 TEST(WriteRve, PlainLammpsReadsTheDataFile)
 {
-  const std::string path = temporary("grains.data");
-  Script script;
+  const std::string path = temporary_path("grains.data");
+  GrainsScript script;
   script << FOUR_ATOMS + SHEAR + "run 5\nwrite_rve grains atom 1 file " + path;
 
-  Script plain;
+  GrainsScript plain;
   plain << "units si\ndimension 2\natom_style sphere\nread_data " + path +
           "\ncompute m all reduce sum vx\n";
 
@@ -313,10 +269,10 @@ TEST(WriteRve, PlainLammpsReadsTheDataFile)
 
 TEST(CreateRve, SameSeedSameFileAndTheWantedPressure)
 {
-  const std::string a = temporary("made_a.rve"), b = temporary("made_b.rve");
+  const std::string a = temporary_path("made_a.rve"), b = temporary_path("made_b.rve");
   const std::string words = " grains 40 seed 5 radius uniform 0.003 0.005 kn 1e6 friction 0.5 "
                             "density 2650 damping 0.3 pressure 1e5 thickness 0.075";
-  Script script;
+  GrainsScript script;
 
   script << "units si\ncreate_rve " + a + words + "\ncreate_rve " + b + words;
 
@@ -334,7 +290,7 @@ namespace {
 const std::string KNOBS = FOUR_ATOMS + "compute s all rve/atom sxx syy sxy syx\n" +
     "compute f all rve/atom def_yy\ncompute p all rve/atom p\ncompute q all rve/atom q\n";
 
-std::vector<double> stress_of(Script &script, int i)
+std::vector<double> stress_of(GrainsScript &script, int i)
 {
   Compute *c = script.lmp->modify->get_compute_by_id("s");
   c->compute_peratom();
@@ -354,7 +310,7 @@ TEST(AdaptiveSubsteps, FollowTheStrainAndGiveTheQuasiStaticStress)
 {
   // rates of 0.02/s: 2e-5 in a step of 1 ms, 20 DEM steps of it at 1e-6 each, and 10 where time is matched
   const std::string drive = "dt 1e-4 drive velocity_gradient yy -0.02\n";
-  Script matched, fine, coarse;
+  GrainsScript matched, fine, coarse;
   matched << KNOBS + FIX + drive + "run 100";
   fine << KNOBS + FIX + "substeps adaptive 1e-6 1 " + drive + "run 100";
   coarse << KNOBS + FIX + "substeps adaptive 1e-2 1 " + drive + "run 100";
@@ -364,7 +320,7 @@ TEST(AdaptiveSubsteps, FollowTheStrainAndGiveTheQuasiStaticStress)
   EXPECT_EQ(fine.fix_value(3), 4 * 100 * 20.0);
   EXPECT_EQ(coarse.fix_value(3), 4 * 100 * 1.0);
   // 2 ms of the RVE's own time are enough for a strain of 2e-3 to within the waves that it makes
-  for (Script *script : {&fine, &coarse})
+  for (GrainsScript *script : {&fine, &coarse})
     EXPECT_NEAR(script->per_atom("f", 0), std::exp(-0.02 * 0.1), 1e-14);
   const double p = matched.per_atom("p", 0);
   EXPECT_LT(largest_difference(stress_of(fine, 0), stress_of(matched, 0)), 0.02 * p);
@@ -373,7 +329,7 @@ TEST(AdaptiveSubsteps, FollowTheStrainAndGiveTheQuasiStaticStress)
 TEST(AdaptiveSubsteps, KeepTheInertialNumberBelowItsBound)
 {
   const std::string drive = "dt 1e-4 drive velocity_gradient yy -0.2\n";
-  Script tight, loose;
+  GrainsScript tight, loose;
   tight << KNOBS + FIX + "substeps adaptive 1e-2 1e-4 " + drive + "run 1";
   loose << KNOBS + FIX + "substeps adaptive 1e-2 1e-3 " + drive + "run 1";
 
@@ -387,7 +343,7 @@ TEST(Quiescent, SkippedRveAnswersWithItsStiffnessAndNotWithAFrozenStress)
   // atom 1 strains by 1e-8 a step, atom 4 by 4e-8
   const std::string drive = "variable slow atom -1e-5*id\n" + FIX +
       "dt 1e-4 drive velocity_gradient yy v_slow quiescent 1e-6\n";
-  Script script;
+  GrainsScript script;
   script << KNOBS + drive + "run 0";
   const std::vector<double> before = stress_of(script, 0);
 
@@ -407,7 +363,7 @@ TEST(Quiescent, WakesWithTheWholeDeformation)
 {
   const std::string drive = FIX + "dt 1e-4 substeps 100 drive velocity_gradient yy -1e-3\n";
   const std::string skipping = drive.substr(0, drive.size() - 1) + " quiescent 4.5e-5\n";
-  Script always, sometimes;
+  GrainsScript always, sometimes;
   always << KNOBS + drive + "run 120";
   sometimes << KNOBS + skipping + "run 120";
 
@@ -422,7 +378,7 @@ TEST(Quiescent, WakesWithTheWholeDeformation)
 TEST(Quiescent, SleepingRveTurnsItsStressWithIt)
 {
   // a rotation is no strain: the RVE sleeps while it turns by half a radian
-  Script script;
+  GrainsScript script;
   script << KNOBS + FIX + "dt 1e-4 drive velocity_gradient xy -5 yx 5 quiescent 1e-6\nrun 0";
   const std::vector<double> s = stress_of(script, 0);
   const double p = script.per_atom("p", 0), q = script.per_atom("q", 0);
@@ -448,7 +404,7 @@ TEST(Quiescent, RveThatTurnedInItsSleepWakesAsIfItHadNot)
         "dt 1e-4 quiescent 1e-6 drive velocity_gradient xx v_xx xy v_right yx v_left yy v_yy\nrun "
         "100\n";
   };
-  Script still, turned;
+  GrainsScript still, turned;
   still << script_of("0", "0", "1");
   turned << script_of("PI/0.2", "1", "0");
   EXPECT_EQ(turned.fix_value(14), 4.0);
@@ -467,7 +423,7 @@ TEST(Quiescent, RveThatTurnedInItsSleepWakesAsIfItHadNot)
 TEST(Quiescent, RveThatIsNotAtRestIsNotSkipped)
 {
   // 2 % at once leave the grains in motion, and then nothing strains them
-  Script script;
+  GrainsScript script;
   script << KNOBS + "variable kick equal -20*(step<=1)\n" + FIX +
           "dt 1e-4 drive velocity_gradient yy v_kick quiescent 1e-6\nrun 3";
 
@@ -479,12 +435,12 @@ TEST(Quiescent, RveThatIsNotAtRestIsNotSkipped)
 
 TEST(Quiescent, RestartInSleepContinuesBitForBit)
 {
-  const std::string file = temporary("restart_asleep");
+  const std::string file = temporary_path("restart_asleep");
   const std::string fix = "variable slow atom -1e-3*id\n" + FIX +
       "dt 1e-4 drive velocity_gradient yy v_slow xy 1e-3 quiescent 2e-5 shadow 2 3 "
       "substeps adaptive 1e-6 1e-3 stress average 3 2\n";
   const std::string computes = KNOBS.substr(FOUR_ATOMS.size());
-  Script whole, first, second;
+  GrainsScript whole, first, second;
   whole << KNOBS + fix + "run 40";
 
   first << KNOBS + fix + "run 17\nwrite_restart " + file + "\nclear";
@@ -500,7 +456,7 @@ TEST(Quiescent, RestartInSleepContinuesBitForBit)
 TEST(MassScaling, LengthensTheStepAndLeavesTheQuasiStaticStress)
 {
   const std::string drive = "dt auto 0.5 drive velocity_gradient yy -0.02\n";
-  Script light, heavy;
+  GrainsScript light, heavy;
   light << KNOBS + FIX + drive + "run 200";
   heavy << KNOBS + FIX + "mass_scaling 4 " + drive + "run 200";
 
@@ -516,7 +472,7 @@ TEST(StressSamples, AverageIsTheMeanOverTheLastSubsteps)
 {
   // the same DEM steps one by one: 4 of them before the first sample, then every third
   const std::string drive = "dt 1e-4 drive velocity_gradient yy -1\n";
-  Script average, regression, single;
+  GrainsScript average, regression, single;
   average << KNOBS + FIX + "format double substeps 10 stress average 3 3 " + drive + "run 1";
   regression << KNOBS + FIX + "format double substeps 10 stress regression 3 3 " + drive + "run 1";
   single << KNOBS + FIX + "format double substeps 1 " + drive;
@@ -542,7 +498,7 @@ TEST(StressSamples, AverageIsTheMeanOverTheLastSubsteps)
 
 TEST(Shadow, OfTheSameStepsInDoubleIsTheRveItself)
 {
-  Script script;
+  GrainsScript script;
   script << KNOBS + FIX +
           "format double shadow 3 1 dt 1e-4 drive velocity_gradient yy v_rate xy 0.1\n" + "run 20";
 
@@ -553,7 +509,7 @@ TEST(Shadow, OfTheSameStepsInDoubleIsTheRveItself)
 TEST(Shadow, MeasuresWhatTheFormatAndTheStepLose)
 {
   const std::string drive = "dt 1e-4 drive velocity_gradient yy v_rate xy 0.1\n";
-  Script fast, finer, alone;
+  GrainsScript fast, finer, alone;
   fast << KNOBS + FIX + "format fast shadow 2 1 " + drive + "run 20";
   finer << KNOBS + FIX + "format double shadow 2 4 " + drive + "run 20";
   alone << KNOBS + FIX + "format fast " + drive + "run 20";
@@ -573,7 +529,7 @@ TEST(Shadow, MeasuresWhatTheFormatAndTheStepLose)
 TEST(Shadow, SeesASkippedRve)
 {
   // asleep for ever: the stress is that of Voigt's stiffness, and the shadow knows the true one
-  Script script;
+  GrainsScript script;
   script << KNOBS + FIX +
           "dt 1e-4 substeps 100 quiescent 1e-3 shadow 1 1 drive velocity_gradient yy -1e-3\nrun 50";
 
@@ -585,7 +541,7 @@ TEST(Shadow, SeesASkippedRve)
 TEST(Preset, SetsWhatItSaysAndKeywordsReplaceParts)
 {
   const std::string fix = "fix grains all rve " + PACKING + " ";
-  Script plain, draft, standard, reference, replaced;
+  GrainsScript plain, draft, standard, reference, replaced;
   plain << FOUR_ATOMS + fix + "\n";
   draft << FOUR_ATOMS + fix + "preset draft\n";
   standard << FOUR_ATOMS + fix + "preset standard\n";
@@ -602,8 +558,8 @@ namespace {
 /// What the lines print in the log.
 std::string log_of(const std::string &lines)
 {
-  const std::string path = temporary("log");
-  Script script;
+  const std::string path = temporary_path("log");
+  GrainsScript script;
   script << "log " + path + "\n" + lines + "\nlog none";
   return text_of(path);
 }
@@ -624,7 +580,7 @@ TEST(Warnings, NameValueLimitAndRemedyOnce)
 
 TEST(Warnings, ComeAtTheStartForOverlapAndSize)
 {
-  const std::string path = temporary("few.rve");
+  const std::string path = temporary_path("few.rve");
   const std::string make = "create_rve " + path +
       " grains 40 seed 5 radius uniform 0.003 0.005 kn 1e6 friction 0.5 "
       "density 2650 damping 0.3 pressure 1e5 thickness 0.075\n";
@@ -669,28 +625,28 @@ TEST(Shadow, StatesItsCostInTheLog)
 TEST(FixRveMessage, KnobsOutOfRange)
 {
   EXPECT_IN("quiescent strain is 0.5 [-]; it must be greater than 0 and at most 0.01",
-            error_of(FOUR_ATOMS + FIX + "quiescent 0.5\n"));
+            message_of(FOUR_ATOMS + FIX + "quiescent 0.5\n"));
   EXPECT_IN("quiescent and servo exclude each other",
-            error_of(FOUR_ATOMS + FIX + "quiescent 1e-6 servo xx -1e5\n"));
+            message_of(FOUR_ATOMS + FIX + "quiescent 1e-6 servo xx -1e5\n"));
   EXPECT_IN("substeps adaptive needs a strain that is known beforehand",
-            error_of(FOUR_ATOMS + FIX + "substeps adaptive 1e-6 1e-3 servo xx -1e5\n"));
+            message_of(FOUR_ATOMS + FIX + "substeps adaptive 1e-6 1e-3 servo xx -1e5\n"));
   EXPECT_IN("substeps adaptive strain is 0 [-]; it must be greater than 0",
-            error_of(FOUR_ATOMS + FIX + "substeps adaptive 0 1e-3\n"));
+            message_of(FOUR_ATOMS + FIX + "substeps adaptive 0 1e-3\n"));
   EXPECT_IN("mass_scaling is -1 [-]; it must be greater than 0",
-            error_of(FOUR_ATOMS + FIX + "mass_scaling -1\n"));
+            message_of(FOUR_ATOMS + FIX + "mass_scaling -1\n"));
   EXPECT_IN("stress is 'start'; it must be end or average or regression",
-            error_of(FOUR_ATOMS + FIX + "stress start\n"));
+            message_of(FOUR_ATOMS + FIX + "stress start\n"));
   EXPECT_IN("stress samples is 1; it must be at least 2",
-            error_of(FOUR_ATOMS + FIX + "stress average 1 5\n"));
-  EXPECT_IN("shadow is 0; it must be at least 1", error_of(FOUR_ATOMS + FIX + "shadow 0\n"));
-  EXPECT_IN("preset must be the first keyword", error_of(FOUR_ATOMS + FIX + "preset draft\n"));
+            message_of(FOUR_ATOMS + FIX + "stress average 1 5\n"));
+  EXPECT_IN("shadow is 0; it must be at least 1", message_of(FOUR_ATOMS + FIX + "shadow 0\n"));
+  EXPECT_IN("preset must be the first keyword", message_of(FOUR_ATOMS + FIX + "preset draft\n"));
   EXPECT_IN("preset is 'best'; it must be draft or standard or reference",
-            error_of(FOUR_ATOMS + "fix grains all rve " + PACKING + " preset best\n"));
+            message_of(FOUR_ATOMS + "fix grains all rve " + PACKING + " preset best\n"));
 }
 
 TEST(FixRveMessage, MissingPackingFile)
 {
-  const std::string message = error_of(FOUR_ATOMS + "fix grains all rve no/such/packing.rve\n");
+  const std::string message = message_of(FOUR_ATOMS + "fix grains all rve no/such/packing.rve\n");
 
   EXPECT_IN("fix rve", message);
   EXPECT_IN("no/such/packing.rve", message);
@@ -700,7 +656,7 @@ TEST(FixRveMessage, BrokenPackingFileNamesTheLine)
 {
   const std::string path = edited_packing("broken.rve", "2 0.0046", "2 radius 1 2 0 0 0");
 
-  const std::string message = error_of(FOUR_ATOMS + "fix grains all rve " + path + "\n");
+  const std::string message = message_of(FOUR_ATOMS + "fix grains all rve " + path + "\n");
 
   int line = 0;
   std::ifstream file(path);
@@ -717,13 +673,13 @@ TEST(FixRveMessage, NegativeStiffness)
       edited_packing("soft.rve", "  normal_stiffness", "  normal_stiffness -3.0");
 
   EXPECT_IN("normal stiffness is -7 [force/length]; it must be finite and greater than 0",
-            error_of(FOUR_ATOMS + FIX + "kn -7\n"));
-  EXPECT_IN("-3", error_of(FOUR_ATOMS + "fix grains all rve " + of_file + "\n"));
+            message_of(FOUR_ATOMS + FIX + "kn -7\n"));
+  EXPECT_IN("-3", message_of(FOUR_ATOMS + "fix grains all rve " + of_file + "\n"));
 }
 
 TEST(FixRveMessage, TimeStepAboveTheBound)
 {
-  const std::string message = error_of(FOUR_ATOMS + FIX + "dt 2e-4\n");
+  const std::string message = message_of(FOUR_ATOMS + FIX + "dt 2e-4\n");
 
   EXPECT_IN("DEM time step 0.0002 [time] is above the stability bound 0.0001", message);
   EXPECT_IN("dt auto", message);
@@ -734,22 +690,22 @@ TEST(FixRveMessage, CellNarrowerThanTheCutoff)
   const std::string path = edited_packing("narrow.rve", "  0.14296", "  0.0100 0.0");
 
   EXPECT_IN("it must exceed twice the largest contact distance",
-            error_of(FOUR_ATOMS + "fix grains all rve " + path + "\n"));
+            message_of(FOUR_ATOMS + "fix grains all rve " + path + "\n"));
 }
 
 TEST(FixRveMessage, GroupWithoutAtoms)
 {
-  EXPECT_IN("group all has no atoms", error_of(BOX + FIX + "\n"));
+  EXPECT_IN("group all has no atoms", message_of(BOX + FIX + "\n"));
 }
 
 TEST(FixRveMessage, ComputeWithoutFix)
 {
   EXPECT_IN("compute rve/atom p: there is no fix rve",
-            error_of(FOUR_ATOMS + "compute p all rve/atom p\nrun 0"));
+            message_of(FOUR_ATOMS + "compute p all rve/atom p\nrun 0"));
   EXPECT_IN("fix other does not exist",
-            error_of(FOUR_ATOMS + FIX + "\ncompute p all rve/atom p fix other\nrun 0"));
+            message_of(FOUR_ATOMS + FIX + "\ncompute p all rve/atom p fix other\nrun 0"));
   EXPECT_IN("Unknown compute rve/atom quantity: pp",
-            error_of(FOUR_ATOMS + "compute p all rve/atom pp\n"));
+            message_of(FOUR_ATOMS + "compute p all rve/atom pp\n"));
 }
 
 TEST(FixRveMessage, ThreeDimensions)
@@ -757,7 +713,7 @@ TEST(FixRveMessage, ThreeDimensions)
   std::string script = FOUR_ATOMS + FIX + "\n";
   script.replace(script.find("dimension 2"), 11, "dimension 3");
 
-  EXPECT_IN("fix rve needs a 2d system", error_of(script));
+  EXPECT_IN("fix rve needs a 2d system", message_of(script));
 }
 
 TEST(FixRveMessage, UnitsThatAreNotConsistent)
@@ -765,25 +721,25 @@ TEST(FixRveMessage, UnitsThatAreNotConsistent)
   std::string script = FOUR_ATOMS + FIX + "\n";
   script.replace(script.find("units si"), 8, "units real");
 
-  EXPECT_IN("not in units real", error_of(script));
+  EXPECT_IN("not in units real", message_of(script));
 }
 
 TEST(FixRveMessage, UnknownKeyword)
 {
-  EXPECT_IN("Unknown fix rve keyword: frition", error_of(FOUR_ATOMS + FIX + "frition 0.5\n"));
+  EXPECT_IN("Unknown fix rve keyword: frition", message_of(FOUR_ATOMS + FIX + "frition 0.5\n"));
   EXPECT_IN("format is 'half'; it must be fast or mixed or double",
-            error_of(FOUR_ATOMS + FIX + "format half\n"));
+            message_of(FOUR_ATOMS + FIX + "format half\n"));
   EXPECT_IN("component xx is driven by both",
-            error_of(FOUR_ATOMS + FIX + "drive velocity_gradient xx 1 servo xx -1e5\n"));
+            message_of(FOUR_ATOMS + FIX + "drive velocity_gradient xx 1 servo xx -1e5\n"));
 }
 
 TEST(FixRveMessage, NanVelocityGradientNamesAtomAndComponent)
 {
   // sqrt(-1) would be caught by LAMMPS, infinity minus infinity is not
-  const std::string message = error_of(FOUR_ATOMS +
-                                       "variable huge atom (id==3)*1e300*1e300\n"
-                                       "variable bad atom v_huge-v_huge\n" +
-                                       FIX + "drive velocity_gradient xy v_bad\nrun 1");
+  const std::string message = message_of(FOUR_ATOMS +
+                                         "variable huge atom (id==3)*1e300*1e300\n"
+                                         "variable bad atom v_huge-v_huge\n" +
+                                         FIX + "drive velocity_gradient xy v_bad\nrun 1");
 
   EXPECT_IN("velocity gradient component xy of atom", message);
   EXPECT_IN("nan [1/time] at step 1; it must be a finite number", message);
@@ -792,8 +748,8 @@ TEST(FixRveMessage, NanVelocityGradientNamesAtomAndComponent)
 TEST(FixRveMessage, FailedRveNamesAtomAndReason)
 {
   const std::string message =
-      error_of(FOUR_ATOMS + "variable crush atom -400*(id==2)\n" + FIX +
-               "dt 1e-4 overlap_limit 0.1 drive velocity_gradient yy v_crush\nrun 20");
+      message_of(FOUR_ATOMS + "variable crush atom -400*(id==2)\n" + FIX +
+                 "dt 1e-4 overlap_limit 0.1 drive velocity_gradient yy v_crush\nrun 20");
 
   EXPECT_IN("RVE of atom 2 failed at step", message);
   EXPECT_IN("overlap too large", message);
@@ -802,26 +758,17 @@ TEST(FixRveMessage, FailedRveNamesAtomAndReason)
 TEST(FixRveMessage, MinimizeIsRefused)
 {
   EXPECT_IN("fix rve cannot be used with minimize",
-            error_of(FOUR_ATOMS + SHEAR + "minimize 0 0 10 10"));
+            message_of(FOUR_ATOMS + SHEAR + "minimize 0 0 10 10"));
 }
 
 TEST(FixRveMessage, PackingVariableOutOfRange)
 {
   EXPECT_IN("it must be a whole number from 0 to 1",
-            error_of(FOUR_ATOMS + "variable which atom id\n" + FIX + "packings " + PACKING +
-                     " packing_variable v_which\nrun 0"));
+            message_of(FOUR_ATOMS + "variable which atom id\n" + FIX + "packings " + PACKING +
+                       " packing_variable v_which\nrun 0"));
 }
 
 TEST(FixRveMessage, DriveMpmWithoutFixMpm)
 {
-  EXPECT_IN("drive mpm needs a fix mpm", error_of(FOUR_ATOMS + FIX + "drive mpm\nrun 0"));
-}
-
-int main(int argc, char **argv)
-{
-  MPI_Init(&argc, &argv);
-  ::testing::InitGoogleTest(&argc, argv);
-  const int result = RUN_ALL_TESTS();
-  MPI_Finalize();
-  return result;
+  EXPECT_IN("drive mpm needs a fix mpm", message_of(FOUR_ATOMS + FIX + "drive mpm\nrun 0"));
 }

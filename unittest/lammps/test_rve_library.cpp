@@ -4,6 +4,7 @@
 #include "rve/engine/packing_image.h"
 #include "rve/engine/packing_io.h"
 #include "script.h"
+#include "support/files.h"
 
 #include <gtest/gtest.h>
 
@@ -14,6 +15,7 @@
 #include <set>
 
 using namespace LAMMPS_NS;
+using rve_test::text_of;
 
 namespace {
 
@@ -28,14 +30,6 @@ int rank()
   return me;
 }
 
-std::string text_of(const std::string &path)
-{
-  std::ifstream file(path, std::ios::binary);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
 /// Nine packings of three seeds, made once by all ranks together: void ratios from about 0.18 to 0.28.
 const std::string &library()
 {
@@ -46,6 +40,16 @@ const std::string &library()
   }();
   return path;
 }
+
+/// Removes that file behind the last test.
+struct RemoveLibrary : ::testing::Environment {
+  void TearDown() override
+  {
+    MPI_Barrier(MPI_COMM_WORLD);
+    if (rank() == 0) std::remove("test_rve_library.lib");
+  }
+};
+const auto *const remove_library = ::testing::AddGlobalTestEnvironment(new RemoveLibrary);
 
 /// 12 by 8 points; ranks divide y, so that the IDs are the same on any number of them.
 const std::string points = R"(units si
@@ -403,15 +407,4 @@ TEST(PackingChoiceErrors, SayWhatIsWrong)
   }
   EXPECT_FALSE(std::ifstream("test_rve_none.lib").is_open()) << "whole or not at all";
   std::remove(broken.c_str());
-}
-
-int main(int argc, char **argv)
-{
-  MPI_Init(&argc, &argv);
-  ::testing::InitGoogleTest(&argc, argv);
-  const int result = RUN_ALL_TESTS();
-  MPI_Barrier(MPI_COMM_WORLD);
-  if (rank() == 0) std::remove("test_rve_library.lib");
-  MPI_Finalize();
-  return result;
 }
