@@ -8,12 +8,14 @@
 #include "lammps.h"
 #include "modify.h"
 #include "script.h"
+#include "support/files.h"
 
 #include <gtest/gtest.h>
 #include <mpi.h>
 
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <set>
 #include <string>
 #include <vector>
@@ -369,6 +371,43 @@ TEST(FixMpm, RestartContinuesBitForBit)
         << "vector entry " << k;
   MPI_Barrier(MPI_COMM_WORLD);
   std::remove("test_fix_mpm.restart");
+}
+
+TEST(FixMpm, RestartFileOfAnotherVersionIsRefused)
+{
+  const std::string command = elastic_footing();
+  const std::string path =
+      "test_fix_mpm_version." + std::to_string(SoilScript().lmp->comm->me) + ".restart";
+  SoilScript(MPI_COMM_SELF) << command + "run 1\nwrite_restart " + path + "\n";
+  const std::string read = "read_restart " + path + "\npair_style none\ncomm_modify cutoff 1.0\n" +
+      command.substr(command.find("fix soil"));
+  ASSERT_EQ(message_of(read), "");
+
+  // the record of the fix: its size in bytes, the version with a minus, the number of bodies, the displacement of the plate
+  const std::string text = rve_test::text_of(path);
+  const auto bytes = [](int size, const std::vector<double> &values) {
+    std::string record(reinterpret_cast<const char *>(&size), sizeof(size));
+    return record.append(reinterpret_cast<const char *>(values.data()),
+                         values.size() * sizeof(double));
+  };
+  const std::string current = bytes(4 * sizeof(double), {-3.0, 1.0});
+  ASSERT_NE(text.find(current), std::string::npos);
+  const auto message_with = [&](const std::string &record) {
+    std::string other = text;
+    std::ofstream(path, std::ios::binary)
+        << other.replace(text.find(current), record.size(), record);
+    return message_of(read);
+  };
+  const std::string newer = message_with(bytes(4 * sizeof(double), {-4.0, 1.0}));
+  const std::string none = message_with(bytes(4 * sizeof(double), {1.0, 0.0}));
+  std::remove(path.c_str());
+
+  EXPECT_NE(newer.find("the points in the restart file have version 4; this fix reads version 3"),
+            std::string::npos)
+      << newer;
+  EXPECT_NE(none.find("have version 1 or 2, without a number; this fix reads version 3"),
+            std::string::npos)
+      << none;
 }
 
 /// A plate pressed into 16 points with RVEs of 60 grains. The row of points that the plate pushes starts just above the
