@@ -644,6 +644,54 @@ TEST(FixRveMessage, KnobsOutOfRange)
             message_of(FOUR_ATOMS + "fix grains all rve " + PACKING + " preset best\n"));
 }
 
+TEST(FixRveMessage, ListOfPackingsEndsAtAnyKeyword)
+{
+  // each of them lacks its value; as the name of a file it would be one that does not exist
+  for (const char *keyword : {"drive",
+                              "servo",
+                              "servo_gain",
+                              "servo_max_rate",
+                              "dt",
+                              "dt_check",
+                              "substeps",
+                              "quiescent",
+                              "stress",
+                              "mass_scaling",
+                              "shadow",
+                              "packing_variable",
+                              "packing_random",
+                              "packing_void_ratio",
+                              "packing_image",
+                              "format",
+                              "arithmetic",
+                              "device",
+                              "threads",
+                              "skin",
+                              "block_size",
+                              "arms",
+                              "overlap_limit",
+                              "policy",
+                              "energy",
+                              "dump",
+                              "kn",
+                              "kt",
+                              "friction",
+                              "density",
+                              "damping",
+                              "gamma_n",
+                              "gamma_t",
+                              "thickness",
+                              "mass_depth"}) {
+    const std::string message =
+        message_of(FOUR_ATOMS + FIX + "packings " + PACKING + " " + keyword + "\n");
+    EXPECT_TRUE(message.find("is missing") != std::string::npos ||
+                message.find("servo needs at least one of the components") != std::string::npos)
+        << keyword << ": " << message;
+  }
+  EXPECT_IN("preset must be the first keyword",
+            message_of(FOUR_ATOMS + FIX + "packings " + PACKING + " preset draft\n"));
+}
+
 TEST(FixRveMessage, MissingPackingFile)
 {
   const std::string message = message_of(FOUR_ATOMS + "fix grains all rve no/such/packing.rve\n");
