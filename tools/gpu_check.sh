@@ -1,6 +1,7 @@
 #!/bin/sh
 # Everything that must be seen on a machine with a GPU, in one call: builds (preset cuda), runs the tests of the CUDA engine with
-# GPU_RVE_REQUIRE_CUDA=1, the sanitizers, 50 steps of the footing on CPU and GPU compared bit for bit, and the throughput benchmark.
+# GPU_RVE_REQUIRE_CUDA=1, the sanitizers, 50 steps of the footing on CPU and GPU compared bit for bit, the throughput benchmark, and the
+# engine at the extremes of what it may be asked.
 #
 #   sh tools/gpu_check.sh                      builds here, results in bench/results
 #   sh tools/gpu_check.sh --bin DIR --out DIR  with programs built elsewhere; results go to DIR
@@ -69,4 +70,8 @@ case $gpu in H200*) roof="--roof 270e6" ;; *) roof= ;; esac    # known for this 
 # shellcheck disable=SC2086  # two words or none
 step "throughput" "$bin/bench_engine" examples/packings/A_h0075.rve "$out/engine-${gpu:-gpu}-$suite.json" \
   --device cuda --suite "$suite" --seconds 0.3 $roof
+# all scenes of a number format as one batch (doc/src/stability.rst); the whole length takes ten times as long
+case $suite in quick) percent=10 ;; *) percent=100 ;; esac
+[ -x "$bin/extremes_report" ] &&
+  step "stability at the extremes" "$bin/extremes_report" "$out/extremes-${gpu:-gpu}.json" --device cuda --length $percent
 exit $failed

@@ -5,7 +5,7 @@
     python3 crosscheck.py --short              a part of it, 20 seconds
     python3 crosscheck.py --figure FILE.png    everything, and a figure
 
-Prints a table of deviations with their tolerances and reasons. Exit status 1 if one is too large, 2 if a run fails. Runs
+Prints a table of deviations with their tolerances and reasons. Exit status 1 if one is too large, 2 if a run fails or there is no lmp. Runs
 in.prepare, in.grains_in_lammps and in.grains_in_rve, in a temporary directory or in --dir. Needs numpy, and matplotlib for --figure.
 
 Units of deviations: positions in mean overlaps d, velocities (and spins times mean radius) in d sqrt(k_n/m), contact forces in mean contact
@@ -13,7 +13,6 @@ forces, stresses in mean stresses. Deviations of grains are root mean squares ov
 """
 
 import argparse
-import glob
 import math
 import os
 import subprocess
@@ -23,6 +22,8 @@ import tempfile
 import numpy as np
 
 HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, os.path.join(HERE, "..", "validation"))
+import harness
 PACKING = os.path.join(HERE, "..", "packings", "A_h0075.rve")
 
 # as in the input scripts
@@ -509,30 +510,24 @@ def check(table, lmp, options):
         plot(options.figure, rounding, trajectories, curves)
 
 
-def find_lmp():
-    found = glob.glob(os.path.join(HERE, "..", "..", "build", "*", "bin", "lmp"))
-    return max(found, key=os.path.getmtime, default=None)
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--lmp", default=find_lmp(), help="LAMMPS with the packages GPU_RVE and GRANULAR (default: the newest build/*/bin/lmp)")
+    parser.add_argument("--lmp", help="LAMMPS with the packages GPU_RVE and GRANULAR (default: the newest of build/*/bin/lmp, or lmp on the PATH)")
     parser.add_argument("--plain", help="LAMMPS with the package GRANULAR, for the side of LAMMPS (default: the same)")
     parser.add_argument("--short", action="store_true", help="a part of the comparisons, without curves")
     parser.add_argument("--figure", metavar="FILE.png", help="draw a figure into this file (needs matplotlib); not with --short")
     parser.add_argument("--dir", help="keep what the runs write in this directory")
     options = parser.parse_args()
-    if not options.lmp:
-        parser.error("no build/*/bin/lmp here; give --lmp")
     if options.figure and options.short:
         parser.error("--figure needs the curves, which --short leaves out")
+    executable = harness.find_lmp(options.lmp)
+    plain = harness.find_lmp(options.plain, "--plain") if options.plain else executable
     if options.dir:
         os.makedirs(options.dir, exist_ok=True)
 
     table = Table()
     with tempfile.TemporaryDirectory() as folder:
-        executables = os.path.abspath(options.lmp), os.path.abspath(options.plain or options.lmp)
-        check(table, Lammps(*executables, os.path.abspath(options.dir or folder)), options)
+        check(table, Lammps(executable, plain, os.path.abspath(options.dir or folder)), options)
     print(f"\n{table.rows - len(table.failures)} of {table.rows} rows passed")
     for failure in table.failures:
         print("FAIL ", failure)

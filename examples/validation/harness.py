@@ -37,12 +37,12 @@ def parse_arguments(parser, script):
     return options
 
 
-def find_lmp(given):
-    """The executable to run; ends the script with status 2 if there is none."""
+def find_lmp(given, option="--lmp"):
+    """The executable to run, `given` by this option or None; ends the script with status 2 if there is none."""
     built = glob.glob(os.path.join(REPOSITORY, "build", "*", "bin", "lmp"))
     lmp = shutil.which(given or max(built, key=os.path.getmtime, default="lmp"))
     if not lmp:
-        print(f"no executable {given or 'in build/*/bin/lmp or on the PATH'}: build the package (README.md of the repository), or give one with --lmp")
+        print(f"no executable {given or 'in build/*/bin/lmp or on the PATH'}: build the package (README.md of the repository), or give one with {option}")
         sys.exit(2)
     return os.path.abspath(lmp)
 

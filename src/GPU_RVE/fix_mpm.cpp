@@ -53,6 +53,9 @@ enum { UX, UY, U, SXX, SYY, SXY, P, Q, EPS_V, EPS_Q, RHO, FXX, FXY, FYX, FYY, SZ
 enum { UNBALANCED, COURANT, KINETIC, MASS, HEAD };
 enum { REACTION_X, REACTION_Y, BODY_UX, BODY_UY, PER_BODY };
 
+// Of what restart files hold of points and bodies: raise it with every change of that. Files before version 3 had no number.
+constexpr int RESTART_VERSION = 3;
+
 constexpr int COURANT_EVERY = 10;    // steps between two checks of the Courant number
 
 }    // namespace
@@ -104,6 +107,7 @@ struct FixMpm::Impl {
 
   static constexpr int DOUBLES =
       (2 * sizeof(Vec2) + 3 * sizeof(Tensor2) + sizeof(mpm::PointMemory)) / sizeof(double) + 3;
+  static_assert(RESTART_VERSION == 3 && DOUBLES == 21, "restart files change: raise their version");
 
   void find_members(const Atom *atom)
   {
@@ -506,7 +510,8 @@ int FixMpm::maxsize_restart()
 void FixMpm::write_restart(FILE *fp)
 {
   if (comm->me != 0) return;
-  std::vector<double> state = {(double) impl->settings.bodies.size()};
+  // negative, because files without a version begin with the number of bodies
+  std::vector<double> state = {-RESTART_VERSION, (double) impl->settings.bodies.size()};
   for (const Vec2 &u : impl->body_displacement) state.insert(state.end(), {u[0], u[1]});
   const int size = (int) (state.size() * sizeof(double));
   fwrite(&size, sizeof(int), 1, fp);
@@ -515,9 +520,13 @@ void FixMpm::write_restart(FILE *fp)
 
 void FixMpm::restart(char *buf)
 {
-  // a different number of bodies: the script changed its mind, and they start at zero
   const auto *state = reinterpret_cast<double *>(buf);
-  if (state[0] != (double) impl->settings.bodies.size()) return;
+  if (*state != -RESTART_VERSION)
+    error->all(
+        FLERR, "Fix mpm: the points in the restart file have version {}; this fix reads version {}",
+        *state < 0.0 ? std::to_string((int) -*state) : "1 or 2, without a number", RESTART_VERSION);
+  // a different number of bodies: the script changed its mind, and they start at zero
+  if (*++state != (double) impl->settings.bodies.size()) return;
   for (Vec2 &u : impl->body_displacement) {
     u = {{state[1], state[2]}};
     state += 2;

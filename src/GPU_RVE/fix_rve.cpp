@@ -64,7 +64,7 @@ FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
   if (lmp->citeme) lmp->citeme->add(cite_fix_rve);
 
   vector_flag = 1;
-  size_vector = 10;
+  size_vector = 14;
   global_freq = 1;
   extvector = 0;
   nevery = 1;
@@ -96,7 +96,7 @@ FixRve::~FixRve()
 
 int FixRve::setmask()
 {
-  return FINAL_INTEGRATE | END_OF_STEP;
+  return FINAL_INTEGRATE | END_OF_STEP | POST_RUN;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -113,6 +113,8 @@ void FixRve::init()
   for (auto *list : {&impl->settings.velocity_gradient, &impl->settings.stress_goal})
     for (auto &component : *list) component.value.find(lmp, "fix rve");
   impl->attach();
+  impl->choose_shadows();
+  impl->advise(true);
 }
 
 /* ----------------------------------------------------------------------
@@ -135,8 +137,10 @@ void FixRve::end_of_step()
 {
   const auto &settings = impl->settings;
   const bigint step = update->ntimestep;
-  if (settings.dt_check_interval && step % settings.dt_check_interval == 0)
+  if (settings.dt_check_interval && step % settings.dt_check_interval == 0) {
     impl->recheck_time_step();
+    impl->advise(false);
+  }
   if (!settings.dump_interval || step % settings.dump_interval) return;
   for (const int i : impl->atoms_with_rve()) {
     if (std::find(settings.dump_atoms.begin(), settings.dump_atoms.end(), atom->tag[i]) ==
@@ -149,6 +153,22 @@ void FixRve::end_of_step()
       error->one(FLERR, "fix rve dump: {}", e.what());
     }
   }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRve::post_run()
+{
+  if (impl->settings.num_shadows == 0) return;
+  double mine[2] = {impl->points->shadow_time(), impl->points->total_time()}, all[2];
+  MPI_Allreduce(mine, all, 2, MPI_DOUBLE, MPI_SUM, world);
+  const auto report = impl->shadow_report();
+  if (comm->me == 0)
+    utils::logmesg(lmp,
+                   "fix rve {}: shadows took {:.1f} % of the wall time of RVEs; their stress "
+                   "deviates by {:.3g} on average, {:.3g} at most (atom {})\n",
+                   id, all[1] > 0.0 ? 100.0 * all[0] / all[1] : 0.0, report.mean, report.largest,
+                   report.atom);
 }
 
 /* ----------------------------------------------------------------------
@@ -190,14 +210,19 @@ mpm::Constitutive *FixRve::constitutive()
 
 /* ----------------------------------------------------------------------
    RVEs, frozen ones, DEM steps, rebuilds, lattice reductions, repeats, worst status,
-   DEM time step, DEM steps per LAMMPS step, wall time per advance
+   DEM time step, DEM steps per LAMMPS step, wall time per advance,
+   mean and largest deviation from shadows, atom ID of the largest, RVEs that were skipped
 ------------------------------------------------------------------------- */
 
 double FixRve::compute_vector(int n)
 {
   const auto clock = impl->clock(update->dt);
   if (n == 7) return clock.dt;
-  if (n == 8) return clock.substeps;
+  if (n == 8 && !impl->settings.macro_step.adaptive) return clock.substeps;
+  if (n >= 10 && n <= 12) {
+    const auto report = impl->shadow_report();
+    return n == 10 ? report.mean : n == 11 ? report.largest : report.atom;
+  }
 
   double mine = 0.0, all = 0.0;
   int status = 0, any_status = 0;
@@ -211,6 +236,8 @@ double FixRve::compute_vector(int n)
                              (double) counters.lattice_reductions,
                              (double) counters.repeats};
     if (n < 6) mine += values[n];
+    if (n == 8) mine = MAX(mine, point.drive.substeps);
+    if (n == 13) mine += point.asleep ? 1.0 : 0.0;
     status |= static_cast<int>(point.result.status);
   }
   if (n == 6) {
@@ -218,7 +245,7 @@ double FixRve::compute_vector(int n)
     return any_status;
   }
   if (n == 9) mine = impl->num_advances ? impl->wall_time / impl->num_advances : 0.0;
-  MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, n == 9 ? MPI_MAX : MPI_SUM, world);
+  MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, n == 8 || n == 9 ? MPI_MAX : MPI_SUM, world);
   return all;
 }
 

@@ -46,6 +46,7 @@ class FixRve : public Fix {
   void init() override;
   void final_integrate() override;
   void end_of_step() override;
+  void post_run() override;
 
   double compute_vector(int) override;
   double memory_usage() override;

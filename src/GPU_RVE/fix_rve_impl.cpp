@@ -16,7 +16,10 @@
 #include "atom.h"
 #include "comm.h"
 #include "error.h"
+#include "mpm/exact_sum.h"
 #include "rve/core/error.h"
+#include "rve/core/splitmix64.h"
+#include "rve/engine/finite_strain.h"
 #include "rve/engine/stability.h"
 #include "update.h"
 
@@ -63,7 +66,16 @@ void FixRve::Impl::make_engine()
         std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / local_ranks);
   try {
     std::string notice;
-    points = std::make_unique<RvePoints>(rve::make_engine(settings.options, &notice));
+    auto engine = rve::make_engine(settings.options, &notice);
+    std::unique_ptr<rve::Engine> shadows;
+    if (settings.num_shadows > 0) {
+      rve::Options precise = settings.options;
+      precise.format = rve::Format::Double;
+      precise.arithmetic = rve::Arithmetic::Strict;
+      shadows = rve::make_engine(precise);
+    }
+    points =
+        std::make_unique<RvePoints>(std::move(engine), std::move(shadows), settings.macro_step);
     if (fix->comm->me == 0) {
       utils::logmesg(fix->lmp, "fix rve {}: {}\n", fix->id, points->description());
       if (!notice.empty()) utils::logmesg(fix->lmp, "fix rve {}: {}\n", fix->id, notice);
@@ -169,6 +181,130 @@ void FixRve::Impl::attach()
         rve::number(*std::min_element(packings.bounds().begin(), packings.bounds().end())));
 }
 
+/* ----------------------------------------------------------------------
+   a random choice that is the same on any number of ranks: the atoms whose IDs hash lowest
+------------------------------------------------------------------------- */
+
+void FixRve::Impl::choose_shadows()
+{
+  if (settings.num_shadows == 0) return;
+  const Atom *atom = fix->atom;
+  std::vector<std::uint64_t> mine;
+  int shadows[2] = {0, 0}, all_shadows[2];
+  for (const int i : atoms_with_rve()) {
+    ++shadows[1];
+    if (point(i).shadow >= 0)
+      ++shadows[0];
+    else if (!point(i).frozen)
+      mine.push_back(rve::splitmix64(atom->tag[i]));
+  }
+  MPI_Allreduce(shadows, all_shadows, 2, MPI_INT, MPI_SUM, fix->world);
+  const int wanted = settings.num_shadows - all_shadows[0];
+  if (wanted <= 0) return;
+
+  std::sort(mine.begin(), mine.end());
+  mine.resize(std::min(mine.size(), static_cast<std::size_t>(wanted)));
+  const int count = static_cast<int>(mine.size()), ranks = fix->comm->nprocs;
+  std::vector<int> counts(ranks), begins(ranks, 0);
+  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, fix->world);
+  for (int rank = 1; rank < ranks; ++rank) begins[rank] = begins[rank - 1] + counts[rank - 1];
+  std::vector<std::uint64_t> candidates(begins.back() + counts.back());
+  MPI_Allgatherv(mine.data(), count, MPI_UINT64_T, candidates.data(), counts.data(), begins.data(),
+                 MPI_UINT64_T, fix->world);
+  std::sort(candidates.begin(), candidates.end());
+  candidates.resize(std::min(candidates.size(), static_cast<std::size_t>(wanted)));
+  for (const int i : atoms_with_rve())
+    if (point(i).shadow < 0 &&
+        std::binary_search(candidates.begin(), candidates.end(), rve::splitmix64(atom->tag[i])))
+      points->add_shadow(slot[i]);
+  set_exchange_size();
+
+  const int total = all_shadows[0] + static_cast<int>(candidates.size());
+  if (fix->comm->me == 0)
+    utils::logmesg(fix->lmp,
+                   "fix rve {}: {} of {} RVEs have shadows in double with {} DEM steps for one: "
+                   "{:.3g} DEM steps of shadows for each of the RVEs\n",
+                   fix->id, total, all_shadows[1], settings.macro_step.shadow_refinement,
+                   static_cast<double>(total) * settings.macro_step.shadow_refinement /
+                       std::max(all_shadows[1], 1));
+}
+
+FixRve::Impl::ShadowReport FixRve::Impl::shadow_report() const
+{
+  double most = -1.0, most_of_all;
+  std::int64_t sums[2] = {0, 0}, all_sums[2];    // number of shadows, sum of deviations
+  for (const int i : atoms_with_rve()) {
+    if (point(i).shadow < 0) continue;
+    ++sums[0];
+    most = std::max(most, point(i).shadow_deviation());
+  }
+  MPI_Allreduce(&most, &most_of_all, 1, MPI_DOUBLE, MPI_MAX, fix->world);
+  MPI_Allreduce(sums, all_sums, 1, MPI_INT64_T, MPI_SUM, fix->world);
+  if (all_sums[0] == 0) return {0.0, 0.0, 0};
+  // a sum of integers has no order, so ranks do not show
+  const mpm::FixedScale scale(std::max(most_of_all, 1e-300), all_sums[0]);
+  for (const int i : atoms_with_rve())
+    if (point(i).shadow >= 0) sums[1] += scale.integer(point(i).shadow_deviation());
+  MPI_Allreduce(&sums[1], &all_sums[1], 1, MPI_INT64_T, MPI_SUM, fix->world);
+  tagint id = MAXTAGINT, lowest;
+  for (const int i : atoms_with_rve())
+    if (point(i).shadow >= 0 && point(i).shadow_deviation() == most_of_all)
+      id = std::min(id, fix->atom->tag[i]);
+  MPI_Allreduce(&id, &lowest, 1, MPI_LMP_TAGINT, MPI_MIN, fix->world);
+  return {scale.real(all_sums[1]) / static_cast<double>(all_sums[0]), most_of_all, lowest};
+}
+
+/* ----------------------------------------------------------------------
+   the time step has a check of its own, which knows the bound
+------------------------------------------------------------------------- */
+
+void FixRve::Impl::advise(bool at_start)
+{
+  constexpr int KINDS = rve::NUM_ADVICE_KINDS;
+  double worst[KINDS] = {}, worst_of_all[KINDS];
+  int beyond[KINDS] = {}, all_beyond[KINDS];
+  tagint id[KINDS], lowest[KINDS];
+  std::string message[KINDS];
+  std::fill_n(id, KINDS, MAXTAGINT);
+  for (const int i : atoms_with_rve()) {
+    const RvePoints::Point &point = this->point(i);
+    if (point.frozen) continue;
+    rve::Motion motion;
+    motion.strain_rate = point.strain_rate();
+    motion.dt = point.drive.dt;
+    motion.applied_strain = rve::strain_size(point.result.deformation);
+    std::vector<rve::Advice> list =
+        rve::advice(settings.options.format, point.last_steps(), point.material, motion);
+    if (at_start && motion.applied_strain <= rve::SHEAR_BAND_STRAIN)
+      for (const rve::Advice &size : rve::advice_on_size(point.result)) list.push_back(size);
+    for (const rve::Advice &advice : list) {
+      const int kind = static_cast<int>(advice.kind);
+      ++beyond[kind];
+      const tagint tag = fix->atom->tag[i];
+      if (advice.severity() < worst[kind] || (advice.severity() == worst[kind] && tag > id[kind]))
+        continue;
+      worst[kind] = advice.severity();
+      id[kind] = tag;
+      message[kind] = advice.message;
+    }
+  }
+  MPI_Allreduce(worst, worst_of_all, KINDS, MPI_DOUBLE, MPI_MAX, fix->world);
+  MPI_Allreduce(beyond, all_beyond, KINDS, MPI_INT, MPI_SUM, fix->world);
+  for (int kind = 0; kind < KINDS; ++kind)
+    if (worst[kind] < worst_of_all[kind]) id[kind] = MAXTAGINT;
+  MPI_Allreduce(id, lowest, KINDS, MPI_LMP_TAGINT, MPI_MIN, fix->world);
+  for (int kind = 0; kind < KINDS; ++kind) {
+    if (all_beyond[kind] == 0 || advised[kind]) continue;
+    advised[kind] = true;
+    // the rank that has the RVE speaks
+    if (id[kind] != lowest[kind]) continue;
+    fix->error->warning(FLERR, "fix rve: in the RVE of atom {}{} at step {}, {}", lowest[kind],
+                        all_beyond[kind] > 1 ? fmt::format(" (and {} others)", all_beyond[kind] - 1)
+                                             : "",
+                        fix->update->ntimestep, message[kind]);
+  }
+}
+
 /* ---------------------------------------------------------------------- */
 
 std::vector<int> FixRve::Impl::atoms_with_rve() const
@@ -259,9 +395,14 @@ std::vector<rve::Drive> FixRve::Impl::drives(const std::vector<int> &atoms)
   for (std::size_t k = 0; k < atoms.size(); ++k)
     check(drives[k].velocity_gradient, "velocity gradient", "[1/time]", atoms[k]);
   if (settings.stress_goal.empty()) {
-    for (auto &drive : drives)
-      drive =
-          rve::Drive::constant_velocity_gradient(drive.velocity_gradient, clock.dt, clock.substeps);
+    // with adaptive substeps RVEs have a time of their own, but the strain is that of the LAMMPS step
+    const double dt_of_path = settings.macro_step.adaptive ? fix->update->dt / clock.substeps
+                                                           : clock.dt;
+    for (auto &drive : drives) {
+      drive = rve::Drive::constant_velocity_gradient(drive.velocity_gradient, dt_of_path,
+                                                     clock.substeps);
+      drive.dt = clock.dt;
+    }
     return drives;
   }
   for (const auto &goal : settings.stress_goal) {
@@ -288,5 +429,6 @@ RveOwner::Clock FixRve::Impl::clock(double lammps_dt) const
   if (settings.substeps > 0) return {dt, settings.substeps};
   // a ratio that is whole but for rounding shall not cost a step more
   const int substeps = std::max(1, static_cast<int>(std::ceil(lammps_dt / dt * (1.0 - 1e-12))));
+  if (settings.macro_step.adaptive) return {dt, substeps};    // the number is chosen for each RVE
   return {lammps_dt / substeps, substeps};
 }

@@ -38,6 +38,7 @@ struct FixRve::Impl : RveOwner {
   RveConstitutive constitutive;
   std::vector<int> slot;    // per atom: RVE in the engine, or -1
   bool warned_dt = false;
+  bool advised[rve::NUM_ADVICE_KINDS] = {};
   double wall_time = 0.0;
   bigint num_advances = 0;
 
@@ -57,6 +58,17 @@ struct FixRve::Impl : RveOwner {
   /// What the script asks for in this LAMMPS step.
   std::vector<rve::Drive> drives(const std::vector<int> &atoms);
   void advance(const std::vector<int> &atoms, const std::vector<rve::Drive> &drives) override;
+  /// Fills the number of shadows up, with atoms that depend on their IDs only; collective.
+  void choose_shadows();
+  /// Says once of each kind what goes beyond a limit, of the RVE that is farthest beyond; collective.
+  void advise(bool at_start);
+  /// Deviation from shadows: mean, largest, and the ID of its atom (0: no shadow); collective.
+  struct ShadowReport {
+    double mean, largest;
+    tagint atom;
+  };
+  ShadowReport shadow_report() const;
+
   /// The network stiffens with its contacts: warns, fails, or lowers an automatic step; collective.
   void recheck_time_step();
 

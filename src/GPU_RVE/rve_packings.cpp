@@ -73,6 +73,7 @@ void RvePackings::read(LAMMPS *lmp, const FixRveSettings &settings)
         rve::PackingLibrary library = rve::read_library(file);
         for (auto &state : library.packings) {
           settings.material.apply(state.material);
+          state.material.mass_depth *= settings.mass_scaling;    // of inertia only: density stays
           state.check();
           file_of.push_back(static_cast<int>(n));
           stable.push_back(rve::stable_time_step(state));

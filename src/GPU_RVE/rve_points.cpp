@@ -13,9 +13,12 @@
 
 #include "rve_points.h"
 
+#include "rve/core/error.h"
+#include "rve/engine/finite_strain.h"
 #include "rve/engine/packing.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 #include <type_traits>
 
@@ -23,16 +26,33 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// in front of the state's own image
+// in front of the state's own image, and of that of its shadow if it has one
 struct ImageHead {
-  std::uint64_t bytes;    // of the state's image
-  std::uint64_t frozen;
-  rve::Result result;
+  std::uint64_t version;
+  std::uint64_t bytes, shadow_bytes;    // of the images
+  std::uint64_t frozen, asleep;
+  rve::Drive drive;
+  rve::Tensor2 pending, shadow_stress;
+  rve::Result result, rested;
 };
 static_assert(std::is_trivially_copyable<ImageHead>::value, "the head is copied as bytes");
 static_assert(sizeof(ImageHead) % sizeof(double) == 0, "the head is a whole number of doubles");
 
 constexpr std::size_t HEAD = sizeof(ImageHead) / sizeof(double);
+
+// "rve point", and a number that changes with the layout
+constexpr std::uint64_t IMAGE_VERSION = 0x7276652070740002u;
+
+double seconds_since(std::chrono::steady_clock::time_point start)
+{
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+bool is_identity(const rve::Tensor2 &f)
+{
+  const rve::Tensor2 one = rve::Tensor2::identity();
+  return std::equal(f.component, f.component + 4, one.component);
+}
 
 std::size_t doubles_for(std::size_t bytes)
 {
@@ -40,6 +60,27 @@ std::size_t doubles_for(std::size_t bytes)
 }
 
 }    // namespace
+
+double RvePoints::Point::strain_rate() const
+{
+  if (drive.substeps == 0) return 0.0;
+  if (drive.has_servo())
+    return std::max(rve::norm(last_steps().servo_velocity_gradient),
+                    rve::norm(drive.velocity_gradient));
+  return rve::strain_size(drive.deformation) / (drive.substeps * drive.dt);
+}
+
+double RvePoints::Point::shadow_deviation() const
+{
+  const double difference = rve::norm(result.stress - shadow_stress);
+  // of the larger one: a shadow without contacts makes it 1, not infinite
+  const double size = std::max(rve::norm(result.stress), rve::norm(shadow_stress));
+  return size > 0.0 ? difference / size : 0.0;
+}
+
+/* ----------------------------------------------------------------------
+   the RVEs that are there
+------------------------------------------------------------------------- */
 
 RvePoints::Point &RvePoints::settle(int slot, const rve::RveState &state)
 {
@@ -67,48 +108,327 @@ std::vector<int> RvePoints::add(const std::vector<const rve::RveState *> &states
 void RvePoints::remove(int slot)
 {
   engine->remove(slot);
+  remove_shadow(points[slot]);
   points[slot] = Point();
   image_sizes[slot] = 0;
+}
+
+void RvePoints::add_shadow(int slot)
+{
+  // a shadow begins where its RVE is
+  rve::RveState state = engine->state(slot);
+  Point &point = points[slot];
+  point.shadow = shadows->add(state);
+  image_sizes[slot] = 0;
+  rve::Drive drive = point.drive;
+  drive.deformation = point.pending;
+  if (is_identity(point.pending)) drive.substeps = 0;
+  std::vector<rve::Response> responses;
+  shadows->advance({point.shadow}, {drive}, responses);
+  point.shadow_stress = responses[0].stress;
+  if (responses[0].status & rve::status::Fatal) remove_shadow(point);
+}
+
+void RvePoints::remove_shadow(Point &point)
+{
+  if (point.shadow >= 0) shadows->remove(point.shadow);
+  point.shadow = -1;
+}
+
+/* ----------------------------------------------------------------------
+   from a macro step to DEM steps
+------------------------------------------------------------------------- */
+
+/// What one RVE does in a macro step: parts that end where its stress is wanted.
+struct RvePoints::Macro {
+  int slot;
+  rve::Drive drive;
+  int parts = 1, first_steps = 0,
+      spacing = 0;                      // DEM steps of the first part, and of each other one
+  std::vector<rve::Tensor2> samples;    // of stress, at the end of each part
+  bool failed = false;
+
+  int steps(int part) const { return part == 0 ? first_steps : spacing; }
+
+  rve::Drive of_part(int part) const
+  {
+    if (parts == 1) return drive;
+    rve::Drive some = drive;
+    some.substeps = steps(part);
+    const auto end = [&](int p) {
+      return static_cast<double>(first_steps + p * spacing) / drive.substeps;
+    };
+    // the last part ends where the macro step does, to the last bit but one
+    const rve::Tensor2 after = part + 1 == parts
+        ? drive.deformation
+        : rve::part_of_increment(drive.deformation, end(part));
+    some.deformation = part == 0
+        ? after
+        : after * rve::inverse(rve::part_of_increment(drive.deformation, end(part - 1)));
+    return some;
+  }
+
+  /// Mean of the samples, or the value at the end of the straight line through them.
+  rve::Tensor2 stress(StressFrom from) const
+  {
+    const int n = static_cast<int>(samples.size());
+    rve::Tensor2 mean = rve::Tensor2::zero(), slope = rve::Tensor2::zero();
+    double spread = 0.0;
+    for (int k = 0; k < n; ++k) {
+      const double place = k - 0.5 * (n - 1);
+      mean = mean + (1.0 / n) * samples[k];
+      slope = slope + place * samples[k];
+      spread += place * place;
+    }
+    return from == StressFrom::Average ? mean : mean + (0.5 * (n - 1) / spread) * slope;
+  }
+};
+
+/// An RVE that still moves, or may start to, needs its DEM steps.
+bool RvePoints::can_sleep(const Point &point) const
+{
+  const rve::Result &last = point.last_steps();
+  return last.status == rve::status::Ok && last.unbalanced_ratio <= QUIET_UNBALANCED_RATIO;
+}
+
+/// sigma + C:eps, turned with the RVE; cell, deformation and void ratio follow. The rest is that of the last DEM step.
+void RvePoints::answer_asleep(int slot)
+{
+  Point &point = points[slot];
+  if (!point.asleep) point.rested = point.result;
+  if (!point.stiffness) point.stiffness = rve::affine_stiffness(engine->state(slot));
+  const rve::PolarDecomposition polar(point.pending);
+  rve::Result &result = point.result;
+  result = point.rested;
+  result.stress = polar.rotation * (point.rested.stress + (*point.stiffness)(polar.strain)) *
+      rve::transpose(polar.rotation);
+  result.fabric = polar.rotation * point.rested.fabric * rve::transpose(polar.rotation);
+  result.cell = point.pending * point.rested.cell;
+  result.deformation = point.pending * point.rested.deformation;
+  result.void_ratio = (1.0 + point.rested.void_ratio) * rve::determinant(point.pending) - 1.0;
+  point.asleep = true;
+}
+
+/// The number of DEM steps, and where among them the stress is sampled.
+void RvePoints::plan(Macro &macro) const
+{
+  const Point &point = points[macro.slot];
+  rve::Drive &drive = macro.drive;
+  if (options.adaptive && drive.substeps > 0 && !drive.has_servo())
+    drive.substeps = options.adaptive->of(rve::strain_size(drive.deformation), drive.dt,
+                                          point.last_steps(), point.material);
+  if (options.stress_from == StressFrom::End || drive.substeps < 2) return;
+  macro.parts = std::min(options.stress_samples, drive.substeps);
+  macro.spacing = std::min(options.stress_spacing, (drive.substeps - 1) / (macro.parts - 1));
+  macro.first_steps = drive.substeps - (macro.parts - 1) * macro.spacing;
+}
+
+/// The deformation that is left when the rotation has been carried out; the grains of a sleeping RVE have not followed it.
+rve::Tensor2 RvePoints::waking_deformation(int slot, const rve::Tensor2 &total)
+{
+  const rve::PolarDecomposition polar(total);
+  if (std::fabs(polar.angle) <= TURN_OF_OVERLAP * points[slot].last_steps().mean_overlap)
+    return total;
+  rve::RveState state = engine->state(slot);
+  rve::turn(state, polar.rotation);
+  engine->remove(slot);
+  const int again = engine->add(state);
+  rve::require(again == slot, "the engine gives an RVE another number than the one it had");
+  return total * rve::transpose(polar.rotation);
+}
+
+/// A servo takes no deformation: what an RVE slept through under another drive is carried out before.
+void RvePoints::catch_up(std::vector<Macro> &macros)
+{
+  std::vector<Macro *> late;
+  std::vector<int> slots;
+  std::vector<rve::Drive> drives;
+  for (Macro &macro : macros) {
+    Point &point = points[macro.slot];
+    if (!macro.drive.has_servo() || is_identity(point.pending)) continue;
+    rve::Drive drive;
+    drive.dt = macro.drive.dt;
+    drive.substeps = macro.drive.substeps;
+    drive.deformation = waking_deformation(macro.slot, point.pending);
+    late.push_back(&macro);
+    slots.push_back(macro.slot);
+    drives.push_back(drive);
+  }
+  if (late.empty()) return;
+  std::vector<rve::Response> responses;
+  engine->advance(slots, drives, responses);
+  for (std::size_t k = 0; k < late.size(); ++k) {
+    Point &point = points[slots[k]];
+    late[k]->failed = (responses[k].status & rve::status::Fatal) != 0;
+    if (late[k]->failed)
+      point.result.status = responses[k].status;
+    else
+      point.pending = rve::Tensor2::identity();
+  }
+}
+
+/// All parts of all macro steps, the n-th parts of all RVEs at once.
+void RvePoints::run(std::vector<Macro> &macros)
+{
+  for (int part = 0;; ++part) {
+    std::vector<Macro *> last, others;
+    for (Macro &macro : macros)
+      if (!macro.failed && part < macro.parts)
+        (part + 1 == macro.parts ? last : others).push_back(&macro);
+    if (last.empty() && others.empty()) return;
+
+    const auto slots_of = [](const std::vector<Macro *> &some) {
+      std::vector<int> slots;
+      for (const Macro *macro : some) slots.push_back(macro->slot);
+      return slots;
+    };
+    const auto drives_of = [part](const std::vector<Macro *> &some) {
+      std::vector<rve::Drive> drives;
+      for (const Macro *macro : some) drives.push_back(macro->of_part(part));
+      return drives;
+    };
+    if (!others.empty()) {
+      std::vector<rve::Response> responses;
+      engine->advance(slots_of(others), drives_of(others), responses);
+      for (std::size_t k = 0; k < others.size(); ++k) {
+        others[k]->samples.push_back(responses[k].stress);
+        others[k]->failed = (responses[k].status & rve::status::Fatal) != 0;
+        if (others[k]->failed) points[others[k]->slot].result.status = responses[k].status;
+      }
+    }
+    if (!last.empty()) {
+      std::vector<rve::Result> results;
+      engine->advance(slots_of(last), drives_of(last), results);
+      for (std::size_t k = 0; k < last.size(); ++k) {
+        Macro &macro = *last[k];
+        Point &point = points[macro.slot];
+        macro.failed = (results[k].status & rve::status::Fatal) != 0;
+        if (macro.failed) {
+          point.result.status = results[k].status;
+          continue;
+        }
+        point.result = results[k];
+        if (macro.parts == 1) continue;
+        macro.samples.push_back(results[k].stress);
+        point.result.stress = macro.stress(options.stress_from);
+      }
+    }
+  }
+}
+
+void RvePoints::advance_shadows(const std::vector<int> &slots,
+                                const std::vector<rve::Drive> &drives)
+{
+  std::vector<int> originals, numbers;
+  std::vector<rve::Drive> finer;
+  for (std::size_t k = 0; k < slots.size(); ++k) {
+    const Point &point = points[slots[k]];
+    if (point.shadow < 0 || point.frozen) continue;
+    Macro macro;
+    macro.slot = slots[k];
+    macro.drive = drives[k];
+    plan(macro);
+    macro.drive.dt /= options.shadow_refinement;
+    macro.drive.substeps *= options.shadow_refinement;
+    originals.push_back(slots[k]);
+    numbers.push_back(point.shadow);
+    finer.push_back(macro.drive);
+  }
+  if (numbers.empty()) return;
+  std::vector<rve::Response> responses;
+  shadows->advance(numbers, finer, responses);
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    Point &point = points[originals[k]];
+    if (responses[k].status & rve::status::Fatal)
+      remove_shadow(point);    // its RVE will have another one, or fail as well
+    else
+      point.shadow_stress = responses[k].stress;
+  }
 }
 
 std::vector<int> RvePoints::advance(const std::vector<int> &slots,
                                     const std::vector<rve::Drive> &drives)
 {
-  std::vector<int> alive, failed;
-  std::vector<rve::Drive> their_drives;
-  for (std::size_t k = 0; k < slots.size(); ++k)
-    if (!points[slots[k]].frozen) {
-      alive.push_back(slots[k]);
-      their_drives.push_back(drives[k]);
+  const auto start = std::chrono::steady_clock::now();
+  std::vector<int> failed;
+  std::vector<Macro> macros;
+  for (std::size_t k = 0; k < slots.size(); ++k) {
+    Point &point = points[slots[k]];
+    if (point.frozen) continue;
+    Macro macro;
+    macro.slot = slots[k];
+    macro.drive = drives[k];
+    if (!macro.drive.has_servo() && macro.drive.substeps > 0) {
+      if (options.quiescent_strain > 0.0 && can_sleep(point)) {
+        const rve::Tensor2 pending = macro.drive.deformation * point.pending;
+        if (rve::strain_size(pending) < options.quiescent_strain) {
+          point.pending = pending;
+          answer_asleep(slots[k]);
+          continue;
+        }
+      }
+      if (!is_identity(point.pending))
+        macro.drive.deformation =
+            waking_deformation(slots[k], macro.drive.deformation * point.pending);
     }
-  if (alive.empty()) return failed;
+    plan(macro);
+    macros.push_back(macro);
+  }
   image_sizes.assign(points.size(), 0);
 
-  std::vector<rve::Result> results;
-  engine->advance(alive, their_drives, results);
-  for (std::size_t k = 0; k < alive.size(); ++k) {
-    Point &point = points[alive[k]];
-    if (results[k].status & rve::status::Fatal) {
-      point.result.status = results[k].status;
-      point.frozen = true;
-      failed.push_back(alive[k]);
-    } else {
-      point.result = results[k];
-    }
+  if (!macros.empty()) {
+    catch_up(macros);
+    run(macros);
   }
+  for (const Macro &macro : macros) {
+    Point &point = points[macro.slot];
+    point.asleep = false;
+    if (macro.failed) {
+      point.frozen = true;
+      failed.push_back(macro.slot);
+      continue;
+    }
+    point.stiffness.reset();
+    if (macro.drive.substeps == 0) continue;
+    point.pending = rve::Tensor2::identity();
+    point.drive = macro.drive;
+  }
+
+  if (shadows) {
+    const auto shadows_start = std::chrono::steady_clock::now();
+    advance_shadows(slots, drives);
+    seconds_for_shadows += seconds_since(shadows_start);
+  }
+  seconds += seconds_since(start);
   return failed;
 }
 
+/* ----------------------------------------------------------------------
+   images
+------------------------------------------------------------------------- */
+
 std::vector<double> RvePoints::image(int slot) const
 {
+  const Point &point = points[slot];
   const std::vector<char> state = rve::serialize(engine->state(slot));
-  std::vector<double> image(HEAD + doubles_for(state.size()), 0.0);
+  std::vector<char> shadow;
+  if (point.shadow >= 0) shadow = rve::serialize(shadows->state(point.shadow));
+  const std::size_t begin_of_shadow = HEAD + doubles_for(state.size());
+  std::vector<double> image(begin_of_shadow + doubles_for(shadow.size()), 0.0);
   ImageHead head{};
+  head.version = IMAGE_VERSION;
   head.bytes = state.size();
-  head.frozen = points[slot].frozen ? 1 : 0;
-  head.result = points[slot].result;
+  head.shadow_bytes = shadow.size();
+  head.frozen = point.frozen ? 1 : 0;
+  head.asleep = point.asleep ? 1 : 0;
+  head.drive = point.drive;
+  head.pending = point.pending;
+  head.shadow_stress = point.shadow_stress;
+  head.result = point.result;
+  head.rested = point.rested;
   std::memcpy(image.data(), &head, sizeof(head));
   std::memcpy(image.data() + HEAD, state.data(), state.size());
+  if (!shadow.empty()) std::memcpy(image.data() + begin_of_shadow, shadow.data(), shadow.size());
   image_sizes[slot] = static_cast<int>(image.size());
   return image;
 }
@@ -117,12 +437,23 @@ int RvePoints::add_image(const double *image)
 {
   ImageHead head;
   std::memcpy(static_cast<void *>(&head), image, sizeof(head));
+  rve::require(head.version == IMAGE_VERSION,
+               "it was written by another version of this package, or it is damaged");
   const rve::RveState state =
       rve::deserialize(reinterpret_cast<const char *>(image + HEAD), head.bytes);
   const int slot = engine->add(state);
   Point &point = settle(slot, state);
   point.result = head.result;
+  point.rested = head.rested;
   point.frozen = head.frozen != 0;
+  point.asleep = head.asleep != 0;
+  point.drive = head.drive;
+  point.pending = head.pending;
+  point.shadow_stress = head.shadow_stress;
+  // a script that asks for no shadows leaves those of a restart file behind
+  if (head.shadow_bytes > 0 && shadows)
+    point.shadow = shadows->add(rve::deserialize(
+        reinterpret_cast<const char *>(image + HEAD + doubles_for(head.bytes)), head.shadow_bytes));
   return slot;
 }
 
@@ -136,5 +467,6 @@ int RvePoints::image_bound(int slot) const
 {
   // per grain: radius, 2 coordinates, 2 velocities, spin, 2 list coordinates; per pair 16 bytes; the rest generously
   const rve::Result &result = points[slot].result;
-  return static_cast<int>(HEAD) + 8 * result.num_grains + 2 * result.num_pairs + 256;
+  const int of_state = 8 * result.num_grains + 2 * result.num_pairs + 256;
+  return static_cast<int>(HEAD) + (points[slot].shadow >= 0 ? 2 : 1) * of_state;
 }

@@ -12,17 +12,43 @@
 ------------------------------------------------------------------------- */
 
 // The RVEs behind the atoms of one rank: what the engine holds, with the last answer of each, its failure flag and the byte image
-// in which it travels between ranks and into restart files. Knows the engine, not LAMMPS.
+// in which it travels between ranks and into restart files; and how a macro step becomes DEM steps. Knows the engine, not LAMMPS.
 
 #ifndef LMP_RVE_POINTS_H
 #define LMP_RVE_POINTS_H
 
-#include "rve/engine/engine.h"
+#include "rve/engine/advice.h"
+#include "rve/engine/affine_stiffness.h"
+#include "rve/engine/substeps.h"
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace LAMMPS_NS {
+
+/// Where the stress of a macro step is taken.
+enum class StressFrom { End, Average, Regression };
+
+/// What may stand between a macro step and the DEM steps of an RVE; as given here, nothing does.
+struct MacroStepOptions {
+  std::optional<rve::AdaptiveSubsteps>
+      adaptive;    ///< number of DEM steps by strain; not with a servo
+  double quiescent_strain =
+      0.0;    ///< an RVE that strains less since its last DEM step is skipped; 0: none is
+  StressFrom stress_from = StressFrom::End;
+  int stress_samples =
+      1;    ///< of an average or a regression, the last one at the end of the macro step
+  int stress_spacing = 1;       ///< DEM steps between samples
+  int shadow_refinement = 4;    ///< DEM steps of a shadow per step of its RVE
+};
+
+/// Mean unbalanced force over mean contact force below which an RVE is at rest and may be skipped [-].
+constexpr double QUIET_UNBALANCED_RATIO = 1e-2;
+
+/// Rotation of a waking RVE, over its mean overlap over sum of radii, above which it is turned rigidly [-]. A cell that turns by an
+/// angle in a few DEM steps lets contacts slip by it, since grains do not spin yet: a hundredth of the normal force at k_t = k_n.
+constexpr double TURN_OF_OVERLAP = 1e-2;
 
 class RvePoints {
  public:
@@ -32,16 +58,46 @@ class RvePoints {
     rve::Material material;
     double servo_gain = 0.0;    ///< default of its stress servo [1/(stress time^2)]
     bool frozen = false;        ///< failed once and is not advanced any more
+    bool asleep = false;        ///< was skipped in the last macro step
+
+    rve::Drive drive;    ///< of its last DEM steps; none so far if it has no substeps
+
+    rve::Result
+        rested;    ///< while asleep: of its last DEM step; `result` is then that of the affine RVE
+    rve::Tensor2 pending = rve::Tensor2::identity();    ///< deformation since then
+    std::optional<rve::AffineStiffness> stiffness;      ///< at `rested`, once it is asked for
+
+    int shadow = -1;    ///< number of its shadow in the engine of shadows
+    rve::Tensor2 shadow_stress = rve::Tensor2::zero();    ///< [stress]
+
+    const rve::Result &last_steps() const { return asleep ? rested : result; }
+    /// |D| in the RVE's own time, of its last DEM steps [1/time]
+    double strain_rate() const;
+    /// |stress - stress of the shadow| over the larger of both [-]
+    double shadow_deviation() const;
   };
 
-  explicit RvePoints(std::unique_ptr<rve::Engine> _engine) : engine(std::move(_engine)) {}
+  /// `_shadows` is an engine in double precision, or none if there shall be no shadows.
+  RvePoints(std::unique_ptr<rve::Engine> _engine, std::unique_ptr<rve::Engine> _shadows,
+            const MacroStepOptions &_options) :
+      engine(std::move(_engine)),
+      shadows(std::move(_shadows)), options(_options)
+  {
+  }
 
   /// Takes RVEs in and evaluates their stress; returns their slots.
   std::vector<int> add(const std::vector<const rve::RveState *> &states);
   void remove(int slot);
 
-  /// Advances those that are not frozen; returns the slots that failed, which stay as they were and are frozen.
+  /// Advances those that are not frozen; returns the slots that failed, which stay as they were and are frozen. With stress samples
+  /// a macro step is several calls of the engine: a failed RVE then stays as it was before the call that failed.
   std::vector<int> advance(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);
+
+  /// Gives the RVE a shadow: a copy in double precision that goes its way with finer steps from now on, never skipped.
+  void add_shadow(int slot);
+  /// Wall time spent on shadows, and on all [seconds]
+  double shadow_time() const { return seconds_for_shadows; }
+  double total_time() const { return seconds; }
 
   const Point &point(int slot) const { return points[slot]; }
   rve::RveState state(int slot) const { return engine->state(slot); }
@@ -58,11 +114,23 @@ class RvePoints {
   int image_bound(int slot) const;
 
  private:
-  std::unique_ptr<rve::Engine> engine;
+  std::unique_ptr<rve::Engine> engine, shadows;
+  MacroStepOptions options;
+  double seconds = 0.0, seconds_for_shadows = 0.0;
   std::vector<Point> points;               // by slot
   mutable std::vector<int> image_sizes;    // by slot; 0: not known
 
+  struct Macro;    // a macro step of one RVE
+
   Point &settle(int slot, const rve::RveState &state);
+  bool can_sleep(const Point &point) const;
+  void answer_asleep(int slot);
+  void plan(Macro &macro) const;
+  rve::Tensor2 waking_deformation(int slot, const rve::Tensor2 &total);
+  void catch_up(std::vector<Macro> &macros);
+  void run(std::vector<Macro> &macros);
+  void advance_shadows(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);
+  void remove_shadow(Point &point);
 };
 
 }    // namespace LAMMPS_NS

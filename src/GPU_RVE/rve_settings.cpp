@@ -93,6 +93,15 @@ class Words {
     lmp->error->all(FLERR, "{}: {} is '{}'; it must be {}", command, what, word, allowed);
   }
 
+  double within(const std::string &what, const char *unit, double above, double most)
+  {
+    const double value = number(what);
+    if (!(value > above && value <= most))
+      lmp->error->all(FLERR, "{}: {} is {} {}; it must be greater than {} and at most {}", command,
+                      what, rve::number(value), unit, rve::number(above), rve::number(most));
+    return value;
+  }
+
   std::vector<TensorComponent> components(const std::string &what, bool symmetric)
   {
     std::vector<TensorComponent> list;
@@ -127,6 +136,16 @@ constexpr const char *KEYWORDS[] = {"drive",
                                     "dt",
                                     "dt_check",
                                     "substeps",
+                                    "quiescent",
+                                    "stress",
+                                    "mass_scaling",
+                                    "shadow",
+                                    "preset",
+                                    "packings",
+                                    "packing_variable",
+                                    "packing_random",
+                                    "packing_void_ratio",
+                                    "packing_image",
                                     "format",
                                     "arithmetic",
                                     "device",
@@ -137,27 +156,57 @@ constexpr const char *KEYWORDS[] = {"drive",
                                     "overlap_limit",
                                     "policy",
                                     "energy",
-                                    "packings",
-                                    "packing_variable",
-                                    "packing_random",
-                                    "packing_void_ratio",
-                                    "packing_image",
-                                    "dump",
-                                    "kn",
-                                    "kt",
-                                    "friction",
-                                    "density",
-                                    "damping",
-                                    "gamma_n",
-                                    "gamma_t",
-                                    "thickness",
-                                    "mass_depth"};
+                                    "dump"};
+
+constexpr struct {
+  const char *name;
+  std::optional<double> MaterialWords::*member;
+} MATERIAL_KEYWORDS[] = {{"kn", &MaterialWords::kn},
+                         {"kt", &MaterialWords::kt},
+                         {"friction", &MaterialWords::friction},
+                         {"density", &MaterialWords::density},
+                         {"damping", &MaterialWords::damping},
+                         {"gamma_n", &MaterialWords::gamma_n},
+                         {"gamma_t", &MaterialWords::gamma_t},
+                         {"thickness", &MaterialWords::thickness},
+                         {"mass_depth", &MaterialWords::mass_depth}};
 
 bool is_keyword(const char *word)
 {
-  return std::any_of(std::begin(KEYWORDS), std::end(KEYWORDS), [&](const char *keyword) {
-    return strcmp(word, keyword) == 0;
-  });
+  for (const char *keyword : KEYWORDS)
+    if (strcmp(word, keyword) == 0) return true;
+  for (const auto &material : MATERIAL_KEYWORDS)
+    if (strcmp(word, material.name) == 0) return true;
+  return false;
+}
+
+// An RVE that is skipped longer than this answers from a stiffness that it has no more: contacts slide from a thousandth on.
+constexpr double LARGEST_QUIESCENT_STRAIN = 1e-2;
+
+// Of adaptive substeps, unless the script says otherwise.
+constexpr int MOST_SUBSTEPS = 100000;
+
+enum class Preset { Draft, Standard, Reference };
+
+/// What doc/src/accuracy.rst recommends; keywords that follow replace parts of it.
+void apply(Preset preset, FixRveSettings &s)
+{
+  s.dt_auto = true;
+  switch (preset) {
+    case Preset::Draft:
+      s.options.format = rve::Format::Fast;
+      s.dt_fraction = 0.9;
+      s.mass_scaling = 4.0;
+      break;
+    case Preset::Standard:
+      s.options.format = rve::Format::Mixed;
+      s.dt_fraction = 0.9;
+      break;
+    case Preset::Reference:
+      s.options.format = rve::Format::Double;
+      s.dt_fraction = 0.1;
+      break;
+  }
 }
 
 }    // namespace
@@ -171,18 +220,9 @@ const char *LAMMPS_NS::rve_component_name(int row, int column)
 
 bool MaterialWords::take(LAMMPS *lmp, const std::string &command, int iarg, int narg, char **arg)
 {
-  const std::pair<const char *, std::optional<double> *> members[] = {{"kn", &kn},
-                                                                      {"kt", &kt},
-                                                                      {"friction", &friction},
-                                                                      {"density", &density},
-                                                                      {"damping", &damping},
-                                                                      {"gamma_n", &gamma_n},
-                                                                      {"gamma_t", &gamma_t},
-                                                                      {"thickness", &thickness},
-                                                                      {"mass_depth", &mass_depth}};
-  for (const auto &[name, member] : members)
+  for (const auto &[name, member] : MATERIAL_KEYWORDS)
     if (strcmp(arg[iarg], name) == 0) {
-      *member = Words(lmp, command, narg, arg, iarg + 1).number(name);
+      this->*member = Words(lmp, command, narg, arg, iarg + 1).number(name);
       return true;
     }
   return false;
@@ -277,10 +317,50 @@ FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
       s.dt_check_interval = words.integer(keyword, 0);
     } else if (keyword == "substeps") {
       s.substeps = 0;
-      if (strcmp(words.peek(), "match") == 0)
+      s.macro_step.adaptive.reset();
+      if (strcmp(words.peek(), "match") == 0) {
         words.skip(1);
-      else
+      } else if (strcmp(words.peek(), "adaptive") == 0) {
+        words.skip(1);
+        rve::AdaptiveSubsteps adaptive;
+        adaptive.strain_per_step = words.within("substeps adaptive strain", "[-]", 0.0, 1e-2);
+        adaptive.inertial_number =
+            words.within("substeps adaptive inertial number", "[-]", 0.0, 1.0);
+        adaptive.most = words.starts_number() ? words.integer("substeps adaptive most", 1)
+                                              : MOST_SUBSTEPS;
+        s.macro_step.adaptive = adaptive;
+      } else {
         s.substeps = words.integer(keyword, 1);
+      }
+    } else if (keyword == "quiescent") {
+      s.macro_step.quiescent_strain =
+          words.within("quiescent strain", "[-]", 0.0, LARGEST_QUIESCENT_STRAIN);
+    } else if (keyword == "mass_scaling") {
+      s.mass_scaling = words.positive(keyword, "[-]");
+    } else if (keyword == "stress") {
+      s.macro_step.stress_from = words.choice<StressFrom>(keyword,
+                                                          {{"end", StressFrom::End},
+                                                           {"average", StressFrom::Average},
+                                                           {"regression", StressFrom::Regression}});
+      if (s.macro_step.stress_from != StressFrom::End) {
+        s.macro_step.stress_samples = words.integer("stress samples", 2);
+        s.macro_step.stress_spacing = words.integer("stress spacing", 1);
+      }
+    } else if (keyword == "shadow") {
+      s.num_shadows = words.integer(keyword, 1);
+      if (words.starts_number())
+        s.macro_step.shadow_refinement = words.integer("shadow refinement", 1);
+    } else if (keyword == "preset") {
+      if (words.position() != 5)
+        lmp->error->all(FLERR,
+                        "{}: preset must be the first keyword: those that follow replace "
+                        "parts of it",
+                        command);
+      apply(words.choice<Preset>(keyword,
+                                 {{"draft", Preset::Draft},
+                                  {"standard", Preset::Standard},
+                                  {"reference", Preset::Reference}}),
+            s);
     } else if (keyword == "format") {
       s.options.format = words.choice<rve::Format>(keyword,
                                                    {{"fast", rve::Format::Fast},
@@ -340,6 +420,23 @@ FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
 
   if (s.driver == RveDriver::Mpm && !s.stress_goal.empty())
     lmp->error->all(FLERR, "{}: servo and drive mpm exclude each other", command);
+  if (s.macro_step.adaptive && !s.stress_goal.empty())
+    lmp->error->all(FLERR,
+                    "{}: substeps adaptive needs a strain that is known beforehand and "
+                    "cannot be used with servo",
+                    command);
+  if (s.macro_step.quiescent_strain > 0.0 && !s.stress_goal.empty())
+    lmp->error->all(FLERR,
+                    "{}: quiescent and servo exclude each other: a servo has to feel the "
+                    "stress of the grains",
+                    command);
+  if (s.macro_step.adaptive && s.macro_step.quiescent_strain > 0.0 &&
+      s.macro_step.quiescent_strain < s.macro_step.adaptive->strain_per_step)
+    lmp->error->warning(FLERR,
+                        "fix rve: quiescent strain {} is less than the strain of one adaptive "
+                        "substep, {}: an RVE wakes for a single step",
+                        rve::number(s.macro_step.quiescent_strain),
+                        rve::number(s.macro_step.adaptive->strain_per_step));
   for (const auto &goal : s.stress_goal)
     for (const auto &rate : s.velocity_gradient)
       if (goal.row == rate.row && goal.column == rate.column)

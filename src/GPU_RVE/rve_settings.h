@@ -16,8 +16,7 @@
 #ifndef LMP_RVE_SETTINGS_H
 #define LMP_RVE_SETTINGS_H
 
-#include "rve/engine/options.h"
-#include "rve/engine/state.h"
+#include "rve_points.h"
 
 #include <optional>
 #include <string>
@@ -86,6 +85,9 @@ struct FixRveSettings {
   double dt_fraction = 0.9;       ///< of the stability bound, for dt auto
   int dt_check_interval = 100;    ///< LAMMPS steps between checks of the bound
   int substeps = 0;    ///< DEM steps per LAMMPS step; 0: as many as cover the LAMMPS time step
+  double mass_scaling = 1.0;    ///< factor of the mass of all grains [-]
+  MacroStepOptions macro_step;
+  int num_shadows = 0;
 
   rve::Options options;
   bool threads_given = false;

@@ -1,13 +1,12 @@
 // What happens when it cannot go on: a status and the state before the call, never silence; and the rest of the batch goes on.
 
+#include "support/messages.h"
 #include "support/rve_rig.h"
 
-#include "rve/core/error.h"
 #include "rve/engine/stability.h"
 
 #include <gtest/gtest.h>
 
-#include <functional>
 #include <limits>
 
 using namespace rve;
@@ -16,16 +15,6 @@ using namespace rve_test;
 namespace {
 
 constexpr double DT = 5e-5;
-
-std::string message_of(const std::function<void()> &action)
-{
-  try {
-    action();
-  } catch (const InputError &error) {
-    return error.what();
-  }
-  return "(no error)";
-}
 
 bool contains(const std::string &text, const std::string &part)
 {

@@ -1,6 +1,7 @@
 // From contacts to continuum: closed forms of a lattice, and Love's stress against the energy it derives from.
 
 #include "oracle/love_sum.h"
+#include "support/lattice.h"
 #include "support/rve_rig.h"
 
 #include "rve/engine/contact_network.h"
@@ -18,22 +19,13 @@ constexpr double RADIUS = 0.005;
 constexpr double STIFFNESS = 1e6;
 constexpr double THICKNESS = 0.075;
 
-/// Triangular lattice with one lattice direction along x; every contact has the overlap.
 RveState hexagonal_lattice(double overlap, double tangential_stiffness)
 {
-  const int columns = 6, rows = 6;
   Material material = paper_material();
   material.normal_stiffness = STIFFNESS;
   material.tangential_stiffness = tangential_stiffness;
   material.thickness = THICKNESS;
-  const double spacing = 2.0 * RADIUS - overlap, height = std::sqrt(0.75) * spacing;
-  std::vector<double> xy;
-  for (int i = 0; i < columns * rows; ++i) {
-    xy.push_back((i % columns + (i / columns % 2 ? 0.75 : 0.25)) * spacing);
-    xy.push_back((i / columns + 0.5) * height);
-  }
-  return state_of(material, Tensor2{{columns * spacing, 0.0, 0.0, rows * height}},
-                  std::vector<double>(columns * rows, RADIUS), xy);
+  return rve_test::hexagonal_lattice(material, RADIUS, overlap);
 }
 
 /// d stress / d strain of the lattice for a small homogeneous strain increment.

@@ -3,6 +3,7 @@
 #include "rve/core/error.h"
 #include "rve/engine/contact_network.h"
 #include "rve/engine/packing.h"
+#include "support/messages.h"
 #include "test_states.h"
 
 #include <gtest/gtest.h>
@@ -48,12 +49,9 @@ Result evaluate(Engine &engine, const RveState &state)
 
 std::string message_of(const PackingRecipe &recipe, Engine &engine)
 {
-  try {
+  return rve_test::message_of([&] {
     generate_packing(recipe, engine);
-  } catch (const InputError &error) {
-    return error.what();
-  }
-  return "no error";
+  });
 }
 
 }    // namespace

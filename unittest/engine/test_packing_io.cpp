@@ -1,6 +1,8 @@
 #include "rve/core/error.h"
 #include "rve/engine/contact_network.h"
 #include "rve/engine/packing_io.h"
+#include "support/files.h"
+#include "support/messages.h"
 #include "test_states.h"
 
 #include <gtest/gtest.h>
@@ -16,32 +18,16 @@ using namespace rve_test;
 
 namespace {
 
-std::string temporary_path(const std::string &name)
-{
-  return testing::TempDir() + "rve_" +
-      testing::UnitTest::GetInstance()->current_test_info()->name() + "_" + name;
-}
-
-std::string text_of(const std::string &path)
-{
-  std::ifstream file(path);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
 /// Writes `text` with `from` replaced by `to`, reads it as a packing and returns the error.
 std::string message_after(std::string text, const std::string &from, const std::string &to)
 {
   const std::string path = temporary_path("broken.rve");
   text.replace(text.find(from), from.size(), to);
   std::ofstream(path) << text;
-  try {
+  const std::string message = message_of([&] {
     read_packing(path);
-  } catch (const InputError &error) {
-    return std::string(error.what()).substr(path.size());
-  }
-  return "no error";
+  });
+  return message.rfind(path, 0) == 0 ? message.substr(path.size()) : message;
 }
 
 const char *const TWO_GRAINS = "gpu_rve_packing 1\n"                           // line 1

@@ -4,6 +4,8 @@
 #include "rve/engine/packing.h"
 #include "rve/engine/packing_io.h"
 #include "rve/engine/packing_library.h"
+#include "support/files.h"
+#include "support/messages.h"
 #include "support/rve_rig.h"
 
 #include <gtest/gtest.h>
@@ -42,30 +44,6 @@ PackingLibrary library_of(int count)
     library.add(row, std::move(packing));
   }
   return library;
-}
-
-std::string temporary_path(const std::string &name)
-{
-  return testing::TempDir() + "rve_" +
-      testing::UnitTest::GetInstance()->current_test_info()->name() + "_" + name;
-}
-
-std::string text_of(const std::string &path)
-{
-  std::ifstream file(path);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-template <class Work> std::string message_of(Work &&work)
-{
-  try {
-    work();
-  } catch (const InputError &error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 /// The error, behind the path, of reading the library with `from` replaced by `to`.

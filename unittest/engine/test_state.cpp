@@ -1,6 +1,7 @@
 #include "rve/core/error.h"
 #include "rve/engine/engine.h"
 #include "rve/engine/state.h"
+#include "support/messages.h"
 #include "test_states.h"
 
 #include <gtest/gtest.h>
@@ -16,16 +17,6 @@ using namespace rve_test;
 namespace {
 
 constexpr double NOT_A_NUMBER = std::numeric_limits<double>::quiet_NaN();
-
-std::string message_of(const std::function<void()> &action)
-{
-  try {
-    action();
-  } catch (const InputError &error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 void expect_contains(const std::string &message, const std::string &fragment)
 {

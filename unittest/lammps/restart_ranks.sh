@@ -5,11 +5,13 @@
 # carry are compared byte by byte. Scenes:
 #   shear     fix rve alone: each RVE under its own velocity gradient, its atom flying across the rank borders
 #   footing   fix mpm with fix rve: a plate pressed into 4 x 4 points
+#   knobs     the shear scene, slower, with all that may stand between a macro step and DEM steps: RVEs asleep at the stop, and shadows.
+#             It has no controls: a packing file has no sleep
 # Controls: a run from the RVEs at the stop as packing files gives the same grains and contacts too, some in another order, because its
 # lists begin at the stop and those of the others did not. The same run with the tangential forces set to zero does not: so a
 # lost history would be seen.
 #
-#   restart_ranks.sh shear|footing <lmp> <packing> <ranks before> <ranks after> <mpiexec and its options...>
+#   restart_ranks.sh shear|footing|knobs <lmp> <packing> <ranks before> <ranks after> <mpiexec and its options...>
 set -eu
 scene=$1 lmp=$2 packing=$3 before=$4 after=$5
 shift 5
@@ -20,7 +22,7 @@ cd "$work"
 # A scene: in.setup makes the atoms; in.settings is what a restart file does not keep; fixes <ID of fix rve> <its packing, or several>;
 # the atoms with RVEs; the steps of the stop and the end; what fix mpm gives, if there is one
 case $scene in
-shear)
+shear | knobs)
   cat > in.setup << END
 units si
 dimension 2
@@ -46,9 +48,17 @@ END
   fixes() {
     rve=$1; shift
     echo "fix move all nve"
-    echo "fix $rve all rve $* threads 1 dt 1e-4 drive velocity_gradient yy v_rate xy 1.0"
+    if [ "$scene" = shear ]; then
+      echo "fix $rve all rve $* threads 1 dt 1e-4 drive velocity_gradient yy v_rate xy 1.0"
+    else
+      echo "variable slow atom -0.01*id*id"
+      echo "fix $rve all rve $* threads 1 dt 1e-4 drive velocity_gradient yy v_slow xy 0.01 substeps adaptive 1e-6 1e-3 quiescent 1.5e-4 &"
+      echo "  stress regression 3 2 mass_scaling 2 shadow 3 2"
+    fi
   }
   atoms=$(seq 4) stop=20 end=40 columns="" vector=""
+  # what shadows say, and the RVEs that are asleep
+  [ "$scene" = knobs ] && vector='$(f_RVE[11]:%.17g) $(f_RVE[12]:%.17g) $(f_RVE[13]:%.17g) $(f_RVE[14]:%.0f)'
   ;;
 footing)
   # the border between two ranks is just below the upper row of points, and the plate pushes them across it
@@ -96,14 +106,14 @@ END
   "$@" 1 "$lmp" -in in.packing -log packing.log > packing.out || { cat packing.out; exit 1; }
   packing=$work/small.rve
   ;;
-*) echo "the scene must be shear or footing, got $scene"; exit 1 ;;
+*) echo "the scene must be shear, footing or knobs, got $scene"; exit 1 ;;
 esac
 
 # write <name> <ID of fix rve>: all that is compared. 17 digits are all bits of a double; counts are DEM steps and rebuilds of lists
 write() {
   for id in $atoms; do echo "write_rve $2 atom $id file $1.$id.rve format rve"; done
   echo "write_dump all custom $1.points id x y vx vy $columns modify sort id format float %.17g"
-  echo "print '\$(f_$2[3]:%.0f) \$(f_$2[4]:%.0f) $vector' file $1.counts"
+  echo "print '\$(f_$2[3]:%.0f) \$(f_$2[4]:%.0f) $(echo "$vector" | sed "s/f_RVE/f_$2/g")' file $1.counts"
 }
 
 { cat in.setup in.settings; fixes grains "$packing"; echo "thermo $end"; echo "run $end"; write whole grains; } > in.whole
@@ -144,6 +154,11 @@ for id in $atoms; do
   awk '/^contacts/ {on = 1; next} on && NF == 3 && $3 != 0 {n++} END {exit n > 20 ? 0 : 1}' stop.$id.rve ||
     { echo "the tangential history of atom $id is empty"; exit 1; }
 done
+if [ "$scene" = knobs ]; then
+  awk '{exit $4 > 0 && $6 > 0 ? 0 : 1}' stop.counts || { echo "nothing sleeps, or shadows see nothing:"; cat stop.counts; exit 1; }
+  echo "equal: 1 rank, and $before ranks stopped and continued on $after, with sleeping RVEs and shadows"
+  exit 0
+fi
 [ "$(awk '{print $2}' stop.counts)" -gt 4 ] || { echo "no list was rebuilt:"; cat stop.counts; exit 1; }
 
 # the controls

@@ -6,6 +6,7 @@
 #include "atom.h"
 #include "compute.h"
 #include "exceptions.h"
+#include "fix.h"
 #include "input.h"
 #include "lammps.h"
 #include "modify.h"
@@ -39,6 +40,31 @@ class Script {
 
   using Values = std::map<LAMMPS_NS::tagint, double>;
 
+  using Rows = std::map<LAMMPS_NS::tagint, std::vector<double>>;
+
+  /// `width` values of each local atom i, which append(i, list) appends to the list, of all atoms by ID, on every rank.
+  template <class Append> Rows rows_by_id(int width, const Append &append)
+  {
+    const LAMMPS_NS::Atom *atom = lmp->atom;
+    std::vector<double> mine;
+    for (int i = 0; i < atom->nlocal; ++i) {
+      mine.push_back((double) atom->tag[i]);
+      append(i, mine);
+    }
+    int size, count = (int) mine.size();
+    MPI_Comm_size(lmp->world, &size);
+    std::vector<int> counts(size), offsets(size, 0);
+    MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, lmp->world);
+    for (int r = 1; r < size; ++r) offsets[r] = offsets[r - 1] + counts[r - 1];
+    std::vector<double> all(offsets[size - 1] + counts[size - 1]);
+    MPI_Allgatherv(mine.data(), count, MPI_DOUBLE, all.data(), counts.data(), offsets.data(),
+                   MPI_DOUBLE, lmp->world);
+    Rows rows;
+    for (auto row = all.begin(); row != all.end(); row += 1 + width)
+      rows[(LAMMPS_NS::tagint) *row] = {row + 1, row + 1 + width};
+    return rows;
+  }
+
   /// A property d_name of all atoms by ID, on every rank.
   Values property(const char *name)
   {
@@ -54,27 +80,22 @@ class Script {
     return by_id(compute->vector_atom);
   }
 
+  /// Value `n`, from 1, of the vector of a fix.
+  double fix_value(const std::string &id, int n)
+  {
+    return lmp->modify->get_fix_by_id(id)->compute_vector(n - 1);
+  }
+
   std::unique_ptr<LAMMPS_NS::LAMMPS> lmp;
 
  private:
   Values by_id(const double *of_local_atoms)
   {
-    const LAMMPS_NS::Atom *atom = lmp->atom;
-    std::vector<double> mine;
-    for (int i = 0; i < atom->nlocal; ++i) {
-      mine.push_back((double) atom->tag[i]);
-      mine.push_back(of_local_atoms[i]);
-    }
-    int size, count = (int) mine.size();
-    MPI_Comm_size(lmp->world, &size);
-    std::vector<int> counts(size), offsets(size, 0);
-    MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, lmp->world);
-    for (int r = 1; r < size; ++r) offsets[r] = offsets[r - 1] + counts[r - 1];
-    std::vector<double> all(offsets[size - 1] + counts[size - 1]);
-    MPI_Allgatherv(mine.data(), count, MPI_DOUBLE, all.data(), counts.data(), offsets.data(),
-                   MPI_DOUBLE, lmp->world);
     Values values;
-    for (std::size_t k = 0; k < all.size(); k += 2) values[(LAMMPS_NS::tagint) all[k]] = all[k + 1];
+    const Rows rows = rows_by_id(1, [=](int i, std::vector<double> &list) {
+      list.push_back(of_local_atoms[i]);
+    });
+    for (const auto &[id, row] : rows) values[id] = row[0];
     return values;
   }
 };

@@ -4,19 +4,18 @@
 #include "atom.h"
 #include "comm.h"
 #include "domain.h"
-#include "exceptions.h"
 #include "fix.h"
-#include "input.h"
 #include "lammps.h"
 #include "modify.h"
+#include "script.h"
+#include "support/files.h"
 
 #include <gtest/gtest.h>
 #include <mpi.h>
 
 #include <cmath>
 #include <cstdio>
-#include <map>
-#include <memory>
+#include <fstream>
 #include <set>
 #include <string>
 #include <vector>
@@ -25,59 +24,22 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-/// One LAMMPS on a communicator, driven line by line, silent.
-class Script {
+/// A script with a fix mpm of the ID soil.
+class SoilScript : public Script {
  public:
-  explicit Script(MPI_Comm comm = MPI_COMM_WORLD)
-  {
-    std::vector<std::string> words = {"lmp", "-log", "none", "-screen", "none", "-nocite"};
-    std::vector<char *> argv;
-    for (auto &word : words) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    lmp = std::make_unique<LAMMPS>((int) words.size(), argv.data(), comm);
-  }
-
-  Script &operator<<(const std::string &lines)
-  {
-    lmp->input->one("");
-    std::size_t begin = 0;
-    while (begin < lines.size()) {
-      std::size_t end = lines.find('\n', begin);
-      if (end == std::string::npos) end = lines.size();
-      const std::string line = lines.substr(begin, end - begin);
-      if (line.find_first_not_of(" \t") != std::string::npos) lmp->input->one(line);
-      begin = end + 1;
-    }
-    return *this;
-  }
+  using Script::Script;
 
   Fix *fix() { return lmp->modify->get_fix_by_id("soil"); }
 
   /// All that a point carries, by atom ID: position, velocity, force columns of the fix; on every rank.
-  std::map<tagint, std::vector<double>> points()
+  Rows points()
   {
     const Atom *atom = lmp->atom;
     const int columns = fix()->size_peratom_cols;
-    const int width = 5 + columns;
-    std::vector<double> mine;
-    for (int i = 0; i < atom->nlocal; ++i) {
-      mine.push_back((double) atom->tag[i]);
-      for (int a = 0; a < 2; ++a) mine.push_back(atom->x[i][a]);
-      for (int a = 0; a < 2; ++a) mine.push_back(atom->v[i][a]);
-      for (int c = 0; c < columns; ++c) mine.push_back(fix()->array_atom[i][c]);
-    }
-    int size, count = (int) mine.size();
-    MPI_Comm_size(lmp->world, &size);
-    std::vector<int> counts(size), offsets(size, 0);
-    MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, lmp->world);
-    for (int r = 1; r < size; ++r) offsets[r] = offsets[r - 1] + counts[r - 1];
-    std::vector<double> all(offsets[size - 1] + counts[size - 1]);
-    MPI_Allgatherv(mine.data(), count, MPI_DOUBLE, all.data(), counts.data(), offsets.data(),
-                   MPI_DOUBLE, lmp->world);
-    std::map<tagint, std::vector<double>> by_tag;
-    for (std::size_t k = 0; k < all.size(); k += width)
-      by_tag[(tagint) all[k]] = {all.begin() + k + 1, all.begin() + k + width};
-    return by_tag;
+    return rows_by_id(4 + columns, [&](int i, std::vector<double> &list) {
+      list.insert(list.end(), {atom->x[i][0], atom->x[i][1], atom->v[i][0], atom->v[i][1]});
+      list.insert(list.end(), fix()->array_atom[i], fix()->array_atom[i] + columns);
+    });
   }
 
   /// Local points of this rank; what has changed between two calls has migrated.
@@ -92,21 +54,7 @@ class Script {
     MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPI_INT, MPI_MAX, lmp->world);
     return changed;
   }
-
-  std::unique_ptr<LAMMPS> lmp;
 };
-
-/// The message with which the lines end; empty if they run.
-std::string message_of(const std::string &lines)
-{
-  Script script(MPI_COMM_SELF);    // the others would wait for a rank that failed
-  try {
-    script << lines;
-  } catch (const LAMMPSException &problem) {
-    return problem.what();
-  }
-  return "";
-}
 
 /// A column of `nx` by `ny` points, one per cell of edge 1, in a box with room above.
 std::string points_in_box(int nx, int ny, double room = 2)
@@ -154,7 +102,7 @@ TEST(FixMpm, UniformStressUnderSurchargeIsInEquilibrium)
   for (const auto &edge : {std::string("1"), std::string("2")})
     for (const auto &shape : {std::string("gimp"), std::string("linear")})
       for (const auto &loaded : {std::string("surface"), std::string("top")}) {
-        Script script;
+        SoilScript script;
 
         script << block_of_points("lattice sq " + std::to_string(1.0 / std::stod(edge)) +
                                   " origin 0.5 0.5 0.0") +
@@ -176,7 +124,7 @@ TEST(FixMpm, UniformStressUnderSurchargeIsInEquilibrium)
 
 TEST(FixMpm, FreeFallUnderFixGravity)
 {
-  Script script;
+  SoilScript script;
 
   script << points_in_box(3, 3, 6) +
           "fix soil all mpm 1.0 model all elastic 1.0e5 0.3 density 1000\ntimestep 0.001\n"
@@ -189,7 +137,7 @@ TEST(FixMpm, BarVibratesInItsFirstModeAsInClosedForm)
 {
   // E = 100, L = 25, rho = 1, v0 = 0.1: v_cm = v0 / (beta L) cos(omega t), beta = pi/2L, omega = beta sqrt(E/rho)
   const double beta = M_PI / 50.0, omega = beta * 10.0, time = 5.0;
-  Script script;
+  SoilScript script;
 
   script << "units si\ndimension 2\nboundary f f p\natom_style sphere\nregion box block 0 27 0 1 "
             "-0.1 0.1 units box\n"
@@ -212,7 +160,7 @@ class FixMpmScheme : public ::testing::TestWithParam<const char *> {};
 
 TEST_P(FixMpmScheme, PlateReactionIsOedometricModulusTimesStrain)
 {
-  Script script;
+  SoilScript script;
 
   script << points_in_box(4, 8) +
           "region plate block 0 4 8 9 -0.05 0.05 units box\ncreate_atoms 2 region plate\nset type "
@@ -239,7 +187,7 @@ TEST(FixMpm, FlipBelowOneFiltersAModeAsInClosedForm)
   // stress as good as absent: a step takes points at the middle of cells to v <- flip v + (1 - flip) (v_left + 2 v + v_right) / 4,
   // which multiplies the mode cos(k x) by flip + (1 - flip) cos^2(k h / 2); k = pi / L fits free ends
   for (const double flip : {1.0, 0.9, 0.0}) {
-    Script script;
+    SoilScript script;
 
     script << points_in_box(5, 1) +
             "variable v atom 1e-6*cos(PI/5*x)\nvelocity all set v_v 0 0\ntimestep 1e-6\n"
@@ -257,7 +205,7 @@ TEST(FixMpm, FlipBelowOneFiltersAModeAsInClosedForm)
 
 TEST(FixMpm, MassesPerTypeServeAsWellAsMassesPerPoint)
 {
-  Script script;
+  SoilScript script;
 
   script << "units si\ndimension 2\nboundary f f p\natom_style atomic\n"
             "region box block 0 3 0 6 -0.1 0.1 units box\ncreate_box 1 box\n"
@@ -276,7 +224,7 @@ TEST(FixMpm, TractionOnARegionIsTractionOnItsPoints)
   std::string on_region = elastic_footing();
   const std::string on_group = "traction surface";
   on_region.replace(on_region.find(on_group), on_group.size(), "traction top");
-  Script group, region;
+  SoilScript group, region;
 
   group << elastic_footing() + "run 20\n";
   region << on_region + "run 20\n";
@@ -289,7 +237,7 @@ TEST(FixMpm, SeparationLetsABodyPushButNotPull)
   // the plate of the footing, on ground without stress, for ten steps; what the ground does to it in y
   const auto reaction = [](const std::string &velocity, const std::string &separation,
                            bool &moved) {
-    Script script;
+    SoilScript script;
     script << points_in_box(4, 4) +
             "region plate block 0 2 4 5 -0.05 0.05 units box\ncreate_atoms 2 region plate\nset "
             "type 2 diameter 1.0\ngroup ground type 1\ngroup plate type 2\ntimestep 0.005\n"
@@ -313,7 +261,7 @@ TEST(FixMpm, SeparationLetsABodyPushButNotPull)
 
 TEST(FixMpm, SecondRunAndRunZeroAdvanceNothingTwice)
 {
-  Script once, twice;
+  SoilScript once, twice;
 
   once << elastic_footing() + "run 40\n";
   twice << elastic_footing() + "run 0\nrun 15\nrun 0\nrun 25\n";
@@ -326,7 +274,7 @@ TEST(FixMpm, SecondRunAndRunZeroAdvanceNothingTwice)
 double plate_force_on_ranks_and_alone(const std::string &scene, int steps)
 {
   const std::string run = "run " + std::to_string(steps) + "\n";
-  Script together, alone(MPI_COMM_SELF);
+  SoilScript together, alone(MPI_COMM_SELF);
 
   together << "processors 1 * 1\n" + scene + "run 0\n";
   const auto before = together.mine();
@@ -353,7 +301,7 @@ std::string mohr_coulomb_footing()
 
 TEST(FixMpmMohrCoulomb, GroupsHaveTheirOwnLaws)
 {
-  Script script;
+  SoilScript script;
   script << mohr_coulomb_footing() + "run 200\n";
 
   // columns of the fix follow x, y, vx, vy
@@ -386,7 +334,7 @@ TEST(FixMpmMohrCoulomb, RanksGiveTheSameBits)
 TEST(FixMpmMohrCoulomb, RestartContinuesBitForBit)
 {
   const std::string command = mohr_coulomb_footing();
-  Script whole, first, second;
+  SoilScript whole, first, second;
 
   whole << command + "run 200\n";
   first << command + "run 150\nwrite_restart test_fix_mpm_mc.restart\n";
@@ -408,7 +356,7 @@ TEST(FixMpm, RestartContinuesBitForBit)
 {
   const std::string command = elastic_footing();
   const std::string fix = command.substr(command.find("fix soil"));
-  Script whole, first, second;
+  SoilScript whole, first, second;
 
   whole << command + "run 300\n";
   first << command + "run 120\nwrite_restart test_fix_mpm.restart\n";
@@ -423,6 +371,43 @@ TEST(FixMpm, RestartContinuesBitForBit)
         << "vector entry " << k;
   MPI_Barrier(MPI_COMM_WORLD);
   std::remove("test_fix_mpm.restart");
+}
+
+TEST(FixMpm, RestartFileOfAnotherVersionIsRefused)
+{
+  const std::string command = elastic_footing();
+  const std::string path =
+      "test_fix_mpm_version." + std::to_string(SoilScript().lmp->comm->me) + ".restart";
+  SoilScript(MPI_COMM_SELF) << command + "run 1\nwrite_restart " + path + "\n";
+  const std::string read = "read_restart " + path + "\npair_style none\ncomm_modify cutoff 1.0\n" +
+      command.substr(command.find("fix soil"));
+  ASSERT_EQ(message_of(read), "");
+
+  // the record of the fix: its size in bytes, the version with a minus, the number of bodies, the displacement of the plate
+  const std::string text = rve_test::text_of(path);
+  const auto bytes = [](int size, const std::vector<double> &values) {
+    std::string record(reinterpret_cast<const char *>(&size), sizeof(size));
+    return record.append(reinterpret_cast<const char *>(values.data()),
+                         values.size() * sizeof(double));
+  };
+  const std::string current = bytes(4 * sizeof(double), {-3.0, 1.0});
+  ASSERT_NE(text.find(current), std::string::npos);
+  const auto message_with = [&](const std::string &record) {
+    std::string other = text;
+    std::ofstream(path, std::ios::binary)
+        << other.replace(text.find(current), record.size(), record);
+    return message_of(read);
+  };
+  const std::string newer = message_with(bytes(4 * sizeof(double), {-4.0, 1.0}));
+  const std::string none = message_with(bytes(4 * sizeof(double), {1.0, 0.0}));
+  std::remove(path.c_str());
+
+  EXPECT_NE(newer.find("the points in the restart file have version 4; this fix reads version 3"),
+            std::string::npos)
+      << newer;
+  EXPECT_NE(none.find("have version 1 or 2, without a number; this fix reads version 3"),
+            std::string::npos)
+      << none;
 }
 
 /// A plate pressed into 16 points with RVEs of 60 grains. The row of points that the plate pushes starts just above the
@@ -445,7 +430,7 @@ std::string footing_on_grains()
 
 void make_packing()
 {
-  Script script;
+  SoilScript script;
   script << "units si\ndimension 2\nregion box block 0 1 0 1 -0.1 0.1\ncreate_box 1 box\n"
             "create_rve test_fix_mpm.rve grains 60 seed 1 radius uniform 0.0025 0.005 pressure "
             "20000 kn 1e6 kt 1e6 "
@@ -455,7 +440,7 @@ void make_packing()
 TEST(FixMpmWithGrains, InitialStressIsThatOfTheRvesAndBalancesTheSurcharge)
 {
   make_packing();
-  Script script;
+  SoilScript script;
 
   script << points_in_box(4, 4) +
           "region top block 0 4 3 4 -0.05 0.05 units box\ngroup surface region top\ntimestep "
@@ -484,7 +469,7 @@ TEST(FixMpmWithGrains, OtherGroupsHaveAnAnalyticLaw)
 {
   // the two upper rows have RVEs, the two lower ones a Mohr-Coulomb material: both carry the surcharge
   make_packing();
-  Script script;
+  SoilScript script;
 
   script << points_in_box(4, 4) +
           "region low block 0 4 0 2 -0.05 0.05 units box\ngroup low region low\ngroup high "
@@ -522,7 +507,7 @@ TEST(FixMpmWithGrains, RestartContinuesBitForBit)
 {
   make_packing();
   const std::string command = footing_on_grains();
-  Script whole, first, second;
+  SoilScript whole, first, second;
 
   whole << "processors 1 * 1\n" + command + "run 80\n";
   first << "processors 1 * 1\n" + command + "run 50\nwrite_restart test_fix_mpm_grains.restart\n";
@@ -648,12 +633,3 @@ TEST(FixMpmErrors, SayWhatIsWrong)
 }
 
 }    // namespace
-
-int main(int argc, char **argv)
-{
-  MPI_Init(&argc, &argv);
-  ::testing::InitGoogleTest(&argc, argv);
-  const int result = RUN_ALL_TESTS();
-  MPI_Finalize();
-  return result;
-}

@@ -1,65 +1,35 @@
 // fix rve, compute rve/atom, create_rve and write_rve through LAMMPS scripts: when time passes and when not, restart and deletion,
 // and the messages for wrong input.
 
-#include "exceptions.h"
-#include "input.h"
-#include "lammps.h"
-#include "modify.h"
-
 #include "compute.h"
 #include "fix.h"
+#include "lammps.h"
+#include "modify.h"
 #include "rve/engine/packing_io.h"
+#include "script.h"
+#include "support/files.h"
 
 #include <gtest/gtest.h>
-#include <mpi.h>
 
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <memory>
 #include <sstream>
 #include <string>
 #include <vector>
 
 using namespace LAMMPS_NS;
+using rve_test::temporary_path;
+using rve_test::text_of;
 
 namespace {
 
 const std::string PACKING = EXAMPLE_PACKINGS "/A_h0075.rve";
 
-std::string temporary(const std::string &name)
-{
-  return ::testing::TempDir() + "rve_" + name;
-}
-
-std::string text_of(const std::string &path)
-{
-  std::ifstream file(path, std::ios::binary);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-/// One LAMMPS, driven line by line, silent.
-class Script {
+/// A script with a fix rve of the ID grains.
+class GrainsScript : public Script {
  public:
-  Script()
-  {
-    std::vector<std::string> words = {"lmp", "-log", "none", "-screen", "none", "-nocite"};
-    std::vector<char *> argv;
-    for (auto &word : words) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    lmp = std::make_unique<LAMMPS>((int) words.size(), argv.data(), MPI_COMM_WORLD);
-  }
-
-  Script &operator<<(const std::string &lines)
-  {
-    std::istringstream stream(lines);
-    for (std::string line; std::getline(stream, line);) lmp->input->one(line);
-    return *this;
-  }
-
-  double fix_value(int n) { return lmp->modify->get_fix_by_id("grains")->compute_vector(n - 1); }
+  double fix_value(int n) { return Script::fix_value("grains", n); }
 
   double per_atom(const std::string &compute, int i)
   {
@@ -70,12 +40,10 @@ class Script {
 
   std::string state(int atom)
   {
-    const std::string path = temporary("state.rve");
+    const std::string path = temporary_path("state.rve");
     *this << "write_rve grains atom " + std::to_string(atom) + " file " + path + " format rve";
     return text_of(path);
   }
-
-  std::unique_ptr<LAMMPS> lmp;
 };
 
 const std::string BOX = R"(units si
@@ -99,18 +67,6 @@ variable rate atom -0.05*id
 const std::string FIX = "fix grains all rve " + PACKING + " threads 1 ";
 const std::string SHEAR = FIX + "dt 1e-4 drive velocity_gradient yy v_rate xy 0.1\n";
 
-/// Message of the error that the lines end in; empty if there is none.
-std::string error_of(const std::string &lines)
-{
-  Script script;
-  try {
-    script << lines;
-  } catch (const LAMMPSException &e) {
-    return e.what();
-  }
-  return "";
-}
-
 #define EXPECT_IN(part, whole) EXPECT_PRED_FORMAT2(::testing::IsSubstring, part, whole)
 
 /// The packing file with one line replaced.
@@ -118,7 +74,7 @@ std::string edited_packing(const std::string &name, const std::string &line_star
                            const std::string &replacement)
 {
   std::ifstream in(PACKING);
-  const std::string path = temporary(name);
+  const std::string path = temporary_path(name);
   std::ofstream out(path);
   for (std::string line; std::getline(in, line);)
     out << (line.rfind(line_start, 0) == 0 ? replacement : line) << "\n";
@@ -129,7 +85,7 @@ std::string edited_packing(const std::string &name, const std::string &line_star
 
 TEST(FixRve, AdvancesOncePerTimestepAndNotInSetup)
 {
-  Script script;
+  GrainsScript script;
   script << FOUR_ATOMS + SHEAR;
 
   script << "run 0\nrun 0";
@@ -143,7 +99,7 @@ TEST(FixRve, AdvancesOncePerTimestepAndNotInSetup)
 
 TEST(FixRve, TwoRunsEqualOne)
 {
-  Script once, twice;
+  GrainsScript once, twice;
 
   once << FOUR_ATOMS + SHEAR + "run 10";
   twice << FOUR_ATOMS + SHEAR + "run 4\nrun 6";
@@ -153,7 +109,7 @@ TEST(FixRve, TwoRunsEqualOne)
 
 TEST(FixRve, VelocityGradientGivesItsExponentialAsDeformation)
 {
-  Script script;
+  GrainsScript script;
   script << FOUR_ATOMS + SHEAR + "compute f all rve/atom def_yy\nrun 10";
 
   for (int i = 0; i < 4; ++i)
@@ -162,7 +118,7 @@ TEST(FixRve, VelocityGradientGivesItsExponentialAsDeformation)
 
 TEST(FixRve, SubstepsOfTheUserPassTheirOwnTime)
 {
-  Script script;
+  GrainsScript script;
   script << FOUR_ATOMS + FIX + "dt 1e-4 substeps 3 drive velocity_gradient yy -1.0\n" +
           "compute f all rve/atom def_yy\nrun 10";
 
@@ -172,7 +128,7 @@ TEST(FixRve, SubstepsOfTheUserPassTheirOwnTime)
 
 TEST(FixRve, ServoHoldsItsStressUnderCompression)
 {
-  Script script;
+  GrainsScript script;
   script << FOUR_ATOMS + FIX + "dt 1e-4 drive velocity_gradient yy -0.02 servo xx -1e5\n" +
           "compute s all rve/atom sxx\nrun 200";
 
@@ -182,7 +138,7 @@ TEST(FixRve, ServoHoldsItsStressUnderCompression)
 TEST(FixRve, PackingVariableChoosesPerAtom)
 {
   const std::string other = EXAMPLE_PACKINGS "/A20_h0075.rve";
-  Script script;
+  GrainsScript script;
   script << FOUR_ATOMS + "variable which atom id>2\n" + FIX + "packings " + other +
           " packing_variable v_which\ncompute p all rve/atom p\nrun 0";
 
@@ -192,7 +148,7 @@ TEST(FixRve, PackingVariableChoosesPerAtom)
 
 TEST(FixRve, DeletedAtomsTakeTheirRvesWithThem)
 {
-  Script script;
+  GrainsScript script;
   script << FOUR_ATOMS + SHEAR + "run 1";
   const std::string of_four = script.state(4);
 
@@ -214,7 +170,7 @@ TEST(FixRve, DeletedAtomsTakeTheirRvesWithThem)
 
 TEST(FixRve, AtomsMadeLaterGetRvesAtTheNextRun)
 {
-  Script script;
+  GrainsScript script;
   script << FOUR_ATOMS + SHEAR + "run 1\ncreate_atoms 1 single 1.5 1.5 0\nrun 1";
 
   EXPECT_EQ(script.fix_value(1), 5.0);
@@ -223,10 +179,10 @@ TEST(FixRve, AtomsMadeLaterGetRvesAtTheNextRun)
 
 TEST(FixRve, RestartContinuesBitForBit)
 {
-  const std::string file = temporary("restart");
+  const std::string file = temporary_path("restart");
   const std::string rate = "variable fast atom -0.3*id\n";
   const std::string fast = rate + FIX + "dt 1e-4 drive velocity_gradient yy v_fast xy 1.0\n";
-  Script whole, first, second;
+  GrainsScript whole, first, second;
   whole << FOUR_ATOMS + fast + "run 40";
 
   first << FOUR_ATOMS + fast + "run 17\nwrite_restart " + file + "\nclear";
@@ -239,7 +195,7 @@ TEST(FixRve, RestartContinuesBitForBit)
 
 TEST(FixRve, ClearAndRunAgainGivesTheSame)
 {
-  Script script;
+  GrainsScript script;
   script << FOUR_ATOMS + SHEAR + "run 5";
   const std::string before = script.state(2);
 
@@ -250,7 +206,7 @@ TEST(FixRve, ClearAndRunAgainGivesTheSame)
 
 TEST(FixRve, FrozenRveIsFlaggedAndTheOthersGoOn)
 {
-  Script script;
+  GrainsScript script;
   script << FOUR_ATOMS + "variable crush atom -400*(id==2)\n" + FIX +
           "dt 1e-4 policy freeze overlap_limit 0.1 drive velocity_gradient yy v_crush\n" +
           "compute status all rve/atom status\nrun 20";
@@ -262,7 +218,7 @@ TEST(FixRve, FrozenRveIsFlaggedAndTheOthersGoOn)
 
 TEST(FixRve, AutomaticTimeStepFollowsTheStiffeningNetwork)
 {
-  Script script;
+  GrainsScript script;
   script << FOUR_ATOMS + FIX +
           "dt auto 0.94 dt_check 10 substeps 10 drive velocity_gradient yy -1\n";
   const double at_first = script.fix_value(8);
@@ -275,8 +231,8 @@ TEST(FixRve, AutomaticTimeStepFollowsTheStiffeningNetwork)
 
 TEST(FixRve, DumpWritesTheChosenAtomsAtTheirTimes)
 {
-  const std::string prefix = temporary("snap");
-  Script script;
+  const std::string prefix = temporary_path("snap");
+  GrainsScript script;
 
   script << FOUR_ATOMS + SHEAR.substr(0, SHEAR.size() - 1) + " dump 2 " + prefix + " 1 3\nrun 3";
 
@@ -288,11 +244,11 @@ TEST(FixRve, DumpWritesTheChosenAtomsAtTheirTimes)
 
 TEST(WriteRve, NativeFileReadsBackAsTheSameState)
 {
-  const std::string path = temporary("again.rve");
-  Script script;
+  const std::string path = temporary_path("again.rve");
+  GrainsScript script;
   script << FOUR_ATOMS + SHEAR + "run 5\nwrite_rve grains atom 1 file " + path + " format rve";
 
-  Script again;
+  GrainsScript again;
   again << FOUR_ATOMS + "fix grains all rve " + path + " drive none\n";
 
   EXPECT_EQ(again.state(4), script.state(1));
@@ -300,11 +256,11 @@ TEST(WriteRve, NativeFileReadsBackAsTheSameState)
 
 TEST(WriteRve, PlainLammpsReadsTheDataFile)
 {
-  const std::string path = temporary("grains.data");
-  Script script;
+  const std::string path = temporary_path("grains.data");
+  GrainsScript script;
   script << FOUR_ATOMS + SHEAR + "run 5\nwrite_rve grains atom 1 file " + path;
 
-  Script plain;
+  GrainsScript plain;
   plain << "units si\ndimension 2\natom_style sphere\nread_data " + path +
           "\ncompute m all reduce sum vx\n";
 
@@ -313,10 +269,10 @@ TEST(WriteRve, PlainLammpsReadsTheDataFile)
 
 TEST(CreateRve, SameSeedSameFileAndTheWantedPressure)
 {
-  const std::string a = temporary("made_a.rve"), b = temporary("made_b.rve");
+  const std::string a = temporary_path("made_a.rve"), b = temporary_path("made_b.rve");
   const std::string words = " grains 40 seed 5 radius uniform 0.003 0.005 kn 1e6 friction 0.5 "
                             "density 2650 damping 0.3 pressure 1e5 thickness 0.075";
-  Script script;
+  GrainsScript script;
 
   script << "units si\ncreate_rve " + a + words + "\ncreate_rve " + b + words;
 
@@ -326,11 +282,419 @@ TEST(CreateRve, SameSeedSameFileAndTheWantedPressure)
   EXPECT_NEAR(script.per_atom("p", 0), 1e5, 2e2);
 }
 
+// ---- between a macro step and DEM steps ----
+
+namespace {
+
+/// Four atoms, no two strain alike; the time step is 1e-3.
+const std::string KNOBS = FOUR_ATOMS + "compute s all rve/atom sxx syy sxy syx\n" +
+    "compute f all rve/atom def_yy\ncompute p all rve/atom p\ncompute q all rve/atom q\n";
+
+std::vector<double> stress_of(GrainsScript &script, int i)
+{
+  Compute *c = script.lmp->modify->get_compute_by_id("s");
+  c->compute_peratom();
+  return {c->array_atom[i], c->array_atom[i] + 4};
+}
+
+double largest_difference(const std::vector<double> &a, const std::vector<double> &b)
+{
+  double largest = 0.0;
+  for (std::size_t k = 0; k < a.size(); ++k) largest = std::max(largest, std::fabs(a[k] - b[k]));
+  return largest;
+}
+
+}    // namespace
+
+TEST(AdaptiveSubsteps, FollowTheStrainAndGiveTheQuasiStaticStress)
+{
+  // rates of 0.02/s: 2e-5 in a step of 1 ms, 20 DEM steps of it at 1e-6 each, and 10 where time is matched
+  const std::string drive = "dt 1e-4 drive velocity_gradient yy -0.02\n";
+  GrainsScript matched, fine, coarse;
+  matched << KNOBS + FIX + drive + "run 100";
+  fine << KNOBS + FIX + "substeps adaptive 1e-6 1 " + drive + "run 100";
+  coarse << KNOBS + FIX + "substeps adaptive 1e-2 1 " + drive + "run 100";
+
+  EXPECT_EQ(matched.fix_value(9), 10.0);
+  EXPECT_EQ(fine.fix_value(9), 20.0);
+  EXPECT_EQ(fine.fix_value(3), 4 * 100 * 20.0);
+  EXPECT_EQ(coarse.fix_value(3), 4 * 100 * 1.0);
+  // 2 ms of the RVE's own time are enough for a strain of 2e-3 to within the waves that it makes
+  for (GrainsScript *script : {&fine, &coarse})
+    EXPECT_NEAR(script->per_atom("f", 0), std::exp(-0.02 * 0.1), 1e-14);
+  const double p = matched.per_atom("p", 0);
+  EXPECT_LT(largest_difference(stress_of(fine, 0), stress_of(matched, 0)), 0.02 * p);
+}
+
+TEST(AdaptiveSubsteps, KeepTheInertialNumberBelowItsBound)
+{
+  const std::string drive = "dt 1e-4 drive velocity_gradient yy -0.2\n";
+  GrainsScript tight, loose;
+  tight << KNOBS + FIX + "substeps adaptive 1e-2 1e-4 " + drive + "run 1";
+  loose << KNOBS + FIX + "substeps adaptive 1e-2 1e-3 " + drive + "run 1";
+
+  // I = strain/(n dt) d sqrt(rho depth/(thickness p)), the last factor 0.0077 sqrt(2650/(0.075 1e5)): n = 91 for 1e-4
+  EXPECT_NEAR(tight.fix_value(9), 91.0, 3.0);
+  EXPECT_NEAR(loose.fix_value(9), 9.0, 2.0);
+}
+
+TEST(Quiescent, SkippedRveAnswersWithItsStiffnessAndNotWithAFrozenStress)
+{
+  // atom 1 strains by 1e-8 a step, atom 4 by 4e-8
+  const std::string drive = "variable slow atom -1e-5*id\n" + FIX +
+      "dt 1e-4 drive velocity_gradient yy v_slow quiescent 1e-6\n";
+  GrainsScript script;
+  script << KNOBS + drive + "run 0";
+  const std::vector<double> before = stress_of(script, 0);
+
+  script << "run 45";
+
+  EXPECT_EQ(script.fix_value(14), 4.0);
+  EXPECT_EQ(script.fix_value(3), 2 * 10.0);    // atoms 3 and 4 were awake once
+  EXPECT_NEAR(script.per_atom("f", 0), 1.0 - 4.5e-7, 1e-12);
+  const std::vector<double> after = stress_of(script, 0);
+  // plane modulus of the packing, some 10 MPa by Voigt: several Pa
+  EXPECT_LT(after[1] - before[1], -2.0);
+  EXPECT_GT(after[1] - before[1], -20.0);
+  EXPECT_EQ(script.fix_value(2), 0.0);
+}
+
+TEST(Quiescent, WakesWithTheWholeDeformation)
+{
+  const std::string drive = FIX + "dt 1e-4 substeps 100 drive velocity_gradient yy -1e-3\n";
+  const std::string skipping = drive.substr(0, drive.size() - 1) + " quiescent 4.5e-5\n";
+  GrainsScript always, sometimes;
+  always << KNOBS + drive + "run 120";
+  sometimes << KNOBS + skipping + "run 120";
+
+  // 1e-5 a step: one step in five is taken, and the strain is the same
+  EXPECT_EQ(always.fix_value(3), 4 * 120 * 100.0);
+  EXPECT_EQ(sometimes.fix_value(3), 4 * 24 * 100.0);
+  EXPECT_NEAR(sometimes.per_atom("f", 0), always.per_atom("f", 0), 1e-14);
+  const double p = always.per_atom("p", 0);
+  EXPECT_LT(largest_difference(stress_of(sometimes, 0), stress_of(always, 0)), 5e-3 * p);
+}
+
+TEST(Quiescent, SleepingRveTurnsItsStressWithIt)
+{
+  // a rotation is no strain: the RVE sleeps while it turns by half a radian
+  GrainsScript script;
+  script << KNOBS + FIX + "dt 1e-4 drive velocity_gradient xy -5 yx 5 quiescent 1e-6\nrun 0";
+  const std::vector<double> s = stress_of(script, 0);
+  const double p = script.per_atom("p", 0), q = script.per_atom("q", 0);
+
+  script << "run 100";
+
+  EXPECT_EQ(script.fix_value(3), 0.0);
+  EXPECT_EQ(script.fix_value(14), 4.0);
+  EXPECT_NEAR(script.per_atom("p", 0), p, 1e-10 * p);
+  EXPECT_NEAR(script.per_atom("q", 0), q, 1e-10 * p);
+  const double c = std::cos(0.5), r = std::sin(0.5);
+  EXPECT_NEAR(stress_of(script, 0)[0], c * c * s[0] + r * r * s[1] - c * r * (s[2] + s[3]),
+              1e-9 * p);
+}
+
+TEST(Quiescent, RveThatTurnedInItsSleepWakesAsIfItHadNot)
+{
+  // a quarter turn in 100 steps of a millisecond, asleep; then what was the y axis is compressed by 5e-4
+  const auto script_of = [](const std::string &turn, const std::string &xx, const std::string &yy) {
+    return KNOBS + "variable left equal (step<=100)*" + turn + "\nvariable right equal -v_left\n" +
+        "variable xx equal -0.01*(step>100)*" + xx + "\nvariable yy equal -0.01*(step>100)*" + yy +
+        "\n" + FIX +
+        "dt 1e-4 quiescent 1e-6 drive velocity_gradient xx v_xx xy v_right yx v_left yy v_yy\nrun "
+        "100\n";
+  };
+  GrainsScript still, turned;
+  still << script_of("0", "0", "1");
+  turned << script_of("PI/0.2", "1", "0");
+  EXPECT_EQ(turned.fix_value(14), 4.0);
+  EXPECT_EQ(turned.fix_value(3), 0.0);
+
+  still << "run 50";
+  turned << "run 50";
+
+  EXPECT_EQ(turned.fix_value(3), 4 * 50 * 10.0);
+  const double p = still.per_atom("p", 0);
+  EXPECT_GT(std::fabs(stress_of(still, 0)[1] - stress_of(still, 0)[0]), 1e3);
+  EXPECT_NEAR(stress_of(turned, 0)[0], stress_of(still, 0)[1], 1e-5 * p);
+  EXPECT_NEAR(stress_of(turned, 0)[1], stress_of(still, 0)[0], 1e-5 * p);
+}
+
+TEST(Quiescent, RveThatIsNotAtRestIsNotSkipped)
+{
+  // 2 % at once leave the grains in motion, and then nothing strains them
+  GrainsScript script;
+  script << KNOBS + "variable kick equal -20*(step<=1)\n" + FIX +
+          "dt 1e-4 drive velocity_gradient yy v_kick quiescent 1e-6\nrun 3";
+
+  EXPECT_EQ(script.fix_value(3), 4 * 3 * 10.0);
+  script << "run 200";
+  EXPECT_LT(script.fix_value(3), 4 * 203 * 10.0);    // they came to rest and fell asleep
+  EXPECT_EQ(script.fix_value(14), 4.0);
+}
+
+TEST(Quiescent, RestartInSleepContinuesBitForBit)
+{
+  const std::string file = temporary_path("restart_asleep");
+  const std::string fix = "variable slow atom -1e-3*id\n" + FIX +
+      "dt 1e-4 drive velocity_gradient yy v_slow xy 1e-3 quiescent 2e-5 shadow 2 3 "
+      "substeps adaptive 1e-6 1e-3 stress average 3 2\n";
+  const std::string computes = KNOBS.substr(FOUR_ATOMS.size());
+  GrainsScript whole, first, second;
+  whole << KNOBS + fix + "run 40";
+
+  first << KNOBS + fix + "run 17\nwrite_restart " + file + "\nclear";
+  second << "read_restart " + file + "\n" + computes + fix + "run 23";
+
+  EXPECT_GT(whole.fix_value(14), 0.0);
+  for (int atom = 1; atom <= 4; ++atom) EXPECT_EQ(second.state(atom), whole.state(atom));
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(stress_of(second, i), stress_of(whole, i));
+  for (const int n : {1, 2, 3, 4, 5, 6, 7, 11, 12, 13, 14})
+    EXPECT_EQ(second.fix_value(n), whole.fix_value(n)) << "value " << n;
+}
+
+TEST(MassScaling, LengthensTheStepAndLeavesTheQuasiStaticStress)
+{
+  const std::string drive = "dt auto 0.5 drive velocity_gradient yy -0.02\n";
+  GrainsScript light, heavy;
+  light << KNOBS + FIX + drive + "run 200";
+  heavy << KNOBS + FIX + "mass_scaling 4 " + drive + "run 200";
+
+  // steps of a millisecond: 17 and 9 fit in
+  EXPECT_NEAR(light.fix_value(9) / heavy.fix_value(9), 2.0, 0.2);
+  const double p = light.per_atom("p", 0);
+  EXPECT_GT(p, 1.1e5);
+  EXPECT_LT(largest_difference(stress_of(light, 0), stress_of(heavy, 0)), 0.01 * p);
+  EXPECT_NE(stress_of(light, 0), stress_of(heavy, 0));
+}
+
+TEST(StressSamples, AverageIsTheMeanOverTheLastSubsteps)
+{
+  // the same DEM steps one by one: 4 of them before the first sample, then every third
+  const std::string drive = "dt 1e-4 drive velocity_gradient yy -1\n";
+  GrainsScript average, regression, single;
+  average << KNOBS + FIX + "format double substeps 10 stress average 3 3 " + drive + "run 1";
+  regression << KNOBS + FIX + "format double substeps 10 stress regression 3 3 " + drive + "run 1";
+  single << KNOBS + FIX + "format double substeps 1 " + drive;
+
+  std::vector<std::vector<double>> samples;
+  for (const int steps : {4, 3, 3}) {
+    single << "run " + std::to_string(steps);
+    samples.push_back(stress_of(single, 0));
+  }
+
+  // a straight cell path against the exponential one: 1e-3 squared of the strain in between
+  const double p = single.per_atom("p", 0);
+  for (int k = 0; k < 4; ++k) {
+    const double mean = (samples[0][k] + samples[1][k] + samples[2][k]) / 3.0;
+    EXPECT_NEAR(stress_of(average, 0)[k], mean, 1e-4 * p);
+    // the line through three points rises by half the difference of the outer ones above the mean
+    EXPECT_NEAR(stress_of(regression, 0)[k], mean + 0.5 * (samples[2][k] - samples[0][k]),
+                1e-4 * p);
+  }
+  EXPECT_NEAR(average.per_atom("f", 0), single.per_atom("f", 0), 1e-14);
+  EXPECT_EQ(average.fix_value(3), 40.0);
+}
+
+TEST(Shadow, OfTheSameStepsInDoubleIsTheRveItself)
+{
+  GrainsScript script;
+  script << KNOBS + FIX +
+          "format double shadow 3 1 dt 1e-4 drive velocity_gradient yy v_rate xy 0.1\n" + "run 20";
+
+  EXPECT_EQ(script.fix_value(11), 0.0);
+  EXPECT_EQ(script.fix_value(12), 0.0);
+}
+
+TEST(Shadow, MeasuresWhatTheFormatAndTheStepLose)
+{
+  const std::string drive = "dt 1e-4 drive velocity_gradient yy v_rate xy 0.1\n";
+  GrainsScript fast, finer, alone;
+  fast << KNOBS + FIX + "format fast shadow 2 1 " + drive + "run 20";
+  finer << KNOBS + FIX + "format double shadow 2 4 " + drive + "run 20";
+  alone << KNOBS + FIX + "format fast " + drive + "run 20";
+
+  EXPECT_GT(fast.fix_value(12), 0.0);
+  EXPECT_LT(fast.fix_value(12), 1e-3);
+  EXPECT_GT(finer.fix_value(12), 0.0);
+  EXPECT_LT(finer.fix_value(12), 1e-2);
+  EXPECT_GE(fast.fix_value(12), fast.fix_value(11));
+  EXPECT_EQ(fast.fix_value(13), std::floor(fast.fix_value(13)));
+  EXPECT_GE(fast.fix_value(13), 1.0);
+  EXPECT_LE(fast.fix_value(13), 4.0);
+  // whoever is watched behaves as if alone
+  for (int atom = 1; atom <= 4; ++atom) EXPECT_EQ(fast.state(atom), alone.state(atom));
+}
+
+TEST(Shadow, SeesASkippedRve)
+{
+  // asleep for ever: the stress is that of Voigt's stiffness, and the shadow knows the true one
+  GrainsScript script;
+  script << KNOBS + FIX +
+          "dt 1e-4 substeps 100 quiescent 1e-3 shadow 1 1 drive velocity_gradient yy -1e-3\nrun 50";
+
+  EXPECT_EQ(script.fix_value(3), 0.0);
+  EXPECT_GT(script.fix_value(12), 1e-4);
+  EXPECT_LT(script.fix_value(12), 0.1);
+}
+
+TEST(Preset, SetsWhatItSaysAndKeywordsReplaceParts)
+{
+  const std::string fix = "fix grains all rve " + PACKING + " ";
+  GrainsScript plain, draft, standard, reference, replaced;
+  plain << FOUR_ATOMS + fix + "\n";
+  draft << FOUR_ATOMS + fix + "preset draft\n";
+  standard << FOUR_ATOMS + fix + "preset standard\n";
+  reference << FOUR_ATOMS + fix + "preset reference substeps 1\n";
+  replaced << FOUR_ATOMS + fix + "preset reference dt auto 0.9 substeps 1\n";
+
+  EXPECT_EQ(standard.fix_value(8), plain.fix_value(8));
+  EXPECT_NEAR(draft.fix_value(9), std::ceil(0.5 * plain.fix_value(9)), 0.0);
+  EXPECT_NEAR(replaced.fix_value(8) / reference.fix_value(8), 9.0, 1e-9);
+}
+
+namespace {
+
+/// What the lines print in the log.
+std::string log_of(const std::string &lines)
+{
+  const std::string path = temporary_path("log");
+  GrainsScript script;
+  script << "log " + path + "\n" + lines + "\nlog none";
+  return text_of(path);
+}
+
+}    // namespace
+
+TEST(Warnings, NameValueLimitAndRemedyOnce)
+{
+  const std::string log =
+      log_of(FOUR_ATOMS + FIX + "dt 1e-4 dt_check 5 drive velocity_gradient yy -5\nrun 20");
+
+  EXPECT_IN("WARNING: fix rve: in the RVE of atom", log);
+  EXPECT_IN("(and 3 others) at step 5, the inertial number is 0.0", log);
+  EXPECT_IN("above the 0.001 of quasi-static deformation", log);
+  EXPECT_IN("use a lower rate", log);
+  EXPECT_EQ(log.find("inertial", log.find("inertial") + 1), std::string::npos);
+}
+
+TEST(Warnings, ComeAtTheStartForOverlapAndSize)
+{
+  const std::string path = temporary_path("few.rve");
+  const std::string make = "create_rve " + path +
+      " grains 40 seed 5 radius uniform 0.003 0.005 kn 1e6 friction 0.5 "
+      "density 2650 damping 0.3 pressure 1e5 thickness 0.075\n";
+  const std::string log = log_of(FOUR_ATOMS + make + "fix grains all rve " + path + "\nrun 0");
+
+  EXPECT_IN("grains wide, less than the 16 of a shear band", log);
+  EXPECT_IN("use more grains", log);
+  EXPECT_EQ(log_of(FOUR_ATOMS + FIX + "\nrun 0").find("WARNING: fix rve"), std::string::npos);
+
+  // thousand times as stiff: overlaps of 5e-6, which fast does not resolve
+  std::string stiff = make;
+  stiff.replace(stiff.find("kn 1e6"), 6, "kn 1e9");
+  const std::string fix = "fix grains all rve " + path + " format ";
+  EXPECT_IN("that format fast resolves to one in a thousand; use format mixed or double",
+            log_of(FOUR_ATOMS + stiff + fix + "fast\nrun 0"));
+  EXPECT_EQ(log_of(FOUR_ATOMS + fix + "mixed\nrun 0").find("resolves"), std::string::npos);
+}
+
+TEST(Warnings, TellASlowRateInFast)
+{
+  const std::string slow = "dt 1e-4 dt_check 2 drive velocity_gradient yy -1e-7\nrun 4";
+
+  EXPECT_IN("use format mixed", log_of(FOUR_ATOMS + FIX + "format fast " + slow));
+  EXPECT_EQ(log_of(FOUR_ATOMS + FIX + "format mixed " + slow).find("WARNING: fix rve"),
+            std::string::npos);
+}
+
+TEST(Shadow, StatesItsCostInTheLog)
+{
+  const std::string log =
+      log_of(FOUR_ATOMS + FIX + "shadow 1 dt 1e-4 drive velocity_gradient yy -0.1\nrun 5");
+
+  EXPECT_IN("1 of 4 RVEs have shadows in double with 4 DEM steps for one: 1 DEM steps of shadows "
+            "for each",
+            log);
+  EXPECT_IN("shadows took", log);
+  EXPECT_IN("% of the wall time of RVEs", log);
+}
+
 // ---- wrong input ----
+
+TEST(FixRveMessage, KnobsOutOfRange)
+{
+  EXPECT_IN("quiescent strain is 0.5 [-]; it must be greater than 0 and at most 0.01",
+            message_of(FOUR_ATOMS + FIX + "quiescent 0.5\n"));
+  EXPECT_IN("quiescent and servo exclude each other",
+            message_of(FOUR_ATOMS + FIX + "quiescent 1e-6 servo xx -1e5\n"));
+  EXPECT_IN("substeps adaptive needs a strain that is known beforehand",
+            message_of(FOUR_ATOMS + FIX + "substeps adaptive 1e-6 1e-3 servo xx -1e5\n"));
+  EXPECT_IN("substeps adaptive strain is 0 [-]; it must be greater than 0",
+            message_of(FOUR_ATOMS + FIX + "substeps adaptive 0 1e-3\n"));
+  EXPECT_IN("mass_scaling is -1 [-]; it must be greater than 0",
+            message_of(FOUR_ATOMS + FIX + "mass_scaling -1\n"));
+  EXPECT_IN("stress is 'start'; it must be end or average or regression",
+            message_of(FOUR_ATOMS + FIX + "stress start\n"));
+  EXPECT_IN("stress samples is 1; it must be at least 2",
+            message_of(FOUR_ATOMS + FIX + "stress average 1 5\n"));
+  EXPECT_IN("shadow is 0; it must be at least 1", message_of(FOUR_ATOMS + FIX + "shadow 0\n"));
+  EXPECT_IN("preset must be the first keyword", message_of(FOUR_ATOMS + FIX + "preset draft\n"));
+  EXPECT_IN("preset is 'best'; it must be draft or standard or reference",
+            message_of(FOUR_ATOMS + "fix grains all rve " + PACKING + " preset best\n"));
+}
+
+TEST(FixRveMessage, ListOfPackingsEndsAtAnyKeyword)
+{
+  // each of them lacks its value; as the name of a file it would be one that does not exist
+  for (const char *keyword : {"drive",
+                              "servo",
+                              "servo_gain",
+                              "servo_max_rate",
+                              "dt",
+                              "dt_check",
+                              "substeps",
+                              "quiescent",
+                              "stress",
+                              "mass_scaling",
+                              "shadow",
+                              "packing_variable",
+                              "packing_random",
+                              "packing_void_ratio",
+                              "packing_image",
+                              "format",
+                              "arithmetic",
+                              "device",
+                              "threads",
+                              "skin",
+                              "block_size",
+                              "arms",
+                              "overlap_limit",
+                              "policy",
+                              "energy",
+                              "dump",
+                              "kn",
+                              "kt",
+                              "friction",
+                              "density",
+                              "damping",
+                              "gamma_n",
+                              "gamma_t",
+                              "thickness",
+                              "mass_depth"}) {
+    const std::string message =
+        message_of(FOUR_ATOMS + FIX + "packings " + PACKING + " " + keyword + "\n");
+    EXPECT_TRUE(message.find("is missing") != std::string::npos ||
+                message.find("servo needs at least one of the components") != std::string::npos)
+        << keyword << ": " << message;
+  }
+  EXPECT_IN("preset must be the first keyword",
+            message_of(FOUR_ATOMS + FIX + "packings " + PACKING + " preset draft\n"));
+}
 
 TEST(FixRveMessage, MissingPackingFile)
 {
-  const std::string message = error_of(FOUR_ATOMS + "fix grains all rve no/such/packing.rve\n");
+  const std::string message = message_of(FOUR_ATOMS + "fix grains all rve no/such/packing.rve\n");
 
   EXPECT_IN("fix rve", message);
   EXPECT_IN("no/such/packing.rve", message);
@@ -340,7 +704,7 @@ TEST(FixRveMessage, BrokenPackingFileNamesTheLine)
 {
   const std::string path = edited_packing("broken.rve", "2 0.0046", "2 radius 1 2 0 0 0");
 
-  const std::string message = error_of(FOUR_ATOMS + "fix grains all rve " + path + "\n");
+  const std::string message = message_of(FOUR_ATOMS + "fix grains all rve " + path + "\n");
 
   int line = 0;
   std::ifstream file(path);
@@ -357,13 +721,13 @@ TEST(FixRveMessage, NegativeStiffness)
       edited_packing("soft.rve", "  normal_stiffness", "  normal_stiffness -3.0");
 
   EXPECT_IN("normal stiffness is -7 [force/length]; it must be finite and greater than 0",
-            error_of(FOUR_ATOMS + FIX + "kn -7\n"));
-  EXPECT_IN("-3", error_of(FOUR_ATOMS + "fix grains all rve " + of_file + "\n"));
+            message_of(FOUR_ATOMS + FIX + "kn -7\n"));
+  EXPECT_IN("-3", message_of(FOUR_ATOMS + "fix grains all rve " + of_file + "\n"));
 }
 
 TEST(FixRveMessage, TimeStepAboveTheBound)
 {
-  const std::string message = error_of(FOUR_ATOMS + FIX + "dt 2e-4\n");
+  const std::string message = message_of(FOUR_ATOMS + FIX + "dt 2e-4\n");
 
   EXPECT_IN("DEM time step 0.0002 [time] is above the stability bound 0.0001", message);
   EXPECT_IN("dt auto", message);
@@ -374,22 +738,22 @@ TEST(FixRveMessage, CellNarrowerThanTheCutoff)
   const std::string path = edited_packing("narrow.rve", "  0.14296", "  0.0100 0.0");
 
   EXPECT_IN("it must exceed twice the largest contact distance",
-            error_of(FOUR_ATOMS + "fix grains all rve " + path + "\n"));
+            message_of(FOUR_ATOMS + "fix grains all rve " + path + "\n"));
 }
 
 TEST(FixRveMessage, GroupWithoutAtoms)
 {
-  EXPECT_IN("group all has no atoms", error_of(BOX + FIX + "\n"));
+  EXPECT_IN("group all has no atoms", message_of(BOX + FIX + "\n"));
 }
 
 TEST(FixRveMessage, ComputeWithoutFix)
 {
   EXPECT_IN("compute rve/atom p: there is no fix rve",
-            error_of(FOUR_ATOMS + "compute p all rve/atom p\nrun 0"));
+            message_of(FOUR_ATOMS + "compute p all rve/atom p\nrun 0"));
   EXPECT_IN("fix other does not exist",
-            error_of(FOUR_ATOMS + FIX + "\ncompute p all rve/atom p fix other\nrun 0"));
+            message_of(FOUR_ATOMS + FIX + "\ncompute p all rve/atom p fix other\nrun 0"));
   EXPECT_IN("Unknown compute rve/atom quantity: pp",
-            error_of(FOUR_ATOMS + "compute p all rve/atom pp\n"));
+            message_of(FOUR_ATOMS + "compute p all rve/atom pp\n"));
 }
 
 TEST(FixRveMessage, ThreeDimensions)
@@ -397,7 +761,7 @@ TEST(FixRveMessage, ThreeDimensions)
   std::string script = FOUR_ATOMS + FIX + "\n";
   script.replace(script.find("dimension 2"), 11, "dimension 3");
 
-  EXPECT_IN("fix rve needs a 2d system", error_of(script));
+  EXPECT_IN("fix rve needs a 2d system", message_of(script));
 }
 
 TEST(FixRveMessage, UnitsThatAreNotConsistent)
@@ -405,25 +769,25 @@ TEST(FixRveMessage, UnitsThatAreNotConsistent)
   std::string script = FOUR_ATOMS + FIX + "\n";
   script.replace(script.find("units si"), 8, "units real");
 
-  EXPECT_IN("not in units real", error_of(script));
+  EXPECT_IN("not in units real", message_of(script));
 }
 
 TEST(FixRveMessage, UnknownKeyword)
 {
-  EXPECT_IN("Unknown fix rve keyword: frition", error_of(FOUR_ATOMS + FIX + "frition 0.5\n"));
+  EXPECT_IN("Unknown fix rve keyword: frition", message_of(FOUR_ATOMS + FIX + "frition 0.5\n"));
   EXPECT_IN("format is 'half'; it must be fast or mixed or double",
-            error_of(FOUR_ATOMS + FIX + "format half\n"));
+            message_of(FOUR_ATOMS + FIX + "format half\n"));
   EXPECT_IN("component xx is driven by both",
-            error_of(FOUR_ATOMS + FIX + "drive velocity_gradient xx 1 servo xx -1e5\n"));
+            message_of(FOUR_ATOMS + FIX + "drive velocity_gradient xx 1 servo xx -1e5\n"));
 }
 
 TEST(FixRveMessage, NanVelocityGradientNamesAtomAndComponent)
 {
   // sqrt(-1) would be caught by LAMMPS, infinity minus infinity is not
-  const std::string message = error_of(FOUR_ATOMS +
-                                       "variable huge atom (id==3)*1e300*1e300\n"
-                                       "variable bad atom v_huge-v_huge\n" +
-                                       FIX + "drive velocity_gradient xy v_bad\nrun 1");
+  const std::string message = message_of(FOUR_ATOMS +
+                                         "variable huge atom (id==3)*1e300*1e300\n"
+                                         "variable bad atom v_huge-v_huge\n" +
+                                         FIX + "drive velocity_gradient xy v_bad\nrun 1");
 
   EXPECT_IN("velocity gradient component xy of atom", message);
   EXPECT_IN("nan [1/time] at step 1; it must be a finite number", message);
@@ -432,8 +796,8 @@ TEST(FixRveMessage, NanVelocityGradientNamesAtomAndComponent)
 TEST(FixRveMessage, FailedRveNamesAtomAndReason)
 {
   const std::string message =
-      error_of(FOUR_ATOMS + "variable crush atom -400*(id==2)\n" + FIX +
-               "dt 1e-4 overlap_limit 0.1 drive velocity_gradient yy v_crush\nrun 20");
+      message_of(FOUR_ATOMS + "variable crush atom -400*(id==2)\n" + FIX +
+                 "dt 1e-4 overlap_limit 0.1 drive velocity_gradient yy v_crush\nrun 20");
 
   EXPECT_IN("RVE of atom 2 failed at step", message);
   EXPECT_IN("overlap too large", message);
@@ -442,26 +806,17 @@ TEST(FixRveMessage, FailedRveNamesAtomAndReason)
 TEST(FixRveMessage, MinimizeIsRefused)
 {
   EXPECT_IN("fix rve cannot be used with minimize",
-            error_of(FOUR_ATOMS + SHEAR + "minimize 0 0 10 10"));
+            message_of(FOUR_ATOMS + SHEAR + "minimize 0 0 10 10"));
 }
 
 TEST(FixRveMessage, PackingVariableOutOfRange)
 {
   EXPECT_IN("it must be a whole number from 0 to 1",
-            error_of(FOUR_ATOMS + "variable which atom id\n" + FIX + "packings " + PACKING +
-                     " packing_variable v_which\nrun 0"));
+            message_of(FOUR_ATOMS + "variable which atom id\n" + FIX + "packings " + PACKING +
+                       " packing_variable v_which\nrun 0"));
 }
 
 TEST(FixRveMessage, DriveMpmWithoutFixMpm)
 {
-  EXPECT_IN("drive mpm needs a fix mpm", error_of(FOUR_ATOMS + FIX + "drive mpm\nrun 0"));
-}
-
-int main(int argc, char **argv)
-{
-  MPI_Init(&argc, &argv);
-  ::testing::InitGoogleTest(&argc, argv);
-  const int result = RUN_ALL_TESTS();
-  MPI_Finalize();
-  return result;
+  EXPECT_IN("drive mpm needs a fix mpm", message_of(FOUR_ATOMS + FIX + "drive mpm\nrun 0"));
 }

@@ -193,12 +193,3 @@ TEST(RandomFieldErrors, ErrorsLeaveTheOldValues)
 
   for (const auto &one : script.property("phi")) EXPECT_EQ(one.second, -5.0);
 }
-
-int main(int argc, char **argv)
-{
-  MPI_Init(&argc, &argv);
-  ::testing::InitGoogleTest(&argc, argv);
-  const int result = RUN_ALL_TESTS();
-  MPI_Finalize();
-  return result;
-}

@@ -4,6 +4,7 @@
 #include "rve/engine/packing_image.h"
 #include "rve/engine/packing_io.h"
 #include "script.h"
+#include "support/files.h"
 
 #include <gtest/gtest.h>
 
@@ -14,6 +15,7 @@
 #include <set>
 
 using namespace LAMMPS_NS;
+using rve_test::text_of;
 
 namespace {
 
@@ -28,14 +30,6 @@ int rank()
   return me;
 }
 
-std::string text_of(const std::string &path)
-{
-  std::ifstream file(path, std::ios::binary);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
 /// Nine packings of three seeds, made once by all ranks together: void ratios from about 0.18 to 0.28.
 const std::string &library()
 {
@@ -46,6 +40,16 @@ const std::string &library()
   }();
   return path;
 }
+
+/// Removes that file behind the last test.
+struct RemoveLibrary : ::testing::Environment {
+  void TearDown() override
+  {
+    MPI_Barrier(MPI_COMM_WORLD);
+    if (rank() == 0) std::remove("test_rve_library.lib");
+  }
+};
+const auto *const remove_library = ::testing::AddGlobalTestEnvironment(new RemoveLibrary);
 
 /// 12 by 8 points; ranks divide y, so that the IDs are the same on any number of them.
 const std::string points = R"(units si
@@ -279,6 +283,70 @@ TEST(PackingImage, PointsGetTheStressOfTheImage)
   }
 }
 
+// ---- with the other keywords of fix rve ----
+
+TEST(MassScalingOfLibraries, LengthensTheStableStepOfAllPackingsAndLeavesTheirStress)
+{
+  const auto script_of = [](const std::string &keywords) {
+    return with_fix("dt auto 0.5 substeps 1 packing_random 3 packing_image random 5 " + keywords);
+  };
+  Script light, heavy;
+  light << script_of("");
+  heavy << script_of("mass_scaling 4");
+
+  // the bound is 2 over the largest frequency, which goes with the root of the mass
+  const double step = light.fix_value("grains", 8);
+  EXPECT_NEAR(heavy.fix_value("grains", 8), 2.0 * step, 1e-12 * step);
+  for (const char *what : {"e", "sxx", "sxy"}) EXPECT_EQ(light.compute(what), heavy.compute(what));
+
+  // in the state of each point, be it a packing or an image of one, and only in mass_depth
+  for (const int id : {1, 40, 96}) {
+    const auto material = [&](Script &script) {
+      script << "write_rve grains atom " + std::to_string(id) + " file test_rve_heavy format rve";
+      MPI_Barrier(MPI_COMM_WORLD);
+      const rve::Material one = rve::read_packing("test_rve_heavy").material;
+      MPI_Barrier(MPI_COMM_WORLD);
+      return one;
+    };
+    const rve::Material plain = material(light), scaled = material(heavy);
+    EXPECT_EQ(scaled.mass_depth, 4.0 * plain.mass_depth) << "atom " << id;
+    EXPECT_EQ(scaled.density, plain.density) << "atom " << id;
+  }
+  if (rank() == 0) std::remove("test_rve_heavy");
+}
+
+TEST(MassScalingOfLibraries, AGivenTimeStepIsJudgedByTheScaledMass)
+{
+  Script script;
+  script << with_fix("dt auto 1.0 substeps 1 packing_random 3");
+  char words[100];
+  snprintf(words, sizeof(words), "dt %.17g packing_random 3 ", 1.2 * script.fix_value("grains", 8));
+
+  const std::string message = message_of(with_fix(words));
+  EXPECT_NE(message.find("above the stability bound"), std::string::npos) << message;
+  EXPECT_NE(message.find("of packing "), std::string::npos) << message;
+  EXPECT_EQ(message_of(with_fix(words + std::string("mass_scaling 4"))), "");
+}
+
+TEST(KnobsOnLibraries, AreTheSameOnAnyNumberOfRanks)
+{
+  // points at the left sleep, those at the right do not; shadows are chosen by ID as packings and images are
+  const std::string keywords = "drive velocity_gradient yy v_rate packing_random 1 packing_image "
+                               "random 2 mass_scaling 4 substeps adaptive 1e-6 1e-3 quiescent 5e-5 "
+                               "stress average 2 3 shadow 5 2";
+  Script together, alone(MPI_COMM_SELF);
+  for (Script *script : {&together, &alone})
+    *script << with_fix(keywords, "variable rate atom -0.002*x") + "run 10";
+
+  for (const char *what : {"e", "sxx", "sxy"})
+    EXPECT_EQ(together.compute(what), alone.compute(what)) << what;
+  for (const int n : {1, 3, 8, 9, 11, 12, 13, 14})
+    EXPECT_EQ(together.fix_value("grains", n), alone.fix_value("grains", n)) << "value " << n;
+  EXPECT_GT(alone.fix_value("grains", 14), 0.0);
+  EXPECT_LT(alone.fix_value("grains", 14), 96.0);
+  EXPECT_GT(alone.fix_value("grains", 12), 0.0);
+}
+
 TEST(PackingChoiceErrors, SayWhatIsWrong)
 {
   const std::string broken = "test_rve_broken.lib." + std::to_string(rank());
@@ -339,15 +407,4 @@ TEST(PackingChoiceErrors, SayWhatIsWrong)
   }
   EXPECT_FALSE(std::ifstream("test_rve_none.lib").is_open()) << "whole or not at all";
   std::remove(broken.c_str());
-}
-
-int main(int argc, char **argv)
-{
-  MPI_Init(&argc, &argv);
-  ::testing::InitGoogleTest(&argc, argv);
-  const int result = RUN_ALL_TESTS();
-  MPI_Barrier(MPI_COMM_WORLD);
-  if (rank() == 0) std::remove("test_rve_library.lib");
-  MPI_Finalize();
-  return result;
 }

@@ -1,26 +1,16 @@
 // Wrong input and trouble in a run: an exception that says what, where, and what is allowed.
 
 #include "scene.h"
-
-#include "rve/core/error.h"
+#include "support/messages.h"
 
 #include <gtest/gtest.h>
 #include <limits>
 
 using mpm::MpmSolver;
 using mpm_test::Scene;
+using rve_test::message_of;
 
 namespace {
-
-template <class Error, class Call> std::string message_of(const Call &call)
-{
-  try {
-    call();
-  } catch (const Error &error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 void expect_contains(const std::string &message, const std::string &part)
 {

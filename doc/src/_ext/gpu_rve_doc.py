@@ -14,7 +14,7 @@ from pygments.token import Comment, Keyword, Name, Number, Operator, String, Tex
 LAMMPS_MANUAL = 'https://docs.lammps.org/'
 
 # Pages that are, or would be, ours: a reference to a missing one of these is a warning, not a link to LAMMPS.
-OURS = re.compile(r'rve|mpm|random|gpu|theory|accuracy|performance|architecture|install|units_notation|changelog|failure|styles')
+OURS = re.compile(r'rve|mpm|random|gpu|theory|accuracy|performance|architecture|install|units_notation|changelog|failure|styles|stability')
 
 
 class LammpsLexer(RegexLexer):
@@ -129,6 +129,37 @@ class BenchResults(Directive):
                          for row in rows])
 
 
+class StabilityEnvelope(Directive):
+    """`.. stability-envelope:: file` is the table of bench/results/<file>.json, as extremes_report writes it: what must hold, and where it
+    does in each number format."""
+    required_arguments = 1
+    FORMATS = ('fast', 'mixed', 'double')
+    VERDICTS = (('holds', ''), ('warned', 'warned of: '), ('status', 'status: '), ('silent', 'WRONG: '))
+
+    def run(self):
+        env = self.state.document.settings.env
+        path = os.path.join(os.path.dirname(os.path.dirname(env.srcdir)), 'bench', 'results', self.arguments[0] + '.json')
+        env.note_dependency(path)
+        if not os.path.exists(path):
+            return [nodes.paragraph(text='No result is on record yet.')]
+        with open(path, encoding='utf-8') as f:
+            report = json.load(f)
+        rows = [row for row in report['rows'] if row['metric'] == 'envelope']
+        items = {}
+        for row in rows:
+            items.setdefault(row['case']['item'], {})[row['case']['format']] = row
+        lines = [[f"{item}: {formats['mixed']['case']['quantity']}", formats['mixed']['details']['property']]
+                 + [self.words(formats[name]['details']) for name in self.FORMATS] for item, formats in items.items()]
+        return [BenchResults.heading(os.path.basename(path), report),
+                table_of(('extreme', 'what must hold') + self.FORMATS, (18, 34, 16, 16, 16), lines)]
+
+    def words(self, details):
+        parts = [prefix + details[verdict] for verdict, prefix in self.VERDICTS if details[verdict]]
+        if details['holds']:
+            parts[0] += f" (within {details['limit']:g})"
+        return '; '.join(parts)
+
+
 class BenchFigure(Figure):
     """`.. bench-figure:: file` is a figure that bench/plot_bench.py draws; while there is none, a line says so."""
 
@@ -145,5 +176,6 @@ def setup(app):
     app.add_lexer('LAMMPS', LammpsLexer)
     app.connect('missing-reference', link_to_lammps)
     app.add_directive('bench-results', BenchResults)
+    app.add_directive('stability-envelope', StabilityEnvelope)
     app.add_directive('bench-figure', BenchFigure)
     return {'version': '1', 'parallel_read_safe': True, 'parallel_write_safe': True}

@@ -93,6 +93,7 @@ class Engine {
 
   /// Takes a copy of the state; throws InputError if it is not sound.
   virtual int add(const RveState &state) = 0;
+  /// The number is free, and the next add() takes it.
   virtual void remove(int rve) = 0;
   virtual int size() const = 0;
 

@@ -1,6 +1,7 @@
 #include "rve/engine/packing_library.h"
 
 #include "rve/core/error.h"
+#include "rve/core/splitmix64.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,19 +9,6 @@
 #include <string>
 
 namespace rve {
-
-namespace {
-
-  std::uint64_t mix(std::uint64_t z)
-  {
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return z ^ (z >> 31);
-  }
-
-  constexpr std::uint64_t GOLDEN_GAMMA = 0x9e3779b97f4a7c15u;
-
-}    // namespace
 
 void PackingLibrary::add(const LibraryRow &row, RveState packing)
 {
@@ -53,9 +41,9 @@ void PackingLibrary::check() const
 
 int draw(std::uint64_t seed, std::int64_t id, int count, std::uint64_t purpose)
 {
-  std::uint64_t bits = mix(seed + GOLDEN_GAMMA);
-  bits = mix((bits ^ purpose) + GOLDEN_GAMMA);
-  bits = mix((bits ^ static_cast<std::uint64_t>(id)) + GOLDEN_GAMMA);
+  std::uint64_t bits = splitmix64(seed);
+  bits = splitmix64(bits ^ purpose);
+  bits = splitmix64(bits ^ static_cast<std::uint64_t>(id));
   // the upper half as a fraction of 2^32: probabilities differ by less than count / 2^32
   return static_cast<int>(((bits >> 32) * static_cast<std::uint64_t>(count)) >> 32);
 }

@@ -1,0 +1,206 @@
+#!/usr/bin/env python3
+"""Error against cost of the settings of fix rve: packings, plain LAMMPS, element tests, a small footing, and the Pareto plot.
+
+    python3 bench/accuracy.py --bin build/host/bin --out bench/results/accuracy-cpu.json
+    python3 bench/accuracy.py --plot bench/results/accuracy-cpu.json
+
+1. Four packings are made (four seeds).
+2. The engine is compared with plain LAMMPS (examples/crosscheck); nothing else is run if that fails.
+3. bench_accuracy checks its reference against closed forms and sweeps the settings over six element tests. It fails if a planted defect goes
+   unseen.
+4. Packings of 100 to 800 grains are compared in mean and scatter; the rows go to grains-... beside the output.
+5. The footing of bench/in.footing_accuracy is run with some of the settings and four seeds.
+
+The second form draws doc/src/figures/accuracy_pareto.png. Needs numpy, and matplotlib for the plot (Debian: python3-numpy,
+python3-matplotlib).
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+import numpy as np
+
+REPOSITORY = pathlib.Path(__file__).resolve().parent.parent
+SEEDS = (1, 2, 3, 4)
+GRAINS = (100, 200, 400, 800)
+LIMIT = 0.01     # error before bifurcation, as in bench_accuracy
+PARTED = 0.002   # deviation of twins at which curves count as parted, as there
+
+MATERIAL = "radius uniform 0.0025 0.005 kn 1e6 kt 1e6 friction 0.5 density 2650 damping 0.3 thickness 0.075"
+
+# twins, of unlike steps: as long as they agree, curves can be followed
+TWINS = tuple((f"twin {fraction}", "twin", f"preset reference dt auto {fraction}") for fraction in (0.2, 0.19, 0.21, 0.18, 0.22))
+
+# setting, knob, keywords of fix rve
+FOOTING = (
+    ("small-step reference", "reference", "preset reference dt auto 0.05"),
+    ("draft", "preset", "preset draft"),
+    ("standard", "preset", "preset standard"),
+    ("reference", "preset", "preset reference"),
+    ("fast", "format", "format fast"),
+    ("dt 0.2", "dt", "dt auto 0.2"),
+    ("mass_scaling 4", "mass_scaling", "mass_scaling 4"),
+    ("adaptive 1e-5 1e-3", "substeps", "substeps adaptive 1e-5 1e-3"),
+    ("quiescent 1e-5", "quiescent", "substeps adaptive 1e-5 1e-3 quiescent 1e-5"),
+    ("regression 5 2", "stress", "stress regression 5 2"),
+)
+
+
+def run(command, folder, **more):
+    environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OMPI_MCA_ess_singleton_isolated="1", **more)
+    if subprocess.run([str(word) for word in command], cwd=folder, env=environment).returncode:
+        sys.exit(f"failed: {' '.join(map(str, command))}")
+
+
+def make_packings(lmp, folder, grains=400, seeds=SEEDS):
+    files = [f"packing_{grains}_{seed}.rve" for seed in seeds]
+    script = "units si\n" + "".join(f"create_rve {name} grains {grains} seed {seed} {MATERIAL} pressure 1e5\n" for name, seed in zip(files, seeds))
+    (folder / "in.packings").write_text(script)
+    run([lmp, "-in", "in.packings", "-screen", "none", "-log", "log.packings"], folder)
+    return files
+
+
+def footing(lmp, folder, device):
+    """Rows of the footing: pressure under the plate against that of the reference, over the settlement."""
+    curves, seconds, steps = {}, {}, {}
+    for name, _, keywords in FOOTING + TWINS:
+        for seed in SEEDS:
+            out = f"{name.replace(' ', '_').replace(',', '')}.{seed}"
+            run([lmp, "-in", REPOSITORY / "bench" / "in.footing_accuracy", "-var", "packing", f"small_{seed}.rve", "-var", "seed", seed, "-var",
+                 "keywords", f"{keywords} device {device} threads 1", "-var", "out", out, "-screen", "none", "-log", f"log.{out}"], folder)
+            data = np.loadtxt(folder / f"curve.{out}")
+            curves[name, seed] = data[:, 1]
+            seconds[name] = seconds.get(name, 0.0) + data[-1, 2] / len(SEEDS)
+            steps[name] = steps.get(name, 0.0) + data[-1, 3] / len(SEEDS)
+    reference = FOOTING[0][0]
+    ends = {}
+    for seed in SEEDS:
+        first = curves[TWINS[0][0], seed]
+        parted = np.any([np.abs(curves[name, seed] - first) > PARTED * first.max() for name, *_ in TWINS[1:]], axis=0)
+        ends[seed] = int(parted.argmax()) if parted.any() else len(first)
+    rows = []
+    for name, knob, keywords in FOOTING[1:]:
+        error, after = 0.0, []
+        for seed in SEEDS:
+            exact, end = curves[reference, seed], ends[seed]
+            error = max(error, float(np.abs(curves[name, seed] - exact)[:end].max(initial=0.0) / exact.max()))
+            if end < len(exact):
+                after.append(curves[name, seed][end:].mean() / exact[end:].mean() - 1.0)
+        share = sum(ends.values()) / sum(len(curves[reference, seed]) for seed in SEEDS)
+        scatter = np.std([curves[reference, seed][-20:].mean() for seed in SEEDS], ddof=1) / np.sqrt(len(SEEDS))
+        details = {"verdict": "within" if error <= LIMIT else "beyond the limit", "limit": LIMIT, "keywords": keywords,
+                   "mean_pressure_afterwards": float(np.mean(after)) if after else 0.0,
+                   "scatter_of_pressure": float(scatter / np.mean([curves[reference, seed][-20:].mean() for seed in SEEDS])),
+                   "share_before_bifurcation": share, "dem_steps": steps[name], "seconds_per_rve": seconds[name] / 48,
+                   "cost_over_reference": seconds[name] / seconds[reference]}
+        rows.append({"case": {"device": "cuda" if device == "cuda" else "cpu-1", "code": "gpu_rve", "scene": "footing_small", "dim": 2, "grains": 100,
+                              "rves": 48, "setting": name, "knob": knob},
+                     "metric": "stress_error_rel", "value": error, "unit": "-", "details": details})
+        print(f"footing     {name:28s} error {error:.2e}  afterwards {details['mean_pressure_afterwards']:+.1e}  before {share:.2f}  "
+              f"cost {details['cost_over_reference']:.3f} of the reference", flush=True)
+    return rows
+
+
+def presets(rows):
+    """Worst error of each preset over the scenes, and its cost against that of the preset reference."""
+    of = {}
+    for row in rows:
+        if row["case"].get("knob") == "preset":
+            of.setdefault(row["case"]["setting"], {})[row["case"]["scene"]] = row
+    summary = []
+    for name, scenes in of.items():
+        ratios = [of["reference"][scene]["details"]["seconds_per_rve"] / row["details"]["seconds_per_rve"] for scene, row in scenes.items()]
+        worst = max(scenes.values(), key=lambda row: row["value"])
+        summary.append({"case": {"preset": name}, "metric": "largest_stress_error_rel", "value": worst["value"], "unit": "-",
+                        "details": {"in_scene": worst["case"]["scene"], "least_speedup": min(ratios), "largest_speedup": max(ratios)}})
+        print(f"preset {name}: error at most {worst['value']:.2e} ({worst['case']['scene']}), {min(ratios):.1f} to {max(ratios):.1f} times cheaper than reference")
+    return summary
+
+
+def measure(options):
+    folder = pathlib.Path(options.dir).resolve()
+    folder.mkdir(parents=True, exist_ok=True)
+    binaries = pathlib.Path(options.bin).resolve()
+    packings = make_packings(binaries / "lmp", folder)
+    run([sys.executable, REPOSITORY / "examples" / "crosscheck" / "crosscheck.py", "--short", "--lmp", binaries / "lmp", "--dir", folder / "crosscheck"], folder)
+    out = pathlib.Path(options.out).resolve()
+    # the scatter of packings by their number of grains; small ones cost less, so there are more of them
+    many = [name for grains in GRAINS for name in make_packings(binaries / "lmp", folder, grains, range(1, 3200 // grains + 1))]
+    machine = ["--machine", options.machine] if options.machine else []
+    run([binaries / "bench_accuracy", out.with_name(out.stem.replace("accuracy", "grains") + ".json"), *many, "--ensemble", "--device", options.device, *machine], folder)
+    if options.only_grains:
+        return
+    run([binaries / "bench_accuracy", out, *packings, "--device", options.device, "--copies", options.copies, *machine], folder)
+    report = json.loads(out.read_text())
+    report["command"] = f"python3 bench/accuracy.py --bin {options.bin} --out {os.path.relpath(out, REPOSITORY)} --device {options.device} --copies {options.copies}"
+    report["rows"] += footing(binaries / "lmp", folder, options.device)
+    report["rows"] += presets(report["rows"])
+    partial = out.with_suffix(".partial")
+    partial.write_text(json.dumps(report, indent=1) + "\n")
+    partial.replace(out)
+
+
+def plot(options):
+    import matplotlib
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    report = json.loads(pathlib.Path(options.plot).read_text())
+    scenes = {}
+    for row in report["rows"]:
+        case = row["case"]
+        if row["metric"] == "stress_error_rel" and "knob" in case and case["knob"] not in ("reference", "defect") and row["value"] > 0.0:
+            scenes.setdefault(case["scene"], []).append((row["details"]["cost_over_reference"], row["value"], case["knob"], case["setting"]))
+    knobs = sorted({point[2] for points in scenes.values() for point in points})
+    styles = {knob: (marker, f"C{k}") for k, (knob, marker) in enumerate(zip(knobs, "osv^D<>PX*"))}
+    figure, all_axes = plt.subplots(2, 4, figsize=(13.0, 6.4), constrained_layout=True)
+    for axes in all_axes.flat[len(scenes):]:
+        axes.axis("off")
+    for axes, (scene, points) in zip(all_axes.flat, scenes.items()):
+        for knob in knobs:
+            some = np.array([point[:2] for point in points if point[2] == knob])
+            if len(some):
+                axes.plot(some[:, 0], some[:, 1], styles[knob][0], color=styles[knob][1], markersize=5, label=knob)
+        front, best = [], np.inf
+        for cost, error, *_ in sorted(points):
+            if error < best:
+                front.append((cost, error))
+                best = error
+        axes.step(*np.array(front).T, where="post", color="gray", linewidth=1.0, zorder=0)
+        for cost, error, knob, setting in points:
+            if knob == "preset":
+                axes.annotate(setting, (cost, error), textcoords="offset points", xytext=(4, 4), fontsize=8)
+        axes.axhline(LIMIT, color="black", linewidth=0.6, linestyle=":")
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        axes.set_title(scene, fontsize=10)
+        axes.grid(True, which="major", alpha=0.3)
+    for axes in all_axes[-1]:
+        axes.set_xlabel("cost / small-step reference")
+    for axes in all_axes[:, 0]:
+        axes.set_ylabel("largest stress error before bifurcation")
+    handles, labels = all_axes.flat[0].get_legend_handles_labels()
+    all_axes.flat[-1].legend(handles, labels, loc="center", fontsize=9, title=report.get("machine", ""))
+    figure.savefig(REPOSITORY / "doc" / "src" / "figures" / "accuracy_pareto.png", dpi=110)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--bin", default="build/host/bin", help="folder of lmp and bench_accuracy")
+    parser.add_argument("--dir", default="build/accuracy", help="folder where the runs write")
+    parser.add_argument("--out", default="bench/results/accuracy-cpu.json")
+    parser.add_argument("--device", default="cpu", choices=("cpu", "cuda"))
+    parser.add_argument("--copies", type=int, default=1, help="of each packing: fill a GPU with them, so that its cost is that of throughput")
+    parser.add_argument("--machine", help="words for the machine (default: the engine's)")
+    parser.add_argument("--only-grains", action="store_true", help="compare numbers of grains, and leave the sweep out")
+    parser.add_argument("--plot", metavar="FILE.json", help="draw this file instead of measuring")
+    options = parser.parse_args()
+    plot(options) if options.plot else measure(options)
+
+
+if __name__ == "__main__":
+    main()

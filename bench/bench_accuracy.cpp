@@ -1,0 +1,742 @@
+// What a setting of fix rve costs and what it loses: fixed scenes, each setting against a small-step reference in double precision.
+//
+//   bench_accuracy <output.json> <packing.rve> [<packing.rve> ...] [--device cpu|cuda] [--copies N] [--machine words] [--scenes a,b]
+//                  [--short] [--ensemble]
+//
+// With --ensemble packings of several numbers of grains are compared, in the mean and in their scatter: nothing else.
+//
+// A packing of grains is chaotic: beyond some strain the smallest difference grows until two runs agree in the mean only. Twins are therefore
+// run, alike but for grains that are displaced by a part of an overlap, and as long as all of them agree the error of a setting is taken
+// point by point; afterwards only means over the packings are compared. The packings are one batch; `copies` of each
+// fill a GPU. Planted defects, which must stand out, show that the scenes would find them.
+
+#include "bench_report.h"
+
+#include "rve/core/error.h"
+#include "rve/engine/finite_strain.h"
+#include "rve/engine/packing.h"
+#include "rve/engine/packing_io.h"
+#include "rve/engine/stability.h"
+#include "rve_points.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <random>
+#include <sstream>
+
+using namespace rve;
+using LAMMPS_NS::MacroStepOptions;
+using LAMMPS_NS::RvePoints;
+using LAMMPS_NS::StressFrom;
+using nlohmann::json;
+
+namespace {
+
+constexpr double PRESSURE = 1e5;    // of the packings and on the sides of the biaxial test [Pa]
+constexpr double RATE = 0.05;       // of the element tests [1/s]; an inertial number of 2e-4
+
+// Twins: displacements over the mean overlap, of the order of what truncation does in the first steps, so that both have been
+// amplified as much when curves part. In slow scenes the stiffness itself is at stake, which a displacement changes as much.
+constexpr double DISPLACEMENT = 1e-3, DISPLACEMENT_SLOW = 1e-5;
+constexpr int NUM_TWINS =
+    5;    // beside the one that is not displaced; the first pair that parts counts
+
+// Deviation of a twin at which the curves count as parted, over the pressure. A fifth of the limit below: what a setting loses until
+// then is its own.
+constexpr double PARTED = 0.002;
+
+// Error that a setting may have before bifurcation; defects must exceed it.
+constexpr double LIMIT = 0.01;
+
+// ---- scenes -----------------------------------------------------------------------------------------------------------------------
+
+struct Scene {
+  std::string name;
+  double rate;          // of strain [1/s]
+  double macro_step;    // [s]
+  int steps;            // macro steps
+  bool servo;           // xx is held at PRESSURE
+  bool slow;    // begins sheared and at rest; errors are over the largest change of the stress
+  Tensor2 (*gradient)(double rate, double time);
+};
+
+Tensor2 compression(double rate, double)
+{
+  return Tensor2{{0.0, 0.0, 0.0, -rate}};
+}
+
+Tensor2 shear(double rate, double)
+{
+  return Tensor2{{0.0, rate, 0.0, 0.0}};
+}
+
+// amplitude 0.4 %
+Tensor2 cycles(double rate, double time)
+{
+  const double quarter = std::fmod(time * rate / 0.004, 4.0);
+  return shear(quarter < 1.0 || quarter >= 3.0 ? rate : -rate, time);
+}
+
+const Scene SCENES[] = {
+    {"uniaxial", RATE, 1e-3, 1200, false, false, compression},
+    {"shear", RATE, 1e-3, 1200, false, false, shear},
+    {"biaxial", RATE, 1e-3, 1200, true, false, compression},
+    {"cyclic", RATE, 1e-3, 640, false, false, cycles},
+    {"creep_5e-4", 5e-4, 1e-3, 400, false, true, shear},
+    {"creep_5e-6", 5e-6, 1e-2, 400, false, true, shear},
+};
+
+// ---- settings ---------------------------------------------------------------------------------------------------------------------
+
+enum class Defect { None, HistoryDroppedAtRebuild, EulerCellInSinglePrecision };
+
+struct Setting {
+  std::string name = {}, knob = {};    // the knob that it turns, for the table
+  Format format = Format::Mixed;
+  Arithmetic arithmetic = Arithmetic::Strict;
+  double dt_fraction = 0.9;
+  double mass_scaling = 1.0;
+  double damping = -1.0;    // Cundall's; negative: the packing's
+  double viscosity =
+      0.0;    // share of the critical one of a contact of mean grains, normal and tangential, instead of Cundall's
+  double skin = 0.0;
+  MacroStepOptions macro = {};
+  Defect defect = Defect::None;
+  double displacement = 0.0;    // of grains at the start, over the mean overlap
+  int seed = 0;                 // of the displacements
+};
+
+MacroStepOptions adaptive(double strain, double inertia, double quiescent = 0.0)
+{
+  MacroStepOptions options;
+  options.adaptive = AdaptiveSubsteps{strain, inertia, 100000};
+  options.quiescent_strain = quiescent;
+  return options;
+}
+
+MacroStepOptions samples(StressFrom from, int number, int spacing)
+{
+  MacroStepOptions options;
+  options.stress_from = from;
+  options.stress_samples = number;
+  options.stress_spacing = spacing;
+  return options;
+}
+
+const Setting REFERENCE{"small-step reference", "reference", Format::Double, Arithmetic::Strict,
+                        0.05};
+
+std::vector<Setting> settings(bool cuda)
+{
+  const Arithmetic strict = Arithmetic::Strict;
+  std::vector<Setting> list;
+  list.push_back({"draft", "preset", Format::Fast, strict, 0.9, 4.0});
+  list.push_back({"standard", "preset", Format::Mixed, strict, 0.9});
+  list.push_back({"reference", "preset", Format::Double, strict, 0.1});
+
+  list.push_back({"fast", "format", Format::Fast});
+  if (cuda) list.push_back({"fast, relaxed", "format", Format::Fast, Arithmetic::Relaxed});
+  list.push_back({"double", "format", Format::Double});
+  for (const double fraction : {0.1, 0.2, 0.45, 0.7})
+    list.push_back({"dt " + number(fraction), "dt", Format::Mixed, strict, fraction});
+  for (const double factor : {4.0, 16.0, 100.0})
+    list.push_back(
+        {"mass_scaling " + number(factor), "mass_scaling", Format::Mixed, strict, 0.9, factor});
+  for (const double damping : {0.1, 0.5, 0.7})
+    list.push_back(
+        {"damping " + number(damping), "damping", Format::Mixed, strict, 0.9, 1.0, damping});
+  list.push_back({"viscous 0.1", "damping", Format::Mixed, strict, 0.9, 1.0, 0.0, 0.1});
+  for (const double skin : {0.25e-3, 2e-3})
+    list.push_back(
+        {"skin " + number(skin), "skin", Format::Mixed, strict, 0.9, 1.0, -1.0, 0.0, skin});
+  const auto with = [&](const std::string &name, const std::string &knob,
+                        const MacroStepOptions &macro) {
+    Setting setting{name, knob};
+    setting.macro = macro;
+    list.push_back(setting);
+  };
+  with("adaptive 1e-6 1e-3", "substeps", adaptive(1e-6, 1e-3));
+  with("adaptive 1e-5 1e-3", "substeps", adaptive(1e-5, 1e-3));
+  with("adaptive 1e-5 1e-2", "substeps", adaptive(1e-5, 1e-2));
+  for (const double strain : {1e-6, 1e-5, 1e-4})
+    with("quiescent " + number(strain), "quiescent", adaptive(1e-6, 1e-3, strain));
+  with("average 3 2", "stress", samples(StressFrom::Average, 3, 2));
+  with("regression 5 2", "stress", samples(StressFrom::Regression, 5, 2));
+
+  for (const Defect defect :
+       {Defect::HistoryDroppedAtRebuild, Defect::EulerCellInSinglePrecision}) {
+    Setting planted{defect == Defect::HistoryDroppedAtRebuild ? "history dropped at rebuild"
+                                                              : "Euler cell in fp32",
+                    "defect"};
+    planted.defect = defect;
+    list.push_back(planted);
+  }
+  return list;
+}
+
+/// What the style refuses, or the defect has no meaning for.
+bool fits(const Setting &setting, const Scene &scene)
+{
+  const bool of_a_strain = setting.macro.adaptive || setting.macro.quiescent_strain > 0.0 ||
+      setting.defect == Defect::EulerCellInSinglePrecision;
+  return !(scene.servo && of_a_strain);
+}
+
+// ---- runs -------------------------------------------------------------------------------------------------------------------------
+
+/// Stresses of one packing after each macro step.
+using Curve = std::vector<Tensor2>;
+
+struct Outcome {
+  std::vector<Curve> curves;    // of each packing
+  double seconds = 0.0;         // of wall time for all packings and copies
+  double dem_steps = 0.0;       // of one packing, mean
+  std::string failure;          // words of the status; empty if all went well
+};
+
+struct Machine {
+  Device device = Device::Cpu;
+  int copies = 1;
+};
+
+Options options_for(const Setting &setting, const Machine &machine)
+{
+  Options options;
+  options.format = setting.format;
+  options.arithmetic = setting.arithmetic;
+  options.device = machine.device;
+  options.threads = 1;
+  options.skin = setting.skin;
+  return options;
+}
+
+RveState prepared(RveState state, const Setting &setting)
+{
+  Material &material = state.material;
+  material.mass_depth *= setting.mass_scaling;
+  if (setting.damping >= 0.0) material.local_damping = setting.damping;
+  if (setting.viscosity > 0.0) {
+    const double mass = state.mass() / state.num_grains();
+    // 2 sqrt(k m*) with the reduced mass m/2
+    material.normal_viscosity = material.tangential_viscosity =
+        setting.viscosity * 2.0 * std::sqrt(0.5 * mass * material.normal_stiffness);
+  }
+  if (setting.displacement > 0.0) {
+    // mean overlap: p h V / (sum of f l), near enough p h / k_n of a grain's diameter
+    const double overlap = PRESSURE * material.thickness / material.normal_stiffness * 2.0 *
+        std::sqrt(state.solid_area() / (3.14159265358979323846 * state.num_grains()));
+    std::mt19937_64 random(setting.seed);
+    std::vector<double> xy = state.positions();
+    for (double &x : xy)
+      x += setting.displacement * overlap * (static_cast<double>(random() >> 11) * 0x1p-52 - 1.0);
+    state.set_positions(xy);
+  }
+  return state;
+}
+
+Drive drive_for(const Scene &scene, const Tensor2 &gradient, double dt, const RveState &state)
+{
+  const int substeps =
+      std::max(1, static_cast<int>(std::ceil(scene.macro_step / dt * (1.0 - 1e-12))));
+  Drive drive = Drive::constant_velocity_gradient(gradient, scene.macro_step / substeps, substeps);
+  if (scene.servo) {
+    drive.controlled[0][0] = true;
+    drive.stress_goal(0, 0) = -PRESSURE;
+    drive.servo_gain = default_servo_gain(state);
+    drive.servo_max_rate = 5e-5 / drive.dt;    // as fix rve has it
+  }
+  return drive;
+}
+
+double now()
+{
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// Through the layer that fix rve uses, so that its knobs are these.
+Outcome run_points(const Scene &scene, const std::vector<RveState> &packings,
+                   const Setting &setting, const Machine &machine)
+{
+  RvePoints points(make_engine(options_for(setting, machine)), nullptr, setting.macro);
+  std::vector<RveState> states;
+  std::vector<const RveState *> copies;
+  for (const RveState &packing : packings) states.push_back(prepared(packing, setting));
+  for (int copy = 0; copy < machine.copies; ++copy)
+    for (const RveState &state : states) copies.push_back(&state);
+  const std::vector<int> slots = points.add(copies);
+
+  const auto bound = [&] {
+    double least = HUGE_VAL;
+    for (std::size_t k = 0; k < packings.size(); ++k)
+      least = std::min(least, stable_time_step(points.state(slots[k])));
+    return least;
+  };
+  double dt = setting.dt_fraction * bound();
+  Outcome outcome;
+  outcome.curves.resize(packings.size());
+  std::vector<Drive> drives(slots.size());
+  for (int step = 0; step < scene.steps; ++step) {
+    if (step % 100 == 99) {    // as fix rve does
+      const double limit = bound();
+      if (dt > 0.95 * limit) dt = setting.dt_fraction * limit;
+    }
+    const Tensor2 gradient = scene.gradient(scene.rate, (step + 0.5) * scene.macro_step);
+    const Drive of_first = drive_for(scene, gradient, dt, states[0]);
+    for (std::size_t k = 0; k < drives.size(); ++k) {
+      drives[k] = of_first;
+      if (scene.servo) drives[k].servo_gain = default_servo_gain(*copies[k]);
+      if (setting.macro.adaptive) drives[k].dt = dt;
+    }
+    const double start = now();
+    const std::vector<int> failed = points.advance(slots, drives);
+    outcome.seconds += now() - start;
+    if (!failed.empty()) {
+      outcome.failure = describe_status(points.point(failed[0]).result.status);
+      return outcome;
+    }
+    for (std::size_t k = 0; k < packings.size(); ++k)
+      outcome.curves[k].push_back(points.point(slots[k]).result.stress);
+  }
+  for (std::size_t k = 0; k < packings.size(); ++k)
+    outcome.dem_steps += static_cast<double>(points.point(slots[k]).last_steps().counters.steps -
+                                             packings[k].counters.steps) /
+        packings.size();
+  return outcome;
+}
+
+/// With a defect planted from outside: the engine has none.
+Outcome run_with_defect(const Scene &scene, const std::vector<RveState> &packings,
+                        const Setting &setting, const Machine &machine)
+{
+  Outcome outcome;
+  for (const RveState &packing : packings) {
+    const auto engine = make_engine(options_for(setting, machine));
+    RveState state = prepared(packing, setting);
+    int rve = engine->add(state);
+    const double dt = setting.dt_fraction * stable_time_step(state);
+    Tensor2 cell = state.cell;
+    std::int64_t rebuilds = state.counters.rebuilds;
+    std::vector<Result> results;
+    Curve curve;
+    for (int step = 0; step < scene.steps; ++step) {
+      const Tensor2 gradient = scene.gradient(scene.rate, (step + 0.5) * scene.macro_step);
+      Drive drive = drive_for(scene, gradient, dt, state);
+      const int calls = setting.defect == Defect::EulerCellInSinglePrecision ? drive.substeps : 1;
+      if (calls > 1) drive.substeps = 1;
+      for (int call = 0; call < calls; ++call) {
+        if (setting.defect == Defect::EulerCellInSinglePrecision) {
+          // H + dt L H, every number rounded to single precision
+          const Tensor2 old = cell;
+          for (int a = 0; a < 2; ++a)
+            for (int b = 0; b < 2; ++b) {
+              const float rate =
+                  static_cast<float>(gradient(a, 0)) * static_cast<float>(old(0, b)) +
+                  static_cast<float>(gradient(a, 1)) * static_cast<float>(old(1, b));
+              cell(a, b) = static_cast<float>(old(a, b)) + static_cast<float>(drive.dt) * rate;
+            }
+          drive.deformation = cell * inverse(old);
+        }
+        engine->advance({rve}, {drive}, results);
+        if (results[0].status & status::Fatal) {
+          outcome.failure = describe_status(results[0].status);
+          return outcome;
+        }
+        if (setting.defect == Defect::HistoryDroppedAtRebuild &&
+            results[0].counters.rebuilds > rebuilds) {
+          rebuilds = results[0].counters.rebuilds;
+          RveState forgetful = engine->state(rve);
+          for (Pair &pair : forgetful.pairs) pair.tangential_force = 0.0;
+          engine->remove(rve);
+          rve = engine->add(forgetful);
+        }
+      }
+      curve.push_back(results[0].stress);
+    }
+    outcome.curves.push_back(curve);
+  }
+  return outcome;
+}
+
+Outcome run(const Scene &scene, const std::vector<RveState> &packings, const Setting &setting,
+            const Machine &machine)
+{
+  return setting.defect == Defect::None ? run_points(scene, packings, setting, machine)
+                                        : run_with_defect(scene, packings, setting, machine);
+}
+
+/// Sheared by 0.3 % and at rest again: tangential forces everywhere, from which slow shear goes on.
+RveState sheared(const RveState &packing)
+{
+  const auto engine = make_engine(options_for(REFERENCE, Machine()));
+  const int rve = engine->add(packing);
+  const double dt = 0.2 * stable_time_step(packing);
+  std::vector<Result> results;
+  engine->advance(
+      {rve}, {Drive::constant_velocity_gradient(shear(RATE, 0.0), dt, static_cast<int>(0.06 / dt))},
+      results);
+  for (int k = 0; k < 40; ++k)
+    engine->advance({rve}, {Drive::constant_velocity_gradient(Tensor2::zero(), dt, 2000)}, results);
+  require(results[0].unbalanced_ratio < 1e-7,
+          "a sheared packing does not come to rest: unbalanced ratio " +
+              number(results[0].unbalanced_ratio));
+  return engine->state(rve);
+}
+
+// ---- errors -----------------------------------------------------------------------------------------------------------------------
+
+struct Errors {
+  double pointwise = 0.0;       // largest before bifurcation, over packings
+  double pressure = 0.0;        // difference of the mean pressure afterwards, relative
+  double stress_ratio = 0.0;    // of the mean q/p afterwards
+  double scatter = 0.0;         // standard error of the mean q/p over packings, in the reference
+  double before = 1.0;          // share of the scene before bifurcation, mean over packings
+};
+
+double mean_stress(const Tensor2 &stress)
+{
+  return -0.5 * trace(stress);
+}
+
+double stress_ratio(const Tensor2 &stress)
+{
+  Result result;
+  result.stress = stress;
+  return result.deviatoric_stress() / result.mean_stress();
+}
+
+/// The reference's curves, and how far they can be followed.
+struct Standard {
+  std::vector<Curve> curves;
+  std::vector<double> change;      ///< largest change of the stress of each packing [stress]
+  std::vector<int> bifurcation;    ///< step at which the first twin has parted, or the end
+};
+
+/// Of two curves at a step: over the pressure, and in slow scenes of the change since the first step, over the largest change.
+double deviation(const Scene &scene, const Curve &curve, const Curve &exact, double change,
+                 int step)
+{
+  if (!scene.slow)
+    return norm(curve[step] - exact[step]) / std::max(PRESSURE, mean_stress(exact[step]));
+  return norm((curve[step] - curve[0]) - (exact[step] - exact[0])) / change;
+}
+
+/// With the reference's own steps twins would take most of the time; chaos does not need them.
+std::vector<Outcome> twins_of(const Scene &scene, const std::vector<RveState> &packings,
+                              const Machine &machine, int count)
+{
+  std::vector<Outcome> twins;
+  for (int seed = 0; seed <= count; ++seed) {
+    Setting setting = REFERENCE;
+    setting.name = "twin";
+    setting.dt_fraction = 0.2;
+    setting.seed = seed;
+    if (seed > 0) setting.displacement = scene.slow ? DISPLACEMENT_SLOW : DISPLACEMENT;
+    twins.push_back(run(scene, packings, setting, machine));
+    require(twins.back().failure.empty(),
+            "a twin fails in " + scene.name + ": " + twins.back().failure);
+  }
+  return twins;
+}
+
+Standard standard_of(const Outcome &reference, const std::vector<Outcome> &twins,
+                     const Scene &scene)
+{
+  Standard standard;
+  standard.curves = reference.curves;
+  for (std::size_t k = 0; k < reference.curves.size(); ++k) {
+    const Curve &curve = reference.curves[k];
+    double change = 0.0;
+    for (const Tensor2 &stress : curve) change = std::max(change, norm(stress - curve[0]));
+    standard.change.push_back(change);
+    int step = 0;
+    const auto agree = [&] {
+      return std::all_of(twins.begin() + 1, twins.end(), [&](const Outcome &twin) {
+        return deviation(scene, twin.curves[k], twins[0].curves[k], change, step) < PARTED;
+      });
+    };
+    while (step < scene.steps && agree()) ++step;
+    standard.bifurcation.push_back(step);
+  }
+  return standard;
+}
+
+Errors errors_of(const Standard &standard, const Outcome &outcome, const Scene &scene)
+{
+  Errors errors;
+  errors.before = 0.0;
+  const double count = static_cast<double>(standard.curves.size());
+  double sum = 0.0, squares = 0.0, parted = 0.0;
+  for (std::size_t k = 0; k < standard.curves.size(); ++k) {
+    const Curve &exact = standard.curves[k], &curve = outcome.curves[k];
+    const int end = standard.bifurcation[k];
+    errors.before += static_cast<double>(end) / scene.steps / count;
+    for (int step = 0; step < end; ++step)
+      errors.pointwise =
+          std::max(errors.pointwise, deviation(scene, curve, exact, standard.change[k], step));
+    if (end == scene.steps) continue;
+    double p[2] = {0.0, 0.0}, ratio[2] = {0.0, 0.0};
+    for (int step = end; step < scene.steps; ++step) {
+      p[0] += mean_stress(exact[step]);
+      p[1] += mean_stress(curve[step]);
+      ratio[0] += stress_ratio(exact[step]) / (scene.steps - end);
+      ratio[1] += stress_ratio(curve[step]) / (scene.steps - end);
+    }
+    errors.pressure += p[1] / p[0] - 1.0;
+    errors.stress_ratio += ratio[1] - ratio[0];
+    sum += ratio[0];
+    squares += ratio[0] * ratio[0];
+    parted += 1.0;
+  }
+  if (parted > 0.0) {
+    errors.pressure /= parted;
+    errors.stress_ratio /= parted;
+    const double variance = std::max(0.0, squares / parted - sum / parted * sum / parted);
+    errors.scatter = parted > 1.0 ? std::sqrt(variance / (parted - 1.0)) : 0.0;
+  }
+  return errors;
+}
+
+// ---- the reference itself -----------------------------------------------------------------------------------------------------------
+
+/// Restitution of two disks with local damping is sqrt((1 - a)/(1 + a)): the impulse is carried in by 1 - a and out by 1 + a.
+double restitution_error()
+{
+  Material material;
+  material.normal_stiffness = 1e6;
+  material.density = 2650.0;
+  material.local_damping = 0.3;
+  RveState state;
+  state.material = material;
+  state.cell = 0.2 * Tensor2::identity();
+  state.radius = {0.005, 0.005};
+  state.velocity = {0.1, 0.0, -0.1, 0.0};
+  state.spin = {0.0, 0.0};
+  state.set_positions({0.05, 0.05, 0.06001, 0.05});
+  const auto engine = make_engine(options_for(REFERENCE, Machine()));
+  const int rve = engine->add(state);
+  const double dt = 0.01 * stable_time_step(state);
+  std::vector<Result> results;
+  engine->advance({rve}, {Drive::constant_velocity_gradient(Tensor2::zero(), dt, 3000)}, results);
+  const double expected = std::sqrt((1.0 - 0.3) / (1.0 + 0.3));
+  return std::fabs(-engine->state(rve).velocity[0] / 0.1 / expected - 1.0);
+}
+
+/// Affine stiffness of a packing at rest, in closed form, against one step.
+double stiffness_error(const RveState &packing)
+{
+  const auto engine = make_engine(options_for(REFERENCE, Machine()));
+  const int rve = engine->add(packing);
+  std::vector<Result> before, after;
+  engine->advance({rve}, {Drive()}, before);
+  const double strain = 1e-8;
+  Drive drive;
+  drive.dt = 1e-9;
+  drive.substeps = 1;
+  drive.deformation(1, 1) -= strain;
+  engine->advance({rve}, {drive}, after);
+  const Tensor2 expected = affine_stiffness(packing)(drive.deformation - Tensor2::identity());
+  return norm(after[0].stress - before[0].stress - expected) / norm(expected);
+}
+
+// ---- the program ------------------------------------------------------------------------------------------------------------------
+
+struct Arguments {
+  std::string output, machine, scenes;
+  std::vector<std::string> packings;
+  bool cuda = false, brief = false, ensemble = false;
+  int copies = 1;
+};
+
+Arguments parse(int argc, char **argv)
+{
+  Arguments arguments;
+  for (int a = 1; a < argc; ++a) {
+    const std::string word = argv[a];
+    const auto value = [&] {
+      require(a + 1 < argc, word + ": its value is missing");
+      return std::string(argv[++a]);
+    };
+    if (word == "--device")
+      arguments.cuda = value() == "cuda";
+    else if (word == "--copies")
+      arguments.copies = std::stoi(value());
+    else if (word == "--machine")
+      arguments.machine = value();
+    else if (word == "--scenes")
+      arguments.scenes = "," + value() + ",";
+    else if (word == "--short")    // the defects and the standard preset only, in two scenes
+      arguments.brief = true;
+    else if (word == "--ensemble")
+      arguments.ensemble = true;
+    else if (arguments.output.empty())
+      arguments.output = word;
+    else
+      arguments.packings.push_back(word);
+  }
+  require(!arguments.packings.empty() && arguments.copies > 0,
+          "usage: bench_accuracy <output.json> <packing.rve> ... [--device cpu|cuda] [--copies N] "
+          "[--machine words] [--scenes a,b]");
+  return arguments;
+}
+
+/// Mean q/p in the second half of a scene and its scatter, for the packings of each number of grains, with the preset standard.
+void compare_numbers_of_grains(const std::vector<RveState> &packings, const Arguments &arguments,
+                               const Machine &machine, bench::Report &report)
+{
+  std::map<int, std::vector<RveState>> groups;
+  for (const RveState &packing : packings) groups[packing.num_grains()].push_back(packing);
+  for (const Scene &scene : SCENES) {
+    if (scene.slow || scene.gradient == cycles) continue;
+    for (const auto &[grains, some] : groups) {
+      const Outcome outcome = run(scene, some, {"standard", "grains"}, machine);
+      require(outcome.failure.empty(), scene.name + " fails: " + outcome.failure);
+      double sum = 0.0, squares = 0.0;
+      for (const Curve &curve : outcome.curves) {
+        double mean = 0.0;
+        for (int step = scene.steps / 2; step < scene.steps; ++step)
+          mean += stress_ratio(curve[step]) / (scene.steps - scene.steps / 2);
+        sum += mean;
+        squares += mean * mean;
+      }
+      const double n = static_cast<double>(some.size()), mean = sum / n;
+      const double deviation =
+          std::sqrt(std::max(0.0, squares / n - mean * mean) * n / std::max(1.0, n - 1.0));
+      report.add({{"device", arguments.cuda ? "cuda" : "cpu-1"},
+                  {"code", "gpu_rve"},
+                  {"scene", scene.name},
+                  {"dim", 2},
+                  {"grains", grains},
+                  {"rves", some.size() * machine.copies},
+                  {"format", "mixed"},
+                  {"preset", "standard"},
+                  {"knob", "grains"}},
+                 "mean_stress_ratio", mean, "-",
+                 {{"packings", some.size()},
+                  {"scatter_of_packings", deviation},
+                  {"standard_error", deviation / std::sqrt(n)},
+                  {"seconds_per_rve", outcome.seconds / (n * machine.copies)}});
+      std::printf("%-11s %4d grains, %zu packings: q/p %.4f, scatter %.4f, standard error %.4f\n",
+                  scene.name.c_str(), grains, some.size(), mean, deviation,
+                  deviation / std::sqrt(n));
+    }
+  }
+  report.write();
+}
+
+}    // namespace
+
+int main(int argc, char **argv)
+try {
+  const Arguments arguments = parse(argc, argv);
+  bench::Report report(argc, argv, arguments.output);
+  const Machine machine{arguments.cuda ? Device::Cuda : Device::Cpu, arguments.copies};
+  const std::string engine = make_engine(options_for(Setting(), machine))->description();
+  report.set_machine(arguments.machine.empty() ? engine.substr(0, engine.find(','))
+                                               : arguments.machine);
+
+  std::vector<RveState> packings, sheared_packings;
+  for (const std::string &file : arguments.packings) packings.push_back(read_packing(file));
+  if (arguments.ensemble) {
+    compare_numbers_of_grains(packings, arguments, machine, report);
+    return 0;
+  }
+  for (const RveState &packing : packings) sheared_packings.push_back(sheared(packing));
+
+  bool sound = true;
+  const auto check = [&](const std::string &what, double error, double limit) {
+    std::printf("%s %s: %.2g, limit %.2g\n", error <= limit ? "pass" : "FAIL", what.c_str(), error,
+                limit);
+    sound = sound && error <= limit;
+    report.add({{"scene", "closed form"}, {"setting", what}}, "stress_error_rel", error, "-",
+               {{"limit", limit}});
+  };
+  check("restitution of two disks", restitution_error(), 1e-3);
+  check("affine stiffness of a packing", stiffness_error(packings[0]), 1e-4);
+  require(sound, "the reference fails its closed forms; nothing else is run");
+
+  std::vector<Setting> all = settings(arguments.cuda);
+  std::string scenes = arguments.scenes;
+  Setting finest = REFERENCE;
+  if (arguments.brief) {
+    finest.dt_fraction = 0.2;    // defects are larger than its truncation
+    scenes = ",uniaxial,creep_5e-6,";
+    all.erase(std::remove_if(all.begin(), all.end(),
+                             [](const Setting &setting) {
+                               return setting.name != "standard" && setting.defect == Defect::None;
+                             }),
+              all.end());
+  }
+  std::vector<int> flagged(all.size(), 0);
+  for (const Scene &scene : SCENES) {
+    if (!scenes.empty() && scenes.find("," + scene.name + ",") == std::string::npos) continue;
+    const std::vector<RveState> &start = scene.slow ? sheared_packings : packings;
+    const Outcome reference = run(scene, start, finest, machine);
+    require(reference.failure.empty(),
+            "the reference fails in " + scene.name + ": " + reference.failure);
+    const Standard standard = standard_of(
+        reference, twins_of(scene, start, machine, arguments.brief ? 2 : NUM_TWINS), scene);
+    for (std::size_t s = 0; s < all.size(); ++s) {
+      const Setting &setting = all[s];
+      if (!fits(setting, scene)) continue;
+      const Outcome outcome = run(scene, start, setting, machine);
+      const json keys = {{"device", arguments.cuda ? "cuda" : "cpu-1"},
+                         {"code", "gpu_rve"},
+                         {"scene", scene.name},
+                         {"dim", 2},
+                         {"grains", packings[0].num_grains()},
+                         {"rves", packings.size() * machine.copies},
+                         {"format", to_string(setting.format)},
+                         {"setting", setting.name},
+                         {"knob", setting.knob}};
+      if (!outcome.failure.empty()) {
+        flagged[s] = 1;
+        report.add(keys, "stress_error_rel", -1.0, "-",
+                   {{"verdict", "failed: " + outcome.failure}});
+        std::printf("%-11s %-28s failed: %s\n", scene.name.c_str(), setting.name.c_str(),
+                    outcome.failure.c_str());
+        continue;
+      }
+      const Errors errors = errors_of(standard, outcome, scene);
+      const bool beyond = !(errors.pointwise <= LIMIT);
+      flagged[s] = flagged[s] || beyond;
+      const double cost = outcome.seconds / (packings.size() * machine.copies);
+      const json details = {
+          {"verdict", beyond ? "beyond the limit" : "within"},
+          {"limit", LIMIT},
+          {"mean_pressure_afterwards", errors.pressure},
+          {"mean_stress_ratio_afterwards", errors.stress_ratio},
+          {"scatter_of_stress_ratio", errors.scatter},
+          {"share_before_bifurcation", errors.before},
+          {"dem_steps", outcome.dem_steps},
+          {"seconds_per_rve", cost},
+          {"cost_over_reference",
+           setting.defect == Defect::None ? outcome.seconds / reference.seconds : 0.0}};
+      report.add(keys, "stress_error_rel", errors.pointwise, "-", details);
+      std::printf("%-11s %-28s error %.2e  afterwards p %+.1e, q/p %+.1e (scatter %.1e)  before "
+                  "%.2f  cost %.3f s = %.3f of the reference\n",
+                  scene.name.c_str(), setting.name.c_str(), errors.pointwise, errors.pressure,
+                  errors.stress_ratio, errors.scatter, errors.before, cost,
+                  outcome.seconds / reference.seconds);
+    }
+    report.write();
+  }
+  for (std::size_t s = 0; s < all.size(); ++s) {
+    // one scene may be blind to a defect
+    if (all[s].defect != Defect::None && !flagged[s] && arguments.scenes.empty()) {
+      std::printf("FAIL the planted defect goes unseen: %s\n", all[s].name.c_str());
+      sound = false;
+    }
+    if (all[s].name == "standard" && flagged[s]) {
+      std::printf("FAIL the preset standard loses more than %g before bifurcation\n", LIMIT);
+      sound = false;
+    }
+  }
+  report.write();
+  return sound ? 0 : 1;
+} catch (const std::exception &e) {
+  std::fprintf(stderr, "bench_accuracy: %s\n", e.what());
+  return 2;
+}

@@ -1,0 +1,23 @@
+// The mixing function of SplitMix64, behind every choice that is to look random and to depend on nothing but numbers such as the ID of
+// an atom: not on ranks, order or time.
+
+#ifndef RVE_CORE_SPLITMIX64_H
+#define RVE_CORE_SPLITMIX64_H
+
+#include <cstdint>
+
+namespace rve {
+
+/// First output of the generator SplitMix64 with seed `x` (Steele, Lea & Flood, OOPSLA 2014, fig. 17): a bijection of 64 bits, so that
+/// different arguments have different results.
+constexpr std::uint64_t splitmix64(std::uint64_t x)
+{
+  x += 0x9e3779b97f4a7c15u;    // odd, nearest to 2^64 over the golden ratio
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+  return x ^ (x >> 31);
+}
+
+}    // namespace rve
+
+#endif

@@ -1,0 +1,97 @@
+#include "rve/engine/advice.h"
+
+#include "rve/core/error.h"
+#include "rve/engine/finite_strain.h"
+#include "rve/engine/substeps.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rve {
+
+namespace {
+
+  constexpr double STRESS_ERROR = 1e-3;
+
+  // Strain of a DEM step that a single-precision tangential force still adds up, relative to its last digit: 64 units keep the rounding
+  // of each addition, half a unit, below a percent of it.
+  constexpr double UNITS_PER_STEP = 64.0;
+
+  double smallest_width(const Tensor2 &h)
+  {
+    return determinant(h) / std::max(std::hypot(h(0, 0), h(1, 0)), std::hypot(h(0, 1), h(1, 1)));
+  }
+
+}    // namespace
+
+double Advice::severity() const
+{
+  const bool is_lower_limit = kind == AdviceKind::SmallOverlap || kind == AdviceKind::SlowStrain ||
+      kind == AdviceKind::SmallCell;
+  return is_lower_limit ? limit / value : value / limit;
+}
+
+double smallest_overlap(Format format)
+{
+  return (format == Format::Fast ? 0x1p-24 : 0x1p-53) / STRESS_ERROR;
+}
+
+std::vector<Advice> advice_on_size(const Result &result)
+{
+  const double grains = smallest_width(result.cell) / grain_size(result);
+  if (grains >= SHEAR_BAND_GRAINS) return {};
+  return {{AdviceKind::SmallCell, grains, SHEAR_BAND_GRAINS,
+           "the cell is " + number(grains) + " grains wide, less than the " +
+               number(SHEAR_BAND_GRAINS) +
+               " of a shear band, whose stress then depends on the cell; use more grains"}};
+}
+
+std::vector<Advice> advice(Format format, const Result &result, const Material &material,
+                           const Motion &motion)
+{
+  std::vector<Advice> list;
+  const bool in_contact = result.num_contacts > 0;
+  const double overlap = result.mean_overlap;
+  if (in_contact && overlap < smallest_overlap(format))
+    list.push_back({AdviceKind::SmallOverlap, overlap, smallest_overlap(format),
+                    "the mean overlap is " + number(overlap) + " of the sum of radii, below the " +
+                        number(smallest_overlap(format)) + " that format " + to_string(format) +
+                        " resolves to one in a thousand; " +
+                        (format == Format::Fast ? "use format mixed or double"
+                                                : "use a smaller kn or a higher pressure")});
+
+  if (format == Format::Fast && in_contact && motion.strain_rate > 0.0 && motion.dt > 0.0 &&
+      material.friction > 0.0 && material.tangential_stiffness > 0.0) {
+    // a sliding contact carries mu k_n overlap, and the strain of a step adds k_t d strain to it
+    const double limit = UNITS_PER_STEP * 0x1p-24 * material.friction * material.normal_stiffness *
+        overlap / material.tangential_stiffness / motion.dt;
+    if (motion.strain_rate < limit)
+      list.push_back({AdviceKind::SlowStrain, motion.strain_rate, limit,
+                      "the strain rate is " + number(motion.strain_rate) + " [1/time], below the " +
+                          number(limit) +
+                          " whose increments format fast adds to tangential forces within a "
+                          "percent; use format mixed, or fewer substeps"});
+  }
+
+  if (in_contact && result.mean_stress() > 0.0) {
+    const double inertia = inertial_number(result, material, motion.strain_rate);
+    if (inertia > QUASI_STATIC_INERTIAL_NUMBER)
+      list.push_back({AdviceKind::FastStrain, inertia, QUASI_STATIC_INERTIAL_NUMBER,
+                      "the inertial number is " + number(inertia) + ", above the " +
+                          number(QUASI_STATIC_INERTIAL_NUMBER) +
+                          " of quasi-static deformation: the stress depends on the strain rate; "
+                          "use a lower rate, more substeps or less mass"});
+  }
+
+  if (motion.dt > 0.0 && motion.stable_dt > 0.0 && motion.dt > TIME_STEP_SHARE * motion.stable_dt)
+    list.push_back({AdviceKind::LongTimeStep, motion.dt, TIME_STEP_SHARE * motion.stable_dt,
+                    "the DEM time step is " + number(motion.dt) + " [time], above " +
+                        number(TIME_STEP_SHARE) + " of the stability bound " +
+                        number(motion.stable_dt) + "; use a shorter dt, or dt auto"});
+
+  if (motion.applied_strain > SHEAR_BAND_STRAIN)
+    for (Advice &size : advice_on_size(result)) list.push_back(size);
+  return list;
+}
+
+}    // namespace rve

@@ -1,0 +1,63 @@
+// What an engine computes faithfully may still not be what its user wants: limits that belong to a number format, to quasi-static
+// deformation, to stability and to the size of a representative volume. Each is told with its value, its limit and a remedy.
+
+#ifndef RVE_ENGINE_ADVICE_H
+#define RVE_ENGINE_ADVICE_H
+
+#include "rve/engine/engine.h"
+
+#include <string>
+#include <vector>
+
+namespace rve {
+
+enum class AdviceKind { SmallOverlap, SlowStrain, FastStrain, LongTimeStep, SmallCell };
+constexpr int NUM_ADVICE_KINDS = 5;
+
+struct Advice {
+  AdviceKind kind;
+  double value, limit;
+  std::string message;    ///< value, limit and remedy, in words
+  /// How far beyond the limit, > 1: the worst of a batch is the one with the most.
+  double severity() const;
+};
+
+/// What is known of how an RVE is driven. What is zero is not known, and is not judged.
+struct Motion {
+  double strain_rate = 0.0;       ///< |D| of the RVE's own time [1/time]
+  double dt = 0.0;                ///< DEM time step [time]
+  double stable_dt = 0.0;         ///< its stability bound [time]
+  double applied_strain = 0.0;    ///< |U - 1| since the packing was made [-]
+};
+
+/// Mean overlap over sum of radii below which the stress of a format is off by more than one in a thousand [-].
+///
+/// A gap is a difference of lengths. In `fast` it carries the rounding of the sum of radii, 2^-24, and of a 32-bit fraction of the
+/// cell: measured, the unbalanced force of a packing at rest is 6e-8/overlap (doc/accuracy). In `mixed` and `double` the gap has
+/// 53 bits, and the limit is where the force of a contact would be lost: 2^-53 / 1e-3.
+double smallest_overlap(Format format);
+
+/// Largest inertial number of quasi-static deformation [-]: da Cruz et al., Phys Rev E 72, 021309 (2005), find rate dependence above
+/// 1e-3.
+constexpr double QUASI_STATIC_INERTIAL_NUMBER = 1e-3;
+
+/// Share of the stability bound above which a time step is warned of: the network may stiffen before the next check.
+constexpr double TIME_STEP_SHARE = 0.95;
+
+/// Widths of the cell over the mean grain size: a shear band is 8 to 16 grains wide (Roscoe, Geotechnique 20, 129 (1970); Muehlhaus
+/// and Vardoulakis, Geotechnique 37, 271 (1987)) and meets its own image in a narrower cell.
+constexpr double SHEAR_BAND_GRAINS = 16.0;
+
+/// Shear strain below which no band forms [-]: the peak of dense packings is at a few percent.
+constexpr double SHEAR_BAND_STRAIN = 0.02;
+
+/// All limits that this answer is beyond. No contacts, no overlap to judge.
+std::vector<Advice> advice(Format format, const Result &result, const Material &material,
+                           const Motion &motion);
+
+/// Tells the size of the cell at the start, where nothing has been strained yet; empty if it is wide enough.
+std::vector<Advice> advice_on_size(const Result &result);
+
+}    // namespace rve
+
+#endif

@@ -1,0 +1,63 @@
+#include "rve/engine/affine_stiffness.h"
+
+#include "rve/engine/contact_network.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+namespace rve {
+
+Tensor2 AffineStiffness::operator()(const Tensor2 &strain) const
+{
+  Tensor2 stress;
+  for (int k = 0; k < 4; ++k)
+    stress.component[k] = component[k][0] * strain(0, 0) + component[k][1] * strain(1, 1) +
+        component[k][2] * strain(0, 1);
+  return stress;
+}
+
+AffineStiffness affine_stiffness(const RveState &state)
+{
+  // the scalar history is the same from both sides: the force and the tangent both turn round
+  std::map<std::pair<int, int>, double> tangential_force;
+  for (const Pair &pair : state.pairs)
+    tangential_force[{std::min(pair.first, pair.second), std::max(pair.first, pair.second)}] =
+        pair.tangential_force;
+
+  const Material &material = state.material;
+  const double k_n = material.normal_stiffness;
+  const double k_t = material.friction > 0.0 ? material.tangential_stiffness : 0.0;
+  const double volume = state.cell_area() * material.thickness;
+  const Tensor2 unit_strains[3] = {
+      {{1.0, 0.0, 0.0, 0.0}}, {{0.0, 0.0, 0.0, 1.0}}, {{0.0, 1.0, 1.0, 0.0}}};
+
+  AffineStiffness stiffness;
+  for (const ContactGeometry &contact : find_contacts(state)) {
+    const auto &n = contact.normal;
+    const Vec<double, 2> t{{-n[1], n[0]}};
+    const double l = std::hypot(contact.branch[0], contact.branch[1]);
+    const double f_n = k_n * contact.overlap;
+    const auto history = tangential_force.find({contact.first, contact.second});
+    const double f_t = history == tangential_force.end() ? 0.0 : history->second;
+    for (int e = 0; e < 3; ++e) {
+      const Vec<double, 2> stretched = unit_strains[e] * n;
+      const double eps_nn = n[0] * stretched[0] + n[1] * stretched[1];
+      const double eps_nt = t[0] * stretched[0] + t[1] * stretched[1];
+      const double along_n = k_n * l * eps_nn - f_t * eps_nt;
+      const double along_t = (k_t * l - f_n) * eps_nt;
+      for (int a = 0; a < 2; ++a)
+        for (int b = 0; b < 2; ++b) {
+          const double force = -f_n * n[a] + f_t * t[a];
+          const double change = along_n * n[a] + along_t * t[a];
+          const double dilation = unit_strains[e](0, 0) + unit_strains[e](1, 1);
+          stiffness.component[2 * a + b][e] +=
+              l * (change * n[b] + force * stretched[b] - dilation * force * n[b]) / volume;
+        }
+    }
+  }
+  return stiffness;
+}
+
+}    // namespace rve

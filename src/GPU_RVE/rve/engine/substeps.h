@@ -1,0 +1,32 @@
+// How many DEM steps a macro step is worth.
+
+#ifndef RVE_ENGINE_SUBSTEPS_H
+#define RVE_ENGINE_SUBSTEPS_H
+
+#include "rve/engine/engine.h"
+
+namespace rve {
+
+/// Mean size of the grains, 2 sqrt(<r^2>) [length].
+double grain_size(const Result &result);
+
+/// Inertial number I = rate d sqrt(rho/p) of an RVE [-], with rho = density mass_depth/thickness, since stress counts the
+/// thickness and mass the mass_depth; that is rate sqrt(m/(p h)) up to sqrt(4/pi) (da Cruz et al. 2005). Infinite without pressure,
+/// zero at rest. `rate` is |D| [1/time].
+double inertial_number(const Result &result, const Material &material, double rate);
+
+/// Substeps by the strain of the macro step: as few as keep the strain of a DEM step and the inertial number, in the time of the
+/// RVE, below their bounds.
+struct AdaptiveSubsteps {
+  double strain_per_step = 0.0;    ///< > 0 [-]
+  double inertial_number = 0.0;    ///< > 0 [-]
+  int most = 0;                    ///< bound of the number, > 0
+
+  /// For an increment of this strain_size() with DEM steps of dt, from the last answer of the RVE. An RVE without pressure has no
+  /// inertial number: the strain per step decides.
+  int of(double strain, double dt, const Result &last, const Material &material) const;
+};
+
+}    // namespace rve
+
+#endif

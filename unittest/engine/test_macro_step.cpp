@@ -1,0 +1,220 @@
+// What stands between a macro step and DEM steps: polar decomposition, affine stiffness, adaptive substeps, and advice.
+
+#include "support/lattice.h"
+#include "support/rve_rig.h"
+
+#include "rve/core/error.h"
+#include "rve/engine/advice.h"
+#include "rve/engine/affine_stiffness.h"
+#include "rve/engine/finite_strain.h"
+#include "rve/engine/substeps.h"
+
+#include <gtest/gtest.h>
+
+using namespace rve;
+using namespace rve_test;
+
+namespace {
+
+constexpr double DT = 5e-5;
+
+/// The paper's packing sheared by 1 %, at rest again: tangential forces everywhere, some contacts at the Coulomb limit.
+RveState sheared_packing()
+{
+  RveRig rig(paper_packing());
+  rig.strain(gradient(0, 1, 0.05), DT, 2000, 2);
+  rig.strain(Tensor2::zero(), DT, 4000);
+  RveState state = rig.state();
+  // at rest to the last bit, and no contact slides in a small step
+  std::fill(state.velocity.begin(), state.velocity.end(), 0.0);
+  std::fill(state.spin.begin(), state.spin.end(), 0.0);
+  state.material.friction = 10.0;
+  return state;
+}
+
+const Tensor2 SOME_STRAIN{{0.3, -0.5, -0.5, -0.8}};
+
+bool has(const std::vector<Advice> &list, AdviceKind kind)
+{
+  return std::any_of(list.begin(), list.end(), [&](const Advice &advice) {
+    return advice.kind == kind;
+  });
+}
+
+}    // namespace
+
+TEST(FiniteStrain, RotationAndStretchComeBack)
+{
+  const Tensor2 stretch = Tensor2::identity() + 0.1 * SOME_STRAIN;
+  for (const double angle : {0.0, 1e-9, 0.3, -2.0, 3.1}) {
+    const PolarDecomposition polar(plane_rotation(angle) * stretch);
+
+    EXPECT_NEAR(polar.angle, angle, 1e-15 * 4);
+    for (int k = 0; k < 4; ++k)
+      EXPECT_NEAR(polar.strain.component[k], 0.1 * SOME_STRAIN.component[k], 1e-15);
+    EXPECT_LT(strain_size(plane_rotation(angle)), 1e-15);
+  }
+}
+
+TEST(FiniteStrain, PartsOfAnIncrementAreThePathOfTheEngine)
+{
+  // a gas keeps its fractional coordinates: the cell alone tells the path
+  const Tensor2 increment = plane_rotation(0.3) * (Tensor2::identity() + 0.02 * SOME_STRAIN);
+  RveRig whole(paper_gas()), parts(paper_gas());
+  Drive drive;
+  drive.dt = DT;
+  drive.substeps = 60;
+  drive.deformation = increment;
+  whole.advance(drive);
+
+  Tensor2 before = Tensor2::identity();
+  drive.substeps = 20;
+  for (const double share : {1.0 / 3.0, 2.0 / 3.0, 1.0}) {
+    const Tensor2 after = part_of_increment(increment, share);
+    drive.deformation = after * inverse(before);
+    parts.advance(drive);
+    before = after;
+  }
+
+  for (int k = 0; k < 4; ++k)
+    EXPECT_NEAR(parts.result().cell.component[k], whole.result().cell.component[k], 1e-15);
+}
+
+TEST(FiniteStrain, TurnedRveHasTheTurnedStressAndGoesOnAlike)
+{
+  RveState state = sheared_packing();
+  state.material.local_damping =
+      0.0;    // Cundall's damping works on components: it is not the same in other axes
+  const Tensor2 rotation = plane_rotation(1.2);
+  RveState turned = state;
+  turn(turned, rotation);
+  RveRig first(state), second(turned);
+  const Tensor2 l{{0.0, 0.05, 0.0, -0.02}};
+
+  first.strain(l, DT, 200);
+  second.strain(rotation * l * transpose(rotation), DT, 200);
+
+  const Tensor2 expected = rotation * first.result().stress * transpose(rotation);
+  for (int k = 0; k < 4; ++k)
+    EXPECT_NEAR(second.result().stress.component[k], expected.component[k],
+                1e-9 * first.result().mean_stress());
+  EXPECT_EQ(second.result().num_contacts, first.result().num_contacts);
+}
+
+TEST(Engine, NextRveTakesTheNumberThatWasRemoved)
+{
+  const auto engine = make_engine(cpu_options());
+  std::vector<int> numbers;
+  for (int k = 0; k < 4; ++k) numbers.push_back(engine->add(paper_packing()));
+  engine->remove(numbers[0]);
+  engine->remove(numbers[2]);
+
+  EXPECT_EQ(engine->add(paper_packing()), numbers[2]);
+}
+
+TEST(AffineStiffness, IsTheStressOfTheFirstStepOfAnRveAtRest)
+{
+  const RveState state = sheared_packing();
+  const AffineStiffness stiffness = affine_stiffness(state);
+  const double size = 1e-8;
+  for (const Tensor2 &strain : {Tensor2{{1.0, 0.0, 0.0, 0.0}}, Tensor2{{0.0, 0.0, 0.0, 1.0}},
+                                Tensor2{{0.0, 1.0, 1.0, 0.0}}, SOME_STRAIN}) {
+    RveRig rig(state);
+    const Tensor2 before = rig.evaluate().stress;
+    Drive drive;
+    drive.dt = 1e-9;    // grains stand still
+    drive.substeps = 1;
+    drive.deformation = Tensor2::identity() + size * strain;
+
+    const Tensor2 rate = (1.0 / size) * (rig.advance(drive).stress - before);
+
+    // second order in the strain, and contacts that open or close: 1e-8 / (mean overlap 4e-3)
+    const Tensor2 expected = stiffness(strain);
+    for (int k = 0; k < 4; ++k)
+      EXPECT_NEAR(rate.component[k], expected.component[k], 2e-5 * norm(expected)) << k;
+  }
+}
+
+TEST(AffineStiffness, OfALatticeIsItsShearModulus)
+{
+  const Material material = paper_material();
+  const AffineStiffness stiffness = affine_stiffness(hexagonal_lattice(material, 0.005, 1e-9));
+
+  const Tensor2 stress = stiffness(Tensor2{{0.0, 1.0, 1.0, 0.0}});
+
+  // the overlap's share is overlap / diameter
+  EXPECT_NEAR(stress(0, 1) / (2.0 * lattice_shear_modulus(material)), 1.0, 1e-6);
+  EXPECT_NEAR(stress(1, 0) / (2.0 * lattice_shear_modulus(material)), 1.0, 1e-6);
+  EXPECT_NEAR(stress(0, 0) / stress(0, 1), 0.0, 1e-12);
+}
+
+TEST(AdaptiveSubsteps, KeepStrainPerStepAndInertialNumberBelowTheirBounds)
+{
+  const RveState state = paper_packing();
+  RveRig rig(state);
+  const Result result = rig.evaluate();
+  for (const double strain : {1e-12, 1e-7, 1e-5, 1e-3, 1e-2}) {
+    const AdaptiveSubsteps by_strain{1e-5, 1e9, 1000000}, by_inertia{1e9, 1e-4, 1000000};
+
+    const int strain_steps = by_strain.of(strain, DT, result, state.material);
+    const int inertia_steps = by_inertia.of(strain, DT, result, state.material);
+    const auto inertia = [&](int n) {
+      return inertial_number(result, state.material, strain / (n * DT));
+    };
+
+    EXPECT_LE(strain / strain_steps, 1e-5 * (1.0 + 1e-12));
+    EXPECT_LE(inertia(inertia_steps), 1e-4 * (1.0 + 1e-12));
+    if (strain_steps > 1) { EXPECT_GT(strain / (strain_steps - 1), 1e-5 * (1.0 - 1e-12)); }
+    if (inertia_steps > 1) { EXPECT_GT(inertia(inertia_steps - 1), 1e-4 * (1.0 - 1e-12)); }
+  }
+  EXPECT_EQ((AdaptiveSubsteps{1e-5, 1.0, 50}.of(1e-2, DT, result, state.material)), 50);
+}
+
+TEST(AdaptiveSubsteps, InertialNumberIsThatOfTheFormula)
+{
+  // one grain size, p h = 1: I = rate d sqrt(rho depth / (p h))
+  const Material material = paper_material();
+  RveRig rig(hexagonal_lattice(material, 0.005, 1e-5));
+  const Result result = rig.evaluate();
+
+  EXPECT_NEAR(grain_size(result), 0.01, 1e-14);
+  EXPECT_NEAR(inertial_number(result, material, 2.0),
+              2.0 * 0.01 * std::sqrt(2650.0 / (result.mean_stress() * 0.075)), 1e-12);
+}
+
+TEST(Advice, NamesWhatIsBeyondItsLimitAndNothingElse)
+{
+  const RveState state = paper_packing();
+  RveRig rig(state);
+  const Result result = rig.evaluate();
+  const Motion gentle{0.01, DT, 1.1e-4, 0.01};
+  const auto of = [&](Format format, const Result &r, const Motion &motion) {
+    return advice(format, r, state.material, motion);
+  };
+
+  for (const Format format : ALL_FORMATS) EXPECT_TRUE(of(format, result, gentle).empty());
+
+  Result soft = result;
+  soft.mean_overlap = 2e-5;
+  EXPECT_TRUE(has(of(Format::Fast, soft, gentle), AdviceKind::SmallOverlap));
+  EXPECT_FALSE(has(of(Format::Mixed, soft, gentle), AdviceKind::SmallOverlap));
+  Motion slow = gentle, fast = gentle, long_step = gentle, far = gentle;
+  slow.strain_rate = 1e-6;
+  fast.strain_rate = 10.0;
+  long_step.dt = 1.08e-4;
+  far.applied_strain = 0.2;
+  EXPECT_TRUE(has(of(Format::Fast, result, slow), AdviceKind::SlowStrain));
+  EXPECT_FALSE(has(of(Format::Double, result, slow), AdviceKind::SlowStrain));
+  EXPECT_TRUE(has(of(Format::Mixed, result, fast), AdviceKind::FastStrain));
+  EXPECT_TRUE(has(of(Format::Mixed, result, long_step), AdviceKind::LongTimeStep));
+  EXPECT_FALSE(has(of(Format::Mixed, result, far), AdviceKind::SmallCell));
+  Result narrow = result;
+  narrow.cell = 0.7 * narrow.cell;
+  narrow.num_grains = 196;
+  EXPECT_TRUE(has(of(Format::Mixed, narrow, far), AdviceKind::SmallCell));
+  for (const Advice &advice : of(Format::Fast, soft, fast)) {
+    EXPECT_GT(advice.severity(), 1.0);
+    EXPECT_NE(advice.message.find(number(advice.limit)), std::string::npos) << advice.message;
+    EXPECT_NE(advice.message.find("use "), std::string::npos) << advice.message;
+  }
+}

@@ -1,0 +1,66 @@
+// The engine at the ends of what it may be asked: what must hold holds, or something says that it does not.
+//
+//   GPU_RVE_EXTREMES_LENGTH   percent of the ten million steps, thousand turns and so on, 1 (default) to 100
+//   GPU_RVE_EXTREMES_DEVICE   cpu (default), cuda or auto
+
+#include "stability/extremes.h"
+
+#include "support/rve_rig.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+
+using namespace rve;
+using namespace rve_test;
+
+namespace {
+
+double length()
+{
+  const char *percent = std::getenv("GPU_RVE_EXTREMES_LENGTH");
+  return percent ? std::min(std::max(std::atof(percent), 1.0), 100.0) / 100.0 : 0.01;
+}
+
+Device device()
+{
+  const std::string word =
+      std::getenv("GPU_RVE_EXTREMES_DEVICE") ? std::getenv("GPU_RVE_EXTREMES_DEVICE") : "cpu";
+  return word == "cuda" ? Device::Cuda : word == "auto" ? Device::Auto : Device::Cpu;
+}
+
+std::string label(const Finding &finding)
+{
+  return finding.scene->item + ", " + finding.scene->quantity + " " +
+      std::to_string(finding.scene->value) + ", " + to_string(finding.format) + ": " +
+      finding.scene->property + "; deviation " + std::to_string(finding.deviation) + " " +
+      finding.words;
+}
+
+}    // namespace
+
+class Extremes : public ::testing::TestWithParam<Format> {};
+
+TEST_P(Extremes, AreNeverSilentlyWrong)
+{
+  const Format format = GetParam();
+  const std::vector<Scene> scenes = extreme_scenes(length());
+
+  const std::vector<Finding> findings = run_extremes(scenes, format, device());
+
+  for (const Finding &finding : findings) {
+    EXPECT_NE(finding.verdict, Verdict::Silent) << label(finding);
+    // warnings are for what a format or a scheme cannot do, not for what went wrong
+    if (finding.verdict == Verdict::Warned) {
+      const std::string &item = finding.scene->item;
+      EXPECT_TRUE(item == "time step" ||
+                  (format == Format::Fast && (item == "overlap" || item == "strain rate")))
+          << label(finding);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, Extremes, ::testing::ValuesIn(ALL_FORMATS), [](const auto &info) {
+  return rve::to_string(info.param);
+});

@@ -1,0 +1,32 @@
+// Files that tests write and read.
+
+#ifndef RVE_UNITTEST_SUPPORT_FILES_H
+#define RVE_UNITTEST_SUPPORT_FILES_H
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+#include <string>
+
+namespace rve_test {
+
+/// A path for `name` that no other test uses.
+inline std::string temporary_path(const std::string &name)
+{
+  const testing::TestInfo *test = testing::UnitTest::GetInstance()->current_test_info();
+  return testing::TempDir() + "rve_" + test->test_suite_name() + "_" + test->name() + "_" + name;
+}
+
+/// The bytes of a file; none if it cannot be read.
+inline std::string text_of(const std::string &path)
+{
+  std::ifstream file(path, std::ios::binary);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+}    // namespace rve_test
+
+#endif

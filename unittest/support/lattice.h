@@ -1,0 +1,43 @@
+// The triangular lattice of equal disks, whose stress and stiffness have closed forms.
+
+#ifndef RVE_UNITTEST_SUPPORT_LATTICE_H
+#define RVE_UNITTEST_SUPPORT_LATTICE_H
+
+#include "engine/test_states.h"
+
+#include <cmath>
+#include <vector>
+
+namespace rve_test {
+
+/// 6 by 6 disks, one lattice direction along x; every contact has the overlap [length].
+inline rve::RveState hexagonal_lattice(const rve::Material &material, double radius, double overlap)
+{
+  const int columns = 6, rows = 6;
+  const double spacing = 2.0 * radius - overlap, height = std::sqrt(0.75) * spacing;
+  std::vector<double> xy;
+  for (int i = 0; i < columns * rows; ++i) {
+    xy.push_back((i % columns + (i / columns % 2 ? 0.75 : 0.25)) * spacing);
+    xy.push_back((i / columns + 0.5) * height);
+  }
+  return state_of(material, rve::Tensor2{{columns * spacing, 0.0, 0.0, rows * height}},
+                  std::vector<double>(columns * rows, radius), xy);
+}
+
+/// Pressure of that lattice: three contacts per grain of area sqrt(3)/2 l^2 give p = sqrt(3) k_n overlap / (l h) [stress].
+inline double lattice_pressure(const rve::Material &material, double radius, double overlap)
+{
+  return std::sqrt(3.0) * material.normal_stiffness * overlap /
+      ((2.0 * radius - overlap) * material.thickness);
+}
+
+/// Its shear modulus without overlap, G = sqrt(3)/4 (k_n + k_t) / h [stress].
+inline double lattice_shear_modulus(const rve::Material &material)
+{
+  return 0.25 * std::sqrt(3.0) * (material.normal_stiffness + material.tangential_stiffness) /
+      material.thickness;
+}
+
+}    // namespace rve_test
+
+#endif
