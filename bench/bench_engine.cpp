@@ -574,18 +574,32 @@ void run_memory(Bench &bench)
 }
 
 /// Not a measurement: every path of the program once, for compute-sanitizer. Throws when a path was not taken.
+void visit_all_paths(Bench &bench, const Precision &precision, int block, int many)
+{
+  for (const bool general : {false, true}) {
+    rve::Options options = options_for(bench, precision, bench.cores());
+    options.block_size = block;
+    options.track_energy = general;
+    bench::visit_all_paths(options, bench.packing, many);
+  }
+}
+
 void run_sanitize(Bench &bench)
 {
   const std::vector<int> blocks = bench.arguments.cuda ? std::vector<int>{64, 416, 1024}
                                                        : std::vector<int>{0};
   for (const Precision precision : bench.precisions())
-    for (const int block : blocks)
-      for (const bool general : {false, true}) {
-        rve::Options options = options_for(bench, precision, bench.cores());
-        options.block_size = block;
-        options.track_energy = general;
-        bench::visit_all_paths(options, bench.packing);
-      }
+    for (const int block : blocks) visit_all_paths(bench, precision, block, 400);
+}
+
+/// For racecheck, which takes very long: each way to keep grains, and each number format.
+void run_races(Bench &bench)
+{
+  for (const Precision precision : bench.precisions()) {
+    if (precision.arithmetic == Arithmetic::Relaxed) continue;
+    visit_all_paths(bench, precision, 416, 140);
+    if (precision.format == Format::Fast) visit_all_paths(bench, precision, 64, 140);
+  }
 }
 
 using Experiment = void (*)(Bench &);
@@ -601,6 +615,7 @@ const std::map<std::string, std::vector<Experiment>> &suites()
       {"features", {run_features, run_rebuilds}},
       {"memory", {run_memory}},
       {"sanitize", {run_sanitize}},
+      {"races", {run_races}},
       {"quick", {run_core, run_substeps, run_queue}},
       {"full",
        {run_core, run_block_sizes, run_counts, run_launches, run_substeps, run_grains, run_queue,
@@ -693,7 +708,7 @@ std::string cpu_name()
 /// Names the machine, and wakes the device: the first calls would else be timed while its clock rises.
 void meet_the_device(Bench &bench)
 {
-  const bool timed = bench.arguments.suite != "sanitize";
+  const bool timed = bench.arguments.suite != "sanitize" && bench.arguments.suite != "races";
   const int count = timed ? bench.many() : 1;
   const Batch batch(options_for(bench, {Format::Fast, Arithmetic::Strict}, count), bench.packing,
                     count);

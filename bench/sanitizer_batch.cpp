@@ -19,8 +19,6 @@ namespace {
 
   constexpr double TIME_STEP = 5e-5;    // [time]
 
-  /// More than two on each multiprocessor of present GPUs: the kernel for many RVEs is used.
-  constexpr int MANY = 400;
   constexpr int FEW = 16;
 
   void expect(bool condition, const std::string &what)
@@ -178,10 +176,10 @@ namespace {
 
 }    // namespace
 
-void visit_all_paths(const rve::Options &options, const RveState &packing)
+void visit_all_paths(const rve::Options &options, const RveState &packing, int many)
 {
   visit(options, packing, FEW);
-  if (!options.track_energy) visit(options, packing, MANY);
+  if (!options.track_energy) visit(options, packing, many);
   overflow(options, packing);
   std::printf("sanitize %s, block size %d, %s program: all paths taken\n",
               rve::to_string(options.format).c_str(), options.block_size,

@@ -156,11 +156,12 @@ inline namespace RVE_ISA {
             shared.motion[i] = Motion<Format>{position, to_internal * velocity};
             shared.spin[i] = spin;
             shared.radius[i] = to_internal_wide * radius;
-            shared.still[i].list_position = list_position;
             shared.force_x[i] = shared.force_y[i] = shared.torque[i] = Sum(0);
-            shared.own[i] = Vec<Sum, 3>::zero();
             shared.largest_force[i] = Real(0);
-            if (continued) take_pairs(call, shared, i, pairs);
+            if (continued)
+              take_pairs(call, shared, i, pairs, list_position);
+            else
+              shared.still[i].list_position = list_position;
           },
           aside);
       if (call.fatal()) return;
@@ -206,8 +207,8 @@ inline namespace RVE_ISA {
         choose_units(call);
       });
       block.for_each(call.num_grains, [&](Item i) {
-        take_pairs(call, call.shared, i,
-                   read_pairs(from.partner, from.history, i, call.num_grains));
+        take_pairs(call, call.shared, i, read_pairs(from.partner, from.history, i, call.num_grains),
+                   call.shared.still[i].list_position);
       });
     }
 
@@ -231,7 +232,8 @@ inline namespace RVE_ISA {
     /// Partners and histories of a grain, and how it answers forces.
     static RVE_INLINE void take_pairs(const CallState<Format> &call,
                                       const SharedView<Format> &shared, int i,
-                                      const PairsOfGrain &pairs)
+                                      const PairsOfGrain &pairs,
+                                      Vec<std::uint32_t, 2> list_position)
     {
       const int n = call.num_grains;
       const History to_internal = static_cast<History>(call.units.per_force);
@@ -241,8 +243,9 @@ inline namespace RVE_ISA {
       }
       const Real r = static_cast<Real>(shared.radius[i]), inverse = reciprocal(r * r);
       const Real velocity_unit = static_cast<Real>(call.velocity_factor) * inverse;
-      shared.still[i].velocity_unit = velocity_unit;
-      shared.still[i].spin_unit = Real(2) * velocity_unit * inverse;    // I = m r^2 / 2
+      // I = m r^2 / 2
+      shared.still[i] =
+          Still<Format>{velocity_unit, Real(2) * velocity_unit * inverse, list_position};
     }
 
     /// Force unit and contact law in internal units. By one thread.

@@ -95,11 +95,9 @@ inline namespace RVE_ISA {
         const bool grows = has_servo() && !moved;
         if (grows) grow_by_servo();
         if (grows || k > call.plan_last) Rare::make_plan(block, call, k);
-        const int reached = run_planned(k, moved);
-        moved = reached <= call.plan_last;
-        k = reached;
-        if (!moved) continue;
+        k = run_planned(k, moved);
         // the grains of step k have moved; its forces are missing
+        moved = true;
         if (needs_renewal) {
           Rare::renew(block, call, k);
           if (call.fatal()) return;
@@ -109,36 +107,36 @@ inline namespace RVE_ISA {
           if (k == last) break;
           moved = false;
           ++k;
+        } else if (!needs_renewal) {
+          Rare::make_plan(block, call, k);
         }
       }
       if (evaluates) Rare::copy_history(block, call, call.work.fresh, call.pairs);
     }
 
-    /// The steps from k on, as far as they are planned. If `moved`, the grains have made the move of the first one. Returns the
-    /// step whose forces are missing: one that is not planned, or one whose move was made and whose list does not serve any
-    /// more (needs_renewal), or the last one. Nothing is called from here: the registers belong to the grains.
+    /// The steps from k on, as far as they are planned. If `moved`, the grains have made the move of the first one. Returns a step
+    /// whose move was made, and whose forces are missing: the last one, the last that is planned, or one whose list does not
+    /// serve any more (needs_renewal). Nothing is called from here: the registers belong to the grains.
     RVE_INLINE int run_planned(int k, bool moved)
     {
       const int first = call.plan_first, stop = has_ledger() ? k : last_step();
-      // the planned steps to make are t = k - first to end - 1; if the call ends with them, the move of one more
-      const bool ends = stop <= call.plan_last;
-      const int end = (ends ? stop : call.plan_last + 1) - first;
-      needs_renewal = false;
+      const int end = (stop < call.plan_last ? stop : call.plan_last) - first;
       Grains grains(block, shared, num_grains);
       block.own_items(num_grains, [&](const auto i) {
-        if constexpr (IsPack<std::decay_t<decltype(i)>>::value)
+        if constexpr (IsPack<std::decay_t<decltype(i)>>::value) {
           load_pack(i, call);
-        else
+        } else {
           grains.load(shared, i);
+          if (General) grains.own.load(i);    // of a step that was surveyed
+        }
       });
       int t = k - first;
-      for (bool kicks = k > 1; t < end || ends; kicks = true, ++t) {
+      for (bool kicks = k > 1;; kicks = true, ++t) {
         const StepPlan<Format> &plan = call.plan[t];
         if (!moved) {
           const bool expired = move(grains, plan, kicks);
-          grains.own.forget();    // spent; the next forces set it
           if (expired || plan.special) {
-            needs_renewal = true;
+            t = ~t;    // a flag of its own would take a register through all steps
             break;
           }
         }
@@ -153,7 +151,8 @@ inline namespace RVE_ISA {
         else
           grains.save(i);
       });
-      return first + t;
+      needs_renewal = t < 0;
+      return first + (needs_renewal ? ~t : t);
     }
 
     /// The forces of step k with their Love sums; with a servo or a ledger those of every step.
@@ -168,6 +167,7 @@ inline namespace RVE_ISA {
       contact_forces<true, General>(block, grains, shared, call, num_grains, plan, heat);
       block.own_items(num_grains, [&](Item i) {
         grains.save(i);
+        grains.own.save(i);
       });
       if (has_ledger()) {
         keep_books(plan, heat);
@@ -315,6 +315,7 @@ inline namespace RVE_ISA {
           num_grains,
           [&](Item i) {
             grains.load(shared, i);
+            grains.own.load(i);
             Motion<Format> motion = grains.motion[i];
             if (moved) kick_grain(grains, i, shared.still[i], alpha, motion);
             image.position[i] = motion.position;

@@ -305,12 +305,12 @@ inline namespace RVE_ISA {
       }
     }
 
+    /// All but `own`, which does not last from one stretch of steps to the next.
     RVE_INLINE void load(const SharedView<Format> &shared, int i)
     {
       motion.load(i);
       spin.load(i);
       radius.load(i);
-      own.load(i);
       largest_force.load(i);
       for (int k = 0; k < kOwnedPairs; ++k) {
         partner[k].load(i);
@@ -322,10 +322,9 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// What is published is there already.
+    /// All but `own`; what is published is there already.
     RVE_INLINE void save(int i)
     {
-      own.save(i);
       largest_force.save(i);
       for (int k = 0; k < kOwnedPairs; ++k) history[k].save(i);
     }

@@ -215,7 +215,6 @@ inline namespace RVE_ISA {
         value = x;
         array[item] = x;
       }
-      RVE_DEVICE void forget() { value = T(); }
     };
     template <class T> struct Copy<T, false> {
       T *array;
@@ -223,7 +222,6 @@ inline namespace RVE_ISA {
       RVE_DEVICE void load(int) {}
       RVE_DEVICE void save(int) {}
       RVE_DEVICE void publish(int item, const T &x) { array[item] = x; }
-      RVE_DEVICE void forget() {}
     };
     template <class T> using Resident = Copy<T, OneItemPerThread>;
 

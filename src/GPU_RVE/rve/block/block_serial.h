@@ -159,8 +159,6 @@ inline namespace RVE_ISA {
       RVE_INLINE void load(int) const {}
       RVE_INLINE void save(int) const {}
       RVE_INLINE void publish(int item, const T &value) const { array[item] = value; }
-      /// What follows does not read it before it is written: it needs no registers meanwhile.
-      RVE_INLINE void forget() const {}
     };
 
     template <class T> RVE_INLINE Resident<T> resident(T *array) { return Resident<T>{array}; }
