@@ -341,7 +341,7 @@ inline namespace RVE_ISA {
 
     Block &block;
     CallState<Format> &call;
-    const SharedView<Format> shared;
+    const SharedView<Format> &shared;
     const int num_grains;
     bool needs_renewal = false;
   };

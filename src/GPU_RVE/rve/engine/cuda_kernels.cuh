@@ -133,7 +133,7 @@ inline namespace RVE_ISA {
       Rare::begin(block, call, shared, [&] {
         next = take_rve<Format>(launch, next_entry);
       });
-      RveProgram<Block, Format, General> program(block, call, shared);
+      RveProgram<Block, Format, General> program(block, call, Capacity > 0 ? shared : call.shared);
       program.run(launch.answers[taken.place],
                   launch.details ? launch.details + taken.place : nullptr);
     }
