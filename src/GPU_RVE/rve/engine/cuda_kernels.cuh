@@ -30,8 +30,8 @@ inline namespace RVE_ISA {
     std::int32_t word[4];
   };
 
-  /// Begins all calls, ahead of the blocks: what one thread does alone for its RVE, the others of a block would wait for. A warp
-  /// has `launch.prepared_together` RVEs, on chip.
+  /// Begins all calls, ahead of the blocks: what one thread does alone for its RVE, the others of a block would wait for. A
+  /// block has `launch.prepared_together` calls, on chip.
   template <class Format>
   __global__ void prepare_calls(const __grid_constant__ LaunchRecord launch,
                                 const __grid_constant__ BatchConstants batch)
