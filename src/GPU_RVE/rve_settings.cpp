@@ -365,7 +365,8 @@ FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
       s.options.format = words.choice<rve::Format>(keyword,
                                                    {{"fast", rve::Format::Fast},
                                                     {"mixed", rve::Format::Mixed},
-                                                    {"double", rve::Format::Double}});
+                                                    {"double", rve::Format::Double},
+                                                    {"single", rve::Format::Single}});
     } else if (keyword == "arithmetic") {
       s.options.arithmetic = words.choice<rve::Arithmetic>(
           keyword, {{"strict", rve::Arithmetic::Strict}, {"relaxed", rve::Arithmetic::Relaxed}});

@@ -259,12 +259,12 @@ TEST(Result, DeviatoricStressIsHalfThePrincipalDifferenceForASymmetricStress)
 
 TEST(Words, FormatsAndStatusesHaveNames)
 {
-  for (const Format format : {Format::Fast, Format::Mixed, Format::Double})
+  for (const Format format : {Format::Fast, Format::Mixed, Format::Double, Format::Single})
     EXPECT_EQ(format_from_string(to_string(format)), format);
   expect_contains(message_of([] {
-                    format_from_string("single");
+                    format_from_string("quad");
                   }),
-                  "'single'; it must be fast, mixed or double");
+                  "'quad'; it must be fast, mixed, double or single");
   EXPECT_EQ(describe_status(status::Ok), "ok");
   EXPECT_EQ(describe_status(status::OverlapTooLarge | status::NoContacts),
             "overlap too large, no contacts");

@@ -27,7 +27,6 @@ inline namespace RVE_ISA {
     using Wide = typename Format::Wide;
     using History = typename Format::History;
     using Sum = typename Format::Sum;
-    using Coordinate = typename Format::Coordinate;
     using Rare = RareWork<Block, Format>;
     using Grains = GrainItems<Block, Format>;
 
@@ -264,13 +263,8 @@ inline namespace RVE_ISA {
         Motion<Format> motion = grains.motion[i];
         const Still<Format> still = shared.still[i];
         if (kick_first) kick_grain(grains, i, still, alpha, motion);
-        // conversions saturate: even the wildest grain is seen to leave the list
         const Vec<Wide, 2> displacement = to_fraction * motion.velocity.template as<Wide>();
-        for (int a = 0; a < 2; ++a) {
-          typename Format::SignedCoordinate units;
-          round_to(displacement[a], units);
-          motion.position[a] += static_cast<Coordinate>(units);
-        }
+        for (int a = 0; a < 2; ++a) drift<Format>(motion.position[a], displacement[a]);
         grains.motion.publish(i, motion);
         // displacement since the list was built, without that of the mean field
         const Vec<std::uint32_t, 2> now{

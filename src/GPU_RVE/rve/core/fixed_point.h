@@ -89,17 +89,67 @@ inline namespace RVE_ISA {
     static constexpr int sum_bits = 55;
   };
 
+  /// Fraction of the cell in fp32, in [0, 1).
+  struct FloatFraction {
+    float value;
+  };
+
+  /// As the paper: fp32 everywhere, positions too. Those of the paper are Cartesian; fractions have the same resolution, 2^-24 of the
+  /// cell. For the study of what this loses, on a CPU.
+  struct SingleFormat {
+    using Coordinate = FloatFraction;
+    using Wide = float;
+    using History = float;
+    using Real = float;
+    using Sum = std::int32_t;
+    static constexpr double fraction_unit = 1.0;
+    static constexpr int sum_bits = 31;    ///< of a force on a grain
+  };
+
   /// Nearest-image difference of two fractions, in units of fraction_unit: the wrapped subtraction is the minimum image.
+  template <class Format>
+  RVE_INLINE typename Format::Wide nearest_image(typename Format::Coordinate to,
+                                                 typename Format::Coordinate from)
+  {
+    return static_cast<typename Format::Wide>(
+        static_cast<typename Format::SignedCoordinate>(to - from));
+  }
+  template <> RVE_INLINE float nearest_image<SingleFormat>(FloatFraction to, FloatFraction from)
+  {
+    const float difference = to.value - from.value;
+    return difference - std::nearbyint(difference);
+  }
+
   template <class Format, int D>
   RVE_INLINE Vec<typename Format::Wide, D>
   fractional_difference(const Vec<typename Format::Coordinate, D> &to,
                         const Vec<typename Format::Coordinate, D> &from)
   {
     Vec<typename Format::Wide, D> difference;
-    for (int a = 0; a < D; ++a)
-      difference[a] = static_cast<typename Format::Wide>(
-          static_cast<typename Format::SignedCoordinate>(to[a] - from[a]));
+    for (int a = 0; a < D; ++a) difference[a] = nearest_image<Format>(to[a], from[a]);
     return difference;
+  }
+
+  RVE_INLINE FloatFraction wrapped(float x)
+  {
+    const float fraction = x - std::floor(x);
+    return FloatFraction{fraction < 1.0f ? fraction : 0.0f};
+  }
+
+  /// Moves a fraction by a displacement in units of fraction_unit, by half a cell at most: even the wildest grain is seen to have moved.
+  template <class Format>
+  RVE_INLINE void drift(typename Format::Coordinate &s, typename Format::Wide displacement)
+  {
+    typename Format::SignedCoordinate units;
+    round_to(displacement, units);    // saturates
+    s += static_cast<typename Format::Coordinate>(units);
+  }
+  template <> RVE_INLINE void drift<SingleFormat>(FloatFraction &s, float displacement)
+  {
+    // a NaN goes half a cell too
+    const float bounded = displacement > -0.5f ? (displacement < 0.5f ? displacement : 0.5f)
+                                               : (displacement <= -0.5f ? -0.5f : 0.5f);
+    s = wrapped(s.value + bounded);
   }
 
   /// Matrix that turns fractional differences into lengths, H * fraction_unit.
@@ -117,6 +167,10 @@ inline namespace RVE_ISA {
   RVE_INLINE std::uint32_t leading_bits(std::uint64_t s)
   {
     return static_cast<std::uint32_t>(s >> 32);
+  }
+  RVE_INLINE std::uint32_t leading_bits(FloatFraction s)
+  {
+    return static_cast<std::uint32_t>(static_cast<double>(s.value) * 4294967296.0);
   }
 
   /// Power of two 2^n, exact, without a transcendental function; n in [-1022, 1023].

@@ -13,9 +13,18 @@ namespace {
 
   constexpr double STRESS_ERROR = 1e-3;
 
+  // Diameters across a cell, typically: what the last digit of a position is a part of, in format single.
+  constexpr double CELL_WIDTH = 20.0;
+
   // Strain of a DEM step that a single-precision tangential force still adds up, relative to its last digit: 64 units keep the rounding
   // of each addition, half a unit, below a percent of it.
   constexpr double UNITS_PER_STEP = 64.0;
+
+  /// Whether tangential forces are held in fp32.
+  bool is_fp32(Format format)
+  {
+    return format == Format::Fast || format == Format::Single;
+  }
 
   double smallest_width(const Tensor2 &h)
   {
@@ -33,7 +42,14 @@ double Advice::severity() const
 
 double smallest_overlap(Format format)
 {
-  return (format == Format::Fast ? 0x1p-24 : 0x1p-53) / STRESS_ERROR;
+  switch (format) {
+    case Format::Single:
+      return CELL_WIDTH * 0x1p-24 / STRESS_ERROR;    // of positions, not of distances
+    case Format::Fast:
+      return 0x1p-24 / STRESS_ERROR;
+    default:
+      return 0x1p-53 / STRESS_ERROR;
+  }
 }
 
 std::vector<Advice> advice_on_size(const Result &result)
@@ -57,10 +73,10 @@ std::vector<Advice> advice(Format format, const Result &result, const Material &
                     "the mean overlap is " + number(overlap) + " of the sum of radii, below the " +
                         number(smallest_overlap(format)) + " that format " + to_string(format) +
                         " resolves to one in a thousand; " +
-                        (format == Format::Fast ? "use format mixed or double"
-                                                : "use a smaller kn or a higher pressure")});
+                        (is_fp32(format) ? "use format mixed or double"
+                                         : "use a smaller kn or a higher pressure")});
 
-  if (format == Format::Fast && in_contact && motion.strain_rate > 0.0 && motion.dt > 0.0 &&
+  if (is_fp32(format) && in_contact && motion.strain_rate > 0.0 && motion.dt > 0.0 &&
       material.friction > 0.0 && material.tangential_stiffness > 0.0) {
     // a sliding contact carries mu k_n overlap, and the strain of a step adds k_t d strain to it
     const double limit = UNITS_PER_STEP * 0x1p-24 * material.friction * material.normal_stiffness *
@@ -68,9 +84,9 @@ std::vector<Advice> advice(Format format, const Result &result, const Material &
     if (motion.strain_rate < limit)
       list.push_back({AdviceKind::SlowStrain, motion.strain_rate, limit,
                       "the strain rate is " + number(motion.strain_rate) + " [1/time], below the " +
-                          number(limit) +
-                          " whose increments format fast adds to tangential forces within a "
-                          "percent; use format mixed, or fewer substeps"});
+                          number(limit) + " whose increments format " + to_string(format) +
+                          " adds to tangential forces within a percent; use format mixed, or fewer "
+                          "substeps"});
   }
 
   if (in_contact && result.mean_stress() > 0.0) {

@@ -27,6 +27,14 @@ namespace {
   {
     return s;
   }
+  FloatFraction narrow(std::uint64_t s, FloatFraction)
+  {
+    return wrapped(static_cast<float>(std::ldexp(static_cast<double>(s), -64)));
+  }
+  std::uint64_t widen(FloatFraction s)
+  {
+    return static_cast<std::uint64_t>(std::ldexp(static_cast<double>(s.value), 64));
+  }
   std::uint64_t widen(std::uint32_t s)
   {
     return static_cast<std::uint64_t>(s) << 32;
@@ -398,6 +406,8 @@ StateImage build_image(Format format, const RveState &state, int extra_capacity)
       return build<FastFormat>(state, extra_capacity);
     case Format::Mixed:
       return build<MixedFormat>(state, extra_capacity);
+    case Format::Single:
+      return build<SingleFormat>(state, extra_capacity);
     default:
       return build<DoubleFormat>(state, extra_capacity);
   }
@@ -410,6 +420,8 @@ RveState read_image(Format format, const StateImage &image)
       return read<FastFormat>(image);
     case Format::Mixed:
       return read<MixedFormat>(image);
+    case Format::Single:
+      return read<SingleFormat>(image);
     default:
       return read<DoubleFormat>(image);
   }
@@ -422,6 +434,8 @@ std::size_t image_bytes(Format format, int num_grains, int extra_capacity)
       return image_size<FastFormat>(num_grains, extra_capacity);
     case Format::Mixed:
       return image_size<MixedFormat>(num_grains, extra_capacity);
+    case Format::Single:
+      return image_size<SingleFormat>(num_grains, extra_capacity);
     default:
       return image_size<DoubleFormat>(num_grains, extra_capacity);
   }

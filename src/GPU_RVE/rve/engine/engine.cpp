@@ -53,8 +53,10 @@ namespace {
     return result;
   }
 
-  constexpr std::pair<Format, const char *> FORMAT_NAMES[] = {
-      {Format::Fast, "fast"}, {Format::Mixed, "mixed"}, {Format::Double, "double"}};
+  constexpr std::pair<Format, const char *> FORMAT_NAMES[] = {{Format::Fast, "fast"},
+                                                              {Format::Mixed, "mixed"},
+                                                              {Format::Double, "double"},
+                                                              {Format::Single, "single"}};
 
   constexpr std::pair<std::uint32_t, const char *> STATUS_WORDS[] = {
       {status::ListFull, "contact list full"},
@@ -109,7 +111,7 @@ Format format_from_string(const std::string &word)
 {
   for (const auto &[format, name] : FORMAT_NAMES)
     if (word == name) return format;
-  throw InputError("number format is '" + word + "'; it must be fast, mixed or double");
+  throw InputError("number format is '" + word + "'; it must be fast, mixed, double or single");
 }
 
 std::string to_string(Format format)

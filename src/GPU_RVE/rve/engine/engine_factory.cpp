@@ -42,7 +42,10 @@ std::unique_ptr<Engine> make_engine(const Options &options, std::string *notice)
               to_string(options.format));
   require(options.arithmetic == Arithmetic::Strict || options.device != Device::Cpu,
           "relaxed arithmetic needs a CUDA device: on a CPU it gains nothing");
-  if (options.device == Device::Cpu) return make_host_engine(options);
+  const bool only_on_cpu = options.format == Format::Single;
+  require(!only_on_cpu || options.device != Device::Cuda,
+          "the number format single is for studies and exists on CPUs only");
+  if (options.device == Device::Cpu || only_on_cpu) return make_host_engine(options);
   const std::string obstacle = cuda_obstacle(options.device_number);
 #if defined(GPU_RVE_WITH_CUDA)
   if (obstacle.empty()) return make_cuda_engine(options);

@@ -18,6 +18,8 @@ namespace {
         return KernelFormat::Fast;
       case Format::Mixed:
         return KernelFormat::Mixed;
+      case Format::Single:
+        return KernelFormat::Single;
       default:
         return KernelFormat::Double;
     }

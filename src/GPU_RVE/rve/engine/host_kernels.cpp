@@ -19,9 +19,12 @@ namespace rve {
 inline namespace RVE_ISA {
 
 #if defined(__AVX2__) && defined(__FMA__)
-  using PlainBlock = BlockSimd<kPackedGrains>;
+  // a format for studies is not made fast
+  template <class Format>
+  using PlainBlock = std::conditional_t<std::is_same_v<Format, SingleFormat>, BlockSerial,
+                                        BlockSimd<kPackedGrains>>;
 #else
-  using PlainBlock = BlockSerial;
+  template <class Format> using PlainBlock = BlockSerial;
 #endif
 
   template <class Block, class Format, bool General>
@@ -53,7 +56,8 @@ inline namespace RVE_ISA {
                AnswerRecord &answer, DetailRecord *detail)
   {
     if (scene == SceneKind::Plain)
-      run_program<PlainBlock, Format, false>(image, drive, steering, batch, memory, answer, detail);
+      run_program<PlainBlock<Format>, Format, false>(image, drive, steering, batch, memory, answer,
+                                                     detail);
     else
       run_program<BlockSerial, Format, true>(image, drive, steering, batch, memory, answer, detail);
   }
@@ -76,6 +80,8 @@ namespace RVE_HOST_NAMESPACE {
         return {advance<FastFormat>, workspace_sizes<FastFormat>};
       case KernelFormat::Mixed:
         return {advance<MixedFormat>, workspace_sizes<MixedFormat>};
+      case KernelFormat::Single:
+        return {advance<SingleFormat>, workspace_sizes<SingleFormat>};
       default:
         return {advance<DoubleFormat>, workspace_sizes<DoubleFormat>};
     }

@@ -28,7 +28,7 @@ struct HostKernel {
   HostWorkspaceSizes (*workspace_sizes)(int num_grains, int pair_capacity);
 };
 
-enum class KernelFormat { Fast, Mixed, Double };
+enum class KernelFormat { Fast, Mixed, Double, Single };
 
 namespace host_baseline {
   HostKernel kernel(KernelFormat format);

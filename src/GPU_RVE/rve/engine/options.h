@@ -8,8 +8,8 @@
 namespace rve {
 
 /// Number format, DESIGN: `fast` 32-bit positions and fp32; `mixed` 64-bit positions, fp64 gap and history, fp32 rest;
-/// `double` 64-bit positions, fp64.
-enum class Format { Fast, Mixed, Double };
+/// `double` 64-bit positions, fp64; `single` fp32 everywhere, as the paper, for the study of what it loses, on CPUs.
+enum class Format { Fast, Mixed, Double, Single };
 
 enum class Device { Auto, Cpu, Cuda };
 
@@ -35,7 +35,7 @@ struct Options {
   bool track_energy = false;    ///< fill EnergyLedger; costs a stress sum per step
 };
 
-/// "fast", "mixed", "double" and back. Throws InputError naming the allowed words.
+/// "fast", "mixed", "double", "single" and back. Throws InputError naming the allowed words.
 Format format_from_string(const std::string &word);
 std::string to_string(Format format);
 

@@ -3,7 +3,7 @@
 #ifndef RVE_PHYSICS_CELL_H
 #define RVE_PHYSICS_CELL_H
 
-#include "rve/core/tensor.h"
+#include "rve/core/fixed_point.h"
 
 #include <cmath>
 #include <cstdint>
@@ -82,6 +82,14 @@ inline namespace RVE_ISA {
   {
     Vec<Coordinate, 2> t = s;
     t[1 - step.axis] = s[1 - step.axis] + static_cast<Coordinate>(step.multiple) * s[step.axis];
+    return t;
+  }
+  RVE_INLINE Vec<FloatFraction, 2> apply_lattice_step(const Vec<FloatFraction, 2> &s,
+                                                      const LatticeStep &step)
+  {
+    Vec<FloatFraction, 2> t = s;
+    t[1 - step.axis] =
+        wrapped(s[1 - step.axis].value + static_cast<float>(step.multiple) * s[step.axis].value);
     return t;
   }
 

@@ -1,0 +1,141 @@
+// The number format single, fp32 positions and all, as the paper has it: good for the paper's soft grains, and what becomes of stiff ones.
+
+#include "support/messages.h"
+#include "support/rve_rig.h"
+
+#include "rve/engine/packing.h"
+#include "rve/engine/stability.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+using namespace rve;
+using namespace rve_test;
+
+namespace {
+
+constexpr double PRESSURE = 1e5;
+
+/// The paper's packing with contacts stiffer by `factor`, at rest under the same pressure: its overlaps, 6e-3 of the sum of radii, are
+/// smaller by about that factor.
+RveState stiffened(double factor)
+{
+  RveState state = paper_packing();
+  const double overlap = RveRig(state).evaluate().mean_overlap;
+  state.material.normal_stiffness *= factor;
+  state.material.tangential_stiffness *= factor;
+  state.cell = (1.0 + overlap * (1.0 - 1.0 / factor)) * state.cell;
+  Drive drive;
+  drive.dt = 0.5 * stable_time_step(state);
+  drive.substeps = 40000;
+  drive.controlled[0][0] = drive.controlled[1][1] = true;
+  drive.stress_goal = -PRESSURE * Tensor2::identity();
+  drive.servo_gain = default_servo_gain(state);
+  RveRig rig(state);
+  rig.advance(drive);
+  drive.controlled[0][0] = drive.controlled[1][1] = false;
+  drive.substeps = 20000;
+  rig.advance(drive);
+  return rig.state();
+}
+
+/// Pressure after 20,000 steps in a cell at rest, over that of the state.
+double held_pressure(const RveState &state, Format format)
+{
+  Drive hold;
+  hold.dt = 0.5 * stable_time_step(state);
+  hold.substeps = 20000;
+  const double before = RveRig(state).evaluate().mean_stress();
+  return RveRig(state, cpu_options(format)).advance(hold).mean_stress() / before;
+}
+
+}    // namespace
+
+TEST(SingleFormat, HoldsThePressureOfThePapersSoftGrains)
+{
+  // overlaps of 6e-3: a last digit of a position, 2^-24 of the cell or 1e-6 diameters, is 1e-4 of an overlap
+  EXPECT_NEAR(held_pressure(paper_packing(), Format::Single), 1.0, 1e-4);
+}
+
+TEST(SingleFormat, LosesThePressureOfStiffGrainsThatTheOtherFormatsHold)
+{
+  const RveState stiff = stiffened(300.0);
+  ASSERT_LT(RveRig(stiff).evaluate().mean_overlap, 5e-5);
+
+  EXPECT_LT(held_pressure(stiff, Format::Single), 0.95);
+  EXPECT_NEAR(held_pressure(stiff, Format::Fast), 1.0, 2e-3);
+  EXPECT_NEAR(held_pressure(stiff, Format::Mixed), 1.0, 3e-5);
+  EXPECT_NEAR(held_pressure(stiff, Format::Double), 1.0, 3e-5);
+}
+
+TEST(SingleFormat, FollowsDoubleThroughAPercentOfShear)
+{
+  double pressure[2];
+  const Format formats[] = {Format::Double, Format::Single};
+  for (int k = 0; k < 2; ++k)
+    pressure[k] = RveRig(paper_packing(), cpu_options(formats[k]))
+                      .strain(gradient(0, 1, 0.05), 5e-5, 4000)
+                      .mean_stress();
+  EXPECT_NEAR(pressure[1], pressure[0], 1e-4 * pressure[0]);
+}
+
+TEST(SingleFormat, KeepsTheStressWhenTheLatticeIsReduced)
+{
+  // the same packing in a cell whose second vector leans by the whole first one: b' = b + a, s' = (s_0 - s_1, s_1)
+  RveState leaning = paper_packing();
+  for (int a = 0; a < 2; ++a) leaning.cell(a, 1) += leaning.cell(a, 0);
+  for (int i = 0; i < leaning.num_grains(); ++i)
+    leaning.fractional[2 * i] -= leaning.fractional[2 * i + 1];
+
+  RveRig straight(paper_packing(), cpu_options(Format::Single)),
+      reduced(leaning, cpu_options(Format::Single));
+  const double expected = straight.strain(gradient(0, 1, 0.05), 5e-5, 10).mean_stress();
+  const double found = reduced.strain(gradient(0, 1, 0.05), 5e-5, 10).mean_stress();
+
+  EXPECT_GT(reduced.evaluate().counters.lattice_reductions, 0);
+  EXPECT_NEAR(found, expected, 1e-4 * expected);
+}
+
+TEST(SingleFormat, AGrainThatCrossesTheCellComesBackFromTheOtherSide)
+{
+  // two disks that pass each other
+  const double r = 0.00375, width = 8.0 * r, dt = 1e-4;
+  RveState state = state_of(paper_packing().material, width * Tensor2::identity(), {r, r},
+                            {2.0 * r, 2.0 * r, 4.0 * r, 6.0 * r});
+  state.velocity = {0.01 * width / dt, 0.0, 0.0, 0.0};    // a hundredth of the cell in a step
+  RveRig rig(state, cpu_options(Format::Single));
+
+  rig.strain(Tensor2::zero(), dt, 90);
+
+  const RveState after = rig.state();
+  // from 0.25 by 0.9; each step rounds by 2^-25 at most
+  EXPECT_NEAR(std::ldexp(static_cast<double>(after.fractional[0]), -64), 0.15, 90 * 0x1p-25);
+  EXPECT_EQ(std::ldexp(static_cast<double>(after.fractional[2]), -64), 0.5);
+}
+
+TEST(SingleFormat, ContinuesFromItsStateBitForBit)
+{
+  RveRig whole(paper_packing(), cpu_options(Format::Single));
+  whole.strain(gradient(0, 1, 0.05), 5e-5, 200, 2);
+
+  RveRig first(paper_packing(), cpu_options(Format::Single));
+  first.strain(gradient(0, 1, 0.05), 5e-5, 200);
+  RveRig second(first.state(), cpu_options(Format::Single));
+  second.strain(gradient(0, 1, 0.05), 5e-5, 200);
+
+  EXPECT_TRUE(same_motion(whole.state(), second.state()));
+}
+
+TEST(SingleFormat, ExistsOnCpusOnly)
+{
+  Options options;
+  options.format = Format::Single;
+  options.device = Device::Cuda;
+  EXPECT_EQ(message_of([&] {
+              make_engine(options);
+            }),
+            "the number format single is for studies and exists on CPUs only");
+  options.device = Device::Auto;
+  EXPECT_NE(make_engine(options)->description().find("CPU"), std::string::npos);
+}
