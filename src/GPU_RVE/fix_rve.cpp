@@ -351,4 +351,9 @@ void FixRve::write_restart(FILE *fp)
 void FixRve::restart(char *buf)
 {
   if (impl->settings.dt_auto) memcpy(&impl->dt, buf, sizeof(double));
+  // the RVEs come next. How many grains they have is not known yet: no run is refused that has the memory.
+  const auto in_group = std::count_if(atom->mask, atom->mask + atom->nlocal, [this](int mask) {
+    return (mask & groupbit) != 0;
+  });
+  impl->check_memory(std::vector<int>(in_group, impl->packings.fewest_grains()));
 }

@@ -13,6 +13,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <sstream>
 #include <string>
@@ -690,6 +691,86 @@ TEST(FixRveMessage, ListOfPackingsEndsAtAnyKeyword)
   }
   EXPECT_IN("preset must be the first keyword",
             message_of(FOUR_ATOMS + FIX + "packings " + PACKING + " preset draft\n"));
+}
+
+namespace {
+
+/// GPU_RVE_MEMORY_LIMIT for a while.
+class MemoryLimit {
+ public:
+  explicit MemoryLimit(const std::string &bytes)
+  {
+    setenv("GPU_RVE_MEMORY_LIMIT", bytes.c_str(), 1);
+  }
+  ~MemoryLimit() { unsetenv("GPU_RVE_MEMORY_LIMIT"); }
+};
+
+std::string this_many_rves(int number)
+{
+  std::string lines = BOX;
+  for (int k = 0; k < number; ++k)
+    lines += "create_atoms 1 single " + std::to_string(0.1 * k) + " 0.5 0\n";
+  return lines + FIX + "device cpu dt 1e-4\n";
+}
+
+/// The number before the words.
+int number_before(const std::string &words, const std::string &message)
+{
+  const std::size_t end = message.find(words), begin = message.rfind(' ', end - 2);
+  return end == std::string::npos ? -1 : std::stoi(message.substr(begin));
+}
+
+}    // namespace
+
+TEST(OutOfMemory, IsSaidBeforeTheFirstRveWithTheNumberThatFits)
+{
+  const MemoryLimit limit("1000000");
+
+  const std::string message = message_of(this_many_rves(30) + "run 0\n");
+
+  EXPECT_IN("30 RVEs need", message);
+  EXPECT_IN("of the memory of the host, where 1.0 MB are free", message);
+  const int fit = number_before("RVEs would fit", message);
+  ASSERT_GT(fit, 0) << message;
+  ASSERT_LT(fit, 29) << message;
+  EXPECT_EQ(message_of(this_many_rves(fit) + "run 1\n"), "");
+  EXPECT_EQ(number_before("RVEs would fit", message_of(this_many_rves(fit + 1) + "run 0\n")), fit);
+}
+
+TEST(OutOfMemory, CountsShadowsToo)
+{
+  const MemoryLimit limit("1000000");
+
+  const int fit = number_before("RVEs would fit", message_of(this_many_rves(30) + "run 0\n"));
+  const int with_shadows = number_before("RVEs would fit",
+                                         message_of(this_many_rves(30) + "unfix grains\n" + FIX +
+                                                    "device cpu dt 1e-4 shadow 3\nrun 0\n"));
+
+  EXPECT_GT(with_shadows, 0);
+  EXPECT_LT(with_shadows, fit - 2);    // a shadow has positions and forces of its RVE in double
+}
+
+TEST(OutOfMemory, IsSaidBeforeTheRvesOfARestartFileAreMade)
+{
+  const std::string file = temporary_path("restart");
+  Script first;
+  first << this_many_rves(30) + "run 1\nwrite_restart " + file;
+  const MemoryLimit limit("1000000");
+
+  const std::string message =
+      message_of("read_restart " + file + "\n" + FIX + "device cpu dt 1e-4\n");
+
+  EXPECT_IN("30 RVEs need", message);
+  EXPECT_IN("RVEs would fit", message);
+}
+
+TEST(OutOfMemory, LimitOfTheEnvironmentMustBeANumber)
+{
+  const MemoryLimit limit("2GB");
+
+  EXPECT_IN(
+      "GPU_RVE_MEMORY_LIMIT in the environment must be a number of bytes in [0, 2^53], got 2GB",
+      message_of(this_many_rves(1) + "run 0\n"));
 }
 
 TEST(FixRveMessage, MissingPackingFile)
