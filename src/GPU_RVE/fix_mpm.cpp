@@ -19,6 +19,7 @@
 #include "fix_rve.h"
 #include "mpm/mpm_solver.h"
 #include "mpm_settings.h"
+#include "progress.h"
 #include "rve/engine/engine.h"
 
 #include "atom.h"
@@ -63,6 +64,7 @@ constexpr int COURANT_EVERY = 10;    // steps between two checks of the Courant 
 struct FixMpm::Impl {
   MpmSettings settings;
   std::unique_ptr<mpm::MpmSolver> solver;
+  std::unique_ptr<Progress> progress;
   std::vector<FixRve *> grains;    // per model; nullptr: an analytic law
   double courant = 0.0;
   bool warned = false;
@@ -108,6 +110,14 @@ struct FixMpm::Impl {
   static constexpr int DOUBLES =
       (2 * sizeof(Vec2) + 3 * sizeof(Tensor2) + sizeof(mpm::PointMemory)) / sizeof(double) + 3;
   static_assert(RESTART_VERSION == 3 && DOUBLES == 21, "restart files change: raise their version");
+
+  // fix rve speaks of the progress of scenes with grains, and of its RVEs
+  bool has_grains() const
+  {
+    return std::any_of(grains.begin(), grains.end(), [](const FixRve *some) {
+      return some != nullptr;
+    });
+  }
 
   void find_members(const Atom *atom)
   {
@@ -187,6 +197,8 @@ FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), impl(nu
   } catch (const rve::InputError &problem) {
     error->all(FLERR, "Fix mpm: {}", problem.what());
   }
+  made->progress = std::make_unique<Progress>(lmp, fmt::format("fix mpm {}", id),
+                                              made->settings.progress_interval);
   impl = made.release();
   impl->body_displacement.assign(impl->settings.bodies.size(), Vec2::zero());
   size_vector = HEAD + PER_BODY * (int) impl->settings.bodies.size();
@@ -316,12 +328,14 @@ void FixMpm::setup(int)
 {
   check_courant();
   solve(false);
+  if (!impl->has_grains()) impl->progress->begin();
 }
 
 void FixMpm::final_integrate()
 {
   if (update->ntimestep % COURANT_EVERY == 0) check_courant();
   solve(true);
+  if (!impl->has_grains()) impl->progress->step_done();
 }
 
 /* ----------------------------------------------------------------------

@@ -117,6 +117,15 @@ void FixRve::init()
   impl->advise(true);
 }
 
+/* ---------------------------------------------------------------------- */
+
+void FixRve::setup(int)
+{
+  impl->progress.begin([this] {
+    return impl->dem_steps();
+  });
+}
+
 /* ----------------------------------------------------------------------
    the one place where time passes for RVEs that fix mpm does not drive
 ------------------------------------------------------------------------- */
@@ -137,6 +146,9 @@ void FixRve::end_of_step()
 {
   const auto &settings = impl->settings;
   const bigint step = update->ntimestep;
+  impl->progress.step_done([this] {
+    return impl->dem_steps();
+  });
   if (settings.dt_check_interval && step % settings.dt_check_interval == 0) {
     impl->recheck_time_step();
     impl->advise(false);

@@ -386,6 +386,13 @@ std::vector<int> FixRve::Impl::atoms_with_rve() const
   return atoms;
 }
 
+double FixRve::Impl::dem_steps() const
+{
+  double steps = 0.0;
+  for (const int i : atoms_with_rve()) steps += static_cast<double>(point(i).result.counters.steps);
+  return steps;
+}
+
 /* ---------------------------------------------------------------------- */
 
 void FixRve::Impl::set_exchange_size()

@@ -18,6 +18,7 @@
 
 #include "fix_rve.h"
 
+#include "progress.h"
 #include "rve_constitutive.h"
 #include "rve_packings.h"
 #include "rve_points.h"
@@ -39,11 +40,13 @@ struct FixRve::Impl : RveOwner {
   std::vector<int> slot;    // per atom: RVE in the engine, or -1
   bool warned_dt = false;
   bool advised[rve::NUM_ADVICE_KINDS] = {};
+  Progress progress;
   double wall_time = 0.0;
   bigint num_advances = 0;
 
   Impl(FixRve *_fix, FixRveSettings _settings) :
-      fix(_fix), settings(std::move(_settings)), dt(settings.dt), constitutive(*this)
+      fix(_fix), settings(std::move(_settings)), dt(settings.dt), constitutive(*this),
+      progress(fix->lmp, fmt::format("fix rve {}", fix->id), settings.progress_interval)
   {
   }
 
@@ -57,6 +60,8 @@ struct FixRve::Impl : RveOwner {
   void attach();
 
   std::vector<int> atoms_with_rve() const;
+  /// DEM steps of the RVEs of this rank since their packings were read.
+  double dem_steps() const;
   /// What the script asks for in this LAMMPS step.
   std::vector<rve::Drive> drives(const std::vector<int> &atoms);
   void advance(const std::vector<int> &atoms, const std::vector<rve::Drive> &drives) override;

@@ -521,6 +521,36 @@ TEST(FixMpmWithGrains, RestartContinuesBitForBit)
   std::remove("test_fix_mpm_grains.restart");
 }
 
+/// What two steps of a scene print in the log, with *progress* of its last fix.
+std::string log_with_progress(const std::string &scene)
+{
+  const std::string path = rve_test::temporary_path("log");
+  SoilScript script;
+  script << "log " + path + "\n" + scene.substr(0, scene.size() - 1) +
+          " progress 1e-9\nrun 2\nlog none\n";
+  MPI_Barrier(MPI_COMM_WORLD);    // rank 0 writes the log
+  return rve_test::text_of(path);
+}
+
+TEST(FixMpm, SaysItsProgressWhereThereAreNoGrains)
+{
+  const std::string log = log_with_progress(elastic_footing());
+
+  EXPECT_NE(log.find("fix mpm soil: step 1, 50.0 % of the run, 0:00:0"), std::string::npos) << log;
+  EXPECT_NE(log.find("fix mpm soil: step 2, 100.0 % of the run, 0:00:00 left\n"), std::string::npos)
+      << log;
+}
+
+TEST(FixMpmWithGrains, LeavesTheProgressToTheGrains)
+{
+  make_packing();
+  MPI_Barrier(MPI_COMM_WORLD);
+
+  const std::string log = log_with_progress(footing_on_grains());
+
+  EXPECT_EQ(log.find("of the run"), std::string::npos);
+}
+
 TEST(FixMpmErrors, SayWhatIsWrong)
 {
   make_packing();
@@ -541,6 +571,8 @@ TEST(FixMpmErrors, SayWhatIsWrong)
       {scene + "fix soil all mpm 1.0 " + law + " scheme", "missing argument"},
       {scene + "fix soil all mpm 1.0 " + law + " damping 1",
        "local damping must be in [0, 1), got 1"},
+      {scene + "fix soil all mpm 1.0 " + law + " progress -1",
+       "progress must be at least 0 [seconds of wall time], which means never, got -1"},
       {scene + "fix soil all mpm 1.0 " + law + " points_per_cell 0",
        "points_per_cell must be > 0, got 0"},
       {scene + "fix soil all mpm 1.0 " + law + " volume 1.5",

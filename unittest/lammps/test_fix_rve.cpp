@@ -693,6 +693,61 @@ TEST(FixRveMessage, ListOfPackingsEndsAtAnyKeyword)
             message_of(FOUR_ATOMS + FIX + "packings " + PACKING + " preset draft\n"));
 }
 
+TEST(Progress, SaysStepShareTimeLeftAndThroughput)
+{
+  // an interval that each step outlasts
+  const std::string log = log_of(FOUR_ATOMS + SHEAR + "unfix grains\n" + FIX +
+                                 "dt 1e-4 drive velocity_gradient xy 0.1 progress 1e-9\nrun 8\n");
+
+  for (int step = 1; step <= 8; ++step)
+    EXPECT_IN("fix rve grains: step " + std::to_string(step) + ", " +
+                  std::to_string(12 * step + step / 2) + (step % 2 ? ".5" : ".0") +
+                  " % of the run, 0:00:0",
+              log);
+  EXPECT_IN(" left, ", log);
+  const std::size_t line = log.find("fix rve grains: step 8"), begin = log.find("left, ", line) + 6;
+  // 40 DEM steps in this LAMMPS step, in more than a microsecond and less than ten seconds
+  const double throughput = 1e6 * std::stod(log.substr(begin));
+  EXPECT_GT(throughput, 4.0);
+  EXPECT_LT(throughput, 4e7);
+  EXPECT_IN(" million RVE-steps per second\n", log.substr(begin, 60));
+}
+
+TEST(Progress, OfARunInPartsIsThatOfTheWhole)
+{
+  const std::string log = log_of(FOUR_ATOMS + SHEAR.substr(0, SHEAR.size() - 1) +
+                                 " progress 1e-9\nrun 2 start 0 stop 4\nrun 2 start 0 stop 4\n");
+
+  for (const char *share :
+       {"step 1, 25.0 %", "step 2, 50.0 %", "step 3, 75.0 %", "step 4, 100.0 %"})
+    EXPECT_IN(share, log);
+}
+
+TEST(Progress, IsSilentWithZeroAndForShortRuns)
+{
+  for (const char *words : {"", " progress 0"}) {
+    const std::string log =
+        log_of(FOUR_ATOMS + SHEAR.substr(0, SHEAR.size() - 1) + words + "\nrun 3\n");
+
+    EXPECT_EQ(log.find("of the run"), std::string::npos);
+  }
+}
+
+TEST(Progress, ChangesNoResult)
+{
+  GrainsScript silent, talking;
+  silent << FOUR_ATOMS + SHEAR + "run 20";
+  talking << FOUR_ATOMS + SHEAR.substr(0, SHEAR.size() - 1) + " progress 1e-9\nrun 20";
+
+  EXPECT_EQ(talking.state(3), silent.state(3));
+}
+
+TEST(FixRveMessage, NegativeProgress)
+{
+  EXPECT_IN("progress is -1 [seconds of wall time]; it must be at least 0",
+            message_of(FOUR_ATOMS + FIX + "progress -1\n"));
+}
+
 namespace {
 
 /// GPU_RVE_MEMORY_LIMIT for a while.
