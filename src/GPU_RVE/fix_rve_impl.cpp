@@ -397,8 +397,9 @@ double FixRve::Impl::dem_steps() const
 
 void FixRve::Impl::set_exchange_size()
 {
-  int most = 1;
-  for (const int i : atoms_with_rve()) most = std::max(most, 1 + points->image_bound(slot[i]));
+  // with the number of values, and the step
+  int most = 2;
+  for (const int i : atoms_with_rve()) most = std::max(most, 2 + points->image_bound(slot[i]));
   fix->maxexchange = most;
 }
 

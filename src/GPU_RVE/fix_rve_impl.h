@@ -37,7 +37,8 @@ struct FixRve::Impl : RveOwner {
   double dt;    // DEM time step, or its upper limit where substeps are matched
   std::unique_ptr<RvePoints> points;
   RveConstitutive constitutive;
-  std::vector<int> slot;    // per atom: RVE in the engine, or -1
+  std::vector<int> slot;        // per atom: RVE in the engine, or -1
+  double restart_step = 0.0;    // of the head of a restart file
   bool warned_dt = false;
   bool advised[rve::NUM_ADVICE_KINDS] = {};
   Progress progress;

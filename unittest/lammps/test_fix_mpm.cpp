@@ -383,14 +383,14 @@ TEST(FixMpm, RestartFileOfAnotherVersionIsRefused)
       command.substr(command.find("fix soil"));
   ASSERT_EQ(message_of(read), "");
 
-  // the record of the fix: its size in bytes, the version with a minus, the number of bodies, the displacement of the plate
+  // the record of the fix: its size in bytes, the version with a minus, the step, the number of bodies, the displacement of the plate
   const std::string text = rve_test::text_of(path);
   const auto bytes = [](int size, const std::vector<double> &values) {
     std::string record(reinterpret_cast<const char *>(&size), sizeof(size));
     return record.append(reinterpret_cast<const char *>(values.data()),
                          values.size() * sizeof(double));
   };
-  const std::string current = bytes(4 * sizeof(double), {-3.0, 1.0});
+  const std::string current = bytes(5 * sizeof(double), {-4.0, 1.0, 1.0});
   ASSERT_NE(text.find(current), std::string::npos);
   const auto message_with = [&](const std::string &record) {
     std::string other = text;
@@ -398,16 +398,38 @@ TEST(FixMpm, RestartFileOfAnotherVersionIsRefused)
         << other.replace(text.find(current), record.size(), record);
     return message_of(read);
   };
-  const std::string newer = message_with(bytes(4 * sizeof(double), {-4.0, 1.0}));
-  const std::string none = message_with(bytes(4 * sizeof(double), {1.0, 0.0}));
+  const std::string newer = message_with(bytes(5 * sizeof(double), {-5.0, 1.0, 1.0}));
+  const std::string none = message_with(bytes(5 * sizeof(double), {1.0, 0.0, 0.0}));
   std::remove(path.c_str());
 
-  EXPECT_NE(newer.find("the points in the restart file have version 4; this fix reads version 3"),
+  EXPECT_NE(newer.find("the points in the restart file have version 5; this fix reads version 4"),
             std::string::npos)
       << newer;
-  EXPECT_NE(none.find("have version 1 or 2, without a number; this fix reads version 3"),
+  EXPECT_NE(none.find("have version 1 or 2, without a number; this fix reads version 4"),
             std::string::npos)
       << none;
+}
+
+TEST(FixMpm, RestartFilesOfDifferentStepsAreRefused)
+{
+  // of several files for one write the head is complete first: a run that ends then leaves the atoms of the write before
+  const std::string command = elastic_footing();
+  const std::string path = "test_fix_mpm_steps." + std::to_string(SoilScript().lmp->comm->me) + ".";
+  SoilScript(MPI_COMM_SELF) << command + "run 5\nwrite_restart " + path +
+          "early.%\nrun 5\nwrite_restart " + path + "late.%\n";
+  const std::string read = "read_restart " + path +
+      "late.%\npair_style none\ncomm_modify cutoff 1.0\n" +
+      command.substr(command.find("fix soil"));
+  ASSERT_EQ(message_of(read), "");
+  std::remove((path + "late.0").c_str());
+  std::rename((path + "early.0").c_str(), (path + "late.0").c_str());
+
+  const std::string message = message_of(read);
+
+  for (const char *file : {"late.0", "late.base", "early.base"}) std::remove((path + file).c_str());
+  EXPECT_NE(message.find("is of step 5, the head of the restart files of step 10"),
+            std::string::npos)
+      << message;
 }
 
 /// A plate pressed into 16 points with RVEs of 60 grains. The row of points that the plate pushes starts just above the

@@ -194,6 +194,42 @@ TEST(FixRve, RestartContinuesBitForBit)
   EXPECT_GT(whole.fix_value(4), 2 * 4.0);    // rebuilds: the lists had a life before and after
 }
 
+TEST(FixRve, RestartFilesOfDifferentStepsAreRefused)
+{
+  // of several files for one write the head is complete first: a run that ends then leaves the atoms of the write before
+  const std::string early = temporary_path("early."), late = temporary_path("late.");
+  Script first;
+  first << FOUR_ATOMS + SHEAR + "run 5\nwrite_restart " + early + "%\nrun 5\nwrite_restart " +
+          late + "%";
+  const std::string rate = "variable rate atom -0.05*id\n";
+  ASSERT_EQ(message_of("read_restart " + late + "%\n" + rate + SHEAR), "");
+  std::ofstream(late + "0", std::ios::binary) << text_of(early + "0");
+
+  EXPECT_IN("is of step 5, the head of the restart files of step 10: they were not written at once",
+            message_of("read_restart " + late + "%\n" + rate + SHEAR));
+}
+
+TEST(FixRve, RestartFileOfAnotherVersionIsRefused)
+{
+  const std::string file = temporary_path("restart");
+  Script first;
+  first << FOUR_ATOMS + SHEAR + "run 5\nwrite_restart " + file;
+  std::string text = text_of(file);
+  // version with a minus, step
+  const double head[] = {-3.0, 5.0}, newer[] = {-4.0, 5.0}, none[] = {1e-4, 5.0};
+  const std::size_t place =
+      text.find(std::string(reinterpret_cast<const char *>(head), sizeof(head)));
+  ASSERT_NE(place, std::string::npos);
+  const auto message_with = [&](const double *other) {
+    text.replace(place, sizeof(head), reinterpret_cast<const char *>(other), sizeof(head));
+    std::ofstream(file, std::ios::binary) << text;
+    return message_of("read_restart " + file + "\nvariable rate atom -0.05*id\n" + SHEAR);
+  };
+
+  EXPECT_IN("have version 4; this fix reads version 3", message_with(newer));
+  EXPECT_IN("have version 1 or 2, without a number; this fix reads version 3", message_with(none));
+}
+
 TEST(FixRve, ClearAndRunAgainGivesTheSame)
 {
   GrainsScript script;
