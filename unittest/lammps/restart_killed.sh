@@ -11,7 +11,7 @@ lmp=$1 packing=$2 seed=${3:-$(date +%s)}
 work=$(mktemp -d "${TMPDIR:-/tmp}/restart_killed.XXXXXX")
 trap 'rm -rf "$work"' EXIT
 cd "$work"
-end=160
+end=120
 echo "seed of the moments: $seed"
 
 cat > in.setup << END
@@ -83,11 +83,10 @@ newest() {
 moment() { awk -v seed="$seed" -v n="$1" -v span="$span" 'BEGIN {srand(seed + 7919 * n); rand(); printf "%.3f", 1e-3 * span * (0.15 + 0.5 * rand())}'; }
 
 # The machine may be slower or faster than it was in the first run: then another span, so that each kill hits a run.
-kills=0 continued=0 tries=0
-while [ $kills -lt 3 ] || [ $continued -lt 1 ] || [ -z "$(newest)" ]; do
+kills=0 continued=0 tries=0 file=""
+while [ $kills -lt 3 ] || [ $continued -lt 1 ] || [ -z "$file" ]; do
   tries=$((tries + 1))
   [ $tries -le 12 ] || { echo "12 tries: killed $kills times, restart files: $(ls ./*.restart 2> /dev/null)"; exit 1; }
-  file=$(newest)
   input "$file" > in.killed
   "$lmp" -in in.killed -log killed.log > killed.out 2>&1 &
   process=$!
@@ -98,11 +97,13 @@ while [ $kills -lt 3 ] || [ $continued -lt 1 ] || [ -z "$(newest)" ]; do
     rm -f killed.counts
     [ $continued -gt 0 ] && break
     rm -f one.restart two.restart
-    span=$((span / 2))
+    span=$((span / 2)) file=""
     continue
   fi
   kills=$((kills + 1))
-  if [ -n "$file" ]; then continued=$((continued + 1)); elif [ -z "$(newest)" ]; then span=$((span * 2)); fi
+  [ -n "$file" ] && continued=$((continued + 1))
+  file=$(newest)
+  [ -n "$file" ] || span=$((span * 2))
 done
 
 # what a kill during the writing leaves: the newer file is torn, and the run goes on from the older one
