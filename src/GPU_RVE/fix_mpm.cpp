@@ -19,6 +19,7 @@
 #include "fix_rve.h"
 #include "mpm/mpm_solver.h"
 #include "mpm_settings.h"
+#include "progress.h"
 #include "rve/engine/engine.h"
 
 #include "atom.h"
@@ -54,7 +55,7 @@ enum { UNBALANCED, COURANT, KINETIC, MASS, HEAD };
 enum { REACTION_X, REACTION_Y, BODY_UX, BODY_UY, PER_BODY };
 
 // Of what restart files hold of points and bodies: raise it with every change of that. Files before version 3 had no number.
-constexpr int RESTART_VERSION = 3;
+constexpr int RESTART_VERSION = 4;
 
 constexpr int COURANT_EVERY = 10;    // steps between two checks of the Courant number
 
@@ -63,8 +64,10 @@ constexpr int COURANT_EVERY = 10;    // steps between two checks of the Courant 
 struct FixMpm::Impl {
   MpmSettings settings;
   std::unique_ptr<mpm::MpmSolver> solver;
+  std::unique_ptr<Progress> progress;
   std::vector<FixRve *> grains;    // per model; nullptr: an analytic law
   double courant = 0.0;
+  double restart_step = 0.0;    // of the head of a restart file
   bool warned = false;
   std::vector<Vec2> body_displacement;
   double **output = nullptr;
@@ -107,7 +110,15 @@ struct FixMpm::Impl {
 
   static constexpr int DOUBLES =
       (2 * sizeof(Vec2) + 3 * sizeof(Tensor2) + sizeof(mpm::PointMemory)) / sizeof(double) + 3;
-  static_assert(RESTART_VERSION == 3 && DOUBLES == 21, "restart files change: raise their version");
+  static_assert(RESTART_VERSION == 4 && DOUBLES == 21, "restart files change: raise their version");
+
+  // fix rve speaks of the progress of scenes with grains, and of its RVEs
+  bool has_grains() const
+  {
+    return std::any_of(grains.begin(), grains.end(), [](const FixRve *some) {
+      return some != nullptr;
+    });
+  }
 
   void find_members(const Atom *atom)
   {
@@ -187,6 +198,8 @@ FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), impl(nu
   } catch (const rve::InputError &problem) {
     error->all(FLERR, "Fix mpm: {}", problem.what());
   }
+  made->progress = std::make_unique<Progress>(lmp, fmt::format("fix mpm {}", id),
+                                              made->settings.progress_interval);
   impl = made.release();
   impl->body_displacement.assign(impl->settings.bodies.size(), Vec2::zero());
   size_vector = HEAD + PER_BODY * (int) impl->settings.bodies.size();
@@ -316,12 +329,14 @@ void FixMpm::setup(int)
 {
   check_courant();
   solve(false);
+  if (!impl->has_grains()) impl->progress->begin();
 }
 
 void FixMpm::final_integrate()
 {
   if (update->ntimestep % COURANT_EVERY == 0) check_courant();
   solve(true);
+  if (!impl->has_grains()) impl->progress->step_done();
 }
 
 /* ----------------------------------------------------------------------
@@ -487,31 +502,38 @@ int FixMpm::unpack_exchange(int i, double *buf)
 int FixMpm::pack_restart(int i, double *buf)
 {
   buf[0] = size_restart(i);    // how far other fixes skip
-  return 1 + impl->pack(i, buf + 1);
+  buf[1] = (double) update->ntimestep;
+  return 2 + impl->pack(i, buf + 2);
 }
 
 void FixMpm::unpack_restart(int i, int nth)
 {
   const double *extra = atom->extra[i];
   for (int k = 0; k < nth; k++) extra += (int) extra[0];
-  impl->unpack(i, extra + 1);
+  if (extra[1] != impl->restart_step)
+    error->one(FLERR,
+               "Fix mpm: atom {} is of step {}, the head of the restart files of step {}: they "
+               "were not written at once. Use those before",
+               atom->tag[i], extra[1], impl->restart_step);
+  impl->unpack(i, extra + 2);
 }
 
 int FixMpm::size_restart(int)
 {
-  return 1 + Impl::DOUBLES;
+  return 2 + Impl::DOUBLES;
 }
 
 int FixMpm::maxsize_restart()
 {
-  return 1 + Impl::DOUBLES;
+  return 2 + Impl::DOUBLES;
 }
 
 void FixMpm::write_restart(FILE *fp)
 {
   if (comm->me != 0) return;
   // negative, because files without a version begin with the number of bodies
-  std::vector<double> state = {-RESTART_VERSION, (double) impl->settings.bodies.size()};
+  std::vector<double> state = {-RESTART_VERSION, (double) update->ntimestep,
+                               (double) impl->settings.bodies.size()};
   for (const Vec2 &u : impl->body_displacement) state.insert(state.end(), {u[0], u[1]});
   const int size = (int) (state.size() * sizeof(double));
   fwrite(&size, sizeof(int), 1, fp);
@@ -525,6 +547,7 @@ void FixMpm::restart(char *buf)
     error->all(
         FLERR, "Fix mpm: the points in the restart file have version {}; this fix reads version {}",
         *state < 0.0 ? std::to_string((int) -*state) : "1 or 2, without a number", RESTART_VERSION);
+  impl->restart_step = *++state;
   // a different number of bodies: the script changed its mind, and they start at zero
   if (*++state != (double) impl->settings.bodies.size()) return;
   for (Vec2 &u : impl->body_displacement) {

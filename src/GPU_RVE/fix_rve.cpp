@@ -45,6 +45,12 @@ static const char cite_fix_rve[] =
     " pages = {579--608}\n"
     "}\n\n";
 
+// Of what restart files hold: raise it with every change of that. Files before version 3 had no number.
+static constexpr int RESTART_VERSION = 3;
+
+// values that an atom without an RVE has in the buffers of LAMMPS: their number, and the step
+static constexpr int PER_ATOM = 2;
+
 /* ---------------------------------------------------------------------- */
 
 FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
@@ -117,6 +123,15 @@ void FixRve::init()
   impl->advise(true);
 }
 
+/* ---------------------------------------------------------------------- */
+
+void FixRve::setup(int)
+{
+  impl->progress.begin([this] {
+    return impl->dem_steps();
+  });
+}
+
 /* ----------------------------------------------------------------------
    the one place where time passes for RVEs that fix mpm does not drive
 ------------------------------------------------------------------------- */
@@ -137,6 +152,9 @@ void FixRve::end_of_step()
 {
   const auto &settings = impl->settings;
   const bigint step = update->ntimestep;
+  impl->progress.step_done([this] {
+    return impl->dem_steps();
+  });
   if (settings.dt_check_interval && step % settings.dt_check_interval == 0) {
     impl->recheck_time_step();
     impl->advise(false);
@@ -279,7 +297,7 @@ void FixRve::set_arrays(int i)
 }
 
 /* ----------------------------------------------------------------------
-   buf[0] = number of values, then the image of the RVE if there is one
+   buf[0] = number of values, buf[1] = step, then the image of the RVE if there is one
 ------------------------------------------------------------------------- */
 
 int FixRve::pack_exchange(int i, double *buf)
@@ -294,7 +312,7 @@ int FixRve::pack_exchange(int i, double *buf)
 int FixRve::unpack_exchange(int nlocal, double *buf)
 {
   const int size = static_cast<int>(buf[0]);
-  impl->slot[nlocal] = size > 1 ? impl->points->add_image(buf + 1) : -1;
+  impl->slot[nlocal] = size > PER_ATOM ? impl->points->add_image(buf + PER_ATOM) : -1;
   maxexchange = MAX(maxexchange, size);
   return size;
 }
@@ -303,9 +321,10 @@ int FixRve::pack_restart(int i, double *buf)
 {
   std::vector<double> image;
   if (impl->slot[i] >= 0) image = impl->points->image(impl->slot[i]);
-  buf[0] = 1.0 + image.size();
-  std::copy(image.begin(), image.end(), buf + 1);
-  return 1 + static_cast<int>(image.size());
+  buf[0] = static_cast<double>(PER_ATOM + image.size());
+  buf[1] = static_cast<double>(update->ntimestep);
+  std::copy(image.begin(), image.end(), buf + PER_ATOM);
+  return PER_ATOM + static_cast<int>(image.size());
 }
 
 void FixRve::unpack_restart(int nlocal, int nth)
@@ -314,8 +333,13 @@ void FixRve::unpack_restart(int nlocal, int nth)
   int m = 0;
   for (int i = 0; i < nth; i++) m += static_cast<int>(extra[m]);
   const int size = static_cast<int>(extra[m]);
+  if (extra[m + 1] != impl->restart_step)
+    error->one(FLERR,
+               "fix rve: the RVE of atom {} is of step {}, the head of the restart files of step "
+               "{}: they were not written at once. Use those before",
+               atom->tag[nlocal], extra[m + 1], impl->restart_step);
   try {
-    impl->slot[nlocal] = size > 1 ? impl->points->add_image(extra + m + 1) : -1;
+    impl->slot[nlocal] = size > PER_ATOM ? impl->points->add_image(extra + m + PER_ATOM) : -1;
   } catch (const rve::InputError &e) {
     error->one(FLERR, "fix rve: RVE of atom {} in the restart file: {}", atom->tag[nlocal],
                e.what());
@@ -325,30 +349,46 @@ void FixRve::unpack_restart(int nlocal, int nth)
 
 int FixRve::size_restart(int i)
 {
-  return 1 + (impl->slot[i] >= 0 ? impl->points->image_size(impl->slot[i]) : 0);
+  return PER_ATOM + (impl->slot[i] >= 0 ? impl->points->image_size(impl->slot[i]) : 0);
 }
 
 int FixRve::maxsize_restart()
 {
-  int mine = 1, most;
+  int mine = PER_ATOM, most;
   for (int i = 0; i < atom->nlocal; i++) mine = MAX(mine, size_restart(i));
   MPI_Allreduce(&mine, &most, 1, MPI_INT, MPI_MAX, world);
   return most;
 }
 
 /* ----------------------------------------------------------------------
-   the time step, which an automatic one may have lowered
+   version; step; the time step, which an automatic one may have lowered.
+   with several files for one write, atoms and this head may be of different steps, if a run ended while it wrote them
 ------------------------------------------------------------------------- */
 
 void FixRve::write_restart(FILE *fp)
 {
   if (comm->me) return;
-  const int size = sizeof(double);
+  // negative, because files without a version begin with the time step
+  const double head[] = {-RESTART_VERSION, static_cast<double>(update->ntimestep), impl->dt};
+  const int size = sizeof(head);
   fwrite(&size, sizeof(int), 1, fp);
-  fwrite(&impl->dt, sizeof(double), 1, fp);
+  fwrite(head, sizeof(head), 1, fp);
 }
 
 void FixRve::restart(char *buf)
 {
-  if (impl->settings.dt_auto) memcpy(&impl->dt, buf, sizeof(double));
+  double version;
+  memcpy(&version, buf, sizeof(double));
+  if (version != -RESTART_VERSION)
+    error->all(FLERR,
+               "fix rve: the RVEs in the restart file have version {}; this fix reads version {}",
+               version < 0.0 ? std::to_string((int) -version) : "1 or 2, without a number",
+               RESTART_VERSION);
+  memcpy(&impl->restart_step, buf + sizeof(double), sizeof(double));
+  if (impl->settings.dt_auto) memcpy(&impl->dt, buf + 2 * sizeof(double), sizeof(double));
+  // the RVEs come next. How many grains they have is not known yet: no run is refused that has the memory.
+  const auto in_group = std::count_if(atom->mask, atom->mask + atom->nlocal, [this](int mask) {
+    return (mask & groupbit) != 0;
+  });
+  impl->check_memory(std::vector<int>(in_group, impl->packings.fewest_grains()));
 }

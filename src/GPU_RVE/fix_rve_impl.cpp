@@ -26,6 +26,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <thread>
 
 using namespace LAMMPS_NS;
@@ -142,6 +143,71 @@ void FixRve::Impl::recheck_time_step()
   }
 }
 
+/* ----------------------------------------------------------------------
+   said before the first RVE is made: a run that ends there would have cost the time that its set-up takes.
+   ranks of a node that use the same device, or the memory of the host, are judged together.
+------------------------------------------------------------------------- */
+
+void FixRve::Impl::check_memory(const std::vector<int> &grains) const
+{
+  constexpr double MB = 1048576.0;
+  const int mine = static_cast<int>(grains.size());
+  rve::Memory memory;
+  try {
+    memory = points->memory();
+  } catch (const rve::InputError &e) {
+    fix->error->all(FLERR, "fix rve: {}", e.what());
+  }
+  MPI_Comm node, sharers;
+  MPI_Comm_split_type(fix->world, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &node);
+  const std::size_t color = std::hash<std::string>()(memory.name) % MAXSMALLINT;
+  MPI_Comm_split(node, static_cast<int>(color), 0, &sharers);
+  MPI_Comm_free(&node);
+  int rank, ranks;
+  MPI_Comm_rank(sharers, &rank);
+  MPI_Comm_size(sharers, &ranks);
+
+  const auto sum = [sharers](auto value, MPI_Datatype type) {
+    MPI_Allreduce(MPI_IN_PLACE, &value, 1, type, MPI_SUM, sharers);
+    return value;
+  };
+  const bigint total = sum(bigint(mine), MPI_LMP_BIGINT);
+  double free = memory.is_known ? static_cast<double>(memory.free) : HUGE_VAL;
+  MPI_Allreduce(MPI_IN_PLACE, &free, 1, MPI_DOUBLE, MPI_MIN, sharers);
+  // of the first RVEs of each rank, as many as its share of `number`
+  const auto bytes_for = [&](bigint number) {
+    const int some = total ? static_cast<int>((number * mine + total - 1) / total) : 0;
+    return sum(points->bytes_for(grains, some, settings.num_shadows), MPI_DOUBLE);
+  };
+
+  std::string message;
+  const double needed = bytes_for(total);
+  if (needed > free) {
+    bigint fit = 0, too_many = total;
+    while (too_many - fit > 1) {
+      const bigint middle = (fit + too_many) / 2;
+      (bytes_for(middle) <= free ? fit : too_many) = middle;
+    }
+    message = fmt::format(
+        "fix rve: {} RVEs{} need {:.1f} MB of {}, where {:.1f} MB are free; {} RVEs would fit. "
+        "Smaller packings, another number format, or more nodes or devices help",
+        total, ranks > 1 ? fmt::format(" of {} MPI ranks", ranks) : "", needed / MB, memory.name,
+        free / MB, fit);
+  }
+  MPI_Comm_free(&sharers);
+
+  // error->all wants the same words on all ranks: those of the first one that has any
+  const int me = fix->comm->me, nobody = fix->comm->nprocs;
+  int speaker, candidate = message.empty() ? nobody : me;
+  MPI_Allreduce(&candidate, &speaker, 1, MPI_INT, MPI_MIN, fix->world);
+  if (speaker == nobody) return;
+  int length = static_cast<int>(message.size());
+  MPI_Bcast(&length, 1, MPI_INT, speaker, fix->world);
+  message.resize(length);
+  MPI_Bcast(message.data(), length, MPI_CHAR, speaker, fix->world);
+  fix->error->all(FLERR, message);
+}
+
 /* ---------------------------------------------------------------------- */
 
 void FixRve::Impl::attach()
@@ -157,7 +223,12 @@ void FixRve::Impl::attach()
   const std::vector<const rve::RveState *> states =
       packings.choose(fix->lmp, fix->igroup, settings, atoms);
   bigint sums[2] = {0, 0}, all_sums[2];
-  for (const rve::RveState *state : states) sums[0] += state->num_grains();
+  std::vector<int> grains;
+  for (const rve::RveState *state : states) {
+    grains.push_back(state->num_grains());
+    sums[0] += state->num_grains();
+  }
+  check_memory(grains);
   try {
     const std::vector<int> slots = points->add(states);
     std::vector<int> failed;
@@ -315,12 +386,20 @@ std::vector<int> FixRve::Impl::atoms_with_rve() const
   return atoms;
 }
 
+double FixRve::Impl::dem_steps() const
+{
+  double steps = 0.0;
+  for (const int i : atoms_with_rve()) steps += static_cast<double>(point(i).result.counters.steps);
+  return steps;
+}
+
 /* ---------------------------------------------------------------------- */
 
 void FixRve::Impl::set_exchange_size()
 {
-  int most = 1;
-  for (const int i : atoms_with_rve()) most = std::max(most, 1 + points->image_bound(slot[i]));
+  // with the number of values, and the step
+  int most = 2;
+  for (const int i : atoms_with_rve()) most = std::max(most, 2 + points->image_bound(slot[i]));
   fix->maxexchange = most;
 }
 

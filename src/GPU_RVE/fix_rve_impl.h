@@ -18,6 +18,7 @@
 
 #include "fix_rve.h"
 
+#include "progress.h"
 #include "rve_constitutive.h"
 #include "rve_packings.h"
 #include "rve_points.h"
@@ -36,14 +37,17 @@ struct FixRve::Impl : RveOwner {
   double dt;    // DEM time step, or its upper limit where substeps are matched
   std::unique_ptr<RvePoints> points;
   RveConstitutive constitutive;
-  std::vector<int> slot;    // per atom: RVE in the engine, or -1
+  std::vector<int> slot;        // per atom: RVE in the engine, or -1
+  double restart_step = 0.0;    // of the head of a restart file
   bool warned_dt = false;
   bool advised[rve::NUM_ADVICE_KINDS] = {};
+  Progress progress;
   double wall_time = 0.0;
   bigint num_advances = 0;
 
   Impl(FixRve *_fix, FixRveSettings _settings) :
-      fix(_fix), settings(std::move(_settings)), dt(settings.dt), constitutive(*this)
+      fix(_fix), settings(std::move(_settings)), dt(settings.dt), constitutive(*this),
+      progress(fix->lmp, fmt::format("fix rve {}", fix->id), settings.progress_interval)
   {
   }
 
@@ -51,10 +55,14 @@ struct FixRve::Impl : RveOwner {
   void read_packings();
   /// One engine per rank, on the device of its local rank; collective.
   void make_engine();
+  /// Ends with error->all if so many further RVEs, of these numbers of grains, do not fit into the memory that is free; collective.
+  void check_memory(const std::vector<int> &grains) const;
   /// Gives an RVE to every atom of the group that has none; collective.
   void attach();
 
   std::vector<int> atoms_with_rve() const;
+  /// DEM steps of the RVEs of this rank since their packings were read.
+  double dem_steps() const;
   /// What the script asks for in this LAMMPS step.
   std::vector<rve::Drive> drives(const std::vector<int> &atoms);
   void advance(const std::vector<int> &atoms, const std::vector<rve::Drive> &drives) override;

@@ -207,6 +207,15 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
           lmp->error->all(FLERR, "Fix mpm cfl must have 0 < warn <= error, got {} {}",
                           arg[iarg + 1], arg[iarg + 2]);
         iarg += 3;
+      } else if (word == "progress") {
+        need(1);
+        settings.progress_interval = number(1);
+        if (!(settings.progress_interval >= 0.0))
+          lmp->error->all(FLERR,
+                          "Fix mpm progress must be at least 0 [seconds of wall time], which means "
+                          "never, got {}",
+                          arg[iarg + 1]);
+        iarg += 2;
       } else {
         lmp->error->all(FLERR, "Fix mpm: unknown keyword '{}'", word);
       }

@@ -61,6 +61,8 @@ struct MpmSettings {
   double initial_volume = 0.0;                           ///< of a point [area]
   rve::Tensor2 initial_stress = rve::Tensor2::zero();    ///< of points without RVEs
   double courant_warn = 0.9, courant_error = 1.0;
+  double progress_interval =
+      60.0;    ///< wall time between lines about the progress [seconds]; 0: none
 
   /// Reads `fix ID group mpm ...`; errors end in error->all.
   static MpmSettings parse(LAMMPS *lmp, int narg, char **arg);

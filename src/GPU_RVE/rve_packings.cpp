@@ -114,6 +114,13 @@ void RvePackings::read(LAMMPS *lmp, const FixRveSettings &settings)
 
 /* ---------------------------------------------------------------------- */
 
+int RvePackings::fewest_grains() const
+{
+  int fewest = MAXSMALLINT;
+  for (const rve::RveState &packing : packings) fewest = std::min(fewest, packing.num_grains());
+  return fewest;
+}
+
 std::string RvePackings::name(int packing) const
 {
   const std::string &file = files[file_of[packing]];

@@ -33,6 +33,8 @@ class RvePackings {
   void read(LAMMPS *lmp, const FixRveSettings &settings);
 
   int size() const { return static_cast<int>(packings.size()); }
+  /// Of the smallest packing.
+  int fewest_grains() const;
   /// "packing 3 (library.rve)"
   std::string name(int packing) const;
   /// Stable time step of each packing [time].

@@ -105,6 +105,20 @@ std::vector<int> RvePoints::add(const std::vector<const rve::RveState *> &states
   return slots;
 }
 
+double RvePoints::bytes_for(const std::vector<int> &grains, int count, int num_shadows) const
+{
+  if (count == 0) return 0.0;
+  const int largest = *std::max_element(grains.begin(), grains.begin() + count);
+  double bytes = static_cast<double>(engine->bytes_of_call(engine->size() + count, largest));
+  for (int k = 0; k < count; ++k) bytes += static_cast<double>(engine->bytes_per_rve(grains[k]));
+  if (engine->memory().is_host) bytes += static_cast<double>(count) * sizeof(Point);
+  const int some = shadows ? std::min(count, num_shadows) : 0;
+  if (some > 0)
+    bytes += static_cast<double>(shadows->bytes_of_call(some, largest)) +
+        static_cast<double>(some) * static_cast<double>(shadows->bytes_per_rve(largest));
+  return bytes;
+}
+
 void RvePoints::remove(int slot)
 {
   engine->remove(slot);

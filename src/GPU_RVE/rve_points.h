@@ -103,6 +103,11 @@ class RvePoints {
   rve::RveState state(int slot) const { return engine->state(slot); }
   std::string description() const { return engine->description(); }
   int size() const { return engine->size(); }
+  /// Where the RVEs live. Their shadows live on the same device.
+  rve::Memory memory() const { return engine->memory(); }
+  /// Memory that `count` further RVEs take, of the first of these numbers of grains, with as many shadows as they may get, and calls
+  /// of all that are then there [bytes]. An estimate: lists may grow.
+  double bytes_for(const std::vector<int> &grains, int count, int num_shadows) const;
   double bytes(int slot) const { return engine->bytes_per_rve(points[slot].result.num_grains); }
 
   /// Everything of one RVE as doubles, for LAMMPS' buffers.

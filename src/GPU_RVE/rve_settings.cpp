@@ -156,6 +156,7 @@ constexpr const char *KEYWORDS[] = {"drive",
                                     "overlap_limit",
                                     "policy",
                                     "energy",
+                                    "progress",
                                     "dump"};
 
 constexpr struct {
@@ -393,6 +394,13 @@ FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
       s.freeze = words.choice<bool>(keyword, {{"stop", false}, {"freeze", true}});
     } else if (keyword == "energy") {
       s.options.track_energy = words.choice<bool>(keyword, {{"yes", true}, {"no", false}});
+    } else if (keyword == "progress") {
+      s.progress_interval = words.number(keyword);
+      if (!(s.progress_interval >= 0.0))
+        lmp->error->all(FLERR,
+                        "{}: progress is {} [seconds of wall time]; it must be at least 0, which "
+                        "means never",
+                        command, rve::number(s.progress_interval));
     } else if (keyword == "packings") {
       while (!words.empty() && !is_keyword(words.peek())) s.packings.push_back(words.next(keyword));
     } else if (keyword == "packing_variable") {

@@ -93,6 +93,9 @@ struct FixRveSettings {
   bool threads_given = false;
   bool freeze = false;    ///< a failed RVE is frozen and flagged instead of ending the run
 
+  double progress_interval =
+      60.0;    ///< wall time between lines about the progress [seconds]; 0: none
+
   int dump_interval = 0;
   std::string dump_prefix;
   std::vector<long long> dump_atoms;

@@ -478,3 +478,50 @@ TEST_P(CpuAndCuda, TakeOverFromEachOtherBitForBit)
   for (std::size_t k = 0; k < actors.size(); ++k)
     EXPECT_TRUE(straight.states[k] == second.states[k]) << actors[k].name;
 }
+
+// ---- memory -----------------------------------------------------------------------------------------------------------------
+
+/// What as many RVEs of 400 grains and calls with them take, as the engine estimates it [bytes].
+double estimate(Engine &engine, int num_rves)
+{
+  return static_cast<double>(num_rves) * static_cast<double>(engine.bytes_per_rve(400)) +
+      static_cast<double>(engine.bytes_of_call(num_rves, 400));
+}
+
+TEST_P(Backends, TellTheMemoryThatIsFreeAndWhatCallsTake)
+{
+  const auto engine = make_engine(options_for(GetParam(), Device::Cpu));
+
+  const Memory memory = engine->memory();
+
+  EXPECT_TRUE(memory.is_known);
+  EXPECT_TRUE(memory.is_host);
+  EXPECT_GT(memory.free, 1u << 20);
+  EXPECT_EQ(engine->bytes_of_call(0, 400), 0u);
+  EXPECT_GT(engine->bytes_of_call(1, 400), 0u);
+  EXPECT_GT(engine->bytes_of_call(2000, 400), engine->bytes_of_call(1000, 400));
+  EXPECT_GT(engine->bytes_of_call(1, 4000), engine->bytes_of_call(1, 400));
+}
+
+/// An estimate that is too low ends a run in its set-up, one that is too high forbids runs that would fit.
+TEST_P(CpuAndCuda, EstimateOfMemoryCoversWhatTheDeviceGivesAway)
+{
+  const int count = 20000;
+  const auto engine = make_engine(options_for(GetParam(), Device::Cuda));
+  const RveState state = packing_of_400();
+  const Drive shear = Drive::constant_velocity_gradient(Tensor2{{0.0, 0.1, 0.0, 0.0}}, DT, 40);
+  const double needed = estimate(*engine, count);
+  const Memory before = engine->memory();
+  ASSERT_TRUE(before.is_known);
+  ASSERT_FALSE(before.is_host);
+
+  std::vector<int> rves;
+  std::vector<Result> results;
+  for (int k = 0; k < count; ++k) rves.push_back(engine->add(state));
+  engine->advance(rves, std::vector<Drive>(count, shear), results);
+
+  const double taken =
+      static_cast<double>(before.free) - static_cast<double>(engine->memory().free);
+  EXPECT_LE(taken, needed);
+  EXPECT_GE(taken, 0.5 * (needed - estimate(*engine, 1)));
+}

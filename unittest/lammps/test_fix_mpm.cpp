@@ -383,14 +383,14 @@ TEST(FixMpm, RestartFileOfAnotherVersionIsRefused)
       command.substr(command.find("fix soil"));
   ASSERT_EQ(message_of(read), "");
 
-  // the record of the fix: its size in bytes, the version with a minus, the number of bodies, the displacement of the plate
+  // the record of the fix: its size in bytes, the version with a minus, the step, the number of bodies, the displacement of the plate
   const std::string text = rve_test::text_of(path);
   const auto bytes = [](int size, const std::vector<double> &values) {
     std::string record(reinterpret_cast<const char *>(&size), sizeof(size));
     return record.append(reinterpret_cast<const char *>(values.data()),
                          values.size() * sizeof(double));
   };
-  const std::string current = bytes(4 * sizeof(double), {-3.0, 1.0});
+  const std::string current = bytes(5 * sizeof(double), {-4.0, 1.0, 1.0});
   ASSERT_NE(text.find(current), std::string::npos);
   const auto message_with = [&](const std::string &record) {
     std::string other = text;
@@ -398,16 +398,38 @@ TEST(FixMpm, RestartFileOfAnotherVersionIsRefused)
         << other.replace(text.find(current), record.size(), record);
     return message_of(read);
   };
-  const std::string newer = message_with(bytes(4 * sizeof(double), {-4.0, 1.0}));
-  const std::string none = message_with(bytes(4 * sizeof(double), {1.0, 0.0}));
+  const std::string newer = message_with(bytes(5 * sizeof(double), {-5.0, 1.0, 1.0}));
+  const std::string none = message_with(bytes(5 * sizeof(double), {1.0, 0.0, 0.0}));
   std::remove(path.c_str());
 
-  EXPECT_NE(newer.find("the points in the restart file have version 4; this fix reads version 3"),
+  EXPECT_NE(newer.find("the points in the restart file have version 5; this fix reads version 4"),
             std::string::npos)
       << newer;
-  EXPECT_NE(none.find("have version 1 or 2, without a number; this fix reads version 3"),
+  EXPECT_NE(none.find("have version 1 or 2, without a number; this fix reads version 4"),
             std::string::npos)
       << none;
+}
+
+TEST(FixMpm, RestartFilesOfDifferentStepsAreRefused)
+{
+  // of several files for one write the head is complete first: a run that ends then leaves the atoms of the write before
+  const std::string command = elastic_footing();
+  const std::string path = "test_fix_mpm_steps." + std::to_string(SoilScript().lmp->comm->me) + ".";
+  SoilScript(MPI_COMM_SELF) << command + "run 5\nwrite_restart " + path +
+          "early.%\nrun 5\nwrite_restart " + path + "late.%\n";
+  const std::string read = "read_restart " + path +
+      "late.%\npair_style none\ncomm_modify cutoff 1.0\n" +
+      command.substr(command.find("fix soil"));
+  ASSERT_EQ(message_of(read), "");
+  std::remove((path + "late.0").c_str());
+  std::rename((path + "early.0").c_str(), (path + "late.0").c_str());
+
+  const std::string message = message_of(read);
+
+  for (const char *file : {"late.0", "late.base", "early.base"}) std::remove((path + file).c_str());
+  EXPECT_NE(message.find("is of step 5, the head of the restart files of step 10"),
+            std::string::npos)
+      << message;
 }
 
 /// A plate pressed into 16 points with RVEs of 60 grains. The row of points that the plate pushes starts just above the
@@ -521,6 +543,36 @@ TEST(FixMpmWithGrains, RestartContinuesBitForBit)
   std::remove("test_fix_mpm_grains.restart");
 }
 
+/// What two steps of a scene print in the log, with *progress* of its last fix.
+std::string log_with_progress(const std::string &scene)
+{
+  const std::string path = rve_test::temporary_path("log");
+  SoilScript script;
+  script << "log " + path + "\n" + scene.substr(0, scene.size() - 1) +
+          " progress 1e-9\nrun 2\nlog none\n";
+  MPI_Barrier(MPI_COMM_WORLD);    // rank 0 writes the log
+  return rve_test::text_of(path);
+}
+
+TEST(FixMpm, SaysItsProgressWhereThereAreNoGrains)
+{
+  const std::string log = log_with_progress(elastic_footing());
+
+  EXPECT_NE(log.find("fix mpm soil: step 1, 50.0 % of the run, 0:00:0"), std::string::npos) << log;
+  EXPECT_NE(log.find("fix mpm soil: step 2, 100.0 % of the run, 0:00:00 left\n"), std::string::npos)
+      << log;
+}
+
+TEST(FixMpmWithGrains, LeavesTheProgressToTheGrains)
+{
+  make_packing();
+  MPI_Barrier(MPI_COMM_WORLD);
+
+  const std::string log = log_with_progress(footing_on_grains());
+
+  EXPECT_EQ(log.find("of the run"), std::string::npos);
+}
+
 TEST(FixMpmErrors, SayWhatIsWrong)
 {
   make_packing();
@@ -541,6 +593,8 @@ TEST(FixMpmErrors, SayWhatIsWrong)
       {scene + "fix soil all mpm 1.0 " + law + " scheme", "missing argument"},
       {scene + "fix soil all mpm 1.0 " + law + " damping 1",
        "local damping must be in [0, 1), got 1"},
+      {scene + "fix soil all mpm 1.0 " + law + " progress -1",
+       "progress must be at least 0 [seconds of wall time], which means never, got -1"},
       {scene + "fix soil all mpm 1.0 " + law + " points_per_cell 0",
        "points_per_cell must be > 0, got 0"},
       {scene + "fix soil all mpm 1.0 " + law + " volume 1.5",

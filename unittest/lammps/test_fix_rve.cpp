@@ -13,6 +13,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <sstream>
 #include <string>
@@ -191,6 +192,42 @@ TEST(FixRve, RestartContinuesBitForBit)
   for (int atom = 1; atom <= 4; ++atom) EXPECT_EQ(second.state(atom), whole.state(atom));
   for (int n = 1; n <= 7; ++n) EXPECT_EQ(second.fix_value(n), whole.fix_value(n)) << "value " << n;
   EXPECT_GT(whole.fix_value(4), 2 * 4.0);    // rebuilds: the lists had a life before and after
+}
+
+TEST(FixRve, RestartFilesOfDifferentStepsAreRefused)
+{
+  // of several files for one write the head is complete first: a run that ends then leaves the atoms of the write before
+  const std::string early = temporary_path("early."), late = temporary_path("late.");
+  Script first;
+  first << FOUR_ATOMS + SHEAR + "run 5\nwrite_restart " + early + "%\nrun 5\nwrite_restart " +
+          late + "%";
+  const std::string rate = "variable rate atom -0.05*id\n";
+  ASSERT_EQ(message_of("read_restart " + late + "%\n" + rate + SHEAR), "");
+  std::ofstream(late + "0", std::ios::binary) << text_of(early + "0");
+
+  EXPECT_IN("is of step 5, the head of the restart files of step 10: they were not written at once",
+            message_of("read_restart " + late + "%\n" + rate + SHEAR));
+}
+
+TEST(FixRve, RestartFileOfAnotherVersionIsRefused)
+{
+  const std::string file = temporary_path("restart");
+  Script first;
+  first << FOUR_ATOMS + SHEAR + "run 5\nwrite_restart " + file;
+  std::string text = text_of(file);
+  // version with a minus, step
+  const double head[] = {-3.0, 5.0}, newer[] = {-4.0, 5.0}, none[] = {1e-4, 5.0};
+  const std::size_t place =
+      text.find(std::string(reinterpret_cast<const char *>(head), sizeof(head)));
+  ASSERT_NE(place, std::string::npos);
+  const auto message_with = [&](const double *other) {
+    text.replace(place, sizeof(head), reinterpret_cast<const char *>(other), sizeof(head));
+    std::ofstream(file, std::ios::binary) << text;
+    return message_of("read_restart " + file + "\nvariable rate atom -0.05*id\n" + SHEAR);
+  };
+
+  EXPECT_IN("have version 4; this fix reads version 3", message_with(newer));
+  EXPECT_IN("have version 1 or 2, without a number; this fix reads version 3", message_with(none));
 }
 
 TEST(FixRve, ClearAndRunAgainGivesTheSame)
@@ -690,6 +727,141 @@ TEST(FixRveMessage, ListOfPackingsEndsAtAnyKeyword)
   }
   EXPECT_IN("preset must be the first keyword",
             message_of(FOUR_ATOMS + FIX + "packings " + PACKING + " preset draft\n"));
+}
+
+TEST(Progress, SaysStepShareTimeLeftAndThroughput)
+{
+  // an interval that each step outlasts
+  const std::string log = log_of(FOUR_ATOMS + SHEAR + "unfix grains\n" + FIX +
+                                 "dt 1e-4 drive velocity_gradient xy 0.1 progress 1e-9\nrun 8\n");
+
+  for (int step = 1; step <= 8; ++step)
+    EXPECT_IN("fix rve grains: step " + std::to_string(step) + ", " +
+                  std::to_string(12 * step + step / 2) + (step % 2 ? ".5" : ".0") +
+                  " % of the run, 0:00:0",
+              log);
+  EXPECT_IN(" left, ", log);
+  const std::size_t line = log.find("fix rve grains: step 8"), begin = log.find("left, ", line) + 6;
+  // 40 DEM steps in this LAMMPS step, in more than a microsecond and less than ten seconds
+  const double throughput = 1e6 * std::stod(log.substr(begin));
+  EXPECT_GT(throughput, 4.0);
+  EXPECT_LT(throughput, 4e7);
+  EXPECT_IN(" million RVE-steps per second\n", log.substr(begin, 60));
+}
+
+TEST(Progress, OfARunInPartsIsThatOfTheWhole)
+{
+  const std::string log = log_of(FOUR_ATOMS + SHEAR.substr(0, SHEAR.size() - 1) +
+                                 " progress 1e-9\nrun 2 start 0 stop 4\nrun 2 start 0 stop 4\n");
+
+  for (const char *share :
+       {"step 1, 25.0 %", "step 2, 50.0 %", "step 3, 75.0 %", "step 4, 100.0 %"})
+    EXPECT_IN(share, log);
+}
+
+TEST(Progress, IsSilentWithZeroAndForShortRuns)
+{
+  for (const char *words : {"", " progress 0"}) {
+    const std::string log =
+        log_of(FOUR_ATOMS + SHEAR.substr(0, SHEAR.size() - 1) + words + "\nrun 3\n");
+
+    EXPECT_EQ(log.find("of the run"), std::string::npos);
+  }
+}
+
+TEST(Progress, ChangesNoResult)
+{
+  GrainsScript silent, talking;
+  silent << FOUR_ATOMS + SHEAR + "run 20";
+  talking << FOUR_ATOMS + SHEAR.substr(0, SHEAR.size() - 1) + " progress 1e-9\nrun 20";
+
+  EXPECT_EQ(talking.state(3), silent.state(3));
+}
+
+TEST(FixRveMessage, NegativeProgress)
+{
+  EXPECT_IN("progress is -1 [seconds of wall time]; it must be at least 0",
+            message_of(FOUR_ATOMS + FIX + "progress -1\n"));
+}
+
+namespace {
+
+/// GPU_RVE_MEMORY_LIMIT for a while.
+class MemoryLimit {
+ public:
+  explicit MemoryLimit(const std::string &bytes)
+  {
+    setenv("GPU_RVE_MEMORY_LIMIT", bytes.c_str(), 1);
+  }
+  ~MemoryLimit() { unsetenv("GPU_RVE_MEMORY_LIMIT"); }
+};
+
+std::string this_many_rves(int number)
+{
+  std::string lines = BOX;
+  for (int k = 0; k < number; ++k)
+    lines += "create_atoms 1 single " + std::to_string(0.1 * k) + " 0.5 0\n";
+  return lines + FIX + "device cpu dt 1e-4\n";
+}
+
+/// The number before the words.
+int number_before(const std::string &words, const std::string &message)
+{
+  const std::size_t end = message.find(words), begin = message.rfind(' ', end - 2);
+  return end == std::string::npos ? -1 : std::stoi(message.substr(begin));
+}
+
+}    // namespace
+
+TEST(OutOfMemory, IsSaidBeforeTheFirstRveWithTheNumberThatFits)
+{
+  const MemoryLimit limit("1000000");
+
+  const std::string message = message_of(this_many_rves(30) + "run 0\n");
+
+  EXPECT_IN("30 RVEs need", message);
+  EXPECT_IN("of the memory of the host, where 1.0 MB are free", message);
+  const int fit = number_before("RVEs would fit", message);
+  ASSERT_GT(fit, 0) << message;
+  ASSERT_LT(fit, 29) << message;
+  EXPECT_EQ(message_of(this_many_rves(fit) + "run 1\n"), "");
+  EXPECT_EQ(number_before("RVEs would fit", message_of(this_many_rves(fit + 1) + "run 0\n")), fit);
+}
+
+TEST(OutOfMemory, CountsShadowsToo)
+{
+  const MemoryLimit limit("1000000");
+
+  const int fit = number_before("RVEs would fit", message_of(this_many_rves(30) + "run 0\n"));
+  const int with_shadows = number_before("RVEs would fit",
+                                         message_of(this_many_rves(30) + "unfix grains\n" + FIX +
+                                                    "device cpu dt 1e-4 shadow 3\nrun 0\n"));
+
+  EXPECT_GT(with_shadows, 0);
+  EXPECT_LT(with_shadows, fit - 2);    // a shadow has positions and forces of its RVE in double
+}
+
+TEST(OutOfMemory, IsSaidBeforeTheRvesOfARestartFileAreMade)
+{
+  const std::string file = temporary_path("restart");
+  Script first;
+  first << this_many_rves(30) + "run 1\nwrite_restart " + file;
+  const MemoryLimit limit("1000000");
+
+  const std::string message =
+      message_of("read_restart " + file + "\n" + FIX + "device cpu dt 1e-4\n");
+
+  EXPECT_IN("30 RVEs need", message);
+  EXPECT_IN("RVEs would fit", message);
+}
+
+TEST(OutOfMemory, LimitOfTheEnvironmentMustBeANumber)
+{
+  const MemoryLimit limit("2GB");
+
+  EXPECT_IN(
+      "GPU_RVE_MEMORY_LIMIT in the environment must be a number of bytes in [0, 2^53], got 2GB",
+      message_of(this_many_rves(1) + "run 0\n"));
 }
 
 TEST(FixRveMessage, MissingPackingFile)

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <map>
@@ -509,6 +510,23 @@ std::size_t BatchEngine::bytes_per_rve(int num_grains) const
   return image_bytes(options.format, num_grains, initial_extra_capacity(num_grains));
 }
 
+Memory BatchEngine::memory() const
+{
+  Memory memory = backend_memory();
+  const char *word = std::getenv("GPU_RVE_MEMORY_LIMIT");
+  if (!word || !*word) return memory;
+  char *end = nullptr;
+  const double limit = std::strtod(word, &end);
+  // beyond 2^53 a double does not count single bytes any more
+  require(*end == '\0' && limit >= 0.0 && limit <= 9007199254740992.0,
+          "GPU_RVE_MEMORY_LIMIT in the environment must be a number of bytes in [0, 2^53], got " +
+              std::string(word));
+  const std::size_t bytes = static_cast<std::size_t>(limit);
+  memory.free = memory.is_known ? std::min(memory.free, bytes) : bytes;
+  memory.is_known = true;
+  return memory;
+}
+
 void BatchEngine::check_slot(int rve) const
 {
   require(rve >= 0 && rve < static_cast<int>(grains_of.size()) && grains_of[rve] > 0, [&] {
@@ -577,7 +595,7 @@ void BatchEngine::prepare(Call &call, const std::vector<int> &rves,
   }
   call.largest = largest;
   call.longest = longest;
-  call.pair_capacity = pairs_per_grain * largest;
+  call.pair_capacity = pair_capacity(largest);
   const bool general = servo || options.track_energy || any_viscous || options.arms == Arms::Lammps;
   call.scene = general ? SceneKind::General : SceneKind::Plain;
   if (least_cost < most_cost) put_longest_first(call, most_cost);

@@ -38,6 +38,7 @@ class BatchEngine : public Engine {
   void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
                std::vector<Response> &responses) override;
   std::size_t bytes_per_rve(int num_grains) const override;
+  Memory memory() const override;
 
  protected:
   /// Where the image of an RVE lives is the backend's business. `rve` is free on put and used otherwise.
@@ -64,6 +65,14 @@ class BatchEngine : public Engine {
   /// Runs the block program once for each RVE. Returns the answers, valid until the next launch. `details` are filled when they
   /// are wanted.
   virtual const AnswerRecord *launch(const Call &call, std::vector<DetailRecord> &details) = 0;
+  /// memory() without the limit of the environment.
+  virtual Memory backend_memory() const = 0;
+
+  /// Capacity of the workspaces for RVEs of at most this many grains.
+  int pair_capacity(int num_grains) const { return pairs_per_grain * num_grains; }
+  /// What this class keeps of calls, per RVE [bytes].
+  static constexpr std::size_t BYTES_PER_ANSWER =
+      sizeof(AnswerRecord) + sizeof(DetailRecord) + sizeof(Result) + sizeof(Drive);
 
   const Options options;
   const BatchConstants constants;

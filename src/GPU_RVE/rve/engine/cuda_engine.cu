@@ -30,6 +30,9 @@ namespace {
     }
   }
 
+  /// RVEs are cut from pieces of 64 MB, and the first launch takes memory for its code and its threads' stacks [bytes].
+  constexpr std::size_t kSlack = std::size_t(256) << 20;
+
   int rounded_up(int number, int unit)
   {
     return (number + unit - 1) / unit * unit;
@@ -58,7 +61,40 @@ namespace {
           (options.arithmetic == Arithmetic::Relaxed ? ", relaxed" : ", strict");
     }
 
+    std::size_t bytes_of_call(int num_rves, int num_grains) override
+    {
+      if (num_rves == 0) return 0;
+      use_device();
+      Call call;
+      call.rves.resize(num_rves);
+      call.largest = num_grains;
+      call.longest = kPlanSteps;
+      call.pair_capacity = pair_capacity(num_grains);
+      const Plan &plan = plan_for(call);
+      const std::size_t count = num_rves;
+      return count *
+          (plan.sizes.prepared + sizeof(RveHandle) + sizeof(SteeringRecord) + sizeof(int) +
+           sizeof(DetailRecord) + 256 /* an RVE begins at a multiple of that */) +
+          static_cast<std::size_t>(std::min(num_rves, plan.blocks)) *
+          (aligned(plan.sizes.workspace) + plan.overflow_size) +
+          kSlack;
+    }
+
    protected:
+    Memory backend_memory() const override
+    {
+      use_device();
+      std::size_t free = 0, total = 0;
+      check_cuda(cudaMemGetInfo(&free, &total), "free memory of the device");
+      // ranks may number their devices differently; this is the same for all
+      std::string name = "the memory of GPU ";
+      for (const char byte : device.uuid.bytes) {
+        const unsigned value = static_cast<unsigned char>(byte);
+        name += {"0123456789abcdef"[value / 16], "0123456789abcdef"[value % 16]};
+      }
+      return {name, free, true, false};
+    }
+
     void put_image(int rve, const StateImage &image) override
     {
       use_device();

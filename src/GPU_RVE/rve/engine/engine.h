@@ -85,6 +85,14 @@ struct Response {
   Tensor2 stress = Tensor2::zero();    ///< Love, Cauchy, tension positive [stress]
 };
 
+/// The memory in which an engine keeps its RVEs.
+struct Memory {
+  std::string name;         ///< engines on one machine that give the same name share it
+  std::size_t free = 0;     ///< for RVEs, as it is now [bytes]
+  bool is_known = false;    ///< otherwise `free` says nothing
+  bool is_host = true;      ///< the caller's own data are there too
+};
+
 /// Owns RVEs. An RVE is named by the number that add() returned until it is removed.
 /// Results do not depend on threads, on the order of the RVEs in a call, or on the backend (strict arithmetic).
 class Engine {
@@ -115,6 +123,14 @@ class Engine {
 
   /// Memory that one RVE of this many grains takes [bytes].
   virtual std::size_t bytes_per_rve(int num_grains) const = 0;
+
+  /// Memory that calls take beside the RVEs, when they advance this many of at most this many grains, while lists are no longer than
+  /// at first [bytes]. 0 without RVEs.
+  virtual std::size_t bytes_of_call(int num_rves, int num_grains) = 0;
+
+  /// Where the RVEs live, and what is free there; at most the bytes that the environment has in GPU_RVE_MEMORY_LIMIT.
+  /// Throws InputError when that is no number.
+  virtual Memory memory() const = 0;
 };
 
 /// The engine that the options ask for. Device::Auto takes the GPU when one is there; `notice`, if given, receives the reason

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cstring>
+#include <fstream>
 #include <omp.h>
+#include <sstream>
 
 namespace rve {
 
@@ -43,6 +45,19 @@ namespace {
     return host_baseline::kernel(format);
   }
 
+  /// What the kernel says programs may take without swapping [bytes]; 0 where it says nothing.
+  std::size_t available_memory()
+  {
+    std::ifstream file("/proc/meminfo");
+    for (std::string line; std::getline(file, line);) {
+      std::istringstream words(line);
+      std::string name;
+      std::size_t kibibytes;
+      if (words >> name >> kibibytes && name == "MemAvailable:") return kibibytes * 1024;
+    }
+    return 0;
+  }
+
   /// Memory of one thread, reused from RVE to RVE.
   struct ThreadMemory {
     std::vector<char> shared, workspace;
@@ -71,7 +86,24 @@ namespace {
           ", strict";
     }
 
+    std::size_t bytes_of_call(int num_rves, int num_grains) override
+    {
+      if (num_rves == 0) return 0;
+      const HostWorkspaceSizes sizes =
+          kernel.workspace_sizes(num_grains, pair_capacity(num_grains));
+      return static_cast<std::size_t>(std::min(num_threads, num_rves)) *
+          (sizes.shared + sizes.workspace) +
+          static_cast<std::size_t>(num_rves) *
+          (BYTES_PER_ANSWER + sizeof(StateImage) + sizeof(DriveRecord) + sizeof(SteeringRecord));
+    }
+
    protected:
+    Memory backend_memory() const override
+    {
+      const std::size_t bytes = available_memory();
+      return {"the memory of the host", bytes, bytes > 0, true};
+    }
+
     void put_image(int rve, const StateImage &image) override
     {
       if (rve >= static_cast<int>(images.size())) images.resize(rve + 1);

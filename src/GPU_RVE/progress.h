@@ -1,0 +1,57 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+// Lines in the log of a long run: how far it is, and when it will end. They cost a broadcast per step and change no result.
+
+#ifndef LMP_PROGRESS_H
+#define LMP_PROGRESS_H
+
+#include "lmptype.h"
+
+#include <functional>
+#include <string>
+
+namespace LAMMPS_NS {
+
+class LAMMPS;
+
+class Progress {
+ public:
+  /// `_who` begins the lines; at least `_interval` seconds of wall time between two of them, 0: none.
+  Progress(LAMMPS *_lmp, std::string _who, double _interval);
+
+  /// DEM steps of the RVEs of this rank since they were made, or nothing where there are none.
+  using RveSteps = std::function<double()>;
+
+  /// A run begins; collective.
+  void begin(const RveSteps &rve_steps = nullptr);
+  /// A step has been done; collective.
+  void step_done(const RveSteps &rve_steps = nullptr);
+
+ private:
+  LAMMPS *lmp;
+  std::string who;
+  double interval, last_line;
+  // of the run that has begun
+  bigint first_step = 0;
+  double start = 0.0;
+  // at the last line, or at the begin of the run if that was later
+  double steps_then = 0.0, time_then = 0.0;
+};
+
+/// "2:03:04" of seconds: hours, minutes, seconds.
+std::string hours_minutes_seconds(double seconds);
+
+}    // namespace LAMMPS_NS
+
+#endif

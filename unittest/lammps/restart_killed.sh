@@ -1,0 +1,134 @@
+#!/bin/sh
+# A run that is killed (SIGKILL, no time for a last word) goes on from its last complete restart file to the same bits:
+#   one run, uninterrupted, without restart files   =   the same run, killed a few times at random moments and continued.
+# LAMMPS writes a restart file in place, so the last one may be torn. Two files that take turns are safe, if a continued run begins with
+# the one that it has not read. Torn files, at several lengths, must be refused with a message; and a run with a torn newer file must
+# go on from the older one. The scene: a plate pressed into 4 x 4 points with RVEs, by fix mpm.
+#
+#   restart_killed.sh <lmp> <packing> [seed of the moments; default: the time]
+set -eu
+lmp=$1 packing=$2 seed=${3:-$(date +%s)}
+work=$(mktemp -d "${TMPDIR:-/tmp}/restart_killed.XXXXXX")
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+end=120
+echo "seed of the moments: $seed"
+
+cat > in.setup << END
+units si
+dimension 2
+boundary f f p
+atom_style sphere
+region box block 0 4 0 6.98 -0.1 0.1 units box
+create_box 2 box
+lattice sq 1.0 origin 0.5 0.5 0.0
+region ground block 0 4 0 4 -0.05 0.05 units box
+create_atoms 1 region ground
+region plate block 0 2 4 5 -0.05 0.05 units box
+create_atoms 2 region plate
+set group all diameter 1.0
+group ground type 1
+group plate type 2
+END
+cat > in.fixes << END
+timestep 0.001
+pair_style none
+comm_modify cutoff 1.0
+neighbor 0.5 bin
+neigh_modify every 5 delay 0 check no
+fix grains ground rve $packing threads 1 dt auto dt_check 10 drive mpm substeps match
+fix soil all mpm 1.0 domain 0 4 0 6 model ground rve grains boundary xlo roller boundary xhi roller boundary ylo fixed &
+  damping 0.05 rigid plate vx 0 vy -0.3 rough
+thermo 10
+END
+# write <name>: all that is compared. 17 digits are all bits of a double; counts are DEM steps and rebuilds of lists
+write() {
+  for id in $(seq 16); do echo "write_rve grains atom $id file $1.$id.rve format rve"; done
+  echo "write_dump all custom $1.points id x y vx vy f_soil[*] modify sort id format float %.17g"
+  echo "print '\$(step) \$(f_grains[3]:%.0f) \$(f_grains[4]:%.0f) \$(f_grains[8]:%.17g) \$(f_soil[6]:%.17g) \$(f_soil[8]:%.17g)' file $1.counts"
+}
+{ cat in.setup in.fixes; echo "run $end"; write whole; } > in.whole
+start=$(date +%s%N)
+"$lmp" -in in.whole -log whole.log > whole.out 2>&1 || { cat whole.out; exit 1; }
+span=$(( ($(date +%s%N) - start) / 1000000 ))
+
+# input <file to begin with, or "">: the run up to its end, with restart files that take turns, the one it begins with second
+input() {
+  if [ -z "$1" ]; then cat in.setup; turns="one.restart two.restart"; else echo "read_restart $1"; fi
+  [ "$1" = one.restart ] && turns="two.restart one.restart"
+  [ "$1" = two.restart ] && turns="one.restart two.restart"
+  cat in.fixes
+  echo "restart 5 $turns"
+  echo "run $end upto"
+  write killed
+}
+
+# complete <file>: LAMMPS reads it; if not it must say why
+complete() {
+  echo "read_restart $1" > in.look
+  "$lmp" -in in.look -log none > look.out 2>&1 && return 0
+  grep -q "^ERROR.*\(Incomplete or corrupted LAMMPS restart file\|end of file\|restart\)" look.out ||
+    { echo "a torn restart file is not refused with a message:"; cat look.out; exit 1; }
+  return 1
+}
+
+# newest: the newest complete restart file, or nothing
+newest() {
+  for file in $(ls -t one.restart two.restart 2> /dev/null); do
+    if complete "$file"; then echo "$file"; return; fi
+  done
+}
+
+# moment <number>: milliseconds into the run
+moment() { awk -v seed="$seed" -v n="$1" -v span="$span" 'BEGIN {srand(seed + 7919 * n); rand(); printf "%.3f", 1e-3 * span * (0.15 + 0.5 * rand())}'; }
+
+# The machine may be slower or faster than it was in the first run: then another span, so that each kill hits a run.
+kills=0 continued=0 tries=0 file=""
+while [ $kills -lt 3 ] || [ $continued -lt 1 ] || [ -z "$file" ]; do
+  tries=$((tries + 1))
+  [ $tries -le 12 ] || { echo "12 tries: killed $kills times, restart files: $(ls ./*.restart 2> /dev/null)"; exit 1; }
+  input "$file" > in.killed
+  "$lmp" -in in.killed -log killed.log > killed.out 2>&1 &
+  process=$!
+  sleep "$(moment $tries)"
+  kill -KILL $process 2> /dev/null || true
+  wait $process 2> /dev/null || true
+  if [ -f killed.counts ]; then    # it was faster
+    rm -f killed.counts
+    [ $continued -gt 0 ] && break
+    rm -f one.restart two.restart
+    span=$((span / 2)) file=""
+    continue
+  fi
+  kills=$((kills + 1))
+  [ -n "$file" ] && continued=$((continued + 1))
+  file=$(newest)
+  [ -n "$file" ] || span=$((span * 2))
+done
+
+# what a kill during the writing leaves: the newer file is torn, and the run goes on from the older one
+newer=$(newest)
+older=$([ "$newer" = one.restart ] && echo two.restart || echo one.restart)
+size=$(wc -c < "$newer")
+cp "$newer" whole_newer.restart
+for length in 0 10 $((size / 3)) $((size - 1)); do
+  head -c "$length" whole_newer.restart > torn.restart
+  if complete torn.restart; then echo "a restart file of $length of $size bytes passes for complete"; exit 1; fi
+done
+if [ -f "$older" ] && complete "$older"; then
+  head -c $((size / 2)) whole_newer.restart > "$newer"
+  file=$(newest)
+  [ "$file" = "$older" ] || { echo "continued from '$file' and not from the older file $older"; exit 1; }
+else
+  file=$newer
+fi
+input "$file" > in.last
+rm -f killed.counts
+"$lmp" -in in.last -log last.log > last.out 2>&1 || { cat last.out; exit 1; }
+first=$(awk '/^ *Step / {getline; print $1; exit}' last.log)
+[ "${first:-0}" -gt 0 ] || { echo "the last part began at step $first: nothing was continued"; exit 1; }
+
+cmp whole.points killed.points
+cmp whole.counts killed.counts
+for id in $(seq 16); do cmp whole.$id.rve killed.$id.rve; done
+echo "equal: uninterrupted, and killed $kills times, $continued times in a continued run, with a torn newer file, from step $first last"
