@@ -640,7 +640,8 @@ const AnswerRecord *BatchEngine::repeat(const std::vector<int> &rves,
                                         const AnswerRecord *answers, bool with_details)
 {
   mended.assign(answers, answers + rves.size());
-  std::vector<DetailRecord> all_details = details;
+  std::vector<DetailRecord> all_details;    // `details` are those of the last start
+  if (with_details) all_details = details;
   std::map<std::size_t, ImageHeader> before;    // of the RVEs whose call is repeated
   for (int round = 0; round < MAX_REPEATS; ++round) {
     std::vector<std::size_t> again;
@@ -661,7 +662,7 @@ const AnswerRecord *BatchEngine::repeat(const std::vector<int> &rves,
       if (with_details) all_details[again[m]] = details[m];
     }
   }
-  details = std::move(all_details);
+  if (with_details) details = std::move(all_details);
 
   // a call that fails in the end leaves no trace of its repeats either
   for (const auto &[k, first] : before) {
