@@ -166,7 +166,7 @@ namespace {
       // an RVE that fails writes no details
       record.details = call.with_details ? detail_buffer.reserve_zeros(count) : nullptr;
       record.count = count;
-      record.queue = queue_buffer.reserve_zeros(1);
+      record.queue = queue_buffer.reserve(1);
       record.prepared_size = plan.sizes.prepared;
       record.prepared = prepared_buffer.reserve_clean(record.prepared_size * count);
       record.steps_ahead = plan.steps_ahead;
@@ -236,7 +236,8 @@ namespace {
       const Residency residency = residency_of(call, plan.block);
       plan.kernel = kernels.kernel[static_cast<int>(residency)][static_cast<int>(call.scene)];
       plan.sizes =
-          kernels.sizes(capacity_of(residency, call.largest), call.pair_capacity, steps_ahead);
+          kernels.sizes(capacity_of(residency, call.largest), residency != Residency::Memory,
+                        call.pair_capacity, steps_ahead);
       cudaFuncAttributes attributes;
       check_cuda(cudaFuncGetAttributes(&attributes, plan.kernel), "attributes of the kernel");
       plan.dynamic = plan.sizes.shared;
