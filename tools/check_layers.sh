@@ -48,7 +48,7 @@ END
 case $(uname -m) in x86_64 | amd64) isa=-march=x86-64-v3 ;; *) isa= ;; esac
 for header in $(find rve mpm field -name '*.h' | sort); do
   complain "$header does not compile alone" <<END
-$(echo "#include \"$header\"" | g++ -std=c++17 $isa -Wall -Wextra -Werror -fsyntax-only -I . -x c++ - 2>&1)
+$(echo "#include \"$header\"" | g++ -std=c++17 $isa -fopenmp -Wall -Wextra -Werror -fsyntax-only -I . -x c++ - 2>&1)
 END
 done
 

@@ -20,6 +20,7 @@
 #include "mpm/mpm_solver.h"
 #include "mpm_settings.h"
 #include "progress.h"
+#include "readers.h"
 #include "rve/engine/engine.h"
 
 #include "atom.h"
@@ -70,7 +71,9 @@ struct FixMpm::Impl {
   double restart_step = 0.0;    // of the head of a restart file
   bool warned = false;
   std::vector<Vec2> body_displacement;
+  std::vector<mpm::TractionLoad> loads;    // of this step
   double **output = nullptr;
+  bool output_is_old = false;    // rows of the per-atom output are those of an earlier step
 
   // what a point carries, besides position and velocity in atom->x and atom->v; initial volume 0: not yet made
   std::vector<Vec2> reference, half_size;
@@ -120,12 +123,18 @@ struct FixMpm::Impl {
     });
   }
 
+  int threads() const { return settings.options.threads; }
+
   void find_members(const Atom *atom)
   {
-    id.assign(atom->tag, atom->tag + atom->nlocal);
-    model.assign(atom->nlocal, -1);
-    body.assign(atom->nlocal, -1);
-    for (int i = 0; i < atom->nlocal; i++) {
+    const int nlocal = atom->nlocal;
+    id.resize(nlocal);
+    model.resize(nlocal);
+    body.resize(nlocal);
+#pragma omp parallel for num_threads(threads())
+    for (int i = 0; i < nlocal; i++) {
+      id[i] = atom->tag[i];
+      model[i] = body[i] = -1;
       for (int k = 0; k < (int) settings.models.size(); k++)
         if (atom->mask[i] & settings.models[k].groupbit) model[i] = k;
       for (int k = 0; k < (int) settings.bodies.size(); k++)
@@ -224,7 +233,7 @@ FixMpm::~FixMpm()
 
 int FixMpm::setmask()
 {
-  return PRE_FORCE | FINAL_INTEGRATE;    // PRE_FORCE for setup_pre_force() only
+  return PRE_FORCE | FINAL_INTEGRATE | POST_RUN;    // PRE_FORCE for setup_pre_force() only
 }
 
 /* ----------------------------------------------------------------------
@@ -329,6 +338,7 @@ void FixMpm::setup(int)
 {
   check_courant();
   solve(false);
+  fill_output();
   if (!impl->has_grains()) impl->progress->begin();
 }
 
@@ -336,7 +346,18 @@ void FixMpm::final_integrate()
 {
   if (update->ntimestep % COURANT_EVERY == 0) check_courant();
   solve(true);
+  impl->output_is_old = true;
+  if (somebody_may_look(lmp)) fill_output();
   if (!impl->has_grains()) impl->progress->step_done();
+}
+
+/* ----------------------------------------------------------------------
+   the run may have ended before its last step
+------------------------------------------------------------------------- */
+
+void FixMpm::post_run()
+{
+  if (impl->output_is_old) fill_output();
 }
 
 /* ----------------------------------------------------------------------
@@ -350,9 +371,11 @@ void FixMpm::solve(bool advance)
   };
   impl->find_members(atom);
   modify->clearstep_compute();
-  std::vector<mpm::TractionLoad> loads;
-  for (const MpmTraction &traction : impl->settings.tractions) {
-    mpm::TractionLoad load;
+  impl->loads.resize(impl->settings.tractions.size());
+  for (std::size_t k = 0; k < impl->loads.size(); k++) {
+    const MpmTraction &traction = impl->settings.tractions[k];
+    mpm::TractionLoad &load = impl->loads[k];
+    load.point_index.clear();
     load.traction = {{now(traction.traction[0]), now(traction.traction[1])}};
     load.face = traction.face;
     Region *region = traction.groupbit ? nullptr : domain->get_region_by_id(traction.region);
@@ -363,7 +386,6 @@ void FixMpm::solve(bool advance)
                  : atom->mask[i] & traction.groupbit)
         load.point_index.push_back(i);
     }
-    loads.push_back(load);
   }
 
   try {
@@ -375,14 +397,20 @@ void FixMpm::solve(bool advance)
     }
     modify->addstep_compute(update->ntimestep + 1);
     if (advance)
-      impl->solver->step(impl->points(atom), loads, update->dt);
+      impl->solver->step(impl->points(atom), impl->loads, update->dt);
     else
-      impl->solver->evaluate(impl->points(atom), loads, update->dt);
+      impl->solver->evaluate(impl->points(atom), impl->loads, update->dt);
   } catch (const std::exception &problem) {
     error->one(FLERR, "Fix mpm, step {}: {}", update->ntimestep,
                problem.what());    // perhaps on one rank only
   }
+}
 
+/* ---------------------------------------------------------------------- */
+
+void FixMpm::fill_output()
+{
+#pragma omp parallel for num_threads(impl->threads())
   for (int i = 0; i < atom->nlocal; i++) {
     double *row = array_atom[i];
     const Tensor2 &sigma = impl->stress[i];
@@ -404,6 +432,7 @@ void FixMpm::solve(bool advance)
     row[SZZ] = remembers ? impl->memory[i].out_of_plane_stress : 0.0;
     row[EPS_P] = impl->memory[i].plastic_strain;
   }
+  impl->output_is_old = false;
 }
 
 /* ---------------------------------------------------------------------- */

@@ -17,6 +17,7 @@
 #include "comm.h"
 #include "error.h"
 #include "mpm/exact_sum.h"
+#include "node_share.h"
 #include "rve/core/error.h"
 #include "rve/core/splitmix64.h"
 #include "rve/engine/finite_strain.h"
@@ -25,9 +26,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <functional>
-#include <thread>
 
 using namespace LAMMPS_NS;
 
@@ -54,17 +53,9 @@ void FixRve::Impl::read_packings()
 
 void FixRve::Impl::make_engine()
 {
-  MPI_Comm node;
-  int local_rank, local_ranks;
-  MPI_Comm_split_type(fix->world, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &node);
-  MPI_Comm_rank(node, &local_rank);
-  MPI_Comm_size(node, &local_ranks);
-  MPI_Comm_free(&node);
-
-  settings.options.device_number = local_rank;
-  if (!settings.threads_given && !getenv("OMP_NUM_THREADS"))
-    settings.options.threads =
-        std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / local_ranks);
+  const NodeShare share(fix->world);
+  settings.options.device_number = share.rank;
+  if (!settings.threads_given) settings.options.threads = share.threads();
   try {
     std::string notice;
     auto engine = rve::make_engine(settings.options, &notice);
