@@ -18,6 +18,7 @@
 
 #include "fix_rve.h"
 #include "mpm/mpm_solver.h"
+#include "mpm/threads.h"
 #include "mpm_settings.h"
 #include "progress.h"
 #include "readers.h"
@@ -123,15 +124,13 @@ struct FixMpm::Impl {
     });
   }
 
-  int threads() const { return settings.options.threads; }
-
   void find_members(const Atom *atom)
   {
     const int nlocal = atom->nlocal;
     id.resize(nlocal);
     model.resize(nlocal);
     body.resize(nlocal);
-#pragma omp parallel for num_threads(threads())
+#pragma omp parallel for num_threads(mpm::team_for(nlocal, settings.options.threads))
     for (int i = 0; i < nlocal; i++) {
       id[i] = atom->tag[i];
       model[i] = body[i] = -1;
@@ -345,6 +344,10 @@ void FixMpm::setup(int)
 void FixMpm::final_integrate()
 {
   if (update->ntimestep % COURANT_EVERY == 0) check_courant();
+  // the next check will see the RVEs as this step leaves them
+  if ((update->ntimestep + 1) % COURANT_EVERY == 0)
+    for (FixRve *grains : impl->grains)
+      if (grains) grains->expect_look();
   solve(true);
   impl->output_is_old = true;
   if (somebody_may_look(lmp)) fill_output();
@@ -410,7 +413,7 @@ void FixMpm::solve(bool advance)
 
 void FixMpm::fill_output()
 {
-#pragma omp parallel for num_threads(impl->threads())
+#pragma omp parallel for num_threads(mpm::team_for(atom->nlocal, impl->settings.options.threads))
   for (int i = 0; i < atom->nlocal; i++) {
     double *row = array_atom[i];
     const Tensor2 &sigma = impl->stress[i];

@@ -114,7 +114,7 @@ class HostMachine {
   {
     const int count = view_.points.count;
     for (Partial &part : partial_) part.first_row = part.end_row = 0;    // a team may be smaller
-#pragma omp parallel num_threads(threads_) if (threads_ > 1)
+#pragma omp parallel num_threads(team_for(count, threads_))
     {
       const ThreadShare mine(count);
       Partial &part = partial_[this_thread()];
@@ -201,9 +201,8 @@ class HostMachine {
 
   template <class P> void run(const P &pass, int count)
   {
-    constexpr int WORTH_A_TEAM = 512;    // fewer items take less time than waking threads
     int team = 1;
-#pragma omp parallel num_threads(threads_) if (threads_ > 1 && count >= WORTH_A_TEAM)
+#pragma omp parallel num_threads(team_for(count, threads_))
     {
       const ThreadShare mine(count);
       Tally &tally = tallies_[this_thread()];

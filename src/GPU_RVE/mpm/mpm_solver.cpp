@@ -151,7 +151,8 @@ void MpmSolver::evaluate(const PointView &points, const std::vector<TractionLoad
 void MpmSolver::check_points(const PointView &points) const
 {
   std::uint64_t first = FirstTrouble::NOWHERE;
-#pragma omp parallel for num_threads(options_.threads) reduction(min : first)
+#pragma omp parallel for num_threads(team_for(points.count, options_.threads)) reduction(min \
+                                                                                         : first)
   for (int p = 0; p < points.count; ++p) {
     const Trouble trouble = state_trouble(grid_, points, p);
     if (trouble != Trouble::None) first = std::min(first, FirstTrouble::key(p, trouble));
@@ -189,9 +190,10 @@ void MpmSolver::advance_stress(const PointView &points, const Tensor2 *increment
                    points.memory);
       continue;
     }
-#pragma omp parallel num_threads(options_.threads)
+    const int count = static_cast<int>(list.size());
+#pragma omp parallel num_threads(team_for(count, options_.threads))
     {
-      const ThreadShare mine(static_cast<int>(list.size()));
+      const ThreadShare mine(count);
       model.update(mine.end - mine.begin, list.data() + mine.begin, increment, dt, points.stress,
                    points.memory);
     }
@@ -208,9 +210,10 @@ double MpmSolver::cfl_number(const PointView &points, double dt) const
   };
   double fastest = 0.0;
   int first = points.count;
-#pragma omp parallel for num_threads(options_.threads) reduction(max                      \
-                                                                 : fastest) reduction(min \
-                                                                                      : first)
+#pragma omp parallel for num_threads(team_for(points.count, options_.threads)) \
+    reduction(max                                                              \
+              : fastest) reduction(min                                         \
+                                   : first)
   for (int p = 0; p < points.count; ++p) {
     if (points.rigid_body[p] >= 0) continue;
     const double speed = speed_of(p);

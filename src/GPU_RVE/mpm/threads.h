@@ -20,6 +20,14 @@ inline int usable_threads(int requested)
 #endif
 }
 
+/// Threads for so many points or nodes: all, or one where waking the others would take longer than the work. Not something between:
+/// teams of changing size cost more.
+inline int team_for(int items, int threads)
+{
+  constexpr int WORTH_A_TEAM = 512;
+  return items < WORTH_A_TEAM ? 1 : threads;
+}
+
 inline int this_thread()
 {
 #ifdef _OPENMP
