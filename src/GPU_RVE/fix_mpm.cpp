@@ -33,6 +33,7 @@
 #include "memory.h"
 #include "modify.h"
 #include "region.h"
+#include "timer.h"
 #include "update.h"
 #include "variable.h"
 
@@ -55,11 +56,15 @@ namespace {
 enum { UX, UY, U, SXX, SYY, SXY, P, Q, EPS_V, EPS_Q, RHO, FXX, FXY, FYX, FYY, SZZ, EPS_P, COLUMNS };
 enum { UNBALANCED, COURANT, KINETIC, MASS, HEAD };
 enum { REACTION_X, REACTION_Y, BODY_UX, BODY_UY, PER_BODY };
+enum { TIME_RVE, TIME_MPM, TIME_TRANSFERS, TIMES };    // at the end of the global vector
 
 // Of what restart files hold of points and bodies: raise it with every change of that. Files before version 3 had no number.
 constexpr int RESTART_VERSION = 4;
 
 constexpr int COURANT_EVERY = 10;    // steps between two checks of the Courant number
+
+constexpr double LONG_RUN =
+    1.0;    // wall time of a run that is worth a line about its parts [seconds]
 
 }    // namespace
 
@@ -74,6 +79,7 @@ struct FixMpm::Impl {
   std::vector<Vec2> body_displacement;
   std::vector<mpm::TractionLoad> loads;    // of this step
   double **output = nullptr;
+  double times[TIMES] = {};      // wall time of this run [seconds]
   bool output_is_old = false;    // rows of the per-atom output are those of an earlier step
 
   // what a point carries, besides position and velocity in atom->x and atom->v; initial volume 0: not yet made
@@ -115,6 +121,23 @@ struct FixMpm::Impl {
   static constexpr int DOUBLES =
       (2 * sizeof(Vec2) + 3 * sizeof(Tensor2) + sizeof(mpm::PointMemory)) / sizeof(double) + 3;
   static_assert(RESTART_VERSION == 4 && DOUBLES == 21, "restart files change: raise their version");
+
+  /// Wall time so far in calls of the engine of RVEs, and in models that are RVEs [seconds].
+  struct ModelTimes {
+    double engine = 0.0, models = 0.0;
+  };
+  ModelTimes model_times() const
+  {
+    ModelTimes times;
+    for (std::size_t k = 0; k < grains.size(); k++) {
+      if (!grains[k]) continue;
+      times.models += solver->model_time((int) k);
+      // groups may share a fix
+      if (std::find(grains.begin(), grains.begin() + k, grains[k]) == grains.begin() + k)
+        times.engine += grains[k]->engine_time();
+    }
+    return times;
+  }
 
   // fix rve speaks of the progress of scenes with grains, and of its RVEs
   bool has_grains() const
@@ -210,7 +233,7 @@ FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), impl(nu
                                               made->settings.progress_interval);
   impl = made.release();
   impl->body_displacement.assign(impl->settings.bodies.size(), Vec2::zero());
-  size_vector = HEAD + PER_BODY * (int) impl->settings.bodies.size();
+  size_vector = HEAD + PER_BODY * (int) impl->settings.bodies.size() + TIMES;
 
   FixMpm::grow_arrays(atom->nmax);
   for (int i = 0; i < atom->nlocal; i++) FixMpm::set_arrays(i);
@@ -343,6 +366,9 @@ void FixMpm::setup(int)
 
 void FixMpm::final_integrate()
 {
+  const double start = platform::walltime();
+  if (update->ntimestep == update->firststep + 1) std::fill_n(impl->times, (int) TIMES, 0.0);
+  const Impl::ModelTimes before = impl->model_times();
   if (update->ntimestep % COURANT_EVERY == 0) check_courant();
   // the next check will see the RVEs as this step leaves them
   if ((update->ntimestep + 1) % COURANT_EVERY == 0)
@@ -350,7 +376,15 @@ void FixMpm::final_integrate()
       if (grains) grains->expect_look();
   solve(true);
   impl->output_is_old = true;
+  const double solved = platform::walltime();
   if (somebody_may_look(lmp)) fill_output();
+  const double filled = platform::walltime();
+  const Impl::ModelTimes after = impl->model_times();
+  const double engine = after.engine - before.engine;
+  const double models = after.models - before.models;
+  impl->times[TIME_RVE] += engine;
+  impl->times[TIME_MPM] += solved - start - models;
+  impl->times[TIME_TRANSFERS] += filled - solved + models - engine;
   if (!impl->has_grains()) impl->progress->step_done();
 }
 
@@ -361,6 +395,19 @@ void FixMpm::final_integrate()
 void FixMpm::post_run()
 {
   if (impl->output_is_old) fill_output();
+  double all[] = {impl->times[TIME_RVE], impl->times[TIME_MPM], impl->times[TIME_TRANSFERS],
+                  timer->get_wall(Timer::OUTPUT), timer->get_wall(Timer::TOTAL)};
+  MPI_Allreduce(MPI_IN_PLACE, all, 5, MPI_DOUBLE, MPI_SUM, world);
+  for (double &time : all) time /= comm->nprocs;
+  const double total = all[4];
+  if (comm->me != 0 || total < LONG_RUN || update->nsteps == 0) return;
+  const double per_step = 1e3 / update->nsteps;
+  utils::logmesg(lmp,
+                 "fix mpm {}: wall time {:.2f} s; per step [ms]: RVE {:.3f}, MPM {:.3f}, transfers "
+                 "{:.3f}, LAMMPS {:.3f}, output {:.3f}\n",
+                 id, total, per_step * all[TIME_RVE], per_step * all[TIME_MPM],
+                 per_step * all[TIME_TRANSFERS],
+                 per_step * (total - all[0] - all[1] - all[2] - all[3]), per_step * all[3]);
 }
 
 /* ----------------------------------------------------------------------
@@ -482,6 +529,7 @@ double FixMpm::compute_vector(int n)
     const mpm::Totals totals = impl->solver->totals(impl->points(atom));
     return n == MASS ? totals.mass : totals.kinetic_energy;
   }
+  if (n >= size_vector - TIMES) return impl->times[n - (size_vector - TIMES)];
   const int body = (n - HEAD) / PER_BODY;
   const int what = (n - HEAD) % PER_BODY;
   if (what <= REACTION_Y) return impl->solver->body_reaction(body)[what - REACTION_X];

@@ -236,6 +236,11 @@ void FixRve::expect_look()
   impl->look_is_expected = true;
 }
 
+double FixRve::engine_time() const
+{
+  return impl->points->engine_time();
+}
+
 mpm::Constitutive *FixRve::constitutive()
 {
   if (impl->settings.driver != RveDriver::Mpm)

@@ -77,6 +77,8 @@ class FixRve : public Fix {
   double bulk_density(int) const;
   // the results of this step will be asked for: without that it costs a call of the engine, unless it is a step with output
   void expect_look();
+  // wall time in calls of the engine so far [seconds]
+  double engine_time() const;
   // complete state, exact
   rve::RveState state(int) const;
   // the RVEs as a material for fix mpm; owned by this fix; error unless `drive mpm`

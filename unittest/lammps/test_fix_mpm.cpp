@@ -24,6 +24,9 @@ using namespace LAMMPS_NS;
 
 namespace {
 
+constexpr int TIMES =
+    3;    // at the end of the global vector: wall times, which differ from run to run
+
 /// A script with a fix mpm of the ID soil.
 class SoilScript : public Script {
  public:
@@ -366,7 +369,7 @@ TEST(FixMpm, RestartContinuesBitForBit)
           fix + "run 180\n";
 
   EXPECT_EQ(whole.points(), second.points());
-  for (int k = 0; k < whole.fix()->size_vector; ++k)
+  for (int k = 0; k < whole.fix()->size_vector - TIMES; ++k)
     EXPECT_EQ(whole.fix()->compute_vector(k), second.fix()->compute_vector(k))
         << "vector entry " << k;
   MPI_Barrier(MPI_COMM_WORLD);
@@ -541,6 +544,48 @@ TEST(FixMpmWithGrains, RestartContinuesBitForBit)
   EXPECT_EQ(whole.points(), second.points());
   MPI_Barrier(MPI_COMM_WORLD);
   std::remove("test_fix_mpm_grains.restart");
+}
+
+TEST(FixMpm, ColumnsAreThoseOfTheStepWhoeverReadsThem)
+{
+  // outputs are due at the end of the run only; a fix that works in other steps reads the columns then
+  constexpr int STEPS = 6;
+  SoilScript script, step_by_step;
+  script << elastic_footing() +
+          "thermo 1000\ncompute settled all reduce sum f_soil[3]\nfix history all vector 2 "
+          "c_settled\nrun " +
+          std::to_string(STEPS) + "\n";
+
+  step_by_step << elastic_footing() + "run 0\n";
+  for (int step = 2; step <= STEPS; step += 2) {
+    step_by_step << "run 2\n";
+    double sum = 0.0;
+    for (const auto &point : step_by_step.points()) sum += point.second[4 + 2];
+    EXPECT_GT(sum, 0.0);
+    // the first value is that of step 0
+    EXPECT_NEAR(script.fix_value("history", 1 + step / 2), sum, 1e-12 * sum);
+  }
+}
+
+TEST(FixMpm, VectorEndsWithTheWallTimeOfTheRun)
+{
+  SoilScript script;
+  script << elastic_footing() + "run 20\n";
+
+  EXPECT_EQ(script.fix()->size_vector, 4 + 4 + TIMES);
+  EXPECT_EQ(script.fix_value("soil", 9), 0.0) << "no RVEs";
+  EXPECT_GT(script.fix_value("soil", 10), 0.0);
+  EXPECT_GT(script.fix_value("soil", 11), 0.0) << "columns are filled in the last step";
+}
+
+TEST(FixMpmWithGrains, VectorTellsTheTimeOfTheRves)
+{
+  make_packing();
+  MPI_Barrier(MPI_COMM_WORLD);
+  SoilScript script;
+  script << footing_on_grains() + "run 5\n";
+
+  for (int n = 9; n <= 11; ++n) EXPECT_GT(script.fix_value("soil", n), 0.0);
 }
 
 /// What two steps of a scene print in the log, with *progress* of its last fix.

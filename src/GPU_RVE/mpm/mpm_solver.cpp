@@ -5,6 +5,7 @@
 #include "rve/core/error.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <utility>
 
@@ -35,6 +36,11 @@ namespace {
                      "material point " + std::to_string(points.id[p]) + " at (" +
                          number(points.position[p][0]) + ", " + number(points.position[p][1]) +
                          ") " + what);
+  }
+
+  double seconds_since(std::chrono::steady_clock::time_point start)
+  {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 
   void check_bound(double bound, std::int64_t terms, const std::string &what)
@@ -185,9 +191,11 @@ void MpmSolver::advance_stress(const PointView &points, const Tensor2 *increment
   for (std::size_t k = 0; k < models_.size(); ++k) {
     Constitutive &model = *models_[k];
     const std::vector<int> &list = points_of_model_[k];
+    const auto start = std::chrono::steady_clock::now();
     if (!model.takes_parts()) {
       model.update(static_cast<int>(list.size()), list.data(), increment, dt, points.stress,
                    points.memory);
+      model_seconds_[k] += seconds_since(start);
       continue;
     }
     const int count = static_cast<int>(list.size());
@@ -197,6 +205,7 @@ void MpmSolver::advance_stress(const PointView &points, const Tensor2 *increment
       model.update(mine.end - mine.begin, list.data() + mine.begin, increment, dt, points.stress,
                    points.memory);
     }
+    model_seconds_[k] += seconds_since(start);
   }
 }
 

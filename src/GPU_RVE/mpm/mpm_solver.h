@@ -14,6 +14,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace mpm {
@@ -32,7 +33,11 @@ class MpmSolver {
   explicit MpmSolver(const SolverOptions &options, Communication communication = {});
 
   /// The constitutive models that PointView::model refers to. Not owned; they must outlive the solver's calls.
-  void set_models(std::vector<Constitutive *> models) { models_ = std::move(models); }
+  void set_models(std::vector<Constitutive *> models)
+  {
+    models_ = std::move(models);
+    model_seconds_.assign(models_.size(), 0.0);
+  }
 
   /// Prescribes the velocity [length/time] of a rigid body from the next call on.
   void set_body_velocity(int body, const Vec2 &velocity);
@@ -71,6 +76,9 @@ class MpmSolver {
   Vec2 node_force(int i, int j) const { return runner_->node_force()[grid_.node(i, j)]; }
   double node_mass(int i, int j) const { return runner_->node_mass()[grid_.node(i, j)]; }
 
+  /// Wall time that the k-th constitutive model has taken so far [seconds].
+  double model_time(int k) const { return model_seconds_.at(k); }
+
   /// What advances the points: a line for the log.
   std::string description() const { return runner_->description(); }
 
@@ -85,6 +93,7 @@ class MpmSolver {
   Grid grid_;
   std::unique_ptr<StepRunner> runner_;
   std::vector<Constitutive *> models_;
+  std::vector<double> model_seconds_;
   std::vector<Vec2> body_velocity_;
   std::vector<PointLoad> loads_;
 
