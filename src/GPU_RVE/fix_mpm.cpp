@@ -98,6 +98,16 @@ struct FixMpm::Impl {
   std::vector<std::int64_t> id;
   std::vector<int> model, body;
 
+  /// The arrays that only a device has changed are those of the last step again.
+  void bring_back(const Atom *atom) { solver->fetch(points(atom)); }
+
+  /// Somebody will change points, their number or their order.
+  void take_over(const Atom *atom)
+  {
+    bring_back(atom);
+    solver->points_changed();
+  }
+
   int pack(int i, double *buf)
   {
     int m = 0;
@@ -222,10 +232,16 @@ FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), impl(nu
     communication.sum_over_ranks = [ranks](std::int64_t *data, std::size_t count) {
       MPI_Allreduce(MPI_IN_PLACE, data, (int) count, MPI_INT64_T, MPI_SUM, ranks);
     };
+    communication.ranks = comm->nprocs;
     communication.max_over_ranks = [ranks](double *data, std::size_t count) {
       MPI_Allreduce(MPI_IN_PLACE, data, (int) count, MPI_DOUBLE, MPI_MAX, ranks);
     };
-    made->solver = std::make_unique<mpm::MpmSolver>(made->settings.options, communication);
+    std::string notice;
+    made->solver = std::make_unique<mpm::MpmSolver>(made->settings.options, communication, &notice);
+    if (comm->me == 0) {
+      utils::logmesg(lmp, "fix mpm {}: {}\n", id, made->solver->description());
+      if (!notice.empty()) utils::logmesg(lmp, "fix mpm {}: {}\n", id, notice);
+    }
   } catch (const rve::InputError &problem) {
     error->all(FLERR, "Fix mpm: {}", problem.what());
   }
@@ -314,6 +330,7 @@ void FixMpm::init()
 void FixMpm::setup_pre_force(int)
 {
   impl->find_members(atom);
+  impl->take_over(atom);
   for (int i = 0; i < atom->nlocal; i++) {
     const bool rigid = impl->body[i] >= 0;
     if (!rigid && impl->model[i] < 0)
@@ -369,6 +386,7 @@ void FixMpm::final_integrate()
   const double start = platform::walltime();
   if (update->ntimestep == update->firststep + 1) std::fill_n(impl->times, (int) TIMES, 0.0);
   const Impl::ModelTimes before = impl->model_times();
+  const double copied = impl->solver->transfer_time();
   if (update->ntimestep % COURANT_EVERY == 0) check_courant();
   // the next check will see the RVEs as this step leaves them
   if ((update->ntimestep + 1) % COURANT_EVERY == 0)
@@ -377,14 +395,18 @@ void FixMpm::final_integrate()
   solve(true);
   impl->output_is_old = true;
   const double solved = platform::walltime();
+  const double copied_in_step = impl->solver->transfer_time() - copied;
   if (somebody_may_look(lmp)) fill_output();
   const double filled = platform::walltime();
   const Impl::ModelTimes after = impl->model_times();
   const double engine = after.engine - before.engine;
   const double models = after.models - before.models;
+  const double whole = filled - start;
+  // columns, copies from and to a device, and what stands between points and RVEs
+  const double transfers = filled - solved + copied_in_step + models - engine;
   impl->times[TIME_RVE] += engine;
-  impl->times[TIME_MPM] += solved - start - models;
-  impl->times[TIME_TRANSFERS] += filled - solved + models - engine;
+  impl->times[TIME_TRANSFERS] += transfers;
+  impl->times[TIME_MPM] += whole - transfers - engine;
   if (!impl->has_grains()) impl->progress->step_done();
 }
 
@@ -460,6 +482,7 @@ void FixMpm::solve(bool advance)
 
 void FixMpm::fill_output()
 {
+  impl->bring_back(atom);
 #pragma omp parallel for num_threads(mpm::team_for(atom->nlocal, impl->settings.options.threads))
   for (int i = 0; i < atom->nlocal; i++) {
     double *row = array_atom[i];
@@ -557,6 +580,7 @@ void FixMpm::grow_arrays(int nmax)
 
 void FixMpm::copy_arrays(int i, int j, int /*delflag*/)
 {
+  impl->take_over(atom);
   impl->for_each_array([=](auto &array) {
     array[j] = array[i];
   });
@@ -565,22 +589,26 @@ void FixMpm::copy_arrays(int i, int j, int /*delflag*/)
 
 void FixMpm::set_arrays(int i)
 {
+  impl->take_over(atom);
   impl->volume0[i] = impl->volume[i] = 0.0;
   std::fill_n(array_atom[i], (int) COLUMNS, 0.0);
 }
 
 int FixMpm::pack_exchange(int i, double *buf)
 {
+  impl->take_over(atom);
   return impl->pack(i, buf);
 }
 
 int FixMpm::unpack_exchange(int i, double *buf)
 {
+  impl->take_over(atom);
   return impl->unpack(i, buf);
 }
 
 int FixMpm::pack_restart(int i, double *buf)
 {
+  impl->bring_back(atom);
   buf[0] = size_restart(i);    // how far other fixes skip
   buf[1] = (double) update->ntimestep;
   return 2 + impl->pack(i, buf + 2);
@@ -588,6 +616,7 @@ int FixMpm::pack_restart(int i, double *buf)
 
 void FixMpm::unpack_restart(int i, int nth)
 {
+  impl->take_over(atom);
   const double *extra = atom->extra[i];
   for (int k = 0; k < nth; k++) extra += (int) extra[0];
   if (extra[1] != impl->restart_step)

@@ -41,7 +41,10 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
   options.lo = {{lmp->domain->boxlo[0], lmp->domain->boxlo[1]}};
   options.hi = {{lmp->domain->boxhi[0], lmp->domain->boxhi[1]}};
   settings.initial_volume = options.cell_size * options.cell_size;
-  options.threads = NodeShare(lmp->world).threads();
+  const NodeShare share(lmp->world);
+  options.threads = share.threads();
+  options.device = mpm::Device::Auto;
+  options.device_number = share.rank;
 
   mpm::Face *face = nullptr;    // of the last load or body
   int iarg = 4;
@@ -108,6 +111,11 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
       } else if (word == "damping") {
         need(1);
         options.damping = number(1);
+        iarg += 2;
+      } else if (word == "device") {
+        need(1);
+        constexpr mpm::Device DEVICES[] = {mpm::Device::Auto, mpm::Device::Cpu, mpm::Device::Cuda};
+        options.device = DEVICES[one_of(1, {"auto", "cpu", "cuda"})];
         iarg += 2;
       } else if (word == "boundary") {
         need(2);

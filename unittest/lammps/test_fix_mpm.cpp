@@ -546,6 +546,27 @@ TEST(FixMpmWithGrains, RestartContinuesBitForBit)
   std::remove("test_fix_mpm_grains.restart");
 }
 
+TEST(FixMpm, DeviceGivesTheSameBits)
+{
+  // atoms migrate and are sorted on the way, forces come from another fix, and the device is asked for what it has now and then
+  const auto scene = [](const std::string &device) {
+    const std::string scene = elastic_footing();
+    return "processors 1 * 1\n" + scene.substr(0, scene.size() - 1) + " device " + device +
+        "\nfix g all gravity 1.0 vector 0 -1 0\natom_modify sort 20 1.0\nthermo 70\n"
+        "thermo_style custom step f_soil[1] f_soil[6]\nrun 150\n"
+        "region corner block 7 8 4 6 -0.05 0.05 units box\ndelete_atoms region corner\n"
+        "run 100\nvelocity ground set 0 NULL NULL\nrun 150\n";
+  };
+  SoilScript cpu, device;
+
+  cpu << scene("cpu");
+  device << scene("auto");
+
+  EXPECT_EQ(cpu.points(), device.points());
+  for (int k = 0; k < cpu.fix()->size_vector - TIMES; ++k)
+    EXPECT_EQ(cpu.fix()->compute_vector(k), device.fix()->compute_vector(k)) << "entry " << k;
+}
+
 TEST(FixMpm, ColumnsAreThoseOfTheStepWhoeverReadsThem)
 {
   // outputs are due at the end of the run only; a fix that works in other steps reads the columns then
@@ -635,6 +656,8 @@ TEST(FixMpmErrors, SayWhatIsWrong)
        "shape must be linear or gimp, got 'cubic'"},
       {scene + "fix soil all mpm 1.0 " + law + " scheme usl",
        "scheme must be musl or usavg, got 'usl'"},
+      {scene + "fix soil all mpm 1.0 " + law + " device tpu",
+       "device must be auto or cpu or cuda, got 'tpu'"},
       {scene + "fix soil all mpm 1.0 " + law + " scheme", "missing argument"},
       {scene + "fix soil all mpm 1.0 " + law + " damping 1",
        "local damping must be in [0, 1), got 1"},

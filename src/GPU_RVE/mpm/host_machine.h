@@ -170,6 +170,10 @@ class HostMachine {
     return maxima_.empty() ? 0.0 : maxima_[Unbalanced];
   }
 
+  static constexpr double transfer_time()
+  {
+    return 0.0;
+  }
   std::string description() const
   {
     return std::to_string(threads_) + (threads_ == 1 ? " CPU thread" : " CPU threads");

@@ -4,9 +4,15 @@
 #include "mpm/step_program.h"
 #include "rve/core/error.h"
 
+#if defined(GPU_RVE_WITH_CUDA)
+#include "mpm/cuda_runner.h"
+#endif
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
+#include <cstring>
 #include <utility>
 
 namespace mpm {
@@ -41,6 +47,30 @@ namespace {
   double seconds_since(std::chrono::steady_clock::time_point start)
   {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+
+  bool cuda_required()
+  {
+    const char *value = std::getenv("GPU_RVE_REQUIRE_CUDA");
+    return value && std::strcmp(value, "1") == 0;
+  }
+
+  std::unique_ptr<StepRunner> make_runner(const SolverOptions &options,
+                                          const Communication &communication, const Grid &grid,
+                                          std::string *notice)
+  {
+    if (notice) notice->clear();
+    if (options.device != Device::Cpu) {
+      std::string obstacle = "GPU_RVE was built without CUDA";
+#if defined(GPU_RVE_WITH_CUDA)
+      if (auto runner = make_cuda_runner(options, communication, grid, obstacle)) return runner;
+#endif
+      require(options.device != Device::Cuda, "a CUDA device was asked for, but " + obstacle);
+      require(!cuda_required(),
+              "GPU_RVE_REQUIRE_CUDA=1 forbids falling back to the CPU: " + obstacle);
+      if (notice) *notice = obstacle + "; CPU threads serve";
+    }
+    return std::make_unique<StepProgram<HostMachine>>(options, communication, grid);
   }
 
   void check_bound(double bound, std::int64_t terms, const std::string &what)
@@ -97,10 +127,11 @@ void throw_point_error(const Grid &grid, const PointView &points, int num_bodies
   }
 }
 
-MpmSolver::MpmSolver(const SolverOptions &options, Communication communication) :
-    options_(checked(options)), communication_(std::move(communication)),
-    grid_(options.lo, options.hi, options.cell_size),
-    runner_(std::make_unique<StepProgram<HostMachine>>(options, communication_, grid_)),
+MpmSolver::MpmSolver(const SolverOptions &options, Communication communication,
+                     std::string *notice) :
+    options_(checked(options)),
+    communication_(std::move(communication)), grid_(options.lo, options.hi, options.cell_size),
+    runner_(make_runner(options, communication_, grid_, notice)),
     body_velocity_(options.rigid_bodies.size(), Vec2::zero())
 {
   options_.threads = usable_threads(options.threads);
@@ -211,6 +242,7 @@ void MpmSolver::advance_stress(const PointView &points, const Tensor2 *increment
 
 double MpmSolver::cfl_number(const PointView &points, double dt) const
 {
+  fetch(points);
   for (Constitutive *model : models_) model->expect_questions();
   const auto speed_of = [&](int p) {
     const double modulus = models_.at(points.model[p])->p_wave_modulus(p);

@@ -14,6 +14,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -29,8 +30,10 @@ struct Totals {
 
 class MpmSolver {
  public:
-  /// rve::InputError on wrong options.
-  explicit MpmSolver(const SolverOptions &options, Communication communication = {});
+  /// rve::InputError on wrong options; on Device::Cuda without a device, and on any missing device when the environment has
+  /// GPU_RVE_REQUIRE_CUDA=1. `notice`, if given, receives the reason when Device::Auto falls back to the CPU.
+  explicit MpmSolver(const SolverOptions &options, Communication communication = {},
+                     std::string *notice = nullptr);
 
   /// The constitutive models that PointView::model refers to. Not owned; they must outlive the solver's calls.
   void set_models(std::vector<Constitutive *> models)
@@ -76,6 +79,14 @@ class MpmSolver {
   Vec2 node_force(int i, int j) const { return runner_->node_force()[grid_.node(i, j)]; }
   double node_mass(int i, int j) const { return runner_->node_mass()[grid_.node(i, j)]; }
 
+  /// With a device, a step leaves deformation gradients, volumes and velocity gradients there: this brings those arrays up to date.
+  void fetch(const PointView &points) const { runner_->fetch(points); }
+  /// The arrays, which must be up to date, have been or will be changed before the next call. Positions, velocities and body
+  /// forces may change without being announced; so may models and rigid bodies.
+  void points_changed() { runner_->points_changed(); }
+
+  /// Wall time so far in copies from and to a device [seconds].
+  double transfer_time() const { return runner_->transfer_time(); }
   /// Wall time that the k-th constitutive model has taken so far [seconds].
   double model_time(int k) const { return model_seconds_.at(k); }
 

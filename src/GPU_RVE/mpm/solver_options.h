@@ -20,6 +20,9 @@ namespace mpm {
 /// 649; Bardenhagen 2002, J. Comput. Phys. 180, 383): conserves energy better, calls the constitutive model twice.
 enum class Scheme { Musl, Usavg };
 
+/// Where the points are advanced. Auto: on a CUDA device if there is one.
+enum class Device { Auto, Cpu, Cuda };
+
 struct SolverOptions {
   Vec2 lo = Vec2::zero();    ///< domain [length]
   Vec2 hi = Vec2::zero();
@@ -31,7 +34,9 @@ struct SolverOptions {
   double damping = 0.0;               ///< Cundall's local damping of nodes, in [0, 1)
   std::array<SideKind, 4> sides{};    ///< order of Face: x low, x high, y low, y high; default free
   std::vector<RigidBodyOptions> rigid_bodies;
-  int threads = 1;    ///< OpenMP threads; no influence on results
+  int threads = 1;                ///< OpenMP threads; no influence on results
+  Device device = Device::Cpu;    ///< no influence on results
+  int device_number = 0;          ///< beyond the last device it begins with the first again
 };
 
 /// In place over all ranks; the defaults are right for one rank.

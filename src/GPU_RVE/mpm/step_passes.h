@@ -91,14 +91,19 @@ RVE_HD inline double load_extent(const StepView &step, const PointLoad &load)
 
 /// What all passes have. A thread calls begin() on a copy of its own before its items.
 struct Pass {
+  /// Trouble of a lower stage is told first; points that have trouble in stage 0 have no weights.
+  static constexpr int STAGE = 1;
   StepView step;
   RVE_HD void begin() {}
 };
+
+constexpr int NUM_STAGES = 3;
 
 // ---- passes over points --------------------------------------------------------------------------------------------------------
 
 /// Checks, weights, bounds of what goes to the nodes, and the extents of rigid bodies.
 struct PreparePoint : Pass {
+  static constexpr int STAGE = 0;
   bool bounds_forces;    ///< stresses do not change before the forces are summed
 
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
@@ -114,7 +119,7 @@ struct PreparePoint : Pass {
     const int body = points.rigid_body[p];
     if (body >= 0) {
       for (int a = 0; a < 2; ++a) {
-        tally.raise(step.body_maximum(body) + a, -(x[a] - half[a]));
+        tally.raise(step.body_maximum(body) + a, half[a] - x[a]);
         tally.raise(step.body_maximum(body) + 2 + a, x[a] + half[a]);
       }
       return;
@@ -137,6 +142,7 @@ struct BoundForces : Pass {
 
 /// Checks a load and bounds its force; item k is the k-th load of a point.
 struct PrepareLoad : Pass {
+  static constexpr int STAGE = 0;
   bool bounds_forces;
 
   template <class Tally> RVE_HD void operator()(int k, Tally &tally) const
@@ -352,6 +358,7 @@ struct AdvancePoint : Pass {
 
 /// L = Σ v ⊗ ∇N, F ← (I + L dt) F, V = V₀ det F.
 struct StrainPoint : Pass {
+  static constexpr int STAGE = 2;
   double dt;    ///< of the whole step or of a part
 
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const

@@ -73,6 +73,7 @@ template <class Machine> class StepProgram final : public StepRunner {
   double max_unbalanced_force() override { return machine_.unbalanced(); }
   const Vec2 *node_force() override { return machine_.node_force(); }
   const double *node_mass() override { return machine_.node_mass(); }
+  double transfer_time() const override { return machine_.transfer_time(); }
   std::string description() const override { return machine_.description(); }
 
  private:

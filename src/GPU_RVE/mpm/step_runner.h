@@ -44,6 +44,8 @@ class StepRunner {
   virtual const Vec2 *node_force() = 0;
   virtual const double *node_mass() = 0;
 
+  /// Wall time so far in copies from and to a device [seconds].
+  virtual double transfer_time() const = 0;
   /// A line for the log, e.g. "16 CPU threads".
   virtual std::string description() const = 0;
 };

@@ -34,7 +34,7 @@ enum class Trouble {
 };
 
 /// Largest values that are known after a pass. The first are those of deformable points or of nodes; then one per load, and
-/// -x low, -y low, x high, y high of each body.
+/// -x low, -y low, x high, y high of each body. Zeros are positive.
 enum Maximum { MassBound, MomentumBound, MomentumAgainBound, Unbalanced, ForceBound, NUM_MAXIMA };
 
 /// Of the first point with trouble: lower ones come first. 64 bits, so that threads of a device can take the least.
