@@ -60,7 +60,7 @@ class BatchEngine : public Engine {
     bool with_details = false;
   };
 
-  /// Where the drives of the next launch shall be written. What was there before may be lost.
+  /// Where the drives of the next launch shall be written, and not read. What was there before may be lost.
   virtual DriveRecord *room_for_drives(std::size_t count) = 0;
   /// Runs the block program once for each RVE. Returns the answers, valid until the next launch. `details` are filled when they
   /// are wanted.
@@ -80,9 +80,9 @@ class BatchEngine : public Engine {
  private:
   void check_slot(int rve) const;
   void prepare_repeat(int rve, const AnswerRecord &answer);
-  double cost_of(int rve, const DriveRecord &drive) const;
+  double cost_of(int rve, const Drive &drive) const;
   /// With RVEs of unequal cost the last ones to run shall be short.
-  void put_longest_first(Call &call, double most_cost) const;
+  void put_longest_first(Call &call, const std::vector<Drive> &drives, double most_cost) const;
   /// Checks and translates; sizes, order and scene follow from the drives.
   void prepare(Call &call, const std::vector<int> &rves, const std::vector<Drive> &drives);
   /// One call without repeats. Returns the answers, valid until the next call; `details` has them, if wanted.

@@ -179,9 +179,9 @@ namespace {
       record.prepared_together = std::max(
           1,
           std::min(kMostPreparedTogether, static_cast<int>(kPrepareMemory / record.prepared_size)));
-      // a thread for each step that is planned
+      // a thread for each step that is planned, and for each piece of a drive
       const int threads =
-          std::min(256, rounded_up(record.prepared_together * plan.steps_ahead, 32));
+          rounded_up(record.prepared_together * std::min(16, std::max(4, plan.steps_ahead)), 32);
       kernels.prepare<<<(count + record.prepared_together - 1) / record.prepared_together, threads,
                         record.prepared_together * record.prepared_size>>>(record, constants);
       plan.kernel<<<resident, plan.block, plan.dynamic>>>(record, constants);
@@ -316,7 +316,7 @@ namespace {
     DeviceBuffer<SteeringRecord> steering_buffer;
     DeviceBuffer<int> order_buffer, queue_buffer;
     // small, read or written once: the kernels reach for them over the bus, while they work
-    HostBuffer<DriveRecord> drives;
+    HostBuffer<DriveRecord> drives{cudaHostAllocWriteCombined};    // nothing reads them here
     HostBuffer<AnswerRecord> answers;
     DeviceBuffer<DetailRecord> detail_buffer;
     DeviceBuffer<char> prepared_buffer, workspace_buffer;

@@ -23,38 +23,13 @@ inline namespace RVE_ISA {
     std::int32_t word[4];
   };
 
-  /// What a call is prepared from, in pieces of four words.
-  template <class Format> struct CallPieces {
-    template <class Record> static constexpr int count_of()
-    {
-      static_assert(sizeof(Record) % sizeof(FourWords) == 0 && alignof(Record) == 16,
-                    "whole pieces");
-      return sizeof(Record) / sizeof(FourWords);
-    }
-    static constexpr int kHeader = count_of<ImageHeader>(), kDrive = count_of<DriveRecord>(),
-                         kSteering = count_of<SteeringRecord>(),
-                         kAll = kHeader + kDrive + kSteering;
-
-    static RVE_DEVICE FourWords read(const LaunchRecord &launch, int place, int piece)
-    {
-      const auto piece_of = [](const void *record, int k) {
-        return static_cast<const FourWords *>(record)[k];
-      };
-      if (piece < kHeader) return piece_of(launch.rves[place].image, piece);
-      piece -= kHeader;
-      if (piece < kDrive) return piece_of(launch.drives + place, piece);
-      if (!launch.steering) return FourWords{{0, 0, 0, 0}};
-      return piece_of(launch.steering + place, piece - kDrive);
-    }
-
-    static RVE_DEVICE FourWords &in(PreparedCall<Format> &call, int piece)
-    {
-      if (piece < kHeader) return reinterpret_cast<FourWords *>(&call.header)[piece];
-      piece -= kHeader;
-      if (piece < kDrive) return reinterpret_cast<FourWords *>(&call.drive)[piece];
-      return reinterpret_cast<FourWords *>(&call.steering)[piece - kDrive];
-    }
-  };
+  template <class Record> RVE_DEVICE auto &piece_of(Record &record, int k)
+  {
+    static_assert(sizeof(Record) % sizeof(FourWords) == 0 && alignof(Record) == 16, "whole pieces");
+    using Piece = std::conditional_t<std::is_const_v<Record>, const FourWords, FourWords>;
+    return reinterpret_cast<Piece *>(&record)[k];
+  }
+  template <class Record> constexpr int kPieces = sizeof(Record) / sizeof(FourWords);
 
   /// Begins all calls, ahead of the blocks: what one thread does alone for its RVE, the others of a block would wait for. A
   /// block has `launch.prepared_together` calls, on chip.
@@ -64,7 +39,6 @@ inline namespace RVE_ISA {
   {
     extern __shared__ __align__(16) char on_chip[];
     using Rare = RareWork<BlockCuda<false>, Format>;
-    using Pieces = CallPieces<Format>;
     const int steps = launch.steps_ahead, first = blockIdx.x * launch.prepared_together;
     const int count = min(launch.prepared_together, launch.count - first);
     const auto call_of = [&](int r) -> PreparedCall<Format> & {
@@ -72,23 +46,32 @@ inline namespace RVE_ISA {
     };
     const int me = threadIdx.x, threads = blockDim.x;
     if (me == 0 && first == 0) *launch.queue = 0;
-    // the drives come over the bus: a thread asks for several pieces before it waits for the first
-    constexpr int together = 4;
-    for (int begin = me; begin < count * Pieces::kAll; begin += together * threads) {
+    // the drives come over the bus: in rows, and asked for before anything else is waited for
+    constexpr int of_drive = kPieces<DriveRecord>, of_header = kPieces<ImageHeader>,
+                  of_steering = kPieces<SteeringRecord>, together = 4;
+    const bool has_drive = me < count * of_drive;
+    FourWords drive;
+    if (has_drive) drive = piece_of(launch.drives[first + me / of_drive], me % of_drive);
+    for (int begin = me; begin < count * of_header; begin += together * threads) {
       FourWords piece[together];
 #pragma unroll
       for (int m = 0; m < together; ++m) {
         const int k = begin + m * threads;
-        if (k < count * Pieces::kAll)
-          piece[m] = Pieces::read(launch, first + k / Pieces::kAll, k % Pieces::kAll);
+        if (k < count * of_header)
+          piece[m] = reinterpret_cast<const FourWords *>(
+              launch.rves[first + k / of_header].image)[k % of_header];
       }
 #pragma unroll
       for (int m = 0; m < together; ++m) {
         const int k = begin + m * threads;
-        if (k < count * Pieces::kAll)
-          Pieces::in(call_of(k / Pieces::kAll), k % Pieces::kAll) = piece[m];
+        if (k < count * of_header) piece_of(call_of(k / of_header).header, k % of_header) = piece[m];
       }
     }
+    for (int k = me; k < count * of_steering; k += threads)
+      piece_of(call_of(k / of_steering).steering, k % of_steering) = launch.steering
+          ? piece_of(launch.steering[first + k / of_steering], k % of_steering)
+          : FourWords{{0, 0, 0, 0}};
+    if (has_drive) piece_of(call_of(me / of_drive).drive, me % of_drive) = drive;
     for (int r = me; r < count; r += threads) call_of(r).batch = batch;
     __syncthreads();
     for (int r = me; r < count; r += threads)
