@@ -74,6 +74,8 @@ class FixRve : public Fix {
   const rve::Result &result(int) const;
   // grain density / (1 + void ratio) [mass/length^3]
   double bulk_density(int) const;
+  // of its last DEM steps; 0 before the first one [-]
+  double inertial_number(int) const;
   // complete state, exact
   rve::RveState state(int) const;
   // the RVEs as a material for fix mpm; owned by this fix; error unless `drive mpm`
