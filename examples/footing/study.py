@@ -210,7 +210,7 @@ def run(options, case):
     """Runs a case and writes its record; False if it failed."""
     name = case.name + (f".stop{options.stop}" if options.stop else "")
     record = os.path.join(options.dir, name + ".json")
-    if os.path.exists(record):
+    if os.path.exists(record) and not options.again:
         print(f"{name}: is there already")
         return True
     variables = dict(case.variables)
@@ -351,6 +351,7 @@ def main():
     parser.add_argument("--lmp", help="the LAMMPS executable with the package in it; without it nothing is run")
     parser.add_argument("--cases", default="", help="names of cases or groups, with commas between")
     parser.add_argument("--stop", type=int, default=0, help="end every run after so many steps")
+    parser.add_argument("--again", action="store_true", help="also cases that have a record")
     parser.add_argument("--mpi", default="mpirun -np {ranks}", help="what goes in front of lmp for several ranks")
     parser.add_argument("--mpi-always", action="store_true", help="also for one")
     parser.add_argument("--dir", default="study", help="where runs write")
