@@ -23,7 +23,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from plot_footing import draw_rves, field, read_last_frame
-from study import read_curve
+from study import case_keys, is_peak, read_curve
 
 PAPER = (0.12, 186.0)    # settlement [m] and pressure [kPa] of the paper's peak
 # sin phi of the RVEs, before and after their shear bands: the README of the example
@@ -38,6 +38,11 @@ def read_records(folder):
         if "curve_sha256" in record:
             records[record["name"]] = record
     return records
+
+
+def half_of(records):
+    """The case with the half domain: all of it, or up to 0.25 m."""
+    return "half" if "half" in records else "short"
 
 
 def prandtl(sin_phi, half, top):
@@ -63,16 +68,16 @@ def save(figure, folder, name):
 
 
 def draw_curves(options, records):
-    names = [name for name in ("half", "full", "full_mirrored", "full_different") if name in records]
+    names = [name for name in (half_of(records), "full", "full_mirrored", "full_different") if name in records]
     if not names:
         return
-    label = {"half": "half domain", "full": "full domain, one packing", "full_mirrored": "full domain, mirrored packing",
+    label = {"half": "half domain", "short": "half domain", "full": "full domain, one packing", "full_mirrored": "full domain, mirrored packing",
              "full_different": "full domain, packings drawn point by point"}
     figure, axes = plt.subplots(1, 2, figsize=(13, 4.8), constrained_layout=True)
     for name in names:
         d, p, side = zip(*read_curve(os.path.join(options.dir, "curve." + name)))
         axes[0].plot(d, [v / 1e3 for v in p], label=label[name], linewidth=1)
-        if name != "half":
+        if name.startswith("full"):
             axes[1].plot(d, [v / 1e3 for v in side], label=label[name], linewidth=1)
     axes[0].plot(*PAPER, "k*", markersize=10, label="peak of the paper")
     axes[0].set_ylabel("pressure [kPa]")
@@ -86,10 +91,10 @@ def draw_curves(options, records):
 
 
 def draw_fields(options, records):
-    names = [name for name in ("half", "full") if name in records]
+    names = [name for name in (half_of(records), "full") if name in records]
     if not names:
         return
-    widths = {"half": 12.0, "full": 24.0}
+    widths = {"half": 12.0, "short": 12.0, "full": 24.0}
     figure, axes = plt.subplots(2, len(names), figsize=(2 + 0.5 * sum(widths[name] for name in names), 10), constrained_layout=True, squeeze=False,
                                 gridspec_kw={"width_ratios": [widths[name] for name in names]})
     for column, name in enumerate(names):
@@ -101,7 +106,7 @@ def draw_fields(options, records):
                 x, y = zip(*prandtl(SIN_PHI[when], 1.0, 8.0))
                 axes[1][column].plot([side * v for v in x], y, style, linewidth=1)
         for panel in axes[:, column]:
-            panel.set_title(f"{name} domain")
+            panel.set_title("full domain" if name == "full" else "half domain")
     save(figure, options.out, "footing_fields.png")
 
 
@@ -111,7 +116,7 @@ def draw_peaks(options, records):
         return
     figure, axes = plt.subplots(1, 2, figsize=(14, 5.5), constrained_layout=True)
     for points, style in (("1", "o-"), ("4", "s-")):
-        some = sorted((float(r["variables"]["h"]), r["peak_pressure_pa"] / 1e3) for r in records.values()
+        some = sorted((case_keys(r)["cell_size"], r["peak_pressure_pa"] / 1e3) for r in records.values()
                       if (r is base or "grid" in r["groups"]) and r["variables"].get("points", "1") == points)
         if some:
             axes[0].plot(*zip(*some), style, label=f"{points} point{'s' if points > '1' else ''} in a cell")
@@ -120,16 +125,18 @@ def draw_peaks(options, records):
     axes[0].set_xlabel("cells [m]")
     axes[0].set_ylabel("peak [kPa]")
     axes[0].legend()
-    bars = [(r["what"] or name, r["peak_pressure_pa"] / 1e3) for name, r in records.items() if ("peak" in r["groups"] or "knobs" in r["groups"]) and r is not base]
-    bars.sort(key=lambda bar: bar[1])
-    if bars:
-        axes[1].barh([what for what, _ in bars], [value for _, value in bars], color="0.7")
-        axes[1].axvline(base["peak_pressure_pa"] / 1e3, color="black", label="half domain as it is")
+    others = [(r["peak_pressure_pa"] / 1e3, r["what"] or name, is_peak(r))
+              for name, r in records.items() if ("peak" in r["groups"] or "knobs" in r["groups"]) and r is not base]
+    if others:
+        others.sort()
+        for row, (peak, _, full) in enumerate(others):
+            axes[1].plot(peak, row, "ko" if full else "k>", fillstyle="full" if full else "none")
+        axes[1].set_yticks(range(len(others)), [what for _, what, _ in others], fontsize=8)
+        axes[1].axvline(base["peak_pressure_pa"] / 1e3, color="black", linewidth=1, label="half domain as it is")
         axes[1].axvline(PAPER[1], color="grey", linestyle=":", label="the paper")
         axes[1].axvspan(0.85 * PAPER[1], 1.15 * PAPER[1], color="grey", alpha=0.15, linewidth=0, label="15 % about it")
-        axes[1].set_xlim(left=0.8 * min([PAPER[1] * 0.85] + [value for _, value in bars]))
-        axes[1].set_xlabel("peak [kPa]")
-        axes[1].tick_params(axis="y", labelsize=8)
+        axes[1].set_xlabel("peak [kPa] (open: still rising at the end)")
+        axes[1].grid(axis="y", linewidth=0.3)
         axes[1].legend(fontsize=8)
     save(figure, options.out, "footing_peaks.png")
 
@@ -173,8 +180,8 @@ def main():
     records = read_records(options.dir)
     draw_curves(options, records)
     draw_fields(options, records)
-    if "half" in records:
-        draw_rves(read_last_frame(os.path.join(options.dir, "fields.half")), os.path.join(options.out, "footing_rves.png"), (0.0, 9.0, 2.5, 8.75))
+    if half_of(records) in records:
+        draw_rves(read_last_frame(os.path.join(options.dir, "fields." + half_of(records))), os.path.join(options.out, "footing_rves.png"), (0.0, 9.0, 2.5, 8.75))
     draw_peaks(options, records)
     draw_times(options, records)
 
