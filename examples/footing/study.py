@@ -31,6 +31,8 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 PLATEAU_FROM = 0.45    # settlement [m]
 EARLY = 0.05           # settlement up to which the horizontal force shows what the grains prefer [m]
 PAPER_PEAK = 186e3     # [Pa]
+BAND = 0.2             # deviatoric strain above which a point is in a shear band
+REST = 0.01            # and below which little has happened to it
 
 
 class Case:
@@ -148,6 +150,21 @@ def asymmetry(curve, fields):
     return result
 
 
+def grains_where(fields):
+    """What RVEs say in shear bands and where little has happened, at the end: means over points, of inertial numbers the median."""
+    if "void_ratio" not in fields:
+        return {}
+    result = {}
+    soil = [k for k, kind in enumerate(fields["type"]) if kind == 1]
+    for where, chosen in (("band", [k for k in soil if fields["eps_q"][k] > BAND]), ("rest", [k for k in soil if fields["eps_q"][k] < REST])):
+        result[where + "_points"] = len(chosen)
+        if chosen:
+            for name in ("void_ratio", "coordination", "anisotropy", "sliding"):
+                result[f"{where}_{name}"] = sum(fields[name][k] for k in chosen) / len(chosen)
+            result[where + "_inertial"] = sorted(fields["inertial"][k] for k in chosen)[len(chosen) // 2]
+    return result
+
+
 def read_log(path):
     """Wall times by parts [s], DEM steps, steps, numbers of points, device and warnings, from a log of LAMMPS."""
     with open(path) as stream:
@@ -240,7 +257,7 @@ def run(options, case):
         "commit": os.environ.get("GPU_RVE_COMMIT") or shell("git", "rev-parse", "--short", "HEAD"),
         "peak_pressure_pa": pressure, "settlement_at_peak_m": settlement, "settlement_reached_m": curve[-1][0],
         "log": read_log(there["log"]), "curve_sha256": file_hash(there["curve"]), "fields_sha256": file_hash(there["fields"]),
-        "largest_eps_q": max(fields["eps_q"][k] for k in soil),
+        "largest_eps_q": max(fields["eps_q"][k] for k in soil), "grains": grains_where(fields),
     }
     if curve[-1][0] > PLATEAU_FROM + 0.05:
         made["plateau_pressure_pa"] = mean_between(curve, PLATEAU_FROM, curve[-1][0])
@@ -294,6 +311,8 @@ def rows_of(record, records):
     row("settlement_reached_m", record["settlement_reached_m"], "m")
     row("plateau_pressure_pa", record.get("plateau_pressure_pa"), "Pa")
     for name, value in record.get("asymmetry", {}).items():
+        row(name, value, "-")
+    for name, value in record.get("grains", {}).items():
         row(name, value, "-")
     row("wall_s", log["total_s"], "s")
     for part in ("loop", "rve", "mpm", "lammps", "output"):
