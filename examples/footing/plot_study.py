@@ -142,9 +142,9 @@ def draw_peaks(options, records):
 
 
 def draw_times(options, records):
-    whole = [name for name in ("half", "half_saving", "full", "full_saving", "cpu") if name in records]
+    whole = [name for name in ("half", "half_adaptive", "full", "full_adaptive", "cpu") if name in records]
     rank_groups = [(group, sorted((r for r in records.values() if group in r["groups"] and r["base"] in records), key=lambda r: r["log"]["ranks"]))
-                   for group in ("strong", "weak", "saving_ranks")]
+                   for group in ("strong", "weak", "uneven")]
     rank_groups = [(group, some) for group, some in rank_groups if len(some) > 1]
     if not whole and not rank_groups:
         return
@@ -162,7 +162,7 @@ def draw_times(options, records):
             first = records[some[0]["base"]]["log"]
             efficiency = [first[part] / first["steps"] / (r["log"][part] / r["log"]["steps"]) / (r["log"]["ranks"] / first["ranks"] * first["rves"] / r["log"]["rves"])
                           for r in some]
-            axes[1].plot([r["log"]["ranks"] for r in some], efficiency, style, label=f"{group.replace('_ranks', '')}, {'RVEs' if part == 'rve_s' else 'all'}")
+            axes[1].plot([r["log"]["ranks"] for r in some], efficiency, style, label=f"{group}, {'RVEs' if part == 'rve_s' else 'all'}")
     axes[1].axhline(0.9, color="grey", linestyle=":")
     axes[1].set_ylim(0, 1.1)
     axes[1].set_xlabel("ranks, one GPU each")
