@@ -150,19 +150,19 @@ def draw_times(options, records):
         return
     figure, axes = plt.subplots(1, 2, figsize=(13, 4.5), constrained_layout=True)
     left = [0.0] * len(whole)
-    for part, label in (("rve_s", "RVEs"), ("mpm_s", "MPM"), ("lammps_s", "LAMMPS"), ("output_s", "output")):
-        values = [records[name]["log"][part] for name in whole]
+    for part, label in (("rve_s", "RVEs"), ("mpm_s", "MPM"), ("transfers_s", "transfers"), ("lammps_s", "LAMMPS"), ("output_s", "output")):
+        values = [records[name]["log"].get(part, 0.0) for name in whole]
         axes[0].barh(whole, values, left=left, label=label)
         left = [a + b for a, b in zip(left, values)]
     axes[0].set_xlabel("wall time [s]")
     if whole:
         axes[0].legend()
     for group, some in rank_groups:
-        for part, style in (("rve_s", "o-"), ("loop_s", "s:")):
+        for part, style in (("rve_call_s", "o-"), ("loop_s", "s:")):
             first = records[some[0]["base"]]["log"]
             efficiency = [first[part] / first["steps"] / (r["log"][part] / r["log"]["steps"]) / (r["log"]["ranks"] / first["ranks"] * first["rves"] / r["log"]["rves"])
                           for r in some]
-            axes[1].plot([r["log"]["ranks"] for r in some], efficiency, style, label=f"{group}, {'RVEs' if part == 'rve_s' else 'all'}")
+            axes[1].plot([r["log"]["ranks"] for r in some], efficiency, style, label=f"{group}, {'RVEs' if part == 'rve_call_s' else 'all'}")
     axes[1].axhline(0.9, color="grey", linestyle=":")
     axes[1].set_ylim(0, 1.1)
     axes[1].set_xlabel("ranks, one GPU each")
