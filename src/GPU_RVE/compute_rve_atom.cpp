@@ -43,15 +43,20 @@ double deviatoric_strain(const rve::Result &r)
   return 2.0 * std::sqrt(half_difference * half_difference + shear * shear);
 }
 
-using Quantity = double (*)(const rve::Result &);
-
-struct NamedQuantity {
+// of the answer of an RVE, or of the RVE of a local atom
+struct Quantity {
   const char *name;
-  Quantity value;
+  double (*of_result)(const rve::Result &);
+  double (FixRve::*of_atom)(int) const = nullptr;
+
+  double value(const FixRve &fix, int i) const
+  {
+    return of_atom ? (fix.*of_atom)(i) : of_result(fix.result(i));
+  }
 };
 
 // clang-format off
-constexpr NamedQuantity QUANTITIES[] = {
+constexpr Quantity QUANTITIES[] = {
     {"sxx", [](const rve::Result &r) { return r.stress(0, 0); }},
     {"syy", [](const rve::Result &r) { return r.stress(1, 1); }},
     {"sxy", [](const rve::Result &r) { return r.stress(0, 1); }},
@@ -77,6 +82,7 @@ constexpr NamedQuantity QUANTITIES[] = {
     {"servo_xx", [](const rve::Result &r) { return r.servo_velocity_gradient(0, 0); }},
     {"servo_yy", [](const rve::Result &r) { return r.servo_velocity_gradient(1, 1); }},
     {"servo_xy", [](const rve::Result &r) { return r.servo_velocity_gradient(0, 1); }},
+    {"inertial", nullptr, &FixRve::inertial_number},
     {"sliding", [](const rve::Result &r) { return r.sliding_fraction; }},
     {"unbalanced", [](const rve::Result &r) { return r.unbalanced_ratio; }},
     {"kinetic", [](const rve::Result &r) { return r.kinetic_energy; }},
@@ -103,7 +109,7 @@ constexpr NamedQuantity QUANTITIES[] = {
 }    // namespace
 
 struct ComputeRveAtom::Impl {
-  std::vector<Quantity> quantities;
+  std::vector<const Quantity *> quantities;
   std::string fix_id;    // empty: the only fix rve there is
   FixRve *fix = nullptr;
   int nmax = 0;
@@ -121,10 +127,10 @@ ComputeRveAtom::ComputeRveAtom(LAMMPS *lmp, int narg, char **arg) :
       impl->fix_id = arg[iarg];
       continue;
     }
-    Quantity found = nullptr;
+    const Quantity *found = nullptr;
     std::string names;
     for (const auto &quantity : QUANTITIES) {
-      if (strcmp(arg[iarg], quantity.name) == 0) found = quantity.value;
+      if (strcmp(arg[iarg], quantity.name) == 0) found = &quantity;
       names += std::string(" ") + quantity.name;
     }
     if (!found)
@@ -186,7 +192,7 @@ void ComputeRveAtom::compute_peratom()
     double *row = columns == 1 ? &vector_atom[i] : array_atom[i];
     const bool has_rve = (atom->mask[i] & groupbit) && impl->fix->slot(i) >= 0;
     for (int k = 0; k < columns; k++)
-      row[k] = has_rve ? impl->quantities[k](impl->fix->result(i)) : 0.0;
+      row[k] = has_rve ? impl->quantities[k]->value(*impl->fix, i) : 0.0;
   }
 }
 

@@ -226,6 +226,12 @@ double FixRve::bulk_density(int i) const
   return point.material.density / (1.0 + point.result.void_ratio);
 }
 
+double FixRve::inertial_number(int i) const
+{
+  const auto &point = impl->point(i);
+  return rve::inertial_number(point.last_steps(), point.material, point.strain_rate());
+}
+
 rve::RveState FixRve::state(int i) const
 {
   return impl->points->state(impl->slot[i]);

@@ -79,6 +79,8 @@ class FixRve : public Fix {
   void expect_look();
   // wall time in calls of the engine so far [seconds]
   double engine_time() const;
+  // of its last DEM steps; 0 before the first one [-]
+  double inertial_number(int) const;
   // complete state, exact
   rve::RveState state(int) const;
   // the RVEs as a material for fix mpm; owned by this fix; error unless `drive mpm`

@@ -65,8 +65,8 @@ void FixRve::Impl::make_engine()
   const NodeShare share(fix->world);
   settings.options.device_number = share.rank;
   if (!settings.threads_given) settings.options.threads = share.threads();
+  std::string notice, problem;
   try {
-    std::string notice;
     auto engine = rve::make_engine(settings.options, &notice);
     std::unique_ptr<rve::Engine> shadows;
     if (settings.num_shadows > 0) {
@@ -77,13 +77,39 @@ void FixRve::Impl::make_engine()
     }
     points = std::make_unique<RvePoints>(std::move(engine), std::move(shadows), settings.macro_step,
                                          threads());
-    if (fix->comm->me == 0) {
-      utils::logmesg(fix->lmp, "fix rve {}: {}\n", fix->id, points->description());
-      if (!notice.empty()) utils::logmesg(fix->lmp, "fix rve {}: {}\n", fix->id, notice);
-    }
   } catch (const rve::InputError &e) {
-    fix->error->all(FLERR, "fix rve: {}", e.what());
+    problem = fmt::format("fix rve: {}", e.what());
   }
+  error_if_any(problem);    // perhaps of some ranks only: more of them than devices
+
+  int has_notice = notice.empty() ? 0 : 1, with_notice;
+  MPI_Allreduce(&has_notice, &with_notice, 1, MPI_INT, MPI_SUM, fix->world);
+  if (fix->comm->me) return;
+  utils::logmesg(fix->lmp, "fix rve {}: {}\n", fix->id, points->description());
+  if (has_notice)
+    utils::logmesg(fix->lmp, "fix rve {}: {}\n", fix->id, notice);
+  else if (with_notice)
+    fix->error->warning(FLERR,
+                        "fix rve: {} of {} MPI ranks have no CUDA device of their own; their RVEs "
+                        "are on CPU threads. Use as many ranks per node as there are devices",
+                        with_notice, fix->comm->nprocs);
+}
+
+/* ----------------------------------------------------------------------
+   error->all wants the same words on all ranks: those of the first one that has any
+------------------------------------------------------------------------- */
+
+void FixRve::Impl::error_if_any(std::string message) const
+{
+  const int me = fix->comm->me, nobody = fix->comm->nprocs;
+  int speaker, candidate = message.empty() ? nobody : me;
+  MPI_Allreduce(&candidate, &speaker, 1, MPI_INT, MPI_MIN, fix->world);
+  if (speaker == nobody) return;
+  int length = static_cast<int>(message.size());
+  MPI_Bcast(&length, 1, MPI_INT, speaker, fix->world);
+  message.resize(length);
+  MPI_Bcast(message.data(), length, MPI_CHAR, speaker, fix->world);
+  fix->error->all(FLERR, message);
 }
 
 /* ----------------------------------------------------------------------
@@ -196,16 +222,7 @@ void FixRve::Impl::check_memory(const std::vector<int> &grains) const
   }
   MPI_Comm_free(&sharers);
 
-  // error->all wants the same words on all ranks: those of the first one that has any
-  const int me = fix->comm->me, nobody = fix->comm->nprocs;
-  int speaker, candidate = message.empty() ? nobody : me;
-  MPI_Allreduce(&candidate, &speaker, 1, MPI_INT, MPI_MIN, fix->world);
-  if (speaker == nobody) return;
-  int length = static_cast<int>(message.size());
-  MPI_Bcast(&length, 1, MPI_INT, speaker, fix->world);
-  message.resize(length);
-  MPI_Bcast(message.data(), length, MPI_CHAR, speaker, fix->world);
-  fix->error->all(FLERR, message);
+  error_if_any(message);
 }
 
 /* ---------------------------------------------------------------------- */

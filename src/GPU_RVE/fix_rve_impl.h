@@ -57,6 +57,8 @@ struct FixRve::Impl : RveOwner {
   void read_packings();
   /// One engine per rank, on the device of its local rank; collective.
   void make_engine();
+  /// Ends with error->all if a rank has a message, with that of the first one; collective.
+  void error_if_any(std::string message) const;
   /// Ends with error->all if so many further RVEs, of these numbers of grains, do not fit into the memory that is free; collective.
   void check_memory(const std::vector<int> &grains) const;
   /// Gives an RVE to every atom of the group that has none; collective.

@@ -147,6 +147,24 @@ TEST(FixRve, PackingVariableChoosesPerAtom)
   EXPECT_NEAR(script.per_atom("p", 3), 2e4, 2e2);
 }
 
+TEST(FixRve, InertialNumberIsThatOfDaCruz)
+{
+  GrainsScript script;
+  script << FOUR_ATOMS + FIX + "dt 1e-4 drive velocity_gradient yy -1.0\n" +
+          "compute i all rve/atom inertial\ncompute p all rve/atom p\nrun 0";
+  EXPECT_EQ(script.per_atom("i", 0), 0.0) << "no DEM step yet";
+  script << "run 5";
+
+  double sum = 0.0;
+  const rve::RveState packing = rve::read_packing(PACKING);
+  for (const double r : packing.radius) sum += r * r;
+  const double d = 2.0 * std::sqrt(sum / packing.num_grains());
+  const double rate = (1.0 - std::exp(-1.0 * 1e-3)) / 1e-3;    // |U - 1| of a step over its time
+  // per thickness: mass is that of a metre of the disks, stress that of 0.075 m
+  const double expected = rate * d * std::sqrt(2650.0 * 1.0 / (0.075 * script.per_atom("p", 0)));
+  EXPECT_NEAR(script.per_atom("i", 0) / expected, 1.0, 1e-9);
+}
+
 TEST(FixRve, DeletedAtomsTakeTheirRvesWithThem)
 {
   GrainsScript script;

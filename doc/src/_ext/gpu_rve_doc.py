@@ -14,7 +14,7 @@ from pygments.token import Comment, Keyword, Name, Number, Operator, String, Tex
 LAMMPS_MANUAL = 'https://docs.lammps.org/'
 
 # Pages that are, or would be, ours: a reference to a missing one of these is a warning, not a link to LAMMPS.
-OURS = re.compile(r'rve|mpm|random|gpu|theory|accuracy|performance|architecture|install|units_notation|changelog|failure|styles|stability')
+OURS = re.compile(r'rve|mpm|random|footing|gpu|theory|accuracy|performance|architecture|install|units_notation|changelog|failure|styles|stability')
 
 
 class LammpsLexer(RegexLexer):
@@ -85,9 +85,10 @@ class BenchResults(Directive):
         :where:   key=value ...   those rows that have these values, of the row itself, its case, or its details; `a|b` is either, and nothing
                                   stands for a key that the row has not
         :columns: key ...         only these columns of them
+        :metrics: metric ...      a line for each case instead of each row, with the columns and these of its metrics
     """
     optional_arguments = 1
-    option_spec = {'where': str.split, 'columns': str.split}
+    option_spec = {'where': str.split, 'columns': str.split, 'metrics': str.split}
 
     def run(self):
         env = self.state.document.settings.env
@@ -121,6 +122,19 @@ class BenchResults(Directive):
 
     def table(self, rows):
         columns = self.options.get('columns')
+        metrics = self.options.get('metrics')
+        if metrics:
+            cases = {}
+            for row in rows:
+                cases.setdefault(words(row['case']), []).append(row)
+            lines = []
+            for of_case in cases.values():
+                values = {row['metric']: row['value'] for row in of_case}
+                if values.keys() & set(metrics):
+                    lines.append([cell(self.look_up(of_case[0], key)) for key in columns or ()]
+                                 + [cell(values.get(metric, '')) for metric in metrics])
+            titles = [key.replace('_', ' ') for key in (columns or []) + metrics]
+            return table_of(titles, [10] * len(titles), lines)
         if columns:
             return table_of([key.replace('_', ' ') for key in columns], [10] * len(columns),
                             [[cell(self.look_up(row, key)) for key in columns] for row in rows])
@@ -161,7 +175,7 @@ class StabilityEnvelope(Directive):
 
 
 class BenchFigure(Figure):
-    """`.. bench-figure:: file` is a figure that bench/plot_bench.py draws; while there is none, a line says so."""
+    """`.. bench-figure:: file` is a figure that is drawn from results, by bench/plot_bench.py or what its caption says; while there is none, a line says so."""
 
     def run(self):
         env = self.state.document.settings.env
@@ -169,7 +183,7 @@ class BenchFigure(Figure):
         env.note_dependency(path)
         if os.path.exists(path):
             return super().run()
-        return [nodes.paragraph(text=f'{os.path.basename(path)} has not been drawn yet (bench/plot_bench.py).')]
+        return [nodes.paragraph(text=f'{os.path.basename(path)} has not been drawn yet.')]
 
 
 def setup(app):

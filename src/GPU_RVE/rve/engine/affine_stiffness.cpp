@@ -4,8 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <tuple>
 #include <utility>
+#include <vector>
 
 namespace rve {
 
@@ -20,11 +21,14 @@ Tensor2 AffineStiffness::operator()(const Tensor2 &strain) const
 
 AffineStiffness affine_stiffness(const RveState &state)
 {
-  // the scalar history is the same from both sides: the force and the tangent both turn round
-  std::map<std::pair<int, int>, double> tangential_force;
-  for (const Pair &pair : state.pairs)
-    tangential_force[{std::min(pair.first, pair.second), std::max(pair.first, pair.second)}] =
-        pair.tangential_force;
+  // in the order of find_contacts(); the scalar history is the same from both sides: the force and the tangent both turn round
+  std::vector<Pair> pairs = state.pairs;
+  for (Pair &pair : pairs)
+    if (pair.second < pair.first) std::swap(pair.first, pair.second);
+  std::sort(pairs.begin(), pairs.end(), [](const Pair &x, const Pair &y) {
+    return std::tie(x.first, x.second) < std::tie(y.first, y.second);
+  });
+  auto history = pairs.begin();
 
   const Material &material = state.material;
   const double k_n = material.normal_stiffness;
@@ -39,8 +43,12 @@ AffineStiffness affine_stiffness(const RveState &state)
     const Vec<double, 2> t{{-n[1], n[0]}};
     const double l = std::hypot(contact.branch[0], contact.branch[1]);
     const double f_n = k_n * contact.overlap;
-    const auto history = tangential_force.find({contact.first, contact.second});
-    const double f_t = history == tangential_force.end() ? 0.0 : history->second;
+    while (history != pairs.end() &&
+           std::tie(history->first, history->second) < std::tie(contact.first, contact.second))
+      ++history;
+    const bool has_history = history != pairs.end() && history->first == contact.first &&
+        history->second == contact.second;
+    const double f_t = has_history ? history->tangential_force : 0.0;
     for (int e = 0; e < 3; ++e) {
       const Vec<double, 2> stretched = unit_strains[e] * n;
       const double eps_nn = n[0] * stretched[0] + n[1] * stretched[1];
