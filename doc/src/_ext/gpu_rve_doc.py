@@ -161,7 +161,7 @@ class StabilityEnvelope(Directive):
 
 
 class BenchFigure(Figure):
-    """`.. bench-figure:: file` is a figure that bench/plot_bench.py draws; while there is none, a line says so."""
+    """`.. bench-figure:: file` is a figure that bench/plot_bench.py or bench/accuracy.py draws; while there is none, a line says so."""
 
     def run(self):
         env = self.state.document.settings.env
@@ -169,7 +169,7 @@ class BenchFigure(Figure):
         env.note_dependency(path)
         if os.path.exists(path):
             return super().run()
-        return [nodes.paragraph(text=f'{os.path.basename(path)} has not been drawn yet (bench/plot_bench.py).')]
+        return [nodes.paragraph(text=f'{os.path.basename(path)} has not been drawn yet.')]
 
 
 def setup(app):
