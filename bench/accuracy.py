@@ -156,6 +156,11 @@ def presets(rows):
     return summary
 
 
+def in_repository(path):
+    """Without folders that only this machine has."""
+    return path.relative_to(REPOSITORY) if path.is_relative_to(REPOSITORY) else path.name
+
+
 def save(report, out):
     partial = out.with_suffix(".partial")
     partial.write_text(json.dumps(report, indent=1) + "\n")
@@ -182,7 +187,8 @@ def measure(options):
              folder / "crosscheck"], folder)
     run([binaries / "bench_accuracy", out, *packings, "--device", options.device, "--copies", options.copies, *machine], folder)
     report = json.loads(out.read_text())
-    report["command"] = f"python3 bench/accuracy.py --bin {options.bin} --out {os.path.relpath(out, REPOSITORY)} --device {options.device} --copies {options.copies}"
+    report["command"] = (f"python3 bench/accuracy.py --bin {in_repository(binaries)} --out {in_repository(out)} --device {options.device} "
+                         f"--copies {options.copies}")
     swept = report["rows"]
     report["rows"] = swept + presets(swept)
     save(report, out)    # what there is, if the rest is stopped
