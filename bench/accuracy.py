@@ -2,7 +2,7 @@
 """Error against cost of the settings of fix rve: packings, plain LAMMPS, element tests, a small footing, and the Pareto plot.
 
     python3 bench/accuracy.py --bin build/host/bin --out bench/results/accuracy-cpu.json
-    python3 bench/accuracy.py --bin build/cuda/bin --out bench/results/accuracy-H200.json --device cuda --copies 33
+    python3 bench/accuracy.py --bin build/cuda/bin --out bench/results/accuracy-H200.json --device cuda --copies 99
     python3 bench/accuracy.py --plot bench/results/accuracy-cpu.json
 
 1. Four packings are made (four seeds).
@@ -10,7 +10,8 @@
    bench_accuracy wants the bits of the CPU instead.
 3. bench_accuracy checks its reference against closed forms and sweeps the settings over six element tests. It fails if a planted defect goes
    unseen.
-4. The footing of bench/in.footing_accuracy is run with some of the settings and four seeds.
+4. The footing of bench/in.footing_accuracy is run with some of the settings and four seeds. It fails if a mass that is far too large goes
+   unseen.
 5. On a CPU packings of 100 to 800 grains are compared in mean and scatter; the rows go to grains-... beside the output.
 
 The last form draws doc/src/figures/accuracy_pareto-... . Needs numpy and matplotlib (Debian: python3-numpy, python3-matplotlib).
@@ -50,6 +51,7 @@ FOOTING = (
     ("adaptive 1e-5 1e-3", "substeps", "substeps adaptive 1e-5 1e-3"),
     ("quiescent 1e-5", "quiescent", "substeps adaptive 1e-5 1e-3 quiescent 1e-5"),
     ("regression 5 2", "stress", "stress regression 5 2"),
+    ("mass_scaling 10000", "defect", "mass_scaling 10000"),    # no style has a defect to plant; so much inertia must be seen, too
 )
 
 
@@ -127,11 +129,16 @@ def footing(lmp, folder, device):
                    "dem_steps": mean([steps[name, seed] for seed in SEEDS]),
                    "seconds_per_rve": mean([seconds[name, seed] for seed in SEEDS]) / 48,
                    "cost_over_reference": statistics.median(seconds[name, seed] / seconds[reference, seed] for seed in SEEDS)}
+        if knob == "defect":
+            details["seconds_per_rve"] = details["cost_over_reference"] = 0.0
         rows.append({"case": {"device": "cuda" if device == "cuda" else "cpu-1", "code": "gpu_rve", "scene": "footing_small", "dim": 2, "grains": 100,
                               "rves": 48, "setting": name, "knob": knob},
                      "metric": "stress_error_rel", "value": error, "unit": "-", "details": details})
         print(f"footing     {name:28s} error {error:.2e}  afterwards {details['mean_pressure_afterwards']:+.1e}  before "
               f"{details['share_before_bifurcation']:.2f}  cost {details['cost_over_reference']:.3f} of the reference", flush=True)
+    unseen = [row["case"]["setting"] for row in rows if row["case"]["knob"] == "defect" and row["value"] <= LIMIT]
+    if unseen:
+        sys.exit(f"the planted defect goes unseen in the footing: {', '.join(unseen)}")
     return rows
 
 
@@ -185,16 +192,19 @@ def measure(options):
     if options.device == "cpu":
         run([sys.executable, REPOSITORY / "examples" / "crosscheck" / "crosscheck.py", "--short", "--lmp", binaries / "lmp", "--dir",
              folder / "crosscheck"], folder)
-    run([binaries / "bench_accuracy", out, *packings, "--device", options.device, "--copies", options.copies, *machine], folder)
+    scenes = ["--scenes", options.scenes] if options.scenes else []
+    run([binaries / "bench_accuracy", out, *packings, "--device", options.device, "--copies", options.copies, *scenes, *machine], folder)
     report = json.loads(out.read_text())
     report["command"] = (f"python3 bench/accuracy.py --bin {in_repository(binaries)} --out {in_repository(out)} --device {options.device} "
-                         f"--copies {options.copies}")
+                         f"--copies {options.copies}" + (f" --scenes {options.scenes}" if options.scenes else "")
+                         + (" --no-footing" if options.no_footing else ""))
     swept = report["rows"]
     report["rows"] = swept + presets(swept)
     save(report, out)    # what there is, if the rest is stopped
-    swept = swept + footing(binaries / "lmp", folder, options.device)
-    report["rows"] = swept + presets(swept)
-    save(report, out)
+    if not options.no_footing:
+        swept = swept + footing(binaries / "lmp", folder, options.device)
+        report["rows"] = swept + presets(swept)
+        save(report, out)
     if options.device == "cpu":
         compare_numbers_of_grains(options, binaries, folder, out, machine)
 
@@ -204,6 +214,7 @@ def plot(options):
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
     import numpy as np
+    from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
     report = json.loads(pathlib.Path(options.plot).read_text())
     scenes = {}
@@ -233,6 +244,11 @@ def plot(options):
         axes.axhline(LIMIT, color="black", linewidth=0.6, linestyle=":")
         axes.set_xscale("log")
         axes.set_yscale("log")
+        low, high = min(point[0] for point in points), max(point[0] for point in points)
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        if high < 50.0 * low:    # a power of ten would be alone
+            axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
         axes.set_title(scene, fontsize=10)
         axes.grid(True, which="major", alpha=0.3)
     for axes in all_axes[-1]:
@@ -250,8 +266,10 @@ def main():
     parser.add_argument("--dir", default="build/accuracy", help="folder where the runs write")
     parser.add_argument("--out", default="bench/results/accuracy-cpu.json")
     parser.add_argument("--device", default="cpu", choices=("cpu", "cuda"))
-    parser.add_argument("--copies", type=int, default=1, help="of each packing: fill a GPU with them, so that its cost is that of throughput: four times this number is best that of its multiprocessors")
+    parser.add_argument("--copies", type=int, default=1, help="of each packing: they fill a GPU, so that costs are those of throughput")
     parser.add_argument("--machine", help="words for the machine (default: the engine's)")
+    parser.add_argument("--scenes", metavar="A,B", help="these element tests only; a planted defect that only others find is then no failure")
+    parser.add_argument("--no-footing", action="store_true")
     parser.add_argument("--only-grains", action="store_true", help="compare numbers of grains, and nothing else")
     parser.add_argument("--plot", metavar="FILE.json", help="draw this file instead of measuring")
     options = parser.parse_args()

@@ -76,7 +76,7 @@ case $suite in quick) percent=10 ;; *) percent=100 ;; esac
 [ -x "$bin/extremes_report" ] &&
   step "stability at the extremes" "$bin/extremes_report" "$out/extremes-${gpu:-gpu}.json" --device cuda --length $percent
 
-# error against cost (doc/src/accuracy.rst), about two minutes; 33 copies of four packings are one RVE for each of 132 multiprocessors
+# error against cost (doc/src/accuracy.rst), minutes; 99 copies of four packings are three RVEs for each of 132 multiprocessors
 [ "$suite" = full ] && [ -x "$bin/bench_accuracy" ] &&
-  step "error against cost" python3 bench/accuracy.py --bin "$bin" --out "$out/accuracy-${gpu:-gpu}.json" --device cuda --copies 33
+  step "error against cost" python3 bench/accuracy.py --bin "$bin" --out "$out/accuracy-${gpu:-gpu}.json" --device cuda --copies 99
 exit $failed
