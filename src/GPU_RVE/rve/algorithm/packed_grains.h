@@ -31,14 +31,16 @@ inline namespace RVE_ISA {
     Vec<Pack<typename Format::Real, N>, 2> velocity;
   };
   template <class Format, int N>
-  struct Motion<PackFormat<Frictionless<Format>, N>> : Motion<PackFormat<Format, N>> {};
+  struct Motion<PackFormat<Frictionless<Format>, N>> : Motion<PackFormat<Format, N>> {
+  };
 
   /// Still of 8 grains.
   template <class Format> struct PackedStill {
     Pack<typename Format::Real, 8> velocity_unit, spin_unit;
     Vec<Pack<std::uint32_t, 8>, 2> list_position;
   };
-  template <class Format> struct PackedStill<Frictionless<Format>> : PackedStill<Format> {};
+  template <class Format> struct PackedStill<Frictionless<Format>> : PackedStill<Format> {
+  };
 
   // ---- rows of memory to packs and back: row(lane) is an address ----------------------------------------------------------------
 
@@ -253,8 +255,7 @@ inline namespace RVE_ISA {
   RVE_INLINE void load_still(const Still<Frictionless<Format>> *row,
                              PackedStill<Frictionless<Format>> &still)
   {
-    load_still(static_cast<const Still<Format> *>(row),
-               static_cast<PackedStill<Format> &>(still));
+    load_still(static_cast<const Still<Format> *>(row), static_cast<PackedStill<Format> &>(still));
   }
 
   template <class T, int N> RVE_INLINE Pack<T, N> gather(const T *array, const std::int32_t *index)

@@ -122,7 +122,8 @@ inline namespace RVE_ISA {
     Vec<typename Format::Real, 2> velocity;          ///< peculiar [internal length/time]
   };
 
-  template <class Format> struct Motion<Frictionless<Format>> : Motion<Format> {};
+  template <class Format> struct Motion<Frictionless<Format>> : Motion<Format> {
+  };
 
   /// What only the grain itself reads, once a step: not worth registers.
   template <class Format> struct alignas(16) Still {
@@ -132,7 +133,8 @@ inline namespace RVE_ISA {
         list_position;    ///< leading bits of the position when the list was built
   };
 
-  template <class Format> struct Still<Frictionless<Format>> : Still<Format> {};
+  template <class Format> struct Still<Frictionless<Format>> : Still<Format> {
+  };
 
   /// Pairs of an RVE as arrays: owned ones as [slot * N + grain], and extra ones.
   template <class Format> struct PairView {
