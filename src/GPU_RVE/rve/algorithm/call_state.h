@@ -71,7 +71,8 @@ inline namespace RVE_ISA {
 
   /// The contact law in a number format; General as in SceneKind.
   template <class Format, bool General>
-  using FormatLaw = LinearFrictionLaw<typename Format::Real, typename Format::History, General>;
+  using FormatLaw = LinearFrictionLaw<typename Format::Real, typename Format::History, General,
+                                      Format::has_friction>;
 
   /// What a call begins with, and how far it has come, without what belongs to the block. A GPU prepares it for all RVEs of a call
   /// in a kernel of its own; the block that advances an RVE takes a copy, up to the entries of the plan that are not made.

@@ -78,8 +78,9 @@ struct DetailRecord {
   ImageHeader header;    ///< after the call
 };
 
-/// Which build of the block program a call needs. General: dashpots, LAMMPS' arms, stress servo, energy ledger.
-enum class SceneKind { Plain, General };
+/// Which build of the block program a call needs. General: dashpots, LAMMPS' arms, stress servo, energy ledger. Frictionless: plain, of
+/// RVEs without friction; the plain program gives the same bits. GPUs have the first two.
+enum class SceneKind { Plain, General, Frictionless };
 constexpr int kNumScenes = 2;
 
 /// Constants of the batch.

@@ -122,12 +122,18 @@ inline namespace RVE_ISA {
     Vec<typename Format::Real, 2> velocity;          ///< peculiar [internal length/time]
   };
 
+  template <class Format> struct Motion<Frictionless<Format>> : Motion<Format> {
+  };
+
   /// What only the grain itself reads, once a step: not worth registers.
   template <class Format> struct alignas(16) Still {
     typename Format::Real velocity_unit;    ///< dt/m: velocity that one force unit gives in a step
     typename Format::Real spin_unit;        ///< dt/I: spin that one torque unit gives in a step
     Vec<std::uint32_t, 2>
         list_position;    ///< leading bits of the position when the list was built
+  };
+
+  template <class Format> struct Still<Frictionless<Format>> : Still<Format> {
   };
 
   /// Pairs of an RVE as arrays: owned ones as [slot * N + grain], and extra ones.

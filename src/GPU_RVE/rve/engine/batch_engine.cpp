@@ -231,11 +231,11 @@ namespace {
       for (int m = 0; m < kOwnedPairs; ++m)
         if (view.partner[m * n + k] != k)
           state.pairs.push_back({i, view.number[view.partner[m * n + k]],
-                                 static_cast<double>(view.history[m * n + k])});
+                                 static_cast<double>(view.history[m * n + k]) + 0.0});
     }
     for (int m = 0; m < header.num_extra; ++m)
       state.pairs.push_back({view.number[view.extra_first[m]], view.number[view.extra_second[m]],
-                             static_cast<double>(view.extra_history[m])});
+                             static_cast<double>(view.extra_history[m]) + 0.0});
     return state;
   }
 
@@ -471,6 +471,10 @@ int BatchEngine::add(const RveState &state)
     grains_of[rve] = n;
   }
   any_viscous = any_viscous || is_viscous(state.material);
+  any_friction = any_friction || state.material.friction > 0.0 ||
+      std::any_of(state.pairs.begin(), state.pairs.end(), [](const Pair &pair) {
+                   return pair.tangential_force != 0.0;
+                 });
   return rve;
 }
 
@@ -503,6 +507,7 @@ void BatchEngine::set_material(int rve, const Material &material)
   set_material_in(header, material);
   put_header(rve, header);
   any_viscous = any_viscous || is_viscous(material);
+  any_friction = any_friction || material.friction > 0.0;
 }
 
 std::size_t BatchEngine::bytes_per_rve(int num_grains) const
@@ -598,6 +603,7 @@ void BatchEngine::prepare(Call &call, const std::vector<int> &rves,
   call.pair_capacity = pair_capacity(largest);
   const bool general = servo || options.track_energy || any_viscous || options.arms == Arms::Lammps;
   call.scene = general ? SceneKind::General : SceneKind::Plain;
+  call.frictionless = !general && !any_friction;
   if (least_cost < most_cost) put_longest_first(call, drives, most_cost);
 }
 

@@ -57,6 +57,7 @@ class BatchEngine : public Engine {
     int longest = 0;           ///< most substeps
     int pair_capacity = 0;     ///< that workspaces must have at least
     SceneKind scene = SceneKind::Plain;
+    bool frictionless = false;    ///< the plain scene may be run as Frictionless
     bool with_details = false;
   };
 
@@ -96,6 +97,7 @@ class BatchEngine : public Engine {
   std::vector<int> grains_of;    ///< by RVE; 0: the number is free
   std::vector<int> free_numbers;
   bool any_viscous = false;             ///< an RVE with dashpots has been added
+  bool any_friction = false;            ///< one with friction, or with tangential forces
   int pairs_per_grain = 4;              ///< capacity of the workspaces, grows on demand
   std::vector<AnswerRecord> mended;     ///< answers of a call that was repeated for some RVEs
   std::vector<DetailRecord> details;    ///< of the last call that wanted them

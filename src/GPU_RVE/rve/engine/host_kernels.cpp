@@ -5,6 +5,8 @@
 
 #include "rve/algorithm/step_loop.h"
 #include "rve/block/block_serial.h"
+
+#include <type_traits>
 #if defined(__AVX2__) && defined(__FMA__)
 #include "rve/algorithm/packed_grains.h"
 #include "rve/block/block_simd.h"
@@ -53,7 +55,14 @@ inline namespace RVE_ISA {
                const BatchConstants &batch, const HostWorkspace &memory, SceneKind scene,
                AnswerRecord &answer, DetailRecord *detail)
   {
-    if (scene == SceneKind::Plain)
+    if constexpr (!std::is_same_v<Format, SingleFormat>) {
+      if (scene == SceneKind::Frictionless) {
+        run_program<PlainBlock<Format>, Frictionless<Format>, false>(image, drive, steering, batch,
+                                                                     memory, answer, detail);
+        return;
+      }
+    }
+    if (scene != SceneKind::General)
       run_program<PlainBlock<Format>, Format, false>(image, drive, steering, batch, memory, answer,
                                                      detail);
     else
