@@ -91,7 +91,8 @@ inline namespace RVE_ISA {
     Tensor2 list_cell, deformation, servo_gradient;
     CellPath path;
     double end_per_volume;    ///< 1 / (det H times thickness) at the end [1/length^3]
-    ImageProgress after;      ///< a sound call, but for its largest force; with a servo or a ledger from the last step on
+    ImageProgress
+        after;    ///< a sound call, but for its largest force; with a servo or a ledger from the last step on
     double supplied, friction_loss, damping_loss, viscous_loss;    ///< in this call [force length]
 
     // constants of the call

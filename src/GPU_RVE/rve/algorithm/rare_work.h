@@ -154,8 +154,8 @@ inline namespace RVE_ISA {
     /// Whether the first steps may take the grains from the image themselves: nothing else wants to see them before.
     static RVE_INLINE bool is_direct(const CallState<Format> &call)
     {
-      return Block::kInRegisters && !call.fatal() && call.plan_last > 0 && call.drive.substeps > 0 &&
-          !call.batch.track_energy;
+      return Block::kInRegisters && !call.fatal() && call.plan_last > 0 &&
+          call.drive.substeps > 0 && !call.batch.track_energy;
     }
 
     /// From the image to internal units, for a call that is not direct. It is prepared, and has its views, of which `shared` is
@@ -593,7 +593,8 @@ inline namespace RVE_ISA {
       if (part < kProgressWords) {
         constexpr int of_largest_force =
             offsetof(ImageProgress, largest_contact_force) / sizeof(std::int64_t);
-        auto *to = reinterpret_cast<std::int64_t *>(static_cast<ImageProgress *>(call.image.header));
+        auto *to =
+            reinterpret_cast<std::int64_t *>(static_cast<ImageProgress *>(call.image.header));
         // an evaluation sets the force scale only where there is none yet: it must not change what follows
         if (part != of_largest_force)
           to[part] = reinterpret_cast<const std::int64_t *>(&call.after)[part];

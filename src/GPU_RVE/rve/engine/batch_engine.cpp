@@ -562,7 +562,7 @@ void BatchEngine::prepare(Call &call, const std::vector<int> &rves,
 {
   const int count = static_cast<int>(rves.size());
   DriveRecord *records = room_for_drives(count);
-  call.rves = rves;
+  call.rves = &rves;
   call.drives = records;
   const int threads = helpers(options, count);
   int first_bad = count, largest = 0, longest = 0;
@@ -617,9 +617,9 @@ void BatchEngine::put_longest_first(Call &call, const std::vector<Drive> &drives
 {
   // sorted roughly, in one pass: the last ones to run are short, and that is all that matters
   constexpr int classes = 256;
-  const int count = static_cast<int>(call.rves.size());
+  const int count = static_cast<int>(call.rves->size());
   const auto class_of = [&](int k) {
-    const double share = cost_of(call.rves[k], drives[k]) / most_cost;
+    const double share = cost_of((*call.rves)[k], drives[k]) / most_cost;
     return classes - 1 - static_cast<int>(share * (classes - 1));
   };
   std::vector<int> start(classes + 1, 0);

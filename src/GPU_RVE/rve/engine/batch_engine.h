@@ -49,9 +49,9 @@ class BatchEngine : public Engine {
   virtual ImageHeader get_header(int rve) const = 0;
   /// One run of the block program over some RVEs.
   struct Call {
-    std::vector<int> rves;
-    const DriveRecord *drives = nullptr;     ///< in room_for_drives()
-    std::vector<SteeringRecord> steering;    ///< as many as RVEs, or none
+    const std::vector<int> *rves = nullptr;    ///< their numbers
+    const DriveRecord *drives = nullptr;       ///< in room_for_drives()
+    std::vector<SteeringRecord> steering;      ///< as many as RVEs, or none
     std::vector<int> order;    ///< positions, the most expensive first; none: all cost the same
     int largest = 0;           ///< grains in the largest RVE
     int longest = 0;           ///< most substeps

@@ -65,8 +65,9 @@ namespace {
     {
       if (num_rves == 0) return 0;
       use_device();
+      const std::vector<int> rves(num_rves);
       Call call;
-      call.rves.resize(num_rves);
+      call.rves = &rves;
       call.largest = num_grains;
       call.longest = kPlanSteps;
       call.pair_capacity = pair_capacity(num_grains);
@@ -154,11 +155,11 @@ namespace {
     const AnswerRecord *launch(const Call &call, std::vector<DetailRecord> &details) override
     {
       use_device();
-      const int count = static_cast<int>(call.rves.size());
+      const int count = static_cast<int>(call.rves->size());
       const Plan plan = plan_for(call);
 
       LaunchRecord record;
-      record.rves = handles_of(call.rves);
+      record.rves = handles_of(*call.rves);
       record.drives = call.drives;
       record.steering = call.steering.empty() ? nullptr : steering_buffer.upload(call.steering);
       record.order = call.order.empty() ? nullptr : order_buffer.upload(call.order);
@@ -184,7 +185,18 @@ namespace {
           rounded_up(record.prepared_together * std::min(16, std::max(4, plan.steps_ahead)), 32);
       kernels.prepare<<<(count + record.prepared_together - 1) / record.prepared_together, threads,
                         record.prepared_together * record.prepared_size>>>(record, constants);
-      plan.kernel<<<resident, plan.block, plan.dynamic>>>(record, constants);
+      // its blocks are put in place while the last calls are prepared, and wait there
+      cudaLaunchAttribute early;
+      early.id = cudaLaunchAttributeProgrammaticStreamSerialization;
+      early.val.programmaticStreamSerializationAllowed = device.major >= 9;
+      cudaLaunchConfig_t launched = {};
+      launched.gridDim = resident;
+      launched.blockDim = plan.block;
+      launched.dynamicSmemBytes = plan.dynamic;
+      launched.attrs = &early;
+      launched.numAttrs = 1;
+      check_cuda(cudaLaunchKernelEx(&launched, plan.kernel, record, constants),
+                 "launch of the RVE kernel");
       check_cuda(cudaGetLastError(), "launch of the RVE kernel");
       check_cuda(cudaStreamSynchronize(nullptr), "RVE kernel");
       if (call.with_details) {
@@ -222,12 +234,12 @@ namespace {
     const Plan &plan_for(const Call &call)
     {
       const int steps_ahead = std::max(1, std::min(call.longest, kPlanSteps));
-      if (last_plan.count == call.rves.size() && last_plan.largest == call.largest &&
+      if (last_plan.count == call.rves->size() && last_plan.largest == call.largest &&
           last_plan.pair_capacity == call.pair_capacity && last_plan.scene == call.scene &&
           last_plan.steps_ahead == steps_ahead)
         return last_plan;
       Plan plan;
-      plan.count = call.rves.size();
+      plan.count = call.rves->size();
       plan.largest = call.largest;
       plan.pair_capacity = call.pair_capacity;
       plan.scene = call.scene;
@@ -235,9 +247,8 @@ namespace {
       plan.block = block_size(call.largest);
       const Residency residency = residency_of(call, plan.block);
       plan.kernel = kernels.kernel[static_cast<int>(residency)][static_cast<int>(call.scene)];
-      plan.sizes =
-          kernels.sizes(capacity_of(residency, call.largest), residency != Residency::Memory,
-                        call.pair_capacity, steps_ahead);
+      plan.sizes = kernels.sizes(capacity_of(residency, call.largest),
+                                 residency != Residency::Memory, call.pair_capacity, steps_ahead);
       cudaFuncAttributes attributes;
       check_cuda(cudaFuncGetAttributes(&attributes, plan.kernel), "attributes of the kernel");
       plan.dynamic = plan.sizes.shared;
@@ -257,6 +268,15 @@ namespace {
       require(blocks_per_sm > 0,
               "no thread block of " + std::to_string(plan.block) + " threads fits on this device");
       plan.blocks = blocks_per_sm * device.multiProcessorCount;
+      // multiprocessors divide their memory anew only when they are empty: the same for both kernels of a call
+      const std::size_t on_chip =
+          blocks_per_sm * (plan.dynamic + attributes.sharedSizeBytes + kReserved);
+      const int share = static_cast<int>((100 * on_chip + device.sharedMemPerMultiprocessor - 1) /
+                                         device.sharedMemPerMultiprocessor);
+      for (const KernelFunction kernel : {kernels.prepare, plan.kernel})
+        check_cuda(cudaFuncSetAttribute(kernel, cudaFuncAttributePreferredSharedMemoryCarveout,
+                                        std::min(share, 100)),
+                   "division of the memory on chip");
       last_plan = plan;
       return last_plan;
     }
@@ -292,8 +312,8 @@ namespace {
     {
       if (call.largest > block) return Residency::Memory;
       if (block > kSmallBlock || call.scene == SceneKind::General) return Residency::Large;
-      return static_cast<int>(call.rves.size()) > device.multiProcessorCount ? Residency::Many
-                                                                             : Residency::Few;
+      return static_cast<int>(call.rves->size()) > device.multiProcessorCount ? Residency::Many
+                                                                              : Residency::Few;
     }
 
     /// One thread per grain while that is possible: scheme D. Beyond that all threads have the same number of grains, nearly.

@@ -45,6 +45,9 @@ inline namespace RVE_ISA {
       return *reinterpret_cast<PreparedCall<Format> *>(on_chip + r * launch.prepared_size);
     };
     const int me = threadIdx.x, threads = blockDim.x;
+#if __CUDA_ARCH__ >= 900
+    cudaTriggerProgrammaticLaunchCompletion();    // the next kernel waits where it needs what is prepared here
+#endif
     if (me == 0 && first == 0) *launch.queue = 0;
     // the drives come over the bus: in rows, and asked for before anything else is waited for
     constexpr int of_drive = kPieces<DriveRecord>, of_header = kPieces<ImageHeader>,
@@ -64,7 +67,8 @@ inline namespace RVE_ISA {
 #pragma unroll
       for (int m = 0; m < together; ++m) {
         const int k = begin + m * threads;
-        if (k < count * of_header) piece_of(call_of(k / of_header).header, k % of_header) = piece[m];
+        if (k < count * of_header)
+          piece_of(call_of(k / of_header).header, k % of_header) = piece[m];
       }
     }
     for (int k = me; k < count * of_steering; k += threads)
@@ -81,8 +85,8 @@ inline namespace RVE_ISA {
       if (k % steps < call_of(k / steps).plan_last)
         Rare::plan_step(call_of(k / steps), k % steps, 1);
     __syncthreads();
-    auto *to = reinterpret_cast<FourWords *>(launch.prepared +
-                                             static_cast<std::size_t>(first) * launch.prepared_size);
+    auto *to = reinterpret_cast<FourWords *>(
+        launch.prepared + static_cast<std::size_t>(first) * launch.prepared_size);
     for (int w = me; w < static_cast<int>(count * launch.prepared_size / sizeof(FourWords));
          w += threads)
       to[w] = reinterpret_cast<const FourWords *>(on_chip)[w];
@@ -123,12 +127,15 @@ inline namespace RVE_ISA {
     __shared__ CudaScratch scratch;
     __shared__ CallState<Format> call;
     __shared__ int entry, next_entry;    // of the queue
-    __shared__ int place;              // of the entry, in the call
-    __shared__ int grains_in_views;    // what the views of the block are made for
+    __shared__ int place;                // of the entry, in the call
+    __shared__ int grains_in_views;      // what the views of the block are made for
     using Block = BlockCuda<(Capacity > 0)>;
     using Rare = RareWork<Block, Format>;
     char *memory = launch.memory + blockIdx.x * launch.memory_stride;
     Block block(scratch);
+#if __CUDA_ARCH__ >= 900
+    cudaGridDependencySynchronize();    // until all calls are prepared
+#endif
     block.once([&] {
       next_entry = atomicAdd(launch.queue, 1);
       grains_in_views = -1;
@@ -139,8 +146,7 @@ inline namespace RVE_ISA {
         place = place_of(launch, entry);
       });
       if (place < 0) return;
-      const auto *from =
-          reinterpret_cast<const FourWords *>(&prepared_call<Format>(launch, place));
+      const auto *from = reinterpret_cast<const FourWords *>(&prepared_call<Format>(launch, place));
       auto *to = reinterpret_cast<FourWords *>(static_cast<PreparedCall<Format> *>(&call));
       block.for_each(
           static_cast<int>(launch.prepared_size / sizeof(FourWords)),

@@ -57,7 +57,8 @@ constexpr int kLargeBlock = 1024;
 /// One number format's kernels. Null where there is none: another residency serves.
 struct CudaKernels {
   KernelFunction kernel[kNumResidencies][kNumScenes];
-  KernelFunction prepare;    ///< fills LaunchRecord::prepared, which is on chip meanwhile, and resets the queue
+  KernelFunction
+      prepare;    ///< fills LaunchRecord::prepared, which is on chip meanwhile, and resets the queue
   KernelSizes (*sizes)(int num_grains, bool in_registers, int pair_capacity, int steps_ahead);
 };
 

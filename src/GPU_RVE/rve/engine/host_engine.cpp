@@ -134,7 +134,7 @@ namespace {
 
     const AnswerRecord *launch(const Call &call, std::vector<DetailRecord> &details) override
     {
-      const int count = static_cast<int>(call.rves.size());
+      const int count = static_cast<int>(call.rves->size());
       answers.assign(count, AnswerRecord());
       if (call.with_details) details.assign(count, DetailRecord());
       const HostWorkspaceSizes sizes = kernel.workspace_sizes(call.largest, call.pair_capacity);
@@ -144,7 +144,7 @@ namespace {
         const int k = call.order.empty() ? m : call.order[m];
         const HostWorkspace workspace =
             memory[omp_get_thread_num()].prepare(sizes, call.pair_capacity);
-        kernel.advance(images[call.rves[k]].bytes.data(), call.drives[k],
+        kernel.advance(images[(*call.rves)[k]].bytes.data(), call.drives[k],
                        call.steering.empty() ? nullptr : &call.steering[k], constants, workspace,
                        scene, answers[k], call.with_details ? &details[k] : nullptr);
       }
