@@ -18,10 +18,10 @@
 
 #include "fix_rve.h"
 #include "mpm/mpm_solver.h"
-#include "mpm/threads.h"
 #include "mpm_settings.h"
 #include "progress.h"
 #include "readers.h"
+#include "rve/core/threads.h"
 #include "rve/engine/engine.h"
 
 #include "atom.h"
@@ -163,7 +163,7 @@ struct FixMpm::Impl {
     id.resize(nlocal);
     model.resize(nlocal);
     body.resize(nlocal);
-#pragma omp parallel for num_threads(mpm::team_for(nlocal, settings.options.threads))
+#pragma omp parallel for num_threads(rve::team_for(nlocal, settings.options.threads))
     for (int i = 0; i < nlocal; i++) {
       id[i] = atom->tag[i];
       model[i] = body[i] = -1;
@@ -242,7 +242,7 @@ FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), impl(nu
       utils::logmesg(lmp, "fix mpm {}: {}\n", id, made->solver->description());
       if (!notice.empty()) utils::logmesg(lmp, "fix mpm {}: {}\n", id, notice);
     }
-  } catch (const rve::InputError &problem) {
+  } catch (const std::exception &problem) {
     error->all(FLERR, "Fix mpm: {}", problem.what());
   }
   made->progress = std::make_unique<Progress>(lmp, fmt::format("fix mpm {}", id),
@@ -483,7 +483,7 @@ void FixMpm::solve(bool advance)
 void FixMpm::fill_output()
 {
   impl->bring_back(atom);
-#pragma omp parallel for num_threads(mpm::team_for(atom->nlocal, impl->settings.options.threads))
+#pragma omp parallel for num_threads(rve::team_for(atom->nlocal, impl->settings.options.threads))
   for (int i = 0; i < atom->nlocal; i++) {
     double *row = array_atom[i];
     const Tensor2 &sigma = impl->stress[i];
@@ -552,7 +552,11 @@ double FixMpm::compute_vector(int n)
     const mpm::Totals totals = impl->solver->totals(impl->points(atom));
     return n == MASS ? totals.mass : totals.kinetic_energy;
   }
-  if (n >= size_vector - TIMES) return impl->times[n - (size_vector - TIMES)];
+  if (n >= size_vector - TIMES) {
+    double longest;
+    MPI_Allreduce(&impl->times[n - (size_vector - TIMES)], &longest, 1, MPI_DOUBLE, MPI_MAX, world);
+    return longest;
+  }
   const int body = (n - HEAD) / PER_BODY;
   const int what = (n - HEAD) % PER_BODY;
   if (what <= REACTION_Y) return impl->solver->body_reaction(body)[what - REACTION_X];

@@ -17,11 +17,11 @@
 #include "comm.h"
 #include "error.h"
 #include "mpm/exact_sum.h"
-#include "mpm/threads.h"
 #include "node_share.h"
 #include "readers.h"
 #include "rve/core/error.h"
 #include "rve/core/splitmix64.h"
+#include "rve/core/threads.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/stability.h"
 #include "update.h"
@@ -449,7 +449,7 @@ void FixRve::Impl::advance(const std::vector<int> &atoms, const std::vector<rve:
   const int count = static_cast<int>(atoms.size());
   int first_bad = count;
   slots.resize(count);
-#pragma omp parallel for num_threads(mpm::team_for(count, threads())) reduction(min : first_bad)
+#pragma omp parallel for num_threads(rve::team_for(count, threads())) reduction(min : first_bad)
   for (int k = 0; k < count; ++k) {
     const rve::Drive &drive = drives[k];
     if (!is_finite(drive.velocity_gradient) || !is_finite(drive.stress_goal) ||

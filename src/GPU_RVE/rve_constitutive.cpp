@@ -13,7 +13,7 @@
 
 #include "rve_constitutive.h"
 
-#include "mpm/threads.h"
+#include "rve/core/threads.h"
 
 #include <algorithm>
 #include <cmath>
@@ -27,7 +27,7 @@ void RveConstitutive::update(int count, const int *point_index,
   const RveOwner::Clock clock = owner.clock(dt);
   atoms.resize(count);
   drives.resize(count);
-#pragma omp parallel for num_threads(mpm::team_for(count, owner.threads()))
+#pragma omp parallel for num_threads(rve::team_for(count, owner.threads()))
   for (int k = 0; k < count; ++k) {
     atoms[k] = point_index[k];
     drives[k].dt = clock.dt;
@@ -35,7 +35,7 @@ void RveConstitutive::update(int count, const int *point_index,
     drives[k].deformation = deformation_increment[atoms[k]];
   }
   owner.advance(atoms, drives);
-#pragma omp parallel for num_threads(mpm::team_for(count, owner.threads()))
+#pragma omp parallel for num_threads(rve::team_for(count, owner.threads()))
   for (int k = 0; k < count; ++k) stress[atoms[k]] = owner.stress(atoms[k]);
 }
 

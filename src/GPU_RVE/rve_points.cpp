@@ -13,8 +13,8 @@
 
 #include "rve_points.h"
 
-#include "mpm/threads.h"
 #include "rve/core/error.h"
+#include "rve/core/threads.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/packing.h"
 
@@ -395,7 +395,7 @@ bool RvePoints::is_plain(const std::vector<int> &slots) const
   if (options.adaptive || options.quiescent_strain > 0.0 || options.stress_from != StressFrom::End)
     return false;
   const int count = static_cast<int>(slots.size());
-  const int team = mpm::team_for(count, threads);
+  const int team = rve::team_for(count, threads);
   bool plain = true;
 #pragma omp parallel for num_threads(team) reduction(&& : plain)
   for (int k = 0; k < count; ++k) {
@@ -417,7 +417,7 @@ std::vector<int> RvePoints::advance_plainly(const std::vector<int> &slots,
     call_engine(slots, drives, responses);
   image_sizes.assign(points.size(), 0);
 
-  const int team = mpm::team_for(count, threads);
+  const int team = rve::team_for(count, threads);
   int num_failed = 0;
 #pragma omp parallel for num_threads(team) reduction(+ : num_failed)
   for (int k = 0; k < count; ++k) {

@@ -8,7 +8,7 @@
 #include "mpm/cuda_runner.h"
 
 #include "mpm/step_program.h"
-#include "mpm/threads.h"
+#include "rve/core/threads.h"
 #include "rve/engine/cuda_engine.h"
 #include "rve/engine/device_buffer.cuh"
 
@@ -151,7 +151,7 @@ namespace {
    public:
     CudaMachine(const SolverOptions &options, const Grid &grid, const Boundary &boundary) :
         grid_(grid), device_number_(options.device_number),
-        threads_(usable_threads(options.threads)), view_(grid, options),
+        threads_(rve::usable_threads(options.threads)), view_(grid, options),
         num_nodes_(grid.node_count())
     {
       use_device();
@@ -375,22 +375,29 @@ namespace {
     }
     std::size_t motion_size() const { return count_ < 0 ? 0 : num_words() + 2 * rows(count_); }
 
-    /// Copies `count` things with all threads.
+    /// Threads to copy or compare so many bytes: a core does 256 of them while it does a point of another job.
+    int team_to_move(std::size_t bytes) const
+    {
+      return rve::team_for(static_cast<int>(bytes / 256), threads_);
+    }
+    /// Copies `count` things.
     template <class T> void copy(T *to, const T *from, std::size_t count) const
     {
-#pragma omp parallel num_threads(team_for(static_cast <int>(count), threads_))
+      const int team = team_to_move(count * sizeof(T));
+#pragma omp parallel num_threads(team)
       {
-        const ThreadShare mine(static_cast<int>(count));
+        const rve::ThreadShare mine(static_cast<int>(count));
         std::copy(from + mine.begin, from + mine.end, to + mine.begin);
       }
     }
     /// Whether two arrays have the same bytes.
     template <class T> bool is_same(const T *one, const T *other, std::size_t count) const
     {
+      const int team = team_to_move(count * sizeof(T));
       bool same = true;
-#pragma omp parallel num_threads(team_for(static_cast <int>(count), threads_)) reduction(&& : same)
+#pragma omp parallel num_threads(team) reduction(&& : same)
       {
-        const ThreadShare mine(static_cast<int>(count));
+        const rve::ThreadShare mine(static_cast<int>(count));
         same = mine.begin == mine.end ||
             std::memcmp(one + mine.begin, other + mine.begin,
                         (mine.end - mine.begin) * sizeof(T)) == 0;

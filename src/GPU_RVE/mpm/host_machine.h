@@ -6,7 +6,7 @@
 #include "mpm/solver_options.h"
 #include "mpm/step_passes.h"
 #include "mpm/step_runner.h"
-#include "mpm/threads.h"
+#include "rve/core/threads.h"
 
 #include <algorithm>
 #include <limits>
@@ -29,7 +29,7 @@ inline void add_to(PartialSums sums, std::size_t k, std::int64_t part)
 class HostMachine {
  public:
   HostMachine(const SolverOptions &options, const Grid &grid, const Boundary &boundary) :
-      grid_(grid), threads_(usable_threads(options.threads)), view_(grid, options),
+      grid_(grid), threads_(rve::usable_threads(options.threads)), view_(grid, options),
       sides_(boundary.sides()), on_body_(grid.node_count()),
       side_impulse_(2 * on_body_.size(), Vec2::zero()),
       body_impulse_(options.rigid_bodies.size() * on_body_.size(), Vec2::zero()),
@@ -114,10 +114,10 @@ class HostMachine {
   {
     const int count = view_.points.count;
     for (Partial &part : partial_) part.first_row = part.end_row = 0;    // a team may be smaller
-#pragma omp parallel num_threads(team_for(count, threads_))
+#pragma omp parallel num_threads(rve::team_for(count, threads_))
     {
-      const ThreadShare mine(count);
-      Partial &part = partial_[this_thread()];
+      const rve::ThreadShare mine(count);
+      Partial &part = partial_[rve::this_thread()];
       make_room(part, mine, P::INERTIA, P::VECTORS);
       P own = pass;
       own.begin();
@@ -126,7 +126,7 @@ class HostMachine {
       const PartialSums vectors{part.vectors.data(), 2 * offset};
       for (int p = mine.begin; p < mine.end; ++p) own(p, inertia, vectors);
 #pragma omp barrier
-      const ThreadShare rows(grid_.node_count() / grid_.row_stride());
+      const rve::ThreadShare rows(grid_.node_count() / grid_.row_stride());
       for (int row = rows.begin; row < rows.end; ++row) {
         if (P::INERTIA) merge_row(row, 3, &Partial::inertia, inertia_sums_);
         if (P::VECTORS) merge_row(row, 2, &Partial::vectors, vector_sums_);
@@ -206,13 +206,13 @@ class HostMachine {
   template <class P> void run(const P &pass, int count)
   {
     int team = 1;
-#pragma omp parallel num_threads(team_for(count, threads_))
+#pragma omp parallel num_threads(rve::team_for(count, threads_))
     {
-      const ThreadShare mine(count);
-      Tally &tally = tallies_[this_thread()];
+      const rve::ThreadShare mine(count);
+      Tally &tally = tallies_[rve::this_thread()];
       tally.best = maxima_;
       tally.first = FirstTrouble::NOWHERE;
-      if (this_thread() == 0) team = team_size();
+      if (rve::this_thread() == 0) team = rve::team_size();
       P own = pass;
       own.begin();
       for (int i = mine.begin; i < mine.end; ++i) own(i, tally);
@@ -224,7 +224,7 @@ class HostMachine {
     }
   }
 
-  void make_room(Partial &part, const ThreadShare &mine, bool inertia, bool vectors)
+  void make_room(Partial &part, const rve::ThreadShare &mine, bool inertia, bool vectors)
   {
     const int rows = grid_.node_count() / grid_.row_stride();
     part.first_row = rows;

@@ -134,7 +134,7 @@ MpmSolver::MpmSolver(const SolverOptions &options, Communication communication,
     runner_(make_runner(options, communication_, grid_, notice)),
     body_velocity_(options.rigid_bodies.size(), Vec2::zero())
 {
-  options_.threads = usable_threads(options.threads);
+  options_.threads = rve::usable_threads(options.threads);
 }
 
 void MpmSolver::set_body_velocity(int body, const Vec2 &velocity)
@@ -188,8 +188,9 @@ void MpmSolver::evaluate(const PointView &points, const std::vector<TractionLoad
 void MpmSolver::check_points(const PointView &points) const
 {
   std::uint64_t first = FirstTrouble::NOWHERE;
-#pragma omp parallel for num_threads(team_for(points.count, options_.threads)) reduction(min \
-                                                                                         : first)
+#pragma omp parallel for num_threads(rve::team_for(points.count, options_.threads)) \
+    reduction(min                                                                   \
+              : first)
   for (int p = 0; p < points.count; ++p) {
     const Trouble trouble = state_trouble(grid_, points, p);
     if (trouble != Trouble::None) first = std::min(first, FirstTrouble::key(p, trouble));
@@ -230,9 +231,9 @@ void MpmSolver::advance_stress(const PointView &points, const Tensor2 *increment
       continue;
     }
     const int count = static_cast<int>(list.size());
-#pragma omp parallel num_threads(team_for(count, options_.threads))
+#pragma omp parallel num_threads(rve::team_for(count, options_.threads))
     {
-      const ThreadShare mine(count);
+      const rve::ThreadShare mine(count);
       model.update(mine.end - mine.begin, list.data() + mine.begin, increment, dt, points.stress,
                    points.memory);
     }
@@ -251,9 +252,9 @@ double MpmSolver::cfl_number(const PointView &points, double dt) const
   };
   double fastest = 0.0;
   int first = points.count;
-#pragma omp parallel for num_threads(team_for(points.count, options_.threads)) \
-    reduction(max                                                              \
-              : fastest) reduction(min                                         \
+#pragma omp parallel for num_threads(rve::team_for(points.count, options_.threads)) \
+    reduction(max                                                                   \
+              : fastest) reduction(min                                              \
                                    : first)
   for (int p = 0; p < points.count; ++p) {
     if (points.rigid_body[p] >= 0) continue;

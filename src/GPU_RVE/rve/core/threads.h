@@ -1,7 +1,7 @@
-// Threads of the MPM solver, with OpenMP or without it.
+// How many threads share a job, and which part of it is whose; with OpenMP or without it.
 
-#ifndef MPM_THREADS_H
-#define MPM_THREADS_H
+#ifndef RVE_CORE_THREADS_H
+#define RVE_CORE_THREADS_H
 
 #include <algorithm>
 
@@ -9,7 +9,7 @@
 #include <omp.h>
 #endif
 
-namespace mpm {
+namespace rve {
 
 inline int usable_threads(int requested)
 {
@@ -20,8 +20,8 @@ inline int usable_threads(int requested)
 #endif
 }
 
-/// Threads for so many points or nodes: all, or one where waking the others would take longer than the work. Not something between:
-/// teams of changing size cost more.
+/// Threads for so many points, nodes or RVEs: all, or one where waking the others would take longer than the work. Nothing between:
+/// where a team is smaller than the one before, libgomp ends the threads that are left over and creates new ones for the next.
 inline int team_for(int items, int threads)
 {
   constexpr int WORTH_A_TEAM = 512;
@@ -58,6 +58,6 @@ struct ThreadShare {
   }
 };
 
-}    // namespace mpm
+}    // namespace rve
 
 #endif
