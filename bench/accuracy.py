@@ -2,27 +2,30 @@
 """Error against cost of the settings of fix rve: packings, plain LAMMPS, element tests, a small footing, and the Pareto plot.
 
     python3 bench/accuracy.py --bin build/host/bin --out bench/results/accuracy-cpu.json
+    python3 bench/accuracy.py --bin build/cuda/bin --out bench/results/accuracy-H200.json --device cuda --copies 99
     python3 bench/accuracy.py --plot bench/results/accuracy-cpu.json
 
 1. Four packings are made (four seeds).
-2. The engine is compared with plain LAMMPS (examples/crosscheck); nothing else is run if that fails.
+2. On a CPU the engine is compared with plain LAMMPS (examples/crosscheck, which needs numpy); nothing else is run if that fails. On a GPU
+   bench_accuracy wants the bits of the CPU instead.
 3. bench_accuracy checks its reference against closed forms and sweeps the settings over six element tests. It fails if a planted defect goes
    unseen.
-4. Packings of 100 to 800 grains are compared in mean and scatter; the rows go to grains-... beside the output.
-5. The footing of bench/in.footing_accuracy is run with some of the settings and four seeds.
+4. The footing of bench/in.footing_accuracy is run with some of the settings and four seeds. It fails if a mass that is far too large goes
+   unseen.
+5. On a CPU packings of 100 to 800 grains are compared in mean and scatter; the rows go to grains-... beside the output.
 
-The second form draws doc/src/figures/accuracy_pareto.png. Needs numpy, and matplotlib for the plot (Debian: python3-numpy,
-python3-matplotlib).
+The last form draws doc/src/figures/accuracy_pareto-... . Needs numpy and matplotlib (Debian: python3-numpy, python3-matplotlib).
 """
 
 import argparse
 import json
 import os
 import pathlib
+import resource
+import statistics
 import subprocess
 import sys
-
-import numpy as np
+import time
 
 REPOSITORY = pathlib.Path(__file__).resolve().parent.parent
 SEEDS = (1, 2, 3, 4)
@@ -42,18 +45,32 @@ FOOTING = (
     ("standard", "preset", "preset standard"),
     ("reference", "preset", "preset reference"),
     ("fast", "format", "format fast"),
+    ("double", "format", "format double"),
     ("dt 0.2", "dt", "dt auto 0.2"),
     ("mass_scaling 4", "mass_scaling", "mass_scaling 4"),
     ("adaptive 1e-5 1e-3", "substeps", "substeps adaptive 1e-5 1e-3"),
     ("quiescent 1e-5", "quiescent", "substeps adaptive 1e-5 1e-3 quiescent 1e-5"),
     ("regression 5 2", "stress", "stress regression 5 2"),
+    ("mass_scaling 10000", "defect", "mass_scaling 10000"),    # no style has a defect to plant; so much inertia must be seen, too
 )
 
 
+# not on every device
+FOOTING_ON = {"cpu": (("single", "format", "format single"),),
+              "cuda": (("fast, relaxed", "arithmetic", "format fast arithmetic relaxed"),)}
+
+
 def run(command, folder, **more):
+    """Returns the share of a CPU that the command had while it ran."""
+    def of_children():
+        usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return usage.ru_utime + usage.ru_stime
+
+    start, before = time.monotonic(), of_children()
     environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OMPI_MCA_ess_singleton_isolated="1", **more)
     if subprocess.run([str(word) for word in command], cwd=folder, env=environment).returncode:
         sys.exit(f"failed: {' '.join(map(str, command))}")
+    return min(1.0, (of_children() - before) / (time.monotonic() - start))
 
 
 def make_packings(lmp, folder, grains=400, seeds=SEEDS):
@@ -64,44 +81,64 @@ def make_packings(lmp, folder, grains=400, seeds=SEEDS):
     return files
 
 
+def read_curve(path):
+    """Pressure over the settlement, seconds of the RVEs, DEM steps of one of them."""
+    rows = [[float(word) for word in line.split()] for line in path.read_text().splitlines() if not line.startswith("#")]
+    return [row[1] for row in rows], rows[-1][2], rows[-1][3]
+
+
+def mean(values):
+    return sum(values) / len(values)
+
+
 def footing(lmp, folder, device):
-    """Rows of the footing: pressure under the plate against that of the reference, over the settlement."""
+    """Rows of the footing: pressure under the plate against that of the reference, over the settlement.
+
+    One seed after the other, so that what else the machine does falls on all settings alike. On a CPU the wall time of the RVEs is
+    multiplied by the share of the CPU that the process had."""
+    settings = FOOTING + FOOTING_ON[device]
     curves, seconds, steps = {}, {}, {}
-    for name, _, keywords in FOOTING + TWINS:
-        for seed in SEEDS:
+    for seed in SEEDS:
+        for name, _, keywords in settings + TWINS:
             out = f"{name.replace(' ', '_').replace(',', '')}.{seed}"
-            run([lmp, "-in", REPOSITORY / "bench" / "in.footing_accuracy", "-var", "packing", f"small_{seed}.rve", "-var", "seed", seed, "-var",
-                 "keywords", f"{keywords} device {device} threads 1", "-var", "out", out, "-screen", "none", "-log", f"log.{out}"], folder)
-            data = np.loadtxt(folder / f"curve.{out}")
-            curves[name, seed] = data[:, 1]
-            seconds[name] = seconds.get(name, 0.0) + data[-1, 2] / len(SEEDS)
-            steps[name] = steps.get(name, 0.0) + data[-1, 3] / len(SEEDS)
+            share = run([lmp, "-in", REPOSITORY / "bench" / "in.footing_accuracy", "-var", "packing", f"small_{seed}.rve", "-var", "seed", seed,
+                         "-var", "keywords", f"{keywords} device {device} threads 1", "-var", "out", out, "-screen", "none", "-log", f"log.{out}"],
+                        folder)
+            curves[name, seed], wall, steps[name, seed] = read_curve(folder / f"curve.{out}")
+            seconds[name, seed] = wall * share if device == "cpu" else wall
     reference = FOOTING[0][0]
     ends = {}
     for seed in SEEDS:
         first = curves[TWINS[0][0], seed]
-        parted = np.any([np.abs(curves[name, seed] - first) > PARTED * first.max() for name, *_ in TWINS[1:]], axis=0)
-        ends[seed] = int(parted.argmax()) if parted.any() else len(first)
+        allowed = PARTED * max(first)
+        ends[seed] = next((k for k, value in enumerate(first)
+                           if any(abs(curves[name, seed][k] - value) > allowed for name, *_ in TWINS[1:])), len(first))
+    last = [mean(curves[reference, seed][-20:]) for seed in SEEDS]
     rows = []
-    for name, knob, keywords in FOOTING[1:]:
+    for name, knob, keywords in settings[1:]:
         error, after = 0.0, []
         for seed in SEEDS:
-            exact, end = curves[reference, seed], ends[seed]
-            error = max(error, float(np.abs(curves[name, seed] - exact)[:end].max(initial=0.0) / exact.max()))
+            exact, curve, end = curves[reference, seed], curves[name, seed], ends[seed]
+            error = max([error] + [abs(a - b) / max(exact) for a, b in zip(curve[:end], exact[:end])])
             if end < len(exact):
-                after.append(curves[name, seed][end:].mean() / exact[end:].mean() - 1.0)
-        share = sum(ends.values()) / sum(len(curves[reference, seed]) for seed in SEEDS)
-        scatter = np.std([curves[reference, seed][-20:].mean() for seed in SEEDS], ddof=1) / np.sqrt(len(SEEDS))
+                after.append(mean(curve[end:]) / mean(exact[end:]) - 1.0)
         details = {"verdict": "within" if error <= LIMIT else "beyond the limit", "limit": LIMIT, "keywords": keywords,
-                   "mean_pressure_afterwards": float(np.mean(after)) if after else 0.0,
-                   "scatter_of_pressure": float(scatter / np.mean([curves[reference, seed][-20:].mean() for seed in SEEDS])),
-                   "share_before_bifurcation": share, "dem_steps": steps[name], "seconds_per_rve": seconds[name] / 48,
-                   "cost_over_reference": seconds[name] / seconds[reference]}
+                   "mean_pressure_afterwards": mean(after) if after else 0.0,
+                   "scatter_of_pressure": statistics.stdev(last) / len(SEEDS) ** 0.5 / mean(last),
+                   "share_before_bifurcation": sum(ends.values()) / sum(len(curves[reference, seed]) for seed in SEEDS),
+                   "dem_steps": mean([steps[name, seed] for seed in SEEDS]),
+                   "seconds_per_rve": mean([seconds[name, seed] for seed in SEEDS]) / 48,
+                   "cost_over_reference": statistics.median(seconds[name, seed] / seconds[reference, seed] for seed in SEEDS)}
+        if knob == "defect":
+            details["seconds_per_rve"] = details["cost_over_reference"] = 0.0
         rows.append({"case": {"device": "cuda" if device == "cuda" else "cpu-1", "code": "gpu_rve", "scene": "footing_small", "dim": 2, "grains": 100,
                               "rves": 48, "setting": name, "knob": knob},
                      "metric": "stress_error_rel", "value": error, "unit": "-", "details": details})
-        print(f"footing     {name:28s} error {error:.2e}  afterwards {details['mean_pressure_afterwards']:+.1e}  before {share:.2f}  "
-              f"cost {details['cost_over_reference']:.3f} of the reference", flush=True)
+        print(f"footing     {name:28s} error {error:.2e}  afterwards {details['mean_pressure_afterwards']:+.1e}  before "
+              f"{details['share_before_bifurcation']:.2f}  cost {details['cost_over_reference']:.3f} of the reference", flush=True)
+    unseen = [row["case"]["setting"] for row in rows if row["case"]["knob"] == "defect" and row["value"] <= LIMIT]
+    if unseen:
+        sys.exit(f"the planted defect goes unseen in the footing: {', '.join(unseen)}")
     return rows
 
 
@@ -113,47 +150,77 @@ def presets(rows):
             of.setdefault(row["case"]["setting"], {})[row["case"]["scene"]] = row
     summary = []
     for name, scenes in of.items():
-        ratios = [of["reference"][scene]["details"]["seconds_per_rve"] / row["details"]["seconds_per_rve"] for scene, row in scenes.items()]
+        ratios = {scene: of["reference"][scene]["details"]["cost_over_reference"] / row["details"]["cost_over_reference"]
+                  for scene, row in scenes.items()}
+        fewer = [of["reference"][scene]["details"]["dem_steps"] / row["details"]["dem_steps"] for scene, row in scenes.items()]
+        slowest, fastest = min(ratios, key=ratios.get), max(ratios, key=ratios.get)
         worst = max(scenes.values(), key=lambda row: row["value"])
         summary.append({"case": {"preset": name}, "metric": "largest_stress_error_rel", "value": worst["value"], "unit": "-",
-                        "details": {"in_scene": worst["case"]["scene"], "least_speedup": min(ratios), "largest_speedup": max(ratios)}})
-        print(f"preset {name}: error at most {worst['value']:.2e} ({worst['case']['scene']}), {min(ratios):.1f} to {max(ratios):.1f} times cheaper than reference")
+                        "details": {"in_scene": worst["case"]["scene"], "least_speedup": ratios[slowest], "least_in_scene": slowest,
+                                    "largest_speedup": ratios[fastest], "largest_in_scene": fastest, "least_ratio_of_steps": min(fewer)}})
+        print(f"preset {name}: error at most {worst['value']:.2e} ({worst['case']['scene']}), {ratios[slowest]:.1f} ({slowest}) to "
+              f"{ratios[fastest]:.1f} ({fastest}) times cheaper than reference")
     return summary
+
+
+def in_repository(path):
+    """Without folders that only this machine has."""
+    return path.relative_to(REPOSITORY) if path.is_relative_to(REPOSITORY) else path.name
+
+
+def save(report, out):
+    partial = out.with_suffix(".partial")
+    partial.write_text(json.dumps(report, indent=1) + "\n")
+    partial.replace(out)
+
+
+def compare_numbers_of_grains(options, binaries, folder, out, machine):
+    # small packings cost less, so there are more of them
+    many = [name for grains in GRAINS for name in make_packings(binaries / "lmp", folder, grains, range(1, 3200 // grains + 1))]
+    run([binaries / "bench_accuracy", out.with_name(out.stem.replace("accuracy", "grains") + ".json"), *many, "--ensemble", "--device",
+         options.device, *machine], folder)
 
 
 def measure(options):
     folder = pathlib.Path(options.dir).resolve()
     folder.mkdir(parents=True, exist_ok=True)
-    binaries = pathlib.Path(options.bin).resolve()
-    packings = make_packings(binaries / "lmp", folder)
-    run([sys.executable, REPOSITORY / "examples" / "crosscheck" / "crosscheck.py", "--short", "--lmp", binaries / "lmp", "--dir", folder / "crosscheck"], folder)
-    out = pathlib.Path(options.out).resolve()
-    # the scatter of packings by their number of grains; small ones cost less, so there are more of them
-    many = [name for grains in GRAINS for name in make_packings(binaries / "lmp", folder, grains, range(1, 3200 // grains + 1))]
+    binaries, out = pathlib.Path(options.bin).resolve(), pathlib.Path(options.out).resolve()
     machine = ["--machine", options.machine] if options.machine else []
-    run([binaries / "bench_accuracy", out.with_name(out.stem.replace("accuracy", "grains") + ".json"), *many, "--ensemble", "--device", options.device, *machine], folder)
     if options.only_grains:
-        return
-    run([binaries / "bench_accuracy", out, *packings, "--device", options.device, "--copies", options.copies, *machine], folder)
+        return compare_numbers_of_grains(options, binaries, folder, out, machine)
+    packings = make_packings(binaries / "lmp", folder)
+    if options.device == "cpu":
+        run([sys.executable, REPOSITORY / "examples" / "crosscheck" / "crosscheck.py", "--short", "--lmp", binaries / "lmp", "--dir",
+             folder / "crosscheck"], folder)
+    scenes = ["--scenes", options.scenes] if options.scenes else []
+    run([binaries / "bench_accuracy", out, *packings, "--device", options.device, "--copies", options.copies, *scenes, *machine], folder)
     report = json.loads(out.read_text())
-    report["command"] = f"python3 bench/accuracy.py --bin {options.bin} --out {os.path.relpath(out, REPOSITORY)} --device {options.device} --copies {options.copies}"
-    report["rows"] += footing(binaries / "lmp", folder, options.device)
-    report["rows"] += presets(report["rows"])
-    partial = out.with_suffix(".partial")
-    partial.write_text(json.dumps(report, indent=1) + "\n")
-    partial.replace(out)
+    report["command"] = (f"python3 bench/accuracy.py --bin {in_repository(binaries)} --out {in_repository(out)} --device {options.device} "
+                         f"--copies {options.copies}" + (f" --scenes {options.scenes}" if options.scenes else "")
+                         + (" --no-footing" if options.no_footing else ""))
+    swept = report["rows"]
+    report["rows"] = swept + presets(swept)
+    save(report, out)    # what there is, if the rest is stopped
+    if not options.no_footing:
+        swept = swept + footing(binaries / "lmp", folder, options.device)
+        report["rows"] = swept + presets(swept)
+        save(report, out)
+    if options.device == "cpu":
+        compare_numbers_of_grains(options, binaries, folder, out, machine)
 
 
 def plot(options):
     import matplotlib
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
+    import numpy as np
+    from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
     report = json.loads(pathlib.Path(options.plot).read_text())
     scenes = {}
     for row in report["rows"]:
         case = row["case"]
-        if row["metric"] == "stress_error_rel" and "knob" in case and case["knob"] not in ("reference", "defect") and row["value"] > 0.0:
+        if row["metric"] == "stress_error_rel" and "knob" in case and case["knob"] not in ("reference", "defect", "feature") and row["value"] > 0.0:
             scenes.setdefault(case["scene"], []).append((row["details"]["cost_over_reference"], row["value"], case["knob"], case["setting"]))
     knobs = sorted({point[2] for points in scenes.values() for point in points})
     styles = {knob: (marker, f"C{k}") for k, (knob, marker) in enumerate(zip(knobs, "osv^D<>PX*"))}
@@ -177,6 +244,11 @@ def plot(options):
         axes.axhline(LIMIT, color="black", linewidth=0.6, linestyle=":")
         axes.set_xscale("log")
         axes.set_yscale("log")
+        low, high = min(point[0] for point in points), max(point[0] for point in points)
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        if high < 50.0 * low:    # a power of ten would be alone
+            axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
         axes.set_title(scene, fontsize=10)
         axes.grid(True, which="major", alpha=0.3)
     for axes in all_axes[-1]:
@@ -185,7 +257,7 @@ def plot(options):
         axes.set_ylabel("largest stress error before bifurcation")
     handles, labels = all_axes.flat[0].get_legend_handles_labels()
     all_axes.flat[-1].legend(handles, labels, loc="center", fontsize=9, title=report.get("machine", ""))
-    figure.savefig(REPOSITORY / "doc" / "src" / "figures" / "accuracy_pareto.png", dpi=110)
+    figure.savefig(REPOSITORY / "doc" / "src" / "figures" / (pathlib.Path(options.plot).stem.replace("accuracy", "accuracy_pareto") + ".png"), dpi=110)
 
 
 def main():
@@ -194,9 +266,11 @@ def main():
     parser.add_argument("--dir", default="build/accuracy", help="folder where the runs write")
     parser.add_argument("--out", default="bench/results/accuracy-cpu.json")
     parser.add_argument("--device", default="cpu", choices=("cpu", "cuda"))
-    parser.add_argument("--copies", type=int, default=1, help="of each packing: fill a GPU with them, so that its cost is that of throughput")
+    parser.add_argument("--copies", type=int, default=1, help="of each packing: they fill a GPU, so that costs are those of throughput")
     parser.add_argument("--machine", help="words for the machine (default: the engine's)")
-    parser.add_argument("--only-grains", action="store_true", help="compare numbers of grains, and leave the sweep out")
+    parser.add_argument("--scenes", metavar="A,B", help="these element tests only; a planted defect that only others find is then no failure")
+    parser.add_argument("--no-footing", action="store_true")
+    parser.add_argument("--only-grains", action="store_true", help="compare numbers of grains, and nothing else")
     parser.add_argument("--plot", metavar="FILE.json", help="draw this file instead of measuring")
     options = parser.parse_args()
     plot(options) if options.plot else measure(options)

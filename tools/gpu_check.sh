@@ -1,7 +1,7 @@
 #!/bin/sh
 # Everything that must be seen on a machine with a GPU, in one call: builds (preset cuda), runs the tests of the CUDA engine with
-# GPU_RVE_REQUIRE_CUDA=1, the sanitizers, 50 steps of the footing on CPU and GPU compared bit for bit, the throughput benchmark, and the
-# engine at the extremes of what it may be asked.
+# GPU_RVE_REQUIRE_CUDA=1, the sanitizers, 50 steps of the footing on CPU and GPU compared bit for bit, the throughput benchmark, the
+# engine at the extremes of what it may be asked, and with suite full the error against cost of the settings.
 #
 #   sh tools/gpu_check.sh                      builds here, results in bench/results
 #   sh tools/gpu_check.sh --bin DIR --out DIR  with programs built elsewhere; results go to DIR
@@ -75,4 +75,8 @@ step "throughput" "$bin/bench_engine" examples/packings/A_h0075.rve "$out/engine
 case $suite in quick) percent=10 ;; *) percent=100 ;; esac
 [ -x "$bin/extremes_report" ] &&
   step "stability at the extremes" "$bin/extremes_report" "$out/extremes-${gpu:-gpu}.json" --device cuda --length $percent
+
+# error against cost (doc/src/accuracy.rst), minutes; 99 copies of four packings are three RVEs for each of 132 multiprocessors
+[ "$suite" = full ] && [ -x "$bin/bench_accuracy" ] &&
+  step "error against cost" python3 bench/accuracy.py --bin "$bin" --out "$out/accuracy-${gpu:-gpu}.json" --device cuda --copies 99
 exit $failed

@@ -18,8 +18,10 @@
 
 #include "fix_rve.h"
 #include "mpm/mpm_solver.h"
+#include "mpm/threads.h"
 #include "mpm_settings.h"
 #include "progress.h"
+#include "readers.h"
 #include "rve/engine/engine.h"
 
 #include "atom.h"
@@ -31,6 +33,7 @@
 #include "memory.h"
 #include "modify.h"
 #include "region.h"
+#include "timer.h"
 #include "update.h"
 #include "variable.h"
 
@@ -53,11 +56,15 @@ namespace {
 enum { UX, UY, U, SXX, SYY, SXY, P, Q, EPS_V, EPS_Q, RHO, FXX, FXY, FYX, FYY, SZZ, EPS_P, COLUMNS };
 enum { UNBALANCED, COURANT, KINETIC, MASS, HEAD };
 enum { REACTION_X, REACTION_Y, BODY_UX, BODY_UY, PER_BODY };
+enum { TIME_RVE, TIME_MPM, TIME_TRANSFERS, TIMES };    // at the end of the global vector
 
 // Of what restart files hold of points and bodies: raise it with every change of that. Files before version 3 had no number.
 constexpr int RESTART_VERSION = 4;
 
 constexpr int COURANT_EVERY = 10;    // steps between two checks of the Courant number
+
+constexpr double LONG_RUN =
+    1.0;    // wall time of a run that is worth a line about its parts [seconds]
 
 }    // namespace
 
@@ -70,7 +77,10 @@ struct FixMpm::Impl {
   double restart_step = 0.0;    // of the head of a restart file
   bool warned = false;
   std::vector<Vec2> body_displacement;
+  std::vector<mpm::TractionLoad> loads;    // of this step
   double **output = nullptr;
+  double times[TIMES] = {};      // wall time of this run [seconds]
+  bool output_is_old = false;    // rows of the per-atom output are those of an earlier step
 
   // what a point carries, besides position and velocity in atom->x and atom->v; initial volume 0: not yet made
   std::vector<Vec2> reference, half_size;
@@ -87,6 +97,16 @@ struct FixMpm::Impl {
   // made anew whenever they are needed: they follow from groups
   std::vector<std::int64_t> id;
   std::vector<int> model, body;
+
+  /// The arrays that only a device has changed are those of the last step again.
+  void bring_back(const Atom *atom) { solver->fetch(points(atom)); }
+
+  /// Somebody will change points, their number or their order.
+  void take_over(const Atom *atom)
+  {
+    bring_back(atom);
+    solver->points_changed();
+  }
 
   int pack(int i, double *buf)
   {
@@ -112,6 +132,23 @@ struct FixMpm::Impl {
       (2 * sizeof(Vec2) + 3 * sizeof(Tensor2) + sizeof(mpm::PointMemory)) / sizeof(double) + 3;
   static_assert(RESTART_VERSION == 4 && DOUBLES == 21, "restart files change: raise their version");
 
+  /// Wall time so far in calls of the engine of RVEs, and in models that are RVEs [seconds].
+  struct ModelTimes {
+    double engine = 0.0, models = 0.0;
+  };
+  ModelTimes model_times() const
+  {
+    ModelTimes times;
+    for (std::size_t k = 0; k < grains.size(); k++) {
+      if (!grains[k]) continue;
+      times.models += solver->model_time((int) k);
+      // groups may share a fix
+      if (std::find(grains.begin(), grains.begin() + k, grains[k]) == grains.begin() + k)
+        times.engine += grains[k]->engine_time();
+    }
+    return times;
+  }
+
   // fix rve speaks of the progress of scenes with grains, and of its RVEs
   bool has_grains() const
   {
@@ -122,10 +159,14 @@ struct FixMpm::Impl {
 
   void find_members(const Atom *atom)
   {
-    id.assign(atom->tag, atom->tag + atom->nlocal);
-    model.assign(atom->nlocal, -1);
-    body.assign(atom->nlocal, -1);
-    for (int i = 0; i < atom->nlocal; i++) {
+    const int nlocal = atom->nlocal;
+    id.resize(nlocal);
+    model.resize(nlocal);
+    body.resize(nlocal);
+#pragma omp parallel for num_threads(mpm::team_for(nlocal, settings.options.threads))
+    for (int i = 0; i < nlocal; i++) {
+      id[i] = atom->tag[i];
+      model[i] = body[i] = -1;
       for (int k = 0; k < (int) settings.models.size(); k++)
         if (atom->mask[i] & settings.models[k].groupbit) model[i] = k;
       for (int k = 0; k < (int) settings.bodies.size(); k++)
@@ -191,10 +232,16 @@ FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), impl(nu
     communication.sum_over_ranks = [ranks](std::int64_t *data, std::size_t count) {
       MPI_Allreduce(MPI_IN_PLACE, data, (int) count, MPI_INT64_T, MPI_SUM, ranks);
     };
+    communication.ranks = comm->nprocs;
     communication.max_over_ranks = [ranks](double *data, std::size_t count) {
       MPI_Allreduce(MPI_IN_PLACE, data, (int) count, MPI_DOUBLE, MPI_MAX, ranks);
     };
-    made->solver = std::make_unique<mpm::MpmSolver>(made->settings.options, communication);
+    std::string notice;
+    made->solver = std::make_unique<mpm::MpmSolver>(made->settings.options, communication, &notice);
+    if (comm->me == 0) {
+      utils::logmesg(lmp, "fix mpm {}: {}\n", id, made->solver->description());
+      if (!notice.empty()) utils::logmesg(lmp, "fix mpm {}: {}\n", id, notice);
+    }
   } catch (const rve::InputError &problem) {
     error->all(FLERR, "Fix mpm: {}", problem.what());
   }
@@ -202,7 +249,7 @@ FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), impl(nu
                                               made->settings.progress_interval);
   impl = made.release();
   impl->body_displacement.assign(impl->settings.bodies.size(), Vec2::zero());
-  size_vector = HEAD + PER_BODY * (int) impl->settings.bodies.size();
+  size_vector = HEAD + PER_BODY * (int) impl->settings.bodies.size() + TIMES;
 
   FixMpm::grow_arrays(atom->nmax);
   for (int i = 0; i < atom->nlocal; i++) FixMpm::set_arrays(i);
@@ -224,7 +271,7 @@ FixMpm::~FixMpm()
 
 int FixMpm::setmask()
 {
-  return PRE_FORCE | FINAL_INTEGRATE;    // PRE_FORCE for setup_pre_force() only
+  return PRE_FORCE | FINAL_INTEGRATE | POST_RUN;    // PRE_FORCE for setup_pre_force() only
 }
 
 /* ----------------------------------------------------------------------
@@ -283,6 +330,7 @@ void FixMpm::init()
 void FixMpm::setup_pre_force(int)
 {
   impl->find_members(atom);
+  impl->take_over(atom);
   for (int i = 0; i < atom->nlocal; i++) {
     const bool rigid = impl->body[i] >= 0;
     if (!rigid && impl->model[i] < 0)
@@ -329,14 +377,59 @@ void FixMpm::setup(int)
 {
   check_courant();
   solve(false);
+  fill_output();
   if (!impl->has_grains()) impl->progress->begin();
 }
 
 void FixMpm::final_integrate()
 {
+  const double start = platform::walltime();
+  if (update->ntimestep == update->firststep + 1) std::fill_n(impl->times, (int) TIMES, 0.0);
+  const Impl::ModelTimes before = impl->model_times();
+  const double copied = impl->solver->transfer_time();
   if (update->ntimestep % COURANT_EVERY == 0) check_courant();
+  // the next check will see the RVEs as this step leaves them
+  if ((update->ntimestep + 1) % COURANT_EVERY == 0)
+    for (FixRve *grains : impl->grains)
+      if (grains) grains->expect_look();
   solve(true);
+  impl->output_is_old = true;
+  const double solved = platform::walltime();
+  const double copied_in_step = impl->solver->transfer_time() - copied;
+  if (somebody_may_look(lmp)) fill_output();
+  const double filled = platform::walltime();
+  const Impl::ModelTimes after = impl->model_times();
+  const double engine = after.engine - before.engine;
+  const double models = after.models - before.models;
+  const double whole = filled - start;
+  // columns, copies from and to a device, and what stands between points and RVEs
+  const double transfers = filled - solved + copied_in_step + models - engine;
+  impl->times[TIME_RVE] += engine;
+  impl->times[TIME_TRANSFERS] += transfers;
+  impl->times[TIME_MPM] += whole - transfers - engine;
   if (!impl->has_grains()) impl->progress->step_done();
+}
+
+/* ----------------------------------------------------------------------
+   the run may have ended before its last step
+------------------------------------------------------------------------- */
+
+void FixMpm::post_run()
+{
+  if (impl->output_is_old) fill_output();
+  double all[] = {impl->times[TIME_RVE], impl->times[TIME_MPM], impl->times[TIME_TRANSFERS],
+                  timer->get_wall(Timer::OUTPUT), timer->get_wall(Timer::TOTAL)};
+  MPI_Allreduce(MPI_IN_PLACE, all, 5, MPI_DOUBLE, MPI_SUM, world);
+  for (double &time : all) time /= comm->nprocs;
+  const double total = all[4];
+  if (comm->me != 0 || total < LONG_RUN || update->nsteps == 0) return;
+  const double per_step = 1e3 / update->nsteps;
+  utils::logmesg(lmp,
+                 "fix mpm {}: wall time {:.2f} s; per step [ms]: RVE {:.3f}, MPM {:.3f}, transfers "
+                 "{:.3f}, LAMMPS {:.3f}, output {:.3f}\n",
+                 id, total, per_step * all[TIME_RVE], per_step * all[TIME_MPM],
+                 per_step * all[TIME_TRANSFERS],
+                 per_step * (total - all[0] - all[1] - all[2] - all[3]), per_step * all[3]);
 }
 
 /* ----------------------------------------------------------------------
@@ -350,9 +443,11 @@ void FixMpm::solve(bool advance)
   };
   impl->find_members(atom);
   modify->clearstep_compute();
-  std::vector<mpm::TractionLoad> loads;
-  for (const MpmTraction &traction : impl->settings.tractions) {
-    mpm::TractionLoad load;
+  impl->loads.resize(impl->settings.tractions.size());
+  for (std::size_t k = 0; k < impl->loads.size(); k++) {
+    const MpmTraction &traction = impl->settings.tractions[k];
+    mpm::TractionLoad &load = impl->loads[k];
+    load.point_index.clear();
     load.traction = {{now(traction.traction[0]), now(traction.traction[1])}};
     load.face = traction.face;
     Region *region = traction.groupbit ? nullptr : domain->get_region_by_id(traction.region);
@@ -363,7 +458,6 @@ void FixMpm::solve(bool advance)
                  : atom->mask[i] & traction.groupbit)
         load.point_index.push_back(i);
     }
-    loads.push_back(load);
   }
 
   try {
@@ -375,14 +469,21 @@ void FixMpm::solve(bool advance)
     }
     modify->addstep_compute(update->ntimestep + 1);
     if (advance)
-      impl->solver->step(impl->points(atom), loads, update->dt);
+      impl->solver->step(impl->points(atom), impl->loads, update->dt);
     else
-      impl->solver->evaluate(impl->points(atom), loads, update->dt);
+      impl->solver->evaluate(impl->points(atom), impl->loads, update->dt);
   } catch (const std::exception &problem) {
     error->one(FLERR, "Fix mpm, step {}: {}", update->ntimestep,
                problem.what());    // perhaps on one rank only
   }
+}
 
+/* ---------------------------------------------------------------------- */
+
+void FixMpm::fill_output()
+{
+  impl->bring_back(atom);
+#pragma omp parallel for num_threads(mpm::team_for(atom->nlocal, impl->settings.options.threads))
   for (int i = 0; i < atom->nlocal; i++) {
     double *row = array_atom[i];
     const Tensor2 &sigma = impl->stress[i];
@@ -404,6 +505,7 @@ void FixMpm::solve(bool advance)
     row[SZZ] = remembers ? impl->memory[i].out_of_plane_stress : 0.0;
     row[EPS_P] = impl->memory[i].plastic_strain;
   }
+  impl->output_is_old = false;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -450,6 +552,7 @@ double FixMpm::compute_vector(int n)
     const mpm::Totals totals = impl->solver->totals(impl->points(atom));
     return n == MASS ? totals.mass : totals.kinetic_energy;
   }
+  if (n >= size_vector - TIMES) return impl->times[n - (size_vector - TIMES)];
   const int body = (n - HEAD) / PER_BODY;
   const int what = (n - HEAD) % PER_BODY;
   if (what <= REACTION_Y) return impl->solver->body_reaction(body)[what - REACTION_X];
@@ -477,6 +580,7 @@ void FixMpm::grow_arrays(int nmax)
 
 void FixMpm::copy_arrays(int i, int j, int /*delflag*/)
 {
+  impl->take_over(atom);
   impl->for_each_array([=](auto &array) {
     array[j] = array[i];
   });
@@ -485,22 +589,26 @@ void FixMpm::copy_arrays(int i, int j, int /*delflag*/)
 
 void FixMpm::set_arrays(int i)
 {
+  impl->take_over(atom);
   impl->volume0[i] = impl->volume[i] = 0.0;
   std::fill_n(array_atom[i], (int) COLUMNS, 0.0);
 }
 
 int FixMpm::pack_exchange(int i, double *buf)
 {
+  impl->take_over(atom);
   return impl->pack(i, buf);
 }
 
 int FixMpm::unpack_exchange(int i, double *buf)
 {
+  impl->take_over(atom);
   return impl->unpack(i, buf);
 }
 
 int FixMpm::pack_restart(int i, double *buf)
 {
+  impl->bring_back(atom);
   buf[0] = size_restart(i);    // how far other fixes skip
   buf[1] = (double) update->ntimestep;
   return 2 + impl->pack(i, buf + 2);
@@ -508,6 +616,7 @@ int FixMpm::pack_restart(int i, double *buf)
 
 void FixMpm::unpack_restart(int i, int nth)
 {
+  impl->take_over(atom);
   const double *extra = atom->extra[i];
   for (int k = 0; k < nth; k++) extra += (int) extra[0];
   if (extra[1] != impl->restart_step)

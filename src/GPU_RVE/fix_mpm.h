@@ -37,6 +37,7 @@ class FixMpm : public Fix {
   void setup_pre_force(int) override;
   void setup(int) override;
   void final_integrate() override;
+  void post_run() override;
 
   double compute_scalar() override;
   double compute_vector(int) override;
@@ -59,6 +60,7 @@ class FixMpm : public Fix {
   Impl *impl;
 
   void solve(bool);
+  void fill_output();
   void check_courant();
 };
 

@@ -102,7 +102,7 @@ FixRve::~FixRve()
 
 int FixRve::setmask()
 {
-  return FINAL_INTEGRATE | END_OF_STEP | POST_RUN;
+  return PRE_EXCHANGE | FINAL_INTEGRATE | END_OF_STEP | POST_RUN;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -133,6 +133,17 @@ void FixRve::setup(int)
 }
 
 /* ----------------------------------------------------------------------
+   atoms are about to change rank, with their RVEs
+------------------------------------------------------------------------- */
+
+void FixRve::pre_exchange()
+{
+  if (comm->nprocs == 1) return;
+  impl->complete();
+  impl->set_exchange_size();
+}
+
+/* ----------------------------------------------------------------------
    the one place where time passes for RVEs that fix mpm does not drive
 ------------------------------------------------------------------------- */
 
@@ -152,6 +163,7 @@ void FixRve::end_of_step()
 {
   const auto &settings = impl->settings;
   const bigint step = update->ntimestep;
+  impl->look_is_expected = false;
   impl->progress.step_done([this] {
     return impl->dem_steps();
   });
@@ -223,6 +235,16 @@ double FixRve::inertial_number(int i) const
 rve::RveState FixRve::state(int i) const
 {
   return impl->points->state(impl->slot[i]);
+}
+
+void FixRve::expect_look()
+{
+  impl->look_is_expected = true;
+}
+
+double FixRve::engine_time() const
+{
+  return impl->points->engine_time();
 }
 
 mpm::Constitutive *FixRve::constitutive()

@@ -45,6 +45,7 @@ class FixRve : public Fix {
   int setmask() override;
   void init() override;
   void setup(int) override;
+  void pre_exchange() override;
   void final_integrate() override;
   void end_of_step() override;
   void post_run() override;
@@ -74,6 +75,10 @@ class FixRve : public Fix {
   const rve::Result &result(int) const;
   // grain density / (1 + void ratio) [mass/length^3]
   double bulk_density(int) const;
+  // the results of this step will be asked for: without that it costs a call of the engine, unless it is a step with output
+  void expect_look();
+  // wall time in calls of the engine so far [seconds]
+  double engine_time() const;
   // of its last DEM steps; 0 before the first one [-]
   double inertial_number(int) const;
   // complete state, exact

@@ -17,6 +17,9 @@
 #include "comm.h"
 #include "error.h"
 #include "mpm/exact_sum.h"
+#include "mpm/threads.h"
+#include "node_share.h"
+#include "readers.h"
 #include "rve/core/error.h"
 #include "rve/core/splitmix64.h"
 #include "rve/engine/finite_strain.h"
@@ -25,9 +28,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <functional>
-#include <thread>
 
 using namespace LAMMPS_NS;
 
@@ -36,6 +37,13 @@ static constexpr double DT_WARNING = 0.95;
 
 // Largest strain of a controlled axis per DEM step, unless the script gives servo_max_rate
 static constexpr double SERVO_STRAIN_PER_STEP = 5.0e-5;
+
+static bool is_finite(const rve::Tensor2 &tensor)
+{
+  return std::all_of(tensor.component, tensor.component + 4, [](double value) {
+    return std::isfinite(value);
+  });
+}
 
 /* ---------------------------------------------------------------------- */
 
@@ -54,17 +62,9 @@ void FixRve::Impl::read_packings()
 
 void FixRve::Impl::make_engine()
 {
-  MPI_Comm node;
-  int local_rank, local_ranks;
-  MPI_Comm_split_type(fix->world, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &node);
-  MPI_Comm_rank(node, &local_rank);
-  MPI_Comm_size(node, &local_ranks);
-  MPI_Comm_free(&node);
-
-  settings.options.device_number = local_rank;
-  if (!settings.threads_given && !getenv("OMP_NUM_THREADS"))
-    settings.options.threads =
-        std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / local_ranks);
+  const NodeShare share(fix->world);
+  settings.options.device_number = share.rank;
+  if (!settings.threads_given) settings.options.threads = share.threads();
   std::string notice, problem;
   try {
     auto engine = rve::make_engine(settings.options, &notice);
@@ -75,8 +75,8 @@ void FixRve::Impl::make_engine()
       precise.arithmetic = rve::Arithmetic::Strict;
       shadows = rve::make_engine(precise);
     }
-    points =
-        std::make_unique<RvePoints>(std::move(engine), std::move(shadows), settings.macro_step);
+    points = std::make_unique<RvePoints>(std::move(engine), std::move(shadows), settings.macro_step,
+                                         threads());
   } catch (const rve::InputError &e) {
     problem = fmt::format("fix rve: {}", e.what());
   }
@@ -437,25 +437,42 @@ void FixRve::Impl::check(const rve::Tensor2 &tensor, const char *what, const cha
 
 /* ---------------------------------------------------------------------- */
 
+bool FixRve::Impl::wants_details() const
+{
+  const int interval = settings.dt_check_interval;
+  return look_is_expected || (interval && fix->update->ntimestep % interval == 0) ||
+      somebody_may_look(fix->lmp);
+}
+
 void FixRve::Impl::advance(const std::vector<int> &atoms, const std::vector<rve::Drive> &drives)
 {
-  std::vector<int> slots;
-  for (std::size_t k = 0; k < atoms.size(); ++k) {
-    check(drives[k].velocity_gradient, "velocity gradient", "[1/time]", atoms[k]);
-    check(drives[k].stress_goal, "stress goal", "[stress]", atoms[k]);
-    check(drives[k].deformation, "deformation increment", "[-]", atoms[k]);
-    slots.push_back(slot[atoms[k]]);
+  const int count = static_cast<int>(atoms.size());
+  int first_bad = count;
+  slots.resize(count);
+#pragma omp parallel for num_threads(mpm::team_for(count, threads())) reduction(min : first_bad)
+  for (int k = 0; k < count; ++k) {
+    const rve::Drive &drive = drives[k];
+    if (!is_finite(drive.velocity_gradient) || !is_finite(drive.stress_goal) ||
+        !is_finite(drive.deformation))
+      first_bad = std::min(first_bad, k);
+    slots[k] = slot[atoms[k]];
   }
+  if (first_bad < count) {
+    check(drives[first_bad].velocity_gradient, "velocity gradient", "[1/time]", atoms[first_bad]);
+    check(drives[first_bad].stress_goal, "stress goal", "[stress]", atoms[first_bad]);
+    check(drives[first_bad].deformation, "deformation increment", "[-]", atoms[first_bad]);
+  }
+  const bool with_details = wants_details();
   try {
     const double start = platform::walltime();
-    const std::vector<int> failed = points->advance(slots, drives);
+    const std::vector<int> failed = points->advance(slots, drives, with_details);
     wall_time += platform::walltime() - start;
     ++num_advances;
     report(failed, atoms);
   } catch (const rve::InputError &e) {
     fix->error->one(FLERR, "fix rve: {}", e.what());
   }
-  set_exchange_size();
+  if (with_details) set_exchange_size();
 }
 
 /* ---------------------------------------------------------------------- */
@@ -512,7 +529,7 @@ std::vector<rve::Drive> FixRve::Impl::drives(const std::vector<int> &atoms)
     rve::Drive &drive = drives[k];
     drive.dt = clock.dt;
     drive.substeps = clock.substeps;
-    drive.servo_gain = settings.servo_gain.value_or(point(atoms[k]).servo_gain);
+    drive.servo_gain = settings.servo_gain.value_or(points->servo_gain(slot[atoms[k]]));
     drive.servo_max_rate = settings.servo_max_rate.value_or(SERVO_STRAIN_PER_STEP / clock.dt);
   }
   return drives;

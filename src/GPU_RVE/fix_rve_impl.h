@@ -37,8 +37,10 @@ struct FixRve::Impl : RveOwner {
   double dt;    // DEM time step, or its upper limit where substeps are matched
   std::unique_ptr<RvePoints> points;
   RveConstitutive constitutive;
-  std::vector<int> slot;        // per atom: RVE in the engine, or -1
-  double restart_step = 0.0;    // of the head of a restart file
+  std::vector<int> slot;            // per atom: RVE in the engine, or -1
+  std::vector<int> slots;           // of the RVEs that advance, kept between calls
+  bool look_is_expected = false;    // somebody said that the results of this step shall be complete
+  double restart_step = 0.0;        // of the head of a restart file
   bool warned_dt = false;
   bool advised[rve::NUM_ADVICE_KINDS] = {};
   Progress progress;
@@ -83,13 +85,19 @@ struct FixRve::Impl : RveOwner {
   void recheck_time_step();
 
   Clock clock(double lammps_dt) const override;
+  const rve::Tensor2 &stress(int atom) const override { return points->stress(slot[atom]); }
   const RvePoints::Point &point(int atom) const override { return points->point(slot[atom]); }
+  void complete() override { points->complete(); }
+  int threads() const override { return settings.options.threads; }
+
+  /// Room for the largest RVE in LAMMPS' buffers.
+  void set_exchange_size();
 
  private:
   void check_time_step(double used, double bound, const std::string &whose);
   void check(const rve::Tensor2 &tensor, const char *what, const char *unit, int atom) const;
   void report(const std::vector<int> &failed, const std::vector<int> &atoms) const;
-  void set_exchange_size();
+  bool wants_details() const;
 };
 
 }    // namespace LAMMPS_NS

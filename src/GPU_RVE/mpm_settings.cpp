@@ -15,6 +15,7 @@
 
 #include "mpm/analytic_laws.h"
 #include "mpm/mohr_coulomb.h"
+#include "node_share.h"
 
 #include "domain.h"
 #include "error.h"
@@ -26,10 +27,6 @@
 
 #include <cmath>
 #include <cstring>
-
-#ifdef _OPENMP
-#include <omp.h>
-#endif
 
 using namespace LAMMPS_NS;
 
@@ -44,9 +41,10 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
   options.lo = {{lmp->domain->boxlo[0], lmp->domain->boxlo[1]}};
   options.hi = {{lmp->domain->boxhi[0], lmp->domain->boxhi[1]}};
   settings.initial_volume = options.cell_size * options.cell_size;
-#ifdef _OPENMP
-  options.threads = omp_get_max_threads();
-#endif
+  const NodeShare share(lmp->world);
+  options.threads = share.threads();
+  options.device = mpm::Device::Auto;
+  options.device_number = share.rank;
 
   mpm::Face *face = nullptr;    // of the last load or body
   int iarg = 4;
@@ -113,6 +111,11 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
       } else if (word == "damping") {
         need(1);
         options.damping = number(1);
+        iarg += 2;
+      } else if (word == "device") {
+        need(1);
+        constexpr mpm::Device DEVICES[] = {mpm::Device::Auto, mpm::Device::Cpu, mpm::Device::Cuda};
+        options.device = DEVICES[one_of(1, {"auto", "cpu", "cuda"})];
         iarg += 2;
       } else if (word == "boundary") {
         need(2);

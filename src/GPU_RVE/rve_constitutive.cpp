@@ -13,6 +13,8 @@
 
 #include "rve_constitutive.h"
 
+#include "mpm/threads.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -22,16 +24,19 @@ void RveConstitutive::update(int count, const int *point_index,
                              const rve::Tensor2 *deformation_increment, double dt,
                              rve::Tensor2 *stress, mpm::PointMemory * /*memory*/)
 {
-  const std::vector<int> atoms(point_index, point_index + count);
   const RveOwner::Clock clock = owner.clock(dt);
-  std::vector<rve::Drive> drives(count);
+  atoms.resize(count);
+  drives.resize(count);
+#pragma omp parallel for num_threads(mpm::team_for(count, owner.threads()))
   for (int k = 0; k < count; ++k) {
+    atoms[k] = point_index[k];
     drives[k].dt = clock.dt;
     drives[k].substeps = clock.substeps;
     drives[k].deformation = deformation_increment[atoms[k]];
   }
   owner.advance(atoms, drives);
-  for (const int atom : atoms) stress[atom] = owner.point(atom).result.stress;
+#pragma omp parallel for num_threads(mpm::team_for(count, owner.threads()))
+  for (int k = 0; k < count; ++k) stress[atoms[k]] = owner.stress(atoms[k]);
 }
 
 // Voigt's bound: grains that move with the mean field give C = (1/V) sum l^2 (k_n nnnn + k_t nttn), and along any direction

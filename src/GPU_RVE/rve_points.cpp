@@ -13,6 +13,7 @@
 
 #include "rve_points.h"
 
+#include "mpm/threads.h"
 #include "rve/core/error.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/packing.h"
@@ -153,6 +154,15 @@ void RvePoints::remove_shadow(Point &point)
    from a macro step to DEM steps
 ------------------------------------------------------------------------- */
 
+template <class Answers>
+void RvePoints::call_engine(const std::vector<int> &slots, const std::vector<rve::Drive> &drives,
+                            Answers &answers) const
+{
+  const auto start = std::chrono::steady_clock::now();
+  engine->advance(slots, drives, answers);
+  seconds_in_engine += seconds_since(start);
+}
+
 /// What one RVE does in a macro step: parts that end where its stress is wanted.
 struct RvePoints::Macro {
   int slot;
@@ -270,7 +280,7 @@ void RvePoints::catch_up(std::vector<Macro> &macros)
   }
   if (late.empty()) return;
   std::vector<rve::Response> responses;
-  engine->advance(slots, drives, responses);
+  call_engine(slots, drives, responses);
   for (std::size_t k = 0; k < late.size(); ++k) {
     Point &point = points[slots[k]];
     late[k]->failed = (responses[k].status & rve::status::Fatal) != 0;
@@ -303,7 +313,7 @@ void RvePoints::run(std::vector<Macro> &macros)
     };
     if (!others.empty()) {
       std::vector<rve::Response> responses;
-      engine->advance(slots_of(others), drives_of(others), responses);
+      call_engine(slots_of(others), drives_of(others), responses);
       for (std::size_t k = 0; k < others.size(); ++k) {
         others[k]->samples.push_back(responses[k].stress);
         others[k]->failed = (responses[k].status & rve::status::Fatal) != 0;
@@ -312,7 +322,7 @@ void RvePoints::run(std::vector<Macro> &macros)
     }
     if (!last.empty()) {
       std::vector<rve::Result> results;
-      engine->advance(slots_of(last), drives_of(last), results);
+      call_engine(slots_of(last), drives_of(last), results);
       for (std::size_t k = 0; k < last.size(); ++k) {
         Macro &macro = *last[k];
         Point &point = points[macro.slot];
@@ -361,9 +371,104 @@ void RvePoints::advance_shadows(const std::vector<int> &slots,
 }
 
 std::vector<int> RvePoints::advance(const std::vector<int> &slots,
-                                    const std::vector<rve::Drive> &drives)
+                                    const std::vector<rve::Drive> &drives, bool with_details)
 {
   const auto start = std::chrono::steady_clock::now();
+  const std::vector<int> failed = is_plain(slots) ? advance_plainly(slots, drives, with_details)
+                                                  : advance_by_plan(slots, drives);
+  if (shadows) {
+    const auto shadows_start = std::chrono::steady_clock::now();
+    advance_shadows(slots, drives);
+    seconds_for_shadows += seconds_since(shadows_start);
+  }
+  seconds += seconds_since(start);
+  return failed;
+}
+
+/* ----------------------------------------------------------------------
+   nothing stands between macro steps and DEM steps: one call of the engine, with the drives as they are.
+   thousands of RVEs get there in every step, and what is done for each of them counts
+------------------------------------------------------------------------- */
+
+bool RvePoints::is_plain(const std::vector<int> &slots) const
+{
+  if (options.adaptive || options.quiescent_strain > 0.0 || options.stress_from != StressFrom::End)
+    return false;
+  const int count = static_cast<int>(slots.size());
+  const int team = mpm::team_for(count, threads);
+  bool plain = true;
+#pragma omp parallel for num_threads(team) reduction(&& : plain)
+  for (int k = 0; k < count; ++k) {
+    const Point &point = points[slots[k]];
+    plain = plain && !point.frozen && !point.asleep && is_identity(point.pending);
+  }
+  return plain;
+}
+
+std::vector<int> RvePoints::advance_plainly(const std::vector<int> &slots,
+                                            const std::vector<rve::Drive> &drives,
+                                            bool with_details)
+{
+  const int count = static_cast<int>(slots.size());
+  if (count == 0) return {};
+  if (with_details)
+    call_engine(slots, drives, results);
+  else
+    call_engine(slots, drives, responses);
+  image_sizes.assign(points.size(), 0);
+
+  const int team = mpm::team_for(count, threads);
+  int num_failed = 0;
+#pragma omp parallel for num_threads(team) reduction(+ : num_failed)
+  for (int k = 0; k < count; ++k) {
+    Point &point = points[slots[k]];
+    const std::uint32_t status = with_details ? results[k].status : responses[k].status;
+    if (status & rve::status::Fatal) {
+      point.result.status = status;
+      point.frozen = true;
+      ++num_failed;
+      continue;
+    }
+    if (with_details) {
+      point.result = results[k];
+      point.stale = false;
+    } else {
+      point.result.status = status;
+      point.result.stress = responses[k].stress;
+      point.stale = true;
+    }
+    point.stiffness.reset();
+    if (drives[k].substeps > 0) point.drive = drives[k];
+  }
+  std::vector<int> failed;
+  for (int k = 0; num_failed > 0 && k < count; ++k)
+    if (points[slots[k]].frozen) failed.push_back(slots[k]);
+  return failed;
+}
+
+void RvePoints::complete() const
+{
+  std::vector<int> slots;
+  for (int slot = 0; slot < static_cast<int>(points.size()); ++slot)
+    if (points[slot].stale) slots.push_back(slot);
+  if (slots.empty()) return;
+  std::vector<rve::Drive> at_rest(slots.size());
+  for (auto &drive : at_rest) drive.dt = 1.0;    // no step is taken; a drive wants a positive one
+  std::vector<rve::Result> looks;
+  call_engine(slots, at_rest, looks);
+  for (std::size_t k = 0; k < slots.size(); ++k) {
+    Point &point = points[slots[k]];
+    point.stale = false;
+    if (looks[k].status & rve::status::Fatal) continue;
+    looks[k].stress = point.result.stress;
+    looks[k].status = point.result.status;
+    point.result = looks[k];
+  }
+}
+
+std::vector<int> RvePoints::advance_by_plan(const std::vector<int> &slots,
+                                            const std::vector<rve::Drive> &drives)
+{
   std::vector<int> failed;
   std::vector<Macro> macros;
   for (std::size_t k = 0; k < slots.size(); ++k) {
@@ -402,18 +507,12 @@ std::vector<int> RvePoints::advance(const std::vector<int> &slots,
       failed.push_back(macro.slot);
       continue;
     }
+    point.stale = false;
     point.stiffness.reset();
     if (macro.drive.substeps == 0) continue;
     point.pending = rve::Tensor2::identity();
     point.drive = macro.drive;
   }
-
-  if (shadows) {
-    const auto shadows_start = std::chrono::steady_clock::now();
-    advance_shadows(slots, drives);
-    seconds_for_shadows += seconds_since(shadows_start);
-  }
-  seconds += seconds_since(start);
   return failed;
 }
 
@@ -423,7 +522,7 @@ std::vector<int> RvePoints::advance(const std::vector<int> &slots,
 
 std::vector<double> RvePoints::image(int slot) const
 {
-  const Point &point = points[slot];
+  const Point &point = this->point(slot);
   const std::vector<char> state = rve::serialize(engine->state(slot));
   std::vector<char> shadow;
   if (point.shadow >= 0) shadow = rve::serialize(shadows->state(point.shadow));
@@ -479,8 +578,9 @@ int RvePoints::image_size(int slot) const
 
 int RvePoints::image_bound(int slot) const
 {
-  // per grain: radius, 2 coordinates, 2 velocities, spin, 2 list coordinates; per pair 16 bytes; the rest generously
+  // per grain: radius, 2 coordinates, 2 velocities, spin, 2 list coordinates; per pair 16 bytes; the rest generously, with room for
+  // pairs that have come since the result was complete
   const rve::Result &result = points[slot].result;
-  const int of_state = 8 * result.num_grains + 2 * result.num_pairs + 256;
+  const int of_state = 9 * result.num_grains + 2 * result.num_pairs + 256;
   return static_cast<int>(HEAD) + (points[slot].shadow >= 0 ? 2 : 1) * of_state;
 }

@@ -59,6 +59,7 @@ class RvePoints {
     double servo_gain = 0.0;    ///< default of its stress servo [1/(stress time^2)]
     bool frozen = false;        ///< failed once and is not advanced any more
     bool asleep = false;        ///< was skipped in the last macro step
+    bool stale = false;         ///< `result` is of an earlier advance, but for stress and status
 
     rve::Drive drive;    ///< of its last DEM steps; none so far if it has no substeps
 
@@ -77,11 +78,11 @@ class RvePoints {
     double shadow_deviation() const;
   };
 
-  /// `_shadows` is an engine in double precision, or none if there shall be no shadows.
+  /// `_shadows` is an engine in double precision, or none if there shall be no shadows. `_threads` are for what is done here.
   RvePoints(std::unique_ptr<rve::Engine> _engine, std::unique_ptr<rve::Engine> _shadows,
-            const MacroStepOptions &_options) :
+            const MacroStepOptions &_options, int _threads = 1) :
       engine(std::move(_engine)),
-      shadows(std::move(_shadows)), options(_options)
+      shadows(std::move(_shadows)), options(_options), threads(_threads)
   {
   }
 
@@ -91,15 +92,31 @@ class RvePoints {
 
   /// Advances those that are not frozen; returns the slots that failed, which stay as they were and are frozen. With stress samples
   /// a macro step is several calls of the engine: a failed RVE then stays as it was before the call that failed.
-  std::vector<int> advance(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);
+  /// Without details the results have stress and status only until somebody asks for a point, which then costs a call of the engine:
+  /// say in advance when it is known. What is found so belongs to the same configuration, but velocities have had their last kick
+  /// (kinetic energy), and sums of forces may be rounded in another unit.
+  std::vector<int> advance(const std::vector<int> &slots, const std::vector<rve::Drive> &drives,
+                           bool with_details = true);
+  /// Completes the results of all points that an advance left without details.
+  void complete() const;
 
   /// Gives the RVE a shadow: a copy in double precision that goes its way with finer steps from now on, never skipped.
   void add_shadow(int slot);
   /// Wall time spent on shadows, and on all [seconds]
   double shadow_time() const { return seconds_for_shadows; }
   double total_time() const { return seconds; }
+  /// Of it, in calls of the engine of the RVEs themselves [seconds]
+  double engine_time() const { return seconds_in_engine; }
 
-  const Point &point(int slot) const { return points[slot]; }
+  const Point &point(int slot) const
+  {
+    if (points[slot].stale) complete();
+    return points[slot];
+  }
+  // what is always up to date
+  const rve::Tensor2 &stress(int slot) const { return points[slot].result.stress; }
+  bool frozen(int slot) const { return points[slot].frozen; }
+  double servo_gain(int slot) const { return points[slot].servo_gain; }
   rve::RveState state(int slot) const { return engine->state(slot); }
   std::string description() const { return engine->description(); }
   int size() const { return engine->size(); }
@@ -121,11 +138,26 @@ class RvePoints {
  private:
   std::unique_ptr<rve::Engine> engine, shadows;
   MacroStepOptions options;
+  int threads;
   double seconds = 0.0, seconds_for_shadows = 0.0;
-  std::vector<Point> points;               // by slot
+  mutable double seconds_in_engine = 0.0;
+  mutable std::vector<Point> points;       // by slot
   mutable std::vector<int> image_sizes;    // by slot; 0: not known
 
   struct Macro;    // a macro step of one RVE
+
+  // of advance_plainly, kept between calls
+  std::vector<rve::Result> results;
+  std::vector<rve::Response> responses;
+
+  template <class Answers>
+  void call_engine(const std::vector<int> &slots, const std::vector<rve::Drive> &drives,
+                   Answers &answers) const;
+  bool is_plain(const std::vector<int> &slots) const;
+  std::vector<int> advance_plainly(const std::vector<int> &slots,
+                                   const std::vector<rve::Drive> &drives, bool with_details);
+  std::vector<int> advance_by_plan(const std::vector<int> &slots,
+                                   const std::vector<rve::Drive> &drives);
 
   Point &settle(int slot, const rve::RveState &state);
   bool can_sleep(const Point &point) const;

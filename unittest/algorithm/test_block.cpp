@@ -94,7 +94,7 @@ struct ReverseTwice {
 /// What is done aside of a phase is done once, and seen after it.
 struct CountAside {
   int count;
-  int *visits, *calls;
+  int *visits, *calls;    ///< (count), (5)
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
     block.for_each(
@@ -103,10 +103,19 @@ struct CountAside {
           ++visits[i];
         },
         [&] {
-          ++*calls;
+          ++calls[0];
+        });
+    block.for_items(
+        count,
+        [&](typename Block::Item i) {
+          visits[i] += 10 * calls[0];
+        },
+        4,
+        [&](int k) {
+          calls[1 + k] += k;
         });
     block.for_each(count, [&](typename Block::Item i) {
-      visits[i] += 10 * *calls;
+      visits[i] += 100 * (calls[1] + calls[2] + calls[3] + calls[4]);
     });
   }
 };
@@ -371,13 +380,13 @@ TEST_F(Block, PhasesAreSeparatedByABarrier)
 TEST_F(Block, WhatIsDoneAsideIsDoneOnceAndSeenAfterThePhase)
 {
   for_sizes([](int threads, int count) {
-    BlockArray<int> visits(std::vector<int>(count, 0)), calls(std::vector<int>{0});
+    BlockArray<int> visits(std::vector<int>(count, 0)), calls(std::vector<int>(5, 0));
 
     run_block(threads, CountAside{count, visits.data(), calls.data()});
 
-    EXPECT_EQ(calls.values()[0], 1);
+    EXPECT_EQ(calls.values(), (std::vector<int>{1, 0, 1, 2, 3}));
     const auto result = visits.values();
-    for (int i = 0; i < count; ++i) ASSERT_EQ(result[i], 11) << i;
+    for (int i = 0; i < count; ++i) ASSERT_EQ(result[i], 611) << i;
   });
 }
 

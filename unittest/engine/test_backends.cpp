@@ -325,6 +325,8 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
   RveState viscous = state;
   viscous.material.normal_viscosity = 3.0;
   viscous.material.tangential_viscosity = 1.5;
+  RveState slippery = state;
+  slippery.material.friction = 0.0;
   const DriveRecord drive = kernel_drive();
   const SteeringRecord servo = kernel_steering(state);
   struct {
@@ -333,6 +335,7 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
     const SteeringRecord *steering;
     SceneKind scene;
   } const cases[] = {{"plain", state, nullptr, SceneKind::Plain},
+                     {"without friction", slippery, nullptr, SceneKind::Frictionless},
                      {"with dashpots and energy", viscous, nullptr, SceneKind::General},
                      {"with a servo", state, &servo, SceneKind::General}};
 
@@ -445,6 +448,22 @@ TEST_P(CpuAndCuda, GiveTheSameBitsWithTheAutomaticSkinAndEnergyTracking)
 
   expect_same_bits(on_cpu, on_gpu, actors);
   for (const Result &result : on_gpu.last) EXPECT_NE(result.energy.local_damping, 0.0);
+}
+
+// on the CPU this is another program
+TEST_P(CpuAndCuda, GiveTheSameBitsWithoutFriction)
+{
+  auto actors = full_scene(false);
+  for (Actor &actor : actors) {
+    actor.state.material.friction = 0.0;
+    actor.drive = Drive::constant_velocity_gradient(Tensor2{{0.5, 12.0, -4.0, 0.8}}, DT, 190);
+  }
+  const auto cpu = make_engine(options_for(GetParam(), Device::Cpu));
+  const auto gpu = make_engine(options_for(GetParam(), Device::Cuda));
+
+  const Outcome on_cpu = play(*cpu, actors, 3), on_gpu = play(*gpu, actors, 3);
+
+  expect_same_bits(on_cpu, on_gpu, actors);
 }
 
 TEST_P(CpuAndCuda, GiveTheSameBitsForEveryBlockSize)

@@ -24,6 +24,9 @@ using namespace LAMMPS_NS;
 
 namespace {
 
+constexpr int TIMES =
+    3;    // at the end of the global vector: wall times, which differ from run to run
+
 /// A script with a fix mpm of the ID soil.
 class SoilScript : public Script {
  public:
@@ -366,7 +369,7 @@ TEST(FixMpm, RestartContinuesBitForBit)
           fix + "run 180\n";
 
   EXPECT_EQ(whole.points(), second.points());
-  for (int k = 0; k < whole.fix()->size_vector; ++k)
+  for (int k = 0; k < whole.fix()->size_vector - TIMES; ++k)
     EXPECT_EQ(whole.fix()->compute_vector(k), second.fix()->compute_vector(k))
         << "vector entry " << k;
   MPI_Barrier(MPI_COMM_WORLD);
@@ -543,6 +546,69 @@ TEST(FixMpmWithGrains, RestartContinuesBitForBit)
   std::remove("test_fix_mpm_grains.restart");
 }
 
+TEST(FixMpm, DeviceGivesTheSameBits)
+{
+  // atoms migrate and are sorted on the way, forces come from another fix, and the device is asked for what it has now and then
+  const auto scene = [](const std::string &device) {
+    const std::string scene = elastic_footing();
+    return "processors 1 * 1\n" + scene.substr(0, scene.size() - 1) + " device " + device +
+        "\nfix g all gravity 1.0 vector 0 -1 0\natom_modify sort 20 1.0\nthermo 70\n"
+        "thermo_style custom step f_soil[1] f_soil[6]\nrun 150\n"
+        "region corner block 7 8 4 6 -0.05 0.05 units box\ndelete_atoms region corner\n"
+        "run 100\nvelocity ground set 0 NULL NULL\nrun 150\n";
+  };
+  SoilScript cpu, device;
+
+  cpu << scene("cpu");
+  device << scene("auto");
+
+  EXPECT_EQ(cpu.points(), device.points());
+  for (int k = 0; k < cpu.fix()->size_vector - TIMES; ++k)
+    EXPECT_EQ(cpu.fix()->compute_vector(k), device.fix()->compute_vector(k)) << "entry " << k;
+}
+
+TEST(FixMpm, ColumnsAreThoseOfTheStepWhoeverReadsThem)
+{
+  // outputs are due at the end of the run only; a fix that works in other steps reads the columns then
+  constexpr int STEPS = 6;
+  SoilScript script, step_by_step;
+  script << elastic_footing() +
+          "thermo 1000\ncompute settled all reduce sum f_soil[3]\nfix history all vector 2 "
+          "c_settled\nrun " +
+          std::to_string(STEPS) + "\n";
+
+  step_by_step << elastic_footing() + "run 0\n";
+  for (int step = 2; step <= STEPS; step += 2) {
+    step_by_step << "run 2\n";
+    double sum = 0.0;
+    for (const auto &point : step_by_step.points()) sum += point.second[4 + 2];
+    EXPECT_GT(sum, 0.0);
+    // the first value is that of step 0
+    EXPECT_NEAR(script.fix_value("history", 1 + step / 2), sum, 1e-12 * sum);
+  }
+}
+
+TEST(FixMpm, VectorEndsWithTheWallTimeOfTheRun)
+{
+  SoilScript script;
+  script << elastic_footing() + "run 20\n";
+
+  EXPECT_EQ(script.fix()->size_vector, 4 + 4 + TIMES);
+  EXPECT_EQ(script.fix_value("soil", 9), 0.0) << "no RVEs";
+  EXPECT_GT(script.fix_value("soil", 10), 0.0);
+  EXPECT_GT(script.fix_value("soil", 11), 0.0) << "columns are filled in the last step";
+}
+
+TEST(FixMpmWithGrains, VectorTellsTheTimeOfTheRves)
+{
+  make_packing();
+  MPI_Barrier(MPI_COMM_WORLD);
+  SoilScript script;
+  script << footing_on_grains() + "run 5\n";
+
+  for (int n = 9; n <= 11; ++n) EXPECT_GT(script.fix_value("soil", n), 0.0);
+}
+
 /// What two steps of a scene print in the log, with *progress* of its last fix.
 std::string log_with_progress(const std::string &scene)
 {
@@ -590,6 +656,8 @@ TEST(FixMpmErrors, SayWhatIsWrong)
        "shape must be linear or gimp, got 'cubic'"},
       {scene + "fix soil all mpm 1.0 " + law + " scheme usl",
        "scheme must be musl or usavg, got 'usl'"},
+      {scene + "fix soil all mpm 1.0 " + law + " device tpu",
+       "device must be auto or cpu or cuda, got 'tpu'"},
       {scene + "fix soil all mpm 1.0 " + law + " scheme", "missing argument"},
       {scene + "fix soil all mpm 1.0 " + law + " damping 1",
        "local damping must be in [0, 1), got 1"},

@@ -142,6 +142,7 @@ class RankTeam {
     for (int rank = 0; rank < ranks_; ++rank)
       team.emplace_back([this, rank, &work] {
         mpm::Communication communication;
+        communication.ranks = ranks_;
         communication.sum_over_ranks = [this, rank](std::int64_t *data, std::size_t n) {
           reduce(rank, data, n, [](std::int64_t a, std::int64_t b) {
             return a + b;

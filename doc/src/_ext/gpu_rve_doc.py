@@ -4,6 +4,7 @@ import glob
 import json
 import os
 import re
+import shlex
 
 from docutils import nodes
 from docutils.parsers.rst import Directive
@@ -82,13 +83,13 @@ def table_of(titles, widths, lines):
 class BenchResults(Directive):
     """`.. bench-results:: [files]` shows results as the benchmarks wrote them: all rows of bench/results/<files>.json, or
 
-        :where:   key=value ...   those rows that have these values, of the row itself, its case, or its details; `a|b` is either, and nothing
-                                  stands for a key that the row has not
+        :where:   key=value ...   those rows that have these values, of the row itself, its case, or its details; `a|b` is either, nothing
+                                  stands for a key that the row has not, and values with spaces are in quotes
         :columns: key ...         only these columns of them
         :metrics: metric ...      a line for each case instead of each row, with the columns and these of its metrics
     """
     optional_arguments = 1
-    option_spec = {'where': str.split, 'columns': str.split, 'metrics': str.split}
+    option_spec = {'where': shlex.split, 'columns': str.split, 'metrics': str.split}
 
     def run(self):
         env = self.state.document.settings.env

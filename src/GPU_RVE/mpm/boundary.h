@@ -1,6 +1,7 @@
 // Velocity conditions on the grid: its four sides, and rigid bodies with a prescribed velocity.
 //
-// Every condition is imposed as an impulse on nodal momenta, and the impulse is what the wall or the body feels.
+// Every condition is imposed as an impulse on nodal momenta, and the impulse is what the wall or the body feels. Sides are
+// imposed node by node, bodies column by column of nodes: neither looks at what the others change.
 
 #ifndef MPM_BOUNDARY_H
 #define MPM_BOUNDARY_H
@@ -9,6 +10,8 @@
 #include "mpm/shape_functions.h"
 
 #include <array>
+#include <cmath>
+#include <cstdint>
 #include <vector>
 
 namespace mpm {
@@ -29,16 +32,61 @@ struct RigidBodyState {
   Vec2 velocity;    ///< [length/time]
 };
 
-class Boundary {
- public:
-  Boundary(const Grid &grid, ShapeFunction shape, const std::array<SideKind, 4> &sides,
-           const std::vector<RigidBodyOptions> &bodies);
+/// Whether contact of a body that can separate is found from the momenta, or taken from the last time it was found.
+enum class Contact { Find, Keep };
 
-  /// Whether contact of a body that can separate is found from the momenta, or taken from the last time it was found.
-  enum class Contact { Find, Keep };
+/// The conditions as the passes over the nodes see them.
+struct BoundaryView {
+  /// Of a node: whether it is held by a side across x or y, and whether that side holds both components.
+  enum : std::uint8_t { AcrossX = 1, FixedAcrossX = 2, AcrossY = 4, FixedAcrossY = 8 };
 
-  /// Changes `momentum` [mass length/time] of the nodes so that it satisfies all conditions. `mass` [mass] per node; nodes
-  /// without mass take no part. What a side holds is the side's alone: bodies leave it and do not feel it.
+  Grid grid;
+  ShapeFunction shape;
+  const std::uint8_t *sides = nullptr;    ///< per node, as above
+  std::uint8_t *on_body = nullptr;    ///< per node: bit a if a body has a condition on component a
+  std::uint8_t *closed = nullptr;     ///< per body and column: the face is in contact
+
+  // Impulses [mass length/time] that the material gave, for the reactions
+  Vec2 *side_impulse = nullptr;    ///< per axis and node: to the side across that axis
+  Vec2 *body_impulse = nullptr;    ///< per body and node
+
+  RVE_HD bool held_by_side(int node, int axis) const
+  {
+    const int mask = axis == 0 ? AcrossX | FixedAcrossY : AcrossY | FixedAcrossX;
+    return (sides[node] & mask) != 0;
+  }
+  /// Whether the last conditions that were imposed had one on this component of the node's velocity.
+  RVE_HD bool constrains(int node, int axis) const
+  {
+    return held_by_side(node, axis) || (on_body[node] >> axis & 1) != 0;
+  }
+  RVE_HD int columns() const
+  {
+    const int cells = grid.cells(0) > grid.cells(1) ? grid.cells(0) : grid.cells(1);
+    return cells + 3;
+  }
+
+  /// Takes from the momentum [mass length/time] of a node what the sides hold.
+  RVE_HD void impose_sides(int node, bool recorded, Vec2 &momentum) const
+  {
+    const int kinds = sides[node];
+    if (kinds == 0) return;
+    for (int axis = 0; axis < 2; ++axis) {
+      if (!(kinds & (axis == 0 ? AcrossX : AcrossY))) continue;
+      const bool fixed = (kinds & (axis == 0 ? FixedAcrossX : FixedAcrossY)) != 0;
+      Vec2 felt = Vec2::zero();
+      for (int a = 0; a < 2; ++a) {
+        if (a != axis && !fixed) continue;
+        felt[a] = momentum[a];
+        momentum[a] = 0.0;
+      }
+      if (recorded) side_impulse[axis * grid.node_count() + node] = felt;
+    }
+  }
+
+  /// Changes the momenta [mass length/time] of the nodes in one column under a body, numbered from -1, so that they satisfy its
+  /// conditions. Columns that are not under the body are left alone. `mass` [mass] per node; nodes without mass take no part.
+  /// What a side holds is the side's alone: bodies leave it and do not feel it.
   ///
   /// The face of a body lies between two rows of nodes, an inner and an outer one, as a rule on neither. In every column of
   /// nodes under the body, the velocity *interpolated at the face* is the body's: with w the distance of the face from the
@@ -52,40 +100,172 @@ class Boundary {
   ///
   /// Rows further inside the body move with it. On its two lateral faces material can slide and separate.
   /// Columns count as under the body if they are within its width, edges included: put the edges on columns.
-  void impose(const std::vector<double> &mass, const std::vector<RigidBodyState> &bodies,
-              Contact contact, std::vector<Vec2> &momentum);
+  RVE_HD void impose_body(int body, const RigidBodyOptions &options, const RigidBodyState &state,
+                          int column, Contact contact, bool recorded, const double *mass,
+                          Vec2 *momentum) const;
+};
 
-  /// Impulse [mass length/time] that the material gave to a body or a side in the last call of impose().
-  const Vec2 &body_impulse(int body) const { return body_impulse_[body]; }
-  const Vec2 &side_impulse(Face side) const { return side_impulse_[static_cast<int>(side)]; }
+/// Owns the tables of the conditions, and adds the impulses up.
+class Boundary {
+ public:
+  Boundary(const Grid &grid, const std::array<SideKind, 4> &sides,
+           const std::vector<RigidBodyOptions> &bodies);
 
-  /// Whether the last call of impose() had a condition on this component of the node's velocity.
-  bool constrains(int node, int axis) const
-  {
-    return on_side_[2 * node + axis] || on_body_[2 * node + axis];
-  }
+  /// Per node, for BoundaryView::sides.
+  const std::vector<std::uint8_t> &sides() const { return sides_; }
+
+  /// Impulse [mass length/time] of the material on a body or a side, from what a BoundaryView recorded on the nodes; always in
+  /// the same order.
+  Vec2 body_impulse(int body, const Vec2 *recorded) const;
+  Vec2 side_impulse(Face side, const Vec2 *recorded) const;
 
  private:
-  void impose_body(int body, const std::vector<double> &mass, const RigidBodyState &state,
-                   Contact contact, std::vector<Vec2> &momentum);
-  void impose_sides(std::vector<Vec2> &momentum);
+  Grid grid_;
+  std::vector<RigidBodyOptions> options_;
+  std::vector<std::uint8_t> sides_;
+  std::array<std::vector<int>, 4> side_nodes_;
+};
 
-  struct SideNode {
-    int node;
-    Face side;
-    bool fixed;
+// ---- implementation -----------------------------------------------------------------------------------------------------------
+
+namespace face_pair {
+
+  /// Coordinates agree within this many cells: far above round-off, far below anything that matters.
+  constexpr double SAME_PLACE = 1e-6;
+
+  RVE_HD inline double clamped(double value, double low, double high)
+  {
+    return value < low ? low : value > high ? high : value;
+  }
+
+  /// Two nodes of one column of the grid on both sides of a body's face, with the share of the face's force that each takes.
+  struct FacePair {
+    int node[2];
+    double share[2];
+    bool used[2];    ///< takes a share at all
+
+    /// Impulse on one component that gives the pair the velocity `target` at the face; false if there is nothing to push.
+    RVE_HD bool impulse(const double *mass, const Vec2 *momentum, int axis, double target,
+                        double &result) const
+    {
+      double velocity = 0.0;
+      double compliance = 0.0;
+      for (int k = 0; k < 2; ++k) {
+        if (!used[k]) continue;
+        const double m = mass[node[k]];
+        if (!(m > 0.0)) return false;
+        velocity += share[k] * momentum[node[k]][axis] / m;
+        compliance += share[k] * share[k] / m;
+      }
+      result = (target - velocity) / compliance;
+      return true;
+    }
   };
 
-  Grid grid_;
-  ShapeFunction shape_;
-  std::vector<RigidBodyOptions> options_;
-  std::vector<SideNode> side_nodes_;
-  std::vector<char> on_side_;                ///< per node and component
-  std::vector<char> on_body_;                ///< per node and component
-  std::vector<std::vector<char>> closed_;    ///< per body and column: the face is in contact
-  std::vector<Vec2> body_impulse_;
-  std::array<Vec2, 4> side_impulse_;
-};
+}    // namespace face_pair
+
+RVE_HD inline void BoundaryView::impose_body(int body, const RigidBodyOptions &options,
+                                             const RigidBodyState &state, int column,
+                                             Contact contact, bool recorded, const double *mass,
+                                             Vec2 *momentum) const
+{
+  using namespace face_pair;
+  const int normal = axis_of(options.face);
+  const int tangent = 1 - normal;
+  const double outside = outward(options.face);
+  const int inwards = outside < 0.0 ? 1 : -1;    // step of the row index into the body
+  const Vec2 &velocity = state.velocity;
+  Vec2 *felt = recorded ? body_impulse + static_cast<std::size_t>(body) * grid.node_count()
+                        : nullptr;
+
+  // rows on both sides of the face, and the last row inside the body
+  const double face = grid.scaled(outside < 0.0 ? state.lo[normal] : state.hi[normal], normal);
+  const double back = grid.scaled(outside < 0.0 ? state.hi[normal] : state.lo[normal], normal);
+  if (!(std::abs(face) < 1e9 && std::abs(back) < 1e9)) return;    // nowhere near the grid
+  const int inner = static_cast<int>(outside < 0.0 ? std::ceil(face) : std::floor(face));
+  double outer_share = std::abs(inner - face);
+  if (shape == ShapeFunction::Linear) outer_share = outer_share < 0.5 ? 0.0 : 1.0;
+  const int last_row = grid.cells(normal) + 1;
+
+  // columns under the body
+  const double left = grid.scaled(state.lo[tangent], tangent);
+  const double right = grid.scaled(state.hi[tangent], tangent);
+  const double last_column = grid.cells(tangent) + 1;
+  if (column < std::ceil(clamped(left - SAME_PLACE, -1.0, last_column + 1)) ||
+      column > std::floor(clamped(right + SAME_PLACE, -2.0, last_column)))
+    return;
+
+  const auto node_at = [&](int row) {
+    return normal == 1 ? grid.node(column, row) : grid.node(row, column);
+  };
+  const auto on_grid = [&](int row) {
+    return row >= -1 && row <= last_row;
+  };
+  const auto set_on_body = [&](int node, int axis) {
+    on_body[node] = static_cast<std::uint8_t>(on_body[node] | 1 << axis);
+  };
+  const auto prescribe = [&](int node, int axis) {
+    if (held_by_side(node, axis)) return;
+    const double change = mass[node] * velocity[axis] - momentum[node][axis];
+    momentum[node][axis] += change;
+    if (recorded) felt[node][axis] = change;
+    set_on_body(node, axis);
+  };
+
+  FacePair pair;
+  const int row[2] = {inner, inner - inwards};
+  const double share[2] = {1.0 - outer_share, outer_share};
+  bool reachable = true;
+  for (int k = 0; k < 2; ++k) {
+    pair.share[k] = share[k];
+    pair.used[k] = share[k] > SAME_PLACE;
+    if (pair.used[k] && !on_grid(row[k])) reachable = false;
+    pair.node[k] = on_grid(row[k]) ? node_at(row[k]) : 0;
+  }
+
+  if (reachable) {
+    std::uint8_t &is_closed = closed[body * columns() + column + 1];
+    double impulse;
+    bool touches = pair.impulse(mass, momentum, normal, velocity[normal], impulse);
+    if (contact == Contact::Keep)
+      touches = touches && is_closed;
+    else if (options.separation)
+      touches = touches && impulse * outside > 0.0;    // pushes the material away
+    is_closed = touches;
+
+    for (int a = 0; touches && a < 2; ++a) {
+      if (a != normal && !options.rough) continue;
+      bool held = false;
+      for (int k = 0; k < 2; ++k) held = held || (pair.used[k] && held_by_side(pair.node[k], a));
+      if (held) continue;
+      pair.impulse(mass, momentum, a, velocity[a], impulse);
+      if (recorded) felt[pair.used[1] ? pair.node[1] : pair.node[0]][a] = impulse;
+      for (int k = 0; k < 2; ++k) {
+        if (!pair.used[k]) continue;
+        momentum[pair.node[k]][a] += pair.share[k] * impulse;
+        set_on_body(pair.node[k], a);
+      }
+    }
+  }
+
+  // the inside of the body, and its lateral faces
+  const double lateral = column < left + SAME_PLACE ? -1.0
+      : column > right - SAME_PLACE                 ? 1.0
+                                                    : 0.0;
+  int inside = pair.used[0] ? inner + inwards : inner;
+  inside = inside < -1 ? -1 : inside > last_row ? last_row : inside;
+  for (; on_grid(inside); inside += inwards) {
+    if ((back - inside) * inwards < -SAME_PLACE || (inside - face) * inwards < -SAME_PLACE) break;
+    const int node = node_at(inside);
+    if (!(mass[node] > 0.0)) continue;
+    if (lateral == 0.0) {
+      prescribe(node, 0);
+      prescribe(node, 1);
+    } else if ((momentum[node][tangent] / mass[node] - velocity[tangent]) * lateral < 0.0) {
+      prescribe(node, tangent);
+    }
+  }
+}
 
 }    // namespace mpm
 

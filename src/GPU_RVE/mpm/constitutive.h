@@ -35,6 +35,12 @@ class Constitutive {
   virtual void update(int count, const int *point_index, const rve::Tensor2 *deformation_increment,
                       double dt, rve::Tensor2 *stress, PointMemory *memory) = 0;
 
+  /// Whether update() may be called for parts of the points at the same time, from several threads.
+  virtual bool takes_parts() const { return false; }
+
+  /// p_wave_modulus() will be asked for many points, from several threads.
+  virtual void expect_questions() {}
+
   /// Modulus of plane compression waves, ρ c² [stress], an upper estimate for the current state: the CFL check uses it.
   virtual double p_wave_modulus(int point_index) const = 0;
 };

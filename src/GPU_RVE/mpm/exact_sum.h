@@ -7,7 +7,8 @@
 #ifndef MPM_EXACT_SUM_H
 #define MPM_EXACT_SUM_H
 
-#include <algorithm>
+#include "rve/core/config.h"
+
 #include <cmath>
 #include <cstdint>
 
@@ -20,26 +21,29 @@ namespace mpm {
 class FixedScale {
  public:
   FixedScale() = default;
-  FixedScale(double bound, std::int64_t terms)
+  RVE_HD FixedScale(double bound, std::int64_t terms)
   {
     int exponent = 0;
     std::frexp(bound * static_cast<double>(terms), &exponent);    // bound * terms < 2^exponent
-    exponent = std::clamp(62 - exponent, -1000, 1000);            // 2^±1000 are normal numbers
+    exponent = 62 - exponent;
+    exponent = exponent < -1000 ? -1000
+        : exponent > 1000       ? 1000
+                                : exponent;    // 2^±1000 are normal
     per_unit_ = std::ldexp(1.0, exponent);
     unit_ = std::ldexp(1.0, -exponent);
   }
 
   /// Nearest integer, halves away from zero.
-  std::int64_t integer(double value) const
+  RVE_HD std::int64_t integer(double value) const
   {
     const double scaled = value * per_unit_;
     return static_cast<std::int64_t>(scaled + (scaled < 0.0 ? -0.5 : 0.5));
   }
 
-  double real(std::int64_t value) const { return static_cast<double>(value) * unit_; }
+  RVE_HD double real(std::int64_t value) const { return static_cast<double>(value) * unit_; }
 
   /// The value of one integer step, in the unit of the summed quantity.
-  double unit() const { return unit_; }
+  RVE_HD double unit() const { return unit_; }
 
  private:
   double per_unit_ = 1.0;

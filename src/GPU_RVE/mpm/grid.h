@@ -6,10 +6,10 @@
 #ifndef MPM_GRID_H
 #define MPM_GRID_H
 
+#include "rve/core/config.h"
 #include "rve/core/error.h"
 #include "rve/core/vec.h"
 
-#include <array>
 #include <cmath>
 #include <string>
 
@@ -20,13 +20,13 @@ using Vec2 = rve::Vec<double, 2>;
 /// Sides of the grid and faces of a point's or body's box. Axis and outward sign follow from it.
 enum class Face { XLo, XHi, YLo, YHi };
 
-inline int axis_of(Face face)
+RVE_HD inline int axis_of(Face face)
 {
   return face == Face::XLo || face == Face::XHi ? 0 : 1;
 }
 
 /// Outward normal along its axis: -1 or +1.
-inline double outward(Face face)
+RVE_HD inline double outward(Face face)
 {
   return face == Face::XLo || face == Face::YLo ? -1.0 : 1.0;
 }
@@ -58,22 +58,25 @@ class Grid {
                      number(double(cells_[0] + 3) * double(cells_[1] + 3)));
   }
 
-  double cell_size() const { return cell_size_; }
-  double lo(int axis) const { return lo_[axis]; }
-  double hi(int axis) const { return hi_[axis]; }
+  RVE_HD double cell_size() const { return cell_size_; }
+  RVE_HD double lo(int axis) const { return lo_[axis]; }
+  RVE_HD double hi(int axis) const { return hi_[axis]; }
 
   /// Number of cells along an axis; its nodes are -1 (ghost), 0 ... cells, cells + 1 (ghost).
-  int cells(int axis) const { return cells_[axis]; }
-  int node_count() const { return (cells_[0] + 3) * (cells_[1] + 3); }
-  int row_stride() const { return cells_[0] + 3; }
+  RVE_HD int cells(int axis) const { return cells_[axis]; }
+  RVE_HD int node_count() const { return (cells_[0] + 3) * (cells_[1] + 3); }
+  RVE_HD int row_stride() const { return cells_[0] + 3; }
 
   /// Storage index of node (i, j), both from -1 to cells + 1.
-  int node(int i, int j) const { return (j + 1) * row_stride() + (i + 1); }
+  RVE_HD int node(int i, int j) const { return (j + 1) * row_stride() + (i + 1); }
 
   /// Coordinate in cell widths from the low side.
-  double scaled(double coordinate, int axis) const { return (coordinate - lo_[axis]) / cell_size_; }
+  RVE_HD double scaled(double coordinate, int axis) const
+  {
+    return (coordinate - lo_[axis]) / cell_size_;
+  }
 
-  bool contains(double x, double y) const
+  RVE_HD bool contains(double x, double y) const
   {
     return x >= lo_[0] && x <= hi_[0] && y >= lo_[1] && y <= hi_[1];
   }
@@ -81,7 +84,7 @@ class Grid {
  private:
   Vec2 lo_, hi_;
   double cell_size_;
-  std::array<int, 2> cells_;
+  int cells_[2];
 };
 
 }    // namespace mpm

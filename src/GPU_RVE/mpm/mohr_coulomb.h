@@ -89,6 +89,7 @@ class MohrCoulomb : public Constitutive {
 
   void update(int count, const int *point_index, const rve::Tensor2 *deformation_increment,
               double dt, rve::Tensor2 *stress, PointMemory *memory) override;
+  bool takes_parts() const override { return true; }
   double p_wave_modulus(int point_index) const override;
 
   /// The yield function k σ1 - σ3 - s of a point's stress [stress]; positive outside.

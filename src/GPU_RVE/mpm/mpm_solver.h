@@ -7,48 +7,18 @@
 #ifndef MPM_MPM_SOLVER_H
 #define MPM_MPM_SOLVER_H
 
-#include "mpm/boundary.h"
 #include "mpm/constitutive.h"
-#include "mpm/exact_sum.h"
-#include "mpm/grid.h"
-#include "mpm/grid_transfer.h"
 #include "mpm/points.h"
-#include "mpm/shape_functions.h"
+#include "mpm/solver_options.h"
+#include "mpm/step_runner.h"
 
-#include <array>
 #include <cstdint>
-#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace mpm {
-
-/// Musl: stresses are updated at the end of the step from momenta that are extrapolated anew (Sulsky, Zhou & Schreyer 1995,
-/// Comput. Phys. Commun. 87, 236). Usavg: half of the increment before the forces, half of it at the end (Nairn 2003, CMES 4,
-/// 649; Bardenhagen 2002, J. Comput. Phys. 180, 383): conserves energy better, calls the constitutive model twice.
-enum class Scheme { Musl, Usavg };
-
-struct SolverOptions {
-  Vec2 lo = Vec2::zero();    ///< domain [length]
-  Vec2 hi = Vec2::zero();
-  double cell_size = 0.0;    ///< h [length]
-  double thickness = 1.0;    ///< out of the plane, as in the points' volumes [length]
-  ShapeFunction shape = ShapeFunction::Gimp;
-  Scheme scheme = Scheme::Musl;
-  double flip = 1.0;    ///< 1: points receive velocity increments (FLIP), 0: grid velocities (PIC)
-  double damping = 0.0;               ///< Cundall's local damping of nodes, in [0, 1)
-  std::array<SideKind, 4> sides{};    ///< order of Face: x low, x high, y low, y high; default free
-  std::vector<RigidBodyOptions> rigid_bodies;
-  int threads = 1;    ///< OpenMP threads; no influence on results
-};
-
-/// In place over all ranks; the defaults are right for one rank.
-struct Communication {
-  std::function<void(std::int64_t *data, std::size_t count)> sum_over_ranks = [](std::int64_t *,
-                                                                                 std::size_t) {
-  };
-  std::function<void(double *data, std::size_t count)> max_over_ranks = [](double *, std::size_t) {
-  };
-};
 
 /// Sums over the deformable points of all ranks.
 struct Totals {
@@ -60,11 +30,17 @@ struct Totals {
 
 class MpmSolver {
  public:
-  /// rve::InputError on wrong options.
-  explicit MpmSolver(const SolverOptions &options, Communication communication = {});
+  /// rve::InputError on wrong options; on Device::Cuda without a device, and on any missing device when the environment has
+  /// GPU_RVE_REQUIRE_CUDA=1. `notice`, if given, receives the reason when Device::Auto falls back to the CPU.
+  explicit MpmSolver(const SolverOptions &options, Communication communication = {},
+                     std::string *notice = nullptr);
 
   /// The constitutive models that PointView::model refers to. Not owned; they must outlive the solver's calls.
-  void set_models(std::vector<Constitutive *> models) { models_ = std::move(models); }
+  void set_models(std::vector<Constitutive *> models)
+  {
+    models_ = std::move(models);
+    model_seconds_.assign(models_.size(), 0.0);
+  }
 
   /// Prescribes the velocity [length/time] of a rigid body from the next call on.
   void set_body_velocity(int body, const Vec2 &velocity);
@@ -90,58 +66,50 @@ class MpmSolver {
   double cfl_number(const PointView &points, double dt) const;
 
   /// Force of the material on a rigid body in the last step or evaluation [force].
-  const Vec2 &body_reaction(int body) const { return body_reaction_.at(body); }
+  Vec2 body_reaction(int body) const;
   /// Force of the material on a side of the grid [force].
-  const Vec2 &side_reaction(Face side) const { return side_reaction_[static_cast<int>(side)]; }
+  Vec2 side_reaction(Face side) const { return runner_->side_reaction(side); }
   /// Largest |component| of internal plus external nodal force where the velocity is not prescribed [force].
-  double max_unbalanced_force() const { return max_unbalanced_force_; }
+  double max_unbalanced_force() const { return runner_->max_unbalanced_force(); }
 
   Totals totals(const PointView &points) const;
 
   const Grid &grid() const { return grid_; }
   /// Internal plus external force on node (i, j) in the last step or evaluation [force].
-  const Vec2 &node_force(int i, int j) const { return force_[grid_.node(i, j)]; }
-  double node_mass(int i, int j) const { return mass_[grid_.node(i, j)]; }
+  Vec2 node_force(int i, int j) const { return runner_->node_force()[grid_.node(i, j)]; }
+  double node_mass(int i, int j) const { return runner_->node_mass()[grid_.node(i, j)]; }
+
+  /// With a device, a step leaves deformation gradients, volumes and velocity gradients there: this brings those arrays up to date.
+  void fetch(const PointView &points) const { runner_->fetch(points); }
+  /// The arrays, which must be up to date, have been or will be changed before the next call. Positions, velocities and body
+  /// forces may change without being announced; so may models and rigid bodies.
+  void points_changed() { runner_->points_changed(); }
+
+  /// Wall time so far in copies from and to a device [seconds].
+  double transfer_time() const { return runner_->transfer_time(); }
+  /// Wall time that the k-th constitutive model has taken so far [seconds].
+  double model_time(int k) const { return model_seconds_.at(k); }
+
+  /// What advances the points: a line for the log.
+  std::string description() const { return runner_->description(); }
 
  private:
-  void prepare(const PointView &points, const std::vector<TractionLoad> &loads, double dt);
-  void check_point(const PointView &points, int p) const;
-  void gather_mass_and_momentum(const PointView &points);
-  void gather_forces(const PointView &points, const std::vector<TractionLoad> &loads);
-  void scatter_traction(const PointView &points, const TractionLoad &load, const FixedScale &scale);
-  void advance_grid(double dt);
-  void advance_points(const PointView &points, double dt);
-  void gather_momentum_again(const PointView &points);
-  void constrained_velocity(Boundary::Contact contact);
-  void advance_stress(const PointView &points, double dt);
-  double load_extent(const PointView &points, const TractionLoad &load, int p) const;
-  [[noreturn]] void fail(const PointView &points, int p, const std::string &what) const;
+  StepInput input(const PointView &points, const std::vector<TractionLoad> &loads, double dt);
+  void advance_stress(const PointView &points, const rve::Tensor2 *increment, double dt);
+  void list_points(const PointView &points);
+  void check_points(const PointView &points) const;
 
   SolverOptions options_;
   Communication communication_;
   Grid grid_;
-  Boundary boundary_;
+  std::unique_ptr<StepRunner> runner_;
   std::vector<Constitutive *> models_;
+  std::vector<double> model_seconds_;
   std::vector<Vec2> body_velocity_;
-  std::vector<RigidBodyState> bodies_;
+  std::vector<PointLoad> loads_;
 
-  std::int64_t point_total_ = 0;    ///< deformable points of all ranks
-  std::vector<Support> support_;    ///< per local point
-  std::vector<rve::Tensor2> increment_;
-  std::vector<int> point_list_;
-
-  NodeSums<3> inertia_sums_;      ///< mass, momentum
-  NodeSums<2> vector_sums_;       ///< forces; momentum of the second extrapolation
-  std::vector<double> mass_;      ///< per node [mass]
-  std::vector<Vec2> momentum_;    ///< at the start of the step [mass length/time]
-  std::vector<Vec2> momentum_end_;
-  std::vector<Vec2> force_;       ///< [force]
-  std::vector<Vec2> velocity_;    ///< nodal velocity that the points see next [length/time]
-  std::vector<Vec2> velocity_change_;
-
-  std::vector<Vec2> body_reaction_;
-  std::array<Vec2, 4> side_reaction_;
-  double max_unbalanced_force_ = 0.0;
+  std::vector<std::vector<int>> points_of_model_;    ///< local indices, ascending
+  std::vector<int> listed_model_, listed_body_;      ///< for which those lists were made
 };
 
 }    // namespace mpm

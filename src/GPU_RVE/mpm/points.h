@@ -17,7 +17,7 @@ namespace mpm {
 /// Rows of three doubles one after the other: `{&atom->x[0][0]}` of LAMMPS, or a vector of 3 n doubles.
 struct Rows3 {
   double *first = nullptr;
-  double *operator[](int i) const { return first + 3 * static_cast<std::ptrdiff_t>(i); }
+  RVE_HD double *operator[](int i) const { return first + 3 * static_cast<std::ptrdiff_t>(i); }
 };
 
 /// The points of this rank. Arrays have `count` entries; only those without `const` and the first two components of

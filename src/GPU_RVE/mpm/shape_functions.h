@@ -5,7 +5,8 @@
 #ifndef MPM_SHAPE_FUNCTIONS_H
 #define MPM_SHAPE_FUNCTIONS_H
 
-#include <algorithm>
+#include "rve/core/config.h"
+
 #include <cmath>
 
 namespace mpm {
@@ -18,7 +19,11 @@ struct AxisWeights {
   double value[3];    ///< they sum to 1
   double slope[3];    ///< they sum to 0 [1/cell]
 
-  int heaviest() const { return static_cast<int>(std::max_element(value, value + 3) - value); }
+  RVE_HD int heaviest() const
+  {
+    const int of_two = value[1] > value[0] ? 1 : 0;
+    return value[2] > value[of_two] ? 2 : of_two;
+  }
 };
 
 /// Hat functions at coordinate xi in [0, cells]. On a node the point belongs to the cell above it, on the high side of the
@@ -26,11 +31,13 @@ struct AxisWeights {
 ///
 /// A point is kept 2⁻²⁴ cells away from the nodes of its cell: on a node, the other end of the cell would have a slope but no
 /// mass, and so neither a velocity to give nor a way to take a force.
-inline AxisWeights linear_weights(double xi, int cells)
+RVE_HD inline AxisWeights linear_weights(double xi, int cells)
 {
   constexpr double MARGIN = 0x1p-24;
-  const int cell = std::min(static_cast<int>(std::floor(xi)), cells - 1);
-  const double above = std::clamp(xi - cell, MARGIN, 1.0 - MARGIN);
+  const int floor = static_cast<int>(std::floor(xi));
+  const int cell = floor < cells - 1 ? floor : cells - 1;
+  const double place = xi - cell;
+  const double above = place < MARGIN ? MARGIN : place > 1.0 - MARGIN ? 1.0 - MARGIN : place;
   return {cell, {1.0 - above, above, 0.0}, {-1.0, 1.0, 0.0}};
 }
 
@@ -40,7 +47,7 @@ inline AxisWeights linear_weights(double xi, int cells)
 ///   half <= d < 1 - half  S = 1 - d
 ///   d < 1 + half          S = (1 + half - d)² / (4 half)
 /// The nearest node and its two neighbours are all that such an interval can reach.
-inline AxisWeights gimp_weights(double xi, double half)
+RVE_HD inline AxisWeights gimp_weights(double xi, double half)
 {
   const int nearest = static_cast<int>(std::floor(xi + 0.5));
   AxisWeights weights;

@@ -71,12 +71,13 @@ inline namespace RVE_ISA {
 
   /// The contact law in a number format; General as in SceneKind.
   template <class Format, bool General>
-  using FormatLaw = LinearFrictionLaw<typename Format::Real, typename Format::History, General>;
+  using FormatLaw = LinearFrictionLaw<typename Format::Real, typename Format::History, General,
+                                      Format::has_friction>;
 
   /// What a call begins with, and how far it has come, without what belongs to the block. A GPU prepares it for all RVEs of a call
   /// in a kernel of its own; the block that advances an RVE takes a copy, up to the entries of the plan that are not made.
   template <class Format> struct PreparedCall {
-    ImageHeader header;    ///< a copy; its progress is written back at the end of a sound call
+    ImageHeader header;    ///< a copy
     DriveRecord drive;
     SteeringRecord steering;
     BatchConstants batch;
@@ -89,7 +90,8 @@ inline namespace RVE_ISA {
     Tensor2 cell;    ///< H: with a servo of the present step, else at start and end of the call
     Tensor2 list_cell, deformation, servo_gradient;
     CellPath path;
-    Tensor2 end_cell, end_deformation;                             ///< without a servo
+    double end_per_volume;    ///< 1 / (det H times thickness) at the end [1/length^3]
+    ImageProgress after;      ///< a sound call, but for its largest force; with a servo or a ledger from the last step on
     double supplied, friction_loss, damping_loss, viscous_loss;    ///< in this call [force length]
 
     // constants of the call

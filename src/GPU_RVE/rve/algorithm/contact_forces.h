@@ -129,11 +129,11 @@ inline namespace RVE_ISA {
     const StepConstants<Format, General> step = step_constants<Format, General>(call, plan);
     const auto contact = pair_geometry(step, grain_i, grain_j);
     if (!(contact.overlap > typename Format::Real(0))) {
-      history = typename Format::History(0);
+      if constexpr (Format::has_friction) history = typename Format::History(0);
       return;
     }
     const auto force = pair_force(step, contact, grain_i, grain_j, history);
-    history = force.spring;
+    if constexpr (Format::has_friction) history = force.spring;
     sum.largest_force = larger(sum.largest_force, std::fabs(force.normal_force));
     Sum on_j[3], torque_i;
     round_to(-force.force[0], on_j[0]);
@@ -145,7 +145,7 @@ inline namespace RVE_ISA {
     sum.own[2] = wrapping_sum(sum.own[2], torque_i);
     block.accumulate(&shared.force_x[j], on_j[0]);
     block.accumulate(&shared.force_y[j], on_j[1]);
-    block.accumulate(&shared.torque[j], on_j[2]);
+    if constexpr (Format::has_friction) block.accumulate(&shared.torque[j], on_j[2]);
     if constexpr (WithStress) {
       using Real = typename Format::Real;
       add_love_term<Format>(force.force, contact.branch, sum.stress);

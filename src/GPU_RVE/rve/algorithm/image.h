@@ -40,7 +40,7 @@ struct ImageHeader : ImageProgress {
 };
 
 /// What one RVE shall do in one call, as the device reads it.
-struct DriveRecord {
+struct alignas(16) DriveRecord {
   double dt;
   std::int32_t substeps;
   std::int32_t segments;
@@ -48,7 +48,7 @@ struct DriveRecord {
 };
 
 /// The rest of a drive: of a path with several segments, or of a stress servo. A call where no RVE has either goes without.
-struct SteeringRecord {
+struct alignas(16) SteeringRecord {
   double rotation[4], stretch[4];
   std::int32_t controlled[4];
   double stress_goal[4], velocity_gradient[4];
@@ -78,8 +78,9 @@ struct DetailRecord {
   ImageHeader header;    ///< after the call
 };
 
-/// Which build of the block program a call needs. General: dashpots, LAMMPS' arms, stress servo, energy ledger.
-enum class SceneKind { Plain, General };
+/// Which build of the block program a call needs. General: dashpots, LAMMPS' arms, stress servo, energy ledger. Frictionless: plain, of
+/// RVEs without friction; the plain program gives the same bits. GPUs have the first two.
+enum class SceneKind { Plain, General, Frictionless };
 constexpr int kNumScenes = 2;
 
 /// Constants of the batch.

@@ -23,17 +23,23 @@ inline namespace RVE_ISA {
     using History = Pack<typename Format::History, N>;
     using Real = Pack<typename Format::Real, N>;
     using Sum = Pack<typename Format::Sum, N>;
+    static constexpr bool has_friction = Format::has_friction;
   };
 
   template <class Format, int N> struct Motion<PackFormat<Format, N>> {
     Vec<Pack<typename Format::Coordinate, N>, 2> position;
     Vec<Pack<typename Format::Real, N>, 2> velocity;
   };
+  template <class Format, int N>
+  struct Motion<PackFormat<Frictionless<Format>, N>> : Motion<PackFormat<Format, N>> {
+  };
 
   /// Still of 8 grains.
   template <class Format> struct PackedStill {
     Pack<typename Format::Real, 8> velocity_unit, spin_unit;
     Vec<Pack<std::uint32_t, 8>, 2> list_position;
+  };
+  template <class Format> struct PackedStill<Frictionless<Format>> : PackedStill<Format> {
   };
 
   // ---- rows of memory to packs and back: row(lane) is an address ----------------------------------------------------------------
@@ -243,6 +249,13 @@ inline namespace RVE_ISA {
     }
     still.list_position[0] = Pack<std::uint32_t, 8>::load(x);
     still.list_position[1] = Pack<std::uint32_t, 8>::load(y);
+  }
+
+  template <class Format>
+  RVE_INLINE void load_still(const Still<Frictionless<Format>> *row,
+                             PackedStill<Frictionless<Format>> &still)
+  {
+    load_still(static_cast<const Still<Format> *>(row), static_cast<PackedStill<Format> &>(still));
   }
 
   template <class T, int N> RVE_INLINE Pack<T, N> gather(const T *array, const std::int32_t *index)
@@ -465,18 +478,23 @@ inline namespace RVE_ISA {
       typename Format::History *history = shared.history + slot(k);
       const Truth<Real> touching = contact[k].overlap > Real(0);
       const auto force = pair_force(step, contact[k], me, other[k], History::load(history));
-      Truth<History> keeps;
-      convert_truth(touching, keeps);
-      where(keeps, force.spring).store(history);
+      if constexpr (Format::has_friction) {
+        Truth<History> keeps;
+        convert_truth(touching, keeps);
+        where(keeps, force.spring).store(history);
+      }
       largest_force = larger(largest_force, where(touching, fabs(force.normal_force)));
-      Sum torque_i;
       round_to(where(touching, -force.force[0]), on_j[k][0]);
       round_to(where(touching, -force.force[1]), on_j[k][1]);
-      round_to(where(touching, force.torque_j), on_j[k][2]);
-      round_to(where(touching, force.torque_i), torque_i);
       own[0] = own[0] - on_j[k][0];
       own[1] = own[1] - on_j[k][1];
-      own[2] = own[2] + torque_i;
+      on_j[k][2] = Sum(0);
+      if constexpr (Format::has_friction) {
+        Sum torque_i;
+        round_to(where(touching, force.torque_j), on_j[k][2]);
+        round_to(where(touching, force.torque_i), torque_i);
+        own[2] = own[2] + torque_i;
+      }
     }
 #pragma GCC unroll 3
     for (int k = 0; k < kOwnedPairs; ++k)

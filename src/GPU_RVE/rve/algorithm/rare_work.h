@@ -33,14 +33,12 @@ inline namespace RVE_ISA {
   /// Overlap over the mean radius that the force scale never goes below: stiffer than any packing that a format can hold.
   constexpr double kLeastOverlapShare = 1e-9;
 
-  /// Love stress from the sums of a force phase [stress].
-  template <class Format> RVE_INLINE Tensor2 stress_from(const CallState<Format> &call, double area)
+  /// Component of the Love stress from the sums of a force phase, in a cell of volume 1 / per_volume [stress].
+  template <class Format>
+  RVE_INLINE double stress_component(const CallState<Format> &call, double per_volume, int k)
   {
-    const double unit = call.units.force * call.units.length / (area * call.header.thickness);
-    Tensor2 stress;
-    for (int k = 0; k < 4; ++k)
-      stress.component[k] = static_cast<double>(call.survey.sum[k]) * unit;
-    return stress;
+    const double unit = call.units.force * call.units.length * per_volume;
+    return static_cast<double>(call.survey.sum[k]) * unit;
   }
 
   /// Copies a plain struct by many threads, word by word.
@@ -84,7 +82,6 @@ inline namespace RVE_ISA {
       }
       if (!call.has_servo()) {
         call.path = CellPath(call.cell, increment, drive.substeps, drive.dt);
-        find_end(call);
       }
       call.supplied = call.friction_loss = call.damping_loss = call.viscous_loss = 0.0;
       const int length_bits = CallUnits::length_bits(header.largest_radius);
@@ -95,6 +92,7 @@ inline namespace RVE_ISA {
       call.expected_force = header.largest_contact_force;
       call.plan_first = 1;
       call.plan_last = 0;
+      note_progress(call, 0.0);
       if (call.num_extra > pair_capacity) {
         call.status = status::ListFull;
         call.needed_pairs = call.num_extra;
@@ -104,13 +102,36 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Where the path ends.
-    static RVE_INLINE void find_end(PreparedCall<Format> &call)
+    /// What a sound call will have changed, as far as that is known: with a servo the present cell. By one thread.
+    static RVE_INLINE void note_progress(PreparedCall<Format> &call, double damped)
     {
-      const bool moves = call.drive.substeps > 0;
-      const Tensor2 increment = load_tensor(call.drive.deformation);
-      call.end_cell = moves ? call.path.end() : call.cell;
-      call.end_deformation = moves ? increment * call.deformation : call.deformation;
+      const ImageHeader &before = call.header;
+      const DriveRecord &drive = call.drive;
+      ImageProgress &after = call.after;
+      const bool on_path = drive.substeps > 0 && !call.has_servo();
+      const Tensor2 cell = on_path ? call.path.end() : call.cell;
+      store_tensor(cell, after.cell);
+      store_tensor(on_path ? load_tensor(drive.deformation) * call.deformation : call.deformation,
+                   after.deformation);
+      store_tensor(call.list_cell, after.list_cell);
+      store_tensor(call.servo_gradient, after.servo_velocity_gradient);
+      after.num_extra = call.num_extra;
+      after.list_valid = 1;
+      after.steps = before.steps + drive.substeps;
+      after.rebuilds = before.rebuilds + call.num_rebuilds;
+      after.lattice_reductions = before.lattice_reductions + call.num_reductions;
+      after.repeats = before.repeats;
+      after.work = before.work + call.supplied;
+      after.friction_loss = before.friction_loss + call.friction_loss;
+      after.damping_loss = before.damping_loss + damped;
+      after.viscous_loss = before.viscous_loss + call.viscous_loss;
+      call.end_per_volume = per_volume(call, determinant(cell));
+    }
+
+    /// 1 / (area times thickness) [1/length^3]
+    static RVE_INLINE double per_volume(const PreparedCall<Format> &call, double area)
+    {
+      return 1.0 / (area * call.header.thickness);
     }
 
     /// Steps that are planned before the call begins: not before there is a list, nor with a servo, whose first cell is not known.
@@ -130,53 +151,49 @@ inline namespace RVE_ISA {
                                     call.work.extra_second, call.work.extra_history};
     }
 
-    /// From the image to internal units. The call is prepared, and has its views, of which `shared` is one. While the grains are
-    /// read, one thread does what `aside` says.
-    template <class Aside>
+    /// Whether the first steps may take the grains from the image themselves: nothing else wants to see them before.
+    static RVE_INLINE bool is_direct(const CallState<Format> &call)
+    {
+      return Block::kInRegisters && !call.fatal() && call.plan_last > 0 && call.drive.substeps > 0 &&
+          !call.batch.track_energy;
+    }
+
+    /// From the image to internal units, for a call that is not direct. It is prepared, and has its views, of which `shared` is
+    /// one.
     static RVE_INLINE void begin(Block &block, CallState<Format> &call,
-                                 const SharedView<Format> &shared, Aside aside)
+                                 const SharedView<Format> &shared)
     {
       const int n = call.num_grains;
-      const ImageView<Format> image = call.image;
-      const Real to_internal = static_cast<Real>(call.units.per_length);
-      const Wide to_internal_wide = static_cast<Wide>(call.units.per_length);
       const bool continued = call.is_continued();
-      block.for_each(
-          n,
-          [&](Item i) {
-            // everything is read before anything is written: a thread waits for memory once
-            const Vec<typename Format::Coordinate, 2> position = image.position[i];
-            const Vec<Real, 2> velocity = image.velocity[i];
-            const Real spin = image.spin[i];
-            const Vec<std::uint32_t, 2> list_position = image.list_position[i];
-            const Wide radius = image.radius[i];
-            PairsOfGrain pairs;
-            if (continued) pairs = read_pairs(image.partner, image.history, i, n);
-            using Sum = typename Format::Sum;
-            shared.motion[i] = Motion<Format>{position, to_internal * velocity};
-            shared.spin[i] = spin;
-            shared.radius[i] = to_internal_wide * radius;
-            shared.force_x[i] = shared.force_y[i] = shared.torque[i] = Sum(0);
-            shared.largest_force[i] = Real(0);
-            if (continued)
-              take_pairs(call, shared, i, pairs, list_position);
-            else
-              shared.still[i].list_position = list_position;
-          },
-          aside);
+      block.for_each(n, [&](Item i) {
+        const StoredGrain stored = read_grain(call.image, i, n, continued);
+        show_grain(call, shared, i, stored);
+        shared.motion[i] = internal_motion(call, stored);
+        shared.largest_force[i] = Real(0);
+        if (continued)
+          take_pairs(call, shared, i, stored);
+        else
+          shared.still[i].list_position = stored.list_position;
+      });
       if (call.fatal()) return;
       if (call.batch.track_energy)
         block.for_each(n, [&](Item i) {
           call.work.damping[i] = 0.0;
         });
-      const bool listed = call.header.list_valid != 0;
-      const PairView<Format> from = listed ? call.image_pairs() : call.pairs;
       if (!continued) {
-        find_list_and_scale(block, call, from);
+        find_list_and_scale(block, call,
+                            call.header.list_valid != 0 ? call.image_pairs() : call.pairs);
         if (call.fatal()) return;
       }
       fill_partner_radius(block, shared, n);
+      take_extra_pairs(block, call);
+    }
+
+    /// Extra pairs with their histories in internal units.
+    static RVE_INLINE void take_extra_pairs(Block &block, CallState<Format> &call)
+    {
       if (call.num_extra == 0) return;
+      const PairView<Format> from = call.header.list_valid != 0 ? call.image_pairs() : call.pairs;
       const PairView<Format> to = call.pairs;
       const History history_to_internal = static_cast<History>(call.units.per_force);
       block.for_each(call.num_extra, [&](Item m) {
@@ -184,6 +201,73 @@ inline namespace RVE_ISA {
         to.extra_second[m] = from.extra_second[m];
         to.extra_history[m] = history_to_internal * from.extra_history[m];
       });
+    }
+
+    /// A grain and its owned pairs as the image has them.
+    struct StoredGrain {
+      Vec<typename Format::Coordinate, 2> position;
+      Vec<Real, 2> velocity;
+      Real spin;
+      Vec<std::uint32_t, 2> list_position;
+      Wide radius;
+      std::int32_t partner[kOwnedPairs];
+      History history[kOwnedPairs];
+    };
+
+    /// Everything is read before anything is written: a thread waits for memory once.
+    static RVE_INLINE StoredGrain read_grain(const ImageView<Format> &image, int i, int num_grains,
+                                             bool with_pairs)
+    {
+      StoredGrain stored;
+      stored.position = image.position[i];
+      stored.velocity = image.velocity[i];
+      stored.spin = image.spin[i];
+      stored.list_position = image.list_position[i];
+      stored.radius = image.radius[i];
+      if (with_pairs) read_pairs(image.partner, image.history, i, num_grains, stored);
+      return stored;
+    }
+
+    static RVE_INLINE void read_pairs(const std::int32_t *partner, const History *history, int i,
+                                      int num_grains, StoredGrain &stored)
+    {
+      for (int k = 0; k < kOwnedPairs; ++k) {
+        stored.partner[k] = partner[k * num_grains + i];
+        stored.history[k] = history[k * num_grains + i];
+      }
+    }
+
+    static RVE_INLINE Motion<Format> internal_motion(const PreparedCall<Format> &call,
+                                                     const StoredGrain &stored)
+    {
+      return Motion<Format>{stored.position,
+                            static_cast<Real>(call.units.per_length) * stored.velocity};
+    }
+
+    /// What others see of a grain beside its motion, and room for the forces that they put on it.
+    static RVE_INLINE void show_grain(const PreparedCall<Format> &call,
+                                      const SharedView<Format> &shared, int i,
+                                      const StoredGrain &stored)
+    {
+      using Sum = typename Format::Sum;
+      shared.spin[i] = stored.spin;
+      shared.radius[i] = static_cast<Wide>(call.units.per_length) * stored.radius;
+      shared.force_x[i] = shared.force_y[i] = shared.torque[i] = Sum(0);
+    }
+
+    /// How a grain answers forces.
+    static RVE_INLINE Still<Format> still_of(const PreparedCall<Format> &call, Wide internal_radius,
+                                             const Vec<std::uint32_t, 2> &list_position)
+    {
+      const Real r = static_cast<Real>(internal_radius), inverse = reciprocal(r * r);
+      const Real velocity_unit = static_cast<Real>(call.velocity_factor) * inverse;
+      // I = m r^2 / 2
+      return Still<Format>{velocity_unit, Real(2) * velocity_unit * inverse, list_position};
+    }
+
+    static RVE_INLINE History internal_history(const PreparedCall<Format> &call, History stored)
+    {
+      return static_cast<History>(call.units.per_force) * stored;
     }
 
     static RVE_INLINE void fill_partner_radius(Block &block, const SharedView<Format> &shared,
@@ -206,46 +290,26 @@ inline namespace RVE_ISA {
       block.once([&] {
         choose_units(call);
       });
-      block.for_each(call.num_grains, [&](Item i) {
-        take_pairs(call, call.shared, i, read_pairs(from.partner, from.history, i, call.num_grains),
-                   call.shared.still[i].list_position);
+      const int n = call.num_grains;
+      block.for_each(n, [&](Item i) {
+        StoredGrain stored;
+        read_pairs(from.partner, from.history, i, n, stored);
+        stored.list_position = call.shared.still[i].list_position;
+        take_pairs(call, call.shared, i, stored);
       });
-    }
-
-    /// Owned pairs of one grain.
-    struct PairsOfGrain {
-      std::int32_t partner[kOwnedPairs];
-      History history[kOwnedPairs];
-    };
-
-    static RVE_INLINE PairsOfGrain read_pairs(const std::int32_t *partner, const History *history,
-                                              int i, int num_grains)
-    {
-      PairsOfGrain pairs;
-      for (int k = 0; k < kOwnedPairs; ++k) {
-        pairs.partner[k] = partner[k * num_grains + i];
-        pairs.history[k] = history[k * num_grains + i];
-      }
-      return pairs;
     }
 
     /// Partners and histories of a grain, and how it answers forces.
     static RVE_INLINE void take_pairs(const CallState<Format> &call,
                                       const SharedView<Format> &shared, int i,
-                                      const PairsOfGrain &pairs,
-                                      Vec<std::uint32_t, 2> list_position)
+                                      const StoredGrain &stored)
     {
       const int n = call.num_grains;
-      const History to_internal = static_cast<History>(call.units.per_force);
       for (int k = 0; k < kOwnedPairs; ++k) {
-        shared.partner[k * n + i] = pairs.partner[k];
-        shared.history[k * n + i] = to_internal * pairs.history[k];
+        shared.partner[k * n + i] = stored.partner[k];
+        shared.history[k * n + i] = internal_history(call, stored.history[k]);
       }
-      const Real r = static_cast<Real>(shared.radius[i]), inverse = reciprocal(r * r);
-      const Real velocity_unit = static_cast<Real>(call.velocity_factor) * inverse;
-      // I = m r^2 / 2
-      shared.still[i] =
-          Still<Format>{velocity_unit, Real(2) * velocity_unit * inverse, list_position};
+      shared.still[i] = still_of(call, shared.radius[i], stored.list_position);
     }
 
     /// Force unit and contact law in internal units. By one thread.
@@ -401,7 +465,6 @@ inline namespace RVE_ISA {
             call.path.map_start([&](const Tensor2 &start) {
               return apply_lattice_step(start, change);
             });
-          if (!call.has_servo()) find_end(call);
           ++call.num_reductions;
         });
       }
@@ -433,6 +496,7 @@ inline namespace RVE_ISA {
         call.num_extra = sizes.num_extra;
         call.list_cell = cell;
         ++call.num_rebuilds;
+        note_progress(call, 0.0);
       });
       if (call.fatal()) return;
       const int n = call.num_grains;
@@ -467,12 +531,6 @@ inline namespace RVE_ISA {
       });
     }
 
-    /// H at the end of a call.
-    static RVE_INLINE const Tensor2 &last_cell(const CallState<Format> &call)
-    {
-      return call.has_servo() ? call.cell : call.end_cell;
-    }
-
     /// One number tells that all is well with the grains, as it nearly always is.
     static RVE_INLINE bool is_sound(const CallState<Format> &call)
     {
@@ -486,7 +544,7 @@ inline namespace RVE_ISA {
       if (call.survey.sum[kCrushedSum] > 0) word |= status::OverlapTooLarge;
       if (call.survey.sum[kContactSum] == 0) word |= status::NoContacts;
       if (call.num_extra > call.header.extra_capacity) word |= status::ListFull;
-      if (!(determinant(last_cell(call)) > 0.0)) word |= status::NonFinite;
+      if (!(call.end_per_volume > 0.0)) word |= status::NonFinite;
       return word;
     }
 
@@ -523,9 +581,40 @@ inline namespace RVE_ISA {
       return word;
     }
 
-    /// By one thread: the answer, and with a sound call the header.
-    static RVE_COLD void conclude(CallState<Format> &call, std::uint32_t word, double damped,
-                                  AnswerRecord &answer)
+    /// What is to be written in the end beside the grains of a sound call: the words of its progress, the components of the
+    /// stress, and the rest of the answer.
+    static constexpr int kProgressWords = sizeof(ImageProgress) / sizeof(std::int64_t);
+    static constexpr int kConclusions = kProgressWords + 4 + 1;
+
+    /// One of these.
+    static RVE_INLINE void conclude(const CallState<Format> &call, std::uint32_t word, int part,
+                                    AnswerRecord &answer)
+    {
+      if (part < kProgressWords) {
+        constexpr int of_largest_force =
+            offsetof(ImageProgress, largest_contact_force) / sizeof(std::int64_t);
+        auto *to = reinterpret_cast<std::int64_t *>(static_cast<ImageProgress *>(call.image.header));
+        // an evaluation sets the force scale only where there is none yet: it must not change what follows
+        if (part != of_largest_force)
+          to[part] = reinterpret_cast<const std::int64_t *>(&call.after)[part];
+        else if (call.drive.substeps > 0 || call.header.largest_contact_force == 0.0)
+          call.image.header->largest_contact_force =
+              call.units.force * static_cast<double>(call.survey.largest);
+      } else if (part < kProgressWords + 4) {
+        const int k = part - kProgressWords;
+        answer.stress[k] = stress_component(call, call.end_per_volume, k);
+      } else {
+        answer.status = word;
+        answer.needed_extra = call.num_extra;
+        answer.needed_pairs = call.needed_pairs;
+        answer.expected_force = call.expected_force;
+        answer.num_contacts = static_cast<std::int32_t>(call.survey.sum[kContactSum]);
+      }
+    }
+
+    /// The answer of a call that failed. By one thread.
+    static RVE_COLD void answer_failure(const CallState<Format> &call, std::uint32_t word,
+                                        AnswerRecord &answer)
     {
       answer.status = word;
       answer.needed_extra = call.num_extra;
@@ -533,28 +622,6 @@ inline namespace RVE_ISA {
       answer.expected_force = call.expected_force;
       answer.num_contacts = 0;
       store_tensor(Tensor2::zero(), answer.stress);
-      if (word & status::Fatal) return;
-      answer.num_contacts = static_cast<std::int32_t>(call.survey.sum[kContactSum]);
-      const Tensor2 &cell = last_cell(call);
-      store_tensor(stress_from(call, determinant(cell)), answer.stress);
-      const ImageHeader &old = call.header;
-      ImageProgress &h = *call.image.header;
-      store_tensor(cell, h.cell);
-      store_tensor(call.has_servo() ? call.deformation : call.end_deformation, h.deformation);
-      store_tensor(call.list_cell, h.list_cell);
-      store_tensor(call.servo_gradient, h.servo_velocity_gradient);
-      h.num_extra = call.num_extra;
-      h.list_valid = 1;
-      // an evaluation sets the force scale only where there is none yet: it must not change what follows
-      if (call.drive.substeps > 0 || old.largest_contact_force == 0.0)
-        h.largest_contact_force = call.units.force * static_cast<double>(call.survey.largest);
-      h.steps = old.steps + call.drive.substeps;
-      h.rebuilds = old.rebuilds + call.num_rebuilds;
-      h.lattice_reductions = old.lattice_reductions + call.num_reductions;
-      h.work = old.work + call.supplied;
-      h.friction_loss = old.friction_loss + call.friction_loss;
-      h.damping_loss = old.damping_loss + damped;
-      h.viscous_loss = old.viscous_loss + call.viscous_loss;
     }
   };
 

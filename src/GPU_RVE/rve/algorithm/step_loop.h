@@ -31,7 +31,7 @@ inline namespace RVE_ISA {
     using Grains = GrainItems<Block, Format>;
 
    public:
-    /// The call has begun, with `shared` as its view.
+    /// The call is prepared and has its views, of which `shared` is one.
     RVE_INLINE RveProgram(Block &block_in, CallState<Format> &call_in,
                           const SharedView<Format> &shared_in) :
         block(block_in),
@@ -43,32 +43,16 @@ inline namespace RVE_ISA {
     /// second look.
     RVE_INLINE void run(AnswerRecord &answer, DetailRecord *detail)
     {
-      std::uint32_t word = call.status;
-      double damped = 0.0;
-      const auto conclude = [&] {
-        Rare::conclude(call, word, damped, answer);
-      };
-      if (!call.fatal()) {
-        run_steps();
-        word = call.status;
-        if (!call.fatal()) word = Rare::judge(call);
-        if (!call.fatal() && !Rare::is_sound(call)) word |= Rare::find_trouble(block, call);
-      }
-      if (word & status::Fatal) {
-        block.once(conclude);
-        return;
-      }
-      if (detail) look_again(*detail);
-      // the work of damping is complete with the last kick
-      const bool has_losses = General && call.batch.track_energy;
-      store([&] {
-        if (!has_losses) conclude();
-      });
-      if (has_losses) {
-        damped = block.sum_array(num_grains, call.work.damping);
-        block.once(conclude);
-      }
-      if (detail) copy_words(block, *call.image.header, detail->header);
+      const bool direct = Rare::is_direct(call);
+      if (direct)
+        Rare::take_extra_pairs(block, call);
+      else
+        Rare::begin(block, call, shared);
+      if (!call.fatal()) run_steps(direct);
+      if (call.fatal())
+        fail(call.status, answer);
+      else
+        finish(answer, detail);
     }
 
    private:
@@ -77,63 +61,66 @@ inline namespace RVE_ISA {
     {
       return General && call.drive.substeps > 0 && (call.has_servo() || call.batch.track_energy);
     }
-    RVE_INLINE int last_step() const { return call.drive.substeps > 0 ? call.drive.substeps : 1; }
+    /// Without substeps the forces of the present configuration are asked for.
+    RVE_INLINE bool evaluates() const { return call.drive.substeps == 0; }
+    RVE_INLINE int last_step() const { return evaluates() ? 1 : call.drive.substeps; }
 
     // ---- the step ---------------------------------------------------------------------------------------------------------------
 
-    /// Leaves call.survey of the end configuration.
-    RVE_INLINE void run_steps()
+    /// All steps but the forces of the last one. `direct`: the grains are in the image only.
+    RVE_INLINE void run_steps(bool direct)
     {
       const int last = last_step();
-      // without substeps the forces of the present configuration are asked for. They must not change the history: the Coulomb
-      // limit may be another one, with dashpots or after a change of friction
-      const bool evaluates = call.drive.substeps == 0;
-      if (evaluates) Rare::copy_history(block, call, call.pairs, call.work.fresh);
-      bool moved = evaluates;
+      bool moved = evaluates();
       for (int k = 1;;) {
         const bool grows = has_servo() && !moved;
         if (grows) grow_by_servo();
         if (grows || k > call.plan_last) Rare::make_plan(block, call, k);
-        k = run_planned(k, moved);
+        k = run_planned(k, moved, direct);
+        direct = false;
         // the grains of step k have moved; its forces are missing
         moved = true;
         if (needs_renewal) {
           Rare::renew(block, call, k);
           if (call.fatal()) return;
         }
-        if (k == last || has_ledger()) {
-          last_forces(k);
-          if (k == last) break;
+        if (k == last) return;
+        if (has_ledger()) {
+          forces_with_books(k);
           moved = false;
           ++k;
         } else if (!needs_renewal) {
           Rare::make_plan(block, call, k);
         }
       }
-      if (evaluates) Rare::copy_history(block, call, call.work.fresh, call.pairs);
     }
 
     /// The steps from k on, as far as they are planned. If `moved`, the grains have made the move of the first one. Returns a step
     /// whose move was made, and whose forces are missing: the last one, the last that is planned, or one whose list does not
     /// serve any more (needs_renewal). Nothing is called from here: the registers belong to the grains.
-    RVE_INLINE int run_planned(int k, bool moved)
+    RVE_INLINE int run_planned(int k, bool moved, bool direct)
     {
+      // read here, not kept from the beginning of the call: then it has a register
+      const int n = *const_cast<const volatile std::int32_t *>(&call.num_grains);
       const int first = call.plan_first, stop = has_ledger() ? k : last_step();
       const int end = (stop < call.plan_last ? stop : call.plan_last) - first;
       Grains grains(block, shared, num_grains);
-      block.own_items(num_grains, [&](const auto i) {
-        if constexpr (IsPack<std::decay_t<decltype(i)>>::value) {
-          load_pack(i, call);
-        } else {
-          grains.load(shared, i);
-          if (General) grains.own.load(i);    // of a step that was surveyed
-        }
-      });
+      if (Block::kInRegisters && direct)
+        fetch(grains);
+      else
+        block.own_items(num_grains, [&](const auto i) {
+          if constexpr (IsPack<std::decay_t<decltype(i)>>::value) {
+            load_pack(i, call);
+          } else {
+            grains.load(shared, i);
+            if (General) grains.own.load(i);    // of a step that was surveyed
+          }
+        });
       int t = k - first;
       for (bool kicks = k > 1;; kicks = true, ++t) {
         const StepPlan<Format> &plan = call.plan[t];
         if (!moved) {
-          const bool expired = move(grains, plan, kicks);
+          const bool expired = move(grains, plan, n, kicks);
           if (expired || plan.special) {
             t = ~t;    // a flag of its own would take a register through all steps
             break;
@@ -142,7 +129,7 @@ inline namespace RVE_ISA {
         if (t == end) break;
         moved = false;
         Dissipation none{0.0, 0.0};
-        contact_forces<false, General>(block, grains, shared, call, num_grains, plan, none);
+        contact_forces<false, General>(block, grains, shared, call, n, plan, none);
       }
       block.own_items(num_grains, [&](const auto i) {
         if constexpr (IsPack<std::decay_t<decltype(i)>>::value)
@@ -154,24 +141,54 @@ inline namespace RVE_ISA {
       return first + (needs_renewal ? ~t : t);
     }
 
-    /// The forces of step k with their Love sums; with a servo or a ledger those of every step.
-    RVE_INLINE void last_forces(int k)
+    /// From the image to where the steps want the grains, in internal units.
+    RVE_INLINE void fetch(Grains &grains)
     {
-      const StepPlan<Format> &plan = call.planned(k);
-      Grains grains(block, shared, num_grains);
+      block.for_items(num_grains, [&](Item i) {
+        const auto stored = Rare::read_grain(call.image, i, num_grains, true);
+        Rare::show_grain(call, shared, i, stored);
+        grains.motion.keep(i, Rare::internal_motion(call, stored));
+        grains.spin.load(i);
+        grains.radius.load(i);
+        grains.largest_force.keep(i, Real(0));
+        for (int k = 0; k < kOwnedPairs; ++k) {
+          grains.partner[k].publish(i, stored.partner[k]);
+          grains.history[k].keep(i, Rare::internal_history(call, stored.history[k]));
+        }
+        shared.still[i] = Rare::still_of(call, grains.radius[i], stored.list_position);
+      });
+      block.own_items(num_grains, [&](Item i) {
+        grains.look_at_partners(shared, i);
+      });
+    }
+
+    /// The forces of step k with their Love sums, left in call.survey.
+    RVE_INLINE Dissipation surveyed_forces(Grains &grains, int k)
+    {
       block.own_items(num_grains, [&](Item i) {
         grains.load(shared, i);
       });
       Dissipation heat{0.0, 0.0};
-      contact_forces<true, General>(block, grains, shared, call, num_grains, plan, heat);
+      contact_forces<true, General>(block, grains, shared, call, num_grains, call.planned(k), heat);
+      return heat;
+    }
+
+    RVE_INLINE void save(Grains &grains)
+    {
       block.own_items(num_grains, [&](Item i) {
         grains.save(i);
         grains.own.save(i);
       });
-      if (has_ledger()) {
-        keep_books(plan, heat);
-        if (has_servo()) steer(plan.area);
-      }
+    }
+
+    /// With a servo or a ledger the sums of every step are wanted.
+    RVE_INLINE void forces_with_books(int k)
+    {
+      Grains grains(block, shared, num_grains);
+      const Dissipation heat = surveyed_forces(grains, k);
+      save(grains);
+      keep_books(call.planned(k), heat);
+      if (has_servo()) steer(call.planned(k).area);
     }
 
     RVE_INLINE void keep_books(const StepPlan<Format> &plan, const Dissipation &heat)
@@ -207,11 +224,13 @@ inline namespace RVE_ISA {
     {
       block.once([&] {
         const SteeringRecord &steering = call.steering;
-        const Tensor2 stress = stress_from(call, area);
+        const double per_volume = Rare::per_volume(call, area);
+        const auto stress = [&](int c) {
+          return stress_component(call, per_volume, c);
+        };
         for (int c = 0; c < 4; ++c)
           if (steering.controlled[c]) {
-            const double now = c == 1 ? 0.5 * (stress.component[1] + stress.component[2])
-                                      : stress.component[c];
+            const double now = c == 1 ? 0.5 * (stress(1) + stress(2)) : stress(c);
             call.servo_gradient.component[c] =
                 steer_rate(call.servo_gradient.component[c], now, steering.stress_goal[c],
                            steering.servo_gain, call.drive.dt, steering.servo_max_rate);
@@ -253,7 +272,7 @@ inline namespace RVE_ISA {
     }
 
     /// Kick of the step before, then drift in the present cell. Returns whether a grain has left the safety of the list.
-    RVE_INLINE bool move(Grains &grains, const StepPlan<Format> &plan, bool kick_first)
+    RVE_INLINE bool move(Grains &grains, const StepPlan<Format> &plan, int n, bool kick_first)
     {
       const Tensor<Wide, 2> to_fraction = plan.to_fraction;
       const Tensor<float, 2> list_to_length = plan.list_to_length;
@@ -273,7 +292,7 @@ inline namespace RVE_ISA {
             list_to_length * fractional_difference<FastFormat>(now, still.list_position);
         return dot(moved, moved) > allowed_squared;
       };
-      return block.any_item(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
+      return block.any_item(n, [&](const auto i) RVE_INLINE_LAMBDA {
         if constexpr (IsPack<std::decay_t<decltype(i)>>::value)
           return move_pack(i, call, shared, plan, alpha, kick_first);
         else
@@ -282,6 +301,61 @@ inline namespace RVE_ISA {
     }
 
     // ---- the end of a call ------------------------------------------------------------------------------------------------------
+
+    /// The forces of the last step, and what follows from them.
+    RVE_INLINE void finish(AnswerRecord &answer, DetailRecord *detail)
+    {
+      // an evaluation must not change the history: the Coulomb limit may be another one, with dashpots or after a change of friction
+      if (evaluates()) Rare::copy_history(block, call, call.pairs, call.work.fresh);
+      std::uint32_t word;
+      const auto conclude = [&](int part) {
+        Rare::conclude(call, word, part, answer);
+      };
+      {
+        Grains grains(block, shared, num_grains);
+        const Dissipation heat = surveyed_forces(grains, last_step());
+        word = Rare::judge(call);
+        // as nearly always: nothing else wants to see the grains
+        if (Block::kInRegisters && !evaluates() && !has_ledger() && !detail &&
+            !(word & status::Fatal) && Rare::is_sound(call)) {
+          store<true>(grains, Rare::kConclusions, conclude);
+          return;
+        }
+        save(grains);
+        if (has_ledger()) {
+          keep_books(call.planned(last_step()), heat);
+          if (has_servo()) steer(call.planned(last_step()).area);
+        }
+      }
+      if (evaluates()) Rare::copy_history(block, call, call.work.fresh, call.pairs);
+      if (!(word & status::Fatal) && !Rare::is_sound(call)) word |= Rare::find_trouble(block, call);
+      if (word & status::Fatal) {
+        fail(word, answer);
+        return;
+      }
+      if (detail) look_again(*detail);
+      Grains grains(block, shared, num_grains);
+      if (has_ledger()) {
+        // the work of damping is complete with the last kick
+        store<false>(grains, 0, conclude);
+        const double damped =
+            call.batch.track_energy ? block.sum_array(num_grains, call.work.damping) : 0.0;
+        block.once([&] {
+          Rare::note_progress(call, damped);
+        });
+        block.for_each(Rare::kConclusions, conclude);
+      } else {
+        store<false>(grains, Rare::kConclusions, conclude);
+      }
+      if (detail) copy_words(block, *call.image.header, detail->header);
+    }
+
+    RVE_INLINE void fail(std::uint32_t word, AnswerRecord &answer)
+    {
+      block.once([&] {
+        Rare::answer_failure(call, word, answer);
+      });
+    }
 
     RVE_INLINE void look_again(DetailRecord &detail)
     {
@@ -295,21 +369,24 @@ inline namespace RVE_ISA {
       homogenize<General>(block, call, last_step(), detail);
     }
 
-    /// The last kick, then everything back to the image, while one thread does what `aside` says.
-    template <class Aside> RVE_INLINE void store(Aside aside)
+    /// The last kick, then everything back to the image, and meanwhile parts(0) ... parts(num_parts - 1). Loaded: the grains
+    /// are, with their last forces.
+    template <bool Loaded, class Parts>
+    RVE_INLINE void store(Grains &grains, int num_parts, const Parts &parts)
     {
       const ImageView<Format> &image = call.image;
       const Real alpha = call.alpha;
       const Real to_user = static_cast<Real>(call.units.length);
       const History history_to_user = static_cast<History>(call.units.force);
-      const bool moved = call.drive.substeps > 0;
+      const bool moved = !evaluates();
       const bool relisted = call.num_rebuilds > 0;
-      Grains grains(block, shared, num_grains);
       block.for_items(
           num_grains,
           [&](Item i) {
-            grains.load(shared, i);
-            grains.own.load(i);
+            if (!Loaded) {
+              grains.load(shared, i);
+              grains.own.load(i);
+            }
             Motion<Format> motion = grains.motion[i];
             if (moved) kick_grain(grains, i, shared.still[i], alpha, motion);
             image.position[i] = motion.position;
@@ -323,7 +400,7 @@ inline namespace RVE_ISA {
                 image.partner[k * num_grains + i] = grains.partner[k][i];
             }
           },
-          aside);
+          num_parts, parts);
       const int num_extra = call.num_extra;
       if (num_extra > 0)
         block.for_each(num_extra, [&](Item m) {

@@ -122,12 +122,18 @@ inline namespace RVE_ISA {
     Vec<typename Format::Real, 2> velocity;          ///< peculiar [internal length/time]
   };
 
+  template <class Format> struct Motion<Frictionless<Format>> : Motion<Format> {
+  };
+
   /// What only the grain itself reads, once a step: not worth registers.
   template <class Format> struct alignas(16) Still {
     typename Format::Real velocity_unit;    ///< dt/m: velocity that one force unit gives in a step
     typename Format::Real spin_unit;        ///< dt/I: spin that one torque unit gives in a step
     Vec<std::uint32_t, 2>
         list_position;    ///< leading bits of the position when the list was built
+  };
+
+  template <class Format> struct Still<Frictionless<Format>> : Still<Format> {
   };
 
   /// Pairs of an RVE as arrays: owned ones as [slot * N + grain], and extra ones.
@@ -162,9 +168,10 @@ inline namespace RVE_ISA {
   }
 
   /// In the order of what the chip is for: sums that many add to, then what partners read anywhere, then what the threads of a
-  /// block read in a row. With a constant number of grains the addresses are constants too.
+  /// block read in a row. With a constant number of grains the addresses are constants too. in_registers: what a thread knows of
+  /// its grain's partners needs no room.
   template <class Format, class Carving>
-  RVE_INLINE SharedView<Format> lay_out_shared(Carving &carver, int num_grains)
+  RVE_INLINE SharedView<Format> lay_out_shared(Carving &carver, int num_grains, bool in_registers)
   {
     SharedView<Format> view;
     view.force_x = carver.template take<typename Format::Sum>(num_grains);
@@ -177,15 +184,18 @@ inline namespace RVE_ISA {
     view.own = carver.template take<Vec<typename Format::Sum, 3>>(num_grains);
     view.largest_force = carver.template take<typename Format::Real>(num_grains);
     view.partner = carver.template take<std::int32_t>(kOwnedPairs * num_grains);
-    view.partner_radius = carver.template take<typename Format::Wide>(kOwnedPairs * num_grains);
     view.history = carver.template take<typename Format::History>(kOwnedPairs * num_grains);
+    view.partner_radius = in_registers
+        ? nullptr
+        : carver.template take<typename Format::Wide>(kOwnedPairs * num_grains);
     return view;
   }
 
-  template <class Format> RVE_INLINE SharedView<Format> carve_shared(char *memory, int num_grains)
+  template <class Format>
+  RVE_INLINE SharedView<Format> carve_shared(char *memory, int num_grains, bool in_registers)
   {
     Carver carver(memory);
-    return lay_out_shared<Format>(carver, num_grains);
+    return lay_out_shared<Format>(carver, num_grains, in_registers);
   }
 
   template <class Format>
@@ -193,13 +203,13 @@ inline namespace RVE_ISA {
                                              int num_grains)
   {
     ChipFirst carver(chip, chip_size, memory);
-    return lay_out_shared<Format>(carver, num_grains);
+    return lay_out_shared<Format>(carver, num_grains, false);
   }
 
-  template <class Format> RVE_INLINE std::size_t shared_size(int num_grains)
+  template <class Format> RVE_INLINE std::size_t shared_size(int num_grains, bool in_registers)
   {
     Measure measure;
-    lay_out_shared<Format>(measure, num_grains);
+    lay_out_shared<Format>(measure, num_grains, in_registers);
     return measure.size();
   }
 
@@ -314,12 +324,16 @@ inline namespace RVE_ISA {
       largest_force.load(i);
       for (int k = 0; k < kOwnedPairs; ++k) {
         partner[k].load(i);
-        if constexpr (Block::kInRegisters)
-          partner_radius[k].value = radius_of_partner(shared, i, partner[k][i]);
-        else
-          partner_radius[k].load(i);
         history[k].load(i);
       }
+      if (Block::kInRegisters) look_at_partners(shared, i);
+    }
+
+    /// Radii of the partners, which are known.
+    RVE_INLINE void look_at_partners(const SharedView<Format> &shared, int i)
+    {
+      for (int k = 0; k < kOwnedPairs; ++k)
+        partner_radius[k].keep(i, radius_of_partner(shared, i, partner[k][i]));
     }
 
     /// All but `own`; what is published is there already.

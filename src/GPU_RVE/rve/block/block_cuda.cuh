@@ -53,10 +53,10 @@ inline namespace RVE_ISA {
       __syncthreads();
     }
 
-    template <class F, class Aside> RVE_DEVICE void for_items(int n, F f, Aside aside)
+    template <class F, class G> RVE_DEVICE void for_items(int n, F f, int m, G g)
     {
       visit_items(n, f);
-      do_aside(aside);
+      for (int k = blockDim.x - 1 - threadIdx.x; k < m; k += blockDim.x) g(k);
       __syncthreads();
     }
 
@@ -137,16 +137,18 @@ inline namespace RVE_ISA {
       const int of_warp = __reduce_max_sync(active_lanes(), __float_as_int(largest));
       if (lane() == 0) scratch.largest[warp()] = of_warp;
       sum_in_warps<M>(sum);
-      for (int m = threadIdx.x; m < M; m += blockDim.x) {
-        long long total = 0;
-        for (int w = 0; w < num_warps(); ++w) total += scratch.sum[m][w];
-        survey.sum[m] = total;
+      for (int m = warp(); m <= M; m += num_warps()) {
+        if (m == M) {
+          int most = 0;
+          for (int w = lane(); w < num_warps(); w += lanes_here())
+            most = max(most, scratch.largest[w]);
+          most = __reduce_max_sync(active_lanes(), most);
+          if (lane() == 0) survey.largest = __int_as_float(most);
+        } else {
+          const long long total = sum_over_warps(m);
+          if (lane() == 0) survey.sum[m] = total;
+        }
       }
-      do_aside([&] {
-        int most = 0;
-        for (int w = 0; w < num_warps(); ++w) most = max(most, scratch.largest[w]);
-        survey.largest = __int_as_float(most);
-      });
       __syncthreads();
     }
 
@@ -210,6 +212,7 @@ inline namespace RVE_ISA {
       RVE_DEVICE T &operator[](int) { return value; }
       RVE_DEVICE void load(int item) { value = array[item]; }
       RVE_DEVICE void save(int item) { array[item] = value; }
+      RVE_DEVICE void keep(int, const T &x) { value = x; }
       RVE_DEVICE void publish(int item, const T &x)
       {
         value = x;
@@ -221,6 +224,7 @@ inline namespace RVE_ISA {
       RVE_DEVICE T &operator[](int item) { return array[item]; }
       RVE_DEVICE void load(int) {}
       RVE_DEVICE void save(int) {}
+      RVE_DEVICE void keep(int item, const T &x) { array[item] = x; }
       RVE_DEVICE void publish(int item, const T &x) { array[item] = x; }
     };
     template <class T> using Resident = Copy<T, OneItemPerThread>;
@@ -298,18 +302,21 @@ inline namespace RVE_ISA {
       __syncthreads();
     }
 
+    /// Of what sum_in_warps has left, by the threads of one warp.
+    RVE_DEVICE long long sum_over_warps(int m)
+    {
+      std::int64_t mine = 0;
+      for (int w = lane(); w < num_warps(); w += lanes_here()) mine += scratch.sum[m][w];
+      return sum_of_warp(active_lanes(), mine);
+    }
+
     /// Sums over the threads of the block.
     template <int M> RVE_DEVICE IntegerSums<M> add_up(const std::int64_t *term)
     {
       sum_in_warps<M>(term);
-      const unsigned active = active_lanes();
       IntegerSums<M> sums;
 #pragma unroll
-      for (int m = 0; m < M; ++m) {
-        std::int64_t mine = 0;
-        for (int w = lane(); w < num_warps(); w += lanes_here()) mine += scratch.sum[m][w];
-        sums.value[m] = sum_of_warp(active, mine);
-      }
+      for (int m = 0; m < M; ++m) sums.value[m] = sum_over_warps(m);
       __syncthreads();
       return sums;
     }

@@ -16,8 +16,8 @@
 //   resident(array)         an item's own numbers in array[item], which may live in registers across phases
 //   for_items, any_item, sum_items<M>    as for_each, any, sum_integers, over the items of resident arrays, and only over them
 //       A phase whose f takes `const auto i` may also get a PackItem, several items at a time (block/block_simd.h)
+//   for_items(n, f, m, g)   and g(0) ... g(m - 1) meanwhile, by those who most often have no item
 //   own_items(n, f)         as for_items, but f(item) neither reads nor writes what another item does before the next phase: no barrier
-//   for_items(n, f, aside)  as for_each(n, f, aside)
 //   survey_items<M, Term>(n, f, survey)    f(item, Term *term, float &largest) adds to the item's terms, 32-bit or 64-bit
 //                           integers, and raises `largest`, which is not negative; leaves the sums over the items and the largest
 //                           number where all threads can read them
@@ -58,9 +58,10 @@ inline namespace RVE_ISA {
     }
 
     template <class F> RVE_INLINE void for_items(int n, F f) { for_each(n, f); }
-    template <class F, class Aside> RVE_INLINE void for_items(int n, F f, Aside aside)
+    template <class F, class G> RVE_INLINE void for_items(int n, F f, int m, G g)
     {
-      for_each(n, f, aside);
+      for_each(n, f);
+      for (int k = 0; k < m; ++k) g(k);
     }
     template <class F> RVE_INLINE bool any_item(int n, F f) { return any(n, f); }
     template <int M, class F> RVE_INLINE IntegerSums<M> sum_items(int n, F f)
@@ -151,13 +152,14 @@ inline namespace RVE_ISA {
       if (v < *p) *p = v;
     }
 
-    /// An item's own numbers in arrays[item], which it may keep in registers across phases: between load and save only
-    /// publish, which writes both, shows the others what it does. Here it is the array itself.
+    /// An item's own numbers in arrays[item], which it may keep in registers across phases: between load and save it may keep
+    /// another value, and only publish shows the others what it does. Here it is the array itself.
     template <class T> struct Resident {
       T *array;
       RVE_INLINE T &operator[](int item) const { return array[item]; }
       RVE_INLINE void load(int) const {}
       RVE_INLINE void save(int) const {}
+      RVE_INLINE void keep(int item, const T &value) const { array[item] = value; }
       RVE_INLINE void publish(int item, const T &value) const { array[item] = value; }
     };
 

@@ -24,10 +24,10 @@ inline namespace RVE_ISA {
       for (; i < n; ++i) f(i);
     }
 
-    template <class F, class Aside> RVE_INLINE void for_items(int n, F f, Aside aside)
+    template <class F, class G> RVE_INLINE void for_items(int n, F f, int m, G g)
     {
       for_items(n, f);
-      aside();
+      for (int k = 0; k < m; ++k) g(k);
     }
 
     template <class F> RVE_INLINE void own_items(int n, F f) { for_items(n, f); }

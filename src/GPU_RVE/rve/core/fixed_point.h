@@ -62,6 +62,7 @@ inline namespace RVE_ISA {
     using Sum = std::int32_t;                                      ///< force on a grain
     static constexpr double fraction_unit = 1.0 / 4294967296.0;    // 2^-32
     static constexpr int sum_bits = 31;    ///< that a force on a grain may fill
+    static constexpr bool has_friction = true;
   };
 
   /// 64-bit fractions, branch, gap and tangential history in fp64, the rest in fp32.
@@ -74,6 +75,7 @@ inline namespace RVE_ISA {
     using Sum = std::int32_t;
     static constexpr double fraction_unit = 1.0 / 18446744073709551616.0;    // 2^-64
     static constexpr int sum_bits = 31;    ///< of a force on a grain
+    static constexpr bool has_friction = true;
   };
 
   /// 64-bit fractions, fp64 everywhere, forces summed in 64 bits.
@@ -87,6 +89,7 @@ inline namespace RVE_ISA {
     static constexpr double fraction_unit = 1.0 / 18446744073709551616.0;
     /// The accumulators of a block are two limbs of 32 bits (block/block_cuda.cuh): 24 bits and the rest.
     static constexpr int sum_bits = 55;
+    static constexpr bool has_friction = true;
   };
 
   /// Fraction of the cell in fp32, in [0, 1).
@@ -104,6 +107,12 @@ inline namespace RVE_ISA {
     using Sum = std::int32_t;
     static constexpr double fraction_unit = 1.0;
     static constexpr int sum_bits = 31;    ///< of a force on a grain
+    static constexpr bool has_friction = true;
+  };
+
+  /// The same numbers for scenes without friction, where nothing acts along a contact: no tangential force, no torque, no history.
+  template <class Format> struct Frictionless : Format {
+    static constexpr bool has_friction = false;
   };
 
   /// Nearest-image difference of two fractions, in units of fraction_unit: the wrapped subtraction is the minimum image.

@@ -231,11 +231,11 @@ namespace {
       for (int m = 0; m < kOwnedPairs; ++m)
         if (view.partner[m * n + k] != k)
           state.pairs.push_back({i, view.number[view.partner[m * n + k]],
-                                 static_cast<double>(view.history[m * n + k])});
+                                 static_cast<double>(view.history[m * n + k]) + 0.0});
     }
     for (int m = 0; m < header.num_extra; ++m)
       state.pairs.push_back({view.number[view.extra_first[m]], view.number[view.extra_second[m]],
-                             static_cast<double>(view.extra_history[m])});
+                             static_cast<double>(view.extra_history[m]) + 0.0});
     return state;
   }
 
@@ -471,6 +471,10 @@ int BatchEngine::add(const RveState &state)
     grains_of[rve] = n;
   }
   any_viscous = any_viscous || is_viscous(state.material);
+  any_friction = any_friction || state.material.friction > 0.0 ||
+      std::any_of(state.pairs.begin(), state.pairs.end(), [](const Pair &pair) {
+                   return pair.tangential_force != 0.0;
+                 });
   return rve;
 }
 
@@ -503,6 +507,7 @@ void BatchEngine::set_material(int rve, const Material &material)
   set_material_in(header, material);
   put_header(rve, header);
   any_viscous = any_viscous || is_viscous(material);
+  any_friction = any_friction || material.friction > 0.0;
 }
 
 std::size_t BatchEngine::bytes_per_rve(int num_grains) const
@@ -578,8 +583,8 @@ void BatchEngine::prepare(Call &call, const std::vector<int> &rves,
     }
     records[k] = to_record(drives[k]);
     largest = std::max(largest, grains_of[rves[k]]);
-    longest = std::max(longest, records[k].substeps);
-    const double cost = cost_of(rves[k], records[k]);
+    longest = std::max(longest, drives[k].substeps);
+    const double cost = cost_of(rves[k], drives[k]);
     least_cost = std::min(least_cost, cost);
     most_cost = std::max(most_cost, cost);
     servo = servo || drives[k].has_servo();
@@ -598,21 +603,23 @@ void BatchEngine::prepare(Call &call, const std::vector<int> &rves,
   call.pair_capacity = pair_capacity(largest);
   const bool general = servo || options.track_energy || any_viscous || options.arms == Arms::Lammps;
   call.scene = general ? SceneKind::General : SceneKind::Plain;
-  if (least_cost < most_cost) put_longest_first(call, most_cost);
+  call.frictionless = !general && !any_friction;
+  if (least_cost < most_cost) put_longest_first(call, drives, most_cost);
 }
 
-double BatchEngine::cost_of(int rve, const DriveRecord &drive) const
+double BatchEngine::cost_of(int rve, const Drive &drive) const
 {
   return static_cast<double>(drive.substeps) * grains_of[rve];
 }
 
-void BatchEngine::put_longest_first(Call &call, double most_cost) const
+void BatchEngine::put_longest_first(Call &call, const std::vector<Drive> &drives,
+                                    double most_cost) const
 {
   // sorted roughly, in one pass: the last ones to run are short, and that is all that matters
   constexpr int classes = 256;
   const int count = static_cast<int>(call.rves.size());
   const auto class_of = [&](int k) {
-    const double share = cost_of(call.rves[k], call.drives[k]) / most_cost;
+    const double share = cost_of(call.rves[k], drives[k]) / most_cost;
     return classes - 1 - static_cast<int>(share * (classes - 1));
   };
   std::vector<int> start(classes + 1, 0);

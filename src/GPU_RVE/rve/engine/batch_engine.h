@@ -57,10 +57,11 @@ class BatchEngine : public Engine {
     int longest = 0;           ///< most substeps
     int pair_capacity = 0;     ///< that workspaces must have at least
     SceneKind scene = SceneKind::Plain;
+    bool frictionless = false;    ///< the plain scene may be run as Frictionless
     bool with_details = false;
   };
 
-  /// Where the drives of the next launch shall be written. What was there before may be lost.
+  /// Where the drives of the next launch shall be written, and not read. What was there before may be lost.
   virtual DriveRecord *room_for_drives(std::size_t count) = 0;
   /// Runs the block program once for each RVE. Returns the answers, valid until the next launch. `details` are filled when they
   /// are wanted.
@@ -80,9 +81,9 @@ class BatchEngine : public Engine {
  private:
   void check_slot(int rve) const;
   void prepare_repeat(int rve, const AnswerRecord &answer);
-  double cost_of(int rve, const DriveRecord &drive) const;
+  double cost_of(int rve, const Drive &drive) const;
   /// With RVEs of unequal cost the last ones to run shall be short.
-  void put_longest_first(Call &call, double most_cost) const;
+  void put_longest_first(Call &call, const std::vector<Drive> &drives, double most_cost) const;
   /// Checks and translates; sizes, order and scene follow from the drives.
   void prepare(Call &call, const std::vector<int> &rves, const std::vector<Drive> &drives);
   /// One call without repeats. Returns the answers, valid until the next call; `details` has them, if wanted.
@@ -96,6 +97,7 @@ class BatchEngine : public Engine {
   std::vector<int> grains_of;    ///< by RVE; 0: the number is free
   std::vector<int> free_numbers;
   bool any_viscous = false;             ///< an RVE with dashpots has been added
+  bool any_friction = false;            ///< one with friction, or with tangential forces
   int pairs_per_grain = 4;              ///< capacity of the workspaces, grows on demand
   std::vector<AnswerRecord> mended;     ///< answers of a call that was repeated for some RVEs
   std::vector<DetailRecord> details;    ///< of the last call that wanted them

@@ -166,7 +166,7 @@ namespace {
       // an RVE that fails writes no details
       record.details = call.with_details ? detail_buffer.reserve_zeros(count) : nullptr;
       record.count = count;
-      record.queue = queue_buffer.reserve_zeros(1);
+      record.queue = queue_buffer.reserve(1);
       record.prepared_size = plan.sizes.prepared;
       record.prepared = prepared_buffer.reserve_clean(record.prepared_size * count);
       record.steps_ahead = plan.steps_ahead;
@@ -179,9 +179,9 @@ namespace {
       record.prepared_together = std::max(
           1,
           std::min(kMostPreparedTogether, static_cast<int>(kPrepareMemory / record.prepared_size)));
-      // a thread for each step that is planned
+      // a thread for each step that is planned, and for each piece of a drive
       const int threads =
-          std::min(256, rounded_up(record.prepared_together * plan.steps_ahead, 32));
+          rounded_up(record.prepared_together * std::min(16, std::max(4, plan.steps_ahead)), 32);
       kernels.prepare<<<(count + record.prepared_together - 1) / record.prepared_together, threads,
                         record.prepared_together * record.prepared_size>>>(record, constants);
       plan.kernel<<<resident, plan.block, plan.dynamic>>>(record, constants);
@@ -236,7 +236,8 @@ namespace {
       const Residency residency = residency_of(call, plan.block);
       plan.kernel = kernels.kernel[static_cast<int>(residency)][static_cast<int>(call.scene)];
       plan.sizes =
-          kernels.sizes(capacity_of(residency, call.largest), call.pair_capacity, steps_ahead);
+          kernels.sizes(capacity_of(residency, call.largest), residency != Residency::Memory,
+                        call.pair_capacity, steps_ahead);
       cudaFuncAttributes attributes;
       check_cuda(cudaFuncGetAttributes(&attributes, plan.kernel), "attributes of the kernel");
       plan.dynamic = plan.sizes.shared;
@@ -315,7 +316,7 @@ namespace {
     DeviceBuffer<SteeringRecord> steering_buffer;
     DeviceBuffer<int> order_buffer, queue_buffer;
     // small, read or written once: the kernels reach for them over the bus, while they work
-    HostBuffer<DriveRecord> drives;
+    HostBuffer<DriveRecord> drives{cudaHostAllocWriteCombined};    // nothing reads them here
     HostBuffer<AnswerRecord> answers;
     DeviceBuffer<DetailRecord> detail_buffer;
     DeviceBuffer<char> prepared_buffer, workspace_buffer;

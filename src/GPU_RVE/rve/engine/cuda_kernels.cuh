@@ -18,17 +18,18 @@ inline namespace RVE_ISA {
         launch.prepared + static_cast<std::size_t>(place) * launch.prepared_size);
   }
 
-  /// Copies `size` bytes, or zeros from nowhere, by `count` threads of which this is number `me`. Whole pieces of T, aligned.
-  template <class T>
-  RVE_DEVICE void copy_by(int me, int count, const void *from, void *to, std::size_t size)
-  {
-    for (int w = me; w < static_cast<int>(size / sizeof(T)); w += count)
-      static_cast<T *>(to)[w] = from ? static_cast<const T *>(from)[w] : T();
-  }
-
+  /// What is copied at a time.
   struct alignas(16) FourWords {
     std::int32_t word[4];
   };
+
+  template <class Record> RVE_DEVICE auto &piece_of(Record &record, int k)
+  {
+    static_assert(sizeof(Record) % sizeof(FourWords) == 0 && alignof(Record) == 16, "whole pieces");
+    using Piece = std::conditional_t<std::is_const_v<Record>, const FourWords, FourWords>;
+    return reinterpret_cast<Piece *>(&record)[k];
+  }
+  template <class Record> constexpr int kPieces = sizeof(Record) / sizeof(FourWords);
 
   /// Begins all calls, ahead of the blocks: what one thread does alone for its RVE, the others of a block would wait for. A
   /// block has `launch.prepared_together` calls, on chip.
@@ -43,16 +44,35 @@ inline namespace RVE_ISA {
     const auto call_of = [&](int r) -> PreparedCall<Format> & {
       return *reinterpret_cast<PreparedCall<Format> *>(on_chip + r * launch.prepared_size);
     };
-    const int me = threadIdx.x, threads = blockDim.x, lane = me % 32;
-    for (int r = me / 32; r < count; r += threads / 32) {
-      PreparedCall<Format> &call = call_of(r);
-      const int place = first + r;
-      copy_by<std::int32_t>(lane, 32, &launch.drives[place], &call.drive, sizeof(DriveRecord));
-      copy_by<FourWords>(lane, 32, launch.rves[place].image, &call.header, sizeof(ImageHeader));
-      copy_by<std::int32_t>(lane, 32, launch.steering ? launch.steering + place : nullptr,
-                            &call.steering, sizeof(SteeringRecord));
-      if (lane == 0) call.batch = batch;
+    const int me = threadIdx.x, threads = blockDim.x;
+    if (me == 0 && first == 0) *launch.queue = 0;
+    // the drives come over the bus: in rows, and asked for before anything else is waited for
+    constexpr int of_drive = kPieces<DriveRecord>, of_header = kPieces<ImageHeader>,
+                  of_steering = kPieces<SteeringRecord>, together = 4;
+    const bool has_drive = me < count * of_drive;
+    FourWords drive;
+    if (has_drive) drive = piece_of(launch.drives[first + me / of_drive], me % of_drive);
+    for (int begin = me; begin < count * of_header; begin += together * threads) {
+      FourWords piece[together];
+#pragma unroll
+      for (int m = 0; m < together; ++m) {
+        const int k = begin + m * threads;
+        if (k < count * of_header)
+          piece[m] = reinterpret_cast<const FourWords *>(
+              launch.rves[first + k / of_header].image)[k % of_header];
+      }
+#pragma unroll
+      for (int m = 0; m < together; ++m) {
+        const int k = begin + m * threads;
+        if (k < count * of_header) piece_of(call_of(k / of_header).header, k % of_header) = piece[m];
+      }
     }
+    for (int k = me; k < count * of_steering; k += threads)
+      piece_of(call_of(k / of_steering).steering, k % of_steering) = launch.steering
+          ? piece_of(launch.steering[first + k / of_steering], k % of_steering)
+          : FourWords{{0, 0, 0, 0}};
+    if (has_drive) piece_of(call_of(me / of_drive).drive, me % of_drive) = drive;
+    for (int r = me; r < count; r += threads) call_of(r).batch = batch;
     __syncthreads();
     for (int r = me; r < count; r += threads)
       Rare::prepare(call_of(r), launch.rves[first + r].image, launch.pair_capacity);
@@ -61,34 +81,38 @@ inline namespace RVE_ISA {
       if (k % steps < call_of(k / steps).plan_last)
         Rare::plan_step(call_of(k / steps), k % steps, 1);
     __syncthreads();
-    copy_by<FourWords>(me, threads, on_chip,
-                       launch.prepared + static_cast<std::size_t>(first) * launch.prepared_size,
-                       count * launch.prepared_size);
+    auto *to = reinterpret_cast<FourWords *>(launch.prepared +
+                                             static_cast<std::size_t>(first) * launch.prepared_size);
+    for (int w = me; w < static_cast<int>(count * launch.prepared_size / sizeof(FourWords));
+         w += threads)
+      to[w] = reinterpret_cast<const FourWords *>(on_chip)[w];
   }
-
-  /// An RVE that a block has taken from the queue.
-  struct Taken {
-    RveHandle rve;
-    int place;    ///< in the call; -1: there is none left
-  };
 
   /// Into the cache, from where it is read a few microseconds later.
   RVE_DEVICE void prefetch(const char *memory, std::size_t size)
   {
+#if __CUDA_ARCH__ >= 900
     asm volatile("cp.async.bulk.prefetch.L2.global [%0], %1;" ::"l"(memory),
                  "r"(static_cast<unsigned>(size / 16 * 16)));
+#endif
   }
 
-  /// The RVE of an entry of the queue. By one thread.
-  template <class Format> RVE_DEVICE Taken take_rve(const LaunchRecord &launch, int entry)
+  /// The place in the call of an entry of the queue; -1: there is none any more.
+  RVE_DEVICE int place_of(const LaunchRecord &launch, int entry)
   {
-    if (entry >= launch.count) return Taken{{nullptr, 0, 0}, -1};
-    const int place = launch.order ? launch.order[entry] : entry;
+    if (entry >= launch.count) return -1;
+    return launch.order ? launch.order[entry] : entry;
+  }
+
+  /// The RVE of an entry that some block will take soon, and its prepared call.
+  template <class Format> RVE_DEVICE void prefetch_entry(const LaunchRecord &launch, int entry)
+  {
+    const int place = place_of(launch, entry);
+    if (place < 0) return;
     const RveHandle rve = launch.rves[place];
     prefetch(rve.image, image_size<Format>(rve.num_grains, 0));
     prefetch(launch.prepared + static_cast<std::size_t>(place) * launch.prepared_size,
              launch.prepared_size);
-    return Taken{rve, place};
   }
 
   /// Capacity: of a block with a thread per grain; 0: grains live in memory, any number of them.
@@ -98,26 +122,25 @@ inline namespace RVE_ISA {
     extern __shared__ __align__(16) char on_chip[];
     __shared__ CudaScratch scratch;
     __shared__ CallState<Format> call;
-    // the next RVE is fetched while this one is loaded, one wait for memory in a phase
-    __shared__ int next_entry;
-    __shared__ Taken next;
+    __shared__ int entry, next_entry;    // of the queue
+    __shared__ int place;              // of the entry, in the call
+    __shared__ int grains_in_views;    // what the views of the block are made for
     using Block = BlockCuda<(Capacity > 0)>;
     using Rare = RareWork<Block, Format>;
     char *memory = launch.memory + blockIdx.x * launch.memory_stride;
     Block block(scratch);
-    int grains_in_views = -1;    // what the views of the block are made for
     block.once([&] {
-      next = take_rve<Format>(launch, atomicAdd(launch.queue, 1));
+      next_entry = atomicAdd(launch.queue, 1);
+      grains_in_views = -1;
     });
     for (;;) {
-      const Taken taken = next;
-      if (taken.place < 0) return;
-      const int n = taken.rve.num_grains;
-      const SharedView<Format> shared = Capacity > 0
-          ? carve_shared<Format>(on_chip, Capacity)
-          : carve_shared<Format>(on_chip, launch.chip_size, memory + launch.overflow, n);
+      block.once([&] {
+        entry = next_entry;
+        place = place_of(launch, entry);
+      });
+      if (place < 0) return;
       const auto *from =
-          reinterpret_cast<const FourWords *>(&prepared_call<Format>(launch, taken.place));
+          reinterpret_cast<const FourWords *>(&prepared_call<Format>(launch, place));
       auto *to = reinterpret_cast<FourWords *>(static_cast<PreparedCall<Format> *>(&call));
       block.for_each(
           static_cast<int>(launch.prepared_size / sizeof(FourWords)),
@@ -126,16 +149,22 @@ inline namespace RVE_ISA {
           },
           [&] {
             next_entry = atomicAdd(launch.queue, 1);
-            if (n == grains_in_views) return;
-            Rare::set_views(call, n, shared, memory, launch.pair_capacity);
-            grains_in_views = n;
+            // when this RVE is done, those are next
+            prefetch_entry<Format>(launch, entry + gridDim.x);
           });
-      Rare::begin(block, call, shared, [&] {
-        next = take_rve<Format>(launch, next_entry);
-      });
+      const int n = call.num_grains;
+      const SharedView<Format> shared = Capacity > 0
+          ? carve_shared<Format>(on_chip, Capacity, true)
+          : carve_shared<Format>(on_chip, launch.chip_size, memory + launch.overflow, n);
+      if (n != grains_in_views) {
+        __syncthreads();
+        block.once([&] {
+          Rare::set_views(call, n, shared, memory, launch.pair_capacity);
+          grains_in_views = n;
+        });
+      }
       RveProgram<Block, Format, General> program(block, call, Capacity > 0 ? shared : call.shared);
-      program.run(launch.answers[taken.place],
-                  launch.details ? launch.details + taken.place : nullptr);
+      program.run(launch.answers[place], launch.details ? launch.details + place : nullptr);
     }
   }
 
@@ -179,10 +208,10 @@ inline namespace RVE_ISA {
   }
 
   template <class Format>
-  KernelSizes kernel_sizes(int num_grains, int pair_capacity, int steps_ahead)
+  KernelSizes kernel_sizes(int num_grains, bool in_registers, int pair_capacity, int steps_ahead)
   {
     KernelSizes sizes;
-    sizes.shared = shared_size<Format>(num_grains);
+    sizes.shared = shared_size<Format>(num_grains, in_registers);
     sizes.workspace = workspace_size<Format>(num_grains, pair_capacity);
     sizes.prepared = (PreparedCall<Format>::size_with(steps_ahead) + 15) / 16 * 16;
     return sizes;

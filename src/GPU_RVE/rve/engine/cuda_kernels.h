@@ -24,7 +24,7 @@ struct LaunchRecord {
   AnswerRecord *answers;    ///< (count)
   DetailRecord *details;    ///< (count), or null
   int count;
-  int *queue;                   ///< next entry of `order` to take
+  int *queue;                   ///< next entry of `order` to take; preparing sets it to 0
   char *prepared;               ///< (count) PreparedCall with the plan of some steps
   std::size_t prepared_size;    ///< of one
   int steps_ahead;              ///< that are planned
@@ -57,8 +57,8 @@ constexpr int kLargeBlock = 1024;
 /// One number format's kernels. Null where there is none: another residency serves.
 struct CudaKernels {
   KernelFunction kernel[kNumResidencies][kNumScenes];
-  KernelFunction prepare;    ///< fills LaunchRecord::prepared, which is on chip meanwhile
-  KernelSizes (*sizes)(int num_grains, int pair_capacity, int steps_ahead);
+  KernelFunction prepare;    ///< fills LaunchRecord::prepared, which is on chip meanwhile, and resets the queue
+  KernelSizes (*sizes)(int num_grains, bool in_registers, int pair_capacity, int steps_ahead);
 };
 
 CudaKernels cuda_kernels_fast();

@@ -24,10 +24,10 @@ inline void check_cuda(cudaError_t error, const char *what)
 }
 
 /// Page-locked array of T on the host, which the device can reach. Grows, never shrinks, and does not keep its contents when it
-/// grows.
+/// grows. `flags` as of cudaHostAlloc.
 template <class T> class HostBuffer {
  public:
-  HostBuffer() = default;
+  explicit HostBuffer(unsigned flags_in = cudaHostAllocDefault) : flags(flags_in) {}
   HostBuffer(const HostBuffer &) = delete;
   HostBuffer &operator=(const HostBuffer &) = delete;
   ~HostBuffer() { cudaFreeHost(memory); }
@@ -38,13 +38,15 @@ template <class T> class HostBuffer {
       cudaFreeHost(memory);
       memory = nullptr;
       capacity = 0;
-      check_cuda(cudaMallocHost(&memory, count * sizeof(T)), "page-locked memory for a buffer");
+      check_cuda(cudaHostAlloc(&memory, count * sizeof(T), flags),
+                 "page-locked memory for a buffer");
       capacity = count;
     }
     return memory;
   }
 
  private:
+  const unsigned flags;
   T *memory = nullptr;
   std::size_t capacity = 0;
 };

@@ -5,6 +5,8 @@
 
 #include "rve/algorithm/step_loop.h"
 #include "rve/block/block_serial.h"
+
+#include <type_traits>
 #if defined(__AVX2__) && defined(__FMA__)
 #include "rve/algorithm/packed_grains.h"
 #include "rve/block/block_simd.h"
@@ -34,7 +36,7 @@ inline namespace RVE_ISA {
   {
     const auto &header = *reinterpret_cast<const ImageHeader *>(image);
     Block block;
-    const auto shared = carve_shared<Format>(memory.shared, header.num_grains);
+    const auto shared = carve_shared<Format>(memory.shared, header.num_grains, Block::kInRegisters);
     using Rare = RareWork<Block, Format>;
     CallState<Format> call;
     call.header = header;
@@ -44,8 +46,6 @@ inline namespace RVE_ISA {
     Rare::prepare(call, image, memory.pair_capacity);
     for (int t = 0; t < call.plan_last; ++t) Rare::plan_step(call, t, 1);
     Rare::set_views(call, header.num_grains, shared, memory.workspace, memory.pair_capacity);
-    Rare::begin(block, call, shared, [] {
-    });
     RveProgram<Block, Format, General> program(block, call, shared);
     program.run(answer, detail);
   }
@@ -55,7 +55,14 @@ inline namespace RVE_ISA {
                const BatchConstants &batch, const HostWorkspace &memory, SceneKind scene,
                AnswerRecord &answer, DetailRecord *detail)
   {
-    if (scene == SceneKind::Plain)
+    if constexpr (!std::is_same_v<Format, SingleFormat>) {
+      if (scene == SceneKind::Frictionless) {
+        run_program<PlainBlock<Format>, Frictionless<Format>, false>(image, drive, steering, batch,
+                                                                     memory, answer, detail);
+        return;
+      }
+    }
+    if (scene != SceneKind::General)
       run_program<PlainBlock<Format>, Format, false>(image, drive, steering, batch, memory, answer,
                                                      detail);
     else
@@ -65,7 +72,7 @@ inline namespace RVE_ISA {
   template <class Format> HostWorkspaceSizes workspace_sizes(int num_grains, int pair_capacity)
   {
     HostWorkspaceSizes sizes;
-    sizes.shared = shared_size<Format>(num_grains);
+    sizes.shared = shared_size<Format>(num_grains, false);
     sizes.workspace = workspace_size<Format>(num_grains, pair_capacity);
     return sizes;
   }

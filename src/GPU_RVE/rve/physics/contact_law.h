@@ -37,7 +37,9 @@ inline namespace RVE_ISA {
   /// arms add up to |b|, so a rigid rotation of the pair gives no slip.
   /// General: with dashpots, and with a choice for the arm of the surface velocity, r - velocity_arm * overlap: 1/2, or 0 as
   /// LAMMPS has it (not objective, for cross-checks).
-  template <class Real, class History, bool General> struct LinearFrictionLaw {
+  /// Friction: compiled in only for scenes that have it. Without, the law is that with a coefficient of zero.
+  template <class Real, class History, bool General, bool Friction = true>
+  struct LinearFrictionLaw {
     LinearNormal<Real> normal;
     LinearTangential<Real, History, General> tangential;
     VelocityDamping<Real> normal_damping;    ///< General
@@ -68,6 +70,13 @@ inline namespace RVE_ISA {
       result.normal_force = normal.force(contact.overlap);
       if (General)
         result.normal_force = result.normal_force + normal_damping.force(normal_velocity);
+      if constexpr (!Friction) {
+        result.force = -result.normal_force * n;
+        result.tangential = result.torque_i = result.torque_j = Real(0);
+        result.spring = result.slipped = History(0);
+        result.sliding = History(0) >= History(0);    // at its limit of zero
+        return result;
+      }
       const auto shear = tangential.advance(spring, tangential_velocity, result.normal_force, dt);
       result.tangential = shear.force;
       result.spring = shear.spring;

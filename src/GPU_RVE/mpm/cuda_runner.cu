@@ -1,0 +1,526 @@
+// Runs the passes of a time step (step_passes.h) on a CUDA device, with the arrays of points and grid in its memory.
+//
+// Host and device share the points as follows. Positions and velocities are brought back after every step, and taken anew when the
+// caller's differ from what was brought back; forces when they differ from those of before. Stresses belong to the host, where the
+// constitutive models are, and ΔF is written to page-locked memory for them. Deformation gradients, volumes and velocity gradients
+// stay on the device until fetch().
+
+#include "mpm/cuda_runner.h"
+
+#include "mpm/step_program.h"
+#include "mpm/threads.h"
+#include "rve/engine/cuda_engine.h"
+#include "rve/engine/device_buffer.cuh"
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+
+namespace mpm {
+
+using rve::check_cuda;
+using rve::DeviceBuffer;
+using rve::HostBuffer;
+using rve::Tensor2;
+
+namespace {
+
+  constexpr int BLOCK = 128;    // threads; a few thousand points do not fill a device anyway
+
+  /// Sums on nodes that all threads add to.
+  struct SharedSums {
+    std::int64_t *first;
+  };
+
+  RVE_HD inline void add_to(SharedSums sums, std::size_t k, std::int64_t part)
+  {
+#if defined(__CUDA_ARCH__)
+    // in two's complement signed and unsigned sums are the same bits
+    atomicAdd(reinterpret_cast<unsigned long long *>(sums.first + k),
+              static_cast<unsigned long long>(part));
+#else
+    sums.first[k] += part;
+#endif
+  }
+
+  /// *to = max(*to, value), for finite values and a *to that may be -infinity; zeros are positive. Bits of doubles of one sign are
+  /// ordered as integers are.
+  RVE_HD inline void raise_together(double *to, double value)
+  {
+#if defined(__CUDA_ARCH__)
+    if (value >= 0.0)
+      atomicMax(reinterpret_cast<long long *>(to), __double_as_longlong(value));
+    else if (value < 0.0)
+      atomicMin(reinterpret_cast<unsigned long long *>(to),
+                static_cast<unsigned long long>(__double_as_longlong(value)));
+#else
+    if (value > *to) *to = value;
+#endif
+  }
+
+  /// What passes find, in the memory of the device.
+  struct Findings {
+    double *maxima;
+    std::uint64_t *first_trouble;    ///< of each stage
+  };
+
+  /// What one thread finds: the maxima that all points have part in are kept in registers.
+  class DeviceTally {
+   public:
+    RVE_HD DeviceTally(const Findings &findings, int stage) :
+        maxima_(findings.maxima), first_trouble_(findings.first_trouble + stage)
+    {
+      for (int k = 0; k < NUM_MAXIMA; ++k) best_[k] = 0.0;
+    }
+
+    RVE_HD void raise(int k, double value)
+    {
+      if (k >= NUM_MAXIMA)
+        raise_together(maxima_ + k, value);
+      else if (value > best_[k])
+        best_[k] = value;
+    }
+
+    RVE_HD void trouble(int p, Trouble what)
+    {
+#if defined(__CUDA_ARCH__)
+      atomicMin(reinterpret_cast<unsigned long long *>(first_trouble_),
+                static_cast<unsigned long long>(FirstTrouble::key(p, what)));
+#else
+      (void) p, (void) what;
+#endif
+    }
+
+    /// All threads of a warp at once.
+    __device__ void flush()
+    {
+      for (int k = 0; k < NUM_MAXIMA; ++k) {
+        double best = best_[k];
+        for (int distance = 16; distance > 0; distance /= 2)
+          best = larger(best, __shfl_xor_sync(0xffffffffu, best, distance));
+        if (threadIdx.x % 32 == 0 && best > 0.0) raise_together(maxima_ + k, best);
+      }
+    }
+
+   private:
+    double *maxima_;
+    std::uint64_t *first_trouble_;
+    double best_[NUM_MAXIMA];
+  };
+
+  /// A point that cannot begin the step has no weights: nothing that needs them is done any more.
+  template <class P> __device__ bool is_halted(const Findings &findings)
+  {
+    return P::STAGE > 0 && findings.first_trouble[0] != FirstTrouble::NOWHERE;
+  }
+
+  template <class P>
+  __global__ void __launch_bounds__(BLOCK) over_items(P pass, int count, Findings findings)
+  {
+    if (is_halted<P>(findings)) return;
+    DeviceTally tally(findings, P::STAGE);
+    pass.begin();
+    const int i = blockIdx.x * BLOCK + threadIdx.x;
+    if (i < count) pass(i, tally);
+    tally.flush();
+  }
+
+  template <class P>
+  __global__ void __launch_bounds__(BLOCK)
+      scatter_points(P pass, int count, Findings findings, SharedSums inertia, SharedSums vectors)
+  {
+    if (is_halted<P>(findings)) return;
+    const int p = blockIdx.x * BLOCK + threadIdx.x;
+    if (p >= count) return;
+    pass.begin();
+    pass(p, inertia, vectors);
+  }
+
+  template <class P>
+  __global__ void __launch_bounds__(BLOCK)
+      scatter_point_loads(P pass, int count, Findings findings, SharedSums vectors)
+  {
+    if (is_halted<P>(findings)) return;
+    const int k = blockIdx.x * BLOCK + threadIdx.x;
+    if (k >= count) return;
+    pass.begin();
+    pass(k, vectors);
+  }
+
+  class CudaMachine {
+   public:
+    CudaMachine(const SolverOptions &options, const Grid &grid, const Boundary &boundary) :
+        grid_(grid), device_number_(options.device_number),
+        threads_(usable_threads(options.threads)), view_(grid, options),
+        num_nodes_(grid.node_count())
+    {
+      use_device();
+      cudaDeviceProp device;
+      check_cuda(cudaGetDeviceProperties(&device, device_number_), "device properties");
+      name_ = device.name;
+
+      const std::size_t bodies = options.rigid_bodies.size();
+      view_.boundary.sides = sides_.upload(boundary.sides());
+      view_.boundary.on_body = on_body_.reserve_zeros(num_nodes_);
+      view_.boundary.closed = closed_.reserve_zeros(bodies * view_.boundary.columns() + 1);
+      view_.boundary.side_impulse = side_impulse_.reserve_zeros(2 * num_nodes_);
+      view_.boundary.body_impulse = body_impulse_.reserve_zeros(bodies * num_nodes_ + 1);
+      view_.inertia_sums = sums_.reserve_zeros(5 * num_nodes_);
+      view_.vector_sums = view_.inertia_sums + 3 * num_nodes_;
+      view_.mass = mass_.reserve_zeros(num_nodes_);
+      view_.momentum = momentum_.reserve_zeros(num_nodes_);
+      view_.momentum_end = momentum_end_.reserve_zeros(num_nodes_);
+      view_.force = force_.reserve_zeros(num_nodes_);
+      view_.velocity = velocity_.reserve_zeros(num_nodes_);
+      view_.velocity_change = velocity_change_.reserve_zeros(num_nodes_);
+    }
+
+    void begin(const StepInput &input)
+    {
+      use_device();
+      const Watch watch(transfer_seconds_);
+      host_points_ = input.points;
+      view_.dt = input.dt;
+      view_.num_models = input.num_models;
+      const bool other_words = view_.num_loads != input.num_loads;
+      view_.num_loads = input.num_loads;
+      send_points(input.points, other_words);
+      send_loads(input.loads);
+
+      // words for passes, then motion: one copy brings both back
+      double *words = motion_.room(motion_size());
+      std::fill_n(words, view_.body_maximum(0), 0.0);
+      std::fill(words + view_.body_maximum(0), words + view_.num_maxima(),
+                -std::numeric_limits<double>::infinity());
+      const std::uint64_t nowhere = FirstTrouble::NOWHERE;
+      for (int stage = 0; stage < NUM_STAGES; ++stage)
+        std::memcpy(words + view_.num_maxima() + stage, &nowhere, sizeof(nowhere));
+      for (int b = 0; b < view_.num_bodies; ++b)
+        for (int a = 0; a < 2; ++a)
+          words[view_.num_maxima() + NUM_STAGES + 2 * b + a] = input.body_velocity[b][a];
+      double *first = motion_.send(motion_is_old_ ? motion_size() : num_words());
+      motion_is_old_ = false;
+
+      findings_ = {first, reinterpret_cast<std::uint64_t *>(first + view_.num_maxima())};
+      view_.maximum = first;
+      view_.body_velocity = reinterpret_cast<const Vec2 *>(first + view_.num_maxima() + NUM_STAGES);
+      view_.points.position = {first + num_words()};
+      view_.points.velocity = {first + num_words() + rows(count_)};
+    }
+
+    const StepView &view() const { return view_; }
+    /// With all that the device knows of them: asked for when something is wrong.
+    const PointView &host_points()
+    {
+      fetch(host_points_);
+      return host_points_;
+    }
+
+    std::int64_t count_points() const
+    {
+      return std::count_if(body_copy_.begin(), body_copy_.end(), [](int body) {
+        return body < 0;
+      });
+    }
+    void set_point_total(std::int64_t total) { view_.point_total = total; }
+
+    template <class P> void over_points(const P &pass) { run(pass, count_); }
+    template <class P> void over_nodes(const P &pass) { run(pass, static_cast<int>(num_nodes_)); }
+    template <class P> void over_columns(const P &pass)
+    {
+      run(pass, grid_.cells(1 - axis_of(pass.options.face)) + 3);
+    }
+    template <class P> void over_loads(const P &pass) { run(pass, view_.num_point_loads); }
+
+    /// Nothing is known before settle().
+    static constexpr bool knows_at_once() { return false; }
+
+    /// Waits for the device; then findings, increments and motion are on the host. Strains may have changed on the device.
+    void settle()
+    {
+      check_cuda(cudaStreamSynchronize(nullptr), "a step of the material point method");
+      is_ahead_ = true;
+      const Watch watch(transfer_seconds_);
+      motion_.receive(motion_size());
+      const double *motion = motion_.room(motion_size()) + num_words();
+      copy(host_points_.position.first, motion, 3 * static_cast<std::size_t>(count_));
+      copy(host_points_.velocity.first, motion + rows(count_),
+           3 * static_cast<std::size_t>(count_));
+    }
+    std::uint64_t first_trouble()
+    {
+      for (int stage = 0; stage < NUM_STAGES; ++stage) {
+        std::uint64_t first;
+        std::memcpy(&first, maxima() + view_.num_maxima() + stage, sizeof(first));
+        if (first != FirstTrouble::NOWHERE) return first;
+      }
+      return FirstTrouble::NOWHERE;
+    }
+    const double *maxima() { return motion_.room(motion_size()); }
+
+    void share_maxima(const Communication &communication, int first, int count)
+    {
+      if (communication.ranks == 1 || count == 0) return;
+      std::vector<double> shared(count);
+      double *on_device = findings_.maxima + first;
+      const std::size_t size = count * sizeof(double);
+      check_cuda(cudaMemcpy(shared.data(), on_device, size, cudaMemcpyDeviceToHost),
+                 "download of maxima");
+      communication.max_over_ranks(shared.data(), shared.size());
+      check_cuda(cudaMemcpy(on_device, shared.data(), size, cudaMemcpyHostToDevice),
+                 "upload of maxima");
+    }
+
+    template <class P> void scatter(const P &pass)
+    {
+      const std::size_t first = P::INERTIA ? 0 : 3 * num_nodes_;
+      const std::size_t end = P::VECTORS ? 5 * num_nodes_ : 3 * num_nodes_;
+      check_cuda(
+          cudaMemsetAsync(view_.inertia_sums + first, 0, (end - first) * sizeof(std::int64_t)),
+          "zeros");
+      if (count_ == 0) return;
+      scatter_points<<<blocks_for(count_), BLOCK>>>(
+          pass, count_, findings_, SharedSums{view_.inertia_sums}, SharedSums{view_.vector_sums});
+      check_cuda(cudaGetLastError(), "launch of a pass over points");
+    }
+    template <class P> void scatter_loads(const P &pass)
+    {
+      const int count = view_.num_point_loads;
+      if (count == 0) return;
+      scatter_point_loads<<<blocks_for(count), BLOCK>>>(pass, count, findings_,
+                                                        SharedSums{view_.vector_sums});
+      check_cuda(cudaGetLastError(), "launch of a pass over loads");
+    }
+    void sum_inertia(const Communication &communication)
+    {
+      share_sums(communication, view_.inertia_sums, 3 * num_nodes_);
+    }
+    void sum_vectors(const Communication &communication)
+    {
+      share_sums(communication, view_.vector_sums, 2 * num_nodes_);
+    }
+
+    /// In page-locked memory, written by the device.
+    const Tensor2 *increments() const { return view_.increment; }
+
+    void stresses_changed()
+    {
+      const Watch watch(transfer_seconds_);
+      send_stresses(host_points_);
+    }
+
+    void fetch(const PointView &points)
+    {
+      if (!is_ahead_) return;
+      use_device();
+      const Watch watch(transfer_seconds_);
+      copy(points.deformation_gradient, deformation_gradient_.receive(count_), count_);
+      copy(points.velocity_gradient, velocity_gradient_.receive(count_), count_);
+      copy(points.volume, volume_.receive(count_), count_);
+      is_ahead_ = false;
+    }
+    void points_changed() { points_are_old_ = true; }
+
+    // of the last step, from the device
+    const Vec2 *body_impulse() { return body_impulse_.receive(view_.num_bodies * num_nodes_); }
+    const Vec2 *side_impulse() { return side_impulse_.receive(2 * num_nodes_); }
+    const Vec2 *node_force() { return force_.receive(num_nodes_); }
+    const double *node_mass() { return mass_.receive(num_nodes_); }
+    double unbalanced() { return motion_size() > 0 ? maxima()[Unbalanced] : 0.0; }
+
+    double transfer_time() const { return transfer_seconds_; }
+    std::string description() const { return name_; }
+
+   private:
+    static constexpr std::size_t ALIGNMENT =
+        4;    // doubles: arrays in one buffer begin at multiples
+
+    /// Adds the wall time of a scope.
+    class Watch {
+     public:
+      explicit Watch(double &seconds) : seconds_(seconds), start_(Clock::now()) {}
+      ~Watch() { seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
+      Watch(const Watch &) = delete;
+      Watch &operator=(const Watch &) = delete;
+
+     private:
+      using Clock = std::chrono::steady_clock;
+      double &seconds_;
+      Clock::time_point start_;
+    };
+
+    void use_device() const { check_cuda(cudaSetDevice(device_number_), "choice of the device"); }
+
+    static unsigned blocks_for(int count)
+    {
+      return static_cast<unsigned>((count + BLOCK - 1) / BLOCK);
+    }
+
+    template <class P> void run(const P &pass, int count)
+    {
+      if (count == 0) return;
+      over_items<<<blocks_for(count), BLOCK>>>(pass, count, findings_);
+      check_cuda(cudaGetLastError(), "launch of a pass");
+    }
+
+    /// Doubles of an array of rows of three, and of all that comes before the motion in its buffer.
+    static std::size_t rows(int count)
+    {
+      return (3 * static_cast<std::size_t>(count) + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+    }
+    std::size_t num_words() const
+    {
+      const std::size_t words = view_.num_maxima() + NUM_STAGES + 2 * view_.num_bodies;
+      return (words + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+    }
+    std::size_t motion_size() const { return count_ < 0 ? 0 : num_words() + 2 * rows(count_); }
+
+    /// Copies `count` things with all threads.
+    template <class T> void copy(T *to, const T *from, std::size_t count) const
+    {
+#pragma omp parallel num_threads(team_for(static_cast <int>(count), threads_))
+      {
+        const ThreadShare mine(static_cast<int>(count));
+        std::copy(from + mine.begin, from + mine.end, to + mine.begin);
+      }
+    }
+    /// Whether two arrays have the same bytes.
+    template <class T> bool is_same(const T *one, const T *other, std::size_t count) const
+    {
+      bool same = true;
+#pragma omp parallel num_threads(team_for(static_cast <int>(count), threads_)) reduction(&& : same)
+      {
+        const ThreadShare mine(static_cast<int>(count));
+        same = mine.begin == mine.end ||
+            std::memcmp(one + mine.begin, other + mine.begin,
+                        (mine.end - mine.begin) * sizeof(T)) == 0;
+      }
+      return same;
+    }
+
+    template <class T> T *send(DeviceBuffer<T> &buffer, const T *from, std::size_t count) const
+    {
+      copy(buffer.room(count), from, count);
+      return buffer.send(count);
+    }
+
+    void send_points(const PointView &points, bool other_words)
+    {
+      const int count = points.count;
+      const bool all = points_are_old_ || count != count_;
+      count_ = count;
+      view_.points.count = count;
+      if (all) {
+        view_.points.mass = send(point_mass_, points.mass, count);
+        view_.points.volume = send(volume_, points.volume, count);
+        view_.points.initial_volume = send(initial_volume_, points.initial_volume, count);
+        view_.points.half_size = send(half_size_, points.half_size, count);
+        view_.points.deformation_gradient =
+            send(deformation_gradient_, points.deformation_gradient, count);
+        view_.points.velocity_gradient = send(velocity_gradient_, points.velocity_gradient, count);
+        view_.support = support_.reserve(count);
+        view_.increment = increment_.room(count);
+        send_stresses(points);
+        is_ahead_ = false;
+        points_are_old_ = false;
+      }
+      if (all || !is_same(points.model, model_copy_.data(), count)) {
+        model_copy_.assign(points.model, points.model + count);
+        view_.points.model = send(model_, model_copy_.data(), count);
+      }
+      if (all || !is_same(points.rigid_body, body_copy_.data(), count)) {
+        body_copy_.assign(points.rigid_body, points.rigid_body + count);
+        view_.points.rigid_body = send(body_, body_copy_.data(), count);
+      }
+
+      const std::size_t size = 3 * static_cast<std::size_t>(count);
+      if (all || !is_same(points.body_force.first, body_force_.room(size), size))
+        view_.points.body_force = {send(body_force_, points.body_force.first, size)};
+      double *motion = motion_.room(motion_size()) + num_words();
+      motion_is_old_ = all || other_words || !is_same(points.position.first, motion, size) ||
+          !is_same(points.velocity.first, motion + rows(count), size);
+      if (!motion_is_old_) return;
+      copy(motion, points.position.first, size);
+      copy(motion + rows(count), points.velocity.first, size);
+    }
+
+    void send_stresses(const PointView &points)
+    {
+      view_.points.stress = send(stress_, points.stress, count_);
+    }
+
+    void send_loads(const std::vector<PointLoad> &loads)
+    {
+      view_.num_point_loads = static_cast<int>(loads.size());
+      const bool same = loads.size() == load_copy_.size() &&
+          std::equal(loads.begin(), loads.end(), load_copy_.begin(),
+                     [](const PointLoad &a, const PointLoad &b) {
+                       return a.point == b.point && a.load == b.load && a.face == b.face &&
+                           a.traction[0] == b.traction[0] && a.traction[1] == b.traction[1];
+                     });
+      if (same) return;
+      load_copy_ = loads;
+      view_.loads = send(loads_, load_copy_.data(), load_copy_.size());
+    }
+
+    void share_sums(const Communication &communication, std::int64_t *sums, std::size_t count)
+    {
+      if (communication.ranks == 1) return;
+      std::int64_t *host = shared_sums_.room(count);
+      check_cuda(cudaMemcpy(host, sums, count * sizeof(*sums), cudaMemcpyDeviceToHost),
+                 "download of sums");
+      communication.sum_over_ranks(host, count);
+      check_cuda(cudaMemcpy(sums, host, count * sizeof(*sums), cudaMemcpyHostToDevice),
+                 "upload of sums");
+    }
+
+    Grid grid_;
+    int device_number_, threads_;
+    StepView view_;
+    std::size_t num_nodes_;
+    std::string name_;
+    double transfer_seconds_ = 0.0;
+
+    // grid
+    DeviceBuffer<std::uint8_t> sides_, on_body_, closed_;
+    DeviceBuffer<Vec2> side_impulse_, body_impulse_;
+    DeviceBuffer<std::int64_t> sums_;
+    DeviceBuffer<double> mass_;
+    DeviceBuffer<Vec2> momentum_, momentum_end_, force_, velocity_, velocity_change_;
+    HostBuffer<std::int64_t> shared_sums_;
+
+    // points
+    int count_ = -1;    ///< that are on the device
+    PointView host_points_;
+    bool points_are_old_ = true;     ///< on the device
+    bool motion_is_old_ = true;      ///< on the device
+    bool is_ahead_ = false;          ///< the device knows more of strains and volumes than the host
+    DeviceBuffer<double> motion_;    ///< findings, velocities of bodies, positions, velocities
+    DeviceBuffer<double> body_force_, point_mass_, volume_, initial_volume_;
+    DeviceBuffer<Vec2> half_size_;
+    DeviceBuffer<Tensor2> deformation_gradient_, velocity_gradient_, stress_;
+    DeviceBuffer<int> model_, body_;
+    std::vector<int> model_copy_, body_copy_;
+    DeviceBuffer<Support> support_;
+    HostBuffer<Tensor2> increment_;
+    DeviceBuffer<PointLoad> loads_;
+    std::vector<PointLoad> load_copy_;
+    Findings findings_ = {};
+  };
+
+}    // namespace
+
+std::unique_ptr<StepRunner> make_cuda_runner(const SolverOptions &options,
+                                             const Communication &communication, const Grid &grid,
+                                             std::string &obstacle)
+{
+  obstacle = rve::find_cuda_obstacle(0);
+  if (!obstacle.empty()) return nullptr;
+  int devices = 0;
+  check_cuda(cudaGetDeviceCount(&devices), "number of devices");
+  SolverOptions own = options;
+  own.device_number = options.device_number % devices;
+  return std::make_unique<StepProgram<CudaMachine>>(own, communication, grid);
+}
+
+}    // namespace mpm

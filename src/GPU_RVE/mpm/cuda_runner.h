@@ -1,0 +1,19 @@
+// Steps on a CUDA device. Exists only in builds with CUDA.
+
+#ifndef MPM_CUDA_RUNNER_H
+#define MPM_CUDA_RUNNER_H
+
+#include "mpm/step_runner.h"
+
+#include <memory>
+
+namespace mpm {
+
+/// Nothing, and an `obstacle` in words, where there is no device. Throws std::runtime_error when the device fails.
+std::unique_ptr<StepRunner> make_cuda_runner(const SolverOptions &options,
+                                             const Communication &communication, const Grid &grid,
+                                             std::string &obstacle);
+
+}    // namespace mpm
+
+#endif

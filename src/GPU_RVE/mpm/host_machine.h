@@ -1,0 +1,277 @@
+// Runs the passes of a time step (step_passes.h) on CPU threads. Owns the arrays of the grid; points stay where the caller has them.
+
+#ifndef MPM_HOST_MACHINE_H
+#define MPM_HOST_MACHINE_H
+
+#include "mpm/solver_options.h"
+#include "mpm/step_passes.h"
+#include "mpm/step_runner.h"
+#include "mpm/threads.h"
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace mpm {
+
+/// Sums on a range of nodes: those of one thread, so that no addition needs a lock.
+struct PartialSums {
+  std::int64_t *first;
+  std::size_t offset;    ///< index of the first
+};
+
+inline void add_to(PartialSums sums, std::size_t k, std::int64_t part)
+{
+  sums.first[k - sums.offset] += part;
+}
+
+class HostMachine {
+ public:
+  HostMachine(const SolverOptions &options, const Grid &grid, const Boundary &boundary) :
+      grid_(grid), threads_(usable_threads(options.threads)), view_(grid, options),
+      sides_(boundary.sides()), on_body_(grid.node_count()),
+      side_impulse_(2 * on_body_.size(), Vec2::zero()),
+      body_impulse_(options.rigid_bodies.size() * on_body_.size(), Vec2::zero()),
+      inertia_sums_(3 * on_body_.size()), vector_sums_(2 * on_body_.size()), mass_(on_body_.size()),
+      momentum_(on_body_.size()), momentum_end_(on_body_.size()), force_(on_body_.size()),
+      velocity_(on_body_.size()), velocity_change_(on_body_.size()), tallies_(threads_),
+      partial_(threads_)
+  {
+    view_.boundary.sides = sides_.data();
+    closed_.resize(options.rigid_bodies.size() * view_.boundary.columns());
+    view_.boundary.on_body = on_body_.data();
+    view_.boundary.closed = closed_.data();
+    view_.boundary.side_impulse = side_impulse_.data();
+    view_.boundary.body_impulse = body_impulse_.data();
+    view_.inertia_sums = inertia_sums_.data();
+    view_.vector_sums = vector_sums_.data();
+    view_.mass = mass_.data();
+    view_.momentum = momentum_.data();
+    view_.momentum_end = momentum_end_.data();
+    view_.force = force_.data();
+    view_.velocity = velocity_.data();
+    view_.velocity_change = velocity_change_.data();
+  }
+
+  /// A step begins.
+  void begin(const StepInput &input)
+  {
+    const int count = input.points.count;
+    support_.resize(count);
+    increment_.resize(count);
+    view_.dt = input.dt;
+    view_.points = input.points;
+    view_.num_models = input.num_models;
+    view_.num_loads = input.num_loads;
+    view_.loads = input.loads.data();
+    view_.num_point_loads = static_cast<int>(input.loads.size());
+    view_.body_velocity = input.body_velocity.data();
+    view_.support = support_.data();
+    view_.increment = increment_.data();
+    maxima_.assign(view_.body_maximum(0), 0.0);
+    maxima_.resize(view_.num_maxima(), -std::numeric_limits<double>::infinity());
+    view_.maximum = maxima_.data();
+    first_trouble_ = FirstTrouble::NOWHERE;
+  }
+
+  const StepView &view() const { return view_; }
+  const PointView &host_points() const { return view_.points; }
+
+  /// Deformable points of this rank.
+  std::int64_t count_points() const
+  {
+    return std::count_if(view_.points.rigid_body, view_.points.rigid_body + view_.points.count,
+                         [](int body) {
+                           return body < 0;
+                         });
+  }
+  void set_point_total(std::int64_t total) { view_.point_total = total; }
+
+  template <class P> void over_points(const P &pass) { run(pass, view_.points.count); }
+  template <class P> void over_nodes(const P &pass) { run(pass, grid_.node_count()); }
+  template <class P> void over_columns(const P &pass) { run(pass, grid_columns(pass)); }
+  template <class P> void over_loads(const P &pass) { run(pass, view_.num_point_loads); }
+
+  /// What passes have found is known when they are done.
+  static constexpr bool knows_at_once() { return true; }
+  void settle() {}
+  std::uint64_t first_trouble() const { return first_trouble_; }
+  /// By Maximum.
+  const double *maxima() const { return maxima_.data(); }
+  void share_maxima(const Communication &communication, int first, int count)
+  {
+    communication.max_over_ranks(maxima_.data() + first, count);
+  }
+
+  const rve::Tensor2 *increments() const { return increment_.data(); }
+  void stresses_changed() {}
+  void fetch(const PointView &) {}
+  void points_changed() {}
+
+  /// Sums of a pass on the nodes; then the passes over loads may add to them.
+  template <class P> void scatter(const P &pass)
+  {
+    const int count = view_.points.count;
+    for (Partial &part : partial_) part.first_row = part.end_row = 0;    // a team may be smaller
+#pragma omp parallel num_threads(team_for(count, threads_))
+    {
+      const ThreadShare mine(count);
+      Partial &part = partial_[this_thread()];
+      make_room(part, mine, P::INERTIA, P::VECTORS);
+      P own = pass;
+      own.begin();
+      const std::size_t offset = static_cast<std::size_t>(part.first_row) * grid_.row_stride();
+      const PartialSums inertia{part.inertia.data(), 3 * offset};
+      const PartialSums vectors{part.vectors.data(), 2 * offset};
+      for (int p = mine.begin; p < mine.end; ++p) own(p, inertia, vectors);
+#pragma omp barrier
+      const ThreadShare rows(grid_.node_count() / grid_.row_stride());
+      for (int row = rows.begin; row < rows.end; ++row) {
+        if (P::INERTIA) merge_row(row, 3, &Partial::inertia, inertia_sums_);
+        if (P::VECTORS) merge_row(row, 2, &Partial::vectors, vector_sums_);
+      }
+    }
+  }
+  template <class P> void scatter_loads(const P &pass)
+  {
+    P own = pass;
+    own.begin();
+    for (int k = 0; k < view_.num_point_loads; ++k) own(k, vector_sums_.data());
+  }
+  void sum_inertia(const Communication &communication)
+  {
+    communication.sum_over_ranks(inertia_sums_.data(), inertia_sums_.size());
+  }
+  void sum_vectors(const Communication &communication)
+  {
+    communication.sum_over_ranks(vector_sums_.data(), vector_sums_.size());
+  }
+
+  // of the last step
+  const Vec2 *body_impulse() const
+  {
+    return body_impulse_.data();
+  }
+  const Vec2 *side_impulse() const
+  {
+    return side_impulse_.data();
+  }
+  const Vec2 *node_force() const
+  {
+    return force_.data();
+  }
+  const double *node_mass() const
+  {
+    return mass_.data();
+  }
+  double unbalanced() const
+  {
+    return maxima_.empty() ? 0.0 : maxima_[Unbalanced];
+  }
+
+  static constexpr double transfer_time()
+  {
+    return 0.0;
+  }
+  std::string description() const
+  {
+    return std::to_string(threads_) + (threads_ == 1 ? " CPU thread" : " CPU threads");
+  }
+
+ private:
+  /// What one thread found. Far from those of others in memory.
+  struct alignas(128) Tally {
+    std::vector<double> best;
+    std::uint64_t first;
+
+    void raise(int k, double value)
+    {
+      if (value > best[k]) best[k] = value;
+    }
+    void trouble(int p, Trouble what) { first = std::min(first, FirstTrouble::key(p, what)); }
+  };
+
+  /// Sums of the rows of nodes that one thread's points reach.
+  struct alignas(128) Partial {
+    int first_row, end_row;
+    std::vector<std::int64_t> inertia, vectors;
+  };
+
+  int grid_columns(const ImposeBody &pass) const
+  {
+    return grid_.cells(1 - axis_of(pass.options.face)) + 3;
+  }
+
+  template <class P> void run(const P &pass, int count)
+  {
+    int team = 1;
+#pragma omp parallel num_threads(team_for(count, threads_))
+    {
+      const ThreadShare mine(count);
+      Tally &tally = tallies_[this_thread()];
+      tally.best = maxima_;
+      tally.first = FirstTrouble::NOWHERE;
+      if (this_thread() == 0) team = team_size();
+      P own = pass;
+      own.begin();
+      for (int i = mine.begin; i < mine.end; ++i) own(i, tally);
+    }
+    for (int t = 0; t < team; ++t) {
+      for (std::size_t k = 0; k < maxima_.size(); ++k)
+        maxima_[k] = std::max(maxima_[k], tallies_[t].best[k]);
+      first_trouble_ = std::min(first_trouble_, tallies_[t].first);
+    }
+  }
+
+  void make_room(Partial &part, const ThreadShare &mine, bool inertia, bool vectors)
+  {
+    const int rows = grid_.node_count() / grid_.row_stride();
+    part.first_row = rows;
+    part.end_row = 0;
+    for (int p = mine.begin; p < mine.end; ++p) {
+      if (view_.points.rigid_body[p] >= 0) continue;
+      const int row = support_[p].y.first + 1;
+      part.first_row = std::min(part.first_row, row);
+      part.end_row = std::max(part.end_row, row + 3);
+    }
+    part.first_row = std::min(part.first_row, part.end_row);
+    const std::size_t nodes =
+        static_cast<std::size_t>(part.end_row - part.first_row) * grid_.row_stride();
+    if (inertia) part.inertia.assign(3 * nodes, 0);
+    if (vectors) part.vectors.assign(2 * nodes, 0);
+  }
+
+  /// Adds up what the threads have on a row.
+  void merge_row(int row, int components, std::vector<std::int64_t> Partial::*sums,
+                 std::vector<std::int64_t> &total) const
+  {
+    const std::size_t size = static_cast<std::size_t>(components) * grid_.row_stride();
+    std::int64_t *into = total.data() + row * size;
+    std::fill_n(into, size, 0);
+    for (const Partial &part : partial_) {
+      if (row < part.first_row || row >= part.end_row) continue;
+      const std::int64_t *from = (part.*sums).data() + (row - part.first_row) * size;
+      for (std::size_t k = 0; k < size; ++k) into[k] += from[k];
+    }
+  }
+
+  Grid grid_;
+  int threads_;
+  StepView view_;
+  std::vector<std::uint8_t> sides_, on_body_, closed_;
+  std::vector<Vec2> side_impulse_, body_impulse_;
+  std::vector<std::int64_t> inertia_sums_, vector_sums_;
+  std::vector<double> mass_;
+  std::vector<Vec2> momentum_, momentum_end_, force_, velocity_, velocity_change_;
+  std::vector<Support> support_;
+  std::vector<rve::Tensor2> increment_;
+  std::vector<double> maxima_;
+  std::uint64_t first_trouble_ = FirstTrouble::NOWHERE;
+  std::vector<Tally> tallies_;
+  std::vector<Partial> partial_;
+};
+
+}    // namespace mpm
+
+#endif

@@ -1,0 +1,54 @@
+// What the solver is told once: the method and its numbers, and how ranks add up.
+
+#ifndef MPM_SOLVER_OPTIONS_H
+#define MPM_SOLVER_OPTIONS_H
+
+#include "mpm/boundary.h"
+#include "mpm/grid.h"
+#include "mpm/shape_functions.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace mpm {
+
+/// Musl: stresses are updated at the end of the step from momenta that are extrapolated anew (Sulsky, Zhou & Schreyer 1995,
+/// Comput. Phys. Commun. 87, 236). Usavg: half of the increment before the forces, half of it at the end (Nairn 2003, CMES 4,
+/// 649; Bardenhagen 2002, J. Comput. Phys. 180, 383): conserves energy better, calls the constitutive model twice.
+enum class Scheme { Musl, Usavg };
+
+/// Where the points are advanced. Auto: on a CUDA device if there is one.
+enum class Device { Auto, Cpu, Cuda };
+
+struct SolverOptions {
+  Vec2 lo = Vec2::zero();    ///< domain [length]
+  Vec2 hi = Vec2::zero();
+  double cell_size = 0.0;    ///< h [length]
+  double thickness = 1.0;    ///< out of the plane, as in the points' volumes [length]
+  ShapeFunction shape = ShapeFunction::Gimp;
+  Scheme scheme = Scheme::Musl;
+  double flip = 1.0;    ///< 1: points receive velocity increments (FLIP), 0: grid velocities (PIC)
+  double damping = 0.0;               ///< Cundall's local damping of nodes, in [0, 1)
+  std::array<SideKind, 4> sides{};    ///< order of Face: x low, x high, y low, y high; default free
+  std::vector<RigidBodyOptions> rigid_bodies;
+  int threads = 1;                ///< OpenMP threads; no influence on results
+  Device device = Device::Cpu;    ///< no influence on results
+  int device_number = 0;          ///< beyond the last device it begins with the first again
+};
+
+/// In place over all ranks; the defaults are right for one rank.
+struct Communication {
+  int ranks = 1;
+  std::function<void(std::int64_t *data, std::size_t count)> sum_over_ranks = [](std::int64_t *,
+                                                                                 std::size_t) {
+  };
+  std::function<void(double *data, std::size_t count)> max_over_ranks = [](double *, std::size_t) {
+  };
+};
+
+}    // namespace mpm
+
+#endif

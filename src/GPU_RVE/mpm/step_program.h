@@ -1,0 +1,195 @@
+// One time step as a sequence of passes, for any machine that runs passes: host_machine.h has CPU threads, cuda_machine.cu a
+// device.
+
+#ifndef MPM_STEP_PROGRAM_H
+#define MPM_STEP_PROGRAM_H
+
+#include "mpm/step_passes.h"
+#include "mpm/step_runner.h"
+#include "rve/core/error.h"
+
+#include <string>
+#include <utility>
+
+namespace mpm {
+
+template <class Machine> class StepProgram final : public StepRunner {
+ public:
+  StepProgram(const SolverOptions &options, Communication communication, const Grid &grid) :
+      options_(options), communication_(std::move(communication)),
+      boundary_(grid, options.sides, options.rigid_bodies), machine_(options, grid, boundary_)
+  {
+  }
+
+  void step(const StepInput &input, const StressUpdate &update) override
+  {
+    const bool usavg = options_.scheme == Scheme::Usavg;
+    const double part = usavg ? 0.5 * input.dt : input.dt;
+    prepare(input, !usavg);
+    if (usavg) {
+      scatter(ScatterInertia{machine_.view()});
+      machine_.over_nodes(NodeInertia{machine_.view()});
+      impose_bodies(Contact::Find, false);
+      strain(part, update);
+      machine_.over_points(BoundForces{machine_.view()});
+      machine_.over_loads(PrepareLoad{machine_.view(), true});
+      share_maxima(ForceBound, 1 + machine_.view().num_loads);
+      if (machine_.knows_at_once()) check_sums();
+      scatter_with_loads(ScatterForces{machine_.view()});
+      machine_.over_nodes(NodeForce{machine_.view()});
+      balance();
+    } else {
+      find_forces();
+    }
+    machine_.over_points(AdvancePoint{machine_.view()});
+    if (machine_.knows_at_once()) fail_on_trouble();
+    share_maxima(MomentumAgainBound, 1);
+    if (machine_.knows_at_once()) check_sums();
+    scatter(ScatterMomentumAgain{machine_.view()});
+    machine_.over_nodes(NodeMomentumAgain{machine_.view()});
+    impose_bodies(Contact::Keep, false);
+    strain(part, update);
+  }
+
+  void evaluate(const StepInput &input) override
+  {
+    prepare(input, true);
+    find_forces();
+    machine_.settle();
+    check_all();
+  }
+
+  void fetch(const PointView &points) override { machine_.fetch(points); }
+  void points_changed() override { machine_.points_changed(); }
+
+  Vec2 body_reaction(int body) override
+  {
+    return per_time(boundary_.body_impulse(body, machine_.body_impulse()));
+  }
+  Vec2 side_reaction(Face side) override
+  {
+    return per_time(boundary_.side_impulse(side, machine_.side_impulse()));
+  }
+  double max_unbalanced_force() override { return machine_.unbalanced(); }
+  const Vec2 *node_force() override { return machine_.node_force(); }
+  const double *node_mass() override { return machine_.node_mass(); }
+  double transfer_time() const override { return machine_.transfer_time(); }
+  std::string description() const override { return machine_.description(); }
+
+ private:
+  /// Checks, weights and bounds of all points.
+  void prepare(const StepInput &input, bool bounds_forces)
+  {
+    machine_.begin(input);
+    std::int64_t total = machine_.count_points();
+    communication_.sum_over_ranks(&total, 1);
+    machine_.set_point_total(total);
+    machine_.over_points(PreparePoint{machine_.view(), bounds_forces});
+    machine_.over_loads(PrepareLoad{machine_.view(), bounds_forces});
+    if (machine_.knows_at_once()) fail_on_trouble();
+    share_maxima(0, machine_.view().num_maxima());
+    if (machine_.knows_at_once()) check_all();
+  }
+
+  void find_forces()
+  {
+    scatter_with_loads(ScatterInertiaAndForces{machine_.view()});
+    machine_.over_nodes(NodeInertiaAndForce{machine_.view()});
+    balance();
+  }
+
+  /// The momentum balance of the nodes under all conditions, and their velocities.
+  void balance()
+  {
+    impose_bodies(Contact::Find, true);
+    machine_.over_nodes(NodeBalance{machine_.view()});
+    if (!(options_.damping > 0.0)) return;
+    impose_bodies(Contact::Keep, false);
+    machine_.over_nodes(NodeDamped{machine_.view()});
+  }
+
+  /// Strains from the momenta at the end, which bodies have been imposed on, and the stresses that they give.
+  void strain(double dt, const StressUpdate &update)
+  {
+    machine_.over_nodes(NodeVelocity{machine_.view()});
+    machine_.over_points(StrainPoint{machine_.view(), dt});
+    machine_.settle();
+    check_all();
+    update(machine_.increments(), dt);
+    machine_.stresses_changed();
+  }
+
+  void impose_bodies(Contact contact, bool recorded)
+  {
+    for (int b = 0; b < machine_.view().num_bodies; ++b)
+      machine_.over_columns(
+          ImposeBody{machine_.view(), b, options_.rigid_bodies[b], contact, recorded});
+  }
+
+  template <class P> void scatter(const P &pass)
+  {
+    machine_.scatter(pass);
+    if (P::INERTIA) machine_.sum_inertia(communication_);
+    if (P::VECTORS) machine_.sum_vectors(communication_);
+  }
+  template <class P> void scatter_with_loads(const P &pass)
+  {
+    machine_.scatter(pass);
+    machine_.scatter_loads(ScatterLoad{machine_.view()});
+    if (P::INERTIA) machine_.sum_inertia(communication_);
+    machine_.sum_vectors(communication_);
+  }
+
+  void share_maxima(int first, int count) { machine_.share_maxima(communication_, first, count); }
+
+  void fail_on_trouble()
+  {
+    if (machine_.first_trouble() == FirstTrouble::NOWHERE) return;
+    const StepView &view = machine_.view();
+    throw_point_error(view.grid, machine_.host_points(), view.num_bodies, view.num_models,
+                      machine_.first_trouble());
+  }
+
+  void check_sums()
+  {
+    StepView view = machine_.view();
+    view.maximum = machine_.maxima();
+    check_sum(view.maximum[MassBound], "mass");
+    check_sum(view.maximum[MomentumBound], "momentum");
+    check_sum(view.force_bound(), "force");
+    check_sum(view.maximum[MomentumAgainBound], "momentum");
+  }
+  void check_sum(double bound, const char *what) const
+  {
+    rve::require(bound * static_cast<double>(machine_.view().point_total) < 1e300, [&] {
+      return std::string(what) + " of a point is too large for the sums on the grid, got " +
+          rve::number(bound);
+    });
+  }
+
+  /// Everything that the machine can have found so far.
+  void check_all()
+  {
+    fail_on_trouble();
+    check_sums();
+    const StepView &view = machine_.view();
+    for (int b = 0; b < view.num_bodies; ++b)
+      rve::require(std::isfinite(machine_.maxima()[view.body_maximum(b)]), [&] {
+        return "rigid body " + std::to_string(b) + " has no points";
+      });
+  }
+
+  Vec2 per_time(const Vec2 &impulse) const
+  {
+    return machine_.view().dt > 0.0 ? (1.0 / machine_.view().dt) * impulse : Vec2::zero();
+  }
+
+  SolverOptions options_;
+  Communication communication_;
+  Boundary boundary_;
+  Machine machine_;
+};
+
+}    // namespace mpm
+
+#endif

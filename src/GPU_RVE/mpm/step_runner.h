@@ -1,0 +1,55 @@
+// What the solver sees of the machine that runs its steps.
+
+#ifndef MPM_STEP_RUNNER_H
+#define MPM_STEP_RUNNER_H
+
+#include "mpm/step_view.h"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace mpm {
+
+struct StepInput {
+  const PointView &points;
+  const std::vector<PointLoad> &loads;
+  int num_loads, num_models;
+  const std::vector<Vec2> &body_velocity;    ///< [length/time]
+  double dt;                                 ///< [time]
+};
+
+/// Advances the stresses of the points by ΔF of each, over a time [time].
+using StressUpdate = std::function<void(const rve::Tensor2 *increment, double dt)>;
+
+/// Throws a PointError for the point and the trouble of a FirstTrouble key.
+[[noreturn]] void throw_point_error(const Grid &grid, const PointView &points, int num_bodies,
+                                    int num_models, std::uint64_t key);
+
+class StepRunner {
+ public:
+  virtual ~StepRunner() = default;
+
+  virtual void step(const StepInput &input, const StressUpdate &update) = 0;
+  virtual void evaluate(const StepInput &input) = 0;
+
+  /// Brings all arrays of the points up to date that only the machine has changed.
+  virtual void fetch(const PointView &points) = 0;
+  /// The arrays of the points have been changed by others: the machine takes them anew.
+  virtual void points_changed() = 0;
+
+  virtual Vec2 body_reaction(int body) = 0;
+  virtual Vec2 side_reaction(Face side) = 0;
+  virtual double max_unbalanced_force() = 0;
+  virtual const Vec2 *node_force() = 0;
+  virtual const double *node_mass() = 0;
+
+  /// Wall time so far in copies from and to a device [seconds].
+  virtual double transfer_time() const = 0;
+  /// A line for the log, e.g. "16 CPU threads".
+  virtual std::string description() const = 0;
+};
+
+}    // namespace mpm
+
+#endif

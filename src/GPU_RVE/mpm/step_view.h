@@ -1,0 +1,122 @@
+// What the passes of a time step work on: pointers into the memory of the host or of a device, and the tally that passes over
+// points leave behind.
+
+#ifndef MPM_STEP_VIEW_H
+#define MPM_STEP_VIEW_H
+
+#include "mpm/boundary.h"
+#include "mpm/grid_transfer.h"
+#include "mpm/points.h"
+#include "mpm/solver_options.h"
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace mpm {
+
+/// What is wrong with a point; `describe` has the words.
+enum class Trouble {
+  None,
+  Position,
+  Outside,
+  Velocity,
+  Stress,
+  HalfSize,
+  UnknownBody,
+  UnknownModel,
+  Mass,
+  Volume,
+  BodyForce,
+  RigidTraction,
+  Traction,
+  Inverted
+};
+
+/// Largest values that are known after a pass. The first are those of deformable points or of nodes; then one per load, and
+/// -x low, -y low, x high, y high of each body. Zeros are positive.
+enum Maximum { MassBound, MomentumBound, MomentumAgainBound, Unbalanced, ForceBound, NUM_MAXIMA };
+
+/// Of the first point with trouble: lower ones come first. 64 bits, so that threads of a device can take the least.
+struct FirstTrouble {
+  static constexpr std::uint64_t NOWHERE = std::numeric_limits<std::uint64_t>::max();
+  static RVE_HD std::uint64_t key(int point, Trouble trouble)
+  {
+    return static_cast<std::uint64_t>(point) << 8 | static_cast<std::uint64_t>(trouble);
+  }
+  static int point(std::uint64_t key) { return static_cast<int>(key >> 8); }
+  static Trouble trouble(std::uint64_t key) { return static_cast<Trouble>(key & 255); }
+};
+
+/// One traction vector on one face of a point's box.
+struct PointLoad {
+  int point;
+  int load;    ///< index of its TractionLoad
+  Face face;
+  Vec2 traction;    ///< [stress]
+};
+
+struct StepView {
+  /// Without any array.
+  StepView(const Grid &grid_in, const SolverOptions &options) :
+      grid(grid_in), shape(options.shape), flip(options.flip), damping(options.damping),
+      thickness(options.thickness), boundary{grid_in, options.shape},
+      num_bodies(static_cast<int>(options.rigid_bodies.size()))
+  {
+  }
+
+  Grid grid;
+  ShapeFunction shape;
+  double flip, damping, thickness;
+  double dt = 0.0;
+  BoundaryView boundary;
+  int num_bodies, num_models = 0, num_loads = 0;
+  const Vec2 *body_velocity = nullptr;    ///< per rigid body [length/time]
+  std::int64_t point_total = 0;           ///< deformable points of all ranks
+  const double *maximum = nullptr;        ///< by Maximum, and on; of all ranks
+
+  PointView points;
+  Support *support = nullptr;           ///< per point
+  rve::Tensor2 *increment = nullptr;    ///< per point: ΔF
+  const PointLoad *loads = nullptr;     ///< of this rank
+  int num_point_loads = 0;
+
+  // per node
+  std::int64_t *inertia_sums = nullptr;    ///< mass, momentum
+  std::int64_t *vector_sums = nullptr;     ///< forces; momentum of the second extrapolation
+  double *mass = nullptr;                  ///< [mass]
+  Vec2 *momentum = nullptr;                ///< at the start of the step [mass length/time]
+  Vec2 *momentum_end = nullptr;
+  Vec2 *force = nullptr;              ///< [force]
+  Vec2 *velocity = nullptr;           ///< that the points see next [length/time]
+  Vec2 *velocity_change = nullptr;    ///< [length/time]
+
+  RVE_HD int load_maximum(int load) const { return NUM_MAXIMA + load; }
+  RVE_HD int body_maximum(int body) const { return NUM_MAXIMA + num_loads + 4 * body; }
+  RVE_HD int num_maxima() const { return body_maximum(num_bodies); }
+
+  RVE_HD FixedScale mass_scale() const { return {maximum[MassBound], point_total}; }
+  RVE_HD FixedScale momentum_scale() const { return {maximum[MomentumBound], point_total}; }
+  RVE_HD FixedScale momentum_again_scale() const
+  {
+    return {maximum[MomentumAgainBound], point_total};
+  }
+  /// Bound of all forces that a point can put on a node [force].
+  RVE_HD double force_bound() const
+  {
+    double bound = maximum[ForceBound];
+    for (int k = 0; k < num_loads; ++k) bound += maximum[load_maximum(k)];
+    return bound;
+  }
+  RVE_HD FixedScale force_scale() const { return {force_bound(), point_total}; }
+
+  RVE_HD RigidBodyState body(int b) const
+  {
+    const double *extent = maximum + body_maximum(b);
+    return {{{-extent[0], -extent[1]}}, {{extent[2], extent[3]}}, body_velocity[b]};
+  }
+};
+
+}    // namespace mpm
+
+#endif

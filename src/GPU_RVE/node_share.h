@@ -1,0 +1,36 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+// This rank among those that share its machine, and the threads that are its own.
+
+#ifndef LMP_NODE_SHARE_H
+#define LMP_NODE_SHARE_H
+
+#include <mpi.h>
+
+namespace LAMMPS_NS {
+
+struct NodeShare {
+  int rank, ranks;    ///< on this machine
+
+  /// Collective.
+  explicit NodeShare(MPI_Comm world);
+
+  /// What OMP_NUM_THREADS says, or the cores of the machine over its ranks. (LAMMPS itself takes one thread where the environment
+  /// says nothing.)
+  int threads() const;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

@@ -1,0 +1,297 @@
+// The same bits from CPU threads and from a CUDA device. Skips where there is no device, unless GPU_RVE_REQUIRE_CUDA=1.
+
+#include "scene.h"
+
+#include "mpm/mohr_coulomb.h"
+
+#include <algorithm>
+#include <cstring>
+#include <functional>
+#include <gtest/gtest.h>
+#include <random>
+
+using mpm::Communication;
+using mpm::MpmSolver;
+using mpm::Scheme;
+using mpm::ShapeFunction;
+using mpm_test::Scene;
+
+namespace {
+
+constexpr double CELL = 0.05, DT = 2e-4;
+
+struct Case {
+  Scheme scheme;
+  ShapeFunction shape;
+  double damping;
+  bool separation;
+};
+
+mpm::SolverOptions options_for(const Case &what, mpm::Device device)
+{
+  mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.0}}, CELL);
+  options.scheme = what.scheme;
+  options.shape = what.shape;
+  options.damping = what.damping;
+  options.flip = 0.99;
+  options.sides = {mpm::SideKind::Roller, mpm::SideKind::Roller, mpm::SideKind::Fixed,
+                   mpm::SideKind::Free};
+  options.rigid_bodies.resize(2);
+  options.rigid_bodies[0].separation = what.separation;
+  options.rigid_bodies[1].face = mpm::Face::XHi;
+  options.rigid_bodies[1].rough = false;
+  options.threads = 2;
+  options.device = device;
+  return options;
+}
+
+/// Ground of two laws under a footing at the roller and a surcharge beside it, with a plate that pushes from the left higher up.
+Scene scene_with_two_bodies()
+{
+  Scene scene;
+  scene.add_block({{0.0, 0.0}}, {{1.2, 0.8}}, 0.5 * CELL, 2000.0);
+  const int ground = scene.size();
+  scene.add_block({{0.0, 0.8}}, {{0.3, 0.85}}, CELL, 2000.0);
+  const int footing = scene.size();
+  scene.add_block({{0.5, 0.8}}, {{0.55, 0.95}}, CELL, 2000.0);
+  for (int p = 0; p < scene.size(); ++p) {
+    scene.rigid_body[p] = p < ground ? -1 : p < footing ? 0 : 1;
+    scene.model[p] = scene.position[3 * p + 1] > 0.4 ? 1 : 0;
+    scene.velocity[3 * p] = 0.01 * std::sin(1.7 * p);
+    scene.velocity[3 * p + 1] = 0.01 * std::cos(0.9 * p);
+    scene.body_force[3 * p + 1] = -9.81 * scene.mass[p];
+    scene.stress[p] = {{-20e3, 0.0, 0.0, -20e3}};
+    scene.memory[p] = mpm::PointMemory::at_stress(scene.stress[p]);
+  }
+  return scene;
+}
+
+/// A solver with its points and laws.
+struct Ground {
+  Scene scene;
+  mpm::LinearElastic elastic{10e6, 0.3};
+  mpm::MohrCoulomb frictional{10e6, 0.3, 2e3, 30.0, 5.0};
+  MpmSolver solver;
+  std::vector<mpm::TractionLoad> loads;
+
+  Ground(const Case &what, mpm::Device device, Scene scene_in,
+         const Communication &communication = {}) :
+      scene(std::move(scene_in)),
+      solver(options_for(what, device), communication)
+  {
+    solver.set_models({&elastic, &frictional});
+    solver.set_body_velocity(0, {{0.0, -0.2}});
+    solver.set_body_velocity(1, {{0.05, 0.0}});
+    find_loads();
+  }
+
+  void find_loads()
+  {
+    loads.assign(2, {});
+    loads[0].traction = {{1e3, -20e3}};
+    loads[1].traction = {{-5e3, 0.0}};
+    loads[1].face = mpm::Face::XHi;
+    for (int p = 0; p < scene.size(); ++p) {
+      if (scene.rigid_body[p] >= 0) continue;
+      const double x = scene.position[3 * p], y = scene.position[3 * p + 1];
+      if (y > 0.8 - 0.5 * CELL && x > 0.6) loads[0].point_index.push_back(p);
+      if (x > 1.2 - 0.5 * CELL && y > 0.5) loads[1].point_index.push_back(p);
+    }
+  }
+
+  void steps(int number)
+  {
+    for (int step = 0; step < number; ++step) solver.step(scene.view(), loads, DT);
+  }
+};
+
+template <class T> bool same_bits(const std::vector<T> &a, const std::vector<T> &b)
+{
+  return a.size() == b.size() &&
+      (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
+}
+
+void expect_same_bits(Ground &cpu, Ground &cuda)
+{
+  cuda.solver.fetch(cuda.scene.view());
+  EXPECT_TRUE(same_bits(cpu.scene.position, cuda.scene.position));
+  EXPECT_TRUE(same_bits(cpu.scene.velocity, cuda.scene.velocity));
+  EXPECT_TRUE(same_bits(cpu.scene.volume, cuda.scene.volume));
+  EXPECT_TRUE(same_bits(cpu.scene.deformation_gradient, cuda.scene.deformation_gradient));
+  EXPECT_TRUE(same_bits(cpu.scene.velocity_gradient, cuda.scene.velocity_gradient));
+  EXPECT_TRUE(same_bits(cpu.scene.stress, cuda.scene.stress));
+  EXPECT_TRUE(same_bits(cpu.scene.memory, cuda.scene.memory));
+
+  const auto numbers = [](Ground &run) {
+    std::vector<double> list = {run.solver.max_unbalanced_force(),
+                                run.solver.cfl_number(run.scene.view(), DT)};
+    for (int body = 0; body < 2; ++body)
+      for (int a = 0; a < 2; ++a) list.push_back(run.solver.body_reaction(body)[a]);
+    for (const mpm::Face side : {mpm::Face::XLo, mpm::Face::XHi, mpm::Face::YLo, mpm::Face::YHi})
+      for (int a = 0; a < 2; ++a) list.push_back(run.solver.side_reaction(side)[a]);
+    const mpm::Grid &grid = run.solver.grid();
+    for (int j = -1; j <= grid.cells(1) + 1; ++j)
+      for (int i = -1; i <= grid.cells(0) + 1; ++i) {
+        list.push_back(run.solver.node_mass(i, j));
+        for (int a = 0; a < 2; ++a) list.push_back(run.solver.node_force(i, j)[a]);
+      }
+    return list;
+  };
+  EXPECT_TRUE(same_bits(numbers(cpu), numbers(cuda)));
+}
+
+const Case MUSL{Scheme::Musl, ShapeFunction::Gimp, 0.05, false};
+
+class OnDevice : public testing::Test {
+ protected:
+  /// Auto takes a device if there is one, and fails with GPU_RVE_REQUIRE_CUDA=1 if not.
+  void SetUp() override
+  {
+    std::string obstacle;
+    MpmSolver probe(options_for(MUSL, mpm::Device::Auto), {}, &obstacle);
+    if (!obstacle.empty()) GTEST_SKIP() << obstacle;
+  }
+};
+
+class Backends : public OnDevice, public testing::WithParamInterface<Case> {};
+
+}    // namespace
+
+TEST_P(Backends, GiveTheSameBits)
+{
+  Ground cpu(GetParam(), mpm::Device::Cpu, scene_with_two_bodies());
+  Ground cuda(GetParam(), mpm::Device::Cuda, scene_with_two_bodies());
+  cpu.solver.evaluate(cpu.scene.view(), cpu.loads, DT);
+  cuda.solver.evaluate(cuda.scene.view(), cuda.loads, DT);
+  expect_same_bits(cpu, cuda);
+
+  cpu.steps(60);
+  cuda.steps(60);
+
+  EXPECT_GT(std::abs(cpu.solver.body_reaction(0)[1]), 1e3) << "the footing feels something";
+  expect_same_bits(cpu, cuda);
+}
+
+INSTANTIATE_TEST_SUITE_P(, Backends,
+                         testing::Values(MUSL, Case{Scheme::Musl, ShapeFunction::Linear, 0.0, true},
+                                         Case{Scheme::Usavg, ShapeFunction::Gimp, 0.1, true},
+                                         Case{Scheme::Usavg, ShapeFunction::Linear, 0.0, false}));
+
+TEST_F(OnDevice, OrderOfThePointsHasNoInfluence)
+{
+  const Scene scene = scene_with_two_bodies();
+  std::vector<int> order(scene.size()), back(scene.size());
+  for (int p = 0; p < scene.size(); ++p) order[p] = p;
+  std::shuffle(order.begin(), order.end(), std::mt19937(3));
+  for (int p = 0; p < scene.size(); ++p) back[order[p]] = p;
+  Ground cpu(MUSL, mpm::Device::Cpu, scene);
+  Ground cuda(MUSL, mpm::Device::Cuda, scene.selected(order));
+
+  cpu.steps(20);
+  cuda.steps(20);
+
+  cuda.solver.fetch(cuda.scene.view());
+  cuda.scene = cuda.scene.selected(back);
+  expect_same_bits(cpu, cuda);
+}
+
+TEST_F(OnDevice, TakesWhatOthersChangeBetweenSteps)
+{
+  Ground cpu(MUSL, mpm::Device::Cpu, scene_with_two_bodies());
+  Ground cuda(MUSL, mpm::Device::Cuda, scene_with_two_bodies());
+  for (Ground *run : {&cpu, &cuda}) {
+    run->steps(5);
+    // unannounced: velocities, positions, body forces, laws and bodies
+    for (int p = 0; p < run->scene.size(); ++p) {
+      run->scene.velocity[3 * p] *= 0.5;
+      run->scene.position[3 * p + 1] += 1e-5;
+      run->scene.body_force[3 * p] = 0.1 * run->scene.mass[p];
+    }
+    run->scene.model[7] = 1;
+    run->steps(5);
+    // announced: everything, and the number of points
+    run->solver.fetch(run->scene.view());
+    run->solver.points_changed();
+    std::vector<int> fewer;
+    for (int p = 0; p < run->scene.size(); ++p)
+      if (p % 11 != 3 || run->scene.rigid_body[p] >= 0) fewer.push_back(p);
+    run->scene = run->scene.selected(fewer);
+    run->scene.stress[5](0, 0) -= 100.0;
+    run->find_loads();
+    run->steps(5);
+  }
+  expect_same_bits(cpu, cuda);
+}
+
+TEST_F(OnDevice, RanksGiveTheSameBits)
+{
+  Ground cpu(MUSL, mpm::Device::Cpu, scene_with_two_bodies());
+  cpu.steps(10);
+  const Scene all = scene_with_two_bodies();
+  constexpr int RANKS = 3;    // the last one has no points
+  std::vector<std::vector<int>> mine(RANKS);
+  for (int p = 0; p < all.size(); ++p) mine[p * 7 / 3 % 2].push_back(p);
+  std::vector<Scene> parts(RANKS);
+  std::vector<double> reaction(RANKS);
+
+  mpm_test::RankTeam(RANKS).run([&](int rank, const Communication &communication) {
+    Ground run(MUSL, mpm::Device::Cuda, all.selected(mine[rank]), communication);
+    run.steps(10);
+    run.solver.fetch(run.scene.view());
+    reaction[rank] = run.solver.body_reaction(0)[1];
+    parts[rank] = run.scene;
+  });
+
+  for (int rank = 0; rank < RANKS; ++rank) {
+    const Scene part = cpu.scene.selected(mine[rank]);
+    EXPECT_TRUE(same_bits(part.position, parts[rank].position));
+    EXPECT_TRUE(same_bits(part.stress, parts[rank].stress));
+    EXPECT_TRUE(same_bits(part.deformation_gradient, parts[rank].deformation_gradient));
+    EXPECT_EQ(reaction[rank], cpu.solver.body_reaction(0)[1]);
+  }
+}
+
+TEST_F(OnDevice, SaysWhatIsWrongAsTheCpuDoes)
+{
+  const auto message = [](mpm::Device device, const std::function<void(Ground &)> &spoil) {
+    Ground run(MUSL, device, scene_with_two_bodies());
+    run.steps(2);
+    run.solver.fetch(run.scene.view());
+    run.solver.points_changed();
+    spoil(run);
+    try {
+      run.steps(3);
+    } catch (const std::exception &problem) {
+      return std::string(problem.what());
+    }
+    return std::string();
+  };
+  const std::vector<std::function<void(Ground &)>> faults = {
+      [](Ground &run) {
+        run.scene.position[3 * 100] = 7.0;
+        run.scene.position[3 * 90] = 8.0;
+      },
+      [](Ground &run) {
+        run.scene.velocity[3 * 100] = std::nan("");
+      },
+      [](Ground &run) {
+        run.scene.half_size[50] = {{CELL, CELL}};
+      },
+      [](Ground &run) {
+        run.scene.velocity[3 * 100 + 1] = 1e4;
+      },
+      [](Ground &run) {
+        run.scene.mass[100] = 1e300;
+      },
+      [](Ground &run) {
+        run.scene.model[60] = 5;
+      },
+      [](Ground &run) {
+        run.loads[0].traction[0] = HUGE_VAL;
+      }};
+  for (std::size_t k = 0; k < faults.size(); ++k) {
+    const std::string of_cpu = message(mpm::Device::Cpu, faults[k]);
+    EXPECT_NE(of_cpu, "") << "fault " << k;
+    EXPECT_EQ(message(mpm::Device::Cuda, faults[k]), of_cpu) << "fault " << k;
+  }
+}
