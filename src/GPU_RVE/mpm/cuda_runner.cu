@@ -305,6 +305,7 @@ namespace {
 
     void stresses_changed()
     {
+      use_device();    // the models may have used another one
       const Watch watch(transfer_seconds_);
       send_stresses(host_points_);
     }
@@ -322,10 +323,10 @@ namespace {
     void points_changed() { points_are_old_ = true; }
 
     // of the last step, from the device
-    const Vec2 *body_impulse() { return body_impulse_.receive(view_.num_bodies * num_nodes_); }
-    const Vec2 *side_impulse() { return side_impulse_.receive(2 * num_nodes_); }
-    const Vec2 *node_force() { return force_.receive(num_nodes_); }
-    const double *node_mass() { return mass_.receive(num_nodes_); }
+    const Vec2 *body_impulse() { return receive(body_impulse_, view_.num_bodies * num_nodes_); }
+    const Vec2 *side_impulse() { return receive(side_impulse_, 2 * num_nodes_); }
+    const Vec2 *node_force() { return receive(force_, num_nodes_); }
+    const double *node_mass() { return receive(mass_, num_nodes_); }
     double unbalanced() { return motion_size() > 0 ? maxima()[Unbalanced] : 0.0; }
 
     double transfer_time() const { return transfer_seconds_; }
@@ -403,6 +404,12 @@ namespace {
                         (mine.end - mine.begin) * sizeof(T)) == 0;
       }
       return same;
+    }
+
+    template <class T> const T *receive(DeviceBuffer<T> &buffer, std::size_t count) const
+    {
+      use_device();
+      return buffer.receive(count);
     }
 
     template <class T> T *send(DeviceBuffer<T> &buffer, const T *from, std::size_t count) const
