@@ -2,6 +2,7 @@
 
 #include "rve/algorithm/system_view.h"
 #include "rve/core/error.h"
+#include "rve/core/threads.h"
 
 #include <algorithm>
 #include <cmath>
@@ -346,8 +347,7 @@ namespace {
   /// Threads that translate between the caller and `count` RVEs: one for some hundreds, or waking them takes longer than they work.
   int helpers(const Options &options, int count)
   {
-    const int most = std::min(8, options.threads > 0 ? options.threads : omp_get_max_threads());
-    return std::min(most, 1 + count / 1000);
+    return team_for(count, options.threads > 0 ? options.threads : omp_get_max_threads());
   }
 
   Result to_result(const AnswerRecord &answer, const DetailRecord &record)
