@@ -169,7 +169,7 @@ inline namespace RVE_ISA {
     }
   }
 
-  /// All owned and extra pairs of the RVE. WithStress: fills call.survey.
+  /// All owned and extra pairs of the RVE. WithStress: fills call.survey, and `grains` have loaded themselves but not their pairs.
   template <bool WithStress, bool General, class Block, class Format>
   RVE_INLINE void contact_forces(Block &block, GrainItems<Block, Format> &grains,
                                  const SharedView<Format> &shared, CallState<Format> &call,
@@ -205,6 +205,8 @@ inline namespace RVE_ISA {
                            0,
                            {0.0, 0.0}};
       for (int k = 0; k < kOwnedPairs; ++k) {
+        // each when it is needed: the sums of the stress leave few registers
+        if constexpr (WithStress) grains.load_pair(shared, k, i);
         const int j = grains.partner[k][i];
         const GrainView<Format> other{shared.motion[j], shared.spin[j],
                                       grains.partner_radius[k][i]};

@@ -244,15 +244,17 @@ inline namespace RVE_ISA {
                             static_cast<Real>(call.units.per_length) * stored.velocity};
     }
 
-    /// What others see of a grain beside its motion, and room for the forces that they put on it.
-    static RVE_INLINE void show_grain(const PreparedCall<Format> &call,
+    /// What others see of a grain beside its motion, and room for the forces that they put on it. Returns its internal radius.
+    static RVE_INLINE Wide show_grain(const PreparedCall<Format> &call,
                                       const SharedView<Format> &shared, int i,
                                       const StoredGrain &stored)
     {
       using Sum = typename Format::Sum;
+      const Wide radius = static_cast<Wide>(call.units.per_length) * stored.radius;
       shared.spin[i] = stored.spin;
-      shared.radius[i] = static_cast<Wide>(call.units.per_length) * stored.radius;
+      shared.radius[i] = radius;
       shared.force_x[i] = shared.force_y[i] = shared.torque[i] = Sum(0);
+      return radius;
     }
 
     /// How a grain answers forces.

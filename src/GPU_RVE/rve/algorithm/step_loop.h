@@ -146,10 +146,9 @@ inline namespace RVE_ISA {
     {
       block.for_items(num_grains, [&](Item i) {
         const auto stored = Rare::read_grain(call.image, i, num_grains, true);
-        Rare::show_grain(call, shared, i, stored);
+        grains.radius.keep(i, Rare::show_grain(call, shared, i, stored));
         grains.motion.keep(i, Rare::internal_motion(call, stored));
-        grains.spin.load(i);
-        grains.radius.load(i);
+        grains.spin.keep(i, stored.spin);
         grains.largest_force.keep(i, Real(0));
         for (int k = 0; k < kOwnedPairs; ++k) {
           grains.partner[k].publish(i, stored.partner[k]);
@@ -158,7 +157,7 @@ inline namespace RVE_ISA {
         shared.still[i] = Rare::still_of(call, grains.radius[i], stored.list_position);
       });
       block.own_items(num_grains, [&](Item i) {
-        grains.look_at_partners(shared, i);
+        for (int k = 0; k < kOwnedPairs; ++k) grains.look_at_partner(shared, k, i);
       });
     }
 
@@ -166,7 +165,7 @@ inline namespace RVE_ISA {
     RVE_INLINE Dissipation surveyed_forces(Grains &grains, int k)
     {
       block.own_items(num_grains, [&](Item i) {
-        grains.load(shared, i);
+        grains.load_itself(i);
       });
       Dissipation heat{0.0, 0.0};
       contact_forces<true, General>(block, grains, shared, call, num_grains, call.planned(k), heat);

@@ -318,22 +318,29 @@ inline namespace RVE_ISA {
     /// All but `own`, which does not last from one stretch of steps to the next.
     RVE_INLINE void load(const SharedView<Format> &shared, int i)
     {
+      load_itself(i);
+      for (int k = 0; k < kOwnedPairs; ++k) load_pair(shared, k, i);
+    }
+
+    RVE_INLINE void load_itself(int i)
+    {
       motion.load(i);
       spin.load(i);
       radius.load(i);
       largest_force.load(i);
-      for (int k = 0; k < kOwnedPairs; ++k) {
-        partner[k].load(i);
-        history[k].load(i);
-      }
-      if (Block::kInRegisters) look_at_partners(shared, i);
     }
 
-    /// Radii of the partners, which are known.
-    RVE_INLINE void look_at_partners(const SharedView<Format> &shared, int i)
+    RVE_INLINE void load_pair(const SharedView<Format> &shared, int k, int i)
     {
-      for (int k = 0; k < kOwnedPairs; ++k)
-        partner_radius[k].keep(i, radius_of_partner(shared, i, partner[k][i]));
+      partner[k].load(i);
+      history[k].load(i);
+      if (Block::kInRegisters) look_at_partner(shared, k, i);
+    }
+
+    /// The radius of a partner that is known.
+    RVE_INLINE void look_at_partner(const SharedView<Format> &shared, int k, int i)
+    {
+      partner_radius[k].keep(i, radius_of_partner(shared, i, partner[k][i]));
     }
 
     /// All but `own`; what is published is there already.
