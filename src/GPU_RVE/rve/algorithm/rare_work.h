@@ -525,8 +525,10 @@ inline namespace RVE_ISA {
     static RVE_COLD void copy_history(Block block, CallState<Format> &call, PairView<Format> from,
                                       PairView<Format> to)
     {
-      block.for_each(kOwnedPairs * call.num_grains, [&](Item m) {
-        to.history[m] = from.history[m];
+      // each by the thread that has the grain: it may have written it in the present phase
+      const int n = call.num_grains;
+      block.for_each(n, [&](Item i) {
+        for (int m = i; m < kOwnedPairs * n; m += n) to.history[m] = from.history[m];
       });
       block.for_each(call.num_extra, [&](Item m) {
         to.extra_history[m] = from.extra_history[m];
