@@ -1,10 +1,13 @@
 #!/usr/bin/env python3
-"""Steps per second of RVEs on one core and on all cores: this engine against plain LAMMPS, side by side.
+"""Steps per second of RVEs on one core and on all cores, and on a GPU: this engine against plain LAMMPS, side by side.
 
 LAMMPS has one RVE per core, as it would have one per MPI rank: the RVEs know nothing of each other, so the ranks are separate processes that
 start together. The two codes run in turn, so that a machine whose speed drifts treats them alike; the ratio is the median over the rounds.
 
     python3 bench/compare_lammps.py --bin build/host/bin --packing examples/packings/A_h0075.rve --out bench/results/lammps-ratio-<machine>.json
+    python3 bench/compare_lammps.py --bin build/cuda/bin --gpu 9600 ...     the engine on the GPU as well, with 9600 RVEs
+
+The first ratios are to one core of LAMMPS and to all cores, of the engine on as many; those of a GPU are to all cores.
 """
 
 import argparse
@@ -39,40 +42,51 @@ def lammps_rate(lmp, data, steps, cores, folder):
     return sum(int(loop.group(2)) / float(loop.group(1)) for loop in loops)
 
 
-def engine_rates(bench, packing, seconds, rves, folder):
-    """{(format, substeps): RVE-steps per second}: one RVE runs on one thread, more on all."""
-    run([bench, packing, "rates.json", "--device", "cpu", "--suite", "core", "--seconds", seconds, "--rves", rves], cwd=folder)
+def engine_rates(bench, packing, device, seconds, rves, folder):
+    """{(format, arithmetic, substeps): RVE-steps per second}: on a CPU one RVE runs on one thread, more on all."""
+    run([bench, packing, "rates.json", "--device", device, "--suite", "core", "--seconds", seconds, "--rves", rves], cwd=folder)
     with open(pathlib.Path(folder) / "rates.json", encoding="utf-8") as file:
         rows = json.load(file)["rows"]
-    return {(row["case"]["format"], row["case"]["substeps"]): row["value"]
+    return {(row["case"]["format"], row["case"]["arithmetic"], row["case"]["substeps"]): row["value"]
             for row in rows if row["metric"] == "rve_steps_per_second"}
 
 
 def measure(arguments, data, packing, cores, folder):
-    """Rounds of both codes: ([rate of LAMMPS], [rates of the engine])."""
-    lammps, engine = [], []
+    """Rounds of both codes: ([rate of LAMMPS], [rates of the engine], [those on a GPU])."""
+    lammps, engine, gpu = [], [], []
     rves = 1 if cores == 1 else arguments.rves_per_core * cores
     for _ in range(arguments.rounds):
         lammps.append(lammps_rate(arguments.bin / "lmp_plain", data, arguments.steps, cores, folder))
-        engine.append(engine_rates(arguments.bin / "bench_engine", packing, arguments.seconds, rves, folder))
-    return rves, lammps, engine
+        engine.append(engine_rates(arguments.bin / "bench_engine", packing, "cpu", arguments.seconds, rves, folder))
+        if arguments.gpu and cores == arguments.cores:
+            gpu.append(engine_rates(arguments.bin / "bench_engine", packing, "cuda", arguments.seconds, arguments.gpu, folder))
+    return lammps, [(device_name(cores), rves, engine)] + ([("gpu", arguments.gpu, gpu)] if gpu else [])
 
 
-def rows_of(grains, cores, rves, lammps, engine):
-    common = {"device": "cpu-1" if cores == 1 else "cpu-all", "scene": "element", "dim": 2, "grains": grains, "threads": cores}
+def device_name(cores):
+    return "cpu-1" if cores == 1 else "cpu-all"
+
+
+def rows_of(grains, cores, lammps, engines):
+    common = {"scene": "element", "dim": 2, "grains": grains, "threads": cores}
 
     def row(case, metric, value, unit):
         return {"case": {**common, **case}, "metric": metric, "value": value, "unit": unit}
 
-    rows = [row({"code": "lammps", "rves": cores, "format": "double"}, "rve_steps_per_second", statistics.median(lammps), "1/s")]
+    rows = [row({"device": device_name(cores), "code": "lammps", "rves": cores, "format": "double"}, "rve_steps_per_second",
+                statistics.median(lammps), "1/s")]
     print(f"{cores} cores: LAMMPS pair granular {statistics.median(lammps):.0f} RVE-steps/s")
-    for name, substeps in engine[0]:
-        rates = [round_[name, substeps] for round_ in engine]
-        ratio = statistics.median(a / b for a, b in zip(rates, lammps))
-        case = {"code": "gpu_rve", "rves": rves, "format": name, "arithmetic": "strict", "substeps": substeps}
-        rows.append(row(case, "rve_steps_per_second", statistics.median(rates), "1/s"))
-        rows.append(row(case, "ratio_to_lammps", ratio, "1"))
-        print(f"  {name:7s} {substeps:5d} substeps per call: {statistics.median(rates):.0f} RVE-steps/s, {ratio:.2f} times LAMMPS")
+    for device, rves, rounds in engines:
+        for name, arithmetic, substeps in rounds[0]:
+            rates = [round_[name, arithmetic, substeps] for round_ in rounds]
+            ratio = statistics.median(a / b for a, b in zip(rates, lammps))
+            case = {"device": device, "code": "gpu_rve", "rves": rves, "format": name, "arithmetic": arithmetic, "substeps": substeps}
+            if device == "gpu":
+                case["threads"] = "auto"
+            rows.append(row(case, "rve_steps_per_second", statistics.median(rates), "1/s"))
+            rows.append(row(case, "ratio_to_lammps", ratio, "1"))
+            print(f"  {device:7s} {name:7s} {arithmetic:8s} {substeps:5d} substeps per call: {statistics.median(rates):.0f} RVE-steps/s, "
+                  f"{ratio:.2f} times LAMMPS")
     return rows
 
 
@@ -80,10 +94,14 @@ def number_of_grains(packing):
     return int(re.search(r"^grains\s+(\d+)", packing.read_text(encoding="utf-8"), re.MULTILINE).group(1))
 
 
-def machine():
+def machine(with_gpu):
     with open("/proc/cpuinfo", encoding="utf-8") as file:
         name = next((line.split(":", 1)[1].strip() for line in file if line.startswith("model name")), "CPU")
-    return f"{name}, {os.cpu_count()} CPU threads"
+    gpu = ""
+    if with_gpu:
+        gpu = subprocess.run(["nvidia-smi", "--query-gpu=name", "--format=csv,noheader"], stdout=subprocess.PIPE, text=True,
+                             check=False).stdout.strip().split("\n")[0] + ", "
+    return f"{gpu}{name}, {os.cpu_count()} CPU threads"
 
 
 def command_line():
@@ -100,6 +118,7 @@ def main():
     parser.add_argument("--seconds", type=float, default=0.5, help="of the engine in each case and round")
     parser.add_argument("--cores", type=int, default=len(os.sched_getaffinity(0)), help="that `all` means")
     parser.add_argument("--rves-per-core", type=int, default=8, help="of the engine on all cores")
+    parser.add_argument("--gpu", type=int, default=0, metavar="RVES", help="the engine on the GPU as well, with so many RVEs")
     parser.add_argument("--out", type=pathlib.Path)
     arguments = parser.parse_args()
     arguments.bin = arguments.bin.resolve()
@@ -115,8 +134,8 @@ def main():
             rows += rows_of(number_of_grains(packing), cores, *measure(arguments, data, packing, cores, folder))
 
     if arguments.out:
-        commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], stdout=subprocess.PIPE, text=True, cwd=HERE, check=False).stdout.strip()
-        report = {"machine": machine(), "date": datetime.date.today().isoformat(), "commit": commit,
+        commit = os.environ.get("GPU_RVE_COMMIT") or subprocess.run(["git", "rev-parse", "--short", "HEAD"], stdout=subprocess.PIPE, text=True, cwd=HERE, check=False).stdout.strip()
+        report = {"machine": machine(arguments.gpu), "date": datetime.date.today().isoformat(), "commit": commit,
                   "command": command_line(), "rows": rows}
         arguments.out.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
 
