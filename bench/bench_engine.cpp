@@ -43,9 +43,8 @@ double seconds_since(Clock::time_point start)
 struct Arguments {
   std::string packing, output, suite = "quick";
   bool cuda = false;
-  double seconds = 0.5;    // of a case, about
-  double roof =
-      0.0;    // RVE-steps per second that one device cannot exceed with this packing in `fast`; 0: not known
+  double seconds = 0.5;     // of a case, about
+  std::string roofs;        // results of profile_pipes.py; empty: not known
   std::vector<int> rves;    // instead of the numbers that the core and memory experiments take
 };
 
@@ -54,12 +53,20 @@ struct Precision {
   Arithmetic arithmetic;
 };
 
+/// What the busiest pipe of a device would do if it were never idle.
+struct Roof {
+  double rate;         // grain-steps per second
+  std::string pipe;    // its name
+  int resident;        // RVEs that the device holds at a time
+};
+
 /// What all experiments share.
 struct Bench {
   Arguments arguments;
   rve::RveState packing;
   Report report;
-  std::string gpu;    // its name, short; empty on a CPU
+  std::string gpu;                      // its name, short; empty on a CPU
+  std::map<std::string, Roof> roofs;    // by format and arithmetic
 
   int cores() const { return static_cast<int>(std::thread::hardware_concurrency()); }
   int many() const { return arguments.cuda ? 9600 : 8 * cores(); }
@@ -223,6 +230,19 @@ void print(const json &keys, const std::string &note, const Measured &m)
   std::fflush(stdout);
 }
 
+/// What keeps a case from being quicker (doc/src/performance.rst says how that is known).
+std::string bound_of(const json &keys, double fraction, const Roof &roof)
+{
+  constexpr double nearly_full = 0.65;    // of a pipe: blocks wait for each other at barriers
+  constexpr int most_grains_in_registers = 1024, few_steps = 20;
+  if (fraction >= nearly_full) return roof.pipe;
+  if (keys["grains"] > most_grains_in_registers)
+    return "grains that are in memory and not in registers";
+  if (keys["rves"] < roof.resident) return "latency: fewer RVEs than the device holds";
+  if (keys["substeps"] <= few_steps) return "loading and storing RVEs, and the host";
+  return "latency: barriers and phases of a step";
+}
+
 /// The rows of one case. The roof is one for each grain: the work on chip of a step is in proportion to them.
 void record(Bench &bench, const json &keys, const Measured &m, const std::string &note = "")
 {
@@ -234,9 +254,13 @@ void record(Bench &bench, const json &keys, const Measured &m, const std::string
                     {"rebuilds_per_1000_steps", m.rebuilds},
                     {"grain_steps_per_second", m.median * grains},
                     {"pressure", m.pressure}});
-  if (bench.arguments.roof > 0.0 && keys["format"] == "fast")
-    bench.report.add(keys, "roofline_fraction",
-                     m.median * grains / (bench.arguments.roof * bench.packing.num_grains()), "1");
+  const auto roof = bench.roofs.find(keys["format"].get<std::string>() + " " +
+                                     keys["arithmetic"].get<std::string>());
+  if (roof != bench.roofs.end()) {
+    const double fraction = m.median * grains / roof->second.rate;
+    bench.report.add(keys, "roofline_fraction", fraction, "1",
+                     {{"bound", bound_of(keys, fraction, roof->second)}});
+  }
   print(keys, note, m);
 }
 
@@ -602,6 +626,18 @@ void run_races(Bench &bench)
   }
 }
 
+/// For profile_pipes.py: a few long calls with many RVEs in each format.
+void run_profile(Bench &bench)
+{
+  for (const Precision precision : bench.precisions()) {
+    const Batch batch(options_for(bench, precision, bench.many()), bench.packing, bench.many());
+    std::vector<rve::Response> answers;
+    const std::vector<rve::Drive> drives(batch.rves.size(), shear(100));
+    time_calls(*batch.engine, batch.rves, drives, 4, answers);
+    for (const rve::Response &answer : answers) require_sound(answer.status);
+  }
+}
+
 using Experiment = void (*)(Bench &);
 
 const std::map<std::string, std::vector<Experiment>> &suites()
@@ -616,6 +652,7 @@ const std::map<std::string, std::vector<Experiment>> &suites()
       {"memory", {run_memory}},
       {"sanitize", {run_sanitize}},
       {"races", {run_races}},
+      {"profile", {run_profile}},
       {"quick", {run_core, run_substeps, run_queue}},
       {"full",
        {run_core, run_block_sizes, run_counts, run_launches, run_substeps, run_grains, run_queue,
@@ -658,7 +695,7 @@ Arguments parse(int argc, char **argv)
 {
   rve::require(argc >= 3,
                "usage: bench_engine <packing.rve> <output.json> [--device cpu|cuda] [--suite " +
-                   words_of_suites() + "] [--seconds S] [--rves N,...] [--roof RVE-steps/s]");
+                   words_of_suites() + "] [--seconds S] [--rves N,...] [--roofs profile.json]");
   Arguments arguments;
   arguments.packing = argv[1];
   arguments.output = argv[2];
@@ -675,8 +712,8 @@ Arguments parse(int argc, char **argv)
       arguments.seconds = positive_number(option, word);
     } else if (option == "--rves") {
       arguments.rves = positive_integers(option, word);
-    } else if (option == "--roof") {
-      arguments.roof = positive_number(option, word);
+    } else if (option == "--roofs") {
+      arguments.roofs = word;
     } else {
       throw rve::InputError("unknown option " + option);
     }
@@ -708,7 +745,8 @@ std::string cpu_name()
 /// Names the machine, and wakes the device: the first calls would else be timed while its clock rises.
 void meet_the_device(Bench &bench)
 {
-  const bool timed = bench.arguments.suite != "sanitize" && bench.arguments.suite != "races";
+  const std::string &suite = bench.arguments.suite;
+  const bool timed = suite != "sanitize" && suite != "races" && suite != "profile";
   const int count = timed ? bench.many() : 1;
   const Batch batch(options_for(bench, {Format::Fast, Arithmetic::Strict}, count), bench.packing,
                     count);
@@ -720,11 +758,33 @@ void meet_the_device(Bench &bench)
   if (timed) measure(batch, 100, bench.arguments.seconds);
 }
 
+/// From the results of profile_pipes.py.
+std::map<std::string, Roof> read_roofs(const std::string &path)
+{
+  std::ifstream file(path);
+  rve::require(static_cast<bool>(file), "cannot read " + path);
+  std::map<std::string, Roof> roofs;
+  const json profile = json::parse(file);
+  for (const json &row : profile.at("rows")) {
+    if (row.at("metric") != "roof") continue;
+    const json &keys = row.at("case");
+    roofs[keys.at("format").get<std::string>() + " " + keys.at("arithmetic").get<std::string>()] = {
+        row.at("value").get<double>() * keys.at("grains").get<double>(),
+        row.at("details").at("bound").get<std::string>(),
+        row.at("details").at("resident_rves").get<int>()};
+  }
+  return roofs;
+}
+
 int run(int argc, char **argv)
 {
   const Arguments arguments = parse(argc, argv);
-  Bench bench{arguments, rve::read_packing(arguments.packing), Report(argc, argv, arguments.output),
-              ""};
+  Bench bench{arguments,
+              rve::read_packing(arguments.packing),
+              Report(argc, argv, arguments.output),
+              "",
+              {}};
+  if (!arguments.roofs.empty()) bench.roofs = read_roofs(arguments.roofs);
   meet_the_device(bench);
   int failed = 0;
   for (const Experiment experiment : suites().at(arguments.suite)) {
