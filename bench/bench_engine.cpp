@@ -718,6 +718,7 @@ Arguments parse(int argc, char **argv)
       throw rve::InputError("unknown option " + option);
     }
   }
+  rve::require(arguments.roofs.empty() || arguments.cuda, "--roofs are those of --device cuda");
   return arguments;
 }
 
