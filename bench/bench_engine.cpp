@@ -2,7 +2,7 @@
 // short answer are timed. Writes JSON rows (doc/performance.rst). Nothing is asserted about times; a failed RVE ends the experiment.
 //
 //   bench_engine <packing.rve> <output.json> [--device cpu|cuda] [--suite quick|full|core|paper|substeps|grains|queue|features|memory|
-//                sanitize] [--seconds S] [--rves N[,N...]] [--roof steps per second]
+//                sanitize|races|profile] [--seconds S] [--rves N[,N...]]
 
 #include "bench_packings.h"
 #include "bench_report.h"
@@ -44,7 +44,6 @@ struct Arguments {
   std::string packing, output, suite = "quick";
   bool cuda = false;
   double seconds = 0.5;     // of a case, about
-  std::string roofs;        // results of profile_pipes.py; empty: not known
   std::vector<int> rves;    // instead of the numbers that the core and memory experiments take
 };
 
@@ -53,20 +52,12 @@ struct Precision {
   Arithmetic arithmetic;
 };
 
-/// What the busiest pipe of a device would do if it were never idle.
-struct Roof {
-  double rate;         // grain-steps per second
-  std::string pipe;    // its name
-  int resident;        // RVEs that the device holds at a time
-};
-
 /// What all experiments share.
 struct Bench {
   Arguments arguments;
   rve::RveState packing;
   Report report;
-  std::string gpu;                      // its name, short; empty on a CPU
-  std::map<std::string, Roof> roofs;    // by format and arithmetic
+  std::string gpu;    // its name, short; empty on a CPU
 
   int cores() const { return static_cast<int>(std::thread::hardware_concurrency()); }
   int many() const { return arguments.cuda ? 9600 : 8 * cores(); }
@@ -230,20 +221,7 @@ void print(const json &keys, const std::string &note, const Measured &m)
   std::fflush(stdout);
 }
 
-/// What keeps a case from being quicker (doc/src/performance.rst says how that is known).
-std::string bound_of(const json &keys, double fraction, const Roof &roof)
-{
-  constexpr double nearly_full = 0.65;    // of a pipe: blocks wait for each other at barriers
-  constexpr int most_grains_in_registers = 1024, few_steps = 20;
-  if (fraction >= nearly_full) return roof.pipe;
-  if (keys["grains"] > most_grains_in_registers)
-    return "grains that are in memory and not in registers";
-  if (keys["rves"] < roof.resident) return "latency: fewer RVEs than the device holds";
-  if (keys["substeps"] <= few_steps) return "loading and storing RVEs, and the host";
-  return "latency: barriers and phases of a step";
-}
-
-/// The rows of one case. The roof is one for each grain: the work on chip of a step is in proportion to them.
+/// The rows of one case.
 void record(Bench &bench, const json &keys, const Measured &m, const std::string &note = "")
 {
   const double grains = keys["grains"].get<double>();
@@ -254,13 +232,6 @@ void record(Bench &bench, const json &keys, const Measured &m, const std::string
                     {"rebuilds_per_1000_steps", m.rebuilds},
                     {"grain_steps_per_second", m.median * grains},
                     {"pressure", m.pressure}});
-  const auto roof = bench.roofs.find(keys["format"].get<std::string>() + " " +
-                                     keys["arithmetic"].get<std::string>());
-  if (roof != bench.roofs.end()) {
-    const double fraction = m.median * grains / roof->second.rate;
-    bench.report.add(keys, "roofline_fraction", fraction, "1",
-                     {{"bound", bound_of(keys, fraction, roof->second)}});
-  }
   print(keys, note, m);
 }
 
@@ -695,7 +666,7 @@ Arguments parse(int argc, char **argv)
 {
   rve::require(argc >= 3,
                "usage: bench_engine <packing.rve> <output.json> [--device cpu|cuda] [--suite " +
-                   words_of_suites() + "] [--seconds S] [--rves N,...] [--roofs profile.json]");
+                   words_of_suites() + "] [--seconds S] [--rves N,...]");
   Arguments arguments;
   arguments.packing = argv[1];
   arguments.output = argv[2];
@@ -712,13 +683,10 @@ Arguments parse(int argc, char **argv)
       arguments.seconds = positive_number(option, word);
     } else if (option == "--rves") {
       arguments.rves = positive_integers(option, word);
-    } else if (option == "--roofs") {
-      arguments.roofs = word;
     } else {
       throw rve::InputError("unknown option " + option);
     }
   }
-  rve::require(arguments.roofs.empty() || arguments.cuda, "--roofs are those of --device cuda");
   return arguments;
 }
 
@@ -759,33 +727,11 @@ void meet_the_device(Bench &bench)
   if (timed) measure(batch, 100, bench.arguments.seconds);
 }
 
-/// From the results of profile_pipes.py.
-std::map<std::string, Roof> read_roofs(const std::string &path)
-{
-  std::ifstream file(path);
-  rve::require(static_cast<bool>(file), "cannot read " + path);
-  std::map<std::string, Roof> roofs;
-  const json profile = json::parse(file);
-  for (const json &row : profile.at("rows")) {
-    if (row.at("metric") != "roof") continue;
-    const json &keys = row.at("case");
-    roofs[keys.at("format").get<std::string>() + " " + keys.at("arithmetic").get<std::string>()] = {
-        row.at("value").get<double>() * keys.at("grains").get<double>(),
-        row.at("details").at("bound").get<std::string>(),
-        row.at("details").at("resident_rves").get<int>()};
-  }
-  return roofs;
-}
-
 int run(int argc, char **argv)
 {
   const Arguments arguments = parse(argc, argv);
-  Bench bench{arguments,
-              rve::read_packing(arguments.packing),
-              Report(argc, argv, arguments.output),
-              "",
-              {}};
-  if (!arguments.roofs.empty()) bench.roofs = read_roofs(arguments.roofs);
+  Bench bench{arguments, rve::read_packing(arguments.packing), Report(argc, argv, arguments.output),
+              ""};
   meet_the_device(bench);
   int failed = 0;
   for (const Experiment experiment : suites().at(arguments.suite)) {

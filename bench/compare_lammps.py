@@ -44,7 +44,9 @@ def lammps_rate(lmp, data, steps, cores, folder):
 
 def engine_rates(bench, packing, device, seconds, rves, folder):
     """{(format, arithmetic, substeps): RVE-steps per second}: on a CPU one RVE runs on one thread, more on all."""
-    run([bench, packing, "rates.json", "--device", device, "--suite", "core", "--seconds", seconds, "--rves", rves], cwd=folder)
+    # a GPU is fed by all threads of the host; the CPU engine is told how many
+    environment = {name: value for name, value in os.environ.items() if device == "cpu" or name != "OMP_NUM_THREADS"}
+    run([bench, packing, "rates.json", "--device", device, "--suite", "core", "--seconds", seconds, "--rves", rves], cwd=folder, env=environment)
     with open(pathlib.Path(folder) / "rates.json", encoding="utf-8") as file:
         rows = json.load(file)["rows"]
     return {(row["case"]["format"], row["case"]["arithmetic"], row["case"]["substeps"]): row["value"]

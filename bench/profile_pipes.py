@@ -4,7 +4,7 @@
     python3 bench/profile_pipes.py --bin build/cuda/bin --packing examples/packings/A_h0075.rve --out bench/results/profile-<machine>.json
 
 For each number format: the utilization of each pipe, the instructions of each pipe per RVE-step (of a warp, 32 threads), and `roof`, the throughput
-divided by the utilization of the busiest one. bench_engine takes the file with --roofs.
+divided by the utilization of the busiest one. bench/roofline.py compares throughputs with it.
 """
 
 import argparse

@@ -67,10 +67,10 @@ step "50 footing steps, CPU and GPU alike" footing
 GPU_RVE_COMMIT=$(git rev-parse --short HEAD 2>/dev/null)
 export GPU_RVE_COMMIT
 gpu=$(nvidia-smi --query-gpu=name --format=csv,noheader 2>/dev/null | sed -n '1{s/^NVIDIA //;s/ [0-9]*GB.*//;s/ /-/g;p}')
-case $gpu in H200*) roof="--roof 270e6" ;; *) roof= ;; esac    # known for this one (doc/src/performance.rst)
-# shellcheck disable=SC2086  # two words or none
 step "throughput" "$bin/bench_engine" examples/packings/A_h0075.rve "$out/engine-${gpu:-gpu}-$suite.json" \
-  --device cuda --suite "$suite" --seconds 0.3 $roof
+  --device cuda --suite "$suite" --seconds 0.3
+command -v ncu >/dev/null && step "profile" python3 bench/profile_pipes.py --bin "$bin" --packing examples/packings/A_h0075.rve --out "$out/profile-${gpu:-gpu}.json" &&
+  step "roofline" python3 bench/roofline.py "$out/profile-${gpu:-gpu}.json" "$out/engine-${gpu:-gpu}-$suite.json"
 # all scenes of a number format as one batch (doc/src/stability.rst); the whole length takes ten times as long
 case $suite in quick) percent=10 ;; *) percent=100 ;; esac
 [ -x "$bin/extremes_report" ] &&

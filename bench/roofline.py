@@ -1,0 +1,57 @@
+#!/usr/bin/env python3
+"""What throughputs on a GPU are of the roof that bench/profile_pipes.py has found for their number format, and what bounds each of them.
+
+    python3 bench/roofline.py bench/results/profile-H200.json bench/results/engine-H200-full.json
+
+Adds a row roofline_fraction behind each row rve_steps_per_second of the second file, in place of what was there. The roof is one for grain-steps: the
+work on chip of a step is in proportion to the grains.
+"""
+
+import json
+import pathlib
+import sys
+
+NEARLY_FULL = 0.65            # of a pipe: blocks wait for each other at barriers
+GRAINS_IN_REGISTERS = 1024    # of one RVE, a thread each
+FEW_STEPS = 25                # of a call, whose other work then matters
+
+
+def bound(case, fraction, roof):
+    """What keeps a case from being quicker; doc/src/performance.rst says how that is known."""
+    threads = case.get("threads")
+    if case["grains"] > GRAINS_IN_REGISTERS or (isinstance(threads, int) and threads < case["grains"]):
+        return "grains that are not in registers"
+    if fraction >= NEARLY_FULL:
+        return roof["details"]["bound"]
+    if case.get("feature", "plain") not in ("plain", "long_answer"):
+        return "the general program, without a kernel for many RVEs"
+    if case["rves"] < roof["details"]["resident_rves"] or case.get("launches", 1) == case["rves"]:
+        return "latency: fewer RVEs at a time than the device holds"
+    if case["substeps"] <= FEW_STEPS:
+        return "loading and storing RVEs, and the host"
+    return "latency: barriers and phases of a step"
+
+
+def main():
+    profile, path = (pathlib.Path(word) for word in sys.argv[1:])
+    roofs = {(row["case"]["format"], row["case"]["arithmetic"]): row
+             for row in json.loads(profile.read_text(encoding="utf-8"))["rows"] if row["metric"] == "roof"}
+    report = json.loads(path.read_text(encoding="utf-8"))
+    rows = []
+    for row in report["rows"]:
+        case = row["case"]
+        if row["metric"] != "roofline_fraction":
+            rows.append(row)
+        if row["metric"] == "rve_steps_per_second":
+            roof = roofs[case["format"], case["arithmetic"]]
+            fraction = row["value"] * case["grains"] / (roof["value"] * roof["case"]["grains"])
+            rows.append({"case": case, "metric": "roofline_fraction", "value": fraction, "unit": "1",
+                         "details": {"bound": bound({**case, **row.get("details", {})}, fraction, roof), "roof": profile.name}})
+    report["rows"] = rows
+    path.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    main()
