@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 """Draws what study.py has in its folder, as far as it is there.
 
-    python3 plot_study.py [--dir study] [--out .]
+    python3 plot_study.py [--dir study] [--out .] [--results ../../bench/results/footing_study-cpu.json]
 
 footing_curves.png     pressure against settlement: half and full domain, and the full domain with other grains (Figure 16 of the paper)
 footing_fields.png     displacement and deviatoric strain of both domains at the end (Figures 17 and 18), with Prandtl's mechanism
 footing_rves.png       void ratio, coordination number, anisotropy and inertial number of the RVEs at the end
-footing_peaks.png      what the peak depends on: cells and points, packings, rates, numerics
-footing_times.png      wall time by parts; efficiency of several ranks
+footing_peaks.png      what the peak depends on: cells and points, packings, rates, numerics; sizes of cells also from --results
+footing_times.png      wall time by parts; with runs of several ranks also their efficiency
 
 Needs matplotlib (Debian: python3-matplotlib).
 """
@@ -74,11 +74,11 @@ def draw_curves(options, records):
     label = {"half": "half domain", "short": "half domain", "full": "full domain, one packing", "full_mirrored": "full domain, mirrored packing",
              "full_different": "full domain, packings drawn point by point"}
     figure, axes = plt.subplots(1, 2, figsize=(13, 4.8), constrained_layout=True)
-    for name in names:
+    for number, name in enumerate(names):
         d, p, side = zip(*read_curve(os.path.join(options.dir, "curve." + name)))
-        axes[0].plot(d, [v / 1e3 for v in p], label=label[name], linewidth=1)
+        axes[0].plot(d, [v / 1e3 for v in p], color=f"C{number}", label=label[name], linewidth=1)
         if name.startswith("full"):
-            axes[1].plot(d, [v / 1e3 for v in side], label=label[name], linewidth=1)
+            axes[1].plot(d, [v / 1e3 for v in side], color=f"C{number}", label=label[name], linewidth=1)
     axes[0].plot(*PAPER, "k*", markersize=10, label="peak of the paper")
     axes[0].set_ylabel("pressure [kPa]")
     axes[0].set_ylim(bottom=0)
@@ -110,14 +110,30 @@ def draw_fields(options, records):
     save(figure, options.out, "footing_fields.png")
 
 
+def peaks_of_grids(options, records):
+    """Peaks [kPa] against cells [m] for one and four points in a cell, of the records and of the reports that --results names."""
+    peaks = {"1": {}, "4": {}}
+    for path in options.results:
+        with open(path, encoding="utf-8") as stream:
+            rows = json.load(stream)["rows"]
+        for row in rows:
+            name = row["case"]["name"]
+            if row["metric"] == "peak_pressure_pa" and row["case"]["grains"] == 400 and (name == "short" or name.startswith("h_")):
+                peaks["4" if name.endswith("points_4") else "1"][row["case"]["cell_size"]] = row["value"] / 1e3
+    for record in records.values():
+        if record["name"] == "short" or "grid" in record["groups"]:
+            peaks[record["variables"].get("points", "1")][case_keys(record)["cell_size"]] = record["peak_pressure_pa"] / 1e3
+    return peaks
+
+
 def draw_peaks(options, records):
     base = records.get("short")
     if not base:
         return
     figure, axes = plt.subplots(1, 2, figsize=(14, 5.5), constrained_layout=True)
+    peaks = peaks_of_grids(options, records)
     for points, style in (("1", "o-"), ("4", "s-")):
-        some = sorted((case_keys(r)["cell_size"], r["peak_pressure_pa"] / 1e3) for r in records.values()
-                      if (r is base or "grid" in r["groups"]) and r["variables"].get("points", "1") == points)
+        some = sorted(peaks[points].items())
         if some:
             axes[0].plot(*zip(*some), style, label=f"{points} point{'s' if points > '1' else ''} in a cell")
     axes[0].axhline(PAPER[1], color="grey", linestyle=":", label="the paper, 0.1 m")
@@ -148,7 +164,9 @@ def draw_times(options, records):
     rank_groups = [(group, some) for group, some in rank_groups if len(some) > 1]
     if not whole and not rank_groups:
         return
-    figure, axes = plt.subplots(1, 2, figsize=(13, 4.5), constrained_layout=True)
+    panels = 2 if rank_groups else 1
+    figure, axes = plt.subplots(1, panels, figsize=(6.5 * panels, 4.5 if rank_groups else 2.8), constrained_layout=True, squeeze=False)
+    axes = axes[0]
     left = [0.0] * len(whole)
     for part, label in (("rve_s", "RVEs"), ("mpm_s", "MPM"), ("transfers_s", "transfers"), ("lammps_s", "LAMMPS"), ("output_s", "output")):
         values = [records[name]["log"].get(part, 0.0) for name in whole]
@@ -157,25 +175,31 @@ def draw_times(options, records):
     axes[0].set_xlabel("wall time [s]")
     if whole:
         axes[0].legend()
+    if rank_groups:
+        draw_efficiency(axes[1], records, rank_groups)
+    save(figure, options.out, "footing_times.png")
+
+
+def draw_efficiency(panel, records, rank_groups):
+    """Wall time per step and point against that of one rank, for each group of cases (name, records by ranks)."""
     for group, some in rank_groups:
         for part, style in (("rve_call_s", "o-"), ("loop_s", "s:")):
             first = records[some[0]["base"]]["log"]
             efficiency = [first[part] / first["steps"] / (r["log"][part] / r["log"]["steps"]) / (r["log"]["ranks"] / first["ranks"] * first["rves"] / r["log"]["rves"])
                           for r in some]
-            axes[1].plot([r["log"]["ranks"] for r in some], efficiency, style, label=f"{group}, {'RVEs' if part == 'rve_call_s' else 'all'}")
-    axes[1].axhline(0.9, color="grey", linestyle=":")
-    axes[1].set_ylim(0, 1.1)
-    axes[1].set_xlabel("ranks, one GPU each")
-    axes[1].set_ylabel("efficiency")
-    if rank_groups:
-        axes[1].legend()
-    save(figure, options.out, "footing_times.png")
+            panel.plot([r["log"]["ranks"] for r in some], efficiency, style, label=f"{group}, {'RVEs' if part == 'rve_call_s' else 'all'}")
+    panel.axhline(0.9, color="grey", linestyle=":")
+    panel.set_ylim(0, 1.1)
+    panel.set_xlabel("ranks, one GPU each")
+    panel.set_ylabel("efficiency")
+    panel.legend()
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--dir", default="study", help="the folder of study.py")
     parser.add_argument("--out", default=".", help="where pictures go")
+    parser.add_argument("--results", nargs="*", default=[], help="reports of study.py --json whose sizes of cells are drawn, too")
     options = parser.parse_args()
     records = read_records(options.dir)
     draw_curves(options, records)
