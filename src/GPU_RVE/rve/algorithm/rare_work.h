@@ -80,9 +80,7 @@ inline namespace RVE_ISA {
         increment.rotation = load_tensor(call.steering.rotation);
         increment.stretch = load_tensor(call.steering.stretch);
       }
-      if (!call.has_servo()) {
-        call.path = CellPath(call.cell, increment, drive.substeps, drive.dt);
-      }
+      if (!call.has_servo()) call.path = CellPath(call.cell, increment, drive.substeps, drive.dt);
       call.supplied = call.friction_loss = call.damping_loss = call.viscous_loss = 0.0;
       const int length_bits = CallUnits::length_bits(header.largest_radius);
       call.units.length = power_of_two(length_bits);

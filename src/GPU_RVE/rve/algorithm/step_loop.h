@@ -314,6 +314,8 @@ inline namespace RVE_ISA {
         Grains grains(block, shared, num_grains);
         const Dissipation heat = surveyed_forces(grains, last_step());
         word = Rare::judge(call);
+        // the cell of a servo is known in the end only
+        if (has_servo() && !(determinant(call.cell) > 0.0)) word |= status::NonFinite;
         // as nearly always: nothing else wants to see the grains
         if (Block::kInRegisters && !evaluates() && !has_ledger() && !detail &&
             !(word & status::Fatal) && Rare::is_sound(call)) {
