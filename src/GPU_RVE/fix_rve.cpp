@@ -48,9 +48,6 @@ static const char cite_fix_rve[] =
 // Of what restart files hold: raise it with every change of that. Files before version 3 had no number.
 static constexpr int RESTART_VERSION = 3;
 
-// values that an atom without an RVE has in the buffers of LAMMPS: their number, and the step
-static constexpr int PER_ATOM = 2;
-
 /* ---------------------------------------------------------------------- */
 
 FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
@@ -340,7 +337,7 @@ int FixRve::pack_exchange(int i, double *buf)
 int FixRve::unpack_exchange(int nlocal, double *buf)
 {
   const int size = static_cast<int>(buf[0]);
-  impl->slot[nlocal] = size > PER_ATOM ? impl->points->add_image(buf + PER_ATOM) : -1;
+  impl->slot[nlocal] = size > Impl::PER_ATOM ? impl->points->add_image(buf + Impl::PER_ATOM) : -1;
   maxexchange = MAX(maxexchange, size);
   return size;
 }
@@ -349,10 +346,10 @@ int FixRve::pack_restart(int i, double *buf)
 {
   std::vector<double> image;
   if (impl->slot[i] >= 0) image = impl->points->image(impl->slot[i]);
-  buf[0] = static_cast<double>(PER_ATOM + image.size());
+  buf[0] = static_cast<double>(Impl::PER_ATOM + image.size());
   buf[1] = static_cast<double>(update->ntimestep);
-  std::copy(image.begin(), image.end(), buf + PER_ATOM);
-  return PER_ATOM + static_cast<int>(image.size());
+  std::copy(image.begin(), image.end(), buf + Impl::PER_ATOM);
+  return Impl::PER_ATOM + static_cast<int>(image.size());
 }
 
 void FixRve::unpack_restart(int nlocal, int nth)
@@ -367,7 +364,8 @@ void FixRve::unpack_restart(int nlocal, int nth)
                "{}: they were not written at once. Use those before",
                atom->tag[nlocal], extra[m + 1], impl->restart_step);
   try {
-    impl->slot[nlocal] = size > PER_ATOM ? impl->points->add_image(extra + m + PER_ATOM) : -1;
+    impl->slot[nlocal] = size > Impl::PER_ATOM ? impl->points->add_image(extra + m + Impl::PER_ATOM)
+                                               : -1;
   } catch (const rve::InputError &e) {
     error->one(FLERR, "fix rve: RVE of atom {} in the restart file: {}", atom->tag[nlocal],
                e.what());
@@ -377,12 +375,12 @@ void FixRve::unpack_restart(int nlocal, int nth)
 
 int FixRve::size_restart(int i)
 {
-  return PER_ATOM + (impl->slot[i] >= 0 ? impl->points->image_size(impl->slot[i]) : 0);
+  return Impl::PER_ATOM + (impl->slot[i] >= 0 ? impl->points->image_size(impl->slot[i]) : 0);
 }
 
 int FixRve::maxsize_restart()
 {
-  int mine = PER_ATOM, most;
+  int mine = Impl::PER_ATOM, most;
   for (int i = 0; i < atom->nlocal; i++) mine = MAX(mine, size_restart(i));
   MPI_Allreduce(&mine, &most, 1, MPI_INT, MPI_MAX, world);
   return most;

@@ -414,9 +414,9 @@ double FixRve::Impl::dem_steps() const
 
 void FixRve::Impl::set_exchange_size()
 {
-  // with the number of values, and the step
-  int most = 2;
-  for (const int i : atoms_with_rve()) most = std::max(most, 2 + points->image_bound(slot[i]));
+  int most = PER_ATOM;
+  for (const int i : atoms_with_rve())
+    most = std::max(most, PER_ATOM + points->image_bound(slot[i]));
   fix->maxexchange = most;
 }
 

@@ -31,6 +31,9 @@
 namespace LAMMPS_NS {
 
 struct FixRve::Impl : RveOwner {
+  // values that an atom without an RVE has in the buffers of LAMMPS: their number, and the step
+  static constexpr int PER_ATOM = 2;
+
   FixRve *fix;
   FixRveSettings settings;
   RvePackings packings;

@@ -55,6 +55,14 @@ bool is_identity(const rve::Tensor2 &f)
   return std::equal(f.component, f.component + 4, one.component);
 }
 
+/// Without DEM steps: they ask for the present results.
+std::vector<rve::Drive> drives_at_rest(std::size_t count)
+{
+  rve::Drive drive;
+  drive.dt = 1.0;    // of no step; a drive wants a positive one
+  return std::vector<rve::Drive>(count, drive);
+}
+
 std::size_t doubles_for(std::size_t bytes)
 {
   return (bytes + sizeof(double) - 1) / sizeof(double);
@@ -100,9 +108,7 @@ std::vector<int> RvePoints::add(const std::vector<const rve::RveState *> &states
     slots.push_back(engine->add(*state));
     settle(slots.back(), *state);
   }
-  std::vector<rve::Drive> at_rest(slots.size());
-  for (auto &drive : at_rest) drive.dt = 1.0;    // no step is taken; a drive wants a positive one
-  advance(slots, at_rest);
+  advance(slots, drives_at_rest(slots.size()));
   return slots;
 }
 
@@ -452,10 +458,8 @@ void RvePoints::complete() const
   for (int slot = 0; slot < static_cast<int>(points.size()); ++slot)
     if (points[slot].stale) slots.push_back(slot);
   if (slots.empty()) return;
-  std::vector<rve::Drive> at_rest(slots.size());
-  for (auto &drive : at_rest) drive.dt = 1.0;    // no step is taken; a drive wants a positive one
   std::vector<rve::Result> looks;
-  call_engine(slots, at_rest, looks);
+  call_engine(slots, drives_at_rest(slots.size()), looks);
   for (std::size_t k = 0; k < slots.size(); ++k) {
     Point &point = points[slots[k]];
     point.stale = false;
