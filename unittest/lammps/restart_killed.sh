@@ -79,17 +79,23 @@ newest() {
   done
 }
 
-# moment <number>: milliseconds into the run
-moment() { awk -v seed="$seed" -v n="$1" -v span="$span" 'BEGIN {srand(seed + 7919 * n); rand(); printf "%.3f", 1e-3 * span * (0.15 + 0.5 * rand())}'; }
+# moment <number>: seconds after the first restart file of a run
+moment() { awk -v seed="$seed" -v n="$1" -v span="$span" 'BEGIN {srand(seed + 7919 * n); rand(); printf "%.3f", 1e-3 * span * 0.5 * rand()}'; }
 
-# The machine may be slower or faster than it was in the first run: then another span, so that each kill hits a run.
+# wrote_one: whether the present run has begun a restart file
+wrote_one() { [ -n "$(find . -name '*.restart' -newer begun)" ]; }
+
+# How long a program takes to begin says nothing of its run: the clock starts with the first restart file. The machine may be faster
+# than it was in the first run: then a shorter span, until each kill hits a run.
 kills=0 continued=0 tries=0 file=""
 while [ $kills -lt 3 ] || [ $continued -lt 1 ] || [ -z "$file" ]; do
   tries=$((tries + 1))
   [ $tries -le 12 ] || { echo "12 tries: killed $kills times, restart files: $(ls ./*.restart 2> /dev/null)"; exit 1; }
   input "$file" > in.killed
+  touch begun
   "$lmp" -in in.killed -log killed.log > killed.out 2>&1 &
   process=$!
+  while ! wrote_one && kill -0 $process 2> /dev/null; do sleep 0.005; done
   sleep "$(moment $tries)"
   kill -KILL $process 2> /dev/null || true
   wait $process 2> /dev/null || true
@@ -103,7 +109,6 @@ while [ $kills -lt 3 ] || [ $continued -lt 1 ] || [ -z "$file" ]; do
   kills=$((kills + 1))
   [ -n "$file" ] && continued=$((continued + 1))
   file=$(newest)
-  [ -n "$file" ] || span=$((span * 2))
 done
 
 # what a kill during the writing leaves: the newer file is torn, and the run goes on from the older one
