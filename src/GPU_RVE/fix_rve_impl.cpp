@@ -86,13 +86,19 @@ void FixRve::Impl::make_engine()
   MPI_Allreduce(&has_notice, &with_notice, 1, MPI_INT, MPI_SUM, fix->world);
   if (fix->comm->me) return;
   utils::logmesg(fix->lmp, "fix rve {}: {}\n", fix->id, points->description());
+  if (share.bound_ranks > 0)
+    fix->error->warning(
+        FLERR,
+        "fix rve: {} of {} MPI ranks on this machine are bound to one core each, and use one "
+        "thread, though "
+        "there are more cores; give them more, with mpirun --bind-to none for example",
+        share.bound_ranks, share.ranks);
   if (has_notice)
     utils::logmesg(fix->lmp, "fix rve {}: {}\n", fix->id, notice);
   else if (with_notice)
-    fix->error->warning(FLERR,
-                        "fix rve: {} of {} MPI ranks have no CUDA device of their own; their RVEs "
-                        "are on CPU threads. Use as many ranks per node as there are devices",
-                        with_notice, fix->comm->nprocs);
+    fix->error->warning(
+        FLERR, "fix rve: {} of {} MPI ranks have no CUDA device; their RVEs are on CPU threads",
+        with_notice, fix->comm->nprocs);
 }
 
 /* ----------------------------------------------------------------------
@@ -174,7 +180,7 @@ void FixRve::Impl::recheck_time_step()
    ranks of a node that use the same device, or the memory of the host, are judged together.
 ------------------------------------------------------------------------- */
 
-void FixRve::Impl::check_memory(const std::vector<int> &grains) const
+void FixRve::Impl::check_memory(const std::vector<int> &grains)
 {
   constexpr double MB = 1048576.0;
   const int mine = static_cast<int>(grains.size());
@@ -192,6 +198,16 @@ void FixRve::Impl::check_memory(const std::vector<int> &grains) const
   int rank, ranks;
   MPI_Comm_rank(sharers, &rank);
   MPI_Comm_size(sharers, &ranks);
+
+  int sharing = !memory.is_host && ranks > 1 ? 1 : 0;
+  MPI_Allreduce(MPI_IN_PLACE, &sharing, 1, MPI_INT, MPI_SUM, fix->world);
+  if (sharing && !warned_sharing && fix->comm->me == 0)
+    fix->error->warning(FLERR,
+                        "fix rve: {} of {} MPI ranks share a CUDA device with another one, and "
+                        "wait for each other; use as many "
+                        "ranks per node as there are devices",
+                        sharing, fix->comm->nprocs);
+  warned_sharing = true;
 
   const auto sum = [sharers](auto value, MPI_Datatype type) {
     MPI_Allreduce(MPI_IN_PLACE, &value, 1, type, MPI_SUM, sharers);
