@@ -16,9 +16,10 @@ namespace {
 constexpr double DT = 5e-5;
 constexpr int RVES = 3;
 
-RvePoints three_points(std::vector<int> &slots)
+RvePoints three_points(std::vector<int> &slots, double skin = 0.0)
 {
   rve::Options options;
+  options.skin = skin;
   options.device = rve::Device::Cpu;
   options.threads = 1;
   RvePoints points(rve::make_engine(options), nullptr, MacroStepOptions());
@@ -100,6 +101,18 @@ TEST(RvePoints, LookingChangesNothing)
     EXPECT_EQ(rve::serialize(looked_at.state(slots[k])),
               rve::serialize(left_alone.state(other_slots[k])));
   }
+}
+
+TEST(RvePoints, ImagesWithLongListsOfPairsAreWithinTheirBound)
+{
+  // lists take most of the image: the bound must know how large a pair is
+  std::vector<int> slots;
+  RvePoints points = three_points(slots, 0.01);
+  points.advance(slots, drives(20));
+
+  const rve::Result &result = points.point(slots[1]).result;
+  ASSERT_GT(result.num_pairs, 4 * result.num_grains);
+  EXPECT_LE(points.image_size(slots[1]), points.image_bound(slots[1]));
 }
 
 TEST(RvePoints, AnImageHoldsACompleteResult)
