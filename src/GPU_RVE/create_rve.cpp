@@ -150,9 +150,9 @@ Order parse(LAMMPS *lmp, int narg, char **arg)
     }
     iarg += values + 1;
   }
-  material.apply(recipe.material);
   // grains with the stiffness of their normal spring in the tangent too, unless said otherwise
-  if (!material.kt) recipe.material.tangential_stiffness = recipe.material.normal_stiffness;
+  if (!material.kt) material.kt = material.kn;
+  material.apply(recipe.material);
   if (order.is_library()) return order;
 
   if (!order.void_ratios.empty() && !order.frictions.empty() && order.frictions[0] > 0.0)

@@ -46,7 +46,7 @@ static const char cite_fix_rve[] =
     "}\n\n";
 
 // Of what restart files hold: raise it with every change of that. Files before version 3 had no number.
-static constexpr int RESTART_VERSION = 3;
+static constexpr int RESTART_VERSION = 4;
 
 /* ---------------------------------------------------------------------- */
 

@@ -165,6 +165,8 @@ constexpr struct {
 } MATERIAL_KEYWORDS[] = {{"kn", &MaterialWords::kn},
                          {"kt", &MaterialWords::kt},
                          {"friction", &MaterialWords::friction},
+                         {"kr", &MaterialWords::kr},
+                         {"rolling_friction", &MaterialWords::rolling_friction},
                          {"density", &MaterialWords::density},
                          {"damping", &MaterialWords::damping},
                          {"gamma_n", &MaterialWords::gamma_n},
@@ -234,6 +236,10 @@ void MaterialWords::apply(rve::Material &material) const
   material.normal_stiffness = kn.value_or(material.normal_stiffness);
   material.tangential_stiffness = kt.value_or(material.tangential_stiffness);
   material.friction = friction.value_or(material.friction);
+  material.rolling_stiffness = kr.value_or(material.rolling_stiffness);
+  material.rolling_friction = rolling_friction.value_or(material.rolling_friction);
+  if (!kr && material.rolling_friction > 0.0 && material.rolling_stiffness == 0.0)
+    material.rolling_stiffness = material.tangential_stiffness;
   material.density = density.value_or(material.density);
   material.local_damping = damping.value_or(material.local_damping);
   material.normal_viscosity = gamma_n.value_or(material.normal_viscosity);

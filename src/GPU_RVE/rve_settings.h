@@ -28,11 +28,13 @@ class LAMMPS;
 
 /// Members of rve::Material that the script gives.
 struct MaterialWords {
-  std::optional<double> kn, kt, friction, density, damping, gamma_n, gamma_t, thickness, mass_depth;
+  std::optional<double> kn, kt, friction, kr, rolling_friction;
+  std::optional<double> density, damping, gamma_n, gamma_t, thickness, mass_depth;
 
   /// Takes `arg[iarg] arg[iarg+1]` if it is a material keyword, and says whether it was.
   bool take(LAMMPS *lmp, const std::string &command, int iarg, int narg, char **arg);
 
+  /// Rolling resistance without a stiffness of its own, here or in the material, gets the tangential one.
   void apply(rve::Material &material) const;
 };
 

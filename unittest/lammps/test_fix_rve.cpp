@@ -234,7 +234,8 @@ TEST(FixRve, RestartFileOfAnotherVersionIsRefused)
   first << FOUR_ATOMS + SHEAR + "run 5\nwrite_restart " + file;
   std::string text = text_of(file);
   // version with a minus, step
-  const double head[] = {-3.0, 5.0}, newer[] = {-4.0, 5.0}, none[] = {1e-4, 5.0};
+  const double head[] = {-4.0, 5.0}, older[] = {-3.0, 5.0}, newer[] = {-5.0, 5.0},
+               none[] = {1e-4, 5.0};
   const std::size_t place =
       text.find(std::string(reinterpret_cast<const char *>(head), sizeof(head)));
   ASSERT_NE(place, std::string::npos);
@@ -244,8 +245,9 @@ TEST(FixRve, RestartFileOfAnotherVersionIsRefused)
     return message_of("read_restart " + file + "\nvariable rate atom -0.05*id\n" + SHEAR);
   };
 
-  EXPECT_IN("have version 4; this fix reads version 3", message_with(newer));
-  EXPECT_IN("have version 1 or 2, without a number; this fix reads version 3", message_with(none));
+  EXPECT_IN("have version 3; this fix reads version 4", message_with(older));
+  EXPECT_IN("have version 5; this fix reads version 4", message_with(newer));
+  EXPECT_IN("have version 1 or 2, without a number; this fix reads version 4", message_with(none));
 }
 
 TEST(FixRve, ClearAndRunAgainGivesTheSame)
@@ -731,6 +733,8 @@ TEST(FixRveMessage, ListOfPackingsEndsAtAnyKeyword)
                               "kn",
                               "kt",
                               "friction",
+                              "kr",
+                              "rolling_friction",
                               "density",
                               "damping",
                               "gamma_n",
@@ -913,6 +917,18 @@ TEST(FixRveMessage, NegativeStiffness)
   EXPECT_IN("normal stiffness is -7 [force/length]; it must be finite and greater than 0",
             message_of(FOUR_ATOMS + FIX + "kn -7\n"));
   EXPECT_IN("-3", message_of(FOUR_ATOMS + "fix grains all rve " + of_file + "\n"));
+}
+
+TEST(FixRveMessage, NegativeRollingResistance)
+{
+  EXPECT_IN("rolling stiffness is -7 [force/length]; it must be finite and at least 0",
+            message_of(FOUR_ATOMS + FIX + "kr -7\n"));
+  EXPECT_IN("rolling friction coefficient is -0.1 [-]; it must be finite and at least 0",
+            message_of(FOUR_ATOMS + FIX + "kr 1e6 rolling_friction -0.1\n"));
+  EXPECT_IN(
+      "rolling friction coefficient is -0.1 [-]; it must be finite and at least 0",
+      message_of("create_rve none.rve grains 40 radius uniform 0.003 0.005 kn 1e6 density 2650 "
+                 "pressure 1e5 rolling_friction -0.1\n"));
 }
 
 TEST(FixRveMessage, TimeStepAboveTheBound)
