@@ -274,7 +274,6 @@ void FixRve::Impl::attach()
   } catch (const rve::InputError &e) {
     fix->error->one(FLERR, "fix rve: {}", e.what());
   }
-  set_exchange_size();
   MPI_Allreduce(sums, all_sums, 2, MPI_LMP_BIGINT, MPI_SUM, fix->world);
   if (fix->comm->me == 0)
     utils::logmesg(
@@ -321,7 +320,6 @@ void FixRve::Impl::choose_shadows()
     if (point(i).shadow < 0 &&
         std::binary_search(candidates.begin(), candidates.end(), rve::splitmix64(atom->tag[i])))
       points->add_shadow(slot[i]);
-  set_exchange_size();
 
   const int total = all_shadows[0] + static_cast<int>(candidates.size());
   if (fix->comm->me == 0)
@@ -426,14 +424,18 @@ double FixRve::Impl::dem_steps() const
   return steps;
 }
 
-/* ---------------------------------------------------------------------- */
+/* ----------------------------------------------------------------------
+   for the whole run, on all ranks: with maxexchange_dynamic the buffers of comm_style tiled would become too small (LAMMPS of 2025
+   and before; exchange() there gives bufextra the smaller of two values)
+------------------------------------------------------------------------- */
 
 void FixRve::Impl::set_exchange_size()
 {
-  int most = PER_ATOM;
+  int mine = PER_ATOM, most;
   for (const int i : atoms_with_rve())
-    most = std::max(most, PER_ATOM + points->image_bound(slot[i]));
-  fix->maxexchange = most;
+    mine = std::max(mine, PER_ATOM + points->image_bound(slot[i]));
+  MPI_Allreduce(&mine, &most, 1, MPI_INT, MPI_MAX, fix->world);
+  fix->maxexchange = std::max(fix->maxexchange, most);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -488,7 +490,6 @@ void FixRve::Impl::advance(const std::vector<int> &atoms, const std::vector<rve:
   } catch (const rve::InputError &e) {
     fix->error->one(FLERR, "fix rve: {}", e.what());
   }
-  if (with_details) set_exchange_size();
 }
 
 /* ---------------------------------------------------------------------- */
