@@ -3,6 +3,7 @@
 
     python3 bench/accuracy.py --bin build/host/bin --out bench/results/accuracy-cpu.json
     python3 bench/accuracy.py --bin build/cuda/bin --out bench/results/accuracy-H200.json --device cuda --copies 99
+    python3 bench/accuracy.py --bin build/cuda/bin --out bench/results/accuracy-presets-H200.json --device cuda --copies 2400 --presets
     python3 bench/accuracy.py --plot bench/results/accuracy-cpu.json
 
 1. Four packings are made (four seeds).
@@ -13,6 +14,8 @@
 4. The footing of bench/in.footing_accuracy is run with some of the settings and four seeds. It fails if a mass that is far too large goes
    unseen.
 5. On a CPU packings of 100 to 800 grains are compared in mean and scatter; the rows go to grains-... beside the output.
+
+With --presets the packings are made and the three presets are run over the element tests, for their costs beside each other: nothing else.
 
 The last form draws doc/src/figures/accuracy_pareto-... . Needs numpy and matplotlib (Debian: python3-numpy, python3-matplotlib).
 """
@@ -189,15 +192,18 @@ def measure(options):
     if options.only_grains:
         return compare_numbers_of_grains(options, binaries, folder, out, machine)
     packings = make_packings(binaries / "lmp", folder)
-    if options.device == "cpu":
+    if options.device == "cpu" and not options.presets:
         run([sys.executable, REPOSITORY / "examples" / "crosscheck" / "crosscheck.py", "--short", "--lmp", binaries / "lmp", "--dir",
              folder / "crosscheck"], folder)
     scenes = ["--scenes", options.scenes] if options.scenes else []
-    run([binaries / "bench_accuracy", out, *packings, "--device", options.device, "--copies", options.copies, *scenes, *machine], folder)
+    only = ["--presets"] if options.presets else []
+    run([binaries / "bench_accuracy", out, *packings, "--device", options.device, "--copies", options.copies, *scenes, *only, *machine], folder)
     report = json.loads(out.read_text())
     report["command"] = (f"python3 bench/accuracy.py --bin {in_repository(binaries)} --out {in_repository(out)} --device {options.device} "
                          f"--copies {options.copies}" + (f" --scenes {options.scenes}" if options.scenes else "")
-                         + (" --no-footing" if options.no_footing else ""))
+                         + (" --presets" if options.presets else "") + (" --no-footing" if options.no_footing else ""))
+    if options.presets:
+        return save(report, out)
     swept = report["rows"]
     report["rows"] = swept + presets(swept)
     save(report, out)    # what there is, if the rest is stopped
@@ -269,6 +275,7 @@ def main():
     parser.add_argument("--copies", type=int, default=1, help="of each packing: they fill a GPU, so that costs are those of throughput")
     parser.add_argument("--machine", help="words for the machine (default: the engine's)")
     parser.add_argument("--scenes", metavar="A,B", help="these element tests only; a planted defect that only others find is then no failure")
+    parser.add_argument("--presets", action="store_true", help="what the presets cost beside each other, and nothing else")
     parser.add_argument("--no-footing", action="store_true")
     parser.add_argument("--only-grains", action="store_true", help="compare numbers of grains, and nothing else")
     parser.add_argument("--plot", metavar="FILE.json", help="draw this file instead of measuring")

@@ -1,9 +1,11 @@
 // What a setting of fix rve costs and what it loses: fixed scenes, each setting against a small-step reference in double precision.
 //
 //   bench_accuracy <output.json> <packing.rve> [<packing.rve> ...] [--device cpu|cuda] [--copies N] [--machine words] [--scenes a,b]
-//                  [--short] [--ensemble]
+//                  [--short] [--ensemble] [--presets]
 //
 // With --ensemble packings of several numbers of grains are compared, in the mean and in their scatter: nothing else.
+// With --presets only the three presets run, for what they cost beside each other: no errors. So many copies of the packings can fill a
+// device. What fix rve has of host threads is there then, too.
 //
 // A packing of grains is chaotic: beyond some strain the smallest difference grows until two runs agree in the mean only. Twins are therefore
 // run, alike but for grains that are displaced by a part of an overlap, and as long as all of them agree the error of a setting is taken
@@ -27,7 +29,9 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
+#include <iterator>
 #include <map>
+#include <omp.h>
 #include <random>
 #include <sstream>
 
@@ -56,6 +60,12 @@ constexpr double PARTED = 0.002;
 constexpr double LIMIT = 0.01;
 
 constexpr int PACES = 40;    // measurements of the machine's pace in a run
+
+// Macro steps between looks at the stability bound, with details of all RVEs, as fix rve has it by default.
+constexpr int CHECK_INTERVAL = 100;
+
+// Where only costs are compared, scenes end when the preset reference has made so many DEM steps.
+constexpr double MOST_STEPS_FOR_COST = 1.2e5;
 
 // ---- scenes -----------------------------------------------------------------------------------------------------------------------
 
@@ -138,13 +148,15 @@ MacroStepOptions samples(StressFrom from, int number, int spacing)
 const Setting REFERENCE{"small-step reference", "reference", Format::Double, Arithmetic::Strict,
                         0.05};
 
+/// From the cheapest to the one that the others are compared with.
+const Setting PRESETS[] = {{"draft", "preset", Format::Fast, Arithmetic::Strict, 0.9, 4.0},
+                           {"standard", "preset", Format::Mixed, Arithmetic::Strict, 0.9},
+                           {"reference", "preset", Format::Double, Arithmetic::Strict, 0.1}};
+
 std::vector<Setting> settings(bool cuda)
 {
   const Arithmetic strict = Arithmetic::Strict;
-  std::vector<Setting> list;
-  list.push_back({"draft", "preset", Format::Fast, strict, 0.9, 4.0});
-  list.push_back({"standard", "preset", Format::Mixed, strict, 0.9});
-  list.push_back({"reference", "preset", Format::Double, strict, 0.1});
+  std::vector<Setting> list(std::begin(PRESETS), std::end(PRESETS));
 
   list.push_back({"fast", "format", Format::Fast});
   list.push_back({"double", "format", Format::Double});
@@ -226,6 +238,7 @@ struct Outcome {
 struct Machine {
   Device device = Device::Cpu;
   int copies = 1;
+  int threads = 1;    // of the host
 };
 
 Options options_for(const Setting &setting, const Machine &machine)
@@ -234,7 +247,7 @@ Options options_for(const Setting &setting, const Machine &machine)
   options.format = setting.format;
   options.arithmetic = setting.arithmetic;
   options.device = machine.device;
-  options.threads = 1;
+  options.threads = machine.threads;
   options.skin = setting.skin;
   options.arms = setting.arms;
   options.track_energy = setting.track_energy;
@@ -320,11 +333,13 @@ class Pace {
   double seconds = 0.0;
 };
 
-/// Through the layer that fix rve uses, so that its knobs are these.
+/// Through the layer that fix rve uses, so that its knobs are these, and as it does: details are asked for when the bound is looked at,
+/// and in the end.
 Outcome run_points(const Scene &scene, const std::vector<RveState> &packings,
                    const Setting &setting, const Machine &machine)
 {
-  RvePoints points(make_engine(options_for(setting, machine)), nullptr, setting.macro);
+  RvePoints points(make_engine(options_for(setting, machine)), nullptr, setting.macro,
+                   machine.threads);
   std::vector<RveState> states;
   std::vector<const RveState *> copies;
   for (const RveState &packing : packings) states.push_back(prepared(packing, setting));
@@ -343,28 +358,36 @@ Outcome run_points(const Scene &scene, const std::vector<RveState> &packings,
   Outcome outcome;
   outcome.curves.resize(packings.size());
   std::vector<Drive> drives(slots.size());
+  Tensor2 gradient_before = Tensor2::zero();
+  double dt_before = 0.0;
   for (int step = 0; step < scene.steps; ++step) {
     if (step % (scene.steps / PACES) == 0) pace.take();
-    if (step % 100 == 99) {    // as fix rve does
+    const bool checks = step % CHECK_INTERVAL == CHECK_INTERVAL - 1;
+    if (checks) {
       const double limit = bound();
       if (dt > 0.95 * limit) dt = setting.dt_fraction * limit;
     }
     const Tensor2 gradient = scene.gradient(scene.rate, (step + 0.5) * scene.macro_step);
-    const Drive of_first = drive_for(scene, gradient, dt, states[0]);
-    for (std::size_t k = 0; k < drives.size(); ++k) {
-      drives[k] = of_first;
-      if (scene.servo) drives[k].servo_gain = default_servo_gain(*copies[k]);
-      if (setting.macro.adaptive) drives[k].dt = dt;
+    if (dt != dt_before || norm(gradient - gradient_before) > 0.0) {
+      const Drive of_first = drive_for(scene, gradient, dt, states[0]);
+      for (std::size_t k = 0; k < drives.size(); ++k) {
+        drives[k] = of_first;
+        if (scene.servo) drives[k].servo_gain = points.servo_gain(slots[k]);
+        if (setting.macro.adaptive) drives[k].dt = dt;
+      }
+      gradient_before = gradient;
+      dt_before = dt;
     }
     const double start = now(machine);
-    const std::vector<int> failed = points.advance(slots, drives);
+    const std::vector<int> failed =
+        points.advance(slots, drives, checks || step + 1 == scene.steps);
     outcome.seconds += now(machine) - start;
     if (!failed.empty()) {
       outcome.failure = describe_status(points.point(failed[0]).result.status);
       return outcome;
     }
     for (std::size_t k = 0; k < packings.size(); ++k)
-      outcome.curves[k].push_back(points.point(slots[k]).result.stress);
+      outcome.curves[k].push_back(points.stress(slots[k]));
   }
   outcome.pace = pace.mean();
   for (std::size_t k = 0; k < packings.size(); ++k)
@@ -631,7 +654,7 @@ double difference_from_cpu(const std::vector<RveState> &packings, const Machine 
 struct Arguments {
   std::string output, machine, scenes;
   std::vector<std::string> packings;
-  bool cuda = false, brief = false, ensemble = false;
+  bool cuda = false, brief = false, ensemble = false, presets = false;
   int copies = 1;
 };
 
@@ -656,6 +679,8 @@ Arguments parse(int argc, char **argv)
       arguments.brief = true;
     else if (word == "--ensemble")
       arguments.ensemble = true;
+    else if (word == "--presets")
+      arguments.presets = true;
     else if (arguments.output.empty())
       arguments.output = word;
     else
@@ -663,7 +688,7 @@ Arguments parse(int argc, char **argv)
   }
   require(!arguments.packings.empty() && arguments.copies > 0,
           "usage: bench_accuracy <output.json> <packing.rve> ... [--device cpu|cuda] [--copies N] "
-          "[--machine words] [--scenes a,b]");
+          "[--machine words] [--scenes a,b] [--short] [--ensemble] [--presets]");
   return arguments;
 }
 
@@ -711,13 +736,102 @@ void compare_numbers_of_grains(const std::vector<RveState> &packings, const Argu
   report.write();
 }
 
+bool is_wanted(const Scene &scene, const std::string &scenes)
+{
+  return scenes.empty() || scenes.find("," + scene.name + ",") != std::string::npos;
+}
+
+/// A GPU takes many times as long for steps with a servo, and is full of fewer of them.
+Machine for_scene(Machine machine, const Scene &scene)
+{
+  if (scene.servo) machine.copies = (machine.copies + 2) / 3;
+  return machine;
+}
+
+/// The scene, or as much of it as the preset reference goes in MOST_STEPS_FOR_COST.
+Scene shortened(Scene scene, const RveState &packing)
+{
+  const double of_macro_step =
+      scene.macro_step / (PRESETS[2].dt_fraction * stable_time_step(packing));
+  scene.steps =
+      std::min(scene.steps, std::max(PACES, static_cast<int>(MOST_STEPS_FOR_COST / of_macro_step)));
+  return scene;
+}
+
+/// How many times cheaper each preset is than `reference`, scene by scene, and in the one where it is least.
+void compare_costs_of_presets(const std::vector<RveState> &packings,
+                              const std::vector<RveState> &sheared_packings,
+                              const Arguments &arguments, const Machine &machine,
+                              bench::Report &report)
+{
+  const json common = {{"device", arguments.cuda ? "cuda" : "cpu-1"},
+                       {"code", "gpu_rve"},
+                       {"dim", 2},
+                       {"grains", packings[0].num_grains()}};
+  std::map<std::string, std::pair<double, std::string>> least;    // of a preset, and its scene
+  for (const Scene &whole : SCENES) {
+    if (!is_wanted(whole, arguments.scenes)) continue;
+    const std::vector<RveState> &start = whole.slow ? sheared_packings : packings;
+    const Scene scene = shortened(whole, start[0]);
+    const Machine here = for_scene(machine, scene);
+    const double rves = static_cast<double>(start.size()) * here.copies;
+    std::vector<Outcome> outcomes;
+    for (const Setting &preset : PRESETS) {
+      outcomes.push_back(run(scene, start, preset, here));
+      require(outcomes.back().failure.empty(),
+              preset.name + " fails in " + scene.name + ": " + outcomes.back().failure);
+    }
+    for (std::size_t k = 0; k < outcomes.size(); ++k) {
+      const Setting &preset = PRESETS[k];
+      const Outcome &outcome = outcomes[k], &reference = outcomes.back();
+      const double speedup = reference.cost() / outcome.cost();
+      json keys = common;
+      keys.update({{"scene", scene.name},
+                   {"rves", static_cast<int>(rves)},
+                   {"format", to_string(preset.format)},
+                   {"preset", preset.name}});
+      report.add(keys, "preset_speedup", speedup, "-",
+                 {{"ratio_of_steps", reference.dem_steps / outcome.dem_steps},
+                  {"dem_steps", outcome.dem_steps},
+                  {"macro_steps", scene.steps},
+                  {"seconds", outcome.seconds},
+                  {"seconds_per_rve", outcome.seconds / rves},
+                  {"rve_steps_per_second", outcome.dem_steps * rves / outcome.seconds}});
+      std::printf("%-11s %5.0f RVEs %-10s %9.3f s for %d macro steps, %.4g million RVE-steps/s, "
+                  "%.2f times cheaper than "
+                  "reference with %.2f times fewer steps\n",
+                  scene.name.c_str(), rves, preset.name.c_str(), outcome.seconds, scene.steps,
+                  1e-6 * outcome.dem_steps * rves / outcome.seconds, speedup,
+                  reference.dem_steps / outcome.dem_steps);
+      std::fflush(stdout);
+      if (&outcome == &reference) continue;
+      auto &[value, in_scene] = least.try_emplace(preset.name, HUGE_VAL, "").first->second;
+      if (speedup < value) {
+        value = speedup;
+        in_scene = scene.name;
+      }
+    }
+    report.write();
+  }
+  for (const Setting &preset : PRESETS) {
+    const auto found = least.find(preset.name);
+    if (found == least.end()) continue;
+    json keys = common;
+    keys["preset"] = preset.name;
+    report.add(keys, "least_preset_speedup", found->second.first, "-",
+               {{"in_scene", found->second.second}});
+  }
+  report.write();
+}
+
 }    // namespace
 
 int main(int argc, char **argv)
 try {
   const Arguments arguments = parse(argc, argv);
   bench::Report report(argc, argv, arguments.output);
-  const Machine machine{arguments.cuda ? Device::Cuda : Device::Cpu, arguments.copies};
+  const Machine machine{arguments.cuda ? Device::Cuda : Device::Cpu, arguments.copies,
+                        arguments.cuda && arguments.presets ? omp_get_max_threads() : 1};
   const std::string engine = make_engine(options_for(Setting(), machine))->description();
   report.set_machine(arguments.machine.empty() ? engine.substr(0, engine.find(','))
                                                : arguments.machine);
@@ -729,6 +843,10 @@ try {
     return 0;
   }
   for (const RveState &packing : packings) sheared_packings.push_back(sheared(packing));
+  if (arguments.presets) {
+    compare_costs_of_presets(packings, sheared_packings, arguments, machine, report);
+    return 0;
+  }
 
   bool sound = true;
   const auto check = [&](const std::string &what, double error, double limit) {
@@ -757,10 +875,9 @@ try {
   }
   std::vector<int> flagged(all.size(), 0);
   for (const Scene &scene : SCENES) {
-    if (!scenes.empty() && scenes.find("," + scene.name + ",") == std::string::npos) continue;
+    if (!is_wanted(scene, scenes)) continue;
     const std::vector<RveState> &start = scene.slow ? sheared_packings : packings;
-    // a GPU takes many times as long for steps with a servo, and is full of fewer of them
-    const Machine here{machine.device, scene.servo ? (machine.copies + 2) / 3 : machine.copies};
+    const Machine here = for_scene(machine, scene);
     const Outcome reference = run(scene, start, finest, here);
     require(reference.failure.empty(),
             "the reference fails in " + scene.name + ": " + reference.failure);

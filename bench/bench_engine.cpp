@@ -50,6 +50,10 @@ struct Arguments {
 struct Precision {
   Format format;
   Arithmetic arithmetic;
+  bool operator==(const Precision &other) const
+  {
+    return format == other.format && arithmetic == other.arithmetic;
+  }
 };
 
 /// What all experiments share.
@@ -428,6 +432,14 @@ rve::Material viscous(const rve::RveState &packing)
   return material;
 }
 
+/// Without friction, and without the tangential forces that it has left in the packing.
+rve::RveState frictionless(rve::RveState packing)
+{
+  packing.material.friction = 0.0;
+  for (rve::Pair &pair : packing.pairs) pair.tangential_force = 0.0;
+  return packing;
+}
+
 /// Constant stress along y, at that of the packing.
 rve::Drive servo_drive(const rve::RveState &packing, int substeps)
 {
@@ -444,11 +456,16 @@ void run_features(Bench &bench)
 {
   const int substeps = 200;
   const double seconds = bench.arguments.seconds;
-  for (const Precision precision : bench.two_precisions())
-    for (const std::string feature : {"plain", "viscous", "servo", "energy", "long_answer"}) {
+  const std::vector<std::string> few = {"plain", "frictionless"},
+                                 all = {"plain", "frictionless", "viscous",
+                                        "servo", "energy",       "long_answer"};
+  const std::vector<Precision> two = bench.two_precisions();
+  for (const Precision precision : bench.precisions())
+    for (const std::string &feature : precision == two[0] || precision == two[1] ? all : few) {
       rve::Options options = options_for(bench, precision, bench.many());
       options.track_energy = feature == "energy";
-      rve::RveState packing = bench.packing;
+      rve::RveState packing = feature == "frictionless" ? frictionless(bench.packing)
+                                                        : bench.packing;
       if (feature == "viscous") packing.material = viscous(packing);
       const rve::Drive drive = feature == "servo" ? servo_drive(packing, substeps)
                                                   : shear(substeps);
@@ -568,14 +585,17 @@ void run_memory(Bench &bench)
               1e-6 * rate, 1e6 * filling.seconds / count);
 }
 
-/// Not a measurement: every path of the program once, for compute-sanitizer. Throws when a path was not taken.
-void visit_all_paths(Bench &bench, const Precision &precision, int block, int many)
+/// Not a measurement: every path of the programs once, for compute-sanitizer. Throws when a path was not taken.
+void visit_all_paths(Bench &bench, const Precision &precision, int block, int many,
+                     const std::vector<std::string> &programs)
 {
-  for (const bool general : {false, true}) {
+  for (const std::string &program : programs) {
     rve::Options options = options_for(bench, precision, bench.cores());
     options.block_size = block;
-    options.track_energy = general;
-    bench::visit_all_paths(options, bench.packing, many);
+    options.track_energy = program == "general";
+    bench::visit_all_paths(options,
+                           program == "frictionless" ? frictionless(bench.packing) : bench.packing,
+                           many, program);
   }
 }
 
@@ -584,16 +604,20 @@ void run_sanitize(Bench &bench)
   const std::vector<int> blocks = bench.arguments.cuda ? std::vector<int>{64, 416, 1024}
                                                        : std::vector<int>{0};
   for (const Precision precision : bench.precisions())
-    for (const int block : blocks) visit_all_paths(bench, precision, block, 400);
+    for (const int block : blocks)
+      visit_all_paths(bench, precision, block, 400, {"plain", "frictionless", "general"});
 }
 
-/// For racecheck, which takes very long: each way to keep grains, and each number format.
+/// For racecheck, which takes very long: each way to keep grains, and each number format. What is left of a step without friction
+/// is the same in all of them.
 void run_races(Bench &bench)
 {
   for (const Precision precision : bench.precisions()) {
     if (precision.arithmetic == Arithmetic::Relaxed) continue;
-    visit_all_paths(bench, precision, 416, 140);
-    if (precision.format == Format::Fast) visit_all_paths(bench, precision, 64, 140);
+    visit_all_paths(bench, precision, 416, 140, {"plain", "general"});
+    if (precision.format != Format::Fast) continue;
+    visit_all_paths(bench, precision, 416, 140, {"frictionless"});
+    visit_all_paths(bench, precision, 64, 140, {"plain", "frictionless", "general"});
   }
 }
 

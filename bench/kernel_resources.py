@@ -16,8 +16,9 @@ import subprocess
 
 HERE = pathlib.Path(__file__).resolve().parent
 
-# mangled: advance_<kernel><<Format>Format, General>, relaxed ones in a namespace of their own
-FUNCTION = re.compile(r"Function (\S*?)\d+advance_(\w+?)INS\w*?_\d+([A-Z][a-z]+)FormatELb([01])E")
+# mangled: advance_<kernel><<Format>Format, General> or advance_<kernel><Frictionless<<Format>Format>, General>, relaxed ones in a
+# namespace of their own
+FUNCTION = re.compile(r"Function (\S*?)\d+advance_([a-z_]+)INS\w*?_\d+((?:Frictionless)?)(?:IN\w*?_\d+)?([A-Z][a-z]+)FormatEE*Lb([01])E")
 USAGE = re.compile(r"REG:(\d+) STACK:(\d+) SHARED:(\d+)")
 
 
@@ -30,9 +31,9 @@ def kernels(text):
         name = FUNCTION.search(line) or name
         usage = USAGE.search(line)
         if name and usage:
-            case = {"code": "gpu_rve", "experiment": "kernels", "arch": arch, "format": name.group(3).lower(),
+            case = {"code": "gpu_rve", "experiment": "kernels", "arch": arch, "format": name.group(4).lower(),
                     "arithmetic": "relaxed" if "relaxed" in name.group(1) else "strict", "kernel": name.group(2),
-                    "program": "general" if name.group(4) == "1" else "plain"}
+                    "program": "general" if name.group(5) == "1" else name.group(3).lower() or "plain"}
             rows.append({"case": case, "metric": "registers_per_thread", "value": int(usage.group(1)), "unit": "1",
                          "details": {"stack_bytes": int(usage.group(2)), "shared_bytes": int(usage.group(3))}})
             name = None

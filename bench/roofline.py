@@ -42,7 +42,8 @@ def main():
         case = row["case"]
         if row["metric"] != "roofline_fraction":
             rows.append(row)
-        if row["metric"] == "rve_steps_per_second":
+        # the roofs are those of steps with friction
+        if row["metric"] == "rve_steps_per_second" and case.get("feature") != "frictionless":
             roof = roofs[case["format"], case["arithmetic"]]
             fraction = row["value"] * case["grains"] / (roof["value"] * roof["case"]["grains"])
             rows.append({"case": case, "metric": "roofline_fraction", "value": fraction, "unit": "1",

@@ -176,14 +176,14 @@ namespace {
 
 }    // namespace
 
-void visit_all_paths(const rve::Options &options, const RveState &packing, int many)
+void visit_all_paths(const rve::Options &options, const RveState &packing, int many,
+                     const std::string &program)
 {
   visit(options, packing, FEW);
   if (!options.track_energy) visit(options, packing, many);
   overflow(options, packing);
   std::printf("sanitize %s, block size %d, %s program: all paths taken\n",
-              rve::to_string(options.format).c_str(), options.block_size,
-              options.track_energy ? "general" : "plain");
+              rve::to_string(options.format).c_str(), options.block_size, program.c_str());
   std::fflush(stdout);
 }
 

@@ -6,12 +6,16 @@
 
 #include "rve/engine/engine.h"
 
+#include <string>
+
 namespace bench {
 
 /// Runs the batch on an engine of these options. Throws std::runtime_error when a path was not taken or an answer is not the expected.
-/// With `track_energy` the general program runs, and otherwise the plain one. `many`: RVEs in the batch that is large; more than
-/// multiprocessors, so that the kernel for many RVEs is used, and more than are resident, so that blocks take a second one.
-void visit_all_paths(const rve::Options &options, const rve::RveState &packing, int many);
+/// With `track_energy` the general program runs, of a packing without friction the frictionless one, and otherwise the plain one;
+/// `program` is its name, to print. `many`: RVEs in the batch that is large; more than multiprocessors, so that the kernel for many
+/// RVEs is used, and more than are resident, so that blocks take a second one.
+void visit_all_paths(const rve::Options &options, const rve::RveState &packing, int many,
+                     const std::string &program);
 
 }    // namespace bench
 

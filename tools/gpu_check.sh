@@ -1,7 +1,7 @@
 #!/bin/sh
 # Everything that must be seen on a machine with a GPU, in one call: builds (preset cuda), runs the tests of the CUDA engine with
 # GPU_RVE_REQUIRE_CUDA=1, the sanitizers, 50 steps of the footing on CPU and GPU compared bit for bit, the throughput benchmark, the
-# engine at the extremes of what it may be asked, and with suite full the error against cost of the settings.
+# engine at the extremes of what it may be asked, and with suite full what the presets cost and the error against cost of the settings.
 #
 #   sh tools/gpu_check.sh                      builds here, results in bench/results
 #   sh tools/gpu_check.sh --bin DIR --out DIR  with programs built elsewhere; results go to DIR
@@ -76,7 +76,10 @@ case $suite in quick) percent=10 ;; *) percent=100 ;; esac
 [ -x "$bin/extremes_report" ] &&
   step "stability at the extremes" "$bin/extremes_report" "$out/extremes-${gpu:-gpu}.json" --device cuda --length $percent
 
-# error against cost (doc/src/accuracy.rst), minutes; 99 copies of four packings are three RVEs for each of 132 multiprocessors
-[ "$suite" = full ] && [ -x "$bin/bench_accuracy" ] &&
+# what the presets cost with 9600 RVEs, and error against cost (doc/src/accuracy.rst), minutes; 99 copies of four packings are three RVEs
+# for each of 132 multiprocessors
+if [ "$suite" = full ] && [ -x "$bin/bench_accuracy" ]; then
+  step "cost of the presets" python3 bench/accuracy.py --bin "$bin" --out "$out/accuracy-presets-${gpu:-gpu}.json" --device cuda --copies 2400 --presets
   step "error against cost" python3 bench/accuracy.py --bin "$bin" --out "$out/accuracy-${gpu:-gpu}.json" --device cuda --copies 99
+fi
 exit $failed

@@ -33,7 +33,7 @@ bool LAMMPS_NS::somebody_may_look(LAMMPS *lmp)
       continue;
     // weighs atoms before it deals them out, in the beginning of a step
     if (utils::strmatch(fix->style, "^balance")) {
-      if (fix->nevery > 0 && (step + 1) % fix->nevery == 0) return true;
+      if (fix->force_reneighbor && step + 1 >= fix->next_reneighbor) return true;
       continue;
     }
     const int hooks = lmp->modify->get_fix_mask(const_cast<Fix *>(fix)) & ~FixConst::POST_RUN;

@@ -1,19 +1,37 @@
-// Grains without friction have a program of their own on a CPU, which leaves tangential forces, torques and contact histories out: what
-// it answers is what the other program answers with a coefficient of zero.
+// Grains without friction have a program of their own, which leaves tangential forces, torques and contact histories out: what it
+// answers is what the other program answers with a coefficient of zero. The same text for a CPU and, with RVE_TEST_CUDA, for a GPU.
 
 #include "support/rve_rig.h"
+
+#include "rve/core/error.h"
+#include "rve/engine/finite_strain.h"
 
 #include "rve/engine/stability.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <string>
 #include <vector>
 
 using namespace rve;
 using namespace rve_test;
 
 namespace {
+
+#if defined(RVE_TEST_CUDA)
+constexpr Device DEVICE = Device::Cuda;
+#else
+constexpr Device DEVICE = Device::Cpu;
+#endif
+
+Options device_options(Format format)
+{
+  Options options = cpu_options(format);
+  options.device = DEVICE;
+  return options;
+}
 
 RveState without_friction()
 {
@@ -41,7 +59,7 @@ struct Course {
 Course run(Format format, bool company)
 {
   const RveState state = without_friction();
-  const auto engine = make_engine(cpu_options(format));
+  const auto engine = make_engine(device_options(format));
   const int rve = engine->add(state);
   if (company) engine->add(paper_packing());
   Course course;
@@ -54,9 +72,37 @@ Course run(Format format, bool company)
   return course;
 }
 
+bool untouched_by_friction(const RveState &state)
+{
+  return std::all_of(state.spin.begin(), state.spin.end(),
+                     [](double spin) {
+                       return spin == 0.0;
+                     }) &&
+      std::all_of(state.pairs.begin(), state.pairs.end(), [](const Pair &pair) {
+           return pair.tangential_force == 0.0;
+         });
+}
+
+/// Skipped where the device is a GPU and there is none.
+class OnDevice : public testing::TestWithParam<Format> {
+ protected:
+  void SetUp() override
+  {
+    if (DEVICE == Device::Cpu) return;
+    try {
+      make_engine(device_options(Format::Fast));
+    } catch (const InputError &error) {
+      const char *required = std::getenv("GPU_RVE_REQUIRE_CUDA");
+      if (required && std::string(required) == "1")
+        FAIL() << "GPU_RVE_REQUIRE_CUDA=1, but " << error.what();
+      GTEST_SKIP() << error.what();
+    }
+  }
+};
+
 }    // namespace
 
-class Frictionless : public testing::TestWithParam<Format> {};
+class Frictionless : public OnDevice {};
 
 TEST_P(Frictionless, GrainsMoveAsWithACoefficientOfZero)
 {
@@ -76,26 +122,31 @@ TEST_P(Frictionless, GrainsMoveAsWithACoefficientOfZero)
 
 TEST_P(Frictionless, NoForceTurnsAGrain)
 {
-  const RveState end = run(GetParam(), false).end;
+  EXPECT_TRUE(untouched_by_friction(run(GetParam(), false).end));
+}
 
-  EXPECT_TRUE(std::all_of(end.spin.begin(), end.spin.end(), [](double spin) {
-    return spin == 0.0;
-  }));
-  EXPECT_TRUE(std::all_of(end.pairs.begin(), end.pairs.end(), [](const Pair &pair) {
-    return pair.tangential_force == 0.0;
-  }));
+// Spins that a state brings along stay what they are.
+TEST_P(Frictionless, SpinsLastAsTheyAre)
+{
+  RveState state = without_friction();
+  for (int i = 0; i < state.num_grains(); ++i) state.spin[i] = 0.5 * (i % 7) - 1.0;
+  RveRig rig(state, device_options(GetParam()));
+
+  rig.advance(shear(state)[0]);
+
+  EXPECT_EQ(rig.state().spin, state.spin);
 }
 
 // A tangential force that a state brings along is at its limit of zero after the first step, also without friction.
 TEST_P(Frictionless, TangentialForcesOfTheStateVanishInTheFirstStep)
 {
   RveState state = paper_packing();
-  RveRig rig(state, cpu_options(GetParam()));
+  RveRig rig(state, device_options(GetParam()));
   const double dt = 0.5 * stable_time_step(state);
   rig.advance(Drive::constant_velocity_gradient(Tensor2{{0.0, 0.05, 0.0, 0.0}}, dt, 1000));
   RveState sheared = rig.state();
   sheared.material.friction = 0.0;
-  RveRig without(sheared, cpu_options(GetParam()));
+  RveRig without(sheared, device_options(GetParam()));
 
   without.advance(Drive::constant_velocity_gradient(Tensor2::zero(), dt, 1));
 
@@ -108,9 +159,63 @@ TEST_P(Frictionless, TangentialForcesOfTheStateVanishInTheFirstStep)
   }));
 }
 
-INSTANTIATE_TEST_SUITE_P(Formats, Frictionless,
-                         testing::Values(Format::Fast, Format::Mixed, Format::Double,
-                                         Format::Single),
-                         [](const auto &info) {
-                           return to_string(info.param);
-                         });
+#if defined(RVE_TEST_CUDA)
+
+// Kernels for few RVEs and for many, for large ones, and for any number of grains per thread.
+TEST_P(Frictionless, EveryKernelGivesTheBitsOfTheCpu)
+{
+  const RveState state = without_friction();
+  const Drive drive = shear(state)[0];
+  RveRig cpu(state, cpu_options(GetParam()));
+  cpu.advance(drive);
+  struct {
+    const char *kernel;
+    int block, count;
+  } const cases[] = {{"few", 0, 2}, {"many", 0, 300}, {"large", 1024, 2}, {"in memory", 96, 2}};
+
+  for (const auto &one : cases) {
+    SCOPED_TRACE(one.kernel);
+    Options options = device_options(GetParam());
+    options.block_size = one.block;
+    const auto engine = make_engine(options);
+    std::vector<int> rves;
+    for (int k = 0; k < one.count; ++k) rves.push_back(engine->add(state));
+    std::vector<Result> results;
+
+    engine->advance(rves, std::vector<Drive>(rves.size(), drive), results);
+
+    for (const Result &result : results) EXPECT_TRUE(same_answer(result, cpu.result()));
+    EXPECT_EQ(serialize(engine->state(rves.back())), serialize(cpu.state()));
+  }
+}
+
+// Approximate roots err by 2^-22 of a distance, of which overlaps are a thousandth.
+TEST_P(Frictionless, RelaxedStressIsWithinTheErrorOfARoot)
+{
+  if (GetParam() != Format::Fast) GTEST_SKIP() << "fast only has relaxed arithmetic";
+  const RveState state = without_friction();
+  Options options = device_options(GetParam());
+  options.arithmetic = Arithmetic::Relaxed;
+  RveRig relaxed(state, options), strict(state, device_options(GetParam()));
+  Drive drive = shear(state)[0];
+  drive.substeps = 1;
+  drive.deformation = Tensor2::identity();
+
+  const Tensor2 stress = relaxed.advance(drive).stress;
+
+  const Tensor2 expected = strict.advance(drive).stress;
+  EXPECT_LT(norm(stress - expected), 1e-3 * norm(expected));
+  relaxed.advance(shear(state)[0]);
+  EXPECT_TRUE(untouched_by_friction(relaxed.state()));
+}
+
+#endif
+
+#if defined(RVE_TEST_CUDA)
+const auto FORMATS = testing::Values(Format::Fast, Format::Mixed, Format::Double);
+#else    // where `single` is
+const auto FORMATS = testing::Values(Format::Fast, Format::Mixed, Format::Double, Format::Single);
+#endif
+INSTANTIATE_TEST_SUITE_P(Formats, Frictionless, FORMATS, [](const auto &info) {
+  return to_string(info.param);
+});

@@ -192,7 +192,7 @@ inline namespace RVE_ISA {
                                       pairs.extra_history[m], sum);
         block.accumulate(&shared.force_x[first], sum.own[0]);
         block.accumulate(&shared.force_y[first], sum.own[1]);
-        block.accumulate(&shared.torque[first], sum.own[2]);
+        if constexpr (Format::has_friction) block.accumulate(&shared.torque[first], sum.own[2]);
       }
     };
     const auto grain_forces = [&](Item i, typename Format::Sum *term,

@@ -79,9 +79,9 @@ struct DetailRecord {
 };
 
 /// Which build of the block program a call needs. General: dashpots, LAMMPS' arms, stress servo, energy ledger. Frictionless: plain, of
-/// RVEs without friction; the plain program gives the same bits. GPUs have the first two.
+/// RVEs without friction and without tangential forces; the plain program gives the same bits.
 enum class SceneKind { Plain, General, Frictionless };
-constexpr int kNumScenes = 2;
+constexpr int kNumScenes = 3;
 
 /// Constants of the batch.
 struct BatchConstants {

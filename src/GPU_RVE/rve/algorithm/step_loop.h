@@ -152,7 +152,10 @@ inline namespace RVE_ISA {
         grains.largest_force.keep(i, Real(0));
         for (int k = 0; k < kOwnedPairs; ++k) {
           grains.partner[k].publish(i, stored.partner[k]);
-          grains.history[k].keep(i, Rare::internal_history(call, stored.history[k]));
+          if constexpr (Format::has_friction)
+            grains.history[k].keep(i, Rare::internal_history(call, stored.history[k]));
+          else    // they are zero, and stay there
+            grains.history[k].publish(i, History(0));
         }
         shared.still[i] = Rare::still_of(call, grains.radius[i], stored.list_position);
       });
@@ -240,9 +243,10 @@ inline namespace RVE_ISA {
     /// Force and torque on grain i: from the pairs that it owns, and those that its partners own.
     RVE_INLINE Vec<Sum, 3> collect_force(const Vec<Sum, 3> &own, int i)
     {
-      return Vec<Sum, 3>{{wrapping_sum(own[0], block.collect(&shared.force_x[i])),
-                          wrapping_sum(own[1], block.collect(&shared.force_y[i])),
-                          wrapping_sum(own[2], block.collect(&shared.torque[i]))}};
+      return Vec<Sum, 3>{
+          {wrapping_sum(own[0], block.collect(&shared.force_x[i])),
+           wrapping_sum(own[1], block.collect(&shared.force_y[i])),
+           Format::has_friction ? wrapping_sum(own[2], block.collect(&shared.torque[i])) : Sum(0)}};
     }
 
     /// Leapfrog velocity update of one grain from the forces that the last phase left.
@@ -255,6 +259,10 @@ inline namespace RVE_ISA {
       for (int a = 0; a < 2; ++a) {
         increment[a] = static_cast<Real>(sum[a]) * still.velocity_unit;
         motion.velocity[a] = kick(before[a], increment[a], alpha);
+      }
+      if constexpr (!Format::has_friction) {
+        grains.spin.keep(i, grains.spin[i] + Real(0));    // as by a torque of zero: -0 turns into 0
+        return;
       }
       const Real turn = static_cast<Real>(sum[2]) * still.spin_unit;
       const Real spin = grains.spin[i];
@@ -393,8 +401,9 @@ inline namespace RVE_ISA {
             image.position[i] = motion.position;
             image.velocity[i] = to_user * motion.velocity;
             image.spin[i] = grains.spin[i];
-            for (int k = 0; k < kOwnedPairs; ++k)
-              image.history[k * num_grains + i] = history_to_user * grains.history[k][i];
+            if (Format::has_friction)
+              for (int k = 0; k < kOwnedPairs; ++k)
+                image.history[k * num_grains + i] = history_to_user * grains.history[k][i];
             if (relisted) {
               image.list_position[i] = shared.still[i].list_position;
               for (int k = 0; k < kOwnedPairs; ++k)

@@ -333,7 +333,7 @@ inline namespace RVE_ISA {
     RVE_INLINE void load_pair(const SharedView<Format> &shared, int k, int i)
     {
       partner[k].load(i);
-      history[k].load(i);
+      if (Format::has_friction) history[k].load(i);
       if (Block::kInRegisters) look_at_partner(shared, k, i);
     }
 
@@ -347,7 +347,8 @@ inline namespace RVE_ISA {
     RVE_INLINE void save(int i)
     {
       largest_force.save(i);
-      for (int k = 0; k < kOwnedPairs; ++k) history[k].save(i);
+      if (Format::has_friction)
+        for (int k = 0; k < kOwnedPairs; ++k) history[k].save(i);
     }
   };
 

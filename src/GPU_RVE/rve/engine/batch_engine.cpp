@@ -604,8 +604,9 @@ void BatchEngine::prepare(Call &call, const std::vector<int> &rves,
   call.longest = longest;
   call.pair_capacity = pair_capacity(largest);
   const bool general = servo || options.track_energy || any_viscous || options.arms == Arms::Lammps;
-  call.scene = general ? SceneKind::General : SceneKind::Plain;
-  call.frictionless = !general && !any_friction;
+  call.scene = general ? SceneKind::General
+      : any_friction   ? SceneKind::Plain
+                       : SceneKind::Frictionless;
   if (least_cost < most_cost) put_longest_first(call, drives, most_cost);
 }
 

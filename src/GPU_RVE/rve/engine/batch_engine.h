@@ -57,7 +57,6 @@ class BatchEngine : public Engine {
     int longest = 0;           ///< most substeps
     int pair_capacity = 0;     ///< that workspaces must have at least
     SceneKind scene = SceneKind::Plain;
-    bool frictionless = false;    ///< the plain scene may be run as Frictionless
     bool with_details = false;
   };
 

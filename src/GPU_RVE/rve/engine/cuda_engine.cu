@@ -246,7 +246,7 @@ namespace {
       plan.steps_ahead = steps_ahead;
       plan.block = block_size(call.largest);
       const Residency residency = residency_of(call, plan.block);
-      plan.kernel = kernels.kernel[static_cast<int>(residency)][static_cast<int>(call.scene)];
+      plan.kernel = kernels.scene[static_cast<int>(call.scene)].kernel[static_cast<int>(residency)];
       plan.sizes = kernels.sizes(capacity_of(residency, call.largest),
                                  residency != Residency::Memory, call.pair_capacity, steps_ahead);
       cudaFuncAttributes attributes;

@@ -180,6 +180,9 @@ inline namespace RVE_ISA {
   constexpr int kSharers = sizeof(typename Format::Wide) == 4
       ? 3
       : (sizeof(typename Format::Real) == 4 ? 2 : 1);
+  /// Without histories `double` has registers for two as well: what they spill is not of the steps.
+  template <class Format>
+  constexpr int kSharers<Frictionless<Format>> = sizeof(typename Format::Wide) == 4 ? 3 : 2;
 
   template <class Format, bool General>
   __global__ void __launch_bounds__(kSmallBlock, kSharers<Format>)
@@ -223,16 +226,35 @@ inline namespace RVE_ISA {
     return sizes;
   }
 
-  /// Blocks for scenes that need General are not made small: fewer kernels to compile.
-  template <class Format> CudaKernels make_cuda_kernels()
+  template <class Format> KernelFunction kernel_for_few()
   {
-    return {
-        {{advance_many<Format, false>, nullptr},
-         {kSharers<Format> > 1 ? advance_few<Format, false> : advance_many<Format, false>, nullptr},
-         {advance_large<Format, false>, advance_large<Format, true>},
-         {advance_in_memory<Format, false>, advance_in_memory<Format, true>}},
-        prepare_calls<Format>,
-        kernel_sizes<Format>};
+    if constexpr (kSharers < Format >> 1)
+      return advance_few<Format, false>;
+    else    // the same
+      return advance_many<Format, false>;
+  }
+
+  /// Of a scene that does not need General.
+  template <class Format> SceneKernels make_plain_kernels()
+  {
+    return {{advance_many<Format, false>, kernel_for_few<Format>(), advance_large<Format, false>,
+             advance_in_memory<Format, false>}};
+  }
+
+  /// Blocks for scenes that need General are not made small: fewer kernels to compile.
+  template <class Format> SceneKernels make_general_kernels()
+  {
+    return {{nullptr, nullptr, advance_large<Format, true>, advance_in_memory<Format, true>}};
+  }
+
+  /// In the order of SceneKind. What is common to all scenes of a format is that of the format with friction.
+  template <class Format> CudaKernels make_cuda_kernels(const SceneKernels &frictionless)
+  {
+    static_assert(sizeof(CallState<Format>) == sizeof(CallState<Frictionless<Format>>),
+                  "calls are prepared alike");
+    return {{make_plain_kernels<Format>(), make_general_kernels<Format>(), frictionless},
+            prepare_calls<Format>,
+            kernel_sizes<Format>};
   }
 
 }    // namespace RVE_ISA

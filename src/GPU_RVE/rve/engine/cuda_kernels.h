@@ -54,9 +54,14 @@ constexpr int kNumResidencies = 4;
 constexpr int kSmallBlock = 416;
 constexpr int kLargeBlock = 1024;
 
-/// One number format's kernels. Null where there is none: another residency serves.
+/// Kernels of one scene by residency. Null where there is none: another residency serves.
+struct SceneKernels {
+  KernelFunction kernel[kNumResidencies];
+};
+
+/// One number format's kernels.
 struct CudaKernels {
-  KernelFunction kernel[kNumResidencies][kNumScenes];
+  SceneKernels scene[kNumScenes];
   KernelFunction
       prepare;    ///< fills LaunchRecord::prepared, which is on chip meanwhile, and resets the queue
   KernelSizes (*sizes)(int num_grains, bool in_registers, int pair_capacity, int steps_ahead);
@@ -66,6 +71,12 @@ CudaKernels cuda_kernels_fast();
 CudaKernels cuda_kernels_fast_relaxed();
 CudaKernels cuda_kernels_mixed();
 CudaKernels cuda_kernels_double();
+
+// compiled apart
+SceneKernels cuda_kernels_frictionless_fast();
+SceneKernels cuda_kernels_frictionless_fast_relaxed();
+SceneKernels cuda_kernels_frictionless_mixed();
+SceneKernels cuda_kernels_frictionless_double();
 
 }    // namespace rve
 

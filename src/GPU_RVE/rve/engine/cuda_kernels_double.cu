@@ -4,7 +4,7 @@ namespace rve {
 
 CudaKernels cuda_kernels_double()
 {
-  return make_cuda_kernels<DoubleFormat>();
+  return make_cuda_kernels<DoubleFormat>(cuda_kernels_frictionless_double());
 }
 
 }    // namespace rve

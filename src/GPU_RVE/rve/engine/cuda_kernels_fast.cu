@@ -4,7 +4,7 @@ namespace rve {
 
 CudaKernels cuda_kernels_fast()
 {
-  return make_cuda_kernels<FastFormat>();
+  return make_cuda_kernels<FastFormat>(cuda_kernels_frictionless_fast());
 }
 
 }    // namespace rve

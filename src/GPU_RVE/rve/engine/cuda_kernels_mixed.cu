@@ -4,7 +4,7 @@ namespace rve {
 
 CudaKernels cuda_kernels_mixed()
 {
-  return make_cuda_kernels<MixedFormat>();
+  return make_cuda_kernels<MixedFormat>(cuda_kernels_frictionless_mixed());
 }
 
 }    // namespace rve

@@ -138,7 +138,6 @@ namespace {
       answers.assign(count, AnswerRecord());
       if (call.with_details) details.assign(count, DetailRecord());
       const HostWorkspaceSizes sizes = kernel.workspace_sizes(call.largest, call.pair_capacity);
-      const SceneKind scene = call.frictionless ? SceneKind::Frictionless : call.scene;
 #pragma omp parallel for schedule(dynamic, 1) num_threads(std::min(num_threads, std::max(count, 1)))
       for (int m = 0; m < count; ++m) {
         const int k = call.order.empty() ? m : call.order[m];
@@ -146,7 +145,7 @@ namespace {
             memory[omp_get_thread_num()].prepare(sizes, call.pair_capacity);
         kernel.advance(images[(*call.rves)[k]].bytes.data(), call.drives[k],
                        call.steering.empty() ? nullptr : &call.steering[k], constants, workspace,
-                       scene, answers[k], call.with_details ? &details[k] : nullptr);
+                       call.scene, answers[k], call.with_details ? &details[k] : nullptr);
       }
       return answers.data();
     }
