@@ -86,10 +86,12 @@ inline namespace RVE_ISA {
                 term(Overlap, unit * (overlap / (ri + rj)));
                 most[0] = size > most[0] ? size : most[0];
                 most[1] = overlap / (ri + rj) > most[1] ? overlap / (ri + rj) : most[1];
-                term(Elastic,
-                     units.contact_force *
-                         (static_cast<double>(step.law.normal.elastic_energy(contact.overlap)) +
-                          step.law.tangential.elastic_energy(law.spring)));
+                double elastic =
+                    static_cast<double>(step.law.normal.elastic_energy(contact.overlap)) +
+                    step.law.tangential.elastic_energy(law.spring);
+                if constexpr (Format::has_rolling)
+                  elastic += step.law.rolling.spring.elastic_energy(law.rolling);
+                term(Elastic, units.contact_force * elastic);
               });
           for (int k = 0; k < 2; ++k) work.scratch[k * num_grains + i] = most[k];
         });
