@@ -77,6 +77,7 @@ void FixRve::Impl::make_engine()
     }
     points = std::make_unique<RvePoints>(std::move(engine), std::move(shadows), settings.macro_step,
                                          threads());
+    if (packings.any_rolling_resistance()) points->expect_rolling_resistance();
   } catch (const rve::InputError &e) {
     problem = fmt::format("fix rve: {}", e.what());
   }

@@ -121,6 +121,13 @@ int RvePackings::fewest_grains() const
   return fewest;
 }
 
+bool RvePackings::any_rolling_resistance() const
+{
+  return std::any_of(packings.begin(), packings.end(), [](const rve::RveState &packing) {
+    return packing.material.rolling_stiffness > 0.0 && packing.material.rolling_friction > 0.0;
+  });
+}
+
 std::string RvePackings::name(int packing) const
 {
   const std::string &file = files[file_of[packing]];

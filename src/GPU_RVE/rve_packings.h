@@ -35,6 +35,7 @@ class RvePackings {
   int size() const { return static_cast<int>(packings.size()); }
   /// Of the smallest packing.
   int fewest_grains() const;
+  bool any_rolling_resistance() const;
   /// "packing 3 (library.rve)"
   std::string name(int packing) const;
   /// Stable time step of each packing [time].

@@ -101,6 +101,12 @@ RvePoints::Point &RvePoints::settle(int slot, const rve::RveState &state)
   return points[slot];
 }
 
+void RvePoints::expect_rolling_resistance()
+{
+  engine->expect_rolling_resistance();
+  if (shadows) shadows->expect_rolling_resistance();
+}
+
 std::vector<int> RvePoints::add(const std::vector<const rve::RveState *> &states)
 {
   std::vector<int> slots;

@@ -86,6 +86,8 @@ class RvePoints {
   {
   }
 
+  /// From now on RVEs have room for rolling forces: before memory is planned, and RVEs without them are taken in.
+  void expect_rolling_resistance();
   /// Takes RVEs in and evaluates their stress; returns their slots.
   std::vector<int> add(const std::vector<const rve::RveState *> &states);
   void remove(int slot);

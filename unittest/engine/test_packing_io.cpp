@@ -301,6 +301,28 @@ TEST(LammpsData, ContactTableGivesLoveStressInTheTurnedFrame)
   EXPECT_NEAR(row[10], -100.0 * 0.8 + 7.0 * 0.6, 1e-10);
 }
 
+TEST(LammpsData, ContactTableHasRollingForcesAsTheFirstGrainSeesThem)
+{
+  RveState state = two_disks(1e-4);
+  const auto last_column = [&](const rve::Pair &pair) {
+    state.pairs = {pair};
+    const std::string path = temporary_path("data.lmp");
+    write_lammps_data(path, state);
+    std::istringstream table(text_of(path + ".contacts"));
+    std::string line, name, value;
+    std::getline(table, line);
+    std::getline(table, line);
+    for (std::istringstream names(line); names >> name;) {}
+    std::getline(table, line);
+    for (std::istringstream values(line); values >> value;) {}
+    return name + " " + value;
+  };
+
+  EXPECT_EQ(last_column({0, 1, 7.0, 2.5}), "f_r 2.5");
+  EXPECT_EQ(last_column({1, 0, 7.0, 2.5}), "f_r -2.5");    // owned by the other grain
+  EXPECT_EQ(last_column({0, 1, 7.0, 0.0}).substr(0, 7), "force_y");
+}
+
 TEST(ContactNetwork, BinsFindWhatAllPairsFind)
 {
   const RveState state =

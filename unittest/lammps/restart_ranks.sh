@@ -4,14 +4,15 @@
 # after points have migrated, with sheared contacts, in the middle of a list's life. The states of the RVEs and everything the points
 # carry are compared byte by byte. Scenes:
 #   shear     fix rve alone: each RVE under its own velocity gradient, its atom flying across the rank borders
+#   rolling   the same with rolling resistance: histories have a rolling force, too
 #   footing   fix mpm with fix rve: a plate pressed into 4 x 4 points
 #   knobs     the shear scene, slower, with all that may stand between a macro step and DEM steps: RVEs asleep at the stop, and shadows.
 #             It has no controls: a packing file has no sleep
 # Controls: a run from the RVEs at the stop as packing files gives the same grains and contacts too, some in another order, because its
-# lists begin at the stop and those of the others did not. The same run with the tangential forces set to zero does not: so a
-# lost history would be seen.
+# lists begin at the stop and those of the others did not. The same run with the tangential forces, or with the rolling forces, set to
+# zero does not: so a lost history would be seen.
 #
-#   restart_ranks.sh shear|footing|knobs <lmp> <packing> <ranks before> <ranks after> <mpiexec and its options...>
+#   restart_ranks.sh shear|rolling|footing|knobs <lmp> <packing> <ranks before> <ranks after> <mpiexec and its options...>
 set -eu
 scene=$1 lmp=$2 packing=$3 before=$4 after=$5
 shift 5
@@ -21,8 +22,9 @@ cd "$work"
 
 # A scene: in.setup makes the atoms; in.settings is what a restart file does not keep; fixes <ID of fix rve> <its packing, or several>;
 # the atoms with RVEs; the steps of the stop and the end; what fix mpm gives, if there is one
+histories=3    # columns of the contacts in a packing file
 case $scene in
-shear | knobs)
+shear | rolling | knobs)
   cat > in.setup << END
 units si
 dimension 2
@@ -50,6 +52,8 @@ END
     echo "fix move all nve"
     if [ "$scene" = shear ]; then
       echo "fix $rve all rve $* threads 1 dt 1e-4 drive velocity_gradient yy v_rate xy 1.0"
+    elif [ "$scene" = rolling ]; then
+      echo "fix $rve all rve $* threads 1 dt 0.8e-4 drive velocity_gradient yy v_rate xy 1.0 kr 1e6 rolling_friction 0.2"
     else
       echo "variable slow atom -0.01*id*id"
       echo "fix $rve all rve $* threads 1 dt 1e-4 drive velocity_gradient yy v_slow xy 0.01 substeps adaptive 1e-6 1e-3 quiescent 1.5e-4 &"
@@ -57,6 +61,7 @@ END
     fi
   }
   atoms=$(seq 4) stop=20 end=40 columns="" vector=""
+  [ "$scene" = rolling ] && histories="3 4"
   # what shadows say, and the RVEs that are asleep
   [ "$scene" = knobs ] && vector='$(f_RVE[11]:%.17g) $(f_RVE[12]:%.17g) $(f_RVE[13]:%.17g) $(f_RVE[14]:%.0f)'
   ;;
@@ -106,7 +111,7 @@ END
   "$@" 1 "$lmp" -in in.packing -log packing.log > packing.out || { cat packing.out; exit 1; }
   packing=$work/small.rve
   ;;
-*) echo "the scene must be shear, footing or knobs, got $scene"; exit 1 ;;
+*) echo "the scene must be shear, rolling, footing or knobs, got $scene"; exit 1 ;;
 esac
 
 # write <name> <ID of fix rve>: all that is compared. 17 digits are all bits of a double; counts are DEM steps and rebuilds of lists
@@ -151,8 +156,10 @@ cmp whole.points second.points
 cmp whole.counts second.counts    # DEM steps and rebuilds too: the lists went on
 for id in $atoms; do
   cmp whole.$id.rve second.$id.rve
-  awk '/^contacts/ {on = 1; next} on && NF == 3 && $3 != 0 {n++} END {exit n > 20 ? 0 : 1}' stop.$id.rve ||
-    { echo "the tangential history of atom $id is empty"; exit 1; }
+  for column in $histories; do
+    awk -v h="$column" '/^contacts/ {on = 1; next} on && NF > 2 && $h != 0 {n++} END {exit n > 20 ? 0 : 1}' stop.$id.rve ||
+      { echo "column $column of the contacts of atom $id is empty"; exit 1; }
+  done
 done
 if [ "$scene" = knobs ]; then
   awk '{exit $4 > 0 && $6 > 0 ? 0 : 1}' stop.counts || { echo "nothing sleeps, or shadows see nothing:"; cat stop.counts; exit 1; }
@@ -161,20 +168,30 @@ if [ "$scene" = knobs ]; then
 fi
 [ "$(awk '{print $2}' stop.counts)" -gt 4 ] || { echo "no list was rebuilt:"; cat stop.counts; exit 1; }
 
-# the controls
-in_order() { awk '/^contacts/ {on = 1; next} /^end/ {next} on && NF == 3 {if ($1 > $2) {t = $1; $1 = $2; $2 = t}} {print}' "$1" | sort; }
-for id in $atoms; do
-  awk '/^contacts/ {on = 1; print; next} on && NF == 3 {$3 = 0} {print}' stop.$id.rve > forgetful.$id.rve
-done
-for name in again forgot; do run "$@" 1 "$lmp" -in in.$name -log $name.log; done
+# the controls. The tangential force is the same seen from both grains, the rolling force changes its sign
+in_order() {
+  awk 'function other(x) {return x ~ /^-/ ? substr(x, 2) : x == "0" ? x : "-" x}
+    /^contacts/ {on = 1; next} /^end/ {next}
+    on && NF > 2 && $1 > $2 {t = $1; $1 = $2; $2 = t; if (NF > 3) $4 = other($4)} {print}' "$1" | sort
+}
+run "$@" 1 "$lmp" -in in.again -log again.log
 old_lists=0
 for id in $atoms; do
-  for name in whole again forgot; do in_order $name.$id.rve > $name.$id; done
+  for name in whole again; do in_order $name.$id.rve > $name.$id; done
   cmp whole.$id again.$id
   cmp -s whole.$id.rve again.$id.rve || old_lists=$((old_lists + 1))
-  if cmp -s whole.$id forgot.$id; then echo "a lost history goes unseen (atom $id)"; exit 1; fi
 done
 [ $old_lists -gt 0 ] || { echo "all lists were new at the stop"; exit 1; }
 cmp whole.points again.points
-if [ -n "$columns" ] && cmp -s whole.points forgot.points; then echo "a lost history goes unseen in the points"; exit 1; fi
-echo "equal: 1 rank, and $before ranks stopped and continued on $after; different without the tangential history"
+for column in $histories; do
+  for id in $atoms; do
+    awk -v h="$column" '/^contacts/ {on = 1; print; next} on && NF > 2 {$h = 0} {print}' stop.$id.rve > forgetful.$id.rve
+  done
+  run "$@" 1 "$lmp" -in in.forgot -log forgot.log
+  for id in $atoms; do
+    in_order forgot.$id.rve > forgot.$id
+    if cmp -s whole.$id forgot.$id; then echo "a lost history goes unseen (atom $id, column $column)"; exit 1; fi
+  done
+  if [ -n "$columns" ] && cmp -s whole.points forgot.points; then echo "a lost history goes unseen in the points"; exit 1; fi
+done
+echo "equal: 1 rank, and $before ranks stopped and continued on $after; different without the history of contacts"

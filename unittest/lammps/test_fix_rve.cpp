@@ -339,6 +339,166 @@ TEST(CreateRve, SameSeedSameFileAndTheWantedPressure)
   EXPECT_NEAR(script.per_atom("p", 0), 1e5, 2e2);
 }
 
+// ---- rolling resistance ----
+
+namespace {
+
+/// The value behind a word in a packing file; empty if the word is not there.
+std::string value_in(const std::string &packing, const std::string &word)
+{
+  std::istringstream words(packing);
+  for (std::string text; words >> text;)
+    if (text == word && words >> text) return text;
+  return "";
+}
+
+/// Material of the RVE after these keywords of fix rve on a packing file.
+std::string material_with(const std::string &keywords, const std::string &packing = PACKING)
+{
+  GrainsScript script;
+  script << FOUR_ATOMS + "fix grains all rve " + packing + " threads 1 dt auto 0.5 " + keywords +
+          "\nrun 0";
+  const std::string state = script.state(1);
+  return value_in(state, "rolling_stiffness") + " " + value_in(state, "rolling_friction");
+}
+
+const std::string ROLLING_SHEAR =
+    FIX + "dt 5e-5 drive velocity_gradient yy v_rate xy 0.5 kr 5e5 rolling_friction 0.1 ";
+
+}    // namespace
+
+TEST(RollingResistance, KeywordsReplaceTheMaterialOneByOne)
+{
+  EXPECT_EQ(material_with(""), " ");    // neither is in the file
+  EXPECT_EQ(material_with("kr 2e5 rolling_friction 0.1"), "2e+05 0.1");
+  EXPECT_EQ(material_with("rolling_friction 0.1 kr 2e5"), "2e+05 0.1");
+
+  const std::string file = temporary_path("rolling.rve");
+  GrainsScript script;
+  script << FOUR_ATOMS + ROLLING_SHEAR + "\nrun 2\nwrite_rve grains atom 1 file " + file +
+          " format rve";
+  EXPECT_EQ(material_with("", file), "5e+05 0.1");
+  EXPECT_EQ(material_with("rolling_friction 0.3", file), "5e+05 0.3");
+  EXPECT_EQ(material_with("kr 1e5", file), "1e+05 0.1");
+}
+
+TEST(RollingResistance, StiffnessIsTheTangentialOneUnlessItIsGiven)
+{
+  EXPECT_EQ(material_with("kt 3e5 rolling_friction 0.1"), "3e+05 0.1");
+  EXPECT_EQ(material_with("rolling_friction 0.1 kt 3e5"), "3e+05 0.1");
+  EXPECT_EQ(material_with("rolling_friction 0.1 kr 0"), "0 0.1");    // what is said counts
+  EXPECT_EQ(material_with("kr 2e5"), "2e+05 0");
+}
+
+TEST(RollingResistance, IsOffWithoutACoefficientOrAStiffnessToTheLastBit)
+{
+  const std::string shear = FIX + "dt 5e-5 drive velocity_gradient yy v_rate xy 0.5 ";
+  GrainsScript plain, without_friction, without_stiffness, with;
+  plain << FOUR_ATOMS + shear + "\nrun 10";
+  without_friction << FOUR_ATOMS + shear + "kr 1e6\nrun 10";
+  without_stiffness << FOUR_ATOMS + shear + "kr 0 rolling_friction 0.5\nrun 10";
+  with << FOUR_ATOMS + shear + "rolling_friction 0.5\nrun 10";
+
+  const auto grains = [](GrainsScript &script) {
+    const std::string state = script.state(2);
+    return state.substr(state.find("\ngrains"));
+  };
+  EXPECT_EQ(grains(without_friction), grains(plain));
+  EXPECT_EQ(grains(without_stiffness), grains(plain));
+  EXPECT_NE(grains(with), grains(plain));
+}
+
+TEST(RollingResistance, RestartContinuesBitForBit)
+{
+  const std::string file = temporary_path("restart");
+  const std::string rate = "variable rate atom -0.05*id\n";
+  GrainsScript whole, first, second;
+  whole << FOUR_ATOMS + ROLLING_SHEAR + "\nrun 40";
+
+  first << FOUR_ATOMS + ROLLING_SHEAR + "\nrun 17\nwrite_restart " + file + "\nclear";
+  // the material is that of the restart file
+  second << "read_restart " + file + "\n" + rate + FIX +
+          "dt 5e-5 drive velocity_gradient yy v_rate xy 0.5\nrun 23";
+
+  for (int atom = 1; atom <= 4; ++atom) EXPECT_EQ(second.state(atom), whole.state(atom));
+  EXPECT_EQ(value_in(second.state(1), "rolling_friction"), "0.1");
+}
+
+TEST(RollingResistance, NativeFileReadsBackAsTheSameState)
+{
+  const std::string path = temporary_path("again.rve");
+  GrainsScript script, again;
+  script << FOUR_ATOMS + ROLLING_SHEAR + "\nrun 5\nwrite_rve grains atom 1 file " + path +
+          " format rve";
+
+  again << FOUR_ATOMS + "fix grains all rve " + path + " drive none\n";
+
+  EXPECT_EQ(again.state(4), script.state(1));
+}
+
+TEST(RollingResistance, OfTheScriptCountsInTheStableTimeStep)
+{
+  GrainsScript soft, stiff;
+  soft << FOUR_ATOMS + FIX + "dt auto 0.5\n";
+  stiff << FOUR_ATOMS + FIX + "dt auto 0.5 kr 4e6 rolling_friction 0.1\n";
+
+  // spins alone: k_t r^2 + k_r r^2/4 in place of k_t r^2 at each contact, so twice the square of the frequency or less
+  EXPECT_LT(stiff.fix_value(8), 0.95 * soft.fix_value(8));
+  EXPECT_GT(stiff.fix_value(8), 0.70 * soft.fix_value(8));
+}
+
+TEST(RollingResistance, ContactsOfTheDataFileHaveItsForce)
+{
+  const std::string path = temporary_path("grains.data");
+  GrainsScript script;
+  script << FOUR_ATOMS + ROLLING_SHEAR + "\nrun 5\nwrite_rve grains atom 1 file " + path;
+
+  // n to the second grain, and the moment of rolling resistance is at most mu_r f_n over the reduced radius
+  std::istringstream table(text_of(path + ".contacts"));
+  std::string line;
+  std::getline(table, line);
+  std::getline(table, line);
+  EXPECT_IN("force_y f_r", line);
+  double largest = 0.0;
+  int rows = 0;
+  while (std::getline(table, line)) {
+    std::istringstream row(line);
+    double value[12];
+    for (double &v : value) ASSERT_TRUE(row >> v) << line;
+    largest = std::max(largest, std::fabs(value[11]) / value[7]);
+    ++rows;
+  }
+  EXPECT_GT(rows, 400);
+  // the limit belongs to the last step, the overlap to the same one: to the rounding of the format
+  EXPECT_NEAR(largest, 0.1, 1e-5);
+}
+
+TEST(RollingResistance, PackingIsPreparedWithoutIt)
+{
+  const std::string plain = temporary_path("plain.rve"), rolling = temporary_path("rolling.rve");
+  const std::string words =
+      " grains 40 seed 5 radius uniform 0.003 0.005 kn 1e6 kt 5e5 friction 0.5 "
+      "density 2650 damping 0.3 pressure 1e5 thickness 0.075";
+  GrainsScript script;
+
+  script << "units si\ncreate_rve " + plain + words + "\ncreate_rve " + rolling + words +
+          " rolling_friction 0.2";
+
+  const std::string with = text_of(rolling), without = text_of(plain);
+  EXPECT_EQ(value_in(with, "rolling_stiffness"), "5e+05");    // that of kt
+  EXPECT_EQ(value_in(with, "rolling_friction"), "0.2");
+  EXPECT_EQ(value_in(without, "rolling_friction"), "");
+  EXPECT_EQ(with.substr(with.find("\ncell")), without.substr(without.find("\ncell")));
+}
+
+TEST(RollingResistance, ShadowOfTheSameStepsInDoubleIsTheRveItself)
+{
+  GrainsScript script;
+  script << FOUR_ATOMS + ROLLING_SHEAR + "format double shadow 2 1\nrun 10";
+
+  EXPECT_EQ(script.fix_value(12), 0.0);
+}
+
 // ---- between a macro step and DEM steps ----
 
 namespace {
@@ -861,6 +1021,19 @@ TEST(OutOfMemory, CountsShadowsToo)
 
   EXPECT_GT(with_shadows, 0);
   EXPECT_LT(with_shadows, fit - 2);    // a shadow has positions and forces of its RVE in double
+}
+
+TEST(OutOfMemory, CountsRollingForces)
+{
+  const MemoryLimit limit("1000000");
+
+  const int fit = number_before("RVEs would fit", message_of(this_many_rves(30) + "run 0\n"));
+  const int rolling = number_before("RVEs would fit",
+                                    message_of(this_many_rves(30) + "unfix grains\n" + FIX +
+                                               "device cpu dt 5e-5 rolling_friction 0.1\nrun 0\n"));
+
+  EXPECT_GT(rolling, 0);
+  EXPECT_LT(rolling, fit);    // 8 more bytes for each pair that an RVE has room for
 }
 
 TEST(OutOfMemory, IsSaidBeforeTheRvesOfARestartFileAreMade)

@@ -3,6 +3,7 @@
 #include "rve/engine/packing_io.h"
 
 #include "rve/core/error.h"
+#include "rve/core/spring_forces.h"
 #include "rve/engine/contact_network.h"
 
 #include <algorithm>
@@ -295,6 +296,13 @@ namespace {
       out << "  " << exact(tensor(a, 0)) << " " << exact(tensor(a, 1)) << "\n";
   }
 
+  bool has_rolling_forces(const RveState &state)
+  {
+    return std::any_of(state.pairs.begin(), state.pairs.end(), [](const Pair &pair) {
+      return pair.rolling_force != 0.0;
+    });
+  }
+
   void write_packing_statements(std::ostream &out, const RveState &state)
   {
     out << "gpu_rve_packing " << FILE_VERSION << "\n\nmaterial\n";
@@ -325,9 +333,7 @@ namespace {
     const auto has_history = [](const Pair &pair) {
       return pair.tangential_force != 0.0 || pair.rolling_force != 0.0;
     };
-    const bool rolls = std::any_of(state.pairs.begin(), state.pairs.end(), [](const Pair &pair) {
-      return pair.rolling_force != 0.0;
-    });
+    const bool rolls = has_rolling_forces(state);
     out << "\ncontacts " << std::count_if(state.pairs.begin(), state.pairs.end(), has_history)
         << "\n# contacts with a tangential force: id, id, force on the first along (-n_y, n_x), n "
            "to the second [force]\n";
@@ -427,23 +433,31 @@ namespace {
   std::string contact_table(const RestrictedFrame &frame)
   {
     const RveState &state = frame.state;
-    // seen from either grain the tangential number is the same: n and t both change sign, and so does the force
-    std::map<std::pair<int, int>, double> history;
-    for (const Pair &pair : state.pairs)
-      history[std::minmax(pair.first, pair.second)] = pair.tangential_force;
+    std::map<std::pair<int, int>, SpringForces<double>> history;
+    for (const Pair &pair : state.pairs) {
+      const SpringForces<double> springs = {pair.tangential_force, pair.rolling_force};
+      history[std::minmax(pair.first, pair.second)] =
+          pair.first < pair.second ? springs : seen_from_partner(springs);
+    }
+    const bool rolls = has_rolling_forces(state);
 
     std::ostringstream out;
-    out << "# contacts of one RVE (GPU_RVE); n from i to j, force on i = -f_n n + f_t (-n_y, n_x)\n"
-        << "# i j branch_x branch_y n_x n_y overlap f_n f_t force_x force_y\n";
+    out << "# contacts of one RVE (GPU_RVE); n from i to j, force on i = -f_n n + f_t (-n_y, n_x)";
+    if (rolls) out << ", moment on i = f_r r_i r_j / (r_i + r_j) beside that of the force";
+    out << "\n# i j branch_x branch_y n_x n_y overlap f_n f_t force_x force_y"
+        << (rolls ? " f_r" : "") << "\n";
     for (const ContactGeometry &contact : find_contacts(state)) {
       const auto entry = history.find({contact.first, contact.second});
-      const double f_t = entry == history.end() ? 0.0 : entry->second;
+      const SpringForces<double> springs = entry == history.end() ? SpringForces<double>{0.0, 0.0}
+                                                                  : entry->second;
+      const double f_t = springs.tangential;
       const double f_n = state.material.normal_stiffness * contact.overlap;
       const auto &n = contact.normal;
       out << contact.first + 1 << " " << contact.second + 1;
       for (const double value : {contact.branch[0], contact.branch[1], n[0], n[1], contact.overlap,
                                  f_n, f_t, -f_n * n[0] - f_t * n[1], -f_n * n[1] + f_t * n[0]})
         out << " " << exact(value);
+      if (rolls) out << " " << exact(springs.rolling);
       out << "\n";
     }
     return out.str();

@@ -53,7 +53,8 @@ void write_library(const std::string &path, const PackingLibrary &library);
 /// until |xy| <= lx/2. Ids are 1 to N in the order of the state. z runs from -largest radius to +largest radius.
 /// The density column is mass / (4/3 pi r^3), so that LAMMPS' mass is ours; LAMMPS' moment of inertia is 2/5 m r^2 unless
 /// `fix nve/sphere ... disc` is used, ours is m r^2/2. Velocities are peculiar: add L x for a deforming cell.
-/// Contact forces are the springs' (dashpots excluded), on the first grain: -f_n n + f_t (-n_y, n_x).
+/// Contact forces are the springs' (dashpots excluded), on the first grain: -f_n n + f_t (-n_y, n_x). With rolling forces there is a
+/// column for them: moment on the first grain over the reduced radius.
 void write_lammps_data(const std::string &path, const RveState &state);
 
 }    // namespace rve
