@@ -35,6 +35,7 @@ CURVE_STRAIN, CURVE_POINTS = 0.02, 40
 
 VISCOUS = {"gamma_n": 50, "gamma_t": 50}
 CUNDALL = {"cundall": 0.3}
+ROLLING = {"kr": 1e6, "mu_r": 0.02}
 
 STATES = {"isotropic": "packing at 100 kPa", "moving": "packing sheared to 1 %", "oblique": "cell that leans by 0.3",
           "leaning": "cell that leans by 0.6"}
@@ -84,7 +85,10 @@ class Packing:
         self.position = fraction @ self.cell.T
         self.velocity = np.array([w[4:6] for w in rows], float)
         self.spin = np.array([w[6] for w in rows], float)
-        self.tangential = {pair(int(w[0]), int(w[1])): float(w[2]) for w in words[find("contacts") + 1:] if len(w) == 3}
+        contacts = [w for w in words[find("contacts") + 1:] if len(w) > 2]
+        self.tangential = {pair(int(w[0]), int(w[1])): float(w[2]) for w in contacts}
+        # the moment on the grain with the lower ID
+        self.rolling = {pair(int(w[0]), int(w[1])): math.copysign(1.0, int(w[1]) - int(w[0])) * float(w[3]) for w in contacts if len(w) > 3}
 
     def write(self, path, velocity, spin):
         """The same grains with these velocities and without tangential forces, which a LAMMPS data file does not have either."""
@@ -137,6 +141,8 @@ class Contacts:
         self.branch = -side * rows[:, 6:8]    # to the second
         normal = self.branch / np.linalg.norm(self.branch, axis=1)[:, None]
         self.tangential = self.tangential_force[:, 1] * normal[:, 0] - self.tangential_force[:, 0] * normal[:, 1]
+        # the pseudo-force is the same seen from both; its moment over the reduced radius, on the first
+        self.rolling = rows[:, 8] * normal[:, 1] - rows[:, 9] * normal[:, 0]
 
     def love(self, volume):
         return (self.normal_force + self.tangential_force).T @ self.branch / volume
@@ -198,7 +204,7 @@ class Run:
 
     def __init__(self, lmp, state, drive="none", rate=0.0, box="late", steps=STEPS, every=0, law=None, arms="lammps"):
         self.lmp, self.rate, law = lmp, rate, law or {}
-        self.viscous = "gamma_n" in law
+        self.viscous, self.rolling_friction = "gamma_n" in law, law.get("mu_r", 0.0)
         self.packing = Packing(lmp.path(state + ".rve"))
         log = lmp.run("in.grains_in_lammps", "log.lammps", start=state + ".data", drive=drive, rate=rate, box=box, steps=steps[-1],
                       every=every, out="lammps", **law)
@@ -291,7 +297,16 @@ class Run:
             tangential = np.array([mine.tangential.get(key, 0.0) for key in contacts.pairs])
             result["tangential forces"] = tuple(math.sqrt(np.mean(f * f)) / self.force for f in (contacts.tangential - tangential, tangential))
             result["stress"] = (max(self.love_deviation(step), self.virial_deviation(step)), change)
+        if self.rolling_friction:
+            rolling = np.array([mine.rolling.get(key, 0.0) for key in contacts.pairs])
+            result["rolling forces"] = tuple(math.sqrt(np.mean(f * f)) / self.force for f in (contacts.rolling - rolling, rolling))
         return result
+
+    def at_rolling_limit(self, step):
+        """Share of the contacts."""
+        contacts = self.contacts[step]
+        limit = self.rolling_friction * np.linalg.norm(contacts.normal_force, axis=1)
+        return np.mean(np.abs(contacts.rolling) > (1.0 - 1e-9) * limit)
 
     @staticmethod
     def nearest(vector, cell):
@@ -354,9 +369,17 @@ def identical_configuration(table, lmp, state):
     table.within("torque, worst grain", [max(np.abs(kicked.spin).max(), np.abs(frame[:, 8]).max())], [0.0], "no tangential force, no torque")
 
 
+def name_of(law):
+    return ", ".join(name for key, name in (("gamma_n", "viscous"), ("cundall", "Cundall damping"), ("mu_r", "rolling resistance")) if key in law)
+
+
+def with_law(text, law):
+    return f"{text}, {name_of(law)}" if law else text
+
+
 def cell_at_rest(table, lmp, law=None):
     """Without deformation there is no difference but rounding. Returns the deviations of positions."""
-    table.title(f"{STATES['moving']}: released in a cell at rest{', viscous' if law else ''}", columns(STEPS))
+    table.title(with_law(f"{STATES['moving']}: released in a cell at rest", law), columns(STEPS))
     run = Run(lmp, "moving", law=law)
     results = [run.compare(step) for step in STEPS]
     tolerances = [5 * ROUNDING if step <= 100 else GROWN_ROUNDING for step in STEPS]
@@ -365,12 +388,20 @@ def cell_at_rest(table, lmp, law=None):
             table.within(name, [result[name][0] for result in results], [CELL_ROUNDING] * len(STEPS), "rounding")
         else:
             table.within(name, [result[name][0] for result in results], tolerances, "rounding; after 1000 steps grown by collisions")
+    rolling_limit(table, run)
     return [result["positions"][0] for result in results]
+
+
+def rolling_limit(table, run):
+    """Both branches of the law must be in a comparison."""
+    if run.rolling_friction:
+        share = run.at_rolling_limit(STEPS[-1])
+        table.at_least("contacts at the rolling limit, below", [share, 1.0 - share], [0.02, 0.02], "both branches of the law, after 1000 steps")
 
 
 def deforming_cell(table, lmp, state, drive, boxes, law=None):
     """Trajectories at both rates. Returns {box: {rate: deviations of positions}}."""
-    text = f"{STATES[state]}, {drive}{', viscous' if law else ''}"
+    text = with_law(f"{STATES[state]}, {drive}", law)
     measured = {}
     for box in boxes:
         for rate in RATES:
@@ -380,6 +411,7 @@ def deforming_cell(table, lmp, state, drive, boxes, law=None):
             for name in results[0]:
                 tolerances, reason = trajectory_tolerance(run, box, name, results)
                 table.within(name, [result[name][0] for result in results], tolerances, reason)
+            rolling_limit(table, run)
             measured.setdefault(box, {})[rate] = results
             reductions, cell = run.stress[STEPS[-1]][4], run.cell_at(STEPS[-1])
             if state == "leaning":
@@ -420,7 +452,7 @@ def other_arms(table, lmp):
         table.at_least(f"{name}, over tolerance", noticed, [10.0] * len(noticed), "another law must fail: arms r - overlap/2 in velocities")
 
 
-def stress_strain_curve(table, lmp, drive, name, law):
+def stress_strain_curve(table, lmp, drive, law):
     """Returns {rate: (strain, stress of LAMMPS, stress of fix rve, deviation)}."""
     curves, medians = {}, []
     for rate in RATES:
@@ -432,7 +464,7 @@ def stress_strain_curve(table, lmp, drive, name, law):
                         np.array([run.rve_stress(s) for s in steps]), np.array([run.love_deviation(s) for s in steps]))
         late = run.box_per_step()
         if rate == RATES[0]:
-            table.title(f"{STATES['isotropic']}, {drive}, {name}: stress-strain curves, largest deviation of Love's stress",
+            table.title(f"{STATES['isotropic']}, {drive}, {name_of(law)}: stress-strain curves, largest deviation of Love's stress",
                         ["to 1 %", "to 2 %"])
         strain, _, _, deviation = curves[rate]
         early = strain < 0.01 + 1e-9
@@ -493,6 +525,7 @@ def check(table, lmp, options):
         identical_configuration(table, lmp, state)
     rounding = cell_at_rest(table, lmp)
     cell_at_rest(table, lmp, VISCOUS)
+    cell_at_rest(table, lmp, ROLLING)
     both = ("late", "in_time")
     trajectories = deforming_cell(table, lmp, "isotropic", "shear", both)
     if options.short:
@@ -502,10 +535,12 @@ def check(table, lmp, options):
     deforming_cell(table, lmp, "isotropic", "uniaxial", both)
     deforming_cell(table, lmp, "isotropic", "shear", both, VISCOUS)
     deforming_cell(table, lmp, "isotropic", "uniaxial", both, VISCOUS)
+    deforming_cell(table, lmp, "isotropic", "shear", both, ROLLING)
+    deforming_cell(table, lmp, "isotropic", "uniaxial", both, ROLLING)
     deforming_cell(table, lmp, "oblique", "shear", both)
     deforming_cell(table, lmp, "leaning", "shear", both)
-    curves = {(drive, name): stress_strain_curve(table, lmp, drive, name, law)
-              for name, law in (("viscous", VISCOUS), ("Cundall damping", CUNDALL)) for drive in ("uniaxial", "shear")}
+    curves = {(drive, name_of(law)): stress_strain_curve(table, lmp, drive, law)
+              for law in (VISCOUS, CUNDALL, {**VISCOUS, **ROLLING}) for drive in ("uniaxial", "shear")}
     if options.figure:
         plot(options.figure, rounding, trajectories, curves)
 
