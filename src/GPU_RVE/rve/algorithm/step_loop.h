@@ -155,7 +155,7 @@ inline namespace RVE_ISA {
           if constexpr (Format::has_friction)
             grains.history[k].keep(i, Rare::internal_history(call, stored.history[k]));
           else    // they are zero, and stay there
-            grains.history[k].publish(i, History(0));
+            grains.history[k].publish(i, History());
         }
         shared.still[i] = Rare::still_of(call, grains.radius[i], stored.list_position);
       });
