@@ -74,7 +74,6 @@ FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
   restart_global = 1;
   restart_peratom = 1;
   create_attribute = 1;
-  maxexchange_dynamic = 1;
 
   impl = std::make_unique<Impl>(this, FixRveSettings::parse(lmp, narg, arg));
   impl->read_packings();
@@ -99,7 +98,7 @@ FixRve::~FixRve()
 
 int FixRve::setmask()
 {
-  return PRE_EXCHANGE | FINAL_INTEGRATE | END_OF_STEP | POST_RUN;
+  return FINAL_INTEGRATE | END_OF_STEP | POST_RUN;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -117,6 +116,7 @@ void FixRve::init()
     for (auto &component : *list) component.value.find(lmp, "fix rve");
   impl->attach();
   impl->choose_shadows();
+  impl->set_exchange_size();
   impl->advise(true);
 }
 
@@ -127,17 +127,6 @@ void FixRve::setup(int)
   impl->progress.begin([this] {
     return impl->dem_steps();
   });
-}
-
-/* ----------------------------------------------------------------------
-   atoms are about to change rank, with their RVEs
-------------------------------------------------------------------------- */
-
-void FixRve::pre_exchange()
-{
-  if (comm->nprocs == 1) return;
-  impl->complete();
-  impl->set_exchange_size();
 }
 
 /* ----------------------------------------------------------------------
@@ -329,7 +318,9 @@ int FixRve::pack_exchange(int i, double *buf)
 {
   const int size = size_restart(i);
   if (size > maxexchange)
-    error->one(FLERR, "fix rve: RVE of atom {} takes {} values, more than the {} announced",
+    error->one(FLERR,
+               "fix rve: RVE of atom {} takes {} values, more than the {} that were announced when "
+               "the run began: its list of neighbors has more than doubled. Divide the run in two",
                atom->tag[i], size, maxexchange);
   return pack_restart(i, buf);
 }
@@ -338,7 +329,6 @@ int FixRve::unpack_exchange(int nlocal, double *buf)
 {
   const int size = static_cast<int>(buf[0]);
   impl->slot[nlocal] = size > Impl::PER_ATOM ? impl->points->add_image(buf + Impl::PER_ATOM) : -1;
-  maxexchange = MAX(maxexchange, size);
   return size;
 }
 
@@ -370,7 +360,6 @@ void FixRve::unpack_restart(int nlocal, int nth)
     error->one(FLERR, "fix rve: RVE of atom {} in the restart file: {}", atom->tag[nlocal],
                e.what());
   }
-  maxexchange = MAX(maxexchange, size);
 }
 
 int FixRve::size_restart(int i)

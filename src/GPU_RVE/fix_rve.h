@@ -45,7 +45,6 @@ class FixRve : public Fix {
   int setmask() override;
   void init() override;
   void setup(int) override;
-  void pre_exchange() override;
   void final_integrate() override;
   void end_of_step() override;
   void post_run() override;

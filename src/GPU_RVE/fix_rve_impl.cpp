@@ -86,13 +86,19 @@ void FixRve::Impl::make_engine()
   MPI_Allreduce(&has_notice, &with_notice, 1, MPI_INT, MPI_SUM, fix->world);
   if (fix->comm->me) return;
   utils::logmesg(fix->lmp, "fix rve {}: {}\n", fix->id, points->description());
+  if (share.bound_ranks > 0)
+    fix->error->warning(
+        FLERR,
+        "fix rve: {} of {} MPI ranks on this machine are bound to one core each, and use one "
+        "thread, though "
+        "there are more cores; give them more, with mpirun --bind-to none for example",
+        share.bound_ranks, share.ranks);
   if (has_notice)
     utils::logmesg(fix->lmp, "fix rve {}: {}\n", fix->id, notice);
   else if (with_notice)
-    fix->error->warning(FLERR,
-                        "fix rve: {} of {} MPI ranks have no CUDA device of their own; their RVEs "
-                        "are on CPU threads. Use as many ranks per node as there are devices",
-                        with_notice, fix->comm->nprocs);
+    fix->error->warning(
+        FLERR, "fix rve: {} of {} MPI ranks have no CUDA device; their RVEs are on CPU threads",
+        with_notice, fix->comm->nprocs);
 }
 
 /* ----------------------------------------------------------------------
@@ -174,7 +180,7 @@ void FixRve::Impl::recheck_time_step()
    ranks of a node that use the same device, or the memory of the host, are judged together.
 ------------------------------------------------------------------------- */
 
-void FixRve::Impl::check_memory(const std::vector<int> &grains) const
+void FixRve::Impl::check_memory(const std::vector<int> &grains)
 {
   constexpr double MB = 1048576.0;
   const int mine = static_cast<int>(grains.size());
@@ -192,6 +198,16 @@ void FixRve::Impl::check_memory(const std::vector<int> &grains) const
   int rank, ranks;
   MPI_Comm_rank(sharers, &rank);
   MPI_Comm_size(sharers, &ranks);
+
+  int sharing = !memory.is_host && ranks > 1 ? 1 : 0;
+  MPI_Allreduce(MPI_IN_PLACE, &sharing, 1, MPI_INT, MPI_SUM, fix->world);
+  if (sharing && !warned_sharing && fix->comm->me == 0)
+    fix->error->warning(FLERR,
+                        "fix rve: {} of {} MPI ranks share a CUDA device with another one, and "
+                        "wait for each other; use as many "
+                        "ranks per node as there are devices",
+                        sharing, fix->comm->nprocs);
+  warned_sharing = true;
 
   const auto sum = [sharers](auto value, MPI_Datatype type) {
     MPI_Allreduce(MPI_IN_PLACE, &value, 1, type, MPI_SUM, sharers);
@@ -258,7 +274,6 @@ void FixRve::Impl::attach()
   } catch (const rve::InputError &e) {
     fix->error->one(FLERR, "fix rve: {}", e.what());
   }
-  set_exchange_size();
   MPI_Allreduce(sums, all_sums, 2, MPI_LMP_BIGINT, MPI_SUM, fix->world);
   if (fix->comm->me == 0)
     utils::logmesg(
@@ -305,7 +320,6 @@ void FixRve::Impl::choose_shadows()
     if (point(i).shadow < 0 &&
         std::binary_search(candidates.begin(), candidates.end(), rve::splitmix64(atom->tag[i])))
       points->add_shadow(slot[i]);
-  set_exchange_size();
 
   const int total = all_shadows[0] + static_cast<int>(candidates.size());
   if (fix->comm->me == 0)
@@ -410,14 +424,18 @@ double FixRve::Impl::dem_steps() const
   return steps;
 }
 
-/* ---------------------------------------------------------------------- */
+/* ----------------------------------------------------------------------
+   for the whole run, on all ranks: with maxexchange_dynamic the buffers of comm_style tiled would become too small (LAMMPS of 2025
+   and before; exchange() there gives bufextra the smaller of two values)
+------------------------------------------------------------------------- */
 
 void FixRve::Impl::set_exchange_size()
 {
-  int most = PER_ATOM;
+  int mine = PER_ATOM, most;
   for (const int i : atoms_with_rve())
-    most = std::max(most, PER_ATOM + points->image_bound(slot[i]));
-  fix->maxexchange = most;
+    mine = std::max(mine, PER_ATOM + points->image_bound(slot[i]));
+  MPI_Allreduce(&mine, &most, 1, MPI_INT, MPI_MAX, fix->world);
+  fix->maxexchange = std::max(fix->maxexchange, most);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -472,7 +490,6 @@ void FixRve::Impl::advance(const std::vector<int> &atoms, const std::vector<rve:
   } catch (const rve::InputError &e) {
     fix->error->one(FLERR, "fix rve: {}", e.what());
   }
-  if (with_details) set_exchange_size();
 }
 
 /* ---------------------------------------------------------------------- */

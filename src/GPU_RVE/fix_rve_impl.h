@@ -44,7 +44,7 @@ struct FixRve::Impl : RveOwner {
   std::vector<int> slots;           // of the RVEs that advance, kept between calls
   bool look_is_expected = false;    // somebody said that the results of this step shall be complete
   double restart_step = 0.0;        // of the head of a restart file
-  bool warned_dt = false;
+  bool warned_dt = false, warned_sharing = false;
   bool advised[rve::NUM_ADVICE_KINDS] = {};
   Progress progress;
   double wall_time = 0.0;
@@ -63,7 +63,7 @@ struct FixRve::Impl : RveOwner {
   /// Ends with error->all if a rank has a message, with that of the first one; collective.
   void error_if_any(std::string message) const;
   /// Ends with error->all if so many further RVEs, of these numbers of grains, do not fit into the memory that is free; collective.
-  void check_memory(const std::vector<int> &grains) const;
+  void check_memory(const std::vector<int> &grains);
   /// Gives an RVE to every atom of the group that has none; collective.
   void attach();
 

@@ -22,12 +22,13 @@ namespace LAMMPS_NS {
 
 struct NodeShare {
   int rank, ranks;    ///< on this machine
+  int cores;          ///< that this rank may use, shared with no other rank
+  int bound_ranks;    ///< of this machine that may use one core only, where there are several for each rank; 0 with OMP_NUM_THREADS
 
   /// Collective.
   explicit NodeShare(MPI_Comm world);
 
-  /// What OMP_NUM_THREADS says, or the cores of the machine over its ranks. (LAMMPS itself takes one thread where the environment
-  /// says nothing.)
+  /// What OMP_NUM_THREADS says, or the own cores. (LAMMPS itself takes one thread where the environment says nothing.)
   int threads() const;
 };
 

@@ -31,6 +31,11 @@ bool LAMMPS_NS::somebody_may_look(LAMMPS *lmp)
     if (utils::strmatch(fix->style, "^mpm$") || utils::strmatch(fix->style, "^rve$") ||
         utils::strmatch(fix->style, "^gravity"))
       continue;
+    // weighs atoms before it deals them out, in the beginning of a step
+    if (utils::strmatch(fix->style, "^balance")) {
+      if (fix->force_reneighbor && step + 1 >= fix->next_reneighbor) return true;
+      continue;
+    }
     const int hooks = lmp->modify->get_fix_mask(const_cast<Fix *>(fix)) & ~FixConst::POST_RUN;
     if (hooks == 0) continue;
     if (hooks != FixConst::END_OF_STEP || fix->nevery <= 0 || step % fix->nevery == 0) return true;

@@ -582,9 +582,11 @@ int RvePoints::image_size(int slot) const
 
 int RvePoints::image_bound(int slot) const
 {
-  // per grain: radius, 2 coordinates, 2 velocities, spin, 2 list coordinates; per pair 16 bytes; the rest generously, with room for
-  // pairs that have come since the result was complete
+  // per grain: radius, 2 coordinates, 2 velocities, spin, 2 list coordinates, place; the rest generously, with room for as many
+  // pairs again
+  constexpr int of_pair = sizeof(rve::Pair) / sizeof(double);
   const rve::Result &result = points[slot].result;
-  const int of_state = 9 * result.num_grains + 2 * result.num_pairs + 256;
+  const int of_state =
+      9 * result.num_grains + 2 * of_pair * std::max(result.num_pairs, result.num_grains) + 256;
   return static_cast<int>(HEAD) + (points[slot].shadow >= 0 ? 2 : 1) * of_state;
 }

@@ -132,7 +132,7 @@ class RvePoints {
   int add_image(const double *image);
   /// Length of image(); remembered until the next advance.
   int image_size(int slot) const;
-  /// At least the length of image(), without asking the engine.
+  /// At least the length of image() while the list has at most twice the present pairs, without asking the engine.
   int image_bound(int slot) const;
 
  private:

@@ -528,7 +528,7 @@ std::unique_ptr<StepRunner> make_cuda_runner(const SolverOptions &options,
                                              const Communication &communication, const Grid &grid,
                                              std::string &obstacle)
 {
-  obstacle = rve::find_cuda_obstacle(0);
+  obstacle = rve::find_cuda_obstacle();
   if (!obstacle.empty()) return nullptr;
   int devices = 0;
   check_cuda(cudaGetDeviceCount(&devices), "number of devices");

@@ -455,6 +455,7 @@ BatchEngine::BatchEngine(const Options &options_in) :
 int BatchEngine::add(const RveState &state)
 {
   state.check();
+  require(state.material.rolling_friction == 0.0, "rolling resistance is not there yet");
   const auto [smallest, largest] = std::minmax_element(state.radius.begin(), state.radius.end());
   require(neighbor_bits(*smallest, *largest) <= LARGEST_NEIGHBOR_BITS,
           "the largest grain must be at most 60 times as large as the smallest, got " +
@@ -500,6 +501,7 @@ RveState BatchEngine::state(int rve) const
 void BatchEngine::set_material(int rve, const Material &material)
 {
   check_slot(rve);
+  require(material.rolling_friction == 0.0, "rolling resistance is not there yet");
   RveState probe = state(rve);
   probe.material = material;
   probe.check();

@@ -344,22 +344,23 @@ namespace {
 
 }    // namespace
 
-std::string find_cuda_obstacle(int device_number)
+std::string find_cuda_obstacle()
 {
   int count = 0;
   const cudaError_t error = cudaGetDeviceCount(&count);
   if (error != cudaSuccess)
     return std::string("no CUDA device can be used (") + cudaGetErrorString(error) + ")";
   if (count == 0) return "there is no CUDA device";
-  if (device_number >= count)
-    return "there is no CUDA device number " + std::to_string(device_number) + ", only " +
-        std::to_string(count);
   return "";
 }
 
 std::unique_ptr<Engine> make_cuda_engine(const Options &options)
 {
-  return std::make_unique<CudaEngine>(options);
+  int count = 0;
+  check_cuda(cudaGetDeviceCount(&count), "number of devices");
+  Options own = options;
+  own.device_number %= count;
+  return std::make_unique<CudaEngine>(own);
 }
 
 }    // namespace rve

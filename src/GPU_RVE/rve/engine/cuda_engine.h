@@ -7,8 +7,8 @@
 
 namespace rve {
 
-/// Why there is no device of this number, in words; empty when there is one.
-std::string find_cuda_obstacle(int device_number);
+/// Why there is no device, in words; empty when there is one.
+std::string find_cuda_obstacle();
 
 /// Throws std::runtime_error when the device fails.
 std::unique_ptr<Engine> make_cuda_engine(const Options &options);

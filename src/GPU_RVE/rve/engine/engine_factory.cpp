@@ -22,12 +22,11 @@ namespace {
   }
 
   /// Why no CUDA engine can be had, or empty.
-  std::string cuda_obstacle(int device_number)
+  std::string cuda_obstacle()
   {
 #if defined(GPU_RVE_WITH_CUDA)
-    return find_cuda_obstacle(device_number);
+    return find_cuda_obstacle();
 #else
-    (void) device_number;
     return "GPU_RVE was built without CUDA";
 #endif
   }
@@ -46,7 +45,7 @@ std::unique_ptr<Engine> make_engine(const Options &options, std::string *notice)
   require(!only_on_cpu || options.device != Device::Cuda,
           "the number format single is for studies and exists on CPUs only");
   if (options.device == Device::Cpu || only_on_cpu) return make_host_engine(options);
-  const std::string obstacle = cuda_obstacle(options.device_number);
+  const std::string obstacle = cuda_obstacle();
 #if defined(GPU_RVE_WITH_CUDA)
   if (obstacle.empty()) return make_cuda_engine(options);
 #endif

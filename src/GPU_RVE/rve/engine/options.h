@@ -26,10 +26,11 @@ struct Options {
   Arithmetic arithmetic = Arithmetic::Strict;
   Device device = Device::Auto;
   Arms arms = Arms::Contact;
-  int threads = 0;          ///< CPU threads; 0: as OpenMP decides (OMP_NUM_THREADS)
-  int device_number = 0;    ///< CUDA device, the local rank
-  int block_size = 0;       ///< CUDA threads per block; 0: chosen from the number of grains
-  double skin = 0.0;        ///< of the Verlet list [length]; 0: a share of the mean radius
+  int threads = 0;    ///< CPU threads; 0: as OpenMP decides (OMP_NUM_THREADS)
+  int device_number =
+      0;    ///< CUDA device, the local rank; beyond the last one it begins with the first again
+  int block_size = 0;    ///< CUDA threads per block; 0: chosen from the number of grains
+  double skin = 0.0;     ///< of the Verlet list [length]; 0: a share of the mean radius
   double overlap_limit =
       0.5;    ///< overlap / smaller radius beyond which an RVE fails [-], in (0, 1)
   bool track_energy = false;    ///< fill EnergyLedger; costs a stress sum per step

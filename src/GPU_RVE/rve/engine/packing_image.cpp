@@ -80,7 +80,10 @@ RveState image_of(const RveState &state, int image)
   map_vectors(map, result.velocity);
   if (image >= NUM_IMAGES / 2) {
     for (double &spin : result.spin) spin = with_sign(-1, spin);
-    for (Pair &pair : result.pairs) pair.tangential_force = with_sign(-1, pair.tangential_force);
+    for (Pair &pair : result.pairs) {
+      pair.tangential_force = with_sign(-1, pair.tangential_force);
+      pair.rolling_force = with_sign(-1, pair.rolling_force);
+    }
   }
   return result;
 }

@@ -71,6 +71,8 @@ namespace {
     require_positive(material.normal_stiffness, "normal stiffness", "[force/length]");
     require_not_negative(material.tangential_stiffness, "tangential stiffness", "[force/length]");
     require_not_negative(material.friction, "friction coefficient", "[-]");
+    require_not_negative(material.rolling_stiffness, "rolling stiffness", "[force/length]");
+    require_not_negative(material.rolling_friction, "rolling friction coefficient", "[-]");
     require_positive(material.density, "grain density", "[mass/length^3]");
     require(material.local_damping >= 0.0 && material.local_damping < 1.0,
             "local damping is " + number(material.local_damping) + " [-]; it must lie in [0, 1)");
@@ -118,6 +120,12 @@ namespace {
             return "tangential force of " + name();
           },
           "[force]");
+      require_finite(
+          pair.rolling_force,
+          [&] {
+            return "rolling force of " + name();
+          },
+          "[force]");
       ends.push_back(std::minmax(pair.first, pair.second));
     }
     std::sort(ends.begin(), ends.end());
@@ -132,7 +140,7 @@ namespace {
 
   // "RVESTATE" read as a number: a file from a machine of the other byte order shows as reversed.
   constexpr std::uint64_t MAGIC = 0x4554415453455652u;
-  constexpr std::uint32_t VERSION = 2;
+  constexpr std::uint32_t VERSION = 3;
 
   struct ImageHeader {
     std::uint64_t magic;
@@ -206,8 +214,8 @@ namespace {
   // The one list of what an image holds, for both directions.
   template <class Archive, class State> void visit(Archive &archive, State &state)
   {
-    static_assert(sizeof(Material) == 9 * sizeof(double), "no padding may enter the image");
-    static_assert(sizeof(Pair) == 16, "no padding may enter the image");
+    static_assert(sizeof(Material) == 11 * sizeof(double), "no padding may enter the image");
+    static_assert(sizeof(Pair) == 24, "no padding may enter the image");
     static_assert(sizeof(Counters) == 32 && sizeof(EnergyLedger) == 32,
                   "no padding may enter the image");
     static_assert(std::is_trivially_copyable<Tensor2>::value, "tensors are copied as bytes");
