@@ -1,14 +1,15 @@
 // What stands between a macro step and DEM steps: polar decomposition, affine stiffness, adaptive substeps, and advice.
 
+#include "oracle/affine_stiffness.h"
 #include "support/lattice.h"
 #include "support/rve_rig.h"
 
 #include "rve/core/error.h"
 #include "rve/engine/advice.h"
-#include "rve/engine/affine_stiffness.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/substeps.h"
 
+#include <cstring>
 #include <gtest/gtest.h>
 
 using namespace rve;
@@ -148,16 +149,150 @@ TEST(AffineStiffness, OfALatticeIsItsShearModulus)
   EXPECT_NEAR(stress(0, 0) / stress(0, 1), 0.0, 1e-12);
 }
 
+// ---- the stiffness that the engine returns ----------------------------------------------------------------------------------
+
+namespace {
+
+/// Relative error of contact forces and branches in a format; `double` has the resolution of the sums, 2^-40 of the stiffest contact.
+double error_of(Format format)
+{
+  return format == Format::Double ? 1e-11 : 1e-6;
+}
+
+/// Deformed configurations: contacts at the Coulomb limit, springs of dashpots, springs that outlived their friction, unequal
+/// springs, extra pairs, and grains of 1 to 20.
+struct StiffnessCase {
+  const char *name;
+  RveState state;
+  double skin = 0.0;
+};
+
+std::vector<StiffnessCase> stiffness_cases()
+{
+  std::vector<StiffnessCase> cases;
+  RveRig rig(paper_packing());
+  rig.strain(gradient(0, 1, 0.5), DT, 400, 2);
+  const RveState sheared = rig.state();
+  cases.push_back({"sliding", sheared});
+  cases.push_back({"dashpots", sheared});
+  cases.back().state.material.normal_viscosity = 3.0;
+  cases.back().state.material.tangential_viscosity = 1.5;
+  cases.push_back({"no friction", sheared});
+  cases.back().state.material.friction = 0.0;
+  cases.push_back({"stiff along the contact", sheared});
+  cases.back().state.material.tangential_stiffness *= 300.0;
+  cases.push_back({"extra pairs", sheared, 5e-3});
+  cases.push_back({"pebbles in sand", sheared});
+  for (std::size_t i = 0; i < sheared.radius.size(); i += 7)
+    cases.back().state.radius[i] *= i % 2 ? 0.1 : 0.9;
+  return cases;
+}
+
+ElasticResult elastic_answer(Engine &engine, int rve, const Drive &drive = Drive())
+{
+  std::vector<ElasticResult> answers;
+  engine.advance({rve}, {drive}, answers);
+  return answers[0];
+}
+
+bool same_bits(const AffineStiffness &a, const AffineStiffness &b)
+{
+  return std::memcmp(&a, &b, sizeof(a)) == 0;
+}
+
+}    // namespace
+
+TEST(AffineStiffness, OfTheEngineIsThatOfTheState)
+{
+  for (const StiffnessCase &one : stiffness_cases())
+    for (const Format format : ALL_FORMATS) {
+      SCOPED_TRACE(std::string(one.name) + ", " + to_string(format));
+      Options options = cpu_options(format);
+      options.skin = one.skin;
+      const auto engine = make_engine(options);
+      const int rve = engine->add(one.state);
+
+      const ElasticResult answer = elastic_answer(*engine, rve);
+
+      const AffineStiffness expected = affine_stiffness(engine->state(rve));
+      double size = 0.0;
+      for (const auto &row : expected.component)
+        for (const double x : row) size = std::max(size, std::fabs(x));
+      ASSERT_GT(size, 0.0);
+      for (int c = 0; c < 4; ++c)
+        for (int e = 0; e < 3; ++e)
+          EXPECT_NEAR(answer.stiffness.component[c][e], expected.component[c][e],
+                      error_of(format) * size)
+              << c << e;
+    }
+}
+
+TEST(AffineStiffness, OfTheEngineHasTheBitsOfTheConfigurationWhicheverCallAsks)
+{
+  const RveState state = stiffness_cases()[0].state;
+  const Drive shear = Drive::constant_velocity_gradient(gradient(0, 1, 0.5), DT, 30);
+  for (const Format format : ALL_FORMATS) {
+    SCOPED_TRACE(to_string(format));
+    const auto engine = make_engine(cpu_options(format)), other = make_engine(cpu_options(format));
+    const int rve = engine->add(state);
+
+    const ElasticResult moved = elastic_answer(*engine, rve, shear);
+
+    // after the call; in another engine; in other units of force; with its grains and its pairs in another order
+    EXPECT_TRUE(same_bits(moved.stiffness, elastic_answer(*engine, rve).stiffness));
+    RveState copy = engine->state(rve);
+    EXPECT_TRUE(same_bits(moved.stiffness, elastic_answer(*other, other->add(copy)).stiffness));
+    copy.largest_contact_force *= 70.0;
+    EXPECT_TRUE(same_bits(moved.stiffness, elastic_answer(*other, other->add(copy)).stiffness));
+    std::reverse(copy.order.begin(), copy.order.end());
+    std::reverse(copy.pairs.begin(), copy.pairs.end());
+    for (Pair &pair : copy.pairs) std::swap(pair.first, pair.second);
+    EXPECT_TRUE(same_bits(moved.stiffness, elastic_answer(*other, other->add(copy)).stiffness));
+  }
+}
+
+TEST(AffineStiffness, AskingForItChangesNothingElse)
+{
+  for (const StiffnessCase &one : stiffness_cases()) {
+    SCOPED_TRACE(one.name);
+    const Drive shear = Drive::constant_velocity_gradient(gradient(0, 1, 0.5), DT, 30);
+    RveRig without(one.state), with(one.state);
+
+    for (int call = 0; call < 2; ++call) {
+      const ElasticResult answer = elastic_answer(with.owner(), with.rve_number(), shear);
+      EXPECT_TRUE(same_answer(answer.result, without.advance(shear)));
+    }
+    EXPECT_EQ(serialize(with.state()), serialize(without.state()));
+  }
+}
+
+TEST(AffineStiffness, OfAGasIsZeroAndOfAFailedCallItIsNoNumberOfAnybody)
+{
+  const auto engine = make_engine(cpu_options());
+  const int gas = engine->add(paper_gas()), crushed = engine->add(paper_packing());
+  const Drive crush = Drive::constant_velocity_gradient(Tensor2{{-20.0, 0.0, 0.0, -20.0}}, DT, 600);
+  std::vector<ElasticResult> answers;
+
+  engine->advance({crushed, gas}, {crush, Drive()}, answers);
+
+  EXPECT_NE(answers[0].result.status & status::Fatal, 0u);
+  for (const ElasticResult &answer : answers)
+    EXPECT_TRUE(same_bits(answer.stiffness, AffineStiffness()));
+  EXPECT_EQ(answers[0].result.num_grains, 400);
+  EXPECT_NEAR(answers[0].result.void_ratio, RveRig(paper_packing()).evaluate().void_ratio, 0.0);
+}
+
 TEST(AdaptiveSubsteps, KeepStrainPerStepAndInertialNumberBelowTheirBounds)
 {
   const RveState state = paper_packing();
   RveRig rig(state);
   const Result result = rig.evaluate();
+  const double pressure = result.mean_stress(), size = grain_size(result);
   for (const double strain : {1e-12, 1e-7, 1e-5, 1e-3, 1e-2}) {
     const AdaptiveSubsteps by_strain{1e-5, 1e9, 1000000}, by_inertia{1e9, 1e-4, 1000000};
 
-    const int strain_steps = by_strain.of(strain, DT, result, state.material);
-    const int inertia_steps = by_inertia.of(strain, DT, result, state.material);
+    const int strain_steps = by_strain.of(strain, DT, pressure, size, state.material);
+    const int inertia_steps = by_inertia.of(strain, DT, pressure, size, state.material);
     const auto inertia = [&](int n) {
       return inertial_number(result, state.material, strain / (n * DT));
     };
@@ -167,7 +302,7 @@ TEST(AdaptiveSubsteps, KeepStrainPerStepAndInertialNumberBelowTheirBounds)
     if (strain_steps > 1) { EXPECT_GT(strain / (strain_steps - 1), 1e-5 * (1.0 - 1e-12)); }
     if (inertia_steps > 1) { EXPECT_GT(inertia(inertia_steps - 1), 1e-4 * (1.0 - 1e-12)); }
   }
-  EXPECT_EQ((AdaptiveSubsteps{1e-5, 1.0, 50}.of(1e-2, DT, result, state.material)), 50);
+  EXPECT_EQ((AdaptiveSubsteps{1e-5, 1.0, 50}.of(1e-2, DT, pressure, size, state.material)), 50);
 }
 
 TEST(AdaptiveSubsteps, InertialNumberIsThatOfTheFormula)

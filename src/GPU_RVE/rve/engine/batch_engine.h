@@ -36,6 +36,8 @@ class BatchEngine : public Engine {
   void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
                std::vector<Result> &results) override;
   void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
+               std::vector<ElasticResult> &results) override;
+  void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
                std::vector<Response> &responses) override;
   std::size_t bytes_per_rve(int num_grains) const override;
   Memory memory() const override;
@@ -59,6 +61,7 @@ class BatchEngine : public Engine {
     SceneKind scene = SceneKind::Plain;
     bool frictionless = false;    ///< the plain scene may be run as Frictionless
     bool with_details = false;
+    BatchConstants constants;
   };
 
   /// Where the drives of the next launch shall be written, and not read. What was there before may be lost.
@@ -73,7 +76,7 @@ class BatchEngine : public Engine {
   int pair_capacity(int num_grains) const { return pairs_per_grain * num_grains; }
   /// What this class keeps of calls, per RVE [bytes].
   static constexpr std::size_t BYTES_PER_ANSWER =
-      sizeof(AnswerRecord) + sizeof(DetailRecord) + sizeof(Result) + sizeof(Drive);
+      sizeof(AnswerRecord) + sizeof(DetailRecord) + sizeof(ElasticResult) + sizeof(Drive);
 
   const Options options;
   const BatchConstants constants;
@@ -84,15 +87,21 @@ class BatchEngine : public Engine {
   double cost_of(int rve, const Drive &drive) const;
   /// With RVEs of unequal cost the last ones to run shall be short.
   void put_longest_first(Call &call, const std::vector<Drive> &drives, double most_cost) const;
+  /// What a call answers.
+  enum class Answer { Short, Long, Longest };
   /// Checks and translates; sizes, order and scene follow from the drives.
   void prepare(Call &call, const std::vector<int> &rves, const std::vector<Drive> &drives);
   /// One call without repeats. Returns the answers, valid until the next call; `details` has them, if wanted.
   const AnswerRecord *start(const std::vector<int> &rves, const std::vector<Drive> &drives,
-                            bool with_details);
+                            Answer kind);
   /// Repeats what has to be, with longer lists or another scale of forces, of a call that has been started. Returns the answers
   /// that hold.
   const AnswerRecord *repeat(const std::vector<int> &rves, const std::vector<Drive> &drives,
-                             const AnswerRecord *answers, bool with_details);
+                             const AnswerRecord *answers, Answer kind);
+  /// The long answers of a call, or the longest.
+  template <class AnyResult>
+  void advance_with_details(const std::vector<int> &rves, const std::vector<Drive> &drives,
+                            Answer kind, std::vector<AnyResult> &results);
 
   std::vector<int> grains_of;    ///< by RVE; 0: the number is free
   std::vector<int> free_numbers;

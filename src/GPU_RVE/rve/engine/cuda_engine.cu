@@ -184,7 +184,7 @@ namespace {
       const int threads =
           rounded_up(record.prepared_together * std::min(16, std::max(4, plan.steps_ahead)), 32);
       kernels.prepare<<<(count + record.prepared_together - 1) / record.prepared_together, threads,
-                        record.prepared_together * record.prepared_size>>>(record, constants);
+                        record.prepared_together * record.prepared_size>>>(record, call.constants);
       // its blocks are put in place while the last calls are prepared, and wait there
       cudaLaunchAttribute early;
       early.id = cudaLaunchAttributeProgrammaticStreamSerialization;
@@ -195,7 +195,7 @@ namespace {
       launched.dynamicSmemBytes = plan.dynamic;
       launched.attrs = &early;
       launched.numAttrs = 1;
-      check_cuda(cudaLaunchKernelEx(&launched, plan.kernel, record, constants),
+      check_cuda(cudaLaunchKernelEx(&launched, plan.kernel, record, call.constants),
                  "launch of the RVE kernel");
       check_cuda(cudaGetLastError(), "launch of the RVE kernel");
       check_cuda(cudaStreamSynchronize(nullptr), "RVE kernel");

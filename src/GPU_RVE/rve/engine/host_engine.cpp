@@ -145,8 +145,8 @@ namespace {
         const HostWorkspace workspace =
             memory[omp_get_thread_num()].prepare(sizes, call.pair_capacity);
         kernel.advance(images[(*call.rves)[k]].bytes.data(), call.drives[k],
-                       call.steering.empty() ? nullptr : &call.steering[k], constants, workspace,
-                       scene, answers[k], call.with_details ? &details[k] : nullptr);
+                       call.steering.empty() ? nullptr : &call.steering[k], call.constants,
+                       workspace, scene, answers[k], call.with_details ? &details[k] : nullptr);
       }
       return answers.data();
     }
