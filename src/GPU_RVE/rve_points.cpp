@@ -56,6 +56,24 @@ bool is_identity(const rve::Tensor2 &f)
   return std::equal(f.component, f.component + 4, one.component);
 }
 
+/// Whether an RVE that wakes with this deformation must be turned rigidly.
+bool is_turned(const RvePoints::Point &point, const rve::Tensor2 &deformation)
+{
+  return !(std::fabs(rve::PolarDecomposition(deformation).angle) <=
+           TURN_OF_OVERLAP * point.last_steps().mean_overlap);
+}
+
+/// What a look at a point finds. Its stress may be a mean, and its status is that of its last steps.
+void take_details(RvePoints::Point &point, const rve::Result &look)
+{
+  const rve::Tensor2 stress = point.result.stress;
+  const std::uint32_t status = point.result.status;
+  point.result = look;
+  point.result.stress = stress;
+  point.result.status = status;
+  point.stale = false;
+}
+
 /// Without DEM steps: they ask for the present results.
 std::vector<rve::Drive> drives_at_rest(std::size_t count)
 {
@@ -217,37 +235,35 @@ struct RvePoints::Macro {
   }
 };
 
-/// An RVE that still moves, or may start to, needs its DEM steps.
-RvePoints::Part RvePoints::part_of(const Point &point, const rve::Drive &drive) const
+/// Whether the strain since its last DEM steps is too small for others. It sleeps if it is at rest as well.
+bool RvePoints::may_sleep(const Point &point, const rve::Drive &drive) const
 {
-  if (point.frozen) return Part::Nothing;
-  if (!(options.quiescent_strain > 0.0) || drive.has_servo() || drive.substeps == 0)
-    return Part::Works;
-  const rve::Result &last = point.last_steps();
-  const bool is_quiet =
-      last.status == rve::status::Ok && last.unbalanced_ratio <= QUIET_UNBALANCED_RATIO;
-  return is_quiet && rve::strain_size(drive.deformation * point.pending) < options.quiescent_strain
-      ? Part::Sleeps
-      : Part::Works;
+  return options.quiescent_strain > 0.0 && !drive.has_servo() && drive.substeps > 0 &&
+      point.last_steps().status == rve::status::Ok &&
+      rve::strain_size(drive.deformation * point.pending) < options.quiescent_strain;
 }
 
-/// Of those that fall asleep: it has the same bits whenever it is asked for. An RVE that cannot be looked at works, and fails there.
-void RvePoints::find_stiffness(const std::vector<int> &slots)
+/// An RVE that still moves, or may start to, needs its DEM steps: so does one that cannot be looked at. One call for all that
+/// were not looked at since their last DEM steps; their results are complete then.
+void RvePoints::look_at_sleepers(const std::vector<int> &slots)
 {
-  std::vector<int> places, some;
+  std::vector<int> some;
   for (std::size_t k = 0; k < slots.size(); ++k)
-    if (parts[k] == Part::Sleeps && !points[slots[k]].stiffness) {
-      places.push_back(static_cast<int>(k));
-      some.push_back(slots[k]);
+    if (parts[k] == Part::Sleeps && !points[slots[k]].look) some.push_back(slots[k]);
+  if (!some.empty()) {
+    std::vector<rve::ElasticResult> looks;
+    call_engine(some, drives_at_rest(some.size()), looks);
+    for (std::size_t m = 0; m < some.size(); ++m) {
+      Point &point = points[some[m]];
+      rve::Result &result = looks[m].result;
+      const bool failed = (result.status & rve::status::Fatal) != 0;
+      point.look = {!failed && result.unbalanced_ratio <= QUIET_UNBALANCED_RATIO,
+                    looks[m].stiffness};
+      if (!failed && point.stale) take_details(point, result);
     }
-  if (some.empty()) return;
-  std::vector<rve::ElasticResult> looks;
-  call_engine(some, drives_at_rest(some.size()), looks);
-  for (std::size_t m = 0; m < some.size(); ++m)
-    if (looks[m].result.status & rve::status::Fatal)
-      parts[places[m]] = Part::Works;
-    else
-      points[some[m]].stiffness = looks[m].stiffness;
+  }
+  for (std::size_t k = 0; k < slots.size(); ++k)
+    if (parts[k] == Part::Sleeps && !points[slots[k]].look->is_at_rest) parts[k] = Part::Works;
 }
 
 /// sigma + C:eps, turned with the RVE; cell, deformation and void ratio follow. The rest is that of the last DEM step.
@@ -259,7 +275,7 @@ void RvePoints::answer_asleep(Point &point, const rve::Tensor2 &pending) const
   const rve::PolarDecomposition polar(pending);
   rve::Result &result = point.result;
   result = point.rested;
-  result.stress = polar.rotation * (point.rested.stress + (*point.stiffness)(polar.strain)) *
+  result.stress = polar.rotation * (point.rested.stress + point.look->stiffness(polar.strain)) *
       rve::transpose(polar.rotation);
   result.fabric = polar.rotation * point.rested.fabric * rve::transpose(polar.rotation);
   result.cell = pending * point.rested.cell;
@@ -274,23 +290,18 @@ int RvePoints::substeps_of(const Point &point, const rve::Drive &drive) const
                               point.last_steps().mean_stress(), point.grain_size, point.material);
 }
 
-/// Whether a waking RVE must be turned rigidly; the grains of a sleeping RVE have not followed its rotation.
-static bool is_turned(const RvePoints::Point &point, const rve::PolarDecomposition &polar)
+/// Carries out the rotations of waking RVEs, whose grains have not followed them: the drives keep the stretch.
+void RvePoints::wake(const std::vector<int> &slots, std::vector<rve::Drive> &drives)
 {
-  return !(std::fabs(polar.angle) <= TURN_OF_OVERLAP * point.last_steps().mean_overlap);
-}
-
-/// Carries out the rotation of an RVE that wakes, where it must be. Returns the deformation that is left.
-rve::Tensor2 RvePoints::wake(int slot, const rve::Tensor2 &total)
-{
-  const rve::PolarDecomposition polar(total);
-  if (!is_turned(points[slot], polar)) return total;
-  rve::RveState state = engine->state(slot);
-  rve::turn(state, polar.rotation);
-  engine->remove(slot);
-  const int again = engine->add(state);
-  rve::require(again == slot, "the engine gives an RVE another number than the one it had");
-  return total * rve::transpose(polar.rotation);
+  std::vector<int> some;
+  std::vector<rve::Tensor2> rotations;
+  for (std::size_t m = 0; m < slots.size(); ++m) {
+    if (!must_turn[m]) continue;
+    some.push_back(slots[m]);
+    rotations.push_back(rve::PolarDecomposition(drives[m].deformation).rotation);
+    drives[m].deformation = drives[m].deformation * rve::transpose(rotations.back());
+  }
+  engine->turn(some, rotations);
 }
 
 /// The drives of those that work, with what they slept through.
@@ -300,11 +311,12 @@ void RvePoints::plan_work(const std::vector<int> &slots, const std::vector<rve::
   for (std::size_t k = 0; k < slots.size(); ++k)
     if (parts[k] == Part::Works) working.push_back(static_cast<int>(k));
   const int count = static_cast<int>(working.size());
+  const int team = rve::team_for(count, threads);
   working_slots.resize(count);
   working_drives.resize(count);
   must_turn.resize(count);
   bool any_turns = false;
-#pragma omp parallel for num_threads(rve::team_for(count, threads)) reduction(|| : any_turns)
+#pragma omp parallel for num_threads(team) reduction(|| : any_turns)
   for (int m = 0; m < count; ++m) {
     const int k = working[m];
     const Point &point = points[slots[k]];
@@ -312,19 +324,16 @@ void RvePoints::plan_work(const std::vector<int> &slots, const std::vector<rve::
     working_slots[m] = slots[k];
     drive = drives[k];
     must_turn[m] = 0;
-    if (!drive.has_servo() && drive.substeps > 0 && !is_identity(point.pending)) {
-      drive.deformation = drive.deformation * point.pending;
-      must_turn[m] = is_turned(point, rve::PolarDecomposition(drive.deformation));
-      any_turns = any_turns || must_turn[m];
-    }
-    if (!must_turn[m]) drive.substeps = substeps_of(point, drive);
+    if (drive.has_servo() || drive.substeps == 0 || is_identity(point.pending)) continue;
+    drive.deformation = drive.deformation * point.pending;
+    must_turn[m] = is_turned(point, drive.deformation);
+    any_turns = any_turns || must_turn[m];
   }
-  for (int m = 0; any_turns && m < count; ++m) {
-    if (!must_turn[m]) continue;
-    rve::Drive &drive = working_drives[m];
-    drive.deformation = wake(working_slots[m], drive.deformation);
-    drive.substeps = substeps_of(points[working_slots[m]], drive);
-  }
+  if (any_turns) wake(working_slots, working_drives);
+  if (!options.adaptive) return;
+#pragma omp parallel for num_threads(team)
+  for (int m = 0; m < count; ++m)
+    working_drives[m].substeps = substeps_of(points[working_slots[m]], working_drives[m]);
 }
 
 /// A servo takes no deformation: what an RVE slept through under another drive is carried out before. Who fails there is frozen and
@@ -333,18 +342,21 @@ void RvePoints::catch_up()
 {
   std::vector<int> slots;
   std::vector<rve::Drive> drives;
+  must_turn.clear();
   for (std::size_t m = 0; m < working_slots.size(); ++m) {
     const rve::Drive &wanted = working_drives[m];
-    const rve::Tensor2 &pending = points[working_slots[m]].pending;
-    if (!wanted.has_servo() || is_identity(pending)) continue;
+    const Point &point = points[working_slots[m]];
+    if (!wanted.has_servo() || is_identity(point.pending)) continue;
     rve::Drive drive;
     drive.dt = wanted.dt;
     drive.substeps = wanted.substeps;
-    drive.deformation = wake(working_slots[m], pending);
+    drive.deformation = point.pending;
     slots.push_back(working_slots[m]);
     drives.push_back(drive);
+    must_turn.push_back(is_turned(point, point.pending));
   }
   if (slots.empty()) return;
+  wake(slots, drives);
   std::vector<rve::Response> responses;
   call_engine(slots, drives, responses);
   for (std::size_t k = 0; k < slots.size(); ++k) {
@@ -509,7 +521,7 @@ std::vector<int> RvePoints::advance_plainly(const std::vector<int> &slots,
       point.result.stress = responses[k].stress;
       point.stale = true;
     }
-    point.stiffness.reset();
+    point.look.reset();
     if (drives[k].substeps == 0) continue;
     point.pending = rve::Tensor2::identity();
     point.drive = drives[k];
@@ -531,10 +543,7 @@ void RvePoints::complete() const
   for (std::size_t k = 0; k < slots.size(); ++k) {
     Point &point = points[slots[k]];
     point.stale = false;
-    if (looks[k].status & rve::status::Fatal) continue;
-    looks[k].stress = point.result.stress;
-    looks[k].status = point.result.status;
-    point.result = looks[k];
+    if (!(looks[k].status & rve::status::Fatal)) take_details(point, looks[k]);
   }
 }
 
@@ -547,12 +556,19 @@ std::vector<int> RvePoints::advance_by_plan(const std::vector<int> &slots,
   image_sizes.assign(points.size(), 0);
   parts.resize(count);
 #pragma omp parallel for num_threads(team)
-  for (int k = 0; k < count; ++k) parts[k] = part_of(points[slots[k]], drives[k]);
-  find_stiffness(slots);
-#pragma omp parallel for num_threads(team)
   for (int k = 0; k < count; ++k) {
-    Point &point = points[slots[k]];
-    if (parts[k] == Part::Sleeps) answer_asleep(point, drives[k].deformation * point.pending);
+    const Point &point = points[slots[k]];
+    parts[k] = point.frozen           ? Part::Nothing
+        : may_sleep(point, drives[k]) ? Part::Sleeps
+                                      : Part::Works;
+  }
+  if (options.quiescent_strain > 0.0) {
+    look_at_sleepers(slots);
+#pragma omp parallel for num_threads(team)
+    for (int k = 0; k < count; ++k) {
+      Point &point = points[slots[k]];
+      if (parts[k] == Part::Sleeps) answer_asleep(point, drives[k].deformation * point.pending);
+    }
   }
 
   plan_work(slots, drives);
@@ -560,8 +576,7 @@ std::vector<int> RvePoints::advance_by_plan(const std::vector<int> &slots,
   if (options.stress_from != StressFrom::End)
     advance_with_samples(working_slots, working_drives);
   else
-    // who may sleep is asked whether it is at rest
-    advance_plainly(working_slots, working_drives, with_details || options.quiescent_strain > 0.0);
+    advance_plainly(working_slots, working_drives, with_details);
 
   std::vector<int> failed;
   for (const int k : working)
@@ -591,7 +606,7 @@ void RvePoints::advance_with_samples(const std::vector<int> &slots,
     point.frozen = macro.failed;
     if (macro.failed) continue;
     point.stale = false;
-    point.stiffness.reset();
+    point.look.reset();
     if (macro.drive.substeps == 0) continue;
     point.pending = rve::Tensor2::identity();
     point.drive = macro.drive;

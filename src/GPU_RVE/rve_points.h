@@ -67,7 +67,13 @@ class RvePoints {
     rve::Result
         rested;    ///< while asleep: of its last DEM step; `result` is then that of the affine RVE
     rve::Tensor2 pending = rve::Tensor2::identity();    ///< deformation since then
-    std::optional<rve::AffineStiffness> stiffness;      ///< at `rested`, once it is asked for
+
+    /// Of its last DEM steps, once the next strain was too small for others. The same whatever the advance was asked for.
+    struct Look {
+      bool is_at_rest;
+      rve::AffineStiffness stiffness;
+    };
+    std::optional<Look> look;
 
     int shadow = -1;    ///< number of its shadow in the engine of shadows
     rve::Tensor2 shadow_stress = rve::Tensor2::zero();    ///< [stress]
@@ -154,11 +160,11 @@ class RvePoints {
   std::vector<rve::Result> results;
   std::vector<rve::Response> responses;
   // of advance_by_plan
-  std::vector<Part> parts;        // of each slot that is given
-  std::vector<int> working;       // places of those that work among them
-  std::vector<char> must_turn;    // by place in `working`, as the next two
+  std::vector<Part> parts;     // of each slot that is given
+  std::vector<int> working;    // places of those that work among them
   std::vector<int> working_slots;
   std::vector<rve::Drive> working_drives;
+  std::vector<char> must_turn;    // as working_slots
 
   template <class Answers>
   void call_engine(const std::vector<int> &slots, const std::vector<rve::Drive> &drives,
@@ -171,12 +177,12 @@ class RvePoints {
   void advance_with_samples(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);
 
   Point &settle(int slot, const rve::RveState &state);
-  Part part_of(const Point &point, const rve::Drive &drive) const;
+  bool may_sleep(const Point &point, const rve::Drive &drive) const;
   int substeps_of(const Point &point, const rve::Drive &drive) const;
-  void find_stiffness(const std::vector<int> &slots);
+  void look_at_sleepers(const std::vector<int> &slots);
   void answer_asleep(Point &point, const rve::Tensor2 &pending) const;
+  void wake(const std::vector<int> &slots, std::vector<rve::Drive> &drives);
   void plan_work(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);
-  rve::Tensor2 wake(int slot, const rve::Tensor2 &total);
   void catch_up();
   void run(std::vector<Macro> &macros);
   void advance_shadows(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);

@@ -33,6 +33,20 @@ RveState sheared_packing()
   return state;
 }
 
+/// The state turned rigidly: cell, deformation and velocities; fractional coordinates, spins and contact history stay.
+RveState turned(RveState state, const Tensor2 &rotation)
+{
+  for (Tensor2 *columns : {&state.cell, &state.list_cell, &state.deformation})
+    *columns = rotation * *columns;
+  state.servo_velocity_gradient = rotation * state.servo_velocity_gradient * transpose(rotation);
+  for (int i = 0; i < state.num_grains(); ++i) {
+    const Vec<double, 2> velocity =
+        rotation * Vec<double, 2>{{state.velocity[2 * i], state.velocity[2 * i + 1]}};
+    for (int a = 0; a < 2; ++a) state.velocity[2 * i + a] = velocity[a];
+  }
+  return state;
+}
+
 const Tensor2 SOME_STRAIN{{0.3, -0.5, -0.5, -0.8}};
 
 bool has(const std::vector<Advice> &list, AdviceKind kind)
@@ -81,17 +95,16 @@ TEST(FiniteStrain, PartsOfAnIncrementAreThePathOfTheEngine)
     EXPECT_NEAR(parts.result().cell.component[k], whole.result().cell.component[k], 1e-15);
 }
 
-TEST(FiniteStrain, TurnedRveHasTheTurnedStressAndGoesOnAlike)
+TEST(RigidTurn, TurnedRveHasTheTurnedStressAndGoesOnAlike)
 {
   RveState state = sheared_packing();
   state.material.local_damping =
       0.0;    // Cundall's damping works on components: it is not the same in other axes
   const Tensor2 rotation = plane_rotation(1.2);
-  RveState turned = state;
-  turn(turned, rotation);
-  RveRig first(state), second(turned);
+  RveRig first(state), second(state);
   const Tensor2 l{{0.0, 0.05, 0.0, -0.02}};
 
+  second.owner().turn({second.rve_number()}, {rotation});
   first.strain(l, DT, 200);
   second.strain(rotation * l * transpose(rotation), DT, 200);
 
@@ -100,6 +113,42 @@ TEST(FiniteStrain, TurnedRveHasTheTurnedStressAndGoesOnAlike)
     EXPECT_NEAR(second.result().stress.component[k], expected.component[k],
                 1e-9 * first.result().mean_stress());
   EXPECT_EQ(second.result().num_contacts, first.result().num_contacts);
+}
+
+TEST(RigidTurn, IsThatOfTheStateToTheBitAndOfNobodyElse)
+{
+  for (const Format format : ALL_FORMATS) {
+    SCOPED_TRACE(to_string(format));
+    RveRig rig(paper_packing(), cpu_options(format));
+    rig.strain(gradient(0, 1, 0.5), DT, 400, 2);    // in motion, with a list that has aged
+    Engine &engine = rig.owner();
+    const RveState state = rig.state();
+    const int alone = engine.add(paper_packing()), other = engine.add(state);
+    const auto before = serialize(engine.state(alone));
+
+    engine.turn({other, rig.rve_number()}, {plane_rotation(-0.4), plane_rotation(1.2)});
+
+    // a state is stored as the format has it
+    const auto stored = [&](double angle) {
+      RveRig copy(turned(state, plane_rotation(angle)), cpu_options(format));
+      return serialize(copy.state());
+    };
+    EXPECT_EQ(serialize(rig.state()), stored(1.2));
+    EXPECT_EQ(serialize(engine.state(other)), stored(-0.4));
+    EXPECT_EQ(serialize(engine.state(alone)), before);
+  }
+}
+
+TEST(RigidTurn, RefusesWhatIsNoRotation)
+{
+  RveRig rig(paper_packing());
+  const auto before = serialize(rig.state());
+
+  for (const Tensor2 &tensor :
+       {1.001 * Tensor2::identity(), Tensor2{{1.0, 0.0, 0.0, -1.0}}, Tensor2::zero()})
+    EXPECT_THROW(rig.owner().turn({rig.rve_number()}, {tensor}), InputError);
+  EXPECT_THROW(rig.owner().turn({7}, {Tensor2::identity()}), InputError);
+  EXPECT_EQ(serialize(rig.state()), before);
 }
 
 TEST(Engine, NextRveTakesTheNumberThatWasRemoved)

@@ -1,6 +1,8 @@
 #include "rve/engine/batch_engine.h"
 
+#include "rve/algorithm/rigid_turn.h"
 #include "rve/algorithm/system_view.h"
+#include "rve/block/block_serial.h"
 #include "rve/core/error.h"
 #include "rve/core/threads.h"
 
@@ -240,6 +242,15 @@ namespace {
     return state;
   }
 
+  template <class NumberFormat> void turn(StateImage &image, const Tensor2 &rotation)
+  {
+    BlockSerial block;
+    turn_image(
+        block,
+        carve_image<NumberFormat>(image.bytes.data(), image.num_grains, image.extra_capacity),
+        rotation);
+  }
+
   /// Segments of a macro increment that rotates by `angle`: at most 0.01 rad each, so that the chord through the rotation
   /// loses at most 2.5e-5 of the area on its way.
   constexpr double LARGEST_TURN = 0.01;
@@ -444,6 +455,20 @@ RveState read_image(Format format, const StateImage &image)
   }
 }
 
+void turn_image(Format format, StateImage &image, const Tensor2 &rotation)
+{
+  switch (format) {
+    case Format::Fast:
+      return turn<FastFormat>(image, rotation);
+    case Format::Mixed:
+      return turn<MixedFormat>(image, rotation);
+    case Format::Single:
+      return turn<SingleFormat>(image, rotation);
+    default:
+      return turn<DoubleFormat>(image, rotation);
+  }
+}
+
 std::size_t image_bytes(Format format, int num_grains, int extra_capacity)
 {
   switch (format) {
@@ -524,6 +549,25 @@ void BatchEngine::set_material(int rve, const Material &material)
   put_header(rve, header);
   any_viscous = any_viscous || is_viscous(material);
   any_friction = any_friction || material.friction > 0.0;
+}
+
+void BatchEngine::turn(const std::vector<int> &rves, const std::vector<Tensor2> &rotations)
+{
+  require(rves.size() == rotations.size(),
+          "one rotation per RVE is needed: " + std::to_string(rves.size()) + " RVEs, " +
+              std::to_string(rotations.size()) + " rotations");
+  for (std::size_t k = 0; k < rves.size(); ++k) {
+    check_slot(rves[k]);
+    const Tensor2 &r = rotations[k];
+    const Tensor2 error = transpose(r) * r - Tensor2::identity();
+    require(std::all_of(error.component, error.component + 4,
+                        [](double x) {
+                          return std::fabs(x) < 1e-12;
+                        }) &&
+                determinant(r) > 0.0,
+            "an RVE can be turned by a rotation only, and the tensor is none");
+  }
+  if (!rves.empty()) turn_images(rves, rotations);
 }
 
 std::size_t BatchEngine::bytes_per_rve(int num_grains) const

@@ -20,6 +20,8 @@ struct StateImage {
 StateImage build_image(Format format, const RveState &state, int extra_capacity);
 /// The state that an image holds, exact.
 RveState read_image(Format format, const StateImage &image);
+/// Turns the RVE of an image rigidly.
+void turn_image(Format format, StateImage &image, const Tensor2 &rotation);
 std::size_t image_bytes(Format format, int num_grains, int extra_capacity);
 /// Extra pairs that an RVE gets room for at first; the list grows when it needs more.
 int initial_extra_capacity(int num_grains);
@@ -33,6 +35,7 @@ class BatchEngine : public Engine {
   int size() const override;
   RveState state(int rve) const override;
   void set_material(int rve, const Material &material) override;
+  void turn(const std::vector<int> &rves, const std::vector<Tensor2> &rotations) override;
   void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
                std::vector<Result> &results) override;
   void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
@@ -49,6 +52,7 @@ class BatchEngine : public Engine {
   virtual void drop_image(int rve) = 0;
   virtual void put_header(int rve, const ImageHeader &header) = 0;
   virtual ImageHeader get_header(int rve) const = 0;
+  virtual void turn_images(const std::vector<int> &rves, const std::vector<Tensor2> &rotations) = 0;
   /// One run of the block program over some RVEs.
   struct Call {
     const std::vector<int> *rves = nullptr;    ///< their numbers

@@ -118,6 +118,10 @@ class Engine {
   /// Changes the material (friction after preparation, say) without touching anything else.
   virtual void set_material(int rve, const Material &material) = 0;
 
+  /// Turns whole RVEs rigidly: cell, deformation and velocities follow, all else is the same in the turned axes. Throws InputError
+  /// unless these are rotations.
+  virtual void turn(const std::vector<int> &rves, const std::vector<Tensor2> &rotations) = 0;
+
   /// Advances rves[k] by drives[k]; results[k] answers it. RVEs are distinct; each may have its own number of substeps.
   virtual void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
                        std::vector<Result> &results) = 0;

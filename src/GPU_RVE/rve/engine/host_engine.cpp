@@ -1,5 +1,6 @@
 #include "rve/engine/host_engine.h"
 
+#include "rve/core/threads.h"
 #include "rve/engine/batch_engine.h"
 #include "rve/engine/host_kernels.h"
 
@@ -124,6 +125,13 @@ namespace {
       ImageHeader header;
       std::memcpy(&header, images[rve].bytes.data(), sizeof(header));
       return header;
+    }
+
+    void turn_images(const std::vector<int> &rves, const std::vector<Tensor2> &rotations) override
+    {
+      const int count = static_cast<int>(rves.size());
+#pragma omp parallel for num_threads(team_for(count, num_threads))
+      for (int k = 0; k < count; ++k) turn_image(options.format, images[rves[k]], rotations[k]);
     }
 
     DriveRecord *room_for_drives(std::size_t count) override
