@@ -356,7 +356,8 @@ inline namespace RVE_ISA {
       } else {
         store<false>(grains, Rare::kConclusions, conclude);
       }
-      if (detail) copy_words(block, *call.image.header, detail->header);
+      if (detail)
+        copy_words(block, static_cast<const ImageProgress &>(*call.image.header), detail->progress);
     }
 
     RVE_INLINE void fail(std::uint32_t word, AnswerRecord &answer)
@@ -376,6 +377,7 @@ inline namespace RVE_ISA {
         force_size[i] = std::sqrt(fx * fx + fy * fy);
       });
       homogenize<General>(block, call, last_step(), detail);
+      if (call.batch.with_stiffness) sum_stiffness<General>(block, call, last_step(), detail);
     }
 
     /// The last kick, then everything back to the image, and meanwhile parts(0) ... parts(num_parts - 1). Loaded: the grains
