@@ -71,6 +71,7 @@ constexpr int kStiffness = 12;
 
 /// What a call answers on demand: a second look at the configuration that the last forces belong to.
 struct DetailRecord {
+  ImageProgress progress;    ///< after the call
   std::int32_t num_grains, num_contacts, num_sliding, num_pairs;
   std::int32_t num_rattlers,
       num_single;    ///< grains with fewer than two contacts; with exactly one
@@ -80,7 +81,6 @@ struct DetailRecord {
   double kinetic_energy, elastic_energy, largest_contact_force;
   double solid_area;
   double stiffness[kStiffness];    ///< if it is asked for [stress]
-  ImageProgress progress;          ///< after the call
 };
 
 /// Which build of the block program a call needs. General: dashpots, LAMMPS' arms, stress servo, energy ledger. Frictionless: plain, of

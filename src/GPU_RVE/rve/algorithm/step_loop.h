@@ -377,7 +377,6 @@ inline namespace RVE_ISA {
         force_size[i] = std::sqrt(fx * fx + fy * fy);
       });
       homogenize<General>(block, call, last_step(), detail);
-      if (call.batch.with_stiffness) sum_stiffness<General>(block, call, last_step(), detail);
     }
 
     /// The last kick, then everything back to the image, and meanwhile parts(0) ... parts(num_parts - 1). Loaded: the grains
