@@ -79,7 +79,7 @@ Material dry_material()
 /// first capacities hold: lists must grow.
 constexpr double WIDE_SKIN = 5e-3;
 
-std::vector<Actor> full_scene(bool viscous)
+std::vector<Actor> full_scene(bool viscous, bool rolling = false)
 {
   std::vector<Actor> actors;
   const auto add = [&](const std::string &name, const RveState &state, const Drive &drive) {
@@ -87,6 +87,10 @@ std::vector<Actor> full_scene(bool viscous)
     if (viscous) {
       actors.back().state.material.normal_viscosity = 3.0;
       actors.back().state.material.tangential_viscosity = 1.5;
+    }
+    if (rolling) {
+      actors.back().state.material.rolling_stiffness = 5e5;
+      actors.back().state.material.rolling_friction = 0.3;
     }
   };
   const RveState small = triangular_packing(dry_material(), 6, 8, 0.0037, 1),
@@ -267,10 +271,11 @@ KernelRun run_kernel(const HostKernel &kernel, StateImage image, const DriveReco
                      const SteeringRecord *steering, SceneKind scene)
 {
   const int pair_capacity = 6 * image.num_grains;
-  const HostWorkspaceSizes sizes = kernel.workspace_sizes(image.num_grains, pair_capacity);
+  const HostWorkspaceSizes sizes = kernel.workspace_sizes(image.num_grains, pair_capacity, scene);
   std::vector<char> shared(sizes.shared), workspace(sizes.workspace);
   KernelRun run{std::move(image), AnswerRecord(), DetailRecord()};
-  const BatchConstants batch{0.0, 0.5, 0.5, scene == SceneKind::General ? 1 : 0, 1};
+  const bool general = scene == SceneKind::General || scene == SceneKind::Rolling;
+  const BatchConstants batch{0.0, 0.5, 0.5, general ? 1 : 0, 1};
   kernel.advance(run.image.bytes.data(), drive, steering, batch,
                  {shared.data(), workspace.data(), pair_capacity}, scene, run.answer, &run.detail);
   return run;
@@ -331,6 +336,9 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
   viscous.material.tangential_viscosity = 1.5;
   RveState slippery = state;
   slippery.material.friction = 0.0;
+  RveState rolling = viscous;
+  rolling.material.rolling_stiffness = 5e5;
+  rolling.material.rolling_friction = 0.3;
   const DriveRecord drive = kernel_drive();
   const SteeringRecord servo = kernel_steering(state);
   struct {
@@ -341,11 +349,14 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
   } const cases[] = {{"plain", state, nullptr, SceneKind::Plain},
                      {"without friction", slippery, nullptr, SceneKind::Frictionless},
                      {"with dashpots and energy", viscous, nullptr, SceneKind::General},
+                     {"with rolling resistance", rolling, nullptr, SceneKind::Rolling},
+                     {"with rolling resistance and a servo", rolling, &servo, SceneKind::Rolling},
                      {"with a servo", state, &servo, SceneKind::General}};
 
   for (const auto &one : cases) {
     SCOPED_TRACE(one.name);
-    const StateImage image = build_image(GetParam(), one.state, 2000);
+    const StateImage image =
+        build_image(GetParam(), one.state, 2000, one.scene == SceneKind::Rolling);
 
     const KernelRun baseline =
         run_kernel(host_baseline::kernel(format), image, drive, one.steering, one.scene);
@@ -378,10 +389,11 @@ TEST_P(Backends, SceneOfTheComparisonGoesThroughRebuildsReductionsGrowthAndSlidi
 
 TEST_P(Backends, ShortAnswerIsThatOfTheResultAndTheMotionIsTheSame)
 {
-  for (const bool general : {false, true}) {    // with servos and dashpots, or plain paths only
-    SCOPED_TRACE(general ? "general" : "plain");
-    auto actors = full_scene(general);
-    if (!general)
+  // with servos and dashpots, or plain paths only, or with rolling resistance
+  for (const char *scene : {"plain", "general", "rolling"}) {
+    SCOPED_TRACE(scene);
+    auto actors = full_scene(scene != std::string("plain"), scene == std::string("rolling"));
+    if (scene == std::string("plain"))
       for (Actor &actor : actors)
         actor.drive = Drive::constant_velocity_gradient(Tensor2{{0.1, 0.3, 0.2, -0.2}}, DT, 150);
     const auto full = make_engine(options_for(GetParam(), Device::Cpu, WIDE_SKIN));
@@ -400,9 +412,13 @@ TEST_P(Backends, RvesThatNeedMoreDoNotChangeABitOfTheOthers)
   const std::vector<Actor> alone = {{"plain", state, straight}};
   RveState viscous = state;
   viscous.material.normal_viscosity = 3.0;
+  RveState rolling = state;
+  rolling.material.rolling_stiffness = 5e5;
+  rolling.material.rolling_friction = 0.3;
   const std::vector<Actor> company[] = {
       {alone[0], {"servo", state, biaxial_shear(state, 40.0, 100)}},
       {alone[0], {"dashpots", viscous, straight}},
+      {alone[0], {"rolling resistance", rolling, straight}},
       {alone[0],
        {"turning", state,
         Drive::constant_velocity_gradient(Tensor2{{0.0, -12.0, 12.0, 0.0}}, DT, 150)}}};
@@ -478,6 +494,52 @@ TEST_P(CpuAndCuda, GiveTheSameBitsWithTheAutomaticSkinAndEnergyTracking)
 
   expect_same_bits(on_cpu, on_gpu, actors);
   for (const Result &result : on_gpu.last) EXPECT_NE(result.energy.local_damping, 0.0);
+}
+
+TEST_P(CpuAndCuda, GiveTheSameBitsWithRollingResistance)
+{
+  // more grains than threads too, and an RVE without resistance among the others
+  auto actors = full_scene(true, true);
+  actors[1].state.material.rolling_friction = 0.0;
+  Options options = options_for(GetParam(), Device::Cpu, WIDE_SKIN);
+  options.track_energy = true;
+  const auto cpu = make_engine(options);
+  options.device = Device::Cuda;
+  const auto gpu = make_engine(options);
+
+  const Outcome on_cpu = play(*cpu, actors, 4), on_gpu = play(*gpu, actors, 4);
+
+  expect_same_bits(on_cpu, on_gpu, actors);
+  for (const Result &result : on_gpu.last) EXPECT_NE(result.energy.local_damping, 0.0);
+  expect_short_answers(*make_engine(options_for(GetParam(), Device::Cpu)),
+                       *make_engine(options_for(GetParam(), Device::Cuda)),
+                       full_scene(false, true));
+}
+
+// The batch changes its images and its program in the middle.
+TEST_P(CpuAndCuda, GiveTheSameBitsWhenRollingResistanceComesLate)
+{
+  const auto actors = short_scene();
+  Outcome outcomes[2];
+  std::vector<Actor> all = actors;
+  all.push_back(actors[1]);
+  all.back().state.material.rolling_stiffness = 5e5;
+  all.back().state.material.rolling_friction = 0.3;
+
+  for (const Device device : {Device::Cpu, Device::Cuda}) {
+    const auto engine = make_engine(options_for(GetParam(), device));
+    Outcome &outcome = outcomes[device == Device::Cuda ? 1 : 0];
+    std::vector<int> rves;
+    std::vector<Drive> drives;
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      rves.push_back(engine->add(all[k].state));
+      drives.push_back(all[k].drive);
+      engine->advance(rves, drives, outcome.last);
+    }
+    for (int rve : rves) outcome.states.push_back(serialize(engine->state(rve)));
+  }
+
+  expect_same_bits(outcomes[0], outcomes[1], all);
 }
 
 // on the CPU this is another program

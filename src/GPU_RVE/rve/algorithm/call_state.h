@@ -10,9 +10,10 @@
 #include "rve/core/integer_sums.h"
 #include "rve/core/status.h"
 #include "rve/physics/cell_path.h"
-#include "rve/physics/contact_law.h"
+#include "rve/physics/rolling_resistance.h"
 
 #include <cstddef>
+#include <type_traits>
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -33,7 +34,7 @@ inline namespace RVE_ISA {
 
     /// 2^neighbor_bits grains and more find room around the largest one, so that many contacts at the limit still fit
     /// into the sum: it never wraps. The largest force to expect lies 2 to 8 times lower.
-    /// `obliquity` bounds |f| / f_n: sqrt(1 + mu^2).
+    /// `obliquity` bounds what a contact adds to a sum, over its normal force.
     RVE_INLINE void choose_force(int sum_bits, int neighbor_bits, double largest_contact_force,
                                  double obliquity, double inverse_obliquity)
     {
@@ -63,16 +64,24 @@ inline namespace RVE_ISA {
 
   /// Numbers of the contact law in internal units, those that all scenes need side by side.
   template <class Format> struct alignas(16) LawNumbers {
-    typename Format::History tangential_stiffness;
+    typename Format::Spring tangential_stiffness;
     typename Format::Real normal_stiffness, friction;
     typename Format::Real dt;    ///< zero evaluates without advancing the history [time]
     typename Format::Real normal_viscosity, tangential_viscosity, velocity_arm;
   };
 
+  template <class Format> struct alignas(16) LawNumbers<Rolling<Format>> : LawNumbers<Format> {
+    typename Format::Spring rolling_stiffness;
+    typename Format::Real rolling_friction;
+  };
+
   /// The contact law in a number format; General as in SceneKind.
   template <class Format, bool General>
-  using FormatLaw = LinearFrictionLaw<typename Format::Real, typename Format::History, General,
-                                      Format::has_friction>;
+  using FormatLaw =
+      std::conditional_t<Format::has_rolling,
+                         RollingFrictionLaw<typename Format::Real, typename Format::Spring>,
+                         LinearFrictionLaw<typename Format::Real, typename Format::Spring, General,
+                                           Format::has_friction>>;
 
   /// What a call begins with, and how far it has come, without what belongs to the block. A GPU prepares it for all RVEs of a call
   /// in a kernel of its own; the block that advances an RVE takes a copy, up to the entries of the plan that are not made.

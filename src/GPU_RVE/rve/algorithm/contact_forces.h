@@ -46,6 +46,10 @@ inline namespace RVE_ISA {
       step.law.tangential.viscosity = law.tangential_viscosity;
       step.law.velocity_arm = law.velocity_arm;
     }
+    if constexpr (Format::has_rolling) {
+      step.law.rolling.spring.stiffness = law.rolling_stiffness;
+      step.law.rolling.spring.friction = law.rolling_friction;
+    }
     step.to_length = plan.to_length;
     step.gradient = plan.gradient;
     step.dt = law.dt;
@@ -64,10 +68,10 @@ inline namespace RVE_ISA {
   }
 
   template <class Format, bool General>
-  RVE_INLINE ContactForce<typename Format::Real, typename Format::History>
-  pair_force(const StepConstants<Format, General> &step,
-             const ContactGeometry<typename Format::Real, 2> &contact, const GrainView<Format> &i,
-             const GrainView<Format> &j, typename Format::History history)
+  RVE_INLINE auto pair_force(const StepConstants<Format, General> &step,
+                             const ContactGeometry<typename Format::Real, 2> &contact,
+                             const GrainView<Format> &i, const GrainView<Format> &j,
+                             typename Format::History history)
   {
     using Real = typename Format::Real;
     const DiskMotion<Real> motion_i{i.motion.velocity, i.spin, static_cast<Real>(i.radius)};
@@ -129,11 +133,11 @@ inline namespace RVE_ISA {
     const StepConstants<Format, General> step = step_constants<Format, General>(call, plan);
     const auto contact = pair_geometry(step, grain_i, grain_j);
     if (!(contact.overlap > typename Format::Real(0))) {
-      if constexpr (Format::has_friction) history = typename Format::History(0);
+      if constexpr (Format::has_friction) history = typename Format::History();
       return;
     }
     const auto force = pair_force(step, contact, grain_i, grain_j, history);
-    if constexpr (Format::has_friction) history = force.spring;
+    if constexpr (Format::has_friction) history = force.history();
     sum.largest_force = larger(sum.largest_force, std::fabs(force.normal_force));
     Sum on_j[3], torque_i;
     round_to(-force.force[0], on_j[0]);
@@ -163,6 +167,12 @@ inline namespace RVE_ISA {
         sum.heat.friction += capped * static_cast<double>(force.slipped) / stiffness;
       else
         sum.heat.friction += capped * vt * dt;
+      if constexpr (Format::has_rolling) {
+        const double rolling_stiffness = static_cast<double>(step.law.rolling.spring.stiffness);
+        if (rolling_stiffness > 0.0)
+          sum.heat.friction += static_cast<double>(force.rolling) *
+              static_cast<double>(force.rolling_slipped) / rolling_stiffness;
+      }
       sum.heat.viscous += static_cast<double>(step.law.normal_damping.viscosity) * vn * vn * dt;
       if (!force.sliding)
         sum.heat.viscous += static_cast<double>(step.law.tangential.viscosity) * vt * vt * dt;

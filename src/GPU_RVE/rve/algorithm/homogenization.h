@@ -64,7 +64,7 @@ inline namespace RVE_ISA {
                 const double l = per_unit * static_cast<double>(contact.distance);
                 const double k_l = k_n * static_cast<double>(contact.distance);
                 const double f_n = k_n * static_cast<double>(contact.overlap);
-                const double spring = static_cast<double>(history);
+                const double spring = static_cast<double>(tangential_of(history));
                 const double bounded = spring < largest_spring ? spring : largest_spring;
                 const double f_t = bounded > -largest_spring ? bounded : -largest_spring;
                 const double turned = k_t * static_cast<double>(contact.distance) - f_n;
@@ -151,10 +151,12 @@ inline namespace RVE_ISA {
                 term(Overlap, unit * (overlap / (ri + rj)));
                 most[0] = size > most[0] ? size : most[0];
                 most[1] = overlap / (ri + rj) > most[1] ? overlap / (ri + rj) : most[1];
-                term(Elastic,
-                     units.contact_force *
-                         (static_cast<double>(step.law.normal.elastic_energy(contact.overlap)) +
-                          step.law.tangential.elastic_energy(law.spring)));
+                double elastic =
+                    static_cast<double>(step.law.normal.elastic_energy(contact.overlap)) +
+                    step.law.tangential.elastic_energy(law.spring);
+                if constexpr (Format::has_rolling)
+                  elastic += step.law.rolling.spring.elastic_energy(law.rolling);
+                term(Elastic, units.contact_force * elastic);
               });
           for (int k = 0; k < 2; ++k) work.scratch[k * num_grains + i] = most[k];
         });

@@ -32,9 +32,11 @@ struct ImageHeader : ImageProgress {
   std::int32_t num_grains;
   std::int32_t extra_capacity;
   double normal_stiffness, tangential_stiffness, friction, density, local_damping;
+  double rolling_stiffness, rolling_friction;
   double normal_viscosity, tangential_viscosity, thickness, mass_depth;
   double largest_radius, mean_radius, solid_area;
-  double obliquity, inverse_obliquity;    ///< sqrt(1 + friction^2), bounds |f| / f_n
+  double obliquity,
+      inverse_obliquity;         ///< bounds what a contact adds to a sum, over its normal force
   std::int32_t neighbor_bits;    ///< 2^neighbor_bits grains and more find room around the largest
   std::int32_t reserved;
 };
@@ -84,9 +86,10 @@ struct DetailRecord {
 };
 
 /// Which build of the block program a call needs. General: dashpots, LAMMPS' arms, stress servo, energy ledger. Frictionless: plain, of
-/// RVEs without friction and without tangential forces; the plain program gives the same bits.
-enum class SceneKind { Plain, General, Frictionless };
-constexpr int kNumScenes = 3;
+/// RVEs without friction and without tangential forces; the plain program gives the same bits. Rolling: general, and of RVEs whose
+/// images have rolling forces (core/spring_forces.h).
+enum class SceneKind { Plain, General, Frictionless, Rolling };
+constexpr int kNumScenes = 4;
 
 /// What is the same for all RVEs of a call.
 struct BatchConstants {

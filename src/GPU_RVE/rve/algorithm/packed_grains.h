@@ -20,10 +20,12 @@ inline namespace RVE_ISA {
     using Coordinate = Pack<typename Format::Coordinate, N>;
     using SignedCoordinate = Pack<typename Format::SignedCoordinate, N>;
     using Wide = Pack<typename Format::Wide, N>;
-    using History = Pack<typename Format::History, N>;
+    using Spring = Pack<typename Format::Spring, N>;
+    using History = Spring;
     using Real = Pack<typename Format::Real, N>;
     using Sum = Pack<typename Format::Sum, N>;
     static constexpr bool has_friction = Format::has_friction;
+    static constexpr bool has_rolling = false;
   };
 
   template <class Format, int N> struct Motion<PackFormat<Format, N>> {

@@ -57,6 +57,7 @@ inline namespace RVE_ISA {
     using Real = typename Format::Real;
     using Wide = typename Format::Wide;
     using History = typename Format::History;
+    using Spring = typename Format::Spring;
 
     /// The state of a call as it begins, but for the plan; header, drive, steering and batch are there. By one thread.
     static RVE_INLINE void prepare(PreparedCall<Format> &call, char *image, int pair_capacity)
@@ -193,7 +194,7 @@ inline namespace RVE_ISA {
       if (call.num_extra == 0) return;
       const PairView<Format> from = call.header.list_valid != 0 ? call.image_pairs() : call.pairs;
       const PairView<Format> to = call.pairs;
-      const History history_to_internal = static_cast<History>(call.units.per_force);
+      const Spring history_to_internal = static_cast<Spring>(call.units.per_force);
       block.for_each(call.num_extra, [&](Item m) {
         to.extra_first[m] = from.extra_first[m];
         to.extra_second[m] = from.extra_second[m];
@@ -267,7 +268,7 @@ inline namespace RVE_ISA {
 
     static RVE_INLINE History internal_history(const PreparedCall<Format> &call, History stored)
     {
-      return static_cast<History>(call.units.per_force) * stored;
+      return static_cast<Spring>(call.units.per_force) * stored;
     }
 
     static RVE_INLINE void fill_partner_radius(Block &block, const SharedView<Format> &shared,
@@ -326,9 +327,15 @@ inline namespace RVE_ISA {
       LawNumbers<Format> &law = call.law;
       law.normal_stiffness = static_cast<Real>(header.normal_stiffness * stiffness_unit);
       law.normal_viscosity = static_cast<Real>(header.normal_viscosity * stiffness_unit);
-      law.tangential_stiffness = static_cast<History>(header.tangential_stiffness * stiffness_unit);
+      law.tangential_stiffness = static_cast<Spring>(header.tangential_stiffness * stiffness_unit);
       law.friction = static_cast<Real>(header.friction);
       law.tangential_viscosity = static_cast<Real>(header.tangential_viscosity * stiffness_unit);
+      if constexpr (Format::has_rolling) {
+        law.rolling_stiffness = static_cast<Spring>(header.rolling_stiffness * stiffness_unit);
+        // without a spring there is no force to limit
+        law.rolling_friction =
+            static_cast<Real>(header.rolling_stiffness > 0.0 ? header.rolling_friction : 0.0);
+      }
       law.velocity_arm = static_cast<Real>(call.batch.velocity_arm);
       law.dt = static_cast<Real>(call.drive.substeps > 0 ? call.drive.dt : 0.0);
       call.alpha = static_cast<Real>(header.local_damping);

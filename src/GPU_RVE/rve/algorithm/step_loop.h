@@ -25,10 +25,11 @@ inline namespace RVE_ISA {
     using Item = typename Block::Item;
     using Real = typename Format::Real;
     using Wide = typename Format::Wide;
-    using History = typename Format::History;
+    using Spring = typename Format::Spring;
     using Sum = typename Format::Sum;
     using Rare = RareWork<Block, Format>;
     using Grains = GrainItems<Block, Format>;
+    static_assert(General || !Format::has_rolling, "rolling resistance is in the general program");
 
    public:
     /// The call is prepared and has its views, of which `shared` is one.
@@ -155,7 +156,7 @@ inline namespace RVE_ISA {
           if constexpr (Format::has_friction)
             grains.history[k].keep(i, Rare::internal_history(call, stored.history[k]));
           else    // they are zero, and stay there
-            grains.history[k].publish(i, History());
+            grains.history[k].publish(i, typename Format::History());
         }
         shared.still[i] = Rare::still_of(call, grains.radius[i], stored.list_position);
       });
@@ -387,7 +388,7 @@ inline namespace RVE_ISA {
       const ImageView<Format> &image = call.image;
       const Real alpha = call.alpha;
       const Real to_user = static_cast<Real>(call.units.length);
-      const History history_to_user = static_cast<History>(call.units.force);
+      const Spring history_to_user = static_cast<Spring>(call.units.force);
       const bool moved = !evaluates();
       const bool relisted = call.num_rebuilds > 0;
       block.for_items(

@@ -105,21 +105,22 @@ inline namespace RVE_ISA {
         });
   }
 
-  /// The history that the old list holds for the pair of i and j, or zero.
+  /// The history that the old list holds for the pair of i and j, as i sees it, or zero.
   template <class Format>
   RVE_INLINE typename Format::History old_history(const PairView<Format> &old, int num_grains,
                                                   int num_old_extra, int i, int j)
   {
     for (int k = 0; k < kOwnedPairs; ++k) {
       if (old.partner[k * num_grains + i] == j) return old.history[k * num_grains + i];
-      if (old.partner[k * num_grains + j] == i) return old.history[k * num_grains + j];
+      if (old.partner[k * num_grains + j] == i)
+        return seen_from_partner(old.history[k * num_grains + j]);
     }
     for (int m = 0; m < num_old_extra; ++m) {
-      const bool same = (old.extra_first[m] == i && old.extra_second[m] == j) ||
-          (old.extra_first[m] == j && old.extra_second[m] == i);
-      if (same) return old.extra_history[m];
+      if (old.extra_first[m] == i && old.extra_second[m] == j) return old.extra_history[m];
+      if (old.extra_first[m] == j && old.extra_second[m] == i)
+        return seen_from_partner(old.extra_history[m]);
     }
-    return typename Format::History(0);
+    return typename Format::History();
   }
 
   /// What build_list found. Beyond work.pair_capacity `num_pairs` is all that holds.
@@ -201,7 +202,7 @@ inline namespace RVE_ISA {
         if (!work.row_given[entry]) place(work.row_partner[entry]);
       for (; slot < kOwnedPairs; ++slot) {
         fresh.partner[slot * num_grains + i] = i;
-        fresh.history[slot * num_grains + i] = typename Format::History(0);
+        fresh.history[slot * num_grains + i] = typename Format::History();
       }
       // ascending in the distance of the numbers, free slots last: neighbouring threads then read neighbouring grains
       const auto ahead = [&](int k) {

@@ -5,10 +5,12 @@
 #define RVE_CORE_FIXED_POINT_H
 
 #include "rve/core/config.h"
+#include "rve/core/spring_forces.h"
 #include "rve/core/tensor.h"
 
 #include <cmath>
 #include <cstdint>
+#include <type_traits>
 
 #if !defined(__CUDA_ARCH__) && defined(__SSE2__)
 #include <emmintrin.h>
@@ -56,13 +58,15 @@ inline namespace RVE_ISA {
   struct FastFormat {
     using Coordinate = std::uint32_t;
     using SignedCoordinate = std::int32_t;
-    using Wide = float;                                            ///< branch vector and gap
-    using History = float;                                         ///< tangential force
-    using Real = float;                                            ///< the rest
-    using Sum = std::int32_t;                                      ///< force on a grain
+    using Wide = float;          ///< branch vector and gap
+    using Spring = float;        ///< force of a contact's spring
+    using History = Spring;      ///< what a pair remembers: its tangential force
+    using Real = float;          ///< the rest
+    using Sum = std::int32_t;    ///< force on a grain
     static constexpr double fraction_unit = 1.0 / 4294967296.0;    // 2^-32
     static constexpr int sum_bits = 31;    ///< that a force on a grain may fill
     static constexpr bool has_friction = true;
+    static constexpr bool has_rolling = false;
   };
 
   /// 64-bit fractions, branch, gap and tangential history in fp64, the rest in fp32.
@@ -70,12 +74,14 @@ inline namespace RVE_ISA {
     using Coordinate = std::uint64_t;
     using SignedCoordinate = std::int64_t;
     using Wide = double;
-    using History = double;
+    using Spring = double;
+    using History = Spring;
     using Real = float;
     using Sum = std::int32_t;
     static constexpr double fraction_unit = 1.0 / 18446744073709551616.0;    // 2^-64
     static constexpr int sum_bits = 31;    ///< of a force on a grain
     static constexpr bool has_friction = true;
+    static constexpr bool has_rolling = false;
   };
 
   /// 64-bit fractions, fp64 everywhere, forces summed in 64 bits.
@@ -83,13 +89,15 @@ inline namespace RVE_ISA {
     using Coordinate = std::uint64_t;
     using SignedCoordinate = std::int64_t;
     using Wide = double;
-    using History = double;
+    using Spring = double;
+    using History = Spring;
     using Real = double;
     using Sum = std::int64_t;
     static constexpr double fraction_unit = 1.0 / 18446744073709551616.0;
     /// The accumulators of a block are two limbs of 32 bits (block/block_cuda.cuh): 24 bits and the rest.
     static constexpr int sum_bits = 55;
     static constexpr bool has_friction = true;
+    static constexpr bool has_rolling = false;
   };
 
   /// Fraction of the cell in fp32, in [0, 1).
@@ -102,12 +110,14 @@ inline namespace RVE_ISA {
   struct SingleFormat {
     using Coordinate = FloatFraction;
     using Wide = float;
-    using History = float;
+    using Spring = float;
+    using History = Spring;
     using Real = float;
     using Sum = std::int32_t;
     static constexpr double fraction_unit = 1.0;
     static constexpr int sum_bits = 31;    ///< of a force on a grain
     static constexpr bool has_friction = true;
+    static constexpr bool has_rolling = false;
   };
 
   /// The same numbers for scenes without friction, where nothing acts along a contact: no tangential force, no torque, no history.
@@ -115,18 +125,24 @@ inline namespace RVE_ISA {
     static constexpr bool has_friction = false;
   };
 
+  /// The same numbers for scenes with rolling resistance, whose pairs remember a rolling force beside the tangential one.
+  template <class Format> struct Rolling : Format {
+    using History = SpringForces<typename Format::Spring>;
+    static constexpr bool has_rolling = true;
+  };
+
   /// Nearest-image difference of two fractions, in units of fraction_unit: the wrapped subtraction is the minimum image.
   template <class Format>
   RVE_INLINE typename Format::Wide nearest_image(typename Format::Coordinate to,
                                                  typename Format::Coordinate from)
   {
-    return static_cast<typename Format::Wide>(
-        static_cast<typename Format::SignedCoordinate>(to - from));
-  }
-  template <> RVE_INLINE float nearest_image<SingleFormat>(FloatFraction to, FloatFraction from)
-  {
-    const float difference = to.value - from.value;
-    return difference - std::nearbyint(difference);
+    if constexpr (std::is_same_v<typename Format::Coordinate, FloatFraction>) {
+      const float difference = to.value - from.value;
+      return difference - std::nearbyint(difference);
+    } else {
+      return static_cast<typename Format::Wide>(
+          static_cast<typename Format::SignedCoordinate>(to - from));
+    }
   }
 
   template <class Format, int D>
@@ -149,16 +165,16 @@ inline namespace RVE_ISA {
   template <class Format>
   RVE_INLINE void drift(typename Format::Coordinate &s, typename Format::Wide displacement)
   {
-    typename Format::SignedCoordinate units;
-    round_to(displacement, units);    // saturates
-    s += static_cast<typename Format::Coordinate>(units);
-  }
-  template <> RVE_INLINE void drift<SingleFormat>(FloatFraction &s, float displacement)
-  {
-    // a NaN goes half a cell too
-    const float bounded = displacement > -0.5f ? (displacement < 0.5f ? displacement : 0.5f)
-                                               : (displacement <= -0.5f ? -0.5f : 0.5f);
-    s = wrapped(s.value + bounded);
+    if constexpr (std::is_same_v<typename Format::Coordinate, FloatFraction>) {
+      // a NaN goes half a cell too
+      const float bounded = displacement > -0.5f ? (displacement < 0.5f ? displacement : 0.5f)
+                                                 : (displacement <= -0.5f ? -0.5f : 0.5f);
+      s = wrapped(s.value + bounded);
+    } else {
+      typename Format::SignedCoordinate units;
+      round_to(displacement, units);    // saturates
+      s += static_cast<typename Format::Coordinate>(units);
+    }
   }
 
   /// Matrix that turns fractional differences into lengths, H * fraction_unit.

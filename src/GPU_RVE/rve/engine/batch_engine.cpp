@@ -14,6 +14,7 @@
 #include <map>
 #include <numeric>
 #include <omp.h>
+#include <type_traits>
 
 namespace rve {
 
@@ -77,18 +78,43 @@ namespace {
     return material.normal_viscosity > 0.0 || material.tangential_viscosity > 0.0;
   }
 
+  bool is_rolling(const Material &material)
+  {
+    return material.rolling_stiffness > 0.0 && material.rolling_friction > 0.0;
+  }
+
+  /// A state that has no use for rolling forces may still have some.
+  bool needs_rolling(const RveState &state)
+  {
+    return is_rolling(state.material) ||
+        std::any_of(state.pairs.begin(), state.pairs.end(), [](const Pair &pair) {
+             return pair.rolling_force != 0.0;
+           });
+  }
+
+  /// Largest number that a contact adds to a sum of forces or torques, over its normal force: |f| = sqrt(1 + mu^2) f_n, or the moment
+  /// (a mu + R mu_r) f_n. In internal units an arm a is below 1/2 and the reduced radius R below 1/4.
+  double obliquity_of(const Material &material)
+  {
+    const double force = std::sqrt(1.0 + material.friction * material.friction);
+    const double moment = 0.5 * material.friction + 0.25 * material.rolling_friction;
+    return is_rolling(material) ? std::max(force, moment) : force;
+  }
+
   void set_material_in(ImageHeader &header, const Material &material)
   {
     header.normal_stiffness = material.normal_stiffness;
     header.tangential_stiffness = material.tangential_stiffness;
     header.friction = material.friction;
+    header.rolling_stiffness = material.rolling_stiffness;
+    header.rolling_friction = material.rolling_friction;
     header.density = material.density;
     header.local_damping = material.local_damping;
     header.normal_viscosity = material.normal_viscosity;
     header.tangential_viscosity = material.tangential_viscosity;
     header.thickness = material.thickness;
     header.mass_depth = material.mass_depth;
-    header.obliquity = std::sqrt(1.0 + material.friction * material.friction);
+    header.obliquity = obliquity_of(material);
     header.inverse_obliquity = 1.0 / header.obliquity;
   }
 
@@ -110,6 +136,31 @@ namespace {
     return order;
   }
 
+  /// What an image has of the history of a pair.
+  template <class NumberFormat> typename NumberFormat::History stored_history(const Pair &pair)
+  {
+    using Spring = typename NumberFormat::Spring;
+    const Spring tangential = static_cast<Spring>(pair.tangential_force);
+    if constexpr (NumberFormat::has_rolling)
+      return {tangential, static_cast<Spring>(pair.rolling_force)};
+    else
+      return tangential;
+  }
+
+  /// A pair with the history that an image has of it.
+  template <class History> Pair pair_of(int first, int second, const History &history)
+  {
+    Pair pair{first, second, 0.0};
+    // a zero has no sign there
+    if constexpr (std::is_arithmetic_v<History>) {
+      pair.tangential_force = static_cast<double>(history) + 0.0;
+    } else {
+      pair.tangential_force = static_cast<double>(history.tangential) + 0.0;
+      pair.rolling_force = static_cast<double>(history.rolling) + 0.0;
+    }
+    return pair;
+  }
+
   template <class NumberFormat> StateImage build(const RveState &state, int extra_capacity)
   {
     const int n = state.num_grains();
@@ -124,6 +175,7 @@ namespace {
     StateImage image;
     image.num_grains = n;
     image.extra_capacity = std::max(extra_capacity, num_extra);
+    image.rolling = NumberFormat::has_rolling;
     image.bytes.assign(image_size<NumberFormat>(n, image.extra_capacity), 0);
     const auto view = carve_image<NumberFormat>(image.bytes.data(), n, image.extra_capacity);
 
@@ -137,13 +189,18 @@ namespace {
     copy_tensor(header.list_valid ? state.list_cell : state.cell, header.list_cell);
     copy_tensor(state.servo_velocity_gradient, header.servo_velocity_gradient);
     set_material_in(header, state.material);
-    header.largest_radius = *std::max_element(state.radius.begin(), state.radius.end());
+    // of the radii as the image has them: that of its state is the same again
+    RveState stored;
+    for (double r : state.radius)
+      stored.radius.push_back(static_cast<typename NumberFormat::Wide>(r));
+    const auto [smallest, largest] =
+        std::minmax_element(stored.radius.begin(), stored.radius.end());
+    header.largest_radius = *largest;
     double sum = 0.0;
-    for (double r : state.radius) sum += r;
+    for (double r : stored.radius) sum += r;
     header.mean_radius = sum / n;
-    header.solid_area = state.solid_area();
-    header.neighbor_bits = neighbor_bits(
-        *std::min_element(state.radius.begin(), state.radius.end()), header.largest_radius);
+    header.solid_area = stored.solid_area();
+    header.neighbor_bits = neighbor_bits(*smallest, *largest);
     header.largest_contact_force = state.largest_contact_force;
     header.steps = state.counters.steps;
     header.rebuilds = state.counters.rebuilds;
@@ -156,7 +213,6 @@ namespace {
 
     using Coordinate = typename NumberFormat::Coordinate;
     using Real = typename NumberFormat::Real;
-    using History = typename NumberFormat::History;
     const auto &list = header.list_valid ? state.list_fractional : state.fractional;
     const std::vector<std::int32_t> order = state.order.empty() ? storage_order(state)
                                                                 : state.order;
@@ -180,11 +236,11 @@ namespace {
       if (owned[first] < kOwnedPairs) {
         const int slot = owned[first]++ * n + first;
         view.partner[slot] = second;
-        view.history[slot] = static_cast<History>(pair.tangential_force);
+        view.history[slot] = stored_history<NumberFormat>(pair);
       } else {
         view.extra_first[header.num_extra] = first;
         view.extra_second[header.num_extra] = second;
-        view.extra_history[header.num_extra] = static_cast<History>(pair.tangential_force);
+        view.extra_history[header.num_extra] = stored_history<NumberFormat>(pair);
         ++header.num_extra;
       }
     }
@@ -201,6 +257,8 @@ namespace {
     state.material.normal_stiffness = header.normal_stiffness;
     state.material.tangential_stiffness = header.tangential_stiffness;
     state.material.friction = header.friction;
+    state.material.rolling_stiffness = header.rolling_stiffness;
+    state.material.rolling_friction = header.rolling_friction;
     state.material.density = header.density;
     state.material.local_damping = header.local_damping;
     state.material.normal_viscosity = header.normal_viscosity;
@@ -233,12 +291,12 @@ namespace {
       state.radius[i] = view.radius[k];
       for (int m = 0; m < kOwnedPairs; ++m)
         if (view.partner[m * n + k] != k)
-          state.pairs.push_back({i, view.number[view.partner[m * n + k]],
-                                 static_cast<double>(view.history[m * n + k]) + 0.0});
+          state.pairs.push_back(
+              pair_of(i, view.number[view.partner[m * n + k]], view.history[m * n + k]));
     }
     for (int m = 0; m < header.num_extra; ++m)
-      state.pairs.push_back({view.number[view.extra_first[m]], view.number[view.extra_second[m]],
-                             static_cast<double>(view.extra_history[m]) + 0.0});
+      state.pairs.push_back(pair_of(view.number[view.extra_first[m]],
+                                    view.number[view.extra_second[m]], view.extra_history[m]));
     return state;
   }
 
@@ -413,6 +471,26 @@ namespace {
     return record;
   }
 
+  template <class NumberFormat, class Work> auto with_rolling(bool rolling, const Work &work)
+  {
+    return rolling ? work(Rolling<NumberFormat>()) : work(NumberFormat());
+  }
+
+  /// work(a number format), which is as wide as `format` says and holds what images hold.
+  template <class Work> auto with_format(Format format, bool rolling, const Work &work)
+  {
+    switch (format) {
+      case Format::Fast:
+        return with_rolling<FastFormat>(rolling, work);
+      case Format::Mixed:
+        return with_rolling<MixedFormat>(rolling, work);
+      case Format::Single:
+        return with_rolling<SingleFormat>(rolling, work);
+      default:
+        return with_rolling<DoubleFormat>(rolling, work);
+    }
+  }
+
   BatchConstants to_constants(const Options &options)
   {
     require(std::isfinite(options.skin) && options.skin >= 0.0,
@@ -427,60 +505,32 @@ namespace {
 
 }    // namespace
 
-StateImage build_image(Format format, const RveState &state, int extra_capacity)
+StateImage build_image(Format format, const RveState &state, int extra_capacity, bool rolling)
 {
-  switch (format) {
-    case Format::Fast:
-      return build<FastFormat>(state, extra_capacity);
-    case Format::Mixed:
-      return build<MixedFormat>(state, extra_capacity);
-    case Format::Single:
-      return build<SingleFormat>(state, extra_capacity);
-    default:
-      return build<DoubleFormat>(state, extra_capacity);
-  }
+  return with_format(format, rolling, [&](auto number_format) {
+    return build<decltype(number_format)>(state, extra_capacity);
+  });
 }
 
 RveState read_image(Format format, const StateImage &image)
 {
-  switch (format) {
-    case Format::Fast:
-      return read<FastFormat>(image);
-    case Format::Mixed:
-      return read<MixedFormat>(image);
-    case Format::Single:
-      return read<SingleFormat>(image);
-    default:
-      return read<DoubleFormat>(image);
-  }
+  return with_format(format, image.rolling, [&](auto number_format) {
+    return read<decltype(number_format)>(image);
+  });
 }
 
 void turn_image(Format format, StateImage &image, const Tensor2 &rotation)
 {
-  switch (format) {
-    case Format::Fast:
-      return turn<FastFormat>(image, rotation);
-    case Format::Mixed:
-      return turn<MixedFormat>(image, rotation);
-    case Format::Single:
-      return turn<SingleFormat>(image, rotation);
-    default:
-      return turn<DoubleFormat>(image, rotation);
-  }
+  with_format(format, image.rolling, [&](auto number_format) {
+    turn<decltype(number_format)>(image, rotation);
+  });
 }
 
-std::size_t image_bytes(Format format, int num_grains, int extra_capacity)
+std::size_t image_bytes(Format format, int num_grains, int extra_capacity, bool rolling)
 {
-  switch (format) {
-    case Format::Fast:
-      return image_size<FastFormat>(num_grains, extra_capacity);
-    case Format::Mixed:
-      return image_size<MixedFormat>(num_grains, extra_capacity);
-    case Format::Single:
-      return image_size<SingleFormat>(num_grains, extra_capacity);
-    default:
-      return image_size<DoubleFormat>(num_grains, extra_capacity);
-  }
+  return with_format(format, rolling, [&](auto number_format) {
+    return image_size<decltype(number_format)>(num_grains, extra_capacity);
+  });
 }
 
 int initial_extra_capacity(int num_grains)
@@ -496,16 +546,17 @@ BatchEngine::BatchEngine(const Options &options_in) :
 int BatchEngine::add(const RveState &state)
 {
   state.check();
-  require(state.material.rolling_friction == 0.0, "rolling resistance is not there yet");
   const auto [smallest, largest] = std::minmax_element(state.radius.begin(), state.radius.end());
   require(neighbor_bits(*smallest, *largest) <= LARGEST_NEIGHBOR_BITS,
           "the largest grain must be at most 60 times as large as the smallest, got " +
               number(*largest / *smallest));
+  if (needs_rolling(state)) expect_rolling_resistance();
   const int n = state.num_grains();
   const bool is_new = free_numbers.empty();
   const int rve = is_new ? static_cast<int>(grains_of.size()) : free_numbers.back();
   put_image(rve,
-            build_image(options.format, state, initial_extra_capacity(n)));    // may find no memory
+            build_image(options.format, state, initial_extra_capacity(n),
+                        rolling));    // may find no memory
   if (is_new) {
     grains_of.push_back(n);
   } else {
@@ -542,10 +593,10 @@ RveState BatchEngine::state(int rve) const
 void BatchEngine::set_material(int rve, const Material &material)
 {
   check_slot(rve);
-  require(material.rolling_friction == 0.0, "rolling resistance is not there yet");
   RveState probe = state(rve);
   probe.material = material;
   probe.check();
+  if (is_rolling(material)) expect_rolling_resistance();
   ImageHeader header = get_header(rve);
   set_material_in(header, material);
   put_header(rve, header);
@@ -572,9 +623,39 @@ void BatchEngine::turn(const std::vector<int> &rves, const std::vector<Tensor2> 
   if (!rves.empty()) turn_images(rves, rotations);
 }
 
+void BatchEngine::expect_rolling_resistance()
+{
+  if (rolling) return;
+  try {
+    lay_out_images(true);
+  } catch (...) {    // no memory: all as it was, in pieces that are free now
+    lay_out_images(false);
+    throw;
+  }
+  rolling = true;
+}
+
+void BatchEngine::lay_out_images(bool with_rolling)
+{
+  for (int rve = 0; rve < static_cast<int>(grains_of.size()); ++rve) {
+    if (grains_of[rve] == 0) continue;
+    const StateImage old = get_image(rve);
+    if (old.rolling == with_rolling) continue;
+    const StateImage fresh = build_image(options.format, read_image(options.format, old),
+                                         old.extra_capacity, with_rolling);
+    drop_image(rve);
+    try {
+      put_image(rve, fresh);
+    } catch (...) {
+      put_image(rve, old);
+      throw;
+    }
+  }
+}
+
 std::size_t BatchEngine::bytes_per_rve(int num_grains) const
 {
-  return image_bytes(options.format, num_grains, initial_extra_capacity(num_grains));
+  return image_bytes(options.format, num_grains, initial_extra_capacity(num_grains), rolling);
 }
 
 Memory BatchEngine::memory() const
@@ -612,8 +693,9 @@ void BatchEngine::prepare_repeat(int rve, const AnswerRecord &result)
     const StateImage old = get_image(rve);
     const RveState state = read_image(options.format, old);
     drop_image(rve);
-    put_image(
-        rve, build_image(options.format, state, result.needed_extra + result.needed_extra / 4 + 8));
+    put_image(rve,
+              build_image(options.format, state, result.needed_extra + result.needed_extra / 4 + 8,
+                          rolling));
   }
   pairs_per_grain = std::max(pairs_per_grain,
                              (result.needed_pairs + result.needed_pairs / 4) / grains_of[rve] + 1);
@@ -664,7 +746,8 @@ void BatchEngine::prepare(Call &call, const std::vector<int> &rves,
   call.longest = longest;
   call.pair_capacity = pair_capacity(largest);
   const bool general = servo || options.track_energy || any_viscous || options.arms == Arms::Lammps;
-  call.scene = general ? SceneKind::General
+  call.scene = rolling ? SceneKind::Rolling
+      : general        ? SceneKind::General
       : any_friction   ? SceneKind::Plain
                        : SceneKind::Frictionless;
   if (least_cost < most_cost) put_longest_first(call, drives, most_cost);

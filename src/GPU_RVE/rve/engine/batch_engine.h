@@ -13,16 +13,19 @@ namespace rve {
 struct StateImage {
   int num_grains = 0;
   int extra_capacity = 0;
+  bool rolling = false;    ///< laid out for SceneKind::Rolling: pairs have rolling forces
   std::vector<char> bytes;
 };
 
-/// Builds the image; its extra list holds at least `extra_capacity` pairs and all that the state brings.
-StateImage build_image(Format format, const RveState &state, int extra_capacity);
+/// Builds the image; its extra list holds at least `extra_capacity` pairs and all that the state brings. Rolling forces of the state
+/// are in it if it is `rolling`.
+StateImage build_image(Format format, const RveState &state, int extra_capacity,
+                       bool rolling = false);
 /// The state that an image holds, exact.
 RveState read_image(Format format, const StateImage &image);
 /// Turns the RVE of an image rigidly.
 void turn_image(Format format, StateImage &image, const Tensor2 &rotation);
-std::size_t image_bytes(Format format, int num_grains, int extra_capacity);
+std::size_t image_bytes(Format format, int num_grains, int extra_capacity, bool rolling = false);
 /// Extra pairs that an RVE gets room for at first; the list grows when it needs more.
 int initial_extra_capacity(int num_grains);
 
@@ -42,6 +45,7 @@ class BatchEngine : public Engine {
                std::vector<ElasticResult> &results) override;
   void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
                std::vector<Response> &responses) override;
+  void expect_rolling_resistance() override;
   std::size_t bytes_per_rve(int num_grains) const override;
   Memory memory() const override;
 
@@ -75,6 +79,8 @@ class BatchEngine : public Engine {
   /// memory() without the limit of the environment.
   virtual Memory backend_memory() const = 0;
 
+  /// Whether images are laid out for rolling resistance, and all calls are SceneKind::Rolling.
+  bool has_rolling() const { return rolling; }
   /// Capacity of the workspaces for RVEs of at most this many grains.
   int pair_capacity(int num_grains) const { return pairs_per_grain * num_grains; }
   /// What this class keeps of calls, per RVE [bytes].
@@ -86,6 +92,8 @@ class BatchEngine : public Engine {
 
  private:
   void check_slot(int rve) const;
+  /// Lays all images out anew, those that are not already so.
+  void lay_out_images(bool with_rolling);
   void prepare_repeat(int rve, const AnswerRecord &answer);
   double cost_of(int rve, const Drive &drive) const;
   /// With RVEs of unequal cost the last ones to run shall be short.
@@ -108,9 +116,10 @@ class BatchEngine : public Engine {
 
   std::vector<int> grains_of;    ///< by RVE; 0: the number is free
   std::vector<int> free_numbers;
-  bool any_viscous = false;             ///< an RVE with dashpots has been added
-  bool any_friction = false;            ///< one with friction, or with tangential forces
-  int pairs_per_grain = 4;              ///< capacity of the workspaces, grows on demand
+  bool any_viscous = false;     ///< an RVE with dashpots has been added
+  bool any_friction = false;    ///< one with friction, or with tangential forces
+  bool rolling = false;         ///< one with rolling resistance has been added, or is expected
+  int pairs_per_grain = 4;      ///< capacity of the workspaces, grows on demand
   std::vector<AnswerRecord> mended;     ///< answers of a call that was repeated for some RVEs
   std::vector<DetailRecord> details;    ///< of the last call that wanted them
 };

@@ -50,7 +50,7 @@ namespace {
     double rotation[4];
   };
 
-  /// Turns an RVE rigidly, in a block of any size.
+  /// Turns an RVE rigidly, in a block of any size. All of it lies in front of the histories: with rolling resistance, too.
   template <class NumberFormat> __global__ void turn_rves(const TurnRecord *turns)
   {
     __shared__ CudaScratch scratch;
@@ -104,6 +104,7 @@ namespace {
       call.largest = num_grains;
       call.longest = kPlanSteps;
       call.pair_capacity = pair_capacity(num_grains);
+      if (has_rolling()) call.scene = SceneKind::Rolling;
       const Plan &plan = plan_for(call);
       const std::size_t count = num_rves;
       return count *
@@ -136,6 +137,7 @@ namespace {
       Placed &placed = images[rve];
       placed.num_grains = image.num_grains;
       placed.extra_capacity = image.extra_capacity;
+      placed.rolling = image.rolling;
       placed.size = image.bytes.size();
       placed.memory = arena.allocate(placed.size);
       images_moved = true;
@@ -150,6 +152,7 @@ namespace {
       StateImage image;
       image.num_grains = placed.num_grains;
       image.extra_capacity = placed.extra_capacity;
+      image.rolling = placed.rolling;
       image.bytes.resize(placed.size);
       check_cuda(cudaMemcpy(image.bytes.data(), placed.memory, placed.size, cudaMemcpyDeviceToHost),
                  "download of an RVE");
@@ -232,8 +235,8 @@ namespace {
       // a thread for each step that is planned, and for each piece of a drive
       const int threads =
           rounded_up(record.prepared_together * std::min(16, std::max(4, plan.steps_ahead)), 32);
-      kernels.prepare<<<(count + record.prepared_together - 1) / record.prepared_together, threads,
-                        record.prepared_together * record.prepared_size>>>(record, call.constants);
+      plan.prepare<<<(count + record.prepared_together - 1) / record.prepared_together, threads,
+                     record.prepared_together * record.prepared_size>>>(record, call.constants);
       // its blocks are put in place while the last calls are prepared, and wait there
       cudaLaunchAttribute early;
       early.id = cudaLaunchAttributeProgrammaticStreamSerialization;
@@ -260,6 +263,7 @@ namespace {
       char *memory = nullptr;
       std::size_t size = 0;
       int num_grains = 0, extra_capacity = 0;
+      bool rolling = false;
     };
 
     void use_device() const
@@ -272,7 +276,7 @@ namespace {
       std::size_t count = 0;
       int largest = -1, pair_capacity = 0, steps_ahead = 0;
       SceneKind scene = SceneKind::Plain;
-      KernelFunction kernel = nullptr;
+      KernelFunction kernel = nullptr, prepare = nullptr;
       KernelSizes sizes;
       int block = 0, blocks = 0;        ///< threads, and blocks that the device holds at a time
       std::size_t dynamic = 0;          ///< bytes on chip
@@ -295,9 +299,11 @@ namespace {
       plan.steps_ahead = steps_ahead;
       plan.block = block_size(call.largest);
       const Residency residency = residency_of(call, plan.block);
-      plan.kernel = kernels.scene[static_cast<int>(call.scene)].kernel[static_cast<int>(residency)];
-      plan.sizes = kernels.sizes(capacity_of(residency, call.largest),
-                                 residency != Residency::Memory, call.pair_capacity, steps_ahead);
+      const SceneKernels &scene = kernels.scene[static_cast<int>(call.scene)];
+      plan.kernel = scene.kernel[static_cast<int>(residency)];
+      plan.prepare = scene.prepare;
+      plan.sizes = scene.sizes(capacity_of(residency, call.largest), residency != Residency::Memory,
+                               call.pair_capacity, steps_ahead);
       cudaFuncAttributes attributes;
       check_cuda(cudaFuncGetAttributes(&attributes, plan.kernel), "attributes of the kernel");
       plan.dynamic = plan.sizes.shared;
@@ -322,7 +328,7 @@ namespace {
           blocks_per_sm * (plan.dynamic + attributes.sharedSizeBytes + kReserved);
       const int share = static_cast<int>((100 * on_chip + device.sharedMemPerMultiprocessor - 1) /
                                          device.sharedMemPerMultiprocessor);
-      for (const KernelFunction kernel : {kernels.prepare, plan.kernel})
+      for (const KernelFunction kernel : {plan.prepare, plan.kernel})
         check_cuda(cudaFuncSetAttribute(kernel, cudaFuncAttributePreferredSharedMemoryCarveout,
                                         std::min(share, 100)),
                    "division of the memory on chip");
@@ -363,7 +369,8 @@ namespace {
     Residency residency_of(const Call &call, int block) const
     {
       if (call.largest > block) return Residency::Memory;
-      if (block > kSmallBlock || call.scene == SceneKind::General) return Residency::Large;
+      const bool general = call.scene == SceneKind::General || call.scene == SceneKind::Rolling;
+      if (block > kSmallBlock || general) return Residency::Large;
       return static_cast<int>(call.rves->size()) > device.multiProcessorCount ? Residency::Many
                                                                               : Residency::Few;
     }

@@ -234,27 +234,36 @@ inline namespace RVE_ISA {
       return advance_many<Format, false>;
   }
 
-  /// Of a scene that does not need General.
+  /// Of a scene that does not need General. Its calls are prepared by the kernels that make_cuda_kernels() names.
   template <class Format> SceneKernels make_plain_kernels()
   {
     return {{advance_many<Format, false>, kernel_for_few<Format>(), advance_large<Format, false>,
-             advance_in_memory<Format, false>}};
+             advance_in_memory<Format, false>},
+            nullptr,
+            nullptr};
   }
 
   /// Blocks for scenes that need General are not made small: fewer kernels to compile.
   template <class Format> SceneKernels make_general_kernels()
   {
-    return {{nullptr, nullptr, advance_large<Format, true>, advance_in_memory<Format, true>}};
+    return {{nullptr, nullptr, advance_large<Format, true>, advance_in_memory<Format, true>},
+            prepare_calls<Format>,
+            kernel_sizes<Format>};
   }
 
-  /// In the order of SceneKind. What is common to all scenes of a format is that of the format with friction.
-  template <class Format> CudaKernels make_cuda_kernels(const SceneKernels &frictionless)
+  /// In the order of SceneKind.
+  template <class Format>
+  CudaKernels make_cuda_kernels(SceneKernels frictionless, const SceneKernels &rolling)
   {
     static_assert(sizeof(CallState<Format>) == sizeof(CallState<Frictionless<Format>>),
                   "calls are prepared alike");
-    return {{make_plain_kernels<Format>(), make_general_kernels<Format>(), frictionless},
-            prepare_calls<Format>,
-            kernel_sizes<Format>};
+    SceneKernels plain = make_plain_kernels<Format>();
+    const SceneKernels general = make_general_kernels<Format>();
+    for (SceneKernels *scene : {&plain, &frictionless}) {
+      scene->prepare = general.prepare;
+      scene->sizes = general.sizes;
+    }
+    return {{plain, general, frictionless, rolling}};
   }
 
 }    // namespace RVE_ISA

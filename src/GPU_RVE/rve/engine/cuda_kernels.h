@@ -54,17 +54,17 @@ constexpr int kNumResidencies = 4;
 constexpr int kSmallBlock = 416;
 constexpr int kLargeBlock = 1024;
 
-/// Kernels of one scene by residency. Null where there is none: another residency serves.
+/// Kernels of one scene.
 struct SceneKernels {
-  KernelFunction kernel[kNumResidencies];
+  KernelFunction kernel[kNumResidencies];    ///< null where there is none: another residency serves
+  KernelFunction
+      prepare;    ///< fills LaunchRecord::prepared, which is on chip meanwhile, and resets the queue
+  KernelSizes (*sizes)(int num_grains, bool in_registers, int pair_capacity, int steps_ahead);
 };
 
 /// One number format's kernels.
 struct CudaKernels {
   SceneKernels scene[kNumScenes];
-  KernelFunction
-      prepare;    ///< fills LaunchRecord::prepared, which is on chip meanwhile, and resets the queue
-  KernelSizes (*sizes)(int num_grains, bool in_registers, int pair_capacity, int steps_ahead);
 };
 
 CudaKernels cuda_kernels_fast();
@@ -77,6 +77,10 @@ SceneKernels cuda_kernels_frictionless_fast();
 SceneKernels cuda_kernels_frictionless_fast_relaxed();
 SceneKernels cuda_kernels_frictionless_mixed();
 SceneKernels cuda_kernels_frictionless_double();
+SceneKernels cuda_kernels_rolling_fast();
+SceneKernels cuda_kernels_rolling_fast_relaxed();
+SceneKernels cuda_kernels_rolling_mixed();
+SceneKernels cuda_kernels_rolling_double();
 
 }    // namespace rve
 

@@ -4,7 +4,8 @@ namespace rve {
 
 CudaKernels cuda_kernels_double()
 {
-  return make_cuda_kernels<DoubleFormat>(cuda_kernels_frictionless_double());
+  return make_cuda_kernels<DoubleFormat>(cuda_kernels_frictionless_double(),
+                                         cuda_kernels_rolling_double());
 }
 
 }    // namespace rve

@@ -4,7 +4,8 @@ namespace rve {
 
 CudaKernels cuda_kernels_fast()
 {
-  return make_cuda_kernels<FastFormat>(cuda_kernels_frictionless_fast());
+  return make_cuda_kernels<FastFormat>(cuda_kernels_frictionless_fast(),
+                                       cuda_kernels_rolling_fast());
 }
 
 }    // namespace rve

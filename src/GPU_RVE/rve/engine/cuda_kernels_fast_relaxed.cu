@@ -9,7 +9,8 @@ namespace rve {
 
 CudaKernels cuda_kernels_fast_relaxed()
 {
-  return make_cuda_kernels<FastFormat>(cuda_kernels_frictionless_fast_relaxed());
+  return make_cuda_kernels<FastFormat>(cuda_kernels_frictionless_fast_relaxed(),
+                                       cuda_kernels_rolling_fast_relaxed());
 }
 
 }    // namespace rve

@@ -4,7 +4,8 @@ namespace rve {
 
 CudaKernels cuda_kernels_mixed()
 {
-  return make_cuda_kernels<MixedFormat>(cuda_kernels_frictionless_mixed());
+  return make_cuda_kernels<MixedFormat>(cuda_kernels_frictionless_mixed(),
+                                        cuda_kernels_rolling_mixed());
 }
 
 }    // namespace rve

@@ -136,6 +136,9 @@ class Engine {
   /// "NVIDIA H200, mixed, strict" or "2 CPU threads (x86-64-v3), mixed, strict": a line for the log.
   virtual std::string description() const = 0;
 
+  /// From now on RVEs have room for rolling forces, as they have from the first one that needs it: for who plans memory before.
+  virtual void expect_rolling_resistance() = 0;
+
   /// Memory that one RVE of this many grains takes [bytes].
   virtual std::size_t bytes_per_rve(int num_grains) const = 0;
 

@@ -91,7 +91,8 @@ namespace {
     {
       if (num_rves == 0) return 0;
       const HostWorkspaceSizes sizes =
-          kernel.workspace_sizes(num_grains, pair_capacity(num_grains));
+          kernel.workspace_sizes(num_grains, pair_capacity(num_grains),
+                                 has_rolling() ? SceneKind::Rolling : SceneKind::General);
       return static_cast<std::size_t>(std::min(num_threads, num_rves)) *
           (sizes.shared + sizes.workspace) +
           static_cast<std::size_t>(num_rves) *
@@ -145,7 +146,8 @@ namespace {
       const int count = static_cast<int>(call.rves->size());
       answers.assign(count, AnswerRecord());
       if (call.with_details) details.assign(count, DetailRecord());
-      const HostWorkspaceSizes sizes = kernel.workspace_sizes(call.largest, call.pair_capacity);
+      const HostWorkspaceSizes sizes =
+          kernel.workspace_sizes(call.largest, call.pair_capacity, call.scene);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(std::min(num_threads, std::max(count, 1)))
       for (int m = 0; m < count; ++m) {
         const int k = call.order.empty() ? m : call.order[m];

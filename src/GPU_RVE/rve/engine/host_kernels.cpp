@@ -62,15 +62,22 @@ inline namespace RVE_ISA {
         return;
       }
     }
-    if (scene != SceneKind::General)
+    if (scene == SceneKind::Rolling)
+      run_program<BlockSerial, Rolling<Format>, true>(image, drive, steering, batch, memory, answer,
+                                                      detail);
+    else if (scene != SceneKind::General)
       run_program<PlainBlock<Format>, Format, false>(image, drive, steering, batch, memory, answer,
                                                      detail);
     else
       run_program<BlockSerial, Format, true>(image, drive, steering, batch, memory, answer, detail);
   }
 
-  template <class Format> HostWorkspaceSizes workspace_sizes(int num_grains, int pair_capacity)
+  template <class Format>
+  HostWorkspaceSizes workspace_sizes(int num_grains, int pair_capacity, SceneKind scene)
   {
+    if constexpr (!Format::has_rolling)
+      if (scene == SceneKind::Rolling)
+        return workspace_sizes<Rolling<Format>>(num_grains, pair_capacity, scene);
     HostWorkspaceSizes sizes;
     sizes.shared = shared_size<Format>(num_grains, false);
     sizes.workspace = workspace_size<Format>(num_grains, pair_capacity);

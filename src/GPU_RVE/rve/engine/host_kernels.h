@@ -25,7 +25,7 @@ struct HostKernel {
   void (*advance)(char *image, const DriveRecord &drive, const SteeringRecord *steering,
                   const BatchConstants &batch, const HostWorkspace &memory, SceneKind scene,
                   AnswerRecord &answer, DetailRecord *detail);
-  HostWorkspaceSizes (*workspace_sizes)(int num_grains, int pair_capacity);
+  HostWorkspaceSizes (*workspace_sizes)(int num_grains, int pair_capacity, SceneKind scene);
 };
 
 enum class KernelFormat { Fast, Mixed, Double, Single };

@@ -16,7 +16,8 @@ namespace rve {
 
 /// What to prepare and how. A zero time step, gain or rate is chosen by the recipe.
 struct PackingRecipe {
-  Material material;         ///< final one; its friction is set when the packing is ready
+  Material
+      material;    ///< final one; its friction and its rolling resistance are set when the packing is ready
   double pressure = 0.0;     ///< goal of both -sigma_xx and -sigma_yy [stress], > 0
   std::uint64_t seed = 1;    ///< of positions and radii
 

@@ -26,6 +26,8 @@ namespace {
     const char *name;
     double Material::*member;
     const char *unit;
+    bool optional =
+        false;    // written when it or another one is not zero, and zero where it is not given
   };
 
   constexpr MaterialEntry MATERIAL_ENTRIES[] = {
@@ -37,7 +39,9 @@ namespace {
       {"normal_viscosity", &Material::normal_viscosity, "force time/length"},
       {"tangential_viscosity", &Material::tangential_viscosity, "force time/length"},
       {"thickness", &Material::thickness, "length"},
-      {"mass_depth", &Material::mass_depth, "length"}};
+      {"mass_depth", &Material::mass_depth, "length"},
+      {"rolling_stiffness", &Material::rolling_stiffness, "force/length", true},
+      {"rolling_friction", &Material::rolling_friction, "-", true}};
 
   // ---- reading ----
 
@@ -61,6 +65,7 @@ namespace {
     }
 
     const std::string_view &word(std::size_t k) const { return words[k]; }
+    std::size_t num_words() const { return words.size(); }
 
     void require_words(std::size_t count, const std::string &form) const
     {
@@ -128,21 +133,27 @@ namespace {
     }
   };
 
+  /// Ends at the first statement behind the material.
   void read_material(StatementReader &reader, Material &material)
   {
     std::map<std::string, bool> seen;
-    for (std::size_t k = 0; k < std::size(MATERIAL_ENTRIES); ++k) {
-      reader.next("a material value");
+    const auto missing = [&] {
+      std::string names;
+      for (const MaterialEntry &e : MATERIAL_ENTRIES)
+        if (!e.optional && !seen[e.name]) names += std::string(names.empty() ? "" : ", ") + e.name;
+      return names;
+    };
+    while (true) {
+      const bool complete = missing().empty();
+      reader.next(complete ? "'cell'" : "a material value");
       const std::string name(reader.word(0));
       const auto entry = std::find_if(std::begin(MATERIAL_ENTRIES), std::end(MATERIAL_ENTRIES),
                                       [&](const MaterialEntry &e) {
                                         return name == e.name;
                                       });
       if (entry == std::end(MATERIAL_ENTRIES)) {
-        std::string missing;
-        for (const MaterialEntry &e : MATERIAL_ENTRIES)
-          if (!seen[e.name]) missing += std::string(missing.empty() ? "" : ", ") + e.name;
-        reader.fail("'" + name + "' is not a material value; still missing: " + missing);
+        if (complete) return;
+        reader.fail("'" + name + "' is not a material value; still missing: " + missing());
       }
       if (seen[name]) reader.fail(name + " is given twice");
       seen[name] = true;
@@ -199,13 +210,15 @@ namespace {
   {
     for (int k = 0; k < num_contacts; ++k) {
       reader.next("contact line " + std::to_string(k + 1) + " of " + std::to_string(num_contacts));
-      reader.require_words(3, "id id tangential_force");
+      const bool rolls = reader.num_words() == 4;
+      reader.require_words(rolls ? 4 : 3, "id id tangential_force");
       Pair pair;
       pair.first = reader.integer<std::int32_t>(0, "grain id", 1, state.num_grains()) - 1;
       pair.second = reader.integer<std::int32_t>(1, "grain id", 1, state.num_grains()) - 1;
       if (pair.first == pair.second)
         reader.fail("contact joins grain " + std::to_string(pair.first + 1) + " to itself");
       pair.tangential_force = reader.finite_number(2, "tangential force");
+      if (rolls) pair.rolling_force = reader.finite_number(3, "rolling force");
       state.pairs.push_back(pair);
     }
   }
@@ -219,7 +232,6 @@ namespace {
     reader.next("'material'");
     reader.require_keyword("material", 1, "material");
     read_material(reader, state.material);
-    reader.next("'cell'");
     reader.require_keyword("cell", 1, "cell");
     read_tensor(reader, "cell", state.cell);
     reader.next("'grains'");
@@ -286,9 +298,14 @@ namespace {
   void write_packing_statements(std::ostream &out, const RveState &state)
   {
     out << "gpu_rve_packing " << FILE_VERSION << "\n\nmaterial\n";
+    const bool has_options = std::any_of(
+        std::begin(MATERIAL_ENTRIES), std::end(MATERIAL_ENTRIES), [&](const MaterialEntry &entry) {
+          return entry.optional && state.material.*entry.member != 0.0;
+        });
     for (const MaterialEntry &entry : MATERIAL_ENTRIES)
-      out << "  " << entry.name << " " << exact(state.material.*entry.member) << "    # ["
-          << entry.unit << "]\n";
+      if (has_options || !entry.optional)
+        out << "  " << entry.name << " " << exact(state.material.*entry.member) << "    # ["
+            << entry.unit << "]\n";
     out << "\n# rows of H; its columns are the cell vectors [length]\n";
     write_tensor(out, "cell", state.cell);
     out << "# deformation gradient since the packing was made [-]\n";
@@ -306,15 +323,22 @@ namespace {
           << exact(state.velocity[2 * i + 1]) << " " << exact(state.spin[i]) << "\n";
 
     const auto has_history = [](const Pair &pair) {
-      return pair.tangential_force != 0.0;
+      return pair.tangential_force != 0.0 || pair.rolling_force != 0.0;
     };
+    const bool rolls = std::any_of(state.pairs.begin(), state.pairs.end(), [](const Pair &pair) {
+      return pair.rolling_force != 0.0;
+    });
     out << "\ncontacts " << std::count_if(state.pairs.begin(), state.pairs.end(), has_history)
         << "\n# contacts with a tangential force: id, id, force on the first along (-n_y, n_x), n "
            "to the second [force]\n";
-    for (const Pair &pair : state.pairs)
-      if (has_history(pair))
-        out << pair.first + 1 << " " << pair.second + 1 << " " << exact(pair.tangential_force)
-            << "\n";
+    if (rolls)
+      out << "# and rolling force: moment on the first over r_1 r_2 / (r_1 + r_2) [force]\n";
+    for (const Pair &pair : state.pairs) {
+      if (!has_history(pair)) continue;
+      out << pair.first + 1 << " " << pair.second + 1 << " " << exact(pair.tangential_force);
+      if (rolls) out << " " << exact(pair.rolling_force);
+      out << "\n";
+    }
     out << "end\n";
   }
 

@@ -15,14 +15,16 @@ namespace rve {
 ///
 /// The file is plain text, `#` starts a comment, one statement a line, in this order:
 ///     gpu_rve_packing 1
-///     material                      followed by nine lines `name value`, the members of Material
+///     material                      followed by lines `name value`, the members of Material; those of rolling resistance are
+///                                   optional, default 0
 ///     cell                          followed by the two rows of H
 ///     deformation                   followed by the two rows of F; optional, default 1
 ///     servo_velocity_gradient       followed by the two rows of L; optional, default 0
 ///     largest_contact_force value   optional, default 0
 ///     grains N                      followed by N lines: id (1 to N, any order), radius, two fractional coordinates as
 ///                                   integers s 2^64, two components of the peculiar velocity, spin
-///     contacts M                    followed by M lines: two ids, tangential force on the first
+///     contacts M                    followed by M lines: two ids, tangential force on the first, rolling force (optional,
+///                                   default 0)
 ///     end
 /// Numbers are the shortest decimals that read back to the same double, so a file holds a state exactly. Not in it: run
 /// counters, energy ledger and Verlet list, which belong to a run (see serialize).

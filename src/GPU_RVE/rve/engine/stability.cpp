@@ -1,6 +1,7 @@
 // A contact couples six coordinates: (x, y, r theta) of two grains. With rotation measured as the surface displacement
 // r theta all coordinates are lengths, the rotational mass is I/r^2 = m/2, and a stretch of the contact is
-//     u_n = (u_j - u_i).n        u_t = (u_j - u_i).t - (a_i/r_i) w_i - (a_j/r_j) w_j,    w = r theta, a = r - overlap/2.
+//     u_n = (u_j - u_i).n        u_t = (u_j - u_i).t - (a_i/r_i) w_i - (a_j/r_j) w_j,    w = r theta, a = r - overlap/2,
+//     u_r = (R/r_j) w_j - (R/r_i) w_i,    R = r_i r_j / (r_i + r_j).
 
 #include "rve/engine/stability.h"
 
@@ -23,18 +24,20 @@ namespace {
   struct ContactModulus {
     double normal;
     double tangential;
+    double rolling;
   };
 
   ContactModulus stiffness(const Material &material)
   {
     return {material.normal_stiffness,
-            material.friction > 0.0 ? material.tangential_stiffness : 0.0};
+            material.friction > 0.0 ? material.tangential_stiffness : 0.0,
+            material.rolling_friction > 0.0 ? material.rolling_stiffness : 0.0};
   }
 
   ContactModulus viscosity(const Material &material)
   {
     return {material.normal_viscosity,
-            material.friction > 0.0 ? material.tangential_viscosity : 0.0};
+            material.friction > 0.0 ? material.tangential_viscosity : 0.0, 0.0};
   }
 
   using Stretch =
@@ -52,6 +55,13 @@ namespace {
     const double arm_first = 1.0 - 0.5 * contact.overlap / state.radius[contact.first];
     const double arm_second = 1.0 - 0.5 * contact.overlap / state.radius[contact.second];
     return {-t[0], -t[1], -arm_first, t[0], t[1], -arm_second};
+  }
+
+  Stretch rolling_stretch(const RveState &state, const ContactGeometry &contact)
+  {
+    const double first = state.radius[contact.first], second = state.radius[contact.second];
+    // R/r of each
+    return {0.0, 0.0, -second / (first + second), 0.0, 0.0, first / (first + second)};
   }
 
   double grain_mass(const RveState &state, int i)
@@ -81,6 +91,7 @@ namespace {
       for (const ContactGeometry &contact : contacts) {
         normal.push_back(normal_stretch(contact));
         tangential.push_back(tangential_stretch(state, contact));
+        if (modulus.rolling > 0.0) rolling.push_back(rolling_stretch(state, contact));
       }
     }
 
@@ -103,6 +114,7 @@ namespace {
           const std::size_t dof = coordinate(contacts[c], k);
           y[dof] += inverse_root_mass[dof] * (normal[c][k] * f_n + tangential[c][k] * f_t);
         }
+        if (modulus.rolling > 0.0) apply_rolling(c, x, y);
       }
     }
 
@@ -111,6 +123,21 @@ namespace {
     ContactModulus modulus;
     std::vector<double> inverse_root_mass;
     std::vector<Stretch> normal, tangential;
+    std::vector<Stretch> rolling;    // where it acts
+
+    void apply_rolling(std::size_t c, const std::vector<double> &x, std::vector<double> &y) const
+    {
+      constexpr int ROTATIONS[] = {2, 5};
+      double u_r = 0.0;
+      for (const int k : ROTATIONS) {
+        const std::size_t dof = coordinate(contacts[c], k);
+        u_r += rolling[c][k] * inverse_root_mass[dof] * x[dof];
+      }
+      for (const int k : ROTATIONS) {
+        const std::size_t dof = coordinate(contacts[c], k);
+        y[dof] += inverse_root_mass[dof] * rolling[c][k] * modulus.rolling * u_r;
+      }
+    }
   };
 
   // Number of eigenvalues of a symmetric tridiagonal matrix below x (Sturm sequence).
@@ -199,7 +226,9 @@ namespace {
   double network_eigenvalue(const RveState &state, const std::vector<ContactGeometry> &contacts,
                             ContactModulus modulus)
   {
-    if (contacts.empty() || (modulus.normal == 0.0 && modulus.tangential == 0.0)) return 0.0;
+    if (contacts.empty() ||
+        (modulus.normal == 0.0 && modulus.tangential == 0.0 && modulus.rolling == 0.0))
+      return 0.0;
     return lanczos_largest_eigenvalue(NetworkOperator(state, contacts, modulus));
   }
 
@@ -214,12 +243,14 @@ namespace {
     for (const ContactGeometry &contact : contacts) {
       const Stretch normal = normal_stretch(contact);
       const Stretch tangential = tangential_stretch(state, contact);
+      const Stretch rolling = rolling_stretch(state, contact);
       for (int row = 0; row < 6; ++row)
         for (int column = 0; column < 6; ++column) {
           const double row_unit = row % 3 == 2 ? ROTATION_UNIT : 1.0;
           const double column_unit = column % 3 == 2 ? ROTATION_UNIT : 1.0;
           const double k = (modulus.normal * normal[row] * normal[column] +
-                            modulus.tangential * tangential[row] * tangential[column]) *
+                            modulus.tangential * tangential[row] * tangential[column] +
+                            modulus.rolling * rolling[row] * rolling[column]) *
               row_unit / column_unit;
           const int grain = row < 3 ? contact.first : contact.second;
           if (row / 3 == column / 3)
@@ -239,6 +270,29 @@ namespace {
     return largest;
   }
 
+  // One contact without overlap that slides and rolls: the larger eigenvalue of k_t t t^T + k_r r r^T in coordinates scaled by the
+  // roots of the masses, from t.t = 3 (1/m_i + 1/m_j), r.r = 2 ((R/r_i)^2/m_i + (R/r_j)^2/m_j) and t.r. The lightest grain rolls
+  // fastest, but with a large partner; 0 without rolling resistance.
+  double rolling_pair_eigenvalue(const RveState &state, ContactModulus modulus)
+  {
+    if (modulus.rolling == 0.0 || state.num_grains() < 2) return 0.0;
+    const auto smallest = std::min_element(state.radius.begin(), state.radius.end());
+    const int i = static_cast<int>(smallest - state.radius.begin());
+    const double r_i = state.radius[i], m_i = grain_mass(state, i);
+    double largest = 0.0;
+    for (int j = 0; j < state.num_grains(); ++j) {
+      if (j == i) continue;
+      const double r_j = state.radius[j], m_j = grain_mass(state, j);
+      const double share_i = r_j / (r_i + r_j), share_j = r_i / (r_i + r_j);    // R/r
+      const double tt = 3.0 * modulus.tangential * (1.0 / m_i + 1.0 / m_j);
+      const double rr = 2.0 * modulus.rolling * (share_i * share_i / m_i + share_j * share_j / m_j);
+      const double tr =
+          2.0 * std::sqrt(modulus.tangential * modulus.rolling) * (share_i / m_i - share_j / m_j);
+      largest = std::max(largest, 0.5 * (tt + rr) + std::hypot(0.5 * (tt - rr), tr));
+    }
+    return largest;
+  }
+
   // One contact without overlap: 1/m_i + 1/m_j along the normal, and 1/m + r^2/I = 3/m of each along the tangent.
   double pair_eigenvalue(const RveState &state, ContactModulus modulus)
   {
@@ -248,7 +302,9 @@ namespace {
       second = std::min(second, std::max(m, lightest));
       lightest = std::min(lightest, m);
     }
-    return (1.0 / lightest + 1.0 / second) * std::max(modulus.normal, 3.0 * modulus.tangential);
+    const double of_lightest =
+        (1.0 / lightest + 1.0 / second) * std::max(modulus.normal, 3.0 * modulus.tangential);
+    return std::max(of_lightest, rolling_pair_eigenvalue(state, modulus));
   }
 
   double leapfrog_bound(double frequency_squared, double dashpot_rate, double local_damping)

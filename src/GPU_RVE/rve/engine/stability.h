@@ -9,18 +9,20 @@ namespace rve {
 
 /// Highest angular frequency of the undamped contact network [1/time]; 0 without contacts.
 /// Lanczos on M^-1/2 K M^-1/2, per grain two translations and a rotation, k_n along the normal and k_t along the tangent with
-/// arms r - overlap/2, I = m r^2/2. All contacts stick; the geometric stiffness -f_n/|b| of a rotating normal, of the order
-/// overlap/diameter relative to k_n, is neglected (it lowers the frequency). Without friction k_t does not act.
+/// arms r - overlap/2, k_r with the reduced radius against rolling, I = m r^2/2. All contacts stick; the geometric stiffness
+/// -f_n/|b| of a rotating normal, of the order overlap/diameter relative to k_n, is neglected (it lowers the frequency). Without
+/// friction k_t does not act, without rolling friction k_r does not.
 double largest_frequency(const RveState &state);
 
 /// Upper bound of largest_frequency by Gershgorin's circles [1/time]. One pass over contacts.
 double gershgorin_frequency(const RveState &state);
 
-/// Frequency of one contact between the two lightest grains [1/time]: what a gas of these grains will meet first.
+/// Frequency of one contact between the two lightest grains [1/time]: what a gas of these grains will meet first. With rolling
+/// resistance also of the lightest grain with any other.
 double pair_frequency(const RveState &state);
 
-/// Largest stable time step of the leapfrog update [time]: the network's, and never longer than that of one contact between the
-/// two lightest grains, which may touch at any time. With frequency w, dashpot rate B (largest eigenvalue of M^-1 C) and
+/// Largest stable time step of the leapfrog update [time]: the network's, and never longer than that of one contact as in
+/// pair_frequency(), which may come at any time. With frequency w, dashpot rate B (largest eigenvalue of M^-1 C) and
 /// Cundall damping A, which scales a force by up to 1 + A,
 ///     dt = 4 / ((1+A) B + sqrt((1+A)^2 B^2 + 4 (1+A) w^2)),
 /// that is 2/(w sqrt(1+A)) without dashpots and 2/w (sqrt(1+xi^2) - xi), xi = B/(2w), with them: the dashpot sees the velocity

@@ -49,7 +49,7 @@ struct Counters {
 /// Dissipated and supplied energy since the state was made (tracked only with Options::track_energy).
 struct EnergyLedger {
   double work = 0.0;             ///< of the mean field, sum of V sigma : L dt [force length]
-  double friction = 0.0;         ///< lost in sliding
+  double friction = 0.0;         ///< lost in sliding and rolling
   double local_damping = 0.0;    ///< lost in Cundall's damping
   double viscous = 0.0;          ///< lost in contact dashpots
 };

@@ -29,6 +29,8 @@ inline namespace RVE_ISA {
     Real tangential_velocity;    ///< [length/time]
     Real normal_velocity;        ///< [length/time]
     Truth<History> sliding;
+
+    RVE_INLINE History history() const { return spring; }
   };
 
   /// Linear springs and Coulomb friction, for disks.

@@ -1,0 +1,71 @@
+// Rolling resistance: a moment against the rolling of two disks on each other, and the contact law with it.
+//
+// As LAMMPS' `pair granular ... rolling sds k_roll 0 mu_roll`, after Luding (2008), "Cohesive, frictional powders: contact models for
+// tension", Granular Matter 10, 235-246: a spring with a limit for a force that exists in name only, "pseudo-force", since only its
+// moment acts.
+
+#ifndef RVE_PHYSICS_ROLLING_RESISTANCE_H
+#define RVE_PHYSICS_ROLLING_RESISTANCE_H
+
+#include "rve/core/spring_forces.h"
+#include "rve/physics/contact_law.h"
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  /// Rolling velocity v_r = R (w_j - w_i) with the reduced radius R = r_i r_j / (r_i + r_j); rolling force
+  /// f_r <- f_r + k_r v_r dt, at most mu_r |f_n|, kept as the tangential spring is; moments R f_r on grain i and -R f_r on grain j, and
+  /// no force. A rigid rotation has equal spins and gives none. Under exchange of the grains v_r and f_r change sign exactly.
+  template <class Real, class Spring> struct RollingResistance {
+    LinearTangential<Real, Spring, false> spring;    ///< k_r [force/length], mu_r [-]
+
+    struct Rolling {
+      Real moment;       ///< on grain i; grain j gets the opposite [force length]
+      Spring force;      ///< f_r, history [force]
+      Spring slipped;    ///< see TangentialForce
+    };
+
+    RVE_INLINE Rolling advance(Spring force, const DiskMotion<Real> &i, const DiskMotion<Real> &j,
+                               Real normal_force, Real dt) const
+    {
+      const Real reduced_radius = i.radius * j.radius * reciprocal(i.radius + j.radius);
+      const Real velocity = reduced_radius * (j.spin - i.spin);
+      const auto rolled = spring.advance(force, velocity, normal_force, dt);
+      return {reduced_radius * rolled.force, rolled.spring, rolled.slipped};
+    }
+  };
+
+  template <class Real, class Spring> struct RollingContactForce : ContactForce<Real, Spring> {
+    Spring rolling;            ///< new history [force]
+    Spring rolling_slipped;    ///< see TangentialForce
+
+    RVE_INLINE SpringForces<Spring> history() const { return {this->spring, rolling}; }
+  };
+
+  /// The general law with rolling resistance. The same bits where that has a coefficient of zero.
+  template <class Real, class Spring>
+  struct RollingFrictionLaw : LinearFrictionLaw<Real, Spring, true> {
+    RollingResistance<Real, Spring> rolling;
+
+    RVE_INLINE RollingContactForce<Real, Spring>
+    evaluate(const ContactGeometry<Real, 2> &contact, const DiskMotion<Real> &i,
+             const DiskMotion<Real> &j, const Tensor<Real, 2> &velocity_gradient,
+             const SpringForces<Spring> &history, Real dt) const
+    {
+      using Sliding = LinearFrictionLaw<Real, Spring, true>;
+      RollingContactForce<Real, Spring> result;
+      static_cast<ContactForce<Real, Spring> &>(result) =
+          Sliding::evaluate(contact, i, j, velocity_gradient, history.tangential, dt);
+      const auto rolled = rolling.advance(history.rolling, i, j, result.normal_force, dt);
+      result.torque_i = result.torque_i + rolled.moment;
+      result.torque_j = result.torque_j - rolled.moment;
+      result.rolling = rolled.force;
+      result.rolling_slipped = rolled.slipped;
+      return result;
+    }
+  };
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif

@@ -1,0 +1,275 @@
+// Rolling resistance: its moment, its history, and the contact law with it.
+
+#include "rve/core/fixed_point.h"
+#include "rve/physics/rolling_resistance.h"
+#include "support/random.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+
+using namespace rve;
+using rve_test::Random;
+
+namespace {
+
+constexpr double PI = 3.14159265358979323846;
+constexpr double STIFFNESS = 4e5;    // k_r [force/length]
+constexpr double FRICTION = 0.25;    // mu_r
+constexpr double NORMAL_FORCE = 20.0;
+constexpr double LIMIT = FRICTION * NORMAL_FORCE;
+constexpr double DT = 1e-4;
+
+const RollingResistance<double, double> RESISTANCE{{STIFFNESS, FRICTION, 0.0}};
+
+/// Disks of 5 and 3 mm, whose reduced radius is 15/8 mm.
+constexpr double REDUCED_RADIUS = 0.001875;
+DiskMotion<double> first(double spin)
+{
+  return {{{0.3, -0.2}}, spin, 0.005};
+}
+DiskMotion<double> second(double spin)
+{
+  return {{{-0.7, 0.1}}, spin, 0.003};
+}
+
+/// Relative spin that moves the spring by a share of its limit in one step.
+double spin_for(double share)
+{
+  return share * LIMIT / (STIFFNESS * DT * REDUCED_RADIUS);
+}
+
+template <class T> bool same_bits(T x, T y)
+{
+  return std::memcmp(&x, &y, sizeof(T)) == 0;
+}
+
+template <class Format> class LawWithRolling : public ::testing::Test {
+ public:
+  using Real = typename Format::Real;
+  using Wide = typename Format::Wide;
+  using Spring = typename Format::Spring;
+  using Law = RollingFrictionLaw<Real, Spring>;
+
+  static Law law(double rolling_friction)
+  {
+    Law law;
+    law.normal.stiffness = Real(1e6);
+    law.normal_damping.viscosity = Real(30.0);
+    law.tangential.stiffness = Spring(0.8e6);
+    law.tangential.friction = Real(0.5);
+    law.tangential.viscosity = Real(15.0);
+    law.velocity_arm = Real(0.5);
+    law.rolling.spring.stiffness = Spring(4e5);
+    law.rolling.spring.friction = Real(rolling_friction);
+    return law;
+  }
+
+  /// A touching pair that moves at random.
+  struct Sample {
+    DiskMotion<Real> i, j;
+    Vec<Wide, 2> branch;
+    Wide sum_of_radii;
+    Tensor<Real, 2> gradient;
+    SpringForces<Spring> history;
+    Real dt;
+
+    explicit Sample(Random &random)
+    {
+      for (DiskMotion<Real> *disk : {&i, &j})
+        *disk = {{{Real(random.uniform(-1.0, 1.0)), Real(random.uniform(-1.0, 1.0))}},
+                 Real(random.uniform(-99.0, 99.0)),
+                 Real(random.uniform(0.002, 0.006))};
+      for (Real &x : gradient.component) x = Real(random.uniform(-20.0, 20.0));
+      sum_of_radii = static_cast<Wide>(i.radius) + static_cast<Wide>(j.radius);
+      const double distance = sum_of_radii * (1.0 - random.uniform(1e-5, 0.1));
+      const double angle = random.uniform(0.0, 2.0 * PI);
+      branch = {{Wide(distance * std::cos(angle)), Wide(distance * std::sin(angle))}};
+      history = {Spring(random.uniform(-50.0, 50.0)), Spring(random.uniform(-20.0, 20.0))};
+      dt = Real(random.uniform(0.0, 1e-4));
+    }
+
+    ContactGeometry<Real, 2> contact() const
+    {
+      return contact_geometry<Real>(branch, sum_of_radii);
+    }
+    ContactGeometry<Real, 2> contact_from_j() const
+    {
+      return contact_geometry<Real>(Vec<Wide, 2>{{-branch[0], -branch[1]}}, sum_of_radii);
+    }
+  };
+};
+using Formats = ::testing::Types<FastFormat, MixedFormat, DoubleFormat, SingleFormat>;
+TYPED_TEST_SUITE(LawWithRolling, Formats);
+
+}    // namespace
+
+TEST(RollingResistance, SpringGrowsByItsStiffnessTimesTheReducedRadiusTimesTheRelativeTurn)
+{
+  const double turn = spin_for(0.25);
+
+  const auto one = RESISTANCE.advance(0.0, first(3.0), second(3.0 + turn), NORMAL_FORCE, DT);
+  const auto two = RESISTANCE.advance(one.force, first(3.0), second(3.0 + turn), NORMAL_FORCE, DT);
+
+  EXPECT_NEAR(one.force, STIFFNESS * REDUCED_RADIUS * turn * DT, 1e-13 * LIMIT);
+  EXPECT_NEAR(two.force, 0.5 * LIMIT, 1e-13 * LIMIT);
+  // the first disk is taken along by the second, which turns faster
+  EXPECT_NEAR(two.moment, REDUCED_RADIUS * 0.5 * LIMIT, 1e-13 * LIMIT * REDUCED_RADIUS);
+  EXPECT_EQ(two.slipped, 0.0);
+}
+
+TEST(RollingResistance, LimitCapsTheForceInBothDirections)
+{
+  for (const double direction : {1.0, -1.0}) {
+    const auto rolled = RESISTANCE.advance(direction * 0.9 * LIMIT, first(0.0),
+                                           second(direction * spin_for(0.25)), NORMAL_FORCE, DT);
+
+    EXPECT_EQ(rolled.force, direction * LIMIT);
+    EXPECT_NEAR(rolled.slipped, direction * 0.15 * LIMIT, 1e-13 * LIMIT);
+    EXPECT_NEAR(rolled.moment, direction * REDUCED_RADIUS * FRICTION * NORMAL_FORCE,
+                1e-15 * REDUCED_RADIUS * LIMIT);
+  }
+}
+
+TEST(RollingResistance, ReversedRollingUnloadsTheSpringFirst)
+{
+  double force = LIMIT;    // rolled forward for long
+
+  for (int step = 0; step < 8; ++step)
+    force = RESISTANCE.advance(force, first(0.0), second(-spin_for(0.25)), NORMAL_FORCE, DT).force;
+
+  EXPECT_NEAR(force, -LIMIT, 1e-12 * LIMIT);
+}
+
+TEST(RollingResistance, LimitFollowsTheNormalForce)
+{
+  const auto rolled = RESISTANCE.advance(LIMIT, first(0.0), second(0.0), 0.5 * NORMAL_FORCE, DT);
+
+  EXPECT_EQ(rolled.force, 0.5 * LIMIT);
+  EXPECT_EQ(rolled.slipped, 0.5 * LIMIT);
+}
+
+TEST(RollingResistance, EqualSpinsDoNotMoveTheSpring)
+{
+  const double force = 0.3 * LIMIT;
+  for (const double spin : {0.0, 12.0, -777.7}) {
+    const auto rolled = RESISTANCE.advance(force, first(spin), second(spin), NORMAL_FORCE, DT);
+    EXPECT_EQ(rolled.force, force);
+  }
+}
+
+TEST(RollingResistance, HistoryOfTheOtherGrainHasTheOppositeMomentAndTheSameTangentialForce)
+{
+  const SpringForces<double> history{3.0, -0.5};
+
+  const SpringForces<double> other = seen_from_partner(history);
+
+  EXPECT_EQ(other.tangential, 3.0);
+  EXPECT_EQ(other.rolling, 0.5);
+  EXPECT_EQ(seen_from_partner(3.0), 3.0);    // without rolling
+}
+
+TYPED_TEST(LawWithRolling, ExchangeOfTheGrainsGivesTheSameBitsSeenFromTheOtherSide)
+{
+  Random random(2);
+  const auto law = this->law(0.1);
+  int at_limit = 0, below = 0;
+  for (int k = 0; k < 20000; ++k) {
+    const typename TestFixture::Sample s(random);
+
+    const auto of_i = law.evaluate(s.contact(), s.i, s.j, s.gradient, s.history, s.dt);
+    const auto of_j =
+        law.evaluate(s.contact_from_j(), s.j, s.i, s.gradient, seen_from_partner(s.history), s.dt);
+
+    ASSERT_EQ(of_i.force[0], -of_j.force[0]);
+    ASSERT_EQ(of_i.force[1], -of_j.force[1]);
+    ASSERT_TRUE(same_bits(of_i.torque_i, of_j.torque_j));
+    ASSERT_TRUE(same_bits(of_i.torque_j, of_j.torque_i));
+    const auto back = seen_from_partner(of_j.history());
+    ASSERT_TRUE(same_bits(of_i.history().tangential, back.tangential));
+    ASSERT_TRUE(same_bits(of_i.history().rolling, back.rolling));
+    ASSERT_EQ(of_i.rolling_slipped, -of_j.rolling_slipped);
+    ++(of_i.rolling_slipped != 0 ? at_limit : below);
+  }
+  EXPECT_GT(at_limit, 1000);
+  EXPECT_GT(below, 1000);
+}
+
+TYPED_TEST(LawWithRolling, MomentsAreOppositeAndTheForceIsThatWithoutRolling)
+{
+  using Real = typename TypeParam::Real;
+  using Spring = typename TypeParam::Spring;
+  Random random(3);
+  const auto law = this->law(0.1);
+  const LinearFrictionLaw<Real, Spring, true> &sliding = law;
+  for (int k = 0; k < 2000; ++k) {
+    const typename TestFixture::Sample s(random);
+
+    const auto with = law.evaluate(s.contact(), s.i, s.j, s.gradient, s.history, s.dt);
+    const auto without =
+        sliding.evaluate(s.contact(), s.i, s.j, s.gradient, s.history.tangential, s.dt);
+    const auto rolled =
+        law.rolling.advance(s.history.rolling, s.i, s.j, without.normal_force, s.dt);
+
+    ASSERT_TRUE(same_bits(with.force, without.force));
+    ASSERT_TRUE(same_bits(with.spring, without.spring));
+    ASSERT_EQ(with.torque_i, without.torque_i + rolled.moment);
+    ASSERT_EQ(with.torque_j, without.torque_j - rolled.moment);
+  }
+}
+
+TYPED_TEST(LawWithRolling, CoefficientOfZeroGivesTheBitsOfTheLawWithoutRolling)
+{
+  using Real = typename TypeParam::Real;
+  using Spring = typename TypeParam::Spring;
+  Random random(4);
+  const auto law = this->law(0.0);
+  const LinearFrictionLaw<Real, Spring, true> &sliding = law;
+  for (int k = 0; k < 2000; ++k) {
+    const typename TestFixture::Sample s(random);
+
+    const auto with = law.evaluate(s.contact(), s.i, s.j, s.gradient, s.history, s.dt);
+    const auto without =
+        sliding.evaluate(s.contact(), s.i, s.j, s.gradient, s.history.tangential, s.dt);
+
+    ASSERT_TRUE(same_bits(with.torque_i, without.torque_i));
+    ASSERT_TRUE(same_bits(with.torque_j, without.torque_j));
+    ASSERT_EQ(with.rolling, 0);
+  }
+}
+
+// LAMMPS in three dimensions (granular_model.cpp, gran_sub_mod_rolling.cpp): relrot = omega_i - omega_j, v = R relrot x n with n from j
+// to i, displacement xi += v dt, fr = -k xi at most mu f, torque on i R n x fr and the opposite on j.
+TYPED_TEST(LawWithRolling, IsThatOfLammpsRollingSds)
+{
+  Random random(5);
+  const double k_r = 4e5, mu_r = 0.1;
+  const auto law = this->law(mu_r);
+  for (int k = 0; k < 2000; ++k) {
+    typename TestFixture::Sample s(random);
+    const double ri = s.i.radius, rj = s.j.radius, reduced = ri * rj / (ri + rj);
+    const auto contact = s.contact();
+    const double n[2] = {-static_cast<double>(contact.normal[0]),
+                         -static_cast<double>(contact.normal[1])};
+    const double relrot = static_cast<double>(s.i.spin) - static_cast<double>(s.j.spin);
+    // our history as the displacement along relrot x n = relrot (-n_y, n_x)
+    const double t[2] = {-n[1], n[0]};
+    const double xi_before = -static_cast<double>(s.history.rolling) / k_r;
+    double fr[2];
+    for (int a = 0; a < 2; ++a)
+      fr[a] = -k_r * t[a] * (xi_before + reduced * relrot * static_cast<double>(s.dt));
+
+    const auto result = law.evaluate(contact, s.i, s.j, s.gradient, s.history, s.dt);
+
+    const double critical = mu_r * std::fabs(static_cast<double>(result.normal_force));
+    const double size = std::hypot(fr[0], fr[1]);
+    for (double &f : fr) f *= size > critical ? critical / size : 1.0;
+    const double torque_on_i = reduced * (n[0] * fr[1] - n[1] * fr[0]);
+    const auto moment =
+        law.rolling.advance(s.history.rolling, s.i, s.j, result.normal_force, s.dt).moment;
+    const double error = 16.0 * std::numeric_limits<typename TypeParam::Real>::epsilon() * reduced *
+        (size + critical);
+    ASSERT_NEAR(static_cast<double>(moment), torque_on_i, error);
+  }
+}
