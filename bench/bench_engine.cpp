@@ -440,6 +440,14 @@ rve::RveState frictionless(rve::RveState packing)
   return packing;
 }
 
+/// With rolling resistance.
+rve::RveState rolling(rve::RveState packing)
+{
+  packing.material.rolling_stiffness = 0.5 * packing.material.normal_stiffness;
+  packing.material.rolling_friction = 0.1;
+  return packing;
+}
+
 /// Constant stress along y, at that of the packing.
 rve::Drive servo_drive(const rve::RveState &packing, int substeps)
 {
@@ -457,7 +465,7 @@ void run_features(Bench &bench)
   const int substeps = 200;
   const double seconds = bench.arguments.seconds;
   const std::vector<std::string> few = {"plain", "frictionless"},
-                                 all = {"plain", "frictionless", "viscous",
+                                 all = {"plain", "frictionless", "viscous",    "rolling",
                                         "servo", "energy",       "long_answer"};
   const std::vector<Precision> two = bench.two_precisions();
   for (const Precision precision : bench.precisions())
@@ -467,6 +475,7 @@ void run_features(Bench &bench)
       rve::RveState packing = feature == "frictionless" ? frictionless(bench.packing)
                                                         : bench.packing;
       if (feature == "viscous") packing.material = viscous(packing);
+      if (feature == "rolling") packing = rolling(packing);
       const rve::Drive drive = feature == "servo" ? servo_drive(packing, substeps)
                                                   : shear(substeps);
       const Batch batch(options, packing, bench.many());
@@ -592,10 +601,11 @@ void visit_all_paths(Bench &bench, const Precision &precision, int block, int ma
   for (const std::string &program : programs) {
     rve::Options options = options_for(bench, precision, bench.cores());
     options.block_size = block;
-    options.track_energy = program == "general";
-    bench::visit_all_paths(options,
-                           program == "frictionless" ? frictionless(bench.packing) : bench.packing,
-                           many, program);
+    options.track_energy = program == "general" || program == "rolling";
+    const rve::RveState packing = program == "frictionless" ? frictionless(bench.packing)
+        : program == "rolling"                              ? rolling(bench.packing)
+                                                            : bench.packing;
+    bench::visit_all_paths(options, packing, many, program);
   }
 }
 
@@ -605,7 +615,8 @@ void run_sanitize(Bench &bench)
                                                        : std::vector<int>{0};
   for (const Precision precision : bench.precisions())
     for (const int block : blocks)
-      visit_all_paths(bench, precision, block, 400, {"plain", "frictionless", "general"});
+      visit_all_paths(bench, precision, block, 400,
+                      {"plain", "frictionless", "general", "rolling"});
 }
 
 /// For racecheck, which takes very long: each way to keep grains, and each number format. What is left of a step without friction
@@ -614,10 +625,10 @@ void run_races(Bench &bench)
 {
   for (const Precision precision : bench.precisions()) {
     if (precision.arithmetic == Arithmetic::Relaxed) continue;
-    visit_all_paths(bench, precision, 416, 140, {"plain", "general"});
+    visit_all_paths(bench, precision, 416, 140, {"plain", "general", "rolling"});
     if (precision.format != Format::Fast) continue;
     visit_all_paths(bench, precision, 416, 140, {"frictionless"});
-    visit_all_paths(bench, precision, 64, 140, {"plain", "frictionless", "general"});
+    visit_all_paths(bench, precision, 64, 140, {"plain", "frictionless", "general", "rolling"});
   }
 }
 

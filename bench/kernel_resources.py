@@ -16,9 +16,9 @@ import subprocess
 
 HERE = pathlib.Path(__file__).resolve().parent
 
-# mangled: advance_<kernel><<Format>Format, General> or advance_<kernel><Frictionless<<Format>Format>, General>, relaxed ones in a
-# namespace of their own
-FUNCTION = re.compile(r"Function (\S*?)\d+advance_([a-z_]+)INS\w*?_\d+((?:Frictionless)?)(?:IN\w*?_\d+)?([A-Z][a-z]+)FormatEE*Lb([01])E")
+# mangled: advance_<kernel><<Format>Format, General>, or with Frictionless<<Format>Format> or Rolling<<Format>Format>, relaxed ones in
+# a namespace of their own
+FUNCTION = re.compile(r"Function (\S*?)\d+advance_([a-z_]+)INS\w*?_\d+((?:Frictionless|Rolling)?)(?:IN\w*?_\d+)?([A-Z][a-z]+)FormatEE*Lb([01])E")
 USAGE = re.compile(r"REG:(\d+) STACK:(\d+) SHARED:(\d+)")
 
 
@@ -33,7 +33,7 @@ def kernels(text):
         if name and usage:
             case = {"code": "gpu_rve", "experiment": "kernels", "arch": arch, "format": name.group(4).lower(),
                     "arithmetic": "relaxed" if "relaxed" in name.group(1) else "strict", "kernel": name.group(2),
-                    "program": "general" if name.group(5) == "1" else name.group(3).lower() or "plain"}
+                    "program": name.group(3).lower() or ("general" if name.group(5) == "1" else "plain")}
             rows.append({"case": case, "metric": "registers_per_thread", "value": int(usage.group(1)), "unit": "1",
                          "details": {"stack_bytes": int(usage.group(2)), "shared_bytes": int(usage.group(3))}})
             name = None

@@ -111,6 +111,11 @@ namespace {
       all.push_back({"servo", packing, servo(packing, 20), status::Ok});
       all.push_back({"dashpots", viscous, strained(0.0, 1e-3, 0.0, 20), status::Ok});
     }
+    if (packing.material.rolling_friction > 0.0) {
+      RveState without = packing;    // in the same program
+      without.material.rolling_friction = 0.0;
+      all.push_back({"no resistance", without, strained(0.0, 1e-3, 0.0, 20), status::Ok});
+    }
     return all;
   }
 
@@ -152,6 +157,14 @@ namespace {
     expect(results[3].counters.repeats > 0, "no call was repeated for its force scale");
     for (std::size_t k = all.size(); k < rves.size(); ++k)
       expect(results[k].status == status::Ok, "an ordinary RVE failed");
+    if (packing.material.rolling_friction > 0.0) {
+      const auto forces = engine->state(rves[0]).pairs;
+      expect(std::any_of(forces.begin(), forces.end(),
+                         [](const rve::Pair &pair) {
+                           return pair.rolling_force != 0.0;
+                         }),
+             "no contact has a rolling force");
+    }
     engine->add(engine->state(rves[0]));    // download and upload
     engine->remove(rves[1]);
   }

@@ -11,7 +11,8 @@
 namespace bench {
 
 /// Runs the batch on an engine of these options. Throws std::runtime_error when a path was not taken or an answer is not the expected.
-/// With `track_energy` the general program runs, of a packing without friction the frictionless one, and otherwise the plain one;
+/// Of a packing with rolling resistance the program for that runs; else with `track_energy` the general one, of a packing without
+/// friction the frictionless one, and otherwise the plain one;
 /// `program` is its name, to print. `many`: RVEs in the batch that is large; more than multiprocessors, so that the kernel for many
 /// RVEs is used, and more than are resident, so that blocks take a second one.
 void visit_all_paths(const rve::Options &options, const rve::RveState &packing, int many,

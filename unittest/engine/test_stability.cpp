@@ -54,8 +54,12 @@ double elastic_energy(const RveState &state, const std::vector<double> &u)
               u[3 * j + 1] - u[3 * j + 2] * arm_j * nx - (u[3 * i + 1] + u[3 * i + 2] * arm_i * nx);
           const double normal = dx * nx + dy * ny;
           const double tangential = dy * nx - dx * ny;
+          const double reduced_radius =
+              state.radius[i] * state.radius[j] / (state.radius[i] + state.radius[j]);
+          const double rolling = reduced_radius * (u[3 * j + 2] - u[3 * i + 2]);
           energy += 0.5 * state.material.normal_stiffness * normal * normal +
-              0.5 * state.material.tangential_stiffness * tangential * tangential;
+              0.5 * state.material.tangential_stiffness * tangential * tangential +
+              0.5 * state.material.rolling_stiffness * rolling * rolling;
         }
   return energy;
 }
@@ -143,6 +147,8 @@ TEST(Stability, LanczosFindsTheLargestEigenvalueOfTheAssembledStiffness)
   for (double &r : state.radius) r *= 1.5;
   state.material = paper_material();
   state.material.tangential_stiffness = 4e5;
+  state.material.rolling_stiffness = 3e6;    // the highest mode is one of rolling
+  state.material.rolling_friction = 0.1;
   const int n = 3 * state.num_grains();
   std::vector<double> matrix(static_cast<std::size_t>(n) * n), u(n, 0.0), root_mass(n);
   for (int i = 0; i < state.num_grains(); ++i) {
@@ -166,6 +172,46 @@ TEST(Stability, LanczosFindsTheLargestEigenvalueOfTheAssembledStiffness)
 
   EXPECT_NEAR(largest_frequency(state), expected, 1e-8 * expected);
   EXPECT_GE(gershgorin_frequency(state), expected);
+  state.material.rolling_friction = 0.0;    // then the rolling spring never acts
+  EXPECT_LT(largest_frequency(state), 0.9 * expected);
+}
+
+TEST(Stability, HexagonalLatticeThatRollsHasTheClosedFormFrequency)
+{
+  const double radius = 0.004, overlap = 2e-5, mass = 2650.0 * M_PI * radius * radius;
+  RveState state = hexagonal_lattice(6, 8, radius, overlap);
+  state.material.friction = 0.0;
+  state.material.rolling_stiffness = 2e7;
+  state.material.rolling_friction = 0.1;
+
+  // no two neighbours turn alike: three sublattices a third of a period apart, each contact rolls by R |1 - exp(2 pi i/3)| theta, and
+  // six of them give 6 (3/2) k_r R^2 = 9 k_r R^2 a disk with R = r/2, I = m r^2/2
+  const double turning = std::sqrt(9.0 * 0.25 * 2e7 * 2.0 / mass);
+  EXPECT_NEAR(largest_frequency(state), turning, 1e-8 * turning);
+}
+
+// The bound for a contact that may come is the frequency of the network of that contact, sliding and rolling coupled.
+TEST(Stability, GasThatRollsIsBoundedByAContactOfItsLightestGrain)
+{
+  const double touch = 1e-12;
+  for (const double rolling_stiffness : {1e5, 1e6, 2e7}) {
+    RveState pair = two_disks(touch);
+    pair.material.rolling_stiffness = rolling_stiffness;
+    pair.material.rolling_friction = 0.2;
+    EXPECT_NEAR(pair_frequency(pair), largest_frequency(pair), 1e-9 * pair_frequency(pair));
+
+    // a small grain rolls faster on a large one than on its like
+    RveState gas = state_of(pair.material, 0.2 * Tensor2::identity(), {0.001, 0.001, 0.01},
+                            {0.02, 0.02, 0.06, 0.02, 0.1, 0.1});
+    double highest = 0.0;
+    for (const double partner : {0.001, 0.01}) {
+      const RveState both = state_of(pair.material, 0.2 * Tensor2::identity(), {0.001, partner},
+                                     {0.02, 0.02, 0.021 + partner - touch, 0.02});
+      highest = std::max(highest, largest_frequency(both));
+    }
+    EXPECT_NEAR(pair_frequency(gas), highest, 1e-9 * highest);
+    EXPECT_EQ(gershgorin_time_step(gas), stable_time_step(gas));
+  }
 }
 
 TEST(Stability, GasIsBoundedByOneContactOfItsLightestGrains)
