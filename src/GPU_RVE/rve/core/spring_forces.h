@@ -22,6 +22,15 @@ inline namespace RVE_ISA {
     return {factor * history.tangential, factor * history.rolling};
   }
 
+  template <class Number> RVE_INLINE Number tangential_of(const Number &tangential_force)
+  {
+    return tangential_force;
+  }
+  template <class Number> RVE_INLINE Number tangential_of(const SpringForces<Number> &history)
+  {
+    return history.tangential;
+  }
+
   /// The history of a pair as its other grain sees it. The tangential force stays: it turns round, and so does t. The moments on the
   /// two grains are opposite.
   template <class Number> RVE_INLINE Number seen_from_partner(const Number &tangential_force)
