@@ -187,6 +187,7 @@ class CountingEngine final : public rve::Engine {
     engine->advance(rves, drives, responses);
   }
   std::string description() const override { return engine->description(); }
+  void expect_rolling_resistance() override { engine->expect_rolling_resistance(); }
   std::size_t bytes_per_rve(int num_grains) const override
   {
     return engine->bytes_per_rve(num_grains);
