@@ -611,15 +611,19 @@ TEST(Quiescent, SleepingRveTurnsItsStressWithIt)
               1e-9 * p);
 }
 
-TEST(Quiescent, RveThatTurnedInItsSleepWakesAsIfItHadNot)
+namespace {
+
+void check_that_a_turned_rve_wakes_as_if_it_had_not(const std::string &keywords)
 {
+  SCOPED_TRACE(keywords);
   // a quarter turn in 100 steps of a millisecond, asleep; then what was the y axis is compressed by 5e-4
-  const auto script_of = [](const std::string &turn, const std::string &xx, const std::string &yy) {
+  const auto script_of = [&](const std::string &turn, const std::string &xx,
+                             const std::string &yy) {
     return KNOBS + "variable left equal (step<=100)*" + turn + "\nvariable right equal -v_left\n" +
         "variable xx equal -0.01*(step>100)*" + xx + "\nvariable yy equal -0.01*(step>100)*" + yy +
         "\n" + FIX +
-        "dt 1e-4 quiescent 1e-6 drive velocity_gradient xx v_xx xy v_right yx v_left yy v_yy\nrun "
-        "100\n";
+        "dt 1e-4 quiescent 1e-6 drive velocity_gradient xx v_xx xy v_right yx v_left yy v_yy " +
+        keywords + "\nrun 100\n";
   };
   GrainsScript still, turned;
   still << script_of("0", "0", "1");
@@ -635,6 +639,18 @@ TEST(Quiescent, RveThatTurnedInItsSleepWakesAsIfItHadNot)
   EXPECT_GT(std::fabs(stress_of(still, 0)[1] - stress_of(still, 0)[0]), 1e3);
   EXPECT_NEAR(stress_of(turned, 0)[0], stress_of(still, 0)[1], 1e-5 * p);
   EXPECT_NEAR(stress_of(turned, 0)[1], stress_of(still, 0)[0], 1e-5 * p);
+}
+
+}    // namespace
+
+TEST(Quiescent, RveThatTurnedInItsSleepWakesAsIfItHadNot)
+{
+  check_that_a_turned_rve_wakes_as_if_it_had_not("");
+}
+
+TEST(Quiescent, RveWithRollingResistanceThatTurnedInItsSleepWakesAsIfItHadNot)
+{
+  check_that_a_turned_rve_wakes_as_if_it_had_not("kr 2e5 rolling_friction 0.1");
 }
 
 TEST(Quiescent, RveThatIsNotAtRestIsNotSkipped)
