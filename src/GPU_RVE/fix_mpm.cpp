@@ -233,6 +233,7 @@ FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), impl(nu
       MPI_Allreduce(MPI_IN_PLACE, data, (int) count, MPI_INT64_T, MPI_SUM, ranks);
     };
     communication.ranks = comm->nprocs;
+    communication.rank = comm->me;
     communication.max_over_ranks = [ranks](double *data, std::size_t count) {
       MPI_Allreduce(MPI_IN_PLACE, data, (int) count, MPI_DOUBLE, MPI_MAX, ranks);
     };

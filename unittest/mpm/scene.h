@@ -7,7 +7,9 @@
 #include "mpm/mpm_solver.h"
 
 #include <condition_variable>
+#include <exception>
 #include <mutex>
+#include <stdexcept>
 #include <thread>
 #include <vector>
 
@@ -131,10 +133,15 @@ inline std::array<mpm::SideKind, 4> box_open_above()
   return {mpm::SideKind::Roller, mpm::SideKind::Roller, mpm::SideKind::Roller, mpm::SideKind::Free};
 }
 
-/// Calls work(rank, communication) on `ranks` threads whose collective calls meet each other.
+/// Calls work(rank, communication) on `ranks` threads whose collective calls meet each other. An exception of one ends the others in
+/// their next call, as MPI_Abort would, and run() throws it.
 class RankTeam {
  public:
-  explicit RankTeam(int ranks) : ranks_(ranks), values_(ranks) {}
+  explicit RankTeam(int ranks) : ranks_(ranks), values_(ranks), sizes_(ranks) {}
+
+  /// Integers that each rank has given to sums so far, and calls of both kinds.
+  std::size_t words_summed() const { return words_summed_; }
+  std::size_t calls() const { return calls_; }
 
   template <class Work> void run(const Work &work)
   {
@@ -143,7 +150,9 @@ class RankTeam {
       team.emplace_back([this, rank, &work] {
         mpm::Communication communication;
         communication.ranks = ranks_;
+        communication.rank = rank;
         communication.sum_over_ranks = [this, rank](std::int64_t *data, std::size_t n) {
+          if (rank == 0) words_summed_ += n;
           reduce(rank, data, n, [](std::int64_t a, std::int64_t b) {
             return a + b;
           });
@@ -153,17 +162,30 @@ class RankTeam {
             return a > b ? a : b;
           });
         };
-        work(rank, communication);
+        try {
+          work(rank, communication);
+        } catch (const Abandoned &) {
+        } catch (...) {
+          const std::lock_guard<std::mutex> lock(mutex_);
+          if (!problem_) problem_ = std::current_exception();
+          all_here_.notify_all();
+        }
       });
     for (std::thread &member : team) member.join();
+    if (problem_) std::rethrow_exception(problem_);
   }
 
  private:
+  struct Abandoned {};
+
   template <class T, class Operation>
   void reduce(int rank, T *data, std::size_t n, const Operation &operation)
   {
+    if (rank == 0) ++calls_;
     values_[rank] = data;
+    sizes_[rank] = n;
     barrier();
+    if (sizes_[rank] != sizes_[0]) throw std::logic_error("ranks exchange different numbers");
     std::vector<T> result(data, data + n);
     for (int other = 0; other < ranks_; ++other)
       if (other != rank)
@@ -176,6 +198,7 @@ class RankTeam {
   void barrier()
   {
     std::unique_lock<std::mutex> lock(mutex_);
+    if (problem_) throw Abandoned();
     const int round = round_;
     if (++arrived_ == ranks_) {
       arrived_ = 0;
@@ -183,13 +206,17 @@ class RankTeam {
       all_here_.notify_all();
     } else {
       all_here_.wait(lock, [&] {
-        return round_ != round;
+        return round_ != round || problem_;
       });
+      if (round_ == round) throw Abandoned();
     }
   }
 
   int ranks_;
   std::vector<void *> values_;
+  std::vector<std::size_t> sizes_;
+  std::size_t words_summed_ = 0, calls_ = 0;
+  std::exception_ptr problem_;
   std::mutex mutex_;
   std::condition_variable all_here_;
   int arrived_ = 0;

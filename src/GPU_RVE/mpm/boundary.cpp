@@ -24,9 +24,8 @@ Boundary::Boundary(const Grid &grid, const std::array<SideKind, 4> &sides,
   }
 }
 
-Vec2 Boundary::body_impulse(int body, const Vec2 *recorded) const
+Vec2 Boundary::body_impulse(int body, const Vec2 *felt) const
 {
-  const Vec2 *felt = recorded + static_cast<std::size_t>(body) * grid_.node_count();
   const Face face = options_[body].face;
   const int normal = axis_of(face);
   const int rows = grid_.cells(normal) + 3;
@@ -39,9 +38,8 @@ Vec2 Boundary::body_impulse(int body, const Vec2 *recorded) const
   return sum;
 }
 
-Vec2 Boundary::side_impulse(Face side, const Vec2 *recorded) const
+Vec2 Boundary::side_impulse(Face side, const Vec2 *felt) const
 {
-  const Vec2 *felt = recorded + static_cast<std::size_t>(axis_of(side)) * grid_.node_count();
   Vec2 sum = Vec2::zero();
   for (const int node : side_nodes_[static_cast<int>(side)]) sum = sum + felt[node];
   return sum;

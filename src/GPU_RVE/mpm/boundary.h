@@ -114,10 +114,10 @@ class Boundary {
   /// Per node, for BoundaryView::sides.
   const std::vector<std::uint8_t> &sides() const { return sides_; }
 
-  /// Impulse [mass length/time] of the material on a body or a side, from what a BoundaryView recorded on the nodes; always in
-  /// the same order.
-  Vec2 body_impulse(int body, const Vec2 *recorded) const;
-  Vec2 side_impulse(Face side, const Vec2 *recorded) const;
+  /// Impulse [mass length/time] of the material on a body or a side, from what a BoundaryView recorded per node for that body, or
+  /// for the axis of that side; always in the same order.
+  Vec2 body_impulse(int body, const Vec2 *felt) const;
+  Vec2 side_impulse(Face side, const Vec2 *felt) const;
 
  private:
   Grid grid_;

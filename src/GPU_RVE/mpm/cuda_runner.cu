@@ -7,6 +7,7 @@
 
 #include "mpm/cuda_runner.h"
 
+#include "mpm/shared_nodes.h"
 #include "mpm/step_program.h"
 #include "rve/core/threads.h"
 #include "rve/engine/cuda_engine.h"
@@ -149,9 +150,10 @@ namespace {
 
   class CudaMachine {
    public:
-    CudaMachine(const SolverOptions &options, const Grid &grid, const Boundary &boundary) :
-        grid_(grid), device_number_(options.device_number),
-        threads_(rve::usable_threads(options.threads)), view_(grid, options),
+    CudaMachine(const SolverOptions &options, const Grid &grid, const Boundary &boundary,
+                int ranks) :
+        device_number_(options.device_number),
+        threads_(rve::usable_threads(options.threads)), view_(grid, options, ranks > 1),
         num_nodes_(grid.node_count())
     {
       use_device();
@@ -216,29 +218,32 @@ namespace {
       return host_points_;
     }
 
-    std::int64_t count_points() const
+    void take_shared(const SharedNodes &shared)
     {
-      return std::count_if(body_copy_.begin(), body_copy_.end(), [](int body) {
-        return body < 0;
-      });
+      view_.point_total = shared.point_total();
+      view_.touched = shared.touched();
+      if (shared.edition() == shared_edition_) return;
+      shared_edition_ = shared.edition();
+      shared_on_device_ = shared_nodes_.upload(shared.nodes());
     }
-    void set_point_total(std::int64_t total) { view_.point_total = total; }
 
     template <class P> void over_points(const P &pass) { run(pass, count_); }
     template <class P> void over_nodes(const P &pass) { run(pass, static_cast<int>(num_nodes_)); }
-    template <class P> void over_columns(const P &pass)
-    {
-      run(pass, grid_.cells(1 - axis_of(pass.options.face)) + 3);
-    }
+    template <class P> void over_columns(const P &pass) { run(pass, pass.columns()); }
     template <class P> void over_loads(const P &pass) { run(pass, view_.num_point_loads); }
+    template <class P> void over_shared(const P &pass) { run(pass, pass.count); }
 
     /// Nothing is known before settle().
     static constexpr bool knows_at_once() { return false; }
 
+    void wait() const
+    {
+      check_cuda(cudaStreamSynchronize(nullptr), "a step of the material point method");
+    }
     /// Waits for the device; then findings, increments and motion are on the host. Strains may have changed on the device.
     void settle()
     {
-      check_cuda(cudaStreamSynchronize(nullptr), "a step of the material point method");
+      wait();
       is_ahead_ = true;
       const Watch watch(transfer_seconds_);
       motion_.receive(motion_size());
@@ -261,15 +266,20 @@ namespace {
     void share_maxima(const Communication &communication, int first, int count)
     {
       if (communication.ranks == 1 || count == 0) return;
-      std::vector<double> shared(count);
+      double *shared = shared_maxima_.room(count);
       double *on_device = findings_.maxima + first;
       const std::size_t size = count * sizeof(double);
-      check_cuda(cudaMemcpy(shared.data(), on_device, size, cudaMemcpyDeviceToHost),
+      check_cuda(cudaMemcpyAsync(shared, on_device, size, cudaMemcpyDeviceToHost),
                  "download of maxima");
-      communication.max_over_ranks(shared.data(), shared.size());
-      check_cuda(cudaMemcpy(on_device, shared.data(), size, cudaMemcpyHostToDevice),
+      wait();
+      communication.max_over_ranks(shared, count);
+      check_cuda(cudaMemcpyAsync(on_device, shared, size, cudaMemcpyHostToDevice),
                  "upload of maxima");
     }
+
+    const int *shared_nodes() const { return shared_on_device_; }
+    /// In page-locked memory, which passes reach too: a few kilobytes are there sooner than by a copy.
+    std::int64_t *exchange_buffer(std::size_t count) { return exchange_.room(count); }
 
     template <class P> void scatter(const P &pass)
     {
@@ -291,15 +301,6 @@ namespace {
                                                         SharedSums{view_.vector_sums});
       check_cuda(cudaGetLastError(), "launch of a pass over loads");
     }
-    void sum_inertia(const Communication &communication)
-    {
-      share_sums(communication, view_.inertia_sums, 3 * num_nodes_);
-    }
-    void sum_vectors(const Communication &communication)
-    {
-      share_sums(communication, view_.vector_sums, 2 * num_nodes_);
-    }
-
     /// In page-locked memory, written by the device.
     const Tensor2 *increments() const { return view_.increment; }
 
@@ -322,9 +323,15 @@ namespace {
     }
     void points_changed() { points_are_old_ = true; }
 
-    // of the last step, from the device
-    const Vec2 *body_impulse() { return receive(body_impulse_, view_.num_bodies * num_nodes_); }
-    const Vec2 *side_impulse() { return receive(side_impulse_, 2 * num_nodes_); }
+    // of the last step, from the device, per node
+    const Vec2 *body_impulse(int body)
+    {
+      return receive(body_impulse_, view_.num_bodies * num_nodes_) + body * num_nodes_;
+    }
+    const Vec2 *side_impulse(int axis)
+    {
+      return receive(side_impulse_, 2 * num_nodes_) + axis * num_nodes_;
+    }
     const Vec2 *node_force() { return receive(force_, num_nodes_); }
     const double *node_mass() { return receive(mass_, num_nodes_); }
     double unbalanced() { return motion_size() > 0 ? maxima()[Unbalanced] : 0.0; }
@@ -477,18 +484,6 @@ namespace {
       view_.loads = send(loads_, load_copy_.data(), load_copy_.size());
     }
 
-    void share_sums(const Communication &communication, std::int64_t *sums, std::size_t count)
-    {
-      if (communication.ranks == 1) return;
-      std::int64_t *host = shared_sums_.room(count);
-      check_cuda(cudaMemcpy(host, sums, count * sizeof(*sums), cudaMemcpyDeviceToHost),
-                 "download of sums");
-      communication.sum_over_ranks(host, count);
-      check_cuda(cudaMemcpy(sums, host, count * sizeof(*sums), cudaMemcpyHostToDevice),
-                 "upload of sums");
-    }
-
-    Grid grid_;
     int device_number_, threads_;
     StepView view_;
     std::size_t num_nodes_;
@@ -501,7 +496,13 @@ namespace {
     DeviceBuffer<std::int64_t> sums_;
     DeviceBuffer<double> mass_;
     DeviceBuffer<Vec2> momentum_, momentum_end_, force_, velocity_, velocity_change_;
-    HostBuffer<std::int64_t> shared_sums_;
+
+    // with other ranks
+    DeviceBuffer<int> shared_nodes_;
+    const int *shared_on_device_ = nullptr;
+    int shared_edition_ = 0;
+    HostBuffer<std::int64_t> exchange_;
+    HostBuffer<double> shared_maxima_;
 
     // points
     int count_ = -1;    ///< that are on the device

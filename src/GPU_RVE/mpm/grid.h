@@ -87,6 +87,21 @@ class Grid {
   int cells_[2];
 };
 
+/// A block of nodes of a grid: along both axes from `first` to before `end`, numbered as for Grid::node().
+struct NodeBox {
+  int first[2] = {0, 0};
+  int end[2] = {0, 0};
+
+  bool is_empty() const { return first[0] >= end[0] || first[1] >= end[1]; }
+  RVE_HD bool contains(const Grid &grid, int node) const
+  {
+    const int place[2] = {node % grid.row_stride() - 1, node / grid.row_stride() - 1};
+    for (int a = 0; a < 2; ++a)
+      if (place[a] < first[a] || place[a] >= end[a]) return false;
+    return true;
+  }
+};
+
 }    // namespace mpm
 
 #endif

@@ -3,6 +3,7 @@
 #ifndef MPM_HOST_MACHINE_H
 #define MPM_HOST_MACHINE_H
 
+#include "mpm/shared_nodes.h"
 #include "mpm/solver_options.h"
 #include "mpm/step_passes.h"
 #include "mpm/step_runner.h"
@@ -28,8 +29,8 @@ inline void add_to(PartialSums sums, std::size_t k, std::int64_t part)
 
 class HostMachine {
  public:
-  HostMachine(const SolverOptions &options, const Grid &grid, const Boundary &boundary) :
-      grid_(grid), threads_(rve::usable_threads(options.threads)), view_(grid, options),
+  HostMachine(const SolverOptions &options, const Grid &grid, const Boundary &boundary, int ranks) :
+      grid_(grid), threads_(rve::usable_threads(options.threads)), view_(grid, options, ranks > 1),
       sides_(boundary.sides()), on_body_(grid.node_count()),
       side_impulse_(2 * on_body_.size(), Vec2::zero()),
       body_impulse_(options.rigid_bodies.size() * on_body_.size(), Vec2::zero()),
@@ -78,23 +79,23 @@ class HostMachine {
   const StepView &view() const { return view_; }
   const PointView &host_points() const { return view_.points; }
 
-  /// Deformable points of this rank.
-  std::int64_t count_points() const
+  /// What this step shares with other ranks.
+  void take_shared(const SharedNodes &shared)
   {
-    return std::count_if(view_.points.rigid_body, view_.points.rigid_body + view_.points.count,
-                         [](int body) {
-                           return body < 0;
-                         });
+    view_.point_total = shared.point_total();
+    view_.touched = shared.touched();
+    shared_nodes_ = &shared.nodes();
   }
-  void set_point_total(std::int64_t total) { view_.point_total = total; }
 
   template <class P> void over_points(const P &pass) { run(pass, view_.points.count); }
   template <class P> void over_nodes(const P &pass) { run(pass, grid_.node_count()); }
-  template <class P> void over_columns(const P &pass) { run(pass, grid_columns(pass)); }
+  template <class P> void over_columns(const P &pass) { run(pass, pass.columns()); }
   template <class P> void over_loads(const P &pass) { run(pass, view_.num_point_loads); }
+  template <class P> void over_shared(const P &pass) { run(pass, pass.count); }
 
   /// What passes have found is known when they are done.
   static constexpr bool knows_at_once() { return true; }
+  void wait() {}
   void settle() {}
   std::uint64_t first_trouble() const { return first_trouble_; }
   /// By Maximum.
@@ -139,23 +140,27 @@ class HostMachine {
     own.begin();
     for (int k = 0; k < view_.num_point_loads; ++k) own(k, vector_sums_.data());
   }
-  void sum_inertia(const Communication &communication)
+
+  /// The shared nodes, where passes can read them.
+  const int *shared_nodes() const
   {
-    communication.sum_over_ranks(inertia_sums_.data(), inertia_sums_.size());
+    return shared_nodes_->data();
   }
-  void sum_vectors(const Communication &communication)
+  /// Room for what ranks exchange, until it is asked for again.
+  std::int64_t *exchange_buffer(std::size_t count)
   {
-    communication.sum_over_ranks(vector_sums_.data(), vector_sums_.size());
+    exchange_.resize(count);
+    return exchange_.data();
   }
 
-  // of the last step
-  const Vec2 *body_impulse() const
+  // of the last step, per node
+  const Vec2 *body_impulse(int body) const
   {
-    return body_impulse_.data();
+    return body_impulse_.data() + body * on_body_.size();
   }
-  const Vec2 *side_impulse() const
+  const Vec2 *side_impulse(int axis) const
   {
-    return side_impulse_.data();
+    return side_impulse_.data() + axis * on_body_.size();
   }
   const Vec2 *node_force() const
   {
@@ -197,11 +202,6 @@ class HostMachine {
     int first_row, end_row;
     std::vector<std::int64_t> inertia, vectors;
   };
-
-  int grid_columns(const ImposeBody &pass) const
-  {
-    return grid_.cells(1 - axis_of(pass.options.face)) + 3;
-  }
 
   template <class P> void run(const P &pass, int count)
   {
@@ -270,6 +270,8 @@ class HostMachine {
   std::uint64_t first_trouble_ = FirstTrouble::NOWHERE;
   std::vector<Tally> tallies_;
   std::vector<Partial> partial_;
+  const std::vector<int> *shared_nodes_ = nullptr;
+  std::vector<std::int64_t> exchange_;
 };
 
 }    // namespace mpm

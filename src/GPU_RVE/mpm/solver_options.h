@@ -42,6 +42,7 @@ struct SolverOptions {
 /// In place over all ranks; the defaults are right for one rank.
 struct Communication {
   int ranks = 1;
+  int rank = 0;    ///< this one, below ranks
   std::function<void(std::int64_t *data, std::size_t count)> sum_over_ranks = [](std::int64_t *,
                                                                                  std::size_t) {
   };

@@ -461,8 +461,10 @@ struct NodeBalance : Pass {
   {
     Vec2 &end = step.momentum_end[n];
     step.boundary.impose_sides(n, true, end);
-    for (int c = 0; c < 2; ++c)
-      if (!step.boundary.constrains(n, c)) tally.raise(Unbalanced, std::abs(step.force[n][c]));
+    // elsewhere a rank may have the force of a node, but not know that a body holds it
+    if (!step.shares_grid || step.touched.contains(step.grid, n))
+      for (int c = 0; c < 2; ++c)
+        if (!step.boundary.constrains(n, c)) tally.raise(Unbalanced, std::abs(step.force[n][c]));
     if (!(step.damping > 0.0)) {
       set_velocities(step, n);
       return;
@@ -525,10 +527,55 @@ struct ImposeBody : Pass {
   Contact contact;
   bool recorded;
 
+  int columns() const { return step.grid.cells(1 - axis_of(options.face)) + 3; }
+
   template <class Tally> RVE_HD void operator()(int k, Tally &) const
   {
     step.boundary.impose_body(body, options, step.body(body), k - 1, contact, recorded, step.mass,
                               step.momentum_end);
+  }
+};
+
+// ---- passes over the nodes that ranks share --------------------------------------------------------------------------------------
+
+/// What nodes of a list have in their sums, to and from a buffer: component c of the k-th node is number c * count + k. The
+/// ranks do this together, whatever one of them has found.
+struct ListedSums : Pass {
+  static constexpr int STAGE = 0;
+  const int *nodes;
+  int count;
+  bool has_inertia, has_vectors;
+  std::int64_t *buffer;
+
+  int components() const { return (has_inertia ? 3 : 0) + (has_vectors ? 2 : 0); }
+
+ protected:
+  template <class Move> RVE_HD void each(int k, const Move &move) const
+  {
+    const auto n = static_cast<std::size_t>(nodes[k]);
+    std::int64_t *place = buffer + k;
+    for (int c = 0; has_inertia && c < 3; ++c, place += count)
+      move(step.inertia_sums[3 * n + c], *place);
+    for (int c = 0; has_vectors && c < 2; ++c, place += count)
+      move(step.vector_sums[2 * n + c], *place);
+  }
+};
+
+struct PackSums : ListedSums {
+  template <class Tally> RVE_HD void operator()(int k, Tally &) const
+  {
+    each(k, [](std::int64_t &sum, std::int64_t &place) {
+      place = sum;
+    });
+  }
+};
+
+struct UnpackSums : ListedSums {
+  template <class Tally> RVE_HD void operator()(int k, Tally &) const
+  {
+    each(k, [](std::int64_t &sum, std::int64_t &place) {
+      sum = place;
+    });
   }
 };
 

@@ -4,12 +4,14 @@
 #ifndef MPM_STEP_PROGRAM_H
 #define MPM_STEP_PROGRAM_H
 
+#include "mpm/shared_nodes.h"
 #include "mpm/step_passes.h"
 #include "mpm/step_runner.h"
 #include "rve/core/error.h"
 
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace mpm {
 
@@ -17,7 +19,9 @@ template <class Machine> class StepProgram final : public StepRunner {
  public:
   StepProgram(const SolverOptions &options, Communication communication, const Grid &grid) :
       options_(options), communication_(std::move(communication)),
-      boundary_(grid, options.sides, options.rigid_bodies), machine_(options, grid, boundary_)
+      boundary_(grid, options.sides, options.rigid_bodies),
+      shared_(grid, communication_, options.rigid_bodies, options.threads),
+      machine_(options, grid, boundary_, communication_.ranks)
   {
   }
 
@@ -43,7 +47,8 @@ template <class Machine> class StepProgram final : public StepRunner {
     }
     machine_.over_points(AdvancePoint{machine_.view()});
     if (machine_.knows_at_once()) fail_on_trouble();
-    share_maxima(MomentumAgainBound, 1);
+    static_assert(Unbalanced == MomentumAgainBound + 1, "both at once");
+    share_maxima(MomentumAgainBound, 2);
     if (machine_.knows_at_once()) check_sums();
     scatter(ScatterMomentumAgain{machine_.view()});
     machine_.over_nodes(NodeMomentumAgain{machine_.view()});
@@ -55,6 +60,7 @@ template <class Machine> class StepProgram final : public StepRunner {
   {
     prepare(input, true);
     find_forces();
+    share_maxima(Unbalanced, 1);
     machine_.settle();
     check_all();
   }
@@ -64,15 +70,17 @@ template <class Machine> class StepProgram final : public StepRunner {
 
   Vec2 body_reaction(int body) override
   {
-    return per_time(boundary_.body_impulse(body, machine_.body_impulse()));
+    return per_time(
+        boundary_.body_impulse(body, shared_.everywhere(machine_.body_impulse(body), vectors_)));
   }
   Vec2 side_reaction(Face side) override
   {
-    return per_time(boundary_.side_impulse(side, machine_.side_impulse()));
+    return per_time(boundary_.side_impulse(
+        side, shared_.everywhere(machine_.side_impulse(axis_of(side)), vectors_)));
   }
   double max_unbalanced_force() override { return machine_.unbalanced(); }
-  const Vec2 *node_force() override { return machine_.node_force(); }
-  const double *node_mass() override { return machine_.node_mass(); }
+  const Vec2 *node_force() override { return shared_.everywhere(machine_.node_force(), vectors_); }
+  const double *node_mass() override { return shared_.everywhere(machine_.node_mass(), scalars_); }
   double transfer_time() const override { return machine_.transfer_time(); }
   std::string description() const override { return machine_.description(); }
 
@@ -81,11 +89,10 @@ template <class Machine> class StepProgram final : public StepRunner {
   void prepare(const StepInput &input, bool bounds_forces)
   {
     machine_.begin(input);
-    std::int64_t total = machine_.count_points();
-    communication_.sum_over_ranks(&total, 1);
-    machine_.set_point_total(total);
     machine_.over_points(PreparePoint{machine_.view(), bounds_forces});
     machine_.over_loads(PrepareLoad{machine_.view(), bounds_forces});
+    shared_.find(input.points);    // while a device prepares them
+    machine_.take_shared(shared_);
     if (machine_.knows_at_once()) fail_on_trouble();
     share_maxima(0, machine_.view().num_maxima());
     if (machine_.knows_at_once()) check_all();
@@ -129,15 +136,27 @@ template <class Machine> class StepProgram final : public StepRunner {
   template <class P> void scatter(const P &pass)
   {
     machine_.scatter(pass);
-    if (P::INERTIA) machine_.sum_inertia(communication_);
-    if (P::VECTORS) machine_.sum_vectors(communication_);
+    share_sums(P::INERTIA, P::VECTORS);
   }
   template <class P> void scatter_with_loads(const P &pass)
   {
     machine_.scatter(pass);
     machine_.scatter_loads(ScatterLoad{machine_.view()});
-    if (P::INERTIA) machine_.sum_inertia(communication_);
-    machine_.sum_vectors(communication_);
+    share_sums(P::INERTIA, true);
+  }
+
+  /// Sums over all ranks, where that matters to more than one of them.
+  void share_sums(bool inertia, bool vectors)
+  {
+    const int count = static_cast<int>(shared_.nodes().size());
+    if (count == 0) return;
+    ListedSums sums{machine_.view(), machine_.shared_nodes(), count, inertia, vectors, nullptr};
+    const std::size_t size = static_cast<std::size_t>(sums.components()) * count;
+    sums.buffer = machine_.exchange_buffer(size);
+    machine_.over_shared(PackSums{sums});
+    machine_.wait();
+    communication_.sum_over_ranks(sums.buffer, size);
+    machine_.over_shared(UnpackSums{sums});
   }
 
   void share_maxima(int first, int count) { machine_.share_maxima(communication_, first, count); }
@@ -187,7 +206,10 @@ template <class Machine> class StepProgram final : public StepRunner {
   SolverOptions options_;
   Communication communication_;
   Boundary boundary_;
+  SharedNodes shared_;
   Machine machine_;
+  std::vector<Vec2> vectors_;    ///< of all ranks, per node: what was asked for last
+  std::vector<double> scalars_;
 };
 
 }    // namespace mpm

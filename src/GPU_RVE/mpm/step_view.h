@@ -58,10 +58,10 @@ struct PointLoad {
 
 struct StepView {
   /// Without any array.
-  StepView(const Grid &grid_in, const SolverOptions &options) :
+  StepView(const Grid &grid_in, const SolverOptions &options, bool shares_grid_in) :
       grid(grid_in), shape(options.shape), flip(options.flip), damping(options.damping),
       thickness(options.thickness), boundary{grid_in, options.shape},
-      num_bodies(static_cast<int>(options.rigid_bodies.size()))
+      num_bodies(static_cast<int>(options.rigid_bodies.size())), shares_grid(shares_grid_in)
   {
   }
 
@@ -73,7 +73,9 @@ struct StepView {
   int num_bodies, num_models = 0, num_loads = 0;
   const Vec2 *body_velocity = nullptr;    ///< per rigid body [length/time]
   std::int64_t point_total = 0;           ///< deformable points of all ranks
-  const double *maximum = nullptr;        ///< by Maximum, and on; of all ranks
+  bool shares_grid;                       ///< with other ranks
+  NodeBox touched;    ///< if so: the nodes that this rank's points reach, where it knows everything
+  const double *maximum = nullptr;    ///< by Maximum, and on; of all ranks
 
   PointView points;
   Support *support = nullptr;           ///< per point

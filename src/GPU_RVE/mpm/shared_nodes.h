@@ -1,0 +1,108 @@
+// Which nodes of the grid concern more than one rank, and what the ranks know of the others.
+//
+// Every rank has the whole grid, but its points touch a part of it only. Two boxes of nodes belong to a rank: the touched one,
+// outside of which it adds nothing to any sum, and the needed one around it, which holds all that has influence on a touched node.
+// The sums over all ranks are formed on the shared nodes, those in the needed box of one rank and the touched box of another. Then a
+// rank has the sums of all ranks in its needed box: what it lacked there, the others had touched. Elsewhere it has them or zeros.
+//
+// Influence between nodes is that of rigid bodies alone, which couple the two nodes of a column on both sides of a face
+// (BoundaryView::impose_body). A body does so at one place across its face; so all nodes that n bodies with faces across an axis tie
+// together lie within n + 1 successive ones along that axis, however often and in whichever order the bodies are imposed: the needed
+// box is wider by n on both sides.
+
+#ifndef MPM_SHARED_NODES_H
+#define MPM_SHARED_NODES_H
+
+#include "mpm/boundary.h"
+#include "mpm/grid.h"
+#include "mpm/points.h"
+#include "mpm/solver_options.h"
+
+#include <cstdint>
+#include <cstring>
+#include <type_traits>
+#include <vector>
+
+namespace mpm {
+
+class SharedNodes {
+ public:
+  SharedNodes(const Grid &grid, Communication communication,
+              const std::vector<RigidBodyOptions> &bodies, int threads);
+
+  /// Finds them for the positions at the start of a step. All ranks call it together.
+  void find(const PointView &points);
+
+  // as found
+  /// Deformable points of all ranks.
+  std::int64_t point_total() const { return point_total_; }
+  /// The nodes that may get anything from this rank's points and the loads on them.
+  const NodeBox &touched() const { return touched_[communication_.rank]; }
+  /// Ascending; the same on all ranks. None for one rank.
+  const std::vector<int> &nodes() const { return nodes_; }
+  /// Number of the list: another one for other nodes.
+  int edition() const { return edition_; }
+
+  /// Values of all nodes to the bit, from those of each rank in the nodes that it has touched, and zero elsewhere. All ranks call
+  /// it together. The result is `own` for one rank, else kept in `all`.
+  template <class T> const T *everywhere(const T *own, std::vector<T> &all) const;
+
+ private:
+  NodeBox box_around(const Vec2 &lo, const Vec2 &hi) const;
+  void list_nodes();
+  bool is_first_to_touch(int node) const;
+
+  Grid grid_;
+  Communication communication_;
+  int threads_;
+  int margin_[2] = {0, 0};    ///< by which needed boxes are wider
+  std::int64_t point_total_ = 0;
+  std::vector<std::int64_t> words_;    ///< what touched_ has been made from
+  std::vector<NodeBox> touched_;       ///< per rank
+  std::vector<int> nodes_;
+  int edition_ = 0;
+};
+
+template <class T> const T *SharedNodes::everywhere(const T *own, std::vector<T> &all) const
+{
+  static_assert(std::is_trivially_copyable_v<T> && sizeof(T) % sizeof(std::int64_t) == 0);
+  if (communication_.ranks == 1) return own;
+
+  // a node is told by the first rank that has touched it, unless its value is zero bits
+  const T zero{};
+  const NodeBox &box = touched();
+  std::vector<int> told;
+  for (int j = box.first[1]; j < box.end[1]; ++j)
+    for (int i = box.first[0]; i < box.end[0]; ++i) {
+      const int node = grid_.node(i, j);
+      if (std::memcmp(&own[node], &zero, sizeof(T)) != 0 && is_first_to_touch(node))
+        told.push_back(node);
+    }
+
+  // every rank fills a part of one list that is zero elsewhere: node, value, node, value ...
+  std::vector<std::int64_t> counts(communication_.ranks, 0);
+  counts[communication_.rank] = static_cast<std::int64_t>(told.size());
+  communication_.sum_over_ranks(counts.data(), counts.size());
+  std::int64_t before = 0, total = 0;
+  for (int rank = 0; rank < communication_.ranks; ++rank) {
+    if (rank < communication_.rank) before += counts[rank];
+    total += counts[rank];
+  }
+  constexpr std::size_t ROW = 1 + sizeof(T) / sizeof(std::int64_t);
+  std::vector<std::int64_t> rows(ROW * total, 0);
+  for (std::size_t k = 0; k < told.size(); ++k) {
+    std::int64_t *row = &rows[ROW * (before + k)];
+    row[0] = told[k];
+    std::memcpy(row + 1, &own[told[k]], sizeof(T));
+  }
+  if (total > 0) communication_.sum_over_ranks(rows.data(), rows.size());
+
+  all.assign(grid_.node_count(), zero);
+  for (std::int64_t k = 0; k < total; ++k)
+    std::memcpy(&all[rows[ROW * k]], &rows[ROW * k + 1], sizeof(T));
+  return all.data();
+}
+
+}    // namespace mpm
+
+#endif
