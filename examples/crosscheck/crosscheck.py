@@ -49,8 +49,9 @@ CELL_ROUNDING = 1e-12    # of fractions of the cell, 1000 increments with 1e-16 
 # 2e-8 to 4e-6 when the packing is sheared a little further.
 GROWN_ROUNDING = 1e-4
 # A grain that meets another a little later than in the other code has another velocity for a while. Measured after 1000 steps: up to 6
-# times the bound without collisions here, 11 times in slightly different cells.
-COLLISIONS = 50
+# times the bound without collisions here, 11 times in slightly different cells, and 50 times with rolling resistance, where one grain
+# that bounces to and fro makes 1e-6 of 1e-9 from step 540 on.
+COLLISIONS = 200
 # A tenth of the rate: a deviation that is linear in it falls to a tenth. After 1000 steps collisions blur this.
 LEAST_RATIO = {10: 8.0, 100: 8.0, 1000: 3.0}
 RATIO_REASON = {"late": "linear in the rate gives 10; at least 8, after 1000 steps 3",
