@@ -32,6 +32,7 @@ struct ImageHead {
   std::uint64_t version;
   std::uint64_t bytes, shadow_bytes;    // of the images
   std::uint64_t frozen, asleep;
+  double grain_size;
   rve::Drive drive;
   rve::Tensor2 pending, shadow_stress;
   rve::Result result, rested;
@@ -42,7 +43,7 @@ static_assert(sizeof(ImageHead) % sizeof(double) == 0, "the head is a whole numb
 constexpr std::size_t HEAD = sizeof(ImageHead) / sizeof(double);
 
 // "rve point", and a number that changes with the layout
-constexpr std::uint64_t IMAGE_VERSION = 0x7276652070740002u;
+constexpr std::uint64_t IMAGE_VERSION = 0x7276652070740003u;
 
 double seconds_since(std::chrono::steady_clock::time_point start)
 {
@@ -53,6 +54,24 @@ bool is_identity(const rve::Tensor2 &f)
 {
   const rve::Tensor2 one = rve::Tensor2::identity();
   return std::equal(f.component, f.component + 4, one.component);
+}
+
+/// Whether an RVE that wakes with this deformation must be turned rigidly.
+bool is_turned(const RvePoints::Point &point, const rve::Tensor2 &deformation)
+{
+  return !(std::fabs(rve::PolarDecomposition(deformation).angle) <=
+           TURN_OF_OVERLAP * point.last_steps().mean_overlap);
+}
+
+/// What a look at a point finds. Its stress may be a mean, and its status is that of its last steps.
+void take_details(RvePoints::Point &point, const rve::Result &look)
+{
+  const rve::Tensor2 stress = point.result.stress;
+  const std::uint32_t status = point.result.status;
+  point.result = look;
+  point.result.stress = stress;
+  point.result.status = status;
+  point.stale = false;
 }
 
 /// Without DEM steps: they ask for the present results.
@@ -109,6 +128,8 @@ std::vector<int> RvePoints::add(const std::vector<const rve::RveState *> &states
     settle(slots.back(), *state);
   }
   advance(slots, drives_at_rest(slots.size()));
+  for (const int slot : slots)
+    if (!points[slot].frozen) points[slot].grain_size = rve::grain_size(points[slot].result);
   return slots;
 }
 
@@ -214,87 +235,147 @@ struct RvePoints::Macro {
   }
 };
 
-/// An RVE that still moves, or may start to, needs its DEM steps.
-bool RvePoints::can_sleep(const Point &point) const
+/// Whether the strain since its last DEM steps is too small for others. It sleeps if it is at rest as well.
+bool RvePoints::may_sleep(const Point &point, const rve::Drive &drive) const
 {
-  const rve::Result &last = point.last_steps();
-  return last.status == rve::status::Ok && last.unbalanced_ratio <= QUIET_UNBALANCED_RATIO;
+  return options.quiescent_strain > 0.0 && !drive.has_servo() && drive.substeps > 0 &&
+      point.last_steps().status == rve::status::Ok &&
+      rve::strain_size(drive.deformation * point.pending) < options.quiescent_strain;
+}
+
+/// An RVE that still moves, or may start to, needs its DEM steps: so does one that cannot be looked at. One call for all that
+/// were not looked at since their last DEM steps; their results are complete then.
+void RvePoints::look_at_sleepers(const std::vector<int> &slots)
+{
+  std::vector<int> some;
+  for (std::size_t k = 0; k < slots.size(); ++k)
+    if (parts[k] == Part::Sleeps && !points[slots[k]].look) some.push_back(slots[k]);
+  if (!some.empty()) {
+    std::vector<rve::ElasticResult> looks;
+    call_engine(some, drives_at_rest(some.size()), looks);
+    for (std::size_t m = 0; m < some.size(); ++m) {
+      Point &point = points[some[m]];
+      rve::Result &result = looks[m].result;
+      const bool failed = (result.status & rve::status::Fatal) != 0;
+      point.look = {!failed && result.unbalanced_ratio <= QUIET_UNBALANCED_RATIO,
+                    looks[m].stiffness};
+      if (!failed && point.stale) take_details(point, result);
+    }
+  }
+  for (std::size_t k = 0; k < slots.size(); ++k)
+    if (parts[k] == Part::Sleeps && !points[slots[k]].look->is_at_rest) parts[k] = Part::Works;
 }
 
 /// sigma + C:eps, turned with the RVE; cell, deformation and void ratio follow. The rest is that of the last DEM step.
-void RvePoints::answer_asleep(int slot)
+void RvePoints::answer_asleep(Point &point, const rve::Tensor2 &pending) const
 {
-  Point &point = points[slot];
   if (!point.asleep) point.rested = point.result;
-  if (!point.stiffness) point.stiffness = rve::affine_stiffness(engine->state(slot));
-  const rve::PolarDecomposition polar(point.pending);
+  point.asleep = true;
+  point.pending = pending;
+  const rve::PolarDecomposition polar(pending);
   rve::Result &result = point.result;
   result = point.rested;
-  result.stress = polar.rotation * (point.rested.stress + (*point.stiffness)(polar.strain)) *
+  result.stress = polar.rotation * (point.rested.stress + point.look->stiffness(polar.strain)) *
       rve::transpose(polar.rotation);
   result.fabric = polar.rotation * point.rested.fabric * rve::transpose(polar.rotation);
-  result.cell = point.pending * point.rested.cell;
-  result.deformation = point.pending * point.rested.deformation;
-  result.void_ratio = (1.0 + point.rested.void_ratio) * rve::determinant(point.pending) - 1.0;
-  point.asleep = true;
+  result.cell = pending * point.rested.cell;
+  result.deformation = pending * point.rested.deformation;
+  result.void_ratio = (1.0 + point.rested.void_ratio) * rve::determinant(pending) - 1.0;
 }
 
-/// The number of DEM steps, and where among them the stress is sampled.
-void RvePoints::plan(Macro &macro) const
+int RvePoints::substeps_of(const Point &point, const rve::Drive &drive) const
 {
-  const Point &point = points[macro.slot];
-  rve::Drive &drive = macro.drive;
-  if (options.adaptive && drive.substeps > 0 && !drive.has_servo())
-    drive.substeps = options.adaptive->of(rve::strain_size(drive.deformation), drive.dt,
-                                          point.last_steps(), point.material);
-  if (options.stress_from == StressFrom::End || drive.substeps < 2) return;
-  macro.parts = std::min(options.stress_samples, drive.substeps);
-  macro.spacing = std::min(options.stress_spacing, (drive.substeps - 1) / (macro.parts - 1));
-  macro.first_steps = drive.substeps - (macro.parts - 1) * macro.spacing;
+  if (!options.adaptive || drive.substeps == 0 || drive.has_servo()) return drive.substeps;
+  return options.adaptive->of(rve::strain_size(drive.deformation), drive.dt,
+                              point.last_steps().mean_stress(), point.grain_size, point.material);
 }
 
-/// The deformation that is left when the rotation has been carried out; the grains of a sleeping RVE have not followed it.
-rve::Tensor2 RvePoints::waking_deformation(int slot, const rve::Tensor2 &total)
+/// Carries out the rotations of waking RVEs, whose grains have not followed them: the drives keep the stretch.
+void RvePoints::wake(const std::vector<int> &slots, std::vector<rve::Drive> &drives)
 {
-  const rve::PolarDecomposition polar(total);
-  if (std::fabs(polar.angle) <= TURN_OF_OVERLAP * points[slot].last_steps().mean_overlap)
-    return total;
-  rve::RveState state = engine->state(slot);
-  rve::turn(state, polar.rotation);
-  engine->remove(slot);
-  const int again = engine->add(state);
-  rve::require(again == slot, "the engine gives an RVE another number than the one it had");
-  return total * rve::transpose(polar.rotation);
+  std::vector<int> some;
+  std::vector<rve::Tensor2> rotations;
+  for (std::size_t m = 0; m < slots.size(); ++m) {
+    if (!must_turn[m]) continue;
+    some.push_back(slots[m]);
+    rotations.push_back(rve::PolarDecomposition(drives[m].deformation).rotation);
+    drives[m].deformation = drives[m].deformation * rve::transpose(rotations.back());
+  }
+  engine->turn(some, rotations);
 }
 
-/// A servo takes no deformation: what an RVE slept through under another drive is carried out before.
-void RvePoints::catch_up(std::vector<Macro> &macros)
+/// The drives of those that work, with what they slept through.
+void RvePoints::plan_work(const std::vector<int> &slots, const std::vector<rve::Drive> &drives)
 {
-  std::vector<Macro *> late;
+  working.clear();
+  for (std::size_t k = 0; k < slots.size(); ++k)
+    if (parts[k] == Part::Works) working.push_back(static_cast<int>(k));
+  const int count = static_cast<int>(working.size());
+  const int team = rve::team_for(count, threads);
+  working_slots.resize(count);
+  working_drives.resize(count);
+  must_turn.resize(count);
+  bool any_turns = false;
+#pragma omp parallel for num_threads(team) reduction(|| : any_turns)
+  for (int m = 0; m < count; ++m) {
+    const int k = working[m];
+    const Point &point = points[slots[k]];
+    rve::Drive &drive = working_drives[m];
+    working_slots[m] = slots[k];
+    drive = drives[k];
+    must_turn[m] = 0;
+    if (drive.has_servo() || drive.substeps == 0 || is_identity(point.pending)) continue;
+    drive.deformation = drive.deformation * point.pending;
+    must_turn[m] = is_turned(point, drive.deformation);
+    any_turns = any_turns || must_turn[m];
+  }
+  if (any_turns) wake(working_slots, working_drives);
+  if (!options.adaptive) return;
+#pragma omp parallel for num_threads(team)
+  for (int m = 0; m < count; ++m)
+    working_drives[m].substeps = substeps_of(points[working_slots[m]], working_drives[m]);
+}
+
+/// A servo takes no deformation: what an RVE slept through under another drive is carried out before. Who fails there is frozen and
+/// works no more.
+void RvePoints::catch_up()
+{
   std::vector<int> slots;
   std::vector<rve::Drive> drives;
-  for (Macro &macro : macros) {
-    Point &point = points[macro.slot];
-    if (!macro.drive.has_servo() || is_identity(point.pending)) continue;
+  must_turn.clear();
+  for (std::size_t m = 0; m < working_slots.size(); ++m) {
+    const rve::Drive &wanted = working_drives[m];
+    const Point &point = points[working_slots[m]];
+    if (!wanted.has_servo() || is_identity(point.pending)) continue;
     rve::Drive drive;
-    drive.dt = macro.drive.dt;
-    drive.substeps = macro.drive.substeps;
-    drive.deformation = waking_deformation(macro.slot, point.pending);
-    late.push_back(&macro);
-    slots.push_back(macro.slot);
+    drive.dt = wanted.dt;
+    drive.substeps = wanted.substeps;
+    drive.deformation = point.pending;
+    slots.push_back(working_slots[m]);
     drives.push_back(drive);
+    must_turn.push_back(is_turned(point, point.pending));
   }
-  if (late.empty()) return;
+  if (slots.empty()) return;
+  wake(slots, drives);
   std::vector<rve::Response> responses;
   call_engine(slots, drives, responses);
-  for (std::size_t k = 0; k < late.size(); ++k) {
+  for (std::size_t k = 0; k < slots.size(); ++k) {
     Point &point = points[slots[k]];
-    late[k]->failed = (responses[k].status & rve::status::Fatal) != 0;
-    if (late[k]->failed)
+    point.asleep = false;
+    point.frozen = (responses[k].status & rve::status::Fatal) != 0;
+    if (point.frozen)
       point.result.status = responses[k].status;
     else
       point.pending = rve::Tensor2::identity();
   }
+  std::size_t left = 0;
+  for (std::size_t m = 0; m < working_slots.size(); ++m) {
+    if (points[working_slots[m]].frozen) continue;
+    working_slots[left] = working_slots[m];
+    working_drives[left++] = working_drives[m];
+  }
+  working_slots.resize(left);
+  working_drives.resize(left);
 }
 
 /// All parts of all macro steps, the n-th parts of all RVEs at once.
@@ -354,15 +435,11 @@ void RvePoints::advance_shadows(const std::vector<int> &slots,
   for (std::size_t k = 0; k < slots.size(); ++k) {
     const Point &point = points[slots[k]];
     if (point.shadow < 0 || point.frozen) continue;
-    Macro macro;
-    macro.slot = slots[k];
-    macro.drive = drives[k];
-    plan(macro);
-    macro.drive.dt /= options.shadow_refinement;
-    macro.drive.substeps *= options.shadow_refinement;
     originals.push_back(slots[k]);
     numbers.push_back(point.shadow);
-    finer.push_back(macro.drive);
+    finer.push_back(drives[k]);
+    finer.back().dt /= options.shadow_refinement;
+    finer.back().substeps = substeps_of(point, drives[k]) * options.shadow_refinement;
   }
   if (numbers.empty()) return;
   std::vector<rve::Response> responses;
@@ -381,7 +458,7 @@ std::vector<int> RvePoints::advance(const std::vector<int> &slots,
 {
   const auto start = std::chrono::steady_clock::now();
   const std::vector<int> failed = is_plain(slots) ? advance_plainly(slots, drives, with_details)
-                                                  : advance_by_plan(slots, drives);
+                                                  : advance_by_plan(slots, drives, with_details);
   if (shadows) {
     const auto shadows_start = std::chrono::steady_clock::now();
     advance_shadows(slots, drives);
@@ -429,6 +506,7 @@ std::vector<int> RvePoints::advance_plainly(const std::vector<int> &slots,
   for (int k = 0; k < count; ++k) {
     Point &point = points[slots[k]];
     const std::uint32_t status = with_details ? results[k].status : responses[k].status;
+    point.asleep = false;
     if (status & rve::status::Fatal) {
       point.result.status = status;
       point.frozen = true;
@@ -443,8 +521,10 @@ std::vector<int> RvePoints::advance_plainly(const std::vector<int> &slots,
       point.result.stress = responses[k].stress;
       point.stale = true;
     }
-    point.stiffness.reset();
-    if (drives[k].substeps > 0) point.drive = drives[k];
+    point.look.reset();
+    if (drives[k].substeps == 0) continue;
+    point.pending = rve::Tensor2::identity();
+    point.drive = drives[k];
   }
   std::vector<int> failed;
   for (int k = 0; num_failed > 0 && k < count; ++k)
@@ -463,61 +543,74 @@ void RvePoints::complete() const
   for (std::size_t k = 0; k < slots.size(); ++k) {
     Point &point = points[slots[k]];
     point.stale = false;
-    if (looks[k].status & rve::status::Fatal) continue;
-    looks[k].stress = point.result.stress;
-    looks[k].status = point.result.status;
-    point.result = looks[k];
+    if (!(looks[k].status & rve::status::Fatal)) take_details(point, looks[k]);
   }
 }
 
 std::vector<int> RvePoints::advance_by_plan(const std::vector<int> &slots,
-                                            const std::vector<rve::Drive> &drives)
+                                            const std::vector<rve::Drive> &drives,
+                                            bool with_details)
 {
+  const int count = static_cast<int>(slots.size());
+  const int team = rve::team_for(count, threads);
+  image_sizes.assign(points.size(), 0);
+  parts.resize(count);
+#pragma omp parallel for num_threads(team)
+  for (int k = 0; k < count; ++k) {
+    const Point &point = points[slots[k]];
+    parts[k] = point.frozen           ? Part::Nothing
+        : may_sleep(point, drives[k]) ? Part::Sleeps
+                                      : Part::Works;
+  }
+  if (options.quiescent_strain > 0.0) {
+    look_at_sleepers(slots);
+#pragma omp parallel for num_threads(team)
+    for (int k = 0; k < count; ++k) {
+      Point &point = points[slots[k]];
+      if (parts[k] == Part::Sleeps) answer_asleep(point, drives[k].deformation * point.pending);
+    }
+  }
+
+  plan_work(slots, drives);
+  catch_up();
+  if (options.stress_from != StressFrom::End)
+    advance_with_samples(working_slots, working_drives);
+  else
+    advance_plainly(working_slots, working_drives, with_details);
+
   std::vector<int> failed;
-  std::vector<Macro> macros;
+  for (const int k : working)
+    if (points[slots[k]].frozen) failed.push_back(slots[k]);
+  return failed;
+}
+
+/// The stress is that of several parts of the macro step.
+void RvePoints::advance_with_samples(const std::vector<int> &slots,
+                                     const std::vector<rve::Drive> &drives)
+{
+  std::vector<Macro> macros(slots.size());
   for (std::size_t k = 0; k < slots.size(); ++k) {
-    Point &point = points[slots[k]];
-    if (point.frozen) continue;
-    Macro macro;
+    Macro &macro = macros[k];
     macro.slot = slots[k];
     macro.drive = drives[k];
-    if (!macro.drive.has_servo() && macro.drive.substeps > 0) {
-      if (options.quiescent_strain > 0.0 && can_sleep(point)) {
-        const rve::Tensor2 pending = macro.drive.deformation * point.pending;
-        if (rve::strain_size(pending) < options.quiescent_strain) {
-          point.pending = pending;
-          answer_asleep(slots[k]);
-          continue;
-        }
-      }
-      if (!is_identity(point.pending))
-        macro.drive.deformation =
-            waking_deformation(slots[k], macro.drive.deformation * point.pending);
-    }
-    plan(macro);
-    macros.push_back(macro);
+    const int substeps = macro.drive.substeps;
+    if (substeps < 2) continue;
+    macro.parts = std::min(options.stress_samples, substeps);
+    macro.spacing = std::min(options.stress_spacing, (substeps - 1) / (macro.parts - 1));
+    macro.first_steps = substeps - (macro.parts - 1) * macro.spacing;
   }
-  image_sizes.assign(points.size(), 0);
-
-  if (!macros.empty()) {
-    catch_up(macros);
-    run(macros);
-  }
+  run(macros);
   for (const Macro &macro : macros) {
     Point &point = points[macro.slot];
     point.asleep = false;
-    if (macro.failed) {
-      point.frozen = true;
-      failed.push_back(macro.slot);
-      continue;
-    }
+    point.frozen = macro.failed;
+    if (macro.failed) continue;
     point.stale = false;
-    point.stiffness.reset();
+    point.look.reset();
     if (macro.drive.substeps == 0) continue;
     point.pending = rve::Tensor2::identity();
     point.drive = macro.drive;
   }
-  return failed;
 }
 
 /* ----------------------------------------------------------------------
@@ -538,6 +631,7 @@ std::vector<double> RvePoints::image(int slot) const
   head.shadow_bytes = shadow.size();
   head.frozen = point.frozen ? 1 : 0;
   head.asleep = point.asleep ? 1 : 0;
+  head.grain_size = point.grain_size;
   head.drive = point.drive;
   head.pending = point.pending;
   head.shadow_stress = point.shadow_stress;
@@ -564,6 +658,7 @@ int RvePoints::add_image(const double *image)
   point.rested = head.rested;
   point.frozen = head.frozen != 0;
   point.asleep = head.asleep != 0;
+  point.grain_size = head.grain_size;
   point.drive = head.drive;
   point.pending = head.pending;
   point.shadow_stress = head.shadow_stress;

@@ -57,6 +57,7 @@ class RvePoints {
         result;    ///< of the last advance that succeeded; its status is that of the last advance
     rve::Material material;
     double servo_gain = 0.0;    ///< default of its stress servo [1/(stress time^2)]
+    double grain_size = 0.0;    ///< 2 sqrt(<r^2>) [length]
     bool frozen = false;        ///< failed once and is not advanced any more
     bool asleep = false;        ///< was skipped in the last macro step
     bool stale = false;         ///< `result` is of an earlier advance, but for stress and status
@@ -66,7 +67,13 @@ class RvePoints {
     rve::Result
         rested;    ///< while asleep: of its last DEM step; `result` is then that of the affine RVE
     rve::Tensor2 pending = rve::Tensor2::identity();    ///< deformation since then
-    std::optional<rve::AffineStiffness> stiffness;      ///< at `rested`, once it is asked for
+
+    /// Of its last DEM steps, once the next strain was too small for others. The same whatever the advance was asked for.
+    struct Look {
+      bool is_at_rest;
+      rve::AffineStiffness stiffness;
+    };
+    std::optional<Look> look;
 
     int shadow = -1;    ///< number of its shadow in the engine of shadows
     rve::Tensor2 shadow_stress = rve::Tensor2::zero();    ///< [stress]
@@ -146,9 +153,18 @@ class RvePoints {
 
   struct Macro;    // a macro step of one RVE
 
+  /// What an RVE does in a macro step.
+  enum class Part : char { Nothing, Sleeps, Works };
+
   // of advance_plainly, kept between calls
   std::vector<rve::Result> results;
   std::vector<rve::Response> responses;
+  // of advance_by_plan
+  std::vector<Part> parts;     // of each slot that is given
+  std::vector<int> working;    // places of those that work among them
+  std::vector<int> working_slots;
+  std::vector<rve::Drive> working_drives;
+  std::vector<char> must_turn;    // as working_slots
 
   template <class Answers>
   void call_engine(const std::vector<int> &slots, const std::vector<rve::Drive> &drives,
@@ -157,14 +173,17 @@ class RvePoints {
   std::vector<int> advance_plainly(const std::vector<int> &slots,
                                    const std::vector<rve::Drive> &drives, bool with_details);
   std::vector<int> advance_by_plan(const std::vector<int> &slots,
-                                   const std::vector<rve::Drive> &drives);
+                                   const std::vector<rve::Drive> &drives, bool with_details);
+  void advance_with_samples(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);
 
   Point &settle(int slot, const rve::RveState &state);
-  bool can_sleep(const Point &point) const;
-  void answer_asleep(int slot);
-  void plan(Macro &macro) const;
-  rve::Tensor2 waking_deformation(int slot, const rve::Tensor2 &total);
-  void catch_up(std::vector<Macro> &macros);
+  bool may_sleep(const Point &point, const rve::Drive &drive) const;
+  int substeps_of(const Point &point, const rve::Drive &drive) const;
+  void look_at_sleepers(const std::vector<int> &slots);
+  void answer_asleep(Point &point, const rve::Tensor2 &pending) const;
+  void wake(const std::vector<int> &slots, std::vector<rve::Drive> &drives);
+  void plan_work(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);
+  void catch_up();
   void run(std::vector<Macro> &macros);
   void advance_shadows(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);
   void remove_shadow(Point &point);

@@ -3,6 +3,7 @@
 #include "rve/core/error.h"
 #include "rve/engine/batch_engine.h"
 #include "rve/engine/engine.h"
+#include "rve/engine/finite_strain.h"
 #include "rve/engine/host_kernels.h"
 #include "rve/engine/packing.h"
 #include "support/packings.h"
@@ -13,6 +14,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -121,7 +123,7 @@ std::vector<Actor> short_scene()
 
 struct Outcome {
   std::vector<std::vector<char>> states;                  // at the end, by actor
-  std::vector<std::vector<std::vector<char>>> results;    // by call and actor
+  std::vector<std::vector<std::vector<char>>> results;    // by call and actor, with stiffness
   std::vector<Result> last;
 };
 
@@ -134,10 +136,16 @@ Outcome play(Engine &engine, const std::vector<Actor> &actors, int calls)
     rves.push_back(engine.add(actor.state));
     drives.push_back(actor.drive);
   }
+  std::vector<ElasticResult> answers;
   for (int call = 0; call < calls; ++call) {
-    engine.advance(rves, drives, outcome.last);
+    engine.advance(rves, drives, answers);
     outcome.results.emplace_back();
-    for (const Result &result : outcome.last) outcome.results.back().push_back(bytes_of(result));
+    outcome.last.clear();
+    for (const ElasticResult &answer : answers) {
+      outcome.last.push_back(answer.result);
+      outcome.results.back().push_back(bytes_of(answer.result));
+      append(outcome.results.back().back(), answer.stiffness);
+    }
   }
   for (int rve : rves) outcome.states.push_back(serialize(engine.state(rve)));
   return outcome;
@@ -267,7 +275,7 @@ KernelRun run_kernel(const HostKernel &kernel, StateImage image, const DriveReco
   std::vector<char> shared(sizes.shared), workspace(sizes.workspace);
   KernelRun run{std::move(image), AnswerRecord(), DetailRecord()};
   const bool general = scene == SceneKind::General || scene == SceneKind::Rolling;
-  const BatchConstants batch{0.0, 0.5, 0.5, general ? 1 : 0};
+  const BatchConstants batch{0.0, 0.5, 0.5, general ? 1 : 0, 1};
   kernel.advance(run.image.bytes.data(), drive, steering, batch,
                  {shared.data(), workspace.data(), pair_capacity}, scene, run.answer, &run.detail);
   return run;
@@ -299,15 +307,11 @@ SteeringRecord kernel_steering(const RveState &state)
 bool same_records(const KernelRun &x, const KernelRun &y)
 {
   static_assert(sizeof(AnswerRecord) == 4 * 4 + 5 * 8, "no padding");
-  // all but the padding behind the five integers
-  const auto offset = [&](const void *member) {
-    return static_cast<std::size_t>(static_cast<const char *>(member) -
-                                    reinterpret_cast<const char *>(&x.detail));
-  };
-  const std::size_t first_end = offset(&x.detail.num_single + 1), second = offset(x.detail.fabric);
+  // all but the padding at the end
+  const std::size_t size = reinterpret_cast<const char *>(x.detail.stiffness + kStiffness) -
+      reinterpret_cast<const char *>(&x.detail);
   return std::memcmp(&x.answer, &y.answer, sizeof(AnswerRecord)) == 0 &&
-      std::memcmp(&x.detail, &y.detail, first_end) == 0 &&
-      std::memcmp(&x.detail.fabric, &y.detail.fabric, sizeof(DetailRecord) - second) == 0;
+      std::memcmp(&x.detail, &y.detail, size) == 0;
 }
 
 #endif
@@ -359,9 +363,10 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
     const KernelRun v3 = run_kernel(host_v3::kernel(format), image, drive, one.steering, one.scene);
 
     EXPECT_EQ(baseline.answer.status, status::Ok) << describe_status(baseline.answer.status);
-    EXPECT_GE(baseline.detail.header.rebuilds, 5);
-    EXPECT_GE(baseline.detail.header.lattice_reductions, 1);
+    EXPECT_GE(baseline.detail.progress.rebuilds, 5);
+    EXPECT_GE(baseline.detail.progress.lattice_reductions, 1);
     EXPECT_GT(baseline.detail.num_sliding, 20);
+    EXPECT_GT(baseline.detail.stiffness[0], 0.0);
     EXPECT_TRUE(baseline.image.bytes == v3.image.bytes);
     EXPECT_TRUE(same_records(baseline, v3));
     EXPECT_FALSE(baseline.image.bytes == image.bytes);    // something happened
@@ -448,6 +453,35 @@ TEST_P(CpuAndCuda, GiveTheSameStatesAndResultsAfterAnEventfulRun)
 
     if (!viscous) expect_eventful(on_gpu, actors);
     expect_same_bits(on_cpu, on_gpu, actors);
+  }
+}
+
+TEST_P(CpuAndCuda, TurnRvesToTheSameBits)
+{
+  const auto turned_scene = [&](const std::vector<Actor> &actors, Device device) {
+    const auto engine = make_engine(options_for(GetParam(), device, WIDE_SKIN));
+    play(*engine, actors, 2);
+    std::vector<int> rves(actors.size());    // in the order of play(), all but the second
+    std::iota(rves.begin(), rves.end(), 0);
+    const int left_alone = 1;
+    rves.erase(rves.begin() + left_alone);
+    std::vector<Tensor2> rotations;
+    for (const int rve : rves) rotations.push_back(plane_rotation(0.3 * rve - 0.4));
+    engine->turn(rves, rotations);
+    std::vector<std::vector<char>> states;
+    for (std::size_t rve = 0; rve < actors.size(); ++rve)
+      states.push_back(serialize(engine->state(static_cast<int>(rve))));
+    return states;
+  };
+
+  for (const bool rolling : {false, true}) {
+    const auto actors = full_scene(false, rolling);
+
+    const auto on_cpu = turned_scene(actors, Device::Cpu);
+    const auto on_gpu = turned_scene(actors, Device::Cuda);
+
+    for (std::size_t k = 0; k < actors.size(); ++k)
+      EXPECT_TRUE(on_cpu[k] == on_gpu[k]) << actors[k].name << (rolling ? " that roll" : "");
   }
 }
 

@@ -1,14 +1,15 @@
 // What stands between a macro step and DEM steps: polar decomposition, affine stiffness, adaptive substeps, and advice.
 
+#include "oracle/affine_stiffness.h"
 #include "support/lattice.h"
 #include "support/rve_rig.h"
 
 #include "rve/core/error.h"
 #include "rve/engine/advice.h"
-#include "rve/engine/affine_stiffness.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/substeps.h"
 
+#include <cstring>
 #include <gtest/gtest.h>
 
 using namespace rve;
@@ -29,6 +30,20 @@ RveState sheared_packing()
   std::fill(state.velocity.begin(), state.velocity.end(), 0.0);
   std::fill(state.spin.begin(), state.spin.end(), 0.0);
   state.material.friction = 10.0;
+  return state;
+}
+
+/// The state turned rigidly: cell, deformation and velocities; fractional coordinates, spins and contact history stay.
+RveState turned(RveState state, const Tensor2 &rotation)
+{
+  for (Tensor2 *columns : {&state.cell, &state.list_cell, &state.deformation})
+    *columns = rotation * *columns;
+  state.servo_velocity_gradient = rotation * state.servo_velocity_gradient * transpose(rotation);
+  for (int i = 0; i < state.num_grains(); ++i) {
+    const Vec<double, 2> velocity =
+        rotation * Vec<double, 2>{{state.velocity[2 * i], state.velocity[2 * i + 1]}};
+    for (int a = 0; a < 2; ++a) state.velocity[2 * i + a] = velocity[a];
+  }
   return state;
 }
 
@@ -80,17 +95,16 @@ TEST(FiniteStrain, PartsOfAnIncrementAreThePathOfTheEngine)
     EXPECT_NEAR(parts.result().cell.component[k], whole.result().cell.component[k], 1e-15);
 }
 
-TEST(FiniteStrain, TurnedRveHasTheTurnedStressAndGoesOnAlike)
+TEST(RigidTurn, TurnedRveHasTheTurnedStressAndGoesOnAlike)
 {
   RveState state = sheared_packing();
   state.material.local_damping =
       0.0;    // Cundall's damping works on components: it is not the same in other axes
   const Tensor2 rotation = plane_rotation(1.2);
-  RveState turned = state;
-  turn(turned, rotation);
-  RveRig first(state), second(turned);
+  RveRig first(state), second(state);
   const Tensor2 l{{0.0, 0.05, 0.0, -0.02}};
 
+  second.owner().turn({second.rve_number()}, {rotation});
   first.strain(l, DT, 200);
   second.strain(rotation * l * transpose(rotation), DT, 200);
 
@@ -99,6 +113,42 @@ TEST(FiniteStrain, TurnedRveHasTheTurnedStressAndGoesOnAlike)
     EXPECT_NEAR(second.result().stress.component[k], expected.component[k],
                 1e-9 * first.result().mean_stress());
   EXPECT_EQ(second.result().num_contacts, first.result().num_contacts);
+}
+
+TEST(RigidTurn, IsThatOfTheStateToTheBitAndOfNobodyElse)
+{
+  for (const Format format : ALL_FORMATS) {
+    SCOPED_TRACE(to_string(format));
+    RveRig rig(paper_packing(), cpu_options(format));
+    rig.strain(gradient(0, 1, 0.5), DT, 400, 2);    // in motion, with a list that has aged
+    Engine &engine = rig.owner();
+    const RveState state = rig.state();
+    const int alone = engine.add(paper_packing()), other = engine.add(state);
+    const auto before = serialize(engine.state(alone));
+
+    engine.turn({other, rig.rve_number()}, {plane_rotation(-0.4), plane_rotation(1.2)});
+
+    // a state is stored as the format has it
+    const auto stored = [&](double angle) {
+      RveRig copy(turned(state, plane_rotation(angle)), cpu_options(format));
+      return serialize(copy.state());
+    };
+    EXPECT_EQ(serialize(rig.state()), stored(1.2));
+    EXPECT_EQ(serialize(engine.state(other)), stored(-0.4));
+    EXPECT_EQ(serialize(engine.state(alone)), before);
+  }
+}
+
+TEST(RigidTurn, RefusesWhatIsNoRotation)
+{
+  RveRig rig(paper_packing());
+  const auto before = serialize(rig.state());
+
+  for (const Tensor2 &tensor :
+       {1.001 * Tensor2::identity(), Tensor2{{1.0, 0.0, 0.0, -1.0}}, Tensor2::zero()})
+    EXPECT_THROW(rig.owner().turn({rig.rve_number()}, {tensor}), InputError);
+  EXPECT_THROW(rig.owner().turn({7}, {Tensor2::identity()}), InputError);
+  EXPECT_EQ(serialize(rig.state()), before);
 }
 
 TEST(Engine, NextRveTakesTheNumberThatWasRemoved)
@@ -148,16 +198,175 @@ TEST(AffineStiffness, OfALatticeIsItsShearModulus)
   EXPECT_NEAR(stress(0, 0) / stress(0, 1), 0.0, 1e-12);
 }
 
+// ---- the stiffness that the engine returns ----------------------------------------------------------------------------------
+
+namespace {
+
+/// Relative error of contact forces and branches in a format; `double` has the resolution of the sums, 2^-40 of the stiffest contact.
+double error_of(Format format)
+{
+  return format == Format::Double ? 1e-11 : 1e-6;
+}
+
+/// Deformed configurations: contacts at the Coulomb limit, springs of dashpots, springs that outlived their friction, unequal
+/// springs, extra pairs, and grains of 1 to 20.
+struct StiffnessCase {
+  const char *name;
+  RveState state;
+  double skin = 0.0;
+};
+
+std::vector<StiffnessCase> stiffness_cases()
+{
+  std::vector<StiffnessCase> cases;
+  RveRig rig(paper_packing());
+  rig.strain(gradient(0, 1, 0.5), DT, 400, 2);
+  const RveState sheared = rig.state();
+  cases.push_back({"sliding", sheared});
+  cases.push_back({"dashpots", sheared});
+  cases.back().state.material.normal_viscosity = 3.0;
+  cases.back().state.material.tangential_viscosity = 1.5;
+  cases.push_back({"no friction", sheared});
+  cases.back().state.material.friction = 0.0;
+  cases.push_back({"stiff along the contact", sheared});
+  cases.back().state.material.tangential_stiffness *= 300.0;
+  cases.push_back({"extra pairs", sheared, 5e-3});
+  cases.push_back({"pebbles in sand", sheared});
+  for (std::size_t i = 0; i < sheared.radius.size(); i += 7)
+    cases.back().state.radius[i] *= i % 2 ? 0.1 : 0.9;
+  return cases;
+}
+
+ElasticResult elastic_answer(Engine &engine, int rve, const Drive &drive = Drive())
+{
+  std::vector<ElasticResult> answers;
+  engine.advance({rve}, {drive}, answers);
+  return answers[0];
+}
+
+bool same_bits(const AffineStiffness &a, const AffineStiffness &b)
+{
+  return std::memcmp(&a, &b, sizeof(a)) == 0;
+}
+
+}    // namespace
+
+TEST(AffineStiffness, OfTheEngineIsThatOfTheState)
+{
+  for (const StiffnessCase &one : stiffness_cases())
+    for (const Format format : {Format::Double, Format::Mixed, Format::Fast, Format::Single}) {
+      SCOPED_TRACE(std::string(one.name) + ", " + to_string(format));
+      Options options = cpu_options(format);
+      options.skin = one.skin;
+      const auto engine = make_engine(options);
+      const int rve = engine->add(one.state);
+
+      const ElasticResult answer = elastic_answer(*engine, rve);
+
+      const AffineStiffness expected = affine_stiffness(engine->state(rve));
+      double size = 0.0;
+      for (const auto &row : expected.component)
+        for (const double x : row) size = std::max(size, std::fabs(x));
+      ASSERT_GT(size, 0.0);
+      for (int c = 0; c < 4; ++c)
+        for (int e = 0; e < 3; ++e)
+          EXPECT_NEAR(answer.stiffness.component[c][e], expected.component[c][e],
+                      error_of(format) * size)
+              << c << e;
+    }
+}
+
+TEST(AffineStiffness, OfTheEngineHasTheBitsOfTheConfigurationWhicheverCallAsks)
+{
+  const RveState state = stiffness_cases()[0].state;
+  const Drive shear = Drive::constant_velocity_gradient(gradient(0, 1, 0.5), DT, 30);
+  for (const Format format : ALL_FORMATS) {
+    SCOPED_TRACE(to_string(format));
+    const auto engine = make_engine(cpu_options(format)), other = make_engine(cpu_options(format));
+    const int rve = engine->add(state);
+
+    const ElasticResult moved = elastic_answer(*engine, rve, shear);
+
+    // after the call; in another engine; in other units of force; with its grains and its pairs in another order
+    EXPECT_TRUE(same_bits(moved.stiffness, elastic_answer(*engine, rve).stiffness));
+    RveState copy = engine->state(rve);
+    EXPECT_TRUE(same_bits(moved.stiffness, elastic_answer(*other, other->add(copy)).stiffness));
+    copy.largest_contact_force *= 70.0;
+    EXPECT_TRUE(same_bits(moved.stiffness, elastic_answer(*other, other->add(copy)).stiffness));
+    std::reverse(copy.order.begin(), copy.order.end());
+    std::reverse(copy.pairs.begin(), copy.pairs.end());
+    for (Pair &pair : copy.pairs) std::swap(pair.first, pair.second);
+    EXPECT_TRUE(same_bits(moved.stiffness, elastic_answer(*other, other->add(copy)).stiffness));
+  }
+}
+
+TEST(AffineStiffness, SpringsThatAreStretchedByManyGrainsAreCutAndNoSumOverflows)
+{
+  // such springs are no physics, but a file may hold them: 8 K L, with L up to four times the largest radius
+  for (const Format format : ALL_FORMATS) {
+    SCOPED_TRACE(to_string(format));
+    RveState state = stiffness_cases()[0].state;
+    const auto with_springs = [&](double force) {
+      for (Pair &pair : state.pairs) pair.tangential_force = force;
+      const auto engine = make_engine(cpu_options(format));
+      return elastic_answer(*engine, engine->add(state)).stiffness;
+    };
+    const double longest = 32.0 * state.material.normal_stiffness * 2.0 *
+        *std::max_element(state.radius.begin(), state.radius.end());
+
+    const AffineStiffness far = with_springs(longest), farther = with_springs(1e12 * longest);
+
+    EXPECT_TRUE(same_bits(far, farther));
+    for (const auto &row : far.component)
+      for (const double x : row) {
+        EXPECT_TRUE(std::isfinite(x));
+        EXPECT_LT(std::fabs(x), 1e10);    // a thousand contacts, 2^5 K L^2 / V each
+      }
+  }
+}
+
+TEST(AffineStiffness, AskingForItChangesNothingElse)
+{
+  for (const StiffnessCase &one : stiffness_cases()) {
+    SCOPED_TRACE(one.name);
+    const Drive shear = Drive::constant_velocity_gradient(gradient(0, 1, 0.5), DT, 30);
+    RveRig without(one.state), with(one.state);
+
+    for (int call = 0; call < 2; ++call) {
+      const ElasticResult answer = elastic_answer(with.owner(), with.rve_number(), shear);
+      EXPECT_TRUE(same_answer(answer.result, without.advance(shear)));
+    }
+    EXPECT_EQ(serialize(with.state()), serialize(without.state()));
+  }
+}
+
+TEST(AffineStiffness, OfAGasIsZeroAndOfAFailedCallItIsNoNumberOfAnybody)
+{
+  const auto engine = make_engine(cpu_options());
+  const int gas = engine->add(paper_gas()), crushed = engine->add(paper_packing());
+  const Drive crush = Drive::constant_velocity_gradient(Tensor2{{-20.0, 0.0, 0.0, -20.0}}, DT, 600);
+  std::vector<ElasticResult> answers;
+
+  engine->advance({crushed, gas}, {crush, Drive()}, answers);
+
+  EXPECT_NE(answers[0].result.status & status::Fatal, 0u);
+  for (const ElasticResult &answer : answers)
+    EXPECT_TRUE(same_bits(answer.stiffness, AffineStiffness()));
+  EXPECT_EQ(answers[0].result.num_grains, 400);
+  EXPECT_NEAR(answers[0].result.void_ratio, RveRig(paper_packing()).evaluate().void_ratio, 0.0);
+}
+
 TEST(AdaptiveSubsteps, KeepStrainPerStepAndInertialNumberBelowTheirBounds)
 {
   const RveState state = paper_packing();
   RveRig rig(state);
   const Result result = rig.evaluate();
+  const double pressure = result.mean_stress(), size = grain_size(result);
   for (const double strain : {1e-12, 1e-7, 1e-5, 1e-3, 1e-2}) {
     const AdaptiveSubsteps by_strain{1e-5, 1e9, 1000000}, by_inertia{1e9, 1e-4, 1000000};
 
-    const int strain_steps = by_strain.of(strain, DT, result, state.material);
-    const int inertia_steps = by_inertia.of(strain, DT, result, state.material);
+    const int strain_steps = by_strain.of(strain, DT, pressure, size, state.material);
+    const int inertia_steps = by_inertia.of(strain, DT, pressure, size, state.material);
     const auto inertia = [&](int n) {
       return inertial_number(result, state.material, strain / (n * DT));
     };
@@ -167,7 +376,7 @@ TEST(AdaptiveSubsteps, KeepStrainPerStepAndInertialNumberBelowTheirBounds)
     if (strain_steps > 1) { EXPECT_GT(strain / (strain_steps - 1), 1e-5 * (1.0 - 1e-12)); }
     if (inertia_steps > 1) { EXPECT_GT(inertia(inertia_steps - 1), 1e-4 * (1.0 - 1e-12)); }
   }
-  EXPECT_EQ((AdaptiveSubsteps{1e-5, 1.0, 50}.of(1e-2, DT, result, state.material)), 50);
+  EXPECT_EQ((AdaptiveSubsteps{1e-5, 1.0, 50}.of(1e-2, DT, pressure, size, state.material)), 50);
 }
 
 TEST(AdaptiveSubsteps, InertialNumberIsThatOfTheFormula)

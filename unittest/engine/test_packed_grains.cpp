@@ -53,7 +53,7 @@ KernelRun run_kernel(const HostKernel &kernel, SceneKind kind, const StateImage 
   std::memset(static_cast<void *>(&run.answer), 0, sizeof(run.answer));
   std::memset(static_cast<void *>(&run.detail), 0, sizeof(run.detail));
   run.image = image;
-  kernel.advance(run.image.bytes.data(), drive, nullptr, BatchConstants{scene.skin, 0.5, 0.5, 0},
+  kernel.advance(run.image.bytes.data(), drive, nullptr, BatchConstants{scene.skin, 0.5, 0.5, 0, 1},
                  {shared.data(), workspace.data(), pair_capacity}, kind, run.answer, &run.detail);
   return run;
 }
@@ -145,7 +145,7 @@ TEST_P(PackedGrains, DensePackingWithFreeSlotsStickingAndSlidingContacts)
 {
   const KernelRun last = expect_same_bits({sheared_packing(), 0.05, 300, 0.0}, 3);
 
-  EXPECT_GE(last.detail.header.rebuilds, 3);
+  EXPECT_GE(last.detail.progress.rebuilds, 3);
   EXPECT_GT(last.detail.num_sliding, 20);
   EXPECT_GT(last.detail.num_contacts - last.detail.num_sliding, 100);
   EXPECT_LT(last.detail.num_pairs, 3 * 400);    // some slots are free
@@ -156,7 +156,7 @@ TEST_P(PackedGrains, ExtraPairsBeyondTheSlots)
   // a skin of two grain radii: more pairs than slots
   const KernelRun last = expect_same_bits({sheared_packing(), 0.05, 100, 9e-3}, 2);
 
-  EXPECT_GT(last.detail.header.num_extra, 400);    // more extra pairs than grains
+  EXPECT_GT(last.detail.progress.num_extra, 400);    // more extra pairs than grains
 }
 
 TEST_P(PackedGrains, AnyNumberOfGrains)
@@ -167,7 +167,7 @@ TEST_P(PackedGrains, AnyNumberOfGrains)
     const KernelRun narrow = expect_same_bits({crowd(n, n), 0.02, 45, 0.0}, 2);
     const KernelRun wide = expect_same_bits({crowd(n, n), 0.02, 45, 4e-3}, 2);
     contacts += narrow.detail.num_contacts;
-    extra += wide.detail.header.num_extra;
+    extra += wide.detail.progress.num_extra;
   }
 
   EXPECT_GT(contacts, 100);

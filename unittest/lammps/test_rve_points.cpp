@@ -2,8 +2,11 @@
 
 #include "rve_points.h"
 
+#include "rve/engine/finite_strain.h"
+#include "support/lattice.h"
 #include "support/packings.h"
 
+#include <algorithm>
 #include <cstring>
 #include <gtest/gtest.h>
 
@@ -16,12 +19,17 @@ namespace {
 constexpr double DT = 5e-5;
 constexpr int RVES = 3;
 
-RvePoints three_points(std::vector<int> &slots)
+rve::Options cpu_options()
 {
   rve::Options options;
   options.device = rve::Device::Cpu;
   options.threads = 1;
-  RvePoints points(rve::make_engine(options), nullptr, MacroStepOptions());
+  return options;
+}
+
+RvePoints three_points(std::vector<int> &slots, const MacroStepOptions &macro = MacroStepOptions())
+{
+  RvePoints points(rve::make_engine(cpu_options()), nullptr, macro);
   const rve::RveState packing = rve_test::packing_of_400();
   slots = points.add(std::vector<const rve::RveState *>(RVES, &packing));
   return points;
@@ -114,4 +122,267 @@ TEST(RvePoints, AnImageHoldsACompleteResult)
   const int again = points.add_image(image.data());
   EXPECT_FALSE(points.point(again).stale);
   EXPECT_TRUE(same_bits(points.point(again).result.fabric, points.point(slots[1]).result.fabric));
+}
+
+// ---- macro steps by plan ----------------------------------------------------------------------------------------------------
+
+namespace {
+
+/// RVEs that were asked for each kind of answer, and turned.
+struct Tally {
+  int responses = 0, results = 0, elastic_results = 0, turned = 0;
+};
+
+/// An engine that counts what it is asked for.
+class CountingEngine final : public rve::Engine {
+ public:
+  CountingEngine(const rve::Options &options, Tally &tally_in) :
+      engine(rve::make_engine(options)), tally(tally_in)
+  {
+  }
+  int add(const rve::RveState &state) override { return engine->add(state); }
+  void remove(int rve) override { engine->remove(rve); }
+  int size() const override { return engine->size(); }
+  rve::RveState state(int rve) const override { return engine->state(rve); }
+  void set_material(int rve, const rve::Material &material) override
+  {
+    engine->set_material(rve, material);
+  }
+  void turn(const std::vector<int> &rves, const std::vector<Tensor2> &rotations) override
+  {
+    tally.turned += static_cast<int>(rves.size());
+    engine->turn(rves, rotations);
+  }
+  void advance(const std::vector<int> &rves, const std::vector<rve::Drive> &drives,
+               std::vector<rve::Result> &results) override
+  {
+    tally.results += static_cast<int>(rves.size());
+    engine->advance(rves, drives, results);
+  }
+  void advance(const std::vector<int> &rves, const std::vector<rve::Drive> &drives,
+               std::vector<rve::ElasticResult> &results) override
+  {
+    tally.elastic_results += static_cast<int>(rves.size());
+    engine->advance(rves, drives, results);
+  }
+  void advance(const std::vector<int> &rves, const std::vector<rve::Drive> &drives,
+               std::vector<rve::Response> &responses) override
+  {
+    tally.responses += static_cast<int>(rves.size());
+    engine->advance(rves, drives, responses);
+  }
+  std::string description() const override { return engine->description(); }
+  std::size_t bytes_per_rve(int num_grains) const override
+  {
+    return engine->bytes_per_rve(num_grains);
+  }
+  std::size_t bytes_of_call(int num_rves, int num_grains) override
+  {
+    return engine->bytes_of_call(num_rves, num_grains);
+  }
+  rve::Memory memory() const override { return engine->memory(); }
+
+ private:
+  std::unique_ptr<rve::Engine> engine;
+  Tally &tally;
+};
+
+MacroStepOptions adaptive()
+{
+  MacroStepOptions macro;
+  macro.adaptive = rve::AdaptiveSubsteps{1e-5, 1e-3, 1000};
+  return macro;
+}
+
+MacroStepOptions sleepy()
+{
+  MacroStepOptions macro = adaptive();
+  macro.quiescent_strain = 2e-5;
+  return macro;
+}
+
+/// One macro step of some strain and rotation.
+rve::Drive small_drive(double strain, double angle = 0.0)
+{
+  rve::Drive drive;
+  drive.dt = DT;
+  drive.substeps = 20;
+  drive.deformation = rve::plane_rotation(angle) * Tensor2{{1.0, strain, strain, 1.0 - strain}};
+  return drive;
+}
+
+/// The first strains all the time, the second sleeps now and then and turns meanwhile, the third as well without turning.
+std::vector<rve::Drive> drives_of_sleepers()
+{
+  return {small_drive(5e-5), small_drive(4e-6, 3e-4), small_drive(-3e-6)};
+}
+
+/// Everything that an RVE answers, but what is rounded in units of the forces of a call.
+void expect_same_point(const RvePoints::Point &a, const RvePoints::Point &b)
+{
+  EXPECT_TRUE(same_bits(a.result.stress, b.result.stress));
+  EXPECT_TRUE(same_bits(a.result.cell, b.result.cell));
+  EXPECT_TRUE(same_bits(a.result.deformation, b.result.deformation));
+  EXPECT_TRUE(same_bits(a.result.counters, b.result.counters));
+  EXPECT_EQ(a.result.status, b.result.status);
+  EXPECT_EQ(a.result.num_contacts, b.result.num_contacts);
+  EXPECT_EQ(a.result.void_ratio, b.result.void_ratio);
+  EXPECT_EQ(a.result.mean_overlap, b.result.mean_overlap);
+  EXPECT_EQ(a.asleep, b.asleep);
+  EXPECT_EQ(a.frozen, b.frozen);
+}
+
+}    // namespace
+
+TEST(AdaptiveMacroSteps, TakeTheShortAnswerAndHaveTheBitsOfTheLongOne)
+{
+  Tally tally;
+  RvePoints brief(std::make_unique<CountingEngine>(cpu_options(), tally), nullptr, adaptive());
+  const rve::RveState packing = rve_test::packing_of_400();
+  const std::vector<int> slots = brief.add(std::vector<const rve::RveState *>(RVES, &packing));
+  std::vector<int> other_slots;
+  RvePoints full = three_points(other_slots, adaptive());
+  const Tally at_first = tally;
+
+  for (int step = 0; step < 10; ++step) {
+    brief.advance(slots, drives(20), false);
+    full.advance(other_slots, drives(20), true);
+    for (int k = 0; k < RVES; ++k)
+      EXPECT_TRUE(same_bits(brief.stress(slots[k]), full.stress(other_slots[k])));
+  }
+
+  EXPECT_EQ(tally.responses, 10 * RVES);
+  EXPECT_EQ(tally.results, at_first.results);
+  EXPECT_EQ(tally.elastic_results, 0);
+  for (int k = 0; k < RVES; ++k) {
+    EXPECT_EQ(rve::serialize(brief.state(slots[k])), rve::serialize(full.state(other_slots[k])));
+    expect_same_point(brief.point(slots[k]), full.point(other_slots[k]));
+    EXPECT_EQ(brief.point(slots[k]).drive.substeps, full.point(other_slots[k]).drive.substeps);
+  }
+  // slower ones take fewer steps
+  EXPECT_LT(full.point(other_slots[0]).drive.substeps, full.point(other_slots[2]).drive.substeps);
+}
+
+TEST(QuiescentMacroSteps, LookOnlyAtThoseThatMaySleepWhateverIsAskedFor)
+{
+  Tally tally, other_tally;
+  RvePoints brief(std::make_unique<CountingEngine>(cpu_options(), tally), nullptr, sleepy());
+  RvePoints full(std::make_unique<CountingEngine>(cpu_options(), other_tally), nullptr, sleepy());
+  const rve::RveState packing = rve_test::packing_of_400();
+  const std::vector<const rve::RveState *> states(RVES, &packing);
+  const std::vector<int> slots = brief.add(states), other_slots = full.add(states);
+  const Tally at_first = tally;
+  int naps = 0, awake = 0;
+  std::vector<bool> slept(RVES, false);
+
+  for (int step = 0; step < 40; ++step) {
+    brief.advance(slots, drives_of_sleepers(), false);
+    full.advance(other_slots, drives_of_sleepers(), true);
+    for (int k = 0; k < RVES; ++k) {
+      EXPECT_TRUE(same_bits(brief.stress(slots[k]), full.stress(other_slots[k])));
+      // asleep is up to date without details
+      const bool asleep = full.point(other_slots[k]).asleep;
+      naps += asleep && !slept[k] ? 1 : 0;
+      awake += asleep ? 0 : 1;
+      slept[k] = asleep;
+    }
+  }
+
+  EXPECT_GT(naps, 8);
+  EXPECT_GT(tally.turned, 2);
+  EXPECT_EQ(tally.turned, other_tally.turned);
+  EXPECT_EQ(tally.responses, awake);
+  EXPECT_EQ(tally.results, at_first.results);
+  EXPECT_GE(tally.elastic_results, naps);
+  EXPECT_EQ(tally.elastic_results, other_tally.elastic_results);
+  for (int k = 0; k < RVES; ++k) {
+    EXPECT_EQ(rve::serialize(brief.state(slots[k])), rve::serialize(full.state(other_slots[k])));
+    expect_same_point(brief.point(slots[k]), full.point(other_slots[k]));
+  }
+}
+
+TEST(QuiescentMacroSteps, AnImageOfASleeperContinuesWithTheSameBits)
+{
+  std::vector<int> slots;
+  RvePoints points = three_points(slots, sleepy());
+  RvePoints others(rve::make_engine(cpu_options()), nullptr, sleepy());
+  for (int step = 0; step < 11; ++step) points.advance(slots, drives_of_sleepers(), false);
+  ASSERT_TRUE(points.point(slots[1]).asleep);
+  ASSERT_FALSE(same_bits(points.point(slots[1]).pending, Tensor2::identity()));
+
+  std::vector<int> other_slots;
+  for (const int slot : slots) other_slots.push_back(others.add_image(points.image(slot).data()));
+
+  for (int step = 0; step < 20; ++step) {
+    points.advance(slots, drives_of_sleepers(), false);
+    others.advance(other_slots, drives_of_sleepers(), false);
+    for (int k = 0; k < RVES; ++k)
+      EXPECT_TRUE(same_bits(points.stress(slots[k]), others.stress(other_slots[k]))) << step;
+  }
+  for (int k = 0; k < RVES; ++k)
+    expect_same_point(points.point(slots[k]), others.point(other_slots[k]));
+}
+
+TEST(MacroStepsByPlan, DoNotDependOnThreadsAndNameThoseThatFailInOrder)
+{
+  // small RVEs, as many as are worth a team: some sleep, some strain, and these are crushed in step 2
+  const int count = 600;
+  const std::vector<int> crushed = {7, 411, 599};
+  const rve::RveState lattice =
+      rve_test::hexagonal_lattice(rve_test::paper_material(), 0.005, 1e-5);
+  const auto play = [&](int threads, std::vector<Tensor2> &stresses) {
+    RvePoints points(rve::make_engine(cpu_options()), nullptr, sleepy(), threads);
+    const std::vector<int> slots = points.add(std::vector<const rve::RveState *>(count, &lattice));
+    std::vector<std::vector<int>> failed;
+    for (int step = 0; step < 6; ++step) {
+      std::vector<rve::Drive> drives;
+      for (int k = 0; k < count; ++k)
+        drives.push_back(small_drive(1e-6 * (k % 30), 1e-4 * (k % 7)));
+      if (step == 2)
+        for (const int k : crushed) drives[k].deformation = 0.4 * Tensor2::identity();
+      failed.push_back(points.advance(slots, drives, false));
+      for (const int slot : slots) stresses.push_back(points.stress(slot));
+    }
+    std::vector<int> expected;
+    for (const int k : crushed) expected.push_back(slots[k]);
+    for (int step = 0; step < 6; ++step)
+      EXPECT_EQ(failed[step], step == 2 ? expected : std::vector<int>()) << step;
+    int asleep = 0;
+    for (const int slot : slots) asleep += points.point(slot).asleep ? 1 : 0;
+    EXPECT_GT(asleep, count / 20);
+    EXPECT_LT(asleep, count - count / 10);
+  };
+  std::vector<Tensor2> one, three;
+
+  play(1, one);
+  play(3, three);
+
+  EXPECT_EQ(std::memcmp(one.data(), three.data(), one.size() * sizeof(Tensor2)), 0);
+}
+
+TEST(MacroStepsByPlan, AFrozenRveLeavesTheOthersWhatTheyHad)
+{
+  Tally tally;
+  RvePoints with(std::make_unique<CountingEngine>(cpu_options(), tally), nullptr,
+                 MacroStepOptions());
+  const rve::RveState packing = rve_test::packing_of_400();
+  const std::vector<int> slots = with.add(std::vector<const rve::RveState *>(RVES, &packing));
+  std::vector<int> other_slots;
+  RvePoints alone = three_points(other_slots);
+  auto crush = drives(20);
+  crush[1].deformation = 0.4 * Tensor2::identity();
+  EXPECT_EQ(with.advance(slots, crush, false), std::vector<int>{slots[1]});
+  alone.advance(other_slots, drives(20), false);
+  const Tally before = tally;
+
+  for (int step = 0; step < 3; ++step) {
+    EXPECT_TRUE(with.advance(slots, drives(20), false).empty());
+    alone.advance(other_slots, drives(20), false);
+  }
+
+  EXPECT_EQ(tally.responses - before.responses, 3 * (RVES - 1));
+  EXPECT_EQ(tally.results, before.results);
+  for (const int k : {0, 2})
+    EXPECT_EQ(rve::serialize(with.state(slots[k])), rve::serialize(alone.state(other_slots[k])));
+  EXPECT_TRUE(with.frozen(slots[1]));
 }

@@ -1,10 +1,10 @@
 #include "stability/extremes.h"
 
+#include "oracle/affine_stiffness.h"
 #include "support/lattice.h"
 #include "support/packings.h"
 #include "support/rve_rig.h"
 
-#include "rve/engine/affine_stiffness.h"
 #include "rve/engine/contact_network.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/packing.h"

@@ -9,8 +9,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// A second look at all contacts, with the cell of step `step_number` and without advancing the history:
-  /// visit(i, j, contact, force) from inside the phase that calls this for item i.
+  /// A second look at all contacts, with the cell of `step`: visit(i, j, grain_i, grain_j, contact, history) from inside the phase
+  /// that calls this for item i.
   template <bool General, class Format, class Visit>
   RVE_INLINE void visit_contacts(const CallState<Format> &call,
                                  const StepConstants<Format, General> &step, int i, Visit visit)
@@ -23,7 +23,7 @@ inline namespace RVE_ISA {
                                     shared.radius[second]};
       const auto contact = pair_geometry(step, one, other);
       if (contact.overlap > typename Format::Real(0))
-        visit(first, second, contact, pair_force(step, contact, one, other, history));
+        visit(first, second, one, other, contact, history);
     };
     for (int k = 0; k < kOwnedPairs; ++k) {
       const int j = call.pairs.partner[k * n + i];
@@ -33,7 +33,69 @@ inline namespace RVE_ISA {
       look(call.pairs.extra_first[m], call.pairs.extra_second[m], call.pairs.extra_history[m]);
   }
 
-  /// Fills `detail` but for its header. Sums over contacts are integers, so they do not depend on who owns a pair.
+  /// Fills detail.stiffness, the AffineStiffness of engine/affine_stiffness.h, as sums of integers over the contacts.
+  ///
+  /// Their unit is 2^-40 K L^2: K the power of two above k_n and k_t, L the internal length, which branches and overlaps do not reach.
+  /// A term is below 3 K L^2 + 2 |f_t| L. With |f_t| cut at 8 K L, where a spring is stretched by more than four of the largest
+  /// grains, that is less than 2^5 K L^2, and 2^17 terms stay within 62 bits. The unit does not depend on forces, and neither do
+  /// the bits of the result depend on the force unit: they are the configuration's, whichever call asks for them.
+  template <bool General, class Block, class Format>
+  RVE_COLD void sum_stiffness(Block block, const CallState<Format> &call, int step_number,
+                              DetailRecord &detail)
+  {
+    using Item = typename Block::Item;
+    const StepPlan<Format> &plan = call.planned(step_number);
+    const StepConstants<Format, General> step = step_constants<Format, General>(call, plan);
+    const ImageHeader &header = call.header;
+    const double k_n = static_cast<double>(call.law.normal_stiffness);
+    const double k_t = header.friction > 0.0 ? static_cast<double>(call.law.tangential_stiffness)
+                                             : 0.0;
+    const int bits = floor_log2(k_n > k_t ? k_n : k_t) + 1;    // of K, with L = 1
+    const double per_unit = power_of_two(40 - bits), largest_spring = power_of_two(bits + 3);
+
+    const auto sums =
+        block.template sum_items<kStiffness>(call.num_grains, [&](Item i, std::int64_t *sum) {
+          visit_contacts<General>(
+              call, step, i,
+              [&](int, int, const auto &, const auto &, const auto &contact,
+                  typename Format::History history) {
+                const double nx = static_cast<double>(contact.normal[0]),
+                             ny = static_cast<double>(contact.normal[1]);
+                const double l = per_unit * static_cast<double>(contact.distance);
+                const double k_l = k_n * static_cast<double>(contact.distance);
+                const double f_n = k_n * static_cast<double>(contact.overlap);
+                const double spring = static_cast<double>(tangential_of(history));
+                const double bounded = spring < largest_spring ? spring : largest_spring;
+                const double f_t = bounded > -largest_spring ? bounded : -largest_spring;
+                const double turned = k_t * static_cast<double>(contact.distance) - f_n;
+                // on the first grain, with t = (-n_y, n_x)
+                const double fx = -(f_n * nx) - f_t * ny, fy = f_t * nx - f_n * ny;
+                // l (df (x) n + f (x) (eps n - tr(eps) n)), with (eps n - tr(eps) n) = (sx, sy)
+                const auto add = [&](int e, double eps_nn, double eps_nt, double sx, double sy) {
+                  const double along_n = k_l * eps_nn - f_t * eps_nt, along_t = turned * eps_nt;
+                  const double dx = along_n * nx - along_t * ny, dy = along_n * ny + along_t * nx;
+                  const double term[4] = {l * (dx * nx + fx * sx), l * (dx * ny + fx * sy),
+                                          l * (dy * nx + fy * sx), l * (dy * ny + fy * sy)};
+                  for (int c = 0; c < 4; ++c) {
+                    std::int64_t units_of_term;
+                    round_to(term[c], units_of_term);
+                    sum[3 * c + e] += units_of_term;
+                  }
+                };
+                add(0, nx * nx, -(nx * ny), 0.0, -ny);
+                add(1, ny * ny, nx * ny, -nx, 0.0);
+                add(2, 2.0 * (nx * ny), nx * nx - ny * ny, ny, nx);
+              });
+        });
+    block.once([&] {
+      const double to_stress =
+          call.units.force * call.units.length / per_unit / (plan.area * header.thickness);
+      for (int m = 0; m < kStiffness; ++m)
+        detail.stiffness[m] = to_stress * static_cast<double>(sums[m]);
+    });
+  }
+
+  /// Fills `detail` but for its progress. Sums over contacts are integers, so they do not depend on who owns a pair.
   /// The law is evaluated again, with the cell of step `step_number`, without advancing the history. The pairs are in call.pairs;
   /// work.scratch[3 N + i] holds the size of the force on grain i [internal force].
   template <bool General, class Block, class Format>
@@ -63,7 +125,10 @@ inline namespace RVE_ISA {
             sum[Pairs] += call.pairs.partner[k * num_grains + i] != i ? 1 : 0;
           for (int m = i; m < call.num_extra; m += num_grains) ++sum[Pairs];
           visit_contacts<General>(
-              call, step, i, [&](int first, int second, const auto &contact, const auto &law) {
+              call, step, i,
+              [&](int first, int second, const auto &one, const auto &other, const auto &contact,
+                  typename Format::History history) {
+                const auto law = pair_force(step, contact, one, other, history);
                 block.add(&work.contact_count[first], 1);
                 block.add(&work.contact_count[second], 1);
                 const auto force = law.force.template as<double>();
@@ -116,6 +181,8 @@ inline namespace RVE_ISA {
     const double kinetic_energy = block.sum_array(num_grains, work.scratch);
 
     block.once([&] {
+      detail.num_grains = num_grains;
+      detail.solid_area = call.header.solid_area;
       const double contacts = sums[Contacts] > 0 ? static_cast<double>(sums[Contacts]) : 1.0;
       detail.fabric[0] = static_cast<double>(sums[Fxx]) / unit / contacts;
       detail.fabric[1] = detail.fabric[2] = static_cast<double>(sums[Fxy]) / unit / contacts;
@@ -135,6 +202,8 @@ inline namespace RVE_ISA {
           energy_unit * (static_cast<double>(sums[Elastic]) / units.contact_force);
       detail.largest_contact_force = force_unit * largest_contact_force;
     });
+    // from here, not from the steps: a call more there takes registers from them
+    if (call.batch.with_stiffness) sum_stiffness<General>(block, call, step_number, detail);
   }
 
 }    // namespace RVE_ISA

@@ -68,16 +68,21 @@ struct AnswerRecord {
   double stress[4];             ///< Love, tension positive [stress]
 };
 
+/// Components of an AffineStiffness (engine/affine_stiffness.h).
+constexpr int kStiffness = 12;
+
 /// What a call answers on demand: a second look at the configuration that the last forces belong to.
 struct DetailRecord {
-  std::int32_t num_contacts, num_sliding, num_pairs;
+  ImageProgress progress;    ///< after the call
+  std::int32_t num_grains, num_contacts, num_sliding, num_pairs;
   std::int32_t num_rattlers,
       num_single;    ///< grains with fewer than two contacts; with exactly one
   double fabric[4];
   double grain_force_sum, contact_force_sum;
   double largest_overlap, overlap_sum;
   double kinetic_energy, elastic_energy, largest_contact_force;
-  ImageHeader header;    ///< after the call
+  double solid_area;
+  double stiffness[kStiffness];    ///< if it is asked for [stress]
 };
 
 /// Which build of the block program a call needs. General: dashpots, LAMMPS' arms, stress servo, energy ledger. Frictionless: plain, of
@@ -86,12 +91,13 @@ struct DetailRecord {
 enum class SceneKind { Plain, General, Frictionless, Rolling };
 constexpr int kNumScenes = 4;
 
-/// Constants of the batch.
+/// What is the same for all RVEs of a call.
 struct BatchConstants {
-  double skin;                  ///< [length]; 0: a share of the mean radius
-  double overlap_limit;         ///< overlap / smaller radius
-  double velocity_arm;          ///< 1/2 contact point, 0 LAMMPS
-  std::int32_t track_energy;    ///< fill the energy ledger of the header
+  double skin;                    ///< [length]; 0: a share of the mean radius
+  double overlap_limit;           ///< overlap / smaller radius
+  double velocity_arm;            ///< 1/2 contact point, 0 LAMMPS
+  std::int32_t track_energy;      ///< fill the energy ledger of the header
+  std::int32_t with_stiffness;    ///< details shall have it
 };
 
 }    // namespace rve

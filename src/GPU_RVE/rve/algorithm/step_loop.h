@@ -357,7 +357,8 @@ inline namespace RVE_ISA {
       } else {
         store<false>(grains, Rare::kConclusions, conclude);
       }
-      if (detail) copy_words(block, *call.image.header, detail->header);
+      if (detail)
+        copy_words(block, static_cast<const ImageProgress &>(*call.image.header), detail->progress);
     }
 
     RVE_INLINE void fail(std::uint32_t word, AnswerRecord &answer)

@@ -15,6 +15,16 @@ inline namespace RVE_ISA {
     Number rolling;    ///< moment on the first grain over the reduced radius [force]
   };
 
+  /// The tangential force that a pair remembers, with or without rolling resistance.
+  template <class Number> RVE_INLINE Number tangential_of(const Number &tangential_force)
+  {
+    return tangential_force;
+  }
+  template <class Number> RVE_INLINE Number tangential_of(const SpringForces<Number> &history)
+  {
+    return history.tangential;
+  }
+
   /// In another unit of force.
   template <class Number>
   RVE_INLINE SpringForces<Number> operator*(Number factor, const SpringForces<Number> &history)

@@ -1,6 +1,8 @@
 #include "rve/engine/batch_engine.h"
 
+#include "rve/algorithm/rigid_turn.h"
 #include "rve/algorithm/system_view.h"
+#include "rve/block/block_serial.h"
 #include "rve/core/error.h"
 #include "rve/core/threads.h"
 
@@ -298,6 +300,15 @@ namespace {
     return state;
   }
 
+  template <class NumberFormat> void turn(StateImage &image, const Tensor2 &rotation)
+  {
+    BlockSerial block;
+    turn_image(
+        block,
+        carve_image<NumberFormat>(image.bytes.data(), image.num_grains, image.extra_capacity),
+        rotation);
+  }
+
   /// Segments of a macro increment that rotates by `angle`: at most 0.01 rad each, so that the chord through the rotation
   /// loses at most 2.5e-5 of the area on its way.
   constexpr double LARGEST_TURN = 0.01;
@@ -408,22 +419,22 @@ namespace {
     return team_for(count, options.threads > 0 ? options.threads : omp_get_max_threads());
   }
 
-  Result to_result(const AnswerRecord &answer, const DetailRecord &record)
+  void to_result(const AnswerRecord &answer, const DetailRecord &record, Result &result)
   {
-    const ImageHeader &header = record.header;
-    Result result;
+    const ImageProgress &after = record.progress;
+    result = Result();
     result.status = answer.status;
     result.stress = tensor_from(answer.stress);
     result.fabric = tensor_from(record.fabric);
-    result.cell = tensor_from(header.cell);
-    result.deformation = tensor_from(header.deformation);
-    result.servo_velocity_gradient = tensor_from(header.servo_velocity_gradient);
-    const int n = header.num_grains, contacts = record.num_contacts;
+    result.cell = tensor_from(after.cell);
+    result.deformation = tensor_from(after.deformation);
+    result.servo_velocity_gradient = tensor_from(after.servo_velocity_gradient);
+    const int n = record.num_grains, contacts = record.num_contacts;
     result.num_grains = n;
     result.num_contacts = contacts;
     result.num_pairs = record.num_pairs;
     result.num_rattlers = record.num_rattlers;
-    result.void_ratio = determinant(result.cell) / header.solid_area - 1.0;
+    result.void_ratio = determinant(result.cell) / record.solid_area - 1.0;
     result.coordination_number = 2.0 * contacts / n;
     const int carrying =
         n - record.num_rattlers;    // Thornton: contacts of grains with a single one do not count
@@ -439,9 +450,25 @@ namespace {
     result.largest_overlap = record.largest_overlap;
     result.mean_overlap = contacts > 0 ? record.overlap_sum / contacts : 0.0;
     result.largest_contact_force = record.largest_contact_force;
-    result.counters = {header.steps, header.rebuilds, header.lattice_reductions, header.repeats};
-    result.energy = {header.work, header.friction_loss, header.damping_loss, header.viscous_loss};
-    return result;
+    result.counters = {after.steps, after.rebuilds, after.lattice_reductions, after.repeats};
+    result.energy = {after.work, after.friction_loss, after.damping_loss, after.viscous_loss};
+  }
+
+  void to_result(const AnswerRecord &answer, const DetailRecord &record, ElasticResult &result)
+  {
+    to_result(answer, record, result.result);
+    static_assert(sizeof(result.stiffness.component) == sizeof(record.stiffness), "all of it");
+    std::memcpy(result.stiffness.component, record.stiffness, sizeof(record.stiffness));
+  }
+
+  /// Of an RVE whose call failed: as it was before.
+  DetailRecord details_of(const ImageHeader &header)
+  {
+    DetailRecord record = DetailRecord();
+    record.num_grains = header.num_grains;
+    record.solid_area = header.solid_area;
+    record.progress = header;
+    return record;
   }
 
   template <class NumberFormat, class Work> auto with_rolling(bool rolling, const Work &work)
@@ -473,7 +500,7 @@ namespace {
     require(options.threads >= 0,
             "threads must be 0 (automatic) or more, got " + std::to_string(options.threads));
     return {options.skin, options.overlap_limit, options.arms == Arms::Contact ? 0.5 : 0.0,
-            options.track_energy ? 1 : 0};
+            options.track_energy ? 1 : 0, 0};
   }
 
 }    // namespace
@@ -489,6 +516,13 @@ RveState read_image(Format format, const StateImage &image)
 {
   return with_format(format, image.rolling, [&](auto number_format) {
     return read<decltype(number_format)>(image);
+  });
+}
+
+void turn_image(Format format, StateImage &image, const Tensor2 &rotation)
+{
+  with_format(format, image.rolling, [&](auto number_format) {
+    turn<decltype(number_format)>(image, rotation);
   });
 }
 
@@ -598,6 +632,25 @@ void BatchEngine::lay_out_images(bool with_rolling)
       throw;
     }
   }
+}
+
+void BatchEngine::turn(const std::vector<int> &rves, const std::vector<Tensor2> &rotations)
+{
+  require(rves.size() == rotations.size(),
+          "one rotation per RVE is needed: " + std::to_string(rves.size()) + " RVEs, " +
+              std::to_string(rotations.size()) + " rotations");
+  for (std::size_t k = 0; k < rves.size(); ++k) {
+    check_slot(rves[k]);
+    const Tensor2 &r = rotations[k];
+    const Tensor2 error = transpose(r) * r - Tensor2::identity();
+    require(std::all_of(error.component, error.component + 4,
+                        [](double x) {
+                          return std::fabs(x) < 1e-12;
+                        }) &&
+                determinant(r) > 0.0,
+            "an RVE can be turned by a rotation only, and the tensor is none");
+  }
+  if (!rves.empty()) turn_images(rves, rotations);
 }
 
 std::size_t BatchEngine::bytes_per_rve(int num_grains) const
@@ -723,7 +776,7 @@ void BatchEngine::put_longest_first(Call &call, const std::vector<Drive> &drives
 }
 
 const AnswerRecord *BatchEngine::start(const std::vector<int> &rves,
-                                       const std::vector<Drive> &drives, bool with_details)
+                                       const std::vector<Drive> &drives, Answer kind)
 {
   require(rves.size() == drives.size(),
           "one drive per RVE is needed: " + std::to_string(rves.size()) + " RVEs, " +
@@ -731,14 +784,17 @@ const AnswerRecord *BatchEngine::start(const std::vector<int> &rves,
   if (rves.empty()) return nullptr;
   Call call;
   prepare(call, rves, drives);
-  call.with_details = with_details;
+  call.with_details = kind != Answer::Short;
+  call.constants = constants;
+  call.constants.with_stiffness = kind == Answer::Longest ? 1 : 0;
   return launch(call, details);
 }
 
 const AnswerRecord *BatchEngine::repeat(const std::vector<int> &rves,
                                         const std::vector<Drive> &drives,
-                                        const AnswerRecord *answers, bool with_details)
+                                        const AnswerRecord *answers, Answer kind)
 {
+  const bool with_details = kind != Answer::Short;
   mended.assign(answers, answers + rves.size());
   std::vector<DetailRecord> all_details;    // `details` are those of the last start
   if (with_details) all_details = details;
@@ -756,7 +812,7 @@ const AnswerRecord *BatchEngine::repeat(const std::vector<int> &rves,
       some_rves.push_back(rves[k]);
       some_drives.push_back(drives[k]);
     }
-    const AnswerRecord *some_answers = start(some_rves, some_drives, with_details);
+    const AnswerRecord *some_answers = start(some_rves, some_drives, kind);
     for (std::size_t m = 0; m < again.size(); ++m) {
       mended[again[m]] = some_answers[m];
       if (with_details) all_details[again[m]] = details[m];
@@ -775,24 +831,38 @@ const AnswerRecord *BatchEngine::repeat(const std::vector<int> &rves,
   return mended.data();
 }
 
+template <class AnyResult>
+void BatchEngine::advance_with_details(const std::vector<int> &rves,
+                                       const std::vector<Drive> &drives, Answer kind,
+                                       std::vector<AnyResult> &results)
+{
+  const AnswerRecord *answers = start(rves, drives, kind);
+  const int count = static_cast<int>(rves.size());
+  if (std::any_of(answers, answers + count, must_repeat))
+    answers = repeat(rves, drives, answers, kind);
+  for (int k = 0; k < count; ++k)
+    if (answers[k].status & status::Fatal) details[k] = details_of(get_header(rves[k]));
+  results.resize(count);
+#pragma omp parallel for num_threads(helpers(options, count))
+  for (int k = 0; k < count; ++k) to_result(answers[k], details[k], results[k]);
+}
+
 void BatchEngine::advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
                           std::vector<Result> &results)
 {
-  const AnswerRecord *answers = start(rves, drives, true);
-  const int count = static_cast<int>(rves.size());
-  if (std::any_of(answers, answers + count, must_repeat))
-    answers = repeat(rves, drives, answers, true);
-  for (int k = 0; k < count; ++k)
-    if (answers[k].status & status::Fatal) details[k].header = get_header(rves[k]);
-  results.resize(count);
-#pragma omp parallel for num_threads(helpers(options, count))
-  for (int k = 0; k < count; ++k) results[k] = to_result(answers[k], details[k]);
+  advance_with_details(rves, drives, Answer::Long, results);
+}
+
+void BatchEngine::advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
+                          std::vector<ElasticResult> &results)
+{
+  advance_with_details(rves, drives, Answer::Longest, results);
 }
 
 void BatchEngine::advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
                           std::vector<Response> &responses)
 {
-  const AnswerRecord *answers = start(rves, drives, false);
+  const AnswerRecord *answers = start(rves, drives, Answer::Short);
   const int count = static_cast<int>(rves.size());
   responses.resize(count);
   const auto respond = [&] {
@@ -805,7 +875,7 @@ void BatchEngine::advance(const std::vector<int> &rves, const std::vector<Drive>
     return unfinished;
   };
   if (!respond()) return;
-  answers = repeat(rves, drives, answers, false);
+  answers = repeat(rves, drives, answers, Answer::Short);
   respond();
 }
 

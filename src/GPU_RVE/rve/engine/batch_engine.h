@@ -23,6 +23,8 @@ StateImage build_image(Format format, const RveState &state, int extra_capacity,
                        bool rolling = false);
 /// The state that an image holds, exact.
 RveState read_image(Format format, const StateImage &image);
+/// Turns the RVE of an image rigidly.
+void turn_image(Format format, StateImage &image, const Tensor2 &rotation);
 std::size_t image_bytes(Format format, int num_grains, int extra_capacity, bool rolling = false);
 /// Extra pairs that an RVE gets room for at first; the list grows when it needs more.
 int initial_extra_capacity(int num_grains);
@@ -36,8 +38,11 @@ class BatchEngine : public Engine {
   int size() const override;
   RveState state(int rve) const override;
   void set_material(int rve, const Material &material) override;
+  void turn(const std::vector<int> &rves, const std::vector<Tensor2> &rotations) override;
   void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
                std::vector<Result> &results) override;
+  void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
+               std::vector<ElasticResult> &results) override;
   void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
                std::vector<Response> &responses) override;
   void expect_rolling_resistance() override;
@@ -51,6 +56,7 @@ class BatchEngine : public Engine {
   virtual void drop_image(int rve) = 0;
   virtual void put_header(int rve, const ImageHeader &header) = 0;
   virtual ImageHeader get_header(int rve) const = 0;
+  virtual void turn_images(const std::vector<int> &rves, const std::vector<Tensor2> &rotations) = 0;
   /// One run of the block program over some RVEs.
   struct Call {
     const std::vector<int> *rves = nullptr;    ///< their numbers
@@ -62,6 +68,7 @@ class BatchEngine : public Engine {
     int pair_capacity = 0;     ///< that workspaces must have at least
     SceneKind scene = SceneKind::Plain;
     bool with_details = false;
+    BatchConstants constants;
   };
 
   /// Where the drives of the next launch shall be written, and not read. What was there before may be lost.
@@ -78,7 +85,7 @@ class BatchEngine : public Engine {
   int pair_capacity(int num_grains) const { return pairs_per_grain * num_grains; }
   /// What this class keeps of calls, per RVE [bytes].
   static constexpr std::size_t BYTES_PER_ANSWER =
-      sizeof(AnswerRecord) + sizeof(DetailRecord) + sizeof(Result) + sizeof(Drive);
+      sizeof(AnswerRecord) + sizeof(DetailRecord) + sizeof(ElasticResult) + sizeof(Drive);
 
   const Options options;
   const BatchConstants constants;
@@ -91,15 +98,21 @@ class BatchEngine : public Engine {
   double cost_of(int rve, const Drive &drive) const;
   /// With RVEs of unequal cost the last ones to run shall be short.
   void put_longest_first(Call &call, const std::vector<Drive> &drives, double most_cost) const;
+  /// What a call answers.
+  enum class Answer { Short, Long, Longest };
   /// Checks and translates; sizes, order and scene follow from the drives.
   void prepare(Call &call, const std::vector<int> &rves, const std::vector<Drive> &drives);
   /// One call without repeats. Returns the answers, valid until the next call; `details` has them, if wanted.
   const AnswerRecord *start(const std::vector<int> &rves, const std::vector<Drive> &drives,
-                            bool with_details);
+                            Answer kind);
   /// Repeats what has to be, with longer lists or another scale of forces, of a call that has been started. Returns the answers
   /// that hold.
   const AnswerRecord *repeat(const std::vector<int> &rves, const std::vector<Drive> &drives,
-                             const AnswerRecord *answers, bool with_details);
+                             const AnswerRecord *answers, Answer kind);
+  /// The long answers of a call, or the longest.
+  template <class AnyResult>
+  void advance_with_details(const std::vector<int> &rves, const std::vector<Drive> &drives,
+                            Answer kind, std::vector<AnyResult> &results);
 
   std::vector<int> grains_of;    ///< by RVE; 0: the number is free
   std::vector<int> free_numbers;

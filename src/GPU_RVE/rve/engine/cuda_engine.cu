@@ -1,5 +1,7 @@
 #include "rve/engine/cuda_engine.h"
 
+#include "rve/algorithm/rigid_turn.h"
+#include "rve/block/block_cuda.cuh"
 #include "rve/core/error.h"
 #include "rve/engine/batch_engine.h"
 #include "rve/engine/cuda_kernels.h"
@@ -41,6 +43,42 @@ namespace {
   std::size_t aligned(std::size_t size)
   {
     return (size + 255) / 256 * 256;
+  }
+
+  struct TurnRecord {
+    RveHandle rve;
+    double rotation[4];
+  };
+
+  /// Turns an RVE rigidly, in a block of any size.
+  template <class NumberFormat> __global__ void turn_rves(const TurnRecord *turns)
+  {
+    __shared__ CudaScratch scratch;
+    BlockCuda<false> block(scratch);
+    const TurnRecord turn = turns[blockIdx.x];
+    turn_image(
+        block,
+        carve_image<NumberFormat>(turn.rve.image, turn.rve.num_grains, turn.rve.extra_capacity),
+        tensor_of(turn.rotation));
+  }
+
+  using TurnFunction = void (*)(const TurnRecord *);
+
+  template <class NumberFormat> TurnFunction turn_function(bool rolling)
+  {
+    return rolling ? turn_rves<Rolling<NumberFormat>> : turn_rves<NumberFormat>;
+  }
+
+  TurnFunction turn_function(Format format, bool rolling)
+  {
+    switch (format) {
+      case Format::Fast:
+        return turn_function<FastFormat>(rolling);
+      case Format::Mixed:
+        return turn_function<MixedFormat>(rolling);
+      default:
+        return turn_function<DoubleFormat>(rolling);
+    }
   }
 
   class CudaEngine final : public BatchEngine {
@@ -149,6 +187,22 @@ namespace {
       return header;
     }
 
+    void turn_images(const std::vector<int> &rves, const std::vector<Tensor2> &rotations) override
+    {
+      use_device();
+      const std::size_t count = rves.size();
+      TurnRecord *turns = turn_buffer.room(count);
+      for (std::size_t k = 0; k < count; ++k) {
+        turns[k].rve = handle_of(rves[k]);
+        std::copy_n(rotations[k].component, 4, turns[k].rotation);
+      }
+      constexpr int threads = 128;
+      turn_function(options.format, has_rolling())<<<static_cast<unsigned>(count), threads>>>(
+          turn_buffer.send(count));
+      check_cuda(cudaGetLastError(), "launch of the rotation of RVEs");
+      check_cuda(cudaStreamSynchronize(nullptr), "rotation of RVEs");
+    }
+
     DriveRecord *room_for_drives(std::size_t count) override
     {
       use_device();
@@ -187,7 +241,7 @@ namespace {
       const int threads =
           rounded_up(record.prepared_together * std::min(16, std::max(4, plan.steps_ahead)), 32);
       plan.prepare<<<(count + record.prepared_together - 1) / record.prepared_together, threads,
-                     record.prepared_together * record.prepared_size>>>(record, constants);
+                     record.prepared_together * record.prepared_size>>>(record, call.constants);
       // its blocks are put in place while the last calls are prepared, and wait there
       cudaLaunchAttribute early;
       early.id = cudaLaunchAttributeProgrammaticStreamSerialization;
@@ -198,7 +252,7 @@ namespace {
       launched.dynamicSmemBytes = plan.dynamic;
       launched.attrs = &early;
       launched.numAttrs = 1;
-      check_cuda(cudaLaunchKernelEx(&launched, plan.kernel, record, constants),
+      check_cuda(cudaLaunchKernelEx(&launched, plan.kernel, record, call.constants),
                  "launch of the RVE kernel");
       check_cuda(cudaGetLastError(), "launch of the RVE kernel");
       check_cuda(cudaStreamSynchronize(nullptr), "RVE kernel");
@@ -287,15 +341,18 @@ namespace {
       return last_plan;
     }
 
+    RveHandle handle_of(int rve) const
+    {
+      const Placed &placed = images[rve];
+      return RveHandle{placed.memory, placed.num_grains, placed.extra_capacity};
+    }
+
     /// Where the RVEs of a call live, on the device. Those of the last call serve while nothing has moved.
     const RveHandle *handles_of(const std::vector<int> &rves)
     {
       if (!images_moved && rves == handled) return handle_buffer.reserve(rves.size());
       RveHandle *handles = handle_buffer.room(rves.size());
-      for (std::size_t k = 0; k < rves.size(); ++k) {
-        const Placed &placed = images[rves[k]];
-        handles[k] = RveHandle{placed.memory, placed.num_grains, placed.extra_capacity};
-      }
+      for (std::size_t k = 0; k < rves.size(); ++k) handles[k] = handle_of(rves[k]);
       handled = rves;
       images_moved = false;
       return handle_buffer.send(rves.size());
@@ -341,6 +398,7 @@ namespace {
     std::vector<int> handled;    ///< RVEs whose handles are on the device
     DeviceBuffer<RveHandle> handle_buffer;
     DeviceBuffer<SteeringRecord> steering_buffer;
+    DeviceBuffer<TurnRecord> turn_buffer;
     DeviceBuffer<int> order_buffer, queue_buffer;
     // small, read or written once: the kernels reach for them over the bus, while they work
     HostBuffer<DriveRecord> drives{cudaHostAllocWriteCombined};    // nothing reads them here

@@ -5,6 +5,7 @@
 #define RVE_ENGINE_ENGINE_H
 
 #include "rve/core/status.h"
+#include "rve/engine/affine_stiffness.h"
 #include "rve/engine/options.h"
 #include "rve/engine/state.h"
 
@@ -78,6 +79,12 @@ struct Result {
   deviatoric_stress() const;    ///< q = sqrt(s'_ij s'_ij / 2), equation (25b), n = 2 [stress]
 };
 
+/// A Result with the affine stiffness of the same configuration: the longest answer, for an RVE that may be skipped.
+struct ElasticResult {
+  Result result;
+  AffineStiffness stiffness;
+};
+
 /// What a macro step needs of an RVE: the short answer, which costs less than a Result. `stress` is that of Result.
 struct Response {
   std::uint32_t status = status::Ok;
@@ -111,9 +118,17 @@ class Engine {
   /// Changes the material (friction after preparation, say) without touching anything else.
   virtual void set_material(int rve, const Material &material) = 0;
 
+  /// Turns whole RVEs rigidly: cell, deformation and velocities follow, all else is the same in the turned axes. Throws InputError
+  /// unless these are rotations.
+  virtual void turn(const std::vector<int> &rves, const std::vector<Tensor2> &rotations) = 0;
+
   /// Advances rves[k] by drives[k]; results[k] answers it. RVEs are distinct; each may have its own number of substeps.
   virtual void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
                        std::vector<Result> &results) = 0;
+  /// The same motion with the longest answer. The stiffness costs as much as the rest of the long answer; its
+  /// bits depend on the state alone, not on the call that asks.
+  virtual void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
+                       std::vector<ElasticResult> &results) = 0;
   /// The same motion with the short answer. A Result of the same configuration is had by a call with no substeps.
   virtual void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
                        std::vector<Response> &responses) = 0;

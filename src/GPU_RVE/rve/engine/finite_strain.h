@@ -48,19 +48,6 @@ inline Tensor2 part_of_increment(const Tensor2 &f, double share)
   return plane_rotation(share * polar.angle) * (Tensor2::identity() + share * polar.strain);
 }
 
-/// Turns a whole RVE rigidly: cell, deformation and velocities; fractional coordinates, spins and contact history stay.
-inline void turn(RveState &state, const Tensor2 &rotation)
-{
-  for (Tensor2 *columns : {&state.cell, &state.list_cell, &state.deformation})
-    *columns = rotation * *columns;
-  state.servo_velocity_gradient = rotation * state.servo_velocity_gradient * transpose(rotation);
-  for (int i = 0; i < state.num_grains(); ++i) {
-    const Vec<double, 2> turned =
-        rotation * Vec<double, 2>{{state.velocity[2 * i], state.velocity[2 * i + 1]}};
-    for (int a = 0; a < 2; ++a) state.velocity[2 * i + a] = turned[a];
-  }
-}
-
 }    // namespace rve
 
 #endif

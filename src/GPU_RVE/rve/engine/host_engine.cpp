@@ -1,5 +1,6 @@
 #include "rve/engine/host_engine.h"
 
+#include "rve/core/threads.h"
 #include "rve/engine/batch_engine.h"
 #include "rve/engine/host_kernels.h"
 
@@ -127,6 +128,13 @@ namespace {
       return header;
     }
 
+    void turn_images(const std::vector<int> &rves, const std::vector<Tensor2> &rotations) override
+    {
+      const int count = static_cast<int>(rves.size());
+#pragma omp parallel for num_threads(team_for(count, num_threads))
+      for (int k = 0; k < count; ++k) turn_image(options.format, images[rves[k]], rotations[k]);
+    }
+
     DriveRecord *room_for_drives(std::size_t count) override
     {
       drives.resize(count);
@@ -146,8 +154,9 @@ namespace {
         const HostWorkspace workspace =
             memory[omp_get_thread_num()].prepare(sizes, call.pair_capacity);
         kernel.advance(images[(*call.rves)[k]].bytes.data(), call.drives[k],
-                       call.steering.empty() ? nullptr : &call.steering[k], constants, workspace,
-                       call.scene, answers[k], call.with_details ? &details[k] : nullptr);
+                       call.steering.empty() ? nullptr : &call.steering[k], call.constants,
+                       workspace, call.scene, answers[k],
+                       call.with_details ? &details[k] : nullptr);
       }
       return answers.data();
     }

@@ -16,19 +16,26 @@ double grain_size(const Result &result)
 
 double inertial_number(const Result &result, const Material &material, double rate)
 {
-  if (rate == 0.0) return 0.0;
-  if (!(result.mean_stress() > 0.0)) return std::numeric_limits<double>::infinity();
-  const double density = material.density * material.mass_depth / material.thickness;
-  return rate * grain_size(result) * std::sqrt(density / result.mean_stress());
+  return inertial_number(result.mean_stress(), grain_size(result), material, rate);
 }
 
-int AdaptiveSubsteps::of(double strain, double dt, const Result &last,
+double inertial_number(double mean_stress, double grain_size, const Material &material, double rate)
+{
+  if (rate == 0.0) return 0.0;
+  if (!(mean_stress > 0.0)) return std::numeric_limits<double>::infinity();
+  const double density = material.density * material.mass_depth / material.thickness;
+  return rate * grain_size * std::sqrt(density / mean_stress);
+}
+
+int AdaptiveSubsteps::of(double strain, double dt, double mean_stress, double grain_size,
                          const Material &material) const
 {
   double wanted = strain / strain_per_step;
   // n dt is the time that the RVE has for the strain
-  if (last.mean_stress() > 0.0)
-    wanted = std::max(wanted, rve::inertial_number(last, material, strain / dt) / inertial_number);
+  if (mean_stress > 0.0)
+    wanted = std::max(wanted,
+                      rve::inertial_number(mean_stress, grain_size, material, strain / dt) /
+                          inertial_number);
   return static_cast<int>(std::clamp(std::ceil(wanted), 1.0, static_cast<double>(most)));
 }
 

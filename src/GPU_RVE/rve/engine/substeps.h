@@ -14,6 +14,8 @@ double grain_size(const Result &result);
 /// thickness and mass the mass_depth; that is rate sqrt(m/(p h)) up to sqrt(4/pi) (da Cruz et al. 2005). Infinite without pressure,
 /// zero at rest. `rate` is |D| [1/time].
 double inertial_number(const Result &result, const Material &material, double rate);
+double inertial_number(double mean_stress, double grain_size, const Material &material,
+                       double rate);
 
 /// Substeps by the strain of the macro step: as few as keep the strain of a DEM step and the inertial number, in the time of the
 /// RVE, below their bounds.
@@ -22,9 +24,10 @@ struct AdaptiveSubsteps {
   double inertial_number = 0.0;    ///< > 0 [-]
   int most = 0;                    ///< bound of the number, > 0
 
-  /// For an increment of this strain_size() with DEM steps of dt, from the last answer of the RVE. An RVE without pressure has no
-  /// inertial number: the strain per step decides.
-  int of(double strain, double dt, const Result &last, const Material &material) const;
+  /// For an increment of this strain_size() with DEM steps of dt, from the mean stress that the RVE answered last. An RVE without
+  /// pressure has no inertial number: the strain per step decides.
+  int of(double strain, double dt, double mean_stress, double grain_size,
+         const Material &material) const;
 };
 
 }    // namespace rve

@@ -1,5 +1,9 @@
-#include "rve/engine/affine_stiffness.h"
+// The affine stiffness of a state from its contacts, which are found anew on the host in double precision.
 
+#ifndef RVE_UNITTEST_ORACLE_AFFINE_STIFFNESS_H
+#define RVE_UNITTEST_ORACLE_AFFINE_STIFFNESS_H
+
+#include "rve/engine/affine_stiffness.h"
 #include "rve/engine/contact_network.h"
 
 #include <algorithm>
@@ -8,39 +12,30 @@
 #include <utility>
 #include <vector>
 
-namespace rve {
+namespace rve_test {
 
-Tensor2 AffineStiffness::operator()(const Tensor2 &strain) const
-{
-  Tensor2 stress;
-  for (int k = 0; k < 4; ++k)
-    stress.component[k] = component[k][0] * strain(0, 0) + component[k][1] * strain(1, 1) +
-        component[k][2] * strain(0, 1);
-  return stress;
-}
-
-AffineStiffness affine_stiffness(const RveState &state)
+inline rve::AffineStiffness affine_stiffness(const rve::RveState &state)
 {
   // in the order of find_contacts(); the scalar history is the same from both sides: the force and the tangent both turn round
-  std::vector<Pair> pairs = state.pairs;
-  for (Pair &pair : pairs)
+  std::vector<rve::Pair> pairs = state.pairs;
+  for (rve::Pair &pair : pairs)
     if (pair.second < pair.first) std::swap(pair.first, pair.second);
-  std::sort(pairs.begin(), pairs.end(), [](const Pair &x, const Pair &y) {
+  std::sort(pairs.begin(), pairs.end(), [](const rve::Pair &x, const rve::Pair &y) {
     return std::tie(x.first, x.second) < std::tie(y.first, y.second);
   });
   auto history = pairs.begin();
 
-  const Material &material = state.material;
+  const rve::Material &material = state.material;
   const double k_n = material.normal_stiffness;
   const double k_t = material.friction > 0.0 ? material.tangential_stiffness : 0.0;
   const double volume = state.cell_area() * material.thickness;
-  const Tensor2 unit_strains[3] = {
+  const rve::Tensor2 unit_strains[3] = {
       {{1.0, 0.0, 0.0, 0.0}}, {{0.0, 0.0, 0.0, 1.0}}, {{0.0, 1.0, 1.0, 0.0}}};
 
-  AffineStiffness stiffness;
-  for (const ContactGeometry &contact : find_contacts(state)) {
+  rve::AffineStiffness stiffness;
+  for (const rve::ContactGeometry &contact : rve::find_contacts(state)) {
     const auto &n = contact.normal;
-    const Vec<double, 2> t{{-n[1], n[0]}};
+    const rve::Vec<double, 2> t{{-n[1], n[0]}};
     const double l = std::hypot(contact.branch[0], contact.branch[1]);
     const double f_n = k_n * contact.overlap;
     while (history != pairs.end() &&
@@ -50,7 +45,7 @@ AffineStiffness affine_stiffness(const RveState &state)
         history->second == contact.second;
     const double f_t = has_history ? history->tangential_force : 0.0;
     for (int e = 0; e < 3; ++e) {
-      const Vec<double, 2> stretched = unit_strains[e] * n;
+      const rve::Vec<double, 2> stretched = unit_strains[e] * n;
       const double eps_nn = n[0] * stretched[0] + n[1] * stretched[1];
       const double eps_nt = t[0] * stretched[0] + t[1] * stretched[1];
       const double along_n = k_n * l * eps_nn - f_t * eps_nt;
@@ -68,4 +63,6 @@ AffineStiffness affine_stiffness(const RveState &state)
   return stiffness;
 }
 
-}    // namespace rve
+}    // namespace rve_test
+
+#endif
