@@ -3,7 +3,7 @@
 
     python3 study.py --list                                    the cases, and the groups that they belong to
     python3 study.py --lmp <lmp> --cases half,full             two of them, at the paper's scale
-    python3 study.py --lmp <lmp> --cases ranks --mpi "mpirun -np {ranks}"
+    python3 study.py --lmp <lmp> --cases ranks --mpi "mpirun --bind-to none -np {ranks}"
     python3 study.py --lmp <lmp> --cases half,cpu --stop 200   their first 200 steps
     python3 study.py --json study.json                         all results that are there, without a run
 
@@ -388,7 +388,7 @@ def main():
     parser.add_argument("--cases", default="", help="names of cases or groups, with commas between")
     parser.add_argument("--stop", type=int, default=0, help="end every run after so many steps")
     parser.add_argument("--again", action="store_true", help="also cases that have a record")
-    parser.add_argument("--mpi", default="mpirun -np {ranks}", help="what goes in front of lmp for several ranks")
+    parser.add_argument("--mpi", default="mpirun --bind-to none -np {ranks}", help="what goes in front of lmp for several ranks")
     parser.add_argument("--mpi-always", action="store_true", help="also for one")
     parser.add_argument("--dir", default="study", help="where runs write")
     parser.add_argument("--json", help="write the rows of all records in the folder")

@@ -253,9 +253,11 @@ void RvePoints::look_at_sleepers(const std::vector<int> &slots)
   if (!some.empty()) {
     std::vector<rve::ElasticResult> looks;
     call_engine(some, drives_at_rest(some.size()), looks);
-    for (std::size_t m = 0; m < some.size(); ++m) {
+    const int count = static_cast<int>(some.size());
+#pragma omp parallel for num_threads(rve::team_for(count, threads))
+    for (int m = 0; m < count; ++m) {
       Point &point = points[some[m]];
-      rve::Result &result = looks[m].result;
+      const rve::Result &result = looks[m].result;
       const bool failed = (result.status & rve::status::Fatal) != 0;
       point.look = {!failed && result.unbalanced_ratio <= QUIET_UNBALANCED_RATIO,
                     looks[m].stiffness};

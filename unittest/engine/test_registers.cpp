@@ -68,7 +68,7 @@ void advance(Run &run, const DriveRecord &drive, bool with_details)
   std::memcpy(&call.header, image, sizeof(ImageHeader));
   call.drive = drive;
   call.steering = SteeringRecord();
-  call.batch = BatchConstants{0.0, 0.5, 0.5, 0};
+  call.batch = BatchConstants{0.0, 0.5, 0.5, 0, 1};
   Rare::prepare(call, image, pair_capacity);
   for (int t = 0; t < call.plan_last; ++t) Rare::plan_step(call, t, 1);
   Rare::set_views(call, n, shared, workspace.data(), pair_capacity);

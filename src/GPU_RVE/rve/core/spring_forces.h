@@ -15,7 +15,13 @@ inline namespace RVE_ISA {
     Number rolling;    ///< moment on the first grain over the reduced radius [force]
   };
 
-  /// The tangential force that a pair remembers, with or without rolling resistance.
+  /// In another unit of force.
+  template <class Number>
+  RVE_INLINE SpringForces<Number> operator*(Number factor, const SpringForces<Number> &history)
+  {
+    return {factor * history.tangential, factor * history.rolling};
+  }
+
   template <class Number> RVE_INLINE Number tangential_of(const Number &tangential_force)
   {
     return tangential_force;
@@ -23,13 +29,6 @@ inline namespace RVE_ISA {
   template <class Number> RVE_INLINE Number tangential_of(const SpringForces<Number> &history)
   {
     return history.tangential;
-  }
-
-  /// In another unit of force.
-  template <class Number>
-  RVE_INLINE SpringForces<Number> operator*(Number factor, const SpringForces<Number> &history)
-  {
-    return {factor * history.tangential, factor * history.rolling};
   }
 
   /// The history of a pair as its other grain sees it. The tangential force stays: it turns round, and so does t. The moments on the

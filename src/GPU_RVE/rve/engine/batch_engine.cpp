@@ -604,6 +604,25 @@ void BatchEngine::set_material(int rve, const Material &material)
   any_friction = any_friction || material.friction > 0.0;
 }
 
+void BatchEngine::turn(const std::vector<int> &rves, const std::vector<Tensor2> &rotations)
+{
+  require(rves.size() == rotations.size(),
+          "one rotation per RVE is needed: " + std::to_string(rves.size()) + " RVEs, " +
+              std::to_string(rotations.size()) + " rotations");
+  for (std::size_t k = 0; k < rves.size(); ++k) {
+    check_slot(rves[k]);
+    const Tensor2 &r = rotations[k];
+    const Tensor2 error = transpose(r) * r - Tensor2::identity();
+    require(std::all_of(error.component, error.component + 4,
+                        [](double x) {
+                          return std::fabs(x) < 1e-12;
+                        }) &&
+                determinant(r) > 0.0,
+            "an RVE can be turned by a rotation only, and the tensor is none");
+  }
+  if (!rves.empty()) turn_images(rves, rotations);
+}
+
 void BatchEngine::expect_rolling_resistance()
 {
   if (rolling) return;
@@ -632,25 +651,6 @@ void BatchEngine::lay_out_images(bool with_rolling)
       throw;
     }
   }
-}
-
-void BatchEngine::turn(const std::vector<int> &rves, const std::vector<Tensor2> &rotations)
-{
-  require(rves.size() == rotations.size(),
-          "one rotation per RVE is needed: " + std::to_string(rves.size()) + " RVEs, " +
-              std::to_string(rotations.size()) + " rotations");
-  for (std::size_t k = 0; k < rves.size(); ++k) {
-    check_slot(rves[k]);
-    const Tensor2 &r = rotations[k];
-    const Tensor2 error = transpose(r) * r - Tensor2::identity();
-    require(std::all_of(error.component, error.component + 4,
-                        [](double x) {
-                          return std::fabs(x) < 1e-12;
-                        }) &&
-                determinant(r) > 0.0,
-            "an RVE can be turned by a rotation only, and the tensor is none");
-  }
-  if (!rves.empty()) turn_images(rves, rotations);
 }
 
 std::size_t BatchEngine::bytes_per_rve(int num_grains) const

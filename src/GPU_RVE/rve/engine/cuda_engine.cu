@@ -50,7 +50,7 @@ namespace {
     double rotation[4];
   };
 
-  /// Turns an RVE rigidly, in a block of any size.
+  /// Turns an RVE rigidly, in a block of any size. All of it lies in front of the histories: with rolling resistance, too.
   template <class NumberFormat> __global__ void turn_rves(const TurnRecord *turns)
   {
     __shared__ CudaScratch scratch;
