@@ -77,7 +77,9 @@ def cases():
         ("adaptive", f"keywords '{adaptive}'"),
         ("adaptive_coarse", "keywords 'substeps adaptive 1e-4 1e-3'"),
         ("quiescent", "keywords 'quiescent 1e-6'"),
-        ("adaptive_quiescent", f"keywords '{adaptive} quiescent 2e-5'"),
+        ("adaptive_50", f"keywords '{adaptive} 50'"),
+        ("adaptive_10", f"keywords '{adaptive} 10'"),
+        ("adaptive_quiescent", f"keywords '{adaptive} 10 quiescent 2e-5'"),
         ("fast", "format fast"), ("double", "format double"), ("draft", "preset draft"), ("standard", "preset standard"),
     ]
     made += [Case(name, "knobs", f"{short} {words}", base="short", what=words) for name, words in knobs]

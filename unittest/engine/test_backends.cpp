@@ -458,8 +458,7 @@ TEST_P(CpuAndCuda, GiveTheSameStatesAndResultsAfterAnEventfulRun)
 
 TEST_P(CpuAndCuda, TurnRvesToTheSameBits)
 {
-  const auto actors = full_scene(false);
-  const auto turned_scene = [&](Device device) {
+  const auto turned_scene = [&](const std::vector<Actor> &actors, Device device) {
     const auto engine = make_engine(options_for(GetParam(), device, WIDE_SKIN));
     play(*engine, actors, 2);
     std::vector<int> rves(actors.size());    // in the order of play(), all but the second
@@ -475,10 +474,15 @@ TEST_P(CpuAndCuda, TurnRvesToTheSameBits)
     return states;
   };
 
-  const auto on_cpu = turned_scene(Device::Cpu), on_gpu = turned_scene(Device::Cuda);
+  for (const bool rolling : {false, true}) {
+    const auto actors = full_scene(false, rolling);
 
-  for (std::size_t k = 0; k < actors.size(); ++k)
-    EXPECT_TRUE(on_cpu[k] == on_gpu[k]) << actors[k].name;
+    const auto on_cpu = turned_scene(actors, Device::Cpu);
+    const auto on_gpu = turned_scene(actors, Device::Cuda);
+
+    for (std::size_t k = 0; k < actors.size(); ++k)
+      EXPECT_TRUE(on_cpu[k] == on_gpu[k]) << actors[k].name << (rolling ? " that roll" : "");
+  }
 }
 
 TEST_P(CpuAndCuda, GiveTheSameBitsWithTheAutomaticSkinAndEnergyTracking)

@@ -148,6 +148,25 @@ TEST(Packing, FrictionlessPreparationLeavesNoTangentialForce)
   for (const Pair &pair : packing.pairs) EXPECT_EQ(pair.tangential_force, 0.0);
 }
 
+// Rolling resistance belongs to the final material: the way there is that without it, and grains at rest stay at rest.
+TEST(Packing, RollingResistanceComesWhenThePackingIsReady)
+{
+  const auto engine = cpu_engine();
+  PackingRecipe recipe = paper_recipe(100, 20e3);
+  recipe.preparation_friction = 0.3;
+  RveState without = generate_packing(recipe, *engine);
+  recipe.material.rolling_stiffness = 5e5;
+  recipe.material.rolling_friction = 0.3;
+
+  const RveState packing = generate_packing(recipe, *engine);
+  const Result result = evaluate(*engine, packing);
+
+  EXPECT_EQ(packing.material.rolling_friction, 0.3);
+  EXPECT_LE(result.unbalanced_ratio, 1.1e-3);
+  without.material = packing.material;
+  EXPECT_EQ(serialize(packing), serialize(without));
+}
+
 TEST(Packing, PreparedWithMoreThanTheFinalFrictionStillStands)
 {
   const auto engine = cpu_engine();

@@ -440,6 +440,24 @@ TEST(RollingPacking, RigidRotationTurnsTheStressAndLeavesTheRollingForces)
   EXPECT_LT(difference, 3e-3 * size);
 }
 
+// A whole RVE that is turned between two calls keeps what its pairs remember.
+TEST_P(Rolling, TurnedRveKeepsItsForces)
+{
+  RveRig rig(rolling_packing(), cpu_options(GetParam()));
+  work_out(rig);
+  const RveState before = rig.state();
+
+  rig.owner().turn({rig.rve_number()}, {Tensor2{{0.0, -1.0, 1.0, 0.0}}});
+
+  const RveState after = rig.state();
+  EXPECT_EQ(rolling_histories(after), rolling_histories(before));
+  EXPECT_EQ(histories(after), histories(before));
+  EXPECT_EQ(after.spin, before.spin);
+  EXPECT_EQ(after.fractional, before.fractional);
+  for (int i = 0; i < before.num_grains(); ++i)
+    EXPECT_EQ(after.velocity[2 * i + 1], before.velocity[2 * i]);
+}
+
 // ---- what results must not depend on ----
 
 TEST_P(Rolling, CoefficientOfZeroGivesTheBitsOfThePlainProgram)

@@ -1,9 +1,9 @@
 // The material point method in the plane: one time step, from points to the grid and back.
 //
-// Knows nothing of LAMMPS, MPI, CUDA or grains. Points belong to the caller; every rank has the whole grid, whose sums are integers, and
-// shares with the others the nodes that its points and theirs reach: results have the same bits for any number of ranks and
-// threads and any order of the points. Every rank must make the same calls, those that ask for forces and masses of nodes, reactions and
-// totals included: a call may communicate through the two functions in Communication.
+// Knows nothing of LAMMPS, MPI, CUDA or grains. Points belong to the caller; sums on the nodes of the grid are integers, and over all
+// ranks where several need them, so that results have the same bits for any number of ranks and threads and any order of the points.
+// Every rank must make the same calls, questions for nodes, reactions and totals included: a call may communicate through the
+// two functions in Communication.
 
 #ifndef MPM_MPM_SOLVER_H
 #define MPM_MPM_SOLVER_H

@@ -64,9 +64,9 @@ void SharedNodes::find(const PointView &points)
   list_nodes();
 }
 
-/// With xi the coordinate in cells, weights reach from node floor(xi) - 1 to floor(xi) + 2 (support_of), and loads, on faces at most half a
-/// cell away, have three rows from floor(xi) - 1 to floor(xi) + 3 (ScatterLoad). Points outside of the grid, or without a place,
-/// end the step on their rank: any box will do for them.
+/// With xi the coordinate in cells, weights reach from node floor(xi) - 1 to floor(xi) + 2 (support_of). Loads are on faces at most
+/// half a cell away and have three rows, from floor(xi) - 1 to floor(xi) + 3 (ScatterLoad). Points outside of the grid, or without
+/// a place, end the step on their rank: any box will do for them.
 NodeBox SharedNodes::box_around(const Vec2 &lo, const Vec2 &hi) const
 {
   if (!(lo[0] <= hi[0] && lo[1] <= hi[1])) return {};

@@ -2,13 +2,15 @@
 //
 // Every rank has the whole grid, but its points touch a part of it only. Two boxes of nodes belong to a rank: the touched one,
 // outside of which it adds nothing to any sum, and the needed one around it, which holds all that has influence on a touched node.
-// The sums over all ranks are formed on the shared nodes, those in the needed box of one rank and the touched box of another. Then a
-// rank has the sums of all ranks in its needed box: what it lacked there, the others had touched. Elsewhere it has them or zeros.
+// Sums over all ranks are formed on the shared nodes, those in the needed box of one rank and the touched box of another. Then in
+// its needed box a rank has the sums of all ranks: it lacked what others had touched there. Elsewhere it has them or zeros, but never
+// a part of them. So momenta, conditions and impulses are right on the nodes that it touches, which are all that its points see; what
+// it finds on others must not be used.
 //
-// Influence between nodes is that of rigid bodies alone, which couple the two nodes of a column on both sides of a face
-// (BoundaryView::impose_body). A body does so at one place across its face; so all nodes that n bodies with faces across an axis tie
-// together lie within n + 1 successive ones along that axis, however often and in whichever order the bodies are imposed: the needed
-// box is wider by n on both sides.
+// Nodes have influence on each other through rigid bodies only, which tie the two nodes of a column on both sides of a face
+// together (BoundaryView::impose_body), one body at one place across its face. All that n bodies with faces across an axis can
+// tie together lies within n + 1 successive nodes along that axis, whatever their order and however often they are imposed: the
+// needed box is wider by n on both sides.
 
 #ifndef MPM_SHARED_NODES_H
 #define MPM_SHARED_NODES_H
@@ -36,7 +38,7 @@ class SharedNodes {
   // as found
   /// Deformable points of all ranks.
   std::int64_t point_total() const { return point_total_; }
-  /// The nodes that may get anything from this rank's points and the loads on them.
+  /// The nodes that may get anything from the points of this rank and the loads on them.
   const NodeBox &touched() const { return touched_[communication_.rank]; }
   /// Ascending; the same on all ranks. None for one rank.
   const std::vector<int> &nodes() const { return nodes_; }

@@ -64,15 +64,20 @@ namespace {
 
   using TurnFunction = void (*)(const TurnRecord *);
 
-  TurnFunction turn_function(Format format)
+  template <class NumberFormat> TurnFunction turn_function(bool rolling)
+  {
+    return rolling ? turn_rves<Rolling<NumberFormat>> : turn_rves<NumberFormat>;
+  }
+
+  TurnFunction turn_function(Format format, bool rolling)
   {
     switch (format) {
       case Format::Fast:
-        return turn_rves<FastFormat>;
+        return turn_function<FastFormat>(rolling);
       case Format::Mixed:
-        return turn_rves<MixedFormat>;
+        return turn_function<MixedFormat>(rolling);
       default:
-        return turn_rves<DoubleFormat>;
+        return turn_function<DoubleFormat>(rolling);
     }
   }
 
@@ -192,7 +197,7 @@ namespace {
         std::copy_n(rotations[k].component, 4, turns[k].rotation);
       }
       constexpr int threads = 128;
-      turn_function(options.format)<<<static_cast<unsigned>(count), threads>>>(
+      turn_function(options.format, has_rolling())<<<static_cast<unsigned>(count), threads>>>(
           turn_buffer.send(count));
       check_cuda(cudaGetLastError(), "launch of the rotation of RVEs");
       check_cuda(cudaStreamSynchronize(nullptr), "rotation of RVEs");
