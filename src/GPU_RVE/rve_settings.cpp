@@ -238,7 +238,7 @@ void MaterialWords::apply(rve::Material &material) const
   material.friction = friction.value_or(material.friction);
   material.rolling_stiffness = kr.value_or(material.rolling_stiffness);
   material.rolling_friction = rolling_friction.value_or(material.rolling_friction);
-  if (!kr && material.rolling_friction > 0.0 && material.rolling_stiffness == 0.0)
+  if (rolling_friction.value_or(0.0) > 0.0 && !kr && material.rolling_stiffness == 0.0)
     material.rolling_stiffness = material.tangential_stiffness;
   material.density = density.value_or(material.density);
   material.local_damping = damping.value_or(material.local_damping);

@@ -34,7 +34,7 @@ struct MaterialWords {
   /// Takes `arg[iarg] arg[iarg+1]` if it is a material keyword, and says whether it was.
   bool take(LAMMPS *lmp, const std::string &command, int iarg, int narg, char **arg);
 
-  /// Rolling resistance without a stiffness of its own, here or in the material, gets the tangential one.
+  /// A rolling friction without a rolling stiffness, here or in the material, gets the tangential one.
   void apply(rve::Material &material) const;
 };
 

@@ -380,6 +380,11 @@ TEST(RollingResistance, KeywordsReplaceTheMaterialOneByOne)
   EXPECT_EQ(material_with("", file), "5e+05 0.1");
   EXPECT_EQ(material_with("rolling_friction 0.3", file), "5e+05 0.3");
   EXPECT_EQ(material_with("kr 1e5", file), "1e+05 0.1");
+
+  // a file keeps a stiffness of zero, too
+  script << "unfix grains\n" + FIX + "dt 5e-5 kr 0 rolling_friction 0.1\nrun 0\nwrite_rve grains " +
+          "atom 1 file " + file + " format rve";
+  EXPECT_EQ(material_with("", file), "0 0.1");
 }
 
 TEST(RollingResistance, StiffnessIsTheTangentialOneUnlessItIsGiven)
