@@ -84,8 +84,8 @@ def cases():
     ]
     made += [Case(name, "knobs", f"{short} {words}", base="short", what=words) for name, words in knobs]
     made += [
-        Case("half_adaptive", "adaptive_whole", f"keywords '{adaptive}'", base="half", what="adaptive substeps"),
-        Case("full_adaptive", "adaptive_whole", f"domain full keywords '{adaptive}'", base="full", what="adaptive substeps"),
+        Case("half_adaptive", "adaptive_whole", f"keywords '{adaptive} 50'", base="half", what="adaptive substeps, at most 50"),
+        Case("full_adaptive", "adaptive_whole", f"domain full keywords '{adaptive} 50'", base="full", what="adaptive substeps, at most 50"),
         Case("cpu", "cpu", "device cpu", base="half", what="all CPU cores, no GPU"),
     ]
     # several ranks: the full footing, and a domain that grows with them
