@@ -121,9 +121,10 @@ struct Setting {
   double skin = 0.0;
   MacroStepOptions macro = {};
   Defect defect = Defect::None;
-  double displacement = 0.0;    // of grains at the start, over the mean overlap
-  int seed = 0;                 // of the displacements
-  double friction = -1.0;       // negative: the packing's
+  double displacement = 0.0;        // of grains at the start, over the mean overlap
+  int seed = 0;                     // of the displacements
+  double friction = -1.0;           // negative: the packing's
+  double rolling_friction = 0.0;    // with k_r = k_t
   bool track_energy = false;
   Arms arms = Arms::Contact;
 };
@@ -198,6 +199,7 @@ std::vector<Setting> settings(bool cuda)
     return list.back();
   };
   feature("no friction").friction = 0.0;
+  feature("rolling 0.1").rolling_friction = 0.1;
   feature("no damping").damping = 0.0;
   feature("arms lammps").arms = Arms::Lammps;
   feature("energy ledger").track_energy = true;
@@ -260,6 +262,10 @@ RveState prepared(RveState state, const Setting &setting)
   material.mass_depth *= setting.mass_scaling;
   if (setting.damping >= 0.0) material.local_damping = setting.damping;
   if (setting.friction >= 0.0) material.friction = setting.friction;
+  if (setting.rolling_friction > 0.0) {
+    material.rolling_friction = setting.rolling_friction;
+    material.rolling_stiffness = material.tangential_stiffness;
+  }
   if (setting.viscosity > 0.0) {
     const double mass = state.mass() / state.num_grains();
     // 2 sqrt(k m*) with the reduced mass m/2
