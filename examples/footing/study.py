@@ -309,7 +309,7 @@ def is_peak(record):
 def rows_of(record, records):
     """The rows of one case; those that compare it need the records of the others."""
     key, log = case_keys(record), record["log"]
-    details = {"command": record["command"], "date": record["date"], "commit": record["commit"], "steps": log["steps"], "warnings": log["warnings"]}
+    details = {"command": record["command"], "machine": record["machine"], "date": record["date"], "commit": record["commit"], "steps": log["steps"], "warnings": log["warnings"]}
     rows = []
 
     def row(metric, value, unit):
@@ -369,7 +369,7 @@ def collect(options):
     rows = [row for record in records.values() for row in rows_of(record, records)]
     wrong = [row["case"]["name"] for row in rows if row["metric"] == "same_bits" and not row["value"]]
     if options.json:
-        report = {key: ", ".join(dict.fromkeys(record[key] for record in records.values())) for key in ("machine", "date", "commit")}
+        report = {key: "; ".join(dict.fromkeys(record[key] for record in records.values())) for key in ("machine", "date", "commit")}
         report.update(command="python3 study.py; each row has the command of its run", rows=rows)
         with open(options.json + ".part", "w", encoding="utf-8") as stream:
             stream.write(json.dumps(report, indent=1) + "\n")

@@ -77,7 +77,7 @@ void FixRve::Impl::make_engine()
     }
     points = std::make_unique<RvePoints>(std::move(engine), std::move(shadows), settings.macro_step,
                                          threads());
-    if (packings.any_rolling_resistance()) points->expect_rolling_resistance();
+    if (packings.any_rolling_forces()) points->expect_rolling_resistance();
   } catch (const rve::InputError &e) {
     problem = fmt::format("fix rve: {}", e.what());
   }
@@ -90,9 +90,9 @@ void FixRve::Impl::make_engine()
   if (share.bound_ranks > 0)
     fix->error->warning(
         FLERR,
-        "fix rve: {} of {} MPI ranks on this machine are bound to one core each, and use one "
-        "thread, though "
-        "there are more cores; give them more, with mpirun --bind-to none for example",
+        "fix rve: {} of {} MPI ranks on this machine are bound to one core each and use one "
+        "thread, "
+        "though there are more cores; give them more, with mpirun --bind-to none for example",
         share.bound_ranks, share.ranks);
   if (has_notice)
     utils::logmesg(fix->lmp, "fix rve {}: {}\n", fix->id, notice);
@@ -205,8 +205,7 @@ void FixRve::Impl::check_memory(const std::vector<int> &grains)
   if (sharing && !warned_sharing && fix->comm->me == 0)
     fix->error->warning(FLERR,
                         "fix rve: {} of {} MPI ranks share a CUDA device with another one, and "
-                        "wait for each other; use as many "
-                        "ranks per node as there are devices",
+                        "wait for each other; use as many ranks per node as there are devices",
                         sharing, fix->comm->nprocs);
   warned_sharing = true;
 

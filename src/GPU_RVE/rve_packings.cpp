@@ -121,10 +121,10 @@ int RvePackings::fewest_grains() const
   return fewest;
 }
 
-bool RvePackings::any_rolling_resistance() const
+bool RvePackings::any_rolling_forces() const
 {
   return std::any_of(packings.begin(), packings.end(), [](const rve::RveState &packing) {
-    return packing.material.rolling_stiffness > 0.0 && packing.material.rolling_friction > 0.0;
+    return packing.needs_rolling_forces();
   });
 }
 

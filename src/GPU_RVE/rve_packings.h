@@ -35,7 +35,8 @@ class RvePackings {
   int size() const { return static_cast<int>(packings.size()); }
   /// Of the smallest packing.
   int fewest_grains() const;
-  bool any_rolling_resistance() const;
+  /// Whether one needs room for rolling forces.
+  bool any_rolling_forces() const;
   /// "packing 3 (library.rve)"
   std::string name(int packing) const;
   /// Stable time step of each packing [time].

@@ -538,13 +538,8 @@ TEST_P(Rolling, OrderOfTheGrainsDoesNotChangeTheForces)
 {
   const RveState packing = rolling_packing();
   const int n = packing.num_grains();
-  RveState backwards = packing;
-  for (int i = 0; i < n; ++i) {
-    backwards.radius[i] = packing.radius[n - 1 - i];
-    for (int a = 0; a < 2; ++a)
-      backwards.fractional[2 * i + a] = packing.fractional[2 * (n - 1 - i) + a];
-  }
-  RveRig rig(packing, cpu_options(GetParam())), other(backwards, cpu_options(GetParam()));
+  RveRig rig(packing, cpu_options(GetParam())),
+      other(numbered_backwards(packing), cpu_options(GetParam()));
 
   work_out(rig);
   work_out(other);

@@ -115,6 +115,19 @@ inline std::vector<double> components(const rve::Tensor2 &t)
   return {t.component, t.component + 4};
 }
 
+/// The same grains numbered backwards: other owners, other order of every sum. For packings without list and history.
+inline rve::RveState numbered_backwards(const rve::RveState &packing)
+{
+  const int n = packing.num_grains();
+  rve::RveState backwards = packing;
+  for (int i = 0; i < n; ++i) {
+    backwards.radius[i] = packing.radius[n - 1 - i];
+    for (int a = 0; a < 2; ++a)
+      backwards.fractional[2 * i + a] = packing.fractional[2 * (n - 1 - i) + a];
+  }
+  return backwards;
+}
+
 /// The motion is the same to the last bit: cell, positions, velocities, spins, contact history. Not the list.
 inline bool same_motion(const rve::RveState &a, const rve::RveState &b)
 {

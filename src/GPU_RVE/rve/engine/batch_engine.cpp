@@ -78,27 +78,13 @@ namespace {
     return material.normal_viscosity > 0.0 || material.tangential_viscosity > 0.0;
   }
 
-  bool is_rolling(const Material &material)
-  {
-    return material.rolling_stiffness > 0.0 && material.rolling_friction > 0.0;
-  }
-
-  /// A state that has no use for rolling forces may still have some.
-  bool needs_rolling(const RveState &state)
-  {
-    return is_rolling(state.material) ||
-        std::any_of(state.pairs.begin(), state.pairs.end(), [](const Pair &pair) {
-             return pair.rolling_force != 0.0;
-           });
-  }
-
   /// Largest number that a contact adds to a sum of forces or torques, over its normal force: |f| = sqrt(1 + mu^2) f_n, or the moment
   /// (a mu + R mu_r) f_n. In internal units an arm a is below 1/2 and the reduced radius R below 1/4.
   double obliquity_of(const Material &material)
   {
     const double force = std::sqrt(1.0 + material.friction * material.friction);
     const double moment = 0.5 * material.friction + 0.25 * material.rolling_friction;
-    return is_rolling(material) ? std::max(force, moment) : force;
+    return resists_rolling(material) ? std::max(force, moment) : force;
   }
 
   void set_material_in(ImageHeader &header, const Material &material)
@@ -550,7 +536,7 @@ int BatchEngine::add(const RveState &state)
   require(neighbor_bits(*smallest, *largest) <= LARGEST_NEIGHBOR_BITS,
           "the largest grain must be at most 60 times as large as the smallest, got " +
               number(*largest / *smallest));
-  if (needs_rolling(state)) expect_rolling_resistance();
+  if (state.needs_rolling_forces()) expect_rolling_resistance();
   const int n = state.num_grains();
   const bool is_new = free_numbers.empty();
   const int rve = is_new ? static_cast<int>(grains_of.size()) : free_numbers.back();
@@ -596,7 +582,7 @@ void BatchEngine::set_material(int rve, const Material &material)
   RveState probe = state(rve);
   probe.material = material;
   probe.check();
-  if (is_rolling(material)) expect_rolling_resistance();
+  if (resists_rolling(material)) expect_rolling_resistance();
   ImageHeader header = get_header(rve);
   set_material_in(header, material);
   put_header(rve, header);

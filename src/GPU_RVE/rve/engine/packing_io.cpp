@@ -296,13 +296,6 @@ namespace {
       out << "  " << exact(tensor(a, 0)) << " " << exact(tensor(a, 1)) << "\n";
   }
 
-  bool has_rolling_forces(const RveState &state)
-  {
-    return std::any_of(state.pairs.begin(), state.pairs.end(), [](const Pair &pair) {
-      return pair.rolling_force != 0.0;
-    });
-  }
-
   void write_packing_statements(std::ostream &out, const RveState &state)
   {
     out << "gpu_rve_packing " << FILE_VERSION << "\n\nmaterial\n";
@@ -333,7 +326,7 @@ namespace {
     const auto has_history = [](const Pair &pair) {
       return pair.tangential_force != 0.0 || pair.rolling_force != 0.0;
     };
-    const bool rolls = has_rolling_forces(state);
+    const bool rolls = state.has_rolling_forces();
     out << "\ncontacts " << std::count_if(state.pairs.begin(), state.pairs.end(), has_history)
         << "\n# contacts with a tangential force: id, id, force on the first along (-n_y, n_x), n "
            "to the second [force]\n";
@@ -439,7 +432,7 @@ namespace {
       history[std::minmax(pair.first, pair.second)] =
           pair.first < pair.second ? springs : seen_from_partner(springs);
     }
-    const bool rolls = has_rolling_forces(state);
+    const bool rolls = state.has_rolling_forces();
 
     std::ostringstream out;
     out << "# contacts of one RVE (GPU_RVE); n from i to j, force on i = -f_n n + f_t (-n_y, n_x)";

@@ -31,7 +31,7 @@ namespace {
   {
     return {material.normal_stiffness,
             material.friction > 0.0 ? material.tangential_stiffness : 0.0,
-            material.rolling_friction > 0.0 ? material.rolling_stiffness : 0.0};
+            resists_rolling(material) ? material.rolling_stiffness : 0.0};
   }
 
   ContactModulus viscosity(const Material &material)

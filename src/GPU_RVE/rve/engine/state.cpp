@@ -238,6 +238,18 @@ namespace {
 
 }    // namespace
 
+bool resists_rolling(const Material &material)
+{
+  return material.rolling_stiffness > 0.0 && material.rolling_friction > 0.0;
+}
+
+bool RveState::has_rolling_forces() const
+{
+  return std::any_of(pairs.begin(), pairs.end(), [](const Pair &pair) {
+    return pair.rolling_force != 0.0;
+  });
+}
+
 double RveState::solid_area() const
 {
   double sum = 0.0;

@@ -30,6 +30,9 @@ struct Material {
   double mass_depth = 1.0;    ///< out-of-plane depth that the mass is counted for [length], > 0
 };
 
+/// Whether contacts resist rolling: with a stiffness and a coefficient.
+bool resists_rolling(const Material &material);
+
 /// A pair of the Verlet list. `first` owns it: its work item computes the contact.
 struct Pair {
   std::int32_t first;
@@ -87,6 +90,10 @@ struct RveState {
   double solid_area() const;                                ///< sum of pi r^2 [length^2]
   double void_ratio() const { return cell_area() / solid_area() - 1.0; }    ///< [-]
   double mass() const;                                                      ///< [mass]
+
+  /// Whether a pair has a rolling force; and whether one has or may get one.
+  bool has_rolling_forces() const;
+  bool needs_rolling_forces() const { return resists_rolling(material) || has_rolling_forces(); }
 
   /// Cartesian positions (N, 2) in the cell at the origin [length].
   std::vector<double> positions() const;
