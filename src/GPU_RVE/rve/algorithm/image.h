@@ -36,9 +36,9 @@ struct ImageHeader : ImageProgress {
   double normal_viscosity, tangential_viscosity, thickness, mass_depth;
   double largest_radius, mean_radius, solid_area;
   double obliquity,
-      inverse_obliquity;         ///< bounds what a contact adds to a sum, over its normal force
+      inverse_obliquity;    ///< bounds what a contact adds to a sum, over its force that counts
   std::int32_t neighbor_bits;    ///< 2^neighbor_bits grains and more find room around the largest
-  std::int32_t reserved;
+  std::int32_t all_forces_count;    ///< 0: the normal one alone, the others are bounded by friction
 };
 
 /// What one RVE shall do in one call, as the device reads it.
@@ -85,7 +85,8 @@ struct DetailRecord {
   double stiffness[kStiffness];    ///< if it is asked for [stress]
 };
 
-/// Which build of the block program a call needs. General: dashpots, LAMMPS' arms, stress servo, energy ledger. Frictionless: plain, of
+/// Which build of the block program a call needs. General: dashpots, LAMMPS' arms, stress servo, energy ledger, friction so large
+/// that all forces count for the unit of forces. Frictionless: plain, of
 /// RVEs without friction and without tangential forces; the plain program gives the same bits. Rolling: general, and of RVEs whose
 /// images have rolling forces (core/spring_forces.h).
 enum class SceneKind { Plain, General, Frictionless, Rolling };

@@ -151,7 +151,7 @@ inline namespace RVE_ISA {
     typename Format::Wide *radius;                       ///< [internal length]
     typename Format::Sum *force_x, *force_y, *torque;    ///< from partners that own the pair
     Vec<typename Format::Sum, 3> *own;                   ///< force and torque from owned pairs
-    typename Format::Real *largest_force;    ///< normal force on an owned contact in this call
+    typename Format::Real *largest_force;    ///< that counts, of an owned contact in this call
     Still<Format> *still;
     std::int32_t *partner;    ///< (kOwnedPairs, N) own number: slot is free
     typename Format::Wide

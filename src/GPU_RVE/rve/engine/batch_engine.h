@@ -116,7 +116,9 @@ class BatchEngine : public Engine {
 
   std::vector<int> grains_of;    ///< by RVE; 0: the number is free
   std::vector<int> free_numbers;
-  bool any_viscous = false;     ///< an RVE with dashpots has been added
+  bool any_viscous = false;    ///< an RVE with dashpots has been added
+  bool any_large_friction =
+      false;    ///< one whose tangential and rolling forces count for the unit of forces
   bool any_friction = false;    ///< one with friction, or with tangential forces
   bool rolling = false;         ///< one with rolling resistance has been added, or is expected
   int pairs_per_grain = 4;      ///< capacity of the workspaces, grows on demand
