@@ -71,6 +71,10 @@ struct AnswerRecord {
 /// Components of an AffineStiffness (engine/affine_stiffness.h).
 constexpr int kStiffness = 12;
 
+/// What details may have beyond the usual: the affine stiffness; or, of the general programs and instead of the usual, a lower bound of
+/// the stable time step [time] as the first number of `stiffness`.
+constexpr std::int32_t kStiffnessDetail = 1, kTimeStepDetail = 2;
+
 /// What a call answers on demand: a second look at the configuration that the last forces belong to.
 struct DetailRecord {
   ImageProgress progress;    ///< after the call
@@ -94,11 +98,11 @@ constexpr int kNumScenes = 4;
 
 /// What is the same for all RVEs of a call.
 struct BatchConstants {
-  double skin;                    ///< [length]; 0: a share of the mean radius
-  double overlap_limit;           ///< overlap / smaller radius
-  double velocity_arm;            ///< 1/2 contact point, 0 LAMMPS
-  std::int32_t track_energy;      ///< fill the energy ledger of the header
-  std::int32_t with_stiffness;    ///< details shall have it
+  double skin;                  ///< [length]; 0: a share of the mean radius
+  double overlap_limit;         ///< overlap / smaller radius
+  double velocity_arm;          ///< 1/2 contact point, 0 LAMMPS
+  std::int32_t track_energy;    ///< fill the energy ledger of the header
+  std::int32_t extra_detail;    ///< kStiffnessDetail, kTimeStepDetail or 0
 };
 
 }    // namespace rve

@@ -792,7 +792,11 @@ const AnswerRecord *BatchEngine::start(const std::vector<int> &rves,
   prepare(call, rves, drives);
   call.with_details = kind != Answer::Short;
   call.constants = constants;
-  call.constants.with_stiffness = kind == Answer::Longest ? 1 : 0;
+  if (kind == Answer::Longest) call.constants.extra_detail = kStiffnessDetail;
+  if (kind == Answer::TimeStep) {
+    call.constants.extra_detail = kTimeStepDetail;
+    if (call.scene != SceneKind::Rolling) call.scene = SceneKind::General;
+  }
   return launch(call, details);
 }
 
@@ -863,6 +867,23 @@ void BatchEngine::advance(const std::vector<int> &rves, const std::vector<Drive>
                           std::vector<ElasticResult> &results)
 {
   advance_with_details(rves, drives, Answer::Longest, results);
+}
+
+void BatchEngine::bound_time_steps(const std::vector<int> &rves, double enough,
+                                   std::vector<double> &bounds)
+{
+  require(std::isfinite(enough) && enough > 0.0,
+          "a sufficient time step must be positive and finite, got " + number(enough) + " [time]");
+  Drive look;
+  look.dt = enough;
+  const std::vector<Drive> drives(rves.size(), look);
+  const AnswerRecord *answers = start(rves, drives, Answer::TimeStep);
+  const std::size_t count = rves.size();
+  if (std::any_of(answers, answers + count, must_repeat))
+    answers = repeat(rves, drives, answers, Answer::TimeStep);
+  bounds.resize(count);
+  for (std::size_t k = 0; k < count; ++k)
+    bounds[k] = answers[k].status & status::Fatal ? 0.0 : details[k].stiffness[0];
 }
 
 void BatchEngine::advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
