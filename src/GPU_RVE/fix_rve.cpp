@@ -124,6 +124,8 @@ void FixRve::init()
 
 void FixRve::setup(int)
 {
+  // a material may have changed since the last run
+  if (impl->settings.dt_check_interval) impl->recheck_time_step(Impl::Check::Run);
   impl->progress.begin([this] {
     return impl->dem_steps();
   });
@@ -153,9 +155,10 @@ void FixRve::end_of_step()
   impl->progress.step_done([this] {
     return impl->dem_steps();
   });
-  if (settings.dt_check_interval && step % settings.dt_check_interval == 0) {
-    impl->recheck_time_step();
-    impl->advise(false);
+  if (settings.dt_check_interval) {
+    const bool due = step % settings.dt_check_interval == 0;
+    impl->recheck_time_step(due ? Impl::Check::Interval : Impl::Check::EveryStep);
+    if (due) impl->advise(false);
   }
   if (!settings.dump_interval || step % settings.dump_interval) return;
   for (const int i : impl->atoms_with_rve()) {
@@ -175,6 +178,12 @@ void FixRve::end_of_step()
 
 void FixRve::post_run()
 {
+  // a run may be shorter than the interval of checks
+  const int interval = impl->settings.dt_check_interval;
+  if (interval && update->ntimestep % interval) {
+    impl->recheck_time_step(Impl::Check::Run);
+    impl->advise(false);
+  }
   if (impl->settings.num_shadows == 0) return;
   double mine[2] = {impl->points->shadow_time(), impl->points->total_time()}, all[2];
   MPI_Allreduce(mine, all, 2, MPI_DOUBLE, MPI_SUM, world);
