@@ -59,7 +59,7 @@ enum { REACTION_X, REACTION_Y, BODY_UX, BODY_UY, PER_BODY };
 enum { TIME_RVE, TIME_MPM, TIME_TRANSFERS, TIMES };    // at the end of the global vector
 
 // Of what restart files hold of points and bodies: raise it with every change of that. Files before version 3 had no number.
-constexpr int RESTART_VERSION = 4;
+constexpr int RESTART_VERSION = 5;
 
 constexpr int COURANT_EVERY = 10;    // steps between two checks of the Courant number
 
@@ -130,7 +130,7 @@ struct FixMpm::Impl {
 
   static constexpr int DOUBLES =
       (2 * sizeof(Vec2) + 3 * sizeof(Tensor2) + sizeof(mpm::PointMemory)) / sizeof(double) + 3;
-  static_assert(RESTART_VERSION == 4 && DOUBLES == 21, "restart files change: raise their version");
+  static_assert(RESTART_VERSION == 5 && DOUBLES == 21, "restart files change: raise their version");
 
   /// Wall time so far in calls of the engine of RVEs, and in models that are RVEs [seconds].
   struct ModelTimes {
@@ -648,7 +648,11 @@ void FixMpm::write_restart(FILE *fp)
   // negative, because files without a version begin with the number of bodies
   std::vector<double> state = {-RESTART_VERSION, (double) update->ntimestep,
                                (double) impl->settings.bodies.size()};
-  for (const Vec2 &u : impl->body_displacement) state.insert(state.end(), {u[0], u[1]});
+  for (std::size_t b = 0; b < impl->body_displacement.size(); b++) {
+    const Vec2 &u = impl->body_displacement[b];
+    const Vec2 &v = impl->solver->body_velocity_before((int) b);
+    state.insert(state.end(), {u[0], u[1], v[0], v[1]});
+  }
   const int size = (int) (state.size() * sizeof(double));
   fwrite(&size, sizeof(int), 1, fp);
   fwrite(state.data(), sizeof(double), state.size(), fp);
@@ -664,8 +668,9 @@ void FixMpm::restart(char *buf)
   impl->restart_step = *++state;
   // a different number of bodies: the script changed its mind, and they start at zero
   if (*++state != (double) impl->settings.bodies.size()) return;
-  for (Vec2 &u : impl->body_displacement) {
-    u = {{state[1], state[2]}};
-    state += 2;
+  for (std::size_t b = 0; b < impl->body_displacement.size(); b++) {
+    impl->body_displacement[b] = {{state[1], state[2]}};
+    impl->solver->set_body_velocity_before((int) b, {{state[3], state[4]}});
+    state += 4;
   }
 }

@@ -386,14 +386,14 @@ TEST(FixMpm, RestartFileOfAnotherVersionIsRefused)
       command.substr(command.find("fix soil"));
   ASSERT_EQ(message_of(read), "");
 
-  // the record of the fix: its size in bytes, the version with a minus, the step, the number of bodies, the displacement of the plate
+  // the record of the fix: its size in bytes, the version with a minus, the step, the number of bodies, displacement and velocity of the plate
   const std::string text = rve_test::text_of(path);
   const auto bytes = [](int size, const std::vector<double> &values) {
     std::string record(reinterpret_cast<const char *>(&size), sizeof(size));
     return record.append(reinterpret_cast<const char *>(values.data()),
                          values.size() * sizeof(double));
   };
-  const std::string current = bytes(5 * sizeof(double), {-4.0, 1.0, 1.0});
+  const std::string current = bytes(7 * sizeof(double), {-5.0, 1.0, 1.0});
   ASSERT_NE(text.find(current), std::string::npos);
   const auto message_with = [&](const std::string &record) {
     std::string other = text;
@@ -401,14 +401,14 @@ TEST(FixMpm, RestartFileOfAnotherVersionIsRefused)
         << other.replace(text.find(current), record.size(), record);
     return message_of(read);
   };
-  const std::string newer = message_with(bytes(5 * sizeof(double), {-5.0, 1.0, 1.0}));
-  const std::string none = message_with(bytes(5 * sizeof(double), {1.0, 0.0, 0.0}));
+  const std::string newer = message_with(bytes(7 * sizeof(double), {-6.0, 1.0, 1.0}));
+  const std::string none = message_with(bytes(7 * sizeof(double), {1.0, 0.0, 0.0}));
   std::remove(path.c_str());
 
-  EXPECT_NE(newer.find("the points in the restart file have version 5; this fix reads version 4"),
+  EXPECT_NE(newer.find("the points in the restart file have version 6; this fix reads version 5"),
             std::string::npos)
       << newer;
-  EXPECT_NE(none.find("have version 1 or 2, without a number; this fix reads version 4"),
+  EXPECT_NE(none.find("have version 1 or 2, without a number; this fix reads version 5"),
             std::string::npos)
       << none;
 }
