@@ -2,7 +2,9 @@
 
 #include "rve_points.h"
 
+#include "rve/core/error.h"
 #include "rve/engine/finite_strain.h"
+#include "rve/engine/packing.h"
 #include "support/lattice.h"
 #include "support/packings.h"
 
@@ -134,9 +136,63 @@ TEST(RvePoints, AnImageHoldsACompleteResult)
   const std::vector<double> image = points.image(slots[1]);
 
   EXPECT_LE(static_cast<int>(image.size()), points.image_bound(slots[1]));
-  const int again = points.add_image(image.data());
+  const int again = points.add_image(image.data(), image.size());
   EXPECT_FALSE(points.point(again).stale);
   EXPECT_TRUE(same_bits(points.point(again).result.fabric, points.point(slots[1]).result.fabric));
+}
+
+TEST(PointRecord, IsRefusedWithAnyBitOfItsHeadFlippedAndLeavesNothing)
+{
+  std::vector<int> slots;
+  RvePoints points = three_points(slots);
+  points.advance(slots, drives(20), false);
+  const std::vector<double> image = points.image(slots[0]);
+  const std::size_t bytes = image.size() * sizeof(double);
+  const int before = points.size();
+
+  std::vector<double> damaged = image;
+  auto *byte = reinterpret_cast<unsigned char *>(damaged.data());
+  // the head is a few results and tensors, of a thousand bytes or two; then the state, which has a checksum of its own
+  for (std::size_t k = 0; k + 8 < bytes; k += k < 2048 ? 1 : 397) {
+    byte[k] ^= static_cast<unsigned char>(1 << (k % 8));
+    EXPECT_THROW(points.add_image(damaged.data(), damaged.size()), rve::InputError) << k;
+    byte[k] ^= static_cast<unsigned char>(1 << (k % 8));
+  }
+
+  EXPECT_EQ(points.size(), before);
+  EXPECT_NO_THROW(points.add_image(damaged.data(), damaged.size()));
+}
+
+TEST(PointRecord, IsRefusedWithAnyOtherLength)
+{
+  std::vector<int> slots;
+  RvePoints points = three_points(slots);
+  const std::vector<double> image = points.image(slots[0]);
+
+  // each in memory of its own, of which not a byte more may be read
+  for (std::size_t size : {std::size_t(1), std::size_t(7), image.size() / 2, image.size() - 1}) {
+    const std::vector<double> shorter(image.begin(), image.begin() + static_cast<long>(size));
+    EXPECT_THROW(points.add_image(shorter.data(), size), rve::InputError) << size;
+  }
+  std::vector<double> longer = image;
+  longer.push_back(0.0);
+  EXPECT_THROW(points.add_image(longer.data(), longer.size()), rve::InputError);
+}
+
+TEST(PointRecord, CarriesTheGainOfTheServoThatItsPackingHad)
+{
+  // `fast` rounds radii, and a gain that is made of them again is another one
+  rve::Options options = cpu_options();
+  options.format = rve::Format::Fast;
+  RvePoints points(rve::make_engine(options), nullptr, MacroStepOptions());
+  const rve::RveState packing = rve_test::packing_of_400();
+  const int slot = points.add({&packing})[0];
+  ASSERT_NE(rve::default_servo_gain(points.state(slot)), points.servo_gain(slot));
+  const std::vector<double> image = points.image(slot);
+
+  const int again = points.add_image(image.data(), image.size());
+
+  EXPECT_EQ(points.servo_gain(again), points.servo_gain(slot));
 }
 
 // ---- macro steps by plan ----------------------------------------------------------------------------------------------------
@@ -327,7 +383,10 @@ TEST(QuiescentMacroSteps, AnImageOfASleeperContinuesWithTheSameBits)
   ASSERT_FALSE(same_bits(points.point(slots[1]).pending, Tensor2::identity()));
 
   std::vector<int> other_slots;
-  for (const int slot : slots) other_slots.push_back(others.add_image(points.image(slot).data()));
+  for (const int slot : slots) {
+    const std::vector<double> image = points.image(slot);
+    other_slots.push_back(others.add_image(image.data(), image.size()));
+  }
 
   for (int step = 0; step < 20; ++step) {
     points.advance(slots, drives_of_sleepers(), false);
