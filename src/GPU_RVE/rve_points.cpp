@@ -114,6 +114,18 @@ rve::RveState state_from(const double *record, std::size_t bytes)
 
 }    // namespace
 
+double LAMMPS_NS::slip_of_rotation(double angle, int substeps, double dt,
+                                   const rve::Material &material, double grain_size)
+{
+  // moment of inertia m r^2/2 against Z contacts with k_t r (r spin); Z of an isostatic packing with friction
+  constexpr double CONTACTS = 3.0;
+  const double pi = std::acos(-1.0);
+  const double mass = material.density * material.mass_depth * 0.25 * pi * grain_size * grain_size;
+  const double frequency = std::sqrt(2.0 * CONTACTS * material.tangential_stiffness / mass);
+  const double steps_of_lag = std::fmax(1.0, 1.0 / (frequency * dt));
+  return std::fabs(angle) * std::fmin(1.0, steps_of_lag / substeps);
+}
+
 double RvePoints::Point::strain_rate() const
 {
   if (drive.substeps == 0) return 0.0;
@@ -371,6 +383,18 @@ int RvePoints::substeps_of(const Point &point, const rve::Drive &drive) const
                               point.last_steps().mean_stress(), point.grain_size, point.material);
 }
 
+/// Whether a rotation lets contacts slip, in as few DEM steps as the strain asks for. The overlap is that of its mean stress: what is
+/// known whatever the last advance was asked for.
+bool RvePoints::slips(const Point &point, const rve::Drive &drive) const
+{
+  const double angle = rve::PolarDecomposition(drive.deformation).angle;
+  const double slip =
+      slip_of_rotation(angle, drive.substeps, drive.dt, point.material, point.grain_size);
+  const double overlap = std::fmax(point.last_steps().mean_stress(), 0.0) *
+      point.material.thickness / point.material.normal_stiffness;
+  return !(slip <= TURN_OF_OVERLAP * overlap);
+}
+
 /// Carries out rotations that grains could not follow: the drives keep the stretch.
 void RvePoints::turn(rve::Engine &engine, const std::vector<int> &numbers,
                      std::vector<rve::Drive> &drives, const std::vector<char> &must_turn)
@@ -409,7 +433,8 @@ void RvePoints::plan_work(const std::vector<int> &slots, const std::vector<rve::
     const bool wakes = !is_identity(point.pending);
     if (wakes) drive.deformation = drive.deformation * point.pending;
     drive.substeps = substeps_of(point, drive);
-    must_turn[m] = wakes && is_turned(point, drive.deformation);
+    must_turn[m] = (wakes && is_turned(point, drive.deformation)) ||
+        (options.adaptive && slips(point, drive));
   }
   turn(*engine, working_slots, working_drives, must_turn);
   // the strain of what is left, to its last digit
@@ -514,6 +539,7 @@ void RvePoints::advance_shadows(const std::vector<int> &slots,
 {
   std::vector<int> originals, numbers;
   std::vector<rve::Drive> finer;
+  std::vector<char> turned;
   for (std::size_t k = 0; k < slots.size(); ++k) {
     const Point &point = points[slots[k]];
     if (point.shadow < 0 || point.frozen) continue;
@@ -522,8 +548,11 @@ void RvePoints::advance_shadows(const std::vector<int> &slots,
     finer.push_back(drives[k]);
     finer.back().dt /= options.shadow_refinement;
     finer.back().substeps = substeps_of(point, drives[k]) * options.shadow_refinement;
+    turned.push_back(options.adaptive && !drives[k].has_servo() && drives[k].substeps > 0 &&
+                     slips(point, finer.back()));
   }
   if (numbers.empty()) return;
+  turn(*shadows, numbers, finer, turned);
   std::vector<rve::Response> responses;
   shadows->advance(numbers, finer, responses);
   for (std::size_t k = 0; k < numbers.size(); ++k) {

@@ -46,9 +46,16 @@ struct MacroStepOptions {
 /// Mean unbalanced force over mean contact force below which an RVE is at rest and may be skipped [-].
 constexpr double QUIET_UNBALANCED_RATIO = 1e-2;
 
-/// Rotation of a waking RVE, over its mean overlap over sum of radii, above which it is turned rigidly [-]. A cell that turns by an
-/// angle in a few DEM steps lets contacts slip by it, since grains do not spin yet: a hundredth of the normal force at k_t = k_n.
+/// Slip of contacts by a rotation that grains do not follow, over the mean overlap over sum of radii, above which an RVE is turned
+/// rigidly [-]. A cell that turns by an angle in a few DEM steps lets contacts slip by it, since grains do not spin yet: a hundredth
+/// of the normal force at k_t = k_n.
 constexpr double TURN_OF_OVERLAP = 1e-2;
+
+/// Largest slip by a rotation by `angle` in `substeps` steps of dt, as an angle [rad]: the whole rotation, if the grains do not follow
+/// at all. Grains that all spin alike in a cell that does not turn go to and fro with w = sqrt(2 Z k_t/m), and lag behind a rotation at
+/// a constant rate by that rate over w; the first step finds them at rest.
+double slip_of_rotation(double angle, int substeps, double dt, const rve::Material &material,
+                        double grain_size);
 
 class RvePoints {
  public:
@@ -194,6 +201,7 @@ class RvePoints {
   void answer_asleep(Point &point, const rve::Tensor2 &pending) const;
   static void turn(rve::Engine &engine, const std::vector<int> &numbers,
                    std::vector<rve::Drive> &drives, const std::vector<char> &must_turn);
+  bool slips(const Point &point, const rve::Drive &drive) const;
   void plan_work(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);
   void catch_up();
   void run(std::vector<Macro> &macros);
