@@ -62,6 +62,7 @@ class FixMpm : public Fix {
   void solve(bool);
   void fill_output();
   void check_courant();
+  void report_times() const;
 };
 
 }    // namespace LAMMPS_NS

@@ -22,8 +22,11 @@
 #include "group.h"
 #include "lammps_version.h"
 #include "modify.h"
+#include "one_rank.h"
 #include "rve/core/error.h"
+#include "rve/engine/files.h"
 #include "rve/engine/packing_io.h"
+#include "unit_styles.h"
 #include "update.h"
 
 #include <algorithm>
@@ -56,9 +59,7 @@ FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
   if (domain->dimension != 2)
     error->all(FLERR, "fix rve needs a 2d system (its grains are disks), but the dimension is {}",
                domain->dimension);
-  const std::string units = update->unit_style;
-  if (units != "lj" && units != "si" && units != "cgs" && units != "micro")
-    error->all(FLERR, "fix rve works in units lj, si, cgs or micro, not in units {}", units);
+  require_mechanical_units(lmp, "fix rve");
   if (!atom->tag_enable) error->all(FLERR, "fix rve needs atoms with IDs");
   if (group->count(igroup) == 0)
     error->all(FLERR, "fix rve: group {} has no atoms; every atom of the group gets an RVE",
@@ -124,9 +125,42 @@ void FixRve::init()
 
 void FixRve::setup(int)
 {
+  check_dump();
   impl->progress.begin([this] {
     return impl->dem_steps();
   });
+}
+
+/* ----------------------------------------------------------------------
+   what the dump asks for is there, and it can be written
+------------------------------------------------------------------------- */
+
+void FixRve::check_dump() const
+{
+  const auto &settings = impl->settings;
+  if (!settings.dump_interval) return;
+  std::vector<int> found(settings.dump_atoms.size(), 0);
+  std::string failure;
+  for (const int i : impl->atoms_with_rve())
+    for (std::size_t k = 0; k < found.size(); ++k) {
+      if (settings.dump_atoms[k] != atom->tag[i]) continue;
+      found[k] = 1;
+      try {
+        rve::require_writable(impl->dump_file(atom->tag[i], update->ntimestep));
+      } catch (const rve::InputError &e) {
+        failure = fmt::format("fix rve dump: {}", e.what());
+      }
+    }
+  error_if_any(lmp, failure);
+  MPI_Allreduce(MPI_IN_PLACE, found.data(), static_cast<int>(found.size()), MPI_INT, MPI_MAX,
+                world);
+  for (std::size_t k = 0; k < found.size(); ++k)
+    if (!found[k])
+      error->all(
+          FLERR,
+          "fix rve: dump of atom {}, which has no RVE of this fix: there is no such atom, or "
+          "it is not in group {}",
+          settings.dump_atoms[k], group->names[igroup]);
 }
 
 /* ----------------------------------------------------------------------
@@ -163,8 +197,7 @@ void FixRve::end_of_step()
         settings.dump_atoms.end())
       continue;
     try {
-      rve::write_lammps_data(fmt::format("{}.{}.{}.data", settings.dump_prefix, atom->tag[i], step),
-                             state(i));
+      rve::write_lammps_data(impl->dump_file(atom->tag[i], step), state(i));
     } catch (const rve::InputError &e) {
       error->one(FLERR, "fix rve dump: {}", e.what());
     }
@@ -174,6 +207,14 @@ void FixRve::end_of_step()
 /* ---------------------------------------------------------------------- */
 
 void FixRve::post_run()
+{
+  report_shadows();
+  impl->progress.end();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRve::report_shadows() const
 {
   if (impl->settings.num_shadows == 0) return;
   double mine[2] = {impl->points->shadow_time(), impl->points->total_time()}, all[2];

@@ -88,6 +88,9 @@ class FixRve : public Fix {
  private:
   struct Impl;
   std::unique_ptr<Impl> impl;
+
+  void check_dump() const;
+  void report_shadows() const;
 };
 
 }    // namespace LAMMPS_NS

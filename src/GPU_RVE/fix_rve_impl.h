@@ -93,6 +93,12 @@ struct FixRve::Impl : RveOwner {
   void complete() override { points->complete(); }
   int threads() const override { return settings.options.threads; }
 
+  /// Of the dump of an atom in a step.
+  std::string dump_file(tagint id, bigint step) const
+  {
+    return fmt::format("{}.{}.{}.data", settings.dump_prefix, id, step);
+  }
+
   /// Room for the largest RVE in LAMMPS' buffers.
   void set_exchange_size();
 
