@@ -14,6 +14,7 @@
 #include <cmath>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <string_view>
 #include <system_error>
@@ -618,9 +619,11 @@ void write_lammps_data(const std::string &path, const RveState &state)
 {
   check_for(path, state);
   const RestrictedFrame frame(state);
-  OutputFile data(path), contacts(path + ".contacts");
+  OutputFile data(path);
+  std::optional<OutputFile> contacts;
+  if (data.is_regular()) contacts.emplace(path + ".contacts");
   data.write(lammps_data(frame));
-  contacts.write(contact_table(frame));
+  if (contacts) contacts->write(contact_table(frame));
 }
 
 }    // namespace rve
