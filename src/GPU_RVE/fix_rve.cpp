@@ -125,42 +125,32 @@ void FixRve::init()
 
 void FixRve::setup(int)
 {
-  check_dump();
+  check_dump_files();
   impl->progress.begin([this] {
     return impl->dem_steps();
   });
 }
 
 /* ----------------------------------------------------------------------
-   what the dump asks for is there, and it can be written
+   before the run, not at the first dump
 ------------------------------------------------------------------------- */
 
-void FixRve::check_dump() const
+void FixRve::check_dump_files() const
 {
   const auto &settings = impl->settings;
   if (!settings.dump_interval) return;
-  std::vector<int> found(settings.dump_atoms.size(), 0);
   std::string failure;
-  for (const int i : impl->atoms_with_rve())
-    for (std::size_t k = 0; k < found.size(); ++k) {
-      if (settings.dump_atoms[k] != atom->tag[i]) continue;
-      found[k] = 1;
-      try {
-        rve::require_writable(impl->dump_file(atom->tag[i], update->ntimestep));
-      } catch (const rve::InputError &e) {
-        failure = fmt::format("fix rve dump: {}", e.what());
-      }
+  for (const int i : impl->atoms_with_rve()) {
+    if (std::find(settings.dump_atoms.begin(), settings.dump_atoms.end(), atom->tag[i]) ==
+        settings.dump_atoms.end())
+      continue;
+    try {
+      rve::require_writable(impl->dump_file(atom->tag[i], update->ntimestep));
+    } catch (const rve::InputError &e) {
+      failure = fmt::format("fix rve {}: dump: {}", id, e.what());
     }
+  }
   error_if_any(lmp, failure);
-  MPI_Allreduce(MPI_IN_PLACE, found.data(), static_cast<int>(found.size()), MPI_INT, MPI_MAX,
-                world);
-  for (std::size_t k = 0; k < found.size(); ++k)
-    if (!found[k])
-      error->all(
-          FLERR,
-          "fix rve: dump of atom {}, which has no RVE of this fix: there is no such atom, or "
-          "it is not in group {}",
-          settings.dump_atoms[k], group->names[igroup]);
 }
 
 /* ----------------------------------------------------------------------

@@ -89,7 +89,7 @@ class FixRve : public Fix {
   struct Impl;
   std::unique_ptr<Impl> impl;
 
-  void check_dump() const;
+  void check_dump_files() const;
   void report_shadows() const;
 };
 

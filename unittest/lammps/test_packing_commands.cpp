@@ -141,12 +141,6 @@ TEST(FixRve, ADumpThatCannotBeWrittenIsFoundOutBeforeTheRun)
             message_of(FOUR_ATOMS + FIX + "dump 1000 " + prefix + " 2\nrun 0\n"));
 }
 
-TEST(FixRve, ADumpOfAnAtomWithoutAnRveIsAnError)
-{
-  EXPECT_IN("fix rve: dump of atom 7, which has no RVE of this fix",
-            message_of(FOUR_ATOMS + FIX + "dump 10 none 1 7\nrun 0\n"));
-}
-
 TEST(WriteRve, ALinkStaysALink)
 {
   const std::string link = temporary_path("link"), file = temporary_path("file.rve");
