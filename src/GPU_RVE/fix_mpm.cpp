@@ -23,6 +23,7 @@
 #include "readers.h"
 #include "rve/core/threads.h"
 #include "rve/engine/engine.h"
+#include "unit_styles.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -208,12 +209,7 @@ struct FixMpm::Impl {
 FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), impl(nullptr)
 {
   if (domain->dimension != 2) error->all(FLERR, "Fix mpm requires dimension 2");
-  const std::string units = update->unit_style;
-  if (units != "lj" && units != "si" && units != "cgs" && units != "micro")
-    error->all(
-        FLERR,
-        "Fix mpm requires units lj, si, cgs or micro, in which forces follow from masses; got {}",
-        units);
+  require_mechanical_units(lmp, "Fix mpm");
   if (domain->xperiodic || domain->yperiodic)
     error->all(FLERR, "Fix mpm requires boundary f, s or m in x and y: its grid is not periodic");
   if (atom->tag_enable == 0) error->all(FLERR, "Fix mpm requires atom IDs");
@@ -428,6 +424,14 @@ void FixMpm::post_run()
 {
   if (impl->output_is_old) fill_output();
   tell_damping();
+  report_times();
+  if (!impl->has_grains()) impl->progress->end();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixMpm::report_times() const
+{
   double all[] = {impl->times[TIME_RVE], impl->times[TIME_MPM], impl->times[TIME_TRANSFERS],
                   timer->get_wall(Timer::OUTPUT), timer->get_wall(Timer::TOTAL)};
   MPI_Allreduce(MPI_IN_PLACE, all, 5, MPI_DOUBLE, MPI_SUM, world);

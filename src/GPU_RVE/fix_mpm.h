@@ -64,6 +64,7 @@ class FixMpm : public Fix {
   void check_courant();
   void look_at_damping();
   void tell_damping();
+  void report_times() const;
 };
 
 }    // namespace LAMMPS_NS

@@ -89,6 +89,9 @@ class FixRve : public Fix {
  private:
   struct Impl;
   std::unique_ptr<Impl> impl;
+
+  void check_dump_files() const;
+  void report_shadows() const;
 };
 
 }    // namespace LAMMPS_NS

@@ -146,6 +146,11 @@ struct FixRve::Impl : RveOwner {
   void check_clock() const;
   /// Ends with an error unless all atoms of `dump` have RVEs; collective.
   void check_dump() const;
+  /// Of the dump of an atom in a step.
+  std::string dump_file(tagint id, bigint step) const
+  {
+    return fmt::format("{}.{}.{}.data", settings.dump_prefix, id, step);
+  }
 
   /// Room for the largest RVE in LAMMPS' buffers.
   void set_exchange_size();

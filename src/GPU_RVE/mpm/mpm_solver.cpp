@@ -3,6 +3,7 @@
 #include "mpm/host_machine.h"
 #include "mpm/step_program.h"
 #include "rve/core/error.h"
+#include "rve/core/threads.h"
 
 #if defined(GPU_RVE_WITH_CUDA)
 #include "mpm/cuda_runner.h"
@@ -32,8 +33,7 @@ namespace {
             "flip fraction must be in [0, 1], got " + number(options.flip));
     require(options.damping >= 0.0 && options.damping < 1.0,
             "local damping must be in [0, 1), got " + number(options.damping));
-    require(options.threads >= 1,
-            "number of threads must be at least 1, got " + number(options.threads));
+    rve::require_threads(options.threads);
     return options;
   }
 

@@ -502,6 +502,7 @@ namespace {
             "overlap limit must be in (0, 1), got " + number(options.overlap_limit));
     require(options.threads >= 0,
             "threads must be 0 (automatic) or more, got " + std::to_string(options.threads));
+    require_threads(options.threads > 0 ? options.threads : omp_get_max_threads());
     return {options.skin, options.overlap_limit, options.arms == Arms::Contact ? 0.5 : 0.0,
             options.track_energy ? 1 : 0, 0};
   }
