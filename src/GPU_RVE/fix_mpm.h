@@ -62,6 +62,9 @@ class FixMpm : public Fix {
   void solve(bool);
   void fill_output();
   void check_courant();
+  void look_at_damping();
+  void tell_damping();
+  void report_times() const;
 };
 
 }    // namespace LAMMPS_NS
