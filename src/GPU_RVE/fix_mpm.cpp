@@ -56,12 +56,16 @@ namespace {
 enum { UX, UY, U, SXX, SYY, SXY, P, Q, EPS_V, EPS_Q, RHO, FXX, FXY, FYX, FYY, SZZ, EPS_P, COLUMNS };
 enum { UNBALANCED, COURANT, KINETIC, MASS, HEAD };
 enum { REACTION_X, REACTION_Y, BODY_UX, BODY_UY, PER_BODY };
-enum { TIME_RVE, TIME_MPM, TIME_TRANSFERS, TIMES };    // at the end of the global vector
+enum { TIME_RVE, TIME_MPM, TIME_TRANSFERS, TIMES };    // behind the bodies
+constexpr int DAMPING = 2;    // force of local damping in x and y, at the end of the global vector
 
 // Of what restart files hold of points and bodies: raise it with every change of that. Files before version 3 had no number.
-constexpr int RESTART_VERSION = 4;
+constexpr int RESTART_VERSION = 5;
 
 constexpr int COURANT_EVERY = 10;    // steps between two checks of the Courant number
+constexpr int DAMPING_EVERY =
+    50;    // steps between two looks at what local damping takes from reactions
+constexpr double DAMPING_WARN = 0.01;    // of the largest reaction
 
 constexpr double LONG_RUN =
     1.0;    // wall time of a run that is worth a line about its parts [seconds]
@@ -79,7 +83,8 @@ struct FixMpm::Impl {
   std::vector<Vec2> body_displacement;
   std::vector<mpm::TractionLoad> loads;    // of this step
   double **output = nullptr;
-  double times[TIMES] = {};      // wall time of this run [seconds]
+  double times[TIMES] = {};                        // wall time of this run [seconds]
+  double damping_sum = 0.0, reaction_sum = 0.0;    // of looks in this run [force]
   bool output_is_old = false;    // rows of the per-atom output are those of an earlier step
 
   // what a point carries, besides position and velocity in atom->x and atom->v; initial volume 0: not yet made
@@ -130,7 +135,7 @@ struct FixMpm::Impl {
 
   static constexpr int DOUBLES =
       (2 * sizeof(Vec2) + 3 * sizeof(Tensor2) + sizeof(mpm::PointMemory)) / sizeof(double) + 3;
-  static_assert(RESTART_VERSION == 4 && DOUBLES == 21, "restart files change: raise their version");
+  static_assert(RESTART_VERSION == 5 && DOUBLES == 21, "restart files change: raise their version");
 
   /// Wall time so far in calls of the engine of RVEs, and in models that are RVEs [seconds].
   struct ModelTimes {
@@ -250,7 +255,7 @@ FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), impl(nu
                                               made->settings.progress_interval);
   impl = made.release();
   impl->body_displacement.assign(impl->settings.bodies.size(), Vec2::zero());
-  size_vector = HEAD + PER_BODY * (int) impl->settings.bodies.size() + TIMES;
+  size_vector = HEAD + PER_BODY * (int) impl->settings.bodies.size() + TIMES + DAMPING;
 
   FixMpm::grow_arrays(atom->nmax);
   for (int i = 0; i < atom->nlocal; i++) FixMpm::set_arrays(i);
@@ -385,7 +390,10 @@ void FixMpm::setup(int)
 void FixMpm::final_integrate()
 {
   const double start = platform::walltime();
-  if (update->ntimestep == update->firststep + 1) std::fill_n(impl->times, (int) TIMES, 0.0);
+  if (update->ntimestep == update->firststep + 1) {
+    std::fill_n(impl->times, (int) TIMES, 0.0);
+    impl->damping_sum = impl->reaction_sum = 0.0;
+  }
   const Impl::ModelTimes before = impl->model_times();
   const double copied = impl->solver->transfer_time();
   if (update->ntimestep % COURANT_EVERY == 0) check_courant();
@@ -395,6 +403,7 @@ void FixMpm::final_integrate()
       if (grains) grains->expect_look();
   solve(true);
   impl->output_is_old = true;
+  if (update->ntimestep % DAMPING_EVERY == 0) look_at_damping();
   const double solved = platform::walltime();
   const double copied_in_step = impl->solver->transfer_time() - copied;
   if (somebody_may_look(lmp)) fill_output();
@@ -418,6 +427,7 @@ void FixMpm::final_integrate()
 void FixMpm::post_run()
 {
   if (impl->output_is_old) fill_output();
+  tell_damping();
   double all[] = {impl->times[TIME_RVE], impl->times[TIME_MPM], impl->times[TIME_TRANSFERS],
                   timer->get_wall(Timer::OUTPUT), timer->get_wall(Timer::TOTAL)};
   MPI_Allreduce(MPI_IN_PLACE, all, 5, MPI_DOUBLE, MPI_SUM, world);
@@ -431,6 +441,44 @@ void FixMpm::post_run()
                  id, total, per_step * all[TIME_RVE], per_step * all[TIME_MPM],
                  per_step * all[TIME_TRANSFERS],
                  per_step * (total - all[0] - all[1] - all[2] - all[3]), per_step * all[3]);
+}
+
+/* ----------------------------------------------------------------------
+   local damping is a force on the nodes whose sum no reaction holds: how large it is beside them
+------------------------------------------------------------------------- */
+
+void FixMpm::look_at_damping()
+{
+  if (!(impl->settings.options.damping > 0.0)) return;
+  const auto magnitude = [](const Vec2 &force) {
+    return std::hypot(force[0], force[1]);
+  };
+  double largest = 0.0;
+  for (int b = 0; b < (int) impl->settings.bodies.size(); b++)
+    largest = std::max(largest, magnitude(impl->solver->body_reaction(b)));
+  for (const Face side : {Face::XLo, Face::XHi, Face::YLo, Face::YHi})
+    if (impl->settings.options.sides[(int) side] != mpm::SideKind::Free)
+      largest = std::max(largest, magnitude(impl->solver->side_reaction(side)));
+  impl->damping_sum += magnitude(impl->solver->damping_force());
+  impl->reaction_sum += largest;
+}
+
+void FixMpm::tell_damping()
+{
+  if (comm->me != 0 || !(impl->reaction_sum > 0.0)) return;
+  const double share = impl->damping_sum / impl->reaction_sum;
+  const std::string text = fmt::format(
+      "local damping {} amounts to {:.2g} % of the largest reaction, in the mean of this "
+      "run: reactions on two sides of the material differ by as much",
+      impl->settings.options.damping, 100.0 * share);
+  if (share > DAMPING_WARN)
+    error->warning(
+        FLERR,
+        "Fix mpm {}: {}. f_{}[{}] and f_{}[{}] are its force; with less damping, or none, "
+        "it is less",
+        id, text, id, size_vector - 1, id, size_vector);
+  else
+    utils::logmesg(lmp, "fix mpm {}: {}\n", id, text);
 }
 
 /* ----------------------------------------------------------------------
@@ -553,9 +601,11 @@ double FixMpm::compute_vector(int n)
     const mpm::Totals totals = impl->solver->totals(impl->points(atom));
     return n == MASS ? totals.mass : totals.kinetic_energy;
   }
-  if (n >= size_vector - TIMES) {
+  const int behind_bodies = n - HEAD - PER_BODY * (int) impl->settings.bodies.size();
+  if (behind_bodies >= TIMES) return impl->solver->damping_force()[behind_bodies - TIMES];
+  if (behind_bodies >= 0) {
     double longest;
-    MPI_Allreduce(&impl->times[n - (size_vector - TIMES)], &longest, 1, MPI_DOUBLE, MPI_MAX, world);
+    MPI_Allreduce(&impl->times[behind_bodies], &longest, 1, MPI_DOUBLE, MPI_MAX, world);
     return longest;
   }
   const int body = (n - HEAD) / PER_BODY;
@@ -648,7 +698,11 @@ void FixMpm::write_restart(FILE *fp)
   // negative, because files without a version begin with the number of bodies
   std::vector<double> state = {-RESTART_VERSION, (double) update->ntimestep,
                                (double) impl->settings.bodies.size()};
-  for (const Vec2 &u : impl->body_displacement) state.insert(state.end(), {u[0], u[1]});
+  for (std::size_t b = 0; b < impl->body_displacement.size(); b++) {
+    const Vec2 &u = impl->body_displacement[b];
+    const Vec2 &v = impl->solver->body_velocity_before((int) b);
+    state.insert(state.end(), {u[0], u[1], v[0], v[1]});
+  }
   const int size = (int) (state.size() * sizeof(double));
   fwrite(&size, sizeof(int), 1, fp);
   fwrite(state.data(), sizeof(double), state.size(), fp);
@@ -664,8 +718,9 @@ void FixMpm::restart(char *buf)
   impl->restart_step = *++state;
   // a different number of bodies: the script changed its mind, and they start at zero
   if (*++state != (double) impl->settings.bodies.size()) return;
-  for (Vec2 &u : impl->body_displacement) {
-    u = {{state[1], state[2]}};
-    state += 2;
+  for (std::size_t b = 0; b < impl->body_displacement.size(); b++) {
+    impl->body_displacement[b] = {{state[1], state[2]}};
+    impl->solver->set_body_velocity_before((int) b, {{state[3], state[4]}});
+    state += 4;
   }
 }

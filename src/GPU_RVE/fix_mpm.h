@@ -62,6 +62,8 @@ class FixMpm : public Fix {
   void solve(bool);
   void fill_output();
   void check_courant();
+  void look_at_damping();
+  void tell_damping();
 };
 
 }    // namespace LAMMPS_NS

@@ -16,12 +16,14 @@
 #include "atom.h"
 #include "comm.h"
 #include "error.h"
+#include "group.h"
 #include "mpm/exact_sum.h"
 #include "node_share.h"
 #include "readers.h"
 #include "rve/core/error.h"
 #include "rve/core/splitmix64.h"
 #include "rve/core/threads.h"
+#include "rve/engine/cell_width.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/stability.h"
 #include "update.h"
@@ -323,8 +325,26 @@ void FixRve::Impl::check_memory(const std::vector<int> &grains)
 
 /* ---------------------------------------------------------------------- */
 
+void FixRve::Impl::fail(const std::string &problem, int atom) const
+{
+  fix->error->one(FLERR, "fix rve {}: {}step {}: {}", fix->id,
+                  atom >= 0 ? fmt::format("RVE of atom {}, ", fix->atom->tag[atom]) : "",
+                  fix->update->ntimestep, problem);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRve::Impl::find_variables()
+{
+  for (auto *list : {&settings.velocity_gradient, &settings.stress_goal})
+    for (auto &component : *list) component.value.find(fix->lmp, "fix rve");
+}
+
+/* ---------------------------------------------------------------------- */
+
 void FixRve::Impl::attach()
 {
+  adopt_restart();
   const Atom *atom = fix->atom;
   std::vector<int> atoms;
   for (int i = 0; i < atom->nlocal; i++)
@@ -342,7 +362,7 @@ void FixRve::Impl::attach()
     sums[0] += state->num_grains();
   }
   check_memory(grains);
-  try {
+  guarded([&] {
     const std::vector<int> slots = points->add(states);
     std::vector<int> failed;
     for (std::size_t k = 0; k < slots.size(); ++k) {
@@ -351,9 +371,7 @@ void FixRve::Impl::attach()
       sums[1] += static_cast<bigint>(points->bytes(slots[k]));
     }
     report(failed, atoms, {});
-  } catch (const rve::InputError &e) {
-    fix->error->one(FLERR, "fix rve: {}", e.what());
-  }
+  });
   MPI_Allreduce(sums, all_sums, 2, MPI_LMP_BIGINT, MPI_SUM, fix->world);
   if (fix->comm->me == 0)
     utils::logmesg(
@@ -362,6 +380,27 @@ void FixRve::Impl::attach()
         "bound {}\n",
         fix->id, total, all_sums[0], all_sums[1] / 1048576.0, rve::number(dt),
         rve::number(*std::min_element(packings.bounds().begin(), packings.bounds().end())));
+  say_how_far_cells_go(states);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRve::Impl::say_how_far_cells_go(const std::vector<const rve::RveState *> &states) const
+{
+  double least[2] = {0.0, 0.0}, most[2];
+  for (const rve::RveState *state : states) {
+    const auto share = rve::least_share_of_widths(*state, settings.options.skin);
+    for (int a = 0; a < 2; ++a) least[a] = std::max(least[a], share[a]);
+  }
+  MPI_Allreduce(least, most, 2, MPI_DOUBLE, MPI_MAX, fix->world);
+  if (fix->comm->me == 0)
+    utils::logmesg(fix->lmp,
+                   "fix rve {}: a cell stays more than twice as wide as its largest grain and the "
+                   "skin while it is compressed to no less than {:.3f} of its width and {:.3f} of "
+                   "its height; beyond that {}\n",
+                   fix->id, most[0], most[1],
+                   settings.freeze ? "its RVE is frozen, and the run goes on"
+                                   : "its RVE ends the run, or is frozen with policy freeze");
 }
 
 /* ----------------------------------------------------------------------
@@ -498,6 +537,54 @@ std::vector<int> FixRve::Impl::slots_of(const std::vector<int> &atoms) const
 
 /* ---------------------------------------------------------------------- */
 
+void FixRve::Impl::take_in(int atom, const double *image, int size)
+{
+  slot[atom] = -1;
+  if (size == 0) return;
+  guarded(
+      [&] {
+        slot[atom] = points->add_image(image, size);
+      },
+      atom);
+}
+
+/* ----------------------------------------------------------------------
+   a LAMMPS of units si that is told nothing makes steps of 1e-8 seconds
+------------------------------------------------------------------------- */
+
+void FixRve::Impl::check_clock() const
+{
+  const Update *update = fix->update;
+  const Clock clock = this->clock(update->dt);
+  const bool own_time = settings.substeps > 0 && settings.driver != RveDriver::Mpm;
+  if (own_time || !update->dt_default || clock.substeps > 1 || fix->comm->me) return;
+  fix->error->warning(FLERR,
+                      "fix rve {}: the timestep is {} [time], the default of units {}, and no "
+                      "longer than one DEM step of {} [time]; set it with the command timestep",
+                      fix->id, rve::number(update->dt), update->unit_style, rve::number(dt));
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRve::Impl::check_dump() const
+{
+  if (settings.dump_interval == 0) return;
+  std::vector<int> found(settings.dump_atoms.size(), 0);
+  for (const int i : atoms_with_rve())
+    for (std::size_t k = 0; k < found.size(); ++k)
+      if (fix->atom->tag[i] == settings.dump_atoms[k]) found[k] = 1;
+  MPI_Allreduce(MPI_IN_PLACE, found.data(), static_cast<int>(found.size()), MPI_INT, MPI_MAX,
+                fix->world);
+  for (std::size_t k = 0; k < found.size(); ++k)
+    if (!found[k])
+      fix->error->all(FLERR,
+                      "fix rve {}: dump names atom {}, which has no RVE of this fix; name atoms of "
+                      "group {}",
+                      fix->id, settings.dump_atoms[k], fix->group->names[fix->igroup]);
+}
+
+/* ---------------------------------------------------------------------- */
+
 std::vector<int> FixRve::Impl::atoms_with_rve() const
 {
   std::vector<int> atoms;
@@ -570,15 +657,13 @@ void FixRve::Impl::advance(const std::vector<int> &atoms, const std::vector<rve:
     check(drives[first_bad].deformation, "deformation increment", "[-]", atoms[first_bad]);
   }
   const bool with_details = wants_details();
-  try {
+  guarded([&] {
     const double start = platform::walltime();
     const std::vector<int> failed = points->advance(slots, drives, with_details);
     wall_time += platform::walltime() - start;
     ++num_advances;
     report(failed, atoms, drives);
-  } catch (const rve::InputError &e) {
-    fix->error->one(FLERR, "fix rve: {}", e.what());
-  }
+  });
 }
 
 /* ---------------------------------------------------------------------- */
@@ -597,7 +682,7 @@ void FixRve::Impl::report(const std::vector<int> &failed, const std::vector<int>
         fix->atom->tag[i], fix->update->ntimestep, rve::describe_status(result.status),
         rve::number(result.largest_overlap), rve::number(result.void_ratio),
         rve::number(drives.empty() ? clock(fix->update->dt).dt : drives[k].dt));
-    if (!settings.freeze) fix->error->one(FLERR, message);
+    if (!settings.freeze) fix->error->one(FLERR, message + rve::remedy_of_status(result.status));
     fix->error->warning(FLERR, message + "; it is frozen");
   }
 }
@@ -620,18 +705,31 @@ std::vector<rve::Drive> FixRve::Impl::drives(const std::vector<int> &atoms)
     // with adaptive substeps RVEs have a time of their own, but the strain is that of the LAMMPS step
     const double dt_of_path = settings.macro_step.adaptive ? fix->update->dt / clock.substeps
                                                            : clock.dt;
-    for (auto &drive : drives) {
-      drive = rve::Drive::constant_velocity_gradient(drive.velocity_gradient, dt_of_path,
-                                                     clock.substeps);
-      drive.dt = clock.dt;
+    for (std::size_t k = 0; k < drives.size(); ++k) {
+      guarded(
+          [&] {
+            drives[k] = rve::Drive::constant_velocity_gradient(drives[k].velocity_gradient,
+                                                               dt_of_path, clock.substeps);
+          },
+          atoms[k]);
+      drives[k].dt = clock.dt;
     }
     return drives;
   }
   for (const auto &goal : settings.stress_goal) {
     goal.value.evaluate(fix->lmp, fix->igroup, values);
     for (std::size_t k = 0; k < atoms.size(); ++k) {
+      const double stress = values[atoms[k]];
       drives[k].controlled[goal.row][goal.column] = true;
-      drives[k].stress_goal(goal.row, goal.column) = values[atoms[k]];
+      drives[k].stress_goal(goal.row, goal.column) = stress;
+      if (!(goal.row == goal.column && stress > 0.0) || warned_tension) continue;
+      warned_tension = true;
+      fix->error->warning(FLERR,
+                          "fix rve {}: the goal of servo {} is {} [stress] for atom {} at step {}, "
+                          "a tension, and grains without cohesion carry none: the cell opens "
+                          "without end; it should be at most 0 (compression is negative)",
+                          fix->id, rve_component_name(goal.row, goal.column), rve::number(stress),
+                          fix->atom->tag[atoms[k]], fix->update->ntimestep);
     }
   }
   for (std::size_t k = 0; k < atoms.size(); ++k) {
@@ -650,7 +748,16 @@ RveOwner::Clock FixRve::Impl::clock(double lammps_dt) const
 {
   if (settings.substeps > 0) return {dt, settings.substeps};
   // a ratio that is whole but for rounding shall not cost a step more
-  const int substeps = std::max(1, static_cast<int>(std::ceil(lammps_dt / dt * (1.0 - 1e-12))));
+  const double steps = std::max(1.0, std::ceil(lammps_dt / dt * (1.0 - 1e-12)));
+  const int of_shadows = settings.steps_per_step();
+  if (!(steps * of_shadows <= MAXSMALLINT))
+    fix->error->all(FLERR,
+                    "fix rve {}: a timestep of {} [time] takes {} DEM steps of dt {} [time]{}; "
+                    "there can be {} at most: use a longer dt or a shorter timestep",
+                    fix->id, rve::number(lammps_dt), rve::number(steps), rve::number(dt),
+                    of_shadows > 1 ? fmt::format(", {} times as many of a shadow", of_shadows) : "",
+                    MAXSMALLINT);
+  const int substeps = static_cast<int>(steps);
   if (settings.macro_step.adaptive) return {dt, substeps};    // the number is chosen for each RVE
   return {lammps_dt / substeps, substeps};
 }

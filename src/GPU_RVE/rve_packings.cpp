@@ -19,6 +19,7 @@
 #include "error.h"
 #include "lammps.h"
 #include "one_rank.h"
+#include "rve/core/checksum.h"
 #include "rve/core/error.h"
 #include "rve/engine/packing_image.h"
 #include "rve/engine/packing_io.h"
@@ -66,14 +67,17 @@ void RvePackings::read(LAMMPS *lmp, const FixRveSettings &settings)
 {
   files = settings.packings;
   std::vector<std::vector<char>> state_images;
+  rve::Checksum as_read;
   const std::string failure = on_rank_zero(lmp->world, [&]() {
     for (std::size_t n = 0; n < settings.packings.size(); ++n) {
       const std::string &file = settings.packings[n];
       try {
         rve::PackingLibrary library = rve::read_library(file);
         for (auto &state : library.packings) {
-          settings.material.apply(state.material);
-          state.material.mass_depth *= settings.mass_scaling;    // of inertia only: density stays
+          const std::vector<char> record = rve::serialize(state);
+          as_read.add(record.data(), record.size());
+          change_material(state.material, settings.material, settings.mass_scaling.value_or(1.0),
+                          1.0);
           state.check();
           file_of.push_back(static_cast<int>(n));
           stable.push_back(rve::stable_time_step(state));
@@ -87,6 +91,8 @@ void RvePackings::read(LAMMPS *lmp, const FixRveSettings &settings)
   });
   if (!failure.empty()) lmp->error->all(FLERR, "fix rve: {}", failure);
 
+  checksum = as_read.value();
+  MPI_Bcast(&checksum, 1, MPI_UINT64_T, 0, lmp->world);
   int count = static_cast<int>(state_images.size());
   MPI_Bcast(&count, 1, MPI_INT, 0, lmp->world);
   state_images.resize(count);
@@ -110,6 +116,21 @@ void RvePackings::read(LAMMPS *lmp, const FixRveSettings &settings)
                     "fix rve: {} packings are given; packing_variable, packing_random or "
                     "packing_void_ratio must choose among them",
                     count);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void RvePackings::change(const MaterialWords &words, double mass_scaling,
+                         double mass_scaling_before)
+{
+  images.clear();
+  for (int k = 0; k < size(); ++k) {
+    rve::RveState changed = packings[k];
+    change_material(changed.material, words, mass_scaling, mass_scaling_before);
+    changed.check();
+    stable[k] = rve::stable_time_step(changed);
+    packings[k] = std::move(changed);
+  }
 }
 
 /* ---------------------------------------------------------------------- */

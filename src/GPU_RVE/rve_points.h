@@ -50,9 +50,16 @@ constexpr double QUIET_UNBALANCED_RATIO = 1e-2;
 /// first tells in a packing, the second in a gas, where a few contacts more mean nothing yet.
 constexpr double CONTACT_GROWTH = 0.1, CONTACT_GROWTH_PER_GRAIN = 0.02;
 
-/// Rotation of a waking RVE, over its mean overlap over sum of radii, above which it is turned rigidly [-]. A cell that turns by an
-/// angle in a few DEM steps lets contacts slip by it, since grains do not spin yet: a hundredth of the normal force at k_t = k_n.
+/// Slip of contacts by a rotation that grains do not follow, over the mean overlap over sum of radii, above which an RVE is turned
+/// rigidly [-]. A cell that turns by an angle in a few DEM steps lets contacts slip by it, since grains do not spin yet: a hundredth
+/// of the normal force at k_t = k_n.
 constexpr double TURN_OF_OVERLAP = 1e-2;
+
+/// Largest slip by a rotation by `angle` in `substeps` steps of dt, as an angle [rad]: the whole rotation, if the grains do not follow
+/// at all. Grains that all spin alike in a cell that does not turn go to and fro with w = sqrt(2 Z k_t/m), and lag behind a rotation at
+/// a constant rate by that rate over w; the first step finds them at rest.
+double slip_of_rotation(double angle, int substeps, double dt, const rve::Material &material,
+                        double grain_size);
 
 class RvePoints {
  public:
@@ -116,6 +123,13 @@ class RvePoints {
   /// Completes the results of all points that an advance left without details.
   void complete() const;
 
+  /// What stands between macro steps and DEM steps from now on; the refinement of shadows stays. RVEs that sleep carry out what they
+  /// slept through in their next step, if they may not go on sleeping.
+  void set_options(const MacroStepOptions &_options);
+  /// Gives RVEs other materials, and their shadows, and evaluates their stress. A default gain of the servo follows. Throws InputError
+  /// if one is out of range, and then changes none of these.
+  void set_materials(const std::vector<int> &slots, const std::vector<rve::Material> &materials);
+
   /// Gives the RVE a shadow: a copy in double precision that goes its way with finer steps from now on, never skipped.
   void add_shadow(int slot);
   /// Wall time spent on shadows, and on all [seconds]
@@ -142,6 +156,7 @@ class RvePoints {
   bool any_has_stiffened() const { return any_stiffened; }
   // what is always up to date
   const rve::Tensor2 &stress(int slot) const { return points[slot].result.stress; }
+  const rve::Material &material(int slot) const { return points[slot].material; }
   bool frozen(int slot) const { return points[slot].frozen; }
   double servo_gain(int slot) const { return points[slot].servo_gain; }
   rve::RveState state(int slot) const { return engine->state(slot); }
@@ -156,7 +171,8 @@ class RvePoints {
 
   /// Everything of one RVE as doubles, for LAMMPS' buffers.
   std::vector<double> image(int slot) const;
-  int add_image(const double *image);
+  /// Takes an RVE in from such doubles, `size` of them. Throws InputError if they are not what image() gave, in any bit that counts.
+  int add_image(const double *image, std::size_t size);
   /// Length of image(); remembered until the next advance.
   int image_size(int slot) const;
   /// At least the length of image() while the list has at most twice the present pairs, without asking the engine.
@@ -202,7 +218,9 @@ class RvePoints {
   int substeps_of(const Point &point, const rve::Drive &drive) const;
   void look_at_sleepers(const std::vector<int> &slots);
   void answer_asleep(Point &point, const rve::Tensor2 &pending) const;
-  void wake(const std::vector<int> &slots, std::vector<rve::Drive> &drives);
+  static void turn(rve::Engine &engine, const std::vector<int> &numbers,
+                   std::vector<rve::Drive> &drives, const std::vector<char> &must_turn);
+  bool slips(const Point &point, const rve::Drive &drive) const;
   void plan_work(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);
   void catch_up();
   void run(std::vector<Macro> &macros);

@@ -24,8 +24,9 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-constexpr int TIMES =
-    3;    // at the end of the global vector: wall times, which differ from run to run
+// behind the bodies in the global vector: wall times, which differ from run to run, and then the force of damping in x and y
+constexpr int TIMES = 3;
+constexpr int DAMPING = 2;
 
 /// A script with a fix mpm of the ID soil.
 class SoilScript : public Script {
@@ -329,6 +330,56 @@ TEST(FixMpmMohrCoulomb, GroupsHaveTheirOwnLaws)
   EXPECT_GT(yielded, 3);
 }
 
+/// A specimen of cohesive sand, 4 wide and 8 high, between a plate that comes down and one that rests; the means over the second half
+/// of the run of the vertical forces on both and of the damping in f_mean[1..3]. It yields from half of the run on.
+std::string specimen_between_platens(double damping)
+{
+  std::string scene = points_in_box(8, 12, 0);
+  const std::string everywhere = "region ground block 0 8 0 12";
+  return scene.replace(scene.find(everywhere), everywhere.size(), "region ground block 2 6 2 10") +
+      "region lower block 1 7 1 2 -0.05 0.05 units box\ncreate_atoms 2 region lower\n"
+      "region upper block 1 7 10 11 -0.05 0.05 units box\ncreate_atoms 2 region upper\n"
+      "set type 2 diameter 1.0\ngroup ground type 1\ngroup lower region lower\ngroup upper region "
+      "upper\n"
+      "timestep 0.005\n"
+      "fix soil all mpm 1.0 model ground mohr_coulomb 1.0e7 0.3 10000 30 0 density 2000 "
+      "rigid upper vx 0 vy -0.02 rough rigid lower vx 0 vy 0 rough face yhi damping " +
+      std::to_string(damping) +
+      "\nfix mean all ave/time 1 800 1600 f_soil[6] f_soil[10] f_soil[17]\nrun 1600\n";
+}
+
+TEST(FixMpmMohrCoulomb, PlatensDifferByTheForceOfDampingAndAgreeWithoutIt)
+{
+  for (const double damping : {0.0, 0.05, 0.2}) {
+    SoilScript script;
+    script << specimen_between_platens(damping);
+    const double upper = script.fix_value("mean", 1), lower = script.fix_value("mean", 2);
+    const double damped = script.fix_value("mean", 3);
+
+    EXPECT_GT(upper, 1e5);
+    // what is left is the change of momentum: 64 t with 0.02 m/s at most, in 4 s
+    EXPECT_NEAR(upper + lower, damped, 64000 * 0.02 / 4.0) << "damping " << damping;
+    if (damping == 0.0)
+      EXPECT_EQ(damped, 0.0);
+    else
+      EXPECT_GT(damped, 0.5 * damping * upper)
+          << "in plastic flow it has the same sign all the time";
+  }
+}
+
+TEST(FixMpmMohrCoulomb, WhatDampingTakesFromReactionsIsSaidInTheLog)
+{
+  const std::string path = rve_test::temporary_path("log");
+  SoilScript script;
+  script << "log " + path + "\n" + specimen_between_platens(0.05) + "log none\n";
+  MPI_Barrier(MPI_COMM_WORLD);    // rank 0 writes the log
+  const std::string log = rve_test::text_of(path);
+
+  EXPECT_NE(log.find("WARNING: Fix mpm soil: local damping 0.05 amounts to 3"), std::string::npos)
+      << log;
+  EXPECT_NE(log.find("f_soil[16] and f_soil[17] are its force"), std::string::npos) << log;
+}
+
 TEST(FixMpmMohrCoulomb, RanksGiveTheSameBits)
 {
   plate_force_on_ranks_and_alone(mohr_coulomb_footing(), 400);
@@ -369,7 +420,7 @@ TEST(FixMpm, RestartContinuesBitForBit)
           fix + "run 180\n";
 
   EXPECT_EQ(whole.points(), second.points());
-  for (int k = 0; k < whole.fix()->size_vector - TIMES; ++k)
+  for (int k = 0; k < whole.fix()->size_vector - TIMES - DAMPING; ++k)
     EXPECT_EQ(whole.fix()->compute_vector(k), second.fix()->compute_vector(k))
         << "vector entry " << k;
   MPI_Barrier(MPI_COMM_WORLD);
@@ -386,14 +437,14 @@ TEST(FixMpm, RestartFileOfAnotherVersionIsRefused)
       command.substr(command.find("fix soil"));
   ASSERT_EQ(message_of(read), "");
 
-  // the record of the fix: its size in bytes, the version with a minus, the step, the number of bodies, the displacement of the plate
+  // the record of the fix: its size in bytes, the version with a minus, the step, the number of bodies, displacement and velocity of the plate
   const std::string text = rve_test::text_of(path);
   const auto bytes = [](int size, const std::vector<double> &values) {
     std::string record(reinterpret_cast<const char *>(&size), sizeof(size));
     return record.append(reinterpret_cast<const char *>(values.data()),
                          values.size() * sizeof(double));
   };
-  const std::string current = bytes(5 * sizeof(double), {-4.0, 1.0, 1.0});
+  const std::string current = bytes(7 * sizeof(double), {-5.0, 1.0, 1.0});
   ASSERT_NE(text.find(current), std::string::npos);
   const auto message_with = [&](const std::string &record) {
     std::string other = text;
@@ -401,14 +452,14 @@ TEST(FixMpm, RestartFileOfAnotherVersionIsRefused)
         << other.replace(text.find(current), record.size(), record);
     return message_of(read);
   };
-  const std::string newer = message_with(bytes(5 * sizeof(double), {-5.0, 1.0, 1.0}));
-  const std::string none = message_with(bytes(5 * sizeof(double), {1.0, 0.0, 0.0}));
+  const std::string newer = message_with(bytes(7 * sizeof(double), {-6.0, 1.0, 1.0}));
+  const std::string none = message_with(bytes(7 * sizeof(double), {1.0, 0.0, 0.0}));
   std::remove(path.c_str());
 
-  EXPECT_NE(newer.find("the points in the restart file have version 5; this fix reads version 4"),
+  EXPECT_NE(newer.find("the points in the restart file have version 6; this fix reads version 5"),
             std::string::npos)
       << newer;
-  EXPECT_NE(none.find("have version 1 or 2, without a number; this fix reads version 4"),
+  EXPECT_NE(none.find("have version 1 or 2, without a number; this fix reads version 5"),
             std::string::npos)
       << none;
 }
@@ -563,7 +614,7 @@ TEST(FixMpm, DeviceGivesTheSameBits)
   device << scene("auto");
 
   EXPECT_EQ(cpu.points(), device.points());
-  for (int k = 0; k < cpu.fix()->size_vector - TIMES; ++k)
+  for (int k = 0; k < cpu.fix()->size_vector - TIMES - DAMPING; ++k)
     EXPECT_EQ(cpu.fix()->compute_vector(k), device.fix()->compute_vector(k)) << "entry " << k;
 }
 
@@ -593,7 +644,7 @@ TEST(FixMpm, VectorEndsWithTheWallTimeOfTheRun)
   SoilScript script;
   script << elastic_footing() + "run 20\n";
 
-  EXPECT_EQ(script.fix()->size_vector, 4 + 4 + TIMES);
+  EXPECT_EQ(script.fix()->size_vector, 4 + 4 + TIMES + DAMPING);
   EXPECT_EQ(script.fix_value("soil", 9), 0.0) << "no RVEs";
   EXPECT_GT(script.fix_value("soil", 10), 0.0);
   EXPECT_GT(script.fix_value("soil", 11), 0.0) << "columns are filled in the last step";

@@ -13,6 +13,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <utility>
 
 namespace mpm {
@@ -132,7 +133,10 @@ MpmSolver::MpmSolver(const SolverOptions &options, Communication communication,
     options_(checked(options)),
     communication_(std::move(communication)), grid_(options.lo, options.hi, options.cell_size),
     runner_(make_runner(options, communication_, grid_, notice)),
-    body_velocity_(options.rigid_bodies.size(), Vec2::zero())
+    body_velocity_(options.rigid_bodies.size(), Vec2::zero()),
+    body_velocity_before_(
+        options.rigid_bodies.size(),
+        {{std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()}})
 {
   options_.threads = rve::usable_threads(options.threads);
 }
@@ -167,8 +171,13 @@ StepInput MpmSolver::input(const PointView &points, const std::vector<TractionLo
       });
       loads_.push_back({p, static_cast<int>(k), loads[k].face, loads[k].traction});
     }
-  return {points,         loads_, static_cast<int>(loads.size()), static_cast<int>(models_.size()),
-          body_velocity_, dt};
+  return {points,
+          loads_,
+          static_cast<int>(loads.size()),
+          static_cast<int>(models_.size()),
+          body_velocity_,
+          body_velocity_before_,
+          dt};
 }
 
 void MpmSolver::step(const PointView &points, const std::vector<TractionLoad> &loads, double dt)
@@ -176,6 +185,7 @@ void MpmSolver::step(const PointView &points, const std::vector<TractionLoad> &l
   runner_->step(input(points, loads, dt), [&](const Tensor2 *increment, double part) {
     advance_stress(points, increment, part);
   });
+  body_velocity_before_ = body_velocity_;
   check_points(points);
 }
 

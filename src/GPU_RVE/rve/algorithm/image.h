@@ -12,6 +12,10 @@ namespace rve {
 /// the list of extra pairs.
 constexpr int kOwnedPairs = 3;
 
+/// Skin of the list that the user left open, as a share of the mean radius: wide enough that a quasi-static packing lives
+/// on one list for hundreds of steps, narrow enough that few of the listed pairs do not touch.
+constexpr double kDefaultSkinShare = 0.1;
+
 /// Steps that are planned at a time.
 constexpr int kPlanSteps = 32;
 

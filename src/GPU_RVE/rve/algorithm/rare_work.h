@@ -22,10 +22,6 @@ inline namespace RVE_ISA {
     for (int k = 0; k < 4; ++k) component[k] = t.component[k];
   }
 
-  /// Skin of the list that the user left open, as a share of the mean radius: wide enough that a quasi-static packing lives
-  /// on one list for hundreds of steps, narrow enough that few of the listed pairs do not touch.
-  constexpr double kDefaultSkinShare = 0.1;
-
   /// Guess of the largest force in a packing without contacts, as an overlap over the mean radius. A wrong guess costs accuracy
   /// of the first contacts or a repeat of the call, never a wrong force.
   constexpr double kGasOverlapShare = 1e-3;

@@ -19,6 +19,9 @@ namespace rve {
 /// Words for a status, e.g. "overlap too large, no contacts"; "ok" for zero.
 std::string describe_status(std::uint32_t status);
 
+/// What a user can do about a status, behind a message: "; use ..." or nothing.
+std::string remedy_of_status(std::uint32_t status);
+
 /// What one RVE shall do in one call: `substeps` DEM steps of `dt`.
 struct Drive {
   double dt = 0.0;    ///< DEM time step [time], > 0

@@ -2,6 +2,7 @@
 
 #include "rve/engine/state.h"
 
+#include "rve/core/checksum.h"
 #include "rve/core/error.h"
 
 #include <algorithm>
@@ -149,15 +150,6 @@ namespace {
     std::uint64_t bytes;       // of the whole image
     std::uint64_t checksum;    // of everything behind the header
   };
-
-  // FNV-1a, 64 bits: each step is a bijection of the state, so a changed byte always changes the sum.
-  std::uint64_t fnv1a(const char *data, std::size_t size)
-  {
-    std::uint64_t hash = 0xcbf29ce484222325u;
-    for (std::size_t k = 0; k < size; ++k)
-      hash = (hash ^ static_cast<unsigned char>(data[k])) * 0x100000001b3u;
-    return hash;
-  }
 
   class ImageWriter {
    public:
@@ -350,7 +342,7 @@ std::vector<char> serialize(const RveState &state)
   header.version = VERSION;
   header.num_grains = static_cast<std::uint32_t>(state.num_grains());
   header.bytes = image.size();
-  header.checksum = fnv1a(image.data() + sizeof(header), image.size() - sizeof(header));
+  header.checksum = checksum_of(image.data() + sizeof(header), image.size() - sizeof(header));
   std::memcpy(image.data(), &header, sizeof(header));
   return image;
 }
@@ -369,7 +361,7 @@ RveState deserialize(const char *data, std::size_t size)
   require(header.bytes == size,
           "RVE image is damaged: it has " + std::to_string(size) + " bytes, its header says " +
               std::to_string(header.bytes));
-  require(header.checksum == fnv1a(data + sizeof(header), size - sizeof(header)),
+  require(header.checksum == checksum_of(data + sizeof(header), size - sizeof(header)),
           "RVE image is damaged: its checksum does not match");
 
   RveState state;

@@ -1,0 +1,35 @@
+// A checksum for what leaves the program and comes back: files and byte images.
+
+#ifndef RVE_CORE_CHECKSUM_H
+#define RVE_CORE_CHECKSUM_H
+
+#include <cstddef>
+#include <cstdint>
+
+namespace rve {
+
+/// FNV-1a, 64 bits: each step is a bijection of the sum, so a changed byte always changes it.
+class Checksum {
+ public:
+  void add(const void *data, std::size_t size)
+  {
+    const auto *bytes = static_cast<const unsigned char *>(data);
+    for (std::size_t k = 0; k < size; ++k) sum = (sum ^ bytes[k]) * 0x100000001b3u;
+  }
+
+  std::uint64_t value() const { return sum; }
+
+ private:
+  std::uint64_t sum = 0xcbf29ce484222325u;
+};
+
+inline std::uint64_t checksum_of(const void *data, std::size_t size)
+{
+  Checksum checksum;
+  checksum.add(data, size);
+  return checksum.value();
+}
+
+}    // namespace rve
+
+#endif
