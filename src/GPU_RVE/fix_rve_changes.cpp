@@ -319,7 +319,7 @@ void FixRve::Impl::modify(int narg, char **arg)
   const std::string dt_now = text_of_dt(settings.dt_auto, settings.dt_fraction, settings.dt);
   if (dt_now != dt_before) list.push_back(fmt::format("dt {} -> {}", dt_before, dt_now));
   points->set_options(settings.macro_step);
-  progress = Progress(fix->lmp, fmt::format("fix rve {}", fix->id), settings.progress_interval);
+  progress.set_interval(settings.progress_interval);
   warned_dt = false;
   if (dt_given || time_step_is_old) choose_time_step();
   if (fix->comm->me == 0 && !list.empty())
