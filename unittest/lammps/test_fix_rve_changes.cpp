@@ -149,6 +149,18 @@ TEST(ContinuedRun, WithTheSameFixHasTheSameBitsInEveryFormat)
   }
 }
 
+TEST(ContinuedRun, HasAsManyShadowsAsItsFixSays)
+{
+  const std::string file = restart_of(FIX + "dt 1e-4 shadow 3 2 " + DRIVE + "\n");
+  const auto shadows_of = [&](const std::string &words) {
+    return log_of_rest(file, FIX + "dt 1e-4 " + words + DRIVE + "\n");
+  };
+
+  EXPECT_IN("shadow 3 2 -> 1 2", shadows_of("shadow 1 2 "));
+  EXPECT_IN("1 of 4 RVEs have shadows", shadows_of("shadow 1 2 "));
+  EXPECT_IN("4 of 4 RVEs have shadows", shadows_of("shadow 4 2 "));
+}
+
 // ---- fix_modify ----
 
 TEST(FixModify, ChangesDriveAndServoAndKeepsTheRves)
