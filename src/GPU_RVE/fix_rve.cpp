@@ -135,6 +135,8 @@ void FixRve::setup(int)
                "fix rve {}: drive mpm, but no model of a fix mpm uses it, and its RVEs would never "
                "advance; name it in fix mpm, as in model {} rve {}, or choose another drive",
                id, group->names[igroup], id);
+  // a material may have changed since the last run
+  if (impl->settings.dt_check_interval) impl->recheck_time_step(Impl::Check::Run);
   impl->progress.begin([this] {
     return impl->dem_steps();
   });
@@ -164,9 +166,10 @@ void FixRve::end_of_step()
   impl->progress.step_done([this] {
     return impl->dem_steps();
   });
-  if (settings.dt_check_interval && step % settings.dt_check_interval == 0) {
-    impl->recheck_time_step();
-    impl->advise(false);
+  if (settings.dt_check_interval) {
+    const bool due = step % settings.dt_check_interval == 0;
+    impl->recheck_time_step(due ? Impl::Check::Interval : Impl::Check::EveryStep);
+    if (due) impl->advise(false);
   }
   if (!settings.dump_interval || step % settings.dump_interval) return;
   for (const int i : impl->atoms_with_rve()) {
@@ -186,6 +189,12 @@ void FixRve::end_of_step()
 
 void FixRve::post_run()
 {
+  // a run may be shorter than the interval of checks
+  const int interval = impl->settings.dt_check_interval;
+  if (interval && update->ntimestep % interval) {
+    impl->recheck_time_step(Impl::Check::Run);
+    impl->advise(false);
+  }
   if (impl->settings.num_shadows == 0) return;
   double mine[2] = {impl->points->shadow_time(), impl->points->total_time()}, all[2];
   MPI_Allreduce(mine, all, 2, MPI_DOUBLE, MPI_SUM, world);

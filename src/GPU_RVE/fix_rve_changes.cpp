@@ -20,13 +20,13 @@
 #include "error.h"
 #include "rve/core/checksum.h"
 #include "rve/core/error.h"
-#include "rve/engine/stability.h"
 #include "update.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <limits>
 
 using namespace LAMMPS_NS;
 
@@ -252,31 +252,6 @@ std::vector<std::string> FixRve::Impl::change_materials(const MaterialWords &wor
 }
 
 /* ----------------------------------------------------------------------
-   exact: a cheap bound from below tells which RVEs can have the least one; collective
-------------------------------------------------------------------------- */
-
-FixRve::Impl::LeastBound FixRve::Impl::least_bound() const
-{
-  std::vector<std::pair<double, int>> cheap;
-  for (const int i : atoms_with_rve())
-    if (!point(i).frozen) cheap.emplace_back(rve::gershgorin_time_step(points->state(slot[i])), i);
-  std::sort(cheap.begin(), cheap.end());
-  double mine = HUGE_VAL, bound;
-  tagint tag = MAXTAGINT, id;
-  for (const auto &[least, i] : cheap) {
-    if (least > mine) break;
-    const double exact = rve::stable_time_step(points->state(slot[i]));
-    if (exact > mine) continue;
-    tag = exact < mine ? fix->atom->tag[i] : std::min(tag, fix->atom->tag[i]);
-    mine = exact;
-  }
-  MPI_Allreduce(&mine, &bound, 1, MPI_DOUBLE, MPI_MIN, fix->world);
-  if (mine > bound) tag = MAXTAGINT;
-  MPI_Allreduce(&tag, &id, 1, MPI_LMP_TAGINT, MPI_MIN, fix->world);
-  return {bound, id};
-}
-
-/* ----------------------------------------------------------------------
    another material or another wish: of packings and RVEs alike, since atoms may get RVEs later
 ------------------------------------------------------------------------- */
 
@@ -284,10 +259,14 @@ void FixRve::Impl::choose_time_step()
 {
   time_step_is_old = false;
   const std::vector<double> &bounds = packings.bounds();
-  const LeastBound rves = least_bound();
+  std::vector<int> living;
+  for (const int i : atoms_with_rve())
+    if (!points->frozen(slot[i])) living.push_back(i);
+  points->note_check(slots_of(living));
+  const LeastBound rves = least_time_step(living, std::numeric_limits<double>::max());
   const double of_packings = *std::min_element(bounds.begin(), bounds.end());
   if (settings.dt_auto) {
-    const double bound = rves.atom == MAXTAGINT ? of_packings : rves.bound;
+    const double bound = rves.atom == MAXTAGINT ? of_packings : rves.dt;
     dt = settings.dt_fraction * bound;
     if (fix->comm->me == 0)
       utils::logmesg(fix->lmp,
@@ -301,7 +280,7 @@ void FixRve::Impl::choose_time_step()
     check_time_step(used, of_packings, "its packings");
   else
     check_time_step(
-        used, rves.bound,
+        used, rves.dt,
         fmt::format("the RVE of atom {} at step {}", rves.atom, fix->update->ntimestep));
 }
 

@@ -37,6 +37,9 @@ using namespace LAMMPS_NS;
 // of the stability bound: where a given time step is warned of
 static constexpr double DT_WARNING = 0.95;
 
+// RVEs whose bound is computed exactly, on all ranks together: each takes some milliseconds
+static constexpr int MOST_EXACT_BOUNDS = 16;
+
 // Largest strain of a controlled axis per DEM step, unless the script gives servo_max_rate
 static constexpr double SERVO_STRAIN_PER_STEP = 5.0e-5;
 
@@ -144,37 +147,114 @@ void FixRve::Impl::check_time_step(double used, double bound, const std::string 
 }
 
 /* ----------------------------------------------------------------------
-   the network stiffens with its contacts: look at the RVE that has most of them.
-   which RVE that is does not depend on the number of ranks, so neither does an automatic step.
+   the engine bounds all of them, within 5 % where it matters; the exact one is asked of those with the lowest bounds.
+   nothing here depends on the number of ranks, so neither does an automatic step.
 ------------------------------------------------------------------------- */
 
-void FixRve::Impl::recheck_time_step()
+FixRve::Impl::LeastBound FixRve::Impl::least_time_step(const std::vector<int> &atoms, double enough)
 {
-  const Atom *atom = fix->atom;
-  double most = 0.0, most_of_all;
-  for (const int i : atoms_with_rve()) most = std::max(most, point(i).result.coordination_number);
-  MPI_Allreduce(&most, &most_of_all, 1, MPI_DOUBLE, MPI_MAX, fix->world);
-  tagint id = MAXTAGINT, stiffest;
-  int local = -1;
+  const MPI_Comm world = fix->world;
+  const tagint *tag = fix->atom->tag;
+  const std::vector<int> some = slots_of(atoms);
+  std::vector<double> bounds;
+  std::string problem;
+  try {
+    bounds = points->bound_time_steps(some, enough);
+  } catch (const rve::InputError &e) {
+    problem = fmt::format("fix rve: {}", e.what());
+  }
+  error_if_any(problem);
+
+  // all RVEs may be alike: the others are no further below the least one of these than the bounds are sharp, and a check has that margin
+  struct Candidate {
+    double bound;
+    tagint atom;
+    int place;    // among the atoms of this rank, or -1
+  };
+  const auto lower = [](const Candidate &a, const Candidate &b) {
+    return a.bound < b.bound || (a.bound == b.bound && a.atom < b.atom);
+  };
+  std::vector<Candidate> mine;
+  for (std::size_t k = 0; k < atoms.size(); ++k)
+    if (bounds[k] < enough) mine.push_back({bounds[k], tag[atoms[k]], static_cast<int>(k)});
+  std::sort(mine.begin(), mine.end(), lower);
+  mine.resize(MOST_EXACT_BOUNDS, {HUGE_VAL, MAXTAGINT, -1});
+  double values[MOST_EXACT_BOUNDS];
+  tagint ids[MOST_EXACT_BOUNDS];
+  for (int k = 0; k < MOST_EXACT_BOUNDS; ++k) {
+    values[k] = mine[k].bound;
+    ids[k] = mine[k].atom;
+  }
+  const int ranks = fix->comm->nprocs, me = fix->comm->me;
+  std::vector<double> all_values(ranks * MOST_EXACT_BOUNDS);
+  std::vector<tagint> all_ids(all_values.size());
+  MPI_Allgather(values, MOST_EXACT_BOUNDS, MPI_DOUBLE, all_values.data(), MOST_EXACT_BOUNDS,
+                MPI_DOUBLE, world);
+  MPI_Allgather(ids, MOST_EXACT_BOUNDS, MPI_LMP_TAGINT, all_ids.data(), MOST_EXACT_BOUNDS,
+                MPI_LMP_TAGINT, world);
+  std::vector<Candidate> candidates;
+  for (int m = 0; m < ranks * MOST_EXACT_BOUNDS; ++m)
+    if (all_values[m] < HUGE_VAL)
+      candidates.push_back({all_values[m], all_ids[m],
+                            m / MOST_EXACT_BOUNDS == me ? mine[m % MOST_EXACT_BOUNDS].place : -1});
+  if (candidates.empty()) return {HUGE_VAL, MAXTAGINT};
+  std::sort(candidates.begin(), candidates.end(), lower);
+  if (candidates.size() > MOST_EXACT_BOUNDS) candidates.resize(MOST_EXACT_BOUNDS);
+
+  std::vector<rve::RveState> states;
+  std::vector<tagint> whose;
+  for (const Candidate &candidate : candidates) {
+    if (candidate.place < 0) continue;
+    states.push_back(points->state(some[candidate.place]));
+    whose.push_back(candidate.atom);
+  }
+  const int count = static_cast<int>(states.size());
+  std::vector<double> exact(count);
+#pragma omp parallel for schedule(dynamic) num_threads(std::max(1, std::min(count, threads())))
+  for (int k = 0; k < count; ++k) exact[k] = rve::stable_time_step(states[k]);
+  double least = HUGE_VAL, least_of_all;
+  for (const double dt : exact) least = std::min(least, dt);
+  MPI_Allreduce(&least, &least_of_all, 1, MPI_DOUBLE, MPI_MIN, world);
+  tagint id = MAXTAGINT, lowest;
+  for (int k = 0; k < count; ++k)
+    if (exact[k] == least_of_all) id = std::min(id, whose[k]);
+  MPI_Allreduce(&id, &lowest, 1, MPI_LMP_TAGINT, MPI_MIN, world);
+  return {least_of_all, lowest};
+}
+
+/* ----------------------------------------------------------------------
+   frozen RVEs do not advance
+------------------------------------------------------------------------- */
+
+void FixRve::Impl::recheck_time_step(Check check)
+{
+  if (check == Check::EveryStep) {
+    int mine = points->any_has_stiffened() ? 1 : 0, any = mine;
+    if (fix->comm->nprocs > 1) MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, fix->world);
+    if (!any) return;
+  }
+  std::vector<int> atoms;
   for (const int i : atoms_with_rve())
-    if (point(i).result.coordination_number == most_of_all && atom->tag[i] < id) {
-      id = atom->tag[i];
-      local = i;
-    }
-  MPI_Allreduce(&id, &stiffest, 1, MPI_LMP_TAGINT, MPI_MIN, fix->world);
-  if (stiffest == MAXTAGINT) return;
-  double mine = HUGE_VAL, bound;
-  if (local >= 0 && id == stiffest) mine = rve::stable_time_step(points->state(slot[local]));
-  MPI_Allreduce(&mine, &bound, 1, MPI_DOUBLE, MPI_MIN, fix->world);
+    if (check == Check::EveryStep ? points->has_stiffened(slot[i]) : !points->frozen(slot[i]))
+      atoms.push_back(i);
+  // a divided run must be the whole one: looks between its parts leave no trace
+  if (check != Check::Run) points->note_check(slots_of(atoms));
+  const double used = settings.dt_auto ? dt : clock(fix->update->dt).dt;
+  // what nobody would hear of need not be known
+  const bool silent = check == Check::Run || (!settings.dt_auto && warned_dt);
+  const double margin = silent ? 1.0 : DT_WARNING;
+  const LeastBound least = least_time_step(atoms, used / margin);
+  if (!(used > margin * least.dt)) return;
 
   if (!settings.dt_auto) {
-    check_time_step(clock(fix->update->dt).dt, bound,
-                    fmt::format("the RVE of atom {} at step {}", stiffest, fix->update->ntimestep));
-  } else if (dt > DT_WARNING * bound) {
-    dt = settings.dt_fraction * bound;
+    check_time_step(
+        used, least.dt,
+        fmt::format("the RVE of atom {} at step {}", least.atom, fix->update->ntimestep));
+  } else {
+    dt = settings.dt_fraction * least.dt;
     if (fix->comm->me == 0)
       utils::logmesg(fix->lmp, "fix rve {}: DEM time step is now {} (step {}, RVE of atom {})\n",
-                     fix->id, rve::number(dt), fix->update->ntimestep, stiffest);
+                     fix->id, rve::number(dt), fix->update->ntimestep, least.atom);
   }
 }
 
@@ -290,7 +370,7 @@ void FixRve::Impl::attach()
       if (points->point(slots[k]).frozen) failed.push_back(slots[k]);
       sums[1] += static_cast<bigint>(points->bytes(slots[k]));
     }
-    report(failed, atoms);
+    report(failed, atoms, {});
   });
   MPI_Allreduce(sums, all_sums, 2, MPI_LMP_BIGINT, MPI_SUM, fix->world);
   if (fix->comm->me == 0)
@@ -480,6 +560,15 @@ void FixRve::Impl::advise(bool at_start)
 
 /* ---------------------------------------------------------------------- */
 
+std::vector<int> FixRve::Impl::slots_of(const std::vector<int> &atoms) const
+{
+  std::vector<int> some;
+  for (const int i : atoms) some.push_back(slot[i]);
+  return some;
+}
+
+/* ---------------------------------------------------------------------- */
+
 void FixRve::Impl::take_in(int atom, const double *image, int size)
 {
   slot[atom] = -1;
@@ -605,23 +694,26 @@ void FixRve::Impl::advance(const std::vector<int> &atoms, const std::vector<rve:
     const std::vector<int> failed = points->advance(slots, drives, with_details);
     wall_time += platform::walltime() - start;
     ++num_advances;
-    report(failed, atoms);
+    report(failed, atoms, drives);
   });
 }
 
 /* ---------------------------------------------------------------------- */
 
-void FixRve::Impl::report(const std::vector<int> &failed, const std::vector<int> &atoms) const
+void FixRve::Impl::report(const std::vector<int> &failed, const std::vector<int> &atoms,
+                          const std::vector<rve::Drive> &drives) const
 {
   if (failed.empty()) return;
-  for (const int i : atoms) {
+  for (std::size_t k = 0; k < atoms.size(); ++k) {
+    const int i = atoms[k];
     if (std::find(failed.begin(), failed.end(), slot[i]) == failed.end()) continue;
     const rve::Result &result = point(i).result;
     const std::string message = fmt::format(
         "fix rve: RVE of atom {} failed at step {}: {} (before: largest overlap {} of the sum of "
         "radii, void ratio {}, DEM time step {})",
         fix->atom->tag[i], fix->update->ntimestep, rve::describe_status(result.status),
-        rve::number(result.largest_overlap), rve::number(result.void_ratio), rve::number(dt));
+        rve::number(result.largest_overlap), rve::number(result.void_ratio),
+        rve::number(drives.empty() ? clock(fix->update->dt).dt : drives[k].dt));
     if (!settings.freeze) fix->error->one(FLERR, message + rve::remedy_of_status(result.status));
     fix->error->warning(FLERR, message + "; it is frozen");
   }

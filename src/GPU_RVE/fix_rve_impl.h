@@ -86,6 +86,7 @@ struct FixRve::Impl : RveOwner {
   void take_in(int atom, const double *image, int size);
 
   std::vector<int> atoms_with_rve() const;
+  std::vector<int> slots_of(const std::vector<int> &atoms) const;
   /// DEM steps of the RVEs of this rank since their packings were read.
   double dem_steps() const;
   /// What the script asks for in this LAMMPS step.
@@ -104,8 +105,14 @@ struct FixRve::Impl : RveOwner {
   };
   ShadowReport shadow_report() const;
 
+  /// When the DEM time step is looked at again.
+  enum class Check {
+    EveryStep,    ///< of RVEs with many more contacts than at their last check
+    Interval,     ///< of all
+    Run    ///< of all, before and after a run: only what is not stable counts, so that a divided run is the whole one
+  };
   /// The network stiffens with its contacts: warns, fails, or lowers an automatic step; collective.
-  void recheck_time_step();
+  void recheck_time_step(Check check);
 
   Clock clock(double lammps_dt) const override;
   const rve::Tensor2 &stress(int atom) const override { return points->stress(slot[atom]); }
@@ -155,18 +162,21 @@ struct FixRve::Impl : RveOwner {
 
   void adopt_restart();
   std::vector<std::string> change_materials(const MaterialWords &words, double mass_scaling_before);
-  struct LeastBound {
-    double bound;    ///< of the DEM time step [time]
-    tagint atom;     ///< whose RVE has it; MAXTAGINT: there is none
-  };
-  LeastBound least_bound() const;
   /// Of the RVEs as they are.
   void choose_time_step();
   void say_how_far_cells_go(const std::vector<const rve::RveState *> &states) const;
   [[noreturn]] void fail(const std::string &problem, int atom) const;
+  struct LeastBound {
+    double dt;      ///< infinite: above what was asked for
+    tagint atom;    ///< of the RVE that has it; the lowest ID of several
+  };
+  /// The least stable time step of RVEs, if it is below `enough`; collective.
+  LeastBound least_time_step(const std::vector<int> &atoms, double enough);
   void check_time_step(double used, double bound, const std::string &whose);
   void check(const rve::Tensor2 &tensor, const char *what, const char *unit, int atom) const;
-  void report(const std::vector<int> &failed, const std::vector<int> &atoms) const;
+  /// `drives` as atoms; none: nothing has been advanced.
+  void report(const std::vector<int> &failed, const std::vector<int> &atoms,
+              const std::vector<rve::Drive> &drives) const;
   bool wants_details() const;
 };
 

@@ -35,6 +35,7 @@ struct ImageHead {
   std::uint64_t checksum;    // of the head, with zero in this place; the images have their own
   std::uint64_t bytes, shadow_bytes;    // of the images
   std::uint64_t frozen, asleep;
+  std::int32_t contacts, most_contacts;
   double grain_size, servo_gain;
   rve::Drive drive;
   rve::Tensor2 pending, shadow_stress;
@@ -84,6 +85,13 @@ void take_details(RvePoints::Point &point, const rve::Result &look)
   point.result.stress = stress;
   point.result.status = status;
   point.stale = false;
+}
+
+/// The bound of the time step is that of the present contacts.
+void expect_contacts(RvePoints::Point &point)
+{
+  point.most_contacts = static_cast<std::int32_t>(
+      (1.0 + CONTACT_GROWTH) * point.contacts + CONTACT_GROWTH_PER_GRAIN * point.result.num_grains);
 }
 
 /// Without DEM steps: they ask for the present results.
@@ -171,9 +179,25 @@ std::vector<int> RvePoints::add(const std::vector<const rve::RveState *> &states
     settle(slots.back(), *state);
   }
   advance(slots, drives_at_rest(slots.size()));
-  for (const int slot : slots)
-    if (!points[slot].frozen) points[slot].grain_size = rve::grain_size(points[slot].result);
+  for (const int slot : slots) {
+    Point &point = points[slot];
+    if (!point.frozen) point.grain_size = rve::grain_size(point.result);
+    expect_contacts(point);
+  }
   return slots;
+}
+
+std::vector<double> RvePoints::bound_time_steps(const std::vector<int> &slots, double enough) const
+{
+  std::vector<double> bounds;
+  engine->bound_time_steps(slots, enough, bounds);
+  return bounds;
+}
+
+void RvePoints::note_check(const std::vector<int> &slots)
+{
+  for (const int slot : slots) expect_contacts(points[slot]);
+  any_stiffened = false;
 }
 
 double RvePoints::bytes_for(const std::vector<int> &grains, int count, int num_shadows) const
@@ -528,6 +552,8 @@ void RvePoints::run(std::vector<Macro> &macros)
           continue;
         }
         point.result = results[k];
+        point.contacts = results[k].num_contacts;
+        any_stiffened = any_stiffened || point.contacts > point.most_contacts;
         if (macro.parts == 1) continue;
         macro.samples.push_back(results[k].stress);
         point.result.stress = macro.stress(options.stress_from);
@@ -615,7 +641,8 @@ std::vector<int> RvePoints::advance_plainly(const std::vector<int> &slots,
 
   const int team = rve::team_for(count, threads);
   int num_failed = 0;
-#pragma omp parallel for num_threads(team) reduction(+ : num_failed)
+  bool stiffened = false;
+#pragma omp parallel for num_threads(team) reduction(+ : num_failed) reduction(|| : stiffened)
   for (int k = 0; k < count; ++k) {
     Point &point = points[slots[k]];
     const std::uint32_t status = with_details ? results[k].status : responses[k].status;
@@ -634,11 +661,14 @@ std::vector<int> RvePoints::advance_plainly(const std::vector<int> &slots,
       point.result.stress = responses[k].stress;
       point.stale = true;
     }
+    point.contacts = with_details ? results[k].num_contacts : responses[k].num_contacts;
+    stiffened = stiffened || point.contacts > point.most_contacts;
     point.look.reset();
     if (drives[k].substeps == 0) continue;
     point.pending = rve::Tensor2::identity();
     point.drive = drives[k];
   }
+  any_stiffened = any_stiffened || stiffened;
   std::vector<int> failed;
   for (int k = 0; num_failed > 0 && k < count; ++k)
     if (points[slots[k]].frozen) failed.push_back(slots[k]);
@@ -744,6 +774,8 @@ std::vector<double> RvePoints::image(int slot) const
   head.shadow_bytes = shadow.size();
   head.frozen = point.frozen ? 1 : 0;
   head.asleep = point.asleep ? 1 : 0;
+  head.contacts = point.contacts;
+  head.most_contacts = point.most_contacts;
   head.grain_size = point.grain_size;
   head.servo_gain = point.servo_gain;
   head.drive = point.drive;
@@ -791,6 +823,8 @@ int RvePoints::add_image(const double *image, std::size_t size)
   point.rested = head.rested;
   point.frozen = head.frozen != 0;
   point.asleep = head.asleep != 0;
+  point.contacts = head.contacts;
+  point.most_contacts = head.most_contacts;
   point.grain_size = head.grain_size;
   point.servo_gain =
       head.servo_gain;    // of the radii that the packing had, before a format rounded them

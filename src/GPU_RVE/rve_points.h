@@ -46,6 +46,10 @@ struct MacroStepOptions {
 /// Mean unbalanced force over mean contact force below which an RVE is at rest and may be skipped [-].
 constexpr double QUIET_UNBALANCED_RATIO = 1e-2;
 
+/// Growth of the number of contacts that asks for a look at the bound of the time step: by this share of them and of the grains. The
+/// first tells in a packing, the second in a gas, where a few contacts more mean nothing yet.
+constexpr double CONTACT_GROWTH = 0.1, CONTACT_GROWTH_PER_GRAIN = 0.02;
+
 /// Slip of contacts by a rotation that grains do not follow, over the mean overlap over sum of radii, above which an RVE is turned
 /// rigidly [-]. A cell that turns by an angle in a few DEM steps lets contacts slip by it, since grains do not spin yet: a hundredth
 /// of the normal force at k_t = k_n.
@@ -63,11 +67,14 @@ class RvePoints {
     rve::Result
         result;    ///< of the last advance that succeeded; its status is that of the last advance
     rve::Material material;
-    double servo_gain = 0.0;    ///< default of its stress servo [1/(stress time^2)]
-    double grain_size = 0.0;    ///< 2 sqrt(<r^2>) [length]
-    bool frozen = false;        ///< failed once and is not advanced any more
-    bool asleep = false;        ///< was skipped in the last macro step
-    bool stale = false;         ///< `result` is of an earlier advance, but for stress and status
+    double servo_gain = 0.0;      ///< default of its stress servo [1/(stress time^2)]
+    double grain_size = 0.0;      ///< 2 sqrt(<r^2>) [length]
+    bool frozen = false;          ///< failed once and is not advanced any more
+    bool asleep = false;          ///< was skipped in the last macro step
+    bool stale = false;           ///< `result` is of an earlier advance, but for stress and status
+    std::int32_t contacts = 0;    ///< after its last DEM steps
+    std::int32_t most_contacts =
+        0;    ///< with more of them the bound of its time step has to be looked at again
 
     rve::Drive drive;    ///< of its last DEM steps; none so far if it has no substeps
 
@@ -137,6 +144,17 @@ class RvePoints {
     if (points[slot].stale) complete();
     return points[slot];
   }
+  /// Lower bounds of the stable DEM time steps, sharp below `enough` (rve::Engine).
+  std::vector<double> bound_time_steps(const std::vector<int> &slots, double enough) const;
+  /// Their bounds have been looked at, and those of all that have stiffened.
+  void note_check(const std::vector<int> &slots);
+  /// Whether it has got so many contacts since the last look at its bound that its time step may not be stable any more; and
+  /// whether one of them has.
+  bool has_stiffened(int slot) const
+  {
+    return !points[slot].frozen && points[slot].contacts > points[slot].most_contacts;
+  }
+  bool any_has_stiffened() const { return any_stiffened; }
   // what is always up to date
   const rve::Tensor2 &stress(int slot) const { return points[slot].result.stress; }
   const rve::Material &material(int slot) const { return points[slot].material; }
@@ -165,6 +183,7 @@ class RvePoints {
   std::unique_ptr<rve::Engine> engine, shadows;
   MacroStepOptions options;
   int threads;
+  bool any_stiffened = false;    ///< since the last look at bounds
   double seconds = 0.0, seconds_for_shadows = 0.0;
   mutable double seconds_in_engine = 0.0;
   mutable std::vector<Point> points;       // by slot

@@ -243,6 +243,11 @@ class CountingEngine final : public rve::Engine {
     engine->advance(rves, drives, responses);
   }
   std::string description() const override { return engine->description(); }
+  void bound_time_steps(const std::vector<int> &rves, double enough,
+                        std::vector<double> &bounds) override
+  {
+    engine->bound_time_steps(rves, enough, bounds);
+  }
   void expect_rolling_resistance() override { engine->expect_rolling_resistance(); }
   std::size_t bytes_per_rve(int num_grains) const override
   {

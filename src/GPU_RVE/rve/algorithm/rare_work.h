@@ -567,7 +567,9 @@ inline namespace RVE_ISA {
       const SharedView<Format> &shared = call.shared;
       const Real limit = static_cast<Real>(call.units.force_limit),
                  crushing = static_cast<Real>(crushing_force(call));
-      const bool springs_only = call.header.normal_viscosity == 0.0;
+      // the largest force is then that of a normal spring
+      const bool springs_only =
+          call.header.normal_viscosity == 0.0 && !call.header.all_forces_count;
       std::uint32_t word = status::Ok;
       if (block.any(call.num_grains, [&](Item i) {
             return !(shared.largest_force[i] <= limit);

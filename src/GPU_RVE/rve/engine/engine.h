@@ -136,6 +136,12 @@ class Engine {
   virtual void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
                        std::vector<Response> &responses) = 0;
 
+  /// Lower bounds of the stable time steps of RVEs as they are (rve::stable_time_step of their states), found where they live [time]:
+  /// within a few percent where they are below `enough`, and as loose as may be above. 0 where none was found. They depend on the
+  /// state and on `enough` alone. Costs about ten DEM steps.
+  virtual void bound_time_steps(const std::vector<int> &rves, double enough,
+                                std::vector<double> &bounds) = 0;
+
   /// "NVIDIA H200, mixed, strict" or "2 CPU threads (x86-64-v3), mixed, strict": a line for the log.
   virtual std::string description() const = 0;
 
