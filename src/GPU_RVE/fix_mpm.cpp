@@ -29,6 +29,7 @@
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
+#include "exceptions.h"
 #include "group.h"
 #include "input.h"
 #include "memory.h"
@@ -525,6 +526,8 @@ void FixMpm::solve(bool advance)
       impl->solver->step(impl->points(atom), impl->loads, update->dt);
     else
       impl->solver->evaluate(impl->points(atom), impl->loads, update->dt);
+  } catch (const LAMMPSException &) {
+    throw;    // an error of fix rve says all there is to say
   } catch (const std::exception &problem) {
     error->one(FLERR, "Fix mpm, step {}: {}", update->ntimestep,
                problem.what());    // perhaps on one rank only
@@ -568,6 +571,8 @@ void FixMpm::check_courant()
   impl->find_members(atom);
   try {
     impl->courant = impl->solver->cfl_number(impl->points(atom), update->dt);
+  } catch (const LAMMPSException &) {
+    throw;    // an error of fix rve says all there is to say
   } catch (const std::exception &problem) {
     error->one(FLERR, "Fix mpm, step {}: {}", update->ntimestep, problem.what());
   }
