@@ -17,6 +17,7 @@
 #include "fix_mpm.h"
 
 #include "fix_rve.h"
+#include "formulas.h"
 #include "mpm/mpm_solver.h"
 #include "mpm_settings.h"
 #include "progress.h"
@@ -29,6 +30,7 @@
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
+#include "exceptions.h"
 #include "group.h"
 #include "input.h"
 #include "memory.h"
@@ -373,13 +375,14 @@ void FixMpm::setup_pre_force(int)
                  "use atom_style sphere, or set it with the mass command",
                  atom->tag[i], impl->mass[i], atom->type[i], atom->mass[atom->type[i]]);
   }
+  // other fixes and the variables of this one may read the columns before setup() is through
+  fill_output();
 }
 
 void FixMpm::setup(int)
 {
   check_courant();
   solve(false);
-  fill_output();
   if (!impl->has_grains()) impl->progress->begin();
 }
 
@@ -525,6 +528,8 @@ void FixMpm::solve(bool advance)
       impl->solver->step(impl->points(atom), impl->loads, update->dt);
     else
       impl->solver->evaluate(impl->points(atom), impl->loads, update->dt);
+  } catch (const LAMMPSException &) {
+    throw;    // an error of fix rve says all there is to say
   } catch (const std::exception &problem) {
     error->one(FLERR, "Fix mpm, step {}: {}", update->ntimestep,
                problem.what());    // perhaps on one rank only
@@ -568,6 +573,8 @@ void FixMpm::check_courant()
   impl->find_members(atom);
   try {
     impl->courant = impl->solver->cfl_number(impl->points(atom), update->dt);
+  } catch (const LAMMPSException &) {
+    throw;    // an error of fix rve says all there is to say
   } catch (const std::exception &problem) {
     error->one(FLERR, "Fix mpm, step {}: {}", update->ntimestep, problem.what());
   }
@@ -616,6 +623,22 @@ double FixMpm::compute_vector(int n)
   const int what = (n - HEAD) % PER_BODY;
   if (what <= REACTION_Y) return impl->solver->body_reaction(body)[what - REACTION_X];
   return impl->body_displacement[body][what - BODY_UX];
+}
+
+bool FixMpm::reads_results() const
+{
+  const auto reads = [&](const MpmValue &value) {
+    return !value.variable.empty() && may_read_results(lmp, value.variable);
+  };
+  for (const MpmRigidBody &body : impl->settings.bodies)
+    if (reads(body.velocity[0]) || reads(body.velocity[1])) return true;
+  for (const MpmTraction &load : impl->settings.tractions) {
+    if (reads(load.traction[0]) || reads(load.traction[1])) return true;
+    // one that moves or changes its shape does so by variables
+    const Region *region = load.groupbit ? nullptr : domain->get_region_by_id(load.region);
+    if (region && (region->dynamic || region->varshape)) return true;
+  }
+  return false;
 }
 
 double FixMpm::memory_usage()

@@ -55,6 +55,9 @@ class FixMpm : public Fix {
   void write_restart(FILE *) override;
   void restart(char *) override;
 
+  // whether variables or regions that are evaluated in each step may read fixes or computes
+  bool reads_results() const;
+
  private:
   struct Impl;
   Impl *impl;

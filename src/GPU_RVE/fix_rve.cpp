@@ -19,6 +19,7 @@
 #include "domain.h"
 #include "error.h"
 #include "fix_rve_impl.h"
+#include "formulas.h"
 #include "group.h"
 #include "input.h"
 #include "lammps_version.h"
@@ -281,6 +282,15 @@ rve::RveState FixRve::state(int i) const
 void FixRve::expect_look()
 {
   impl->look_is_expected = true;
+}
+
+bool FixRve::reads_results() const
+{
+  for (const auto *components : {&impl->settings.velocity_gradient, &impl->settings.stress_goal})
+    for (const TensorComponent &component : *components)
+      if (!component.value.variable.empty() && may_read_results(lmp, component.value.variable))
+        return true;
+  return false;
 }
 
 double FixRve::engine_time() const

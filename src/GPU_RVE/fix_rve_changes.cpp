@@ -262,6 +262,7 @@ void FixRve::Impl::choose_time_step()
   std::vector<int> advancing;
   for (const int i : atoms_with_rve())
     if (!points->frozen(slot[i])) advancing.push_back(i);
+  points->note_check(slots_of(advancing));
   // with every contact lost an RVE bears a step some times longer than that of its packing
   const LeastBound rves = least_time_step(advancing, 100.0 * of_packings);
   if (settings.dt_auto) {

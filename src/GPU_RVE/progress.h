@@ -31,7 +31,6 @@ class Progress {
  public:
   /// `_who` begins the lines; at least `_interval` seconds of wall time between two of them, 0: none.
   Progress(LAMMPS *_lmp, std::string _who, double _interval);
-  void set_interval(double seconds) { interval = seconds; }
 
   /// As the constructor's.
   void set_interval(double seconds) { interval = seconds; }

@@ -7,8 +7,11 @@
 #include "fix.h"
 #include "lammps.h"
 #include "modify.h"
+#include "output.h"
+#include "readers.h"
 #include "script.h"
 #include "support/files.h"
+#include "update.h"
 
 #include <gtest/gtest.h>
 #include <mpi.h>
@@ -637,6 +640,97 @@ TEST(FixMpm, ColumnsAreThoseOfTheStepWhoeverReadsThem)
     // the first value is that of step 0
     EXPECT_NEAR(script.fix_value("history", 1 + step / 2), sum, 1e-12 * sum);
   }
+}
+
+/// The points of a scene after 40 steps in one run, and in two of which the second goes on; output every `interval` steps.
+std::vector<Script::Rows> ends_with_output(const std::string &scene, int interval)
+{
+  std::vector<Script::Rows> ends;
+  for (const char *run : {"run 40\n", "run 10\nrun 0\nrun 30 pre no\n",
+                          "run 40 every 7 \"variable n equal step\"\n"}) {
+    SoilScript script;
+    script << scene + "thermo " + std::to_string(interval) + "\n" + run;
+    ends.push_back(script.points());
+  }
+  return ends;
+}
+
+/// The scene of the footing, with other words in place of some, and commands before and after it.
+std::string footing_with(const std::string &words, const std::string &others,
+                         const std::string &before, const std::string &after = "")
+{
+  std::string scene = elastic_footing();
+  scene.replace(scene.find(words), words.size(), others);
+  return scene.insert(scene.find("timestep"), before) + after;
+}
+
+TEST(FixMpm, WhatVariablesReadDoesNotDependOnTheOutput)
+{
+  // how far a point has moved or what its stress is, by way of a velocity, a traction, a moving region, and gravity
+  const std::vector<std::string> scenes = {
+      footing_with("vy -0.5", "vy v_v",
+                   "variable depth equal -F_soil[41][2]\nvariable v equal -0.5*(1-20*v_depth)\n"),
+      footing_with("0 -20000\n", "0 v_q\n", "variable q equal -20000-1e-1*c_largest\n",
+                   "compute largest all reduce max f_soil[7]\n"),
+      footing_with("surface 0 -20000\n", "lid 0 -20000\n",
+                   "variable shift equal 50*F_soil[41][3]\n"
+                   "region lid block 2 8 5 6 -0.05 0.05 units box move v_shift NULL NULL\n"),
+      footing_with("timestep", "timestep", "",
+                   "variable g equal 9.81*(1+1e2*abs(F_soil[41][3]))\n"
+                   "fix g all gravity v_g vector 0 -1 0\n")};
+  for (std::size_t k = 0; k < scenes.size(); ++k) {
+    const std::vector<Script::Rows> often = ends_with_output(scenes[k], 1),
+                                    seldom = ends_with_output(scenes[k], 40);
+    for (std::size_t way = 0; way < often.size(); ++way) {
+      EXPECT_TRUE(often[way] == seldom[way]) << "scene " << k << ", way " << way;
+      EXPECT_TRUE(often[way] == often[0]) << "scene " << k << ", way " << way;
+    }
+  }
+}
+
+TEST(FixMpmWithGrains, WhatADriveReadsDoesNotDependOnTheOutput)
+{
+  // an RVE beside the continuum that is sheared as fast as a point of it turns
+  make_packing();
+  MPI_Barrier(MPI_COMM_WORLD);
+  const std::string scene = footing_with(
+      "timestep", "timestep", "",
+      "variable rate equal F_soil[41][13]\ngroup probe id 41\n"
+      "fix grains probe rve test_fix_mpm.rve dt 1e-4 drive velocity_gradient xy v_rate "
+      "device cpu threads 1\ncompute stress probe rve/atom sxy\n");
+  std::vector<Script::Values> shear;
+  for (const char *interval : {"1", "40"}) {
+    SoilScript script;
+    script << scene + "thermo " + interval + "\nrun 40\n";
+    shear.push_back(script.compute("stress"));
+  }
+  EXPECT_NE(shear[0].at(41), 0.0);
+  EXPECT_EQ(shear[0], shear[1]);
+}
+
+TEST(FixMpm, FillsItsColumnsForFormulasThatMayReadThemAndForNoOthers)
+{
+  // somebody_may_look in a step without output, of a run that has been made
+  const auto looks = [](const std::string &velocity, const std::string &before = "") {
+    const std::string scene = elastic_footing();
+    SoilScript script;
+    std::string own = scene;
+    own.replace(own.find("vy -0.5"), 7, "vy v_v");
+    script << before + "variable v equal " + velocity + "\n" + own + "thermo 100\nrun 3\n";
+    script.lmp->update->laststep = script.lmp->output->next = 1000;
+    return somebody_may_look(script.lmp.get());
+  };
+
+  EXPECT_FALSE(looks("-0.5"));
+  EXPECT_FALSE(looks("-0.1*(v_t>0)*((v_t<1)*v_t+(v_t>=1))", "variable t equal (step-0.5)*dt\n"))
+      << "as in the example of the footing";
+  EXPECT_FALSE(looks("-1.5e-1*sin(2*PI*time/0.3)+2.E+0*0"));
+  EXPECT_FALSE(looks("-0.5+0*y[3]+0*vx[7]")) << "positions and velocities are those of the step";
+  EXPECT_TRUE(looks("-0.5+0*f_soil[1]"));
+  EXPECT_TRUE(looks("-0.5+0*F_soil[1][2]"));
+  EXPECT_TRUE(looks("-0.5+0*v_t", "variable t equal v_s*2\nvariable s equal 1+0*F_soil[1][2]\n"));
+  EXPECT_TRUE(looks("-0.5+0*mass(all,ground)")) << "a region may follow from a variable";
+  EXPECT_TRUE(looks("-0.5+0*ke")) << "thermo keywords are computes";
 }
 
 TEST(FixMpm, VectorEndsWithTheWallTimeOfTheRun)

@@ -149,6 +149,18 @@ TEST(ContinuedRun, WithTheSameFixHasTheSameBitsInEveryFormat)
   }
 }
 
+TEST(ContinuedRun, HasAsManyShadowsAsItsFixSays)
+{
+  const std::string file = restart_of(FIX + "dt 1e-4 shadow 3 2 " + DRIVE + "\n");
+  const auto shadows_of = [&](const std::string &words) {
+    return log_of_rest(file, FIX + "dt 1e-4 " + words + DRIVE + "\n");
+  };
+
+  EXPECT_IN("shadow 3 2 -> 1 2", shadows_of("shadow 1 2 "));
+  EXPECT_IN("1 of 4 RVEs have shadows", shadows_of("shadow 1 2 "));
+  EXPECT_IN("4 of 4 RVEs have shadows", shadows_of("shadow 4 2 "));
+}
+
 // ---- fix_modify ----
 
 TEST(FixModify, ChangesDriveAndServoAndKeepsTheRves)
@@ -468,19 +480,38 @@ TEST(FixRveMessage, RotationThatCannotBeToldNamesFixAtomAndStep)
       message);
 }
 
+namespace {
+
+/// Points of an MPM analysis, and the begin of its fix, up to the model.
+const std::string POINTS =
+    "units si\ndimension 2\nboundary f f p\natom_style sphere\natom_modify map array sort 0 0.0\n"
+    "region box block 0 4 0 4 -0.05 0.05 units box\ncreate_box 1 box\n"
+    "lattice sq 0.5 origin 0.5 0.5 0.0\nregion ground block 0 4 0 3 -0.04 0.04 units box\n"
+    "create_atoms 1 region ground\nset group all diameter 0.5\npair_style none\n"
+    "neighbor 0.5 bin\ncomm_modify cutoff 0.5\ntimestep 1e-4\n" +
+    FIX + "drive mpm\n";
+const std::string SOIL = "fix soil all mpm 0.5 domain 0 4 0 4 boundary ylo fixed model all ";
+
+}    // namespace
+
 TEST(FixRveMessage, DriveMpmThatNoModelUses)
 {
-  const std::string script =
-      "units si\ndimension 2\nboundary f f p\natom_style sphere\natom_modify map array sort 0 0.0\n"
-      "region box block 0 4 0 4 -0.05 0.05 units box\ncreate_box 1 box\n"
-      "lattice sq 0.5 origin 0.5 0.5 0.0\nregion ground block 0 4 0 3 -0.04 0.04 units box\n"
-      "create_atoms 1 region ground\nset group all diameter 0.5\npair_style none\n"
-      "neighbor 0.5 bin\ncomm_modify cutoff 0.5\ntimestep 1e-4\n" +
-      FIX + "drive mpm\nfix soil all mpm 0.5 domain 0 4 0 4 boundary ylo fixed model all ";
+  const std::string script = POINTS + SOIL;
 
   EXPECT_IN("fix rve grains: drive mpm, but no model of a fix mpm uses it",
             message_of(script + "elastic 1e7 0.2 density 2200\nrun 1"));
   EXPECT_EQ(message_of(script + "rve grains\nrun 1"), "");
+}
+
+TEST(FixRveMessage, FailureInAnMpmAnalysisIsSaidOnce)
+{
+  // the ground is thrown against its bottom
+  const std::string message =
+      message_of(POINTS + "velocity all set 0 -400 0\n" + SOIL + "rve grains cfl 10 20\nrun 200");
+
+  EXPECT_IN("fix rve: RVE of atom", message);
+  EXPECT_EQ(message.find("Fix mpm"), std::string::npos) << message;
+  EXPECT_EQ(message.rfind("ERROR"), message.find("ERROR")) << message;
 }
 
 TEST(FixRveMessage, TensionAsTheGoalOfTheServo)
