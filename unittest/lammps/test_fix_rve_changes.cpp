@@ -264,6 +264,19 @@ TEST(FixModify, OfASleepersMaterialAnswersWithTheNewStiffness)
   EXPECT_NEAR(script.per_atom("s", 2) / before, 2.0, 1e-9);
 }
 
+TEST(FixModify, OfTheMaterialReachesShadows)
+{
+  // a shadow of the same steps in double is the RVE itself
+  GrainsScript script;
+  script << FOUR_ATOMS + FIX + "format double dt auto 0.5 shadow 2 1 " + DRIVE +
+          "\nrun 5\nfix_modify grains kn 2e6 friction 0.2\nrun 0";
+  EXPECT_EQ(script.fix_value(12), 0.0);
+
+  script << "run 5";
+
+  EXPECT_EQ(script.fix_value(12), 0.0);
+}
+
 TEST(FixModify, RefusesWhatCannotBeChangedAndSaysWhy)
 {
   const auto message_with = [](const std::string &words) {
