@@ -22,6 +22,7 @@
 #include "mpm_settings.h"
 #include "progress.h"
 #include "readers.h"
+#include "rve/core/checksum.h"
 #include "rve/core/threads.h"
 #include "rve/engine/engine.h"
 
@@ -42,6 +43,7 @@
 #include <cmath>
 #include <cstring>
 #include <memory>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -67,6 +69,24 @@ constexpr int COURANT_EVERY = 10;    // steps between two checks of the Courant 
 constexpr int DAMPING_EVERY =
     50;    // steps between two looks at what local damping takes from reactions
 constexpr double DAMPING_WARN = 0.01;    // of the largest reaction
+
+constexpr std::size_t HEAD_FIRST = 3;    // numbers before the state in the head of a restart file
+
+/// A checksum of numbers, as the bits of another one.
+double sum_of(const double *numbers, std::size_t count)
+{
+  const std::uint64_t sum = rve::checksum_of(numbers, count * sizeof(double));
+  double bits;
+  static_assert(sizeof(bits) == sizeof(sum));
+  memcpy(&bits, &sum, sizeof(bits));
+  return bits;
+}
+
+/// Bits may be those of no number, which equals nothing.
+bool is_same_sum(double a, double b)
+{
+  return memcmp(&a, &b, sizeof(a)) == 0;
+}
 
 constexpr double LONG_RUN =
     1.0;    // wall time of a run that is worth a line about its parts [seconds]
@@ -501,7 +521,7 @@ void FixMpm::solve(bool advance)
     load.point_index.clear();
     load.traction = {{now(traction.traction[0]), now(traction.traction[1])}};
     load.face = traction.face;
-    Region *region = traction.groupbit ? nullptr : domain->get_region_by_id(traction.region);
+    Region *region = traction.groupbit ? nullptr : domain->get_region_by_id(traction.id);
     if (region) region->prematch();
     for (int i = 0; i < atom->nlocal; i++) {
       const double *x = atom->x[i];
@@ -626,7 +646,7 @@ bool FixMpm::reads_results() const
   for (const MpmTraction &load : impl->settings.tractions) {
     if (reads(load.traction[0]) || reads(load.traction[1])) return true;
     // one that moves or changes its shape does so by variables
-    const Region *region = load.groupbit ? nullptr : domain->get_region_by_id(load.region);
+    const Region *region = load.groupbit ? nullptr : domain->get_region_by_id(load.id);
     if (region && (region->dynamic || region->varshape)) return true;
   }
   return false;
@@ -682,16 +702,38 @@ int FixMpm::unpack_exchange(int i, double *buf)
 int FixMpm::pack_restart(int i, double *buf)
 {
   impl->bring_back(atom);
-  buf[0] = size_restart(i);    // how far other fixes skip
+  const int size = size_restart(i);
+  buf[0] = size;    // how far other fixes skip
   buf[1] = (double) update->ntimestep;
-  return 2 + impl->pack(i, buf + 2);
+  impl->pack(i, buf + 2);
+  buf[size - 1] = sum_of(buf, size - 1);
+  return size;
 }
 
 void FixMpm::unpack_restart(int i, int nth)
 {
   impl->take_over(atom);
+  // the records of other fixes come before; each begins with its size
   const double *extra = atom->extra[i];
-  for (int k = 0; k < nth; k++) extra += (int) extra[0];
+  const double *end = extra + atom->nextra_store;
+  const auto size_of = [&](const double *record) {
+    const double size = record < end ? record[0] : 0.0;
+    if (!(size >= 1.0 && size <= (double) (end - record) && size == std::floor(size)))
+      error->one(FLERR,
+                 "Fix mpm: the record of atom {} in the restart file is damaged: a part of it says "
+                 "that it has {} numbers, and there are {}. Use an earlier file",
+                 atom->tag[i], size, end - record);
+    return (int) size;
+  };
+  for (int k = 0; k < nth; k++) extra += size_of(extra);
+  const int size = size_of(extra);
+  if (size != size_restart(i) || !is_same_sum(extra[size - 1], sum_of(extra, size - 1)))
+    error->one(
+        FLERR,
+        "Fix mpm: the record of atom {} in the restart file is damaged: {}. Use an earlier file",
+        atom->tag[i],
+        size != size_restart(i) ? fmt::format("it has {} numbers, not {}", size, size_restart(i))
+                                : "its checksum is not that of its numbers");
   if (extra[1] != impl->restart_step)
     error->one(FLERR,
                "Fix mpm: atom {} is of step {}, the head of the restart files of step {}: they "
@@ -702,43 +744,116 @@ void FixMpm::unpack_restart(int i, int nth)
 
 int FixMpm::size_restart(int)
 {
-  return 2 + Impl::DOUBLES;
+  return 3 + Impl::DOUBLES;    // size, step, the point, checksum
 }
 
 int FixMpm::maxsize_restart()
 {
-  return 2 + Impl::DOUBLES;
+  return 3 + Impl::DOUBLES;
 }
+
+/* ----------------------------------------------------------------------
+   the head: version, numbers in it, their checksum, step, bodies, displacement and velocity of each, what the script
+   says as lines of text, checksum of all before
+------------------------------------------------------------------------- */
 
 void FixMpm::write_restart(FILE *fp)
 {
   if (comm->me != 0) return;
-  // negative, because files without a version begin with the number of bodies
-  std::vector<double> state = {-RESTART_VERSION, (double) update->ntimestep,
-                               (double) impl->settings.bodies.size()};
-  for (std::size_t b = 0; b < impl->body_displacement.size(); b++) {
+  std::string text;
+  for (const auto &[about, values] : impl->settings.words) text += about + "\n" + values + "\n";
+  std::vector<double> head(HEAD_FIRST);
+  const std::size_t bodies = impl->settings.bodies.size();
+  head.insert(head.end(), {(double) update->ntimestep, (double) bodies});
+  for (std::size_t b = 0; b < bodies; b++) {
     const Vec2 &u = impl->body_displacement[b];
     const Vec2 &v = impl->solver->body_velocity_before((int) b);
-    state.insert(state.end(), {u[0], u[1], v[0], v[1]});
+    head.insert(head.end(), {u[0], u[1], v[0], v[1]});
   }
-  const int size = (int) (state.size() * sizeof(double));
+  const std::size_t begin = head.size() + 1;
+  head.push_back((double) text.size());
+  head.resize(begin + (text.size() + sizeof(double) - 1) / sizeof(double), 0.0);
+  memcpy(head.data() + begin, text.data(), text.size());
+  head.push_back(0.0);    // the checksum
+  // negative, because files without a version begin with the number of bodies
+  head[0] = -RESTART_VERSION;
+  head[1] = (double) head.size();
+  head[2] = sum_of(head.data(), 2);
+  head.back() = sum_of(head.data(), head.size() - 1);
+  const int size = (int) (head.size() * sizeof(double));
   fwrite(&size, sizeof(int), 1, fp);
-  fwrite(state.data(), sizeof(double), state.size(), fp);
+  fwrite(head.data(), sizeof(double), head.size(), fp);
 }
 
 void FixMpm::restart(char *buf)
 {
-  const auto *state = reinterpret_cast<double *>(buf);
-  if (*state != -RESTART_VERSION)
-    error->all(
-        FLERR, "Fix mpm: the points in the restart file have version {}; this fix reads version {}",
-        *state < 0.0 ? std::to_string((int) -*state) : "1 or 2, without a number", RESTART_VERSION);
-  impl->restart_step = *++state;
-  // a different number of bodies: the script changed its mind, and they start at zero
-  if (*++state != (double) impl->settings.bodies.size()) return;
-  for (std::size_t b = 0; b < impl->body_displacement.size(); b++) {
-    impl->body_displacement[b] = {{state[1], state[2]}};
-    impl->solver->set_body_velocity_before((int) b, {{state[3], state[4]}});
-    state += 4;
+  const auto number = [buf](std::size_t k) {
+    double value;    // LAMMPS promises no alignment
+    memcpy(&value, buf + k * sizeof(double), sizeof(double));
+    return value;
+  };
+  const double version = number(0);
+  if (version != -RESTART_VERSION) {
+    // versions before 3 begin with the number of bodies
+    if (version == std::floor(version) && std::fabs(version) < 1000.0)
+      error->all(
+          FLERR,
+          "Fix mpm: the points in the restart file have version {}; this fix reads version {}",
+          version < 0.0 ? std::to_string((int) -version) : "1 or 2, without a number",
+          RESTART_VERSION);
+    error->all(FLERR,
+               "Fix mpm: the head of the restart file is damaged: it begins with {} instead of the "
+               "version {}. Use an earlier file",
+               version, -RESTART_VERSION);
   }
+  const double first[] = {number(0), number(1)};
+  const bool has_length = is_same_sum(number(2), sum_of(first, 2));
+  std::vector<double> head(has_length ? (std::size_t) number(1) : 0);
+  memcpy(head.data(), buf, head.size() * sizeof(double));
+  if (!has_length || !is_same_sum(head.back(), sum_of(head.data(), head.size() - 1)))
+    error->all(FLERR,
+               "Fix mpm: the head of the restart file is damaged: its checksum is not that of its "
+               "numbers. Use an earlier file");
+
+  const double *state = head.data() + HEAD_FIRST;
+  impl->restart_step = *state++;
+  const auto bodies = (std::size_t) *state++;
+  const double *of_body = state;
+  state += 4 * bodies;
+  const auto length = (std::size_t) *state++;
+  std::istringstream text(std::string(reinterpret_cast<const char *>(state), length));
+  MpmWords then;
+  std::vector<std::string> groups;    // of the bodies
+  for (std::string about, values; std::getline(text, about) && std::getline(text, values);) {
+    then.emplace_back(about, values);
+    if (utils::strmatch(about, "^rigid \\S+$")) groups.push_back(about.substr(strlen("rigid ")));
+  }
+
+  // a body is that with the same group
+  std::string new_bodies;
+  for (std::size_t b = 0; b < impl->settings.bodies.size(); b++) {
+    const std::string &group = impl->settings.bodies[b].group;
+    const std::size_t k = std::find(groups.begin(), groups.end(), group) - groups.begin();
+    if (k >= bodies) {
+      new_bodies += (new_bodies.empty() ? "" : ", ") + group;
+      continue;
+    }
+    const double *motion = of_body + 4 * k;
+    impl->body_displacement[b] = {{motion[0], motion[1]}};
+    impl->solver->set_body_velocity_before((int) b, {{motion[2], motion[3]}});
+  }
+  if (comm->me != 0) return;
+  const std::string other = mpm_differences(then, impl->settings.words, false);
+  const std::string kept = mpm_differences(then, impl->settings.words, true);
+  if (!other.empty()) error->warning(FLERR, "Fix mpm {} continued with: {}", id, other);
+  if (!kept.empty())
+    error->warning(FLERR,
+                   "Fix mpm {}: the points in the restart file keep what they have; for new points "
+                   "only: {}",
+                   id, kept);
+  if (!new_bodies.empty())
+    error->warning(FLERR,
+                   "Fix mpm {}: rigid bodies that are not in the restart file begin with the "
+                   "displacement 0: {}",
+                   id, new_bodies);
 }

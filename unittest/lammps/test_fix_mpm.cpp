@@ -18,6 +18,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <fstream>
 #include <set>
 #include <string>
@@ -430,6 +431,22 @@ TEST(FixMpm, RestartContinuesBitForBit)
   std::remove("test_fix_mpm.restart");
 }
 
+std::string bytes_of(double value)
+{
+  return std::string(reinterpret_cast<const char *>(&value), sizeof(value));
+}
+
+/// Where the head of a fix mpm begins in a restart file: version, length, a checksum, step.
+std::size_t place_of_head(const std::string &text, double step)
+{
+  std::size_t place = text.find(bytes_of(-5.0));
+  while (place != std::string::npos &&
+         text.compare(place + 3 * sizeof(double), sizeof(double), bytes_of(step)) != 0)
+    place = text.find(bytes_of(-5.0), place + 1);
+  EXPECT_NE(place, std::string::npos);
+  return place;
+}
+
 TEST(FixMpm, RestartFileOfAnotherVersionIsRefused)
 {
   const std::string command = elastic_footing();
@@ -440,23 +457,16 @@ TEST(FixMpm, RestartFileOfAnotherVersionIsRefused)
       command.substr(command.find("fix soil"));
   ASSERT_EQ(message_of(read), "");
 
-  // the record of the fix: its size in bytes, the version with a minus, the step, the number of bodies, displacement and velocity of the plate
+  // the head of the fix begins with the version, with a minus, and the step follows two numbers later
   const std::string text = rve_test::text_of(path);
-  const auto bytes = [](int size, const std::vector<double> &values) {
-    std::string record(reinterpret_cast<const char *>(&size), sizeof(size));
-    return record.append(reinterpret_cast<const char *>(values.data()),
-                         values.size() * sizeof(double));
-  };
-  const std::string current = bytes(7 * sizeof(double), {-5.0, 1.0, 1.0});
-  ASSERT_NE(text.find(current), std::string::npos);
-  const auto message_with = [&](const std::string &record) {
+  const std::size_t place = place_of_head(text, 1.0);
+  const auto message_with = [&](double version) {
     std::string other = text;
     std::ofstream(path, std::ios::binary)
-        << other.replace(text.find(current), record.size(), record);
+        << other.replace(place, sizeof(double), bytes_of(version));
     return message_of(read);
   };
-  const std::string newer = message_with(bytes(7 * sizeof(double), {-6.0, 1.0, 1.0}));
-  const std::string none = message_with(bytes(7 * sizeof(double), {1.0, 0.0, 0.0}));
+  const std::string newer = message_with(-6.0), none = message_with(1.0), torn = message_with(-5.5);
   std::remove(path.c_str());
 
   EXPECT_NE(newer.find("the points in the restart file have version 6; this fix reads version 5"),
@@ -465,6 +475,87 @@ TEST(FixMpm, RestartFileOfAnotherVersionIsRefused)
   EXPECT_NE(none.find("have version 1 or 2, without a number; this fix reads version 5"),
             std::string::npos)
       << none;
+  EXPECT_NE(torn.find("is damaged: it begins with -5.5 instead of the version -5"),
+            std::string::npos)
+      << torn;
+}
+
+TEST(FixMpm, FlippedBitsOfRestartFilesAreRefused)
+{
+  const std::string command = elastic_footing();
+  const std::string path =
+      "test_fix_mpm_flips." + std::to_string(SoilScript().lmp->comm->me) + ".restart";
+  SoilScript(MPI_COMM_SELF) << command + "run 3\nwrite_restart " + path + "\n";
+  const std::string read = "read_restart " + path + "\npair_style none\ncomm_modify cutoff 1.0\n" +
+      command.substr(command.find("fix soil"));
+  const std::string text = rve_test::text_of(path);
+  const std::size_t head = place_of_head(text, 3.0);
+  double length;
+  std::memcpy(&length, &text[head + sizeof(double)], sizeof(length));
+  const auto record = text.find(bytes_of(24.0) + bytes_of(3.0));    // of an atom: numbers, step
+  ASSERT_NE(record, std::string::npos);
+
+  // every bit of the versions, lengths and sizes, every seventh of the rest
+  const auto count_silent = [&](std::size_t begin, std::size_t end) {
+    int silent = 0;
+    for (std::size_t bit = 8 * begin; bit < 8 * end; bit += bit < 8 * (begin + 16) ? 1 : 7) {
+      std::string other = text;
+      other[bit / 8] = static_cast<char>(other[bit / 8] ^ 1 << bit % 8);
+      std::ofstream(path, std::ios::binary) << other;
+      const std::string message = message_of(read);
+      silent += message.find("Fix mpm: the ") == std::string::npos;
+    }
+    return silent;
+  };
+  EXPECT_EQ(count_silent(head, head + (std::size_t) length * sizeof(double)), 0);
+  EXPECT_EQ(count_silent(record, record + 24 * sizeof(double)), 0);
+  std::remove(path.c_str());
+}
+
+TEST(FixMpm, AContinuedRunSaysWhatItsFixSaysOtherwise)
+{
+  const std::string command = elastic_footing();
+  const std::string path =
+      "test_fix_mpm_other." + std::to_string(SoilScript().lmp->comm->me) + ".restart";
+  const std::string log = path + ".log";
+  SoilScript first(MPI_COMM_SELF);
+  first << command + "run 20\nwrite_restart " + path + "\n";
+  const std::string read =
+      "read_restart " + path + "\npair_style none\ncomm_modify cutoff 1.0\nneighbor 0.5 bin\n";
+  const auto said = [&](std::string fix, const std::string &before = "") {
+    Script script(MPI_COMM_SELF);
+    script << "log " + log + "\n" + read + before + fix + "log none\n";
+    return std::make_pair(rve_test::text_of(log), script.fix_value("soil", 8));
+  };
+  std::string fix = command.substr(command.find("fix soil"));
+  const auto same = said(fix);
+  std::string spelled = fix;
+  spelled.replace(spelled.find("damping 0.05"), 12, "damping 5e-2");
+  const auto as_number = said(spelled);
+  std::string other = fix;
+  other.replace(other.find("damping 0.05"), 12, "flip 0.99");
+  other.replace(other.find("elastic 1.0e6 0.3 density 2000"), 30, "elastic 2.0e6 0.3 density 2100");
+  const auto changed = said(other);
+  // another body before the plate, which keeps its displacement
+  const auto two = said(fix.substr(0, fix.find("rigid")) + "rigid lid vx 0 vy 0 rough " +
+                            fix.substr(fix.find("rigid")),
+                        "group lid id 1\n");
+  std::remove(path.c_str());
+  std::remove(log.c_str());
+
+  EXPECT_EQ(same.first.find("continued with"), std::string::npos) << same.first;
+  EXPECT_EQ(as_number.first.find("continued with"), std::string::npos) << as_number.first;
+  EXPECT_EQ(same.second, first.fix_value("soil", 8));
+  EXPECT_NE(
+      changed.first.find("Fix mpm soil continued with: model ground elastic 1.0e6 0.3 -> elastic "
+                         "2.0e6 0.3, damping 0.05 -> not given, flip not given -> 0.99"),
+      std::string::npos)
+      << changed.first;
+  EXPECT_NE(changed.first.find("keep what they have; for new points only: density 2000 -> 2100"),
+            std::string::npos)
+      << changed.first;
+  EXPECT_NE(two.first.find("begin with the displacement 0: lid"), std::string::npos) << two.first;
+  EXPECT_EQ(two.second, 0.0);
 }
 
 TEST(FixMpm, RestartFilesOfDifferentStepsAreRefused)
@@ -815,6 +906,20 @@ TEST(FixMpmErrors, SayWhatIsWrong)
       {scene + "fix soil all mpm 1.0 " + law + " cfl 1.0 0.5", "0 < warn <= error, got 1.0 0.5"},
       {scene + "fix soil all mpm 1.0 " + law + " domain 0 2.5 0 4",
        "whole number of cells, got 2.5 / 1 = 2.5"},
+      {scene + "fix soil all mpm 1.0 " + law + " flip 0.9 flip 0.99",
+       "Fix mpm: flip is given twice"},
+      {scene + "fix soil all mpm 1.0 " + law + " boundary xlo roller boundary xlo fixed",
+       "Fix mpm: boundary xlo is given twice"},
+      {scene + "fix soil all mpm 1.0 " + law + " model all elastic 1.0e6 0.2",
+       "Fix mpm: model all is given twice"},
+      {scene + "fix soil all mpm 1.0 " + law + " points_per_cell 1 volume 0.9",
+       "Fix mpm: volume is given twice"},
+      {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
+           " rigid plate vx 0 vy 0 rough rigid plate vx 0 vy 1 rough",
+       "Fix mpm: rigid plate is given twice"},
+      {scene + "fix soil all mpm 1.0 " + law +
+           " traction all 0 -1 face xhi traction all 0 -1 face xlo face yhi",
+       "Fix mpm: traction all number 2 face is given twice"},
       {scene + "fix soil all mpm 1.0 " + law + " separation yes", "must follow a rigid body"},
       {scene + "fix soil all mpm 1.0 " + law + " face yhi",
        "must follow a traction or a rigid body"},
