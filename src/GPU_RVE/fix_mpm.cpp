@@ -30,6 +30,7 @@
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
+#include "exceptions.h"
 #include "group.h"
 #include "input.h"
 #include "memory.h"
@@ -88,6 +89,11 @@ bool is_same_sum(double a, double b)
   return memcmp(&a, &b, sizeof(a)) == 0;
 }
 
+constexpr double COURANT_SMALL =
+    1e-4;    // below, in a million steps a wave passes a hundred cells at most
+constexpr double FULL =
+    1.3;    // area of the points in a cell over that of the cell, above which it is too much
+
 constexpr double LONG_RUN =
     1.0;    // wall time of a run that is worth a line about its parts [seconds]
 
@@ -104,6 +110,11 @@ struct FixMpm::Impl {
   std::vector<Vec2> body_displacement;
   std::vector<mpm::TractionLoad> loads;    // of this step
   double **output = nullptr;
+  // as the last run left them, to see whether others have moved points: their number and a sum over positions; box sides
+  bigint points_then = -1;
+  std::uint64_t positions_then = 0;
+  double box_then[4] = {};
+  bool said_overlap = false;
   double times[TIMES] = {};                        // wall time of this run [seconds]
   double damping_sum = 0.0, reaction_sum = 0.0;    // of looks in this run [force]
   bool output_is_old = false;    // rows of the per-atom output are those of an earlier step
@@ -181,6 +192,20 @@ struct FixMpm::Impl {
     return std::any_of(grains.begin(), grains.end(), [](const FixRve *some) {
       return some != nullptr;
     });
+  }
+
+  /// Of the positions of all points, in no order.
+  static std::uint64_t sum_of_positions(const Atom *atom, MPI_Comm world)
+  {
+    std::uint64_t sum = 0;
+    for (int i = 0; i < atom->nlocal; i++) {
+      rve::Checksum one;
+      one.add(&atom->tag[i], sizeof(tagint));
+      one.add(atom->x[i], 2 * sizeof(double));
+      sum += one.value();
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_UINT64_T, MPI_SUM, world);
+    return sum;
   }
 
   void find_members(const Atom *atom)
@@ -311,6 +336,11 @@ void FixMpm::init()
     error->all(FLERR, "Fix mpm cannot be used with minimize: its points have no energy");
   if (utils::strmatch(update->integrate_style, "^respa"))
     error->all(FLERR, "Fix mpm does not support run_style respa");
+  if (input->command && strcmp(input->command, "rerun") == 0)
+    error->all(
+        FLERR,
+        "Fix mpm cannot be used with rerun: strains and stresses of points follow from their "
+        "whole history, which positions in a dump do not have");
 
   const bigint members = group->count(igroup);
   if (members == 0) error->all(FLERR, "Fix mpm: group '{}' has no atoms", group->names[igroup]);
@@ -323,6 +353,13 @@ void FixMpm::init()
     if (other->time_integrate)
       error->all(FLERR, "Fix mpm: fix {} (style {}) integrates the same atoms", other->id,
                  other->style);
+    if (other->box_change & ~BOX_CHANGE_DOMAIN)
+      error->all(
+          FLERR,
+          "Fix mpm: fix {} (style {}) changes the box and moves atoms with it, which the strains "
+          "of material points would not know of; deform the material by boundary, rigid or "
+          "traction",
+          other->id, other->style);
     if (utils::strmatch(other->style, "^setforce") || utils::strmatch(other->style, "^freeze"))
       error->all(
           FLERR,
@@ -351,13 +388,114 @@ void FixMpm::init()
 }
 
 /* ----------------------------------------------------------------------
+   between runs: what others did to the points, and what the script says of them
+------------------------------------------------------------------------- */
+
+void FixMpm::check_positions()
+{
+  if (impl->points_then != atom->natoms ||
+      impl->positions_then == Impl::sum_of_positions(atom, world))
+    return;
+  const double box[] = {domain->boxlo[0], domain->boxhi[0], domain->boxlo[1], domain->boxhi[1]};
+  if (!std::equal(box, box + 4, impl->box_then))
+    error->all(
+        FLERR,
+        "Fix mpm: points and box have been changed since the last run, by change_box with remap "
+        "perhaps; strains and stresses of the points do not know of that. Change the box without "
+        "remap, or before the fix is defined");
+  if (comm->me == 0)
+    error->warning(
+        FLERR,
+        "Fix mpm {}: points have been moved since the last run; their displacements count "
+        "that, their strains and stresses do not",
+        id);
+}
+
+void FixMpm::check_overlap()
+{
+  if (impl->said_overlap) return;
+  bigint several[2] = {0, 0};    // points of more than one model, or body
+  for (int i = 0; i < atom->nlocal; i++) {
+    int models = 0, bodies = 0;
+    for (const MpmModel &model : impl->settings.models)
+      if (atom->mask[i] & model.groupbit) models++;
+    for (const MpmRigidBody &body : impl->settings.bodies)
+      if (atom->mask[i] & body.groupbit) bodies++;
+    if (bodies > 1) several[1]++;
+    if (bodies == 0 && models > 1) several[0]++;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, several, 2, MPI_LMP_BIGINT, MPI_SUM, world);
+  for (int k = 0; k < 2; k++)
+    if (several[k] > 0 && comm->me == 0)
+      error->warning(
+          FLERR,
+          "Fix mpm {}: {} points are in the groups of more than one {}; the last one in the "
+          "fix counts",
+          id, several[k], k == 0 ? "model" : "rigid body");
+  impl->said_overlap = several[0] + several[1] > 0;
+}
+
+/* ----------------------------------------------------------------------
+   squares of points that do not overlap fill no cell more than once
+------------------------------------------------------------------------- */
+
+void FixMpm::check_area(const std::vector<int> &made)
+{
+  bigint total = made.size();
+  MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  if (total == 0) return;
+  const mpm::Grid &grid = impl->solver->grid();
+  const double h = grid.cell_size();
+  std::vector<double> filled((std::size_t) grid.cells(0) * grid.cells(1), 0.0);
+  for (const int i : made) {
+    int first[2], last[2];
+    double low[2], high[2];
+    for (int a = 0; a < 2; a++) {
+      low[a] = grid.scaled(atom->x[i][a] - impl->half_size[i][a], a);
+      high[a] = grid.scaled(atom->x[i][a] + impl->half_size[i][a], a);
+      if (!(std::fabs(low[a]) < 1e7 && std::fabs(high[a]) < 1e7)) low[a] = high[a] = -2.0;
+      first[a] = std::max(0, (int) std::floor(low[a]));
+      last[a] = std::min(grid.cells(a) - 1, (int) std::floor(high[a]));
+    }
+    for (int row = first[1]; row <= last[1]; row++)
+      for (int column = first[0]; column <= last[0]; column++)
+        filled[(std::size_t) row * grid.cells(0) + column] +=
+            std::max(0.0, std::min(high[0], column + 1.0) - std::max(low[0], (double) column)) *
+            std::max(0.0, std::min(high[1], row + 1.0) - std::max(low[1], (double) row));
+  }
+  MPI_Allreduce(MPI_IN_PLACE, filled.data(), (int) filled.size(), MPI_DOUBLE, MPI_SUM, world);
+  bigint cells = 0, over = 0;
+  double fullest = 0.0;
+  for (const double share : filled) {
+    cells += share > 1e-6;
+    over += share > FULL;
+    fullest = std::max(fullest, share);
+  }
+  if (over == 0) return;
+  const std::string text =
+      fmt::format("{} of {} cells of {} by {} [distance] that points fill have more than {} times "
+                  "their area in "
+                  "points, the fullest {:.3g} times: they weigh and resist too much by as much. A "
+                  "point has the area "
+                  "{} [distance^2]; say with points_per_cell or volume what it is, and look for "
+                  "points that were "
+                  "made twice",
+                  over, cells, h, h, FULL, fullest, impl->settings.initial_volume);
+  if (2 * over > cells) error->all(FLERR, "Fix mpm: {}", text);
+  if (comm->me == 0) error->warning(FLERR, "Fix mpm {}: {}", id, text);
+}
+
+/* ----------------------------------------------------------------------
    makes material points of new atoms: all other fixes are initialized, and fix gravity has not yet asked for the masses
 ------------------------------------------------------------------------- */
 
 void FixMpm::setup_pre_force(int)
 {
+  check_positions();
+  check_overlap();
   impl->find_members(atom);
   impl->take_over(atom);
+  std::vector<int> made;
   for (int i = 0; i < atom->nlocal; i++) {
     const bool rigid = impl->body[i] >= 0;
     if (!rigid && impl->model[i] < 0)
@@ -369,6 +507,7 @@ void FixMpm::setup_pre_force(int)
                  grains->id);
     if (impl->volume0[i] == 0.0) {
       const double half = 0.5 * std::sqrt(impl->settings.initial_volume);
+      if (!rigid) made.push_back(i);
       impl->reference[i] = {{atom->x[i][0], atom->x[i][1]}};
       impl->half_size[i] = {{half, half}};
       impl->volume0[i] = impl->volume[i] = impl->settings.initial_volume;
@@ -398,6 +537,7 @@ void FixMpm::setup_pre_force(int)
                  "use atom_style sphere, or set it with the mass command",
                  atom->tag[i], impl->mass[i], atom->type[i], atom->mass[atom->type[i]]);
   }
+  check_area(made);
   // other fixes and the variables of this one may read the columns before setup() is through
   fill_output();
 }
@@ -405,6 +545,7 @@ void FixMpm::setup_pre_force(int)
 void FixMpm::setup(int)
 {
   check_courant();
+  check_time_step();
   solve(false);
   if (!impl->has_grains()) impl->progress->begin();
 }
@@ -450,6 +591,10 @@ void FixMpm::post_run()
 {
   if (impl->output_is_old) fill_output();
   tell_damping();
+  impl->points_then = atom->natoms;
+  impl->positions_then = Impl::sum_of_positions(atom, world);
+  const double box[] = {domain->boxlo[0], domain->boxhi[0], domain->boxlo[1], domain->boxhi[1]};
+  std::copy_n(box, 4, impl->box_then);
   double all[] = {impl->times[TIME_RVE], impl->times[TIME_MPM], impl->times[TIME_TRANSFERS],
                   timer->get_wall(Timer::OUTPUT), timer->get_wall(Timer::TOTAL)};
   MPI_Allreduce(MPI_IN_PLACE, all, 5, MPI_DOUBLE, MPI_SUM, world);
@@ -463,6 +608,19 @@ void FixMpm::post_run()
                  id, total, per_step * all[TIME_RVE], per_step * all[TIME_MPM],
                  per_step * all[TIME_TRANSFERS],
                  per_step * (total - all[0] - all[1] - all[2] - all[3]), per_step * all[3]);
+}
+
+void FixMpm::check_time_step()
+{
+  if (comm->me != 0 || impl->courant >= COURANT_SMALL) return;
+  error->warning(
+      FLERR,
+      "Fix mpm {}: the Courant number is {:.2g}, so that the {} steps of this run take the "
+      "fastest wave through {:.2g} cells. The time step is {} [time]{}; {:.2g} has a Courant "
+      "number of 0.5",
+      id, impl->courant, update->nsteps, impl->courant * update->nsteps, update->dt,
+      update->dt_default ? ", the default of LAMMPS: set it with the command timestep" : "",
+      impl->courant > 0.0 ? 0.5 * update->dt / impl->courant : 0.0);
 }
 
 /* ----------------------------------------------------------------------
@@ -529,6 +687,15 @@ void FixMpm::solve(bool advance)
                  : atom->mask[i] & traction.groupbit)
         load.point_index.push_back(i);
     }
+    if (advance || traction.groupbit) continue;
+    bigint loaded = load.point_index.size();
+    MPI_Allreduce(MPI_IN_PLACE, &loaded, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+    if (loaded == 0 && comm->me == 0)
+      error->warning(
+          FLERR,
+          "Fix mpm {}: the region '{}' of a traction has no deformable points at step {}, so "
+          "that the traction acts on nothing now",
+          id, traction.id, update->ntimestep);
   }
 
   try {
@@ -543,6 +710,8 @@ void FixMpm::solve(bool advance)
       impl->solver->step(impl->points(atom), impl->loads, update->dt);
     else
       impl->solver->evaluate(impl->points(atom), impl->loads, update->dt);
+  } catch (const LAMMPSException &) {
+    throw;    // another fix has said it
   } catch (const std::exception &problem) {
     error->one(FLERR, "Fix mpm, step {}: {}", update->ntimestep,
                problem.what());    // perhaps on one rank only
@@ -586,6 +755,8 @@ void FixMpm::check_courant()
   impl->find_members(atom);
   try {
     impl->courant = impl->solver->cfl_number(impl->points(atom), update->dt);
+  } catch (const LAMMPSException &) {
+    throw;
   } catch (const std::exception &problem) {
     error->one(FLERR, "Fix mpm, step {}: {}", update->ntimestep, problem.what());
   }

@@ -31,14 +31,24 @@
 
 using namespace LAMMPS_NS;
 
+namespace {
+
+constexpr double LARGEST =
+    1e30;    // of any number: products of two, and sums of many, are still numbers
+constexpr double MAX_COURANT =
+    10.0;    // the estimate for RVEs is an upper bound, if no larger one than that
+
+}    // namespace
+
 MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
 {
   if (narg < 4) utils::missing_cmd_args(FLERR, "fix mpm", lmp->error);
   MpmSettings settings;
   mpm::SolverOptions &options = settings.options;
   options.cell_size = utils::numeric(FLERR, arg[3], false, lmp);
-  if (!(options.cell_size > 0.0))
-    lmp->error->all(FLERR, "Fix mpm cell size must be > 0 [distance], got {}", arg[3]);
+  if (!(options.cell_size > 0.0 && options.cell_size <= LARGEST))
+    lmp->error->all(FLERR, "Fix mpm cell size must be > 0 and at most {:g} [distance], got {}",
+                    LARGEST, arg[3]);
   options.lo = {{lmp->domain->boxlo[0], lmp->domain->boxlo[1]}};
   options.hi = {{lmp->domain->boxhi[0], lmp->domain->boxhi[1]}};
   settings.initial_volume = options.cell_size * options.cell_size;
@@ -55,7 +65,11 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
       utils::missing_cmd_args(FLERR, std::string("fix mpm ") + arg[iarg], lmp->error);
   };
   const auto number = [&](int k) {
-    return utils::numeric(FLERR, arg[iarg + k], false, lmp);
+    const double given = utils::numeric(FLERR, arg[iarg + k], false, lmp);
+    if (!(std::fabs(given) <= LARGEST))
+      lmp->error->all(FLERR, "Fix mpm {}: numbers must be from {:g} to {:g}, got {}", arg[iarg],
+                      -LARGEST, LARGEST, arg[iarg + k]);
+    return given;
   };
   const auto value = [&](int k) {
     MpmValue v;
@@ -221,9 +235,12 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
         need(2);
         settings.courant_warn = number(1);
         settings.courant_error = number(2);
-        if (!(settings.courant_warn > 0.0 && settings.courant_error >= settings.courant_warn))
-          lmp->error->all(FLERR, "Fix mpm cfl must have 0 < warn <= error, got {} {}",
-                          arg[iarg + 1], arg[iarg + 2]);
+        if (!(settings.courant_warn > 0.0 && settings.courant_error >= settings.courant_warn &&
+              settings.courant_error <= MAX_COURANT))
+          lmp->error->all(FLERR,
+                          "Fix mpm cfl must have 0 < warn <= error <= {:g}, got {} {}; above 1 a "
+                          "step is unstable",
+                          MAX_COURANT, arg[iarg + 1], arg[iarg + 2]);
         iarg += 3;
       } else if (word == "progress") {
         need(1);

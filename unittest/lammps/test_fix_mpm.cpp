@@ -881,7 +881,37 @@ TEST(FixMpmErrors, SayWhatIsWrong)
   MPI_Barrier(MPI_COMM_WORLD);
   const std::string scene = points_in_box(2, 2) + "timestep 0.001\n";
   const std::string law = "model all elastic 1.0e6 0.3 density 2000";
+  const std::string rank = std::to_string(SoilScript().lmp->comm->me);
+  const std::string dump = "test_fix_mpm_rerun." + rank + ".dump";
   const std::vector<std::pair<std::string, std::string>> cases = {
+      {scene + "fix soil all mpm 1.0 " + law + " cfl 1 1e300",
+       "Fix mpm cfl: numbers must be from -1e+30 to 1e+30, got 1e300"},
+      {scene + "fix soil all mpm 1.0 " + law + " cfl 1 100", "0 < warn <= error <= 10, got 1 100"},
+      {scene + "fix soil all mpm 1.0 model all elastic 1e6 0.3 density 1e300",
+       "Fix mpm density: numbers must be from -1e+30 to 1e+30, got 1e300"},
+      {scene + "fix soil all mpm 1.0 " + law + " damping -0.1",
+       "local damping must be in [0, 1), got -0.1"},
+      {scene + "fix soil all mpm 1.0 " + law + "\ndump d all custom 1 " + dump +
+           " id x y\nrun 1\nrerun " + dump + " dump x y",
+       "Fix mpm cannot be used with rerun"},
+      {scene + "fix soil all mpm 1.0 " + law + "\nfix d all deform 1 x scale 1.1\nrun 1",
+       "fix d (style deform) changes the box and moves atoms with it"},
+      {scene + "fix soil all mpm 1.0 " + law + "\nrun 1\nchange_box all x scale 1.1 remap\nrun 1",
+       "points and box have been changed since the last run"},
+      {scene + "group g id 1\nfix soil all mpm 1.0 " + law +
+           " traction g 0 -1\nrun 1\ngroup g delete\nrun 1",
+       "Fix mpm traction: group 'g' has been deleted since the fix was defined"},
+      {scene + "group first id 1\ngroup g id 2\nfix soil all mpm 1.0 " + law +
+           " traction g 0 -1\nrun 1\ngroup first delete\ngroup g delete\ngroup g id 3\nrun 1",
+       "Fix mpm traction: group 'g' has been deleted and defined anew"},
+      {scene + "group g id 1\nfix soil all mpm 1.0 model g elastic 1.0e6 0.3 " + law +
+           "\nrun 1\ngroup g delete\nrun 1",
+       "Fix mpm model: group 'g' has been deleted since the fix was defined"},
+      {scene + "group nobody empty\nfix soil all mpm 1.0 " + law + " traction nobody 0 -1\nrun 1",
+       "Fix mpm traction: group 'nobody' has no atoms"},
+      {block_of_points("lattice sq 0.5 origin 0.5 0.5 0.0") +
+           "timestep 0.001\nfix soil all mpm 1.0 " + law + "\nrun 1",
+       "have more than 1.3 times their area in points, the fullest 4 times"},
       {scene + "fix soil all mpm 0 " + law, "must be > 0"},
       {scene + "fix soil all mpm 1.0 " + law + " wings yes", "unknown keyword 'wings'"},
       {scene + "fix soil all mpm 1.0 " + law + " flip 1.5", "in [0, 1]"},
@@ -903,7 +933,8 @@ TEST(FixMpmErrors, SayWhatIsWrong)
        "points_per_cell must be > 0, got 0"},
       {scene + "fix soil all mpm 1.0 " + law + " volume 1.5",
        "volume of a point must be in (0, 1] (one cell), got 1.5"},
-      {scene + "fix soil all mpm 1.0 " + law + " cfl 1.0 0.5", "0 < warn <= error, got 1.0 0.5"},
+      {scene + "fix soil all mpm 1.0 " + law + " cfl 1.0 0.5",
+       "0 < warn <= error <= 10, got 1.0 0.5"},
       {scene + "fix soil all mpm 1.0 " + law + " domain 0 2.5 0 4",
        "whole number of cells, got 2.5 / 1 = 2.5"},
       {scene + "fix soil all mpm 1.0 " + law + " flip 0.9 flip 0.99",
@@ -1001,6 +1032,39 @@ TEST(FixMpmErrors, SayWhatIsWrong)
     const std::string message = message_of(one.first);
     EXPECT_NE(message.find(one.second), std::string::npos)
         << "expected '" << one.second << "' in '" << message << "'";
+  }
+  std::remove(dump.c_str());
+}
+
+TEST(FixMpmWarnings, SayWhatIsProbablyNotMeant)
+{
+  const std::string scene = points_in_box(4, 4) + "timestep 0.001\n";
+  const std::string fix = "fix soil all mpm 1.0 model all elastic 1.0e6 0.3 density 2000";
+  const std::string run = "\nrun 2\n";
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {points_in_box(4, 4) + fix + run,
+       "The time step is 1e-08 [time], the default of LAMMPS: set it with the command timestep; "
+       "0.019 has a "
+       "Courant number of 0.5"},
+      {scene + "timestep 1e-9\n" + fix + run, "The time step is 1e-09 [time]; 0.019 has"},
+      {scene + "group some id 1 2 3\n" + fix + " model some elastic 1e6 0.2" + run,
+       "3 points are in the groups of more than one model"},
+      {scene + "region air block 0 4 5 6 INF INF units box\n" + fix + " traction air 0 -1" + run,
+       "the region 'air' of a traction has no deformable points at step 0"},
+      {scene + fix + run + "displace_atoms all move 0.1 0 0 units box" + run,
+       "points have been moved since the last run"},
+      {scene + "create_atoms 1 single 1.5 1.5 0\n" + fix + run,
+       "1 of 16 cells of 1 by 1 [distance] that points fill have more than 1.3 times"},
+      {scene + fix + run + "change_box all y final 0 7" + run, ""},
+      {scene + fix + run + "velocity all set 0.1 0 0" + run, ""}};
+  const std::string path = rve_test::temporary_path("log");
+  for (const auto &one : cases) {
+    Script(MPI_COMM_SELF) << "log " + path + "\n" + one.first + "log none\n";
+    const std::string log = rve_test::text_of(path);
+    if (one.second.empty())
+      EXPECT_EQ(log.find("WARNING: Fix mpm"), std::string::npos) << log;
+    else
+      EXPECT_NE(log.find(one.second), std::string::npos) << log;
   }
 }
 
