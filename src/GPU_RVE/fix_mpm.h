@@ -25,6 +25,8 @@ FixStyle(mpm,FixMpm);
 
 #include "fix.h"
 
+#include <vector>
+
 namespace LAMMPS_NS {
 
 class FixMpm : public Fix {
@@ -65,6 +67,10 @@ class FixMpm : public Fix {
   void solve(bool);
   void fill_output();
   void check_courant();
+  void check_time_step();
+  void check_positions();
+  void check_overlap();
+  void check_area(const std::vector<int> &);
   void look_at_damping();
   void tell_damping();
   void report_times() const;

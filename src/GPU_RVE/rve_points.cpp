@@ -276,8 +276,13 @@ void RvePoints::set_materials(const std::vector<int> &slots,
   }
   std::vector<rve::ElasticResult> looks;
   call_engine(slots, drives_at_rest(slots.size()), looks);
+  std::vector<rve::Response> look_at_shadow;
   for (std::size_t k = 0; k < slots.size(); ++k) {
     Point &point = points[slots[k]];
+    if (point.shadow >= 0) {
+      shadows->advance({point.shadow}, drives_at_rest(1), look_at_shadow);
+      point.shadow_stress = look_at_shadow[0].stress;
+    }
     const double gain_before = gain_factor(point.material), gain = gain_factor(materials[k]);
     if (gain != gain_before) point.servo_gain *= gain / gain_before;
     point.material = materials[k];

@@ -112,12 +112,12 @@ TEST(ContinuedRun, ObeysAPresetAndListsWhatItStandsFor)
 
 TEST(ContinuedRun, RefusesADtAboveTheBoundOfItsRves)
 {
-  const std::string file = restart_of(FIX + "mass_scaling 4 dt 1e-4 " + DRIVE + "\n");
+  // good for the packing as it is in its file, and not for RVEs that are four times as stiff
+  const std::string file = restart_of(FIX + "dt 5e-5 kn 4e6 kt 2e6 " + DRIVE + "\n");
 
-  // good for four times the mass, which these RVEs lose
-  EXPECT_IN("is above the stability bound",
-            message_of("read_restart " + file + "\n" + RATE + FIX + "mass_scaling 1 dt 1.9e-4 " +
-                       DRIVE + "\nrun 1"));
+  EXPECT_IN(
+      "DEM time step 0.0001 [time] is above the stability bound",
+      message_of("read_restart " + file + "\n" + RATE + FIX + "dt 1e-4 " + DRIVE + "\nrun 1"));
 }
 
 TEST(ContinuedRun, RefusesOtherPackingsWithTheListOfDifferences)
@@ -262,6 +262,19 @@ TEST(FixModify, OfASleepersMaterialAnswersWithTheNewStiffness)
   script << "fix_modify grains kn 2e6\nrun 0";
 
   EXPECT_NEAR(script.per_atom("s", 2) / before, 2.0, 1e-9);
+}
+
+TEST(FixModify, OfTheMaterialReachesShadows)
+{
+  // a shadow of the same steps in double is the RVE itself
+  GrainsScript script;
+  script << FOUR_ATOMS + FIX + "format double dt auto 0.5 shadow 2 1 " + DRIVE +
+          "\nrun 5\nfix_modify grains kn 2e6 friction 0.2\nrun 0";
+  EXPECT_EQ(script.fix_value(12), 0.0);
+
+  script << "run 5";
+
+  EXPECT_EQ(script.fix_value(12), 0.0);
 }
 
 TEST(FixModify, RefusesWhatCannotBeChangedAndSaysWhy)
