@@ -151,6 +151,57 @@ TEST(RveState, WrongNumbersAreNamedWithValueUnitAndRange)
                   "RVE has no grains");
 }
 
+TEST(RveState, ProductsBeyondTheRangeOfNumbersAreNamed)
+{
+  const auto message = [](const std::function<void(RveState &)> &change) {
+    RveState state = two_disks(1e-4);
+    change(state);
+    return message_of([&] {
+      state.check();
+    });
+  };
+  const auto expect = [&](const std::function<void(RveState &)> &change, const std::string &part) {
+    const std::string text = message(change);
+    EXPECT_NE(text.find(part), std::string::npos)
+        << "expected '" << part << "' in '" << text << "'";
+    EXPECT_NE(text.find("range of numbers"), std::string::npos) << text;
+  };
+  expect(
+      [](RveState &s) {
+        for (double &r : s.radius) r = 1e-200;
+      },
+      "sum of the areas of the grains is 0 [length^2]");
+  expect(
+      [](RveState &s) {
+        s.material.thickness = 1.8e-316;
+      },
+      "volume of the cell, its area times thickness is");
+  expect(
+      [](RveState &s) {
+        s.material.density = 1e-300;
+        s.material.mass_depth = 1e-10;
+      },
+      "moment of inertia of the smallest grain, of density and mass_depth is ");
+  expect(
+      [](RveState &s) {
+        s.material.density = 1e200;
+        s.material.mass_depth = 1e200;
+      },
+      "is inf [mass");
+  expect(
+      [](RveState &s) {
+        s.material.normal_stiffness = 1e300;
+        s.material.density = 1e-30;
+      },
+      "normal stiffness over the mass of the smallest grain is inf [1/time^2]");
+  expect(
+      [](RveState &s) {
+        s.material.normal_stiffness = 1e300;
+        s.material.thickness = 1e-30;
+      },
+      "normal stiffness times squared radius over the volume of the cell is inf [stress]");
+}
+
 TEST(RveState, NarrowWidthOfAShearedCellIsSeen)
 {
   RveState state = two_disks(0.0);

@@ -99,6 +99,31 @@ namespace {
     }
   }
 
+  /// What every call makes of sizes, masses and stiffnesses: products that no double holds would be infinite stresses and
+  /// frequencies, or zeros that others are divided by.
+  void check_products(const RveState &state)
+  {
+    const Material &material = state.material;
+    const auto require_normal = [](double value, const char *what, const char *unit) {
+      require_sound(std::isnormal(value), value, what, unit,
+                    "between 2.3e-308 and 1.8e308, the range of numbers: choose other units");
+    };
+    const double radius = *std::min_element(state.radius.begin(), state.radius.end());
+    const double volume = state.cell_area() * material.thickness;
+    const double mass = material.density * material.mass_depth * (PI * radius * radius);
+    require_normal(state.solid_area(), "sum of the areas of the grains", "[length^2]");
+    require_normal(volume, "volume of the cell, its area times thickness", "[length^3]");
+    require_normal(0.5 * mass * radius * radius,
+                   "moment of inertia of the smallest grain, of density and mass_depth",
+                   "[mass length^2]");
+    require_normal(state.mass(), "mass of all grains, of density and mass_depth", "[mass]");
+    require_normal(material.normal_stiffness / mass,
+                   "normal stiffness over the mass of the smallest grain", "[1/time^2]");
+    require_normal(material.normal_stiffness * radius * (radius / volume),
+                   "normal stiffness times squared radius over the volume of the cell", "[stress]");
+    require_finite(state.void_ratio(), "void ratio", "[-]");
+  }
+
   void check_pairs(const RveState &state)
   {
     std::vector<std::pair<std::int32_t, std::int32_t>> ends;
@@ -311,6 +336,7 @@ void RveState::check() const
   require_finite(deformation, "the deformation gradient", "[-]");
   require_positive(determinant(deformation), "determinant of the deformation gradient", "[-]");
 
+  check_products(*this);
   check_pairs(*this);
   require_finite(list_cell, "the cell matrix of the Verlet list", "[length]");
   const bool has_list = determinant(list_cell) != 0.0;
