@@ -35,7 +35,6 @@ inline const std::vector<std::string> &awkward_words()
                                                  "-1e300",
                                                  "4.9e-324",
                                                  "1e308",
-                                                 "2147483647",
                                                  "2147483648",
                                                  "1e99",
                                                  "nan",
