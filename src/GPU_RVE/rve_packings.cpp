@@ -21,6 +21,7 @@
 #include "one_rank.h"
 #include "rve/core/checksum.h"
 #include "rve/core/error.h"
+#include "rve/engine/contact_network.h"
 #include "rve/engine/packing_image.h"
 #include "rve/engine/packing_io.h"
 #include "rve/engine/stability.h"
@@ -79,6 +80,7 @@ void RvePackings::read(LAMMPS *lmp, const FixRveSettings &settings)
           change_material(state.material, settings.material, settings.mass_scaling.value_or(1.0),
                           1.0);
           state.check();
+          rve::forget_absurd_force(state);
           file_of.push_back(static_cast<int>(n));
           stable.push_back(rve::stable_time_step(state));
           state_images.push_back(rve::serialize(state));

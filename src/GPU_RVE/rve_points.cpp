@@ -202,6 +202,14 @@ void RvePoints::note_check(const std::vector<int> &slots)
 
 double RvePoints::bytes_for(const std::vector<int> &grains, int count, int num_shadows) const
 {
+std::vector<rve::Advice> RvePoints::advice_on_servo(int slot)
+{
+  Point &point = points[slot];
+  const auto list = rve::advice_on_servo(point.result, point.drive, point.out_of_reach);
+  point.out_of_reach = rve::stress_out_of_reach(point.result, point.drive);
+  return list;
+}
+
   if (count == 0) return 0.0;
   const int largest = *std::max_element(grains.begin(), grains.begin() + count);
   double bytes = static_cast<double>(engine->bytes_of_call(engine->size() + count, largest));

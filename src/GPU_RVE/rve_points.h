@@ -69,6 +69,7 @@ class RvePoints {
     rve::Material material;
     double servo_gain = 0.0;      ///< default of its stress servo [1/(stress time^2)]
     double grain_size = 0.0;      ///< 2 sqrt(<r^2>) [length]
+    double out_of_reach = 0.0;    ///< stress that its servo lacked when last asked [stress]
     bool frozen = false;          ///< failed once and is not advanced any more
     bool asleep = false;          ///< was skipped in the last macro step
     bool stale = false;           ///< `result` is of an earlier advance, but for stress and status
@@ -148,6 +149,8 @@ class RvePoints {
   /// Their bounds have been looked at, and those of all that have stiffened.
   void note_check(const std::vector<int> &slots);
   /// Whether it has got so many contacts since the last look at its bound that its time step may not be stable any more; and
+  /// Whether its servo has come no nearer to its goal since the last time that this was asked.
+  std::vector<rve::Advice> advice_on_servo(int slot);
   /// whether one of them has.
   bool has_stiffened(int slot) const
   {

@@ -151,6 +151,61 @@ TEST(RveState, WrongNumbersAreNamedWithValueUnitAndRange)
                   "RVE has no grains");
 }
 
+// A size between 1e-30 and 1e30, and what follows from sizes, is a normal number in all formats.
+TEST(RveState, SizesThatNoFormatCanComputeWithAreNamed)
+{
+  struct {
+    const char *what;
+    double Material::*member;
+    const char *words;
+  } const sizes[] = {
+      {"normal stiffness", &Material::normal_stiffness, "normal stiffness is"},
+      {"tangential stiffness", &Material::tangential_stiffness, "tangential stiffness is"},
+      {"rolling stiffness", &Material::rolling_stiffness, "rolling stiffness is"},
+      {"density", &Material::density, "grain density is"},
+      {"normal viscosity", &Material::normal_viscosity, "normal viscosity is"},
+      {"thickness", &Material::thickness, "thickness is"},
+      {"mass depth", &Material::mass_depth, "mass depth times mass scaling is"},
+  };
+  const auto message_after = [](const std::function<void(RveState &)> &spoil) {
+    RveState state = two_disks(1e-5);
+    spoil(state);
+    return message_of([&] {
+      state.check();
+    });
+  };
+  for (const auto &size : sizes)
+    for (const double value : {1e300, 1e-300}) {
+      const std::string message = message_after([&](RveState &s) {
+        s.material.*size.member = value;
+      });
+      expect_contains(message, size.words);
+      expect_contains(message, "it must be between 1e-30 and 1e30 in size");
+    }
+  expect_contains(message_after([](RveState &s) {
+                    s.radius[1] = 1e-200;
+                  }),
+                  "radius of grain 2 is 1e-200 [length]; it must be between 1e-30 and 1e30");
+  expect_contains(message_after([](RveState &s) {
+                    s.material.density = 1e29;
+                    s.material.mass_depth = 1e10;
+                  }),
+                  "[mass]; it must be between 1e-30 and 1e30");
+  expect_contains(message_after([](RveState &s) {
+                    s.material.density = 1e-20;
+                    s.material.normal_stiffness = 1e20;
+                  }),
+                  "[1/time^2]; it must be between 1e-30 and 1e30");
+  expect_contains(message_after([](RveState &s) {
+                    s.spin[0] = 1e200;    // infinite in fp32
+                  }),
+                  "spin of grain 1 is 1e+200 [1/time]; it must be at most 1e30 in size");
+  expect_contains(message_after([](RveState &s) {
+                    s.material.friction = 1e12;
+                  }),
+                  "friction coefficient is 1e+12 [-]; it must be at most 1e10");
+}
+
 TEST(RveState, NarrowWidthOfAShearedCellIsSeen)
 {
   RveState state = two_disks(0.0);

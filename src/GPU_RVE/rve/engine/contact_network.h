@@ -23,6 +23,10 @@ struct ContactGeometry {
 /// O(N^2) below. Grains with coinciding centres are skipped: they have no normal.
 std::vector<ContactGeometry> find_contacts(const RveState &state);
 
+/// Forgets a largest contact force far above the forces of the contacts that are there, which a file may have and no run leaves: the
+/// scale of forces would hold none of them. The engine then begins with one of its own.
+void forget_absurd_force(RveState &state);
+
 /// Branch vector from grain i to the nearest image of grain j, from the wrapping difference of fractional coordinates [length].
 Vec<double, 2> branch_vector(const RveState &state, int i, int j);
 
