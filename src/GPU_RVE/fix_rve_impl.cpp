@@ -19,6 +19,7 @@
 #include "group.h"
 #include "mpm/exact_sum.h"
 #include "node_share.h"
+#include "one_rank.h"
 #include "readers.h"
 #include "rve/core/error.h"
 #include "rve/core/splitmix64.h"
@@ -83,7 +84,7 @@ void FixRve::Impl::make_engine()
     points = std::make_unique<RvePoints>(std::move(engine), std::move(shadows), settings.macro_step,
                                          threads());
     if (packings.any_rolling_forces()) points->expect_rolling_resistance();
-  } catch (const rve::InputError &e) {
+  } catch (const std::exception &e) {
     problem = fmt::format("fix rve: {}", e.what());
   }
   error_if_any(problem);    // perhaps of some ranks only: more of them than devices
@@ -107,21 +108,11 @@ void FixRve::Impl::make_engine()
         with_notice, fix->comm->nprocs);
 }
 
-/* ----------------------------------------------------------------------
-   error->all wants the same words on all ranks: those of the first one that has any
-------------------------------------------------------------------------- */
+/* ---------------------------------------------------------------------- */
 
 void FixRve::Impl::error_if_any(std::string message) const
 {
-  const int me = fix->comm->me, nobody = fix->comm->nprocs;
-  int speaker, candidate = message.empty() ? nobody : me;
-  MPI_Allreduce(&candidate, &speaker, 1, MPI_INT, MPI_MIN, fix->world);
-  if (speaker == nobody) return;
-  int length = static_cast<int>(message.size());
-  MPI_Bcast(&length, 1, MPI_INT, speaker, fix->world);
-  message.resize(length);
-  MPI_Bcast(message.data(), length, MPI_CHAR, speaker, fix->world);
-  fix->error->all(FLERR, message);
+  LAMMPS_NS::error_if_any(fix->lmp, std::move(message));
 }
 
 /* ----------------------------------------------------------------------
@@ -270,7 +261,7 @@ void FixRve::Impl::check_memory(const std::vector<int> &grains)
   rve::Memory memory;
   try {
     memory = points->memory();
-  } catch (const rve::InputError &e) {
+  } catch (const std::exception &e) {
     fix->error->all(FLERR, "fix rve: {}", e.what());
   }
   MPI_Comm node, sharers;
@@ -407,6 +398,41 @@ void FixRve::Impl::say_how_far_cells_go(const std::vector<const rve::RveState *>
    a random choice that is the same on any number of ranks: the atoms whose IDs hash lowest
 ------------------------------------------------------------------------- */
 
+static std::vector<std::uint64_t> lowest_of_all(std::vector<std::uint64_t> mine, int number,
+                                                MPI_Comm world)
+{
+  const auto shorten = [number](std::vector<std::uint64_t> &list) {
+    std::sort(list.begin(), list.end());
+    list.resize(std::min(list.size(), static_cast<std::size_t>(number)));
+  };
+  shorten(mine);
+  int ranks;
+  MPI_Comm_size(world, &ranks);
+  const int count = static_cast<int>(mine.size());
+  std::vector<int> counts(ranks), begins(ranks, 0);
+  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, world);
+  for (int rank = 1; rank < ranks; ++rank) begins[rank] = begins[rank - 1] + counts[rank - 1];
+  std::vector<std::uint64_t> all(begins.back() + counts.back());
+  MPI_Allgatherv(mine.data(), count, MPI_UINT64_T, all.data(), counts.data(), begins.data(),
+                 MPI_UINT64_T, world);
+  shorten(all);
+  return all;
+}
+
+void FixRve::Impl::remove_shadows(int number)
+{
+  std::vector<std::uint64_t> mine;
+  const auto hash = [this](int i) {
+    return rve::splitmix64(fix->atom->tag[i]);
+  };
+  for (const int i : atoms_with_rve())
+    if (point(i).shadow >= 0) mine.push_back(hash(i));
+  const std::vector<std::uint64_t> kept = lowest_of_all(mine, number, fix->world);
+  for (const int i : atoms_with_rve())
+    if (point(i).shadow >= 0 && !std::binary_search(kept.begin(), kept.end(), hash(i)))
+      points->remove_shadow(slot[i]);
+}
+
 void FixRve::Impl::choose_shadows()
 {
   if (settings.num_shadows == 0) return;
@@ -422,25 +448,22 @@ void FixRve::Impl::choose_shadows()
   }
   MPI_Allreduce(shadows, all_shadows, 2, MPI_INT, MPI_SUM, fix->world);
   const int wanted = settings.num_shadows - all_shadows[0];
-  if (wanted <= 0) return;
+  if (wanted == 0) return;
+  if (wanted < 0) remove_shadows(settings.num_shadows);    // a restart file had more
 
-  std::sort(mine.begin(), mine.end());
-  mine.resize(std::min(mine.size(), static_cast<std::size_t>(wanted)));
-  const int count = static_cast<int>(mine.size()), ranks = fix->comm->nprocs;
-  std::vector<int> counts(ranks), begins(ranks, 0);
-  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, fix->world);
-  for (int rank = 1; rank < ranks; ++rank) begins[rank] = begins[rank - 1] + counts[rank - 1];
-  std::vector<std::uint64_t> candidates(begins.back() + counts.back());
-  MPI_Allgatherv(mine.data(), count, MPI_UINT64_T, candidates.data(), counts.data(), begins.data(),
-                 MPI_UINT64_T, fix->world);
-  std::sort(candidates.begin(), candidates.end());
-  candidates.resize(std::min(candidates.size(), static_cast<std::size_t>(wanted)));
+  const std::vector<std::uint64_t> candidates =
+      lowest_of_all(mine, std::max(wanted, 0), fix->world);
   for (const int i : atoms_with_rve())
     if (point(i).shadow < 0 &&
         std::binary_search(candidates.begin(), candidates.end(), rve::splitmix64(atom->tag[i])))
-      points->add_shadow(slot[i]);
+      guarded(
+          [&] {
+            points->add_shadow(slot[i]);
+          },
+          i);
 
-  const int total = all_shadows[0] + static_cast<int>(candidates.size());
+  const int total =
+      std::min(all_shadows[0], settings.num_shadows) + static_cast<int>(candidates.size());
   if (fix->comm->me == 0)
     utils::logmesg(fix->lmp,
                    "fix rve {}: {} of {} RVEs have shadows in double with {} DEM steps for one: "
@@ -560,9 +583,9 @@ void FixRve::Impl::take_in(int atom, const double *image, int size)
 void FixRve::Impl::check_clock() const
 {
   const Update *update = fix->update;
-  const Clock clock = this->clock(update->dt);
+  clock(update->dt);
   const bool own_time = settings.substeps > 0 && settings.driver != RveDriver::Mpm;
-  if (own_time || !update->dt_default || clock.substeps > 1 || fix->comm->me) return;
+  if (own_time || !update->dt_default || update->dt > dt || fix->comm->me) return;
   fix->error->warning(FLERR,
                       "fix rve {}: the timestep is {} [time], the default of units {}, and no "
                       "longer than one DEM step of {} [time]; set it with the command timestep",

@@ -92,6 +92,8 @@ struct FixRve::Impl : RveOwner {
   /// What the script asks for in this LAMMPS step.
   std::vector<rve::Drive> drives(const std::vector<int> &atoms);
   void advance(const std::vector<int> &atoms, const std::vector<rve::Drive> &drives) override;
+  /// Leaves so many shadows, of those that choose_shadows() would choose first; collective.
+  void remove_shadows(int number);
   /// Fills the number of shadows up, with atoms that depend on their IDs only; collective.
   void choose_shadows();
   /// Says once of each kind what goes beyond a limit, of the RVE that is farthest beyond; collective.
@@ -146,6 +148,11 @@ struct FixRve::Impl : RveOwner {
   void check_clock() const;
   /// Ends with an error unless all atoms of `dump` have RVEs; collective.
   void check_dump() const;
+  /// Of the dump of an atom in a step.
+  std::string dump_file(tagint id, bigint step) const
+  {
+    return fmt::format("{}.{}.{}.data", settings.dump_prefix, id, step);
+  }
 
   /// Room for the largest RVE in LAMMPS' buffers.
   void set_exchange_size();

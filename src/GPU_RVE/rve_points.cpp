@@ -233,7 +233,7 @@ double RvePoints::bytes_for(const std::vector<int> &grains, int count, int num_s
 void RvePoints::remove(int slot)
 {
   engine->remove(slot);
-  remove_shadow(points[slot]);
+  remove_shadow(slot);
   points[slot] = Point();
   image_sizes[slot] = 0;
 }
@@ -251,13 +251,15 @@ void RvePoints::add_shadow(int slot)
   std::vector<rve::Response> responses;
   shadows->advance({point.shadow}, {drive}, responses);
   point.shadow_stress = responses[0].stress;
-  if (responses[0].status & rve::status::Fatal) remove_shadow(point);
+  if (responses[0].status & rve::status::Fatal) remove_shadow(slot);
 }
 
-void RvePoints::remove_shadow(Point &point)
+void RvePoints::remove_shadow(int slot)
 {
+  Point &point = points[slot];
   if (point.shadow >= 0) shadows->remove(point.shadow);
   point.shadow = -1;
+  image_sizes[slot] = 0;
 }
 
 /* ----------------------------------------------------------------------
@@ -290,8 +292,13 @@ void RvePoints::set_materials(const std::vector<int> &slots,
   }
   std::vector<rve::ElasticResult> looks;
   call_engine(slots, drives_at_rest(slots.size()), looks);
+  std::vector<rve::Response> look_at_shadow;
   for (std::size_t k = 0; k < slots.size(); ++k) {
     Point &point = points[slots[k]];
+    if (point.shadow >= 0) {
+      shadows->advance({point.shadow}, drives_at_rest(1), look_at_shadow);
+      point.shadow_stress = look_at_shadow[0].stress;
+    }
     const double gain_before = gain_factor(point.material), gain = gain_factor(materials[k]);
     if (gain != gain_before) point.servo_gain *= gain / gain_before;
     point.material = materials[k];
@@ -597,7 +604,7 @@ void RvePoints::advance_shadows(const std::vector<int> &slots,
   for (std::size_t k = 0; k < numbers.size(); ++k) {
     Point &point = points[originals[k]];
     if (responses[k].status & rve::status::Fatal)
-      remove_shadow(point);    // its RVE will have another one, or fail as well
+      remove_shadow(originals[k]);    // its RVE will have another one, or fail as well
     else
       point.shadow_stress = responses[k].stress;
   }

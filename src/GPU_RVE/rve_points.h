@@ -134,6 +134,7 @@ class RvePoints {
 
   /// Gives the RVE a shadow: a copy in double precision that goes its way with finer steps from now on, never skipped.
   void add_shadow(int slot);
+  void remove_shadow(int slot);
   /// Wall time spent on shadows, and on all [seconds]
   double shadow_time() const { return seconds_for_shadows; }
   double total_time() const { return seconds; }
@@ -228,7 +229,6 @@ class RvePoints {
   void catch_up();
   void run(std::vector<Macro> &macros);
   void advance_shadows(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);
-  void remove_shadow(Point &point);
 };
 
 }    // namespace LAMMPS_NS

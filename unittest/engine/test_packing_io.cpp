@@ -12,6 +12,7 @@
 #include <fstream>
 #include <sstream>
 #include <sys/stat.h>
+#include <unistd.h>
 
 using namespace rve;
 using namespace rve_test;
@@ -373,6 +374,19 @@ TEST(LammpsData, ContactTableGivesLoveStressInTheTurnedFrame)
   EXPECT_EQ(row[8], 7.0);
   EXPECT_NEAR(row[9], -100.0 * 0.6 - 7.0 * 0.8, 1e-10);
   EXPECT_NEAR(row[10], -100.0 * 0.8 + 7.0 * 0.6, 1e-10);
+}
+
+// otherwise write_rve to /dev/null would make a file /dev/null.contacts
+TEST(LammpsData, ADeviceGetsNoContactTable)
+{
+  const std::string link = temporary_path("null");
+  std::remove(link.c_str());
+  ASSERT_EQ(symlink("/dev/null", link.c_str()), 0);
+
+  write_lammps_data(link, two_disks(1e-4));
+
+  EXPECT_FALSE(std::ifstream(link + ".contacts").is_open());
+  std::remove(link.c_str());
 }
 
 TEST(LammpsData, ContactTableHasRollingForcesAsTheFirstGrainSeesThem)

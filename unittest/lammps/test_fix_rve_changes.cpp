@@ -112,12 +112,12 @@ TEST(ContinuedRun, ObeysAPresetAndListsWhatItStandsFor)
 
 TEST(ContinuedRun, RefusesADtAboveTheBoundOfItsRves)
 {
-  const std::string file = restart_of(FIX + "mass_scaling 4 dt 1e-4 " + DRIVE + "\n");
+  // good for the packing as it is in its file, and not for RVEs that are four times as stiff
+  const std::string file = restart_of(FIX + "dt 5e-5 kn 4e6 kt 2e6 " + DRIVE + "\n");
 
-  // good for four times the mass, which these RVEs lose
-  EXPECT_IN("is above the stability bound",
-            message_of("read_restart " + file + "\n" + RATE + FIX + "mass_scaling 1 dt 1.9e-4 " +
-                       DRIVE + "\nrun 1"));
+  EXPECT_IN(
+      "DEM time step 0.0001 [time] is above the stability bound",
+      message_of("read_restart " + file + "\n" + RATE + FIX + "dt 1e-4 " + DRIVE + "\nrun 1"));
 }
 
 TEST(ContinuedRun, RefusesOtherPackingsWithTheListOfDifferences)
@@ -147,6 +147,18 @@ TEST(ContinuedRun, WithTheSameFixHasTheSameBitsInEveryFormat)
 
     EXPECT_EQ(rest.state(3), whole.state(3)) << format;
   }
+}
+
+TEST(ContinuedRun, HasAsManyShadowsAsItsFixSays)
+{
+  const std::string file = restart_of(FIX + "dt 1e-4 shadow 3 2 " + DRIVE + "\n");
+  const auto shadows_of = [&](const std::string &words) {
+    return log_of_rest(file, FIX + "dt 1e-4 " + words + DRIVE + "\n");
+  };
+
+  EXPECT_IN("shadow 3 2 -> 1 2", shadows_of("shadow 1 2 "));
+  EXPECT_IN("1 of 4 RVEs have shadows", shadows_of("shadow 1 2 "));
+  EXPECT_IN("4 of 4 RVEs have shadows", shadows_of("shadow 4 2 "));
 }
 
 // ---- fix_modify ----
@@ -250,6 +262,19 @@ TEST(FixModify, OfASleepersMaterialAnswersWithTheNewStiffness)
   script << "fix_modify grains kn 2e6\nrun 0";
 
   EXPECT_NEAR(script.per_atom("s", 2) / before, 2.0, 1e-9);
+}
+
+TEST(FixModify, OfTheMaterialReachesShadows)
+{
+  // a shadow of the same steps in double is the RVE itself
+  GrainsScript script;
+  script << FOUR_ATOMS + FIX + "format double dt auto 0.5 shadow 2 1 " + DRIVE +
+          "\nrun 5\nfix_modify grains kn 2e6 friction 0.2\nrun 0";
+  EXPECT_EQ(script.fix_value(12), 0.0);
+
+  script << "run 5";
+
+  EXPECT_EQ(script.fix_value(12), 0.0);
 }
 
 TEST(FixModify, RefusesWhatCannotBeChangedAndSaysWhy)
@@ -468,19 +493,38 @@ TEST(FixRveMessage, RotationThatCannotBeToldNamesFixAtomAndStep)
       message);
 }
 
+namespace {
+
+/// Points of an MPM analysis, and the begin of its fix, up to the model.
+const std::string POINTS =
+    "units si\ndimension 2\nboundary f f p\natom_style sphere\natom_modify map array sort 0 0.0\n"
+    "region box block 0 4 0 4 -0.05 0.05 units box\ncreate_box 1 box\n"
+    "lattice sq 0.5 origin 0.5 0.5 0.0\nregion ground block 0 4 0 3 -0.04 0.04 units box\n"
+    "create_atoms 1 region ground\nset group all diameter 0.5\npair_style none\n"
+    "neighbor 0.5 bin\ncomm_modify cutoff 0.5\ntimestep 1e-4\n" +
+    FIX + "drive mpm\n";
+const std::string SOIL = "fix soil all mpm 0.5 domain 0 4 0 4 boundary ylo fixed model all ";
+
+}    // namespace
+
 TEST(FixRveMessage, DriveMpmThatNoModelUses)
 {
-  const std::string script =
-      "units si\ndimension 2\nboundary f f p\natom_style sphere\natom_modify map array sort 0 0.0\n"
-      "region box block 0 4 0 4 -0.05 0.05 units box\ncreate_box 1 box\n"
-      "lattice sq 0.5 origin 0.5 0.5 0.0\nregion ground block 0 4 0 3 -0.04 0.04 units box\n"
-      "create_atoms 1 region ground\nset group all diameter 0.5\npair_style none\n"
-      "neighbor 0.5 bin\ncomm_modify cutoff 0.5\ntimestep 1e-4\n" +
-      FIX + "drive mpm\nfix soil all mpm 0.5 domain 0 4 0 4 boundary ylo fixed model all ";
+  const std::string script = POINTS + SOIL;
 
   EXPECT_IN("fix rve grains: drive mpm, but no model of a fix mpm uses it",
             message_of(script + "elastic 1e7 0.2 density 2200\nrun 1"));
   EXPECT_EQ(message_of(script + "rve grains\nrun 1"), "");
+}
+
+TEST(FixRveMessage, FailureInAnMpmAnalysisIsSaidOnce)
+{
+  // the ground is thrown against its bottom
+  const std::string message =
+      message_of(POINTS + "velocity all set 0 -400 0\n" + SOIL + "rve grains cfl 10 20\nrun 200");
+
+  EXPECT_IN("fix rve: RVE of atom", message);
+  EXPECT_EQ(message.find("Fix mpm"), std::string::npos) << message;
+  EXPECT_EQ(message.rfind("ERROR"), message.find("ERROR")) << message;
 }
 
 TEST(FixRveMessage, TensionAsTheGoalOfTheServo)

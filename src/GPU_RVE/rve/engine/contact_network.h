@@ -4,6 +4,7 @@
 #ifndef RVE_ENGINE_CONTACT_NETWORK_H
 #define RVE_ENGINE_CONTACT_NETWORK_H
 
+#include "rve/core/spring_forces.h"
 #include "rve/engine/state.h"
 
 #include <vector>
@@ -26,6 +27,13 @@ std::vector<ContactGeometry> find_contacts(const RveState &state);
 /// Forgets a largest contact force far above the forces of the contacts that are there, which a file may have and no run leaves: the
 /// scale of forces would hold none of them. The engine then begins with one of its own.
 void forget_absurd_force(RveState &state);
+
+/// Histories of these contacts, as their first grains see them; zero where the state has none.
+std::vector<SpringForces<double>> spring_forces(const RveState &state,
+                                                const std::vector<ContactGeometry> &contacts);
+
+/// Love's stress of the springs, dashpots excluded, tension positive [stress].
+Tensor2 spring_stress(const RveState &state);
 
 /// Branch vector from grain i to the nearest image of grain j, from the wrapping difference of fractional coordinates [length].
 Vec<double, 2> branch_vector(const RveState &state, int i, int j);

@@ -64,7 +64,8 @@ OutputFile::OutputFile(const std::string &_path) : path(_path)
     if (S_ISDIR(old.st_mode)) fail(EISDIR);
     // renaming needs no permission of the file, but who has write-protected it wants to keep it
     if (::access(target.c_str(), W_OK) != 0) fail(errno);
-    if (!S_ISREG(old.st_mode)) return;
+    regular = S_ISREG(old.st_mode);
+    if (!regular) return;
   }
 
   const std::string name = target + ".part" + std::to_string(::getpid());
@@ -87,7 +88,7 @@ OutputFile::~OutputFile()
 
 void OutputFile::write(const std::string &text)
 {
-  if (temporary.empty()) {
+  if (!regular) {
     descriptor = ::open(target.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC);
     if (descriptor < 0) fail(errno);
   }
@@ -95,7 +96,7 @@ void OutputFile::write(const std::string &text)
   const int closed = ::close(descriptor);
   descriptor = -1;
   if (closed != 0) fail(errno);
-  if (temporary.empty()) return;
+  if (!regular) return;
   if (::rename(temporary.c_str(), target.c_str()) != 0) fail(errno);
   temporary.clear();
 }

@@ -23,6 +23,9 @@ class OutputFile {
   OutputFile(const OutputFile &) = delete;
   OutputFile &operator=(const OutputFile &) = delete;
 
+  /// Whether the text stays as a file that others can stand beside; not so of a device or a fifo.
+  bool is_regular() const { return regular; }
+
   /// Once. Throws InputError with the reason, a full disk for example.
   void write(const std::string &text);
 
@@ -32,6 +35,7 @@ class OutputFile {
   std::string
       temporary;    // beside the target; empty: the target is a device or a fifo, or has been written
   int descriptor = -1;
+  bool regular = true;
 
   [[noreturn]] void fail(int reason);
 };

@@ -14,6 +14,7 @@
 #include <cmath>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <string_view>
 #include <system_error>
@@ -503,12 +504,8 @@ namespace {
   std::string contact_table(const RestrictedFrame &frame)
   {
     const RveState &state = frame.state;
-    std::map<std::pair<int, int>, SpringForces<double>> history;
-    for (const Pair &pair : state.pairs) {
-      const SpringForces<double> springs = {pair.tangential_force, pair.rolling_force};
-      history[std::minmax(pair.first, pair.second)] =
-          pair.first < pair.second ? springs : seen_from_partner(springs);
-    }
+    const std::vector<ContactGeometry> contacts = find_contacts(state);
+    const std::vector<SpringForces<double>> forces = spring_forces(state, contacts);
     const bool rolls = state.has_rolling_forces();
 
     std::ostringstream out;
@@ -516,18 +513,16 @@ namespace {
     if (rolls) out << ", moment on i = f_r r_i r_j / (r_i + r_j) beside that of the force";
     out << "\n# i j branch_x branch_y n_x n_y overlap f_n f_t force_x force_y"
         << (rolls ? " f_r" : "") << "\n";
-    for (const ContactGeometry &contact : find_contacts(state)) {
-      const auto entry = history.find({contact.first, contact.second});
-      const SpringForces<double> springs = entry == history.end() ? SpringForces<double>{0.0, 0.0}
-                                                                  : entry->second;
-      const double f_t = springs.tangential;
+    for (std::size_t k = 0; k < contacts.size(); ++k) {
+      const ContactGeometry &contact = contacts[k];
+      const double f_t = forces[k].tangential;
       const double f_n = state.material.normal_stiffness * contact.overlap;
       const auto &n = contact.normal;
       out << contact.first + 1 << " " << contact.second + 1;
       for (const double value : {contact.branch[0], contact.branch[1], n[0], n[1], contact.overlap,
                                  f_n, f_t, -f_n * n[0] - f_t * n[1], -f_n * n[1] + f_t * n[0]})
         out << " " << exact(value);
-      if (rolls) out << " " << exact(springs.rolling);
+      if (rolls) out << " " << exact(forces[k].rolling);
       out << "\n";
     }
     return out.str();
@@ -624,9 +619,11 @@ void write_lammps_data(const std::string &path, const RveState &state)
 {
   check_for(path, state);
   const RestrictedFrame frame(state);
-  OutputFile data(path), contacts(path + ".contacts");
+  OutputFile data(path);
+  std::optional<OutputFile> contacts;
+  if (data.is_regular()) contacts.emplace(path + ".contacts");
   data.write(lammps_data(frame));
-  contacts.write(contact_table(frame));
+  if (contacts) contacts->write(contact_table(frame));
 }
 
 }    // namespace rve

@@ -50,7 +50,8 @@ PackingLibrary read_library(const std::string &path);
 /// Writes a library, whole or not at all. Throws InputError if it or a packing is not sound or the file cannot be written.
 void write_library(const std::string &path, const PackingLibrary &library);
 
-/// Writes a LAMMPS data file (atom_style sphere, triclinic, one atom type) and `<path>.contacts`. Throws InputError as above.
+/// Writes a LAMMPS data file (atom_style sphere, triclinic, one atom type) and `<path>.contacts`, the latter unless the path is a
+/// device or a fifo. Throws InputError as above.
 /// LAMMPS wants vector a along +x: the packing is rotated (positions, velocities, forces), and b is reduced by multiples of a
 /// until |xy| <= lx/2. Ids are 1 to N in the order of the state. z runs from -largest radius to +largest radius.
 /// The density column is mass / (4/3 pi r^3), so that LAMMPS' mass is ours; LAMMPS' moment of inertia is 2/5 m r^2 unless
