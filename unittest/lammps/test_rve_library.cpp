@@ -69,7 +69,8 @@ timestep 1e-3
 
 std::string with_fix(const std::string &keywords, const std::string &before = "")
 {
-  return points + before + "\nfix grains all rve " + library() + " threads 1 device cpu dt 1e-4 " +
+  const std::string dt = keywords.find("dt ") == std::string::npos ? "dt 1e-4 " : "";
+  return points + before + "\nfix grains all rve " + library() + " threads 1 device cpu " + dt +
       keywords + "\n" +
       "compute e all rve/atom void_ratio\ncompute sxx all rve/atom sxx\n"
       "compute sxy all rve/atom sxy\nrun 0 post no\n";
