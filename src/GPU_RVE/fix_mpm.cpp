@@ -17,12 +17,15 @@
 #include "fix_mpm.h"
 
 #include "fix_rve.h"
+#include "formulas.h"
 #include "mpm/mpm_solver.h"
 #include "mpm_settings.h"
 #include "progress.h"
 #include "readers.h"
+#include "rve/core/checksum.h"
 #include "rve/core/threads.h"
 #include "rve/engine/engine.h"
+#include "unit_styles.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -42,6 +45,7 @@
 #include <cmath>
 #include <cstring>
 #include <memory>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -57,12 +61,39 @@ namespace {
 enum { UX, UY, U, SXX, SYY, SXY, P, Q, EPS_V, EPS_Q, RHO, FXX, FXY, FYX, FYY, SZZ, EPS_P, COLUMNS };
 enum { UNBALANCED, COURANT, KINETIC, MASS, HEAD };
 enum { REACTION_X, REACTION_Y, BODY_UX, BODY_UY, PER_BODY };
-enum { TIME_RVE, TIME_MPM, TIME_TRANSFERS, TIMES };    // at the end of the global vector
+enum { TIME_RVE, TIME_MPM, TIME_TRANSFERS, TIMES };    // behind the bodies
+constexpr int DAMPING = 2;    // force of local damping in x and y, at the end of the global vector
 
 // Of what restart files hold of points and bodies: raise it with every change of that. Files before version 3 had no number.
-constexpr int RESTART_VERSION = 4;
+constexpr int RESTART_VERSION = 5;
 
 constexpr int COURANT_EVERY = 10;    // steps between two checks of the Courant number
+constexpr int DAMPING_EVERY =
+    50;    // steps between two looks at what local damping takes from reactions
+constexpr double DAMPING_WARN = 0.01;    // of the largest reaction
+
+constexpr std::size_t HEAD_FIRST = 3;    // numbers before the state in the head of a restart file
+
+/// A checksum of numbers, as the bits of another one.
+double sum_of(const double *numbers, std::size_t count)
+{
+  const std::uint64_t sum = rve::checksum_of(numbers, count * sizeof(double));
+  double bits;
+  static_assert(sizeof(bits) == sizeof(sum));
+  memcpy(&bits, &sum, sizeof(bits));
+  return bits;
+}
+
+/// Bits may be those of no number, which equals nothing.
+bool is_same_sum(double a, double b)
+{
+  return memcmp(&a, &b, sizeof(a)) == 0;
+}
+
+constexpr double COURANT_SMALL =
+    1e-4;    // below, in a million steps a wave passes a hundred cells at most
+constexpr double FULL =
+    1.3;    // area of the points in a cell over that of the cell, above which it is too much
 
 constexpr double LONG_RUN =
     1.0;    // wall time of a run that is worth a line about its parts [seconds]
@@ -80,7 +111,13 @@ struct FixMpm::Impl {
   std::vector<Vec2> body_displacement;
   std::vector<mpm::TractionLoad> loads;    // of this step
   double **output = nullptr;
-  double times[TIMES] = {};      // wall time of this run [seconds]
+  // as the last run left them, to see whether others have moved points: their number and a sum over positions; box sides
+  bigint points_then = -1;
+  std::uint64_t positions_then = 0;
+  double box_then[4] = {};
+  bool said_overlap = false;
+  double times[TIMES] = {};                        // wall time of this run [seconds]
+  double damping_sum = 0.0, reaction_sum = 0.0;    // of looks in this run [force]
   bool output_is_old = false;    // rows of the per-atom output are those of an earlier step
 
   // what a point carries, besides position and velocity in atom->x and atom->v; initial volume 0: not yet made
@@ -131,7 +168,7 @@ struct FixMpm::Impl {
 
   static constexpr int DOUBLES =
       (2 * sizeof(Vec2) + 3 * sizeof(Tensor2) + sizeof(mpm::PointMemory)) / sizeof(double) + 3;
-  static_assert(RESTART_VERSION == 4 && DOUBLES == 21, "restart files change: raise their version");
+  static_assert(RESTART_VERSION == 5 && DOUBLES == 21, "restart files change: raise their version");
 
   /// Wall time so far in calls of the engine of RVEs, and in models that are RVEs [seconds].
   struct ModelTimes {
@@ -156,6 +193,20 @@ struct FixMpm::Impl {
     return std::any_of(grains.begin(), grains.end(), [](const FixRve *some) {
       return some != nullptr;
     });
+  }
+
+  /// Of the positions of all points, in no order.
+  static std::uint64_t sum_of_positions(const Atom *atom, MPI_Comm world)
+  {
+    std::uint64_t sum = 0;
+    for (int i = 0; i < atom->nlocal; i++) {
+      rve::Checksum one;
+      one.add(&atom->tag[i], sizeof(tagint));
+      one.add(atom->x[i], 2 * sizeof(double));
+      sum += one.value();
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_UINT64_T, MPI_SUM, world);
+    return sum;
   }
 
   void find_members(const Atom *atom)
@@ -204,12 +255,7 @@ struct FixMpm::Impl {
 FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), impl(nullptr)
 {
   if (domain->dimension != 2) error->all(FLERR, "Fix mpm requires dimension 2");
-  const std::string units = update->unit_style;
-  if (units != "lj" && units != "si" && units != "cgs" && units != "micro")
-    error->all(
-        FLERR,
-        "Fix mpm requires units lj, si, cgs or micro, in which forces follow from masses; got {}",
-        units);
+  require_mechanical_units(lmp, "Fix mpm");
   if (domain->xperiodic || domain->yperiodic)
     error->all(FLERR, "Fix mpm requires boundary f, s or m in x and y: its grid is not periodic");
   if (atom->tag_enable == 0) error->all(FLERR, "Fix mpm requires atom IDs");
@@ -251,7 +297,7 @@ FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), impl(nu
                                               made->settings.progress_interval);
   impl = made.release();
   impl->body_displacement.assign(impl->settings.bodies.size(), Vec2::zero());
-  size_vector = HEAD + PER_BODY * (int) impl->settings.bodies.size() + TIMES;
+  size_vector = HEAD + PER_BODY * (int) impl->settings.bodies.size() + TIMES + DAMPING;
 
   FixMpm::grow_arrays(atom->nmax);
   for (int i = 0; i < atom->nlocal; i++) FixMpm::set_arrays(i);
@@ -286,6 +332,11 @@ void FixMpm::init()
     error->all(FLERR, "Fix mpm cannot be used with minimize: its points have no energy");
   if (utils::strmatch(update->integrate_style, "^respa"))
     error->all(FLERR, "Fix mpm does not support run_style respa");
+  if (input->command && strcmp(input->command, "rerun") == 0)
+    error->all(
+        FLERR,
+        "Fix mpm cannot be used with rerun: strains and stresses of points follow from their "
+        "whole history, which positions in a dump do not have");
 
   const bigint members = group->count(igroup);
   if (members == 0) error->all(FLERR, "Fix mpm: group '{}' has no atoms", group->names[igroup]);
@@ -298,6 +349,13 @@ void FixMpm::init()
     if (other->time_integrate)
       error->all(FLERR, "Fix mpm: fix {} (style {}) integrates the same atoms", other->id,
                  other->style);
+    if (other->box_change & ~BOX_CHANGE_DOMAIN)
+      error->all(
+          FLERR,
+          "Fix mpm: fix {} (style {}) changes the box and moves atoms with it, which the strains "
+          "of material points would not know of; deform the material by boundary, rigid or "
+          "traction",
+          other->id, other->style);
     if (utils::strmatch(other->style, "^setforce") || utils::strmatch(other->style, "^freeze"))
       error->all(
           FLERR,
@@ -326,13 +384,114 @@ void FixMpm::init()
 }
 
 /* ----------------------------------------------------------------------
+   between runs: what others did to the points, and what the script says of them
+------------------------------------------------------------------------- */
+
+void FixMpm::check_positions()
+{
+  if (impl->points_then != atom->natoms ||
+      impl->positions_then == Impl::sum_of_positions(atom, world))
+    return;
+  const double box[] = {domain->boxlo[0], domain->boxhi[0], domain->boxlo[1], domain->boxhi[1]};
+  if (!std::equal(box, box + 4, impl->box_then))
+    error->all(
+        FLERR,
+        "Fix mpm: points and box have been changed since the last run, by change_box with remap "
+        "perhaps; strains and stresses of the points do not know of that. Change the box without "
+        "remap, or before the fix is defined");
+  if (comm->me == 0)
+    error->warning(
+        FLERR,
+        "Fix mpm {}: points have been moved since the last run; their displacements count "
+        "that, their strains and stresses do not",
+        id);
+}
+
+void FixMpm::check_overlap()
+{
+  if (impl->said_overlap) return;
+  bigint several[2] = {0, 0};    // points of more than one model, or body
+  for (int i = 0; i < atom->nlocal; i++) {
+    int models = 0, bodies = 0;
+    for (const MpmModel &model : impl->settings.models)
+      if (atom->mask[i] & model.groupbit) models++;
+    for (const MpmRigidBody &body : impl->settings.bodies)
+      if (atom->mask[i] & body.groupbit) bodies++;
+    if (bodies > 1) several[1]++;
+    if (bodies == 0 && models > 1) several[0]++;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, several, 2, MPI_LMP_BIGINT, MPI_SUM, world);
+  for (int k = 0; k < 2; k++)
+    if (several[k] > 0 && comm->me == 0)
+      error->warning(
+          FLERR,
+          "Fix mpm {}: {} points are in the groups of more than one {}; the last one in the "
+          "fix counts",
+          id, several[k], k == 0 ? "model" : "rigid body");
+  impl->said_overlap = several[0] + several[1] > 0;
+}
+
+/* ----------------------------------------------------------------------
+   squares of points that do not overlap fill no cell more than once
+------------------------------------------------------------------------- */
+
+void FixMpm::check_area(const std::vector<int> &made)
+{
+  bigint total = made.size();
+  MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  if (total == 0) return;
+  const mpm::Grid &grid = impl->solver->grid();
+  const double h = grid.cell_size();
+  std::vector<double> filled((std::size_t) grid.cells(0) * grid.cells(1), 0.0);
+  for (const int i : made) {
+    int first[2], last[2];
+    double low[2], high[2];
+    for (int a = 0; a < 2; a++) {
+      low[a] = grid.scaled(atom->x[i][a] - impl->half_size[i][a], a);
+      high[a] = grid.scaled(atom->x[i][a] + impl->half_size[i][a], a);
+      if (!(std::fabs(low[a]) < 1e7 && std::fabs(high[a]) < 1e7)) low[a] = high[a] = -2.0;
+      first[a] = std::max(0, (int) std::floor(low[a]));
+      last[a] = std::min(grid.cells(a) - 1, (int) std::floor(high[a]));
+    }
+    for (int row = first[1]; row <= last[1]; row++)
+      for (int column = first[0]; column <= last[0]; column++)
+        filled[(std::size_t) row * grid.cells(0) + column] +=
+            std::max(0.0, std::min(high[0], column + 1.0) - std::max(low[0], (double) column)) *
+            std::max(0.0, std::min(high[1], row + 1.0) - std::max(low[1], (double) row));
+  }
+  MPI_Allreduce(MPI_IN_PLACE, filled.data(), (int) filled.size(), MPI_DOUBLE, MPI_SUM, world);
+  bigint cells = 0, over = 0;
+  double fullest = 0.0;
+  for (const double share : filled) {
+    cells += share > 1e-6;
+    over += share > FULL;
+    fullest = std::max(fullest, share);
+  }
+  if (over == 0) return;
+  const std::string text =
+      fmt::format("{} of {} cells of {} by {} [distance] that points fill have more than {} times "
+                  "their area in "
+                  "points, the fullest {:.3g} times: they weigh and resist too much by as much. A "
+                  "point has the area "
+                  "{} [distance^2]; say with points_per_cell or volume what it is, and look for "
+                  "points that were "
+                  "made twice",
+                  over, cells, h, h, FULL, fullest, impl->settings.initial_volume);
+  if (2 * over > cells) error->all(FLERR, "Fix mpm: {}", text);
+  if (comm->me == 0) error->warning(FLERR, "Fix mpm {}: {}", id, text);
+}
+
+/* ----------------------------------------------------------------------
    makes material points of new atoms: all other fixes are initialized, and fix gravity has not yet asked for the masses
 ------------------------------------------------------------------------- */
 
 void FixMpm::setup_pre_force(int)
 {
+  check_positions();
+  check_overlap();
   impl->find_members(atom);
   impl->take_over(atom);
+  std::vector<int> made;
   for (int i = 0; i < atom->nlocal; i++) {
     const bool rigid = impl->body[i] >= 0;
     if (!rigid && impl->model[i] < 0)
@@ -344,6 +503,7 @@ void FixMpm::setup_pre_force(int)
                  grains->id);
     if (impl->volume0[i] == 0.0) {
       const double half = 0.5 * std::sqrt(impl->settings.initial_volume);
+      if (!rigid) made.push_back(i);
       impl->reference[i] = {{atom->x[i][0], atom->x[i][1]}};
       impl->half_size[i] = {{half, half}};
       impl->volume0[i] = impl->volume[i] = impl->settings.initial_volume;
@@ -373,20 +533,26 @@ void FixMpm::setup_pre_force(int)
                  "use atom_style sphere, or set it with the mass command",
                  atom->tag[i], impl->mass[i], atom->type[i], atom->mass[atom->type[i]]);
   }
+  check_area(made);
+  // other fixes and the variables of this one may read the columns before setup() is through
+  fill_output();
 }
 
 void FixMpm::setup(int)
 {
   check_courant();
+  check_time_step();
   solve(false);
-  fill_output();
   if (!impl->has_grains()) impl->progress->begin();
 }
 
 void FixMpm::final_integrate()
 {
   const double start = platform::walltime();
-  if (update->ntimestep == update->firststep + 1) std::fill_n(impl->times, (int) TIMES, 0.0);
+  if (update->ntimestep == update->firststep + 1) {
+    std::fill_n(impl->times, (int) TIMES, 0.0);
+    impl->damping_sum = impl->reaction_sum = 0.0;
+  }
   const Impl::ModelTimes before = impl->model_times();
   const double copied = impl->solver->transfer_time();
   if (update->ntimestep % COURANT_EVERY == 0) check_courant();
@@ -396,6 +562,7 @@ void FixMpm::final_integrate()
       if (grains) grains->expect_look();
   solve(true);
   impl->output_is_old = true;
+  if (update->ntimestep % DAMPING_EVERY == 0) look_at_damping();
   const double solved = platform::walltime();
   const double copied_in_step = impl->solver->transfer_time() - copied;
   if (somebody_may_look(lmp)) fill_output();
@@ -419,6 +586,19 @@ void FixMpm::final_integrate()
 void FixMpm::post_run()
 {
   if (impl->output_is_old) fill_output();
+  tell_damping();
+  impl->points_then = atom->natoms;
+  impl->positions_then = Impl::sum_of_positions(atom, world);
+  const double box[] = {domain->boxlo[0], domain->boxhi[0], domain->boxlo[1], domain->boxhi[1]};
+  std::copy_n(box, 4, impl->box_then);
+  report_times();
+  if (!impl->has_grains()) impl->progress->end();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixMpm::report_times() const
+{
   double all[] = {impl->times[TIME_RVE], impl->times[TIME_MPM], impl->times[TIME_TRANSFERS],
                   timer->get_wall(Timer::OUTPUT), timer->get_wall(Timer::TOTAL)};
   MPI_Allreduce(MPI_IN_PLACE, all, 5, MPI_DOUBLE, MPI_SUM, world);
@@ -432,6 +612,57 @@ void FixMpm::post_run()
                  id, total, per_step * all[TIME_RVE], per_step * all[TIME_MPM],
                  per_step * all[TIME_TRANSFERS],
                  per_step * (total - all[0] - all[1] - all[2] - all[3]), per_step * all[3]);
+}
+
+void FixMpm::check_time_step()
+{
+  if (comm->me != 0 || impl->courant >= COURANT_SMALL) return;
+  error->warning(
+      FLERR,
+      "Fix mpm {}: the Courant number is {:.2g}, so that the {} steps of this run take the "
+      "fastest wave through {:.2g} cells. The time step is {} [time]{}; {:.2g} has a Courant "
+      "number of 0.5",
+      id, impl->courant, update->nsteps, impl->courant * update->nsteps, update->dt,
+      update->dt_default ? ", the default of LAMMPS: set it with the command timestep" : "",
+      impl->courant > 0.0 ? 0.5 * update->dt / impl->courant : 0.0);
+}
+
+/* ----------------------------------------------------------------------
+   local damping is a force on the nodes whose sum no reaction holds: how large it is beside them
+------------------------------------------------------------------------- */
+
+void FixMpm::look_at_damping()
+{
+  if (!(impl->settings.options.damping > 0.0)) return;
+  const auto magnitude = [](const Vec2 &force) {
+    return std::hypot(force[0], force[1]);
+  };
+  double largest = 0.0;
+  for (int b = 0; b < (int) impl->settings.bodies.size(); b++)
+    largest = std::max(largest, magnitude(impl->solver->body_reaction(b)));
+  for (const Face side : {Face::XLo, Face::XHi, Face::YLo, Face::YHi})
+    if (impl->settings.options.sides[(int) side] != mpm::SideKind::Free)
+      largest = std::max(largest, magnitude(impl->solver->side_reaction(side)));
+  impl->damping_sum += magnitude(impl->solver->damping_force());
+  impl->reaction_sum += largest;
+}
+
+void FixMpm::tell_damping()
+{
+  if (comm->me != 0 || !(impl->reaction_sum > 0.0)) return;
+  const double share = impl->damping_sum / impl->reaction_sum;
+  const std::string text = fmt::format(
+      "local damping {} amounts to {:.2g} % of the largest reaction, in the mean of this "
+      "run: reactions on two sides of the material differ by as much",
+      impl->settings.options.damping, 100.0 * share);
+  if (share > DAMPING_WARN)
+    error->warning(
+        FLERR,
+        "Fix mpm {}: {}. f_{}[{}] and f_{}[{}] are its force; with less damping, or none, "
+        "it is less",
+        id, text, id, size_vector - 1, id, size_vector);
+  else
+    utils::logmesg(lmp, "fix mpm {}: {}\n", id, text);
 }
 
 /* ----------------------------------------------------------------------
@@ -452,7 +683,7 @@ void FixMpm::solve(bool advance)
     load.point_index.clear();
     load.traction = {{now(traction.traction[0]), now(traction.traction[1])}};
     load.face = traction.face;
-    Region *region = traction.groupbit ? nullptr : domain->get_region_by_id(traction.region);
+    Region *region = traction.groupbit ? nullptr : domain->get_region_by_id(traction.id);
     if (region) region->prematch();
     for (int i = 0; i < atom->nlocal; i++) {
       const double *x = atom->x[i];
@@ -460,6 +691,15 @@ void FixMpm::solve(bool advance)
                  : atom->mask[i] & traction.groupbit)
         load.point_index.push_back(i);
     }
+    if (advance || traction.groupbit) continue;
+    bigint loaded = load.point_index.size();
+    MPI_Allreduce(MPI_IN_PLACE, &loaded, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+    if (loaded == 0 && comm->me == 0)
+      error->warning(
+          FLERR,
+          "Fix mpm {}: the region '{}' of a traction has no deformable points at step {}, so "
+          "that the traction acts on nothing now",
+          id, traction.id, update->ntimestep);
   }
 
   try {
@@ -520,7 +760,7 @@ void FixMpm::check_courant()
   try {
     impl->courant = impl->solver->cfl_number(impl->points(atom), update->dt);
   } catch (const LAMMPSException &) {
-    throw;    // an error of fix rve says all there is to say
+    throw;
   } catch (const std::exception &problem) {
     error->one(FLERR, "Fix mpm, step {}: {}", update->ntimestep, problem.what());
   }
@@ -558,15 +798,33 @@ double FixMpm::compute_vector(int n)
     const mpm::Totals totals = impl->solver->totals(impl->points(atom));
     return n == MASS ? totals.mass : totals.kinetic_energy;
   }
-  if (n >= size_vector - TIMES) {
+  const int behind_bodies = n - HEAD - PER_BODY * (int) impl->settings.bodies.size();
+  if (behind_bodies >= TIMES) return impl->solver->damping_force()[behind_bodies - TIMES];
+  if (behind_bodies >= 0) {
     double longest;
-    MPI_Allreduce(&impl->times[n - (size_vector - TIMES)], &longest, 1, MPI_DOUBLE, MPI_MAX, world);
+    MPI_Allreduce(&impl->times[behind_bodies], &longest, 1, MPI_DOUBLE, MPI_MAX, world);
     return longest;
   }
   const int body = (n - HEAD) / PER_BODY;
   const int what = (n - HEAD) % PER_BODY;
   if (what <= REACTION_Y) return impl->solver->body_reaction(body)[what - REACTION_X];
   return impl->body_displacement[body][what - BODY_UX];
+}
+
+bool FixMpm::reads_results() const
+{
+  const auto reads = [&](const MpmValue &value) {
+    return !value.variable.empty() && may_read_results(lmp, value.variable);
+  };
+  for (const MpmRigidBody &body : impl->settings.bodies)
+    if (reads(body.velocity[0]) || reads(body.velocity[1])) return true;
+  for (const MpmTraction &load : impl->settings.tractions) {
+    if (reads(load.traction[0]) || reads(load.traction[1])) return true;
+    // one that moves or changes its shape does so by variables
+    const Region *region = load.groupbit ? nullptr : domain->get_region_by_id(load.id);
+    if (region && (region->dynamic || region->varshape)) return true;
+  }
+  return false;
 }
 
 double FixMpm::memory_usage()
@@ -619,16 +877,38 @@ int FixMpm::unpack_exchange(int i, double *buf)
 int FixMpm::pack_restart(int i, double *buf)
 {
   impl->bring_back(atom);
-  buf[0] = size_restart(i);    // how far other fixes skip
+  const int size = size_restart(i);
+  buf[0] = size;    // how far other fixes skip
   buf[1] = (double) update->ntimestep;
-  return 2 + impl->pack(i, buf + 2);
+  impl->pack(i, buf + 2);
+  buf[size - 1] = sum_of(buf, size - 1);
+  return size;
 }
 
 void FixMpm::unpack_restart(int i, int nth)
 {
   impl->take_over(atom);
+  // the records of other fixes come before; each begins with its size
   const double *extra = atom->extra[i];
-  for (int k = 0; k < nth; k++) extra += (int) extra[0];
+  const double *end = extra + atom->nextra_store;
+  const auto size_of = [&](const double *record) {
+    const double size = record < end ? record[0] : 0.0;
+    if (!(size >= 1.0 && size <= (double) (end - record) && size == std::floor(size)))
+      error->one(FLERR,
+                 "Fix mpm: the record of atom {} in the restart file is damaged: a part of it says "
+                 "that it has {} numbers, and there are {}. Use an earlier file",
+                 atom->tag[i], size, end - record);
+    return (int) size;
+  };
+  for (int k = 0; k < nth; k++) extra += size_of(extra);
+  const int size = size_of(extra);
+  if (size != size_restart(i) || !is_same_sum(extra[size - 1], sum_of(extra, size - 1)))
+    error->one(
+        FLERR,
+        "Fix mpm: the record of atom {} in the restart file is damaged: {}. Use an earlier file",
+        atom->tag[i],
+        size != size_restart(i) ? fmt::format("it has {} numbers, not {}", size, size_restart(i))
+                                : "its checksum is not that of its numbers");
   if (extra[1] != impl->restart_step)
     error->one(FLERR,
                "Fix mpm: atom {} is of step {}, the head of the restart files of step {}: they "
@@ -639,38 +919,116 @@ void FixMpm::unpack_restart(int i, int nth)
 
 int FixMpm::size_restart(int)
 {
-  return 2 + Impl::DOUBLES;
+  return 3 + Impl::DOUBLES;    // size, step, the point, checksum
 }
 
 int FixMpm::maxsize_restart()
 {
-  return 2 + Impl::DOUBLES;
+  return 3 + Impl::DOUBLES;
 }
+
+/* ----------------------------------------------------------------------
+   the head: version, numbers in it, their checksum, step, bodies, displacement and velocity of each, what the script
+   says as lines of text, checksum of all before
+------------------------------------------------------------------------- */
 
 void FixMpm::write_restart(FILE *fp)
 {
   if (comm->me != 0) return;
+  std::string text;
+  for (const auto &[about, values] : impl->settings.words) text += about + "\n" + values + "\n";
+  std::vector<double> head(HEAD_FIRST);
+  const std::size_t bodies = impl->settings.bodies.size();
+  head.insert(head.end(), {(double) update->ntimestep, (double) bodies});
+  for (std::size_t b = 0; b < bodies; b++) {
+    const Vec2 &u = impl->body_displacement[b];
+    const Vec2 &v = impl->solver->body_velocity_before((int) b);
+    head.insert(head.end(), {u[0], u[1], v[0], v[1]});
+  }
+  const std::size_t begin = head.size() + 1;
+  head.push_back((double) text.size());
+  head.resize(begin + (text.size() + sizeof(double) - 1) / sizeof(double), 0.0);
+  memcpy(head.data() + begin, text.data(), text.size());
+  head.push_back(0.0);    // the checksum
   // negative, because files without a version begin with the number of bodies
-  std::vector<double> state = {-RESTART_VERSION, (double) update->ntimestep,
-                               (double) impl->settings.bodies.size()};
-  for (const Vec2 &u : impl->body_displacement) state.insert(state.end(), {u[0], u[1]});
-  const int size = (int) (state.size() * sizeof(double));
+  head[0] = -RESTART_VERSION;
+  head[1] = (double) head.size();
+  head[2] = sum_of(head.data(), 2);
+  head.back() = sum_of(head.data(), head.size() - 1);
+  const int size = (int) (head.size() * sizeof(double));
   fwrite(&size, sizeof(int), 1, fp);
-  fwrite(state.data(), sizeof(double), state.size(), fp);
+  fwrite(head.data(), sizeof(double), head.size(), fp);
 }
 
 void FixMpm::restart(char *buf)
 {
-  const auto *state = reinterpret_cast<double *>(buf);
-  if (*state != -RESTART_VERSION)
-    error->all(
-        FLERR, "Fix mpm: the points in the restart file have version {}; this fix reads version {}",
-        *state < 0.0 ? std::to_string((int) -*state) : "1 or 2, without a number", RESTART_VERSION);
-  impl->restart_step = *++state;
-  // a different number of bodies: the script changed its mind, and they start at zero
-  if (*++state != (double) impl->settings.bodies.size()) return;
-  for (Vec2 &u : impl->body_displacement) {
-    u = {{state[1], state[2]}};
-    state += 2;
+  const auto number = [buf](std::size_t k) {
+    double value;    // LAMMPS promises no alignment
+    memcpy(&value, buf + k * sizeof(double), sizeof(double));
+    return value;
+  };
+  const double version = number(0);
+  if (version != -RESTART_VERSION) {
+    // versions before 3 begin with the number of bodies
+    if (version == std::floor(version) && std::fabs(version) < 1000.0)
+      error->all(
+          FLERR,
+          "Fix mpm: the points in the restart file have version {}; this fix reads version {}",
+          version < 0.0 ? std::to_string((int) -version) : "1 or 2, without a number",
+          RESTART_VERSION);
+    error->all(FLERR,
+               "Fix mpm: the head of the restart file is damaged: it begins with {} instead of the "
+               "version {}. Use an earlier file",
+               version, -RESTART_VERSION);
   }
+  const double first[] = {number(0), number(1)};
+  const bool has_length = is_same_sum(number(2), sum_of(first, 2));
+  std::vector<double> head(has_length ? (std::size_t) number(1) : 0);
+  memcpy(head.data(), buf, head.size() * sizeof(double));
+  if (!has_length || !is_same_sum(head.back(), sum_of(head.data(), head.size() - 1)))
+    error->all(FLERR,
+               "Fix mpm: the head of the restart file is damaged: its checksum is not that of its "
+               "numbers. Use an earlier file");
+
+  const double *state = head.data() + HEAD_FIRST;
+  impl->restart_step = *state++;
+  const auto bodies = (std::size_t) *state++;
+  const double *of_body = state;
+  state += 4 * bodies;
+  const auto length = (std::size_t) *state++;
+  std::istringstream text(std::string(reinterpret_cast<const char *>(state), length));
+  MpmWords then;
+  std::vector<std::string> groups;    // of the bodies
+  for (std::string about, values; std::getline(text, about) && std::getline(text, values);) {
+    then.emplace_back(about, values);
+    if (utils::strmatch(about, "^rigid \\S+$")) groups.push_back(about.substr(strlen("rigid ")));
+  }
+
+  // a body is that with the same group
+  std::string new_bodies;
+  for (std::size_t b = 0; b < impl->settings.bodies.size(); b++) {
+    const std::string &group = impl->settings.bodies[b].group;
+    const std::size_t k = std::find(groups.begin(), groups.end(), group) - groups.begin();
+    if (k >= bodies) {
+      new_bodies += (new_bodies.empty() ? "" : ", ") + group;
+      continue;
+    }
+    const double *motion = of_body + 4 * k;
+    impl->body_displacement[b] = {{motion[0], motion[1]}};
+    impl->solver->set_body_velocity_before((int) b, {{motion[2], motion[3]}});
+  }
+  if (comm->me != 0) return;
+  const std::string other = mpm_differences(then, impl->settings.words, false);
+  const std::string kept = mpm_differences(then, impl->settings.words, true);
+  if (!other.empty()) error->warning(FLERR, "Fix mpm {} continued with: {}", id, other);
+  if (!kept.empty())
+    error->warning(FLERR,
+                   "Fix mpm {}: the points in the restart file keep what they have; for new points "
+                   "only: {}",
+                   id, kept);
+  if (!new_bodies.empty())
+    error->warning(FLERR,
+                   "Fix mpm {}: rigid bodies that are not in the restart file begin with the "
+                   "displacement 0: {}",
+                   id, new_bodies);
 }

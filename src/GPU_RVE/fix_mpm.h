@@ -25,6 +25,8 @@ FixStyle(mpm,FixMpm);
 
 #include "fix.h"
 
+#include <vector>
+
 namespace LAMMPS_NS {
 
 class FixMpm : public Fix {
@@ -55,6 +57,9 @@ class FixMpm : public Fix {
   void write_restart(FILE *) override;
   void restart(char *) override;
 
+  // whether variables or regions that are evaluated in each step may read fixes or computes
+  bool reads_results() const;
+
  private:
   struct Impl;
   Impl *impl;
@@ -62,6 +67,13 @@ class FixMpm : public Fix {
   void solve(bool);
   void fill_output();
   void check_courant();
+  void check_time_step();
+  void check_positions();
+  void check_overlap();
+  void check_area(const std::vector<int> &);
+  void look_at_damping();
+  void tell_damping();
+  void report_times() const;
 };
 
 }    // namespace LAMMPS_NS

@@ -19,12 +19,16 @@
 #include "domain.h"
 #include "error.h"
 #include "fix_rve_impl.h"
+#include "formulas.h"
 #include "group.h"
 #include "input.h"
 #include "lammps_version.h"
 #include "modify.h"
+#include "one_rank.h"
 #include "rve/core/error.h"
+#include "rve/engine/files.h"
 #include "rve/engine/packing_io.h"
+#include "unit_styles.h"
 #include "update.h"
 
 #include <algorithm>
@@ -54,9 +58,7 @@ FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
   if (domain->dimension != 2)
     error->all(FLERR, "fix rve needs a 2d system (its grains are disks), but the dimension is {}",
                domain->dimension);
-  const std::string units = update->unit_style;
-  if (units != "lj" && units != "si" && units != "cgs" && units != "micro")
-    error->all(FLERR, "fix rve works in units lj, si, cgs or micro, not in units {}", units);
+  require_mechanical_units(lmp, "fix rve");
   if (!atom->tag_enable) error->all(FLERR, "fix rve needs atoms with IDs");
   if (group->count(igroup) == 0)
     error->all(FLERR, "fix rve: group {} has no atoms; every atom of the group gets an RVE",
@@ -137,9 +139,32 @@ void FixRve::setup(int)
                id, group->names[igroup], id);
   // a material may have changed since the last run
   if (impl->settings.dt_check_interval) impl->recheck_time_step(Impl::Check::Run);
+  check_dump_files();
   impl->progress.begin([this] {
     return impl->dem_steps();
   });
+}
+
+/* ----------------------------------------------------------------------
+   before the run, not at the first dump
+------------------------------------------------------------------------- */
+
+void FixRve::check_dump_files() const
+{
+  const auto &settings = impl->settings;
+  if (!settings.dump_interval) return;
+  std::string failure;
+  for (const int i : impl->atoms_with_rve()) {
+    if (std::find(settings.dump_atoms.begin(), settings.dump_atoms.end(), atom->tag[i]) ==
+        settings.dump_atoms.end())
+      continue;
+    try {
+      rve::require_writable(impl->dump_file(atom->tag[i], update->ntimestep));
+    } catch (const rve::InputError &e) {
+      failure = fmt::format("fix rve {}: dump: {}", id, e.what());
+    }
+  }
+  error_if_any(lmp, failure);
 }
 
 /* ----------------------------------------------------------------------
@@ -178,8 +203,7 @@ void FixRve::end_of_step()
       continue;
     impl->guarded(
         [&] {
-          rve::write_lammps_data(
-              fmt::format("{}.{}.{}.data", settings.dump_prefix, atom->tag[i], step), state(i));
+          rve::write_lammps_data(impl->dump_file(atom->tag[i], step), state(i));
         },
         i);
   }
@@ -195,6 +219,14 @@ void FixRve::post_run()
     impl->recheck_time_step(Impl::Check::Run);
     impl->advise(false);
   }
+  report_shadows();
+  impl->progress.end();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRve::report_shadows() const
+{
   if (impl->settings.num_shadows == 0) return;
   double mine[2] = {impl->points->shadow_time(), impl->points->total_time()}, all[2];
   MPI_Allreduce(mine, all, 2, MPI_DOUBLE, MPI_SUM, world);
@@ -250,6 +282,15 @@ rve::RveState FixRve::state(int i) const
 void FixRve::expect_look()
 {
   impl->look_is_expected = true;
+}
+
+bool FixRve::reads_results() const
+{
+  for (const auto *components : {&impl->settings.velocity_gradient, &impl->settings.stress_goal})
+    for (const TensorComponent &component : *components)
+      if (!component.value.variable.empty() && may_read_results(lmp, component.value.variable))
+        return true;
+  return false;
 }
 
 double FixRve::engine_time() const

@@ -77,6 +77,8 @@ class FixRve : public Fix {
   double bulk_density(int) const;
   // the results of this step will be asked for: without that it costs a call of the engine, unless it is a step with output
   void expect_look();
+  // whether variables of drive or servo, evaluated in each step, may read fixes or computes
+  bool reads_results() const;
   // wall time in calls of the engine so far [seconds]
   double engine_time() const;
   // of its last DEM steps; 0 before the first one [-]
@@ -89,6 +91,9 @@ class FixRve : public Fix {
  private:
   struct Impl;
   std::unique_ptr<Impl> impl;
+
+  void check_dump_files() const;
+  void report_shadows() const;
 };
 
 }    // namespace LAMMPS_NS

@@ -26,7 +26,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <limits>
 
 using namespace LAMMPS_NS;
 
@@ -259,12 +258,13 @@ void FixRve::Impl::choose_time_step()
 {
   time_step_is_old = false;
   const std::vector<double> &bounds = packings.bounds();
-  std::vector<int> living;
-  for (const int i : atoms_with_rve())
-    if (!points->frozen(slot[i])) living.push_back(i);
-  points->note_check(slots_of(living));
-  const LeastBound rves = least_time_step(living, std::numeric_limits<double>::max());
   const double of_packings = *std::min_element(bounds.begin(), bounds.end());
+  std::vector<int> advancing;
+  for (const int i : atoms_with_rve())
+    if (!points->frozen(slot[i])) advancing.push_back(i);
+  points->note_check(slots_of(advancing));
+  // with every contact lost an RVE bears a step some times longer than that of its packing
+  const LeastBound rves = least_time_step(advancing, 100.0 * of_packings);
   if (settings.dt_auto) {
     const double bound = rves.atom == MAXTAGINT ? of_packings : rves.dt;
     dt = settings.dt_fraction * bound;
@@ -320,7 +320,7 @@ void FixRve::Impl::modify(int narg, char **arg)
   const std::string dt_now = text_of_dt(settings.dt_auto, settings.dt_fraction, settings.dt);
   if (dt_now != dt_before) list.push_back(fmt::format("dt {} -> {}", dt_before, dt_now));
   points->set_options(settings.macro_step);
-  progress = Progress(fix->lmp, fmt::format("fix rve {}", fix->id), settings.progress_interval);
+  progress.set_interval(settings.progress_interval);
   warned_dt = false;
   if (dt_given || time_step_is_old) choose_time_step();
   if (fix->comm->me == 0 && !list.empty())

@@ -19,6 +19,7 @@
 #include "group.h"
 #include "mpm/exact_sum.h"
 #include "node_share.h"
+#include "one_rank.h"
 #include "readers.h"
 #include "rve/core/error.h"
 #include "rve/core/splitmix64.h"
@@ -107,21 +108,11 @@ void FixRve::Impl::make_engine()
         with_notice, fix->comm->nprocs);
 }
 
-/* ----------------------------------------------------------------------
-   error->all wants the same words on all ranks: those of the first one that has any
-------------------------------------------------------------------------- */
+/* ---------------------------------------------------------------------- */
 
 void FixRve::Impl::error_if_any(std::string message) const
 {
-  const int me = fix->comm->me, nobody = fix->comm->nprocs;
-  int speaker, candidate = message.empty() ? nobody : me;
-  MPI_Allreduce(&candidate, &speaker, 1, MPI_INT, MPI_MIN, fix->world);
-  if (speaker == nobody) return;
-  int length = static_cast<int>(message.size());
-  MPI_Bcast(&length, 1, MPI_INT, speaker, fix->world);
-  message.resize(length);
-  MPI_Bcast(message.data(), length, MPI_CHAR, speaker, fix->world);
-  fix->error->all(FLERR, message);
+  LAMMPS_NS::error_if_any(fix->lmp, std::move(message));
 }
 
 /* ----------------------------------------------------------------------

@@ -148,6 +148,11 @@ struct FixRve::Impl : RveOwner {
   void check_clock() const;
   /// Ends with an error unless all atoms of `dump` have RVEs; collective.
   void check_dump() const;
+  /// Of the dump of an atom in a step.
+  std::string dump_file(tagint id, bigint step) const
+  {
+    return fmt::format("{}.{}.{}.data", settings.dump_prefix, id, step);
+  }
 
   /// Room for the largest RVE in LAMMPS' buffers.
   void set_exchange_size();
@@ -167,7 +172,7 @@ struct FixRve::Impl : RveOwner {
   void say_how_far_cells_go(const std::vector<const rve::RveState *> &states) const;
   [[noreturn]] void fail(const std::string &problem, int atom) const;
   struct LeastBound {
-    double dt;      ///< infinite: above what was asked for
+    double dt;      ///< infinite: none is below what was asked for
     tagint atom;    ///< of the RVE that has it; the lowest ID of several
   };
   /// The least stable time step of RVEs, if it is below `enough`; collective.

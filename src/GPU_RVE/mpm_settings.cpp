@@ -25,10 +25,20 @@
 #include "utils.h"
 #include "variable.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
 using namespace LAMMPS_NS;
+
+namespace {
+
+constexpr double LARGEST =
+    1e30;    // of any number: products of two, and sums of many, are still numbers
+constexpr double MAX_COURANT =
+    10.0;    // the estimate for RVEs is an upper bound, if no larger one than that
+
+}    // namespace
 
 MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
 {
@@ -36,8 +46,9 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
   MpmSettings settings;
   mpm::SolverOptions &options = settings.options;
   options.cell_size = utils::numeric(FLERR, arg[3], false, lmp);
-  if (!(options.cell_size > 0.0))
-    lmp->error->all(FLERR, "Fix mpm cell size must be > 0 [distance], got {}", arg[3]);
+  if (!(options.cell_size > 0.0 && options.cell_size <= LARGEST))
+    lmp->error->all(FLERR, "Fix mpm cell size must be > 0 and at most {:g} [distance], got {}",
+                    LARGEST, arg[3]);
   options.lo = {{lmp->domain->boxlo[0], lmp->domain->boxlo[1]}};
   options.hi = {{lmp->domain->boxhi[0], lmp->domain->boxhi[1]}};
   settings.initial_volume = options.cell_size * options.cell_size;
@@ -47,13 +58,18 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
   options.device_number = share.rank;
 
   mpm::Face *face = nullptr;    // of the last load or body
+  std::string owner;            // that load or body
   int iarg = 4;
   const auto need = [&](int n) {
     if (iarg + n >= narg)
       utils::missing_cmd_args(FLERR, std::string("fix mpm ") + arg[iarg], lmp->error);
   };
   const auto number = [&](int k) {
-    return utils::numeric(FLERR, arg[iarg + k], false, lmp);
+    const double given = utils::numeric(FLERR, arg[iarg + k], false, lmp);
+    if (!(std::fabs(given) <= LARGEST))
+      lmp->error->all(FLERR, "Fix mpm {}: numbers must be from {:g} to {:g}, got {}", arg[iarg],
+                      -LARGEST, LARGEST, arg[iarg + k]);
+    return given;
   };
   const auto value = [&](int k) {
     MpmValue v;
@@ -87,9 +103,21 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
     return 0;
   };
 
+  // about: the key of a keyword, which must not occur again unless many may
+  const auto say = [&](const std::string &about, const std::string &values, bool again = false) {
+    const auto same = [&](const auto &said) {
+      return said.first == about;
+    };
+    if (!again && std::any_of(settings.words.begin(), settings.words.end(), same))
+      lmp->error->all(FLERR, "Fix mpm: {} is given twice", about);
+    settings.words.emplace_back(about, values);
+  };
+  say("cell size", arg[3]);
+
   try {
     while (iarg < narg) {
       const std::string word = arg[iarg];
+      const int first = iarg;
       if (word == "domain") {
         need(4);
         options.lo = {{number(1), number(3)}};
@@ -126,6 +154,7 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
       } else if (word == "model") {
         need(3);
         MpmModel model;
+        model.group = arg[iarg + 1];
         model.groupbit = groupbit_of(1);
         const int law = one_of(2, {"rve", "elastic", "mohr_coulomb"});
         if (law == 0) {
@@ -167,6 +196,7 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
         need(6);
         MpmRigidBody body;
         mpm::RigidBodyOptions how;
+        body.group = arg[iarg + 1];
         body.groupbit = groupbit_of(1);
         if (strcmp(arg[iarg + 2], "vx") != 0 || strcmp(arg[iarg + 4], "vy") != 0)
           lmp->error->all(FLERR,
@@ -187,11 +217,10 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
       } else if (word == "traction") {
         need(3);
         MpmTraction load;
-        load.groupbit = 0;
-        if (lmp->domain->get_region_by_id(arg[iarg + 1]) && lmp->group->find(arg[iarg + 1]) < 0)
-          load.region = arg[iarg + 1];
-        else
-          load.groupbit = groupbit_of(1);
+        load.id = arg[iarg + 1];
+        const bool is_region =
+            lmp->domain->get_region_by_id(load.id) && lmp->group->find(load.id) < 0;
+        load.groupbit = is_region ? 0 : groupbit_of(1);
         load.traction[0] = value(2);
         load.traction[1] = value(3);
         settings.tractions.push_back(load);
@@ -206,9 +235,12 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
         need(2);
         settings.courant_warn = number(1);
         settings.courant_error = number(2);
-        if (!(settings.courant_warn > 0.0 && settings.courant_error >= settings.courant_warn))
-          lmp->error->all(FLERR, "Fix mpm cfl must have 0 < warn <= error, got {} {}",
-                          arg[iarg + 1], arg[iarg + 2]);
+        if (!(settings.courant_warn > 0.0 && settings.courant_error >= settings.courant_warn &&
+              settings.courant_error <= MAX_COURANT))
+          lmp->error->all(FLERR,
+                          "Fix mpm cfl must have 0 < warn <= error <= {:g}, got {} {}; above 1 a "
+                          "step is unstable",
+                          MAX_COURANT, arg[iarg + 1], arg[iarg + 2]);
         iarg += 3;
       } else if (word == "progress") {
         need(1);
@@ -221,6 +253,26 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
         iarg += 2;
       } else {
         lmp->error->all(FLERR, "Fix mpm: unknown keyword '{}'", word);
+      }
+
+      const auto values_from = [&](int begin) {
+        std::string text;
+        for (int i = begin; i < iarg; i++) text += (i > begin ? " " : "") + std::string(arg[i]);
+        return text;
+      };
+      const bool is_load = word == "traction";
+      if (word == "rigid" || is_load) {
+        owner = word + " " + arg[first + 1];
+        say(owner, values_from(first + 2), is_load);
+        if (is_load) owner += " number " + std::to_string(settings.tractions.size());
+      } else if (word == "model" || word == "boundary") {
+        say(word + " " + arg[first + 1], values_from(first + 2));
+      } else if (word == "face" || word == "separation") {
+        say(owner + " " + word, values_from(first + 1));
+      } else if (word == "points_per_cell") {
+        say("volume", fmt::format("{:.17g}", settings.initial_volume));    // another way to say it
+      } else {
+        say(word, values_from(first + 1));
       }
     }
     const double half = 0.5 * std::sqrt(settings.initial_volume);
@@ -245,11 +297,69 @@ void MpmSettings::find(LAMMPS *lmp)
       lmp->error->all(FLERR, "Fix mpm: variable '{}' must be an equal-style variable",
                       value.variable);
   };
+  // groups may be deleted, and their bits be those of others
+  const auto check_group = [lmp](const char *keyword, const std::string &name, int bit) {
+    const int found = lmp->group->find(name);
+    if (found < 0)
+      lmp->error->all(FLERR, "Fix mpm {}: group '{}' has been deleted since the fix was defined",
+                      keyword, name);
+    if (lmp->group->bitmask[found] != bit)
+      lmp->error->all(FLERR,
+                      "Fix mpm {}: group '{}' has been deleted and defined anew since the fix was "
+                      "defined; define the fix after its groups",
+                      keyword, name);
+    return found;
+  };
+  for (const auto &body : bodies) check_group("rigid", body.group, body.groupbit);
+  for (const auto &model : models) check_group("model", model.group, model.groupbit);
+  for (const auto &load : tractions)
+    if (load.groupbit) {
+      const int found = check_group("traction", load.id, load.groupbit);
+      if (lmp->group->count(found) == 0)
+        lmp->error->all(FLERR, "Fix mpm traction: group '{}' has no atoms", load.id);
+    }
   for (auto &body : bodies)
     for (auto &velocity : body.velocity) look_up(velocity);
   for (auto &load : tractions) {
     for (auto &component : load.traction) look_up(component);
-    if (!load.groupbit && !lmp->domain->get_region_by_id(load.region))
-      lmp->error->all(FLERR, "Fix mpm traction: region '{}' does not exist", load.region);
+    if (!load.groupbit && !lmp->domain->get_region_by_id(load.id))
+      lmp->error->all(FLERR, "Fix mpm traction: region '{}' does not exist", load.id);
   }
+}
+
+std::string LAMMPS_NS::mpm_differences(const MpmWords &then, const MpmWords &now, bool of_points)
+{
+  // have no influence on results
+  const auto is_aside = [](const std::string &about) {
+    return about == "device" || about == "progress" || about == "cfl";
+  };
+  const auto is_of_points = [](const std::string &about) {
+    return about == "volume" || about == "density" || about == "stress";
+  };
+  // the values of one keyword, of all loads on the same points together
+  const auto said = [](const MpmWords &words, const std::string &about) {
+    std::string all;
+    for (const auto &[other, values] : words)
+      if (other == about) all += (all.empty() ? "" : ", ") + values;
+    return all.empty() ? std::string("not given") : all;
+  };
+  // word by word, numbers by their value
+  const auto is_same = [](const std::string &one, const std::string &other) {
+    const std::vector<std::string> a = utils::split_words(one), b = utils::split_words(other);
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto &x, const auto &y) {
+      return utils::is_double(x) && utils::is_double(y) ? std::stod(x) == std::stod(y) : x == y;
+    });
+  };
+  std::vector<std::string> keys;
+  for (const MpmWords *words : {&then, &now})
+    for (const auto &one : *words)
+      if (std::find(keys.begin(), keys.end(), one.first) == keys.end()) keys.push_back(one.first);
+  std::string text;
+  for (const std::string &key : keys) {
+    if (is_aside(key) || is_of_points(key) != of_points) continue;
+    const std::string before = said(then, key), after = said(now, key);
+    if (!is_same(before, after))
+      text += (text.empty() ? "" : ", ") + key + " " + before + " -> " + after;
+  }
+  return text;
 }

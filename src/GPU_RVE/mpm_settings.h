@@ -20,6 +20,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace LAMMPS_NS {
@@ -34,23 +35,28 @@ struct MpmValue {
 };
 
 struct MpmRigidBody {
+  std::string group;
   int groupbit;
   MpmValue velocity[2];
 };
 
 struct MpmTraction {
-  int groupbit;    // 0: a region
-  std::string region;
+  int groupbit;      // 0: a region
+  std::string id;    // of group or region
   MpmValue traction[2];
   mpm::Face face = mpm::Face::YHi;
 };
 
 struct MpmModel {
+  std::string group;
   int groupbit;
   std::string fix_rve;                       ///< whose RVEs are the model, or
   std::shared_ptr<mpm::Constitutive> law;    ///< an analytic one
   bool has_memory = false;                   ///< it keeps mpm::PointMemory
 };
+
+/// What a script says: keywords, with what they are about where they may occur again ("boundary xlo"), and their values.
+using MpmWords = std::vector<std::pair<std::string, std::string>>;
 
 struct MpmSettings {
   mpm::SolverOptions options;
@@ -63,13 +69,18 @@ struct MpmSettings {
   double courant_warn = 0.9, courant_error = 1.0;
   double progress_interval =
       60.0;    ///< wall time between lines about the progress [seconds]; 0: none
+  MpmWords words;
 
   /// Reads `fix ID group mpm ...`; errors end in error->all.
   static MpmSettings parse(LAMMPS *lmp, int narg, char **arg);
 
-  /// Looks up the variables and regions, which may change between runs.
+  /// Looks up the variables, groups and regions, which may change between runs.
   void find(LAMMPS *lmp);
 };
+
+/// What has another value in `now` than in `then`, as "damping 0.05 -> 0, ...", or "" for nothing: of what points keep that exist (their
+/// volume, mass and stress at the beginning), or of the rest.
+std::string mpm_differences(const MpmWords &then, const MpmWords &now, bool of_points);
 
 }    // namespace LAMMPS_NS
 

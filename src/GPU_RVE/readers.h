@@ -21,7 +21,7 @@ namespace LAMMPS_NS {
 class LAMMPS;
 
 /// Whether anything may read the state of points or RVEs after this step and before the next one: an output that is due, the end
-/// of the run, or another fix that works then. A fix that works at the ends of some steps reads in those only.
+/// of the run, or a fix that works then or reads variables in each step. A fix that works at the ends of some steps reads in those only.
 bool somebody_may_look(LAMMPS *lmp);
 
 }    // namespace LAMMPS_NS

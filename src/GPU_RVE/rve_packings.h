@@ -69,6 +69,8 @@ class RvePackings {
   std::vector<int> choose_images(LAMMPS *lmp, int igroup, FixRveSettings &settings,
                                  const std::vector<int> &atoms);
   void report(LAMMPS *lmp, const std::vector<int> &chosen) const;
+  void warn_of_images(LAMMPS *lmp, const std::vector<int> &chosen,
+                      const std::vector<int> &image) const;
 };
 
 }    // namespace LAMMPS_NS

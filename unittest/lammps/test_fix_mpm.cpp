@@ -7,14 +7,18 @@
 #include "fix.h"
 #include "lammps.h"
 #include "modify.h"
+#include "output.h"
+#include "readers.h"
 #include "script.h"
 #include "support/files.h"
+#include "update.h"
 
 #include <gtest/gtest.h>
 #include <mpi.h>
 
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <fstream>
 #include <set>
 #include <string>
@@ -24,8 +28,9 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-constexpr int TIMES =
-    3;    // at the end of the global vector: wall times, which differ from run to run
+// behind the bodies in the global vector: wall times, which differ from run to run, and then the force of damping in x and y
+constexpr int TIMES = 3;
+constexpr int DAMPING = 2;
 
 /// A script with a fix mpm of the ID soil.
 class SoilScript : public Script {
@@ -329,6 +334,56 @@ TEST(FixMpmMohrCoulomb, GroupsHaveTheirOwnLaws)
   EXPECT_GT(yielded, 3);
 }
 
+/// A specimen of cohesive sand, 4 wide and 8 high, between a plate that comes down and one that rests; the means over the second half
+/// of the run of the vertical forces on both and of the damping in f_mean[1..3]. It yields from half of the run on.
+std::string specimen_between_platens(double damping)
+{
+  std::string scene = points_in_box(8, 12, 0);
+  const std::string everywhere = "region ground block 0 8 0 12";
+  return scene.replace(scene.find(everywhere), everywhere.size(), "region ground block 2 6 2 10") +
+      "region lower block 1 7 1 2 -0.05 0.05 units box\ncreate_atoms 2 region lower\n"
+      "region upper block 1 7 10 11 -0.05 0.05 units box\ncreate_atoms 2 region upper\n"
+      "set type 2 diameter 1.0\ngroup ground type 1\ngroup lower region lower\ngroup upper region "
+      "upper\n"
+      "timestep 0.005\n"
+      "fix soil all mpm 1.0 model ground mohr_coulomb 1.0e7 0.3 10000 30 0 density 2000 "
+      "rigid upper vx 0 vy -0.02 rough rigid lower vx 0 vy 0 rough face yhi damping " +
+      std::to_string(damping) +
+      "\nfix mean all ave/time 1 800 1600 f_soil[6] f_soil[10] f_soil[17]\nrun 1600\n";
+}
+
+TEST(FixMpmMohrCoulomb, PlatensDifferByTheForceOfDampingAndAgreeWithoutIt)
+{
+  for (const double damping : {0.0, 0.05, 0.2}) {
+    SoilScript script;
+    script << specimen_between_platens(damping);
+    const double upper = script.fix_value("mean", 1), lower = script.fix_value("mean", 2);
+    const double damped = script.fix_value("mean", 3);
+
+    EXPECT_GT(upper, 1e5);
+    // what is left is the change of momentum: 64 t with 0.02 m/s at most, in 4 s
+    EXPECT_NEAR(upper + lower, damped, 64000 * 0.02 / 4.0) << "damping " << damping;
+    if (damping == 0.0)
+      EXPECT_EQ(damped, 0.0);
+    else
+      EXPECT_GT(damped, 0.5 * damping * upper)
+          << "in plastic flow it has the same sign all the time";
+  }
+}
+
+TEST(FixMpmMohrCoulomb, WhatDampingTakesFromReactionsIsSaidInTheLog)
+{
+  const std::string path = rve_test::temporary_path("log");
+  SoilScript script;
+  script << "log " + path + "\n" + specimen_between_platens(0.05) + "log none\n";
+  MPI_Barrier(MPI_COMM_WORLD);    // rank 0 writes the log
+  const std::string log = rve_test::text_of(path);
+
+  EXPECT_NE(log.find("WARNING: Fix mpm soil: local damping 0.05 amounts to 3"), std::string::npos)
+      << log;
+  EXPECT_NE(log.find("f_soil[16] and f_soil[17] are its force"), std::string::npos) << log;
+}
+
 TEST(FixMpmMohrCoulomb, RanksGiveTheSameBits)
 {
   plate_force_on_ranks_and_alone(mohr_coulomb_footing(), 400);
@@ -369,11 +424,27 @@ TEST(FixMpm, RestartContinuesBitForBit)
           fix + "run 180\n";
 
   EXPECT_EQ(whole.points(), second.points());
-  for (int k = 0; k < whole.fix()->size_vector - TIMES; ++k)
+  for (int k = 0; k < whole.fix()->size_vector - TIMES - DAMPING; ++k)
     EXPECT_EQ(whole.fix()->compute_vector(k), second.fix()->compute_vector(k))
         << "vector entry " << k;
   MPI_Barrier(MPI_COMM_WORLD);
   std::remove("test_fix_mpm.restart");
+}
+
+std::string bytes_of(double value)
+{
+  return std::string(reinterpret_cast<const char *>(&value), sizeof(value));
+}
+
+/// Where the head of a fix mpm begins in a restart file: version, length, a checksum, step.
+std::size_t place_of_head(const std::string &text, double step)
+{
+  std::size_t place = text.find(bytes_of(-5.0));
+  while (place != std::string::npos &&
+         text.compare(place + 3 * sizeof(double), sizeof(double), bytes_of(step)) != 0)
+    place = text.find(bytes_of(-5.0), place + 1);
+  EXPECT_NE(place, std::string::npos);
+  return place;
 }
 
 TEST(FixMpm, RestartFileOfAnotherVersionIsRefused)
@@ -386,31 +457,105 @@ TEST(FixMpm, RestartFileOfAnotherVersionIsRefused)
       command.substr(command.find("fix soil"));
   ASSERT_EQ(message_of(read), "");
 
-  // the record of the fix: its size in bytes, the version with a minus, the step, the number of bodies, the displacement of the plate
+  // the head of the fix begins with the version, with a minus, and the step follows two numbers later
   const std::string text = rve_test::text_of(path);
-  const auto bytes = [](int size, const std::vector<double> &values) {
-    std::string record(reinterpret_cast<const char *>(&size), sizeof(size));
-    return record.append(reinterpret_cast<const char *>(values.data()),
-                         values.size() * sizeof(double));
-  };
-  const std::string current = bytes(5 * sizeof(double), {-4.0, 1.0, 1.0});
-  ASSERT_NE(text.find(current), std::string::npos);
-  const auto message_with = [&](const std::string &record) {
+  const std::size_t place = place_of_head(text, 1.0);
+  const auto message_with = [&](double version) {
     std::string other = text;
     std::ofstream(path, std::ios::binary)
-        << other.replace(text.find(current), record.size(), record);
+        << other.replace(place, sizeof(double), bytes_of(version));
     return message_of(read);
   };
-  const std::string newer = message_with(bytes(5 * sizeof(double), {-5.0, 1.0, 1.0}));
-  const std::string none = message_with(bytes(5 * sizeof(double), {1.0, 0.0, 0.0}));
+  const std::string newer = message_with(-6.0), none = message_with(1.0), torn = message_with(-5.5);
   std::remove(path.c_str());
 
-  EXPECT_NE(newer.find("the points in the restart file have version 5; this fix reads version 4"),
+  EXPECT_NE(newer.find("the points in the restart file have version 6; this fix reads version 5"),
             std::string::npos)
       << newer;
-  EXPECT_NE(none.find("have version 1 or 2, without a number; this fix reads version 4"),
+  EXPECT_NE(none.find("have version 1 or 2, without a number; this fix reads version 5"),
             std::string::npos)
       << none;
+  EXPECT_NE(torn.find("is damaged: it begins with -5.5 instead of the version -5"),
+            std::string::npos)
+      << torn;
+}
+
+TEST(FixMpm, FlippedBitsOfRestartFilesAreRefused)
+{
+  const std::string command = elastic_footing();
+  const std::string path =
+      "test_fix_mpm_flips." + std::to_string(SoilScript().lmp->comm->me) + ".restart";
+  SoilScript(MPI_COMM_SELF) << command + "run 3\nwrite_restart " + path + "\n";
+  const std::string read = "read_restart " + path + "\npair_style none\ncomm_modify cutoff 1.0\n" +
+      command.substr(command.find("fix soil"));
+  const std::string text = rve_test::text_of(path);
+  const std::size_t head = place_of_head(text, 3.0);
+  double length;
+  std::memcpy(&length, &text[head + sizeof(double)], sizeof(length));
+  const auto record = text.find(bytes_of(24.0) + bytes_of(3.0));    // of an atom: numbers, step
+  ASSERT_NE(record, std::string::npos);
+
+  // every bit of the versions, lengths and sizes, every seventh of the rest
+  const auto count_silent = [&](std::size_t begin, std::size_t end) {
+    int silent = 0;
+    for (std::size_t bit = 8 * begin; bit < 8 * end; bit += bit < 8 * (begin + 16) ? 1 : 7) {
+      std::string other = text;
+      other[bit / 8] = static_cast<char>(other[bit / 8] ^ 1 << bit % 8);
+      std::ofstream(path, std::ios::binary) << other;
+      const std::string message = message_of(read);
+      silent += message.find("Fix mpm: the ") == std::string::npos;
+    }
+    return silent;
+  };
+  EXPECT_EQ(count_silent(head, head + (std::size_t) length * sizeof(double)), 0);
+  EXPECT_EQ(count_silent(record, record + 24 * sizeof(double)), 0);
+  std::remove(path.c_str());
+}
+
+TEST(FixMpm, AContinuedRunSaysWhatItsFixSaysOtherwise)
+{
+  const std::string command = elastic_footing();
+  const std::string path =
+      "test_fix_mpm_other." + std::to_string(SoilScript().lmp->comm->me) + ".restart";
+  const std::string log = path + ".log";
+  SoilScript first(MPI_COMM_SELF);
+  first << command + "run 20\nwrite_restart " + path + "\n";
+  const std::string read =
+      "read_restart " + path + "\npair_style none\ncomm_modify cutoff 1.0\nneighbor 0.5 bin\n";
+  const auto said = [&](std::string fix, const std::string &before = "") {
+    Script script(MPI_COMM_SELF);
+    script << "log " + log + "\n" + read + before + fix + "log none\n";
+    return std::make_pair(rve_test::text_of(log), script.fix_value("soil", 8));
+  };
+  std::string fix = command.substr(command.find("fix soil"));
+  const auto same = said(fix);
+  std::string spelled = fix;
+  spelled.replace(spelled.find("damping 0.05"), 12, "damping 5e-2");
+  const auto as_number = said(spelled);
+  std::string other = fix;
+  other.replace(other.find("damping 0.05"), 12, "flip 0.99");
+  other.replace(other.find("elastic 1.0e6 0.3 density 2000"), 30, "elastic 2.0e6 0.3 density 2100");
+  const auto changed = said(other);
+  // another body before the plate, which keeps its displacement
+  const auto two = said(fix.substr(0, fix.find("rigid")) + "rigid lid vx 0 vy 0 rough " +
+                            fix.substr(fix.find("rigid")),
+                        "group lid id 1\n");
+  std::remove(path.c_str());
+  std::remove(log.c_str());
+
+  EXPECT_EQ(same.first.find("continued with"), std::string::npos) << same.first;
+  EXPECT_EQ(as_number.first.find("continued with"), std::string::npos) << as_number.first;
+  EXPECT_EQ(same.second, first.fix_value("soil", 8));
+  EXPECT_NE(
+      changed.first.find("Fix mpm soil continued with: model ground elastic 1.0e6 0.3 -> elastic "
+                         "2.0e6 0.3, damping 0.05 -> not given, flip not given -> 0.99"),
+      std::string::npos)
+      << changed.first;
+  EXPECT_NE(changed.first.find("keep what they have; for new points only: density 2000 -> 2100"),
+            std::string::npos)
+      << changed.first;
+  EXPECT_NE(two.first.find("begin with the displacement 0: lid"), std::string::npos) << two.first;
+  EXPECT_EQ(two.second, 0.0);
 }
 
 TEST(FixMpm, RestartFilesOfDifferentStepsAreRefused)
@@ -563,7 +708,7 @@ TEST(FixMpm, DeviceGivesTheSameBits)
   device << scene("auto");
 
   EXPECT_EQ(cpu.points(), device.points());
-  for (int k = 0; k < cpu.fix()->size_vector - TIMES; ++k)
+  for (int k = 0; k < cpu.fix()->size_vector - TIMES - DAMPING; ++k)
     EXPECT_EQ(cpu.fix()->compute_vector(k), device.fix()->compute_vector(k)) << "entry " << k;
 }
 
@@ -588,12 +733,103 @@ TEST(FixMpm, ColumnsAreThoseOfTheStepWhoeverReadsThem)
   }
 }
 
+/// The points of a scene after 40 steps in one run, and in two of which the second goes on; output every `interval` steps.
+std::vector<Script::Rows> ends_with_output(const std::string &scene, int interval)
+{
+  std::vector<Script::Rows> ends;
+  for (const char *run : {"run 40\n", "run 10\nrun 0\nrun 30 pre no\n",
+                          "run 40 every 7 \"variable n equal step\"\n"}) {
+    SoilScript script;
+    script << scene + "thermo " + std::to_string(interval) + "\n" + run;
+    ends.push_back(script.points());
+  }
+  return ends;
+}
+
+/// The scene of the footing, with other words in place of some, and commands before and after it.
+std::string footing_with(const std::string &words, const std::string &others,
+                         const std::string &before, const std::string &after = "")
+{
+  std::string scene = elastic_footing();
+  scene.replace(scene.find(words), words.size(), others);
+  return scene.insert(scene.find("timestep"), before) + after;
+}
+
+TEST(FixMpm, WhatVariablesReadDoesNotDependOnTheOutput)
+{
+  // how far a point has moved or what its stress is, by way of a velocity, a traction, a moving region, and gravity
+  const std::vector<std::string> scenes = {
+      footing_with("vy -0.5", "vy v_v",
+                   "variable depth equal -F_soil[41][2]\nvariable v equal -0.5*(1-20*v_depth)\n"),
+      footing_with("0 -20000\n", "0 v_q\n", "variable q equal -20000-1e-1*c_largest\n",
+                   "compute largest all reduce max f_soil[7]\n"),
+      footing_with("surface 0 -20000\n", "lid 0 -20000\n",
+                   "variable shift equal 50*F_soil[41][3]\n"
+                   "region lid block 2 8 5 6 -0.05 0.05 units box move v_shift NULL NULL\n"),
+      footing_with("timestep", "timestep", "",
+                   "variable g equal 9.81*(1+1e2*abs(F_soil[41][3]))\n"
+                   "fix g all gravity v_g vector 0 -1 0\n")};
+  for (std::size_t k = 0; k < scenes.size(); ++k) {
+    const std::vector<Script::Rows> often = ends_with_output(scenes[k], 1),
+                                    seldom = ends_with_output(scenes[k], 40);
+    for (std::size_t way = 0; way < often.size(); ++way) {
+      EXPECT_TRUE(often[way] == seldom[way]) << "scene " << k << ", way " << way;
+      EXPECT_TRUE(often[way] == often[0]) << "scene " << k << ", way " << way;
+    }
+  }
+}
+
+TEST(FixMpmWithGrains, WhatADriveReadsDoesNotDependOnTheOutput)
+{
+  // an RVE beside the continuum that is sheared as fast as a point of it turns
+  make_packing();
+  MPI_Barrier(MPI_COMM_WORLD);
+  const std::string scene = footing_with(
+      "timestep", "timestep", "",
+      "variable rate equal F_soil[41][13]\ngroup probe id 41\n"
+      "fix grains probe rve test_fix_mpm.rve dt 1e-4 drive velocity_gradient xy v_rate "
+      "device cpu threads 1\ncompute stress probe rve/atom sxy\n");
+  std::vector<Script::Values> shear;
+  for (const char *interval : {"1", "40"}) {
+    SoilScript script;
+    script << scene + "thermo " + interval + "\nrun 40\n";
+    shear.push_back(script.compute("stress"));
+  }
+  EXPECT_NE(shear[0].at(41), 0.0);
+  EXPECT_EQ(shear[0], shear[1]);
+}
+
+TEST(FixMpm, FillsItsColumnsForFormulasThatMayReadThemAndForNoOthers)
+{
+  // somebody_may_look in a step without output, of a run that has been made
+  const auto looks = [](const std::string &velocity, const std::string &before = "") {
+    const std::string scene = elastic_footing();
+    SoilScript script;
+    std::string own = scene;
+    own.replace(own.find("vy -0.5"), 7, "vy v_v");
+    script << before + "variable v equal " + velocity + "\n" + own + "thermo 100\nrun 3\n";
+    script.lmp->update->laststep = script.lmp->output->next = 1000;
+    return somebody_may_look(script.lmp.get());
+  };
+
+  EXPECT_FALSE(looks("-0.5"));
+  EXPECT_FALSE(looks("-0.1*(v_t>0)*((v_t<1)*v_t+(v_t>=1))", "variable t equal (step-0.5)*dt\n"))
+      << "as in the example of the footing";
+  EXPECT_FALSE(looks("-1.5e-1*sin(2*PI*time/0.3)+2.E+0*0"));
+  EXPECT_FALSE(looks("-0.5+0*y[3]+0*vx[7]")) << "positions and velocities are those of the step";
+  EXPECT_TRUE(looks("-0.5+0*f_soil[1]"));
+  EXPECT_TRUE(looks("-0.5+0*F_soil[1][2]"));
+  EXPECT_TRUE(looks("-0.5+0*v_t", "variable t equal v_s*2\nvariable s equal 1+0*F_soil[1][2]\n"));
+  EXPECT_TRUE(looks("-0.5+0*mass(all,ground)")) << "a region may follow from a variable";
+  EXPECT_TRUE(looks("-0.5+0*ke")) << "thermo keywords are computes";
+}
+
 TEST(FixMpm, VectorEndsWithTheWallTimeOfTheRun)
 {
   SoilScript script;
   script << elastic_footing() + "run 20\n";
 
-  EXPECT_EQ(script.fix()->size_vector, 4 + 4 + TIMES);
+  EXPECT_EQ(script.fix()->size_vector, 4 + 4 + TIMES + DAMPING);
   EXPECT_EQ(script.fix_value("soil", 9), 0.0) << "no RVEs";
   EXPECT_GT(script.fix_value("soil", 10), 0.0);
   EXPECT_GT(script.fix_value("soil", 11), 0.0) << "columns are filled in the last step";
@@ -645,7 +881,37 @@ TEST(FixMpmErrors, SayWhatIsWrong)
   MPI_Barrier(MPI_COMM_WORLD);
   const std::string scene = points_in_box(2, 2) + "timestep 0.001\n";
   const std::string law = "model all elastic 1.0e6 0.3 density 2000";
+  const std::string rank = std::to_string(SoilScript().lmp->comm->me);
+  const std::string dump = "test_fix_mpm_rerun." + rank + ".dump";
   const std::vector<std::pair<std::string, std::string>> cases = {
+      {scene + "fix soil all mpm 1.0 " + law + " cfl 1 1e300",
+       "Fix mpm cfl: numbers must be from -1e+30 to 1e+30, got 1e300"},
+      {scene + "fix soil all mpm 1.0 " + law + " cfl 1 100", "0 < warn <= error <= 10, got 1 100"},
+      {scene + "fix soil all mpm 1.0 model all elastic 1e6 0.3 density 1e300",
+       "Fix mpm density: numbers must be from -1e+30 to 1e+30, got 1e300"},
+      {scene + "fix soil all mpm 1.0 " + law + " damping -0.1",
+       "local damping must be in [0, 1), got -0.1"},
+      {scene + "fix soil all mpm 1.0 " + law + "\ndump d all custom 1 " + dump +
+           " id x y\nrun 1\nrerun " + dump + " dump x y",
+       "Fix mpm cannot be used with rerun"},
+      {scene + "fix soil all mpm 1.0 " + law + "\nfix d all deform 1 x scale 1.1\nrun 1",
+       "fix d (style deform) changes the box and moves atoms with it"},
+      {scene + "fix soil all mpm 1.0 " + law + "\nrun 1\nchange_box all x scale 1.1 remap\nrun 1",
+       "points and box have been changed since the last run"},
+      {scene + "group g id 1\nfix soil all mpm 1.0 " + law +
+           " traction g 0 -1\nrun 1\ngroup g delete\nrun 1",
+       "Fix mpm traction: group 'g' has been deleted since the fix was defined"},
+      {scene + "group first id 1\ngroup g id 2\nfix soil all mpm 1.0 " + law +
+           " traction g 0 -1\nrun 1\ngroup first delete\ngroup g delete\ngroup g id 3\nrun 1",
+       "Fix mpm traction: group 'g' has been deleted and defined anew"},
+      {scene + "group g id 1\nfix soil all mpm 1.0 model g elastic 1.0e6 0.3 " + law +
+           "\nrun 1\ngroup g delete\nrun 1",
+       "Fix mpm model: group 'g' has been deleted since the fix was defined"},
+      {scene + "group nobody empty\nfix soil all mpm 1.0 " + law + " traction nobody 0 -1\nrun 1",
+       "Fix mpm traction: group 'nobody' has no atoms"},
+      {block_of_points("lattice sq 0.5 origin 0.5 0.5 0.0") +
+           "timestep 0.001\nfix soil all mpm 1.0 " + law + "\nrun 1",
+       "have more than 1.3 times their area in points, the fullest 4 times"},
       {scene + "fix soil all mpm 0 " + law, "must be > 0"},
       {scene + "fix soil all mpm 1.0 " + law + " wings yes", "unknown keyword 'wings'"},
       {scene + "fix soil all mpm 1.0 " + law + " flip 1.5", "in [0, 1]"},
@@ -667,9 +933,24 @@ TEST(FixMpmErrors, SayWhatIsWrong)
        "points_per_cell must be > 0, got 0"},
       {scene + "fix soil all mpm 1.0 " + law + " volume 1.5",
        "volume of a point must be in (0, 1] (one cell), got 1.5"},
-      {scene + "fix soil all mpm 1.0 " + law + " cfl 1.0 0.5", "0 < warn <= error, got 1.0 0.5"},
+      {scene + "fix soil all mpm 1.0 " + law + " cfl 1.0 0.5",
+       "0 < warn <= error <= 10, got 1.0 0.5"},
       {scene + "fix soil all mpm 1.0 " + law + " domain 0 2.5 0 4",
        "whole number of cells, got 2.5 / 1 = 2.5"},
+      {scene + "fix soil all mpm 1.0 " + law + " flip 0.9 flip 0.99",
+       "Fix mpm: flip is given twice"},
+      {scene + "fix soil all mpm 1.0 " + law + " boundary xlo roller boundary xlo fixed",
+       "Fix mpm: boundary xlo is given twice"},
+      {scene + "fix soil all mpm 1.0 " + law + " model all elastic 1.0e6 0.2",
+       "Fix mpm: model all is given twice"},
+      {scene + "fix soil all mpm 1.0 " + law + " points_per_cell 1 volume 0.9",
+       "Fix mpm: volume is given twice"},
+      {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
+           " rigid plate vx 0 vy 0 rough rigid plate vx 0 vy 1 rough",
+       "Fix mpm: rigid plate is given twice"},
+      {scene + "fix soil all mpm 1.0 " + law +
+           " traction all 0 -1 face xhi traction all 0 -1 face xlo face yhi",
+       "Fix mpm: traction all number 2 face is given twice"},
       {scene + "fix soil all mpm 1.0 " + law + " separation yes", "must follow a rigid body"},
       {scene + "fix soil all mpm 1.0 " + law + " face yhi",
        "must follow a traction or a rigid body"},
@@ -751,6 +1032,39 @@ TEST(FixMpmErrors, SayWhatIsWrong)
     const std::string message = message_of(one.first);
     EXPECT_NE(message.find(one.second), std::string::npos)
         << "expected '" << one.second << "' in '" << message << "'";
+  }
+  std::remove(dump.c_str());
+}
+
+TEST(FixMpmWarnings, SayWhatIsProbablyNotMeant)
+{
+  const std::string scene = points_in_box(4, 4) + "timestep 0.001\n";
+  const std::string fix = "fix soil all mpm 1.0 model all elastic 1.0e6 0.3 density 2000";
+  const std::string run = "\nrun 2\n";
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {points_in_box(4, 4) + fix + run,
+       "The time step is 1e-08 [time], the default of LAMMPS: set it with the command timestep; "
+       "0.019 has a "
+       "Courant number of 0.5"},
+      {scene + "timestep 1e-9\n" + fix + run, "The time step is 1e-09 [time]; 0.019 has"},
+      {scene + "group some id 1 2 3\n" + fix + " model some elastic 1e6 0.2" + run,
+       "3 points are in the groups of more than one model"},
+      {scene + "region air block 0 4 5 6 INF INF units box\n" + fix + " traction air 0 -1" + run,
+       "the region 'air' of a traction has no deformable points at step 0"},
+      {scene + fix + run + "displace_atoms all move 0.1 0 0 units box" + run,
+       "points have been moved since the last run"},
+      {scene + "create_atoms 1 single 1.5 1.5 0\n" + fix + run,
+       "1 of 16 cells of 1 by 1 [distance] that points fill have more than 1.3 times"},
+      {scene + fix + run + "change_box all y final 0 7" + run, ""},
+      {scene + fix + run + "velocity all set 0.1 0 0" + run, ""}};
+  const std::string path = rve_test::temporary_path("log");
+  for (const auto &one : cases) {
+    Script(MPI_COMM_SELF) << "log " + path + "\n" + one.first + "log none\n";
+    const std::string log = rve_test::text_of(path);
+    if (one.second.empty())
+      EXPECT_EQ(log.find("WARNING: Fix mpm"), std::string::npos) << log;
+    else
+      EXPECT_NE(log.find(one.second), std::string::npos) << log;
   }
 }
 

@@ -101,8 +101,14 @@ struct Ground {
 
   void steps(int number)
   {
-    for (int step = 0; step < number; ++step) solver.step(scene.view(), loads, DT);
+    for (int step = 0; step < number; ++step) {
+      const double change = 0.01 * std::sin(0.3 * ++steps_made);
+      solver.set_body_velocity(0, {{change, -0.2 + change}});
+      solver.step(scene.view(), loads, DT);
+    }
   }
+
+  int steps_made = 0;
 };
 
 template <class T> bool same_bits(const std::vector<T> &a, const std::vector<T> &b)
@@ -120,6 +126,7 @@ std::vector<double> numbers(Ground &run)
     for (int a = 0; a < 2; ++a) list.push_back(run.solver.body_reaction(body)[a]);
   for (const mpm::Face side : {mpm::Face::XLo, mpm::Face::XHi, mpm::Face::YLo, mpm::Face::YHi})
     for (int a = 0; a < 2; ++a) list.push_back(run.solver.side_reaction(side)[a]);
+  for (int a = 0; a < 2; ++a) list.push_back(run.solver.damping_force()[a]);
   const mpm::Grid &grid = run.solver.grid();
   for (int j = -1; j <= grid.cells(1) + 1; ++j)
     for (int i = -1; i <= grid.cells(0) + 1; ++i) {

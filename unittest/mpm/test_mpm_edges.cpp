@@ -189,7 +189,8 @@ TEST(EmptyCellUnderTheFooting, AGapIsNotFeltUntilItIsClosed)
 
     // body and ground meet on the grid when they share a row of nodes: less than a cell and a box apart
     EXPECT_GT(touched, gap - 1.5 * CELL - dt * speed);
-    EXPECT_LT(touched, gap + 2.0 * dt * speed);
+    // nodes that are held give their points no velocity: a stress is what is felt first, a step after the contact
+    EXPECT_LT(touched, gap + 3.0 * dt * speed);
     for (int step = 0; step < 100; ++step) solver.step(set.scene.view(), {}, dt);
     EXPECT_GT(solver.body_reaction(0)[1], 0.0) << "then it pushes";
   }

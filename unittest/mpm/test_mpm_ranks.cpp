@@ -107,6 +107,7 @@ Outcome run(Scene &scene, const Method &method, int steps, int threads,
     for (const int body : {FOOTING, ANVIL, PLATE}) note(solver.body_reaction(body));
     for (const Face side : {Face::XLo, Face::XHi, Face::YLo, Face::YHi})
       note(solver.side_reaction(side));
+    note(solver.damping_force());
     outcome.numbers.push_back(solver.max_unbalanced_force());
   };
   solver.evaluate(scene.view(), loads, STEP);

@@ -3,13 +3,11 @@
 #ifndef RVE_UNITTEST_SUPPORT_ON_DEVICE_H
 #define RVE_UNITTEST_SUPPORT_ON_DEVICE_H
 
+#include "rve/core/cuda_required.h"
 #include "rve/core/error.h"
 #include "support/rve_rig.h"
 
 #include <gtest/gtest.h>
-
-#include <cstdlib>
-#include <string>
 
 namespace rve_test {
 
@@ -35,9 +33,7 @@ class OnDevice : public testing::TestWithParam<rve::Format> {
     try {
       rve::make_engine(device_options(rve::Format::Fast));
     } catch (const rve::InputError &error) {
-      const char *required = std::getenv("GPU_RVE_REQUIRE_CUDA");
-      if (required && std::string(required) == "1")
-        FAIL() << "GPU_RVE_REQUIRE_CUDA=1, but " << error.what();
+      if (rve::cuda_required()) FAIL() << error.what();
       GTEST_SKIP() << error.what();
     }
   }

@@ -1,7 +1,10 @@
 // Velocity conditions on the grid: its four sides, and rigid bodies with a prescribed velocity.
 //
-// Every condition is imposed as an impulse on nodal momenta, and the impulse is what the wall or the body feels. Sides are
-// imposed node by node, bodies column by column of nodes: neither looks at what the others change.
+// Every condition is imposed as an impulse on nodal momenta, twice in a balance: on the momenta with the forces, which gives the
+// velocities of the grid, and on those that the points brought, from which their increments are counted. What is held then gives
+// its points the change of its own velocity, and not the difference between theirs and its own. The wall or body feels the first
+// impulse less the second one, of which points with increments alone (flip 1) keep everything and those with velocities of the
+// grid (flip 0) nothing. Sides are imposed node by node, bodies column by column of nodes: neither looks at what the others change.
 
 #ifndef MPM_BOUNDARY_H
 #define MPM_BOUNDARY_H
@@ -32,8 +35,9 @@ struct RigidBodyState {
   Vec2 velocity;    ///< [length/time]
 };
 
-/// Whether contact of a body that can separate is found from the momenta, or taken from the last time it was found.
-enum class Contact { Find, Keep };
+/// Whether contact of a body that can separate is found from the momenta, or taken from the last time it was found. Before: of the
+/// momenta before the forces: they get the conditions that those with the forces have just got.
+enum class Contact { Find, Keep, Before };
 
 /// The conditions as the passes over the nodes see them.
 struct BoundaryView {
@@ -67,7 +71,13 @@ struct BoundaryView {
   }
 
   /// Takes from the momentum [mass length/time] of a node what the sides hold.
-  RVE_HD void impose_sides(int node, bool recorded, Vec2 &momentum) const
+  RVE_HD void impose_sides(int node, Vec2 &momentum) const
+  {
+    for (int a = 0; sides[node] != 0 && a < 2; ++a)
+      if (held_by_side(node, a)) momentum[a] = 0.0;
+  }
+  /// The same for the two momenta of a balance, with and before the forces; the impulse is recorded.
+  RVE_HD void balance_sides(int node, double flip, Vec2 &with_forces, Vec2 &before) const
   {
     const int kinds = sides[node];
     if (kinds == 0) return;
@@ -77,10 +87,10 @@ struct BoundaryView {
       Vec2 felt = Vec2::zero();
       for (int a = 0; a < 2; ++a) {
         if (a != axis && !fixed) continue;
-        felt[a] = momentum[a];
-        momentum[a] = 0.0;
+        felt[a] = with_forces[a] - flip * before[a];
+        with_forces[a] = before[a] = 0.0;
       }
-      if (recorded) side_impulse[axis * grid.node_count() + node] = felt;
+      side_impulse[axis * grid.node_count() + node] = felt;
     }
   }
 
@@ -100,8 +110,10 @@ struct BoundaryView {
   ///
   /// Rows further inside the body move with it. On its two lateral faces material can slide and separate.
   /// Columns count as under the body if they are within its width, edges included: put the edges on columns.
+  ///
+  /// `felt_share` of the impulse is added to what the body felt in this step.
   RVE_HD void impose_body(int body, const RigidBodyOptions &options, const RigidBodyState &state,
-                          int column, Contact contact, bool recorded, const double *mass,
+                          int column, Contact contact, double felt_share, const double *mass,
                           Vec2 *momentum) const;
 };
 
@@ -166,7 +178,7 @@ namespace face_pair {
 
 RVE_HD inline void BoundaryView::impose_body(int body, const RigidBodyOptions &options,
                                              const RigidBodyState &state, int column,
-                                             Contact contact, bool recorded, const double *mass,
+                                             Contact contact, double felt_share, const double *mass,
                                              Vec2 *momentum) const
 {
   using namespace face_pair;
@@ -175,8 +187,8 @@ RVE_HD inline void BoundaryView::impose_body(int body, const RigidBodyOptions &o
   const double outside = outward(options.face);
   const int inwards = outside < 0.0 ? 1 : -1;    // step of the row index into the body
   const Vec2 &velocity = state.velocity;
-  Vec2 *felt = recorded ? body_impulse + static_cast<std::size_t>(body) * grid.node_count()
-                        : nullptr;
+  Vec2 *felt = felt_share != 0.0 ? body_impulse + static_cast<std::size_t>(body) * grid.node_count()
+                                 : nullptr;
 
   // rows on both sides of the face, and the last row inside the body
   const double face = grid.scaled(outside < 0.0 ? state.lo[normal] : state.hi[normal], normal);
@@ -208,7 +220,7 @@ RVE_HD inline void BoundaryView::impose_body(int body, const RigidBodyOptions &o
     if (held_by_side(node, axis)) return;
     const double change = mass[node] * velocity[axis] - momentum[node][axis];
     momentum[node][axis] += change;
-    if (recorded) felt[node][axis] = change;
+    if (felt) felt[node][axis] += felt_share * change;
     set_on_body(node, axis);
   };
 
@@ -227,7 +239,7 @@ RVE_HD inline void BoundaryView::impose_body(int body, const RigidBodyOptions &o
     std::uint8_t &is_closed = closed[body * columns() + column + 1];
     double impulse;
     bool touches = pair.impulse(mass, momentum, normal, velocity[normal], impulse);
-    if (contact == Contact::Keep)
+    if (contact != Contact::Find)
       touches = touches && is_closed;
     else if (options.separation)
       touches = touches && impulse * outside > 0.0;    // pushes the material away
@@ -239,7 +251,7 @@ RVE_HD inline void BoundaryView::impose_body(int body, const RigidBodyOptions &o
       for (int k = 0; k < 2; ++k) held = held || (pair.used[k] && held_by_side(pair.node[k], a));
       if (held) continue;
       pair.impulse(mass, momentum, a, velocity[a], impulse);
-      if (recorded) felt[pair.used[1] ? pair.node[1] : pair.node[0]][a] = impulse;
+      if (felt) felt[pair.used[1] ? pair.node[1] : pair.node[0]][a] += felt_share * impulse;
       for (int k = 0; k < 2; ++k) {
         if (!pair.used[k]) continue;
         momentum[pair.node[k]][a] += pair.share[k] * impulse;
@@ -261,7 +273,9 @@ RVE_HD inline void BoundaryView::impose_body(int body, const RigidBodyOptions &o
     if (lateral == 0.0) {
       prescribe(node, 0);
       prescribe(node, 1);
-    } else if ((momentum[node][tangent] / mass[node] - velocity[tangent]) * lateral < 0.0) {
+    } else if (contact == Contact::Before
+                   ? (on_body[node] >> tangent & 1) != 0
+                   : (momentum[node][tangent] / mass[node] - velocity[tangent]) * lateral < 0.0) {
       prescribe(node, tangent);
     }
   }

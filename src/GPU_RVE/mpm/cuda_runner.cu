@@ -172,6 +172,7 @@ namespace {
       view_.mass = mass_.reserve_zeros(num_nodes_);
       view_.momentum = momentum_.reserve_zeros(num_nodes_);
       view_.momentum_end = momentum_end_.reserve_zeros(num_nodes_);
+      view_.damping_impulse = damping_impulse_.reserve_zeros(num_nodes_);
       view_.force = force_.reserve_zeros(num_nodes_);
       view_.velocity = velocity_.reserve_zeros(num_nodes_);
       view_.velocity_change = velocity_change_.reserve_zeros(num_nodes_);
@@ -197,15 +198,19 @@ namespace {
       const std::uint64_t nowhere = FirstTrouble::NOWHERE;
       for (int stage = 0; stage < NUM_STAGES; ++stage)
         std::memcpy(words + view_.num_maxima() + stage, &nowhere, sizeof(nowhere));
+      double *velocities = words + view_.num_maxima() + NUM_STAGES;
       for (int b = 0; b < view_.num_bodies; ++b)
-        for (int a = 0; a < 2; ++a)
-          words[view_.num_maxima() + NUM_STAGES + 2 * b + a] = input.body_velocity[b][a];
+        for (int a = 0; a < 2; ++a) {
+          velocities[2 * b + a] = input.body_velocity[b][a];
+          velocities[2 * (view_.num_bodies + b) + a] = input.body_velocity_before[b][a];
+        }
       double *first = motion_.send(motion_is_old_ ? motion_size() : num_words());
       motion_is_old_ = false;
 
       findings_ = {first, reinterpret_cast<std::uint64_t *>(first + view_.num_maxima())};
       view_.maximum = first;
       view_.body_velocity = reinterpret_cast<const Vec2 *>(first + view_.num_maxima() + NUM_STAGES);
+      view_.body_velocity_before = view_.body_velocity + view_.num_bodies;
       view_.points.position = {first + num_words()};
       view_.points.velocity = {first + num_words() + rows(count_)};
     }
@@ -332,6 +337,7 @@ namespace {
     {
       return receive(side_impulse_, 2 * num_nodes_) + axis * num_nodes_;
     }
+    const Vec2 *damping_impulse() { return receive(damping_impulse_, num_nodes_); }
     const Vec2 *node_force() { return receive(force_, num_nodes_); }
     const double *node_mass() { return receive(mass_, num_nodes_); }
     double unbalanced() { return motion_size() > 0 ? maxima()[Unbalanced] : 0.0; }
@@ -378,7 +384,7 @@ namespace {
     }
     std::size_t num_words() const
     {
-      const std::size_t words = view_.num_maxima() + NUM_STAGES + 2 * view_.num_bodies;
+      const std::size_t words = view_.num_maxima() + NUM_STAGES + 4 * view_.num_bodies;
       return (words + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
     }
     std::size_t motion_size() const { return count_ < 0 ? 0 : num_words() + 2 * rows(count_); }
@@ -495,7 +501,8 @@ namespace {
     DeviceBuffer<Vec2> side_impulse_, body_impulse_;
     DeviceBuffer<std::int64_t> sums_;
     DeviceBuffer<double> mass_;
-    DeviceBuffer<Vec2> momentum_, momentum_end_, force_, velocity_, velocity_change_;
+    DeviceBuffer<Vec2> momentum_, momentum_end_, damping_impulse_, force_, velocity_,
+        velocity_change_;
 
     // with other ranks
     DeviceBuffer<int> shared_nodes_;

@@ -35,7 +35,8 @@ class HostMachine {
       side_impulse_(2 * on_body_.size(), Vec2::zero()),
       body_impulse_(options.rigid_bodies.size() * on_body_.size(), Vec2::zero()),
       inertia_sums_(3 * on_body_.size()), vector_sums_(2 * on_body_.size()), mass_(on_body_.size()),
-      momentum_(on_body_.size()), momentum_end_(on_body_.size()), force_(on_body_.size()),
+      momentum_(on_body_.size()), momentum_end_(on_body_.size()),
+      damping_impulse_(on_body_.size(), Vec2::zero()), force_(on_body_.size()),
       velocity_(on_body_.size()), velocity_change_(on_body_.size()), tallies_(threads_),
       partial_(threads_)
   {
@@ -50,6 +51,7 @@ class HostMachine {
     view_.mass = mass_.data();
     view_.momentum = momentum_.data();
     view_.momentum_end = momentum_end_.data();
+    view_.damping_impulse = damping_impulse_.data();
     view_.force = force_.data();
     view_.velocity = velocity_.data();
     view_.velocity_change = velocity_change_.data();
@@ -68,6 +70,7 @@ class HostMachine {
     view_.loads = input.loads.data();
     view_.num_point_loads = static_cast<int>(input.loads.size());
     view_.body_velocity = input.body_velocity.data();
+    view_.body_velocity_before = input.body_velocity_before.data();
     view_.support = support_.data();
     view_.increment = increment_.data();
     maxima_.assign(view_.body_maximum(0), 0.0);
@@ -161,6 +164,10 @@ class HostMachine {
   const Vec2 *side_impulse(int axis) const
   {
     return side_impulse_.data() + axis * on_body_.size();
+  }
+  const Vec2 *damping_impulse() const
+  {
+    return damping_impulse_.data();
   }
   const Vec2 *node_force() const
   {
@@ -263,7 +270,7 @@ class HostMachine {
   std::vector<Vec2> side_impulse_, body_impulse_;
   std::vector<std::int64_t> inertia_sums_, vector_sums_;
   std::vector<double> mass_;
-  std::vector<Vec2> momentum_, momentum_end_, force_, velocity_, velocity_change_;
+  std::vector<Vec2> momentum_, momentum_end_, damping_impulse_, force_, velocity_, velocity_change_;
   std::vector<Support> support_;
   std::vector<rve::Tensor2> increment_;
   std::vector<double> maxima_;

@@ -2,7 +2,9 @@
 
 #include "mpm/host_machine.h"
 #include "mpm/step_program.h"
+#include "rve/core/cuda_required.h"
 #include "rve/core/error.h"
+#include "rve/core/threads.h"
 
 #if defined(GPU_RVE_WITH_CUDA)
 #include "mpm/cuda_runner.h"
@@ -11,8 +13,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
-#include <cstring>
+#include <limits>
 #include <utility>
 
 namespace mpm {
@@ -31,8 +32,7 @@ namespace {
             "flip fraction must be in [0, 1], got " + number(options.flip));
     require(options.damping >= 0.0 && options.damping < 1.0,
             "local damping must be in [0, 1), got " + number(options.damping));
-    require(options.threads >= 1,
-            "number of threads must be at least 1, got " + number(options.threads));
+    rve::require_threads(options.threads);
     return options;
   }
 
@@ -49,25 +49,19 @@ namespace {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 
-  bool cuda_required()
-  {
-    const char *value = std::getenv("GPU_RVE_REQUIRE_CUDA");
-    return value && std::strcmp(value, "1") == 0;
-  }
-
   std::unique_ptr<StepRunner> make_runner(const SolverOptions &options,
                                           const Communication &communication, const Grid &grid,
                                           std::string *notice)
   {
     if (notice) notice->clear();
     if (options.device != Device::Cpu) {
+      const bool required = rve::cuda_required();
       std::string obstacle = "GPU_RVE was built without CUDA";
 #if defined(GPU_RVE_WITH_CUDA)
       if (auto runner = make_cuda_runner(options, communication, grid, obstacle)) return runner;
 #endif
       require(options.device != Device::Cuda, "a CUDA device was asked for, but " + obstacle);
-      require(!cuda_required(),
-              "GPU_RVE_REQUIRE_CUDA=1 forbids falling back to the CPU: " + obstacle);
+      require(!required, rve::cuda_requirement() + " forbids falling back to the CPU: " + obstacle);
       if (notice) *notice = obstacle + "; CPU threads serve";
     }
     return std::make_unique<StepProgram<HostMachine>>(options, communication, grid);
@@ -132,7 +126,10 @@ MpmSolver::MpmSolver(const SolverOptions &options, Communication communication,
     options_(checked(options)),
     communication_(std::move(communication)), grid_(options.lo, options.hi, options.cell_size),
     runner_(make_runner(options, communication_, grid_, notice)),
-    body_velocity_(options.rigid_bodies.size(), Vec2::zero())
+    body_velocity_(options.rigid_bodies.size(), Vec2::zero()),
+    body_velocity_before_(
+        options.rigid_bodies.size(),
+        {{std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()}})
 {
   options_.threads = rve::usable_threads(options.threads);
 }
@@ -167,8 +164,13 @@ StepInput MpmSolver::input(const PointView &points, const std::vector<TractionLo
       });
       loads_.push_back({p, static_cast<int>(k), loads[k].face, loads[k].traction});
     }
-  return {points,         loads_, static_cast<int>(loads.size()), static_cast<int>(models_.size()),
-          body_velocity_, dt};
+  return {points,
+          loads_,
+          static_cast<int>(loads.size()),
+          static_cast<int>(models_.size()),
+          body_velocity_,
+          body_velocity_before_,
+          dt};
 }
 
 void MpmSolver::step(const PointView &points, const std::vector<TractionLoad> &loads, double dt)
@@ -176,6 +178,7 @@ void MpmSolver::step(const PointView &points, const std::vector<TractionLoad> &l
   runner_->step(input(points, loads, dt), [&](const Tensor2 *increment, double part) {
     advance_stress(points, increment, part);
   });
+  body_velocity_before_ = body_velocity_;
   check_points(points);
 }
 

@@ -32,7 +32,7 @@ struct Totals {
 class MpmSolver {
  public:
   /// rve::InputError on wrong options; on Device::Cuda without a device, and on any missing device when the environment has
-  /// GPU_RVE_REQUIRE_CUDA=1. `notice`, if given, receives the reason when Device::Auto falls back to the CPU.
+  /// GPU_RVE_REQUIRE_CUDA (rve/core/cuda_required.h). `notice`, if given, receives the reason when Device::Auto falls back to the CPU.
   explicit MpmSolver(const SolverOptions &options, Communication communication = {},
                      std::string *notice = nullptr);
 
@@ -45,11 +45,17 @@ class MpmSolver {
 
   /// Prescribes the velocity [length/time] of a rigid body from the next call on.
   void set_body_velocity(int body, const Vec2 &velocity);
+  /// The velocity [length/time] that a body had in the last step, of a run that is continued; not a number if there was none.
+  void set_body_velocity_before(int body, const Vec2 &velocity)
+  {
+    body_velocity_before_.at(body) = velocity;
+  }
+  const Vec2 &body_velocity_before(int body) const { return body_velocity_before_.at(body); }
 
   /// Advances all points by `dt` [time]: positions, velocities, F, volumes, stresses, L.
   ///
   /// The cycle: (1) mass, momentum to the grid; [Usavg: half of the strain]; (2) forces
-  /// f_I = - Σ V σ·∇N + Σ f N + traction; (3) p += f dt, conditions, damping; (4) x += dt Σ N v,
+  /// f_I = - Σ V σ·∇N + Σ f N + traction; (3) conditions, p += f dt, conditions, damping; (4) x += dt Σ N v,
   /// v = flip (v + Σ N Δv) + (1 - flip) Σ N v; (5) momentum to the grid again, conditions,
   /// L = Σ v ⊗ ∇N, F ← (I + L dt) F, V = V₀ det F, stresses.
   /// One set of weights, that of the position at the start, serves the whole step.
@@ -70,6 +76,9 @@ class MpmSolver {
   Vec2 body_reaction(int body) const;
   /// Force of the material on a side of the grid [force].
   Vec2 side_reaction(Face side) const { return runner_->side_reaction(side); }
+  /// Sum of what local damping did to the nodes in the last step or evaluation [force]: what reactions and other forces lack of the
+  /// change of the points' momentum.
+  Vec2 damping_force() const { return runner_->damping_force(); }
   /// Largest |component| of internal plus external nodal force where the velocity is not prescribed [force].
   double max_unbalanced_force() const { return runner_->max_unbalanced_force(); }
 
@@ -106,7 +115,7 @@ class MpmSolver {
   std::unique_ptr<StepRunner> runner_;
   std::vector<Constitutive *> models_;
   std::vector<double> model_seconds_;
-  std::vector<Vec2> body_velocity_;
+  std::vector<Vec2> body_velocity_, body_velocity_before_;
   std::vector<PointLoad> loads_;
 
   std::vector<std::vector<int>> points_of_model_;    ///< local indices, ascending

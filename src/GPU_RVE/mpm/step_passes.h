@@ -459,8 +459,9 @@ struct NodeInertiaAndForce : Pass {
 struct NodeBalance : Pass {
   template <class Tally> RVE_HD void operator()(int n, Tally &tally) const
   {
+    Vec2 &begin = step.momentum[n];
     Vec2 &end = step.momentum_end[n];
-    step.boundary.impose_sides(n, true, end);
+    step.boundary.balance_sides(n, step.flip, end, begin);
     // elsewhere a rank may have the force of a node, but not know that a body holds it
     if (!step.shares_grid || step.touched.contains(step.grid, n))
       for (int c = 0; c < 2; ++c)
@@ -470,7 +471,7 @@ struct NodeBalance : Pass {
       return;
     }
     // -α |f| sign(v) on the net force, reactions included: a node that is held feels none, and reactions stay undamped. sign(0) = 0.
-    const Vec2 &begin = step.momentum[n];
+    step.damping_impulse[n] = (-1.0) * end;
     for (int c = 0; c < 2; ++c) {
       const double net = end[c] - begin[c];
       const double direction = double(begin[c] > 0.0) - double(begin[c] < 0.0);
@@ -491,7 +492,8 @@ struct NodeBalance : Pass {
 struct NodeDamped : Pass {
   template <class Tally> RVE_HD void operator()(int n, Tally &) const
   {
-    step.boundary.impose_sides(n, false, step.momentum_end[n]);
+    step.boundary.impose_sides(n, step.momentum_end[n]);
+    step.damping_impulse[n] = step.damping_impulse[n] + step.momentum_end[n];
     NodeBalance::set_velocities(step, n);
   }
 };
@@ -514,7 +516,7 @@ struct NodeVelocity : Pass {
   template <class Tally> RVE_HD void operator()(int n, Tally &) const
   {
     const double mass = step.mass[n];
-    step.boundary.impose_sides(n, false, step.momentum_end[n]);
+    step.boundary.impose_sides(n, step.momentum_end[n]);
     step.velocity[n] = mass > 0.0 ? (1.0 / mass) * step.momentum_end[n] : Vec2::zero();
   }
 };
@@ -525,14 +527,20 @@ struct ImposeBody : Pass {
   int body;
   RigidBodyOptions options;
   Contact contact;
-  bool recorded;
+  bool balances;    ///< on the momenta before the forces too, and what the body feels is recorded
 
   int columns() const { return step.grid.cells(1 - axis_of(options.face)) + 3; }
 
   template <class Tally> RVE_HD void operator()(int k, Tally &) const
   {
-    step.boundary.impose_body(body, options, step.body(body), k - 1, contact, recorded, step.mass,
+    RigidBodyState state = step.body(body);
+    step.boundary.impose_body(body, options, state, k - 1, contact, balances ? 1.0 : 0.0, step.mass,
                               step.momentum_end);
+    state.velocity = step.body_velocity_before[body];
+    // a body that has just come held nothing before: what its nodes bring is all theirs
+    if (!balances || std::isnan(state.velocity[0])) return;
+    step.boundary.impose_body(body, options, state, k - 1, Contact::Before, -step.flip, step.mass,
+                              step.momentum);
   }
 };
 

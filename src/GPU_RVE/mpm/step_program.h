@@ -78,6 +78,14 @@ template <class Machine> class StepProgram final : public StepRunner {
     return per_time(boundary_.side_impulse(
         side, shared_.everywhere(machine_.side_impulse(axis_of(side)), vectors_)));
   }
+  Vec2 damping_force() override
+  {
+    Vec2 sum = Vec2::zero();
+    if (!(options_.damping > 0.0)) return sum;
+    const Vec2 *impulse = shared_.everywhere(machine_.damping_impulse(), vectors_);
+    for (int n = 0; n < machine_.view().grid.node_count(); ++n) sum = sum + impulse[n];
+    return per_time(sum);
+  }
   double max_unbalanced_force() override { return machine_.unbalanced(); }
   const Vec2 *node_force() override { return shared_.everywhere(machine_.node_force(), vectors_); }
   const double *node_mass() override { return shared_.everywhere(machine_.node_mass(), scalars_); }
@@ -126,11 +134,11 @@ template <class Machine> class StepProgram final : public StepRunner {
     machine_.stresses_changed();
   }
 
-  void impose_bodies(Contact contact, bool recorded)
+  void impose_bodies(Contact contact, bool balances)
   {
     for (int b = 0; b < machine_.view().num_bodies; ++b)
       machine_.over_columns(
-          ImposeBody{machine_.view(), b, options_.rigid_bodies[b], contact, recorded});
+          ImposeBody{machine_.view(), b, options_.rigid_bodies[b], contact, balances});
   }
 
   template <class P> void scatter(const P &pass)

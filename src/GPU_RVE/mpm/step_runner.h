@@ -16,7 +16,9 @@ struct StepInput {
   const std::vector<PointLoad> &loads;
   int num_loads, num_models;
   const std::vector<Vec2> &body_velocity;    ///< [length/time]
-  double dt;                                 ///< [time]
+  const std::vector<Vec2>
+      &body_velocity_before;    ///< in the step before; not a number: there was none
+  double dt;                    ///< [time]
 };
 
 /// Advances the stresses of the points by ΔF of each, over a time [time].
@@ -40,6 +42,7 @@ class StepRunner {
 
   virtual Vec2 body_reaction(int body) = 0;
   virtual Vec2 side_reaction(Face side) = 0;
+  virtual Vec2 damping_force() = 0;
   virtual double max_unbalanced_force() = 0;
   virtual const Vec2 *node_force() = 0;
   virtual const double *node_mass() = 0;

@@ -72,8 +72,10 @@ struct StepView {
   BoundaryView boundary;
   int num_bodies, num_models = 0, num_loads = 0;
   const Vec2 *body_velocity = nullptr;    ///< per rigid body [length/time]
-  std::int64_t point_total = 0;           ///< deformable points of all ranks
-  bool shares_grid;                       ///< with other ranks
+  const Vec2 *body_velocity_before =
+      nullptr;                     ///< in the step before; not a number: there was none
+  std::int64_t point_total = 0;    ///< deformable points of all ranks
+  bool shares_grid;                ///< with other ranks
   NodeBox touched;    ///< if so: the nodes that this rank's points reach, where it knows everything
   const double *maximum = nullptr;    ///< by Maximum, and on; of all ranks
 
@@ -89,6 +91,7 @@ struct StepView {
   double *mass = nullptr;                  ///< [mass]
   Vec2 *momentum = nullptr;                ///< at the start of the step [mass length/time]
   Vec2 *momentum_end = nullptr;
+  Vec2 *damping_impulse = nullptr;    ///< what damping added to the momentum [mass length/time]
   Vec2 *force = nullptr;              ///< [force]
   Vec2 *velocity = nullptr;           ///< that the points see next [length/time]
   Vec2 *velocity_change = nullptr;    ///< [length/time]

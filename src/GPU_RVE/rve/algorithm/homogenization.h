@@ -56,7 +56,7 @@ inline namespace RVE_ISA {
                   for (int c = 0; c < 4; ++c) {
                     std::int64_t units_of_term;
                     round_to(term[c], units_of_term);
-                    sum[3 * c + e] += units_of_term;
+                    sum[3 * c + e] = wrapping_sum(sum[3 * c + e], units_of_term);
                   }
                 };
                 add(0, nx * nx, -(nx * ny), 0.0, -ny);
@@ -120,7 +120,7 @@ inline namespace RVE_ISA {
                 const auto term = [&](int m, double x) {
                   std::int64_t units_of_x;
                   round_to(x, units_of_x);
-                  sum[m] += units_of_x;
+                  sum[m] = wrapping_sum(sum[m], units_of_x);
                 };
                 term(Fxx, unit * normal[0] * normal[0]);
                 term(Fxy, unit * normal[0] * normal[1]);
@@ -149,7 +149,7 @@ inline namespace RVE_ISA {
     const auto grains = block.template sum_items<3>(num_grains, [&](Item i, std::int64_t *sum) {
       std::int64_t size;
       round_to(units.contact_force * work.scratch[3 * num_grains + i], size);
-      sum[0] += size;
+      sum[0] = wrapping_sum(sum[0], size);
       sum[1] += work.contact_count[i] < 2 ? 1 : 0;
       sum[2] += work.contact_count[i] == 1 ? 1 : 0;
     });

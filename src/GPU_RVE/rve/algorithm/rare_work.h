@@ -562,6 +562,7 @@ inline namespace RVE_ISA {
     }
 
     /// Troubles of grains, exactly.
+    template <bool General>
     static RVE_COLD std::uint32_t find_trouble(Block block, const CallState<Format> &call)
     {
       const SharedView<Format> &shared = call.shared;
@@ -569,7 +570,7 @@ inline namespace RVE_ISA {
                  crushing = static_cast<Real>(crushing_force(call));
       // the largest force is then that of a normal spring
       const bool springs_only =
-          call.header.normal_viscosity == 0.0 && !call.header.all_forces_count;
+          call.header.normal_viscosity == 0.0 && !(General && call.header.all_forces_count);
       std::uint32_t word = status::Ok;
       if (block.any(call.num_grains, [&](Item i) {
             return !(shared.largest_force[i] <= limit);

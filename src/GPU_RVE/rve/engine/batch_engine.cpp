@@ -61,17 +61,19 @@ namespace {
     return t;
   }
 
+  /// More neighbours than 2^8 would let the two limbs of a sum in `double` overflow.
+  constexpr int LARGEST_NEIGHBOR_BITS = 8;
+
   /// Bits for the number of the smallest grains that touch the largest one: pi / asin(r / (r + R)) stand
-  /// side by side, and a fifth more where overlaps bring them closer.
+  /// side by side, and a fifth more where overlaps bring them closer. At most one more than are allowed.
   int neighbor_bits(double smallest_radius, double largest_radius)
   {
     const double side_by_side =
         3.14159265358979323846 / std::asin(smallest_radius / (smallest_radius + largest_radius));
-    return static_cast<int>(std::ceil(std::log2(1.2 * side_by_side)));
+    // the number is infinite where the quotient of the radii underflows
+    return static_cast<int>(
+        std::fmin(std::ceil(std::log2(1.2 * side_by_side)), LARGEST_NEIGHBOR_BITS + 1));
   }
-
-  /// More neighbours than 2^8 would let the two limbs of a sum in `double` overflow.
-  constexpr int LARGEST_NEIGHBOR_BITS = 8;
 
   bool is_viscous(const Material &material)
   {
@@ -502,6 +504,7 @@ namespace {
             "overlap limit must be in (0, 1), got " + number(options.overlap_limit));
     require(options.threads >= 0,
             "threads must be 0 (automatic) or more, got " + std::to_string(options.threads));
+    require_threads(options.threads > 0 ? options.threads : omp_get_max_threads());
     return {options.skin, options.overlap_limit, options.arms == Arms::Contact ? 0.5 : 0.0,
             options.track_energy ? 1 : 0, 0};
   }

@@ -1,0 +1,21 @@
+// What the program computed of one thing: a hash of all its bits, and a few numbers that show how large a change is.
+
+#ifndef GOLDEN_RECORD_H
+#define GOLDEN_RECORD_H
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace golden {
+
+struct Record {
+  std::string name;    ///< "engine/plain/fast/state"
+  std::uint64_t hash = 0;
+  std::vector<std::pair<std::string, double>> numbers;    ///< name and value
+};
+
+}    // namespace golden
+
+#endif

@@ -1,0 +1,513 @@
+// Scenes and drives are made of sums, products, quotients and roots only, which are the same on every machine. Where the program itself
+// calls the mathematical library of the host (marked `libm`), a library that rounds differently may give other last bits: glibc's have
+// been the same for years, on all processors.
+
+#include "golden_scenes.h"
+
+#include "field/circulant_embedding.h"
+#include "field/interpolation.h"
+#include "field/marginal.h"
+#include "mpm/mohr_coulomb.h"
+#include "mpm/scene.h"
+#include "rve/engine/engine.h"
+#include "rve/engine/packing.h"
+#include "rve/engine/packing_image.h"
+#include "rve/engine/packing_io.h"
+#include "rve/engine/packing_library.h"
+#include "rve/engine/stability.h"
+#include "support/bit_hash.h"
+#include "support/packings.h"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <sstream>
+#include <unistd.h>
+
+namespace golden {
+
+namespace {
+
+  using namespace rve;
+  using namespace rve_test;
+
+  constexpr double DT = 5e-5;
+  constexpr double PRESSURE = 1e5;
+
+  // ---- bits and numbers of what the engine gives out ----
+
+  /// All members but the counters, by value: the layout of records and files is another matter.
+  void add_state(BitHash &hash, const RveState &s)
+  {
+    hash.add(s.material).add(s.cell).add(s.deformation);
+    hash.add(s.radius).add(s.fractional).add(s.velocity).add(s.spin);
+    hash.add(s.pairs).add(s.list_cell).add(s.list_fractional).add(s.order);
+    hash.add(s.servo_velocity_gradient).add(s.largest_contact_force).add(s.energy);
+  }
+
+  /// After a fatal status nothing else is an answer.
+  void add_result(BitHash &hash, const Result &r)
+  {
+    hash.add(r.status);
+    if (r.status & status::Fatal) return;
+    hash.add(r.stress).add(r.cell).add(r.deformation).add(r.fabric);
+    for (const double x :
+         {r.void_ratio, r.coordination_number, r.mechanical_coordination_number, r.sliding_fraction,
+          r.unbalanced_ratio, r.kinetic_energy, r.elastic_energy, r.largest_overlap, r.mean_overlap,
+          r.largest_contact_force})
+      hash.add(x);
+    hash.add(r.servo_velocity_gradient);
+    for (const std::int32_t x : {r.num_grains, r.num_contacts, r.num_pairs, r.num_rattlers})
+      hash.add(x);
+    hash.add(r.energy);
+  }
+
+  double sum_of(const std::vector<double> &values)
+  {
+    double sum = 0.0;
+    for (const double x : values) sum += x;
+    return sum;
+  }
+
+  Record record_of_states(const std::string &name, const std::vector<RveState> &states)
+  {
+    BitHash hash;
+    double speeds = 0.0, spins = 0.0, tangential = 0.0, rolling = 0.0;
+    for (const RveState &state : states) {
+      add_state(hash, state);
+      for (const double c : state.velocity) speeds += std::fabs(c);
+      for (const double w : state.spin) spins += std::fabs(w);
+      for (const Pair &pair : state.pairs) {
+        tangential += std::fabs(pair.tangential_force);
+        rolling += std::fabs(pair.rolling_force);
+      }
+    }
+    return {name,
+            hash.value(),
+            {{"void_ratio", states[0].void_ratio()},
+             {"sum_of_speeds", speeds},
+             {"sum_of_spins", spins},
+             {"sum_of_tangential_forces", tangential},
+             {"sum_of_rolling_forces", rolling},
+             {"force_of_last_call", states[0].largest_contact_force}}};
+  }
+
+  // ---- the engine ----
+
+  /// One batch, called `calls` times.
+  struct Scene {
+    std::string name;
+    Options options;
+    std::vector<RveState> states;
+    std::vector<Drive> drives;
+    int calls = 3;
+    bool turns = false;    ///< every RVE, between the calls
+  };
+
+  Material material()
+  {
+    Material m;
+    m.normal_stiffness = 1e6;
+    m.tangential_stiffness = 8e5;
+    m.friction = 0.5;
+    m.density = 2650.0;
+    m.local_damping = 0.3;
+    m.thickness = 0.075;
+    return m;
+  }
+
+  RveState small_packing(std::uint64_t seed = 1)
+  {
+    RveState state = triangular_packing(material(), 6, 8, 0.0037, seed);
+    shake(state, 0.2, seed + 10);
+    return state;
+  }
+
+  /// The packing of the examples: 400 grains, in several registers of a GPU's block.
+  RveState large_packing()
+  {
+    RveState state = packing_of_400();
+    shake(state, 0.1, 3);
+    return state;
+  }
+
+  /// Without rotation: the stretch itself.
+  Drive stretch(double xx, double xy, double yy, int substeps)
+  {
+    Drive drive;
+    drive.dt = DT;
+    drive.substeps = substeps;
+    drive.deformation = Tensor2{{1.0 + xx, xy, xy, 1.0 + yy}};
+    return drive;
+  }
+
+  Drive servo(const RveState &state, double rate, int substeps)
+  {
+    Drive drive;
+    drive.dt = DT;
+    drive.substeps = substeps;
+    drive.controlled[0][0] = drive.controlled[1][1] = true;
+    drive.stress_goal = Tensor2{{-PRESSURE, 0.0, 0.0, -PRESSURE}};
+    drive.velocity_gradient = Tensor2{{0.0, rate, 0.0, 0.0}};
+    drive.servo_gain = default_servo_gain(state);
+    drive.servo_max_rate = 20.0;
+    return drive;
+  }
+
+  std::vector<RveState> changed(std::vector<RveState> states,
+                                const std::function<void(Material &)> &change)
+  {
+    for (RveState &state : states) change(state.material);
+    return states;
+  }
+
+  std::vector<Scene> scenes()
+  {
+    const std::vector<RveState> two = {small_packing(), large_packing()};
+    const std::vector<Drive> paths = {stretch(-0.003, 0.004, 0.002, 120),
+                                      stretch(0.002, -0.003, -0.002, 70)};
+    const std::vector<Drive> servos = {servo(two[0], 40.0, 300), servo(two[1], 40.0, 60)};
+    const auto dashpots = [](Material &m) {
+      m.normal_viscosity = 3.0;
+      m.tangential_viscosity = 1.5;
+    };
+    const auto rolling = [](Material &m) {
+      m.rolling_stiffness = 5e5;
+      m.rolling_friction = 0.3;
+    };
+    std::vector<Scene> all;
+    const auto add = [&](const std::string &name, const std::vector<RveState> &states,
+                         const std::vector<Drive> &drives) -> Scene & {
+      all.push_back({name, Options(), states, drives});
+      return all.back();
+    };
+
+    add("plain", two, paths);
+    add("frictionless",
+        changed(two,
+                [](Material &m) {
+                  m.friction = 0.0;
+                }),
+        paths);
+    add("servo", two, servos);
+    add("energy", two, paths).options.track_energy = true;
+    add("dashpots", changed(two, dashpots), paths);
+    add("rolling", changed(two, rolling), paths);
+    Scene &everything =
+        add("rolling_dashpots_servo_energy", changed(changed(two, rolling), dashpots), servos);
+    everything.options.track_energy = true;
+    add("arms_of_lammps", two, paths).options.arms = Arms::Lammps;
+
+    // libm: the angle of the path
+    Drive turning = paths[0];
+    turning.deformation = Tensor2{{0.99, -0.25, 0.3, 0.95}};
+    add("rotation", two, {turning, turning});
+    Scene &rigid = add("rigid_turn", two, paths);
+    rigid.turns = true;
+
+    // far enough for reductions of the lattice, looser so that nothing is crushed
+    RveState loose = small_packing(2);
+    loose.cell = 1.04 * loose.cell;
+    Drive far = stretch(0.03, 0.25, 0.03, 600);
+    Scene &reductions = add("lattice_reduction", {loose}, {far});
+    reductions.calls = 5;
+    // a skin beyond the radius lists more pairs than grains own
+    add("rebuilds_and_extra_pairs", two, servos).options.skin = 5e-3;
+
+    add("evaluation", two, {stretch(0.0, 0.0, 0.0, 0), stretch(0.0, 0.0, 0.0, 0)}).calls = 1;
+    RveState gas = small_packing(4);
+    gas.cell = 1.7 * gas.cell;
+    RveState crushed = small_packing(5);
+    add("gas_and_crushed", {gas, crushed},
+        {stretch(-0.004, 0.0, -0.004, 150), stretch(-0.3, 0.0, -0.3, 150)});
+    return all;
+  }
+
+  /// Rotation without rounding of its own: 3-4-5.
+  const Tensor2 TURN{{0.8, -0.6, 0.6, 0.8}};
+
+  void play(const Scene &scene, Format format, rve::Device device, std::vector<Record> &records)
+  {
+    Options options = scene.options;
+    options.format = format;
+    options.device = device;
+    options.threads = 2;
+    const auto engine = make_engine(options);
+    std::vector<int> rves;
+    for (const RveState &state : scene.states) rves.push_back(engine->add(state));
+
+    BitHash results, responses, stiffness;
+    std::vector<ElasticResult> answers;
+    std::vector<Response> short_answers;
+    double stiffness_xx = 0.0;
+    for (int call = 0; call < scene.calls; ++call) {
+      engine->advance(rves, scene.drives, answers);
+      for (const ElasticResult &answer : answers) {
+        add_result(results, answer.result);
+        if (!(answer.result.status & status::Fatal)) stiffness.add(answer.stiffness);
+      }
+      stiffness_xx = answers[0].stiffness.component[0][0];
+      if (scene.turns) engine->turn(rves, std::vector<Tensor2>(rves.size(), TURN));
+    }
+    Counters counters;
+    for (const ElasticResult &answer : answers) {
+      counters.steps += answer.result.counters.steps;
+      counters.rebuilds += answer.result.counters.rebuilds;
+      counters.lattice_reductions += answer.result.counters.lattice_reductions;
+      counters.repeats += answer.result.counters.repeats;
+    }
+    std::vector<RveState> states;
+    for (const int rve : rves) states.push_back(engine->state(rve));
+    // the short answer, another way through the engine, after the states
+    engine->advance(rves, scene.drives, short_answers);
+    for (const Response &answer : short_answers) {
+      responses.add(answer.status);
+      if (!(answer.status & status::Fatal)) responses.add(answer.num_contacts).add(answer.stress);
+    }
+
+    const std::string name = "engine/" + scene.name + "/" + to_string(format) + "/";
+    const Result &last = answers[0].result;
+    records.push_back(record_of_states(name + "states", states));
+    records.push_back({name + "results",
+                       results.value(),
+                       {{"p", last.mean_stress()},
+                        {"q", last.deviatoric_stress()},
+                        {"void_ratio", last.void_ratio},
+                        {"coordination_number", last.coordination_number},
+                        {"kinetic_energy", last.kinetic_energy},
+                        {"elastic_energy", last.elastic_energy},
+                        {"work", last.energy.work}}});
+    records.push_back({name + "counters",
+                       BitHash().add(counters).value(),
+                       {{"steps", static_cast<double>(counters.steps)},
+                        {"rebuilds", static_cast<double>(counters.rebuilds)},
+                        {"lattice_reductions", static_cast<double>(counters.lattice_reductions)},
+                        {"repeats", static_cast<double>(counters.repeats)}}});
+    records.push_back({name + "stiffness", stiffness.value(), {{"C_xxxx", stiffness_xx}}});
+    records.push_back({name + "short_answers",
+                       responses.value(),
+                       {{"p", -0.5 * trace(short_answers[0].stress)}}});
+  }
+
+  void prepare_packing(Format format, rve::Device device, std::vector<Record> &records)
+  {
+    Options options;
+    options.format = format;
+    options.device = device;
+    options.threads = 2;
+    PackingRecipe recipe;
+    recipe.material = material();
+    recipe.pressure = PRESSURE;
+    recipe.seed = 7;
+    recipe.num_grains = 40;
+    recipe.radius_min = 0.003;
+    recipe.radius_max = 0.005;
+    recipe.preparation_friction = 0.2;
+    const auto engine = make_engine(options);
+    records.push_back(
+        record_of_states("packing/" + to_string(format), {generate_packing(recipe, *engine)}));
+  }
+
+  // ---- the material point method ----
+
+  /// Ground of two laws under a footing and a traction beside it, and a plate that pushes from the left higher up.
+  void play_mpm(mpm::Scheme scheme, mpm::ShapeFunction shape, Device device,
+                std::vector<Record> &records)
+  {
+    constexpr double CELL = 0.05, STEP = 2e-4;
+    constexpr int STEPS = 50;
+    mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.0}}, CELL);
+    options.scheme = scheme;
+    options.shape = shape;
+    options.damping = shape == mpm::ShapeFunction::Gimp ? 0.05 : 0.0;
+    options.flip = 0.99;
+    options.sides = {mpm::SideKind::Roller, mpm::SideKind::Roller, mpm::SideKind::Fixed,
+                     mpm::SideKind::Free};
+    options.rigid_bodies.resize(2);
+    options.rigid_bodies[1].face = mpm::Face::XHi;
+    options.rigid_bodies[1].rough = false;
+    options.rigid_bodies[1].separation = true;
+    options.threads = 2;
+    options.device = device == Device::Cuda ? mpm::Device::Cuda : mpm::Device::Cpu;
+
+    mpm_test::Scene scene;
+    scene.add_block({{0.0, 0.0}}, {{1.2, 0.8}}, 0.5 * CELL, 2000.0);
+    const int ground = scene.size();
+    scene.add_block({{0.0, 0.8}}, {{0.3, 0.85}}, CELL, 2000.0);
+    const int footing = scene.size();
+    scene.add_block({{0.5, 0.8}}, {{0.55, 0.95}}, CELL, 2000.0);
+    Random random(5);
+    std::vector<mpm::TractionLoad> loads(1);
+    loads[0].traction = {{1e3, -20e3}};
+    for (int p = 0; p < scene.size(); ++p) {
+      scene.rigid_body[p] = p < ground ? -1 : p < footing ? 0 : 1;
+      scene.model[p] = scene.position[3 * p + 1] > 0.4 ? 1 : 0;
+      for (int a = 0; a < 2; ++a) scene.velocity[3 * p + a] = random.uniform(-0.01, 0.01);
+      scene.body_force[3 * p + 1] = -9.81 * scene.mass[p];
+      scene.stress[p] = Tensor2{{-20e3, 0.0, 0.0, -20e3}};
+      scene.memory[p] = mpm::PointMemory::at_stress(scene.stress[p]);
+      if (p < ground && scene.position[3 * p + 1] > 0.8 - 0.5 * CELL && scene.position[3 * p] > 0.6)
+        loads[0].point_index.push_back(p);
+    }
+
+    mpm::LinearElastic elastic(10e6, 0.3);
+    mpm::MohrCoulomb frictional(10e6, 0.3, 2e3, 30.0, 5.0);    // libm: its angles
+    mpm::MpmSolver solver(options);
+    solver.set_models({&elastic, &frictional});
+    solver.set_body_velocity(0, {{0.0, -0.2}});
+    solver.set_body_velocity(1, {{0.05, 0.0}});
+    for (int step = 0; step < STEPS; ++step) solver.step(scene.view(), loads, STEP);
+    solver.fetch(scene.view());
+
+    BitHash hash;
+    hash.add(scene.position).add(scene.velocity).add(scene.volume).add(scene.stress);
+    hash.add(scene.deformation_gradient).add(scene.velocity_gradient).add(scene.memory);
+    double pressure = 0.0, plastic = 0.0;
+    for (int p = 0; p < ground; ++p) {
+      pressure -= 0.5 * trace(scene.stress[p]) / ground;
+      plastic += scene.memory[p].plastic_strain / ground;
+    }
+    const mpm::Vec2 reaction = solver.body_reaction(0);
+    const double unbalanced = solver.max_unbalanced_force();
+    const std::string name = std::string("mpm/") +
+        (scheme == mpm::Scheme::Musl ? "musl" : "usavg") + "/" +
+        (shape == mpm::ShapeFunction::Gimp ? "gimp" : "linear") + "/";
+    records.push_back({name + "points",
+                       hash.value(),
+                       {{"mean_pressure", pressure},
+                        {"mean_plastic_strain", plastic},
+                        {"sum_of_positions", sum_of(scene.position)},
+                        {"sum_of_velocities", sum_of(scene.velocity)}}});
+    BitHash forces;
+    forces.add(reaction).add(unbalanced).add(solver.body_reaction(1));
+    for (const mpm::Face side : {mpm::Face::XLo, mpm::Face::XHi, mpm::Face::YLo, mpm::Face::YHi})
+      forces.add(solver.side_reaction(side));
+    records.push_back({name + "forces",
+                       forces.value(),
+                       {{"reaction_y", reaction[1]}, {"unbalanced", unbalanced}}});
+  }
+
+  // ---- what the host computes ----
+
+  void bounds_and_images(std::vector<Record> &records)
+  {
+    RveState state = small_packing();
+    state.material.normal_viscosity = 3.0;
+    BitHash images;
+    for (int k = 0; k < NUM_IMAGES; ++k) add_state(images, image_of(state, k));
+    records.push_back(
+        {"host/packing_images", images.value(), {{"void_ratio", image_of(state, 5).void_ratio()}}});
+
+    const double dt = stable_time_step(state), cheap = gershgorin_time_step(state),
+                 pair = pair_frequency(state);
+    records.push_back({"host/stable_time_step",
+                       BitHash().add(dt).add(cheap).add(pair).value(),
+                       {{"dt", dt}, {"dt_by_gershgorin", cheap}, {"pair_frequency", pair}}});
+  }
+
+  void random_field(std::vector<Record> &records)
+  {
+    // libm and FFTW, which takes other instructions on other processors: the values to 2^-20 of the standard deviation
+    const field::Grid grid = field::Grid::covering({0.0, 0.0}, {8.0, 4.0}, {0.25, 0.25});
+    const field::Covariance covariance{field::Exponential(), field::Anisotropy({2.0, 1.0})};
+    field::CirculantEmbedding embedding(grid, covariance);
+    const std::vector<double> values = embedding.sample(11);
+    BitHash hash;
+    for (const double x : values) hash.add(static_cast<std::int64_t>(std::nearbyint(x * 0x1p20)));
+    const auto rounded = [](double x) {
+      return std::nearbyint(x * 0x1p20) * 0x1p-20;
+    };
+    records.push_back({"host/random_field",
+                       hash.value(),
+                       {{"first", rounded(values.front())}, {"last", rounded(values.back())}}});
+  }
+
+  /// The bytes of a file that `write` makes at a path.
+  std::string bytes_of_file(const std::function<void(const std::string &)> &write)
+  {
+    const std::filesystem::path folder = std::filesystem::temp_directory_path() /
+        ("golden_bits_" + std::to_string(static_cast<long>(getpid())));
+    std::filesystem::create_directories(folder);
+    const std::string path = (folder / "file").string();
+    write(path);
+    std::stringstream text;
+    text << std::ifstream(path, std::ios::binary).rdbuf();
+    std::filesystem::remove_all(folder);
+    return text.str();
+  }
+
+  void layouts(std::vector<Record> &records)
+  {
+    // what holds everything that a record or a file can hold, and is not computed by the engine
+    RveState state = small_packing(6);
+    state.material.rolling_stiffness = 5e5;
+    state.material.rolling_friction = 0.3;
+    state.deformation = Tensor2{{1.1, 0.03, -0.01, 0.9}};
+    state.servo_velocity_gradient = Tensor2{{0.1, 0.2, 0.0, -0.3}};
+    state.largest_contact_force = 12.5;
+    state.list_cell = state.cell;
+    state.list_fractional = state.fractional;
+    for (int i = 0; i < state.num_grains(); ++i) state.order.push_back(i);
+    for (int i = 0; i + 1 < state.num_grains(); ++i)
+      state.pairs.push_back({i, i + 1, 0.1 * i, -0.3 * i});
+    state.counters = {11, 7, 3, 2};
+    state.energy = {0.1, 0.2, 0.3, 0.4};
+    state.check();
+
+    const std::vector<char> image = serialize(state);
+    records.push_back({"layout/record_of_a_state",
+                       BitHash().add(std::string(image.begin(), image.end())).value(),
+                       {{"bytes", static_cast<double>(image.size())}}});
+    const auto add_file = [&](const std::string &name,
+                              const std::function<void(const std::string &)> &write) {
+      const std::string text = bytes_of_file(write);
+      records.push_back({"layout/" + name,
+                         BitHash().add(text).value(),
+                         {{"bytes", static_cast<double>(text.size())}}});
+    };
+    add_file("packing_file", [&](const std::string &path) {
+      write_packing(path, state);
+    });
+    add_file("data_file_of_lammps", [&](const std::string &path) {
+      write_lammps_data(path, state);
+    });
+    add_file("library_file", [&](const std::string &path) {
+      PackingLibrary library;
+      LibraryRow row{};
+      row.num_grains = state.num_grains();
+      row.void_ratio = state.void_ratio();
+      row.pressure = PRESSURE;
+      row.overconsolidation_ratio = 1.0;
+      library.add(row, state);
+      write_library(path, library);
+    });
+  }
+
+}    // namespace
+
+std::vector<Record> device_records(Device device)
+{
+  std::vector<Record> records;
+  const rve::Device of_engine = device == Device::Cuda ? rve::Device::Cuda : rve::Device::Cpu;
+  std::vector<Format> formats = {Format::Fast, Format::Mixed, Format::Double};
+  if (device == Device::Cpu) formats.push_back(Format::Single);
+  for (const Scene &scene : scenes())
+    for (const Format format : formats) play(scene, format, of_engine, records);
+  for (const Format format : formats) prepare_packing(format, of_engine, records);
+  for (const mpm::Scheme scheme : {mpm::Scheme::Musl, mpm::Scheme::Usavg})
+    for (const mpm::ShapeFunction shape : {mpm::ShapeFunction::Linear, mpm::ShapeFunction::Gimp})
+      play_mpm(scheme, shape, device, records);
+  return records;
+}
+
+std::vector<Record> host_records()
+{
+  std::vector<Record> records;
+  bounds_and_images(records);
+  random_field(records);
+  layouts(records);
+  return records;
+}
+
+}    // namespace golden

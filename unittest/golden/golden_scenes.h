@@ -1,0 +1,22 @@
+// The runs whose bits are kept.
+
+#ifndef GOLDEN_SCENES_H
+#define GOLDEN_SCENES_H
+
+#include "golden_record.h"
+
+#include <vector>
+
+namespace golden {
+
+enum class Device { Cpu, Cuda };
+
+/// The engine in all formats of the device, packings that it makes, and the material point method.
+std::vector<Record> device_records(Device device);
+
+/// What only the host computes: images of packings, bounds of time steps, random fields, records and files.
+std::vector<Record> host_records();
+
+}    // namespace golden
+
+#endif
