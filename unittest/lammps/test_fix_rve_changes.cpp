@@ -520,7 +520,7 @@ TEST(FixRveMessage, FailureInAnMpmAnalysisIsSaidOnce)
 {
   // the ground is thrown against its bottom
   const std::string message =
-      message_of(POINTS + "velocity all set 0 -400 0\n" + SOIL + "rve grains cfl 10 20\nrun 200");
+      message_of(POINTS + "velocity all set 0 -400 0\n" + SOIL + "rve grains\nrun 200");
 
   EXPECT_IN("fix rve: RVE of atom", message);
   EXPECT_EQ(message.find("Fix mpm"), std::string::npos) << message;
