@@ -162,6 +162,11 @@ class RvePoints {
   // what is always up to date
   const rve::Tensor2 &stress(int slot) const { return points[slot].result.stress; }
   const rve::Material &material(int slot) const { return points[slot].material; }
+  /// Whether time has passed for it, here or before it came here.
+  bool has_advanced(int slot) const
+  {
+    return points[slot].drive.substeps > 0 || points[slot].asleep;
+  }
   bool frozen(int slot) const { return points[slot].frozen; }
   double servo_gain(int slot) const { return points[slot].servo_gain; }
   rve::RveState state(int slot) const { return engine->state(slot); }
