@@ -80,9 +80,13 @@ file(LOCK "${lammps_cache}/lock" RELEASE)
 set(LAMMPS_STYLES "${lammps_built}/styles")
 message(STATUS "LAMMPS ${LAMMPS_VERSION_NUMBER}: ${lammps_built}/liblammps.a")
 
-# Our sources see LAMMPS exactly as its own do: the definitions come from the command that compiled modify.cpp.
+# Our sources see LAMMPS exactly as its own do: the definitions come from the command that compiled modify.cpp. A path with blanks is
+# in quotes, \" in the file.
 file(READ "${lammps_built}/compile_commands.json" lammps_commands)
-string(REGEX MATCH "\"command\": \"([^\n]*)/src/modify.cpp\"" lammps_command "${lammps_commands}")
+string(REGEX MATCH "\"command\": \"([^\n]*)/src/modify.cpp[\\]?\"" lammps_command "${lammps_commands}")
+if(NOT lammps_command)
+  message(FATAL_ERROR "${lammps_built}/compile_commands.json does not say how modify.cpp was compiled: remove ${lammps_built}")
+endif()
 string(REGEX MATCHALL " -D[^ ]+" lammps_definitions "${lammps_command}")
 list(TRANSFORM lammps_definitions REPLACE "^ -D" "")
 

@@ -20,7 +20,12 @@ tree=$cache/lammps-20250204
 say() { echo "get_lammps: $*" >&2; }
 die() { say "$*"; exit 1; }
 
-if [ -f "$tree/src/version.h" ]; then
+# What a whole tree says of itself in its stamp: the tarball that it is of, and the contents of its files. Written last.
+stamp=.gpu_rve_stamp
+contents() {    # contents <tree>
+  (cd "$1" && echo "$sha256" && find . -type f ! -path "./$stamp" -print0 | LC_ALL=C sort -z | xargs -0 sha256sum) | sha256sum
+}
+if [ -f "$tree/$stamp" ] && [ "$(cat "$tree/$stamp")" = "$(contents "$tree")" ]; then
   echo "$tree"
   exit 0
 fi
@@ -65,18 +70,17 @@ fetch() {
   mkdir -p "$work/lists/partial" "$work/archive/partial"
   while read -r uri; do
     echo "deb-src [signed-by=$keyring] $uri $suite main" > "$work/sources.list"
-    apt="apt-get -q -o Dir::State::Lists=$work/lists -o Dir::Etc::sourcelist=$work/sources.list -o Dir::Etc::sourceparts=/dev/null
-         -o Dir::Cache=$work/archive -o Debug::NoLocking=1 -o APT::Sandbox::User=$(id -un) -o Acquire::Languages=none"
+    set -- apt-get -q -o "Dir::State::Lists=$work/lists" -o "Dir::Etc::sourcelist=$work/sources.list" -o Dir::Etc::sourceparts=/dev/null \
+      -o "Dir::Cache=$work/archive" -o Debug::NoLocking=1 -o "APT::Sandbox::User=$(id -un)" -o Acquire::Languages=none
     say "asking the machine's archive for LAMMPS $version (132 MB)"
-    # shellcheck disable=SC2086  # $apt is a command with its arguments
-    if (cd "$work" && $apt -o APT::Update::Error-Mode=any update && $apt source --tar-only --download-only --only-source "lammps=$version") >&2; then
+    if (cd "$work" && "$@" -o APT::Update::Error-Mode=any update && "$@" source --tar-only --download-only --only-source "lammps=$version") >&2; then
       return 0
     fi
   done < "$work/archives"
   die "no archive of the apt configuration gave LAMMPS $version (suite $suite)"
 }
 
-checked() { [ -f "$1" ] && echo "$sha256  $1" | sha256sum --check --status; }
+checked() { [ -f "$1" ] && [ "$(sha256sum < "$1")" = "$sha256  -" ]; }
 
 mkdir -p "$cache"
 work=$(mktemp -d "$cache/get.XXXXXX")
@@ -96,6 +100,13 @@ mkdir "$work/tree"
 tar -xJf "$cache/$tarball" -C "$work/tree" --strip-components=1 --wildcards --no-wildcards-match-slash \
   '*/LICENSE' '*/src/*.h' '*/src/*.cpp' '*/src/.clang-format' '*/src/fmt' '*/src/GRANULAR' '*/src/PLUGIN' '*/src/STUBS' '*/cmake'
 [ -f "$work/tree/src/version.h" ] && [ -f "$work/tree/cmake/CMakeLists.txt" ] || die "the tarball is not a LAMMPS tree"
-rm -rf "$tree"
+contents "$work/tree" > "$work/stamp"
+mv "$work/stamp" "$work/tree/$stamp"
+if [ -e "$tree" ]; then
+  # damaged, changed by somebody, of another tarball, or of a time without stamps
+  say "$tree is not what the tarball has: it becomes $tree.untrusted"
+  rm -rf "$tree.untrusted"
+  mv "$tree" "$tree.untrusted"
+fi
 mv "$work/tree" "$tree"
 echo "$tree"

@@ -29,6 +29,7 @@
 #include <cmath>
 #include <cstring>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -81,9 +82,12 @@ Order parse(LAMMPS *lmp, int narg, char **arg)
   field::Vec lo{lmp->domain->boxlo[0], lmp->domain->boxlo[1]};
   field::Vec hi{lmp->domain->boxhi[0], lmp->domain->boxhi[1]};
 
+  std::set<std::string> given;
   int iarg = 2;
   while (iarg < narg) {
     const std::string keyword = arg[iarg++];
+    if (!given.insert(keyword).second)
+      error->all(FLERR, "random_field: {} is given twice; give it once", keyword);
     const auto word = [&]() -> std::string {
       if (iarg == narg) utils::missing_cmd_args(FLERR, "random_field " + keyword, error);
       return arg[iarg++];
@@ -201,7 +205,7 @@ void store(LAMMPS *lmp, const Order &order, const std::vector<double> &nodes)
   const field::Interpolation interpolation(order.interpolation, order.grid, order.covariance);
   std::vector<double> values(atom->nlocal, 0.0);
   Complaint outside, out_of_bounds;
-  double sums[3] = {0.0, 0.0, 0.0}, extremes[2] = {-HUGE_VAL, -HUGE_VAL};    // -min, max
+  double extremes[2] = {-HUGE_VAL, -HUGE_VAL};    // -min, max
   const auto evaluate = [&](const auto &marginal) {
     for (int i = 0; i < atom->nlocal; i++) {
       if (!(atom->mask[i] & order.groupbit)) continue;
@@ -216,9 +220,6 @@ void store(LAMMPS *lmp, const Order &order, const std::vector<double> &nodes)
       values[i] = value;
       if (order.bounds && !order.bounds->contains(value))
         out_of_bounds.about(atom->tag[i], {x[0], x[1], value});
-      sums[0] += 1.0;
-      sums[1] += value;
-      sums[2] += value * value;
       extremes[0] = std::fmax(extremes[0], -value);
       extremes[1] = std::fmax(extremes[1], value);
     }
@@ -238,21 +239,31 @@ void store(LAMMPS *lmp, const Order &order, const std::vector<double> &nodes)
         "the bounds {} ({} atoms are)",
         at[2], id, at[0], at[1], order.bounds->to_string(), count);
   });
-  for (int i = 0; i < atom->nlocal; i++)
-    if (atom->mask[i] & order.groupbit) order.property[i] = values[i];
 
-  double all[3], range[2];
-  MPI_Allreduce(sums, all, 3, MPI_DOUBLE, MPI_SUM, lmp->world);
+  double sums[3] = {0.0, 0.0, 0.0}, all[3], range[2];
   MPI_Allreduce(extremes, range, 2, MPI_DOUBLE, MPI_MAX, lmp->world);
+  // in a power of two near the largest value, so that no square overflows
+  const int exponent = std::ilogb(std::fmax(std::fabs(range[0]), std::fabs(range[1])));
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!(atom->mask[i] & order.groupbit)) continue;
+    order.property[i] = values[i];
+    const double scaled = std::scalbn(values[i], -exponent);
+    sums[0] += 1.0;
+    sums[1] += scaled;
+    sums[2] += scaled * scaled;
+  }
+  MPI_Allreduce(sums, all, 3, MPI_DOUBLE, MPI_SUM, lmp->world);
   if (lmp->comm->me > 0) return;
   if (all[0] == 0.0) {
     lmp->error->warning(FLERR, "random_field: the group has no atoms");
     return;
   }
   const double mean = all[1] / all[0];
-  utils::logmesg(
-      lmp, "  {:.0f} atoms: mean {:.5g}, standard deviation {:.5g}, from {:.5g} to {:.5g}\n",
-      all[0], mean, std::sqrt(std::fmax(all[2] / all[0] - mean * mean, 0.0)), -range[0], range[1]);
+  utils::logmesg(lmp,
+                 "  {:.0f} atoms: mean {:.5g}, standard deviation {:.5g}, from {:.5g} to {:.5g}\n",
+                 all[0], std::scalbn(mean, exponent),
+                 std::scalbn(std::sqrt(std::fmax(all[2] / all[0] - mean * mean, 0.0)), exponent),
+                 -range[0], range[1]);
 }
 
 }    // namespace

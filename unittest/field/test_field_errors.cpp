@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 
 using field::Anisotropy;
 using field::CirculantEmbedding;
@@ -105,6 +106,27 @@ TEST(FieldErrors, ATorusBeyondTheLimitSaysWhatIsMissing)
   EXPECT_EQ(embedding_error(grid_of(7, 5), covariance), "");
 }
 
+TEST(FieldErrors, ATorusBeyondAllNumbersIsRefusedAtOnce)
+{
+  // a turned ellipse is 10^17 spacings wide, and more than an integer counts
+  for (const double spacing : {1e-11, 1e-15, 1e-300}) {
+    const Grid grid = Grid::covering({0.0, 0.0}, {4.0 * spacing, 1e6}, {spacing, 1e5});
+    expect_message(embedding_error(grid, {Gaussian{}, Anisotropy({5e5, 4e5}, 45.0)}),
+                   "above the limit of 200000000");
+  }
+}
+
+TEST(FieldErrors, LengthsBeyondTheSquaresOfNumbersAreComparedAsTheyAre)
+{
+  for (const double unit : {1e-200, 1e200}) {
+    const Grid grid = Grid::covering({0.0, 0.0}, {10.0 * unit, 10.0 * unit}, {unit, unit});
+    EXPECT_EQ(embedding_error(grid, {Exponential{}, Anisotropy({2.0 * unit, 2.0 * unit})}), "");
+    expect_message(embedding_error(grid, {Exponential{}, Anisotropy({0.5 * unit, 2.0 * unit})}),
+                   "horizontal correlation length " + rve::number(0.5 * unit) +
+                       " is below the grid spacing, " + rve::number(unit));
+  }
+}
+
 TEST(FieldErrors, MarginalsArePossible)
 {
   expect_message(input_error([] {
@@ -135,4 +157,70 @@ TEST(FieldErrors, MarginalsArePossible)
                    field::Bounded(0.0, 1.0, 0.0, 0.0);
                  }),
                  "scale of a bounded field must be positive, got 0");
+}
+
+TEST(FieldErrors, MarginalsAreFiniteForEveryFieldOrRefused)
+{
+  expect_message(input_error([] {
+                   field::Lognormal(1.0, 1e200);
+                 }),
+                 "standard deviation of a lognormal field must be at most 1e15 times its mean, got "
+                 "1e+200 for the mean 1");
+  expect_message(
+      input_error([] {
+        field::Lognormal(1e300, 1e300);
+      }),
+      "values of a lognormal field with the mean 1e+300 and the standard deviation 1e+300 "
+      "would leave the range of numbers");
+  expect_message(input_error([] {
+                   field::Lognormal(1e-300, 1e-300);
+                 }),
+                 "would leave the range of numbers, 2.3e-308 to 1.8e308: choose another unit");
+  expect_message(
+      input_error([] {
+        field::Normal(0.0, 1e307);
+      }),
+      "mean and 40 standard deviations must add up to less than 1.8e308, got 0 and 1e+307");
+  expect_message(input_error([] {
+                   field::Uniform(-1e308, 1e308);
+                 }),
+                 "bounds of a field must be less than 1.8e308 apart, got [-1e+308, 1e+308]");
+  expect_message(input_error([] {
+                   field::Bounded(-1e308, 1e308, 0.0, 1.0);
+                 }),
+                 "bounds of a field must be less than 1.8e308 apart");
+  // what is left is finite wherever a field can be
+  const double numbers[] = {1e-300, 1e-200, 1e-15, 1e-3, 1.0, 1e3, 1e15, 1e200, 1e300, 1.7e308};
+  for (const double first : numbers)
+    for (const double second : numbers) {
+      const auto finite = [&](const auto &make) {
+        std::optional<field::Marginal> marginal;
+        if (!input_error([&] {
+               marginal.emplace(make());
+             }).empty())
+          return;
+        for (const double z : {-40.0, -8.6, -1.0, 0.0, 1.0, 8.6, 40.0})
+          EXPECT_TRUE(std::isfinite(std::visit(
+              [z](const auto &f) {
+                return f(z);
+              },
+              *marginal)))
+              << "kind " << marginal->index() << ", " << first << " " << second << " at " << z;
+      };
+      finite([&] {
+        return field::Normal(first, second);
+      });
+      finite([&] {
+        return field::Lognormal(first, second);
+      });
+      finite([&] {
+        return field::Uniform(-first, second);
+      });
+      finite([&] {
+        return field::Bounded(-1.0, 1.0, first, second);
+      });
+      finite([&] {
+        return field::Bounded(-first, second, 0.0, 1.0);
+      });
+    }
 }

@@ -19,20 +19,25 @@ const std::string points =
     "region box block 0 6 0 4 -0.1 0.1 units box\ncreate_box 2 box\n"
     "mass * 1.0\nlattice sq 0.5 origin 0.43 0.37 0.0\n"
     "create_atoms 1 box\nfix field all property/atom d_phi\n";
-const std::string field = "random_field all d_phi covariance exponential lengths 3 1 spacing 0.5 "
-                          "0.25 angle 20 marginal lognormal 2 0.5 seed 7 ";
+const std::string grid = "lengths 3 1 spacing 0.5 0.25 angle 20 seed 7 ";
+const std::string field =
+    "random_field all d_phi covariance exponential marginal lognormal 2 0.5 " + grid;
 
 }    // namespace
 
 TEST(RandomField, RanksGiveTheSameBits)
 {
   for (const char *keywords :
-       {"", "interpolation nearest", "covariance matern 0.8",
-        "covariance gaussian domain -1 7 -1 5", "marginal bounded 0.1 0.3 0 2"}) {
+       {"covariance exponential marginal lognormal 2 0.5",
+        "covariance exponential marginal lognormal 2 0.5 interpolation nearest",
+        "covariance matern 0.8 marginal lognormal 2 0.5",
+        "covariance gaussian marginal lognormal 2 0.5 domain -1 7 -1 5",
+        "covariance exponential marginal bounded 0.1 0.3 0 2"}) {
+    const std::string command = "random_field all d_phi " + grid + keywords;
     Script together, alone(MPI_COMM_SELF);
 
-    together << points + field + keywords;
-    alone << points + field + keywords;
+    together << points + command;
+    alone << points + command;
 
     const auto values = together.property("phi");
     EXPECT_EQ(values.size(), 96u);
@@ -145,7 +150,7 @@ TEST(RandomFieldErrors, SayWhatIsWrong)
       {scene + grid + "covariance spherical",
        "covariance is 'spherical'; it must be exponential, gaussian or matern nu"},
       {scene + grid + "covariance matern", "missing argument"},
-      {scene + law + grid + "covariance matern -2",
+      {scene + "lengths 3 1 " + grid + "covariance matern -2",
        "smoothness nu of the Matern covariance must be in (0, 25], got -2"},
       {scene + grid + "lengths 3 1", "no covariance is given"},
       {scene + grid + "covariance gaussian", "no correlation lengths are given"},
@@ -153,6 +158,11 @@ TEST(RandomFieldErrors, SayWhatIsWrong)
       {scene + law + "spacing 0.5 -1", "grid spacing in y must be positive, got -1"},
       {scene + grid + "covariance gaussian lengths 0.4 1",
        "horizontal correlation length 0.4 is below the grid spacing, 0.5"},
+      {scene + law + grid + "seed 1 seed 1", "random_field: seed is given twice; give it once"},
+      {scene + law + grid + "marginal normal 0 1 marginal lognormal 1 1",
+       "random_field: marginal is given twice; give it once"},
+      {scene + law + grid + "marginal lognormal 1 1e200",
+       "standard deviation of a lognormal field must be at most 1e15 times its mean, got 1e+200"},
       {scene + grid + "covariance gaussian lengths 3 5",
        "vertical correlation length 5 is above the extent of the domain, 4"},
       {scene + law + grid + "marginal gamma 1 2",
@@ -192,4 +202,28 @@ TEST(RandomFieldErrors, ErrorsLeaveTheOldValues)
   EXPECT_THROW(script << field + "bounds 1.99 2.01", LAMMPSException);
 
   for (const auto &one : script.property("phi")) EXPECT_EQ(one.second, -5.0);
+}
+
+TEST(RandomField, LargeValuesHaveTheirMeanAndDeviationInTheLog)
+{
+  {
+    Script script(MPI_COMM_WORLD, "test_random_field_large.log");
+    script << points + "random_field all d_phi covariance exponential marginal normal 0 1e200 " +
+            grid;
+  }
+  MPI_Barrier(MPI_COMM_WORLD);
+  std::ifstream stream("test_random_field_large.log");
+  const std::string log((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+
+  const auto place = log.find("96 atoms: mean ");
+  ASSERT_NE(place, std::string::npos) << log;
+  double mean, deviation;
+  ASSERT_EQ(std::sscanf(log.c_str() + place, "96 atoms: mean %lf, standard deviation %lf", &mean,
+                        &deviation),
+            2);
+  EXPECT_LT(std::fabs(mean), 2e200);
+  EXPECT_GT(deviation, 1e199);
+  EXPECT_LT(deviation, 4e200);
+  MPI_Barrier(MPI_COMM_WORLD);
+  std::remove("test_random_field_large.log");
 }

@@ -10,9 +10,11 @@ namespace field {
 
 namespace {
 
-  /// The smallest even number from `least` on that has no prime factors but 2, 3, 5 and 7: FFTW is fast with these.
+  /// The smallest even number from `least` on that has no prime factors but 2, 3, 5 and 7: FFTW is fast with these. Of those that are too
+  /// large for FFTW one is as good as another.
   std::int64_t good_size(double least)
   {
+    if (least > static_cast<double>(MAX_POINTS)) return MAX_POINTS + 1;
     for (auto size = 2 * static_cast<std::int64_t>(std::ceil(0.5 * least));; size += 2) {
       std::int64_t rest = size;
       for (const int factor : {2, 3, 5, 7})

@@ -66,15 +66,15 @@ void Covariance::check(const Grid &grid) const
     const std::string which = axis == 0 ? "horizontal" : "vertical";
     const Vec direction = anisotropy.direction(axis);
     const double length = anisotropy.length(axis);
-    double spacing_squared = 0.0, width = 0.0;
+    double spacing = 0.0, width = 0.0;
     for (int a = 0; a < AXES; ++a) {
-      spacing_squared += std::pow(direction[a] * grid.spacing[a], 2);
+      spacing = std::hypot(spacing, direction[a] * grid.spacing[a]);    // no square overflows
       width += std::fabs(direction[a]) * grid.extent(a);
     }
     // the allowances are for rounding: an equal length is allowed
-    require(length >= std::sqrt(spacing_squared) * (1.0 - 1e-9),
+    require(length >= spacing * (1.0 - 1e-9),
             which + " correlation length " + number(length) + " is below the grid spacing, " +
-                number(std::sqrt(spacing_squared)) + " in its direction");
+                number(spacing) + " in its direction");
     require(length <= width * (1.0 + 1e-9),
             which + " correlation length " + number(length) +
                 " is above the extent of the domain, " + number(width) +

@@ -11,6 +11,9 @@
 
 namespace field {
 
+/// No value of a Gaussian field lies farther from 0: the probability, 1e-349, is below all numbers. At it all marginals are finite.
+constexpr double FARTHEST_Z = 40.0;
+
 /// mean + deviation z
 class Normal {
  public:
@@ -19,6 +22,9 @@ class Normal {
     rve::require(std::isfinite(mean), "mean must be finite, got " + rve::number(mean));
     rve::require(deviation > 0.0 && std::isfinite(deviation),
                  "standard deviation must be positive, got " + rve::number(deviation));
+    rve::require(std::isfinite(std::fabs(mean) + FARTHEST_Z * deviation),
+                 "mean and 40 standard deviations must add up to less than 1.8e308, got " +
+                     rve::number(mean) + " and " + rve::number(deviation));
   }
   double operator()(double z) const { return mean_ + deviation_ * z; }
 
@@ -36,9 +42,19 @@ class Lognormal {
                  "mean of a lognormal field must be positive, got " + rve::number(mean));
     rve::require(deviation > 0.0 && std::isfinite(deviation),
                  "standard deviation must be positive, got " + rve::number(deviation));
+    // The mean is that of values at z about zeta, which is 8.3 at the limit. Normal numbers end at 8.57: beyond, no field has its mean.
+    constexpr double LARGEST_VARIATION = 1e15;
     const double variation = deviation / mean;
+    rve::require(
+        variation <= LARGEST_VARIATION,
+        "standard deviation of a lognormal field must be at most 1e15 times its mean, got " +
+            rve::number(deviation) + " for the mean " + rve::number(mean));
     zeta_ = std::sqrt(std::log1p(variation * variation));
     lambda_ = std::log(mean) - 0.5 * zeta_ * zeta_;
+    rve::require(std::isnormal((*this)(-FARTHEST_Z)) && std::isfinite((*this)(FARTHEST_Z)),
+                 "values of a lognormal field with the mean " + rve::number(mean) +
+                     " and the standard deviation " + rve::number(deviation) +
+                     " would leave the range of numbers, 2.3e-308 to 1.8e308: choose another unit");
   }
   double operator()(double z) const { return std::exp(lambda_ + zeta_ * z); }
 
@@ -55,6 +71,12 @@ class Interval {
                  "lower bound must be below the upper one, got " + rve::number(lo) + " and " +
                      rve::number(hi));
   }
+  /// Throws InputError if the width, which values are a fraction of, is no number.
+  void require_width() const
+  {
+    rve::require(std::isfinite(hi_ - lo_),
+                 "bounds of a field must be less than 1.8e308 apart, got " + to_string());
+  }
   /// The place of the fraction f; never outside by rounding.
   double at(double f) const { return std::fmin(lo_ + (hi_ - lo_) * f, hi_); }
   bool contains(double value) const { return value >= lo_ && value <= hi_; }
@@ -67,7 +89,7 @@ class Interval {
 /// Uniform between the bounds: lo + (hi - lo) Phi(z), Phi is the normal distribution function.
 class Uniform {
  public:
-  Uniform(double lo, double hi) : interval_(lo, hi) {}
+  Uniform(double lo, double hi) : interval_(lo, hi) { interval_.require_width(); }
   double operator()(double z) const { return interval_.at(0.5 * std::erfc(-z * M_SQRT1_2)); }
 
  private:
@@ -81,6 +103,7 @@ class Bounded {
   Bounded(double lo, double hi, double location, double scale) :
       interval_(lo, hi), location_(location), scale_(scale)
   {
+    interval_.require_width();
     rve::require(std::isfinite(location),
                  "location of a bounded field must be finite, got " + rve::number(location));
     rve::require(scale > 0.0 && std::isfinite(scale),
