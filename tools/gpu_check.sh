@@ -32,9 +32,11 @@ step() { # step <name> <command...>
   if "$@"; then echo "-------- $name: passed"; else echo "-------- $name: FAILED"; failed=1; fi
 }
 
-for test in "$bin"/*_Cuda "$bin/test_backends"; do
+for test in "$bin"/*_Cuda "$bin/test_backends" "$bin/test_rolling" "$bin/test_mpm_backends"; do
   [ -x "$test" ] && step "$(basename "$test")" "$test" --gtest_brief=1
 done
+# what the CPU engine computed when they were stored
+[ -x "$bin/golden_bits" ] && step "golden bits" "$bin/golden_bits" --device cuda --file "$root/unittest/golden/golden_bits.txt"
 
 # a small batch with rebuilds, lists that overflow, lattice reduction and failures, in all formats, programs and kernels
 if command -v compute-sanitizer >/dev/null; then

@@ -23,6 +23,15 @@ def fractional_coordinates(x, y, cell):
     return [round((component - math.floor(component)) * 2**64) % 2**64 for component in s]
 
 
+def checksum(lines):
+    """Of a packing file: FNV-1a, 64 bits, over its statements without comments, with one blank between two words."""
+    sum = 0xcbf29ce484222325
+    for words in (line.split("#")[0].split() for line in lines):
+        for byte in (" ".join(words) + "\n").encode() if words else b"":
+            sum = (sum ^ byte) * 0x100000001b3 % 2**64
+    return f"{sum:016x}"
+
+
 def convert(csv_path, output_path, friction, local_damping):
     with open(os.path.splitext(csv_path)[0] + ".json") as file:
         case = json.load(file)
@@ -54,7 +63,8 @@ def convert(csv_path, output_path, friction, local_damping):
     for index, (radius, x, y) in enumerate(grains):
         s = fractional_coordinates(x, y, case["H"])
         lines.append(f"{index + 1} {radius!r} {s[0]} {s[1]} 0 0 0")
-    lines += ["", "contacts 0", "end"]
+    lines += ["", "contacts 0"]
+    lines += [f"checksum {checksum(lines)}", "end"]
 
     temporary = output_path + ".part"
     with open(temporary, "w") as file:

@@ -129,7 +129,7 @@ def sudodem_start(packing, path):
         for k, (radius, s) in enumerate(zip(packing["radius"], start["fraction"])):
             out.write(f"{k + 1} {float(radius)!r} {s[0]} {s[1]} 0 0 0\n")
         kept = np.flatnonzero(spring)
-        out.write(f"contacts {len(kept)}\n" + "".join(f"{i[k] + 1} {j[k] + 1} {float(spring[k])!r}\n" for k in kept) + "end\n")
+        out.write(f"contacts {len(kept)}\n" + "".join(f"{i[k] + 1} {j[k] + 1} {float(spring[k])!r}\n" for k in kept) + "checksum none\nend\n")
     return stress
 
 

@@ -13,7 +13,7 @@ def read_packing(path):
             words = line.split("#")[0].split()
             if not words:
                 continue
-            if words[0] in ("material", "cell", "deformation", "servo_velocity_gradient", "grains", "contacts", "end"):
+            if words[0] in ("material", "cell", "deformation", "servo_velocity_gradient", "grains", "contacts", "checksum", "end"):
                 section = words[0]
             elif section == "material":
                 material[words[0]] = float(words[1])

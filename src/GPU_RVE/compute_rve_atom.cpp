@@ -124,6 +124,9 @@ ComputeRveAtom::ComputeRveAtom(LAMMPS *lmp, int narg, char **arg) :
   for (int iarg = 3; iarg < narg; iarg++) {
     if (strcmp(arg[iarg], "fix") == 0) {
       if (++iarg == narg) utils::missing_cmd_args(FLERR, "compute rve/atom fix", error);
+      if (!impl->fix_id.empty())
+        error->all(FLERR, "compute rve/atom {}: fix is given twice, as {} and as {}; give it once",
+                   id, impl->fix_id, arg[iarg]);
       impl->fix_id = arg[iarg];
       continue;
     }

@@ -16,13 +16,16 @@
 #include "error.h"
 #include "one_rank.h"
 #include "rve/core/error.h"
+#include "rve/engine/files.h"
 #include "rve/engine/packing.h"
 #include "rve/engine/packing_io.h"
 #include "rve_settings.h"
+#include "unit_styles.h"
 
 #include <algorithm>
 #include <cstring>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -74,11 +77,14 @@ Order parse(LAMMPS *lmp, int narg, char **arg)
   Order order;
   rve::PackingRecipe &recipe = order.recipe;
   MaterialWords material;
+  std::set<std::string> given;
   order.path = arg[0];
 
   int iarg = 1;
   while (iarg < narg) {
     const std::string keyword = arg[iarg];
+    if (!given.insert(keyword).second)
+      error->all(FLERR, "create_rve: keyword {} is given twice", keyword);
     if (material.take(lmp, "create_rve", iarg, narg, arg)) {
       iarg += 2;
       continue;
@@ -150,6 +156,13 @@ Order parse(LAMMPS *lmp, int narg, char **arg)
     }
     iarg += values + 1;
   }
+  if (given.count("seed") && given.count("seeds"))
+    error->all(FLERR, "create_rve: seed and seeds exclude each other");
+  std::string missing;
+  for (const char *needed : {"radius", "kn", "density", "pressure"})
+    if (!given.count(needed)) missing += (missing.empty() ? "" : ", ") + std::string(needed);
+  if (!missing.empty()) error->all(FLERR, "create_rve: {} must be given", missing);
+
   // grains with the stiffness of their normal spring in the tangent too, unless said otherwise
   if (!material.kt) material.kt = material.kn;
   material.apply(recipe.material);
@@ -166,18 +179,43 @@ Order parse(LAMMPS *lmp, int narg, char **arg)
   return order;
 }
 
+/// The screen and the log file of a long work show what has been done, and keep it if the program is ended.
+void say(LAMMPS *lmp, const std::string &line)
+{
+  utils::logmesg(lmp, line);
+  utils::flush_buffers(lmp);
+}
+
+void warn_of_overlap(LAMMPS *lmp, const rve::PackingRecipe &recipe)
+{
+  const double strain = rve::contact_strain(recipe.pressure, recipe.material);
+  // beyond the largest one it is an error
+  if (strain <= rve::SMALL_CONTACT_STRAIN || strain > rve::LARGEST_CONTACT_STRAIN) return;
+  const double stiff = recipe.pressure * recipe.material.thickness / rve::SMALL_CONTACT_STRAIN;
+  lmp->error->warning(
+      FLERR,
+      "create_rve: grains will overlap by about {} of their diameter, pressure {} [stress] * "
+      "thickness {} [length] / kn {} [force/length]; above {} the packing is softer and denser "
+      "than "
+      "stiff grains are: use kn of at least {}, or a smaller pressure or thickness",
+      rve::number(strain), rve::number(recipe.pressure), rve::number(recipe.material.thickness),
+      rve::number(recipe.material.normal_stiffness), rve::SMALL_CONTACT_STRAIN, rve::number(stiff));
+}
+
 void make_packing(LAMMPS *lmp, const Order &order, rve::Engine &engine)
 {
-  utils::logmesg(lmp, "create_rve {}: {} grains, seed {}, {}\n", order.path,
-                 order.recipe.num_grains, order.recipe.seed, engine.description());
+  say(lmp,
+      fmt::format("create_rve {}: {} grains, seed {}, {}\n", order.path, order.recipe.num_grains,
+                  order.recipe.seed, engine.description()));
   int lines = 0;
   const auto progress = [&](const rve::PackingReport &r) {
     if (lines++ == 0)
       utils::logmesg(lmp, "{:>10} {:>17} {:>8} {:>12} {:>10} {:>12} {:>10}\n", "step", "phase",
                      "friction", "pressure", "void_ratio", "coordination", "unbalanced");
-    utils::logmesg(lmp, "{:>10} {:>17} {:>8.4f} {:>12.5g} {:>10.5f} {:>12.4f} {:>10.3g}\n", r.step,
-                   r.phase, r.preparation_friction, r.pressure + 0.0, r.void_ratio,
-                   r.coordination_number, r.unbalanced_ratio);
+    say(lmp,
+        fmt::format("{:>10} {:>17} {:>8.4f} {:>12.5g} {:>10.5f} {:>12.4f} {:>10.3g}\n", r.step,
+                    r.phase, r.preparation_friction, r.pressure + 0.0, r.void_ratio,
+                    r.coordination_number, r.unbalanced_ratio));
   };
   const rve::RveState state = rve::generate_packing(order.recipe, engine, progress);
   rve::write_packing(order.path, state);
@@ -192,8 +230,9 @@ void make_packing(LAMMPS *lmp, const Order &order, rve::Engine &engine)
 void make_library(LAMMPS *lmp, const Order &order, rve::Engine &engine)
 {
   const std::vector<rve::PackingRecipe> recipes = order.recipes();
-  utils::logmesg(lmp, "create_rve {}: library of {} packings, {} grains each, {}\n", order.path,
-                 recipes.size(), order.recipe.num_grains, engine.description());
+  say(lmp,
+      fmt::format("create_rve {}: library of {} packings, {} grains each, {}\n", order.path,
+                  recipes.size(), order.recipe.num_grains, engine.description()));
   std::size_t num_ready = 0;
   const auto progress = [&](std::size_t k, const rve::PackingReport &report,
                             const rve::PreparedPacking &packing) {
@@ -201,9 +240,10 @@ void make_library(LAMMPS *lmp, const Order &order, rve::Engine &engine)
     if (num_ready++ == 0)
       utils::logmesg(lmp, "{:>7} {:>12} {:>8} {:>10} {:>8} {:>10}\n", "ready", "seed", "friction",
                      "overcons.", "steps", "void_ratio");
-    utils::logmesg(lmp, "{:>7} {:>12} {:>8.4f} {:>10.4g} {:>8} {:>10.5f}\n", num_ready,
-                   recipes[k].seed, packing.preparation_friction, packing.overconsolidation_ratio,
-                   report.step, packing.state.void_ratio());
+    say(lmp,
+        fmt::format("{:>7} {:>12} {:>8.4f} {:>10.4g} {:>8} {:>10.5f}\n", num_ready, recipes[k].seed,
+                    packing.preparation_friction, packing.overconsolidation_ratio, report.step,
+                    packing.state.void_ratio()));
   };
   std::vector<rve::PreparedPacking> packings = rve::generate_packings(recipes, engine, progress);
 
@@ -249,9 +289,12 @@ void make_library(LAMMPS *lmp, const Order &order, rve::Engine &engine)
 void CreateRve::command(int narg, char **arg)
 {
   if (narg < 1) utils::missing_cmd_args(FLERR, "create_rve", error);
+  require_mechanical_units(lmp, "create_rve");
   const Order order = parse(lmp, narg, arg);
 
   const std::string failure = on_rank_zero(world, [&]() {
+    rve::require_writable(order.path);    // before the work, not after it
+    warn_of_overlap(lmp, order.recipe);
     std::string notice;
     auto engine = rve::make_engine(order.options, &notice);
     if (!notice.empty()) utils::logmesg(lmp, "create_rve: {}\n", notice);

@@ -25,6 +25,7 @@
 #include "rve/core/checksum.h"
 #include "rve/core/threads.h"
 #include "rve/engine/engine.h"
+#include "unit_styles.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -254,12 +255,7 @@ struct FixMpm::Impl {
 FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), impl(nullptr)
 {
   if (domain->dimension != 2) error->all(FLERR, "Fix mpm requires dimension 2");
-  const std::string units = update->unit_style;
-  if (units != "lj" && units != "si" && units != "cgs" && units != "micro")
-    error->all(
-        FLERR,
-        "Fix mpm requires units lj, si, cgs or micro, in which forces follow from masses; got {}",
-        units);
+  require_mechanical_units(lmp, "Fix mpm");
   if (domain->xperiodic || domain->yperiodic)
     error->all(FLERR, "Fix mpm requires boundary f, s or m in x and y: its grid is not periodic");
   if (atom->tag_enable == 0) error->all(FLERR, "Fix mpm requires atom IDs");
@@ -595,6 +591,14 @@ void FixMpm::post_run()
   impl->positions_then = Impl::sum_of_positions(atom, world);
   const double box[] = {domain->boxlo[0], domain->boxhi[0], domain->boxlo[1], domain->boxhi[1]};
   std::copy_n(box, 4, impl->box_then);
+  report_times();
+  if (!impl->has_grains()) impl->progress->end();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixMpm::report_times() const
+{
   double all[] = {impl->times[TIME_RVE], impl->times[TIME_MPM], impl->times[TIME_TRANSFERS],
                   timer->get_wall(Timer::OUTPUT), timer->get_wall(Timer::TOTAL)};
   MPI_Allreduce(MPI_IN_PLACE, all, 5, MPI_DOUBLE, MPI_SUM, world);
@@ -711,7 +715,7 @@ void FixMpm::solve(bool advance)
     else
       impl->solver->evaluate(impl->points(atom), impl->loads, update->dt);
   } catch (const LAMMPSException &) {
-    throw;    // another fix has said it
+    throw;    // an error of fix rve says all there is to say
   } catch (const std::exception &problem) {
     error->one(FLERR, "Fix mpm, step {}: {}", update->ntimestep,
                problem.what());    // perhaps on one rank only

@@ -73,6 +73,7 @@ class FixMpm : public Fix {
   void check_area(const std::vector<int> &);
   void look_at_damping();
   void tell_damping();
+  void report_times() const;
 };
 
 }    // namespace LAMMPS_NS

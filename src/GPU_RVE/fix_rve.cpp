@@ -21,14 +21,18 @@
 #include "fix_rve_impl.h"
 #include "formulas.h"
 #include "group.h"
+#include "input.h"
 #include "lammps_version.h"
 #include "modify.h"
+#include "one_rank.h"
 #include "rve/core/error.h"
+#include "rve/engine/files.h"
 #include "rve/engine/packing_io.h"
+#include "unit_styles.h"
 #include "update.h"
 
 #include <algorithm>
-#include <cstring>
+#include <cmath>
 
 using namespace LAMMPS_NS;
 using namespace FixConst;
@@ -46,9 +50,6 @@ static const char cite_fix_rve[] =
     " pages = {579--608}\n"
     "}\n\n";
 
-// Of what restart files hold: raise it with every change of that. Files before version 3 had no number.
-static constexpr int RESTART_VERSION = 4;
-
 /* ---------------------------------------------------------------------- */
 
 FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
@@ -57,9 +58,7 @@ FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
   if (domain->dimension != 2)
     error->all(FLERR, "fix rve needs a 2d system (its grains are disks), but the dimension is {}",
                domain->dimension);
-  const std::string units = update->unit_style;
-  if (units != "lj" && units != "si" && units != "cgs" && units != "micro")
-    error->all(FLERR, "fix rve works in units lj, si, cgs or micro, not in units {}", units);
+  require_mechanical_units(lmp, "fix rve");
   if (!atom->tag_enable) error->all(FLERR, "fix rve needs atoms with IDs");
   if (group->count(igroup) == 0)
     error->all(FLERR, "fix rve: group {} has no atoms; every atom of the group gets an RVE",
@@ -89,6 +88,7 @@ FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 
 FixRve::~FixRve()
 {
+  impl->warn_of_loss();
   if (modify->get_fix_by_id(id)) {
     atom->delete_callback(id, Atom::GROW);
     atom->delete_callback(id, Atom::RESTART);
@@ -113,9 +113,15 @@ void FixRve::init()
   if (impl->settings.driver == RveDriver::Mpm && modify->get_fix_by_style("^mpm$").empty())
     error->all(FLERR, "fix rve: drive mpm needs a fix mpm, and there is none");
 
-  for (auto *list : {&impl->settings.velocity_gradient, &impl->settings.stress_goal})
-    for (auto &component : *list) component.value.find(lmp, "fix rve");
+  if (utils::strmatch(lmp->input->command, "^rerun"))
+    error->all(FLERR,
+               "fix rve {} cannot be used with rerun: dumped positions do not say what RVEs went "
+               "through. Delete it before, or continue from a restart file",
+               id);
+  impl->find_variables();
   impl->attach();
+  impl->check_clock();
+  impl->check_dump();
   impl->choose_shadows();
   impl->set_exchange_size();
   impl->advise(true);
@@ -125,9 +131,40 @@ void FixRve::init()
 
 void FixRve::setup(int)
 {
+  // all fixes are initialized: who needs these RVEs has asked for them
+  if (impl->settings.driver == RveDriver::Mpm && !impl->is_material)
+    error->all(FLERR,
+               "fix rve {}: drive mpm, but no model of a fix mpm uses it, and its RVEs would never "
+               "advance; name it in fix mpm, as in model {} rve {}, or choose another drive",
+               id, group->names[igroup], id);
+  // a material may have changed since the last run
+  if (impl->settings.dt_check_interval) impl->recheck_time_step(Impl::Check::Run);
+  check_dump_files();
   impl->progress.begin([this] {
     return impl->dem_steps();
   });
+}
+
+/* ----------------------------------------------------------------------
+   before the run, not at the first dump
+------------------------------------------------------------------------- */
+
+void FixRve::check_dump_files() const
+{
+  const auto &settings = impl->settings;
+  if (!settings.dump_interval) return;
+  std::string failure;
+  for (const int i : impl->atoms_with_rve()) {
+    if (std::find(settings.dump_atoms.begin(), settings.dump_atoms.end(), atom->tag[i]) ==
+        settings.dump_atoms.end())
+      continue;
+    try {
+      rve::require_writable(impl->dump_file(atom->tag[i], update->ntimestep));
+    } catch (const rve::InputError &e) {
+      failure = fmt::format("fix rve {}: dump: {}", id, e.what());
+    }
+  }
+  error_if_any(lmp, failure);
 }
 
 /* ----------------------------------------------------------------------
@@ -154,27 +191,41 @@ void FixRve::end_of_step()
   impl->progress.step_done([this] {
     return impl->dem_steps();
   });
-  if (settings.dt_check_interval && step % settings.dt_check_interval == 0) {
-    impl->recheck_time_step();
-    impl->advise(false);
+  if (settings.dt_check_interval) {
+    const bool due = step % settings.dt_check_interval == 0;
+    impl->recheck_time_step(due ? Impl::Check::Interval : Impl::Check::EveryStep);
+    if (due) impl->advise(false);
   }
   if (!settings.dump_interval || step % settings.dump_interval) return;
   for (const int i : impl->atoms_with_rve()) {
     if (std::find(settings.dump_atoms.begin(), settings.dump_atoms.end(), atom->tag[i]) ==
         settings.dump_atoms.end())
       continue;
-    try {
-      rve::write_lammps_data(fmt::format("{}.{}.{}.data", settings.dump_prefix, atom->tag[i], step),
-                             state(i));
-    } catch (const rve::InputError &e) {
-      error->one(FLERR, "fix rve dump: {}", e.what());
-    }
+    impl->guarded(
+        [&] {
+          rve::write_lammps_data(impl->dump_file(atom->tag[i], step), state(i));
+        },
+        i);
   }
 }
 
 /* ---------------------------------------------------------------------- */
 
 void FixRve::post_run()
+{
+  // a run may be shorter than the interval of checks
+  const int interval = impl->settings.dt_check_interval;
+  if (interval && update->ntimestep % interval) {
+    impl->recheck_time_step(Impl::Check::Run);
+    impl->advise(false);
+  }
+  report_shadows();
+  impl->progress.end();
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRve::report_shadows() const
 {
   if (impl->settings.num_shadows == 0) return;
   double mine[2] = {impl->points->shadow_time(), impl->points->total_time()}, all[2];
@@ -221,7 +272,11 @@ double FixRve::inertial_number(int i) const
 
 rve::RveState FixRve::state(int i) const
 {
-  return impl->points->state(impl->slot[i]);
+  return impl->guarded(
+      [&] {
+        return impl->points->state(impl->slot[i]);
+      },
+      i);
 }
 
 void FixRve::expect_look()
@@ -247,6 +302,7 @@ mpm::Constitutive *FixRve::constitutive()
 {
   if (impl->settings.driver != RveDriver::Mpm)
     error->all(FLERR, "fix rve {} must have drive mpm to serve as a material of fix mpm", id);
+  impl->is_material = true;
   return &impl->constitutive;
 }
 
@@ -338,14 +394,19 @@ int FixRve::pack_exchange(int i, double *buf)
 int FixRve::unpack_exchange(int nlocal, double *buf)
 {
   const int size = static_cast<int>(buf[0]);
-  impl->slot[nlocal] = size > Impl::PER_ATOM ? impl->points->add_image(buf + Impl::PER_ATOM) : -1;
+  impl->take_in(nlocal, buf + Impl::PER_ATOM, size - Impl::PER_ATOM);
   return size;
 }
 
 int FixRve::pack_restart(int i, double *buf)
 {
   std::vector<double> image;
-  if (impl->slot[i] >= 0) image = impl->points->image(impl->slot[i]);
+  if (impl->slot[i] >= 0)
+    image = impl->guarded(
+        [&] {
+          return impl->points->image(impl->slot[i]);
+        },
+        i);
   buf[0] = static_cast<double>(Impl::PER_ATOM + image.size());
   buf[1] = static_cast<double>(update->ntimestep);
   std::copy(image.begin(), image.end(), buf + Impl::PER_ATOM);
@@ -355,26 +416,37 @@ int FixRve::pack_restart(int i, double *buf)
 void FixRve::unpack_restart(int nlocal, int nth)
 {
   const double *extra = atom->extra[nlocal];
-  int m = 0;
-  for (int i = 0; i < nth; i++) m += static_cast<int>(extra[m]);
-  const int size = static_cast<int>(extra[m]);
-  if (extra[m + 1] != impl->restart_step)
+  int begin = 0, size = 0;
+  // the lengths of the records of all fixes before it, and its own
+  for (int i = 0; i <= nth; i++) {
+    begin += size;
+    const double length = begin < atom->nextra_store ? extra[begin] : 0.0;
+    if (!(length >= 1.0 && length <= atom->nextra_store - begin && length == std::floor(length)) ||
+        (i == nth && length < Impl::PER_ATOM))
+      error->one(FLERR,
+                 "fix rve {}: the record of atom {} in the restart file is damaged: the part of "
+                 "fix {} of it is said to have {} numbers, and there are {} from there on at most",
+                 id, atom->tag[nlocal], i + 1, length, atom->nextra_store - begin);
+    size = static_cast<int>(length);
+  }
+  const double step = extra[begin + 1];
+  if (step != impl->restart_step)
     error->one(FLERR,
                "fix rve: the RVE of atom {} is of step {}, the head of the restart files of step "
-               "{}: they were not written at once. Use those before",
-               atom->tag[nlocal], extra[m + 1], impl->restart_step);
-  try {
-    impl->slot[nlocal] = size > Impl::PER_ATOM ? impl->points->add_image(extra + m + Impl::PER_ATOM)
-                                               : -1;
-  } catch (const rve::InputError &e) {
-    error->one(FLERR, "fix rve: RVE of atom {} in the restart file: {}", atom->tag[nlocal],
-               e.what());
-  }
+               "{}: they were not written at once, or are damaged. Use those before",
+               atom->tag[nlocal], step, impl->restart_step);
+  impl->take_in(nlocal, extra + begin + Impl::PER_ATOM, size - Impl::PER_ATOM);
 }
 
 int FixRve::size_restart(int i)
 {
-  return Impl::PER_ATOM + (impl->slot[i] >= 0 ? impl->points->image_size(impl->slot[i]) : 0);
+  if (impl->slot[i] < 0) return Impl::PER_ATOM;
+  return Impl::PER_ATOM +
+      impl->guarded(
+          [&] {
+            return impl->points->image_size(impl->slot[i]);
+          },
+          i);
 }
 
 int FixRve::maxsize_restart()
@@ -385,35 +457,29 @@ int FixRve::maxsize_restart()
   return most;
 }
 
-/* ----------------------------------------------------------------------
-   version; step; the time step, which an automatic one may have lowered.
-   with several files for one write, atoms and this head may be of different steps, if a run ended while it wrote them
-------------------------------------------------------------------------- */
+/* ---------------------------------------------------------------------- */
 
 void FixRve::write_restart(FILE *fp)
 {
-  if (comm->me) return;
-  // negative, because files without a version begin with the time step
-  const double head[] = {-RESTART_VERSION, static_cast<double>(update->ntimestep), impl->dt};
-  const int size = sizeof(head);
-  fwrite(&size, sizeof(int), 1, fp);
-  fwrite(head, sizeof(head), 1, fp);
+  if (comm->me == 0) impl->write_restart_head(fp);
 }
 
 void FixRve::restart(char *buf)
 {
-  double version;
-  memcpy(&version, buf, sizeof(double));
-  if (version != -RESTART_VERSION)
-    error->all(FLERR,
-               "fix rve: the RVEs in the restart file have version {}; this fix reads version {}",
-               version < 0.0 ? std::to_string((int) -version) : "1 or 2, without a number",
-               RESTART_VERSION);
-  memcpy(&impl->restart_step, buf + sizeof(double), sizeof(double));
-  if (impl->settings.dt_auto) memcpy(&impl->dt, buf + 2 * sizeof(double), sizeof(double));
+  impl->read_restart_head(buf);
   // the RVEs come next. How many grains they have is not known yet: no run is refused that has the memory.
   const auto in_group = std::count_if(atom->mask, atom->mask + atom->nlocal, [this](int mask) {
     return (mask & groupbit) != 0;
   });
   impl->check_memory(std::vector<int>(in_group, impl->packings.fewest_grains()));
+}
+
+/* ----------------------------------------------------------------------
+   all words at once
+------------------------------------------------------------------------- */
+
+int FixRve::modify_param(int narg, char **arg)
+{
+  impl->modify(narg, arg);
+  return narg;
 }

@@ -63,6 +63,7 @@ class FixRve : public Fix {
   int maxsize_restart() override;
   void write_restart(FILE *) override;
   void restart(char *) override;
+  int modify_param(int, char **) override;
 
   // For fix mpm, compute rve/atom and write_rve. Atoms are local indices.
 
@@ -90,6 +91,9 @@ class FixRve : public Fix {
  private:
   struct Impl;
   std::unique_ptr<Impl> impl;
+
+  void check_dump_files() const;
+  void report_shadows() const;
 };
 
 }    // namespace LAMMPS_NS

@@ -16,12 +16,15 @@
 #include "atom.h"
 #include "comm.h"
 #include "error.h"
+#include "group.h"
 #include "mpm/exact_sum.h"
 #include "node_share.h"
+#include "one_rank.h"
 #include "readers.h"
 #include "rve/core/error.h"
 #include "rve/core/splitmix64.h"
 #include "rve/core/threads.h"
+#include "rve/engine/cell_width.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/stability.h"
 #include "update.h"
@@ -34,6 +37,9 @@ using namespace LAMMPS_NS;
 
 // of the stability bound: where a given time step is warned of
 static constexpr double DT_WARNING = 0.95;
+
+// RVEs whose bound is computed exactly, on all ranks together: each takes some milliseconds
+static constexpr int MOST_EXACT_BOUNDS = 16;
 
 // Largest strain of a controlled axis per DEM step, unless the script gives servo_max_rate
 static constexpr double SERVO_STRAIN_PER_STEP = 5.0e-5;
@@ -78,7 +84,7 @@ void FixRve::Impl::make_engine()
     points = std::make_unique<RvePoints>(std::move(engine), std::move(shadows), settings.macro_step,
                                          threads());
     if (packings.any_rolling_forces()) points->expect_rolling_resistance();
-  } catch (const rve::InputError &e) {
+  } catch (const std::exception &e) {
     problem = fmt::format("fix rve: {}", e.what());
   }
   error_if_any(problem);    // perhaps of some ranks only: more of them than devices
@@ -102,21 +108,11 @@ void FixRve::Impl::make_engine()
         with_notice, fix->comm->nprocs);
 }
 
-/* ----------------------------------------------------------------------
-   error->all wants the same words on all ranks: those of the first one that has any
-------------------------------------------------------------------------- */
+/* ---------------------------------------------------------------------- */
 
 void FixRve::Impl::error_if_any(std::string message) const
 {
-  const int me = fix->comm->me, nobody = fix->comm->nprocs;
-  int speaker, candidate = message.empty() ? nobody : me;
-  MPI_Allreduce(&candidate, &speaker, 1, MPI_INT, MPI_MIN, fix->world);
-  if (speaker == nobody) return;
-  int length = static_cast<int>(message.size());
-  MPI_Bcast(&length, 1, MPI_INT, speaker, fix->world);
-  message.resize(length);
-  MPI_Bcast(message.data(), length, MPI_CHAR, speaker, fix->world);
-  fix->error->all(FLERR, message);
+  LAMMPS_NS::error_if_any(fix->lmp, std::move(message));
 }
 
 /* ----------------------------------------------------------------------
@@ -142,37 +138,114 @@ void FixRve::Impl::check_time_step(double used, double bound, const std::string 
 }
 
 /* ----------------------------------------------------------------------
-   the network stiffens with its contacts: look at the RVE that has most of them.
-   which RVE that is does not depend on the number of ranks, so neither does an automatic step.
+   the engine bounds all of them, within 5 % where it matters; the exact one is asked of those with the lowest bounds.
+   nothing here depends on the number of ranks, so neither does an automatic step.
 ------------------------------------------------------------------------- */
 
-void FixRve::Impl::recheck_time_step()
+FixRve::Impl::LeastBound FixRve::Impl::least_time_step(const std::vector<int> &atoms, double enough)
 {
-  const Atom *atom = fix->atom;
-  double most = 0.0, most_of_all;
-  for (const int i : atoms_with_rve()) most = std::max(most, point(i).result.coordination_number);
-  MPI_Allreduce(&most, &most_of_all, 1, MPI_DOUBLE, MPI_MAX, fix->world);
-  tagint id = MAXTAGINT, stiffest;
-  int local = -1;
+  const MPI_Comm world = fix->world;
+  const tagint *tag = fix->atom->tag;
+  const std::vector<int> some = slots_of(atoms);
+  std::vector<double> bounds;
+  std::string problem;
+  try {
+    bounds = points->bound_time_steps(some, enough);
+  } catch (const rve::InputError &e) {
+    problem = fmt::format("fix rve: {}", e.what());
+  }
+  error_if_any(problem);
+
+  // all RVEs may be alike: the others are no further below the least one of these than the bounds are sharp, and a check has that margin
+  struct Candidate {
+    double bound;
+    tagint atom;
+    int place;    // among the atoms of this rank, or -1
+  };
+  const auto lower = [](const Candidate &a, const Candidate &b) {
+    return a.bound < b.bound || (a.bound == b.bound && a.atom < b.atom);
+  };
+  std::vector<Candidate> mine;
+  for (std::size_t k = 0; k < atoms.size(); ++k)
+    if (bounds[k] < enough) mine.push_back({bounds[k], tag[atoms[k]], static_cast<int>(k)});
+  std::sort(mine.begin(), mine.end(), lower);
+  mine.resize(MOST_EXACT_BOUNDS, {HUGE_VAL, MAXTAGINT, -1});
+  double values[MOST_EXACT_BOUNDS];
+  tagint ids[MOST_EXACT_BOUNDS];
+  for (int k = 0; k < MOST_EXACT_BOUNDS; ++k) {
+    values[k] = mine[k].bound;
+    ids[k] = mine[k].atom;
+  }
+  const int ranks = fix->comm->nprocs, me = fix->comm->me;
+  std::vector<double> all_values(ranks * MOST_EXACT_BOUNDS);
+  std::vector<tagint> all_ids(all_values.size());
+  MPI_Allgather(values, MOST_EXACT_BOUNDS, MPI_DOUBLE, all_values.data(), MOST_EXACT_BOUNDS,
+                MPI_DOUBLE, world);
+  MPI_Allgather(ids, MOST_EXACT_BOUNDS, MPI_LMP_TAGINT, all_ids.data(), MOST_EXACT_BOUNDS,
+                MPI_LMP_TAGINT, world);
+  std::vector<Candidate> candidates;
+  for (int m = 0; m < ranks * MOST_EXACT_BOUNDS; ++m)
+    if (all_values[m] < HUGE_VAL)
+      candidates.push_back({all_values[m], all_ids[m],
+                            m / MOST_EXACT_BOUNDS == me ? mine[m % MOST_EXACT_BOUNDS].place : -1});
+  if (candidates.empty()) return {HUGE_VAL, MAXTAGINT};
+  std::sort(candidates.begin(), candidates.end(), lower);
+  if (candidates.size() > MOST_EXACT_BOUNDS) candidates.resize(MOST_EXACT_BOUNDS);
+
+  std::vector<rve::RveState> states;
+  std::vector<tagint> whose;
+  for (const Candidate &candidate : candidates) {
+    if (candidate.place < 0) continue;
+    states.push_back(points->state(some[candidate.place]));
+    whose.push_back(candidate.atom);
+  }
+  const int count = static_cast<int>(states.size());
+  std::vector<double> exact(count);
+#pragma omp parallel for schedule(dynamic) num_threads(std::max(1, std::min(count, threads())))
+  for (int k = 0; k < count; ++k) exact[k] = rve::stable_time_step(states[k]);
+  double least = HUGE_VAL, least_of_all;
+  for (const double dt : exact) least = std::min(least, dt);
+  MPI_Allreduce(&least, &least_of_all, 1, MPI_DOUBLE, MPI_MIN, world);
+  tagint id = MAXTAGINT, lowest;
+  for (int k = 0; k < count; ++k)
+    if (exact[k] == least_of_all) id = std::min(id, whose[k]);
+  MPI_Allreduce(&id, &lowest, 1, MPI_LMP_TAGINT, MPI_MIN, world);
+  return {least_of_all, lowest};
+}
+
+/* ----------------------------------------------------------------------
+   frozen RVEs do not advance
+------------------------------------------------------------------------- */
+
+void FixRve::Impl::recheck_time_step(Check check)
+{
+  if (check == Check::EveryStep) {
+    int mine = points->any_has_stiffened() ? 1 : 0, any = mine;
+    if (fix->comm->nprocs > 1) MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, fix->world);
+    if (!any) return;
+  }
+  std::vector<int> atoms;
   for (const int i : atoms_with_rve())
-    if (point(i).result.coordination_number == most_of_all && atom->tag[i] < id) {
-      id = atom->tag[i];
-      local = i;
-    }
-  MPI_Allreduce(&id, &stiffest, 1, MPI_LMP_TAGINT, MPI_MIN, fix->world);
-  if (stiffest == MAXTAGINT) return;
-  double mine = HUGE_VAL, bound;
-  if (local >= 0 && id == stiffest) mine = rve::stable_time_step(points->state(slot[local]));
-  MPI_Allreduce(&mine, &bound, 1, MPI_DOUBLE, MPI_MIN, fix->world);
+    if (check == Check::EveryStep ? points->has_stiffened(slot[i]) : !points->frozen(slot[i]))
+      atoms.push_back(i);
+  // a divided run must be the whole one: looks between its parts leave no trace
+  if (check != Check::Run) points->note_check(slots_of(atoms));
+  const double used = settings.dt_auto ? dt : clock(fix->update->dt).dt;
+  // what nobody would hear of need not be known
+  const bool silent = check == Check::Run || (!settings.dt_auto && warned_dt);
+  const double margin = silent ? 1.0 : DT_WARNING;
+  const LeastBound least = least_time_step(atoms, used / margin);
+  if (!(used > margin * least.dt)) return;
 
   if (!settings.dt_auto) {
-    check_time_step(clock(fix->update->dt).dt, bound,
-                    fmt::format("the RVE of atom {} at step {}", stiffest, fix->update->ntimestep));
-  } else if (dt > DT_WARNING * bound) {
-    dt = settings.dt_fraction * bound;
+    check_time_step(
+        used, least.dt,
+        fmt::format("the RVE of atom {} at step {}", least.atom, fix->update->ntimestep));
+  } else {
+    dt = settings.dt_fraction * least.dt;
     if (fix->comm->me == 0)
       utils::logmesg(fix->lmp, "fix rve {}: DEM time step is now {} (step {}, RVE of atom {})\n",
-                     fix->id, rve::number(dt), fix->update->ntimestep, stiffest);
+                     fix->id, rve::number(dt), fix->update->ntimestep, least.atom);
   }
 }
 
@@ -188,7 +261,7 @@ void FixRve::Impl::check_memory(const std::vector<int> &grains)
   rve::Memory memory;
   try {
     memory = points->memory();
-  } catch (const rve::InputError &e) {
+  } catch (const std::exception &e) {
     fix->error->all(FLERR, "fix rve: {}", e.what());
   }
   MPI_Comm node, sharers;
@@ -243,8 +316,26 @@ void FixRve::Impl::check_memory(const std::vector<int> &grains)
 
 /* ---------------------------------------------------------------------- */
 
+void FixRve::Impl::fail(const std::string &problem, int atom) const
+{
+  fix->error->one(FLERR, "fix rve {}: {}step {}: {}", fix->id,
+                  atom >= 0 ? fmt::format("RVE of atom {}, ", fix->atom->tag[atom]) : "",
+                  fix->update->ntimestep, problem);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRve::Impl::find_variables()
+{
+  for (auto *list : {&settings.velocity_gradient, &settings.stress_goal})
+    for (auto &component : *list) component.value.find(fix->lmp, "fix rve");
+}
+
+/* ---------------------------------------------------------------------- */
+
 void FixRve::Impl::attach()
 {
+  adopt_restart();
   const Atom *atom = fix->atom;
   std::vector<int> atoms;
   for (int i = 0; i < atom->nlocal; i++)
@@ -262,7 +353,7 @@ void FixRve::Impl::attach()
     sums[0] += state->num_grains();
   }
   check_memory(grains);
-  try {
+  guarded([&] {
     const std::vector<int> slots = points->add(states);
     std::vector<int> failed;
     for (std::size_t k = 0; k < slots.size(); ++k) {
@@ -270,10 +361,8 @@ void FixRve::Impl::attach()
       if (points->point(slots[k]).frozen) failed.push_back(slots[k]);
       sums[1] += static_cast<bigint>(points->bytes(slots[k]));
     }
-    report(failed, atoms);
-  } catch (const rve::InputError &e) {
-    fix->error->one(FLERR, "fix rve: {}", e.what());
-  }
+    report(failed, atoms, {});
+  });
   MPI_Allreduce(sums, all_sums, 2, MPI_LMP_BIGINT, MPI_SUM, fix->world);
   if (fix->comm->me == 0)
     utils::logmesg(
@@ -282,11 +371,67 @@ void FixRve::Impl::attach()
         "bound {}\n",
         fix->id, total, all_sums[0], all_sums[1] / 1048576.0, rve::number(dt),
         rve::number(*std::min_element(packings.bounds().begin(), packings.bounds().end())));
+  say_how_far_cells_go(states);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRve::Impl::say_how_far_cells_go(const std::vector<const rve::RveState *> &states) const
+{
+  double least[2] = {0.0, 0.0}, most[2];
+  for (const rve::RveState *state : states) {
+    const auto share = rve::least_share_of_widths(*state, settings.options.skin);
+    for (int a = 0; a < 2; ++a) least[a] = std::max(least[a], share[a]);
+  }
+  MPI_Allreduce(least, most, 2, MPI_DOUBLE, MPI_MAX, fix->world);
+  if (fix->comm->me == 0)
+    utils::logmesg(fix->lmp,
+                   "fix rve {}: a cell stays more than twice as wide as its largest grain and the "
+                   "skin while it is compressed to no less than {:.3f} of its width and {:.3f} of "
+                   "its height; beyond that {}\n",
+                   fix->id, most[0], most[1],
+                   settings.freeze ? "its RVE is frozen, and the run goes on"
+                                   : "its RVE ends the run, or is frozen with policy freeze");
 }
 
 /* ----------------------------------------------------------------------
    a random choice that is the same on any number of ranks: the atoms whose IDs hash lowest
 ------------------------------------------------------------------------- */
+
+static std::vector<std::uint64_t> lowest_of_all(std::vector<std::uint64_t> mine, int number,
+                                                MPI_Comm world)
+{
+  const auto shorten = [number](std::vector<std::uint64_t> &list) {
+    std::sort(list.begin(), list.end());
+    list.resize(std::min(list.size(), static_cast<std::size_t>(number)));
+  };
+  shorten(mine);
+  int ranks;
+  MPI_Comm_size(world, &ranks);
+  const int count = static_cast<int>(mine.size());
+  std::vector<int> counts(ranks), begins(ranks, 0);
+  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, world);
+  for (int rank = 1; rank < ranks; ++rank) begins[rank] = begins[rank - 1] + counts[rank - 1];
+  std::vector<std::uint64_t> all(begins.back() + counts.back());
+  MPI_Allgatherv(mine.data(), count, MPI_UINT64_T, all.data(), counts.data(), begins.data(),
+                 MPI_UINT64_T, world);
+  shorten(all);
+  return all;
+}
+
+void FixRve::Impl::remove_shadows(int number)
+{
+  std::vector<std::uint64_t> mine;
+  const auto hash = [this](int i) {
+    return rve::splitmix64(fix->atom->tag[i]);
+  };
+  for (const int i : atoms_with_rve())
+    if (point(i).shadow >= 0) mine.push_back(hash(i));
+  const std::vector<std::uint64_t> kept = lowest_of_all(mine, number, fix->world);
+  for (const int i : atoms_with_rve())
+    if (point(i).shadow >= 0 && !std::binary_search(kept.begin(), kept.end(), hash(i)))
+      points->remove_shadow(slot[i]);
+}
 
 void FixRve::Impl::choose_shadows()
 {
@@ -303,25 +448,22 @@ void FixRve::Impl::choose_shadows()
   }
   MPI_Allreduce(shadows, all_shadows, 2, MPI_INT, MPI_SUM, fix->world);
   const int wanted = settings.num_shadows - all_shadows[0];
-  if (wanted <= 0) return;
+  if (wanted == 0) return;
+  if (wanted < 0) remove_shadows(settings.num_shadows);    // a restart file had more
 
-  std::sort(mine.begin(), mine.end());
-  mine.resize(std::min(mine.size(), static_cast<std::size_t>(wanted)));
-  const int count = static_cast<int>(mine.size()), ranks = fix->comm->nprocs;
-  std::vector<int> counts(ranks), begins(ranks, 0);
-  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, fix->world);
-  for (int rank = 1; rank < ranks; ++rank) begins[rank] = begins[rank - 1] + counts[rank - 1];
-  std::vector<std::uint64_t> candidates(begins.back() + counts.back());
-  MPI_Allgatherv(mine.data(), count, MPI_UINT64_T, candidates.data(), counts.data(), begins.data(),
-                 MPI_UINT64_T, fix->world);
-  std::sort(candidates.begin(), candidates.end());
-  candidates.resize(std::min(candidates.size(), static_cast<std::size_t>(wanted)));
+  const std::vector<std::uint64_t> candidates =
+      lowest_of_all(mine, std::max(wanted, 0), fix->world);
   for (const int i : atoms_with_rve())
     if (point(i).shadow < 0 &&
         std::binary_search(candidates.begin(), candidates.end(), rve::splitmix64(atom->tag[i])))
-      points->add_shadow(slot[i]);
+      guarded(
+          [&] {
+            points->add_shadow(slot[i]);
+          },
+          i);
 
-  const int total = all_shadows[0] + static_cast<int>(candidates.size());
+  const int total =
+      std::min(all_shadows[0], settings.num_shadows) + static_cast<int>(candidates.size());
   if (fix->comm->me == 0)
     utils::logmesg(fix->lmp,
                    "fix rve {}: {} of {} RVEs have shadows in double with {} DEM steps for one: "
@@ -409,6 +551,63 @@ void FixRve::Impl::advise(bool at_start)
 
 /* ---------------------------------------------------------------------- */
 
+std::vector<int> FixRve::Impl::slots_of(const std::vector<int> &atoms) const
+{
+  std::vector<int> some;
+  for (const int i : atoms) some.push_back(slot[i]);
+  return some;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRve::Impl::take_in(int atom, const double *image, int size)
+{
+  slot[atom] = -1;
+  if (size == 0) return;
+  guarded(
+      [&] {
+        slot[atom] = points->add_image(image, size);
+      },
+      atom);
+}
+
+/* ----------------------------------------------------------------------
+   a LAMMPS of units si that is told nothing makes steps of 1e-8 seconds
+------------------------------------------------------------------------- */
+
+void FixRve::Impl::check_clock() const
+{
+  const Update *update = fix->update;
+  clock(update->dt);
+  const bool own_time = settings.substeps > 0 && settings.driver != RveDriver::Mpm;
+  if (own_time || !update->dt_default || update->dt > dt || fix->comm->me) return;
+  fix->error->warning(FLERR,
+                      "fix rve {}: the timestep is {} [time], the default of units {}, and no "
+                      "longer than one DEM step of {} [time]; set it with the command timestep",
+                      fix->id, rve::number(update->dt), update->unit_style, rve::number(dt));
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRve::Impl::check_dump() const
+{
+  if (settings.dump_interval == 0) return;
+  std::vector<int> found(settings.dump_atoms.size(), 0);
+  for (const int i : atoms_with_rve())
+    for (std::size_t k = 0; k < found.size(); ++k)
+      if (fix->atom->tag[i] == settings.dump_atoms[k]) found[k] = 1;
+  MPI_Allreduce(MPI_IN_PLACE, found.data(), static_cast<int>(found.size()), MPI_INT, MPI_MAX,
+                fix->world);
+  for (std::size_t k = 0; k < found.size(); ++k)
+    if (!found[k])
+      fix->error->all(FLERR,
+                      "fix rve {}: dump names atom {}, which has no RVE of this fix; name atoms of "
+                      "group {}",
+                      fix->id, settings.dump_atoms[k], fix->group->names[fix->igroup]);
+}
+
+/* ---------------------------------------------------------------------- */
+
 std::vector<int> FixRve::Impl::atoms_with_rve() const
 {
   std::vector<int> atoms;
@@ -481,31 +680,32 @@ void FixRve::Impl::advance(const std::vector<int> &atoms, const std::vector<rve:
     check(drives[first_bad].deformation, "deformation increment", "[-]", atoms[first_bad]);
   }
   const bool with_details = wants_details();
-  try {
+  guarded([&] {
     const double start = platform::walltime();
     const std::vector<int> failed = points->advance(slots, drives, with_details);
     wall_time += platform::walltime() - start;
     ++num_advances;
-    report(failed, atoms);
-  } catch (const rve::InputError &e) {
-    fix->error->one(FLERR, "fix rve: {}", e.what());
-  }
+    report(failed, atoms, drives);
+  });
 }
 
 /* ---------------------------------------------------------------------- */
 
-void FixRve::Impl::report(const std::vector<int> &failed, const std::vector<int> &atoms) const
+void FixRve::Impl::report(const std::vector<int> &failed, const std::vector<int> &atoms,
+                          const std::vector<rve::Drive> &drives) const
 {
   if (failed.empty()) return;
-  for (const int i : atoms) {
+  for (std::size_t k = 0; k < atoms.size(); ++k) {
+    const int i = atoms[k];
     if (std::find(failed.begin(), failed.end(), slot[i]) == failed.end()) continue;
     const rve::Result &result = point(i).result;
     const std::string message = fmt::format(
         "fix rve: RVE of atom {} failed at step {}: {} (before: largest overlap {} of the sum of "
         "radii, void ratio {}, DEM time step {})",
         fix->atom->tag[i], fix->update->ntimestep, rve::describe_status(result.status),
-        rve::number(result.largest_overlap), rve::number(result.void_ratio), rve::number(dt));
-    if (!settings.freeze) fix->error->one(FLERR, message);
+        rve::number(result.largest_overlap), rve::number(result.void_ratio),
+        rve::number(drives.empty() ? clock(fix->update->dt).dt : drives[k].dt));
+    if (!settings.freeze) fix->error->one(FLERR, message + rve::remedy_of_status(result.status));
     fix->error->warning(FLERR, message + "; it is frozen");
   }
 }
@@ -528,18 +728,31 @@ std::vector<rve::Drive> FixRve::Impl::drives(const std::vector<int> &atoms)
     // with adaptive substeps RVEs have a time of their own, but the strain is that of the LAMMPS step
     const double dt_of_path = settings.macro_step.adaptive ? fix->update->dt / clock.substeps
                                                            : clock.dt;
-    for (auto &drive : drives) {
-      drive = rve::Drive::constant_velocity_gradient(drive.velocity_gradient, dt_of_path,
-                                                     clock.substeps);
-      drive.dt = clock.dt;
+    for (std::size_t k = 0; k < drives.size(); ++k) {
+      guarded(
+          [&] {
+            drives[k] = rve::Drive::constant_velocity_gradient(drives[k].velocity_gradient,
+                                                               dt_of_path, clock.substeps);
+          },
+          atoms[k]);
+      drives[k].dt = clock.dt;
     }
     return drives;
   }
   for (const auto &goal : settings.stress_goal) {
     goal.value.evaluate(fix->lmp, fix->igroup, values);
     for (std::size_t k = 0; k < atoms.size(); ++k) {
+      const double stress = values[atoms[k]];
       drives[k].controlled[goal.row][goal.column] = true;
-      drives[k].stress_goal(goal.row, goal.column) = values[atoms[k]];
+      drives[k].stress_goal(goal.row, goal.column) = stress;
+      if (!(goal.row == goal.column && stress > 0.0) || warned_tension) continue;
+      warned_tension = true;
+      fix->error->warning(FLERR,
+                          "fix rve {}: the goal of servo {} is {} [stress] for atom {} at step {}, "
+                          "a tension, and grains without cohesion carry none: the cell opens "
+                          "without end; it should be at most 0 (compression is negative)",
+                          fix->id, rve_component_name(goal.row, goal.column), rve::number(stress),
+                          fix->atom->tag[atoms[k]], fix->update->ntimestep);
     }
   }
   for (std::size_t k = 0; k < atoms.size(); ++k) {
@@ -558,7 +771,16 @@ RveOwner::Clock FixRve::Impl::clock(double lammps_dt) const
 {
   if (settings.substeps > 0) return {dt, settings.substeps};
   // a ratio that is whole but for rounding shall not cost a step more
-  const int substeps = std::max(1, static_cast<int>(std::ceil(lammps_dt / dt * (1.0 - 1e-12))));
+  const double steps = std::max(1.0, std::ceil(lammps_dt / dt * (1.0 - 1e-12)));
+  const int of_shadows = settings.steps_per_step();
+  if (!(steps * of_shadows <= MAXSMALLINT))
+    fix->error->all(FLERR,
+                    "fix rve {}: a timestep of {} [time] takes {} DEM steps of dt {} [time]{}; "
+                    "there can be {} at most: use a longer dt or a shorter timestep",
+                    fix->id, rve::number(lammps_dt), rve::number(steps), rve::number(dt),
+                    of_shadows > 1 ? fmt::format(", {} times as many of a shadow", of_shadows) : "",
+                    MAXSMALLINT);
+  const int substeps = static_cast<int>(steps);
   if (settings.macro_step.adaptive) return {dt, substeps};    // the number is chosen for each RVE
   return {lammps_dt / substeps, substeps};
 }

@@ -13,6 +13,10 @@
 
 #include "one_rank.h"
 
+#include "comm.h"
+#include "error.h"
+#include "lammps.h"
+
 #include <chrono>
 #include <exception>
 #include <thread>
@@ -43,4 +47,21 @@ std::string LAMMPS_NS::on_rank_zero(MPI_Comm world, const std::function<void()> 
   failure.resize(length);
   MPI_Bcast(failure.data(), length, MPI_CHAR, 0, world);
   return failure;
+}
+
+/* ----------------------------------------------------------------------
+   error->all wants the same words on all ranks: those of the first one that has any
+------------------------------------------------------------------------- */
+
+void LAMMPS_NS::error_if_any(LAMMPS *lmp, std::string message)
+{
+  const int me = lmp->comm->me, nobody = lmp->comm->nprocs;
+  int speaker, candidate = message.empty() ? nobody : me;
+  MPI_Allreduce(&candidate, &speaker, 1, MPI_INT, MPI_MIN, lmp->world);
+  if (speaker == nobody) return;
+  int length = static_cast<int>(message.size());
+  MPI_Bcast(&length, 1, MPI_INT, speaker, lmp->world);
+  message.resize(length);
+  MPI_Bcast(message.data(), length, MPI_CHAR, speaker, lmp->world);
+  lmp->error->all(FLERR, message);
 }

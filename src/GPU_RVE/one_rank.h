@@ -11,7 +11,8 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// Work that one rank does while the others sleep, so that its result is the same on any number of ranks and costs its memory once.
+// Work that one rank does while the others sleep, so that its result is the same on any number of ranks and costs its memory once; and
+// what all ranks say when one of them has failed.
 
 #ifndef LMP_ONE_RANK_H
 #define LMP_ONE_RANK_H
@@ -22,8 +23,13 @@
 
 namespace LAMMPS_NS {
 
+class LAMMPS;
+
 /// Rank 0 does `work`; all ranks return what its exception said, or "" if there was none.
 std::string on_rank_zero(MPI_Comm world, const std::function<void()> &work);
+
+/// Ends with error->all if a rank has a message, with that of the first one; collective.
+void error_if_any(LAMMPS *lmp, std::string message);
 
 }    // namespace LAMMPS_NS
 

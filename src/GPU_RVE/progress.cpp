@@ -46,12 +46,15 @@ std::string LAMMPS_NS::hours_minutes_seconds(double seconds)
 }
 
 Progress::Progress(LAMMPS *_lmp, std::string _who, double _interval) :
-    lmp(_lmp), who(std::move(_who)), interval(_interval), last_line(platform::walltime())
+    lmp(_lmp), who(std::move(_who)), signals(_lmp, who), interval(_interval),
+    last_line(platform::walltime())
 {
 }
 
 void Progress::begin(const RveSteps &rve_steps)
 {
+  signals.begin();
+  utils::flush_buffers(lmp);    // what has been said before the first step
   if (interval == 0.0) return;
   first_step = lmp->update->ntimestep;
   steps_then = sum_over_ranks(lmp, rve_steps);
@@ -65,11 +68,8 @@ void Progress::begin(const RveSteps &rve_steps)
 
 void Progress::step_done(const RveSteps &rve_steps)
 {
-  if (interval == 0.0) return;
   const double now = platform::walltime();
-  int due = now - last_line >= interval ? 1 : 0;
-  MPI_Bcast(&due, 1, MPI_INT, 0, lmp->world);
-  if (!due) return;
+  if (!signals.step_done(interval > 0.0 && now - last_line >= interval)) return;
 
   const Update &update = *lmp->update;
   const double steps = sum_over_ranks(lmp, rve_steps);
@@ -86,6 +86,7 @@ void Progress::step_done(const RveSteps &rve_steps)
       line += fmt::format(", {:.3g} million RVE-steps per second",
                           1e-6 * std::max(steps - steps_then, 0.0) / (now - time_then));
     utils::logmesg(lmp, line + "\n");
+    utils::flush_buffers(lmp);    // who follows the log sees it, and a signal cannot lose it
   }
   steps_then = steps;
   last_line = time_then = now;

@@ -11,12 +11,14 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// Lines in the log of a long run: how far it is, and when it will end. They cost a broadcast per step and change no result.
+// What a long run owes to who waits for it: lines in the log, how far it is and when it will end, and an end in good order when a signal
+// asks for it. They cost a reduction of two numbers per step and change no result.
 
 #ifndef LMP_PROGRESS_H
 #define LMP_PROGRESS_H
 
 #include "lmptype.h"
+#include "run_signals.h"
 
 #include <functional>
 #include <string>
@@ -30,6 +32,9 @@ class Progress {
   /// `_who` begins the lines; at least `_interval` seconds of wall time between two of them, 0: none.
   Progress(LAMMPS *_lmp, std::string _who, double _interval);
 
+  /// As the constructor's.
+  void set_interval(double seconds) { interval = seconds; }
+
   /// DEM steps of the RVEs of this rank since they were made, or nothing where there are none.
   using RveSteps = std::function<double()>;
 
@@ -37,10 +42,13 @@ class Progress {
   void begin(const RveSteps &rve_steps = nullptr);
   /// A step has been done; collective.
   void step_done(const RveSteps &rve_steps = nullptr);
+  /// A run is over; collective. Ends with error->all if a signal has ended it.
+  void end() { signals.end(); }
 
  private:
   LAMMPS *lmp;
   std::string who;
+  RunSignals signals;
   double interval, last_line;
   // of the run that has begun
   bigint first_step = 0;

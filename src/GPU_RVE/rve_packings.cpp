@@ -19,7 +19,9 @@
 #include "error.h"
 #include "lammps.h"
 #include "one_rank.h"
+#include "rve/core/checksum.h"
 #include "rve/core/error.h"
+#include "rve/engine/contact_network.h"
 #include "rve/engine/packing_image.h"
 #include "rve/engine/packing_io.h"
 #include "rve/engine/stability.h"
@@ -33,6 +35,14 @@ namespace {
 
 // what the random draws of an atom are for: they are independent of each other
 constexpr std::uint64_t DRAW_PACKING = 0, DRAW_IMAGE = 1;
+
+// Changes of the stress by an image, over the pressure, that are worth a warning. Normal stresses of an isotropic packing are equal
+// within the tolerance of its preparation. Its shear stress is what a sum over finitely many contacts happens to be.
+constexpr double NORMAL_CHANGE = 0.02;
+double shear_change(const rve::RveState &packing)
+{
+  return 6.0 / std::sqrt(packing.num_grains());
+}
 
 /// Whole numbers from 0 to count-1 of a script value, one for each of the atoms; collective.
 std::vector<int> numbers(LAMMPS *lmp, int igroup, ScriptValue &value, const char *keyword,
@@ -66,14 +76,17 @@ void RvePackings::read(LAMMPS *lmp, const FixRveSettings &settings)
 {
   files = settings.packings;
   std::vector<std::vector<char>> state_images;
+  rve::Checksum as_read;
   const std::string failure = on_rank_zero(lmp->world, [&]() {
     for (std::size_t n = 0; n < settings.packings.size(); ++n) {
       const std::string &file = settings.packings[n];
       try {
         rve::PackingLibrary library = rve::read_library(file);
         for (auto &state : library.packings) {
-          settings.material.apply(state.material);
-          state.material.mass_depth *= settings.mass_scaling;    // of inertia only: density stays
+          const std::vector<char> record = rve::serialize(state);
+          as_read.add(record.data(), record.size());
+          change_material(state.material, settings.material, settings.mass_scaling.value_or(1.0),
+                          1.0);
           state.check();
           file_of.push_back(static_cast<int>(n));
           stable.push_back(rve::stable_time_step(state));
@@ -87,6 +100,8 @@ void RvePackings::read(LAMMPS *lmp, const FixRveSettings &settings)
   });
   if (!failure.empty()) lmp->error->all(FLERR, "fix rve: {}", failure);
 
+  checksum = as_read.value();
+  MPI_Bcast(&checksum, 1, MPI_UINT64_T, 0, lmp->world);
   int count = static_cast<int>(state_images.size());
   MPI_Bcast(&count, 1, MPI_INT, 0, lmp->world);
   state_images.resize(count);
@@ -110,6 +125,21 @@ void RvePackings::read(LAMMPS *lmp, const FixRveSettings &settings)
                     "fix rve: {} packings are given; packing_variable, packing_random or "
                     "packing_void_ratio must choose among them",
                     count);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void RvePackings::change(const MaterialWords &words, double mass_scaling,
+                         double mass_scaling_before)
+{
+  images.clear();
+  for (int k = 0; k < size(); ++k) {
+    rve::RveState changed = packings[k];
+    change_material(changed.material, words, mass_scaling, mass_scaling_before);
+    changed.check();
+    stable[k] = rve::stable_time_step(changed);
+    packings[k] = std::move(changed);
+  }
 }
 
 /* ---------------------------------------------------------------------- */
@@ -156,6 +186,7 @@ std::vector<const rve::RveState *> RvePackings::choose(LAMMPS *lmp, int igroup,
     states.push_back(&found->second);
   }
   report(lmp, chosen);
+  warn_of_images(lmp, chosen, image);
   return states;
 }
 
@@ -238,4 +269,58 @@ void RvePackings::report(LAMMPS *lmp, const std::vector<int> &chosen) const
                  std::count(used_anywhere.begin(), used_anywhere.end(), 1), size(), mean,
                  std::sqrt(std::fmax(all[2] / all[0] - mean * mean, 0.0)), by_void_ratio->least(),
                  by_void_ratio->most());
+}
+
+/* ----------------------------------------------------------------------
+   a mirrored or turned packing is another sample of the same ground only where the stress of the ground is isotropic
+------------------------------------------------------------------------- */
+
+void RvePackings::warn_of_images(LAMMPS *lmp, const std::vector<int> &chosen,
+                                 const std::vector<int> &image) const
+{
+  // per packing a bit for each image
+  std::vector<int> used(size(), 0);
+  for (std::size_t k = 0; k < chosen.size(); ++k) used[chosen[k]] |= 1 << image[k];
+  MPI_Allreduce(MPI_IN_PLACE, used.data(), size(), MPI_INT, MPI_BOR, lmp->world);
+  if (lmp->comm->me > 0) return;
+
+  int changed = 0, worst = 0, worst_image = 0;
+  double largest = 0.0;
+  rve::Tensor2 stress_of_worst;
+  for (int n = 0; n < size(); ++n) {
+    if ((used[n] & ~1) == 0) continue;
+    const rve::Tensor2 stress = rve::spring_stress(packings[n]);
+    const double pressure = -0.5 * (stress(0, 0) + stress(1, 1));
+    if (!(pressure > 0.0)) continue;
+    double largest_of_packing = 0.0;
+    for (int k = 1; k < rve::NUM_IMAGES; ++k) {
+      if (!(used[n] >> k & 1)) continue;
+      const rve::Tensor2 seen = rve::image_of(stress, k);
+      const double normal = std::fabs(seen(0, 0) - stress(0, 0)) / pressure;
+      const double shear = std::fabs(seen(0, 1) - stress(0, 1)) / pressure;
+      const double excess = std::fmax(normal / NORMAL_CHANGE, shear / shear_change(packings[n]));
+      largest_of_packing = std::fmax(largest_of_packing, excess);
+      if (excess > largest) {
+        largest = excess;
+        worst = n;
+        worst_image = k;
+        stress_of_worst = stress;
+      }
+    }
+    if (largest_of_packing > 1.0) ++changed;
+  }
+  if (largest <= 1.0) return;
+  const auto text = [](const rve::Tensor2 &stress) {
+    return fmt::format("{}, {}, {}", rve::number(stress(0, 0)), rve::number(stress(1, 1)),
+                       rve::number(0.5 * (stress(0, 1) + stress(1, 0))));
+  };
+  lmp->error->warning(FLERR,
+                      "fix rve: packing_image changes the ground: {} has sxx, syy, sxy of {} "
+                      "[stress], its image {} "
+                      "{}; {} of {} packings are not isotropic in this way. Images 0 and 2 keep "
+                      "the stress, 4 and 6 "
+                      "sxx and syy; random images are for packings of an isotropic stress, as "
+                      "create_rve makes them",
+                      name(worst), text(stress_of_worst), worst_image,
+                      text(rve::image_of(stress_of_worst, worst_image)), changed, size());
 }

@@ -19,6 +19,7 @@
 #include "rve/engine/packing_library.h"
 #include "rve_settings.h"
 
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -42,6 +43,11 @@ class RvePackings {
   /// Stable time step of each packing [time].
   const std::vector<double> &bounds() const { return stable; }
 
+  /// What has been read, before the script changed its material, in a number.
+  std::uint64_t identity() const { return checksum; }
+  /// Changes the material of RVEs that will be made, as the script says. Throws InputError if a value is out of range.
+  void change(const MaterialWords &words, double mass_scaling, double mass_scaling_before);
+
   /// The states that these local atoms of the group begin with; collective. They depend on the IDs of the atoms and on the
   /// settings, not on ranks. The pointers are good until the next call.
   std::vector<const rve::RveState *> choose(LAMMPS *lmp, int igroup, FixRveSettings &settings,
@@ -50,6 +56,7 @@ class RvePackings {
  private:
   std::vector<rve::RveState> packings;
   std::vector<std::string> files;
+  std::uint64_t checksum = 0;
   // per packing
   std::vector<int> file_of;
   std::vector<double> stable;
@@ -62,6 +69,8 @@ class RvePackings {
   std::vector<int> choose_images(LAMMPS *lmp, int igroup, FixRveSettings &settings,
                                  const std::vector<int> &atoms);
   void report(LAMMPS *lmp, const std::vector<int> &chosen) const;
+  void warn_of_images(LAMMPS *lmp, const std::vector<int> &chosen,
+                      const std::vector<int> &image) const;
 };
 
 }    // namespace LAMMPS_NS

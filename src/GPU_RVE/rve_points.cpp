@@ -13,6 +13,7 @@
 
 #include "rve_points.h"
 
+#include "rve/core/checksum.h"
 #include "rve/core/error.h"
 #include "rve/core/threads.h"
 #include "rve/engine/finite_strain.h"
@@ -20,6 +21,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstddef>
 #include <cstring>
 #include <type_traits>
 
@@ -30,9 +32,11 @@ namespace {
 // in front of the state's own image, and of that of its shadow if it has one
 struct ImageHead {
   std::uint64_t version;
+  std::uint64_t checksum;    // of the head, with zero in this place; the images have their own
   std::uint64_t bytes, shadow_bytes;    // of the images
   std::uint64_t frozen, asleep;
-  double grain_size;
+  std::int32_t contacts, most_contacts;
+  double grain_size, servo_gain;
   rve::Drive drive;
   rve::Tensor2 pending, shadow_stress;
   rve::Result result, rested;
@@ -43,7 +47,16 @@ static_assert(sizeof(ImageHead) % sizeof(double) == 0, "the head is a whole numb
 constexpr std::size_t HEAD = sizeof(ImageHead) / sizeof(double);
 
 // "rve point", and a number that changes with the layout
-constexpr std::uint64_t IMAGE_VERSION = 0x7276652070740003u;
+constexpr std::uint64_t IMAGE_VERSION = 0x7276652070740004u;
+
+/// Of the bytes of a head, whatever lies between its members.
+std::uint64_t checksum_of_head(const double *image)
+{
+  char head[sizeof(ImageHead)];
+  std::memcpy(head, image, sizeof(head));
+  std::memset(head + offsetof(ImageHead, checksum), 0, sizeof(ImageHead::checksum));
+  return rve::checksum_of(head, sizeof(head));
+}
 
 double seconds_since(std::chrono::steady_clock::time_point start)
 {
@@ -74,6 +87,13 @@ void take_details(RvePoints::Point &point, const rve::Result &look)
   point.stale = false;
 }
 
+/// The bound of the time step is that of the present contacts.
+void expect_contacts(RvePoints::Point &point)
+{
+  point.most_contacts = static_cast<std::int32_t>(
+      (1.0 + CONTACT_GROWTH) * point.contacts + CONTACT_GROWTH_PER_GRAIN * point.result.num_grains);
+}
+
 /// Without DEM steps: they ask for the present results.
 std::vector<rve::Drive> drives_at_rest(std::size_t count)
 {
@@ -84,10 +104,35 @@ std::vector<rve::Drive> drives_at_rest(std::size_t count)
 
 std::size_t doubles_for(std::size_t bytes)
 {
-  return (bytes + sizeof(double) - 1) / sizeof(double);
+  // bytes may be any number
+  return bytes / sizeof(double) + (bytes % sizeof(double) ? 1 : 0);
+}
+
+/// What a default gain of the servo is proportional to, of what a material says.
+double gain_factor(const rve::Material &material)
+{
+  return material.thickness / (material.density * material.mass_depth);
+}
+
+/// The state in a record that begins here.
+rve::RveState state_from(const double *record, std::size_t bytes)
+{
+  return rve::deserialize(reinterpret_cast<const char *>(record), bytes);
 }
 
 }    // namespace
+
+double LAMMPS_NS::slip_of_rotation(double angle, int substeps, double dt,
+                                   const rve::Material &material, double grain_size)
+{
+  // moment of inertia m r^2/2 against Z contacts with k_t r (r spin); Z of an isostatic packing with friction
+  constexpr double CONTACTS = 3.0;
+  const double pi = std::acos(-1.0);
+  const double mass = material.density * material.mass_depth * 0.25 * pi * grain_size * grain_size;
+  const double frequency = std::sqrt(2.0 * CONTACTS * material.tangential_stiffness / mass);
+  const double steps_of_lag = std::fmax(1.0, 1.0 / (frequency * dt));
+  return std::fabs(angle) * std::fmin(1.0, steps_of_lag / substeps);
+}
 
 double RvePoints::Point::strain_rate() const
 {
@@ -134,9 +179,25 @@ std::vector<int> RvePoints::add(const std::vector<const rve::RveState *> &states
     settle(slots.back(), *state);
   }
   advance(slots, drives_at_rest(slots.size()));
-  for (const int slot : slots)
-    if (!points[slot].frozen) points[slot].grain_size = rve::grain_size(points[slot].result);
+  for (const int slot : slots) {
+    Point &point = points[slot];
+    if (!point.frozen) point.grain_size = rve::grain_size(point.result);
+    expect_contacts(point);
+  }
   return slots;
+}
+
+std::vector<double> RvePoints::bound_time_steps(const std::vector<int> &slots, double enough) const
+{
+  std::vector<double> bounds;
+  engine->bound_time_steps(slots, enough, bounds);
+  return bounds;
+}
+
+void RvePoints::note_check(const std::vector<int> &slots)
+{
+  for (const int slot : slots) expect_contacts(points[slot]);
+  any_stiffened = false;
 }
 
 double RvePoints::bytes_for(const std::vector<int> &grains, int count, int num_shadows) const
@@ -156,7 +217,7 @@ double RvePoints::bytes_for(const std::vector<int> &grains, int count, int num_s
 void RvePoints::remove(int slot)
 {
   engine->remove(slot);
-  remove_shadow(points[slot]);
+  remove_shadow(slot);
   points[slot] = Point();
   image_sizes[slot] = 0;
 }
@@ -174,13 +235,68 @@ void RvePoints::add_shadow(int slot)
   std::vector<rve::Response> responses;
   shadows->advance({point.shadow}, {drive}, responses);
   point.shadow_stress = responses[0].stress;
-  if (responses[0].status & rve::status::Fatal) remove_shadow(point);
+  if (responses[0].status & rve::status::Fatal) remove_shadow(slot);
 }
 
-void RvePoints::remove_shadow(Point &point)
+void RvePoints::remove_shadow(int slot)
 {
+  Point &point = points[slot];
   if (point.shadow >= 0) shadows->remove(point.shadow);
   point.shadow = -1;
+  image_sizes[slot] = 0;
+}
+
+/* ----------------------------------------------------------------------
+   changes between macro steps
+------------------------------------------------------------------------- */
+
+void RvePoints::set_options(const MacroStepOptions &_options)
+{
+  const int refinement = options.shadow_refinement;
+  options = _options;
+  options.shadow_refinement = refinement;
+}
+
+void RvePoints::set_materials(const std::vector<int> &slots,
+                              const std::vector<rve::Material> &materials)
+{
+  complete();
+  image_sizes.assign(points.size(), 0);
+  std::size_t done = 0;
+  try {
+    for (; done < slots.size(); ++done) {
+      engine->set_material(slots[done], materials[done]);
+      const int shadow = points[slots[done]].shadow;
+      if (shadow >= 0) shadows->set_material(shadow, materials[done]);
+    }
+  } catch (...) {
+    for (std::size_t k = 0; k < done; ++k)
+      engine->set_material(slots[k], points[slots[k]].material);
+    throw;
+  }
+  std::vector<rve::ElasticResult> looks;
+  call_engine(slots, drives_at_rest(slots.size()), looks);
+  std::vector<rve::Response> look_at_shadow;
+  for (std::size_t k = 0; k < slots.size(); ++k) {
+    Point &point = points[slots[k]];
+    if (point.shadow >= 0) {
+      shadows->advance({point.shadow}, drives_at_rest(1), look_at_shadow);
+      point.shadow_stress = look_at_shadow[0].stress;
+    }
+    const double gain_before = gain_factor(point.material), gain = gain_factor(materials[k]);
+    if (gain != gain_before) point.servo_gain *= gain / gain_before;
+    point.material = materials[k];
+    point.look.reset();
+    const rve::Result &look = looks[k].result;
+    if (point.frozen || (look.status & rve::status::Fatal)) continue;
+    if (!point.asleep) {
+      point.result = look;
+      continue;
+    }
+    point.rested = look;
+    point.look = {look.unbalanced_ratio <= QUIET_UNBALANCED_RATIO, looks[k].stiffness};
+    answer_asleep(point, point.pending);
+  }
 }
 
 /* ----------------------------------------------------------------------
@@ -298,18 +414,31 @@ int RvePoints::substeps_of(const Point &point, const rve::Drive &drive) const
                               point.last_steps().mean_stress(), point.grain_size, point.material);
 }
 
-/// Carries out the rotations of waking RVEs, whose grains have not followed them: the drives keep the stretch.
-void RvePoints::wake(const std::vector<int> &slots, std::vector<rve::Drive> &drives)
+/// Whether a rotation lets contacts slip, in as few DEM steps as the strain asks for. The overlap is that of its mean stress: what is
+/// known whatever the last advance was asked for.
+bool RvePoints::slips(const Point &point, const rve::Drive &drive) const
+{
+  const double angle = rve::PolarDecomposition(drive.deformation).angle;
+  const double slip =
+      slip_of_rotation(angle, drive.substeps, drive.dt, point.material, point.grain_size);
+  const double overlap = std::fmax(point.last_steps().mean_stress(), 0.0) *
+      point.material.thickness / point.material.normal_stiffness;
+  return !(slip <= TURN_OF_OVERLAP * overlap);
+}
+
+/// Carries out rotations that grains could not follow: the drives keep the stretch.
+void RvePoints::turn(rve::Engine &engine, const std::vector<int> &numbers,
+                     std::vector<rve::Drive> &drives, const std::vector<char> &must_turn)
 {
   std::vector<int> some;
   std::vector<rve::Tensor2> rotations;
-  for (std::size_t m = 0; m < slots.size(); ++m) {
+  for (std::size_t m = 0; m < numbers.size(); ++m) {
     if (!must_turn[m]) continue;
-    some.push_back(slots[m]);
+    some.push_back(numbers[m]);
     rotations.push_back(rve::PolarDecomposition(drives[m].deformation).rotation);
     drives[m].deformation = drives[m].deformation * rve::transpose(rotations.back());
   }
-  engine->turn(some, rotations);
+  if (!some.empty()) engine.turn(some, rotations);
 }
 
 /// The drives of those that work, with what they slept through.
@@ -323,8 +452,7 @@ void RvePoints::plan_work(const std::vector<int> &slots, const std::vector<rve::
   working_slots.resize(count);
   working_drives.resize(count);
   must_turn.resize(count);
-  bool any_turns = false;
-#pragma omp parallel for num_threads(team) reduction(|| : any_turns)
+#pragma omp parallel for num_threads(team)
   for (int m = 0; m < count; ++m) {
     const int k = working[m];
     const Point &point = points[slots[k]];
@@ -332,16 +460,18 @@ void RvePoints::plan_work(const std::vector<int> &slots, const std::vector<rve::
     working_slots[m] = slots[k];
     drive = drives[k];
     must_turn[m] = 0;
-    if (drive.has_servo() || drive.substeps == 0 || is_identity(point.pending)) continue;
-    drive.deformation = drive.deformation * point.pending;
-    must_turn[m] = is_turned(point, drive.deformation);
-    any_turns = any_turns || must_turn[m];
+    if (drive.has_servo() || drive.substeps == 0) continue;
+    const bool wakes = !is_identity(point.pending);
+    if (wakes) drive.deformation = drive.deformation * point.pending;
+    drive.substeps = substeps_of(point, drive);
+    must_turn[m] = (wakes && is_turned(point, drive.deformation)) ||
+        (options.adaptive && slips(point, drive));
   }
-  if (any_turns) wake(working_slots, working_drives);
-  if (!options.adaptive) return;
-#pragma omp parallel for num_threads(team)
+  turn(*engine, working_slots, working_drives, must_turn);
+  // the strain of what is left, to its last digit
   for (int m = 0; m < count; ++m)
-    working_drives[m].substeps = substeps_of(points[working_slots[m]], working_drives[m]);
+    if (must_turn[m])
+      working_drives[m].substeps = substeps_of(points[working_slots[m]], working_drives[m]);
 }
 
 /// A servo takes no deformation: what an RVE slept through under another drive is carried out before. Who fails there is frozen and
@@ -364,7 +494,7 @@ void RvePoints::catch_up()
     must_turn.push_back(is_turned(point, point.pending));
   }
   if (slots.empty()) return;
-  wake(slots, drives);
+  turn(*engine, slots, drives, must_turn);
   std::vector<rve::Response> responses;
   call_engine(slots, drives, responses);
   for (std::size_t k = 0; k < slots.size(); ++k) {
@@ -427,6 +557,8 @@ void RvePoints::run(std::vector<Macro> &macros)
           continue;
         }
         point.result = results[k];
+        point.contacts = results[k].num_contacts;
+        any_stiffened = any_stiffened || point.contacts > point.most_contacts;
         if (macro.parts == 1) continue;
         macro.samples.push_back(results[k].stress);
         point.result.stress = macro.stress(options.stress_from);
@@ -440,6 +572,7 @@ void RvePoints::advance_shadows(const std::vector<int> &slots,
 {
   std::vector<int> originals, numbers;
   std::vector<rve::Drive> finer;
+  std::vector<char> turned;
   for (std::size_t k = 0; k < slots.size(); ++k) {
     const Point &point = points[slots[k]];
     if (point.shadow < 0 || point.frozen) continue;
@@ -448,14 +581,17 @@ void RvePoints::advance_shadows(const std::vector<int> &slots,
     finer.push_back(drives[k]);
     finer.back().dt /= options.shadow_refinement;
     finer.back().substeps = substeps_of(point, drives[k]) * options.shadow_refinement;
+    turned.push_back(options.adaptive && !drives[k].has_servo() && drives[k].substeps > 0 &&
+                     slips(point, finer.back()));
   }
   if (numbers.empty()) return;
+  turn(*shadows, numbers, finer, turned);
   std::vector<rve::Response> responses;
   shadows->advance(numbers, finer, responses);
   for (std::size_t k = 0; k < numbers.size(); ++k) {
     Point &point = points[originals[k]];
     if (responses[k].status & rve::status::Fatal)
-      remove_shadow(point);    // its RVE will have another one, or fail as well
+      remove_shadow(originals[k]);    // its RVE will have another one, or fail as well
     else
       point.shadow_stress = responses[k].stress;
   }
@@ -510,7 +646,8 @@ std::vector<int> RvePoints::advance_plainly(const std::vector<int> &slots,
 
   const int team = rve::team_for(count, threads);
   int num_failed = 0;
-#pragma omp parallel for num_threads(team) reduction(+ : num_failed)
+  bool stiffened = false;
+#pragma omp parallel for num_threads(team) reduction(+ : num_failed) reduction(|| : stiffened)
   for (int k = 0; k < count; ++k) {
     Point &point = points[slots[k]];
     const std::uint32_t status = with_details ? results[k].status : responses[k].status;
@@ -529,11 +666,14 @@ std::vector<int> RvePoints::advance_plainly(const std::vector<int> &slots,
       point.result.stress = responses[k].stress;
       point.stale = true;
     }
+    point.contacts = with_details ? results[k].num_contacts : responses[k].num_contacts;
+    stiffened = stiffened || point.contacts > point.most_contacts;
     point.look.reset();
     if (drives[k].substeps == 0) continue;
     point.pending = rve::Tensor2::identity();
     point.drive = drives[k];
   }
+  any_stiffened = any_stiffened || stiffened;
   std::vector<int> failed;
   for (int k = 0; num_failed > 0 && k < count; ++k)
     if (points[slots[k]].frozen) failed.push_back(slots[k]);
@@ -639,41 +779,65 @@ std::vector<double> RvePoints::image(int slot) const
   head.shadow_bytes = shadow.size();
   head.frozen = point.frozen ? 1 : 0;
   head.asleep = point.asleep ? 1 : 0;
+  head.contacts = point.contacts;
+  head.most_contacts = point.most_contacts;
   head.grain_size = point.grain_size;
+  head.servo_gain = point.servo_gain;
   head.drive = point.drive;
   head.pending = point.pending;
   head.shadow_stress = point.shadow_stress;
   head.result = point.result;
   head.rested = point.rested;
   std::memcpy(image.data(), &head, sizeof(head));
+  const std::uint64_t checksum = checksum_of_head(image.data());
+  std::memcpy(reinterpret_cast<char *>(image.data()) + offsetof(ImageHead, checksum), &checksum,
+              sizeof(checksum));
   std::memcpy(image.data() + HEAD, state.data(), state.size());
   if (!shadow.empty()) std::memcpy(image.data() + begin_of_shadow, shadow.data(), shadow.size());
   image_sizes[slot] = static_cast<int>(image.size());
   return image;
 }
 
-int RvePoints::add_image(const double *image)
+int RvePoints::add_image(const double *image, std::size_t size)
 {
+  const auto require_whole = [size](bool whole, const char *what) {
+    rve::require(whole, [&] {
+      return "its record of " + std::to_string(size) + " numbers is damaged: " + what;
+    });
+  };
+  require_whole(size > HEAD, "that is less than its head");
   ImageHead head;
   std::memcpy(static_cast<void *>(&head), image, sizeof(head));
-  rve::require(head.version == IMAGE_VERSION,
-               "it was written by another version of this package, or it is damaged");
-  const rve::RveState state =
-      rve::deserialize(reinterpret_cast<const char *>(image + HEAD), head.bytes);
+  rve::require(head.version == IMAGE_VERSION || head.version >> 16 != IMAGE_VERSION >> 16, [&] {
+    return "its record has version " + std::to_string(head.version & 0xffff) +
+        "; this program reads version " + std::to_string(IMAGE_VERSION & 0xffff);
+  });
+  require_whole(head.version == IMAGE_VERSION, "it does not begin as one");
+  require_whole(head.checksum == checksum_of_head(image),
+                "the checksum of its head does not match");
+  const std::size_t of_state = doubles_for(head.bytes), of_shadow = doubles_for(head.shadow_bytes);
+  require_whole(of_state <= size && of_shadow <= size && HEAD + of_state + of_shadow == size,
+                "its parts are not as long as the whole");
+  const rve::RveState state = state_from(image + HEAD, head.bytes);
+  std::optional<rve::RveState> shadow;
+  if (of_shadow > 0) shadow = state_from(image + HEAD + of_state, head.shadow_bytes);
+
   const int slot = engine->add(state);
   Point &point = settle(slot, state);
   point.result = head.result;
   point.rested = head.rested;
   point.frozen = head.frozen != 0;
   point.asleep = head.asleep != 0;
+  point.contacts = head.contacts;
+  point.most_contacts = head.most_contacts;
   point.grain_size = head.grain_size;
+  point.servo_gain =
+      head.servo_gain;    // of the radii that the packing had, before a format rounded them
   point.drive = head.drive;
   point.pending = head.pending;
   point.shadow_stress = head.shadow_stress;
   // a script that asks for no shadows leaves those of a restart file behind
-  if (head.shadow_bytes > 0 && shadows)
-    point.shadow = shadows->add(rve::deserialize(
-        reinterpret_cast<const char *>(image + HEAD + doubles_for(head.bytes)), head.shadow_bytes));
+  if (shadow && shadows) point.shadow = shadows->add(*shadow);
   return slot;
 }
 

@@ -46,9 +46,20 @@ struct MacroStepOptions {
 /// Mean unbalanced force over mean contact force below which an RVE is at rest and may be skipped [-].
 constexpr double QUIET_UNBALANCED_RATIO = 1e-2;
 
-/// Rotation of a waking RVE, over its mean overlap over sum of radii, above which it is turned rigidly [-]. A cell that turns by an
-/// angle in a few DEM steps lets contacts slip by it, since grains do not spin yet: a hundredth of the normal force at k_t = k_n.
+/// Growth of the number of contacts that asks for a look at the bound of the time step: by this share of them and of the grains. The
+/// first tells in a packing, the second in a gas, where a few contacts more mean nothing yet.
+constexpr double CONTACT_GROWTH = 0.1, CONTACT_GROWTH_PER_GRAIN = 0.02;
+
+/// Slip of contacts by a rotation that grains do not follow, over the mean overlap over sum of radii, above which an RVE is turned
+/// rigidly [-]. A cell that turns by an angle in a few DEM steps lets contacts slip by it, since grains do not spin yet: a hundredth
+/// of the normal force at k_t = k_n.
 constexpr double TURN_OF_OVERLAP = 1e-2;
+
+/// Largest slip by a rotation by `angle` in `substeps` steps of dt, as an angle [rad]: the whole rotation, if the grains do not follow
+/// at all. Grains that all spin alike in a cell that does not turn go to and fro with w = sqrt(2 Z k_t/m), and lag behind a rotation at
+/// a constant rate by that rate over w; the first step finds them at rest.
+double slip_of_rotation(double angle, int substeps, double dt, const rve::Material &material,
+                        double grain_size);
 
 class RvePoints {
  public:
@@ -56,11 +67,14 @@ class RvePoints {
     rve::Result
         result;    ///< of the last advance that succeeded; its status is that of the last advance
     rve::Material material;
-    double servo_gain = 0.0;    ///< default of its stress servo [1/(stress time^2)]
-    double grain_size = 0.0;    ///< 2 sqrt(<r^2>) [length]
-    bool frozen = false;        ///< failed once and is not advanced any more
-    bool asleep = false;        ///< was skipped in the last macro step
-    bool stale = false;         ///< `result` is of an earlier advance, but for stress and status
+    double servo_gain = 0.0;      ///< default of its stress servo [1/(stress time^2)]
+    double grain_size = 0.0;      ///< 2 sqrt(<r^2>) [length]
+    bool frozen = false;          ///< failed once and is not advanced any more
+    bool asleep = false;          ///< was skipped in the last macro step
+    bool stale = false;           ///< `result` is of an earlier advance, but for stress and status
+    std::int32_t contacts = 0;    ///< after its last DEM steps
+    std::int32_t most_contacts =
+        0;    ///< with more of them the bound of its time step has to be looked at again
 
     rve::Drive drive;    ///< of its last DEM steps; none so far if it has no substeps
 
@@ -109,8 +123,16 @@ class RvePoints {
   /// Completes the results of all points that an advance left without details.
   void complete() const;
 
+  /// What stands between macro steps and DEM steps from now on; the refinement of shadows stays. RVEs that sleep carry out what they
+  /// slept through in their next step, if they may not go on sleeping.
+  void set_options(const MacroStepOptions &_options);
+  /// Gives RVEs other materials, and their shadows, and evaluates their stress. A default gain of the servo follows. Throws InputError
+  /// if one is out of range, and then changes none of these.
+  void set_materials(const std::vector<int> &slots, const std::vector<rve::Material> &materials);
+
   /// Gives the RVE a shadow: a copy in double precision that goes its way with finer steps from now on, never skipped.
   void add_shadow(int slot);
+  void remove_shadow(int slot);
   /// Wall time spent on shadows, and on all [seconds]
   double shadow_time() const { return seconds_for_shadows; }
   double total_time() const { return seconds; }
@@ -122,8 +144,20 @@ class RvePoints {
     if (points[slot].stale) complete();
     return points[slot];
   }
+  /// Lower bounds of the stable DEM time steps, sharp below `enough` (rve::Engine).
+  std::vector<double> bound_time_steps(const std::vector<int> &slots, double enough) const;
+  /// Their bounds have been looked at, and those of all that have stiffened.
+  void note_check(const std::vector<int> &slots);
+  /// Whether it has got so many contacts since the last look at its bound that its time step may not be stable any more; and
+  /// whether one of them has.
+  bool has_stiffened(int slot) const
+  {
+    return !points[slot].frozen && points[slot].contacts > points[slot].most_contacts;
+  }
+  bool any_has_stiffened() const { return any_stiffened; }
   // what is always up to date
   const rve::Tensor2 &stress(int slot) const { return points[slot].result.stress; }
+  const rve::Material &material(int slot) const { return points[slot].material; }
   bool frozen(int slot) const { return points[slot].frozen; }
   double servo_gain(int slot) const { return points[slot].servo_gain; }
   rve::RveState state(int slot) const { return engine->state(slot); }
@@ -138,7 +172,8 @@ class RvePoints {
 
   /// Everything of one RVE as doubles, for LAMMPS' buffers.
   std::vector<double> image(int slot) const;
-  int add_image(const double *image);
+  /// Takes an RVE in from such doubles, `size` of them. Throws InputError if they are not what image() gave, in any bit that counts.
+  int add_image(const double *image, std::size_t size);
   /// Length of image(); remembered until the next advance.
   int image_size(int slot) const;
   /// At least the length of image() while the list has at most twice the present pairs, without asking the engine.
@@ -148,6 +183,7 @@ class RvePoints {
   std::unique_ptr<rve::Engine> engine, shadows;
   MacroStepOptions options;
   int threads;
+  bool any_stiffened = false;    ///< since the last look at bounds
   double seconds = 0.0, seconds_for_shadows = 0.0;
   mutable double seconds_in_engine = 0.0;
   mutable std::vector<Point> points;       // by slot
@@ -183,12 +219,13 @@ class RvePoints {
   int substeps_of(const Point &point, const rve::Drive &drive) const;
   void look_at_sleepers(const std::vector<int> &slots);
   void answer_asleep(Point &point, const rve::Tensor2 &pending) const;
-  void wake(const std::vector<int> &slots, std::vector<rve::Drive> &drives);
+  static void turn(rve::Engine &engine, const std::vector<int> &numbers,
+                   std::vector<rve::Drive> &drives, const std::vector<char> &must_turn);
+  bool slips(const Point &point, const rve::Drive &drive) const;
   void plan_work(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);
   void catch_up();
   void run(std::vector<Macro> &macros);
   void advance_shadows(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);
-  void remove_shadow(Point &point);
 };
 
 }    // namespace LAMMPS_NS

@@ -51,6 +51,20 @@ class Words {
   const char *peek() const { return empty() ? "" : arg[iarg]; }
   int position() const { return iarg; }
   void skip(int count) { iarg += count; }
+  /// Takes the next word if it is this one.
+  bool take(const char *word)
+  {
+    if (strcmp(peek(), word) != 0) return false;
+    ++iarg;
+    return true;
+  }
+  /// The words from a position up to here.
+  std::string since(int begin) const
+  {
+    std::string text = arg[begin];
+    for (int k = begin + 1; k < iarg; ++k) text += std::string(" ") + arg[k];
+    return text;
+  }
   bool starts_number() const
   {
     return !empty() && (isdigit(arg[iarg][0]) || strchr("+-.", arg[iarg][0]));
@@ -129,55 +143,49 @@ class Words {
   int iarg;
 };
 
-constexpr const char *KEYWORDS[] = {"drive",
-                                    "servo",
-                                    "servo_gain",
-                                    "servo_max_rate",
-                                    "dt",
-                                    "dt_check",
-                                    "substeps",
-                                    "quiescent",
-                                    "stress",
-                                    "mass_scaling",
-                                    "shadow",
-                                    "preset",
-                                    "packings",
-                                    "packing_variable",
-                                    "packing_random",
-                                    "packing_void_ratio",
-                                    "packing_image",
-                                    "format",
-                                    "arithmetic",
-                                    "device",
-                                    "threads",
-                                    "skin",
-                                    "block_size",
-                                    "arms",
-                                    "overlap_limit",
-                                    "policy",
-                                    "energy",
-                                    "progress",
-                                    "dump"};
+// why fix_modify cannot change what a keyword says; null if it can
+constexpr const char *OF_ENGINE = "the engine that holds the RVEs is made with it; write a restart "
+                                  "file and read it with another fix rve";
+constexpr const char *OF_PACKING = "RVEs that are there keep their grains; define another fix rve "
+                                   "for other packings";
 
 constexpr struct {
   const char *name;
-  std::optional<double> MaterialWords::*member;
-} MATERIAL_KEYWORDS[] = {{"kn", &MaterialWords::kn},
-                         {"kt", &MaterialWords::kt},
-                         {"friction", &MaterialWords::friction},
-                         {"kr", &MaterialWords::kr},
-                         {"rolling_friction", &MaterialWords::rolling_friction},
-                         {"density", &MaterialWords::density},
-                         {"damping", &MaterialWords::damping},
-                         {"gamma_n", &MaterialWords::gamma_n},
-                         {"gamma_t", &MaterialWords::gamma_t},
-                         {"thickness", &MaterialWords::thickness},
-                         {"mass_depth", &MaterialWords::mass_depth}};
+  const char *fixed;
+} KEYWORDS[] = {{"drive", nullptr},
+                {"servo", nullptr},
+                {"servo_gain", nullptr},
+                {"servo_max_rate", nullptr},
+                {"dt", nullptr},
+                {"dt_check", nullptr},
+                {"substeps", nullptr},
+                {"quiescent", nullptr},
+                {"stress", nullptr},
+                {"mass_scaling", nullptr},
+                {"policy", nullptr},
+                {"progress", nullptr},
+                {"dump", nullptr},
+                {"shadow", OF_ENGINE},
+                {"preset", "it also says the number format; give dt and mass_scaling one by one"},
+                {"packings", OF_PACKING},
+                {"packing_variable", OF_PACKING},
+                {"packing_random", OF_PACKING},
+                {"packing_void_ratio", OF_PACKING},
+                {"packing_image", OF_PACKING},
+                {"format", OF_ENGINE},
+                {"arithmetic", OF_ENGINE},
+                {"device", OF_ENGINE},
+                {"threads", OF_ENGINE},
+                {"skin", OF_ENGINE},
+                {"block_size", OF_ENGINE},
+                {"arms", OF_ENGINE},
+                {"overlap_limit", OF_ENGINE},
+                {"energy", OF_ENGINE}};
 
 bool is_keyword(const char *word)
 {
-  for (const char *keyword : KEYWORDS)
-    if (strcmp(word, keyword) == 0) return true;
+  for (const auto &keyword : KEYWORDS)
+    if (strcmp(word, keyword.name) == 0) return true;
   for (const auto &material : MATERIAL_KEYWORDS)
     if (strcmp(word, material.name) == 0) return true;
   return false;
@@ -194,7 +202,8 @@ enum class Preset { Draft, Standard, Reference };
 /// What doc/src/accuracy.rst recommends; keywords that follow replace parts of it.
 void apply(Preset preset, FixRveSettings &s)
 {
-  s.dt_auto = true;
+  s.dt_auto = s.dt_given = true;
+  s.mass_scaling = 1.0;
   switch (preset) {
     case Preset::Draft:
       s.options.format = rve::Format::Fast;
@@ -223,29 +232,43 @@ const char *LAMMPS_NS::rve_component_name(int row, int column)
 
 bool MaterialWords::take(LAMMPS *lmp, const std::string &command, int iarg, int narg, char **arg)
 {
-  for (const auto &[name, member] : MATERIAL_KEYWORDS)
+  for (const auto &[name, word, member] : MATERIAL_KEYWORDS)
     if (strcmp(arg[iarg], name) == 0) {
-      this->*member = Words(lmp, command, narg, arg, iarg + 1).number(name);
+      const double value = Words(lmp, command, narg, arg, iarg + 1).number(name);
+      if (this->*word)
+        lmp->error->all(FLERR, "{}: {} is given twice, as {} and as {}; give it once", command,
+                        name, rve::number(*(this->*word)), rve::number(value));
+      this->*word = value;
       return true;
     }
   return false;
 }
 
+void LAMMPS_NS::change_material(rve::Material &material, const MaterialWords &words,
+                                double mass_scaling, double mass_scaling_before)
+{
+  words.apply(material);
+  // of inertia only: density stays
+  if (words.mass_depth)
+    material.mass_depth *= mass_scaling;
+  else if (mass_scaling != mass_scaling_before)
+    material.mass_depth *= mass_scaling / mass_scaling_before;
+}
+
+bool MaterialWords::any() const
+{
+  return std::any_of(std::begin(MATERIAL_KEYWORDS), std::end(MATERIAL_KEYWORDS),
+                     [this](const MaterialKeyword &keyword) {
+                       return (this->*keyword.word).has_value();
+                     });
+}
+
 void MaterialWords::apply(rve::Material &material) const
 {
-  material.normal_stiffness = kn.value_or(material.normal_stiffness);
-  material.tangential_stiffness = kt.value_or(material.tangential_stiffness);
-  material.friction = friction.value_or(material.friction);
-  material.rolling_stiffness = kr.value_or(material.rolling_stiffness);
-  material.rolling_friction = rolling_friction.value_or(material.rolling_friction);
+  for (const MaterialKeyword &keyword : MATERIAL_KEYWORDS)
+    if (this->*keyword.word) material.*keyword.member = *(this->*keyword.word);
   if (rolling_friction.value_or(0.0) > 0.0 && !kr && material.rolling_stiffness == 0.0)
     material.rolling_stiffness = material.tangential_stiffness;
-  material.density = density.value_or(material.density);
-  material.local_damping = damping.value_or(material.local_damping);
-  material.normal_viscosity = gamma_n.value_or(material.normal_viscosity);
-  material.tangential_viscosity = gamma_t.value_or(material.tangential_viscosity);
-  material.thickness = thickness.value_or(material.thickness);
-  material.mass_depth = mass_depth.value_or(material.mass_depth);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -287,32 +310,62 @@ FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
 {
   const std::string command = "fix rve";
   FixRveSettings s;
-  Words words(lmp, command, narg, arg, 3);
-  s.packings.push_back(words.next("packing file"));
+  s.packings.push_back(Words(lmp, command, narg, arg, 3).next("packing file"));
+  s.take_keywords(lmp, command, narg, arg, 4, false);
+  s.check(lmp, command);
+  return s;
+}
 
+FixRveSettings FixRveSettings::modified(LAMMPS *lmp, int narg, char **arg) const
+{
+  const std::string command = "fix_modify of fix rve";
+  FixRveSettings s = *this;
+  s.material = MaterialWords();
+  s.mass_scaling.reset();
+  s.dt_given = false;
+  s.take_keywords(lmp, command, narg, arg, 0, true);
+  s.check(lmp, command);
+  return s;
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRveSettings::take_keywords(LAMMPS *lmp, const std::string &command, int narg, char **arg,
+                                   int begin, bool modifies)
+{
+  FixRveSettings &s = *this;
+  Words words(lmp, command, narg, arg, begin);
+  std::map<std::string, std::string> given;    // keyword: it and its values
   while (!words.empty()) {
-    if (s.material.take(lmp, command, words.position(), narg, arg)) {
+    const int place = words.position();
+    if (s.material.take(lmp, command, place, narg, arg)) {
       words.skip(2);
       continue;
     }
     const std::string keyword = words.next("keyword");
+    if (modifies)
+      for (const auto &[name, fixed] : KEYWORDS)
+        if (fixed && keyword == name)
+          lmp->error->all(FLERR, "{}: {} cannot be changed: {}", command, keyword, fixed);
     if (keyword == "drive") {
       s.driver = words.choice<RveDriver>(keyword,
                                          {{"none", RveDriver::None},
                                           {"velocity_gradient", RveDriver::VelocityGradient},
                                           {"mpm", RveDriver::Mpm}});
+      s.velocity_gradient.clear();
       if (s.driver == RveDriver::VelocityGradient)
         s.velocity_gradient = words.components("drive velocity_gradient", false);
     } else if (keyword == "servo") {
-      s.stress_goal = words.components(keyword, true);
+      s.stress_goal.clear();
+      if (!words.take("none")) s.stress_goal = words.components(keyword, true);
     } else if (keyword == "servo_gain") {
       s.servo_gain = words.positive(keyword, "[1/(stress time^2)]");
     } else if (keyword == "servo_max_rate") {
       s.servo_max_rate = words.positive(keyword, "[1/time]");
     } else if (keyword == "dt") {
-      s.dt_auto = strcmp(words.peek(), "auto") == 0;
+      s.dt_given = true;
+      s.dt_auto = words.take("auto");
       if (s.dt_auto) {
-        words.skip(1);
         if (words.starts_number()) s.dt_fraction = words.positive("dt auto fraction", "[-]");
         if (s.dt_fraction > 1.0)
           lmp->error->all(FLERR, "{}: dt auto fraction is {} [-]; it must be in (0, 1]", command,
@@ -325,10 +378,9 @@ FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
     } else if (keyword == "substeps") {
       s.substeps = 0;
       s.macro_step.adaptive.reset();
-      if (strcmp(words.peek(), "match") == 0) {
-        words.skip(1);
-      } else if (strcmp(words.peek(), "adaptive") == 0) {
-        words.skip(1);
+      if (words.take("match")) {
+        // as many as cover the LAMMPS time step
+      } else if (words.take("adaptive")) {
         rve::AdaptiveSubsteps adaptive;
         adaptive.strain_per_step = words.within("substeps adaptive strain", "[-]", 0.0, 1e-2);
         adaptive.inertial_number =
@@ -340,8 +392,9 @@ FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
         s.substeps = words.integer(keyword, 1);
       }
     } else if (keyword == "quiescent") {
-      s.macro_step.quiescent_strain =
-          words.within("quiescent strain", "[-]", 0.0, LARGEST_QUIESCENT_STRAIN);
+      s.macro_step.quiescent_strain = words.take("none")
+          ? 0.0
+          : words.within("quiescent strain", "[-]", 0.0, LARGEST_QUIESCENT_STRAIN);
     } else if (keyword == "mass_scaling") {
       s.mass_scaling = words.positive(keyword, "[-]");
     } else if (keyword == "stress") {
@@ -358,7 +411,7 @@ FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
       if (words.starts_number())
         s.macro_step.shadow_refinement = words.integer("shadow refinement", 1);
     } else if (keyword == "preset") {
-      if (words.position() != 5)
+      if (place != begin)
         lmp->error->all(FLERR,
                         "{}: preset must be the first keyword: those that follow replace "
                         "parts of it",
@@ -424,15 +477,32 @@ FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
         s.choice.image = ScriptValue::parse(lmp, command, words.next(keyword));
       }
     } else if (keyword == "dump") {
-      s.dump_interval = words.integer("dump interval", 1);
-      s.dump_prefix = words.next("dump file prefix");
-      do s.dump_atoms.push_back(words.integer("dump atom ID", 1));
-      while (words.starts_number());
+      s.dump_atoms.clear();
+      s.dump_interval = words.take("none") ? 0 : words.integer("dump interval", 1);
+      if (s.dump_interval > 0) {
+        s.dump_prefix = words.next("dump file prefix");
+        do s.dump_atoms.push_back(words.integer("dump atom ID", 1));
+        while (words.starts_number());
+      }
+    } else if (modifies) {
+      lmp->error->all(FLERR, "Unknown fix_modify keyword of fix rve: {}", keyword);
     } else {
       lmp->error->all(FLERR, "Unknown fix rve keyword: {}", keyword);
     }
+    const std::string text = words.since(place);
+    const auto [before, is_new] = given.emplace(keyword, text);
+    if (!is_new)
+      lmp->error->all(FLERR, "{}: {} is given twice, as '{}' and as '{}'; give it once{}", command,
+                      keyword, before->second, text,
+                      keyword == "servo" || keyword == "drive" ? ", with all its components" : "");
   }
+}
 
+/* ---------------------------------------------------------------------- */
+
+void FixRveSettings::check(LAMMPS *lmp, const std::string &command) const
+{
+  const FixRveSettings &s = *this;
   if (s.driver == RveDriver::Mpm && !s.stress_goal.empty())
     lmp->error->all(FLERR, "{}: servo and drive mpm exclude each other", command);
   if (s.macro_step.adaptive && !s.stress_goal.empty())
@@ -460,5 +530,53 @@ FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
   if (!s.choice.number.variable.empty() && (s.choice.seed || s.choice.void_ratio))
     lmp->error->all(FLERR, "{}: packing_variable and {} exclude each other", command,
                     s.choice.seed ? "packing_random" : "packing_void_ratio");
-  return s;
+  for (const auto &goal : s.stress_goal)
+    if (goal.row == goal.column && goal.value.variable.empty() && goal.value.constant > 0.0)
+      lmp->error->all(FLERR,
+                      "{}: the goal of servo {} is {} [stress], a tension, and grains without "
+                      "cohesion carry none; it must be at most 0 (compression is negative)",
+                      command, rve_component_name(goal.row, goal.column),
+                      rve::number(goal.value.constant));
+  const auto &adaptive = s.macro_step.adaptive;
+  const double steps =
+      static_cast<double>(adaptive ? adaptive->most : s.substeps) * s.steps_per_step();
+  if (steps > MAXSMALLINT)
+    lmp->error->all(FLERR,
+                    "{}: {} DEM steps per LAMMPS step{} times {} for each one of a shadow are {}; "
+                    "there can be {} at most: use fewer substeps or a lower refinement of shadow",
+                    command, adaptive ? adaptive->most : s.substeps,
+                    adaptive ? " (the most of substeps adaptive)" : "", s.steps_per_step(),
+                    rve::number(steps), MAXSMALLINT);
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::map<std::string, std::string> FixRveSettings::account() const
+{
+  const auto &steps = macro_step;
+  std::map<std::string, std::string> account;
+  account["format"] = rve::to_string(options.format);
+  account["arithmetic"] = options.arithmetic == rve::Arithmetic::Strict ? "strict" : "relaxed";
+  account["arms"] = options.arms == rve::Arms::Contact ? "contact" : "lammps";
+  account["skin"] = options.skin > 0.0 ? rve::number(options.skin) : "automatic";
+  account["overlap_limit"] = rve::number(options.overlap_limit);
+  account["energy"] = options.track_energy ? "yes" : "no";
+  account["policy"] = freeze ? "freeze" : "stop";
+  account["substeps"] = steps.adaptive
+      ? fmt::format("adaptive {} {} {}", rve::number(steps.adaptive->strain_per_step),
+                    rve::number(steps.adaptive->inertial_number), steps.adaptive->most)
+      : substeps > 0 ? std::to_string(substeps)
+                     : "match";
+  account["quiescent"] = steps.quiescent_strain > 0.0 ? rve::number(steps.quiescent_strain)
+                                                      : "none";
+  const auto samples = [&](const char *word) {
+    return fmt::format("{} {} {}", word, steps.stress_samples, steps.stress_spacing);
+  };
+  account["stress"] = steps.stress_from == StressFrom::End ? "end"
+      : steps.stress_from == StressFrom::Average           ? samples("average")
+                                                           : samples("regression");
+  account["shadow"] = num_shadows > 0 ? fmt::format("{} {}", num_shadows, steps.shadow_refinement)
+                                      : "none";
+  account["dt_check"] = std::to_string(dt_check_interval);
+  return account;
 }

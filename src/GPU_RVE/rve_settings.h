@@ -18,6 +18,7 @@
 
 #include "rve_points.h"
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -36,7 +37,32 @@ struct MaterialWords {
 
   /// A rolling friction without a rolling stiffness, here or in the material, gets the tangential one.
   void apply(rve::Material &material) const;
+
+  bool any() const;
 };
+
+/// Changes a material as the words say, and its inertia from one mass scaling to another.
+void change_material(rve::Material &material, const MaterialWords &words, double mass_scaling,
+                     double mass_scaling_before);
+
+/// A property of the material, as scripts call it.
+struct MaterialKeyword {
+  const char *name;
+  std::optional<double> MaterialWords::*word;
+  double rve::Material::*member;
+};
+constexpr MaterialKeyword MATERIAL_KEYWORDS[] = {
+    {"kn", &MaterialWords::kn, &rve::Material::normal_stiffness},
+    {"kt", &MaterialWords::kt, &rve::Material::tangential_stiffness},
+    {"friction", &MaterialWords::friction, &rve::Material::friction},
+    {"kr", &MaterialWords::kr, &rve::Material::rolling_stiffness},
+    {"rolling_friction", &MaterialWords::rolling_friction, &rve::Material::rolling_friction},
+    {"density", &MaterialWords::density, &rve::Material::density},
+    {"damping", &MaterialWords::damping, &rve::Material::local_damping},
+    {"gamma_n", &MaterialWords::gamma_n, &rve::Material::normal_viscosity},
+    {"gamma_t", &MaterialWords::gamma_t, &rve::Material::tangential_viscosity},
+    {"thickness", &MaterialWords::thickness, &rve::Material::thickness},
+    {"mass_depth", &MaterialWords::mass_depth, &rve::Material::mass_depth}};
 
 /// A number of the script: constant, or an equal- or atom-style variable.
 struct ScriptValue {
@@ -85,9 +111,10 @@ struct FixRveSettings {
   double dt = 0.0;    ///< DEM time step; used unless dt_auto
   bool dt_auto = true;
   double dt_fraction = 0.9;       ///< of the stability bound, for dt auto
+  bool dt_given = false;          ///< by dt or by a preset
   int dt_check_interval = 100;    ///< LAMMPS steps between checks of the bound
   int substeps = 0;    ///< DEM steps per LAMMPS step; 0: as many as cover the LAMMPS time step
-  double mass_scaling = 1.0;    ///< factor of the mass of all grains [-]
+  std::optional<double> mass_scaling;    ///< factor of the mass of all grains [-]; 1 unless given
   MacroStepOptions macro_step;
   int num_shadows = 0;
 
@@ -104,6 +131,20 @@ struct FixRveSettings {
 
   /// Reads `fix ID group rve ...`; errors end in error->all.
   static FixRveSettings parse(LAMMPS *lmp, int narg, char **arg);
+
+  /// These settings with what `fix_modify ID ...` says; its material and mass scaling are what it says alone.
+  FixRveSettings modified(LAMMPS *lmp, int narg, char **arg) const;
+
+  /// DEM steps that a shadow does for one of its RVE; 1 without shadows.
+  int steps_per_step() const { return num_shadows > 0 ? macro_step.shadow_refinement : 1; }
+
+  /// What a continued run may have otherwise than the one before it, in words, by keyword. Not the material: RVEs have theirs.
+  std::map<std::string, std::string> account() const;
+
+ private:
+  void take_keywords(LAMMPS *lmp, const std::string &command, int narg, char **arg, int begin,
+                     bool modifies);
+  void check(LAMMPS *lmp, const std::string &command) const;
 };
 
 /// "xx", "xy", "yx" or "yy"

@@ -18,10 +18,12 @@
 #include "error.h"
 #include "fix_rve.h"
 #include "modify.h"
+#include "one_rank.h"
 #include "rve/core/error.h"
 #include "rve/engine/packing_io.h"
 
 #include <cstring>
+#include <set>
 #include <string>
 
 using namespace LAMMPS_NS;
@@ -33,12 +35,15 @@ void WriteRve::command(int narg, char **arg)
   auto *fix = dynamic_cast<FixRve *>(modify->get_fix_by_id(arg[0]));
   if (!fix) error->all(FLERR, "write_rve: there is no fix {} of style rve", arg[0]);
 
+  std::set<std::string> given;
   tagint id = 0;
   std::string path;
   bool native = false;
   for (int iarg = 1; iarg < narg; iarg += 2) {
     if (iarg + 1 == narg)
       utils::missing_cmd_args(FLERR, std::string("write_rve ") + arg[iarg], error);
+    if (!given.insert(arg[iarg]).second)
+      error->all(FLERR, "write_rve: keyword {} is given twice", arg[iarg]);
     const char *value = arg[iarg + 1];
     if (strcmp(arg[iarg], "atom") == 0) {
       id = utils::tnumeric(FLERR, value, false, lmp);
@@ -57,6 +62,7 @@ void WriteRve::command(int narg, char **arg)
 
   fix->attach();
   int mine = 0, found;
+  std::string failure;
   for (int i = 0; i < atom->nlocal; i++) {
     if (atom->tag[i] != id || fix->slot(i) < 0) continue;
     mine = 1;
@@ -67,9 +73,10 @@ void WriteRve::command(int narg, char **arg)
       else
         rve::write_lammps_data(path, state);
     } catch (const rve::InputError &e) {
-      error->one(FLERR, "write_rve: {}", e.what());
+      failure = fmt::format("write_rve: {}", e.what());
     }
   }
+  error_if_any(lmp, failure);
   MPI_Allreduce(&mine, &found, 1, MPI_INT, MPI_MAX, world);
   if (!found) error->all(FLERR, "write_rve: atom {} has no RVE of fix {}", id, arg[0]);
 }

@@ -1,5 +1,6 @@
 // The same bits from every build of the block program: both instruction sets of the CPU, and the GPU.
 
+#include "rve/core/cuda_required.h"
 #include "rve/core/error.h"
 #include "rve/engine/batch_engine.h"
 #include "rve/engine/engine.h"
@@ -11,7 +12,6 @@
 #include <gtest/gtest.h>
 
 #include <cstddef>
-#include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <numeric>
@@ -224,9 +224,7 @@ class CpuAndCuda : public Backends {
     try {
       make_engine(options_for(Format::Fast, Device::Cuda));
     } catch (const InputError &error) {
-      const char *required = std::getenv("GPU_RVE_REQUIRE_CUDA");
-      if (required && std::string(required) == "1")
-        FAIL() << "GPU_RVE_REQUIRE_CUDA=1, but " << error.what();
+      if (cuda_required()) FAIL() << error.what();
       GTEST_SKIP() << error.what();
     }
   }

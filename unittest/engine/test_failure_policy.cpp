@@ -140,6 +140,21 @@ TEST(Failure, WrongOptionsAndNumbersAreRefused)
                        "1 RVEs, 0 drives"));
 }
 
+TEST(Failure, GrainsOfSizesTooDifferentAreRefusedHoweverDifferent)
+{
+  // a quotient that underflows would ask for infinitely many neighbours
+  for (const double small : {4e-5, 1e-12, 1e-30, 1e-300, 4.9e-324}) {
+    const RveState state = state_of(paper_material(), 0.04 * Tensor2::identity(), {0.004, small},
+                                    {0.01, 0.02, 0.03, 0.02});
+
+    const std::string message = message_of([&] {
+      RveRig rig(state);
+    });
+
+    EXPECT_TRUE(contains(message, "at most 60 times as large")) << small << ": " << message;
+  }
+}
+
 TEST(Failure, HalfATurnInOneCallIsRefused)
 {
   const Tensor2 spin{{0.0, -1.0, 1.0, 0.0}};    // 1 rad per second

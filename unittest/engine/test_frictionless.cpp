@@ -1,17 +1,14 @@
 // Grains without friction have a program of their own, which leaves tangential forces, torques and contact histories out: what it
 // answers is what the other program answers with a coefficient of zero. The same text for a CPU and, with RVE_TEST_CUDA, for a GPU.
 
-#include "support/rve_rig.h"
+#include "support/on_device.h"
 
-#include "rve/core/error.h"
 #include "rve/engine/finite_strain.h"
-
 #include "rve/engine/stability.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -19,19 +16,6 @@ using namespace rve;
 using namespace rve_test;
 
 namespace {
-
-#if defined(RVE_TEST_CUDA)
-constexpr Device DEVICE = Device::Cuda;
-#else
-constexpr Device DEVICE = Device::Cpu;
-#endif
-
-Options device_options(Format format)
-{
-  Options options = cpu_options(format);
-  options.device = DEVICE;
-  return options;
-}
 
 RveState without_friction()
 {
@@ -82,23 +66,6 @@ bool untouched_by_friction(const RveState &state)
            return pair.tangential_force == 0.0;
          });
 }
-
-/// Skipped where the device is a GPU and there is none.
-class OnDevice : public testing::TestWithParam<Format> {
- protected:
-  void SetUp() override
-  {
-    if (DEVICE == Device::Cpu) return;
-    try {
-      make_engine(device_options(Format::Fast));
-    } catch (const InputError &error) {
-      const char *required = std::getenv("GPU_RVE_REQUIRE_CUDA");
-      if (required && std::string(required) == "1")
-        FAIL() << "GPU_RVE_REQUIRE_CUDA=1, but " << error.what();
-      GTEST_SKIP() << error.what();
-    }
-  }
-};
 
 }    // namespace
 

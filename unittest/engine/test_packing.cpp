@@ -109,6 +109,42 @@ TEST(LooseCloud, WrongRecipesAreNamed)
   EXPECT_EQ(message_of(recipe, *engine).find("packing pressure [stress] is -1"), 0u);
 }
 
+// The default thickness of 1 with numbers in SI units: discs would fill the plane.
+TEST(Packing, GrainsThatWouldOverlapTooMuchAreAnErrorBeforeAnythingRuns)
+{
+  const auto engine = cpu_engine();
+  PackingRecipe recipe = paper_recipe(100, 1e5);
+  recipe.material.thickness = 1.0;
+
+  const std::string message = message_of(recipe, *engine);
+
+  EXPECT_EQ(message.find("grains would overlap by about 0.1 of their diameter"), 0u) << message;
+  EXPECT_EQ(contact_strain(1e5, recipe.material), 0.1);
+  recipe = paper_recipe(100, 20e3);
+  recipe.void_ratio = -0.01;
+  EXPECT_EQ(message_of(recipe, *engine).find("void ratio [-] is -0.01; it must lie between 0.001"),
+            0u);
+}
+
+// what the limit is about: p h / kn is the mean overlap over the diameter, but for a factor near one
+TEST(Packing, ContactStrainIsAboutTheMeanOverlap)
+{
+  for (const double pressure : {1e4, 5e5}) {
+    const auto engine = cpu_engine();
+    const PackingRecipe recipe = paper_recipe(100, pressure);
+
+    const RveState packing = generate_packing(recipe, *engine);
+
+    const std::vector<ContactGeometry> contacts = find_contacts(packing);
+    double overlap = 0.0, diameter = 0.0;
+    for (const ContactGeometry &contact : contacts) overlap += contact.overlap / contacts.size();
+    for (const double r : packing.radius) diameter += 2.0 * r / packing.num_grains();
+    const double ratio = overlap / diameter / contact_strain(pressure, recipe.material);
+    EXPECT_GT(ratio, 0.6);
+    EXPECT_LT(ratio, 1.1);
+  }
+}
+
 TEST(Packing, TooFewGrainsAreReported)
 {
   const auto engine = cpu_engine();

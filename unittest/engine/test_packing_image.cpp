@@ -1,6 +1,7 @@
 // Mirrored and turned packings are packings of the same material: they answer the mirrored and turned deformation with the mirrored
 // and turned stress.
 
+#include "oracle/love_sum.h"
 #include "rve/core/error.h"
 #include "rve/engine/contact_network.h"
 #include "rve/engine/packing_image.h"
@@ -107,6 +108,42 @@ TEST(PackingImage, AnUprightCellStaysUpright)
     EXPECT_EQ(image.cell(0, 1), 0.0);
     EXPECT_EQ(image.cell(0, 0), packing.cell(k % 2, k % 2));
     EXPECT_EQ(image.void_ratio(), packing.void_ratio());
+  }
+}
+
+TEST(SpringStress, IsLovesSumOverAllPairsAndImages)
+{
+  RveState packing = paper_packing();
+  const LoveSum oracle = love_sum(packing);
+  const double pressure = -0.5 * (oracle.stress(0, 0) + oracle.stress(1, 1));
+
+  const Tensor2 normal_forces = spring_stress(packing);
+  for (int k = 0; k < 4; ++k)
+    EXPECT_NEAR(normal_forces.component[k], oracle.stress.component[k], 1e-12 * pressure);
+
+  // a tangential force f on the first grain adds f t (x) l / V, whoever owns the pair
+  const ContactGeometry contact = find_contacts(packing).front();
+  packing.pairs = {{contact.second, contact.first, 3.0}};
+  const Tensor2 more = spring_stress(packing);
+  const double volume = packing.cell_area() * packing.material.thickness;
+  const double along[2] = {-contact.normal[1], contact.normal[0]};
+  for (int a = 0; a < 2; ++a)
+    for (int b = 0; b < 2; ++b)
+      EXPECT_NEAR(more(a, b) - normal_forces(a, b), 3.0 * along[a] * contact.branch[b] / volume,
+                  1e-12 * pressure);
+}
+
+TEST(SpringStress, OfAnImageIsTheImageOfTheStress)
+{
+  RveState packing = paper_packing();
+  packing.pairs = {
+      {find_contacts(packing).front().first, find_contacts(packing).front().second, 3.0}};
+  const Tensor2 stress = spring_stress(packing);
+
+  for (int k = 0; k < NUM_IMAGES; ++k) {
+    const Tensor2 of_image = spring_stress(image_of(packing, k)), image = image_of(stress, k);
+    for (int c = 0; c < 4; ++c)
+      EXPECT_NEAR(of_image.component[c], image.component[c], 1e-12 * std::fabs(stress(0, 0)));
   }
 }
 

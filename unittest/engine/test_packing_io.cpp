@@ -12,6 +12,7 @@
 #include <fstream>
 #include <sstream>
 #include <sys/stat.h>
+#include <unistd.h>
 
 using namespace rve;
 using namespace rve_test;
@@ -49,7 +50,11 @@ const char *const TWO_GRAINS = "gpu_rve_packing 1\n"                           /
                                "1 0.005 0 18446744073709551615 1 -2 3e-1\n"    // 17
                                "contacts 1\n"                                  // 18
                                "1 2 -0.25\n"                                   // 19
+                               "checksum none\n"                               // 20
                                "end\n";
+
+/// Of TWO_GRAINS, by a Python program of its own: FNV-1a over its statements with one blank between two words.
+const char *const CHECKSUM_OF_TWO_GRAINS = "965fc029eee52717";
 
 struct LammpsData {
   double lx = 0.0, ly = 0.0, xy = 0.0, zlo = 0.0, zhi = 0.0;
@@ -204,18 +209,88 @@ TEST(PackingFile, BrokenFilesAreRefusedWithLineNumber)
   EXPECT_EQ(message_after(two, "grains 2", "grains 3"),
             ":18: 'contacts 1' has 2 words; expected 'id radius s_x*2^64 s_y*2^64 c_x c_y spin'");
   EXPECT_EQ(message_after(two, "1 2 -0.25", "1 1 -0.25"), ":19: contact joins grain 1 to itself");
-  EXPECT_EQ(message_after(two, "end\n", ""), ":19: file ends where 'end' was expected");
+  EXPECT_EQ(message_after(two, "end\n", ""), ":20: file ends where 'end' was expected");
   EXPECT_EQ(message_after(two, "0.1 0.01", "0.01 0.01").find(": cell width"), 0u);
 }
 
-TEST(PackingFile, MissingFileIsNamed)
+TEST(PackingFile, TextBehindTheEndIsRefused)
 {
-  try {
-    read_packing("/nowhere/packing.rve");
-    FAIL();
-  } catch (const InputError &error) {
-    EXPECT_STREQ(error.what(), "cannot open packing file /nowhere/packing.rve");
+  const std::string two = TWO_GRAINS;
+
+  EXPECT_EQ(message_after(two, "end\n", "end\n\ngpu_rve_packing 1\n"),
+            ":23: found 'gpu_rve_packing' behind 'end'; only blank lines and comments may follow");
+  EXPECT_EQ(message_after(two, "end\n", "end\n \n# a comment\n"), "no error");
+}
+
+// A digit that a disk or a mail program changed is one that the reader finds, wherever it is; FNV-1a cannot miss a single byte.
+TEST(PackingFile, EveryChangedDigitIsFound)
+{
+  const std::string path = temporary_path("digits.rve");
+  write_packing(path, crowded_state(16, 3));
+  const std::string text = text_of(path);
+  int digits = 0, changes = 0;
+  bool in_comment = false;
+  for (std::size_t k = 0; k < text.size(); ++k) {
+    if (text[k] == '#' || text[k] == '\n') in_comment = text[k] == '#';
+    if (in_comment || text[k] < '0' || text[k] > '9' || ++digits % 5 != 0) continue;
+    std::string changed = text;
+    changed[k] = static_cast<char>('0' + (text[k] - '0' + 1 + k % 9) % 10);
+    std::ofstream(path) << changed;
+    const std::string message = message_of([&] {
+      read_packing(path);
+    });
+    EXPECT_EQ(message.rfind(path + ":", 0), 0u) << "byte " << k << ": " << message;
+    ++changes;
   }
+  EXPECT_GT(changes, 250);
+}
+
+TEST(PackingFile, ChecksumIsOfTheWords)
+{
+  const std::string none = "checksum none", sum = std::string("checksum ") + CHECKSUM_OF_TWO_GRAINS;
+  std::string two = TWO_GRAINS;
+  two.replace(two.find(none), none.size(), sum);
+
+  EXPECT_EQ(message_after(two, "end\n", "end\n"), "no error");
+  EXPECT_EQ(message_after(two, "material\n", "  material  # of both\n\n"), "no error");
+  EXPECT_EQ(
+      message_after(two, "0.004", "0.003"),
+      ":20: checksum is " + std::string(CHECKSUM_OF_TWO_GRAINS) +
+          ", that of the statements before it is 5f1acc47eb3f5c60: the file is damaged, or was "
+          "changed by hand; 'checksum none' in its place accepts it");
+}
+
+TEST(PackingFile, AFileWithoutAChecksumSaysSo)
+{
+  const std::string two = TWO_GRAINS;
+
+  EXPECT_EQ(
+      message_after(two, "checksum none\n", ""),
+      ":20: there is no checksum before 'end': the file is damaged, or was written by hand or "
+      "by an earlier version; a line 'checksum none' before it accepts it");
+  EXPECT_EQ(message_after(two, "checksum none", "checksum nine"),
+            ":20: checksum is 'nine'; it must be 16 hexadecimal digits, or none");
+  EXPECT_EQ(message_after(two, "0.004", "0.003"), "no error");
+}
+
+TEST(PackingFile, WhatIsNoFileIsRefusedWithTheReason)
+{
+  const std::string folder = testing::TempDir(), fifo = temporary_path("fifo");
+  std::remove(fifo.c_str());
+  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+  const auto message = [](const std::string &path) {
+    return message_of([&] {
+      read_packing(path);
+    });
+  };
+
+  EXPECT_EQ(message("/nowhere/packing.rve"),
+            "cannot open packing file /nowhere/packing.rve: No such file or directory");
+  EXPECT_EQ(message(folder), "cannot open packing file " + folder + ": Is a directory");
+  EXPECT_EQ(message(fifo),
+            "cannot open packing file " + fifo +
+                ": it is a fifo, a device or a socket; it must be a regular file");
+  std::remove(fifo.c_str());
 }
 
 TEST(PackingFile, FailedWriteLeavesTheOldFile)
@@ -299,6 +374,19 @@ TEST(LammpsData, ContactTableGivesLoveStressInTheTurnedFrame)
   EXPECT_EQ(row[8], 7.0);
   EXPECT_NEAR(row[9], -100.0 * 0.6 - 7.0 * 0.8, 1e-10);
   EXPECT_NEAR(row[10], -100.0 * 0.8 + 7.0 * 0.6, 1e-10);
+}
+
+// otherwise write_rve to /dev/null would make a file /dev/null.contacts
+TEST(LammpsData, ADeviceGetsNoContactTable)
+{
+  const std::string link = temporary_path("null");
+  std::remove(link.c_str());
+  ASSERT_EQ(symlink("/dev/null", link.c_str()), 0);
+
+  write_lammps_data(link, two_disks(1e-4));
+
+  EXPECT_FALSE(std::ifstream(link + ".contacts").is_open());
+  std::remove(link.c_str());
 }
 
 TEST(LammpsData, ContactTableHasRollingForcesAsTheFirstGrainSeesThem)

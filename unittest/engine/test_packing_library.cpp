@@ -222,7 +222,53 @@ TEST(PackingLibrary, BrokenFilesAreRefusedWithLineNumber)
   EXPECT_EQ(message_of([&] {
               read_library(path + ".none");
             }),
-            "cannot open packing file " + path + ".none");
+            "cannot open packing file " + path + ".none: No such file or directory");
+  EXPECT_NE(message_after(text, "end_library", "end_library\npacking 2")
+                .find("found 'packing' behind 'end_library'"),
+            std::string::npos);
+}
+
+// The index has numbers that no packing knows: seeds, frictions and pressures of the preparation.
+TEST(PackingLibrary, EveryChangedDigitIsFound)
+{
+  const std::string path = temporary_path("digits.lib");
+  write_library(path, library_of(2));
+  const std::string text = text_of(path);
+  for (std::size_t k = 0, step; k < text.size(); k += step) {
+    step = k < text.find("\npacking 0") ? 1 : 17;    // the whole index, and samples of the packings
+    const bool in_comment =
+        text.rfind('#', k) != std::string::npos && text.rfind('#', k) > text.rfind('\n', k);
+    if (in_comment || text[k] < '0' || text[k] > '9') continue;
+    std::string changed = text;
+    changed[k] = static_cast<char>('0' + (text[k] - '0' + 1 + k % 9) % 10);
+    std::ofstream(path) << changed;
+    const std::string message = message_of([&] {
+      read_library(path);
+    });
+    EXPECT_EQ(message.rfind(path + ":", 0), 0u) << "byte " << k << ": " << message;
+  }
+}
+
+TEST(PackingLibrary, ItsChecksumCoversTheIndexAndMayBeLeftOut)
+{
+  const std::string path = temporary_path("two.lib");
+  write_library(path, library_of(2));
+  std::string text = text_of(path);
+  const std::size_t pressure = text.find(" 6666.6");
+  text.replace(pressure, 7, " 7777.7");    // of a row
+  const auto message = [&] {
+    std::ofstream(path) << text;
+    return message_of([&] {
+      read_library(path);
+    });
+  };
+
+  EXPECT_NE(message().find("the file is damaged, or was changed by hand"), std::string::npos);
+  const std::size_t last = text.rfind("checksum ");
+  text.replace(last, 25, "checksum none");
+  EXPECT_EQ(message(), "no error");
+  text.erase(last, 14);
+  EXPECT_NE(message().find("there is no checksum before 'end_library'"), std::string::npos);
 }
 
 TEST(PackingLibrary, AnIndexThatLiesIsRefused)
@@ -233,6 +279,7 @@ TEST(PackingLibrary, AnIndexThatLiesIsRefused)
   std::string text = text_of(path);
   const std::size_t row = text.find("\n1 18446744073709551614 ") + 24;
   text.replace(row, text.find(' ', row) - row, "0.25");
+  text.replace(text.rfind("checksum "), 25, "checksum none");
   std::ofstream(path) << text;
 
   EXPECT_NE(message_of([&] {
@@ -273,7 +320,7 @@ TEST(PackingLibrary, IsWrittenWholeOrNotAtAll)
   EXPECT_EQ(message_of([&] {
               write_library("/no/such/folder/x.lib", library_of(1));
             }),
-            "cannot write file /no/such/folder/x.lib");
+            "cannot write file /no/such/folder/x.lib: No such file or directory");
 }
 
 // ---- the draw: statistics over consecutive ids, as atoms have them ----

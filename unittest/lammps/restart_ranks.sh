@@ -171,7 +171,7 @@ fi
 # the controls. The tangential force is the same seen from both grains, the rolling force changes its sign
 in_order() {
   awk 'function other(x) {return x ~ /^-/ ? substr(x, 2) : x == "0" ? x : "-" x}
-    /^contacts/ {on = 1; next} /^end/ {next}
+    /^contacts/ {on = 1; next} /^(checksum|end)/ {next}
     on && NF > 2 && $1 > $2 {t = $1; $1 = $2; $2 = t; if (NF > 3) $4 = other($4)} {print}' "$1" | sort
 }
 run "$@" 1 "$lmp" -in in.again -log again.log
@@ -185,7 +185,7 @@ done
 cmp whole.points again.points
 for column in $histories; do
   for id in $atoms; do
-    awk -v h="$column" '/^contacts/ {on = 1; print; next} on && NF > 2 {$h = 0} {print}' stop.$id.rve > forgetful.$id.rve
+    awk -v h="$column" '/^contacts/ {on = 1; print; next} /^checksum/ {$2 = "none"} on && NF > 2 {$h = 0} {print}' stop.$id.rve > forgetful.$id.rve
   done
   run "$@" 1 "$lmp" -in in.forgot -log forgot.log
   for id in $atoms; do

@@ -1,13 +1,8 @@
 // fix rve, compute rve/atom, create_rve and write_rve through LAMMPS scripts: when time passes and when not, restart and deletion,
 // and the messages for wrong input.
 
-#include "compute.h"
-#include "fix.h"
-#include "lammps.h"
-#include "modify.h"
+#include "grains_script.h"
 #include "rve/engine/packing_io.h"
-#include "script.h"
-#include "support/files.h"
 
 #include <gtest/gtest.h>
 
@@ -20,57 +15,19 @@
 #include <vector>
 
 using namespace LAMMPS_NS;
+using namespace grains_script;
 using rve_test::temporary_path;
 using rve_test::text_of;
 
 namespace {
 
-const std::string PACKING = EXAMPLE_PACKINGS "/A_h0075.rve";
+/// Of a text, from `begin` to before `end`.
+std::string part_of(const std::string &text, const std::string &begin, const std::string &end)
+{
+  return text.substr(text.find(begin), text.find(end) - text.find(begin));
+}
 
-/// A script with a fix rve of the ID grains.
-class GrainsScript : public Script {
- public:
-  double fix_value(int n) { return Script::fix_value("grains", n); }
-
-  double per_atom(const std::string &compute, int i)
-  {
-    Compute *c = lmp->modify->get_compute_by_id(compute);
-    c->compute_peratom();
-    return c->vector_atom[i];
-  }
-
-  std::string state(int atom)
-  {
-    const std::string path = temporary_path("state.rve");
-    *this << "write_rve grains atom " + std::to_string(atom) + " file " + path + " format rve";
-    return text_of(path);
-  }
-};
-
-const std::string BOX = R"(units si
-dimension 2
-boundary p p p
-atom_style atomic
-region box block 0 4 0 4 -0.5 0.5
-create_box 1 box
-mass 1 1.0
-timestep 1e-3
-thermo_modify norm no
-)";
-
-const std::string FOUR_ATOMS = BOX + R"(create_atoms 1 single 0.5 0.5 0
-create_atoms 1 single 2.5 0.5 0
-create_atoms 1 single 0.5 2.5 0
-create_atoms 1 single 2.5 2.5 0
-variable rate atom -0.05*id
-)";
-
-const std::string FIX = "fix grains all rve " + PACKING + " threads 1 ";
-const std::string SHEAR = FIX + "dt 1e-4 drive velocity_gradient yy v_rate xy 0.1\n";
-
-#define EXPECT_IN(part, whole) EXPECT_PRED_FORMAT2(::testing::IsSubstring, part, whole)
-
-/// The packing file with one line replaced.
+/// The packing file with one line replaced, and so with another checksum.
 std::string edited_packing(const std::string &name, const std::string &line_start,
                            const std::string &replacement)
 {
@@ -78,7 +35,10 @@ std::string edited_packing(const std::string &name, const std::string &line_star
   const std::string path = temporary_path(name);
   std::ofstream out(path);
   for (std::string line; std::getline(in, line);)
-    out << (line.rfind(line_start, 0) == 0 ? replacement : line) << "\n";
+    out << (line.rfind(line_start, 0) == 0       ? replacement
+                : line.rfind("checksum", 0) == 0 ? "checksum none"
+                                                 : line)
+        << "\n";
   return path;
 }
 
@@ -234,7 +194,7 @@ TEST(FixRve, RestartFileOfAnotherVersionIsRefused)
   first << FOUR_ATOMS + SHEAR + "run 5\nwrite_restart " + file;
   std::string text = text_of(file);
   // version with a minus, step
-  const double head[] = {-4.0, 5.0}, older[] = {-3.0, 5.0}, newer[] = {-5.0, 5.0},
+  const double head[] = {-5.0, 5.0}, older[] = {-4.0, 5.0}, newer[] = {-6.0, 5.0},
                none[] = {1e-4, 5.0};
   const std::size_t place =
       text.find(std::string(reinterpret_cast<const char *>(head), sizeof(head)));
@@ -245,9 +205,9 @@ TEST(FixRve, RestartFileOfAnotherVersionIsRefused)
     return message_of("read_restart " + file + "\nvariable rate atom -0.05*id\n" + SHEAR);
   };
 
-  EXPECT_IN("have version 3; this fix reads version 4", message_with(older));
-  EXPECT_IN("have version 5; this fix reads version 4", message_with(newer));
-  EXPECT_IN("have version 1 or 2, without a number; this fix reads version 4", message_with(none));
+  EXPECT_IN("have version 4; this fix reads version 5", message_with(older));
+  EXPECT_IN("have version 6; this fix reads version 5", message_with(newer));
+  EXPECT_IN("have version 1 or 2, without a number; this fix reads version 5", message_with(none));
 }
 
 TEST(FixRve, ClearAndRunAgainGivesTheSame)
@@ -406,7 +366,7 @@ TEST(RollingResistance, IsOffWithoutACoefficientOrAStiffnessToTheLastBit)
 
   const auto grains = [](GrainsScript &script) {
     const std::string state = script.state(2);
-    return state.substr(state.find("\ngrains"));
+    return part_of(state, "\ngrains", "\nchecksum");
   };
   EXPECT_EQ(grains(without_friction), grains(plain));
   EXPECT_EQ(grains(without_stiffness), grains(plain));
@@ -493,7 +453,7 @@ TEST(RollingResistance, PackingIsPreparedWithoutIt)
   EXPECT_EQ(value_in(with, "rolling_stiffness"), "5e+05");    // that of kt
   EXPECT_EQ(value_in(with, "rolling_friction"), "0.2");
   EXPECT_EQ(value_in(without, "rolling_friction"), "");
-  EXPECT_EQ(with.substr(with.find("\ncell")), without.substr(without.find("\ncell")));
+  EXPECT_EQ(part_of(with, "\ncell", "\nchecksum"), part_of(without, "\ncell", "\nchecksum"));
 }
 
 TEST(RollingResistance, ShadowOfTheSameStepsInDoubleIsTheRveItself)
@@ -790,19 +750,6 @@ TEST(Preset, SetsWhatItSaysAndKeywordsReplaceParts)
   EXPECT_NEAR(draft.fix_value(9), std::ceil(0.5 * plain.fix_value(9)), 0.0);
   EXPECT_NEAR(replaced.fix_value(8) / reference.fix_value(8), 9.0, 1e-9);
 }
-
-namespace {
-
-/// What the lines print in the log.
-std::string log_of(const std::string &lines)
-{
-  const std::string path = temporary_path("log");
-  GrainsScript script;
-  script << "log " + path + "\n" + lines + "\nlog none";
-  return text_of(path);
-}
-
-}    // namespace
 
 TEST(Warnings, NameValueLimitAndRemedyOnce)
 {

@@ -19,9 +19,9 @@ using rve_test::text_of;
 
 namespace {
 
-const std::string GRAINS = " grains 60 radius uniform 0.0025 0.005 kn 1e6 friction 0.5 density "
-                           "2650 damping 0.3 thickness 0.075 "
-                           "pressure 2e4 threads 1 device cpu ";
+const std::string RECIPE = " grains 60 radius uniform 0.0025 0.005 kn 1e6 friction 0.5 density "
+                           "2650 damping 0.3 thickness 0.075 pressure 2e4 ";
+const std::string GRAINS = RECIPE + "threads 1 device cpu ";
 
 int rank()
 {
@@ -69,7 +69,8 @@ timestep 1e-3
 
 std::string with_fix(const std::string &keywords, const std::string &before = "")
 {
-  return points + before + "\nfix grains all rve " + library() + " threads 1 device cpu dt 1e-4 " +
+  const std::string dt = keywords.rfind("dt ", 0) == 0 ? "" : "dt 1e-4 ";
+  return points + before + "\nfix grains all rve " + library() + " threads 1 device cpu " + dt +
       keywords + "\n" +
       "compute e all rve/atom void_ratio\ncompute sxx all rve/atom sxx\n"
       "compute sxy all rve/atom sxy\nrun 0 post no\n";
@@ -100,7 +101,7 @@ TEST(CreateRveLibrary, TheFileIsTheSameOnAnyNumberOfRanksAndThreads)
   const std::string own = "test_rve_library.lib." + std::to_string(rank());
   Script alone(MPI_COMM_SELF);
 
-  alone << "create_rve " + own + GRAINS + "seeds 1 3 friction_prep 0 0.1 0.8 threads 2";
+  alone << "create_rve " + own + RECIPE + "device cpu seeds 1 3 friction_prep 0 0.1 0.8 threads 2";
 
   EXPECT_EQ(text_of(own), text_of(library()));
   std::remove(own.c_str());
@@ -388,7 +389,8 @@ TEST(PackingChoiceErrors, SayWhatIsWrong)
       {create + "seeds -1 2", "seed is -1; it must be at least 0"},
       {create + "seeds 1", "missing argument"},
       {create + "seeds 1 2 policy ask", "policy is 'ask'; it must be stop or skip"},
-      {create + "seeds 1 2 device tpu", "device is 'tpu'; it must be auto, cpu or cuda"},
+      {"create_rve test_rve_none.lib" + RECIPE + "seeds 1 2 device tpu",
+       "device is 'tpu'; it must be auto, cpu or cuda"},
       {create + "policy skip", "policy skip is for libraries"},
       {create + "void_ratio 0.2 friction_prep 0.1", "void_ratio finds friction_prep itself"},
       {create + "seeds 1 2 friction_prep 0.1 -0.1",

@@ -2,7 +2,9 @@
 
 #include "rve_points.h"
 
+#include "rve/core/error.h"
 #include "rve/engine/finite_strain.h"
+#include "rve/engine/packing.h"
 #include "support/lattice.h"
 #include "support/packings.h"
 
@@ -134,9 +136,63 @@ TEST(RvePoints, AnImageHoldsACompleteResult)
   const std::vector<double> image = points.image(slots[1]);
 
   EXPECT_LE(static_cast<int>(image.size()), points.image_bound(slots[1]));
-  const int again = points.add_image(image.data());
+  const int again = points.add_image(image.data(), image.size());
   EXPECT_FALSE(points.point(again).stale);
   EXPECT_TRUE(same_bits(points.point(again).result.fabric, points.point(slots[1]).result.fabric));
+}
+
+TEST(PointRecord, IsRefusedWithAnyBitOfItsHeadFlippedAndLeavesNothing)
+{
+  std::vector<int> slots;
+  RvePoints points = three_points(slots);
+  points.advance(slots, drives(20), false);
+  const std::vector<double> image = points.image(slots[0]);
+  const std::size_t bytes = image.size() * sizeof(double);
+  const int before = points.size();
+
+  std::vector<double> damaged = image;
+  auto *byte = reinterpret_cast<unsigned char *>(damaged.data());
+  // the head is a few results and tensors, of a thousand bytes or two; then the state, which has a checksum of its own
+  for (std::size_t k = 0; k + 8 < bytes; k += k < 2048 ? 1 : 397) {
+    byte[k] ^= static_cast<unsigned char>(1 << (k % 8));
+    EXPECT_THROW(points.add_image(damaged.data(), damaged.size()), rve::InputError) << k;
+    byte[k] ^= static_cast<unsigned char>(1 << (k % 8));
+  }
+
+  EXPECT_EQ(points.size(), before);
+  EXPECT_NO_THROW(points.add_image(damaged.data(), damaged.size()));
+}
+
+TEST(PointRecord, IsRefusedWithAnyOtherLength)
+{
+  std::vector<int> slots;
+  RvePoints points = three_points(slots);
+  const std::vector<double> image = points.image(slots[0]);
+
+  // each in memory of its own, of which not a byte more may be read
+  for (std::size_t size : {std::size_t(1), std::size_t(7), image.size() / 2, image.size() - 1}) {
+    const std::vector<double> shorter(image.begin(), image.begin() + static_cast<long>(size));
+    EXPECT_THROW(points.add_image(shorter.data(), size), rve::InputError) << size;
+  }
+  std::vector<double> longer = image;
+  longer.push_back(0.0);
+  EXPECT_THROW(points.add_image(longer.data(), longer.size()), rve::InputError);
+}
+
+TEST(PointRecord, CarriesTheGainOfTheServoThatItsPackingHad)
+{
+  // `fast` rounds radii, and a gain that is made of them again is another one
+  rve::Options options = cpu_options();
+  options.format = rve::Format::Fast;
+  RvePoints points(rve::make_engine(options), nullptr, MacroStepOptions());
+  const rve::RveState packing = rve_test::packing_of_400();
+  const int slot = points.add({&packing})[0];
+  ASSERT_NE(rve::default_servo_gain(points.state(slot)), points.servo_gain(slot));
+  const std::vector<double> image = points.image(slot);
+
+  const int again = points.add_image(image.data(), image.size());
+
+  EXPECT_EQ(points.servo_gain(again), points.servo_gain(slot));
 }
 
 // ---- macro steps by plan ----------------------------------------------------------------------------------------------------
@@ -187,6 +243,11 @@ class CountingEngine final : public rve::Engine {
     engine->advance(rves, drives, responses);
   }
   std::string description() const override { return engine->description(); }
+  void bound_time_steps(const std::vector<int> &rves, double enough,
+                        std::vector<double> &bounds) override
+  {
+    engine->bound_time_steps(rves, enough, bounds);
+  }
   void expect_rolling_resistance() override { engine->expect_rolling_resistance(); }
   std::size_t bytes_per_rve(int num_grains) const override
   {
@@ -279,6 +340,126 @@ TEST(AdaptiveMacroSteps, TakeTheShortAnswerAndHaveTheBitsOfTheLongOne)
   EXPECT_LT(full.point(other_slots[0]).drive.substeps, full.point(other_slots[2]).drive.substeps);
 }
 
+namespace {
+
+/// The stress after a rotation by `angle` in so many macro steps, over the mean stress, turned back.
+Tensor2 stress_after_turn(double angle, int steps, MacroStepOptions macro, bool with_details)
+{
+  std::vector<int> slots;
+  RvePoints points = three_points(slots, macro);
+  rve::Drive drive;
+  drive.dt = DT;
+  drive.substeps = 20;
+  drive.deformation = rve::plane_rotation(angle / steps);
+  for (int step = 0; step < steps; ++step)
+    points.advance({slots[0]}, {drive}, with_details && step % 7 == 0);
+  const Tensor2 back = rve::plane_rotation(-angle);
+  return (1.0 / points.point(slots[0]).result.mean_stress()) *
+      (back * points.stress(slots[0]) * rve::transpose(back));
+}
+
+}    // namespace
+
+TEST(AdaptiveMacroSteps, TurnTheStressWithARotationOfAnySpeed)
+{
+  std::vector<int> slots;
+  RvePoints points = three_points(slots, adaptive());
+  const double p = points.point(slots[0]).result.mean_stress();
+  const Tensor2 still = (1.0 / p) * points.stress(slots[0]);
+
+  // one DEM step each: 1e-2, 1e-3, 1e-4, and 1e-5 rad, which grains follow
+  for (const auto &[angle, steps] :
+       {std::pair<double, int>{1.0, 100}, {1.0, 1000}, {1.0, 10000}, {0.1, 10000}, {-1.0, 300}}) {
+    const Tensor2 turned = stress_after_turn(angle, steps, adaptive(), false);
+    for (int k = 0; k < 4; ++k)
+      EXPECT_NEAR(turned.component[k], still.component[k], 1e-3) << angle / steps;
+    // to the same bits whoever looks on the way
+    EXPECT_TRUE(same_bits(turned, stress_after_turn(angle, steps, adaptive(), true)));
+  }
+  MacroStepOptions samples = adaptive();
+  samples.stress_from = LAMMPS_NS::StressFrom::Average;
+  samples.stress_samples = 3;
+  const Tensor2 mean = stress_after_turn(1.0, 100, samples, false);
+  for (int k = 0; k < 4; ++k) EXPECT_NEAR(mean.component[k], still.component[k], 1e-3);
+}
+
+TEST(AdaptiveMacroSteps, TurnTheMeanStressNotAtAll)
+{
+  std::vector<int> slots;
+  RvePoints points = three_points(slots, adaptive());
+  const double p = points.point(slots[0]).result.mean_stress();
+  rve::Drive drive;
+  drive.dt = DT;
+  drive.substeps = 20;
+  drive.deformation = rve::plane_rotation(1e-2);
+
+  for (int step = 0; step < 100; ++step) points.advance({slots[0]}, {drive});
+
+  EXPECT_NEAR(points.point(slots[0]).result.mean_stress() / p, 1.0, 1e-3);
+  EXPECT_LT(points.point(slots[0]).result.unbalanced_ratio, 1e-2);
+}
+
+TEST(AdaptiveMacroSteps, TurnShadowsToo)
+{
+  MacroStepOptions macro = adaptive();
+  RvePoints points(rve::make_engine(cpu_options()), rve::make_engine(cpu_options()), macro);
+  const rve::RveState packing = rve_test::packing_of_400();
+  const int slot = points.add({&packing})[0];
+  points.add_shadow(slot);
+  rve::Drive drive;
+  drive.dt = DT;
+  drive.substeps = 20;
+  drive.deformation = rve::plane_rotation(1e-2);
+
+  for (int step = 0; step < 100; ++step) points.advance({slot}, {drive});
+
+  EXPECT_LT(points.point(slot).shadow_deviation(), 1e-3);
+}
+
+TEST(AdaptiveMacroSteps, WithStepsEnoughForTheRotationHaveTheBitsOfThoseSteps)
+{
+  // simple shear is half a rotation, and has as many DEM steps as the strain asks for
+  std::vector<int> slots, other_slots;
+  RvePoints points = three_points(slots, adaptive()),
+            plain = three_points(other_slots, MacroStepOptions());
+  rve::Drive shear;
+  shear.dt = DT;
+  shear.substeps = 20;
+  shear.deformation = {{1.0, 4e-4, 0.0, 1.0}};
+
+  for (int step = 0; step < 10; ++step) {
+    points.advance({slots[0]}, {shear});
+    shear.substeps = points.point(slots[0]).drive.substeps;
+    plain.advance({other_slots[0]}, {shear});
+  }
+
+  EXPECT_EQ(shear.substeps, 29);    // sqrt(1/2) 4e-4 over 1e-5
+  EXPECT_EQ(rve::serialize(points.state(slots[0])), rve::serialize(plain.state(other_slots[0])));
+}
+
+TEST(AdaptiveMacroSteps, ShearWithFewStepsAsWithMany)
+{
+  // strain and rotation of a DEM step beyond what contacts bear unturned: 2e-4 and 1e-4, one to ten DEM steps for each macro step
+  MacroStepOptions coarse, fine;
+  coarse.adaptive = rve::AdaptiveSubsteps{1.5e-4, 1.0, 100000};
+  fine.adaptive = rve::AdaptiveSubsteps{1e-6, 1.0, 100000};
+  std::vector<int> slots, other_slots;
+  RvePoints few = three_points(slots, coarse), many = three_points(other_slots, fine);
+  rve::Drive shear;
+  shear.dt = DT;
+  shear.substeps = 20;
+  shear.deformation = {{1.0, 2e-4, 0.0, 1.0}};
+
+  for (int step = 0; step < 25; ++step) {
+    few.advance({slots[0]}, {shear});
+    many.advance({other_slots[0]}, {shear});
+  }
+
+  EXPECT_EQ(few.point(slots[0]).result.counters.steps, 25);
+  const double p = many.point(other_slots[0]).result.mean_stress();
+  EXPECT_NEAR(few.point(slots[0]).result.mean_stress() / p, 1.0, 0.03);
+}
+
 TEST(QuiescentMacroSteps, LookOnlyAtThoseThatMaySleepWhateverIsAskedFor)
 {
   Tally tally, other_tally;
@@ -327,7 +508,10 @@ TEST(QuiescentMacroSteps, AnImageOfASleeperContinuesWithTheSameBits)
   ASSERT_FALSE(same_bits(points.point(slots[1]).pending, Tensor2::identity()));
 
   std::vector<int> other_slots;
-  for (const int slot : slots) other_slots.push_back(others.add_image(points.image(slot).data()));
+  for (const int slot : slots) {
+    const std::vector<double> image = points.image(slot);
+    other_slots.push_back(others.add_image(image.data(), image.size()));
+  }
 
   for (int step = 0; step < 20; ++step) {
     points.advance(slots, drives_of_sleepers(), false);

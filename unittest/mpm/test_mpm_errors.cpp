@@ -77,7 +77,7 @@ TEST(SolverInput, RefusesWrongOptions)
   expect_contains(build([](auto &o) {
                     o.threads = 0;
                   }),
-                  "number of threads must be at least 1");
+                  "number of threads is 0; it must be from 1 to 1024");
 }
 
 TEST(SolverInput, RefusesATimeStepThatIsNotPositive)

@@ -6,6 +6,7 @@
 #define RVE_UNITTEST_SUPPORT_BLOCK_RUNNER_H
 
 #include "rve/block/block_serial.h"
+#include "rve/core/cuda_required.h"
 
 #if defined(RVE_TEST_CUDA)
 #include "rve/block/block_cuda.cuh"
@@ -14,8 +15,6 @@
 #include <gtest/gtest.h>
 
 #include <cstddef>
-#include <cstdlib>
-#include <cstring>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -31,12 +30,6 @@ template <class Program> void run_serial(const Program &program)
   std::vector<double> fast(kFastMemory / sizeof(double));
   rve::BlockSerial block;
   program(block, reinterpret_cast<char *>(fast.data()));
-}
-
-inline bool cuda_required()
-{
-  const char *value = std::getenv("GPU_RVE_REQUIRE_CUDA");
-  return value && std::strcmp(value, "1") == 0;
 }
 
 #if defined(RVE_TEST_CUDA)
@@ -138,14 +131,14 @@ template <class Program> void run_block(int, const Program &program, bool = fals
 
 #endif
 
-/// Skips its tests where there is no device, or fails them with GPU_RVE_REQUIRE_CUDA=1.
+/// Skips its tests where there is no device, or fails them where GPU_RVE_REQUIRE_CUDA says yes.
 class BlockTest : public ::testing::Test {
  protected:
   void SetUp() override
   {
     const std::string obstacle = backend_obstacle();
     if (obstacle.empty()) return;
-    if (cuda_required()) FAIL() << "GPU_RVE_REQUIRE_CUDA=1, but " << obstacle;
+    if (rve::cuda_required()) FAIL() << rve::cuda_requirement() << ", but " << obstacle;
     GTEST_SKIP() << obstacle;
   }
 };

@@ -2,7 +2,9 @@
 
 #include "mpm/host_machine.h"
 #include "mpm/step_program.h"
+#include "rve/core/cuda_required.h"
 #include "rve/core/error.h"
+#include "rve/core/threads.h"
 
 #if defined(GPU_RVE_WITH_CUDA)
 #include "mpm/cuda_runner.h"
@@ -11,8 +13,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
-#include <cstring>
 #include <limits>
 #include <utility>
 
@@ -32,8 +32,7 @@ namespace {
             "flip fraction must be in [0, 1], got " + number(options.flip));
     require(options.damping >= 0.0 && options.damping < 1.0,
             "local damping must be in [0, 1), got " + number(options.damping));
-    require(options.threads >= 1,
-            "number of threads must be at least 1, got " + number(options.threads));
+    rve::require_threads(options.threads);
     return options;
   }
 
@@ -50,25 +49,19 @@ namespace {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 
-  bool cuda_required()
-  {
-    const char *value = std::getenv("GPU_RVE_REQUIRE_CUDA");
-    return value && std::strcmp(value, "1") == 0;
-  }
-
   std::unique_ptr<StepRunner> make_runner(const SolverOptions &options,
                                           const Communication &communication, const Grid &grid,
                                           std::string *notice)
   {
     if (notice) notice->clear();
     if (options.device != Device::Cpu) {
+      const bool required = rve::cuda_required();
       std::string obstacle = "GPU_RVE was built without CUDA";
 #if defined(GPU_RVE_WITH_CUDA)
       if (auto runner = make_cuda_runner(options, communication, grid, obstacle)) return runner;
 #endif
       require(options.device != Device::Cuda, "a CUDA device was asked for, but " + obstacle);
-      require(!cuda_required(),
-              "GPU_RVE_REQUIRE_CUDA=1 forbids falling back to the CPU: " + obstacle);
+      require(!required, rve::cuda_requirement() + " forbids falling back to the CPU: " + obstacle);
       if (notice) *notice = obstacle + "; CPU threads serve";
     }
     return std::make_unique<StepProgram<HostMachine>>(options, communication, grid);

@@ -23,7 +23,7 @@ inline namespace RVE_ISA {
     double length, per_length;    ///< one internal length [length], and its reciprocal
     double force,
         per_force;    ///< one internal force: 1 of the integer sums [force], and its reciprocal
-    double force_limit;      ///< normal forces above may make sums overflow [internal force]
+    double force_limit;      ///< forces that count above it may make sums overflow [internal force]
     double contact_force;    ///< 64-bit units in |f| or an energy of one [1/internal unit]
 
     /// The largest arm is below half of it.
@@ -34,7 +34,7 @@ inline namespace RVE_ISA {
 
     /// 2^neighbor_bits grains and more find room around the largest one, so that many contacts at the limit still fit
     /// into the sum: it never wraps. The largest force to expect lies 2 to 8 times lower.
-    /// `obliquity` bounds what a contact adds to a sum, over its normal force.
+    /// `obliquity` bounds what a contact adds to a sum, over its force that counts: the normal one, or the largest of all.
     RVE_INLINE void choose_force(int sum_bits, int neighbor_bits, double largest_contact_force,
                                  double obliquity, double inverse_obliquity)
     {
@@ -111,7 +111,7 @@ inline namespace RVE_ISA {
         velocity_factor;    ///< dt/m of a unit radius, in internal units of force, length and velocity
     double skin, expected_force;
     float
-        sound_force;    ///< below it all is well with the normal force on any grain [internal force]
+        sound_force;    ///< below it all is well with the largest force on any grain [internal force]
     LawNumbers<Format> law;
     typename Format::Real alpha;
 
@@ -142,7 +142,7 @@ inline namespace RVE_ISA {
   constexpr int kStressSums = 6, kContactSum = 4, kCrushedSum = 5;
 
   template <class Format> struct CallState : PreparedCall<Format> {
-    /// Of the last forces for which it was wanted: Love sums, and the largest normal force of the call [internal force], infinite
+    /// Of the last forces for which it was wanted: Love sums, and the largest force that counted in the call [internal force], infinite
     /// where a number is not finite.
     Survey<kStressSums> survey;
     SharedView<Format> shared;

@@ -100,7 +100,7 @@ inline namespace RVE_ISA {
 
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-  /// What a survey shall say of a grain: its largest normal force, if it is sound.
+  /// What a survey shall say of a grain: its largest force, if it is sound.
   template <class Format>
   RVE_INLINE float soundness(const GrainView<Format> &grain, typename Format::Real largest_force)
   {
@@ -114,7 +114,7 @@ inline namespace RVE_ISA {
   /// What gathers while a grain's pairs are computed.
   template <class Format> struct GrainSum {
     Vec<typename Format::Sum, 3> own;       ///< force and torque on the owner
-    typename Format::Real largest_force;    ///< normal
+    typename Format::Real largest_force;    ///< that counts for the unit of forces
     Vec<typename Format::Sum, 4> stress;    ///< Love terms, with the stress
     std::int32_t contacts, crushed;         ///< with the stress
     Dissipation heat;                       ///< with the stress of the General program
@@ -139,6 +139,15 @@ inline namespace RVE_ISA {
     const auto force = pair_force(step, contact, grain_i, grain_j, history);
     if constexpr (Format::has_friction) history = force.history();
     sum.largest_force = larger(sum.largest_force, std::fabs(force.normal_force));
+    if constexpr (General) {
+      if (call.header.all_forces_count) {
+        sum.largest_force = larger(sum.largest_force, std::fabs(force.tangential));
+        if constexpr (Format::has_rolling)
+          sum.largest_force =
+              larger(sum.largest_force,
+                     std::fabs(static_cast<typename Format::Real>(0.5 * force.rolling)));
+      }
+    }
     Sum on_j[3], torque_i;
     round_to(-force.force[0], on_j[0]);
     round_to(-force.force[1], on_j[1]);

@@ -4,34 +4,11 @@
 #ifndef RVE_ALGORITHM_HOMOGENIZATION_H
 #define RVE_ALGORITHM_HOMOGENIZATION_H
 
-#include "rve/algorithm/contact_forces.h"
+#include "rve/algorithm/contact_visit.h"
+#include "rve/algorithm/stability_bound.h"
 
 namespace rve {
 inline namespace RVE_ISA {
-
-  /// A second look at all contacts, with the cell of `step`: visit(i, j, grain_i, grain_j, contact, history) from inside the phase
-  /// that calls this for item i.
-  template <bool General, class Format, class Visit>
-  RVE_INLINE void visit_contacts(const CallState<Format> &call,
-                                 const StepConstants<Format, General> &step, int i, Visit visit)
-  {
-    const SharedView<Format> &shared = call.shared;
-    const int n = call.num_grains;
-    const auto look = [&](int first, int second, typename Format::History history) {
-      const GrainView<Format> one{shared.motion[first], shared.spin[first], shared.radius[first]};
-      const GrainView<Format> other{shared.motion[second], shared.spin[second],
-                                    shared.radius[second]};
-      const auto contact = pair_geometry(step, one, other);
-      if (contact.overlap > typename Format::Real(0))
-        visit(first, second, one, other, contact, history);
-    };
-    for (int k = 0; k < kOwnedPairs; ++k) {
-      const int j = call.pairs.partner[k * n + i];
-      if (j != i) look(i, j, call.pairs.history[k * n + i]);
-    }
-    for (int m = i; m < call.num_extra; m += n)
-      look(call.pairs.extra_first[m], call.pairs.extra_second[m], call.pairs.extra_history[m]);
-  }
 
   /// Fills detail.stiffness, the AffineStiffness of engine/affine_stiffness.h, as sums of integers over the contacts.
   ///
@@ -79,7 +56,7 @@ inline namespace RVE_ISA {
                   for (int c = 0; c < 4; ++c) {
                     std::int64_t units_of_term;
                     round_to(term[c], units_of_term);
-                    sum[3 * c + e] += units_of_term;
+                    sum[3 * c + e] = wrapping_sum(sum[3 * c + e], units_of_term);
                   }
                 };
                 add(0, nx * nx, -(nx * ny), 0.0, -ny);
@@ -102,6 +79,12 @@ inline namespace RVE_ISA {
   RVE_COLD void homogenize(Block block, const CallState<Format> &call, int step_number,
                            DetailRecord &detail)
   {
+    if constexpr (General) {
+      if (call.batch.extra_detail == kTimeStepDetail) {
+        bound_time_step<General>(block, call, step_number, detail);
+        return;
+      }
+    }
     using Item = typename Block::Item;
     enum Sums { Fxx, Fxy, Fyy, Contacts, Sliding, Pairs, Force, Overlap, Elastic, kNumSums };
     const double unit = power_of_two(40);    // of fabric and overlap terms, which are at most 1
@@ -137,7 +120,7 @@ inline namespace RVE_ISA {
                 const auto term = [&](int m, double x) {
                   std::int64_t units_of_x;
                   round_to(x, units_of_x);
-                  sum[m] += units_of_x;
+                  sum[m] = wrapping_sum(sum[m], units_of_x);
                 };
                 term(Fxx, unit * normal[0] * normal[0]);
                 term(Fxy, unit * normal[0] * normal[1]);
@@ -166,7 +149,7 @@ inline namespace RVE_ISA {
     const auto grains = block.template sum_items<3>(num_grains, [&](Item i, std::int64_t *sum) {
       std::int64_t size;
       round_to(units.contact_force * work.scratch[3 * num_grains + i], size);
-      sum[0] += size;
+      sum[0] = wrapping_sum(sum[0], size);
       sum[1] += work.contact_count[i] < 2 ? 1 : 0;
       sum[2] += work.contact_count[i] == 1 ? 1 : 0;
     });
@@ -203,7 +186,7 @@ inline namespace RVE_ISA {
       detail.largest_contact_force = force_unit * largest_contact_force;
     });
     // from here, not from the steps: a call more there takes registers from them
-    if (call.batch.with_stiffness) sum_stiffness<General>(block, call, step_number, detail);
+    if (call.batch.extra_detail) sum_stiffness<General>(block, call, step_number, detail);
   }
 
 }    // namespace RVE_ISA

@@ -12,6 +12,10 @@ namespace rve {
 /// the list of extra pairs.
 constexpr int kOwnedPairs = 3;
 
+/// Skin of the list that the user left open, as a share of the mean radius: wide enough that a quasi-static packing lives
+/// on one list for hundreds of steps, narrow enough that few of the listed pairs do not touch.
+constexpr double kDefaultSkinShare = 0.1;
+
 /// Steps that are planned at a time.
 constexpr int kPlanSteps = 32;
 
@@ -36,9 +40,9 @@ struct ImageHeader : ImageProgress {
   double normal_viscosity, tangential_viscosity, thickness, mass_depth;
   double largest_radius, mean_radius, solid_area;
   double obliquity,
-      inverse_obliquity;         ///< bounds what a contact adds to a sum, over its normal force
+      inverse_obliquity;    ///< bounds what a contact adds to a sum, over its force that counts
   std::int32_t neighbor_bits;    ///< 2^neighbor_bits grains and more find room around the largest
-  std::int32_t reserved;
+  std::int32_t all_forces_count;    ///< 0: the normal one alone, the others are bounded by friction
 };
 
 /// What one RVE shall do in one call, as the device reads it.
@@ -71,6 +75,10 @@ struct AnswerRecord {
 /// Components of an AffineStiffness (engine/affine_stiffness.h).
 constexpr int kStiffness = 12;
 
+/// What details may have beyond the usual: the affine stiffness; or, of the general programs and instead of the usual, a lower bound of
+/// the stable time step [time] as the first number of `stiffness`.
+constexpr std::int32_t kStiffnessDetail = 1, kTimeStepDetail = 2;
+
 /// What a call answers on demand: a second look at the configuration that the last forces belong to.
 struct DetailRecord {
   ImageProgress progress;    ///< after the call
@@ -85,7 +93,8 @@ struct DetailRecord {
   double stiffness[kStiffness];    ///< if it is asked for [stress]
 };
 
-/// Which build of the block program a call needs. General: dashpots, LAMMPS' arms, stress servo, energy ledger. Frictionless: plain, of
+/// Which build of the block program a call needs. General: dashpots, LAMMPS' arms, stress servo, energy ledger, friction so large
+/// that all forces count for the unit of forces. Frictionless: plain, of
 /// RVEs without friction and without tangential forces; the plain program gives the same bits. Rolling: general, and of RVEs whose
 /// images have rolling forces (core/spring_forces.h).
 enum class SceneKind { Plain, General, Frictionless, Rolling };
@@ -93,11 +102,11 @@ constexpr int kNumScenes = 4;
 
 /// What is the same for all RVEs of a call.
 struct BatchConstants {
-  double skin;                    ///< [length]; 0: a share of the mean radius
-  double overlap_limit;           ///< overlap / smaller radius
-  double velocity_arm;            ///< 1/2 contact point, 0 LAMMPS
-  std::int32_t track_energy;      ///< fill the energy ledger of the header
-  std::int32_t with_stiffness;    ///< details shall have it
+  double skin;                  ///< [length]; 0: a share of the mean radius
+  double overlap_limit;         ///< overlap / smaller radius
+  double velocity_arm;          ///< 1/2 contact point, 0 LAMMPS
+  std::int32_t track_energy;    ///< fill the energy ledger of the header
+  std::int32_t extra_detail;    ///< kStiffnessDetail, kTimeStepDetail or 0
 };
 
 }    // namespace rve

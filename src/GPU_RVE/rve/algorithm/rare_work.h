@@ -22,10 +22,6 @@ inline namespace RVE_ISA {
     for (int k = 0; k < 4; ++k) component[k] = t.component[k];
   }
 
-  /// Skin of the list that the user left open, as a share of the mean radius: wide enough that a quasi-static packing lives
-  /// on one list for hundreds of steps, narrow enough that few of the listed pairs do not touch.
-  constexpr double kDefaultSkinShare = 0.1;
-
   /// Guess of the largest force in a packing without contacts, as an overlap over the mean radius. A wrong guess costs accuracy
   /// of the first contacts or a repeat of the call, never a wrong force.
   constexpr double kGasOverlapShare = 1e-3;
@@ -566,12 +562,15 @@ inline namespace RVE_ISA {
     }
 
     /// Troubles of grains, exactly.
+    template <bool General>
     static RVE_COLD std::uint32_t find_trouble(Block block, const CallState<Format> &call)
     {
       const SharedView<Format> &shared = call.shared;
       const Real limit = static_cast<Real>(call.units.force_limit),
                  crushing = static_cast<Real>(crushing_force(call));
-      const bool springs_only = call.header.normal_viscosity == 0.0;
+      // the largest force is then that of a normal spring
+      const bool springs_only =
+          call.header.normal_viscosity == 0.0 && !(General && call.header.all_forces_count);
       std::uint32_t word = status::Ok;
       if (block.any(call.num_grains, [&](Item i) {
             return !(shared.largest_force[i] <= limit);

@@ -338,7 +338,8 @@ inline namespace RVE_ISA {
         }
       }
       if (evaluates()) Rare::copy_history(block, call, call.work.fresh, call.pairs);
-      if (!(word & status::Fatal) && !Rare::is_sound(call)) word |= Rare::find_trouble(block, call);
+      if (!(word & status::Fatal) && !Rare::is_sound(call))
+        word |= Rare::template find_trouble<General>(block, call);
       if (word & status::Fatal) {
         fail(word, answer);
         return;

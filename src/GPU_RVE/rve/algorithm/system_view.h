@@ -151,7 +151,7 @@ inline namespace RVE_ISA {
     typename Format::Wide *radius;                       ///< [internal length]
     typename Format::Sum *force_x, *force_y, *torque;    ///< from partners that own the pair
     Vec<typename Format::Sum, 3> *own;                   ///< force and torque from owned pairs
-    typename Format::Real *largest_force;    ///< normal force on an owned contact in this call
+    typename Format::Real *largest_force;    ///< that counts, of an owned contact in this call
     Still<Format> *still;
     std::int32_t *partner;    ///< (kOwnedPairs, N) own number: slot is free
     typename Format::Wide
@@ -283,10 +283,20 @@ inline namespace RVE_ISA {
     return lay_out_workspace<Format>(carver, num_grains, pair_capacity);
   }
 
+  /// Numbers of 8 bytes per grain behind a workspace, for what is asked for rarely.
+  constexpr int kSpare = 8;
+
+  template <class Format> RVE_INLINE char *spare_of(const WorkspaceView<Format> &work)
+  {
+    const auto end = reinterpret_cast<std::uintptr_t>(work.extra_history + work.pair_capacity);
+    return reinterpret_cast<char *>((end + 15) / 16 * 16);
+  }
+
   template <class Format> RVE_INLINE std::size_t workspace_size(int num_grains, int pair_capacity)
   {
     Measure measure;
     lay_out_workspace<Format>(measure, num_grains, pair_capacity);
+    measure.take<double>(static_cast<std::size_t>(kSpare) * num_grains + 4);
     return measure.size();
   }
 

@@ -76,7 +76,8 @@ inline namespace RVE_ISA {
       for (int i = 0; i < n; ++i) {
         Term term[M] = {};
         f(i, term, survey.largest);
-        for (int m = 0; m < M; ++m) survey.sum[m] += term[m];
+        for (int m = 0; m < M; ++m)
+          survey.sum[m] = wrapping_sum(survey.sum[m], static_cast<std::int64_t>(term[m]));
       }
     }
 

@@ -3,13 +3,28 @@
 #ifndef RVE_CORE_THREADS_H
 #define RVE_CORE_THREADS_H
 
+#include "rve/core/error.h"
+
 #include <algorithm>
+#include <string>
 
 #ifdef _OPENMP
 #include <omp.h>
 #endif
 
 namespace rve {
+
+/// More is a slip of the pen: threads have memory of their own, and their creation fails somewhere.
+constexpr int MOST_THREADS = 1024;
+
+/// Throws InputError unless a number of threads, as given or as OpenMP has it, is sound.
+inline void require_threads(int threads)
+{
+  require(threads >= 1 && threads <= MOST_THREADS, [=] {
+    return "number of threads is " + std::to_string(threads) + "; it must be from 1 to " +
+        std::to_string(MOST_THREADS) + " (keyword threads, or OMP_NUM_THREADS without it)";
+  });
+}
 
 inline int usable_threads(int requested)
 {

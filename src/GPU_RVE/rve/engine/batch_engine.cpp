@@ -61,30 +61,48 @@ namespace {
     return t;
   }
 
+  /// More neighbours than 2^8 would let the two limbs of a sum in `double` overflow.
+  constexpr int LARGEST_NEIGHBOR_BITS = 8;
+
   /// Bits for the number of the smallest grains that touch the largest one: pi / asin(r / (r + R)) stand
-  /// side by side, and a fifth more where overlaps bring them closer.
+  /// side by side, and a fifth more where overlaps bring them closer. At most one more than are allowed.
   int neighbor_bits(double smallest_radius, double largest_radius)
   {
     const double side_by_side =
         3.14159265358979323846 / std::asin(smallest_radius / (smallest_radius + largest_radius));
-    return static_cast<int>(std::ceil(std::log2(1.2 * side_by_side)));
+    // the number is infinite where the quotient of the radii underflows
+    return static_cast<int>(
+        std::fmin(std::ceil(std::log2(1.2 * side_by_side)), LARGEST_NEIGHBOR_BITS + 1));
   }
-
-  /// More neighbours than 2^8 would let the two limbs of a sum in `double` overflow.
-  constexpr int LARGEST_NEIGHBOR_BITS = 8;
 
   bool is_viscous(const Material &material)
   {
     return material.normal_viscosity > 0.0 || material.tangential_viscosity > 0.0;
   }
 
-  /// Largest number that a contact adds to a sum of forces or torques, over its normal force: |f| = sqrt(1 + mu^2) f_n, or the moment
+  /// Largest number that a contact may add to a sum of forces or torques, over its normal force: |f| = sqrt(1 + mu^2) f_n, or the moment
   /// (a mu + R mu_r) f_n. In internal units an arm a is below 1/2 and the reduced radius R below 1/4.
-  double obliquity_of(const Material &material)
+  double possible_obliquity(const Material &material)
   {
     const double force = std::sqrt(1.0 + material.friction * material.friction);
     const double moment = 0.5 * material.friction + 0.25 * material.rolling_friction;
     return resists_rolling(material) ? std::max(force, moment) : force;
+  }
+
+  /// Up to this obliquity, of friction 10, room for all that friction could do costs the sums less than four bits. Beyond it they
+  /// would have few left for the forces that are there.
+  const double LARGEST_OBLIQUITY = std::sqrt(1.0 + 10.0 * 10.0);
+
+  /// Whether all forces count for the unit of forces, not the normal one and what friction could add to it.
+  bool all_forces_count(const Material &material)
+  {
+    return possible_obliquity(material) > LARGEST_OBLIQUITY;
+  }
+
+  /// The bound over the force that counts. Over the largest of f_n, f_t and f_r/2, |f| is at most sqrt(2), and a moment 1/2 + 2/4.
+  double obliquity_of(const Material &material)
+  {
+    return all_forces_count(material) ? std::sqrt(2.0) : possible_obliquity(material);
   }
 
   void set_material_in(ImageHeader &header, const Material &material)
@@ -102,6 +120,7 @@ namespace {
     header.mass_depth = material.mass_depth;
     header.obliquity = obliquity_of(material);
     header.inverse_obliquity = 1.0 / header.obliquity;
+    header.all_forces_count = all_forces_count(material) ? 1 : 0;
   }
 
   /// Grain numbers row by row, each row along x: a grain's neighbours have numbers near its own, or near those of its row above.
@@ -485,6 +504,7 @@ namespace {
             "overlap limit must be in (0, 1), got " + number(options.overlap_limit));
     require(options.threads >= 0,
             "threads must be 0 (automatic) or more, got " + std::to_string(options.threads));
+    require_threads(options.threads > 0 ? options.threads : omp_get_max_threads());
     return {options.skin, options.overlap_limit, options.arms == Arms::Contact ? 0.5 : 0.0,
             options.track_energy ? 1 : 0, 0};
   }
@@ -550,6 +570,7 @@ int BatchEngine::add(const RveState &state)
     grains_of[rve] = n;
   }
   any_viscous = any_viscous || is_viscous(state.material);
+  any_large_friction = any_large_friction || all_forces_count(state.material);
   any_friction = any_friction || state.material.friction > 0.0 ||
       std::any_of(state.pairs.begin(), state.pairs.end(), [](const Pair &pair) {
                    return pair.tangential_force != 0.0;
@@ -587,6 +608,7 @@ void BatchEngine::set_material(int rve, const Material &material)
   set_material_in(header, material);
   put_header(rve, header);
   any_viscous = any_viscous || is_viscous(material);
+  any_large_friction = any_large_friction || all_forces_count(material);
   any_friction = any_friction || material.friction > 0.0;
 }
 
@@ -731,7 +753,8 @@ void BatchEngine::prepare(Call &call, const std::vector<int> &rves,
   call.largest = largest;
   call.longest = longest;
   call.pair_capacity = pair_capacity(largest);
-  const bool general = servo || options.track_energy || any_viscous || options.arms == Arms::Lammps;
+  const bool general = servo || options.track_energy || any_viscous || any_large_friction ||
+      options.arms == Arms::Lammps;
   call.scene = rolling ? SceneKind::Rolling
       : general        ? SceneKind::General
       : any_friction   ? SceneKind::Plain
@@ -772,7 +795,11 @@ const AnswerRecord *BatchEngine::start(const std::vector<int> &rves,
   prepare(call, rves, drives);
   call.with_details = kind != Answer::Short;
   call.constants = constants;
-  call.constants.with_stiffness = kind == Answer::Longest ? 1 : 0;
+  if (kind == Answer::Longest) call.constants.extra_detail = kStiffnessDetail;
+  if (kind == Answer::TimeStep) {
+    call.constants.extra_detail = kTimeStepDetail;
+    if (call.scene != SceneKind::Rolling) call.scene = SceneKind::General;
+  }
   return launch(call, details);
 }
 
@@ -843,6 +870,23 @@ void BatchEngine::advance(const std::vector<int> &rves, const std::vector<Drive>
                           std::vector<ElasticResult> &results)
 {
   advance_with_details(rves, drives, Answer::Longest, results);
+}
+
+void BatchEngine::bound_time_steps(const std::vector<int> &rves, double enough,
+                                   std::vector<double> &bounds)
+{
+  require(std::isfinite(enough) && enough > 0.0,
+          "a sufficient time step must be positive and finite, got " + number(enough) + " [time]");
+  Drive look;
+  look.dt = enough;
+  const std::vector<Drive> drives(rves.size(), look);
+  const AnswerRecord *answers = start(rves, drives, Answer::TimeStep);
+  const std::size_t count = rves.size();
+  if (std::any_of(answers, answers + count, must_repeat))
+    answers = repeat(rves, drives, answers, Answer::TimeStep);
+  bounds.resize(count);
+  for (std::size_t k = 0; k < count; ++k)
+    bounds[k] = answers[k].status & status::Fatal ? 0.0 : details[k].stiffness[0];
 }
 
 void BatchEngine::advance(const std::vector<int> &rves, const std::vector<Drive> &drives,

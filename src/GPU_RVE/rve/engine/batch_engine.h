@@ -45,6 +45,8 @@ class BatchEngine : public Engine {
                std::vector<ElasticResult> &results) override;
   void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
                std::vector<Response> &responses) override;
+  void bound_time_steps(const std::vector<int> &rves, double enough,
+                        std::vector<double> &bounds) override;
   void expect_rolling_resistance() override;
   std::size_t bytes_per_rve(int num_grains) const override;
   Memory memory() const override;
@@ -99,7 +101,7 @@ class BatchEngine : public Engine {
   /// With RVEs of unequal cost the last ones to run shall be short.
   void put_longest_first(Call &call, const std::vector<Drive> &drives, double most_cost) const;
   /// What a call answers.
-  enum class Answer { Short, Long, Longest };
+  enum class Answer { Short, Long, Longest, TimeStep };
   /// Checks and translates; sizes, order and scene follow from the drives.
   void prepare(Call &call, const std::vector<int> &rves, const std::vector<Drive> &drives);
   /// One call without repeats. Returns the answers, valid until the next call; `details` has them, if wanted.
@@ -116,7 +118,9 @@ class BatchEngine : public Engine {
 
   std::vector<int> grains_of;    ///< by RVE; 0: the number is free
   std::vector<int> free_numbers;
-  bool any_viscous = false;     ///< an RVE with dashpots has been added
+  bool any_viscous = false;    ///< an RVE with dashpots has been added
+  bool any_large_friction =
+      false;    ///< one whose tangential and rolling forces count for the unit of forces
   bool any_friction = false;    ///< one with friction, or with tangential forces
   bool rolling = false;         ///< one with rolling resistance has been added, or is expected
   int pairs_per_grain = 4;      ///< capacity of the workspaces, grows on demand

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 namespace rve {
 
@@ -93,6 +95,36 @@ std::vector<ContactGeometry> find_contacts(const RveState &state)
               });
   }
   return contacts;
+}
+
+std::vector<SpringForces<double>> spring_forces(const RveState &state,
+                                                const std::vector<ContactGeometry> &contacts)
+{
+  std::map<std::pair<int, int>, SpringForces<double>> history;
+  for (const Pair &pair : state.pairs) {
+    const SpringForces<double> springs = {pair.tangential_force, pair.rolling_force};
+    history[std::minmax(pair.first, pair.second)] =
+        pair.first < pair.second ? springs : seen_from_partner(springs);
+  }
+  std::vector<SpringForces<double>> forces;
+  for (const ContactGeometry &contact : contacts) {
+    const auto entry = history.find({contact.first, contact.second});
+    forces.push_back(entry == history.end() ? SpringForces<double>{0.0, 0.0} : entry->second);
+  }
+  return forces;
+}
+
+Tensor2 spring_stress(const RveState &state)
+{
+  const std::vector<ContactGeometry> contacts = find_contacts(state);
+  const std::vector<SpringForces<double>> springs = spring_forces(state, contacts);
+  Tensor2 sum = Tensor2::zero();
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    const Vec<double, 2> &n = contacts[k].normal, along{{-n[1], n[0]}};
+    const double f_n = state.material.normal_stiffness * contacts[k].overlap;
+    sum = sum + dyad(springs[k].tangential * along - f_n * n, contacts[k].branch);
+  }
+  return 1.0 / (state.cell_area() * state.material.thickness) * sum;
 }
 
 }    // namespace rve

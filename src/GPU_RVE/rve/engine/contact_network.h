@@ -4,6 +4,7 @@
 #ifndef RVE_ENGINE_CONTACT_NETWORK_H
 #define RVE_ENGINE_CONTACT_NETWORK_H
 
+#include "rve/core/spring_forces.h"
 #include "rve/engine/state.h"
 
 #include <vector>
@@ -22,6 +23,13 @@ struct ContactGeometry {
 /// All contacts of the state, ordered by first, then second. O(N) where the cell is at least three contact distances wide,
 /// O(N^2) below. Grains with coinciding centres are skipped: they have no normal.
 std::vector<ContactGeometry> find_contacts(const RveState &state);
+
+/// Histories of these contacts, as their first grains see them; zero where the state has none.
+std::vector<SpringForces<double>> spring_forces(const RveState &state,
+                                                const std::vector<ContactGeometry> &contacts);
+
+/// Love's stress of the springs, dashpots excluded, tension positive [stress].
+Tensor2 spring_stress(const RveState &state);
 
 /// Branch vector from grain i to the nearest image of grain j, from the wrapping difference of fractional coordinates [length].
 Vec<double, 2> branch_vector(const RveState &state, int i, int j);

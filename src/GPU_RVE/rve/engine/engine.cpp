@@ -84,6 +84,15 @@ std::string describe_status(std::uint32_t status)
   return words;
 }
 
+std::string remedy_of_status(std::uint32_t status)
+{
+  if (status & status::CellTooNarrow)
+    return "; half of the cell must be wider than two of its largest grains that touch and the "
+           "skin: use packings with more grains or a smaller ratio of largest to smallest, a "
+           "smaller skin, or policy freeze, with which the run goes on without this RVE";
+  return "";
+}
+
 Drive Drive::constant_velocity_gradient(const Tensor2 &velocity_gradient, double dt, int substeps)
 {
   // the increment is all that the engine sees, and half a turn looks the same in both directions

@@ -19,6 +19,9 @@ namespace rve {
 /// Words for a status, e.g. "overlap too large, no contacts"; "ok" for zero.
 std::string describe_status(std::uint32_t status);
 
+/// What a user can do about a status, behind a message: "; use ..." or nothing.
+std::string remedy_of_status(std::uint32_t status);
+
 /// What one RVE shall do in one call: `substeps` DEM steps of `dt`.
 struct Drive {
   double dt = 0.0;    ///< DEM time step [time], > 0
@@ -133,6 +136,12 @@ class Engine {
   virtual void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
                        std::vector<Response> &responses) = 0;
 
+  /// Lower bounds of the stable time steps of RVEs as they are (rve::stable_time_step of their states), found where they live [time]:
+  /// within a few percent where they are below `enough`, and as loose as may be above. 0 where none was found. They depend on the
+  /// state and on `enough` alone. Costs about ten DEM steps.
+  virtual void bound_time_steps(const std::vector<int> &rves, double enough,
+                                std::vector<double> &bounds) = 0;
+
   /// "NVIDIA H200, mixed, strict" or "2 CPU threads (x86-64-v3), mixed, strict": a line for the log.
   virtual std::string description() const = 0;
 
@@ -153,7 +162,7 @@ class Engine {
 
 /// The engine that the options ask for. Device::Auto takes the GPU when one is there; `notice`, if given, receives the reason
 /// when it falls back to the CPU. Throws InputError on wrong options, on Device::Cuda without a device, and on any fallback
-/// or missing device when the environment has GPU_RVE_REQUIRE_CUDA=1.
+/// or missing device when the environment demands one (core/cuda_required.h).
 std::unique_ptr<Engine> make_engine(const Options &options, std::string *notice = nullptr);
 
 }    // namespace rve

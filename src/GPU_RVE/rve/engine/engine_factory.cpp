@@ -1,5 +1,6 @@
 // Chooses the backend.
 
+#include "rve/core/cuda_required.h"
 #include "rve/core/error.h"
 #include "rve/engine/engine.h"
 #include "rve/engine/host_engine.h"
@@ -8,18 +9,9 @@
 #include "rve/engine/cuda_engine.h"
 #endif
 
-#include <cstdlib>
-#include <cstring>
-
 namespace rve {
 
 namespace {
-
-  bool cuda_required()
-  {
-    const char *value = std::getenv("GPU_RVE_REQUIRE_CUDA");
-    return value && std::strcmp(value, "1") == 0;
-  }
 
   /// Why no CUDA engine can be had, or empty.
   std::string cuda_obstacle()
@@ -45,12 +37,14 @@ std::unique_ptr<Engine> make_engine(const Options &options, std::string *notice)
   require(!only_on_cpu || options.device != Device::Cuda,
           "the number format single is for studies and exists on CPUs only");
   if (options.device == Device::Cpu || only_on_cpu) return make_host_engine(options);
+  const bool required =
+      cuda_required();    // a word that says neither yes nor no is wrong with a device too
   const std::string obstacle = cuda_obstacle();
 #if defined(GPU_RVE_WITH_CUDA)
   if (obstacle.empty()) return make_cuda_engine(options);
 #endif
   require(options.device != Device::Cuda, "a CUDA device was asked for, but " + obstacle);
-  require(!cuda_required(), "GPU_RVE_REQUIRE_CUDA=1 forbids falling back to the CPU: " + obstacle);
+  require(!required, cuda_requirement() + " forbids falling back to the CPU: " + obstacle);
   if (notice)
     *notice = obstacle + "; the CPU engine serves" +
         (options.arithmetic == Arithmetic::Relaxed ? ", with strict arithmetic" : "");

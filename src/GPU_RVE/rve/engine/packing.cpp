@@ -36,7 +36,7 @@ namespace {
     in_range(recipe.max_rate, 0.0, LARGEST, "compression rate of the packing [1/time]");
     in_range(static_cast<double>(recipe.max_steps), 1.0, LARGEST, "number of steps of the packing");
     in_range(recipe.void_ratio_tolerance, 1e-9, LARGEST, "void ratio tolerance [-]");
-    if (recipe.void_ratio) in_range(*recipe.void_ratio, -0.9, 10.0, "void ratio [-]");
+    if (recipe.void_ratio) in_range(*recipe.void_ratio, 1e-3, 10.0, "void ratio [-]");
     if (!recipe.radii.empty()) {
       for (const double r : recipe.radii) in_range(r, LEAST, LARGEST, "grain radius [length]");
       return;
@@ -44,6 +44,25 @@ namespace {
     in_range(recipe.num_grains, 1.0, INT32_MAX / 4, "number of grains");
     in_range(recipe.radius_min, LEAST, LARGEST, "smallest grain radius [length]");
     in_range(recipe.radius_max, recipe.radius_min, LARGEST, "largest grain radius [length]");
+  }
+
+  /// Before anything runs: radii, stiffness and pressure that do not fit make a packing that no soil is.
+  void check_overlap(const PackingRecipe &recipe)
+  {
+    const Material &material = recipe.material;
+    const double strain = contact_strain(recipe.pressure, material);
+    require(strain <= LARGEST_CONTACT_STRAIN, [&] {
+      return "grains would overlap by about " + number(strain) +
+          " of their diameter, pressure * thickness / kn; it must be at most " +
+          number(LARGEST_CONTACT_STRAIN) + ". With kn " + number(material.normal_stiffness) +
+          " [force/length] and thickness " + number(material.thickness) +
+          " [length] the pressure must be at most " +
+          number(LARGEST_CONTACT_STRAIN * material.normal_stiffness / material.thickness) +
+          " [stress]; with pressure " + number(recipe.pressure) + ", kn must be at least " +
+          number(recipe.pressure * material.thickness / LARGEST_CONTACT_STRAIN) +
+          " or the thickness of the disks at most " +
+          number(LARGEST_CONTACT_STRAIN * material.normal_stiffness / recipe.pressure);
+    });
   }
 
   /// Places grains one by one where they touch none of those already there.
@@ -180,8 +199,8 @@ namespace {
    private:
     // beyond, hardly a contact slides and nothing changes
     static constexpr double LARGEST_FRICTION = 1.0;
-    // p h / k_n, about twice the mean overlap / diameter
-    static constexpr double LARGEST_CONTACT_STRAIN = 0.04;
+    // at the highest pressure
+    static constexpr double LARGEST_PEAK_STRAIN = 0.04;
     static constexpr int MOST_HALVINGS = 8, MOST_SAMPLES = 60;
 
     enum class Stage { Frictionless, Extreme, Between };
@@ -224,7 +243,7 @@ namespace {
     double largest_log_ratio() const
     {
       const double largest_pressure =
-          LARGEST_CONTACT_STRAIN * recipe.material.normal_stiffness / recipe.material.thickness;
+          LARGEST_PEAK_STRAIN * recipe.material.normal_stiffness / recipe.material.thickness;
       return std::log(std::max(1.0, largest_pressure / recipe.pressure));
     }
 
@@ -273,6 +292,7 @@ namespace {
     Preparation(const PackingRecipe &_recipe, Engine &_engine) :
         recipe(_recipe), engine(_engine), cloud(loose_cloud(recipe)), search(recipe, cloud)
     {
+      check_overlap(recipe);
     }
     Preparation(const Preparation &) = delete;
     Preparation &operator=(const Preparation &) = delete;
@@ -381,6 +401,11 @@ namespace {
       } else if (std::optional<Way> next = search.after(specimen)) {
         begin(std::move(*next));
       } else {
+        require(void_ratio > 0.0, [&] {
+          return "the packing has void ratio " + number(void_ratio) +
+              ", so its grains overlap by more than the pores; it must be above 0: take a larger "
+              "kn, a lower pressure or a smaller thickness";
+        });
         lease.reset();
       }
     }
@@ -433,6 +458,11 @@ namespace {
   }
 
 }    // namespace
+
+double contact_strain(double pressure, const Material &material)
+{
+  return pressure * material.thickness / material.normal_stiffness;
+}
 
 double default_servo_gain(const RveState &state)
 {

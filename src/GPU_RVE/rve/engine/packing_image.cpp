@@ -68,6 +68,13 @@ Tensor2 image_rotation(int image)
   return q;
 }
 
+Tensor2 image_of(const Tensor2 &stress, int image)
+{
+  Tensor2 result = stress;
+  map_tensor(axis_map(image), result);
+  return result;
+}
+
 RveState image_of(const RveState &state, int image)
 {
   const AxisMap map = axis_map(image);

@@ -15,6 +15,9 @@ constexpr int NUM_IMAGES = 8;
 /// Q of image `image` [-], orthogonal, components -1, 0 and 1. Throws InputError unless 0 <= image < NUM_IMAGES.
 Tensor2 image_rotation(int image);
 
+/// Q sigma Q^T, exactly. Throws InputError as image_rotation().
+Tensor2 image_of(const Tensor2 &stress, int image);
+
 /// The state with all positions x replaced by Q x, exactly: H and F become Q H Q^T and Q F Q^T, fractional coordinates Q s,
 /// peculiar velocities Q c; spins and tangential forces, which have a sense of rotation, change their sign with a mirror.
 /// So a cell that stands upright stays so, and responds to Q L Q^T with Q sigma Q^T. Throws InputError as image_rotation().

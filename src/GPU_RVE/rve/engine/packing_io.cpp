@@ -2,19 +2,22 @@
 
 #include "rve/engine/packing_io.h"
 
+#include "rve/core/checksum.h"
 #include "rve/core/error.h"
 #include "rve/core/spring_forces.h"
 #include "rve/engine/contact_network.h"
+#include "rve/engine/files.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <string_view>
-#include <unistd.h>
+#include <system_error>
 
 namespace rve {
 
@@ -44,25 +47,91 @@ namespace {
       {"rolling_stiffness", &Material::rolling_stiffness, "force/length", true},
       {"rolling_friction", &Material::rolling_friction, "-", true}};
 
+  // ---- statements ----
+
+  /// The words of a line; none if it is blank or a comment.
+  void split(const std::string &line, std::vector<std::string_view> &words)
+  {
+    words.clear();
+    const std::string_view statement = std::string_view(line).substr(0, line.find('#'));
+    constexpr const char *BLANK = " \t\r";
+    std::size_t begin = statement.find_first_not_of(BLANK);
+    while (begin != std::string_view::npos) {
+      const std::size_t end = std::min(statement.find_first_of(BLANK, begin), statement.size());
+      words.push_back(statement.substr(begin, end - begin));
+      begin = statement.find_first_not_of(BLANK, end);
+    }
+  }
+
+  /// Of a statement as if it were written with one blank between two words: a file may get comments and another layout.
+  void add_statement(const std::vector<std::string_view> &words, Checksum &checksum)
+  {
+    for (std::size_t k = 0; k < words.size(); ++k) {
+      if (k > 0) checksum.add(" ", 1);
+      checksum.add(words[k].data(), words[k].size());
+    }
+    if (!words.empty()) checksum.add("\n", 1);
+  }
+
+  /// As files have it: 16 hexadecimal digits.
+  std::string hexadecimal(std::uint64_t value)
+  {
+    std::string digits(16, '0');
+    for (int k = 15; k >= 0; --k, value >>= 4) digits[k] = "0123456789abcdef"[value & 15];
+    return digits;
+  }
+
   // ---- reading ----
 
   /// Statements of a text file with their line numbers.
   class StatementReader {
    public:
-    explicit StatementReader(const std::string &_path) : path(_path), file(_path)
+    explicit StatementReader(const std::string &_path) : path(_path)
     {
-      require(file.is_open(), "cannot open packing file " + path);
+      require_readable(path, "packing file");
+      file.open(path);
+      require(file.is_open(),
+              "cannot open packing file " + path + ": " + std::generic_category().message(errno));
     }
 
     /// Moves to the next statement; `expected` names it for the message at the end of the file.
     void next(const std::string &expected)
     {
-      words.clear();
-      while (words.empty()) {
-        if (!std::getline(file, text)) fail("file ends where " + expected + " was expected");
-        ++line;
-        split();
-      }
+      add_statement(words, of_packing);
+      add_statement(words, of_file);
+      if (!next_words()) fail("file ends where " + expected + " was expected");
+    }
+
+    /// The present statement begins a packing.
+    void begin_packing() { of_packing = {}; }
+
+    /// Moves to a line with the checksum of the statements before it: of the packing, or of the whole file.
+    void read_checksum(bool whole_file, const std::string &last_statement)
+    {
+      next("'checksum'");
+      if (word(0) == last_statement)
+        fail("there is no checksum before '" + last_statement +
+             "': the file is damaged, or was written by hand or by an earlier version; a line "
+             "'checksum none' before it accepts it");
+      require_keyword("checksum", 2, "checksum digits");
+      if (word(1) == "none") return;
+      const std::string found(word(1));
+      if (found.size() != 16 || found.find_first_not_of("0123456789abcdef") != std::string::npos)
+        fail("checksum is '" + found + "'; it must be 16 hexadecimal digits, or none");
+      const std::string expected = hexadecimal((whole_file ? of_file : of_packing).value());
+      if (found != expected)
+        fail("checksum is " + found + ", that of the statements before it is " + expected +
+             ": the file is damaged, or was changed by hand; 'checksum none' in its place accepts "
+             "it");
+    }
+
+    /// The present statement is the last one.
+    void require_end()
+    {
+      const std::string last(word(0));
+      if (next_words())
+        fail("found '" + std::string(word(0)) + "' behind '" + last +
+             "'; only blank lines and comments may follow");
     }
 
     const std::string_view &word(std::size_t k) const { return words[k]; }
@@ -112,18 +181,21 @@ namespace {
     std::ifstream file;
     std::string text;
     std::vector<std::string_view> words;
+    Checksum of_packing, of_file;    // of the statements before the present one
     int line = 0;
 
-    void split()
+    /// Whether there is a further statement.
+    bool next_words()
     {
-      const std::string_view statement = std::string_view(text).substr(0, text.find('#'));
-      constexpr const char *BLANK = " \t\r";
-      std::size_t begin = statement.find_first_not_of(BLANK);
-      while (begin != std::string_view::npos) {
-        const std::size_t end = std::min(statement.find_first_of(BLANK, begin), statement.size());
-        words.push_back(statement.substr(begin, end - begin));
-        begin = statement.find_first_not_of(BLANK, end);
-      }
+      do {
+        if (!std::getline(file, text)) {
+          words.clear();
+          return false;
+        }
+        ++line;
+        split(text, words);
+      } while (words.empty());
+      return true;
     }
 
     template <class T> bool convert(std::size_t k, T &value) const
@@ -228,6 +300,7 @@ namespace {
   RveState read_packing_statements(StatementReader &reader)
   {
     RveState state;
+    reader.begin_packing();
     reader.require_keyword("gpu_rve_packing", 2, "gpu_rve_packing version");
     reader.integer<int>(1, "version of the packing file", FILE_VERSION, FILE_VERSION);
     reader.next("'material'");
@@ -258,6 +331,7 @@ namespace {
     reader.require_keyword("contacts", 2, "contacts M");
     const int num_contacts = reader.integer<int>(1, "number of contacts", 0, INT32_MAX / 4);
     read_contacts(reader, num_contacts, state);
+    reader.read_checksum(false, "end");
     reader.next("'end'");
     reader.require_keyword("end", 1, "end");
     return state;
@@ -296,8 +370,23 @@ namespace {
       out << "  " << exact(tensor(a, 0)) << " " << exact(tensor(a, 1)) << "\n";
   }
 
-  void write_packing_statements(std::ostream &out, const RveState &state)
+  /// The line that read_checksum() reads.
+  std::string checksum_line(const std::string &statements)
   {
+    Checksum checksum;
+    std::istringstream in(statements);
+    std::vector<std::string_view> words;
+    for (std::string line; std::getline(in, line);) {
+      split(line, words);
+      add_statement(words, checksum);
+    }
+    return "checksum " + hexadecimal(checksum.value()) + "\n";
+  }
+
+  /// From `gpu_rve_packing` to `end`.
+  std::string packing_statements(const RveState &state)
+  {
+    std::ostringstream out;
     out << "gpu_rve_packing " << FILE_VERSION << "\n\nmaterial\n";
     const bool has_options = std::any_of(
         std::begin(MATERIAL_ENTRIES), std::end(MATERIAL_ENTRIES), [&](const MaterialEntry &entry) {
@@ -338,19 +427,8 @@ namespace {
       if (rolls) out << " " << exact(pair.rolling_force);
       out << "\n";
     }
-    out << "end\n";
-  }
-
-  void write_whole_file(const std::string &path, const std::string &text)
-  {
-    const std::string temporary = path + ".part" + std::to_string(getpid());
-    std::FILE *file = std::fopen(temporary.c_str(), "wb");
-    require(file != nullptr, "cannot write file " + path);
-    const bool written = std::fwrite(text.data(), 1, text.size(), file) == text.size();
-    const bool closed = std::fclose(file) == 0;
-    const bool whole = written && closed && std::rename(temporary.c_str(), path.c_str()) == 0;
-    if (!whole) std::remove(temporary.c_str());
-    require(whole, "cannot write file " + path);
+    const std::string statements = out.str();
+    return statements + checksum_line(statements) + "end\n";
   }
 
   template <class Checked> void check_for(const std::string &path, const Checked &checked)
@@ -426,12 +504,8 @@ namespace {
   std::string contact_table(const RestrictedFrame &frame)
   {
     const RveState &state = frame.state;
-    std::map<std::pair<int, int>, SpringForces<double>> history;
-    for (const Pair &pair : state.pairs) {
-      const SpringForces<double> springs = {pair.tangential_force, pair.rolling_force};
-      history[std::minmax(pair.first, pair.second)] =
-          pair.first < pair.second ? springs : seen_from_partner(springs);
-    }
+    const std::vector<ContactGeometry> contacts = find_contacts(state);
+    const std::vector<SpringForces<double>> forces = spring_forces(state, contacts);
     const bool rolls = state.has_rolling_forces();
 
     std::ostringstream out;
@@ -439,18 +513,16 @@ namespace {
     if (rolls) out << ", moment on i = f_r r_i r_j / (r_i + r_j) beside that of the force";
     out << "\n# i j branch_x branch_y n_x n_y overlap f_n f_t force_x force_y"
         << (rolls ? " f_r" : "") << "\n";
-    for (const ContactGeometry &contact : find_contacts(state)) {
-      const auto entry = history.find({contact.first, contact.second});
-      const SpringForces<double> springs = entry == history.end() ? SpringForces<double>{0.0, 0.0}
-                                                                  : entry->second;
-      const double f_t = springs.tangential;
+    for (std::size_t k = 0; k < contacts.size(); ++k) {
+      const ContactGeometry &contact = contacts[k];
+      const double f_t = forces[k].tangential;
       const double f_n = state.material.normal_stiffness * contact.overlap;
       const auto &n = contact.normal;
       out << contact.first + 1 << " " << contact.second + 1;
       for (const double value : {contact.branch[0], contact.branch[1], n[0], n[1], contact.overlap,
                                  f_n, f_t, -f_n * n[0] - f_t * n[1], -f_n * n[1] + f_t * n[0]})
         out << " " << exact(value);
-      if (rolls) out << " " << exact(springs.rolling);
+      if (rolls) out << " " << exact(forces[k].rolling);
       out << "\n";
     }
     return out.str();
@@ -465,6 +537,7 @@ RveState read_packing(const std::string &path)
   if (reader.word(0) == "gpu_rve_library")
     reader.fail("this is a library; a single packing was expected");
   RveState state = read_packing_statements(reader);
+  reader.require_end();
   check_for(path, state);
   return state;
 }
@@ -476,8 +549,8 @@ void write_packing(const std::string &path, const RveState &state)
   out << "# Packing of one RVE (GPU_RVE): plane disks in a periodic cell, x = H s.\n"
       << "# Consistent units, those of the script that made it: [length], [mass], [time], force = "
          "mass length/time^2.\n";
-  write_packing_statements(out, state);
-  write_whole_file(path, out.str());
+  out << packing_statements(state);
+  OutputFile(path).write(out.str());
 }
 
 PackingLibrary read_library(const std::string &path)
@@ -487,6 +560,7 @@ PackingLibrary read_library(const std::string &path)
   PackingLibrary library;
   if (reader.word(0) != "gpu_rve_library") {
     RveState packing = read_packing_statements(reader);
+    reader.require_end();
     check_for(path, packing);
     LibraryRow row;
     row.void_ratio = packing.void_ratio();
@@ -508,8 +582,10 @@ PackingLibrary read_library(const std::string &path)
     library.packings.push_back(read_packing_statements(reader));
     check_for(path + ": packing " + std::to_string(k), library.packings.back());
   }
+  reader.read_checksum(true, "end_library");
   reader.next("'end_library'");
   reader.require_keyword("end_library", 1, "end_library");
+  reader.require_end();
   check_for(path, library);
   return library;
 }
@@ -533,18 +609,21 @@ void write_library(const std::string &path, const PackingLibrary &library)
   for (std::size_t k = 0; k < library.packings.size(); ++k) {
     check_for(path + ": packing " + std::to_string(k), library.packings[k]);
     out << "\npacking " << k << "\n";
-    write_packing_statements(out, library.packings[k]);
+    out << packing_statements(library.packings[k]);
   }
-  out << "end_library\n";
-  write_whole_file(path, out.str());
+  const std::string statements = out.str();
+  OutputFile(path).write(statements + checksum_line(statements) + "end_library\n");
 }
 
 void write_lammps_data(const std::string &path, const RveState &state)
 {
   check_for(path, state);
   const RestrictedFrame frame(state);
-  write_whole_file(path, lammps_data(frame));
-  write_whole_file(path + ".contacts", contact_table(frame));
+  OutputFile data(path);
+  std::optional<OutputFile> contacts;
+  if (data.is_regular()) contacts.emplace(path + ".contacts");
+  data.write(lammps_data(frame));
+  if (contacts) contacts->write(contact_table(frame));
 }
 
 }    // namespace rve

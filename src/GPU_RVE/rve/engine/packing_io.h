@@ -25,13 +25,14 @@ namespace rve {
 ///                                   integers s 2^64, two components of the peculiar velocity, spin
 ///     contacts M                    followed by M lines: two ids, tangential force on the first, rolling force (optional,
 ///                                   default 0)
+///     checksum digits               16 hexadecimal digits, or none: then it is not checked, as in files that are written by hand
 ///     end
-/// Numbers are the shortest decimals that read back to the same double, so a file holds a state exactly. Not in it: run
-/// counters, energy ledger and Verlet list, which belong to a run (see serialize).
+/// The checksum is FNV-1a with 64 bits over the statements before it, without comments, each as its words with one blank between
+/// two and a line feed behind the last. Numbers are the shortest decimals that read back to the same double, so a file holds a state
+/// exactly. Not in it: run counters, energy ledger and Verlet list, which belong to a run (see serialize).
 RveState read_packing(const std::string &path);
 
-/// Writes a packing file, whole or not at all (a temporary file beside it is renamed). Throws InputError if the state is not
-/// sound or the file cannot be written.
+/// Writes a packing file, whole or not at all (OutputFile). Throws InputError if the state is not sound or the file cannot be written.
 void write_packing(const std::string &path, const RveState &state);
 
 /// Reads a library, or a packing file as a library of one packing, whose row then has its grains and void ratio only. Throws
@@ -42,13 +43,15 @@ void write_packing(const std::string &path, const RveState &state);
 ///     packings N                    followed by N lines of the index: number (0 to N-1, in order), seed, void ratio, preparation
 ///                                   friction, overconsolidation ratio, pressure, number of grains
 ///     packing K                     followed by a packing file; N times, K in order
+///     checksum digits               as above, from `gpu_rve_library` on
 ///     end_library
 PackingLibrary read_library(const std::string &path);
 
 /// Writes a library, whole or not at all. Throws InputError if it or a packing is not sound or the file cannot be written.
 void write_library(const std::string &path, const PackingLibrary &library);
 
-/// Writes a LAMMPS data file (atom_style sphere, triclinic, one atom type) and `<path>.contacts`. Throws InputError as above.
+/// Writes a LAMMPS data file (atom_style sphere, triclinic, one atom type) and `<path>.contacts`, the latter unless the path is a
+/// device or a fifo. Throws InputError as above.
 /// LAMMPS wants vector a along +x: the packing is rotated (positions, velocities, forces), and b is reduced by multiples of a
 /// until |xy| <= lx/2. Ids are 1 to N in the order of the state. z runs from -largest radius to +largest radius.
 /// The density column is mass / (4/3 pi r^3), so that LAMMPS' mass is ours; LAMMPS' moment of inertia is 2/5 m r^2 unless

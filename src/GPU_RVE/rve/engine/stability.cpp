@@ -7,6 +7,7 @@
 
 #include "rve/core/error.h"
 #include "rve/engine/contact_network.h"
+#include "rve/physics/integrator.h"
 
 #include <algorithm>
 #include <array>
@@ -305,13 +306,6 @@ namespace {
     const double of_lightest =
         (1.0 / lightest + 1.0 / second) * std::max(modulus.normal, 3.0 * modulus.tangential);
     return std::max(of_lightest, rolling_pair_eigenvalue(state, modulus));
-  }
-
-  double leapfrog_bound(double frequency_squared, double dashpot_rate, double local_damping)
-  {
-    const double gain = 1.0 + local_damping;
-    const double b = gain * dashpot_rate;
-    return 4.0 / (b + std::sqrt(b * b + 4.0 * gain * frequency_squared));
   }
 
   template <class Eigenvalue> double time_step(const RveState &state, Eigenvalue &&network)

@@ -36,7 +36,9 @@ int AdaptiveSubsteps::of(double strain, double dt, double mean_stress, double gr
     wanted = std::max(wanted,
                       rve::inertial_number(mean_stress, grain_size, material, strain / dt) /
                           inertial_number);
-  return static_cast<int>(std::clamp(std::ceil(wanted), 1.0, static_cast<double>(most)));
+  // a strain or a pressure that overflows asks for all of them
+  if (!(wanted < most)) return most;
+  return static_cast<int>(std::fmax(std::ceil(wanted), 1.0));
 }
 
 }    // namespace rve

@@ -6,6 +6,8 @@
 
 #include "rve/physics/damping.h"
 
+#include <cmath>
+
 namespace rve {
 inline namespace RVE_ISA {
 
@@ -14,6 +16,15 @@ inline namespace RVE_ISA {
   template <class Real> RVE_INLINE Real kick(Real velocity, Real increment, Real alpha)
   {
     return velocity + locally_damped(alpha, increment, velocity + Real(0.5) * increment);
+  }
+
+  /// Longest stable step of that [time]: w^2 and B are the largest eigenvalues of M^-1 K [1/time^2] and of M^-1 C [1/time], and
+  /// damping makes a force up to 1 + alpha times as large. A dashpot sees the velocity of half a step before.
+  RVE_INLINE double leapfrog_bound(double frequency_squared, double dashpot_rate, double alpha)
+  {
+    const double gain = 1.0 + alpha;
+    const double b = gain * dashpot_rate;
+    return 4.0 / (b + std::sqrt(b * b + 4.0 * gain * frequency_squared));
   }
 
 }    // namespace RVE_ISA

@@ -1,0 +1,139 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+#include "run_signals.h"
+
+#include "comm.h"
+#include "error.h"
+#include "lammps.h"
+#include "output.h"
+#include "timer.h"
+#include "update.h"
+
+#include <algorithm>
+#include <csignal>
+#include <mpi.h>
+#include <utility>
+
+using namespace LAMMPS_NS;
+
+namespace {
+
+constexpr int SIGNALS[] = {SIGTERM, SIGINT};
+constexpr int COUNT = 2;
+
+// signals belong to the program, and so does this
+volatile std::sig_atomic_t noted = 0;    // the last one, or 0
+bool watching = false;
+bool taken[COUNT];
+struct sigaction before[COUNT];
+
+extern "C" void note(int signal)
+{
+  noted = signal;
+}
+
+void watch()
+{
+  if (watching) return;
+  watching = true;
+  noted = 0;
+  struct sigaction action = {};
+  action.sa_handler = note;
+  // the same signal again does what it does without a handler; calls of the system go on
+  action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
+  sigemptyset(&action.sa_mask);
+  for (int k = 0; k < COUNT; ++k) {
+    sigaction(SIGNALS[k], nullptr, &before[k]);
+    // ignored by nohup, or by a shell for what it runs in the background
+    taken[k] = (before[k].sa_flags & SA_SIGINFO) || before[k].sa_handler != SIG_IGN;
+    if (taken[k]) sigaction(SIGNALS[k], &action, nullptr);
+  }
+}
+
+void stop_watching()
+{
+  if (!watching) return;
+  watching = false;
+  for (int k = 0; k < COUNT; ++k)
+    if (taken[k]) sigaction(SIGNALS[k], &before[k], nullptr);
+}
+
+/// Names of the files that hold the present step, " and " between them.
+std::string write_restart_files(LAMMPS *lmp)
+{
+  Output *output = lmp->output;
+  const bigint step = lmp->update->ntimestep;
+  if (output->last_restart != step) output->write_restart(step);
+  std::string names;
+  if (output->restart_flag_single) {
+    names = output->restart1;
+    const std::size_t star = names.find('*');
+    if (star != std::string::npos) names.replace(star, 1, std::to_string(step));
+  }
+  // the toggle names the next one
+  if (output->restart_flag_double)
+    names += (names.empty() ? "" : " and ") +
+        std::string(output->restart_toggle ? output->restart2a : output->restart2b);
+  return names;
+}
+
+}    // namespace
+
+RunSignals::RunSignals(LAMMPS *_lmp, std::string _who) : lmp(_lmp), who(std::move(_who)) {}
+
+/* ----------------------------------------------------------------------
+   the run may have ended in an error
+------------------------------------------------------------------------- */
+
+RunSignals::~RunSignals()
+{
+  stop_watching();
+}
+
+void RunSignals::begin()
+{
+  watch();
+}
+
+bool RunSignals::step_done(bool rank_zero_says)
+{
+  watch();    // runs with `pre no` have no setup
+  int said[] = {lmp->comm->me == 0 && rank_zero_says ? 1 : 0, noted};
+  if (lmp->comm->nprocs > 1) MPI_Allreduce(MPI_IN_PLACE, said, 2, MPI_INT, MPI_MAX, lmp->world);
+  // noted on all ranks, for the end: this one may have got none
+  noted = said[1];
+  if (said[1]) lmp->timer->force_timeout();
+  return said[0] != 0;
+}
+
+/* ----------------------------------------------------------------------
+   a signal that came after the last step, or where there was none, counts as well: nobody else has seen it
+------------------------------------------------------------------------- */
+
+void RunSignals::end()
+{
+  if (!watching) return;
+  stop_watching();
+  int signal = noted;
+  noted = 0;
+  MPI_Allreduce(MPI_IN_PLACE, &signal, 1, MPI_INT, MPI_MAX, lmp->world);
+  if (!signal) return;
+  lmp->timer->reset_timeout();
+  const std::string files = lmp->output->restart_flag ? write_restart_files(lmp) : "";
+  lmp->error->all(FLERR, "{}: {} ended the run after step {}; {}", who,
+                  signal == SIGTERM ? "SIGTERM" : "SIGINT", lmp->update->ntimestep,
+                  files.empty()
+                      ? "there is no restart file, since the script has no restart command"
+                      : "continue from restart file " + files);
+}

@@ -1,0 +1,50 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+// SIGTERM and SIGINT end a run when its present step is done, with a restart file where the script asks for restart files; the script then
+// ends with an error. The same signal again ends the program at once.
+
+#ifndef LMP_RUN_SIGNALS_H
+#define LMP_RUN_SIGNALS_H
+
+#include <string>
+
+namespace LAMMPS_NS {
+
+class LAMMPS;
+
+/// Of a style that takes part in runs. Several may watch the same run. All calls but the destructor are collective.
+class RunSignals {
+ public:
+  /// `_who` begins the message.
+  RunSignals(LAMMPS *_lmp, std::string _who);
+  ~RunSignals();
+  RunSignals(const RunSignals &) = delete;
+  RunSignals &operator=(const RunSignals &) = delete;
+
+  /// A run begins: from now on signals are noted. Those that the program ignores stay ignored.
+  void begin();
+  /// A step has been done: it is the last one if a rank has noted a signal. Returns what rank 0 says, so that a question of its own
+  /// costs no communication of its own.
+  bool step_done(bool rank_zero_says);
+  /// The run is over: signals are again what they were. Ends with a restart file and error->all if one was noted.
+  void end();
+
+ private:
+  LAMMPS *lmp;
+  std::string who;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

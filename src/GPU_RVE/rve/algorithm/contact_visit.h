@@ -1,0 +1,38 @@
+// A second look at the contacts of the last forces, on demand.
+
+#ifndef RVE_ALGORITHM_CONTACT_VISIT_H
+#define RVE_ALGORITHM_CONTACT_VISIT_H
+
+#include "rve/algorithm/contact_forces.h"
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  /// A second look at all contacts, with the cell of `step`: visit(i, j, grain_i, grain_j, contact, history) from inside the phase
+  /// that calls this for item i.
+  template <bool General, class Format, class Visit>
+  RVE_INLINE void visit_contacts(const CallState<Format> &call,
+                                 const StepConstants<Format, General> &step, int i, Visit visit)
+  {
+    const SharedView<Format> &shared = call.shared;
+    const int n = call.num_grains;
+    const auto look = [&](int first, int second, typename Format::History history) {
+      const GrainView<Format> one{shared.motion[first], shared.spin[first], shared.radius[first]};
+      const GrainView<Format> other{shared.motion[second], shared.spin[second],
+                                    shared.radius[second]};
+      const auto contact = pair_geometry(step, one, other);
+      if (contact.overlap > typename Format::Real(0))
+        visit(first, second, one, other, contact, history);
+    };
+    for (int k = 0; k < kOwnedPairs; ++k) {
+      const int j = call.pairs.partner[k * n + i];
+      if (j != i) look(i, j, call.pairs.history[k * n + i]);
+    }
+    for (int m = i; m < call.num_extra; m += n)
+      look(call.pairs.extra_first[m], call.pairs.extra_second[m], call.pairs.extra_history[m]);
+  }
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif

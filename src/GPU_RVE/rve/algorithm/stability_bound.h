@@ -1,0 +1,210 @@
+// How long a DEM step an RVE bears, found where the RVE lives: a lower bound of stable_time_step() (engine/stability.h), within a
+// few percent of it, so that thousands of RVEs can be looked at and the exact answer is needed of few.
+//
+// In coordinates u scaled by the roots of the masses, a contact couples u_i and u_j by a 3x3 matrix C, and
+//     2 u_i.C u_j <= g u_i.|C| u_i + (1/g) u_j.|C^T| u_j,    |C| = (C C^T)^1/2, for any g > 0.
+// So M^-1/2 K M^-1/2 is below a matrix of one 3x3 block per grain, whose largest eigenvalue is a bound, whatever the weights w in
+// g = w_j/w_i are. w = 1/m gives that of a single contact exactly; then grains with larger eigenvalues get larger weights, which are
+// shares of their contacts that partners carry. Each sweep is a bound. After some, all grains of the fastest mode have the same
+// eigenvalue: that of the mode, but for signs that its motion cannot have where contacts form odd rings.
+
+#ifndef RVE_ALGORITHM_STABILITY_BOUND_H
+#define RVE_ALGORITHM_STABILITY_BOUND_H
+
+#include "rve/algorithm/contact_visit.h"
+#include "rve/physics/integrator.h"
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  /// Springs or dashpots of a contact, over the largest of them.
+  struct RelativeModuli {
+    double normal, tangential, rolling;
+  };
+
+  /// Largest eigenvalue of the symmetric matrix (xx, yy, ww, xy, xw, yw), positive semidefinite: Newton's method comes down to
+  /// the largest root of the characteristic polynomial, so that no step is below it.
+  RVE_INLINE double largest_eigenvalue(const double (&a)[6])
+  {
+    const double trace = a[0] + a[1] + a[2];
+    const double minors =
+        (a[0] * a[1] - a[3] * a[3]) + (a[0] * a[2] - a[4] * a[4]) + (a[1] * a[2] - a[5] * a[5]);
+    const double determinant = a[0] * (a[1] * a[2] - a[5] * a[5]) -
+        a[3] * (a[3] * a[2] - a[5] * a[4]) + a[4] * (a[3] * a[5] - a[1] * a[4]);
+    double x = trace;
+    for (int k = 0; k < 30; ++k) {
+      const double value = ((x - trace) * x + minors) * x - determinant;
+      const double slope = (3.0 * x - 2.0 * trace) * x + minors;
+      if (!(value > 0.0) || !(slope > 0.0)) break;
+      const double next = x - value / slope;
+      if (!(next < x)) break;
+      x = next;
+    }
+    return x;
+  }
+
+  /// Arrays of a search for a bound, over grains.
+  struct BoundArrays {
+    std::int64_t *block;    ///< (6, N)
+    double *weight, *value;
+  };
+
+  /// Bound of the largest eigenvalue of M^-1 K, of the network and of one contact, in units of the largest modulus over the mass of
+  /// a disk of radius one, all in internal lengths. Stops when it is below `sufficient`.
+  template <bool General, class Block, class Format>
+  RVE_COLD double bound_eigenvalue(Block block, const CallState<Format> &call, int step_number,
+                                   RelativeModuli moduli, BoundArrays arrays, double sufficient)
+  {
+    using Item = typename Block::Item;
+    // more gain little; six leave three percent of a time step in dense and loose packings, these one
+    constexpr int kSweeps = 16;
+    constexpr double kLeastShare = 0.05;    // of the largest value, for a change of weights
+    constexpr double kRoot2 = 1.4142135623730951;
+    const int n = call.num_grains;
+    const SharedView<Format> &shared = call.shared;
+    const StepConstants<Format, General> step =
+        step_constants<Format, General>(call, call.planned(step_number));
+    // 256 terms of less than 2^18 units stay below the 2^55 of a sum
+    const double unit = power_of_two(-29), per_unit = power_of_two(29),
+                 largest_ratio = power_of_two(14);
+
+    block.for_each(n, [&](Item i) {
+      const double r = static_cast<double>(shared.radius[i]);
+      arrays.weight[i] = arrays.value[i] = 1.0 / (r * r);
+      for (int k = 0; k < 6; ++k) arrays.block[k * n + i] = 0;
+    });
+    // of a contact between the two lightest grains, or of the lightest that rolls on any other
+    const double lightest = block.max_array(n, arrays.value);
+    const auto as_light = block.template sum_integers<1>(n, [&](Item i, std::int64_t *sum) {
+      sum[0] += arrays.value[i] == lightest ? 1 : 0;
+    });
+    double second = lightest;
+    if (as_light[0] == 1) {
+      block.for_each(n, [&](Item i) {
+        if (arrays.value[i] == lightest) arrays.value[i] = 0.0;
+      });
+      second = block.max_array(n, arrays.value);
+    }
+    const double of_pair =
+        larger(moduli.normal * (lightest + second),
+               3.0 * moduli.tangential * (lightest + second) + 2.0 * moduli.rolling * lightest);
+    double least = 0.0;
+    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+      block.for_each(n, [&](Item item) {
+        visit_contacts<General>(
+            call, step, item,
+            [&](int first, int second, const auto &, const auto &, const auto &contact,
+                typename Format::History) {
+              const double nx = static_cast<double>(contact.normal[0]),
+                           ny = static_cast<double>(contact.normal[1]);
+              const double overlap = static_cast<double>(contact.overlap);
+              const int grain[2] = {first, second};
+              const double radius[2] = {static_cast<double>(shared.radius[first]),
+                                        static_cast<double>(shared.radius[second])};
+              // of a grain's rotation, whose mass is m/2, in stretches along the contact and against rolling
+              double arm[2], share[2];
+              for (int side = 0; side < 2; ++side) {
+                arm[side] = kRoot2 * (1.0 - 0.5 * (overlap / radius[side]));
+                share[side] = kRoot2 * (radius[1 - side] / (radius[0] + radius[1]));
+              }
+              // C along the contact and of the rotations; along the normal it is -k_n. det C = -k_t k_r share share
+              const double k_n = moduli.normal, k_t = moduli.tangential, k_r = moduli.rolling;
+              const double across[2] = {k_t * arm[1], k_t * arm[0]},
+                           turning = k_t * (arm[0] * arm[1]) - k_r * (share[0] * share[1]);
+              const double determinant = k_t * (k_r * (share[0] * share[1]));
+              const double size =
+                  std::sqrt((k_t * k_t + turning * turning) +
+                            (across[0] * across[0] + across[1] * across[1]) + 2.0 * determinant);
+              const double per_size = size > 0.0 ? 1.0 / size : 0.0;
+              for (int side = 0; side < 2; ++side) {
+                const double sign = side == 0 ? 1.0 : -1.0;
+                double ratio = arrays.weight[grain[1 - side]] / arrays.weight[grain[side]];
+                ratio = ratio < largest_ratio ? ratio : largest_ratio;
+                ratio = ratio * largest_ratio > 1.0 ? ratio : 1.0 / largest_ratio;
+                const double g = ratio * per_size, mine = across[side], other = across[1 - side];
+                const double along = k_n + ratio * k_n;
+                const double tt = k_t + g * (k_t * k_t + mine * mine + determinant);
+                const double tw = k_t * arm[side] + g * (k_t * other + mine * turning);
+                const double ww = k_t * (arm[side] * arm[side]) +
+                    k_r * (share[side] * share[side]) +
+                    g * (other * other + turning * turning + determinant);
+                const double term[6] = {along * (nx * nx) + tt * (ny * ny),
+                                        along * (ny * ny) + tt * (nx * nx),
+                                        ww,
+                                        (along - tt) * (nx * ny),
+                                        -tw * (sign * ny),
+                                        tw * (sign * nx)};
+                for (int k = 0; k < 6; ++k) {
+                  std::int64_t units;
+                  round_to(per_unit * term[k], units);
+                  block.accumulate(&arrays.block[k * n + grain[side]], units);
+                }
+              }
+            });
+      });
+      block.for_each(n, [&](Item i) {
+        double a[6];
+        for (int k = 0; k < 6; ++k)
+          a[k] = unit * static_cast<double>(block.collect(&arrays.block[k * n + i]));
+        const double r = static_cast<double>(shared.radius[i]);
+        arrays.value[i] = largest_eigenvalue(a) / (r * r);
+      });
+      const double most = block.max_array(n, arrays.value);
+      const double bound = larger(most, of_pair);
+      least = sweep == 0 ? bound : smaller(least, bound);
+      if (least <= sufficient || most <= of_pair) break;
+      block.for_each(n, [&](Item i) {
+        const double relative = arrays.value[i] / most;
+        arrays.weight[i] =
+            arrays.weight[i] * std::sqrt(relative > kLeastShare ? relative : kLeastShare);
+      });
+    }
+    return least;
+  }
+
+  /// Leaves a lower bound of the stable time step, which need not be sharp where it is above the dt of the drive, as the first number of
+  /// detail.stiffness.
+  template <bool General, class Block, class Format>
+  RVE_COLD void bound_time_step(Block block, const CallState<Format> &call, int step_number,
+                                DetailRecord &detail)
+  {
+    const ImageHeader &header = call.header;
+    const int n = call.num_grains;
+    Carver spare(spare_of(call.work));
+    BoundArrays arrays;
+    arrays.block = spare.template take<std::int64_t>(6 * n);
+    arrays.weight = spare.template take<double>(n);
+    arrays.value = spare.template take<double>(n);
+    const bool slides = header.friction > 0.0;
+    const bool rolls = header.rolling_friction > 0.0;
+    const double length = call.units.length;
+    const double per_mass = 1.0 / (call.mass_factor * (length * length));
+    const double gain = 1.0 + header.local_damping, enough = call.drive.dt;
+    // covers the rounding of directions to the format
+    constexpr double kMargin = 1.0 + 1e-5;
+    const auto eigenvalue = [&](double k_n, double k_t, double k_r, double sufficient) {
+      const double largest = larger(larger(k_n, k_t), k_r);
+      if (!(largest > 0.0)) return 0.0;
+      const double unit = kMargin * (largest * per_mass);
+      return unit *
+          bound_eigenvalue<General>(block, call, step_number,
+                                    RelativeModuli{k_n / largest, k_t / largest, k_r / largest},
+                                    arrays, sufficient / unit);
+    };
+    const double dashpot_rate =
+        eigenvalue(header.normal_viscosity, slides ? header.tangential_viscosity : 0.0, 0.0, 0.0);
+    // what `enough` asks for: 4/enough >= b + sqrt(b^2 + 4 gain w^2)
+    const double rate = 4.0 / enough, b = gain * dashpot_rate;
+    const double sufficient = rate > b ? rate * (rate - 2.0 * b) / (4.0 * gain) : 0.0;
+    const double frequency_squared =
+        eigenvalue(header.normal_stiffness, slides ? header.tangential_stiffness : 0.0,
+                   rolls ? header.rolling_stiffness : 0.0, sufficient);
+    block.once([&] {
+      detail.stiffness[0] = leapfrog_bound(frequency_squared, dashpot_rate, header.local_damping);
+    });
+  }
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif

@@ -1,0 +1,21 @@
+#include "rve/engine/cell_width.h"
+
+#include "rve/algorithm/image.h"
+#include "rve/physics/cell.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace rve {
+
+std::array<double, 2> least_share_of_widths(const RveState &state, double skin)
+{
+  const double largest = *std::max_element(state.radius.begin(), state.radius.end());
+  const double mean =
+      std::accumulate(state.radius.begin(), state.radius.end(), 0.0) / state.num_grains();
+  const double cutoff = 2.0 * largest + (skin > 0.0 ? skin : kDefaultSkinShare * mean);
+  return {2.0 * cutoff / perpendicular_width(state.cell, 0),
+          2.0 * cutoff / perpendicular_width(state.cell, 1)};
+}
+
+}    // namespace rve

@@ -1,0 +1,19 @@
+// How wide a periodic cell must be for its grains. Host only.
+
+#ifndef RVE_ENGINE_CELL_WIDTH_H
+#define RVE_ENGINE_CELL_WIDTH_H
+
+#include "rve/engine/state.h"
+
+#include <array>
+
+namespace rve {
+
+/// Shares of the widths across the two cell vectors, first that along x, down to which a cell can be compressed before half of it is
+/// no wider than two largest grains that touch and the skin: then a grain could meet two images of another one, and the RVE fails.
+/// `skin` as in Options [length].
+std::array<double, 2> least_share_of_widths(const RveState &state, double skin);
+
+}    // namespace rve
+
+#endif

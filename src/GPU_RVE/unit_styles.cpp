@@ -1,0 +1,33 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+#include "unit_styles.h"
+
+#include "error.h"
+#include "lammps.h"
+#include "update.h"
+
+#include <algorithm>
+
+using namespace LAMMPS_NS;
+
+void LAMMPS_NS::require_mechanical_units(LAMMPS *lmp, const std::string &command)
+{
+  constexpr const char *STYLES[] = {"lj", "si", "cgs", "micro"};
+  const std::string units = lmp->update->unit_style;
+  if (std::find(std::begin(STYLES), std::end(STYLES), units) == std::end(STYLES))
+    lmp->error->all(FLERR,
+                    "{} works in units lj, si, cgs or micro, in which forces follow from masses, "
+                    "not in units {}",
+                    command, units);
+}

@@ -1,0 +1,67 @@
+// What must hold of every state that a reader lets pass.
+
+#ifndef FUZZ_ENGINE_CHECK_H
+#define FUZZ_ENGINE_CHECK_H
+
+#include "fuzz_target.h"
+#include "rve/core/error.h"
+#include "rve/engine/engine.h"
+
+#include <cmath>
+#include <string>
+
+namespace fuzz {
+
+/// Whether sums of products of four of its numbers stay within doubles.
+inline bool is_moderate(const rve::RveState &state)
+{
+  constexpr double MOST = 1e60;
+  const auto moderate = [](double x) {
+    return x == 0.0 || (std::fabs(x) <= MOST && std::fabs(x) >= 1.0 / MOST);
+  };
+  const rve::Material &m = state.material;
+  bool all = true;
+  for (const double x :
+       {m.normal_stiffness, m.tangential_stiffness, m.friction, m.rolling_stiffness,
+        m.rolling_friction, m.density, m.thickness, m.mass_depth})
+    all = all && moderate(x);
+  for (const double x : state.cell.component) all = all && moderate(x);
+  for (const double x : state.radius) all = all && moderate(x);
+  return all;
+}
+
+/// The engine refuses it, says that the call failed, or, unless it is beyond all measure, answers with finite numbers, in every format.
+inline void check_in_engine(const rve::RveState &state)
+{
+  constexpr int MOST_GRAINS = 5000;    // a file may ask for honest work
+  if (state.num_grains() > MOST_GRAINS) return;
+  for (const rve::Format format :
+       {rve::Format::Fast, rve::Format::Mixed, rve::Format::Double, rve::Format::Single}) {
+    rve::Options options;
+    options.format = format;
+    options.device = rve::Device::Cpu;
+    options.threads = 1;
+    std::vector<rve::Result> results;
+    try {
+      const auto engine = rve::make_engine(options);
+      const int rve = engine->add(state);
+      engine->advance({rve}, {rve::Drive()}, results);
+    } catch (const rve::InputError &) {
+      continue;
+    }
+    const rve::Result &result = results[0];
+    if ((result.status & rve::status::Fatal) || !is_moderate(state)) continue;
+    for (const double s : result.stress.component)
+      if (!std::isfinite(s))
+        fail("stress " + rve::number(s) + " in format " + to_string(format) +
+             " without a fatal status: " + rve::describe_status(result.status));
+    if (!std::isfinite(result.void_ratio) || !std::isfinite(result.elastic_energy))
+      fail("void ratio " + rve::number(result.void_ratio) + ", elastic energy " +
+           rve::number(result.elastic_energy) + " in format " + to_string(format) +
+           " without a fatal status");
+  }
+}
+
+}    // namespace fuzz
+
+#endif

@@ -1,0 +1,83 @@
+// Byte images of states: damaged ones are refused; those with a right checksum are sound, or an InputError.
+
+#include "engine/test_states.h"
+#include "engine_check.h"
+#include "rve/core/checksum.h"
+#include "support/packings.h"
+
+#include <cstring>
+
+namespace {
+
+using namespace rve;
+
+// of serialize(): magic, version and number of grains, size, checksum of what follows
+constexpr std::size_t PLACE_OF_SIZE = 16, PLACE_OF_CHECKSUM = 24, HEADER = 32;
+
+/// With the size and the checksum that it should have.
+std::string sealed(std::string image)
+{
+  if (image.size() < HEADER) return image;
+  const std::uint64_t size = image.size();
+  const std::uint64_t checksum = checksum_of(image.data() + HEADER, image.size() - HEADER);
+  std::memcpy(&image[PLACE_OF_SIZE], &size, sizeof(size));
+  std::memcpy(&image[PLACE_OF_CHECKSUM], &checksum, sizeof(checksum));
+  return image;
+}
+
+void treat(const std::string &image)
+{
+  RveState state;
+  try {
+    state = deserialize(image.data(), image.size());
+  } catch (const InputError &) {
+    return;
+  }
+  const std::vector<char> again = serialize(state);
+  if (std::string(again.begin(), again.end()) != image)
+    fuzz::fail("an image that is read and written is another one");
+  fuzz::check_in_engine(state);
+}
+
+}    // namespace
+
+std::vector<std::string> fuzz::seeds()
+{
+  std::vector<RveState> states = {rve_test::two_disks(1e-4), rve_test::crowded_state(5, 1)};
+  states.push_back(rve_test::triangular_packing(rve_test::paper_material(), 4, 4, 0.0037, 1));
+  // with list, history and order, as it is in the middle of a run
+  Options options;
+  options.format = Format::Double;
+  options.device = Device::Cpu;
+  options.threads = 1;
+  RveState shaken = states.back();
+  shaken.material.rolling_stiffness = 5e5;
+  shaken.material.rolling_friction = 0.3;
+  rve_test::shake(shaken, 0.2, 2);
+  const auto engine = make_engine(options);
+  const int rve = engine->add(shaken);
+  std::vector<Result> results;
+  engine->advance({rve},
+                  {Drive::constant_velocity_gradient(Tensor2{{-0.1, 0.3, 0.0, 0.0}}, 5e-5, 40)},
+                  results);
+  states.push_back(engine->state(rve));
+  std::vector<std::string> inputs;
+  for (const RveState &state : states) {
+    const std::vector<char> image = serialize(state);
+    inputs.emplace_back(image.begin(), image.end());
+  }
+  return inputs;
+}
+
+std::string fuzz::changed(const std::string &input, Mutator &mutator)
+{
+  return mutator.bytes(input);
+}
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size)
+{
+  const std::string image(reinterpret_cast<const char *>(data), size);
+  treat(image);
+  treat(sealed(image));
+  return 0;
+}

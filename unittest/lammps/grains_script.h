@@ -1,0 +1,71 @@
+// What tests of fix rve share: four atoms with the same packing, and scripts with one fix of the ID grains.
+
+#ifndef GPU_RVE_UNITTEST_LAMMPS_GRAINS_SCRIPT_H
+#define GPU_RVE_UNITTEST_LAMMPS_GRAINS_SCRIPT_H
+
+#include "script.h"
+#include "support/files.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#define EXPECT_IN(part, whole) EXPECT_PRED_FORMAT2(::testing::IsSubstring, part, whole)
+
+namespace grains_script {
+
+inline const std::string PACKING = EXAMPLE_PACKINGS "/A_h0075.rve";
+
+/// A script with a fix rve of the ID grains.
+class GrainsScript : public Script {
+ public:
+  double fix_value(int n) { return Script::fix_value("grains", n); }
+
+  double per_atom(const std::string &compute, int i)
+  {
+    LAMMPS_NS::Compute *c = lmp->modify->get_compute_by_id(compute);
+    c->compute_peratom();
+    return c->vector_atom[i];
+  }
+
+  std::string state(int atom)
+  {
+    const std::string path = rve_test::temporary_path("state.rve");
+    *this << "write_rve grains atom " + std::to_string(atom) + " file " + path + " format rve";
+    return rve_test::text_of(path);
+  }
+};
+
+inline const std::string BOX = R"(units si
+dimension 2
+boundary p p p
+atom_style atomic
+region box block 0 4 0 4 -0.5 0.5
+create_box 1 box
+mass 1 1.0
+timestep 1e-3
+thermo_modify norm no
+)";
+
+inline const std::string FOUR_ATOMS = BOX + R"(create_atoms 1 single 0.5 0.5 0
+create_atoms 1 single 2.5 0.5 0
+create_atoms 1 single 0.5 2.5 0
+create_atoms 1 single 2.5 2.5 0
+variable rate atom -0.05*id
+)";
+
+inline const std::string FIX = "fix grains all rve " + PACKING + " threads 1 ";
+inline const std::string SHEAR = FIX + "dt 1e-4 drive velocity_gradient yy v_rate xy 0.1\n";
+
+/// What the lines print in the log.
+inline std::string log_of(const std::string &lines)
+{
+  const std::string path = rve_test::temporary_path("log");
+  Script script;
+  script << "log " + path + "\n" + lines + "\nlog none";
+  return rve_test::text_of(path);
+}
+
+}    // namespace grains_script
+
+#endif

@@ -1,0 +1,229 @@
+// create_rve and write_rve: what they refuse before anything runs, where they write, and what they warn of; and the images of packings
+// that fix rve makes. Runs under mpirun as well: every rank then runs the scripts alone.
+
+#include "script.h"
+#include "support/files.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+using namespace LAMMPS_NS;
+using rve_test::text_of;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A path that no other test and no other rank uses.
+std::string temporary_path(const std::string &name)
+{
+  int me;
+  MPI_Comm_rank(MPI_COMM_WORLD, &me);
+  return rve_test::temporary_path(std::to_string(me) + "_" + name);
+}
+
+const std::string RECIPE =
+    " grains 40 seed 5 radius uniform 0.003 0.005 kn 1e6 friction 0.5 density "
+    "2650 damping 0.3 pressure 1e5 thickness 0.075 ";
+
+std::string without(std::string words, const std::string &part)
+{
+  return words.erase(words.find(part), part.size());
+}
+
+const std::string FOUR_ATOMS = R"(units si
+dimension 2
+boundary p p p
+atom_style atomic
+region box block 0 4 0 4 -0.5 0.5
+create_box 1 box
+mass 1 1.0
+timestep 1e-3
+pair_style none
+comm_modify cutoff 1.0
+create_atoms 1 single 0.5 0.5 0
+create_atoms 1 single 2.5 0.5 0
+create_atoms 1 single 0.5 2.5 0
+create_atoms 1 single 2.5 2.5 0
+)";
+
+const std::string FIX = "fix grains all rve " EXAMPLE_PACKINGS
+                        "/A_h0075.rve threads 1 device cpu dt 5e-5 ";
+
+/// The log of the lines, which must run.
+std::string log_of(const std::string &lines)
+{
+  const std::string path = temporary_path("log");
+  {
+    Script script(MPI_COMM_SELF, path);
+    script << lines;
+  }
+  return text_of(path);
+}
+
+#define EXPECT_IN(part, whole) EXPECT_PRED_FORMAT2(::testing::IsSubstring, part, whole)
+#define EXPECT_NOT_IN(part, whole) EXPECT_PRED_FORMAT2(::testing::IsNotSubstring, part, whole)
+
+}    // namespace
+
+// ---- words ----
+
+TEST(CreateRve, WhatIsMissingIsNamed)
+{
+  EXPECT_IN("create_rve: radius, kn, density, pressure must be given",
+            message_of("create_rve none.rve grains 40\n"));
+  EXPECT_IN("create_rve: pressure must be given",
+            message_of("create_rve none.rve" + without(RECIPE, "pressure 1e5") + "\n"));
+}
+
+TEST(CreateRve, AKeywordGivenTwiceIsAnError)
+{
+  EXPECT_IN("create_rve: keyword kn is given twice",
+            message_of("create_rve none.rve" + RECIPE + "kn 1e7\n"));
+  EXPECT_IN("create_rve: keyword grains is given twice",
+            message_of("create_rve none.rve" + RECIPE + "grains 50\n"));
+  EXPECT_IN("create_rve: seed and seeds exclude each other",
+            message_of("create_rve none.rve" + RECIPE + "seeds 1 2\n"));
+}
+
+TEST(WriteRve, AKeywordGivenTwiceIsAnError)
+{
+  EXPECT_IN(
+      "write_rve: keyword atom is given twice",
+      message_of(FOUR_ATOMS + FIX + "\nrun 0\nwrite_rve grains atom 1 file none.rve atom 2\n"));
+}
+
+TEST(CreateRve, UnitsInWhichForcesDoNotFollowFromMassesAreRefused)
+{
+  for (const char *units : {"metal", "real", "electron"})
+    EXPECT_IN(std::string("create_rve works in units lj, si, cgs or micro, in which forces follow "
+                          "from masses, not in units ") +
+                  units,
+              message_of(std::string("units ") + units + "\ncreate_rve none.rve" + RECIPE + "\n"));
+}
+
+TEST(CreateRve, MoreThreadsThanAnyMachineHasAreRefused)
+{
+  EXPECT_IN("number of threads is 1000000; it must be from 1 to 1024",
+            message_of("create_rve none.rve" + RECIPE + "threads 1000000\n"));
+  EXPECT_IN("number of threads is 1000000; it must be from 1 to 1024",
+            message_of(FOUR_ATOMS +
+                       "fix grains all rve " EXAMPLE_PACKINGS "/A_h0075.rve threads 1000000\n"));
+}
+
+// ---- where they write ----
+
+// found out before the preparation: its lines would be in the log
+TEST(CreateRve, AFileThatCannotBeWrittenIsFoundOutBeforeTheWork)
+{
+  const std::string log = temporary_path("early.log"), path = temporary_path("none") + "/p.rve";
+  std::string message;
+  {
+    Script script(MPI_COMM_SELF, log);
+    try {
+      script << "create_rve " + path + RECIPE + "\n";
+    } catch (const LAMMPSException &problem) {
+      message = problem.what();
+    }
+  }
+
+  EXPECT_IN("create_rve: cannot write file " + path + ": No such file or directory", message);
+  EXPECT_NOT_IN("compression", text_of(log));
+}
+
+TEST(FixRve, ADumpThatCannotBeWrittenIsFoundOutBeforeTheRun)
+{
+  const std::string prefix = temporary_path("none") + "/grains";
+
+  EXPECT_IN("cannot write file " + prefix + ".2.0.data: No such file or directory",
+            message_of(FOUR_ATOMS + FIX + "dump 1000 " + prefix + " 2\nrun 0\n"));
+}
+
+TEST(WriteRve, ALinkStaysALink)
+{
+  const std::string link = temporary_path("link"), file = temporary_path("file.rve");
+  fs::remove(link);
+  fs::remove(file);
+  fs::create_symlink(fs::path(file).filename(), link);
+
+  EXPECT_EQ(message_of(FOUR_ATOMS + FIX + "\nrun 0\nwrite_rve grains atom 1 file " + link +
+                       " format rve\n"),
+            "");
+
+  EXPECT_TRUE(fs::is_symlink(link));
+  EXPECT_IN("gpu_rve_packing 1", text_of(file));
+  fs::remove(link);
+}
+
+TEST(WriteRve, SaysWhyItCannotWrite)
+{
+  EXPECT_IN("write_rve: cannot write file /nowhere/p.rve: No such file or directory",
+            message_of(FOUR_ATOMS + FIX +
+                       "\nrun 0\nwrite_rve grains atom 1 file /nowhere/p.rve format rve\n"));
+}
+
+TEST(FixRve, APackingThatIsNoFileIsRefusedWithTheReason)
+{
+  const std::string folder = testing::TempDir();
+
+  EXPECT_IN("fix rve: cannot open packing file " + folder + ": Is a directory",
+            message_of(FOUR_ATOMS + "fix grains all rve " + folder + "\n"));
+}
+
+// ---- what they warn of ----
+
+// the default thickness of 1 m, and numbers in SI: mean overlap 6 % of the diameter, void ratio below 0
+TEST(CreateRve, GrainsThatWouldFillThePlaneAreAnErrorBeforeAnythingRuns)
+{
+  const std::string message =
+      message_of("create_rve none.rve" + without(RECIPE, "thickness 0.075"));
+
+  EXPECT_IN("create_rve: grains would overlap by about 0.1 of their diameter, pressure * thickness "
+            "/ kn; it must be at most 0.05",
+            message);
+  EXPECT_IN("the pressure must be at most 50000 [stress]", message);
+  EXPECT_IN("kn must be at least 2000000", message);
+  EXPECT_IN("the thickness of the disks at most 0.5", message);
+}
+
+TEST(CreateRve, GrainsThatAreSoftAreWarnedOf)
+{
+  const std::string path = temporary_path("soft.rve");
+  std::string soft = RECIPE;
+  soft.replace(soft.find("kn 1e6"), 6, "kn 5e5");
+
+  const std::string log = log_of("create_rve " + path + soft);
+
+  EXPECT_IN("create_rve: grains will overlap by about 0.015 of their diameter, pressure 100000 "
+            "[stress] * thickness 0.075 [length] / kn 500000 [force/length]",
+            log);
+  EXPECT_IN("use kn of at least 750000", log);
+  EXPECT_NOT_IN("will overlap", log_of("create_rve " + path + RECIPE));
+}
+
+// a packing that was sheared before, turned by 90 degrees: the ground has the other one's horizontal stress
+TEST(PackingImage, OfAPackingThatIsNotIsotropicIsWarnedOf)
+{
+  const std::string path = temporary_path("pressed.rve");
+  log_of(FOUR_ATOMS + FIX +
+         "drive velocity_gradient yy -1.0\nrun 5\nwrite_rve grains atom 1 file " + path +
+         " format rve");
+  const auto log_with = [](const std::string &packing, const std::string &image) {
+    return log_of(FOUR_ATOMS + "fix grains all rve " + packing + " threads 1 device cpu dt 5e-5 " +
+                  image + "\nrun 0");
+  };
+
+  const std::string log = log_with(path, "packing_image 1");
+
+  EXPECT_IN("WARNING: fix rve: packing_image changes the ground: packing " + path +
+                " has sxx, syy, sxy of ",
+            log);
+  EXPECT_IN("its image 1", log);
+  EXPECT_IN("1 of 1 packings are not isotropic in this way", log);
+  for (const char *image : {"packing_image 0", "packing_image 2", "packing_image 6"})
+    EXPECT_NOT_IN("changes the ground", log_with(path, image)) << image;
+  EXPECT_NOT_IN("changes the ground",
+                log_with(EXAMPLE_PACKINGS "/A_h0075.rve", "packing_image random 1"));
+}

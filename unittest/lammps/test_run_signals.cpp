@@ -1,0 +1,223 @@
+// SIGTERM and SIGINT during a run: it ends after its present step, with the restart file that the script asks for. Runs under mpirun as
+// well: then only the last rank gets the signal.
+
+#include "fix_external.h"
+#include "library.h"
+#include "script.h"
+#include "support/files.h"
+#include "update.h"
+
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+
+using namespace LAMMPS_NS;
+using rve_test::text_of;
+
+namespace {
+
+const std::string FOUR_ATOMS = R"(units si
+dimension 2
+boundary p p p
+atom_style atomic
+processors 1 * 1
+region box block 0 4 0 4 -0.5 0.5
+create_box 1 box
+mass 1 1.0
+timestep 1e-3
+pair_style none
+comm_modify cutoff 1.0
+create_atoms 1 single 0.5 0.5 0
+create_atoms 1 single 2.5 0.5 0
+create_atoms 1 single 0.5 2.5 0
+create_atoms 1 single 2.5 2.5 0
+)";
+
+const std::string GRAINS = "fix grains all rve " EXAMPLE_PACKINGS
+                           "/A_h0075.rve threads 1 device cpu dt 1e-4 drive "
+                           "velocity_gradient yy -0.05 xy 0.1\n";
+
+const std::string SOIL = R"(units si
+dimension 2
+boundary f f p
+atom_style atomic
+region box block 0 3 0 6 -0.1 0.1 units box
+create_box 1 box
+mass 1 1000
+lattice sq 1.0 origin 0.5 0.5 0.0
+region ground block 0 3 0 3 -0.05 0.05 units box
+create_atoms 1 region ground
+pair_style none
+comm_modify cutoff 1.0
+neighbor 0.5 bin
+timestep 0.001
+fix soil all mpm 1.0 model all elastic 1.0e5 0.3 density 1000
+)";
+
+int rank()
+{
+  int me;
+  MPI_Comm_rank(MPI_COMM_WORLD, &me);
+  return me;
+}
+
+bool on_last_rank()
+{
+  int size;
+  MPI_Comm_size(MPI_COMM_WORLD, &size);
+  return rank() == size - 1;
+}
+
+/// A script whose run gets a signal in the middle of a step.
+class SignalledScript : public Script {
+ public:
+  void raise_in_step(bigint step, int signal)
+  {
+    *this << "fix external all external pf/callback 1 1";
+    when = step;
+    what = signal;
+    lammps_set_fix_external_callback(lmp.get(), "external", &SignalledScript::in_step, this);
+  }
+
+ private:
+  bigint when = 0;
+  int what = 0;
+
+  static void in_step(void *self, bigint step, int, tagint *, double **, double **)
+  {
+    auto *script = static_cast<SignalledScript *>(self);
+    if (step != script->when) return;
+    script->when = -1;    // once: the setup of the next run comes in the same step
+    if (on_last_rank()) std::raise(script->what);
+  }
+};
+
+/// What the lines end in, on all ranks together; empty if they run.
+std::string message_of(Script &script, const std::string &lines)
+{
+  try {
+    script << lines;
+  } catch (const LAMMPSException &problem) {
+    return problem.what();
+  }
+  return "";
+}
+
+auto handler_of(int signal)
+{
+  struct sigaction action;
+  sigaction(signal, nullptr, &action);
+  return action.sa_handler;
+}
+
+#define EXPECT_IN(part, whole) EXPECT_PRED_FORMAT2(::testing::IsSubstring, part, whole)
+
+}    // namespace
+
+TEST(RunSignals, ARunEndsAfterItsStepWithARestartFileAndGoesOnToTheSameBits)
+{
+  const std::string write = "write_rve grains atom 3 file ";
+  {
+    Script whole;
+    whole << FOUR_ATOMS + GRAINS + "run 20\n" + write + "test_signals.whole.rve format rve";
+  }
+  SignalledScript script;
+  script << FOUR_ATOMS + GRAINS + "restart 1000 test_signals.one test_signals.two";
+  script.raise_in_step(7, SIGTERM);
+
+  const std::string message = message_of(script, "run 20");
+
+  EXPECT_IN("fix rve grains: SIGTERM ended the run after step 7; continue from restart file "
+            "test_signals.one",
+            message);
+  EXPECT_EQ(script.lmp->update->ntimestep, 7);
+  EXPECT_EQ(handler_of(SIGTERM), SIG_DFL);
+  Script continued;
+  continued << "read_restart test_signals.one\npair_style none\ncomm_modify cutoff 1.0\n" + GRAINS +
+          "run 20 upto\n" + write + "test_signals.continued.rve format rve";
+  MPI_Barrier(MPI_COMM_WORLD);
+  EXPECT_EQ(continued.lmp->update->ntimestep, 20);
+  EXPECT_EQ(text_of("test_signals.continued.rve"), text_of("test_signals.whole.rve"));
+  MPI_Barrier(MPI_COMM_WORLD);
+  if (rank() == 0)
+    for (const char *name : {"one", "two", "whole.rve", "continued.rve"})
+      std::remove((std::string("test_signals.") + name).c_str());
+}
+
+TEST(RunSignals, AFileWithTheStepInItsNameIsNamed)
+{
+  SignalledScript script;
+  script << FOUR_ATOMS + GRAINS + "restart 1000 test_signals.*.restart";
+  script.raise_in_step(3, SIGINT);
+
+  EXPECT_IN("SIGINT ended the run after step 3; continue from restart file test_signals.3.restart",
+            message_of(script, "run 20"));
+
+  MPI_Barrier(MPI_COMM_WORLD);
+  EXPECT_TRUE(std::ifstream("test_signals.3.restart").is_open());
+  MPI_Barrier(MPI_COMM_WORLD);
+  if (rank() == 0) std::remove("test_signals.3.restart");
+}
+
+TEST(RunSignals, WithoutARestartCommandTheMessageSaysSo)
+{
+  SignalledScript script;
+  script << FOUR_ATOMS + GRAINS;
+  script.raise_in_step(5, SIGTERM);
+
+  EXPECT_IN("SIGTERM ended the run after step 5; there is no restart file, since the script has no "
+            "restart command",
+            message_of(script, "run 20"));
+
+  // whoever caught the error may go on: it was that run which ended
+  EXPECT_EQ(message_of(script, "run 3"), "");
+  EXPECT_EQ(script.lmp->update->ntimestep, 8);
+}
+
+TEST(RunSignals, ASignalInTheLastStepOrInTheSetupIsNotLost)
+{
+  SignalledScript last, setup;
+  last << FOUR_ATOMS + GRAINS;
+  last.raise_in_step(4, SIGTERM);
+  EXPECT_IN("SIGTERM ended the run after step 4", message_of(last, "run 4"));
+
+  // fixes of before the callback are set up when it comes
+  setup << FOUR_ATOMS + GRAINS + "run 2";
+  setup.raise_in_step(2, SIGTERM);
+  EXPECT_IN("SIGTERM ended the run after step 2", message_of(setup, "run 0"));
+}
+
+TEST(RunSignals, ARunOfMaterialPointsWithoutGrainsEndsToo)
+{
+  SignalledScript script;
+  script << SOIL;
+  script.raise_in_step(6, SIGTERM);
+
+  EXPECT_IN("fix mpm soil: SIGTERM ended the run after step 6", message_of(script, "run 20"));
+}
+
+TEST(RunSignals, RunsWithoutSetupAreWatchedToo)
+{
+  SignalledScript script;
+  script << FOUR_ATOMS + GRAINS;
+  script.raise_in_step(7, SIGTERM);
+
+  EXPECT_IN("SIGTERM ended the run after step 7", message_of(script, "run 20 every 5 NULL"));
+  EXPECT_EQ(message_of(script, "run 2"), "");
+}
+
+// nohup, and shells for what they run in the background
+TEST(RunSignals, WhatIsIgnoredStaysIgnored)
+{
+  const auto before = std::signal(SIGINT, SIG_IGN);
+  SignalledScript script;
+  script << FOUR_ATOMS + GRAINS;
+  script.raise_in_step(5, SIGINT);
+
+  EXPECT_EQ(message_of(script, "run 10"), "");
+
+  EXPECT_EQ(handler_of(SIGINT), SIG_IGN);
+  std::signal(SIGINT, before);
+}

@@ -1,0 +1,231 @@
+// The DEM time step of fix rve through LAMMPS scripts: whose stability bound counts, and when it is looked at. Alone and on several
+// ranks.
+
+#include "fix_rve.h"
+#include "rve/core/threads.h"
+#include "rve/engine/packing_io.h"
+#include "rve/engine/stability.h"
+#include "script.h"
+#include "support/files.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+using namespace LAMMPS_NS;
+using rve_test::temporary_path;
+using rve_test::text_of;
+
+namespace {
+
+#define EXPECT_IN(part, whole) EXPECT_PRED_FORMAT2(::testing::IsSubstring, part, whole)
+
+// of the bound: an automatic step that the check finds above it is lowered
+constexpr double MARGIN = 0.95;
+
+const std::string TWO_ATOMS = R"(units si
+dimension 2
+boundary p p p
+atom_style atomic
+region box block 0 2 0 1 -0.5 0.5
+create_box 1 box
+mass 1 1.0
+timestep 1e-3
+create_atoms 1 single 0.5 0.5 0
+create_atoms 1 single 1.5 0.5 0
+variable second atom id-1
+)";
+
+/// A file of each rank: all of them write the same.
+std::string file_of_rank(const std::string &name)
+{
+  int rank;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  return temporary_path(std::to_string(rank) + "." + name);
+}
+
+/// Many contacts, and a tenth of the stiffness of loose_packing().
+std::string soft_packing()
+{
+  const std::string path = file_of_rank("soft.rve");
+  rve::write_packing(path, rve::read_packing(EXAMPLE_PACKINGS "/A_h1.rve"));
+  return path;
+}
+
+/// Stiff grains that have been pulled apart and hardly touch.
+std::string loose_packing()
+{
+  rve::RveState state = rve::read_packing(EXAMPLE_PACKINGS "/A20_h0075.rve");
+  state.material.normal_stiffness *= 10.0;
+  state.material.tangential_stiffness *= 10.0;
+  state.cell = 1.004 * state.cell;
+  const std::string path = file_of_rank("loose.rve");
+  rve::write_packing(path, state);
+  return path;
+}
+
+class TimeStepScript : public Script {
+ public:
+  using Script::Script;
+
+  double step() { return fix_value("grains", 8); }
+
+  rve::RveState state(tagint id)
+  {
+    return dynamic_cast<FixRve *>(lmp->modify->get_fix_by_id("grains"))->state(local(id));
+  }
+  /// Of an RVE, on every rank.
+  double bound(tagint id)
+  {
+    double mine = local(id) < 0 ? 0.0 : rve::stable_time_step(state(id)), bound;
+    MPI_Allreduce(&mine, &bound, 1, MPI_DOUBLE, MPI_MAX, lmp->world);
+    return bound;
+  }
+
+ private:
+  int local(tagint id) const
+  {
+    for (int i = 0; i < lmp->atom->nlocal; ++i)
+      if (lmp->atom->tag[i] == id) return i;
+    return -1;
+  }
+};
+
+std::string two_packings(const std::string &rest)
+{
+  return TWO_ATOMS + "fix grains all rve " + soft_packing() + " packings " + loose_packing() +
+      " packing_variable v_second threads 1 substeps 10 " + rest + "\n";
+}
+
+/// The second RVE is made dense.
+const std::string COMPRESS = "variable rate atom -0.5*(id-1)\n";
+
+}    // namespace
+
+TEST(TimeStep, IsThatOfTheStiffestNetworkWhateverItsContacts)
+{
+  TimeStepScript script;
+  script << COMPRESS +
+          two_packings("dt auto 0.9 dt_check 20 drive velocity_gradient xx v_rate yy v_rate");
+  const double at_first = script.step();
+
+  script << "run 100";
+
+  EXPECT_LT(script.bound(2), script.bound(1));
+  EXPECT_LT(script.step(), 0.9 * at_first);
+  EXPECT_LE(script.step(), script.bound(2));
+  EXPECT_GE(script.step(), 0.8 * MARGIN * script.bound(2));
+}
+
+TEST(TimeStep, OfTheUserEndsTheRunWhereOneNetworkCannotBearIt)
+{
+  TimeStepScript probe(MPI_COMM_SELF);
+  probe << two_packings("dt auto 0.94");
+  const std::string dt = std::to_string(1e6 * probe.step());
+
+  const std::string message = message_of(
+      COMPRESS +
+      two_packings("dt " + dt + "e-6 dt_check 20 drive velocity_gradient xx v_rate yy v_rate") +
+      "run 100");
+
+  EXPECT_IN("is above the stability bound", message);
+  EXPECT_IN("of the RVE of atom 2 at step", message);
+}
+
+// The first RVE is crushed and frozen with the most contacts of all.
+TEST(TimeStep, FrozenRveHidesNoOther)
+{
+  TimeStepScript script;
+  script << "variable rate atom -0.5*(id==2)-20*(id==1)\n" +
+          two_packings("dt auto 0.9 dt_check 20 policy freeze overlap_limit 0.1 "
+                       "drive velocity_gradient xx v_rate yy v_rate");
+
+  script << "run 100";
+
+  EXPECT_EQ(script.fix_value("grains", 2), 1.0);
+  EXPECT_LE(script.step(), script.bound(2));
+  EXPECT_GE(script.step(), 0.8 * MARGIN * script.bound(2));
+}
+
+// A loose packing allows a long step, which is too long as soon as it is dense: no interval of checks is short enough.
+TEST(TimeStep, FollowsNewContactsBeforeTheNextCheckIsDue)
+{
+  TimeStepScript script;
+  script << COMPRESS +
+          two_packings("dt auto 0.9 dt_check 1000 drive velocity_gradient xx v_rate yy v_rate");
+  const double at_first = script.step();
+
+  script << "run 120";
+
+  EXPECT_LT(script.step(), 0.9 * at_first);
+  EXPECT_LE(script.step(), script.bound(2));
+}
+
+TEST(TimeStep, DoesNotDependOnRanks)
+{
+  const std::string lines = COMPRESS +
+      two_packings("dt auto 0.9 dt_check 20 drive velocity_gradient xx v_rate yy v_rate") +
+      "run 60";
+  TimeStepScript together, alone(MPI_COMM_SELF);
+
+  together << lines;
+  alone << lines;
+
+  EXPECT_EQ(together.step(), alone.step());
+  EXPECT_EQ(together.bound(2), alone.bound(2));
+}
+
+// Looks before and after a run change nothing that a whole run would not have changed.
+TEST(TimeStep, OfADividedRunIsThatOfTheWhole)
+{
+  const std::string lines = COMPRESS +
+      two_packings("dt auto 0.9 dt_check 50 drive velocity_gradient xx v_rate yy v_rate");
+  TimeStepScript whole, parts;
+
+  whole << lines + "run 120";
+  parts << lines + "run 33\nrun 33\nrun 54";
+
+  EXPECT_EQ(whole.step(), parts.step());
+  EXPECT_EQ(whole.bound(2), parts.bound(2));
+}
+
+TEST(TimeStep, RestartKeepsItsChecks)
+{
+  const std::string lines = COMPRESS +
+      two_packings("dt auto 0.9 dt_check 50 drive velocity_gradient xx v_rate yy v_rate");
+  const std::string path = temporary_path("checks.restart");
+  TimeStepScript whole;
+  whole << lines + "run 37\nwrite_restart " + path + "\nrun 83";
+
+  TimeStepScript continued;
+  continued << "read_restart " + path + "\ntimestep 1e-3\nvariable second atom id-1\n" +
+          lines.substr(lines.find("variable rate"), lines.find('\n')) + "\n" +
+          lines.substr(lines.find("fix grains")) + "run 83";
+
+  EXPECT_EQ(whole.step(), continued.step());
+  EXPECT_EQ(whole.bound(2), continued.bound(2));
+}
+
+TEST(TimeStep, WarningsComeInRunsShorterThanTheInterval)
+{
+  {
+    Script script(MPI_COMM_SELF, file_of_rank("log.short"));
+    script << TWO_ATOMS +
+            "fix grains all rve " EXAMPLE_PACKINGS
+            "/A_h0075.rve threads 1 dt 1e-4 drive velocity_gradient yy -5\nrun 20";
+  }
+  EXPECT_IN("the inertial number is", text_of(file_of_rank("log.short")));
+}
+
+// 1e-3 in eleven steps of at most 9.5e-5.
+TEST(TimeStep, OfAFailureIsTheStepThatWasUsed)
+{
+  const std::string message = message_of(TWO_ATOMS +
+                                         "fix grains all rve " EXAMPLE_PACKINGS
+                                         "/A_h0075.rve threads 1 dt 9.5e-5 overlap_limit 0.1 "
+                                         "drive velocity_gradient yy -400\nrun 20");
+
+  EXPECT_IN("overlap too large", message);
+  EXPECT_IN("DEM time step 9.0909", message);
+}

@@ -1,0 +1,44 @@
+// The same text for the CPU and, with RVE_TEST_CUDA, for the kernels of a GPU.
+
+#ifndef RVE_UNITTEST_SUPPORT_ON_DEVICE_H
+#define RVE_UNITTEST_SUPPORT_ON_DEVICE_H
+
+#include "rve/core/cuda_required.h"
+#include "rve/core/error.h"
+#include "support/rve_rig.h"
+
+#include <gtest/gtest.h>
+
+namespace rve_test {
+
+#if defined(RVE_TEST_CUDA)
+constexpr rve::Device DEVICE = rve::Device::Cuda;
+#else
+constexpr rve::Device DEVICE = rve::Device::Cpu;
+#endif
+
+inline rve::Options device_options(rve::Format format)
+{
+  rve::Options options = cpu_options(format);
+  options.device = DEVICE;
+  return options;
+}
+
+/// Skipped where the device is a GPU and there is none.
+class OnDevice : public testing::TestWithParam<rve::Format> {
+ protected:
+  void SetUp() override
+  {
+    if (DEVICE == rve::Device::Cpu) return;
+    try {
+      rve::make_engine(device_options(rve::Format::Fast));
+    } catch (const rve::InputError &error) {
+      if (rve::cuda_required()) FAIL() << error.what();
+      GTEST_SKIP() << error.what();
+    }
+  }
+};
+
+}    // namespace rve_test
+
+#endif
