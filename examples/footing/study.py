@@ -61,7 +61,7 @@ def cases():
         ("different", "ground different", "grains drawn point by point"),
         ("slow", "speed 0.05", "half the speed"), ("slower", "speed 0.025", "a quarter of the speed"),
         ("wide", "half 2 d_end 0.4", "footing twice as wide: its edge counts half"),
-        ("flip", "pic 0", "no PIC"), ("undamped", "damping 0", "no local damping on the grid"),
+        ("flip", "pic 0", "no PIC"), ("damped", "damping 0.05", "local damping of 0.05 on the grid"),
         ("looser_0.02", "prep 0.02", "looser packing: friction 0.02 in preparation"), ("looser_0.05", "prep 0.05", "looser packing: 0.05"),
         ("looser", "prep 0.1", "looser packing: 0.1"), ("thick", "thickness 1 d_end 0.4", "disks of 1 m: soft grains"),
         ("thick_loose", "thickness 1 prep 0.2 d_end 0.4", "soft grains, looser packing"),

@@ -81,6 +81,9 @@ void FixRve::Impl::write_restart_head(FILE *fp) const
 {
   std::string account;
   for (const auto &[keyword, value] : settings.account()) account += keyword + " " + value + "\n";
+  for (const MaterialKeyword &keyword : MATERIAL_KEYWORDS)
+    if (settings.material.*keyword.word)    // all digits
+      account += fmt::format("{} {}\n", keyword.name, *(settings.material.*keyword.word));
   RestartHead head;
   head.version = -RESTART_VERSION;
   head.step = static_cast<double>(fix->update->ntimestep);
@@ -164,10 +167,25 @@ void FixRve::Impl::read_restart_head(const char *buf)
       (is_auto ? settings.dt_fraction != head.dt_fraction : settings.dt != head.dt);
   dt = time_step_is_old ? settings.dt : head.dt;
 
+  MaterialWords unsaid;
+  for (const MaterialKeyword &keyword : MATERIAL_KEYWORDS) {
+    const auto word = account.find(keyword.name);
+    if (word == account.end() || settings.material.*keyword.word) continue;
+    settings.material.*keyword.word = unsaid.*keyword.word = std::stod(word->second);
+  }
   mass_scaling_of_rves = head.mass_scaling;
-  if (!settings.mass_scaling) {
-    settings.mass_scaling = head.mass_scaling;
-    packings.change(MaterialWords(), head.mass_scaling, 1.0);
+  const double scaling_before = settings.mass_scaling.value_or(1.0);
+  const double scaling = settings.mass_scaling.value_or(head.mass_scaling);
+  settings.mass_scaling = scaling;
+  if (unsaid.any() || scaling != scaling_before) {
+    // of RVEs that are made later
+    std::string problem;
+    try {
+      packings.change(unsaid, scaling, scaling_before);
+    } catch (const std::exception &e) {
+      problem = fmt::format("fix rve {}: {}", fix->id, e.what());
+    }
+    error_if_any(problem);
   }
   continues = true;
 }
@@ -335,12 +353,17 @@ void FixRve::Impl::modify(int narg, char **arg)
 void FixRve::Impl::warn_of_loss() const
 {
   if (!fix->update) return;
-  double mine[2] = {dem_steps(), static_cast<double>(atoms_with_rve().size())}, all[2];
+  double mine[2] = {0.0, 0.0}, all[2];
+  for (const int i : atoms_with_rve()) {
+    // whatever the engine says now, a destructor has no errors
+    mine[0] += points->has_advanced(slot[i]) ? 1.0 : 0.0;
+    mine[1] += 1.0;
+  }
   MPI_Allreduce(mine, all, 2, MPI_DOUBLE, MPI_SUM, fix->world);
   if (all[0] == 0.0 || fix->comm->me) return;
   fix->error->warning(FLERR,
-                      "fix rve {} goes, and with it {} RVEs after {} DEM steps in all: a fix rve "
-                      "that follows begins with packings again. To change drive, servo, time step "
+                      "fix rve {} goes, and with it {} RVEs that have advanced: a fix rve that "
+                      "follows begins with packings again. To change drive, servo, time step "
                       "or material of RVEs and keep them, use fix_modify {}",
-                      fix->id, all[1], rve::number(all[0]), fix->id);
+                      fix->id, all[1], fix->id);
 }

@@ -521,6 +521,11 @@ void FixRve::Impl::advise(bool at_start)
         rve::advice(settings.options.format, point.last_steps(), point.material, motion);
     if (at_start && motion.applied_strain <= rve::SHEAR_BAND_STRAIN)
       for (const rve::Advice &size : rve::advice_on_size(point.result)) list.push_back(size);
+    if (at_start)
+      for (const rve::Advice &friction : rve::advice_on_friction(point.material))
+        list.push_back(friction);
+    else
+      for (const rve::Advice &servo : points->advice_on_servo(slot[i])) list.push_back(servo);
     for (const rve::Advice &advice : list) {
       const int kind = static_cast<int>(advice.kind);
       ++beyond[kind];

@@ -88,6 +88,7 @@ void RvePackings::read(LAMMPS *lmp, const FixRveSettings &settings)
           change_material(state.material, settings.material, settings.mass_scaling.value_or(1.0),
                           1.0);
           state.check();
+          rve::forget_absurd_force(state);
           file_of.push_back(static_cast<int>(n));
           stable.push_back(rve::stable_time_step(state));
           state_images.push_back(rve::serialize(state));

@@ -178,10 +178,18 @@ std::vector<int> RvePoints::add(const std::vector<const rve::RveState *> &states
     slots.push_back(engine->add(*state));
     settle(slots.back(), *state);
   }
-  advance(slots, drives_at_rest(slots.size()));
-  for (const int slot : slots) {
-    Point &point = points[slot];
-    if (!point.frozen) point.grain_size = rve::grain_size(point.result);
+  std::vector<rve::Result> results;
+  call_engine(slots, drives_at_rest(slots.size()), results);
+  for (std::size_t k = 0; k < slots.size(); ++k) {
+    Point &point = points[slots[k]];
+    point.frozen = (results[k].status & rve::status::Fatal) != 0;
+    if (point.frozen) {
+      point.result.status = results[k].status;
+      continue;
+    }
+    point.result = results[k];
+    point.grain_size = rve::grain_size(point.result);
+    point.contacts = point.result.num_contacts;
     expect_contacts(point);
   }
   return slots;
@@ -192,6 +200,14 @@ std::vector<double> RvePoints::bound_time_steps(const std::vector<int> &slots, d
   std::vector<double> bounds;
   engine->bound_time_steps(slots, enough, bounds);
   return bounds;
+}
+
+std::vector<rve::Advice> RvePoints::advice_on_servo(int slot)
+{
+  Point &point = points[slot];
+  const auto list = rve::advice_on_servo(point.result, point.drive, point.out_of_reach);
+  point.out_of_reach = rve::stress_out_of_reach(point.result, point.drive);
+  return list;
 }
 
 void RvePoints::note_check(const std::vector<int> &slots)
@@ -546,22 +562,19 @@ void RvePoints::run(std::vector<Macro> &macros)
       }
     }
     if (!last.empty()) {
-      std::vector<rve::Result> results;
-      call_engine(slots_of(last), drives_of(last), results);
+      std::vector<rve::Response> responses;
+      call_engine(slots_of(last), drives_of(last), responses);
       for (std::size_t k = 0; k < last.size(); ++k) {
         Macro &macro = *last[k];
         Point &point = points[macro.slot];
-        macro.failed = (results[k].status & rve::status::Fatal) != 0;
-        if (macro.failed) {
-          point.result.status = results[k].status;
-          continue;
-        }
-        point.result = results[k];
-        point.contacts = results[k].num_contacts;
+        point.result.status = responses[k].status;
+        macro.failed = (responses[k].status & rve::status::Fatal) != 0;
+        if (macro.failed) continue;
+        point.contacts = responses[k].num_contacts;
         any_stiffened = any_stiffened || point.contacts > point.most_contacts;
-        if (macro.parts == 1) continue;
-        macro.samples.push_back(results[k].stress);
-        point.result.stress = macro.stress(options.stress_from);
+        macro.samples.push_back(responses[k].stress);
+        point.result.stress = macro.parts == 1 ? responses[k].stress
+                                               : macro.stress(options.stress_from);
       }
     }
   }
@@ -601,8 +614,10 @@ std::vector<int> RvePoints::advance(const std::vector<int> &slots,
                                     const std::vector<rve::Drive> &drives, bool with_details)
 {
   const auto start = std::chrono::steady_clock::now();
-  const std::vector<int> failed = is_plain(slots) ? advance_plainly(slots, drives, with_details)
-                                                  : advance_by_plan(slots, drives, with_details);
+  const std::vector<int> failed = is_plain(slots) ? advance_plainly(slots, drives)
+                                                  : advance_by_plan(slots, drives);
+  // of the same kind as what is asked for later: the long answer of the call itself has the velocities of half a step before
+  if (with_details) complete();
   if (shadows) {
     const auto shadows_start = std::chrono::steady_clock::now();
     advance_shadows(slots, drives);
@@ -633,15 +648,11 @@ bool RvePoints::is_plain(const std::vector<int> &slots) const
 }
 
 std::vector<int> RvePoints::advance_plainly(const std::vector<int> &slots,
-                                            const std::vector<rve::Drive> &drives,
-                                            bool with_details)
+                                            const std::vector<rve::Drive> &drives)
 {
   const int count = static_cast<int>(slots.size());
   if (count == 0) return {};
-  if (with_details)
-    call_engine(slots, drives, results);
-  else
-    call_engine(slots, drives, responses);
+  call_engine(slots, drives, responses);
   image_sizes.assign(points.size(), 0);
 
   const int team = rve::team_for(count, threads);
@@ -650,23 +661,16 @@ std::vector<int> RvePoints::advance_plainly(const std::vector<int> &slots,
 #pragma omp parallel for num_threads(team) reduction(+ : num_failed) reduction(|| : stiffened)
   for (int k = 0; k < count; ++k) {
     Point &point = points[slots[k]];
-    const std::uint32_t status = with_details ? results[k].status : responses[k].status;
     point.asleep = false;
-    if (status & rve::status::Fatal) {
-      point.result.status = status;
+    point.result.status = responses[k].status;
+    if (responses[k].status & rve::status::Fatal) {
       point.frozen = true;
       ++num_failed;
       continue;
     }
-    if (with_details) {
-      point.result = results[k];
-      point.stale = false;
-    } else {
-      point.result.status = status;
-      point.result.stress = responses[k].stress;
-      point.stale = true;
-    }
-    point.contacts = with_details ? results[k].num_contacts : responses[k].num_contacts;
+    point.result.stress = responses[k].stress;
+    point.stale = true;
+    point.contacts = responses[k].num_contacts;
     stiffened = stiffened || point.contacts > point.most_contacts;
     point.look.reset();
     if (drives[k].substeps == 0) continue;
@@ -696,8 +700,7 @@ void RvePoints::complete() const
 }
 
 std::vector<int> RvePoints::advance_by_plan(const std::vector<int> &slots,
-                                            const std::vector<rve::Drive> &drives,
-                                            bool with_details)
+                                            const std::vector<rve::Drive> &drives)
 {
   const int count = static_cast<int>(slots.size());
   const int team = rve::team_for(count, threads);
@@ -724,7 +727,7 @@ std::vector<int> RvePoints::advance_by_plan(const std::vector<int> &slots,
   if (options.stress_from != StressFrom::End)
     advance_with_samples(working_slots, working_drives);
   else
-    advance_plainly(working_slots, working_drives, with_details);
+    advance_plainly(working_slots, working_drives);
 
   std::vector<int> failed;
   for (const int k : working)
@@ -753,7 +756,7 @@ void RvePoints::advance_with_samples(const std::vector<int> &slots,
     point.asleep = false;
     point.frozen = macro.failed;
     if (macro.failed) continue;
-    point.stale = false;
+    point.stale = true;
     point.look.reset();
     if (macro.drive.substeps == 0) continue;
     point.pending = rve::Tensor2::identity();

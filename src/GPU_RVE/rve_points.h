@@ -69,6 +69,7 @@ class RvePoints {
     rve::Material material;
     double servo_gain = 0.0;      ///< default of its stress servo [1/(stress time^2)]
     double grain_size = 0.0;      ///< 2 sqrt(<r^2>) [length]
+    double out_of_reach = 0.0;    ///< stress that its servo lacked when last asked [stress]
     bool frozen = false;          ///< failed once and is not advanced any more
     bool asleep = false;          ///< was skipped in the last macro step
     bool stale = false;           ///< `result` is of an earlier advance, but for stress and status
@@ -115,9 +116,10 @@ class RvePoints {
 
   /// Advances those that are not frozen; returns the slots that failed, which stay as they were and are frozen. With stress samples
   /// a macro step is several calls of the engine: a failed RVE then stays as it was before the call that failed.
-  /// Without details the results have stress and status only until somebody asks for a point, which then costs a call of the engine:
-  /// say in advance when it is known. What is found so belongs to the same configuration, but velocities have had their last kick
-  /// (kinetic energy), and sums of forces may be rounded in another unit.
+  /// Without details the results have stress and status only until somebody asks for a point, which costs a call of the engine; the
+  /// results are the same whenever they are asked for. Stress and status are those of the advance. The rest belongs to the same
+  /// configuration: velocities have had their last kick (kinetic energy, forces of dashpots), and sums of forces may be rounded in
+  /// another unit.
   std::vector<int> advance(const std::vector<int> &slots, const std::vector<rve::Drive> &drives,
                            bool with_details = true);
   /// Completes the results of all points that an advance left without details.
@@ -148,6 +150,8 @@ class RvePoints {
   std::vector<double> bound_time_steps(const std::vector<int> &slots, double enough) const;
   /// Their bounds have been looked at, and those of all that have stiffened.
   void note_check(const std::vector<int> &slots);
+  /// Whether its servo has come no nearer to its goal since the last time that this was asked.
+  std::vector<rve::Advice> advice_on_servo(int slot);
   /// Whether it has got so many contacts since the last look at its bound that its time step may not be stable any more; and
   /// whether one of them has.
   bool has_stiffened(int slot) const
@@ -158,6 +162,11 @@ class RvePoints {
   // what is always up to date
   const rve::Tensor2 &stress(int slot) const { return points[slot].result.stress; }
   const rve::Material &material(int slot) const { return points[slot].material; }
+  /// Whether time has passed for it, here or before it came here.
+  bool has_advanced(int slot) const
+  {
+    return points[slot].drive.substeps > 0 || points[slot].asleep;
+  }
   bool frozen(int slot) const { return points[slot].frozen; }
   double servo_gain(int slot) const { return points[slot].servo_gain; }
   rve::RveState state(int slot) const { return engine->state(slot); }
@@ -195,7 +204,6 @@ class RvePoints {
   enum class Part : char { Nothing, Sleeps, Works };
 
   // of advance_plainly, kept between calls
-  std::vector<rve::Result> results;
   std::vector<rve::Response> responses;
   // of advance_by_plan
   std::vector<Part> parts;     // of each slot that is given
@@ -209,9 +217,9 @@ class RvePoints {
                    Answers &answers) const;
   bool is_plain(const std::vector<int> &slots) const;
   std::vector<int> advance_plainly(const std::vector<int> &slots,
-                                   const std::vector<rve::Drive> &drives, bool with_details);
+                                   const std::vector<rve::Drive> &drives);
   std::vector<int> advance_by_plan(const std::vector<int> &slots,
-                                   const std::vector<rve::Drive> &drives, bool with_details);
+                                   const std::vector<rve::Drive> &drives);
   void advance_with_samples(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);
 
   Point &settle(int slot, const rve::RveState &state);

@@ -417,6 +417,12 @@ TEST(Advice, NamesWhatIsBeyondItsLimitAndNothingElse)
   EXPECT_TRUE(has(of(Format::Mixed, result, fast), AdviceKind::FastStrain));
   EXPECT_TRUE(has(of(Format::Mixed, result, long_step), AdviceKind::LongTimeStep));
   EXPECT_FALSE(has(of(Format::Mixed, result, far), AdviceKind::SmallCell));
+  Result pressed = result, gas = result;
+  pressed.mean_overlap = 0.06;
+  gas.num_contacts = 0;
+  gas.status = status::NoContacts;
+  EXPECT_TRUE(has(of(Format::Mixed, pressed, gentle), AdviceKind::LargeOverlap));
+  EXPECT_TRUE(has(of(Format::Mixed, gas, gentle), AdviceKind::NoContacts));
   Result narrow = result;
   narrow.cell = 0.7 * narrow.cell;
   narrow.num_grains = 196;
@@ -426,4 +432,31 @@ TEST(Advice, NamesWhatIsBeyondItsLimitAndNothingElse)
     EXPECT_NE(advice.message.find(number(advice.limit)), std::string::npos) << advice.message;
     EXPECT_NE(advice.message.find("use "), std::string::npos) << advice.message;
   }
+}
+
+TEST(Advice, TellsAFrictionThatLooksLikeAnAngle)
+{
+  Material material = paper_material();
+  EXPECT_TRUE(advice_on_friction(material).empty());
+  material.friction = 30.0;
+  const std::vector<Advice> list = advice_on_friction(material);
+  ASSERT_EQ(list.size(), 1u);
+  EXPECT_EQ(list[0].kind, AdviceKind::LargeFriction);
+  EXPECT_NE(list[0].message.find("0.577"), std::string::npos) << list[0].message;
+}
+
+TEST(Advice, TellsAServoThatComesNoNearer)
+{
+  Drive drive;
+  drive.controlled[0][0] = true;
+  drive.stress_goal(0, 0) = 1e4;    // grains bear no tension
+  drive.servo_max_rate = 0.5;
+  Result result;
+  result.servo_velocity_gradient(0, 0) = 0.5;
+  EXPECT_EQ(stress_out_of_reach(result, drive), 1e4);
+  EXPECT_TRUE(advice_on_servo(result, drive, 0.0).empty());
+  EXPECT_TRUE(advice_on_servo(result, drive, 2e4).empty());
+  EXPECT_EQ(advice_on_servo(result, drive, 1e4).size(), 1u);
+  result.servo_velocity_gradient(0, 0) = 0.4;
+  EXPECT_EQ(stress_out_of_reach(result, drive), 0.0);
 }

@@ -1,3 +1,4 @@
+#include "rve/core/error.h"
 #include "rve/engine/packing_io.h"
 #include "rve/engine/stability.h"
 #include "test_states.h"
@@ -251,4 +252,17 @@ TEST(Stability, ReferencePackingHasTheMeasuredBound)
   EXPECT_NEAR(stable_time_step(reference_packing("A20_h0075")), 1.12e-4, 0.08e-4);
   EXPECT_GT(gershgorin_time_step(state), 0.7 * stable_time_step(state));
   EXPECT_LT(gershgorin_time_step(state), stable_time_step(state));
+}
+
+// A bisection between numbers that are not finite never ends.
+TEST(Stability, BoundThatIsNoNumberIsAnError)
+{
+  for (const double factor : {1e300, 1e-300}) {
+    RveState stiff = two_disks(1e-5), light = stiff;
+    stiff.material.normal_stiffness *= factor;
+    light.material.density /= factor;
+    EXPECT_THROW(stable_time_step(stiff), InputError);
+    EXPECT_THROW(gershgorin_time_step(stiff), InputError);
+    EXPECT_THROW(stable_time_step(light), InputError);
+  }
 }

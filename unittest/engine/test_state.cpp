@@ -151,55 +151,59 @@ TEST(RveState, WrongNumbersAreNamedWithValueUnitAndRange)
                   "RVE has no grains");
 }
 
-TEST(RveState, ProductsBeyondTheRangeOfNumbersAreNamed)
+// A size between 1e-30 and 1e30, and what follows from sizes, is a normal number in all formats.
+TEST(RveState, SizesThatNoFormatCanComputeWithAreNamed)
 {
-  const auto message = [](const std::function<void(RveState &)> &change) {
-    RveState state = two_disks(1e-4);
-    change(state);
+  struct {
+    const char *what;
+    double Material::*member;
+    const char *words;
+  } const sizes[] = {
+      {"normal stiffness", &Material::normal_stiffness, "normal stiffness is"},
+      {"tangential stiffness", &Material::tangential_stiffness, "tangential stiffness is"},
+      {"rolling stiffness", &Material::rolling_stiffness, "rolling stiffness is"},
+      {"density", &Material::density, "grain density is"},
+      {"normal viscosity", &Material::normal_viscosity, "normal viscosity is"},
+      {"thickness", &Material::thickness, "thickness is"},
+      {"mass depth", &Material::mass_depth, "mass depth times mass scaling is"},
+  };
+  const auto message_after = [](const std::function<void(RveState &)> &spoil) {
+    RveState state = two_disks(1e-5);
+    spoil(state);
     return message_of([&] {
       state.check();
     });
   };
-  const auto expect = [&](const std::function<void(RveState &)> &change, const std::string &part) {
-    const std::string text = message(change);
-    EXPECT_NE(text.find(part), std::string::npos)
-        << "expected '" << part << "' in '" << text << "'";
-    EXPECT_NE(text.find("range of numbers"), std::string::npos) << text;
-  };
-  expect(
-      [](RveState &s) {
-        for (double &r : s.radius) r = 1e-200;
-      },
-      "sum of the areas of the grains is 0 [length^2]");
-  expect(
-      [](RveState &s) {
-        s.material.thickness = 1.8e-316;
-      },
-      "volume of the cell, its area times thickness is");
-  expect(
-      [](RveState &s) {
-        s.material.density = 1e-300;
-        s.material.mass_depth = 1e-10;
-      },
-      "moment of inertia of the smallest grain, of density and mass_depth is ");
-  expect(
-      [](RveState &s) {
-        s.material.density = 1e200;
-        s.material.mass_depth = 1e200;
-      },
-      "is inf [mass");
-  expect(
-      [](RveState &s) {
-        s.material.normal_stiffness = 1e300;
-        s.material.density = 1e-30;
-      },
-      "normal stiffness over the mass of the smallest grain is inf [1/time^2]");
-  expect(
-      [](RveState &s) {
-        s.material.normal_stiffness = 1e300;
-        s.material.thickness = 1e-30;
-      },
-      "normal stiffness times squared radius over the volume of the cell is inf [stress]");
+  for (const auto &size : sizes)
+    for (const double value : {1e300, 1e-300}) {
+      const std::string message = message_after([&](RveState &s) {
+        s.material.*size.member = value;
+      });
+      expect_contains(message, size.words);
+      expect_contains(message, "it must be between 1e-30 and 1e30 in size");
+    }
+  expect_contains(message_after([](RveState &s) {
+                    s.radius[1] = 1e-200;
+                  }),
+                  "radius of grain 2 is 1e-200 [length]; it must be between 1e-30 and 1e30");
+  expect_contains(message_after([](RveState &s) {
+                    s.material.density = 1e29;
+                    s.material.mass_depth = 1e10;
+                  }),
+                  "[mass]; it must be between 1e-30 and 1e30");
+  expect_contains(message_after([](RveState &s) {
+                    s.material.density = 1e-20;
+                    s.material.normal_stiffness = 1e20;
+                  }),
+                  "[1/time^2]; it must be between 1e-30 and 1e30");
+  expect_contains(message_after([](RveState &s) {
+                    s.spin[0] = 1e200;    // infinite in fp32
+                  }),
+                  "spin of grain 1 is 1e+200 [1/time]; it must be at most 1e30 in size");
+  expect_contains(message_after([](RveState &s) {
+                    s.material.friction = 1e12;
+                  }),
+                  "friction coefficient is 1e+12 [-]; it must be at most 1e10");
 }
 
 TEST(RveState, NarrowWidthOfAShearedCellIsSeen)

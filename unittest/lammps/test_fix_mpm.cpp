@@ -1057,7 +1057,8 @@ TEST(FixMpmWarnings, SayWhatIsProbablyNotMeant)
        "1 of 16 cells of 1 by 1 [distance] that points fill have more than 1.3 times"},
       {scene + fix + run + "change_box all y final 0 7" + run, ""},
       {scene + fix + run + "velocity all set 0.1 0 0" + run, ""}};
-  const std::string path = rve_test::temporary_path("log");
+  const std::string path =
+      rve_test::temporary_path(std::to_string(SoilScript().lmp->comm->me) + ".log");
   for (const auto &one : cases) {
     Script(MPI_COMM_SELF) << "log " + path + "\n" + one.first + "log none\n";
     const std::string log = rve_test::text_of(path);

@@ -80,6 +80,7 @@ TEST(ContinuedRun, KeepsWhatItsFixDoesNotSay)
   // so do RVEs that are made later
   after << "create_atoms 1 single 1.5 1.5 0\nrun 0";
   EXPECT_EQ(value_in(after.state(5), "mass_depth"), "4");
+  EXPECT_EQ(value_in(after.state(5), "friction"), "0.3");
 }
 
 TEST(ContinuedRun, ObeysTheFractionOfTheStabilityBound)
@@ -300,7 +301,7 @@ TEST(FixModify, RefusesWhatCannotBeChangedAndSaysWhy)
 TEST(Unfix, OfRvesThatHaveAdvancedIsWarnedOf)
 {
   const std::string run = FOUR_ATOMS + SHEAR + "run 5\n";
-  const std::string warning = "fix rve grains goes, and with it 4 RVEs after 200 DEM steps in all";
+  const std::string warning = "fix rve grains goes, and with it 4 RVEs that have advanced";
 
   EXPECT_IN(warning, log_of(run + "unfix grains\n"));
   EXPECT_IN("use fix_modify grains", log_of(run + "unfix grains\n"));
@@ -520,7 +521,7 @@ TEST(FixRveMessage, FailureInAnMpmAnalysisIsSaidOnce)
 {
   // the ground is thrown against its bottom
   const std::string message =
-      message_of(POINTS + "velocity all set 0 -400 0\n" + SOIL + "rve grains cfl 10 20\nrun 200");
+      message_of(POINTS + "velocity all set 0 -400 0\n" + SOIL + "rve grains\nrun 200");
 
   EXPECT_IN("fix rve: RVE of atom", message);
   EXPECT_EQ(message.find("Fix mpm"), std::string::npos) << message;

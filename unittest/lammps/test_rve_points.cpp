@@ -54,6 +54,40 @@ template <class T> bool same_bits(const T &a, const T &b)
 
 }    // namespace
 
+// Velocities have had their last kick in both, which kinetic energy and the forces of dashpots know of.
+TEST(RvePoints, DetailsAreTheSameWhetherAskedForAtOnceOrLater)
+{
+  rve::RveState packing = rve_test::packing_of_400();
+  packing.material.normal_viscosity = packing.material.tangential_viscosity = 50.0;
+  const auto points_of = [&](std::vector<int> &slots, const MacroStepOptions &macro) {
+    RvePoints points(rve::make_engine(cpu_options()), nullptr, macro);
+    slots = points.add(std::vector<const rve::RveState *>(RVES, &packing));
+    return points;
+  };
+  MacroStepOptions averaged;
+  averaged.stress_from = LAMMPS_NS::StressFrom::Average;
+  averaged.stress_samples = 3;
+  for (const MacroStepOptions &macro : {MacroStepOptions(), averaged}) {
+    std::vector<int> slots, other_slots;
+    RvePoints at_once = points_of(slots, macro), later = points_of(other_slots, macro);
+    for (int step = 0; step < 5; ++step) {
+      at_once.advance(slots, drives(20), true);
+      later.advance(other_slots, drives(20), false);
+    }
+    for (int k = 0; k < RVES; ++k) {
+      const rve::Result &one = at_once.point(slots[k]).result,
+                        &other = later.point(other_slots[k]).result;
+      EXPECT_GT(one.kinetic_energy, 0.0);
+      EXPECT_EQ(one.kinetic_energy, other.kinetic_energy);
+      EXPECT_EQ(one.unbalanced_ratio, other.unbalanced_ratio);
+      EXPECT_EQ(one.sliding_fraction, other.sliding_fraction);
+      EXPECT_EQ(one.elastic_energy, other.elastic_energy);
+      EXPECT_EQ(one.largest_contact_force, other.largest_contact_force);
+      EXPECT_TRUE(same_bits(one.stress, other.stress));
+    }
+  }
+}
+
 TEST(RvePoints, StressHasTheSameBitsWithDetailsAndWithout)
 {
   std::vector<int> slots, other_slots;

@@ -62,6 +62,50 @@ std::vector<Advice> advice_on_size(const Result &result)
                " of a shear band, whose stress then depends on the cell; use more grains"}};
 }
 
+std::vector<Advice> advice_on_friction(const Material &material)
+{
+  std::vector<Advice> list;
+  const auto look = [&](double friction, const char *what) {
+    if (!(friction > LARGEST_USUAL_FRICTION)) return;
+    const double degree = 3.14159265358979323846 / 180.0;
+    list.push_back({AdviceKind::LargeFriction, friction, LARGEST_USUAL_FRICTION,
+                    std::string("the ") + what + " is " + number(friction) + " [-], above " +
+                        number(LARGEST_USUAL_FRICTION) +
+                        (friction < 90.0 ? "; if that is an angle in degrees, use its tangent, " +
+                                 number(std::tan(friction * degree))
+                                         : "; contacts will hardly ever slide")});
+  };
+  look(material.friction, "friction coefficient");
+  if (resists_rolling(material)) look(material.rolling_friction, "rolling friction coefficient");
+  return list;
+}
+
+double stress_out_of_reach(const Result &result, const Drive &drive)
+{
+  double most = 0.0;
+  for (int a = 0; a < 2; ++a)
+    for (int b = 0; b < 2; ++b) {
+      if (!drive.controlled[a][b] ||
+          std::fabs(result.servo_velocity_gradient(a, b)) < drive.servo_max_rate)
+        continue;
+      const double now = 0.5 * (result.stress(a, b) + result.stress(b, a));
+      most = std::max(most, std::fabs(drive.stress_goal(a, b) - now));
+    }
+  return most;
+}
+
+std::vector<Advice> advice_on_servo(const Result &result, const Drive &drive, double before)
+{
+  constexpr double NO_NEARER = 0.999;
+  const double now = stress_out_of_reach(result, drive);
+  if (!(before > 0.0) || !(now >= NO_NEARER * before)) return {};
+  return {{AdviceKind::GoalOutOfReach, now, NO_NEARER * before,
+           "the servo strains at its largest rate, " + number(drive.servo_max_rate) +
+               " [1/time], and the stress stays " + number(now) +
+               " [stress] away from its goal; use a goal that grains can bear (they bear no "
+               "tension), or a larger servo_max_rate"}};
+}
+
 std::vector<Advice> advice(Format format, const Result &result, const Material &material,
                            const Motion &motion)
 {
@@ -75,6 +119,20 @@ std::vector<Advice> advice(Format format, const Result &result, const Material &
                         " resolves to one in a thousand; " +
                         (is_fp32(format) ? "use format mixed or double"
                                          : "use a smaller kn or a higher pressure")});
+
+  if (in_contact && overlap > LARGEST_MEAN_OVERLAP)
+    list.push_back({AdviceKind::LargeOverlap, overlap, LARGEST_MEAN_OVERLAP,
+                    "the mean overlap is " + number(overlap) + " of the sum of radii, above the " +
+                        number(LARGEST_MEAN_OVERLAP) +
+                        " up to which disks touch like grains (void ratio " +
+                        number(result.void_ratio) +
+                        " [-]); use a larger kn, a smaller thickness or a lower pressure"});
+
+  if (result.status & status::NoContacts)
+    list.push_back({AdviceKind::NoContacts, 1.0, 1.0,
+                    "no grains touch (void ratio " + number(result.void_ratio) +
+                        " [-]) and the stress is zero: the packing is a gas; if it shall bear "
+                        "load, compress it, or strain it less"});
 
   if (is_fp32(format) && in_contact && motion.strain_rate > 0.0 && motion.dt > 0.0 &&
       material.friction > 0.0 && material.tangential_stiffness > 0.0) {

@@ -11,8 +11,18 @@
 
 namespace rve {
 
-enum class AdviceKind { SmallOverlap, SlowStrain, FastStrain, LongTimeStep, SmallCell };
-constexpr int NUM_ADVICE_KINDS = 5;
+enum class AdviceKind {
+  SmallOverlap,
+  SlowStrain,
+  FastStrain,
+  LongTimeStep,
+  SmallCell,
+  LargeOverlap,
+  NoContacts,
+  LargeFriction,
+  GoalOutOfReach
+};
+constexpr int NUM_ADVICE_KINDS = 9;
 
 struct Advice {
   AdviceKind kind;
@@ -51,12 +61,29 @@ constexpr double SHEAR_BAND_GRAINS = 16.0;
 /// Shear strain below which no band forms [-]: the peak of dense packings is at a few percent.
 constexpr double SHEAR_BAND_STRAIN = 0.02;
 
+/// Mean overlap over sum of radii above which disks are no grains that touch any more [-]: a contact's stiffness, and the area that
+/// the void ratio counts twice, are then off by as much.
+constexpr double LARGEST_MEAN_OVERLAP = 0.03;
+
+/// Friction coefficients of what grains are made of are below 1 [-]; an angle in degrees is above 2.
+constexpr double LARGEST_USUAL_FRICTION = 2.0;
+
 /// All limits that this answer is beyond. No contacts, no overlap to judge.
 std::vector<Advice> advice(Format format, const Result &result, const Material &material,
                            const Motion &motion);
 
 /// Tells the size of the cell at the start, where nothing has been strained yet; empty if it is wide enough.
 std::vector<Advice> advice_on_size(const Result &result);
+
+/// Tells a friction coefficient that looks like an angle, at the start.
+std::vector<Advice> advice_on_friction(const Material &material);
+
+/// What the stress is away from the goals of components that the servo strains at its largest rate, at the end of a drive [stress]; 0 if
+/// there are none.
+double stress_out_of_reach(const Result &result, const Drive &drive);
+
+/// Tells a servo that strains at its largest rate and comes no nearer to its goal than it was some steps `before`.
+std::vector<Advice> advice_on_servo(const Result &result, const Drive &drive, double before);
 
 }    // namespace rve
 

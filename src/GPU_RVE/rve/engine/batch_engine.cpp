@@ -329,6 +329,9 @@ namespace {
     });
   }
 
+  /// Of the settings of a servo: what follows from them are numbers.
+  constexpr double SMALLEST = 1e-30, LARGEST = 1e30;
+
   /// Throws unless the drive makes sense.
   void check(const Drive &drive)
   {
@@ -345,13 +348,13 @@ namespace {
               "velocity gradient has a component that is not a finite number [1/time]");
       require(finite(drive.stress_goal),
               "stress goal has a component that is not a finite number [stress]");
-      require(std::isfinite(drive.servo_gain) && drive.servo_gain > 0.0, [&] {
-        return "servo gain must be positive, got " + number(drive.servo_gain) +
+      require(drive.servo_gain >= SMALLEST && drive.servo_gain <= LARGEST, [&] {
+        return "servo gain must be positive, from 1e-30 to 1e30, got " + number(drive.servo_gain) +
             " [1/(stress time^2)]";
       });
-      require(std::isfinite(drive.servo_max_rate) && drive.servo_max_rate > 0.0, [&] {
-        return "largest servo rate must be positive, got " + number(drive.servo_max_rate) +
-            " [1/time]";
+      require(drive.servo_max_rate >= SMALLEST && drive.servo_max_rate <= LARGEST, [&] {
+        return "largest servo rate must be positive, from 1e-30 to 1e30, got " +
+            number(drive.servo_max_rate) + " [1/time]";
       });
     } else {
       const Tensor2 &f = drive.deformation;

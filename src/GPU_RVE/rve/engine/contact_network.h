@@ -24,6 +24,10 @@ struct ContactGeometry {
 /// O(N^2) below. Grains with coinciding centres are skipped: they have no normal.
 std::vector<ContactGeometry> find_contacts(const RveState &state);
 
+/// Forgets a largest contact force far above the forces of the contacts that are there, which a file may have and no run leaves: the
+/// scale of forces would hold none of them. The engine then begins with one of its own.
+void forget_absurd_force(RveState &state);
+
 /// Histories of these contacts, as their first grains see them; zero where the state has none.
 std::vector<SpringForces<double>> spring_forces(const RveState &state,
                                                 const std::vector<ContactGeometry> &contacts);

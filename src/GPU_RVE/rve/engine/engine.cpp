@@ -99,7 +99,7 @@ Drive Drive::constant_velocity_gradient(const Tensor2 &velocity_gradient, double
   const double turn = 0.5 * (velocity_gradient(1, 0) - velocity_gradient(0, 1)) * substeps * dt;
   require(!(std::fabs(turn) > 3.0),
           "one call must rotate an RVE by less than 3 rad, got " + number(turn) +
-              " rad: use shorter calls");
+              " rad: use shorter calls, by a smaller timestep or fewer substeps");
   Drive drive;
   drive.dt = dt;
   drive.substeps = substeps;

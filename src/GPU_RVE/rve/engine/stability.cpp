@@ -167,6 +167,11 @@ namespace {
       low = std::max(low, diagonal[k]);
       high = std::max(high, diagonal[k] + reach);
     }
+    // of numbers that are not finite no interval ever gets small
+    require(std::isfinite(low) && std::isfinite(high), [&] {
+      return "the largest eigenvalue of the contact network lies between " + number(low) + " and " +
+          number(high) + " [1/time^2]; it must be finite";
+    });
     while (true) {
       const double middle = 0.5 * (low + high);
       if (middle <= low || middle >= high) return high;
@@ -310,7 +315,7 @@ namespace {
 
   template <class Eigenvalue> double time_step(const RveState &state, Eigenvalue &&network)
   {
-    require(!state.radius.empty(), "RVE has no grains; a time step needs at least one");
+    state.check_sizes();    // or eigenvalues may not be numbers
     const std::vector<ContactGeometry> contacts = find_contacts(state);
     const auto largest = [&](ContactModulus modulus) {
       return std::max(network(state, contacts, modulus), pair_eigenvalue(state, modulus));

@@ -38,20 +38,44 @@ namespace {
     });
   }
 
+  // Sizes between these, and their products of two or three, are normal numbers in all that the engine computes with: forces and
+  // velocities may have 32 bits, which reach from 1e-38 to 1e38.
+  constexpr double SMALLEST = 1e-30, LARGEST = 1e30;
+
+  template <class Name> void require_size(double value, const Name &what, const char *unit)
+  {
+    require_sound(!(value != 0.0 && std::fabs(value) < SMALLEST) && std::fabs(value) <= LARGEST,
+                  value, what, unit, "between 1e-30 and 1e30 in size");
+  }
+
   template <class Name> void require_positive(double value, const Name &what, const char *unit)
   {
     require_sound(std::isfinite(value) && value > 0.0, value, what, unit,
                   "finite and greater than 0");
+    require_size(value, what, unit);
   }
 
   template <class Name> void require_not_negative(double value, const Name &what, const char *unit)
   {
     require_sound(std::isfinite(value) && value >= 0.0, value, what, unit, "finite and at least 0");
+    require_size(value, what, unit);
   }
 
+  // of motion and history, which may be as small as they like
   template <class Name> void require_finite(double value, const Name &what, const char *unit)
   {
     require_sound(std::isfinite(value), value, what, unit, "a finite number");
+    require_sound(std::fabs(value) <= LARGEST, value, what, unit, "at most 1e30 in size");
+  }
+
+  // beyond it forces along contacts have no digits in common with those across them
+  constexpr double LARGEST_FRICTION = 1e10;
+
+  void require_friction(double value, const std::string &what)
+  {
+    require_not_negative(value, what, "[-]");
+    require_sound(value <= LARGEST_FRICTION, value, what, "[-]",
+                  "at most 1e10 (grains that never slide need no more than 1e3)");
   }
 
   void require_finite(const Tensor2 &tensor, const std::string &what, const char *unit)
@@ -60,7 +84,7 @@ namespace {
       require_finite(value, "a component of " + what, unit);
   }
 
-  void require_size(std::size_t size, std::size_t expected, const std::string &what)
+  void require_count(std::size_t size, std::size_t expected, const std::string &what)
   {
     require(size == expected,
             "RVE has " + std::to_string(size) + " " + what + "; its grains ask for " +
@@ -71,9 +95,9 @@ namespace {
   {
     require_positive(material.normal_stiffness, "normal stiffness", "[force/length]");
     require_not_negative(material.tangential_stiffness, "tangential stiffness", "[force/length]");
-    require_not_negative(material.friction, "friction coefficient", "[-]");
+    require_friction(material.friction, "friction coefficient");
     require_not_negative(material.rolling_stiffness, "rolling stiffness", "[force/length]");
-    require_not_negative(material.rolling_friction, "rolling friction coefficient", "[-]");
+    require_friction(material.rolling_friction, "rolling friction coefficient");
     require_positive(material.density, "grain density", "[mass/length^3]");
     require(material.local_damping >= 0.0 && material.local_damping < 1.0,
             "local damping is " + number(material.local_damping) + " [-]; it must lie in [0, 1)");
@@ -81,7 +105,34 @@ namespace {
     require_not_negative(material.tangential_viscosity, "tangential viscosity",
                          "[force time/length]");
     require_positive(material.thickness, "thickness", "[length]");
-    require_positive(material.mass_depth, "mass depth", "[length]");
+    require_positive(material.mass_depth, "mass depth times mass scaling", "[length]");
+  }
+
+  // What follows from a material and a radius, of the smallest and the largest grain.
+  void check_grain(const Material &material, double radius)
+  {
+    const std::string whose = " of a grain of radius " + number(radius) + " [length]";
+    const double mass = material.density * material.mass_depth * PI * radius * radius;
+    require_sound(mass >= SMALLEST && mass <= LARGEST, mass,
+                  "the mass" + whose + ", pi r^2 times density and mass depth,", "[mass]",
+                  "between 1e-30 and 1e30");
+    require_positive(material.normal_stiffness * radius,
+                     "the normal stiffness times the radius" + whose, "[force]");
+    const std::pair<double, const char *> moduli[] = {
+        {material.normal_stiffness, "the normal stiffness"},
+        {material.tangential_stiffness, "the tangential stiffness"},
+        {material.rolling_stiffness, "the rolling stiffness"}};
+    for (const auto &[modulus, what] : moduli)
+      if (modulus > 0.0)
+        require_positive(modulus / mass, std::string(what) + " over the mass" + whose,
+                         "[1/time^2]");
+    const std::pair<double, const char *> viscosities[] = {
+        {material.normal_viscosity, "the normal viscosity"},
+        {material.tangential_viscosity, "the tangential viscosity"}};
+    for (const auto &[viscosity, what] : viscosities)
+      if (viscosity > 0.0)
+        require_positive(viscosity / mass, std::string(what) + " over the mass" + whose,
+                         "[1/time]");
   }
 
   void check_cell(const Tensor2 &cell, double largest_radius)
@@ -97,31 +148,6 @@ namespace {
                   number(width) + " [length]; it must exceed twice the largest contact distance, " +
                   number(least_width));
     }
-  }
-
-  /// What every call makes of sizes, masses and stiffnesses: products that no double holds would be infinite stresses and
-  /// frequencies, or zeros that others are divided by.
-  void check_products(const RveState &state)
-  {
-    const Material &material = state.material;
-    const auto require_normal = [](double value, const char *what, const char *unit) {
-      require_sound(std::isnormal(value), value, what, unit,
-                    "between 2.3e-308 and 1.8e308, the range of numbers: choose other units");
-    };
-    const double radius = *std::min_element(state.radius.begin(), state.radius.end());
-    const double volume = state.cell_area() * material.thickness;
-    const double mass = material.density * material.mass_depth * (PI * radius * radius);
-    require_normal(state.solid_area(), "sum of the areas of the grains", "[length^2]");
-    require_normal(volume, "volume of the cell, its area times thickness", "[length^3]");
-    require_normal(0.5 * mass * radius * radius,
-                   "moment of inertia of the smallest grain, of density and mass_depth",
-                   "[mass length^2]");
-    require_normal(state.mass(), "mass of all grains, of density and mass_depth", "[mass]");
-    require_normal(material.normal_stiffness / mass,
-                   "normal stiffness over the mass of the smallest grain", "[1/time^2]");
-    require_normal(material.normal_stiffness * radius * (radius / volume),
-                   "normal stiffness times squared radius over the volume of the cell", "[stress]");
-    require_finite(state.void_ratio(), "void ratio", "[-]");
   }
 
   void check_pairs(const RveState &state)
@@ -310,14 +336,28 @@ void RveState::set_positions(const std::vector<double> &xy)
   fractional = std::move(result);
 }
 
-void RveState::check() const
+void RveState::check_sizes() const
 {
   check_material(material);
   require(!radius.empty(), "RVE has no grains; it needs at least one");
+  for (std::size_t i = 0; i < radius.size(); ++i)
+    require_positive(
+        radius[i],
+        [=] {
+          return "radius of grain " + std::to_string(i + 1);
+        },
+        "[length]");
+  const auto [smallest, largest] = std::minmax_element(radius.begin(), radius.end());
+  for (const double r : {*smallest, *largest}) check_grain(material, r);
+}
+
+void RveState::check() const
+{
+  check_sizes();
   const std::size_t n = radius.size();
-  require_size(fractional.size(), 2 * n, "fractional coordinates");
-  require_size(velocity.size(), 2 * n, "velocity components");
-  require_size(spin.size(), n, "spins");
+  require_count(fractional.size(), 2 * n, "fractional coordinates");
+  require_count(velocity.size(), 2 * n, "velocity components");
+  require_count(spin.size(), n, "spins");
 
   double largest_radius = 0.0;
   for (std::size_t i = 0; i < n; ++i) {
@@ -326,7 +366,6 @@ void RveState::check() const
         return std::string(what) + " of grain " + std::to_string(i + 1);
       };
     };
-    require_positive(radius[i], of_grain("radius"), "[length]");
     require_finite(velocity[2 * i], of_grain("peculiar velocity"), "[length/time]");
     require_finite(velocity[2 * i + 1], of_grain("peculiar velocity"), "[length/time]");
     require_finite(spin[i], of_grain("spin"), "[1/time]");
@@ -336,13 +375,12 @@ void RveState::check() const
   require_finite(deformation, "the deformation gradient", "[-]");
   require_positive(determinant(deformation), "determinant of the deformation gradient", "[-]");
 
-  check_products(*this);
   check_pairs(*this);
   require_finite(list_cell, "the cell matrix of the Verlet list", "[length]");
   const bool has_list = determinant(list_cell) != 0.0;
   if (!order.empty()) {
     std::vector<char> seen(n, 0);
-    require_size(order.size(), n, "storage order");
+    require_count(order.size(), n, "storage order");
     for (const std::int32_t i : order) {
       require(i >= 0 && static_cast<std::size_t>(i) < n && !seen[i],
               "storage order must name each grain once");
@@ -350,7 +388,7 @@ void RveState::check() const
     }
   }
   if (has_list || !list_fractional.empty())
-    require_size(list_fractional.size(), 2 * n, "list coordinates");
+    require_count(list_fractional.size(), 2 * n, "list coordinates");
   require_finite(servo_velocity_gradient, "the servo velocity gradient", "[1/time]");
   require_not_negative(largest_contact_force, "largest contact force", "[force]");
   require(counters.steps >= 0 && counters.rebuilds >= 0 && counters.lattice_reductions >= 0 &&
@@ -394,7 +432,7 @@ RveState deserialize(const char *data, std::size_t size)
   ImageReader reader(data + sizeof(header), size - sizeof(header));
   visit(reader, state);
   require(reader.remaining() == 0, "RVE image is damaged: bytes are left over");
-  require_size(header.num_grains, state.radius.size(), "grains in its header");
+  require_count(header.num_grains, state.radius.size(), "grains in its header");
   return state;
 }
 

@@ -102,6 +102,8 @@ struct RveState {
   /// Throws InputError unless sizes agree, every number is finite and in range, and the cell is wider than twice the
   /// largest contact distance.
   void check() const;
+  /// The part of it that concerns material and radii, and what follows from them: masses, frequencies.
+  void check_sizes() const;
 };
 
 /// Exact byte image of a state (host byte order) and back. Throws InputError on a damaged image.
