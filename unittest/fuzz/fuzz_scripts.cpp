@@ -40,7 +40,7 @@ struct Arguments {
   long count = 300;
   double seconds = 1e9;
   int jobs = 2;
-  unsigned limit = 30;
+  unsigned limit = 60;
   std::string keep = "fuzz_scripts.failed";
   std::vector<std::string> inputs;
 };
