@@ -1,8 +1,12 @@
 // The stress servo, and large shear under it through many lattice reductions.
 
+#include "rve/engine/packing.h"
+#include "rve/engine/stability.h"
 #include "support/rve_rig.h"
 
 #include <gtest/gtest.h>
+
+#include <cmath>
 
 using namespace rve;
 using namespace rve_test;
@@ -103,6 +107,35 @@ TEST(StressServo, SettingOfOneCallIsKeptForTheNext)
   EXPECT_NEAR(parts.result().servo_velocity_gradient(0, 0),
               whole.result().servo_velocity_gradient(0, 0), 1e-9);
   EXPECT_NEAR(parts.result().stress(0, 0), whole.result().stress(0, 0), 1e-8 * 1e5);
+}
+
+// The rate changes in every step, so it matters which stress is multiplied by which rate: the work of a step is that of the mean of
+// the stresses before and after.
+TEST(StressServo, WorkGoesIntoSpringsFrictionAndDampingAtLongStepsToo)
+{
+  Options options = cpu_options();
+  options.track_energy = true;
+  for (const double share : {0.9, 0.3}) {
+    SCOPED_TRACE(share);
+    RveState state = paper_packing();
+    RveRig rig(state, options);
+    const Result before = rig.evaluate();
+    Drive drive = servo(0);
+    drive.dt = share * stable_time_step(state);
+    drive.substeps = static_cast<int>(0.2 / drive.dt);
+    drive.controlled[0][0] = drive.controlled[1][1] = true;
+    drive.stress_goal = -1.5e5 * Tensor2::identity();
+    drive.servo_gain = default_servo_gain(state);
+
+    const Result &after = rig.advance(drive);
+
+    const double stored =
+        after.elastic_energy - before.elastic_energy + after.kinetic_energy - before.kinetic_energy;
+    const double residual =
+        after.energy.work - (stored + after.energy.friction + after.energy.local_damping);
+    EXPECT_NEAR(after.mean_stress(), 1.5e5, 0.1e5);
+    EXPECT_LT(std::fabs(residual), 1e-5 * after.energy.work);
+  }
 }
 
 TEST(LargeShear, UnderConstantNormalStressReachesASteadyStateThroughReductions)

@@ -62,6 +62,10 @@ inline namespace RVE_ISA {
     {
       return General && call.drive.substeps > 0 && (call.has_servo() || call.batch.track_energy);
     }
+    RVE_INLINE bool has_books() const
+    {
+      return General && call.drive.substeps > 0 && call.batch.track_energy;
+    }
     /// Without substeps the forces of the present configuration are asked for.
     RVE_INLINE bool evaluates() const { return call.drive.substeps == 0; }
     RVE_INLINE int last_step() const { return evaluates() ? 1 : call.drive.substeps; }
@@ -74,9 +78,11 @@ inline namespace RVE_ISA {
       const int last = last_step();
       bool moved = evaluates();
       for (int k = 1;;) {
-        const bool grows = has_servo() && !moved;
+        const bool grows = has_servo() && !moved, counts = has_books() && !moved;
+        if (counts && k == 1) survey_start();
         if (grows) grow_by_servo();
         if (grows || k > call.plan_last) Rare::make_plan(block, call, k);
+        if (counts) add_half_of_work(call.planned(k));
         k = run_planned(k, moved, direct);
         direct = false;
         // the grains of step k have moved; its forces are missing
@@ -200,11 +206,44 @@ inline namespace RVE_ISA {
         const double energy = call.units.force * call.units.length;
         call.friction_loss += energy * heat.friction;
         call.viscous_loss += energy * heat.viscous;
+      });
+      if (has_books()) add_half_of_work(plan);
+    }
+
+    /// The work of the mean field in a step is that of the mean of the stresses before and after: half of it, with the stress that the
+    /// last forces had, after the forces of a step and before those of the next one.
+    RVE_INLINE void add_half_of_work(const StepPlan<Format> &plan)
+    {
+      block.once([&] {
         double power = 0.0;
         for (int c = 0; c < 4; ++c)
           power += static_cast<double>(call.survey.sum[c]) *
               static_cast<double>(plan.gradient.component[c]);
-        call.supplied += energy * power * static_cast<double>(call.law.dt);
+        call.supplied +=
+            0.5 * (call.units.force * call.units.length) * power * static_cast<double>(call.law.dt);
+      });
+    }
+
+    /// Leaves the Love sums of the configuration before the first step in call.survey, and everything else as it was.
+    RVE_INLINE void survey_start()
+    {
+      Rare::copy_history(block, call, call.pairs, call.work.fresh);
+      block.once([&] {
+        call.plan[0] = StepPlan<Format>();
+        call.plan[0].to_length = fraction_to_length<Format>(call.units.per_length * call.cell);
+        call.plan_first = 1;
+        call.plan_last = 0;    // the steps are planned anew
+        call.law.dt = Real(0);
+      });
+      Grains grains(block, shared, num_grains);
+      surveyed_forces(grains, 1);
+      Rare::copy_history(block, call, call.work.fresh, call.pairs);
+      block.for_each(num_grains, [&](Item i) {
+        shared.force_x[i] = shared.force_y[i] = shared.torque[i] = Sum(0);
+        shared.largest_force[i] = Real(0);
+      });
+      block.once([&] {
+        call.law.dt = static_cast<Real>(call.drive.dt);
       });
     }
 
