@@ -67,7 +67,7 @@ constexpr int DAMPING = 2;    // force of local damping in x and y, at the end o
 // Of what restart files hold of points and bodies: raise it with every change of that. Files before version 3 had no number.
 constexpr int RESTART_VERSION = 5;
 
-constexpr int COURANT_EVERY = 10;    // steps between two checks of the Courant number
+constexpr int COURANT_EVERY = 20;    // steps between two checks of the Courant number
 constexpr int DAMPING_EVERY =
     50;    // steps between two looks at what local damping takes from reactions
 constexpr double DAMPING_WARN = 0.01;    // of the largest reaction

@@ -39,7 +39,7 @@ using namespace LAMMPS_NS;
 static constexpr double DT_WARNING = 0.95;
 
 // RVEs whose bound is computed exactly, on all ranks together: each takes some milliseconds
-static constexpr int MOST_EXACT_BOUNDS = 16;
+static constexpr int MOST_EXACT_BOUNDS = 8;
 
 // Largest strain of a controlled axis per DEM step, unless the script gives servo_max_rate
 static constexpr double SERVO_STRAIN_PER_STEP = 5.0e-5;

@@ -686,14 +686,17 @@ std::vector<int> RvePoints::advance_plainly(const std::vector<int> &slots,
 
 void RvePoints::complete() const
 {
-  std::vector<int> slots;
+  stale_slots.clear();
   for (int slot = 0; slot < static_cast<int>(points.size()); ++slot)
-    if (points[slot].stale) slots.push_back(slot);
-  if (slots.empty()) return;
-  std::vector<rve::Result> looks;
-  call_engine(slots, drives_at_rest(slots.size()), looks);
-  for (std::size_t k = 0; k < slots.size(); ++k) {
-    Point &point = points[slots[k]];
+    if (points[slot].stale) stale_slots.push_back(slot);
+  const int count = static_cast<int>(stale_slots.size());
+  if (count == 0) return;
+  // whoever looks in every step does so at thousands: no memory is asked for each time, and threads share the copies
+  if (static_cast<int>(resting.size()) != count) resting = drives_at_rest(count);
+  call_engine(stale_slots, resting, looks);
+#pragma omp parallel for num_threads(rve::team_for(count, threads))
+  for (int k = 0; k < count; ++k) {
+    Point &point = points[stale_slots[k]];
     point.stale = false;
     if (!(looks[k].status & rve::status::Fatal)) take_details(point, looks[k]);
   }

@@ -197,6 +197,10 @@ class RvePoints {
   mutable double seconds_in_engine = 0.0;
   mutable std::vector<Point> points;       // by slot
   mutable std::vector<int> image_sizes;    // by slot; 0: not known
+  // of complete(), kept between calls
+  mutable std::vector<int> stale_slots;
+  mutable std::vector<rve::Drive> resting;
+  mutable std::vector<rve::Result> looks;
 
   struct Macro;    // a macro step of one RVE
 

@@ -397,6 +397,8 @@ inline namespace RVE_ISA {
     static RVE_COLD void make_plan(Block block, CallState<Format> &call, int first)
     {
       const int count = steps_to_plan(call, first);
+      // threads may still be looking whether the step that they have just moved was special
+      block.once([] {});
       block.for_each(count, [&](Item t) {
         plan_step(call, t, first);
       });
