@@ -97,7 +97,7 @@ class Packing:
             stream.write("\n".join(self.lines[:self.first]) + "\n")
             for place, v, w in zip(self.places, velocity.tolist(), spin.tolist()):
                 stream.write(" ".join(place) + f" {v[0]!r} {v[1]!r} {w!r}\n")
-            stream.write("contacts 0\nend\n")
+            stream.write("contacts 0\nchecksum none\nend\n")
 
 
 def pair(i, j):
