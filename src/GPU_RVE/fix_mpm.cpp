@@ -271,7 +271,7 @@ FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), impl(nu
   size_peratom_cols = COLUMNS;
   restart_peratom = restart_global = 1;
   create_attribute = 1;
-  maxexchange = Impl::DOUBLES;
+  maxexchange = Impl::DOUBLES + COLUMNS;
 
   try {
     mpm::Communication communication;
@@ -865,13 +865,18 @@ void FixMpm::set_arrays(int i)
 int FixMpm::pack_exchange(int i, double *buf)
 {
   impl->take_over(atom);
-  return impl->pack(i, buf);
+  // with its columns: variables may read them before the step ends
+  const int m = impl->pack(i, buf);
+  std::copy_n(array_atom[i], (int) COLUMNS, buf + m);
+  return m + COLUMNS;
 }
 
 int FixMpm::unpack_exchange(int i, double *buf)
 {
   impl->take_over(atom);
-  return impl->unpack(i, buf);
+  const int m = impl->unpack(i, buf);
+  std::copy_n(buf + m, (int) COLUMNS, array_atom[i]);
+  return m + COLUMNS;
 }
 
 int FixMpm::pack_restart(int i, double *buf)
