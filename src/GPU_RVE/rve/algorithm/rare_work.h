@@ -398,7 +398,8 @@ inline namespace RVE_ISA {
     {
       const int count = steps_to_plan(call, first);
       // threads may still be looking whether the step that they have just moved was special
-      block.once([] {});
+      block.once([] {
+      });
       block.for_each(count, [&](Item t) {
         plan_step(call, t, first);
       });
