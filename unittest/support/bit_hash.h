@@ -3,6 +3,8 @@
 #ifndef RVE_UNITTEST_SUPPORT_BIT_HASH_H
 #define RVE_UNITTEST_SUPPORT_BIT_HASH_H
 
+#include "rve/core/checksum.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -29,15 +31,14 @@ class BitHash {
 
   BitHash &add(const std::string &text) { return add_bytes(text.data(), text.size()); }
 
-  std::uint64_t value() const { return hash; }
+  std::uint64_t value() const { return checksum.value(); }
 
  private:
-  std::uint64_t hash = 14695981039346656037ull;
+  rve::Checksum checksum;
 
   BitHash &add_bytes(const void *data, std::size_t size)
   {
-    const auto *byte = static_cast<const unsigned char *>(data);
-    for (std::size_t k = 0; k < size; ++k) hash = (hash ^ byte[k]) * 1099511628211ull;
+    checksum.add(data, size);
     return *this;
   }
 };
