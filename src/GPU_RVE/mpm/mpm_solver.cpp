@@ -85,7 +85,8 @@ void throw_point_error(const Grid &grid, const PointView &points, int num_bodies
     case Trouble::Outside:
       fail(points, p,
            "is outside of the grid, x from " + number(grid.lo(0)) + " to " + number(grid.hi(0)) +
-               ", y from " + number(grid.lo(1)) + " to " + number(grid.hi(1)) + " [length]");
+               ", y from " + number(grid.lo(1)) + " to " + number(grid.hi(1)) +
+               " [length]; use a larger domain, a boundary that holds it, or a shorter time step");
     case Trouble::Velocity:
       fail(points, p, "has a velocity that is not finite");
     case Trouble::Stress:
@@ -111,7 +112,10 @@ void throw_point_error(const Grid &grid, const PointView &points, int num_bodies
     case Trouble::BodyForce:
       fail(points, p, "has a body force that is not finite");
     case Trouble::RigidTraction:
-      fail(points, p, "is rigid and cannot carry a traction");
+      fail(points, p,
+           "is rigid and cannot carry a traction; the group of the traction must have no points of "
+           "a "
+           "rigid body");
     case Trouble::Traction:
       fail(points, p, "has a traction that is not finite");
     default:
