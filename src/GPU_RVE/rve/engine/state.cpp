@@ -160,8 +160,8 @@ namespace {
       };
       for (const std::int32_t grain : {pair.first, pair.second})
         require(grain >= 0 && grain < state.num_grains(), [&] {
-          return name() + " names grain " + std::to_string(grain + std::int64_t{1}) + "; grains are 1 to " +
-              std::to_string(state.num_grains());
+          return name() + " names grain " + std::to_string(grain + std::int64_t{1}) +
+              "; grains are 1 to " + std::to_string(state.num_grains());
         });
       require(pair.first != pair.second, [&] {
         return name() + " joins grain " + std::to_string(pair.first + 1) + " to itself";
