@@ -1,7 +1,8 @@
 # LAMMPS as a static, position-independent library (core + GRANULAR + PLUGIN, MPI, PNG), built once with LAMMPS' own build system and
 # kept in a cache outside the build tree, so that every preset and every clean checkout uses the same one.
 #
-# Sets LAMMPS_SRC (LAMMPS' src directory), LAMMPS_STYLES (its generated style headers), LAMMPS_VERSION_NUMBER (yyyymmdd) and defines
+# Sets LAMMPS_SRC (LAMMPS' src directory), LAMMPS_PYTHON (its Python module, empty if it is not there), LAMMPS_STYLES (its generated style
+# headers), LAMMPS_VERSION_NUMBER (yyyymmdd) and defines
 #   lammps_headers   what compiling against LAMMPS needs (include directories, definitions, MPI)
 #   lammps_library   that, and liblammps.a with what it links
 
@@ -30,6 +31,12 @@ endif()
 set(LAMMPS_SRC "${lammps_tree}/src")
 if(NOT EXISTS "${LAMMPS_SRC}/version.h" OR NOT EXISTS "${lammps_tree}/cmake/CMakeLists.txt")
   message(FATAL_ERROR "LAMMPS_SOURCE_DIR is not a LAMMPS source tree (it needs src/version.h and cmake/): ${lammps_tree}")
+endif()
+
+set(LAMMPS_PYTHON "${lammps_tree}/python/lammps")
+if(NOT EXISTS "${LAMMPS_PYTHON}/__init__.py")
+  message(STATUS "No Python module in the LAMMPS tree (python/lammps): liblammps.so is built without it")
+  set(LAMMPS_PYTHON "")
 endif()
 
 # "4 Feb 2025" in version.h becomes 20250204: the form in which versions can be compared.
