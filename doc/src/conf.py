@@ -23,8 +23,7 @@ html_css_files = ['gpu_rve.css']
 # MathJax 2 of Debian's libjs-mathjax, copied into the pages (gpu_rve_doc), so that they need no network; without that package MathJax comes from its server.
 if os.path.exists(os.path.join(gpu_rve_doc.MATHJAX, 'MathJax.js')):
     mathjax_path = 'mathjax/MathJax.js?config=TeX-AMS_SVG'
-    mathjax2_config = {'tex2jax': {'inlineMath': [['\\(', '\\)']], 'processEscapes': True, 'ignoreClass': 'document', 'processClass': 'math'},
-                       'SVG': {'linebreaks': {'automatic': True}}, 'showMathMenu': False}
+    mathjax2_config = {'tex2jax': {'inlineMath': [['\\(', '\\)']], 'processEscapes': True, 'ignoreClass': 'document', 'processClass': 'math'}, 'showMathMenu': False}
 numfig = True
 math_eqref_format = '[{number}]'    # numbers in parentheses are the paper's
 
