@@ -53,6 +53,8 @@ set(lammps_options
   -D CMAKE_CXX_STANDARD=17 "-D CMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER}" -D CMAKE_EXPORT_COMPILE_COMMANDS=ON
   -D BUILD_MPI=ON -D BUILD_OMP=OFF -D PKG_GRANULAR=ON -D PKG_PLUGIN=ON
   -D WITH_PNG=ON -D WITH_JPEG=OFF -D WITH_GZIP=ON -D WITH_FFMPEG=OFF -D WITH_CURL=OFF)
+# no part of the key: the library is the same
+set(lammps_faster "-D CMAKE_PROJECT_lammps_INCLUDE=${CMAKE_CURRENT_LIST_DIR}/LammpsPrecompiled.cmake")
 
 # The key: whatever changes the library. A tree of the user's is known by its place and its commit.
 set(lammps_commit "")
@@ -69,7 +71,7 @@ if(NOT EXISTS "${lammps_built}/compile_commands.json")
   set(lammps_work "${lammps_built}.work")
   set(lammps_whole "${lammps_built}.whole")
   execute_process(COMMAND "${CMAKE_COMMAND}" -S "${lammps_tree}/cmake" -B "${lammps_work}" -G "${CMAKE_GENERATOR}"
-    "-DCMAKE_MAKE_PROGRAM=${CMAKE_MAKE_PROGRAM}" ${lammps_options} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+    "-DCMAKE_MAKE_PROGRAM=${CMAKE_MAKE_PROGRAM}" ${lammps_options} ${lammps_faster} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
   execute_process(COMMAND "${CMAKE_COMMAND}" --build "${lammps_work}" --target lammps --parallel COMMAND_ERROR_IS_FATAL ANY)
   file(REMOVE_RECURSE "${lammps_whole}")
   file(COPY "${lammps_work}/liblammps.a" "${lammps_work}/styles" "${lammps_work}/compile_commands.json" DESTINATION "${lammps_whole}")
