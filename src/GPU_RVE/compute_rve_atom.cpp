@@ -17,7 +17,7 @@
 #include "error.h"
 #include "fix_rve.h"
 #include "memory.h"
-#include "modify.h"
+#include "rve/core/suggestion.h"
 #include "rve/engine/engine.h"
 #include "update.h"
 
@@ -131,13 +131,14 @@ ComputeRveAtom::ComputeRveAtom(LAMMPS *lmp, int narg, char **arg) :
       continue;
     }
     const Quantity *found = nullptr;
-    std::string names;
+    rve::Words names = {"fix"};
     for (const auto &quantity : QUANTITIES) {
       if (strcmp(arg[iarg], quantity.name) == 0) found = &quantity;
-      names += std::string(" ") + quantity.name;
+      names.emplace_back(quantity.name);
     }
     if (!found)
-      error->all(FLERR, "Unknown compute rve/atom quantity: {}; there are{}", arg[iarg], names);
+      error->all(FLERR, "compute rve/atom {}: there is no quantity '{}'{}", id, arg[iarg],
+                 rve::did_you_mean(arg[iarg], names, "there are"));
     impl->quantities.push_back(found);
   }
   if (impl->quantities.empty()) error->all(FLERR, "compute rve/atom needs at least one quantity");
@@ -158,22 +159,7 @@ ComputeRveAtom::~ComputeRveAtom()
 
 void ComputeRveAtom::init()
 {
-  if (impl->fix_id.empty()) {
-    const auto fixes = modify->get_fix_by_style("^rve$");
-    if (fixes.empty()) error->all(FLERR, "compute rve/atom {}: there is no fix rve", id);
-    if (fixes.size() > 1)
-      error->all(FLERR,
-                 "compute rve/atom {}: there are {} fixes of style rve; choose one with fix ID", id,
-                 fixes.size());
-    impl->fix = dynamic_cast<FixRve *>(fixes[0]);
-  } else {
-    Fix *fix = modify->get_fix_by_id(impl->fix_id);
-    if (!fix) error->all(FLERR, "compute rve/atom {}: fix {} does not exist", id, impl->fix_id);
-    impl->fix = dynamic_cast<FixRve *>(fix);
-    if (!impl->fix)
-      error->all(FLERR, "compute rve/atom {}: fix {} is of style {}, not rve", id, impl->fix_id,
-                 fix->style);
-  }
+  impl->fix = FixRve::find(lmp, impl->fix_id, std::string("compute rve/atom ") + id);
 }
 
 /* ---------------------------------------------------------------------- */
