@@ -17,6 +17,7 @@
 #include "error.h"
 #include "fix_rve.h"
 #include "memory.h"
+#include "rve/core/suggestion.h"
 #include "rve/engine/engine.h"
 #include "update.h"
 
@@ -130,13 +131,14 @@ ComputeRveAtom::ComputeRveAtom(LAMMPS *lmp, int narg, char **arg) :
       continue;
     }
     const Quantity *found = nullptr;
-    std::string names;
+    rve::Words names = {"fix"};
     for (const auto &quantity : QUANTITIES) {
       if (strcmp(arg[iarg], quantity.name) == 0) found = &quantity;
-      names += std::string(" ") + quantity.name;
+      names.emplace_back(quantity.name);
     }
     if (!found)
-      error->all(FLERR, "Unknown compute rve/atom quantity: {}; there are{}", arg[iarg], names);
+      error->all(FLERR, "compute rve/atom {}: there is no quantity '{}'{}", id, arg[iarg],
+                 rve::did_you_mean(arg[iarg], names, "there are"));
     impl->quantities.push_back(found);
   }
   if (impl->quantities.empty()) error->all(FLERR, "compute rve/atom needs at least one quantity");

@@ -16,6 +16,7 @@
 #include "error.h"
 #include "one_rank.h"
 #include "rve/core/error.h"
+#include "rve/core/suggestion.h"
 #include "rve/engine/files.h"
 #include "rve/engine/packing.h"
 #include "rve/engine/packing_io.h"
@@ -33,6 +34,20 @@ using namespace LAMMPS_NS;
 
 namespace {
 
+// Of a library; packings with fewer grains count as if they had so many.
+constexpr bigint MOST_GRAINS = 100000000;
+constexpr int FEWEST_GRAINS = 100;
+
+struct Keyword {
+  const char *name;
+  int values;    ///< at least
+};
+constexpr Keyword KEYWORDS[] = {
+    {"grains", 1},       {"seed", 1},       {"seeds", 2},         {"radius", 3},
+    {"pressure", 1},     {"void_ratio", 1}, {"friction_prep", 1}, {"void_ratio_tolerance", 1},
+    {"damping_prep", 1}, {"tolerance", 1},  {"format", 1},        {"threads", 1},
+    {"device", 1},       {"policy", 1}};
+
 struct Order {
   std::string path;
   rve::PackingRecipe recipe;
@@ -45,6 +60,11 @@ struct Order {
   bool is_library() const
   {
     return num_seeds > 0 || void_ratios.size() > 1 || frictions.size() > 1;
+  }
+  bigint num_packings() const
+  {
+    return bigint(std::max<std::size_t>(1, frictions.size() + void_ratios.size())) *
+        std::max(1, num_seeds);
   }
   /// Of the library: goal by goal as given, frictions before void ratios, and seed by seed for each.
   std::vector<rve::PackingRecipe> recipes() const;
@@ -80,25 +100,39 @@ Order parse(LAMMPS *lmp, int narg, char **arg)
   std::set<std::string> given;
   order.path = arg[0];
 
+  rve::Words known = material_keywords();
+  for (const Keyword &keyword : KEYWORDS) known.emplace_back(keyword.name);
+  std::string last;    // keyword, and its values
   int iarg = 1;
   while (iarg < narg) {
     const std::string keyword = arg[iarg];
+    if (std::find(known.begin(), known.end(), keyword) == known.end())
+      error->all(FLERR, "create_rve: {}", rve::unknown_keyword(keyword, known, last));
     if (!given.insert(keyword).second)
       error->all(FLERR, "create_rve: keyword {} is given twice", keyword);
     if (material.take(lmp, "create_rve", iarg, narg, arg)) {
+      last = keyword + " " + arg[iarg + 1];
       iarg += 2;
       continue;
     }
-    int values = keyword == "radius" ? 3 : keyword == "seeds" ? 2 : 1;
+    const auto form = std::find_if(std::begin(KEYWORDS), std::end(KEYWORDS), [&](const Keyword &k) {
+      return keyword == k.name;
+    });
+    int values = form->values;
     if (iarg + values >= narg) utils::missing_cmd_args(FLERR, "create_rve " + keyword, error);
     const char *value = arg[iarg + 1];
+    const auto number = [&](int k) {
+      if (!utils::is_double(arg[iarg + k]))
+        error->all(FLERR, "create_rve: {} is '{}'; it must be a number", keyword, arg[iarg + k]);
+      return utils::numeric(FLERR, arg[iarg + k], false, lmp);
+    };
     const auto real = [&]() {
-      return utils::numeric(FLERR, value, false, lmp);
+      return number(1);
     };
     const auto reals = [&]() {
       std::vector<double> list = {real()};
       for (; iarg + values + 1 < narg && utils::is_double(arg[iarg + values + 1]); ++values)
-        list.push_back(utils::numeric(FLERR, arg[iarg + values + 1], false, lmp));
+        list.push_back(number(values + 1));
       return list;
     };
     if (keyword == "grains") {
@@ -116,8 +150,8 @@ Order parse(LAMMPS *lmp, int narg, char **arg)
     } else if (keyword == "radius") {
       if (strcmp(value, "uniform") != 0)
         error->all(FLERR, "create_rve: radius is '{}'; it must be uniform lo hi", value);
-      recipe.radius_min = utils::numeric(FLERR, arg[iarg + 2], false, lmp);
-      recipe.radius_max = utils::numeric(FLERR, arg[iarg + 3], false, lmp);
+      recipe.radius_min = number(2);
+      recipe.radius_max = number(3);
     } else if (keyword == "pressure") {
       recipe.pressure = real();
     } else if (keyword == "void_ratio") {
@@ -147,13 +181,13 @@ Order parse(LAMMPS *lmp, int narg, char **arg)
         error->all(FLERR, "create_rve: device is '{}'; it must be auto, cpu or cuda", value);
       order.options.device = found->second;
       order.device_given = true;
-    } else if (keyword == "policy") {
+    } else {    // policy
       order.skip = strcmp(value, "skip") == 0;
       if (!order.skip && strcmp(value, "stop") != 0)
         error->all(FLERR, "create_rve: policy is '{}'; it must be stop or skip", value);
-    } else {
-      error->all(FLERR, "Unknown create_rve keyword: {}", keyword);
     }
+    last = keyword;
+    for (int k = 1; k <= values; ++k) last += std::string(" ") + arg[iarg + k];
     iarg += values + 1;
   }
   if (given.count("seed") && given.count("seeds"))
@@ -166,7 +200,17 @@ Order parse(LAMMPS *lmp, int narg, char **arg)
   // grains with the stiffness of their normal spring in the tangent too, unless said otherwise
   if (!material.kt) material.kt = material.kn;
   material.apply(recipe.material);
-  if (order.is_library()) return order;
+  if (order.is_library()) {
+    // all of them are in the memory at once, and then the text of their file
+    const bigint most = MOST_GRAINS / std::max(recipe.num_grains, FEWEST_GRAINS);
+    if (order.num_packings() > most)
+      error->all(FLERR,
+                 "create_rve: a library of {} packings with {} grains each is too large; it can "
+                 "have at most {} of them, {} grains in all, which take tens of GB: use fewer "
+                 "seeds, or make several libraries",
+                 order.num_packings(), recipe.num_grains, most, MOST_GRAINS);
+    return order;
+  }
 
   if (!order.void_ratios.empty() && !order.frictions.empty() && order.frictions[0] > 0.0)
     error->all(FLERR, "create_rve: void_ratio finds friction_prep itself; give one of them");

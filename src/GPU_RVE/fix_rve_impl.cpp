@@ -710,7 +710,10 @@ void FixRve::Impl::report(const std::vector<int> &failed, const std::vector<int>
         fix->atom->tag[i], fix->update->ntimestep, rve::describe_status(result.status),
         rve::number(result.largest_overlap), rve::number(result.void_ratio),
         rve::number(drives.empty() ? clock(fix->update->dt).dt : drives[k].dt));
-    if (!settings.freeze) fix->error->one(FLERR, message + rve::remedy_of_status(result.status));
+    if (!settings.freeze)
+      fix->error->one(FLERR,
+                      message + rve::remedy_of_status(result.status) +
+                          "; with policy freeze the run goes on without this RVE");
     fix->error->warning(FLERR, message + "; it is frozen");
   }
 }
@@ -755,7 +758,8 @@ std::vector<rve::Drive> FixRve::Impl::drives(const std::vector<int> &atoms)
       fix->error->warning(FLERR,
                           "fix rve {}: the goal of servo {} is {} [stress] for atom {} at step {}, "
                           "a tension, and grains without cohesion carry none: the cell opens "
-                          "without end; it should be at most 0 (compression is negative)",
+                          "without end; it should be at most 0, because stresses are negative in "
+                          "compression",
                           fix->id, rve_component_name(goal.row, goal.column), rve::number(stress),
                           fix->atom->tag[atoms[k]], fix->update->ntimestep);
     }

@@ -16,6 +16,7 @@
 #include "mpm/analytic_laws.h"
 #include "mpm/mohr_coulomb.h"
 #include "node_share.h"
+#include "rve/core/suggestion.h"
 
 #include "domain.h"
 #include "error.h"
@@ -35,6 +36,11 @@ namespace {
 
 constexpr double LARGEST =
     1e30;    // of any number: products of two, and sums of many, are still numbers
+const rve::Words KEYWORDS = {
+    "domain",   "shape",      "scheme",   "flip",   "damping", "device",
+    "boundary", "model",      "density",  "stress", "volume",  "points_per_cell",
+    "rigid",    "separation", "traction", "face",   "cfl",     "progress"};
+
 constexpr double MAX_COURANT =
     10.0;    // the estimate for RVEs is an upper bound, if no larger one than that
 
@@ -65,6 +71,8 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
       utils::missing_cmd_args(FLERR, std::string("fix mpm ") + arg[iarg], lmp->error);
   };
   const auto number = [&](int k) {
+    if (!utils::is_double(arg[iarg + k]))
+      lmp->error->all(FLERR, "Fix mpm {}: '{}' must be a number", arg[iarg], arg[iarg + k]);
     const double given = utils::numeric(FLERR, arg[iarg + k], false, lmp);
     if (!(std::fabs(given) <= LARGEST))
       lmp->error->all(FLERR, "Fix mpm {}: numbers must be from {:g} to {:g}, got {}", arg[iarg],
@@ -75,6 +83,9 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
     MpmValue v;
     if (utils::strmatch(arg[iarg + k], "^v_"))
       v.variable = arg[iarg + k] + 2;
+    else if (lmp->input->variable->find(arg[iarg + k]) >= 0)
+      lmp->error->all(FLERR, "Fix mpm {}: '{}' must be a number or v_name; did you mean v_{}?",
+                      arg[iarg], arg[iarg + k], arg[iarg + k]);
     else
       v.number = number(k);
     return v;
@@ -113,6 +124,7 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
     settings.words.emplace_back(about, values);
   };
   say("cell size", arg[3]);
+  std::string last;    // keyword, and its values
 
   try {
     while (iarg < narg) {
@@ -206,6 +218,7 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
         how.rough = one_of(6, {"smooth", "rough"});
         settings.bodies.push_back(body);
         options.rigid_bodies.push_back(how);
+        options.rigid_body_names.push_back(body.group);
         face = &options.rigid_bodies.back().face;
         iarg += 7;
       } else if (word == "separation") {
@@ -252,9 +265,11 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
                           arg[iarg + 1]);
         iarg += 2;
       } else {
-        lmp->error->all(FLERR, "Fix mpm: unknown keyword '{}'", word);
+        lmp->error->all(FLERR, "Fix mpm: {}", rve::unknown_keyword(word, KEYWORDS, last));
       }
 
+      last.clear();
+      for (int i = first; i < iarg; i++) last += (i > first ? " " : "") + std::string(arg[i]);
       const auto values_from = [&](int begin) {
         std::string text;
         for (int i = begin; i < iarg; i++) text += (i > begin ? " " : "") + std::string(arg[i]);

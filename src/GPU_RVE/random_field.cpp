@@ -24,6 +24,7 @@
 #include "group.h"
 #include "one_rank.h"
 #include "rve/core/error.h"
+#include "rve/core/suggestion.h"
 
 #include <algorithm>
 #include <cmath>
@@ -36,6 +37,9 @@
 using namespace LAMMPS_NS;
 
 namespace {
+
+const rve::Words KEYWORDS = {"covariance", "lengths",       "angle",  "spacing", "domain",
+                             "marginal",   "interpolation", "bounds", "seed",    "max_points"};
 
 struct Order {
   int groupbit = 0;
@@ -83,17 +87,22 @@ Order parse(LAMMPS *lmp, int narg, char **arg)
   field::Vec hi{lmp->domain->boxhi[0], lmp->domain->boxhi[1]};
 
   std::set<std::string> given;
+  std::string last;    // keyword, and its values
   int iarg = 2;
   while (iarg < narg) {
     const std::string keyword = arg[iarg++];
     if (!given.insert(keyword).second)
       error->all(FLERR, "random_field: {} is given twice; give it once", keyword);
+    const int first = iarg - 1;
     const auto word = [&]() -> std::string {
       if (iarg == narg) utils::missing_cmd_args(FLERR, "random_field " + keyword, error);
       return arg[iarg++];
     };
     const auto real = [&]() {
-      return utils::numeric(FLERR, word(), false, lmp);
+      const std::string text = word();
+      if (!utils::is_double(text))
+        error->all(FLERR, "random_field: {} has '{}' where a number must be", keyword, text);
+      return utils::numeric(FLERR, text, false, lmp);
     };
     const auto whole = [&]() {
       return utils::bnumeric(FLERR, word(), false, lmp);
@@ -166,8 +175,10 @@ Order parse(LAMMPS *lmp, int narg, char **arg)
         error->all(FLERR, "random_field: max_points is {}; it must be at least 4",
                    order.max_points);
     } else {
-      error->all(FLERR, "Unknown random_field keyword: {}", keyword);
+      error->all(FLERR, "random_field: {}", rve::unknown_keyword(keyword, KEYWORDS, last));
     }
+    last = arg[first];
+    for (int i = first + 1; i < iarg; i++) last += std::string(" ") + arg[i];
   }
   if (!has_covariance) error->all(FLERR, "random_field: no covariance is given");
   if (!lengths) error->all(FLERR, "random_field: no correlation lengths are given");

@@ -28,8 +28,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 using namespace LAMMPS_NS;
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -42,6 +44,20 @@ constexpr double NORMAL_CHANGE = 0.02;
 double shear_change(const rve::RveState &packing)
 {
   return 6.0 / std::sqrt(packing.num_grains());
+}
+
+/// Behind the message that there is no such file.
+std::string where_packings_come_from(const std::string &file)
+{
+  const fs::path absolute = fs::absolute(file).lexically_normal();
+  const rve::Words keywords = fix_rve_keywords(false), near = rve::nearest_words(file, keywords);
+  return fmt::format(
+      " (looked in folder {}). The command create_rve makes packings, as in create_rve "
+      "{} grains 400 radius uniform 0.0025 0.005 ...{}",
+      absolute.parent_path().string(), file,
+      near.empty()
+          ? ""
+          : fmt::format("; if {} is no file, did you mean the keyword {}?", file, near.front()));
 }
 
 /// Whole numbers from 0 to count-1 of a script value, one for each of the atoms; collective.
@@ -95,7 +111,9 @@ void RvePackings::read(LAMMPS *lmp, const FixRveSettings &settings)
         }
       } catch (const rve::InputError &e) {
         const std::string message = e.what();
-        throw rve::InputError((utils::strmatch(message, file) ? "" : file + ": ") + message);
+        if (!fs::exists(file)) throw rve::InputError(message + where_packings_come_from(file));
+        const bool names_it = message.find(file) != std::string::npos;
+        throw rve::InputError((names_it ? "" : file + ": ") + message);
       }
     }
   });

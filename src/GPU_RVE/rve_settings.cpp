@@ -18,6 +18,7 @@
 #include "input.h"
 #include "lammps.h"
 #include "rve/core/error.h"
+#include "rve/core/suggestion.h"
 #include "variable.h"
 
 #include <algorithm>
@@ -72,11 +73,18 @@ class Words {
 
   const char *next(const std::string &what)
   {
-    if (empty()) lmp->error->all(FLERR, "{}: {} is missing", command, what);
+    if (empty())
+      lmp->error->all(FLERR, "{}: {} has no value; the command ends there", command, what);
     return arg[iarg++];
   }
 
-  double number(const std::string &what) { return utils::numeric(FLERR, next(what), false, lmp); }
+  double number(const std::string &what)
+  {
+    const char *word = next(what);
+    if (!utils::is_double(word))
+      lmp->error->all(FLERR, "{}: {} is '{}'; it must be a number", command, what, word);
+    return utils::numeric(FLERR, word, false, lmp);
+  }
 
   double positive(const std::string &what, const char *unit)
   {
@@ -89,7 +97,10 @@ class Words {
 
   int integer(const std::string &what, int least)
   {
-    const int value = utils::inumeric(FLERR, next(what), false, lmp);
+    const char *word = next(what);
+    if (!utils::is_integer(word))
+      lmp->error->all(FLERR, "{}: {} is '{}'; it must be a whole number", command, what, word);
+    const int value = utils::inumeric(FLERR, word, false, lmp);
     if (value < least)
       lmp->error->all(FLERR, "{}: {} is {}; it must be at least {}", command, what, value, least);
     return value;
@@ -127,7 +138,8 @@ class Words {
       for (const auto &other : list)
         if (other.row == row && other.column == column)
           lmp->error->all(FLERR, "{}: {} has component {} twice", command, what, name);
-      list.push_back({row, column, ScriptValue::parse(lmp, command, next(what + " " + name))});
+      const std::string component = what + " " + name;
+      list.push_back({row, column, ScriptValue::parse(lmp, command, component, next(component))});
     }
     if (list.empty())
       lmp->error->all(FLERR, "{}: {} needs at least one of the components {}, got '{}'", command,
@@ -182,13 +194,10 @@ constexpr struct {
                 {"overlap_limit", OF_ENGINE},
                 {"energy", OF_ENGINE}};
 
-bool is_keyword(const char *word)
+bool is_keyword(std::string_view word)
 {
-  for (const auto &keyword : KEYWORDS)
-    if (strcmp(word, keyword.name) == 0) return true;
-  for (const auto &material : MATERIAL_KEYWORDS)
-    if (strcmp(word, material.name) == 0) return true;
-  return false;
+  const rve::Words keywords = fix_rve_keywords(false);
+  return std::find(keywords.begin(), keywords.end(), word) != keywords.end();
 }
 
 // An RVE that is skipped longer than this answers from a stiffness that it has no more: contacts slide from a thousandth on.
@@ -222,6 +231,21 @@ void apply(Preset preset, FixRveSettings &s)
 }
 
 }    // namespace
+
+rve::Words LAMMPS_NS::material_keywords()
+{
+  rve::Words words;
+  for (const MaterialKeyword &keyword : MATERIAL_KEYWORDS) words.emplace_back(keyword.name);
+  return words;
+}
+
+rve::Words LAMMPS_NS::fix_rve_keywords(bool only_changeable)
+{
+  rve::Words words = material_keywords();
+  for (const auto &keyword : KEYWORDS)
+    if (!only_changeable || !keyword.fixed) words.emplace_back(keyword.name);
+  return words;
+}
 
 const char *LAMMPS_NS::rve_component_name(int row, int column)
 {
@@ -273,13 +297,18 @@ void MaterialWords::apply(rve::Material &material) const
 
 /* ---------------------------------------------------------------------- */
 
-ScriptValue ScriptValue::parse(LAMMPS *lmp, const std::string & /*command*/, const char *word)
+ScriptValue ScriptValue::parse(LAMMPS *lmp, const std::string &command, const std::string &what,
+                               const char *word)
 {
   ScriptValue value;
   if (strncmp(word, "v_", 2) == 0)
     value.variable = word + 2;
-  else
+  else if (utils::is_double(word))
     value.constant = utils::numeric(FLERR, word, false, lmp);
+  else
+    lmp->error->all(
+        FLERR, "{}: {} is '{}'; it must be a number or v_name of a variable{}", command, what, word,
+        lmp->input->variable->find(word) >= 0 ? fmt::format("; did you mean v_{}?", word) : "");
   return value;
 }
 
@@ -336,10 +365,12 @@ void FixRveSettings::take_keywords(LAMMPS *lmp, const std::string &command, int 
   FixRveSettings &s = *this;
   Words words(lmp, command, narg, arg, begin);
   std::map<std::string, std::string> given;    // keyword: it and its values
+  std::string last;                            // of these
   while (!words.empty()) {
     const int place = words.position();
     if (s.material.take(lmp, command, place, narg, arg)) {
       words.skip(2);
+      last = words.since(place);
       continue;
     }
     const std::string keyword = words.next("keyword");
@@ -463,18 +494,18 @@ void FixRveSettings::take_keywords(LAMMPS *lmp, const std::string &command, int 
     } else if (keyword == "packings") {
       while (!words.empty() && !is_keyword(words.peek())) s.packings.push_back(words.next(keyword));
     } else if (keyword == "packing_variable") {
-      s.choice.number = ScriptValue::parse(lmp, command, words.next(keyword));
+      s.choice.number = ScriptValue::parse(lmp, command, keyword, words.next(keyword));
     } else if (keyword == "packing_random") {
       s.choice.seed = words.integer(keyword, 0);
     } else if (keyword == "packing_void_ratio") {
-      s.choice.void_ratio = ScriptValue::parse(lmp, command, words.next(keyword));
+      s.choice.void_ratio = ScriptValue::parse(lmp, command, keyword, words.next(keyword));
       s.choice.tolerance = words.positive("packing_void_ratio tolerance", "[-]");
     } else if (keyword == "packing_image") {
       if (strcmp(words.peek(), "random") == 0) {
         words.skip(1);
         s.choice.image_seed = words.integer("packing_image random seed", 0);
       } else {
-        s.choice.image = ScriptValue::parse(lmp, command, words.next(keyword));
+        s.choice.image = ScriptValue::parse(lmp, command, keyword, words.next(keyword));
       }
     } else if (keyword == "dump") {
       s.dump_atoms.clear();
@@ -484,12 +515,16 @@ void FixRveSettings::take_keywords(LAMMPS *lmp, const std::string &command, int 
         do s.dump_atoms.push_back(words.integer("dump atom ID", 1));
         while (words.starts_number());
       }
-    } else if (modifies) {
-      lmp->error->all(FLERR, "Unknown fix_modify keyword of fix rve: {}", keyword);
     } else {
-      lmp->error->all(FLERR, "Unknown fix rve keyword: {}", keyword);
+      rve::Words known = fix_rve_keywords(modifies);
+      // a component that is none ends the list of them
+      if (last.rfind("drive", 0) == 0 || last.rfind("servo ", 0) == 0)
+        for (const auto &row : COMPONENTS)
+          known.insert(known.begin(), std::begin(row), std::end(row));
+      lmp->error->all(FLERR, "{}: {}", command, rve::unknown_keyword(keyword, known, last));
     }
     const std::string text = words.since(place);
+    last = text;
     const auto [before, is_new] = given.emplace(keyword, text);
     if (!is_new)
       lmp->error->all(FLERR, "{}: {} is given twice, as '{}' and as '{}'; give it once{}", command,
@@ -534,7 +569,8 @@ void FixRveSettings::check(LAMMPS *lmp, const std::string &command) const
     if (goal.row == goal.column && goal.value.variable.empty() && goal.value.constant > 0.0)
       lmp->error->all(FLERR,
                       "{}: the goal of servo {} is {} [stress], a tension, and grains without "
-                      "cohesion carry none; it must be at most 0 (compression is negative)",
+                      "cohesion carry none; it must be at most 0, because stresses are negative in "
+                      "compression",
                       command, rve_component_name(goal.row, goal.column),
                       rve::number(goal.value.constant));
   const auto &adaptive = s.macro_step.adaptive;

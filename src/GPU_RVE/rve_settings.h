@@ -16,6 +16,7 @@
 #ifndef LMP_RVE_SETTINGS_H
 #define LMP_RVE_SETTINGS_H
 
+#include "rve/core/suggestion.h"
 #include "rve_points.h"
 
 #include <map>
@@ -64,6 +65,11 @@ constexpr MaterialKeyword MATERIAL_KEYWORDS[] = {
     {"thickness", &MaterialWords::thickness, &rve::Material::thickness},
     {"mass_depth", &MaterialWords::mass_depth, &rve::Material::mass_depth}};
 
+rve::Words material_keywords();
+
+/// The keywords of fix rve, or those of them that fix_modify can change.
+rve::Words fix_rve_keywords(bool only_changeable);
+
 /// A number of the script: constant, or an equal- or atom-style variable.
 struct ScriptValue {
   double constant = 0.0;
@@ -71,7 +77,9 @@ struct ScriptValue {
   int index = -1;          ///< of the variable, set by find()
   bool per_atom = false;
 
-  static ScriptValue parse(LAMMPS *lmp, const std::string &command, const char *word);
+  /// Reads a word; an error calls it `what`.
+  static ScriptValue parse(LAMMPS *lmp, const std::string &command, const std::string &what,
+                           const char *word);
 
   /// Looks the variable up; an error names it.
   void find(LAMMPS *lmp, const std::string &command);

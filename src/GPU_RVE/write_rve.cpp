@@ -20,8 +20,10 @@
 #include "modify.h"
 #include "one_rank.h"
 #include "rve/core/error.h"
+#include "rve/core/suggestion.h"
 #include "rve/engine/packing_io.h"
 
+#include <algorithm>
 #include <cstring>
 #include <set>
 #include <string>
@@ -39,7 +41,10 @@ void WriteRve::command(int narg, char **arg)
   tagint id = 0;
   std::string path;
   bool native = false;
+  const rve::Words keywords = {"atom", "file", "format"};
   for (int iarg = 1; iarg < narg; iarg += 2) {
+    if (std::find(keywords.begin(), keywords.end(), arg[iarg]) == keywords.end())
+      error->all(FLERR, "write_rve: {}", rve::unknown_keyword(arg[iarg], keywords));
     if (iarg + 1 == narg)
       utils::missing_cmd_args(FLERR, std::string("write_rve ") + arg[iarg], error);
     if (!given.insert(arg[iarg]).second)
@@ -49,12 +54,10 @@ void WriteRve::command(int narg, char **arg)
       id = utils::tnumeric(FLERR, value, false, lmp);
     } else if (strcmp(arg[iarg], "file") == 0) {
       path = value;
-    } else if (strcmp(arg[iarg], "format") == 0) {
+    } else {    // format
       native = strcmp(value, "rve") == 0;
       if (!native && strcmp(value, "lammps") != 0)
         error->all(FLERR, "write_rve: format is '{}'; it must be rve or lammps", value);
-    } else {
-      error->all(FLERR, "Unknown write_rve keyword: {}", arg[iarg]);
     }
   }
   if (id < 1) error->all(FLERR, "write_rve: atom ID is {}; it must be at least 1", id);

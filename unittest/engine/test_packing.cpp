@@ -106,7 +106,11 @@ TEST(LooseCloud, WrongRecipesAreNamed)
                 .find("largest grain radius [length] is 0.002; it must lie between 0.0025"),
             0u);
   recipe = paper_recipe(100, -1.0);
-  EXPECT_EQ(message_of(recipe, *engine).find("packing pressure [stress] is -1"), 0u);
+  EXPECT_EQ(message_of(recipe, *engine)
+                .find("pressure of the packing is -1 [stress]; it must be "
+                      "greater than 0: a pressure is positive in "
+                      "compression"),
+            0u);
 }
 
 // The default thickness of 1 with numbers in SI units: discs would fill the plane.

@@ -150,7 +150,7 @@ TEST(PackingBatch, AWrongRecipeIsAnErrorBeforeAnythingRuns)
               generate_packings(recipes, *engine, [](std::size_t, const auto &, const auto &) {
                 FAIL() << "something ran";
               });
-            }).find("packing pressure [stress] is -3"),
+            }).find("pressure of the packing is -3 [stress]"),
             0u);
 }
 

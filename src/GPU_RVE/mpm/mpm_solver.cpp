@@ -137,7 +137,7 @@ MpmSolver::MpmSolver(const SolverOptions &options, Communication communication,
 void MpmSolver::set_body_velocity(int body, const Vec2 &velocity)
 {
   require(std::isfinite(velocity[0]) && std::isfinite(velocity[1]), [&] {
-    return "velocity of rigid body " + std::to_string(body) + " must be finite, got " +
+    return "velocity of " + options_.name_of_body(body) + " must be finite, got " +
         number(velocity[0]) + " " + number(velocity[1]) + " [length/time]";
   });
   body_velocity_.at(body) = velocity;

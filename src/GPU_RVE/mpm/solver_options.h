@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <vector>
 
 namespace mpm {
@@ -34,9 +35,17 @@ struct SolverOptions {
   double damping = 0.0;               ///< Cundall's local damping of nodes, in [0, 1)
   std::array<SideKind, 4> sides{};    ///< order of Face: x low, x high, y low, y high; default free
   std::vector<RigidBodyOptions> rigid_bodies;
-  int threads = 1;                ///< OpenMP threads; no influence on results
-  Device device = Device::Cpu;    ///< no influence on results
-  int device_number = 0;          ///< beyond the last device it begins with the first again
+  std::vector<std::string> rigid_body_names;    ///< for messages; one without a name has its number
+  int threads = 1;                              ///< OpenMP threads; no influence on results
+  Device device = Device::Cpu;                  ///< no influence on results
+  int device_number = 0;    ///< beyond the last device it begins with the first again
+
+  std::string name_of_body(int body) const
+  {
+    return "rigid body " +
+        (body < static_cast<int>(rigid_body_names.size()) ? rigid_body_names[body]
+                                                          : std::to_string(body));
+  }
 };
 
 /// In place over all ranks; the defaults are right for one rank.

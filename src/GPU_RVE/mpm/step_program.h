@@ -202,7 +202,7 @@ template <class Machine> class StepProgram final : public StepRunner {
     const StepView &view = machine_.view();
     for (int b = 0; b < view.num_bodies; ++b)
       rve::require(std::isfinite(machine_.maxima()[view.body_maximum(b)]), [&] {
-        return "rigid body " + std::to_string(b) + " has no points";
+        return options_.name_of_body(b) + " has no points";
       });
   }
 

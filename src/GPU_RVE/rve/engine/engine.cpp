@@ -67,6 +67,19 @@ namespace {
       {status::CellTooNarrow, "cell too narrow"},
       {status::NoContacts, "no contacts"}};
 
+  constexpr std::pair<std::uint32_t, const char *> REMEDIES[] = {
+      {status::CellTooNarrow,
+       "half of the cell must be wider than two of its largest grains that touch and the skin: use "
+       "a packing with more grains or a smaller ratio of largest to smallest radius, or a smaller "
+       "skin"},
+      {status::Unstable, "use a shorter DEM time step"},
+      {status::OverlapTooLarge,
+       "use a shorter DEM time step, strain the grains more slowly, or use a larger kn"},
+      {status::ForceSaturated,
+       "use a shorter DEM time step, or strain the grains less in one call"},
+      {status::NonFinite,
+       "look for a drive that is not a finite number, or use a shorter DEM time step"}};
+
 }    // namespace
 
 std::string describe_status(std::uint32_t status)
@@ -86,10 +99,8 @@ std::string describe_status(std::uint32_t status)
 
 std::string remedy_of_status(std::uint32_t status)
 {
-  if (status & status::CellTooNarrow)
-    return "; half of the cell must be wider than two of its largest grains that touch and the "
-           "skin: use packings with more grains or a smaller ratio of largest to smallest, a "
-           "smaller skin, or policy freeze, with which the run goes on without this RVE";
+  for (const auto &[bit, remedy] : REMEDIES)
+    if (status & bit) return std::string("; ") + remedy;
   return "";
 }
 

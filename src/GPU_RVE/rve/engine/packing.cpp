@@ -24,7 +24,12 @@ namespace {
     };
     constexpr double LARGEST = 1e300;
     constexpr double LEAST = 1e-300;
-    in_range(recipe.pressure, LEAST, LARGEST, "packing pressure [stress]");
+    require(recipe.pressure > 0.0, [&] {
+      return "pressure of the packing is " + number(recipe.pressure) +
+          " [stress]; it must be greater than 0: a pressure is positive in compression, where "
+          "stresses are negative";
+    });
+    in_range(recipe.pressure, LEAST, LARGEST, "pressure of the packing [stress]");
     in_range(recipe.preparation_friction, 0.0, LARGEST, "preparation friction [-]");
     in_range(recipe.preparation_damping, 0.0, 0.99, "preparation damping [-]");
     in_range(recipe.stress_tolerance, 1e-12, 0.5, "stress tolerance of the packing [-]");
@@ -318,8 +323,9 @@ namespace {
       require(!(result.status & status::Fatal), [&] {
         return "packing failed after " + std::to_string(steps) +
             " steps: " + describe_status(result.status) + " (pressure " +
-            number(result.mean_stress()) + " [stress], void ratio " + number(result.void_ratio) +
-            ", " + std::to_string(result.num_grains) + " grains)";
+            number(result.mean_stress() + 0.0) + " [stress], void ratio " +
+            number(result.void_ratio) + ", " + std::to_string(result.num_grains) + " grains)" +
+            remedy_of_status(result.status);
       });
       const PackingReport report{steps,
                                  leg.phase,

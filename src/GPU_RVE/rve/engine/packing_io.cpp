@@ -5,6 +5,7 @@
 #include "rve/core/checksum.h"
 #include "rve/core/error.h"
 #include "rve/core/spring_forces.h"
+#include "rve/core/suggestion.h"
 #include "rve/engine/contact_network.h"
 #include "rve/engine/files.h"
 
@@ -225,8 +226,12 @@ namespace {
                                         return name == e.name;
                                       });
       if (entry == std::end(MATERIAL_ENTRIES)) {
-        if (complete) return;
-        reader.fail("'" + name + "' is not a material value; still missing: " + missing());
+        if (name == "cell" && complete) return;
+        Words known = {"cell"};
+        for (const MaterialEntry &e : MATERIAL_ENTRIES) known.emplace_back(e.name);
+        reader.fail("'" + name + "' is not a material value" +
+                    (name == "cell" ? "" : did_you_mean(name, known, "these are")) +
+                    (complete ? "" : "; still missing: " + missing()));
       }
       if (seen[name]) reader.fail(name + " is given twice");
       seen[name] = true;
@@ -324,7 +329,13 @@ namespace {
       state.largest_contact_force = reader.finite_number(1, "largest contact force");
       reader.next("'grains'");
     }
-    reader.require_keyword("grains", 2, "grains N");
+    if (reader.word(0) != "grains")
+      reader.fail("found '" + std::string(reader.word(0)) + "' where 'grains' was expected" +
+                  did_you_mean(
+                      reader.word(0),
+                      {"deformation", "servo_velocity_gradient", "largest_contact_force", "grains"},
+                      "before it may stand, in this order,"));
+    reader.require_words(2, "grains N");
     const int num_grains = reader.integer<int>(1, "number of grains", 1, INT32_MAX / 4);
     read_grains(reader, num_grains, state);
     reader.next("'contacts'");

@@ -146,7 +146,8 @@ namespace {
       require(width > least_width,
               "cell width perpendicular to cell vector " + std::to_string(other) + " is " +
                   number(width) + " [length]; it must exceed twice the largest contact distance, " +
-                  number(least_width));
+                  number(least_width) +
+                  ": use more grains, or a smaller ratio of largest to smallest radius");
     }
   }
 
@@ -160,8 +161,8 @@ namespace {
       };
       for (const std::int32_t grain : {pair.first, pair.second})
         require(grain >= 0 && grain < state.num_grains(), [&] {
-          return name() + " names grain " + std::to_string(grain + std::int64_t{1}) + "; grains are 1 to " +
-              std::to_string(state.num_grains());
+          return name() + " names grain " + std::to_string(grain + std::int64_t{1}) +
+              "; grains are 1 to " + std::to_string(state.num_grains());
         });
       require(pair.first != pair.second, [&] {
         return name() + " joins grain " + std::to_string(pair.first + 1) + " to itself";
