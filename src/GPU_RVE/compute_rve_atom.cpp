@@ -17,7 +17,6 @@
 #include "error.h"
 #include "fix_rve.h"
 #include "memory.h"
-#include "modify.h"
 #include "rve/core/suggestion.h"
 #include "rve/engine/engine.h"
 #include "update.h"
@@ -161,22 +160,7 @@ ComputeRveAtom::~ComputeRveAtom()
 
 void ComputeRveAtom::init()
 {
-  if (impl->fix_id.empty()) {
-    const auto fixes = modify->get_fix_by_style("^rve$");
-    if (fixes.empty()) error->all(FLERR, "compute rve/atom {}: there is no fix rve", id);
-    if (fixes.size() > 1)
-      error->all(FLERR,
-                 "compute rve/atom {}: there are {} fixes of style rve; choose one with fix ID", id,
-                 fixes.size());
-    impl->fix = dynamic_cast<FixRve *>(fixes[0]);
-  } else {
-    Fix *fix = modify->get_fix_by_id(impl->fix_id);
-    if (!fix) error->all(FLERR, "compute rve/atom {}: fix {} does not exist", id, impl->fix_id);
-    impl->fix = dynamic_cast<FixRve *>(fix);
-    if (!impl->fix)
-      error->all(FLERR, "compute rve/atom {}: fix {} is of style {}, not rve", id, impl->fix_id,
-                 fix->style);
-  }
+  impl->fix = FixRve::find(lmp, impl->fix_id, std::string("compute rve/atom ") + id);
 }
 
 /* ---------------------------------------------------------------------- */

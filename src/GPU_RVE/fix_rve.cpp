@@ -266,6 +266,24 @@ void FixRve::report_shadows() const
    for other styles
 ------------------------------------------------------------------------- */
 
+FixRve *FixRve::find(LAMMPS *lmp, const std::string &id, const std::string &who)
+{
+  Error *error = lmp->error;
+  if (id.empty()) {
+    const auto fixes = lmp->modify->get_fix_by_style("^rve$");
+    if (fixes.empty()) error->all(FLERR, "{}: there is no fix rve", who);
+    if (fixes.size() > 1)
+      error->all(FLERR, "{}: there are {} fixes of style rve; choose one with fix ID", who,
+                 fixes.size());
+    return dynamic_cast<FixRve *>(fixes[0]);
+  }
+  Fix *fix = lmp->modify->get_fix_by_id(id);
+  if (!fix) error->all(FLERR, "{}: fix {} does not exist", who, id);
+  auto *found = dynamic_cast<FixRve *>(fix);
+  if (!found) error->all(FLERR, "{}: fix {} is of style {}, not rve", who, id, fix->style);
+  return found;
+}
+
 void FixRve::attach()
 {
   impl->attach();

@@ -26,6 +26,7 @@ FixStyle(rve,FixRve);
 #include "fix.h"
 
 #include <memory>
+#include <string>
 
 namespace mpm {
 class Constitutive;
@@ -65,7 +66,10 @@ class FixRve : public Fix {
   void restart(char *) override;
   int modify_param(int, char **) override;
 
-  // For fix mpm, compute rve/atom and write_rve. Atoms are local indices.
+  // For other styles that read RVEs: the fix of this ID, or the only one if the ID is empty. `who` asks, in messages.
+  static FixRve *find(class LAMMPS *, const std::string &id, const std::string &who);
+
+  // For fix mpm, and for who reads RVEs. Atoms are local indices.
 
   // gives an RVE to every atom of the group that has none; collective; init() calls it
   void attach();

@@ -17,11 +17,17 @@
 #include "version.h"
 
 #include "compute_rve_atom.h"
+#include "compute_rve_contact_local.h"
 #include "create_rve.h"
+#include "dump_rve_grain.h"
 #include "fix_mpm.h"
 #include "fix_rve.h"
+#include "plugin_host.h"
 #include "random_field.h"
 #include "write_rve.h"
+
+#include "lammps.h"
+#include "output.h"
 
 using namespace LAMMPS_NS;
 
@@ -31,6 +37,11 @@ template <class Style> static void *make_style(void *lmp, int narg, char **arg)
   return new Style(static_cast<LAMMPS *>(lmp), narg, arg);
 }
 
+static Dump *make_dump(LAMMPS *lmp, int narg, char **arg)
+{
+  return new DumpRveGrain(lmp, narg, arg);
+}
+
 template <class Command> static void *make_command(void *lmp)
 {
   return new Command(static_cast<LAMMPS *>(lmp));
@@ -38,6 +49,8 @@ template <class Command> static void *make_command(void *lmp)
 
 extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
 {
+  require_host(lmp, kind_compiled_for());
+
   const auto register_plugin = reinterpret_cast<lammpsplugin_regfunc>(regfunc);
 
   lammpsplugin_t plugin;
@@ -61,6 +74,14 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   plugin.info = "per-atom results of the RVEs v0.1";
   plugin.creator.v2 = &make_style<ComputeRveAtom>;
   register_plugin(&plugin, lmp);
+
+  plugin.name = "rve/contact/local";
+  plugin.info = "contacts between the grains of RVEs v0.1";
+  plugin.creator.v2 = &make_style<ComputeRveContactLocal>;
+  register_plugin(&plugin, lmp);
+
+  // plugins cannot register dumps: LAMMPS' own list of them takes this one
+  (*static_cast<LAMMPS *>(lmp)->output->dump_map)["rve/grain"] = &make_dump;
 
   plugin.style = "command";
   plugin.name = "create_rve";

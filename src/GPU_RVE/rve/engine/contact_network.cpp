@@ -48,6 +48,14 @@ namespace {
     bool usable() const { return count[0] >= 3 && count[1] >= 3; }
   };
 
+  // The periodic image of a second grain that is nearest to the first one, along one axis.
+  int image_of_second(std::uint64_t first, std::uint64_t second)
+  {
+    const auto difference = static_cast<std::int64_t>(second - first);
+    if (difference >= 0) return second < first ? 1 : 0;
+    return second > first ? -1 : 0;
+  }
+
   void add_if_touching(const RveState &state, int i, int j, std::vector<ContactGeometry> &contacts)
   {
     const Vec<double, 2> branch = branch_vector(state, i, j);
@@ -133,16 +141,33 @@ std::vector<SpringForces<double>> spring_forces(const RveState &state,
   return forces;
 }
 
+std::vector<SpringContact> find_spring_contacts(const RveState &state)
+{
+  const std::vector<ContactGeometry> geometries = find_contacts(state);
+  const std::vector<SpringForces<double>> springs = spring_forces(state, geometries);
+  std::vector<SpringContact> contacts;
+  contacts.reserve(geometries.size());
+  for (std::size_t k = 0; k < geometries.size(); ++k) {
+    SpringContact contact{
+        geometries[k], {0, 0},           state.material.normal_stiffness * geometries[k].overlap,
+        springs[k],    Vec<double, 2>{}, 1.0};
+    for (int a = 0; a < 2; ++a)
+      contact.image[a] = image_of_second(state.fractional[2 * contact.geometry.first + a],
+                                         state.fractional[2 * contact.geometry.second + a]);
+    const Vec<double, 2> &n = contact.geometry.normal, along{{-n[1], n[0]}};
+    contact.force_on_first = contact.springs.tangential * along - contact.normal_force * n;
+    const double limit = state.material.friction * contact.normal_force;
+    if (limit > 0.0) contact.mobilized_friction = std::fabs(contact.springs.tangential) / limit;
+    contacts.push_back(contact);
+  }
+  return contacts;
+}
+
 Tensor2 spring_stress(const RveState &state)
 {
-  const std::vector<ContactGeometry> contacts = find_contacts(state);
-  const std::vector<SpringForces<double>> springs = spring_forces(state, contacts);
   Tensor2 sum = Tensor2::zero();
-  for (std::size_t k = 0; k < contacts.size(); ++k) {
-    const Vec<double, 2> &n = contacts[k].normal, along{{-n[1], n[0]}};
-    const double f_n = state.material.normal_stiffness * contacts[k].overlap;
-    sum = sum + dyad(springs[k].tangential * along - f_n * n, contacts[k].branch);
-  }
+  for (const SpringContact &contact : find_spring_contacts(state))
+    sum = sum + dyad(contact.force_on_first, contact.geometry.branch);
   return 1.0 / (state.cell_area() * state.material.thickness) * sum;
 }
 

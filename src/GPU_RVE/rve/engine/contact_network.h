@@ -32,6 +32,23 @@ void forget_absurd_force(RveState &state);
 std::vector<SpringForces<double>> spring_forces(const RveState &state,
                                                 const std::vector<ContactGeometry> &contacts);
 
+/// A contact with what its springs say; dashpots are not in it.
+struct SpringContact {
+  ContactGeometry geometry;
+  int image[2];                     ///< x_second + H image is the image that the branch reaches
+  double normal_force;              ///< f_n = k_n overlap > 0 [force]
+  SpringForces<double> springs;     ///< tangential and rolling force [force]
+  Vec<double, 2> force_on_first;    ///< -f_n n + f_t t, t = (-n_y, n_x) [force]
+  double mobilized_friction;        ///< |f_t| / (mu f_n), 1 where it slides; 1 without friction [-]
+};
+
+/// All contacts of the state, in the order of find_contacts().
+std::vector<SpringContact> find_spring_contacts(const RveState &state);
+
+/// Mobilized friction from which a contact is said to slide [-]. A run compares forces in the number format of its engine; here the
+/// normal force follows in double precision from positions, and differs by less than 1e-3 of itself in format fast.
+constexpr double SLIDING = 0.999;
+
 /// Love's stress of the springs, dashpots excluded, tension positive [stress].
 Tensor2 spring_stress(const RveState &state);
 

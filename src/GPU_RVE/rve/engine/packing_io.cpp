@@ -515,8 +515,6 @@ namespace {
   std::string contact_table(const RestrictedFrame &frame)
   {
     const RveState &state = frame.state;
-    const std::vector<ContactGeometry> contacts = find_contacts(state);
-    const std::vector<SpringForces<double>> forces = spring_forces(state, contacts);
     const bool rolls = state.has_rolling_forces();
 
     std::ostringstream out;
@@ -524,16 +522,14 @@ namespace {
     if (rolls) out << ", moment on i = f_r r_i r_j / (r_i + r_j) beside that of the force";
     out << "\n# i j branch_x branch_y n_x n_y overlap f_n f_t force_x force_y"
         << (rolls ? " f_r" : "") << "\n";
-    for (std::size_t k = 0; k < contacts.size(); ++k) {
-      const ContactGeometry &contact = contacts[k];
-      const double f_t = forces[k].tangential;
-      const double f_n = state.material.normal_stiffness * contact.overlap;
-      const auto &n = contact.normal;
-      out << contact.first + 1 << " " << contact.second + 1;
-      for (const double value : {contact.branch[0], contact.branch[1], n[0], n[1], contact.overlap,
-                                 f_n, f_t, -f_n * n[0] - f_t * n[1], -f_n * n[1] + f_t * n[0]})
+    for (const SpringContact &contact : find_spring_contacts(state)) {
+      const auto &[first, second, branch, n, overlap] = contact.geometry;
+      out << first + 1 << " " << second + 1;
+      for (const double value :
+           {branch[0], branch[1], n[0], n[1], overlap, contact.normal_force,
+            contact.springs.tangential, contact.force_on_first[0], contact.force_on_first[1]})
         out << " " << exact(value);
-      if (rolls) out << " " << exact(forces[k].rolling);
+      if (rolls) out << " " << exact(contact.springs.rolling);
       out << "\n";
     }
     return out.str();

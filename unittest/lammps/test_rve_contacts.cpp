@@ -1,0 +1,280 @@
+// compute rve/contact/local and dump rve/grain: the contacts and the grains of RVEs against what compute rve/atom says of them, where the
+// atoms are on any rank, and what the two styles refuse.
+
+#include "comm.h"
+#include "grains_script.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+
+using namespace grains_script;
+
+namespace {
+
+constexpr double THICKNESS = 0.075;    // of the packing's disks [m]
+
+const std::string LOOK = R"(group look id 3
+compute s all rve/atom sxx syy sxy syx cell_xx cell_xy cell_yx cell_yy contacts sliding grains
+compute c look rve/contact/local atom id1 id2 force_x force_y branch_x branch_y fn ft normal_x normal_y sliding image_x image_y overlap
+)";
+enum {
+  Atom,
+  Id1,
+  Id2,
+  ForceX,
+  ForceY,
+  BranchX,
+  BranchY,
+  Fn,
+  Ft,
+  NormalX,
+  NormalY,
+  Sliding,
+  ImageX,
+  ImageY
+};
+
+/// A frame of a text dump.
+struct Frame {
+  std::map<std::string, std::size_t> column;
+  std::vector<std::vector<double>> rows;
+  std::vector<double> box;    // all numbers of the three lines
+
+  double operator()(std::size_t row, const std::string &name) const
+  {
+    return rows.at(row).at(column.at(name));
+  }
+};
+
+std::vector<double> numbers_of(const std::string &line)
+{
+  std::istringstream words(line);
+  std::vector<double> numbers;
+  for (double number; words >> number;) numbers.push_back(number);
+  return numbers;
+}
+
+Frame last_frame(const std::string &path)
+{
+  Frame frame;
+  std::ifstream dump(path);
+  for (std::string line; std::getline(dump, line);) {
+    if (line == "ITEM: TIMESTEP") frame = Frame();
+    if (line.rfind("ITEM: BOX BOUNDS abc origin", 0) == 0)
+      for (int k = 0; k < 3 && std::getline(dump, line); ++k)
+        for (const double number : numbers_of(line)) frame.box.push_back(number);
+    if (line.rfind("ITEM: ATOMS ", 0) == 0) {
+      std::istringstream names(line.substr(12));
+      for (std::string name; names >> name;) {
+        const std::size_t next = frame.column.size();
+        frame.column[name] = next;
+      }
+    } else if (!frame.column.empty() && line.rfind("ITEM", 0) != 0) {
+      frame.rows.push_back(numbers_of(line));
+    }
+  }
+  return frame;
+}
+
+class Look : public Script {
+ public:
+  /// compute s of atom 3, on every rank.
+  std::vector<double> answer()
+  {
+    LAMMPS_NS::Compute *s = lmp->modify->get_compute_by_id("s");
+    s->compute_peratom();
+    return rows_by_id(s->size_peratom_cols,
+                      [&](int i, std::vector<double> &list) {
+                        list.insert(list.end(), s->array_atom[i],
+                                    s->array_atom[i] + s->size_peratom_cols);
+                      })
+        .at(3);
+  }
+
+  /// Rows of compute c, those of this rank.
+  std::vector<std::vector<double>> contacts()
+  {
+    LAMMPS_NS::Compute *c = lmp->modify->get_compute_by_id("c");
+    c->compute_local();
+    std::vector<std::vector<double>> rows;
+    for (int k = 0; k < c->size_local_rows; ++k)
+      rows.emplace_back(c->array_local[k], c->array_local[k] + c->size_local_cols);
+    return rows;
+  }
+
+  double sum(double mine)
+  {
+    double all;
+    MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, MPI_SUM, lmp->world);
+    return all;
+  }
+};
+
+/// Love's sum over the rows is the stress that the RVE says, and their numbers are those of its contacts.
+void expect_contacts_of_the_rve(Look &script)
+{
+  const auto rows = script.contacts();
+  const auto says = script.answer();
+  double stress[4] = {}, sliding = 0.0;
+  for (const auto &row : rows) {
+    stress[0] += row[ForceX] * row[BranchX];
+    stress[1] += row[ForceY] * row[BranchY];
+    stress[2] += row[ForceX] * row[BranchY];
+    stress[3] += row[ForceY] * row[BranchX];
+    sliding += row[Sliding];
+    EXPECT_EQ(row[Atom], 3.0);
+    // the force is what normal and tangential force say, on the first grain
+    EXPECT_NEAR(row[ForceX], -row[Fn] * row[NormalX] - row[Ft] * row[NormalY], 1e-9 * row[Fn]);
+    EXPECT_NEAR(row[ForceY], -row[Fn] * row[NormalY] + row[Ft] * row[NormalX], 1e-9 * row[Fn]);
+  }
+  const double area = says[4] * says[7] - says[5] * says[6];
+  const double scale = std::fabs(says[0]) + std::fabs(says[1]);
+  // format double rounds forces to 1e-9 of the largest
+  for (int k = 0; k < 4; ++k)
+    EXPECT_NEAR(script.sum(stress[k]) / (area * THICKNESS), says[k], 1e-8 * scale) << k;
+  EXPECT_EQ(script.sum((double) rows.size()), says[8]);
+  // some contacts stick with more than 0.999 of their limit
+  EXPECT_NEAR(script.sum(sliding) / says[8], says[9], 0.01);
+  EXPECT_GT(script.sum(sliding), 20.0);    // after this strain there are some
+}
+
+const std::string SHEARED =
+    FOUR_ATOMS + FIX + "format double dt 1e-4 drive velocity_gradient yy v_rate xy 0.1 yx 0.05\n";
+
+}    // namespace
+
+TEST(RveContacts, LoveSumOverThemIsTheStressOfTheRve)
+{
+  Look script;
+  script << SHEARED + LOOK + "run 50";
+
+  expect_contacts_of_the_rve(script);
+}
+
+// from one rank to another, where there are several
+TEST(RveContacts, FollowTheirAtom)
+{
+  Look script;
+  script << "processors * 1 1\n" + SHEARED + LOOK + "run 50";
+  const std::size_t before = script.contacts().size();
+  script << "displace_atoms all move 2.0 0 0 units box\nrun 0";
+
+  expect_contacts_of_the_rve(script);
+
+  if (script.lmp->comm->nprocs == 2) { EXPECT_EQ(before > 0, script.contacts().empty()); }
+}
+
+TEST(RveContacts, OfAGroupAreThoseOfAllItsRves)
+{
+  Look script;
+  script << SHEARED +
+          "group look id 2 3\n"
+          "compute c look rve/contact/local atom\n"
+          "compute n look rve/atom contacts\n"
+          "compute all_n look reduce sum c_n\n"
+          "compute mean look reduce ave c_c inputs local\nrun 20";
+  LAMMPS_NS::Compute *c = script.lmp->modify->get_compute_by_id("c");
+  c->compute_local();
+  double mine[2] = {}, of_atom[2];
+  for (int k = 0; k < c->size_local_rows; ++k) mine[c->vector_local[k] == 2.0 ? 0 : 1] += 1.0;
+  MPI_Allreduce(mine, of_atom, 2, MPI_DOUBLE, MPI_SUM, script.lmp->world);
+  LAMMPS_NS::Compute *mean = script.lmp->modify->get_compute_by_id("mean");
+
+  const auto says = script.compute("n");
+  EXPECT_EQ(of_atom[0], says.at(2));
+  EXPECT_EQ(of_atom[1], says.at(3));
+  EXPECT_NEAR(mean->compute_scalar(),
+              (2.0 * of_atom[0] + 3.0 * of_atom[1]) / (of_atom[0] + of_atom[1]), 1e-12);
+}
+
+// the dump says where grains are, the compute which touch: together they give the branch vectors
+TEST(RveGrains, DumpedInTheCellOfTheRveTouchAsTheContactsSay)
+{
+  const std::string path = "test_rve_contacts.grains";
+  Look script;
+  script << SHEARED + LOOK + "dump g look rve/grain 10 " + path +
+          " id type x y z radius vx vy omegaz fx fy contacts\n"
+          "dump_modify g format float %.17g sort id time yes colname 7 u\nrun 50";
+  const auto rows = script.contacts();
+  const auto says = script.answer();
+  script << "undump g";
+  MPI_Barrier(script.lmp->world);
+  const Frame frame = last_frame(path);
+
+  ASSERT_EQ(frame.rows.size(), (std::size_t) says[10]);
+  ASSERT_EQ(frame.box.size(), 12u);
+  EXPECT_EQ(frame.box[0], says[4]);    // columns of H are the vectors of the cell
+  EXPECT_EQ(frame.box[1], says[6]);
+  EXPECT_EQ(frame.box[4], says[5]);
+  EXPECT_EQ(frame.box[5], says[7]);
+  EXPECT_EQ(frame.column.count("u"), 1u);
+  EXPECT_EQ(frame.column.count("vx"), 0u);
+  std::vector<int> contacts(frame.rows.size(), 0);
+  std::vector<double> force(frame.rows.size(), 0.0);
+  for (const auto &row : rows) {
+    const auto first = (std::size_t) row[Id1] - 1, second = (std::size_t) row[Id2] - 1;
+    const double x =
+        frame(second, "x") - frame(first, "x") + row[ImageX] * says[4] + row[ImageY] * says[5];
+    const double y =
+        frame(second, "y") - frame(first, "y") + row[ImageX] * says[6] + row[ImageY] * says[7];
+    EXPECT_NEAR(x, row[BranchX], 1e-15);
+    EXPECT_NEAR(y, row[BranchY], 1e-15);
+    EXPECT_NEAR(frame(first, "radius") + frame(second, "radius") - std::hypot(x, y), row[14],
+                1e-15);
+    ++contacts[first];
+    ++contacts[second];
+    force[first] += row[ForceX];
+    force[second] -= row[ForceX];
+  }
+  if (!rows.empty())    // the rank that has the RVE
+    for (std::size_t i = 0; i < frame.rows.size(); ++i) {
+      EXPECT_EQ(frame(i, "id"), i + 1.0);
+      EXPECT_EQ(frame(i, "contacts"), contacts[i]);
+      EXPECT_NEAR(frame(i, "fx"), force[i], 1e-9);
+    }
+  MPI_Barrier(script.lmp->world);
+  if (script.lmp->comm->me == 0) std::remove(path.c_str());
+}
+
+TEST(RveGrains, OneFrameIsHadWithoutARun)
+{
+  const std::string path = rve_test::temporary_path("grains");
+  Script script(MPI_COMM_SELF);
+  script << SHEARED +
+          "pair_style none\ncomm_modify cutoff 1.0\ngroup look id 3\nwrite_dump look rve/grain " +
+          path + " id x y radius modify format float %.17g";
+
+  EXPECT_EQ(last_frame(path).rows.size(), 400u);
+}
+
+TEST(RveContacts, WhatIsRefusedIsNamed)
+{
+  const std::string scene = SHEARED + "group look id 7\ngroup two id 1 2\n";
+  EXPECT_IN("compute rve/contact/local c: there is no quantity 'force'",
+            message_of(scene + "compute c all rve/contact/local id1 force"));
+  EXPECT_IN("compute rve/contact/local needs at least one quantity",
+            message_of(scene + "compute c all rve/contact/local fix grains"));
+  EXPECT_IN("compute rve/contact/local c: fix is given twice",
+            message_of(scene + "compute c all rve/contact/local fix a fix b"));
+  EXPECT_IN("compute rve/contact/local c: there is no fix rve",
+            message_of(FOUR_ATOMS + "compute c all rve/contact/local fn\nrun 0"));
+  EXPECT_IN("compute rve/contact/local c: no atom of group look has an RVE of fix grains; choose",
+            message_of(scene +
+                       "compute c look rve/contact/local fn\ndump c all local 1 none c_c\nrun 0"));
+  EXPECT_IN("dump rve/grain g: there is no column 'spin'",
+            message_of(scene + "dump g two rve/grain 1 none id spin"));
+  EXPECT_IN("dump rve/grain g: 0 atoms of group look have an RVE of fix grains; it must be one",
+            message_of(scene + "dump g look rve/grain 1 none id x y\nrun 0"));
+  EXPECT_IN("dump rve/grain g: 2 atoms of group two have an RVE of fix grains; it must be one",
+            message_of(scene + "dump g two rve/grain 1 none id x y\nrun 0"));
+  EXPECT_IN("dump rve/grain g: file none.bin would be binary; write text",
+            message_of(scene + "dump g two rve/grain 1 none.bin id x y"));
+  EXPECT_IN("dump_modify g: thresh is of atoms and of the simulation box",
+            message_of(scene + "dump g two rve/grain 1 none id x y\ndump_modify g thresh x > 0"));
+  EXPECT_IN("dump rve/grain g: fix other does not exist",
+            message_of(scene + "dump g two rve/grain 1 none id x fix other\nrun 0"));
+  std::remove("none");
+}
