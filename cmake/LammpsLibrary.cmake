@@ -1,11 +1,14 @@
 # LAMMPS as a static, position-independent library (core + GRANULAR + PLUGIN, MPI, PNG), built once with LAMMPS' own build system and
 # kept in a cache outside the build tree, so that every preset and every clean checkout uses the same one.
 #
-# Sets LAMMPS_SRC (LAMMPS' src directory), LAMMPS_STYLES (its generated style headers), LAMMPS_VERSION_NUMBER (yyyymmdd) and defines
+# Sets LAMMPS_SRC (LAMMPS' src directory), LAMMPS_PYTHON (its Python module, empty if it is not there), LAMMPS_STYLES (its generated style
+# headers), LAMMPS_VERSION_NUMBER (yyyymmdd) and defines
 #   lammps_headers   what compiling against LAMMPS needs (include directories, definitions, MPI)
 #   lammps_library   that, and liblammps.a with what it links
 
 set(LAMMPS_SOURCE_DIR "" CACHE PATH "LAMMPS source tree, 4Feb2025 or newer (empty: tools/get_lammps.sh obtains 4Feb2025)")
+
+set(LAMMPS_SIZES "" CACHE STRING "Sizes of LAMMPS' integers: smallbig, bigbig; empty: LAMMPS' default, smallbig")
 
 find_package(MPI REQUIRED COMPONENTS CXX)
 find_package(PNG REQUIRED)
@@ -32,6 +35,12 @@ if(NOT EXISTS "${LAMMPS_SRC}/version.h" OR NOT EXISTS "${lammps_tree}/cmake/CMak
   message(FATAL_ERROR "LAMMPS_SOURCE_DIR is not a LAMMPS source tree (it needs src/version.h and cmake/): ${lammps_tree}")
 endif()
 
+set(LAMMPS_PYTHON "${lammps_tree}/python/lammps")
+if(NOT EXISTS "${LAMMPS_PYTHON}/__init__.py")
+  message(STATUS "No Python module in the LAMMPS tree (python/lammps): liblammps.so is built without it")
+  set(LAMMPS_PYTHON "")
+endif()
+
 # "4 Feb 2025" in version.h becomes 20250204: the form in which versions can be compared.
 file(STRINGS "${LAMMPS_SRC}/version.h" lammps_version_line REGEX "define LAMMPS_VERSION ")
 if(NOT lammps_version_line MATCHES "\"([0-9]+) ([A-Z][a-z][a-z])[a-z]* ([0-9][0-9][0-9][0-9])\"")
@@ -53,6 +62,9 @@ set(lammps_options
   -D CMAKE_CXX_STANDARD=17 "-D CMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER}" -D CMAKE_EXPORT_COMPILE_COMMANDS=ON
   -D BUILD_MPI=ON -D BUILD_OMP=OFF -D PKG_GRANULAR=ON -D PKG_PLUGIN=ON
   -D WITH_PNG=ON -D WITH_JPEG=OFF -D WITH_GZIP=ON -D WITH_FFMPEG=OFF -D WITH_CURL=OFF)
+if(LAMMPS_SIZES)
+  list(APPEND lammps_options -D "LAMMPS_SIZES=${LAMMPS_SIZES}")
+endif()
 
 # The key: whatever changes the library. A tree of the user's is known by its place and its commit.
 set(lammps_commit "")
@@ -69,7 +81,7 @@ if(NOT EXISTS "${lammps_built}/compile_commands.json")
   set(lammps_work "${lammps_built}.work")
   set(lammps_whole "${lammps_built}.whole")
   execute_process(COMMAND "${CMAKE_COMMAND}" -S "${lammps_tree}/cmake" -B "${lammps_work}" -G "${CMAKE_GENERATOR}"
-    "-DCMAKE_MAKE_PROGRAM=${CMAKE_MAKE_PROGRAM}" ${lammps_options} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+    "-DCMAKE_MAKE_PROGRAM=${CMAKE_MAKE_PROGRAM}" "-DMPI_CXX_COMPILER=${MPI_CXX_COMPILER}" ${lammps_options} OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
   execute_process(COMMAND "${CMAKE_COMMAND}" --build "${lammps_work}" --target lammps --parallel COMMAND_ERROR_IS_FATAL ANY)
   file(REMOVE_RECURSE "${lammps_whole}")
   file(COPY "${lammps_work}/liblammps.a" "${lammps_work}/styles" "${lammps_work}/compile_commands.json" DESTINATION "${lammps_whole}")

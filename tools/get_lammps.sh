@@ -25,7 +25,7 @@ stamp=.gpu_rve_stamp
 contents() {    # contents <tree>
   (cd "$1" && echo "$sha256" && find . -type f ! -path "./$stamp" -print0 | LC_ALL=C sort -z | xargs -0 sha256sum) | sha256sum
 }
-if [ -f "$tree/$stamp" ] && [ "$(cat "$tree/$stamp")" = "$(contents "$tree")" ]; then
+if [ -f "$tree/python/lammps/__init__.py" ] && [ -f "$tree/$stamp" ] && [ "$(cat "$tree/$stamp")" = "$(contents "$tree")" ]; then
   echo "$tree"
   exit 0
 fi
@@ -93,17 +93,18 @@ if ! checked "$cache/$tarball"; then
   mv "$work/$tarball" "$cache/$tarball"
 fi
 
-# Only what the build reads: the core, the packages that are switched on, LAMMPS' licence and format file.
+# Only what the build reads: the core, the packages that are switched on, the Python module, LAMMPS' licence and format file.
 # Unpacked beside its final place and moved there when complete, so that an interruption leaves nothing that looks whole.
 say "unpacking"
 mkdir "$work/tree"
 tar -xJf "$cache/$tarball" -C "$work/tree" --strip-components=1 --wildcards --no-wildcards-match-slash \
-  '*/LICENSE' '*/src/*.h' '*/src/*.cpp' '*/src/.clang-format' '*/src/fmt' '*/src/GRANULAR' '*/src/PLUGIN' '*/src/STUBS' '*/cmake'
+  '*/LICENSE' '*/src/*.h' '*/src/*.cpp' '*/src/.clang-format' '*/src/fmt' '*/src/GRANULAR' '*/src/PLUGIN' '*/src/STUBS' '*/cmake' \
+  '*/python/lammps'
 [ -f "$work/tree/src/version.h" ] && [ -f "$work/tree/cmake/CMakeLists.txt" ] || die "the tarball is not a LAMMPS tree"
 contents "$work/tree" > "$work/stamp"
 mv "$work/stamp" "$work/tree/$stamp"
 if [ -e "$tree" ]; then
-  # damaged, changed by somebody, of another tarball, or of a time without stamps
+  # damaged, changed by somebody, of another tarball, or of a time without stamps or without the Python module
   say "$tree is not what the tarball has: it becomes $tree.untrusted"
   rm -rf "$tree.untrusted"
   mv "$tree" "$tree.untrusted"

@@ -22,6 +22,7 @@
 #include "dump_rve_grain.h"
 #include "fix_mpm.h"
 #include "fix_rve.h"
+#include "plugin_host.h"
 #include "random_field.h"
 #include "write_rve.h"
 
@@ -48,6 +49,8 @@ template <class Command> static void *make_command(void *lmp)
 
 extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
 {
+  require_host(lmp, kind_compiled_for());
+
   const auto register_plugin = reinterpret_cast<lammpsplugin_regfunc>(regfunc);
 
   lammpsplugin_t plugin;

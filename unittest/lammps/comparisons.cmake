@@ -1,13 +1,6 @@
 # The comparisons of examples/crosscheck and examples/validation. rve_add_comparison(name script arguments...): exit status 0 if all of its
-# checks hold. They need Python with numpy; Debian's is in /usr/bin, also where another python3 is first on the PATH.
-set(python "")
-foreach(candidate /usr/bin/python3 python3)
-  execute_process(COMMAND ${candidate} -c "import numpy" RESULT_VARIABLE missing OUTPUT_QUIET ERROR_QUIET)
-  if(missing STREQUAL "0")
-    set(python ${candidate})
-    break()
-  endif()
-endforeach()
+# checks hold. They need Python with numpy.
+include("${PROJECT_SOURCE_DIR}/unittest/python.cmake")
 if(NOT python)
   message(WARNING "no python3 with numpy: the comparisons of examples/crosscheck and examples/validation are not among the tests")
 endif()

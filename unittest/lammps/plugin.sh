@@ -1,9 +1,10 @@
 #!/bin/sh
-# The plugin in a plain LAMMPS: by `plugin load`, and by LAMMPS_PLUGIN_PATH, where the styles survive `clear`.
+# The plugin in a plain LAMMPS: by `plugin load`, and by LAMMPS_PLUGIN_PATH, where the styles survive `clear`. And
+# plugins that were built for another kind of LAMMPS, which end the run.
 #
-#   sh plugin.sh <lmp without the package> <gpurveplugin.so> <packing>
+#   sh plugin.sh <lmp without the package> <gpurveplugin.so> <packing> <folder of the plugins for other LAMMPS>
 set -eu
-lmp=$1 plugin=$2 packing=$3
+lmp=$1 plugin=$2 packing=$3 others=$4
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"
@@ -35,3 +36,15 @@ grep -q "Unrecognized fix style 'rve'" out.without
 { echo clear; echo "$scene"; echo "write_rve grains atom 1 file path.rve format rve"; } > in.path
 LAMMPS_PLUGIN_PATH=$(dirname "$plugin") "$lmp" -in in.path -log none > out.path 2>&1 || { cat out.path; exit 1; }
 cmp loaded.rve path.rve
+
+# refused <version|sizes|mpi> <what the error says>
+refused() {
+  echo "plugin load $others/other_$1_plugin.so" > in.other
+  if "$lmp" -in in.other -log none > "out.$1" 2>&1; then cat "out.$1"; echo "a plugin for another LAMMPS was loaded ($1)"; exit 1; fi
+  grep -qF "$2" "out.$1" || { cat "out.$1"; echo "the error does not say: $2"; exit 1; }
+}
+refused version "ERROR: gpurveplugin.so was built for LAMMPS 20240829, and the LAMMPS that loads it is LAMMPS 20"
+refused version "build the plugin with the source of that version (-D LAMMPS_SOURCE_DIR=<tree>)"
+refused sizes "8 bytes in an atom ID and 8 in a step number, and the LAMMPS that loads it has 4 bytes in an atom ID and 8 in a step number; build the plugin with -D LAMMPS_SIZES=smallbig"
+refused mpi "whose communicators have "
+refused mpi "build the plugin with that MPI library"

@@ -8,12 +8,12 @@ top=$(mktemp -d)
 trap 'rm -rf "$top"' EXIT
 work="$top/a folder with blanks"
 mkdir -p "$work/bin" "$work/parts" "$work/upstream/lammps-x/src/GRANULAR" "$work/upstream/lammps-x/src/fmt" "$work/upstream/lammps-x/src/PLUGIN" \
-  "$work/upstream/lammps-x/src/STUBS" "$work/upstream/lammps-x/cmake"
+  "$work/upstream/lammps-x/src/STUBS" "$work/upstream/lammps-x/cmake" "$work/upstream/lammps-x/python/lammps"
 fail() { echo "FAILED: $*"; exit 1; }
 
 # a tarball like that of LAMMPS, and a copy of the script that expects it
 (cd "$work/upstream/lammps-x" && for file in LICENSE src/version.h src/modify.cpp src/.clang-format src/GRANULAR/a.h src/fmt/b.h src/PLUGIN/c.h \
-  src/STUBS/d.h cmake/CMakeLists.txt; do echo "$file" > "$file"; done)
+  src/STUBS/d.h cmake/CMakeLists.txt python/lammps/__init__.py; do echo "$file" > "$file"; done)
 tar -cJf "$work/upstream/tarball" -C "$work/upstream" lammps-x
 sum=$(sha256sum < "$work/upstream/tarball" | cut -d' ' -f1)
 touch "$work/keyring"
@@ -66,6 +66,12 @@ get "a missing file"
 echo more > "$tree/src/more.cpp"
 get "another file"
 [ ! -e "$tree/src/more.cpp" ] || fail "another file: it is still there"
+
+rm -r "$tree/python"
+(cd "$tree" && echo "$sum" && find . -type f ! -path ./.gpu_rve_stamp -print0 | LC_ALL=C sort -z | xargs -0 sha256sum) | sha256sum > "$work/stamp"
+mv "$work/stamp" "$tree/.gpu_rve_stamp"
+get "a whole tree of a time without the Python module"
+[ -f "$tree/python/lammps/__init__.py" ] || fail "the Python module is missing"
 
 rm "$tree"/.gpu_rve_stamp
 get "a tree without a stamp"

@@ -1,0 +1,68 @@
+# `cmake --install <build tree> --prefix <prefix>` installs what was built; with --component one part of it:
+#
+#   lmp           lmp_gpu_rve, the examples with their packings, licence and citation
+#   plugin        gpurveplugin.so
+#   python        liblammps.so, LAMMPS' Python module
+#   development   headers, static libraries, the CMake package gpu_rve
+#   manual        the manual, if the target `manual` was built
+include(CMakePackageConfigHelpers)
+
+# ---- programs, libraries ----------------------------------------------------------------------------------------------------------
+if(GPU_RVE_LAMMPS)
+  # a target keeps its name when it is installed, a file need not; lmp has nothing in it that only holds in the build tree
+  install(PROGRAMS "$<TARGET_FILE:lmp>" DESTINATION "${CMAKE_INSTALL_BINDIR}" RENAME lmp_gpu_rve COMPONENT lmp)
+  install(TARGETS gpurveplugin LIBRARY DESTINATION "${GPU_RVE_INSTALL_LIBDIR}" COMPONENT plugin)
+  install(TARGETS liblammps EXPORT gpu_rve_lammps LIBRARY DESTINATION "${GPU_RVE_INSTALL_LIBDIR}" COMPONENT python)
+  if(LAMMPS_PYTHON)
+    set(module "${GPU_RVE_INSTALL_LIBDIR}/python/lammps")
+    install(DIRECTORY "${LAMMPS_PYTHON}/" DESTINATION "${module}" COMPONENT python FILES_MATCHING PATTERN "*.py")
+    # the module loads the liblammps.so that lies beside it
+    install(CODE "file(CREATE_LINK ../../liblammps.so \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${module}/liblammps.so\" SYMBOLIC)"
+      COMPONENT python)
+  endif()
+endif()
+
+# ---- headers, static libraries, the CMake package ---------------------------------------------------------------------------------
+set(sources "${PROJECT_SOURCE_DIR}/src/GPU_RVE")
+install(DIRECTORY "${sources}/rve" "${sources}/mpm" "${sources}/field" DESTINATION "${GPU_RVE_INSTALL_INCLUDEDIR}" COMPONENT development
+  FILES_MATCHING PATTERN "*.h")
+set(libraries rve_arithmetic rve_headers rve_engine mpm field)
+if(GPU_RVE_WITH_CUDA)
+  list(APPEND libraries rve_cuda)
+endif()
+install(TARGETS ${libraries} EXPORT gpu_rve_engine ARCHIVE DESTINATION "${GPU_RVE_INSTALL_LIBDIR}" COMPONENT development)
+install(EXPORT gpu_rve_engine NAMESPACE gpu_rve:: DESTINATION "${GPU_RVE_INSTALL_CMAKEDIR}" COMPONENT development)
+if(GPU_RVE_LAMMPS)
+  install(FILES "${LAMMPS_SRC}/library.h" DESTINATION "${GPU_RVE_INSTALL_INCLUDEDIR}/lammps" COMPONENT development)
+  install(EXPORT gpu_rve_lammps NAMESPACE gpu_rve:: DESTINATION "${GPU_RVE_INSTALL_CMAKEDIR}" COMPONENT development)
+endif()
+
+set(config "${PROJECT_BINARY_DIR}/cmake")
+configure_package_config_file("${CMAKE_CURRENT_LIST_DIR}/gpu_rve-config.cmake.in" "${config}/gpu_rve-config.cmake"
+  INSTALL_DESTINATION "${GPU_RVE_INSTALL_CMAKEDIR}" PATH_VARS GPU_RVE_INSTALL_LIBDIR GPU_RVE_INSTALL_DATADIR)
+write_basic_package_version_file("${config}/gpu_rve-config-version.cmake" COMPATIBILITY SameMinorVersion)
+install(FILES "${config}/gpu_rve-config.cmake" "${config}/gpu_rve-config-version.cmake" "${CMAKE_CURRENT_LIST_DIR}/FindFFTW3.cmake"
+  DESTINATION "${GPU_RVE_INSTALL_CMAKEDIR}" COMPONENT development)
+
+# ---- examples, documents ----------------------------------------------------------------------------------------------------------
+# Scripts name their packings relative to the folder `examples`, which is installed, and can be copied, as a whole; without what runs
+# have left in it.
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples" DESTINATION "${GPU_RVE_INSTALL_DATADIR}" COMPONENT lmp FILES_MATCHING
+  REGEX "/(__pycache__|out|study|small|ensemble|controls)$" EXCLUDE
+  REGEX "/(in\\.[^/]*|log\\.[0-9][^/]*|[^/]*\\.(md|py|sh))$"
+  REGEX "/packings/[^/]*\\.rve$"
+  REGEX "/reference/[^/]*\\.csv$")
+install(CODE "file(CREATE_LINK examples/packings \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${GPU_RVE_INSTALL_DATADIR}/packings\" SYMBOLIC)"
+  COMPONENT lmp)
+install(FILES "${PROJECT_SOURCE_DIR}/README.md" "${PROJECT_SOURCE_DIR}/LICENSE" "${PROJECT_SOURCE_DIR}/CITATION.cff"
+  DESTINATION "${GPU_RVE_INSTALL_DOCDIR}" COMPONENT lmp)
+
+# The manual is built on demand: cmake --build <build tree> --target manual
+find_program(GPU_RVE_SPHINX sphinx-build PATHS /usr/bin)
+mark_as_advanced(GPU_RVE_SPHINX)
+if(GPU_RVE_SPHINX)
+  add_custom_target(manual COMMAND "${GPU_RVE_SPHINX}" -W --keep-going -q -b html -d "${PROJECT_BINARY_DIR}/manual-doctrees"
+    "${PROJECT_SOURCE_DIR}/doc/src" "${PROJECT_BINARY_DIR}/manual" COMMENT "Building the manual: ${PROJECT_BINARY_DIR}/manual" VERBATIM)
+endif()
+install(DIRECTORY "${PROJECT_BINARY_DIR}/manual/" DESTINATION "${GPU_RVE_INSTALL_DOCDIR}/html" COMPONENT manual OPTIONAL
+  PATTERN ".buildinfo" EXCLUDE)
