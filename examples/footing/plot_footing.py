@@ -46,7 +46,7 @@ def draw_rves(frame, path, window=None):
     """What the RVEs say, in the window (xlo, xhi, ylo, yhi) [m]; False if the frame has it not."""
     if any(name not in frame for name, _, _ in RVE_QUANTITIES):
         return False
-    left = frame["x"].min()
+    left = frame["x"].min() - 0.5 * dumps.spacing(frame)
     figure, axes = plt.subplots(2, 2, figsize=(13, 11), constrained_layout=True)
     for panel, (name, label, is_logarithm) in zip(axes.flat, RVE_QUANTITIES):
         field(panel, frame, name, label, log=is_logarithm, solid=FOOTING, window=window or (left, left + 12.0, 2.0, 9.0))
