@@ -9,8 +9,8 @@
 # GPU_RVE_REQUIRE_CUDA=1 turns a skipped GPU test, or a fallback to the CPU, into a failure.
 . "$(dirname "$0")/setup.sh"
 
-say "building"
+say "3 of 5: building everything, half an hour of one core at least the first time"
 cmake --build --preset "$preset"
 
-say "testing"
+say "4 of 5: testing"
 exec ctest --preset "$preset" --parallel "$(nproc)" "$@"

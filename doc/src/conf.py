@@ -7,6 +7,7 @@ import os
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), '_ext'))
+import gpu_rve_doc
 
 project = 'GPU_RVE'
 author = 'the GPU_RVE authors'
@@ -17,6 +18,12 @@ extensions = ['sphinx.ext.mathjax', 'gpu_rve_doc']
 source_suffix = '.rst'
 exclude_patterns = ['_ext']
 highlight_language = 'none'
+html_static_path = ['_static']
+html_css_files = ['gpu_rve.css']
+# MathJax 2 of Debian's libjs-mathjax, copied into the pages (gpu_rve_doc), so that they need no network; without that package MathJax comes from its server.
+if os.path.exists(os.path.join(gpu_rve_doc.MATHJAX, 'MathJax.js')):
+    mathjax_path = 'mathjax/MathJax.js?config=TeX-AMS_SVG'
+    mathjax2_config = {'tex2jax': {'inlineMath': [['\\(', '\\)']], 'processEscapes': True, 'ignoreClass': 'document', 'processClass': 'math'}, 'showMathMenu': False}
 numfig = True
 math_eqref_format = '[{number}]'    # numbers in parentheses are the paper's
 

@@ -1,10 +1,11 @@
-"""What these pages need beyond Sphinx: the language LAMMPS, links to LAMMPS' own pages, and the tables and figures of bench/results."""
+"""What these pages need beyond Sphinx: the language LAMMPS, links to LAMMPS' own pages, the tables and figures of bench/results, and MathJax beside the pages."""
 
 import glob
 import json
 import os
 import re
 import shlex
+import shutil
 
 from docutils import nodes
 from docutils.parsers.rst import Directive
@@ -15,7 +16,13 @@ from pygments.token import Comment, Keyword, Name, Number, Operator, String, Tex
 LAMMPS_MANUAL = 'https://docs.lammps.org/'
 
 # Pages that are, or would be, ours: a reference to a missing one of these is a warning, not a link to LAMMPS.
-OURS = re.compile(r'rve|mpm|random|footing|gpu|theory|accuracy|performance|architecture|install|units_notation|changelog|failure|styles|stability')
+OURS = re.compile(r'rve|mpm|random|footing|gpu|theory|accuracy|performance|architecture|install|units_notation|changelog|failure|styles|stability'
+                  r'|getting_started|howto|glossary|validation|verification|packing')
+
+# Debian's libjs-mathjax, and what formulas in TeX that are drawn as SVG need of it: 4 MB of 54
+MATHJAX = '/usr/share/javascript/mathjax'
+MATHJAX_PARTS = ('MathJax.js', 'config/TeX-AMS_SVG.js', 'jax/input/TeX', 'jax/element/mml', 'jax/output/SVG/jax.js', 'jax/output/SVG/config.js',
+                 'jax/output/SVG/autoload', 'jax/output/SVG/fonts/TeX', 'extensions')
 
 
 class LammpsLexer(RegexLexer):
@@ -187,9 +194,23 @@ class BenchFigure(Figure):
         return [nodes.paragraph(text=f'{os.path.basename(path)} has not been drawn yet.')]
 
 
+def copy_mathjax(app, exception):
+    """After the pages, what they load for formulas."""
+    if exception or app.builder.format != 'html' or not os.path.exists(os.path.join(MATHJAX, 'MathJax.js')):
+        return
+    for part in MATHJAX_PARTS:
+        source, target = os.path.join(MATHJAX, part), os.path.join(app.outdir, '_static', 'mathjax', part)
+        if os.path.isdir(source):
+            shutil.copytree(source, target, dirs_exist_ok=True)
+        elif os.path.exists(source):
+            os.makedirs(os.path.dirname(target), exist_ok=True)
+            shutil.copy(source, target)
+
+
 def setup(app):
     app.add_lexer('LAMMPS', LammpsLexer)
     app.connect('missing-reference', link_to_lammps)
+    app.connect('build-finished', copy_mathjax)
     app.add_directive('bench-results', BenchResults)
     app.add_directive('stability-envelope', StabilityEnvelope)
     app.add_directive('bench-figure', BenchFigure)

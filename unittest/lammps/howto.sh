@@ -1,0 +1,55 @@
+#!/bin/sh
+# The scripts that the how-to pages show run as they stand, with small packings where the page has a variable for them, and do what the pages say.
+#
+#   howto.sh <lmp> <examples/howto>
+set -eu
+lmp=$1 examples=$2
+work=$(mktemp -d "${TMPDIR:-/tmp}/howto.XXXXXX")
+trap 'rm -rf "$work"' EXIT
+cp "$examples"/in.* "$work"
+cd "$work"
+
+# run <script> <options...>: its output goes to run.out
+run() {
+  "$lmp" -in "$@" > run.out 2>&1 || { tail -20 run.out; echo "FAILED: $*"; exit 1; }
+}
+# last <column>: of the last row of the last run
+last() { sed '/^Loop time/,$d' run.last | tail -1 | awk -v column="$1" '{print $column}'; }
+keep_last() { awk '/^ *(Step|v_|c_|f_)/ {rows = ""; inside = 1; next} /^Loop time/ {inside = 0} inside && /^ *[-0-9]/ {rows = rows $0 "\n"} END {printf "%s", rows}' run.out > run.last; }
+# within <value> <least> <largest> <what>
+within() {
+  awk -v value="$1" -v least="$2" -v largest="$3" 'BEGIN {exit value >= least && value <= largest ? 0 : 1}' ||
+    { echo "FAILED: $4 is $1, not from $2 to $3"; exit 1; }
+  echo "ok $4: $1"
+}
+
+# columns: step, F_yy, F_xy, sxx, syy, sxy, p, q/p, void ratio. Stress goals are held within 2 %, volumes exactly
+path() { run in.stress_paths -var path "$1"; keep_last; }
+path isotropic; within "$(last 7)" 294e3 306e3 "p of the isotropic path"
+path oedometer; within "$(last 5)" -720e3 -700e3 "syy of the oedometer"
+path biaxial; within "$(last 4)" -102e3 -98e3 "sxx of the biaxial path"
+path extension; within "$(last 4)" -102e3 -98e3 "sxx of the extension"; within "$(last 5)" -50e3 -30e3 "syy of the extension"
+path constant_p; within "$(last 7)" 98e3 102e3 "p of the path at constant p"
+path undrained; within "$(last 9)" 0.1577 0.1579 "void ratio of the undrained path"
+path shear; within "$(last 5)" -102e3 -98e3 "syy of simple shear"
+path shear_constant_volume; within "$(last 9)" 0.1577 0.1579 "void ratio of shear at constant volume"
+path cyclic; within "$(last 3)" -0.001 0.001 "shear strain after a cycle"
+
+run in.initial_stress -var grains 100
+keep_last
+within "$(last 5)" 0 2e-4 "displacement of a column that is in equilibrium [m]"
+within "$(last 6)" 0 0.02 "largest error of its stresses"
+
+run in.excavate
+keep_last
+within "$(last 2)" 70 70 "points after digging and filling"
+within "$(last 3)" 70 70 "their RVEs"
+
+run in.soils
+keep_last
+within "$(last 4)" 0.155 0.17 "void ratio of the dense sand"
+within "$(last 5)" 0.235 0.25 "void ratio of the loose sand"
+
+run in.grains -var grains 50
+keep_last
+within "$(last 2)" 0.25 0.5 "q/p of eight packings"
