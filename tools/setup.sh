@@ -1,18 +1,23 @@
 # Set-up that footing.sh and test.sh share; read by them (`. tools/setup.sh`), not run.
 # Installs the Debian packages that are missing, obtains and builds LAMMPS (once, in a cache), and configures the build.
 #
-#   GPU_RVE_PRESET      the CMake preset: host, cuda, ...                    (default: cuda where there is nvcc, else host)
+#   GPU_RVE_PRESET      the CMake preset: host, cuda, ...                    (default: cuda where there are nvcc and a card, else host)
 #   GPU_RVE_CACHE       where LAMMPS is kept                                 (default: gpu_rve in the user's cache folder)
 #   LAMMPS_SOURCE_DIR   a LAMMPS tree to build with, 4Feb2025 or newer       (default: tools/get_lammps.sh obtains 4Feb2025)
 #
-# Leaves: $root (the repository), $preset, $build (the build tree).
+# Leaves: $root (the repository), $preset, $build (the build tree), and minutes(), which says how long work takes here.
 
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 cd "$root"
 
 say() { echo "== $*"; }
+minutes() {    # minutes <seconds of one core>
+  cores=$(nproc)
+  echo "about $((($1 / cores + 59) / 60)) min on $cores cores that do nothing else"
+}
 
+say "1 of 5: Debian packages"
 . tools/packages.sh
 install_packages g++ cmake ninja-build xz-utils debian-archive-keyring libopenmpi-dev openmpi-bin libpng-dev libfftw3-dev libgtest-dev nlohmann-json3-dev \
   python3 python3-numpy python3-matplotlib
@@ -23,10 +28,13 @@ if [ -z "${CUDACXX:-}" ] && ! command -v nvcc >/dev/null && [ -x /usr/local/cuda
 fi
 if [ -n "${GPU_RVE_PRESET:-}" ]; then
   preset=$GPU_RVE_PRESET
-elif [ -n "${CUDACXX:-}" ] || command -v nvcc >/dev/null; then
+elif [ -z "${CUDACXX:-}" ] && ! command -v nvcc >/dev/null; then
+  preset=host
+elif sh tools/cuda_cards.sh | awk '$1 >= 80 { found = 1 } END { exit !found }'; then
   preset=cuda
 else
   preset=host
+  say "a CUDA compiler, but no card of compute capability 8.0 or newer here: the GPU engine is left out (GPU_RVE_PRESET=cuda builds it)"
 fi
 build=$root/build/$preset
 
@@ -34,7 +42,7 @@ if [ -z "${CMAKE_CXX_COMPILER_LAUNCHER:-}" ] && command -v ccache >/dev/null; th
   export CMAKE_CXX_COMPILER_LAUNCHER=ccache CMAKE_CUDA_COMPILER_LAUNCHER=ccache
 fi
 
-say "configuring (preset $preset)"
+say "2 of 5: configuring (preset $preset); the first time LAMMPS is obtained and built, $(minutes 270)"
 if [ -n "${LAMMPS_SOURCE_DIR:-}" ]; then
   cmake --preset "$preset" -D "LAMMPS_SOURCE_DIR=$LAMMPS_SOURCE_DIR"
 else

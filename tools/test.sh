@@ -4,11 +4,13 @@
 #   sh tools/test.sh                     all tests
 #   sh tools/test.sh -L physics          those of one room
 #
+# The tests of pictures (-L pictures) open results with OVITO and VTK: sh tools/pictures_python.sh makes a Python that has them (400 MB);
+# without it these tests are skipped, unless GPU_RVE_REQUIRE_PICTURES=1.
 # GPU_RVE_REQUIRE_CUDA=1 turns a skipped GPU test, or a fallback to the CPU, into a failure.
 . "$(dirname "$0")/setup.sh"
 
-say "building"
+say "3 of 5: building everything, half an hour of one core at least the first time"
 cmake --build --preset "$preset"
 
-say "testing"
+say "4 of 5: testing"
 exec ctest --preset "$preset" --parallel "$(nproc)" "$@"

@@ -19,6 +19,7 @@
 #include "fix_rve.h"
 #include "group.h"
 #include "memory.h"
+#include "rve/core/suggestion.h"
 #include "rve/engine/contact_network.h"
 #include "update.h"
 
@@ -90,14 +91,14 @@ ComputeRveContactLocal::ComputeRveContactLocal(LAMMPS *lmp, int narg, char **arg
       continue;
     }
     const Quantity *found = nullptr;
-    std::string names;
+    rve::Words names = {"fix"};
     for (const auto &quantity : QUANTITIES) {
       if (strcmp(arg[iarg], quantity.name) == 0) found = &quantity;
-      names += std::string(" ") + quantity.name;
+      names.emplace_back(quantity.name);
     }
     if (!found)
-      error->all(FLERR, "Unknown compute rve/contact/local quantity: {}; there are{}", arg[iarg],
-                 names);
+      error->all(FLERR, "compute rve/contact/local {}: there is no quantity '{}'{}", id, arg[iarg],
+                 rve::did_you_mean(arg[iarg], names, "there are"));
     impl->quantities.push_back(found);
   }
   if (impl->quantities.empty())

@@ -18,6 +18,7 @@
 #include "error.h"
 #include "fix_rve.h"
 #include "group.h"
+#include "rve/core/suggestion.h"
 #include "rve/engine/contact_network.h"
 #include "update.h"
 
@@ -106,13 +107,14 @@ struct DumpRveGrain::Impl {
         continue;
       }
       const Column *found = nullptr;
-      std::string names;
+      rve::Words names = {"fix"};
       for (const auto &column : COLUMNS) {
         if (strcmp(arg[iarg], column.name) == 0) found = &column;
-        names += std::string(" ") + column.name;
+        names.emplace_back(column.name);
       }
       if (!found)
-        error->all(FLERR, "Unknown dump rve/grain column: {}; there are{}", arg[iarg], names);
+        error->all(FLERR, "dump rve/grain {}: there is no column '{}'{}", arg[0], arg[iarg],
+                   rve::did_you_mean(arg[iarg], names, "there are"));
       columns.push_back(found);
       words.emplace_back("id");
     }

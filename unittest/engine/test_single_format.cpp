@@ -1,5 +1,6 @@
 // The number format single, fp32 positions and all, as the paper has it: good for the paper's soft grains, and what becomes of stiff ones.
 
+#include "support/environment.h"
 #include "support/messages.h"
 #include "support/rve_rig.h"
 
@@ -137,5 +138,17 @@ TEST(SingleFormat, ExistsOnCpusOnly)
             }),
             "the number format single is for studies and exists on CPUs only");
   options.device = Device::Auto;
+  {
+    const Environment nothing("GPU_RVE_REQUIRE_CUDA", nullptr);
+    EXPECT_NE(make_engine(options)->description().find("CPU"), std::string::npos);
+  }
+  // not in silence where a device is demanded, unless the CPU was chosen
+  const Environment demand("GPU_RVE_REQUIRE_CUDA", "1");
+  EXPECT_EQ(message_of([&] {
+              make_engine(options);
+            }),
+            "GPU_RVE_REQUIRE_CUDA=1 forbids the CPU, and the number format single exists on CPUs "
+            "only; use fast, mixed or double, or choose the device cpu");
+  options.device = Device::Cpu;
   EXPECT_NE(make_engine(options)->description().find("CPU"), std::string::npos);
 }

@@ -253,7 +253,7 @@ TEST(RveGrains, OneFrameIsHadWithoutARun)
 TEST(RveContacts, WhatIsRefusedIsNamed)
 {
   const std::string scene = SHEARED + "group look id 7\ngroup two id 1 2\n";
-  EXPECT_IN("Unknown compute rve/contact/local quantity: force; there are atom id1 id2",
+  EXPECT_IN("compute rve/contact/local c: there is no quantity 'force'",
             message_of(scene + "compute c all rve/contact/local id1 force"));
   EXPECT_IN("compute rve/contact/local needs at least one quantity",
             message_of(scene + "compute c all rve/contact/local fix grains"));
@@ -264,7 +264,7 @@ TEST(RveContacts, WhatIsRefusedIsNamed)
   EXPECT_IN("compute rve/contact/local c: no atom of group look has an RVE of fix grains; choose",
             message_of(scene +
                        "compute c look rve/contact/local fn\ndump c all local 1 none c_c\nrun 0"));
-  EXPECT_IN("Unknown dump rve/grain column: spin; there are id type atom x",
+  EXPECT_IN("dump rve/grain g: there is no column 'spin'",
             message_of(scene + "dump g two rve/grain 1 none id spin"));
   EXPECT_IN("dump rve/grain g: 0 atoms of group look have an RVE of fix grains; it must be one",
             message_of(scene + "dump g look rve/grain 1 none id x y\nrun 0"));

@@ -536,12 +536,11 @@ std::unique_ptr<StepRunner> make_cuda_runner(const SolverOptions &options,
                                              const Communication &communication, const Grid &grid,
                                              std::string &obstacle)
 {
-  obstacle = rve::find_cuda_obstacle();
+  const rve::CudaDevice device = rve::find_cuda_device(options.device_number);
+  obstacle = device.obstacle;
   if (!obstacle.empty()) return nullptr;
-  int devices = 0;
-  check_cuda(cudaGetDeviceCount(&devices), "number of devices");
   SolverOptions own = options;
-  own.device_number = options.device_number % devices;
+  own.device_number = device.number;
   return std::make_unique<StepProgram<CudaMachine>>(own, communication, grid);
 }
 

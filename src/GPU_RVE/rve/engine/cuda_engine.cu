@@ -4,10 +4,12 @@
 #include "rve/block/block_cuda.cuh"
 #include "rve/core/error.h"
 #include "rve/engine/batch_engine.h"
+#include "rve/engine/cuda_choice.h"
 #include "rve/engine/cuda_kernels.h"
 #include "rve/engine/device_buffer.cuh"
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace rve {
 
@@ -79,6 +81,33 @@ namespace {
       default:
         return turn_function<DoubleFormat>(rolling);
     }
+  }
+
+  const std::vector<CudaArchitecture> &compiled_architectures()
+  {
+    static const auto architectures = cuda_architectures(GPU_RVE_CUDA_ARCHITECTURES);
+    return architectures;
+  }
+
+  CudaCard card_of(int number)
+  {
+    cudaDeviceProp properties;
+    check_cuda(cudaGetDeviceProperties(&properties, number), "device properties");
+    return {properties.name, 10 * properties.major + properties.minor};
+  }
+
+  /// Whether the device takes the program's code, seen at the smallest kernel.
+  std::string find_loading_obstacle(int number)
+  {
+    cudaFuncAttributes attributes;
+    cudaError_t error = cudaSetDevice(number);
+    if (error == cudaSuccess)
+      error = cudaFuncGetAttributes(&attributes, turn_function(Format::Fast, false));
+    if (error == cudaSuccess) return "";
+    cudaGetLastError();    // it shall not be remembered
+    const CudaCard card = card_of(number);
+    return loading_obstacle(card, code_for(card.capability, compiled_architectures()),
+                            cudaGetErrorString(error));
   }
 
   class CudaEngine final : public BatchEngine {
@@ -303,17 +332,25 @@ namespace {
       plan.scene = call.scene;
       plan.steps_ahead = steps_ahead;
       plan.block = block_size(call.largest);
-      const Residency residency = residency_of(call, plan.block);
       const SceneKernels &scene = kernels.scene[static_cast<int>(call.scene)];
-      plan.kernel = scene.kernel[static_cast<int>(residency)];
       plan.prepare = scene.prepare;
-      plan.sizes = scene.sizes(capacity_of(residency, call.largest), residency != Residency::Memory,
-                               call.pair_capacity, steps_ahead);
       cudaFuncAttributes attributes;
-      check_cuda(cudaFuncGetAttributes(&attributes, plan.kernel), "attributes of the kernel");
-      plan.dynamic = plan.sizes.shared;
-      const std::size_t most =
-          device.sharedMemPerBlockOptin - attributes.sharedSizeBytes - kReserved;
+      std::size_t most = 0;    // bytes on chip that a launch may ask for
+      const auto plan_with = [&](Residency residency) {
+        plan.kernel = scene.kernel[static_cast<int>(residency)];
+        plan.sizes = scene.sizes(capacity_of(residency, call.largest),
+                                 residency != Residency::Memory, call.pair_capacity, steps_ahead);
+        plan.dynamic = plan.sizes.shared;
+        check_cuda(cudaFuncGetAttributes(&attributes, plan.kernel), "attributes of the kernel");
+        most = device.sharedMemPerBlockOptin - attributes.sharedSizeBytes - kReserved;
+      };
+      Residency residency = residency_of(call, plan.block);
+      plan_with(residency);
+      if (residency != Residency::Memory && plan.dynamic > most) {
+        // an H200 has room for the largest kernel of each format, a GeForce card has less than half of it
+        residency = Residency::Memory;
+        plan_with(residency);
+      }
       if (residency == Residency::Memory && plan.dynamic > most) {
         plan.dynamic = most / 16 * 16;
         plan.overflow_size = aligned(plan.sizes.shared);
@@ -409,22 +446,39 @@ namespace {
 
 }    // namespace
 
-std::string find_cuda_obstacle()
+CudaDevice find_cuda_device(int local_rank)
 {
   int count = 0;
   const cudaError_t error = cudaGetDeviceCount(&count);
-  if (error != cudaSuccess)
-    return std::string("no CUDA device can be used (") + cudaGetErrorString(error) + ")";
-  if (count == 0) return "there is no CUDA device";
-  return "";
+  if (error != cudaSuccess || count == 0) {
+    cudaGetLastError();
+    int driver = 0, runtime = 0;
+    cudaDriverGetVersion(&driver);    // 0 where there is none
+    cudaRuntimeGetVersion(&runtime);
+    auto trouble = DriverTrouble::Other;
+    if (error == cudaErrorInsufficientDriver)
+      trouble = driver == 0 ? DriverTrouble::NoDriver : DriverTrouble::OldDriver;
+    if (error == cudaSuccess || error == cudaErrorNoDevice) trouble = DriverTrouble::NoDevice;
+    return {-1,
+            driver_obstacle(trouble, driver, runtime, std::getenv("CUDA_VISIBLE_DEVICES"),
+                            cudaGetErrorString(error))};
+  }
+  std::vector<std::string> obstacles;
+  for (int number = 0; number < count; ++number)
+    obstacles.push_back(card_obstacle(card_of(number), compiled_architectures()));
+  const CudaChoice choice = choose_card(obstacles, local_rank);
+  CudaDevice device{choice.number, choice.obstacle};
+  if (device.obstacle.empty()) device.obstacle = find_loading_obstacle(device.number);
+  return device;
 }
 
-std::unique_ptr<Engine> make_cuda_engine(const Options &options)
+std::unique_ptr<Engine> make_cuda_engine(const Options &options, std::string &obstacle)
 {
-  int count = 0;
-  check_cuda(cudaGetDeviceCount(&count), "number of devices");
+  const CudaDevice device = find_cuda_device(options.device_number);
+  obstacle = device.obstacle;
+  if (!obstacle.empty()) return nullptr;
   Options own = options;
-  own.device_number %= count;
+  own.device_number = device.number;
   return std::make_unique<CudaEngine>(own);
 }
 

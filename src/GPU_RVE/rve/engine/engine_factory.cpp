@@ -11,20 +11,6 @@
 
 namespace rve {
 
-namespace {
-
-  /// Why no CUDA engine can be had, or empty.
-  std::string cuda_obstacle()
-  {
-#if defined(GPU_RVE_WITH_CUDA)
-    return find_cuda_obstacle();
-#else
-    return "GPU_RVE was built without CUDA";
-#endif
-  }
-
-}    // namespace
-
 std::unique_ptr<Engine> make_engine(const Options &options, std::string *notice)
 {
   if (notice) notice->clear();
@@ -36,12 +22,17 @@ std::unique_ptr<Engine> make_engine(const Options &options, std::string *notice)
   const bool only_on_cpu = options.format == Format::Single;
   require(!only_on_cpu || options.device != Device::Cuda,
           "the number format single is for studies and exists on CPUs only");
-  if (options.device == Device::Cpu || only_on_cpu) return make_host_engine(options);
+  if (options.device == Device::Cpu) return make_host_engine(options);
   const bool required =
       cuda_required();    // a word that says neither yes nor no is wrong with a device too
-  const std::string obstacle = cuda_obstacle();
+  require(!required || !only_on_cpu,
+          cuda_requirement() +
+              " forbids the CPU, and the number format single exists on CPUs only; use fast, mixed "
+              "or double, or choose the device cpu");
+  if (only_on_cpu) return make_host_engine(options);
+  std::string obstacle = "GPU_RVE was built without CUDA";
 #if defined(GPU_RVE_WITH_CUDA)
-  if (obstacle.empty()) return make_cuda_engine(options);
+  if (auto engine = make_cuda_engine(options, obstacle)) return engine;
 #endif
   require(options.device != Device::Cuda, "a CUDA device was asked for, but " + obstacle);
   require(!required, cuda_requirement() + " forbids falling back to the CPU: " + obstacle);

@@ -1,0 +1,42 @@
+// A variable of the environment for the time of a test.
+
+#ifndef RVE_UNITTEST_SUPPORT_ENVIRONMENT_H
+#define RVE_UNITTEST_SUPPORT_ENVIRONMENT_H
+
+#include <cstdlib>
+#include <string>
+
+namespace rve_test {
+
+class Environment {
+ public:
+  /// Without a word the variable is not set.
+  Environment(const char *name_in, const char *word) : name(name_in)
+  {
+    const char *before = std::getenv(name);
+    had = before != nullptr;
+    if (had) old = before;
+    if (word)
+      setenv(name, word, 1);
+    else
+      unsetenv(name);
+  }
+  Environment(const Environment &) = delete;
+  Environment &operator=(const Environment &) = delete;
+  ~Environment()
+  {
+    if (had)
+      setenv(name, old.c_str(), 1);
+    else
+      unsetenv(name);
+  }
+
+ private:
+  const char *name;
+  bool had;
+  std::string old;
+};
+
+}    // namespace rve_test
+
+#endif
