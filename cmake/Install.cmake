@@ -50,6 +50,7 @@ install(FILES "${config}/gpu_rve-config.cmake" "${config}/gpu_rve-config-version
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples" DESTINATION "${GPU_RVE_INSTALL_DATADIR}" COMPONENT lmp FILES_MATCHING
   REGEX "/(__pycache__|out|study|small|ensemble|controls)$" EXCLUDE
   REGEX "/(in\\.[^/]*|log\\.[0-9][^/]*|[^/]*\\.(md|py|sh))$"
+  REGEX "/restart/(fixes|results)$"
   REGEX "/packings/[^/]*\\.rve$"
   REGEX "/reference/[^/]*\\.csv$")
 install(CODE "file(CREATE_LINK examples/packings \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${GPU_RVE_INSTALL_DATADIR}/packings\" SYMBOLIC)"

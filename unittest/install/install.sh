@@ -2,9 +2,9 @@
 # `cmake --install` below a DESTDIR, and then, in another place than it was installed for: lmp with an example, the plugin in a plain LAMMPS,
 # the Python module, and a project that finds the CMake package.
 #
-#   install.sh <cmake> <build tree> <folder to work in> <the project> <C++ compiler> <name of the folder of libraries> <lmp without the package> <python>
+#   install.sh <cmake> <build tree> <folder to work in> <the project> <C++ compiler> <name of the folder of libraries> <lmp without the package> <python> <repository>
 set -eu
-cmake=$1 build=$2 home=$3 consumer=$4 compiler=$5 lib=$6 lmp_plain=$7 python=$8
+cmake=$1 build=$2 home=$3 consumer=$4 compiler=$5 lib=$6 lmp_plain=$7 python=$8 repository=$9
 fail() { echo "FAILED: $*"; exit 1; }
 
 work=$home/work
@@ -18,6 +18,13 @@ DESTDIR="$work/stage" "$cmake" --install "$build" --prefix /opt/gpu_rve > instal
 prefix="$work/a prefix"
 mv stage/opt/gpu_rve "$prefix"
 if grep -rlE "$build|$work" "$prefix" > found.txt; then fail "these know where they were built or installed: $(cat found.txt)"; fi
+
+echo "== all examples are there, and nothing that runs have left"
+if git -C "$repository" rev-parse --git-dir > found.txt 2>&1; then
+  (cd "$repository" && git ls-files examples) | sort > in_repository.txt
+  (cd "$prefix/share/gpu_rve" && find examples -type f) | sort > installed.txt
+  diff in_repository.txt installed.txt || fail "these files differ; cmake/Install.cmake says which names are installed"
+fi
 
 echo "== lmp, an example"
 [ -f "$prefix/share/gpu_rve/packings/A_h0075.rve" ] || fail "no packings"
