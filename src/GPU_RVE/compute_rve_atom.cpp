@@ -131,11 +131,12 @@ ComputeRveAtom::ComputeRveAtom(LAMMPS *lmp, int narg, char **arg) :
       continue;
     }
     const Quantity *found = nullptr;
-    rve::Words names = {"fix"};
+    rve::Words names;
     for (const auto &quantity : QUANTITIES) {
       if (strcmp(arg[iarg], quantity.name) == 0) found = &quantity;
       names.emplace_back(quantity.name);
     }
+    names.emplace_back("fix");
     if (!found)
       error->all(FLERR, "compute rve/atom {}: there is no quantity '{}'{}", id, arg[iarg],
                  rve::did_you_mean(arg[iarg], names, "there are"));

@@ -20,8 +20,10 @@
 #include "formulas.h"
 #include "mpm/mpm_solver.h"
 #include "mpm_settings.h"
+#include "no_pairs.h"
 #include "progress.h"
 #include "readers.h"
+#include "restart_record.h"
 #include "rve/core/checksum.h"
 #include "rve/core/threads.h"
 #include "rve/engine/engine.h"
@@ -215,7 +217,8 @@ struct FixMpm::Impl {
     id.resize(nlocal);
     model.resize(nlocal);
     body.resize(nlocal);
-#pragma omp parallel for num_threads(rve::team_for(nlocal, settings.options.threads))
+    const rve::LightWork work(nlocal, settings.options.threads);
+#pragma omp parallel for num_threads(work.team)
     for (int i = 0; i < nlocal; i++) {
       id[i] = atom->tag[i];
       model[i] = body[i] = -1;
@@ -338,6 +341,7 @@ void FixMpm::init()
         "Fix mpm cannot be used with rerun: strains and stresses of points follow from their "
         "whole history, which positions in a dump do not have");
 
+  settle_without_pairs(lmp);
   const bigint members = group->count(igroup);
   if (members == 0) error->all(FLERR, "Fix mpm: group '{}' has no atoms", group->names[igroup]);
   if (members != atom->natoms)
@@ -346,7 +350,8 @@ void FixMpm::init()
 
   for (const auto &other : modify->get_fix_list()) {
     if (other == this || group->count(other->igroup) == 0) continue;
-    if (other->time_integrate)
+    // a fix rve moves no atoms
+    if (other->time_integrate && !dynamic_cast<FixRve *>(other))
       error->all(FLERR, "Fix mpm: fix {} (style {}) integrates the same atoms", other->id,
                  other->style);
     if (other->box_change & ~BOX_CHANGE_DOMAIN)
@@ -400,11 +405,10 @@ void FixMpm::check_positions()
         "perhaps; strains and stresses of the points do not know of that. Change the box without "
         "remap, or before the fix is defined");
   if (comm->me == 0)
-    error->warning(
-        FLERR,
-        "Fix mpm {}: points have been moved since the last run; their displacements count "
-        "that, their strains and stresses do not",
-        id);
+    error->warning(FLERR,
+                   "Fix mpm {}: points have been moved since the last run; their displacements "
+                   "include that, their strains and stresses do not",
+                   id);
 }
 
 void FixMpm::check_overlap()
@@ -469,13 +473,10 @@ void FixMpm::check_area(const std::vector<int> &made)
   }
   if (over == 0) return;
   const std::string text =
-      fmt::format("{} of {} cells of {} by {} [distance] that points fill have more than {} times "
-                  "their area in "
-                  "points, the fullest {:.3g} times: they weigh and resist too much by as much. A "
-                  "point has the area "
-                  "{} [distance^2]; say with points_per_cell or volume what it is, and look for "
-                  "points that were "
-                  "made twice",
+      fmt::format("{} of {} filled cells, {} by {} [distance] each, have more than {} times their "
+                  "area in points, the fullest {:.3g} times. They are too heavy and too stiff by "
+                  "that factor. Each point has the area {} [distance^2]: give the right one with "
+                  "points_per_cell or volume, and look for points that were made twice",
                   over, cells, h, h, FULL, fullest, impl->settings.initial_volume);
   if (2 * over > cells) error->all(FLERR, "Fix mpm: {}", text);
   if (comm->me == 0) error->warning(FLERR, "Fix mpm {}: {}", id, text);
@@ -697,8 +698,8 @@ void FixMpm::solve(bool advance)
     if (loaded == 0 && comm->me == 0)
       error->warning(
           FLERR,
-          "Fix mpm {}: the region '{}' of a traction has no deformable points at step {}, so "
-          "that the traction acts on nothing now",
+          "Fix mpm {}: the region '{}' of a traction has no deformable points at step {}: the "
+          "traction acts on nothing",
           id, traction.id, update->ntimestep);
   }
 
@@ -727,7 +728,8 @@ void FixMpm::solve(bool advance)
 void FixMpm::fill_output()
 {
   impl->bring_back(atom);
-#pragma omp parallel for num_threads(rve::team_for(atom->nlocal, impl->settings.options.threads))
+  const rve::LightWork work(atom->nlocal, impl->settings.options.threads);
+#pragma omp parallel for num_threads(work.team)
   for (int i = 0; i < atom->nlocal; i++) {
     double *row = array_atom[i];
     const Tensor2 &sigma = impl->stress[i];
@@ -893,20 +895,7 @@ int FixMpm::pack_restart(int i, double *buf)
 void FixMpm::unpack_restart(int i, int nth)
 {
   impl->take_over(atom);
-  // the records of other fixes come before; each begins with its size
-  const double *extra = atom->extra[i];
-  const double *end = extra + atom->nextra_store;
-  const auto size_of = [&](const double *record) {
-    const double size = record < end ? record[0] : 0.0;
-    if (!(size >= 1.0 && size <= (double) (end - record) && size == std::floor(size)))
-      error->one(FLERR,
-                 "Fix mpm: the record of atom {} in the restart file is damaged: a part of it says "
-                 "that it has {} numbers, and there are {}. Use an earlier file",
-                 atom->tag[i], size, end - record);
-    return (int) size;
-  };
-  for (int k = 0; k < nth; k++) extra += size_of(extra);
-  const int size = size_of(extra);
+  const auto [extra, size] = restart_record(lmp, "Fix mpm", i, nth, 1);
   if (size != size_restart(i) || !is_same_sum(extra[size - 1], sum_of(extra, size - 1)))
     error->one(
         FLERR,

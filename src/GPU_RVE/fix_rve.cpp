@@ -24,7 +24,9 @@
 #include "input.h"
 #include "lammps_version.h"
 #include "modify.h"
+#include "no_pairs.h"
 #include "one_rank.h"
+#include "restart_record.h"
 #include "rve/core/error.h"
 #include "rve/engine/files.h"
 #include "rve/engine/packing_io.h"
@@ -74,6 +76,7 @@ FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
   restart_global = 1;
   restart_peratom = 1;
   create_attribute = 1;
+  time_integrate = 1;    // see claim_integration()
 
   impl = std::make_unique<Impl>(this, FixRveSettings::parse(lmp, narg, arg));
   impl->read_packings();
@@ -118,6 +121,8 @@ void FixRve::init()
                "fix rve {} cannot be used with rerun: dumped positions do not say what RVEs went "
                "through. Delete it before, or continue from a restart file",
                id);
+  claim_integration();
+  settle_without_pairs(lmp);
   impl->find_variables();
   impl->attach();
   impl->check_clock();
@@ -125,6 +130,23 @@ void FixRve::init()
   impl->choose_shadows();
   impl->set_exchange_size();
   impl->advise(true);
+}
+
+/* ----------------------------------------------------------------------
+   LAMMPS warns at once if no fix integrates, and when all fixes are initialized of atoms that several integrate. Points whose RVEs alone
+   advance are right, and so are points that another fix moves.
+------------------------------------------------------------------------- */
+
+void FixRve::claim_integration()
+{
+  time_integrate = 1;
+  bool is_before = true;    // of fixes rve the first one
+  for (const Fix *other : modify->get_fix_list()) {
+    if (other == this)
+      is_before = false;
+    else if (other->time_integrate && (is_before || !dynamic_cast<const FixRve *>(other)))
+      time_integrate = 0;
+  }
 }
 
 /* ---------------------------------------------------------------------- */
@@ -221,6 +243,7 @@ void FixRve::post_run()
   }
   report_shadows();
   impl->progress.end();
+  time_integrate = 1;    // until the next run is initialized
 }
 
 /* ---------------------------------------------------------------------- */
@@ -433,27 +456,15 @@ int FixRve::pack_restart(int i, double *buf)
 
 void FixRve::unpack_restart(int nlocal, int nth)
 {
-  const double *extra = atom->extra[nlocal];
-  int begin = 0, size = 0;
-  // the lengths of the records of all fixes before it, and its own
-  for (int i = 0; i <= nth; i++) {
-    begin += size;
-    const double length = begin < atom->nextra_store ? extra[begin] : 0.0;
-    if (!(length >= 1.0 && length <= atom->nextra_store - begin && length == std::floor(length)) ||
-        (i == nth && length < Impl::PER_ATOM))
-      error->one(FLERR,
-                 "fix rve {}: the record of atom {} in the restart file is damaged: the part of "
-                 "fix {} of it is said to have {} numbers, and there are {} from there on at most",
-                 id, atom->tag[nlocal], i + 1, length, atom->nextra_store - begin);
-    size = static_cast<int>(length);
-  }
-  const double step = extra[begin + 1];
+  const RestartRecord record =
+      restart_record(lmp, fmt::format("fix rve {}", id), nlocal, nth, Impl::PER_ATOM);
+  const double step = record.values[1];
   if (step != impl->restart_step)
     error->one(FLERR,
                "fix rve: the RVE of atom {} is of step {}, the head of the restart files of step "
                "{}: they were not written at once, or are damaged. Use those before",
                atom->tag[nlocal], step, impl->restart_step);
-  impl->take_in(nlocal, extra + begin + Impl::PER_ATOM, size - Impl::PER_ATOM);
+  impl->take_in(nlocal, record.values + Impl::PER_ATOM, record.size - Impl::PER_ATOM);
 }
 
 int FixRve::size_restart(int i)

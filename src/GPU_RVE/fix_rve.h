@@ -96,6 +96,8 @@ class FixRve : public Fix {
   struct Impl;
   std::unique_ptr<Impl> impl;
 
+  // whether LAMMPS counts this fix among those that integrate
+  void claim_integration();
   void check_dump_files() const;
   void report_shadows() const;
 };

@@ -203,7 +203,7 @@ void FixRve::Impl::adopt_restart()
   if (time_step_is_old) choose_time_step();
   if (fix->comm->me == 0 && !changes.empty())
     utils::logmesg(fix->lmp,
-                   "fix rve {}: goes on otherwise than the run that wrote the restart file: {}\n",
+                   "fix rve {}: continues the run that wrote the restart file with changes: {}\n",
                    fix->id, joined(changes));
   changes.clear();
 }
@@ -277,9 +277,7 @@ void FixRve::Impl::choose_time_step()
   time_step_is_old = false;
   const std::vector<double> &bounds = packings.bounds();
   const double of_packings = *std::min_element(bounds.begin(), bounds.end());
-  std::vector<int> advancing;
-  for (const int i : atoms_with_rve())
-    if (!points->frozen(slot[i])) advancing.push_back(i);
+  const std::vector<int> advancing = advancing_atoms();
   points->note_check(slots_of(advancing));
   // with every contact lost an RVE bears a step some times longer than that of its packing
   const LeastBound rves = least_time_step(advancing, 100.0 * of_packings);
@@ -361,9 +359,10 @@ void FixRve::Impl::warn_of_loss() const
   }
   MPI_Allreduce(mine, all, 2, MPI_DOUBLE, MPI_SUM, fix->world);
   if (all[0] == 0.0 || fix->comm->me) return;
-  fix->error->warning(FLERR,
-                      "fix rve {} goes, and with it {} RVEs that have advanced: a fix rve that "
-                      "follows begins with packings again. To change drive, servo, time step "
-                      "or material of RVEs and keep them, use fix_modify {}",
-                      fix->id, all[1], fix->id);
+  fix->error->warning(
+      FLERR,
+      "fix rve {} is deleted, and with it {} RVEs that have advanced: a new fix rve "
+      "begins with packings. To change drive, servo, time step or material of "
+      "RVEs and keep them, use fix_modify {}",
+      fix->id, all[1], fix->id);
 }

@@ -224,10 +224,13 @@ void FixRve::Impl::recheck_time_step(Check check)
     if (fix->comm->nprocs > 1) MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, fix->world);
     if (!any) return;
   }
-  std::vector<int> atoms;
-  for (const int i : atoms_with_rve())
-    if (check == Check::EveryStep ? points->has_stiffened(slot[i]) : !points->frozen(slot[i]))
-      atoms.push_back(i);
+  std::vector<int> atoms = advancing_atoms();
+  if (check == Check::EveryStep)
+    atoms.erase(std::remove_if(atoms.begin(), atoms.end(),
+                               [this](int i) {
+                                 return !points->has_stiffened(slot[i]);
+                               }),
+                atoms.end());
   // a divided run must be the whole one: looks between its parts leave no trace
   if (check != Check::Run) points->note_check(slots_of(atoms));
   const double used = settings.dt_auto ? dt : clock(fix->update->dt).dt;
@@ -378,20 +381,20 @@ void FixRve::Impl::attach()
 
 void FixRve::Impl::say_how_far_cells_go(const std::vector<const rve::RveState *> &states) const
 {
-  double least[2] = {0.0, 0.0}, most[2];
+  double worst[3] = {0.0, 0.0, -HUGE_VAL}, of_all[3];    // least shares, and -grains
   for (const rve::RveState *state : states) {
     const auto share = rve::least_share_of_widths(*state, settings.options.skin);
-    for (int a = 0; a < 2; ++a) least[a] = std::max(least[a], share[a]);
+    for (int a = 0; a < 2; ++a) worst[a] = std::max(worst[a], share[a]);
+    worst[2] = std::max(worst[2], -rve::grains_across(*state));
   }
-  MPI_Allreduce(least, most, 2, MPI_DOUBLE, MPI_MAX, fix->world);
+  MPI_Allreduce(worst, of_all, 3, MPI_DOUBLE, MPI_MAX, fix->world);
   if (fix->comm->me == 0)
     utils::logmesg(fix->lmp,
-                   "fix rve {}: a cell stays more than twice as wide as its largest grain and the "
-                   "skin while it is compressed to no less than {:.3f} of its width and {:.3f} of "
-                   "its height; beyond that {}\n",
-                   fix->id, most[0], most[1],
-                   settings.freeze ? "its RVE is frozen, and the run goes on"
-                                   : "its RVE ends the run, or is frozen with policy freeze");
+                   "fix rve {}: cells are at least {:.1f} grains wide; a cell compressed to less "
+                   "than {:.3f} of its width or {:.3f} of its height is too narrow for its grains, "
+                   "and {}\n",
+                   fix->id, -of_all[2], of_all[0], of_all[1],
+                   settings.freeze ? "its RVE is frozen" : "ends the run (policy stop)");
 }
 
 /* ----------------------------------------------------------------------
@@ -519,8 +522,6 @@ void FixRve::Impl::advise(bool at_start)
     motion.applied_strain = rve::strain_size(point.result.deformation);
     std::vector<rve::Advice> list =
         rve::advice(settings.options.format, point.last_steps(), point.material, motion);
-    if (at_start && motion.applied_strain <= rve::SHEAR_BAND_STRAIN)
-      for (const rve::Advice &size : rve::advice_on_size(point.result)) list.push_back(size);
     if (at_start)
       for (const rve::Advice &friction : rve::advice_on_friction(point.material))
         list.push_back(friction);
@@ -548,8 +549,10 @@ void FixRve::Impl::advise(bool at_start)
     // the rank that has the RVE speaks
     if (id[kind] != lowest[kind]) continue;
     fix->error->warning(FLERR, "fix rve: in the RVE of atom {}{} at step {}, {}", lowest[kind],
-                        all_beyond[kind] > 1 ? fmt::format(" (and {} others)", all_beyond[kind] - 1)
-                                             : "",
+                        all_beyond[kind] > 1
+                            ? fmt::format(" (and {} other{})", all_beyond[kind] - 1,
+                                          all_beyond[kind] > 2 ? "s" : "")
+                            : "",
                         fix->update->ntimestep, message[kind]);
   }
 }
@@ -621,6 +624,17 @@ std::vector<int> FixRve::Impl::atoms_with_rve() const
   return atoms;
 }
 
+std::vector<int> FixRve::Impl::advancing_atoms() const
+{
+  std::vector<int> atoms = atoms_with_rve();
+  atoms.erase(std::remove_if(atoms.begin(), atoms.end(),
+                             [this](int i) {
+                               return points->frozen(slot[i]);
+                             }),
+              atoms.end());
+  return atoms;
+}
+
 double FixRve::Impl::dem_steps() const
 {
   double steps = 0.0;
@@ -671,13 +685,16 @@ void FixRve::Impl::advance(const std::vector<int> &atoms, const std::vector<rve:
   const int count = static_cast<int>(atoms.size());
   int first_bad = count;
   slots.resize(count);
-#pragma omp parallel for num_threads(rve::team_for(count, threads())) reduction(min : first_bad)
-  for (int k = 0; k < count; ++k) {
-    const rve::Drive &drive = drives[k];
-    if (!is_finite(drive.velocity_gradient) || !is_finite(drive.stress_goal) ||
-        !is_finite(drive.deformation))
-      first_bad = std::min(first_bad, k);
-    slots[k] = slot[atoms[k]];
+  {
+    const rve::LightWork work(count, threads());
+#pragma omp parallel for num_threads(work.team) reduction(min : first_bad)
+    for (int k = 0; k < count; ++k) {
+      const rve::Drive &drive = drives[k];
+      if (!is_finite(drive.velocity_gradient) || !is_finite(drive.stress_goal) ||
+          !is_finite(drive.deformation))
+        first_bad = std::min(first_bad, k);
+      slots[k] = slot[atoms[k]];
+    }
   }
   if (first_bad < count) {
     check(drives[first_bad].velocity_gradient, "velocity gradient", "[1/time]", atoms[first_bad]);

@@ -86,6 +86,8 @@ struct FixRve::Impl : RveOwner {
   void take_in(int atom, const double *image, int size);
 
   std::vector<int> atoms_with_rve() const;
+  /// Those whose RVEs are not frozen.
+  std::vector<int> advancing_atoms() const;
   std::vector<int> slots_of(const std::vector<int> &atoms) const;
   /// DEM steps of the RVEs of this rank since their packings were read.
   double dem_steps() const;

@@ -49,15 +49,13 @@ double shear_change(const rve::RveState &packing)
 /// Behind the message that there is no such file.
 std::string where_packings_come_from(const std::string &file)
 {
-  const fs::path absolute = fs::absolute(file).lexically_normal();
-  const rve::Words keywords = fix_rve_keywords(false), near = rve::nearest_words(file, keywords);
+  const rve::Words near = rve::nearest_words(file, fix_rve_keywords(false));
+  if (!near.empty() && file.find_first_of("./") == std::string::npos)
+    return fmt::format("; if {} is no file, did you mean the keyword {}?", file, near.front());
   return fmt::format(
       " (looked in folder {}). The command create_rve makes packings, as in create_rve "
-      "{} grains 400 radius uniform 0.0025 0.005 ...{}",
-      absolute.parent_path().string(), file,
-      near.empty()
-          ? ""
-          : fmt::format("; if {} is no file, did you mean the keyword {}?", file, near.front()));
+      "{} grains 400 radius uniform 0.0025 0.005 ...",
+      fs::absolute(file).lexically_normal().parent_path().string(), file);
 }
 
 /// Whole numbers from 0 to count-1 of a script value, one for each of the atoms; collective.
@@ -78,7 +76,7 @@ std::vector<int> numbers(LAMMPS *lmp, int igroup, ScriptValue &value, const char
   }
   wrong.raise(lmp, [&](bigint all, tagint id, const Complaint::Values &at) {
     return fmt::format("fix rve: {} of atom {} is {}; it must be a whole number from 0 to {} "
-                       "({} atoms have another one)",
+                       "(atoms with another one: {})",
                        keyword, id, at[0], count - 1, all);
   });
   return result;

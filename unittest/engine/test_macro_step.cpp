@@ -429,7 +429,7 @@ TEST(Advice, NamesWhatIsBeyondItsLimitAndNothingElse)
   EXPECT_TRUE(has(of(Format::Mixed, narrow, far), AdviceKind::SmallCell));
   for (const Advice &advice : of(Format::Fast, soft, fast)) {
     EXPECT_GT(advice.severity(), 1.0);
-    EXPECT_NE(advice.message.find(number(advice.limit)), std::string::npos) << advice.message;
+    EXPECT_NE(advice.message.find(rounded(advice.limit)), std::string::npos) << advice.message;
     EXPECT_NE(advice.message.find("use "), std::string::npos) << advice.message;
   }
 }

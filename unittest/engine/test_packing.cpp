@@ -285,6 +285,24 @@ TEST(Packing, UnreachableVoidRatioNamesWhatIsReachable)
             std::string::npos);
 }
 
+// a packing is no continuous function of its preparation: what no way meets within the tolerance is an error with the closest one
+TEST(Packing, AVoidRatioThatIsNotMetNamesTheClosest)
+{
+  const auto engine = cpu_engine();
+  PackingRecipe recipe = paper_recipe(30, 20e3);
+  recipe.void_ratio = 0.215;
+  recipe.void_ratio_tolerance = 1e-9;
+
+  const std::string message = message_of(recipe, *engine);
+
+  EXPECT_EQ(
+      message.find("no packing with void ratio 0.215 within 1e-09 was found for this seed; the "
+                   "closest has 0.21"),
+      0u)
+      << message;
+  EXPECT_NE(message.find("take another seed or a larger tolerance"), std::string::npos);
+}
+
 TEST(Packing, RunOutOfStepsSaysHowFarItCame)
 {
   const auto engine = cpu_engine();

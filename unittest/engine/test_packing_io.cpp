@@ -191,7 +191,13 @@ TEST(PackingFile, BrokenFilesAreRefusedWithLineNumber)
   EXPECT_EQ(message_after(two, "mass_depth 1\n", "mass_depth 1\nrolling_friction -1\n"),
             ":12: rolling_friction is -1 [-]; it must not be negative");
   EXPECT_EQ(message_after(two, "mass_depth 1\n", "mass_depth 1\nwarp 1\n"),
-            ":12: found 'warp' where 'cell' was expected");
+            ":12: 'warp' is not a material value; these are cell, normal_stiffness, "
+            "tangential_stiffness, friction, density, local_damping, normal_viscosity, "
+            "tangential_viscosity, thickness, mass_depth, rolling_stiffness, rolling_friction");
+  EXPECT_EQ(message_after(two, "friction 0.5", "frition 0.5"),
+            ":5: 'frition' is not a material value; did you mean friction?");
+  EXPECT_EQ(message_after(two, "grains 2", "deformaton\n1 0\n0 1\ngrains 2"),
+            ":15: found 'deformaton' where 'grains' was expected; did you mean deformation?");
   EXPECT_EQ(message_after(two, "1 2 -0.25", "1 2 -0.25 much"),
             ":19: rolling force is 'much'; it must be a number");
   EXPECT_EQ(message_after(two, "0.1 0.01", "0.1"),

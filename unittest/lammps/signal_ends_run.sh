@@ -1,48 +1,17 @@
 #!/bin/sh
 # A batch system ends a run with SIGTERM: the log that somebody follows shows how far the run is, the run ends after its present step with
-# the restart file that the script asks for, and the continued run has the bits of an uninterrupted one. The scene: a plate
-# pressed into 4 x 4 points with RVEs, by fix mpm.
+# the restart file that the script asks for, and the continued run has the bits of an uninterrupted one. The scene: pressed_plate.sh.
 #
 #   signal_ends_run.sh <lmp> <packing>
 set -eu
-lmp=$1 packing=$2
+lmp=$1 packing=$2 speed=0.1 thermo=100000 fix_words="progress 0.02"
+scene=$(cd "$(dirname "$0")" && pwd)/pressed_plate.sh
 work=$(mktemp -d "${TMPDIR:-/tmp}/signal_ends_run.XXXXXX")
 trap 'rm -rf "$work"' EXIT
 cd "$work"
 end=400
 
-cat > in.setup << END
-units si
-dimension 2
-boundary f f p
-atom_style sphere
-region box block 0 4 0 6.98 -0.1 0.1 units box
-create_box 2 box
-lattice sq 1.0 origin 0.5 0.5 0.0
-region ground block 0 4 0 4 -0.05 0.05 units box
-create_atoms 1 region ground
-region plate block 0 2 4 5 -0.05 0.05 units box
-create_atoms 2 region plate
-set group all diameter 1.0
-group ground type 1
-group plate type 2
-END
-cat > in.fixes << END
-timestep 0.001
-pair_style none
-comm_modify cutoff 1.0
-neighbor 0.5 bin
-neigh_modify every 5 delay 0 check no
-fix grains ground rve $packing threads 1 dt auto dt_check 10 drive mpm substeps match progress 0.02
-fix soil all mpm 1.0 domain 0 4 0 6 model ground rve grains boundary xlo roller boundary xhi roller boundary ylo fixed &
-  damping 0.05 rigid plate vx 0 vy -0.1 rough
-thermo 100000
-END
-# write <name>: all that is compared. 17 digits are all bits of a double
-write() {
-  for id in $(seq 16); do echo "write_rve grains atom $id file $1.$id.rve format rve"; done
-  echo "write_dump all custom $1.points id x y vx vy f_soil[*] modify sort id format float %.17g"
-}
+. "$scene"
 { cat in.setup in.fixes; echo "run $end"; write whole; } > in.whole
 "$lmp" -in in.whole -log whole.log > whole.out 2>&1 || { cat whole.out; exit 1; }
 
@@ -68,5 +37,6 @@ step=$(sed -n 's/.*SIGTERM ended the run after step \([0-9]*\); continue from re
 first=$(awk '/^ *Step / {getline; print $1; exit}' continued.log)
 [ "$first" = "$step" ] || { echo "continued from step $first, not from $step"; exit 1; }
 cmp whole.points continued.points
+cmp whole.counts continued.counts
 for id in $(seq 16); do cmp whole.$id.rve continued.$id.rve; done
 echo "equal: uninterrupted, and ended by SIGTERM after step $step of $end and continued"

@@ -914,6 +914,18 @@ TEST(FixMpmErrors, SayWhatIsWrong)
        "have more than 1.3 times their area in points, the fullest 4 times"},
       {scene + "fix soil all mpm 0 " + law, "must be > 0"},
       {scene + "fix soil all mpm 1.0 " + law + " wings yes", "unknown keyword 'wings'"},
+      {scene + "fix soil all mpm 1.0 " + law + " boundry xlo roller",
+       "Fix mpm: unknown keyword 'boundry'; did you mean boundary?"},
+      {scene + "fix soil all mpm 1.0 " + law + " damping 0.1 0.2",
+       "Fix mpm: found '0.2' after 'damping 0.1', where a keyword or the end was expected"},
+      {scene + "fix soil all mpm 1.0 " + law + " damping low",
+       "Fix mpm damping: 'low' must be a number"},
+      {scene + "group plate id 4\nvariable down equal -1\nfix soil all mpm 1.0 " + law +
+           " rigid plate vx 0 vy down rough",
+       "Fix mpm rigid: 'down' must be a number or v_name; did you mean v_down?"},
+      {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
+           " rigid plate vx 0 vy -1 rough\nrun 0\ngroup plate clear\nrun 0",
+       "rigid body plate has no points"},
       {scene + "fix soil all mpm 1.0 " + law + " flip 1.5", "in [0, 1]"},
       {scene + "fix soil all mpm 1.0 " + law + " boundary top roller", "xlo, xhi, ylo or yhi"},
       {scene + "fix soil all mpm 1.0 " + law + " boundary xlo sticky",
@@ -1054,7 +1066,7 @@ TEST(FixMpmWarnings, SayWhatIsProbablyNotMeant)
       {scene + fix + run + "displace_atoms all move 0.1 0 0 units box" + run,
        "points have been moved since the last run"},
       {scene + "create_atoms 1 single 1.5 1.5 0\n" + fix + run,
-       "1 of 16 cells of 1 by 1 [distance] that points fill have more than 1.3 times"},
+       "1 of 16 filled cells, 1 by 1 [distance] each, have more than 1.3 times"},
       {scene + fix + run + "change_box all y final 0 7" + run, ""},
       {scene + fix + run + "velocity all set 0.1 0 0" + run, ""}};
   const std::string path =

@@ -763,15 +763,19 @@ TEST(Warnings, NameValueLimitAndRemedyOnce)
   EXPECT_EQ(log.find("inertial", log.find("inertial") + 1), std::string::npos);
 }
 
-TEST(Warnings, ComeAtTheStartForOverlapAndSize)
+TEST(Warnings, ComeForTheSizeOfACellWhenItIsStrainedAndForOverlapsAtTheStart)
 {
   const std::string path = temporary_path("few.rve");
   const std::string make = "create_rve " + path +
       " grains 40 seed 5 radius uniform 0.003 0.005 kn 1e6 friction 0.5 "
       "density 2650 damping 0.3 pressure 1e5 thickness 0.075\n";
-  const std::string log = log_of(FOUR_ATOMS + make + "fix grains all rve " + path + "\nrun 0");
+  const std::string log = log_of(FOUR_ATOMS + make + "fix grains all rve " + path +
+                                 " drive velocity_gradient xy 10\nrun 1\nrun 2");
 
-  EXPECT_IN("grains wide, less than the 16 of a shear band", log);
+  EXPECT_IN("fix rve grains: cells are at least 5.8 grains wide", log);
+  const std::size_t warning = log.find("grains wide, below the 16 of a shear band");
+  ASSERT_NE(warning, std::string::npos);
+  EXPECT_GT(warning, log.find("Step", log.find("Step") + 1)) << "a strain of 1 % makes no band";
   EXPECT_IN("use more grains", log);
   EXPECT_EQ(log_of(FOUR_ATOMS + FIX + "\nrun 0").find("WARNING: fix rve"), std::string::npos);
 
@@ -871,12 +875,34 @@ TEST(FixRveMessage, ListOfPackingsEndsAtAnyKeyword)
                               "mass_depth"}) {
     const std::string message =
         message_of(FOUR_ATOMS + FIX + "packings " + PACKING + " " + keyword + "\n");
-    EXPECT_TRUE(message.find("is missing") != std::string::npos ||
+    EXPECT_TRUE(message.find("has no value") != std::string::npos ||
                 message.find("servo needs at least one of the components") != std::string::npos)
         << keyword << ": " << message;
   }
   EXPECT_IN("preset must be the first keyword",
             message_of(FOUR_ATOMS + FIX + "packings " + PACKING + " preset draft\n"));
+}
+
+// FOUR_ATOMS has no pair style, no comm_modify and no atom_modify
+TEST(Warnings, OfLammpsAreNotForPointsThatOnlyCarryRves)
+{
+  const std::string log = log_of(FOUR_ATOMS + SHEAR + "run 2\nrun 2");
+
+  EXPECT_EQ(log.find("WARNING"), std::string::npos) << log.substr(log.find("WARNING"), 200);
+}
+
+TEST(Warnings, OfLammpsComeWhereTheyAreRight)
+{
+  const std::string nve = "velocity all set 0 0 0\nfix move all nve\n";
+  const std::string moved = log_of(FOUR_ATOMS + SHEAR + nve + "run 2");
+  const std::string several =
+      log_of(FOUR_ATOMS + FIX + "\nfix other all rve " + PACKING + "\nrun 2");
+  const std::string twice = log_of(FOUR_ATOMS + SHEAR + nve + "fix again all nve\nrun 2");
+  const std::string later = log_of(FOUR_ATOMS + SHEAR + nve + "run 2\nunfix move\nrun 2");
+
+  for (const std::string &log : {moved, several, later})
+    EXPECT_EQ(log.find("WARNING"), std::string::npos) << log.substr(log.find("WARNING"), 200);
+  EXPECT_IN("WARNING: One or more atoms are time integrated more than once", twice);
 }
 
 TEST(Progress, SaysStepShareTimeLeftAndThroughput)
@@ -1084,8 +1110,10 @@ TEST(FixRveMessage, CellNarrowerThanTheCutoff)
 {
   const std::string path = edited_packing("narrow.rve", "  0.14296", "  0.0100 0.0");
 
-  EXPECT_IN("it must exceed twice the largest contact distance",
-            message_of(FOUR_ATOMS + "fix grains all rve " + path + "\n"));
+  const std::string message = message_of(FOUR_ATOMS + "fix grains all rve " + path + "\n");
+
+  EXPECT_IN("it must exceed twice the largest contact distance", message);
+  EXPECT_IN("use more grains", message);
 }
 
 TEST(FixRveMessage, GroupWithoutAtoms)
@@ -1099,7 +1127,7 @@ TEST(FixRveMessage, ComputeWithoutFix)
             message_of(FOUR_ATOMS + "compute p all rve/atom p\nrun 0"));
   EXPECT_IN("fix other does not exist",
             message_of(FOUR_ATOMS + FIX + "\ncompute p all rve/atom p fix other\nrun 0"));
-  EXPECT_IN("Unknown compute rve/atom quantity: pp",
+  EXPECT_IN("compute rve/atom p: there is no quantity 'pp'; did you mean p",
             message_of(FOUR_ATOMS + "compute p all rve/atom pp\n"));
 }
 
@@ -1121,7 +1149,20 @@ TEST(FixRveMessage, UnitsThatAreNotConsistent)
 
 TEST(FixRveMessage, UnknownKeyword)
 {
-  EXPECT_IN("Unknown fix rve keyword: frition", message_of(FOUR_ATOMS + FIX + "frition 0.5\n"));
+  EXPECT_IN("fix rve: unknown keyword 'frition'; did you mean friction?",
+            message_of(FOUR_ATOMS + FIX + "frition 0.5\n"));
+  EXPECT_IN("fix rve: unknown keyword 'yz'; did you mean yx or yy?",
+            message_of(FOUR_ATOMS + FIX + "drive velocity_gradient xx 1 yz 2\n"));
+  EXPECT_IN("fix rve: found '0.5' after 'kn 1e6', where a keyword or the end was expected",
+            message_of(FOUR_ATOMS + FIX + "kn 1e6 0.5\n"));
+  EXPECT_IN("fix rve: dt is 'short'; it must be a number",
+            message_of(FOUR_ATOMS + FIX + "dt short\n"));
+  EXPECT_IN("fix rve: threads is '1.5'; it must be a whole number",
+            message_of(FOUR_ATOMS + "fix grains all rve " + PACKING + " threads 1.5\n"));
+  EXPECT_IN(
+      "drive velocity_gradient yy is 'rate'; it must be a number or v_name of a variable; did "
+      "you mean v_rate?",
+      message_of(FOUR_ATOMS + FIX + "drive velocity_gradient yy rate\n"));
   EXPECT_IN("format is 'half'; it must be fast or mixed or double",
             message_of(FOUR_ATOMS + FIX + "format half\n"));
   EXPECT_IN("component xx is driven by both",
@@ -1148,6 +1189,9 @@ TEST(FixRveMessage, FailedRveNamesAtomAndReason)
 
   EXPECT_IN("RVE of atom 2 failed at step", message);
   EXPECT_IN("overlap too large", message);
+  EXPECT_IN("use a shorter DEM time step, strain the grains more slowly, or use a larger kn; with "
+            "policy freeze the run goes on without this RVE",
+            message);
 }
 
 TEST(FixRveMessage, MinimizeIsRefused)

@@ -54,7 +54,7 @@ TEST(ContinuedRun, ObeysTheMaterialThatItsFixSaysAndListsIt)
   const std::string file = restart_of(SHEAR);
   const std::string words = FIX + "dt 1e-4 " + DRIVE + "friction 0.3 damping 0.2\n";
 
-  EXPECT_IN("goes on otherwise than the run that wrote the restart file: friction 0.5 -> 0.3 (4 "
+  EXPECT_IN("continues the run that wrote the restart file with changes: friction 0.5 -> 0.3 (4 "
             "RVEs), damping 0.3 -> 0.2 (4 RVEs)",
             log_of_rest(file, words));
   GrainsScript script;
@@ -76,7 +76,7 @@ TEST(ContinuedRun, KeepsWhatItsFixDoesNotSay)
 
   for (int atom = 1; atom <= 4; ++atom) EXPECT_EQ(after.state(atom), before.state(atom));
   EXPECT_EQ(after.fix_value(8), before.fix_value(8));
-  EXPECT_EQ(log_of_rest(file, FIX + DRIVE + "\n").find("goes on otherwise"), std::string::npos);
+  EXPECT_EQ(log_of_rest(file, FIX + DRIVE + "\n").find("with changes"), std::string::npos);
   // so do RVEs that are made later
   after << "create_atoms 1 single 1.5 1.5 0\nrun 0";
   EXPECT_EQ(value_in(after.state(5), "mass_depth"), "4");
@@ -288,7 +288,8 @@ TEST(FixModify, RefusesWhatCannotBeChangedAndSaysWhy)
             message_with("format fast"));
   EXPECT_IN("packing_random cannot be changed: RVEs that are there keep their grains",
             message_with("packing_random 5"));
-  EXPECT_IN("Unknown fix_modify keyword of fix rve: frition", message_with("frition 0.3"));
+  EXPECT_IN("fix_modify of fix rve: unknown keyword 'frition'; did you mean friction?",
+            message_with("frition 0.3"));
   EXPECT_IN("friction coefficient is -1 [-]; it must be finite and at least 0",
             message_with("friction -1"));
   EXPECT_IN("is above the stability bound", message_with("dt 5e-4"));
@@ -301,7 +302,7 @@ TEST(FixModify, RefusesWhatCannotBeChangedAndSaysWhy)
 TEST(Unfix, OfRvesThatHaveAdvancedIsWarnedOf)
 {
   const std::string run = FOUR_ATOMS + SHEAR + "run 5\n";
-  const std::string warning = "fix rve grains goes, and with it 4 RVEs that have advanced";
+  const std::string warning = "fix rve grains is deleted, and with it 4 RVEs that have advanced";
 
   EXPECT_IN(warning, log_of(run + "unfix grains\n"));
   EXPECT_IN("use fix_modify grains", log_of(run + "unfix grains\n"));
@@ -464,15 +465,15 @@ TEST(NarrowCell, IsSaidAtTheStartAndEndsWithARemedy)
   const std::string log = log_of(FOUR_ATOMS + make + crush + "\nrun 0");
   const std::string message = message_of(FOUR_ATOMS + crush + "\nrun 400");
 
-  const std::size_t end = log.find(" of its height");
-  const std::string before = "of its width and ";
+  const std::size_t end = log.find(" of its height is too narrow");
+  const std::string before = "of its width or ";
   const std::size_t begin = log.rfind(before, end);
   ASSERT_NE(end, std::string::npos) << log;
   const double share = std::stod(log.substr(begin + before.size()));
-  EXPECT_IN("or is frozen with policy freeze", log);
+  EXPECT_IN("and ends the run (policy stop)", log);
   EXPECT_IN("cell too narrow", message);
-  EXPECT_IN("use packings with more grains", message);
-  EXPECT_IN("policy freeze", message);
+  EXPECT_IN("use a packing with more grains", message);
+  EXPECT_IN("with policy freeze the run goes on without this RVE", message);
   // the list is built anew a little later than the cell has become too narrow, after 1e-3 of time per step
   const std::size_t at = message.find("failed at step ");
   ASSERT_NE(at, std::string::npos) << message;

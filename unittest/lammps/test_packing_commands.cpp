@@ -88,6 +88,58 @@ TEST(CreateRve, AKeywordGivenTwiceIsAnError)
             message_of("create_rve none.rve" + RECIPE + "seeds 1 2\n"));
 }
 
+TEST(CreateRve, AMisspeltKeywordNamesWhatIsLikeIt)
+{
+  EXPECT_IN("create_rve: unknown keyword 'grians'; did you mean grains?",
+            message_of("create_rve none.rve grians 40\n"));
+  EXPECT_IN("create_rve: unknown keyword 'presure'; did you mean pressure?",
+            message_of("create_rve none.rve" + RECIPE + "presure\n"))
+      << "before it is said that it has no value";
+  EXPECT_IN("create_rve: unknown keyword 'colour'; the keywords are kn, kt, friction, ",
+            message_of("create_rve none.rve colour red\n"));
+  EXPECT_IN("create_rve: found '60' after 'grains 40', where a keyword or the end was expected",
+            message_of("create_rve none.rve grains 40 60 seed 1\n"));
+  EXPECT_IN("create_rve: void_ratio is 'low'; it must be a number",
+            message_of("create_rve none.rve" + RECIPE + "void_ratio low\n"));
+}
+
+TEST(CreateRve, APressureIsPositiveInCompression)
+{
+  const std::string recipe = without(RECIPE, "pressure 1e5");
+  EXPECT_IN("create_rve: pressure of the packing is -100000 [stress]; it must be greater than 0: a "
+            "pressure is positive in compression, where stresses are negative",
+            message_of("create_rve none.rve" + recipe + "pressure -1e5\n"));
+}
+
+TEST(CreateRve, ACellThatIsTooNarrowForItsGrainsHasARemedy)
+{
+  std::string few = RECIPE;
+  few.replace(few.find("grains 40"), 9, "grains 6");
+  const std::string message = message_of("create_rve none.rve" + few + "\n");
+
+  EXPECT_IN("cell too narrow", message);
+  EXPECT_IN("use a packing with more grains", message);
+  EXPECT_NOT_IN("policy freeze", message) << "which create_rve does not have";
+}
+
+// before anything runs: the recipes alone would fill the memory of most machines
+TEST(CreateRve, ALibraryThatNoMemoryHoldsIsRefused)
+{
+  EXPECT_IN("create_rve: a library of 2000000000 packings with 40 grains each is too large; it can "
+            "have at most 1000000 of them, 100000000 grains in all, which take tens of GB: use "
+            "fewer seeds, or make several libraries",
+            message_of("create_rve none.rve" + RECIPE.substr(0, RECIPE.find("seed")) +
+                       RECIPE.substr(RECIPE.find("radius")) + "seeds 1 2000000000\n"));
+}
+
+TEST(WriteRve, AMisspeltKeywordNamesWhatIsLikeIt)
+{
+  EXPECT_IN("write_rve: unknown keyword 'atm'; did you mean atom?",
+            message_of(FOUR_ATOMS + FIX + "\nwrite_rve grains atm 1 file none.rve\n"));
+  EXPECT_IN("write_rve: unknown keyword 'colour'; the keywords are atom, file, format",
+            message_of(FOUR_ATOMS + FIX + "\nwrite_rve grains colour 1 file none.rve\n"));
+}
+
 TEST(WriteRve, AKeywordGivenTwiceIsAnError)
 {
   EXPECT_IN(
@@ -170,6 +222,20 @@ TEST(FixRve, APackingThatIsNoFileIsRefusedWithTheReason)
 
   EXPECT_IN("fix rve: cannot open packing file " + folder + ": Is a directory",
             message_of(FOUR_ATOMS + "fix grains all rve " + folder + "\n"));
+}
+
+TEST(FixRve, APackingThatIsMissingSaysWhereItWasLookedForAndWhatMakesOne)
+{
+  const std::string here = fs::current_path().string();
+
+  EXPECT_IN("fix rve: cannot open packing file ground.rve: No such file or directory (looked in "
+            "folder " +
+                here + "). The command create_rve makes packings",
+            message_of(FOUR_ATOMS + "fix grains all rve ground.rve\n"));
+  EXPECT_IN("(looked in folder /nowhere)",
+            message_of(FOUR_ATOMS + "fix grains all rve /nowhere/ground.rve\n"));
+  EXPECT_IN("did you mean the keyword friction?",
+            message_of(FOUR_ATOMS + FIX + "packings frition 0.3\n"));
 }
 
 // ---- what they warn of ----

@@ -360,20 +360,20 @@ TEST(PackingChoiceErrors, SayWhatIsWrong)
        "9 packings are given; packing_variable, packing_random or packing_void_ratio must choose "
        "among them"},
       {with_fix("packing_variable v_which", "variable which atom id"),
-       "packing_variable of atom 9 is 9; it must be a whole number from 0 to 8 (88 atoms have "
-       "another one)"},
+       "packing_variable of atom 9 is 9; it must be a whole number from 0 to 8 (atoms with "
+       "another one: 88)"},
       {with_fix("packing_variable v_which", "variable which atom 0.5*(id==7)"),
        "packing_variable of atom 7 is 0.5"},
       {with_fix("packing_variable v_none"), "variable none does not exist"},
       {with_fix("packing_random 1 packing_image v_image", "variable image atom 8*(id==3)"),
-       "packing_image of atom 3 is 8; it must be a whole number from 0 to 7 (1 atoms have another "
-       "one)"},
+       "packing_image of atom 3 is 8; it must be a whole number from 0 to 7 (atoms with "
+       "another one: 1)"},
       {with_fix("packing_void_ratio v_e 0.01", "variable e atom 0.2+0.4*(id>90)"),
        "packing_void_ratio of atom 91 is 0.6, and no packing has it within 0.01; void ratios of "
        "the packings are from 0."},
       {with_fix("packing_void_ratio 0.6 0.01"), "(96 atoms find none)"},
       {with_fix("packing_void_ratio 0.6 0.01 packing_random 1"), "(96 atoms find none)"},
-      {with_fix("packing_void_ratio 0.2"), "packing_void_ratio tolerance is missing"},
+      {with_fix("packing_void_ratio 0.2"), "packing_void_ratio tolerance has no value"},
       {with_fix("packing_void_ratio 0.2 0"),
        "packing_void_ratio tolerance is 0 [-]; it must be greater than 0"},
       {with_fix("packing_random -1"), "packing_random is -1; it must be at least 0"},

@@ -35,6 +35,14 @@ inline std::string number(double value)
   return text;
 }
 
+/// A measured number for a message: what is beyond a limit, by about how much.
+inline std::string rounded(double value)
+{
+  char text[32];
+  snprintf(text, sizeof(text), "%.4g", value);
+  return text;
+}
+
 }    // namespace rve
 
 #endif

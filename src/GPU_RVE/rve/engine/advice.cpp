@@ -52,16 +52,6 @@ double smallest_overlap(Format format)
   }
 }
 
-std::vector<Advice> advice_on_size(const Result &result)
-{
-  const double grains = smallest_width(result.cell) / grain_size(result);
-  if (grains >= SHEAR_BAND_GRAINS) return {};
-  return {{AdviceKind::SmallCell, grains, SHEAR_BAND_GRAINS,
-           "the cell is " + number(grains) + " grains wide, less than the " +
-               number(SHEAR_BAND_GRAINS) +
-               " of a shear band, whose stress then depends on the cell; use more grains"}};
-}
-
 std::vector<Advice> advice_on_friction(const Material &material)
 {
   std::vector<Advice> list;
@@ -69,10 +59,10 @@ std::vector<Advice> advice_on_friction(const Material &material)
     if (!(friction > LARGEST_USUAL_FRICTION)) return;
     const double degree = 3.14159265358979323846 / 180.0;
     list.push_back({AdviceKind::LargeFriction, friction, LARGEST_USUAL_FRICTION,
-                    std::string("the ") + what + " is " + number(friction) + " [-], above " +
-                        number(LARGEST_USUAL_FRICTION) +
+                    std::string("the ") + what + " is " + rounded(friction) + " [-], above " +
+                        rounded(LARGEST_USUAL_FRICTION) +
                         (friction < 90.0 ? "; if that is an angle in degrees, use its tangent, " +
-                                 number(std::tan(friction * degree))
+                                 rounded(std::tan(friction * degree))
                                          : "; contacts will hardly ever slide")});
   };
   look(material.friction, "friction coefficient");
@@ -100,8 +90,8 @@ std::vector<Advice> advice_on_servo(const Result &result, const Drive &drive, do
   const double now = stress_out_of_reach(result, drive);
   if (!(before > 0.0) || !(now >= NO_NEARER * before)) return {};
   return {{AdviceKind::GoalOutOfReach, now, NO_NEARER * before,
-           "the servo strains at its largest rate, " + number(drive.servo_max_rate) +
-               " [1/time], and the stress stays " + number(now) +
+           "the servo strains at its largest rate, " + rounded(drive.servo_max_rate) +
+               " [1/time], and the stress stays " + rounded(now) +
                " [stress] away from its goal; use a goal that grains can bear (they bear no "
                "tension), or a larger servo_max_rate"}};
 }
@@ -114,25 +104,25 @@ std::vector<Advice> advice(Format format, const Result &result, const Material &
   const double overlap = result.mean_overlap;
   if (in_contact && overlap < smallest_overlap(format))
     list.push_back({AdviceKind::SmallOverlap, overlap, smallest_overlap(format),
-                    "the mean overlap is " + number(overlap) + " of the sum of radii, below the " +
-                        number(smallest_overlap(format)) + " that format " + to_string(format) +
+                    "the mean overlap is " + rounded(overlap) + " of the sum of radii, below the " +
+                        rounded(smallest_overlap(format)) + " that format " + to_string(format) +
                         " resolves to one in a thousand; " +
                         (is_fp32(format) ? "use format mixed or double"
                                          : "use a smaller kn or a higher pressure")});
 
   if (in_contact && overlap > LARGEST_MEAN_OVERLAP)
     list.push_back({AdviceKind::LargeOverlap, overlap, LARGEST_MEAN_OVERLAP,
-                    "the mean overlap is " + number(overlap) + " of the sum of radii, above the " +
-                        number(LARGEST_MEAN_OVERLAP) +
-                        " up to which disks touch like grains (void ratio " +
-                        number(result.void_ratio) +
+                    "the mean overlap is " + rounded(overlap) + " of the sum of radii, above " +
+                        rounded(LARGEST_MEAN_OVERLAP) +
+                        ": disks that overlap more are no grains that touch (void ratio " +
+                        rounded(result.void_ratio) +
                         " [-]); use a larger kn, a smaller thickness or a lower pressure"});
 
   if (result.status & status::NoContacts)
     list.push_back({AdviceKind::NoContacts, 1.0, 1.0,
-                    "no grains touch (void ratio " + number(result.void_ratio) +
-                        " [-]) and the stress is zero: the packing is a gas; if it shall bear "
-                        "load, compress it, or strain it less"});
+                    "no grains touch (void ratio " + rounded(result.void_ratio) +
+                        " [-]) and the stress is zero: the packing is a gas; to bear load "
+                        "it must be compressed, or strained less"});
 
   if (is_fp32(format) && in_contact && motion.strain_rate > 0.0 && motion.dt > 0.0 &&
       material.friction > 0.0 && material.tangential_stiffness > 0.0) {
@@ -141,8 +131,9 @@ std::vector<Advice> advice(Format format, const Result &result, const Material &
         overlap / material.tangential_stiffness / motion.dt;
     if (motion.strain_rate < limit)
       list.push_back({AdviceKind::SlowStrain, motion.strain_rate, limit,
-                      "the strain rate is " + number(motion.strain_rate) + " [1/time], below the " +
-                          number(limit) + " whose increments format " + to_string(format) +
+                      "the strain rate is " + rounded(motion.strain_rate) +
+                          " [1/time], below the " + rounded(limit) + " whose increments format " +
+                          to_string(format) +
                           " adds to tangential forces within a percent; use format mixed, or fewer "
                           "substeps"});
   }
@@ -151,20 +142,25 @@ std::vector<Advice> advice(Format format, const Result &result, const Material &
     const double inertia = inertial_number(result, material, motion.strain_rate);
     if (inertia > QUASI_STATIC_INERTIAL_NUMBER)
       list.push_back({AdviceKind::FastStrain, inertia, QUASI_STATIC_INERTIAL_NUMBER,
-                      "the inertial number is " + number(inertia) + ", above the " +
-                          number(QUASI_STATIC_INERTIAL_NUMBER) +
+                      "the inertial number is " + rounded(inertia) + ", above the " +
+                          rounded(QUASI_STATIC_INERTIAL_NUMBER) +
                           " of quasi-static deformation: the stress depends on the strain rate; "
                           "use a lower rate, more substeps or less mass"});
   }
 
   if (motion.dt > 0.0 && motion.stable_dt > 0.0 && motion.dt > TIME_STEP_SHARE * motion.stable_dt)
     list.push_back({AdviceKind::LongTimeStep, motion.dt, TIME_STEP_SHARE * motion.stable_dt,
-                    "the DEM time step is " + number(motion.dt) + " [time], above " +
-                        number(TIME_STEP_SHARE) + " of the stability bound " +
-                        number(motion.stable_dt) + "; use a shorter dt, or dt auto"});
+                    "the DEM time step is " + rounded(motion.dt) + " [time], above " +
+                        rounded(TIME_STEP_SHARE) + " of the stability bound " +
+                        rounded(motion.stable_dt) + "; use a shorter dt, or dt auto"});
 
-  if (motion.applied_strain > SHEAR_BAND_STRAIN)
-    for (Advice &size : advice_on_size(result)) list.push_back(size);
+  const double grains = smallest_width(result.cell) / grain_size(result);
+  if (motion.applied_strain > SHEAR_BAND_STRAIN && grains < SHEAR_BAND_GRAINS)
+    list.push_back({AdviceKind::SmallCell, grains, SHEAR_BAND_GRAINS,
+                    "the cell is " + rounded(grains) + " grains wide, below the " +
+                        rounded(SHEAR_BAND_GRAINS) +
+                        " of a shear band: beyond the peak the stress depends on the size of the "
+                        "cell; use more grains"});
   return list;
 }
 

@@ -72,9 +72,6 @@ constexpr double LARGEST_USUAL_FRICTION = 2.0;
 std::vector<Advice> advice(Format format, const Result &result, const Material &material,
                            const Motion &motion);
 
-/// Tells the size of the cell at the start, where nothing has been strained yet; empty if it is wide enough.
-std::vector<Advice> advice_on_size(const Result &result);
-
 /// Tells a friction coefficient that looks like an angle, at the start.
 std::vector<Advice> advice_on_friction(const Material &material);
 

@@ -14,6 +14,9 @@ namespace rve {
 /// `skin` as in Options [length].
 std::array<double, 2> least_share_of_widths(const RveState &state, double skin);
 
+/// The least width of the cell over the mean size of its grains, that of disks with their mean area [-].
+double grains_across(const RveState &state);
+
 }    // namespace rve
 
 #endif

@@ -347,7 +347,7 @@ namespace {
             " and " + number(-result.stress(1, 1)) + " (tolerance " +
             number(recipe.stress_tolerance) + "), unbalanced force ratio " +
             number(result.unbalanced_ratio) + " (tolerance " + number(recipe.unbalanced_tolerance) +
-            ")";
+            "); use a larger tolerance, another damping_prep, or another seed";
       });
       return report;
     }

@@ -230,8 +230,8 @@ namespace {
         Words known = {"cell"};
         for (const MaterialEntry &e : MATERIAL_ENTRIES) known.emplace_back(e.name);
         reader.fail("'" + name + "' is not a material value" +
-                    (name == "cell" ? "" : did_you_mean(name, known, "these are")) +
-                    (complete ? "" : "; still missing: " + missing()));
+                    (name == "cell" ? "; still missing: " + missing()
+                                    : did_you_mean(name, known, "these are")));
       }
       if (seen[name]) reader.fail(name + " is given twice");
       seen[name] = true;

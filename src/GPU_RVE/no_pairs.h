@@ -1,0 +1,30 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+// Material points do not act on each other, so a script needs no pair style. What LAMMPS derives from its cutoff must then come from
+// elsewhere, or LAMMPS warns of it in every run.
+
+#ifndef LMP_NO_PAIRS_H
+#define LMP_NO_PAIRS_H
+
+namespace LAMMPS_NS {
+
+class LAMMPS;
+
+/// Without a pair style, a bond style and a word of the script: atoms are not sorted, as they would not be after LAMMPS' warning, and the cutoff
+/// of the communication is the skin of the neighbor list. From init() of a fix.
+void settle_without_pairs(LAMMPS *lmp);
+
+}    // namespace LAMMPS_NS
+
+#endif
