@@ -1,6 +1,6 @@
 # `cmake --install <build tree> --prefix <prefix>` installs what was built; with --component one part of it:
 #
-#   lmp           lmp_gpu_rve, the examples with their packings, licence and citation
+#   lmp           lmp_gpu_rve, the examples with their packings, scripts that draw results, licence and citation
 #   plugin        gpurveplugin.so
 #   python        liblammps.so, LAMMPS' Python module
 #   development   headers, static libraries, the CMake package gpu_rve
@@ -54,6 +54,9 @@ install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples" DESTINATION "${GPU_RVE_INSTAL
   REGEX "/reference/[^/]*\\.csv$")
 install(CODE "file(CREATE_LINK examples/packings \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${GPU_RVE_INSTALL_DATADIR}/packings\" SYMBOLIC)"
   COMPONENT lmp)
+# what draws and converts the results, found from the examples as in the repository
+set(tools "${PROJECT_SOURCE_DIR}/tools")
+install(FILES "${tools}/dumps.py" "${tools}/plot_fields.py" "${tools}/to_paraview.py" DESTINATION "${GPU_RVE_INSTALL_DATADIR}/tools" COMPONENT lmp)
 install(FILES "${PROJECT_SOURCE_DIR}/README.md" "${PROJECT_SOURCE_DIR}/LICENSE" "${PROJECT_SOURCE_DIR}/CITATION.cff"
   DESTINATION "${GPU_RVE_INSTALL_DOCDIR}" COMPONENT lmp)
 

@@ -21,7 +21,7 @@ else()
   set(lammps_cache "$ENV{HOME}/.cache/gpu_rve")
 endif()
 
-# One process at a time gets and builds; a second one waits and finds the result.
+# One process at a time gets the source, and one builds a library; a second one waits and finds the result.
 file(MAKE_DIRECTORY "${lammps_cache}")
 file(LOCK "${lammps_cache}/lock" GUARD FILE TIMEOUT 3600)
 
@@ -30,6 +30,7 @@ if(NOT lammps_tree)
   execute_process(COMMAND sh "${PROJECT_SOURCE_DIR}/tools/get_lammps.sh" OUTPUT_VARIABLE lammps_tree
     OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
 endif()
+file(LOCK "${lammps_cache}/lock" RELEASE)
 set(LAMMPS_SRC "${lammps_tree}/src")
 if(NOT EXISTS "${LAMMPS_SRC}/version.h" OR NOT EXISTS "${lammps_tree}/cmake/CMakeLists.txt")
   message(FATAL_ERROR "LAMMPS_SOURCE_DIR is not a LAMMPS source tree (it needs src/version.h and cmake/): ${lammps_tree}")
@@ -77,6 +78,8 @@ string(SHA1 lammps_key "${lammps_tree};${lammps_commit};${LAMMPS_VERSION_NUMBER}
 string(SUBSTRING "${lammps_key}" 0 8 lammps_key)
 set(lammps_built "${lammps_cache}/liblammps-${LAMMPS_VERSION_NUMBER}-${lammps_key}")
 
+# its own lock: who builds with another release does not wait for this one
+file(LOCK "${lammps_built}.lock" GUARD FILE TIMEOUT 3600)
 if(NOT EXISTS "${lammps_built}/compile_commands.json")
   message(STATUS "Building LAMMPS ${LAMMPS_VERSION_NUMBER} once, for all later builds (some 240 s of one core; Ninja counts below)")
   # Built in a work directory, where an interrupted build goes on later, and moved to its name only when whole.
@@ -90,7 +93,7 @@ if(NOT EXISTS "${lammps_built}/compile_commands.json")
   file(RENAME "${lammps_whole}" "${lammps_built}")
   file(REMOVE_RECURSE "${lammps_work}")
 endif()
-file(LOCK "${lammps_cache}/lock" RELEASE)
+file(LOCK "${lammps_built}.lock" RELEASE)
 set(LAMMPS_STYLES "${lammps_built}/styles")
 message(STATUS "LAMMPS ${LAMMPS_VERSION_NUMBER}: ${lammps_built}/liblammps.a")
 

@@ -4,21 +4,22 @@
 #
 #   sh tools/footing.sh                  the default; the first time some five minutes on two cores, eight with the GPU's kernels
 #   sh tools/footing.sh -var h 0.25      a finer grid
+stages=5
 . "$(dirname "$0")/setup.sh"
 
 # nothing else is built; the GPU's kernels take 400 s of a core
 if [ "$preset" = cuda ]; then work=600; else work=180; fi
-say "3 of 5: building lmp; the first time $(minutes $work)"
+say "3 of $stages: building lmp; the first time $(minutes $work)"
 cmake --build --preset "$preset" --target lmp
 
-say "4 of 5: running examples/footing/in.footing, $(minutes 70)"
+say "4 of $stages: running examples/footing/in.footing, $(minutes 70)"
 cd "$root/examples/footing"
 "$build/bin/lmp" -in in.footing "$@"
 
 # the matplotlib of the Debian package belongs to the system's Python, which need not be the first on the PATH
 for python in python3 /usr/bin/python3; do
   if "$python" -c 'import matplotlib' 2>/dev/null; then
-    say "5 of 5: drawing"
+    say "5 of $stages: drawing"
     exec "$python" plot_footing.py
   fi
 done

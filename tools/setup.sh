@@ -5,6 +5,7 @@
 #   GPU_RVE_CACHE       where LAMMPS is kept                                 (default: gpu_rve in the user's cache folder)
 #   LAMMPS_SOURCE_DIR   a LAMMPS tree to build with, 4Feb2025 or newer       (default: tools/get_lammps.sh obtains 4Feb2025)
 #
+# Takes: $stages, the number of stages of the script that reads it, whose first two are here.
 # Leaves: $root (the repository), $preset, $build (the build tree), and minutes(), which says how long work takes here.
 
 set -eu
@@ -17,7 +18,7 @@ minutes() {    # minutes <seconds of one core>
   echo "about $((($1 / cores + 59) / 60)) min on $cores cores that do nothing else"
 }
 
-say "1 of 5: Debian packages"
+say "1 of $stages: Debian packages"
 . tools/packages.sh
 install_packages g++ cmake ninja-build xz-utils debian-archive-keyring libopenmpi-dev openmpi-bin libpng-dev libfftw3-dev libgtest-dev nlohmann-json3-dev \
   python3 python3-numpy python3-matplotlib
@@ -42,7 +43,7 @@ if [ -z "${CMAKE_CXX_COMPILER_LAUNCHER:-}" ] && command -v ccache >/dev/null; th
   export CMAKE_CXX_COMPILER_LAUNCHER=ccache CMAKE_CUDA_COMPILER_LAUNCHER=ccache
 fi
 
-say "2 of 5: configuring (preset $preset); the first time LAMMPS is obtained and built, $(minutes 270)"
+say "2 of $stages: configuring (preset $preset); the first time LAMMPS is obtained and built, $(minutes 270)"
 if [ -n "${LAMMPS_SOURCE_DIR:-}" ]; then
   cmake --preset "$preset" -D "LAMMPS_SOURCE_DIR=$LAMMPS_SOURCE_DIR"
 else

@@ -22,7 +22,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
-from plot_footing import draw_rves, field, read_last_frame
+from plot_footing import draw_rves, dumps, strain_and_displacement
 from study import case_keys, is_peak, read_curve
 
 PAPER = (0.12, 186.0)    # settlement [m] and pressure [kPa] of the paper's peak
@@ -98,9 +98,8 @@ def draw_fields(options, records):
     figure, axes = plt.subplots(2, len(names), figsize=(2 + 0.5 * sum(widths[name] for name in names), 10), constrained_layout=True, squeeze=False,
                                 gridspec_kw={"width_ratios": [widths[name] for name in names]})
     for column, name in enumerate(names):
-        frame = read_last_frame(os.path.join(options.dir, "fields." + name))
-        field(axes[0][column], frame, "displacement", "|u| [m]")
-        field(axes[1][column], frame, "eps_q", r"$\epsilon_q$ [-]", limits=(0.0, 0.5))
+        frame = dumps.last_frame(os.path.join(options.dir, "fields." + name))
+        strain_and_displacement(axes[:, column], frame, most_strain=0.5)
         for when, style in (("peak", "w--"), ("residual", "w:")):
             for side in (1, -1) if name == "full" else (1,):
                 x, y = zip(*prandtl(SIN_PHI[when], 1.0, 8.0))
@@ -205,7 +204,7 @@ def main():
     draw_curves(options, records)
     draw_fields(options, records)
     if half_of(records) in records:
-        draw_rves(read_last_frame(os.path.join(options.dir, "fields." + half_of(records))), os.path.join(options.out, "footing_rves.png"), (0.0, 9.0, 2.5, 8.75))
+        draw_rves(dumps.last_frame(os.path.join(options.dir, "fields." + half_of(records))), os.path.join(options.out, "footing_rves.png"), (0.0, 9.0, 2.5, 8.75))
     draw_peaks(options, records)
     draw_times(options, records)
 

@@ -13,7 +13,7 @@ import argparse
 import numpy as np
 from ovito.io import import_file
 from ovito.modifiers import ColorCodingModifier, LoadTrajectoryModifier
-from ovito.vis import TachyonRenderer, Viewport
+from ovito.vis import ParticlesVis, TachyonRenderer, Viewport
 
 THICKEST = 0.4    # tube of the largest force / largest radius
 
@@ -33,8 +33,8 @@ def as_tubes(_, data):
     fn = np.array(data.particles.bonds["fn"])
     largest = np.max(data.particles["Radius"])
     data.particles_.bonds_.create_property("Width", data=THICKEST * largest * fn / fn.max())
-    data.particles_.create_property("Color", data=np.full((data.particles.count, 3), 0.75))
-    data.particles_.create_property("Transparency", data=np.full(data.particles.count, 0.5))
+    data.particles_.create_property("Color", data=np.full((data.particles.count, 3), 0.85))
+    data.particles.vis.shape = ParticlesVis.Shape.Circle
 
 
 def main():

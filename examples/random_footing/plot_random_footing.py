@@ -11,6 +11,7 @@ python3-matplotlib).
 import argparse
 import csv
 import os
+import sys
 
 import matplotlib
 
@@ -19,26 +20,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 from ensemble import read_curve, table
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "tools"))
+import dumps
+from plot_fields import field
+
 WIDTH = 2.0    # of the footing [m]
-
-
-def read_dump(path):
-    """The columns of a LAMMPS text dump of one frame, by name."""
-    with open(path) as stream:
-        for line in stream:
-            if line.startswith("ITEM: ATOMS"):
-                return dict(zip(line.split()[2:], np.loadtxt(stream).T))
-    raise SystemExit(f"{path} is no dump of atoms")
-
-
-def points(axes, frame, name, label, size, **limits):
-    soil, rigid = frame["type"] == 1, frame["type"] == 2
-    drawn = axes.scatter(frame["x"][soil], frame["y"][soil], c=frame[name][soil], s=size, marker="s", cmap="viridis", linewidths=0, **limits)
-    axes.scatter(frame["x"][rigid], frame["y"][rigid], s=size, marker="s", color="black")
-    axes.set_aspect("equal")
-    axes.set_xlabel("x [m]")
-    axes.set_ylabel("y [m]")
-    axes.figure.colorbar(drawn, ax=axes, label=label, orientation="horizontal", shrink=0.6)
 
 
 def kilopascal(curve, column):
@@ -56,8 +42,8 @@ def draw_ensemble(folder, out):
 
     figure, axes = plt.subplots(2, 2, figsize=(12, 7.5), constrained_layout=True)
     if os.path.exists("fields.field"):
-        frame = read_dump("fields.field")
-        points(axes[0][0], frame, "void_ratio", "initial void ratio", 22000.0 / len(frame["x"]))
+        frame = dumps.last_frame("fields.field")
+        field(axes[0][0], frame, "void_ratio", "initial void ratio", solid=[2])
     middle = lengths[len(lengths) // 2]
     for group, color, label in (("uniform", "tab:gray", "uniform"), (middle, "tab:blue", f"correlation length {float(middle):g} m")):
         for k, row in enumerate(row for row in rows if row["length"] == group):
@@ -87,11 +73,11 @@ def draw_ensemble(folder, out):
 def draw_symmetric(names, out):
     figure, axes = plt.subplots(2, 2, figsize=(12, 7), constrained_layout=True)
     titles = {"single": "one packing", "mirrored": "one packing, mirrored in the left half", "uniform": "packings drawn point by point"}
-    frames = {name: read_dump(f"fields.{name}") for name in names}
+    frames = {name: dumps.last_frame(f"fields.{name}") for name in names}
     # the largest one per cent, at the footing's corners, would wash out everything else
     top = max(np.quantile(frame["displacement"][frame["type"] == 1], 0.99) for frame in frames.values())
     for panel, name in zip((axes[0][0], axes[0][1], axes[1][0]), names):
-        points(panel, frames[name], "displacement", "|u| [m]", 22000.0 / len(frames[name]["x"]), vmin=0, vmax=top)
+        field(panel, frames[name], "displacement", "|u| [m]", limits=(0.0, top), solid=[2])
         panel.set_title(titles[name])
         axes[1][1].plot(*kilopascal(read_curve(f"curve.{name}"), 2), label=titles[name])
     axes[1][1].axhline(0, color="black", linewidth=0.6)

@@ -217,7 +217,8 @@ struct FixMpm::Impl {
     id.resize(nlocal);
     model.resize(nlocal);
     body.resize(nlocal);
-#pragma omp parallel for num_threads(rve::team_for(nlocal, settings.options.threads))
+    const rve::LightWork work(nlocal, settings.options.threads);
+#pragma omp parallel for num_threads(work.team)
     for (int i = 0; i < nlocal; i++) {
       id[i] = atom->tag[i];
       model[i] = body[i] = -1;
@@ -737,7 +738,8 @@ void FixMpm::solve(bool advance)
 void FixMpm::fill_output()
 {
   impl->bring_back(atom);
-#pragma omp parallel for num_threads(rve::team_for(atom->nlocal, impl->settings.options.threads))
+  const rve::LightWork work(atom->nlocal, impl->settings.options.threads);
+#pragma omp parallel for num_threads(work.team)
   for (int i = 0; i < atom->nlocal; i++) {
     double *row = array_atom[i];
     const Tensor2 &sigma = impl->stress[i];

@@ -685,13 +685,16 @@ void FixRve::Impl::advance(const std::vector<int> &atoms, const std::vector<rve:
   const int count = static_cast<int>(atoms.size());
   int first_bad = count;
   slots.resize(count);
-#pragma omp parallel for num_threads(rve::team_for(count, threads())) reduction(min : first_bad)
-  for (int k = 0; k < count; ++k) {
-    const rve::Drive &drive = drives[k];
-    if (!is_finite(drive.velocity_gradient) || !is_finite(drive.stress_goal) ||
-        !is_finite(drive.deformation))
-      first_bad = std::min(first_bad, k);
-    slots[k] = slot[atoms[k]];
+  {
+    const rve::LightWork work(count, threads());
+#pragma omp parallel for num_threads(work.team) reduction(min : first_bad)
+    for (int k = 0; k < count; ++k) {
+      const rve::Drive &drive = drives[k];
+      if (!is_finite(drive.velocity_gradient) || !is_finite(drive.stress_goal) ||
+          !is_finite(drive.deformation))
+        first_bad = std::min(first_bad, k);
+      slots[k] = slot[atoms[k]];
+    }
   }
   if (first_bad < count) {
     check(drives[first_bad].velocity_gradient, "velocity gradient", "[1/time]", atoms[first_bad]);

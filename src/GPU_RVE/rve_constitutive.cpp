@@ -27,15 +27,19 @@ void RveConstitutive::update(int count, const int *point_index,
   const RveOwner::Clock clock = owner.clock(dt);
   atoms.resize(count);
   drives.resize(count);
-#pragma omp parallel for num_threads(rve::team_for(count, owner.threads()))
-  for (int k = 0; k < count; ++k) {
-    atoms[k] = point_index[k];
-    drives[k].dt = clock.dt;
-    drives[k].substeps = clock.substeps;
-    drives[k].deformation = deformation_increment[atoms[k]];
+  {
+    const rve::LightWork work(count, owner.threads());
+#pragma omp parallel for num_threads(work.team)
+    for (int k = 0; k < count; ++k) {
+      atoms[k] = point_index[k];
+      drives[k].dt = clock.dt;
+      drives[k].substeps = clock.substeps;
+      drives[k].deformation = deformation_increment[atoms[k]];
+    }
   }
   owner.advance(atoms, drives);
-#pragma omp parallel for num_threads(rve::team_for(count, owner.threads()))
+  const rve::LightWork work(count, owner.threads());
+#pragma omp parallel for num_threads(work.team)
   for (int k = 0; k < count; ++k) stress[atoms[k]] = owner.stress(atoms[k]);
 }
 

@@ -392,7 +392,8 @@ void RvePoints::look_at_sleepers(const std::vector<int> &slots)
     std::vector<rve::ElasticResult> looks;
     call_engine(some, drives_at_rest(some.size()), looks);
     const int count = static_cast<int>(some.size());
-#pragma omp parallel for num_threads(rve::team_for(count, threads))
+    const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team)
     for (int m = 0; m < count; ++m) {
       Point &point = points[some[m]];
       const rve::Result &result = looks[m].result;
@@ -464,24 +465,26 @@ void RvePoints::plan_work(const std::vector<int> &slots, const std::vector<rve::
   for (std::size_t k = 0; k < slots.size(); ++k)
     if (parts[k] == Part::Works) working.push_back(static_cast<int>(k));
   const int count = static_cast<int>(working.size());
-  const int team = rve::team_for(count, threads);
   working_slots.resize(count);
   working_drives.resize(count);
   must_turn.resize(count);
-#pragma omp parallel for num_threads(team)
-  for (int m = 0; m < count; ++m) {
-    const int k = working[m];
-    const Point &point = points[slots[k]];
-    rve::Drive &drive = working_drives[m];
-    working_slots[m] = slots[k];
-    drive = drives[k];
-    must_turn[m] = 0;
-    if (drive.has_servo() || drive.substeps == 0) continue;
-    const bool wakes = !is_identity(point.pending);
-    if (wakes) drive.deformation = drive.deformation * point.pending;
-    drive.substeps = substeps_of(point, drive);
-    must_turn[m] = (wakes && is_turned(point, drive.deformation)) ||
-        (options.adaptive && slips(point, drive));
+  {
+    const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team)
+    for (int m = 0; m < count; ++m) {
+      const int k = working[m];
+      const Point &point = points[slots[k]];
+      rve::Drive &drive = working_drives[m];
+      working_slots[m] = slots[k];
+      drive = drives[k];
+      must_turn[m] = 0;
+      if (drive.has_servo() || drive.substeps == 0) continue;
+      const bool wakes = !is_identity(point.pending);
+      if (wakes) drive.deformation = drive.deformation * point.pending;
+      drive.substeps = substeps_of(point, drive);
+      must_turn[m] = (wakes && is_turned(point, drive.deformation)) ||
+          (options.adaptive && slips(point, drive));
+    }
   }
   turn(*engine, working_slots, working_drives, must_turn);
   // the strain of what is left, to its last digit
@@ -637,9 +640,9 @@ bool RvePoints::is_plain(const std::vector<int> &slots) const
   if (options.adaptive || options.quiescent_strain > 0.0 || options.stress_from != StressFrom::End)
     return false;
   const int count = static_cast<int>(slots.size());
-  const int team = rve::team_for(count, threads);
   bool plain = true;
-#pragma omp parallel for num_threads(team) reduction(&& : plain)
+  const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team) reduction(&& : plain)
   for (int k = 0; k < count; ++k) {
     const Point &point = points[slots[k]];
     plain = plain && !point.frozen && !point.asleep && is_identity(point.pending);
@@ -655,10 +658,10 @@ std::vector<int> RvePoints::advance_plainly(const std::vector<int> &slots,
   call_engine(slots, drives, responses);
   image_sizes.assign(points.size(), 0);
 
-  const int team = rve::team_for(count, threads);
   int num_failed = 0;
   bool stiffened = false;
-#pragma omp parallel for num_threads(team) reduction(+ : num_failed) reduction(|| : stiffened)
+  const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team) reduction(+ : num_failed) reduction(|| : stiffened)
   for (int k = 0; k < count; ++k) {
     Point &point = points[slots[k]];
     point.asleep = false;
@@ -694,7 +697,8 @@ void RvePoints::complete() const
   // whoever looks in every step does so at thousands: no memory is asked for each time, and threads share the copies
   if (static_cast<int>(resting.size()) != count) resting = drives_at_rest(count);
   call_engine(stale_slots, resting, looks);
-#pragma omp parallel for num_threads(rve::team_for(count, threads))
+  const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team)
   for (int k = 0; k < count; ++k) {
     Point &point = points[stale_slots[k]];
     point.stale = false;
@@ -706,19 +710,22 @@ std::vector<int> RvePoints::advance_by_plan(const std::vector<int> &slots,
                                             const std::vector<rve::Drive> &drives)
 {
   const int count = static_cast<int>(slots.size());
-  const int team = rve::team_for(count, threads);
   image_sizes.assign(points.size(), 0);
   parts.resize(count);
-#pragma omp parallel for num_threads(team)
-  for (int k = 0; k < count; ++k) {
-    const Point &point = points[slots[k]];
-    parts[k] = point.frozen           ? Part::Nothing
-        : may_sleep(point, drives[k]) ? Part::Sleeps
-                                      : Part::Works;
+  {
+    const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team)
+    for (int k = 0; k < count; ++k) {
+      const Point &point = points[slots[k]];
+      parts[k] = point.frozen           ? Part::Nothing
+          : may_sleep(point, drives[k]) ? Part::Sleeps
+                                        : Part::Works;
+    }
   }
   if (options.quiescent_strain > 0.0) {
     look_at_sleepers(slots);
-#pragma omp parallel for num_threads(team)
+    const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team)
     for (int k = 0; k < count; ++k) {
       Point &point = points[slots[k]];
       if (parts[k] == Part::Sleeps) answer_asleep(point, drives[k].deformation * point.pending);

@@ -11,8 +11,8 @@ function(rve_add_comparison name script)
   endif()
   add_test(NAME ${name} COMMAND ${python} ${PROJECT_SOURCE_DIR}/examples/${script} --lmp $<TARGET_FILE:lmp>
     --dir ${CMAKE_CURRENT_BINARY_DIR}/${name} ${ARGN})
-  set_tests_properties(${name} PROPERTIES LABELS lammps TIMEOUT 600 ENVIRONMENT
-    "OMPI_ALLOW_RUN_AS_ROOT=1;OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1;PYTHONDONTWRITEBYTECODE=1")
+  set_tests_properties(${name} PROPERTIES LABELS lammps TIMEOUT ${RVE_TEST_LIMIT} ENVIRONMENT
+    "${RVE_MPI_ENVIRONMENT};PYTHONDONTWRITEBYTECODE=1")
   if(GPU_RVE_WITH_CUDA)
     set_tests_properties(${name} PROPERTIES RESOURCE_LOCK cuda_device)
   endif()

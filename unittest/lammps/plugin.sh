@@ -23,6 +23,9 @@ fix grains all rve $packing drive velocity_gradient yy -0.05 dt 5e-5 device cpu
 compute grains all rve/atom p q
 fix phi all property/atom d_phi
 random_field all d_phi covariance exponential lengths 0.5 0.5 spacing 0.1 0.1
+compute contacts all rve/contact/local id1 id2 fn
+dump contacts all local 1 contacts.dump c_contacts[*]
+dump grains all rve/grain 1 grains.dump id x y radius
 run 1"
 
 # without the plugin the style must be unknown, or the test shows nothing
@@ -33,9 +36,12 @@ grep -q "Unrecognized fix style 'rve'" out.without
 { echo "plugin load $plugin"; echo "$scene"; echo "write_rve grains atom 1 file loaded.rve format rve"; } > in.loaded
 "$lmp" -in in.loaded -log none > out.loaded 2>&1 || { cat out.loaded; exit 1; }
 
+for file in grains contacts; do mv $file.dump $file.loaded; done
+
 { echo clear; echo "$scene"; echo "write_rve grains atom 1 file path.rve format rve"; } > in.path
 LAMMPS_PLUGIN_PATH=$(dirname "$plugin") "$lmp" -in in.path -log none > out.path 2>&1 || { cat out.path; exit 1; }
 cmp loaded.rve path.rve
+for file in grains contacts; do [ -s $file.loaded ] && cmp $file.loaded $file.dump; done
 
 # refused <version|sizes|mpi> <what the error says>
 refused() {

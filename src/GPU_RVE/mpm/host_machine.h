@@ -118,7 +118,8 @@ class HostMachine {
   {
     const int count = view_.points.count;
     for (Partial &part : partial_) part.first_row = part.end_row = 0;    // a team may be smaller
-#pragma omp parallel num_threads(rve::team_for(count, threads_))
+    const rve::LightWork work(count, threads_);
+#pragma omp parallel num_threads(work.team)
     {
       const rve::ThreadShare mine(count);
       Partial &part = partial_[rve::this_thread()];
@@ -213,7 +214,8 @@ class HostMachine {
   template <class P> void run(const P &pass, int count)
   {
     int team = 1;
-#pragma omp parallel num_threads(rve::team_for(count, threads_))
+    const rve::LightWork work(count, threads_);
+#pragma omp parallel num_threads(work.team)
     {
       const rve::ThreadShare mine(count);
       Tally &tally = tallies_[rve::this_thread()];

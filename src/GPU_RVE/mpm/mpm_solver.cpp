@@ -195,9 +195,8 @@ void MpmSolver::evaluate(const PointView &points, const std::vector<TractionLoad
 void MpmSolver::check_points(const PointView &points) const
 {
   std::uint64_t first = FirstTrouble::NOWHERE;
-#pragma omp parallel for num_threads(rve::team_for(points.count, options_.threads)) \
-    reduction(min                                                                   \
-              : first)
+  const rve::LightWork work(points.count, options_.threads);
+#pragma omp parallel for num_threads(work.team) reduction(min : first)
   for (int p = 0; p < points.count; ++p) {
     const Trouble trouble = state_trouble(grid_, points, p);
     if (trouble != Trouble::None) first = std::min(first, FirstTrouble::key(p, trouble));
@@ -238,7 +237,8 @@ void MpmSolver::advance_stress(const PointView &points, const Tensor2 *increment
       continue;
     }
     const int count = static_cast<int>(list.size());
-#pragma omp parallel num_threads(rve::team_for(count, options_.threads))
+    const rve::LightWork work(count, options_.threads);
+#pragma omp parallel num_threads(work.team)
     {
       const rve::ThreadShare mine(count);
       model.update(mine.end - mine.begin, list.data() + mine.begin, increment, dt, points.stress,
@@ -259,17 +259,17 @@ double MpmSolver::cfl_number(const PointView &points, double dt) const
   };
   double fastest = 0.0;
   int first = points.count;
-#pragma omp parallel for num_threads(rve::team_for(points.count, options_.threads)) \
-    reduction(max                                                                   \
-              : fastest) reduction(min                                              \
-                                   : first)
-  for (int p = 0; p < points.count; ++p) {
-    if (points.rigid_body[p] >= 0) continue;
-    const double speed = speed_of(p);
-    if (std::isfinite(speed))
-      fastest = std::max(fastest, speed);
-    else
-      first = std::min(first, p);
+  {
+    const rve::LightWork work(points.count, options_.threads);
+#pragma omp parallel for num_threads(work.team) reduction(max : fastest) reduction(min : first)
+    for (int p = 0; p < points.count; ++p) {
+      if (points.rigid_body[p] >= 0) continue;
+      const double speed = speed_of(p);
+      if (std::isfinite(speed))
+        fastest = std::max(fastest, speed);
+      else
+        first = std::min(first, p);
+    }
   }
   if (first < points.count)
     fail(points, first,

@@ -30,19 +30,18 @@ void SharedNodes::find(const PointView &points)
   constexpr double INFINITE = std::numeric_limits<double>::infinity();
   double lo_x = INFINITE, lo_y = INFINITE, hi_x = -INFINITE, hi_y = -INFINITE;
   std::int64_t count = 0;
-#pragma omp parallel for num_threads(rve::team_for(points.count, threads_)) \
-    reduction(+                                                             \
-              : count) reduction(min                                        \
-                                 : lo_x, lo_y) reduction(max                \
-                                                         : hi_x, hi_y)
-  for (int p = 0; p < points.count; ++p) {
-    if (points.rigid_body[p] >= 0) continue;
-    ++count;
-    // a position that is not a number leaves them alone, in this order of arguments
-    lo_x = std::min(lo_x, points.position[p][0]);
-    lo_y = std::min(lo_y, points.position[p][1]);
-    hi_x = std::max(hi_x, points.position[p][0]);
-    hi_y = std::max(hi_y, points.position[p][1]);
+  {
+    const rve::LightWork work(points.count, threads_);
+#pragma omp parallel for num_threads(work.team) reduction(+ : count) reduction(min : lo_x, lo_y) reduction(max : hi_x, hi_y)
+    for (int p = 0; p < points.count; ++p) {
+      if (points.rigid_body[p] >= 0) continue;
+      ++count;
+      // a position that is not a number leaves them alone, in this order of arguments
+      lo_x = std::min(lo_x, points.position[p][0]);
+      lo_y = std::min(lo_y, points.position[p][1]);
+      hi_x = std::max(hi_x, points.position[p][0]);
+      hi_y = std::max(hi_y, points.position[p][1]);
+    }
   }
   const NodeBox own = box_around({{lo_x, lo_y}}, {{hi_x, hi_y}});
   std::vector<std::int64_t> words(1 + 4 * static_cast<std::size_t>(communication_.ranks), 0);

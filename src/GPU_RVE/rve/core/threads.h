@@ -4,8 +4,10 @@
 #define RVE_CORE_THREADS_H
 
 #include "rve/core/error.h"
+#include "rve/core/team_choice.h"
 
 #include <algorithm>
+#include <chrono>
 #include <string>
 
 #ifdef _OPENMP
@@ -42,6 +44,45 @@ inline int team_for(int items, int threads)
   constexpr int WORTH_A_TEAM = 512;
   return items < WORTH_A_TEAM ? 1 : threads;
 }
+
+/// A loop of light work over points, nodes or RVEs, for as long as this lives. `team` threads do it: one for few items, as in team_for(),
+/// and for many items one or all, whichever has turned out to be faster. All loops of the calling thread are judged together.
+class LightWork {
+ public:
+  LightWork(int items, int threads) : items_(items), team(choose(items, threads))
+  {
+    if (is_timed_) start_ = Clock::now();
+  }
+  ~LightWork()
+  {
+    if (is_timed_)
+      choice().done(items_, std::chrono::duration<double>(Clock::now() - start_).count());
+  }
+  LightWork(const LightWork &) = delete;
+  LightWork &operator=(const LightWork &) = delete;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  static TeamChoice &choice()
+  {
+    static thread_local TeamChoice choice_of_thread;
+    return choice_of_thread;
+  }
+  int choose(int items, int threads)
+  {
+    const int most = team_for(items, threads);
+    is_timed_ = most > 1;
+    return is_timed_ && choice().alone() ? 1 : most;
+  }
+
+  int items_;
+  bool is_timed_ = false;
+  Clock::time_point start_;
+
+ public:
+  const int team;
+};
 
 inline int this_thread()
 {

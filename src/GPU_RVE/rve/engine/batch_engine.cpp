@@ -421,10 +421,10 @@ namespace {
     return (answer.status & (status::ListFull | status::ForceSaturated)) != 0;
   }
 
-  /// Threads that translate between the caller and `count` RVEs: one for some hundreds, or waking them takes longer than they work.
-  int helpers(const Options &options, int count)
+  /// Threads that may translate between the caller and the RVEs.
+  int helpers(const Options &options)
   {
-    return team_for(count, options.threads > 0 ? options.threads : omp_get_max_threads());
+    return options.threads > 0 ? options.threads : omp_get_max_threads();
   }
 
   void to_result(const AnswerRecord &answer, const DetailRecord &record, Result &result)
@@ -507,7 +507,7 @@ namespace {
             "overlap limit must be in (0, 1), got " + number(options.overlap_limit));
     require(options.threads >= 0,
             "threads must be 0 (automatic) or more, got " + std::to_string(options.threads));
-    require_threads(options.threads > 0 ? options.threads : omp_get_max_threads());
+    require_threads(helpers(options));
     return {options.skin, options.overlap_limit, options.arms == Arms::Contact ? 0.5 : 0.0,
             options.track_energy ? 1 : 0, 0};
   }
@@ -719,31 +719,33 @@ void BatchEngine::prepare(Call &call, const std::vector<int> &rves,
   DriveRecord *records = room_for_drives(count);
   call.rves = &rves;
   call.drives = records;
-  const int threads = helpers(options, count);
   int first_bad = count, largest = 0, longest = 0;
   double least_cost = std::numeric_limits<double>::max(), most_cost = 0.0;
   bool servo = false, steered = false;
-#pragma omp parallel for num_threads(threads) reduction(min                      \
-                                                        : first_bad, least_cost) \
-    reduction(max                                                                \
-              : largest, longest, most_cost) reduction(||                        \
+  {
+    const LightWork work(count, helpers(options));
+#pragma omp parallel for num_threads(work.team) reduction(min                      \
+                                                          : first_bad, least_cost) \
+    reduction(max                                                                  \
+              : largest, longest, most_cost) reduction(||                          \
                                                        : servo, steered)
-  for (int k = 0; k < count; ++k) {
-    try {
-      check_slot(rves[k]);
-      check(drives[k]);
-    } catch (const InputError &) {
-      first_bad = std::min(first_bad, k);
-      continue;
+    for (int k = 0; k < count; ++k) {
+      try {
+        check_slot(rves[k]);
+        check(drives[k]);
+      } catch (const InputError &) {
+        first_bad = std::min(first_bad, k);
+        continue;
+      }
+      records[k] = to_record(drives[k]);
+      largest = std::max(largest, grains_of[rves[k]]);
+      longest = std::max(longest, drives[k].substeps);
+      const double cost = cost_of(rves[k], drives[k]);
+      least_cost = std::min(least_cost, cost);
+      most_cost = std::max(most_cost, cost);
+      servo = servo || drives[k].has_servo();
+      steered = steered || needs_steering(drives[k]);
     }
-    records[k] = to_record(drives[k]);
-    largest = std::max(largest, grains_of[rves[k]]);
-    longest = std::max(longest, drives[k].substeps);
-    const double cost = cost_of(rves[k], drives[k]);
-    least_cost = std::min(least_cost, cost);
-    most_cost = std::max(most_cost, cost);
-    servo = servo || drives[k].has_servo();
-    steered = steered || needs_steering(drives[k]);
   }
   if (first_bad < count) {    // says what is wrong
     check_slot(rves[first_bad]);
@@ -859,7 +861,8 @@ void BatchEngine::advance_with_details(const std::vector<int> &rves,
   for (int k = 0; k < count; ++k)
     if (answers[k].status & status::Fatal) details[k] = details_of(get_header(rves[k]));
   results.resize(count);
-#pragma omp parallel for num_threads(helpers(options, count))
+  const LightWork work(count, helpers(options));
+#pragma omp parallel for num_threads(work.team)
   for (int k = 0; k < count; ++k) to_result(answers[k], details[k], results[k]);
 }
 
@@ -900,7 +903,8 @@ void BatchEngine::advance(const std::vector<int> &rves, const std::vector<Drive>
   responses.resize(count);
   const auto respond = [&] {
     bool unfinished = false;
-#pragma omp parallel for num_threads(helpers(options, count)) reduction(|| : unfinished)
+    const LightWork work(count, helpers(options));
+#pragma omp parallel for num_threads(work.team) reduction(|| : unfinished)
     for (int k = 0; k < count; ++k) {
       responses[k] = {answers[k].status, answers[k].num_contacts, tensor_from(answers[k].stress)};
       unfinished = unfinished || must_repeat(answers[k]);

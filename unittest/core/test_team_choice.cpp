@@ -1,0 +1,130 @@
+// How TeamChoice decides on machines that are made up: what a loop takes is a formula, so that nothing depends on the machine of the test.
+
+#include "rve/core/team_choice.h"
+#include "rve/core/threads.h"
+
+#include "support/random.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+
+namespace {
+
+constexpr int ITEMS = 1000;
+constexpr double ALONE = 40e-6;    // s: a loop of one thread
+
+/// Loops on a machine: the time that they take, how many of them one thread did, and the most in a row that a team did.
+struct Outcome {
+  double seconds = 0.0;
+  int alone = 0, loops = 0, in_a_row = 0;
+};
+
+Outcome work(rve::TeamChoice &choice, double seconds, const std::function<double(bool)> &loop)
+{
+  Outcome outcome;
+  int in_a_row = 0;
+  while (outcome.seconds < seconds) {
+    const bool alone = choice.alone();
+    const double took = loop(alone);
+    choice.done(ITEMS, took);
+    outcome.seconds += took;
+    outcome.alone += alone ? 1 : 0;
+    in_a_row = alone ? 0 : in_a_row + 1;
+    outcome.in_a_row = std::max(outcome.in_a_row, in_a_row);
+    ++outcome.loops;
+  }
+  return outcome;
+}
+
+/// All cores are free: a team of `threads` needs its share of the work and 2 us to meet.
+double quiet(bool alone, int threads)
+{
+  return alone ? ALONE : ALONE / threads + 2e-6;
+}
+
+/// Others want the cores too: now and then somebody of the team does not run for 4 ms.
+double busy(bool alone, rve_test::Random &random, double share)
+{
+  return alone ? ALONE : ALONE / 2 + (random.uniform(0.0, 1.0) < share ? 4e-3 : 2e-6);
+}
+
+TEST(TeamChoice, KeepsTheTeamWhereCoresAreFree)
+{
+  for (const int threads : {2, 4, 16, 64}) {
+    rve::TeamChoice choice;
+    const auto loop = [&](bool alone) {
+      return quiet(alone, threads);
+    };
+    work(choice, 0.1, loop);
+    const Outcome outcome = work(choice, 10.0, loop);
+    EXPECT_LT(outcome.seconds, 1.02 * outcome.loops * quiet(false, threads)) << threads;
+    EXPECT_GT(outcome.alone, 0) << "one thread is never tried, " << threads;
+  }
+}
+
+TEST(TeamChoice, OneThreadWorksWhereTheTeamWaits)
+{
+  for (const double share : {0.05, 0.3, 1.0}) {
+    rve::TeamChoice choice;
+    rve_test::Random random(1);
+    const auto loop = [&](bool alone) {
+      return busy(alone, random, share);
+    };
+    const Outcome begin = work(choice, 1.0, loop);
+    EXPECT_LT(begin.seconds, begin.loops * ALONE + 0.05) << "a short run, " << share;
+    const Outcome outcome = work(choice, 30.0, loop);
+    EXPECT_LT(outcome.seconds, 1.05 * outcome.loops * ALONE) << share;
+    EXPECT_LT(outcome.alone, outcome.loops) << "the team is never tried, " << share;
+    if (share == 1.0) { EXPECT_LE(outcome.in_a_row, 5) << "a hopeless trial goes on"; }
+  }
+}
+
+TEST(TeamChoice, OneThreadWorksWhereATeamIsAlwaysSlower)
+{
+  rve::TeamChoice choice;
+  const auto loop = [](bool alone) {
+    return alone ? 5e-6 : 9e-6;
+  };
+  work(choice, 0.1, loop);
+  const Outcome outcome = work(choice, 5.0, loop);
+  EXPECT_LT(outcome.seconds, 1.02 * outcome.loops * 5e-6);
+}
+
+TEST(TeamChoice, FollowsWhatOthersDo)
+{
+  rve::TeamChoice choice;
+  rve_test::Random random(2);
+  const auto free_cores = [&](bool alone) {
+    return quiet(alone, 2);
+  };
+  const auto taken_cores = [&](bool alone) {
+    return busy(alone, random, 0.3);
+  };
+  work(choice, 20.0, free_cores);
+  EXPECT_FALSE(choice.alone());
+  // they come: the team is given up before it has lost a second
+  const Outcome came = work(choice, 2.0, taken_cores);
+  EXPECT_LT(came.seconds, came.loops * ALONE + 1.0);
+  EXPECT_TRUE(choice.alone());
+  // they go: it comes back when the next trial is paid for
+  work(choice, 10.0, free_cores);
+  const Outcome gone = work(choice, 5.0, free_cores);
+  EXPECT_LT(gone.seconds, 1.02 * gone.loops * quiet(false, 2));
+}
+
+TEST(LightWork, FewItemsAreForOneThread)
+{
+  for (int loop = 0; loop < 1000; ++loop) {
+    const rve::LightWork work(511, 4);
+    EXPECT_EQ(work.team, 1);
+  }
+  // what is not judged tells nothing: the choice begins here, with one thread, and tries the team after a window
+  int loops = 0;
+  while (rve::LightWork(512, 4).team == 1) ASSERT_LT(++loops, 100);
+  EXPECT_GT(loops, 50);
+  EXPECT_EQ(rve::LightWork(512, 1).team, 1);
+}
+
+}    // namespace

@@ -1,0 +1,61 @@
+// What is said, and who serves, where the CUDA runtime finds a driver that is too old or that has no device: the driver is a stub
+// (stub_driver.c), so a machine without one can test it. RVE_TEST_OBSTACLE in the environment is what is to be said.
+
+#include "rve/engine/engine.h"
+#include "support/environment.h"
+#include "support/messages.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <string>
+
+using namespace rve;
+using namespace rve_test;
+
+namespace {
+
+std::string expected()
+{
+  const char *words = std::getenv("RVE_TEST_OBSTACLE");
+  return words ? words : "RVE_TEST_OBSTACLE is not set";
+}
+
+Options options_for(Device device)
+{
+  Options options;
+  options.device = device;
+  options.threads = 1;
+  return options;
+}
+
+}    // namespace
+
+TEST(CudaDrivers, AutoTakesTheCpuAndSaysWhy)
+{
+  const Environment nothing("GPU_RVE_REQUIRE_CUDA", nullptr);
+  std::string notice;
+
+  const auto engine = make_engine(options_for(Device::Auto), &notice);
+
+  EXPECT_NE(engine->description().find("CPU"), std::string::npos) << engine->description();
+  EXPECT_EQ(notice.find(expected()), 0u) << notice;
+}
+
+TEST(CudaDrivers, AnExplicitChoiceAndADemandAreErrors)
+{
+  {
+    const Environment nothing("GPU_RVE_REQUIRE_CUDA", nullptr);
+    const std::string chosen = message_of([] {
+      make_engine(options_for(Device::Cuda));
+    });
+    EXPECT_EQ(chosen.find("a CUDA device was asked for, but " + expected()), 0u) << chosen;
+  }
+  const Environment demand("GPU_RVE_REQUIRE_CUDA", "1");
+  const std::string demanded = message_of([] {
+    make_engine(options_for(Device::Auto));
+  });
+  EXPECT_EQ(demanded.find("GPU_RVE_REQUIRE_CUDA=1 forbids falling back to the CPU: " + expected()),
+            0u)
+      << demanded;
+}
