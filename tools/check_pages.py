@@ -18,8 +18,12 @@ from playwright.sync_api import sync_playwright
 BEYOND = """() => {
   const width = document.documentElement.clientWidth, beyond = [];
   for (const element of document.querySelectorAll('.rst-content *')) {
+    const formula = element.closest('.MathJax_SVG');    // of a formula its drawing, not the MathML that is hidden beside it
+    if (formula && element.tagName != 'svg') continue;
     const box = element.getBoundingClientRect();
-    if (box.width == 0 || box.right <= width + 1) continue;
+    // text without a break sticks out of its box
+    const right = element.clientWidth > 0 ? Math.max(box.right, box.left + element.scrollWidth) : box.right;
+    if (box.width == 0 || right <= width + 1) continue;
     let scrolls = false;
     for (let up = element.parentElement; up && !up.classList.contains('wy-nav-content'); up = up.parentElement)
       scrolls = scrolls || ['auto', 'scroll', 'hidden'].includes(getComputedStyle(up).overflowX);
