@@ -627,7 +627,7 @@ void FixMpm::report_times() const
 
 void FixMpm::check_time_step()
 {
-  if (comm->me != 0 || impl->courant >= COURANT_SMALL) return;
+  if (comm->me != 0 || update->nsteps == 0 || impl->courant >= COURANT_SMALL) return;
   error->warning(
       FLERR,
       "Fix mpm {}: the Courant number is {:.2g}, so that the {} steps of this run take the "

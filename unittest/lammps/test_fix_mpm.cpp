@@ -1064,6 +1064,7 @@ TEST(FixMpmWarnings, SayWhatIsProbablyNotMeant)
        "0.019 has a "
        "Courant number of 0.5"},
       {scene + "timestep 1e-9\n" + fix + run, "The time step is 1e-09 [time]; 0.019 has"},
+      {points_in_box(4, 4) + fix + "\nrun 0\n", ""},
       {scene + "group some id 1 2 3\n" + fix + " model some elastic 1e6 0.2" + run,
        "3 points are in the groups of more than one model"},
       {scene + "region air block 0 4 5 6 INF INF units box\n" + fix + " traction air 0 -1" + run,
