@@ -64,7 +64,7 @@ install(FILES "${PROJECT_SOURCE_DIR}/README.md" "${PROJECT_SOURCE_DIR}/LICENSE" 
 find_program(GPU_RVE_SPHINX sphinx-build PATHS /usr/bin)
 mark_as_advanced(GPU_RVE_SPHINX)
 if(GPU_RVE_SPHINX)
-  add_custom_target(manual COMMAND "${GPU_RVE_SPHINX}" -W --keep-going -q -b html -d "${PROJECT_BINARY_DIR}/manual-doctrees"
+  add_custom_target(manual COMMAND "${GPU_RVE_SPHINX}" -q -b html -d "${PROJECT_BINARY_DIR}/manual-doctrees"
     "${PROJECT_SOURCE_DIR}/doc/src" "${PROJECT_BINARY_DIR}/manual" COMMENT "Building the manual: ${PROJECT_BINARY_DIR}/manual" VERBATIM)
 endif()
 install(DIRECTORY "${PROJECT_BINARY_DIR}/manual/" DESTINATION "${GPU_RVE_INSTALL_DOCDIR}/html" COMPONENT manual OPTIONAL
