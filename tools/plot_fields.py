@@ -21,14 +21,21 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import LogNorm, Normalize
+from matplotlib.ticker import MaxNLocator
 
 SEQUENTIAL, DIVERGING = "cividis", "RdBu_r"
 OUTLIERS = 0.005    # share of the values that may lie beyond either end of the colours: a few points would wash out all others
 
 
-def label_of(name, units="si"):
+def scale_and_label(name, values, units="si"):
+    """A factor for the values, and the words beside their colours: kPa or MPa where Pa would have many digits."""
     words, unit = dumps.QUANTITIES.get(name, (name, ""))
-    return f"{words} [{unit}]" if unit and units in (None, "si") else words
+    if not unit or units not in (None, "si"):
+        return 1.0, words
+    largest = np.abs(values[np.isfinite(values)]).max(initial=0.0)
+    if unit == "Pa" and largest >= 1e3:
+        return (1e-6, f"{words} [MPa]") if largest >= 1e6 else (1e-3, f"{words} [kPa]")
+    return 1.0, f"{words} [{unit}]"
 
 
 def colours(values, limits=None, log=False, cmap=None):
@@ -68,7 +75,8 @@ def draw(axes, frame, values, label, cmap, norm, size, solid=(), window=None, co
     shown = values[~rigid]
     extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[
         int((shown < norm.vmin).any()), int((shown > norm.vmax).any())] if len(shown) else "neither"
-    axes.figure.colorbar(drawn, ax=axes, label=label, orientation=colorbar, shrink=0.6, extend=extend)
+    ticks = None if isinstance(norm, LogNorm) else MaxNLocator(6)
+    axes.figure.colorbar(drawn, ax=axes, label=label, orientation=colorbar, shrink=0.6, extend=extend, ticks=ticks)
     return drawn
 
 
@@ -78,8 +86,11 @@ def field(axes, frame, name, label=None, limits=None, log=False, cmap=None, soli
     soil = ~np.isin(frame["type"], solid) if "type" in frame else np.ones(len(frame), bool)
     if window:
         soil &= (frame["x"] >= window[0]) & (frame["x"] <= window[1]) & (frame["y"] >= window[2]) & (frame["y"] <= window[3])
+    if not label:
+        scale, label = scale_and_label(name, values[soil], frame.units)
+        values = scale * values
     cmap, norm = colours(values[soil], limits, log, cmap)
-    return draw(axes, frame, values, label or label_of(name, frame.units), cmap, norm, size or dumps.spacing(frame), solid, window)
+    return draw(axes, frame, values, label, cmap, norm, size or dumps.spacing(frame), solid, window)
 
 
 def title_of(frame, dt):
@@ -96,7 +107,7 @@ def main():
     parser.add_argument("--out", help="picture, or folder with --frames all; its name gets the column's where there are several")
     parser.add_argument("--label", help="of the colour bar, with the unit")
     parser.add_argument("--scale", type=float, default=1.0, help="factor for all values")
-    parser.add_argument("--limits", type=float, nargs=2, metavar=("LOW", "HIGH"), help="values at the ends of the colours")
+    parser.add_argument("--limits", type=float, nargs=2, metavar=("LOW", "HIGH"), help="values at the ends of the colours, in the unit of the picture")
     parser.add_argument("--log", action="store_true", help="colours by the logarithm")
     parser.add_argument("--cmap", help=f"colour map of matplotlib instead of {SEQUENTIAL} and {DIVERGING}")
     parser.add_argument("--window", type=float, nargs=4, metavar=("XLO", "XHI", "YLO", "YHI"))
@@ -117,7 +128,9 @@ def main():
 
     for name in options.columns:
         seen = [frame[name][~np.isin(frame["type"], options.solid)] if "type" in frame else frame[name] for frame in frames]
-        cmap, norm = colours(options.scale * np.concatenate(seen), options.limits, options.log, options.cmap)
+        seen = np.concatenate(seen)
+        scale, label = scale_and_label(name, seen, frames[0].units) if options.scale == 1.0 and not options.label else (options.scale, options.label or name)
+        cmap, norm = colours(scale * seen, options.limits, options.log, options.cmap)
         # of all frames together, so that nothing moves but the points
         boxes = np.concatenate([dumps.domains(frame, size) for frame in frames])
         (xlo, ylo), (xhi, yhi) = boxes.min(axis=(0, 1)) - size, boxes.max(axis=(0, 1)) + size
@@ -132,7 +145,7 @@ def main():
         pictures = []
         for k, frame in enumerate(frames):
             figure, axes = plt.subplots(figsize=(8.0, min(max(height + 1.4, 3.0), 14.0)), constrained_layout=True)
-            draw(axes, frame, options.scale * frame[name], options.label or label_of(name, frame.units), cmap, norm, size, options.solid, window)
+            draw(axes, frame, scale * frame[name], label, cmap, norm, size, options.solid, window)
             axes.set_title(title_of(frame, options.dt))
             if options.gif:
                 figure.canvas.draw()

@@ -109,7 +109,7 @@ struct FixMpm::Impl {
   std::vector<FixRve *> grains;    // per model; nullptr: an analytic law
   double courant = 0.0;
   double restart_step = 0.0;    // of the head of a restart file
-  bool warned = false;
+  bool warned = false, warned_damping = false;
   std::vector<Vec2> body_displacement;
   std::vector<mpm::TractionLoad> loads;    // of this step
   double **output = nullptr;
@@ -266,6 +266,16 @@ FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), impl(nu
   // an error in here ends the constructor, and then nobody calls the destructor
   auto made = std::make_unique<Impl>();
   made->settings = MpmSettings::parse(lmp, narg, arg);
+  const Tensor2 &stress = made->settings.initial_stress;
+  const auto &models = made->settings.models;
+  const bool is_soil = std::any_of(models.begin(), models.end(), [](const MpmModel &model) {
+    return model.has_memory;    // Mohr-Coulomb
+  });
+  if (is_soil && stress(0, 0) + stress(1, 1) > 0.0 && comm->me == 0)
+    error->warning(FLERR,
+                   "Fix mpm {}: the initial stress {:g} {:g} is a tension, which a Mohr-Coulomb "
+                   "material bears by its cohesion only; stresses are negative in compression",
+                   id, stress(0, 0), stress(1, 1));
 
   time_integrate = 1;
   scalar_flag = vector_flag = peratom_flag = 1;
@@ -617,7 +627,7 @@ void FixMpm::report_times() const
 
 void FixMpm::check_time_step()
 {
-  if (comm->me != 0 || impl->courant >= COURANT_SMALL) return;
+  if (comm->me != 0 || update->nsteps == 0 || impl->courant >= COURANT_SMALL) return;
   error->warning(
       FLERR,
       "Fix mpm {}: the Courant number is {:.2g}, so that the {} steps of this run take the "
@@ -656,13 +666,13 @@ void FixMpm::tell_damping()
       "local damping {} amounts to {:.2g} % of the largest reaction, in the mean of this "
       "run: reactions on two sides of the material differ by as much",
       impl->settings.options.damping, 100.0 * share);
-  if (share > DAMPING_WARN)
-    error->warning(
-        FLERR,
-        "Fix mpm {}: {}. f_{}[{}] and f_{}[{}] are its force; with less damping, or none, "
-        "it is less",
-        id, text, id, size_vector - 1, id, size_vector);
-  else
+  // once; later runs say their own number
+  if (share > DAMPING_WARN && !impl->warned_damping) {
+    impl->warned_damping = true;
+    error->warning(FLERR,
+                   "Fix mpm {}: {}. f_{}[{}] and f_{}[{}] are its force; use less damping, or none",
+                   id, text, id, size_vector - 1, id, size_vector);
+  } else
     utils::logmesg(lmp, "fix mpm {}: {}\n", id, text);
 }
 

@@ -588,7 +588,8 @@ void FixRve::Impl::check_clock() const
   const Update *update = fix->update;
   clock(update->dt);
   const bool own_time = settings.substeps > 0 && settings.driver != RveDriver::Mpm;
-  if (own_time || !update->dt_default || update->dt > dt || fix->comm->me) return;
+  const bool no_step = update->nsteps == 0;
+  if (own_time || no_step || !update->dt_default || update->dt > dt || fix->comm->me) return;
   fix->error->warning(FLERR,
                       "fix rve {}: the timestep is {} [time], the default of units {}, and no "
                       "longer than one DEM step of {} [time]; set it with the command timestep",

@@ -92,8 +92,13 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
   };
   const auto groupbit_of = [&](int k) {
     const int found = lmp->group->find(arg[iarg + k]);
-    if (found < 0)
-      lmp->error->all(FLERR, "Fix mpm {}: group '{}' does not exist", arg[iarg], arg[iarg + k]);
+    if (found < 0) {
+      rve::Words groups;
+      for (int g = 0; g < 32; g++)    // as many as a mask has bits
+        if (lmp->group->names[g]) groups.emplace_back(lmp->group->names[g]);
+      lmp->error->all(FLERR, "Fix mpm {}: group '{}' does not exist{}", arg[iarg], arg[iarg + k],
+                      rve::did_you_mean(arg[iarg + k], groups, "there are"));
+    }
     return lmp->group->bitmask[found];
   };
   const auto side = [&](int k) {

@@ -35,6 +35,11 @@ cp -r "$prefix/share/gpu_rve/examples/packings" reference
 cp "$prefix/share/gpu_rve/examples/element_tests/in.element" reference/element_tests
 (cd reference/element_tests && "$build/bin/lmp" -in in.element -var out installed -log none > out.txt 2>&1)
 cmp examples/element_tests/curve.installed reference/element_tests/curve.installed || fail "the curve is not that of lmp in the build tree"
+cp -r "$prefix/share/gpu_rve/tools" .
+if /usr/bin/python3 -c 'import matplotlib, numpy' 2> /dev/null; then
+  (cd examples/random_field && "$prefix/bin/lmp_gpu_rve" -in in.random_field -log none > out.txt 2>&1 && /usr/bin/python3 plot_random_field.py &&
+    [ -s random_field.png ]) || fail "the plot of an example"
+fi
 "$prefix/bin/lmp_gpu_rve" -h > help.txt
 grep -qw GPU_RVE help.txt || fail "lmp_gpu_rve -h does not list the package"
 

@@ -375,13 +375,16 @@ TEST(FixMpmMohrCoulomb, WhatDampingTakesFromReactionsIsSaidInTheLog)
 {
   const std::string path = rve_test::temporary_path("log");
   SoilScript script;
-  script << "log " + path + "\n" + specimen_between_platens(0.05) + "log none\n";
+  script << "log " + path + "\n" + specimen_between_platens(0.05) + "run 50\nlog none\n";
   MPI_Barrier(MPI_COMM_WORLD);    // rank 0 writes the log
   const std::string log = rve_test::text_of(path);
 
   EXPECT_NE(log.find("WARNING: Fix mpm soil: local damping 0.05 amounts to 3"), std::string::npos)
       << log;
   EXPECT_NE(log.find("f_soil[16] and f_soil[17] are its force"), std::string::npos) << log;
+  const std::string again = "fix mpm soil: local damping 0.05 amounts to 3";
+  EXPECT_NE(log.find("\n" + again), std::string::npos) << "the second run says it, and warns not";
+  EXPECT_EQ(log.find("WARNING"), log.rfind("WARNING")) << log;
 }
 
 TEST(FixMpmMohrCoulomb, RanksGiveTheSameBits)
@@ -967,6 +970,8 @@ TEST(FixMpmErrors, SayWhatIsWrong)
       {scene + "fix soil all mpm 1.0 " + law + " face yhi",
        "must follow a traction or a rigid body"},
       {scene + "fix soil all mpm 1.0 " + law + " traction lid 0 -1", "group 'lid' does not exist"},
+      {scene + "group plate id 4\nfix soil all mpm 1.0 " + law + " rigid plat vx 0 vy 0 rough",
+       "Fix mpm rigid: group 'plat' does not exist; did you mean plate?"},
       {scene + "fix soil all mpm 1.0 " + law + " traction all 0 v_q\nrun 0",
        "variable 'q' does not exist"},
       {scene + "variable q atom 1\nfix soil all mpm 1.0 " + law + " traction all 0 v_q\nrun 0",
@@ -1059,6 +1064,7 @@ TEST(FixMpmWarnings, SayWhatIsProbablyNotMeant)
        "0.019 has a "
        "Courant number of 0.5"},
       {scene + "timestep 1e-9\n" + fix + run, "The time step is 1e-09 [time]; 0.019 has"},
+      {points_in_box(4, 4) + fix + "\nrun 0\n", ""},
       {scene + "group some id 1 2 3\n" + fix + " model some elastic 1e6 0.2" + run,
        "3 points are in the groups of more than one model"},
       {scene + "region air block 0 4 5 6 INF INF units box\n" + fix + " traction air 0 -1" + run,
@@ -1067,6 +1073,16 @@ TEST(FixMpmWarnings, SayWhatIsProbablyNotMeant)
        "points have been moved since the last run"},
       {scene + "create_atoms 1 single 1.5 1.5 0\n" + fix + run,
        "1 of 16 filled cells, 1 by 1 [distance] each, have more than 1.3 times"},
+      {scene +
+           "fix soil all mpm 1.0 model all mohr_coulomb 1e6 0.3 1e4 30 0 density 2000 stress 100 "
+           "200 0" +
+           run,
+       "the initial stress 100 200 is a tension"},
+      {scene +
+           "fix soil all mpm 1.0 model all mohr_coulomb 1e6 0.3 1e4 30 0 density 2000 stress "
+           "-100 -200 0" +
+           run,
+       ""},
       {scene + fix + run + "change_box all y final 0 7" + run, ""},
       {scene + fix + run + "velocity all set 0.1 0 0" + run, ""}};
   const std::string path =

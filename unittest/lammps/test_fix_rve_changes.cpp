@@ -562,7 +562,9 @@ TEST(Warnings, TellATimestepThatNobodySet)
 
   EXPECT_IN(
       "the timestep is 1e-08 [time], the default of units si, and no longer than one DEM step",
-      log_of(script + "\nrun 0"));
-  EXPECT_EQ(log_of(script + "substeps 5\nrun 0").find("the default of units"), std::string::npos);
-  EXPECT_EQ(log_of(FOUR_ATOMS + SHEAR + "run 0").find("the default of units"), std::string::npos);
+      log_of(script + "\nrun 1"));
+  EXPECT_EQ(log_of(script + "\nrun 0").find("the default of units"), std::string::npos)
+      << "no step, whatever its length";
+  EXPECT_EQ(log_of(script + "substeps 5\nrun 1").find("the default of units"), std::string::npos);
+  EXPECT_EQ(log_of(FOUR_ATOMS + SHEAR + "run 1").find("the default of units"), std::string::npos);
 }

@@ -46,14 +46,19 @@ assert len(drawn.get_paths()) == soil.sum() == 96
 middles = np.array([path.vertices[:4].mean(axis=0) for path in drawn.get_paths()])
 assert np.allclose(middles, np.stack([last["x"], last["y"]], axis=1)[soil])
 figure.canvas.draw()
-expected = drawn.cmap(drawn.norm(last["q"][soil]))
+expected = drawn.cmap(drawn.norm(1e-3 * last["q"][soil]))
 assert np.allclose(drawn.get_facecolors(), expected)
-assert drawn.colorbar.ax.get_xlabel() == "deviatoric stress q [Pa]"
+assert drawn.colorbar.ax.get_xlabel() == "deviatoric stress q [kPa]"
 
 # colours: one-sided values from dark to light, values of both signs about white
 assert plot_fields.colours(np.linspace(0.0, 1.0, 50))[0] == "cividis"
 cmap, norm = plot_fields.colours(np.array([-1.0, 0.5, 2.0]))
 assert cmap == "RdBu_r" and norm.vmin == -2.0 and norm.vmax == 2.0
+
+# units: digits that can be read
+assert plot_fields.scale_and_label("q", np.array([10.0]))[1] == "deviatoric stress q [Pa]"
+assert plot_fields.scale_and_label("q", np.array([-3e6, 0.0])) == (1e-6, "deviatoric stress q [MPa]")
+assert plot_fields.scale_and_label("q", np.array([3e6]), "lj") == (1.0, "deviatoric stress q")
 
 # messages
 wrong = run("points.dump", "eps")

@@ -42,4 +42,21 @@ refused "has 75; the kernels need 80 or newer" ASKED 90 75 KNOWN 75 80 90
 refused "native, but nvidia-smi shows no card" ASKED native KNOWN 75 80 90
 refused "is 'sm_90'; it must be native, all, all-major, or a list of numbers" ASKED sm_90 KNOWN 75 80 90
 refused "use CUDA 11.8 or newer" KNOWN 50 75
+
+# what the set-up scripts build, on machines whose packages are all there and whose cmake tells what it is asked
+printf '#!/bin/sh\necho install ok installed\n' > "$work/dpkg-query"
+printf '#!/bin/sh\necho "cmake $*"\n' > "$work/cmake"
+printf '#!/bin/sh\n' > "$work/nvcc"
+chmod +x "$work/dpkg-query" "$work/cmake" "$work/nvcc"
+sets_up() {    # sets_up <preset> <what the machine is>
+  said=$(env -u GPU_RVE_PRESET -u CUDACXX -u LAMMPS_SOURCE_DIR PATH="$work:$PATH" stages=4 sh -c '. "$1/tools/setup.sh"' "$source/tools/x.sh" "$source")
+  echo "$said" | grep -qx "cmake --preset $1" || { echo "$said"; fail "$2: not preset $1"; }
+}
+machine '8.6'
+sets_up cuda "a compiler and a card"
+machine '7.5'
+sets_up host "a compiler and an old card"
+machine ''
+sets_up host "a compiler without a card"
+echo "$said" | grep -q "GPU_RVE_PRESET=cuda builds it" || fail "it is not said how to build the GPU engine without a card"
 echo "cuda_architectures: in order"

@@ -274,7 +274,7 @@ namespace {
       // its blocks are put in place while the last calls are prepared, and wait there
       cudaLaunchAttribute early;
       early.id = cudaLaunchAttributeProgrammaticStreamSerialization;
-      early.val.programmaticStreamSerializationAllowed = device.major >= 9;
+      early.val.programmaticStreamSerializationAllowed = plan.waits;
       cudaLaunchConfig_t launched = {};
       launched.gridDim = resident;
       launched.blockDim = plan.block;
@@ -313,6 +313,7 @@ namespace {
       KernelFunction kernel = nullptr, prepare = nullptr;
       KernelSizes sizes;
       int block = 0, blocks = 0;        ///< threads, and blocks that the device holds at a time
+      bool waits = false;               ///< the kernel waits itself for the calls to be prepared
       std::size_t dynamic = 0;          ///< bytes on chip
       std::size_t overflow_size = 0;    ///< bytes of a workspace for what does not fit there
     };
@@ -355,6 +356,8 @@ namespace {
         plan.dynamic = most / 16 * 16;
         plan.overflow_size = aligned(plan.sizes.shared);
       }
+      // compiled from older text it does not, on a card that could
+      plan.waits = device.major >= 9 && attributes.ptxVersion >= 90;
       check_cuda(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
                                       static_cast<int>(plan.dynamic)),
                  "shared memory of the kernel");
