@@ -21,7 +21,7 @@ if grep -rlE "$build|$work" "$prefix" > found.txt; then fail "these know where t
 
 echo "== all examples are there, and nothing that runs have left"
 if git -C "$repository" rev-parse --git-dir > found.txt 2>&1; then
-  (cd "$repository" && git ls-files examples) | sort > in_repository.txt
+  (cd "$repository" && git ls-files --cached --others --exclude-standard examples) | sort > in_repository.txt
   (cd "$prefix/share/gpu_rve" && find examples -type f) | sort > installed.txt
   diff in_repository.txt installed.txt || fail "these files differ; cmake/Install.cmake says which names are installed"
 fi
