@@ -13,8 +13,10 @@
 
 #include "formulas.h"
 
+#include "info.h"
 #include "input.h"
 #include "lammps.h"
+#include "utils.h"
 #include "variable.h"
 
 #include <cctype>
@@ -23,15 +25,6 @@
 using namespace LAMMPS_NS;
 
 namespace {
-
-// LAMMPS keeps the texts of variables to itself, and evaluates a formula without saying what it read. An explicit instantiation may
-// name private members (C++17, 17.7.2): the only way to see a formula without running it.
-using Texts = char ***Variable::*;
-template <Texts MEMBER> struct TextsOfVariables {
-  friend Texts texts_of_variables() { return MEMBER; }
-};
-Texts texts_of_variables();
-template struct TextsOfVariables<&Variable::data>;
 
 /// Words of formulas that follow from time, positions and velocities. Not among them: thermo keywords that are computes (ke, temp, press ...),
 /// functions of groups and regions, whose members may follow from variables, and special functions of fixes and computes.
@@ -53,7 +46,7 @@ bool is_plain(const std::string &word)
 
 class Formulas {
  public:
-  explicit Formulas(Variable *variables) : variables_(variables) {}
+  explicit Formulas(LAMMPS *lmp) : lmp_(lmp), variables_(lmp->input->variable) {}
 
   bool may_read_results(const std::string &name)
   {
@@ -65,11 +58,22 @@ class Formulas {
         variables_->vectorstyle(index);
     // neither python, nor numbers from a file that a step may read on
     if (!is_formula) return true;
-    char **texts = (variables_->*texts_of_variables())[index];
-    return !texts || !texts[0] || reads(texts[0]);
+    return reads(text(index));
   }
 
  private:
+  /// The formula itself. LAMMPS shows it to nobody but readers of `info variables`: "... def = formula", where the last value follows if
+  /// the variable has one.
+  std::string text(int index)
+  {
+    const std::string info = utils::trim(Info(lmp_).get_variable_info(index));
+    const std::size_t begin = info.find("def =");
+    if (begin == std::string::npos) return "unknown";
+    const bool has_value = variables_->equalstyle(index);
+    return info.substr(begin + 5,
+                       has_value ? info.find_last_of(' ') - begin - 5 : std::string::npos);
+  }
+
   bool reads(const std::string &formula)
   {
     const auto in_word = [](char c) {
@@ -95,6 +99,7 @@ class Formulas {
     return false;
   }
 
+  LAMMPS *lmp_;
   Variable *variables_;
   std::set<std::string> seen_;
 };
@@ -103,5 +108,5 @@ class Formulas {
 
 bool LAMMPS_NS::may_read_results(LAMMPS *lmp, const std::string &variable)
 {
-  return Formulas(lmp->input->variable).may_read_results(variable);
+  return Formulas(lmp).may_read_results(variable);
 }

@@ -10,7 +10,7 @@ trap 'rm -rf "$work"' EXIT
 cd "$work"
 for ranks in 1 2 4; do
   "$mpiexec" "$flag" $ranks "$lmp" -in "$script" -var device cpu -var domain full -var h 1 -var points 4 -var grains 50 -var ground different \
-    -var packings 3 -var keywords "substeps adaptive 1e-5 1e-3 quiescent 2e-5" -var balance 5 -var stop 40 -var out $ranks -log log.$ranks \
+    -var packings 3 -var keywords "substeps adaptive 1e-5 1e-3 quiescent 2e-5" -var balance 5 -var stop 40 -var pictures no -var out $ranks -log log.$ranks \
     > run.out 2>&1 || { tail -20 run.out; exit 1; }
   cmp curve.1 curve.$ranks
   cmp fields.1 fields.$ranks
