@@ -24,6 +24,7 @@ shift "$given"
 
 unset LAMMPS_SOURCE_DIR
 GPU_RVE_PRESET=host
+stages=2    # of the set-up
 . "$(dirname "$0")/setup.sh"
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_mpi_yield_when_idle=1
 
