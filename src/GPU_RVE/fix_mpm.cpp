@@ -446,7 +446,8 @@ void FixMpm::check_overlap()
 }
 
 /* ----------------------------------------------------------------------
-   squares of points that do not overlap fill no cell more than once
+   boxes of points that do not overlap fill no cell more than once: looked at where new points are, beside each other or on top of those
+   that were there
 ------------------------------------------------------------------------- */
 
 void FixMpm::check_area(const std::vector<int> &made)
@@ -456,39 +457,61 @@ void FixMpm::check_area(const std::vector<int> &made)
   if (total == 0) return;
   const mpm::Grid &grid = impl->solver->grid();
   const double h = grid.cell_size();
-  std::vector<double> filled((std::size_t) grid.cells(0) * grid.cells(1), 0.0);
-  for (const int i : made) {
+  const std::size_t num_cells = (std::size_t) grid.cells(0) * grid.cells(1);
+  std::vector<double> filled(2 * num_cells, 0.0);    // shares of cells: by new points, and by all
+  const auto fill = [&](int i, std::size_t from) {
+    // a deformed box has the area of its point, and its sides the ratio of the stretches along the axes
+    const Tensor2 &f = impl->deformation_gradient[i];
+    const Vec2 &half = impl->half_size[i];
+    const double boxed = 4.0 * half[0] * half[1] * std::fabs(f(0, 0) * f(1, 1));
+    const double scale = boxed > 0.0 ? std::sqrt(impl->volume[i] / boxed) : 0.0;
     int first[2], last[2];
     double low[2], high[2];
     for (int a = 0; a < 2; a++) {
-      low[a] = grid.scaled(atom->x[i][a] - impl->half_size[i][a], a);
-      high[a] = grid.scaled(atom->x[i][a] + impl->half_size[i][a], a);
+      const double extent = scale * half[a] * std::fabs(f(a, a));
+      low[a] = grid.scaled(atom->x[i][a] - extent, a);
+      high[a] = grid.scaled(atom->x[i][a] + extent, a);
       if (!(std::fabs(low[a]) < 1e7 && std::fabs(high[a]) < 1e7)) low[a] = high[a] = -2.0;
       first[a] = std::max(0, (int) std::floor(low[a]));
       last[a] = std::min(grid.cells(a) - 1, (int) std::floor(high[a]));
     }
     for (int row = first[1]; row <= last[1]; row++)
       for (int column = first[0]; column <= last[0]; column++)
-        filled[(std::size_t) row * grid.cells(0) + column] +=
+        filled[from + (std::size_t) row * grid.cells(0) + column] +=
             std::max(0.0, std::min(high[0], column + 1.0) - std::max(low[0], (double) column)) *
             std::max(0.0, std::min(high[1], row + 1.0) - std::max(low[1], (double) row));
+  };
+  for (const int i : made) fill(i, 0);
+  bigint deformable = 0;
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (impl->body[i] >= 0) continue;
+    fill(i, num_cells);
+    deformable++;
   }
   MPI_Allreduce(MPI_IN_PLACE, filled.data(), (int) filled.size(), MPI_DOUBLE, MPI_SUM, world);
+  MPI_Allreduce(MPI_IN_PLACE, &deformable, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   bigint cells = 0, over = 0;
   double fullest = 0.0;
-  for (const double share : filled) {
-    cells += share > 1e-6;
-    over += share > FULL;
-    fullest = std::max(fullest, share);
+  for (std::size_t k = 0; k < num_cells; k++) {
+    const double by_new = filled[k], by_all = filled[num_cells + k];
+    if (!(by_new > 1e-6)) continue;
+    cells++;
+    // what old points alone have too much of is not the new ones' doing
+    if (!(by_all > FULL && by_new > FULL - 1.0)) continue;
+    over++;
+    fullest = std::max(fullest, by_all);
   }
   if (over == 0) return;
-  const std::string text =
-      fmt::format("{} of {} filled cells, {} by {} [distance] each, have more than {} times their "
-                  "area in points, the fullest {:.3g} times. They are too heavy and too stiff by "
-                  "that factor. Each point has the area {} [distance^2]: give the right one with "
-                  "points_per_cell or volume, and look for points that were made twice",
-                  over, cells, h, h, FULL, fullest, impl->settings.initial_volume);
-  if (2 * over > cells) error->all(FLERR, "Fix mpm: {}", text);
+  const bool are_all_new = total == deformable;
+  const std::string text = fmt::format(
+      "{} of {} cells that {}points fill, {} by {} [distance] each, have more than {} "
+      "times their area in points, the fullest {:.3g} times. They are too heavy and "
+      "too stiff by that factor. Each new point has the area {} [distance^2]: give the "
+      "right one with points_per_cell or volume, and look for points that were made "
+      "twice{}",
+      over, cells, are_all_new ? "" : "new ", h, h, FULL, fullest, impl->settings.initial_volume,
+      are_all_new ? "" : " or on top of those that were there");
+  if (are_all_new && 2 * over > cells) error->all(FLERR, "Fix mpm: {}", text);
   if (comm->me == 0) error->warning(FLERR, "Fix mpm {}: {}", id, text);
 }
 

@@ -878,6 +878,27 @@ TEST(FixMpmWithGrains, LeavesTheProgressToTheGrains)
   EXPECT_EQ(log.find("of the run"), std::string::npos);
 }
 
+TEST(FixMpmErrors, PointsOnTopOfOthersAreWarnedOfAndThoseBesideThemAreNot)
+{
+  const std::string more = "region more block 0 2 0 4 -0.05 0.05 units box\nregion above block 0 2 "
+                           "2 4 -0.05 0.05 units box\n";
+  const std::vector<std::pair<std::string, bool>> cases = {{"more", true}, {"above", false}};
+  for (const auto &[region, is_on_top] : cases) {
+    const std::string path = rve_test::temporary_path("log");
+    SoilScript script;
+    script << "log " + path + "\n" + points_in_box(2, 2, 4) + more +
+            "timestep 0.001\nfix soil all mpm 1.0 model all elastic 1.0e6 0.3 density 2000\nrun 1\n"
+            "create_atoms 1 region " +
+            region + "\nset type 1 diameter 1.0\nrun 1\nlog none\n";
+    MPI_Barrier(MPI_COMM_WORLD);    // rank 0 writes the log
+    const std::string log = rve_test::text_of(path);
+
+    const auto at = log.find("4 of 8 cells that new points fill, 1 by 1 [distance] each, have more "
+                             "than 1.3 times their area in points, the fullest 2 times");
+    EXPECT_EQ(at != std::string::npos, is_on_top) << log;
+  }
+}
+
 TEST(FixMpmErrors, SayWhatIsWrong)
 {
   make_packing();
@@ -1072,7 +1093,7 @@ TEST(FixMpmWarnings, SayWhatIsProbablyNotMeant)
       {scene + fix + run + "displace_atoms all move 0.1 0 0 units box" + run,
        "points have been moved since the last run"},
       {scene + "create_atoms 1 single 1.5 1.5 0\n" + fix + run,
-       "1 of 16 filled cells, 1 by 1 [distance] each, have more than 1.3 times"},
+       "1 of 16 cells that points fill, 1 by 1 [distance] each, have more than 1.3 times"},
       {scene +
            "fix soil all mpm 1.0 model all mohr_coulomb 1e6 0.3 1e4 30 0 density 2000 stress 100 "
            "200 0" +
