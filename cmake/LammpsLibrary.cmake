@@ -63,8 +63,10 @@ set(lammps_options
   -D CMAKE_CXX_STANDARD=17 "-D CMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER}" -D CMAKE_EXPORT_COMPILE_COMMANDS=ON
   -D BUILD_MPI=ON -D BUILD_OMP=OFF -D PKG_GRANULAR=ON -D PKG_PLUGIN=ON
   -D WITH_PNG=ON -D WITH_JPEG=OFF -D WITH_GZIP=ON -D WITH_FFMPEG=OFF -D WITH_CURL=OFF)
+set(lammps_folders "${LAMMPS_SRC}" "${LAMMPS_SRC}/GRANULAR" "${LAMMPS_SRC}/PLUGIN")
 if(EXISTS "${LAMMPS_SRC}/GRAPHICS")    # has dump image in releases of 2026
   list(APPEND lammps_options -D PKG_GRAPHICS=ON)
+  list(APPEND lammps_folders "${LAMMPS_SRC}/GRAPHICS")
 endif()
 if(LAMMPS_SIZES)
   list(APPEND lammps_options -D "LAMMPS_SIZES=${LAMMPS_SIZES}")
@@ -114,7 +116,7 @@ add_library(lammps_headers INTERFACE)
 target_compile_features(lammps_headers INTERFACE cxx_std_17)
 target_compile_definitions(lammps_headers INTERFACE ${lammps_definitions} LAMMPS_VERSION_NUMBER=${LAMMPS_VERSION_NUMBER})
 # SYSTEM: warnings are errors in our code, not in LAMMPS' headers
-target_include_directories(lammps_headers SYSTEM INTERFACE "${LAMMPS_SRC}" "${LAMMPS_SRC}/GRANULAR" "${LAMMPS_SRC}/PLUGIN")
+target_include_directories(lammps_headers SYSTEM INTERFACE ${lammps_folders})
 target_link_libraries(lammps_headers INTERFACE MPI::MPI_CXX)
 
 add_library(lammps_archive STATIC IMPORTED)

@@ -884,7 +884,7 @@ TEST(FixMpmErrors, PointsOnTopOfOthersAreWarnedOfAndThoseBesideThemAreNot)
                            "2 4 -0.05 0.05 units box\n";
   const std::vector<std::pair<std::string, bool>> cases = {{"more", true}, {"above", false}};
   for (const auto &[region, is_on_top] : cases) {
-    const std::string path = rve_test::temporary_path("log");
+    const std::string path = rve_test::temporary_path(region);
     SoilScript script;
     script << "log " + path + "\n" + points_in_box(2, 2, 4) + more +
             "timestep 0.001\nfix soil all mpm 1.0 model all elastic 1.0e6 0.3 density 2000\nrun 1\n"
