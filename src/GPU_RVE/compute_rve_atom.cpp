@@ -17,12 +17,11 @@
 #include "error.h"
 #include "fix_rve.h"
 #include "memory.h"
-#include "rve/core/suggestion.h"
 #include "rve/engine/engine.h"
+#include "rve_columns.h"
 #include "update.h"
 
 #include <cmath>
-#include <cstring>
 #include <string>
 #include <vector>
 
@@ -120,29 +119,8 @@ struct ComputeRveAtom::Impl {
 ComputeRveAtom::ComputeRveAtom(LAMMPS *lmp, int narg, char **arg) :
     Compute(lmp, narg, arg), impl(std::make_unique<Impl>())
 {
-  if (narg < 4) utils::missing_cmd_args(FLERR, "compute rve/atom", error);
-  for (int iarg = 3; iarg < narg; iarg++) {
-    if (strcmp(arg[iarg], "fix") == 0) {
-      if (++iarg == narg) utils::missing_cmd_args(FLERR, "compute rve/atom fix", error);
-      if (!impl->fix_id.empty())
-        error->all(FLERR, "compute rve/atom {}: fix is given twice, as {} and as {}; give it once",
-                   id, impl->fix_id, arg[iarg]);
-      impl->fix_id = arg[iarg];
-      continue;
-    }
-    const Quantity *found = nullptr;
-    rve::Words names;
-    for (const auto &quantity : QUANTITIES) {
-      if (strcmp(arg[iarg], quantity.name) == 0) found = &quantity;
-      names.emplace_back(quantity.name);
-    }
-    names.emplace_back("fix");
-    if (!found)
-      error->all(FLERR, "compute rve/atom {}: there is no quantity '{}'{}", id, arg[iarg],
-                 rve::did_you_mean(arg[iarg], names, "there are"));
-    impl->quantities.push_back(found);
-  }
-  if (impl->quantities.empty()) error->all(FLERR, "compute rve/atom needs at least one quantity");
+  impl->quantities =
+      read_columns(lmp, "compute rve/atom", id, "quantity", QUANTITIES, 3, narg, arg, impl->fix_id);
 
   peratom_flag = 1;
   size_peratom_cols = impl->quantities.size() == 1 ? 0 : static_cast<int>(impl->quantities.size());

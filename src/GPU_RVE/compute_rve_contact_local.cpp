@@ -19,8 +19,8 @@
 #include "fix_rve.h"
 #include "group.h"
 #include "memory.h"
-#include "rve/core/suggestion.h"
 #include "rve/engine/contact_network.h"
+#include "rve_columns.h"
 #include "update.h"
 
 #include <cstring>
@@ -78,31 +78,8 @@ struct ComputeRveContactLocal::Impl {
 ComputeRveContactLocal::ComputeRveContactLocal(LAMMPS *lmp, int narg, char **arg) :
     Compute(lmp, narg, arg), impl(std::make_unique<Impl>())
 {
-  if (narg < 4) utils::missing_cmd_args(FLERR, "compute rve/contact/local", error);
-  for (int iarg = 3; iarg < narg; iarg++) {
-    if (strcmp(arg[iarg], "fix") == 0) {
-      if (++iarg == narg) utils::missing_cmd_args(FLERR, "compute rve/contact/local fix", error);
-      if (!impl->fix_id.empty())
-        error->all(
-            FLERR,
-            "compute rve/contact/local {}: fix is given twice, as {} and as {}; give it once", id,
-            impl->fix_id, arg[iarg]);
-      impl->fix_id = arg[iarg];
-      continue;
-    }
-    const Quantity *found = nullptr;
-    rve::Words names = {"fix"};
-    for (const auto &quantity : QUANTITIES) {
-      if (strcmp(arg[iarg], quantity.name) == 0) found = &quantity;
-      names.emplace_back(quantity.name);
-    }
-    if (!found)
-      error->all(FLERR, "compute rve/contact/local {}: there is no quantity '{}'{}", id, arg[iarg],
-                 rve::did_you_mean(arg[iarg], names, "there are"));
-    impl->quantities.push_back(found);
-  }
-  if (impl->quantities.empty())
-    error->all(FLERR, "compute rve/contact/local needs at least one quantity");
+  impl->quantities = read_columns(lmp, "compute rve/contact/local", id, "quantity", QUANTITIES, 3,
+                                  narg, arg, impl->fix_id);
 
   local_flag = 1;
   size_local_rows = 0;

@@ -18,8 +18,8 @@
 #include "error.h"
 #include "fix_rve.h"
 #include "group.h"
-#include "rve/core/suggestion.h"
 #include "rve/engine/contact_network.h"
+#include "rve_columns.h"
 #include "update.h"
 
 #include <algorithm>
@@ -94,31 +94,9 @@ struct DumpRveGrain::Impl {
 
   Impl(LAMMPS *lmp, int narg, char **arg)
   {
-    Error *error = lmp->error;
-    if (narg < 6) utils::missing_cmd_args(FLERR, "dump rve/grain", error);
+    columns = read_columns(lmp, "dump rve/grain", arg[0], "column", COLUMNS, 5, narg, arg, fix_id);
     words.assign(arg, arg + 5);
-    for (int iarg = 5; iarg < narg; iarg++) {
-      if (strcmp(arg[iarg], "fix") == 0) {
-        if (++iarg == narg) utils::missing_cmd_args(FLERR, "dump rve/grain fix", error);
-        if (!fix_id.empty())
-          error->all(FLERR, "dump rve/grain {}: fix is given twice, as {} and as {}; give it once",
-                     arg[0], fix_id, arg[iarg]);
-        fix_id = arg[iarg];
-        continue;
-      }
-      const Column *found = nullptr;
-      rve::Words names = {"fix"};
-      for (const auto &column : COLUMNS) {
-        if (strcmp(arg[iarg], column.name) == 0) found = &column;
-        names.emplace_back(column.name);
-      }
-      if (!found)
-        error->all(FLERR, "dump rve/grain {}: there is no column '{}'{}", arg[0], arg[iarg],
-                   rve::did_you_mean(arg[iarg], names, "there are"));
-      columns.push_back(found);
-      words.emplace_back("id");
-    }
-    if (columns.empty()) error->all(FLERR, "dump rve/grain needs at least one column");
+    words.resize(5 + columns.size(), "id");
     for (std::string &word : words) arguments.push_back(word.data());
   }
 };
