@@ -12,6 +12,9 @@ import tempfile
 
 import numpy as np
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'tools'))
+import dumps
+
 
 def run(*command):
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
@@ -27,17 +30,7 @@ def require(holds, what):
 
 def read_dump(path):
     """The atoms of each frame of a dump, sorted by id."""
-    frames, lines = [], None
-    with open(path, encoding='utf-8') as f:
-        for line in f:
-            if line.startswith('ITEM:'):
-                lines = None
-                if line.startswith('ITEM: ATOMS'):
-                    lines = []
-                    frames.append(lines)
-            elif lines is not None:
-                lines.append([float(word) for word in line.split()])
-    return [np.array(sorted(frame)) for frame in frames]
+    return [np.column_stack(list(frame.columns.values())) for frame in dumps.frames(path)]
 
 
 def cyclic_shear(lmp, examples):
