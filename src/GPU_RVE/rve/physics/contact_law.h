@@ -33,19 +33,33 @@ inline namespace RVE_ISA {
     RVE_INLINE History history() const { return spring; }
   };
 
-  /// Linear springs and Coulomb friction, for disks.
+  /// Linear springs and Coulomb friction, for disks, in a number format.
   ///
   /// Arms: torque r - overlap/2, the distance to the contact point of equation (11), and the same for the surface velocity: the
   /// arms add up to |b|, so a rigid rotation of the pair gives no slip.
-  /// General: with dashpots, and with a choice for the arm of the surface velocity, r - velocity_arm * overlap: 1/2, or 0 as
+  /// Damped: with dashpots, and with a choice for the arm of the surface velocity, r - velocity_arm * overlap: 1/2, or 0 as
   /// LAMMPS has it (not objective, for cross-checks).
-  /// Friction: compiled in only for scenes that have it. Without, the law is that with a coefficient of zero.
-  template <class Real, class History, bool General, bool Friction = true>
-  struct LinearFrictionLaw {
+  /// Frictional: compiled in only for scenes that have friction. Without, the law is that with a coefficient of zero.
+  template <class NumberFormat, bool Damped, bool Frictional = true> struct LinearFrictionLaw {
+    using Numbers = NumberFormat;
+    using Real = typename Numbers::Real;
+    using History = typename Numbers::Spring;    ///< tangential force
+    static constexpr bool has_friction = Frictional;
+    static constexpr bool has_rolling = false;
+    static constexpr bool is_damped = Damped;
+
+    /// The same law in other numbers.
+    template <class OtherNumbers> using In = LinearFrictionLaw<OtherNumbers, Damped, Frictional>;
+
+    /// The history of a pair as its other grain sees it: the force turns round, and so does t.
+    static RVE_INLINE History seen_from_partner(const History &history) { return history; }
+    /// The tangential force on the first grain that a pair remembers [force].
+    static RVE_INLINE History tangential_force(const History &history) { return history; }
+
     LinearNormal<Real> normal;
-    LinearTangential<Real, History, General> tangential;
-    VelocityDamping<Real> normal_damping;    ///< General
-    Real velocity_arm;                       ///< General
+    LinearTangential<Real, History, Damped> tangential;
+    VelocityDamping<Real> normal_damping;    ///< Damped
+    Real velocity_arm;                       ///< Damped
 
     RVE_INLINE ContactForce<Real, History> evaluate(const ContactGeometry<Real, 2> &contact,
                                                     const DiskMotion<Real> &i,
@@ -59,8 +73,8 @@ inline namespace RVE_ISA {
 
       const Real arm_i = fma(Real(-0.5), contact.overlap, i.radius);
       const Real arm_j = fma(Real(-0.5), contact.overlap, j.radius);
-      const Real velocity_arm_i = General ? fma(-velocity_arm, contact.overlap, i.radius) : arm_i;
-      const Real velocity_arm_j = General ? fma(-velocity_arm, contact.overlap, j.radius) : arm_j;
+      const Real velocity_arm_i = Damped ? fma(-velocity_arm, contact.overlap, i.radius) : arm_i;
+      const Real velocity_arm_j = Damped ? fma(-velocity_arm, contact.overlap, j.radius) : arm_j;
       const Real normal_velocity = dot(velocity, n);
       // a sum of two products, not fma: it must not depend on the order of the grains
       const Real tangential_velocity =
@@ -70,9 +84,8 @@ inline namespace RVE_ISA {
       result.normal_velocity = normal_velocity;
       result.tangential_velocity = tangential_velocity;
       result.normal_force = normal.force(contact.overlap);
-      if (General)
-        result.normal_force = result.normal_force + normal_damping.force(normal_velocity);
-      if constexpr (!Friction) {
+      if (Damped) result.normal_force = result.normal_force + normal_damping.force(normal_velocity);
+      if constexpr (!Frictional) {
         result.force = -result.normal_force * n;
         result.tangential = result.torque_i = result.torque_j = Real(0);
         result.spring = result.slipped = History(0);
@@ -93,6 +106,11 @@ inline namespace RVE_ISA {
       return result;
     }
   };
+
+  /// The laws that programs have (engine/programs.h).
+  template <class Numbers> using NormalSprings = LinearFrictionLaw<Numbers, false, false>;
+  template <class Numbers> using FrictionalSprings = LinearFrictionLaw<Numbers, false>;
+  template <class Numbers> using DampedSprings = LinearFrictionLaw<Numbers, true>;
 
 }    // namespace RVE_ISA
 }    // namespace rve

@@ -7,8 +7,8 @@
 #ifndef RVE_PHYSICS_ROLLING_RESISTANCE_H
 #define RVE_PHYSICS_ROLLING_RESISTANCE_H
 
-#include "rve/core/spring_forces.h"
 #include "rve/physics/contact_law.h"
+#include "rve/physics/pair_history.h"
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -42,17 +42,31 @@ inline namespace RVE_ISA {
     RVE_INLINE SpringForces<Spring> history() const { return {this->spring, rolling}; }
   };
 
-  /// The general law with rolling resistance. The same bits where that has a coefficient of zero.
-  template <class Real, class Spring>
-  struct RollingFrictionLaw : LinearFrictionLaw<Real, Spring, true> {
+  /// The damped law with rolling resistance. The same bits where that has a coefficient of zero.
+  template <class NumberFormat> struct RollingFriction : LinearFrictionLaw<NumberFormat, true> {
+    using Sliding = LinearFrictionLaw<NumberFormat, true>;
+    using Real = typename NumberFormat::Real;
+    using Spring = typename NumberFormat::Spring;
+    using History = SpringForces<Spring>;
+    static constexpr bool has_rolling = true;
+
+    template <class OtherNumbers> using In = RollingFriction<OtherNumbers>;
+
+    /// The tangential force turns round, and so does t. The moments on the two grains are opposite.
+    static RVE_INLINE History seen_from_partner(const History &history)
+    {
+      return {history.tangential, -history.rolling};
+    }
+    static RVE_INLINE Spring tangential_force(const History &history) { return history.tangential; }
+
     RollingResistance<Real, Spring> rolling;
 
-    RVE_INLINE RollingContactForce<Real, Spring>
-    evaluate(const ContactGeometry<Real, 2> &contact, const DiskMotion<Real> &i,
-             const DiskMotion<Real> &j, const Tensor<Real, 2> &velocity_gradient,
-             const SpringForces<Spring> &history, Real dt) const
+    RVE_INLINE RollingContactForce<Real, Spring> evaluate(const ContactGeometry<Real, 2> &contact,
+                                                          const DiskMotion<Real> &i,
+                                                          const DiskMotion<Real> &j,
+                                                          const Tensor<Real, 2> &velocity_gradient,
+                                                          const History &history, Real dt) const
     {
-      using Sliding = LinearFrictionLaw<Real, Spring, true>;
       RollingContactForce<Real, Spring> result;
       static_cast<ContactForce<Real, Spring> &>(result) =
           Sliding::evaluate(contact, i, j, velocity_gradient, history.tangential, dt);
