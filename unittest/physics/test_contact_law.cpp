@@ -1,7 +1,7 @@
 // Geometry, kinematics and force of one contact of two disks.
 
 #include "rve/core/fixed_point.h"
-#include "rve/physics/contact_law.h"
+#include "rve/physics/laws/linear_friction.h"
 #include "rve/physics/stress.h"
 #include "support/random.h"
 

@@ -1,7 +1,7 @@
 // Rolling resistance: its moment, its history, and the contact law with it.
 
 #include "rve/core/fixed_point.h"
-#include "rve/physics/rolling_resistance.h"
+#include "rve/physics/laws/rolling_friction.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>

@@ -11,7 +11,6 @@
 #include "rve/core/integer_sums.h"
 #include "rve/core/status.h"
 #include "rve/physics/cell_path.h"
-#include "rve/physics/rolling_resistance.h"
 
 #include <cstddef>
 
@@ -62,19 +61,6 @@ inline namespace RVE_ISA {
     double area;              ///< det H [length^2]
   };
 
-  /// Numbers of the contact law in internal units. Scenes whose calls are prepared alike have the same ones.
-  template <class Scene, bool HasRolling = Scene::has_rolling> struct alignas(16) LawNumbers {
-    typename Scene::Spring tangential_stiffness;
-    typename Scene::Real normal_stiffness, friction;
-    typename Scene::Real dt;    ///< zero evaluates without advancing the history [time]
-    typename Scene::Real normal_viscosity, tangential_viscosity, velocity_arm;
-  };
-
-  template <class Scene> struct alignas(16) LawNumbers<Scene, true> : LawNumbers<Scene, false> {
-    typename Scene::Spring rolling_stiffness;
-    typename Scene::Real rolling_friction;
-  };
-
   /// What a call begins with, and how far it has come, without what belongs to the block. A GPU prepares it for all RVEs of a call
   /// in a kernel of its own; the block that advances an RVE takes a copy, up to the entries of the plan that are not made.
   template <class Scene> struct PreparedCall {
@@ -104,7 +90,7 @@ inline namespace RVE_ISA {
     double skin, expected_force;
     float
         sound_force;    ///< below it all is well with the largest force on any grain [internal force]
-    LawNumbers<Scene> law;
+    typename Scene::Law::Constants law;
     typename Scene::Real alpha;
 
     std::int32_t plan_first, plan_last;                    ///< steps that are planned

@@ -9,6 +9,8 @@
 #include "rve/core/integer_sums.h"
 #include "rve/core/pack_item.h"
 #include "rve/core/status.h"
+#include "rve/physics/contact_geometry.h"
+#include "rve/physics/laws/law.h"
 #include "rve/physics/stress.h"
 
 #include <limits>
@@ -32,27 +34,16 @@ inline namespace RVE_ISA {
     typename Scene::Real dt;    ///< zero evaluates without advancing the history [time]
   };
 
-  template <class Scene>
-  RVE_INLINE StepConstants<Scene> step_constants(const CallState<Scene> &call,
-                                                 const StepPlan<typename Scene::Numbers> &plan)
+  /// For packs of grains, too, from the constants of one.
+  template <class Scene, class LawConstants, class Numbers>
+  RVE_INLINE StepConstants<Scene> step_constants(const LawConstants &law,
+                                                 const StepPlan<Numbers> &plan)
   {
     StepConstants<Scene> step;
-    const LawNumbers<Scene> &law = call.law;
-    step.law.normal.stiffness = law.normal_stiffness;
-    step.law.tangential.stiffness = law.tangential_stiffness;
-    step.law.tangential.friction = law.friction;
-    if constexpr (Scene::Law::is_damped) {
-      step.law.normal_damping.viscosity = law.normal_viscosity;
-      step.law.tangential.viscosity = law.tangential_viscosity;
-      step.law.velocity_arm = law.velocity_arm;
-    }
-    if constexpr (Scene::has_rolling) {
-      step.law.rolling.spring.stiffness = law.rolling_stiffness;
-      step.law.rolling.spring.friction = law.rolling_friction;
-    }
-    step.to_length = plan.to_length;
-    step.gradient = plan.gradient;
-    step.dt = law.dt;
+    step.law.take(law);
+    step.to_length = plan.to_length.template as<typename Scene::Wide>();
+    step.gradient = plan.gradient.template as<typename Scene::Real>();
+    step.dt = typename Scene::Real(law.dt);
     return step;
   }
 
@@ -79,11 +70,6 @@ inline namespace RVE_ISA {
     const DiskMotion<Real> motion_j{j.motion.velocity, j.spin, static_cast<Real>(j.radius)};
     return step.law.evaluate(contact, motion_i, motion_j, step.gradient, history, step.dt);
   }
-
-  /// Energy that contacts turned into heat [internal force length].
-  struct Dissipation {
-    double friction, viscous;
-  };
 
   /// Adds the Love terms of one contact, each rounded as its force was: a branch is no longer than one internal length.
   template <class Numbers>
@@ -132,7 +118,7 @@ inline namespace RVE_ISA {
   {
     using Sum = typename Scene::Sum;
     // here and not once for all pairs, so that the compiler may read them again where they would occupy registers
-    const StepConstants<Scene> step = step_constants<Scene>(call, plan);
+    const StepConstants<Scene> step = step_constants<Scene>(call.law, plan);
     const auto contact = pair_geometry(step, grain_i, grain_j);
     if (!(contact.overlap > typename Scene::Real(0))) {
       if constexpr (Scene::has_friction) history = typename Scene::History();
@@ -142,12 +128,8 @@ inline namespace RVE_ISA {
     if constexpr (Scene::has_friction) history = force.history();
     sum.largest_force = larger(sum.largest_force, std::fabs(force.normal_force));
     if constexpr (Scene::books) {
-      if (call.header.all_forces_count) {
-        sum.largest_force = larger(sum.largest_force, std::fabs(force.tangential));
-        if constexpr (Scene::has_rolling)
-          sum.largest_force = larger(
-              sum.largest_force, std::fabs(static_cast<typename Scene::Real>(0.5 * force.rolling)));
-      }
+      if (call.header.all_forces_count)
+        sum.largest_force = Scene::Law::largest(force, sum.largest_force);
     }
     Sum on_j[3], torque_i;
     round_to(-force.force[0], on_j[0]);
@@ -168,25 +150,7 @@ inline namespace RVE_ISA {
       ++sum.contacts;
       sum.crushed += crushed ? 1 : 0;
     }
-    if constexpr (WithStress && Scene::books) {
-      const double dt = static_cast<double>(step.dt);
-      const double vt = force.tangential_velocity, vn = force.normal_velocity;
-      const double capped = static_cast<double>(force.tangential);
-      const double stiffness = static_cast<double>(step.law.tangential.stiffness);
-      if (stiffness > 0.0)
-        sum.heat.friction += capped * static_cast<double>(force.slipped) / stiffness;
-      else
-        sum.heat.friction += capped * vt * dt;
-      if constexpr (Scene::has_rolling) {
-        const double rolling_stiffness = static_cast<double>(step.law.rolling.spring.stiffness);
-        if (rolling_stiffness > 0.0)
-          sum.heat.friction += static_cast<double>(force.rolling) *
-              static_cast<double>(force.rolling_slipped) / rolling_stiffness;
-      }
-      sum.heat.viscous += static_cast<double>(step.law.normal_damping.viscosity) * vn * vn * dt;
-      if (!force.sliding)
-        sum.heat.viscous += static_cast<double>(step.law.tangential.viscosity) * vt * vt * dt;
-    }
+    if constexpr (WithStress && Scene::books) step.law.dissipate(force, step.dt, sum.heat);
   }
 
   /// All owned and extra pairs of the RVE. WithStress: fills call.survey, and `grains` have loaded themselves but not their pairs.
@@ -259,7 +223,7 @@ inline namespace RVE_ISA {
     } else {
       block.for_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
         if constexpr (IsPack<std::decay_t<decltype(i)>>::value) {
-          packed_forces(i, call, shared, step_constants<Scene>(call, plan), num_grains);
+          packed_forces(i, call, shared, plan, num_grains);
           for (int m = i.first; m < i.first + i.lanes && m < num_extra; ++m) {
             GrainSum<typename Scene::Numbers> sum{Vec<typename Scene::Sum, 3>::zero(),
                                                   grains.largest_force[m],

@@ -22,7 +22,7 @@ inline namespace RVE_ISA {
   {
     using Item = typename Block::Item;
     const StepPlan<typename Scene::Numbers> &plan = call.planned(step_number);
-    const StepConstants<Scene> step = step_constants<Scene>(call, plan);
+    const StepConstants<Scene> step = step_constants<Scene>(call.law, plan);
     const ImageHeader &header = call.header;
     const double k_n = static_cast<double>(call.law.normal_stiffness);
     const double k_t = header.friction > 0.0 ? static_cast<double>(call.law.tangential_stiffness)
@@ -92,7 +92,7 @@ inline namespace RVE_ISA {
     const WorkspaceView<Scene> &work = call.work;
     const int num_grains = call.num_grains;
     const CallUnits units = call.units;
-    StepConstants<Scene> step = step_constants<Scene>(call, call.planned(step_number));
+    StepConstants<Scene> step = step_constants<Scene>(call.law, call.planned(step_number));
     step.dt = typename Scene::Real(0);
     const double force_unit = units.force, energy_unit = units.force * units.length;
 
@@ -132,12 +132,8 @@ inline namespace RVE_ISA {
                            term(Overlap, unit * (overlap / (ri + rj)));
                            most[0] = size > most[0] ? size : most[0];
                            most[1] = overlap / (ri + rj) > most[1] ? overlap / (ri + rj) : most[1];
-                           double elastic = static_cast<double>(
-                                                step.law.normal.elastic_energy(contact.overlap)) +
-                               step.law.tangential.elastic_energy(law.spring);
-                           if constexpr (Scene::has_rolling)
-                             elastic += step.law.rolling.spring.elastic_energy(law.rolling);
-                           term(Elastic, units.contact_force * elastic);
+                           term(Elastic,
+                                units.contact_force * step.law.elastic_energy(contact, law));
                          });
           for (int k = 0; k < 2; ++k) work.scratch[k * num_grains + i] = most[k];
         });

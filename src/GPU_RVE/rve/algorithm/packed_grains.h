@@ -393,21 +393,6 @@ inline namespace RVE_ISA {
 
   // ---- forces -----------------------------------------------------------------------------------------------------------------
 
-  /// The constants of a step in every lane.
-  template <int N, class Scene>
-  RVE_INLINE StepConstants<PackScene<Scene, N>> in_every_lane(const StepConstants<Scene> &step)
-  {
-    using Packed = PackScene<Scene, N>;
-    StepConstants<Packed> packed;
-    packed.law.normal.stiffness = typename Packed::Real(step.law.normal.stiffness);
-    packed.law.tangential.stiffness = typename Packed::History(step.law.tangential.stiffness);
-    packed.law.tangential.friction = typename Packed::Real(step.law.tangential.friction);
-    packed.to_length = step.to_length.template as<typename Packed::Wide>();
-    packed.gradient = step.gradient.template as<typename Packed::Real>();
-    packed.dt = typename Packed::Real(step.dt);
-    return packed;
-  }
-
   template <int N, class Scene>
   RVE_INLINE void load_grains(const SharedView<Scene> &shared, int first,
                               GrainView<PackNumbers<typename Scene::Numbers, N>> &grains)
@@ -511,10 +496,11 @@ inline namespace RVE_ISA {
   template <class Scene>
   RVE_INLINE void packed_forces(PackItem<kPackedGrains> i, const CallState<Scene> &call,
                                 const SharedView<Scene> &shared,
-                                const StepConstants<Scene> &step_of_one, int num_grains)
+                                const StepPlan<typename Scene::Numbers> &plan, int num_grains)
   {
     constexpr int lanes = force_lanes<Scene>();
-    const auto step = in_every_lane<lanes>(step_of_one);
+    // the same in every lane
+    const auto step = step_constants<PackScene<Scene, lanes>>(call.law, plan);
     for (int part = 0; part < kPackedGrains; part += lanes)
       packed_forces<lanes>(i.first + part, shared, step, force_rows(call), num_grains);
     // grains that no pack will collect

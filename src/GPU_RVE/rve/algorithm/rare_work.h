@@ -54,6 +54,7 @@ inline namespace RVE_ISA {
     using Wide = typename Scene::Wide;
     using History = typename Scene::History;
     using Spring = typename Scene::Spring;
+    using Law = typename Scene::Law;
 
     /// The state of a call as it begins, but for the plan; header, drive, steering and batch are there. By one thread.
     static RVE_INLINE void prepare(PreparedCall<Scene> &call, char *image, int pair_capacity)
@@ -316,25 +317,13 @@ inline namespace RVE_ISA {
       const ImageHeader &header = call.header;
       // A last call may have ended in the first touch of a collision: a unit from that would not reach the collision within
       // the repeats of a call.
-      const double least = header.normal_stiffness * kLeastOverlapShare * header.mean_radius;
+      const double least = Law::normal_force_at(header, kLeastOverlapShare * header.mean_radius);
       if (!(call.expected_force > least)) call.expected_force = least;
       call.units.choose_force(Scene::sum_bits, header.neighbor_bits, call.expected_force,
                               header.obliquity, header.inverse_obliquity);
       const double stiffness_unit = call.units.length * call.units.per_force;
-      LawNumbers<Scene> &law = call.law;
-      law.normal_stiffness = static_cast<Real>(header.normal_stiffness * stiffness_unit);
-      law.normal_viscosity = static_cast<Real>(header.normal_viscosity * stiffness_unit);
-      law.tangential_stiffness = static_cast<Spring>(header.tangential_stiffness * stiffness_unit);
-      law.friction = static_cast<Real>(header.friction);
-      law.tangential_viscosity = static_cast<Real>(header.tangential_viscosity * stiffness_unit);
-      if constexpr (Scene::has_rolling) {
-        law.rolling_stiffness = static_cast<Spring>(header.rolling_stiffness * stiffness_unit);
-        // without a spring there is no force to limit
-        law.rolling_friction =
-            static_cast<Real>(header.rolling_stiffness > 0.0 ? header.rolling_friction : 0.0);
-      }
-      law.velocity_arm = static_cast<Real>(call.batch.velocity_arm);
-      law.dt = static_cast<Real>(call.drive.substeps > 0 ? call.drive.dt : 0.0);
+      call.law.set(header, stiffness_unit, call.batch.velocity_arm);
+      call.law.dt = static_cast<Real>(call.drive.substeps > 0 ? call.drive.dt : 0.0);
       call.alpha = static_cast<Real>(header.local_damping);
       const double crushing = crushing_force(call);
       const double least_trouble = crushing < call.units.force_limit ? crushing
@@ -372,8 +361,8 @@ inline namespace RVE_ISA {
       });
       const double overlap = length * block.max_array(n, call.work.scratch);
       block.once([&] {
-        call.expected_force = header.normal_stiffness *
-            (overlap > 0.0 ? overlap : kGasOverlapShare * header.mean_radius);
+        call.expected_force = Law::normal_force_at(
+            header, overlap > 0.0 ? overlap : kGasOverlapShare * header.mean_radius);
       });
     }
 
@@ -561,7 +550,8 @@ inline namespace RVE_ISA {
     /// others are looked at in the end [internal force].
     static RVE_INLINE double crushing_force(const PreparedCall<Scene> &call)
     {
-      return call.header.normal_stiffness * call.batch.overlap_limit * call.header.largest_radius *
+      return Law::normal_force_at(call.header,
+                                  call.batch.overlap_limit * call.header.largest_radius) *
           call.units.per_force;
     }
 

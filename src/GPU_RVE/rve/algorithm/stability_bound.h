@@ -62,7 +62,7 @@ inline namespace RVE_ISA {
     constexpr double kRoot2 = 1.4142135623730951;
     const int n = call.num_grains;
     const SharedView<Scene> &shared = call.shared;
-    const StepConstants<Scene> step = step_constants<Scene>(call, call.planned(step_number));
+    const StepConstants<Scene> step = step_constants<Scene>(call.law, call.planned(step_number));
     // 256 terms of less than 2^18 units stay below the 2^55 of a sum
     const double unit = power_of_two(-29), per_unit = power_of_two(29),
                  largest_ratio = power_of_two(14);

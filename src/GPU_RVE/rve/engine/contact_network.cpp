@@ -1,7 +1,7 @@
 #include "rve/engine/contact_network.h"
 
 #include "rve/core/numbers.h"
-#include "rve/physics/rolling_resistance.h"
+#include "rve/physics/laws/rolling_friction.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 #define RVE_ENGINE_CONTACT_NETWORK_H
 
 #include "rve/engine/state.h"
-#include "rve/physics/pair_history.h"
+#include "rve/physics/laws/spring_forces.h"
 
 #include <vector>
 

@@ -7,7 +7,7 @@
 #include "rve/core/suggestion.h"
 #include "rve/engine/contact_network.h"
 #include "rve/engine/files.h"
-#include "rve/physics/pair_history.h"
+#include "rve/physics/laws/spring_forces.h"
 
 #include <algorithm>
 #include <cerrno>

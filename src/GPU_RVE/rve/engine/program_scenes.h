@@ -5,8 +5,8 @@
 
 #include "rve/algorithm/scene.h"
 #include "rve/engine/programs.h"
-#include "rve/physics/contact_law.h"
-#include "rve/physics/rolling_resistance.h"
+#include "rve/physics/laws/linear_friction.h"
+#include "rve/physics/laws/rolling_friction.h"
 
 namespace rve {
 inline namespace RVE_ISA {

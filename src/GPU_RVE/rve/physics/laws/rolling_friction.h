@@ -4,11 +4,11 @@
 // tension", Granular Matter 10, 235-246: a spring with a limit for a force that exists in name only, "pseudo-force", since only its
 // moment acts.
 
-#ifndef RVE_PHYSICS_ROLLING_RESISTANCE_H
-#define RVE_PHYSICS_ROLLING_RESISTANCE_H
+#ifndef RVE_PHYSICS_LAWS_ROLLING_FRICTION_H
+#define RVE_PHYSICS_LAWS_ROLLING_FRICTION_H
 
-#include "rve/physics/contact_law.h"
-#include "rve/physics/pair_history.h"
+#include "rve/physics/laws/linear_friction.h"
+#include "rve/physics/laws/spring_forces.h"
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -42,12 +42,31 @@ inline namespace RVE_ISA {
     RVE_INLINE SpringForces<Spring> history() const { return {this->spring, rolling}; }
   };
 
+  template <class Numbers> struct alignas(16) RollingConstants : LinearConstants<Numbers> {
+    typename Numbers::Spring rolling_stiffness;
+    typename Numbers::Real rolling_friction;
+
+    /// Beside those of the linear laws, `parameters` has k_r [force/length] and mu_r.
+    template <class Parameters>
+    RVE_INLINE void set(const Parameters &parameters, double stiffness_unit, double arm)
+    {
+      LinearConstants<Numbers>::set(parameters, stiffness_unit, arm);
+      rolling_stiffness =
+          static_cast<typename Numbers::Spring>(parameters.rolling_stiffness * stiffness_unit);
+      // without a spring there is no force to limit
+      rolling_friction = static_cast<typename Numbers::Real>(
+          parameters.rolling_stiffness > 0.0 ? parameters.rolling_friction : 0.0);
+    }
+  };
+
   /// The damped law with rolling resistance. The same bits where that has a coefficient of zero.
   template <class NumberFormat> struct RollingFriction : LinearFrictionLaw<NumberFormat, true> {
     using Sliding = LinearFrictionLaw<NumberFormat, true>;
     using Real = typename NumberFormat::Real;
     using Spring = typename NumberFormat::Spring;
     using History = SpringForces<Spring>;
+    using Force = RollingContactForce<Real, Spring>;
+    using Constants = RollingConstants<NumberFormat>;
     static constexpr bool has_rolling = true;
 
     template <class OtherNumbers> using In = RollingFriction<OtherNumbers>;
@@ -61,13 +80,18 @@ inline namespace RVE_ISA {
 
     RollingResistance<Real, Spring> rolling;
 
-    RVE_INLINE RollingContactForce<Real, Spring> evaluate(const ContactGeometry<Real, 2> &contact,
-                                                          const DiskMotion<Real> &i,
-                                                          const DiskMotion<Real> &j,
-                                                          const Tensor<Real, 2> &velocity_gradient,
-                                                          const History &history, Real dt) const
+    template <class SomeConstants> RVE_INLINE void take(const SomeConstants &constants)
     {
-      RollingContactForce<Real, Spring> result;
+      Sliding::take(constants);
+      rolling.spring.stiffness = Spring(constants.rolling_stiffness);
+      rolling.spring.friction = Real(constants.rolling_friction);
+    }
+
+    RVE_INLINE Force evaluate(const ContactGeometry<Real, 2> &contact, const DiskMotion<Real> &i,
+                              const DiskMotion<Real> &j, const Tensor<Real, 2> &velocity_gradient,
+                              const History &history, Real dt) const
+    {
+      Force result;
       static_cast<ContactForce<Real, Spring> &>(result) =
           Sliding::evaluate(contact, i, j, velocity_gradient, history.tangential, dt);
       const auto rolled = rolling.advance(history.rolling, i, j, result.normal_force, dt);
@@ -76,6 +100,28 @@ inline namespace RVE_ISA {
       result.rolling = rolled.force;
       result.rolling_slipped = rolled.slipped;
       return result;
+    }
+
+    /// The moment, with reduced radii that are below half an internal length.
+    static RVE_INLINE Real largest(const Force &force, Real so_far)
+    {
+      return larger(Sliding::largest(force, so_far),
+                    std::fabs(static_cast<Real>(0.5 * force.rolling)));
+    }
+
+    RVE_INLINE void dissipate(const Force &force, Real time_step, Dissipation &heat) const
+    {
+      Sliding::dissipate(force, time_step, heat);
+      const double stiffness = static_cast<double>(rolling.spring.stiffness);
+      if (stiffness > 0.0)
+        heat.friction += static_cast<double>(force.rolling) *
+            static_cast<double>(force.rolling_slipped) / stiffness;
+    }
+
+    RVE_INLINE double elastic_energy(const ContactGeometry<Real, 2> &contact,
+                                     const Force &force) const
+    {
+      return Sliding::elastic_energy(contact, force) + rolling.spring.elastic_energy(force.rolling);
     }
   };
 

@@ -1,36 +1,37 @@
-// The contact law: composes normal and tangential laws with the kinematics of a contact of two disks. Stateless: what it
-// needs to remember, the tangential history, comes in and goes out as a number.
+// Linear springs with friction: composes normal and tangential forces with the kinematics of a contact of two disks.
 
-#ifndef RVE_PHYSICS_CONTACT_LAW_H
-#define RVE_PHYSICS_CONTACT_LAW_H
+#ifndef RVE_PHYSICS_LAWS_LINEAR_FRICTION_H
+#define RVE_PHYSICS_LAWS_LINEAR_FRICTION_H
 
 #include "rve/physics/contact_geometry.h"
+#include "rve/physics/laws/law.h"
 #include "rve/physics/normal_force.h"
 #include "rve/physics/tangential_force.h"
 
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Motion of one disk as a contact sees it.
-  template <class Real> struct DiskMotion {
-    Vec<Real, 2> velocity;    ///< peculiar [length/time]
-    Real spin;                ///< counter-clockwise [1/time]
-    Real radius;              ///< [length]
-  };
+  /// Parameters of the linear laws in internal units, side by side for those whose calls are prepared alike.
+  template <class Numbers> struct alignas(16) LinearConstants {
+    typename Numbers::Spring tangential_stiffness;
+    typename Numbers::Real normal_stiffness, friction;
+    typename Numbers::Real dt;    ///< zero evaluates without advancing the history [time]
+    typename Numbers::Real normal_viscosity, tangential_viscosity, velocity_arm;
 
-  template <class Real, class History> struct ContactForce {
-    Vec<Real, 2> force;          ///< on grain i; grain j gets the opposite [force]
-    Real torque_i;               ///< on grain i [force length]
-    Real torque_j;               ///< on grain j [force length]
-    Real normal_force;           ///< repulsion positive [force]
-    Real tangential;             ///< along t = (-n_y, n_x) [force]
-    History spring;              ///< new history [force]
-    History slipped;             ///< see TangentialForce
-    Real tangential_velocity;    ///< [length/time]
-    Real normal_velocity;        ///< [length/time]
-    Truth<History> sliding;
-
-    RVE_INLINE History history() const { return spring; }
+    /// `parameters` has k_n, k_t [force/length], mu, gamma_n and gamma_t [force time/length]; `stiffness_unit` is one of these forces
+    /// per length in internal units.
+    template <class Parameters>
+    RVE_INLINE void set(const Parameters &parameters, double stiffness_unit, double arm)
+    {
+      using Real = typename Numbers::Real;
+      using Spring = typename Numbers::Spring;
+      normal_stiffness = static_cast<Real>(parameters.normal_stiffness * stiffness_unit);
+      normal_viscosity = static_cast<Real>(parameters.normal_viscosity * stiffness_unit);
+      tangential_stiffness = static_cast<Spring>(parameters.tangential_stiffness * stiffness_unit);
+      friction = static_cast<Real>(parameters.friction);
+      tangential_viscosity = static_cast<Real>(parameters.tangential_viscosity * stiffness_unit);
+      velocity_arm = static_cast<Real>(arm);
+    }
   };
 
   /// Linear springs and Coulomb friction, for disks, in a number format.
@@ -44,6 +45,8 @@ inline namespace RVE_ISA {
     using Numbers = NumberFormat;
     using Real = typename Numbers::Real;
     using History = typename Numbers::Spring;    ///< tangential force
+    using Force = ContactForce<Real, History>;
+    using Constants = LinearConstants<Numbers>;
     static constexpr bool has_friction = Frictional;
     static constexpr bool has_rolling = false;
     static constexpr bool is_damped = Damped;
@@ -61,11 +64,29 @@ inline namespace RVE_ISA {
     VelocityDamping<Real> normal_damping;    ///< Damped
     Real velocity_arm;                       ///< Damped
 
-    RVE_INLINE ContactForce<Real, History> evaluate(const ContactGeometry<Real, 2> &contact,
-                                                    const DiskMotion<Real> &i,
-                                                    const DiskMotion<Real> &j,
-                                                    const Tensor<Real, 2> &velocity_gradient,
-                                                    History spring, Real dt) const
+    /// From constants in these or, for packs, in single numbers.
+    template <class SomeConstants> RVE_INLINE void take(const SomeConstants &constants)
+    {
+      normal.stiffness = Real(constants.normal_stiffness);
+      tangential.stiffness = History(constants.tangential_stiffness);
+      tangential.friction = Real(constants.friction);
+      if constexpr (Damped) {
+        normal_damping.viscosity = Real(constants.normal_viscosity);
+        tangential.viscosity = Real(constants.tangential_viscosity);
+        velocity_arm = Real(constants.velocity_arm);
+      }
+    }
+
+    /// [force], at an overlap [length], with parameters in units of the script.
+    template <class Parameters>
+    static RVE_INLINE double normal_force_at(const Parameters &parameters, double overlap)
+    {
+      return parameters.normal_stiffness * overlap;
+    }
+
+    RVE_INLINE Force evaluate(const ContactGeometry<Real, 2> &contact, const DiskMotion<Real> &i,
+                              const DiskMotion<Real> &j, const Tensor<Real, 2> &velocity_gradient,
+                              History spring, Real dt) const
     {
       // relative velocity c_j - c_i + L b: equation (20a) without any counting of periods
       const Vec<Real, 2> velocity = (j.velocity - i.velocity) + velocity_gradient * contact.branch;
@@ -80,7 +101,7 @@ inline namespace RVE_ISA {
       const Real tangential_velocity =
           cross(n, velocity) - (velocity_arm_i * i.spin + velocity_arm_j * j.spin);
 
-      ContactForce<Real, History> result;
+      Force result;
       result.normal_velocity = normal_velocity;
       result.tangential_velocity = tangential_velocity;
       result.normal_force = normal.force(contact.overlap);
@@ -104,6 +125,33 @@ inline namespace RVE_ISA {
       result.torque_i = arm_i * shear.force;
       result.torque_j = arm_j * shear.force;
       return result;
+    }
+
+    static RVE_INLINE Real largest(const Force &force, Real so_far)
+    {
+      return larger(so_far, std::fabs(force.tangential));
+    }
+
+    /// What slides dissipates as much as the limit took from the spring; without a spring, what the velocity says.
+    RVE_INLINE void dissipate(const Force &force, Real time_step, Dissipation &heat) const
+    {
+      const double dt = static_cast<double>(time_step);
+      const double vt = force.tangential_velocity, vn = force.normal_velocity;
+      const double capped = static_cast<double>(force.tangential);
+      const double stiffness = static_cast<double>(tangential.stiffness);
+      if (stiffness > 0.0)
+        heat.friction += capped * static_cast<double>(force.slipped) / stiffness;
+      else
+        heat.friction += capped * vt * dt;
+      heat.viscous += static_cast<double>(normal_damping.viscosity) * vn * vn * dt;
+      if (!force.sliding) heat.viscous += static_cast<double>(tangential.viscosity) * vt * vt * dt;
+    }
+
+    RVE_INLINE double elastic_energy(const ContactGeometry<Real, 2> &contact,
+                                     const Force &force) const
+    {
+      return static_cast<double>(normal.elastic_energy(contact.overlap)) +
+          tangential.elastic_energy(force.spring);
     }
   };
 

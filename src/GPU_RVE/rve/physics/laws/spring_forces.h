@@ -1,7 +1,7 @@
 // What a pair of grains remembers of its contact: the forces of its springs, as the first grain of the pair sees them.
 
-#ifndef RVE_PHYSICS_PAIR_HISTORY_H
-#define RVE_PHYSICS_PAIR_HISTORY_H
+#ifndef RVE_PHYSICS_LAWS_SPRING_FORCES_H
+#define RVE_PHYSICS_LAWS_SPRING_FORCES_H
 
 #include "rve/core/config.h"
 
