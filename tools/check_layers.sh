@@ -32,9 +32,10 @@ room rve/block "rve/block rve/core"
 room rve/algorithm "rve/algorithm rve/physics rve/core"
 room rve/engine "rve/engine cuda rve/algorithm rve/block rve/physics rve/core"
 room mpm "mpm cuda rve/core"
+room macro "macro mpm rve/engine rve/core"
 room field "field rve/core"
 
-complain "styles see the engine's, mpm's and field's interface, not the rooms below" <<END
+complain "styles see the interfaces of engine, mpm, macro and field, not the rooms below" <<END
 $(grep -nE '#[[:space:]]*include[[:space:]]*"rve/(physics|algorithm|block)/' ./*.h ./*.cpp)
 END
 complain "the header of a style includes its base class and the standard library only" <<END
@@ -47,7 +48,7 @@ END
 
 # what is written for AVX2 compiles for processors that have it
 case $(uname -m) in x86_64 | amd64) isa=-march=x86-64-v3 ;; *) isa= ;; esac
-for header in $(find cuda rve mpm field -name '*.h' | sort); do
+for header in $(find cuda rve mpm macro field -name '*.h' | sort); do
   complain "$header does not compile alone" <<END
 $(echo "#include \"$header\"" | g++ -std=c++17 $isa -fopenmp -Wall -Wextra -Werror -fsyntax-only -I . -x c++ - 2>&1)
 END

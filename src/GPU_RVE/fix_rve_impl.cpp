@@ -81,8 +81,8 @@ void FixRve::Impl::make_engine()
       precise.arithmetic = rve::Arithmetic::Strict;
       shadows = rve::make_engine(precise);
     }
-    points = std::make_unique<RvePoints>(std::move(engine), std::move(shadows), settings.macro_step,
-                                         threads());
+    points = std::make_unique<macro::RvePoints>(std::move(engine), std::move(shadows),
+                                                settings.macro_step, threads());
     if (packings.any_rolling_forces()) points->expect_rolling_resistance();
   } catch (const std::exception &e) {
     problem = fmt::format("fix rve: {}", e.what());
@@ -514,7 +514,7 @@ void FixRve::Impl::advise(bool at_start)
   std::string message[KINDS];
   std::fill_n(id, KINDS, MAXTAGINT);
   for (const int i : atoms_with_rve()) {
-    const RvePoints::Point &point = this->point(i);
+    const macro::RvePoints::Point &point = this->point(i);
     if (point.frozen) continue;
     rve::Motion motion;
     motion.strain_rate = point.strain_rate();
@@ -568,13 +568,13 @@ std::vector<int> FixRve::Impl::slots_of(const std::vector<int> &atoms) const
 
 /* ---------------------------------------------------------------------- */
 
-void FixRve::Impl::take_in(int atom, const double *image, int size)
+void FixRve::Impl::take_in(int atom, const double *record, int size)
 {
   slot[atom] = -1;
   if (size == 0) return;
   guarded(
       [&] {
-        slot[atom] = points->add_image(image, size);
+        slot[atom] = points->add_record(record, size);
       },
       atom);
 }
@@ -652,7 +652,7 @@ void FixRve::Impl::set_exchange_size()
 {
   int mine = PER_ATOM, most;
   for (const int i : atoms_with_rve())
-    mine = std::max(mine, PER_ATOM + points->image_bound(slot[i]));
+    mine = std::max(mine, PER_ATOM + points->record_bound(slot[i]));
   MPI_Allreduce(&mine, &most, 1, MPI_INT, MPI_MAX, fix->world);
   fix->maxexchange = std::max(fix->maxexchange, most);
 }
@@ -794,7 +794,7 @@ std::vector<rve::Drive> FixRve::Impl::drives(const std::vector<int> &atoms)
 
 /* ---------------------------------------------------------------------- */
 
-RveOwner::Clock FixRve::Impl::clock(double lammps_dt) const
+macro::RveOwner::Clock FixRve::Impl::clock(double lammps_dt) const
 {
   if (settings.substeps > 0) return {dt, settings.substeps};
   // a ratio that is whole but for rounding shall not cost a step more
