@@ -15,6 +15,7 @@
 
 #include "atom.h"
 #include "citeme.h"
+#include "collective_error.h"
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
@@ -25,7 +26,6 @@
 #include "lammps_version.h"
 #include "modify.h"
 #include "no_pairs.h"
-#include "one_rank.h"
 #include "restart_record.h"
 #include "rve/core/error.h"
 #include "rve/engine/files.h"

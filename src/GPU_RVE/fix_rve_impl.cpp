@@ -14,19 +14,19 @@
 #include "fix_rve_impl.h"
 
 #include "atom.h"
+#include "collective_error.h"
 #include "comm.h"
 #include "error.h"
 #include "group.h"
 #include "mpm/exact_sum.h"
-#include "node_share.h"
-#include "one_rank.h"
-#include "readers.h"
+#include "rank_resources.h"
 #include "rve/core/error.h"
 #include "rve/core/splitmix64.h"
 #include "rve/core/threads.h"
 #include "rve/engine/cell_width.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/stability.h"
+#include "state_readers.h"
 #include "update.h"
 
 #include <algorithm>
@@ -68,7 +68,7 @@ void FixRve::Impl::read_packings()
 
 void FixRve::Impl::make_engine()
 {
-  const NodeShare share(fix->world);
+  const RankResources share(fix->world);
   settings.options.device_number = share.rank;
   if (!settings.threads_given) settings.options.threads = share.threads();
   std::string notice, problem;
@@ -678,7 +678,7 @@ bool FixRve::Impl::wants_details() const
 {
   const int interval = settings.dt_check_interval;
   return look_is_expected || (interval && fix->update->ntimestep % interval == 0) ||
-      somebody_may_look(fix->lmp);
+      state_may_be_read(fix->lmp);
 }
 
 void FixRve::Impl::advance(const std::vector<int> &atoms, const std::vector<rve::Drive> &drives)
