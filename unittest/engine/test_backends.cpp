@@ -1,6 +1,6 @@
 // The same bits from every build of the block program: both instruction sets of the CPU, and the GPU.
 
-#include "rve/core/cuda_required.h"
+#include "cuda/cuda_required.h"
 #include "rve/core/error.h"
 #include "rve/engine/batch_engine.h"
 #include "rve/engine/engine.h"

@@ -1,17 +1,16 @@
 #include "rve/engine/cuda_engine.h"
 
+#include "cuda/cuda_device.h"
+#include "cuda/device_buffer.cuh"
 #include "rve/algorithm/rigid_turn.h"
 #include "rve/block/block_cuda.cuh"
 #include "rve/core/error.h"
 #include "rve/engine/batch_engine.h"
-#include "rve/engine/cuda_choice.h"
 #include "rve/engine/cuda_kernels.h"
-#include "rve/engine/device_buffer.cuh"
 #include "rve/engine/program_scenes.h"
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 
 namespace rve {
 
@@ -104,33 +103,6 @@ namespace {
       default:
         return turn_function<DoubleNumbers>(rolling);
     }
-  }
-
-  const std::vector<CudaArchitecture> &compiled_architectures()
-  {
-    static const auto architectures = cuda_architectures(GPU_RVE_CUDA_ARCHITECTURES);
-    return architectures;
-  }
-
-  CudaCard card_of(int number)
-  {
-    cudaDeviceProp properties;
-    check_cuda(cudaGetDeviceProperties(&properties, number), "device properties");
-    return {properties.name, 10 * properties.major + properties.minor};
-  }
-
-  /// Whether the device takes the program's code, seen at the smallest kernel.
-  std::string find_loading_obstacle(int number)
-  {
-    cudaFuncAttributes attributes;
-    cudaError_t error = cudaSetDevice(number);
-    if (error == cudaSuccess)
-      error = cudaFuncGetAttributes(&attributes, turn_function(Format::Fast, false));
-    if (error == cudaSuccess) return "";
-    cudaGetLastError();    // it shall not be remembered
-    const CudaCard card = card_of(number);
-    return loading_obstacle(card, code_for(card.capability, compiled_architectures()),
-                            cudaGetErrorString(error));
   }
 
   class CudaEngine final : public BatchEngine {
@@ -472,35 +444,10 @@ namespace {
 
 }    // namespace
 
-CudaDevice find_cuda_device(int local_rank)
-{
-  int count = 0;
-  const cudaError_t error = cudaGetDeviceCount(&count);
-  if (error != cudaSuccess || count == 0) {
-    cudaGetLastError();
-    int driver = 0, runtime = 0;
-    cudaDriverGetVersion(&driver);    // 0 where there is none
-    cudaRuntimeGetVersion(&runtime);
-    auto trouble = DriverTrouble::Other;
-    if (error == cudaErrorInsufficientDriver)
-      trouble = driver == 0 ? DriverTrouble::NoDriver : DriverTrouble::OldDriver;
-    if (error == cudaSuccess || error == cudaErrorNoDevice) trouble = DriverTrouble::NoDevice;
-    return {-1,
-            driver_obstacle(trouble, driver, runtime, std::getenv("CUDA_VISIBLE_DEVICES"),
-                            cudaGetErrorString(error))};
-  }
-  std::vector<std::string> obstacles;
-  for (int number = 0; number < count; ++number)
-    obstacles.push_back(card_obstacle(card_of(number), compiled_architectures()));
-  const CudaChoice choice = choose_card(obstacles, local_rank);
-  CudaDevice device{choice.number, choice.obstacle};
-  if (device.obstacle.empty()) device.obstacle = find_loading_obstacle(device.number);
-  return device;
-}
-
 std::unique_ptr<Engine> make_cuda_engine(const Options &options, std::string &obstacle)
 {
-  const CudaDevice device = find_cuda_device(options.device_number);
+  const CudaDevice device = find_cuda_device(
+      options.device_number, reinterpret_cast<const void *>(turn_function(Format::Fast, false)));
   obstacle = device.obstacle;
   if (!obstacle.empty()) return nullptr;
   Options own = options;

@@ -1,7 +1,7 @@
 // Whether the environment demands a CUDA device: where there is none, a run or a test then fails instead of doing without.
 
-#ifndef RVE_CORE_CUDA_REQUIRED_H
-#define RVE_CORE_CUDA_REQUIRED_H
+#ifndef CUDA_CUDA_REQUIRED_H
+#define CUDA_CUDA_REQUIRED_H
 
 #include "rve/core/error.h"
 

@@ -1,4 +1,4 @@
-#include "rve/engine/cuda_choice.h"
+#include "cuda/cuda_choice.h"
 
 #include <algorithm>
 #include <cstdlib>

@@ -1,6 +1,6 @@
-// The layer of fix rve that knows no LAMMPS: what an advance leaves in the results, with details and without.
+// Macro steps of RVEs: what an advance leaves in the results, with details and without.
 
-#include "rve_points.h"
+#include "macro/rve_points.h"
 
 #include "rve/core/error.h"
 #include "rve/engine/finite_strain.h"
@@ -12,8 +12,8 @@
 #include <cstring>
 #include <gtest/gtest.h>
 
-using LAMMPS_NS::MacroStepOptions;
-using LAMMPS_NS::RvePoints;
+using macro::MacroStepOptions;
+using macro::RvePoints;
 using rve::Tensor2;
 
 namespace {
@@ -65,7 +65,7 @@ TEST(RvePoints, DetailsAreTheSameWhetherAskedForAtOnceOrLater)
     return points;
   };
   MacroStepOptions averaged;
-  averaged.stress_from = LAMMPS_NS::StressFrom::Average;
+  averaged.stress_from = macro::StressFrom::Average;
   averaged.stress_samples = 3;
   for (const MacroStepOptions &macro : {MacroStepOptions(), averaged}) {
     std::vector<int> slots, other_slots;
@@ -146,9 +146,9 @@ TEST(RvePoints, LookingChangesNothing)
   }
 }
 
-TEST(RvePoints, ImagesWithLongListsOfPairsAreWithinTheirBound)
+TEST(RvePoints, RecordsWithLongListsOfPairsAreWithinTheirBound)
 {
-  // lists take most of the image: the bound must know how large a pair is
+  // lists take most of the record: the bound must know how large a pair is
   rve::Options options = cpu_options();
   options.skin = 0.01;
   RvePoints points(rve::make_engine(options), nullptr, MacroStepOptions());
@@ -158,19 +158,19 @@ TEST(RvePoints, ImagesWithLongListsOfPairsAreWithinTheirBound)
 
   const rve::Result &result = points.point(slots[0]).result;
   ASSERT_GT(result.num_pairs, 4 * result.num_grains);
-  EXPECT_LE(points.image_size(slots[0]), points.image_bound(slots[0]));
+  EXPECT_LE(points.record_size(slots[0]), points.record_bound(slots[0]));
 }
 
-TEST(RvePoints, AnImageHoldsACompleteResult)
+TEST(RvePoints, ARecordHoldsACompleteResult)
 {
   std::vector<int> slots;
   RvePoints points = three_points(slots);
   points.advance(slots, drives(20), false);
 
-  const std::vector<double> image = points.image(slots[1]);
+  const std::vector<double> record = points.record(slots[1]);
 
-  EXPECT_LE(static_cast<int>(image.size()), points.image_bound(slots[1]));
-  const int again = points.add_image(image.data(), image.size());
+  EXPECT_LE(static_cast<int>(record.size()), points.record_bound(slots[1]));
+  const int again = points.add_record(record.data(), record.size());
   EXPECT_FALSE(points.point(again).stale);
   EXPECT_TRUE(same_bits(points.point(again).result.fabric, points.point(slots[1]).result.fabric));
 }
@@ -180,37 +180,37 @@ TEST(PointRecord, IsRefusedWithAnyBitOfItsHeadFlippedAndLeavesNothing)
   std::vector<int> slots;
   RvePoints points = three_points(slots);
   points.advance(slots, drives(20), false);
-  const std::vector<double> image = points.image(slots[0]);
-  const std::size_t bytes = image.size() * sizeof(double);
+  const std::vector<double> record = points.record(slots[0]);
+  const std::size_t bytes = record.size() * sizeof(double);
   const int before = points.size();
 
-  std::vector<double> damaged = image;
+  std::vector<double> damaged = record;
   auto *byte = reinterpret_cast<unsigned char *>(damaged.data());
   // the head is a few results and tensors, of a thousand bytes or two; then the state, which has a checksum of its own
   for (std::size_t k = 0; k + 8 < bytes; k += k < 2048 ? 1 : 397) {
     byte[k] ^= static_cast<unsigned char>(1 << (k % 8));
-    EXPECT_THROW(points.add_image(damaged.data(), damaged.size()), rve::InputError) << k;
+    EXPECT_THROW(points.add_record(damaged.data(), damaged.size()), rve::InputError) << k;
     byte[k] ^= static_cast<unsigned char>(1 << (k % 8));
   }
 
   EXPECT_EQ(points.size(), before);
-  EXPECT_NO_THROW(points.add_image(damaged.data(), damaged.size()));
+  EXPECT_NO_THROW(points.add_record(damaged.data(), damaged.size()));
 }
 
 TEST(PointRecord, IsRefusedWithAnyOtherLength)
 {
   std::vector<int> slots;
   RvePoints points = three_points(slots);
-  const std::vector<double> image = points.image(slots[0]);
+  const std::vector<double> record = points.record(slots[0]);
 
   // each in memory of its own, of which not a byte more may be read
-  for (std::size_t size : {std::size_t(1), std::size_t(7), image.size() / 2, image.size() - 1}) {
-    const std::vector<double> shorter(image.begin(), image.begin() + static_cast<long>(size));
-    EXPECT_THROW(points.add_image(shorter.data(), size), rve::InputError) << size;
+  for (std::size_t size : {std::size_t(1), std::size_t(7), record.size() / 2, record.size() - 1}) {
+    const std::vector<double> shorter(record.begin(), record.begin() + static_cast<long>(size));
+    EXPECT_THROW(points.add_record(shorter.data(), size), rve::InputError) << size;
   }
-  std::vector<double> longer = image;
+  std::vector<double> longer = record;
   longer.push_back(0.0);
-  EXPECT_THROW(points.add_image(longer.data(), longer.size()), rve::InputError);
+  EXPECT_THROW(points.add_record(longer.data(), longer.size()), rve::InputError);
 }
 
 TEST(PointRecord, CarriesTheGainOfTheServoThatItsPackingHad)
@@ -222,9 +222,9 @@ TEST(PointRecord, CarriesTheGainOfTheServoThatItsPackingHad)
   const rve::RveState packing = rve_test::packing_of_400();
   const int slot = points.add({&packing})[0];
   ASSERT_NE(rve::default_servo_gain(points.state(slot)), points.servo_gain(slot));
-  const std::vector<double> image = points.image(slot);
+  const std::vector<double> record = points.record(slot);
 
-  const int again = points.add_image(image.data(), image.size());
+  const int again = points.add_record(record.data(), record.size());
 
   EXPECT_EQ(points.servo_gain(again), points.servo_gain(slot));
 }
@@ -411,7 +411,7 @@ TEST(AdaptiveMacroSteps, TurnTheStressWithARotationOfAnySpeed)
     EXPECT_TRUE(same_bits(turned, stress_after_turn(angle, steps, adaptive(), true)));
   }
   MacroStepOptions samples = adaptive();
-  samples.stress_from = LAMMPS_NS::StressFrom::Average;
+  samples.stress_from = macro::StressFrom::Average;
   samples.stress_samples = 3;
   const Tensor2 mean = stress_after_turn(1.0, 100, samples, false);
   for (int k = 0; k < 4; ++k) EXPECT_NEAR(mean.component[k], still.component[k], 1e-3);
@@ -532,7 +532,7 @@ TEST(QuiescentMacroSteps, LookOnlyAtThoseThatMaySleepWhateverIsAskedFor)
   }
 }
 
-TEST(QuiescentMacroSteps, AnImageOfASleeperContinuesWithTheSameBits)
+TEST(QuiescentMacroSteps, TheRecordOfASleeperContinuesWithTheSameBits)
 {
   std::vector<int> slots;
   RvePoints points = three_points(slots, sleepy());
@@ -543,8 +543,8 @@ TEST(QuiescentMacroSteps, AnImageOfASleeperContinuesWithTheSameBits)
 
   std::vector<int> other_slots;
   for (const int slot : slots) {
-    const std::vector<double> image = points.image(slot);
-    other_slots.push_back(others.add_image(image.data(), image.size()));
+    const std::vector<double> record = points.record(slot);
+    other_slots.push_back(others.add_record(record.data(), record.size()));
   }
 
   for (int step = 0; step < 20; ++step) {

@@ -11,26 +11,18 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// This rank among those that share its machine, and the threads that are its own.
+// Who may read the state that a fix keeps up to date for others only. LAMMPS reads arrays of fixes without asking first.
 
-#ifndef LMP_NODE_SHARE_H
-#define LMP_NODE_SHARE_H
-
-#include <mpi.h>
+#ifndef LMP_STATE_READERS_H
+#define LMP_STATE_READERS_H
 
 namespace LAMMPS_NS {
 
-struct NodeShare {
-  int rank, ranks;    ///< on this machine
-  int cores;          ///< that this rank may use, shared with no other rank
-  int bound_ranks;    ///< of this machine that may use one core only, where there are several for each rank; 0 with OMP_NUM_THREADS
+class LAMMPS;
 
-  /// Collective.
-  explicit NodeShare(MPI_Comm world);
-
-  /// What OMP_NUM_THREADS says, or the own cores. (LAMMPS itself takes one thread where the environment says nothing.)
-  int threads() const;
-};
+/// Whether anything may read the state of points or RVEs after this step and before the next one: an output that is due, the end
+/// of the run, or a fix that works then or reads variables in each step. A fix that works at the ends of some steps reads in those only.
+bool state_may_be_read(LAMMPS *lmp);
 
 }    // namespace LAMMPS_NS
 

@@ -11,7 +11,7 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-#include "readers.h"
+#include "state_readers.h"
 
 #include "fix_gravity.h"
 #include "fix_mpm.h"
@@ -53,7 +53,7 @@ bool reads_by_variables(const Fix *fix, LAMMPS *lmp)
 
 }    // namespace
 
-bool LAMMPS_NS::somebody_may_look(LAMMPS *lmp)
+bool LAMMPS_NS::state_may_be_read(LAMMPS *lmp)
 {
   const bigint step = lmp->update->ntimestep;
   if (step == lmp->update->laststep || step == lmp->output->next) return true;

@@ -1,7 +1,7 @@
 // Which CUDA card serves, and what is said where none can. Knows nothing of the CUDA runtime, so that any machine can test it.
 
-#ifndef RVE_ENGINE_CUDA_CHOICE_H
-#define RVE_ENGINE_CUDA_CHOICE_H
+#ifndef CUDA_CUDA_CHOICE_H
+#define CUDA_CUDA_CHOICE_H
 
 #include <string>
 #include <vector>

@@ -1,6 +1,6 @@
 // Which card serves and what is said where none can: decided without a card, so tested on any machine.
 
-#include "rve/engine/cuda_choice.h"
+#include "cuda/cuda_choice.h"
 
 #include <gtest/gtest.h>
 

@@ -11,25 +11,26 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// Work that one rank does while the others sleep, so that its result is the same on any number of ranks and costs its memory once; and
-// what all ranks say when one of them has failed.
+// This rank among those that share its machine, and the threads that are its own.
 
-#ifndef LMP_ONE_RANK_H
-#define LMP_ONE_RANK_H
+#ifndef LMP_RANK_RESOURCES_H
+#define LMP_RANK_RESOURCES_H
 
-#include <functional>
 #include <mpi.h>
-#include <string>
 
 namespace LAMMPS_NS {
 
-class LAMMPS;
+struct RankResources {
+  int rank, ranks;    ///< on this machine
+  int cores;          ///< that this rank may use, shared with no other rank
+  int bound_ranks;    ///< of this machine that may use one core only, where there are several for each rank; 0 with OMP_NUM_THREADS
 
-/// Rank 0 does `work`; all ranks return what its exception said, or "" if there was none.
-std::string on_rank_zero(MPI_Comm world, const std::function<void()> &work);
+  /// Collective.
+  explicit RankResources(MPI_Comm world);
 
-/// Ends with error->all if a rank has a message, with that of the first one; collective.
-void error_if_any(LAMMPS *lmp, std::string message);
+  /// What OMP_NUM_THREADS says, or the own cores. (LAMMPS itself takes one thread where the environment says nothing.)
+  int threads() const;
+};
 
 }    // namespace LAMMPS_NS
 

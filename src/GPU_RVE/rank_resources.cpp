@@ -11,7 +11,7 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-#include "node_share.h"
+#include "rank_resources.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -31,7 +31,7 @@ bool threads_are_given()
 
 }    // namespace
 
-NodeShare::NodeShare(MPI_Comm world)
+RankResources::RankResources(MPI_Comm world)
 {
   MPI_Comm node;
   MPI_Comm_split_type(world, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &node);
@@ -62,7 +62,7 @@ NodeShare::NodeShare(MPI_Comm world)
         }));
 }
 
-int NodeShare::threads() const
+int RankResources::threads() const
 {
   return threads_are_given() ? omp_get_max_threads() : cores;
 }

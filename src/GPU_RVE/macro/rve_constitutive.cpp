@@ -1,24 +1,11 @@
-/* ----------------------------------------------------------------------
-   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
-   https://www.lammps.org/, Sandia National Laboratories
-   LAMMPS development team: developers@lammps.org
-
-   Copyright (2003) Sandia Corporation.  Under the terms of Contract
-   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
-   certain rights in this software.  This software is distributed under
-   the GNU General Public License.
-
-   See the README file in the top-level LAMMPS directory.
-------------------------------------------------------------------------- */
-
-#include "rve_constitutive.h"
+#include "macro/rve_constitutive.h"
 
 #include "rve/core/threads.h"
 
 #include <algorithm>
 #include <cmath>
 
-using namespace LAMMPS_NS;
+namespace macro {
 
 void RveConstitutive::update(int count, const int *point_index,
                              const rve::Tensor2 *deformation_increment, double dt,
@@ -60,3 +47,5 @@ double RveConstitutive::p_wave_modulus(int point_index) const
   return stiffness / material.thickness * contacts_per_grain * 4.0 / pi * solid_fraction *
       largest_fabric;
 }
+
+}    // namespace macro

@@ -1,19 +1,5 @@
-/* ----------------------------------------------------------------------
-   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
-   https://www.lammps.org/, Sandia National Laboratories
-   LAMMPS development team: developers@lammps.org
+#include "macro/rve_points.h"
 
-   Copyright (2003) Sandia Corporation.  Under the terms of Contract
-   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
-   certain rights in this software.  This software is distributed under
-   the GNU General Public License.
-
-   See the README file in the top-level LAMMPS directory.
-------------------------------------------------------------------------- */
-
-#include "rve_points.h"
-
-#include "rve/core/checksum.h"
 #include "rve/core/error.h"
 #include "rve/core/threads.h"
 #include "rve/engine/finite_strain.h"
@@ -21,109 +7,66 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstddef>
-#include <cstring>
-#include <type_traits>
 
-using namespace LAMMPS_NS;
+namespace macro {
 
 namespace {
 
-// in front of the state's own image, and of that of its shadow if it has one
-struct ImageHead {
-  std::uint64_t version;
-  std::uint64_t checksum;    // of the head, with zero in this place; the images have their own
-  std::uint64_t bytes, shadow_bytes;    // of the images
-  std::uint64_t frozen, asleep;
-  std::int32_t contacts, most_contacts;
-  double grain_size, servo_gain;
-  rve::Drive drive;
-  rve::Tensor2 pending, shadow_stress;
-  rve::Result result, rested;
-};
-static_assert(std::is_trivially_copyable<ImageHead>::value, "the head is copied as bytes");
-static_assert(sizeof(ImageHead) % sizeof(double) == 0, "the head is a whole number of doubles");
+  double seconds_since(std::chrono::steady_clock::time_point start)
+  {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
 
-constexpr std::size_t HEAD = sizeof(ImageHead) / sizeof(double);
+  bool is_identity(const rve::Tensor2 &f)
+  {
+    const rve::Tensor2 one = rve::Tensor2::identity();
+    return std::equal(f.component, f.component + 4, one.component);
+  }
 
-// "rve point", and a number that changes with the layout
-constexpr std::uint64_t IMAGE_VERSION = 0x7276652070740004u;
+  /// Whether an RVE that wakes with this deformation must be turned rigidly.
+  bool is_turned(const RvePoints::Point &point, const rve::Tensor2 &deformation)
+  {
+    return !(std::fabs(rve::PolarDecomposition(deformation).angle) <=
+             TURN_OF_OVERLAP * point.last_steps().mean_overlap);
+  }
 
-/// Of the bytes of a head, whatever lies between its members.
-std::uint64_t checksum_of_head(const double *image)
-{
-  char head[sizeof(ImageHead)];
-  std::memcpy(head, image, sizeof(head));
-  std::memset(head + offsetof(ImageHead, checksum), 0, sizeof(ImageHead::checksum));
-  return rve::checksum_of(head, sizeof(head));
-}
+  /// What a look at a point finds. Its stress may be a mean, and its status is that of its last steps.
+  void take_details(RvePoints::Point &point, const rve::Result &look)
+  {
+    const rve::Tensor2 stress = point.result.stress;
+    const std::uint32_t status = point.result.status;
+    point.result = look;
+    point.result.stress = stress;
+    point.result.status = status;
+    point.stale = false;
+  }
 
-double seconds_since(std::chrono::steady_clock::time_point start)
-{
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
+  /// The bound of the time step is that of the present contacts.
+  void expect_contacts(RvePoints::Point &point)
+  {
+    point.most_contacts =
+        static_cast<std::int32_t>((1.0 + CONTACT_GROWTH) * point.contacts +
+                                  CONTACT_GROWTH_PER_GRAIN * point.result.num_grains);
+  }
 
-bool is_identity(const rve::Tensor2 &f)
-{
-  const rve::Tensor2 one = rve::Tensor2::identity();
-  return std::equal(f.component, f.component + 4, one.component);
-}
+  /// Without DEM steps: they ask for the present results.
+  std::vector<rve::Drive> drives_at_rest(std::size_t count)
+  {
+    rve::Drive drive;
+    drive.dt = 1.0;    // of no step; a drive wants a positive one
+    return std::vector<rve::Drive>(count, drive);
+  }
 
-/// Whether an RVE that wakes with this deformation must be turned rigidly.
-bool is_turned(const RvePoints::Point &point, const rve::Tensor2 &deformation)
-{
-  return !(std::fabs(rve::PolarDecomposition(deformation).angle) <=
-           TURN_OF_OVERLAP * point.last_steps().mean_overlap);
-}
-
-/// What a look at a point finds. Its stress may be a mean, and its status is that of its last steps.
-void take_details(RvePoints::Point &point, const rve::Result &look)
-{
-  const rve::Tensor2 stress = point.result.stress;
-  const std::uint32_t status = point.result.status;
-  point.result = look;
-  point.result.stress = stress;
-  point.result.status = status;
-  point.stale = false;
-}
-
-/// The bound of the time step is that of the present contacts.
-void expect_contacts(RvePoints::Point &point)
-{
-  point.most_contacts = static_cast<std::int32_t>(
-      (1.0 + CONTACT_GROWTH) * point.contacts + CONTACT_GROWTH_PER_GRAIN * point.result.num_grains);
-}
-
-/// Without DEM steps: they ask for the present results.
-std::vector<rve::Drive> drives_at_rest(std::size_t count)
-{
-  rve::Drive drive;
-  drive.dt = 1.0;    // of no step; a drive wants a positive one
-  return std::vector<rve::Drive>(count, drive);
-}
-
-std::size_t doubles_for(std::size_t bytes)
-{
-  // bytes may be any number
-  return bytes / sizeof(double) + (bytes % sizeof(double) ? 1 : 0);
-}
-
-/// What a default gain of the servo is proportional to, of what a material says.
-double gain_factor(const rve::Material &material)
-{
-  return material.thickness / (material.density * material.mass_depth);
-}
-
-/// The state in a record that begins here.
-rve::RveState state_from(const double *record, std::size_t bytes)
-{
-  return rve::deserialize(reinterpret_cast<const char *>(record), bytes);
-}
+  /// What a default gain of the servo is proportional to, of what a material says.
+  double gain_factor(const rve::Material &material)
+  {
+    return material.thickness / (material.density * material.mass_depth);
+  }
 
 }    // namespace
 
-double LAMMPS_NS::slip_of_rotation(double angle, int substeps, double dt,
-                                   const rve::Material &material, double grain_size)
+double slip_of_rotation(double angle, int substeps, double dt, const rve::Material &material,
+                        double grain_size)
 {
   // moment of inertia m r^2/2 against Z contacts with k_t r (r spin); Z of an isostatic packing with friction
   constexpr double CONTACTS = 3.0;
@@ -158,7 +101,7 @@ double RvePoints::Point::shadow_deviation() const
 RvePoints::Point &RvePoints::settle(int slot, const rve::RveState &state)
 {
   if (slot >= static_cast<int>(points.size())) points.resize(slot + 1);
-  image_sizes.assign(points.size(), 0);
+  record_sizes.assign(points.size(), 0);
   points[slot] = Point();
   points[slot].material = state.material;
   points[slot].servo_gain = rve::default_servo_gain(state);
@@ -235,7 +178,7 @@ void RvePoints::remove(int slot)
   engine->remove(slot);
   remove_shadow(slot);
   points[slot] = Point();
-  image_sizes[slot] = 0;
+  record_sizes[slot] = 0;
 }
 
 void RvePoints::add_shadow(int slot)
@@ -244,7 +187,7 @@ void RvePoints::add_shadow(int slot)
   rve::RveState state = engine->state(slot);
   Point &point = points[slot];
   point.shadow = shadows->add(state);
-  image_sizes[slot] = 0;
+  record_sizes[slot] = 0;
   rve::Drive drive = point.drive;
   drive.deformation = point.pending;
   if (is_identity(point.pending)) drive.substeps = 0;
@@ -259,7 +202,7 @@ void RvePoints::remove_shadow(int slot)
   Point &point = points[slot];
   if (point.shadow >= 0) shadows->remove(point.shadow);
   point.shadow = -1;
-  image_sizes[slot] = 0;
+  record_sizes[slot] = 0;
 }
 
 /* ----------------------------------------------------------------------
@@ -277,7 +220,7 @@ void RvePoints::set_materials(const std::vector<int> &slots,
                               const std::vector<rve::Material> &materials)
 {
   complete();
-  image_sizes.assign(points.size(), 0);
+  record_sizes.assign(points.size(), 0);
   std::size_t done = 0;
   try {
     for (; done < slots.size(); ++done) {
@@ -656,7 +599,7 @@ std::vector<int> RvePoints::advance_plainly(const std::vector<int> &slots,
   const int count = static_cast<int>(slots.size());
   if (count == 0) return {};
   call_engine(slots, drives, responses);
-  image_sizes.assign(points.size(), 0);
+  record_sizes.assign(points.size(), 0);
 
   int num_failed = 0;
   bool stiffened = false;
@@ -710,7 +653,7 @@ std::vector<int> RvePoints::advance_by_plan(const std::vector<int> &slots,
                                             const std::vector<rve::Drive> &drives)
 {
   const int count = static_cast<int>(slots.size());
-  image_sizes.assign(points.size(), 0);
+  record_sizes.assign(points.size(), 0);
   parts.resize(count);
   {
     const rve::LightWork work(count, threads);
@@ -774,99 +717,4 @@ void RvePoints::advance_with_samples(const std::vector<int> &slots,
   }
 }
 
-/* ----------------------------------------------------------------------
-   images
-------------------------------------------------------------------------- */
-
-std::vector<double> RvePoints::image(int slot) const
-{
-  const Point &point = this->point(slot);
-  const std::vector<char> state = rve::serialize(engine->state(slot));
-  std::vector<char> shadow;
-  if (point.shadow >= 0) shadow = rve::serialize(shadows->state(point.shadow));
-  const std::size_t begin_of_shadow = HEAD + doubles_for(state.size());
-  std::vector<double> image(begin_of_shadow + doubles_for(shadow.size()), 0.0);
-  ImageHead head{};
-  head.version = IMAGE_VERSION;
-  head.bytes = state.size();
-  head.shadow_bytes = shadow.size();
-  head.frozen = point.frozen ? 1 : 0;
-  head.asleep = point.asleep ? 1 : 0;
-  head.contacts = point.contacts;
-  head.most_contacts = point.most_contacts;
-  head.grain_size = point.grain_size;
-  head.servo_gain = point.servo_gain;
-  head.drive = point.drive;
-  head.pending = point.pending;
-  head.shadow_stress = point.shadow_stress;
-  head.result = point.result;
-  head.rested = point.rested;
-  std::memcpy(image.data(), &head, sizeof(head));
-  const std::uint64_t checksum = checksum_of_head(image.data());
-  std::memcpy(reinterpret_cast<char *>(image.data()) + offsetof(ImageHead, checksum), &checksum,
-              sizeof(checksum));
-  std::memcpy(image.data() + HEAD, state.data(), state.size());
-  if (!shadow.empty()) std::memcpy(image.data() + begin_of_shadow, shadow.data(), shadow.size());
-  image_sizes[slot] = static_cast<int>(image.size());
-  return image;
-}
-
-int RvePoints::add_image(const double *image, std::size_t size)
-{
-  const auto require_whole = [size](bool whole, const char *what) {
-    rve::require(whole, [&] {
-      return "its record of " + std::to_string(size) + " numbers is damaged: " + what;
-    });
-  };
-  require_whole(size > HEAD, "that is less than its head");
-  ImageHead head;
-  std::memcpy(static_cast<void *>(&head), image, sizeof(head));
-  rve::require(head.version == IMAGE_VERSION || head.version >> 16 != IMAGE_VERSION >> 16, [&] {
-    return "its record has version " + std::to_string(head.version & 0xffff) +
-        "; this program reads version " + std::to_string(IMAGE_VERSION & 0xffff);
-  });
-  require_whole(head.version == IMAGE_VERSION, "it does not begin as one");
-  require_whole(head.checksum == checksum_of_head(image),
-                "the checksum of its head does not match");
-  const std::size_t of_state = doubles_for(head.bytes), of_shadow = doubles_for(head.shadow_bytes);
-  require_whole(of_state <= size && of_shadow <= size && HEAD + of_state + of_shadow == size,
-                "its parts are not as long as the whole");
-  const rve::RveState state = state_from(image + HEAD, head.bytes);
-  std::optional<rve::RveState> shadow;
-  if (of_shadow > 0) shadow = state_from(image + HEAD + of_state, head.shadow_bytes);
-
-  const int slot = engine->add(state);
-  Point &point = settle(slot, state);
-  point.result = head.result;
-  point.rested = head.rested;
-  point.frozen = head.frozen != 0;
-  point.asleep = head.asleep != 0;
-  point.contacts = head.contacts;
-  point.most_contacts = head.most_contacts;
-  point.grain_size = head.grain_size;
-  point.servo_gain =
-      head.servo_gain;    // of the radii that the packing had, before a format rounded them
-  point.drive = head.drive;
-  point.pending = head.pending;
-  point.shadow_stress = head.shadow_stress;
-  // a script that asks for no shadows leaves those of a restart file behind
-  if (shadow && shadows) point.shadow = shadows->add(*shadow);
-  return slot;
-}
-
-int RvePoints::image_size(int slot) const
-{
-  if (image_sizes[slot] == 0) image(slot);
-  return image_sizes[slot];
-}
-
-int RvePoints::image_bound(int slot) const
-{
-  // per grain: radius, 2 coordinates, 2 velocities, spin, 2 list coordinates, place; the rest generously, with room for as many
-  // pairs again
-  constexpr int of_pair = sizeof(rve::Pair) / sizeof(double);
-  const rve::Result &result = points[slot].result;
-  const int of_state =
-      9 * result.num_grains + 2 * of_pair * std::max(result.num_pairs, result.num_grains) + 256;
-  return static_cast<int>(HEAD) + (points[slot].shadow >= 0 ? 2 : 1) * of_state;
-}
+}    // namespace macro

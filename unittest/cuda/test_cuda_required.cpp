@@ -1,6 +1,6 @@
 // What the environment may say of a CUDA device.
 
-#include "rve/core/cuda_required.h"
+#include "cuda/cuda_required.h"
 #include "support/environment.h"
 #include "support/messages.h"
 

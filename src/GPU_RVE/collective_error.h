@@ -11,10 +11,10 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// Collects what is wrong with atoms of all ranks, so that an error is the same on all of them and names the atom with the lowest ID.
+// Errors that are the same on all ranks, whichever of them found something wrong.
 
-#ifndef LMP_COMPLAINT_H
-#define LMP_COMPLAINT_H
+#ifndef LMP_COLLECTIVE_ERROR_H
+#define LMP_COLLECTIVE_ERROR_H
 
 #include "error.h"
 #include "lammps.h"
@@ -22,14 +22,16 @@
 
 #include <array>
 #include <mpi.h>
+#include <string>
 
 namespace LAMMPS_NS {
 
-class Complaint {
+/// What is wrong with atoms of any rank. The error names the atom with the lowest ID.
+class CollectiveError {
  public:
   using Values = std::array<double, 3>;
 
-  void about(tagint id, const Values &values)
+  void add(tagint id, const Values &values)
   {
     count_++;
     if (count_ > 1 && id > lowest_) return;
@@ -37,8 +39,8 @@ class Complaint {
     values_ = values;
   }
 
-  /// Ends with error->all if there is a complaint on any rank: message(number of atoms, lowest ID, its values) is the text. Collective.
-  template <class Message> void raise(LAMMPS *lmp, const Message &message)
+  /// Ends with error->all if something is wrong on any rank: message(number of atoms, lowest ID, its values) is the text. Collective.
+  template <class Message> void raise_if_any(LAMMPS *lmp, const Message &message)
   {
     bigint count, mine = count_;
     MPI_Allreduce(&mine, &count, 1, MPI_LMP_BIGINT, MPI_SUM, lmp->world);
@@ -57,6 +59,9 @@ class Complaint {
   tagint lowest_ = 0;
   Values values_{0.0, 0.0, 0.0};
 };
+
+/// Ends with error->all if a rank has a message, with that of the first one; collective.
+void error_if_any(LAMMPS *lmp, std::string message);
 
 }    // namespace LAMMPS_NS
 

@@ -1,27 +1,14 @@
-/* -*- c++ -*- ----------------------------------------------------------
-   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
-   https://www.lammps.org/, Sandia National Laboratories
-   LAMMPS development team: developers@lammps.org
-
-   Copyright (2003) Sandia Corporation.  Under the terms of Contract
-   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
-   certain rights in this software.  This software is distributed under
-   the GNU General Public License.
-
-   See the README file in the top-level LAMMPS directory.
-------------------------------------------------------------------------- */
-
 // The RVE engine as a material of the MPM solver: deformation increments in, Cauchy stresses out.
 
-#ifndef LMP_RVE_CONSTITUTIVE_H
-#define LMP_RVE_CONSTITUTIVE_H
+#ifndef MACRO_RVE_CONSTITUTIVE_H
+#define MACRO_RVE_CONSTITUTIVE_H
 
+#include "macro/rve_points.h"
 #include "mpm/constitutive.h"
-#include "rve_points.h"
 
 #include <vector>
 
-namespace LAMMPS_NS {
+namespace macro {
 
 /// Who owns the RVEs of the points: fix rve. Points are local indices.
 class RveOwner {
@@ -59,6 +46,6 @@ class RveConstitutive : public mpm::Constitutive {
   std::vector<rve::Drive> drives;
 };
 
-}    // namespace LAMMPS_NS
+}    // namespace macro
 
 #endif

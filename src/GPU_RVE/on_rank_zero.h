@@ -11,18 +11,19 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// Who may look at what a fix keeps up to date for others only. LAMMPS reads arrays of fixes without asking first.
+// Work that one rank does while the others sleep, so that its result is the same on any number of ranks and costs its memory once.
 
-#ifndef LMP_READERS_H
-#define LMP_READERS_H
+#ifndef LMP_ON_RANK_ZERO_H
+#define LMP_ON_RANK_ZERO_H
+
+#include <functional>
+#include <mpi.h>
+#include <string>
 
 namespace LAMMPS_NS {
 
-class LAMMPS;
-
-/// Whether anything may read the state of points or RVEs after this step and before the next one: an output that is due, the end
-/// of the run, or a fix that works then or reads variables in each step. A fix that works at the ends of some steps reads in those only.
-bool somebody_may_look(LAMMPS *lmp);
+/// Rank 0 does `work`; all ranks return what its exception said, or "" if there was none.
+std::string on_rank_zero(MPI_Comm world, const std::function<void()> &work);
 
 }    // namespace LAMMPS_NS
 

@@ -1,21 +1,8 @@
-/* -*- c++ -*- ----------------------------------------------------------
-   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
-   https://www.lammps.org/, Sandia National Laboratories
-   LAMMPS development team: developers@lammps.org
+// The RVEs behind the points of one rank: what the engine holds, with the last answer of each, its failure flag and the record in which it
+// travels between ranks and into restart files; and how a macro step becomes DEM steps.
 
-   Copyright (2003) Sandia Corporation.  Under the terms of Contract
-   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
-   certain rights in this software.  This software is distributed under
-   the GNU General Public License.
-
-   See the README file in the top-level LAMMPS directory.
-------------------------------------------------------------------------- */
-
-// The RVEs behind the atoms of one rank: what the engine holds, with the last answer of each, its failure flag and the byte image
-// in which it travels between ranks and into restart files; and how a macro step becomes DEM steps. Knows the engine, not LAMMPS.
-
-#ifndef LMP_RVE_POINTS_H
-#define LMP_RVE_POINTS_H
+#ifndef MACRO_RVE_POINTS_H
+#define MACRO_RVE_POINTS_H
 
 #include "rve/engine/advice.h"
 #include "rve/engine/affine_stiffness.h"
@@ -25,7 +12,7 @@
 #include <optional>
 #include <vector>
 
-namespace LAMMPS_NS {
+namespace macro {
 
 /// Where the stress of a macro step is taken.
 enum class StressFrom { End, Average, Regression };
@@ -179,14 +166,14 @@ class RvePoints {
   double bytes_for(const std::vector<int> &grains, int count, int num_shadows) const;
   double bytes(int slot) const { return engine->bytes_per_rve(points[slot].result.num_grains); }
 
-  /// Everything of one RVE as doubles, for LAMMPS' buffers.
-  std::vector<double> image(int slot) const;
-  /// Takes an RVE in from such doubles, `size` of them. Throws InputError if they are not what image() gave, in any bit that counts.
-  int add_image(const double *image, std::size_t size);
-  /// Length of image(); remembered until the next advance.
-  int image_size(int slot) const;
-  /// At least the length of image() while the list has at most twice the present pairs, without asking the engine.
-  int image_bound(int slot) const;
+  /// Everything of one RVE as doubles.
+  std::vector<double> record(int slot) const;
+  /// Takes an RVE in from such doubles, `size` of them. Throws InputError if they are not what record() gave, in any bit that counts.
+  int add_record(const double *record, std::size_t size);
+  /// Length of record(); remembered until the next advance.
+  int record_size(int slot) const;
+  /// At least the length of record() while the list has at most twice the present pairs, without asking the engine.
+  int record_bound(int slot) const;
 
  private:
   std::unique_ptr<rve::Engine> engine, shadows;
@@ -195,8 +182,8 @@ class RvePoints {
   bool any_stiffened = false;    ///< since the last look at bounds
   double seconds = 0.0, seconds_for_shadows = 0.0;
   mutable double seconds_in_engine = 0.0;
-  mutable std::vector<Point> points;       // by slot
-  mutable std::vector<int> image_sizes;    // by slot; 0: not known
+  mutable std::vector<Point> points;        // by slot
+  mutable std::vector<int> record_sizes;    // by slot; 0: not known
   // of complete(), kept between calls
   mutable std::vector<int> stale_slots;
   mutable std::vector<rve::Drive> resting;
@@ -240,6 +227,6 @@ class RvePoints {
   void advance_shadows(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);
 };
 
-}    // namespace LAMMPS_NS
+}    // namespace macro
 
 #endif

@@ -1,7 +1,7 @@
 // Owners of device memory. Plain cudaMalloc, no managed memory.
 
-#ifndef RVE_ENGINE_DEVICE_BUFFER_CUH
-#define RVE_ENGINE_DEVICE_BUFFER_CUH
+#ifndef CUDA_DEVICE_BUFFER_CUH
+#define CUDA_DEVICE_BUFFER_CUH
 
 #include <cuda_runtime.h>
 
