@@ -24,6 +24,7 @@
 #include <utility>
 
 using namespace LAMMPS_NS;
+using macro::StressFrom;
 
 namespace {
 
