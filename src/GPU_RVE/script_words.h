@@ -87,12 +87,15 @@ class ScriptWords {
   {
     for (const auto &row : table)
       if (keyword() == row.name) {
-        current.form = row.values;
+        set_form(row.values);
         row.read(*this, target);
         return true;
       }
     return false;
   }
+
+  /// How the values of this keyword are written.
+  void set_form(const char *values) { current.form = values; }
 
   /// What follows is about `subject`, not about the keyword alone, and only this must not be given twice; or it may.
   void about(const std::string &subject, bool may_repeat = false);
@@ -115,7 +118,11 @@ class ScriptWords {
   // ---- values ----
 
   bool empty() const { return position >= narg; }
-  const char *peek() const { return empty() ? "" : arg[position]; }
+  /// The next word, or one behind it; "" behind the end.
+  const char *peek(int ahead = 0) const
+  {
+    return position + ahead < narg ? arg[position + ahead] : "";
+  }
   /// Takes the next word if it is this one.
   bool take(const char *word);
   bool starts_number() const;
