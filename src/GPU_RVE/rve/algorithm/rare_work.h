@@ -83,7 +83,8 @@ inline namespace RVE_ISA {
       const int length_bits = CallUnits::length_bits(header.largest_radius);
       call.units.length = power_of_two(length_bits);
       call.units.per_length = power_of_two(-length_bits);
-      call.mass_factor = header.density * 3.14159265358979323846 * header.mass_depth;
+      call.mass_factor =
+          header.material.density * 3.14159265358979323846 * header.material.mass_depth;
       call.skin = batch.skin > 0.0 ? batch.skin : kDefaultSkinShare * header.mean_radius;
       call.expected_force = header.largest_contact_force;
       call.plan_first = 1;
@@ -127,7 +128,7 @@ inline namespace RVE_ISA {
     /// 1 / (area times thickness) [1/length^3]
     static RVE_INLINE double per_volume(const PreparedCall<Scene> &call, double area)
     {
-      return 1.0 / (area * call.header.thickness);
+      return 1.0 / (area * call.header.material.thickness);
     }
 
     /// Steps that are planned before the call begins: not before there is a list, nor with a servo, whose first cell is not known.
@@ -317,14 +318,15 @@ inline namespace RVE_ISA {
       const ImageHeader &header = call.header;
       // A last call may have ended in the first touch of a collision: a unit from that would not reach the collision within
       // the repeats of a call.
-      const double least = Law::normal_force_at(header, kLeastOverlapShare * header.mean_radius);
+      const double least =
+          Law::normal_force_at(header.material, kLeastOverlapShare * header.mean_radius);
       if (!(call.expected_force > least)) call.expected_force = least;
       call.units.choose_force(Scene::sum_bits, header.neighbor_bits, call.expected_force,
                               header.obliquity, header.inverse_obliquity);
       const double stiffness_unit = call.units.length * call.units.per_force;
-      call.law.set(header, stiffness_unit, call.batch.velocity_arm);
+      call.law.set(header.material, stiffness_unit, call.batch.velocity_arm);
       call.law.dt = static_cast<Real>(call.drive.substeps > 0 ? call.drive.dt : 0.0);
-      call.alpha = static_cast<Real>(header.local_damping);
+      call.alpha = static_cast<Real>(header.material.local_damping);
       const double crushing = crushing_force(call);
       const double least_trouble = crushing < call.units.force_limit ? crushing
                                                                      : call.units.force_limit;
@@ -362,7 +364,7 @@ inline namespace RVE_ISA {
       const double overlap = length * block.max_array(n, call.work.scratch);
       block.once([&] {
         call.expected_force = Law::normal_force_at(
-            header, overlap > 0.0 ? overlap : kGasOverlapShare * header.mean_radius);
+            header.material, overlap > 0.0 ? overlap : kGasOverlapShare * header.mean_radius);
       });
     }
 
@@ -550,7 +552,7 @@ inline namespace RVE_ISA {
     /// others are looked at in the end [internal force].
     static RVE_INLINE double crushing_force(const PreparedCall<Scene> &call)
     {
-      return Law::normal_force_at(call.header,
+      return Law::normal_force_at(call.header.material,
                                   call.batch.overlap_limit * call.header.largest_radius) *
           call.units.per_force;
     }
@@ -562,8 +564,8 @@ inline namespace RVE_ISA {
       const Real limit = static_cast<Real>(call.units.force_limit),
                  crushing = static_cast<Real>(crushing_force(call));
       // the largest force is then that of a normal spring
-      const bool springs_only =
-          call.header.normal_viscosity == 0.0 && !(Scene::books && call.header.all_forces_count);
+      const bool springs_only = call.header.material.normal_viscosity == 0.0 &&
+          !(Scene::books && call.header.all_forces_count);
       std::uint32_t word = status::Ok;
       if (block.any(call.num_grains, [&](Item i) {
             return !(shared.largest_force[i] <= limit);

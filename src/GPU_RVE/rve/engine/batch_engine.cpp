@@ -108,17 +108,7 @@ namespace {
 
   void set_material_in(ImageHeader &header, const Material &material)
   {
-    header.normal_stiffness = material.normal_stiffness;
-    header.tangential_stiffness = material.tangential_stiffness;
-    header.friction = material.friction;
-    header.rolling_stiffness = material.rolling_stiffness;
-    header.rolling_friction = material.rolling_friction;
-    header.density = material.density;
-    header.local_damping = material.local_damping;
-    header.normal_viscosity = material.normal_viscosity;
-    header.tangential_viscosity = material.tangential_viscosity;
-    header.thickness = material.thickness;
-    header.mass_depth = material.mass_depth;
+    header.material = material;
     header.obliquity = obliquity_of(material);
     header.inverse_obliquity = 1.0 / header.obliquity;
     header.all_forces_count = all_forces_count(material) ? 1 : 0;
@@ -259,17 +249,7 @@ namespace {
         carve_image<Scene>(const_cast<char *>(image.bytes.data()), n, image.extra_capacity);
     const ImageHeader &header = *view.header;
     RveState state;
-    state.material.normal_stiffness = header.normal_stiffness;
-    state.material.tangential_stiffness = header.tangential_stiffness;
-    state.material.friction = header.friction;
-    state.material.rolling_stiffness = header.rolling_stiffness;
-    state.material.rolling_friction = header.rolling_friction;
-    state.material.density = header.density;
-    state.material.local_damping = header.local_damping;
-    state.material.normal_viscosity = header.normal_viscosity;
-    state.material.tangential_viscosity = header.tangential_viscosity;
-    state.material.thickness = header.thickness;
-    state.material.mass_depth = header.mass_depth;
+    static_cast<MaterialNumbers &>(state.material) = header.material;
     state.cell = tensor_from(header.cell);
     state.deformation = tensor_from(header.deformation);
     state.servo_velocity_gradient = tensor_from(header.servo_velocity_gradient);
