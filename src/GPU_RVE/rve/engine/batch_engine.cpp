@@ -50,18 +50,6 @@ namespace {
     return s;
   }
 
-  void copy_tensor(const Tensor2 &from, double *to)
-  {
-    std::copy_n(from.component, 4, to);
-  }
-
-  Tensor2 tensor_from(const double *from)
-  {
-    Tensor2 t;
-    std::copy_n(from, 4, t.component);
-    return t;
-  }
-
   /// More neighbours than 2^8 would let the two limbs of a sum in `double` overflow.
   constexpr int LARGEST_NEIGHBOR_BITS = 8;
 
@@ -180,10 +168,10 @@ namespace {
     header.num_grains = n;
     header.extra_capacity = image.extra_capacity;
     header.list_valid = !state.list_fractional.empty();
-    copy_tensor(state.cell, header.cell);
-    copy_tensor(state.deformation, header.deformation);
-    copy_tensor(header.list_valid ? state.list_cell : state.cell, header.list_cell);
-    copy_tensor(state.servo_velocity_gradient, header.servo_velocity_gradient);
+    store_tensor(state.cell, header.cell);
+    store_tensor(state.deformation, header.deformation);
+    store_tensor(header.list_valid ? state.list_cell : state.cell, header.list_cell);
+    store_tensor(state.servo_velocity_gradient, header.servo_velocity_gradient);
     set_material_in(header, state.material);
     // of the radii as the image has them: that of its state is the same again
     RveState stored;
@@ -250,9 +238,9 @@ namespace {
     const ImageHeader &header = *view.header;
     RveState state;
     static_cast<MaterialNumbers &>(state.material) = header.material;
-    state.cell = tensor_from(header.cell);
-    state.deformation = tensor_from(header.deformation);
-    state.servo_velocity_gradient = tensor_from(header.servo_velocity_gradient);
+    state.cell = load_tensor(header.cell);
+    state.deformation = load_tensor(header.deformation);
+    state.servo_velocity_gradient = load_tensor(header.servo_velocity_gradient);
     state.largest_contact_force = header.largest_contact_force;
     state.counters = {header.steps, header.rebuilds, header.lattice_reductions, header.repeats};
     state.energy = {header.work, header.friction_loss, header.damping_loss, header.viscous_loss};
@@ -261,7 +249,7 @@ namespace {
     state.velocity.resize(2 * n);
     state.spin.resize(n);
     if (header.list_valid) {
-      state.list_cell = tensor_from(header.list_cell);
+      state.list_cell = load_tensor(header.list_cell);
       state.list_fractional.resize(2 * n);
     }
     state.order.assign(view.number, view.number + n);
@@ -360,7 +348,7 @@ namespace {
     record.dt = drive.dt;
     record.substeps = drive.substeps;
     record.segments = 1;
-    copy_tensor(drive.deformation, record.deformation);
+    store_tensor(drive.deformation, record.deformation);
     return record;
   }
 
@@ -371,8 +359,8 @@ namespace {
     if (drive.has_servo()) {
       for (int a = 0; a < 2; ++a)
         for (int b = 0; b < 2; ++b) steering.controlled[2 * a + b] = drive.controlled[a][b];
-      copy_tensor(drive.stress_goal, steering.stress_goal);
-      copy_tensor(drive.velocity_gradient, steering.velocity_gradient);
+      store_tensor(drive.stress_goal, steering.stress_goal);
+      store_tensor(drive.velocity_gradient, steering.velocity_gradient);
       steering.servo_gain = drive.servo_gain;
       steering.servo_max_rate = drive.servo_max_rate;
       return steering;
@@ -389,8 +377,8 @@ namespace {
     back(0, 0) = back(1, 1) = std::cos(angle);
     back(0, 1) = std::sin(angle);
     back(1, 0) = -back(0, 1);
-    copy_tensor(rotation, steering.rotation);
-    copy_tensor(back * f - Tensor2::identity(), steering.stretch);
+    store_tensor(rotation, steering.rotation);
+    store_tensor(back * f - Tensor2::identity(), steering.stretch);
     return steering;
   }
 
@@ -411,11 +399,11 @@ namespace {
     const ImageProgress &after = record.progress;
     result = Result();
     result.status = answer.status;
-    result.stress = tensor_from(answer.stress);
-    result.fabric = tensor_from(record.fabric);
-    result.cell = tensor_from(after.cell);
-    result.deformation = tensor_from(after.deformation);
-    result.servo_velocity_gradient = tensor_from(after.servo_velocity_gradient);
+    result.stress = load_tensor(answer.stress);
+    result.fabric = load_tensor(record.fabric);
+    result.cell = load_tensor(after.cell);
+    result.deformation = load_tensor(after.deformation);
+    result.servo_velocity_gradient = load_tensor(after.servo_velocity_gradient);
     const int n = record.num_grains, contacts = record.num_contacts;
     result.num_grains = n;
     result.num_contacts = contacts;
@@ -886,7 +874,7 @@ void BatchEngine::advance(const std::vector<int> &rves, const std::vector<Drive>
     const LightWork work(count, helpers(options));
 #pragma omp parallel for num_threads(work.team) reduction(|| : unfinished)
     for (int k = 0; k < count; ++k) {
-      responses[k] = {answers[k].status, answers[k].num_contacts, tensor_from(answers[k].stress)};
+      responses[k] = {answers[k].status, answers[k].num_contacts, load_tensor(answers[k].stress)};
       unfinished = unfinished || must_repeat(answers[k]);
     }
     return unfinished;
