@@ -9,12 +9,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <cstring>
 #include <limits>
 #include <map>
 #include <numeric>
 #include <omp.h>
-#include <type_traits>
 
 namespace rve {
 
