@@ -1,0 +1,23 @@
+#include "mpm/law_table.h"
+
+#include "mpm/analytic_laws.h"
+#include "mpm/mohr_coulomb.h"
+
+namespace mpm {
+
+std::vector<LawEntry> &law_table()
+{
+  static std::vector<LawEntry> table = {
+      {"elastic", 2,
+       [](const double *a) -> std::shared_ptr<Constitutive> {
+         return std::make_shared<LinearElastic>(a[0], a[1]);
+       }},
+      {"mohr_coulomb", 5,
+       [](const double *a) -> std::shared_ptr<Constitutive> {
+         return std::make_shared<MohrCoulomb>(a[0], a[1], a[2], a[3], a[4]);
+       }},
+  };
+  return table;
+}
+
+}    // namespace mpm
