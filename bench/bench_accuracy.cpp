@@ -17,12 +17,12 @@
 
 #include "bench_report.h"
 
+#include "macro/rve_points.h"
 #include "rve/core/error.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/packing.h"
 #include "rve/engine/packing_io.h"
 #include "rve/engine/stability.h"
-#include "rve_points.h"
 
 #include <algorithm>
 #include <chrono>
@@ -36,9 +36,9 @@
 #include <sstream>
 
 using namespace rve;
-using LAMMPS_NS::MacroStepOptions;
-using LAMMPS_NS::RvePoints;
-using LAMMPS_NS::StressFrom;
+using macro::MacroStepOptions;
+using macro::RvePoints;
+using macro::StressFrom;
 using nlohmann::json;
 
 namespace {

@@ -1,7 +1,7 @@
 # For which cards the kernels are compiled.
 
 # The oldest compute capability that the kernels can be compiled for: they add integers over a warp by one instruction (__reduce_add_sync).
-# rve/engine/cuda_choice.h says the same to a card.
+# cuda/cuda_choice.h says the same to a card.
 set(oldest_cuda_architecture 80)
 
 # choose_cuda_architectures(<list> <why> ASKED <what the user gave> KNOWN <architectures of nvcc> CARDS <capabilities of the cards here>)

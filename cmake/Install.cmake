@@ -24,9 +24,10 @@ endif()
 
 # ---- headers, static libraries, the CMake package ---------------------------------------------------------------------------------
 set(sources "${PROJECT_SOURCE_DIR}/src/GPU_RVE")
-install(DIRECTORY "${sources}/rve" "${sources}/mpm" "${sources}/field" DESTINATION "${GPU_RVE_INSTALL_INCLUDEDIR}" COMPONENT development
+install(DIRECTORY "${sources}/cuda" "${sources}/rve" "${sources}/mpm" "${sources}/macro" "${sources}/field"
+  DESTINATION "${GPU_RVE_INSTALL_INCLUDEDIR}" COMPONENT development
   FILES_MATCHING PATTERN "*.h")
-set(libraries rve_arithmetic rve_headers rve_engine mpm field)
+set(libraries rve_arithmetic rve_headers cuda_device rve_engine mpm macro field)
 if(GPU_RVE_WITH_CUDA)
   list(APPEND libraries rve_cuda)
 endif()

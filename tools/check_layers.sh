@@ -13,13 +13,12 @@ complain() {    # complain <what is wrong>; reads the offending lines
   failed=1
 }
 
-# room <folder> <rooms it may include> [exception]: every quoted include in the folder begins with one of them, so LAMMPS' headers, which
-# are included without a folder, are excluded as well; lines like the exception may be there
+# room <folder> <rooms it may include>: every quoted include in the folder begins with one of them, so LAMMPS' headers, which are included
+# without a folder, are excluded as well
 room() {
   [ -d "$1" ] || return 0
   complain "$1 may include only: $2" <<END
-$(grep -rnE '^[[:space:]]*#[[:space:]]*include[[:space:]]*"' "$1" | grep -vE "\"($(echo "$2" | tr ' ' '|'))/" |
-  grep -vE "${3:-^$}")
+$(grep -rnE '^[[:space:]]*#[[:space:]]*include[[:space:]]*"' "$1" | grep -vE "\"($(echo "$2" | tr ' ' '|'))/")
 END
   # <fix.h> would be LAMMPS as well
   complain "$1 knows nothing of LAMMPS" <<END
@@ -27,28 +26,29 @@ $(grep -rnE 'LAMMPS_NS|#[[:space:]]*include[[:space:]]*<(lammps|fix|compute|atom
 END
 }
 room rve/core "rve/core"
+room cuda "cuda rve/core"
 room rve/physics "rve/physics rve/core"
 room rve/block "rve/block rve/core"
 room rve/algorithm "rve/algorithm rve/physics rve/core"
-room rve/engine "rve/engine rve/algorithm rve/block rve/physics rve/core"
-# the CUDA side of mpm finds its device and owns its memory as the engine does
-room mpm "mpm rve/core" '^mpm/cuda_[a-z_]*\.cuh?:.*"rve/engine/(cuda_engine\.h|device_buffer\.cuh)"'
+room rve/engine "rve/engine cuda rve/algorithm rve/block rve/physics rve/core"
+room mpm "mpm cuda rve/core"
+room macro "macro mpm rve/engine rve/core"
 room field "field rve/core"
 
-complain "styles see the engine's, mpm's and field's interface, not the rooms below" <<END
+complain "styles see the interfaces of engine, mpm, macro and field, not the rooms below" <<END
 $(grep -nE '#[[:space:]]*include[[:space:]]*"rve/(physics|algorithm|block)/' ./*.h ./*.cpp)
 END
 complain "the header of a style includes its base class and the standard library only" <<END
 $(grep -nE '#[[:space:]]*include' fix_mpm.h fix_rve.h compute_rve_atom.h compute_rve_contact_local.h create_rve.h dump_rve_grain.h random_field.h write_rve.h 2>/dev/null | grep -vE '"(fix|compute|command|dump_custom)\.h"|<[a-z_]+>')
 END
-complain "GPU threads and the CUDA runtime belong to rve/block, the CUDA engine (rve/engine/*.cu, *.cuh) and mpm/cuda_*.cu" <<END
+complain "GPU threads and the CUDA runtime belong to rve/block, the room cuda, the CUDA engine (rve/engine/*.cu, *.cuh) and mpm/cuda_*.cu" <<END
 $(grep -rnE '\<(threadIdx|blockIdx|blockDim|gridDim|__syncthreads|__syncwarp|__shared__|cuda[A-Z][A-Za-z]*)\>' . \
-  --include='*.h' --include='*.cpp' --include='*.cu' --include='*.cuh' | grep -vE '^\./(rve/(block/|engine/[^:]*\.cuh?:)|mpm/cuda_[a-z_]*\.cuh?:)')
+  --include='*.h' --include='*.cpp' --include='*.cu' --include='*.cuh' | grep -vE '^\./(cuda/|rve/(block/|engine/[^:]*\.cuh?:)|mpm/cuda_[a-z_]*\.cuh?:)')
 END
 
 # what is written for AVX2 compiles for processors that have it
 case $(uname -m) in x86_64 | amd64) isa=-march=x86-64-v3 ;; *) isa= ;; esac
-for header in $(find rve mpm field -name '*.h' | sort); do
+for header in $(find cuda rve mpm macro field -name '*.h' | sort); do
   complain "$header does not compile alone" <<END
 $(echo "#include \"$header\"" | g++ -std=c++17 $isa -fopenmp -Wall -Wextra -Werror -fsyntax-only -I . -x c++ - 2>&1)
 END

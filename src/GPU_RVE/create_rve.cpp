@@ -14,7 +14,7 @@
 #include "create_rve.h"
 
 #include "error.h"
-#include "one_rank.h"
+#include "on_rank_zero.h"
 #include "rve/core/error.h"
 #include "rve/core/suggestion.h"
 #include "rve/engine/files.h"

@@ -23,12 +23,12 @@
 #include "mpm_settings.h"
 #include "no_pairs.h"
 #include "progress.h"
-#include "readers.h"
 #include "restart_record.h"
 #include "rve/core/checksum.h"
 #include "rve/core/suggestion.h"
 #include "rve/core/threads.h"
 #include "rve/engine/engine.h"
+#include "state_readers.h"
 #include "unit_styles.h"
 
 #include "atom.h"
@@ -674,7 +674,7 @@ void FixMpm::final_integrate()
   if (update->ntimestep % DAMPING_EVERY == 0) look_at_damping();
   const double solved = platform::walltime();
   const double copied_in_step = impl->solver->transfer_time() - copied;
-  if (somebody_may_look(lmp)) fill_output();
+  if (state_may_be_read(lmp)) fill_output();
   const double filled = platform::walltime();
   const Impl::ModelTimes after = impl->model_times();
   const double engine = after.engine - before.engine;

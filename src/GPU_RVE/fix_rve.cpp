@@ -15,6 +15,7 @@
 
 #include "atom.h"
 #include "citeme.h"
+#include "collective_error.h"
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
@@ -25,7 +26,6 @@
 #include "lammps_version.h"
 #include "modify.h"
 #include "no_pairs.h"
-#include "one_rank.h"
 #include "restart_record.h"
 #include "rve/core/error.h"
 #include "rve/engine/files.h"
@@ -418,7 +418,7 @@ void FixRve::set_arrays(int i)
 }
 
 /* ----------------------------------------------------------------------
-   buf[0] = number of values, buf[1] = step, then the image of the RVE if there is one
+   buf[0] = number of values, buf[1] = step, then the record of the RVE if there is one
 ------------------------------------------------------------------------- */
 
 int FixRve::pack_exchange(int i, double *buf)
@@ -441,17 +441,17 @@ int FixRve::unpack_exchange(int nlocal, double *buf)
 
 int FixRve::pack_restart(int i, double *buf)
 {
-  std::vector<double> image;
+  std::vector<double> record;
   if (impl->slot[i] >= 0)
-    image = impl->guarded(
+    record = impl->guarded(
         [&] {
-          return impl->points->image(impl->slot[i]);
+          return impl->points->record(impl->slot[i]);
         },
         i);
-  buf[0] = static_cast<double>(Impl::PER_ATOM + image.size());
+  buf[0] = static_cast<double>(Impl::PER_ATOM + record.size());
   buf[1] = static_cast<double>(update->ntimestep);
-  std::copy(image.begin(), image.end(), buf + Impl::PER_ATOM);
-  return Impl::PER_ATOM + static_cast<int>(image.size());
+  std::copy(record.begin(), record.end(), buf + Impl::PER_ATOM);
+  return Impl::PER_ATOM + static_cast<int>(record.size());
 }
 
 void FixRve::unpack_restart(int nlocal, int nth)
@@ -473,7 +473,7 @@ int FixRve::size_restart(int i)
   return Impl::PER_ATOM +
       impl->guarded(
           [&] {
-            return impl->points->image_size(impl->slot[i]);
+            return impl->points->record_size(impl->slot[i]);
           },
           i);
 }

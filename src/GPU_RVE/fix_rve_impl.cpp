@@ -14,19 +14,19 @@
 #include "fix_rve_impl.h"
 
 #include "atom.h"
+#include "collective_error.h"
 #include "comm.h"
 #include "error.h"
 #include "group.h"
 #include "mpm/exact_sum.h"
-#include "node_share.h"
-#include "one_rank.h"
-#include "readers.h"
+#include "rank_resources.h"
 #include "rve/core/error.h"
 #include "rve/core/splitmix64.h"
 #include "rve/core/threads.h"
 #include "rve/engine/cell_width.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/stability.h"
+#include "state_readers.h"
 #include "update.h"
 
 #include <algorithm>
@@ -68,7 +68,7 @@ void FixRve::Impl::read_packings()
 
 void FixRve::Impl::make_engine()
 {
-  const NodeShare share(fix->world);
+  const RankResources share(fix->world);
   settings.options.device_number = share.rank;
   if (!settings.threads_given) settings.options.threads = share.threads();
   std::string notice, problem;
@@ -81,8 +81,8 @@ void FixRve::Impl::make_engine()
       precise.arithmetic = rve::Arithmetic::Strict;
       shadows = rve::make_engine(precise);
     }
-    points = std::make_unique<RvePoints>(std::move(engine), std::move(shadows), settings.macro_step,
-                                         threads());
+    points = std::make_unique<macro::RvePoints>(std::move(engine), std::move(shadows),
+                                                settings.macro_step, threads());
     if (packings.any_rolling_forces()) points->expect_rolling_resistance();
   } catch (const std::exception &e) {
     problem = fmt::format("fix rve: {}", e.what());
@@ -514,7 +514,7 @@ void FixRve::Impl::advise(bool at_start)
   std::string message[KINDS];
   std::fill_n(id, KINDS, MAXTAGINT);
   for (const int i : atoms_with_rve()) {
-    const RvePoints::Point &point = this->point(i);
+    const macro::RvePoints::Point &point = this->point(i);
     if (point.frozen) continue;
     rve::Motion motion;
     motion.strain_rate = point.strain_rate();
@@ -568,13 +568,13 @@ std::vector<int> FixRve::Impl::slots_of(const std::vector<int> &atoms) const
 
 /* ---------------------------------------------------------------------- */
 
-void FixRve::Impl::take_in(int atom, const double *image, int size)
+void FixRve::Impl::take_in(int atom, const double *record, int size)
 {
   slot[atom] = -1;
   if (size == 0) return;
   guarded(
       [&] {
-        slot[atom] = points->add_image(image, size);
+        slot[atom] = points->add_record(record, size);
       },
       atom);
 }
@@ -652,7 +652,7 @@ void FixRve::Impl::set_exchange_size()
 {
   int mine = PER_ATOM, most;
   for (const int i : atoms_with_rve())
-    mine = std::max(mine, PER_ATOM + points->image_bound(slot[i]));
+    mine = std::max(mine, PER_ATOM + points->record_bound(slot[i]));
   MPI_Allreduce(&mine, &most, 1, MPI_INT, MPI_MAX, fix->world);
   fix->maxexchange = std::max(fix->maxexchange, most);
 }
@@ -678,7 +678,7 @@ bool FixRve::Impl::wants_details() const
 {
   const int interval = settings.dt_check_interval;
   return look_is_expected || (interval && fix->update->ntimestep % interval == 0) ||
-      somebody_may_look(fix->lmp);
+      state_may_be_read(fix->lmp);
 }
 
 void FixRve::Impl::advance(const std::vector<int> &atoms, const std::vector<rve::Drive> &drives)
@@ -794,7 +794,7 @@ std::vector<rve::Drive> FixRve::Impl::drives(const std::vector<int> &atoms)
 
 /* ---------------------------------------------------------------------- */
 
-RveOwner::Clock FixRve::Impl::clock(double lammps_dt) const
+macro::RveOwner::Clock FixRve::Impl::clock(double lammps_dt) const
 {
   if (settings.substeps > 0) return {dt, settings.substeps};
   // a ratio that is whole but for rounding shall not cost a step more

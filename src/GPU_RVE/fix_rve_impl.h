@@ -19,10 +19,10 @@
 #include "fix_rve.h"
 
 #include "exceptions.h"
+#include "macro/rve_constitutive.h"
+#include "macro/rve_points.h"
 #include "progress.h"
-#include "rve_constitutive.h"
 #include "rve_packings.h"
-#include "rve_points.h"
 #include "rve_settings.h"
 
 #include <cstdio>
@@ -33,7 +33,7 @@
 
 namespace LAMMPS_NS {
 
-struct FixRve::Impl : RveOwner {
+struct FixRve::Impl : macro::RveOwner {
   // values that an atom without an RVE has in the buffers of LAMMPS: their number, and the step
   static constexpr int PER_ATOM = 2;
 
@@ -41,8 +41,8 @@ struct FixRve::Impl : RveOwner {
   FixRveSettings settings;
   RvePackings packings;
   double dt;    // DEM time step, or its upper limit where substeps are matched
-  std::unique_ptr<RvePoints> points;
-  RveConstitutive constitutive;
+  std::unique_ptr<macro::RvePoints> points;
+  macro::RveConstitutive constitutive;
   std::vector<int> slot;            // per atom: RVE in the engine, or -1
   std::vector<int> slots;           // of the RVEs that advance, kept between calls
   bool look_is_expected = false;    // somebody said that the results of this step shall be complete
@@ -83,7 +83,7 @@ struct FixRve::Impl : RveOwner {
   void find_variables();
 
   /// An RVE comes with a local atom, as so many numbers; or none, as none.
-  void take_in(int atom, const double *image, int size);
+  void take_in(int atom, const double *record, int size);
 
   std::vector<int> atoms_with_rve() const;
   /// Those whose RVEs are not frozen.
@@ -118,10 +118,10 @@ struct FixRve::Impl : RveOwner {
 
   Clock clock(double lammps_dt) const override;
   const rve::Tensor2 &stress(int atom) const override { return points->stress(slot[atom]); }
-  const RvePoints::Point &point(int atom) const override
+  const macro::RvePoints::Point &point(int atom) const override
   {
     return guarded(
-        [&]() -> const RvePoints::Point & {
+        [&]() -> const macro::RvePoints::Point & {
           return points->point(slot[atom]);
         },
         atom);

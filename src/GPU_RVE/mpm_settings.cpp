@@ -14,7 +14,7 @@
 #include "mpm_settings.h"
 
 #include "mpm/law_table.h"
-#include "node_share.h"
+#include "rank_resources.h"
 #include "rve/core/suggestion.h"
 
 #include "domain.h"
@@ -57,7 +57,7 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
   options.lo = {{lmp->domain->boxlo[0], lmp->domain->boxlo[1]}};
   options.hi = {{lmp->domain->boxhi[0], lmp->domain->boxhi[1]}};
   settings.initial_volume = options.cell_size * options.cell_size;
-  const NodeShare share(lmp->world);
+  const RankResources share(lmp->world);
   options.threads = share.threads();
   options.device = mpm::Device::Auto;
   options.device_number = share.rank;

@@ -14,15 +14,15 @@
 #include "random_field.h"
 
 #include "atom.h"
+#include "collective_error.h"
 #include "comm.h"
-#include "complaint.h"
 #include "domain.h"
 #include "error.h"
 #include "field/circulant_embedding.h"
 #include "field/interpolation.h"
 #include "field/marginal.h"
 #include "group.h"
-#include "one_rank.h"
+#include "on_rank_zero.h"
 #include "rve/core/error.h"
 #include "rve/core/suggestion.h"
 
@@ -215,7 +215,7 @@ void store(LAMMPS *lmp, const Order &order, const std::vector<double> &nodes)
   const Atom *atom = lmp->atom;
   const field::Interpolation interpolation(order.interpolation, order.grid, order.covariance);
   std::vector<double> values(atom->nlocal, 0.0);
-  Complaint outside, out_of_bounds;
+  CollectiveError outside, out_of_bounds;
   double extremes[2] = {-HUGE_VAL, -HUGE_VAL};    // -min, max
   const auto evaluate = [&](const auto &marginal) {
     for (int i = 0; i < atom->nlocal; i++) {
@@ -224,27 +224,27 @@ void store(LAMMPS *lmp, const Order &order, const std::vector<double> &nodes)
       lmp->domain->remap(x);    // through periodic sides
       const field::Vec position{x[0], x[1]};
       if (!order.grid.contains(position)) {
-        outside.about(atom->tag[i], {x[0], x[1], 0.0});
+        outside.add(atom->tag[i], {x[0], x[1], 0.0});
         continue;
       }
       const double value = marginal(interpolation.value(nodes, position));
       values[i] = value;
       if (order.bounds && !order.bounds->contains(value))
-        out_of_bounds.about(atom->tag[i], {x[0], x[1], value});
+        out_of_bounds.add(atom->tag[i], {x[0], x[1], value});
       extremes[0] = std::fmax(extremes[0], -value);
       extremes[1] = std::fmax(extremes[1], value);
     }
   };
   std::visit(evaluate, order.marginal);
 
-  outside.raise(lmp, [&](bigint count, tagint id, const Complaint::Values &at) {
+  outside.raise_if_any(lmp, [&](bigint count, tagint id, const CollectiveError::Values &at) {
     const field::Grid &grid = order.grid;
     return fmt::format("random_field: atom {} at ({:.8g}, {:.8g}) is outside of the domain, x from "
                        "{:.8g} to {:.8g} and y from {:.8g} to {:.8g} ({} atoms are)",
                        id, at[0], at[1], grid.origin[0], grid.origin[0] + grid.extent(0),
                        grid.origin[1], grid.origin[1] + grid.extent(1), count);
   });
-  out_of_bounds.raise(lmp, [&](bigint count, tagint id, const Complaint::Values &at) {
+  out_of_bounds.raise_if_any(lmp, [&](bigint count, tagint id, const CollectiveError::Values &at) {
     return fmt::format(
         "random_field: the value {:.8g} of atom {} at ({:.8g}, {:.8g}) is outside of "
         "the bounds {} ({} atoms are)",

@@ -14,11 +14,11 @@
 #include "rve_packings.h"
 
 #include "atom.h"
+#include "collective_error.h"
 #include "comm.h"
-#include "complaint.h"
 #include "error.h"
 #include "lammps.h"
-#include "one_rank.h"
+#include "on_rank_zero.h"
 #include "rve/core/checksum.h"
 #include "rve/core/error.h"
 #include "rve/engine/contact_network.h"
@@ -66,15 +66,15 @@ std::vector<int> numbers(LAMMPS *lmp, int igroup, ScriptValue &value, const char
   value.find(lmp, "fix rve");
   value.evaluate(lmp, igroup, values);
   std::vector<int> result(atoms.size(), 0);
-  Complaint wrong;
+  CollectiveError wrong;
   for (std::size_t k = 0; k < atoms.size(); ++k) {
     const double number = values[atoms[k]];
     if (number >= 0.0 && number < count && number == std::floor(number))
       result[k] = static_cast<int>(number);
     else
-      wrong.about(lmp->atom->tag[atoms[k]], {number, 0.0, 0.0});
+      wrong.add(lmp->atom->tag[atoms[k]], {number, 0.0, 0.0});
   }
-  wrong.raise(lmp, [&](bigint all, tagint id, const Complaint::Values &at) {
+  wrong.raise_if_any(lmp, [&](bigint all, tagint id, const CollectiveError::Values &at) {
     return fmt::format("fix rve: {} of atom {} is {}; it must be a whole number from 0 to {} "
                        "(atoms with another one: {})",
                        keyword, id, at[0], count - 1, all);
@@ -227,7 +227,7 @@ std::vector<int> RvePackings::choose_packings(LAMMPS *lmp, int igroup, FixRveSet
   std::vector<double> wanted;
   choice.void_ratio->find(lmp, "fix rve");
   choice.void_ratio->evaluate(lmp, igroup, wanted);
-  Complaint wrong;
+  CollectiveError wrong;
   for (std::size_t k = 0; k < atoms.size(); ++k) {
     const double goal = wanted[atoms[k]];
     const auto found = choice.seed
@@ -236,9 +236,9 @@ std::vector<int> RvePackings::choose_packings(LAMMPS *lmp, int igroup, FixRveSet
     if (found)
       chosen[k] = *found;
     else
-      wrong.about(tag[atoms[k]], {goal, 0.0, 0.0});
+      wrong.add(tag[atoms[k]], {goal, 0.0, 0.0});
   }
-  wrong.raise(lmp, [&](bigint all, tagint id, const Complaint::Values &at) {
+  wrong.raise_if_any(lmp, [&](bigint all, tagint id, const CollectiveError::Values &at) {
     return fmt::format("fix rve: packing_void_ratio of atom {} is {}, and no packing has it within "
                        "{}; void ratios of the packings are from {} to {} ({} atoms find none)",
                        id, rve::number(at[0]), rve::number(choice.tolerance),

@@ -27,6 +27,7 @@
 #include <cstring>
 
 using namespace LAMMPS_NS;
+using macro::StressFrom;
 
 namespace {
 

@@ -16,8 +16,8 @@
 #ifndef LMP_RVE_SETTINGS_H
 #define LMP_RVE_SETTINGS_H
 
+#include "macro/rve_points.h"
 #include "rve/core/suggestion.h"
-#include "rve_points.h"
 
 #include <map>
 #include <optional>
@@ -123,7 +123,7 @@ struct FixRveSettings {
   int dt_check_interval = 100;    ///< LAMMPS steps between checks of the bound
   int substeps = 0;    ///< DEM steps per LAMMPS step; 0: as many as cover the LAMMPS time step
   std::optional<double> mass_scaling;    ///< factor of the mass of all grains [-]; 1 unless given
-  MacroStepOptions macro_step;
+  macro::MacroStepOptions macro_step;
   int num_shadows = 0;
 
   rve::Options options;

@@ -14,11 +14,11 @@
 #include "write_rve.h"
 
 #include "atom.h"
+#include "collective_error.h"
 #include "comm.h"
 #include "error.h"
 #include "fix_rve.h"
 #include "modify.h"
-#include "one_rank.h"
 #include "rve/core/error.h"
 #include "rve/core/suggestion.h"
 #include "rve/engine/packing_io.h"

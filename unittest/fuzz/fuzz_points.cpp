@@ -2,9 +2,9 @@
 // one that was written. With right checksums whatever they say is refused or can be lived with.
 
 #include "fuzz_target.h"
+#include "macro/rve_points.h"
 #include "rve/core/checksum.h"
 #include "rve/core/error.h"
-#include "rve_points.h"
 #include "support/packings.h"
 
 #include <cstring>
@@ -12,8 +12,8 @@
 namespace {
 
 using namespace rve;
-using LAMMPS_NS::MacroStepOptions;
-using LAMMPS_NS::RvePoints;
+using macro::MacroStepOptions;
+using macro::RvePoints;
 
 RvePoints make_points(bool with_shadows)
 {
@@ -85,7 +85,7 @@ void treat(const std::string &bytes, bool is_sealed)
     RvePoints points = make_points(with_shadows);
     int slot;
     try {
-      slot = points.add_image(record.data(), record.size());
+      slot = points.add_record(record.data(), record.size());
     } catch (const InputError &) {
       continue;
     }
@@ -99,7 +99,7 @@ void treat(const std::string &bytes, bool is_sealed)
       if (std::none_of(seeds.begin(), seeds.end(), is_this))
         fuzz::fail("a damaged record is accepted");
     }
-    points.image(slot);
+    points.record(slot);
     const Drive drive = Drive::constant_velocity_gradient(Tensor2{{-0.1, 0.3, 0.0, 0.0}}, 1e-6, 2);
     try {
       points.advance({slot}, {drive}, true);
@@ -131,7 +131,7 @@ std::vector<std::string> fuzz::seeds()
                     Drive::constant_velocity_gradient(Tensor2{{-1e-9, 0.0, 0.0, 0.0}}, 5e-5, 20);
     for (int step = 0; step < 3; ++step) points.advance(slots, {works, works, sleeps}, true);
     std::vector<std::string> list;
-    for (const int slot : slots) list.push_back(bytes_of(points.image(slot)));
+    for (const int slot : slots) list.push_back(bytes_of(points.record(slot)));
     size_of_heads = head_size(list.front());
     return list;
   }();

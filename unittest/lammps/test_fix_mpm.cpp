@@ -8,8 +8,8 @@
 #include "lammps.h"
 #include "modify.h"
 #include "output.h"
-#include "readers.h"
 #include "script.h"
+#include "state_readers.h"
 #include "support/files.h"
 #include "update.h"
 
@@ -804,7 +804,7 @@ TEST(FixMpmWithGrains, WhatADriveReadsDoesNotDependOnTheOutput)
 
 TEST(FixMpm, FillsItsColumnsForFormulasThatMayReadThemAndForNoOthers)
 {
-  // somebody_may_look in a step without output, of a run that has been made
+  // state_may_be_read in a step without output, of a run that has been made
   const auto looks = [](const std::string &velocity, const std::string &before = "") {
     const std::string scene = elastic_footing();
     SoilScript script;
@@ -812,7 +812,7 @@ TEST(FixMpm, FillsItsColumnsForFormulasThatMayReadThemAndForNoOthers)
     own.replace(own.find("vy -0.5"), 7, "vy v_v");
     script << before + "variable v equal " + velocity + "\n" + own + "thermo 100\nrun 3\n";
     script.lmp->update->laststep = script.lmp->output->next = 1000;
-    return somebody_may_look(script.lmp.get());
+    return state_may_be_read(script.lmp.get());
   };
 
   EXPECT_FALSE(looks("-0.5"));

@@ -5,8 +5,8 @@
 #ifndef RVE_UNITTEST_SUPPORT_BLOCK_RUNNER_H
 #define RVE_UNITTEST_SUPPORT_BLOCK_RUNNER_H
 
+#include "cuda/cuda_required.h"
 #include "rve/block/block_serial.h"
-#include "rve/core/cuda_required.h"
 
 #if defined(RVE_TEST_CUDA)
 #include "rve/block/block_cuda.cuh"

@@ -3,7 +3,7 @@
 #ifndef RVE_UNITTEST_SUPPORT_ON_DEVICE_H
 #define RVE_UNITTEST_SUPPORT_ON_DEVICE_H
 
-#include "rve/core/cuda_required.h"
+#include "cuda/cuda_required.h"
 #include "rve/core/error.h"
 #include "support/rve_rig.h"
 

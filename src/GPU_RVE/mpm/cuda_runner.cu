@@ -7,11 +7,11 @@
 
 #include "mpm/cuda_runner.h"
 
+#include "cuda/cuda_device.h"
+#include "cuda/device_buffer.cuh"
 #include "mpm/shared_nodes.h"
 #include "mpm/step_program.h"
 #include "rve/core/threads.h"
-#include "rve/engine/cuda_engine.h"
-#include "rve/engine/device_buffer.cuh"
 
 #include <algorithm>
 #include <chrono>
@@ -536,7 +536,8 @@ std::unique_ptr<StepRunner> make_cuda_runner(const SolverOptions &options,
                                              const Communication &communication, const Grid &grid,
                                              std::string &obstacle)
 {
-  const rve::CudaDevice device = rve::find_cuda_device(options.device_number);
+  const rve::CudaDevice device = rve::find_cuda_device(
+      options.device_number, reinterpret_cast<const void *>(&over_items<NodeVelocity>));
   obstacle = device.obstacle;
   if (!obstacle.empty()) return nullptr;
   SolverOptions own = options;

@@ -1,8 +1,8 @@
 #include "mpm/mpm_solver.h"
 
+#include "cuda/cuda_required.h"
 #include "mpm/host_machine.h"
 #include "mpm/step_program.h"
-#include "rve/core/cuda_required.h"
 #include "rve/core/error.h"
 #include "rve/core/threads.h"
 

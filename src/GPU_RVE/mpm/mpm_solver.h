@@ -32,7 +32,7 @@ struct Totals {
 class MpmSolver {
  public:
   /// rve::InputError on wrong options; on Device::Cuda without a device, and on any missing device when the environment has
-  /// GPU_RVE_REQUIRE_CUDA (rve/core/cuda_required.h). `notice`, if given, receives the reason when Device::Auto falls back to the CPU.
+  /// GPU_RVE_REQUIRE_CUDA (cuda/cuda_required.h). `notice`, if given, receives the reason when Device::Auto falls back to the CPU.
   explicit MpmSolver(const SolverOptions &options, Communication communication = {},
                      std::string *notice = nullptr);
 

@@ -93,13 +93,6 @@ struct DetailRecord {
   double stiffness[kStiffness];    ///< if it is asked for [stress]
 };
 
-/// Which build of the block program a call needs. General: dashpots, LAMMPS' arms, stress servo, energy ledger, friction so large
-/// that all forces count for the unit of forces. Frictionless: plain, of
-/// RVEs without friction and without tangential forces; the plain program gives the same bits. Rolling: general, and of RVEs whose
-/// images have rolling forces (core/spring_forces.h).
-enum class SceneKind { Plain, General, Frictionless, Rolling };
-constexpr int kNumScenes = 4;
-
 /// What is the same for all RVEs of a call.
 struct BatchConstants {
   double skin;                  ///< [length]; 0: a share of the mean radius

@@ -30,8 +30,8 @@ inline namespace RVE_ISA {
   constexpr double kLeastOverlapShare = 1e-9;
 
   /// Component of the Love stress from the sums of a force phase, in a cell of volume 1 / per_volume [stress].
-  template <class Format>
-  RVE_INLINE double stress_component(const CallState<Format> &call, double per_volume, int k)
+  template <class Scene>
+  RVE_INLINE double stress_component(const CallState<Scene> &call, double per_volume, int k)
   {
     const double unit = call.units.force * call.units.length * per_volume;
     return static_cast<double>(call.survey.sum[k]) * unit;
@@ -48,20 +48,21 @@ inline namespace RVE_ISA {
     });
   }
 
-  template <class Block, class Format> struct RareWork {
+  template <class Block, class Scene> struct RareWork {
     using Item = typename Block::Item;
-    using Real = typename Format::Real;
-    using Wide = typename Format::Wide;
-    using History = typename Format::History;
-    using Spring = typename Format::Spring;
+    using Real = typename Scene::Real;
+    using Wide = typename Scene::Wide;
+    using History = typename Scene::History;
+    using Spring = typename Scene::Spring;
+    using Law = typename Scene::Law;
 
     /// The state of a call as it begins, but for the plan; header, drive, steering and batch are there. By one thread.
-    static RVE_INLINE void prepare(PreparedCall<Format> &call, char *image, int pair_capacity)
+    static RVE_INLINE void prepare(PreparedCall<Scene> &call, char *image, int pair_capacity)
     {
       const ImageHeader &header = call.header;
       const DriveRecord &drive = call.drive;
       const BatchConstants &batch = call.batch;
-      call.image = carve_image<Format>(image, header.num_grains, header.extra_capacity);
+      call.image = carve_image<Scene>(image, header.num_grains, header.extra_capacity);
       call.num_grains = header.num_grains;
       call.status = status::Ok;
       call.num_extra = header.num_extra;
@@ -98,7 +99,7 @@ inline namespace RVE_ISA {
     }
 
     /// What a sound call will have changed, as far as that is known: with a servo the present cell. By one thread.
-    static RVE_INLINE void note_progress(PreparedCall<Format> &call, double damped)
+    static RVE_INLINE void note_progress(PreparedCall<Scene> &call, double damped)
     {
       const ImageHeader &before = call.header;
       const DriveRecord &drive = call.drive;
@@ -124,30 +125,30 @@ inline namespace RVE_ISA {
     }
 
     /// 1 / (area times thickness) [1/length^3]
-    static RVE_INLINE double per_volume(const PreparedCall<Format> &call, double area)
+    static RVE_INLINE double per_volume(const PreparedCall<Scene> &call, double area)
     {
       return 1.0 / (area * call.header.thickness);
     }
 
     /// Steps that are planned before the call begins: not before there is a list, nor with a servo, whose first cell is not known.
-    static RVE_INLINE int steps_to_plan(const PreparedCall<Format> &call)
+    static RVE_INLINE int steps_to_plan(const PreparedCall<Scene> &call)
     {
       return call.has_servo() ? 0 : steps_to_plan(call, 1);
     }
 
     /// Where the block works. By one thread.
-    static RVE_INLINE void set_views(CallState<Format> &call, int num_grains,
-                                     const SharedView<Format> &shared, char *workspace,
+    static RVE_INLINE void set_views(CallState<Scene> &call, int num_grains,
+                                     const SharedView<Scene> &shared, char *workspace,
                                      int pair_capacity)
     {
       call.shared = shared;
-      call.work = carve_workspace<Format>(workspace, num_grains, pair_capacity);
-      call.pairs = PairView<Format>{shared.partner, shared.history, call.work.extra_first,
-                                    call.work.extra_second, call.work.extra_history};
+      call.work = carve_workspace<Scene>(workspace, num_grains, pair_capacity);
+      call.pairs = PairView<Scene>{shared.partner, shared.history, call.work.extra_first,
+                                   call.work.extra_second, call.work.extra_history};
     }
 
     /// Whether the first steps may take the grains from the image themselves: nothing else wants to see them before.
-    static RVE_INLINE bool is_direct(const CallState<Format> &call)
+    static RVE_INLINE bool is_direct(const CallState<Scene> &call)
     {
       return Block::kInRegisters && !call.fatal() && call.plan_last > 0 &&
           call.drive.substeps > 0 && !call.batch.track_energy;
@@ -155,8 +156,8 @@ inline namespace RVE_ISA {
 
     /// From the image to internal units, for a call that is not direct. It is prepared, and has its views, of which `shared` is
     /// one.
-    static RVE_INLINE void begin(Block &block, CallState<Format> &call,
-                                 const SharedView<Format> &shared)
+    static RVE_INLINE void begin(Block &block, CallState<Scene> &call,
+                                 const SharedView<Scene> &shared)
     {
       const int n = call.num_grains;
       const bool continued = call.is_continued();
@@ -185,11 +186,11 @@ inline namespace RVE_ISA {
     }
 
     /// Extra pairs with their histories in internal units.
-    static RVE_INLINE void take_extra_pairs(Block &block, CallState<Format> &call)
+    static RVE_INLINE void take_extra_pairs(Block &block, CallState<Scene> &call)
     {
       if (call.num_extra == 0) return;
-      const PairView<Format> from = call.header.list_valid != 0 ? call.image_pairs() : call.pairs;
-      const PairView<Format> to = call.pairs;
+      const PairView<Scene> from = call.header.list_valid != 0 ? call.image_pairs() : call.pairs;
+      const PairView<Scene> to = call.pairs;
       const Spring history_to_internal = static_cast<Spring>(call.units.per_force);
       block.for_each(call.num_extra, [&](Item m) {
         to.extra_first[m] = from.extra_first[m];
@@ -200,7 +201,7 @@ inline namespace RVE_ISA {
 
     /// A grain and its owned pairs as the image has them.
     struct StoredGrain {
-      Vec<typename Format::Coordinate, 2> position;
+      Vec<typename Scene::Coordinate, 2> position;
       Vec<Real, 2> velocity;
       Real spin;
       Vec<std::uint32_t, 2> list_position;
@@ -210,7 +211,7 @@ inline namespace RVE_ISA {
     };
 
     /// Everything is read before anything is written: a thread waits for memory once.
-    static RVE_INLINE StoredGrain read_grain(const ImageView<Format> &image, int i, int num_grains,
+    static RVE_INLINE StoredGrain read_grain(const ImageView<Scene> &image, int i, int num_grains,
                                              bool with_pairs)
     {
       StoredGrain stored;
@@ -232,19 +233,19 @@ inline namespace RVE_ISA {
       }
     }
 
-    static RVE_INLINE Motion<Format> internal_motion(const PreparedCall<Format> &call,
-                                                     const StoredGrain &stored)
+    static RVE_INLINE Motion<typename Scene::Numbers>
+    internal_motion(const PreparedCall<Scene> &call, const StoredGrain &stored)
     {
-      return Motion<Format>{stored.position,
-                            static_cast<Real>(call.units.per_length) * stored.velocity};
+      return Motion<typename Scene::Numbers>{
+          stored.position, static_cast<Real>(call.units.per_length) * stored.velocity};
     }
 
     /// What others see of a grain beside its motion, and room for the forces that they put on it. Returns its internal radius.
-    static RVE_INLINE Wide show_grain(const PreparedCall<Format> &call,
-                                      const SharedView<Format> &shared, int i,
+    static RVE_INLINE Wide show_grain(const PreparedCall<Scene> &call,
+                                      const SharedView<Scene> &shared, int i,
                                       const StoredGrain &stored)
     {
-      using Sum = typename Format::Sum;
+      using Sum = typename Scene::Sum;
       const Wide radius = static_cast<Wide>(call.units.per_length) * stored.radius;
       shared.spin[i] = stored.spin;
       shared.radius[i] = radius;
@@ -253,21 +254,23 @@ inline namespace RVE_ISA {
     }
 
     /// How a grain answers forces.
-    static RVE_INLINE Still<Format> still_of(const PreparedCall<Format> &call, Wide internal_radius,
-                                             const Vec<std::uint32_t, 2> &list_position)
+    static RVE_INLINE Still<typename Scene::Numbers>
+    still_of(const PreparedCall<Scene> &call, Wide internal_radius,
+             const Vec<std::uint32_t, 2> &list_position)
     {
       const Real r = static_cast<Real>(internal_radius), inverse = reciprocal(r * r);
       const Real velocity_unit = static_cast<Real>(call.velocity_factor) * inverse;
       // I = m r^2 / 2
-      return Still<Format>{velocity_unit, Real(2) * velocity_unit * inverse, list_position};
+      return Still<typename Scene::Numbers>{velocity_unit, Real(2) * velocity_unit * inverse,
+                                            list_position};
     }
 
-    static RVE_INLINE History internal_history(const PreparedCall<Format> &call, History stored)
+    static RVE_INLINE History internal_history(const PreparedCall<Scene> &call, History stored)
     {
       return static_cast<Spring>(call.units.per_force) * stored;
     }
 
-    static RVE_INLINE void fill_partner_radius(Block &block, const SharedView<Format> &shared,
+    static RVE_INLINE void fill_partner_radius(Block &block, const SharedView<Scene> &shared,
                                                int num_grains)
     {
       if constexpr (!Block::kInRegisters)
@@ -278,8 +281,8 @@ inline namespace RVE_ISA {
     }
 
     /// What the call before has not left: a list, a scale of forces. `from`: the pairs, when there is a list.
-    static RVE_COLD void find_list_and_scale(Block block, CallState<Format> &call,
-                                             PairView<Format> from)
+    static RVE_COLD void find_list_and_scale(Block block, CallState<Scene> &call,
+                                             PairView<Scene> from)
     {
       if (!call.header.list_valid) rebuild(block, call, call.image_pairs(), call.cell);
       if (call.fatal()) return;
@@ -297,9 +300,8 @@ inline namespace RVE_ISA {
     }
 
     /// Partners and histories of a grain, and how it answers forces.
-    static RVE_INLINE void take_pairs(const CallState<Format> &call,
-                                      const SharedView<Format> &shared, int i,
-                                      const StoredGrain &stored)
+    static RVE_INLINE void take_pairs(const CallState<Scene> &call, const SharedView<Scene> &shared,
+                                      int i, const StoredGrain &stored)
     {
       const int n = call.num_grains;
       for (int k = 0; k < kOwnedPairs; ++k) {
@@ -310,30 +312,18 @@ inline namespace RVE_ISA {
     }
 
     /// Force unit and contact law in internal units. By one thread.
-    static RVE_INLINE void choose_units(PreparedCall<Format> &call)
+    static RVE_INLINE void choose_units(PreparedCall<Scene> &call)
     {
       const ImageHeader &header = call.header;
       // A last call may have ended in the first touch of a collision: a unit from that would not reach the collision within
       // the repeats of a call.
-      const double least = header.normal_stiffness * kLeastOverlapShare * header.mean_radius;
+      const double least = Law::normal_force_at(header, kLeastOverlapShare * header.mean_radius);
       if (!(call.expected_force > least)) call.expected_force = least;
-      call.units.choose_force(Format::sum_bits, header.neighbor_bits, call.expected_force,
+      call.units.choose_force(Scene::sum_bits, header.neighbor_bits, call.expected_force,
                               header.obliquity, header.inverse_obliquity);
       const double stiffness_unit = call.units.length * call.units.per_force;
-      LawNumbers<Format> &law = call.law;
-      law.normal_stiffness = static_cast<Real>(header.normal_stiffness * stiffness_unit);
-      law.normal_viscosity = static_cast<Real>(header.normal_viscosity * stiffness_unit);
-      law.tangential_stiffness = static_cast<Spring>(header.tangential_stiffness * stiffness_unit);
-      law.friction = static_cast<Real>(header.friction);
-      law.tangential_viscosity = static_cast<Real>(header.tangential_viscosity * stiffness_unit);
-      if constexpr (Format::has_rolling) {
-        law.rolling_stiffness = static_cast<Spring>(header.rolling_stiffness * stiffness_unit);
-        // without a spring there is no force to limit
-        law.rolling_friction =
-            static_cast<Real>(header.rolling_stiffness > 0.0 ? header.rolling_friction : 0.0);
-      }
-      law.velocity_arm = static_cast<Real>(call.batch.velocity_arm);
-      law.dt = static_cast<Real>(call.drive.substeps > 0 ? call.drive.dt : 0.0);
+      call.law.set(header, stiffness_unit, call.batch.velocity_arm);
+      call.law.dt = static_cast<Real>(call.drive.substeps > 0 ? call.drive.dt : 0.0);
       call.alpha = static_cast<Real>(header.local_damping);
       const double crushing = crushing_force(call);
       const double least_trouble = crushing < call.units.force_limit ? crushing
@@ -346,21 +336,22 @@ inline namespace RVE_ISA {
     }
 
     /// Largest contact force to expect where no call has left one: from the overlaps found, or a guess for a gas.
-    static RVE_COLD void estimate_force(Block block, CallState<Format> &call,
-                                        PairView<Format> pairs)
+    static RVE_COLD void estimate_force(Block block, CallState<Scene> &call, PairView<Scene> pairs)
     {
       const ImageHeader &header = call.header;
-      const Motion<Format> *motion = call.shared.motion;
+      const Motion<typename Scene::Numbers> *motion = call.shared.motion;
       const int n = call.num_grains;
       const double length = call.units.length;
-      const auto to_length = fraction_to_length<Format>(call.units.per_length * call.cell);
+      const auto to_length =
+          fraction_to_length<typename Scene::Numbers>(call.units.per_length * call.cell);
       block.for_each(n, [&](Item i) {
         double most = 0.0;
         for (int k = 0; k < kOwnedPairs; ++k) {
           const int j = pairs.partner[k * n + i];
           if (j == i) continue;
-          const Vec<Wide, 2> branch =
-              to_length * fractional_difference<Format>(motion[j].position, motion[i].position);
+          const Vec<Wide, 2> branch = to_length *
+              fractional_difference<typename Scene::Numbers>(motion[j].position,
+                                                             motion[i].position);
           const double overlap =
               static_cast<double>(call.shared.radius[i] + call.shared.radius[j]) -
               std::sqrt(static_cast<double>(dot(branch, branch)));
@@ -370,15 +361,15 @@ inline namespace RVE_ISA {
       });
       const double overlap = length * block.max_array(n, call.work.scratch);
       block.once([&] {
-        call.expected_force = header.normal_stiffness *
-            (overlap > 0.0 ? overlap : kGasOverlapShare * header.mean_radius);
+        call.expected_force = Law::normal_force_at(
+            header, overlap > 0.0 ? overlap : kGasOverlapShare * header.mean_radius);
       });
     }
 
     // ---- the cell ---------------------------------------------------------------------------------------------------------------
 
     /// H after step k, which is planned or about to be.
-    static RVE_INLINE Tensor2 cell_of_step(const PreparedCall<Format> &call, int k)
+    static RVE_INLINE Tensor2 cell_of_step(const PreparedCall<Scene> &call, int k)
     {
       if (call.has_servo()) return call.cell;
       CellPath path = call.path;
@@ -386,7 +377,7 @@ inline namespace RVE_ISA {
     }
 
     /// How many steps from `first` on can be planned.
-    static RVE_INLINE int steps_to_plan(const PreparedCall<Format> &call, int first)
+    static RVE_INLINE int steps_to_plan(const PreparedCall<Scene> &call, int first)
     {
       const int left = call.drive.substeps - first + 1;
       if (call.has_servo() || left < 1) return 1;
@@ -394,7 +385,7 @@ inline namespace RVE_ISA {
     }
 
     /// Plans the steps from `first` on, as far as they can be known.
-    static RVE_COLD void make_plan(Block block, CallState<Format> &call, int first)
+    static RVE_COLD void make_plan(Block block, CallState<Scene> &call, int first)
     {
       const int count = steps_to_plan(call, first);
       // threads may still be looking whether the step that they have just moved was special
@@ -411,9 +402,9 @@ inline namespace RVE_ISA {
     }
 
     /// Entry t of a plan that starts with step `first`.
-    static RVE_INLINE void plan_step(PreparedCall<Format> &call, int t, int first)
+    static RVE_INLINE void plan_step(PreparedCall<Scene> &call, int t, int first)
     {
-      StepPlan<Format> &plan = call.plan[t];
+      StepPlan<typename Scene::Numbers> &plan = call.plan[t];
       Tensor2 cell = call.cell, rate = Tensor2::zero();
       const bool on_path = !call.has_servo() && call.drive.substeps > 0;
       if (on_path) {
@@ -425,12 +416,11 @@ inline namespace RVE_ISA {
       const Tensor2 gradient = call.has_servo() ? call.servo_gradient : rate * inverse_cell;
       const double per_length = call.units.per_length;
       const Tensor2 internal = per_length * cell;
-      plan.to_length = fraction_to_length<Format>(internal);
-      plan.to_fraction =
-          ((call.drive.dt * call.units.length / Format::fraction_unit) * inverse_cell)
-              .template as<Wide>();
+      plan.to_length = fraction_to_length<typename Scene::Numbers>(internal);
+      plan.to_fraction = ((call.drive.dt * call.units.length / Scene::fraction_unit) * inverse_cell)
+                             .template as<Wide>();
       plan.gradient = gradient.template as<Real>();
-      plan.list_to_length = fraction_to_length<FastFormat>(internal);
+      plan.list_to_length = fraction_to_length<FastNumbers>(internal);
       // a little less than allowed covers the rounding of the displacements
       const double allowed = (1.0 - 1e-5) * per_length *
           allowed_displacement(cell, call.list_cell, call.header.largest_radius, call.skin);
@@ -442,11 +432,11 @@ inline namespace RVE_ISA {
     // ---- the list ---------------------------------------------------------------------------------------------------------------
 
     /// Reduces the lattice if it is due, builds the list of step k from call.pairs into call.pairs, and plans anew.
-    static RVE_COLD void renew(Block block, CallState<Format> &call, int k)
+    static RVE_COLD void renew(Block block, CallState<Scene> &call, int k)
     {
-      Motion<Format> *motion = call.shared.motion;
+      Motion<typename Scene::Numbers> *motion = call.shared.motion;
       // a quarter of the cell in one step is no motion of a grain any more
-      const Wide quarter_cell = static_cast<Wide>(0.25 / Format::fraction_unit);
+      const Wide quarter_cell = static_cast<Wide>(0.25 / Scene::fraction_unit);
       const Tensor<Wide, 2> to_fraction = call.planned(k).to_fraction;
       const bool unstable = block.any(call.num_grains, [&](Item i) {
         const Vec<Wide, 2> move = to_fraction * motion[i].velocity.template as<Wide>();
@@ -479,7 +469,7 @@ inline namespace RVE_ISA {
     }
 
     /// Builds the list of the present positions; call.pairs has it afterwards. Contact history comes from the `old` pairs.
-    static RVE_COLD void rebuild(Block block, CallState<Format> &call, PairView<Format> old,
+    static RVE_COLD void rebuild(Block block, CallState<Scene> &call, PairView<Scene> old,
                                  Tensor2 cell)
     {
       const double largest_radius = call.header.largest_radius;
@@ -511,7 +501,7 @@ inline namespace RVE_ISA {
           call.pairs.partner[k * n + i] = call.work.fresh.partner[k * n + i];
           call.pairs.history[k * n + i] = call.work.fresh.history[k * n + i];
         }
-        const Vec<typename Format::Coordinate, 2> position = call.shared.motion[i].position;
+        const Vec<typename Scene::Coordinate, 2> position = call.shared.motion[i].position;
         call.shared.still[i].list_position =
             Vec<std::uint32_t, 2>{{leading_bits(position[0]), leading_bits(position[1])}};
       });
@@ -526,8 +516,8 @@ inline namespace RVE_ISA {
 
     // ---- the end of a call ------------------------------------------------------------------------------------------------------
 
-    static RVE_COLD void copy_history(Block block, CallState<Format> &call, PairView<Format> from,
-                                      PairView<Format> to)
+    static RVE_COLD void copy_history(Block block, CallState<Scene> &call, PairView<Scene> from,
+                                      PairView<Scene> to)
     {
       // each by the thread that has the grain: it may have written it in the present phase
       const int n = call.num_grains;
@@ -540,13 +530,13 @@ inline namespace RVE_ISA {
     }
 
     /// One number tells that all is well with the grains, as it nearly always is.
-    static RVE_INLINE bool is_sound(const CallState<Format> &call)
+    static RVE_INLINE bool is_sound(const CallState<Scene> &call)
     {
       return call.survey.largest < call.sound_force;
     }
 
     /// Status of a call whose steps are done, but for troubles of grains.
-    static RVE_INLINE std::uint32_t judge(const CallState<Format> &call)
+    static RVE_INLINE std::uint32_t judge(const CallState<Scene> &call)
     {
       std::uint32_t word = call.status;
       if (call.survey.sum[kCrushedSum] > 0) word |= status::OverlapTooLarge;
@@ -558,22 +548,22 @@ inline namespace RVE_ISA {
 
     /// An overlap that is beyond the limit even for two of the largest grains gives at least this force, with springs only; the
     /// others are looked at in the end [internal force].
-    static RVE_INLINE double crushing_force(const PreparedCall<Format> &call)
+    static RVE_INLINE double crushing_force(const PreparedCall<Scene> &call)
     {
-      return call.header.normal_stiffness * call.batch.overlap_limit * call.header.largest_radius *
+      return Law::normal_force_at(call.header,
+                                  call.batch.overlap_limit * call.header.largest_radius) *
           call.units.per_force;
     }
 
     /// Troubles of grains, exactly.
-    template <bool General>
-    static RVE_COLD std::uint32_t find_trouble(Block block, const CallState<Format> &call)
+    static RVE_COLD std::uint32_t find_trouble(Block block, const CallState<Scene> &call)
     {
-      const SharedView<Format> &shared = call.shared;
+      const SharedView<Scene> &shared = call.shared;
       const Real limit = static_cast<Real>(call.units.force_limit),
                  crushing = static_cast<Real>(crushing_force(call));
       // the largest force is then that of a normal spring
       const bool springs_only =
-          call.header.normal_viscosity == 0.0 && !(General && call.header.all_forces_count);
+          call.header.normal_viscosity == 0.0 && !(Scene::books && call.header.all_forces_count);
       std::uint32_t word = status::Ok;
       if (block.any(call.num_grains, [&](Item i) {
             return !(shared.largest_force[i] <= limit);
@@ -598,7 +588,7 @@ inline namespace RVE_ISA {
     static constexpr int kConclusions = kProgressWords + 4 + 1;
 
     /// One of these.
-    static RVE_INLINE void conclude(const CallState<Format> &call, std::uint32_t word, int part,
+    static RVE_INLINE void conclude(const CallState<Scene> &call, std::uint32_t word, int part,
                                     AnswerRecord &answer)
     {
       if (part < kProgressWords) {
@@ -625,7 +615,7 @@ inline namespace RVE_ISA {
     }
 
     /// The answer of a call that failed. By one thread.
-    static RVE_COLD void answer_failure(const CallState<Format> &call, std::uint32_t word,
+    static RVE_COLD void answer_failure(const CallState<Scene> &call, std::uint32_t word,
                                         AnswerRecord &answer)
     {
       answer.status = word;

@@ -20,21 +20,19 @@ inline namespace RVE_ISA {
     return -mass * ((after - before) - increment) * 0.5 * (before + after);
   }
 
-  /// General: what SceneKind::General needs is compiled in. The same bits for a scene that needs none of it.
-  template <class Block, class Format, bool General> class RveProgram {
+  template <class Block, class Scene> class RveProgram {
     using Item = typename Block::Item;
-    using Real = typename Format::Real;
-    using Wide = typename Format::Wide;
-    using Spring = typename Format::Spring;
-    using Sum = typename Format::Sum;
-    using Rare = RareWork<Block, Format>;
-    using Grains = GrainItems<Block, Format>;
-    static_assert(General || !Format::has_rolling, "rolling resistance is in the general program");
+    using Real = typename Scene::Real;
+    using Wide = typename Scene::Wide;
+    using Spring = typename Scene::Spring;
+    using Sum = typename Scene::Sum;
+    using Rare = RareWork<Block, Scene>;
+    using Grains = GrainItems<Block, Scene>;
 
    public:
     /// The call is prepared and has its views, of which `shared` is one.
-    RVE_INLINE RveProgram(Block &block_in, CallState<Format> &call_in,
-                          const SharedView<Format> &shared_in) :
+    RVE_INLINE RveProgram(Block &block_in, CallState<Scene> &call_in,
+                          const SharedView<Scene> &shared_in) :
         block(block_in),
         call(call_in), shared(shared_in), num_grains(call_in.num_grains)
     {
@@ -57,14 +55,15 @@ inline namespace RVE_ISA {
     }
 
    private:
-    RVE_INLINE bool has_servo() const { return General && call.has_servo(); }
+    RVE_INLINE bool has_servo() const { return Scene::books && call.has_servo(); }
     RVE_INLINE bool has_ledger() const
     {
-      return General && call.drive.substeps > 0 && (call.has_servo() || call.batch.track_energy);
+      return Scene::books && call.drive.substeps > 0 &&
+          (call.has_servo() || call.batch.track_energy);
     }
     RVE_INLINE bool has_books() const
     {
-      return General && call.drive.substeps > 0 && call.batch.track_energy;
+      return Scene::books && call.drive.substeps > 0 && call.batch.track_energy;
     }
     /// Without substeps the forces of the present configuration are asked for.
     RVE_INLINE bool evaluates() const { return call.drive.substeps == 0; }
@@ -120,12 +119,12 @@ inline namespace RVE_ISA {
             load_pack(i, call);
           } else {
             grains.load(shared, i);
-            if (General) grains.own.load(i);    // of a step that was surveyed
+            if (Scene::books) grains.own.load(i);    // of a step that was surveyed
           }
         });
       int t = k - first;
       for (bool kicks = k > 1;; kicks = true, ++t) {
-        const StepPlan<Format> &plan = call.plan[t];
+        const StepPlan<typename Scene::Numbers> &plan = call.plan[t];
         if (!moved) {
           const bool expired = move(grains, plan, n, kicks);
           if (expired || plan.special) {
@@ -136,7 +135,7 @@ inline namespace RVE_ISA {
         if (t == end) break;
         moved = false;
         Dissipation none{0.0, 0.0};
-        contact_forces<false, General>(block, grains, shared, call, n, plan, none);
+        contact_forces<false>(block, grains, shared, call, n, plan, none);
       }
       block.own_items(num_grains, [&](const auto i) {
         if constexpr (IsPack<std::decay_t<decltype(i)>>::value)
@@ -159,10 +158,10 @@ inline namespace RVE_ISA {
         grains.largest_force.keep(i, Real(0));
         for (int k = 0; k < kOwnedPairs; ++k) {
           grains.partner[k].publish(i, stored.partner[k]);
-          if constexpr (Format::has_friction)
+          if constexpr (Scene::has_friction)
             grains.history[k].keep(i, Rare::internal_history(call, stored.history[k]));
           else    // they are zero, and stay there
-            grains.history[k].publish(i, typename Format::History());
+            grains.history[k].publish(i, typename Scene::History());
         }
         shared.still[i] = Rare::still_of(call, grains.radius[i], stored.list_position);
       });
@@ -178,7 +177,7 @@ inline namespace RVE_ISA {
         grains.load_itself(i);
       });
       Dissipation heat{0.0, 0.0};
-      contact_forces<true, General>(block, grains, shared, call, num_grains, call.planned(k), heat);
+      contact_forces<true>(block, grains, shared, call, num_grains, call.planned(k), heat);
       return heat;
     }
 
@@ -200,7 +199,8 @@ inline namespace RVE_ISA {
       if (has_servo()) steer(call.planned(k).area);
     }
 
-    RVE_INLINE void keep_books(const StepPlan<Format> &plan, const Dissipation &heat)
+    RVE_INLINE void keep_books(const StepPlan<typename Scene::Numbers> &plan,
+                               const Dissipation &heat)
     {
       block.once([&] {
         const double energy = call.units.force * call.units.length;
@@ -212,7 +212,7 @@ inline namespace RVE_ISA {
 
     /// The work of the mean field in a step is that of the mean of the stresses before and after: half of it, with the stress that the
     /// last forces had, after the forces of a step and before those of the next one.
-    RVE_INLINE void add_half_of_work(const StepPlan<Format> &plan)
+    RVE_INLINE void add_half_of_work(const StepPlan<typename Scene::Numbers> &plan)
     {
       block.once([&] {
         double power = 0.0;
@@ -229,8 +229,9 @@ inline namespace RVE_ISA {
     {
       Rare::copy_history(block, call, call.pairs, call.work.fresh);
       block.once([&] {
-        call.plan[0] = StepPlan<Format>();
-        call.plan[0].to_length = fraction_to_length<Format>(call.units.per_length * call.cell);
+        call.plan[0] = StepPlan<typename Scene::Numbers>();
+        call.plan[0].to_length =
+            fraction_to_length<typename Scene::Numbers>(call.units.per_length * call.cell);
         call.plan_first = 1;
         call.plan_last = 0;    // the steps are planned anew
         call.law.dt = Real(0);
@@ -286,12 +287,12 @@ inline namespace RVE_ISA {
       return Vec<Sum, 3>{
           {wrapping_sum(own[0], block.collect(&shared.force_x[i])),
            wrapping_sum(own[1], block.collect(&shared.force_y[i])),
-           Format::has_friction ? wrapping_sum(own[2], block.collect(&shared.torque[i])) : Sum(0)}};
+           Scene::has_friction ? wrapping_sum(own[2], block.collect(&shared.torque[i])) : Sum(0)}};
     }
 
     /// Leapfrog velocity update of one grain from the forces that the last phase left.
-    RVE_INLINE void kick_grain(Grains &grains, Item i, const Still<Format> &still, Real alpha,
-                               Motion<Format> &motion)
+    RVE_INLINE void kick_grain(Grains &grains, Item i, const Still<typename Scene::Numbers> &still,
+                               Real alpha, Motion<typename Scene::Numbers> &motion)
     {
       const Vec<Sum, 3> sum = collect_force(grains.own[i], i);
       const Vec<Real, 2> before = motion.velocity;
@@ -300,7 +301,7 @@ inline namespace RVE_ISA {
         increment[a] = static_cast<Real>(sum[a]) * still.velocity_unit;
         motion.velocity[a] = kick(before[a], increment[a], alpha);
       }
-      if constexpr (!Format::has_friction) {
+      if constexpr (!Scene::has_friction) {
         grains.spin.keep(i, grains.spin[i] + Real(0));    // as by a torque of zero: -0 turns into 0
         return;
       }
@@ -308,7 +309,7 @@ inline namespace RVE_ISA {
       const Real spin = grains.spin[i];
       const Real turned = kick(spin, turn, alpha);
       grains.spin.publish(i, turned);
-      if (General && call.batch.track_energy) {
+      if (Scene::books && call.batch.track_energy) {
         const double length = call.units.length;
         const double r = static_cast<double>(grains.radius[i]) * length, mass = call.mass_of(r);
         call.work.damping[call.image.number[i]] += length * length *
@@ -319,24 +320,26 @@ inline namespace RVE_ISA {
     }
 
     /// Kick of the step before, then drift in the present cell. Returns whether a grain has left the safety of the list.
-    RVE_INLINE bool move(Grains &grains, const StepPlan<Format> &plan, int n, bool kick_first)
+    RVE_INLINE bool move(Grains &grains, const StepPlan<typename Scene::Numbers> &plan, int n,
+                         bool kick_first)
     {
       const Tensor<Wide, 2> to_fraction = plan.to_fraction;
       const Tensor<float, 2> list_to_length = plan.list_to_length;
       const float allowed_squared = plan.allowed_squared;
       const Real alpha = call.alpha;
       const auto move_grain = [&](Item i) RVE_INLINE_LAMBDA {
-        Motion<Format> motion = grains.motion[i];
-        const Still<Format> still = shared.still[i];
+        Motion<typename Scene::Numbers> motion = grains.motion[i];
+        const Still<typename Scene::Numbers> still = shared.still[i];
         if (kick_first) kick_grain(grains, i, still, alpha, motion);
         const Vec<Wide, 2> displacement = to_fraction * motion.velocity.template as<Wide>();
-        for (int a = 0; a < 2; ++a) drift<Format>(motion.position[a], displacement[a]);
+        for (int a = 0; a < 2; ++a)
+          drift<typename Scene::Numbers>(motion.position[a], displacement[a]);
         grains.motion.publish(i, motion);
         // displacement since the list was built, without that of the mean field
         const Vec<std::uint32_t, 2> now{
             {leading_bits(motion.position[0]), leading_bits(motion.position[1])}};
         const Vec<float, 2> moved =
-            list_to_length * fractional_difference<FastFormat>(now, still.list_position);
+            list_to_length * fractional_difference<FastNumbers>(now, still.list_position);
         return dot(moved, moved) > allowed_squared;
       };
       return block.any_item(n, [&](const auto i) RVE_INLINE_LAMBDA {
@@ -377,8 +380,7 @@ inline namespace RVE_ISA {
         }
       }
       if (evaluates()) Rare::copy_history(block, call, call.work.fresh, call.pairs);
-      if (!(word & status::Fatal) && !Rare::is_sound(call))
-        word |= Rare::template find_trouble<General>(block, call);
+      if (!(word & status::Fatal) && !Rare::is_sound(call)) word |= Rare::find_trouble(block, call);
       if (word & status::Fatal) {
         fail(word, answer);
         return;
@@ -417,7 +419,7 @@ inline namespace RVE_ISA {
         const double fx = static_cast<double>(own[0]), fy = static_cast<double>(own[1]);
         force_size[i] = std::sqrt(fx * fx + fy * fy);
       });
-      homogenize<General>(block, call, last_step(), detail);
+      homogenize(block, call, last_step(), detail);
     }
 
     /// The last kick, then everything back to the image, and meanwhile parts(0) ... parts(num_parts - 1). Loaded: the grains
@@ -425,7 +427,7 @@ inline namespace RVE_ISA {
     template <bool Loaded, class Parts>
     RVE_INLINE void store(Grains &grains, int num_parts, const Parts &parts)
     {
-      const ImageView<Format> &image = call.image;
+      const ImageView<Scene> &image = call.image;
       const Real alpha = call.alpha;
       const Real to_user = static_cast<Real>(call.units.length);
       const Spring history_to_user = static_cast<Spring>(call.units.force);
@@ -438,12 +440,12 @@ inline namespace RVE_ISA {
               grains.load(shared, i);
               grains.own.load(i);
             }
-            Motion<Format> motion = grains.motion[i];
+            Motion<typename Scene::Numbers> motion = grains.motion[i];
             if (moved) kick_grain(grains, i, shared.still[i], alpha, motion);
             image.position[i] = motion.position;
             image.velocity[i] = to_user * motion.velocity;
             image.spin[i] = grains.spin[i];
-            if (Format::has_friction)
+            if (Scene::has_friction)
               for (int k = 0; k < kOwnedPairs; ++k)
                 image.history[k * num_grains + i] = history_to_user * grains.history[k][i];
             if (relisted) {
@@ -463,8 +465,8 @@ inline namespace RVE_ISA {
     }
 
     Block &block;
-    CallState<Format> &call;
-    const SharedView<Format> &shared;
+    CallState<Scene> &call;
+    const SharedView<Scene> &shared;
     const int num_grains;
     bool needs_renewal = false;
   };

@@ -5,6 +5,7 @@
 #include "rve/block/block_serial.h"
 #include "rve/core/error.h"
 #include "rve/core/threads.h"
+#include "rve/engine/program_scenes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -142,11 +143,11 @@ namespace {
   }
 
   /// What an image has of the history of a pair.
-  template <class NumberFormat> typename NumberFormat::History stored_history(const Pair &pair)
+  template <class Scene> typename Scene::History stored_history(const Pair &pair)
   {
-    using Spring = typename NumberFormat::Spring;
+    using Spring = typename Scene::Spring;
     const Spring tangential = static_cast<Spring>(pair.tangential_force);
-    if constexpr (NumberFormat::has_rolling)
+    if constexpr (Scene::has_rolling)
       return {tangential, static_cast<Spring>(pair.rolling_force)};
     else
       return tangential;
@@ -166,7 +167,7 @@ namespace {
     return pair;
   }
 
-  template <class NumberFormat> StateImage build(const RveState &state, int extra_capacity)
+  template <class Scene> StateImage build(const RveState &state, int extra_capacity)
   {
     const int n = state.num_grains();
     std::vector<int> owned(n, 0);
@@ -180,9 +181,9 @@ namespace {
     StateImage image;
     image.num_grains = n;
     image.extra_capacity = std::max(extra_capacity, num_extra);
-    image.rolling = NumberFormat::has_rolling;
-    image.bytes.assign(image_size<NumberFormat>(n, image.extra_capacity), 0);
-    const auto view = carve_image<NumberFormat>(image.bytes.data(), n, image.extra_capacity);
+    image.rolling = Scene::has_rolling;
+    image.bytes.assign(image_size<Scene>(n, image.extra_capacity), 0);
+    const auto view = carve_image<Scene>(image.bytes.data(), n, image.extra_capacity);
 
     ImageHeader &header = *view.header;
     header = ImageHeader();
@@ -196,8 +197,7 @@ namespace {
     set_material_in(header, state.material);
     // of the radii as the image has them: that of its state is the same again
     RveState stored;
-    for (double r : state.radius)
-      stored.radius.push_back(static_cast<typename NumberFormat::Wide>(r));
+    for (double r : state.radius) stored.radius.push_back(static_cast<typename Scene::Wide>(r));
     const auto [smallest, largest] =
         std::minmax_element(stored.radius.begin(), stored.radius.end());
     header.largest_radius = *largest;
@@ -216,8 +216,8 @@ namespace {
     header.damping_loss = state.energy.local_damping;
     header.viscous_loss = state.energy.viscous;
 
-    using Coordinate = typename NumberFormat::Coordinate;
-    using Real = typename NumberFormat::Real;
+    using Coordinate = typename Scene::Coordinate;
+    using Real = typename Scene::Real;
     const auto &list = header.list_valid ? state.list_fractional : state.fractional;
     const std::vector<std::int32_t> order = state.order.empty() ? storage_order(state)
                                                                 : state.order;
@@ -232,7 +232,7 @@ namespace {
         view.velocity[k][a] = static_cast<Real>(state.velocity[2 * i + a]);
       }
       view.spin[k] = static_cast<Real>(state.spin[i]);
-      view.radius[k] = static_cast<typename NumberFormat::Wide>(state.radius[i]);
+      view.radius[k] = static_cast<typename Scene::Wide>(state.radius[i]);
       for (int m = 0; m < kOwnedPairs; ++m) view.partner[m * n + k] = k;
       owned[k] = 0;
     }
@@ -241,22 +241,22 @@ namespace {
       if (owned[first] < kOwnedPairs) {
         const int slot = owned[first]++ * n + first;
         view.partner[slot] = second;
-        view.history[slot] = stored_history<NumberFormat>(pair);
+        view.history[slot] = stored_history<Scene>(pair);
       } else {
         view.extra_first[header.num_extra] = first;
         view.extra_second[header.num_extra] = second;
-        view.extra_history[header.num_extra] = stored_history<NumberFormat>(pair);
+        view.extra_history[header.num_extra] = stored_history<Scene>(pair);
         ++header.num_extra;
       }
     }
     return image;
   }
 
-  template <class NumberFormat> RveState read(const StateImage &image)
+  template <class Scene> RveState read(const StateImage &image)
   {
     const int n = image.num_grains;
     const auto view =
-        carve_image<NumberFormat>(const_cast<char *>(image.bytes.data()), n, image.extra_capacity);
+        carve_image<Scene>(const_cast<char *>(image.bytes.data()), n, image.extra_capacity);
     const ImageHeader &header = *view.header;
     RveState state;
     state.material.normal_stiffness = header.normal_stiffness;
@@ -305,13 +305,12 @@ namespace {
     return state;
   }
 
-  template <class NumberFormat> void turn(StateImage &image, const Tensor2 &rotation)
+  template <class Scene> void turn(StateImage &image, const Tensor2 &rotation)
   {
     BlockSerial block;
-    turn_image(
-        block,
-        carve_image<NumberFormat>(image.bytes.data(), image.num_grains, image.extra_capacity),
-        rotation);
+    turn_image(block,
+               carve_image<Scene>(image.bytes.data(), image.num_grains, image.extra_capacity),
+               rotation);
   }
 
   /// Segments of a macro increment that rotates by `angle`: at most 0.01 rad each, so that the chord through the rotation
@@ -479,23 +478,24 @@ namespace {
     return record;
   }
 
-  template <class NumberFormat, class Work> auto with_rolling(bool rolling, const Work &work)
+  template <class Numbers, class Work> auto with_rolling(bool rolling, const Work &work)
   {
-    return rolling ? work(Rolling<NumberFormat>()) : work(NumberFormat());
+    return rolling ? work(ProgramScene<Program::Rolling, Numbers>())
+                   : work(ProgramScene<Program::General, Numbers>());
   }
 
-  /// work(a number format), which is as wide as `format` says and holds what images hold.
-  template <class Work> auto with_format(Format format, bool rolling, const Work &work)
+  /// work(a scene), in numbers as `format` says, whose pairs remember what images hold.
+  template <class Work> auto with_scene(Format format, bool rolling, const Work &work)
   {
     switch (format) {
       case Format::Fast:
-        return with_rolling<FastFormat>(rolling, work);
+        return with_rolling<FastNumbers>(rolling, work);
       case Format::Mixed:
-        return with_rolling<MixedFormat>(rolling, work);
+        return with_rolling<MixedNumbers>(rolling, work);
       case Format::Single:
-        return with_rolling<SingleFormat>(rolling, work);
+        return with_rolling<SingleNumbers>(rolling, work);
       default:
-        return with_rolling<DoubleFormat>(rolling, work);
+        return with_rolling<DoubleNumbers>(rolling, work);
     }
   }
 
@@ -516,29 +516,29 @@ namespace {
 
 StateImage build_image(Format format, const RveState &state, int extra_capacity, bool rolling)
 {
-  return with_format(format, rolling, [&](auto number_format) {
-    return build<decltype(number_format)>(state, extra_capacity);
+  return with_scene(format, rolling, [&](auto scene) {
+    return build<decltype(scene)>(state, extra_capacity);
   });
 }
 
 RveState read_image(Format format, const StateImage &image)
 {
-  return with_format(format, image.rolling, [&](auto number_format) {
-    return read<decltype(number_format)>(image);
+  return with_scene(format, image.rolling, [&](auto scene) {
+    return read<decltype(scene)>(image);
   });
 }
 
 void turn_image(Format format, StateImage &image, const Tensor2 &rotation)
 {
-  with_format(format, image.rolling, [&](auto number_format) {
-    turn<decltype(number_format)>(image, rotation);
+  with_scene(format, image.rolling, [&](auto scene) {
+    turn<decltype(scene)>(image, rotation);
   });
 }
 
 std::size_t image_bytes(Format format, int num_grains, int extra_capacity, bool rolling)
 {
-  return with_format(format, rolling, [&](auto number_format) {
-    return image_size<decltype(number_format)>(num_grains, extra_capacity);
+  return with_scene(format, rolling, [&](auto scene) {
+    return image_size<decltype(scene)>(num_grains, extra_capacity);
   });
 }
 
@@ -760,10 +760,10 @@ void BatchEngine::prepare(Call &call, const std::vector<int> &rves,
   call.pair_capacity = pair_capacity(largest);
   const bool general = servo || options.track_energy || any_viscous || any_large_friction ||
       options.arms == Arms::Lammps;
-  call.scene = rolling ? SceneKind::Rolling
-      : general        ? SceneKind::General
-      : any_friction   ? SceneKind::Plain
-                       : SceneKind::Frictionless;
+  call.program = rolling ? Program::Rolling
+      : general          ? Program::General
+      : any_friction     ? Program::Plain
+                         : Program::Frictionless;
   if (least_cost < most_cost) put_longest_first(call, drives, most_cost);
 }
 
@@ -803,7 +803,7 @@ const AnswerRecord *BatchEngine::start(const std::vector<int> &rves,
   if (kind == Answer::Longest) call.constants.extra_detail = kStiffnessDetail;
   if (kind == Answer::TimeStep) {
     call.constants.extra_detail = kTimeStepDetail;
-    if (call.scene != SceneKind::Rolling) call.scene = SceneKind::General;
+    if (call.program != Program::Rolling) call.program = Program::General;
   }
   return launch(call, details);
 }

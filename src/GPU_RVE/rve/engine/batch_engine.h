@@ -6,6 +6,7 @@
 
 #include "rve/algorithm/image.h"
 #include "rve/engine/engine.h"
+#include "rve/engine/programs.h"
 
 namespace rve {
 
@@ -13,7 +14,7 @@ namespace rve {
 struct StateImage {
   int num_grains = 0;
   int extra_capacity = 0;
-  bool rolling = false;    ///< laid out for SceneKind::Rolling: pairs have rolling forces
+  bool rolling = false;    ///< laid out for Program::Rolling: pairs have rolling forces
   std::vector<char> bytes;
 };
 
@@ -68,7 +69,7 @@ class BatchEngine : public Engine {
     int largest = 0;           ///< grains in the largest RVE
     int longest = 0;           ///< most substeps
     int pair_capacity = 0;     ///< that workspaces must have at least
-    SceneKind scene = SceneKind::Plain;
+    Program program = Program::Plain;
     bool with_details = false;
     BatchConstants constants;
   };
@@ -81,7 +82,7 @@ class BatchEngine : public Engine {
   /// memory() without the limit of the environment.
   virtual Memory backend_memory() const = 0;
 
-  /// Whether images are laid out for rolling resistance, and all calls are SceneKind::Rolling.
+  /// Whether images are laid out for rolling resistance, and all calls are of Program::Rolling.
   bool has_rolling() const { return rolling; }
   /// Capacity of the workspaces for RVEs of at most this many grains.
   int pair_capacity(int num_grains) const { return pairs_per_grain * num_grains; }
@@ -102,7 +103,7 @@ class BatchEngine : public Engine {
   void put_longest_first(Call &call, const std::vector<Drive> &drives, double most_cost) const;
   /// What a call answers.
   enum class Answer { Short, Long, Longest, TimeStep };
-  /// Checks and translates; sizes, order and scene follow from the drives.
+  /// Checks and translates; sizes, order and program follow from the drives.
   void prepare(Call &call, const std::vector<int> &rves, const std::vector<Drive> &drives);
   /// One call without repeats. Returns the answers, valid until the next call; `details` has them, if wanted.
   const AnswerRecord *start(const std::vector<int> &rves, const std::vector<Drive> &drives,

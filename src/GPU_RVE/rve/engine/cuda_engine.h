@@ -7,15 +7,6 @@
 
 namespace rve {
 
-struct CudaDevice {
-  int number = -1;         ///< as CUDA counts
-  std::string obstacle;    ///< why there is none, with a remedy; empty when there is one
-};
-
-/// The device of a rank of this machine: ranks take in turn the cards that the program has code for. Throws std::runtime_error when
-/// a device does not answer.
-CudaDevice find_cuda_device(int local_rank);
-
 /// Nothing, and an `obstacle` in words, where there is no device. Throws std::runtime_error when the device fails.
 std::unique_ptr<Engine> make_cuda_engine(const Options &options, std::string &obstacle);
 

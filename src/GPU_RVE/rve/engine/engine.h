@@ -162,7 +162,7 @@ class Engine {
 
 /// The engine that the options ask for. Device::Auto takes the GPU when one is there; `notice`, if given, receives the reason
 /// when it falls back to the CPU. Throws InputError on wrong options, on Device::Cuda without a device, and on any fallback
-/// or missing device when the environment demands one (core/cuda_required.h).
+/// or missing device when the environment demands one (cuda/cuda_required.h).
 std::unique_ptr<Engine> make_engine(const Options &options, std::string *notice = nullptr);
 
 }    // namespace rve

@@ -1,6 +1,6 @@
 // Chooses the backend.
 
-#include "rve/core/cuda_required.h"
+#include "cuda/cuda_required.h"
 #include "rve/core/error.h"
 #include "rve/engine/engine.h"
 #include "rve/engine/host_engine.h"

@@ -4,10 +4,10 @@
 
 #include "rve/core/checksum.h"
 #include "rve/core/error.h"
-#include "rve/core/spring_forces.h"
 #include "rve/core/suggestion.h"
 #include "rve/engine/contact_network.h"
 #include "rve/engine/files.h"
+#include "rve/physics/laws/spring_forces.h"
 
 #include <algorithm>
 #include <cerrno>

@@ -1,0 +1,66 @@
+#include "cuda/cuda_device.h"
+
+#include "cuda/cuda_choice.h"
+#include "cuda/device_buffer.cuh"
+
+#include <cstdlib>
+
+namespace rve {
+
+namespace {
+
+  const std::vector<CudaArchitecture> &compiled_architectures()
+  {
+    static const auto architectures = cuda_architectures(GPU_RVE_CUDA_ARCHITECTURES);
+    return architectures;
+  }
+
+  CudaCard card_of(int number)
+  {
+    cudaDeviceProp properties;
+    check_cuda(cudaGetDeviceProperties(&properties, number), "device properties");
+    return {properties.name, 10 * properties.major + properties.minor};
+  }
+
+  /// Whether the device takes the program's code, seen at one kernel.
+  std::string find_loading_obstacle(int number, const void *kernel)
+  {
+    cudaFuncAttributes attributes;
+    cudaError_t error = cudaSetDevice(number);
+    if (error == cudaSuccess) error = cudaFuncGetAttributes(&attributes, kernel);
+    if (error == cudaSuccess) return "";
+    cudaGetLastError();    // it shall not be remembered
+    const CudaCard card = card_of(number);
+    return loading_obstacle(card, code_for(card.capability, compiled_architectures()),
+                            cudaGetErrorString(error));
+  }
+
+}    // namespace
+
+CudaDevice find_cuda_device(int local_rank, const void *kernel)
+{
+  int count = 0;
+  const cudaError_t error = cudaGetDeviceCount(&count);
+  if (error != cudaSuccess || count == 0) {
+    cudaGetLastError();
+    int driver = 0, runtime = 0;
+    cudaDriverGetVersion(&driver);    // 0 where there is none
+    cudaRuntimeGetVersion(&runtime);
+    auto trouble = DriverTrouble::Other;
+    if (error == cudaErrorInsufficientDriver)
+      trouble = driver == 0 ? DriverTrouble::NoDriver : DriverTrouble::OldDriver;
+    if (error == cudaSuccess || error == cudaErrorNoDevice) trouble = DriverTrouble::NoDevice;
+    return {-1,
+            driver_obstacle(trouble, driver, runtime, std::getenv("CUDA_VISIBLE_DEVICES"),
+                            cudaGetErrorString(error))};
+  }
+  std::vector<std::string> obstacles;
+  for (int number = 0; number < count; ++number)
+    obstacles.push_back(card_obstacle(card_of(number), compiled_architectures()));
+  const CudaChoice choice = choose_card(obstacles, local_rank);
+  CudaDevice device{choice.number, choice.obstacle};
+  if (device.obstacle.empty()) device.obstacle = find_loading_obstacle(device.number, kernel);
+  return device;
+}
+
+}    // namespace rve

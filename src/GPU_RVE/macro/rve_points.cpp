@@ -1,0 +1,720 @@
+#include "macro/rve_points.h"
+
+#include "rve/core/error.h"
+#include "rve/core/threads.h"
+#include "rve/engine/finite_strain.h"
+#include "rve/engine/packing.h"
+
+#include <algorithm>
+#include <chrono>
+
+namespace macro {
+
+namespace {
+
+  double seconds_since(std::chrono::steady_clock::time_point start)
+  {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+
+  bool is_identity(const rve::Tensor2 &f)
+  {
+    const rve::Tensor2 one = rve::Tensor2::identity();
+    return std::equal(f.component, f.component + 4, one.component);
+  }
+
+  /// Whether an RVE that wakes with this deformation must be turned rigidly.
+  bool is_turned(const RvePoints::Point &point, const rve::Tensor2 &deformation)
+  {
+    return !(std::fabs(rve::PolarDecomposition(deformation).angle) <=
+             TURN_OF_OVERLAP * point.last_steps().mean_overlap);
+  }
+
+  /// What a look at a point finds. Its stress may be a mean, and its status is that of its last steps.
+  void take_details(RvePoints::Point &point, const rve::Result &look)
+  {
+    const rve::Tensor2 stress = point.result.stress;
+    const std::uint32_t status = point.result.status;
+    point.result = look;
+    point.result.stress = stress;
+    point.result.status = status;
+    point.stale = false;
+  }
+
+  /// The bound of the time step is that of the present contacts.
+  void expect_contacts(RvePoints::Point &point)
+  {
+    point.most_contacts =
+        static_cast<std::int32_t>((1.0 + CONTACT_GROWTH) * point.contacts +
+                                  CONTACT_GROWTH_PER_GRAIN * point.result.num_grains);
+  }
+
+  /// Without DEM steps: they ask for the present results.
+  std::vector<rve::Drive> drives_at_rest(std::size_t count)
+  {
+    rve::Drive drive;
+    drive.dt = 1.0;    // of no step; a drive wants a positive one
+    return std::vector<rve::Drive>(count, drive);
+  }
+
+  /// What a default gain of the servo is proportional to, of what a material says.
+  double gain_factor(const rve::Material &material)
+  {
+    return material.thickness / (material.density * material.mass_depth);
+  }
+
+}    // namespace
+
+double slip_of_rotation(double angle, int substeps, double dt, const rve::Material &material,
+                        double grain_size)
+{
+  // moment of inertia m r^2/2 against Z contacts with k_t r (r spin); Z of an isostatic packing with friction
+  constexpr double CONTACTS = 3.0;
+  const double pi = std::acos(-1.0);
+  const double mass = material.density * material.mass_depth * 0.25 * pi * grain_size * grain_size;
+  const double frequency = std::sqrt(2.0 * CONTACTS * material.tangential_stiffness / mass);
+  const double steps_of_lag = std::fmax(1.0, 1.0 / (frequency * dt));
+  return std::fabs(angle) * std::fmin(1.0, steps_of_lag / substeps);
+}
+
+double RvePoints::Point::strain_rate() const
+{
+  if (drive.substeps == 0) return 0.0;
+  if (drive.has_servo())
+    return std::max(rve::norm(last_steps().servo_velocity_gradient),
+                    rve::norm(drive.velocity_gradient));
+  return rve::strain_size(drive.deformation) / (drive.substeps * drive.dt);
+}
+
+double RvePoints::Point::shadow_deviation() const
+{
+  const double difference = rve::norm(result.stress - shadow_stress);
+  // of the larger one: a shadow without contacts makes it 1, not infinite
+  const double size = std::max(rve::norm(result.stress), rve::norm(shadow_stress));
+  return size > 0.0 ? difference / size : 0.0;
+}
+
+/* ----------------------------------------------------------------------
+   the RVEs that are there
+------------------------------------------------------------------------- */
+
+RvePoints::Point &RvePoints::settle(int slot, const rve::RveState &state)
+{
+  if (slot >= static_cast<int>(points.size())) points.resize(slot + 1);
+  record_sizes.assign(points.size(), 0);
+  points[slot] = Point();
+  points[slot].material = state.material;
+  points[slot].servo_gain = rve::default_servo_gain(state);
+  return points[slot];
+}
+
+void RvePoints::expect_rolling_resistance()
+{
+  engine->expect_rolling_resistance();
+  if (shadows) shadows->expect_rolling_resistance();
+}
+
+std::vector<int> RvePoints::add(const std::vector<const rve::RveState *> &states)
+{
+  std::vector<int> slots;
+  for (const rve::RveState *state : states) {
+    slots.push_back(engine->add(*state));
+    settle(slots.back(), *state);
+  }
+  std::vector<rve::Result> results;
+  call_engine(slots, drives_at_rest(slots.size()), results);
+  for (std::size_t k = 0; k < slots.size(); ++k) {
+    Point &point = points[slots[k]];
+    point.frozen = (results[k].status & rve::status::Fatal) != 0;
+    if (point.frozen) {
+      point.result.status = results[k].status;
+      continue;
+    }
+    point.result = results[k];
+    point.grain_size = rve::grain_size(point.result);
+    point.contacts = point.result.num_contacts;
+    expect_contacts(point);
+  }
+  return slots;
+}
+
+std::vector<double> RvePoints::bound_time_steps(const std::vector<int> &slots, double enough) const
+{
+  std::vector<double> bounds;
+  engine->bound_time_steps(slots, enough, bounds);
+  return bounds;
+}
+
+std::vector<rve::Advice> RvePoints::advice_on_servo(int slot)
+{
+  Point &point = points[slot];
+  const auto list = rve::advice_on_servo(point.result, point.drive, point.out_of_reach);
+  point.out_of_reach = rve::stress_out_of_reach(point.result, point.drive);
+  return list;
+}
+
+void RvePoints::note_check(const std::vector<int> &slots)
+{
+  for (const int slot : slots) expect_contacts(points[slot]);
+  any_stiffened = false;
+}
+
+double RvePoints::bytes_for(const std::vector<int> &grains, int count, int num_shadows) const
+{
+  if (count == 0) return 0.0;
+  const int largest = *std::max_element(grains.begin(), grains.begin() + count);
+  double bytes = static_cast<double>(engine->bytes_of_call(engine->size() + count, largest));
+  for (int k = 0; k < count; ++k) bytes += static_cast<double>(engine->bytes_per_rve(grains[k]));
+  if (engine->memory().is_host) bytes += static_cast<double>(count) * sizeof(Point);
+  const int some = shadows ? std::min(count, num_shadows) : 0;
+  if (some > 0)
+    bytes += static_cast<double>(shadows->bytes_of_call(some, largest)) +
+        static_cast<double>(some) * static_cast<double>(shadows->bytes_per_rve(largest));
+  return bytes;
+}
+
+void RvePoints::remove(int slot)
+{
+  engine->remove(slot);
+  remove_shadow(slot);
+  points[slot] = Point();
+  record_sizes[slot] = 0;
+}
+
+void RvePoints::add_shadow(int slot)
+{
+  // a shadow begins where its RVE is
+  rve::RveState state = engine->state(slot);
+  Point &point = points[slot];
+  point.shadow = shadows->add(state);
+  record_sizes[slot] = 0;
+  rve::Drive drive = point.drive;
+  drive.deformation = point.pending;
+  if (is_identity(point.pending)) drive.substeps = 0;
+  std::vector<rve::Response> responses;
+  shadows->advance({point.shadow}, {drive}, responses);
+  point.shadow_stress = responses[0].stress;
+  if (responses[0].status & rve::status::Fatal) remove_shadow(slot);
+}
+
+void RvePoints::remove_shadow(int slot)
+{
+  Point &point = points[slot];
+  if (point.shadow >= 0) shadows->remove(point.shadow);
+  point.shadow = -1;
+  record_sizes[slot] = 0;
+}
+
+/* ----------------------------------------------------------------------
+   changes between macro steps
+------------------------------------------------------------------------- */
+
+void RvePoints::set_options(const MacroStepOptions &_options)
+{
+  const int refinement = options.shadow_refinement;
+  options = _options;
+  options.shadow_refinement = refinement;
+}
+
+void RvePoints::set_materials(const std::vector<int> &slots,
+                              const std::vector<rve::Material> &materials)
+{
+  complete();
+  record_sizes.assign(points.size(), 0);
+  std::size_t done = 0;
+  try {
+    for (; done < slots.size(); ++done) {
+      engine->set_material(slots[done], materials[done]);
+      const int shadow = points[slots[done]].shadow;
+      if (shadow >= 0) shadows->set_material(shadow, materials[done]);
+    }
+  } catch (...) {
+    for (std::size_t k = 0; k < done; ++k)
+      engine->set_material(slots[k], points[slots[k]].material);
+    throw;
+  }
+  std::vector<rve::ElasticResult> looks;
+  call_engine(slots, drives_at_rest(slots.size()), looks);
+  std::vector<rve::Response> look_at_shadow;
+  for (std::size_t k = 0; k < slots.size(); ++k) {
+    Point &point = points[slots[k]];
+    if (point.shadow >= 0) {
+      shadows->advance({point.shadow}, drives_at_rest(1), look_at_shadow);
+      point.shadow_stress = look_at_shadow[0].stress;
+    }
+    const double gain_before = gain_factor(point.material), gain = gain_factor(materials[k]);
+    if (gain != gain_before) point.servo_gain *= gain / gain_before;
+    point.material = materials[k];
+    point.look.reset();
+    const rve::Result &look = looks[k].result;
+    if (point.frozen || (look.status & rve::status::Fatal)) continue;
+    if (!point.asleep) {
+      point.result = look;
+      continue;
+    }
+    point.rested = look;
+    point.look = {look.unbalanced_ratio <= QUIET_UNBALANCED_RATIO, looks[k].stiffness};
+    answer_asleep(point, point.pending);
+  }
+}
+
+/* ----------------------------------------------------------------------
+   from a macro step to DEM steps
+------------------------------------------------------------------------- */
+
+template <class Answers>
+void RvePoints::call_engine(const std::vector<int> &slots, const std::vector<rve::Drive> &drives,
+                            Answers &answers) const
+{
+  const auto start = std::chrono::steady_clock::now();
+  engine->advance(slots, drives, answers);
+  seconds_in_engine += seconds_since(start);
+}
+
+/// What one RVE does in a macro step: parts that end where its stress is wanted.
+struct RvePoints::Macro {
+  int slot;
+  rve::Drive drive;
+  int parts = 1, first_steps = 0,
+      spacing = 0;                      // DEM steps of the first part, and of each other one
+  std::vector<rve::Tensor2> samples;    // of stress, at the end of each part
+  bool failed = false;
+
+  int steps(int part) const { return part == 0 ? first_steps : spacing; }
+
+  rve::Drive of_part(int part) const
+  {
+    if (parts == 1) return drive;
+    rve::Drive some = drive;
+    some.substeps = steps(part);
+    const auto end = [&](int p) {
+      return static_cast<double>(first_steps + p * spacing) / drive.substeps;
+    };
+    // the last part ends where the macro step does, to the last bit but one
+    const rve::Tensor2 after = part + 1 == parts
+        ? drive.deformation
+        : rve::part_of_increment(drive.deformation, end(part));
+    some.deformation = part == 0
+        ? after
+        : after * rve::inverse(rve::part_of_increment(drive.deformation, end(part - 1)));
+    return some;
+  }
+
+  /// Mean of the samples, or the value at the end of the straight line through them.
+  rve::Tensor2 stress(StressFrom from) const
+  {
+    const int n = static_cast<int>(samples.size());
+    rve::Tensor2 mean = rve::Tensor2::zero(), slope = rve::Tensor2::zero();
+    double spread = 0.0;
+    for (int k = 0; k < n; ++k) {
+      const double place = k - 0.5 * (n - 1);
+      mean = mean + (1.0 / n) * samples[k];
+      slope = slope + place * samples[k];
+      spread += place * place;
+    }
+    return from == StressFrom::Average ? mean : mean + (0.5 * (n - 1) / spread) * slope;
+  }
+};
+
+/// Whether the strain since its last DEM steps is too small for others. It sleeps if it is at rest as well.
+bool RvePoints::may_sleep(const Point &point, const rve::Drive &drive) const
+{
+  return options.quiescent_strain > 0.0 && !drive.has_servo() && drive.substeps > 0 &&
+      point.last_steps().status == rve::status::Ok &&
+      rve::strain_size(drive.deformation * point.pending) < options.quiescent_strain;
+}
+
+/// An RVE that still moves, or may start to, needs its DEM steps: so does one that cannot be looked at. One call for all that
+/// were not looked at since their last DEM steps; their results are complete then.
+void RvePoints::look_at_sleepers(const std::vector<int> &slots)
+{
+  std::vector<int> some;
+  for (std::size_t k = 0; k < slots.size(); ++k)
+    if (parts[k] == Part::Sleeps && !points[slots[k]].look) some.push_back(slots[k]);
+  if (!some.empty()) {
+    std::vector<rve::ElasticResult> looks;
+    call_engine(some, drives_at_rest(some.size()), looks);
+    const int count = static_cast<int>(some.size());
+    const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team)
+    for (int m = 0; m < count; ++m) {
+      Point &point = points[some[m]];
+      const rve::Result &result = looks[m].result;
+      const bool failed = (result.status & rve::status::Fatal) != 0;
+      point.look = {!failed && result.unbalanced_ratio <= QUIET_UNBALANCED_RATIO,
+                    looks[m].stiffness};
+      if (!failed && point.stale) take_details(point, result);
+    }
+  }
+  for (std::size_t k = 0; k < slots.size(); ++k)
+    if (parts[k] == Part::Sleeps && !points[slots[k]].look->is_at_rest) parts[k] = Part::Works;
+}
+
+/// sigma + C:eps, turned with the RVE; cell, deformation and void ratio follow. The rest is that of the last DEM step.
+void RvePoints::answer_asleep(Point &point, const rve::Tensor2 &pending) const
+{
+  if (!point.asleep) point.rested = point.result;
+  point.asleep = true;
+  point.pending = pending;
+  const rve::PolarDecomposition polar(pending);
+  rve::Result &result = point.result;
+  result = point.rested;
+  result.stress = polar.rotation * (point.rested.stress + point.look->stiffness(polar.strain)) *
+      rve::transpose(polar.rotation);
+  result.fabric = polar.rotation * point.rested.fabric * rve::transpose(polar.rotation);
+  result.cell = pending * point.rested.cell;
+  result.deformation = pending * point.rested.deformation;
+  result.void_ratio = (1.0 + point.rested.void_ratio) * rve::determinant(pending) - 1.0;
+}
+
+int RvePoints::substeps_of(const Point &point, const rve::Drive &drive) const
+{
+  if (!options.adaptive || drive.substeps == 0 || drive.has_servo()) return drive.substeps;
+  return options.adaptive->of(rve::strain_size(drive.deformation), drive.dt,
+                              point.last_steps().mean_stress(), point.grain_size, point.material);
+}
+
+/// Whether a rotation lets contacts slip, in as few DEM steps as the strain asks for. The overlap is that of its mean stress: what is
+/// known whatever the last advance was asked for.
+bool RvePoints::slips(const Point &point, const rve::Drive &drive) const
+{
+  const double angle = rve::PolarDecomposition(drive.deformation).angle;
+  const double slip =
+      slip_of_rotation(angle, drive.substeps, drive.dt, point.material, point.grain_size);
+  const double overlap = std::fmax(point.last_steps().mean_stress(), 0.0) *
+      point.material.thickness / point.material.normal_stiffness;
+  return !(slip <= TURN_OF_OVERLAP * overlap);
+}
+
+/// Carries out rotations that grains could not follow: the drives keep the stretch.
+void RvePoints::turn(rve::Engine &engine, const std::vector<int> &numbers,
+                     std::vector<rve::Drive> &drives, const std::vector<char> &must_turn)
+{
+  std::vector<int> some;
+  std::vector<rve::Tensor2> rotations;
+  for (std::size_t m = 0; m < numbers.size(); ++m) {
+    if (!must_turn[m]) continue;
+    some.push_back(numbers[m]);
+    rotations.push_back(rve::PolarDecomposition(drives[m].deformation).rotation);
+    drives[m].deformation = drives[m].deformation * rve::transpose(rotations.back());
+  }
+  if (!some.empty()) engine.turn(some, rotations);
+}
+
+/// The drives of those that work, with what they slept through.
+void RvePoints::plan_work(const std::vector<int> &slots, const std::vector<rve::Drive> &drives)
+{
+  working.clear();
+  for (std::size_t k = 0; k < slots.size(); ++k)
+    if (parts[k] == Part::Works) working.push_back(static_cast<int>(k));
+  const int count = static_cast<int>(working.size());
+  working_slots.resize(count);
+  working_drives.resize(count);
+  must_turn.resize(count);
+  {
+    const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team)
+    for (int m = 0; m < count; ++m) {
+      const int k = working[m];
+      const Point &point = points[slots[k]];
+      rve::Drive &drive = working_drives[m];
+      working_slots[m] = slots[k];
+      drive = drives[k];
+      must_turn[m] = 0;
+      if (drive.has_servo() || drive.substeps == 0) continue;
+      const bool wakes = !is_identity(point.pending);
+      if (wakes) drive.deformation = drive.deformation * point.pending;
+      drive.substeps = substeps_of(point, drive);
+      must_turn[m] = (wakes && is_turned(point, drive.deformation)) ||
+          (options.adaptive && slips(point, drive));
+    }
+  }
+  turn(*engine, working_slots, working_drives, must_turn);
+  // the strain of what is left, to its last digit
+  for (int m = 0; m < count; ++m)
+    if (must_turn[m])
+      working_drives[m].substeps = substeps_of(points[working_slots[m]], working_drives[m]);
+}
+
+/// A servo takes no deformation: what an RVE slept through under another drive is carried out before. Who fails there is frozen and
+/// works no more.
+void RvePoints::catch_up()
+{
+  std::vector<int> slots;
+  std::vector<rve::Drive> drives;
+  must_turn.clear();
+  for (std::size_t m = 0; m < working_slots.size(); ++m) {
+    const rve::Drive &wanted = working_drives[m];
+    const Point &point = points[working_slots[m]];
+    if (!wanted.has_servo() || is_identity(point.pending)) continue;
+    rve::Drive drive;
+    drive.dt = wanted.dt;
+    drive.substeps = wanted.substeps;
+    drive.deformation = point.pending;
+    slots.push_back(working_slots[m]);
+    drives.push_back(drive);
+    must_turn.push_back(is_turned(point, point.pending));
+  }
+  if (slots.empty()) return;
+  turn(*engine, slots, drives, must_turn);
+  std::vector<rve::Response> responses;
+  call_engine(slots, drives, responses);
+  for (std::size_t k = 0; k < slots.size(); ++k) {
+    Point &point = points[slots[k]];
+    point.asleep = false;
+    point.frozen = (responses[k].status & rve::status::Fatal) != 0;
+    if (point.frozen)
+      point.result.status = responses[k].status;
+    else
+      point.pending = rve::Tensor2::identity();
+  }
+  std::size_t left = 0;
+  for (std::size_t m = 0; m < working_slots.size(); ++m) {
+    if (points[working_slots[m]].frozen) continue;
+    working_slots[left] = working_slots[m];
+    working_drives[left++] = working_drives[m];
+  }
+  working_slots.resize(left);
+  working_drives.resize(left);
+}
+
+/// All parts of all macro steps, the n-th parts of all RVEs at once.
+void RvePoints::run(std::vector<Macro> &macros)
+{
+  for (int part = 0;; ++part) {
+    std::vector<Macro *> last, others;
+    for (Macro &macro : macros)
+      if (!macro.failed && part < macro.parts)
+        (part + 1 == macro.parts ? last : others).push_back(&macro);
+    if (last.empty() && others.empty()) return;
+
+    const auto slots_of = [](const std::vector<Macro *> &some) {
+      std::vector<int> slots;
+      for (const Macro *macro : some) slots.push_back(macro->slot);
+      return slots;
+    };
+    const auto drives_of = [part](const std::vector<Macro *> &some) {
+      std::vector<rve::Drive> drives;
+      for (const Macro *macro : some) drives.push_back(macro->of_part(part));
+      return drives;
+    };
+    if (!others.empty()) {
+      std::vector<rve::Response> responses;
+      call_engine(slots_of(others), drives_of(others), responses);
+      for (std::size_t k = 0; k < others.size(); ++k) {
+        others[k]->samples.push_back(responses[k].stress);
+        others[k]->failed = (responses[k].status & rve::status::Fatal) != 0;
+        if (others[k]->failed) points[others[k]->slot].result.status = responses[k].status;
+      }
+    }
+    if (!last.empty()) {
+      std::vector<rve::Response> responses;
+      call_engine(slots_of(last), drives_of(last), responses);
+      for (std::size_t k = 0; k < last.size(); ++k) {
+        Macro &macro = *last[k];
+        Point &point = points[macro.slot];
+        point.result.status = responses[k].status;
+        macro.failed = (responses[k].status & rve::status::Fatal) != 0;
+        if (macro.failed) continue;
+        point.contacts = responses[k].num_contacts;
+        any_stiffened = any_stiffened || point.contacts > point.most_contacts;
+        macro.samples.push_back(responses[k].stress);
+        point.result.stress = macro.parts == 1 ? responses[k].stress
+                                               : macro.stress(options.stress_from);
+      }
+    }
+  }
+}
+
+void RvePoints::advance_shadows(const std::vector<int> &slots,
+                                const std::vector<rve::Drive> &drives)
+{
+  std::vector<int> originals, numbers;
+  std::vector<rve::Drive> finer;
+  std::vector<char> turned;
+  for (std::size_t k = 0; k < slots.size(); ++k) {
+    const Point &point = points[slots[k]];
+    if (point.shadow < 0 || point.frozen) continue;
+    originals.push_back(slots[k]);
+    numbers.push_back(point.shadow);
+    finer.push_back(drives[k]);
+    finer.back().dt /= options.shadow_refinement;
+    finer.back().substeps = substeps_of(point, drives[k]) * options.shadow_refinement;
+    turned.push_back(options.adaptive && !drives[k].has_servo() && drives[k].substeps > 0 &&
+                     slips(point, finer.back()));
+  }
+  if (numbers.empty()) return;
+  turn(*shadows, numbers, finer, turned);
+  std::vector<rve::Response> responses;
+  shadows->advance(numbers, finer, responses);
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    Point &point = points[originals[k]];
+    if (responses[k].status & rve::status::Fatal)
+      remove_shadow(originals[k]);    // its RVE will have another one, or fail as well
+    else
+      point.shadow_stress = responses[k].stress;
+  }
+}
+
+std::vector<int> RvePoints::advance(const std::vector<int> &slots,
+                                    const std::vector<rve::Drive> &drives, bool with_details)
+{
+  const auto start = std::chrono::steady_clock::now();
+  const std::vector<int> failed = is_plain(slots) ? advance_plainly(slots, drives)
+                                                  : advance_by_plan(slots, drives);
+  // of the same kind as what is asked for later: the long answer of the call itself has the velocities of half a step before
+  if (with_details) complete();
+  if (shadows) {
+    const auto shadows_start = std::chrono::steady_clock::now();
+    advance_shadows(slots, drives);
+    seconds_for_shadows += seconds_since(shadows_start);
+  }
+  seconds += seconds_since(start);
+  return failed;
+}
+
+/* ----------------------------------------------------------------------
+   nothing stands between macro steps and DEM steps: one call of the engine, with the drives as they are.
+   thousands of RVEs get there in every step, and what is done for each of them counts
+------------------------------------------------------------------------- */
+
+bool RvePoints::is_plain(const std::vector<int> &slots) const
+{
+  if (options.adaptive || options.quiescent_strain > 0.0 || options.stress_from != StressFrom::End)
+    return false;
+  const int count = static_cast<int>(slots.size());
+  bool plain = true;
+  const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team) reduction(&& : plain)
+  for (int k = 0; k < count; ++k) {
+    const Point &point = points[slots[k]];
+    plain = plain && !point.frozen && !point.asleep && is_identity(point.pending);
+  }
+  return plain;
+}
+
+std::vector<int> RvePoints::advance_plainly(const std::vector<int> &slots,
+                                            const std::vector<rve::Drive> &drives)
+{
+  const int count = static_cast<int>(slots.size());
+  if (count == 0) return {};
+  call_engine(slots, drives, responses);
+  record_sizes.assign(points.size(), 0);
+
+  int num_failed = 0;
+  bool stiffened = false;
+  const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team) reduction(+ : num_failed) reduction(|| : stiffened)
+  for (int k = 0; k < count; ++k) {
+    Point &point = points[slots[k]];
+    point.asleep = false;
+    point.result.status = responses[k].status;
+    if (responses[k].status & rve::status::Fatal) {
+      point.frozen = true;
+      ++num_failed;
+      continue;
+    }
+    point.result.stress = responses[k].stress;
+    point.stale = true;
+    point.contacts = responses[k].num_contacts;
+    stiffened = stiffened || point.contacts > point.most_contacts;
+    point.look.reset();
+    if (drives[k].substeps == 0) continue;
+    point.pending = rve::Tensor2::identity();
+    point.drive = drives[k];
+  }
+  any_stiffened = any_stiffened || stiffened;
+  std::vector<int> failed;
+  for (int k = 0; num_failed > 0 && k < count; ++k)
+    if (points[slots[k]].frozen) failed.push_back(slots[k]);
+  return failed;
+}
+
+void RvePoints::complete() const
+{
+  stale_slots.clear();
+  for (int slot = 0; slot < static_cast<int>(points.size()); ++slot)
+    if (points[slot].stale) stale_slots.push_back(slot);
+  const int count = static_cast<int>(stale_slots.size());
+  if (count == 0) return;
+  // whoever looks in every step does so at thousands: no memory is asked for each time, and threads share the copies
+  if (static_cast<int>(resting.size()) != count) resting = drives_at_rest(count);
+  call_engine(stale_slots, resting, looks);
+  const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team)
+  for (int k = 0; k < count; ++k) {
+    Point &point = points[stale_slots[k]];
+    point.stale = false;
+    if (!(looks[k].status & rve::status::Fatal)) take_details(point, looks[k]);
+  }
+}
+
+std::vector<int> RvePoints::advance_by_plan(const std::vector<int> &slots,
+                                            const std::vector<rve::Drive> &drives)
+{
+  const int count = static_cast<int>(slots.size());
+  record_sizes.assign(points.size(), 0);
+  parts.resize(count);
+  {
+    const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team)
+    for (int k = 0; k < count; ++k) {
+      const Point &point = points[slots[k]];
+      parts[k] = point.frozen           ? Part::Nothing
+          : may_sleep(point, drives[k]) ? Part::Sleeps
+                                        : Part::Works;
+    }
+  }
+  if (options.quiescent_strain > 0.0) {
+    look_at_sleepers(slots);
+    const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team)
+    for (int k = 0; k < count; ++k) {
+      Point &point = points[slots[k]];
+      if (parts[k] == Part::Sleeps) answer_asleep(point, drives[k].deformation * point.pending);
+    }
+  }
+
+  plan_work(slots, drives);
+  catch_up();
+  if (options.stress_from != StressFrom::End)
+    advance_with_samples(working_slots, working_drives);
+  else
+    advance_plainly(working_slots, working_drives);
+
+  std::vector<int> failed;
+  for (const int k : working)
+    if (points[slots[k]].frozen) failed.push_back(slots[k]);
+  return failed;
+}
+
+/// The stress is that of several parts of the macro step.
+void RvePoints::advance_with_samples(const std::vector<int> &slots,
+                                     const std::vector<rve::Drive> &drives)
+{
+  std::vector<Macro> macros(slots.size());
+  for (std::size_t k = 0; k < slots.size(); ++k) {
+    Macro &macro = macros[k];
+    macro.slot = slots[k];
+    macro.drive = drives[k];
+    const int substeps = macro.drive.substeps;
+    if (substeps < 2) continue;
+    macro.parts = std::min(options.stress_samples, substeps);
+    macro.spacing = std::min(options.stress_spacing, (substeps - 1) / (macro.parts - 1));
+    macro.first_steps = substeps - (macro.parts - 1) * macro.spacing;
+  }
+  run(macros);
+  for (const Macro &macro : macros) {
+    Point &point = points[macro.slot];
+    point.asleep = false;
+    point.frozen = macro.failed;
+    if (macro.failed) continue;
+    point.stale = true;
+    point.look.reset();
+    if (macro.drive.substeps == 0) continue;
+    point.pending = rve::Tensor2::identity();
+    point.drive = macro.drive;
+  }
+}
+
+}    // namespace macro

@@ -1,0 +1,232 @@
+// The RVEs behind the points of one rank: what the engine holds, with the last answer of each, its failure flag and the record in which it
+// travels between ranks and into restart files; and how a macro step becomes DEM steps.
+
+#ifndef MACRO_RVE_POINTS_H
+#define MACRO_RVE_POINTS_H
+
+#include "rve/engine/advice.h"
+#include "rve/engine/affine_stiffness.h"
+#include "rve/engine/substeps.h"
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace macro {
+
+/// Where the stress of a macro step is taken.
+enum class StressFrom { End, Average, Regression };
+
+/// What may stand between a macro step and the DEM steps of an RVE; as given here, nothing does.
+struct MacroStepOptions {
+  std::optional<rve::AdaptiveSubsteps>
+      adaptive;    ///< number of DEM steps by strain; not with a servo
+  double quiescent_strain =
+      0.0;    ///< an RVE that strains less since its last DEM step is skipped; 0: none is
+  StressFrom stress_from = StressFrom::End;
+  int stress_samples =
+      1;    ///< of an average or a regression, the last one at the end of the macro step
+  int stress_spacing = 1;       ///< DEM steps between samples
+  int shadow_refinement = 4;    ///< DEM steps of a shadow per step of its RVE
+};
+
+/// Mean unbalanced force over mean contact force below which an RVE is at rest and may be skipped [-].
+constexpr double QUIET_UNBALANCED_RATIO = 1e-2;
+
+/// Growth of the number of contacts that asks for a look at the bound of the time step: by this share of them and of the grains. The
+/// first tells in a packing, the second in a gas, where a few contacts more mean nothing yet.
+constexpr double CONTACT_GROWTH = 0.1, CONTACT_GROWTH_PER_GRAIN = 0.02;
+
+/// Slip of contacts by a rotation that grains do not follow, over the mean overlap over sum of radii, above which an RVE is turned
+/// rigidly [-]. A cell that turns by an angle in a few DEM steps lets contacts slip by it, since grains do not spin yet: a hundredth
+/// of the normal force at k_t = k_n.
+constexpr double TURN_OF_OVERLAP = 1e-2;
+
+/// Largest slip by a rotation by `angle` in `substeps` steps of dt, as an angle [rad]: the whole rotation, if the grains do not follow
+/// at all. Grains that all spin alike in a cell that does not turn go to and fro with w = sqrt(2 Z k_t/m), and lag behind a rotation at
+/// a constant rate by that rate over w; the first step finds them at rest.
+double slip_of_rotation(double angle, int substeps, double dt, const rve::Material &material,
+                        double grain_size);
+
+class RvePoints {
+ public:
+  struct Point {
+    rve::Result
+        result;    ///< of the last advance that succeeded; its status is that of the last advance
+    rve::Material material;
+    double servo_gain = 0.0;      ///< default of its stress servo [1/(stress time^2)]
+    double grain_size = 0.0;      ///< 2 sqrt(<r^2>) [length]
+    double out_of_reach = 0.0;    ///< stress that its servo lacked when last asked [stress]
+    bool frozen = false;          ///< failed once and is not advanced any more
+    bool asleep = false;          ///< was skipped in the last macro step
+    bool stale = false;           ///< `result` is of an earlier advance, but for stress and status
+    std::int32_t contacts = 0;    ///< after its last DEM steps
+    std::int32_t most_contacts =
+        0;    ///< with more of them the bound of its time step has to be looked at again
+
+    rve::Drive drive;    ///< of its last DEM steps; none so far if it has no substeps
+
+    rve::Result
+        rested;    ///< while asleep: of its last DEM step; `result` is then that of the affine RVE
+    rve::Tensor2 pending = rve::Tensor2::identity();    ///< deformation since then
+
+    /// Of its last DEM steps, once the next strain was too small for others. The same whatever the advance was asked for.
+    struct Look {
+      bool is_at_rest;
+      rve::AffineStiffness stiffness;
+    };
+    std::optional<Look> look;
+
+    int shadow = -1;    ///< number of its shadow in the engine of shadows
+    rve::Tensor2 shadow_stress = rve::Tensor2::zero();    ///< [stress]
+
+    const rve::Result &last_steps() const { return asleep ? rested : result; }
+    /// |D| in the RVE's own time, of its last DEM steps [1/time]
+    double strain_rate() const;
+    /// |stress - stress of the shadow| over the larger of both [-]
+    double shadow_deviation() const;
+  };
+
+  /// `_shadows` is an engine in double precision, or none if there shall be no shadows. `_threads` are for what is done here.
+  RvePoints(std::unique_ptr<rve::Engine> _engine, std::unique_ptr<rve::Engine> _shadows,
+            const MacroStepOptions &_options, int _threads = 1) :
+      engine(std::move(_engine)),
+      shadows(std::move(_shadows)), options(_options), threads(_threads)
+  {
+  }
+
+  /// From now on RVEs have room for rolling forces: before memory is planned, and RVEs without them are taken in.
+  void expect_rolling_resistance();
+  /// Takes RVEs in and evaluates their stress; returns their slots.
+  std::vector<int> add(const std::vector<const rve::RveState *> &states);
+  void remove(int slot);
+
+  /// Advances those that are not frozen; returns the slots that failed, which stay as they were and are frozen. With stress samples
+  /// a macro step is several calls of the engine: a failed RVE then stays as it was before the call that failed.
+  /// Without details the results have stress and status only until somebody asks for a point, which costs a call of the engine; the
+  /// results are the same whenever they are asked for. Stress and status are those of the advance. The rest belongs to the same
+  /// configuration: velocities have had their last kick (kinetic energy, forces of dashpots), and sums of forces may be rounded in
+  /// another unit.
+  std::vector<int> advance(const std::vector<int> &slots, const std::vector<rve::Drive> &drives,
+                           bool with_details = true);
+  /// Completes the results of all points that an advance left without details.
+  void complete() const;
+
+  /// What stands between macro steps and DEM steps from now on; the refinement of shadows stays. RVEs that sleep carry out what they
+  /// slept through in their next step, if they may not go on sleeping.
+  void set_options(const MacroStepOptions &_options);
+  /// Gives RVEs other materials, and their shadows, and evaluates their stress. A default gain of the servo follows. Throws InputError
+  /// if one is out of range, and then changes none of these.
+  void set_materials(const std::vector<int> &slots, const std::vector<rve::Material> &materials);
+
+  /// Gives the RVE a shadow: a copy in double precision that goes its way with finer steps from now on, never skipped.
+  void add_shadow(int slot);
+  void remove_shadow(int slot);
+  /// Wall time spent on shadows, and on all [seconds]
+  double shadow_time() const { return seconds_for_shadows; }
+  double total_time() const { return seconds; }
+  /// Of it, in calls of the engine of the RVEs themselves [seconds]
+  double engine_time() const { return seconds_in_engine; }
+
+  const Point &point(int slot) const
+  {
+    if (points[slot].stale) complete();
+    return points[slot];
+  }
+  /// Lower bounds of the stable DEM time steps, sharp below `enough` (rve::Engine).
+  std::vector<double> bound_time_steps(const std::vector<int> &slots, double enough) const;
+  /// Their bounds have been looked at, and those of all that have stiffened.
+  void note_check(const std::vector<int> &slots);
+  /// Whether its servo has come no nearer to its goal since the last time that this was asked.
+  std::vector<rve::Advice> advice_on_servo(int slot);
+  /// Whether it has got so many contacts since the last look at its bound that its time step may not be stable any more; and
+  /// whether one of them has.
+  bool has_stiffened(int slot) const
+  {
+    return !points[slot].frozen && points[slot].contacts > points[slot].most_contacts;
+  }
+  bool any_has_stiffened() const { return any_stiffened; }
+  // what is always up to date
+  const rve::Tensor2 &stress(int slot) const { return points[slot].result.stress; }
+  const rve::Material &material(int slot) const { return points[slot].material; }
+  /// Whether time has passed for it, here or before it came here.
+  bool has_advanced(int slot) const
+  {
+    return points[slot].drive.substeps > 0 || points[slot].asleep;
+  }
+  bool frozen(int slot) const { return points[slot].frozen; }
+  double servo_gain(int slot) const { return points[slot].servo_gain; }
+  rve::RveState state(int slot) const { return engine->state(slot); }
+  std::string description() const { return engine->description(); }
+  int size() const { return engine->size(); }
+  /// Where the RVEs live. Their shadows live on the same device.
+  rve::Memory memory() const { return engine->memory(); }
+  /// Memory that `count` further RVEs take, of the first of these numbers of grains, with as many shadows as they may get, and calls
+  /// of all that are then there [bytes]. An estimate: lists may grow.
+  double bytes_for(const std::vector<int> &grains, int count, int num_shadows) const;
+  double bytes(int slot) const { return engine->bytes_per_rve(points[slot].result.num_grains); }
+
+  /// Everything of one RVE as doubles.
+  std::vector<double> record(int slot) const;
+  /// Takes an RVE in from such doubles, `size` of them. Throws InputError if they are not what record() gave, in any bit that counts.
+  int add_record(const double *record, std::size_t size);
+  /// Length of record(); remembered until the next advance.
+  int record_size(int slot) const;
+  /// At least the length of record() while the list has at most twice the present pairs, without asking the engine.
+  int record_bound(int slot) const;
+
+ private:
+  std::unique_ptr<rve::Engine> engine, shadows;
+  MacroStepOptions options;
+  int threads;
+  bool any_stiffened = false;    ///< since the last look at bounds
+  double seconds = 0.0, seconds_for_shadows = 0.0;
+  mutable double seconds_in_engine = 0.0;
+  mutable std::vector<Point> points;        // by slot
+  mutable std::vector<int> record_sizes;    // by slot; 0: not known
+  // of complete(), kept between calls
+  mutable std::vector<int> stale_slots;
+  mutable std::vector<rve::Drive> resting;
+  mutable std::vector<rve::Result> looks;
+
+  struct Macro;    // a macro step of one RVE
+
+  /// What an RVE does in a macro step.
+  enum class Part : char { Nothing, Sleeps, Works };
+
+  // of advance_plainly, kept between calls
+  std::vector<rve::Response> responses;
+  // of advance_by_plan
+  std::vector<Part> parts;     // of each slot that is given
+  std::vector<int> working;    // places of those that work among them
+  std::vector<int> working_slots;
+  std::vector<rve::Drive> working_drives;
+  std::vector<char> must_turn;    // as working_slots
+
+  template <class Answers>
+  void call_engine(const std::vector<int> &slots, const std::vector<rve::Drive> &drives,
+                   Answers &answers) const;
+  bool is_plain(const std::vector<int> &slots) const;
+  std::vector<int> advance_plainly(const std::vector<int> &slots,
+                                   const std::vector<rve::Drive> &drives);
+  std::vector<int> advance_by_plan(const std::vector<int> &slots,
+                                   const std::vector<rve::Drive> &drives);
+  void advance_with_samples(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);
+
+  Point &settle(int slot, const rve::RveState &state);
+  bool may_sleep(const Point &point, const rve::Drive &drive) const;
+  int substeps_of(const Point &point, const rve::Drive &drive) const;
+  void look_at_sleepers(const std::vector<int> &slots);
+  void answer_asleep(Point &point, const rve::Tensor2 &pending) const;
+  static void turn(rve::Engine &engine, const std::vector<int> &numbers,
+                   std::vector<rve::Drive> &drives, const std::vector<char> &must_turn);
+  bool slips(const Point &point, const rve::Drive &drive) const;
+  void plan_work(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);
+  void catch_up();
+  void run(std::vector<Macro> &macros);
+  void advance_shadows(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);
+};
+
+}    // namespace macro
+
+#endif

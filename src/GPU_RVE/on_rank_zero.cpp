@@ -1,0 +1,46 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+#include "on_rank_zero.h"
+
+#include <chrono>
+#include <exception>
+#include <thread>
+
+/* ----------------------------------------------------------------------
+   the others do not wait in a collective call, which would keep their cores busy
+------------------------------------------------------------------------- */
+
+std::string LAMMPS_NS::on_rank_zero(MPI_Comm world, const std::function<void()> &work)
+{
+  int me, length = 0;
+  MPI_Comm_rank(world, &me);
+  std::string failure;
+  if (me == 0) {
+    try {
+      work();
+    } catch (const std::exception &e) {
+      failure = e.what();
+    }
+    length = static_cast<int>(failure.size());
+  }
+  MPI_Request done;
+  MPI_Ibcast(&length, 1, MPI_INT, 0, world, &done);
+  for (int ready = 0; !ready;) {
+    MPI_Test(&done, &ready, MPI_STATUS_IGNORE);
+    if (!ready) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  failure.resize(length);
+  MPI_Bcast(failure.data(), length, MPI_CHAR, 0, world);
+  return failure;
+}

@@ -1,0 +1,68 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+#include "rank_resources.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <omp.h>
+#include <sched.h>
+#include <unistd.h>
+#include <vector>
+
+using namespace LAMMPS_NS;
+
+namespace {
+
+bool threads_are_given()
+{
+  return getenv("OMP_NUM_THREADS") != nullptr;
+}
+
+}    // namespace
+
+RankResources::RankResources(MPI_Comm world)
+{
+  MPI_Comm node;
+  MPI_Comm_split_type(world, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &node);
+  MPI_Comm_rank(node, &rank);
+  MPI_Comm_size(node, &ranks);
+
+  // mpirun may have bound ranks to cores: those that may use the same ones share them
+  cpu_set_t mine;
+  CPU_ZERO(&mine);
+  const long machine = sysconf(_SC_NPROCESSORS_ONLN);
+  if (sched_getaffinity(0, sizeof(mine), &mine) != 0 || CPU_COUNT(&mine) == 0)
+    for (long k = 0; k < machine; ++k) CPU_SET(k, &mine);
+  std::vector<cpu_set_t> all(ranks);
+  MPI_Allgather(&mine, sizeof(mine), MPI_BYTE, all.data(), sizeof(mine), MPI_BYTE, node);
+  MPI_Comm_free(&node);
+  const auto sharers = std::count_if(all.begin(), all.end(), [&](const cpu_set_t &other) {
+    cpu_set_t both;
+    CPU_AND(&both, &mine, &other);
+    return CPU_COUNT(&both) > 0;
+  });
+  cores = std::max(1, CPU_COUNT(&mine) / static_cast<int>(sharers));
+
+  bound_ranks = 0;
+  if (machine >= 2 * ranks && !threads_are_given())
+    bound_ranks =
+        static_cast<int>(std::count_if(all.begin(), all.end(), [](const cpu_set_t &other) {
+          return CPU_COUNT(&other) == 1;
+        }));
+}
+
+int RankResources::threads() const
+{
+  return threads_are_given() ? omp_get_max_threads() : cores;
+}

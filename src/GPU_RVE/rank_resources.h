@@ -1,0 +1,37 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+// This rank among those that share its machine, and the threads that are its own.
+
+#ifndef LMP_RANK_RESOURCES_H
+#define LMP_RANK_RESOURCES_H
+
+#include <mpi.h>
+
+namespace LAMMPS_NS {
+
+struct RankResources {
+  int rank, ranks;    ///< on this machine
+  int cores;          ///< that this rank may use, shared with no other rank
+  int bound_ranks;    ///< of this machine that may use one core only, where there are several for each rank; 0 with OMP_NUM_THREADS
+
+  /// Collective.
+  explicit RankResources(MPI_Comm world);
+
+  /// What OMP_NUM_THREADS says, or the own cores. (LAMMPS itself takes one thread where the environment says nothing.)
+  int threads() const;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif

@@ -1,0 +1,127 @@
+// Which card serves and what is said where none can: decided without a card, so tested on any machine.
+
+#include "cuda/cuda_choice.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+using namespace rve;
+
+namespace {
+
+const CudaCard T4{"Tesla T4", 75}, A100{"NVIDIA A100-SXM4-80GB", 80},
+    RTX3090{"NVIDIA GeForce RTX 3090", 86}, RTX4090{"NVIDIA GeForce RTX 4090", 89},
+    H200{"NVIDIA H200", 90}, B200{"NVIDIA B200", 100}, RTX5090{"NVIDIA GeForce RTX 5090", 120};
+
+CardCode code_of(const std::string &list, const CudaCard &card)
+{
+  return code_for(card.capability, cuda_architectures(list));
+}
+
+}    // namespace
+
+TEST(CudaChoice, BinariesServeLaterCardsOfTheirGenerationAndTextAllLaterCards)
+{
+  // code for one kind of card only, as the default was once
+  EXPECT_EQ(code_of("90", A100), CardCode::None);
+  EXPECT_EQ(code_of("90", RTX4090), CardCode::None);
+  EXPECT_EQ(code_of("90", H200), CardCode::Binary);
+  EXPECT_EQ(code_of("90", RTX5090), CardCode::Ptx);
+  EXPECT_EQ(code_of("90-real", RTX5090), CardCode::None);
+  EXPECT_EQ(code_of("86-real", A100), CardCode::None);
+  EXPECT_EQ(code_of("86-real", RTX4090), CardCode::Binary);
+  EXPECT_EQ(code_of("86-virtual", RTX4090), CardCode::Ptx);
+}
+
+TEST(CudaChoice, TheDefaultWithoutACardRunsOnAllCardsThatTheKernelsCanRunOn)
+{
+  for (const CudaCard &card : {A100, RTX3090, RTX4090, B200, RTX5090}) {
+    EXPECT_EQ(code_of("80-virtual:90", card), CardCode::Ptx) << card.name;
+    EXPECT_EQ(card_obstacle(card, cuda_architectures("80-virtual:90")), "") << card.name;
+  }
+  EXPECT_EQ(code_of("80-virtual:90", H200), CardCode::Binary);
+  EXPECT_EQ(code_of("80-virtual:90", T4), CardCode::None);
+}
+
+TEST(CudaChoice, SuffixesBindCodeToACardOrAGeneration)
+{
+  EXPECT_EQ(code_of("90a", H200), CardCode::Binary);
+  EXPECT_EQ(code_of("90a", B200), CardCode::None);
+  EXPECT_EQ(code_of("100f-virtual", {"NVIDIA B300", 103}), CardCode::Ptx);
+  EXPECT_EQ(code_of("100f-virtual", RTX5090), CardCode::None);
+}
+
+TEST(CudaChoice, ACardWithoutCodeIsNamedWithWhatThereIsAndTheRemedy)
+{
+  EXPECT_EQ(card_obstacle(RTX4090, cuda_architectures("80-real:86-virtual:90")), "");
+  EXPECT_EQ(
+      card_obstacle(A100, cuda_architectures("86-virtual:90-real:100")),
+      "this program has no code for the NVIDIA A100-SXM4-80GB (compute capability 8.0), only for "
+      "8.6 (PTX), 9.0 (binary), 10.0 (binary, PTX); build it with cmake -D "
+      "CMAKE_CUDA_ARCHITECTURES=80");
+  EXPECT_EQ(card_obstacle(B200, cuda_architectures("90a")),
+            "this program has no code for the NVIDIA B200 (compute capability 10.0), only for "
+            "9.0 (binary, PTX, for this one only); build it with cmake -D "
+            "CMAKE_CUDA_ARCHITECTURES=100");
+}
+
+TEST(CudaChoice, ACardThatNoBuildCanServeIsToldSo)
+{
+  EXPECT_EQ(
+      card_obstacle(T4, cuda_architectures("80-virtual:90")),
+      "the Tesla T4 (compute capability 7.5) is too old: GPU_RVE needs compute capability 8.0 "
+      "(A100, GeForce RTX 30) or newer");
+}
+
+TEST(CudaChoice, ACardThatDoesNotTakeTheCodeSaysWhy)
+{
+  EXPECT_EQ(
+      loading_obstacle(RTX4090, CardCode::Ptx, "unsupported toolchain"),
+      "the NVIDIA GeForce RTX 4090 (compute capability 8.9) cannot be used (unsupported "
+      "toolchain); this program has only PTX for it, which the driver must compile: if it is too "
+      "old for that, update it, or build it with cmake -D CMAKE_CUDA_ARCHITECTURES=89");
+  EXPECT_EQ(loading_obstacle(H200, CardCode::Binary, "out of memory"),
+            "the NVIDIA H200 (compute capability 9.0) cannot be used (out of memory)");
+}
+
+TEST(CudaChoice, DriversAndHiddenDevicesHaveTheirOwnWords)
+{
+  EXPECT_EQ(
+      driver_obstacle(DriverTrouble::NoDriver, 0, 13000, nullptr, "x"),
+      "there is no NVIDIA driver here (a container sees that of its host when it is started with "
+      "its GPUs)");
+  EXPECT_EQ(
+      driver_obstacle(DriverTrouble::OldDriver, 11040, 13000, nullptr, "x"),
+      "the NVIDIA driver is too old: it is made for CUDA 11.4, this program for 13.0; update the "
+      "driver, or build with CUDA 11.4 or older");
+  EXPECT_EQ(driver_obstacle(DriverTrouble::NoDevice, 13000, 13000, nullptr, "x"),
+            "there is no CUDA device");
+  EXPECT_EQ(
+      driver_obstacle(DriverTrouble::NoDevice, 13000, 13000, "", "x"),
+      "there is no CUDA device among those that CUDA_VISIBLE_DEVICES='' leaves; unset it to use "
+      "all");
+  EXPECT_EQ(
+      driver_obstacle(DriverTrouble::Other, 13000, 13000, nullptr, "system not yet initialized"),
+      "no CUDA device can be used (system not yet initialized)");
+}
+
+TEST(CudaChoice, RanksTakeTheCardsThatCanServeInTurn)
+{
+  const std::vector<std::string> obstacles = {"", "too old", ""};
+  const int expected[] = {0, 2, 0, 2};
+  for (int rank = 0; rank < 4; ++rank) {
+    const CudaChoice choice = choose_card(obstacles, rank);
+    EXPECT_EQ(choice.number, expected[rank]);
+    EXPECT_EQ(choice.obstacle, "");
+  }
+}
+
+TEST(CudaChoice, WithoutAnyTheObstaclesAreToldOnceEach)
+{
+  const CudaChoice choice = choose_card({"too old", "no code", "too old"}, 1);
+  EXPECT_EQ(choice.number, -1);
+  EXPECT_EQ(choice.obstacle, "too old; no code");
+  EXPECT_EQ(choose_card({}, 0).obstacle, "there is no CUDA device");
+}

@@ -1,0 +1,622 @@
+// Macro steps of RVEs: what an advance leaves in the results, with details and without.
+
+#include "macro/rve_points.h"
+
+#include "rve/core/error.h"
+#include "rve/engine/finite_strain.h"
+#include "rve/engine/packing.h"
+#include "support/lattice.h"
+#include "support/packings.h"
+
+#include <algorithm>
+#include <cstring>
+#include <gtest/gtest.h>
+
+using macro::MacroStepOptions;
+using macro::RvePoints;
+using rve::Tensor2;
+
+namespace {
+
+constexpr double DT = 5e-5;
+constexpr int RVES = 3;
+
+rve::Options cpu_options()
+{
+  rve::Options options;
+  options.device = rve::Device::Cpu;
+  options.threads = 1;
+  return options;
+}
+
+RvePoints three_points(std::vector<int> &slots, const MacroStepOptions &macro = MacroStepOptions())
+{
+  RvePoints points(rve::make_engine(cpu_options()), nullptr, macro);
+  const rve::RveState packing = rve_test::packing_of_400();
+  slots = points.add(std::vector<const rve::RveState *>(RVES, &packing));
+  return points;
+}
+
+/// Each RVE is sheared and compressed at a rate of its own.
+std::vector<rve::Drive> drives(int substeps)
+{
+  std::vector<rve::Drive> drives(RVES);
+  for (int k = 0; k < RVES; ++k)
+    drives[k] =
+        rve::Drive::constant_velocity_gradient({{-0.1 * (k + 1), 0.3, 0.0, 0.0}}, DT, substeps);
+  return drives;
+}
+
+template <class T> bool same_bits(const T &a, const T &b)
+{
+  return std::memcmp(&a, &b, sizeof(T)) == 0;
+}
+
+}    // namespace
+
+// Velocities have had their last kick in both, which kinetic energy and the forces of dashpots know of.
+TEST(RvePoints, DetailsAreTheSameWhetherAskedForAtOnceOrLater)
+{
+  rve::RveState packing = rve_test::packing_of_400();
+  packing.material.normal_viscosity = packing.material.tangential_viscosity = 50.0;
+  const auto points_of = [&](std::vector<int> &slots, const MacroStepOptions &macro) {
+    RvePoints points(rve::make_engine(cpu_options()), nullptr, macro);
+    slots = points.add(std::vector<const rve::RveState *>(RVES, &packing));
+    return points;
+  };
+  MacroStepOptions averaged;
+  averaged.stress_from = macro::StressFrom::Average;
+  averaged.stress_samples = 3;
+  for (const MacroStepOptions &macro : {MacroStepOptions(), averaged}) {
+    std::vector<int> slots, other_slots;
+    RvePoints at_once = points_of(slots, macro), later = points_of(other_slots, macro);
+    for (int step = 0; step < 5; ++step) {
+      at_once.advance(slots, drives(20), true);
+      later.advance(other_slots, drives(20), false);
+    }
+    for (int k = 0; k < RVES; ++k) {
+      const rve::Result &one = at_once.point(slots[k]).result,
+                        &other = later.point(other_slots[k]).result;
+      EXPECT_GT(one.kinetic_energy, 0.0);
+      EXPECT_EQ(one.kinetic_energy, other.kinetic_energy);
+      EXPECT_EQ(one.unbalanced_ratio, other.unbalanced_ratio);
+      EXPECT_EQ(one.sliding_fraction, other.sliding_fraction);
+      EXPECT_EQ(one.elastic_energy, other.elastic_energy);
+      EXPECT_EQ(one.largest_contact_force, other.largest_contact_force);
+      EXPECT_TRUE(same_bits(one.stress, other.stress));
+    }
+  }
+}
+
+TEST(RvePoints, StressHasTheSameBitsWithDetailsAndWithout)
+{
+  std::vector<int> slots, other_slots;
+  RvePoints with = three_points(slots), without = three_points(other_slots);
+
+  for (int step = 0; step < 5; ++step) {
+    with.advance(slots, drives(20), true);
+    without.advance(other_slots, drives(20), false);
+    for (int k = 0; k < RVES; ++k)
+      EXPECT_TRUE(same_bits(with.stress(slots[k]), without.stress(other_slots[k])));
+  }
+}
+
+TEST(RvePoints, DetailsThatAreAskedForLaterAreThoseOfTheSameConfiguration)
+{
+  std::vector<int> slots, other_slots;
+  RvePoints with = three_points(slots), without = three_points(other_slots);
+  with.advance(slots, drives(40), true);
+  without.advance(other_slots, drives(40), false);
+
+  for (int k = 0; k < RVES; ++k) {
+    const rve::Result &a = with.point(slots[k]).result;
+    const rve::Result &b = without.point(other_slots[k]).result;
+    EXPECT_TRUE(same_bits(a.stress, b.stress));
+    EXPECT_TRUE(same_bits(a.cell, b.cell));
+    EXPECT_TRUE(same_bits(a.deformation, b.deformation));
+    EXPECT_EQ(a.void_ratio, b.void_ratio);
+    EXPECT_EQ(a.coordination_number, b.coordination_number);
+    EXPECT_EQ(a.num_contacts, b.num_contacts);
+    EXPECT_EQ(a.num_pairs, b.num_pairs);
+    EXPECT_EQ(a.num_rattlers, b.num_rattlers);
+    EXPECT_TRUE(same_bits(a.counters, b.counters));
+    // forces are the same to the rounding of their sums; contacts at the Coulomb limit stay there
+    EXPECT_EQ(a.sliding_fraction, b.sliding_fraction);
+    EXPECT_NEAR(a.elastic_energy, b.elastic_energy, 1e-6 * a.elastic_energy);
+    EXPECT_NEAR(a.largest_contact_force, b.largest_contact_force, 1e-6 * a.largest_contact_force);
+    for (int c = 0; c < 4; ++c) EXPECT_NEAR(a.fabric.component[c], b.fabric.component[c], 1e-9);
+  }
+}
+
+TEST(RvePoints, LookingChangesNothing)
+{
+  std::vector<int> slots, other_slots;
+  RvePoints looked_at = three_points(slots), left_alone = three_points(other_slots);
+
+  for (int step = 0; step < 3; ++step) {
+    looked_at.advance(slots, drives(20), false);
+    left_alone.advance(other_slots, drives(20), false);
+    looked_at.complete();
+  }
+
+  for (int k = 0; k < RVES; ++k) {
+    EXPECT_TRUE(same_bits(looked_at.stress(slots[k]), left_alone.stress(other_slots[k])));
+    EXPECT_EQ(rve::serialize(looked_at.state(slots[k])),
+              rve::serialize(left_alone.state(other_slots[k])));
+  }
+}
+
+TEST(RvePoints, RecordsWithLongListsOfPairsAreWithinTheirBound)
+{
+  // lists take most of the record: the bound must know how large a pair is
+  rve::Options options = cpu_options();
+  options.skin = 0.01;
+  RvePoints points(rve::make_engine(options), nullptr, MacroStepOptions());
+  const rve::RveState packing = rve_test::packing_of_400();
+  const std::vector<int> slots = points.add({&packing});
+  points.advance(slots, {drives(20)[0]});
+
+  const rve::Result &result = points.point(slots[0]).result;
+  ASSERT_GT(result.num_pairs, 4 * result.num_grains);
+  EXPECT_LE(points.record_size(slots[0]), points.record_bound(slots[0]));
+}
+
+TEST(RvePoints, ARecordHoldsACompleteResult)
+{
+  std::vector<int> slots;
+  RvePoints points = three_points(slots);
+  points.advance(slots, drives(20), false);
+
+  const std::vector<double> record = points.record(slots[1]);
+
+  EXPECT_LE(static_cast<int>(record.size()), points.record_bound(slots[1]));
+  const int again = points.add_record(record.data(), record.size());
+  EXPECT_FALSE(points.point(again).stale);
+  EXPECT_TRUE(same_bits(points.point(again).result.fabric, points.point(slots[1]).result.fabric));
+}
+
+TEST(PointRecord, IsRefusedWithAnyBitOfItsHeadFlippedAndLeavesNothing)
+{
+  std::vector<int> slots;
+  RvePoints points = three_points(slots);
+  points.advance(slots, drives(20), false);
+  const std::vector<double> record = points.record(slots[0]);
+  const std::size_t bytes = record.size() * sizeof(double);
+  const int before = points.size();
+
+  std::vector<double> damaged = record;
+  auto *byte = reinterpret_cast<unsigned char *>(damaged.data());
+  // the head is a few results and tensors, of a thousand bytes or two; then the state, which has a checksum of its own
+  for (std::size_t k = 0; k + 8 < bytes; k += k < 2048 ? 1 : 397) {
+    byte[k] ^= static_cast<unsigned char>(1 << (k % 8));
+    EXPECT_THROW(points.add_record(damaged.data(), damaged.size()), rve::InputError) << k;
+    byte[k] ^= static_cast<unsigned char>(1 << (k % 8));
+  }
+
+  EXPECT_EQ(points.size(), before);
+  EXPECT_NO_THROW(points.add_record(damaged.data(), damaged.size()));
+}
+
+TEST(PointRecord, IsRefusedWithAnyOtherLength)
+{
+  std::vector<int> slots;
+  RvePoints points = three_points(slots);
+  const std::vector<double> record = points.record(slots[0]);
+
+  // each in memory of its own, of which not a byte more may be read
+  for (std::size_t size : {std::size_t(1), std::size_t(7), record.size() / 2, record.size() - 1}) {
+    const std::vector<double> shorter(record.begin(), record.begin() + static_cast<long>(size));
+    EXPECT_THROW(points.add_record(shorter.data(), size), rve::InputError) << size;
+  }
+  std::vector<double> longer = record;
+  longer.push_back(0.0);
+  EXPECT_THROW(points.add_record(longer.data(), longer.size()), rve::InputError);
+}
+
+TEST(PointRecord, CarriesTheGainOfTheServoThatItsPackingHad)
+{
+  // `fast` rounds radii, and a gain that is made of them again is another one
+  rve::Options options = cpu_options();
+  options.format = rve::Format::Fast;
+  RvePoints points(rve::make_engine(options), nullptr, MacroStepOptions());
+  const rve::RveState packing = rve_test::packing_of_400();
+  const int slot = points.add({&packing})[0];
+  ASSERT_NE(rve::default_servo_gain(points.state(slot)), points.servo_gain(slot));
+  const std::vector<double> record = points.record(slot);
+
+  const int again = points.add_record(record.data(), record.size());
+
+  EXPECT_EQ(points.servo_gain(again), points.servo_gain(slot));
+}
+
+// ---- macro steps by plan ----------------------------------------------------------------------------------------------------
+
+namespace {
+
+/// RVEs that were asked for each kind of answer, and turned.
+struct Tally {
+  int responses = 0, results = 0, elastic_results = 0, turned = 0;
+};
+
+/// An engine that counts what it is asked for.
+class CountingEngine final : public rve::Engine {
+ public:
+  CountingEngine(const rve::Options &options, Tally &tally_in) :
+      engine(rve::make_engine(options)), tally(tally_in)
+  {
+  }
+  int add(const rve::RveState &state) override { return engine->add(state); }
+  void remove(int rve) override { engine->remove(rve); }
+  int size() const override { return engine->size(); }
+  rve::RveState state(int rve) const override { return engine->state(rve); }
+  void set_material(int rve, const rve::Material &material) override
+  {
+    engine->set_material(rve, material);
+  }
+  void turn(const std::vector<int> &rves, const std::vector<Tensor2> &rotations) override
+  {
+    tally.turned += static_cast<int>(rves.size());
+    engine->turn(rves, rotations);
+  }
+  void advance(const std::vector<int> &rves, const std::vector<rve::Drive> &drives,
+               std::vector<rve::Result> &results) override
+  {
+    tally.results += static_cast<int>(rves.size());
+    engine->advance(rves, drives, results);
+  }
+  void advance(const std::vector<int> &rves, const std::vector<rve::Drive> &drives,
+               std::vector<rve::ElasticResult> &results) override
+  {
+    tally.elastic_results += static_cast<int>(rves.size());
+    engine->advance(rves, drives, results);
+  }
+  void advance(const std::vector<int> &rves, const std::vector<rve::Drive> &drives,
+               std::vector<rve::Response> &responses) override
+  {
+    tally.responses += static_cast<int>(rves.size());
+    engine->advance(rves, drives, responses);
+  }
+  std::string description() const override { return engine->description(); }
+  void bound_time_steps(const std::vector<int> &rves, double enough,
+                        std::vector<double> &bounds) override
+  {
+    engine->bound_time_steps(rves, enough, bounds);
+  }
+  void expect_rolling_resistance() override { engine->expect_rolling_resistance(); }
+  std::size_t bytes_per_rve(int num_grains) const override
+  {
+    return engine->bytes_per_rve(num_grains);
+  }
+  std::size_t bytes_of_call(int num_rves, int num_grains) override
+  {
+    return engine->bytes_of_call(num_rves, num_grains);
+  }
+  rve::Memory memory() const override { return engine->memory(); }
+
+ private:
+  std::unique_ptr<rve::Engine> engine;
+  Tally &tally;
+};
+
+MacroStepOptions adaptive()
+{
+  MacroStepOptions macro;
+  macro.adaptive = rve::AdaptiveSubsteps{1e-5, 1e-3, 1000};
+  return macro;
+}
+
+MacroStepOptions sleepy()
+{
+  MacroStepOptions macro = adaptive();
+  macro.quiescent_strain = 2e-5;
+  return macro;
+}
+
+/// One macro step of some strain and rotation.
+rve::Drive small_drive(double strain, double angle = 0.0)
+{
+  rve::Drive drive;
+  drive.dt = DT;
+  drive.substeps = 20;
+  drive.deformation = rve::plane_rotation(angle) * Tensor2{{1.0, strain, strain, 1.0 - strain}};
+  return drive;
+}
+
+/// The first strains all the time, the second sleeps now and then and turns meanwhile, the third as well without turning.
+std::vector<rve::Drive> drives_of_sleepers()
+{
+  return {small_drive(5e-5), small_drive(4e-6, 3e-4), small_drive(-3e-6)};
+}
+
+/// Everything that an RVE answers, but what is rounded in units of the forces of a call.
+void expect_same_point(const RvePoints::Point &a, const RvePoints::Point &b)
+{
+  EXPECT_TRUE(same_bits(a.result.stress, b.result.stress));
+  EXPECT_TRUE(same_bits(a.result.cell, b.result.cell));
+  EXPECT_TRUE(same_bits(a.result.deformation, b.result.deformation));
+  EXPECT_TRUE(same_bits(a.result.counters, b.result.counters));
+  EXPECT_EQ(a.result.status, b.result.status);
+  EXPECT_EQ(a.result.num_contacts, b.result.num_contacts);
+  EXPECT_EQ(a.result.void_ratio, b.result.void_ratio);
+  EXPECT_EQ(a.result.mean_overlap, b.result.mean_overlap);
+  EXPECT_EQ(a.asleep, b.asleep);
+  EXPECT_EQ(a.frozen, b.frozen);
+}
+
+}    // namespace
+
+TEST(AdaptiveMacroSteps, TakeTheShortAnswerAndHaveTheBitsOfTheLongOne)
+{
+  Tally tally;
+  RvePoints brief(std::make_unique<CountingEngine>(cpu_options(), tally), nullptr, adaptive());
+  const rve::RveState packing = rve_test::packing_of_400();
+  const std::vector<int> slots = brief.add(std::vector<const rve::RveState *>(RVES, &packing));
+  std::vector<int> other_slots;
+  RvePoints full = three_points(other_slots, adaptive());
+  const Tally at_first = tally;
+
+  for (int step = 0; step < 10; ++step) {
+    brief.advance(slots, drives(20), false);
+    full.advance(other_slots, drives(20), true);
+    for (int k = 0; k < RVES; ++k)
+      EXPECT_TRUE(same_bits(brief.stress(slots[k]), full.stress(other_slots[k])));
+  }
+
+  EXPECT_EQ(tally.responses, 10 * RVES);
+  EXPECT_EQ(tally.results, at_first.results);
+  EXPECT_EQ(tally.elastic_results, 0);
+  for (int k = 0; k < RVES; ++k) {
+    EXPECT_EQ(rve::serialize(brief.state(slots[k])), rve::serialize(full.state(other_slots[k])));
+    expect_same_point(brief.point(slots[k]), full.point(other_slots[k]));
+    EXPECT_EQ(brief.point(slots[k]).drive.substeps, full.point(other_slots[k]).drive.substeps);
+  }
+  // slower ones take fewer steps
+  EXPECT_LT(full.point(other_slots[0]).drive.substeps, full.point(other_slots[2]).drive.substeps);
+}
+
+namespace {
+
+/// The stress after a rotation by `angle` in so many macro steps, over the mean stress, turned back.
+Tensor2 stress_after_turn(double angle, int steps, MacroStepOptions macro, bool with_details)
+{
+  std::vector<int> slots;
+  RvePoints points = three_points(slots, macro);
+  rve::Drive drive;
+  drive.dt = DT;
+  drive.substeps = 20;
+  drive.deformation = rve::plane_rotation(angle / steps);
+  for (int step = 0; step < steps; ++step)
+    points.advance({slots[0]}, {drive}, with_details && step % 7 == 0);
+  const Tensor2 back = rve::plane_rotation(-angle);
+  return (1.0 / points.point(slots[0]).result.mean_stress()) *
+      (back * points.stress(slots[0]) * rve::transpose(back));
+}
+
+}    // namespace
+
+TEST(AdaptiveMacroSteps, TurnTheStressWithARotationOfAnySpeed)
+{
+  std::vector<int> slots;
+  RvePoints points = three_points(slots, adaptive());
+  const double p = points.point(slots[0]).result.mean_stress();
+  const Tensor2 still = (1.0 / p) * points.stress(slots[0]);
+
+  // one DEM step each: 1e-2, 1e-3, 1e-4, and 1e-5 rad, which grains follow
+  for (const auto &[angle, steps] :
+       {std::pair<double, int>{1.0, 100}, {1.0, 1000}, {1.0, 10000}, {0.1, 10000}, {-1.0, 300}}) {
+    const Tensor2 turned = stress_after_turn(angle, steps, adaptive(), false);
+    for (int k = 0; k < 4; ++k)
+      EXPECT_NEAR(turned.component[k], still.component[k], 1e-3) << angle / steps;
+    // to the same bits whoever looks on the way
+    EXPECT_TRUE(same_bits(turned, stress_after_turn(angle, steps, adaptive(), true)));
+  }
+  MacroStepOptions samples = adaptive();
+  samples.stress_from = macro::StressFrom::Average;
+  samples.stress_samples = 3;
+  const Tensor2 mean = stress_after_turn(1.0, 100, samples, false);
+  for (int k = 0; k < 4; ++k) EXPECT_NEAR(mean.component[k], still.component[k], 1e-3);
+}
+
+TEST(AdaptiveMacroSteps, TurnTheMeanStressNotAtAll)
+{
+  std::vector<int> slots;
+  RvePoints points = three_points(slots, adaptive());
+  const double p = points.point(slots[0]).result.mean_stress();
+  rve::Drive drive;
+  drive.dt = DT;
+  drive.substeps = 20;
+  drive.deformation = rve::plane_rotation(1e-2);
+
+  for (int step = 0; step < 100; ++step) points.advance({slots[0]}, {drive});
+
+  EXPECT_NEAR(points.point(slots[0]).result.mean_stress() / p, 1.0, 1e-3);
+  EXPECT_LT(points.point(slots[0]).result.unbalanced_ratio, 1e-2);
+}
+
+TEST(AdaptiveMacroSteps, TurnShadowsToo)
+{
+  MacroStepOptions macro = adaptive();
+  RvePoints points(rve::make_engine(cpu_options()), rve::make_engine(cpu_options()), macro);
+  const rve::RveState packing = rve_test::packing_of_400();
+  const int slot = points.add({&packing})[0];
+  points.add_shadow(slot);
+  rve::Drive drive;
+  drive.dt = DT;
+  drive.substeps = 20;
+  drive.deformation = rve::plane_rotation(1e-2);
+
+  for (int step = 0; step < 100; ++step) points.advance({slot}, {drive});
+
+  EXPECT_LT(points.point(slot).shadow_deviation(), 1e-3);
+}
+
+TEST(AdaptiveMacroSteps, WithStepsEnoughForTheRotationHaveTheBitsOfThoseSteps)
+{
+  // simple shear is half a rotation, and has as many DEM steps as the strain asks for
+  std::vector<int> slots, other_slots;
+  RvePoints points = three_points(slots, adaptive()),
+            plain = three_points(other_slots, MacroStepOptions());
+  rve::Drive shear;
+  shear.dt = DT;
+  shear.substeps = 20;
+  shear.deformation = {{1.0, 4e-4, 0.0, 1.0}};
+
+  for (int step = 0; step < 10; ++step) {
+    points.advance({slots[0]}, {shear});
+    shear.substeps = points.point(slots[0]).drive.substeps;
+    plain.advance({other_slots[0]}, {shear});
+  }
+
+  EXPECT_EQ(shear.substeps, 29);    // sqrt(1/2) 4e-4 over 1e-5
+  EXPECT_EQ(rve::serialize(points.state(slots[0])), rve::serialize(plain.state(other_slots[0])));
+}
+
+TEST(AdaptiveMacroSteps, ShearWithFewStepsAsWithMany)
+{
+  // strain and rotation of a DEM step beyond what contacts bear unturned: 2e-4 and 1e-4, one to ten DEM steps for each macro step
+  MacroStepOptions coarse, fine;
+  coarse.adaptive = rve::AdaptiveSubsteps{1.5e-4, 1.0, 100000};
+  fine.adaptive = rve::AdaptiveSubsteps{1e-6, 1.0, 100000};
+  std::vector<int> slots, other_slots;
+  RvePoints few = three_points(slots, coarse), many = three_points(other_slots, fine);
+  rve::Drive shear;
+  shear.dt = DT;
+  shear.substeps = 20;
+  shear.deformation = {{1.0, 2e-4, 0.0, 1.0}};
+
+  for (int step = 0; step < 25; ++step) {
+    few.advance({slots[0]}, {shear});
+    many.advance({other_slots[0]}, {shear});
+  }
+
+  EXPECT_EQ(few.point(slots[0]).result.counters.steps, 25);
+  const double p = many.point(other_slots[0]).result.mean_stress();
+  EXPECT_NEAR(few.point(slots[0]).result.mean_stress() / p, 1.0, 0.03);
+}
+
+TEST(QuiescentMacroSteps, LookOnlyAtThoseThatMaySleepWhateverIsAskedFor)
+{
+  Tally tally, other_tally;
+  RvePoints brief(std::make_unique<CountingEngine>(cpu_options(), tally), nullptr, sleepy());
+  RvePoints full(std::make_unique<CountingEngine>(cpu_options(), other_tally), nullptr, sleepy());
+  const rve::RveState packing = rve_test::packing_of_400();
+  const std::vector<const rve::RveState *> states(RVES, &packing);
+  const std::vector<int> slots = brief.add(states), other_slots = full.add(states);
+  const Tally at_first = tally;
+  int naps = 0, awake = 0;
+  std::vector<bool> slept(RVES, false);
+
+  for (int step = 0; step < 40; ++step) {
+    brief.advance(slots, drives_of_sleepers(), false);
+    full.advance(other_slots, drives_of_sleepers(), true);
+    for (int k = 0; k < RVES; ++k) {
+      EXPECT_TRUE(same_bits(brief.stress(slots[k]), full.stress(other_slots[k])));
+      // asleep is up to date without details
+      const bool asleep = full.point(other_slots[k]).asleep;
+      naps += asleep && !slept[k] ? 1 : 0;
+      awake += asleep ? 0 : 1;
+      slept[k] = asleep;
+    }
+  }
+
+  EXPECT_GT(naps, 8);
+  EXPECT_GT(tally.turned, 2);
+  EXPECT_EQ(tally.turned, other_tally.turned);
+  EXPECT_EQ(tally.responses, awake);
+  EXPECT_EQ(tally.results, at_first.results);
+  EXPECT_GE(tally.elastic_results, naps);
+  EXPECT_EQ(tally.elastic_results, other_tally.elastic_results);
+  for (int k = 0; k < RVES; ++k) {
+    EXPECT_EQ(rve::serialize(brief.state(slots[k])), rve::serialize(full.state(other_slots[k])));
+    expect_same_point(brief.point(slots[k]), full.point(other_slots[k]));
+  }
+}
+
+TEST(QuiescentMacroSteps, TheRecordOfASleeperContinuesWithTheSameBits)
+{
+  std::vector<int> slots;
+  RvePoints points = three_points(slots, sleepy());
+  RvePoints others(rve::make_engine(cpu_options()), nullptr, sleepy());
+  for (int step = 0; step < 11; ++step) points.advance(slots, drives_of_sleepers(), false);
+  ASSERT_TRUE(points.point(slots[1]).asleep);
+  ASSERT_FALSE(same_bits(points.point(slots[1]).pending, Tensor2::identity()));
+
+  std::vector<int> other_slots;
+  for (const int slot : slots) {
+    const std::vector<double> record = points.record(slot);
+    other_slots.push_back(others.add_record(record.data(), record.size()));
+  }
+
+  for (int step = 0; step < 20; ++step) {
+    points.advance(slots, drives_of_sleepers(), false);
+    others.advance(other_slots, drives_of_sleepers(), false);
+    for (int k = 0; k < RVES; ++k)
+      EXPECT_TRUE(same_bits(points.stress(slots[k]), others.stress(other_slots[k]))) << step;
+  }
+  for (int k = 0; k < RVES; ++k)
+    expect_same_point(points.point(slots[k]), others.point(other_slots[k]));
+}
+
+TEST(MacroStepsByPlan, DoNotDependOnThreadsAndNameThoseThatFailInOrder)
+{
+  // small RVEs, as many as are worth a team: some sleep, some strain, and these are crushed in step 2
+  const int count = 600;
+  const std::vector<int> crushed = {7, 411, 599};
+  const rve::RveState lattice =
+      rve_test::hexagonal_lattice(rve_test::paper_material(), 0.005, 1e-5);
+  const auto play = [&](int threads, std::vector<Tensor2> &stresses) {
+    RvePoints points(rve::make_engine(cpu_options()), nullptr, sleepy(), threads);
+    const std::vector<int> slots = points.add(std::vector<const rve::RveState *>(count, &lattice));
+    std::vector<std::vector<int>> failed;
+    for (int step = 0; step < 6; ++step) {
+      std::vector<rve::Drive> drives;
+      for (int k = 0; k < count; ++k)
+        drives.push_back(small_drive(1e-6 * (k % 30), 1e-4 * (k % 7)));
+      if (step == 2)
+        for (const int k : crushed) drives[k].deformation = 0.4 * Tensor2::identity();
+      failed.push_back(points.advance(slots, drives, false));
+      for (const int slot : slots) stresses.push_back(points.stress(slot));
+    }
+    std::vector<int> expected;
+    for (const int k : crushed) expected.push_back(slots[k]);
+    for (int step = 0; step < 6; ++step)
+      EXPECT_EQ(failed[step], step == 2 ? expected : std::vector<int>()) << step;
+    int asleep = 0;
+    for (const int slot : slots) asleep += points.point(slot).asleep ? 1 : 0;
+    EXPECT_GT(asleep, count / 20);
+    EXPECT_LT(asleep, count - count / 10);
+  };
+  std::vector<Tensor2> one, three;
+
+  play(1, one);
+  play(3, three);
+
+  EXPECT_EQ(std::memcmp(one.data(), three.data(), one.size() * sizeof(Tensor2)), 0);
+}
+
+TEST(MacroStepsByPlan, AFrozenRveLeavesTheOthersWhatTheyHad)
+{
+  Tally tally;
+  RvePoints with(std::make_unique<CountingEngine>(cpu_options(), tally), nullptr,
+                 MacroStepOptions());
+  const rve::RveState packing = rve_test::packing_of_400();
+  const std::vector<int> slots = with.add(std::vector<const rve::RveState *>(RVES, &packing));
+  std::vector<int> other_slots;
+  RvePoints alone = three_points(other_slots);
+  auto crush = drives(20);
+  crush[1].deformation = 0.4 * Tensor2::identity();
+  EXPECT_EQ(with.advance(slots, crush, false), std::vector<int>{slots[1]});
+  alone.advance(other_slots, drives(20), false);
+  const Tally before = tally;
+
+  for (int step = 0; step < 3; ++step) {
+    EXPECT_TRUE(with.advance(slots, drives(20), false).empty());
+    alone.advance(other_slots, drives(20), false);
+  }
+
+  EXPECT_EQ(tally.responses - before.responses, 3 * (RVES - 1));
+  EXPECT_EQ(tally.results, before.results);
+  for (const int k : {0, 2})
+    EXPECT_EQ(rve::serialize(with.state(slots[k])), rve::serialize(alone.state(other_slots[k])));
+  EXPECT_TRUE(with.frozen(slots[1]));
+}
