@@ -181,11 +181,12 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
           iarg += 4;
         } else {
           const mpm::LawEntry &entry = mpm::law_table()[choice - 1];
-          need(2 + entry.num_arguments);
+          const int count = (int) entry.arguments.size();
+          need(2 + count);
           std::vector<double> arguments;
-          for (int k = 0; k < entry.num_arguments; k++) arguments.push_back(number(3 + k));
+          for (int k = 0; k < count; k++) arguments.push_back(number(3 + k));
           model.law = entry.make(arguments.data());
-          iarg += 3 + entry.num_arguments;
+          iarg += 3 + count;
         }
         settings.models.push_back(model);
       } else if (word == "column") {

@@ -13,7 +13,7 @@ namespace mpm {
 
 struct LawEntry {
   std::string word;
-  int num_arguments;
+  std::vector<std::string> arguments;    ///< numbers, in the order of a script: their names
   /// The law with these arguments; rve::InputError where they are wrong.
   std::shared_ptr<Constitutive> (*make)(const double *arguments);
 };
