@@ -13,8 +13,7 @@
 
 #include "mpm_settings.h"
 
-#include "mpm/analytic_laws.h"
-#include "mpm/mohr_coulomb.h"
+#include "mpm/law_table.h"
 #include "rank_resources.h"
 #include "rve/core/suggestion.h"
 
@@ -37,9 +36,9 @@ namespace {
 constexpr double LARGEST =
     1e30;    // of any number: products of two, and sums of many, are still numbers
 const rve::Words KEYWORDS = {
-    "domain",   "shape",      "scheme",   "flip",   "damping", "device",
-    "boundary", "model",      "density",  "stress", "volume",  "points_per_cell",
-    "rigid",    "separation", "traction", "face",   "cfl",     "progress"};
+    "domain",   "shape",   "scheme", "flip",     "damping",         "device", "boundary",
+    "model",    "density", "stress", "volume",   "points_per_cell", "rigid",  "separation",
+    "traction", "face",    "cfl",    "progress", "column"};
 
 constexpr double MAX_COURANT =
     10.0;    // the estimate for RVEs is an upper bound, if no larger one than that
@@ -173,22 +172,27 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
         MpmModel model;
         model.group = arg[iarg + 1];
         model.groupbit = groupbit_of(1);
-        const int law = one_of(2, {"rve", "elastic", "mohr_coulomb"});
-        if (law == 0) {
+        std::vector<std::string> words = {"rve"};
+        for (const mpm::LawEntry &entry : mpm::law_table()) words.push_back(entry.word);
+        const int choice = one_of(2, words);
+        model.word = words[choice];
+        if (choice == 0) {
           model.fix_rve = arg[iarg + 3];
           iarg += 4;
-        } else if (law == 1) {
-          need(4);
-          model.law = std::make_shared<mpm::LinearElastic>(number(3), number(4));
-          iarg += 5;
         } else {
-          need(7);
-          model.law = std::make_shared<mpm::MohrCoulomb>(number(3), number(4), number(5), number(6),
-                                                         number(7));
-          model.has_memory = true;
-          iarg += 8;
+          const mpm::LawEntry &entry = mpm::law_table()[choice - 1];
+          const int count = (int) entry.arguments.size();
+          need(2 + count);
+          std::vector<double> arguments;
+          for (int k = 0; k < count; k++) arguments.push_back(number(3 + k));
+          model.law = entry.make(arguments.data());
+          iarg += 3 + count;
         }
         settings.models.push_back(model);
+      } else if (word == "column") {
+        need(1);
+        settings.columns.emplace_back(arg[iarg + 1]);
+        iarg += 2;
       } else if (word == "density") {
         need(1);
         const bool of_rve = strcmp(arg[iarg + 1], "rve") == 0;
@@ -287,6 +291,8 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
         if (is_load) owner += " number " + std::to_string(settings.tractions.size());
       } else if (word == "model" || word == "boundary") {
         say(word + " " + arg[first + 1], values_from(first + 2));
+      } else if (word == "column") {
+        say(word + " " + arg[first + 1], "");
       } else if (word == "face" || word == "separation") {
         say(owner + " " + word, values_from(first + 1));
       } else if (word == "points_per_cell") {
@@ -351,7 +357,8 @@ std::string LAMMPS_NS::mpm_differences(const MpmWords &then, const MpmWords &now
 {
   // have no influence on results
   const auto is_aside = [](const std::string &about) {
-    return about == "device" || about == "progress" || about == "cfl";
+    return about == "device" || about == "progress" || about == "cfl" ||
+        about.rfind("column ", 0) == 0;
   };
   const auto is_of_points = [](const std::string &about) {
     return about == "volume" || about == "density" || about == "stress";
