@@ -26,6 +26,19 @@ namespace {
 
 // ---- the contact law as a pair_coeff of pair_style granular has it, behind the types of atoms ----
 
+constexpr MaterialMember OF_CONTACT[] = {&rve::Material::normal_stiffness,
+                                         &rve::Material::tangential_stiffness,
+                                         &rve::Material::friction,
+                                         &rve::Material::rolling_stiffness,
+                                         &rve::Material::rolling_friction,
+                                         &rve::Material::normal_viscosity,
+                                         &rve::Material::tangential_viscosity};
+
+bool is_of_contact(MaterialMember member)
+{
+  return std::find(std::begin(OF_CONTACT), std::end(OF_CONTACT), member) != std::end(OF_CONTACT);
+}
+
 struct Contact {
   MaterialWords &material;
   double eta_n;    ///< of the normal model
@@ -81,8 +94,7 @@ void read_contact(ScriptWords &words, MaterialWords &material)
 {
   words.set_form("hooke k_n eta_n tangential linear_history k_t x_gammat mu [damping velocity] "
                  "[rolling sds k_roll 0 mu_roll]");
-  for (const MaterialKeyword &keyword : MATERIAL_KEYWORDS)
-    if (keyword.of_contact) material[keyword.member] = 0.0;
+  for (const MaterialMember member : OF_CONTACT) material[member] = 0.0;
   words.choice<bool>("normal model", {{"hooke", true}});
   material[&rve::Material::normal_stiffness] = words.number("hooke k_n");
   Contact contact{material, words.number("hooke eta_n")};
@@ -123,37 +135,39 @@ void read_contact(ScriptWords &words, MaterialWords &material)
 
 rve::Words LAMMPS_NS::material_keywords()
 {
-  rve::Words words = names_of(MATERIAL_KEYWORDS);
+  rve::Words words;
+  for (const rve::MaterialParameter &parameter : rve::MATERIAL_PARAMETERS)
+    words.emplace_back(parameter.keyword);
   words.emplace_back("contact");
   return words;
 }
 
 bool MaterialWords::read(ScriptWords &words)
 {
-  const bool is_contact = words.keyword() == "contact", contact_before = words.has("contact");
-  for (const auto &[name, member, of_contact] : MATERIAL_KEYWORDS) {
-    const bool is_this = words.keyword() == name;
-    if (of_contact && ((is_contact && words.has(name)) || (is_this && contact_before)))
-      words.refuse(
-          fmt::format("contact and {} exclude each other: contact gives {}, too", name, name));
+  const bool is_contact = words.keyword() == "contact";
+  for (const auto &parameter : rve::MATERIAL_PARAMETERS) {
+    const char *keyword = parameter.keyword;
+    const bool is_this = words.keyword() == keyword;
+    if (is_of_contact(parameter.member) &&
+        ((is_contact && words.has(keyword)) || (is_this && words.has("contact"))))
+      words.refuse(fmt::format("contact and {} exclude each other: contact gives {}, too", keyword,
+                               keyword));
     if (!is_this) continue;
-    (*this)[member] = words.number();
+    (*this)[parameter.member] = words.number();
     return true;
   }
   if (is_contact) read_contact(words, *this);
   return is_contact;
 }
 
-const std::optional<double> &MaterialWords::operator[](double rve::Material::*member) const
+const std::optional<double> &MaterialWords::operator[](MaterialMember member) const
 {
-  const auto found = std::find_if(std::begin(MATERIAL_KEYWORDS), std::end(MATERIAL_KEYWORDS),
-                                  [member](const MaterialKeyword &keyword) {
-                                    return keyword.member == member;
-                                  });
-  return values[found - std::begin(MATERIAL_KEYWORDS)];
+  std::size_t k = 0;
+  while (rve::MATERIAL_PARAMETERS[k].member != member) ++k;
+  return values[k];
 }
 
-std::optional<double> &MaterialWords::operator[](double rve::Material::*member)
+std::optional<double> &MaterialWords::operator[](MaterialMember member)
 {
   return const_cast<std::optional<double> &>(std::as_const(*this)[member]);
 }
@@ -167,8 +181,8 @@ bool MaterialWords::any() const
 
 void MaterialWords::apply(rve::Material &material) const
 {
-  for (const MaterialKeyword &keyword : MATERIAL_KEYWORDS)
-    if ((*this)[keyword.member]) material.*keyword.member = *(*this)[keyword.member];
+  for (const auto &parameter : rve::MATERIAL_PARAMETERS)
+    if ((*this)[parameter.member]) material.*parameter.member = *(*this)[parameter.member];
   const MaterialWords &words = *this;
   if (words[&rve::Material::rolling_friction].value_or(0.0) > 0.0 &&
       !words[&rve::Material::rolling_stiffness] && material.rolling_stiffness == 0.0)

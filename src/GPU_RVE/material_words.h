@@ -16,7 +16,7 @@
 #ifndef LMP_MATERIAL_WORDS_H
 #define LMP_MATERIAL_WORDS_H
 
-#include "rve/engine/state.h"
+#include "rve/physics/material.h"
 #include "script_words.h"
 
 #include <iterator>
@@ -24,26 +24,9 @@
 
 namespace LAMMPS_NS {
 
-/// A property of the material, as scripts call it. fix rve and create_rve know these and no others.
-struct MaterialKeyword {
-  const char *name;
-  double rve::Material::*member;
-  bool of_contact = false;    ///< *contact* gives it, too
-};
-constexpr MaterialKeyword MATERIAL_KEYWORDS[] = {
-    {"kn", &rve::Material::normal_stiffness, true},
-    {"kt", &rve::Material::tangential_stiffness, true},
-    {"friction", &rve::Material::friction, true},
-    {"kr", &rve::Material::rolling_stiffness, true},
-    {"rolling_friction", &rve::Material::rolling_friction, true},
-    {"density", &rve::Material::density},
-    {"damping", &rve::Material::local_damping},
-    {"gamma_n", &rve::Material::normal_viscosity, true},
-    {"gamma_t", &rve::Material::tangential_viscosity, true},
-    {"thickness", &rve::Material::thickness},
-    {"mass_depth", &rve::Material::mass_depth}};
+using MaterialMember = double rve::MaterialNumbers::*;
 
-/// Their names, and *contact*, which gives the contact law in the words of LAMMPS.
+/// The keywords of rve::MATERIAL_PARAMETERS, and *contact*, which gives the contact law in the words of LAMMPS.
 rve::Words material_keywords();
 
 /// Properties of the material that the script gives.
@@ -52,8 +35,8 @@ class MaterialWords {
   /// Reads the value of the keyword that the words are at, and says whether it is one of the material.
   bool read(ScriptWords &words);
 
-  std::optional<double> &operator[](double rve::Material::*member);
-  const std::optional<double> &operator[](double rve::Material::*member) const;
+  std::optional<double> &operator[](MaterialMember member);
+  const std::optional<double> &operator[](MaterialMember member) const;
 
   /// A rolling friction without a rolling stiffness, here or in the material, gets the tangential one.
   void apply(rve::Material &material) const;
@@ -61,7 +44,7 @@ class MaterialWords {
   bool any() const;
 
  private:
-  std::optional<double> values[std::size(MATERIAL_KEYWORDS)];
+  std::optional<double> values[std::size(rve::MATERIAL_PARAMETERS)];
 };
 
 /// Changes a material as the words say, and its inertia from one mass scaling to another.

@@ -13,8 +13,7 @@
 
 #include "mpm_settings.h"
 
-#include "mpm/analytic_laws.h"
-#include "mpm/mohr_coulomb.h"
+#include "mpm/law_table.h"
 #include "progress.h"
 #include "rank_resources.h"
 #include "rve/core/error.h"
@@ -69,23 +68,27 @@ void read_boundary(ScriptWords &words, Said &said)
 
 void read_model(ScriptWords &words, Said &said)
 {
+  std::string form = "group-ID rve fix-ID";    // or a law of the table
+  rve::Words choices = {"rve"};
+  for (const mpm::LawEntry &entry : mpm::law_table()) {
+    form += " | " + entry.word + " " + utils::join_words(entry.arguments, " ");
+    choices.emplace_back(entry.word);
+  }
+  words.set_form(form);
   MpmModel model;
   model.group = words.peek();
   model.groupbit = words.groupbit("group");
   words.about("model " + model.group);
-  if (words.take("rve")) {
+  const int choice = words.choice("law", choices);
+  model.word = choices[choice];
+  if (choice == 0) {
     model.fix_rve = words.next("rve fix ID");
-  } else if (words.take("elastic")) {
-    const double E = words.number("elastic E"), nu = words.number("elastic nu");
-    model.law = std::make_shared<mpm::LinearElastic>(E, nu);
-  } else if (words.take("mohr_coulomb")) {
-    const double E = words.number("mohr_coulomb E"), nu = words.number("mohr_coulomb nu");
-    const double c = words.number("mohr_coulomb c"), phi = words.number("mohr_coulomb phi");
-    model.law = std::make_shared<mpm::MohrCoulomb>(E, nu, c, phi, words.number("mohr_coulomb psi"));
-    model.has_memory = true;
   } else {
-    words.refuse(
-        fmt::format("model is '{}'; it must be rve, elastic or mohr_coulomb", words.next("law")));
+    const mpm::LawEntry &entry = mpm::law_table()[choice - 1];
+    std::vector<double> arguments;
+    for (const std::string &name : entry.arguments)
+      arguments.push_back(words.number(entry.word + " " + name));
+    model.law = entry.make(arguments.data());
   }
   said.settings.models.push_back(model);
 }
@@ -210,7 +213,12 @@ constexpr ScriptKeyword<Said> KEYWORDS[] = {
            {{"auto", mpm::Device::Auto}, {"cpu", mpm::Device::Cpu}, {"cuda", mpm::Device::Cuda}});
      }},
     {"boundary", "xlo | xhi | ylo | yhi free | roller | fixed", read_boundary},
-    {"model", "group-ID rve fix-ID | elastic E nu | mohr_coulomb E nu c phi psi", read_model},
+    {"model", "group-ID rve fix-ID | law ...", read_model},
+    {"column", "name",
+     [](ScriptWords &words, Said &said) {
+       said.settings.columns.emplace_back(words.next());
+       words.about("column " + said.settings.columns.back());
+     }},
     {"density", "value | rve", read_density},
     {"stress", "sxx syy sxy",
      [](ScriptWords &words, Said &said) {
@@ -302,7 +310,8 @@ std::string LAMMPS_NS::mpm_differences(const MpmWords &then, const MpmWords &now
 {
   // have no influence on results
   const auto is_aside = [](const std::string &about) {
-    return about == "device" || about == "progress" || about == "cfl";
+    return about == "device" || about == "progress" || about == "cfl" ||
+        about.rfind("column ", 0) == 0;
   };
   const auto is_of_points = [](const std::string &about) {
     return about == "volume" || about == "density" || about == "stress";

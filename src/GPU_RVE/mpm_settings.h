@@ -44,9 +44,9 @@ struct MpmTraction {
 struct MpmModel {
   std::string group;
   int groupbit;
+  std::string word;                          ///< rve, or that of an analytic law
   std::string fix_rve;                       ///< whose RVEs are the model, or
   std::shared_ptr<mpm::Constitutive> law;    ///< an analytic one
-  bool has_memory = false;                   ///< it keeps mpm::PointMemory
 };
 
 /// What a script says: keywords, with what they are about where they may occur again ("boundary xlo"), and their values.
@@ -57,6 +57,7 @@ struct MpmSettings {
   std::vector<MpmRigidBody> bodies;    ///< their contact is in options.rigid_bodies
   std::vector<MpmTraction> tractions;
   std::vector<MpmModel> models;
+  std::vector<std::string> columns;                      ///< state variables in the output
   double density = 0.0;                                  ///< [mass/length^3]; 0: of the RVE
   double initial_volume = 0.0;                           ///< of a point [area]
   rve::Tensor2 initial_stress = rve::Tensor2::zero();    ///< of points without RVEs

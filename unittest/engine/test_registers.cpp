@@ -62,16 +62,17 @@ void advance(Run &run, const DriveRecord &drive, bool with_details)
   std::vector<char> chip(shared_size<Scene>(capacity, Block::kInRegisters), GARBAGE),
       workspace(workspace_size<Scene>(n, pair_capacity), GARBAGE);
   const SharedView<Scene> shared = carve_shared<Scene>(chip.data(), capacity, Block::kInRegisters);
-  using Rare = RareWork<Block, Scene>;
+  using Begin = CallBegin<Block, Scene>;
+  using Planning = StepPlanning<Block, Scene>;
   CallState<Scene> call;
   std::memset(static_cast<void *>(&call), GARBAGE, sizeof(call));
   std::memcpy(&call.header, image, sizeof(ImageHeader));
   call.drive = drive;
   call.steering = SteeringRecord();
   call.batch = BatchConstants{0.0, 0.5, 0.5, 0, 1};
-  Rare::prepare(call, image, pair_capacity);
-  for (int t = 0; t < call.plan_last; ++t) Rare::plan_step(call, t, 1);
-  Rare::set_views(call, n, shared, workspace.data(), pair_capacity);
+  Begin::prepare(call, image, pair_capacity);
+  for (int t = 0; t < call.plan_last; ++t) Planning::plan_step(call, t, 1);
+  Begin::set_views(call, n, shared, workspace.data(), pair_capacity);
   std::memset(static_cast<void *>(&run.answer), 0, sizeof(run.answer));
   std::memset(static_cast<void *>(&run.detail), 0, sizeof(run.detail));
   Block block;

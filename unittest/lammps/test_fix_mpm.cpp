@@ -442,10 +442,10 @@ std::string bytes_of(double value)
 /// Where the head of a fix mpm begins in a restart file: version, length, a checksum, step.
 std::size_t place_of_head(const std::string &text, double step)
 {
-  std::size_t place = text.find(bytes_of(-5.0));
+  std::size_t place = text.find(bytes_of(-6.0));
   while (place != std::string::npos &&
          text.compare(place + 3 * sizeof(double), sizeof(double), bytes_of(step)) != 0)
-    place = text.find(bytes_of(-5.0), place + 1);
+    place = text.find(bytes_of(-6.0), place + 1);
   EXPECT_NE(place, std::string::npos);
   return place;
 }
@@ -469,16 +469,16 @@ TEST(FixMpm, RestartFileOfAnotherVersionIsRefused)
         << other.replace(place, sizeof(double), bytes_of(version));
     return message_of(read);
   };
-  const std::string newer = message_with(-6.0), none = message_with(1.0), torn = message_with(-5.5);
+  const std::string newer = message_with(-7.0), none = message_with(1.0), torn = message_with(-6.5);
   std::remove(path.c_str());
 
-  EXPECT_NE(newer.find("the points in the restart file have version 6; this fix reads version 5"),
+  EXPECT_NE(newer.find("the points in the restart file have version 7; this fix reads version 6"),
             std::string::npos)
       << newer;
-  EXPECT_NE(none.find("have version 1 or 2, without a number; this fix reads version 5"),
+  EXPECT_NE(none.find("have version 1 or 2, without a number; this fix reads version 6"),
             std::string::npos)
       << none;
-  EXPECT_NE(torn.find("is damaged: it begins with -5.5 instead of the version -5"),
+  EXPECT_NE(torn.find("is damaged: it begins with -6.5 instead of the version -6"),
             std::string::npos)
       << torn;
 }
@@ -495,7 +495,7 @@ TEST(FixMpm, FlippedBitsOfRestartFilesAreRefused)
   const std::size_t head = place_of_head(text, 3.0);
   double length;
   std::memcpy(&length, &text[head + sizeof(double)], sizeof(length));
-  const auto record = text.find(bytes_of(24.0) + bytes_of(3.0));    // of an atom: numbers, step
+  const auto record = text.find(bytes_of(23.0) + bytes_of(3.0));    // of an atom: numbers, step
   ASSERT_NE(record, std::string::npos);
 
   // every bit of the versions, lengths and sizes, every seventh of the rest
@@ -511,7 +511,7 @@ TEST(FixMpm, FlippedBitsOfRestartFilesAreRefused)
     return silent;
   };
   EXPECT_EQ(count_silent(head, head + (std::size_t) length * sizeof(double)), 0);
-  EXPECT_EQ(count_silent(record, record + 24 * sizeof(double)), 0);
+  EXPECT_EQ(count_silent(record, record + 23 * sizeof(double)), 0);
   std::remove(path.c_str());
 }
 
@@ -1018,7 +1018,7 @@ TEST(FixMpmErrors, SayWhatIsWrong)
       {scene + "fix soil all mpm 1.0 model all elastic 1.0e6 0.5 density 2000",
        "Poisson's ratio must be in (-1, 0.5), got 0.5"},
       {scene + "fix soil all mpm 1.0 model all plastic 1.0e6 0.3 density 2000",
-       "model is 'plastic'; it must be rve, elastic or mohr_coulomb"},
+       "model law is 'plastic'; it must be rve, elastic or mohr_coulomb"},
       {scene + "fix soil all mpm 1.0 model all mohr_coulomb 1.0e6 0.3 0 95 0 density 2000",
        "friction angle must be in [0, 90), got 95 [degrees]"},
       {scene + "fix soil all mpm 1.0 model all mohr_coulomb 1.0e6 0.3 0 30",

@@ -25,8 +25,8 @@ inline namespace RVE_ISA {
     const StepConstants<Scene> step = step_constants<Scene>(call.law, plan);
     const ImageHeader &header = call.header;
     const double k_n = static_cast<double>(call.law.normal_stiffness);
-    const double k_t = header.friction > 0.0 ? static_cast<double>(call.law.tangential_stiffness)
-                                             : 0.0;
+    const double k_t =
+        header.material.friction > 0.0 ? static_cast<double>(call.law.tangential_stiffness) : 0.0;
     const int bits = floor_log2(k_n > k_t ? k_n : k_t) + 1;    // of K, with L = 1
     const double per_unit = power_of_two(40 - bits), largest_spring = power_of_two(bits + 3);
 
@@ -66,7 +66,7 @@ inline namespace RVE_ISA {
         });
     block.once([&] {
       const double to_stress =
-          call.units.force * call.units.length / per_unit / (plan.area * header.thickness);
+          call.units.force * call.units.length / per_unit / (plan.area * header.material.thickness);
       for (int m = 0; m < kStiffness; ++m)
         detail.stiffness[m] = to_stress * static_cast<double>(sums[m]);
     });

@@ -174,11 +174,11 @@ inline namespace RVE_ISA {
     arrays.block = spare.template take<std::int64_t>(6 * n);
     arrays.weight = spare.template take<double>(n);
     arrays.value = spare.template take<double>(n);
-    const bool slides = header.friction > 0.0;
-    const bool rolls = header.rolling_friction > 0.0;
+    const bool slides = header.material.friction > 0.0;
+    const bool rolls = header.material.rolling_friction > 0.0;
     const double length = call.units.length;
     const double per_mass = 1.0 / (call.mass_factor * (length * length));
-    const double gain = 1.0 + header.local_damping, enough = call.drive.dt;
+    const double gain = 1.0 + header.material.local_damping, enough = call.drive.dt;
     // covers the rounding of directions to the format
     constexpr double kMargin = 1.0 + 1e-5;
     const auto eigenvalue = [&](double k_n, double k_t, double k_r, double sufficient) {
@@ -191,15 +191,17 @@ inline namespace RVE_ISA {
                            sufficient / unit);
     };
     const double dashpot_rate =
-        eigenvalue(header.normal_viscosity, slides ? header.tangential_viscosity : 0.0, 0.0, 0.0);
+        eigenvalue(header.material.normal_viscosity,
+                   slides ? header.material.tangential_viscosity : 0.0, 0.0, 0.0);
     // what `enough` asks for: 4/enough >= b + sqrt(b^2 + 4 gain w^2)
     const double rate = 4.0 / enough, b = gain * dashpot_rate;
     const double sufficient = rate > b ? rate * (rate - 2.0 * b) / (4.0 * gain) : 0.0;
-    const double frequency_squared =
-        eigenvalue(header.normal_stiffness, slides ? header.tangential_stiffness : 0.0,
-                   rolls ? header.rolling_stiffness : 0.0, sufficient);
+    const double frequency_squared = eigenvalue(
+        header.material.normal_stiffness, slides ? header.material.tangential_stiffness : 0.0,
+        rolls ? header.material.rolling_stiffness : 0.0, sufficient);
     block.once([&] {
-      detail.stiffness[0] = leapfrog_bound(frequency_squared, dashpot_rate, header.local_damping);
+      detail.stiffness[0] =
+          leapfrog_bound(frequency_squared, dashpot_rate, header.material.local_damping);
     });
   }
 

@@ -1,13 +1,25 @@
 // The block program: advances one RVE by one call, on one CPU thread or one CUDA thread block.
 //
-// Order within a step: cell, drift, (list), force, kick; the stress of a call belongs to its end configuration, and the kick
-// of a step stands at the beginning of the next one, which saves a barrier.
+//   grains, pairs and units as the call before left them                       call_begin.h
+//   for each step:
+//     H <- cell of the step on its path, or by the servo                       step_planning.h
+//     c <- c + dt F/m with local damping, s <- s + dt H^-1 c                   kick of the step before, drift
+//     if a grain has left the safety of the list, or the lattice leans:        list_renewal.h
+//       reduce the lattice, build the list
+//     F <- sums of the contact forces of all pairs                             contact_forces.h, physics/laws
+//     if books are kept: Love sums, work, energy lost, rate of the servo
+//   Love stress of the last forces; details if somebody looks                  homogenization.h
+//   last kick, status, everything back to the image                            call_end.h
+//
+// The kick of a step stands at the beginning of the next one, which saves a barrier. The stress of a call belongs to its end
+// configuration.
 
 #ifndef RVE_ALGORITHM_STEP_LOOP_H
 #define RVE_ALGORITHM_STEP_LOOP_H
 
+#include "rve/algorithm/call_begin.h"
+#include "rve/algorithm/call_end.h"
 #include "rve/algorithm/homogenization.h"
-#include "rve/algorithm/rare_work.h"
 #include "rve/algorithm/stress_servo.h"
 #include "rve/physics/integrator.h"
 
@@ -26,7 +38,12 @@ inline namespace RVE_ISA {
     using Wide = typename Scene::Wide;
     using Spring = typename Scene::Spring;
     using Sum = typename Scene::Sum;
-    using Rare = RareWork<Block, Scene>;
+    using Begin = CallBegin<Block, Scene>;
+    using Planning = StepPlanning<Block, Scene>;
+    using Renewal = ListRenewal<Block, Scene>;
+    using Stored = StoredGrains<Block, Scene>;
+    using Progress = CallProgress<Scene>;
+    using End = CallEnd<Block, Scene>;
     using Grains = GrainItems<Block, Scene>;
 
    public:
@@ -42,11 +59,11 @@ inline namespace RVE_ISA {
     /// second look.
     RVE_INLINE void run(AnswerRecord &answer, DetailRecord *detail)
     {
-      const bool direct = Rare::is_direct(call);
+      const bool direct = Begin::is_direct(call);
       if (direct)
-        Rare::take_extra_pairs(block, call);
+        Begin::take_extra_pairs(block, call);
       else
-        Rare::begin(block, call, shared);
+        Begin::begin(block, call, shared);
       if (!call.fatal()) run_steps(direct);
       if (call.fatal())
         fail(call.status, answer);
@@ -80,14 +97,14 @@ inline namespace RVE_ISA {
         const bool grows = has_servo() && !moved, counts = has_books() && !moved;
         if (counts && k == 1) survey_start();
         if (grows) grow_by_servo();
-        if (grows || k > call.plan_last) Rare::make_plan(block, call, k);
+        if (grows || k > call.plan_last) Planning::make_plan(block, call, k);
         if (counts) add_half_of_work(call.planned(k));
         k = run_planned(k, moved, direct);
         direct = false;
         // the grains of step k have moved; its forces are missing
         moved = true;
         if (needs_renewal) {
-          Rare::renew(block, call, k);
+          Renewal::renew(block, call, k);
           if (call.fatal()) return;
         }
         if (k == last) return;
@@ -96,7 +113,7 @@ inline namespace RVE_ISA {
           moved = false;
           ++k;
         } else if (!needs_renewal) {
-          Rare::make_plan(block, call, k);
+          Planning::make_plan(block, call, k);
         }
       }
     }
@@ -151,19 +168,19 @@ inline namespace RVE_ISA {
     RVE_INLINE void fetch(Grains &grains)
     {
       block.for_items(num_grains, [&](Item i) {
-        const auto stored = Rare::read_grain(call.image, i, num_grains, true);
-        grains.radius.keep(i, Rare::show_grain(call, shared, i, stored));
-        grains.motion.keep(i, Rare::internal_motion(call, stored));
+        const auto stored = Stored::read_grain(call.image, i, num_grains, true);
+        grains.radius.keep(i, Stored::show_grain(call, shared, i, stored));
+        grains.motion.keep(i, Stored::internal_motion(call, stored));
         grains.spin.keep(i, stored.spin);
         grains.largest_force.keep(i, Real(0));
         for (int k = 0; k < kOwnedPairs; ++k) {
           grains.partner[k].publish(i, stored.partner[k]);
           if constexpr (Scene::has_friction)
-            grains.history[k].keep(i, Rare::internal_history(call, stored.history[k]));
+            grains.history[k].keep(i, Stored::internal_history(call, stored.history[k]));
           else    // they are zero, and stay there
             grains.history[k].publish(i, typename Scene::History());
         }
-        shared.still[i] = Rare::still_of(call, grains.radius[i], stored.list_position);
+        shared.still[i] = Stored::still_of(call, grains.radius[i], stored.list_position);
       });
       block.own_items(num_grains, [&](Item i) {
         for (int k = 0; k < kOwnedPairs; ++k) grains.look_at_partner(shared, k, i);
@@ -227,7 +244,7 @@ inline namespace RVE_ISA {
     /// Leaves the Love sums of the configuration before the first step in call.survey, and everything else as it was.
     RVE_INLINE void survey_start()
     {
-      Rare::copy_history(block, call, call.pairs, call.work.fresh);
+      Stored::copy_history(block, call, call.pairs, call.work.fresh);
       block.once([&] {
         call.plan[0] = StepPlan<typename Scene::Numbers>();
         call.plan[0].to_length =
@@ -238,7 +255,7 @@ inline namespace RVE_ISA {
       });
       Grains grains(block, shared, num_grains);
       surveyed_forces(grains, 1);
-      Rare::copy_history(block, call, call.work.fresh, call.pairs);
+      Stored::copy_history(block, call, call.work.fresh, call.pairs);
       block.for_each(num_grains, [&](Item i) {
         shared.force_x[i] = shared.force_y[i] = shared.torque[i] = Sum(0);
         shared.largest_force[i] = Real(0);
@@ -267,7 +284,7 @@ inline namespace RVE_ISA {
     {
       block.once([&] {
         const SteeringRecord &steering = call.steering;
-        const double per_volume = Rare::per_volume(call, area);
+        const double per_volume = Progress::per_volume(call, area);
         const auto stress = [&](int c) {
           return stress_component(call, per_volume, c);
         };
@@ -356,21 +373,21 @@ inline namespace RVE_ISA {
     RVE_INLINE void finish(AnswerRecord &answer, DetailRecord *detail)
     {
       // an evaluation must not change the history: the Coulomb limit may be another one, with dashpots or after a change of friction
-      if (evaluates()) Rare::copy_history(block, call, call.pairs, call.work.fresh);
+      if (evaluates()) Stored::copy_history(block, call, call.pairs, call.work.fresh);
       std::uint32_t word;
       const auto conclude = [&](int part) {
-        Rare::conclude(call, word, part, answer);
+        End::conclude(call, word, part, answer);
       };
       {
         Grains grains(block, shared, num_grains);
         const Dissipation heat = surveyed_forces(grains, last_step());
-        word = Rare::judge(call);
+        word = End::judge(call);
         // the cell of a servo is known in the end only
         if (has_servo() && !(determinant(call.cell) > 0.0)) word |= status::NonFinite;
         // as nearly always: nothing else wants to see the grains
         if (Block::kInRegisters && !evaluates() && !has_ledger() && !detail &&
-            !(word & status::Fatal) && Rare::is_sound(call)) {
-          store<true>(grains, Rare::kConclusions, conclude);
+            !(word & status::Fatal) && End::is_sound(call)) {
+          store<true>(grains, End::kConclusions, conclude);
           return;
         }
         save(grains);
@@ -379,8 +396,8 @@ inline namespace RVE_ISA {
           if (has_servo()) steer(call.planned(last_step()).area);
         }
       }
-      if (evaluates()) Rare::copy_history(block, call, call.work.fresh, call.pairs);
-      if (!(word & status::Fatal) && !Rare::is_sound(call)) word |= Rare::find_trouble(block, call);
+      if (evaluates()) Stored::copy_history(block, call, call.work.fresh, call.pairs);
+      if (!(word & status::Fatal) && !End::is_sound(call)) word |= End::find_trouble(block, call);
       if (word & status::Fatal) {
         fail(word, answer);
         return;
@@ -393,11 +410,11 @@ inline namespace RVE_ISA {
         const double damped =
             call.batch.track_energy ? block.sum_array(num_grains, call.work.damping) : 0.0;
         block.once([&] {
-          Rare::note_progress(call, damped);
+          Progress::note_progress(call, damped);
         });
-        block.for_each(Rare::kConclusions, conclude);
+        block.for_each(End::kConclusions, conclude);
       } else {
-        store<false>(grains, Rare::kConclusions, conclude);
+        store<false>(grains, End::kConclusions, conclude);
       }
       if (detail)
         copy_words(block, static_cast<const ImageProgress &>(*call.image.header), detail->progress);
@@ -406,7 +423,7 @@ inline namespace RVE_ISA {
     RVE_INLINE void fail(std::uint32_t word, AnswerRecord &answer)
     {
       block.once([&] {
-        Rare::answer_failure(call, word, answer);
+        End::answer_failure(call, word, answer);
       });
     }
 

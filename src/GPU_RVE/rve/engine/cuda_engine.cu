@@ -82,7 +82,7 @@ namespace {
     const TurnRecord turn = turns[blockIdx.x];
     turn_image(block,
                carve_image<Scene>(turn.rve.image, turn.rve.num_grains, turn.rve.extra_capacity),
-               tensor_of(turn.rotation));
+               load_tensor(turn.rotation));
   }
 
   using TurnFunction = void (*)(const TurnRecord *);

@@ -40,7 +40,8 @@ inline namespace RVE_ISA {
   {
     extern __shared__ __align__(16) char on_chip[];
     using Scene = ProgramScene<program, Numbers>;
-    using Rare = RareWork<BlockCuda<false>, Scene>;
+    using Begin = CallBegin<BlockCuda<false>, Scene>;
+    using Planning = StepPlanning<BlockCuda<false>, Scene>;
     const int steps = launch.steps_ahead, first = blockIdx.x * launch.prepared_together;
     const int count = min(launch.prepared_together, launch.count - first);
     const auto call_of = [&](int r) -> PreparedCall<Scene> & {
@@ -81,11 +82,11 @@ inline namespace RVE_ISA {
     for (int r = me; r < count; r += threads) call_of(r).batch = batch;
     __syncthreads();
     for (int r = me; r < count; r += threads)
-      Rare::prepare(call_of(r), launch.rves[first + r].image, launch.pair_capacity);
+      Begin::prepare(call_of(r), launch.rves[first + r].image, launch.pair_capacity);
     __syncthreads();
     for (int k = me; k < count * steps; k += threads)
       if (k % steps < call_of(k / steps).plan_last)
-        Rare::plan_step(call_of(k / steps), k % steps, 1);
+        Planning::plan_step(call_of(k / steps), k % steps, 1);
     __syncthreads();
     auto *to = reinterpret_cast<FourWords *>(
         launch.prepared + static_cast<std::size_t>(first) * launch.prepared_size);
@@ -132,7 +133,7 @@ inline namespace RVE_ISA {
     __shared__ int place;                // of the entry, in the call
     __shared__ int grains_in_views;      // what the views of the block are made for
     using Block = BlockCuda<(Capacity > 0)>;
-    using Rare = RareWork<Block, Scene>;
+    using Begin = CallBegin<Block, Scene>;
     char *memory = launch.memory + blockIdx.x * launch.memory_stride;
     Block block(scratch);
 #if __CUDA_ARCH__ >= 900
@@ -167,7 +168,7 @@ inline namespace RVE_ISA {
       if (n != grains_in_views) {
         __syncthreads();
         block.once([&] {
-          Rare::set_views(call, n, shared, memory, launch.pair_capacity);
+          Begin::set_views(call, n, shared, memory, launch.pair_capacity);
           grains_in_views = n;
         });
       }

@@ -38,15 +38,16 @@ inline namespace RVE_ISA {
     const auto &header = *reinterpret_cast<const ImageHeader *>(image);
     Block block;
     const auto shared = carve_shared<Scene>(memory.shared, header.num_grains, Block::kInRegisters);
-    using Rare = RareWork<Block, Scene>;
+    using Begin = CallBegin<Block, Scene>;
+    using Planning = StepPlanning<Block, Scene>;
     CallState<Scene> call;
     call.header = header;
     call.drive = drive;
     call.steering = steering ? *steering : SteeringRecord();
     call.batch = batch;
-    Rare::prepare(call, image, memory.pair_capacity);
-    for (int t = 0; t < call.plan_last; ++t) Rare::plan_step(call, t, 1);
-    Rare::set_views(call, header.num_grains, shared, memory.workspace, memory.pair_capacity);
+    Begin::prepare(call, image, memory.pair_capacity);
+    for (int t = 0; t < call.plan_last; ++t) Planning::plan_step(call, t, 1);
+    Begin::set_views(call, header.num_grains, shared, memory.workspace, memory.pair_capacity);
     RveProgram<Block, Scene> program(block, call, shared);
     program.run(answer, detail);
   }
