@@ -80,9 +80,9 @@ namespace {
     __shared__ CudaScratch scratch;
     BlockCuda<false> block(scratch);
     const TurnRecord turn = turns[blockIdx.x];
-    turn_image(block,
-               carve_image<Scene>(turn.rve.image, turn.rve.num_grains, turn.rve.extra_capacity),
-               load_tensor(turn.rotation));
+    turn_rigidly(block,
+                 carve_image<Scene>(turn.rve.image, turn.rve.num_grains, turn.rve.extra_capacity),
+                 load_tensor(turn.rotation));
   }
 
   using TurnFunction = void (*)(const TurnRecord *);

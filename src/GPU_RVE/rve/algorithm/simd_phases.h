@@ -1,8 +1,8 @@
 // The phases of a step for packs of grains on a CPU with AVX2 (BlockSimd): the bits of the texts for one
 // grain, whose formulas they share. For plain scenes.
 
-#ifndef RVE_ALGORITHM_PACKED_GRAINS_H
-#define RVE_ALGORITHM_PACKED_GRAINS_H
+#ifndef RVE_ALGORITHM_SIMD_PHASES_H
+#define RVE_ALGORITHM_SIMD_PHASES_H
 
 #include "rve/algorithm/contact_forces.h"
 #include "rve/core/pack.h"
@@ -32,8 +32,8 @@ inline namespace RVE_ISA {
     Vec<Pack<typename Numbers::Real, N>, 2> velocity;
   };
 
-  /// Still of 8 grains.
-  template <class Numbers> struct PackedStill {
+  /// GrainResponse of 8 grains.
+  template <class Numbers> struct PackedResponse {
     Pack<typename Numbers::Real, 8> velocity_unit, spin_unit;
     Vec<Pack<std::uint32_t, 8>, 2> list_position;
   };
@@ -215,36 +215,40 @@ inline namespace RVE_ISA {
   }
 
   template <class Numbers>
-  RVE_INLINE void load_still(const Still<Numbers> *row, PackedStill<Numbers> &still)
+  RVE_INLINE void load_response(const GrainResponse<Numbers> *row,
+                                PackedResponse<Numbers> &response)
   {
-    static_assert(sizeof(Still<Numbers>) == 16, "4 words a row");
+    static_assert(sizeof(GrainResponse<Numbers>) == 16, "4 words a row");
     __m256 column[4];
     load_rows(
         [&](int lane) {
           return row + lane;
         },
         column);
-    still.velocity_unit.part[0] = column[0];
-    still.spin_unit.part[0] = column[1];
-    for (int a = 0; a < 2; ++a) still.list_position[a].part[0] = _mm256_castps_si256(column[2 + a]);
+    response.velocity_unit.part[0] = column[0];
+    response.spin_unit.part[0] = column[1];
+    for (int a = 0; a < 2; ++a)
+      response.list_position[a].part[0] = _mm256_castps_si256(column[2 + a]);
   }
 
-  RVE_INLINE void load_still(const Still<DoubleNumbers> *row, PackedStill<DoubleNumbers> &still)
+  RVE_INLINE void load_response(const GrainResponse<DoubleNumbers> *row,
+                                PackedResponse<DoubleNumbers> &response)
   {
-    static_assert(sizeof(Still<DoubleNumbers>) == 32, "two doubles before two words of 32 bits");
+    static_assert(sizeof(GrainResponse<DoubleNumbers>) == 32,
+                  "two doubles before two words of 32 bits");
     for (int m = 0; m < 2; ++m)
       load_pairs_of_words(
           [&](int lane) {
             return row + 4 * m + lane;
           },
-          0, still.velocity_unit.part[m], still.spin_unit.part[m]);
+          0, response.velocity_unit.part[m], response.spin_unit.part[m]);
     std::uint32_t x[8], y[8];
     for (int lane = 0; lane < 8; ++lane) {
       x[lane] = row[lane].list_position[0];
       y[lane] = row[lane].list_position[1];
     }
-    still.list_position[0] = Pack<std::uint32_t, 8>::load(x);
-    still.list_position[1] = Pack<std::uint32_t, 8>::load(y);
+    response.list_position[0] = Pack<std::uint32_t, 8>::load(x);
+    response.list_position[1] = Pack<std::uint32_t, 8>::load(y);
   }
 
   template <class T, int N> RVE_INLINE Pack<T, N> gather(const T *array, const std::int32_t *index)
@@ -521,7 +525,7 @@ inline namespace RVE_ISA {
   template <class Scene>
   RVE_INLINE void kick_pack(int first, const CallState<Scene> &call,
                             const SharedView<Scene> &shared,
-                            const PackedStill<typename Scene::Numbers> &still,
+                            const PackedResponse<typename Scene::Numbers> &response,
                             const Pack<typename Scene::Real, 8> &alpha,
                             Motion<PackNumbers<typename Scene::Numbers, 8>> &motion)
   {
@@ -533,9 +537,9 @@ inline namespace RVE_ISA {
     collect(shared.torque + first, sum[2]);
     for (int a = 0; a < 2; ++a)
       motion.velocity[a] =
-          kick(motion.velocity[a], static_cast<Real>(sum[a]) * still.velocity_unit, alpha);
+          kick(motion.velocity[a], static_cast<Real>(sum[a]) * response.velocity_unit, alpha);
     const Real spin = Real::load(shared.spin + first);
-    kick(spin, static_cast<Real>(sum[2]) * still.spin_unit, alpha).store(shared.spin + first);
+    kick(spin, static_cast<Real>(sum[2]) * response.spin_unit, alpha).store(shared.spin + first);
   }
 
   /// RveProgram::move for 8 grains: whether one of them has left the safety of the list.
@@ -555,9 +559,10 @@ inline namespace RVE_ISA {
           return shared.motion + i.first + lane;
         },
         motion);
-    PackedStill<typename Scene::Numbers> still;
-    load_still(shared.still + i.first, still);
-    if (kick_first) kick_pack(i.first, call, shared, still, typename Packed::Real(alpha), motion);
+    PackedResponse<typename Scene::Numbers> response;
+    load_response(shared.response + i.first, response);
+    if (kick_first)
+      kick_pack(i.first, call, shared, response, typename Packed::Real(alpha), motion);
     const Vec<Wide, 2> displacement = to_fraction * motion.velocity.template as<Wide>();
     for (int a = 0; a < 2; ++a) {
       typename Packed::SignedCoordinate units;
@@ -568,7 +573,7 @@ inline namespace RVE_ISA {
     const Vec<Pack<std::uint32_t, 8>, 2> now{
         {leading_bits(motion.position[0]), leading_bits(motion.position[1])}};
     const Vec<Float, 2> moved = plan.list_to_length.template as<Float>() *
-        fractional_difference<PackNumbers<FastNumbers, 8>>(now, still.list_position);
+        fractional_difference<PackNumbers<FastNumbers, 8>>(now, response.list_position);
     return signs(dot(moved, moved) > Float(plan.allowed_squared)) != 0;
   }
 
