@@ -20,6 +20,7 @@
 #include "rve/algorithm/call_begin.h"
 #include "rve/algorithm/call_end.h"
 #include "rve/algorithm/homogenization.h"
+#include "rve/algorithm/pack_phases.h"
 #include "rve/algorithm/stress_servo.h"
 #include "rve/physics/integrator.h"
 
