@@ -16,27 +16,34 @@ import subprocess
 
 HERE = pathlib.Path(__file__).resolve().parent
 
-# mangled: advance_<kernel><<Format>Format, General>, or with Frictionless<<Format>Format> or Rolling<<Format>Format>, relaxed ones in
-# a namespace of their own
-FUNCTION = re.compile(r"Function (\S*?)\d+advance_([a-z_]+)INS\w*?_\d+((?:Frictionless|Rolling)?)(?:IN\w*?_\d+)?([A-Z][a-z]+)FormatEE*Lb([01])E")
+# advance_<kernel><(rve::Program)<number>, rve::<namespace>::<Format>Numbers>
+KERNEL = re.compile(r"advance_([a-z_]+)<\(rve::Program\)(\d+), rve::(\w+)::([A-Z][a-z]+)Numbers>")
 USAGE = re.compile(r"REG:(\d+) STACK:(\d+) SHARED:(\d+)")
 
 
+def programs():
+    """Their names, in the order of the table."""
+    table = (HERE.parent / "src" / "GPU_RVE" / "rve" / "engine" / "programs.h").read_text(encoding="utf-8")
+    return [name.lower() for name in re.findall(r"^  program\((\w+),", table, re.M)]
+
+
 def kernels(text):
-    """Rows of `cuobjdump --dump-resource-usage`."""
-    rows, arch, name = [], "", None
+    """Rows of `cuobjdump --dump-resource-usage`, after c++filt."""
+    names = programs()
+    rows, arch, kernel = [], "", None
     for line in text.splitlines():
         if line.startswith("arch = "):
             arch = line.split(" = ")[1]
-        name = FUNCTION.search(line) or name
+        if "Function " in line:
+            kernel = KERNEL.search(line)
         usage = USAGE.search(line)
-        if name and usage:
-            case = {"code": "gpu_rve", "experiment": "kernels", "arch": arch, "format": name.group(4).lower(),
-                    "arithmetic": "relaxed" if "relaxed" in name.group(1) else "strict", "kernel": name.group(2),
-                    "program": name.group(3).lower() or ("general" if name.group(5) == "1" else "plain")}
+        if kernel and usage:
+            case = {"code": "gpu_rve", "experiment": "kernels", "arch": arch, "format": kernel.group(4).lower(),
+                    "arithmetic": "relaxed" if kernel.group(3) == "relaxed" else "strict", "kernel": kernel.group(1),
+                    "program": names[int(kernel.group(2))]}
             rows.append({"case": case, "metric": "registers_per_thread", "value": int(usage.group(1)), "unit": "1",
                          "details": {"stack_bytes": int(usage.group(2)), "shared_bytes": int(usage.group(3))}})
-            name = None
+            kernel = None
     order = ("arch", "format", "arithmetic", "kernel", "program")
     return sorted(rows, key=lambda row: [row["case"][key] for key in order])
 
@@ -46,7 +53,8 @@ def main():
     parser.add_argument("program", type=pathlib.Path)
     parser.add_argument("--out", type=pathlib.Path)
     arguments = parser.parse_args()
-    text = subprocess.run(["cuobjdump", "--dump-resource-usage", arguments.program], stdout=subprocess.PIPE, text=True, check=True).stdout
+    mangled = subprocess.run(["cuobjdump", "--dump-resource-usage", arguments.program], stdout=subprocess.PIPE, text=True, check=True).stdout
+    text = subprocess.run(["c++filt"], input=mangled, stdout=subprocess.PIPE, text=True, check=True).stdout
     rows = kernels(text)
     if not rows:
         raise SystemExit(f"no kernel in {arguments.program}")

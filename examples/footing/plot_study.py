@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Draws what study.py has in its folder, as far as it is there.
 
-    python3 plot_study.py [--dir study] [--out .] [--results ../../bench/results/footing_study-cpu.json]
+    python3 plot_study.py [--dir study] [--out .] [--results ../../bench/results/footing_study-H200.json]
 
 footing_curves.png     pressure against settlement: half and full domain, and the full domain with other grains (Figure 16 of the paper)
 footing_fields.png     displacement and deviatoric strain of both domains at the end (Figures 17 and 18), with Prandtl's mechanism

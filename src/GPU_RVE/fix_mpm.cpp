@@ -18,12 +18,14 @@
 
 #include "fix_rve.h"
 #include "formulas.h"
+#include "mpm/memory_layout.h"
 #include "mpm/mpm_solver.h"
 #include "mpm_settings.h"
 #include "no_pairs.h"
 #include "progress.h"
 #include "restart_record.h"
 #include "rve/core/checksum.h"
+#include "rve/core/suggestion.h"
 #include "rve/core/threads.h"
 #include "rve/engine/engine.h"
 #include "state_readers.h"
@@ -59,15 +61,20 @@ using rve::Tensor2;
 
 namespace {
 
-// columns of the per-atom output, and of the head of the global vector; doc/src/fix_mpm.rst has the list
-enum { UX, UY, U, SXX, SYY, SXY, P, Q, EPS_V, EPS_Q, RHO, FXX, FXY, FYX, FYY, SZZ, EPS_P, COLUMNS };
+// columns of the per-atom output, the last of which are state variables from SZZ on, and of the head of the global vector; doc/src/fix_mpm.rst has the list
+enum { UX, UY, U, SXX, SYY, SXY, P, Q, EPS_V, EPS_Q, RHO, FXX, FXY, FYX, FYY, SZZ };
 enum { UNBALANCED, COURANT, KINETIC, MASS, HEAD };
 enum { REACTION_X, REACTION_Y, BODY_UX, BODY_UY, PER_BODY };
 enum { TIME_RVE, TIME_MPM, TIME_TRANSFERS, TIMES };    // behind the bodies
 constexpr int DAMPING = 2;    // force of local damping in x and y, at the end of the global vector
 
 // Of what restart files hold of points and bodies: raise it with every change of that. Files before version 3 had no number.
-constexpr int RESTART_VERSION = 5;
+constexpr int RESTART_VERSION = 6;
+
+// What a line of the head of a restart file begins with that names the state variables of a law.
+const std::string STATE_OF = "state of ";
+
+constexpr double NO_LAW = -1.0;
 
 constexpr int COURANT_EVERY = 20;    // steps between two checks of the Courant number
 constexpr int DAMPING_EVERY =
@@ -126,12 +133,64 @@ struct FixMpm::Impl {
   std::vector<Vec2> reference, half_size;
   std::vector<double> mass, volume0, volume;
   std::vector<Tensor2> deformation_gradient, stress, velocity_gradient;
-  std::vector<mpm::PointMemory> memory;
+  std::vector<double> remembering;    // whose state variables: a law in `layout`, or NO_LAW
 
   template <class F> void for_each_array(F &&f)
   {
     f(reference), f(half_size), f(mass), f(volume0), f(volume);
-    f(deformation_gradient), f(stress), f(velocity_gradient), f(memory);
+    f(deformation_gradient), f(stress), f(velocity_gradient), f(remembering);
+  }
+
+  // and the state variables, in rows of the same width
+  mpm::MemoryLayout layout;
+  std::vector<double> memory;
+  std::vector<int> law_of_model;    // in `layout`
+  std::vector<int> law_of_file;     // in `layout`, of each law in the restart file, or -1
+  std::vector<int> size_in_file;    // state variables of each law in the restart file
+  // of the per-atom output from SZZ on: the state variable of each column, and its place in a row, -1 where a law has none
+  std::vector<std::string> state_columns = {"out_of_plane_stress", "plastic_strain"};
+  std::vector<std::vector<int>> place_of_law;
+
+  double *memory_of(int i) { return memory.data() + (std::size_t) i * layout.width(); }
+  int num_columns() const { return SZZ + (int) state_columns.size(); }
+
+  /// Which state variables the laws have, and which of them are columns of the output.
+  void lay_out_memory(LAMMPS *lmp, const std::string &id)
+  {
+    for (const MpmModel &model : settings.models)
+      law_of_model.push_back(
+          layout.add(model.word, model.law ? model.law->state_variables() : mpm::StateVariables()));
+    for (const std::string &name : settings.columns) {
+      rve::Words known;
+      std::string unit;
+      for (int law = 0; law < layout.num_laws(); law++)
+        for (const mpm::StateVariable &variable : layout.variables(law)) {
+          if (std::find(known.begin(), known.end(), variable.name) == known.end())
+            known.emplace_back(variable.name);
+          if (variable.name == name) unit = variable.unit;
+        }
+      if (std::find(known.begin(), known.end(), name) == known.end())
+        lmp->error->all(FLERR, "Fix mpm column: no model has the state variable '{}'{}", name,
+                        known.empty() ? std::string("; the models have none")
+                                      : rve::did_you_mean(name, known, "there are"));
+      state_columns.push_back(name);
+      if (lmp->comm->me == 0)
+        utils::logmesg(lmp, "fix mpm {}: column {} is {}{}\n", id, num_columns(), name,
+                       unit.empty() ? unit : " [" + unit + "]");
+    }
+    for (int law = 0; law < layout.num_laws(); law++) {
+      place_of_law.emplace_back();
+      for (const std::string &name : state_columns)
+        place_of_law.back().push_back(layout.place(law, name));
+    }
+  }
+
+  /// What a law remembers of a point that had another one, or none.
+  void begin_memory(int i)
+  {
+    remembering[i] = law_of_model[model[i]];
+    std::fill_n(memory_of(i), layout.width(), 0.0);
+    if (const auto &law = settings.models[model[i]].law) law->begin_memory(stress[i], memory_of(i));
   }
 
   // made anew whenever they are needed: they follow from groups
@@ -148,29 +207,38 @@ struct FixMpm::Impl {
     solver->points_changed();
   }
 
-  int pack(int i, double *buf)
+  /// With the first `num_memory` doubles of its row of memory.
+  int pack(int i, double *buf, int num_memory)
   {
     int m = 0;
     for_each_array([&](auto &array) {
       memcpy(buf + m, &array[i], sizeof(array[i]));
       m += sizeof(array[i]) / sizeof(double);
     });
-    return m;
+    std::copy_n(memory_of(i), num_memory, buf + m);
+    return m + num_memory;
   }
 
-  int unpack(int i, const double *buf)
+  int unpack(int i, const double *buf, int num_memory)
   {
     int m = 0;
     for_each_array([&](auto &array) {
       memcpy(&array[i], buf + m, sizeof(array[i]));
       m += sizeof(array[i]) / sizeof(double);
     });
-    return m;
+    std::copy_n(buf + m, num_memory, memory_of(i));
+    return m + num_memory;
   }
 
-  static constexpr int DOUBLES =
-      (2 * sizeof(Vec2) + 3 * sizeof(Tensor2) + sizeof(mpm::PointMemory)) / sizeof(double) + 3;
-  static_assert(RESTART_VERSION == 5 && DOUBLES == 21, "restart files change: raise their version");
+  // without its row of memory
+  static constexpr int DOUBLES = (2 * sizeof(Vec2) + 3 * sizeof(Tensor2)) / sizeof(double) + 4;
+  static_assert(RESTART_VERSION == 6 && DOUBLES == 20, "restart files change: raise their version");
+
+  /// State variables that a point has now.
+  int num_remembered(int i) const
+  {
+    return remembering[i] == NO_LAW ? 0 : (int) layout.variables((int) remembering[i]).size();
+  }
 
   /// Wall time so far in calls of the engine of RVEs, and in models that are RVEs [seconds].
   struct ModelTimes {
@@ -226,6 +294,10 @@ struct FixMpm::Impl {
         if (atom->mask[i] & settings.models[k].groupbit) model[i] = k;
       for (int k = 0; k < (int) settings.bodies.size(); k++)
         if (atom->mask[i] & settings.bodies[k].groupbit) body[i] = k;
+      // groups change between runs, and dynamic ones in a run
+      if (body[i] < 0 && model[i] >= 0 && volume0[i] > 0.0 &&
+          remembering[i] != law_of_model[model[i]])
+        begin_memory(i);
     }
   }
 
@@ -233,6 +305,7 @@ struct FixMpm::Impl {
   {
     mpm::PointView view;
     view.count = atom->nlocal;
+    view.memory_width = layout.width();
     view.id = id.data();
     if (view.count) {
       view.position = {&atom->x[0][0]};
@@ -269,7 +342,7 @@ FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), impl(nu
   const Tensor2 &stress = made->settings.initial_stress;
   const auto &models = made->settings.models;
   const bool is_soil = std::any_of(models.begin(), models.end(), [](const MpmModel &model) {
-    return model.has_memory;    // Mohr-Coulomb
+    return model.word == "mohr_coulomb";
   });
   if (is_soil && stress(0, 0) + stress(1, 1) > 0.0 && comm->me == 0)
     error->warning(FLERR,
@@ -277,14 +350,16 @@ FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), impl(nu
                    "material bears by its cohesion only; stresses are negative in compression",
                    id, stress(0, 0), stress(1, 1));
 
+  made->lay_out_memory(lmp, id);
+
   time_integrate = 1;
   scalar_flag = vector_flag = peratom_flag = 1;
   global_freq = peratom_freq = 1;
   extscalar = extvector = 0;
-  size_peratom_cols = COLUMNS;
+  size_peratom_cols = made->num_columns();
   restart_peratom = restart_global = 1;
   create_attribute = 1;
-  maxexchange = Impl::DOUBLES + COLUMNS;
+  maxexchange = Impl::DOUBLES + made->layout.width() + made->num_columns();
 
   try {
     mpm::Communication communication;
@@ -546,7 +621,7 @@ void FixMpm::setup_pre_force(int)
       impl->stress[i] = rigid ? Tensor2::zero()
           : grains            ? grains->result(i).stress
                               : impl->settings.initial_stress;
-      impl->memory[i] = mpm::PointMemory::at_stress(impl->stress[i]);
+      if (!rigid) impl->begin_memory(i);
       if (impl->settings.density > 0.0)
         impl->mass[i] = impl->settings.density * impl->settings.initial_volume;
       else if (grains)
@@ -705,9 +780,6 @@ void FixMpm::tell_damping()
 
 void FixMpm::solve(bool advance)
 {
-  const auto now = [&](const MpmValue &value) {
-    return value.variable.empty() ? value.number : input->variable->compute_equal(value.index);
-  };
   impl->find_members(atom);
   modify->clearstep_compute();
   impl->loads.resize(impl->settings.tractions.size());
@@ -715,7 +787,7 @@ void FixMpm::solve(bool advance)
     const MpmTraction &traction = impl->settings.tractions[k];
     mpm::TractionLoad &load = impl->loads[k];
     load.point_index.clear();
-    load.traction = {{now(traction.traction[0]), now(traction.traction[1])}};
+    load.traction = {{traction.traction[0].evaluate(lmp), traction.traction[1].evaluate(lmp)}};
     load.face = traction.face;
     Region *region = traction.groupbit ? nullptr : domain->get_region_by_id(traction.id);
     if (region) region->prematch();
@@ -738,8 +810,8 @@ void FixMpm::solve(bool advance)
 
   try {
     for (std::size_t b = 0; b < impl->settings.bodies.size(); b++) {
-      const Vec2 velocity = {
-          {now(impl->settings.bodies[b].velocity[0]), now(impl->settings.bodies[b].velocity[1])}};
+      const Vec2 velocity = {{impl->settings.bodies[b].velocity[0].evaluate(lmp),
+                              impl->settings.bodies[b].velocity[1].evaluate(lmp)}};
       impl->solver->set_body_velocity((int) b, velocity);
       if (advance) impl->body_displacement[b] = impl->body_displacement[b] + update->dt * velocity;
     }
@@ -780,9 +852,11 @@ void FixMpm::fill_output()
     row[EPS_Q] = std::hypot(F(0, 0) - F(1, 1), F(0, 1) + F(1, 0));
     row[RHO] = impl->mass[i] / impl->volume[i];
     for (int k = 0; k < 4; k++) row[FXX + k] = F(k / 2, k % 2);
-    const bool remembers = impl->body[i] < 0 && impl->settings.models[impl->model[i]].has_memory;
-    row[SZZ] = remembers ? impl->memory[i].out_of_plane_stress : 0.0;
-    row[EPS_P] = impl->memory[i].plastic_strain;
+    const bool remembers = impl->body[i] < 0 && impl->remembering[i] != NO_LAW;
+    for (std::size_t k = 0; k < impl->state_columns.size(); k++) {
+      const int place = remembers ? impl->place_of_law[(int) impl->remembering[i]][k] : -1;
+      row[SZZ + k] = place < 0 ? 0.0 : impl->memory_of(i)[place];
+    }
   }
   impl->output_is_old = false;
 }
@@ -848,7 +922,7 @@ double FixMpm::compute_vector(int n)
 
 bool FixMpm::reads_results() const
 {
-  const auto reads = [&](const MpmValue &value) {
+  const auto reads = [&](const ScriptValue &value) {
     return !value.variable.empty() && may_read_results(lmp, value.variable);
   };
   for (const MpmRigidBody &body : impl->settings.bodies)
@@ -865,7 +939,7 @@ bool FixMpm::reads_results() const
 double FixMpm::memory_usage()
 {
   const auto nodes = (double) impl->solver->grid().node_count();
-  return sizeof(double) * ((double) atom->nmax * (Impl::DOUBLES + COLUMNS) + 20.0 * nodes);
+  return sizeof(double) * ((double) atom->nmax * maxexchange + 20.0 * nodes);
 }
 
 /* ----------------------------------------------------------------------
@@ -877,7 +951,8 @@ void FixMpm::grow_arrays(int nmax)
   impl->for_each_array([=](auto &array) {
     array.resize(nmax);
   });
-  memory->grow(impl->output, nmax, COLUMNS, "fix mpm:output");
+  impl->memory.resize((std::size_t) nmax * impl->layout.width());
+  memory->grow(impl->output, nmax, size_peratom_cols, "fix mpm:output");
   array_atom = impl->output;
 }
 
@@ -887,31 +962,33 @@ void FixMpm::copy_arrays(int i, int j, int /*delflag*/)
   impl->for_each_array([=](auto &array) {
     array[j] = array[i];
   });
-  std::copy_n(array_atom[i], (int) COLUMNS, array_atom[j]);
+  std::copy_n(impl->memory_of(i), impl->layout.width(), impl->memory_of(j));
+  std::copy_n(array_atom[i], size_peratom_cols, array_atom[j]);
 }
 
 void FixMpm::set_arrays(int i)
 {
   impl->take_over(atom);
   impl->volume0[i] = impl->volume[i] = 0.0;
-  std::fill_n(array_atom[i], (int) COLUMNS, 0.0);
+  impl->remembering[i] = NO_LAW;
+  std::fill_n(array_atom[i], size_peratom_cols, 0.0);
 }
 
 int FixMpm::pack_exchange(int i, double *buf)
 {
   impl->take_over(atom);
   // with its columns: variables may read them before the step ends
-  const int m = impl->pack(i, buf);
-  std::copy_n(array_atom[i], (int) COLUMNS, buf + m);
-  return m + COLUMNS;
+  const int m = impl->pack(i, buf, impl->layout.width());
+  std::copy_n(array_atom[i], size_peratom_cols, buf + m);
+  return m + size_peratom_cols;
 }
 
 int FixMpm::unpack_exchange(int i, double *buf)
 {
   impl->take_over(atom);
-  const int m = impl->unpack(i, buf);
-  std::copy_n(buf + m, (int) COLUMNS, array_atom[i]);
-  return m + COLUMNS;
+  const int m = impl->unpack(i, buf, impl->layout.width());
+  std::copy_n(buf + m, size_peratom_cols, array_atom[i]);
+  return m + size_peratom_cols;
 }
 
 int FixMpm::pack_restart(int i, double *buf)
@@ -920,7 +997,7 @@ int FixMpm::pack_restart(int i, double *buf)
   const int size = size_restart(i);
   buf[0] = size;    // how far other fixes skip
   buf[1] = (double) update->ntimestep;
-  impl->pack(i, buf + 2);
+  impl->pack(i, buf + 2, impl->num_remembered(i));
   buf[size - 1] = sum_of(buf, size - 1);
   return size;
 }
@@ -929,34 +1006,50 @@ void FixMpm::unpack_restart(int i, int nth)
 {
   impl->take_over(atom);
   const auto [extra, size] = restart_record(lmp, "Fix mpm", i, nth, 1);
-  if (size != size_restart(i) || !is_same_sum(extra[size - 1], sum_of(extra, size - 1)))
+  const auto damaged = [&](const std::string &how) {
     error->one(
         FLERR,
         "Fix mpm: the record of atom {} in the restart file is damaged: {}. Use an earlier file",
-        atom->tag[i],
-        size != size_restart(i) ? fmt::format("it has {} numbers, not {}", size, size_restart(i))
-                                : "its checksum is not that of its numbers");
+        atom->tag[i], how);
+  };
+  if (!is_same_sum(extra[size - 1], sum_of(extra, size - 1)))
+    damaged("its checksum is not that of its numbers");
+  if (size < 3 + Impl::DOUBLES)
+    damaged(fmt::format("it has {} numbers, not {}", size, 3 + Impl::DOUBLES));
   if (extra[1] != impl->restart_step)
     error->one(FLERR,
                "Fix mpm: atom {} is of step {}, the head of the restart files of step {}: they "
                "were not written at once. Use those before",
                atom->tag[i], extra[1], impl->restart_step);
-  impl->unpack(i, extra + 2);
+  impl->unpack(i, extra + 2, 0);
+  double &law = impl->remembering[i];
+  int num_memory = 0;
+  if (law != NO_LAW) {
+    if (!(law >= 0.0 && law < (double) impl->law_of_file.size()))
+      damaged(fmt::format("it is of law number {}", law));
+    const auto in_file = (std::size_t) law;
+    num_memory = impl->size_in_file[in_file];
+    law = impl->law_of_file[in_file];
+  }
+  if (size != 3 + Impl::DOUBLES + num_memory)
+    damaged(fmt::format("it has {} numbers, not {}", size, 3 + Impl::DOUBLES + num_memory));
+  // what another law remembered is of no use
+  if (law != NO_LAW) std::copy_n(extra + 2 + Impl::DOUBLES, num_memory, impl->memory_of(i));
 }
 
-int FixMpm::size_restart(int)
+int FixMpm::size_restart(int i)
 {
-  return 3 + Impl::DOUBLES;    // size, step, the point, checksum
+  return 3 + Impl::DOUBLES + impl->num_remembered(i);    // size, step, the point, checksum
 }
 
 int FixMpm::maxsize_restart()
 {
-  return 3 + Impl::DOUBLES;
+  return 3 + Impl::DOUBLES + impl->layout.width();
 }
 
 /* ----------------------------------------------------------------------
    the head: version, numbers in it, their checksum, step, bodies, displacement and velocity of each, what the script
-   says as lines of text, checksum of all before
+   says and the state variables of each law as lines of text, checksum of all before
 ------------------------------------------------------------------------- */
 
 void FixMpm::write_restart(FILE *fp)
@@ -964,6 +1057,8 @@ void FixMpm::write_restart(FILE *fp)
   if (comm->me != 0) return;
   std::string text;
   for (const auto &[about, values] : impl->settings.words) text += about + "\n" + values + "\n";
+  for (int k = 0; k < impl->layout.num_laws(); k++)
+    text += STATE_OF + impl->layout.word(k) + "\n" + impl->layout.names(k) + "\n";
   std::vector<double> head(HEAD_FIRST);
   const std::size_t bodies = impl->settings.bodies.size();
   head.insert(head.end(), {(double) update->ntimestep, (double) bodies});
@@ -985,6 +1080,22 @@ void FixMpm::write_restart(FILE *fp)
   const int size = (int) (head.size() * sizeof(double));
   fwrite(&size, sizeof(int), 1, fp);
   fwrite(head.data(), sizeof(double), head.size(), fp);
+}
+
+/* ----------------------------------------------------------------------
+   the next law in the restart file, by its word, and whether its state variables are those that it has now
+------------------------------------------------------------------------- */
+
+void FixMpm::find_law(const std::string &word, const std::string &names)
+{
+  const int law = impl->layout.find(word);
+  if (law >= 0 && names != impl->layout.names(law))
+    error->all(FLERR,
+               "Fix mpm: the points of law {} in the restart file have the state variables '{}', "
+               "and the law has '{}'",
+               word, names, impl->layout.names(law));
+  impl->law_of_file.push_back(law);
+  impl->size_in_file.push_back((int) utils::split_words(names).size());
 }
 
 void FixMpm::restart(char *buf)
@@ -1026,7 +1137,13 @@ void FixMpm::restart(char *buf)
   std::istringstream text(std::string(reinterpret_cast<const char *>(state), length));
   MpmWords then;
   std::vector<std::string> groups;    // of the bodies
+  impl->law_of_file.clear();
+  impl->size_in_file.clear();
   for (std::string about, values; std::getline(text, about) && std::getline(text, values);) {
+    if (about.rfind(STATE_OF, 0) == 0) {
+      find_law(about.substr(STATE_OF.size()), values);
+      continue;
+    }
     then.emplace_back(about, values);
     if (utils::strmatch(about, "^rigid \\S+$")) groups.push_back(about.substr(strlen("rigid ")));
   }

@@ -25,6 +25,7 @@ FixStyle(mpm,FixMpm);
 
 #include "fix.h"
 
+#include <string>
 #include <vector>
 
 namespace LAMMPS_NS {
@@ -65,6 +66,7 @@ class FixMpm : public Fix {
   Impl *impl;
 
   void solve(bool);
+  void find_law(const std::string &, const std::string &);
   void fill_output();
   void check_courant();
   void check_time_step();

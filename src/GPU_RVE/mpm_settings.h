@@ -17,6 +17,7 @@
 #define LMP_MPM_SETTINGS_H
 
 #include "mpm/mpm_solver.h"
+#include "script_words.h"
 
 #include <memory>
 #include <string>
@@ -27,32 +28,25 @@ namespace LAMMPS_NS {
 
 class LAMMPS;
 
-/// A number of the script, or the equal-style variable that gives it.
-struct MpmValue {
-  double number = 0.0;
-  std::string variable;
-  int index = -1;
-};
-
 struct MpmRigidBody {
   std::string group;
   int groupbit;
-  MpmValue velocity[2];
+  ScriptValue velocity[2];
 };
 
 struct MpmTraction {
   int groupbit;      // 0: a region
   std::string id;    // of group or region
-  MpmValue traction[2];
+  ScriptValue traction[2];
   mpm::Face face = mpm::Face::YHi;
 };
 
 struct MpmModel {
   std::string group;
   int groupbit;
+  std::string word;                          ///< rve, or that of an analytic law
   std::string fix_rve;                       ///< whose RVEs are the model, or
   std::shared_ptr<mpm::Constitutive> law;    ///< an analytic one
-  bool has_memory = false;                   ///< it keeps mpm::PointMemory
 };
 
 /// What a script says: keywords, with what they are about where they may occur again ("boundary xlo"), and their values.
@@ -63,6 +57,7 @@ struct MpmSettings {
   std::vector<MpmRigidBody> bodies;    ///< their contact is in options.rigid_bodies
   std::vector<MpmTraction> tractions;
   std::vector<MpmModel> models;
+  std::vector<std::string> columns;                      ///< state variables in the output
   double density = 0.0;                                  ///< [mass/length^3]; 0: of the RVE
   double initial_volume = 0.0;                           ///< of a point [area]
   rve::Tensor2 initial_stress = rve::Tensor2::zero();    ///< of points without RVEs

@@ -4,6 +4,7 @@
 #define RVE_UNITTEST_ALGORITHM_LIST_HARNESS_H
 
 #include "rve/algorithm/verlet_list.h"
+#include "rve/engine/program_scenes.h"
 #include "support/block_runner.h"
 #include "support/random.h"
 
@@ -15,9 +16,9 @@
 namespace rve_test {
 
 /// Builds the next list from the one that the image holds and stores it, if it fits.
-template <class Format> struct BuildList {
+template <class Scene> struct BuildList {
   char *image, *workspace;
-  rve::Motion<Format> *motion;
+  rve::Motion<typename Scene::Numbers> *motion;
   int num_grains, extra_capacity, pair_capacity;
   rve::Tensor2 cell;
   double largest_radius, skin;
@@ -27,10 +28,10 @@ template <class Format> struct BuildList {
   {
     using Item = typename Block::Item;
     const int n = num_grains;
-    const auto view = rve::carve_image<Format>(image, n, extra_capacity);
-    const auto work = rve::carve_workspace<Format>(workspace, n, pair_capacity);
-    const rve::PairView<Format> old{view.partner, view.history, view.extra_first, view.extra_second,
-                                    view.extra_history};
+    const auto view = rve::carve_image<Scene>(image, n, extra_capacity);
+    const auto work = rve::carve_workspace<Scene>(workspace, n, pair_capacity);
+    const rve::PairView<Scene> old{view.partner, view.history, view.extra_first, view.extra_second,
+                                   view.extra_history};
     block.for_each(n, [&](Item i) {
       motion[i].position = view.position[i];
     });
@@ -42,7 +43,7 @@ template <class Format> struct BuildList {
       *num_pairs = sizes.num_pairs;
     });
     if (sizes.num_pairs > pair_capacity) return;
-    const rve::PairView<Format> &fresh = work.fresh;
+    const rve::PairView<Scene> &fresh = work.fresh;
     block.for_each(rve::kOwnedPairs * n, [&](Item m) {
       view.partner[m] = fresh.partner[m];
       view.history[m] = fresh.history[m];
@@ -65,10 +66,12 @@ struct ListedPair {
 };
 
 /// Grains without contacts' history at first; build() as often as wanted.
-template <class Format> class ListHarness {
+template <class Numbers> class ListHarness {
+  using Scene = rve::ProgramScene<rve::Program::Plain, Numbers>;
+
  public:
-  using Coordinate = typename Format::Coordinate;
-  using History = typename Format::History;
+  using Coordinate = typename Scene::Coordinate;
+  using History = typename Scene::History;
 
   ListHarness(const rve::Tensor2 &cell_in, const std::vector<double> &radius_in,
               const std::vector<std::uint64_t> &fractional_in, double skin_in) :
@@ -76,10 +79,10 @@ template <class Format> class ListHarness {
       skin(skin_in), num_grains(static_cast<int>(radius_in.size())),
       pair_capacity(40 * num_grains + 40), extra_capacity(pair_capacity)
   {
-    image.assign(rve::image_size<Format>(num_grains, extra_capacity), 0);
+    image.assign(rve::image_size<Scene>(num_grains, extra_capacity), 0);
     const auto view = this->view();
     for (int i = 0; i < num_grains; ++i) {
-      view.radius[i] = static_cast<typename Format::Wide>(radius_in[i]);
+      view.radius[i] = static_cast<typename Scene::Wide>(radius_in[i]);
       for (int k = 0; k < rve::kOwnedPairs; ++k) view.partner[k * num_grains + i] = i;
     }
     move_to(fractional_in);
@@ -99,7 +102,8 @@ template <class Format> class ListHarness {
   int build(int threads)
   {
     BlockArray<char> memory(image), workspace(std::vector<char>(workspace_size(), 0));
-    BlockArray<rve::Motion<Format>> motion{std::vector<rve::Motion<Format>>(num_grains)};
+    BlockArray<rve::Motion<typename Scene::Numbers>> motion{
+        std::vector<rve::Motion<typename Scene::Numbers>>(num_grains)};
     BlockArray<int> count(std::vector<int>{-1});
     run_block(threads, program(memory.data(), workspace.data(), motion.data(), count.data()));
     image = memory.values();
@@ -110,7 +114,7 @@ template <class Format> class ListHarness {
   int build_serial()
   {
     std::vector<char> workspace(workspace_size());
-    std::vector<rve::Motion<Format>> motion(num_grains);
+    std::vector<rve::Motion<typename Scene::Numbers>> motion(num_grains);
     int count = -1;
     run_serial(program(image.data(), workspace.data(), motion.data(), &count));
     return count;
@@ -165,17 +169,18 @@ template <class Format> class ListHarness {
   std::vector<char> image;    ///< between builds
 
  private:
-  rve::ImageView<Format> view()
+  rve::ImageView<Scene> view()
   {
-    return rve::carve_image<Format>(image.data(), num_grains, extra_capacity);
+    return rve::carve_image<Scene>(image.data(), num_grains, extra_capacity);
   }
 
   std::size_t workspace_size() const
   {
-    return rve::workspace_size<Format>(num_grains, pair_capacity);
+    return rve::workspace_size<Scene>(num_grains, pair_capacity);
   }
 
-  BuildList<Format> program(char *memory, char *workspace, rve::Motion<Format> *motion, int *count)
+  BuildList<Scene> program(char *memory, char *workspace,
+                           rve::Motion<typename Scene::Numbers> *motion, int *count)
   {
     const auto radius = radii();
     const double largest = *std::max_element(radius.begin(), radius.end());

@@ -15,7 +15,7 @@ namespace {
 
 template <class Format> class PairOwnership : public BlockTest {
 };
-using Formats = ::testing::Types<rve::FastFormat, rve::MixedFormat, rve::DoubleFormat>;
+using Formats = ::testing::Types<rve::FastNumbers, rve::MixedNumbers, rve::DoubleNumbers>;
 TYPED_TEST_SUITE(PairOwnership, Formats);
 
 const rve::Tensor2 SQUARE{{1.0, 0.0, 0.0, 1.0}};

@@ -53,7 +53,7 @@ template <class Format> class VerletList : public BlockTest {
   /// Rounding of a branch vector, relative: the fractions of `fast` are exact, its fp32 lengths are not.
   static constexpr double doubt = sizeof(typename Format::Wide) == 4 ? 1e-5 : 1e-12;
 };
-using Formats = ::testing::Types<rve::FastFormat, rve::MixedFormat, rve::DoubleFormat>;
+using Formats = ::testing::Types<rve::FastNumbers, rve::MixedNumbers, rve::DoubleNumbers>;
 TYPED_TEST_SUITE(VerletList, Formats);
 
 }    // namespace
@@ -120,7 +120,7 @@ using LargeVerletList = BlockTest;
 TEST_F(LargeVerletList, OfTwentyThousandGrainsHoldsAllPairs)
 {
   const auto grains = throw_grains(rve::Tensor2{{1.0, 0.45, 0.0, 1.3}}, 20000, 2.0, 0.85, 0.15, 8);
-  ListHarness<rve::DoubleFormat> list(grains.cell, grains.radius, grains.fractional, 0.15);
+  ListHarness<rve::DoubleNumbers> list(grains.cell, grains.radius, grains.fractional, 0.15);
 
   const int num_pairs = list.build(1024);
 

@@ -17,7 +17,7 @@ __extension__ typedef __int128 Integer128;
 
 template <class Format> class FractionOfTheCell : public ::testing::Test {
 };
-using Formats = ::testing::Types<FastFormat, MixedFormat, DoubleFormat>;
+using Formats = ::testing::Types<FastNumbers, MixedNumbers, DoubleNumbers>;
 TYPED_TEST_SUITE(FractionOfTheCell, Formats);
 
 /// Number of units in the cell, 2^32 or 2^64.

@@ -266,13 +266,13 @@ struct KernelRun {
 };
 
 KernelRun run_kernel(const HostKernel &kernel, StateImage image, const DriveRecord &drive,
-                     const SteeringRecord *steering, SceneKind scene)
+                     const SteeringRecord *steering, Program scene)
 {
   const int pair_capacity = 6 * image.num_grains;
   const HostWorkspaceSizes sizes = kernel.workspace_sizes(image.num_grains, pair_capacity, scene);
   std::vector<char> shared(sizes.shared), workspace(sizes.workspace);
   KernelRun run{std::move(image), AnswerRecord(), DetailRecord()};
-  const bool general = scene == SceneKind::General || scene == SceneKind::Rolling;
+  const bool general = scene == Program::General || scene == Program::Rolling;
   const BatchConstants batch{0.0, 0.5, 0.5, general ? 1 : 0, 1};
   kernel.advance(run.image.bytes.data(), drive, steering, batch,
                  {shared.data(), workspace.data(), pair_capacity}, scene, run.answer, &run.detail);
@@ -322,9 +322,7 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
   if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma") ||
       !__builtin_cpu_supports("bmi2"))
     GTEST_SKIP() << "this CPU has no x86-64-v3";
-  const KernelFormat format = GetParam() == Format::Fast ? KernelFormat::Fast
-      : GetParam() == Format::Mixed                      ? KernelFormat::Mixed
-                                                         : KernelFormat::Double;
+  const Format format = GetParam();
   RveState state = packing_of_400();
   state.cell = 1.01 * state.cell;
   shake(state, 0.2, 5);
@@ -343,18 +341,18 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
     const char *name;
     const RveState &state;
     const SteeringRecord *steering;
-    SceneKind scene;
-  } const cases[] = {{"plain", state, nullptr, SceneKind::Plain},
-                     {"without friction", slippery, nullptr, SceneKind::Frictionless},
-                     {"with dashpots and energy", viscous, nullptr, SceneKind::General},
-                     {"with rolling resistance", rolling, nullptr, SceneKind::Rolling},
-                     {"with rolling resistance and a servo", rolling, &servo, SceneKind::Rolling},
-                     {"with a servo", state, &servo, SceneKind::General}};
+    Program scene;
+  } const cases[] = {{"plain", state, nullptr, Program::Plain},
+                     {"without friction", slippery, nullptr, Program::Frictionless},
+                     {"with dashpots and energy", viscous, nullptr, Program::General},
+                     {"with rolling resistance", rolling, nullptr, Program::Rolling},
+                     {"with rolling resistance and a servo", rolling, &servo, Program::Rolling},
+                     {"with a servo", state, &servo, Program::General}};
 
   for (const auto &one : cases) {
     SCOPED_TRACE(one.name);
     const StateImage image =
-        build_image(GetParam(), one.state, 2000, one.scene == SceneKind::Rolling);
+        build_image(GetParam(), one.state, 2000, one.scene == Program::Rolling);
 
     const KernelRun baseline =
         run_kernel(host_baseline::kernel(format), image, drive, one.steering, one.scene);

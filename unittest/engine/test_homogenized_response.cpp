@@ -104,7 +104,7 @@ TEST(LoveStress, IsTheDerivativeOfTheElasticEnergy)
   const double volume = packing.cell_area() * packing.material.thickness;
 
   int crossing = 0;
-  for (const rve::ContactGeometry &contact : find_contacts(packing))
+  for (const rve::TouchingPair &contact : find_contacts(packing))
     for (int a = 0; a < 2; ++a) {
       const double s = static_cast<double>(packing.fractional[2 * contact.second + a]) -
           static_cast<double>(packing.fractional[2 * contact.first + a]);

@@ -35,7 +35,7 @@ struct Scene {
   double skin;    ///< [length]; 0: the default
 };
 
-KernelRun run_kernel(const HostKernel &kernel, SceneKind kind, const StateImage &image,
+KernelRun run_kernel(const HostKernel &kernel, Program kind, const StateImage &image,
                      const Scene &scene)
 {
   const int pair_capacity = 40 * image.num_grains;
@@ -77,17 +77,14 @@ class PackedGrains : public ::testing::TestWithParam<Format> {
   /// Plays the scene in `calls` calls with every kernel; each call starts from the same image. Returns the last run.
   KernelRun expect_same_bits(const Scene &scene, int calls = 1)
   {
-    const KernelFormat format = GetParam() == Format::Fast ? KernelFormat::Fast
-        : GetParam() == Format::Mixed                      ? KernelFormat::Mixed
-                                                           : KernelFormat::Double;
+    const Format format = GetParam();
     StateImage image = build_image(GetParam(), scene.state, 40 * scene.state.num_grains());
     KernelRun one_by_one;
     for (int call = 0; call < calls; ++call) {
-      one_by_one = run_kernel(host_baseline::kernel(format), SceneKind::Plain, image, scene);
-      const KernelRun packed = run_kernel(host_v3::kernel(format), SceneKind::Plain, image, scene);
+      one_by_one = run_kernel(host_baseline::kernel(format), Program::Plain, image, scene);
+      const KernelRun packed = run_kernel(host_v3::kernel(format), Program::Plain, image, scene);
       // never in packs
-      const KernelRun general =
-          run_kernel(host_v3::kernel(format), SceneKind::General, image, scene);
+      const KernelRun general = run_kernel(host_v3::kernel(format), Program::General, image, scene);
 
       EXPECT_EQ(one_by_one.answer.status & status::Fatal, 0u)
           << describe_status(one_by_one.answer.status);
@@ -191,14 +188,12 @@ TEST_P(PackedGrains, ForcesFarAboveTheExpectedOnes)
   // with a force scale for 1/1000 of what comes the integers are the largest there are, and beyond
   Scene scene{sheared_packing(), 0.01, 40, 0.0};
   scene.state.largest_contact_force = 1.0;
-  const KernelFormat format = GetParam() == Format::Fast ? KernelFormat::Fast
-      : GetParam() == Format::Mixed                      ? KernelFormat::Mixed
-                                                         : KernelFormat::Double;
+  const Format format = GetParam();
   const StateImage image = build_image(GetParam(), scene.state, 4000);
 
   const KernelRun one_by_one =
-      run_kernel(host_baseline::kernel(format), SceneKind::Plain, image, scene);
-  const KernelRun packed = run_kernel(host_v3::kernel(format), SceneKind::Plain, image, scene);
+      run_kernel(host_baseline::kernel(format), Program::Plain, image, scene);
+  const KernelRun packed = run_kernel(host_v3::kernel(format), Program::Plain, image, scene);
 
   EXPECT_NE(one_by_one.answer.status & status::ForceSaturated, 0u);
   EXPECT_EQ(one_by_one.answer.status, packed.answer.status);
@@ -209,17 +204,15 @@ TEST_P(PackedGrains, SaturationBoundaryHasTheSameVerdict)
 {
   // forces from just expected to too large: numbers on both sides of every limit of the conversions
   int saturated = 0, fine = 0;
-  const KernelFormat format = GetParam() == Format::Fast ? KernelFormat::Fast
-      : GetParam() == Format::Mixed                      ? KernelFormat::Mixed
-                                                         : KernelFormat::Double;
+  const Format format = GetParam();
   for (double expected = 2000.0; expected > 2.0; expected *= 0.5) {
     Scene scene{sheared_packing(), 0.01, 10, 0.0};
     scene.state.largest_contact_force = expected;
     const StateImage image = build_image(GetParam(), scene.state, 4000);
 
     const KernelRun one_by_one =
-        run_kernel(host_baseline::kernel(format), SceneKind::Plain, image, scene);
-    const KernelRun packed = run_kernel(host_v3::kernel(format), SceneKind::Plain, image, scene);
+        run_kernel(host_baseline::kernel(format), Program::Plain, image, scene);
+    const KernelRun packed = run_kernel(host_v3::kernel(format), Program::Plain, image, scene);
 
     EXPECT_TRUE(same_bits(one_by_one, packed)) << expected;
     ++(one_by_one.answer.status & status::ForceSaturated ? saturated : fine);

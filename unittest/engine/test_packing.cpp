@@ -139,9 +139,9 @@ TEST(Packing, ContactStrainIsAboutTheMeanOverlap)
 
     const RveState packing = generate_packing(recipe, *engine);
 
-    const std::vector<ContactGeometry> contacts = find_contacts(packing);
+    const std::vector<TouchingPair> contacts = find_contacts(packing);
     double overlap = 0.0, diameter = 0.0;
-    for (const ContactGeometry &contact : contacts) overlap += contact.overlap / contacts.size();
+    for (const TouchingPair &contact : contacts) overlap += contact.overlap / contacts.size();
     for (const double r : packing.radius) diameter += 2.0 * r / packing.num_grains();
     const double ratio = overlap / diameter / contact_strain(pressure, recipe.material);
     EXPECT_GT(ratio, 0.6);

@@ -122,7 +122,7 @@ TEST(SpringStress, IsLovesSumOverAllPairsAndImages)
     EXPECT_NEAR(normal_forces.component[k], oracle.stress.component[k], 1e-12 * pressure);
 
   // a tangential force f on the first grain adds f t (x) l / V, whoever owns the pair
-  const ContactGeometry contact = find_contacts(packing).front();
+  const TouchingPair contact = find_contacts(packing).front();
   packing.pairs = {{contact.second, contact.first, 3.0}};
   const Tensor2 more = spring_stress(packing);
   const double volume = packing.cell_area() * packing.material.thickness;

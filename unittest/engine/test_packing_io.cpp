@@ -432,7 +432,7 @@ TEST(ContactNetwork, BinsFindWhatAllPairsFind)
     }
 
   std::vector<std::pair<int, int>> found;
-  for (const ContactGeometry &contact : find_contacts(many))
+  for (const TouchingPair &contact : find_contacts(many))
     found.push_back({contact.first, contact.second});
 
   EXPECT_GT(found.size(), 50u);

@@ -5,6 +5,7 @@
 #include "rve/block/block_serial.h"
 #include "rve/core/status.h"
 #include "rve/engine/batch_engine.h"
+#include "rve/engine/program_scenes.h"
 #include "support/packings.h"
 
 #include <gtest/gtest.h>
@@ -52,30 +53,30 @@ struct Run {
 };
 
 /// One call, in memory full of garbage.
-template <class Block, class Format, bool General>
+template <class Block, class Scene>
 void advance(Run &run, const DriveRecord &drive, bool with_details)
 {
   char *image = run.image.bytes.data();
   const int n = run.image.num_grains, pair_capacity = 8 * n;
   const int capacity = Block::kInRegisters ? CAPACITY : n;
-  std::vector<char> chip(shared_size<Format>(capacity, Block::kInRegisters), GARBAGE),
-      workspace(workspace_size<Format>(n, pair_capacity), GARBAGE);
-  const SharedView<Format> shared =
-      carve_shared<Format>(chip.data(), capacity, Block::kInRegisters);
-  using Rare = RareWork<Block, Format>;
-  CallState<Format> call;
+  std::vector<char> chip(shared_size<Scene>(capacity, Block::kInRegisters), GARBAGE),
+      workspace(workspace_size<Scene>(n, pair_capacity), GARBAGE);
+  const SharedView<Scene> shared = carve_shared<Scene>(chip.data(), capacity, Block::kInRegisters);
+  using Begin = CallBegin<Block, Scene>;
+  using Planning = StepPlanning<Block, Scene>;
+  CallState<Scene> call;
   std::memset(static_cast<void *>(&call), GARBAGE, sizeof(call));
   std::memcpy(&call.header, image, sizeof(ImageHeader));
   call.drive = drive;
   call.steering = SteeringRecord();
   call.batch = BatchConstants{0.0, 0.5, 0.5, 0, 1};
-  Rare::prepare(call, image, pair_capacity);
-  for (int t = 0; t < call.plan_last; ++t) Rare::plan_step(call, t, 1);
-  Rare::set_views(call, n, shared, workspace.data(), pair_capacity);
+  Begin::prepare(call, image, pair_capacity);
+  for (int t = 0; t < call.plan_last; ++t) Planning::plan_step(call, t, 1);
+  Begin::set_views(call, n, shared, workspace.data(), pair_capacity);
   std::memset(static_cast<void *>(&run.answer), 0, sizeof(run.answer));
   std::memset(static_cast<void *>(&run.detail), 0, sizeof(run.detail));
   Block block;
-  RveProgram<Block, Format, General> program(block, call, shared);
+  RveProgram<Block, Scene> program(block, call, shared);
   program.run(run.answer, with_details ? &run.detail : nullptr);
 }
 
@@ -94,42 +95,42 @@ DriveRecord shear(double strain, int substeps)
 const DriveRecord CALLS[] = {shear(1e-4, 10), shear(0.05, 300), shear(1e-4, 1),
                              shear(0.0, 0),   shear(0.02, 70),  shear(0.0, 5)};
 
-template <class Format> constexpr rve::Format format_of();
-template <> constexpr rve::Format format_of<FastFormat>()
+template <class Numbers> constexpr rve::Format format_of();
+template <> constexpr rve::Format format_of<FastNumbers>()
 {
   return rve::Format::Fast;
 }
-template <> constexpr rve::Format format_of<MixedFormat>()
+template <> constexpr rve::Format format_of<MixedNumbers>()
 {
   return rve::Format::Mixed;
 }
-template <> constexpr rve::Format format_of<DoubleFormat>()
+template <> constexpr rve::Format format_of<DoubleNumbers>()
 {
   return rve::Format::Double;
 }
 
 /// Of a state whose forces fit into the scale of the first call: nobody repeats it here.
-template <class Format> Run run_of(double friction)
+template <class Numbers> Run run_of(double friction)
 {
   RveState state = packing_of_400();
   shake(state, 0.2, 5);
   state.material.friction = friction;
   state.largest_contact_force = 1e4;
-  return Run{build_image(format_of<Format>(), state, 2000), AnswerRecord(), DetailRecord()};
+  return Run{build_image(format_of<Numbers>(), state, 2000), AnswerRecord(), DetailRecord()};
 }
 
 /// What a caller sees. States, not images: a zero history may have a sign.
-template <class Format> void expect_same_bits(const Run &run, const Run &expected)
+template <class Numbers> void expect_same_bits(const Run &run, const Run &expected)
 {
   EXPECT_EQ(std::memcmp(&run.answer, &expected.answer, sizeof(run.answer)), 0);
   EXPECT_EQ(std::memcmp(&run.detail, &expected.detail, sizeof(run.detail)), 0);
-  EXPECT_EQ(serialize(read_image(format_of<Format>(), run.image)),
-            serialize(read_image(format_of<Format>(), expected.image)));
+  EXPECT_EQ(serialize(read_image(format_of<Numbers>(), run.image)),
+            serialize(read_image(format_of<Numbers>(), expected.image)));
 }
 
-template <class Format> class Registers : public testing::Test {
+template <class Numbers> class Registers : public testing::Test {
 };
-using Formats = testing::Types<FastFormat, MixedFormat, DoubleFormat>;
+using Formats = testing::Types<FastNumbers, MixedNumbers, DoubleNumbers>;
 TYPED_TEST_SUITE(Registers, Formats);
 
 }    // namespace
@@ -141,9 +142,11 @@ TYPED_TEST(Registers, PlainAndGeneralProgramsGiveTheBitsOfArrays)
   for (std::size_t k = 0; k < std::size(CALLS); ++k) {
     SCOPED_TRACE(k);
     const bool with_details = k % 2 == 1;
-    advance<BlockSerial, TypeParam, false>(arrays, CALLS[k], with_details);
-    advance<BlockInRegisters, TypeParam, false>(plain, CALLS[k], with_details);
-    advance<BlockInRegisters, TypeParam, true>(general, CALLS[k], with_details);
+    advance<BlockSerial, ProgramScene<Program::Plain, TypeParam>>(arrays, CALLS[k], with_details);
+    advance<BlockInRegisters, ProgramScene<Program::Plain, TypeParam>>(plain, CALLS[k],
+                                                                       with_details);
+    advance<BlockInRegisters, ProgramScene<Program::General, TypeParam>>(general, CALLS[k],
+                                                                         with_details);
 
     EXPECT_EQ(arrays.answer.status & status::Fatal, 0u) << describe_status(arrays.answer.status);
     expect_same_bits<TypeParam>(plain, arrays);
@@ -160,8 +163,9 @@ TYPED_TEST(Registers, FrictionlessProgramGivesTheBitsOfArraysWithACoefficientOfZ
   for (std::size_t k = 0; k < std::size(CALLS); ++k) {
     SCOPED_TRACE(k);
     const bool with_details = k % 2 == 1;
-    advance<BlockSerial, TypeParam, false>(arrays, CALLS[k], with_details);
-    advance<BlockInRegisters, Frictionless<TypeParam>, false>(frictionless, CALLS[k], with_details);
+    advance<BlockSerial, ProgramScene<Program::Plain, TypeParam>>(arrays, CALLS[k], with_details);
+    advance<BlockInRegisters, ProgramScene<Program::Frictionless, TypeParam>>(
+        frictionless, CALLS[k], with_details);
 
     EXPECT_EQ(arrays.answer.status & status::Fatal, 0u) << describe_status(arrays.answer.status);
     expect_same_bits<TypeParam>(frictionless, arrays);

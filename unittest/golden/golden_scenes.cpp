@@ -18,6 +18,7 @@
 #include "support/bit_hash.h"
 #include "support/packings.h"
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -346,13 +347,13 @@ namespace {
       for (int a = 0; a < 2; ++a) scene.velocity[3 * p + a] = random.uniform(-0.01, 0.01);
       scene.body_force[3 * p + 1] = -9.81 * scene.mass[p];
       scene.stress[p] = Tensor2{{-20e3, 0.0, 0.0, -20e3}};
-      scene.memory[p] = mpm::PointMemory::at_stress(scene.stress[p]);
       if (p < ground && scene.position[3 * p + 1] > 0.8 - 0.5 * CELL && scene.position[3 * p] > 0.6)
         loads[0].point_index.push_back(p);
     }
 
     mpm::LinearElastic elastic(10e6, 0.3);
     mpm::MohrCoulomb frictional(10e6, 0.3, 2e3, 30.0, 5.0);    // libm: its angles
+    scene.begin_memory(frictional);
     mpm::MpmSolver solver(options);
     solver.set_models({&elastic, &frictional});
     solver.set_body_velocity(0, {{0.0, -0.2}});
@@ -362,11 +363,13 @@ namespace {
 
     BitHash hash;
     hash.add(scene.position).add(scene.velocity).add(scene.volume).add(scene.stress);
-    hash.add(scene.deformation_gradient).add(scene.velocity_gradient).add(scene.memory);
+    std::vector<std::array<double, 2>> memory;
+    for (int p = 0; p < scene.size(); ++p) memory.push_back({scene.row(p)[0], scene.row(p)[1]});
+    hash.add(scene.deformation_gradient).add(scene.velocity_gradient).add(memory);
     double pressure = 0.0, plastic = 0.0;
     for (int p = 0; p < ground; ++p) {
       pressure -= 0.5 * trace(scene.stress[p]) / ground;
-      plastic += scene.memory[p].plastic_strain / ground;
+      plastic += scene.row(p)[mpm::MohrCoulomb::PlasticStrain] / ground;
     }
     const mpm::Vec2 reaction = solver.body_reaction(0);
     const double unbalanced = solver.max_unbalanced_force();

@@ -442,10 +442,10 @@ std::string bytes_of(double value)
 /// Where the head of a fix mpm begins in a restart file: version, length, a checksum, step.
 std::size_t place_of_head(const std::string &text, double step)
 {
-  std::size_t place = text.find(bytes_of(-5.0));
+  std::size_t place = text.find(bytes_of(-6.0));
   while (place != std::string::npos &&
          text.compare(place + 3 * sizeof(double), sizeof(double), bytes_of(step)) != 0)
-    place = text.find(bytes_of(-5.0), place + 1);
+    place = text.find(bytes_of(-6.0), place + 1);
   EXPECT_NE(place, std::string::npos);
   return place;
 }
@@ -469,16 +469,16 @@ TEST(FixMpm, RestartFileOfAnotherVersionIsRefused)
         << other.replace(place, sizeof(double), bytes_of(version));
     return message_of(read);
   };
-  const std::string newer = message_with(-6.0), none = message_with(1.0), torn = message_with(-5.5);
+  const std::string newer = message_with(-7.0), none = message_with(1.0), torn = message_with(-6.5);
   std::remove(path.c_str());
 
-  EXPECT_NE(newer.find("the points in the restart file have version 6; this fix reads version 5"),
+  EXPECT_NE(newer.find("the points in the restart file have version 7; this fix reads version 6"),
             std::string::npos)
       << newer;
-  EXPECT_NE(none.find("have version 1 or 2, without a number; this fix reads version 5"),
+  EXPECT_NE(none.find("have version 1 or 2, without a number; this fix reads version 6"),
             std::string::npos)
       << none;
-  EXPECT_NE(torn.find("is damaged: it begins with -5.5 instead of the version -5"),
+  EXPECT_NE(torn.find("is damaged: it begins with -6.5 instead of the version -6"),
             std::string::npos)
       << torn;
 }
@@ -495,7 +495,7 @@ TEST(FixMpm, FlippedBitsOfRestartFilesAreRefused)
   const std::size_t head = place_of_head(text, 3.0);
   double length;
   std::memcpy(&length, &text[head + sizeof(double)], sizeof(length));
-  const auto record = text.find(bytes_of(24.0) + bytes_of(3.0));    // of an atom: numbers, step
+  const auto record = text.find(bytes_of(23.0) + bytes_of(3.0));    // of an atom: numbers, step
   ASSERT_NE(record, std::string::npos);
 
   // every bit of the versions, lengths and sizes, every seventh of the rest
@@ -511,7 +511,7 @@ TEST(FixMpm, FlippedBitsOfRestartFilesAreRefused)
     return silent;
   };
   EXPECT_EQ(count_silent(head, head + (std::size_t) length * sizeof(double)), 0);
-  EXPECT_EQ(count_silent(record, record + 24 * sizeof(double)), 0);
+  EXPECT_EQ(count_silent(record, record + 23 * sizeof(double)), 0);
   std::remove(path.c_str());
 }
 
@@ -909,10 +909,10 @@ TEST(FixMpmErrors, SayWhatIsWrong)
   const std::string dump = "test_fix_mpm_rerun." + rank + ".dump";
   const std::vector<std::pair<std::string, std::string>> cases = {
       {scene + "fix soil all mpm 1.0 " + law + " cfl 1 1e300",
-       "Fix mpm cfl: numbers must be from -1e+30 to 1e+30, got 1e300"},
+       "Fix mpm: cfl error is 1e300; it must be from -1e+30 to 1e+30"},
       {scene + "fix soil all mpm 1.0 " + law + " cfl 1 100", "0 < warn <= error <= 10, got 1 100"},
       {scene + "fix soil all mpm 1.0 model all elastic 1e6 0.3 density 1e300",
-       "Fix mpm density: numbers must be from -1e+30 to 1e+30, got 1e300"},
+       "Fix mpm: density is 1e300; it must be from -1e+30 to 1e+30"},
       {scene + "fix soil all mpm 1.0 " + law + " damping -0.1",
        "local damping must be in [0, 1), got -0.1"},
       {scene + "fix soil all mpm 1.0 " + law + "\ndump d all custom 1 " + dump +
@@ -936,51 +936,54 @@ TEST(FixMpmErrors, SayWhatIsWrong)
       {block_of_points("lattice sq 0.5 origin 0.5 0.5 0.0") +
            "timestep 0.001\nfix soil all mpm 1.0 " + law + "\nrun 1",
        "have more than 1.3 times their area in points, the fullest 4 times"},
-      {scene + "fix soil all mpm 0 " + law, "must be > 0"},
+      {scene + "fix soil all mpm 0 " + law, "cell size is 0 [length]; it must be greater than 0"},
       {scene + "fix soil all mpm 1.0 " + law + " wings yes", "unknown keyword 'wings'"},
       {scene + "fix soil all mpm 1.0 " + law + " boundry xlo roller",
        "Fix mpm: unknown keyword 'boundry'; did you mean boundary?"},
       {scene + "fix soil all mpm 1.0 " + law + " damping 0.1 0.2",
        "Fix mpm: found '0.2' after 'damping 0.1', where a keyword or the end was expected"},
       {scene + "fix soil all mpm 1.0 " + law + " damping low",
-       "Fix mpm damping: 'low' must be a number"},
+       "Fix mpm: damping is 'low'; it must be a number"},
       {scene + "group plate id 4\nvariable down equal -1\nfix soil all mpm 1.0 " + law +
            " rigid plate vx 0 vy down rough",
-       "Fix mpm rigid: 'down' must be a number or v_name; did you mean v_down?"},
+       "Fix mpm: rigid vy is 'down'; it must be a number or v_name of a variable; did you mean "
+       "v_down?"},
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
            " rigid plate vx 0 vy -1 rough\nrun 0\ngroup plate clear\nrun 0",
        "rigid body plate has no points"},
       {scene + "fix soil all mpm 1.0 " + law + " flip 1.5", "in [0, 1]"},
-      {scene + "fix soil all mpm 1.0 " + law + " boundary top roller", "xlo, xhi, ylo or yhi"},
+      {scene + "fix soil all mpm 1.0 " + law + " boundary top roller",
+       "boundary is 'top'; it must be xlo, xhi, ylo or yhi"},
       {scene + "fix soil all mpm 1.0 " + law + " boundary xlo sticky",
-       "boundary must be free or roller or fixed, got 'sticky'"},
+       "boundary xlo is 'sticky'; it must be free, roller or fixed"},
       {scene + "fix soil all mpm 1.0 " + law + " shape cubic",
-       "shape must be linear or gimp, got 'cubic'"},
+       "shape is 'cubic'; it must be linear or gimp"},
       {scene + "fix soil all mpm 1.0 " + law + " scheme usl",
-       "scheme must be musl or usavg, got 'usl'"},
+       "scheme is 'usl'; it must be musl or usavg"},
       {scene + "fix soil all mpm 1.0 " + law + " device tpu",
-       "device must be auto or cpu or cuda, got 'tpu'"},
-      {scene + "fix soil all mpm 1.0 " + law + " scheme", "missing argument"},
+       "device is 'tpu'; it must be auto, cpu or cuda"},
+      {scene + "fix soil all mpm 1.0 " + law + " scheme",
+       "Fix mpm: scheme has no value; the command ends there; it must read: scheme musl | usavg"},
       {scene + "fix soil all mpm 1.0 " + law + " damping 1",
        "local damping must be in [0, 1), got 1"},
       {scene + "fix soil all mpm 1.0 " + law + " progress -1",
-       "progress must be at least 0 [seconds of wall time], which means never, got -1"},
+       "progress is -1 [seconds of wall time]; it must be at least 0, which means never"},
       {scene + "fix soil all mpm 1.0 " + law + " points_per_cell 0",
-       "points_per_cell must be > 0, got 0"},
+       "points_per_cell is 0 [-]; it must be greater than 0"},
       {scene + "fix soil all mpm 1.0 " + law + " volume 1.5",
        "volume of a point must be in (0, 1] (one cell), got 1.5"},
       {scene + "fix soil all mpm 1.0 " + law + " cfl 1.0 0.5",
-       "0 < warn <= error <= 10, got 1.0 0.5"},
+       "0 < warn <= error <= 10, got 1 0.5"},
       {scene + "fix soil all mpm 1.0 " + law + " domain 0 2.5 0 4",
        "whole number of cells, got 2.5 / 1 = 2.5"},
       {scene + "fix soil all mpm 1.0 " + law + " flip 0.9 flip 0.99",
-       "Fix mpm: flip is given twice"},
+       "Fix mpm: flip is given twice, as 'flip 0.9' and as 'flip 0.99'; give it once"},
       {scene + "fix soil all mpm 1.0 " + law + " boundary xlo roller boundary xlo fixed",
        "Fix mpm: boundary xlo is given twice"},
       {scene + "fix soil all mpm 1.0 " + law + " model all elastic 1.0e6 0.2",
        "Fix mpm: model all is given twice"},
       {scene + "fix soil all mpm 1.0 " + law + " points_per_cell 1 volume 0.9",
-       "Fix mpm: volume is given twice"},
+       "Fix mpm: volume is given twice, as 'points_per_cell 1' and as 'volume 0.9'"},
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
            " rigid plate vx 0 vy 0 rough rigid plate vx 0 vy 1 rough",
        "Fix mpm: rigid plate is given twice"},
@@ -990,37 +993,41 @@ TEST(FixMpmErrors, SayWhatIsWrong)
       {scene + "fix soil all mpm 1.0 " + law + " separation yes", "must follow a rigid body"},
       {scene + "fix soil all mpm 1.0 " + law + " face yhi",
        "must follow a traction or a rigid body"},
-      {scene + "fix soil all mpm 1.0 " + law + " traction lid 0 -1", "group 'lid' does not exist"},
+      {scene + "fix soil all mpm 1.0 " + law + " traction lid 0 -1",
+       "traction group 'lid' does not exist"},
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law + " rigid plat vx 0 vy 0 rough",
-       "Fix mpm rigid: group 'plat' does not exist; did you mean plate?"},
+       "Fix mpm: rigid group 'plat' does not exist; did you mean plate?"},
       {scene + "fix soil all mpm 1.0 " + law + " traction all 0 v_q\nrun 0",
-       "variable 'q' does not exist"},
+       "Fix mpm: variable q does not exist"},
       {scene + "variable q atom 1\nfix soil all mpm 1.0 " + law + " traction all 0 v_q\nrun 0",
-       "variable 'q' must be an equal-style variable"},
+       "Fix mpm: variable q must be of equal style"},
       {scene + "fix soil all mpm 1.0 " + law + " traction ground 0 -1\nregion ground delete\nrun 0",
        "region 'ground' does not exist"},
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
            " rigid plate vx 0 0 rough rough rough",
-       "rigid group-ID vx value vy value rough|smooth"},
+       "rigid has '0' where vy must be; it must read: rigid group-ID vx value vy value rough | "
+       "smooth"},
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law + " rigid plate vx 0 vy 0 glued",
-       "rigid must be smooth or rough, got 'glued'"},
+       "rigid contact is 'glued'; it must be smooth or rough"},
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
            " rigid plate vx 0 vy 0 rough separation maybe",
-       "maybe"},
+       "separation is 'maybe'; it must be yes, no, on, off, true or false"},
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
            " rigid plate vx 0 vy 0 rough traction plate 0 -1\nrun 0",
        "is rigid and cannot carry a traction"},
       {scene + "fix soil all mpm 1.0 model all elastic 1.0e6 0.5 density 2000",
        "Poisson's ratio must be in (-1, 0.5), got 0.5"},
       {scene + "fix soil all mpm 1.0 model all plastic 1.0e6 0.3 density 2000",
-       "model must be rve or elastic or mohr_coulomb, got 'plastic'"},
+       "model is 'plastic'; it must be rve, elastic or mohr_coulomb"},
       {scene + "fix soil all mpm 1.0 model all mohr_coulomb 1.0e6 0.3 0 95 0 density 2000",
        "friction angle must be in [0, 90), got 95 [degrees]"},
-      {scene + "fix soil all mpm 1.0 model all mohr_coulomb 1.0e6 0.3 0 30", "missing argument"},
+      {scene + "fix soil all mpm 1.0 model all mohr_coulomb 1.0e6 0.3 0 30",
+       "model mohr_coulomb psi has no value; the command ends there; it must read: model group-ID "
+       "rve fix-ID"},
       {scene + "fix soil all mpm 1.0 " + law + "\nvelocity all set 0 500 0\nrun 10",
        "is outside of the grid, x from 0 to 2, y from 0 to 4"},
       {scene + "fix soil all mpm 1.0 model all elastic 1.0e6 0.3 density -2000",
-       "density must be > 0 [mass/distance^3] or rve, got -2000"},
+       "density is -2000 [mass/length^3]; it must be greater than 0, or rve"},
       {scene + "fix soil all mpm 1.0 model all elastic 1.0e6 0.3\nrun 0",
        "keyword density must give a value > 0"},
       {scene + "fix soil all mpm 1.0 " + law + "\nrun_style respa 1\nrun 0", "respa"},

@@ -24,7 +24,8 @@ struct Scene {
   std::vector<double> position, velocity, body_force, mass, volume, initial_volume;
   std::vector<Vec2> half_size;
   std::vector<Tensor2> deformation_gradient, stress, velocity_gradient;
-  std::vector<mpm::PointMemory> memory;
+  std::vector<double> memory;
+  int memory_width = 0;
   std::vector<int> model, rigid_body;
 
   int size() const { return static_cast<int>(id.size()); }
@@ -45,7 +46,7 @@ struct Scene {
     deformation_gradient.push_back(Tensor2::identity());
     stress.push_back(Tensor2::zero());
     velocity_gradient.push_back(Tensor2::zero());
-    memory.push_back(mpm::PointMemory::at_stress(Tensor2::zero()));
+    memory.resize(memory.size() + memory_width, 0.0);
     model.push_back(0);
     rigid_body.push_back(-1);
     return size() - 1;
@@ -71,10 +72,20 @@ struct Scene {
     });
   }
 
+  /// All points begin to remember what a law does, at the stress that they have.
+  void begin_memory(const mpm::Constitutive &law)
+  {
+    memory_width = static_cast<int>(law.state_variables().size());
+    memory.assign(static_cast<std::size_t>(memory_width) * size(), 0.0);
+    for (int p = 0; p < size(); ++p) law.begin_memory(stress[p], row(p));
+  }
+  double *row(int p) { return memory.data() + p * memory_width; }
+
   /// The same points in the given order.
   Scene selected(const std::vector<int> &order) const
   {
     Scene scene;
+    scene.memory_width = memory_width;
     for (const int p : order) {
       scene.id.push_back(id[p]);
       for (int c = 0; c < 3; ++c) {
@@ -89,7 +100,8 @@ struct Scene {
       scene.deformation_gradient.push_back(deformation_gradient[p]);
       scene.stress.push_back(stress[p]);
       scene.velocity_gradient.push_back(velocity_gradient[p]);
-      scene.memory.push_back(memory[p]);
+      const auto row = memory.begin() + p * memory_width;
+      scene.memory.insert(scene.memory.end(), row, row + memory_width);
       scene.model.push_back(model[p]);
       scene.rigid_body.push_back(rigid_body[p]);
     }
@@ -100,6 +112,7 @@ struct Scene {
   {
     mpm::PointView view;
     view.count = size();
+    view.memory_width = memory_width;
     view.id = id.data();
     view.position = {position.data()};
     view.velocity = {velocity.data()};

@@ -37,8 +37,8 @@ Deposit collapse(mpm::Constitutive &law)
     scene.body_force[3 * p + 1] = -GRAVITY * scene.mass[p];
     const double vertical = -DENSITY * GRAVITY * (HEIGHT - scene.position[3 * p + 1]);
     scene.stress[p] = {{0.5 * vertical, 0.0, 0.0, vertical}};
-    scene.memory[p] = mpm::PointMemory::at_stress(scene.stress[p]);
   }
+  scene.begin_memory(law);
   mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{6.0, 3.0}}, CELL);
   options.sides = {mpm::SideKind::Roller, mpm::SideKind::Roller, mpm::SideKind::Fixed,
                    mpm::SideKind::Free};

@@ -58,6 +58,7 @@ double fall_beside_a_wall(const Strip &strip, int cells)
     scene.add_block({{left - CELL, 0.0}}, {{left, 3.0}}, CELL, DENSITY);
     for (int p = sand_points; p < scene.size(); ++p) scene.rigid_body[p] = 0;
   }
+  scene.begin_memory(sand);
   MpmSolver solver(options);
   solver.set_models({&sand});
   const double dt = strip.part * 0.3 * CELL / std::sqrt(sand.p_wave_modulus(0) / DENSITY);

@@ -14,8 +14,7 @@ namespace {
 Tensor2 after(LinearElastic &law, const Tensor2 &increment, Tensor2 stress)
 {
   const int point = 0;
-  mpm::PointMemory memory = mpm::PointMemory::at_stress(stress);
-  law.update(1, &point, &increment, 1.0, &stress, &memory);
+  law.update(1, &point, &increment, 1.0, &stress, {});
   return stress;
 }
 

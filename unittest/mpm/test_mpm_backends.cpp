@@ -61,7 +61,6 @@ Scene scene_with_two_bodies()
     scene.velocity[3 * p + 1] = 0.01 * std::cos(0.9 * p);
     scene.body_force[3 * p + 1] = -9.81 * scene.mass[p];
     scene.stress[p] = {{-20e3, 0.0, 0.0, -20e3}};
-    scene.memory[p] = mpm::PointMemory::at_stress(scene.stress[p]);
   }
   return scene;
 }
@@ -79,6 +78,7 @@ struct Ground {
       scene(std::move(scene_in)),
       solver(options_for(what, device), communication)
   {
+    scene.begin_memory(frictional);
     solver.set_models({&elastic, &frictional});
     solver.set_body_velocity(0, {{0.0, -0.2}});
     solver.set_body_velocity(1, {{0.05, 0.0}});

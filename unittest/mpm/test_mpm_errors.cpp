@@ -1,5 +1,6 @@
 // Wrong input and trouble in a run: an exception that says what, where, and what is allowed.
 
+#include "mpm/mohr_coulomb.h"
 #include "scene.h"
 #include "support/messages.h"
 
@@ -89,6 +90,19 @@ TEST(SolverInput, RefusesATimeStepThatIsNotPositive)
     });
     expect_contains(message, "MPM time step must be positive, got ");
   }
+}
+
+TEST(SolverInput, RefusesRowsOfMemoryThatAreTooShortForALaw)
+{
+  OnePoint one;
+  mpm::MohrCoulomb law(100.0, 0.3, 1.0, 30.0, 0.0);
+  one.solver.set_models({&law});
+  expect_contains(message_of<rve::InputError>([&] {
+                    one.solver.step(one.scene.view(), {}, 1e-3);
+                  }),
+                  "rows of the memory of points have 0 numbers, but a law has 2 state variables");
+  one.scene.begin_memory(law);
+  EXPECT_NO_THROW(one.solver.step(one.scene.view(), {}, 1e-3));
 }
 
 TEST(PointTrouble, LeavingTheGridNamesThePoint)

@@ -33,7 +33,7 @@ inline rve::AffineStiffness affine_stiffness(const rve::RveState &state)
       {{1.0, 0.0, 0.0, 0.0}}, {{0.0, 0.0, 0.0, 1.0}}, {{0.0, 1.0, 1.0, 0.0}}};
 
   rve::AffineStiffness stiffness;
-  for (const rve::ContactGeometry &contact : rve::find_contacts(state)) {
+  for (const rve::TouchingPair &contact : rve::find_contacts(state)) {
     const auto &n = contact.normal;
     const rve::Vec<double, 2> t{{-n[1], n[0]}};
     const double l = std::hypot(contact.branch[0], contact.branch[1]);

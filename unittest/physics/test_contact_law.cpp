@@ -1,7 +1,7 @@
 // Geometry, kinematics and force of one contact of two disks.
 
 #include "rve/core/fixed_point.h"
-#include "rve/physics/contact_law.h"
+#include "rve/physics/laws/linear_friction.h"
 #include "rve/physics/stress.h"
 #include "support/random.h"
 
@@ -17,34 +17,33 @@ namespace {
 
 constexpr double PI = 3.14159265358979323846;
 
-template <class Format> class ContactOfTwoDisks : public ::testing::Test {
+template <class Numbers> class ContactOfTwoDisks : public ::testing::Test {
 };
-using Formats = ::testing::Types<FastFormat, MixedFormat, DoubleFormat>;
+using Formats = ::testing::Types<FastNumbers, MixedNumbers, DoubleNumbers>;
 TYPED_TEST_SUITE(ContactOfTwoDisks, Formats);
 
-template <class Format, bool General>
-using Law = LinearFrictionLaw<typename Format::Real, typename Format::History, General>;
+template <class Numbers, bool Damped> using Law = LinearFrictionLaw<Numbers, Damped>;
 
-template <class Format, bool General = true>
-Law<Format, General> law_with(double velocity_arm, double normal_viscosity = 0.0,
+template <class Numbers, bool Damped = true>
+Law<Numbers, Damped> law_with(double velocity_arm, double normal_viscosity = 0.0,
                               double tangential_viscosity = 0.0)
 {
-  using Real = typename Format::Real;
-  Law<Format, General> law;
+  using Real = typename Numbers::Real;
+  Law<Numbers, Damped> law;
   law.normal.stiffness = Real(1e6);
   law.normal_damping.viscosity = Real(normal_viscosity);
-  law.tangential.stiffness = typename Format::History(0.8e6);
+  law.tangential.stiffness = typename Numbers::Spring(0.8e6);
   law.tangential.friction = Real(0.5);
   law.tangential.viscosity = Real(tangential_viscosity);
   law.velocity_arm = Real(velocity_arm);
   return law;
 }
 
-template <class Format>
-ContactGeometry<typename Format::Real, 2> geometry(const Vec<typename Format::Wide, 2> &branch,
-                                                   typename Format::Wide sum_of_radii)
+template <class Numbers>
+ContactGeometry<typename Numbers::Real, 2> geometry(const Vec<typename Numbers::Wide, 2> &branch,
+                                                    typename Numbers::Wide sum_of_radii)
 {
-  return contact_geometry<typename Format::Real>(branch, sum_of_radii);
+  return contact_geometry<typename Numbers::Real>(branch, sum_of_radii);
 }
 
 template <class T> bool same_bits(T x, T y)
@@ -53,9 +52,9 @@ template <class T> bool same_bits(T x, T y)
 }
 
 /// Rounding of one operation in the format's Real.
-template <class Format> double epsilon()
+template <class Numbers> double epsilon()
 {
-  return std::numeric_limits<typename Format::Real>::epsilon();
+  return std::numeric_limits<typename Numbers::Real>::epsilon();
 }
 
 }    // namespace
@@ -107,7 +106,7 @@ TEST(GapSquared, KeepsTheOverlapOfStiffGrainsWhereTheDifferenceOfLengthsLosesIt)
   const double sum = 0.01, overlap = 1e-9;
   const Vec<double, 2> branch{{0.6 * (sum - overlap), 0.8 * (sum - overlap)}};
 
-  const auto contact = geometry<MixedFormat>(branch, sum);
+  const auto contact = geometry<MixedNumbers>(branch, sum);
 
   EXPECT_NEAR(contact.overlap, overlap, 1e-6 * overlap);
 }
@@ -116,7 +115,7 @@ TYPED_TEST(ContactOfTwoDisks, ExchangeOfTheGrainsGivesTheOppositeForceAndTheSame
 {
   using Real = typename TypeParam::Real;
   using Wide = typename TypeParam::Wide;
-  using History = typename TypeParam::History;
+  using History = typename TypeParam::Spring;
   Random random(2);
   int sliding = 0, sticking = 0;
   for (int sample = 0; sample < 20000; ++sample) {

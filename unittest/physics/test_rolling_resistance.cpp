@@ -1,7 +1,7 @@
 // Rolling resistance: its moment, its history, and the contact law with it.
 
 #include "rve/core/fixed_point.h"
-#include "rve/physics/rolling_resistance.h"
+#include "rve/physics/laws/rolling_friction.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>
@@ -45,12 +45,12 @@ template <class T> bool same_bits(T x, T y)
   return std::memcmp(&x, &y, sizeof(T)) == 0;
 }
 
-template <class Format> class LawWithRolling : public ::testing::Test {
+template <class Numbers> class LawWithRolling : public ::testing::Test {
  public:
-  using Real = typename Format::Real;
-  using Wide = typename Format::Wide;
-  using Spring = typename Format::Spring;
-  using Law = RollingFrictionLaw<Real, Spring>;
+  using Real = typename Numbers::Real;
+  using Wide = typename Numbers::Wide;
+  using Spring = typename Numbers::Spring;
+  using Law = RollingFriction<Numbers>;
 
   static Law law(double rolling_friction)
   {
@@ -100,7 +100,7 @@ template <class Format> class LawWithRolling : public ::testing::Test {
     }
   };
 };
-using Formats = ::testing::Types<FastFormat, MixedFormat, DoubleFormat, SingleFormat>;
+using Formats = ::testing::Types<FastNumbers, MixedNumbers, DoubleNumbers, SingleNumbers>;
 TYPED_TEST_SUITE(LawWithRolling, Formats);
 
 }    // namespace
@@ -163,11 +163,11 @@ TEST(RollingResistance, HistoryOfTheOtherGrainHasTheOppositeMomentAndTheSameTang
 {
   const SpringForces<double> history{3.0, -0.5};
 
-  const SpringForces<double> other = seen_from_partner(history);
+  const SpringForces<double> other = RollingFriction<DoubleNumbers>::seen_from_partner(history);
 
   EXPECT_EQ(other.tangential, 3.0);
   EXPECT_EQ(other.rolling, 0.5);
-  EXPECT_EQ(seen_from_partner(3.0), 3.0);    // without rolling
+  EXPECT_EQ(DampedSprings<DoubleNumbers>::seen_from_partner(3.0), 3.0);    // without rolling
 }
 
 TYPED_TEST(LawWithRolling, ExchangeOfTheGrainsGivesTheSameBitsSeenFromTheOtherSide)
@@ -179,14 +179,14 @@ TYPED_TEST(LawWithRolling, ExchangeOfTheGrainsGivesTheSameBitsSeenFromTheOtherSi
     const typename TestFixture::Sample s(random);
 
     const auto of_i = law.evaluate(s.contact(), s.i, s.j, s.gradient, s.history, s.dt);
-    const auto of_j =
-        law.evaluate(s.contact_from_j(), s.j, s.i, s.gradient, seen_from_partner(s.history), s.dt);
+    const auto of_j = law.evaluate(s.contact_from_j(), s.j, s.i, s.gradient,
+                                   law.seen_from_partner(s.history), s.dt);
 
     ASSERT_EQ(of_i.force[0], -of_j.force[0]);
     ASSERT_EQ(of_i.force[1], -of_j.force[1]);
     ASSERT_TRUE(same_bits(of_i.torque_i, of_j.torque_j));
     ASSERT_TRUE(same_bits(of_i.torque_j, of_j.torque_i));
-    const auto back = seen_from_partner(of_j.history());
+    const auto back = law.seen_from_partner(of_j.history());
     ASSERT_TRUE(same_bits(of_i.history().tangential, back.tangential));
     ASSERT_TRUE(same_bits(of_i.history().rolling, back.rolling));
     ASSERT_EQ(of_i.rolling_slipped, -of_j.rolling_slipped);
@@ -198,11 +198,9 @@ TYPED_TEST(LawWithRolling, ExchangeOfTheGrainsGivesTheSameBitsSeenFromTheOtherSi
 
 TYPED_TEST(LawWithRolling, MomentsAreOppositeAndTheForceIsThatWithoutRolling)
 {
-  using Real = typename TypeParam::Real;
-  using Spring = typename TypeParam::Spring;
   Random random(3);
   const auto law = this->law(0.1);
-  const LinearFrictionLaw<Real, Spring, true> &sliding = law;
+  const LinearFrictionLaw<TypeParam, true> &sliding = law;
   for (int k = 0; k < 2000; ++k) {
     const typename TestFixture::Sample s(random);
 
@@ -221,11 +219,9 @@ TYPED_TEST(LawWithRolling, MomentsAreOppositeAndTheForceIsThatWithoutRolling)
 
 TYPED_TEST(LawWithRolling, CoefficientOfZeroGivesTheBitsOfTheLawWithoutRolling)
 {
-  using Real = typename TypeParam::Real;
-  using Spring = typename TypeParam::Spring;
   Random random(4);
   const auto law = this->law(0.0);
-  const LinearFrictionLaw<Real, Spring, true> &sliding = law;
+  const LinearFrictionLaw<TypeParam, true> &sliding = law;
   for (int k = 0; k < 2000; ++k) {
     const typename TestFixture::Sample s(random);
 

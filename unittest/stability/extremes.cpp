@@ -73,7 +73,7 @@ namespace {
   {
     const Histories history = histories_by_pair(state);
     Tensor2 sum = Tensor2::zero();
-    for (const ContactGeometry &contact : find_contacts(state)) {
+    for (const TouchingPair &contact : find_contacts(state)) {
       const auto found = history.find({contact.first, contact.second});
       const double f_t = found == history.end() ? 0.0 : found->second;
       const double f_n = state.material.normal_stiffness * contact.overlap;
@@ -175,7 +175,7 @@ namespace {
              const Histories history = histories_by_pair(trace.end);
              double mean = 0.0, excess = 0.0;
              const auto contacts = find_contacts(trace.end);
-             for (const ContactGeometry &contact : contacts) {
+             for (const TouchingPair &contact : contacts) {
                const double f_n = trace.end.material.normal_stiffness * contact.overlap;
                const auto found = history.find({contact.first, contact.second});
                const double f_t = found == history.end() ? 0.0 : found->second;
@@ -302,7 +302,7 @@ namespace {
                                     after = histories_by_pair(trace.end);
                     const double strain = rate_of_axis * steps * dt;
                     double error = 0.0, size = 0.0;
-                    for (const ContactGeometry &contact : find_contacts(trace.middle)) {
+                    for (const TouchingPair &contact : find_contacts(trace.middle)) {
                       const auto &n = contact.normal;
                       const double l = std::hypot(contact.branch[0], contact.branch[1]);
                       // t.eps n of diag(strain, -strain), t = (-n_y, n_x)

@@ -10,7 +10,7 @@ namespace macro {
 
 void RveConstitutive::update(int count, const int *point_index,
                              const rve::Tensor2 *deformation_increment, double dt,
-                             rve::Tensor2 *stress, mpm::PointMemory * /*memory*/)
+                             rve::Tensor2 *stress, mpm::MemoryRows /*memory*/)
 {
   const RveOwner::Clock clock = owner.clock(dt);
   atoms.resize(count);

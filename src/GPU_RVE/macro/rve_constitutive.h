@@ -34,7 +34,7 @@ class RveConstitutive : public mpm::Constitutive {
   explicit RveConstitutive(RveOwner &_owner) : owner(_owner) {}
 
   void update(int count, const int *point_index, const rve::Tensor2 *deformation_increment,
-              double dt, rve::Tensor2 *stress, mpm::PointMemory *memory) override;
+              double dt, rve::Tensor2 *stress, mpm::MemoryRows memory) override;
 
   void expect_questions() override { owner.complete(); }
   double p_wave_modulus(int point_index) const override;

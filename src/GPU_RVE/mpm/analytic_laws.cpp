@@ -20,7 +20,7 @@ LinearElastic::LinearElastic(double young_modulus, double poisson_ratio)
 }
 
 void LinearElastic::update(int count, const int *point_index, const Tensor2 *deformation_increment,
-                           double /*dt*/, Tensor2 *stress, PointMemory * /*memory*/)
+                           double /*dt*/, Tensor2 *stress, MemoryRows /*memory*/)
 {
   for (int k = 0; k < count; ++k) {
     const int p = point_index[k];

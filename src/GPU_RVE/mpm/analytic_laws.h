@@ -20,7 +20,7 @@ class LinearElastic : public Constitutive {
   LinearElastic(double young_modulus, double poisson_ratio);
 
   void update(int count, const int *point_index, const rve::Tensor2 *deformation_increment,
-              double dt, rve::Tensor2 *stress, PointMemory *memory) override;
+              double dt, rve::Tensor2 *stress, MemoryRows memory) override;
   bool takes_parts() const override { return true; }
   double p_wave_modulus(int point_index) const override;
 

@@ -7,33 +7,47 @@
 
 #include "rve/core/tensor.h"
 
+#include <cstddef>
+#include <string>
+#include <vector>
+
 namespace mpm {
 
-/// What a point remembers besides its stress in the plane; a law that needs none of it leaves it alone.
-struct PointMemory {
-  double out_of_plane_stress;    ///< σ_zz, tension positive [stress]
-  double plastic_strain;         ///< accumulated, sqrt(2/3 dε^p:dε^p) of the deviator
+/// A number that a law remembers of a point, besides the stress in the plane.
+struct StateVariable {
+  std::string name;    ///< a word without blanks: restart files and output know the variable by it
+  std::string unit;    ///< "stress", ..., or "" for a plain number
+};
 
-  /// At the beginning. σ_zz between the principal stresses in the plane: admissible to an isotropic law if they are.
-  static PointMemory at_stress(const rve::Tensor2 &stress)
-  {
-    return {0.5 * (stress(0, 0) + stress(1, 1)), 0.0};
-  }
+using StateVariables = std::vector<StateVariable>;
+
+/// What the laws of the points remember: a row of doubles for each point, which begins with the state variables of its law. Laws run
+/// on the host, and so the rows are there only.
+struct MemoryRows {
+  double *first = nullptr;
+  int width = 0;    ///< of a row: as many doubles as the law with the most state variables has
+  double *operator[](int p) const { return first + static_cast<std::ptrdiff_t>(p) * width; }
 };
 
 class Constitutive {
  public:
   virtual ~Constitutive() = default;
 
+  /// The state variables, in the order of a row. They do not depend on the parameters of the law.
+  virtual StateVariables state_variables() const { return {}; }
+
+  /// Gives the state variables of a point their values at the beginning, when it has the Cauchy stress `stress` [stress].
+  virtual void begin_memory(const rve::Tensor2 & /*stress*/, double * /*memory*/) const {}
+
   /// Advances `count` points over `dt` [time].
   ///
   /// point_index[count]: local indices of the points, ascending. The three arrays below are those of all local points and
   /// are read and written at these indices only.
   /// deformation_increment: ΔF = I + L dt of the increment, stretch and spin, F_new = ΔF F_old.
-  /// stress: Cauchy stress [stress], tension positive, in the plane; memory: the rest of a point's state. Both in: before
+  /// stress: Cauchy stress [stress], tension positive, in the plane; memory: the state variables. Both in: before
   /// the increment, out: after it.
   virtual void update(int count, const int *point_index, const rve::Tensor2 *deformation_increment,
-                      double dt, rve::Tensor2 *stress, PointMemory *memory) = 0;
+                      double dt, rve::Tensor2 *stress, MemoryRows memory) = 0;
 
   /// Whether update() may be called for parts of the points at the same time, from several threads.
   virtual bool takes_parts() const { return false; }

@@ -9,6 +9,7 @@
 
 #include "cuda/cuda_device.h"
 #include "cuda/device_buffer.cuh"
+#include "mpm/grid_arrays.h"
 #include "mpm/shared_nodes.h"
 #include "mpm/step_program.h"
 #include "rve/core/threads.h"
@@ -161,21 +162,7 @@ namespace {
       check_cuda(cudaGetDeviceProperties(&device, device_number_), "device properties");
       name_ = device.name;
 
-      const std::size_t bodies = options.rigid_bodies.size();
-      view_.boundary.sides = sides_.upload(boundary.sides());
-      view_.boundary.on_body = on_body_.reserve_zeros(num_nodes_);
-      view_.boundary.closed = closed_.reserve_zeros(bodies * view_.boundary.columns() + 1);
-      view_.boundary.side_impulse = side_impulse_.reserve_zeros(2 * num_nodes_);
-      view_.boundary.body_impulse = body_impulse_.reserve_zeros(bodies * num_nodes_ + 1);
-      view_.inertia_sums = sums_.reserve_zeros(5 * num_nodes_);
-      view_.vector_sums = view_.inertia_sums + 3 * num_nodes_;
-      view_.mass = mass_.reserve_zeros(num_nodes_);
-      view_.momentum = momentum_.reserve_zeros(num_nodes_);
-      view_.momentum_end = momentum_end_.reserve_zeros(num_nodes_);
-      view_.damping_impulse = damping_impulse_.reserve_zeros(num_nodes_);
-      view_.force = force_.reserve_zeros(num_nodes_);
-      view_.velocity = velocity_.reserve_zeros(num_nodes_);
-      view_.velocity_change = velocity_change_.reserve_zeros(num_nodes_);
+      grid_arrays_.wire(view_, boundary);
     }
 
     void begin(const StepInput &input)
@@ -331,15 +318,15 @@ namespace {
     // of the last step, from the device, per node
     const Vec2 *body_impulse(int body)
     {
-      return receive(body_impulse_, view_.num_bodies * num_nodes_) + body * num_nodes_;
+      return receive(grid_arrays_.body_impulse, view_.num_bodies * num_nodes_) + body * num_nodes_;
     }
     const Vec2 *side_impulse(int axis)
     {
-      return receive(side_impulse_, 2 * num_nodes_) + axis * num_nodes_;
+      return receive(grid_arrays_.side_impulse, 2 * num_nodes_) + axis * num_nodes_;
     }
-    const Vec2 *damping_impulse() { return receive(damping_impulse_, num_nodes_); }
-    const Vec2 *node_force() { return receive(force_, num_nodes_); }
-    const double *node_mass() { return receive(mass_, num_nodes_); }
+    const Vec2 *damping_impulse() { return receive(grid_arrays_.damping_impulse, num_nodes_); }
+    const Vec2 *node_force() { return receive(grid_arrays_.force, num_nodes_); }
+    const double *node_mass() { return receive(grid_arrays_.mass, num_nodes_); }
     double unbalanced() { return motion_size() > 0 ? maxima()[Unbalanced] : 0.0; }
 
     double transfer_time() const { return transfer_seconds_; }
@@ -495,13 +482,7 @@ namespace {
     std::string name_;
     double transfer_seconds_ = 0.0;
 
-    // grid
-    DeviceBuffer<std::uint8_t> sides_, on_body_, closed_;
-    DeviceBuffer<Vec2> side_impulse_, body_impulse_;
-    DeviceBuffer<std::int64_t> sums_;
-    DeviceBuffer<double> mass_;
-    DeviceBuffer<Vec2> momentum_, momentum_end_, damping_impulse_, force_, velocity_,
-        velocity_change_;
+    GridArrays<DeviceBuffer> grid_arrays_;
 
     // with other ranks
     DeviceBuffer<int> shared_nodes_;

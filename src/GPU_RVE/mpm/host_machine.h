@@ -1,8 +1,38 @@
-// Runs the passes of a time step (step_passes.h) on CPU threads. Owns the arrays of the grid; points stay where the caller has them.
+// The machine that runs the passes of a time step, and its implementation by CPU threads.
+//
+// A time step is written once, as a sequence of passes (step_program.h), each of which says what one point, node, column of nodes or load
+// does (step_passes.h). It runs on CPU threads (HostMachine) or on a CUDA device (CudaMachine in cuda_machine.cu). A Machine owns the
+// arrays of the grid, is made of (options, grid, boundary, number of ranks), and offers
+//
+//   begin(input)                a step begins, with these points and loads
+//   take_shared(shared)         the nodes that this step shares with other ranks
+//   view()                      what passes work on
+//   over_points(pass), over_nodes, over_columns, over_loads, over_shared
+//                               pass(item, tally) for all items; tally.raise(k, value) and tally.trouble(point, what) tell what it finds
+//   scatter(pass)               pass(point, inertia, vectors) for all points, which adds to sums on nodes that begin with zero
+//   scatter_loads(pass)         pass(load, vectors) for all loads, which adds to those sums
+//   first_trouble(), maxima()   what passes have found: the first point with trouble, and largest values, by Maximum
+//   share_maxima(communication, first, count)    takes the largest of all ranks
+//   knows_at_once()             whether findings are known when a pass returns; if not, settle() brings them
+//   wait()                      passes are done
+//   settle()                    and findings, increments, positions and velocities are known to the host
+//   increments(), stresses_changed()             ΔF of the points, for their laws, which run on the host; the laws are done
+//   shared_nodes(), exchange_buffer(count)       for passes that pack and unpack what ranks exchange
+//   host_points(), fetch(points)                 brings to the host what only the machine has changed of the points
+//   points_changed()            the host has changed points in another way than by positions, velocities, forces, models and bodies
+//   body_impulse(body), side_impulse(axis), damping_impulse(), node_force(), node_mass(), unbalanced()
+//                               of the last step; the arrays are per node
+//   transfer_time(), description()
+//
+// The contract that gives the same bits on all machines:
+//   1. a pass changes only what belongs to its item;
+//   2. what it tells beyond the item has no order: integer sums, largest values, the least of the points with trouble;
+//   3. passes take effect in the order of the calls.
 
 #ifndef MPM_HOST_MACHINE_H
 #define MPM_HOST_MACHINE_H
 
+#include "mpm/grid_arrays.h"
 #include "mpm/shared_nodes.h"
 #include "mpm/solver_options.h"
 #include "mpm/step_passes.h"
@@ -27,34 +57,32 @@ inline void add_to(PartialSums sums, std::size_t k, std::int64_t part)
   sums.first[k - sums.offset] += part;
 }
 
+/// An array of the grid in ordinary memory.
+template <class T> class HostArray {
+ public:
+  T *upload(const std::vector<T> &values)
+  {
+    values_ = values;
+    return values_.data();
+  }
+  T *reserve_zeros(std::size_t count)
+  {
+    values_.assign(count, T());
+    return values_.data();
+  }
+
+ private:
+  std::vector<T> values_;
+};
+
+/// Points stay where the caller has them.
 class HostMachine {
  public:
   HostMachine(const SolverOptions &options, const Grid &grid, const Boundary &boundary, int ranks) :
       grid_(grid), threads_(rve::usable_threads(options.threads)), view_(grid, options, ranks > 1),
-      sides_(boundary.sides()), on_body_(grid.node_count()),
-      side_impulse_(2 * on_body_.size(), Vec2::zero()),
-      body_impulse_(options.rigid_bodies.size() * on_body_.size(), Vec2::zero()),
-      inertia_sums_(3 * on_body_.size()), vector_sums_(2 * on_body_.size()), mass_(on_body_.size()),
-      momentum_(on_body_.size()), momentum_end_(on_body_.size()),
-      damping_impulse_(on_body_.size(), Vec2::zero()), force_(on_body_.size()),
-      velocity_(on_body_.size()), velocity_change_(on_body_.size()), tallies_(threads_),
-      partial_(threads_)
+      tallies_(threads_), partial_(threads_)
   {
-    view_.boundary.sides = sides_.data();
-    closed_.resize(options.rigid_bodies.size() * view_.boundary.columns());
-    view_.boundary.on_body = on_body_.data();
-    view_.boundary.closed = closed_.data();
-    view_.boundary.side_impulse = side_impulse_.data();
-    view_.boundary.body_impulse = body_impulse_.data();
-    view_.inertia_sums = inertia_sums_.data();
-    view_.vector_sums = vector_sums_.data();
-    view_.mass = mass_.data();
-    view_.momentum = momentum_.data();
-    view_.momentum_end = momentum_end_.data();
-    view_.damping_impulse = damping_impulse_.data();
-    view_.force = force_.data();
-    view_.velocity = velocity_.data();
-    view_.velocity_change = velocity_change_.data();
+    grid_arrays_.wire(view_, boundary);
   }
 
   /// A step begins.
@@ -133,8 +161,8 @@ class HostMachine {
 #pragma omp barrier
       const rve::ThreadShare rows(grid_.node_count() / grid_.row_stride());
       for (int row = rows.begin; row < rows.end; ++row) {
-        if (P::INERTIA) merge_row(row, 3, &Partial::inertia, inertia_sums_);
-        if (P::VECTORS) merge_row(row, 2, &Partial::vectors, vector_sums_);
+        if (P::INERTIA) merge_row(row, 3, &Partial::inertia, view_.inertia_sums);
+        if (P::VECTORS) merge_row(row, 2, &Partial::vectors, view_.vector_sums);
       }
     }
   }
@@ -142,7 +170,7 @@ class HostMachine {
   {
     P own = pass;
     own.begin();
-    for (int k = 0; k < view_.num_point_loads; ++k) own(k, vector_sums_.data());
+    for (int k = 0; k < view_.num_point_loads; ++k) own(k, view_.vector_sums);
   }
 
   /// The shared nodes, where passes can read them.
@@ -160,23 +188,23 @@ class HostMachine {
   // of the last step, per node
   const Vec2 *body_impulse(int body) const
   {
-    return body_impulse_.data() + body * on_body_.size();
+    return view_.boundary.body_impulse + static_cast<std::size_t>(body) * grid_.node_count();
   }
   const Vec2 *side_impulse(int axis) const
   {
-    return side_impulse_.data() + axis * on_body_.size();
+    return view_.boundary.side_impulse + static_cast<std::size_t>(axis) * grid_.node_count();
   }
   const Vec2 *damping_impulse() const
   {
-    return damping_impulse_.data();
+    return view_.damping_impulse;
   }
   const Vec2 *node_force() const
   {
-    return force_.data();
+    return view_.force;
   }
   const double *node_mass() const
   {
-    return mass_.data();
+    return view_.mass;
   }
   double unbalanced() const
   {
@@ -253,10 +281,10 @@ class HostMachine {
 
   /// Adds up what the threads have on a row.
   void merge_row(int row, int components, std::vector<std::int64_t> Partial::*sums,
-                 std::vector<std::int64_t> &total) const
+                 std::int64_t *total) const
   {
     const std::size_t size = static_cast<std::size_t>(components) * grid_.row_stride();
-    std::int64_t *into = total.data() + row * size;
+    std::int64_t *into = total + row * size;
     std::fill_n(into, size, 0);
     for (const Partial &part : partial_) {
       if (row < part.first_row || row >= part.end_row) continue;
@@ -268,11 +296,7 @@ class HostMachine {
   Grid grid_;
   int threads_;
   StepView view_;
-  std::vector<std::uint8_t> sides_, on_body_, closed_;
-  std::vector<Vec2> side_impulse_, body_impulse_;
-  std::vector<std::int64_t> inertia_sums_, vector_sums_;
-  std::vector<double> mass_;
-  std::vector<Vec2> momentum_, momentum_end_, damping_impulse_, force_, velocity_, velocity_change_;
+  GridArrays<HostArray> grid_arrays_;
   std::vector<Support> support_;
   std::vector<rve::Tensor2> increment_;
   std::vector<double> maxima_;

@@ -78,18 +78,31 @@ MohrCoulomb::MohrCoulomb(double young_modulus, double poisson_ratio, double cohe
   return_.uniaxial_strength = 2.0 * cohesion * std::sqrt(return_.friction_ratio);
 }
 
+StateVariables MohrCoulomb::state_variables() const
+{
+  // tension positive; accumulated, sqrt(2/3 dε^p:dε^p) of the deviator
+  return {{"out_of_plane_stress", "stress"}, {"plastic_strain", ""}};
+}
+
+void MohrCoulomb::begin_memory(const Tensor2 &stress, double *memory) const
+{
+  memory[OutOfPlaneStress] = 0.5 * (stress(0, 0) + stress(1, 1));
+  memory[PlasticStrain] = 0.0;
+}
+
 void MohrCoulomb::update(int count, const int *point_index, const Tensor2 *deformation_increment,
-                         double /*dt*/, Tensor2 *stress, PointMemory *memory)
+                         double /*dt*/, Tensor2 *stress, MemoryRows memory)
 {
   for (int k = 0; k < count; ++k) {
     const int p = point_index[k];
+    double *state = memory[p];
     const MidpointIncrement increment = midpoint_increment(deformation_increment[p]);
     const PrincipalAxes trial(
         elastic_stress(stress[p], increment, return_.lame_first, return_.shear_modulus),
-        memory[p].out_of_plane_stress + return_.lame_first * trace(increment.strain));
+        state[OutOfPlaneStress] + return_.lame_first * trace(increment.strain));
     const MohrCoulombReturn::Principal after = return_(trial.principal);
     stress[p] = trial.in_plane(after);
-    memory[p].out_of_plane_stress = after.value[trial.out];
+    state[OutOfPlaneStress] = after.value[trial.out];
 
     // deviator of the plastic strain: that of the relaxed stress over 2 μ
     double relaxed[3];
@@ -97,7 +110,7 @@ void MohrCoulomb::update(int count, const int *point_index, const Tensor2 *defor
     const double mean = (relaxed[0] + relaxed[1] + relaxed[2]) / 3.0;
     double square = 0.0;
     for (const double r : relaxed) square += (r - mean) * (r - mean);
-    memory[p].plastic_strain += std::sqrt(2.0 / 3.0 * square) / (2.0 * return_.shear_modulus);
+    state[PlasticStrain] += std::sqrt(2.0 / 3.0 * square) / (2.0 * return_.shear_modulus);
   }
 }
 
@@ -106,9 +119,9 @@ double MohrCoulomb::p_wave_modulus(int /*point_index*/) const
   return return_.lame_first + 2.0 * return_.shear_modulus;
 }
 
-double MohrCoulomb::yield(const Tensor2 &stress, const PointMemory &memory) const
+double MohrCoulomb::yield(const Tensor2 &stress, const double *memory) const
 {
-  return return_.yield(PrincipalAxes(stress, memory.out_of_plane_stress).principal);
+  return return_.yield(PrincipalAxes(stress, memory[OutOfPlaneStress]).principal);
 }
 
 }    // namespace mpm

@@ -82,18 +82,24 @@ struct MohrCoulombReturn {
 /// tension cut-off below the apex.
 class MohrCoulomb : public Constitutive {
  public:
+  /// Places of the state variables.
+  enum { OutOfPlaneStress, PlasticStrain };
+
   /// young_modulus > 0, cohesion >= 0 [stress]; 0 <= poisson_ratio < 0.5; 0 <= dilation <= friction < 90 [degrees];
   /// cohesion and friction not both 0. rve::InputError otherwise.
   MohrCoulomb(double young_modulus, double poisson_ratio, double cohesion, double friction_degrees,
               double dilation_degrees);
 
   void update(int count, const int *point_index, const rve::Tensor2 *deformation_increment,
-              double dt, rve::Tensor2 *stress, PointMemory *memory) override;
+              double dt, rve::Tensor2 *stress, MemoryRows memory) override;
   bool takes_parts() const override { return true; }
+  StateVariables state_variables() const override;
+  /// σ_zz is between the principal stresses in the plane: admissible to an isotropic law if they are.
+  void begin_memory(const rve::Tensor2 &stress, double *memory) const override;
   double p_wave_modulus(int point_index) const override;
 
   /// The yield function k σ1 - σ3 - s of a point's stress [stress]; positive outside.
-  double yield(const rve::Tensor2 &stress, const PointMemory &memory) const;
+  double yield(const rve::Tensor2 &stress, const double *memory) const;
 
  private:
   MohrCoulombReturn return_;

@@ -136,6 +136,15 @@ MpmSolver::MpmSolver(const SolverOptions &options, Communication communication,
   options_.threads = rve::usable_threads(options.threads);
 }
 
+void MpmSolver::set_models(std::vector<Constitutive *> models)
+{
+  models_ = std::move(models);
+  model_seconds_.assign(models_.size(), 0.0);
+  memory_width_ = 0;
+  for (const Constitutive *model : models_)
+    memory_width_ = std::max(memory_width_, static_cast<int>(model->state_variables().size()));
+}
+
 void MpmSolver::set_body_velocity(int body, const Vec2 &velocity)
 {
   require(std::isfinite(velocity[0]) && std::isfinite(velocity[1]), [&] {
@@ -156,6 +165,10 @@ StepInput MpmSolver::input(const PointView &points, const std::vector<TractionLo
 {
   require(dt > 0.0 && std::isfinite(dt), [&] {
     return "MPM time step must be positive, got " + number(dt) + " [time]";
+  });
+  require(points.memory_width >= memory_width_, [&] {
+    return "rows of the memory of points have " + std::to_string(points.memory_width) +
+        " numbers, but a law has " + std::to_string(memory_width_) + " state variables";
   });
   loads_.clear();
   for (std::size_t k = 0; k < loads.size(); ++k)
@@ -224,13 +237,14 @@ void MpmSolver::list_points(const PointView &points)
 void MpmSolver::advance_stress(const PointView &points, const Tensor2 *increment, double dt)
 {
   list_points(points);
+  const MemoryRows memory{points.memory, points.memory_width};
   for (std::size_t k = 0; k < models_.size(); ++k) {
     Constitutive &model = *models_[k];
     const std::vector<int> &list = points_of_model_[k];
     const auto start = rve::WallClock::now();
     if (!model.takes_parts()) {
       model.update(static_cast<int>(list.size()), list.data(), increment, dt, points.stress,
-                   points.memory);
+                   memory);
       model_seconds_[k] += rve::seconds_since(start);
       continue;
     }
@@ -240,7 +254,7 @@ void MpmSolver::advance_stress(const PointView &points, const Tensor2 *increment
     {
       const rve::ThreadShare mine(count);
       model.update(mine.end - mine.begin, list.data() + mine.begin, increment, dt, points.stress,
-                   points.memory);
+                   memory);
     }
     model_seconds_[k] += rve::seconds_since(start);
   }

@@ -37,11 +37,7 @@ class MpmSolver {
                      std::string *notice = nullptr);
 
   /// The constitutive models that PointView::model refers to. Not owned; they must outlive the solver's calls.
-  void set_models(std::vector<Constitutive *> models)
-  {
-    models_ = std::move(models);
-    model_seconds_.assign(models_.size(), 0.0);
-  }
+  void set_models(std::vector<Constitutive *> models);
 
   /// Prescribes the velocity [length/time] of a rigid body from the next call on.
   void set_body_velocity(int body, const Vec2 &velocity);
@@ -115,6 +111,7 @@ class MpmSolver {
   std::unique_ptr<StepRunner> runner_;
   std::vector<Constitutive *> models_;
   std::vector<double> model_seconds_;
+  int memory_width_ = 0;    ///< doubles that the rows of memory need
   std::vector<Vec2> body_velocity_, body_velocity_before_;
   std::vector<PointLoad> loads_;
 

@@ -24,6 +24,7 @@ struct Rows3 {
 /// position and velocity are changed.
 struct PointView {
   int count = 0;
+  int memory_width = 0;                            ///< doubles in a row of `memory`
   const std::int64_t *id = nullptr;                ///< for messages
   Rows3 position;                                  ///< centre [length]
   Rows3 velocity;                                  ///< [length/time]
@@ -34,7 +35,7 @@ struct PointView {
   const Vec2 *half_size = nullptr;                 ///< of the point's box [length]
   rve::Tensor2 *deformation_gradient = nullptr;    ///< F
   rve::Tensor2 *stress = nullptr;                  ///< Cauchy, tension positive [stress]
-  PointMemory *memory = nullptr;                   ///< of the constitutive model
+  double *memory = nullptr;                        ///< rows of what the laws remember
   rve::Tensor2 *velocity_gradient = nullptr;       ///< L, output [1/time]
   const int *model = nullptr;                      ///< index of the constitutive model
   const int *rigid_body = nullptr;    ///< index of the rigid body, or -1 for a deformable point

@@ -1,5 +1,4 @@
-// One time step as a sequence of passes, for any machine that runs passes: host_machine.h has CPU threads, cuda_machine.cu a
-// device.
+// One time step as a sequence of passes, for any machine that runs passes: host_machine.h says what a machine is.
 
 #ifndef MPM_STEP_PROGRAM_H
 #define MPM_STEP_PROGRAM_H

@@ -6,14 +6,13 @@
 #ifndef RVE_ALGORITHM_CALL_STATE_H
 #define RVE_ALGORITHM_CALL_STATE_H
 
+#include "rve/algorithm/scene.h"
 #include "rve/algorithm/system_view.h"
 #include "rve/core/integer_sums.h"
 #include "rve/core/status.h"
 #include "rve/physics/cell_path.h"
-#include "rve/physics/rolling_resistance.h"
 
 #include <cstddef>
-#include <type_traits>
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -52,45 +51,24 @@ inline namespace RVE_ISA {
   };
 
   /// What a DEM step needs to know of the cell.
-  template <class Format> struct alignas(16) StepPlan {
-    Tensor<typename Format::Wide, 2> to_length;      ///< fraction units to internal lengths
-    Tensor<typename Format::Wide, 2> to_fraction;    ///< velocity to fraction units in a step
-    Tensor<typename Format::Real, 2> gradient;       ///< L [1/time]
-    Tensor<float, 2> list_to_length;                 ///< 32-bit fraction units to internal lengths
+  template <class Numbers> struct alignas(16) StepPlan {
+    Tensor<typename Numbers::Wide, 2> to_length;      ///< fraction units to internal lengths
+    Tensor<typename Numbers::Wide, 2> to_fraction;    ///< velocity to fraction units in a step
+    Tensor<typename Numbers::Real, 2> gradient;       ///< L [1/time]
+    Tensor<float, 2> list_to_length;                  ///< 32-bit fraction units to internal lengths
     float allowed_squared;    ///< displacement since the list was built [internal length^2]
     std::int32_t special;     ///< the strain alone demands a new list, or the lattice a reduction
     double area;              ///< det H [length^2]
   };
 
-  /// Numbers of the contact law in internal units, those that all scenes need side by side.
-  template <class Format> struct alignas(16) LawNumbers {
-    typename Format::Spring tangential_stiffness;
-    typename Format::Real normal_stiffness, friction;
-    typename Format::Real dt;    ///< zero evaluates without advancing the history [time]
-    typename Format::Real normal_viscosity, tangential_viscosity, velocity_arm;
-  };
-
-  template <class Format> struct alignas(16) LawNumbers<Rolling<Format>> : LawNumbers<Format> {
-    typename Format::Spring rolling_stiffness;
-    typename Format::Real rolling_friction;
-  };
-
-  /// The contact law in a number format; General as in SceneKind.
-  template <class Format, bool General>
-  using FormatLaw =
-      std::conditional_t<Format::has_rolling,
-                         RollingFrictionLaw<typename Format::Real, typename Format::Spring>,
-                         LinearFrictionLaw<typename Format::Real, typename Format::Spring, General,
-                                           Format::has_friction>>;
-
   /// What a call begins with, and how far it has come, without what belongs to the block. A GPU prepares it for all RVEs of a call
   /// in a kernel of its own; the block that advances an RVE takes a copy, up to the entries of the plan that are not made.
-  template <class Format> struct PreparedCall {
+  template <class Scene> struct PreparedCall {
     ImageHeader header;    ///< a copy
     DriveRecord drive;
     SteeringRecord steering;
     BatchConstants batch;
-    ImageView<Format> image;
+    ImageView<Scene> image;
     std::int32_t num_grains;
 
     // how far it has come
@@ -112,16 +90,17 @@ inline namespace RVE_ISA {
     double skin, expected_force;
     float
         sound_force;    ///< below it all is well with the largest force on any grain [internal force]
-    LawNumbers<Format> law;
-    typename Format::Real alpha;
+    typename Scene::Law::Constants law;
+    typename Scene::Real alpha;
 
-    std::int32_t plan_first, plan_last;    ///< steps that are planned
-    StepPlan<Format> plan[kPlanSteps];     ///< at the end
+    std::int32_t plan_first, plan_last;                    ///< steps that are planned
+    StepPlan<typename Scene::Numbers> plan[kPlanSteps];    ///< at the end
 
     /// Bytes up to the end of the plan of some steps.
     static RVE_INLINE constexpr std::size_t size_with(int planned)
     {
-      return sizeof(PreparedCall) - (kPlanSteps - planned) * sizeof(StepPlan<Format>);
+      return sizeof(PreparedCall) -
+          (kPlanSteps - planned) * sizeof(StepPlan<typename Scene::Numbers>);
     }
     /// Mass of a disk of this radius [mass].
     RVE_INLINE double mass_of(double radius) const { return mass_factor * radius * radius; }
@@ -130,7 +109,10 @@ inline namespace RVE_ISA {
     {
       return steering.controlled[0] || steering.controlled[1] || steering.controlled[3];
     }
-    RVE_INLINE const StepPlan<Format> &planned(int step) const { return plan[step - plan_first]; }
+    RVE_INLINE const StepPlan<typename Scene::Numbers> &planned(int step) const
+    {
+      return plan[step - plan_first];
+    }
     /// Whether list and force scale of the call before serve on.
     RVE_INLINE bool is_continued() const
     {
@@ -141,20 +123,20 @@ inline namespace RVE_ISA {
   /// Love sums xx, xy, yx, yy in internal units, the number of contacts, and of those whose overlap is beyond the limit.
   constexpr int kStressSums = 6, kContactSum = 4, kCrushedSum = 5;
 
-  template <class Format> struct CallState : PreparedCall<Format> {
+  template <class Scene> struct CallState : PreparedCall<Scene> {
     /// Of the last forces for which it was wanted: Love sums, and the largest force that counted in the call [internal force], infinite
     /// where a number is not finite.
     Survey<kStressSums> survey;
-    SharedView<Format> shared;
-    WorkspaceView<Format> work;
-    PairView<Format> pairs;    ///< of this call: owned ones in `shared`, extra ones in `work`
+    SharedView<Scene> shared;
+    WorkspaceView<Scene> work;
+    PairView<Scene> pairs;    ///< of this call: owned ones in `shared`, extra ones in `work`
 
     /// The pairs that the image holds, as arrays.
-    RVE_INLINE PairView<Format> image_pairs() const
+    RVE_INLINE PairView<Scene> image_pairs() const
     {
-      const ImageView<Format> &image = this->image;
-      return PairView<Format>{image.partner, image.history, image.extra_first, image.extra_second,
-                              image.extra_history};
+      const ImageView<Scene> &image = this->image;
+      return PairView<Scene>{image.partner, image.history, image.extra_first, image.extra_second,
+                             image.extra_history};
     }
   };
 

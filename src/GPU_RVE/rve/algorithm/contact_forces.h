@@ -1,4 +1,4 @@
-// Forces of all contacts of one RVE: scheme D. Every pair is computed once, by its owner; each component of the force is
+// Forces of all contacts of one RVE. Every pair is computed once, by its owner; each component of the force is
 // rounded once to an integer and added with opposite signs to the two grains, so that the sum has no order and momentum is
 // conserved to the last bit.
 
@@ -9,6 +9,8 @@
 #include "rve/core/integer_sums.h"
 #include "rve/core/pack_item.h"
 #include "rve/core/status.h"
+#include "rve/physics/contact_geometry.h"
+#include "rve/physics/laws/law.h"
 #include "rve/physics/stress.h"
 
 #include <limits>
@@ -18,81 +20,66 @@ namespace rve {
 inline namespace RVE_ISA {
 
   /// A grain as its contacts see it, in internal units.
-  template <class Format> struct GrainView {
-    Motion<Format> motion;
-    typename Format::Real spin;
-    typename Format::Wide radius;
+  template <class Numbers> struct GrainView {
+    Motion<Numbers> motion;
+    typename Numbers::Real spin;
+    typename Numbers::Wide radius;
   };
 
   /// What a step needs to know of its RVE that is the same for all grains, in internal units.
-  template <class Format, bool General> struct StepConstants {
-    FormatLaw<Format, General> law;
-    Tensor<typename Format::Wide, 2> to_length;
-    Tensor<typename Format::Real, 2> gradient;
-    typename Format::Real dt;    ///< zero evaluates without advancing the history [time]
+  template <class Scene> struct StepConstants {
+    typename Scene::Law law;
+    Tensor<typename Scene::Wide, 2> to_length;
+    Tensor<typename Scene::Real, 2> gradient;
+    typename Scene::Real dt;    ///< zero evaluates without advancing the history [time]
   };
 
-  template <class Format, bool General>
-  RVE_INLINE StepConstants<Format, General> step_constants(const CallState<Format> &call,
-                                                           const StepPlan<Format> &plan)
+  /// For packs of grains, too, from the constants of one.
+  template <class Scene, class LawConstants, class Numbers>
+  RVE_INLINE StepConstants<Scene> step_constants(const LawConstants &law,
+                                                 const StepPlan<Numbers> &plan)
   {
-    StepConstants<Format, General> step;
-    const LawNumbers<Format> &law = call.law;
-    step.law.normal.stiffness = law.normal_stiffness;
-    step.law.tangential.stiffness = law.tangential_stiffness;
-    step.law.tangential.friction = law.friction;
-    if (General) {
-      step.law.normal_damping.viscosity = law.normal_viscosity;
-      step.law.tangential.viscosity = law.tangential_viscosity;
-      step.law.velocity_arm = law.velocity_arm;
-    }
-    if constexpr (Format::has_rolling) {
-      step.law.rolling.spring.stiffness = law.rolling_stiffness;
-      step.law.rolling.spring.friction = law.rolling_friction;
-    }
-    step.to_length = plan.to_length;
-    step.gradient = plan.gradient;
-    step.dt = law.dt;
+    StepConstants<Scene> step;
+    step.law.take(law);
+    step.to_length = plan.to_length.template as<typename Scene::Wide>();
+    step.gradient = plan.gradient.template as<typename Scene::Real>();
+    step.dt = typename Scene::Real(law.dt);
     return step;
   }
 
   /// Where the two grains of a pair are to each other; they touch when the overlap is positive.
-  template <class Format, bool General>
-  RVE_INLINE ContactGeometry<typename Format::Real, 2>
-  pair_geometry(const StepConstants<Format, General> &step, const GrainView<Format> &i,
-                const GrainView<Format> &j)
+  template <class Scene>
+  RVE_INLINE ContactGeometry<typename Scene::Real, 2>
+  pair_geometry(const StepConstants<Scene> &step, const GrainView<typename Scene::Numbers> &i,
+                const GrainView<typename Scene::Numbers> &j)
   {
-    const auto branch =
-        step.to_length * fractional_difference<Format>(j.motion.position, i.motion.position);
-    return contact_geometry<typename Format::Real>(branch, i.radius + j.radius);
+    const auto branch = step.to_length *
+        fractional_difference<typename Scene::Numbers>(j.motion.position, i.motion.position);
+    return contact_geometry<typename Scene::Real>(branch, i.radius + j.radius);
   }
 
-  template <class Format, bool General>
-  RVE_INLINE auto pair_force(const StepConstants<Format, General> &step,
-                             const ContactGeometry<typename Format::Real, 2> &contact,
-                             const GrainView<Format> &i, const GrainView<Format> &j,
-                             typename Format::History history)
+  template <class Scene>
+  RVE_INLINE auto pair_force(const StepConstants<Scene> &step,
+                             const ContactGeometry<typename Scene::Real, 2> &contact,
+                             const GrainView<typename Scene::Numbers> &i,
+                             const GrainView<typename Scene::Numbers> &j,
+                             typename Scene::History history)
   {
-    using Real = typename Format::Real;
+    using Real = typename Scene::Real;
     const DiskMotion<Real> motion_i{i.motion.velocity, i.spin, static_cast<Real>(i.radius)};
     const DiskMotion<Real> motion_j{j.motion.velocity, j.spin, static_cast<Real>(j.radius)};
     return step.law.evaluate(contact, motion_i, motion_j, step.gradient, history, step.dt);
   }
 
-  /// Energy that contacts turned into heat [internal force length].
-  struct Dissipation {
-    double friction, viscous;
-  };
-
   /// Adds the Love terms of one contact, each rounded as its force was: a branch is no longer than one internal length.
-  template <class Format>
-  RVE_INLINE void add_love_term(const Vec<typename Format::Real, 2> &force,
-                                const Vec<typename Format::Real, 2> &branch,
-                                Vec<typename Format::Sum, 4> &sum)
+  template <class Numbers>
+  RVE_INLINE void add_love_term(const Vec<typename Numbers::Real, 2> &force,
+                                const Vec<typename Numbers::Real, 2> &branch,
+                                Vec<typename Numbers::Sum, 4> &sum)
   {
     const auto stress = love_term(force, branch);
     for (int k = 0; k < 4; ++k) {
-      typename Format::Sum units;
+      typename Numbers::Sum units;
       round_to(stress.component[k], units);
       sum[k] = wrapping_sum(sum[k], units);
     }
@@ -101,8 +88,8 @@ inline namespace RVE_ISA {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
   /// What a survey shall say of a grain: its largest force, if it is sound.
-  template <class Format>
-  RVE_INLINE float soundness(const GrainView<Format> &grain, typename Format::Real largest_force)
+  template <class Numbers>
+  RVE_INLINE float soundness(const GrainView<Numbers> &grain, typename Numbers::Real largest_force)
   {
     const auto &velocity = grain.motion.velocity;
     const float force = static_cast<float>(largest_force);
@@ -112,41 +99,37 @@ inline namespace RVE_ISA {
   }
 
   /// What gathers while a grain's pairs are computed.
-  template <class Format> struct GrainSum {
-    Vec<typename Format::Sum, 3> own;       ///< force and torque on the owner
-    typename Format::Real largest_force;    ///< that counts for the unit of forces
-    Vec<typename Format::Sum, 4> stress;    ///< Love terms, with the stress
-    std::int32_t contacts, crushed;         ///< with the stress
-    Dissipation heat;                       ///< with the stress of the General program
+  template <class Numbers> struct GrainSum {
+    Vec<typename Numbers::Sum, 3> own;       ///< force and torque on the owner
+    typename Numbers::Real largest_force;    ///< that counts for the unit of forces
+    Vec<typename Numbers::Sum, 4> stress;    ///< Love terms, with the stress
+    std::int32_t contacts, crushed;          ///< with the stress
+    Dissipation heat;                        ///< with the stress, in programs that keep books
   };
 
   /// Computes a pair and adds its force to grain j and to `sum`.
-  template <bool WithStress, bool General, class Block, class Format>
-  RVE_INLINE void add_pair(Block &block, const SharedView<Format> &shared,
-                           const CallState<Format> &call, const StepPlan<Format> &plan,
-                           const GrainView<Format> &grain_i, const GrainView<Format> &grain_j,
-                           typename Format::Real overlap_limit, int j,
-                           typename Format::History &history, GrainSum<Format> &sum)
+  template <bool WithStress, class Block, class Scene>
+  RVE_INLINE void
+  add_pair(Block &block, const SharedView<Scene> &shared, const CallState<Scene> &call,
+           const StepPlan<typename Scene::Numbers> &plan,
+           const GrainView<typename Scene::Numbers> &grain_i,
+           const GrainView<typename Scene::Numbers> &grain_j, typename Scene::Real overlap_limit,
+           int j, typename Scene::History &history, GrainSum<typename Scene::Numbers> &sum)
   {
-    using Sum = typename Format::Sum;
+    using Sum = typename Scene::Sum;
     // here and not once for all pairs, so that the compiler may read them again where they would occupy registers
-    const StepConstants<Format, General> step = step_constants<Format, General>(call, plan);
+    const StepConstants<Scene> step = step_constants<Scene>(call.law, plan);
     const auto contact = pair_geometry(step, grain_i, grain_j);
-    if (!(contact.overlap > typename Format::Real(0))) {
-      if constexpr (Format::has_friction) history = typename Format::History();
+    if (!(contact.overlap > typename Scene::Real(0))) {
+      if constexpr (Scene::has_friction) history = typename Scene::History();
       return;
     }
     const auto force = pair_force(step, contact, grain_i, grain_j, history);
-    if constexpr (Format::has_friction) history = force.history();
+    if constexpr (Scene::has_friction) history = force.history();
     sum.largest_force = larger(sum.largest_force, std::fabs(force.normal_force));
-    if constexpr (General) {
-      if (call.header.all_forces_count) {
-        sum.largest_force = larger(sum.largest_force, std::fabs(force.tangential));
-        if constexpr (Format::has_rolling)
-          sum.largest_force =
-              larger(sum.largest_force,
-                     std::fabs(static_cast<typename Format::Real>(0.5 * force.rolling)));
-      }
+    if constexpr (Scene::books) {
+      if (call.header.all_forces_count)
+        sum.largest_force = Scene::Law::largest(force, sum.largest_force);
     }
     Sum on_j[3], torque_i;
     round_to(-force.force[0], on_j[0]);
@@ -158,79 +141,64 @@ inline namespace RVE_ISA {
     sum.own[2] = wrapping_sum(sum.own[2], torque_i);
     block.accumulate(&shared.force_x[j], on_j[0]);
     block.accumulate(&shared.force_y[j], on_j[1]);
-    if constexpr (Format::has_friction) block.accumulate(&shared.torque[j], on_j[2]);
+    if constexpr (Scene::has_friction) block.accumulate(&shared.torque[j], on_j[2]);
     if constexpr (WithStress) {
-      using Real = typename Format::Real;
-      add_love_term<Format>(force.force, contact.branch, sum.stress);
+      using Real = typename Scene::Real;
+      add_love_term<typename Scene::Numbers>(force.force, contact.branch, sum.stress);
       const Real ri = static_cast<Real>(grain_i.radius), rj = static_cast<Real>(grain_j.radius);
       const bool crushed = !(contact.overlap <= overlap_limit * (ri < rj ? ri : rj));
       ++sum.contacts;
       sum.crushed += crushed ? 1 : 0;
     }
-    if constexpr (WithStress && General) {
-      const double dt = static_cast<double>(step.dt);
-      const double vt = force.tangential_velocity, vn = force.normal_velocity;
-      const double capped = static_cast<double>(force.tangential);
-      const double stiffness = static_cast<double>(step.law.tangential.stiffness);
-      if (stiffness > 0.0)
-        sum.heat.friction += capped * static_cast<double>(force.slipped) / stiffness;
-      else
-        sum.heat.friction += capped * vt * dt;
-      if constexpr (Format::has_rolling) {
-        const double rolling_stiffness = static_cast<double>(step.law.rolling.spring.stiffness);
-        if (rolling_stiffness > 0.0)
-          sum.heat.friction += static_cast<double>(force.rolling) *
-              static_cast<double>(force.rolling_slipped) / rolling_stiffness;
-      }
-      sum.heat.viscous += static_cast<double>(step.law.normal_damping.viscosity) * vn * vn * dt;
-      if (!force.sliding)
-        sum.heat.viscous += static_cast<double>(step.law.tangential.viscosity) * vt * vt * dt;
-    }
+    if constexpr (WithStress && Scene::books) step.law.dissipate(force, step.dt, sum.heat);
   }
 
   /// All owned and extra pairs of the RVE. WithStress: fills call.survey, and `grains` have loaded themselves but not their pairs.
-  template <bool WithStress, bool General, class Block, class Format>
-  RVE_INLINE void contact_forces(Block &block, GrainItems<Block, Format> &grains,
-                                 const SharedView<Format> &shared, CallState<Format> &call,
-                                 int num_grains, const StepPlan<Format> &plan, Dissipation &heat)
+  template <bool WithStress, class Block, class Scene>
+  RVE_INLINE void contact_forces(Block &block, GrainItems<Block, Scene> &grains,
+                                 const SharedView<Scene> &shared, CallState<Scene> &call,
+                                 int num_grains, const StepPlan<typename Scene::Numbers> &plan,
+                                 Dissipation &heat)
   {
     using Item = typename Block::Item;
     const int num_extra = call.num_extra;
     const auto overlap_limit =
-        static_cast<typename Format::Real>(WithStress ? call.batch.overlap_limit : 0.0);
+        static_cast<typename Scene::Real>(WithStress ? call.batch.overlap_limit : 0.0);
     // extra pairs ride along with the grains of the same numbers: no phase of their own
-    const auto add_extra = [&](int i, GrainSum<Format> &sum) RVE_INLINE_LAMBDA {
+    const auto add_extra = [&](int i, GrainSum<typename Scene::Numbers> &sum) RVE_INLINE_LAMBDA {
       for (int m = i; m < num_extra; m += num_grains) {
-        const PairView<Format> &pairs = call.pairs;
+        const PairView<Scene> &pairs = call.pairs;
         const int first = pairs.extra_first[m], second = pairs.extra_second[m];
-        const GrainView<Format> one{shared.motion[first], shared.spin[first], shared.radius[first]};
-        const GrainView<Format> other{shared.motion[second], shared.spin[second],
-                                      shared.radius[second]};
-        sum.own = Vec<typename Format::Sum, 3>::zero();
-        add_pair<WithStress, General>(block, shared, call, plan, one, other, overlap_limit, second,
-                                      pairs.extra_history[m], sum);
+        const GrainView<typename Scene::Numbers> one{shared.motion[first], shared.spin[first],
+                                                     shared.radius[first]};
+        const GrainView<typename Scene::Numbers> other{shared.motion[second], shared.spin[second],
+                                                       shared.radius[second]};
+        sum.own = Vec<typename Scene::Sum, 3>::zero();
+        add_pair<WithStress>(block, shared, call, plan, one, other, overlap_limit, second,
+                             pairs.extra_history[m], sum);
         block.accumulate(&shared.force_x[first], sum.own[0]);
         block.accumulate(&shared.force_y[first], sum.own[1]);
-        if constexpr (Format::has_friction) block.accumulate(&shared.torque[first], sum.own[2]);
+        if constexpr (Scene::has_friction) block.accumulate(&shared.torque[first], sum.own[2]);
       }
     };
-    const auto grain_forces = [&](Item i, typename Format::Sum *term,
+    const auto grain_forces = [&](Item i, typename Scene::Sum *term,
                                   float &largest) RVE_INLINE_LAMBDA {
-      const GrainView<Format> me{grains.motion[i], grains.spin[i], grains.radius[i]};
-      GrainSum<Format> sum{Vec<typename Format::Sum, 3>::zero(),
-                           grains.largest_force[i],
-                           Vec<typename Format::Sum, 4>::zero(),
-                           0,
-                           0,
-                           {0.0, 0.0}};
+      const GrainView<typename Scene::Numbers> me{grains.motion[i], grains.spin[i],
+                                                  grains.radius[i]};
+      GrainSum<typename Scene::Numbers> sum{Vec<typename Scene::Sum, 3>::zero(),
+                                            grains.largest_force[i],
+                                            Vec<typename Scene::Sum, 4>::zero(),
+                                            0,
+                                            0,
+                                            {0.0, 0.0}};
       for (int k = 0; k < kOwnedPairs; ++k) {
         // each when it is needed: the sums of the stress leave few registers
         if constexpr (WithStress) grains.load_pair(shared, k, i);
         const int j = grains.partner[k][i];
-        const GrainView<Format> other{shared.motion[j], shared.spin[j],
-                                      grains.partner_radius[k][i]};
-        add_pair<WithStress, General>(block, shared, call, plan, me, other, overlap_limit, j,
-                                      grains.history[k][i], sum);
+        const GrainView<typename Scene::Numbers> other{shared.motion[j], shared.spin[j],
+                                                       grains.partner_radius[k][i]};
+        add_pair<WithStress>(block, shared, call, plan, me, other, overlap_limit, j,
+                             grains.history[k][i], sum);
       }
       grains.own[i] = sum.own;
       add_extra(i, sum);
@@ -239,10 +207,10 @@ inline namespace RVE_ISA {
         for (int k = 0; k < 4; ++k) term[k] = sum.stress[k];
         term[kContactSum] = sum.contacts;
         term[kCrushedSum] = sum.crushed;
-        const float mine = soundness<Format>(me, sum.largest_force);
+        const float mine = soundness<typename Scene::Numbers>(me, sum.largest_force);
         largest = mine > largest ? mine : largest;
       }
-      if constexpr (WithStress && General) {
+      if constexpr (WithStress && Scene::books) {
         const int number = call.image.number[i];
         call.work.scratch[number] = sum.heat.friction;
         call.work.scratch[num_grains + number] = sum.heat.viscous;
@@ -250,19 +218,19 @@ inline namespace RVE_ISA {
     };
 
     if constexpr (WithStress) {
-      block.template survey_items<kStressSums, typename Format::Sum>(num_grains, grain_forces,
-                                                                     call.survey);
+      block.template survey_items<kStressSums, typename Scene::Sum>(num_grains, grain_forces,
+                                                                    call.survey);
     } else {
       block.for_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
         if constexpr (IsPack<std::decay_t<decltype(i)>>::value) {
-          packed_forces(i, call, shared, step_constants<Format, General>(call, plan), num_grains);
+          packed_forces(i, call, shared, plan, num_grains);
           for (int m = i.first; m < i.first + i.lanes && m < num_extra; ++m) {
-            GrainSum<Format> sum{Vec<typename Format::Sum, 3>::zero(),
-                                 grains.largest_force[m],
-                                 Vec<typename Format::Sum, 4>::zero(),
-                                 0,
-                                 0,
-                                 {0.0, 0.0}};
+            GrainSum<typename Scene::Numbers> sum{Vec<typename Scene::Sum, 3>::zero(),
+                                                  grains.largest_force[m],
+                                                  Vec<typename Scene::Sum, 4>::zero(),
+                                                  0,
+                                                  0,
+                                                  {0.0, 0.0}};
             add_extra(m, sum);
             grains.largest_force[m] = sum.largest_force;
           }
@@ -272,7 +240,7 @@ inline namespace RVE_ISA {
         }
       });
     }
-    if constexpr (WithStress && General) {
+    if constexpr (WithStress && Scene::books) {
       heat.friction += block.sum_array(num_grains, call.work.scratch);
       heat.viscous += block.sum_array(num_grains, call.work.scratch + num_grains);
     }

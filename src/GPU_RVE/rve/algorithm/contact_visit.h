@@ -10,18 +10,19 @@ inline namespace RVE_ISA {
 
   /// A second look at all contacts, with the cell of `step`: visit(i, j, grain_i, grain_j, contact, history) from inside the phase
   /// that calls this for item i.
-  template <bool General, class Format, class Visit>
-  RVE_INLINE void visit_contacts(const CallState<Format> &call,
-                                 const StepConstants<Format, General> &step, int i, Visit visit)
+  template <class Scene, class Visit>
+  RVE_INLINE void visit_contacts(const CallState<Scene> &call, const StepConstants<Scene> &step,
+                                 int i, Visit visit)
   {
-    const SharedView<Format> &shared = call.shared;
+    const SharedView<Scene> &shared = call.shared;
     const int n = call.num_grains;
-    const auto look = [&](int first, int second, typename Format::History history) {
-      const GrainView<Format> one{shared.motion[first], shared.spin[first], shared.radius[first]};
-      const GrainView<Format> other{shared.motion[second], shared.spin[second],
-                                    shared.radius[second]};
+    const auto look = [&](int first, int second, typename Scene::History history) {
+      const GrainView<typename Scene::Numbers> one{shared.motion[first], shared.spin[first],
+                                                   shared.radius[first]};
+      const GrainView<typename Scene::Numbers> other{shared.motion[second], shared.spin[second],
+                                                     shared.radius[second]};
       const auto contact = pair_geometry(step, one, other);
-      if (contact.overlap > typename Format::Real(0))
+      if (contact.overlap > typename Scene::Real(0))
         visit(first, second, one, other, contact, history);
     };
     for (int k = 0; k < kOwnedPairs; ++k) {

@@ -16,32 +16,32 @@ inline namespace RVE_ISA {
   /// A term is below 3 K L^2 + 2 |f_t| L. With |f_t| cut at 8 K L, where a spring is stretched by more than four of the largest
   /// grains, that is less than 2^5 K L^2, and 2^17 terms stay within 62 bits. The unit does not depend on forces, and neither do
   /// the bits of the result depend on the force unit: they are the configuration's, whichever call asks for them.
-  template <bool General, class Block, class Format>
-  RVE_COLD void sum_stiffness(Block block, const CallState<Format> &call, int step_number,
+  template <class Block, class Scene>
+  RVE_COLD void sum_stiffness(Block block, const CallState<Scene> &call, int step_number,
                               DetailRecord &detail)
   {
     using Item = typename Block::Item;
-    const StepPlan<Format> &plan = call.planned(step_number);
-    const StepConstants<Format, General> step = step_constants<Format, General>(call, plan);
+    const StepPlan<typename Scene::Numbers> &plan = call.planned(step_number);
+    const StepConstants<Scene> step = step_constants<Scene>(call.law, plan);
     const ImageHeader &header = call.header;
     const double k_n = static_cast<double>(call.law.normal_stiffness);
-    const double k_t = header.friction > 0.0 ? static_cast<double>(call.law.tangential_stiffness)
-                                             : 0.0;
+    const double k_t =
+        header.material.friction > 0.0 ? static_cast<double>(call.law.tangential_stiffness) : 0.0;
     const int bits = floor_log2(k_n > k_t ? k_n : k_t) + 1;    // of K, with L = 1
     const double per_unit = power_of_two(40 - bits), largest_spring = power_of_two(bits + 3);
 
     const auto sums =
         block.template sum_items<kStiffness>(call.num_grains, [&](Item i, std::int64_t *sum) {
-          visit_contacts<General>(
+          visit_contacts(
               call, step, i,
               [&](int, int, const auto &, const auto &, const auto &contact,
-                  typename Format::History history) {
+                  typename Scene::History history) {
                 const double nx = static_cast<double>(contact.normal[0]),
                              ny = static_cast<double>(contact.normal[1]);
                 const double l = per_unit * static_cast<double>(contact.distance);
                 const double k_l = k_n * static_cast<double>(contact.distance);
                 const double f_n = k_n * static_cast<double>(contact.overlap);
-                const double spring = static_cast<double>(tangential_of(history));
+                const double spring = static_cast<double>(Scene::Law::tangential_force(history));
                 const double bounded = spring < largest_spring ? spring : largest_spring;
                 const double f_t = bounded > -largest_spring ? bounded : -largest_spring;
                 const double turned = k_t * static_cast<double>(contact.distance) - f_n;
@@ -66,7 +66,7 @@ inline namespace RVE_ISA {
         });
     block.once([&] {
       const double to_stress =
-          call.units.force * call.units.length / per_unit / (plan.area * header.thickness);
+          call.units.force * call.units.length / per_unit / (plan.area * header.material.thickness);
       for (int m = 0; m < kStiffness; ++m)
         detail.stiffness[m] = to_stress * static_cast<double>(sums[m]);
     });
@@ -75,26 +75,25 @@ inline namespace RVE_ISA {
   /// Fills `detail` but for its progress. Sums over contacts are integers, so they do not depend on who owns a pair.
   /// The law is evaluated again, with the cell of step `step_number`, without advancing the history. The pairs are in call.pairs;
   /// work.scratch[3 N + i] holds the size of the force on grain i [internal force].
-  template <bool General, class Block, class Format>
-  RVE_COLD void homogenize(Block block, const CallState<Format> &call, int step_number,
+  template <class Block, class Scene>
+  RVE_COLD void homogenize(Block block, const CallState<Scene> &call, int step_number,
                            DetailRecord &detail)
   {
-    if constexpr (General) {
+    if constexpr (Scene::books) {
       if (call.batch.extra_detail == kTimeStepDetail) {
-        bound_time_step<General>(block, call, step_number, detail);
+        bound_time_step(block, call, step_number, detail);
         return;
       }
     }
     using Item = typename Block::Item;
     enum Sums { Fxx, Fxy, Fyy, Contacts, Sliding, Pairs, Force, Overlap, Elastic, kNumSums };
     const double unit = power_of_two(40);    // of fabric and overlap terms, which are at most 1
-    const SharedView<Format> shared = call.shared;
-    const WorkspaceView<Format> &work = call.work;
+    const SharedView<Scene> shared = call.shared;
+    const WorkspaceView<Scene> &work = call.work;
     const int num_grains = call.num_grains;
     const CallUnits units = call.units;
-    StepConstants<Format, General> step =
-        step_constants<Format, General>(call, call.planned(step_number));
-    step.dt = typename Format::Real(0);
+    StepConstants<Scene> step = step_constants<Scene>(call.law, call.planned(step_number));
+    step.dt = typename Scene::Real(0);
     const double force_unit = units.force, energy_unit = units.force * units.length;
 
     block.for_each(num_grains, [&](Item i) {
@@ -107,40 +106,35 @@ inline namespace RVE_ISA {
           for (int k = 0; k < kOwnedPairs; ++k)
             sum[Pairs] += call.pairs.partner[k * num_grains + i] != i ? 1 : 0;
           for (int m = i; m < call.num_extra; m += num_grains) ++sum[Pairs];
-          visit_contacts<General>(
-              call, step, i,
-              [&](int first, int second, const auto &one, const auto &other, const auto &contact,
-                  typename Format::History history) {
-                const auto law = pair_force(step, contact, one, other, history);
-                block.add(&work.contact_count[first], 1);
-                block.add(&work.contact_count[second], 1);
-                const auto force = law.force.template as<double>();
-                const auto normal = contact.normal.template as<double>();
-                const double overlap = static_cast<double>(contact.overlap);
-                const auto term = [&](int m, double x) {
-                  std::int64_t units_of_x;
-                  round_to(x, units_of_x);
-                  sum[m] = wrapping_sum(sum[m], units_of_x);
-                };
-                term(Fxx, unit * normal[0] * normal[0]);
-                term(Fxy, unit * normal[0] * normal[1]);
-                term(Fyy, unit * normal[1] * normal[1]);
-                sum[Contacts] += 1;
-                sum[Sliding] += law.sliding ? 1 : 0;
-                const double size = std::sqrt(dot(force, force));
-                const double ri = static_cast<double>(shared.radius[first]),
-                             rj = static_cast<double>(shared.radius[second]);
-                term(Force, units.contact_force * size);
-                term(Overlap, unit * (overlap / (ri + rj)));
-                most[0] = size > most[0] ? size : most[0];
-                most[1] = overlap / (ri + rj) > most[1] ? overlap / (ri + rj) : most[1];
-                double elastic =
-                    static_cast<double>(step.law.normal.elastic_energy(contact.overlap)) +
-                    step.law.tangential.elastic_energy(law.spring);
-                if constexpr (Format::has_rolling)
-                  elastic += step.law.rolling.spring.elastic_energy(law.rolling);
-                term(Elastic, units.contact_force * elastic);
-              });
+          visit_contacts(call, step, i,
+                         [&](int first, int second, const auto &one, const auto &other,
+                             const auto &contact, typename Scene::History history) {
+                           const auto law = pair_force(step, contact, one, other, history);
+                           block.add(&work.contact_count[first], 1);
+                           block.add(&work.contact_count[second], 1);
+                           const auto force = law.force.template as<double>();
+                           const auto normal = contact.normal.template as<double>();
+                           const double overlap = static_cast<double>(contact.overlap);
+                           const auto term = [&](int m, double x) {
+                             std::int64_t units_of_x;
+                             round_to(x, units_of_x);
+                             sum[m] = wrapping_sum(sum[m], units_of_x);
+                           };
+                           term(Fxx, unit * normal[0] * normal[0]);
+                           term(Fxy, unit * normal[0] * normal[1]);
+                           term(Fyy, unit * normal[1] * normal[1]);
+                           sum[Contacts] += 1;
+                           sum[Sliding] += law.sliding ? 1 : 0;
+                           const double size = std::sqrt(dot(force, force));
+                           const double ri = static_cast<double>(shared.radius[first]),
+                                        rj = static_cast<double>(shared.radius[second]);
+                           term(Force, units.contact_force * size);
+                           term(Overlap, unit * (overlap / (ri + rj)));
+                           most[0] = size > most[0] ? size : most[0];
+                           most[1] = overlap / (ri + rj) > most[1] ? overlap / (ri + rj) : most[1];
+                           term(Elastic,
+                                units.contact_force * step.law.elastic_energy(contact, law));
+                         });
           for (int k = 0; k < 2; ++k) work.scratch[k * num_grains + i] = most[k];
         });
     const double largest_contact_force = block.max_array(num_grains, work.scratch);
@@ -186,7 +180,7 @@ inline namespace RVE_ISA {
       detail.largest_contact_force = force_unit * largest_contact_force;
     });
     // from here, not from the steps: a call more there takes registers from them
-    if (call.batch.extra_detail) sum_stiffness<General>(block, call, step_number, detail);
+    if (call.batch.extra_detail) sum_stiffness(block, call, step_number, detail);
   }
 
 }    // namespace RVE_ISA

@@ -4,6 +4,8 @@
 #ifndef RVE_ALGORITHM_IMAGE_H
 #define RVE_ALGORITHM_IMAGE_H
 
+#include "rve/physics/material.h"
+
 #include <cstdint>
 
 namespace rve {
@@ -35,9 +37,7 @@ struct alignas(16) ImageProgress {
 struct ImageHeader : ImageProgress {
   std::int32_t num_grains;
   std::int32_t extra_capacity;
-  double normal_stiffness, tangential_stiffness, friction, density, local_damping;
-  double rolling_stiffness, rolling_friction;
-  double normal_viscosity, tangential_viscosity, thickness, mass_depth;
+  MaterialNumbers material;
   double largest_radius, mean_radius, solid_area;
   double obliquity,
       inverse_obliquity;    ///< bounds what a contact adds to a sum, over its force that counts
@@ -92,13 +92,6 @@ struct DetailRecord {
   double solid_area;
   double stiffness[kStiffness];    ///< if it is asked for [stress]
 };
-
-/// Which build of the block program a call needs. General: dashpots, LAMMPS' arms, stress servo, energy ledger, friction so large
-/// that all forces count for the unit of forces. Frictionless: plain, of
-/// RVEs without friction and without tangential forces; the plain program gives the same bits. Rolling: general, and of RVEs whose
-/// images have rolling forces (core/spring_forces.h).
-enum class SceneKind { Plain, General, Frictionless, Rolling };
-constexpr int kNumScenes = 4;
 
 /// What is the same for all RVEs of a call.
 struct BatchConstants {

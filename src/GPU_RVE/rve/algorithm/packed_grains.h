@@ -16,32 +16,26 @@ inline namespace RVE_ISA {
   constexpr int kPackedGrains = 8;
 
   /// A number format for N grains at once.
-  template <class Format, int N> struct PackFormat {
-    using Coordinate = Pack<typename Format::Coordinate, N>;
-    using SignedCoordinate = Pack<typename Format::SignedCoordinate, N>;
-    using Wide = Pack<typename Format::Wide, N>;
-    using Spring = Pack<typename Format::Spring, N>;
-    using History = Spring;
-    using Real = Pack<typename Format::Real, N>;
-    using Sum = Pack<typename Format::Sum, N>;
-    static constexpr bool has_friction = Format::has_friction;
-    static constexpr bool has_rolling = false;
+  template <class Numbers, int N> struct PackNumbers {
+    using Coordinate = Pack<typename Numbers::Coordinate, N>;
+    using SignedCoordinate = Pack<typename Numbers::SignedCoordinate, N>;
+    using Wide = Pack<typename Numbers::Wide, N>;
+    using Spring = Pack<typename Numbers::Spring, N>;
+    using Real = Pack<typename Numbers::Real, N>;
+    using Sum = Pack<typename Numbers::Sum, N>;
   };
+  template <class Scene, int N>
+  using PackScene = typename Scene::template In<PackNumbers<typename Scene::Numbers, N>>;
 
-  template <class Format, int N> struct Motion<PackFormat<Format, N>> {
-    Vec<Pack<typename Format::Coordinate, N>, 2> position;
-    Vec<Pack<typename Format::Real, N>, 2> velocity;
-  };
-  template <class Format, int N>
-  struct Motion<PackFormat<Frictionless<Format>, N>> : Motion<PackFormat<Format, N>> {
+  template <class Numbers, int N> struct Motion<PackNumbers<Numbers, N>> {
+    Vec<Pack<typename Numbers::Coordinate, N>, 2> position;
+    Vec<Pack<typename Numbers::Real, N>, 2> velocity;
   };
 
   /// Still of 8 grains.
-  template <class Format> struct PackedStill {
-    Pack<typename Format::Real, 8> velocity_unit, spin_unit;
+  template <class Numbers> struct PackedStill {
+    Pack<typename Numbers::Real, 8> velocity_unit, spin_unit;
     Vec<Pack<std::uint32_t, 8>, 2> list_position;
-  };
-  template <class Format> struct PackedStill<Frictionless<Format>> : PackedStill<Format> {
   };
 
   // ---- rows of memory to packs and back: row(lane) is an address ----------------------------------------------------------------
@@ -104,9 +98,9 @@ inline namespace RVE_ISA {
   }
 
   template <int N, class Row>
-  RVE_INLINE void load_motion(const Row &row, Motion<PackFormat<FastFormat, N>> &motion)
+  RVE_INLINE void load_motion(const Row &row, Motion<PackNumbers<FastNumbers, N>> &motion)
   {
-    static_assert(N == 8 && sizeof(Motion<FastFormat>) == 16, "4 words a row");
+    static_assert(N == 8 && sizeof(Motion<FastNumbers>) == 16, "4 words a row");
     __m256 column[4];
     load_rows(row, column);
     for (int a = 0; a < 2; ++a) {
@@ -131,9 +125,9 @@ inline namespace RVE_ISA {
   }
 
   template <int N, class Row>
-  RVE_INLINE void load_motion(const Row &row, Motion<PackFormat<MixedFormat, N>> &motion)
+  RVE_INLINE void load_motion(const Row &row, Motion<PackNumbers<MixedNumbers, N>> &motion)
   {
-    static_assert(N == 8 && sizeof(Motion<MixedFormat>) == 32,
+    static_assert(N == 8 && sizeof(Motion<MixedNumbers>) == 32,
                   "two floats after two words of 64 bits");
     load_positions(row, motion.position);
     const auto velocities = [&](int lane) {
@@ -152,9 +146,9 @@ inline namespace RVE_ISA {
   }
 
   template <int N, class Row>
-  RVE_INLINE void load_motion(const Row &row, Motion<PackFormat<DoubleFormat, N>> &motion)
+  RVE_INLINE void load_motion(const Row &row, Motion<PackNumbers<DoubleNumbers, N>> &motion)
   {
-    static_assert(sizeof(Motion<DoubleFormat>) == 32, "4 words of 64 bits a row");
+    static_assert(sizeof(Motion<DoubleNumbers>) == 32, "4 words of 64 bits a row");
     load_positions(row, motion.position);
     for (int m = 0; m < N / 4; ++m)
       load_pairs_of_words(
@@ -165,8 +159,8 @@ inline namespace RVE_ISA {
   }
 
   template <int N>
-  RVE_INLINE void store_motion(Motion<FastFormat> *row,
-                               const Motion<PackFormat<FastFormat, N>> &motion)
+  RVE_INLINE void store_motion(Motion<FastNumbers> *row,
+                               const Motion<PackNumbers<FastNumbers, N>> &motion)
   {
     const __m256 column[4] = {_mm256_castsi256_ps(motion.position[0].part[0]),
                               _mm256_castsi256_ps(motion.position[1].part[0]),
@@ -191,8 +185,8 @@ inline namespace RVE_ISA {
   }
 
   template <int N>
-  RVE_INLINE void store_motion(Motion<MixedFormat> *row,
-                               const Motion<PackFormat<MixedFormat, N>> &motion)
+  RVE_INLINE void store_motion(Motion<MixedNumbers> *row,
+                               const Motion<PackNumbers<MixedNumbers, N>> &motion)
   {
     store_positions(reinterpret_cast<char *>(row), sizeof(*row), motion.position);
     const __m256 x = motion.velocity[0].part[0], y = motion.velocity[1].part[0];
@@ -208,8 +202,8 @@ inline namespace RVE_ISA {
   }
 
   template <int N>
-  RVE_INLINE void store_motion(Motion<DoubleFormat> *row,
-                               const Motion<PackFormat<DoubleFormat, N>> &motion)
+  RVE_INLINE void store_motion(Motion<DoubleNumbers> *row,
+                               const Motion<PackNumbers<DoubleNumbers, N>> &motion)
   {
     store_positions(reinterpret_cast<char *>(row), sizeof(*row), motion.position);
     for (int m = 0; m < N / 4; ++m)
@@ -220,10 +214,10 @@ inline namespace RVE_ISA {
           2, motion.velocity[0].part[m], motion.velocity[1].part[m]);
   }
 
-  template <class Format>
-  RVE_INLINE void load_still(const Still<Format> *row, PackedStill<Format> &still)
+  template <class Numbers>
+  RVE_INLINE void load_still(const Still<Numbers> *row, PackedStill<Numbers> &still)
   {
-    static_assert(sizeof(Still<Format>) == 16, "4 words a row");
+    static_assert(sizeof(Still<Numbers>) == 16, "4 words a row");
     __m256 column[4];
     load_rows(
         [&](int lane) {
@@ -235,9 +229,9 @@ inline namespace RVE_ISA {
     for (int a = 0; a < 2; ++a) still.list_position[a].part[0] = _mm256_castps_si256(column[2 + a]);
   }
 
-  RVE_INLINE void load_still(const Still<DoubleFormat> *row, PackedStill<DoubleFormat> &still)
+  RVE_INLINE void load_still(const Still<DoubleNumbers> *row, PackedStill<DoubleNumbers> &still)
   {
-    static_assert(sizeof(Still<DoubleFormat>) == 32, "two doubles before two words of 32 bits");
+    static_assert(sizeof(Still<DoubleNumbers>) == 32, "two doubles before two words of 32 bits");
     for (int m = 0; m < 2; ++m)
       load_pairs_of_words(
           [&](int lane) {
@@ -251,13 +245,6 @@ inline namespace RVE_ISA {
     }
     still.list_position[0] = Pack<std::uint32_t, 8>::load(x);
     still.list_position[1] = Pack<std::uint32_t, 8>::load(y);
-  }
-
-  template <class Format>
-  RVE_INLINE void load_still(const Still<Frictionless<Format>> *row,
-                             PackedStill<Frictionless<Format>> &still)
-  {
-    load_still(static_cast<const Still<Format> *>(row), static_cast<PackedStill<Format> &>(still));
   }
 
   template <class T, int N> RVE_INLINE Pack<T, N> gather(const T *array, const std::int32_t *index)
@@ -284,18 +271,19 @@ inline namespace RVE_ISA {
   // ---- sums of forces -----------------------------------------------------------------------------------------------------------
 
   /// Force and torque on a grain side by side, so that a pair adds to its partner with one addition.
-  template <class Format> struct alignas(4 * sizeof(typename Format::Sum)) ForceRow {
-    typename Format::Sum force_x, force_y, torque, unused;
+  template <class Numbers> struct alignas(4 * sizeof(typename Numbers::Sum)) ForceRow {
+    typename Numbers::Sum force_x, force_y, torque, unused;
   };
 
   /// Room for one row per grain, as long as packs advance: zero outside of the steps, where the arrays of SharedView have it all.
-  template <class Format> RVE_INLINE ForceRow<Format> *force_rows(const CallState<Format> &call)
+  template <class Scene>
+  RVE_INLINE ForceRow<typename Scene::Numbers> *force_rows(const CallState<Scene> &call)
   {
-    static_assert(sizeof(ForceRow<Format>) <= 4 * sizeof(double) && kScratch > 4,
+    static_assert(sizeof(ForceRow<typename Scene::Numbers>) <= 4 * sizeof(double) && kScratch > 4,
                   "a row per grain, and one to align the first one");
-    constexpr std::uintptr_t size = sizeof(ForceRow<Format>);
+    constexpr std::uintptr_t size = sizeof(ForceRow<typename Scene::Numbers>);
     const auto begin = reinterpret_cast<std::uintptr_t>(call.work.scratch);
-    return reinterpret_cast<ForceRow<Format> *>((begin + size - 1) / size * size);
+    return reinterpret_cast<ForceRow<typename Scene::Numbers> *>((begin + size - 1) / size * size);
   }
 
   RVE_INLINE void add_to_row(std::int32_t *row, __m128i x)
@@ -344,8 +332,8 @@ inline namespace RVE_ISA {
   }
 
   /// Takes the rows of 8 grains and leaves zeros.
-  template <class Format, class Sum>
-  RVE_INLINE void take_rows(ForceRow<Format> *row, Vec<Pack<Sum, 8>, 3> &sum)
+  template <class Numbers, class Sum>
+  RVE_INLINE void take_rows(ForceRow<Numbers> *row, Vec<Pack<Sum, 8>, 3> &sum)
   {
     if constexpr (sizeof(Sum) == 4) {
       __m256 column[4];
@@ -374,28 +362,30 @@ inline namespace RVE_ISA {
   }
 
   /// The row of grain i to where everybody looks.
-  template <class Format>
-  RVE_INLINE void give_row(ForceRow<Format> &row, const SharedView<Format> &shared, int i)
+  template <class Scene>
+  RVE_INLINE void give_row(ForceRow<typename Scene::Numbers> &row, const SharedView<Scene> &shared,
+                           int i)
   {
     shared.force_x[i] = wrapping_sum(shared.force_x[i], row.force_x);
     shared.force_y[i] = wrapping_sum(shared.force_y[i], row.force_y);
     shared.torque[i] = wrapping_sum(shared.torque[i], row.torque);
-    row = ForceRow<Format>{0, 0, 0, 0};
+    row = ForceRow<typename Scene::Numbers>{0, 0, 0, 0};
   }
 
   /// Before the steps, for 8 grains.
-  template <class Format>
-  RVE_INLINE void load_pack(PackItem<kPackedGrains> i, const CallState<Format> &call)
+  template <class Scene>
+  RVE_INLINE void load_pack(PackItem<kPackedGrains> i, const CallState<Scene> &call)
   {
     const int last_pack = call.num_grains - kPackedGrains;
     const int end = i.first + kPackedGrains > last_pack ? call.num_grains : i.first + kPackedGrains;
-    for (int k = i.first; k < end; ++k) force_rows(call)[k] = ForceRow<Format>{0, 0, 0, 0};
+    for (int k = i.first; k < end; ++k)
+      force_rows(call)[k] = ForceRow<typename Scene::Numbers>{0, 0, 0, 0};
   }
 
   /// After the steps.
-  template <class Format>
-  RVE_INLINE void save_pack(PackItem<kPackedGrains> i, const CallState<Format> &call,
-                            const SharedView<Format> &shared)
+  template <class Scene>
+  RVE_INLINE void save_pack(PackItem<kPackedGrains> i, const CallState<Scene> &call,
+                            const SharedView<Scene> &shared)
   {
     for (int k = i.first; k < i.first + kPackedGrains; ++k)
       give_row(force_rows(call)[k], shared, k);
@@ -403,27 +393,11 @@ inline namespace RVE_ISA {
 
   // ---- forces -----------------------------------------------------------------------------------------------------------------
 
-  /// The constants of a step in every lane.
-  template <int N, class Format>
-  RVE_INLINE StepConstants<PackFormat<Format, N>, false>
-  in_every_lane(const StepConstants<Format, false> &step)
+  template <int N, class Scene>
+  RVE_INLINE void load_grains(const SharedView<Scene> &shared, int first,
+                              GrainView<PackNumbers<typename Scene::Numbers, N>> &grains)
   {
-    using Packed = PackFormat<Format, N>;
-    StepConstants<Packed, false> packed;
-    packed.law.normal.stiffness = typename Packed::Real(step.law.normal.stiffness);
-    packed.law.tangential.stiffness = typename Packed::History(step.law.tangential.stiffness);
-    packed.law.tangential.friction = typename Packed::Real(step.law.tangential.friction);
-    packed.to_length = step.to_length.template as<typename Packed::Wide>();
-    packed.gradient = step.gradient.template as<typename Packed::Real>();
-    packed.dt = typename Packed::Real(step.dt);
-    return packed;
-  }
-
-  template <int N, class Format>
-  RVE_INLINE void load_grains(const SharedView<Format> &shared, int first,
-                              GrainView<PackFormat<Format, N>> &grains)
-  {
-    using Packed = PackFormat<Format, N>;
+    using Packed = PackScene<Scene, N>;
     load_motion(
         [&](int lane) {
           return shared.motion + first + lane;
@@ -434,32 +408,32 @@ inline namespace RVE_ISA {
   }
 
   /// The partners of N grains in a slot.
-  template <int N, class Format>
-  RVE_INLINE void load_partners(const SharedView<Format> &shared, int slot,
-                                GrainView<PackFormat<Format, N>> &grains)
+  template <int N, class Scene>
+  RVE_INLINE void load_partners(const SharedView<Scene> &shared, int slot,
+                                GrainView<PackNumbers<typename Scene::Numbers, N>> &grains)
   {
-    using Packed = PackFormat<Format, N>;
+    using Packed = PackScene<Scene, N>;
     const std::int32_t *partner = shared.partner + slot;
     load_motion(
         [&](int lane) {
           return shared.motion + partner[lane];
         },
         grains.motion);
-    grains.spin = gather<typename Format::Real, N>(shared.spin, partner);
+    grains.spin = gather<typename Scene::Real, N>(shared.spin, partner);
     grains.radius = Packed::Wide::load(shared.partner_radius + slot);
   }
 
   /// add_pair for the owned pairs of N grains.
-  template <int N, class Format>
-  RVE_INLINE void packed_forces(int first, const SharedView<Format> &shared,
-                                const StepConstants<PackFormat<Format, N>, false> &step,
-                                ForceRow<Format> *rows, int num_grains)
+  template <int N, class Scene>
+  RVE_INLINE void packed_forces(int first, const SharedView<Scene> &shared,
+                                const StepConstants<PackScene<Scene, N>> &step,
+                                ForceRow<typename Scene::Numbers> *rows, int num_grains)
   {
-    using Packed = PackFormat<Format, N>;
+    using Packed = PackScene<Scene, N>;
     using Real = typename Packed::Real;
     using History = typename Packed::History;
     using Sum = typename Packed::Sum;
-    GrainView<Packed> me;
+    GrainView<typename Packed::Numbers> me;
     load_grains<N>(shared, first, me);
     Real largest_force = Real::load(shared.largest_force + first);
     Vec<Sum, 3> own = Vec<Sum, 3>::zero();
@@ -467,7 +441,7 @@ inline namespace RVE_ISA {
     const auto slot = [&](int k) {
       return k * num_grains + first;
     };
-    GrainView<Packed> other[kOwnedPairs];
+    GrainView<typename Packed::Numbers> other[kOwnedPairs];
     ContactGeometry<Real, 2> contact[kOwnedPairs];
 #pragma GCC unroll 3
     for (int k = 0; k < kOwnedPairs; ++k) {
@@ -477,10 +451,10 @@ inline namespace RVE_ISA {
     Vec<Sum, 3> on_j[kOwnedPairs];
 #pragma GCC unroll 3
     for (int k = 0; k < kOwnedPairs; ++k) {
-      typename Format::History *history = shared.history + slot(k);
+      typename Scene::History *history = shared.history + slot(k);
       const Truth<Real> touching = contact[k].overlap > Real(0);
       const auto force = pair_force(step, contact[k], me, other[k], History::load(history));
-      if constexpr (Format::has_friction) {
+      if constexpr (Scene::has_friction) {
         Truth<History> keeps;
         convert_truth(touching, keeps);
         where(keeps, force.spring).store(history);
@@ -491,7 +465,7 @@ inline namespace RVE_ISA {
       own[0] = own[0] - on_j[k][0];
       own[1] = own[1] - on_j[k][1];
       on_j[k][2] = Sum(0);
-      if constexpr (Format::has_friction) {
+      if constexpr (Scene::has_friction) {
         Sum torque_i;
         round_to(where(touching, force.torque_j), on_j[k][2]);
         round_to(where(touching, force.torque_i), torque_i);
@@ -514,18 +488,19 @@ inline namespace RVE_ISA {
   }
 
   /// Registers hold 8 floats, or 4 doubles.
-  template <class Format> RVE_INLINE constexpr int force_lanes()
+  template <class Scene> RVE_INLINE constexpr int force_lanes()
   {
-    return sizeof(typename Format::Real) == 4 ? 8 : 4;
+    return sizeof(typename Scene::Real) == 4 ? 8 : 4;
   }
 
-  template <class Format>
-  RVE_INLINE void packed_forces(PackItem<kPackedGrains> i, const CallState<Format> &call,
-                                const SharedView<Format> &shared,
-                                const StepConstants<Format, false> &step_of_one, int num_grains)
+  template <class Scene>
+  RVE_INLINE void packed_forces(PackItem<kPackedGrains> i, const CallState<Scene> &call,
+                                const SharedView<Scene> &shared,
+                                const StepPlan<typename Scene::Numbers> &plan, int num_grains)
   {
-    constexpr int lanes = force_lanes<Format>();
-    const auto step = in_every_lane<lanes>(step_of_one);
+    constexpr int lanes = force_lanes<Scene>();
+    // the same in every lane
+    const auto step = step_constants<PackScene<Scene, lanes>>(call.law, plan);
     for (int part = 0; part < kPackedGrains; part += lanes)
       packed_forces<lanes>(i.first + part, shared, step, force_rows(call), num_grains);
     // grains that no pack will collect
@@ -543,14 +518,15 @@ inline namespace RVE_ISA {
     Pack<Integer, 8>(Integer(0)).store(array);
   }
 
-  template <class Format>
-  RVE_INLINE void kick_pack(int first, const CallState<Format> &call,
-                            const SharedView<Format> &shared, const PackedStill<Format> &still,
-                            const Pack<typename Format::Real, 8> &alpha,
-                            Motion<PackFormat<Format, 8>> &motion)
+  template <class Scene>
+  RVE_INLINE void kick_pack(int first, const CallState<Scene> &call,
+                            const SharedView<Scene> &shared,
+                            const PackedStill<typename Scene::Numbers> &still,
+                            const Pack<typename Scene::Real, 8> &alpha,
+                            Motion<PackNumbers<typename Scene::Numbers, 8>> &motion)
   {
-    using Real = Pack<typename Format::Real, 8>;
-    Vec<Pack<typename Format::Sum, 8>, 3> sum;
+    using Real = Pack<typename Scene::Real, 8>;
+    Vec<Pack<typename Scene::Sum, 8>, 3> sum;
     take_rows(force_rows(call) + first, sum);
     collect(shared.force_x + first, sum[0]);
     collect(shared.force_y + first, sum[1]);
@@ -563,22 +539,23 @@ inline namespace RVE_ISA {
   }
 
   /// RveProgram::move for 8 grains: whether one of them has left the safety of the list.
-  template <class Format>
-  RVE_INLINE bool move_pack(PackItem<kPackedGrains> i, const CallState<Format> &call,
-                            const SharedView<Format> &shared, const StepPlan<Format> &plan,
-                            typename Format::Real alpha, bool kick_first)
+  template <class Scene>
+  RVE_INLINE bool move_pack(PackItem<kPackedGrains> i, const CallState<Scene> &call,
+                            const SharedView<Scene> &shared,
+                            const StepPlan<typename Scene::Numbers> &plan,
+                            typename Scene::Real alpha, bool kick_first)
   {
-    using Packed = PackFormat<Format, 8>;
+    using Packed = PackScene<Scene, 8>;
     using Wide = typename Packed::Wide;
     using Float = Pack<float, 8>;
     const auto to_fraction = plan.to_fraction.template as<Wide>();
-    Motion<Packed> motion;
+    Motion<typename Packed::Numbers> motion;
     load_motion(
         [&](int lane) {
           return shared.motion + i.first + lane;
         },
         motion);
-    PackedStill<Format> still;
+    PackedStill<typename Scene::Numbers> still;
     load_still(shared.still + i.first, still);
     if (kick_first) kick_pack(i.first, call, shared, still, typename Packed::Real(alpha), motion);
     const Vec<Wide, 2> displacement = to_fraction * motion.velocity.template as<Wide>();
@@ -591,7 +568,7 @@ inline namespace RVE_ISA {
     const Vec<Pack<std::uint32_t, 8>, 2> now{
         {leading_bits(motion.position[0]), leading_bits(motion.position[1])}};
     const Vec<Float, 2> moved = plan.list_to_length.template as<Float>() *
-        fractional_difference<PackFormat<FastFormat, 8>>(now, still.list_position);
+        fractional_difference<PackNumbers<FastNumbers, 8>>(now, still.list_position);
     return signs(dot(moved, moved) > Float(plan.allowed_squared)) != 0;
   }
 

@@ -23,7 +23,7 @@ inline namespace RVE_ISA {
 
   /// One grain's offer in a round: the entry of its row whose partner has the smallest load, or -1. The search starts at
   /// another entry in each round, so that a surplus pair wanders instead of bouncing.
-  template <class Format> RVE_INLINE int offer(const WorkspaceView<Format> &work, int i, int round)
+  template <class Scene> RVE_INLINE int offer(const WorkspaceView<Scene> &work, int i, int round)
   {
     if (work.load[i] <= kOwnedPairs) return -1;
     const int first = work.row_start[i], count = work.row_start[i + 1] - first;
@@ -42,8 +42,8 @@ inline namespace RVE_ISA {
 
   /// Rounds of offers until no grain is overloaded, at most `max_rounds`. In: row_start, row_partner. Out: row_given, received,
   /// received_count, load.
-  template <class Block, class Format>
-  RVE_HD void balance_ownership(Block &block, const WorkspaceView<Format> &work, int num_grains,
+  template <class Block, class Scene>
+  RVE_HD void balance_ownership(Block &block, const WorkspaceView<Scene> &work, int num_grains,
                                 int max_rounds)
   {
     using Item = typename Block::Item;

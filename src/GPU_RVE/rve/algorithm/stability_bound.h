@@ -51,8 +51,8 @@ inline namespace RVE_ISA {
 
   /// Bound of the largest eigenvalue of M^-1 K, of the network and of one contact, in units of the largest modulus over the mass of
   /// a disk of radius one, all in internal lengths. Stops when it is below `sufficient`.
-  template <bool General, class Block, class Format>
-  RVE_COLD double bound_eigenvalue(Block block, const CallState<Format> &call, int step_number,
+  template <class Block, class Scene>
+  RVE_COLD double bound_eigenvalue(Block block, const CallState<Scene> &call, int step_number,
                                    RelativeModuli moduli, BoundArrays arrays, double sufficient)
   {
     using Item = typename Block::Item;
@@ -61,9 +61,8 @@ inline namespace RVE_ISA {
     constexpr double kLeastShare = 0.05;    // of the largest value, for a change of weights
     constexpr double kRoot2 = 1.4142135623730951;
     const int n = call.num_grains;
-    const SharedView<Format> &shared = call.shared;
-    const StepConstants<Format, General> step =
-        step_constants<Format, General>(call, call.planned(step_number));
+    const SharedView<Scene> &shared = call.shared;
+    const StepConstants<Scene> step = step_constants<Scene>(call.law, call.planned(step_number));
     // 256 terms of less than 2^18 units stay below the 2^55 of a sum
     const double unit = power_of_two(-29), per_unit = power_of_two(29),
                  largest_ratio = power_of_two(14);
@@ -91,10 +90,10 @@ inline namespace RVE_ISA {
     double least = 0.0;
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
       block.for_each(n, [&](Item item) {
-        visit_contacts<General>(
+        visit_contacts(
             call, step, item,
             [&](int first, int second, const auto &, const auto &, const auto &contact,
-                typename Format::History) {
+                typename Scene::History) {
               const double nx = static_cast<double>(contact.normal[0]),
                            ny = static_cast<double>(contact.normal[1]);
               const double overlap = static_cast<double>(contact.overlap);
@@ -164,8 +163,8 @@ inline namespace RVE_ISA {
 
   /// Leaves a lower bound of the stable time step, which need not be sharp where it is above the dt of the drive, as the first number of
   /// detail.stiffness.
-  template <bool General, class Block, class Format>
-  RVE_COLD void bound_time_step(Block block, const CallState<Format> &call, int step_number,
+  template <class Block, class Scene>
+  RVE_COLD void bound_time_step(Block block, const CallState<Scene> &call, int step_number,
                                 DetailRecord &detail)
   {
     const ImageHeader &header = call.header;
@@ -175,11 +174,11 @@ inline namespace RVE_ISA {
     arrays.block = spare.template take<std::int64_t>(6 * n);
     arrays.weight = spare.template take<double>(n);
     arrays.value = spare.template take<double>(n);
-    const bool slides = header.friction > 0.0;
-    const bool rolls = header.rolling_friction > 0.0;
+    const bool slides = header.material.friction > 0.0;
+    const bool rolls = header.material.rolling_friction > 0.0;
     const double length = call.units.length;
     const double per_mass = 1.0 / (call.mass_factor * (length * length));
-    const double gain = 1.0 + header.local_damping, enough = call.drive.dt;
+    const double gain = 1.0 + header.material.local_damping, enough = call.drive.dt;
     // covers the rounding of directions to the format
     constexpr double kMargin = 1.0 + 1e-5;
     const auto eigenvalue = [&](double k_n, double k_t, double k_r, double sufficient) {
@@ -187,20 +186,22 @@ inline namespace RVE_ISA {
       if (!(largest > 0.0)) return 0.0;
       const double unit = kMargin * (largest * per_mass);
       return unit *
-          bound_eigenvalue<General>(block, call, step_number,
-                                    RelativeModuli{k_n / largest, k_t / largest, k_r / largest},
-                                    arrays, sufficient / unit);
+          bound_eigenvalue(block, call, step_number,
+                           RelativeModuli{k_n / largest, k_t / largest, k_r / largest}, arrays,
+                           sufficient / unit);
     };
     const double dashpot_rate =
-        eigenvalue(header.normal_viscosity, slides ? header.tangential_viscosity : 0.0, 0.0, 0.0);
+        eigenvalue(header.material.normal_viscosity,
+                   slides ? header.material.tangential_viscosity : 0.0, 0.0, 0.0);
     // what `enough` asks for: 4/enough >= b + sqrt(b^2 + 4 gain w^2)
     const double rate = 4.0 / enough, b = gain * dashpot_rate;
     const double sufficient = rate > b ? rate * (rate - 2.0 * b) / (4.0 * gain) : 0.0;
-    const double frequency_squared =
-        eigenvalue(header.normal_stiffness, slides ? header.tangential_stiffness : 0.0,
-                   rolls ? header.rolling_stiffness : 0.0, sufficient);
+    const double frequency_squared = eigenvalue(
+        header.material.normal_stiffness, slides ? header.material.tangential_stiffness : 0.0,
+        rolls ? header.material.rolling_stiffness : 0.0, sufficient);
     block.once([&] {
-      detail.stiffness[0] = leapfrog_bound(frequency_squared, dashpot_rate, header.local_damping);
+      detail.stiffness[0] =
+          leapfrog_bound(frequency_squared, dashpot_rate, header.material.local_damping);
     });
   }
 

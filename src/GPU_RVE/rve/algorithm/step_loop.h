@@ -1,13 +1,25 @@
 // The block program: advances one RVE by one call, on one CPU thread or one CUDA thread block.
 //
-// Order within a step: cell, drift, (list), force, kick; the stress of a call belongs to its end configuration, and the kick
-// of a step stands at the beginning of the next one, which saves a barrier.
+//   grains, pairs and units as the call before left them                       call_begin.h
+//   for each step:
+//     H <- cell of the step on its path, or by the servo                       step_planning.h
+//     c <- c + dt F/m with local damping, s <- s + dt H^-1 c                   kick of the step before, drift
+//     if a grain has left the safety of the list, or the lattice leans:        list_renewal.h
+//       reduce the lattice, build the list
+//     F <- sums of the contact forces of all pairs                             contact_forces.h, physics/laws
+//     if books are kept: Love sums, work, energy lost, rate of the servo
+//   Love stress of the last forces; details if somebody looks                  homogenization.h
+//   last kick, status, everything back to the image                            call_end.h
+//
+// The kick of a step stands at the beginning of the next one, which saves a barrier. The stress of a call belongs to its end
+// configuration.
 
 #ifndef RVE_ALGORITHM_STEP_LOOP_H
 #define RVE_ALGORITHM_STEP_LOOP_H
 
+#include "rve/algorithm/call_begin.h"
+#include "rve/algorithm/call_end.h"
 #include "rve/algorithm/homogenization.h"
-#include "rve/algorithm/rare_work.h"
 #include "rve/algorithm/stress_servo.h"
 #include "rve/physics/integrator.h"
 
@@ -20,21 +32,24 @@ inline namespace RVE_ISA {
     return -mass * ((after - before) - increment) * 0.5 * (before + after);
   }
 
-  /// General: what SceneKind::General needs is compiled in. The same bits for a scene that needs none of it.
-  template <class Block, class Format, bool General> class RveProgram {
+  template <class Block, class Scene> class RveProgram {
     using Item = typename Block::Item;
-    using Real = typename Format::Real;
-    using Wide = typename Format::Wide;
-    using Spring = typename Format::Spring;
-    using Sum = typename Format::Sum;
-    using Rare = RareWork<Block, Format>;
-    using Grains = GrainItems<Block, Format>;
-    static_assert(General || !Format::has_rolling, "rolling resistance is in the general program");
+    using Real = typename Scene::Real;
+    using Wide = typename Scene::Wide;
+    using Spring = typename Scene::Spring;
+    using Sum = typename Scene::Sum;
+    using Begin = CallBegin<Block, Scene>;
+    using Planning = StepPlanning<Block, Scene>;
+    using Renewal = ListRenewal<Block, Scene>;
+    using Stored = StoredGrains<Block, Scene>;
+    using Progress = CallProgress<Scene>;
+    using End = CallEnd<Block, Scene>;
+    using Grains = GrainItems<Block, Scene>;
 
    public:
     /// The call is prepared and has its views, of which `shared` is one.
-    RVE_INLINE RveProgram(Block &block_in, CallState<Format> &call_in,
-                          const SharedView<Format> &shared_in) :
+    RVE_INLINE RveProgram(Block &block_in, CallState<Scene> &call_in,
+                          const SharedView<Scene> &shared_in) :
         block(block_in),
         call(call_in), shared(shared_in), num_grains(call_in.num_grains)
     {
@@ -44,11 +59,11 @@ inline namespace RVE_ISA {
     /// second look.
     RVE_INLINE void run(AnswerRecord &answer, DetailRecord *detail)
     {
-      const bool direct = Rare::is_direct(call);
+      const bool direct = Begin::is_direct(call);
       if (direct)
-        Rare::take_extra_pairs(block, call);
+        Begin::take_extra_pairs(block, call);
       else
-        Rare::begin(block, call, shared);
+        Begin::begin(block, call, shared);
       if (!call.fatal()) run_steps(direct);
       if (call.fatal())
         fail(call.status, answer);
@@ -57,14 +72,15 @@ inline namespace RVE_ISA {
     }
 
    private:
-    RVE_INLINE bool has_servo() const { return General && call.has_servo(); }
+    RVE_INLINE bool has_servo() const { return Scene::books && call.has_servo(); }
     RVE_INLINE bool has_ledger() const
     {
-      return General && call.drive.substeps > 0 && (call.has_servo() || call.batch.track_energy);
+      return Scene::books && call.drive.substeps > 0 &&
+          (call.has_servo() || call.batch.track_energy);
     }
     RVE_INLINE bool has_books() const
     {
-      return General && call.drive.substeps > 0 && call.batch.track_energy;
+      return Scene::books && call.drive.substeps > 0 && call.batch.track_energy;
     }
     /// Without substeps the forces of the present configuration are asked for.
     RVE_INLINE bool evaluates() const { return call.drive.substeps == 0; }
@@ -81,14 +97,14 @@ inline namespace RVE_ISA {
         const bool grows = has_servo() && !moved, counts = has_books() && !moved;
         if (counts && k == 1) survey_start();
         if (grows) grow_by_servo();
-        if (grows || k > call.plan_last) Rare::make_plan(block, call, k);
+        if (grows || k > call.plan_last) Planning::make_plan(block, call, k);
         if (counts) add_half_of_work(call.planned(k));
         k = run_planned(k, moved, direct);
         direct = false;
         // the grains of step k have moved; its forces are missing
         moved = true;
         if (needs_renewal) {
-          Rare::renew(block, call, k);
+          Renewal::renew(block, call, k);
           if (call.fatal()) return;
         }
         if (k == last) return;
@@ -97,7 +113,7 @@ inline namespace RVE_ISA {
           moved = false;
           ++k;
         } else if (!needs_renewal) {
-          Rare::make_plan(block, call, k);
+          Planning::make_plan(block, call, k);
         }
       }
     }
@@ -120,12 +136,12 @@ inline namespace RVE_ISA {
             load_pack(i, call);
           } else {
             grains.load(shared, i);
-            if (General) grains.own.load(i);    // of a step that was surveyed
+            if (Scene::books) grains.own.load(i);    // of a step that was surveyed
           }
         });
       int t = k - first;
       for (bool kicks = k > 1;; kicks = true, ++t) {
-        const StepPlan<Format> &plan = call.plan[t];
+        const StepPlan<typename Scene::Numbers> &plan = call.plan[t];
         if (!moved) {
           const bool expired = move(grains, plan, n, kicks);
           if (expired || plan.special) {
@@ -136,7 +152,7 @@ inline namespace RVE_ISA {
         if (t == end) break;
         moved = false;
         Dissipation none{0.0, 0.0};
-        contact_forces<false, General>(block, grains, shared, call, n, plan, none);
+        contact_forces<false>(block, grains, shared, call, n, plan, none);
       }
       block.own_items(num_grains, [&](const auto i) {
         if constexpr (IsPack<std::decay_t<decltype(i)>>::value)
@@ -152,19 +168,19 @@ inline namespace RVE_ISA {
     RVE_INLINE void fetch(Grains &grains)
     {
       block.for_items(num_grains, [&](Item i) {
-        const auto stored = Rare::read_grain(call.image, i, num_grains, true);
-        grains.radius.keep(i, Rare::show_grain(call, shared, i, stored));
-        grains.motion.keep(i, Rare::internal_motion(call, stored));
+        const auto stored = Stored::read_grain(call.image, i, num_grains, true);
+        grains.radius.keep(i, Stored::show_grain(call, shared, i, stored));
+        grains.motion.keep(i, Stored::internal_motion(call, stored));
         grains.spin.keep(i, stored.spin);
         grains.largest_force.keep(i, Real(0));
         for (int k = 0; k < kOwnedPairs; ++k) {
           grains.partner[k].publish(i, stored.partner[k]);
-          if constexpr (Format::has_friction)
-            grains.history[k].keep(i, Rare::internal_history(call, stored.history[k]));
+          if constexpr (Scene::has_friction)
+            grains.history[k].keep(i, Stored::internal_history(call, stored.history[k]));
           else    // they are zero, and stay there
-            grains.history[k].publish(i, typename Format::History());
+            grains.history[k].publish(i, typename Scene::History());
         }
-        shared.still[i] = Rare::still_of(call, grains.radius[i], stored.list_position);
+        shared.still[i] = Stored::still_of(call, grains.radius[i], stored.list_position);
       });
       block.own_items(num_grains, [&](Item i) {
         for (int k = 0; k < kOwnedPairs; ++k) grains.look_at_partner(shared, k, i);
@@ -178,7 +194,7 @@ inline namespace RVE_ISA {
         grains.load_itself(i);
       });
       Dissipation heat{0.0, 0.0};
-      contact_forces<true, General>(block, grains, shared, call, num_grains, call.planned(k), heat);
+      contact_forces<true>(block, grains, shared, call, num_grains, call.planned(k), heat);
       return heat;
     }
 
@@ -200,7 +216,8 @@ inline namespace RVE_ISA {
       if (has_servo()) steer(call.planned(k).area);
     }
 
-    RVE_INLINE void keep_books(const StepPlan<Format> &plan, const Dissipation &heat)
+    RVE_INLINE void keep_books(const StepPlan<typename Scene::Numbers> &plan,
+                               const Dissipation &heat)
     {
       block.once([&] {
         const double energy = call.units.force * call.units.length;
@@ -212,7 +229,7 @@ inline namespace RVE_ISA {
 
     /// The work of the mean field in a step is that of the mean of the stresses before and after: half of it, with the stress that the
     /// last forces had, after the forces of a step and before those of the next one.
-    RVE_INLINE void add_half_of_work(const StepPlan<Format> &plan)
+    RVE_INLINE void add_half_of_work(const StepPlan<typename Scene::Numbers> &plan)
     {
       block.once([&] {
         double power = 0.0;
@@ -227,17 +244,18 @@ inline namespace RVE_ISA {
     /// Leaves the Love sums of the configuration before the first step in call.survey, and everything else as it was.
     RVE_INLINE void survey_start()
     {
-      Rare::copy_history(block, call, call.pairs, call.work.fresh);
+      Stored::copy_history(block, call, call.pairs, call.work.fresh);
       block.once([&] {
-        call.plan[0] = StepPlan<Format>();
-        call.plan[0].to_length = fraction_to_length<Format>(call.units.per_length * call.cell);
+        call.plan[0] = StepPlan<typename Scene::Numbers>();
+        call.plan[0].to_length =
+            fraction_to_length<typename Scene::Numbers>(call.units.per_length * call.cell);
         call.plan_first = 1;
         call.plan_last = 0;    // the steps are planned anew
         call.law.dt = Real(0);
       });
       Grains grains(block, shared, num_grains);
       surveyed_forces(grains, 1);
-      Rare::copy_history(block, call, call.work.fresh, call.pairs);
+      Stored::copy_history(block, call, call.work.fresh, call.pairs);
       block.for_each(num_grains, [&](Item i) {
         shared.force_x[i] = shared.force_y[i] = shared.torque[i] = Sum(0);
         shared.largest_force[i] = Real(0);
@@ -266,7 +284,7 @@ inline namespace RVE_ISA {
     {
       block.once([&] {
         const SteeringRecord &steering = call.steering;
-        const double per_volume = Rare::per_volume(call, area);
+        const double per_volume = Progress::per_volume(call, area);
         const auto stress = [&](int c) {
           return stress_component(call, per_volume, c);
         };
@@ -286,12 +304,12 @@ inline namespace RVE_ISA {
       return Vec<Sum, 3>{
           {wrapping_sum(own[0], block.collect(&shared.force_x[i])),
            wrapping_sum(own[1], block.collect(&shared.force_y[i])),
-           Format::has_friction ? wrapping_sum(own[2], block.collect(&shared.torque[i])) : Sum(0)}};
+           Scene::has_friction ? wrapping_sum(own[2], block.collect(&shared.torque[i])) : Sum(0)}};
     }
 
     /// Leapfrog velocity update of one grain from the forces that the last phase left.
-    RVE_INLINE void kick_grain(Grains &grains, Item i, const Still<Format> &still, Real alpha,
-                               Motion<Format> &motion)
+    RVE_INLINE void kick_grain(Grains &grains, Item i, const Still<typename Scene::Numbers> &still,
+                               Real alpha, Motion<typename Scene::Numbers> &motion)
     {
       const Vec<Sum, 3> sum = collect_force(grains.own[i], i);
       const Vec<Real, 2> before = motion.velocity;
@@ -300,7 +318,7 @@ inline namespace RVE_ISA {
         increment[a] = static_cast<Real>(sum[a]) * still.velocity_unit;
         motion.velocity[a] = kick(before[a], increment[a], alpha);
       }
-      if constexpr (!Format::has_friction) {
+      if constexpr (!Scene::has_friction) {
         grains.spin.keep(i, grains.spin[i] + Real(0));    // as by a torque of zero: -0 turns into 0
         return;
       }
@@ -308,7 +326,7 @@ inline namespace RVE_ISA {
       const Real spin = grains.spin[i];
       const Real turned = kick(spin, turn, alpha);
       grains.spin.publish(i, turned);
-      if (General && call.batch.track_energy) {
+      if (Scene::books && call.batch.track_energy) {
         const double length = call.units.length;
         const double r = static_cast<double>(grains.radius[i]) * length, mass = call.mass_of(r);
         call.work.damping[call.image.number[i]] += length * length *
@@ -319,24 +337,26 @@ inline namespace RVE_ISA {
     }
 
     /// Kick of the step before, then drift in the present cell. Returns whether a grain has left the safety of the list.
-    RVE_INLINE bool move(Grains &grains, const StepPlan<Format> &plan, int n, bool kick_first)
+    RVE_INLINE bool move(Grains &grains, const StepPlan<typename Scene::Numbers> &plan, int n,
+                         bool kick_first)
     {
       const Tensor<Wide, 2> to_fraction = plan.to_fraction;
       const Tensor<float, 2> list_to_length = plan.list_to_length;
       const float allowed_squared = plan.allowed_squared;
       const Real alpha = call.alpha;
       const auto move_grain = [&](Item i) RVE_INLINE_LAMBDA {
-        Motion<Format> motion = grains.motion[i];
-        const Still<Format> still = shared.still[i];
+        Motion<typename Scene::Numbers> motion = grains.motion[i];
+        const Still<typename Scene::Numbers> still = shared.still[i];
         if (kick_first) kick_grain(grains, i, still, alpha, motion);
         const Vec<Wide, 2> displacement = to_fraction * motion.velocity.template as<Wide>();
-        for (int a = 0; a < 2; ++a) drift<Format>(motion.position[a], displacement[a]);
+        for (int a = 0; a < 2; ++a)
+          drift<typename Scene::Numbers>(motion.position[a], displacement[a]);
         grains.motion.publish(i, motion);
         // displacement since the list was built, without that of the mean field
         const Vec<std::uint32_t, 2> now{
             {leading_bits(motion.position[0]), leading_bits(motion.position[1])}};
         const Vec<float, 2> moved =
-            list_to_length * fractional_difference<FastFormat>(now, still.list_position);
+            list_to_length * fractional_difference<FastNumbers>(now, still.list_position);
         return dot(moved, moved) > allowed_squared;
       };
       return block.any_item(n, [&](const auto i) RVE_INLINE_LAMBDA {
@@ -353,21 +373,21 @@ inline namespace RVE_ISA {
     RVE_INLINE void finish(AnswerRecord &answer, DetailRecord *detail)
     {
       // an evaluation must not change the history: the Coulomb limit may be another one, with dashpots or after a change of friction
-      if (evaluates()) Rare::copy_history(block, call, call.pairs, call.work.fresh);
+      if (evaluates()) Stored::copy_history(block, call, call.pairs, call.work.fresh);
       std::uint32_t word;
       const auto conclude = [&](int part) {
-        Rare::conclude(call, word, part, answer);
+        End::conclude(call, word, part, answer);
       };
       {
         Grains grains(block, shared, num_grains);
         const Dissipation heat = surveyed_forces(grains, last_step());
-        word = Rare::judge(call);
+        word = End::judge(call);
         // the cell of a servo is known in the end only
         if (has_servo() && !(determinant(call.cell) > 0.0)) word |= status::NonFinite;
         // as nearly always: nothing else wants to see the grains
         if (Block::kInRegisters && !evaluates() && !has_ledger() && !detail &&
-            !(word & status::Fatal) && Rare::is_sound(call)) {
-          store<true>(grains, Rare::kConclusions, conclude);
+            !(word & status::Fatal) && End::is_sound(call)) {
+          store<true>(grains, End::kConclusions, conclude);
           return;
         }
         save(grains);
@@ -376,9 +396,8 @@ inline namespace RVE_ISA {
           if (has_servo()) steer(call.planned(last_step()).area);
         }
       }
-      if (evaluates()) Rare::copy_history(block, call, call.work.fresh, call.pairs);
-      if (!(word & status::Fatal) && !Rare::is_sound(call))
-        word |= Rare::template find_trouble<General>(block, call);
+      if (evaluates()) Stored::copy_history(block, call, call.work.fresh, call.pairs);
+      if (!(word & status::Fatal) && !End::is_sound(call)) word |= End::find_trouble(block, call);
       if (word & status::Fatal) {
         fail(word, answer);
         return;
@@ -391,11 +410,11 @@ inline namespace RVE_ISA {
         const double damped =
             call.batch.track_energy ? block.sum_array(num_grains, call.work.damping) : 0.0;
         block.once([&] {
-          Rare::note_progress(call, damped);
+          Progress::note_progress(call, damped);
         });
-        block.for_each(Rare::kConclusions, conclude);
+        block.for_each(End::kConclusions, conclude);
       } else {
-        store<false>(grains, Rare::kConclusions, conclude);
+        store<false>(grains, End::kConclusions, conclude);
       }
       if (detail)
         copy_words(block, static_cast<const ImageProgress &>(*call.image.header), detail->progress);
@@ -404,7 +423,7 @@ inline namespace RVE_ISA {
     RVE_INLINE void fail(std::uint32_t word, AnswerRecord &answer)
     {
       block.once([&] {
-        Rare::answer_failure(call, word, answer);
+        End::answer_failure(call, word, answer);
       });
     }
 
@@ -417,7 +436,7 @@ inline namespace RVE_ISA {
         const double fx = static_cast<double>(own[0]), fy = static_cast<double>(own[1]);
         force_size[i] = std::sqrt(fx * fx + fy * fy);
       });
-      homogenize<General>(block, call, last_step(), detail);
+      homogenize(block, call, last_step(), detail);
     }
 
     /// The last kick, then everything back to the image, and meanwhile parts(0) ... parts(num_parts - 1). Loaded: the grains
@@ -425,7 +444,7 @@ inline namespace RVE_ISA {
     template <bool Loaded, class Parts>
     RVE_INLINE void store(Grains &grains, int num_parts, const Parts &parts)
     {
-      const ImageView<Format> &image = call.image;
+      const ImageView<Scene> &image = call.image;
       const Real alpha = call.alpha;
       const Real to_user = static_cast<Real>(call.units.length);
       const Spring history_to_user = static_cast<Spring>(call.units.force);
@@ -438,12 +457,12 @@ inline namespace RVE_ISA {
               grains.load(shared, i);
               grains.own.load(i);
             }
-            Motion<Format> motion = grains.motion[i];
+            Motion<typename Scene::Numbers> motion = grains.motion[i];
             if (moved) kick_grain(grains, i, shared.still[i], alpha, motion);
             image.position[i] = motion.position;
             image.velocity[i] = to_user * motion.velocity;
             image.spin[i] = grains.spin[i];
-            if (Format::has_friction)
+            if (Scene::has_friction)
               for (int k = 0; k < kOwnedPairs; ++k)
                 image.history[k * num_grains + i] = history_to_user * grains.history[k][i];
             if (relisted) {
@@ -463,8 +482,8 @@ inline namespace RVE_ISA {
     }
 
     Block &block;
-    CallState<Format> &call;
-    const SharedView<Format> &shared;
+    CallState<Scene> &call;
+    const SharedView<Scene> &shared;
     const int num_grains;
     bool needs_renewal = false;
   };

@@ -68,101 +68,95 @@ inline namespace RVE_ISA {
   };
 
   /// Image of an RVE: what lives between calls. Arrays of N grains; owned pairs as [slot * N + grain].
-  template <class Format> struct ImageView {
+  template <class Scene> struct ImageView {
     ImageHeader *header;
-    Vec<typename Format::Coordinate, 2> *position;
+    Vec<typename Scene::Coordinate, 2> *position;
     Vec<std::uint32_t, 2>
         *list_position;    ///< leading bits of the positions when the list was built
-    Vec<typename Format::Real, 2> *velocity;
-    typename Format::Real *spin;
-    typename Format::Wide *radius;
+    Vec<typename Scene::Real, 2> *velocity;
+    typename Scene::Real *spin;
+    typename Scene::Wide *radius;
     std::int32_t *number;     ///< of the grain in the RveState
     std::int32_t *partner;    ///< own number: slot is free
-    typename Format::History *history;
+    typename Scene::History *history;
     std::int32_t *extra_first, *extra_second;
-    typename Format::History *extra_history;
+    typename Scene::History *extra_history;
   };
 
-  template <class Format, class Carving>
-  RVE_INLINE ImageView<Format> lay_out_image(Carving &carver, int num_grains, int extra_capacity)
+  template <class Scene, class Carving>
+  RVE_INLINE ImageView<Scene> lay_out_image(Carving &carver, int num_grains, int extra_capacity)
   {
-    ImageView<Format> view;
+    ImageView<Scene> view;
     view.header = carver.template take<ImageHeader>(1);
-    view.position = carver.template take<Vec<typename Format::Coordinate, 2>>(num_grains);
+    view.position = carver.template take<Vec<typename Scene::Coordinate, 2>>(num_grains);
     view.list_position = carver.template take<Vec<std::uint32_t, 2>>(num_grains);
-    view.velocity = carver.template take<Vec<typename Format::Real, 2>>(num_grains);
-    view.spin = carver.template take<typename Format::Real>(num_grains);
-    view.radius = carver.template take<typename Format::Wide>(num_grains);
+    view.velocity = carver.template take<Vec<typename Scene::Real, 2>>(num_grains);
+    view.spin = carver.template take<typename Scene::Real>(num_grains);
+    view.radius = carver.template take<typename Scene::Wide>(num_grains);
     view.number = carver.template take<std::int32_t>(num_grains);
     view.partner = carver.template take<std::int32_t>(kOwnedPairs * num_grains);
-    view.history = carver.template take<typename Format::History>(kOwnedPairs * num_grains);
+    view.history = carver.template take<typename Scene::History>(kOwnedPairs * num_grains);
     view.extra_first = carver.template take<std::int32_t>(extra_capacity);
     view.extra_second = carver.template take<std::int32_t>(extra_capacity);
-    view.extra_history = carver.template take<typename Format::History>(extra_capacity);
+    view.extra_history = carver.template take<typename Scene::History>(extra_capacity);
     return view;
   }
 
-  template <class Format>
-  RVE_INLINE ImageView<Format> carve_image(char *memory, int num_grains, int extra_capacity)
+  template <class Scene>
+  RVE_INLINE ImageView<Scene> carve_image(char *memory, int num_grains, int extra_capacity)
   {
     Carver carver(memory);
-    return lay_out_image<Format>(carver, num_grains, extra_capacity);
+    return lay_out_image<Scene>(carver, num_grains, extra_capacity);
   }
 
-  template <class Format> RVE_INLINE std::size_t image_size(int num_grains, int extra_capacity)
+  template <class Scene> RVE_INLINE std::size_t image_size(int num_grains, int extra_capacity)
   {
     Measure measure;
-    lay_out_image<Format>(measure, num_grains, extra_capacity);
+    lay_out_image<Scene>(measure, num_grains, extra_capacity);
     return measure.size();
   }
 
   /// Where a grain is and how fast it moves relative to the mean field: what its partners read of it.
-  template <class Format> struct alignas(16) Motion {
-    Vec<typename Format::Coordinate, 2> position;    ///< fractions of the cell
-    Vec<typename Format::Real, 2> velocity;          ///< peculiar [internal length/time]
-  };
-
-  template <class Format> struct Motion<Frictionless<Format>> : Motion<Format> {
+  template <class Numbers> struct alignas(16) Motion {
+    Vec<typename Numbers::Coordinate, 2> position;    ///< fractions of the cell
+    Vec<typename Numbers::Real, 2> velocity;          ///< peculiar [internal length/time]
   };
 
   /// What only the grain itself reads, once a step: not worth registers.
-  template <class Format> struct alignas(16) Still {
-    typename Format::Real velocity_unit;    ///< dt/m: velocity that one force unit gives in a step
-    typename Format::Real spin_unit;        ///< dt/I: spin that one torque unit gives in a step
+  template <class Numbers> struct alignas(16) Still {
+    typename Numbers::Real velocity_unit;    ///< dt/m: velocity that one force unit gives in a step
+    typename Numbers::Real spin_unit;        ///< dt/I: spin that one torque unit gives in a step
     Vec<std::uint32_t, 2>
         list_position;    ///< leading bits of the position when the list was built
   };
 
-  template <class Format> struct Still<Frictionless<Format>> : Still<Format> {
-  };
-
   /// Pairs of an RVE as arrays: owned ones as [slot * N + grain], and extra ones.
-  template <class Format> struct PairView {
+  template <class Scene> struct PairView {
     std::int32_t *partner;    ///< own number: slot is free
-    typename Format::History *history;
+    typename Scene::History *history;
     std::int32_t *extra_first, *extra_second;
-    typename Format::History *extra_history;
+    typename Scene::History *extra_history;
   };
 
   /// What the steps work on; on chip on the GPU.
-  template <class Format> struct SharedView {
-    Motion<Format> *motion;
-    typename Format::Real *spin;
-    typename Format::Wide *radius;                       ///< [internal length]
-    typename Format::Sum *force_x, *force_y, *torque;    ///< from partners that own the pair
-    Vec<typename Format::Sum, 3> *own;                   ///< force and torque from owned pairs
-    typename Format::Real *largest_force;    ///< that counts, of an owned contact in this call
-    Still<Format> *still;
+  template <class Scene> struct SharedView {
+    Motion<typename Scene::Numbers> *motion;
+    typename Scene::Real *spin;
+    typename Scene::Wide *radius;                       ///< [internal length]
+    typename Scene::Sum *force_x, *force_y, *torque;    ///< from partners that own the pair
+    Vec<typename Scene::Sum, 3> *own;                   ///< force and torque from owned pairs
+    typename Scene::Real *largest_force;    ///< that counts, of an owned contact in this call
+    Still<typename Scene::Numbers> *still;
     std::int32_t *partner;    ///< (kOwnedPairs, N) own number: slot is free
-    typename Format::Wide
+    typename Scene::Wide
         *partner_radius;    ///< (kOwnedPairs, N) minus the own one: slot is free, it never touches.
                             ///< Not used where it is in registers
-    typename Format::History *history;    ///< (kOwnedPairs, N)
+    typename Scene::History *history;    ///< (kOwnedPairs, N)
   };
 
   /// For the slot of grain i that holds partner j.
-  template <class Format>
-  RVE_INLINE typename Format::Wide radius_of_partner(const SharedView<Format> &shared, int i, int j)
+  template <class Scene>
+  RVE_INLINE typename Scene::Wide radius_of_partner(const SharedView<Scene> &shared, int i, int j)
   {
     return j == i ? -shared.radius[i] : shared.radius[j];
   }
@@ -170,46 +164,46 @@ inline namespace RVE_ISA {
   /// In the order of what the chip is for: sums that many add to, then what partners read anywhere, then what the threads of a
   /// block read in a row. With a constant number of grains the addresses are constants too. in_registers: what a thread knows of
   /// its grain's partners needs no room.
-  template <class Format, class Carving>
-  RVE_INLINE SharedView<Format> lay_out_shared(Carving &carver, int num_grains, bool in_registers)
+  template <class Scene, class Carving>
+  RVE_INLINE SharedView<Scene> lay_out_shared(Carving &carver, int num_grains, bool in_registers)
   {
-    SharedView<Format> view;
-    view.force_x = carver.template take<typename Format::Sum>(num_grains);
-    view.force_y = carver.template take<typename Format::Sum>(num_grains);
-    view.torque = carver.template take<typename Format::Sum>(num_grains);
-    view.motion = carver.template take<Motion<Format>>(num_grains);
-    view.spin = carver.template take<typename Format::Real>(num_grains);
-    view.still = carver.template take<Still<Format>>(num_grains);
-    view.radius = carver.template take<typename Format::Wide>(num_grains);
-    view.own = carver.template take<Vec<typename Format::Sum, 3>>(num_grains);
-    view.largest_force = carver.template take<typename Format::Real>(num_grains);
+    SharedView<Scene> view;
+    view.force_x = carver.template take<typename Scene::Sum>(num_grains);
+    view.force_y = carver.template take<typename Scene::Sum>(num_grains);
+    view.torque = carver.template take<typename Scene::Sum>(num_grains);
+    view.motion = carver.template take<Motion<typename Scene::Numbers>>(num_grains);
+    view.spin = carver.template take<typename Scene::Real>(num_grains);
+    view.still = carver.template take<Still<typename Scene::Numbers>>(num_grains);
+    view.radius = carver.template take<typename Scene::Wide>(num_grains);
+    view.own = carver.template take<Vec<typename Scene::Sum, 3>>(num_grains);
+    view.largest_force = carver.template take<typename Scene::Real>(num_grains);
     view.partner = carver.template take<std::int32_t>(kOwnedPairs * num_grains);
-    view.history = carver.template take<typename Format::History>(kOwnedPairs * num_grains);
+    view.history = carver.template take<typename Scene::History>(kOwnedPairs * num_grains);
     view.partner_radius = in_registers
         ? nullptr
-        : carver.template take<typename Format::Wide>(kOwnedPairs * num_grains);
+        : carver.template take<typename Scene::Wide>(kOwnedPairs * num_grains);
     return view;
   }
 
-  template <class Format>
-  RVE_INLINE SharedView<Format> carve_shared(char *memory, int num_grains, bool in_registers)
+  template <class Scene>
+  RVE_INLINE SharedView<Scene> carve_shared(char *memory, int num_grains, bool in_registers)
   {
     Carver carver(memory);
-    return lay_out_shared<Format>(carver, num_grains, in_registers);
+    return lay_out_shared<Scene>(carver, num_grains, in_registers);
   }
 
-  template <class Format>
-  RVE_INLINE SharedView<Format> carve_shared(char *chip, std::size_t chip_size, char *memory,
-                                             int num_grains)
+  template <class Scene>
+  RVE_INLINE SharedView<Scene> carve_shared(char *chip, std::size_t chip_size, char *memory,
+                                            int num_grains)
   {
     ChipFirst carver(chip, chip_size, memory);
-    return lay_out_shared<Format>(carver, num_grains, false);
+    return lay_out_shared<Scene>(carver, num_grains, false);
   }
 
-  template <class Format> RVE_INLINE std::size_t shared_size(int num_grains, bool in_registers)
+  template <class Scene> RVE_INLINE std::size_t shared_size(int num_grains, bool in_registers)
   {
     Measure measure;
-    lay_out_shared<Format>(measure, num_grains, in_registers);
+    lay_out_shared<Scene>(measure, num_grains, in_registers);
     return measure.size();
   }
 
@@ -217,7 +211,7 @@ inline namespace RVE_ISA {
   constexpr int kScratch = 5;
 
   /// Room to build a list in, and for what is needed rarely. One per block, not per RVE.
-  template <class Format> struct WorkspaceView {
+  template <class Scene> struct WorkspaceView {
     int pair_capacity;               ///< of the rows
     int cell_capacity;               ///< of the search grid
     std::int32_t *cell_start;        ///< (cell_capacity + 1)
@@ -236,16 +230,16 @@ inline namespace RVE_ISA {
     std::int32_t *contact_count;     ///< (N)
     double *damping;                 ///< (N) work of local damping in this call [force length]
     double *scratch;                 ///< (kScratch, N) terms of sums and maxima over grains
-    PairView<Format> fresh;          ///< the list that is being built
+    PairView<Scene> fresh;           ///< the list that is being built
     std::int32_t *extra_first, *extra_second;    ///< (pair_capacity) extra pairs of this call
-    typename Format::History *extra_history;
+    typename Scene::History *extra_history;
   };
 
-  template <class Format, class Carving>
-  RVE_INLINE WorkspaceView<Format> lay_out_workspace(Carving &carver, int num_grains,
-                                                     int pair_capacity)
+  template <class Scene, class Carving>
+  RVE_INLINE WorkspaceView<Scene> lay_out_workspace(Carving &carver, int num_grains,
+                                                    int pair_capacity)
   {
-    WorkspaceView<Format> view;
+    WorkspaceView<Scene> view;
     view.pair_capacity = pair_capacity;
     view.cell_capacity = num_grains + 64;
     view.cell_start = carver.template take<std::int32_t>(view.cell_capacity + 1);
@@ -264,56 +258,56 @@ inline namespace RVE_ISA {
     view.contact_count = carver.template take<std::int32_t>(num_grains);
     view.damping = carver.template take<double>(num_grains);
     view.scratch = carver.template take<double>(static_cast<std::size_t>(kScratch) * num_grains);
-    PairView<Format> &fresh = view.fresh;
+    PairView<Scene> &fresh = view.fresh;
     fresh.partner = carver.template take<std::int32_t>(kOwnedPairs * num_grains);
-    fresh.history = carver.template take<typename Format::History>(kOwnedPairs * num_grains);
+    fresh.history = carver.template take<typename Scene::History>(kOwnedPairs * num_grains);
     fresh.extra_first = carver.template take<std::int32_t>(pair_capacity);
     fresh.extra_second = carver.template take<std::int32_t>(pair_capacity);
-    fresh.extra_history = carver.template take<typename Format::History>(pair_capacity);
+    fresh.extra_history = carver.template take<typename Scene::History>(pair_capacity);
     view.extra_first = carver.template take<std::int32_t>(pair_capacity);
     view.extra_second = carver.template take<std::int32_t>(pair_capacity);
-    view.extra_history = carver.template take<typename Format::History>(pair_capacity);
+    view.extra_history = carver.template take<typename Scene::History>(pair_capacity);
     return view;
   }
 
-  template <class Format>
-  RVE_INLINE WorkspaceView<Format> carve_workspace(char *memory, int num_grains, int pair_capacity)
+  template <class Scene>
+  RVE_INLINE WorkspaceView<Scene> carve_workspace(char *memory, int num_grains, int pair_capacity)
   {
     Carver carver(memory);
-    return lay_out_workspace<Format>(carver, num_grains, pair_capacity);
+    return lay_out_workspace<Scene>(carver, num_grains, pair_capacity);
   }
 
   /// Numbers of 8 bytes per grain behind a workspace, for what is asked for rarely.
   constexpr int kSpare = 8;
 
-  template <class Format> RVE_INLINE char *spare_of(const WorkspaceView<Format> &work)
+  template <class Scene> RVE_INLINE char *spare_of(const WorkspaceView<Scene> &work)
   {
     const auto end = reinterpret_cast<std::uintptr_t>(work.extra_history + work.pair_capacity);
     return reinterpret_cast<char *>((end + 15) / 16 * 16);
   }
 
-  template <class Format> RVE_INLINE std::size_t workspace_size(int num_grains, int pair_capacity)
+  template <class Scene> RVE_INLINE std::size_t workspace_size(int num_grains, int pair_capacity)
   {
     Measure measure;
-    lay_out_workspace<Format>(measure, num_grains, pair_capacity);
+    lay_out_workspace<Scene>(measure, num_grains, pair_capacity);
     measure.take<double>(static_cast<std::size_t>(kSpare) * num_grains + 4);
     return measure.size();
   }
 
   /// What a grain keeps in registers from step to step, on a GPU.
-  template <class Block, class Format> struct GrainItems {
+  template <class Block, class Scene> struct GrainItems {
     template <class T> using Resident = typename Block::template Resident<T>;
 
-    Resident<Motion<Format>> motion;         ///< published
-    Resident<typename Format::Real> spin;    ///< published
-    Resident<typename Format::Wide> radius;
-    Resident<Vec<typename Format::Sum, 3>> own;
-    Resident<typename Format::Real> largest_force;
+    Resident<Motion<typename Scene::Numbers>> motion;    ///< published
+    Resident<typename Scene::Real> spin;                 ///< published
+    Resident<typename Scene::Wide> radius;
+    Resident<Vec<typename Scene::Sum, 3>> own;
+    Resident<typename Scene::Real> largest_force;
     Resident<std::int32_t> partner[kOwnedPairs];
-    Resident<typename Format::Wide> partner_radius[kOwnedPairs];
-    Resident<typename Format::History> history[kOwnedPairs];
+    Resident<typename Scene::Wide> partner_radius[kOwnedPairs];
+    Resident<typename Scene::History> history[kOwnedPairs];
 
-    RVE_INLINE GrainItems(Block &block, const SharedView<Format> &shared, int n) :
+    RVE_INLINE GrainItems(Block &block, const SharedView<Scene> &shared, int n) :
         motion(block.resident(shared.motion)), spin(block.resident(shared.spin)),
         radius(block.resident(shared.radius)), own(block.resident(shared.own)),
         largest_force(block.resident(shared.largest_force))
@@ -326,7 +320,7 @@ inline namespace RVE_ISA {
     }
 
     /// All but `own`, which does not last from one stretch of steps to the next.
-    RVE_INLINE void load(const SharedView<Format> &shared, int i)
+    RVE_INLINE void load(const SharedView<Scene> &shared, int i)
     {
       load_itself(i);
       for (int k = 0; k < kOwnedPairs; ++k) load_pair(shared, k, i);
@@ -340,15 +334,15 @@ inline namespace RVE_ISA {
       largest_force.load(i);
     }
 
-    RVE_INLINE void load_pair(const SharedView<Format> &shared, int k, int i)
+    RVE_INLINE void load_pair(const SharedView<Scene> &shared, int k, int i)
     {
       partner[k].load(i);
-      if (Format::has_friction) history[k].load(i);
+      if (Scene::has_friction) history[k].load(i);
       if (Block::kInRegisters) look_at_partner(shared, k, i);
     }
 
     /// The radius of a partner that is known.
-    RVE_INLINE void look_at_partner(const SharedView<Format> &shared, int k, int i)
+    RVE_INLINE void look_at_partner(const SharedView<Scene> &shared, int k, int i)
     {
       partner_radius[k].keep(i, radius_of_partner(shared, i, partner[k][i]));
     }
@@ -357,7 +351,7 @@ inline namespace RVE_ISA {
     RVE_INLINE void save(int i)
     {
       largest_force.save(i);
-      if (Format::has_friction)
+      if (Scene::has_friction)
         for (int k = 0; k < kOwnedPairs; ++k) history[k].save(i);
     }
   };

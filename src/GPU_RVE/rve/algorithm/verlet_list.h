@@ -70,9 +70,9 @@ inline namespace RVE_ISA {
   };
 
   /// Sorts the grains into the grid: cell_start, cell_grain (ascending within a cell), cell_of.
-  template <class Block, class Format>
-  RVE_HD void sort_into_grid(Block &block, const Motion<Format> *motion,
-                             const WorkspaceView<Format> &work, int num_grains,
+  template <class Block, class Scene>
+  RVE_HD void sort_into_grid(Block &block, const Motion<typename Scene::Numbers> *motion,
+                             const WorkspaceView<Scene> &work, int num_grains,
                              const SearchGrid &grid)
   {
     using Item = typename Block::Item;
@@ -106,21 +106,21 @@ inline namespace RVE_ISA {
   }
 
   /// The history that the old list holds for the pair of i and j, as i sees it, or zero.
-  template <class Format>
-  RVE_INLINE typename Format::History old_history(const PairView<Format> &old, int num_grains,
-                                                  int num_old_extra, int i, int j)
+  template <class Scene>
+  RVE_INLINE typename Scene::History old_history(const PairView<Scene> &old, int num_grains,
+                                                 int num_old_extra, int i, int j)
   {
     for (int k = 0; k < kOwnedPairs; ++k) {
       if (old.partner[k * num_grains + i] == j) return old.history[k * num_grains + i];
       if (old.partner[k * num_grains + j] == i)
-        return seen_from_partner(old.history[k * num_grains + j]);
+        return Scene::Law::seen_from_partner(old.history[k * num_grains + j]);
     }
     for (int m = 0; m < num_old_extra; ++m) {
       if (old.extra_first[m] == i && old.extra_second[m] == j) return old.extra_history[m];
       if (old.extra_first[m] == j && old.extra_second[m] == i)
-        return seen_from_partner(old.extra_history[m]);
+        return Scene::Law::seen_from_partner(old.extra_history[m]);
     }
-    return typename Format::History();
+    return typename Scene::History();
   }
 
   /// What build_list found. Beyond work.pair_capacity `num_pairs` is all that holds.
@@ -130,18 +130,17 @@ inline namespace RVE_ISA {
 
   /// Builds the list of all pairs with |b| < R + skin, assigns owners and carries the contact history over: `old` pairs in,
   /// work.fresh out. Lengths in the units of `cell` and `radius`.
-  template <class Block, class Format>
-  RVE_HD ListSizes build_list(Block &block, const Motion<Format> *motion,
-                              const typename Format::Wide *radius,
-                              const WorkspaceView<Format> &work, int num_grains,
-                              const Tensor2 &cell, double largest_radius, double skin,
-                              const PairView<Format> &old, int num_old_extra)
+  template <class Block, class Scene>
+  RVE_HD ListSizes build_list(Block &block, const Motion<typename Scene::Numbers> *motion,
+                              const typename Scene::Wide *radius, const WorkspaceView<Scene> &work,
+                              int num_grains, const Tensor2 &cell, double largest_radius,
+                              double skin, const PairView<Scene> &old, int num_old_extra)
   {
-    const PairView<Format> fresh = work.fresh;
+    const PairView<Scene> fresh = work.fresh;
     using Item = typename Block::Item;
-    using Wide = typename Format::Wide;
+    using Wide = typename Scene::Wide;
     const SearchGrid grid(cell, 2.0 * largest_radius + skin, work.cell_capacity);
-    const Tensor<Wide, 2> to_length = fraction_to_length<Format>(cell);
+    const Tensor<Wide, 2> to_length = fraction_to_length<typename Scene::Numbers>(cell);
     const Wide margin = static_cast<Wide>(skin);
     sort_into_grid(block, motion, work, num_grains, grid);
 
@@ -150,8 +149,9 @@ inline namespace RVE_ISA {
         for (int m = work.cell_start[c]; m < work.cell_start[c + 1]; ++m) {
           const int j = work.cell_grain[m];
           if (j == i || !owns_first(i, j)) continue;
-          const Vec<Wide, 2> branch =
-              to_length * fractional_difference<Format>(motion[j].position, motion[i].position);
+          const Vec<Wide, 2> branch = to_length *
+              fractional_difference<typename Scene::Numbers>(motion[j].position,
+                                                             motion[i].position);
           if (gap_squared(branch, radius[i] + radius[j] + margin) > Wide(0)) take(j);
         }
       });
@@ -202,7 +202,7 @@ inline namespace RVE_ISA {
         if (!work.row_given[entry]) place(work.row_partner[entry]);
       for (; slot < kOwnedPairs; ++slot) {
         fresh.partner[slot * num_grains + i] = i;
-        fresh.history[slot * num_grains + i] = typename Format::History();
+        fresh.history[slot * num_grains + i] = typename Scene::History();
       }
       // ascending in the distance of the numbers, free slots last: neighbouring threads then read neighbouring grains
       const auto ahead = [&](int k) {
@@ -213,7 +213,7 @@ inline namespace RVE_ISA {
         for (int m = k; m > 0 && ahead(m) < ahead(m - 1); --m) {
           const int here = m * num_grains + i, before = here - num_grains;
           const int partner = fresh.partner[here];
-          const typename Format::History history = fresh.history[here];
+          const typename Scene::History history = fresh.history[here];
           fresh.partner[here] = fresh.partner[before];
           fresh.history[here] = fresh.history[before];
           fresh.partner[before] = partner;

@@ -1,11 +1,10 @@
-// Number formats, and the two uses of integers in the engine: positions as unsigned fractions of the cell, whose overflow
-// is the periodic wrap, and sums of forces, whose order then does not matter.
+// The two uses of integers in the engine: positions as unsigned fractions of the cell, whose overflow is the periodic wrap, and
+// sums of forces, whose order then does not matter.
 
 #ifndef RVE_CORE_FIXED_POINT_H
 #define RVE_CORE_FIXED_POINT_H
 
-#include "rve/core/config.h"
-#include "rve/core/spring_forces.h"
+#include "rve/core/numbers.h"
 #include "rve/core/tensor.h"
 
 #include <cmath>
@@ -54,104 +53,27 @@ inline namespace RVE_ISA {
     round_to(static_cast<double>(x), q);
   }
 
-  /// 32-bit fractions, fp32 everywhere.
-  struct FastFormat {
-    using Coordinate = std::uint32_t;
-    using SignedCoordinate = std::int32_t;
-    using Wide = float;          ///< branch vector and gap
-    using Spring = float;        ///< force of a contact's spring
-    using History = Spring;      ///< what a pair remembers: its tangential force
-    using Real = float;          ///< the rest
-    using Sum = std::int32_t;    ///< force on a grain
-    static constexpr double fraction_unit = 1.0 / 4294967296.0;    // 2^-32
-    static constexpr int sum_bits = 31;    ///< that a force on a grain may fill
-    static constexpr bool has_friction = true;
-    static constexpr bool has_rolling = false;
-  };
-
-  /// 64-bit fractions, branch, gap and tangential history in fp64, the rest in fp32.
-  struct MixedFormat {
-    using Coordinate = std::uint64_t;
-    using SignedCoordinate = std::int64_t;
-    using Wide = double;
-    using Spring = double;
-    using History = Spring;
-    using Real = float;
-    using Sum = std::int32_t;
-    static constexpr double fraction_unit = 1.0 / 18446744073709551616.0;    // 2^-64
-    static constexpr int sum_bits = 31;    ///< of a force on a grain
-    static constexpr bool has_friction = true;
-    static constexpr bool has_rolling = false;
-  };
-
-  /// 64-bit fractions, fp64 everywhere, forces summed in 64 bits.
-  struct DoubleFormat {
-    using Coordinate = std::uint64_t;
-    using SignedCoordinate = std::int64_t;
-    using Wide = double;
-    using Spring = double;
-    using History = Spring;
-    using Real = double;
-    using Sum = std::int64_t;
-    static constexpr double fraction_unit = 1.0 / 18446744073709551616.0;
-    /// The accumulators of a block are two limbs of 32 bits (block/block_cuda.cuh): 24 bits and the rest.
-    static constexpr int sum_bits = 55;
-    static constexpr bool has_friction = true;
-    static constexpr bool has_rolling = false;
-  };
-
-  /// Fraction of the cell in fp32, in [0, 1).
-  struct FloatFraction {
-    float value;
-  };
-
-  /// As the paper: fp32 everywhere, positions too. Those of the paper are Cartesian; fractions have the same resolution, 2^-24 of the
-  /// cell. For the study of what this loses, on a CPU.
-  struct SingleFormat {
-    using Coordinate = FloatFraction;
-    using Wide = float;
-    using Spring = float;
-    using History = Spring;
-    using Real = float;
-    using Sum = std::int32_t;
-    static constexpr double fraction_unit = 1.0;
-    static constexpr int sum_bits = 31;    ///< of a force on a grain
-    static constexpr bool has_friction = true;
-    static constexpr bool has_rolling = false;
-  };
-
-  /// The same numbers for scenes without friction, where nothing acts along a contact: no tangential force, no torque, no history.
-  template <class Format> struct Frictionless : Format {
-    static constexpr bool has_friction = false;
-  };
-
-  /// The same numbers for scenes with rolling resistance, whose pairs remember a rolling force beside the tangential one.
-  template <class Format> struct Rolling : Format {
-    using History = SpringForces<typename Format::Spring>;
-    static constexpr bool has_rolling = true;
-  };
-
   /// Nearest-image difference of two fractions, in units of fraction_unit: the wrapped subtraction is the minimum image.
-  template <class Format>
-  RVE_INLINE typename Format::Wide nearest_image(typename Format::Coordinate to,
-                                                 typename Format::Coordinate from)
+  template <class Numbers>
+  RVE_INLINE typename Numbers::Wide nearest_image(typename Numbers::Coordinate to,
+                                                  typename Numbers::Coordinate from)
   {
-    if constexpr (std::is_same_v<typename Format::Coordinate, FloatFraction>) {
+    if constexpr (std::is_same_v<typename Numbers::Coordinate, FloatFraction>) {
       const float difference = to.value - from.value;
       return difference - std::nearbyint(difference);
     } else {
-      return static_cast<typename Format::Wide>(
-          static_cast<typename Format::SignedCoordinate>(to - from));
+      return static_cast<typename Numbers::Wide>(
+          static_cast<typename Numbers::SignedCoordinate>(to - from));
     }
   }
 
-  template <class Format, int D>
-  RVE_INLINE Vec<typename Format::Wide, D>
-  fractional_difference(const Vec<typename Format::Coordinate, D> &to,
-                        const Vec<typename Format::Coordinate, D> &from)
+  template <class Numbers, int D>
+  RVE_INLINE Vec<typename Numbers::Wide, D>
+  fractional_difference(const Vec<typename Numbers::Coordinate, D> &to,
+                        const Vec<typename Numbers::Coordinate, D> &from)
   {
-    Vec<typename Format::Wide, D> difference;
-    for (int a = 0; a < D; ++a) difference[a] = nearest_image<Format>(to[a], from[a]);
+    Vec<typename Numbers::Wide, D> difference;
+    for (int a = 0; a < D; ++a) difference[a] = nearest_image<Numbers>(to[a], from[a]);
     return difference;
   }
 
@@ -162,26 +84,26 @@ inline namespace RVE_ISA {
   }
 
   /// Moves a fraction by a displacement in units of fraction_unit, by half a cell at most: even the wildest grain is seen to have moved.
-  template <class Format>
-  RVE_INLINE void drift(typename Format::Coordinate &s, typename Format::Wide displacement)
+  template <class Numbers>
+  RVE_INLINE void drift(typename Numbers::Coordinate &s, typename Numbers::Wide displacement)
   {
-    if constexpr (std::is_same_v<typename Format::Coordinate, FloatFraction>) {
+    if constexpr (std::is_same_v<typename Numbers::Coordinate, FloatFraction>) {
       // a NaN goes half a cell too
       const float bounded = displacement > -0.5f ? (displacement < 0.5f ? displacement : 0.5f)
                                                  : (displacement <= -0.5f ? -0.5f : 0.5f);
       s = wrapped(s.value + bounded);
     } else {
-      typename Format::SignedCoordinate units;
+      typename Numbers::SignedCoordinate units;
       round_to(displacement, units);    // saturates
-      s += static_cast<typename Format::Coordinate>(units);
+      s += static_cast<typename Numbers::Coordinate>(units);
     }
   }
 
   /// Matrix that turns fractional differences into lengths, H * fraction_unit.
-  template <class Format, int D>
-  RVE_INLINE Tensor<typename Format::Wide, D> fraction_to_length(const Tensor<double, D> &cell)
+  template <class Numbers, int D>
+  RVE_INLINE Tensor<typename Numbers::Wide, D> fraction_to_length(const Tensor<double, D> &cell)
   {
-    return (Format::fraction_unit * cell).template as<typename Format::Wide>();
+    return (Numbers::fraction_unit * cell).template as<typename Numbers::Wide>();
   }
 
   /// The leading 32 bits of a fraction: enough to see how far a grain has gone.

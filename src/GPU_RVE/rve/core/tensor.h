@@ -42,6 +42,19 @@ inline namespace RVE_ISA {
 
   using Tensor2 = Tensor<double, 2>;
 
+  /// Tensors of records are plain arrays of components, row by row.
+  template <int D = 2> RVE_INLINE Tensor<double, D> load_tensor(const double *component)
+  {
+    Tensor<double, D> t;
+    for (int k = 0; k < D * D; ++k) t.component[k] = component[k];
+    return t;
+  }
+
+  template <int D> RVE_INLINE void store_tensor(const Tensor<double, D> &t, double *component)
+  {
+    for (int k = 0; k < D * D; ++k) component[k] = t.component[k];
+  }
+
   template <class T, int D>
   RVE_INLINE Tensor<T, D> operator+(const Tensor<T, D> &x, const Tensor<T, D> &y)
   {

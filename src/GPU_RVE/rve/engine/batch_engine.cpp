@@ -1,20 +1,18 @@
 #include "rve/engine/batch_engine.h"
 
-#include "rve/algorithm/rigid_turn.h"
-#include "rve/algorithm/system_view.h"
-#include "rve/block/block_serial.h"
 #include "rve/core/error.h"
 #include "rve/core/threads.h"
+#include "rve/engine/answers.h"
+#include "rve/engine/drive_record.h"
+#include "rve/engine/force_bounds.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <cstring>
 #include <limits>
 #include <map>
 #include <numeric>
 #include <omp.h>
-#include <type_traits>
 
 namespace rve {
 
@@ -23,480 +21,10 @@ namespace {
   /// A call is repeated with a coarser force scale this often, by 16 each time, before the RVE fails: 16^8 covers any guess.
   constexpr int MAX_REPEATS = 8;
 
-  /// Coordinates of the state are 64-bit fractions; `fast` keeps the leading half.
-  std::uint32_t narrow(std::uint64_t s, std::uint32_t)
-  {
-    return static_cast<std::uint32_t>(s >> 32);
-  }
-  std::uint64_t narrow(std::uint64_t s, std::uint64_t)
-  {
-    return s;
-  }
-  FloatFraction narrow(std::uint64_t s, FloatFraction)
-  {
-    return wrapped(static_cast<float>(std::ldexp(static_cast<double>(s), -64)));
-  }
-  std::uint64_t widen(FloatFraction s)
-  {
-    return static_cast<std::uint64_t>(std::ldexp(static_cast<double>(s.value), 64));
-  }
-  std::uint64_t widen(std::uint32_t s)
-  {
-    return static_cast<std::uint64_t>(s) << 32;
-  }
-  std::uint64_t widen(std::uint64_t s)
-  {
-    return s;
-  }
-
-  void copy_tensor(const Tensor2 &from, double *to)
-  {
-    std::copy_n(from.component, 4, to);
-  }
-
-  Tensor2 tensor_from(const double *from)
-  {
-    Tensor2 t;
-    std::copy_n(from, 4, t.component);
-    return t;
-  }
-
-  /// More neighbours than 2^8 would let the two limbs of a sum in `double` overflow.
-  constexpr int LARGEST_NEIGHBOR_BITS = 8;
-
-  /// Bits for the number of the smallest grains that touch the largest one: pi / asin(r / (r + R)) stand
-  /// side by side, and a fifth more where overlaps bring them closer. At most one more than are allowed.
-  int neighbor_bits(double smallest_radius, double largest_radius)
-  {
-    const double side_by_side =
-        3.14159265358979323846 / std::asin(smallest_radius / (smallest_radius + largest_radius));
-    // the number is infinite where the quotient of the radii underflows
-    return static_cast<int>(
-        std::fmin(std::ceil(std::log2(1.2 * side_by_side)), LARGEST_NEIGHBOR_BITS + 1));
-  }
-
-  bool is_viscous(const Material &material)
-  {
-    return material.normal_viscosity > 0.0 || material.tangential_viscosity > 0.0;
-  }
-
-  /// Largest number that a contact may add to a sum of forces or torques, over its normal force: |f| = sqrt(1 + mu^2) f_n, or the moment
-  /// (a mu + R mu_r) f_n. In internal units an arm a is below 1/2 and the reduced radius R below 1/4.
-  double possible_obliquity(const Material &material)
-  {
-    const double force = std::sqrt(1.0 + material.friction * material.friction);
-    const double moment = 0.5 * material.friction + 0.25 * material.rolling_friction;
-    return resists_rolling(material) ? std::max(force, moment) : force;
-  }
-
-  /// Up to this obliquity, of friction 10, room for all that friction could do costs the sums less than four bits. Beyond it they
-  /// would have few left for the forces that are there.
-  const double LARGEST_OBLIQUITY = std::sqrt(1.0 + 10.0 * 10.0);
-
-  /// Whether all forces count for the unit of forces, not the normal one and what friction could add to it.
-  bool all_forces_count(const Material &material)
-  {
-    return possible_obliquity(material) > LARGEST_OBLIQUITY;
-  }
-
-  /// The bound over the force that counts. Over the largest of f_n, f_t and f_r/2, |f| is at most sqrt(2), and a moment 1/2 + 2/4.
-  double obliquity_of(const Material &material)
-  {
-    return all_forces_count(material) ? std::sqrt(2.0) : possible_obliquity(material);
-  }
-
-  void set_material_in(ImageHeader &header, const Material &material)
-  {
-    header.normal_stiffness = material.normal_stiffness;
-    header.tangential_stiffness = material.tangential_stiffness;
-    header.friction = material.friction;
-    header.rolling_stiffness = material.rolling_stiffness;
-    header.rolling_friction = material.rolling_friction;
-    header.density = material.density;
-    header.local_damping = material.local_damping;
-    header.normal_viscosity = material.normal_viscosity;
-    header.tangential_viscosity = material.tangential_viscosity;
-    header.thickness = material.thickness;
-    header.mass_depth = material.mass_depth;
-    header.obliquity = obliquity_of(material);
-    header.inverse_obliquity = 1.0 / header.obliquity;
-    header.all_forces_count = all_forces_count(material) ? 1 : 0;
-  }
-
-  /// Grain numbers row by row, each row along x: a grain's neighbours have numbers near its own, or near those of its row above.
-  std::vector<std::int32_t> storage_order(const RveState &state)
-  {
-    const int n = state.num_grains();
-    const double rows = std::max(1.0, std::floor(0.75 * std::sqrt(static_cast<double>(n))));
-    const double to_row = rows / 18446744073709551616.0;
-    std::vector<std::int32_t> order(n);
-    std::iota(order.begin(), order.end(), 0);
-    const auto row = [&](int i) {
-      return static_cast<int>(static_cast<double>(state.fractional[2 * i + 1]) * to_row);
-    };
-    std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-      const int row_a = row(a), row_b = row(b);
-      return row_a != row_b ? row_a < row_b : state.fractional[2 * a] < state.fractional[2 * b];
-    });
-    return order;
-  }
-
-  /// What an image has of the history of a pair.
-  template <class NumberFormat> typename NumberFormat::History stored_history(const Pair &pair)
-  {
-    using Spring = typename NumberFormat::Spring;
-    const Spring tangential = static_cast<Spring>(pair.tangential_force);
-    if constexpr (NumberFormat::has_rolling)
-      return {tangential, static_cast<Spring>(pair.rolling_force)};
-    else
-      return tangential;
-  }
-
-  /// A pair with the history that an image has of it.
-  template <class History> Pair pair_of(int first, int second, const History &history)
-  {
-    Pair pair{first, second, 0.0};
-    // a zero has no sign there
-    if constexpr (std::is_arithmetic_v<History>) {
-      pair.tangential_force = static_cast<double>(history) + 0.0;
-    } else {
-      pair.tangential_force = static_cast<double>(history.tangential) + 0.0;
-      pair.rolling_force = static_cast<double>(history.rolling) + 0.0;
-    }
-    return pair;
-  }
-
-  template <class NumberFormat> StateImage build(const RveState &state, int extra_capacity)
-  {
-    const int n = state.num_grains();
-    std::vector<int> owned(n, 0);
-    int num_extra = 0;
-    for (const Pair &pair : state.pairs)
-      if (owned[pair.first] < kOwnedPairs)
-        ++owned[pair.first];
-      else
-        ++num_extra;
-
-    StateImage image;
-    image.num_grains = n;
-    image.extra_capacity = std::max(extra_capacity, num_extra);
-    image.rolling = NumberFormat::has_rolling;
-    image.bytes.assign(image_size<NumberFormat>(n, image.extra_capacity), 0);
-    const auto view = carve_image<NumberFormat>(image.bytes.data(), n, image.extra_capacity);
-
-    ImageHeader &header = *view.header;
-    header = ImageHeader();
-    header.num_grains = n;
-    header.extra_capacity = image.extra_capacity;
-    header.list_valid = !state.list_fractional.empty();
-    copy_tensor(state.cell, header.cell);
-    copy_tensor(state.deformation, header.deformation);
-    copy_tensor(header.list_valid ? state.list_cell : state.cell, header.list_cell);
-    copy_tensor(state.servo_velocity_gradient, header.servo_velocity_gradient);
-    set_material_in(header, state.material);
-    // of the radii as the image has them: that of its state is the same again
-    RveState stored;
-    for (double r : state.radius)
-      stored.radius.push_back(static_cast<typename NumberFormat::Wide>(r));
-    const auto [smallest, largest] =
-        std::minmax_element(stored.radius.begin(), stored.radius.end());
-    header.largest_radius = *largest;
-    double sum = 0.0;
-    for (double r : stored.radius) sum += r;
-    header.mean_radius = sum / n;
-    header.solid_area = stored.solid_area();
-    header.neighbor_bits = neighbor_bits(*smallest, *largest);
-    header.largest_contact_force = state.largest_contact_force;
-    header.steps = state.counters.steps;
-    header.rebuilds = state.counters.rebuilds;
-    header.lattice_reductions = state.counters.lattice_reductions;
-    header.repeats = state.counters.repeats;
-    header.work = state.energy.work;
-    header.friction_loss = state.energy.friction;
-    header.damping_loss = state.energy.local_damping;
-    header.viscous_loss = state.energy.viscous;
-
-    using Coordinate = typename NumberFormat::Coordinate;
-    using Real = typename NumberFormat::Real;
-    const auto &list = header.list_valid ? state.list_fractional : state.fractional;
-    const std::vector<std::int32_t> order = state.order.empty() ? storage_order(state)
-                                                                : state.order;
-    std::vector<int> place(n);    // of a grain number
-    for (int k = 0; k < n; ++k) {
-      const int i = order[k];
-      place[i] = k;
-      view.number[k] = i;
-      for (int a = 0; a < 2; ++a) {
-        view.position[k][a] = narrow(state.fractional[2 * i + a], Coordinate());
-        view.list_position[k][a] = static_cast<std::uint32_t>(list[2 * i + a] >> 32);
-        view.velocity[k][a] = static_cast<Real>(state.velocity[2 * i + a]);
-      }
-      view.spin[k] = static_cast<Real>(state.spin[i]);
-      view.radius[k] = static_cast<typename NumberFormat::Wide>(state.radius[i]);
-      for (int m = 0; m < kOwnedPairs; ++m) view.partner[m * n + k] = k;
-      owned[k] = 0;
-    }
-    for (const Pair &pair : state.pairs) {
-      const int first = place[pair.first], second = place[pair.second];
-      if (owned[first] < kOwnedPairs) {
-        const int slot = owned[first]++ * n + first;
-        view.partner[slot] = second;
-        view.history[slot] = stored_history<NumberFormat>(pair);
-      } else {
-        view.extra_first[header.num_extra] = first;
-        view.extra_second[header.num_extra] = second;
-        view.extra_history[header.num_extra] = stored_history<NumberFormat>(pair);
-        ++header.num_extra;
-      }
-    }
-    return image;
-  }
-
-  template <class NumberFormat> RveState read(const StateImage &image)
-  {
-    const int n = image.num_grains;
-    const auto view =
-        carve_image<NumberFormat>(const_cast<char *>(image.bytes.data()), n, image.extra_capacity);
-    const ImageHeader &header = *view.header;
-    RveState state;
-    state.material.normal_stiffness = header.normal_stiffness;
-    state.material.tangential_stiffness = header.tangential_stiffness;
-    state.material.friction = header.friction;
-    state.material.rolling_stiffness = header.rolling_stiffness;
-    state.material.rolling_friction = header.rolling_friction;
-    state.material.density = header.density;
-    state.material.local_damping = header.local_damping;
-    state.material.normal_viscosity = header.normal_viscosity;
-    state.material.tangential_viscosity = header.tangential_viscosity;
-    state.material.thickness = header.thickness;
-    state.material.mass_depth = header.mass_depth;
-    state.cell = tensor_from(header.cell);
-    state.deformation = tensor_from(header.deformation);
-    state.servo_velocity_gradient = tensor_from(header.servo_velocity_gradient);
-    state.largest_contact_force = header.largest_contact_force;
-    state.counters = {header.steps, header.rebuilds, header.lattice_reductions, header.repeats};
-    state.energy = {header.work, header.friction_loss, header.damping_loss, header.viscous_loss};
-    state.radius.resize(n);
-    state.fractional.resize(2 * n);
-    state.velocity.resize(2 * n);
-    state.spin.resize(n);
-    if (header.list_valid) {
-      state.list_cell = tensor_from(header.list_cell);
-      state.list_fractional.resize(2 * n);
-    }
-    state.order.assign(view.number, view.number + n);
-    for (int k = 0; k < n; ++k) {
-      const int i = view.number[k];
-      for (int a = 0; a < 2; ++a) {
-        state.fractional[2 * i + a] = widen(view.position[k][a]);
-        state.velocity[2 * i + a] = view.velocity[k][a];
-        if (header.list_valid) state.list_fractional[2 * i + a] = widen(view.list_position[k][a]);
-      }
-      state.spin[i] = view.spin[k];
-      state.radius[i] = view.radius[k];
-      for (int m = 0; m < kOwnedPairs; ++m)
-        if (view.partner[m * n + k] != k)
-          state.pairs.push_back(
-              pair_of(i, view.number[view.partner[m * n + k]], view.history[m * n + k]));
-    }
-    for (int m = 0; m < header.num_extra; ++m)
-      state.pairs.push_back(pair_of(view.number[view.extra_first[m]],
-                                    view.number[view.extra_second[m]], view.extra_history[m]));
-    return state;
-  }
-
-  template <class NumberFormat> void turn(StateImage &image, const Tensor2 &rotation)
-  {
-    BlockSerial block;
-    turn_image(
-        block,
-        carve_image<NumberFormat>(image.bytes.data(), image.num_grains, image.extra_capacity),
-        rotation);
-  }
-
-  /// Segments of a macro increment that rotates by `angle`: at most 0.01 rad each, so that the chord through the rotation
-  /// loses at most 2.5e-5 of the area on its way.
-  constexpr double LARGEST_TURN = 0.01;
-  int path_segments(double angle)
-  {
-    return std::max(1, static_cast<int>(std::ceil(std::fabs(angle) / LARGEST_TURN)));
-  }
-
-  bool finite(const Tensor2 &t)
-  {
-    return std::all_of(t.component, t.component + 4, [](double x) {
-      return std::isfinite(x);
-    });
-  }
-
-  /// Of the settings of a servo: what follows from them are numbers.
-  constexpr double SMALLEST = 1e-30, LARGEST = 1e30;
-
-  /// Throws unless the drive makes sense.
-  void check(const Drive &drive)
-  {
-    require(drive.substeps >= 0, [&] {
-      return "substeps must be 0 or more, got " + std::to_string(drive.substeps);
-    });
-    require(drive.substeps == 0 || (std::isfinite(drive.dt) && drive.dt > 0.0), [&] {
-      return "DEM time step must be positive and finite, got " + number(drive.dt) + " [time]";
-    });
-    require(!drive.controlled[1][0],
-            "the stress servo controls xx, xy and yy; component yx cannot be controlled");
-    if (drive.has_servo()) {
-      require(finite(drive.velocity_gradient),
-              "velocity gradient has a component that is not a finite number [1/time]");
-      require(finite(drive.stress_goal),
-              "stress goal has a component that is not a finite number [stress]");
-      require(drive.servo_gain >= SMALLEST && drive.servo_gain <= LARGEST, [&] {
-        return "servo gain must be positive, from 1e-30 to 1e30, got " + number(drive.servo_gain) +
-            " [1/(stress time^2)]";
-      });
-      require(drive.servo_max_rate >= SMALLEST && drive.servo_max_rate <= LARGEST, [&] {
-        return "largest servo rate must be positive, from 1e-30 to 1e30, got " +
-            number(drive.servo_max_rate) + " [1/time]";
-      });
-    } else {
-      const Tensor2 &f = drive.deformation;
-      require(finite(f), "deformation increment has a component that is not a finite number");
-      require(determinant(f) > 0.0, [&] {
-        return "deformation increment must keep a positive area, its determinant is " +
-            number(determinant(f));
-      });
-    }
-  }
-
-  /// Whether a drive needs a SteeringRecord: for a servo, or to turn the RVE in several segments.
-  bool needs_steering(const Drive &drive)
-  {
-    const Tensor2 &f = drive.deformation;
-    const double twice_cosine = f(0, 0) + f(1, 1), twice_sine = f(1, 0) - f(0, 1);
-    return drive.has_servo() || !(std::fabs(twice_sine) < LARGEST_TURN * twice_cosine);
-  }
-
-  /// Of a path in one segment.
-  DriveRecord to_record(const Drive &drive)
-  {
-    DriveRecord record;
-    record.dt = drive.dt;
-    record.substeps = drive.substeps;
-    record.segments = 1;
-    copy_tensor(drive.deformation, record.deformation);
-    return record;
-  }
-
-  /// What a drive that needs steering has beyond its DriveRecord; sets the number of segments there.
-  SteeringRecord to_steering(const Drive &drive, DriveRecord &record)
-  {
-    SteeringRecord steering = SteeringRecord();
-    if (drive.has_servo()) {
-      for (int a = 0; a < 2; ++a)
-        for (int b = 0; b < 2; ++b) steering.controlled[2 * a + b] = drive.controlled[a][b];
-      copy_tensor(drive.stress_goal, steering.stress_goal);
-      copy_tensor(drive.velocity_gradient, steering.velocity_gradient);
-      steering.servo_gain = drive.servo_gain;
-      steering.servo_max_rate = drive.servo_max_rate;
-      return steering;
-    }
-    // polar decomposition F = R U in the plane
-    const Tensor2 &f = drive.deformation;
-    const double angle = std::atan2(f(1, 0) - f(0, 1), f(0, 0) + f(1, 1));
-    record.segments = path_segments(angle);
-    Tensor2 rotation = Tensor2::identity(), back;
-    const double part = angle / record.segments;
-    rotation(0, 0) = rotation(1, 1) = std::cos(part);
-    rotation(1, 0) = std::sin(part);
-    rotation(0, 1) = -rotation(1, 0);
-    back(0, 0) = back(1, 1) = std::cos(angle);
-    back(0, 1) = std::sin(angle);
-    back(1, 0) = -back(0, 1);
-    copy_tensor(rotation, steering.rotation);
-    copy_tensor(back * f - Tensor2::identity(), steering.stretch);
-    return steering;
-  }
-
-  /// Whether a call did not succeed for a reason that the engine can mend.
-  bool must_repeat(const AnswerRecord &answer)
-  {
-    return (answer.status & (status::ListFull | status::ForceSaturated)) != 0;
-  }
-
   /// Threads that may translate between the caller and the RVEs.
   int helpers(const Options &options)
   {
     return options.threads > 0 ? options.threads : omp_get_max_threads();
-  }
-
-  void to_result(const AnswerRecord &answer, const DetailRecord &record, Result &result)
-  {
-    const ImageProgress &after = record.progress;
-    result = Result();
-    result.status = answer.status;
-    result.stress = tensor_from(answer.stress);
-    result.fabric = tensor_from(record.fabric);
-    result.cell = tensor_from(after.cell);
-    result.deformation = tensor_from(after.deformation);
-    result.servo_velocity_gradient = tensor_from(after.servo_velocity_gradient);
-    const int n = record.num_grains, contacts = record.num_contacts;
-    result.num_grains = n;
-    result.num_contacts = contacts;
-    result.num_pairs = record.num_pairs;
-    result.num_rattlers = record.num_rattlers;
-    result.void_ratio = determinant(result.cell) / record.solid_area - 1.0;
-    result.coordination_number = 2.0 * contacts / n;
-    const int carrying =
-        n - record.num_rattlers;    // Thornton: contacts of grains with a single one do not count
-    result.mechanical_coordination_number =
-        carrying > 0 ? (2.0 * contacts - record.num_single) / carrying : 0.0;
-    result.sliding_fraction = contacts > 0 ? static_cast<double>(record.num_sliding) / contacts
-                                           : 0.0;
-    result.unbalanced_ratio = record.contact_force_sum > 0.0
-        ? (record.grain_force_sum / n) / (record.contact_force_sum / contacts)
-        : 0.0;
-    result.kinetic_energy = record.kinetic_energy;
-    result.elastic_energy = record.elastic_energy;
-    result.largest_overlap = record.largest_overlap;
-    result.mean_overlap = contacts > 0 ? record.overlap_sum / contacts : 0.0;
-    result.largest_contact_force = record.largest_contact_force;
-    result.counters = {after.steps, after.rebuilds, after.lattice_reductions, after.repeats};
-    result.energy = {after.work, after.friction_loss, after.damping_loss, after.viscous_loss};
-  }
-
-  void to_result(const AnswerRecord &answer, const DetailRecord &record, ElasticResult &result)
-  {
-    to_result(answer, record, result.result);
-    static_assert(sizeof(result.stiffness.component) == sizeof(record.stiffness), "all of it");
-    std::memcpy(result.stiffness.component, record.stiffness, sizeof(record.stiffness));
-  }
-
-  /// Of an RVE whose call failed: as it was before.
-  DetailRecord details_of(const ImageHeader &header)
-  {
-    DetailRecord record = DetailRecord();
-    record.num_grains = header.num_grains;
-    record.solid_area = header.solid_area;
-    record.progress = header;
-    return record;
-  }
-
-  template <class NumberFormat, class Work> auto with_rolling(bool rolling, const Work &work)
-  {
-    return rolling ? work(Rolling<NumberFormat>()) : work(NumberFormat());
-  }
-
-  /// work(a number format), which is as wide as `format` says and holds what images hold.
-  template <class Work> auto with_format(Format format, bool rolling, const Work &work)
-  {
-    switch (format) {
-      case Format::Fast:
-        return with_rolling<FastFormat>(rolling, work);
-      case Format::Mixed:
-        return with_rolling<MixedFormat>(rolling, work);
-      case Format::Single:
-        return with_rolling<SingleFormat>(rolling, work);
-      default:
-        return with_rolling<DoubleFormat>(rolling, work);
-    }
   }
 
   BatchConstants to_constants(const Options &options)
@@ -513,39 +41,6 @@ namespace {
   }
 
 }    // namespace
-
-StateImage build_image(Format format, const RveState &state, int extra_capacity, bool rolling)
-{
-  return with_format(format, rolling, [&](auto number_format) {
-    return build<decltype(number_format)>(state, extra_capacity);
-  });
-}
-
-RveState read_image(Format format, const StateImage &image)
-{
-  return with_format(format, image.rolling, [&](auto number_format) {
-    return read<decltype(number_format)>(image);
-  });
-}
-
-void turn_image(Format format, StateImage &image, const Tensor2 &rotation)
-{
-  with_format(format, image.rolling, [&](auto number_format) {
-    turn<decltype(number_format)>(image, rotation);
-  });
-}
-
-std::size_t image_bytes(Format format, int num_grains, int extra_capacity, bool rolling)
-{
-  return with_format(format, rolling, [&](auto number_format) {
-    return image_size<decltype(number_format)>(num_grains, extra_capacity);
-  });
-}
-
-int initial_extra_capacity(int num_grains)
-{
-  return num_grains / 16 + 8;
-}
 
 BatchEngine::BatchEngine(const Options &options_in) :
     options(options_in), constants(to_constants(options_in))
@@ -760,10 +255,10 @@ void BatchEngine::prepare(Call &call, const std::vector<int> &rves,
   call.pair_capacity = pair_capacity(largest);
   const bool general = servo || options.track_energy || any_viscous || any_large_friction ||
       options.arms == Arms::Lammps;
-  call.scene = rolling ? SceneKind::Rolling
-      : general        ? SceneKind::General
-      : any_friction   ? SceneKind::Plain
-                       : SceneKind::Frictionless;
+  call.program = rolling ? Program::Rolling
+      : general          ? Program::General
+      : any_friction     ? Program::Plain
+                         : Program::Frictionless;
   if (least_cost < most_cost) put_longest_first(call, drives, most_cost);
 }
 
@@ -803,7 +298,7 @@ const AnswerRecord *BatchEngine::start(const std::vector<int> &rves,
   if (kind == Answer::Longest) call.constants.extra_detail = kStiffnessDetail;
   if (kind == Answer::TimeStep) {
     call.constants.extra_detail = kTimeStepDetail;
-    if (call.scene != SceneKind::Rolling) call.scene = SceneKind::General;
+    if (call.program != Program::Rolling) call.program = Program::General;
   }
   return launch(call, details);
 }
@@ -906,7 +401,7 @@ void BatchEngine::advance(const std::vector<int> &rves, const std::vector<Drive>
     const LightWork work(count, helpers(options));
 #pragma omp parallel for num_threads(work.team) reduction(|| : unfinished)
     for (int k = 0; k < count; ++k) {
-      responses[k] = {answers[k].status, answers[k].num_contacts, tensor_from(answers[k].stress)};
+      responses[k] = {answers[k].status, answers[k].num_contacts, load_tensor(answers[k].stress)};
       unfinished = unfinished || must_repeat(answers[k]);
     }
     return unfinished;

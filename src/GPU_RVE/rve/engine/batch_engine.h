@@ -6,28 +6,10 @@
 
 #include "rve/algorithm/image.h"
 #include "rve/engine/engine.h"
+#include "rve/engine/programs.h"
+#include "rve/engine/rve_image.h"
 
 namespace rve {
-
-/// Memory image of a state (algorithm/image.h) in the number format of the engine.
-struct StateImage {
-  int num_grains = 0;
-  int extra_capacity = 0;
-  bool rolling = false;    ///< laid out for SceneKind::Rolling: pairs have rolling forces
-  std::vector<char> bytes;
-};
-
-/// Builds the image; its extra list holds at least `extra_capacity` pairs and all that the state brings. Rolling forces of the state
-/// are in it if it is `rolling`.
-StateImage build_image(Format format, const RveState &state, int extra_capacity,
-                       bool rolling = false);
-/// The state that an image holds, exact.
-RveState read_image(Format format, const StateImage &image);
-/// Turns the RVE of an image rigidly.
-void turn_image(Format format, StateImage &image, const Tensor2 &rotation);
-std::size_t image_bytes(Format format, int num_grains, int extra_capacity, bool rolling = false);
-/// Extra pairs that an RVE gets room for at first; the list grows when it needs more.
-int initial_extra_capacity(int num_grains);
 
 class BatchEngine : public Engine {
  public:
@@ -68,7 +50,7 @@ class BatchEngine : public Engine {
     int largest = 0;           ///< grains in the largest RVE
     int longest = 0;           ///< most substeps
     int pair_capacity = 0;     ///< that workspaces must have at least
-    SceneKind scene = SceneKind::Plain;
+    Program program = Program::Plain;
     bool with_details = false;
     BatchConstants constants;
   };
@@ -81,7 +63,7 @@ class BatchEngine : public Engine {
   /// memory() without the limit of the environment.
   virtual Memory backend_memory() const = 0;
 
-  /// Whether images are laid out for rolling resistance, and all calls are SceneKind::Rolling.
+  /// Whether images are laid out for rolling resistance, and all calls are of Program::Rolling.
   bool has_rolling() const { return rolling; }
   /// Capacity of the workspaces for RVEs of at most this many grains.
   int pair_capacity(int num_grains) const { return pairs_per_grain * num_grains; }
@@ -102,7 +84,7 @@ class BatchEngine : public Engine {
   void put_longest_first(Call &call, const std::vector<Drive> &drives, double most_cost) const;
   /// What a call answers.
   enum class Answer { Short, Long, Longest, TimeStep };
-  /// Checks and translates; sizes, order and scene follow from the drives.
+  /// Checks and translates; sizes, order and program follow from the drives.
   void prepare(Call &call, const std::vector<int> &rves, const std::vector<Drive> &drives);
   /// One call without repeats. Returns the answers, valid until the next call; `details` has them, if wanted.
   const AnswerRecord *start(const std::vector<int> &rves, const std::vector<Drive> &drives,

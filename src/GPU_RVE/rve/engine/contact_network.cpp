@@ -1,5 +1,8 @@
 #include "rve/engine/contact_network.h"
 
+#include "rve/core/numbers.h"
+#include "rve/physics/laws/rolling_friction.h"
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -56,7 +59,7 @@ namespace {
     return second > first ? -1 : 0;
   }
 
-  void add_if_touching(const RveState &state, int i, int j, std::vector<ContactGeometry> &contacts)
+  void add_if_touching(const RveState &state, int i, int j, std::vector<TouchingPair> &contacts)
   {
     const Vec<double, 2> branch = branch_vector(state, i, j);
     const double reach = state.radius[i] + state.radius[j];
@@ -87,7 +90,7 @@ void forget_absurd_force(RveState &state)
   constexpr double SURPRISE = 1024.0;
   const double stiffness = state.material.normal_stiffness;
   double largest = 0.0;
-  for (const ContactGeometry &contact : find_contacts(state))
+  for (const TouchingPair &contact : find_contacts(state))
     largest = std::max(largest, stiffness * contact.overlap);
   if (largest == 0.0)
     largest = stiffness * *std::max_element(state.radius.begin(), state.radius.end()) / SURPRISE;
@@ -99,9 +102,9 @@ void forget_absurd_force(RveState &state)
   if (state.largest_contact_force > SURPRISE * largest) state.largest_contact_force = 0.0;
 }
 
-std::vector<ContactGeometry> find_contacts(const RveState &state)
+std::vector<TouchingPair> find_contacts(const RveState &state)
 {
-  std::vector<ContactGeometry> contacts;
+  std::vector<TouchingPair> contacts;
   if (state.radius.empty()) return contacts;
   const double contact_distance = 2.0 * *std::max_element(state.radius.begin(), state.radius.end());
   const Bins bins(state, contact_distance);
@@ -117,7 +120,7 @@ std::vector<ContactGeometry> find_contacts(const RveState &state)
                                                   bins.coordinate(state, i, 1) + dy)])
           if (j > i) add_if_touching(state, i, j, contacts);
     std::sort(contacts.begin() + begin, contacts.end(),
-              [](const ContactGeometry &x, const ContactGeometry &y) {
+              [](const TouchingPair &x, const TouchingPair &y) {
                 return x.second < y.second;
               });
   }
@@ -125,16 +128,17 @@ std::vector<ContactGeometry> find_contacts(const RveState &state)
 }
 
 std::vector<SpringForces<double>> spring_forces(const RveState &state,
-                                                const std::vector<ContactGeometry> &contacts)
+                                                const std::vector<TouchingPair> &contacts)
 {
   std::map<std::pair<int, int>, SpringForces<double>> history;
   for (const Pair &pair : state.pairs) {
     const SpringForces<double> springs = {pair.tangential_force, pair.rolling_force};
-    history[std::minmax(pair.first, pair.second)] =
-        pair.first < pair.second ? springs : seen_from_partner(springs);
+    history[std::minmax(pair.first, pair.second)] = pair.first < pair.second
+        ? springs
+        : RollingFriction<DoubleNumbers>::seen_from_partner(springs);
   }
   std::vector<SpringForces<double>> forces;
-  for (const ContactGeometry &contact : contacts) {
+  for (const TouchingPair &contact : contacts) {
     const auto entry = history.find({contact.first, contact.second});
     forces.push_back(entry == history.end() ? SpringForces<double>{0.0, 0.0} : entry->second);
   }
@@ -143,7 +147,7 @@ std::vector<SpringForces<double>> spring_forces(const RveState &state,
 
 std::vector<SpringContact> find_spring_contacts(const RveState &state)
 {
-  const std::vector<ContactGeometry> geometries = find_contacts(state);
+  const std::vector<TouchingPair> geometries = find_contacts(state);
   const std::vector<SpringForces<double>> springs = spring_forces(state, geometries);
   std::vector<SpringContact> contacts;
   contacts.reserve(geometries.size());

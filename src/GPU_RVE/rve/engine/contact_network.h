@@ -4,15 +4,15 @@
 #ifndef RVE_ENGINE_CONTACT_NETWORK_H
 #define RVE_ENGINE_CONTACT_NETWORK_H
 
-#include "rve/core/spring_forces.h"
 #include "rve/engine/state.h"
+#include "rve/physics/laws/spring_forces.h"
 
 #include <vector>
 
 namespace rve {
 
 /// Two overlapping grains, first < second.
-struct ContactGeometry {
+struct TouchingPair {
   int first;
   int second;
   Vec<double, 2> branch;    ///< x_second - x_first, nearest image [length]
@@ -22,7 +22,7 @@ struct ContactGeometry {
 
 /// All contacts of the state, ordered by first, then second. O(N) where the cell is at least three contact distances wide,
 /// O(N^2) below. Grains with coinciding centres are skipped: they have no normal.
-std::vector<ContactGeometry> find_contacts(const RveState &state);
+std::vector<TouchingPair> find_contacts(const RveState &state);
 
 /// Forgets a largest contact force far above the forces of the contacts that are there, which a file may have and no run leaves: the
 /// scale of forces would hold none of them. The engine then begins with one of its own.
@@ -30,11 +30,11 @@ void forget_absurd_force(RveState &state);
 
 /// Histories of these contacts, as their first grains see them; zero where the state has none.
 std::vector<SpringForces<double>> spring_forces(const RveState &state,
-                                                const std::vector<ContactGeometry> &contacts);
+                                                const std::vector<TouchingPair> &contacts);
 
 /// A contact with what its springs say; dashpots are not in it.
 struct SpringContact {
-  ContactGeometry geometry;
+  TouchingPair geometry;
   int image[2];                     ///< x_second + H image is the image that the branch reaches
   double normal_force;              ///< f_n = k_n overlap > 0 [force]
   SpringForces<double> springs;     ///< tangential and rolling force [force]

@@ -7,8 +7,10 @@
 #include "rve/core/error.h"
 #include "rve/engine/batch_engine.h"
 #include "rve/engine/cuda_kernels.h"
+#include "rve/engine/program_scenes.h"
 
 #include <algorithm>
+#include <array>
 
 namespace rve {
 
@@ -20,16 +22,37 @@ namespace {
   constexpr std::size_t kReserved =
       1024;    ///< bytes of a block on chip that CUDA keeps for itself
 
+  using CudaKernels = std::array<ProgramKernels, kNumPrograms>;
+
+  template <Format format, Arithmetic arithmetic> CudaKernels all_kernels()
+  {
+    const auto at = [](Program program) {
+      return static_cast<int>(program);
+    };
+    CudaKernels kernels;
+#define RVE_TAKE_KERNELS(name, law, books, small, prepared) \
+  kernels[at(Program::name)] = cuda_kernels<Program::name, format, arithmetic>();
+    RVE_PROGRAMS(RVE_TAKE_KERNELS)
+#undef RVE_TAKE_KERNELS
+#define RVE_SHARE_KERNELS(name, law, books, small, prepared)                   \
+  kernels[at(Program::name)].prepare = kernels[at(Program::prepared)].prepare; \
+  kernels[at(Program::name)].sizes = kernels[at(Program::prepared)].sizes;
+    RVE_PROGRAMS(RVE_SHARE_KERNELS)
+#undef RVE_SHARE_KERNELS
+    return kernels;
+  }
+
   CudaKernels kernels_for(const Options &options)
   {
     switch (options.format) {
       case Format::Fast:
-        return options.arithmetic == Arithmetic::Relaxed ? cuda_kernels_fast_relaxed()
-                                                         : cuda_kernels_fast();
+        return options.arithmetic == Arithmetic::Relaxed
+            ? all_kernels<Format::Fast, Arithmetic::Relaxed>()
+            : all_kernels<Format::Fast, Arithmetic::Strict>();
       case Format::Mixed:
-        return cuda_kernels_mixed();
+        return all_kernels<Format::Mixed, Arithmetic::Strict>();
       default:
-        return cuda_kernels_double();
+        return all_kernels<Format::Double, Arithmetic::Strict>();
     }
   }
 
@@ -52,33 +75,33 @@ namespace {
   };
 
   /// Turns an RVE rigidly, in a block of any size. All of it lies in front of the histories: with rolling resistance, too.
-  template <class NumberFormat> __global__ void turn_rves(const TurnRecord *turns)
+  template <class Scene> __global__ void turn_rves(const TurnRecord *turns)
   {
     __shared__ CudaScratch scratch;
     BlockCuda<false> block(scratch);
     const TurnRecord turn = turns[blockIdx.x];
-    turn_image(
-        block,
-        carve_image<NumberFormat>(turn.rve.image, turn.rve.num_grains, turn.rve.extra_capacity),
-        tensor_of(turn.rotation));
+    turn_image(block,
+               carve_image<Scene>(turn.rve.image, turn.rve.num_grains, turn.rve.extra_capacity),
+               load_tensor(turn.rotation));
   }
 
   using TurnFunction = void (*)(const TurnRecord *);
 
-  template <class NumberFormat> TurnFunction turn_function(bool rolling)
+  template <class Numbers> TurnFunction turn_function(bool rolling)
   {
-    return rolling ? turn_rves<Rolling<NumberFormat>> : turn_rves<NumberFormat>;
+    return rolling ? turn_rves<ProgramScene<Program::Rolling, Numbers>>
+                   : turn_rves<ProgramScene<Program::General, Numbers>>;
   }
 
   TurnFunction turn_function(Format format, bool rolling)
   {
     switch (format) {
       case Format::Fast:
-        return turn_function<FastFormat>(rolling);
+        return turn_function<FastNumbers>(rolling);
       case Format::Mixed:
-        return turn_function<MixedFormat>(rolling);
+        return turn_function<MixedNumbers>(rolling);
       default:
-        return turn_function<DoubleFormat>(rolling);
+        return turn_function<DoubleNumbers>(rolling);
     }
   }
 
@@ -110,7 +133,7 @@ namespace {
       call.largest = num_grains;
       call.longest = kPlanSteps;
       call.pair_capacity = pair_capacity(num_grains);
-      if (has_rolling()) call.scene = SceneKind::Rolling;
+      if (has_rolling()) call.program = Program::Rolling;
       const Plan &plan = plan_for(call);
       const std::size_t count = num_rves;
       return count *
@@ -281,7 +304,7 @@ namespace {
     struct Plan {
       std::size_t count = 0;
       int largest = -1, pair_capacity = 0, steps_ahead = 0;
-      SceneKind scene = SceneKind::Plain;
+      Program program = Program::Plain;
       KernelFunction kernel = nullptr, prepare = nullptr;
       KernelSizes sizes;
       int block = 0, blocks = 0;        ///< threads, and blocks that the device holds at a time
@@ -295,24 +318,24 @@ namespace {
     {
       const int steps_ahead = std::max(1, std::min(call.longest, kPlanSteps));
       if (last_plan.count == call.rves->size() && last_plan.largest == call.largest &&
-          last_plan.pair_capacity == call.pair_capacity && last_plan.scene == call.scene &&
+          last_plan.pair_capacity == call.pair_capacity && last_plan.program == call.program &&
           last_plan.steps_ahead == steps_ahead)
         return last_plan;
       Plan plan;
       plan.count = call.rves->size();
       plan.largest = call.largest;
       plan.pair_capacity = call.pair_capacity;
-      plan.scene = call.scene;
+      plan.program = call.program;
       plan.steps_ahead = steps_ahead;
       plan.block = block_size(call.largest);
-      const SceneKernels &scene = kernels.scene[static_cast<int>(call.scene)];
-      plan.prepare = scene.prepare;
+      const ProgramKernels &program = kernels[static_cast<int>(call.program)];
+      plan.prepare = program.prepare;
       cudaFuncAttributes attributes;
       std::size_t most = 0;    // bytes on chip that a launch may ask for
       const auto plan_with = [&](Residency residency) {
-        plan.kernel = scene.kernel[static_cast<int>(residency)];
-        plan.sizes = scene.sizes(capacity_of(residency, call.largest),
-                                 residency != Residency::Memory, call.pair_capacity, steps_ahead);
+        plan.kernel = program.kernel[static_cast<int>(residency)];
+        plan.sizes = program.sizes(capacity_of(residency, call.largest),
+                                   residency != Residency::Memory, call.pair_capacity, steps_ahead);
         plan.dynamic = plan.sizes.shared;
         check_cuda(cudaFuncGetAttributes(&attributes, plan.kernel), "attributes of the kernel");
         most = device.sharedMemPerBlockOptin - attributes.sharedSizeBytes - kReserved;
@@ -386,13 +409,13 @@ namespace {
     Residency residency_of(const Call &call, int block) const
     {
       if (call.largest > block) return Residency::Memory;
-      const bool general = call.scene == SceneKind::General || call.scene == SceneKind::Rolling;
-      if (block > kSmallBlock || general) return Residency::Large;
+      const bool small_blocks = kernels[static_cast<int>(call.program)].kernel[0] != nullptr;
+      if (block > kSmallBlock || !small_blocks) return Residency::Large;
       return static_cast<int>(call.rves->size()) > device.multiProcessorCount ? Residency::Many
                                                                               : Residency::Few;
     }
 
-    /// One thread per grain while that is possible: scheme D. Beyond that all threads have the same number of grains, nearly.
+    /// One thread per grain while that is possible. Beyond that all threads have the same number of grains, nearly.
     int block_size(int num_grains) const
     {
       if (options.block_size > 0) return options.block_size;

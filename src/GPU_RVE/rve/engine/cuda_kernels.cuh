@@ -1,4 +1,4 @@
-// The block program as CUDA kernels; one translation unit per number format instantiates them.
+// The block program as CUDA kernels; a translation unit for each program and number format instantiates them.
 
 #ifndef RVE_ENGINE_CUDA_KERNELS_CUH
 #define RVE_ENGINE_CUDA_KERNELS_CUH
@@ -6,15 +6,16 @@
 #include "rve/algorithm/step_loop.h"
 #include "rve/block/block_cuda.cuh"
 #include "rve/engine/cuda_kernels.h"
+#include "rve/engine/program_scenes.h"
 
 namespace rve {
 
 inline namespace RVE_ISA {
 
-  template <class Format>
-  RVE_DEVICE PreparedCall<Format> &prepared_call(const LaunchRecord &launch, int place)
+  template <class Scene>
+  RVE_DEVICE PreparedCall<Scene> &prepared_call(const LaunchRecord &launch, int place)
   {
-    return *reinterpret_cast<PreparedCall<Format> *>(
+    return *reinterpret_cast<PreparedCall<Scene> *>(
         launch.prepared + static_cast<std::size_t>(place) * launch.prepared_size);
   }
 
@@ -33,16 +34,18 @@ inline namespace RVE_ISA {
 
   /// Begins all calls, ahead of the blocks: what one thread does alone for its RVE, the others of a block would wait for. A
   /// block has `launch.prepared_together` calls, on chip.
-  template <class Format>
+  template <Program program, class Numbers>
   __global__ void prepare_calls(const __grid_constant__ LaunchRecord launch,
                                 const __grid_constant__ BatchConstants batch)
   {
     extern __shared__ __align__(16) char on_chip[];
-    using Rare = RareWork<BlockCuda<false>, Format>;
+    using Scene = ProgramScene<program, Numbers>;
+    using Begin = CallBegin<BlockCuda<false>, Scene>;
+    using Planning = StepPlanning<BlockCuda<false>, Scene>;
     const int steps = launch.steps_ahead, first = blockIdx.x * launch.prepared_together;
     const int count = min(launch.prepared_together, launch.count - first);
-    const auto call_of = [&](int r) -> PreparedCall<Format> & {
-      return *reinterpret_cast<PreparedCall<Format> *>(on_chip + r * launch.prepared_size);
+    const auto call_of = [&](int r) -> PreparedCall<Scene> & {
+      return *reinterpret_cast<PreparedCall<Scene> *>(on_chip + r * launch.prepared_size);
     };
     const int me = threadIdx.x, threads = blockDim.x;
 #if __CUDA_ARCH__ >= 900
@@ -79,11 +82,11 @@ inline namespace RVE_ISA {
     for (int r = me; r < count; r += threads) call_of(r).batch = batch;
     __syncthreads();
     for (int r = me; r < count; r += threads)
-      Rare::prepare(call_of(r), launch.rves[first + r].image, launch.pair_capacity);
+      Begin::prepare(call_of(r), launch.rves[first + r].image, launch.pair_capacity);
     __syncthreads();
     for (int k = me; k < count * steps; k += threads)
       if (k % steps < call_of(k / steps).plan_last)
-        Rare::plan_step(call_of(k / steps), k % steps, 1);
+        Planning::plan_step(call_of(k / steps), k % steps, 1);
     __syncthreads();
     auto *to = reinterpret_cast<FourWords *>(
         launch.prepared + static_cast<std::size_t>(first) * launch.prepared_size);
@@ -109,28 +112,28 @@ inline namespace RVE_ISA {
   }
 
   /// The RVE of an entry that some block will take soon, and its prepared call.
-  template <class Format> RVE_DEVICE void prefetch_entry(const LaunchRecord &launch, int entry)
+  template <class Scene> RVE_DEVICE void prefetch_entry(const LaunchRecord &launch, int entry)
   {
     const int place = place_of(launch, entry);
     if (place < 0) return;
     const RveHandle rve = launch.rves[place];
-    prefetch(rve.image, image_size<Format>(rve.num_grains, 0));
+    prefetch(rve.image, image_size<Scene>(rve.num_grains, 0));
     prefetch(launch.prepared + static_cast<std::size_t>(place) * launch.prepared_size,
              launch.prepared_size);
   }
 
   /// Capacity: of a block with a thread per grain; 0: grains live in memory, any number of them.
-  template <class Format, int Capacity, bool General>
+  template <class Scene, int Capacity>
   RVE_DEVICE void advance_rves(const LaunchRecord &launch, const BatchConstants &batch)
   {
     extern __shared__ __align__(16) char on_chip[];
     __shared__ CudaScratch scratch;
-    __shared__ CallState<Format> call;
+    __shared__ CallState<Scene> call;
     __shared__ int entry, next_entry;    // of the queue
     __shared__ int place;                // of the entry, in the call
     __shared__ int grains_in_views;      // what the views of the block are made for
     using Block = BlockCuda<(Capacity > 0)>;
-    using Rare = RareWork<Block, Format>;
+    using Begin = CallBegin<Block, Scene>;
     char *memory = launch.memory + blockIdx.x * launch.memory_stride;
     Block block(scratch);
 #if __CUDA_ARCH__ >= 900
@@ -146,8 +149,8 @@ inline namespace RVE_ISA {
         place = place_of(launch, entry);
       });
       if (place < 0) return;
-      const auto *from = reinterpret_cast<const FourWords *>(&prepared_call<Format>(launch, place));
-      auto *to = reinterpret_cast<FourWords *>(static_cast<PreparedCall<Format> *>(&call));
+      const auto *from = reinterpret_cast<const FourWords *>(&prepared_call<Scene>(launch, place));
+      auto *to = reinterpret_cast<FourWords *>(static_cast<PreparedCall<Scene> *>(&call));
       block.for_each(
           static_cast<int>(launch.prepared_size / sizeof(FourWords)),
           [&](int w) {
@@ -156,114 +159,96 @@ inline namespace RVE_ISA {
           [&] {
             next_entry = atomicAdd(launch.queue, 1);
             // when this RVE is done, those are next
-            prefetch_entry<Format>(launch, entry + gridDim.x);
+            prefetch_entry<Scene>(launch, entry + gridDim.x);
           });
       const int n = call.num_grains;
-      const SharedView<Format> shared = Capacity > 0
-          ? carve_shared<Format>(on_chip, Capacity, true)
-          : carve_shared<Format>(on_chip, launch.chip_size, memory + launch.overflow, n);
+      const SharedView<Scene> shared = Capacity > 0
+          ? carve_shared<Scene>(on_chip, Capacity, true)
+          : carve_shared<Scene>(on_chip, launch.chip_size, memory + launch.overflow, n);
       if (n != grains_in_views) {
         __syncthreads();
         block.once([&] {
-          Rare::set_views(call, n, shared, memory, launch.pair_capacity);
+          Begin::set_views(call, n, shared, memory, launch.pair_capacity);
           grains_in_views = n;
         });
       }
-      RveProgram<Block, Format, General> program(block, call, Capacity > 0 ? shared : call.shared);
+      RveProgram<Block, Scene> program(block, call, Capacity > 0 ? shared : call.shared);
       program.run(launch.answers[place], launch.details ? launch.details + place : nullptr);
     }
   }
 
-  /// RVEs that share a multiprocessor, by the registers that a format needs: more of them hide latencies, fewer spill less.
-  /// Measured on an H200 with 400 disks.
-  template <class Format>
-  constexpr int kSharers = sizeof(typename Format::Wide) == 4
+  /// RVEs that share a multiprocessor, by the registers that a scene needs: more of them hide latencies, fewer spill less. Without
+  /// histories `double` has registers for two as well: what they spill is not of the steps. Measured on an H200 with 400 disks.
+  template <class Scene>
+  constexpr int kSharers = sizeof(typename Scene::Wide) == 4
       ? 3
-      : (sizeof(typename Format::Real) == 4 ? 2 : 1);
-  /// Without histories `double` has registers for two as well: what they spill is not of the steps.
-  template <class Format>
-  constexpr int kSharers<Frictionless<Format>> = sizeof(typename Format::Wide) == 4 ? 3 : 2;
+      : (sizeof(typename Scene::Real) == 4 || !Scene::has_friction ? 2 : 1);
 
-  template <class Format, bool General>
-  __global__ void __launch_bounds__(kSmallBlock, kSharers<Format>)
+  template <Program program, class Numbers>
+  __global__ void __launch_bounds__(kSmallBlock, kSharers<ProgramScene<program, Numbers>>)
       advance_many(const __grid_constant__ LaunchRecord launch,
                    const __grid_constant__ BatchConstants batch)
   {
-    advance_rves<Format, kSmallBlock, General>(launch, batch);
+    advance_rves<ProgramScene<program, Numbers>, kSmallBlock>(launch, batch);
   }
 
-  template <class Format, bool General>
+  template <Program program, class Numbers>
   __global__ void __launch_bounds__(kSmallBlock, 1)
       advance_few(const __grid_constant__ LaunchRecord launch,
                   const __grid_constant__ BatchConstants batch)
   {
-    advance_rves<Format, kSmallBlock, General>(launch, batch);
+    advance_rves<ProgramScene<program, Numbers>, kSmallBlock>(launch, batch);
   }
 
-  template <class Format, bool General>
+  template <Program program, class Numbers>
   __global__ void __launch_bounds__(kLargeBlock)
       advance_large(const __grid_constant__ LaunchRecord launch,
                     const __grid_constant__ BatchConstants batch)
   {
-    advance_rves<Format, kLargeBlock, General>(launch, batch);
+    advance_rves<ProgramScene<program, Numbers>, kLargeBlock>(launch, batch);
   }
 
-  template <class Format, bool General>
+  template <Program program, class Numbers>
   __global__ void __launch_bounds__(kLargeBlock)
       advance_in_memory(const __grid_constant__ LaunchRecord launch,
                         const __grid_constant__ BatchConstants batch)
   {
-    advance_rves<Format, 0, General>(launch, batch);
+    advance_rves<ProgramScene<program, Numbers>, 0>(launch, batch);
   }
 
-  template <class Format>
+  template <class Scene>
   KernelSizes kernel_sizes(int num_grains, bool in_registers, int pair_capacity, int steps_ahead)
   {
     KernelSizes sizes;
-    sizes.shared = shared_size<Format>(num_grains, in_registers);
-    sizes.workspace = workspace_size<Format>(num_grains, pair_capacity);
-    sizes.prepared = (PreparedCall<Format>::size_with(steps_ahead) + 15) / 16 * 16;
+    sizes.shared = shared_size<Scene>(num_grains, in_registers);
+    sizes.workspace = workspace_size<Scene>(num_grains, pair_capacity);
+    sizes.prepared = (PreparedCall<Scene>::size_with(steps_ahead) + 15) / 16 * 16;
     return sizes;
   }
 
-  template <class Format> KernelFunction kernel_for_few()
+  template <Program program, class Numbers> ProgramKernels make_program_kernels()
   {
-    if constexpr (kSharers < Format >> 1)
-      return advance_few<Format, false>;
-    else    // the same
-      return advance_many<Format, false>;
-  }
-
-  /// Of a scene that does not need General. Its calls are prepared by the kernels that make_cuda_kernels() names.
-  template <class Format> SceneKernels make_plain_kernels()
-  {
-    return {{advance_many<Format, false>, kernel_for_few<Format>(), advance_large<Format, false>,
-             advance_in_memory<Format, false>},
-            nullptr,
-            nullptr};
-  }
-
-  /// Blocks for scenes that need General are not made small: fewer kernels to compile.
-  template <class Format> SceneKernels make_general_kernels()
-  {
-    return {{nullptr, nullptr, advance_large<Format, true>, advance_in_memory<Format, true>},
-            prepare_calls<Format>,
-            kernel_sizes<Format>};
-  }
-
-  /// In the order of SceneKind.
-  template <class Format>
-  CudaKernels make_cuda_kernels(SceneKernels frictionless, const SceneKernels &rolling)
-  {
-    static_assert(sizeof(CallState<Format>) == sizeof(CallState<Frictionless<Format>>),
+    using Traits = ProgramTraits<program>;
+    using Scene = ProgramScene<program, Numbers>;
+    static_assert(sizeof(CallState<Scene>) ==
+                      sizeof(CallState<ProgramScene<Traits::prepared_like, Numbers>>),
                   "calls are prepared alike");
-    SceneKernels plain = make_plain_kernels<Format>();
-    const SceneKernels general = make_general_kernels<Format>();
-    for (SceneKernels *scene : {&plain, &frictionless}) {
-      scene->prepare = general.prepare;
-      scene->sizes = general.sizes;
+    ProgramKernels kernels = {};
+    auto &kernel = kernels.kernel;
+    if constexpr (Traits::small_blocks) {
+      kernel[static_cast<int>(Residency::Many)] = advance_many<program, Numbers>;
+      if constexpr ((kSharers<Scene>) > 1)
+        kernel[static_cast<int>(Residency::Few)] = advance_few<program, Numbers>;
+      else    // the same
+        kernel[static_cast<int>(Residency::Few)] = advance_many<program, Numbers>;
     }
-    return {{plain, general, frictionless, rolling}};
+    kernel[static_cast<int>(Residency::Large)] = advance_large<program, Numbers>;
+    kernel[static_cast<int>(Residency::Memory)] = advance_in_memory<program, Numbers>;
+    if constexpr (Traits::prepared_like == program) {
+      kernels.prepare = prepare_calls<program, Numbers>;
+      kernels.sizes = kernel_sizes<Scene>;
+    }
+    return kernels;
   }
 
 }    // namespace RVE_ISA

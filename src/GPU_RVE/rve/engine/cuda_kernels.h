@@ -1,9 +1,11 @@
-// What the CUDA engine knows of its kernels: launch records, sizes, and a table for each number format.
+// What the CUDA engine knows of its kernels: launch records, sizes, and where to get the kernels of a program.
 
 #ifndef RVE_ENGINE_CUDA_KERNELS_H
 #define RVE_ENGINE_CUDA_KERNELS_H
 
 #include "rve/algorithm/image.h"
+#include "rve/engine/options.h"
+#include "rve/engine/programs.h"
 
 #include <cstddef>
 
@@ -54,33 +56,24 @@ constexpr int kNumResidencies = 4;
 constexpr int kSmallBlock = 416;
 constexpr int kLargeBlock = 1024;
 
-/// Kernels of one scene.
-struct SceneKernels {
+/// Kernels of one program.
+struct ProgramKernels {
   KernelFunction kernel[kNumResidencies];    ///< null where there is none: another residency serves
   KernelFunction
       prepare;    ///< fills LaunchRecord::prepared, which is on chip meanwhile, and resets the queue
   KernelSizes (*sizes)(int num_grains, bool in_registers, int pair_capacity, int steps_ahead);
 };
 
-/// One number format's kernels.
-struct CudaKernels {
-  SceneKernels scene[kNumScenes];
-};
+/// Those that CMake's translation units have (cuda_program.cu.in). `prepare` and `sizes` are null where another program's serve.
+template <Program program, Format format, Arithmetic arithmetic> ProgramKernels cuda_kernels();
 
-CudaKernels cuda_kernels_fast();
-CudaKernels cuda_kernels_fast_relaxed();
-CudaKernels cuda_kernels_mixed();
-CudaKernels cuda_kernels_double();
-
-// compiled apart
-SceneKernels cuda_kernels_frictionless_fast();
-SceneKernels cuda_kernels_frictionless_fast_relaxed();
-SceneKernels cuda_kernels_frictionless_mixed();
-SceneKernels cuda_kernels_frictionless_double();
-SceneKernels cuda_kernels_rolling_fast();
-SceneKernels cuda_kernels_rolling_fast_relaxed();
-SceneKernels cuda_kernels_rolling_mixed();
-SceneKernels cuda_kernels_rolling_double();
+#define RVE_DECLARE_KERNELS(name, law, books, small, prepared)                                 \
+  template <> ProgramKernels cuda_kernels<Program::name, Format::Fast, Arithmetic::Strict>();  \
+  template <> ProgramKernels cuda_kernels<Program::name, Format::Fast, Arithmetic::Relaxed>(); \
+  template <> ProgramKernels cuda_kernels<Program::name, Format::Mixed, Arithmetic::Strict>(); \
+  template <> ProgramKernels cuda_kernels<Program::name, Format::Double, Arithmetic::Strict>();
+RVE_PROGRAMS(RVE_DECLARE_KERNELS)
+#undef RVE_DECLARE_KERNELS
 
 }    // namespace rve
 

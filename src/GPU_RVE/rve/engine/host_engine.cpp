@@ -14,20 +14,6 @@ namespace rve {
 
 namespace {
 
-  KernelFormat kernel_format(Format format)
-  {
-    switch (format) {
-      case Format::Fast:
-        return KernelFormat::Fast;
-      case Format::Mixed:
-        return KernelFormat::Mixed;
-      case Format::Single:
-        return KernelFormat::Single;
-      default:
-        return KernelFormat::Double;
-    }
-  }
-
   bool has_x86_64_v3()
   {
 #if defined(RVE_WITH_X86_64_V3)
@@ -38,7 +24,7 @@ namespace {
 #endif
   }
 
-  HostKernel choose_kernel(KernelFormat format)
+  HostKernel choose_kernel(Format format)
   {
 #if defined(RVE_WITH_X86_64_V3)
     if (has_x86_64_v3()) return host_v3::kernel(format);
@@ -74,7 +60,7 @@ namespace {
   class HostEngine final : public BatchEngine {
    public:
     explicit HostEngine(const Options &options_in) :
-        BatchEngine(options_in), kernel(choose_kernel(kernel_format(options_in.format))),
+        BatchEngine(options_in), kernel(choose_kernel(options_in.format)),
         num_threads(options_in.threads > 0 ? options_in.threads : omp_get_max_threads()),
         memory(num_threads)
     {
@@ -92,7 +78,7 @@ namespace {
       if (num_rves == 0) return 0;
       const HostWorkspaceSizes sizes =
           kernel.workspace_sizes(num_grains, pair_capacity(num_grains),
-                                 has_rolling() ? SceneKind::Rolling : SceneKind::General);
+                                 has_rolling() ? Program::Rolling : Program::General);
       return static_cast<std::size_t>(std::min(num_threads, num_rves)) *
           (sizes.shared + sizes.workspace) +
           static_cast<std::size_t>(num_rves) *
@@ -147,7 +133,7 @@ namespace {
       answers.assign(count, AnswerRecord());
       if (call.with_details) details.assign(count, DetailRecord());
       const HostWorkspaceSizes sizes =
-          kernel.workspace_sizes(call.largest, call.pair_capacity, call.scene);
+          kernel.workspace_sizes(call.largest, call.pair_capacity, call.program);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(std::min(num_threads, std::max(count, 1)))
       for (int m = 0; m < count; ++m) {
         const int k = call.order.empty() ? m : call.order[m];
@@ -155,7 +141,7 @@ namespace {
             memory[omp_get_thread_num()].prepare(sizes, call.pair_capacity);
         kernel.advance(images[(*call.rves)[k]].bytes.data(), call.drives[k],
                        call.steering.empty() ? nullptr : &call.steering[k], call.constants,
-                       workspace, call.scene, answers[k],
+                       workspace, call.program, answers[k],
                        call.with_details ? &details[k] : nullptr);
       }
       return answers.data();

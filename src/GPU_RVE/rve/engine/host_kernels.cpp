@@ -5,6 +5,7 @@
 
 #include "rve/algorithm/step_loop.h"
 #include "rve/block/block_serial.h"
+#include "rve/engine/program_scenes.h"
 
 #include <type_traits>
 #if defined(__AVX2__) && defined(__FMA__)
@@ -22,82 +23,94 @@ inline namespace RVE_ISA {
 
 #if defined(__AVX2__) && defined(__FMA__)
   // a format for studies is not made fast
-  template <class Format>
-  using PlainBlock = std::conditional_t<std::is_same_v<Format, SingleFormat>, BlockSerial,
+  template <class Numbers>
+  using SmallBlock = std::conditional_t<std::is_same_v<Numbers, SingleNumbers>, BlockSerial,
                                         BlockSimd<kPackedGrains>>;
 #else
-  template <class Format> using PlainBlock = BlockSerial;
+  template <class Numbers> using SmallBlock = BlockSerial;
 #endif
 
-  template <class Block, class Format, bool General>
+  template <class Block, class Scene>
   void run_program(char *image, const DriveRecord &drive, const SteeringRecord *steering,
                    const BatchConstants &batch, const HostWorkspace &memory, AnswerRecord &answer,
                    DetailRecord *detail)
   {
     const auto &header = *reinterpret_cast<const ImageHeader *>(image);
     Block block;
-    const auto shared = carve_shared<Format>(memory.shared, header.num_grains, Block::kInRegisters);
-    using Rare = RareWork<Block, Format>;
-    CallState<Format> call;
+    const auto shared = carve_shared<Scene>(memory.shared, header.num_grains, Block::kInRegisters);
+    using Begin = CallBegin<Block, Scene>;
+    using Planning = StepPlanning<Block, Scene>;
+    CallState<Scene> call;
     call.header = header;
     call.drive = drive;
     call.steering = steering ? *steering : SteeringRecord();
     call.batch = batch;
-    Rare::prepare(call, image, memory.pair_capacity);
-    for (int t = 0; t < call.plan_last; ++t) Rare::plan_step(call, t, 1);
-    Rare::set_views(call, header.num_grains, shared, memory.workspace, memory.pair_capacity);
-    RveProgram<Block, Format, General> program(block, call, shared);
+    Begin::prepare(call, image, memory.pair_capacity);
+    for (int t = 0; t < call.plan_last; ++t) Planning::plan_step(call, t, 1);
+    Begin::set_views(call, header.num_grains, shared, memory.workspace, memory.pair_capacity);
+    RveProgram<Block, Scene> program(block, call, shared);
     program.run(answer, detail);
   }
 
-  template <class Format>
-  void advance(char *image, const DriveRecord &drive, const SteeringRecord *steering,
-               const BatchConstants &batch, const HostWorkspace &memory, SceneKind scene,
-               AnswerRecord &answer, DetailRecord *detail)
+  template <Program program, class Numbers>
+  void run_program_of(char *image, const DriveRecord &drive, const SteeringRecord *steering,
+                      const BatchConstants &batch, const HostWorkspace &memory,
+                      AnswerRecord &answer, DetailRecord *detail)
   {
-    if constexpr (!std::is_same_v<Format, SingleFormat>) {
-      if (scene == SceneKind::Frictionless) {
-        run_program<PlainBlock<Format>, Frictionless<Format>, false>(image, drive, steering, batch,
-                                                                     memory, answer, detail);
-        return;
-      }
-    }
-    if (scene == SceneKind::Rolling)
-      run_program<BlockSerial, Rolling<Format>, true>(image, drive, steering, batch, memory, answer,
-                                                      detail);
-    else if (scene != SceneKind::General)
-      run_program<PlainBlock<Format>, Format, false>(image, drive, steering, batch, memory, answer,
-                                                     detail);
-    else
-      run_program<BlockSerial, Format, true>(image, drive, steering, batch, memory, answer, detail);
+    using Block =
+        std::conditional_t<ProgramTraits<program>::small_blocks, SmallBlock<Numbers>, BlockSerial>;
+    run_program<Block, ProgramScene<program, Numbers>>(image, drive, steering, batch, memory,
+                                                       answer, detail);
   }
 
-  template <class Format>
-  HostWorkspaceSizes workspace_sizes(int num_grains, int pair_capacity, SceneKind scene)
+  template <class Numbers>
+  void advance(char *image, const DriveRecord &drive, const SteeringRecord *steering,
+               const BatchConstants &batch, const HostWorkspace &memory, Program program,
+               AnswerRecord &answer, DetailRecord *detail)
   {
-    if constexpr (!Format::has_rolling)
-      if (scene == SceneKind::Rolling)
-        return workspace_sizes<Rolling<Format>>(num_grains, pair_capacity, scene);
-    HostWorkspaceSizes sizes;
-    sizes.shared = shared_size<Format>(num_grains, false);
-    sizes.workspace = workspace_size<Format>(num_grains, pair_capacity);
-    return sizes;
+    switch (program) {
+#define RVE_ADVANCE(name, law, books, small, prepared)                                           \
+  case Program::name:                                                                            \
+    return run_program_of<Program::name, Numbers>(image, drive, steering, batch, memory, answer, \
+                                                  detail);
+      RVE_PROGRAMS(RVE_ADVANCE)
+#undef RVE_ADVANCE
+    }
+  }
+
+  template <class Scene> HostWorkspaceSizes sizes_of(int num_grains, int pair_capacity)
+  {
+    return {shared_size<Scene>(num_grains, false),
+            workspace_size<Scene>(num_grains, pair_capacity)};
+  }
+
+  template <class Numbers>
+  HostWorkspaceSizes workspace_sizes(int num_grains, int pair_capacity, Program program)
+  {
+    switch (program) {
+#define RVE_SIZES(name, law, books, small, prepared) \
+  case Program::name:                                \
+    return sizes_of<ProgramScene<Program::name, Numbers>>(num_grains, pair_capacity);
+      RVE_PROGRAMS(RVE_SIZES)
+#undef RVE_SIZES
+    }
+    return HostWorkspaceSizes();
   }
 
 }    // namespace RVE_ISA
 
 namespace RVE_HOST_NAMESPACE {
-  HostKernel kernel(KernelFormat format)
+  HostKernel kernel(Format format)
   {
     switch (format) {
-      case KernelFormat::Fast:
-        return {advance<FastFormat>, workspace_sizes<FastFormat>};
-      case KernelFormat::Mixed:
-        return {advance<MixedFormat>, workspace_sizes<MixedFormat>};
-      case KernelFormat::Single:
-        return {advance<SingleFormat>, workspace_sizes<SingleFormat>};
+      case Format::Fast:
+        return {advance<FastNumbers>, workspace_sizes<FastNumbers>};
+      case Format::Mixed:
+        return {advance<MixedNumbers>, workspace_sizes<MixedNumbers>};
+      case Format::Single:
+        return {advance<SingleNumbers>, workspace_sizes<SingleNumbers>};
       default:
-        return {advance<DoubleFormat>, workspace_sizes<DoubleFormat>};
+        return {advance<DoubleNumbers>, workspace_sizes<DoubleNumbers>};
     }
   }
 }    // namespace RVE_HOST_NAMESPACE

@@ -4,6 +4,8 @@
 #define RVE_ENGINE_HOST_KERNELS_H
 
 #include "rve/algorithm/image.h"
+#include "rve/engine/options.h"
+#include "rve/engine/programs.h"
 
 #include <cstddef>
 
@@ -20,22 +22,20 @@ struct HostWorkspaceSizes {
   std::size_t shared, workspace;
 };
 
-/// One instruction set's build of the block program for one format.
+/// One instruction set's build of the block program for one number format.
 struct HostKernel {
   void (*advance)(char *image, const DriveRecord &drive, const SteeringRecord *steering,
-                  const BatchConstants &batch, const HostWorkspace &memory, SceneKind scene,
+                  const BatchConstants &batch, const HostWorkspace &memory, Program program,
                   AnswerRecord &answer, DetailRecord *detail);
-  HostWorkspaceSizes (*workspace_sizes)(int num_grains, int pair_capacity, SceneKind scene);
+  HostWorkspaceSizes (*workspace_sizes)(int num_grains, int pair_capacity, Program program);
 };
 
-enum class KernelFormat { Fast, Mixed, Double, Single };
-
 namespace host_baseline {
-  HostKernel kernel(KernelFormat format);
+  HostKernel kernel(Format format);
 }
 #if defined(RVE_WITH_X86_64_V3)
 namespace host_v3 {
-  HostKernel kernel(KernelFormat format);
+  HostKernel kernel(Format format);
 }
 #endif
 

@@ -5,10 +5,10 @@
 #include "rve/core/checksum.h"
 #include "rve/core/error.h"
 #include "rve/core/pi.h"
-#include "rve/core/spring_forces.h"
 #include "rve/core/suggestion.h"
 #include "rve/engine/contact_network.h"
 #include "rve/engine/files.h"
+#include "rve/physics/laws/spring_forces.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -26,27 +26,6 @@ namespace rve {
 namespace {
 
   constexpr int FILE_VERSION = 1;
-
-  struct MaterialEntry {
-    const char *name;
-    double Material::*member;
-    const char *unit;
-    bool optional =
-        false;    // written when it or another one is not zero, and zero where it is not given
-  };
-
-  constexpr MaterialEntry MATERIAL_ENTRIES[] = {
-      {"normal_stiffness", &Material::normal_stiffness, "force/length"},
-      {"tangential_stiffness", &Material::tangential_stiffness, "force/length"},
-      {"friction", &Material::friction, "-"},
-      {"density", &Material::density, "mass/length^3"},
-      {"local_damping", &Material::local_damping, "-"},
-      {"normal_viscosity", &Material::normal_viscosity, "force time/length"},
-      {"tangential_viscosity", &Material::tangential_viscosity, "force time/length"},
-      {"thickness", &Material::thickness, "length"},
-      {"mass_depth", &Material::mass_depth, "length"},
-      {"rolling_stiffness", &Material::rolling_stiffness, "force/length", true},
-      {"rolling_friction", &Material::rolling_friction, "-", true}};
 
   // ---- statements ----
 
@@ -213,7 +192,7 @@ namespace {
     std::map<std::string, bool> seen;
     const auto missing = [&] {
       std::string names;
-      for (const MaterialEntry &e : MATERIAL_ENTRIES)
+      for (const MaterialParameter &e : MATERIAL_PARAMETERS)
         if (!e.optional && !seen[e.name]) names += std::string(names.empty() ? "" : ", ") + e.name;
       return names;
     };
@@ -221,14 +200,15 @@ namespace {
       const bool complete = missing().empty();
       reader.next(complete ? "'cell'" : "a material value");
       const std::string name(reader.word(0));
-      const auto entry = std::find_if(std::begin(MATERIAL_ENTRIES), std::end(MATERIAL_ENTRIES),
-                                      [&](const MaterialEntry &e) {
-                                        return name == e.name;
-                                      });
-      if (entry == std::end(MATERIAL_ENTRIES)) {
+      const auto entry =
+          std::find_if(std::begin(MATERIAL_PARAMETERS), std::end(MATERIAL_PARAMETERS),
+                       [&](const MaterialParameter &e) {
+                         return name == e.name;
+                       });
+      if (entry == std::end(MATERIAL_PARAMETERS)) {
         if (name == "cell" && complete) return;
         Words known = {"cell"};
-        for (const MaterialEntry &e : MATERIAL_ENTRIES) known.emplace_back(e.name);
+        for (const MaterialParameter &e : MATERIAL_PARAMETERS) known.emplace_back(e.name);
         reader.fail("'" + name + "' is not a material value" +
                     (name == "cell" ? "; still missing: " + missing()
                                     : did_you_mean(name, known, "these are")));
@@ -238,8 +218,8 @@ namespace {
       reader.require_words(2, name + " value");
       const double value = reader.finite_number(1, name);
       if (value < 0.0)
-        reader.fail(name + " is " + number(value) + " [" + entry->unit +
-                    "]; it must not be negative");
+        reader.fail(name + " is " + number(value) + " " + entry->unit +
+                    "; it must not be negative");
       material.*entry->member = value;
     }
   }
@@ -399,14 +379,15 @@ namespace {
   {
     std::ostringstream out;
     out << "gpu_rve_packing " << FILE_VERSION << "\n\nmaterial\n";
-    const bool has_options = std::any_of(
-        std::begin(MATERIAL_ENTRIES), std::end(MATERIAL_ENTRIES), [&](const MaterialEntry &entry) {
-          return entry.optional && state.material.*entry.member != 0.0;
-        });
-    for (const MaterialEntry &entry : MATERIAL_ENTRIES)
+    const bool has_options =
+        std::any_of(std::begin(MATERIAL_PARAMETERS), std::end(MATERIAL_PARAMETERS),
+                    [&](const MaterialParameter &entry) {
+                      return entry.optional && state.material.*entry.member != 0.0;
+                    });
+    for (const MaterialParameter &entry : MATERIAL_PARAMETERS)
       if (has_options || !entry.optional)
-        out << "  " << entry.name << " " << exact(state.material.*entry.member) << "    # ["
-            << entry.unit << "]\n";
+        out << "  " << entry.name << " " << exact(state.material.*entry.member) << "    # "
+            << entry.unit << "\n";
     out << "\n# rows of H; its columns are the cell vectors [length]\n";
     write_tensor(out, "cell", state.cell);
     out << "# deformation gradient since the packing was made [-]\n";

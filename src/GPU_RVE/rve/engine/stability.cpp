@@ -43,13 +43,13 @@ namespace {
   using Stretch =
       std::array<double, 6>;    // derivative of a stretch by (x, y, w)_first, (x, y, w)_second
 
-  Stretch normal_stretch(const ContactGeometry &contact)
+  Stretch normal_stretch(const TouchingPair &contact)
   {
     const auto &n = contact.normal;
     return {-n[0], -n[1], 0.0, n[0], n[1], 0.0};
   }
 
-  Stretch tangential_stretch(const RveState &state, const ContactGeometry &contact)
+  Stretch tangential_stretch(const RveState &state, const TouchingPair &contact)
   {
     const Vec<double, 2> t{{-contact.normal[1], contact.normal[0]}};
     const double arm_first = 1.0 - 0.5 * contact.overlap / state.radius[contact.first];
@@ -57,7 +57,7 @@ namespace {
     return {-t[0], -t[1], -arm_first, t[0], t[1], -arm_second};
   }
 
-  Stretch rolling_stretch(const RveState &state, const ContactGeometry &contact)
+  Stretch rolling_stretch(const RveState &state, const TouchingPair &contact)
   {
     const double first = state.radius[contact.first], second = state.radius[contact.second];
     // R/r of each
@@ -70,7 +70,7 @@ namespace {
     return state.material.density * state.material.mass_depth * kPi * r * r;
   }
 
-  std::size_t coordinate(const ContactGeometry &contact, int k)
+  std::size_t coordinate(const TouchingPair &contact, int k)
   {
     return k < 3 ? std::size_t(3) * contact.first + k : std::size_t(3) * contact.second + (k - 3);
   }
@@ -78,7 +78,7 @@ namespace {
   // M^-1/2 K M^-1/2 as a sum over contacts.
   class NetworkOperator {
    public:
-    NetworkOperator(const RveState &state, const std::vector<ContactGeometry> &_contacts,
+    NetworkOperator(const RveState &state, const std::vector<TouchingPair> &_contacts,
                     ContactModulus _modulus) :
         contacts(_contacts),
         modulus(_modulus)
@@ -88,7 +88,7 @@ namespace {
         for (const double mass : {m, m, 0.5 * m})
           inverse_root_mass.push_back(1.0 / std::sqrt(mass));
       }
-      for (const ContactGeometry &contact : contacts) {
+      for (const TouchingPair &contact : contacts) {
         normal.push_back(normal_stretch(contact));
         tangential.push_back(tangential_stretch(state, contact));
         if (modulus.rolling > 0.0) rolling.push_back(rolling_stretch(state, contact));
@@ -119,7 +119,7 @@ namespace {
     }
 
    private:
-    const std::vector<ContactGeometry> &contacts;
+    const std::vector<TouchingPair> &contacts;
     ContactModulus modulus;
     std::vector<double> inverse_root_mass;
     std::vector<Stretch> normal, tangential;
@@ -228,7 +228,7 @@ namespace {
     return largest;
   }
 
-  double network_eigenvalue(const RveState &state, const std::vector<ContactGeometry> &contacts,
+  double network_eigenvalue(const RveState &state, const std::vector<TouchingPair> &contacts,
                             ContactModulus modulus)
   {
     if (contacts.empty() ||
@@ -239,13 +239,13 @@ namespace {
 
   // Largest row sum of |M^-1 K|, with the rotation in units of r theta / 4. Any unit gives a bound; in r theta the rows of
   // the rotation would be far the largest (K_ww/m_w = 2 z k/m), in this one they balance those of the translations.
-  double gershgorin_eigenvalue(const RveState &state, const std::vector<ContactGeometry> &contacts,
+  double gershgorin_eigenvalue(const RveState &state, const std::vector<TouchingPair> &contacts,
                                ContactModulus modulus)
   {
     constexpr double ROTATION_UNIT = 0.25;
     std::vector<std::array<double, 9>> own_block(state.num_grains(), std::array<double, 9>{});
     std::vector<double> coupling(3 * state.radius.size(), 0.0);
-    for (const ContactGeometry &contact : contacts) {
+    for (const TouchingPair &contact : contacts) {
       const Stretch normal = normal_stretch(contact);
       const Stretch tangential = tangential_stretch(state, contact);
       const Stretch rolling = rolling_stretch(state, contact);
@@ -315,7 +315,7 @@ namespace {
   template <class Eigenvalue> double time_step(const RveState &state, Eigenvalue &&network)
   {
     state.check_sizes();    // or eigenvalues may not be numbers
-    const std::vector<ContactGeometry> contacts = find_contacts(state);
+    const std::vector<TouchingPair> contacts = find_contacts(state);
     const auto largest = [&](ContactModulus modulus) {
       return std::max(network(state, contacts, modulus), pair_eigenvalue(state, modulus));
     };

@@ -91,21 +91,27 @@ namespace {
                 std::to_string(expected));
   }
 
+  void check_parameter(double value, const MaterialParameter &parameter)
+  {
+    switch (parameter.range) {
+      case MaterialRange::Positive:
+        return require_positive(value, parameter.what, parameter.unit);
+      case MaterialRange::NotNegative:
+        return require_not_negative(value, parameter.what, parameter.unit);
+      case MaterialRange::Friction:
+        return require_friction(value, parameter.what);
+      case MaterialRange::Fraction:
+        require(value >= 0.0 && value < 1.0, [&] {
+          return std::string(parameter.what) + " is " + number(value) + " " + parameter.unit +
+              "; it must lie in [0, 1)";
+        });
+    }
+  }
+
   void check_material(const Material &material)
   {
-    require_positive(material.normal_stiffness, "normal stiffness", "[force/length]");
-    require_not_negative(material.tangential_stiffness, "tangential stiffness", "[force/length]");
-    require_friction(material.friction, "friction coefficient");
-    require_not_negative(material.rolling_stiffness, "rolling stiffness", "[force/length]");
-    require_friction(material.rolling_friction, "rolling friction coefficient");
-    require_positive(material.density, "grain density", "[mass/length^3]");
-    require(material.local_damping >= 0.0 && material.local_damping < 1.0,
-            "local damping is " + number(material.local_damping) + " [-]; it must lie in [0, 1)");
-    require_not_negative(material.normal_viscosity, "normal viscosity", "[force time/length]");
-    require_not_negative(material.tangential_viscosity, "tangential viscosity",
-                         "[force time/length]");
-    require_positive(material.thickness, "thickness", "[length]");
-    require_positive(material.mass_depth, "mass depth times mass scaling", "[length]");
+    for (const MaterialParameter &parameter : MATERIAL_PARAMETERS)
+      check_parameter(material.*parameter.member, parameter);
   }
 
   // What follows from a material and a radius, of the smallest and the largest grain.

@@ -5,30 +5,13 @@
 #define RVE_ENGINE_STATE_H
 
 #include "rve/core/tensor.h"
+#include "rve/physics/material.h"
 
 #include <cstdint>
 #include <string>
 #include <vector>
 
 namespace rve {
-
-/// What the grains are made of. Consistent units, as given by the LAMMPS script.
-struct Material {
-  double normal_stiffness = 0.0;        ///< k_n [force/length], > 0
-  double tangential_stiffness = 0.0;    ///< k_t [force/length], >= 0
-  double friction = 0.0;                ///< Coulomb coefficient mu [-], >= 0
-  double rolling_stiffness =
-      0.0;    ///< k_r, of the rolling displacement [force/length], >= 0; 0: no resistance
-  double rolling_friction =
-      0.0;                 ///< mu_r, rolling force at most mu_r f_n [-], >= 0; 0: no resistance
-  double density = 0.0;    ///< of the grain material [mass/length^3], > 0
-  double local_damping = 0.0;    ///< Cundall's alpha_d of equation (4) [-], in [0, 1)
-  double normal_viscosity =
-      0.0;    ///< gamma_n, LAMMPS `damping velocity` [force time/length], >= 0
-  double tangential_viscosity = 0.0;    ///< gamma_t [force time/length], >= 0
-  double thickness = 1.0;     ///< of the disks, enters the stress volume only [length], > 0
-  double mass_depth = 1.0;    ///< out-of-plane depth that the mass is counted for [length], > 0
-};
 
 /// Whether contacts resist rolling: with a stiffness and a coefficient.
 bool resists_rolling(const Material &material);

@@ -1,7 +1,7 @@
 // What a pair of grains remembers of its contact: the forces of its springs, as the first grain of the pair sees them.
 
-#ifndef RVE_CORE_SPRING_FORCES_H
-#define RVE_CORE_SPRING_FORCES_H
+#ifndef RVE_PHYSICS_LAWS_SPRING_FORCES_H
+#define RVE_PHYSICS_LAWS_SPRING_FORCES_H
 
 #include "rve/core/config.h"
 
@@ -20,27 +20,6 @@ inline namespace RVE_ISA {
   RVE_INLINE SpringForces<Number> operator*(Number factor, const SpringForces<Number> &history)
   {
     return {factor * history.tangential, factor * history.rolling};
-  }
-
-  template <class Number> RVE_INLINE Number tangential_of(const Number &tangential_force)
-  {
-    return tangential_force;
-  }
-  template <class Number> RVE_INLINE Number tangential_of(const SpringForces<Number> &history)
-  {
-    return history.tangential;
-  }
-
-  /// The history of a pair as its other grain sees it. The tangential force stays: it turns round, and so does t. The moments on the
-  /// two grains are opposite.
-  template <class Number> RVE_INLINE Number seen_from_partner(const Number &tangential_force)
-  {
-    return tangential_force;
-  }
-  template <class Number>
-  RVE_INLINE SpringForces<Number> seen_from_partner(const SpringForces<Number> &history)
-  {
-    return {history.tangential, -history.rolling};
   }
 
 }    // namespace RVE_ISA

@@ -1,0 +1,51 @@
+// The arrays on the nodes of the grid that a machine owns, in its own kind of memory, and where a StepView finds them.
+
+#ifndef MPM_GRID_ARRAYS_H
+#define MPM_GRID_ARRAYS_H
+
+#include "mpm/boundary.h"
+#include "mpm/step_view.h"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace mpm {
+
+/// `Buffer<T>` has upload(std::vector<T>) and reserve_zeros(count), which return where the passes find its elements.
+template <template <class> class Buffer> class GridArrays {
+ public:
+  /// Makes them for the grid and the bodies of a view, which then has them.
+  void wire(StepView &view, const Boundary &boundary)
+  {
+    const std::size_t nodes = view.grid.node_count();
+    const std::size_t bodies = view.num_bodies;
+    view.boundary.sides = sides_.upload(boundary.sides());
+    view.boundary.on_body = on_body_.reserve_zeros(nodes);
+    // no array is empty
+    view.boundary.closed = closed_.reserve_zeros(bodies * view.boundary.columns() + 1);
+    view.boundary.side_impulse = side_impulse.reserve_zeros(2 * nodes);
+    view.boundary.body_impulse = body_impulse.reserve_zeros(bodies * nodes + 1);
+    view.inertia_sums = sums_.reserve_zeros(5 * nodes);
+    view.vector_sums = view.inertia_sums + 3 * nodes;
+    view.mass = mass.reserve_zeros(nodes);
+    view.momentum = momentum_.reserve_zeros(nodes);
+    view.momentum_end = momentum_end_.reserve_zeros(nodes);
+    view.damping_impulse = damping_impulse.reserve_zeros(nodes);
+    view.force = force.reserve_zeros(nodes);
+    view.velocity = velocity_.reserve_zeros(nodes);
+    view.velocity_change = velocity_change_.reserve_zeros(nodes);
+  }
+
+  // what is asked for after a step, laid out as BoundaryView and StepView say
+  Buffer<Vec2> side_impulse, body_impulse, damping_impulse, force;
+  Buffer<double> mass;
+
+ private:
+  Buffer<std::uint8_t> sides_, on_body_, closed_;
+  Buffer<std::int64_t> sums_;
+  Buffer<Vec2> momentum_, momentum_end_, velocity_, velocity_change_;
+};
+
+}    // namespace mpm
+
+#endif

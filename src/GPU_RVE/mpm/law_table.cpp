@@ -1,0 +1,25 @@
+#include "mpm/law_table.h"
+
+#include "mpm/analytic_laws.h"
+#include "mpm/mohr_coulomb.h"
+
+namespace mpm {
+
+std::vector<LawEntry> &law_table()
+{
+  static std::vector<LawEntry> table = {
+      {"elastic",
+       {"E", "nu"},
+       [](const double *a) -> std::shared_ptr<Constitutive> {
+         return std::make_shared<LinearElastic>(a[0], a[1]);
+       }},
+      {"mohr_coulomb",
+       {"E", "nu", "c", "phi", "psi"},
+       [](const double *a) -> std::shared_ptr<Constitutive> {
+         return std::make_shared<MohrCoulomb>(a[0], a[1], a[2], a[3], a[4]);
+       }},
+  };
+  return table;
+}
+
+}    // namespace mpm

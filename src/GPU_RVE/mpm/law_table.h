@@ -1,0 +1,26 @@
+// The constitutive laws in closed form, by the words that scripts have for them: a new law is a line here and files of its own.
+
+#ifndef MPM_LAW_TABLE_H
+#define MPM_LAW_TABLE_H
+
+#include "mpm/constitutive.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace mpm {
+
+struct LawEntry {
+  std::string word;
+  std::vector<std::string> arguments;    ///< numbers, in the order of a script: their names
+  /// The law with these arguments; rve::InputError where they are wrong.
+  std::shared_ptr<Constitutive> (*make)(const double *arguments);
+};
+
+/// The laws that there are. A program may add laws of its own before it reads scripts.
+std::vector<LawEntry> &law_table();
+
+}    // namespace mpm
+
+#endif

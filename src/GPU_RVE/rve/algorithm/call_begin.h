@@ -1,0 +1,154 @@
+// How a call begins: from the memory of an RVE to internal units.
+
+#ifndef RVE_ALGORITHM_CALL_BEGIN_H
+#define RVE_ALGORITHM_CALL_BEGIN_H
+
+#include "rve/algorithm/call_progress.h"
+#include "rve/algorithm/force_units.h"
+#include "rve/algorithm/list_renewal.h"
+#include "rve/algorithm/stored_grain.h"
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  /// Prepares a call, and finds what the call before has not left: a list, a scale of forces.
+  template <class Block, class Scene> struct CallBegin {
+    using Item = typename Block::Item;
+    using Real = typename Scene::Real;
+    using Spring = typename Scene::Spring;
+    using Stored = StoredGrains<Block, Scene>;
+    using Units = ForceUnits<Block, Scene>;
+    using Planning = StepPlanning<Block, Scene>;
+    using Progress = CallProgress<Scene>;
+    using Renewal = ListRenewal<Block, Scene>;
+
+    /// The state of a call as it begins, but for the plan; header, drive, steering and batch are there. By one thread.
+    static RVE_INLINE void prepare(PreparedCall<Scene> &call, char *image, int pair_capacity)
+    {
+      const ImageHeader &header = call.header;
+      const DriveRecord &drive = call.drive;
+      const BatchConstants &batch = call.batch;
+      call.image = carve_image<Scene>(image, header.num_grains, header.extra_capacity);
+      call.num_grains = header.num_grains;
+      call.status = status::Ok;
+      call.num_extra = header.num_extra;
+      call.needed_pairs = call.num_rebuilds = call.num_reductions = 0;
+      call.cell = load_tensor(header.cell);
+      call.list_cell = load_tensor(header.list_cell);
+      call.deformation = load_tensor(header.deformation);
+      call.servo_gradient = load_tensor(header.servo_velocity_gradient);
+      CellIncrement increment;
+      increment.deformation = load_tensor(drive.deformation);
+      increment.segments = drive.segments;
+      if (drive.segments > 1) {
+        increment.rotation = load_tensor(call.steering.rotation);
+        increment.stretch = load_tensor(call.steering.stretch);
+      }
+      if (!call.has_servo()) call.path = CellPath(call.cell, increment, drive.substeps, drive.dt);
+      call.supplied = call.friction_loss = call.damping_loss = call.viscous_loss = 0.0;
+      const int length_bits = CallUnits::length_bits(header.largest_radius);
+      call.units.length = power_of_two(length_bits);
+      call.units.per_length = power_of_two(-length_bits);
+      call.mass_factor =
+          header.material.density * 3.14159265358979323846 * header.material.mass_depth;
+      call.skin = batch.skin > 0.0 ? batch.skin : kDefaultSkinShare * header.mean_radius;
+      call.expected_force = header.largest_contact_force;
+      call.plan_first = 1;
+      call.plan_last = 0;
+      Progress::note_progress(call, 0.0);
+      if (call.num_extra > pair_capacity) {
+        call.status = status::ListFull;
+        call.needed_pairs = call.num_extra;
+      } else if (call.is_continued()) {
+        Units::choose_units(call);
+        call.plan_last = Planning::steps_to_plan(call);
+      }
+    }
+
+    /// Where the block works. By one thread.
+    static RVE_INLINE void set_views(CallState<Scene> &call, int num_grains,
+                                     const SharedView<Scene> &shared, char *workspace,
+                                     int pair_capacity)
+    {
+      call.shared = shared;
+      call.work = carve_workspace<Scene>(workspace, num_grains, pair_capacity);
+      call.pairs = PairView<Scene>{shared.partner, shared.history, call.work.extra_first,
+                                   call.work.extra_second, call.work.extra_history};
+    }
+
+    /// Whether the first steps may take the grains from the image themselves: nothing else wants to see them before.
+    static RVE_INLINE bool is_direct(const CallState<Scene> &call)
+    {
+      return Block::kInRegisters && !call.fatal() && call.plan_last > 0 &&
+          call.drive.substeps > 0 && !call.batch.track_energy;
+    }
+
+    /// From the image to internal units, for a call that is not direct. It is prepared, and has its views, of which `shared` is
+    /// one.
+    static RVE_INLINE void begin(Block &block, CallState<Scene> &call,
+                                 const SharedView<Scene> &shared)
+    {
+      const int n = call.num_grains;
+      const bool continued = call.is_continued();
+      block.for_each(n, [&](Item i) {
+        const typename Stored::StoredGrain stored = Stored::read_grain(call.image, i, n, continued);
+        Stored::show_grain(call, shared, i, stored);
+        shared.motion[i] = Stored::internal_motion(call, stored);
+        shared.largest_force[i] = Real(0);
+        if (continued)
+          Stored::take_pairs(call, shared, i, stored);
+        else
+          shared.still[i].list_position = stored.list_position;
+      });
+      if (call.fatal()) return;
+      if (call.batch.track_energy)
+        block.for_each(n, [&](Item i) {
+          call.work.damping[i] = 0.0;
+        });
+      if (!continued) {
+        find_list_and_scale(block, call,
+                            call.header.list_valid != 0 ? call.image_pairs() : call.pairs);
+        if (call.fatal()) return;
+      }
+      Stored::fill_partner_radius(block, shared, n);
+      take_extra_pairs(block, call);
+    }
+
+    /// Extra pairs with their histories in internal units.
+    static RVE_INLINE void take_extra_pairs(Block &block, CallState<Scene> &call)
+    {
+      if (call.num_extra == 0) return;
+      const PairView<Scene> from = call.header.list_valid != 0 ? call.image_pairs() : call.pairs;
+      const PairView<Scene> to = call.pairs;
+      const Spring history_to_internal = static_cast<Spring>(call.units.per_force);
+      block.for_each(call.num_extra, [&](Item m) {
+        to.extra_first[m] = from.extra_first[m];
+        to.extra_second[m] = from.extra_second[m];
+        to.extra_history[m] = history_to_internal * from.extra_history[m];
+      });
+    }
+
+    /// What the call before has not left: a list, a scale of forces. `from`: the pairs, when there is a list.
+    static RVE_COLD void find_list_and_scale(Block block, CallState<Scene> &call,
+                                             PairView<Scene> from)
+    {
+      if (!call.header.list_valid) Renewal::rebuild(block, call, call.image_pairs(), call.cell);
+      if (call.fatal()) return;
+      if (!(call.header.largest_contact_force > 0.0)) Units::estimate_force(block, call, from);
+      block.once([&] {
+        Units::choose_units(call);
+      });
+      const int n = call.num_grains;
+      block.for_each(n, [&](Item i) {
+        typename Stored::StoredGrain stored;
+        Stored::read_pairs(from.partner, from.history, i, n, stored);
+        stored.list_position = call.shared.still[i].list_position;
+        Stored::take_pairs(call, call.shared, i, stored);
+      });
+    }
+  };
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif

@@ -1,0 +1,109 @@
+// How a call ends: whether its result is sound, and what is written.
+
+#ifndef RVE_ALGORITHM_CALL_END_H
+#define RVE_ALGORITHM_CALL_END_H
+
+#include "rve/algorithm/call_progress.h"
+#include "rve/algorithm/force_units.h"
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  /// Judges the last forces, and writes answers.
+  template <class Block, class Scene> struct CallEnd {
+    using Item = typename Block::Item;
+    using Real = typename Scene::Real;
+
+    /// One number tells that all is well with the grains, as it nearly always is.
+    static RVE_INLINE bool is_sound(const CallState<Scene> &call)
+    {
+      return call.survey.largest < call.sound_force;
+    }
+
+    /// Status of a call whose steps are done, but for troubles of grains.
+    static RVE_INLINE std::uint32_t judge(const CallState<Scene> &call)
+    {
+      std::uint32_t word = call.status;
+      if (call.survey.sum[kCrushedSum] > 0) word |= status::OverlapTooLarge;
+      if (call.survey.sum[kContactSum] == 0) word |= status::NoContacts;
+      if (call.num_extra > call.header.extra_capacity) word |= status::ListFull;
+      if (!(call.end_per_volume > 0.0)) word |= status::NonFinite;
+      return word;
+    }
+
+    /// Troubles of grains, exactly.
+    static RVE_COLD std::uint32_t find_trouble(Block block, const CallState<Scene> &call)
+    {
+      const SharedView<Scene> &shared = call.shared;
+      const Real limit = static_cast<Real>(call.units.force_limit),
+                 crushing = static_cast<Real>(ForceUnits<Block, Scene>::crushing_force(call));
+      // the largest force is then that of a normal spring
+      const bool springs_only = call.header.material.normal_viscosity == 0.0 &&
+          !(Scene::books && call.header.all_forces_count);
+      std::uint32_t word = status::Ok;
+      if (block.any(call.num_grains, [&](Item i) {
+            return !(shared.largest_force[i] <= limit);
+          }))
+        word |= status::ForceSaturated;
+      if (block.any(call.num_grains, [&](Item i) {
+            return springs_only && shared.largest_force[i] > crushing;
+          }))
+        word |= status::OverlapTooLarge;
+      if (block.any(call.num_grains, [&](Item i) {
+            const Vec<Real, 2> velocity = shared.motion[i].velocity;
+            const Real spin = shared.spin[i];
+            return !(velocity[0] == velocity[0] && velocity[1] == velocity[1] && spin == spin);
+          }))
+        word |= status::NonFinite;
+      return word;
+    }
+
+    /// What is to be written in the end beside the grains of a sound call: the words of its progress, the components of the
+    /// stress, and the rest of the answer.
+    static constexpr int kProgressWords = sizeof(ImageProgress) / sizeof(std::int64_t);
+    static constexpr int kConclusions = kProgressWords + 4 + 1;
+
+    /// One of these.
+    static RVE_INLINE void conclude(const CallState<Scene> &call, std::uint32_t word, int part,
+                                    AnswerRecord &answer)
+    {
+      if (part < kProgressWords) {
+        constexpr int of_largest_force =
+            offsetof(ImageProgress, largest_contact_force) / sizeof(std::int64_t);
+        auto *to =
+            reinterpret_cast<std::int64_t *>(static_cast<ImageProgress *>(call.image.header));
+        // an evaluation sets the force scale only where there is none yet: it must not change what follows
+        if (part != of_largest_force)
+          to[part] = reinterpret_cast<const std::int64_t *>(&call.after)[part];
+        else if (call.drive.substeps > 0 || call.header.largest_contact_force == 0.0)
+          call.image.header->largest_contact_force =
+              call.units.force * static_cast<double>(call.survey.largest);
+      } else if (part < kProgressWords + 4) {
+        const int k = part - kProgressWords;
+        answer.stress[k] = stress_component(call, call.end_per_volume, k);
+      } else {
+        answer.status = word;
+        answer.needed_extra = call.num_extra;
+        answer.needed_pairs = call.needed_pairs;
+        answer.expected_force = call.expected_force;
+        answer.num_contacts = static_cast<std::int32_t>(call.survey.sum[kContactSum]);
+      }
+    }
+
+    /// The answer of a call that failed. By one thread.
+    static RVE_COLD void answer_failure(const CallState<Scene> &call, std::uint32_t word,
+                                        AnswerRecord &answer)
+    {
+      answer.status = word;
+      answer.needed_extra = call.num_extra;
+      answer.needed_pairs = call.needed_pairs;
+      answer.expected_force = call.expected_force;
+      answer.num_contacts = 0;
+      store_tensor(Tensor2::zero(), answer.stress);
+    }
+  };
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif

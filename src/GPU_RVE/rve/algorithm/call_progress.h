@@ -1,0 +1,69 @@
+// What a sound call will have changed of an RVE beside its grains.
+
+#ifndef RVE_ALGORITHM_CALL_PROGRESS_H
+#define RVE_ALGORITHM_CALL_PROGRESS_H
+
+#include "rve/algorithm/call_state.h"
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  /// Copies a plain struct by many threads, word by word.
+  template <class Block, class T> RVE_INLINE void copy_words(Block &block, const T &from, T &to)
+  {
+    static_assert(sizeof(T) % 4 == 0, "a whole number of words");
+    const auto *source = reinterpret_cast<const std::int32_t *>(&from);
+    auto *target = reinterpret_cast<std::int32_t *>(&to);
+    block.for_each(static_cast<int>(sizeof(T) / 4), [&](typename Block::Item w) {
+      target[w] = source[w];
+    });
+  }
+
+  /// Component of the Love stress from the sums of a force phase, in a cell of volume 1 / per_volume [stress].
+  template <class Scene>
+  RVE_INLINE double stress_component(const CallState<Scene> &call, double per_volume, int k)
+  {
+    const double unit = call.units.force * call.units.length * per_volume;
+    return static_cast<double>(call.survey.sum[k]) * unit;
+  }
+
+  /// Prepared ahead, as far as it is known.
+  template <class Scene> struct CallProgress {
+
+    /// What a sound call will have changed, as far as that is known: with a servo the present cell. By one thread.
+    static RVE_INLINE void note_progress(PreparedCall<Scene> &call, double damped)
+    {
+      const ImageHeader &before = call.header;
+      const DriveRecord &drive = call.drive;
+      ImageProgress &after = call.after;
+      const bool on_path = drive.substeps > 0 && !call.has_servo();
+      const Tensor2 cell = on_path ? call.path.end() : call.cell;
+      store_tensor(cell, after.cell);
+      store_tensor(on_path ? load_tensor(drive.deformation) * call.deformation : call.deformation,
+                   after.deformation);
+      store_tensor(call.list_cell, after.list_cell);
+      store_tensor(call.servo_gradient, after.servo_velocity_gradient);
+      after.num_extra = call.num_extra;
+      after.list_valid = 1;
+      after.steps = before.steps + drive.substeps;
+      after.rebuilds = before.rebuilds + call.num_rebuilds;
+      after.lattice_reductions = before.lattice_reductions + call.num_reductions;
+      after.repeats = before.repeats;
+      after.work = before.work + call.supplied;
+      after.friction_loss = before.friction_loss + call.friction_loss;
+      after.damping_loss = before.damping_loss + damped;
+      after.viscous_loss = before.viscous_loss + call.viscous_loss;
+      call.end_per_volume = per_volume(call, determinant(cell));
+    }
+
+    /// 1 / (area times thickness) [1/length^3]
+    static RVE_INLINE double per_volume(const PreparedCall<Scene> &call, double area)
+    {
+      return 1.0 / (area * call.header.material.thickness);
+    }
+  };
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif

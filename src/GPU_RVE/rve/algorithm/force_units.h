@@ -1,0 +1,94 @@
+// The unit of forces of a call, from the forces that are to be expected.
+
+#ifndef RVE_ALGORITHM_FORCE_UNITS_H
+#define RVE_ALGORITHM_FORCE_UNITS_H
+
+#include "rve/algorithm/call_state.h"
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  /// Guess of the largest force in a packing without contacts, as an overlap over the mean radius. A wrong guess costs accuracy
+  /// of the first contacts or a repeat of the call, never a wrong force.
+  constexpr double kGasOverlapShare = 1e-3;
+
+  /// Overlap over the mean radius that the force scale never goes below: stiffer than any packing that a format can hold.
+  constexpr double kLeastOverlapShare = 1e-9;
+
+  /// Chooses units, and the contact law in them.
+  template <class Block, class Scene> struct ForceUnits {
+    using Item = typename Block::Item;
+    using Real = typename Scene::Real;
+    using Wide = typename Scene::Wide;
+    using Law = typename Scene::Law;
+
+    /// Force unit and contact law in internal units. By one thread.
+    static RVE_INLINE void choose_units(PreparedCall<Scene> &call)
+    {
+      const ImageHeader &header = call.header;
+      // A last call may have ended in the first touch of a collision: a unit from that would not reach the collision within
+      // the repeats of a call.
+      const double least =
+          Law::normal_force_at(header.material, kLeastOverlapShare * header.mean_radius);
+      if (!(call.expected_force > least)) call.expected_force = least;
+      call.units.choose_force(Scene::sum_bits, header.neighbor_bits, call.expected_force,
+                              header.obliquity, header.inverse_obliquity);
+      const double stiffness_unit = call.units.length * call.units.per_force;
+      call.law.set(header.material, stiffness_unit, call.batch.velocity_arm);
+      call.law.dt = static_cast<Real>(call.drive.substeps > 0 ? call.drive.dt : 0.0);
+      call.alpha = static_cast<Real>(header.material.local_damping);
+      const double crushing = crushing_force(call);
+      const double least_trouble = crushing < call.units.force_limit ? crushing
+                                                                     : call.units.force_limit;
+      // a little less covers the rounding of forces to float
+      call.sound_force = static_cast<float>((1.0 - 1e-6) * least_trouble);
+      const double per_length = call.units.per_length;
+      call.velocity_factor = call.drive.dt * (call.units.force * per_length) *
+          (per_length * per_length) / call.mass_factor;
+    }
+
+    /// Largest contact force to expect where no call has left one: from the overlaps found, or a guess for a gas.
+    static RVE_COLD void estimate_force(Block block, CallState<Scene> &call, PairView<Scene> pairs)
+    {
+      const ImageHeader &header = call.header;
+      const Motion<typename Scene::Numbers> *motion = call.shared.motion;
+      const int n = call.num_grains;
+      const double length = call.units.length;
+      const auto to_length =
+          fraction_to_length<typename Scene::Numbers>(call.units.per_length * call.cell);
+      block.for_each(n, [&](Item i) {
+        double most = 0.0;
+        for (int k = 0; k < kOwnedPairs; ++k) {
+          const int j = pairs.partner[k * n + i];
+          if (j == i) continue;
+          const Vec<Wide, 2> branch = to_length *
+              fractional_difference<typename Scene::Numbers>(motion[j].position,
+                                                             motion[i].position);
+          const double overlap =
+              static_cast<double>(call.shared.radius[i] + call.shared.radius[j]) -
+              std::sqrt(static_cast<double>(dot(branch, branch)));
+          most = overlap > most ? overlap : most;
+        }
+        call.work.scratch[i] = most;
+      });
+      const double overlap = length * block.max_array(n, call.work.scratch);
+      block.once([&] {
+        call.expected_force = Law::normal_force_at(
+            header.material, overlap > 0.0 ? overlap : kGasOverlapShare * header.mean_radius);
+      });
+    }
+
+    /// An overlap that is beyond the limit even for two of the largest grains gives at least this force, with springs only; the
+    /// others are looked at in the end [internal force].
+    static RVE_INLINE double crushing_force(const PreparedCall<Scene> &call)
+    {
+      return Law::normal_force_at(call.header.material,
+                                  call.batch.overlap_limit * call.header.largest_radius) *
+          call.units.per_force;
+    }
+  };
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif

@@ -1,0 +1,31 @@
+// What a program of the block is compiled for.
+
+#ifndef RVE_ALGORITHM_SCENE_H
+#define RVE_ALGORITHM_SCENE_H
+
+#include "rve/core/fixed_point.h"
+#include "rve/core/numbers.h"
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  /// A contact law in a number format, and whether the program keeps books: servo, energy ledger, a unit of forces that looks at all
+  /// of them, and the bound of the time step. What a scene does not need takes no registers of its programs, and leaves their bits.
+  /// Everything in algorithm/ takes such a Scene. Which ones there are: engine/programs.h.
+  template <class ContactLaw, bool Books> struct SceneOf : ContactLaw::Numbers {
+    using Law = ContactLaw;
+    using Numbers = typename Law::Numbers;
+    using History = typename Law::History;    ///< what a pair remembers of its contact
+    static constexpr bool has_friction = Law::has_friction;
+    static constexpr bool has_rolling = Law::has_rolling;
+    static constexpr bool books = Books;
+
+    /// The same scene in other numbers.
+    template <class OtherNumbers>
+    using In = SceneOf<typename Law::template In<OtherNumbers>, Books>;
+  };
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif

@@ -1,0 +1,89 @@
+// What steps need to know of the cell, planned for many steps at a time.
+
+#ifndef RVE_ALGORITHM_STEP_PLANNING_H
+#define RVE_ALGORITHM_STEP_PLANNING_H
+
+#include "rve/algorithm/call_state.h"
+#include "rve/algorithm/verlet_list.h"
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  /// Plans the steps of a call on the path of its cell.
+  template <class Block, class Scene> struct StepPlanning {
+    using Item = typename Block::Item;
+    using Real = typename Scene::Real;
+    using Wide = typename Scene::Wide;
+
+    /// Steps that are planned before the call begins: not before there is a list, nor with a servo, whose first cell is not known.
+    static RVE_INLINE int steps_to_plan(const PreparedCall<Scene> &call)
+    {
+      return call.has_servo() ? 0 : steps_to_plan(call, 1);
+    }
+
+    /// H after step k, which is planned or about to be.
+    static RVE_INLINE Tensor2 cell_of_step(const PreparedCall<Scene> &call, int k)
+    {
+      if (call.has_servo()) return call.cell;
+      CellPath path = call.path;
+      return path.cell(k);
+    }
+
+    /// How many steps from `first` on can be planned.
+    static RVE_INLINE int steps_to_plan(const PreparedCall<Scene> &call, int first)
+    {
+      const int left = call.drive.substeps - first + 1;
+      if (call.has_servo() || left < 1) return 1;
+      return left < kPlanSteps ? left : kPlanSteps;
+    }
+
+    /// Plans the steps from `first` on, as far as they can be known.
+    static RVE_COLD void make_plan(Block block, CallState<Scene> &call, int first)
+    {
+      const int count = steps_to_plan(call, first);
+      // threads may still be looking whether the step that they have just moved was special
+      block.once([] {
+      });
+      block.for_each(count, [&](Item t) {
+        plan_step(call, t, first);
+      });
+      block.once([&] {
+        if (!call.has_servo() && call.drive.segments > 1) call.path.cell(first);
+        call.plan_first = first;
+        call.plan_last = first + count - 1;
+      });
+    }
+
+    /// Entry t of a plan that starts with step `first`.
+    static RVE_INLINE void plan_step(PreparedCall<Scene> &call, int t, int first)
+    {
+      StepPlan<typename Scene::Numbers> &plan = call.plan[t];
+      Tensor2 cell = call.cell, rate = Tensor2::zero();
+      const bool on_path = !call.has_servo() && call.drive.substeps > 0;
+      if (on_path) {
+        CellPath path = call.path;
+        cell = path.cell(first + t);
+        rate = path.cell_rate();
+      }
+      const Tensor2 inverse_cell = inverse(cell);
+      const Tensor2 gradient = call.has_servo() ? call.servo_gradient : rate * inverse_cell;
+      const double per_length = call.units.per_length;
+      const Tensor2 internal = per_length * cell;
+      plan.to_length = fraction_to_length<typename Scene::Numbers>(internal);
+      plan.to_fraction = ((call.drive.dt * call.units.length / Scene::fraction_unit) * inverse_cell)
+                             .template as<Wide>();
+      plan.gradient = gradient.template as<Real>();
+      plan.list_to_length = fraction_to_length<FastNumbers>(internal);
+      // a little less than allowed covers the rounding of the displacements
+      const double allowed = (1.0 - 1e-5) * per_length *
+          allowed_displacement(cell, call.list_cell, call.header.largest_radius, call.skin);
+      plan.allowed_squared = static_cast<float>(allowed * allowed);
+      plan.special = !(allowed > 0.0) || is_lattice_step_due(cell);
+      plan.area = determinant(cell);
+    }
+  };
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif

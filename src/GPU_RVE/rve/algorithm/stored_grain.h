@@ -1,0 +1,129 @@
+// How a grain comes from the memory of an RVE into the internal units of a call.
+
+#ifndef RVE_ALGORITHM_STORED_GRAIN_H
+#define RVE_ALGORITHM_STORED_GRAIN_H
+
+#include "rve/algorithm/call_state.h"
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  /// Reads grains of an image, and shows them to the block.
+  template <class Block, class Scene> struct StoredGrains {
+    using Item = typename Block::Item;
+    using Real = typename Scene::Real;
+    using Wide = typename Scene::Wide;
+    using History = typename Scene::History;
+    using Spring = typename Scene::Spring;
+
+    /// A grain and its owned pairs as the image has them.
+    struct StoredGrain {
+      Vec<typename Scene::Coordinate, 2> position;
+      Vec<Real, 2> velocity;
+      Real spin;
+      Vec<std::uint32_t, 2> list_position;
+      Wide radius;
+      std::int32_t partner[kOwnedPairs];
+      History history[kOwnedPairs];
+    };
+
+    /// Everything is read before anything is written: a thread waits for memory once.
+    static RVE_INLINE StoredGrain read_grain(const ImageView<Scene> &image, int i, int num_grains,
+                                             bool with_pairs)
+    {
+      StoredGrain stored;
+      stored.position = image.position[i];
+      stored.velocity = image.velocity[i];
+      stored.spin = image.spin[i];
+      stored.list_position = image.list_position[i];
+      stored.radius = image.radius[i];
+      if (with_pairs) read_pairs(image.partner, image.history, i, num_grains, stored);
+      return stored;
+    }
+
+    static RVE_INLINE void read_pairs(const std::int32_t *partner, const History *history, int i,
+                                      int num_grains, StoredGrain &stored)
+    {
+      for (int k = 0; k < kOwnedPairs; ++k) {
+        stored.partner[k] = partner[k * num_grains + i];
+        stored.history[k] = history[k * num_grains + i];
+      }
+    }
+
+    static RVE_INLINE Motion<typename Scene::Numbers>
+    internal_motion(const PreparedCall<Scene> &call, const StoredGrain &stored)
+    {
+      return Motion<typename Scene::Numbers>{
+          stored.position, static_cast<Real>(call.units.per_length) * stored.velocity};
+    }
+
+    /// What others see of a grain beside its motion, and room for the forces that they put on it. Returns its internal radius.
+    static RVE_INLINE Wide show_grain(const PreparedCall<Scene> &call,
+                                      const SharedView<Scene> &shared, int i,
+                                      const StoredGrain &stored)
+    {
+      using Sum = typename Scene::Sum;
+      const Wide radius = static_cast<Wide>(call.units.per_length) * stored.radius;
+      shared.spin[i] = stored.spin;
+      shared.radius[i] = radius;
+      shared.force_x[i] = shared.force_y[i] = shared.torque[i] = Sum(0);
+      return radius;
+    }
+
+    /// How a grain answers forces.
+    static RVE_INLINE Still<typename Scene::Numbers>
+    still_of(const PreparedCall<Scene> &call, Wide internal_radius,
+             const Vec<std::uint32_t, 2> &list_position)
+    {
+      const Real r = static_cast<Real>(internal_radius), inverse = reciprocal(r * r);
+      const Real velocity_unit = static_cast<Real>(call.velocity_factor) * inverse;
+      // I = m r^2 / 2
+      return Still<typename Scene::Numbers>{velocity_unit, Real(2) * velocity_unit * inverse,
+                                            list_position};
+    }
+
+    static RVE_INLINE History internal_history(const PreparedCall<Scene> &call, History stored)
+    {
+      return static_cast<Spring>(call.units.per_force) * stored;
+    }
+
+    static RVE_INLINE void fill_partner_radius(Block &block, const SharedView<Scene> &shared,
+                                               int num_grains)
+    {
+      if constexpr (!Block::kInRegisters)
+        block.for_each(num_grains, [&](Item i) {
+          for (int m = i; m < kOwnedPairs * num_grains; m += num_grains)
+            shared.partner_radius[m] = radius_of_partner(shared, i, shared.partner[m]);
+        });
+    }
+
+    /// Partners and histories of a grain, and how it answers forces.
+    static RVE_INLINE void take_pairs(const CallState<Scene> &call, const SharedView<Scene> &shared,
+                                      int i, const StoredGrain &stored)
+    {
+      const int n = call.num_grains;
+      for (int k = 0; k < kOwnedPairs; ++k) {
+        shared.partner[k * n + i] = stored.partner[k];
+        shared.history[k * n + i] = internal_history(call, stored.history[k]);
+      }
+      shared.still[i] = still_of(call, shared.radius[i], stored.list_position);
+    }
+
+    static RVE_COLD void copy_history(Block block, CallState<Scene> &call, PairView<Scene> from,
+                                      PairView<Scene> to)
+    {
+      // each by the thread that has the grain: it may have written it in the present phase
+      const int n = call.num_grains;
+      block.for_each(n, [&](Item i) {
+        for (int m = i; m < kOwnedPairs * n; m += n) to.history[m] = from.history[m];
+      });
+      block.for_each(call.num_extra, [&](Item m) {
+        to.extra_history[m] = from.extra_history[m];
+      });
+    }
+  };
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif

@@ -1,0 +1,64 @@
+#include "rve/engine/answers.h"
+
+#include "rve/core/status.h"
+
+#include <cstring>
+
+namespace rve {
+
+bool must_repeat(const AnswerRecord &answer)
+{
+  return (answer.status & (status::ListFull | status::ForceSaturated)) != 0;
+}
+
+void to_result(const AnswerRecord &answer, const DetailRecord &record, Result &result)
+{
+  const ImageProgress &after = record.progress;
+  result = Result();
+  result.status = answer.status;
+  result.stress = load_tensor(answer.stress);
+  result.fabric = load_tensor(record.fabric);
+  result.cell = load_tensor(after.cell);
+  result.deformation = load_tensor(after.deformation);
+  result.servo_velocity_gradient = load_tensor(after.servo_velocity_gradient);
+  const int n = record.num_grains, contacts = record.num_contacts;
+  result.num_grains = n;
+  result.num_contacts = contacts;
+  result.num_pairs = record.num_pairs;
+  result.num_rattlers = record.num_rattlers;
+  result.void_ratio = determinant(result.cell) / record.solid_area - 1.0;
+  result.coordination_number = 2.0 * contacts / n;
+  const int carrying =
+      n - record.num_rattlers;    // Thornton: contacts of grains with a single one do not count
+  result.mechanical_coordination_number =
+      carrying > 0 ? (2.0 * contacts - record.num_single) / carrying : 0.0;
+  result.sliding_fraction = contacts > 0 ? static_cast<double>(record.num_sliding) / contacts : 0.0;
+  result.unbalanced_ratio = record.contact_force_sum > 0.0
+      ? (record.grain_force_sum / n) / (record.contact_force_sum / contacts)
+      : 0.0;
+  result.kinetic_energy = record.kinetic_energy;
+  result.elastic_energy = record.elastic_energy;
+  result.largest_overlap = record.largest_overlap;
+  result.mean_overlap = contacts > 0 ? record.overlap_sum / contacts : 0.0;
+  result.largest_contact_force = record.largest_contact_force;
+  result.counters = {after.steps, after.rebuilds, after.lattice_reductions, after.repeats};
+  result.energy = {after.work, after.friction_loss, after.damping_loss, after.viscous_loss};
+}
+
+void to_result(const AnswerRecord &answer, const DetailRecord &record, ElasticResult &result)
+{
+  to_result(answer, record, result.result);
+  static_assert(sizeof(result.stiffness.component) == sizeof(record.stiffness), "all of it");
+  std::memcpy(result.stiffness.component, record.stiffness, sizeof(record.stiffness));
+}
+
+DetailRecord details_of(const ImageHeader &header)
+{
+  DetailRecord record = DetailRecord();
+  record.num_grains = header.num_grains;
+  record.solid_area = header.solid_area;
+  record.progress = header;
+  return record;
+}
+
+}    // namespace rve

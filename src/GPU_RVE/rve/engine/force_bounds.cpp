@@ -1,0 +1,52 @@
+#include "rve/engine/force_bounds.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rve {
+
+namespace {
+
+  /// Largest number that a contact may add to a sum of forces or torques, over its normal force: |f| = sqrt(1 + mu^2) f_n, or the moment
+  /// (a mu + R mu_r) f_n. In internal units an arm a is below 1/2 and the reduced radius R below 1/4.
+  double possible_obliquity(const Material &material)
+  {
+    const double force = std::sqrt(1.0 + material.friction * material.friction);
+    const double moment = 0.5 * material.friction + 0.25 * material.rolling_friction;
+    return resists_rolling(material) ? std::max(force, moment) : force;
+  }
+
+  /// Up to this obliquity, of friction 10, room for all that friction could do costs the sums less than four bits. Beyond it they
+  /// would have few left for the forces that are there.
+  const double LARGEST_OBLIQUITY = std::sqrt(1.0 + 10.0 * 10.0);
+
+}    // namespace
+
+// pi / asin(r / (r + R)) of the smallest grains stand side by side around the largest one, and a fifth more where overlaps bring them
+// closer
+int neighbor_bits(double smallest_radius, double largest_radius)
+{
+  const double side_by_side =
+      3.14159265358979323846 / std::asin(smallest_radius / (smallest_radius + largest_radius));
+  // the number is infinite where the quotient of the radii underflows
+  return static_cast<int>(
+      std::fmin(std::ceil(std::log2(1.2 * side_by_side)), LARGEST_NEIGHBOR_BITS + 1));
+}
+
+bool is_viscous(const Material &material)
+{
+  return material.normal_viscosity > 0.0 || material.tangential_viscosity > 0.0;
+}
+
+bool all_forces_count(const Material &material)
+{
+  return possible_obliquity(material) > LARGEST_OBLIQUITY;
+}
+
+// over the largest of f_n, f_t and f_r/2, |f| is at most sqrt(2), and a moment 1/2 + 2/4.
+double obliquity_of(const Material &material)
+{
+  return all_forces_count(material) ? std::sqrt(2.0) : possible_obliquity(material);
+}
+
+}    // namespace rve

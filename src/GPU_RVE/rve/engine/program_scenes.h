@@ -1,0 +1,32 @@
+// The table of programs as types.
+
+#ifndef RVE_ENGINE_PROGRAM_SCENES_H
+#define RVE_ENGINE_PROGRAM_SCENES_H
+
+#include "rve/algorithm/scene.h"
+#include "rve/engine/programs.h"
+#include "rve/physics/laws/linear_friction.h"
+#include "rve/physics/laws/rolling_friction.h"
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  template <Program> struct ProgramTraits;
+
+#define RVE_PROGRAM_TRAITS(name, law, has_books, small, prepared)            \
+  template <> struct ProgramTraits<Program::name> {                          \
+    template <class Numbers> using Scene = SceneOf<law<Numbers>, has_books>; \
+    static constexpr bool small_blocks = small;                              \
+    static constexpr Program prepared_like = Program::prepared;              \
+  };
+  RVE_PROGRAMS(RVE_PROGRAM_TRAITS)
+#undef RVE_PROGRAM_TRAITS
+
+  /// What a program computes, in a number format.
+  template <Program program, class Numbers>
+  using ProgramScene = typename ProgramTraits<program>::template Scene<Numbers>;
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif

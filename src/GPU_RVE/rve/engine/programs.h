@@ -1,0 +1,37 @@
+// The one table of programs: for which laws the block program is compiled. CMake makes a CUDA translation unit of each line in each
+// number format, the engines choose a line for a call, bench/kernel_resources.py and the manual name kernels by it.
+
+#ifndef RVE_ENGINE_PROGRAMS_H
+#define RVE_ENGINE_PROGRAMS_H
+
+namespace rve {
+
+/// program(name, law, books, small, prepared)
+///
+/// law:      of physics/, in a number format;
+/// books:    servo, energy ledger, all forces in the unit of forces, bound of the time step (algorithm/scene.h);
+/// small:    CUDA kernels for small blocks too, with registers for several RVEs on a multiprocessor, and packs of grains on a CPU:
+///           for what is run most, since they are long compilations;
+/// prepared: the program whose calls begin alike, with the same memory of an RVE: its kernel prepares them.
+///
+/// Plain, Frictionless and General give the same bits where a scene needs no more than the first two have. Frictionless: of RVEs
+/// without friction and without tangential forces.
+// clang-format off
+#define RVE_PROGRAMS(program)                               \
+  program(Plain,        FrictionalSprings, false, true,  General) \
+  program(General,      DampedSprings,     true,  false, General) \
+  program(Frictionless, NormalSprings,     false, true,  General) \
+  program(Rolling,      RollingFriction,   true,  false, Rolling)
+// clang-format on
+
+#define RVE_PROGRAM_NAME(name, law, books, small, prepared) name,
+enum class Program { RVE_PROGRAMS(RVE_PROGRAM_NAME) };
+#undef RVE_PROGRAM_NAME
+
+#define RVE_PROGRAM_COUNT(name, law, books, small, prepared) +1
+constexpr int kNumPrograms = 0 RVE_PROGRAMS(RVE_PROGRAM_COUNT);
+#undef RVE_PROGRAM_COUNT
+
+}    // namespace rve
+
+#endif

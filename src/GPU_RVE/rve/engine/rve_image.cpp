@@ -1,0 +1,288 @@
+#include "rve/engine/rve_image.h"
+
+#include "rve/algorithm/rigid_turn.h"
+#include "rve/algorithm/system_view.h"
+#include "rve/block/block_serial.h"
+#include "rve/engine/force_bounds.h"
+#include "rve/engine/program_scenes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <numeric>
+#include <type_traits>
+
+namespace rve {
+
+namespace {
+
+  /// Coordinates of the state are 64-bit fractions; `fast` keeps the leading half.
+  std::uint32_t narrow(std::uint64_t s, std::uint32_t)
+  {
+    return static_cast<std::uint32_t>(s >> 32);
+  }
+  std::uint64_t narrow(std::uint64_t s, std::uint64_t)
+  {
+    return s;
+  }
+  FloatFraction narrow(std::uint64_t s, FloatFraction)
+  {
+    return wrapped(static_cast<float>(std::ldexp(static_cast<double>(s), -64)));
+  }
+  std::uint64_t widen(FloatFraction s)
+  {
+    return static_cast<std::uint64_t>(std::ldexp(static_cast<double>(s.value), 64));
+  }
+  std::uint64_t widen(std::uint32_t s)
+  {
+    return static_cast<std::uint64_t>(s) << 32;
+  }
+  std::uint64_t widen(std::uint64_t s)
+  {
+    return s;
+  }
+
+  /// Grain numbers row by row, each row along x: a grain's neighbours have numbers near its own, or near those of its row above.
+  std::vector<std::int32_t> storage_order(const RveState &state)
+  {
+    const int n = state.num_grains();
+    const double rows = std::max(1.0, std::floor(0.75 * std::sqrt(static_cast<double>(n))));
+    const double to_row = rows / 18446744073709551616.0;
+    std::vector<std::int32_t> order(n);
+    std::iota(order.begin(), order.end(), 0);
+    const auto row = [&](int i) {
+      return static_cast<int>(static_cast<double>(state.fractional[2 * i + 1]) * to_row);
+    };
+    std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+      const int row_a = row(a), row_b = row(b);
+      return row_a != row_b ? row_a < row_b : state.fractional[2 * a] < state.fractional[2 * b];
+    });
+    return order;
+  }
+
+  /// What an image has of the history of a pair.
+  template <class Scene> typename Scene::History stored_history(const Pair &pair)
+  {
+    using Spring = typename Scene::Spring;
+    const Spring tangential = static_cast<Spring>(pair.tangential_force);
+    if constexpr (Scene::has_rolling)
+      return {tangential, static_cast<Spring>(pair.rolling_force)};
+    else
+      return tangential;
+  }
+
+  /// A pair with the history that an image has of it.
+  template <class History> Pair pair_of(int first, int second, const History &history)
+  {
+    Pair pair{first, second, 0.0};
+    // a zero has no sign there
+    if constexpr (std::is_arithmetic_v<History>) {
+      pair.tangential_force = static_cast<double>(history) + 0.0;
+    } else {
+      pair.tangential_force = static_cast<double>(history.tangential) + 0.0;
+      pair.rolling_force = static_cast<double>(history.rolling) + 0.0;
+    }
+    return pair;
+  }
+
+  template <class Scene> StateImage build(const RveState &state, int extra_capacity)
+  {
+    const int n = state.num_grains();
+    std::vector<int> owned(n, 0);
+    int num_extra = 0;
+    for (const Pair &pair : state.pairs)
+      if (owned[pair.first] < kOwnedPairs)
+        ++owned[pair.first];
+      else
+        ++num_extra;
+
+    StateImage image;
+    image.num_grains = n;
+    image.extra_capacity = std::max(extra_capacity, num_extra);
+    image.rolling = Scene::has_rolling;
+    image.bytes.assign(image_size<Scene>(n, image.extra_capacity), 0);
+    const auto view = carve_image<Scene>(image.bytes.data(), n, image.extra_capacity);
+
+    ImageHeader &header = *view.header;
+    header = ImageHeader();
+    header.num_grains = n;
+    header.extra_capacity = image.extra_capacity;
+    header.list_valid = !state.list_fractional.empty();
+    store_tensor(state.cell, header.cell);
+    store_tensor(state.deformation, header.deformation);
+    store_tensor(header.list_valid ? state.list_cell : state.cell, header.list_cell);
+    store_tensor(state.servo_velocity_gradient, header.servo_velocity_gradient);
+    set_material_in(header, state.material);
+    // of the radii as the image has them: that of its state is the same again
+    RveState stored;
+    for (double r : state.radius) stored.radius.push_back(static_cast<typename Scene::Wide>(r));
+    const auto [smallest, largest] =
+        std::minmax_element(stored.radius.begin(), stored.radius.end());
+    header.largest_radius = *largest;
+    double sum = 0.0;
+    for (double r : stored.radius) sum += r;
+    header.mean_radius = sum / n;
+    header.solid_area = stored.solid_area();
+    header.neighbor_bits = neighbor_bits(*smallest, *largest);
+    header.largest_contact_force = state.largest_contact_force;
+    header.steps = state.counters.steps;
+    header.rebuilds = state.counters.rebuilds;
+    header.lattice_reductions = state.counters.lattice_reductions;
+    header.repeats = state.counters.repeats;
+    header.work = state.energy.work;
+    header.friction_loss = state.energy.friction;
+    header.damping_loss = state.energy.local_damping;
+    header.viscous_loss = state.energy.viscous;
+
+    using Coordinate = typename Scene::Coordinate;
+    using Real = typename Scene::Real;
+    const auto &list = header.list_valid ? state.list_fractional : state.fractional;
+    const std::vector<std::int32_t> order = state.order.empty() ? storage_order(state)
+                                                                : state.order;
+    std::vector<int> place(n);    // of a grain number
+    for (int k = 0; k < n; ++k) {
+      const int i = order[k];
+      place[i] = k;
+      view.number[k] = i;
+      for (int a = 0; a < 2; ++a) {
+        view.position[k][a] = narrow(state.fractional[2 * i + a], Coordinate());
+        view.list_position[k][a] = static_cast<std::uint32_t>(list[2 * i + a] >> 32);
+        view.velocity[k][a] = static_cast<Real>(state.velocity[2 * i + a]);
+      }
+      view.spin[k] = static_cast<Real>(state.spin[i]);
+      view.radius[k] = static_cast<typename Scene::Wide>(state.radius[i]);
+      for (int m = 0; m < kOwnedPairs; ++m) view.partner[m * n + k] = k;
+      owned[k] = 0;
+    }
+    for (const Pair &pair : state.pairs) {
+      const int first = place[pair.first], second = place[pair.second];
+      if (owned[first] < kOwnedPairs) {
+        const int slot = owned[first]++ * n + first;
+        view.partner[slot] = second;
+        view.history[slot] = stored_history<Scene>(pair);
+      } else {
+        view.extra_first[header.num_extra] = first;
+        view.extra_second[header.num_extra] = second;
+        view.extra_history[header.num_extra] = stored_history<Scene>(pair);
+        ++header.num_extra;
+      }
+    }
+    return image;
+  }
+
+  template <class Scene> RveState read(const StateImage &image)
+  {
+    const int n = image.num_grains;
+    const auto view =
+        carve_image<Scene>(const_cast<char *>(image.bytes.data()), n, image.extra_capacity);
+    const ImageHeader &header = *view.header;
+    RveState state;
+    static_cast<MaterialNumbers &>(state.material) = header.material;
+    state.cell = load_tensor(header.cell);
+    state.deformation = load_tensor(header.deformation);
+    state.servo_velocity_gradient = load_tensor(header.servo_velocity_gradient);
+    state.largest_contact_force = header.largest_contact_force;
+    state.counters = {header.steps, header.rebuilds, header.lattice_reductions, header.repeats};
+    state.energy = {header.work, header.friction_loss, header.damping_loss, header.viscous_loss};
+    state.radius.resize(n);
+    state.fractional.resize(2 * n);
+    state.velocity.resize(2 * n);
+    state.spin.resize(n);
+    if (header.list_valid) {
+      state.list_cell = load_tensor(header.list_cell);
+      state.list_fractional.resize(2 * n);
+    }
+    state.order.assign(view.number, view.number + n);
+    for (int k = 0; k < n; ++k) {
+      const int i = view.number[k];
+      for (int a = 0; a < 2; ++a) {
+        state.fractional[2 * i + a] = widen(view.position[k][a]);
+        state.velocity[2 * i + a] = view.velocity[k][a];
+        if (header.list_valid) state.list_fractional[2 * i + a] = widen(view.list_position[k][a]);
+      }
+      state.spin[i] = view.spin[k];
+      state.radius[i] = view.radius[k];
+      for (int m = 0; m < kOwnedPairs; ++m)
+        if (view.partner[m * n + k] != k)
+          state.pairs.push_back(
+              pair_of(i, view.number[view.partner[m * n + k]], view.history[m * n + k]));
+    }
+    for (int m = 0; m < header.num_extra; ++m)
+      state.pairs.push_back(pair_of(view.number[view.extra_first[m]],
+                                    view.number[view.extra_second[m]], view.extra_history[m]));
+    return state;
+  }
+
+  template <class Scene> void turn(StateImage &image, const Tensor2 &rotation)
+  {
+    BlockSerial block;
+    turn_image(block,
+               carve_image<Scene>(image.bytes.data(), image.num_grains, image.extra_capacity),
+               rotation);
+  }
+
+  template <class Numbers, class Work> auto with_rolling(bool rolling, const Work &work)
+  {
+    return rolling ? work(ProgramScene<Program::Rolling, Numbers>())
+                   : work(ProgramScene<Program::General, Numbers>());
+  }
+
+  /// work(a scene), in numbers as `format` says, whose pairs remember what images hold.
+  template <class Work> auto with_scene(Format format, bool rolling, const Work &work)
+  {
+    switch (format) {
+      case Format::Fast:
+        return with_rolling<FastNumbers>(rolling, work);
+      case Format::Mixed:
+        return with_rolling<MixedNumbers>(rolling, work);
+      case Format::Single:
+        return with_rolling<SingleNumbers>(rolling, work);
+      default:
+        return with_rolling<DoubleNumbers>(rolling, work);
+    }
+  }
+
+}    // namespace
+
+void set_material_in(ImageHeader &header, const Material &material)
+{
+  header.material = material;
+  header.obliquity = obliquity_of(material);
+  header.inverse_obliquity = 1.0 / header.obliquity;
+  header.all_forces_count = all_forces_count(material) ? 1 : 0;
+}
+
+StateImage build_image(Format format, const RveState &state, int extra_capacity, bool rolling)
+{
+  return with_scene(format, rolling, [&](auto scene) {
+    return build<decltype(scene)>(state, extra_capacity);
+  });
+}
+
+RveState read_image(Format format, const StateImage &image)
+{
+  return with_scene(format, image.rolling, [&](auto scene) {
+    return read<decltype(scene)>(image);
+  });
+}
+
+void turn_image(Format format, StateImage &image, const Tensor2 &rotation)
+{
+  with_scene(format, image.rolling, [&](auto scene) {
+    turn<decltype(scene)>(image, rotation);
+  });
+}
+
+std::size_t image_bytes(Format format, int num_grains, int extra_capacity, bool rolling)
+{
+  return with_scene(format, rolling, [&](auto scene) {
+    return image_size<decltype(scene)>(num_grains, extra_capacity);
+  });
+}
+
+int initial_extra_capacity(int num_grains)
+{
+  return num_grains / 16 + 8;
+}
+
+}    // namespace rve
