@@ -4,6 +4,7 @@
 
 #include "rve/core/checksum.h"
 #include "rve/core/error.h"
+#include "rve/core/pi.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +16,6 @@ namespace rve {
 
 namespace {
 
-  constexpr double PI = 3.14159265358979323846;
   constexpr double TWO_TO_64 = 18446744073709551616.0;
 
   // ---- soundness ----
@@ -118,7 +118,7 @@ namespace {
   void check_grain(const Material &material, double radius)
   {
     const std::string whose = " of a grain of radius " + number(radius) + " [length]";
-    const double mass = material.density * material.mass_depth * PI * radius * radius;
+    const double mass = material.density * material.mass_depth * kPi * radius * radius;
     require_sound(mass >= SMALLEST && mass <= LARGEST, mass,
                   "the mass" + whose + ", pi r^2 times density and mass depth,", "[mass]",
                   "between 1e-30 and 1e30");
@@ -304,7 +304,7 @@ bool RveState::has_rolling_forces() const
 double RveState::solid_area() const
 {
   double sum = 0.0;
-  for (const double r : radius) sum += PI * r * r;
+  for (const double r : radius) sum += kPi * r * r;
   return sum;
 }
 
