@@ -16,17 +16,16 @@
 #include "error.h"
 #include "on_rank_zero.h"
 #include "rve/core/error.h"
-#include "rve/core/suggestion.h"
 #include "rve/engine/files.h"
 #include "rve/engine/packing.h"
 #include "rve/engine/packing_io.h"
 #include "rve_settings.h"
+#include "script_words.h"
 #include "unit_styles.h"
 
 #include <algorithm>
-#include <cstring>
-#include <map>
-#include <set>
+#include <climits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,16 +36,6 @@ namespace {
 // Of a library; packings with fewer grains count as if they had so many.
 constexpr bigint MOST_GRAINS = 100000000;
 constexpr int FEWEST_GRAINS = 100;
-
-struct Keyword {
-  const char *name;
-  int values;    ///< at least
-};
-constexpr Keyword KEYWORDS[] = {
-    {"grains", 1},       {"seed", 1},       {"seeds", 2},         {"radius", 3},
-    {"pressure", 1},     {"void_ratio", 1}, {"friction_prep", 1}, {"void_ratio_tolerance", 1},
-    {"damping_prep", 1}, {"tolerance", 1},  {"format", 1},        {"threads", 1},
-    {"device", 1},       {"policy", 1}};
 
 struct Order {
   std::string path;
@@ -91,114 +80,91 @@ std::vector<rve::PackingRecipe> Order::recipes() const
   return all;
 }
 
+constexpr ScriptKeyword<Order> KEYWORDS[] = {
+    {"grains", "N",
+     [](ScriptWords &words, Order &order) {
+       order.recipe.num_grains = words.integer("", INT_MIN);
+     }},
+    {"seed", "N",
+     [](ScriptWords &words, Order &order) {
+       order.recipe.seed = words.whole("", 0, MAXBIGINT);
+     }},
+    {"seeds", "first N",
+     [](ScriptWords &words, Order &order) {
+       order.recipe.seed = words.whole("first", 0, MAXBIGINT);
+       order.num_seeds = words.integer("number", 1);
+     }},
+    {"radius", "uniform lo hi",
+     [](ScriptWords &words, Order &order) {
+       if (!words.take("uniform"))
+         words.refuse(fmt::format("radius is '{}'; it must be uniform lo hi", words.next()));
+       order.recipe.radius_min = words.number("lo");
+       order.recipe.radius_max = words.number("hi");
+     }},
+    {"pressure", "value",
+     [](ScriptWords &words, Order &order) {
+       order.recipe.pressure = words.number();
+     }},
+    {"void_ratio", "value ...",
+     [](ScriptWords &words, Order &order) {
+       order.void_ratios = words.numbers();
+     }},
+    {"friction_prep", "value ...",
+     [](ScriptWords &words, Order &order) {
+       order.frictions = words.numbers();
+     }},
+    {"void_ratio_tolerance", "value",
+     [](ScriptWords &words, Order &order) {
+       order.recipe.void_ratio_tolerance = words.number();
+     }},
+    {"damping_prep", "value",
+     [](ScriptWords &words, Order &order) {
+       order.recipe.preparation_damping = words.number();
+     }},
+    {"tolerance", "value",
+     [](ScriptWords &words, Order &order) {
+       order.recipe.stress_tolerance = order.recipe.unbalanced_tolerance = words.number();
+     }},
+    {"format", "fast | mixed | double | single",
+     [](ScriptWords &words, Order &order) {
+       order.options.format = read_format(words);
+     }},
+    {"threads", "N",
+     [](ScriptWords &words, Order &order) {
+       order.options.threads = words.integer("", INT_MIN);
+       order.threads_given = true;
+     }},
+    {"device", "auto | cpu | cuda",
+     [](ScriptWords &words, Order &order) {
+       order.options.device = read_device(words);
+       order.device_given = true;
+     }},
+    {"policy", "stop | skip", [](ScriptWords &words, Order &order) {
+       order.skip = words.choice<bool>("", {{"stop", false}, {"skip", true}});
+     }}};
+
 Order parse(LAMMPS *lmp, int narg, char **arg)
 {
   Error *error = lmp->error;
+  ScriptWords words(lmp, "create_rve", narg, arg, 0);
   Order order;
   rve::PackingRecipe &recipe = order.recipe;
   MaterialWords material;
-  std::set<std::string> given;
-  order.path = arg[0];
-
-  rve::Words known = material_keywords();
-  for (const Keyword &keyword : KEYWORDS) known.emplace_back(keyword.name);
-  std::string last;    // keyword, and its values
-  int iarg = 1;
-  while (iarg < narg) {
-    const std::string keyword = arg[iarg];
-    if (std::find(known.begin(), known.end(), keyword) == known.end())
-      error->all(FLERR, "create_rve: {}", rve::unknown_keyword(keyword, known, last));
-    if (!given.insert(keyword).second)
-      error->all(FLERR, "create_rve: keyword {} is given twice", keyword);
-    if (material.take(lmp, "create_rve", iarg, narg, arg)) {
-      last = keyword + " " + arg[iarg + 1];
-      iarg += 2;
-      continue;
-    }
-    const auto form = std::find_if(std::begin(KEYWORDS), std::end(KEYWORDS), [&](const Keyword &k) {
-      return keyword == k.name;
-    });
-    int values = form->values;
-    if (iarg + values >= narg) utils::missing_cmd_args(FLERR, "create_rve " + keyword, error);
-    const char *value = arg[iarg + 1];
-    const auto number = [&](int k) {
-      if (!utils::is_double(arg[iarg + k]))
-        error->all(FLERR, "create_rve: {} is '{}'; it must be a number", keyword, arg[iarg + k]);
-      return utils::numeric(FLERR, arg[iarg + k], false, lmp);
-    };
-    const auto real = [&]() {
-      return number(1);
-    };
-    const auto reals = [&]() {
-      std::vector<double> list = {real()};
-      for (; iarg + values + 1 < narg && utils::is_double(arg[iarg + values + 1]); ++values)
-        list.push_back(number(values + 1));
-      return list;
-    };
-    if (keyword == "grains") {
-      recipe.num_grains = utils::inumeric(FLERR, value, false, lmp);
-    } else if (keyword == "seed" || keyword == "seeds") {
-      const bigint seed = utils::bnumeric(FLERR, value, false, lmp);
-      if (seed < 0) error->all(FLERR, "create_rve: seed is {}; it must be at least 0", seed);
-      recipe.seed = static_cast<std::uint64_t>(seed);
-      if (keyword == "seeds") {
-        order.num_seeds = utils::inumeric(FLERR, arg[iarg + 2], false, lmp);
-        if (order.num_seeds < 1)
-          error->all(FLERR, "create_rve: number of seeds is {}; it must be at least 1",
-                     order.num_seeds);
-      }
-    } else if (keyword == "radius") {
-      if (strcmp(value, "uniform") != 0)
-        error->all(FLERR, "create_rve: radius is '{}'; it must be uniform lo hi", value);
-      recipe.radius_min = number(2);
-      recipe.radius_max = number(3);
-    } else if (keyword == "pressure") {
-      recipe.pressure = real();
-    } else if (keyword == "void_ratio") {
-      order.void_ratios = reals();
-    } else if (keyword == "void_ratio_tolerance") {
-      recipe.void_ratio_tolerance = real();
-    } else if (keyword == "friction_prep") {
-      order.frictions = reals();
-    } else if (keyword == "damping_prep") {
-      recipe.preparation_damping = real();
-    } else if (keyword == "tolerance") {
-      recipe.stress_tolerance = recipe.unbalanced_tolerance = real();
-    } else if (keyword == "format") {
-      try {
-        order.options.format = rve::format_from_string(value);
-      } catch (const rve::InputError &e) {
-        error->all(FLERR, "create_rve: {}", e.what());
-      }
-    } else if (keyword == "threads") {
-      order.options.threads = utils::inumeric(FLERR, value, false, lmp);
-      order.threads_given = true;
-    } else if (keyword == "device") {
-      const std::map<std::string, rve::Device> devices = {
-          {"auto", rve::Device::Auto}, {"cpu", rve::Device::Cpu}, {"cuda", rve::Device::Cuda}};
-      const auto found = devices.find(value);
-      if (found == devices.end())
-        error->all(FLERR, "create_rve: device is '{}'; it must be auto, cpu or cuda", value);
-      order.options.device = found->second;
-      order.device_given = true;
-    } else {    // policy
-      order.skip = strcmp(value, "skip") == 0;
-      if (!order.skip && strcmp(value, "stop") != 0)
-        error->all(FLERR, "create_rve: policy is '{}'; it must be stop or skip", value);
-    }
-    last = keyword;
-    for (int k = 1; k <= values; ++k) last += std::string(" ") + arg[iarg + k];
-    iarg += values + 1;
-  }
-  if (given.count("seed") && given.count("seeds"))
+  order.path = words.next("file");
+  words.set_keywords(names_of(MATERIAL_KEYWORDS));
+  words.add_keywords(names_of(KEYWORDS));
+  while (words.next_keyword())
+    if (!material.read(words)) words.read(KEYWORDS, order);
+  if (words.has("seed") && words.has("seeds"))
     error->all(FLERR, "create_rve: seed and seeds exclude each other");
   std::string missing;
   for (const char *needed : {"radius", "kn", "density", "pressure"})
-    if (!given.count(needed)) missing += (missing.empty() ? "" : ", ") + std::string(needed);
+    if (!words.has(needed)) missing += (missing.empty() ? "" : ", ") + std::string(needed);
   if (!missing.empty()) error->all(FLERR, "create_rve: {} must be given", missing);
 
   // grains with the stiffness of their normal spring in the tangent too, unless said otherwise
-  if (!material.kt) material.kt = material.kn;
+  std::optional<double> &kt = material[&rve::Material::tangential_stiffness];
+  if (!kt) kt = material[&rve::Material::normal_stiffness];
   material.apply(recipe.material);
   if (order.is_library()) {
     // all of them are in the memory at once, and then the text of their file
@@ -332,7 +298,6 @@ void make_library(LAMMPS *lmp, const Order &order, rve::Engine &engine)
 
 void CreateRve::command(int narg, char **arg)
 {
-  if (narg < 1) utils::missing_cmd_args(FLERR, "create_rve", error);
   require_mechanical_units(lmp, "create_rve");
   const Order order = parse(lmp, narg, arg);
 

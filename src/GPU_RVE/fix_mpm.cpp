@@ -777,9 +777,6 @@ void FixMpm::tell_damping()
 
 void FixMpm::solve(bool advance)
 {
-  const auto now = [&](const MpmValue &value) {
-    return value.variable.empty() ? value.number : input->variable->compute_equal(value.index);
-  };
   impl->find_members(atom);
   modify->clearstep_compute();
   impl->loads.resize(impl->settings.tractions.size());
@@ -787,7 +784,7 @@ void FixMpm::solve(bool advance)
     const MpmTraction &traction = impl->settings.tractions[k];
     mpm::TractionLoad &load = impl->loads[k];
     load.point_index.clear();
-    load.traction = {{now(traction.traction[0]), now(traction.traction[1])}};
+    load.traction = {{traction.traction[0].evaluate(lmp), traction.traction[1].evaluate(lmp)}};
     load.face = traction.face;
     Region *region = traction.groupbit ? nullptr : domain->get_region_by_id(traction.id);
     if (region) region->prematch();
@@ -810,8 +807,8 @@ void FixMpm::solve(bool advance)
 
   try {
     for (std::size_t b = 0; b < impl->settings.bodies.size(); b++) {
-      const Vec2 velocity = {
-          {now(impl->settings.bodies[b].velocity[0]), now(impl->settings.bodies[b].velocity[1])}};
+      const Vec2 velocity = {{impl->settings.bodies[b].velocity[0].evaluate(lmp),
+                              impl->settings.bodies[b].velocity[1].evaluate(lmp)}};
       impl->solver->set_body_velocity((int) b, velocity);
       if (advance) impl->body_displacement[b] = impl->body_displacement[b] + update->dt * velocity;
     }
@@ -922,7 +919,7 @@ double FixMpm::compute_vector(int n)
 
 bool FixMpm::reads_results() const
 {
-  const auto reads = [&](const MpmValue &value) {
+  const auto reads = [&](const ScriptValue &value) {
     return !value.variable.empty() && may_read_results(lmp, value.variable);
   };
   for (const MpmRigidBody &body : impl->settings.bodies)

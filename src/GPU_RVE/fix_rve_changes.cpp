@@ -82,8 +82,8 @@ void FixRve::Impl::write_restart_head(FILE *fp) const
   std::string account;
   for (const auto &[keyword, value] : settings.account()) account += keyword + " " + value + "\n";
   for (const MaterialKeyword &keyword : MATERIAL_KEYWORDS)
-    if (settings.material.*keyword.word)    // all digits
-      account += fmt::format("{} {}\n", keyword.name, *(settings.material.*keyword.word));
+    if (settings.material[keyword.member])    // all digits
+      account += fmt::format("{} {}\n", keyword.name, *settings.material[keyword.member]);
   RestartHead head;
   head.version = -RESTART_VERSION;
   head.step = static_cast<double>(fix->update->ntimestep);
@@ -170,8 +170,8 @@ void FixRve::Impl::read_restart_head(const char *buf)
   MaterialWords unsaid;
   for (const MaterialKeyword &keyword : MATERIAL_KEYWORDS) {
     const auto word = account.find(keyword.name);
-    if (word == account.end() || settings.material.*keyword.word) continue;
-    settings.material.*keyword.word = unsaid.*keyword.word = std::stod(word->second);
+    if (word == account.end() || settings.material[keyword.member]) continue;
+    settings.material[keyword.member] = unsaid[keyword.member] = std::stod(word->second);
   }
   mass_scaling_of_rves = head.mass_scaling;
   const double scaling_before = settings.mass_scaling.value_or(1.0);
@@ -316,7 +316,7 @@ void FixRve::Impl::modify(int narg, char **arg)
   // RVEs that are made later begin like those that are there
   wanted.material = settings.material;
   for (const MaterialKeyword &keyword : MATERIAL_KEYWORDS)
-    if (words.*keyword.word) wanted.material.*keyword.word = words.*keyword.word;
+    if (words[keyword.member]) wanted.material[keyword.member] = words[keyword.member];
   wanted.mass_scaling = scaling;
   wanted.dt_given = settings.dt_given || dt_given;
   settings = wanted;

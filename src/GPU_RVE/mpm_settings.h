@@ -17,6 +17,7 @@
 #define LMP_MPM_SETTINGS_H
 
 #include "mpm/mpm_solver.h"
+#include "script_words.h"
 
 #include <memory>
 #include <string>
@@ -27,23 +28,16 @@ namespace LAMMPS_NS {
 
 class LAMMPS;
 
-/// A number of the script, or the equal-style variable that gives it.
-struct MpmValue {
-  double number = 0.0;
-  std::string variable;
-  int index = -1;
-};
-
 struct MpmRigidBody {
   std::string group;
   int groupbit;
-  MpmValue velocity[2];
+  ScriptValue velocity[2];
 };
 
 struct MpmTraction {
   int groupbit;      // 0: a region
   std::string id;    // of group or region
-  MpmValue traction[2];
+  ScriptValue traction[2];
   mpm::Face face = mpm::Face::YHi;
 };
 

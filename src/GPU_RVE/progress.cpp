@@ -16,6 +16,8 @@
 #include "comm.h"
 #include "lammps.h"
 #include "platform.h"
+#include "rve/core/error.h"
+#include "script_words.h"
 #include "update.h"
 #include "utils.h"
 
@@ -43,6 +45,16 @@ std::string LAMMPS_NS::hours_minutes_seconds(double seconds)
 {
   const auto whole = static_cast<bigint>(std::llround(seconds));
   return fmt::format("{}:{:02d}:{:02d}", whole / 3600, whole / 60 % 60, whole % 60);
+}
+
+double LAMMPS_NS::read_progress(ScriptWords &words)
+{
+  const double seconds = words.number();
+  if (!(seconds >= 0.0))
+    words.refuse(fmt::format("progress is {} [seconds of wall time]; it must be at least 0, which "
+                             "means never",
+                             rve::number(seconds)));
+  return seconds;
 }
 
 Progress::Progress(LAMMPS *_lmp, std::string _who, double _interval) :

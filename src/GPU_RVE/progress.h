@@ -26,6 +26,7 @@
 namespace LAMMPS_NS {
 
 class LAMMPS;
+class ScriptWords;
 
 class Progress {
  public:
@@ -56,6 +57,9 @@ class Progress {
   // at the last line, or at the begin of the run if that was later
   double steps_then = 0.0, time_then = 0.0;
 };
+
+/// Value of the keyword *progress*, the interval of lines.
+double read_progress(ScriptWords &words);
 
 /// "2:03:04" of seconds: hours, minutes, seconds.
 std::string hours_minutes_seconds(double seconds);

@@ -21,25 +21,20 @@
 #include "field/circulant_embedding.h"
 #include "field/interpolation.h"
 #include "field/marginal.h"
-#include "group.h"
 #include "on_rank_zero.h"
 #include "rve/core/error.h"
-#include "rve/core/suggestion.h"
+#include "script_words.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
 using namespace LAMMPS_NS;
 
 namespace {
-
-const rve::Words KEYWORDS = {"covariance", "lengths",       "angle",  "spacing", "domain",
-                             "marginal",   "interpolation", "bounds", "seed",    "max_points"};
 
 struct Order {
   int groupbit = 0;
@@ -69,124 +64,121 @@ double *find_property(LAMMPS *lmp, const std::string &word)
   return lmp->atom->dvector[index];
 }
 
-/// Keywords as they come; the grid and the ellipse are made of several of them.
+/// What the keywords say; the grid and the ellipse are made of several of them.
+struct Said {
+  Order order;
+  std::optional<field::Vec> lengths, spacing, lo, hi;
+  double angle = 0.0;
+};
+
+field::Vec read_pair(ScriptWords &words, const char *first, const char *second)
+{
+  const double value = words.number(first);
+  return {value, words.number(second)};
+}
+
+void read_covariance(ScriptWords &words, Said &said)
+{
+  field::Covariance &covariance = said.order.covariance;
+  if (words.take("exponential"))
+    covariance.function = field::Exponential{};
+  else if (words.take("gaussian"))
+    covariance.function = field::Gaussian{};
+  else if (words.take("matern"))
+    covariance.function = field::Matern(words.number("matern nu"));
+  else
+    words.refuse(fmt::format("covariance is '{}'; it must be exponential, gaussian or matern nu",
+                             words.next()));
+}
+
+void read_marginal(ScriptWords &words, Said &said)
+{
+  field::Marginal &marginal = said.order.marginal;
+  const auto two = [&](const char *first, const char *second) {
+    return read_pair(words, first, second);
+  };
+  if (words.take("normal")) {
+    const field::Vec v = two("mean", "standard deviation");
+    marginal = field::Normal(v[0], v[1]);
+  } else if (words.take("lognormal")) {
+    const field::Vec v = two("mean", "standard deviation");
+    marginal = field::Lognormal(v[0], v[1]);
+  } else if (words.take("uniform")) {
+    const field::Vec v = two("lo", "hi");
+    marginal = field::Uniform(v[0], v[1]);
+  } else if (words.take("bounded")) {
+    const field::Vec bounds = two("lo", "hi"), v = two("location", "scale");
+    marginal = field::Bounded(bounds[0], bounds[1], v[0], v[1]);
+  } else {
+    words.refuse(fmt::format("marginal is '{}'; it must be normal, lognormal, uniform or bounded",
+                             words.next()));
+  }
+}
+
+constexpr ScriptKeyword<Said> KEYWORDS[] = {
+    {"covariance", "exponential | gaussian | matern nu", read_covariance},
+    {"lengths", "horizontal vertical",
+     [](ScriptWords &words, Said &said) {
+       said.lengths = read_pair(words, "horizontal", "vertical");
+     }},
+    {"angle", "degrees",
+     [](ScriptWords &words, Said &said) {
+       said.angle = words.number();
+     }},
+    {"spacing", "dx dy",
+     [](ScriptWords &words, Said &said) {
+       said.spacing = read_pair(words, "dx", "dy");
+     }},
+    {"domain", "xlo xhi ylo yhi",
+     [](ScriptWords &words, Said &said) {
+       const field::Vec x = read_pair(words, "xlo", "xhi"), y = read_pair(words, "ylo", "yhi");
+       said.lo = {x[0], y[0]};
+       said.hi = {x[1], y[1]};
+     }},
+    {"marginal",
+     "normal mean sd | lognormal mean sd | uniform lo hi | bounded lo hi location scale",
+     read_marginal},
+    {"interpolation", "linear | nearest",
+     [](ScriptWords &words, Said &said) {
+       said.order.interpolation =
+           words.choice<field::InterpolationKind>("",
+                                                  {{"linear", field::InterpolationKind::Linear},
+                                                   {"nearest", field::InterpolationKind::Nearest}});
+     }},
+    {"bounds", "lo hi",
+     [](ScriptWords &words, Said &said) {
+       const field::Vec bounds = read_pair(words, "lo", "hi");
+       said.order.bounds = field::Interval(bounds[0], bounds[1]);
+     }},
+    {"seed", "N",
+     [](ScriptWords &words, Said &said) {
+       said.order.seed = words.whole("", 0, MAXBIGINT);
+     }},
+    {"max_points", "N", [](ScriptWords &words, Said &said) {
+       said.order.max_points = words.whole("", 4, MAXBIGINT);
+     }}};
+
 Order parse(LAMMPS *lmp, int narg, char **arg)
 {
   Error *error = lmp->error;
-  Order order;
-  const int igroup = lmp->group->find(arg[0]);
-  if (igroup < 0) error->all(FLERR, "random_field: there is no group '{}'", arg[0]);
-  order.groupbit = lmp->group->bitmask[igroup];
-  order.name = arg[1];
+  ScriptWords words(lmp, "random_field", narg, arg, 0);
+  Said said;
+  Order &order = said.order;
+  order.groupbit = words.groupbit("group");
+  order.name = words.next("property");
   order.property = find_property(lmp, order.name);
 
-  std::optional<field::Vec> lengths, spacing;
-  bool has_covariance = false, has_domain = false;
-  double angle = 0.0;
-  field::Vec lo{lmp->domain->boxlo[0], lmp->domain->boxlo[1]};
-  field::Vec hi{lmp->domain->boxhi[0], lmp->domain->boxhi[1]};
-
-  std::set<std::string> given;
-  std::string last;    // keyword, and its values
-  int iarg = 2;
-  while (iarg < narg) {
-    const std::string keyword = arg[iarg++];
-    if (!given.insert(keyword).second)
-      error->all(FLERR, "random_field: {} is given twice; give it once", keyword);
-    const int first = iarg - 1;
-    const auto word = [&]() -> std::string {
-      if (iarg == narg) utils::missing_cmd_args(FLERR, "random_field " + keyword, error);
-      return arg[iarg++];
-    };
-    const auto real = [&]() {
-      const std::string text = word();
-      if (!utils::is_double(text))
-        error->all(FLERR, "random_field: {} has '{}' where a number must be", keyword, text);
-      return utils::numeric(FLERR, text, false, lmp);
-    };
-    const auto whole = [&]() {
-      return utils::bnumeric(FLERR, word(), false, lmp);
-    };
-    if (keyword == "covariance") {
-      const std::string kind = word();
-      has_covariance = true;
-      if (kind == "exponential")
-        order.covariance.function = field::Exponential{};
-      else if (kind == "gaussian")
-        order.covariance.function = field::Gaussian{};
-      else if (kind == "matern")
-        order.covariance.function = field::Matern(real());
-      else
-        error->all(
-            FLERR,
-            "random_field: covariance is '{}'; it must be exponential, gaussian or matern nu",
-            kind);
-    } else if (keyword == "lengths") {
-      const double horizontal = real();
-      lengths = {horizontal, real()};
-    } else if (keyword == "angle") {
-      angle = real();
-    } else if (keyword == "spacing") {
-      const double dx = real();
-      spacing = {dx, real()};
-    } else if (keyword == "domain") {
-      for (int a = 0; a < field::AXES; a++) {
-        lo[a] = real();
-        hi[a] = real();
-      }
-      has_domain = true;
-    } else if (keyword == "marginal") {
-      const std::string kind = word();
-      const double first =
-          kind == "normal" || kind == "lognormal" || kind == "uniform" || kind == "bounded" ? real()
-                                                                                            : 0.0;
-      if (kind == "normal") {
-        order.marginal = field::Normal(first, real());
-      } else if (kind == "lognormal") {
-        order.marginal = field::Lognormal(first, real());
-      } else if (kind == "uniform") {
-        order.marginal = field::Uniform(first, real());
-      } else if (kind == "bounded") {
-        const double upper = real(), location = real();
-        order.marginal = field::Bounded(first, upper, location, real());
-      } else {
-        error->all(FLERR,
-                   "random_field: marginal is '{}'; it must be normal, lognormal, uniform or "
-                   "bounded",
-                   kind);
-      }
-    } else if (keyword == "interpolation") {
-      const std::string kind = word();
-      if (kind != "linear" && kind != "nearest")
-        error->all(FLERR, "random_field: interpolation is '{}'; it must be linear or nearest",
-                   kind);
-      order.interpolation = kind == "linear" ? field::InterpolationKind::Linear
-                                             : field::InterpolationKind::Nearest;
-    } else if (keyword == "bounds") {
-      const double lower = real();
-      order.bounds = field::Interval(lower, real());
-    } else if (keyword == "seed") {
-      const bigint seed = whole();
-      if (seed < 0) error->all(FLERR, "random_field: seed is {}; it must be at least 0", seed);
-      order.seed = static_cast<std::uint64_t>(seed);
-    } else if (keyword == "max_points") {
-      order.max_points = whole();
-      if (order.max_points < 4)
-        error->all(FLERR, "random_field: max_points is {}; it must be at least 4",
-                   order.max_points);
-    } else {
-      error->all(FLERR, "random_field: {}", rve::unknown_keyword(keyword, KEYWORDS, last));
-    }
-    last = arg[first];
-    for (int i = first + 1; i < iarg; i++) last += std::string(" ") + arg[i];
-  }
-  if (!has_covariance) error->all(FLERR, "random_field: no covariance is given");
-  if (!lengths) error->all(FLERR, "random_field: no correlation lengths are given");
-  if (!spacing) error->all(FLERR, "random_field: no grid spacing is given");
-  if (lmp->domain->triclinic && !has_domain)
+  words.set_keywords(names_of(KEYWORDS));
+  while (words.next_keyword()) words.read(KEYWORDS, said);
+  if (!words.has("covariance")) error->all(FLERR, "random_field: no covariance is given");
+  if (!said.lengths) error->all(FLERR, "random_field: no correlation lengths are given");
+  if (!said.spacing) error->all(FLERR, "random_field: no grid spacing is given");
+  if (lmp->domain->triclinic && !said.lo)
     error->all(FLERR, "random_field: the box is triclinic; give the domain of the field");
-  order.covariance.anisotropy = field::Anisotropy(*lengths, angle);
-  order.grid = field::Grid::covering(lo, hi, *spacing);
+  const field::Vec lo{lmp->domain->boxlo[0], lmp->domain->boxlo[1]};
+  const field::Vec hi{lmp->domain->boxhi[0], lmp->domain->boxhi[1]};
+  order.covariance.anisotropy = field::Anisotropy(*said.lengths, said.angle);
+  order.grid = field::Grid::covering(said.lo.value_or(lo), said.hi.value_or(hi), *said.spacing);
   return order;
 }
 
@@ -286,7 +278,6 @@ void store(LAMMPS *lmp, const Order &order, const std::vector<double> &nodes)
 
 void RandomField::command(int narg, char **arg)
 {
-  if (narg < 2) utils::missing_cmd_args(FLERR, "random_field", error);
   if (domain->box_exist == 0) error->all(FLERR, "random_field: there is no simulation box yet");
   if (domain->dimension != 2)
     error->all(FLERR, "random_field: dimension is {}; it must be 2", domain->dimension);

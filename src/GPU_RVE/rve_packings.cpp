@@ -49,7 +49,7 @@ double shear_change(const rve::RveState &packing)
 /// Behind the message that there is no such file.
 std::string where_packings_come_from(const std::string &file)
 {
-  const rve::Words near = rve::nearest_words(file, fix_rve_keywords(false));
+  const rve::Words near = rve::nearest_words(file, fix_rve_keywords());
   if (!near.empty() && file.find_first_of("./") == std::string::npos)
     return fmt::format("; if {} is no file, did you mean the keyword {}?", file, near.front());
   return fmt::format(

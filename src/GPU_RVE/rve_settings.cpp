@@ -13,18 +13,15 @@
 
 #include "rve_settings.h"
 
-#include "atom.h"
 #include "error.h"
-#include "input.h"
 #include "lammps.h"
+#include "progress.h"
 #include "rve/core/error.h"
-#include "rve/core/suggestion.h"
-#include "variable.h"
 
 #include <algorithm>
-#include <cctype>
-#include <cmath>
 #include <cstring>
+#include <string_view>
+#include <utility>
 
 using namespace LAMMPS_NS;
 using macro::StressFrom;
@@ -41,164 +38,27 @@ bool find_component(const char *word, int &row, int &column)
   return false;
 }
 
-/// Reads words one by one; says what is missing.
-class Words {
- public:
-  Words(LAMMPS *_lmp, std::string _command, int _narg, char **_arg, int begin) :
-      lmp(_lmp), command(std::move(_command)), narg(_narg), arg(_arg), iarg(begin)
-  {
-  }
-
-  bool empty() const { return iarg >= narg; }
-  const char *peek() const { return empty() ? "" : arg[iarg]; }
-  int position() const { return iarg; }
-  void skip(int count) { iarg += count; }
-  /// Takes the next word if it is this one.
-  bool take(const char *word)
-  {
-    if (strcmp(peek(), word) != 0) return false;
-    ++iarg;
-    return true;
-  }
-  /// The words from a position up to here.
-  std::string since(int begin) const
-  {
-    std::string text = arg[begin];
-    for (int k = begin + 1; k < iarg; ++k) text += std::string(" ") + arg[k];
-    return text;
-  }
-  bool starts_number() const
-  {
-    return !empty() && (isdigit(arg[iarg][0]) || strchr("+-.", arg[iarg][0]));
-  }
-
-  const char *next(const std::string &what)
-  {
-    if (empty())
-      lmp->error->all(FLERR, "{}: {} has no value; the command ends there", command, what);
-    return arg[iarg++];
-  }
-
-  double number(const std::string &what)
-  {
-    const char *word = next(what);
-    if (!utils::is_double(word))
-      lmp->error->all(FLERR, "{}: {} is '{}'; it must be a number", command, what, word);
-    return utils::numeric(FLERR, word, false, lmp);
-  }
-
-  double positive(const std::string &what, const char *unit)
-  {
-    const double value = number(what);
-    if (!std::isfinite(value) || value <= 0.0)
-      lmp->error->all(FLERR, "{}: {} is {} {}; it must be greater than 0", command, what,
-                      rve::number(value), unit);
-    return value;
-  }
-
-  int integer(const std::string &what, int least)
-  {
-    const char *word = next(what);
-    if (!utils::is_integer(word))
-      lmp->error->all(FLERR, "{}: {} is '{}'; it must be a whole number", command, what, word);
-    const int value = utils::inumeric(FLERR, word, false, lmp);
-    if (value < least)
-      lmp->error->all(FLERR, "{}: {} is {}; it must be at least {}", command, what, value, least);
-    return value;
-  }
-
-  template <class T>
-  T choice(const std::string &what, std::initializer_list<std::pair<const char *, T>> choices)
-  {
-    const char *word = next(what);
-    std::string allowed;
-    for (const auto &[name, value] : choices) {
-      if (strcmp(word, name) == 0) return value;
-      allowed += (allowed.empty() ? "" : " or ") + std::string(name);
-    }
-    lmp->error->all(FLERR, "{}: {} is '{}'; it must be {}", command, what, word, allowed);
-  }
-
-  double within(const std::string &what, const char *unit, double above, double most)
-  {
-    const double value = number(what);
-    if (!(value > above && value <= most))
-      lmp->error->all(FLERR, "{}: {} is {} {}; it must be greater than {} and at most {}", command,
-                      what, rve::number(value), unit, rve::number(above), rve::number(most));
-    return value;
-  }
-
-  std::vector<TensorComponent> components(const std::string &what, bool symmetric)
-  {
-    std::vector<TensorComponent> list;
-    int row, column;
-    while (!empty() && find_component(arg[iarg], row, column)) {
-      const std::string name = arg[iarg++];
-      if (symmetric && row > column)
-        lmp->error->all(FLERR, "{}: {} has no component yx; the servo shears by xy", command, what);
-      for (const auto &other : list)
-        if (other.row == row && other.column == column)
-          lmp->error->all(FLERR, "{}: {} has component {} twice", command, what, name);
-      const std::string component = what + " " + name;
-      list.push_back({row, column, ScriptValue::parse(lmp, command, component, next(component))});
-    }
-    if (list.empty())
-      lmp->error->all(FLERR, "{}: {} needs at least one of the components {}, got '{}'", command,
-                      what, symmetric ? "xx yy xy" : "xx yy xy yx", peek());
-    return list;
-  }
-
- private:
-  LAMMPS *lmp;
-  std::string command;
-  int narg;
-  char **arg;
-  int iarg;
-};
-
-// why fix_modify cannot change what a keyword says; null if it can
-constexpr const char *OF_ENGINE = "the engine that holds the RVEs is made with it; write a restart "
-                                  "file and read it with another fix rve";
-constexpr const char *OF_PACKING = "RVEs that are there keep their grains; define another fix rve "
-                                   "for other packings";
-
-constexpr struct {
-  const char *name;
-  const char *fixed;
-} KEYWORDS[] = {{"drive", nullptr},
-                {"servo", nullptr},
-                {"servo_gain", nullptr},
-                {"servo_max_rate", nullptr},
-                {"dt", nullptr},
-                {"dt_check", nullptr},
-                {"substeps", nullptr},
-                {"quiescent", nullptr},
-                {"stress", nullptr},
-                {"mass_scaling", nullptr},
-                {"policy", nullptr},
-                {"progress", nullptr},
-                {"dump", nullptr},
-                {"shadow", OF_ENGINE},
-                {"preset", "it also says the number format; give dt and mass_scaling one by one"},
-                {"packings", OF_PACKING},
-                {"packing_variable", OF_PACKING},
-                {"packing_random", OF_PACKING},
-                {"packing_void_ratio", OF_PACKING},
-                {"packing_image", OF_PACKING},
-                {"format", OF_ENGINE},
-                {"arithmetic", OF_ENGINE},
-                {"device", OF_ENGINE},
-                {"threads", OF_ENGINE},
-                {"skin", OF_ENGINE},
-                {"block_size", OF_ENGINE},
-                {"arms", OF_ENGINE},
-                {"overlap_limit", OF_ENGINE},
-                {"energy", OF_ENGINE}};
-
-bool is_keyword(std::string_view word)
+/// Components of a tensor with their values, at least one; `part` as in ScriptWords.
+std::vector<TensorComponent> read_components(ScriptWords &words, const std::string &part,
+                                             bool symmetric)
 {
-  const rve::Words keywords = fix_rve_keywords(false);
-  return std::find(keywords.begin(), keywords.end(), word) != keywords.end();
+  const std::string what = words.keyword() + (part.empty() ? "" : " ") + part;
+  std::vector<TensorComponent> list;
+  int row, column;
+  while (find_component(words.peek(), row, column)) {
+    const std::string name = words.next();
+    if (symmetric && row > column)
+      words.refuse(what + " has no component yx; the servo shears by xy");
+    for (const auto &other : list)
+      if (other.row == row && other.column == column)
+        words.refuse(what + " has component " + name + " twice");
+    list.push_back({row, column, words.value(part.empty() ? name : part + " " + name)});
+  }
+  if (list.empty())
+    words.refuse(fmt::format("{} needs at least one of the components {}, got '{}'", what,
+                             symmetric ? "xx yy xy" : "xx yy xy yx", words.peek()));
+  words.suggest({"yx", "yy", "xx", "xy"});
+  return list;
 }
 
 // An RVE that is skipped longer than this answers from a stiffness that it has no more: contacts slide from a thousandth on.
@@ -231,20 +91,226 @@ void apply(Preset preset, FixRveSettings &s)
   }
 }
 
-}    // namespace
+// ---- values of keywords ----
 
-rve::Words LAMMPS_NS::material_keywords()
+void read_drive(ScriptWords &words, FixRveSettings &s)
 {
-  rve::Words words;
-  for (const MaterialKeyword &keyword : MATERIAL_KEYWORDS) words.emplace_back(keyword.name);
-  return words;
+  s.driver = words.choice<RveDriver>("",
+                                     {{"none", RveDriver::None},
+                                      {"velocity_gradient", RveDriver::VelocityGradient},
+                                      {"mpm", RveDriver::Mpm}});
+  s.velocity_gradient.clear();
+  if (s.driver == RveDriver::VelocityGradient)
+    s.velocity_gradient = read_components(words, "velocity_gradient", false);
 }
 
-rve::Words LAMMPS_NS::fix_rve_keywords(bool only_changeable)
+void read_dt(ScriptWords &words, FixRveSettings &s)
 {
-  rve::Words words = material_keywords();
-  for (const auto &keyword : KEYWORDS)
-    if (!only_changeable || !keyword.fixed) words.emplace_back(keyword.name);
+  s.dt_given = true;
+  s.dt_auto = words.take("auto");
+  if (!s.dt_auto)
+    s.dt = words.positive("", "[time]");
+  else if (words.starts_number())
+    s.dt_fraction = words.within("auto fraction", "[-]", 0.0, 1.0);
+}
+
+void read_substeps(ScriptWords &words, FixRveSettings &s)
+{
+  s.substeps = 0;
+  s.macro_step.adaptive.reset();
+  if (words.take("match")) return;    // as many as cover the LAMMPS time step
+  if (!words.take("adaptive")) {
+    s.substeps = words.integer("", 1);
+    return;
+  }
+  rve::AdaptiveSubsteps adaptive;
+  adaptive.strain_per_step = words.within("adaptive strain", "[-]", 0.0, 1e-2);
+  adaptive.inertial_number = words.within("adaptive inertial number", "[-]", 0.0, 1.0);
+  adaptive.most = words.starts_number() ? words.integer("adaptive most", 1) : MOST_SUBSTEPS;
+  s.macro_step.adaptive = adaptive;
+}
+
+void read_stress(ScriptWords &words, FixRveSettings &s)
+{
+  s.macro_step.stress_from = words.choice<StressFrom>("",
+                                                      {{"end", StressFrom::End},
+                                                       {"average", StressFrom::Average},
+                                                       {"regression", StressFrom::Regression}});
+  if (s.macro_step.stress_from == StressFrom::End) return;
+  s.macro_step.stress_samples = words.integer("samples", 2);
+  s.macro_step.stress_spacing = words.integer("spacing", 1);
+}
+
+void read_preset(ScriptWords &words, FixRveSettings &s)
+{
+  if (!words.given().empty())
+    words.refuse("preset must be the first keyword: those that follow replace parts of it");
+  apply(words.choice<Preset>("",
+                             {{"draft", Preset::Draft},
+                              {"standard", Preset::Standard},
+                              {"reference", Preset::Reference}}),
+        s);
+}
+
+void read_dump(ScriptWords &words, FixRveSettings &s)
+{
+  s.dump_atoms.clear();
+  s.dump_interval = words.take("none") ? 0 : words.integer("interval", 1);
+  if (s.dump_interval == 0) return;
+  s.dump_prefix = words.next("file prefix");
+  do s.dump_atoms.push_back(words.integer("atom ID", 1));
+  while (words.starts_number());
+}
+
+// why fix_modify cannot change what a keyword says
+constexpr const char *OF_ENGINE = "the engine that holds the RVEs is made with it; write a restart "
+                                  "file and read it with another fix rve";
+constexpr const char *OF_PACKING = "RVEs that are there keep their grains; define another fix rve "
+                                   "for other packings";
+
+struct FixRveKeyword {
+  const char *name;
+  const char *values;
+  void (*read)(ScriptWords &, FixRveSettings &);
+  const char *fixed = nullptr;    ///< null if fix_modify can change it
+};
+
+using Settings = FixRveSettings;
+constexpr FixRveKeyword KEYWORDS[] = {
+    {"drive", "none | mpm | velocity_gradient component rate ...", read_drive},
+    {"servo", "none | component stress ...",
+     [](ScriptWords &words, Settings &s) {
+       s.stress_goal.clear();
+       if (!words.take("none")) s.stress_goal = read_components(words, "", true);
+     }},
+    {"servo_gain", "gain",
+     [](ScriptWords &words, Settings &s) {
+       s.servo_gain = words.positive("", "[1/(stress time^2)]");
+     }},
+    {"servo_max_rate", "rate",
+     [](ScriptWords &words, Settings &s) {
+       s.servo_max_rate = words.positive("", "[1/time]");
+     }},
+    {"dt", "time | auto [fraction]", read_dt},
+    {"dt_check", "N",
+     [](ScriptWords &words, Settings &s) {
+       s.dt_check_interval = words.integer("", 0);
+     }},
+    {"substeps", "N | match | adaptive strain inertia [most]", read_substeps},
+    {"quiescent", "none | strain",
+     [](ScriptWords &words, Settings &s) {
+       s.macro_step.quiescent_strain =
+           words.take("none") ? 0.0 : words.within("strain", "[-]", 0.0, LARGEST_QUIESCENT_STRAIN);
+     }},
+    {"stress", "end | average samples spacing | regression samples spacing", read_stress},
+    {"mass_scaling", "factor",
+     [](ScriptWords &words, Settings &s) {
+       s.mass_scaling = words.positive("", "[-]");
+     }},
+    {"policy", "stop | freeze",
+     [](ScriptWords &words, Settings &s) {
+       s.freeze = words.choice<bool>("", {{"stop", false}, {"freeze", true}});
+     }},
+    {"progress", "seconds",
+     [](ScriptWords &words, Settings &s) {
+       s.progress_interval = read_progress(words);
+     }},
+    {"dump", "none | N prefix atom-ID ...", read_dump},
+    {"shadow", "N [refinement]",
+     [](ScriptWords &words, Settings &s) {
+       s.num_shadows = words.integer("", 1);
+       if (words.starts_number()) s.macro_step.shadow_refinement = words.integer("refinement", 1);
+     },
+     OF_ENGINE},
+    {"preset", "draft | standard | reference", read_preset,
+     "it also says the number format; give dt and mass_scaling one by one"},
+    {"packings", "file ...",
+     [](ScriptWords &words, Settings &s) {
+       while (!words.empty() && !words.at_keyword()) s.packings.emplace_back(words.next());
+     },
+     OF_PACKING},
+    {"packing_variable", "v_name",
+     [](ScriptWords &words, Settings &s) {
+       s.choice.number = words.value();
+     },
+     OF_PACKING},
+    {"packing_random", "seed",
+     [](ScriptWords &words, Settings &s) {
+       s.choice.seed = words.integer("", 0);
+     },
+     OF_PACKING},
+    {"packing_void_ratio", "e tolerance",
+     [](ScriptWords &words, Settings &s) {
+       s.choice.void_ratio = words.value();
+       s.choice.tolerance = words.positive("tolerance", "[-]");
+     },
+     OF_PACKING},
+    {"packing_image", "number | v_name | random seed",
+     [](ScriptWords &words, Settings &s) {
+       if (words.take("random"))
+         s.choice.image_seed = words.integer("random seed", 0);
+       else
+         s.choice.image = words.value();
+     },
+     OF_PACKING},
+    {"format", "fast | mixed | double | single",
+     [](ScriptWords &words, Settings &s) {
+       s.options.format = read_format(words);
+     },
+     OF_ENGINE},
+    {"arithmetic", "strict | relaxed",
+     [](ScriptWords &words, Settings &s) {
+       s.options.arithmetic = words.choice<rve::Arithmetic>(
+           "", {{"strict", rve::Arithmetic::Strict}, {"relaxed", rve::Arithmetic::Relaxed}});
+     },
+     OF_ENGINE},
+    {"device", "auto | cpu | cuda",
+     [](ScriptWords &words, Settings &s) {
+       s.options.device = read_device(words);
+     },
+     OF_ENGINE},
+    {"threads", "N",
+     [](ScriptWords &words, Settings &s) {
+       s.options.threads = words.integer("", 0);
+       s.threads_given = true;
+     },
+     OF_ENGINE},
+    {"skin", "length",
+     [](ScriptWords &words, Settings &s) {
+       s.options.skin = words.positive("", "[length]");
+     },
+     OF_ENGINE},
+    {"block_size", "N",
+     [](ScriptWords &words, Settings &s) {
+       s.options.block_size = words.integer("", 0);
+     },
+     OF_ENGINE},
+    {"arms", "contact | lammps",
+     [](ScriptWords &words, Settings &s) {
+       s.options.arms = words.choice<rve::Arms>(
+           "", {{"contact", rve::Arms::Contact}, {"lammps", rve::Arms::Lammps}});
+     },
+     OF_ENGINE},
+    {"overlap_limit", "fraction",
+     [](ScriptWords &words, Settings &s) {
+       s.options.overlap_limit = words.number();
+       if (!(s.options.overlap_limit > 0.0 && s.options.overlap_limit < 1.0))
+         words.refuse(fmt::format("overlap_limit is {} [radius]; it must be in (0, 1)",
+                                  rve::number(s.options.overlap_limit)));
+     },
+     OF_ENGINE},
+    {"energy", "yes | no",
+     [](ScriptWords &words, Settings &s) {
+       s.options.track_energy = words.logical();
+     },
+     OF_ENGINE}};
+
+}    // namespace
+
+rve::Words LAMMPS_NS::fix_rve_keywords()
+{
+  rve::Words words = names_of(MATERIAL_KEYWORDS);
+  for (const auto &name : names_of(KEYWORDS)) words.push_back(name);
   return words;
 }
 
@@ -253,20 +319,62 @@ const char *LAMMPS_NS::rve_component_name(int row, int column)
   return COMPONENTS[row][column];
 }
 
+rve::Format LAMMPS_NS::read_format(ScriptWords &words)
+{
+  return words.choice<rve::Format>("",
+                                   {{"fast", rve::Format::Fast},
+                                    {"mixed", rve::Format::Mixed},
+                                    {"double", rve::Format::Double},
+                                    {"single", rve::Format::Single}});
+}
+
+rve::Device LAMMPS_NS::read_device(ScriptWords &words)
+{
+  return words.choice<rve::Device>(
+      "", {{"auto", rve::Device::Auto}, {"cpu", rve::Device::Cpu}, {"cuda", rve::Device::Cuda}});
+}
+
 /* ---------------------------------------------------------------------- */
 
-bool MaterialWords::take(LAMMPS *lmp, const std::string &command, int iarg, int narg, char **arg)
+bool MaterialWords::read(ScriptWords &words)
 {
-  for (const auto &[name, word, member] : MATERIAL_KEYWORDS)
-    if (strcmp(arg[iarg], name) == 0) {
-      const double value = Words(lmp, command, narg, arg, iarg + 1).number(name);
-      if (this->*word)
-        lmp->error->all(FLERR, "{}: {} is given twice, as {} and as {}; give it once", command,
-                        name, rve::number(*(this->*word)), rve::number(value));
-      this->*word = value;
+  for (const MaterialKeyword &keyword : MATERIAL_KEYWORDS)
+    if (words.keyword() == keyword.name) {
+      (*this)[keyword.member] = words.number();
       return true;
     }
   return false;
+}
+
+const std::optional<double> &MaterialWords::operator[](double rve::Material::*member) const
+{
+  const auto found = std::find_if(std::begin(MATERIAL_KEYWORDS), std::end(MATERIAL_KEYWORDS),
+                                  [member](const MaterialKeyword &keyword) {
+                                    return keyword.member == member;
+                                  });
+  return values[found - std::begin(MATERIAL_KEYWORDS)];
+}
+
+std::optional<double> &MaterialWords::operator[](double rve::Material::*member)
+{
+  return const_cast<std::optional<double> &>(std::as_const(*this)[member]);
+}
+
+bool MaterialWords::any() const
+{
+  return std::any_of(std::begin(values), std::end(values), [](const auto &value) {
+    return value.has_value();
+  });
+}
+
+void MaterialWords::apply(rve::Material &material) const
+{
+  for (const auto &[name, member] : MATERIAL_KEYWORDS)
+    material.*member = (*this)[member].value_or(material.*member);
+  const MaterialWords &words = *this;
+  if (words[&rve::Material::rolling_friction].value_or(0.0) > 0.0 &&
+      !words[&rve::Material::rolling_stiffness] && material.rolling_stiffness == 0.0)
+    material.rolling_stiffness = material.tangential_stiffness;
 }
 
 void LAMMPS_NS::change_material(rve::Material &material, const MaterialWords &words,
@@ -274,64 +382,10 @@ void LAMMPS_NS::change_material(rve::Material &material, const MaterialWords &wo
 {
   words.apply(material);
   // of inertia only: density stays
-  if (words.mass_depth)
+  if (words[&rve::Material::mass_depth])
     material.mass_depth *= mass_scaling;
   else if (mass_scaling != mass_scaling_before)
     material.mass_depth *= mass_scaling / mass_scaling_before;
-}
-
-bool MaterialWords::any() const
-{
-  return std::any_of(std::begin(MATERIAL_KEYWORDS), std::end(MATERIAL_KEYWORDS),
-                     [this](const MaterialKeyword &keyword) {
-                       return (this->*keyword.word).has_value();
-                     });
-}
-
-void MaterialWords::apply(rve::Material &material) const
-{
-  for (const MaterialKeyword &keyword : MATERIAL_KEYWORDS)
-    if (this->*keyword.word) material.*keyword.member = *(this->*keyword.word);
-  if (rolling_friction.value_or(0.0) > 0.0 && !kr && material.rolling_stiffness == 0.0)
-    material.rolling_stiffness = material.tangential_stiffness;
-}
-
-/* ---------------------------------------------------------------------- */
-
-ScriptValue ScriptValue::parse(LAMMPS *lmp, const std::string &command, const std::string &what,
-                               const char *word)
-{
-  ScriptValue value;
-  if (strncmp(word, "v_", 2) == 0)
-    value.variable = word + 2;
-  else if (utils::is_double(word))
-    value.constant = utils::numeric(FLERR, word, false, lmp);
-  else
-    lmp->error->all(
-        FLERR, "{}: {} is '{}'; it must be a number or v_name of a variable{}", command, what, word,
-        lmp->input->variable->find(word) >= 0 ? fmt::format("; did you mean v_{}?", word) : "");
-  return value;
-}
-
-void ScriptValue::find(LAMMPS *lmp, const std::string &command)
-{
-  if (variable.empty()) return;
-  Variable *variables = lmp->input->variable;
-  index = variables->find(variable.c_str());
-  if (index < 0) lmp->error->all(FLERR, "{}: variable {} does not exist", command, variable);
-  per_atom = variables->atomstyle(index);
-  if (!per_atom && !variables->equalstyle(index))
-    lmp->error->all(FLERR, "{}: variable {} must be of equal or atom style", command, variable);
-}
-
-void ScriptValue::evaluate(LAMMPS *lmp, int igroup, std::vector<double> &values) const
-{
-  Variable *variables = lmp->input->variable;
-  values.assign(lmp->atom->nlocal, constant);
-  if (per_atom)
-    variables->compute_atom(index, igroup, values.data(), 1, 0);
-  else if (index >= 0)
-    std::fill(values.begin(), values.end(), variables->compute_equal(index));
 }
 
 /* ---------------------------------------------------------------------- */
@@ -339,9 +393,10 @@ void ScriptValue::evaluate(LAMMPS *lmp, int igroup, std::vector<double> &values)
 FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
 {
   const std::string command = "fix rve";
+  ScriptWords words(lmp, command, narg, arg, 3);
   FixRveSettings s;
-  s.packings.push_back(Words(lmp, command, narg, arg, 3).next("packing file"));
-  s.take_keywords(lmp, command, narg, arg, 4, false);
+  s.packings.emplace_back(words.next("packing file"));
+  s.read(words, false);
   s.check(lmp, command);
   return s;
 }
@@ -349,189 +404,28 @@ FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
 FixRveSettings FixRveSettings::modified(LAMMPS *lmp, int narg, char **arg) const
 {
   const std::string command = "fix_modify of fix rve";
+  ScriptWords words(lmp, command, narg, arg, 0);
   FixRveSettings s = *this;
   s.material = MaterialWords();
   s.mass_scaling.reset();
   s.dt_given = false;
-  s.take_keywords(lmp, command, narg, arg, 0, true);
+  s.read(words, true);
   s.check(lmp, command);
   return s;
 }
 
-/* ---------------------------------------------------------------------- */
-
-void FixRveSettings::take_keywords(LAMMPS *lmp, const std::string &command, int narg, char **arg,
-                                   int begin, bool modifies)
+void FixRveSettings::read(ScriptWords &words, bool modifies)
 {
-  FixRveSettings &s = *this;
-  Words words(lmp, command, narg, arg, begin);
-  std::map<std::string, std::string> given;    // keyword: it and its values
-  std::string last;                            // of these
-  while (!words.empty()) {
-    const int place = words.position();
-    if (s.material.take(lmp, command, place, narg, arg)) {
-      words.skip(2);
-      last = words.since(place);
-      continue;
-    }
-    const std::string keyword = words.next("keyword");
-    if (modifies)
-      for (const auto &[name, fixed] : KEYWORDS)
-        if (fixed && keyword == name)
-          lmp->error->all(FLERR, "{}: {} cannot be changed: {}", command, keyword, fixed);
-    if (keyword == "drive") {
-      s.driver = words.choice<RveDriver>(keyword,
-                                         {{"none", RveDriver::None},
-                                          {"velocity_gradient", RveDriver::VelocityGradient},
-                                          {"mpm", RveDriver::Mpm}});
-      s.velocity_gradient.clear();
-      if (s.driver == RveDriver::VelocityGradient)
-        s.velocity_gradient = words.components("drive velocity_gradient", false);
-    } else if (keyword == "servo") {
-      s.stress_goal.clear();
-      if (!words.take("none")) s.stress_goal = words.components(keyword, true);
-    } else if (keyword == "servo_gain") {
-      s.servo_gain = words.positive(keyword, "[1/(stress time^2)]");
-    } else if (keyword == "servo_max_rate") {
-      s.servo_max_rate = words.positive(keyword, "[1/time]");
-    } else if (keyword == "dt") {
-      s.dt_given = true;
-      s.dt_auto = words.take("auto");
-      if (s.dt_auto) {
-        if (words.starts_number()) s.dt_fraction = words.positive("dt auto fraction", "[-]");
-        if (s.dt_fraction > 1.0)
-          lmp->error->all(FLERR, "{}: dt auto fraction is {} [-]; it must be in (0, 1]", command,
-                          rve::number(s.dt_fraction));
-      } else {
-        s.dt = words.positive("dt", "[time]");
-      }
-    } else if (keyword == "dt_check") {
-      s.dt_check_interval = words.integer(keyword, 0);
-    } else if (keyword == "substeps") {
-      s.substeps = 0;
-      s.macro_step.adaptive.reset();
-      if (words.take("match")) {
-        // as many as cover the LAMMPS time step
-      } else if (words.take("adaptive")) {
-        rve::AdaptiveSubsteps adaptive;
-        adaptive.strain_per_step = words.within("substeps adaptive strain", "[-]", 0.0, 1e-2);
-        adaptive.inertial_number =
-            words.within("substeps adaptive inertial number", "[-]", 0.0, 1.0);
-        adaptive.most = words.starts_number() ? words.integer("substeps adaptive most", 1)
-                                              : MOST_SUBSTEPS;
-        s.macro_step.adaptive = adaptive;
-      } else {
-        s.substeps = words.integer(keyword, 1);
-      }
-    } else if (keyword == "quiescent") {
-      s.macro_step.quiescent_strain = words.take("none")
-          ? 0.0
-          : words.within("quiescent strain", "[-]", 0.0, LARGEST_QUIESCENT_STRAIN);
-    } else if (keyword == "mass_scaling") {
-      s.mass_scaling = words.positive(keyword, "[-]");
-    } else if (keyword == "stress") {
-      s.macro_step.stress_from = words.choice<StressFrom>(keyword,
-                                                          {{"end", StressFrom::End},
-                                                           {"average", StressFrom::Average},
-                                                           {"regression", StressFrom::Regression}});
-      if (s.macro_step.stress_from != StressFrom::End) {
-        s.macro_step.stress_samples = words.integer("stress samples", 2);
-        s.macro_step.stress_spacing = words.integer("stress spacing", 1);
-      }
-    } else if (keyword == "shadow") {
-      s.num_shadows = words.integer(keyword, 1);
-      if (words.starts_number())
-        s.macro_step.shadow_refinement = words.integer("shadow refinement", 1);
-    } else if (keyword == "preset") {
-      if (place != begin)
-        lmp->error->all(FLERR,
-                        "{}: preset must be the first keyword: those that follow replace "
-                        "parts of it",
-                        command);
-      apply(words.choice<Preset>(keyword,
-                                 {{"draft", Preset::Draft},
-                                  {"standard", Preset::Standard},
-                                  {"reference", Preset::Reference}}),
-            s);
-    } else if (keyword == "format") {
-      s.options.format = words.choice<rve::Format>(keyword,
-                                                   {{"fast", rve::Format::Fast},
-                                                    {"mixed", rve::Format::Mixed},
-                                                    {"double", rve::Format::Double},
-                                                    {"single", rve::Format::Single}});
-    } else if (keyword == "arithmetic") {
-      s.options.arithmetic = words.choice<rve::Arithmetic>(
-          keyword, {{"strict", rve::Arithmetic::Strict}, {"relaxed", rve::Arithmetic::Relaxed}});
-    } else if (keyword == "device") {
-      s.options.device = words.choice<rve::Device>(
-          keyword,
-          {{"auto", rve::Device::Auto}, {"cpu", rve::Device::Cpu}, {"cuda", rve::Device::Cuda}});
-    } else if (keyword == "threads") {
-      s.options.threads = words.integer(keyword, 0);
-      s.threads_given = true;
-    } else if (keyword == "skin") {
-      s.options.skin = words.positive(keyword, "[length]");
-    } else if (keyword == "block_size") {
-      s.options.block_size = words.integer(keyword, 0);
-    } else if (keyword == "arms") {
-      s.options.arms = words.choice<rve::Arms>(
-          keyword, {{"contact", rve::Arms::Contact}, {"lammps", rve::Arms::Lammps}});
-    } else if (keyword == "overlap_limit") {
-      s.options.overlap_limit = words.number(keyword);
-      if (!(s.options.overlap_limit > 0.0 && s.options.overlap_limit < 1.0))
-        lmp->error->all(FLERR, "{}: overlap_limit is {} [radius]; it must be in (0, 1)", command,
-                        rve::number(s.options.overlap_limit));
-    } else if (keyword == "policy") {
-      s.freeze = words.choice<bool>(keyword, {{"stop", false}, {"freeze", true}});
-    } else if (keyword == "energy") {
-      s.options.track_energy = words.choice<bool>(keyword, {{"yes", true}, {"no", false}});
-    } else if (keyword == "progress") {
-      s.progress_interval = words.number(keyword);
-      if (!(s.progress_interval >= 0.0))
-        lmp->error->all(FLERR,
-                        "{}: progress is {} [seconds of wall time]; it must be at least 0, which "
-                        "means never",
-                        command, rve::number(s.progress_interval));
-    } else if (keyword == "packings") {
-      while (!words.empty() && !is_keyword(words.peek())) s.packings.push_back(words.next(keyword));
-    } else if (keyword == "packing_variable") {
-      s.choice.number = ScriptValue::parse(lmp, command, keyword, words.next(keyword));
-    } else if (keyword == "packing_random") {
-      s.choice.seed = words.integer(keyword, 0);
-    } else if (keyword == "packing_void_ratio") {
-      s.choice.void_ratio = ScriptValue::parse(lmp, command, keyword, words.next(keyword));
-      s.choice.tolerance = words.positive("packing_void_ratio tolerance", "[-]");
-    } else if (keyword == "packing_image") {
-      if (strcmp(words.peek(), "random") == 0) {
-        words.skip(1);
-        s.choice.image_seed = words.integer("packing_image random seed", 0);
-      } else {
-        s.choice.image = ScriptValue::parse(lmp, command, keyword, words.next(keyword));
-      }
-    } else if (keyword == "dump") {
-      s.dump_atoms.clear();
-      s.dump_interval = words.take("none") ? 0 : words.integer("dump interval", 1);
-      if (s.dump_interval > 0) {
-        s.dump_prefix = words.next("dump file prefix");
-        do s.dump_atoms.push_back(words.integer("dump atom ID", 1));
-        while (words.starts_number());
-      }
-    } else {
-      rve::Words known = fix_rve_keywords(modifies);
-      // a component that is none ends the list of them
-      if (last.rfind("drive", 0) == 0 || last.rfind("servo ", 0) == 0)
-        for (const auto &row : COMPONENTS)
-          known.insert(known.begin(), std::begin(row), std::end(row));
-      lmp->error->all(FLERR, "{}: {}", command, rve::unknown_keyword(keyword, known, last));
-    }
-    const std::string text = words.since(place);
-    last = text;
-    const auto [before, is_new] = given.emplace(keyword, text);
-    if (!is_new)
-      lmp->error->all(FLERR, "{}: {} is given twice, as '{}' and as '{}'; give it once{}", command,
-                      keyword, before->second, text,
-                      keyword == "servo" || keyword == "drive" ? ", with all its components" : "");
-  }
+  words.set_keywords(names_of(MATERIAL_KEYWORDS));
+  for (const FixRveKeyword &keyword : KEYWORDS)
+    if (!modifies || !keyword.fixed) words.add_keywords({keyword.name});
+  const auto refuse_fixed = [&]() {
+    for (const FixRveKeyword &keyword : KEYWORDS)
+      if (modifies && keyword.fixed && std::string_view(words.peek()) == keyword.name)
+        words.refuse(fmt::format("{} cannot be changed: {}", words.next(), keyword.fixed));
+  };
+  for (refuse_fixed(); words.next_keyword(); refuse_fixed())
+    if (!material.read(words)) words.read(KEYWORDS, *this);
 }
 
 /* ---------------------------------------------------------------------- */

@@ -17,8 +17,9 @@
 #define LMP_RVE_SETTINGS_H
 
 #include "macro/rve_points.h"
-#include "rve/core/suggestion.h"
+#include "script_words.h"
 
+#include <iterator>
 #include <map>
 #include <optional>
 #include <string>
@@ -28,65 +29,51 @@ namespace LAMMPS_NS {
 
 class LAMMPS;
 
-/// Members of rve::Material that the script gives.
-struct MaterialWords {
-  std::optional<double> kn, kt, friction, kr, rolling_friction;
-  std::optional<double> density, damping, gamma_n, gamma_t, thickness, mass_depth;
+/// A property of the material, as scripts call it. fix rve and create_rve know these and no others.
+struct MaterialKeyword {
+  const char *name;
+  double rve::Material::*member;
+};
+constexpr MaterialKeyword MATERIAL_KEYWORDS[] = {
+    {"kn", &rve::Material::normal_stiffness},
+    {"kt", &rve::Material::tangential_stiffness},
+    {"friction", &rve::Material::friction},
+    {"kr", &rve::Material::rolling_stiffness},
+    {"rolling_friction", &rve::Material::rolling_friction},
+    {"density", &rve::Material::density},
+    {"damping", &rve::Material::local_damping},
+    {"gamma_n", &rve::Material::normal_viscosity},
+    {"gamma_t", &rve::Material::tangential_viscosity},
+    {"thickness", &rve::Material::thickness},
+    {"mass_depth", &rve::Material::mass_depth}};
 
-  /// Takes `arg[iarg] arg[iarg+1]` if it is a material keyword, and says whether it was.
-  bool take(LAMMPS *lmp, const std::string &command, int iarg, int narg, char **arg);
+/// Properties of the material that the script gives.
+class MaterialWords {
+ public:
+  /// Reads the value of the keyword that the words are at, and says whether it is one of the material.
+  bool read(ScriptWords &words);
+
+  std::optional<double> &operator[](double rve::Material::*member);
+  const std::optional<double> &operator[](double rve::Material::*member) const;
 
   /// A rolling friction without a rolling stiffness, here or in the material, gets the tangential one.
   void apply(rve::Material &material) const;
 
   bool any() const;
+
+ private:
+  std::optional<double> values[std::size(MATERIAL_KEYWORDS)];
 };
 
 /// Changes a material as the words say, and its inertia from one mass scaling to another.
 void change_material(rve::Material &material, const MaterialWords &words, double mass_scaling,
                      double mass_scaling_before);
 
-/// A property of the material, as scripts call it.
-struct MaterialKeyword {
-  const char *name;
-  std::optional<double> MaterialWords::*word;
-  double rve::Material::*member;
-};
-constexpr MaterialKeyword MATERIAL_KEYWORDS[] = {
-    {"kn", &MaterialWords::kn, &rve::Material::normal_stiffness},
-    {"kt", &MaterialWords::kt, &rve::Material::tangential_stiffness},
-    {"friction", &MaterialWords::friction, &rve::Material::friction},
-    {"kr", &MaterialWords::kr, &rve::Material::rolling_stiffness},
-    {"rolling_friction", &MaterialWords::rolling_friction, &rve::Material::rolling_friction},
-    {"density", &MaterialWords::density, &rve::Material::density},
-    {"damping", &MaterialWords::damping, &rve::Material::local_damping},
-    {"gamma_n", &MaterialWords::gamma_n, &rve::Material::normal_viscosity},
-    {"gamma_t", &MaterialWords::gamma_t, &rve::Material::tangential_viscosity},
-    {"thickness", &MaterialWords::thickness, &rve::Material::thickness},
-    {"mass_depth", &MaterialWords::mass_depth, &rve::Material::mass_depth}};
+/// The keywords of fix rve.
+rve::Words fix_rve_keywords();
 
-rve::Words material_keywords();
-
-/// The keywords of fix rve, or those of them that fix_modify can change.
-rve::Words fix_rve_keywords(bool only_changeable);
-
-/// A number of the script: constant, or an equal- or atom-style variable.
-struct ScriptValue {
-  double constant = 0.0;
-  std::string variable;    ///< name without v_, empty for a constant
-  int index = -1;          ///< of the variable, set by find()
-  bool per_atom = false;
-
-  /// Reads a word; an error calls it `what`.
-  static ScriptValue parse(LAMMPS *lmp, const std::string &command, const std::string &what,
-                           const char *word);
-
-  /// Looks the variable up; an error names it.
-  void find(LAMMPS *lmp, const std::string &command);
-
-  /// One value per local atom of the group.
-  void evaluate(LAMMPS *lmp, int igroup, std::vector<double> &values) const;
-};
+rve::Format read_format(ScriptWords &words);
+rve::Device read_device(ScriptWords &words);
 
 /// A script value for one component of a tensor.
 struct TensorComponent {
@@ -150,8 +137,7 @@ struct FixRveSettings {
   std::map<std::string, std::string> account() const;
 
  private:
-  void take_keywords(LAMMPS *lmp, const std::string &command, int narg, char **arg, int begin,
-                     bool modifies);
+  void read(ScriptWords &words, bool modifies);
   void check(LAMMPS *lmp, const std::string &command) const;
 };
 

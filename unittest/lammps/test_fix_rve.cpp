@@ -823,13 +823,13 @@ TEST(FixRveMessage, KnobsOutOfRange)
             message_of(FOUR_ATOMS + FIX + "substeps adaptive 0 1e-3\n"));
   EXPECT_IN("mass_scaling is -1 [-]; it must be greater than 0",
             message_of(FOUR_ATOMS + FIX + "mass_scaling -1\n"));
-  EXPECT_IN("stress is 'start'; it must be end or average or regression",
+  EXPECT_IN("stress is 'start'; it must be end, average or regression",
             message_of(FOUR_ATOMS + FIX + "stress start\n"));
   EXPECT_IN("stress samples is 1; it must be at least 2",
             message_of(FOUR_ATOMS + FIX + "stress average 1 5\n"));
   EXPECT_IN("shadow is 0; it must be at least 1", message_of(FOUR_ATOMS + FIX + "shadow 0\n"));
   EXPECT_IN("preset must be the first keyword", message_of(FOUR_ATOMS + FIX + "preset draft\n"));
-  EXPECT_IN("preset is 'best'; it must be draft or standard or reference",
+  EXPECT_IN("preset is 'best'; it must be draft, standard or reference",
             message_of(FOUR_ATOMS + "fix grains all rve " + PACKING + " preset best\n"));
 }
 
@@ -1163,10 +1163,18 @@ TEST(FixRveMessage, UnknownKeyword)
       "drive velocity_gradient yy is 'rate'; it must be a number or v_name of a variable; did "
       "you mean v_rate?",
       message_of(FOUR_ATOMS + FIX + "drive velocity_gradient yy rate\n"));
-  EXPECT_IN("format is 'half'; it must be fast or mixed or double",
+  EXPECT_IN("format is 'half'; it must be fast, mixed, double or single",
             message_of(FOUR_ATOMS + FIX + "format half\n"));
   EXPECT_IN("component xx is driven by both",
             message_of(FOUR_ATOMS + FIX + "drive velocity_gradient xx 1 servo xx -1e5\n"));
+}
+
+TEST(FixRveMessage, MarksTheWordThatIsWrong)
+{
+  const std::string before = FIX + "friction ";
+  const std::string mark(("Last input line: " + before).size(), ' ');
+
+  EXPECT_IN("\n" + mark + "^^^^^\n", message_of(FOUR_ATOMS + before + "rough dt 1e-4\n"));
 }
 
 TEST(FixRveMessage, NanVelocityGradientNamesAtomAndComponent)

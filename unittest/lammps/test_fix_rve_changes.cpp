@@ -432,12 +432,12 @@ TEST(SaidTwice, IsAnErrorThatNamesBoth)
 
   EXPECT_IN(
       "servo is given twice, as 'servo xx -1.2e5' and as 'servo yy -1.1e5'; give it once, with "
-      "all its components",
+      "all its values",
       message_with("servo xx -1.2e5 servo yy -1.1e5"));
   EXPECT_IN("drive is given twice, as 'drive velocity_gradient yy -0.05' and as 'drive none'",
             message_with("drive velocity_gradient yy -0.05 drive none"));
   EXPECT_IN("dump is given twice", message_with("dump 1 a 1 dump 2 b 2"));
-  EXPECT_IN("friction is given twice, as 0.5 and as 0.3",
+  EXPECT_IN("friction is given twice, as 'friction 0.5' and as 'friction 0.3'",
             message_with("friction 0.5 friction 0.3"));
   EXPECT_IN("dt is given twice, as 'dt auto 0.5' and as 'dt 1e-4'",
             message_with("dt auto 0.5 dt 1e-4"));

@@ -253,10 +253,9 @@ TEST(LawWithMemory, WrongNamesAreErrors)
   EXPECT_NE(message_of(start + footing("column damage column damage"))
                 .find("Fix mpm: column damage is given twice"),
             std::string::npos);
-  EXPECT_NE(
-      message_of(start + "fix soil all mpm 1.0 model all capped 1 2").find("missing argument"),
-      std::string::npos);
+  EXPECT_NE(message_of(start + "fix soil all mpm 1.0 model all capped 1 2").find("has no value"),
+            std::string::npos);
   EXPECT_NE(message_of(start + "fix soil all mpm 1.0 model all caped 1 2 3")
-                .find("model must be rve or elastic or mohr_coulomb or capped, got 'caped'"),
+                .find("model is 'caped'; it must be rve, elastic, mohr_coulomb or capped"),
             std::string::npos);
 }

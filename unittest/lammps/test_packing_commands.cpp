@@ -80,9 +80,9 @@ TEST(CreateRve, WhatIsMissingIsNamed)
 
 TEST(CreateRve, AKeywordGivenTwiceIsAnError)
 {
-  EXPECT_IN("create_rve: keyword kn is given twice",
+  EXPECT_IN("create_rve: kn is given twice, as 'kn 1e6' and as 'kn 1e7'; give it once",
             message_of("create_rve none.rve" + RECIPE + "kn 1e7\n"));
-  EXPECT_IN("create_rve: keyword grains is given twice",
+  EXPECT_IN("create_rve: grains is given twice, as 'grains 40' and as 'grains 50'",
             message_of("create_rve none.rve" + RECIPE + "grains 50\n"));
   EXPECT_IN("create_rve: seed and seeds exclude each other",
             message_of("create_rve none.rve" + RECIPE + "seeds 1 2\n"));
@@ -143,7 +143,7 @@ TEST(WriteRve, AMisspeltKeywordNamesWhatIsLikeIt)
 TEST(WriteRve, AKeywordGivenTwiceIsAnError)
 {
   EXPECT_IN(
-      "write_rve: keyword atom is given twice",
+      "write_rve: atom is given twice, as 'atom 1' and as 'atom 2'",
       message_of(FOUR_ATOMS + FIX + "\nrun 0\nwrite_rve grains atom 1 file none.rve atom 2\n"));
 }
 

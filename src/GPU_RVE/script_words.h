@@ -1,0 +1,183 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+// The words of a command of a script: read one after the other, keywords by tables, with the errors that all commands have in common.
+
+#ifndef LMP_SCRIPT_WORDS_H
+#define LMP_SCRIPT_WORDS_H
+
+#include "rve/core/suggestion.h"
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+class LAMMPS;
+class ScriptWords;
+
+/// A number of the script: constant, or an equal- or atom-style variable.
+struct ScriptValue {
+  double constant = 0.0;
+  std::string variable;    ///< name without v_, empty for a constant
+  int index = -1;          ///< of the variable, set by find()
+  bool per_atom = false;
+
+  /// Looks the variable up; an error names it.
+  void find(LAMMPS *lmp, const std::string &command, bool may_be_per_atom = true);
+
+  /// Of a constant or an equal-style variable.
+  double evaluate(LAMMPS *lmp) const;
+
+  /// One value per local atom of the group.
+  void evaluate(LAMMPS *lmp, int igroup, std::vector<double> &values) const;
+};
+
+/// A keyword of a command: how its values are written, for messages, and what reads them into `Target`.
+template <class Target> struct ScriptKeyword {
+  const char *name;
+  const char *values;    ///< ends in "..." if there may be any number of them
+  void (*read)(ScriptWords &, Target &);
+};
+
+/// A word among others and what it means.
+template <class T> using ScriptChoices = std::initializer_list<std::pair<const char *, T>>;
+
+/// Names of the keywords of a table, whatever else its rows have.
+template <class Table> rve::Words names_of(const Table &table)
+{
+  rve::Words names;
+  for (const auto &row : table) names.emplace_back(row.name);
+  return names;
+}
+
+/// A cursor over the words of a command. Errors end in error->all and call a value by its keyword and `part`, as in "stress samples".
+class ScriptWords {
+ public:
+  /// `command`: how errors call it. The words begin at arg[begin].
+  ScriptWords(LAMMPS *lmp, std::string command, int narg, char **arg, int begin);
+
+  // ---- keywords ----
+
+  /// What next_keyword() knows, in the order of messages.
+  void set_keywords(rve::Words keywords) { known = std::move(keywords); }
+  void add_keywords(const rve::Words &keywords);
+
+  /// Ends the keyword before, and takes the next one; false at the end of the command. Errors: an unknown keyword, and one that is
+  /// given twice.
+  bool next_keyword();
+  const std::string &keyword() const { return current.keyword; }
+  bool at_keyword() const;
+
+  /// Reads the values of the keyword by its row of the table; false if it is in another one.
+  template <class Table, class Target> bool read(const Table &table, Target &target)
+  {
+    for (const auto &row : table)
+      if (keyword() == row.name) {
+        current.form = row.values;
+        row.read(*this, target);
+        return true;
+      }
+    return false;
+  }
+
+  /// What follows is about `subject`, not about the keyword alone, and only this must not be given twice; or it may.
+  void about(const std::string &subject, bool may_repeat = false);
+
+  /// These words would also be possible here, for the message that names similar ones.
+  void suggest(const rve::Words &words) { suggested = words; }
+
+  struct Given {
+    std::string keyword;
+    std::string subject;    ///< the keyword, or what about() said
+    std::string values;     ///< that follow the subject
+    std::string text;       ///< all words, from the keyword on
+    const char *form = "value";
+    bool may_repeat = false;
+  };
+  /// The keywords before this one.
+  const std::vector<Given> &given() const { return before; }
+  bool has(std::string_view keyword) const;
+
+  // ---- values ----
+
+  bool empty() const { return position >= narg; }
+  const char *peek() const { return empty() ? "" : arg[position]; }
+  /// Takes the next word if it is this one.
+  bool take(const char *word);
+  bool starts_number() const;
+
+  const char *next(const std::string &part = "");
+  double number(const std::string &part = "");
+  double positive(const std::string &part, const char *unit);
+  double within(const std::string &part, const char *unit, double above, double most);
+  std::vector<double> numbers();    ///< at least one
+  int integer(const std::string &part, int least);
+  long long whole(const std::string &part, long long least, long long most);
+  bool logical(const std::string &part = "");
+  ScriptValue value(const std::string &part = "");
+  int groupbit(const std::string &part = "");
+
+  template <class T> T choice(const std::string &part, ScriptChoices<T> choices)
+  {
+    const char *word = next(part);
+    rve::Words names;
+    for (const auto &[name, meaning] : choices) {
+      if (name == std::string_view(word)) return meaning;
+      names.emplace_back(name);
+    }
+    refuse_choice(part, word, names);
+  }
+
+  /// Which of the names the next word is.
+  int choice(const std::string &part, const rve::Words &names)
+  {
+    const char *word = next(part);
+    for (std::size_t k = 0; k < names.size(); ++k)
+      if (names[k] == std::string_view(word)) return static_cast<int>(k);
+    refuse_choice(part, word, names);
+  }
+
+  /// Numbers beyond +-largest are errors from here on.
+  void limit_numbers(double largest) { largest_number = largest; }
+
+  /// An error of the command.
+  [[noreturn]] void refuse(const std::string &message) const;
+
+ private:
+  LAMMPS *lmp;
+  std::string command;
+  int narg;
+  char **arg;
+  int position;
+  double largest_number;
+
+  rve::Words known, suggested;
+  std::vector<Given> before;
+  Given current;                   // its keyword is empty before the first one
+  int first = 0, values_at = 0;    // word of the keyword, and of its values
+
+  std::string label(const std::string &part) const;
+  double limited(const std::string &part, const char *word) const;
+  std::string text_from(int begin) const;
+  void end_keyword();
+  [[noreturn]] void refuse_choice(const std::string &part, const char *word,
+                                  const rve::Words &names) const;
+};
+
+}    // namespace LAMMPS_NS
+
+#endif
