@@ -16,7 +16,7 @@
 #ifndef LMP_MATERIAL_WORDS_H
 #define LMP_MATERIAL_WORDS_H
 
-#include "rve/physics/material.h"
+#include "rve/engine/state.h"
 #include "script_words.h"
 
 #include <iterator>
