@@ -79,7 +79,7 @@ void read_model(ScriptWords &words, Said &said)
   model.group = words.peek();
   model.groupbit = words.groupbit("group");
   words.about("model " + model.group);
-  const int choice = words.choice("", choices);
+  const int choice = words.choice("law", choices);
   model.word = choices[choice];
   if (choice == 0) {
     model.fix_rve = words.next("rve fix ID");
@@ -91,13 +91,6 @@ void read_model(ScriptWords &words, Said &said)
     model.law = entry.make(arguments.data());
   }
   said.settings.models.push_back(model);
-}
-
-void read_column(ScriptWords &words, Said &said)
-{
-  const std::string name = words.next("name");
-  words.about("column " + name);
-  said.settings.columns.push_back(name);
 }
 
 void read_density(ScriptWords &words, Said &said)
@@ -221,7 +214,11 @@ constexpr ScriptKeyword<Said> KEYWORDS[] = {
      }},
     {"boundary", "xlo | xhi | ylo | yhi free | roller | fixed", read_boundary},
     {"model", "group-ID rve fix-ID | law ...", read_model},
-    {"column", "name", read_column},
+    {"column", "name",
+     [](ScriptWords &words, Said &said) {
+       said.settings.columns.emplace_back(words.next());
+       words.about("column " + said.settings.columns.back());
+     }},
     {"density", "value | rve", read_density},
     {"stress", "sxx syy sxy",
      [](ScriptWords &words, Said &said) {

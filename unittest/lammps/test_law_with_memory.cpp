@@ -258,6 +258,6 @@ TEST(LawWithMemory, WrongNamesAreErrors)
                       "c phi psi | capped"),
             std::string::npos);
   EXPECT_NE(message_of(start + "fix soil all mpm 1.0 model all caped 1 2 3")
-                .find("model is 'caped'; it must be rve, elastic, mohr_coulomb or capped"),
+                .find("model law is 'caped'; it must be rve, elastic, mohr_coulomb or capped"),
             std::string::npos);
 }

@@ -3,7 +3,7 @@
 //   consumer <packing>
 
 #include <field/circulant_embedding.h>
-#include <mpm/analytic_laws.h>
+#include <mpm/linear_elastic.h>
 #include <rve/engine/engine.h>
 #include <rve/engine/packing_io.h>
 #include <rve/engine/stability.h>
