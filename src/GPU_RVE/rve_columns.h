@@ -16,13 +16,14 @@
 #ifndef LMP_RVE_COLUMNS_H
 #define LMP_RVE_COLUMNS_H
 
-#include "error.h"
-#include "lammps.h"
 #include "rve/core/suggestion.h"
-#include "utils.h"
+#include "script_words.h"
 
+#include "fmt/format.h"
+
+#include <algorithm>
 #include <cstddef>
-#include <cstring>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -35,31 +36,29 @@ std::vector<const Entry *> read_columns(LAMMPS *lmp, const std::string &style, c
                                         const char *kind, const Entry (&table)[N], int first,
                                         int narg, char **arg, std::string &fix_id)
 {
-  Error *error = lmp->error;
-  if (narg <= first) utils::missing_cmd_args(FLERR, style, error);
+  ScriptWords words(lmp, style + " " + id, narg, arg, first);
+  rve::Words names = names_of(table);
+  names.emplace_back("fix");
   std::vector<const Entry *> columns;
-  for (int iarg = first; iarg < narg; iarg++) {
-    if (strcmp(arg[iarg], "fix") == 0) {
-      if (++iarg == narg) utils::missing_cmd_args(FLERR, style + " fix", error);
+  while (!words.empty()) {
+    if (words.take("fix")) {
+      const std::string given = words.next("fix");
       if (!fix_id.empty())
-        error->all(FLERR, "{} {}: fix is given twice, as {} and as {}; give it once", style, id,
-                   fix_id, arg[iarg]);
-      fix_id = arg[iarg];
+        words.refuse(
+            fmt::format("fix is given twice, as {} and as {}; give it once", fix_id, given));
+      fix_id = given;
       continue;
     }
-    const Entry *found = nullptr;
-    rve::Words names;
-    for (const Entry &entry : table) {
-      if (strcmp(arg[iarg], entry.name) == 0) found = &entry;
-      names.emplace_back(entry.name);
-    }
-    names.emplace_back("fix");
-    if (!found)
-      error->all(FLERR, "{} {}: there is no {} '{}'{}", style, id, kind, arg[iarg],
-                 rve::did_you_mean(arg[iarg], names, "there are"));
+    const std::string word = words.next();
+    const auto found = std::find_if(std::begin(table), std::end(table), [&](const Entry &entry) {
+      return word == entry.name;
+    });
+    if (found == std::end(table))
+      words.refuse(fmt::format("there is no {} '{}'{}", kind, word,
+                               rve::did_you_mean(word, names, "there are")));
     columns.push_back(found);
   }
-  if (columns.empty()) error->all(FLERR, "{} needs at least one {}", style, kind);
+  if (columns.empty()) words.refuse(fmt::format("it needs at least one {}", kind));
   return columns;
 }
 

@@ -255,7 +255,7 @@ TEST(RveContacts, WhatIsRefusedIsNamed)
   const std::string scene = SHEARED + "group look id 7\ngroup two id 1 2\n";
   EXPECT_IN("compute rve/contact/local c: there is no quantity 'force'",
             message_of(scene + "compute c all rve/contact/local id1 force"));
-  EXPECT_IN("compute rve/contact/local needs at least one quantity",
+  EXPECT_IN("compute rve/contact/local c: it needs at least one quantity",
             message_of(scene + "compute c all rve/contact/local fix grains"));
   EXPECT_IN("compute rve/contact/local c: fix is given twice",
             message_of(scene + "compute c all rve/contact/local fix a fix b"));
