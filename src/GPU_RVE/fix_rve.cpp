@@ -56,7 +56,6 @@ static const char cite_fix_rve[] =
 
 FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 {
-  if (narg < 4) utils::missing_cmd_args(FLERR, "fix rve", error);
   if (domain->dimension != 2)
     error->all(FLERR, "fix rve needs a 2d system (its grains are disks), but the dimension is {}",
                domain->dimension);

@@ -1228,6 +1228,8 @@ TEST(FixRveMessage, UnknownKeyword)
 {
   EXPECT_IN("fix rve: unknown keyword 'frition'; did you mean friction?",
             message_of(FOUR_ATOMS + FIX + "frition 0.5\n"));
+  EXPECT_IN("fix rve: packing file has no value; the command ends there",
+            message_of(FOUR_ATOMS + "fix grains all rve\n"));
   EXPECT_IN("fix rve: unknown keyword 'yz'; did you mean yx or yy?",
             message_of(FOUR_ATOMS + FIX + "drive velocity_gradient xx 1 yz 2\n"));
   EXPECT_IN("fix rve: found '0.5' after 'kn 1e6', where a keyword or the end was expected",
