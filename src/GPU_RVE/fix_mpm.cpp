@@ -341,15 +341,12 @@ FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), impl(nu
   made->settings = MpmSettings::parse(lmp, narg, arg);
   const Tensor2 &stress = made->settings.initial_stress;
   const auto &models = made->settings.models;
-  const bool is_soil = std::any_of(models.begin(), models.end(), [](const MpmModel &model) {
-    return model.word == "mohr_coulomb";
-  });
-  if (is_soil && stress(0, 0) + stress(1, 1) > 0.0 && comm->me == 0)
-    error->warning(FLERR,
-                   "Fix mpm {}: the initial stress {:g} {:g} is a tension, which a Mohr-Coulomb "
-                   "material bears by its cohesion only; stresses are negative in compression",
-                   id, stress(0, 0), stress(1, 1));
-
+  std::string doubt;
+  for (const MpmModel &model : models)
+    if (model.law && doubt.empty()) doubt = model.law->doubt_about(stress);
+  if (!doubt.empty() && comm->me == 0)
+    error->warning(FLERR, "Fix mpm {}: the initial stress {:g} {:g} {}", id, stress(0, 0),
+                   stress(1, 1), doubt);
   made->lay_out_memory(lmp, id);
 
   time_integrate = 1;

@@ -509,7 +509,7 @@ void FixRve::Impl::advise(bool at_start)
   for (const int i : atoms_with_rve()) {
     const macro::RvePoints::Point &point = this->point(i);
     if (point.frozen) continue;
-    rve::Motion motion;
+    rve::DriveRates motion;
     motion.strain_rate = point.strain_rate();
     motion.dt = point.drive.dt;
     motion.applied_strain = rve::strain_size(point.result.deformation);

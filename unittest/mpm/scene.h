@@ -3,7 +3,7 @@
 #ifndef MPM_TEST_SCENE_H
 #define MPM_TEST_SCENE_H
 
-#include "mpm/analytic_laws.h"
+#include "mpm/linear_elastic.h"
 #include "mpm/mpm_solver.h"
 
 #include <condition_variable>

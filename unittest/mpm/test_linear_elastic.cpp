@@ -1,6 +1,6 @@
 // Linear elasticity in plane strain with finite rotations.
 
-#include "mpm/analytic_laws.h"
+#include "mpm/linear_elastic.h"
 #include "rve/core/error.h"
 
 #include <cmath>

@@ -39,6 +39,10 @@ class Constitutive {
   /// Gives the state variables of a point their values at the beginning, when it has the Cauchy stress `stress` [stress].
   virtual void begin_memory(const rve::Tensor2 & /*stress*/, double * /*memory*/) const {}
 
+  /// What is probably not meant about points that begin with this Cauchy stress [stress], as the end of a sentence that names it; "" for
+  /// nothing.
+  virtual std::string doubt_about(const rve::Tensor2 & /*stress*/) const { return ""; }
+
   /// Advances `count` points over `dt` [time].
   ///
   /// point_index[count]: local indices of the points, ascending. The three arrays below are those of all local points and

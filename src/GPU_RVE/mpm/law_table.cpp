@@ -1,6 +1,6 @@
 #include "mpm/law_table.h"
 
-#include "mpm/analytic_laws.h"
+#include "mpm/linear_elastic.h"
 #include "mpm/mohr_coulomb.h"
 
 namespace mpm {

@@ -90,6 +90,13 @@ void MohrCoulomb::begin_memory(const Tensor2 &stress, double *memory) const
   memory[PlasticStrain] = 0.0;
 }
 
+std::string MohrCoulomb::doubt_about(const Tensor2 &stress) const
+{
+  if (!(trace(stress) > 0.0)) return "";
+  return "is a tension, which a Mohr-Coulomb material bears by its cohesion only; stresses are "
+         "negative in compression";
+}
+
 void MohrCoulomb::update(int count, const int *point_index, const Tensor2 *deformation_increment,
                          double /*dt*/, Tensor2 *stress, MemoryRows memory)
 {

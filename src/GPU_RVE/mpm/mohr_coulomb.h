@@ -96,6 +96,7 @@ class MohrCoulomb : public Constitutive {
   StateVariables state_variables() const override;
   /// σ_zz is between the principal stresses in the plane: admissible to an isotropic law if they are.
   void begin_memory(const rve::Tensor2 &stress, double *memory) const override;
+  std::string doubt_about(const rve::Tensor2 &stress) const override;
   double p_wave_modulus(int point_index) const override;
 
   /// The yield function k σ1 - σ3 - s of a point's stress [stress]; positive outside.

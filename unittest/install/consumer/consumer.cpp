@@ -4,7 +4,7 @@
 
 #include <field/circulant_embedding.h>
 #include <macro/rve_points.h>
-#include <mpm/analytic_laws.h>
+#include <mpm/linear_elastic.h>
 #include <rve/engine/engine.h>
 #include <rve/engine/packing_io.h>
 #include <rve/engine/stability.h>

@@ -98,7 +98,7 @@ std::vector<Advice> advice_on_servo(const Result &result, const Drive &drive, do
 }
 
 std::vector<Advice> advice(Format format, const Result &result, const Material &material,
-                           const Motion &motion)
+                           const DriveRates &motion)
 {
   std::vector<Advice> list;
   const bool in_contact = result.num_contacts > 0;

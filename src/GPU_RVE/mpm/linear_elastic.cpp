@@ -1,4 +1,4 @@
-#include "mpm/analytic_laws.h"
+#include "mpm/linear_elastic.h"
 
 #include "mpm/midpoint_increment.h"
 #include "rve/core/error.h"

@@ -1,7 +1,7 @@
-// Constitutive laws in closed form, for verification and for scenes that need no grains.
+// Linear elasticity, for verification and for parts of scenes that need no grains.
 
-#ifndef MPM_ANALYTIC_LAWS_H
-#define MPM_ANALYTIC_LAWS_H
+#ifndef MPM_LINEAR_ELASTIC_H
+#define MPM_LINEAR_ELASTIC_H
 
 #include "mpm/constitutive.h"
 

@@ -1,0 +1,77 @@
+// What laws remember of points: rows as the layout says, begun by the law, and advanced where they are.
+
+#include "mpm/law_table.h"
+#include "mpm/memory_layout.h"
+
+#include <gtest/gtest.h>
+#include <set>
+
+using rve::Tensor2;
+
+TEST(LawTable, MakesLawsByTheirWords)
+{
+  std::set<std::string> words;
+  for (const mpm::LawEntry &entry : mpm::law_table()) {
+    EXPECT_TRUE(words.insert(entry.word).second) << entry.word << " is there twice";
+    EXPECT_NE(entry.word, "rve") << "means grains in scripts";
+    const std::set<std::string> names(entry.arguments.begin(), entry.arguments.end());
+    EXPECT_EQ(names.size(), entry.arguments.size()) << entry.word;
+  }
+  for (const mpm::LawEntry &entry : mpm::law_table())
+    if (entry.word == "elastic") {
+      const double arguments[] = {1e6, 0.25};
+      EXPECT_NEAR(entry.make(arguments)->p_wave_modulus(0), 1.2e6, 1e-3);
+    }
+}
+
+TEST(MemoryLayout, RowsBeginWithTheStateVariablesOfTheLaw)
+{
+  mpm::MemoryLayout layout;
+  EXPECT_EQ(layout.width(), 0);
+
+  EXPECT_EQ(layout.add("elastic", {}), 0);
+  EXPECT_EQ(layout.add("clay", {{"damage", ""}, {"preconsolidation", "stress"}}), 1);
+  EXPECT_EQ(layout.add("sand", {{"preconsolidation", "stress"}}), 2);
+  EXPECT_EQ(layout.add("clay", {{"damage", ""}, {"preconsolidation", "stress"}}), 1)
+      << "another model of the same law";
+
+  EXPECT_EQ(layout.num_laws(), 3);
+  EXPECT_EQ(layout.width(), 2) << "of the widest";
+  EXPECT_EQ(layout.find("sand"), 2);
+  EXPECT_EQ(layout.find("rock"), -1);
+  EXPECT_EQ(layout.place(1, "preconsolidation"), 1);
+  EXPECT_EQ(layout.place(2, "preconsolidation"), 0);
+  EXPECT_EQ(layout.place(2, "damage"), -1);
+  EXPECT_EQ(layout.names(1), "damage preconsolidation");
+  EXPECT_EQ(layout.names(0), "");
+}
+
+TEST(MemoryRows, ALawTouchesTheRowsOfItsPointsAndInThemItsOwnVariables)
+{
+  // rows wider than the law needs, with a number beyond and rows of other points that must stay
+  const double other = 17.0;
+  for (const mpm::LawEntry &entry : mpm::law_table()) {
+    if (entry.word != "mohr_coulomb") continue;
+    const double arguments[] = {1e6, 0.3, 0.0, 30.0, 0.0};
+    const auto law = entry.make(arguments);
+    const int used = (int) law->state_variables().size(), width = used + 1;
+    std::vector<double> memory(3 * width, other);
+    Tensor2 stress[3];
+    const Tensor2 sheared = Tensor2::identity() + Tensor2{{0.0, 0.01, 0.0, 0.0}};
+    const Tensor2 increments[] = {sheared, sheared, sheared};
+    for (Tensor2 &one : stress) one = Tensor2{{-1e3, 0.0, 0.0, -2e3}};
+    const mpm::MemoryRows rows{memory.data(), width};
+    const int point = 1;
+
+    law->begin_memory(stress[point], rows[point]);
+    EXPECT_EQ(rows[point][0], -1.5e3);
+    law->update(1, &point, increments, 1.0, stress, rows);
+
+    for (int k = 0; k < 3 * width; ++k) {
+      const bool is_own = k / width == point && k % width < used;
+      EXPECT_EQ(memory[k] == other, !is_own) << "number " << k;
+    }
+    EXPECT_GT(rows[point][1], 0.0) << "it flows";
+    EXPECT_EQ(stress[0](0, 1), 0.0);
+  }
+}
