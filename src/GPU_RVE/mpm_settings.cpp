@@ -182,7 +182,19 @@ void read_cfl(ScriptWords &words, Said &said)
                              rve::number(s.courant_error)));
 }
 
-constexpr ScriptKeyword<Said> KEYWORDS[] = {
+/// How a model is written, for messages.
+std::string model_form()
+{
+  std::string form = "group-ID rve fix-ID";
+  for (const mpm::LawEntry &entry : mpm::law_table()) {
+    form += " | " + entry.word;
+    for (const std::string &name : entry.arguments) form += " " + name;
+  }
+  return form;
+}
+const std::string MODEL_FORM = model_form();
+
+const ScriptKeyword<Said> KEYWORDS[] = {
     {"domain", "xlo xhi ylo yhi",
      [](ScriptWords &words, Said &said) {
        mpm::SolverOptions &options = said.options;
@@ -216,7 +228,7 @@ constexpr ScriptKeyword<Said> KEYWORDS[] = {
            {{"auto", mpm::Device::Auto}, {"cpu", mpm::Device::Cpu}, {"cuda", mpm::Device::Cuda}});
      }},
     {"boundary", "xlo | xhi | ylo | yhi free | roller | fixed", read_boundary},
-    {"model", "group-ID rve fix-ID | elastic E nu | mohr_coulomb E nu c phi psi", read_model},
+    {"model", MODEL_FORM.c_str(), read_model},
     {"column", "name", read_column},
     {"density", "value | rve", read_density},
     {"stress", "sxx syy sxy",
