@@ -35,6 +35,9 @@ enum class MaterialRange {
   Fraction    ///< [0, 1)
 };
 
+/// Written in place, nvcc hands g++ parentheses around the member's name that g++ warns of.
+using MaterialMember = double MaterialNumbers::*;
+
 struct MaterialParameter {
   const char *name;       ///< in packing files
   const char *keyword;    ///< in scripts
@@ -43,7 +46,7 @@ struct MaterialParameter {
   MaterialRange range;
   bool
       optional;    ///< in packing files: written when it or another one is not zero, and zero where it is not given
-  double MaterialNumbers::*member;
+  MaterialMember member;
 };
 
 /// In the order of packing files.
