@@ -151,15 +151,16 @@ Order parse(LAMMPS *lmp, int narg, char **arg)
   rve::PackingRecipe &recipe = order.recipe;
   MaterialWords material;
   order.path = words.next("file");
-  words.set_keywords(names_of(MATERIAL_KEYWORDS));
+  words.set_keywords(material_keywords());
   words.add_keywords(names_of(KEYWORDS));
   while (words.next_keyword())
     if (!material.read(words)) words.read(KEYWORDS, order);
   if (words.has("seed") && words.has("seeds"))
     error->all(FLERR, "create_rve: seed and seeds exclude each other");
   std::string missing;
-  for (const char *needed : {"radius", "kn", "density", "pressure"})
-    if (!words.has(needed)) missing += (missing.empty() ? "" : ", ") + std::string(needed);
+  for (const std::string needed : {"radius", "kn", "density", "pressure"})
+    if (!words.has(needed) && !(needed == "kn" && words.has("contact")))
+      missing += (missing.empty() ? "" : ", ") + needed;
   if (!missing.empty()) error->all(FLERR, "create_rve: {} must be given", missing);
 
   // grains with the stiffness of their normal spring in the tangent too, unless said otherwise

@@ -81,9 +81,9 @@ void FixRve::Impl::write_restart_head(FILE *fp) const
 {
   std::string account;
   for (const auto &[keyword, value] : settings.account()) account += keyword + " " + value + "\n";
-  for (const MaterialKeyword &keyword : MATERIAL_KEYWORDS)
-    if (settings.material[keyword.member])    // all digits
-      account += fmt::format("{} {}\n", keyword.name, *settings.material[keyword.member]);
+  for (const auto &parameter : rve::MATERIAL_PARAMETERS)
+    if (settings.material[parameter.member])    // all digits
+      account += fmt::format("{} {}\n", parameter.keyword, *settings.material[parameter.member]);
   RestartHead head;
   head.version = -RESTART_VERSION;
   head.step = static_cast<double>(fix->update->ntimestep);
@@ -168,10 +168,10 @@ void FixRve::Impl::read_restart_head(const char *buf)
   dt = time_step_is_old ? settings.dt : head.dt;
 
   MaterialWords unsaid;
-  for (const MaterialKeyword &keyword : MATERIAL_KEYWORDS) {
-    const auto word = account.find(keyword.name);
-    if (word == account.end() || settings.material[keyword.member]) continue;
-    settings.material[keyword.member] = unsaid[keyword.member] = std::stod(word->second);
+  for (const auto &parameter : rve::MATERIAL_PARAMETERS) {
+    const auto word = account.find(parameter.keyword);
+    if (word == account.end() || settings.material[parameter.member]) continue;
+    settings.material[parameter.member] = unsaid[parameter.member] = std::stod(word->second);
   }
   mass_scaling_of_rves = head.mass_scaling;
   const double scaling_before = settings.mass_scaling.value_or(1.0);
@@ -216,20 +216,21 @@ std::vector<std::string> FixRve::Impl::change_materials(const MaterialWords &wor
                                                         double mass_scaling_before)
 {
   const double mass_scaling = settings.mass_scaling.value_or(1.0);
-  constexpr int KEYWORDS = std::size(MATERIAL_KEYWORDS);
+  constexpr int NUM_PARAMETERS = std::size(rve::MATERIAL_PARAMETERS);
   std::vector<int> changed;
   std::vector<rve::Material> materials;
   // least and largest value before and after, of the RVEs where it changes; as largest values: -least
-  double range[KEYWORDS][4];
-  int count[KEYWORDS] = {};
-  std::fill_n(&range[0][0], 4 * KEYWORDS, -HUGE_VAL);
+  double range[NUM_PARAMETERS][4];
+  int count[NUM_PARAMETERS] = {};
+  std::fill_n(&range[0][0], 4 * NUM_PARAMETERS, -HUGE_VAL);
   for (const int i : atoms_with_rve()) {
     const rve::Material before = points->material(slot[i]);
     rve::Material after = before;
     change_material(after, words, mass_scaling, mass_scaling_before);
     bool differs = false;
-    for (int k = 0; k < KEYWORDS; ++k) {
-      const double a = before.*MATERIAL_KEYWORDS[k].member, b = after.*MATERIAL_KEYWORDS[k].member;
+    for (int k = 0; k < NUM_PARAMETERS; ++k) {
+      const double a = before.*rve::MATERIAL_PARAMETERS[k].member,
+                   b = after.*rve::MATERIAL_PARAMETERS[k].member;
       if (a == b) continue;
       differs = true;
       ++count[k];
@@ -249,8 +250,8 @@ std::vector<std::string> FixRve::Impl::change_materials(const MaterialWords &wor
   }
   error_if_any(problem);
 
-  MPI_Allreduce(MPI_IN_PLACE, range, 4 * KEYWORDS, MPI_DOUBLE, MPI_MAX, fix->world);
-  MPI_Allreduce(MPI_IN_PLACE, count, KEYWORDS, MPI_INT, MPI_SUM, fix->world);
+  MPI_Allreduce(MPI_IN_PLACE, range, 4 * NUM_PARAMETERS, MPI_DOUBLE, MPI_MAX, fix->world);
+  MPI_Allreduce(MPI_IN_PLACE, count, NUM_PARAMETERS, MPI_INT, MPI_SUM, fix->world);
   std::vector<std::string> list;
   if (mass_scaling != mass_scaling_before)
     list.push_back(fmt::format("mass_scaling {} -> {}", rve::number(mass_scaling_before),
@@ -258,9 +259,9 @@ std::vector<std::string> FixRve::Impl::change_materials(const MaterialWords &wor
   const auto text = [](double least, double most) {
     return least == most ? rve::number(least) : rve::number(least) + " to " + rve::number(most);
   };
-  for (int k = 0; k < KEYWORDS; ++k) {
+  for (int k = 0; k < NUM_PARAMETERS; ++k) {
     if (count[k] == 0) continue;
-    list.push_back(fmt::format("{} {} -> {} ({} RVEs)", MATERIAL_KEYWORDS[k].name,
+    list.push_back(fmt::format("{} {} -> {} ({} RVEs)", rve::MATERIAL_PARAMETERS[k].keyword,
                                text(-range[k][0], range[k][1]), text(-range[k][2], range[k][3]),
                                count[k]));
   }
@@ -315,8 +316,8 @@ void FixRve::Impl::modify(int narg, char **arg)
 
   // RVEs that are made later begin like those that are there
   wanted.material = settings.material;
-  for (const MaterialKeyword &keyword : MATERIAL_KEYWORDS)
-    if (words[keyword.member]) wanted.material[keyword.member] = words[keyword.member];
+  for (const auto &parameter : rve::MATERIAL_PARAMETERS)
+    if (words[parameter.member]) wanted.material[parameter.member] = words[parameter.member];
   wanted.mass_scaling = scaling;
   wanted.dt_given = settings.dt_given || dt_given;
   settings = wanted;

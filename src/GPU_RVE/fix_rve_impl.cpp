@@ -18,9 +18,9 @@
 #include "comm.h"
 #include "error.h"
 #include "group.h"
-#include "mpm/exact_sum.h"
 #include "rank_resources.h"
 #include "rve/core/error.h"
+#include "rve/core/exact_sum.h"
 #include "rve/core/splitmix64.h"
 #include "rve/core/threads.h"
 #include "rve/engine/cell_width.h"
@@ -43,13 +43,6 @@ static constexpr int MOST_EXACT_BOUNDS = 8;
 
 // Largest strain of a controlled axis per DEM step, unless the script gives servo_max_rate
 static constexpr double SERVO_STRAIN_PER_STEP = 5.0e-5;
-
-static bool is_finite(const rve::Tensor2 &tensor)
-{
-  return std::all_of(tensor.component, tensor.component + 4, [](double value) {
-    return std::isfinite(value);
-  });
-}
 
 /* ---------------------------------------------------------------------- */
 
@@ -489,7 +482,7 @@ FixRve::Impl::ShadowReport FixRve::Impl::shadow_report() const
   MPI_Allreduce(sums, all_sums, 1, MPI_INT64_T, MPI_SUM, fix->world);
   if (all_sums[0] == 0) return {0.0, 0.0, 0};
   // a sum of integers has no order, so ranks do not show
-  const mpm::FixedScale scale(std::max(most_of_all, 1e-300), all_sums[0]);
+  const rve::FixedScale scale(std::max(most_of_all, 1e-300), all_sums[0]);
   for (const int i : atoms_with_rve())
     if (point(i).shadow >= 0) sums[1] += scale.integer(point(i).shadow_deviation());
   MPI_Allreduce(&sums[1], &all_sums[1], 1, MPI_INT64_T, MPI_SUM, fix->world);
@@ -516,7 +509,7 @@ void FixRve::Impl::advise(bool at_start)
   for (const int i : atoms_with_rve()) {
     const macro::RvePoints::Point &point = this->point(i);
     if (point.frozen) continue;
-    rve::Motion motion;
+    rve::DriveRates motion;
     motion.strain_rate = point.strain_rate();
     motion.dt = point.drive.dt;
     motion.applied_strain = rve::strain_size(point.result.deformation);
@@ -691,8 +684,8 @@ void FixRve::Impl::advance(const std::vector<int> &atoms, const std::vector<rve:
 #pragma omp parallel for num_threads(work.team) reduction(min : first_bad)
     for (int k = 0; k < count; ++k) {
       const rve::Drive &drive = drives[k];
-      if (!is_finite(drive.velocity_gradient) || !is_finite(drive.stress_goal) ||
-          !is_finite(drive.deformation))
+      if (!rve::finite(drive.velocity_gradient) || !rve::finite(drive.stress_goal) ||
+          !rve::finite(drive.deformation))
         first_bad = std::min(first_bad, k);
       slots[k] = slot[atoms[k]];
     }

@@ -68,32 +68,29 @@ void read_boundary(ScriptWords &words, Said &said)
 
 void read_model(ScriptWords &words, Said &said)
 {
+  std::string form = "group-ID rve fix-ID";    // or a law of the table
+  rve::Words choices = {"rve"};
+  for (const mpm::LawEntry &entry : mpm::law_table()) {
+    form += " | " + entry.word + " " + utils::join_words(entry.arguments, " ");
+    choices.emplace_back(entry.word);
+  }
+  words.set_form(form);
   MpmModel model;
   model.group = words.peek();
   model.groupbit = words.groupbit("group");
   words.about("model " + model.group);
-  const std::vector<mpm::LawEntry> &laws = mpm::law_table();
-  rve::Words known = {"rve"};
-  for (const mpm::LawEntry &entry : laws) known.push_back(entry.word);
-  const int choice = words.choice("", known);
-  model.word = known[choice];
+  const int choice = words.choice("law", choices);
+  model.word = choices[choice];
   if (choice == 0) {
     model.fix_rve = words.next("rve fix ID");
   } else {
-    const mpm::LawEntry &law = laws[choice - 1];
+    const mpm::LawEntry &entry = mpm::law_table()[choice - 1];
     std::vector<double> arguments;
-    for (const std::string &name : law.arguments)
-      arguments.push_back(words.number(model.word + " " + name));
-    model.law = law.make(arguments.data());
+    for (const std::string &name : entry.arguments)
+      arguments.push_back(words.number(entry.word + " " + name));
+    model.law = entry.make(arguments.data());
   }
   said.settings.models.push_back(model);
-}
-
-void read_column(ScriptWords &words, Said &said)
-{
-  const std::string name = words.next("name");
-  words.about("column " + name);
-  said.settings.columns.push_back(name);
 }
 
 void read_density(ScriptWords &words, Said &said)
@@ -182,19 +179,7 @@ void read_cfl(ScriptWords &words, Said &said)
                              rve::number(s.courant_error)));
 }
 
-/// How a model is written, for messages.
-std::string model_form()
-{
-  std::string form = "group-ID rve fix-ID";
-  for (const mpm::LawEntry &entry : mpm::law_table()) {
-    form += " | " + entry.word;
-    for (const std::string &name : entry.arguments) form += " " + name;
-  }
-  return form;
-}
-const std::string MODEL_FORM = model_form();
-
-const ScriptKeyword<Said> KEYWORDS[] = {
+constexpr ScriptKeyword<Said> KEYWORDS[] = {
     {"domain", "xlo xhi ylo yhi",
      [](ScriptWords &words, Said &said) {
        mpm::SolverOptions &options = said.options;
@@ -228,8 +213,12 @@ const ScriptKeyword<Said> KEYWORDS[] = {
            {{"auto", mpm::Device::Auto}, {"cpu", mpm::Device::Cpu}, {"cuda", mpm::Device::Cuda}});
      }},
     {"boundary", "xlo | xhi | ylo | yhi free | roller | fixed", read_boundary},
-    {"model", MODEL_FORM.c_str(), read_model},
-    {"column", "name", read_column},
+    {"model", "group-ID rve fix-ID | law ...", read_model},
+    {"column", "name",
+     [](ScriptWords &words, Said &said) {
+       said.settings.columns.emplace_back(words.next());
+       words.about("column " + said.settings.columns.back());
+     }},
     {"density", "value | rve", read_density},
     {"stress", "sxx syy sxy",
      [](ScriptWords &words, Said &said) {

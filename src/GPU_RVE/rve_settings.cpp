@@ -21,7 +21,6 @@
 #include <algorithm>
 #include <cstring>
 #include <string_view>
-#include <utility>
 
 using namespace LAMMPS_NS;
 using macro::StressFrom;
@@ -309,7 +308,7 @@ constexpr FixRveKeyword KEYWORDS[] = {
 
 rve::Words LAMMPS_NS::fix_rve_keywords()
 {
-  rve::Words words = names_of(MATERIAL_KEYWORDS);
+  rve::Words words = material_keywords();
   for (const auto &name : names_of(KEYWORDS)) words.push_back(name);
   return words;
 }
@@ -332,60 +331,6 @@ rve::Device LAMMPS_NS::read_device(ScriptWords &words)
 {
   return words.choice<rve::Device>(
       "", {{"auto", rve::Device::Auto}, {"cpu", rve::Device::Cpu}, {"cuda", rve::Device::Cuda}});
-}
-
-/* ---------------------------------------------------------------------- */
-
-bool MaterialWords::read(ScriptWords &words)
-{
-  for (const MaterialKeyword &keyword : MATERIAL_KEYWORDS)
-    if (words.keyword() == keyword.name) {
-      (*this)[keyword.member] = words.number();
-      return true;
-    }
-  return false;
-}
-
-const std::optional<double> &MaterialWords::operator[](double rve::Material::*member) const
-{
-  const auto found = std::find_if(std::begin(MATERIAL_KEYWORDS), std::end(MATERIAL_KEYWORDS),
-                                  [member](const MaterialKeyword &keyword) {
-                                    return keyword.member == member;
-                                  });
-  return values[found - std::begin(MATERIAL_KEYWORDS)];
-}
-
-std::optional<double> &MaterialWords::operator[](double rve::Material::*member)
-{
-  return const_cast<std::optional<double> &>(std::as_const(*this)[member]);
-}
-
-bool MaterialWords::any() const
-{
-  return std::any_of(std::begin(values), std::end(values), [](const auto &value) {
-    return value.has_value();
-  });
-}
-
-void MaterialWords::apply(rve::Material &material) const
-{
-  for (const auto &[name, member] : MATERIAL_KEYWORDS)
-    material.*member = (*this)[member].value_or(material.*member);
-  const MaterialWords &words = *this;
-  if (words[&rve::Material::rolling_friction].value_or(0.0) > 0.0 &&
-      !words[&rve::Material::rolling_stiffness] && material.rolling_stiffness == 0.0)
-    material.rolling_stiffness = material.tangential_stiffness;
-}
-
-void LAMMPS_NS::change_material(rve::Material &material, const MaterialWords &words,
-                                double mass_scaling, double mass_scaling_before)
-{
-  words.apply(material);
-  // of inertia only: density stays
-  if (words[&rve::Material::mass_depth])
-    material.mass_depth *= mass_scaling;
-  else if (mass_scaling != mass_scaling_before)
-    material.mass_depth *= mass_scaling / mass_scaling_before;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -416,7 +361,7 @@ FixRveSettings FixRveSettings::modified(LAMMPS *lmp, int narg, char **arg) const
 
 void FixRveSettings::read(ScriptWords &words, bool modifies)
 {
-  words.set_keywords(names_of(MATERIAL_KEYWORDS));
+  words.set_keywords(material_keywords());
   for (const FixRveKeyword &keyword : KEYWORDS)
     if (!modifies || !keyword.fixed) words.add_keywords({keyword.name});
   const auto refuse_fixed = [&]() {

@@ -17,9 +17,9 @@
 #define LMP_RVE_SETTINGS_H
 
 #include "macro/rve_points.h"
+#include "material_words.h"
 #include "script_words.h"
 
-#include <iterator>
 #include <map>
 #include <optional>
 #include <string>
@@ -28,46 +28,6 @@
 namespace LAMMPS_NS {
 
 class LAMMPS;
-
-/// A property of the material, as scripts call it. fix rve and create_rve know these and no others.
-struct MaterialKeyword {
-  const char *name;
-  double rve::Material::*member;
-};
-constexpr MaterialKeyword MATERIAL_KEYWORDS[] = {
-    {"kn", &rve::Material::normal_stiffness},
-    {"kt", &rve::Material::tangential_stiffness},
-    {"friction", &rve::Material::friction},
-    {"kr", &rve::Material::rolling_stiffness},
-    {"rolling_friction", &rve::Material::rolling_friction},
-    {"density", &rve::Material::density},
-    {"damping", &rve::Material::local_damping},
-    {"gamma_n", &rve::Material::normal_viscosity},
-    {"gamma_t", &rve::Material::tangential_viscosity},
-    {"thickness", &rve::Material::thickness},
-    {"mass_depth", &rve::Material::mass_depth}};
-
-/// Properties of the material that the script gives.
-class MaterialWords {
- public:
-  /// Reads the value of the keyword that the words are at, and says whether it is one of the material.
-  bool read(ScriptWords &words);
-
-  std::optional<double> &operator[](double rve::Material::*member);
-  const std::optional<double> &operator[](double rve::Material::*member) const;
-
-  /// A rolling friction without a rolling stiffness, here or in the material, gets the tangential one.
-  void apply(rve::Material &material) const;
-
-  bool any() const;
-
- private:
-  std::optional<double> values[std::size(MATERIAL_KEYWORDS)];
-};
-
-/// Changes a material as the words say, and its inertia from one mass scaling to another.
-void change_material(rve::Material &material, const MaterialWords &words, double mass_scaling,
-                     double mass_scaling_before);
 
 /// The keywords of fix rve.
 rve::Words fix_rve_keywords();

@@ -121,7 +121,7 @@ void ScriptWords::end_keyword()
   if (current.keyword.empty()) return;
   current.values = text_from(values_at);
   current.text = text_from(first);
-  const std::string_view form = current.form;
+  const std::string &form = current.form;
   const bool is_list = form.size() > 3 && form.substr(form.size() - 3) == "...";
   for (const Given &given : before)
     if (given.subject == current.subject && !current.may_repeat)
@@ -272,11 +272,13 @@ int ScriptWords::groupbit(const std::string &part)
   return lmp->group->bitmask[found];
 }
 
-void ScriptWords::refuse_choice(const std::string &part, const char *word,
-                                const rve::Words &names) const
+int ScriptWords::choice(const std::string &part, const rve::Words &choices)
 {
+  const char *word = next(part);
   std::string allowed;
-  for (std::size_t k = 0; k < names.size(); ++k)
-    allowed += (k == 0 ? "" : k + 1 == names.size() ? " or " : ", ") + std::string(names[k]);
+  for (std::size_t k = 0; k < choices.size(); ++k) {
+    if (choices[k] == word) return static_cast<int>(k);
+    allowed += (k == 0 ? "" : k + 1 == choices.size() ? " or " : ", ") + std::string(choices[k]);
+  }
   refuse(fmt::format("{} is '{}'; it must be {}", label(part), word, allowed));
 }

@@ -18,7 +18,7 @@
 
 #include "rve/core/suggestion.h"
 
-#include <cstddef>
+#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -87,12 +87,15 @@ class ScriptWords {
   {
     for (const auto &row : table)
       if (keyword() == row.name) {
-        current.form = row.values;
+        set_form(row.values);
         row.read(*this, target);
         return true;
       }
     return false;
   }
+
+  /// How the values of this keyword are written.
+  void set_form(std::string values) { current.form = std::move(values); }
 
   /// What follows is about `subject`, not about the keyword alone, and only this must not be given twice; or it may.
   void about(const std::string &subject, bool may_repeat = false);
@@ -105,7 +108,7 @@ class ScriptWords {
     std::string subject;    ///< the keyword, or what about() said
     std::string values;     ///< that follow the subject
     std::string text;       ///< all words, from the keyword on
-    const char *form = "value";
+    std::string form = "value";
     bool may_repeat = false;
   };
   /// The keywords before this one.
@@ -115,7 +118,11 @@ class ScriptWords {
   // ---- values ----
 
   bool empty() const { return position >= narg; }
-  const char *peek() const { return empty() ? "" : arg[position]; }
+  /// The next word, or one behind it; "" behind the end.
+  const char *peek(int ahead = 0) const
+  {
+    return position + ahead < narg ? arg[position + ahead] : "";
+  }
   /// Takes the next word if it is this one.
   bool take(const char *word);
   bool starts_number() const;
@@ -131,24 +138,13 @@ class ScriptWords {
   ScriptValue value(const std::string &part = "");
   int groupbit(const std::string &part = "");
 
+  /// Which of the choices it is.
+  int choice(const std::string &part, const rve::Words &choices);
   template <class T> T choice(const std::string &part, ScriptChoices<T> choices)
   {
-    const char *word = next(part);
     rve::Words names;
-    for (const auto &[name, meaning] : choices) {
-      if (name == std::string_view(word)) return meaning;
-      names.emplace_back(name);
-    }
-    refuse_choice(part, word, names);
-  }
-
-  /// Which of the names the next word is.
-  int choice(const std::string &part, const rve::Words &names)
-  {
-    const char *word = next(part);
-    for (std::size_t k = 0; k < names.size(); ++k)
-      if (names[k] == std::string_view(word)) return static_cast<int>(k);
-    refuse_choice(part, word, names);
+    for (const auto &[name, meaning] : choices) names.emplace_back(name);
+    return (choices.begin() + choice(part, names))->second;
   }
 
   /// Numbers beyond +-largest are errors from here on.
@@ -174,8 +170,6 @@ class ScriptWords {
   double limited(const std::string &part, const char *word) const;
   std::string text_from(int begin) const;
   void end_keyword();
-  [[noreturn]] void refuse_choice(const std::string &part, const char *word,
-                                  const rve::Words &names) const;
 };
 
 }    // namespace LAMMPS_NS

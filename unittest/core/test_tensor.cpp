@@ -115,6 +115,19 @@ TEST(Vec, CrossIsAntisymmetricAndPositiveCounterClockwise)
   EXPECT_NEAR(cross(z, z), 0.0, 0.5 * 2.3e-16 * 0.21);    // one of the two products is rounded
 }
 
+TEST(Tensor, IsFiniteIfAllComponentsAre)
+{
+  Random random(5);
+  const auto sound = random_tensor<3>(random);
+  EXPECT_TRUE(finite(sound));
+  for (int k = 0; k < 9; ++k)
+    for (const double bad : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
+      auto t = sound;
+      t.component[k] = bad;
+      EXPECT_FALSE(finite(t)) << k;
+    }
+}
+
 TEST(Vec, ProductsKeepTheirBitsWhenBothVectorsTurnAround)
 {
   // the force of a contact must not depend on which of the two grains owns the pair

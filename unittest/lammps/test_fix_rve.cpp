@@ -872,7 +872,8 @@ TEST(FixRveMessage, ListOfPackingsEndsAtAnyKeyword)
                               "gamma_n",
                               "gamma_t",
                               "thickness",
-                              "mass_depth"}) {
+                              "mass_depth",
+                              "contact"}) {
     const std::string message =
         message_of(FOUR_ATOMS + FIX + "packings " + PACKING + " " + keyword + "\n");
     EXPECT_TRUE(message.find("has no value") != std::string::npos ||
@@ -1145,6 +1146,82 @@ TEST(FixRveMessage, UnitsThatAreNotConsistent)
   script.replace(script.find("units si"), 8, "units real");
 
   EXPECT_IN("not in units real", message_of(script));
+}
+
+// ---- the contact law as LAMMPS' pair_coeff has it ----
+
+namespace {
+
+/// The RVE after some steps with these keywords, as a text with all digits.
+std::string state_with(const std::string &keywords)
+{
+  GrainsScript script;
+  script << FOUR_ATOMS + FIX + "dt 5e-5 drive velocity_gradient yy v_rate xy 0.5 " + keywords +
+          "\nrun 2";
+  return script.state(1);
+}
+
+}    // namespace
+
+TEST(ContactWords, OfAPairCoeffMeanTheKeywords)
+{
+  EXPECT_EQ(state_with("contact hooke 2e6 50 tangential linear_history 1e6 0.5 0.4 damping "
+                       "velocity rolling sds 2e5 0.0 0.1 twisting none thickness 0.05"),
+            state_with("kn 2e6 gamma_n 50 kt 1e6 gamma_t 25 friction 0.4 kr 2e5 rolling_friction "
+                       "0.1 thickness 0.05"));
+}
+
+TEST(ContactWords, LeaveNothingOfTheLawOfThePacking)
+{
+  EXPECT_EQ(state_with("contact hooke 2e6 0 tangential linear_nohistory 0.5 0 rolling none"),
+            state_with("kn 2e6 kt 0 friction 0"));
+  EXPECT_EQ(state_with("kn 2e6 kt 0 friction 0.5 gamma_n 0 gamma_t 0 kr 0 rolling_friction 0"),
+            state_with("contact hooke 2e6 0 tangential linear_history 0 1 0.5"));
+}
+
+TEST(ContactWords, DampingWithANumberIsThatOfAllGrains)
+{
+  EXPECT_EQ(state_with("contact hooke 2e6 50 damping velocity tangential linear_history 1e6 0 0.4 "
+                       "damping 0.2"),
+            state_with("kn 2e6 gamma_n 50 kt 1e6 gamma_t 0 friction 0.4 damping 0.2"));
+}
+
+TEST(ContactWords, WhatLammpsHasAndRvesHaveNotIsNamed)
+{
+  const auto message_with = [](const std::string &words) {
+    return message_of(FOUR_ATOMS + FIX + "contact " + words + "\n");
+  };
+  const std::string hooke = "hooke 1e6 0 ", history = "tangential linear_history 5e5 0 0.5 ";
+
+  EXPECT_IN("contact normal model is 'hertz'; it must be hooke", message_with("hertz 1e6 0 "));
+  EXPECT_IN("contact tangential model is 'mindlin'; it must be linear_history or linear_nohistory",
+            message_with(hooke + "tangential mindlin NULL 0 0.5"));
+  EXPECT_IN("tangential linear_nohistory is friction by a dashpot alone",
+            message_with("hooke 1e6 50 tangential linear_nohistory 1 0.5 damping velocity"));
+  EXPECT_IN("contact damping model is 'tsuji'; it must be velocity",
+            message_with(hooke + history + "damping tsuji"));
+  EXPECT_IN("contact has eta_n 50 and no damping model, which is viscoelastic in pair_style "
+            "granular",
+            message_with("hooke 1e6 50 " + history));
+  EXPECT_IN("contact rolling gamma_roll is 3 [force time/length]; it must be 0",
+            message_with(hooke + history + "rolling sds 1e5 3 0.1"));
+  EXPECT_IN("contact twisting model is 'marshall'; it must be none",
+            message_with(hooke + history + "twisting marshall"));
+  EXPECT_IN("contact has no limit_damping; of pair_style granular it has tangential, damping, "
+            "rolling and twisting",
+            message_with(hooke + history + "limit_damping"));
+  EXPECT_IN("contact has no tangential model", message_with(hooke + "damping velocity"));
+  EXPECT_IN("contact has rolling twice",
+            message_with(hooke + history + "rolling none rolling none"));
+  EXPECT_IN("contact tangential mu has no value; the command ends there; it must read: contact "
+            "hooke k_n eta_n tangential linear_history k_t x_gammat mu",
+            message_with(hooke + "tangential linear_history 5e5 0"));
+  EXPECT_IN("contact and friction exclude each other",
+            message_with(hooke + history + "friction 0.3"));
+  EXPECT_IN("contact and kn exclude each other",
+            message_of(FOUR_ATOMS + FIX + "kn 1e6 contact " + hooke + history + "\n"));
+  EXPECT_IN("normal stiffness is -7 [force/length]; it must be finite and greater than 0",
+            message_of(FOUR_ATOMS + FIX + "dt 5e-5 contact hooke -7 0 " + history + "\nrun 0\n"));
 }
 
 TEST(FixRveMessage, UnknownKeyword)

@@ -253,12 +253,11 @@ TEST(LawWithMemory, WrongNamesAreErrors)
   EXPECT_NE(message_of(start + footing("column damage column damage"))
                 .find("Fix mpm: column damage is given twice"),
             std::string::npos);
-  EXPECT_NE(
-      message_of(start + "fix soil all mpm 1.0 model all capped 1 2")
-          .find("model capped hardening has no value; the command ends there; it must read: model "
-                "group-ID rve fix-ID | elastic E nu | mohr_coulomb E nu c phi psi"),
-      std::string::npos);
+  EXPECT_NE(message_of(start + "fix soil all mpm 1.0 model all capped 1 2")
+                .find("it must read: model group-ID rve fix-ID | elastic E nu | mohr_coulomb E nu "
+                      "c phi psi | capped"),
+            std::string::npos);
   EXPECT_NE(message_of(start + "fix soil all mpm 1.0 model all caped 1 2 3")
-                .find("model is 'caped'; it must be rve, elastic, mohr_coulomb or capped"),
+                .find("model law is 'caped'; it must be rve, elastic, mohr_coulomb or capped"),
             std::string::npos);
 }

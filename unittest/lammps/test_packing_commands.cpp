@@ -88,6 +88,21 @@ TEST(CreateRve, AKeywordGivenTwiceIsAnError)
             message_of("create_rve none.rve" + RECIPE + "seeds 1 2\n"));
 }
 
+TEST(CreateRve, ContactInTheWordsOfLammpsGivesTheSamePacking)
+{
+  const std::string file = temporary_path("contact.rve");
+  const auto packing_with = [&](const std::string &contact) {
+    log_of("units si\ncreate_rve " + file + without(without(RECIPE, "kn 1e6"), "friction 0.5") +
+           contact + "\n");
+    return text_of(file);
+  };
+
+  EXPECT_EQ(packing_with("contact hooke 1e6 20 tangential linear_history 5e5 0.5 0.4 damping "
+                         "velocity rolling sds 2e5 0 0.1"),
+            packing_with("kn 1e6 gamma_n 20 kt 5e5 gamma_t 10 friction 0.4 kr 2e5 "
+                         "rolling_friction 0.1"));
+}
+
 TEST(CreateRve, AMisspeltKeywordNamesWhatIsLikeIt)
 {
   EXPECT_IN("create_rve: unknown keyword 'grians'; did you mean grains?",

@@ -6,11 +6,11 @@
 #include <numeric>
 #include <random>
 
-using mpm::FixedScale;
 using mpm::Grid;
 using mpm::ShapeFunction;
 using mpm::Support;
 using mpm::Vec2;
+using rve::FixedScale;
 
 namespace {
 
@@ -96,24 +96,3 @@ TEST_P(Transfer, LinearVelocityFieldIsInterpolatedWithItsGradient)
 
 INSTANTIATE_TEST_SUITE_P(Shapes, Transfer,
                          testing::Values(ShapeFunction::Linear, ShapeFunction::Gimp));
-
-TEST(FixedScale, SumOfTheLargestTermsCannotWrap)
-{
-  for (const double bound : {1e-290, 3.0, 1e290}) {
-    const std::int64_t terms = 1000000;
-    const FixedScale scale(bound, terms);
-
-    const std::int64_t sum = terms * scale.integer(bound);    // by construction below 2^62
-
-    EXPECT_LT(std::abs(static_cast<double>(sum)), std::ldexp(1.0, 62) + 1.0);
-    EXPECT_NEAR(scale.real(sum), bound * terms, 1e-9 * bound * terms);
-  }
-}
-
-TEST(FixedScale, RoundsSymmetrically)
-{
-  const FixedScale scale(1.0, 100);
-  EXPECT_EQ(scale.integer(0.3), -scale.integer(-0.3));
-  EXPECT_EQ(scale.integer(2.5 * scale.unit()), 3);
-  EXPECT_EQ(scale.integer(-2.5 * scale.unit()), -3);
-}

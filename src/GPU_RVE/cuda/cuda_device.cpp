@@ -60,6 +60,9 @@ CudaDevice find_cuda_device(int local_rank, const void *kernel)
   const CudaChoice choice = choose_card(obstacles, local_rank);
   CudaDevice device{choice.number, choice.obstacle};
   if (device.obstacle.empty()) device.obstacle = find_loading_obstacle(device.number, kernel);
+  if (device.obstacle.empty())
+    device.compiles =
+        code_for(card_of(device.number).capability, compiled_architectures()) == CardCode::Ptx;
   return device;
 }
 

@@ -1,6 +1,7 @@
 #include "field/covariance.h"
 
 #include "rve/core/error.h"
+#include "rve/core/pi.h"
 
 namespace field {
 
@@ -40,7 +41,7 @@ Anisotropy::Anisotropy(const Vec &length, double angle) : length_(length)
   require(std::isfinite(angle), "angle must be finite, got " + number(angle));
   // an ellipse is the same after half a turn, a circle after any
   const double turned = length[0] == length[1] ? 0.0 : std::remainder(angle, 180.0);
-  const double radians = turned * (M_PI / 180.0);
+  const double radians = turned * (rve::kPi / 180.0);
   cos_ = std::fabs(turned) == 90.0 ? 0.0 : std::cos(radians);
   sin_ = std::sin(radians);
 }

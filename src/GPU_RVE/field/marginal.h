@@ -4,6 +4,7 @@
 #define FIELD_MARGINAL_H
 
 #include "rve/core/error.h"
+#include "rve/core/pi.h"
 
 #include <cmath>
 #include <string>
@@ -111,7 +112,7 @@ class Bounded {
   }
   double operator()(double z) const
   {
-    return interval_.at(0.5 * (1.0 + std::tanh((location_ + scale_ * z) / (2.0 * M_PI))));
+    return interval_.at(0.5 * (1.0 + std::tanh((location_ + scale_ * z) / (2.0 * rve::kPi))));
   }
 
  private:

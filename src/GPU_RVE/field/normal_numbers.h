@@ -4,6 +4,8 @@
 #ifndef FIELD_NORMAL_NUMBERS_H
 #define FIELD_NORMAL_NUMBERS_H
 
+#include "rve/core/pi.h"
+
 #include <cmath>
 #include <cstdint>
 #include <random>
@@ -21,8 +23,8 @@ class NormalNumbers {
       const double u = static_cast<double>((engine_() >> 11) + 1) * 0x1p-53;    // in (0, 1]
       const double v = static_cast<double>(engine_() >> 11) * 0x1p-53;          // in [0, 1)
       const double radius = std::sqrt(-2.0 * std::log(u));
-      numbers[i] = radius * std::cos(2.0 * M_PI * v);
-      numbers[i + 1] = radius * std::sin(2.0 * M_PI * v);
+      numbers[i] = radius * std::cos(2.0 * rve::kPi * v);
+      numbers[i + 1] = radius * std::sin(2.0 * rve::kPi * v);
     }
   }
 

@@ -1,5 +1,6 @@
 #include "macro/rve_constitutive.h"
 
+#include "rve/core/pi.h"
 #include "rve/core/threads.h"
 
 #include <algorithm>
@@ -43,8 +44,7 @@ double RveConstitutive::p_wave_modulus(int point_index) const
   const double contacts_per_grain = 0.5 * result.coordination_number;
   const double solid_fraction = 1.0 / (1.0 + result.void_ratio);
   // sum l^2 / area = contacts * 4 <r^2> / area, and grains * pi <r^2> = solid fraction * area
-  const double pi = std::acos(-1.0);
-  return stiffness / material.thickness * contacts_per_grain * 4.0 / pi * solid_fraction *
+  return stiffness / material.thickness * contacts_per_grain * 4.0 / rve::kPi * solid_fraction *
       largest_fabric;
 }
 

@@ -1,21 +1,17 @@
 #include "macro/rve_points.h"
 
 #include "rve/core/error.h"
+#include "rve/core/pi.h"
 #include "rve/core/threads.h"
+#include "rve/core/wall_time.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/packing.h"
 
 #include <algorithm>
-#include <chrono>
 
 namespace macro {
 
 namespace {
-
-  double seconds_since(std::chrono::steady_clock::time_point start)
-  {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  }
 
   bool is_identity(const rve::Tensor2 &f)
   {
@@ -70,8 +66,8 @@ double slip_of_rotation(double angle, int substeps, double dt, const rve::Materi
 {
   // moment of inertia m r^2/2 against Z contacts with k_t r (r spin); Z of an isostatic packing with friction
   constexpr double CONTACTS = 3.0;
-  const double pi = std::acos(-1.0);
-  const double mass = material.density * material.mass_depth * 0.25 * pi * grain_size * grain_size;
+  const double mass =
+      material.density * material.mass_depth * 0.25 * rve::kPi * grain_size * grain_size;
   const double frequency = std::sqrt(2.0 * CONTACTS * material.tangential_stiffness / mass);
   const double steps_of_lag = std::fmax(1.0, 1.0 / (frequency * dt));
   return std::fabs(angle) * std::fmin(1.0, steps_of_lag / substeps);
@@ -266,9 +262,9 @@ template <class Answers>
 void RvePoints::call_engine(const std::vector<int> &slots, const std::vector<rve::Drive> &drives,
                             Answers &answers) const
 {
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = rve::WallClock::now();
   engine->advance(slots, drives, answers);
-  seconds_in_engine += seconds_since(start);
+  seconds_in_engine += rve::seconds_since(start);
 }
 
 /// What one RVE does in a macro step: parts that end where its stress is wanted.
@@ -559,17 +555,17 @@ void RvePoints::advance_shadows(const std::vector<int> &slots,
 std::vector<int> RvePoints::advance(const std::vector<int> &slots,
                                     const std::vector<rve::Drive> &drives, bool with_details)
 {
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = rve::WallClock::now();
   const std::vector<int> failed = is_plain(slots) ? advance_plainly(slots, drives)
                                                   : advance_by_plan(slots, drives);
   // of the same kind as what is asked for later: the long answer of the call itself has the velocities of half a step before
   if (with_details) complete();
   if (shadows) {
-    const auto shadows_start = std::chrono::steady_clock::now();
+    const auto shadows_start = rve::WallClock::now();
     advance_shadows(slots, drives);
-    seconds_for_shadows += seconds_since(shadows_start);
+    seconds_for_shadows += rve::seconds_since(shadows_start);
   }
-  seconds += seconds_since(start);
+  seconds += rve::seconds_since(start);
   return failed;
 }
 

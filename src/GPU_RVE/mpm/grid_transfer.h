@@ -3,9 +3,9 @@
 #ifndef MPM_GRID_TRANSFER_H
 #define MPM_GRID_TRANSFER_H
 
-#include "mpm/exact_sum.h"
 #include "mpm/grid.h"
 #include "mpm/shape_functions.h"
+#include "rve/core/exact_sum.h"
 #include "rve/core/tensor.h"
 
 #include <cstddef>
@@ -55,7 +55,7 @@ RVE_HD inline void add_to(std::int64_t *sums, std::size_t k, std::int64_t part)
 /// Adds share(a, b) of `total` to component c of every node of the support, each share rounded once. What rounding leaves of
 /// the rounded total goes to the heaviest node: the nodes hold the total of the points to the last bit.
 template <int C, class Share, class Sums>
-RVE_HD void scatter(const Support &support, const FixedScale &scale, double total,
+RVE_HD void scatter(const Support &support, const rve::FixedScale &scale, double total,
                     const Share &share, Sums sums, int c)
 {
   std::int64_t left = scale.integer(total);

@@ -1,7 +1,7 @@
 // The machine that runs the passes of a time step, and its implementation by CPU threads.
 //
 // A time step is written once, as a sequence of passes (step_program.h), each of which says what one point, node, column of nodes or load
-// does (step_passes.h). It runs on CPU threads (HostMachine) or on a CUDA device (CudaMachine in cuda_runner.cu). A Machine owns the
+// does (step_passes.h). It runs on CPU threads (HostMachine) or on a CUDA device (CudaMachine in cuda_machine.cu). A Machine owns the
 // arrays of the grid, is made of (options, grid, boundary, number of ranks), and offers
 //
 //   begin(input)                a step begins, with these points and loads

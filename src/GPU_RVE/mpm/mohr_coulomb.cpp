@@ -2,6 +2,7 @@
 
 #include "mpm/midpoint_increment.h"
 #include "rve/core/error.h"
+#include "rve/core/pi.h"
 
 #include <cmath>
 
@@ -67,7 +68,7 @@ MohrCoulomb::MohrCoulomb(double young_modulus, double poisson_ratio, double cohe
   require(cohesion > 0.0 || friction_degrees > 0.0,
           "cohesion and friction angle must not both be 0: the material would have no strength");
   const auto ratio = [](double degrees) {
-    const double sine = std::sin(degrees * std::acos(-1.0) / 180.0);
+    const double sine = std::sin(degrees * rve::kPi / 180.0);
     return (1.0 + sine) / (1.0 - sine);
   };
   return_.shear_modulus = young_modulus / (2.0 * (1.0 + poisson_ratio));

@@ -5,19 +5,20 @@
 #include "mpm/step_program.h"
 #include "rve/core/error.h"
 #include "rve/core/threads.h"
+#include "rve/core/wall_time.h"
 
 #if defined(GPU_RVE_WITH_CUDA)
-#include "mpm/cuda_runner.h"
+#include "mpm/cuda_machine.h"
 #endif
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 namespace mpm {
 
+using rve::FixedScale;
 using rve::number;
 using rve::require;
 using rve::Tensor2;
@@ -44,11 +45,6 @@ namespace {
                          ") " + what);
   }
 
-  double seconds_since(std::chrono::steady_clock::time_point start)
-  {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  }
-
   std::unique_ptr<StepRunner> make_runner(const SolverOptions &options,
                                           const Communication &communication, const Grid &grid,
                                           std::string *notice)
@@ -65,12 +61,6 @@ namespace {
       if (notice) *notice = obstacle + "; CPU threads serve";
     }
     return std::make_unique<StepProgram<HostMachine>>(options, communication, grid);
-  }
-
-  void check_bound(double bound, std::int64_t terms, const std::string &what)
-  {
-    require(bound * static_cast<double>(terms) < 1e300,
-            what + " of a point is too large for the sums on the grid, got " + number(bound));
   }
 
 }    // namespace
@@ -123,6 +113,14 @@ void throw_point_error(const Grid &grid, const PointView &points, int num_bodies
            "is inverted, det(F) = " + number(determinant(points.deformation_gradient[p])) +
                "; the time step is too large or the material lost its stiffness");
   }
+}
+
+void check_bound(double bound, std::int64_t terms, const char *what)
+{
+  require(bound * static_cast<double>(terms) < 1e300, [&] {
+    return std::string(what) + " of a point is too large for the sums on the grid, got " +
+        number(bound);
+  });
 }
 
 MpmSolver::MpmSolver(const SolverOptions &options, Communication communication,
@@ -243,11 +241,11 @@ void MpmSolver::advance_stress(const PointView &points, const Tensor2 *increment
   for (std::size_t k = 0; k < models_.size(); ++k) {
     Constitutive &model = *models_[k];
     const std::vector<int> &list = points_of_model_[k];
-    const auto start = std::chrono::steady_clock::now();
+    const auto start = rve::WallClock::now();
     if (!model.takes_parts()) {
       model.update(static_cast<int>(list.size()), list.data(), increment, dt, points.stress,
                    memory);
-      model_seconds_[k] += seconds_since(start);
+      model_seconds_[k] += rve::seconds_since(start);
       continue;
     }
     const int count = static_cast<int>(list.size());
@@ -258,7 +256,7 @@ void MpmSolver::advance_stress(const PointView &points, const Tensor2 *increment
       model.update(mine.end - mine.begin, list.data() + mine.begin, increment, dt, points.stress,
                    memory);
     }
-    model_seconds_[k] += seconds_since(start);
+    model_seconds_[k] += rve::seconds_since(start);
   }
 }
 

@@ -12,6 +12,7 @@
 
 namespace mpm {
 
+/// Not rve::larger, which wants numbers: a `b` that is not a number is passed over.
 RVE_HD inline double larger(double a, double b)
 {
   return a < b ? b : a;
@@ -21,12 +22,6 @@ RVE_HD inline double larger(double a, double b)
 RVE_HD inline double largest(double a, double b)
 {
   return larger(std::abs(a), std::abs(b));
-}
-
-RVE_HD inline bool finite(const rve::Tensor2 &t)
-{
-  return std::isfinite(t(0, 0)) && std::isfinite(t(0, 1)) && std::isfinite(t(1, 0)) &&
-      std::isfinite(t(1, 1));
 }
 
 /// What would be undefined behaviour or nonsense further on, before a step or after it.
@@ -161,7 +156,7 @@ struct PrepareLoad : Pass {
 
 /// Mass and momentum of a point to its nodes.
 struct InertiaOfPoint {
-  FixedScale mass_scale, momentum_scale;
+  rve::FixedScale mass_scale, momentum_scale;
 
   RVE_HD void begin(const StepView &step)
   {
@@ -193,7 +188,7 @@ struct InertiaOfPoint {
 
 /// f_I = - Σ V σ·∇N_I + Σ f N_I (Sulsky, Chen & Schreyer 1994, Comput. Methods Appl. Mech. Eng. 118, 179).
 struct ForceOfPoint {
-  FixedScale scale;
+  rve::FixedScale scale;
 
   RVE_HD void begin(const StepView &step) { scale = step.force_scale(); }
 
@@ -265,7 +260,7 @@ struct ScatterInertiaAndForces : Pass {
 
 struct ScatterMomentumAgain : Pass {
   static constexpr bool INERTIA = false, VECTORS = true;
-  FixedScale scale = {};
+  rve::FixedScale scale = {};
 
   RVE_HD void begin() { scale = step.momentum_again_scale(); }
 
@@ -295,7 +290,7 @@ struct ScatterMomentumAgain : Pass {
 /// the top face if, and only if, t is spread with S_x along the face and with H at the place of the face. For linear functions
 /// ∂N/∂y at the centre equals the same difference as long as the box lies within one cell.
 struct ScatterLoad : Pass {
-  FixedScale scale = {};
+  rve::FixedScale scale = {};
 
   RVE_HD void begin() { scale = step.force_scale(); }
 
@@ -385,7 +380,7 @@ struct StrainPoint : Pass {
 
 /// Mass and momentum of a node from their sums.
 struct InertiaOfNode {
-  FixedScale mass_scale, momentum_scale;
+  rve::FixedScale mass_scale, momentum_scale;
 
   RVE_HD void begin(const StepView &step)
   {
@@ -403,7 +398,7 @@ struct InertiaOfNode {
 
 /// p += f dt; what bodies did in the step before is forgotten.
 struct ForceOfNode {
-  FixedScale scale;
+  rve::FixedScale scale;
 
   RVE_HD void begin(const StepView &step) { scale = step.force_scale(); }
 
@@ -500,7 +495,7 @@ struct NodeDamped : Pass {
 
 /// The momentum of the second extrapolation.
 struct NodeMomentumAgain : Pass {
-  FixedScale scale = {};
+  rve::FixedScale scale = {};
 
   RVE_HD void begin() { scale = step.momentum_again_scale(); }
 

@@ -180,17 +180,10 @@ template <class Machine> class StepProgram final : public StepRunner {
   {
     StepView view = machine_.view();
     view.maximum = machine_.maxima();
-    check_sum(view.maximum[MassBound], "mass");
-    check_sum(view.maximum[MomentumBound], "momentum");
-    check_sum(view.force_bound(), "force");
-    check_sum(view.maximum[MomentumAgainBound], "momentum");
-  }
-  void check_sum(double bound, const char *what) const
-  {
-    rve::require(bound * static_cast<double>(machine_.view().point_total) < 1e300, [&] {
-      return std::string(what) + " of a point is too large for the sums on the grid, got " +
-          rve::number(bound);
-    });
+    check_bound(view.maximum[MassBound], view.point_total, "mass");
+    check_bound(view.maximum[MomentumBound], view.point_total, "momentum");
+    check_bound(view.force_bound(), view.point_total, "force");
+    check_bound(view.maximum[MomentumAgainBound], view.point_total, "momentum");
   }
 
   /// Everything that the machine can have found so far.

@@ -28,6 +28,9 @@ using StressUpdate = std::function<void(const rve::Tensor2 *increment, double dt
 [[noreturn]] void throw_point_error(const Grid &grid, const PointView &points, int num_bodies,
                                     int num_models, std::uint64_t key);
 
+/// Throws unless so many terms up to the bound can be summed: `what` of a point is then too large.
+void check_bound(double bound, std::int64_t terms, const char *what);
+
 class StepRunner {
  public:
   virtual ~StepRunner() = default;

@@ -100,9 +100,9 @@ struct StepView {
   RVE_HD int body_maximum(int body) const { return NUM_MAXIMA + num_loads + 4 * body; }
   RVE_HD int num_maxima() const { return body_maximum(num_bodies); }
 
-  RVE_HD FixedScale mass_scale() const { return {maximum[MassBound], point_total}; }
-  RVE_HD FixedScale momentum_scale() const { return {maximum[MomentumBound], point_total}; }
-  RVE_HD FixedScale momentum_again_scale() const
+  RVE_HD rve::FixedScale mass_scale() const { return {maximum[MassBound], point_total}; }
+  RVE_HD rve::FixedScale momentum_scale() const { return {maximum[MomentumBound], point_total}; }
+  RVE_HD rve::FixedScale momentum_again_scale() const
   {
     return {maximum[MomentumAgainBound], point_total};
   }
@@ -113,7 +113,7 @@ struct StepView {
     for (int k = 0; k < num_loads; ++k) bound += maximum[load_maximum(k)];
     return bound;
   }
-  RVE_HD FixedScale force_scale() const { return {force_bound(), point_total}; }
+  RVE_HD rve::FixedScale force_scale() const { return {force_bound(), point_total}; }
 
   RVE_HD RigidBodyState body(int b) const
   {

@@ -7,6 +7,7 @@
 #include "rve/algorithm/force_units.h"
 #include "rve/algorithm/list_renewal.h"
 #include "rve/algorithm/stored_grain.h"
+#include "rve/core/pi.h"
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -49,8 +50,7 @@ inline namespace RVE_ISA {
       const int length_bits = CallUnits::length_bits(header.largest_radius);
       call.units.length = power_of_two(length_bits);
       call.units.per_length = power_of_two(-length_bits);
-      call.mass_factor =
-          header.material.density * 3.14159265358979323846 * header.material.mass_depth;
+      call.mass_factor = header.material.density * kPi * header.material.mass_depth;
       call.skin = batch.skin > 0.0 ? batch.skin : kDefaultSkinShare * header.mean_radius;
       call.expected_force = header.largest_contact_force;
       call.plan_first = 1;
@@ -98,7 +98,7 @@ inline namespace RVE_ISA {
         if (continued)
           Stored::take_pairs(call, shared, i, stored);
         else
-          shared.still[i].list_position = stored.list_position;
+          shared.response[i].list_position = stored.list_position;
       });
       if (call.fatal()) return;
       if (call.batch.track_energy)
@@ -142,7 +142,7 @@ inline namespace RVE_ISA {
       block.for_each(n, [&](Item i) {
         typename Stored::StoredGrain stored;
         Stored::read_pairs(from.partner, from.history, i, n, stored);
-        stored.list_position = call.shared.still[i].list_position;
+        stored.list_position = call.shared.response[i].list_position;
         Stored::take_pairs(call, call.shared, i, stored);
       });
     }

@@ -6,8 +6,8 @@
 #define RVE_ALGORITHM_CONTACT_FORCES_H
 
 #include "rve/algorithm/call_state.h"
+#include "rve/algorithm/pack_phases.h"
 #include "rve/core/integer_sums.h"
-#include "rve/core/pack_item.h"
 #include "rve/core/status.h"
 #include "rve/physics/contact_geometry.h"
 #include "rve/physics/laws/law.h"

@@ -88,7 +88,7 @@ inline namespace RVE_ISA {
           call.pairs.history[k * n + i] = call.work.fresh.history[k * n + i];
         }
         const Vec<typename Scene::Coordinate, 2> position = call.shared.motion[i].position;
-        call.shared.still[i].list_position =
+        call.shared.response[i].list_position =
             Vec<std::uint32_t, 2>{{leading_bits(position[0]), leading_bits(position[1])}};
       });
       StoredGrains<Block, Scene>::fill_partner_radius(block, call.shared, n);

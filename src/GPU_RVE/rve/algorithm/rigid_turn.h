@@ -10,7 +10,7 @@ inline namespace RVE_ISA {
 
   /// Cell, deformation and velocities follow; fractional coordinates, spins, contact histories and the list are the same in all axes.
   template <class Block, class Scene>
-  RVE_INLINE void turn_image(Block &block, const ImageView<Scene> &image, const Tensor2 &rotation)
+  RVE_INLINE void turn_rigidly(Block &block, const ImageView<Scene> &image, const Tensor2 &rotation)
   {
     block.for_each(image.header->num_grains, [&](typename Block::Item i) {
       const Vec<double, 2> turned = rotation * image.velocity[i].template as<double>();

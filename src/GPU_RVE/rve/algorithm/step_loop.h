@@ -20,6 +20,7 @@
 #include "rve/algorithm/call_begin.h"
 #include "rve/algorithm/call_end.h"
 #include "rve/algorithm/homogenization.h"
+#include "rve/algorithm/pack_phases.h"
 #include "rve/algorithm/stress_servo.h"
 #include "rve/physics/integrator.h"
 
@@ -180,7 +181,7 @@ inline namespace RVE_ISA {
           else    // they are zero, and stay there
             grains.history[k].publish(i, typename Scene::History());
         }
-        shared.still[i] = Stored::still_of(call, grains.radius[i], stored.list_position);
+        shared.response[i] = Stored::response_of(call, grains.radius[i], stored.list_position);
       });
       block.own_items(num_grains, [&](Item i) {
         for (int k = 0; k < kOwnedPairs; ++k) grains.look_at_partner(shared, k, i);
@@ -308,21 +309,22 @@ inline namespace RVE_ISA {
     }
 
     /// Leapfrog velocity update of one grain from the forces that the last phase left.
-    RVE_INLINE void kick_grain(Grains &grains, Item i, const Still<typename Scene::Numbers> &still,
-                               Real alpha, Motion<typename Scene::Numbers> &motion)
+    RVE_INLINE void kick_grain(Grains &grains, Item i,
+                               const GrainResponse<typename Scene::Numbers> &response, Real alpha,
+                               Motion<typename Scene::Numbers> &motion)
     {
       const Vec<Sum, 3> sum = collect_force(grains.own[i], i);
       const Vec<Real, 2> before = motion.velocity;
       Vec<Real, 2> increment;
       for (int a = 0; a < 2; ++a) {
-        increment[a] = static_cast<Real>(sum[a]) * still.velocity_unit;
+        increment[a] = static_cast<Real>(sum[a]) * response.velocity_unit;
         motion.velocity[a] = kick(before[a], increment[a], alpha);
       }
       if constexpr (!Scene::has_friction) {
         grains.spin.keep(i, grains.spin[i] + Real(0));    // as by a torque of zero: -0 turns into 0
         return;
       }
-      const Real turn = static_cast<Real>(sum[2]) * still.spin_unit;
+      const Real turn = static_cast<Real>(sum[2]) * response.spin_unit;
       const Real spin = grains.spin[i];
       const Real turned = kick(spin, turn, alpha);
       grains.spin.publish(i, turned);
@@ -346,8 +348,8 @@ inline namespace RVE_ISA {
       const Real alpha = call.alpha;
       const auto move_grain = [&](Item i) RVE_INLINE_LAMBDA {
         Motion<typename Scene::Numbers> motion = grains.motion[i];
-        const Still<typename Scene::Numbers> still = shared.still[i];
-        if (kick_first) kick_grain(grains, i, still, alpha, motion);
+        const GrainResponse<typename Scene::Numbers> response = shared.response[i];
+        if (kick_first) kick_grain(grains, i, response, alpha, motion);
         const Vec<Wide, 2> displacement = to_fraction * motion.velocity.template as<Wide>();
         for (int a = 0; a < 2; ++a)
           drift<typename Scene::Numbers>(motion.position[a], displacement[a]);
@@ -356,7 +358,7 @@ inline namespace RVE_ISA {
         const Vec<std::uint32_t, 2> now{
             {leading_bits(motion.position[0]), leading_bits(motion.position[1])}};
         const Vec<float, 2> moved =
-            list_to_length * fractional_difference<FastNumbers>(now, still.list_position);
+            list_to_length * fractional_difference<FastNumbers>(now, response.list_position);
         return dot(moved, moved) > allowed_squared;
       };
       return block.any_item(n, [&](const auto i) RVE_INLINE_LAMBDA {
@@ -458,7 +460,7 @@ inline namespace RVE_ISA {
               grains.own.load(i);
             }
             Motion<typename Scene::Numbers> motion = grains.motion[i];
-            if (moved) kick_grain(grains, i, shared.still[i], alpha, motion);
+            if (moved) kick_grain(grains, i, shared.response[i], alpha, motion);
             image.position[i] = motion.position;
             image.velocity[i] = to_user * motion.velocity;
             image.spin[i] = grains.spin[i];
@@ -466,7 +468,7 @@ inline namespace RVE_ISA {
               for (int k = 0; k < kOwnedPairs; ++k)
                 image.history[k * num_grains + i] = history_to_user * grains.history[k][i];
             if (relisted) {
-              image.list_position[i] = shared.still[i].list_position;
+              image.list_position[i] = shared.response[i].list_position;
               for (int k = 0; k < kOwnedPairs; ++k)
                 image.partner[k * num_grains + i] = grains.partner[k][i];
             }

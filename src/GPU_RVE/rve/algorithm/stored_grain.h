@@ -71,15 +71,15 @@ inline namespace RVE_ISA {
     }
 
     /// How a grain answers forces.
-    static RVE_INLINE Still<typename Scene::Numbers>
-    still_of(const PreparedCall<Scene> &call, Wide internal_radius,
-             const Vec<std::uint32_t, 2> &list_position)
+    static RVE_INLINE GrainResponse<typename Scene::Numbers>
+    response_of(const PreparedCall<Scene> &call, Wide internal_radius,
+                const Vec<std::uint32_t, 2> &list_position)
     {
       const Real r = static_cast<Real>(internal_radius), inverse = reciprocal(r * r);
       const Real velocity_unit = static_cast<Real>(call.velocity_factor) * inverse;
       // I = m r^2 / 2
-      return Still<typename Scene::Numbers>{velocity_unit, Real(2) * velocity_unit * inverse,
-                                            list_position};
+      return GrainResponse<typename Scene::Numbers>{
+          velocity_unit, Real(2) * velocity_unit * inverse, list_position};
     }
 
     static RVE_INLINE History internal_history(const PreparedCall<Scene> &call, History stored)
@@ -106,7 +106,7 @@ inline namespace RVE_ISA {
         shared.partner[k * n + i] = stored.partner[k];
         shared.history[k * n + i] = internal_history(call, stored.history[k]);
       }
-      shared.still[i] = still_of(call, shared.radius[i], stored.list_position);
+      shared.response[i] = response_of(call, shared.radius[i], stored.list_position);
     }
 
     static RVE_COLD void copy_history(Block block, CallState<Scene> &call, PairView<Scene> from,

@@ -122,8 +122,9 @@ inline namespace RVE_ISA {
     Vec<typename Numbers::Real, 2> velocity;          ///< peculiar [internal length/time]
   };
 
-  /// What only the grain itself reads, once a step: not worth registers.
-  template <class Numbers> struct alignas(16) Still {
+  /// How a grain answers forces, and where it was when the list was built. Only the grain itself reads it, once a step: it is not worth
+  /// registers.
+  template <class Numbers> struct alignas(16) GrainResponse {
     typename Numbers::Real velocity_unit;    ///< dt/m: velocity that one force unit gives in a step
     typename Numbers::Real spin_unit;        ///< dt/I: spin that one torque unit gives in a step
     Vec<std::uint32_t, 2>
@@ -146,7 +147,7 @@ inline namespace RVE_ISA {
     typename Scene::Sum *force_x, *force_y, *torque;    ///< from partners that own the pair
     Vec<typename Scene::Sum, 3> *own;                   ///< force and torque from owned pairs
     typename Scene::Real *largest_force;    ///< that counts, of an owned contact in this call
-    Still<typename Scene::Numbers> *still;
+    GrainResponse<typename Scene::Numbers> *response;
     std::int32_t *partner;    ///< (kOwnedPairs, N) own number: slot is free
     typename Scene::Wide
         *partner_radius;    ///< (kOwnedPairs, N) minus the own one: slot is free, it never touches.
@@ -173,7 +174,7 @@ inline namespace RVE_ISA {
     view.torque = carver.template take<typename Scene::Sum>(num_grains);
     view.motion = carver.template take<Motion<typename Scene::Numbers>>(num_grains);
     view.spin = carver.template take<typename Scene::Real>(num_grains);
-    view.still = carver.template take<Still<typename Scene::Numbers>>(num_grains);
+    view.response = carver.template take<GrainResponse<typename Scene::Numbers>>(num_grains);
     view.radius = carver.template take<typename Scene::Wide>(num_grains);
     view.own = carver.template take<Vec<typename Scene::Sum, 3>>(num_grains);
     view.largest_force = carver.template take<typename Scene::Real>(num_grains);

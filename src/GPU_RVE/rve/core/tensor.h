@@ -5,6 +5,9 @@
 
 #include "rve/core/vec.h"
 
+#include <cstddef>
+#include <utility>
+
 namespace rve {
 inline namespace RVE_ISA {
 
@@ -129,6 +132,18 @@ inline namespace RVE_ISA {
     t(1, 0) = -factor * x(1, 0);
     t(1, 1) = factor * x(0, 0);
     return t;
+  }
+
+  template <class T, int D, std::size_t... K>
+  RVE_INLINE bool all_finite(const Tensor<T, D> &x, std::index_sequence<K...>)
+  {
+    return (std::isfinite(x.component[K]) && ...);
+  }
+
+  /// Whether all components are finite numbers.
+  template <class T, int D> RVE_INLINE bool finite(const Tensor<T, D> &x)
+  {
+    return all_finite(x, std::make_index_sequence<D * D>());
   }
 
   /// x_a y_b

@@ -1,6 +1,7 @@
 #include "rve/engine/advice.h"
 
 #include "rve/core/error.h"
+#include "rve/core/pi.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/substeps.h"
 
@@ -57,7 +58,7 @@ std::vector<Advice> advice_on_friction(const Material &material)
   std::vector<Advice> list;
   const auto look = [&](double friction, const char *what) {
     if (!(friction > LARGEST_USUAL_FRICTION)) return;
-    const double degree = 3.14159265358979323846 / 180.0;
+    const double degree = kPi / 180.0;
     list.push_back({AdviceKind::LargeFriction, friction, LARGEST_USUAL_FRICTION,
                     std::string("the ") + what + " is " + rounded(friction) + " [-], above " +
                         rounded(LARGEST_USUAL_FRICTION) +
@@ -97,7 +98,7 @@ std::vector<Advice> advice_on_servo(const Result &result, const Drive &drive, do
 }
 
 std::vector<Advice> advice(Format format, const Result &result, const Material &material,
-                           const Motion &motion)
+                           const DriveRates &motion)
 {
   std::vector<Advice> list;
   const bool in_contact = result.num_contacts > 0;

@@ -33,7 +33,7 @@ struct Advice {
 };
 
 /// What is known of how an RVE is driven. What is zero is not known, and is not judged.
-struct Motion {
+struct DriveRates {
   double strain_rate = 0.0;       ///< |D| of the RVE's own time [1/time]
   double dt = 0.0;                ///< DEM time step [time]
   double stable_dt = 0.0;         ///< its stability bound [time]
@@ -70,7 +70,7 @@ constexpr double LARGEST_USUAL_FRICTION = 2.0;
 
 /// All limits that this answer is beyond. No contacts, no overlap to judge.
 std::vector<Advice> advice(Format format, const Result &result, const Material &material,
-                           const Motion &motion);
+                           const DriveRates &motion);
 
 /// Tells a friction coefficient that looks like an angle, at the start.
 std::vector<Advice> advice_on_friction(const Material &material);

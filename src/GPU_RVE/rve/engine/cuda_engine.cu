@@ -80,9 +80,9 @@ namespace {
     __shared__ CudaScratch scratch;
     BlockCuda<false> block(scratch);
     const TurnRecord turn = turns[blockIdx.x];
-    turn_image(block,
-               carve_image<Scene>(turn.rve.image, turn.rve.num_grains, turn.rve.extra_capacity),
-               load_tensor(turn.rotation));
+    turn_rigidly(block,
+                 carve_image<Scene>(turn.rve.image, turn.rve.num_grains, turn.rve.extra_capacity),
+                 load_tensor(turn.rotation));
   }
 
   using TurnFunction = void (*)(const TurnRecord *);
@@ -107,8 +107,8 @@ namespace {
 
   class CudaEngine final : public BatchEngine {
    public:
-    explicit CudaEngine(const Options &options_in) :
-        BatchEngine(options_in), kernels(kernels_for(options_in))
+    CudaEngine(const Options &options_in, bool compiles_in) :
+        BatchEngine(options_in), kernels(kernels_for(options_in)), compiles(compiles_in)
     {
       require(options.block_size >= 0 && options.block_size <= LARGEST_BLOCK,
               "block size must be 0 (automatic) or in [1, 1024] threads, got " +
@@ -120,7 +120,8 @@ namespace {
     std::string description() const override
     {
       return std::string(device.name) + ", " + to_string(options.format) +
-          (options.arithmetic == Arithmetic::Relaxed ? ", relaxed" : ", strict");
+          (options.arithmetic == Arithmetic::Relaxed ? ", relaxed" : ", strict") +
+          (compiles ? "; its driver compiles kernels at their first use, once, in about 20 s" : "");
     }
 
     std::size_t bytes_of_call(int num_rves, int num_grains) override
@@ -425,6 +426,7 @@ namespace {
     }
 
     const CudaKernels kernels;
+    const bool compiles;    ///< CudaDevice::compiles
     cudaDeviceProp device;
     DeviceArena arena;
     std::vector<Placed> images;
@@ -452,7 +454,7 @@ std::unique_ptr<Engine> make_cuda_engine(const Options &options, std::string &ob
   if (!obstacle.empty()) return nullptr;
   Options own = options;
   own.device_number = device.number;
-  return std::make_unique<CudaEngine>(own);
+  return std::make_unique<CudaEngine>(own, device.compiles);
 }
 
 }    // namespace rve

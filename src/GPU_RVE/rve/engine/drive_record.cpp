@@ -17,13 +17,6 @@ namespace {
     return std::max(1, static_cast<int>(std::ceil(std::fabs(angle) / LARGEST_TURN)));
   }
 
-  bool finite(const Tensor2 &t)
-  {
-    return std::all_of(t.component, t.component + 4, [](double x) {
-      return std::isfinite(x);
-    });
-  }
-
   /// Of the settings of a servo: what follows from them are numbers.
   constexpr double SMALLEST = 1e-30, LARGEST = 1e30;
 

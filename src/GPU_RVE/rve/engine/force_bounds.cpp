@@ -1,5 +1,7 @@
 #include "rve/engine/force_bounds.h"
 
+#include "rve/core/pi.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -26,8 +28,7 @@ namespace {
 // closer
 int neighbor_bits(double smallest_radius, double largest_radius)
 {
-  const double side_by_side =
-      3.14159265358979323846 / std::asin(smallest_radius / (smallest_radius + largest_radius));
+  const double side_by_side = kPi / std::asin(smallest_radius / (smallest_radius + largest_radius));
   // the number is infinite where the quotient of the radii underflows
   return static_cast<int>(
       std::fmin(std::ceil(std::log2(1.2 * side_by_side)), LARGEST_NEIGHBOR_BITS + 1));

@@ -9,7 +9,7 @@
 
 #include <type_traits>
 #if defined(__AVX2__) && defined(__FMA__)
-#include "rve/algorithm/packed_grains.h"
+#include "rve/algorithm/simd_phases.h"
 #include "rve/block/block_simd.h"
 #endif
 

@@ -4,6 +4,7 @@
 
 #include "rve/core/checksum.h"
 #include "rve/core/error.h"
+#include "rve/core/pi.h"
 #include "rve/core/suggestion.h"
 #include "rve/engine/contact_network.h"
 #include "rve/engine/files.h"
@@ -24,7 +25,6 @@ namespace rve {
 
 namespace {
 
-  constexpr double PI = 3.14159265358979323846;
   constexpr int FILE_VERSION = 1;
 
   // ---- statements ----
@@ -480,7 +480,7 @@ namespace {
     const std::vector<double> xy = state.positions();
     for (int i = 0; i < state.num_grains(); ++i) {
       const double r = state.radius[i];
-      const double density = mass_per_area * PI * r * r / (4.0 / 3.0 * PI * r * r * r);
+      const double density = mass_per_area * kPi * r * r / (4.0 / 3.0 * kPi * r * r * r);
       out << i + 1 << " 1 " << exact(2.0 * r) << " " << exact(density) << " " << exact(xy[2 * i])
           << " " << exact(xy[2 * i + 1]) << " 0\n";
     }

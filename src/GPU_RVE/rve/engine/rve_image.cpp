@@ -216,9 +216,9 @@ namespace {
   template <class Scene> void turn(StateImage &image, const Tensor2 &rotation)
   {
     BlockSerial block;
-    turn_image(block,
-               carve_image<Scene>(image.bytes.data(), image.num_grains, image.extra_capacity),
-               rotation);
+    turn_rigidly(block,
+                 carve_image<Scene>(image.bytes.data(), image.num_grains, image.extra_capacity),
+                 rotation);
   }
 
   template <class Numbers, class Work> auto with_rolling(bool rolling, const Work &work)

@@ -6,6 +6,7 @@
 #include "rve/engine/stability.h"
 
 #include "rve/core/error.h"
+#include "rve/core/pi.h"
 #include "rve/engine/contact_network.h"
 #include "rve/physics/integrator.h"
 
@@ -18,8 +19,6 @@
 namespace rve {
 
 namespace {
-
-  constexpr double PI = 3.14159265358979323846;
 
   // Springs or dashpots of a contact: both are quadratic forms of the same stretches.
   struct ContactModulus {
@@ -68,7 +67,7 @@ namespace {
   double grain_mass(const RveState &state, int i)
   {
     const double r = state.radius[i];
-    return state.material.density * state.material.mass_depth * PI * r * r;
+    return state.material.density * state.material.mass_depth * kPi * r * r;
   }
 
   std::size_t coordinate(const TouchingPair &contact, int k)

@@ -1,9 +1,10 @@
-// What a state means, what makes it sound, and its byte image for restarts and migration.
+// What a state means, what makes it sound, and its record of bytes for restarts and migration.
 
 #include "rve/engine/state.h"
 
 #include "rve/core/checksum.h"
 #include "rve/core/error.h"
+#include "rve/core/pi.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +16,6 @@ namespace rve {
 
 namespace {
 
-  constexpr double PI = 3.14159265358979323846;
   constexpr double TWO_TO_64 = 18446744073709551616.0;
 
   // ---- soundness ----
@@ -118,7 +118,7 @@ namespace {
   void check_grain(const Material &material, double radius)
   {
     const std::string whose = " of a grain of radius " + number(radius) + " [length]";
-    const double mass = material.density * material.mass_depth * PI * radius * radius;
+    const double mass = material.density * material.mass_depth * kPi * radius * radius;
     require_sound(mass >= SMALLEST && mass <= LARGEST, mass,
                   "the mass" + whose + ", pi r^2 times density and mass depth,", "[mass]",
                   "between 1e-30 and 1e30");
@@ -195,23 +195,23 @@ namespace {
                        " are paired twice; a pair has one history");
   }
 
-  // ---- byte image ----
+  // ---- record ----
 
   // "RVESTATE" read as a number: a file from a machine of the other byte order shows as reversed.
   constexpr std::uint64_t MAGIC = 0x4554415453455652u;
   constexpr std::uint32_t VERSION = 3;
 
-  struct ImageHeader {
+  struct RecordHeader {
     std::uint64_t magic;
     std::uint32_t version;
     std::uint32_t num_grains;
-    std::uint64_t bytes;       // of the whole image
+    std::uint64_t bytes;       // of the whole record
     std::uint64_t checksum;    // of everything behind the header
   };
 
-  class ImageWriter {
+  class RecordWriter {
    public:
-    explicit ImageWriter(std::vector<char> &_image) : image(_image) {}
+    explicit RecordWriter(std::vector<char> &_record) : record(_record) {}
 
     template <class T> void operator()(const T &value) { append(&value, sizeof(T)); }
 
@@ -222,18 +222,18 @@ namespace {
     }
 
    private:
-    std::vector<char> &image;
+    std::vector<char> &record;
 
     void append(const void *data, std::size_t size)
     {
       const char *bytes = static_cast<const char *>(data);
-      image.insert(image.end(), bytes, bytes + size);
+      record.insert(record.end(), bytes, bytes + size);
     }
   };
 
-  class ImageReader {
+  class RecordReader {
    public:
-    ImageReader(const char *_data, std::size_t size) : data(_data), left(size) {}
+    RecordReader(const char *_data, std::size_t size) : data(_data), left(size) {}
 
     template <class T> void operator()(T &value) { take(&value, sizeof(T)); }
 
@@ -241,7 +241,8 @@ namespace {
     {
       std::uint64_t count = 0;
       (*this)(count);
-      require(count <= left / sizeof(T), "RVE image is damaged: an array is longer than the image");
+      require(count <= left / sizeof(T),
+              "RVE record is damaged: an array is longer than the image");
       values.resize(count);
       take(values.data(), count * sizeof(T));
     }
@@ -254,20 +255,20 @@ namespace {
 
     void take(void *target, std::size_t size)
     {
-      require(size <= left, "RVE image is damaged: it ends too early");
+      require(size <= left, "RVE record is damaged: it ends too early");
       if (size > 0) std::memcpy(target, data, size);
       data += size;
       left -= size;
     }
   };
 
-  // The one list of what an image holds, for both directions.
+  // The one list of what a record holds, for both directions.
   template <class Archive, class State> void visit(Archive &archive, State &state)
   {
-    static_assert(sizeof(Material) == 11 * sizeof(double), "no padding may enter the image");
-    static_assert(sizeof(Pair) == 24, "no padding may enter the image");
+    static_assert(sizeof(Material) == 11 * sizeof(double), "no padding may enter the record");
+    static_assert(sizeof(Pair) == 24, "no padding may enter the record");
     static_assert(sizeof(Counters) == 32 && sizeof(EnergyLedger) == 32,
-                  "no padding may enter the image");
+                  "no padding may enter the record");
     static_assert(std::is_trivially_copyable<Tensor2>::value, "tensors are copied as bytes");
     archive(state.material);
     archive(state.cell);
@@ -303,7 +304,7 @@ bool RveState::has_rolling_forces() const
 double RveState::solid_area() const
 {
   double sum = 0.0;
-  for (const double r : radius) sum += PI * r * r;
+  for (const double r : radius) sum += kPi * r * r;
   return sum;
 }
 
@@ -405,40 +406,40 @@ void RveState::check() const
 
 std::vector<char> serialize(const RveState &state)
 {
-  std::vector<char> image(sizeof(ImageHeader));
-  ImageWriter writer(image);
+  std::vector<char> record(sizeof(RecordHeader));
+  RecordWriter writer(record);
   visit(writer, state);
-  ImageHeader header{};
+  RecordHeader header{};
   header.magic = MAGIC;
   header.version = VERSION;
   header.num_grains = static_cast<std::uint32_t>(state.num_grains());
-  header.bytes = image.size();
-  header.checksum = checksum_of(image.data() + sizeof(header), image.size() - sizeof(header));
-  std::memcpy(image.data(), &header, sizeof(header));
-  return image;
+  header.bytes = record.size();
+  header.checksum = checksum_of(record.data() + sizeof(header), record.size() - sizeof(header));
+  std::memcpy(record.data(), &header, sizeof(header));
+  return record;
 }
 
 RveState deserialize(const char *data, std::size_t size)
 {
-  ImageHeader header{};
+  RecordHeader header{};
   require(size >= sizeof(header),
-          "RVE image is damaged: it has " + std::to_string(size) +
+          "RVE record is damaged: it has " + std::to_string(size) +
               " bytes, its header alone takes " + std::to_string(sizeof(header)));
   std::memcpy(&header, data, sizeof(header));
-  require(header.magic == MAGIC, "not an RVE image of this machine's byte order");
+  require(header.magic == MAGIC, "not an RVE record of this machine's byte order");
   require(header.version == VERSION,
-          "RVE image has version " + std::to_string(header.version) +
+          "RVE record has version " + std::to_string(header.version) +
               "; this program reads version " + std::to_string(VERSION));
   require(header.bytes == size,
-          "RVE image is damaged: it has " + std::to_string(size) + " bytes, its header says " +
+          "RVE record is damaged: it has " + std::to_string(size) + " bytes, its header says " +
               std::to_string(header.bytes));
   require(header.checksum == checksum_of(data + sizeof(header), size - sizeof(header)),
-          "RVE image is damaged: its checksum does not match");
+          "RVE record is damaged: its checksum does not match");
 
   RveState state;
-  ImageReader reader(data + sizeof(header), size - sizeof(header));
+  RecordReader reader(data + sizeof(header), size - sizeof(header));
   visit(reader, state);
-  require(reader.remaining() == 0, "RVE image is damaged: bytes are left over");
+  require(reader.remaining() == 0, "RVE record is damaged: bytes are left over");
   require_count(header.num_grains, state.radius.size(), "grains in its header");
   return state;
 }

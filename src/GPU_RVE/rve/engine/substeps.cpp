@@ -1,5 +1,6 @@
 #include "rve/engine/substeps.h"
 
+#include "rve/core/pi.h"
 #include "rve/engine/finite_strain.h"
 
 #include <algorithm>
@@ -9,9 +10,8 @@ namespace rve {
 
 double grain_size(const Result &result)
 {
-  const double pi = std::acos(-1.0);
   return 2.0 *
-      std::sqrt(determinant(result.cell) / (1.0 + result.void_ratio) / (pi * result.num_grains));
+      std::sqrt(determinant(result.cell) / (1.0 + result.void_ratio) / (kPi * result.num_grains));
 }
 
 double inertial_number(const Result &result, const Material &material, double rate)

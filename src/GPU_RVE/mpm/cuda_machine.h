@@ -1,7 +1,7 @@
 // Steps on a CUDA device. Exists only in builds with CUDA.
 
-#ifndef MPM_CUDA_RUNNER_H
-#define MPM_CUDA_RUNNER_H
+#ifndef MPM_CUDA_MACHINE_H
+#define MPM_CUDA_MACHINE_H
 
 #include "mpm/step_runner.h"
 

@@ -5,7 +5,7 @@
 // constitutive models are, and ΔF is written to page-locked memory for them. Deformation gradients, volumes and velocity gradients
 // stay on the device until fetch().
 
-#include "mpm/cuda_runner.h"
+#include "mpm/cuda_machine.h"
 
 #include "cuda/cuda_device.h"
 #include "cuda/device_buffer.cuh"
@@ -13,9 +13,9 @@
 #include "mpm/shared_nodes.h"
 #include "mpm/step_program.h"
 #include "rve/core/threads.h"
+#include "rve/core/wall_time.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstring>
 
 namespace mpm {
@@ -339,15 +339,14 @@ namespace {
     /// Adds the wall time of a scope.
     class Watch {
      public:
-      explicit Watch(double &seconds) : seconds_(seconds), start_(Clock::now()) {}
-      ~Watch() { seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
+      explicit Watch(double &seconds) : seconds_(seconds), start_(rve::WallClock::now()) {}
+      ~Watch() { seconds_ += rve::seconds_since(start_); }
       Watch(const Watch &) = delete;
       Watch &operator=(const Watch &) = delete;
 
      private:
-      using Clock = std::chrono::steady_clock;
       double &seconds_;
-      Clock::time_point start_;
+      rve::WallClock::time_point start_;
     };
 
     void use_device() const { check_cuda(cudaSetDevice(device_number_), "choice of the device"); }

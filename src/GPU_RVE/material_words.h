@@ -1,0 +1,56 @@
+/* -*- c++ -*- ----------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+// The material of grains as scripts give it to fix rve and create_rve.
+
+#ifndef LMP_MATERIAL_WORDS_H
+#define LMP_MATERIAL_WORDS_H
+
+#include "rve/engine/state.h"
+#include "script_words.h"
+
+#include <iterator>
+#include <optional>
+
+namespace LAMMPS_NS {
+
+using MaterialMember = double rve::MaterialNumbers::*;
+
+/// The keywords of rve::MATERIAL_PARAMETERS, and *contact*, which gives the contact law in the words of LAMMPS.
+rve::Words material_keywords();
+
+/// Properties of the material that the script gives.
+class MaterialWords {
+ public:
+  /// Reads the value of the keyword that the words are at, and says whether it is one of the material.
+  bool read(ScriptWords &words);
+
+  std::optional<double> &operator[](MaterialMember member);
+  const std::optional<double> &operator[](MaterialMember member) const;
+
+  /// A rolling friction without a rolling stiffness, here or in the material, gets the tangential one.
+  void apply(rve::Material &material) const;
+
+  bool any() const;
+
+ private:
+  std::optional<double> values[std::size(rve::MATERIAL_PARAMETERS)];
+};
+
+/// Changes a material as the words say, and its inertia from one mass scaling to another.
+void change_material(rve::Material &material, const MaterialWords &words, double mass_scaling,
+                     double mass_scaling_before);
+
+}    // namespace LAMMPS_NS
+
+#endif

@@ -1,0 +1,57 @@
+// Sums without an order: real numbers are rounded once to integers, and integers are added.
+//
+// The sum of integers is the same for any order of the terms, any number of threads and any number of ranks. The unit of
+// the integers is a power of two that depends only on the largest magnitude and the number of terms, both of which have
+// no order either.
+
+#ifndef RVE_CORE_EXACT_SUM_H
+#define RVE_CORE_EXACT_SUM_H
+
+#include "rve/core/config.h"
+
+#include <cmath>
+#include <cstdint>
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  /// Fixed-point scale for a sum of at most `terms` numbers of magnitude at most `bound`.
+  ///
+  /// |sum| < 2⁶² by construction, so a sum cannot wrap; what is left to check is that every term is finite and within the
+  /// bound. Resolution: bound * terms * 2⁻⁶¹ or better (3e-15 of the largest term with 10⁴ terms).
+  class FixedScale {
+   public:
+    FixedScale() = default;
+    RVE_HD FixedScale(double bound, std::int64_t terms)
+    {
+      int exponent = 0;
+      std::frexp(bound * static_cast<double>(terms), &exponent);    // bound * terms < 2^exponent
+      exponent = 62 - exponent;
+      exponent = exponent < -1000 ? -1000
+          : exponent > 1000       ? 1000
+                                  : exponent;    // 2^±1000 are normal
+      per_unit_ = std::ldexp(1.0, exponent);
+      unit_ = std::ldexp(1.0, -exponent);
+    }
+
+    /// Nearest integer, halves away from zero.
+    RVE_HD std::int64_t integer(double value) const
+    {
+      const double scaled = value * per_unit_;
+      return static_cast<std::int64_t>(scaled + (scaled < 0.0 ? -0.5 : 0.5));
+    }
+
+    RVE_HD double real(std::int64_t value) const { return static_cast<double>(value) * unit_; }
+
+    /// The value of one integer step, in the unit of the summed quantity.
+    RVE_HD double unit() const { return unit_; }
+
+   private:
+    double per_unit_ = 1.0;
+    double unit_ = 1.0;
+  };
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif

@@ -1,0 +1,323 @@
+// Rows of memory to packs and back: a record of four numbers per grain, of which a pack wants the first ones of all its lanes, the second
+// ones and so on. `row(lane)` is the address of a record, aligned to 16 bytes. For translation units compiled for x86-64-v3.
+
+#ifndef RVE_CORE_PACK_ROWS_H
+#define RVE_CORE_PACK_ROWS_H
+
+#include "rve/core/pack.h"
+#include "rve/core/vec.h"
+
+#include <cstdint>
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  /// Four registers of 8 rows of four words of 32 bits.
+  struct FourColumns {
+    __m256 column[4];
+
+    template <class Row> RVE_INLINE void load(const Row &row)
+    {
+      __m256 pair[4];
+      for (int lane = 0; lane < 4; ++lane)
+        pair[lane] = _mm256_insertf128_ps(
+            _mm256_castps128_ps256(_mm_load_ps(reinterpret_cast<const float *>(row(lane)))),
+            _mm_load_ps(reinterpret_cast<const float *>(row(lane + 4))), 1);
+      const __m256 a = _mm256_unpacklo_ps(pair[0], pair[1]);
+      const __m256 b = _mm256_unpacklo_ps(pair[2], pair[3]);
+      const __m256 c = _mm256_unpackhi_ps(pair[0], pair[1]);
+      const __m256 d = _mm256_unpackhi_ps(pair[2], pair[3]);
+      column[0] = _mm256_shuffle_ps(a, b, 0x44);
+      column[1] = _mm256_shuffle_ps(a, b, 0xee);
+      column[2] = _mm256_shuffle_ps(c, d, 0x44);
+      column[3] = _mm256_shuffle_ps(c, d, 0xee);
+    }
+
+    template <class Row> RVE_INLINE void store(const Row &row) const
+    {
+      const __m256 a = _mm256_unpacklo_ps(column[0], column[1]);
+      const __m256 b = _mm256_unpackhi_ps(column[0], column[1]);
+      const __m256 c = _mm256_unpacklo_ps(column[2], column[3]);
+      const __m256 d = _mm256_unpackhi_ps(column[2], column[3]);
+      const __m256 pair[4] = {_mm256_shuffle_ps(a, c, 0x44), _mm256_shuffle_ps(a, c, 0xee),
+                              _mm256_shuffle_ps(b, d, 0x44), _mm256_shuffle_ps(b, d, 0xee)};
+      for (int lane = 0; lane < 4; ++lane) {
+        _mm_store_ps(reinterpret_cast<float *>(row(lane)), _mm256_castps256_ps128(pair[lane]));
+        _mm_store_ps(reinterpret_cast<float *>(row(lane + 4)),
+                     _mm256_extractf128_ps(pair[lane], 1));
+      }
+    }
+  };
+
+  /// Two registers of 4 rows with two words of 64 bits, after `offset` of them.
+  struct TwoColumns {
+    __m256d first, second;
+
+    template <class Row> RVE_INLINE void load(const Row &row, int offset)
+    {
+      const auto words = [&](int lane) {
+        return _mm_load_pd(reinterpret_cast<const double *>(row(lane)) + offset);
+      };
+      const __m256d even = _mm256_insertf128_pd(_mm256_castpd128_pd256(words(0)), words(2), 1);
+      const __m256d odd = _mm256_insertf128_pd(_mm256_castpd128_pd256(words(1)), words(3), 1);
+      first = _mm256_unpacklo_pd(even, odd);
+      second = _mm256_unpackhi_pd(even, odd);
+    }
+
+    template <class Row> RVE_INLINE void store(const Row &row, int offset) const
+    {
+      const __m256d even = _mm256_unpacklo_pd(first, second);
+      const __m256d odd = _mm256_unpackhi_pd(first, second);
+      const auto put = [&](int lane, __m128d words) {
+        _mm_store_pd(reinterpret_cast<double *>(row(lane)) + offset, words);
+      };
+      put(0, _mm256_castpd256_pd128(even));
+      put(1, _mm256_castpd256_pd128(odd));
+      put(2, _mm256_extractf128_pd(even, 1));
+      put(3, _mm256_extractf128_pd(odd, 1));
+    }
+  };
+
+  /// The addresses of four rows, from lane `first` on.
+  template <class Row> RVE_INLINE auto rows_from(const Row &row, int first)
+  {
+    return [&row, first](int lane) {
+      return row(first + lane);
+    };
+  }
+
+  template <int N, class Row>
+  RVE_INLINE void load_words(const Row &row, Vec<Pack<std::uint64_t, N>, 2> &words)
+  {
+    for (int m = 0; m < N / 4; ++m) {
+      TwoColumns columns;
+      columns.load(rows_from(row, 4 * m), 0);
+      words[0].part[m] = _mm256_castpd_si256(columns.first);
+      words[1].part[m] = _mm256_castpd_si256(columns.second);
+    }
+  }
+
+  template <int N, class Row>
+  RVE_INLINE void store_words(const Row &row, const Vec<Pack<std::uint64_t, N>, 2> &words)
+  {
+    for (int m = 0; m < N / 4; ++m)
+      TwoColumns{_mm256_castsi256_pd(words[0].part[m]), _mm256_castsi256_pd(words[1].part[m])}
+          .store(rows_from(row, 4 * m), 0);
+  }
+
+  // ---- load_row and store_row: two integers and two floating-point numbers, as the record has them ----------------------------------
+
+  template <class Row>
+  RVE_INLINE void load_row(const Row &row, Vec<Pack<std::uint32_t, 8>, 2> &first,
+                           Vec<Pack<float, 8>, 2> &second)
+  {
+    FourColumns columns;
+    columns.load(row);
+    for (int a = 0; a < 2; ++a) {
+      first[a].part[0] = _mm256_castps_si256(columns.column[a]);
+      second[a].part[0] = columns.column[2 + a];
+    }
+  }
+
+  template <class Row>
+  RVE_INLINE void load_row(const Row &row, Vec<Pack<float, 8>, 2> &first,
+                           Vec<Pack<std::uint32_t, 8>, 2> &second)
+  {
+    FourColumns columns;
+    columns.load(row);
+    for (int a = 0; a < 2; ++a) {
+      first[a].part[0] = columns.column[a];
+      second[a].part[0] = _mm256_castps_si256(columns.column[2 + a]);
+    }
+  }
+
+  template <class Row>
+  RVE_INLINE void load_row(const Row &row, Vec<Pack<std::uint64_t, 8>, 2> &first,
+                           Vec<Pack<float, 8>, 2> &second)
+  {
+    load_words(row, first);
+    const auto two_rows = [&](int lane) {
+      const auto at = [&](int k) {
+        return reinterpret_cast<const __m64 *>(row(k)) + 2;
+      };
+      return _mm_loadh_pi(_mm_loadl_pi(_mm_setzero_ps(), at(lane)), at(lane + 1));
+    };
+    const auto four_rows = [&](int lane) {
+      return _mm256_insertf128_ps(_mm256_castps128_ps256(two_rows(lane)), two_rows(lane + 4), 1);
+    };
+    const __m256 a = four_rows(0), b = four_rows(2);
+    second[0].part[0] = _mm256_shuffle_ps(a, b, 0x88);
+    second[1].part[0] = _mm256_shuffle_ps(a, b, 0xdd);
+  }
+
+  template <int N, class Row>
+  RVE_INLINE void load_row(const Row &row, Vec<Pack<std::uint64_t, N>, 2> &first,
+                           Vec<Pack<double, N>, 2> &second)
+  {
+    load_words(row, first);
+    for (int m = 0; m < N / 4; ++m) {
+      TwoColumns columns;
+      columns.load(rows_from(row, 4 * m), 2);
+      second[0].part[m] = columns.first;
+      second[1].part[m] = columns.second;
+    }
+  }
+
+  template <class Row>
+  RVE_INLINE void load_row(const Row &row, Vec<Pack<double, 8>, 2> &first,
+                           Vec<Pack<std::uint32_t, 8>, 2> &second)
+  {
+    for (int m = 0; m < 2; ++m) {
+      TwoColumns columns;
+      columns.load(rows_from(row, 4 * m), 0);
+      first[0].part[m] = columns.first;
+      first[1].part[m] = columns.second;
+    }
+    std::uint32_t words[2][8];
+    for (int lane = 0; lane < 8; ++lane)
+      for (int a = 0; a < 2; ++a)
+        words[a][lane] = reinterpret_cast<const std::uint32_t *>(row(lane))[4 + a];
+    for (int a = 0; a < 2; ++a) second[a] = Pack<std::uint32_t, 8>::load(words[a]);
+  }
+
+  template <class Row>
+  RVE_INLINE void store_row(const Row &row, const Vec<Pack<std::uint32_t, 8>, 2> &first,
+                            const Vec<Pack<float, 8>, 2> &second)
+  {
+    FourColumns{{_mm256_castsi256_ps(first[0].part[0]), _mm256_castsi256_ps(first[1].part[0]),
+                 second[0].part[0], second[1].part[0]}}
+        .store(row);
+  }
+
+  template <class Row>
+  RVE_INLINE void store_row(const Row &row, const Vec<Pack<std::uint64_t, 8>, 2> &first,
+                            const Vec<Pack<float, 8>, 2> &second)
+  {
+    store_words(row, first);
+    const __m256 x = second[0].part[0], y = second[1].part[0];
+    const auto put = [&](int lane, __m128 two) {
+      const auto at = [&](int k) {
+        return reinterpret_cast<__m64 *>(row(k)) + 2;
+      };
+      _mm_storel_pi(at(lane), two);
+      _mm_storeh_pi(at(lane + 1), two);
+    };
+    const __m256 a = _mm256_unpacklo_ps(x, y), b = _mm256_unpackhi_ps(x, y);
+    put(0, _mm256_castps256_ps128(a));
+    put(2, _mm256_castps256_ps128(b));
+    put(4, _mm256_extractf128_ps(a, 1));
+    put(6, _mm256_extractf128_ps(b, 1));
+  }
+
+  template <int N, class Row>
+  RVE_INLINE void store_row(const Row &row, const Vec<Pack<std::uint64_t, N>, 2> &first,
+                            const Vec<Pack<double, N>, 2> &second)
+  {
+    store_words(row, first);
+    for (int m = 0; m < N / 4; ++m)
+      TwoColumns{second[0].part[m], second[1].part[m]}.store(rows_from(row, 4 * m), 2);
+  }
+
+  // ---- rows of four integers, of which three count -----------------------------------------------------------------------------------
+
+  RVE_INLINE void add_words(std::int32_t *row, __m128i x)
+  {
+    auto *sum = reinterpret_cast<__m128i *>(row);
+    _mm_store_si128(sum, _mm_add_epi32(_mm_load_si128(sum), x));
+  }
+
+  RVE_INLINE void add_words(std::int64_t *row, __m256i x)
+  {
+    auto *sum = reinterpret_cast<__m256i *>(row);
+    _mm256_store_si256(sum, _mm256_add_epi64(_mm256_load_si256(sum), x));
+  }
+
+  /// Adds the three numbers of each lane to its row, one lane after the other: rows may be the same.
+  template <class Row>
+  RVE_INLINE void add_to_row(const Row &row, const Vec<Pack<std::int32_t, 8>, 3> &x)
+  {
+    const __m256i zero = _mm256_setzero_si256();
+    const __m256i a = _mm256_unpacklo_epi32(x[0].part[0], x[1].part[0]);
+    const __m256i b = _mm256_unpackhi_epi32(x[0].part[0], x[1].part[0]);
+    const __m256i c = _mm256_unpacklo_epi32(x[2].part[0], zero);
+    const __m256i d = _mm256_unpackhi_epi32(x[2].part[0], zero);
+    const __m256i pair[4] = {_mm256_unpacklo_epi64(a, c), _mm256_unpackhi_epi64(a, c),
+                             _mm256_unpacklo_epi64(b, d), _mm256_unpackhi_epi64(b, d)};
+    for (int lane = 0; lane < 4; ++lane) {
+      add_words(row(lane), _mm256_castsi256_si128(pair[lane]));
+      add_words(row(lane + 4), _mm256_extracti128_si256(pair[lane], 1));
+    }
+  }
+
+  template <int N, class Row>
+  RVE_INLINE void add_to_row(const Row &row, const Vec<Pack<std::int64_t, N>, 3> &x)
+  {
+    const __m256i zero = _mm256_setzero_si256();
+    for (int m = 0; m < N / 4; ++m) {
+      const __m256i a = _mm256_unpacklo_epi64(x[0].part[m], x[1].part[m]);
+      const __m256i b = _mm256_unpackhi_epi64(x[0].part[m], x[1].part[m]);
+      const __m256i c = _mm256_unpacklo_epi64(x[2].part[m], zero);
+      const __m256i d = _mm256_unpackhi_epi64(x[2].part[m], zero);
+      add_words(row(4 * m), _mm256_permute2x128_si256(a, c, 0x20));
+      add_words(row(4 * m + 1), _mm256_permute2x128_si256(b, d, 0x20));
+      add_words(row(4 * m + 2), _mm256_permute2x128_si256(a, c, 0x31));
+      add_words(row(4 * m + 3), _mm256_permute2x128_si256(b, d, 0x31));
+    }
+  }
+
+  /// Takes 8 rows that lie behind one another, and leaves zeros.
+  RVE_INLINE void take_rows(std::int32_t *rows, Vec<Pack<std::int32_t, 8>, 3> &sum)
+  {
+    FourColumns columns;
+    columns.load([&](int lane) {
+      return rows + 4 * lane;
+    });
+    for (int c = 0; c < 3; ++c) sum[c].part[0] = _mm256_castps_si256(columns.column[c]);
+    for (int k = 0; k < 32; k += 8)
+      _mm256_storeu_si256(reinterpret_cast<__m256i *>(rows + k), _mm256_setzero_si256());
+  }
+
+  RVE_INLINE void take_rows(std::int64_t *rows, Vec<Pack<std::int64_t, 8>, 3> &sum)
+  {
+    for (int m = 0; m < 2; ++m) {
+      const auto row = [&](int lane) {
+        return rows + 4 * (4 * m + lane);
+      };
+      TwoColumns xy, torque;
+      xy.load(row, 0);
+      torque.load(row, 2);
+      sum[0].part[m] = _mm256_castpd_si256(xy.first);
+      sum[1].part[m] = _mm256_castpd_si256(xy.second);
+      sum[2].part[m] = _mm256_castpd_si256(torque.first);
+    }
+    for (int k = 0; k < 32; k += 4)
+      _mm256_storeu_si256(reinterpret_cast<__m256i *>(rows + k), _mm256_setzero_si256());
+  }
+
+  // ---- single numbers ---------------------------------------------------------------------------------------------------------------
+
+  template <class T, int N> RVE_INLINE Pack<T, N> gather(const T *array, const std::int32_t *index)
+  {
+    T number[N];
+    for (int lane = 0; lane < N; ++lane) number[lane] = array[index[lane]];
+    return Pack<T, N>::load(number);
+  }
+
+  /// The leading 32 bits of fractions.
+  RVE_INLINE Pack<std::uint32_t, 8> leading_bits(const Pack<std::uint32_t, 8> &s)
+  {
+    return s;
+  }
+  RVE_INLINE Pack<std::uint32_t, 8> leading_bits(const Pack<std::uint64_t, 8> &s)
+  {
+    const __m256 odd =
+        _mm256_shuffle_ps(_mm256_castsi256_ps(s.part[0]), _mm256_castsi256_ps(s.part[1]), 0xdd);
+    Pack<std::uint32_t, 8> leading;
+    leading.part[0] = _mm256_permute4x64_epi64(_mm256_castps_si256(odd), 0xd8);
+    return leading;
+  }
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif
