@@ -396,8 +396,8 @@ TEST(Advice, NamesWhatIsBeyondItsLimitAndNothingElse)
   const RveState state = paper_packing();
   RveRig rig(state);
   const Result result = rig.evaluate();
-  const Motion gentle{0.01, DT, 1.1e-4, 0.01};
-  const auto of = [&](Format format, const Result &r, const Motion &motion) {
+  const DriveRates gentle{0.01, DT, 1.1e-4, 0.01};
+  const auto of = [&](Format format, const Result &r, const DriveRates &motion) {
     return advice(format, r, state.material, motion);
   };
 
@@ -407,7 +407,7 @@ TEST(Advice, NamesWhatIsBeyondItsLimitAndNothingElse)
   soft.mean_overlap = 2e-5;
   EXPECT_TRUE(has(of(Format::Fast, soft, gentle), AdviceKind::SmallOverlap));
   EXPECT_FALSE(has(of(Format::Mixed, soft, gentle), AdviceKind::SmallOverlap));
-  Motion slow = gentle, fast = gentle, long_step = gentle, far = gentle;
+  DriveRates slow = gentle, fast = gentle, long_step = gentle, far = gentle;
   slow.strain_rate = 1e-6;
   fast.strain_rate = 10.0;
   long_step.dt = 1.08e-4;

@@ -629,7 +629,7 @@ namespace {
 
   void ask_for_advice(Run &run, const Scene &scene, const Drive &drive)
   {
-    Motion motion;
+    DriveRates motion;
     motion.dt = drive.dt;
     motion.stable_dt = run.stable_dt;
     motion.strain_rate = strain_size(drive.deformation) / (drive.substeps * drive.dt);

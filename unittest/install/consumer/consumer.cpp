@@ -1,8 +1,9 @@
-// An RVE, an elastic law of the MPM and a random field, without LAMMPS.
+// An RVE, the same behind a point, an elastic law of the MPM and a random field, without LAMMPS.
 //
 //   consumer <packing>
 
 #include <field/circulant_embedding.h>
+#include <macro/rve_points.h>
 #include <mpm/linear_elastic.h>
 #include <rve/engine/engine.h>
 #include <rve/engine/packing_io.h>
@@ -36,6 +37,13 @@ int main(int argc, char **argv)
               engine->description().c_str(), results[0].num_grains, before, 500 * dt, after);
   const bool compressed = results[0].status == rve::status::Ok && before > 0.0 && after > before;
 
+  // the same in one macro step
+  macro::RvePoints points(rve::make_engine(options), nullptr, macro::MacroStepOptions());
+  const std::vector<int> slots = points.add({&packing});
+  const bool advanced =
+      points.advance(slots, {rve::Drive::constant_velocity_gradient(rate, dt, 500)}).empty() &&
+      points.stress(slots[0])(1, 1) == results[0].stress(1, 1);
+
   // uniaxial strain of an elastic point: the modulus of compression waves
   mpm::LinearElastic law(1e6, 0.25);
   const int point = 0;
@@ -55,5 +63,5 @@ int main(int argc, char **argv)
       grid, field::Covariance{field::Exponential(), field::Anisotropy({0.5, 0.5})});
   const std::vector<double> values = embedding.sample(7);
   std::printf("random field of %zu values\n", values.size());
-  return compressed && elastic && values.size() == 256 ? 0 : 1;
+  return compressed && advanced && elastic && values.size() == 256 ? 0 : 1;
 }
