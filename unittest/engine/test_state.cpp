@@ -314,12 +314,10 @@ TEST(Result, DeviatoricStressIsHalfThePrincipalDifferenceForASymmetricStress)
 
 TEST(Words, FormatsAndStatusesHaveNames)
 {
-  for (const Format format : {Format::Fast, Format::Mixed, Format::Double, Format::Single})
-    EXPECT_EQ(format_from_string(to_string(format)), format);
-  expect_contains(message_of([] {
-                    format_from_string("quad");
-                  }),
-                  "'quad'; it must be fast, mixed, double or single");
+  EXPECT_EQ(to_string(Format::Fast), "fast");
+  EXPECT_EQ(to_string(Format::Mixed), "mixed");
+  EXPECT_EQ(to_string(Format::Double), "double");
+  EXPECT_EQ(to_string(Format::Single), "single");
   EXPECT_EQ(describe_status(status::Ok), "ok");
   EXPECT_EQ(describe_status(status::OverlapTooLarge | status::NoContacts),
             "overlap too large, no contacts");

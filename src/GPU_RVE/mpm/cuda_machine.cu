@@ -512,9 +512,9 @@ namespace {
 
 }    // namespace
 
-std::unique_ptr<StepRunner> make_cuda_runner(const SolverOptions &options,
-                                             const Communication &communication, const Grid &grid,
-                                             std::string &obstacle)
+std::unique_ptr<StepRunner> make_cuda_machine(const SolverOptions &options,
+                                              const Communication &communication, const Grid &grid,
+                                              std::string &obstacle)
 {
   const rve::CudaDevice device = rve::find_cuda_device(
       options.device_number, reinterpret_cast<const void *>(&over_items<NodeVelocity>));

@@ -10,9 +10,9 @@
 namespace mpm {
 
 /// Nothing, and an `obstacle` in words, where there is no device. Throws std::runtime_error when the device fails.
-std::unique_ptr<StepRunner> make_cuda_runner(const SolverOptions &options,
-                                             const Communication &communication, const Grid &grid,
-                                             std::string &obstacle);
+std::unique_ptr<StepRunner> make_cuda_machine(const SolverOptions &options,
+                                              const Communication &communication, const Grid &grid,
+                                              std::string &obstacle);
 
 }    // namespace mpm
 

@@ -54,7 +54,7 @@ namespace {
       const bool required = rve::cuda_required();
       std::string obstacle = "GPU_RVE was built without CUDA";
 #if defined(GPU_RVE_WITH_CUDA)
-      if (auto runner = make_cuda_runner(options, communication, grid, obstacle)) return runner;
+      if (auto runner = make_cuda_machine(options, communication, grid, obstacle)) return runner;
 #endif
       require(options.device != Device::Cuda, "a CUDA device was asked for, but " + obstacle);
       require(!required, rve::cuda_requirement() + " forbids falling back to the CPU: " + obstacle);

@@ -127,13 +127,6 @@ double Result::deviatoric_stress() const
                    0.5 * (stress(0, 1) * stress(0, 1) + stress(1, 0) * stress(1, 0)));
 }
 
-Format format_from_string(const std::string &word)
-{
-  for (const auto &[format, name] : FORMAT_NAMES)
-    if (word == name) return format;
-  throw InputError("number format is '" + word + "'; it must be fast, mixed, double or single");
-}
-
 std::string to_string(Format format)
 {
   for (const auto &[value, name] : FORMAT_NAMES)

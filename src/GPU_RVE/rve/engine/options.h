@@ -36,8 +36,7 @@ struct Options {
   bool track_energy = false;    ///< fill EnergyLedger; costs a stress sum per step
 };
 
-/// "fast", "mixed", "double", "single" and back. Throws InputError naming the allowed words.
-Format format_from_string(const std::string &word);
+/// "fast", "mixed", "double" or "single".
 std::string to_string(Format format);
 
 }    // namespace rve
