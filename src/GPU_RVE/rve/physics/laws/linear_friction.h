@@ -137,14 +137,19 @@ inline namespace RVE_ISA {
     {
       const double dt = static_cast<double>(time_step);
       const double vt = force.tangential_velocity, vn = force.normal_velocity;
-      const double capped = static_cast<double>(force.tangential);
-      const double stiffness = static_cast<double>(tangential.stiffness);
-      if (stiffness > 0.0)
-        heat.friction += capped * static_cast<double>(force.slipped) / stiffness;
-      else
-        heat.friction += capped * vt * dt;
-      heat.viscous += static_cast<double>(normal_damping.viscosity) * vn * vn * dt;
-      if (!force.sliding) heat.viscous += static_cast<double>(tangential.viscosity) * vt * vt * dt;
+      if constexpr (Frictional) {
+        const double capped = static_cast<double>(force.tangential);
+        const double stiffness = static_cast<double>(tangential.stiffness);
+        if (stiffness > 0.0)
+          heat.friction += capped * static_cast<double>(force.slipped) / stiffness;
+        else
+          heat.friction += capped * vt * dt;
+      }
+      if constexpr (Damped) {
+        heat.viscous += static_cast<double>(normal_damping.viscosity) * vn * vn * dt;
+        if (!force.sliding)
+          heat.viscous += static_cast<double>(tangential.viscosity) * vt * vt * dt;
+      }
     }
 
     RVE_INLINE double elastic_energy(const ContactGeometry<Real, 2> &contact,

@@ -1,0 +1,271 @@
+// What every contact law of the table of programs must do, in every number format: a new line of the table is tested here without a word.
+
+#include "rve/core/pi.h"
+#include "rve/engine/program_scenes.h"
+#include "rve/physics/material.h"
+#include "support/random.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <type_traits>
+
+using namespace rve;
+using namespace rve_test;
+
+namespace {
+
+constexpr double RADIUS = 0.005;    // [m]
+
+Material all_that_contacts_have()
+{
+  Material material;
+  material.normal_stiffness = 1e6;
+  material.tangential_stiffness = 0.8e6;
+  material.friction = 0.5;
+  material.rolling_stiffness = 4e5;
+  material.rolling_friction = 0.1;
+  material.normal_viscosity = 30.0;
+  material.tangential_viscosity = 15.0;
+  return material;
+}
+
+/// In units of the script, with the arms of the contact point.
+template <class Law> Law law_of(const Material &material)
+{
+  typename Law::Constants constants;
+  constants.set(material, 1.0, 0.5);
+  Law law;
+  law.take(constants);
+  return law;
+}
+
+template <class T> bool same_bytes(const T &x, const T &y)
+{
+  return std::memcmp(&x, &y, sizeof(T)) == 0;
+}
+
+template <class Number> void randomize(Random &random, Number &force)
+{
+  force = Number(random.uniform(-50.0, 50.0));
+}
+template <class Number> void randomize(Random &random, SpringForces<Number> &forces)
+{
+  randomize(random, forces.tangential);
+  randomize(random, forces.rolling);
+}
+
+/// A touching pair that moves at random.
+template <class Law> struct Sample {
+  using Real = typename Law::Numbers::Real;
+  using Wide = typename Law::Numbers::Wide;
+
+  DiskMotion<Real> i, j;
+  Vec<Wide, 2> branch;
+  Tensor<Real, 2> gradient;
+  typename Law::History history;
+  Real dt;
+
+  explicit Sample(Random &random)
+  {
+    for (DiskMotion<Real> *disk : {&i, &j})
+      *disk = {{{Real(random.uniform(-1.0, 1.0)), Real(random.uniform(-1.0, 1.0))}},
+               Real(random.uniform(-99.0, 99.0)),
+               Real(random.uniform(0.5 * RADIUS, RADIUS))};
+    for (Real &x : gradient.component) x = Real(random.uniform(-20.0, 20.0));
+    const double distance = static_cast<double>(sum_of_radii()) * (1.0 - random.uniform(1e-5, 0.1));
+    const double angle = random.uniform(0.0, 2.0 * kPi);
+    branch = {{Wide(distance * std::cos(angle)), Wide(distance * std::sin(angle))}};
+    randomize(random, history);
+    dt = Real(random.uniform(1e-6, 1e-4));
+  }
+
+  Wide sum_of_radii() const { return static_cast<Wide>(i.radius) + static_cast<Wide>(j.radius); }
+
+  typename Law::Force force(const Law &law) const
+  {
+    return law.evaluate(contact_geometry<Real>(branch, sum_of_radii()), i, j, gradient, history,
+                        dt);
+  }
+  typename Law::Force force_from_j(const Law &law) const
+  {
+    const Vec<Wide, 2> back{{-branch[0], -branch[1]}};
+    return law.evaluate(contact_geometry<Real>(back, sum_of_radii()), j, i, gradient,
+                        Law::seen_from_partner(history), dt);
+  }
+};
+
+/// Whether another value of a parameter shows in the force, the torques or what the pair remembers, for one of many pairs.
+template <class Law> bool matters(double MaterialNumbers::*parameter)
+{
+  const Material material = all_that_contacts_have();
+  Material other = material;
+  other.*parameter *= 1.5;
+  const Law law = law_of<Law>(material), changed = law_of<Law>(other);
+  Random random(1);
+  for (int k = 0; k < 500; ++k) {
+    const Sample<Law> sample(random);
+    const auto one = sample.force(law), two = sample.force(changed);
+    if (!same_bytes(one.force, two.force) || !same_bytes(one.torque_i, two.torque_i) ||
+        !same_bytes(one.torque_j, two.torque_j) || !same_bytes(one.history(), two.history()))
+      return true;
+  }
+  return false;
+}
+
+template <class Law> void expect_that_a_law_has_the_parameters_that_it_says()
+{
+  EXPECT_TRUE(matters<Law>(&MaterialNumbers::normal_stiffness));
+  EXPECT_EQ(matters<Law>(&MaterialNumbers::tangential_stiffness), Law::has_friction);
+  EXPECT_EQ(matters<Law>(&MaterialNumbers::friction), Law::has_friction);
+  EXPECT_EQ(matters<Law>(&MaterialNumbers::normal_viscosity), Law::is_damped);
+  EXPECT_EQ(matters<Law>(&MaterialNumbers::tangential_viscosity), Law::is_damped);
+  EXPECT_EQ(matters<Law>(&MaterialNumbers::rolling_stiffness), Law::has_rolling);
+  EXPECT_EQ(matters<Law>(&MaterialNumbers::rolling_friction), Law::has_rolling);
+}
+
+template <class Law> void expect_the_same_bits_from_both_grains()
+{
+  const Law law = law_of<Law>(all_that_contacts_have());
+  Random random(2);
+  for (int k = 0; k < 5000; ++k) {
+    const Sample<Law> sample(random);
+    const auto of_i = sample.force(law), of_j = sample.force_from_j(law);
+    ASSERT_EQ(of_i.force[0], -of_j.force[0]);
+    ASSERT_EQ(of_i.force[1], -of_j.force[1]);
+    ASSERT_EQ(of_i.torque_i, of_j.torque_j);
+    ASSERT_EQ(of_i.torque_j, of_j.torque_i);
+    ASSERT_TRUE(same_bytes(of_i.history(), Law::seen_from_partner(of_j.history())));
+    ASSERT_TRUE(
+        same_bytes(sample.history, Law::seen_from_partner(Law::seen_from_partner(sample.history))));
+  }
+}
+
+/// Without dashpots: looking at a contact again without time changes nothing.
+template <class Law> void expect_that_looking_twice_changes_nothing()
+{
+  if (Law::is_damped) return;
+  const Law law = law_of<Law>(all_that_contacts_have());
+  Random random(3);
+  for (int k = 0; k < 5000; ++k) {
+    Sample<Law> sample(random);
+    sample.dt = 0;
+    const auto once = sample.force(law);
+    sample.history = once.history();
+    const auto twice = sample.force(law);
+    ASSERT_TRUE(same_bytes(once.force, twice.force));
+    ASSERT_TRUE(same_bytes(once.history(), twice.history()));
+  }
+}
+
+/// The largest force is at least what a sum gets along the contact.
+template <class Law> void expect_that_the_largest_force_is_one_of_the_contact()
+{
+  const Law law = law_of<Law>(all_that_contacts_have());
+  Random random(4);
+  for (int k = 0; k < 2000; ++k) {
+    const auto force = Sample<Law>(random).force(law);
+    const double largest = static_cast<double>(Law::largest(force, 0));
+    ASSERT_GE(largest, std::fabs(static_cast<double>(force.tangential)));
+    ASSERT_EQ(static_cast<double>(Law::largest(force, 1e6f)), 1e6);
+  }
+}
+
+/// A disk is pressed on another one, slides and rolls on it, back and forth, and is lifted again a little: what moves it puts in what the
+/// springs hold and what the contact dissipates.
+template <class Law> void expect_that_energy_is_balanced(bool dissipates)
+{
+  using Real = typename Law::Numbers::Real;
+  const Law law = law_of<Law>(all_that_contacts_have());
+  constexpr int STEPS = 200000;
+  constexpr double DURATION = 0.02, DT = DURATION / STEPS;
+  const Real r = Real(RADIUS);
+  DiskMotion<Real> i{{{0, 0}}, 0, r}, j{{{0, 0}}, 0, r};
+  typename Law::History history = typename Law::History();
+  double x = 2.0 * RADIUS - 8e-5, y = 0.0, supplied = 0.0, before = 0.0, at_start = 0.0;
+  double elastic = 0.0;
+  Dissipation heat{0.0, 0.0};
+  for (int k = 0; k <= STEPS; ++k) {
+    const double t = static_cast<double>(k) / STEPS;
+    j.velocity = {{Real(-0.02 * std::cos(2.0 * kPi * t)), Real(0.1 * std::sin(6.0 * kPi * t))}};
+    i.spin = Real(8.0 * std::sin(4.0 * kPi * t));
+    j.spin = Real(-5.0 * std::sin(10.0 * kPi * t));
+    x += static_cast<double>(j.velocity[0]) * DT;
+    y += static_cast<double>(j.velocity[1]) * DT;
+    const auto contact =
+        contact_geometry<Real>(Vec<typename Law::Numbers::Wide, 2>{{x, y}},
+                               static_cast<typename Law::Numbers::Wide>(2.0 * RADIUS));
+    ASSERT_GT(contact.overlap, 0);
+    const auto force = law.evaluate(contact, i, j, Tensor<Real, 2>::zero(), history, Real(DT));
+    history = force.history();
+    // of what holds the grains against the contact
+    const double power =
+        dot(force.force, j.velocity) - force.torque_i * i.spin - force.torque_j * j.spin;
+    elastic = law.elastic_energy(contact, force);
+    if (k == 0)
+      at_start = elastic;
+    else {
+      supplied += 0.5 * (before + power) * DT;
+      law.dissipate(force, Real(DT), heat);
+    }
+    before = power;
+  }
+  const double lost = heat.friction + heat.viscous;
+  EXPECT_NEAR(supplied, elastic - at_start + lost, 1e-3 * (lost + elastic));
+  if (dissipates)
+    EXPECT_GT(lost, elastic);
+  else
+    EXPECT_EQ(lost, 0.0);
+}
+
+template <class Law> void check_in_this_format()
+{
+  expect_that_a_law_has_the_parameters_that_it_says<Law>();
+  expect_the_same_bits_from_both_grains<Law>();
+  expect_that_looking_twice_changes_nothing<Law>();
+  expect_that_the_largest_force_is_one_of_the_contact<Law>();
+}
+
+template <template <class> class Law> void check_in_all_formats()
+{
+  check_in_this_format<Law<FastNumbers>>();
+  check_in_this_format<Law<MixedNumbers>>();
+  check_in_this_format<Law<DoubleNumbers>>();
+  check_in_this_format<Law<SingleNumbers>>();
+}
+
+}    // namespace
+
+TEST(LawsOfThePrograms, HaveTheirParametersAndAreTheSameFromBothGrains){
+#define RVE_CHECK(name, law, books, small, prepared) \
+  {                                                  \
+    SCOPED_TRACE(#name);                             \
+    check_in_all_formats<law>();                     \
+  }
+    RVE_PROGRAMS(RVE_CHECK)
+#undef RVE_CHECK
+}
+
+TEST(LawsOfThePrograms, BalanceTheEnergyOfAContactThatSlidesAndRolls){
+#define RVE_CHECK(name, law, books, small, prepared)                                      \
+  {                                                                                       \
+    SCOPED_TRACE(#name);                                                                  \
+    expect_that_energy_is_balanced<law<DoubleNumbers>>(law<DoubleNumbers>::has_friction); \
+  }
+    RVE_PROGRAMS(RVE_CHECK)
+#undef RVE_CHECK
+}
+
+TEST(LawsOfThePrograms, ProgramsThatArePreparedAlikeHaveTheSameMemory)
+{
+#define RVE_CHECK(name, law, books, small, prepared)                                           \
+  {                                                                                            \
+    using Own = ProgramScene<Program::name, MixedNumbers>;                                     \
+    using Preparing = ProgramScene<ProgramTraits<Program::name>::prepared_like, MixedNumbers>; \
+    EXPECT_TRUE((std::is_same_v<Own::History, Preparing::History>) ) << #name;                 \
+    EXPECT_EQ(sizeof(Own::Law::Constants), sizeof(Preparing::Law::Constants)) << #name;        \
+  }
+  RVE_PROGRAMS(RVE_CHECK)
+#undef RVE_CHECK
+}
