@@ -26,19 +26,6 @@ namespace {
 
 // ---- the contact law as a pair_coeff of pair_style granular has it, behind the types of atoms ----
 
-constexpr MaterialMember OF_CONTACT[] = {&rve::Material::normal_stiffness,
-                                         &rve::Material::tangential_stiffness,
-                                         &rve::Material::friction,
-                                         &rve::Material::rolling_stiffness,
-                                         &rve::Material::rolling_friction,
-                                         &rve::Material::normal_viscosity,
-                                         &rve::Material::tangential_viscosity};
-
-bool is_of_contact(MaterialMember member)
-{
-  return std::find(std::begin(OF_CONTACT), std::end(OF_CONTACT), member) != std::end(OF_CONTACT);
-}
-
 struct Contact {
   MaterialWords &material;
   double eta_n;    ///< of the normal model
@@ -94,7 +81,8 @@ void read_contact(ScriptWords &words, MaterialWords &material)
 {
   words.set_form("hooke k_n eta_n tangential linear_history k_t x_gammat mu [damping velocity] "
                  "[rolling sds k_roll 0 mu_roll]");
-  for (const MaterialMember member : OF_CONTACT) material[member] = 0.0;
+  for (const rve::MaterialParameter &parameter : rve::MATERIAL_PARAMETERS)
+    if (parameter.of_contact) material[parameter.member] = 0.0;
   words.choice<bool>("normal model", {{"hooke", true}});
   material[&rve::Material::normal_stiffness] = words.number("hooke k_n");
   Contact contact{material, words.number("hooke eta_n")};
@@ -148,7 +136,7 @@ bool MaterialWords::read(ScriptWords &words)
   for (const auto &parameter : rve::MATERIAL_PARAMETERS) {
     const char *keyword = parameter.keyword;
     const bool is_this = words.keyword() == keyword;
-    if (is_of_contact(parameter.member) &&
+    if (parameter.of_contact &&
         ((is_contact && words.has(keyword)) || (is_this && words.has("contact"))))
       words.refuse(fmt::format("contact and {} exclude each other: contact gives {}, too", keyword,
                                keyword));

@@ -410,7 +410,9 @@ namespace {
     Residency residency_of(const Call &call, int block) const
     {
       if (call.largest > block) return Residency::Memory;
-      const bool small_blocks = kernels[static_cast<int>(call.program)].kernel[0] != nullptr;
+      const bool small_blocks =
+          kernels[static_cast<int>(call.program)].kernel[static_cast<int>(Residency::Many)] !=
+          nullptr;
       if (block > kSmallBlock || !small_blocks) return Residency::Large;
       return static_cast<int>(call.rves->size()) > device.multiProcessorCount ? Residency::Many
                                                                               : Residency::Few;

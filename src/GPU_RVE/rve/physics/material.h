@@ -44,6 +44,7 @@ struct MaterialParameter {
   const char *what;       ///< in messages
   const char *unit;
   MaterialRange range;
+  bool of_contact;    ///< of the contact law, not of the grains
   bool
       optional;    ///< in packing files: written when it or another one is not zero, and zero where it is not given
   MaterialMember member;
@@ -52,17 +53,17 @@ struct MaterialParameter {
 /// In the order of packing files.
 constexpr MaterialParameter MATERIAL_PARAMETERS[] = {
     // clang-format off
-    {"normal_stiffness", "kn", "normal stiffness", "[force/length]", MaterialRange::Positive, false, &MaterialNumbers::normal_stiffness},
-    {"tangential_stiffness", "kt", "tangential stiffness", "[force/length]", MaterialRange::NotNegative, false, &MaterialNumbers::tangential_stiffness},
-    {"friction", "friction", "friction coefficient", "[-]", MaterialRange::Friction, false, &MaterialNumbers::friction},
-    {"density", "density", "grain density", "[mass/length^3]", MaterialRange::Positive, false, &MaterialNumbers::density},
-    {"local_damping", "damping", "local damping", "[-]", MaterialRange::Fraction, false, &MaterialNumbers::local_damping},
-    {"normal_viscosity", "gamma_n", "normal viscosity", "[force time/length]", MaterialRange::NotNegative, false, &MaterialNumbers::normal_viscosity},
-    {"tangential_viscosity", "gamma_t", "tangential viscosity", "[force time/length]", MaterialRange::NotNegative, false, &MaterialNumbers::tangential_viscosity},
-    {"thickness", "thickness", "thickness", "[length]", MaterialRange::Positive, false, &MaterialNumbers::thickness},
-    {"mass_depth", "mass_depth", "mass depth times mass scaling", "[length]", MaterialRange::Positive, false, &MaterialNumbers::mass_depth},
-    {"rolling_stiffness", "kr", "rolling stiffness", "[force/length]", MaterialRange::NotNegative, true, &MaterialNumbers::rolling_stiffness},
-    {"rolling_friction", "rolling_friction", "rolling friction coefficient", "[-]", MaterialRange::Friction, true, &MaterialNumbers::rolling_friction},
+    {"normal_stiffness", "kn", "normal stiffness", "[force/length]", MaterialRange::Positive, true, false, &MaterialNumbers::normal_stiffness},
+    {"tangential_stiffness", "kt", "tangential stiffness", "[force/length]", MaterialRange::NotNegative, true, false, &MaterialNumbers::tangential_stiffness},
+    {"friction", "friction", "friction coefficient", "[-]", MaterialRange::Friction, true, false, &MaterialNumbers::friction},
+    {"density", "density", "grain density", "[mass/length^3]", MaterialRange::Positive, false, false, &MaterialNumbers::density},
+    {"local_damping", "damping", "local damping", "[-]", MaterialRange::Fraction, false, false, &MaterialNumbers::local_damping},
+    {"normal_viscosity", "gamma_n", "normal viscosity", "[force time/length]", MaterialRange::NotNegative, true, false, &MaterialNumbers::normal_viscosity},
+    {"tangential_viscosity", "gamma_t", "tangential viscosity", "[force time/length]", MaterialRange::NotNegative, true, false, &MaterialNumbers::tangential_viscosity},
+    {"thickness", "thickness", "thickness", "[length]", MaterialRange::Positive, false, false, &MaterialNumbers::thickness},
+    {"mass_depth", "mass_depth", "mass depth times mass scaling", "[length]", MaterialRange::Positive, false, false, &MaterialNumbers::mass_depth},
+    {"rolling_stiffness", "kr", "rolling stiffness", "[force/length]", MaterialRange::NotNegative, true, true, &MaterialNumbers::rolling_stiffness},
+    {"rolling_friction", "rolling_friction", "rolling friction coefficient", "[-]", MaterialRange::Friction, true, true, &MaterialNumbers::rolling_friction},
     // clang-format on
 };
 
