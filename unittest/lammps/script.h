@@ -10,6 +10,7 @@
 #include "input.h"
 #include "lammps.h"
 #include "modify.h"
+#include "support/files.h"
 
 #include <map>
 #include <memory>
@@ -17,6 +18,14 @@
 #include <sstream>
 #include <string>
 #include <vector>
+
+/// A path for a file that every rank writes for itself.
+inline std::string file_of_rank(const std::string &name)
+{
+  int rank;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  return rve_test::temporary_path(std::to_string(rank) + "." + name);
+}
 
 /// One LAMMPS on a communicator, driven line by line, silent; the log is kept if it has a name.
 class Script {

@@ -11,7 +11,6 @@
 #include <string>
 
 using namespace LAMMPS_NS;
-using rve_test::temporary_path;
 using rve_test::text_of;
 
 namespace {
@@ -34,14 +33,6 @@ create_atoms 1 single 0.5 0.5 0
 std::string fix(const std::string &packing, const std::string &rest)
 {
   return ONE_ATOM + "fix grains all rve " + packing + " threads 1 " + rest + "\n";
-}
-
-/// Each rank has files of its own: all of them write the same.
-std::string file_of_rank(const std::string &name)
-{
-  int rank;
-  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
-  return temporary_path(std::to_string(rank) + "." + name);
 }
 
 std::string log_of(const std::string &lines)

@@ -1113,8 +1113,7 @@ TEST(FixMpmWarnings, SayWhatIsProbablyNotMeant)
        ""},
       {scene + fix + run + "change_box all y final 0 7" + run, ""},
       {scene + fix + run + "velocity all set 0.1 0 0" + run, ""}};
-  const std::string path =
-      rve_test::temporary_path(std::to_string(SoilScript().lmp->comm->me) + ".log");
+  const std::string path = file_of_rank("log");
   for (const auto &one : cases) {
     Script(MPI_COMM_SELF) << "log " + path + "\n" + one.first + "log none\n";
     const std::string log = rve_test::text_of(path);

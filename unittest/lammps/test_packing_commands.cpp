@@ -16,14 +16,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A path that no other test and no other rank uses.
-std::string temporary_path(const std::string &name)
-{
-  int me;
-  MPI_Comm_rank(MPI_COMM_WORLD, &me);
-  return rve_test::temporary_path(std::to_string(me) + "_" + name);
-}
-
 const std::string RECIPE =
     " grains 40 seed 5 radius uniform 0.003 0.005 kn 1e6 friction 0.5 density "
     "2650 damping 0.3 pressure 1e5 thickness 0.075 ";
@@ -55,7 +47,7 @@ const std::string FIX = "fix grains all rve " EXAMPLE_PACKINGS
 /// The log of the lines, which must run.
 std::string log_of(const std::string &lines)
 {
-  const std::string path = temporary_path("log");
+  const std::string path = file_of_rank("log");
   {
     Script script(MPI_COMM_SELF, path);
     script << lines;
@@ -90,7 +82,7 @@ TEST(CreateRve, AKeywordGivenTwiceIsAnError)
 
 TEST(CreateRve, ContactInTheWordsOfLammpsGivesTheSamePacking)
 {
-  const std::string file = temporary_path("contact.rve");
+  const std::string file = file_of_rank("contact.rve");
   const auto packing_with = [&](const std::string &contact) {
     log_of("units si\ncreate_rve " + file + without(without(RECIPE, "kn 1e6"), "friction 0.5") +
            contact + "\n");
@@ -185,7 +177,7 @@ TEST(CreateRve, MoreThreadsThanAnyMachineHasAreRefused)
 // found out before the preparation: its lines would be in the log
 TEST(CreateRve, AFileThatCannotBeWrittenIsFoundOutBeforeTheWork)
 {
-  const std::string log = temporary_path("early.log"), path = temporary_path("none") + "/p.rve";
+  const std::string log = file_of_rank("early.log"), path = file_of_rank("none") + "/p.rve";
   std::string message;
   {
     Script script(MPI_COMM_SELF, log);
@@ -202,7 +194,7 @@ TEST(CreateRve, AFileThatCannotBeWrittenIsFoundOutBeforeTheWork)
 
 TEST(FixRve, ADumpThatCannotBeWrittenIsFoundOutBeforeTheRun)
 {
-  const std::string prefix = temporary_path("none") + "/grains";
+  const std::string prefix = file_of_rank("none") + "/grains";
 
   EXPECT_IN("cannot write file " + prefix + ".2.0.data: No such file or directory",
             message_of(FOUR_ATOMS + FIX + "dump 1000 " + prefix + " 2\nrun 0\n"));
@@ -210,7 +202,7 @@ TEST(FixRve, ADumpThatCannotBeWrittenIsFoundOutBeforeTheRun)
 
 TEST(WriteRve, ALinkStaysALink)
 {
-  const std::string link = temporary_path("link"), file = temporary_path("file.rve");
+  const std::string link = file_of_rank("link"), file = file_of_rank("file.rve");
   fs::remove(link);
   fs::remove(file);
   fs::create_symlink(fs::path(file).filename(), link);
@@ -271,7 +263,7 @@ TEST(CreateRve, GrainsThatWouldFillThePlaneAreAnErrorBeforeAnythingRuns)
 
 TEST(CreateRve, GrainsThatAreSoftAreWarnedOf)
 {
-  const std::string path = temporary_path("soft.rve");
+  const std::string path = file_of_rank("soft.rve");
   std::string soft = RECIPE;
   soft.replace(soft.find("kn 1e6"), 6, "kn 5e5");
 
@@ -287,7 +279,7 @@ TEST(CreateRve, GrainsThatAreSoftAreWarnedOf)
 // a packing that was sheared before, turned by 90 degrees: the ground has the other one's horizontal stress
 TEST(PackingImage, OfAPackingThatIsNotIsotropicIsWarnedOf)
 {
-  const std::string path = temporary_path("pressed.rve");
+  const std::string path = file_of_rank("pressed.rve");
   log_of(FOUR_ATOMS + FIX +
          "drive velocity_gradient yy -1.0\nrun 5\nwrite_rve grains atom 1 file " + path +
          " format rve");

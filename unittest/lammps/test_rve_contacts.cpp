@@ -241,7 +241,7 @@ TEST(RveGrains, DumpedInTheCellOfTheRveTouchAsTheContactsSay)
 
 TEST(RveGrains, OneFrameIsHadWithoutARun)
 {
-  const std::string path = rve_test::temporary_path("grains");
+  const std::string path = file_of_rank("grains");
   Script script(MPI_COMM_SELF);
   script << SHEARED +
           "pair_style none\ncomm_modify cutoff 1.0\ngroup look id 3\nwrite_dump look rve/grain " +

@@ -37,14 +37,6 @@ create_atoms 1 single 1.5 0.5 0
 variable second atom id-1
 )";
 
-/// A file of each rank: all of them write the same.
-std::string file_of_rank(const std::string &name)
-{
-  int rank;
-  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
-  return temporary_path(std::to_string(rank) + "." + name);
-}
-
 /// Many contacts, and a tenth of the stiffness of loose_packing().
 std::string soft_packing()
 {
