@@ -11,6 +11,7 @@ double contact_strain(double pressure, const Material &material, double radius)
       return pressure * material.thickness / law.stiffness({0.0, radius, radius}).normal;
     // Newton's method from where even the softest law bears more: forces grow faster than overlaps, so that no step goes too far
     const double diameter = 2.0 * radius, force = pressure * material.thickness * diameter;
+    if (!(force > law.spring_force({0.0, radius, radius}))) return 0.0;
     double overlap = diameter;
     while (law.spring_force({overlap, radius, radius}) < force) overlap *= 2.0;
     for (double before = std::numeric_limits<double>::infinity(); overlap < before;) {
@@ -32,11 +33,11 @@ double contact_pressure(double strain, const Material &material, double radius)
   });
 }
 
-double stiffness_under(double pressure, const Material &material, double radius)
+ContactModuli moduli_under(double pressure, const Material &material, double radius)
 {
   const double overlap = 2.0 * radius * contact_strain(pressure, material, radius);
   return with_law(material, [&](const auto &law) {
-    return law.stiffness({overlap, radius, radius}).normal;
+    return law.stiffness({overlap, radius, radius});
   });
 }
 

@@ -494,7 +494,7 @@ double default_compression_rate(const RveState &state, double pressure)
   const double mass = state.mass();
   const double radius =
       std::accumulate(state.radius.begin(), state.radius.end(), 0.0) / state.num_grains();
-  return std::min(0.01 * std::sqrt(stiffness_under(pressure, state.material, radius) / mass),
+  return std::min(0.01 * std::sqrt(moduli_under(pressure, state.material, radius).normal / mass),
                   0.2 * std::sqrt(pressure * state.material.thickness / mass));
 }
 
