@@ -43,7 +43,15 @@ namespace {
   {
     hash.add(s.material).add(s.cell).add(s.deformation);
     hash.add(s.radius).add(s.fractional).add(s.velocity).add(s.spin);
-    hash.add(s.pairs).add(s.list_cell).add(s.list_fractional).add(s.order);
+    // as many bytes for a pair as of linear springs, whatever others remember
+    struct LinearPair {
+      std::int32_t first, second;
+      double tangential_force, rolling_force;
+    };
+    std::vector<LinearPair> pairs;
+    for (const Pair &pair : s.pairs)
+      pairs.push_back({pair.first, pair.second, pair.tangential_force, pair.rolling_force});
+    hash.add(pairs).add(s.list_cell).add(s.list_fractional).add(s.order);
     hash.add(s.servo_velocity_gradient).add(s.largest_contact_force).add(s.energy);
   }
 

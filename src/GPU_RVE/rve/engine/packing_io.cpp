@@ -268,15 +268,16 @@ namespace {
   {
     for (int k = 0; k < num_contacts; ++k) {
       reader.next("contact line " + std::to_string(k + 1) + " of " + std::to_string(num_contacts));
-      const bool rolls = reader.num_words() == 4;
-      reader.require_words(rolls ? 4 : 3, "id id tangential_force");
+      constexpr int MOST = static_cast<int>(std::size(PAIR_MEMORY));
+      const int remembered = std::clamp(static_cast<int>(reader.num_words()) - 2, 1, MOST);
+      reader.require_words(2 + remembered, "id id tangential_force");
       Pair pair;
       pair.first = reader.integer<std::int32_t>(0, "grain id", 1, state.num_grains()) - 1;
       pair.second = reader.integer<std::int32_t>(1, "grain id", 1, state.num_grains()) - 1;
       if (pair.first == pair.second)
         reader.fail("contact joins grain " + std::to_string(pair.first + 1) + " to itself");
-      pair.tangential_force = reader.finite_number(2, "tangential force");
-      if (rolls) pair.rolling_force = reader.finite_number(3, "rolling force");
+      for (int m = 0; m < remembered; ++m)
+        pair.*PAIR_MEMORY[m].member = reader.finite_number(2 + m, PAIR_MEMORY[m].what);
       state.pairs.push_back(pair);
     }
   }
@@ -405,18 +406,22 @@ namespace {
           << exact(state.velocity[2 * i + 1]) << " " << exact(state.spin[i]) << "\n";
 
     const auto has_history = [](const Pair &pair) {
-      return pair.tangential_force != 0.0 || pair.rolling_force != 0.0;
+      return std::any_of(std::begin(PAIR_MEMORY), std::end(PAIR_MEMORY),
+                         [&](const RememberedNumber &number) {
+                           return pair.*number.member != 0.0;
+                         });
     };
-    const bool rolls = state.has_rolling_forces();
+    const int remembered = remembered_numbers(state.pairs);
     out << "\ncontacts " << std::count_if(state.pairs.begin(), state.pairs.end(), has_history)
         << "\n# contacts with a tangential force: id, id, force on the first along (-n_y, n_x), n "
            "to the second [force]\n";
-    if (rolls)
+    if (remembered > 1)
       out << "# and rolling force: moment on the first over r_1 r_2 / (r_1 + r_2) [force]\n";
+    if (remembered > 2) out << "# and contact radius: at which the tangential force was [length]\n";
     for (const Pair &pair : state.pairs) {
       if (!has_history(pair)) continue;
-      out << pair.first + 1 << " " << pair.second + 1 << " " << exact(pair.tangential_force);
-      if (rolls) out << " " << exact(pair.rolling_force);
+      out << pair.first + 1 << " " << pair.second + 1;
+      for (int m = 0; m < remembered; ++m) out << " " << exact(pair.*PAIR_MEMORY[m].member);
       out << "\n";
     }
     const std::string statements = out.str();

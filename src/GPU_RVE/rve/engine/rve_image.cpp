@@ -60,28 +60,13 @@ namespace {
     return order;
   }
 
-  /// What an image has of the history of a pair.
-  template <class Scene> typename Scene::History stored_history(const Pair &pair)
-  {
-    using Spring = typename Scene::Spring;
-    const Spring tangential = static_cast<Spring>(pair.tangential_force);
-    if constexpr (Scene::has_rolling)
-      return {tangential, static_cast<Spring>(pair.rolling_force)};
-    else
-      return tangential;
-  }
-
   /// A pair with the history that an image has of it.
-  template <class History> Pair pair_of(int first, int second, const History &history)
+  template <class Scene> Pair pair_of(int first, int second, const typename Scene::History &history)
   {
     Pair pair{first, second, 0.0};
+    Scene::Law::to_pair(history, pair);
     // a zero has no sign there
-    if constexpr (std::is_arithmetic_v<History>) {
-      pair.tangential_force = static_cast<double>(history) + 0.0;
-    } else {
-      pair.tangential_force = static_cast<double>(history.tangential) + 0.0;
-      pair.rolling_force = static_cast<double>(history.rolling) + 0.0;
-    }
+    for (const RememberedNumber &number : PAIR_MEMORY) pair.*number.member += 0.0;
     return pair;
   }
 
@@ -159,11 +144,11 @@ namespace {
       if (owned[first] < kOwnedPairs) {
         const int slot = owned[first]++ * n + first;
         view.partner[slot] = second;
-        view.history[slot] = stored_history<Scene>(pair);
+        view.history[slot] = Scene::Law::of_pair(pair);
       } else {
         view.extra_first[header.num_extra] = first;
         view.extra_second[header.num_extra] = second;
-        view.extra_history[header.num_extra] = stored_history<Scene>(pair);
+        view.extra_history[header.num_extra] = Scene::Law::of_pair(pair);
         ++header.num_extra;
       }
     }
@@ -205,11 +190,12 @@ namespace {
       for (int m = 0; m < kOwnedPairs; ++m)
         if (view.partner[m * n + k] != k)
           state.pairs.push_back(
-              pair_of(i, view.number[view.partner[m * n + k]], view.history[m * n + k]));
+              pair_of<Scene>(i, view.number[view.partner[m * n + k]], view.history[m * n + k]));
     }
     for (int m = 0; m < header.num_extra; ++m)
-      state.pairs.push_back(pair_of(view.number[view.extra_first[m]],
-                                    view.number[view.extra_second[m]], view.extra_history[m]));
+      state.pairs.push_back(pair_of<Scene>(view.number[view.extra_first[m]],
+                                           view.number[view.extra_second[m]],
+                                           view.extra_history[m]));
     return state;
   }
 

@@ -181,18 +181,13 @@ namespace {
       require(pair.first != pair.second, [&] {
         return name() + " joins grain " + std::to_string(pair.first + 1) + " to itself";
       });
-      require_finite(
-          pair.tangential_force,
-          [&] {
-            return "tangential force of " + name();
-          },
-          "[force]");
-      require_finite(
-          pair.rolling_force,
-          [&] {
-            return "rolling force of " + name();
-          },
-          "[force]");
+      for (const RememberedNumber &number : PAIR_MEMORY)
+        require_finite(
+            pair.*number.member,
+            [&] {
+              return number.what + (" of " + name());
+            },
+            number.unit);
       ends.push_back(std::minmax(pair.first, pair.second));
     }
     std::sort(ends.begin(), ends.end());
@@ -270,11 +265,41 @@ namespace {
     }
   };
 
+  // A pair with the first numbers of PAIR_MEMORY.
+  template <std::size_t Count> struct PairRecord {
+    std::int32_t first, second;
+    double number[Count];
+  };
+
+  template <std::size_t Count>
+  void visit_pairs(RecordWriter &writer, const std::vector<Pair> &pairs)
+  {
+    std::vector<PairRecord<Count>> records;
+    for (const Pair &pair : pairs) {
+      records.push_back({pair.first, pair.second, {}});
+      for (std::size_t k = 0; k < Count; ++k)
+        records.back().number[k] = pair.*PAIR_MEMORY[k].member;
+    }
+    writer(records);
+  }
+
+  template <std::size_t Count> void visit_pairs(RecordReader &reader, std::vector<Pair> &pairs)
+  {
+    std::vector<PairRecord<Count>> records;
+    reader(records);
+    pairs.clear();
+    for (const PairRecord<Count> &record : records) {
+      pairs.push_back({record.first, record.second, 0.0});
+      for (std::size_t k = 0; k < Count; ++k)
+        pairs.back().*PAIR_MEMORY[k].member = record.number[k];
+    }
+  }
+
   // The one list of what a record holds, for both directions.
   template <class Archive, class State> void visit(Archive &archive, State &state)
   {
     static_assert(sizeof(Material) == 11 * sizeof(double), "no padding may enter the record");
-    static_assert(sizeof(Pair) == 24, "no padding may enter the record");
+    static_assert(sizeof(PairRecord<2>) == 24, "no padding may enter the record");
     static_assert(sizeof(Counters) == 32 && sizeof(EnergyLedger) == 32,
                   "no padding may enter the record");
     static_assert(std::is_trivially_copyable<Tensor2>::value, "tensors are copied as bytes");
@@ -285,7 +310,7 @@ namespace {
     archive(state.fractional);
     archive(state.velocity);
     archive(state.spin);
-    archive(state.pairs);
+    visit_pairs<2>(archive, state.pairs);
     archive(state.list_cell);
     archive(state.list_fractional);
     archive(state.order);
@@ -300,6 +325,17 @@ namespace {
 bool resists_rolling(const Material &material)
 {
   return material.rolling_stiffness > 0.0 && material.rolling_friction > 0.0;
+}
+
+int remembered_numbers(const std::vector<Pair> &pairs)
+{
+  int count = static_cast<int>(std::size(PAIR_MEMORY));
+  for (; count > 1; --count)
+    if (std::any_of(pairs.begin(), pairs.end(), [&](const Pair &pair) {
+          return pair.*PAIR_MEMORY[count - 1].member != 0.0;
+        }))
+      break;
+  return count;
 }
 
 bool RveState::has_rolling_forces() const
