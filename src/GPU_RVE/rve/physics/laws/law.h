@@ -9,6 +9,7 @@
 //   take(constants)            fills the law from them
 //   History                    what a pair remembers, as its first grain sees it: a number, or a struct of numbers, that can be
 //                              multiplied by a number and is zero as it is made. seen_from_partner(history): as its other grain sees it
+//   contact_law                of which materials it is (physics/material.h)
 //   has_friction, has_rolling, is_damped
 //                              what it has, so that programs leave out what needs it
 //   evaluate(contact, i, j, velocity_gradient, history, dt)

@@ -5,6 +5,7 @@
 
 #include "rve/physics/contact_geometry.h"
 #include "rve/physics/laws/law.h"
+#include "rve/physics/material.h"
 #include "rve/physics/normal_force.h"
 #include "rve/physics/tangential_force.h"
 
@@ -47,6 +48,7 @@ inline namespace RVE_ISA {
     using History = typename Numbers::Spring;    ///< tangential force
     using Force = ContactForce<Real, History>;
     using Constants = LinearConstants<Numbers>;
+    static constexpr ContactLaw contact_law = ContactLaw::Linear;
     static constexpr bool has_friction = Frictional;
     static constexpr bool has_rolling = false;
     static constexpr bool is_damped = Damped;
