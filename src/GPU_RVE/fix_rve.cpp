@@ -368,14 +368,14 @@ double FixRve::compute_vector(int n)
     const auto &point = impl->point(i);
     const auto &counters = point.result.counters;
     const double values[] = {1.0,
-                             point.frozen ? 1.0 : 0.0,
+                             point.frozen() ? 1.0 : 0.0,
                              (double) counters.steps,
                              (double) counters.rebuilds,
                              (double) counters.lattice_reductions,
                              (double) counters.repeats};
     if (n < 6) mine += values[n];
     if (n == 8) mine = MAX(mine, point.drive.substeps);
-    if (n == 13) mine += point.asleep ? 1.0 : 0.0;
+    if (n == 13) mine += point.asleep() ? 1.0 : 0.0;
     status |= static_cast<int>(point.result.status);
   }
   if (n == 6) {

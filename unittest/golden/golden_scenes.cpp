@@ -41,7 +41,8 @@ namespace {
   /// All members but the counters, by value: the layout of records and files is another matter.
   void add_state(BitHash &hash, const RveState &s)
   {
-    hash.add(s.material).add(s.cell).add(s.deformation);
+    for (const MaterialMember member : parameters_of(s.material.law)) hash.add(s.material.*member);
+    hash.add(s.cell).add(s.deformation);
     hash.add(s.radius).add(s.fractional).add(s.velocity).add(s.spin);
     // as many bytes for a pair as of linear springs, whatever others remember
     struct LinearPair {
@@ -242,6 +243,7 @@ namespace {
     options.format = format;
     options.device = device;
     options.threads = 2;
+    options.contacts = contacts_of(scene.states);
     const auto engine = make_engine(options);
     std::vector<int> rves;
     for (const RveState &state : scene.states) rves.push_back(engine->add(state));

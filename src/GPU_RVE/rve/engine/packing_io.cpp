@@ -6,6 +6,7 @@
 #include "rve/core/error.h"
 #include "rve/core/pi.h"
 #include "rve/core/suggestion.h"
+#include "rve/engine/contact_model.h"
 #include "rve/engine/contact_network.h"
 #include "rve/engine/files.h"
 #include "rve/physics/laws/spring_forces.h"
@@ -26,6 +27,7 @@ namespace rve {
 namespace {
 
   constexpr int FILE_VERSION = 1;
+  const std::string LAW_STATEMENT = "contact_law";
 
   // ---- statements ----
 
@@ -193,13 +195,25 @@ namespace {
     const auto missing = [&] {
       std::string names;
       for (const MaterialParameter &e : MATERIAL_PARAMETERS)
-        if (!e.optional && !seen[e.name]) names += std::string(names.empty() ? "" : ", ") + e.name;
+        if (e.is_of(material.law) && !e.optional && !seen[e.name])
+          names += std::string(names.empty() ? "" : ", ") + e.name;
       return names;
     };
-    while (true) {
+    for (bool is_first = true;; is_first = false) {
       const bool complete = missing().empty();
       reader.next(complete ? "'cell'" : "a material value");
       const std::string name(reader.word(0));
+      if (name == LAW_STATEMENT) {
+        if (!is_first)
+          reader.fail(name + " stands behind a material value; it must be the first of them");
+        reader.require_words(2, name + " word");
+        try {
+          material.law = contact_law_of(std::string(reader.word(1)));
+        } catch (const InputError &problem) {
+          reader.fail(problem.what());
+        }
+        continue;
+      }
       const auto entry =
           std::find_if(std::begin(MATERIAL_PARAMETERS), std::end(MATERIAL_PARAMETERS),
                        [&](const MaterialParameter &e) {
@@ -208,11 +222,14 @@ namespace {
       if (entry == std::end(MATERIAL_PARAMETERS)) {
         if (name == "cell" && complete) return;
         Words known = {"cell"};
-        for (const MaterialParameter &e : MATERIAL_PARAMETERS) known.emplace_back(e.name);
+        for (const MaterialParameter &e : MATERIAL_PARAMETERS)
+          if (e.is_of(material.law)) known.emplace_back(e.name);
         reader.fail("'" + name + "' is not a material value" +
                     (name == "cell" ? "; still missing: " + missing()
                                     : did_you_mean(name, known, "these are")));
       }
+      if (!entry->is_of(material.law))
+        reader.fail("the contact law " + std::string(word_of(material.law)) + " has no " + name);
       if (seen[name]) reader.fail(name + " is given twice");
       seen[name] = true;
       reader.require_words(2, name + " value");
@@ -380,13 +397,15 @@ namespace {
   {
     std::ostringstream out;
     out << "gpu_rve_packing " << FILE_VERSION << "\n\nmaterial\n";
+    const ContactLaw law = state.material.law;
+    if (law != ContactLaw::Linear) out << "  " << LAW_STATEMENT << " " << word_of(law) << "\n";
     const bool has_options =
         std::any_of(std::begin(MATERIAL_PARAMETERS), std::end(MATERIAL_PARAMETERS),
                     [&](const MaterialParameter &entry) {
                       return entry.optional && state.material.*entry.member != 0.0;
                     });
     for (const MaterialParameter &entry : MATERIAL_PARAMETERS)
-      if (has_options || !entry.optional)
+      if (entry.is_of(law) && (has_options || !entry.optional))
         out << "  " << entry.name << " " << exact(state.material.*entry.member) << "    # "
             << entry.unit << "\n";
     out << "\n# rows of H; its columns are the cell vectors [length]\n";

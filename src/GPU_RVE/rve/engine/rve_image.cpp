@@ -84,7 +84,6 @@ namespace {
     StateImage image;
     image.num_grains = n;
     image.extra_capacity = std::max(extra_capacity, num_extra);
-    image.rolling = Scene::has_rolling;
     image.bytes.assign(image_size<Scene>(n, image.extra_capacity), 0);
     const auto view = carve_image<Scene>(image.bytes.data(), n, image.extra_capacity);
 
@@ -163,6 +162,7 @@ namespace {
     const ImageHeader &header = *view.header;
     RveState state;
     static_cast<MaterialNumbers &>(state.material) = header.material;
+    state.material.law = Scene::Law::contact_law;
     state.cell = load_tensor(header.cell);
     state.deformation = load_tensor(header.deformation);
     state.servo_velocity_gradient = load_tensor(header.servo_velocity_gradient);
@@ -207,24 +207,31 @@ namespace {
                  rotation);
   }
 
-  template <class Numbers, class Work> auto with_rolling(bool rolling, const Work &work)
+  /// work(the scene of a program), in these numbers.
+  template <class Numbers, class Work> auto with_numbers(Program program, const Work &work)
   {
-    return rolling ? work(ProgramScene<Program::Rolling, Numbers>())
-                   : work(ProgramScene<Program::General, Numbers>());
+    switch (program) {
+#define RVE_WITH_PROGRAM(name, law, books, small, prepared) \
+  case Program::name:                                       \
+    return work(ProgramScene<Program::prepared, Numbers>());
+      RVE_PROGRAMS(RVE_WITH_PROGRAM)
+#undef RVE_WITH_PROGRAM
+    }
+    return work(ProgramScene<Program::General, Numbers>());
   }
 
   /// work(a scene), in numbers as `format` says, whose pairs remember what images hold.
-  template <class Work> auto with_scene(Format format, bool rolling, const Work &work)
+  template <class Work> auto with_scene(Format format, Program memory, const Work &work)
   {
     switch (format) {
       case Format::Fast:
-        return with_rolling<FastNumbers>(rolling, work);
+        return with_numbers<FastNumbers>(memory, work);
       case Format::Mixed:
-        return with_rolling<MixedNumbers>(rolling, work);
+        return with_numbers<MixedNumbers>(memory, work);
       case Format::Single:
-        return with_rolling<SingleNumbers>(rolling, work);
+        return with_numbers<SingleNumbers>(memory, work);
       default:
-        return with_rolling<DoubleNumbers>(rolling, work);
+        return with_numbers<DoubleNumbers>(memory, work);
     }
   }
 
@@ -238,30 +245,30 @@ void set_material_in(ImageHeader &header, const Material &material)
   header.all_forces_count = all_forces_count(material) ? 1 : 0;
 }
 
-StateImage build_image(Format format, const RveState &state, int extra_capacity, bool rolling)
+StateImage build_image(Format format, const RveState &state, int extra_capacity, Program memory)
 {
-  return with_scene(format, rolling, [&](auto scene) {
+  return with_scene(format, memory, [&](auto scene) {
     return build<decltype(scene)>(state, extra_capacity);
   });
 }
 
-RveState read_image(Format format, const StateImage &image)
+RveState read_image(Format format, const StateImage &image, Program memory)
 {
-  return with_scene(format, image.rolling, [&](auto scene) {
+  return with_scene(format, memory, [&](auto scene) {
     return read<decltype(scene)>(image);
   });
 }
 
-void turn_image(Format format, StateImage &image, const Tensor2 &rotation)
+void turn_image(Format format, StateImage &image, const Tensor2 &rotation, Program memory)
 {
-  with_scene(format, image.rolling, [&](auto scene) {
+  with_scene(format, memory, [&](auto scene) {
     turn<decltype(scene)>(image, rotation);
   });
 }
 
-std::size_t image_bytes(Format format, int num_grains, int extra_capacity, bool rolling)
+std::size_t image_bytes(Format format, int num_grains, int extra_capacity, Program memory)
 {
-  return with_scene(format, rolling, [&](auto scene) {
+  return with_scene(format, memory, [&](auto scene) {
     return image_size<decltype(scene)>(num_grains, extra_capacity);
   });
 }

@@ -94,9 +94,7 @@ struct RveState {
   double void_ratio() const { return cell_area() / solid_area() - 1.0; }    ///< [-]
   double mass() const;                                                      ///< [mass]
 
-  /// Whether a pair has a rolling force; and whether one has or may get one.
   bool has_rolling_forces() const;
-  bool needs_rolling_forces() const { return resists_rolling(material) || has_rolling_forces(); }
 
   /// Cartesian positions (N, 2) in the cell at the origin [length].
   std::vector<double> positions() const;

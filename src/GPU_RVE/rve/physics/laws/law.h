@@ -11,6 +11,7 @@
 //                              made. seen_from_partner(history): as its other grain sees it; in_units(history, force, length): with each
 //                              number multiplied by its unit; of_pair, to_pair: what a Pair of engine/state.h has of it
 //   tangential_force(history)  on the first grain
+//   contact_law                of which materials it is (physics/material.h)
 //   has_friction, has_rolling, is_damped
 //                              what it has, so that programs leave out what needs it
 //   evaluate(contact, i, j, velocity_gradient, history, dt)

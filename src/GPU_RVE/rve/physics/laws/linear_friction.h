@@ -4,6 +4,7 @@
 #define RVE_PHYSICS_LAWS_LINEAR_FRICTION_H
 
 #include "rve/physics/laws/disk_contact.h"
+#include "rve/physics/material.h"
 #include "rve/physics/normal_force.h"
 #include "rve/physics/tangential_force.h"
 
@@ -43,6 +44,7 @@ inline namespace RVE_ISA {
     using History = typename Numbers::Spring;    ///< tangential force
     using Force = ContactForce<Real, History>;
     using Constants = LinearConstants<Numbers>;
+    static constexpr ContactLaw contact_law = ContactLaw::Linear;
     static constexpr bool has_friction = Frictional;
     static constexpr bool has_rolling = false;
     static constexpr bool is_damped = Damped;
