@@ -20,15 +20,15 @@ template <int D> struct Support {
   AxisWeights axis[D];
   double per_cell;    ///< 1 / cell size [1/length]
 
-  RVE_HD int node(const Place<D> &place) const
+  RVE_INLINE int node(const Place<D> &place) const
   {
     return node(place, std::make_index_sequence<D - 1>());
   }
-  RVE_HD double value(const Place<D> &place) const
+  RVE_INLINE double value(const Place<D> &place) const
   {
     return value(place, std::make_index_sequence<D>());
   }
-  RVE_HD Vec<D> gradient(const Place<D> &place) const
+  RVE_INLINE Vec<D> gradient(const Place<D> &place) const
   {
     Vec<D> gradient;
     for (int c = 0; c < D; ++c) {
@@ -57,19 +57,19 @@ template <int D> struct Support {
  private:
   // No loops: inside of those over the nodes, a compiler for a device would not unroll all of them.
   template <std::size_t... A>
-  RVE_HD int node(const Place<D> &place, std::index_sequence<A...>) const
+  RVE_INLINE int node(const Place<D> &place, std::index_sequence<A...>) const
   {
     return (first_node + ... + (place[A + 1] * stride[A])) + place[0];
   }
   template <std::size_t... A>
-  RVE_HD double value(const Place<D> &place, std::index_sequence<A...>) const
+  RVE_INLINE double value(const Place<D> &place, std::index_sequence<A...>) const
   {
     return (... * axis[A].value[place[A]]);
   }
 };
 
 /// visit(place) for the nodes of a support, those along the first axis one after the other: sums of real numbers keep their bits.
-template <int D, class Visit> RVE_HD void each_node(const Visit &visit)
+template <int D, class Visit> RVE_INLINE void each_node(const Visit &visit)
 {
   static_assert(D == 2, "a loop for each axis");
   for (int b = 0; b < 3; ++b)
@@ -107,7 +107,7 @@ RVE_HD void scatter(const Support<D> &support, const rve::FixedScale &scale, dou
                     const Share &share, Sums sums, int c)
 {
   std::int64_t left = scale.integer(total);
-  each_node<D>([&](const Place<D> &place) {
+  each_node<D>([&](const Place<D> &place) RVE_INLINE_LAMBDA {
     const std::int64_t part = scale.integer(share(place));
     add_to(sums, static_cast<std::size_t>(support.node(place)) * C + c, part);
     left -= part;
@@ -121,7 +121,7 @@ template <int D, class Field>
 RVE_HD Vec<D> interpolate(const Support<D> &support, const Field &field)
 {
   Vec<D> sum = Vec<D>::zero();
-  each_node<D>([&](const Place<D> &place) {
+  each_node<D>([&](const Place<D> &place) RVE_INLINE_LAMBDA {
     sum = sum + support.value(place) * field[support.node(place)];
   });
   return sum;
@@ -132,7 +132,7 @@ template <int D, class Field>
 RVE_HD Tensor<D> interpolate_gradient(const Support<D> &support, const Field &field)
 {
   Tensor<D> sum = Tensor<D>::zero();
-  each_node<D>([&](const Place<D> &place) {
+  each_node<D>([&](const Place<D> &place) RVE_INLINE_LAMBDA {
     sum = sum + dyad(field[support.node(place)], support.gradient(place));
   });
   return sum;
