@@ -338,7 +338,7 @@ double FixRve::engine_time() const
   return impl->points->engine_time();
 }
 
-mpm::Constitutive *FixRve::constitutive()
+mpm::Constitutive<2> *FixRve::constitutive()
 {
   if (impl->settings.driver != RveDriver::Mpm)
     error->all(FLERR, "fix rve {} must have drive mpm to serve as a material of fix mpm", id);

@@ -328,7 +328,7 @@ namespace {
   {
     constexpr double CELL = 0.05, STEP = 2e-4;
     constexpr int STEPS = 50;
-    mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.0}}, CELL);
+    mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.0}}, CELL);
     options.scheme = scheme;
     options.shape = shape;
     options.damping = shape == mpm::ShapeFunction::Gimp ? 0.05 : 0.0;
@@ -349,7 +349,7 @@ namespace {
     const int footing = scene.size();
     scene.add_block({{0.5, 0.8}}, {{0.55, 0.95}}, CELL, 2000.0);
     Random random(5);
-    std::vector<mpm::TractionLoad> loads(1);
+    std::vector<mpm::TractionLoad<2>> loads(1);
     loads[0].traction = {{1e3, -20e3}};
     for (int p = 0; p < scene.size(); ++p) {
       scene.rigid_body[p] = p < ground ? -1 : p < footing ? 0 : 1;
@@ -361,10 +361,10 @@ namespace {
         loads[0].point_index.push_back(p);
     }
 
-    mpm::LinearElastic elastic(10e6, 0.3);
+    mpm::LinearElastic<2> elastic(10e6, 0.3);
     mpm::MohrCoulomb frictional(10e6, 0.3, 2e3, 30.0, 5.0);    // libm: its angles
     scene.begin_memory(frictional);
-    mpm::MpmSolver solver(options);
+    mpm::MpmSolver<2> solver(options);
     solver.set_models({&elastic, &frictional});
     solver.set_body_velocity(0, {{0.0, -0.2}});
     solver.set_body_velocity(1, {{0.05, 0.0}});
