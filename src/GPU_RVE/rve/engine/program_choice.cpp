@@ -71,6 +71,16 @@ Program memory_program(const ContactModel &contacts)
   return found->memory;
 }
 
+Program richest_program(ContactLaw law)
+{
+  const auto last = std::find_if(TABLE.rbegin(), TABLE.rend(), [&](const ProgramFeatures &one) {
+    return one.contacts.law == law;
+  });
+  require(last != TABLE.rend(),
+          std::string("there is no program for the contact law ") + word_of(law));
+  return last->memory;
+}
+
 Program choose_program(Program memory, const CallNeeds &needs)
 {
   const auto found = std::find_if(TABLE.begin(), TABLE.end(), [&](const ProgramFeatures &one) {

@@ -107,6 +107,11 @@ namespace {
           return std::string(parameter.what) + " is " + number(value) + " " + parameter.unit +
               "; it must lie in [0, 1)";
         });
+        return;
+      case MaterialRange::Switch:
+        require(value == 0.0 || value == 1.0, [&] {
+          return std::string(parameter.what) + " is " + number(value) + "; it must be 0 or 1";
+        });
     }
   }
 

@@ -51,7 +51,8 @@ enum class MaterialRange {
   Positive,       ///< above 0
   NotNegative,    ///< 0 and above
   Friction,    ///< 0 to 1e10: beyond it forces along contacts have no digits in common with those across them
-  Fraction    ///< [0, 1)
+  Fraction,    ///< [0, 1)
+  Switch       ///< 0 or 1
 };
 
 /// The contact laws that have a parameter, a bit each. A parameter of no law is one of the grains.
