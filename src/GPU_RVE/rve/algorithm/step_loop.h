@@ -38,7 +38,7 @@ inline namespace RVE_ISA {
     using Item = typename Block::Item;
     using Real = typename Scene::Real;
     using Wide = typename Scene::Wide;
-    using Spring = typename Scene::Spring;
+
     using Sum = typename Scene::Sum;
     using Begin = CallBegin<Block, Scene>;
     using Planning = StepPlanning<Block, Scene>;
@@ -418,7 +418,10 @@ inline namespace RVE_ISA {
       const ImageView<Scene> &image = call.image;
       const Real alpha = call.alpha;
       const Real to_user = static_cast<Real>(call.units.length);
-      const Spring history_to_user = static_cast<Spring>(call.units.force);
+      const double force_to_user = call.units.force, length_to_user = call.units.length;
+      const auto history_to_user = [=](const typename Scene::History &history) {
+        return Scene::Law::in_units(history, force_to_user, length_to_user);
+      };
       const bool moved = !evaluates();
       const bool relisted = call.num_rebuilds > 0;
       block.for_items(
@@ -435,7 +438,7 @@ inline namespace RVE_ISA {
             image.spin[i] = grain.spin;
             if (Scene::has_friction)
               for (int k = 0; k < kOwnedPairs; ++k)
-                image.history[k * num_grains + i] = history_to_user * grains.history[k][i];
+                image.history[k * num_grains + i] = history_to_user(grains.history[k][i]);
             if (relisted) {
               image.list_position[i] = shared.response[i].list_position;
               for (int k = 0; k < kOwnedPairs; ++k)
@@ -448,7 +451,7 @@ inline namespace RVE_ISA {
         block.for_each(num_extra, [&](Item m) {
           image.extra_first[m] = call.pairs.extra_first[m];
           image.extra_second[m] = call.pairs.extra_second[m];
-          image.extra_history[m] = history_to_user * call.pairs.extra_history[m];
+          image.extra_history[m] = history_to_user(call.pairs.extra_history[m]);
         });
     }
 
