@@ -33,9 +33,31 @@ template <class T> void apply_all(const T *x, const T *y, const T *z, T (*result
         select(a >= b, a, c), select(a <= b, a, c), select(a != b, a, c), where(a < b, c)})
     result.store(results[k++]);
 }
+
+template <class T, class Number>
+void mask_records(const T *x, rve_test::PackRecord<Number> *records)
+{
+  using Numbers = Pack<Number, 8>;
+  const auto record = load_records<rve_test::PackRecord<Numbers>, Numbers>(records);
+  PackTruth<Number, 8> keeps;
+  convert_truth(Pack<T, 8>::load(x) >= Pack<T, 8>(T(0)), keeps);
+  store_records<Numbers>(where(keeps, record), records);
+}
 }    // namespace
 
 namespace rve_test {
+void pack_mask_records(const float *x, PackRecord<double> *records)
+{
+  mask_records(x, records);
+}
+void pack_mask_records(const double *x, PackRecord<double> *records)
+{
+  mask_records(x, records);
+}
+void pack_mask_records(const float *x, PackRecord<float> *records)
+{
+  mask_records(x, records);
+}
 void pack_convert(const std::int64_t *x, double *y)
 {
   convert_all(x, y);

@@ -19,6 +19,14 @@ constexpr int PACK_OPERATIONS = 18;
 void pack_apply(const float *x, const float *y, const float *z, float (*results)[8]);
 void pack_apply(const double *x, const double *y, const double *z, double (*results)[8]);
 
+/// Where x < 0 nothing is left of a record of K = 3 numbers, else it comes back as it was.
+template <class T> struct PackRecord {
+  T first, second, third;
+};
+void pack_mask_records(const float *x, PackRecord<double> *records);
+void pack_mask_records(const double *x, PackRecord<double> *records);
+void pack_mask_records(const float *x, PackRecord<float> *records);
+
 }    // namespace rve_test
 
 #endif

@@ -184,3 +184,28 @@ TYPED_TEST(Packs, ComputeAsOneNumber)
     }
   }
 }
+
+/// Histories of several numbers: a pair that does not touch forgets all of them, its neighbours in the pack none.
+template <class T, class Number> void expect_masked_records()
+{
+  const T x[8] = {1, -1, -2, 0, 3, -4, 5, 6};
+  PackRecord<Number> records[9];
+  for (int lane = 0; lane < 9; ++lane)
+    records[lane] = {Number(lane + 1), Number(-0.25 * lane), Number(100 + lane)};
+
+  pack_mask_records(x, records);
+
+  for (int lane = 0; lane < 8; ++lane) {
+    const bool kept = x[lane] >= T(0);
+    EXPECT_EQ(records[lane].first, kept ? Number(lane + 1) : Number(0)) << lane;
+    EXPECT_EQ(records[lane].second, kept ? Number(-0.25 * lane) : Number(0)) << lane;
+    EXPECT_EQ(records[lane].third, kept ? Number(100 + lane) : Number(0)) << lane;
+  }
+  EXPECT_EQ(records[8].first, Number(9));    // of the next pack
+}
+
+TYPED_TEST(Packs, RecordsOfNumbersAreMaskedLaneByLane)
+{
+  expect_masked_records<TypeParam, double>();
+  expect_masked_records<float, float>();
+}

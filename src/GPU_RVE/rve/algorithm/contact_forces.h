@@ -120,11 +120,14 @@ inline namespace RVE_ISA {
   {
     using Real = typename Scene::Real;
     using Sum = typename Scene::Sum;
-    const Truth<Real> touching = contact.overlap > Real(0);
-    if (can_skip(touching)) {
-      if constexpr (Scene::has_friction) history = typename Scene::History();
-      return;
+    // in packs `where` does what the branch does for one pair
+    if constexpr (std::is_same_v<Truth<Real>, bool>) {
+      if (!(contact.overlap > Real(0))) {
+        if constexpr (Scene::has_friction) history = typename Scene::History();
+        return;
+      }
     }
+    const Truth<Real> touching = contact.overlap > Real(0);
     const auto force = pair_force(step, contact, grain_i, grain_j, history);
     if constexpr (Scene::has_friction) {
       Truth<typename Scene::Spring> keeps;
@@ -138,17 +141,17 @@ inline namespace RVE_ISA {
             select(touching, Scene::Law::largest(force, sum.largest_force), sum.largest_force);
     }
     Vec<Sum, 3> on_j;
+    Sum torque_i(0);
     round_to(where(touching, -force.force[0]), on_j[0]);
     round_to(where(touching, -force.force[1]), on_j[1]);
-    sum.own[0] = wrapping_difference(sum.own[0], on_j[0]);
-    sum.own[1] = wrapping_difference(sum.own[1], on_j[1]);
     on_j[2] = Sum(0);
     if constexpr (Scene::has_friction) {
-      Sum torque_i;
       round_to(where(touching, force.torque_j), on_j[2]);
       round_to(where(touching, force.torque_i), torque_i);
-      sum.own[2] = wrapping_sum(sum.own[2], torque_i);
     }
+    sum.own[0] = wrapping_difference(sum.own[0], on_j[0]);
+    sum.own[1] = wrapping_difference(sum.own[1], on_j[1]);
+    sum.own[2] = wrapping_sum(sum.own[2], torque_i);
     add_to_j(on_j);
     if constexpr (WithStress) {
       add_love_term<typename Scene::Numbers>(force.force, contact.branch, sum.stress);

@@ -36,12 +36,6 @@ inline namespace RVE_ISA {
     return condition;
   }
 
-  /// Whether what a condition asks for can be left out. Not in packs: there `where` does what a branch does for one number.
-  RVE_INLINE bool can_skip(bool condition)
-  {
-    return !condition;
-  }
-
   /// The same truth for numbers of another width.
   RVE_INLINE void convert_truth(bool x, bool &y)
   {

@@ -260,11 +260,6 @@ inline namespace RVE_ISA {
   {
     return by_register(Simd<T>::both, condition.lanes, x);
   }
-  /// Where the condition holds for no number: a pack goes on with `where`, since some numbers nearly always need it.
-  template <class T, int N> RVE_INLINE constexpr bool can_skip(const PackTruth<T, N> &)
-  {
-    return false;
-  }
   /// A bit for each lane.
   template <class T, int N> RVE_INLINE int signs(const PackTruth<T, N> &condition)
   {
