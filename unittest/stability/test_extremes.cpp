@@ -1,6 +1,6 @@
 // The engine at the ends of what it may be asked: what must hold holds, or something says that it does not.
 //
-//   GPU_RVE_EXTREMES_LENGTH   percent of the ten million steps, thousand turns and so on, 1 (default) to 100
+//   GPU_RVE_EXTREMES_LENGTH   percent of the ten million steps, thousand turns and so on, 0.1 to 100, 1 by default
 //   GPU_RVE_EXTREMES_DEVICE   cpu (default), cuda or auto
 
 #include "stability/extremes.h"
@@ -20,7 +20,7 @@ namespace {
 double length()
 {
   const char *percent = std::getenv("GPU_RVE_EXTREMES_LENGTH");
-  return percent ? std::min(std::max(std::atof(percent), 1.0), 100.0) / 100.0 : 0.01;
+  return percent ? std::min(std::max(std::atof(percent), 0.1), 100.0) / 100.0 : 0.01;
 }
 
 Device device()
