@@ -36,7 +36,7 @@ inline namespace RVE_ISA {
       // A last call may have ended in the first touch of a collision: a unit from that would not reach the collision within
       // the repeats of a call.
       const double least =
-          spring_force(call, kLeastOverlapShare * header.mean_radius, header.mean_radius);
+          force_scale(call, kLeastOverlapShare * header.mean_radius, header.mean_radius);
       if (!(call.expected_force > least)) call.expected_force = least;
       call.units.choose_force(Scene::sum_bits, header.neighbor_bits, call.expected_force,
                               header.obliquity, header.inverse_obliquity);
@@ -81,8 +81,8 @@ inline namespace RVE_ISA {
       const double overlap = length * block.max_array(n, call.work.scratch);
       block.once([&] {
         call.expected_force =
-            spring_force(call, overlap > 0.0 ? overlap : kGasOverlapShare * header.mean_radius,
-                         header.mean_radius);
+            force_scale(call, overlap > 0.0 ? overlap : kGasOverlapShare * header.mean_radius,
+                        header.mean_radius);
       });
     }
 
@@ -91,15 +91,16 @@ inline namespace RVE_ISA {
     static RVE_INLINE double crushing_force(const PreparedCall<Scene> &call)
     {
       const double largest = call.header.largest_radius;
-      return spring_force(call, call.batch.overlap_limit * largest, largest) * call.units.per_force;
+      const ContactPlace deep{call.batch.overlap_limit * largest, largest, largest};
+      return law_of_script<Scene>(call).spring_force(deep) * call.units.per_force;
     }
 
    private:
     /// Of two equal grains [force], lengths in units of the script.
-    static RVE_INLINE double spring_force(const PreparedCall<Scene> &call, double overlap,
-                                          double radius)
+    static RVE_INLINE double force_scale(const PreparedCall<Scene> &call, double overlap,
+                                         double radius)
     {
-      return law_of_script<Scene>(call).spring_force({overlap, radius, radius});
+      return law_of_script<Scene>(call).force_scale({overlap, radius, radius});
     }
   };
 

@@ -99,8 +99,8 @@ void forget_absurd_force(RveState &state)
   double largest = with_law(state.material, [&](const auto &law) {
     double of_springs = 0.0;
     for (const TouchingPair &contact : find_contacts(state))
-      of_springs = std::max(of_springs, std::fabs(law.spring_force(place_of(state, contact))));
-    if (of_springs == 0.0) of_springs = std::fabs(law.spring_force(deepest)) / SURPRISE;
+      of_springs = std::max(of_springs, law.force_scale(place_of(state, contact)));
+    if (of_springs == 0.0) of_springs = law.force_scale(deepest) / SURPRISE;
     return std::max(of_springs, 2.0 * law.viscosity(deepest).normal * fastest);
   });
   for (const Pair &pair : state.pairs)
@@ -155,10 +155,12 @@ std::vector<SpringContact> find_spring_contacts(const RveState &state)
 {
   const std::vector<TouchingPair> geometries = find_contacts(state);
   const std::vector<SpringForces<double>> springs = spring_forces(state, geometries);
-  std::vector<double> normal_force;
+  std::vector<double> normal_force, limiting_force;
   with_law(state.material, [&](const auto &law) {
-    for (const TouchingPair &geometry : geometries)
+    for (const TouchingPair &geometry : geometries) {
       normal_force.push_back(law.spring_force(place_of(state, geometry)));
+      limiting_force.push_back(law.limiting_force(place_of(state, geometry)));
+    }
   });
   std::vector<SpringContact> contacts;
   contacts.reserve(geometries.size());
@@ -170,7 +172,7 @@ std::vector<SpringContact> find_spring_contacts(const RveState &state)
                                          state.fractional[2 * contact.geometry.second + a]);
     const Vec<double, 2> &n = contact.geometry.normal, along{{-n[1], n[0]}};
     contact.force_on_first = contact.springs.tangential * along - contact.normal_force * n;
-    const double limit = state.material.friction * contact.normal_force;
+    const double limit = state.material.friction * limiting_force[k];
     if (limit > 0.0) contact.mobilized_friction = std::fabs(contact.springs.tangential) / limit;
     contacts.push_back(contact);
   }

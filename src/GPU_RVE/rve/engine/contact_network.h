@@ -42,7 +42,8 @@ struct SpringContact {
   double normal_force;              ///< of the springs, repulsion positive [force]
   SpringForces<double> springs;     ///< tangential and rolling force [force]
   Vec<double, 2> force_on_first;    ///< -f_n n + f_t t, t = (-n_y, n_x) [force]
-  double mobilized_friction;        ///< |f_t| / (mu f_n), 1 where it slides; 1 without friction [-]
+  double
+      mobilized_friction;    ///< |f_t| over what friction allows, 1 where it slides; 1 without friction [-]
 };
 
 /// All contacts of the state, in the order of find_contacts().

@@ -95,6 +95,11 @@ inline namespace RVE_ISA {
     {
       return static_cast<double>(normal.stiffness) * place.overlap;
     }
+    RVE_INLINE double force_scale(const ContactPlace &place) const { return spring_force(place); }
+    RVE_INLINE double limiting_force(const ContactPlace &place) const
+    {
+      return spring_force(place);
+    }
     RVE_INLINE ContactModuli stiffness(const ContactPlace &) const
     {
       return {static_cast<double>(normal.stiffness),
