@@ -59,12 +59,11 @@ constexpr int kLargeBlock = 1024;
 /// Kernels of one program.
 struct ProgramKernels {
   KernelFunction kernel[kNumResidencies];    ///< null where there is none: another residency serves
-  KernelFunction
-      prepare;    ///< fills LaunchRecord::prepared, which is on chip meanwhile, and resets the queue
-  KernelSizes (*sizes)(int num_grains, bool in_registers, int pair_capacity, int steps_ahead);
+  /// Fills LaunchRecord::prepared, which is on chip meanwhile, and resets the queue. Null where another program's serves.
+  KernelFunction prepare;
 };
 
-/// Those that CMake's translation units have (cuda_program.cu.in). `prepare` and `sizes` are null where another program's serve.
+/// Those that CMake's translation units have (cuda_program.cu.in). None of a program that is compiled at run time.
 template <Program program, Format format, Arithmetic arithmetic> ProgramKernels cuda_kernels();
 
 #define RVE_DECLARE_KERNELS(name, law, books, small, prepared)                                 \
