@@ -199,7 +199,7 @@ void say(LAMMPS *lmp, const std::string &line)
 
 void warn_of_overlap(LAMMPS *lmp, const rve::PackingRecipe &recipe)
 {
-  const double strain = rve::contact_strain(recipe.pressure, recipe.material);
+  const double strain = rve::contact_strain(recipe);
   // beyond the largest one it is an error
   if (strain <= rve::SMALL_CONTACT_STRAIN || strain > rve::LARGEST_CONTACT_STRAIN) return;
   const double stiff = recipe.pressure * recipe.material.thickness / rve::SMALL_CONTACT_STRAIN;

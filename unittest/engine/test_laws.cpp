@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <type_traits>
@@ -35,7 +36,7 @@ Material all_that_contacts_have()
 template <class Law> Law law_of(const Material &material)
 {
   typename Law::Constants constants;
-  constants.set(material, 1.0, 0.5);
+  constants.set(material, LawUnits::same(), 0.5);
   Law law;
   law.take(constants);
   return law;
@@ -219,6 +220,61 @@ template <class Law> void expect_that_energy_is_balanced(bool dissipates)
     EXPECT_EQ(lost, 0.0);
 }
 
+/// The stiffness along the normal is the slope of the spring force; whoever says that moduli are constant means it; moduli grow with the
+/// overlap, so that those of grains that overlap wholly bound all.
+template <class Law> void expect_that_the_stiffness_is_the_slope_of_the_force()
+{
+  const Law law = law_of<Law>(all_that_contacts_have());
+  const ContactPlace whole{2.0 * RADIUS, RADIUS, RADIUS};
+  const ContactModuli most = law.stiffness(whole), most_viscous = law.viscosity(whole);
+  for (const double share : {1e-4, 1e-2, 0.3}) {
+    const ContactPlace place{share * RADIUS, RADIUS, 0.6 * RADIUS};
+    const double step = 1e-4 * place.overlap;
+    ContactPlace before = place, after = place;
+    before.overlap -= step;
+    after.overlap += step;
+    const ContactModuli stiffness = law.stiffness(place), viscosity = law.viscosity(place);
+    const double slope = (law.spring_force(after) - law.spring_force(before)) / (2.0 * step);
+    EXPECT_NEAR(stiffness.normal, slope, 1e-7 * slope);
+    EXPECT_EQ(stiffness.largest(),
+              std::max({stiffness.normal, stiffness.tangential, stiffness.rolling}));
+    EXPECT_EQ(stiffness.normal == most.normal, Law::has_constant_moduli);
+    EXPECT_LE(stiffness.normal, most.normal);
+    EXPECT_LE(stiffness.tangential, most.tangential);
+    EXPECT_LE(viscosity.largest(), most_viscous.largest());
+    EXPECT_EQ(stiffness.tangential > 0.0, Law::has_friction);
+    EXPECT_EQ(stiffness.rolling > 0.0, Law::has_rolling);
+    EXPECT_EQ(viscosity.largest() > 0.0, Law::is_damped);
+  }
+}
+
+/// At rest the normal force is that of the springs, and the tangential and rolling forces grow with their displacements as the moduli say.
+template <class Law> void expect_that_moduli_are_those_of_small_motions()
+{
+  using Real = typename Law::Numbers::Real;
+  const Law law = law_of<Law>(all_that_contacts_have());
+  const Real r = Real(RADIUS);
+  DiskMotion<Real> i{{{0, 0}}, 0, r}, j{{{0, 0}}, 0, r};
+  const auto contact = contact_geometry<Real>(
+      Vec<typename Law::Numbers::Wide, 2>{{1.98 * RADIUS, 0.0}}, 2.0 * RADIUS);
+  const ContactPlace place{contact.overlap, RADIUS, RADIUS};
+  const typename Law::History none = typename Law::History();
+  const auto none_moves = Tensor<Real, 2>::zero();
+  const auto at_rest = law.evaluate(contact, i, j, none_moves, none, Real(1e-6));
+  EXPECT_NEAR(at_rest.normal_force, law.spring_force(place), 1e-12 * law.spring_force(place));
+  EXPECT_EQ(at_rest.tangential, 0.0);
+
+  constexpr double DT = 1e-6;
+  const ContactModuli stiffness = law.stiffness(place), viscosity = law.viscosity(place);
+  j.velocity[1] = 1e-3;
+  const double across = law.evaluate(contact, i, j, none_moves, none, Real(DT)).tangential;
+  const double expected = (stiffness.tangential * DT + viscosity.tangential) * 1e-3;
+  EXPECT_NEAR(across, expected, 1e-12 * expected);
+  j.velocity = {{1e-3, 0.0}};
+  const double along = law.evaluate(contact, i, j, none_moves, none, Real(DT)).normal_force;
+  EXPECT_NEAR(along - at_rest.normal_force, -viscosity.normal * 1e-3, 1e-12 * at_rest.normal_force);
+}
+
 template <class Law> void check_in_this_format()
 {
   expect_that_a_law_has_the_parameters_that_it_says<Law>();
@@ -252,6 +308,17 @@ TEST(LawsOfThePrograms, BalanceTheEnergyOfAContactThatSlidesAndRolls){
   {                                                                                       \
     SCOPED_TRACE(#name);                                                                  \
     expect_that_energy_is_balanced<law<DoubleNumbers>>(law<DoubleNumbers>::has_friction); \
+  }
+    RVE_PROGRAMS(RVE_CHECK)
+#undef RVE_CHECK
+}
+
+TEST(LawsOfThePrograms, ModuliAreThoseOfTheirForces){
+#define RVE_CHECK(name, law, books, small, prepared)                           \
+  {                                                                            \
+    SCOPED_TRACE(#name);                                                       \
+    expect_that_the_stiffness_is_the_slope_of_the_force<law<DoubleNumbers>>(); \
+    expect_that_moduli_are_those_of_small_motions<law<DoubleNumbers>>();       \
   }
     RVE_PROGRAMS(RVE_CHECK)
 #undef RVE_CHECK

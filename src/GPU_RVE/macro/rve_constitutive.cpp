@@ -2,6 +2,8 @@
 
 #include "rve/core/pi.h"
 #include "rve/core/threads.h"
+#include "rve/engine/contact_laws.h"
+#include "rve/engine/substeps.h"
 
 #include <algorithm>
 #include <cmath>
@@ -32,7 +34,8 @@ void RveConstitutive::update(int count, const int *point_index,
 }
 
 // Voigt's bound: grains that move with the mean field give C = (1/V) sum l^2 (k_n nnnn + k_t nttn), and along any direction
-// k_n n^4 + k_t n^2 (1 - n^2) <= max(k_n, k_t) n^2, whose mean is the fabric. l^2 is taken as 4 <r^2>, V = area * thickness.
+// k_n n^4 + k_t n^2 (1 - n^2) <= max(k_n, k_t) n^2, whose mean is the fabric. l^2 is taken as 4 <r^2>, V = area * thickness, the overlap
+// as its mean.
 double RveConstitutive::p_wave_modulus(int point_index) const
 {
   const rve::Result &result = owner.point(point_index).result;
@@ -40,7 +43,11 @@ double RveConstitutive::p_wave_modulus(int point_index) const
   const double half_difference = 0.5 * (result.fabric(0, 0) - result.fabric(1, 1));
   const double largest_fabric =
       0.5 * rve::trace(result.fabric) + std::hypot(half_difference, result.fabric(0, 1));
-  const double stiffness = std::max(material.normal_stiffness, material.tangential_stiffness);
+  const double radius = 0.5 * rve::grain_size(result);
+  const rve::ContactModuli moduli = rve::with_law(material, [&](const auto &law) {
+    return law.stiffness({2.0 * radius * result.mean_overlap, radius, radius});
+  });
+  const double stiffness = std::max(moduli.normal, moduli.tangential);
   const double contacts_per_grain = 0.5 * result.coordination_number;
   const double solid_fraction = 1.0 / (1.0 + result.void_ratio);
   // sum l^2 / area = contacts * 4 <r^2> / area, and grains * pi <r^2> = solid fraction * area

@@ -38,7 +38,7 @@ inline namespace RVE_ISA {
       const Real limit = static_cast<Real>(call.units.force_limit),
                  crushing = static_cast<Real>(ForceUnits<Block, Scene>::crushing_force(call));
       // the largest force is then that of a normal spring
-      const bool springs_only = call.header.material.normal_viscosity == 0.0 &&
+      const bool springs_only = !Scene::Law::has_normal_dashpot(call.header.material) &&
           !(Scene::books && call.header.all_forces_count);
       std::uint32_t word = status::Ok;
       if (block.any(call.num_grains, [&](Item i) {

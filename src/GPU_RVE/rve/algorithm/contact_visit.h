@@ -8,6 +8,14 @@
 namespace rve {
 inline namespace RVE_ISA {
 
+  template <class Contact, class Numbers>
+  RVE_INLINE ContactPlace place_of(const Contact &contact, const GrainView<Numbers> &i,
+                                   const GrainView<Numbers> &j)
+  {
+    return {static_cast<double>(contact.overlap), static_cast<double>(i.radius),
+            static_cast<double>(j.radius)};
+  }
+
   /// A second look at all contacts, with the cell of `step`: visit(i, j, grain_i, grain_j, contact, history) from inside the phase
   /// that calls this for item i.
   template <class Scene, class Visit>

@@ -4,23 +4,30 @@
 #define RVE_ALGORITHM_FORCE_UNITS_H
 
 #include "rve/algorithm/call_state.h"
+#include "rve/physics/laws/law.h"
 
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Guess of the largest force in a packing without contacts, as an overlap over the mean radius. A wrong guess costs accuracy
-  /// of the first contacts or a repeat of the call, never a wrong force.
-  constexpr double kGasOverlapShare = 1e-3;
-
   /// Overlap over the mean radius that the force scale never goes below: stiffer than any packing that a format can hold.
   constexpr double kLeastOverlapShare = 1e-9;
+
+  /// The contact law in `double` and in units of the script.
+  template <class Scene> RVE_INLINE auto law_of_script(const PreparedCall<Scene> &call)
+  {
+    using Law = typename Scene::Law::template In<DoubleNumbers>;
+    typename Law::Constants constants;
+    constants.set(call.header.material, LawUnits::same(), call.batch.velocity_arm);
+    Law law;
+    law.take(constants);
+    return law;
+  }
 
   /// Chooses units, and the contact law in them.
   template <class Block, class Scene> struct ForceUnits {
     using Item = typename Block::Item;
     using Real = typename Scene::Real;
     using Wide = typename Scene::Wide;
-    using Law = typename Scene::Law;
 
     /// Force unit and contact law in internal units. By one thread.
     static RVE_INLINE void choose_units(PreparedCall<Scene> &call)
@@ -29,12 +36,12 @@ inline namespace RVE_ISA {
       // A last call may have ended in the first touch of a collision: a unit from that would not reach the collision within
       // the repeats of a call.
       const double least =
-          Law::normal_force_at(header.material, kLeastOverlapShare * header.mean_radius);
+          spring_force(call, kLeastOverlapShare * header.mean_radius, header.mean_radius);
       if (!(call.expected_force > least)) call.expected_force = least;
       call.units.choose_force(Scene::sum_bits, header.neighbor_bits, call.expected_force,
                               header.obliquity, header.inverse_obliquity);
-      const double stiffness_unit = call.units.length * call.units.per_force;
-      call.law.set(header.material, stiffness_unit, call.batch.velocity_arm);
+      call.law.set(header.material, LawUnits{call.units.length, call.units.per_force},
+                   call.batch.velocity_arm);
       call.law.dt = static_cast<Real>(call.drive.substeps > 0 ? call.drive.dt : 0.0);
       call.alpha = static_cast<Real>(header.material.local_damping);
       const double crushing = crushing_force(call);
@@ -73,8 +80,9 @@ inline namespace RVE_ISA {
       });
       const double overlap = length * block.max_array(n, call.work.scratch);
       block.once([&] {
-        call.expected_force = Law::normal_force_at(
-            header.material, overlap > 0.0 ? overlap : kGasOverlapShare * header.mean_radius);
+        call.expected_force =
+            spring_force(call, overlap > 0.0 ? overlap : kGasOverlapShare * header.mean_radius,
+                         header.mean_radius);
       });
     }
 
@@ -82,9 +90,16 @@ inline namespace RVE_ISA {
     /// others are looked at in the end [internal force].
     static RVE_INLINE double crushing_force(const PreparedCall<Scene> &call)
     {
-      return Law::normal_force_at(call.header.material,
-                                  call.batch.overlap_limit * call.header.largest_radius) *
-          call.units.per_force;
+      const double largest = call.header.largest_radius;
+      return spring_force(call, call.batch.overlap_limit * largest, largest) * call.units.per_force;
+    }
+
+   private:
+    /// Of two equal grains [force], lengths in units of the script.
+    static RVE_INLINE double spring_force(const PreparedCall<Scene> &call, double overlap,
+                                          double radius)
+    {
+      return law_of_script<Scene>(call).spring_force({overlap, radius, radius});
     }
   };
 

@@ -12,10 +12,10 @@ inline namespace RVE_ISA {
 
   /// Fills detail.stiffness, the AffineStiffness of engine/affine_stiffness.h, as sums of integers over the contacts.
   ///
-  /// Their unit is 2^-40 K L^2: K the power of two above k_n and k_t, L the internal length, which branches and overlaps do not reach.
-  /// A term is below 3 K L^2 + 2 |f_t| L. With |f_t| cut at 8 K L, where a spring is stretched by more than four of the largest
-  /// grains, that is less than 2^5 K L^2, and 2^17 terms stay within 62 bits. The unit does not depend on forces, and neither do
-  /// the bits of the result depend on the force unit: they are the configuration's, whichever call asks for them.
+  /// Their unit is 2^-40 K L^2: K the power of two above k_n and k_t where the largest grains overlap wholly, L the internal length, which
+  /// branches and overlaps do not reach. A term is below 3 K L^2 + 2 |f_t| L. With forces cut at 8 K L, where a spring is stretched by
+  /// more than four of the largest grains, that is less than 2^5 K L^2, and 2^17 terms stay within 62 bits. The unit does not depend on
+  /// forces, and neither do the bits of the result depend on the force unit: they are the configuration's, whichever call asks for them.
   template <class Block, class Scene>
   RVE_COLD void sum_stiffness(Block block, const CallState<Scene> &call, int step_number,
                               DetailRecord &detail)
@@ -24,27 +24,32 @@ inline namespace RVE_ISA {
     const StepPlan<typename Scene::Numbers> &plan = call.planned(step_number);
     const StepConstants<Scene> step = step_constants<Scene>(call.law, plan);
     const ImageHeader &header = call.header;
-    const double k_n = static_cast<double>(call.law.normal_stiffness);
-    const double k_t =
-        header.material.friction > 0.0 ? static_cast<double>(call.law.tangential_stiffness) : 0.0;
-    const int bits = floor_log2(k_n > k_t ? k_n : k_t) + 1;    // of K, with L = 1
-    const double per_unit = power_of_two(40 - bits), largest_spring = power_of_two(bits + 3);
+    const double largest = header.largest_radius * call.units.per_length;
+    const ContactModuli most = step.law.stiffness({2.0 * largest, largest, largest});
+    const int bits = floor_log2(larger(most.normal, most.tangential)) + 1;    // of K, with L = 1
+    const double per_unit = power_of_two(40 - bits), largest_force = power_of_two(bits + 3);
+    const auto bounded = [&](double force) {
+      const double cut = force < largest_force ? force : largest_force;
+      return cut > -largest_force ? cut : -largest_force;
+    };
 
     const auto sums =
         block.template sum_items<kStiffness>(call.num_grains, [&](Item i, std::int64_t *sum) {
           visit_contacts(
               call, step, i,
-              [&](int, int, const auto &, const auto &, const auto &contact,
+              [&](int, int, const auto &one, const auto &other, const auto &contact,
                   typename Scene::History history) {
+                const ContactPlace place = place_of(contact, one, other);
+                const ContactModuli moduli = step.law.stiffness(place);
                 const double nx = static_cast<double>(contact.normal[0]),
                              ny = static_cast<double>(contact.normal[1]);
                 const double l = per_unit * static_cast<double>(contact.distance);
-                const double k_l = k_n * static_cast<double>(contact.distance);
-                const double f_n = k_n * static_cast<double>(contact.overlap);
-                const double spring = static_cast<double>(Scene::Law::tangential_force(history));
-                const double bounded = spring < largest_spring ? spring : largest_spring;
-                const double f_t = bounded > -largest_spring ? bounded : -largest_spring;
-                const double turned = k_t * static_cast<double>(contact.distance) - f_n;
+                const double k_l = moduli.normal * static_cast<double>(contact.distance);
+                const double f_n = bounded(step.law.spring_force(place));
+                const double f_t =
+                    bounded(static_cast<double>(Scene::Law::tangential_force(history)));
+                const double turned =
+                    moduli.tangential * static_cast<double>(contact.distance) - f_n;
                 // on the first grain, with t = (-n_y, n_x)
                 const double fx = -(f_n * nx) - f_t * ny, fy = f_t * nx - f_n * ny;
                 // l (df (x) n + f (x) (eps n - tr(eps) n)), with (eps n - tr(eps) n) = (sx, sy)

@@ -12,15 +12,11 @@
 #define RVE_ALGORITHM_STABILITY_BOUND_H
 
 #include "rve/algorithm/contact_visit.h"
+#include "rve/algorithm/force_units.h"
 #include "rve/physics/integrator.h"
 
 namespace rve {
 inline namespace RVE_ISA {
-
-  /// Springs or dashpots of a contact, over the largest of them.
-  struct RelativeModuli {
-    double normal, tangential, rolling;
-  };
 
   /// Largest eigenvalue of the symmetric matrix (xx, yy, ww, xy, xw, yw), positive semidefinite: Newton's method comes down to
   /// the largest root of the characteristic polynomial, so that no step is below it.
@@ -49,11 +45,46 @@ inline namespace RVE_ISA {
     double *weight, *value;
   };
 
-  /// Bound of the largest eigenvalue of M^-1 K, of the network and of one contact, in units of the largest modulus over the mass of
-  /// a disk of radius one, all in internal lengths. Stops when it is below `sufficient`.
+  /// Overlap of a contact that may come any time [internal length]: as deep as the deepest one that is there, or as in a gas.
+  template <class Block, class Scene>
+  RVE_COLD double coming_overlap(Block block, const CallState<Scene> &call,
+                                 const StepConstants<Scene> &step, double *value)
+  {
+    using Item = typename Block::Item;
+    if constexpr (Scene::Law::has_constant_moduli) return 0.0;
+    block.for_each(call.num_grains, [&](Item i) {
+      double most = 0.0;
+      visit_contacts(
+          call, step, i,
+          [&](int, int, const auto &, const auto &, const auto &contact, typename Scene::History) {
+            most = larger(most, static_cast<double>(contact.overlap));
+          });
+      value[i] = most;
+    });
+    const double deepest = block.max_array(call.num_grains, value);
+    return deepest > 0.0 ? deepest
+                         : kGasOverlapShare * call.header.mean_radius * call.units.per_length;
+  }
+
+  /// Springs or dashpots: both are quadratic forms of the same stretches.
+  enum class ModuliKind { Springs, Dashpots };
+
+  /// Of a contact in units of the script, at a place in lengths that are so many of the script's.
+  template <class Law>
+  RVE_INLINE ContactModuli moduli_at(const Law &law, ModuliKind kind, double length,
+                                     const ContactPlace &place)
+  {
+    const ContactPlace there{length * place.overlap, length * place.radius_i,
+                             length * place.radius_j};
+    return kind == ModuliKind::Springs ? law.stiffness(there) : law.viscosity(there);
+  }
+
+  /// Bound of the largest eigenvalue of M^-1 K, of the network and of one contact that may come, in units of `largest` over the mass of a
+  /// disk of radius one, all in internal lengths. `largest` is no less than any modulus of K. Stops when it is below `sufficient`.
   template <class Block, class Scene>
   RVE_COLD double bound_eigenvalue(Block block, const CallState<Scene> &call, int step_number,
-                                   RelativeModuli moduli, BoundArrays arrays, double sufficient)
+                                   ModuliKind kind, double largest, BoundArrays arrays,
+                                   double sufficient)
   {
     using Item = typename Block::Item;
     // more gain little; six leave three percent of a time step in dense and loose packings, these one
@@ -84,16 +115,26 @@ inline namespace RVE_ISA {
       });
       second = block.max_array(n, arrays.value);
     }
+    const auto law = law_of_script(call);
+    const auto relative_moduli = [&](const ContactPlace &place) {
+      const ContactModuli moduli = moduli_at(law, kind, call.units.length, place);
+      return ContactModuli{moduli.normal / largest, moduli.tangential / largest,
+                           moduli.rolling / largest};
+    };
+    const ContactModuli coming =
+        relative_moduli({coming_overlap(block, call, step, arrays.value), 1.0 / std::sqrt(lightest),
+                         1.0 / std::sqrt(second)});
     const double of_pair =
-        larger(moduli.normal * (lightest + second),
-               3.0 * moduli.tangential * (lightest + second) + 2.0 * moduli.rolling * lightest);
+        larger(coming.normal * (lightest + second),
+               3.0 * coming.tangential * (lightest + second) + 2.0 * coming.rolling * lightest);
     double least = 0.0;
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
       block.for_each(n, [&](Item item) {
         visit_contacts(
             call, step, item,
-            [&](int first, int second, const auto &, const auto &, const auto &contact,
+            [&](int first, int second, const auto &one, const auto &other, const auto &contact,
                 typename Scene::History) {
+              const ContactModuli moduli = relative_moduli(place_of(contact, one, other));
               const double nx = static_cast<double>(contact.normal[0]),
                            ny = static_cast<double>(contact.normal[1]);
               const double overlap = static_cast<double>(contact.overlap);
@@ -174,31 +215,26 @@ inline namespace RVE_ISA {
     arrays.block = spare.template take<std::int64_t>(6 * n);
     arrays.weight = spare.template take<double>(n);
     arrays.value = spare.template take<double>(n);
-    const bool slides = header.material.friction > 0.0;
-    const bool rolls = header.material.rolling_friction > 0.0;
     const double length = call.units.length;
     const double per_mass = 1.0 / (call.mass_factor * (length * length));
     const double gain = 1.0 + header.material.local_damping, enough = call.drive.dt;
     // covers the rounding of directions to the format
     constexpr double kMargin = 1.0 + 1e-5;
-    const auto eigenvalue = [&](double k_n, double k_t, double k_r, double sufficient) {
-      const double largest = larger(larger(k_n, k_t), k_r);
+    const auto eigenvalue = [&](ModuliKind kind, double sufficient) {
+      // moduli grow with overlaps and radii
+      const double radius = header.largest_radius;
+      const double largest =
+          moduli_at(law_of_script(call), kind, 1.0, {2.0 * radius, radius, radius}).largest();
       if (!(largest > 0.0)) return 0.0;
       const double unit = kMargin * (largest * per_mass);
       return unit *
-          bound_eigenvalue(block, call, step_number,
-                           RelativeModuli{k_n / largest, k_t / largest, k_r / largest}, arrays,
-                           sufficient / unit);
+          bound_eigenvalue(block, call, step_number, kind, largest, arrays, sufficient / unit);
     };
-    const double dashpot_rate =
-        eigenvalue(header.material.normal_viscosity,
-                   slides ? header.material.tangential_viscosity : 0.0, 0.0, 0.0);
+    const double dashpot_rate = eigenvalue(ModuliKind::Dashpots, 0.0);
     // what `enough` asks for: 4/enough >= b + sqrt(b^2 + 4 gain w^2)
     const double rate = 4.0 / enough, b = gain * dashpot_rate;
     const double sufficient = rate > b ? rate * (rate - 2.0 * b) / (4.0 * gain) : 0.0;
-    const double frequency_squared = eigenvalue(
-        header.material.normal_stiffness, slides ? header.material.tangential_stiffness : 0.0,
-        rolls ? header.material.rolling_stiffness : 0.0, sufficient);
+    const double frequency_squared = eigenvalue(ModuliKind::Springs, sufficient);
     block.once([&] {
       detail.stiffness[0] =
           leapfrog_bound(frequency_squared, dashpot_rate, header.material.local_damping);

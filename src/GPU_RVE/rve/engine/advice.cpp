@@ -2,6 +2,7 @@
 
 #include "rve/core/error.h"
 #include "rve/core/pi.h"
+#include "rve/engine/contact_laws.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/substeps.h"
 
@@ -125,11 +126,18 @@ std::vector<Advice> advice(Format format, const Result &result, const Material &
                         " [-]) and the stress is zero: the packing is a gas; to bear load "
                         "it must be compressed, or strained less"});
 
+  const double radius = 0.5 * grain_size(result);
+  const ContactPlace place{2.0 * radius * overlap, radius, radius};
+  double spring_force = 0.0, tangential_stiffness = 0.0;
+  with_law(material, [&](const auto &law) {
+    spring_force = law.spring_force(place);
+    tangential_stiffness = law.stiffness(place).tangential;
+  });
   if (is_fp32(format) && in_contact && motion.strain_rate > 0.0 && motion.dt > 0.0 &&
-      material.friction > 0.0 && material.tangential_stiffness > 0.0) {
-    // a sliding contact carries mu k_n overlap, and the strain of a step adds k_t d strain to it
-    const double limit = UNITS_PER_STEP * 0x1p-24 * material.friction * material.normal_stiffness *
-        overlap / material.tangential_stiffness / motion.dt;
+      tangential_stiffness > 0.0) {
+    // a sliding contact carries mu f_n, and the strain of a step adds k_t d strain to it
+    const double limit = UNITS_PER_STEP * 0x1p-24 * material.friction * spring_force /
+        (tangential_stiffness * 2.0 * radius) / motion.dt;
     if (motion.strain_rate < limit)
       list.push_back({AdviceKind::SlowStrain, motion.strain_rate, limit,
                       "the strain rate is " + rounded(motion.strain_rate) +

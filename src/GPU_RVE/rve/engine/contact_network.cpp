@@ -1,7 +1,6 @@
 #include "rve/engine/contact_network.h"
 
-#include "rve/core/numbers.h"
-#include "rve/physics/laws/rolling_friction.h"
+#include "rve/engine/contact_laws.h"
 
 #include <algorithm>
 #include <cmath>
@@ -83,22 +82,29 @@ Vec<double, 2> branch_vector(const RveState &state, int i, int j)
   return state.cell * difference;
 }
 
+ContactPlace place_of(const RveState &state, const TouchingPair &contact)
+{
+  return {contact.overlap, state.radius[contact.first], state.radius[contact.second]};
+}
+
 void forget_absurd_force(RveState &state)
 {
   // A call may have seen larger forces than its end: a collision, a dashpot. Ten bits of the sums are left for that, and without
   // contacts all that two of the largest grains can bear.
   constexpr double SURPRISE = 1024.0;
-  const double stiffness = state.material.normal_stiffness;
-  double largest = 0.0;
-  for (const TouchingPair &contact : find_contacts(state))
-    largest = std::max(largest, stiffness * contact.overlap);
-  if (largest == 0.0)
-    largest = stiffness * *std::max_element(state.radius.begin(), state.radius.end()) / SURPRISE;
-  for (const Pair &pair : state.pairs)
-    largest = std::max({largest, std::fabs(pair.tangential_force), std::fabs(pair.rolling_force)});
+  const double radius = *std::max_element(state.radius.begin(), state.radius.end());
+  const ContactPlace deepest{radius, radius, radius};
   double fastest = 0.0;
   for (const double component : state.velocity) fastest = std::max(fastest, std::fabs(component));
-  largest = std::max(largest, 2.0 * state.material.normal_viscosity * fastest);
+  double largest = with_law(state.material, [&](const auto &law) {
+    double of_springs = 0.0;
+    for (const TouchingPair &contact : find_contacts(state))
+      of_springs = std::max(of_springs, std::fabs(law.spring_force(place_of(state, contact))));
+    if (of_springs == 0.0) of_springs = std::fabs(law.spring_force(deepest)) / SURPRISE;
+    return std::max(of_springs, 2.0 * law.viscosity(deepest).normal * fastest);
+  });
+  for (const Pair &pair : state.pairs)
+    largest = std::max({largest, std::fabs(pair.tangential_force), std::fabs(pair.rolling_force)});
   if (state.largest_contact_force > SURPRISE * largest) state.largest_contact_force = 0.0;
 }
 
@@ -149,12 +155,16 @@ std::vector<SpringContact> find_spring_contacts(const RveState &state)
 {
   const std::vector<TouchingPair> geometries = find_contacts(state);
   const std::vector<SpringForces<double>> springs = spring_forces(state, geometries);
+  std::vector<double> normal_force;
+  with_law(state.material, [&](const auto &law) {
+    for (const TouchingPair &geometry : geometries)
+      normal_force.push_back(law.spring_force(place_of(state, geometry)));
+  });
   std::vector<SpringContact> contacts;
   contacts.reserve(geometries.size());
   for (std::size_t k = 0; k < geometries.size(); ++k) {
-    SpringContact contact{
-        geometries[k], {0, 0},           state.material.normal_stiffness * geometries[k].overlap,
-        springs[k],    Vec<double, 2>{}, 1.0};
+    SpringContact contact{geometries[k], {0, 0},           normal_force[k],
+                          springs[k],    Vec<double, 2>{}, 1.0};
     for (int a = 0; a < 2; ++a)
       contact.image[a] = image_of_second(state.fractional[2 * contact.geometry.first + a],
                                          state.fractional[2 * contact.geometry.second + a]);

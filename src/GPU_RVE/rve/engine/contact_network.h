@@ -5,6 +5,7 @@
 #define RVE_ENGINE_CONTACT_NETWORK_H
 
 #include "rve/engine/state.h"
+#include "rve/physics/laws/law.h"
 #include "rve/physics/laws/spring_forces.h"
 
 #include <vector>
@@ -19,6 +20,8 @@ struct TouchingPair {
   Vec<double, 2> normal;    ///< unit, first to second
   double overlap;           ///< r_first + r_second - |branch| > 0 [length]
 };
+
+ContactPlace place_of(const RveState &state, const TouchingPair &contact);
 
 /// All contacts of the state, ordered by first, then second. O(N) where the cell is at least three contact distances wide,
 /// O(N^2) below. Grains with coinciding centres are skipped: they have no normal.
@@ -36,7 +39,7 @@ std::vector<SpringForces<double>> spring_forces(const RveState &state,
 struct SpringContact {
   TouchingPair geometry;
   int image[2];                     ///< x_second + H image is the image that the branch reaches
-  double normal_force;              ///< f_n = k_n overlap > 0 [force]
+  double normal_force;              ///< of the springs, repulsion positive [force]
   SpringForces<double> springs;     ///< tangential and rolling force [force]
   Vec<double, 2> force_on_first;    ///< -f_n n + f_t t, t = (-n_y, n_x) [force]
   double mobilized_friction;        ///< |f_t| / (mu f_n), 1 where it slides; 1 without friction [-]

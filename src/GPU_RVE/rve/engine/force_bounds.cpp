@@ -1,18 +1,25 @@
 #include "rve/engine/force_bounds.h"
 
 #include "rve/core/pi.h"
+#include "rve/engine/contact_laws.h"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace rve {
 
 namespace {
 
   /// Largest number that a contact may add to a sum of forces or torques, over its normal force: |f| = sqrt(1 + mu^2) f_n, or the moment
-  /// (a mu + R mu_r) f_n. In internal units an arm a is below 1/2 and the reduced radius R below 1/4.
+  /// (a mu + R mu_r) f_n. In internal units an arm a is below 1/2 and the reduced radius R below 1/4. Infinite where the normal force
+  /// bounds no other.
   double possible_obliquity(const Material &material)
   {
+    const bool is_bounded = with_law(material, [](const auto &law) {
+      return law.bounds_tangential_forces;
+    });
+    if (!is_bounded) return std::numeric_limits<double>::infinity();
     const double force = std::sqrt(1.0 + material.friction * material.friction);
     const double moment = 0.5 * material.friction + 0.25 * material.rolling_friction;
     return resists_rolling(material) ? std::max(force, moment) : force;
@@ -36,7 +43,10 @@ int neighbor_bits(double smallest_radius, double largest_radius)
 
 bool is_viscous(const Material &material)
 {
-  return material.normal_viscosity > 0.0 || material.tangential_viscosity > 0.0;
+  return with_law(material, [](const auto &law) {
+    const ContactModuli dashpots = law.viscosity({1.0, 1.0, 1.0});
+    return dashpots.largest() > 0.0;
+  });
 }
 
 bool all_forces_count(const Material &material)

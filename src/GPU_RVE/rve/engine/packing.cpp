@@ -1,6 +1,7 @@
 #include "rve/engine/packing.h"
 
 #include "rve/core/error.h"
+#include "rve/engine/contact_laws.h"
 #include "rve/engine/contact_network.h"
 #include "rve/engine/stability.h"
 
@@ -51,22 +52,35 @@ namespace {
     in_range(recipe.radius_max, recipe.radius_min, LARGEST, "largest grain radius [length]");
   }
 
+  double mean_radius(const PackingRecipe &recipe)
+  {
+    if (recipe.radii.empty()) return 0.5 * (recipe.radius_min + recipe.radius_max);
+    return std::accumulate(recipe.radii.begin(), recipe.radii.end(), 0.0) /
+        static_cast<double>(recipe.radii.size());
+  }
+
   /// Before anything runs: radii, stiffness and pressure that do not fit make a packing that no soil is.
   void check_overlap(const PackingRecipe &recipe)
   {
     const Material &material = recipe.material;
-    const double strain = contact_strain(recipe.pressure, material);
+    const double radius = mean_radius(recipe);
+    const double strain = contact_strain(recipe.pressure, material, radius);
+    const double largest_pressure = contact_pressure(LARGEST_CONTACT_STRAIN, material, radius);
+    const bool is_linear = with_law(material, [](const auto &law) {
+      return law.has_constant_moduli;
+    });
     require(strain <= LARGEST_CONTACT_STRAIN, [&] {
-      return "grains would overlap by about " + number(strain) +
-          " of their diameter, pressure * thickness / kn; it must be at most " +
-          number(LARGEST_CONTACT_STRAIN) + ". With kn " + number(material.normal_stiffness) +
-          " [force/length] and thickness " + number(material.thickness) +
-          " [length] the pressure must be at most " +
-          number(LARGEST_CONTACT_STRAIN * material.normal_stiffness / material.thickness) +
-          " [stress]; with pressure " + number(recipe.pressure) + ", kn must be at least " +
-          number(recipe.pressure * material.thickness / LARGEST_CONTACT_STRAIN) +
-          " or the thickness of the disks at most " +
-          number(LARGEST_CONTACT_STRAIN * material.normal_stiffness / recipe.pressure);
+      return "grains would overlap by about " + number(strain) + " of their diameter" +
+          (is_linear ? ", pressure * thickness / kn" : "") + "; it must be at most " +
+          number(LARGEST_CONTACT_STRAIN) + ". With " +
+          (is_linear ? "kn " + number(material.normal_stiffness) + " [force/length] and " : "") +
+          "thickness " + number(material.thickness) + " [length] the pressure must be at most " +
+          number(largest_pressure) + " [stress]; with pressure " + number(recipe.pressure) +
+          (is_linear ? ", kn must be at least " +
+                   number(recipe.pressure * material.thickness / LARGEST_CONTACT_STRAIN) + " or"
+                     : "") +
+          " the thickness of the disks" + (is_linear ? "" : " must be") + " at most " +
+          number(material.thickness * largest_pressure / recipe.pressure);
     });
   }
 
@@ -248,7 +262,7 @@ namespace {
     double largest_log_ratio() const
     {
       const double largest_pressure =
-          LARGEST_PEAK_STRAIN * recipe.material.normal_stiffness / recipe.material.thickness;
+          contact_pressure(LARGEST_PEAK_STRAIN, recipe.material, mean_radius(recipe));
       return std::log(std::max(1.0, largest_pressure / recipe.pressure));
     }
 
@@ -465,9 +479,9 @@ namespace {
 
 }    // namespace
 
-double contact_strain(double pressure, const Material &material)
+double contact_strain(const PackingRecipe &recipe)
 {
-  return pressure * material.thickness / material.normal_stiffness;
+  return contact_strain(recipe.pressure, recipe.material, mean_radius(recipe));
 }
 
 double default_servo_gain(const RveState &state)
@@ -478,7 +492,9 @@ double default_servo_gain(const RveState &state)
 double default_compression_rate(const RveState &state, double pressure)
 {
   const double mass = state.mass();
-  return std::min(0.01 * std::sqrt(state.material.normal_stiffness / mass),
+  const double radius =
+      std::accumulate(state.radius.begin(), state.radius.end(), 0.0) / state.num_grains();
+  return std::min(0.01 * std::sqrt(moduli_under(pressure, state.material, radius).normal / mass),
                   0.2 * std::sqrt(pressure * state.material.thickness / mass));
 }
 

@@ -41,9 +41,8 @@ struct PackingRecipe {
   std::int64_t max_steps = 2000000;    ///< of one compression; beyond it is an error
 };
 
-/// p h / k_n, about the mean overlap over the diameter: from 0.9 of it for frictionless and stiff grains to 0.6 at 0.1, and a quarter
-/// more for loose packings.
-double contact_strain(double pressure, const Material &material);
+/// Of two grains of the mean radius, pressed as by contact_strain() of engine/contact_laws.h.
+double contact_strain(const PackingRecipe &recipe);
 /// Beyond the first one the overlaps count: stiffness and void ratio are no longer those of grains that touch in points. Beyond the
 /// second one the discs fill the plane, and a recipe is refused.
 constexpr double SMALL_CONTACT_STRAIN = 0.01;
@@ -79,7 +78,7 @@ using BatchProgress = std::function<void(std::size_t recipe, const PackingReport
 /// below the waves it must not excite. (SudoDEM and YADE use 1/M as a number, 13.3 h/M at h = 0.075.)
 double default_servo_gain(const RveState &state);
 
-/// Rate of each axis while the cloud is compressed [1/time]: the lesser of 0.01 sqrt(k_n/M), which crosses the cell at 1 % of
+/// Rate of each axis while the cloud is compressed [1/time]: the lesser of 0.01 sqrt(K/M), K the stiffness of contacts at the pressure, which crosses the cell at 1 % of
 /// the wave speed of the packing, and 0.2 sqrt(p h/M), at which the momentum flux of the moving grains is 4 % of p.
 double default_compression_rate(const RveState &state, double pressure);
 
@@ -94,7 +93,7 @@ RveState loose_cloud(const PackingRecipe &recipe);
 /// The cell stays a rectangle, so a small shear stress remains, by chance: about 0.9 p / sqrt(N), up to 12 % of p for 400 grains.
 ///
 /// With `void_ratio`: looser than the frictionless packing by bisection on the preparation friction in [0, 1]; denser by
-/// bisection on an isotropic overconsolidation, frictionless, up to the pressure at which k_n is strained by 4 %.
+/// bisection on an isotropic overconsolidation, frictionless, up to the pressure at which contacts are strained by 4 %.
 /// Throws InputError with the reachable range when neither does, and when a compression does not come to rest.
 RveState generate_packing(const PackingRecipe &recipe, Engine &engine,
                           const PackingProgress &progress = {});

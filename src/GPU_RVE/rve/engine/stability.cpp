@@ -7,12 +7,14 @@
 
 #include "rve/core/error.h"
 #include "rve/core/pi.h"
+#include "rve/engine/contact_laws.h"
 #include "rve/engine/contact_network.h"
 #include "rve/physics/integrator.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 
@@ -20,24 +22,35 @@ namespace rve {
 
 namespace {
 
-  // Springs or dashpots of a contact: both are quadratic forms of the same stretches.
-  struct ContactModulus {
-    double normal;
-    double tangential;
-    double rolling;
+  // Springs or dashpots: both are quadratic forms of the same stretches.
+  enum class Kind { Springs, Dashpots };
+
+  struct Moduli {
+    std::vector<ContactModuli> of_contact;    // in the order of the contacts
+    // of a contact of two radii that may come any time, as deep as the deepest one that is there, or as in a gas
+    std::function<ContactModuli(double, double)> coming;
   };
 
-  ContactModulus stiffness(const Material &material)
+  Moduli moduli(const RveState &state, const std::vector<TouchingPair> &contacts, Kind kind)
   {
-    return {material.normal_stiffness,
-            material.friction > 0.0 ? material.tangential_stiffness : 0.0,
-            resists_rolling(material) ? material.rolling_stiffness : 0.0};
-  }
-
-  ContactModulus viscosity(const Material &material)
-  {
-    return {material.normal_viscosity,
-            material.friction > 0.0 ? material.tangential_viscosity : 0.0, 0.0};
+    return with_law(state.material, [&](const auto &law) {
+      const auto moduli_at = [law, kind](const ContactPlace &place) {
+        return kind == Kind::Springs ? law.stiffness(place) : law.viscosity(place);
+      };
+      Moduli all;
+      double overlap = 0.0;
+      for (const TouchingPair &contact : contacts) {
+        all.of_contact.push_back(moduli_at(place_of(state, contact)));
+        overlap = std::max(overlap, contact.overlap);
+      }
+      if (overlap == 0.0)
+        overlap = kGasOverlapShare *
+            std::accumulate(state.radius.begin(), state.radius.end(), 0.0) / state.num_grains();
+      all.coming = [moduli_at, overlap](double r_i, double r_j) {
+        return moduli_at({overlap, r_i, r_j});
+      };
+      return all;
+    });
   }
 
   using Stretch =
@@ -79,10 +92,13 @@ namespace {
   class NetworkOperator {
    public:
     NetworkOperator(const RveState &state, const std::vector<TouchingPair> &_contacts,
-                    ContactModulus _modulus) :
+                    const std::vector<ContactModuli> &_moduli) :
         contacts(_contacts),
-        modulus(_modulus)
+        moduli(_moduli)
     {
+      const bool rolls = std::any_of(moduli.begin(), moduli.end(), [](const ContactModuli &of) {
+        return of.rolling > 0.0;
+      });
       for (int i = 0; i < state.num_grains(); ++i) {
         const double m = grain_mass(state, i);
         for (const double mass : {m, m, 0.5 * m})
@@ -91,7 +107,7 @@ namespace {
       for (const TouchingPair &contact : contacts) {
         normal.push_back(normal_stretch(contact));
         tangential.push_back(tangential_stretch(state, contact));
-        if (modulus.rolling > 0.0) rolling.push_back(rolling_stretch(state, contact));
+        if (rolls) rolling.push_back(rolling_stretch(state, contact));
       }
     }
 
@@ -108,19 +124,19 @@ namespace {
           u_n += normal[c][k] * u;
           u_t += tangential[c][k] * u;
         }
-        const double f_n = modulus.normal * u_n;
-        const double f_t = modulus.tangential * u_t;
+        const double f_n = moduli[c].normal * u_n;
+        const double f_t = moduli[c].tangential * u_t;
         for (int k = 0; k < 6; ++k) {
           const std::size_t dof = coordinate(contacts[c], k);
           y[dof] += inverse_root_mass[dof] * (normal[c][k] * f_n + tangential[c][k] * f_t);
         }
-        if (modulus.rolling > 0.0) apply_rolling(c, x, y);
+        if (!rolling.empty()) apply_rolling(c, x, y);
       }
     }
 
    private:
     const std::vector<TouchingPair> &contacts;
-    ContactModulus modulus;
+    const std::vector<ContactModuli> &moduli;
     std::vector<double> inverse_root_mass;
     std::vector<Stretch> normal, tangential;
     std::vector<Stretch> rolling;    // where it acts
@@ -135,7 +151,7 @@ namespace {
       }
       for (const int k : ROTATIONS) {
         const std::size_t dof = coordinate(contacts[c], k);
-        y[dof] += inverse_root_mass[dof] * rolling[c][k] * modulus.rolling * u_r;
+        y[dof] += inverse_root_mass[dof] * rolling[c][k] * moduli[c].rolling * u_r;
       }
     }
   };
@@ -229,23 +245,27 @@ namespace {
   }
 
   double network_eigenvalue(const RveState &state, const std::vector<TouchingPair> &contacts,
-                            ContactModulus modulus)
+                            const Moduli &moduli)
   {
-    if (contacts.empty() ||
-        (modulus.normal == 0.0 && modulus.tangential == 0.0 && modulus.rolling == 0.0))
+    const auto &all = moduli.of_contact;
+    if (std::all_of(all.begin(), all.end(), [](const ContactModuli &of) {
+          return of.largest() == 0.0;
+        }))
       return 0.0;
-    return lanczos_largest_eigenvalue(NetworkOperator(state, contacts, modulus));
+    return lanczos_largest_eigenvalue(NetworkOperator(state, contacts, all));
   }
 
   // Largest row sum of |M^-1 K|, with the rotation in units of r theta / 4. Any unit gives a bound; in r theta the rows of
   // the rotation would be far the largest (K_ww/m_w = 2 z k/m), in this one they balance those of the translations.
   double gershgorin_eigenvalue(const RveState &state, const std::vector<TouchingPair> &contacts,
-                               ContactModulus modulus)
+                               const Moduli &moduli)
   {
     constexpr double ROTATION_UNIT = 0.25;
     std::vector<std::array<double, 9>> own_block(state.num_grains(), std::array<double, 9>{});
     std::vector<double> coupling(3 * state.radius.size(), 0.0);
-    for (const TouchingPair &contact : contacts) {
+    for (std::size_t c = 0; c < contacts.size(); ++c) {
+      const TouchingPair &contact = contacts[c];
+      const ContactModuli &modulus = moduli.of_contact[c];
       const Stretch normal = normal_stretch(contact);
       const Stretch tangential = tangential_stretch(state, contact);
       const Stretch rolling = rolling_stretch(state, contact);
@@ -278,9 +298,9 @@ namespace {
   // One contact without overlap that slides and rolls: the larger eigenvalue of k_t t t^T + k_r r r^T in coordinates scaled by the
   // roots of the masses, from t.t = 3 (1/m_i + 1/m_j), r.r = 2 ((R/r_i)^2/m_i + (R/r_j)^2/m_j) and t.r. The lightest grain rolls
   // fastest, but with a large partner; 0 without rolling resistance.
-  double rolling_pair_eigenvalue(const RveState &state, ContactModulus modulus)
+  double rolling_pair_eigenvalue(const RveState &state, const Moduli &moduli)
   {
-    if (modulus.rolling == 0.0 || state.num_grains() < 2) return 0.0;
+    if (state.num_grains() < 2) return 0.0;
     const auto smallest = std::min_element(state.radius.begin(), state.radius.end());
     const int i = static_cast<int>(smallest - state.radius.begin());
     const double r_i = state.radius[i], m_i = grain_mass(state, i);
@@ -288,6 +308,8 @@ namespace {
     for (int j = 0; j < state.num_grains(); ++j) {
       if (j == i) continue;
       const double r_j = state.radius[j], m_j = grain_mass(state, j);
+      const ContactModuli modulus = moduli.coming(r_i, r_j);
+      if (modulus.rolling == 0.0) continue;
       const double share_i = r_j / (r_i + r_j), share_j = r_i / (r_i + r_j);    // R/r
       const double tt = 3.0 * modulus.tangential * (1.0 / m_i + 1.0 / m_j);
       const double rr = 2.0 * modulus.rolling * (share_i * share_i / m_i + share_j * share_j / m_j);
@@ -299,27 +321,32 @@ namespace {
   }
 
   // One contact without overlap: 1/m_i + 1/m_j along the normal, and 1/m + r^2/I = 3/m of each along the tangent.
-  double pair_eigenvalue(const RveState &state, ContactModulus modulus)
+  double pair_eigenvalue(const RveState &state, const Moduli &moduli)
   {
     double lightest = std::numeric_limits<double>::infinity(), second = lightest;
+    double smallest = lightest, next = lightest;    // radius of each
     for (int i = 0; i < state.num_grains(); ++i) {
-      const double m = grain_mass(state, i);
+      const double m = grain_mass(state, i), r = state.radius[i];
       second = std::min(second, std::max(m, lightest));
       lightest = std::min(lightest, m);
+      next = std::min(next, std::max(r, smallest));
+      smallest = std::min(smallest, r);
     }
+    const ContactModuli modulus = moduli.coming(smallest, state.num_grains() > 1 ? next : smallest);
     const double of_lightest =
         (1.0 / lightest + 1.0 / second) * std::max(modulus.normal, 3.0 * modulus.tangential);
-    return std::max(of_lightest, rolling_pair_eigenvalue(state, modulus));
+    return std::max(of_lightest, rolling_pair_eigenvalue(state, moduli));
   }
 
   template <class Eigenvalue> double time_step(const RveState &state, Eigenvalue &&network)
   {
     state.check_sizes();    // or eigenvalues may not be numbers
     const std::vector<TouchingPair> contacts = find_contacts(state);
-    const auto largest = [&](ContactModulus modulus) {
-      return std::max(network(state, contacts, modulus), pair_eigenvalue(state, modulus));
+    const auto largest = [&](Kind kind) {
+      const Moduli all = moduli(state, contacts, kind);
+      return std::max(network(state, contacts, all), pair_eigenvalue(state, all));
     };
-    return leapfrog_bound(largest(stiffness(state.material)), largest(viscosity(state.material)),
+    return leapfrog_bound(largest(Kind::Springs), largest(Kind::Dashpots),
                           state.material.local_damping);
   }
 
@@ -327,17 +354,19 @@ namespace {
 
 double largest_frequency(const RveState &state)
 {
-  return std::sqrt(network_eigenvalue(state, find_contacts(state), stiffness(state.material)));
+  const std::vector<TouchingPair> contacts = find_contacts(state);
+  return std::sqrt(network_eigenvalue(state, contacts, moduli(state, contacts, Kind::Springs)));
 }
 
 double gershgorin_frequency(const RveState &state)
 {
-  return std::sqrt(gershgorin_eigenvalue(state, find_contacts(state), stiffness(state.material)));
+  const std::vector<TouchingPair> contacts = find_contacts(state);
+  return std::sqrt(gershgorin_eigenvalue(state, contacts, moduli(state, contacts, Kind::Springs)));
 }
 
 double pair_frequency(const RveState &state)
 {
-  return std::sqrt(pair_eigenvalue(state, stiffness(state.material)));
+  return std::sqrt(pair_eigenvalue(state, moduli(state, find_contacts(state), Kind::Springs)));
 }
 
 double stable_time_step(const RveState &state)

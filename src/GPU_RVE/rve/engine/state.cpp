@@ -5,6 +5,7 @@
 #include "rve/core/checksum.h"
 #include "rve/core/error.h"
 #include "rve/core/pi.h"
+#include "rve/engine/contact_laws.h"
 
 #include <algorithm>
 #include <cmath>
@@ -122,23 +123,30 @@ namespace {
     require_sound(mass >= SMALLEST && mass <= LARGEST, mass,
                   "the mass" + whose + ", pi r^2 times density and mass depth,", "[mass]",
                   "between 1e-30 and 1e30");
-    require_positive(material.normal_stiffness * radius,
-                     "the normal stiffness times the radius" + whose, "[force]");
+    const ContactPlace deep{radius, radius, radius};
+    double force;
+    ContactModuli stiffness, viscosity;
+    with_law(material, [&](const auto &law) {
+      force = law.spring_force(deep);
+      stiffness = law.stiffness(deep);
+      viscosity = law.viscosity(deep);
+    });
+    require_positive(force, "the spring force at an overlap as large as the radius" + whose,
+                     "[force]");
     const std::pair<double, const char *> moduli[] = {
-        {material.normal_stiffness, "the normal stiffness"},
-        {material.tangential_stiffness, "the tangential stiffness"},
-        {material.rolling_stiffness, "the rolling stiffness"}};
+        {stiffness.normal, "the normal stiffness"},
+        {stiffness.tangential, "the tangential stiffness"},
+        {stiffness.rolling, "the rolling stiffness"}};
     for (const auto &[modulus, what] : moduli)
       if (modulus > 0.0)
         require_positive(modulus / mass, std::string(what) + " over the mass" + whose,
                          "[1/time^2]");
     const std::pair<double, const char *> viscosities[] = {
-        {material.normal_viscosity, "the normal viscosity"},
-        {material.tangential_viscosity, "the tangential viscosity"}};
-    for (const auto &[viscosity, what] : viscosities)
-      if (viscosity > 0.0)
-        require_positive(viscosity / mass, std::string(what) + " over the mass" + whose,
-                         "[1/time]");
+        {viscosity.normal, "the normal viscosity"},
+        {viscosity.tangential, "the tangential viscosity"}};
+    for (const auto &[modulus, what] : viscosities)
+      if (modulus > 0.0)
+        require_positive(modulus / mass, std::string(what) + " over the mass" + whose, "[1/time]");
   }
 
   void check_cell(const Tensor2 &cell, double largest_radius)

@@ -4,8 +4,8 @@
 // else: what a pair remembers comes in and goes out. The block program is compiled for it (engine/programs.h). It has
 //
 //   Numbers                    the number format; In<OtherNumbers>: the same law in another one, for packs of grains
-//   Constants                  its parameters in internal units, as a call begins with them; set(parameters, ...) makes them from the
-//                              material of an RVE, with the power of the units that each one has
+//   Constants                  its parameters in the units of a call, as it begins with them; set(parameters, units, arm) makes them from
+//                              the material of an RVE, with the powers of the units that each one has
 //   take(constants)            fills the law from them
 //   History                    what a pair remembers, as its first grain sees it: a number, or a struct of numbers, that can be
 //                              multiplied by a number and is zero as it is made. seen_from_partner(history): as its other grain sees it
@@ -18,8 +18,13 @@
 //   dissipate(force, dt, heat) adds the energy that a step of the contact turned into heat
 //   elastic_energy(contact, force)
 //                              energy that its springs hold
-//   normal_force_at(parameters, overlap)
-//                              in units of the script: for the unit of forces, and the least force of a crushed contact
+//   spring_force(place)        normal force of its springs alone: for the unit of forces, the least force of a crushed contact, and
+//                              whoever looks at a state without an engine
+//   stiffness(place), viscosity(place)
+//                              of its springs and dashpots for small motions about where it is: for the time step and the affine
+//                              stiffness; has_constant_moduli where they depend on no place
+//   bounds_tangential_forces   whether they are at most friction times the normal force; else all forces count for the unit of forces
+//   has_normal_dashpot(parameters)
 //
 // No transcendental function is called, since the libraries of CPU and GPU differ in the last bit; sums of two products that are
 // symmetric in the grains are written as such, not as fused operations, whose rounding has an order.
@@ -54,6 +59,35 @@ inline namespace RVE_ISA {
     Truth<History> sliding;
 
     RVE_INLINE History history() const { return spring; }
+  };
+
+  /// Units of a call in those of the script: one length [length], and forces of it in one [1/force]. Times are those of the script.
+  struct LawUnits {
+    double length, per_force;
+
+    /// Of the script.
+    static RVE_INLINE constexpr LawUnits same() { return {1.0, 1.0}; }
+  };
+
+  /// Where two grains are to each other, as far as the moduli of a contact depend on it [length].
+  struct ContactPlace {
+    double overlap, radius_i, radius_j;
+  };
+
+  /// Guess of the deepest contact that a packing without contacts will have, as an overlap over the mean radius. A wrong guess costs
+  /// accuracy of the first contacts or a repeat of the call, never a wrong force.
+  constexpr double kGasOverlapShare = 1e-3;
+
+  /// Springs of a contact [force/length], or dashpots [force time/length]: along the normal, along the contact, and against the rolling
+  /// displacement. Those that can carry nothing are zero.
+  struct ContactModuli {
+    double normal, tangential, rolling;
+
+    RVE_INLINE double largest() const
+    {
+      const double most = larger(normal, tangential);
+      return larger(most, rolling);
+    }
   };
 
   /// Energy that contacts turned into heat [internal force length].

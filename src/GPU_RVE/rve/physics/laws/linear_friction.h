@@ -18,11 +18,11 @@ inline namespace RVE_ISA {
     typename Numbers::Real dt;    ///< zero evaluates without advancing the history [time]
     typename Numbers::Real normal_viscosity, tangential_viscosity, velocity_arm;
 
-    /// `parameters` has k_n, k_t [force/length], mu, gamma_n and gamma_t [force time/length]; `stiffness_unit` is one of these forces
-    /// per length in internal units.
+    /// `parameters` has k_n, k_t [force/length], mu, gamma_n and gamma_t [force time/length].
     template <class Parameters>
-    RVE_INLINE void set(const Parameters &parameters, double stiffness_unit, double arm)
+    RVE_INLINE void set(const Parameters &parameters, const LawUnits &units, double arm)
     {
+      const double stiffness_unit = units.length * units.per_force;
       using Real = typename Numbers::Real;
       using Spring = typename Numbers::Spring;
       normal_stiffness = static_cast<Real>(parameters.normal_stiffness * stiffness_unit);
@@ -50,6 +50,8 @@ inline namespace RVE_ISA {
     static constexpr bool has_friction = Frictional;
     static constexpr bool has_rolling = false;
     static constexpr bool is_damped = Damped;
+    static constexpr bool has_constant_moduli = true;
+    static constexpr bool bounds_tangential_forces = true;
 
     /// The same law in other numbers.
     template <class OtherNumbers> using In = LinearFrictionLaw<OtherNumbers, Damped, Frictional>;
@@ -77,11 +79,26 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// [force], at an overlap [length], with parameters in units of the script.
-    template <class Parameters>
-    static RVE_INLINE double normal_force_at(const Parameters &parameters, double overlap)
+    RVE_INLINE double spring_force(const ContactPlace &place) const
     {
-      return parameters.normal_stiffness * overlap;
+      return static_cast<double>(normal.stiffness) * place.overlap;
+    }
+    RVE_INLINE ContactModuli stiffness(const ContactPlace &) const
+    {
+      return {static_cast<double>(normal.stiffness),
+              slides() ? static_cast<double>(tangential.stiffness) : 0.0, 0.0};
+    }
+    RVE_INLINE ContactModuli viscosity(const ContactPlace &) const
+    {
+      if constexpr (Damped)
+        return {static_cast<double>(normal_damping.viscosity),
+                slides() ? static_cast<double>(tangential.viscosity) : 0.0, 0.0};
+      return {0.0, 0.0, 0.0};
+    }
+    template <class Parameters>
+    static RVE_INLINE bool has_normal_dashpot(const Parameters &parameters)
+    {
+      return parameters.normal_viscosity != 0.0;
     }
 
     RVE_INLINE Force evaluate(const ContactGeometry<Real, 2> &contact, const DiskMotion<Real> &i,
@@ -158,6 +175,10 @@ inline namespace RVE_ISA {
       return static_cast<double>(normal.elastic_energy(contact.overlap)) +
           tangential.elastic_energy(force.spring);
     }
+
+   private:
+    /// Without friction no tangential force is carried.
+    RVE_INLINE bool slides() const { return Frictional && tangential.friction > Real(0); }
   };
 
   /// The laws that programs have (engine/programs.h).

@@ -48,9 +48,10 @@ inline namespace RVE_ISA {
 
     /// Beside those of the linear laws, `parameters` has k_r [force/length] and mu_r.
     template <class Parameters>
-    RVE_INLINE void set(const Parameters &parameters, double stiffness_unit, double arm)
+    RVE_INLINE void set(const Parameters &parameters, const LawUnits &units, double arm)
     {
-      LinearConstants<Numbers>::set(parameters, stiffness_unit, arm);
+      const double stiffness_unit = units.length * units.per_force;
+      LinearConstants<Numbers>::set(parameters, units, arm);
       rolling_stiffness =
           static_cast<typename Numbers::Spring>(parameters.rolling_stiffness * stiffness_unit);
       // without a spring there is no force to limit
@@ -85,6 +86,14 @@ inline namespace RVE_ISA {
       Sliding::take(constants);
       rolling.spring.stiffness = Spring(constants.rolling_stiffness);
       rolling.spring.friction = Real(constants.rolling_friction);
+    }
+
+    RVE_INLINE ContactModuli stiffness(const ContactPlace &place) const
+    {
+      ContactModuli moduli = Sliding::stiffness(place);
+      if (rolling.spring.friction > Real(0))
+        moduli.rolling = static_cast<double>(rolling.spring.stiffness);
+      return moduli;
     }
 
     RVE_INLINE Force evaluate(const ContactGeometry<Real, 2> &contact, const DiskMotion<Real> &i,

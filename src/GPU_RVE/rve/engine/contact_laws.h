@@ -1,0 +1,34 @@
+// The contact law of a material, for whoever looks at states without an engine.
+
+#ifndef RVE_ENGINE_CONTACT_LAWS_H
+#define RVE_ENGINE_CONTACT_LAWS_H
+
+#include "rve/core/numbers.h"
+#include "rve/physics/laws/rolling_friction.h"
+#include "rve/physics/material.h"
+
+namespace rve {
+
+/// work(law), in `double` and in units of the script.
+template <class Work> auto with_law(const Material &material, const Work &work)
+{
+  using Law = RollingFriction<DoubleNumbers>;
+  constexpr double OF_CONTACT = 0.5;    // arm of velocities; no modulus depends on it
+  typename Law::Constants constants;
+  constants.set(material, LawUnits::same(), OF_CONTACT);
+  Law law{};
+  law.take(constants);
+  return work(law);
+}
+
+/// Overlap over diameter of two equal grains that press each other with p h times their diameter: p h / k_n of linear springs. About the
+/// mean of a packing, from 0.9 of it for frictionless and stiff grains to 0.6 at 0.1, and a quarter more for loose packings.
+double contact_strain(double pressure, const Material &material, double radius);
+/// The pressure that gives this overlap over diameter [stress].
+double contact_pressure(double strain, const Material &material, double radius);
+/// Springs of such a contact [force/length].
+ContactModuli moduli_under(double pressure, const Material &material, double radius);
+
+}    // namespace rve
+
+#endif
