@@ -34,7 +34,7 @@ DeviceCode some_kernel()
 {
   std::string code = "code\n";
   for (int k = 0; k < 100000; ++k) code += static_cast<char>(k * k);
-  return {"_ZN3rve12advance_many", code};
+  return {"_ZN3rve12advance_many", code, ""};
 }
 
 class Folder : public testing::Test {
@@ -90,7 +90,7 @@ class Folder : public testing::Test {
     EXPECT_EQ(cache.obstacle().find(folder), 0u) << cache.obstacle();
     EXPECT_NE(cache.obstacle().find(reason), std::string::npos) << cache.obstacle();
     const std::string before = text_of(file());
-    cache.store(KEY, {"other", "other"});
+    cache.store(KEY, {"other", "other", ""});
     EXPECT_EQ(text_of(file()), before);
   }
 

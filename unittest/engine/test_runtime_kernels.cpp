@@ -78,29 +78,37 @@ class RuntimeKernels : public testing::Test {
   std::vector<std::string> log;
 };
 
+void expect_compiled(const char *kernel, const Line &line)
+{
+  KernelCache none("");
+  const DeviceCode compiled =
+      compiled_kernel({kernel, line.program, line.format, line.arithmetic}, NEWER_THAN_THE_COMPILER,
+                      Nvrtc::of_this_machine(), none, [](const std::string &) {
+                      });
+  EXPECT_NE(compiled.code.find(".entry " + compiled.kernel), std::string::npos) << compiled.kernel;
+  const bool relaxed = compiled.kernel.find("7relaxed") != std::string::npos;
+  EXPECT_EQ(relaxed, line.arithmetic == Arithmetic::Relaxed);
+  if (relaxed) return;
+  // an operation without its rounding is one that may be contracted
+  for (const char *loose :
+       {"\tadd.f32", "\tmul.f32", "\tadd.f64", "\tmul.f64", "sqrt.approx.f32", "div.approx.f32"})
+    EXPECT_EQ(compiled.code.find(loose), std::string::npos) << loose;
+}
+
 const KernelName SMALL{"prepare_calls", Program::General, Format::Fast, Arithmetic::Strict};
 
 }    // namespace
 
-/// The kernel of small blocks and that of any number of grains have all phases in both of their forms.
 TEST_P(RuntimeKernelsOfLine, AreCompiledFromTheTextInTheProgram)
 {
-  KernelCache none("");
-  for (const char *kernel : {"advance_few", "advance_in_memory", "prepare_calls"}) {
-    const DeviceCode compiled = compiled_kernel(
-        {kernel, GetParam().program, GetParam().format, GetParam().arithmetic},
-        NEWER_THAN_THE_COMPILER, Nvrtc::of_this_machine(), none, [](const std::string &) {
-        });
-    EXPECT_NE(compiled.code.find(".entry " + compiled.kernel), std::string::npos)
-        << compiled.kernel;
-    const bool relaxed = compiled.kernel.find("7relaxed") != std::string::npos;
-    EXPECT_EQ(relaxed, GetParam().arithmetic == Arithmetic::Relaxed);
-    if (relaxed) continue;
-    // an operation without its rounding is one that may be contracted
-    for (const char *loose :
-         {"\tadd.f32", "\tmul.f32", "\tadd.f64", "\tmul.f64", "sqrt.approx.f32", "div.approx.f32"})
-      EXPECT_EQ(compiled.code.find(loose), std::string::npos) << loose;
-  }
+  expect_compiled("advance_few", GetParam());
+  expect_compiled("prepare_calls", GetParam());
+}
+
+TEST_F(RuntimeKernels, AreThereForBlocksOfAllSizes)
+{
+  for (const char *kernel : {"advance_many", "advance_large", "advance_in_memory"})
+    expect_compiled(kernel, {Program::Plain, Format::Fast, Arithmetic::Strict});
 }
 
 TEST_F(RuntimeKernels, AreCompiledOnceAndFoundTheNextTime)

@@ -114,7 +114,7 @@ Nvrtc::~Nvrtc()
 
 const Nvrtc &Nvrtc::of_this_machine()
 {
-  // the folder of the toolkit last: who sets LD_LIBRARY_PATH means it. Never destroyed: the library has threads of its own.
+  // by the loader first: who sets LD_LIBRARY_PATH means it. Never destroyed: the library has threads of its own.
   static const Nvrtc &nvrtc = *new Nvrtc(
       {"libnvrtc.so." GPU_RVE_CUDA_MAJOR, GPU_RVE_CUDA_LIBRARIES "/libnvrtc.so", "libnvrtc.so"});
   return nvrtc;
@@ -175,8 +175,8 @@ DeviceCode Nvrtc::compile(const std::string &source, const std::vector<DeviceHea
               "name of a kernel in its code");
   compiled.kernel = lowered;
   compiled.code = nvrtc.text_of(program, nvrtc.cubin_size, nvrtc.cubin, "code");
-  if (compiled.code.empty())    // the options ask for text
-    compiled.code = nvrtc.text_of(program, nvrtc.ptx_size, nvrtc.ptx, "text");
+  compiled.text = nvrtc.text_of(program, nvrtc.ptx_size, nvrtc.ptx, "text");
+  if (compiled.code.empty()) compiled.code = compiled.text;    // the options ask for text
   return compiled;
 }
 

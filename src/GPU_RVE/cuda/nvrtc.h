@@ -14,10 +14,11 @@ struct DeviceHeader {
   const char *text;
 };
 
-/// Machine code for an architecture, or text (PTX) that the driver compiles.
 struct DeviceCode {
   std::string kernel;    ///< the name that it has in the code
-  std::string code;
+  std::string
+      code;    ///< of the machine, for an architecture, or text (PTX) that the driver compiles
+  std::string text;    ///< (PTX) that the code was made of, to look at; not kept in a cache
 };
 
 class Nvrtc {
