@@ -344,11 +344,12 @@ class Pace {
 Outcome run_points(const Scene &scene, const std::vector<RveState> &packings,
                    const Setting &setting, const Machine &machine)
 {
-  RvePoints points(make_engine(options_for(setting, machine)), nullptr, setting.macro,
-                   machine.threads);
   std::vector<RveState> states;
   std::vector<const RveState *> copies;
   for (const RveState &packing : packings) states.push_back(prepared(packing, setting));
+  Options options = options_for(setting, machine);
+  options.contacts = contacts_of(states);
+  RvePoints points(make_engine(options), nullptr, setting.macro, machine.threads);
   for (int copy = 0; copy < machine.copies; ++copy)
     for (const RveState &state : states) copies.push_back(&state);
   const std::vector<int> slots = points.add(copies);
@@ -409,8 +410,10 @@ Outcome run_with_defect(const Scene &scene, const std::vector<RveState> &packing
 {
   Outcome outcome;
   for (const RveState &packing : packings) {
-    const auto engine = make_engine(options_for(setting, machine));
     RveState state = prepared(packing, setting);
+    Options options = options_for(setting, machine);
+    options.contacts = contacts_of(state);
+    const auto engine = make_engine(options);
     int rve = engine->add(state);
     const double dt = setting.dt_fraction * stable_time_step(state);
     Tensor2 cell = state.cell;

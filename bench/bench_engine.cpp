@@ -90,6 +90,12 @@ rve::Options options_for(const Bench &bench, Precision precision, int rves)
   return options;
 }
 
+rve::Options with_contacts_of(const rve::RveState &packing, rve::Options options)
+{
+  options.contacts = rve::contacts_of(packing);
+  return options;
+}
+
 /// Copies of one packing in an engine of their own.
 struct Batch {
   rve::Options options;
@@ -98,8 +104,8 @@ struct Batch {
   std::vector<int> rves;
 
   Batch(const rve::Options &options_in, const rve::RveState &packing, int count) :
-      options(options_in), grains(packing.num_grains()), engine(rve::make_engine(options_in)),
-      rves(count)
+      options(with_contacts_of(packing, options_in)), grains(packing.num_grains()),
+      engine(rve::make_engine(options)), rves(count)
   {
     for (int &rve : rves) rve = engine->add(packing);
   }

@@ -129,8 +129,9 @@ namespace {
   }
 
   /// All visits in one call, among ordinary RVEs so that there are `total`, with the long and with the short answer.
-  void visit(const rve::Options &options, const RveState &packing, int total)
+  void visit(rve::Options options, const RveState &packing, int total)
   {
+    options.contacts = rve::contacts_of(packing);
     const auto engine = rve::make_engine(options);
     const std::vector<Visit> all = visits(packing, options.track_energy);
     std::vector<int> rves;
@@ -175,6 +176,7 @@ namespace {
     double sum = 0.0;
     for (const double r : packing.radius) sum += r;
     options.skin = 2.0 * sum / packing.num_grains();
+    options.contacts = rve::contacts_of(packing);
     const auto engine = rve::make_engine(options);
     const std::vector<int> rves = {engine->add(packing), engine->add(packing),
                                    engine->add(packing)};

@@ -167,6 +167,7 @@ Order parse(LAMMPS *lmp, int narg, char **arg)
   std::optional<double> &kt = material[&rve::Material::tangential_stiffness];
   if (!kt) kt = material[&rve::Material::normal_stiffness];
   material.apply(recipe.material);
+  order.options.contacts = rve::contacts_of(recipe.material);
   if (order.is_library()) {
     // all of them are in the memory at once, and then the text of their file
     const bigint most = MOST_GRAINS / std::max(recipe.num_grains, FEWEST_GRAINS);

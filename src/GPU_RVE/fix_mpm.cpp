@@ -111,14 +111,14 @@ constexpr double LONG_RUN =
 
 struct FixMpm::Impl {
   MpmSettings settings;
-  std::unique_ptr<mpm::MpmSolver> solver;
+  std::unique_ptr<mpm::MpmSolver<2>> solver;
   std::unique_ptr<Progress> progress;
   std::vector<FixRve *> grains;    // per model; nullptr: an analytic law
   double courant = 0.0;
   double restart_step = 0.0;    // of the head of a restart file
   bool warned = false, warned_damping = false;
   std::vector<Vec2> body_displacement;
-  std::vector<mpm::TractionLoad> loads;    // of this step
+  std::vector<mpm::TractionLoad<2>> loads;    // of this step
   double **output = nullptr;
   // as the last run left them, to see whether others have moved points: their number and a sum over positions; box sides
   bigint points_then = -1;
@@ -301,9 +301,9 @@ struct FixMpm::Impl {
     }
   }
 
-  mpm::PointView points(const Atom *atom)
+  mpm::PointView<2> points(const Atom *atom)
   {
-    mpm::PointView view;
+    mpm::PointView<2> view;
     view.count = atom->nlocal;
     view.memory_width = layout.width();
     view.id = id.data();
@@ -370,7 +370,8 @@ FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg), impl(nu
       MPI_Allreduce(MPI_IN_PLACE, data, (int) count, MPI_DOUBLE, MPI_MAX, ranks);
     };
     std::string notice;
-    made->solver = std::make_unique<mpm::MpmSolver>(made->settings.options, communication, &notice);
+    made->solver =
+        std::make_unique<mpm::MpmSolver<2>>(made->settings.options, communication, &notice);
     if (comm->me == 0) {
       utils::logmesg(lmp, "fix mpm {}: {}\n", id, made->solver->description());
       if (!notice.empty()) utils::logmesg(lmp, "fix mpm {}: {}\n", id, notice);
@@ -452,7 +453,7 @@ void FixMpm::init()
   }
 
   impl->settings.find(lmp);
-  std::vector<mpm::Constitutive *> laws;
+  std::vector<mpm::Constitutive<2> *> laws;
   impl->grains.clear();
   for (const MpmModel &model : impl->settings.models) {
     impl->grains.push_back(nullptr);
@@ -527,7 +528,7 @@ void FixMpm::check_area(const std::vector<int> &made)
   bigint total = made.size();
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   if (total == 0) return;
-  const mpm::Grid &grid = impl->solver->grid();
+  const mpm::Grid<2> &grid = impl->solver->grid();
   const double h = grid.cell_size();
   const std::size_t num_cells = (std::size_t) grid.cells(0) * grid.cells(1);
   std::vector<double> filled(2 * num_cells, 0.0);    // shares of cells: by new points, and by all
@@ -782,7 +783,7 @@ void FixMpm::solve(bool advance)
   impl->loads.resize(impl->settings.tractions.size());
   for (std::size_t k = 0; k < impl->loads.size(); k++) {
     const MpmTraction &traction = impl->settings.tractions[k];
-    mpm::TractionLoad &load = impl->loads[k];
+    mpm::TractionLoad<2> &load = impl->loads[k];
     load.point_index.clear();
     load.traction = {{traction.traction[0].evaluate(lmp), traction.traction[1].evaluate(lmp)}};
     load.face = traction.face;
@@ -901,7 +902,7 @@ double FixMpm::compute_vector(int n)
   if (n == COURANT) return impl->courant;
   if (n == KINETIC || n == MASS) {
     impl->find_members(atom);
-    const mpm::Totals totals = impl->solver->totals(impl->points(atom));
+    const mpm::Totals<2> totals = impl->solver->totals(impl->points(atom));
     return n == MASS ? totals.mass : totals.kinetic_energy;
   }
   const int behind_bodies = n - HEAD - PER_BODY * (int) impl->settings.bodies.size();

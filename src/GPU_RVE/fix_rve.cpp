@@ -338,7 +338,7 @@ double FixRve::engine_time() const
   return impl->points->engine_time();
 }
 
-mpm::Constitutive *FixRve::constitutive()
+mpm::Constitutive<2> *FixRve::constitutive()
 {
   if (impl->settings.driver != RveDriver::Mpm)
     error->all(FLERR, "fix rve {} must have drive mpm to serve as a material of fix mpm", id);
@@ -368,14 +368,14 @@ double FixRve::compute_vector(int n)
     const auto &point = impl->point(i);
     const auto &counters = point.result.counters;
     const double values[] = {1.0,
-                             point.frozen ? 1.0 : 0.0,
+                             point.frozen() ? 1.0 : 0.0,
                              (double) counters.steps,
                              (double) counters.rebuilds,
                              (double) counters.lattice_reductions,
                              (double) counters.repeats};
     if (n < 6) mine += values[n];
     if (n == 8) mine = MAX(mine, point.drive.substeps);
-    if (n == 13) mine += point.asleep ? 1.0 : 0.0;
+    if (n == 13) mine += point.asleep() ? 1.0 : 0.0;
     status |= static_cast<int>(point.result.status);
   }
   if (n == 6) {

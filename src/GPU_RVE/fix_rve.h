@@ -29,7 +29,7 @@ FixStyle(rve,FixRve);
 #include <string>
 
 namespace mpm {
-class Constitutive;
+template <int D> class Constitutive;
 }
 namespace rve {
 struct Result;
@@ -90,7 +90,7 @@ class FixRve : public Fix {
   // complete state, exact
   rve::RveState state(int) const;
   // the RVEs as a material for fix mpm; owned by this fix; error unless `drive mpm`
-  mpm::Constitutive *constitutive();
+  mpm::Constitutive<2> *constitutive();
 
  private:
   struct Impl;

@@ -81,6 +81,8 @@ void FixRve::Impl::write_restart_head(FILE *fp) const
 {
   std::string account;
   for (const auto &[keyword, value] : settings.account()) account += keyword + " " + value + "\n";
+  if (settings.material.law)
+    account += std::string("contact ") + rve::word_of(*settings.material.law) + "\n";
   for (const auto &parameter : rve::MATERIAL_PARAMETERS)
     if (settings.material[parameter.member])    // all digits
       account += fmt::format("{} {}\n", parameter.keyword, *settings.material[parameter.member]);
@@ -168,6 +170,9 @@ void FixRve::Impl::read_restart_head(const char *buf)
   dt = time_step_is_old ? settings.dt : head.dt;
 
   MaterialWords unsaid;
+  const auto contact = account.find("contact");
+  if (contact != account.end() && !settings.material.law)
+    settings.material.law = unsaid.law = rve::contact_law_of(contact->second);
   for (const auto &parameter : rve::MATERIAL_PARAMETERS) {
     const auto word = account.find(parameter.keyword);
     if (word == account.end() || settings.material[parameter.member]) continue;
@@ -223,11 +228,14 @@ std::vector<std::string> FixRve::Impl::change_materials(const MaterialWords &wor
   double range[NUM_PARAMETERS][4];
   int count[NUM_PARAMETERS] = {};
   std::fill_n(&range[0][0], 4 * NUM_PARAMETERS, -HUGE_VAL);
+  const rve::ContactLaw law_before = points->contacts().law;
+  int with_other_law = 0;
   for (const int i : atoms_with_rve()) {
     const rve::Material before = points->material(slot[i]);
     rve::Material after = before;
     change_material(after, words, mass_scaling, mass_scaling_before);
-    bool differs = false;
+    bool differs = after.law != before.law;
+    if (differs) ++with_other_law;
     for (int k = 0; k < NUM_PARAMETERS; ++k) {
       const double a = before.*rve::MATERIAL_PARAMETERS[k].member,
                    b = after.*rve::MATERIAL_PARAMETERS[k].member;
@@ -243,8 +251,8 @@ std::vector<std::string> FixRve::Impl::change_materials(const MaterialWords &wor
   }
   std::string problem;
   try {
-    if (packings.any_rolling_forces()) points->expect_rolling_resistance();
     if (!changed.empty()) points->set_materials(changed, materials);
+    points->expect(packings.contacts());    // of RVEs that are made later
   } catch (const std::exception &e) {
     problem = fmt::format("fix rve {}: {}", fix->id, e.what());
   }
@@ -252,6 +260,7 @@ std::vector<std::string> FixRve::Impl::change_materials(const MaterialWords &wor
 
   MPI_Allreduce(MPI_IN_PLACE, range, 4 * NUM_PARAMETERS, MPI_DOUBLE, MPI_MAX, fix->world);
   MPI_Allreduce(MPI_IN_PLACE, count, NUM_PARAMETERS, MPI_INT, MPI_SUM, fix->world);
+  MPI_Allreduce(MPI_IN_PLACE, &with_other_law, 1, MPI_INT, MPI_SUM, fix->world);
   std::vector<std::string> list;
   if (mass_scaling != mass_scaling_before)
     list.push_back(fmt::format("mass_scaling {} -> {}", rve::number(mass_scaling_before),
@@ -259,6 +268,9 @@ std::vector<std::string> FixRve::Impl::change_materials(const MaterialWords &wor
   const auto text = [](double least, double most) {
     return least == most ? rve::number(least) : rve::number(least) + " to " + rve::number(most);
   };
+  if (with_other_law > 0)
+    list.push_back(fmt::format("contact {} -> {} ({} RVEs)", rve::word_of(law_before),
+                               rve::word_of(points->contacts().law), with_other_law));
   for (int k = 0; k < NUM_PARAMETERS; ++k) {
     if (count[k] == 0) continue;
     list.push_back(fmt::format("{} {} -> {} ({} RVEs)", rve::MATERIAL_PARAMETERS[k].keyword,
@@ -316,8 +328,7 @@ void FixRve::Impl::modify(int narg, char **arg)
 
   // RVEs that are made later begin like those that are there
   wanted.material = settings.material;
-  for (const auto &parameter : rve::MATERIAL_PARAMETERS)
-    if (words[parameter.member]) wanted.material[parameter.member] = words[parameter.member];
+  wanted.material.add(words);
   wanted.mass_scaling = scaling;
   wanted.dt_given = settings.dt_given || dt_given;
   settings = wanted;

@@ -66,6 +66,7 @@ void FixRve::Impl::make_engine()
   if (!settings.threads_given) settings.options.threads = share.threads();
   std::string notice, problem;
   try {
+    settings.options.contacts = packings.contacts();
     auto engine = rve::make_engine(settings.options, &notice);
     std::unique_ptr<rve::Engine> shadows;
     if (settings.num_shadows > 0) {
@@ -76,7 +77,6 @@ void FixRve::Impl::make_engine()
     }
     points = std::make_unique<macro::RvePoints>(std::move(engine), std::move(shadows),
                                                 settings.macro_step, threads());
-    if (packings.any_rolling_forces()) points->expect_rolling_resistance();
   } catch (const std::exception &e) {
     problem = fmt::format("fix rve: {}", e.what());
   }
@@ -354,7 +354,7 @@ void FixRve::Impl::attach()
     std::vector<int> failed;
     for (std::size_t k = 0; k < slots.size(); ++k) {
       slot[atoms[k]] = slots[k];
-      if (points->point(slots[k]).frozen) failed.push_back(slots[k]);
+      if (points->point(slots[k]).frozen()) failed.push_back(slots[k]);
       sums[1] += static_cast<bigint>(points->bytes(slots[k]));
     }
     report(failed, atoms, {});
@@ -439,7 +439,7 @@ void FixRve::Impl::choose_shadows()
     ++shadows[1];
     if (point(i).shadow >= 0)
       ++shadows[0];
-    else if (!point(i).frozen)
+    else if (!point(i).frozen())
       mine.push_back(rve::splitmix64(atom->tag[i]));
   }
   MPI_Allreduce(shadows, all_shadows, 2, MPI_INT, MPI_SUM, fix->world);
@@ -508,7 +508,7 @@ void FixRve::Impl::advise(bool at_start)
   std::fill_n(id, KINDS, MAXTAGINT);
   for (const int i : atoms_with_rve()) {
     const macro::RvePoints::Point &point = this->point(i);
-    if (point.frozen) continue;
+    if (point.frozen()) continue;
     rve::DriveRates motion;
     motion.strain_rate = point.strain_rate();
     motion.dt = point.drive.dt;

@@ -82,8 +82,9 @@ void read_contact(ScriptWords &words, MaterialWords &material)
   words.set_form("hooke k_n eta_n tangential linear_history k_t x_gammat mu [damping velocity] "
                  "[rolling sds k_roll 0 mu_roll]");
   for (const rve::MaterialParameter &parameter : rve::MATERIAL_PARAMETERS)
-    if (parameter.of_contact) material[parameter.member] = 0.0;
-  words.choice<bool>("normal model", {{"hooke", true}});
+    if (parameter.of_contact()) material[parameter.member] = 0.0;
+  material.law = words.choice<rve::ContactLaw>(
+      "normal model", {{rve::word_of(rve::ContactLaw::Linear), rve::ContactLaw::Linear}});
   material[&rve::Material::normal_stiffness] = words.number("hooke k_n");
   Contact contact{material, words.number("hooke eta_n")};
   material[&rve::Material::normal_viscosity] = contact.eta_n;
@@ -136,7 +137,7 @@ bool MaterialWords::read(ScriptWords &words)
   for (const auto &parameter : rve::MATERIAL_PARAMETERS) {
     const char *keyword = parameter.keyword;
     const bool is_this = words.keyword() == keyword;
-    if (parameter.of_contact &&
+    if (parameter.of_contact() &&
         ((is_contact && words.has(keyword)) || (is_this && words.has("contact"))))
       words.refuse(fmt::format("contact and {} exclude each other: contact gives {}, too", keyword,
                                keyword));
@@ -162,13 +163,22 @@ std::optional<double> &MaterialWords::operator[](MaterialMember member)
 
 bool MaterialWords::any() const
 {
-  return std::any_of(std::begin(values), std::end(values), [](const auto &value) {
-    return value.has_value();
-  });
+  return law.has_value() ||
+      std::any_of(std::begin(values), std::end(values), [](const auto &value) {
+           return value.has_value();
+         });
+}
+
+void MaterialWords::add(const MaterialWords &later)
+{
+  if (later.law) law = later.law;
+  for (std::size_t k = 0; k < std::size(values); ++k)
+    if (later.values[k]) values[k] = later.values[k];
 }
 
 void MaterialWords::apply(rve::Material &material) const
 {
+  if (law) material.law = *law;
   for (const auto &parameter : rve::MATERIAL_PARAMETERS)
     if ((*this)[parameter.member]) material.*parameter.member = *(*this)[parameter.member];
   const MaterialWords &words = *this;

@@ -42,6 +42,11 @@ class MaterialWords {
   void apply(rve::Material &material) const;
 
   bool any() const;
+  /// What is said later counts.
+  void add(const MaterialWords &later);
+
+  /// That of *contact*, which gives all parameters of it.
+  std::optional<rve::ContactLaw> law;
 
  private:
   std::optional<double> values[std::size(rve::MATERIAL_PARAMETERS)];

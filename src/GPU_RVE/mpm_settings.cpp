@@ -41,7 +41,7 @@ constexpr double MAX_COURANT =
 struct Said {
   LAMMPS *lmp;
   MpmSettings &settings;
-  mpm::SolverOptions &options = settings.options;
+  mpm::SolverOptions<2> &options = settings.options;
   mpm::Face *face = nullptr;
   std::string owner{};
 };
@@ -182,7 +182,7 @@ void read_cfl(ScriptWords &words, Said &said)
 constexpr ScriptKeyword<Said> KEYWORDS[] = {
     {"domain", "xlo xhi ylo yhi",
      [](ScriptWords &words, Said &said) {
-       mpm::SolverOptions &options = said.options;
+       mpm::SolverOptions<2> &options = said.options;
        for (int a = 0; a < 2; a++) {
          options.lo[a] = words.number(a == 0 ? "xlo" : "ylo");
          options.hi[a] = words.number(a == 0 ? "xhi" : "yhi");
@@ -243,7 +243,7 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
   ScriptWords words(lmp, "Fix mpm", narg, arg, 3);
   words.limit_numbers(LARGEST);
   MpmSettings settings;
-  mpm::SolverOptions &options = settings.options;
+  mpm::SolverOptions<2> &options = settings.options;
   settings.words.emplace_back("cell size", words.peek());
   options.cell_size = words.positive("cell size", "[length]");
   options.lo = {{lmp->domain->boxlo[0], lmp->domain->boxlo[1]}};

@@ -44,16 +44,16 @@ struct MpmTraction {
 struct MpmModel {
   std::string group;
   int groupbit;
-  std::string word;                          ///< rve, or that of an analytic law
-  std::string fix_rve;                       ///< whose RVEs are the model, or
-  std::shared_ptr<mpm::Constitutive> law;    ///< an analytic one
+  std::string word;                             ///< rve, or that of an analytic law
+  std::string fix_rve;                          ///< whose RVEs are the model, or
+  std::shared_ptr<mpm::Constitutive<2>> law;    ///< an analytic one
 };
 
 /// What a script says: keywords, with what they are about where they may occur again ("boundary xlo"), and their values.
 using MpmWords = std::vector<std::pair<std::string, std::string>>;
 
 struct MpmSettings {
-  mpm::SolverOptions options;
+  mpm::SolverOptions<2> options;
   std::vector<MpmRigidBody> bodies;    ///< their contact is in options.rigid_bodies
   std::vector<MpmTraction> tractions;
   std::vector<MpmModel> models;

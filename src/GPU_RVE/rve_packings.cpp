@@ -168,10 +168,10 @@ int RvePackings::fewest_grains() const
   return fewest;
 }
 
-bool RvePackings::any_rolling_forces() const
+rve::ContactModel RvePackings::contacts() const
 {
-  return std::any_of(packings.begin(), packings.end(), [](const rve::RveState &packing) {
-    return packing.needs_rolling_forces();
+  return rve::contacts_of(packings, [this](int packing) {
+    return name(packing);
   });
 }
 

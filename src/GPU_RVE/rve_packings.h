@@ -16,6 +16,7 @@
 #ifndef LMP_RVE_PACKINGS_H
 #define LMP_RVE_PACKINGS_H
 
+#include "rve/engine/contact_model.h"
 #include "rve/engine/packing_library.h"
 #include "rve_settings.h"
 
@@ -36,8 +37,8 @@ class RvePackings {
   int size() const { return static_cast<int>(packings.size()); }
   /// Of the smallest packing.
   int fewest_grains() const;
-  /// Whether one needs room for rolling forces.
-  bool any_rolling_forces() const;
+  /// What contacts of RVEs need that are made of them. Throws InputError if their contact laws differ.
+  rve::ContactModel contacts() const;
   /// "packing 3 (library.rve)"
   std::string name(int packing) const;
   /// Stable time step of each packing [time].

@@ -127,6 +127,15 @@ struct Outcome {
   std::vector<Result> last;
 };
 
+/// The same for these actors.
+Options with_contacts_of(const std::vector<Actor> &actors, Options options)
+{
+  std::vector<RveState> states;
+  for (const Actor &actor : actors) states.push_back(actor.state);
+  options.contacts = contacts_of(states);
+  return options;
+}
+
 Outcome play(Engine &engine, const std::vector<Actor> &actors, int calls)
 {
   Outcome outcome;
@@ -352,7 +361,7 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
   for (const auto &one : cases) {
     SCOPED_TRACE(one.name);
     const StateImage image =
-        build_image(GetParam(), one.state, 2000, one.scene == Program::Rolling);
+        build_image(GetParam(), one.state, 2000, features_of(one.scene).memory);
 
     const KernelRun baseline =
         run_kernel(host_baseline::kernel(format), image, drive, one.steering, one.scene);
@@ -392,8 +401,9 @@ TEST_P(Backends, ShortAnswerIsThatOfTheResultAndTheMotionIsTheSame)
     if (scene == std::string("plain"))
       for (Actor &actor : actors)
         actor.drive = Drive::constant_velocity_gradient(Tensor2{{0.1, 0.3, 0.2, -0.2}}, DT, 150);
-    const auto full = make_engine(options_for(GetParam(), Device::Cpu, WIDE_SKIN));
-    const auto brief = make_engine(options_for(GetParam(), Device::Cpu, WIDE_SKIN));
+    const Options options =
+        with_contacts_of(actors, options_for(GetParam(), Device::Cpu, WIDE_SKIN));
+    const auto full = make_engine(options), brief = make_engine(options);
 
     expect_short_answers(*full, *brief, actors);
   }
@@ -423,7 +433,8 @@ TEST_P(Backends, RvesThatNeedMoreDoNotChangeABitOfTheOthers)
   for (const auto &actors : company) {
     SCOPED_TRACE(actors[1].name);
 
-    const Outcome outcome = play(*make_engine(options_for(GetParam(), Device::Cpu)), actors, 3);
+    const Options options = with_contacts_of(actors, options_for(GetParam(), Device::Cpu));
+    const Outcome outcome = play(*make_engine(options), actors, 3);
 
     expect_same_bits(expected, outcome, alone);
   }
@@ -455,7 +466,8 @@ TEST_P(CpuAndCuda, GiveTheSameStatesAndResultsAfterAnEventfulRun)
 TEST_P(CpuAndCuda, TurnRvesToTheSameBits)
 {
   const auto turned_scene = [&](const std::vector<Actor> &actors, Device device) {
-    const auto engine = make_engine(options_for(GetParam(), device, WIDE_SKIN));
+    const auto engine =
+        make_engine(with_contacts_of(actors, options_for(GetParam(), device, WIDE_SKIN)));
     play(*engine, actors, 2);
     std::vector<int> rves(actors.size());    // in the order of play(), all but the second
     std::iota(rves.begin(), rves.end(), 0);
@@ -501,7 +513,7 @@ TEST_P(CpuAndCuda, GiveTheSameBitsWithRollingResistance)
   // more grains than threads too, and an RVE without resistance among the others
   auto actors = full_scene(true, true);
   actors[1].state.material.rolling_friction = 0.0;
-  Options options = options_for(GetParam(), Device::Cpu, WIDE_SKIN);
+  Options options = with_contacts_of(actors, options_for(GetParam(), Device::Cpu, WIDE_SKIN));
   options.track_energy = true;
   const auto cpu = make_engine(options);
   options.device = Device::Cuda;
@@ -511,12 +523,13 @@ TEST_P(CpuAndCuda, GiveTheSameBitsWithRollingResistance)
 
   expect_same_bits(on_cpu, on_gpu, actors);
   for (const Result &result : on_gpu.last) EXPECT_NE(result.energy.local_damping, 0.0);
-  expect_short_answers(*make_engine(options_for(GetParam(), Device::Cpu)),
-                       *make_engine(options_for(GetParam(), Device::Cuda)),
-                       full_scene(false, true));
+  const auto others = full_scene(false, true);
+  expect_short_answers(
+      *make_engine(with_contacts_of(others, options_for(GetParam(), Device::Cpu))),
+      *make_engine(with_contacts_of(others, options_for(GetParam(), Device::Cuda))), others);
 }
 
-// The batch changes its images and its program in the middle.
+// The batch moves to another engine in the middle.
 TEST_P(CpuAndCuda, GiveTheSameBitsWhenRollingResistanceComesLate)
 {
   const auto actors = short_scene();
@@ -527,11 +540,17 @@ TEST_P(CpuAndCuda, GiveTheSameBitsWhenRollingResistanceComesLate)
   all.back().state.material.rolling_friction = 0.3;
 
   for (const Device device : {Device::Cpu, Device::Cuda}) {
-    const auto engine = make_engine(options_for(GetParam(), device));
+    auto engine = make_engine(options_for(GetParam(), device));
     Outcome &outcome = outcomes[device == Device::Cuda ? 1 : 0];
     std::vector<int> rves;
     std::vector<Drive> drives;
     for (std::size_t k = 0; k < all.size(); ++k) {
+      const ContactModel contacts = contacts_of(all[k].state);
+      if (!engine->contacts().serves(contacts)) {
+        auto other = engine->empty_with(contacts);
+        for (int &rve : rves) rve = other->add(engine->state(rve));
+        engine = std::move(other);
+      }
       rves.push_back(engine->add(all[k].state));
       drives.push_back(all[k].drive);
       engine->advance(rves, drives, outcome.last);

@@ -78,7 +78,8 @@ class PackedGrains : public ::testing::TestWithParam<Format> {
   KernelRun expect_same_bits(const Scene &scene, int calls = 1)
   {
     const Format format = GetParam();
-    StateImage image = build_image(GetParam(), scene.state, 40 * scene.state.num_grains());
+    StateImage image =
+        build_image(GetParam(), scene.state, 40 * scene.state.num_grains(), Program::General);
     KernelRun one_by_one;
     for (int call = 0; call < calls; ++call) {
       one_by_one = run_kernel(host_baseline::kernel(format), Program::Plain, image, scene);
@@ -174,7 +175,7 @@ TEST_P(PackedGrains, AnyNumberOfGrains)
 TEST_P(PackedGrains, EvaluationWithoutSteps)
 {
   Scene scene{sheared_packing(), 0.02, 150, 0.0};
-  scene.state = read_image(GetParam(), expect_same_bits(scene).image);
+  scene.state = read_image(GetParam(), expect_same_bits(scene).image, Program::General);
   scene.shear = 0.0;
   scene.substeps = 0;
 
@@ -189,7 +190,7 @@ TEST_P(PackedGrains, ForcesFarAboveTheExpectedOnes)
   Scene scene{sheared_packing(), 0.01, 40, 0.0};
   scene.state.largest_contact_force = 1.0;
   const Format format = GetParam();
-  const StateImage image = build_image(GetParam(), scene.state, 4000);
+  const StateImage image = build_image(GetParam(), scene.state, 4000, Program::General);
 
   const KernelRun one_by_one =
       run_kernel(host_baseline::kernel(format), Program::Plain, image, scene);
@@ -208,7 +209,7 @@ TEST_P(PackedGrains, SaturationBoundaryHasTheSameVerdict)
   for (double expected = 2000.0; expected > 2.0; expected *= 0.5) {
     Scene scene{sheared_packing(), 0.01, 10, 0.0};
     scene.state.largest_contact_force = expected;
-    const StateImage image = build_image(GetParam(), scene.state, 4000);
+    const StateImage image = build_image(GetParam(), scene.state, 4000, Program::General);
 
     const KernelRun one_by_one =
         run_kernel(host_baseline::kernel(format), Program::Plain, image, scene);

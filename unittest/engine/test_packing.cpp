@@ -28,9 +28,10 @@ PackingRecipe paper_recipe(int num_grains, double pressure)
   return recipe;
 }
 
-std::unique_ptr<Engine> cpu_engine(int threads = 1)
+std::unique_ptr<Engine> cpu_engine(int threads = 1, const ContactModel &contacts = ContactModel())
 {
   Options options;
+  options.contacts = contacts;
   options.device = Device::Cpu;
   options.threads = threads;
   return make_engine(options);
@@ -191,12 +192,12 @@ TEST(Packing, FrictionlessPreparationLeavesNoTangentialForce)
 // Rolling resistance belongs to the final material: the way there is that without it, and grains at rest stay at rest.
 TEST(Packing, RollingResistanceComesWhenThePackingIsReady)
 {
-  const auto engine = cpu_engine();
   PackingRecipe recipe = paper_recipe(100, 20e3);
   recipe.preparation_friction = 0.3;
-  RveState without = generate_packing(recipe, *engine);
+  RveState without = generate_packing(recipe, *cpu_engine());
   recipe.material.rolling_stiffness = 5e5;
   recipe.material.rolling_friction = 0.3;
+  const auto engine = cpu_engine(1, contacts_of(recipe.material));
 
   const RveState packing = generate_packing(recipe, *engine);
   const Result result = evaluate(*engine, packing);

@@ -110,10 +110,9 @@ TEST(PackingFile, StateReturnsToTheLastBit)
     EXPECT_EQ(copy.pairs[k].tangential_force, state.pairs[k].tangential_force);
     EXPECT_EQ(copy.pairs[k].rolling_force, state.pairs[k].rolling_force);
   }
-  const auto *material = reinterpret_cast<const double *>(&state.material);
-  const auto *material_copy = reinterpret_cast<const double *>(&copy.material);
-  for (std::size_t k = 0; k < sizeof(Material) / sizeof(double); ++k)
-    EXPECT_EQ(material_copy[k], material[k]);
+  EXPECT_EQ(copy.material.law, state.material.law);
+  for (const MaterialParameter &parameter : MATERIAL_PARAMETERS)
+    EXPECT_EQ(copy.material.*parameter.member, state.material.*parameter.member) << parameter.name;
   for (int k = 0; k < 4; ++k) {
     EXPECT_EQ(copy.cell.component[k], state.cell.component[k]);
     EXPECT_EQ(copy.deformation.component[k], state.deformation.component[k]);
@@ -169,6 +168,29 @@ TEST(PackingFile, GrainsMayComeInAnyOrder)
   EXPECT_EQ(state.material.tangential_stiffness, 8e5);
   EXPECT_EQ(state.material.rolling_stiffness, 0.0);
   EXPECT_EQ(state.material.rolling_friction, 0.0);
+}
+
+TEST(PackingFile, MaySayTheContactLawInFrontOfItsParameters)
+{
+  const std::string path = temporary_path("two.rve"), two = TWO_GRAINS;
+  std::string said = two;
+  said.insert(said.find("normal_stiffness"), "contact_law hooke\n");
+  std::ofstream(path) << said;
+
+  const RveState state = read_packing(path);
+
+  EXPECT_EQ(state.material.law, ContactLaw::Linear);
+  EXPECT_EQ(state.material.normal_stiffness, 1e6);
+  write_packing(path, state);
+  std::stringstream written;
+  written << std::ifstream(path).rdbuf();
+  EXPECT_EQ(written.str().find("contact_law"), std::string::npos);    // it is the default
+  EXPECT_EQ(message_after(said, "hooke", "hoke"),
+            ":3: there is no contact law 'hoke'; did you mean hooke?");
+  EXPECT_EQ(message_after(said, "hooke", "hooke 2"),
+            ":3: 'contact_law hooke 2' has 3 words; expected 'contact_law word'");
+  EXPECT_EQ(message_after(two, "friction 0.5", "friction 0.5\ncontact_law hooke"),
+            ":6: contact_law stands behind a material value; it must be the first of them");
 }
 
 TEST(PackingFile, BrokenFilesAreRefusedWithLineNumber)

@@ -116,7 +116,8 @@ template <class Numbers> Run run_of(double friction)
   shake(state, 0.2, 5);
   state.material.friction = friction;
   state.largest_contact_force = 1e4;
-  return Run{build_image(format_of<Numbers>(), state, 2000), AnswerRecord(), DetailRecord()};
+  return Run{build_image(format_of<Numbers>(), state, 2000, Program::General), AnswerRecord(),
+             DetailRecord()};
 }
 
 /// What a caller sees. States, not images: a zero history may have a sign.
@@ -124,8 +125,8 @@ template <class Numbers> void expect_same_bits(const Run &run, const Run &expect
 {
   EXPECT_EQ(std::memcmp(&run.answer, &expected.answer, sizeof(run.answer)), 0);
   EXPECT_EQ(std::memcmp(&run.detail, &expected.detail, sizeof(run.detail)), 0);
-  EXPECT_EQ(serialize(read_image(format_of<Numbers>(), run.image)),
-            serialize(read_image(format_of<Numbers>(), expected.image)));
+  EXPECT_EQ(serialize(read_image(format_of<Numbers>(), run.image, Program::General)),
+            serialize(read_image(format_of<Numbers>(), expected.image, Program::General)));
 }
 
 template <class Numbers> class Registers : public testing::Test {
@@ -152,7 +153,7 @@ TYPED_TEST(Registers, PlainAndGeneralProgramsGiveTheBitsOfArrays)
     expect_same_bits<TypeParam>(plain, arrays);
     expect_same_bits<TypeParam>(general, arrays);
   }
-  const RveState end = read_image(format_of<TypeParam>(), arrays.image);
+  const RveState end = read_image(format_of<TypeParam>(), arrays.image, Program::General);
   EXPECT_GT(end.counters.rebuilds, 10);
 }
 
@@ -170,6 +171,6 @@ TYPED_TEST(Registers, FrictionlessProgramGivesTheBitsOfArraysWithACoefficientOfZ
     EXPECT_EQ(arrays.answer.status & status::Fatal, 0u) << describe_status(arrays.answer.status);
     expect_same_bits<TypeParam>(frictionless, arrays);
   }
-  const RveState end = read_image(format_of<TypeParam>(), arrays.image);
+  const RveState end = read_image(format_of<TypeParam>(), arrays.image, Program::General);
   EXPECT_GT(end.counters.rebuilds, 10);
 }

@@ -2,6 +2,7 @@
 
 #include "rve/core/error.h"
 #include "rve/engine/stability.h"
+#include "support/messages.h"
 #include "support/packings.h"
 #include "support/rve_rig.h"
 
@@ -464,15 +465,19 @@ TEST_P(Rolling, CoefficientOfZeroGivesTheBitsOfThePlainProgram)
 {
   RveState state = paper_packing();
   RveRig plain(state, cpu_options(GetParam()));
-  const auto engine = make_engine(cpu_options(GetParam()));
+  auto engine = make_engine(cpu_options(GetParam()));
   std::vector<int> rves = {engine->add(state)};
   std::vector<Result> results;
   const Drive drive = Drive::constant_velocity_gradient(SHEAR_AND_COMPRESSION, DT, 200);
 
   for (int call = 0; call < 10; ++call) {
     plain.advance(drive);
-    // the batch changes its program and its images in the middle
-    if (call == 3) rves.push_back(engine->add(rolling_packing()));
+    // the batch moves to an engine with another program in the middle
+    if (call == 3) {
+      auto other = engine->empty_with(contacts_of(rolling_packing()));
+      rves = {other->add(engine->state(rves[0])), other->add(rolling_packing())};
+      engine = std::move(other);
+    }
     engine->advance(rves, std::vector<Drive>(rves.size(), drive), results);
     EXPECT_TRUE(same_answer(results[0], plain.result())) << "call " << call;
   }
@@ -586,7 +591,7 @@ TEST_P(Rolling, ThreadsAndCompanyDoNotChangeABit)
   }
 
   for (const int threads : {1, 3}) {
-    const auto engine = make_engine(cpu_options(GetParam(), threads));
+    const auto engine = make_engine(with_contacts_of(states, cpu_options(GetParam(), threads)));
     std::vector<int> rves;
     for (const RveState &state : states) rves.push_back(engine->add(state));
     std::vector<Result> results;
@@ -638,9 +643,10 @@ TEST_P(Rolling, ForcesThatAStateBringsAlongStayUntilTheFirstStepWithoutResistanc
   EXPECT_TRUE(rolling_histories(rig.state()).empty());
 }
 
-TEST_P(Rolling, MaterialOfARunningRveMayGetIt)
+TEST_P(Rolling, MaterialOfARunningRveMayGetItInAnEngineThatIsMadeForIt)
 {
-  const auto engine = make_engine(cpu_options(GetParam()));
+  const auto plain = make_engine(cpu_options(GetParam()));
+  const auto engine = plain->empty_with(contacts_of(rolling_packing()));
   const std::vector<int> rves = {engine->add(paper_packing()), engine->add(paper_packing())};
   const std::vector<Drive> drives(
       2, Drive::constant_velocity_gradient(SHEAR_AND_COMPRESSION, DT, 200));
@@ -648,7 +654,6 @@ TEST_P(Rolling, MaterialOfARunningRveMayGetIt)
   engine->advance(rves, drives, results);
   RveState by_hand = engine->state(rves[1]);
   const std::vector<char> other = serialize(engine->state(rves[0]));
-  const std::size_t bytes = engine->bytes_per_rve(400);
   by_hand.material = rolling_packing().material;
   RveRig rig(by_hand, cpu_options(GetParam()));
 
@@ -661,21 +666,35 @@ TEST_P(Rolling, MaterialOfARunningRveMayGetIt)
   EXPECT_GT(rolling_histories(rig.state()).size(), 400u);
   // three owned pairs and a few extra ones
   const std::size_t number = GetParam() == Format::Fast || GetParam() == Format::Single ? 4 : 8;
-  EXPECT_GE(engine->bytes_per_rve(400), bytes + 3 * 400 * number);
-  EXPECT_LE(engine->bytes_per_rve(400), bytes + 4 * 400 * number);
+  EXPECT_GE(engine->bytes_per_rve(400), plain->bytes_per_rve(400) + 3 * 400 * number);
+  EXPECT_LE(engine->bytes_per_rve(400), plain->bytes_per_rve(400) + 4 * 400 * number);
+  EXPECT_GT(engine->bytes_of_call(4, 400), plain->bytes_of_call(4, 400));
 }
 
-TEST_P(Rolling, MemoryIsToldAheadForWhoExpectsIt)
+TEST_P(Rolling, IsRefusedByAnEngineThatWasMadeWithoutIt)
 {
-  const auto engine = make_engine(cpu_options(GetParam())),
-             other = make_engine(cpu_options(GetParam()));
-  const std::size_t plain = engine->bytes_per_rve(400), call = engine->bytes_of_call(4, 400);
+  const auto engine = make_engine(cpu_options(GetParam()));
+  const int rve = engine->add(paper_packing());
+  const std::vector<char> before = serialize(engine->state(rve));
+  RveState with_forces = paper_packing();
+  with_forces.pairs.push_back({0, 1, 0.0, 1.0});
+  const std::string message =
+      "the RVE has contact law hooke with rolling resistance, and the engine "
+      "was made for RVEs with contact law hooke";
 
-  engine->expect_rolling_resistance();
-  other->add(rolling_packing());
+  EXPECT_EQ(message_of([&] {
+              engine->add(rolling_packing());
+            }),
+            message);
+  EXPECT_EQ(message_of([&] {
+              engine->add(with_forces);
+            }),
+            message);
+  EXPECT_EQ(message_of([&] {
+              engine->set_material(rve, rolling_packing().material);
+            }),
+            message);
 
-  EXPECT_GT(engine->bytes_per_rve(400), plain);
-  EXPECT_GT(engine->bytes_of_call(4, 400), call);
-  EXPECT_EQ(engine->bytes_per_rve(400), other->bytes_per_rve(400));
-  EXPECT_EQ(engine->bytes_of_call(4, 400), other->bytes_of_call(4, 400));
+  EXPECT_EQ(engine->size(), 1);
+  EXPECT_EQ(serialize(engine->state(rve)), before);
 }

@@ -23,7 +23,7 @@ class StabilityBound : public OnDevice {
  protected:
   double bound(const RveState &state, double enough) const
   {
-    const auto engine = make_engine(device_options(GetParam()));
+    const auto engine = make_engine(with_contacts_of({state}, device_options(GetParam())));
     std::vector<double> bounds;
     engine->bound_time_steps({engine->add(state)}, enough, bounds);
     return bounds.at(0);
@@ -171,12 +171,12 @@ TEST_P(StabilityBound, OfTheGpuHasTheBitsOfTheCpu)
   rolling.material.normal_viscosity = 10.0;
   for (const RveState &state : {paper_packing(), rolling, paper_gas()}) {
     const double enough = 2.0 * stable_time_step(state);
-    const auto cpu = make_engine(cpu_options(GetParam()));
+    const auto cpu = make_engine(with_contacts_of({state}, cpu_options(GetParam())));
     std::vector<double> expected;
     cpu->bound_time_steps({cpu->add(state)}, enough, expected);
     EXPECT_EQ(bound(state, enough), expected[0]);
     for (const int block : {96, 1024}) {
-      Options options = device_options(GetParam());
+      Options options = with_contacts_of({state}, device_options(GetParam()));
       options.block_size = block;
       const auto engine = make_engine(options);
       std::vector<double> found;

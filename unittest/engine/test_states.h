@@ -3,6 +3,7 @@
 #ifndef RVE_UNITTEST_ENGINE_TEST_STATES_H
 #define RVE_UNITTEST_ENGINE_TEST_STATES_H
 
+#include "rve/engine/contact_model.h"
 #include "rve/engine/state.h"
 
 #include <cmath>
@@ -54,9 +55,8 @@ inline rve::RveState crowded_state(int num_grains, unsigned seed)
     return static_cast<double>(random() >> 11) * 0x1p-53;
   };
   rve::RveState state;
-  double *material = reinterpret_cast<double *>(&state.material);
-  for (std::size_t k = 0; k < sizeof(rve::Material) / sizeof(double); ++k)
-    material[k] = 0.1 + 0.8 * uniform();
+  for (const rve::MaterialMember member : rve::parameters_of(state.material.law))
+    state.material.*member = 0.1 + 0.8 * uniform();
   state.cell.component[0] = 1.0 + uniform();
   state.cell.component[1] = 0.2 * uniform();
   state.cell.component[2] = -0.3 * uniform();

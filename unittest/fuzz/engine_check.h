@@ -42,6 +42,7 @@ inline void check_in_engine(const rve::RveState &state)
     options.device = rve::Device::Cpu;
     options.threads = 1;
     std::vector<rve::Result> results;
+    options.contacts = rve::contacts_of(state);
     try {
       const auto engine = rve::make_engine(options);
       const int rve = engine->add(state);

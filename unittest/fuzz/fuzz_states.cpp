@@ -54,6 +54,7 @@ std::vector<std::string> fuzz::seeds()
   shaken.material.rolling_stiffness = 5e5;
   shaken.material.rolling_friction = 0.3;
   rve_test::shake(shaken, 0.2, 2);
+  options.contacts = contacts_of(shaken);
   const auto engine = make_engine(options);
   const int rve = engine->add(shaken);
   std::vector<Result> results;

@@ -41,9 +41,18 @@ namespace {
   /// All members but the counters, by value: the layout of records and files is another matter.
   void add_state(BitHash &hash, const RveState &s)
   {
-    hash.add(s.material).add(s.cell).add(s.deformation);
+    for (const MaterialMember member : parameters_of(s.material.law)) hash.add(s.material.*member);
+    hash.add(s.cell).add(s.deformation);
     hash.add(s.radius).add(s.fractional).add(s.velocity).add(s.spin);
-    hash.add(s.pairs).add(s.list_cell).add(s.list_fractional).add(s.order);
+    // as many bytes for a pair as of linear springs, whatever others remember
+    struct LinearPair {
+      std::int32_t first, second;
+      double tangential_force, rolling_force;
+    };
+    std::vector<LinearPair> pairs;
+    for (const Pair &pair : s.pairs)
+      pairs.push_back({pair.first, pair.second, pair.tangential_force, pair.rolling_force});
+    hash.add(pairs).add(s.list_cell).add(s.list_fractional).add(s.order);
     hash.add(s.servo_velocity_gradient).add(s.largest_contact_force).add(s.energy);
   }
 
@@ -234,6 +243,7 @@ namespace {
     options.format = format;
     options.device = device;
     options.threads = 2;
+    options.contacts = contacts_of(scene.states);
     const auto engine = make_engine(options);
     std::vector<int> rves;
     for (const RveState &state : scene.states) rves.push_back(engine->add(state));
@@ -318,7 +328,7 @@ namespace {
   {
     constexpr double CELL = 0.05, STEP = 2e-4;
     constexpr int STEPS = 50;
-    mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.0}}, CELL);
+    mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.0}}, CELL);
     options.scheme = scheme;
     options.shape = shape;
     options.damping = shape == mpm::ShapeFunction::Gimp ? 0.05 : 0.0;
@@ -339,7 +349,7 @@ namespace {
     const int footing = scene.size();
     scene.add_block({{0.5, 0.8}}, {{0.55, 0.95}}, CELL, 2000.0);
     Random random(5);
-    std::vector<mpm::TractionLoad> loads(1);
+    std::vector<mpm::TractionLoad<2>> loads(1);
     loads[0].traction = {{1e3, -20e3}};
     for (int p = 0; p < scene.size(); ++p) {
       scene.rigid_body[p] = p < ground ? -1 : p < footing ? 0 : 1;
@@ -351,10 +361,10 @@ namespace {
         loads[0].point_index.push_back(p);
     }
 
-    mpm::LinearElastic elastic(10e6, 0.3);
+    mpm::LinearElastic<2> elastic(10e6, 0.3);
     mpm::MohrCoulomb frictional(10e6, 0.3, 2e3, 30.0, 5.0);    // libm: its angles
     scene.begin_memory(frictional);
-    mpm::MpmSolver solver(options);
+    mpm::MpmSolver<2> solver(options);
     solver.set_models({&elastic, &frictional});
     solver.set_body_velocity(0, {{0.0, -0.2}});
     solver.set_body_velocity(1, {{0.05, 0.0}});

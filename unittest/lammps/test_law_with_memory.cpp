@@ -19,7 +19,7 @@ namespace {
 
 /// Linear elasticity with a cap: mean stresses in the plane beyond the preconsolidation pressure p_c flow, and p_c hardens with the plastic
 /// strain in compression, as in Cam-clay but linearly; what the point has borne so far softens its shear modulus.
-class CappedElastic : public mpm::Constitutive {
+class CappedElastic : public mpm::Constitutive<2> {
  public:
   enum { Preconsolidation, PlasticStrain, Damage, NUM_VARIABLES };
 
@@ -42,7 +42,7 @@ class CappedElastic : public mpm::Constitutive {
     for (int k = 0; k < count; ++k) {
       const int p = point_index[k];
       double *state = memory[p];
-      const mpm::MidpointIncrement increment = mpm::midpoint_increment(increments[p]);
+      const mpm::MidpointIncrement<2> increment = mpm::midpoint_increment(increments[p]);
       stress[p] = mpm::elastic_stress(stress[p], increment, lame_first_,
                                       shear_modulus_ * (1.0 - 0.5 * state[Damage]));
       const double beyond = -0.5 * trace(stress[p]) - state[Preconsolidation];
@@ -74,7 +74,7 @@ class CappedElastic : public mpm::Constitutive {
 const bool is_in_table = [] {
   mpm::law_table().push_back({"capped",
                               {"lambda", "mu", "hardening"},
-                              [](const double *a) -> std::shared_ptr<mpm::Constitutive> {
+                              [](const double *a) -> std::shared_ptr<mpm::Constitutive<2>> {
                                 return std::make_shared<CappedElastic>(a[0], a[1], a[2]);
                               }});
   return true;

@@ -73,7 +73,7 @@ struct Scene {
   }
 
   /// All points begin to remember what a law does, at the stress that they have.
-  void begin_memory(const mpm::Constitutive &law)
+  void begin_memory(const mpm::Constitutive<2> &law)
   {
     memory_width = static_cast<int>(law.state_variables().size());
     memory.assign(static_cast<std::size_t>(memory_width) * size(), 0.0);
@@ -108,9 +108,9 @@ struct Scene {
     return scene;
   }
 
-  mpm::PointView view()
+  mpm::PointView<2> view()
   {
-    mpm::PointView view;
+    mpm::PointView<2> view;
     view.count = size();
     view.memory_width = memory_width;
     view.id = id.data();
@@ -131,9 +131,9 @@ struct Scene {
   }
 };
 
-inline mpm::SolverOptions grid_options(Vec2 lo, Vec2 hi, double cell_size)
+inline mpm::SolverOptions<2> grid_options(Vec2 lo, Vec2 hi, double cell_size)
 {
-  mpm::SolverOptions options;
+  mpm::SolverOptions<2> options;
   options.lo = lo;
   options.hi = hi;
   options.cell_size = cell_size;

@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <gtest/gtest.h>
 
-using mpm::MpmSolver;
+using MpmSolver = mpm::MpmSolver<2>;
 using mpm_test::Scene;
 
 namespace {
@@ -29,7 +29,7 @@ struct Deposit {
 };
 
 /// Plane column of the width L0 = 1 and the height H0 = 2 beside a smooth wall, on a rough base, suddenly released.
-Deposit collapse(mpm::Constitutive &law)
+Deposit collapse(mpm::Constitutive<2> &law)
 {
   Scene scene;
   scene.add_block({{0.0, 0.0}}, {{1.0, HEIGHT}}, 0.5 * CELL, DENSITY);
@@ -39,7 +39,7 @@ Deposit collapse(mpm::Constitutive &law)
     scene.stress[p] = {{0.5 * vertical, 0.0, 0.0, vertical}};
   }
   scene.begin_memory(law);
-  mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{6.0, 3.0}}, CELL);
+  mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{6.0, 3.0}}, CELL);
   options.sides = {mpm::SideKind::Roller, mpm::SideKind::Roller, mpm::SideKind::Fixed,
                    mpm::SideKind::Free};
   options.flip = 0.999;    // 0.1 % of PIC per step brings the noise of flowing points to rest

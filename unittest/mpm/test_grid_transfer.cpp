@@ -6,9 +6,9 @@
 #include <numeric>
 #include <random>
 
-using mpm::Grid;
+using Grid = mpm::Grid<2>;
 using mpm::ShapeFunction;
-using mpm::Support;
+using Support = mpm::Support<2>;
 using mpm::Vec2;
 using rve::FixedScale;
 
@@ -51,8 +51,8 @@ TEST_P(Transfer, NodesHoldTheRoundedMassOfThePointsToTheLastBit)
         1.0 + 2.0 * std::sin(static_cast<double>(p)) * std::sin(static_cast<double>(p));
     mpm::scatter<1>(
         all[p], scale, mass,
-        [&](int a, int b) {
-          return mass * all[p].value(a, b);
+        [&](const mpm::Place<2> &place) {
+          return mass * all[p].value(place);
         },
         sums.data(), 0);
     total += scale.integer(mass);
@@ -69,8 +69,8 @@ TEST_P(Transfer, InternalForcesOfAPointAddUpToNothingToTheLastBit)
 
     mpm::scatter<1>(
         support, scale, 0.0,
-        [&](int a, int b) {
-          return 3.7 * support.gradient(a, b)[0];
+        [&](const mpm::Place<2> &place) {
+          return 3.7 * support.gradient(place)[0];
         },
         sums.data(), 0);
 
@@ -83,7 +83,7 @@ TEST_P(Transfer, LinearVelocityFieldIsInterpolatedWithItsGradient)
   std::vector<Vec2> field(GRID.node_count());
   for (int j = -1; j <= GRID.cells(1) + 1; ++j)
     for (int i = -1; i <= GRID.cells(0) + 1; ++i)
-      field[GRID.node(i, j)] = {{1.0 + 0.5 * i, -2.0 + 0.5 * (2.0 * i - 3.0 * j)}};
+      field[GRID.node({{i, j}})] = {{1.0 + 0.5 * i, -2.0 + 0.5 * (2.0 * i - 3.0 * j)}};
 
   for (const Support &support : supports(GetParam())) {
     const rve::Tensor2 gradient = interpolate_gradient(support, field);

@@ -10,7 +10,7 @@
 #include <string>
 
 using mpm::Face;
-using mpm::MpmSolver;
+using MpmSolver = mpm::MpmSolver<2>;
 using mpm::Scheme;
 using mpm::SideKind;
 using mpm::Vec2;
@@ -38,7 +38,7 @@ double fall_beside_a_wall(const Strip &strip, int cells)
 {
   const double left = 2.0 * CELL, height = 2.0, time = 0.4;
   mpm::MohrCoulomb sand(YOUNG, 0.3, 0.0, 26.0, 0.0);
-  mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{6.0, 3.0}}, CELL);
+  mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{6.0, 3.0}}, CELL);
   options.sides = {SideKind::Roller, SideKind::Roller, SideKind::Fixed, SideKind::Free};
   options.scheme = strip.scheme;
   Scene scene;
@@ -116,8 +116,8 @@ TEST(HeldNodes, TakeNoEnergyFromAnElasticBlock)
 {
   for (const int points : {1, 2})
     for (const Scheme scheme : {Scheme::Musl, Scheme::Usavg}) {
-      mpm::LinearElastic law(YOUNG, 0.3);
-      mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{1.6, 2.4}}, CELL);
+      mpm::LinearElastic<2> law(YOUNG, 0.3);
+      mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{1.6, 2.4}}, CELL);
       options.sides = {SideKind::Free, SideKind::Free, SideKind::Roller, SideKind::Free};
       options.scheme = scheme;
       Scene scene;
@@ -129,7 +129,7 @@ TEST(HeldNodes, TakeNoEnergyFromAnElasticBlock)
 
       for (int step = 0; step < 2500; ++step) solver.step(scene.view(), {}, 2e-4);
 
-      const mpm::Totals end = solver.totals(scene.view());
+      const mpm::Totals<2> end = solver.totals(scene.view());
       EXPECT_GT(end.momentum[1], 0.5 * end.mass) << "it has bounced";
       EXPECT_NEAR(end.kinetic_energy + strain_energy(scene, YOUNG, 0.3), start, 0.02 * start)
           << points << " points along a cell";
@@ -148,8 +148,9 @@ TEST(HeldNodes, ReactionsAndForcesAreTheChangeOfMomentum)
             SCOPED_TRACE("flip " + std::to_string(flip) + ", damping " + std::to_string(damping) +
                          (separation ? ", separation" : "") + (rough ? ", rough" : ""));
             const double dt = 5e-4;
-            mpm::LinearElastic law(YOUNG, 0.3);
-            mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{0.8, 1.6}}, CELL);
+            mpm::LinearElastic<2> law(YOUNG, 0.3);
+            mpm::SolverOptions<2> options =
+                mpm_test::grid_options({{0.0, 0.0}}, {{0.8, 1.6}}, CELL);
             options.sides = {SideKind::Roller, SideKind::Roller, SideKind::Fixed, SideKind::Free};
             options.scheme = scheme;
             options.flip = flip;
@@ -181,9 +182,9 @@ TEST(HeldNodes, ReactionsAndForcesAreTheChangeOfMomentum)
               // down, to the side, and off again
               solver.set_body_velocity(
                   0, {{0.2 * std::sin(0.1 * step), 0.4 * std::sin(0.2 * step) - 0.1}});
-              const mpm::Totals before = solver.totals(scene.view());
+              const mpm::Totals<2> before = solver.totals(scene.view());
               solver.step(scene.view(), {}, dt);
-              const mpm::Totals after = solver.totals(scene.view());
+              const mpm::Totals<2> after = solver.totals(scene.view());
               for (int c = 0; c < 2; ++c) {
                 double sum = force[c] + solver.damping_force()[c] - solver.body_reaction(0)[c];
                 for (const Face side : {Face::XLo, Face::XHi, Face::YLo, Face::YHi})
@@ -199,8 +200,8 @@ TEST(HeldNodes, ABodyThatStartsTakesItsMaterialAlong)
 {
   // a block that stands on a smooth plate, which moves upwards with a constant acceleration: in the mean it pushes with m a
   const double dt = 5e-4, acceleration = 5.0;
-  mpm::LinearElastic law(YOUNG, 0.3);
-  mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{1.6, 4.8}}, CELL);
+  mpm::LinearElastic<2> law(YOUNG, 0.3);
+  mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{1.6, 4.8}}, CELL);
   options.flip = 0.95;
   mpm::RigidBodyOptions plate;
   plate.face = Face::YHi;
@@ -222,7 +223,7 @@ TEST(HeldNodes, ABodyThatStartsTakesItsMaterialAlong)
     impulse -= dt * solver.body_reaction(0)[1];
   }
 
-  const mpm::Totals end = solver.totals(scene.view());
+  const mpm::Totals<2> end = solver.totals(scene.view());
   const double velocity = acceleration * steps * dt;
   EXPECT_NEAR(impulse, end.mass * velocity, 0.01 * end.mass * velocity);
   for (int p = 0; p < block; ++p) EXPECT_NEAR(scene.velocity[3 * p + 1], velocity, 0.05 * velocity);
@@ -231,8 +232,8 @@ TEST(HeldNodes, ABodyThatStartsTakesItsMaterialAlong)
 TEST(HeldNodes, ABlockThatFliesWithABodyFeelsNothing)
 {
   // and neither does the body, in whatever frame it is looked at
-  mpm::LinearElastic law(YOUNG, 0.3);
-  mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{1.6, 2.4}}, CELL);
+  mpm::LinearElastic<2> law(YOUNG, 0.3);
+  mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{1.6, 2.4}}, CELL);
   options.rigid_bodies.resize(1);
   Scene scene;
   scene.add_block({{0.4, 0.4}}, {{1.2, 1.2}}, 0.5 * CELL, DENSITY);

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-using mpm::LinearElastic;
+using LinearElastic = mpm::LinearElastic<2>;
 using rve::Tensor2;
 
 namespace {

@@ -11,7 +11,7 @@
 #include <random>
 
 using mpm::Communication;
-using mpm::MpmSolver;
+using MpmSolver = mpm::MpmSolver<2>;
 using mpm::Scheme;
 using mpm::ShapeFunction;
 using mpm_test::Scene;
@@ -27,9 +27,9 @@ struct Case {
   bool separation;
 };
 
-mpm::SolverOptions options_for(const Case &what, mpm::Device device)
+mpm::SolverOptions<2> options_for(const Case &what, mpm::Device device)
 {
-  mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.0}}, CELL);
+  mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.0}}, CELL);
   options.scheme = what.scheme;
   options.shape = what.shape;
   options.damping = what.damping;
@@ -68,10 +68,10 @@ Scene scene_with_two_bodies()
 /// A solver with its points and laws.
 struct Ground {
   Scene scene;
-  mpm::LinearElastic elastic{10e6, 0.3};
+  mpm::LinearElastic<2> elastic{10e6, 0.3};
   mpm::MohrCoulomb frictional{10e6, 0.3, 2e3, 30.0, 5.0};
   MpmSolver solver;
-  std::vector<mpm::TractionLoad> loads;
+  std::vector<mpm::TractionLoad<2>> loads;
 
   Ground(const Case &what, mpm::Device device, Scene scene_in,
          const Communication &communication = {}) :
@@ -127,11 +127,11 @@ std::vector<double> numbers(Ground &run)
   for (const mpm::Face side : {mpm::Face::XLo, mpm::Face::XHi, mpm::Face::YLo, mpm::Face::YHi})
     for (int a = 0; a < 2; ++a) list.push_back(run.solver.side_reaction(side)[a]);
   for (int a = 0; a < 2; ++a) list.push_back(run.solver.damping_force()[a]);
-  const mpm::Grid &grid = run.solver.grid();
+  const mpm::Grid<2> &grid = run.solver.grid();
   for (int j = -1; j <= grid.cells(1) + 1; ++j)
     for (int i = -1; i <= grid.cells(0) + 1; ++i) {
-      list.push_back(run.solver.node_mass(i, j));
-      for (int a = 0; a < 2; ++a) list.push_back(run.solver.node_force(i, j)[a]);
+      list.push_back(run.solver.node_mass({{i, j}}));
+      for (int a = 0; a < 2; ++a) list.push_back(run.solver.node_force({{i, j}})[a]);
     }
   return list;
 }

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <gtest/gtest.h>
 
-using mpm::MpmSolver;
+using MpmSolver = mpm::MpmSolver<2>;
 using mpm::Scheme;
 using mpm_test::Scene;
 using rve::Tensor2;
@@ -68,8 +68,9 @@ TEST_P(AxialBar, FirstModeConvergesAtSecondOrder)
     for (int p = 0; p < scene.size(); ++p)
       scene.velocity[3 * p] = speed * std::sin(beta * scene.position[3 * p]);
     const Scene start = scene;
-    mpm::LinearElastic law(100.0, 0.0);
-    mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{length + 2.0 * h, h}}, h);
+    mpm::LinearElastic<2> law(100.0, 0.0);
+    mpm::SolverOptions<2> options =
+        mpm_test::grid_options({{0.0, 0.0}}, {{length + 2.0 * h, h}}, h);
     options.scheme = GetParam();
     options.sides = {mpm::SideKind::Roller, mpm::SideKind::Free, mpm::SideKind::Roller,
                      mpm::SideKind::Roller};
@@ -110,8 +111,9 @@ TEST(SelfWeightColumn, CompressedByAThirdHasTheStressAndPlaceOfTheClosedForm)
     Scene scene;
     scene.add_block({{0.0, 0.0}}, {{h, height}}, 0.5 * h, density);
     const Scene start = scene;
-    mpm::LinearElastic law(young, 0.0);
-    mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{h, height + 2.0 * h}}, h);
+    mpm::LinearElastic<2> law(young, 0.0);
+    mpm::SolverOptions<2> options =
+        mpm_test::grid_options({{0.0, 0.0}}, {{h, height + 2.0 * h}}, h);
     options.sides = mpm_test::box_open_above();
     options.damping = 0.2;
     MpmSolver solver(options);
@@ -208,7 +210,7 @@ TEST(GeneralizedVortex, ManufacturedSolutionConvergesAtSecondOrder)
     Scene scene;
     scene.add_block({{-side, -side}}, {{side, side}}, 0.5 * h, density);
     const Scene start = scene;
-    mpm::LinearElastic law(young, poisson);
+    mpm::LinearElastic<2> law(young, poisson);
     MpmSolver solver(mpm_test::grid_options({{-side - h, -side - h}}, {{side + h, side + h}}, h));
     solver.set_models({&law});
     const int steps = cells;
@@ -314,8 +316,8 @@ TEST(RigidRotation, SpinningDiskKeepsItsStressAndMomentumOverAWholeTurn)
         }
       }
       const Scene start = scene;
-      mpm::LinearElastic law(young, poisson);
-      mpm::SolverOptions options = mpm_test::grid_options({{-half, -half}}, {{half, half}}, h);
+      mpm::LinearElastic<2> law(young, poisson);
+      mpm::SolverOptions<2> options = mpm_test::grid_options({{-half, -half}}, {{half, half}}, h);
       options.shape = shape;
       options.scheme = Scheme::Usavg;
       MpmSolver solver(options);
@@ -377,7 +379,7 @@ TEST(CollidingDisks, EnergyHistoryIsThatOfAnElasticImpact)
                       });
     for (int p = 0; p < scene.size(); ++p)
       for (int c = 0; c < 2; ++c) scene.velocity[3 * p + c] = p < scene.size() / 2 ? 0.1 : -0.1;
-    mpm::LinearElastic law(1000.0, 0.3);
+    mpm::LinearElastic<2> law(1000.0, 0.3);
     MpmSolver solver(mpm_test::grid_options({{0.0, 0.0}}, {{1.0, 1.0}}, h));
     solver.set_models({&law});
     const double shear_modulus = 1000.0 / 2.6;

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-using mpm::MpmSolver;
+using MpmSolver = mpm::MpmSolver<2>;
 using mpm::ShapeFunction;
 using mpm_test::Scene;
 using rve::Tensor2;
@@ -15,9 +15,9 @@ constexpr double CELL = 0.25;    // powers of two, so that edges are met exactly
 
 class OnACellEdge : public testing::TestWithParam<ShapeFunction> {
  protected:
-  static mpm::SolverOptions options()
+  static mpm::SolverOptions<2> options()
   {
-    mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{4.0, 4.0}}, CELL);
+    mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{4.0, 4.0}}, CELL);
     options.shape = GetParam();
     return options;
   }
@@ -36,7 +36,7 @@ TEST_P(OnACellEdge, APointFliesOnWithItsVelocityAndWithoutStrain)
     const double sign = place[0] > 2.0 ? -1.0 : 1.0;
     scene.velocity[0] = sign * 0.5;
     scene.velocity[1] = sign * 0.25;
-    mpm::LinearElastic law(100.0, 0.3);
+    mpm::LinearElastic<2> law(100.0, 0.3);
     MpmSolver solver(options());
     solver.set_models({&law});
 
@@ -61,15 +61,15 @@ TEST_P(OnACellEdge, NodesFeelThePointAsTheyDoBesideTheEdge)
     Scene scene;
     scene.add(x, 1.125, {{0.5 * CELL, 0.5 * CELL}}, 3.0);
     scene.stress[0] = {{-2.0, 0.5, 0.5, -1.0}};
-    mpm::LinearElastic law(100.0, 0.3);
+    mpm::LinearElastic<2> law(100.0, 0.3);
     MpmSolver solver(options());
     solver.set_models({&law});
     solver.evaluate(scene.view(), {}, 1e-3);
     std::vector<double> values;
     for (int j = 3; j <= 6; ++j)
       for (int i = 2; i <= 6; ++i) {
-        values.push_back(solver.node_mass(i, j));
-        for (int c = 0; c < 2; ++c) values.push_back(solver.node_force(i, j)[c]);
+        values.push_back(solver.node_mass({{i, j}}));
+        for (int c = 0; c < 2; ++c) values.push_back(solver.node_force({{i, j}})[c]);
       }
     return values;
   };
@@ -90,7 +90,7 @@ TEST_P(OnACellEdge, StressOfAPointMovesItNoFasterThanTheCellAllows)
   Scene scene;
   const int p = scene.add(1.0, 1.0, {{0.5 * CELL, 0.5 * CELL}}, 3.0);
   scene.stress[p] = {{-2.0, 0.5, 0.5, -1.0}};
-  mpm::LinearElastic law(100.0, 0.3);
+  mpm::LinearElastic<2> law(100.0, 0.3);
   MpmSolver solver(options());
   solver.set_models({&law});
   const double dt = 1e-3;
@@ -111,7 +111,7 @@ TEST_P(OnACellEdge, ABlockOfSuchPointsStaysInBalanceUnderItsStress)
   Scene scene;
   scene.add_block({{1.125, 1.125}}, {{2.875, 2.625}}, CELL, 3.0);
   const double pressure = 2.0;
-  std::vector<mpm::TractionLoad> loads(4);
+  std::vector<mpm::TractionLoad<2>> loads(4);
   const mpm::Face faces[4] = {mpm::Face::XLo, mpm::Face::XHi, mpm::Face::YLo, mpm::Face::YHi};
   for (int k = 0; k < 4; ++k) {
     loads[k].face = faces[k];
@@ -126,7 +126,7 @@ TEST_P(OnACellEdge, ABlockOfSuchPointsStaysInBalanceUnderItsStress)
     if (p / 7 == 0) loads[2].point_index.push_back(p);
     if (p / 7 == 5) loads[3].point_index.push_back(p);
   }
-  mpm::LinearElastic law(100.0, 0.3);
+  mpm::LinearElastic<2> law(100.0, 0.3);
   MpmSolver solver(options());
   solver.set_models({&law});
 
@@ -147,8 +147,8 @@ namespace {
 /// Ground, 4 x 2, in a box, with a rigid footing over x < 1 whose face is at `face`.
 struct Footing {
   Scene scene;
-  mpm::LinearElastic law{1e6, 0.3};
-  mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{4.0, 4.0}}, CELL);
+  mpm::LinearElastic<2> law{1e6, 0.3};
+  mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{4.0, 4.0}}, CELL);
   int ground;
 
   template <class Inside> Footing(ShapeFunction shape, double face, const Inside &inside)

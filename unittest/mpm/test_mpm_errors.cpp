@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <limits>
 
-using mpm::MpmSolver;
+using MpmSolver = mpm::MpmSolver<2>;
 using mpm_test::Scene;
 using rve_test::message_of;
 
@@ -21,14 +21,14 @@ void expect_contains(const std::string &message, const std::string &part)
 /// One point in a grid of 4 x 4 cells, and its solver.
 struct OnePoint {
   Scene scene;
-  mpm::LinearElastic law{100.0, 0.3};
+  mpm::LinearElastic<2> law{100.0, 0.3};
   MpmSolver solver{mpm_test::grid_options({{0.0, 0.0}}, {{4.0, 4.0}}, 1.0)};
 
   OnePoint()
   {
     scene.add(2.0, 2.0, {{0.5, 0.5}}, 1.0);
     scene.id[0] = 4711;
-    solver.set_models(std::vector<mpm::Constitutive *>(1, &law));
+    solver.set_models(std::vector<mpm::Constitutive<2> *>(1, &law));
   }
   std::string step(double dt = 1e-3)
   {
@@ -44,7 +44,7 @@ TEST(GridInput, RefusesWrongCellsWithValueAndRange)
 {
   const auto build = [](double hi, double cell) {
     return message_of<rve::InputError>([&] {
-      mpm::Grid({{0.0, 0.0}}, {{hi, 2.0}}, cell);
+      mpm::Grid<2>({{0.0, 0.0}}, {{hi, 2.0}}, cell);
     });
   };
   expect_contains(build(2.0, -0.5), "cell size must be positive, got -0.5");
@@ -57,7 +57,7 @@ TEST(GridInput, RefusesWrongCellsWithValueAndRange)
 TEST(SolverInput, RefusesWrongOptions)
 {
   const auto build = [](auto change) {
-    mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{4.0, 4.0}}, 1.0);
+    mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{4.0, 4.0}}, 1.0);
     change(options);
     return message_of<rve::InputError>([&] {
       MpmSolver solver(options);
@@ -204,7 +204,7 @@ TEST(PointTrouble, InversionNamesThePoint)
 TEST(Traction, OutsideOfTheLocalPointsIsRefused)
 {
   OnePoint set;
-  mpm::TractionLoad load;
+  mpm::TractionLoad<2> load;
   load.traction = {{0.0, -1.0}};
   load.point_index = {1};
   const std::string message = message_of<rve::InputError>([&] {

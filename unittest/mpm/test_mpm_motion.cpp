@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-using mpm::MpmSolver;
+using MpmSolver = mpm::MpmSolver<2>;
 using mpm::Scheme;
 using mpm::ShapeFunction;
 using mpm_test::Scene;
@@ -21,9 +21,9 @@ struct Case {
 
 class Motion : public testing::TestWithParam<Case> {
  protected:
-  static mpm::SolverOptions options(const mpm::Vec2 &hi, double cell)
+  static mpm::SolverOptions<2> options(const mpm::Vec2 &hi, double cell)
   {
-    mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, hi, cell);
+    mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, hi, cell);
     options.shape = GetParam().shape;
     options.scheme = GetParam().scheme;
     return options;
@@ -51,7 +51,7 @@ TEST_P(Motion, FreeFlightKeepsVelocityMassAndMomentumAcrossCells)
     scene.velocity[3 * p + 1] = 0.5;
   }
   const Scene start = scene;
-  mpm::LinearElastic law(100.0, 0.3);
+  mpm::LinearElastic<2> law(100.0, 0.3);
   MpmSolver solver(options({{4.0, 4.0}}, 0.25));
   solver.set_models({&law});
 
@@ -76,7 +76,7 @@ TEST_P(Motion, InternalForcesGiveTheNodesNoMomentum)
   scene.add_block({{0.5, 0.5}}, {{1.5, 1.25}}, 0.125, 7.0);
   for (int p = 0; p < scene.size(); ++p)
     scene.stress[p] = {{std::sin(p), std::cos(p), std::cos(p), std::sin(2.0 * p)}};
-  mpm::LinearElastic law(100.0, 0.3);
+  mpm::LinearElastic<2> law(100.0, 0.3);
   MpmSolver solver(options({{4.0, 4.0}}, 0.25));
   solver.set_models({&law});
 
@@ -86,7 +86,7 @@ TEST_P(Motion, InternalForcesGiveTheNodesNoMomentum)
       0.0, 0.0};    // the integer sums are exact (test_grid_transfer); doubles of them round
   for (int j = -1; j <= 17; ++j)
     for (int i = -1; i <= 17; ++i)
-      for (int c = 0; c < 2; ++c) force[c] += solver.node_force(i, j)[c];
+      for (int c = 0; c < 2; ++c) force[c] += solver.node_force({{i, j}})[c];
   EXPECT_NEAR(force[0], 0.0, 1e-15);
   EXPECT_NEAR(force[1], 0.0, 1e-15);
 }
@@ -96,7 +96,7 @@ TEST_P(Motion, BodyForceAcceleratesEveryPointAlike)
   Scene scene;
   scene.add_block({{0.5, 2.5}}, {{1.5, 3.25}}, 0.125, 7.0);
   for (int p = 0; p < scene.size(); ++p) scene.body_force[3 * p + 1] = -2.0 * scene.mass[p];
-  mpm::LinearElastic law(100.0, 0.3);
+  mpm::LinearElastic<2> law(100.0, 0.3);
   MpmSolver solver(options({{4.0, 4.0}}, 0.25));
   solver.set_models({&law});
 
@@ -121,7 +121,7 @@ TEST_P(Motion, RigidRotationTurnsTheStressAndStrainsNothing)
     scene.velocity[3 * p + 1] = spin * (scene.position[3 * p] - 2.0);
     scene.stress[p] = initial;
   }
-  mpm::LinearElastic law(100.0, 0.3);
+  mpm::LinearElastic<2> law(100.0, 0.3);
   MpmSolver solver(options({{4.0, 4.0}}, 0.25));
   solver.set_models({&law});
 
@@ -154,7 +154,7 @@ TEST_P(Motion, PatchUnderUniformVelocityGradientStrainsUniformly)
     for (int c = 0; c < 2; ++c)
       scene.velocity[3 * p + c] =
           gradient(c, 0) * scene.position[3 * p] + gradient(c, 1) * scene.position[3 * p + 1];
-  mpm::LinearElastic law(100.0, 0.0);
+  mpm::LinearElastic<2> law(100.0, 0.0);
   MpmSolver solver(options({{4.0, 4.0}}, 0.25));
   solver.set_models({&law});
 
@@ -184,8 +184,8 @@ TEST_P(Motion, BarVibratesWithTheFrequencyOfItsFirstMode)
   scene.add_block({{0.0, 0.0}}, {{25.0, 1.0}}, 0.5, 1.0);
   for (int p = 0; p < scene.size(); ++p)
     scene.velocity[3 * p] = speed * std::sin(wave_number * scene.position[3 * p]);
-  mpm::LinearElastic law(100.0, 0.0);
-  mpm::SolverOptions bar = options({{27.0, 1.0}}, 1.0);
+  mpm::LinearElastic<2> law(100.0, 0.0);
+  mpm::SolverOptions<2> bar = options({{27.0, 1.0}}, 1.0);
   bar.sides = {mpm::SideKind::Roller, mpm::SideKind::Free, mpm::SideKind::Roller,
                mpm::SideKind::Roller};
   MpmSolver solver(bar);
@@ -226,7 +226,7 @@ TEST_P(Motion, CollidingDisksKeepEnergyAndSymmetry)
   const int half = scene.size() / 2;
   for (int p = 0; p < scene.size(); ++p)
     for (int c = 0; c < 2; ++c) scene.velocity[3 * p + c] = p < half ? 0.1 : -0.1;
-  mpm::LinearElastic law(1000.0, 0.3);
+  mpm::LinearElastic<2> law(1000.0, 0.3);
   MpmSolver solver(options({{1.0, 1.0}}, cell));
   solver.set_models({&law});
   const double dt = 5e-3;
@@ -239,7 +239,7 @@ TEST_P(Motion, CollidingDisksKeepEnergyAndSymmetry)
   for (int step = 0; step < 640;
        ++step) {    // until t = 3.2: contact begins at 1.6 or a little before
     solver.step(scene.view(), {}, dt);
-    const mpm::Totals totals = solver.totals(scene.view());
+    const mpm::Totals<2> totals = solver.totals(scene.view());
     double energy = totals.kinetic_energy;
     for (int p = 0; p < scene.size(); ++p) energy += strain_energy(scene, p, 1000.0, 0.3);
     least_kinetic = std::min(least_kinetic, totals.kinetic_energy);
@@ -271,8 +271,8 @@ TEST(LocalDamping, BringsAColumnUnderItsWeightToRest)
   Scene scene;
   scene.add_block({{0.0, 0.0}}, {{0.2, 1.0}}, 0.1, 2000.0);
   for (int p = 0; p < scene.size(); ++p) scene.body_force[3 * p + 1] = -10.0 * scene.mass[p];
-  mpm::LinearElastic law(10e6, 0.0);
-  mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{0.2, 1.2}}, 0.1);
+  mpm::LinearElastic<2> law(10e6, 0.0);
+  mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{0.2, 1.2}}, 0.1);
   options.sides = mpm_test::box_open_above();
   options.damping = 0.5;
   MpmSolver solver(options);
@@ -296,8 +296,8 @@ TEST(Pic, TakesTheVelocityOfTheGrid)
     Scene scene;
     scene.add_block({{0.5, 0.5}}, {{1.5, 1.5}}, 0.125, 7.0);
     scene.velocity[3 * 27] = 1.0;
-    mpm::LinearElastic law(100.0, 0.3);
-    mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{2.0, 2.0}}, 0.25);
+    mpm::LinearElastic<2> law(100.0, 0.3);
+    mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{2.0, 2.0}}, 0.25);
     options.flip = flip;
     MpmSolver solver(options);
     solver.set_models({&law});

@@ -10,7 +10,7 @@
 #include <random>
 
 using mpm::Face;
-using mpm::MpmSolver;
+using MpmSolver = mpm::MpmSolver<2>;
 using mpm::Scheme;
 using mpm::ShapeFunction;
 using mpm::Vec2;
@@ -67,7 +67,8 @@ Scene ground()
 Outcome run(Scene &scene, const Method &method, int steps, int threads,
             const mpm::Communication &communication)
 {
-  mpm::SolverOptions options = mpm_test::grid_options({{0.0, BOTTOM}}, {{1.2, 1.0 + BOTTOM}}, CELL);
+  mpm::SolverOptions<2> options =
+      mpm_test::grid_options({{0.0, BOTTOM}}, {{1.2, 1.0 + BOTTOM}}, CELL);
   options.scheme = method.scheme;
   options.shape = method.shape;
   options.sides = {mpm::SideKind::Roller, mpm::SideKind::Roller, mpm::SideKind::Fixed,
@@ -82,14 +83,14 @@ Outcome run(Scene &scene, const Method &method, int steps, int threads,
     body.separation = method.separation;
   }
   options.threads = threads;
-  mpm::LinearElastic law(10e6, 0.3);
+  mpm::LinearElastic<2> law(10e6, 0.3);
   MpmSolver solver(options, communication);
   solver.set_models({&law});
   solver.set_body_velocity(ANVIL, {{0.01, 0.02}});
   solver.set_body_velocity(FOOTING, {{0.0, -0.1}});
   solver.set_body_velocity(PLATE, {{0.05, 0.0}});
 
-  std::vector<mpm::TractionLoad> loads(2);
+  std::vector<mpm::TractionLoad<2>> loads(2);
   loads[0].traction = {{1e3, -20e3}};
   loads[1].traction = {{-5e3, 0.0}};
   loads[1].face = Face::XHi;
@@ -127,16 +128,16 @@ Outcome run(Scene &scene, const Method &method, int steps, int threads,
     state.stress = scene.stress[p];
     state.velocity_gradient = scene.velocity_gradient[p];
   }
-  const mpm::Totals totals = solver.totals(scene.view());
+  const mpm::Totals<2> totals = solver.totals(scene.view());
   note(totals.momentum);
   note({{totals.mass, totals.kinetic_energy}});
   outcome.numbers.push_back(solver.cfl_number(scene.view(), STEP));
-  const mpm::Grid &grid = solver.grid();
+  const mpm::Grid<2> &grid = solver.grid();
   for (int j = -1; j <= grid.cells(1) + 1; ++j)
     for (int i = -1 + (j + 5) % 4; i <= grid.cells(0) + 1;
          i += 4) {    // each question is a meeting of the ranks
-      note(solver.node_force(i, j));
-      outcome.numbers.push_back(solver.node_mass(i, j));
+      note(solver.node_force({{i, j}}));
+      outcome.numbers.push_back(solver.node_mass({{i, j}}));
     }
   return outcome;
 }
@@ -296,11 +297,11 @@ TEST(Exchange, OfTwoHalvesIsThatOfTheColumnsBetween)
     mpm_test::RankTeam team(2);
     team.run([&](int rank, const mpm::Communication &communication) {
       Scene part = all.selected(mine[rank]);
-      mpm::SolverOptions options =
+      mpm::SolverOptions<2> options =
           mpm_test::grid_options({{0.0, BOTTOM}}, {{1.2, 1.0 + BOTTOM}}, CELL);
       options.rigid_bodies.resize(3);
       options.rigid_bodies[PLATE].face = Face::XHi;
-      mpm::LinearElastic law(10e6, 0.3);
+      mpm::LinearElastic<2> law(10e6, 0.3);
       MpmSolver solver(options, communication);
       solver.set_models({&law});
       for (int step = 0; step < steps; ++step) solver.step(part.view(), {}, STEP);

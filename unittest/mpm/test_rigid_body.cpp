@@ -7,9 +7,9 @@
 #include <gtest/gtest.h>
 
 using mpm::Face;
-using mpm::MpmSolver;
+using MpmSolver = mpm::MpmSolver<2>;
 using mpm::ShapeFunction;
-using mpm::TractionLoad;
+using TractionLoad = mpm::TractionLoad<2>;
 using mpm_test::Scene;
 
 namespace {
@@ -27,14 +27,14 @@ void make_rigid(Scene &scene, int first)
 /// Stiffness against uniaxial strain for ν = 0.3.
 double confined_modulus()
 {
-  return mpm::LinearElastic(YOUNG, 0.3).p_wave_modulus(0);
+  return mpm::LinearElastic<2>(YOUNG, 0.3).p_wave_modulus(0);
 }
 
 /// A layer, 0.4 wide and 0.8 high, between rollers, with a rigid punch of full width on it.
 struct PunchOnLayer {
   Scene scene;
-  mpm::LinearElastic law{YOUNG, 0.3};
-  mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{0.4, 1.2}}, CELL);
+  mpm::LinearElastic<2> law{YOUNG, 0.3};
+  mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{0.4, 1.2}}, CELL);
 
   PunchOnLayer(double start, bool rough)
   {
@@ -78,7 +78,7 @@ TEST(RigidPunch, ReactionAndStressDoNotJumpWhenTheFacePassesARowOfNodes)
 {
   // 20 % compression: the face passes two rows of nodes
   PunchOnLayer set(0.0, true);
-  set.law = mpm::LinearElastic(YOUNG, 0.0);
+  set.law = mpm::LinearElastic<2>(YOUNG, 0.0);
   MpmSolver solver(set.options);
   solver.set_models({&set.law});
   const double speed = 0.16;
@@ -109,8 +109,8 @@ TEST(RigidPunch, BalancesUniformStressWhereverItsFaceIs)
   const double pressure = 20e3;
   for (const double start : {0.0, -0.02, -0.05, -0.09}) {
     Scene scene;
-    mpm::LinearElastic law(YOUNG, 0.3);
-    mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.2}}, CELL);
+    mpm::LinearElastic<2> law(YOUNG, 0.3);
+    mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.2}}, CELL);
     options.sides = {mpm::SideKind::Roller, mpm::SideKind::Roller, mpm::SideKind::Free,
                      mpm::SideKind::Free};
     options.rigid_bodies.resize(1);
@@ -192,17 +192,17 @@ TEST(RigidBody, ImpulseBalanceIsExact)
   const int first = scene.size();
   scene.add_block({{0.4, 0.8}}, {{0.8, 0.9}}, CELL, DENSITY);
   make_rigid(scene, first);
-  mpm::LinearElastic law(YOUNG, 0.3);
-  mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.2}}, CELL);
+  mpm::LinearElastic<2> law(YOUNG, 0.3);
+  mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.2}}, CELL);
   options.rigid_bodies.resize(1);
   MpmSolver solver(options);
   solver.set_models({&law});
   solver.set_body_velocity(0, {{0.3, -1.0}});
 
   for (int step = 0; step < 100; ++step) {
-    const mpm::Totals before = solver.totals(scene.view());
+    const mpm::Totals<2> before = solver.totals(scene.view());
     solver.step(scene.view(), {}, TIME_STEP);
-    const mpm::Totals after = solver.totals(scene.view());
+    const mpm::Totals<2> after = solver.totals(scene.view());
     for (int c = 0; c < 2; ++c)
       EXPECT_NEAR(after.momentum[c] - before.momentum[c], -TIME_STEP * solver.body_reaction(0)[c],
                   1e-10 * before.mass)
@@ -214,8 +214,8 @@ TEST(RigidBody, WithoutPointsIsRefused)
 {
   Scene scene;
   scene.add_block({{0.4, 0.4}}, {{0.8, 0.8}}, CELL, DENSITY);
-  mpm::LinearElastic law(YOUNG, 0.3);
-  mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.2}}, CELL);
+  mpm::LinearElastic<2> law(YOUNG, 0.3);
+  mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.2}}, CELL);
   options.rigid_bodies.resize(1);
   MpmSolver solver(options);
   solver.set_models({&law});

@@ -11,9 +11,9 @@
 
 using mpm::Communication;
 using mpm::Face;
-using mpm::MpmSolver;
+using MpmSolver = mpm::MpmSolver<2>;
 using mpm::ShapeFunction;
-using mpm::SharedNodes;
+using SharedNodes = mpm::SharedNodes<2>;
 using mpm::Vec2;
 using mpm_test::RankTeam;
 using mpm_test::Scene;
@@ -23,14 +23,14 @@ namespace {
 constexpr double H = 0.1;
 const Face ALL_FACES[] = {Face::XLo, Face::XHi, Face::YLo, Face::YHi};
 
-mpm::SolverOptions options_for(ShapeFunction shape)
+mpm::SolverOptions<2> options_for(ShapeFunction shape)
 {
-  mpm::SolverOptions options = mpm_test::grid_options({{-0.3, 0.2}}, {{0.4, 0.7}}, H);
+  mpm::SolverOptions<2> options = mpm_test::grid_options({{-0.3, 0.2}}, {{0.4, 0.7}}, H);
   options.shape = shape;
   return options;
 }
 
-mpm::Grid grid_of(const mpm::SolverOptions &options)
+mpm::Grid<2> grid_of(const mpm::SolverOptions<2> &options)
 {
   return {options.lo, options.hi, options.cell_size};
 }
@@ -39,18 +39,18 @@ mpm::Grid grid_of(const mpm::SolverOptions &options)
 std::set<int> reached_nodes(Scene scene, ShapeFunction shape)
 {
   MpmSolver solver(options_for(shape));
-  mpm::LinearElastic law(1e6, 0.3);
+  mpm::LinearElastic<2> law(1e6, 0.3);
   solver.set_models({&law});
-  std::vector<mpm::TractionLoad> loads;
+  std::vector<mpm::TractionLoad<2>> loads;
   for (const Face face : ALL_FACES) loads.push_back({{{7.0, 1.0}}, face, {0}});
   solver.evaluate(scene.view(), loads, 1e-4);
   std::set<int> reached;
-  const mpm::Grid &grid = solver.grid();
+  const mpm::Grid<2> &grid = solver.grid();
   for (int j = -1; j <= grid.cells(1) + 1; ++j)
     for (int i = -1; i <= grid.cells(0) + 1; ++i) {
-      const Vec2 force = solver.node_force(i, j);
-      if (solver.node_mass(i, j) != 0.0 || force[0] != 0.0 || force[1] != 0.0)
-        reached.insert(grid.node(i, j));
+      const Vec2 force = solver.node_force({{i, j}});
+      if (solver.node_mass({{i, j}}) != 0.0 || force[0] != 0.0 || force[1] != 0.0)
+        reached.insert(grid.node({{i, j}}));
     }
   return reached;
 }
@@ -66,7 +66,7 @@ std::vector<double> places(int cells)
 }
 
 /// The shared nodes of boxes of points [lo x, hi x] x [lo y, hi y], one box per rank, as rank 0 finds them.
-std::vector<int> shared_nodes(const mpm::Grid &grid, const std::vector<Scene> &points,
+std::vector<int> shared_nodes(const mpm::Grid<2> &grid, const std::vector<Scene> &points,
                               const std::vector<mpm::RigidBodyOptions> &bodies = {})
 {
   std::vector<std::vector<int>> found(points.size());
@@ -92,7 +92,7 @@ Scene points_at(const std::vector<Vec2> &places)
 TEST(SharedNodes, BoxHoldsAllThatAPointAndItsLoadsReach)
 {
   for (const ShapeFunction shape : {ShapeFunction::Linear, ShapeFunction::Gimp}) {
-    const mpm::Grid grid = grid_of(options_for(shape));
+    const mpm::Grid<2> grid = grid_of(options_for(shape));
     for (const double xi : places(grid.cells(0)))
       for (const double eta : places(grid.cells(1)))
         for (const double half : {0.1 * H, 0.5 * H * (1.0 + 0.9e-6)}) {
@@ -101,7 +101,7 @@ TEST(SharedNodes, BoxHoldsAllThatAPointAndItsLoadsReach)
           const double y = std::min(grid.lo(1) + eta * H, grid.hi(1));
           scene.add(x, y, {{half, half}}, 1.0);
           scene.stress[0] = {{3.0, 1.0, 1.0, 2.0}};
-          std::vector<mpm::NodeBox> box(2);
+          std::vector<mpm::NodeBox<2>> box(2);
           RankTeam(2).run([&](int rank, const Communication &communication) {
             Scene mine = rank == 0 ? scene : Scene();
             SharedNodes shared(grid, communication, {}, 1);
@@ -115,7 +115,7 @@ TEST(SharedNodes, BoxHoldsAllThatAPointAndItsLoadsReach)
           EXPECT_GE(reached.size(), 4u);
           for (const int node : reached) EXPECT_TRUE(box[0].contains(grid, node));
           EXPECT_TRUE(box[1].is_empty());
-          EXPECT_FALSE(box[1].contains(grid, grid.node(0, 0)));
+          EXPECT_FALSE(box[1].contains(grid, grid.node({{0, 0}})));
         }
   }
 }
@@ -123,7 +123,7 @@ TEST(SharedNodes, BoxHoldsAllThatAPointAndItsLoadsReach)
 TEST(SharedNodes, AreAFewColumnsBetweenTwoHalves)
 {
   // centres of the cells (6, j) and (7, j); their points reach columns 5 to 8 and 6 to 9, and loads one more
-  const mpm::Grid grid({{0.0, 0.0}}, {{20 * H, 10 * H}}, H);
+  const mpm::Grid<2> grid({{0.0, 0.0}}, {{20 * H, 10 * H}}, H);
   const std::vector<Scene> halves = {points_at({{{0.5 * H, 0.5 * H}}, {{6.5 * H, 9.5 * H}}}),
                                      points_at({{{7.5 * H, 0.5 * H}}, {{19.5 * H, 9.5 * H}}})};
   mpm::RigidBodyOptions across_y, across_x;
@@ -133,7 +133,7 @@ TEST(SharedNodes, AreAFewColumnsBetweenTwoHalves)
 
   std::vector<int> expected;
   for (int j = -1; j <= 11; ++j)
-    for (int i = 6; i <= 9; ++i) expected.push_back(grid.node(i, j));
+    for (int i = 6; i <= 9; ++i) expected.push_back(grid.node({{i, j}}));
   EXPECT_EQ(nodes, expected);
   EXPECT_EQ(shared_nodes(grid, halves, {across_y}), expected)
       << "both have all rows: a face between rows adds none";
@@ -143,7 +143,7 @@ TEST(SharedNodes, AreAFewColumnsBetweenTwoHalves)
 
 TEST(SharedNodes, AreNoneOfOneRankOrFarApart)
 {
-  const mpm::Grid grid({{0.0, 0.0}}, {{20 * H, 10 * H}}, H);
+  const mpm::Grid<2> grid({{0.0, 0.0}}, {{20 * H, 10 * H}}, H);
   const Scene left = points_at({{{0.5 * H, 0.5 * H}}}), right = points_at({{{15.5 * H, 9.5 * H}}});
   Scene rigid = left;
   rigid.rigid_body[0] = 0;
@@ -156,7 +156,7 @@ TEST(SharedNodes, AreNoneOfOneRankOrFarApart)
 
 TEST(SharedNodes, AreFoundForPointsWithoutAPlace)
 {
-  const mpm::Grid grid({{0.0, 0.0}}, {{20 * H, 10 * H}}, H);
+  const mpm::Grid<2> grid({{0.0, 0.0}}, {{20 * H, 10 * H}}, H);
   const double nan = std::nan("");
   const Scene good = points_at({{{0.5 * H, 0.5 * H}}});
 
@@ -169,7 +169,7 @@ TEST(SharedNodes, AreFoundForPointsWithoutAPlace)
 
 TEST(SharedNodes, ValuesComeFromTheFirstRankThatTouches)
 {
-  const mpm::Grid grid({{0.0, 0.0}}, {{20 * H, 10 * H}}, H);
+  const mpm::Grid<2> grid({{0.0, 0.0}}, {{20 * H, 10 * H}}, H);
   const std::vector<Scene> points = {points_at({{{1.5 * H, 1.5 * H}}}), Scene(),
                                      points_at({{{3.5 * H, 1.5 * H}}})};
   std::vector<std::vector<Vec2>> all(points.size());
@@ -186,7 +186,7 @@ TEST(SharedNodes, ValuesComeFromTheFirstRankThatTouches)
       for (int i = -1; i <= grid.cells(0) + 1; ++i) {
         // columns 0 to 4 of rank 0, 2 to 6 of rank 2
         const bool touched = j >= 0 && j <= 4 && i >= 0 && i <= 6;
-        const Vec2 &value = values[grid.node(i, j)];
+        const Vec2 &value = values[grid.node({{i, j}})];
         EXPECT_EQ(value[0], !touched ? 0.0 : i <= 4 ? 1.0 : 3.0);
         EXPECT_EQ(std::signbit(value[1]), touched) << "bits, not numbers";
       }

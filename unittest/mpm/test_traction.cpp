@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 
 using mpm::Face;
-using mpm::MpmSolver;
+using MpmSolver = mpm::MpmSolver<2>;
 using mpm::ShapeFunction;
-using mpm::TractionLoad;
+using TractionLoad = mpm::TractionLoad<2>;
 using mpm_test::Scene;
 
 namespace {
@@ -25,8 +25,8 @@ struct Case {
 struct LoadedLayer {
   Scene scene;
   std::vector<TractionLoad> loads;
-  mpm::LinearElastic law{10e6, 0.3};
-  mpm::SolverOptions options = mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.0}}, CELL);
+  mpm::LinearElastic<2> law{10e6, 0.3};
+  mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.0}}, CELL);
 
   explicit LoadedLayer(const Case &c)
   {
@@ -115,7 +115,7 @@ TEST(GimpTraction, StaysInBalanceWhereverTheSurfaceIs)
       if (row == 0) loads[2].point_index.push_back(p);
       if (row == 3) loads[3].point_index.push_back(p);
     }
-    mpm::LinearElastic law(10e6, 0.3);
+    mpm::LinearElastic<2> law(10e6, 0.3);
     MpmSolver solver(mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.0}}, CELL));
     solver.set_models({&law});
 
@@ -134,7 +134,7 @@ TEST(GimpTraction, ReachesTheGhostRowAboveTheGrid)
     TractionLoad load;
     load.traction = {{0.0, -SURCHARGE}};
     load.point_index = {p};
-    mpm::LinearElastic law(10e6, 0.3);
+    mpm::LinearElastic<2> law(10e6, 0.3);
     MpmSolver solver(mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.0}}, CELL));
     solver.set_models({&law});
 
@@ -142,8 +142,8 @@ TEST(GimpTraction, ReachesTheGhostRowAboveTheGrid)
 
     double total = 0.0;
     for (int j = -1; j <= 11; ++j)
-      for (int i = -1; i <= 13; ++i) total += solver.node_force(i, j)[1];
+      for (int i = -1; i <= 13; ++i) total += solver.node_force({{i, j}})[1];
     EXPECT_NEAR(total, -SURCHARGE * CELL, 1e-9 * SURCHARGE * CELL);
-    EXPECT_NEAR(solver.node_force(5, 11)[1], -0.5 * SURCHARGE * lift, 1e-9 * SURCHARGE * CELL);
+    EXPECT_NEAR(solver.node_force({{5, 11}})[1], -0.5 * SURCHARGE * lift, 1e-9 * SURCHARGE * CELL);
   }
 }

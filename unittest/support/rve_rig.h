@@ -53,10 +53,17 @@ inline rve::Tensor2 spin_gradient(double rate)
   return gradient(1, 0, rate) + gradient(0, 1, -rate);
 }
 
+/// The same for RVEs like these.
+inline rve::Options with_contacts_of(const std::vector<rve::RveState> &states, rve::Options options)
+{
+  options.contacts = rve::contacts_of(states);
+  return options;
+}
+
 class RveRig {
  public:
   explicit RveRig(const rve::RveState &state, const rve::Options &options = cpu_options()) :
-      engine(rve::make_engine(options)), number(engine->add(state))
+      engine(rve::make_engine(with_contacts_of({state}, options))), number(engine->add(state))
   {
   }
 

@@ -29,7 +29,7 @@ class RveOwner {
   virtual int threads() const = 0;
 };
 
-class RveConstitutive : public mpm::Constitutive {
+class RveConstitutive : public mpm::Constitutive<2> {
  public:
   explicit RveConstitutive(RveOwner &_owner) : owner(_owner) {}
 

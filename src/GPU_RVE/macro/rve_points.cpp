@@ -101,15 +101,10 @@ RvePoints::Point &RvePoints::settle(int slot, const rve::RveState &state)
   if (slot >= static_cast<int>(points.size())) points.resize(slot + 1);
   record_sizes.assign(points.size(), 0);
   points[slot] = Point();
+  points[slot].state = State::Awake;
   points[slot].material = state.material;
   points[slot].servo_gain = rve::default_servo_gain(state);
   return points[slot];
-}
-
-void RvePoints::expect_rolling_resistance()
-{
-  engine->expect_rolling_resistance();
-  if (shadows) shadows->expect_rolling_resistance();
 }
 
 std::vector<int> RvePoints::add(const std::vector<const rve::RveState *> &states)
@@ -123,8 +118,8 @@ std::vector<int> RvePoints::add(const std::vector<const rve::RveState *> &states
   call_engine(slots, drives_at_rest(slots.size()), results);
   for (std::size_t k = 0; k < slots.size(); ++k) {
     Point &point = points[slots[k]];
-    point.frozen = (results[k].status & rve::status::Fatal) != 0;
-    if (point.frozen) {
+    if (results[k].status & rve::status::Fatal) {
+      point.state = State::Frozen;
       point.result.status = results[k].status;
       continue;
     }
@@ -214,11 +209,9 @@ void RvePoints::set_options(const MacroStepOptions &_options)
   options.shadow_refinement = refinement;
 }
 
-void RvePoints::set_materials(const std::vector<int> &slots,
-                              const std::vector<rve::Material> &materials)
+void RvePoints::set_materials_in_place(const std::vector<int> &slots,
+                                       const std::vector<rve::Material> &materials)
 {
-  complete();
-  record_sizes.assign(points.size(), 0);
   std::size_t done = 0;
   try {
     for (; done < slots.size(); ++done) {
@@ -231,6 +224,20 @@ void RvePoints::set_materials(const std::vector<int> &slots,
       engine->set_material(slots[k], points[slots[k]].material);
     throw;
   }
+}
+
+void RvePoints::set_materials(const std::vector<int> &slots,
+                              const std::vector<rve::Material> &materials)
+{
+  complete();
+  record_sizes.assign(points.size(), 0);
+  NewMaterials by_slot(points.size(), nullptr);
+  for (std::size_t k = 0; k < slots.size(); ++k) by_slot[slots[k]] = &materials[k];
+  const rve::ContactModel contacts = contacts_with(by_slot);
+  if (engine->contacts().serves(contacts))
+    set_materials_in_place(slots, materials);
+  else
+    move_to(contacts, by_slot);
   std::vector<rve::ElasticResult> looks;
   call_engine(slots, drives_at_rest(slots.size()), looks);
   std::vector<rve::Response> look_at_shadow;
@@ -245,8 +252,8 @@ void RvePoints::set_materials(const std::vector<int> &slots,
     point.material = materials[k];
     point.look.reset();
     const rve::Result &look = looks[k].result;
-    if (point.frozen || (look.status & rve::status::Fatal)) continue;
-    if (!point.asleep) {
+    if (point.frozen() || (look.status & rve::status::Fatal)) continue;
+    if (!point.asleep()) {
       point.result = look;
       continue;
     }
@@ -351,8 +358,8 @@ void RvePoints::look_at_sleepers(const std::vector<int> &slots)
 /// sigma + C:eps, turned with the RVE; cell, deformation and void ratio follow. The rest is that of the last DEM step.
 void RvePoints::answer_asleep(Point &point, const rve::Tensor2 &pending) const
 {
-  if (!point.asleep) point.rested = point.result;
-  point.asleep = true;
+  if (!point.asleep()) point.rested = point.result;
+  point.state = State::Asleep;
   point.pending = pending;
   const rve::PolarDecomposition polar(pending);
   rve::Result &result = point.result;
@@ -459,16 +466,15 @@ void RvePoints::catch_up()
   call_engine(slots, drives, responses);
   for (std::size_t k = 0; k < slots.size(); ++k) {
     Point &point = points[slots[k]];
-    point.asleep = false;
-    point.frozen = (responses[k].status & rve::status::Fatal) != 0;
-    if (point.frozen)
+    point.state = responses[k].status & rve::status::Fatal ? State::Frozen : State::Awake;
+    if (point.frozen())
       point.result.status = responses[k].status;
     else
       point.pending = rve::Tensor2::identity();
   }
   std::size_t left = 0;
   for (std::size_t m = 0; m < working_slots.size(); ++m) {
-    if (points[working_slots[m]].frozen) continue;
+    if (points[working_slots[m]].frozen()) continue;
     working_slots[left] = working_slots[m];
     working_drives[left++] = working_drives[m];
   }
@@ -532,7 +538,7 @@ void RvePoints::advance_shadows(const std::vector<int> &slots,
   std::vector<char> turned;
   for (std::size_t k = 0; k < slots.size(); ++k) {
     const Point &point = points[slots[k]];
-    if (point.shadow < 0 || point.frozen) continue;
+    if (point.shadow < 0 || point.frozen()) continue;
     originals.push_back(slots[k]);
     numbers.push_back(point.shadow);
     finer.push_back(drives[k]);
@@ -586,7 +592,7 @@ bool RvePoints::is_plain(const std::vector<int> &slots) const
 #pragma omp parallel for num_threads(work.team) reduction(&& : plain)
   for (int k = 0; k < count; ++k) {
     const Point &point = points[slots[k]];
-    plain = plain && !point.frozen && !point.asleep && is_identity(point.pending);
+    plain = plain && point.state == State::Awake && is_identity(point.pending);
   }
   return plain;
 }
@@ -605,10 +611,10 @@ std::vector<int> RvePoints::advance_plainly(const std::vector<int> &slots,
 #pragma omp parallel for num_threads(work.team) reduction(+ : num_failed) reduction(|| : stiffened)
   for (int k = 0; k < count; ++k) {
     Point &point = points[slots[k]];
-    point.asleep = false;
+    point.state = State::Awake;
     point.result.status = responses[k].status;
     if (responses[k].status & rve::status::Fatal) {
-      point.frozen = true;
+      point.state = State::Frozen;
       ++num_failed;
       continue;
     }
@@ -624,7 +630,7 @@ std::vector<int> RvePoints::advance_plainly(const std::vector<int> &slots,
   any_stiffened = any_stiffened || stiffened;
   std::vector<int> failed;
   for (int k = 0; num_failed > 0 && k < count; ++k)
-    if (points[slots[k]].frozen) failed.push_back(slots[k]);
+    if (points[slots[k]].frozen()) failed.push_back(slots[k]);
   return failed;
 }
 
@@ -658,7 +664,7 @@ std::vector<int> RvePoints::advance_by_plan(const std::vector<int> &slots,
 #pragma omp parallel for num_threads(work.team)
     for (int k = 0; k < count; ++k) {
       const Point &point = points[slots[k]];
-      parts[k] = point.frozen           ? Part::Nothing
+      parts[k] = point.frozen()         ? Part::Nothing
           : may_sleep(point, drives[k]) ? Part::Sleeps
                                         : Part::Works;
     }
@@ -682,7 +688,7 @@ std::vector<int> RvePoints::advance_by_plan(const std::vector<int> &slots,
 
   std::vector<int> failed;
   for (const int k : working)
-    if (points[slots[k]].frozen) failed.push_back(slots[k]);
+    if (points[slots[k]].frozen()) failed.push_back(slots[k]);
   return failed;
 }
 
@@ -704,8 +710,7 @@ void RvePoints::advance_with_samples(const std::vector<int> &slots,
   run(macros);
   for (const Macro &macro : macros) {
     Point &point = points[macro.slot];
-    point.asleep = false;
-    point.frozen = macro.failed;
+    point.state = macro.failed ? State::Frozen : State::Awake;
     if (macro.failed) continue;
     point.stale = true;
     point.look.reset();

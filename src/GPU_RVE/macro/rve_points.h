@@ -50,6 +50,14 @@ double slip_of_rotation(double angle, int substeps, double dt, const rve::Materi
 
 class RvePoints {
  public:
+  /// Of a slot: what its RVE did in the last macro step.
+  enum class State : char {
+    Empty,    ///< there is no RVE
+    Awake,    ///< made DEM steps
+    Asleep,    ///< was skipped: `result` is that of the affine RVE, `rested` that of its last DEM step
+    Frozen    ///< failed once and is not advanced any more
+  };
+
   struct Point {
     rve::Result
         result;    ///< of the last advance that succeeded; its status is that of the last advance
@@ -57,8 +65,7 @@ class RvePoints {
     double servo_gain = 0.0;      ///< default of its stress servo [1/(stress time^2)]
     double grain_size = 0.0;      ///< 2 sqrt(<r^2>) [length]
     double out_of_reach = 0.0;    ///< stress that its servo lacked when last asked [stress]
-    bool frozen = false;          ///< failed once and is not advanced any more
-    bool asleep = false;          ///< was skipped in the last macro step
+    State state = State::Empty;
     bool stale = false;           ///< `result` is of an earlier advance, but for stress and status
     std::int32_t contacts = 0;    ///< after its last DEM steps
     std::int32_t most_contacts =
@@ -66,9 +73,8 @@ class RvePoints {
 
     rve::Drive drive;    ///< of its last DEM steps; none so far if it has no substeps
 
-    rve::Result
-        rested;    ///< while asleep: of its last DEM step; `result` is then that of the affine RVE
-    rve::Tensor2 pending = rve::Tensor2::identity();    ///< deformation since then
+    rve::Result rested;                                 ///< while asleep: of its last DEM step
+    rve::Tensor2 pending = rve::Tensor2::identity();    ///< deformation since its last DEM step
 
     /// Of its last DEM steps, once the next strain was too small for others. The same whatever the advance was asked for.
     struct Look {
@@ -80,7 +86,9 @@ class RvePoints {
     int shadow = -1;    ///< number of its shadow in the engine of shadows
     rve::Tensor2 shadow_stress = rve::Tensor2::zero();    ///< [stress]
 
-    const rve::Result &last_steps() const { return asleep ? rested : result; }
+    bool asleep() const { return state == State::Asleep; }
+    bool frozen() const { return state == State::Frozen; }
+    const rve::Result &last_steps() const { return asleep() ? rested : result; }
     /// |D| in the RVE's own time, of its last DEM steps [1/time]
     double strain_rate() const;
     /// |stress - stress of the shadow| over the larger of both [-]
@@ -95,8 +103,11 @@ class RvePoints {
   {
   }
 
-  /// From now on RVEs have room for rolling forces: before memory is planned, and RVEs without them are taken in.
-  void expect_rolling_resistance();
+  /// What contacts of the RVEs may have.
+  const rve::ContactModel &contacts() const { return engine->contacts(); }
+  /// RVEs that need these contacts will come: where the engine has others, all RVEs move to a new one, to the same bits. Throws InputError
+  /// if they do not fit into its memory, or have another contact law, and then changes nothing.
+  void expect(const rve::ContactModel &contacts);
   /// Takes RVEs in and evaluates their stress; returns their slots.
   std::vector<int> add(const std::vector<const rve::RveState *> &states);
   void remove(int slot);
@@ -115,8 +126,9 @@ class RvePoints {
   /// What stands between macro steps and DEM steps from now on; the refinement of shadows stays. RVEs that sleep carry out what they
   /// slept through in their next step, if they may not go on sleeping.
   void set_options(const MacroStepOptions &_options);
-  /// Gives RVEs other materials, and their shadows, and evaluates their stress. A default gain of the servo follows. Throws InputError
-  /// if one is out of range, and then changes none of these.
+  /// Gives RVEs other materials, and their shadows, and evaluates their stress. A default gain of the servo follows. They may need other
+  /// contacts than before: then all RVEs move to a new engine. Throws InputError if a material is out of range, if RVEs would have
+  /// different contact laws, or if they do not fit into the memory of the new engine, and then changes none of these.
   void set_materials(const std::vector<int> &slots, const std::vector<rve::Material> &materials);
 
   /// Gives the RVE a shadow: a copy in double precision that goes its way with finer steps from now on, never skipped.
@@ -143,7 +155,7 @@ class RvePoints {
   /// whether one of them has.
   bool has_stiffened(int slot) const
   {
-    return !points[slot].frozen && points[slot].contacts > points[slot].most_contacts;
+    return !points[slot].frozen() && points[slot].contacts > points[slot].most_contacts;
   }
   bool any_has_stiffened() const { return any_stiffened; }
   // what is always up to date
@@ -152,9 +164,9 @@ class RvePoints {
   /// Whether time has passed for it, here or before it came here.
   bool has_advanced(int slot) const
   {
-    return points[slot].drive.substeps > 0 || points[slot].asleep;
+    return points[slot].drive.substeps > 0 || points[slot].asleep();
   }
-  bool frozen(int slot) const { return points[slot].frozen; }
+  bool frozen(int slot) const { return points[slot].frozen(); }
   double servo_gain(int slot) const { return points[slot].servo_gain; }
   rve::RveState state(int slot) const { return engine->state(slot); }
   std::string description() const { return engine->description(); }
@@ -214,6 +226,14 @@ class RvePoints {
   void advance_with_samples(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);
 
   Point &settle(int slot, const rve::RveState &state);
+  /// Those with an RVE.
+  std::vector<int> used_slots() const;
+  /// Materials by slot; null: as it is.
+  using NewMaterials = std::vector<const rve::Material *>;
+  rve::ContactModel contacts_with(const NewMaterials &materials) const;
+  void move_to(const rve::ContactModel &contacts, const NewMaterials &materials);
+  void set_materials_in_place(const std::vector<int> &slots,
+                              const std::vector<rve::Material> &materials);
   bool may_sleep(const Point &point, const rve::Drive &drive) const;
   int substeps_of(const Point &point, const rve::Drive &drive) const;
   void look_at_sleepers(const std::vector<int> &slots);

@@ -69,8 +69,8 @@ std::vector<double> RvePoints::record(int slot) const
   head.version = RECORD_VERSION;
   head.bytes = state.size();
   head.shadow_bytes = shadow.size();
-  head.frozen = point.frozen ? 1 : 0;
-  head.asleep = point.asleep ? 1 : 0;
+  head.frozen = point.frozen() ? 1 : 0;
+  head.asleep = point.asleep() ? 1 : 0;
   head.contacts = point.contacts;
   head.most_contacts = point.most_contacts;
   head.grain_size = point.grain_size;
@@ -114,12 +114,13 @@ int RvePoints::add_record(const double *record, std::size_t size)
   std::optional<rve::RveState> shadow;
   if (of_shadow > 0) shadow = state_from(record + HEAD + of_state, head.shadow_bytes);
 
+  expect(rve::contacts_of(state));
+  if (shadow) expect(rve::contacts_of(*shadow));
   const int slot = engine->add(state);
   Point &point = settle(slot, state);
   point.result = head.result;
   point.rested = head.rested;
-  point.frozen = head.frozen != 0;
-  point.asleep = head.asleep != 0;
+  point.state = head.frozen ? State::Frozen : head.asleep ? State::Asleep : State::Awake;
   point.contacts = head.contacts;
   point.most_contacts = head.most_contacts;
   point.grain_size = head.grain_size;

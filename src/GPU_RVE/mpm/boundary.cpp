@@ -2,47 +2,64 @@
 
 namespace mpm {
 
-Boundary::Boundary(const Grid &grid, const std::array<SideKind, 4> &sides,
-                   const std::vector<RigidBodyOptions> &bodies) :
+template <int D>
+Boundary<D>::Boundary(const Grid<D> &grid, const std::array<SideKind, FACES<D>> &sides,
+                      const std::vector<RigidBodyOptions> &bodies) :
     grid_(grid),
     options_(bodies), sides_(grid.node_count(), 0)
 {
-  for (const Face side : {Face::XLo, Face::XHi, Face::YLo, Face::YHi}) {
-    const SideKind kind = sides[static_cast<int>(side)];
+  for (int side = 0; side < FACES<D>; ++side) {
+    const SideKind kind = sides[side];
     if (kind == SideKind::Free) continue;
-    const int axis = axis_of(side);
-    int bits = axis == 0 ? BoundaryView::AcrossX : BoundaryView::AcrossY;
-    if (kind == SideKind::Fixed)
-      bits |= axis == 0 ? BoundaryView::FixedAcrossX : BoundaryView::FixedAcrossY;
+    const Face face = static_cast<Face>(side);
+    const int axis = axis_of(face);
+    int bits = BoundaryView<D>::across(axis);
+    if (kind == SideKind::Fixed) bits |= BoundaryView<D>::fixed_across(axis);
     const int last = grid.cells(axis);
-    for (int along = -1; along <= grid.cells(1 - axis) + 1; ++along)
-      for (int across : {outward(side) < 0.0 ? -1 : last, outward(side) < 0.0 ? 0 : last + 1}) {
-        const int node = axis == 0 ? grid.node(across, along) : grid.node(along, across);
-        side_nodes_[static_cast<int>(side)].push_back(node);
+    const bool is_low = outward(face) < 0.0;
+    nodes_across(axis).for_each([&](Place<D> place) {
+      for (const int across : {is_low ? -1 : last, is_low ? 0 : last + 1}) {
+        place[axis] = across;
+        const int node = grid.node(place);
+        side_nodes_[side].push_back(node);
         sides_[node] = static_cast<std::uint8_t>(sides_[node] | bits);
       }
+    });
   }
 }
 
-Vec2 Boundary::body_impulse(int body, const Vec2 *felt) const
+template <int D> NodeBox<D> Boundary<D>::nodes_across(int axis) const
+{
+  NodeBox<D> box;
+  for (int a = 0; a < D; ++a) {
+    box.first[a] = a == axis ? 0 : -1;
+    box.end[a] = a == axis ? 1 : grid_.cells(a) + 2;
+  }
+  return box;
+}
+
+template <int D> Vec<D> Boundary<D>::body_impulse(int body, const Vec<D> *felt) const
 {
   const Face face = options_[body].face;
   const int normal = axis_of(face);
-  const int rows = grid_.cells(normal) + 3;
-  Vec2 sum = Vec2::zero();
-  for (int column = -1; column <= grid_.cells(1 - normal) + 1; ++column)
+  const int rows = grid_.nodes(normal);
+  Vec<D> sum = Vec<D>::zero();
+  nodes_across(normal).for_each([&](Place<D> place) {
     for (int k = 0; k < rows; ++k) {
-      const int row = outward(face) < 0.0 ? k - 1 : rows - 2 - k;    // into the body
-      sum = sum - felt[normal == 1 ? grid_.node(column, row) : grid_.node(row, column)];
+      place[normal] = outward(face) < 0.0 ? k - 1 : rows - 2 - k;    // into the body
+      sum = sum - felt[grid_.node(place)];
     }
+  });
   return sum;
 }
 
-Vec2 Boundary::side_impulse(Face side, const Vec2 *felt) const
+template <int D> Vec<D> Boundary<D>::side_impulse(Face side, const Vec<D> *felt) const
 {
-  Vec2 sum = Vec2::zero();
+  Vec<D> sum = Vec<D>::zero();
   for (const int node : side_nodes_[static_cast<int>(side)]) sum = sum + felt[node];
   return sum;
 }
+
+template class Boundary<2>;
 
 }    // namespace mpm

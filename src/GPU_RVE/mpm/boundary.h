@@ -1,4 +1,4 @@
-// Velocity conditions on the grid: its four sides, and rigid bodies with a prescribed velocity.
+// Velocity conditions on the grid: its sides, and rigid bodies with a prescribed velocity.
 //
 // Every condition is imposed as an impulse on nodal momenta, twice in a balance: on the momenta with the forces, which gives the
 // velocities of the grid, and on those that the points brought, from which their increments are counted. What is held then gives
@@ -29,10 +29,10 @@ struct RigidBodyOptions {
   bool separation = false;    ///< the face can push but not pull
 };
 
-/// A rigid body in this step: the rectangle around the boxes of its points, moving without rotation.
-struct RigidBodyState {
-  Vec2 lo, hi;      ///< [length]
-  Vec2 velocity;    ///< [length/time]
+/// A rigid body in this step: the box around the boxes of its points, moving without rotation.
+template <int D> struct RigidBodyState {
+  Vec<D> lo, hi;      ///< [length]
+  Vec<D> velocity;    ///< [length/time]
 };
 
 /// Whether contact of a body that can separate is found from the momenta, or taken from the last time it was found. Before: of the
@@ -40,52 +40,54 @@ struct RigidBodyState {
 enum class Contact { Find, Keep, Before };
 
 /// The conditions as the passes over the nodes see them.
-struct BoundaryView {
-  /// Of a node: whether it is held by a side across x or y, and whether that side holds both components.
-  enum : std::uint8_t { AcrossX = 1, FixedAcrossX = 2, AcrossY = 4, FixedAcrossY = 8 };
+template <int D> struct BoundaryView {
+  /// Bits of a node: whether it is held by a side across an axis, and whether that side holds all components.
+  static RVE_HD constexpr int across(int axis) { return 1 << 2 * axis; }
+  static RVE_HD constexpr int fixed_across(int axis) { return 2 << 2 * axis; }
+  static constexpr int FIXED_ACROSS_ANY = 0xaa;
 
-  Grid grid;
+  Grid<D> grid;
   ShapeFunction shape;
   const std::uint8_t *sides = nullptr;    ///< per node, as above
   std::uint8_t *on_body = nullptr;    ///< per node: bit a if a body has a condition on component a
   std::uint8_t *closed = nullptr;     ///< per body and column: the face is in contact
 
   // Impulses [mass length/time] that the material gave, for the reactions
-  Vec2 *side_impulse = nullptr;    ///< per axis and node: to the side across that axis
-  Vec2 *body_impulse = nullptr;    ///< per body and node
+  Vec<D> *side_impulse = nullptr;    ///< per axis and node: to the side across that axis
+  Vec<D> *body_impulse = nullptr;    ///< per body and node
 
   RVE_HD bool held_by_side(int node, int axis) const
   {
-    const int mask = axis == 0 ? AcrossX | FixedAcrossY : AcrossY | FixedAcrossX;
-    return (sides[node] & mask) != 0;
+    return (sides[node] & (across(axis) | FIXED_ACROSS_ANY)) != 0;
   }
   /// Whether the last conditions that were imposed had one on this component of the node's velocity.
   RVE_HD bool constrains(int node, int axis) const
   {
     return held_by_side(node, axis) || (on_body[node] >> axis & 1) != 0;
   }
+  /// Columns of nodes under the face of a body, or more.
   RVE_HD int columns() const
   {
-    const int cells = grid.cells(0) > grid.cells(1) ? grid.cells(0) : grid.cells(1);
-    return cells + 3;
+    static_assert(D == 2, "columns are counted along the one axis of a face");
+    return grid.nodes(0) > grid.nodes(1) ? grid.nodes(0) : grid.nodes(1);
   }
 
   /// Takes from the momentum [mass length/time] of a node what the sides hold.
-  RVE_HD void impose_sides(int node, Vec2 &momentum) const
+  RVE_HD void impose_sides(int node, Vec<D> &momentum) const
   {
-    for (int a = 0; sides[node] != 0 && a < 2; ++a)
+    for (int a = 0; sides[node] != 0 && a < D; ++a)
       if (held_by_side(node, a)) momentum[a] = 0.0;
   }
   /// The same for the two momenta of a balance, with and before the forces; the impulse is recorded.
-  RVE_HD void balance_sides(int node, double flip, Vec2 &with_forces, Vec2 &before) const
+  RVE_HD void balance_sides(int node, double flip, Vec<D> &with_forces, Vec<D> &before) const
   {
     const int kinds = sides[node];
     if (kinds == 0) return;
-    for (int axis = 0; axis < 2; ++axis) {
-      if (!(kinds & (axis == 0 ? AcrossX : AcrossY))) continue;
-      const bool fixed = (kinds & (axis == 0 ? FixedAcrossX : FixedAcrossY)) != 0;
-      Vec2 felt = Vec2::zero();
-      for (int a = 0; a < 2; ++a) {
+    for (int axis = 0; axis < D; ++axis) {
+      if (!(kinds & across(axis))) continue;
+      const bool fixed = (kinds & fixed_across(axis)) != 0;
+      Vec<D> felt = Vec<D>::zero();
+      for (int a = 0; a < D; ++a) {
         if (a != axis && !fixed) continue;
         felt[a] = with_forces[a] - flip * before[a];
         with_forces[a] = before[a] = 0.0;
@@ -112,15 +114,15 @@ struct BoundaryView {
   /// Columns count as under the body if they are within its width, edges included: put the edges on columns.
   ///
   /// `felt_share` of the impulse is added to what the body felt in this step.
-  RVE_HD void impose_body(int body, const RigidBodyOptions &options, const RigidBodyState &state,
+  RVE_HD void impose_body(int body, const RigidBodyOptions &options, const RigidBodyState<D> &state,
                           int column, Contact contact, double felt_share, const double *mass,
-                          Vec2 *momentum) const;
+                          Vec<D> *momentum) const;
 };
 
 /// Owns the tables of the conditions, and adds the impulses up.
-class Boundary {
+template <int D> class Boundary {
  public:
-  Boundary(const Grid &grid, const std::array<SideKind, 4> &sides,
+  Boundary(const Grid<D> &grid, const std::array<SideKind, FACES<D>> &sides,
            const std::vector<RigidBodyOptions> &bodies);
 
   /// Per node, for BoundaryView::sides.
@@ -128,14 +130,17 @@ class Boundary {
 
   /// Impulse [mass length/time] of the material on a body or a side, from what a BoundaryView recorded per node for that body, or
   /// for the axis of that side; always in the same order.
-  Vec2 body_impulse(int body, const Vec2 *felt) const;
-  Vec2 side_impulse(Face side, const Vec2 *felt) const;
+  Vec<D> body_impulse(int body, const Vec<D> *felt) const;
+  Vec<D> side_impulse(Face side, const Vec<D> *felt) const;
 
  private:
-  Grid grid_;
+  /// A node of each line of nodes across an axis.
+  NodeBox<D> nodes_across(int axis) const;
+
+  Grid<D> grid_;
   std::vector<RigidBodyOptions> options_;
   std::vector<std::uint8_t> sides_;
-  std::array<std::vector<int>, 4> side_nodes_;
+  std::array<std::vector<int>, FACES<D>> side_nodes_;
 };
 
 // ---- implementation -----------------------------------------------------------------------------------------------------------
@@ -157,7 +162,8 @@ namespace face_pair {
     bool used[2];    ///< takes a share at all
 
     /// Impulse on one component that gives the pair the velocity `target` at the face; false if there is nothing to push.
-    RVE_HD bool impulse(const double *mass, const Vec2 *momentum, int axis, double target,
+    template <int D>
+    RVE_HD bool impulse(const double *mass, const Vec<D> *momentum, int axis, double target,
                         double &result) const
     {
       double velocity = 0.0;
@@ -176,10 +182,12 @@ namespace face_pair {
 
 }    // namespace face_pair
 
-RVE_HD inline void BoundaryView::impose_body(int body, const RigidBodyOptions &options,
-                                             const RigidBodyState &state, int column,
-                                             Contact contact, double felt_share, const double *mass,
-                                             Vec2 *momentum) const
+/// In the plane: a face has one axis along it, and two lateral faces beside it.
+template <>
+RVE_HD inline void BoundaryView<2>::impose_body(int body, const RigidBodyOptions &options,
+                                                const RigidBodyState<2> &state, int column,
+                                                Contact contact, double felt_share,
+                                                const double *mass, Vec2 *momentum) const
 {
   using namespace face_pair;
   const int normal = axis_of(options.face);
@@ -208,7 +216,7 @@ RVE_HD inline void BoundaryView::impose_body(int body, const RigidBodyOptions &o
     return;
 
   const auto node_at = [&](int row) {
-    return normal == 1 ? grid.node(column, row) : grid.node(row, column);
+    return grid.node(normal == 1 ? Place<2>{{column, row}} : Place<2>{{row, column}});
   };
   const auto on_grid = [&](int row) {
     return row >= -1 && row <= last_row;

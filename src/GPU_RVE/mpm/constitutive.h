@@ -29,7 +29,8 @@ struct MemoryRows {
   double *operator[](int p) const { return first + static_cast<std::ptrdiff_t>(p) * width; }
 };
 
-class Constitutive {
+/// A law of points in D dimensions.
+template <int D> class Constitutive {
  public:
   virtual ~Constitutive() = default;
 
@@ -37,11 +38,11 @@ class Constitutive {
   virtual StateVariables state_variables() const { return {}; }
 
   /// Gives the state variables of a point their values at the beginning, when it has the Cauchy stress `stress` [stress].
-  virtual void begin_memory(const rve::Tensor2 & /*stress*/, double * /*memory*/) const {}
+  virtual void begin_memory(const rve::Tensor<double, D> & /*stress*/, double * /*memory*/) const {}
 
   /// What is probably not meant about points that begin with this Cauchy stress [stress], as the end of a sentence that names it; "" for
   /// nothing.
-  virtual std::string doubt_about(const rve::Tensor2 & /*stress*/) const { return ""; }
+  virtual std::string doubt_about(const rve::Tensor<double, D> & /*stress*/) const { return ""; }
 
   /// Advances `count` points over `dt` [time].
   ///
@@ -50,8 +51,9 @@ class Constitutive {
   /// deformation_increment: ΔF = I + L dt of the increment, stretch and spin, F_new = ΔF F_old.
   /// stress: Cauchy stress [stress], tension positive, in the plane; memory: the state variables. Both in: before
   /// the increment, out: after it.
-  virtual void update(int count, const int *point_index, const rve::Tensor2 *deformation_increment,
-                      double dt, rve::Tensor2 *stress, MemoryRows memory) = 0;
+  virtual void update(int count, const int *point_index,
+                      const rve::Tensor<double, D> *deformation_increment, double dt,
+                      rve::Tensor<double, D> *stress, MemoryRows memory) = 0;
 
   /// Whether update() may be called for parts of the points at the same time, from several threads.
   virtual bool takes_parts() const { return false; }

@@ -23,7 +23,6 @@ namespace mpm {
 using rve::check_cuda;
 using rve::DeviceBuffer;
 using rve::HostBuffer;
-using rve::Tensor2;
 
 namespace {
 
@@ -149,9 +148,9 @@ namespace {
     pass(k, vectors);
   }
 
-  class CudaMachine {
+  template <int D> class CudaMachine {
    public:
-    CudaMachine(const SolverOptions &options, const Grid &grid, const Boundary &boundary,
+    CudaMachine(const SolverOptions<D> &options, const Grid<D> &grid, const Boundary<D> &boundary,
                 int ranks) :
         device_number_(options.device_number),
         threads_(rve::usable_threads(options.threads)), view_(grid, options, ranks > 1),
@@ -165,7 +164,7 @@ namespace {
       grid_arrays_.wire(view_, boundary);
     }
 
-    void begin(const StepInput &input)
+    void begin(const StepInput<D> &input)
     {
       use_device();
       const Watch watch(transfer_seconds_);
@@ -187,30 +186,31 @@ namespace {
         std::memcpy(words + view_.num_maxima() + stage, &nowhere, sizeof(nowhere));
       double *velocities = words + view_.num_maxima() + NUM_STAGES;
       for (int b = 0; b < view_.num_bodies; ++b)
-        for (int a = 0; a < 2; ++a) {
-          velocities[2 * b + a] = input.body_velocity[b][a];
-          velocities[2 * (view_.num_bodies + b) + a] = input.body_velocity_before[b][a];
+        for (int a = 0; a < D; ++a) {
+          velocities[D * b + a] = input.body_velocity[b][a];
+          velocities[D * (view_.num_bodies + b) + a] = input.body_velocity_before[b][a];
         }
       double *first = motion_.send(motion_is_old_ ? motion_size() : num_words());
       motion_is_old_ = false;
 
       findings_ = {first, reinterpret_cast<std::uint64_t *>(first + view_.num_maxima())};
       view_.maximum = first;
-      view_.body_velocity = reinterpret_cast<const Vec2 *>(first + view_.num_maxima() + NUM_STAGES);
+      view_.body_velocity =
+          reinterpret_cast<const Vec<D> *>(first + view_.num_maxima() + NUM_STAGES);
       view_.body_velocity_before = view_.body_velocity + view_.num_bodies;
       view_.points.position = {first + num_words()};
       view_.points.velocity = {first + num_words() + rows(count_)};
     }
 
-    const StepView &view() const { return view_; }
+    const StepView<D> &view() const { return view_; }
     /// With all that the device knows of them: asked for when something is wrong.
-    const PointView &host_points()
+    const PointView<D> &host_points()
     {
       fetch(host_points_);
       return host_points_;
     }
 
-    void take_shared(const SharedNodes &shared)
+    void take_shared(const SharedNodes<D> &shared)
     {
       view_.point_total = shared.point_total();
       view_.touched = shared.touched();
@@ -275,8 +275,9 @@ namespace {
 
     template <class P> void scatter(const P &pass)
     {
-      const std::size_t first = P::INERTIA ? 0 : 3 * num_nodes_;
-      const std::size_t end = P::VECTORS ? 5 * num_nodes_ : 3 * num_nodes_;
+      const std::size_t middle = INERTIA_SUMS<D> * num_nodes_;
+      const std::size_t first = P::INERTIA ? 0 : middle;
+      const std::size_t end = P::VECTORS ? middle + VECTOR_SUMS<D> * num_nodes_ : middle;
       check_cuda(
           cudaMemsetAsync(view_.inertia_sums + first, 0, (end - first) * sizeof(std::int64_t)),
           "zeros");
@@ -294,7 +295,7 @@ namespace {
       check_cuda(cudaGetLastError(), "launch of a pass over loads");
     }
     /// In page-locked memory, written by the device.
-    const Tensor2 *increments() const { return view_.increment; }
+    const Tensor<D> *increments() const { return view_.increment; }
 
     void stresses_changed()
     {
@@ -303,7 +304,7 @@ namespace {
       send_stresses(host_points_);
     }
 
-    void fetch(const PointView &points)
+    void fetch(const PointView<D> &points)
     {
       if (!is_ahead_) return;
       use_device();
@@ -316,16 +317,16 @@ namespace {
     void points_changed() { points_are_old_ = true; }
 
     // of the last step, from the device, per node
-    const Vec2 *body_impulse(int body)
+    const Vec<D> *body_impulse(int body)
     {
       return receive(grid_arrays_.body_impulse, view_.num_bodies * num_nodes_) + body * num_nodes_;
     }
-    const Vec2 *side_impulse(int axis)
+    const Vec<D> *side_impulse(int axis)
     {
-      return receive(grid_arrays_.side_impulse, 2 * num_nodes_) + axis * num_nodes_;
+      return receive(grid_arrays_.side_impulse, D * num_nodes_) + axis * num_nodes_;
     }
-    const Vec2 *damping_impulse() { return receive(grid_arrays_.damping_impulse, num_nodes_); }
-    const Vec2 *node_force() { return receive(grid_arrays_.force, num_nodes_); }
+    const Vec<D> *damping_impulse() { return receive(grid_arrays_.damping_impulse, num_nodes_); }
+    const Vec<D> *node_force() { return receive(grid_arrays_.force, num_nodes_); }
     const double *node_mass() { return receive(grid_arrays_.mass, num_nodes_); }
     double unbalanced() { return motion_size() > 0 ? maxima()[Unbalanced] : 0.0; }
 
@@ -370,7 +371,7 @@ namespace {
     }
     std::size_t num_words() const
     {
-      const std::size_t words = view_.num_maxima() + NUM_STAGES + 4 * view_.num_bodies;
+      const std::size_t words = view_.num_maxima() + NUM_STAGES + 2 * D * view_.num_bodies;
       return (words + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
     }
     std::size_t motion_size() const { return count_ < 0 ? 0 : num_words() + 2 * rows(count_); }
@@ -417,7 +418,7 @@ namespace {
       return buffer.send(count);
     }
 
-    void send_points(const PointView &points, bool other_words)
+    void send_points(const PointView<D> &points, bool other_words)
     {
       const int count = points.count;
       const bool all = points_are_old_ || count != count_;
@@ -457,19 +458,20 @@ namespace {
       copy(motion + rows(count), points.velocity.first, size);
     }
 
-    void send_stresses(const PointView &points)
+    void send_stresses(const PointView<D> &points)
     {
       view_.points.stress = send(stress_, points.stress, count_);
     }
 
-    void send_loads(const std::vector<PointLoad> &loads)
+    void send_loads(const std::vector<PointLoad<D>> &loads)
     {
       view_.num_point_loads = static_cast<int>(loads.size());
       const bool same = loads.size() == load_copy_.size() &&
           std::equal(loads.begin(), loads.end(), load_copy_.begin(),
-                     [](const PointLoad &a, const PointLoad &b) {
+                     [](const PointLoad<D> &a, const PointLoad<D> &b) {
                        return a.point == b.point && a.load == b.load && a.face == b.face &&
-                           a.traction[0] == b.traction[0] && a.traction[1] == b.traction[1];
+                           std::equal(a.traction.component, a.traction.component + D,
+                                      b.traction.component);
                      });
       if (same) return;
       load_copy_ = loads;
@@ -477,12 +479,12 @@ namespace {
     }
 
     int device_number_, threads_;
-    StepView view_;
+    StepView<D> view_;
     std::size_t num_nodes_;
     std::string name_;
     double transfer_seconds_ = 0.0;
 
-    GridArrays<DeviceBuffer> grid_arrays_;
+    GridArrays<D, DeviceBuffer> grid_arrays_;
 
     // with other ranks
     DeviceBuffer<int> shared_nodes_;
@@ -493,36 +495,40 @@ namespace {
 
     // points
     int count_ = -1;    ///< that are on the device
-    PointView host_points_;
+    PointView<D> host_points_;
     bool points_are_old_ = true;     ///< on the device
     bool motion_is_old_ = true;      ///< on the device
     bool is_ahead_ = false;          ///< the device knows more of strains and volumes than the host
     DeviceBuffer<double> motion_;    ///< findings, velocities of bodies, positions, velocities
     DeviceBuffer<double> body_force_, point_mass_, volume_, initial_volume_;
-    DeviceBuffer<Vec2> half_size_;
-    DeviceBuffer<Tensor2> deformation_gradient_, velocity_gradient_, stress_;
+    DeviceBuffer<Vec<D>> half_size_;
+    DeviceBuffer<Tensor<D>> deformation_gradient_, velocity_gradient_, stress_;
     DeviceBuffer<int> model_, body_;
     std::vector<int> model_copy_, body_copy_;
-    DeviceBuffer<Support> support_;
-    HostBuffer<Tensor2> increment_;
-    DeviceBuffer<PointLoad> loads_;
-    std::vector<PointLoad> load_copy_;
+    DeviceBuffer<Support<D>> support_;
+    HostBuffer<Tensor<D>> increment_;
+    DeviceBuffer<PointLoad<D>> loads_;
+    std::vector<PointLoad<D>> load_copy_;
     Findings findings_ = {};
   };
 
 }    // namespace
 
-std::unique_ptr<StepRunner> make_cuda_machine(const SolverOptions &options,
-                                              const Communication &communication, const Grid &grid,
-                                              std::string &obstacle)
+template <int D>
+std::unique_ptr<StepRunner<D>> make_cuda_machine(const SolverOptions<D> &options,
+                                                 const Communication &communication,
+                                                 const Grid<D> &grid, std::string &obstacle)
 {
   const rve::CudaDevice device = rve::find_cuda_device(
-      options.device_number, reinterpret_cast<const void *>(&over_items<NodeVelocity>));
+      options.device_number, reinterpret_cast<const void *>(&over_items<NodeVelocity<D>>));
   obstacle = device.obstacle;
   if (!obstacle.empty()) return nullptr;
-  SolverOptions own = options;
+  SolverOptions<D> own = options;
   own.device_number = device.number;
-  return std::make_unique<StepProgram<CudaMachine>>(own, communication, grid);
+  return std::make_unique<StepProgram<D, CudaMachine>>(own, communication, grid);
 }
+
+template std::unique_ptr<StepRunner<2>>
+make_cuda_machine(const SolverOptions<2> &, const Communication &, const Grid<2> &, std::string &);
 
 }    // namespace mpm

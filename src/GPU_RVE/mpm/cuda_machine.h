@@ -10,9 +10,10 @@
 namespace mpm {
 
 /// Nothing, and an `obstacle` in words, where there is no device. Throws std::runtime_error when the device fails.
-std::unique_ptr<StepRunner> make_cuda_machine(const SolverOptions &options,
-                                              const Communication &communication, const Grid &grid,
-                                              std::string &obstacle);
+template <int D>
+std::unique_ptr<StepRunner<D>> make_cuda_machine(const SolverOptions<D> &options,
+                                                 const Communication &communication,
+                                                 const Grid<D> &grid, std::string &obstacle);
 
 }    // namespace mpm
 

@@ -1,6 +1,6 @@
-// The background grid: square cells over a rectangle, with one layer of ghost nodes around it.
+// The background grid: cells of equal edges over a box, with one layer of ghost nodes around it.
 //
-// A point inside the rectangle reaches at most one cell width beyond it (half size of a GIMP domain <= half a cell), so
+// A point inside the box reaches at most one cell width beyond it (half size of a GIMP domain <= half a cell), so
 // one layer holds every node that it can touch.
 
 #ifndef MPM_GRID_H
@@ -8,40 +8,56 @@
 
 #include "rve/core/config.h"
 #include "rve/core/error.h"
+#include "rve/core/space.h"
+#include "rve/core/tensor.h"
 #include "rve/core/vec.h"
 
 #include <cmath>
+#include <cstddef>
 #include <string>
 
 namespace mpm {
 
-using Vec2 = rve::Vec<double, 2>;
+template <int D> using Vec = rve::Vec<double, D>;
+template <int D> using Tensor = rve::Tensor<double, D>;
+using Vec2 = Vec<2>;
 
-/// Sides of the grid and faces of a point's or body's box. Axis and outward sign follow from it.
+/// Of a node: its number along each axis.
+template <int D> using Place = rve::Vec<int, D>;
+
+/// Integers that are summed on a node: its mass and momentum, or a vector.
+template <int D> constexpr int INERTIA_SUMS = 1 + rve::Space<D>::axes;
+template <int D> constexpr int VECTOR_SUMS = rve::Space<D>::axes;
+
+/// Sides of the grid and faces of a point's or body's box: low and high of each axis in turn.
 enum class Face { XLo, XHi, YLo, YHi };
+
+/// Faces of a box.
+template <int D> constexpr int FACES = 2 * rve::Space<D>::axes;
 
 RVE_HD inline int axis_of(Face face)
 {
-  return face == Face::XLo || face == Face::XHi ? 0 : 1;
+  return static_cast<int>(face) / 2;
 }
 
 /// Outward normal along its axis: -1 or +1.
 RVE_HD inline double outward(Face face)
 {
-  return face == Face::XLo || face == Face::YLo ? -1.0 : 1.0;
+  return static_cast<int>(face) % 2 == 0 ? -1.0 : 1.0;
 }
 
-class Grid {
+template <int D> class Grid {
  public:
-  /// Rectangle [lo, hi] [length] in cells of `cell_size` [length]; both extents must be whole numbers of cells
+  /// Box [lo, hi] [length] in cells of `cell_size` [length]; all extents must be whole numbers of cells
   /// (to 1e-6 cells), or rve::InputError.
-  Grid(const Vec2 &lo, const Vec2 &hi, double cell_size) : lo_(lo), hi_(hi), cell_size_(cell_size)
+  Grid(const Vec<D> &lo, const Vec<D> &hi, double cell_size) :
+      lo_(lo), hi_(hi), cell_size_(cell_size)
   {
     using rve::number;
     rve::require(cell_size > 0.0,
                  "grid cell size must be positive, got " + number(cell_size) + " [length]");
-    for (int a = 0; a < 2; ++a) {
-      const std::string axis = a == 0 ? "x" : "y";
+    for (int a = 0; a < D; ++a) {
+      const std::string axis(1, "xyz"[a]);
       rve::require(hi[a] > lo[a],
                    "grid extent in " + axis + " must be positive, got lo " + number(lo[a]) +
                        ", hi " + number(hi[a]) + " [length]");
@@ -53,9 +69,9 @@ class Grid {
                    "grid extent in " + axis + " must be a whole number of cells, got " +
                        number(hi[a] - lo[a]) + " / " + number(cell_size) + " = " + number(cells));
     }
-    rve::require(double(cells_[0] + 3) * double(cells_[1] + 3) < 2e8,
-                 "grid must have fewer than 200000000 nodes, got " +
-                     number(double(cells_[0] + 3) * double(cells_[1] + 3)));
+    double count = 1.0;
+    for (int a = 0; a < D; ++a) count *= nodes(a);
+    rve::require(count < 2e8, "grid must have fewer than 200000000 nodes, got " + number(count));
   }
 
   RVE_HD double cell_size() const { return cell_size_; }
@@ -64,11 +80,37 @@ class Grid {
 
   /// Number of cells along an axis; its nodes are -1 (ghost), 0 ... cells, cells + 1 (ghost).
   RVE_HD int cells(int axis) const { return cells_[axis]; }
-  RVE_HD int node_count() const { return (cells_[0] + 3) * (cells_[1] + 3); }
-  RVE_HD int row_stride() const { return cells_[0] + 3; }
+  RVE_HD int nodes(int axis) const { return cells_[axis] + 3; }
+  RVE_HD int node_count() const { return stride(D); }
 
-  /// Storage index of node (i, j), both from -1 to cells + 1.
-  RVE_HD int node(int i, int j) const { return (j + 1) * row_stride() + (i + 1); }
+  /// Storage index of a node, numbered from -1 to cells + 1 along each axis.
+  RVE_HD int node(const Place<D> &place) const
+  {
+    int index = place[D - 1] + 1;
+    for (int a = D - 2; a >= 0; --a) index = index * nodes(a) + (place[a] + 1);
+    return index;
+  }
+  /// The place of a node with this storage index.
+  RVE_HD Place<D> place(int node) const
+  {
+    Place<D> place;
+    for (int a = 0; a < D - 1; ++a) {
+      place[a] = node % nodes(a) - 1;
+      node /= nodes(a);
+    }
+    place[D - 1] = node - 1;
+    return place;
+  }
+  /// By how much the storage index grows from a node to the next one along an axis.
+  RVE_HD int stride(int axis) const
+  {
+    int stride = 1;
+    for (int a = 0; a < axis; ++a) stride *= nodes(a);
+    return stride;
+  }
+  /// Nodes with the same place along the last axis follow each other in storage: a layer.
+  int layers() const { return nodes(D - 1); }
+  int layer_size() const { return stride(D - 1); }
 
   /// Coordinate in cell widths from the low side.
   RVE_HD double scaled(double coordinate, int axis) const
@@ -76,29 +118,47 @@ class Grid {
     return (coordinate - lo_[axis]) / cell_size_;
   }
 
-  RVE_HD bool contains(double x, double y) const
+  RVE_HD bool contains(const double *position) const
   {
-    return x >= lo_[0] && x <= hi_[0] && y >= lo_[1] && y <= hi_[1];
+    for (int a = 0; a < D; ++a)
+      if (!(position[a] >= lo_[a] && position[a] <= hi_[a])) return false;
+    return true;
   }
 
  private:
-  Vec2 lo_, hi_;
+  Vec<D> lo_, hi_;
   double cell_size_;
-  int cells_[2];
+  int cells_[D];
 };
 
-/// A block of nodes of a grid: along both axes from `first` to before `end`, numbered as for Grid::node().
-struct NodeBox {
-  int first[2] = {0, 0};
-  int end[2] = {0, 0};
+/// A block of nodes of a grid: along each axis from `first` to before `end`, numbered as for Grid::node().
+template <int D> struct NodeBox {
+  Place<D> first = Place<D>::zero();
+  Place<D> end = Place<D>::zero();
 
-  bool is_empty() const { return first[0] >= end[0] || first[1] >= end[1]; }
-  RVE_HD bool contains(const Grid &grid, int node) const
+  bool is_empty() const
   {
-    const int place[2] = {node % grid.row_stride() - 1, node / grid.row_stride() - 1};
-    for (int a = 0; a < 2; ++a)
+    for (int a = 0; a < D; ++a)
+      if (first[a] >= end[a]) return true;
+    return false;
+  }
+  RVE_HD bool contains(const Grid<D> &grid, int node) const
+  {
+    const Place<D> place = grid.place(node);
+    for (int a = 0; a < D; ++a)
       if (place[a] < first[a] || place[a] >= end[a]) return false;
     return true;
+  }
+
+  /// visit(place) for all nodes, those along the first axis one after the other.
+  template <class Visit> void for_each(const Visit &visit) const
+  {
+    if (is_empty()) return;
+    Place<D> place = first;
+    for (int a = 0; a < D;) {
+      visit(place);
+      for (a = 0; a < D && ++place[a] == end[a]; ++a) place[a] = first[a];
+    }
   }
 };
 

@@ -12,10 +12,10 @@
 namespace mpm {
 
 /// `Buffer<T>` has upload(std::vector<T>) and reserve_zeros(count), which return where the passes find its elements.
-template <template <class> class Buffer> class GridArrays {
+template <int D, template <class> class Buffer> class GridArrays {
  public:
   /// Makes them for the grid and the bodies of a view, which then has them.
-  void wire(StepView &view, const Boundary &boundary)
+  void wire(StepView<D> &view, const Boundary<D> &boundary)
   {
     const std::size_t nodes = view.grid.node_count();
     const std::size_t bodies = view.num_bodies;
@@ -23,10 +23,10 @@ template <template <class> class Buffer> class GridArrays {
     view.boundary.on_body = on_body_.reserve_zeros(nodes);
     // no array is empty
     view.boundary.closed = closed_.reserve_zeros(bodies * view.boundary.columns() + 1);
-    view.boundary.side_impulse = side_impulse.reserve_zeros(2 * nodes);
+    view.boundary.side_impulse = side_impulse.reserve_zeros(D * nodes);
     view.boundary.body_impulse = body_impulse.reserve_zeros(bodies * nodes + 1);
-    view.inertia_sums = sums_.reserve_zeros(5 * nodes);
-    view.vector_sums = view.inertia_sums + 3 * nodes;
+    view.inertia_sums = sums_.reserve_zeros(INERTIA_SUMS<D> * nodes + VECTOR_SUMS<D> * nodes);
+    view.vector_sums = view.inertia_sums + INERTIA_SUMS<D> * nodes;
     view.mass = mass.reserve_zeros(nodes);
     view.momentum = momentum_.reserve_zeros(nodes);
     view.momentum_end = momentum_end_.reserve_zeros(nodes);
@@ -37,13 +37,13 @@ template <template <class> class Buffer> class GridArrays {
   }
 
   // what is asked for after a step, laid out as BoundaryView and StepView say
-  Buffer<Vec2> side_impulse, body_impulse, damping_impulse, force;
+  Buffer<Vec<D>> side_impulse, body_impulse, damping_impulse, force;
   Buffer<double> mass;
 
  private:
   Buffer<std::uint8_t> sides_, on_body_, closed_;
   Buffer<std::int64_t> sums_;
-  Buffer<Vec2> momentum_, momentum_end_, velocity_, velocity_change_;
+  Buffer<Vec<D>> momentum_, momentum_end_, velocity_, velocity_change_;
 };
 
 }    // namespace mpm

@@ -6,42 +6,90 @@
 #include "mpm/grid.h"
 #include "mpm/shape_functions.h"
 #include "rve/core/exact_sum.h"
-#include "rve/core/tensor.h"
 
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 namespace mpm {
 
-/// The nine nodes around a point: node(a, b) is column a and row b of its 3 x 3 block.
-struct Support {
-  int first_node;    ///< storage index of node(0, 0)
-  int row_stride;
-  AxisWeights x, y;
+/// The nodes around a point, three along each axis: their places count from 0 to 2 here.
+template <int D> struct Support {
+  int first_node;       ///< storage index of the node at place 0
+  int stride[D - 1];    ///< of the storage index along all axes but the first
+  AxisWeights axis[D];
   double per_cell;    ///< 1 / cell size [1/length]
 
-  RVE_HD int node(int a, int b) const { return first_node + b * row_stride + a; }
-  RVE_HD double value(int a, int b) const { return x.value[a] * y.value[b]; }
-  RVE_HD Vec2 gradient(int a, int b) const
+  RVE_INLINE int node(const Place<D> &place) const
   {
-    return {{x.slope[a] * y.value[b] * per_cell, x.value[a] * y.slope[b] * per_cell}};
+    return node(place, std::make_index_sequence<D - 1>());
+  }
+  RVE_INLINE double value(const Place<D> &place) const
+  {
+    return value(place, std::make_index_sequence<D>());
+  }
+  RVE_INLINE Vec<D> gradient(const Place<D> &place) const
+  {
+    Vec<D> gradient;
+    for (int c = 0; c < D; ++c) {
+      double product = c == 0 ? axis[0].slope[place[0]] : axis[0].value[place[0]];
+      for (int a = 1; a < D; ++a)
+        product *= a == c ? axis[a].slope[place[a]] : axis[a].value[place[a]];
+      gradient[c] = product * per_cell;
+    }
+    return gradient;
+  }
+  RVE_HD Place<D> heaviest() const
+  {
+    Place<D> place;
+    for (int a = 0; a < D; ++a) place[a] = axis[a].heaviest();
+    return place;
+  }
+
+  /// Puts the block where the weights of the axes begin.
+  RVE_HD void locate(const Grid<D> &grid)
+  {
+    Place<D> first;
+    for (int a = 0; a < D; ++a) first[a] = axis[a].first;
+    first_node = grid.node(first);
+  }
+
+ private:
+  // No loops: inside of those over the nodes, a compiler for a device would not unroll all of them.
+  template <std::size_t... A>
+  RVE_INLINE int node(const Place<D> &place, std::index_sequence<A...>) const
+  {
+    return (first_node + ... + (place[A + 1] * stride[A])) + place[0];
+  }
+  template <std::size_t... A>
+  RVE_INLINE double value(const Place<D> &place, std::index_sequence<A...>) const
+  {
+    return (... * axis[A].value[place[A]]);
   }
 };
 
-/// Weights of a point inside the grid. half_size [length] matters for Gimp only.
-RVE_HD inline Support support_of(const Grid &grid, ShapeFunction shape, const double *position,
-                                 const Vec2 &half_size)
+/// visit(place) for the nodes of a support, those along the first axis one after the other: sums of real numbers keep their bits.
+template <int D, class Visit> RVE_INLINE void each_node(const Visit &visit)
 {
-  Support support;
-  AxisWeights *axis[2] = {&support.x, &support.y};
-  for (int a = 0; a < 2; ++a) {
+  static_assert(D == 2, "a loop for each axis");
+  for (int b = 0; b < 3; ++b)
+    for (int a = 0; a < 3; ++a) visit(Place<D>{{a, b}});
+}
+
+/// Weights of a point inside the grid. half_size [length] matters for Gimp only.
+template <int D>
+RVE_HD Support<D> support_of(const Grid<D> &grid, ShapeFunction shape, const double *position,
+                             const Vec<D> &half_size)
+{
+  Support<D> support;
+  for (int a = 0; a < D; ++a) {
     const double xi = grid.scaled(position[a], a);
     const double half = half_size[a] / grid.cell_size();
-    *axis[a] = shape == ShapeFunction::Linear ? linear_weights(xi, grid.cells(a))
-                                              : gimp_weights(xi, half < 0.5 ? half : 0.5);
+    support.axis[a] = shape == ShapeFunction::Linear ? linear_weights(xi, grid.cells(a))
+                                                     : gimp_weights(xi, half < 0.5 ? half : 0.5);
   }
-  support.first_node = grid.node(support.x.first, support.y.first);
-  support.row_stride = grid.row_stride();
+  support.locate(grid);
+  for (int a = 1; a < D; ++a) support.stride[a - 1] = grid.stride(a);
   support.per_cell = 1.0 / grid.cell_size();
   return support;
 }
@@ -52,39 +100,41 @@ RVE_HD inline void add_to(std::int64_t *sums, std::size_t k, std::int64_t part)
   sums[k] += part;
 }
 
-/// Adds share(a, b) of `total` to component c of every node of the support, each share rounded once. What rounding leaves of
+/// Adds share(place) of `total` to component c of every node of the support, each share rounded once. What rounding leaves of
 /// the rounded total goes to the heaviest node: the nodes hold the total of the points to the last bit.
-template <int C, class Share, class Sums>
-RVE_HD void scatter(const Support &support, const rve::FixedScale &scale, double total,
+template <int C, int D, class Share, class Sums>
+RVE_HD void scatter(const Support<D> &support, const rve::FixedScale &scale, double total,
                     const Share &share, Sums sums, int c)
 {
   std::int64_t left = scale.integer(total);
-  for (int b = 0; b < 3; ++b)
-    for (int a = 0; a < 3; ++a) {
-      const std::int64_t part = scale.integer(share(a, b));
-      add_to(sums, static_cast<std::size_t>(support.node(a, b)) * C + c, part);
-      left -= part;
-    }
-  const int heaviest = support.node(support.x.heaviest(), support.y.heaviest());
+  each_node<D>([&](const Place<D> &place) RVE_INLINE_LAMBDA {
+    const std::int64_t part = scale.integer(share(place));
+    add_to(sums, static_cast<std::size_t>(support.node(place)) * C + c, part);
+    left -= part;
+  });
+  const int heaviest = support.node(support.heaviest());
   add_to(sums, static_cast<std::size_t>(heaviest) * C + c, left);
 }
 
 /// Σ_I N_I(x_p) field_I; `field` is an array over the nodes.
-template <class Field> RVE_HD Vec2 interpolate(const Support &support, const Field &field)
+template <int D, class Field>
+RVE_HD Vec<D> interpolate(const Support<D> &support, const Field &field)
 {
-  Vec2 sum = Vec2::zero();
-  for (int b = 0; b < 3; ++b)
-    for (int a = 0; a < 3; ++a) sum = sum + support.value(a, b) * field[support.node(a, b)];
+  Vec<D> sum = Vec<D>::zero();
+  each_node<D>([&](const Place<D> &place) RVE_INLINE_LAMBDA {
+    sum = sum + support.value(place) * field[support.node(place)];
+  });
   return sum;
 }
 
 /// Σ_I field_I ⊗ ∇N_I(x_p)
-template <class Field>
-RVE_HD rve::Tensor2 interpolate_gradient(const Support &support, const Field &field)
+template <int D, class Field>
+RVE_HD Tensor<D> interpolate_gradient(const Support<D> &support, const Field &field)
 {
-  rve::Tensor2 sum = rve::Tensor2::zero();
-  for (int b = 0; b < 3; ++b)
-    for (int a = 0; a < 3; ++a) sum = sum + dyad(field[support.node(a, b)], support.gradient(a, b));
+  Tensor<D> sum = Tensor<D>::zero();
+  each_node<D>([&](const Place<D> &place) RVE_INLINE_LAMBDA {
+    sum = sum + dyad(field[support.node(place)], support.gradient(place));
+  });
   return sum;
 }
 

@@ -76,17 +76,19 @@ template <class T> class HostArray {
 };
 
 /// Points stay where the caller has them.
-class HostMachine {
+template <int D> class HostMachine {
  public:
-  HostMachine(const SolverOptions &options, const Grid &grid, const Boundary &boundary, int ranks) :
-      grid_(grid), threads_(rve::usable_threads(options.threads)), view_(grid, options, ranks > 1),
+  HostMachine(const SolverOptions<D> &options, const Grid<D> &grid, const Boundary<D> &boundary,
+              int ranks) :
+      grid_(grid),
+      threads_(rve::usable_threads(options.threads)), view_(grid, options, ranks > 1),
       tallies_(threads_), partial_(threads_)
   {
     grid_arrays_.wire(view_, boundary);
   }
 
   /// A step begins.
-  void begin(const StepInput &input)
+  void begin(const StepInput<D> &input)
   {
     const int count = input.points.count;
     support_.resize(count);
@@ -107,11 +109,11 @@ class HostMachine {
     first_trouble_ = FirstTrouble::NOWHERE;
   }
 
-  const StepView &view() const { return view_; }
-  const PointView &host_points() const { return view_.points; }
+  const StepView<D> &view() const { return view_; }
+  const PointView<D> &host_points() const { return view_.points; }
 
   /// What this step shares with other ranks.
-  void take_shared(const SharedNodes &shared)
+  void take_shared(const SharedNodes<D> &shared)
   {
     view_.point_total = shared.point_total();
     view_.touched = shared.touched();
@@ -136,16 +138,17 @@ class HostMachine {
     communication.max_over_ranks(maxima_.data() + first, count);
   }
 
-  const rve::Tensor2 *increments() const { return increment_.data(); }
+  const Tensor<D> *increments() const { return increment_.data(); }
   void stresses_changed() {}
-  void fetch(const PointView &) {}
+  void fetch(const PointView<D> &) {}
   void points_changed() {}
 
   /// Sums of a pass on the nodes; then the passes over loads may add to them.
   template <class P> void scatter(const P &pass)
   {
     const int count = view_.points.count;
-    for (Partial &part : partial_) part.first_row = part.end_row = 0;    // a team may be smaller
+    for (Partial &part : partial_)
+      part.first_layer = part.end_layer = 0;    // a team may be smaller
     const rve::LightWork work(count, threads_);
 #pragma omp parallel num_threads(work.team)
     {
@@ -154,15 +157,15 @@ class HostMachine {
       make_room(part, mine, P::INERTIA, P::VECTORS);
       P own = pass;
       own.begin();
-      const std::size_t offset = static_cast<std::size_t>(part.first_row) * grid_.row_stride();
-      const PartialSums inertia{part.inertia.data(), 3 * offset};
-      const PartialSums vectors{part.vectors.data(), 2 * offset};
+      const std::size_t offset = static_cast<std::size_t>(part.first_layer) * grid_.layer_size();
+      const PartialSums inertia{part.inertia.data(), INERTIA_SUMS<D> * offset};
+      const PartialSums vectors{part.vectors.data(), VECTOR_SUMS<D> * offset};
       for (int p = mine.begin; p < mine.end; ++p) own(p, inertia, vectors);
 #pragma omp barrier
-      const rve::ThreadShare rows(grid_.node_count() / grid_.row_stride());
-      for (int row = rows.begin; row < rows.end; ++row) {
-        if (P::INERTIA) merge_row(row, 3, &Partial::inertia, view_.inertia_sums);
-        if (P::VECTORS) merge_row(row, 2, &Partial::vectors, view_.vector_sums);
+      const rve::ThreadShare layers(grid_.layers());
+      for (int layer = layers.begin; layer < layers.end; ++layer) {
+        if (P::INERTIA) merge(layer, INERTIA_SUMS<D>, &Partial::inertia, view_.inertia_sums);
+        if (P::VECTORS) merge(layer, VECTOR_SUMS<D>, &Partial::vectors, view_.vector_sums);
       }
     }
   }
@@ -186,19 +189,19 @@ class HostMachine {
   }
 
   // of the last step, per node
-  const Vec2 *body_impulse(int body) const
+  const Vec<D> *body_impulse(int body) const
   {
     return view_.boundary.body_impulse + static_cast<std::size_t>(body) * grid_.node_count();
   }
-  const Vec2 *side_impulse(int axis) const
+  const Vec<D> *side_impulse(int axis) const
   {
     return view_.boundary.side_impulse + static_cast<std::size_t>(axis) * grid_.node_count();
   }
-  const Vec2 *damping_impulse() const
+  const Vec<D> *damping_impulse() const
   {
     return view_.damping_impulse;
   }
-  const Vec2 *node_force() const
+  const Vec<D> *node_force() const
   {
     return view_.force;
   }
@@ -233,9 +236,9 @@ class HostMachine {
     void trouble(int p, Trouble what) { first = std::min(first, FirstTrouble::key(p, what)); }
   };
 
-  /// Sums of the rows of nodes that one thread's points reach.
+  /// Sums of the layers of nodes that one thread's points reach.
   struct alignas(128) Partial {
-    int first_row, end_row;
+    int first_layer, end_layer;
     std::vector<std::int64_t> inertia, vectors;
   };
 
@@ -263,42 +266,41 @@ class HostMachine {
 
   void make_room(Partial &part, const rve::ThreadShare &mine, bool inertia, bool vectors)
   {
-    const int rows = grid_.node_count() / grid_.row_stride();
-    part.first_row = rows;
-    part.end_row = 0;
+    part.first_layer = grid_.layers();
+    part.end_layer = 0;
     for (int p = mine.begin; p < mine.end; ++p) {
       if (view_.points.rigid_body[p] >= 0) continue;
-      const int row = support_[p].y.first + 1;
-      part.first_row = std::min(part.first_row, row);
-      part.end_row = std::max(part.end_row, row + 3);
+      const int layer = support_[p].axis[D - 1].first + 1;
+      part.first_layer = std::min(part.first_layer, layer);
+      part.end_layer = std::max(part.end_layer, layer + 3);
     }
-    part.first_row = std::min(part.first_row, part.end_row);
+    part.first_layer = std::min(part.first_layer, part.end_layer);
     const std::size_t nodes =
-        static_cast<std::size_t>(part.end_row - part.first_row) * grid_.row_stride();
-    if (inertia) part.inertia.assign(3 * nodes, 0);
-    if (vectors) part.vectors.assign(2 * nodes, 0);
+        static_cast<std::size_t>(part.end_layer - part.first_layer) * grid_.layer_size();
+    if (inertia) part.inertia.assign(INERTIA_SUMS<D> * nodes, 0);
+    if (vectors) part.vectors.assign(VECTOR_SUMS<D> * nodes, 0);
   }
 
-  /// Adds up what the threads have on a row.
-  void merge_row(int row, int components, std::vector<std::int64_t> Partial::*sums,
-                 std::int64_t *total) const
+  /// Adds up what the threads have on a layer.
+  void merge(int layer, int components, std::vector<std::int64_t> Partial::*sums,
+             std::int64_t *total) const
   {
-    const std::size_t size = static_cast<std::size_t>(components) * grid_.row_stride();
-    std::int64_t *into = total + row * size;
+    const std::size_t size = static_cast<std::size_t>(components) * grid_.layer_size();
+    std::int64_t *into = total + layer * size;
     std::fill_n(into, size, 0);
     for (const Partial &part : partial_) {
-      if (row < part.first_row || row >= part.end_row) continue;
-      const std::int64_t *from = (part.*sums).data() + (row - part.first_row) * size;
+      if (layer < part.first_layer || layer >= part.end_layer) continue;
+      const std::int64_t *from = (part.*sums).data() + (layer - part.first_layer) * size;
       for (std::size_t k = 0; k < size; ++k) into[k] += from[k];
     }
   }
 
-  Grid grid_;
+  Grid<D> grid_;
   int threads_;
-  StepView view_;
-  GridArrays<HostArray> grid_arrays_;
-  std::vector<Support> support_;
-  std::vector<rve::Tensor2> increment_;
+  StepView<D> view_;
+  GridArrays<D, HostArray> grid_arrays_;
+  std::vector<Support<D>> support_;
+  std::vector<Tensor<D>> increment_;
   std::vector<double> maxima_;
   std::uint64_t first_trouble_ = FirstTrouble::NOWHERE;
   std::vector<Tally> tallies_;

@@ -15,10 +15,10 @@ struct LawEntry {
   std::string word;
   std::vector<std::string> arguments;    ///< numbers, in the order of a script: their names
   /// The law with these arguments; rve::InputError where they are wrong.
-  std::shared_ptr<Constitutive> (*make)(const double *arguments);
+  std::shared_ptr<Constitutive<2>> (*make)(const double *arguments);
 };
 
-/// The laws that there are. A program may add laws of its own before it reads scripts.
+/// The laws that there are in the plane. A program may add laws of its own before it reads scripts.
 std::vector<LawEntry> &law_table();
 
 }    // namespace mpm

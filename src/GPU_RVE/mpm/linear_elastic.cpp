@@ -7,9 +7,9 @@ namespace mpm {
 
 using rve::number;
 using rve::require;
-using rve::Tensor2;
+using rve::Tensor;
 
-LinearElastic::LinearElastic(double young_modulus, double poisson_ratio)
+template <int D> LinearElastic<D>::LinearElastic(double young_modulus, double poisson_ratio)
 {
   require(young_modulus > 0.0,
           "Young's modulus must be positive, got " + number(young_modulus) + " [stress]");
@@ -19,19 +19,23 @@ LinearElastic::LinearElastic(double young_modulus, double poisson_ratio)
   lame_first_ = 2.0 * shear_modulus_ * poisson_ratio / (1.0 - 2.0 * poisson_ratio);
 }
 
-void LinearElastic::update(int count, const int *point_index, const Tensor2 *deformation_increment,
-                           double /*dt*/, Tensor2 *stress, MemoryRows /*memory*/)
+template <int D>
+void LinearElastic<D>::update(int count, const int *point_index,
+                              const Tensor<double, D> *deformation_increment, double /*dt*/,
+                              Tensor<double, D> *stress, MemoryRows /*memory*/)
 {
   for (int k = 0; k < count; ++k) {
     const int p = point_index[k];
-    const MidpointIncrement increment = midpoint_increment(deformation_increment[p]);
+    const MidpointIncrement<D> increment = midpoint_increment(deformation_increment[p]);
     stress[p] = elastic_stress(stress[p], increment, lame_first_, shear_modulus_);
   }
 }
 
-double LinearElastic::p_wave_modulus(int /*point_index*/) const
+template <int D> double LinearElastic<D>::p_wave_modulus(int /*point_index*/) const
 {
   return lame_first_ + 2.0 * shear_modulus_;
 }
+
+template class LinearElastic<2>;
 
 }    // namespace mpm

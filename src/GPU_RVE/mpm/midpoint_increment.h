@@ -10,18 +10,19 @@ namespace mpm {
 
 /// D and R from the displacement gradient with respect to the middle of the increment
 /// (Hughes & Winget 1980, Int. J. Numer. Meth. Engng 15, 1862). No strain in a rigid rotation of any size.
-struct MidpointIncrement {
-  rve::Tensor2 strain;      ///< D
-  rve::Tensor2 rotation;    ///< R
+template <int D> struct MidpointIncrement {
+  rve::Tensor<double, D> strain;      ///< D
+  rve::Tensor<double, D> rotation;    ///< R
 };
 
-RVE_INLINE MidpointIncrement midpoint_increment(const rve::Tensor2 &deformation_increment)
+/// In the plane, where a rotation has one angle.
+RVE_INLINE MidpointIncrement<2> midpoint_increment(const rve::Tensor2 &deformation_increment)
 {
   using rve::Tensor2;
   const Tensor2 identity = Tensor2::identity();
   const Tensor2 gradient =
       (deformation_increment - identity) * inverse(0.5 * (deformation_increment + identity));
-  MidpointIncrement increment;
+  MidpointIncrement<2> increment;
   increment.strain = 0.5 * (gradient + transpose(gradient));
 
   // R = (I - W/2)⁻¹ (I + W/2), a rotation by 2 atan(w/2)
@@ -34,16 +35,21 @@ RVE_INLINE MidpointIncrement midpoint_increment(const rve::Tensor2 &deformation_
 }
 
 /// R σ Rᵀ + λ tr(D) I + 2 μ D, symmetric to the last bit [stress].
-RVE_INLINE rve::Tensor2 elastic_stress(const rve::Tensor2 &stress,
-                                       const MidpointIncrement &increment, double lame_first,
-                                       double shear_modulus)
+template <int D>
+RVE_INLINE rve::Tensor<double, D> elastic_stress(const rve::Tensor<double, D> &stress,
+                                                 const MidpointIncrement<D> &increment,
+                                                 double lame_first, double shear_modulus)
 {
-  rve::Tensor2 updated = increment.rotation * stress * transpose(increment.rotation) +
-      (lame_first * trace(increment.strain)) * rve::Tensor2::identity() +
+  using Tensor = rve::Tensor<double, D>;
+  Tensor updated = increment.rotation * stress * transpose(increment.rotation) +
+      (lame_first * trace(increment.strain)) * Tensor::identity() +
       (2.0 * shear_modulus) * increment.strain;
-  const double shear = 0.5 * (updated(0, 1) + updated(1, 0));
-  updated(0, 1) = shear;
-  updated(1, 0) = shear;
+  for (int a = 0; a < D; ++a)
+    for (int b = a + 1; b < D; ++b) {
+      const double shear = 0.5 * (updated(a, b) + updated(b, a));
+      updated(a, b) = shear;
+      updated(b, a) = shear;
+    }
   return updated;
 }
 

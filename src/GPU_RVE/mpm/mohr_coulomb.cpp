@@ -103,7 +103,7 @@ void MohrCoulomb::update(int count, const int *point_index, const Tensor2 *defor
   for (int k = 0; k < count; ++k) {
     const int p = point_index[k];
     double *state = memory[p];
-    const MidpointIncrement increment = midpoint_increment(deformation_increment[p]);
+    const MidpointIncrement<2> increment = midpoint_increment(deformation_increment[p]);
     const PrincipalAxes trial(
         elastic_stress(stress[p], increment, return_.lame_first, return_.shear_modulus),
         state[OutOfPlaneStress] + return_.lame_first * trace(increment.strain));

@@ -80,7 +80,7 @@ struct MohrCoulombReturn {
 /// Elastic, perfectly plastic, in plane strain: Hughes-Winget's elastic trial as in LinearElastic, with the stress out of the
 /// plane as the third principal one, and the return above. Flow at the apex and on the edges is included; there is no
 /// tension cut-off below the apex.
-class MohrCoulomb : public Constitutive {
+class MohrCoulomb : public Constitutive<2> {
  public:
   /// Places of the state variables.
   enum { OutOfPlaneStress, PlasticStrain };

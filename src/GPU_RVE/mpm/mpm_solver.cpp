@@ -21,11 +21,27 @@ namespace mpm {
 using rve::FixedScale;
 using rve::number;
 using rve::require;
-using rve::Tensor2;
 
 namespace {
 
-  const SolverOptions &checked(const SolverOptions &options)
+  /// D components, with something between them.
+  template <int D> std::string in_words(const double *component, const char *between)
+  {
+    std::string text = number(component[0]);
+    for (int a = 1; a < D; ++a) text += between + number(component[a]);
+    return text;
+  }
+
+  template <int D> std::string extents(const Grid<D> &grid)
+  {
+    std::string text;
+    for (int a = 0; a < D; ++a)
+      text += std::string(a == 0 ? "" : ", ") + "xyz"[a] + " from " + number(grid.lo(a)) + " to " +
+          number(grid.hi(a));
+    return text;
+  }
+
+  template <int D> const SolverOptions<D> &checked(const SolverOptions<D> &options)
   {
     require(options.thickness > 0.0,
             "thickness must be positive, got " + number(options.thickness) + " [length]");
@@ -37,17 +53,18 @@ namespace {
     return options;
   }
 
-  [[noreturn]] void fail(const PointView &points, int p, const std::string &what)
+  template <int D>
+  [[noreturn]] void fail(const PointView<D> &points, int p, const std::string &what)
   {
     throw PointError(points.id[p],
                      "material point " + std::to_string(points.id[p]) + " at (" +
-                         number(points.position[p][0]) + ", " + number(points.position[p][1]) +
-                         ") " + what);
+                         in_words<D>(points.position[p], ", ") + ") " + what);
   }
 
-  std::unique_ptr<StepRunner> make_runner(const SolverOptions &options,
-                                          const Communication &communication, const Grid &grid,
-                                          std::string *notice)
+  template <int D>
+  std::unique_ptr<StepRunner<D>> make_runner(const SolverOptions<D> &options,
+                                             const Communication &communication,
+                                             const Grid<D> &grid, std::string *notice)
   {
     if (notice) notice->clear();
     if (options.device != Device::Cpu) {
@@ -60,13 +77,14 @@ namespace {
       require(!required, rve::cuda_requirement() + " forbids falling back to the CPU: " + obstacle);
       if (notice) *notice = obstacle + "; CPU threads serve";
     }
-    return std::make_unique<StepProgram<HostMachine>>(options, communication, grid);
+    return std::make_unique<StepProgram<D, HostMachine>>(options, communication, grid);
   }
 
 }    // namespace
 
-void throw_point_error(const Grid &grid, const PointView &points, int num_bodies, int num_models,
-                       std::uint64_t key)
+template <int D>
+void throw_point_error(const Grid<D> &grid, const PointView<D> &points, int num_bodies,
+                       int num_models, std::uint64_t key)
 {
   const int p = FirstTrouble::point(key);
   switch (FirstTrouble::trouble(key)) {
@@ -74,8 +92,7 @@ void throw_point_error(const Grid &grid, const PointView &points, int num_bodies
       fail(points, p, "has a position that is not finite");
     case Trouble::Outside:
       fail(points, p,
-           "is outside of the grid, x from " + number(grid.lo(0)) + " to " + number(grid.hi(0)) +
-               ", y from " + number(grid.lo(1)) + " to " + number(grid.hi(1)) +
+           "is outside of the grid, " + extents(grid) +
                " [length]; use a larger domain, a boundary that holds it, or a shorter time step");
     case Trouble::Velocity:
       fail(points, p, "has a velocity that is not finite");
@@ -84,8 +101,8 @@ void throw_point_error(const Grid &grid, const PointView &points, int num_bodies
     case Trouble::HalfSize:
       fail(points, p,
            "must have half sizes in (0, " + number(0.5 * grid.cell_size()) +
-               "] (half a cell), got " + number(points.half_size[p][0]) + " " +
-               number(points.half_size[p][1]) + " [length]");
+               "] (half a cell), got " + in_words<D>(points.half_size[p].component, " ") +
+               " [length]");
     case Trouble::UnknownBody:
       fail(points, p,
            "belongs to rigid body " + std::to_string(points.rigid_body[p]) +
@@ -123,45 +140,46 @@ void check_bound(double bound, std::int64_t terms, const char *what)
   });
 }
 
-MpmSolver::MpmSolver(const SolverOptions &options, Communication communication,
-                     std::string *notice) :
+template <int D>
+MpmSolver<D>::MpmSolver(const SolverOptions<D> &options, Communication communication,
+                        std::string *notice) :
     options_(checked(options)),
     communication_(std::move(communication)), grid_(options.lo, options.hi, options.cell_size),
     runner_(make_runner(options, communication_, grid_, notice)),
-    body_velocity_(options.rigid_bodies.size(), Vec2::zero()),
-    body_velocity_before_(
-        options.rigid_bodies.size(),
-        {{std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()}})
+    body_velocity_(options.rigid_bodies.size(), Vec<D>::zero()),
+    body_velocity_before_(options.rigid_bodies.size(),
+                          std::numeric_limits<double>::quiet_NaN() * Vec<D>::zero())
 {
   options_.threads = rve::usable_threads(options.threads);
 }
 
-void MpmSolver::set_models(std::vector<Constitutive *> models)
+template <int D> void MpmSolver<D>::set_models(std::vector<Constitutive<D> *> models)
 {
   models_ = std::move(models);
   model_seconds_.assign(models_.size(), 0.0);
   memory_width_ = 0;
-  for (const Constitutive *model : models_)
+  for (const Constitutive<D> *model : models_)
     memory_width_ = std::max(memory_width_, static_cast<int>(model->state_variables().size()));
 }
 
-void MpmSolver::set_body_velocity(int body, const Vec2 &velocity)
+template <int D> void MpmSolver<D>::set_body_velocity(int body, const Vec<D> &velocity)
 {
-  require(std::isfinite(velocity[0]) && std::isfinite(velocity[1]), [&] {
+  require(are_finite<D>(velocity.component), [&] {
     return "velocity of " + options_.name_of_body(body) + " must be finite, got " +
-        number(velocity[0]) + " " + number(velocity[1]) + " [length/time]";
+        in_words<D>(velocity.component, " ") + " [length/time]";
   });
   body_velocity_.at(body) = velocity;
 }
 
-Vec2 MpmSolver::body_reaction(int body) const
+template <int D> Vec<D> MpmSolver<D>::body_reaction(int body) const
 {
   body_velocity_.at(body);    // throws where there is no such body
   return runner_->body_reaction(body);
 }
 
-StepInput MpmSolver::input(const PointView &points, const std::vector<TractionLoad> &loads,
-                           double dt)
+template <int D>
+StepInput<D> MpmSolver<D>::input(const PointView<D> &points,
+                                 const std::vector<TractionLoad<D>> &loads, double dt)
 {
   require(dt > 0.0 && std::isfinite(dt), [&] {
     return "MPM time step must be positive, got " + number(dt) + " [time]";
@@ -188,22 +206,26 @@ StepInput MpmSolver::input(const PointView &points, const std::vector<TractionLo
           dt};
 }
 
-void MpmSolver::step(const PointView &points, const std::vector<TractionLoad> &loads, double dt)
+template <int D>
+void MpmSolver<D>::step(const PointView<D> &points, const std::vector<TractionLoad<D>> &loads,
+                        double dt)
 {
-  runner_->step(input(points, loads, dt), [&](const Tensor2 *increment, double part) {
+  runner_->step(input(points, loads, dt), [&](const Tensor<D> *increment, double part) {
     advance_stress(points, increment, part);
   });
   body_velocity_before_ = body_velocity_;
   check_points(points);
 }
 
-void MpmSolver::evaluate(const PointView &points, const std::vector<TractionLoad> &loads, double dt)
+template <int D>
+void MpmSolver<D>::evaluate(const PointView<D> &points, const std::vector<TractionLoad<D>> &loads,
+                            double dt)
 {
   runner_->evaluate(input(points, loads, dt));
 }
 
 /// Refuses what a step left behind and the next one could not begin with.
-void MpmSolver::check_points(const PointView &points) const
+template <int D> void MpmSolver<D>::check_points(const PointView<D> &points) const
 {
   std::uint64_t first = FirstTrouble::NOWHERE;
   const rve::LightWork work(points.count, options_.threads);
@@ -218,7 +240,7 @@ void MpmSolver::check_points(const PointView &points) const
 }
 
 /// Which points a model has changes seldom: the lists are made anew when it does.
-void MpmSolver::list_points(const PointView &points)
+template <int D> void MpmSolver<D>::list_points(const PointView<D> &points)
 {
   const auto is_same = [&](const std::vector<int> &then, const int *now) {
     return static_cast<int>(then.size()) == points.count &&
@@ -234,12 +256,13 @@ void MpmSolver::list_points(const PointView &points)
     if (points.rigid_body[p] < 0) points_of_model_[points.model[p]].push_back(p);
 }
 
-void MpmSolver::advance_stress(const PointView &points, const Tensor2 *increment, double dt)
+template <int D>
+void MpmSolver<D>::advance_stress(const PointView<D> &points, const Tensor<D> *increment, double dt)
 {
   list_points(points);
   const MemoryRows memory{points.memory, points.memory_width};
   for (std::size_t k = 0; k < models_.size(); ++k) {
-    Constitutive &model = *models_[k];
+    Constitutive<D> &model = *models_[k];
     const std::vector<int> &list = points_of_model_[k];
     const auto start = rve::WallClock::now();
     if (!model.takes_parts()) {
@@ -260,13 +283,14 @@ void MpmSolver::advance_stress(const PointView &points, const Tensor2 *increment
   }
 }
 
-double MpmSolver::cfl_number(const PointView &points, double dt) const
+template <int D> double MpmSolver<D>::cfl_number(const PointView<D> &points, double dt) const
 {
   fetch(points);
-  for (Constitutive *model : models_) model->expect_questions();
+  for (Constitutive<D> *model : models_) model->expect_questions();
   const auto speed_of = [&](int p) {
     const double modulus = models_.at(points.model[p])->p_wave_modulus(p);
     const double *v = points.velocity[p];
+    static_assert(D == 2, "the length of a vector in the plane is std::hypot of two numbers");
     return std::sqrt(modulus * points.volume[p] / points.mass[p]) + std::hypot(v[0], v[1]);
   };
   double fastest = 0.0;
@@ -291,13 +315,17 @@ double MpmSolver::cfl_number(const PointView &points, double dt) const
   return dt * fastest / grid_.cell_size();
 }
 
-Totals MpmSolver::totals(const PointView &points) const
+template <int D> Totals<D> MpmSolver<D>::totals(const PointView<D> &points) const
 {
-  constexpr int QUANTITIES = 4;    // mass, momentum, kinetic energy
+  constexpr int ENERGY = 1 + D;    // after mass and momentum
+  constexpr int QUANTITIES = ENERGY + 1;
   const auto value = [&](int p, int q) {
     const double *v = points.velocity[p];
     const double m = points.mass[p];
-    return q == 0 ? m : q < 3 ? m * v[q - 1] : 0.5 * m * (v[0] * v[0] + v[1] * v[1]);
+    if (q < ENERGY) return q == 0 ? m : m * v[q - 1];
+    double square = v[0] * v[0];
+    for (int a = 1; a < D; ++a) square += v[a] * v[a];
+    return 0.5 * m * square;
   };
 
   check_points(points);
@@ -322,10 +350,12 @@ Totals MpmSolver::totals(const PointView &points) const
     for (int q = 0; q < QUANTITIES; ++q) sums[q] += scale[q].integer(value(p, q));
   }
   communication_.sum_over_ranks(sums, QUANTITIES);
-  return {count,
-          scale[0].real(sums[0]),
-          {{scale[1].real(sums[1]), scale[2].real(sums[2])}},
-          scale[3].real(sums[3])};
+  Vec<D> momentum;
+  for (int a = 0; a < D; ++a) momentum[a] = scale[1 + a].real(sums[1 + a]);
+  return {count, scale[0].real(sums[0]), momentum, scale[ENERGY].real(sums[ENERGY])};
 }
+
+template class MpmSolver<2>;
+template void throw_point_error(const Grid<2> &, const PointView<2> &, int, int, std::uint64_t);
 
 }    // namespace mpm

@@ -1,4 +1,4 @@
-// The material point method in the plane: one time step, from points to the grid and back.
+// The material point method: one time step, from points to the grid and back.
 //
 // Knows nothing of LAMMPS, MPI, CUDA or grains. Points belong to the caller; sums on the nodes of the grid are integers, and over all
 // ranks where several need them, so that results have the same bits for any number of ranks and threads and any order of the points.
@@ -22,31 +22,31 @@
 namespace mpm {
 
 /// Sums over the deformable points of all ranks.
-struct Totals {
+template <int D> struct Totals {
   std::int64_t points;
   double mass;              ///< [mass]
-  Vec2 momentum;            ///< [mass length/time]
+  Vec<D> momentum;          ///< [mass length/time]
   double kinetic_energy;    ///< [energy]
 };
 
-class MpmSolver {
+template <int D> class MpmSolver {
  public:
   /// rve::InputError on wrong options; on Device::Cuda without a device, and on any missing device when the environment has
   /// GPU_RVE_REQUIRE_CUDA (cuda/cuda_required.h). `notice`, if given, receives the reason when Device::Auto falls back to the CPU.
-  explicit MpmSolver(const SolverOptions &options, Communication communication = {},
+  explicit MpmSolver(const SolverOptions<D> &options, Communication communication = {},
                      std::string *notice = nullptr);
 
   /// The constitutive models that PointView::model refers to. Not owned; they must outlive the solver's calls.
-  void set_models(std::vector<Constitutive *> models);
+  void set_models(std::vector<Constitutive<D> *> models);
 
   /// Prescribes the velocity [length/time] of a rigid body from the next call on.
-  void set_body_velocity(int body, const Vec2 &velocity);
+  void set_body_velocity(int body, const Vec<D> &velocity);
   /// The velocity [length/time] that a body had in the last step, of a run that is continued; not a number if there was none.
-  void set_body_velocity_before(int body, const Vec2 &velocity)
+  void set_body_velocity_before(int body, const Vec<D> &velocity)
   {
     body_velocity_before_.at(body) = velocity;
   }
-  const Vec2 &body_velocity_before(int body) const { return body_velocity_before_.at(body); }
+  const Vec<D> &body_velocity_before(int body) const { return body_velocity_before_.at(body); }
 
   /// Advances all points by `dt` [time]: positions, velocities, F, volumes, stresses, L.
   ///
@@ -59,34 +59,37 @@ class MpmSolver {
   ///
   /// rve::InputError if dt <= 0 or a load or index is wrong; PointError if a point is outside of the grid before
   /// or after the step, inverted, or has a quantity that is not finite.
-  void step(const PointView &points, const std::vector<TractionLoad> &loads, double dt);
+  void step(const PointView<D> &points, const std::vector<TractionLoad<D>> &loads, double dt);
 
   /// Nodal forces, unbalanced force and reactions of the current state as step() would find them; nothing is advanced.
-  void evaluate(const PointView &points, const std::vector<TractionLoad> &loads, double dt);
+  void evaluate(const PointView<D> &points, const std::vector<TractionLoad<D>> &loads, double dt);
 
   /// dt max_p (c_p + |v_p|) / h with c = sqrt(M/ρ), M from the constitutive model and ρ = m/V. Above 1 the step is unstable;
   /// nonlinear materials want 0.5.
-  double cfl_number(const PointView &points, double dt) const;
+  double cfl_number(const PointView<D> &points, double dt) const;
 
   /// Force of the material on a rigid body in the last step or evaluation [force].
-  Vec2 body_reaction(int body) const;
+  Vec<D> body_reaction(int body) const;
   /// Force of the material on a side of the grid [force].
-  Vec2 side_reaction(Face side) const { return runner_->side_reaction(side); }
+  Vec<D> side_reaction(Face side) const { return runner_->side_reaction(side); }
   /// Sum of what local damping did to the nodes in the last step or evaluation [force]: what reactions and other forces lack of the
   /// change of the points' momentum.
-  Vec2 damping_force() const { return runner_->damping_force(); }
+  Vec<D> damping_force() const { return runner_->damping_force(); }
   /// Largest |component| of internal plus external nodal force where the velocity is not prescribed [force].
   double max_unbalanced_force() const { return runner_->max_unbalanced_force(); }
 
-  Totals totals(const PointView &points) const;
+  Totals<D> totals(const PointView<D> &points) const;
 
-  const Grid &grid() const { return grid_; }
-  /// Internal plus external force on node (i, j) in the last step or evaluation [force].
-  Vec2 node_force(int i, int j) const { return runner_->node_force()[grid_.node(i, j)]; }
-  double node_mass(int i, int j) const { return runner_->node_mass()[grid_.node(i, j)]; }
+  const Grid<D> &grid() const { return grid_; }
+  /// Internal plus external force on a node in the last step or evaluation [force].
+  Vec<D> node_force(const Place<D> &place) const
+  {
+    return runner_->node_force()[grid_.node(place)];
+  }
+  double node_mass(const Place<D> &place) const { return runner_->node_mass()[grid_.node(place)]; }
 
   /// With a device, a step leaves deformation gradients, volumes and velocity gradients there: this brings those arrays up to date.
-  void fetch(const PointView &points) const { runner_->fetch(points); }
+  void fetch(const PointView<D> &points) const { runner_->fetch(points); }
   /// The arrays, which must be up to date, have been or will be changed before the next call. Positions, velocities and body
   /// forces may change without being announced; so may models and rigid bodies.
   void points_changed() { runner_->points_changed(); }
@@ -100,20 +103,21 @@ class MpmSolver {
   std::string description() const { return runner_->description(); }
 
  private:
-  StepInput input(const PointView &points, const std::vector<TractionLoad> &loads, double dt);
-  void advance_stress(const PointView &points, const rve::Tensor2 *increment, double dt);
-  void list_points(const PointView &points);
-  void check_points(const PointView &points) const;
+  StepInput<D> input(const PointView<D> &points, const std::vector<TractionLoad<D>> &loads,
+                     double dt);
+  void advance_stress(const PointView<D> &points, const Tensor<D> *increment, double dt);
+  void list_points(const PointView<D> &points);
+  void check_points(const PointView<D> &points) const;
 
-  SolverOptions options_;
+  SolverOptions<D> options_;
   Communication communication_;
-  Grid grid_;
-  std::unique_ptr<StepRunner> runner_;
-  std::vector<Constitutive *> models_;
+  Grid<D> grid_;
+  std::unique_ptr<StepRunner<D>> runner_;
+  std::vector<Constitutive<D> *> models_;
   std::vector<double> model_seconds_;
   int memory_width_ = 0;    ///< doubles that the rows of memory need
-  std::vector<Vec2> body_velocity_, body_velocity_before_;
-  std::vector<PointLoad> loads_;
+  std::vector<Vec<D>> body_velocity_, body_velocity_before_;
+  std::vector<PointLoad<D>> loads_;
 
   std::vector<std::vector<int>> points_of_model_;    ///< local indices, ascending
   std::vector<int> listed_model_, listed_body_;      ///< for which those lists were made

@@ -20,24 +20,24 @@ struct Rows3 {
   RVE_HD double *operator[](int i) const { return first + 3 * static_cast<std::ptrdiff_t>(i); }
 };
 
-/// The points of this rank. Arrays have `count` entries; only those without `const` and the first two components of
+/// The points of this rank. Arrays have `count` entries; only those without `const` and the first D components of
 /// position and velocity are changed.
-struct PointView {
+template <int D> struct PointView {
   int count = 0;
-  int memory_width = 0;                            ///< doubles in a row of `memory`
-  const std::int64_t *id = nullptr;                ///< for messages
-  Rows3 position;                                  ///< centre [length]
-  Rows3 velocity;                                  ///< [length/time]
-  Rows3 body_force;                                ///< [force]; read only
-  const double *mass = nullptr;                    ///< > 0 [mass]
-  double *volume = nullptr;                        ///< area times thickness [length³]
-  const double *initial_volume = nullptr;          ///< volume at F = I [length³]
-  const Vec2 *half_size = nullptr;                 ///< of the point's box [length]
-  rve::Tensor2 *deformation_gradient = nullptr;    ///< F
-  rve::Tensor2 *stress = nullptr;                  ///< Cauchy, tension positive [stress]
-  double *memory = nullptr;                        ///< rows of what the laws remember
-  rve::Tensor2 *velocity_gradient = nullptr;       ///< L, output [1/time]
-  const int *model = nullptr;                      ///< index of the constitutive model
+  int memory_width = 0;                         ///< doubles in a row of `memory`
+  const std::int64_t *id = nullptr;             ///< for messages
+  Rows3 position;                               ///< centre [length]
+  Rows3 velocity;                               ///< [length/time]
+  Rows3 body_force;                             ///< [force]; read only
+  const double *mass = nullptr;                 ///< > 0 [mass]
+  double *volume = nullptr;                     ///< in the plane area times thickness [length³]
+  const double *initial_volume = nullptr;       ///< volume at F = I [length³]
+  const Vec<D> *half_size = nullptr;            ///< of the point's box [length]
+  Tensor<D> *deformation_gradient = nullptr;    ///< F
+  Tensor<D> *stress = nullptr;                  ///< Cauchy, tension positive [stress]
+  double *memory = nullptr;                     ///< rows of what the laws remember
+  Tensor<D> *velocity_gradient = nullptr;       ///< L, output [1/time]
+  const int *model = nullptr;                   ///< index of the constitutive model
   const int *rigid_body = nullptr;    ///< index of the rigid body, or -1 for a deformable point
 };
 
@@ -45,8 +45,8 @@ struct PointView {
 ///
 /// It acts per current extent of the face along its own direction (initial length times |F_tt|), so that a vertical load on
 /// a surface that tilts stays a load per horizontal length. The list of loads is the same on all ranks; the points are not.
-struct TractionLoad {
-  Vec2 traction;
+template <int D> struct TractionLoad {
+  Vec<D> traction;
   Face face = Face::YHi;
   std::vector<int> point_index;
 };

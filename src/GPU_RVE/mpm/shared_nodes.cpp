@@ -9,8 +9,9 @@
 
 namespace mpm {
 
-SharedNodes::SharedNodes(const Grid &grid, Communication communication,
-                         const std::vector<RigidBodyOptions> &bodies, int threads) :
+template <int D>
+SharedNodes<D>::SharedNodes(const Grid<D> &grid, Communication communication,
+                            const std::vector<RigidBodyOptions> &bodies, int threads) :
     grid_(grid),
     communication_(std::move(communication)), threads_(rve::usable_threads(threads)),
     touched_(communication_.ranks)
@@ -18,7 +19,7 @@ SharedNodes::SharedNodes(const Grid &grid, Communication communication,
   for (const RigidBodyOptions &body : bodies) ++margin_[axis_of(body.face)];
 }
 
-void SharedNodes::find(const PointView &points)
+template <int D> void SharedNodes<D>::find(const PointView<D> &points)
 {
   if (communication_.ranks == 1) {
     point_total_ = std::count_if(points.rigid_body, points.rigid_body + points.count, [](int body) {
@@ -28,27 +29,31 @@ void SharedNodes::find(const PointView &points)
   }
 
   constexpr double INFINITE = std::numeric_limits<double>::infinity();
-  double lo_x = INFINITE, lo_y = INFINITE, hi_x = -INFINITE, hi_y = -INFINITE;
+  double lo[D], hi[D];
+  std::fill_n(lo, D, INFINITE);
+  std::fill_n(hi, D, -INFINITE);
   std::int64_t count = 0;
   {
     const rve::LightWork work(points.count, threads_);
-#pragma omp parallel for num_threads(work.team) reduction(+ : count) reduction(min : lo_x, lo_y) reduction(max : hi_x, hi_y)
+#pragma omp parallel for num_threads(work.team) reduction(+ : count) reduction(min : lo[:D]) reduction(max : hi[:D])
     for (int p = 0; p < points.count; ++p) {
       if (points.rigid_body[p] >= 0) continue;
       ++count;
       // a position that is not a number leaves them alone, in this order of arguments
-      lo_x = std::min(lo_x, points.position[p][0]);
-      lo_y = std::min(lo_y, points.position[p][1]);
-      hi_x = std::max(hi_x, points.position[p][0]);
-      hi_y = std::max(hi_y, points.position[p][1]);
+      for (int a = 0; a < D; ++a) {
+        lo[a] = std::min(lo[a], points.position[p][a]);
+        hi[a] = std::max(hi[a], points.position[p][a]);
+      }
     }
   }
-  const NodeBox own = box_around({{lo_x, lo_y}}, {{hi_x, hi_y}});
-  std::vector<std::int64_t> words(1 + 4 * static_cast<std::size_t>(communication_.ranks), 0);
+  // the count of all points, then the corners of the box of each rank
+  const NodeBox<D> own = box_around(lo, hi);
+  std::vector<std::int64_t> words(1 + 2 * D * static_cast<std::size_t>(communication_.ranks), 0);
   words[0] = count;
-  for (int a = 0; a < 2; ++a) {
-    words[1 + 4 * communication_.rank + a] = own.first[a];
-    words[3 + 4 * communication_.rank + a] = own.end[a];
+  for (int a = 0; a < D; ++a) {
+    std::int64_t *corners = &words[1 + 2 * D * communication_.rank];
+    corners[a] = own.first[a];
+    corners[D + a] = own.end[a];
   }
   communication_.sum_over_ranks(words.data(), words.size());
   point_total_ = words[0];
@@ -56,9 +61,10 @@ void SharedNodes::find(const PointView &points)
   if (words == words_) return;
   words_ = std::move(words);
   for (int rank = 0; rank < communication_.ranks; ++rank)
-    for (int a = 0; a < 2; ++a) {
-      touched_[rank].first[a] = static_cast<int>(words_[1 + 4 * rank + a]);
-      touched_[rank].end[a] = static_cast<int>(words_[3 + 4 * rank + a]);
+    for (int a = 0; a < D; ++a) {
+      const std::int64_t *corners = &words_[1 + 2 * D * rank];
+      touched_[rank].first[a] = static_cast<int>(corners[a]);
+      touched_[rank].end[a] = static_cast<int>(corners[D + a]);
     }
   list_nodes();
 }
@@ -66,11 +72,12 @@ void SharedNodes::find(const PointView &points)
 /// With xi the coordinate in cells, weights reach from node floor(xi) - 1 to floor(xi) + 2 (support_of). Loads are on faces at most
 /// half a cell away and have three rows, from floor(xi) - 1 to floor(xi) + 3 (ScatterLoad). Points outside of the grid, or without
 /// a place, end the step on their rank: any box will do for them.
-NodeBox SharedNodes::box_around(const Vec2 &lo, const Vec2 &hi) const
+template <int D> NodeBox<D> SharedNodes<D>::box_around(const double *lo, const double *hi) const
 {
-  if (!(lo[0] <= hi[0] && lo[1] <= hi[1])) return {};
-  NodeBox box;
-  for (int a = 0; a < 2; ++a) {
+  for (int a = 0; a < D; ++a)
+    if (!(lo[a] <= hi[a])) return {};
+  NodeBox<D> box;
+  for (int a = 0; a < D; ++a) {
     const auto cell_of = [&](double coordinate) {
       return static_cast<int>(
           std::floor(face_pair::clamped(grid_.scaled(coordinate, a), 0.0, grid_.cells(a))));
@@ -81,22 +88,21 @@ NodeBox SharedNodes::box_around(const Vec2 &lo, const Vec2 &hi) const
   return box;
 }
 
-void SharedNodes::list_nodes()
+template <int D> void SharedNodes<D>::list_nodes()
 {
   std::vector<char> is_shared(grid_.node_count(), 0);
   for (int a = 0; a < communication_.ranks; ++a)
     for (int b = 0; b < communication_.ranks; ++b) {
       if (a == b || touched_[a].is_empty()) continue;
-      NodeBox common;
-      for (int axis = 0; axis < 2; ++axis) {
+      NodeBox<D> common;
+      for (int axis = 0; axis < D; ++axis) {
         common.first[axis] =
             std::max(touched_[a].first[axis] - margin_[axis], touched_[b].first[axis]);
         common.end[axis] = std::min(touched_[a].end[axis] + margin_[axis], touched_[b].end[axis]);
       }
-      if (common.is_empty()) continue;
-      for (int j = common.first[1]; j < common.end[1]; ++j)
-        std::fill(is_shared.begin() + grid_.node(common.first[0], j),
-                  is_shared.begin() + grid_.node(common.end[0] - 1, j) + 1, 1);
+      common.for_each([&](const Place<D> &place) {
+        is_shared[grid_.node(place)] = 1;
+      });
     }
   std::vector<int> nodes;
   for (int node = 0; node < grid_.node_count(); ++node)
@@ -106,12 +112,14 @@ void SharedNodes::list_nodes()
   ++edition_;
 }
 
-bool SharedNodes::is_first_to_touch(int node) const
+template <int D> bool SharedNodes<D>::is_first_to_touch(int node) const
 {
   return std::none_of(touched_.begin(), touched_.begin() + communication_.rank,
-                      [&](const NodeBox &lower) {
+                      [&](const NodeBox<D> &lower) {
                         return lower.contains(grid_, node);
                       });
 }
+
+template class SharedNodes<2>;
 
 }    // namespace mpm

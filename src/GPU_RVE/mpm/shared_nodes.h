@@ -27,19 +27,19 @@
 
 namespace mpm {
 
-class SharedNodes {
+template <int D> class SharedNodes {
  public:
-  SharedNodes(const Grid &grid, Communication communication,
+  SharedNodes(const Grid<D> &grid, Communication communication,
               const std::vector<RigidBodyOptions> &bodies, int threads);
 
   /// Finds them for the positions at the start of a step. All ranks call it together.
-  void find(const PointView &points);
+  void find(const PointView<D> &points);
 
   // as found
   /// Deformable points of all ranks.
   std::int64_t point_total() const { return point_total_; }
   /// The nodes that may get anything from the points of this rank and the loads on them.
-  const NodeBox &touched() const { return touched_[communication_.rank]; }
+  const NodeBox<D> &touched() const { return touched_[communication_.rank]; }
   /// Ascending; the same on all ranks. None for one rank.
   const std::vector<int> &nodes() const { return nodes_; }
   /// Number of the list: another one for other nodes.
@@ -50,36 +50,36 @@ class SharedNodes {
   template <class T> const T *everywhere(const T *own, std::vector<T> &all) const;
 
  private:
-  NodeBox box_around(const Vec2 &lo, const Vec2 &hi) const;
+  NodeBox<D> box_around(const double *lo, const double *hi) const;
   void list_nodes();
   bool is_first_to_touch(int node) const;
 
-  Grid grid_;
+  Grid<D> grid_;
   Communication communication_;
   int threads_;
-  int margin_[2] = {0, 0};    ///< by which needed boxes are wider
+  int margin_[D] = {};    ///< by which needed boxes are wider
   std::int64_t point_total_ = 0;
   std::vector<std::int64_t> words_;    ///< what touched_ has been made from
-  std::vector<NodeBox> touched_;       ///< per rank
+  std::vector<NodeBox<D>> touched_;    ///< per rank
   std::vector<int> nodes_;
   int edition_ = 0;
 };
 
-template <class T> const T *SharedNodes::everywhere(const T *own, std::vector<T> &all) const
+template <int D>
+template <class T>
+const T *SharedNodes<D>::everywhere(const T *own, std::vector<T> &all) const
 {
   static_assert(std::is_trivially_copyable_v<T> && sizeof(T) % sizeof(std::int64_t) == 0);
   if (communication_.ranks == 1) return own;
 
   // a node is told by the first rank that has touched it, unless its value is zero bits
   const T zero{};
-  const NodeBox &box = touched();
   std::vector<int> told;
-  for (int j = box.first[1]; j < box.end[1]; ++j)
-    for (int i = box.first[0]; i < box.end[0]; ++i) {
-      const int node = grid_.node(i, j);
-      if (std::memcmp(&own[node], &zero, sizeof(T)) != 0 && is_first_to_touch(node))
-        told.push_back(node);
-    }
+  touched().for_each([&](const Place<D> &place) {
+    const int node = grid_.node(place);
+    if (std::memcmp(&own[node], &zero, sizeof(T)) != 0 && is_first_to_touch(node))
+      told.push_back(node);
+  });
 
   // every rank fills a part of one list that is zero elsewhere: node, value, node, value ...
   std::vector<std::int64_t> counts(communication_.ranks, 0);

@@ -24,16 +24,16 @@ enum class Scheme { Musl, Usavg };
 /// Where the points are advanced. Auto: on a CUDA device if there is one.
 enum class Device { Auto, Cpu, Cuda };
 
-struct SolverOptions {
-  Vec2 lo = Vec2::zero();    ///< domain [length]
-  Vec2 hi = Vec2::zero();
+template <int D> struct SolverOptions {
+  Vec<D> lo = Vec<D>::zero();    ///< domain [length]
+  Vec<D> hi = Vec<D>::zero();
   double cell_size = 0.0;    ///< h [length]
   double thickness = 1.0;    ///< out of the plane, as in the points' volumes [length]
   ShapeFunction shape = ShapeFunction::Gimp;
   Scheme scheme = Scheme::Musl;
   double flip = 1.0;    ///< 1: points receive velocity increments (FLIP), 0: grid velocities (PIC)
-  double damping = 0.0;               ///< Cundall's local damping of nodes, in [0, 1)
-  std::array<SideKind, 4> sides{};    ///< order of Face: x low, x high, y low, y high; default free
+  double damping = 0.0;                      ///< Cundall's local damping of nodes, in [0, 1)
+  std::array<SideKind, FACES<D>> sides{};    ///< in the order of Face; default free
   std::vector<RigidBodyOptions> rigid_bodies;
   std::vector<std::string> rigid_body_names;    ///< for messages; one without a name has its number
   int threads = 1;                              ///< OpenMP threads; no influence on results

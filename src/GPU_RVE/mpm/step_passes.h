@@ -18,21 +18,32 @@ RVE_HD inline double larger(double a, double b)
   return a < b ? b : a;
 }
 
-/// The larger one of two magnitudes.
-RVE_HD inline double largest(double a, double b)
+/// The largest magnitude of D components.
+template <int D> RVE_HD double largest(const double *component)
 {
-  return larger(std::abs(a), std::abs(b));
+  double result = std::abs(component[0]);
+  for (int a = 1; a < D; ++a) result = larger(result, std::abs(component[a]));
+  return result;
+}
+
+/// Whether D components are finite numbers.
+template <int D> RVE_HD bool are_finite(const double *component)
+{
+  for (int a = 0; a < D; ++a)
+    if (!std::isfinite(component[a])) return false;
+  return true;
 }
 
 /// What would be undefined behaviour or nonsense further on, before a step or after it.
-RVE_HD inline Trouble state_trouble(const Grid &grid, const PointView &points, int p)
+template <int D>
+RVE_HD Trouble state_trouble(const Grid<D> &grid, const PointView<D> &points, int p)
 {
   const double *x = points.position[p];
   const double *v = points.velocity[p];
-  if (!(std::isfinite(x[0]) && std::isfinite(x[1]))) return Trouble::Position;
+  if (!are_finite<D>(x)) return Trouble::Position;
   if (points.rigid_body[p] >= 0) return Trouble::None;
-  if (!grid.contains(x[0], x[1])) return Trouble::Outside;
-  if (!(std::isfinite(v[0]) && std::isfinite(v[1]))) return Trouble::Velocity;
+  if (!grid.contains(x)) return Trouble::Outside;
+  if (!are_finite<D>(v)) return Trouble::Velocity;
   if (!finite(points.stress[p])) return Trouble::Stress;
   return Trouble::None;
 }
@@ -40,55 +51,60 @@ RVE_HD inline Trouble state_trouble(const Grid &grid, const PointView &points, i
 constexpr double SIZE_TOLERANCE = 1e-6;    // of a half size that should be at most h/2, relative
 
 /// What is wrong with a point that shall begin a step.
-RVE_HD inline Trouble input_trouble(const Grid &grid, const PointView &points, int num_bodies,
-                                    int num_models, int p)
+template <int D>
+RVE_HD Trouble input_trouble(const Grid<D> &grid, const PointView<D> &points, int num_bodies,
+                             int num_models, int p)
 {
   const Trouble trouble = state_trouble(grid, points, p);
   if (trouble != Trouble::None) return trouble;
-  const Vec2 &half = points.half_size[p];
-  if (!(half[0] > 0.0 && half[1] > 0.0 &&
-        larger(half[0], half[1]) <= 0.5 * grid.cell_size() * (1.0 + SIZE_TOLERANCE)))
-    return Trouble::HalfSize;
+  const Vec<D> &half = points.half_size[p];
+  for (int a = 0; a < D; ++a)
+    if (!(half[a] > 0.0 && half[a] <= 0.5 * grid.cell_size() * (1.0 + SIZE_TOLERANCE)))
+      return Trouble::HalfSize;
   if (points.rigid_body[p] >= num_bodies) return Trouble::UnknownBody;
   if (points.rigid_body[p] >= 0) return Trouble::None;
   if (points.model[p] < 0 || points.model[p] >= num_models) return Trouble::UnknownModel;
   if (!(points.mass[p] > 0.0 && std::isfinite(points.mass[p]))) return Trouble::Mass;
   if (!(points.volume[p] > 0.0 && std::isfinite(points.volume[p]))) return Trouble::Volume;
-  if (!(std::isfinite(points.body_force[p][0]) && std::isfinite(points.body_force[p][1])))
-    return Trouble::BodyForce;
+  if (!are_finite<D>(points.body_force[p])) return Trouble::BodyForce;
   return Trouble::None;
 }
 
 /// Bound of the internal force components that a point can put on a node: |V σ·∇N| with |∂N| <= 1/h [force].
-RVE_HD inline double internal_force_bound(const rve::Tensor2 &stress, double volume,
-                                          double cell_size)
+template <int D>
+RVE_HD double internal_force_bound(const Tensor<D> &stress, double volume, double cell_size)
 {
-  return volume / cell_size *
-      larger(std::abs(stress(0, 0)) + std::abs(stress(0, 1)),
-             std::abs(stress(1, 0)) + std::abs(stress(1, 1)));
+  double largest_row = 0.0;
+  for (int a = 0; a < D; ++a) {
+    double row = std::abs(stress(a, 0));
+    for (int b = 1; b < D; ++b) row += std::abs(stress(a, b));
+    largest_row = a == 0 ? row : larger(largest_row, row);
+  }
+  return volume / cell_size * largest_row;
 }
 
-RVE_HD inline double force_bound_of(const StepView &step, int p)
+template <int D> RVE_HD double force_bound_of(const StepView<D> &step, int p)
 {
-  const PointView &points = step.points;
+  const PointView<D> &points = step.points;
   return internal_force_bound(points.stress[p], points.volume[p], step.grid.cell_size()) +
-      largest(points.body_force[p][0], points.body_force[p][1]);
+      largest<D>(points.body_force[p]);
 }
 
 /// Length along the face, times thickness, on which the traction acts [length²].
-RVE_HD inline double load_extent(const StepView &step, const PointLoad &load)
+template <int D> RVE_HD double load_extent(const StepView<D> &step, const PointLoad<D> &load)
 {
+  static_assert(D == 2, "a face has one axis along it, and a thickness out of the plane");
   const int tangent = 1 - axis_of(load.face);
-  const PointView &points = step.points;
+  const PointView<D> &points = step.points;
   return 2.0 * points.half_size[load.point][tangent] *
       std::abs(points.deformation_gradient[load.point](tangent, tangent)) * step.thickness;
 }
 
 /// What all passes have. A thread calls begin() on a copy of its own before its items.
-struct Pass {
+template <int D> struct Pass {
   /// Trouble of a lower stage is told first; points that have trouble in stage 0 have no weights.
   static constexpr int STAGE = 1;
-  StepView step;
+  StepView<D> step;
   RVE_HD void begin() {}
 };
 
@@ -97,38 +113,40 @@ constexpr int NUM_STAGES = 3;
 // ---- passes over points --------------------------------------------------------------------------------------------------------
 
 /// Checks, weights, bounds of what goes to the nodes, and the extents of rigid bodies.
-struct PreparePoint : Pass {
+template <int D> struct PreparePoint : Pass<D> {
+  using Pass<D>::step;
   static constexpr int STAGE = 0;
   bool bounds_forces;    ///< stresses do not change before the forces are summed
 
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
   {
-    const PointView &points = step.points;
+    const PointView<D> &points = step.points;
     const Trouble trouble = input_trouble(step.grid, points, step.num_bodies, step.num_models, p);
     if (trouble != Trouble::None) {
       tally.trouble(p, trouble);
       return;
     }
     const double *x = points.position[p];
-    const Vec2 &half = points.half_size[p];
+    const Vec<D> &half = points.half_size[p];
     const int body = points.rigid_body[p];
     if (body >= 0) {
-      for (int a = 0; a < 2; ++a) {
+      for (int a = 0; a < D; ++a) {
         tally.raise(step.body_maximum(body) + a, half[a] - x[a]);
-        tally.raise(step.body_maximum(body) + 2 + a, x[a] + half[a]);
+        tally.raise(step.body_maximum(body) + D + a, x[a] + half[a]);
       }
       return;
     }
     step.support[p] = support_of(step.grid, step.shape, x, half);
     const double m = points.mass[p];
     tally.raise(MassBound, m);
-    tally.raise(MomentumBound, m * largest(points.velocity[p][0], points.velocity[p][1]));
+    tally.raise(MomentumBound, m * largest<D>(points.velocity[p]));
     if (bounds_forces) tally.raise(ForceBound, force_bound_of(step, p));
   }
 };
 
 /// The bound of forces after stresses have changed within a step.
-struct BoundForces : Pass {
+template <int D> struct BoundForces : Pass<D> {
+  using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
   {
     if (step.points.rigid_body[p] < 0) tally.raise(ForceBound, force_bound_of(step, p));
@@ -136,50 +154,51 @@ struct BoundForces : Pass {
 };
 
 /// Checks a load and bounds its force; item k is the k-th load of a point.
-struct PrepareLoad : Pass {
+template <int D> struct PrepareLoad : Pass<D> {
+  using Pass<D>::step;
   static constexpr int STAGE = 0;
   bool bounds_forces;
 
   template <class Tally> RVE_HD void operator()(int k, Tally &tally) const
   {
-    const PointLoad &load = step.loads[k];
+    const PointLoad<D> &load = step.loads[k];
     if (step.points.rigid_body[load.point] >= 0) {
       tally.trouble(load.point, Trouble::RigidTraction);
-    } else if (!std::isfinite(load.traction[0] + load.traction[1])) {
+    } else if (!are_finite<D>(load.traction.component)) {
       tally.trouble(load.point, Trouble::Traction);
     } else if (bounds_forces) {
       tally.raise(step.load_maximum(load.load),
-                  load_extent(step, load) * largest(load.traction[0], load.traction[1]));
+                  load_extent(step, load) * largest<D>(load.traction.component));
     }
   }
 };
 
 /// Mass and momentum of a point to its nodes.
-struct InertiaOfPoint {
+template <int D> struct InertiaOfPoint {
   rve::FixedScale mass_scale, momentum_scale;
 
-  RVE_HD void begin(const StepView &step)
+  RVE_HD void begin(const StepView<D> &step)
   {
     mass_scale = step.mass_scale();
     momentum_scale = step.momentum_scale();
   }
 
-  template <class Sums> RVE_HD void to_nodes(const StepView &step, int p, Sums sums) const
+  template <class Sums> RVE_HD void to_nodes(const StepView<D> &step, int p, Sums sums) const
   {
-    const Support &support = step.support[p];
+    const Support<D> &support = step.support[p];
     const double m = step.points.mass[p];
-    scatter<3>(
+    scatter<INERTIA_SUMS<D>>(
         support, mass_scale, m,
-        [&](int a, int b) {
-          return m * support.value(a, b);
+        [&](const Place<D> &place) {
+          return m * support.value(place);
         },
         sums, 0);
-    for (int c = 0; c < 2; ++c) {
+    for (int c = 0; c < D; ++c) {
       const double momentum = m * step.points.velocity[p][c];
-      scatter<3>(
+      scatter<INERTIA_SUMS<D>>(
           support, momentum_scale, momentum,
-          [&](int a, int b) {
-            return momentum * support.value(a, b);
+          [&](const Place<D> &place) {
+            return momentum * support.value(place);
           },
           sums, 1 + c);
     }
@@ -187,39 +206,42 @@ struct InertiaOfPoint {
 };
 
 /// f_I = - Σ V σ·∇N_I + Σ f N_I (Sulsky, Chen & Schreyer 1994, Comput. Methods Appl. Mech. Eng. 118, 179).
-struct ForceOfPoint {
+template <int D> struct ForceOfPoint {
   rve::FixedScale scale;
 
-  RVE_HD void begin(const StepView &step) { scale = step.force_scale(); }
+  RVE_HD void begin(const StepView<D> &step) { scale = step.force_scale(); }
 
-  template <class Sums> RVE_HD void to_nodes(const StepView &step, int p, Sums sums) const
+  template <class Sums> RVE_HD void to_nodes(const StepView<D> &step, int p, Sums sums) const
   {
-    const Support &support = step.support[p];
-    const rve::Tensor2 stress_volume = (-step.points.volume[p]) * step.points.stress[p];
-    for (int c = 0; c < 2; ++c) {
+    const Support<D> &support = step.support[p];
+    const Tensor<D> stress_volume = (-step.points.volume[p]) * step.points.stress[p];
+    for (int c = 0; c < D; ++c) {
       // Σ∇N = 0: the shares of the internal force add up to nothing, to the last bit
-      scatter<2>(
+      scatter<VECTOR_SUMS<D>>(
           support, scale, 0.0,
-          [&](int a, int b) {
-            const Vec2 gradient = support.gradient(a, b);
-            return stress_volume(c, 0) * gradient[0] + stress_volume(c, 1) * gradient[1];
+          [&](const Place<D> &place) {
+            const Vec<D> gradient = support.gradient(place);
+            double force = stress_volume(c, 0) * gradient[0];
+            for (int a = 1; a < D; ++a) force += stress_volume(c, a) * gradient[a];
+            return force;
           },
           sums, c);
       const double body_force = step.points.body_force[p][c];
       if (body_force != 0.0)
-        scatter<2>(
+        scatter<VECTOR_SUMS<D>>(
             support, scale, body_force,
-            [&](int a, int b) {
-              return body_force * support.value(a, b);
+            [&](const Place<D> &place) {
+              return body_force * support.value(place);
             },
             sums, c);
     }
   }
 };
 
-struct ScatterInertia : Pass {
+template <int D> struct ScatterInertia : Pass<D> {
+  using Pass<D>::step;
   static constexpr bool INERTIA = true, VECTORS = false;
-  InertiaOfPoint inertia = {};
+  InertiaOfPoint<D> inertia = {};
 
   RVE_HD void begin() { inertia.begin(step); }
   template <class Sums> RVE_HD void operator()(int p, Sums inertia_sums, Sums) const
@@ -228,9 +250,10 @@ struct ScatterInertia : Pass {
   }
 };
 
-struct ScatterForces : Pass {
+template <int D> struct ScatterForces : Pass<D> {
+  using Pass<D>::step;
   static constexpr bool INERTIA = false, VECTORS = true;
-  ForceOfPoint force = {};
+  ForceOfPoint<D> force = {};
 
   RVE_HD void begin() { force.begin(step); }
   template <class Sums> RVE_HD void operator()(int p, Sums, Sums force_sums) const
@@ -240,10 +263,11 @@ struct ScatterForces : Pass {
 };
 
 /// Both at once, where stresses do not change between them.
-struct ScatterInertiaAndForces : Pass {
+template <int D> struct ScatterInertiaAndForces : Pass<D> {
+  using Pass<D>::step;
   static constexpr bool INERTIA = true, VECTORS = true;
-  InertiaOfPoint inertia = {};
-  ForceOfPoint force = {};
+  InertiaOfPoint<D> inertia = {};
+  ForceOfPoint<D> force = {};
 
   RVE_HD void begin()
   {
@@ -258,7 +282,8 @@ struct ScatterInertiaAndForces : Pass {
   }
 };
 
-struct ScatterMomentumAgain : Pass {
+template <int D> struct ScatterMomentumAgain : Pass<D> {
+  using Pass<D>::step;
   static constexpr bool INERTIA = false, VECTORS = true;
   rve::FixedScale scale = {};
 
@@ -267,13 +292,13 @@ struct ScatterMomentumAgain : Pass {
   template <class Sums> RVE_HD void operator()(int p, Sums, Sums sums) const
   {
     if (step.points.rigid_body[p] >= 0) return;
-    const Support &support = step.support[p];
-    for (int c = 0; c < 2; ++c) {
+    const Support<D> &support = step.support[p];
+    for (int c = 0; c < D; ++c) {
       const double momentum = step.points.mass[p] * step.points.velocity[p][c];
-      scatter<2>(
+      scatter<VECTOR_SUMS<D>>(
           support, scale, momentum,
-          [&](int a, int b) {
-            return momentum * support.value(a, b);
+          [&](const Place<D> &place) {
+            return momentum * support.value(place);
           },
           sums, c);
     }
@@ -289,14 +314,15 @@ struct ScatterMomentumAgain : Pass {
 /// that touch each other the sum telescopes to -A σ S_x [H(top) - H(bottom)]: it is balanced to round-off by t = σ on
 /// the top face if, and only if, t is spread with S_x along the face and with H at the place of the face. For linear functions
 /// ∂N/∂y at the centre equals the same difference as long as the box lies within one cell.
-struct ScatterLoad : Pass {
+template <int D> struct ScatterLoad : Pass<D> {
+  using Pass<D>::step;
   rve::FixedScale scale = {};
 
   RVE_HD void begin() { scale = step.force_scale(); }
 
   template <class Sums> RVE_HD void operator()(int k, Sums sums) const
   {
-    const PointLoad &load = step.loads[k];
+    const PointLoad<D> &load = step.loads[k];
     const int p = load.point;
     const int normal = axis_of(load.face);
     const double face =
@@ -309,16 +335,17 @@ struct ScatterLoad : Pass {
     AxisWeights across = {row < -1 ? -1 : row > highest ? highest : row, {}, {}};
     for (int b = 0; b < 3; ++b)
       across.value[b] = larger(0.0, 1.0 - std::abs(xi - (across.first + b)));
-    Support support = step.support[p];
-    (normal == 0 ? support.x : support.y) = across;
-    support.first_node = step.grid.node(support.x.first, support.y.first);
+    Support<D> support = step.support[p];
+    for (int a = 0; a < D; ++a)
+      if (a == normal) support.axis[a] = across;
+    support.locate(step.grid);
     const double extent = load_extent(step, load);
-    for (int c = 0; c < 2; ++c) {
+    for (int c = 0; c < D; ++c) {
       const double force = load.traction[c] * extent;
-      scatter<2>(
+      scatter<VECTOR_SUMS<D>>(
           support, scale, force,
-          [&](int a, int b) {
-            return force * support.value(a, b);
+          [&](const Place<D> &place) {
+            return force * support.value(place);
           },
           sums, c);
     }
@@ -326,46 +353,48 @@ struct ScatterLoad : Pass {
 };
 
 /// x += dt Σ N v,  v = flip (v + Σ N Δv) + (1 - flip) Σ N v; rigid points move with their body.
-struct AdvancePoint : Pass {
+template <int D> struct AdvancePoint : Pass<D> {
+  using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
   {
-    const PointView &points = step.points;
+    const PointView<D> &points = step.points;
     double *x = points.position[p];
     double *v = points.velocity[p];
     if (points.rigid_body[p] >= 0) {
-      const Vec2 &prescribed = step.body_velocity[points.rigid_body[p]];
-      for (int c = 0; c < 2; ++c) {
+      const Vec<D> &prescribed = step.body_velocity[points.rigid_body[p]];
+      for (int c = 0; c < D; ++c) {
         v[c] = prescribed[c];
         x[c] += step.dt * prescribed[c];
       }
       return;
     }
-    const Vec2 grid_velocity = interpolate(step.support[p], step.velocity);
-    const Vec2 change = interpolate(step.support[p], step.velocity_change);
-    for (int c = 0; c < 2; ++c) {
+    const Vec<D> grid_velocity = interpolate(step.support[p], step.velocity);
+    const Vec<D> change = interpolate(step.support[p], step.velocity_change);
+    for (int c = 0; c < D; ++c) {
       x[c] += step.dt * grid_velocity[c];
       v[c] = step.flip * (v[c] + change[c]) + (1.0 - step.flip) * grid_velocity[c];
     }
-    if (!(std::isfinite(v[0]) && std::isfinite(v[1]))) tally.trouble(p, Trouble::Velocity);
-    tally.raise(MomentumAgainBound, points.mass[p] * largest(v[0], v[1]));
+    if (!are_finite<D>(v)) tally.trouble(p, Trouble::Velocity);
+    tally.raise(MomentumAgainBound, points.mass[p] * largest<D>(v));
   }
 };
 
 /// L = Σ v ⊗ ∇N, F ← (I + L dt) F, V = V₀ det F.
-struct StrainPoint : Pass {
+template <int D> struct StrainPoint : Pass<D> {
+  using Pass<D>::step;
   static constexpr int STAGE = 2;
   double dt;    ///< of the whole step or of a part
 
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
   {
-    const PointView &points = step.points;
+    const PointView<D> &points = step.points;
     if (points.rigid_body[p] >= 0) {
-      points.velocity_gradient[p] = rve::Tensor2::zero();
+      points.velocity_gradient[p] = Tensor<D>::zero();
       return;
     }
-    const rve::Tensor2 gradient = interpolate_gradient(step.support[p], step.velocity);
-    const rve::Tensor2 increment = rve::Tensor2::identity() + dt * gradient;
-    const rve::Tensor2 deformation = increment * points.deformation_gradient[p];
+    const Tensor<D> gradient = interpolate_gradient(step.support[p], step.velocity);
+    const Tensor<D> increment = Tensor<D>::identity() + dt * gradient;
+    const Tensor<D> deformation = increment * points.deformation_gradient[p];
     const double volume = points.initial_volume[p] * determinant(deformation);
     points.velocity_gradient[p] = gradient;
     points.deformation_gradient[p] = deformation;
@@ -379,45 +408,46 @@ struct StrainPoint : Pass {
 // ---- passes over nodes ---------------------------------------------------------------------------------------------------------
 
 /// Mass and momentum of a node from their sums.
-struct InertiaOfNode {
+template <int D> struct InertiaOfNode {
   rve::FixedScale mass_scale, momentum_scale;
 
-  RVE_HD void begin(const StepView &step)
+  RVE_HD void begin(const StepView<D> &step)
   {
     mass_scale = step.mass_scale();
     momentum_scale = step.momentum_scale();
   }
 
-  RVE_HD void take(const StepView &step, int n) const
+  RVE_HD void take(const StepView<D> &step, int n) const
   {
-    const std::int64_t *sums = step.inertia_sums + 3 * static_cast<std::size_t>(n);
+    const std::int64_t *sums = step.inertia_sums + INERTIA_SUMS<D> * static_cast<std::size_t>(n);
     step.mass[n] = mass_scale.real(sums[0]);
-    for (int c = 0; c < 2; ++c) step.momentum[n][c] = momentum_scale.real(sums[1 + c]);
+    for (int c = 0; c < D; ++c) step.momentum[n][c] = momentum_scale.real(sums[1 + c]);
   }
 };
 
 /// p += f dt; what bodies did in the step before is forgotten.
-struct ForceOfNode {
+template <int D> struct ForceOfNode {
   rve::FixedScale scale;
 
-  RVE_HD void begin(const StepView &step) { scale = step.force_scale(); }
+  RVE_HD void begin(const StepView<D> &step) { scale = step.force_scale(); }
 
-  RVE_HD void take(const StepView &step, int n) const
+  RVE_HD void take(const StepView<D> &step, int n) const
   {
-    const std::int64_t *sums = step.vector_sums + 2 * static_cast<std::size_t>(n);
-    for (int c = 0; c < 2; ++c) step.force[n][c] = scale.real(sums[c]);
+    const std::int64_t *sums = step.vector_sums + VECTOR_SUMS<D> * static_cast<std::size_t>(n);
+    for (int c = 0; c < D; ++c) step.force[n][c] = scale.real(sums[c]);
     step.momentum_end[n] = step.mass[n] > 0.0 ? step.momentum[n] + step.dt * step.force[n]
-                                              : Vec2::zero();
+                                              : Vec<D>::zero();
     step.boundary.on_body[n] = 0;
     for (int b = 0; b < step.num_bodies; ++b)
       step.boundary.body_impulse[static_cast<std::size_t>(b) * step.grid.node_count() + n] =
-          Vec2::zero();
+          Vec<D>::zero();
   }
 };
 
 /// The momentum at the start of the step is that for the first strains too.
-struct NodeInertia : Pass {
-  InertiaOfNode inertia = {};
+template <int D> struct NodeInertia : Pass<D> {
+  using Pass<D>::step;
+  InertiaOfNode<D> inertia = {};
 
   RVE_HD void begin() { inertia.begin(step); }
   template <class Tally> RVE_HD void operator()(int n, Tally &) const
@@ -427,16 +457,18 @@ struct NodeInertia : Pass {
   }
 };
 
-struct NodeForce : Pass {
-  ForceOfNode force = {};
+template <int D> struct NodeForce : Pass<D> {
+  using Pass<D>::step;
+  ForceOfNode<D> force = {};
 
   RVE_HD void begin() { force.begin(step); }
   template <class Tally> RVE_HD void operator()(int n, Tally &) const { force.take(step, n); }
 };
 
-struct NodeInertiaAndForce : Pass {
-  InertiaOfNode inertia = {};
-  ForceOfNode force = {};
+template <int D> struct NodeInertiaAndForce : Pass<D> {
+  using Pass<D>::step;
+  InertiaOfNode<D> inertia = {};
+  ForceOfNode<D> force = {};
 
   RVE_HD void begin()
   {
@@ -451,15 +483,16 @@ struct NodeInertiaAndForce : Pass {
 };
 
 /// Sides, Cundall's local damping, and, unless damping disturbed the conditions, the velocities.
-struct NodeBalance : Pass {
+template <int D> struct NodeBalance : Pass<D> {
+  using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int n, Tally &tally) const
   {
-    Vec2 &begin = step.momentum[n];
-    Vec2 &end = step.momentum_end[n];
+    Vec<D> &begin = step.momentum[n];
+    Vec<D> &end = step.momentum_end[n];
     step.boundary.balance_sides(n, step.flip, end, begin);
     // elsewhere a rank may have the force of a node, but not know that a body holds it
     if (!step.shares_grid || step.touched.contains(step.grid, n))
-      for (int c = 0; c < 2; ++c)
+      for (int c = 0; c < D; ++c)
         if (!step.boundary.constrains(n, c)) tally.raise(Unbalanced, std::abs(step.force[n][c]));
     if (!(step.damping > 0.0)) {
       set_velocities(step, n);
@@ -467,68 +500,76 @@ struct NodeBalance : Pass {
     }
     // -α |f| sign(v) on the net force, reactions included: a node that is held feels none, and reactions stay undamped. sign(0) = 0.
     step.damping_impulse[n] = (-1.0) * end;
-    for (int c = 0; c < 2; ++c) {
+    for (int c = 0; c < D; ++c) {
       const double net = end[c] - begin[c];
       const double direction = double(begin[c] > 0.0) - double(begin[c] < 0.0);
       end[c] -= step.damping * std::abs(net) * direction;
     }
   }
 
-  static RVE_HD void set_velocities(const StepView &step, int n)
+  static RVE_HD void set_velocities(const StepView<D> &step, int n)
   {
     const double mass = step.mass[n];
-    const Vec2 &end = step.momentum_end[n];
-    step.velocity[n] = mass > 0.0 ? (1.0 / mass) * end : Vec2::zero();
-    step.velocity_change[n] = mass > 0.0 ? (1.0 / mass) * (end - step.momentum[n]) : Vec2::zero();
+    const Vec<D> &end = step.momentum_end[n];
+    step.velocity[n] = mass > 0.0 ? (1.0 / mass) * end : Vec<D>::zero();
+    step.velocity_change[n] = mass > 0.0 ? (1.0 / mass) * (end - step.momentum[n]) : Vec<D>::zero();
   }
 };
 
 /// Sides again and the velocities, after damping.
-struct NodeDamped : Pass {
+template <int D> struct NodeDamped : Pass<D> {
+  using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int n, Tally &) const
   {
     step.boundary.impose_sides(n, step.momentum_end[n]);
     step.damping_impulse[n] = step.damping_impulse[n] + step.momentum_end[n];
-    NodeBalance::set_velocities(step, n);
+    NodeBalance<D>::set_velocities(step, n);
   }
 };
 
 /// The momentum of the second extrapolation.
-struct NodeMomentumAgain : Pass {
+template <int D> struct NodeMomentumAgain : Pass<D> {
+  using Pass<D>::step;
   rve::FixedScale scale = {};
 
   RVE_HD void begin() { scale = step.momentum_again_scale(); }
 
   template <class Tally> RVE_HD void operator()(int n, Tally &) const
   {
-    const std::int64_t *sums = step.vector_sums + 2 * static_cast<std::size_t>(n);
-    for (int c = 0; c < 2; ++c) step.momentum_end[n][c] = scale.real(sums[c]);
+    const std::int64_t *sums = step.vector_sums + VECTOR_SUMS<D> * static_cast<std::size_t>(n);
+    for (int c = 0; c < D; ++c) step.momentum_end[n][c] = scale.real(sums[c]);
   }
 };
 
 /// Velocities for strains, from momenta on which bodies have been imposed.
-struct NodeVelocity : Pass {
+template <int D> struct NodeVelocity : Pass<D> {
+  using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int n, Tally &) const
   {
     const double mass = step.mass[n];
     step.boundary.impose_sides(n, step.momentum_end[n]);
-    step.velocity[n] = mass > 0.0 ? (1.0 / mass) * step.momentum_end[n] : Vec2::zero();
+    step.velocity[n] = mass > 0.0 ? (1.0 / mass) * step.momentum_end[n] : Vec<D>::zero();
   }
 };
 
 // ---- pass over columns of nodes ------------------------------------------------------------------------------------------------
 
-struct ImposeBody : Pass {
+template <int D> struct ImposeBody : Pass<D> {
+  using Pass<D>::step;
   int body;
   RigidBodyOptions options;
   Contact contact;
   bool balances;    ///< on the momenta before the forces too, and what the body feels is recorded
 
-  int columns() const { return step.grid.cells(1 - axis_of(options.face)) + 3; }
+  int columns() const
+  {
+    static_assert(D == 2, "columns are counted along the one axis of a face");
+    return step.grid.nodes(1 - axis_of(options.face));
+  }
 
   template <class Tally> RVE_HD void operator()(int k, Tally &) const
   {
-    RigidBodyState state = step.body(body);
+    RigidBodyState<D> state = step.body(body);
     step.boundary.impose_body(body, options, state, k - 1, contact, balances ? 1.0 : 0.0, step.mass,
                               step.momentum_end);
     state.velocity = step.body_velocity_before[body];
@@ -543,40 +584,44 @@ struct ImposeBody : Pass {
 
 /// What nodes of a list have in their sums, to and from a buffer: component c of the k-th node is number c * count + k. The
 /// ranks do this together, whatever one of them has found.
-struct ListedSums : Pass {
+template <int D> struct ListedSums : Pass<D> {
+  using Pass<D>::step;
   static constexpr int STAGE = 0;
   const int *nodes;
   int count;
   bool has_inertia, has_vectors;
   std::int64_t *buffer;
 
-  int components() const { return (has_inertia ? 3 : 0) + (has_vectors ? 2 : 0); }
+  int components() const
+  {
+    return (has_inertia ? INERTIA_SUMS<D> : 0) + (has_vectors ? VECTOR_SUMS<D> : 0);
+  }
 
  protected:
   template <class Move> RVE_HD void each(int k, const Move &move) const
   {
     const auto n = static_cast<std::size_t>(nodes[k]);
     std::int64_t *place = buffer + k;
-    for (int c = 0; has_inertia && c < 3; ++c, place += count)
-      move(step.inertia_sums[3 * n + c], *place);
-    for (int c = 0; has_vectors && c < 2; ++c, place += count)
-      move(step.vector_sums[2 * n + c], *place);
+    for (int c = 0; has_inertia && c < INERTIA_SUMS<D>; ++c, place += count)
+      move(step.inertia_sums[INERTIA_SUMS<D> * n + c], *place);
+    for (int c = 0; has_vectors && c < VECTOR_SUMS<D>; ++c, place += count)
+      move(step.vector_sums[VECTOR_SUMS<D> * n + c], *place);
   }
 };
 
-struct PackSums : ListedSums {
+template <int D> struct PackSums : ListedSums<D> {
   template <class Tally> RVE_HD void operator()(int k, Tally &) const
   {
-    each(k, [](std::int64_t &sum, std::int64_t &place) {
+    this->each(k, [](std::int64_t &sum, std::int64_t &place) {
       place = sum;
     });
   }
 };
 
-struct UnpackSums : ListedSums {
+template <int D> struct UnpackSums : ListedSums<D> {
   template <class Tally> RVE_HD void operator()(int k, Tally &) const
   {
-    each(k, [](std::int64_t &sum, std::int64_t &place) {
+    this->each(k, [](std::int64_t &sum, std::int64_t &place) {
       sum = place;
     });
   }

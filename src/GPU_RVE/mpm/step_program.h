@@ -14,9 +14,9 @@
 
 namespace mpm {
 
-template <class Machine> class StepProgram final : public StepRunner {
+template <int D, template <int> class Machine> class StepProgram final : public StepRunner<D> {
  public:
-  StepProgram(const SolverOptions &options, Communication communication, const Grid &grid) :
+  StepProgram(const SolverOptions<D> &options, Communication communication, const Grid<D> &grid) :
       options_(options), communication_(std::move(communication)),
       boundary_(grid, options.sides, options.rigid_bodies),
       shared_(grid, communication_, options.rigid_bodies, options.threads),
@@ -24,38 +24,38 @@ template <class Machine> class StepProgram final : public StepRunner {
   {
   }
 
-  void step(const StepInput &input, const StressUpdate &update) override
+  void step(const StepInput<D> &input, const StressUpdate<D> &update) override
   {
     const bool usavg = options_.scheme == Scheme::Usavg;
     const double part = usavg ? 0.5 * input.dt : input.dt;
     prepare(input, !usavg);
     if (usavg) {
-      scatter(ScatterInertia{machine_.view()});
-      machine_.over_nodes(NodeInertia{machine_.view()});
+      scatter(ScatterInertia<D>{machine_.view()});
+      machine_.over_nodes(NodeInertia<D>{machine_.view()});
       impose_bodies(Contact::Find, false);
       strain(part, update);
-      machine_.over_points(BoundForces{machine_.view()});
-      machine_.over_loads(PrepareLoad{machine_.view(), true});
+      machine_.over_points(BoundForces<D>{machine_.view()});
+      machine_.over_loads(PrepareLoad<D>{machine_.view(), true});
       share_maxima(ForceBound, 1 + machine_.view().num_loads);
       if (machine_.knows_at_once()) check_sums();
-      scatter_with_loads(ScatterForces{machine_.view()});
-      machine_.over_nodes(NodeForce{machine_.view()});
+      scatter_with_loads(ScatterForces<D>{machine_.view()});
+      machine_.over_nodes(NodeForce<D>{machine_.view()});
       balance();
     } else {
       find_forces();
     }
-    machine_.over_points(AdvancePoint{machine_.view()});
+    machine_.over_points(AdvancePoint<D>{machine_.view()});
     if (machine_.knows_at_once()) fail_on_trouble();
     static_assert(Unbalanced == MomentumAgainBound + 1, "both at once");
     share_maxima(MomentumAgainBound, 2);
     if (machine_.knows_at_once()) check_sums();
-    scatter(ScatterMomentumAgain{machine_.view()});
-    machine_.over_nodes(NodeMomentumAgain{machine_.view()});
+    scatter(ScatterMomentumAgain<D>{machine_.view()});
+    machine_.over_nodes(NodeMomentumAgain<D>{machine_.view()});
     impose_bodies(Contact::Keep, false);
     strain(part, update);
   }
 
-  void evaluate(const StepInput &input) override
+  void evaluate(const StepInput<D> &input) override
   {
     prepare(input, true);
     find_forces();
@@ -64,40 +64,43 @@ template <class Machine> class StepProgram final : public StepRunner {
     check_all();
   }
 
-  void fetch(const PointView &points) override { machine_.fetch(points); }
+  void fetch(const PointView<D> &points) override { machine_.fetch(points); }
   void points_changed() override { machine_.points_changed(); }
 
-  Vec2 body_reaction(int body) override
+  Vec<D> body_reaction(int body) override
   {
     return per_time(
         boundary_.body_impulse(body, shared_.everywhere(machine_.body_impulse(body), vectors_)));
   }
-  Vec2 side_reaction(Face side) override
+  Vec<D> side_reaction(Face side) override
   {
     return per_time(boundary_.side_impulse(
         side, shared_.everywhere(machine_.side_impulse(axis_of(side)), vectors_)));
   }
-  Vec2 damping_force() override
+  Vec<D> damping_force() override
   {
-    Vec2 sum = Vec2::zero();
+    Vec<D> sum = Vec<D>::zero();
     if (!(options_.damping > 0.0)) return sum;
-    const Vec2 *impulse = shared_.everywhere(machine_.damping_impulse(), vectors_);
+    const Vec<D> *impulse = shared_.everywhere(machine_.damping_impulse(), vectors_);
     for (int n = 0; n < machine_.view().grid.node_count(); ++n) sum = sum + impulse[n];
     return per_time(sum);
   }
   double max_unbalanced_force() override { return machine_.unbalanced(); }
-  const Vec2 *node_force() override { return shared_.everywhere(machine_.node_force(), vectors_); }
+  const Vec<D> *node_force() override
+  {
+    return shared_.everywhere(machine_.node_force(), vectors_);
+  }
   const double *node_mass() override { return shared_.everywhere(machine_.node_mass(), scalars_); }
   double transfer_time() const override { return machine_.transfer_time(); }
   std::string description() const override { return machine_.description(); }
 
  private:
   /// Checks, weights and bounds of all points.
-  void prepare(const StepInput &input, bool bounds_forces)
+  void prepare(const StepInput<D> &input, bool bounds_forces)
   {
     machine_.begin(input);
-    machine_.over_points(PreparePoint{machine_.view(), bounds_forces});
-    machine_.over_loads(PrepareLoad{machine_.view(), bounds_forces});
+    machine_.over_points(PreparePoint<D>{machine_.view(), bounds_forces});
+    machine_.over_loads(PrepareLoad<D>{machine_.view(), bounds_forces});
     shared_.find(input.points);    // while a device prepares them
     machine_.take_shared(shared_);
     if (machine_.knows_at_once()) fail_on_trouble();
@@ -107,8 +110,8 @@ template <class Machine> class StepProgram final : public StepRunner {
 
   void find_forces()
   {
-    scatter_with_loads(ScatterInertiaAndForces{machine_.view()});
-    machine_.over_nodes(NodeInertiaAndForce{machine_.view()});
+    scatter_with_loads(ScatterInertiaAndForces<D>{machine_.view()});
+    machine_.over_nodes(NodeInertiaAndForce<D>{machine_.view()});
     balance();
   }
 
@@ -116,17 +119,17 @@ template <class Machine> class StepProgram final : public StepRunner {
   void balance()
   {
     impose_bodies(Contact::Find, true);
-    machine_.over_nodes(NodeBalance{machine_.view()});
+    machine_.over_nodes(NodeBalance<D>{machine_.view()});
     if (!(options_.damping > 0.0)) return;
     impose_bodies(Contact::Keep, false);
-    machine_.over_nodes(NodeDamped{machine_.view()});
+    machine_.over_nodes(NodeDamped<D>{machine_.view()});
   }
 
   /// Strains from the momenta at the end, which bodies have been imposed on, and the stresses that they give.
-  void strain(double dt, const StressUpdate &update)
+  void strain(double dt, const StressUpdate<D> &update)
   {
-    machine_.over_nodes(NodeVelocity{machine_.view()});
-    machine_.over_points(StrainPoint{machine_.view(), dt});
+    machine_.over_nodes(NodeVelocity<D>{machine_.view()});
+    machine_.over_points(StrainPoint<D>{machine_.view(), dt});
     machine_.settle();
     check_all();
     update(machine_.increments(), dt);
@@ -137,7 +140,7 @@ template <class Machine> class StepProgram final : public StepRunner {
   {
     for (int b = 0; b < machine_.view().num_bodies; ++b)
       machine_.over_columns(
-          ImposeBody{machine_.view(), b, options_.rigid_bodies[b], contact, balances});
+          ImposeBody<D>{machine_.view(), b, options_.rigid_bodies[b], contact, balances});
   }
 
   template <class P> void scatter(const P &pass)
@@ -148,7 +151,7 @@ template <class Machine> class StepProgram final : public StepRunner {
   template <class P> void scatter_with_loads(const P &pass)
   {
     machine_.scatter(pass);
-    machine_.scatter_loads(ScatterLoad{machine_.view()});
+    machine_.scatter_loads(ScatterLoad<D>{machine_.view()});
     share_sums(P::INERTIA, true);
   }
 
@@ -157,13 +160,13 @@ template <class Machine> class StepProgram final : public StepRunner {
   {
     const int count = static_cast<int>(shared_.nodes().size());
     if (count == 0) return;
-    ListedSums sums{machine_.view(), machine_.shared_nodes(), count, inertia, vectors, nullptr};
+    ListedSums<D> sums{machine_.view(), machine_.shared_nodes(), count, inertia, vectors, nullptr};
     const std::size_t size = static_cast<std::size_t>(sums.components()) * count;
     sums.buffer = machine_.exchange_buffer(size);
-    machine_.over_shared(PackSums{sums});
+    machine_.over_shared(PackSums<D>{sums});
     machine_.wait();
     communication_.sum_over_ranks(sums.buffer, size);
-    machine_.over_shared(UnpackSums{sums});
+    machine_.over_shared(UnpackSums<D>{sums});
   }
 
   void share_maxima(int first, int count) { machine_.share_maxima(communication_, first, count); }
@@ -171,14 +174,14 @@ template <class Machine> class StepProgram final : public StepRunner {
   void fail_on_trouble()
   {
     if (machine_.first_trouble() == FirstTrouble::NOWHERE) return;
-    const StepView &view = machine_.view();
+    const StepView<D> &view = machine_.view();
     throw_point_error(view.grid, machine_.host_points(), view.num_bodies, view.num_models,
                       machine_.first_trouble());
   }
 
   void check_sums()
   {
-    StepView view = machine_.view();
+    StepView<D> view = machine_.view();
     view.maximum = machine_.maxima();
     check_bound(view.maximum[MassBound], view.point_total, "mass");
     check_bound(view.maximum[MomentumBound], view.point_total, "momentum");
@@ -191,24 +194,24 @@ template <class Machine> class StepProgram final : public StepRunner {
   {
     fail_on_trouble();
     check_sums();
-    const StepView &view = machine_.view();
+    const StepView<D> &view = machine_.view();
     for (int b = 0; b < view.num_bodies; ++b)
       rve::require(std::isfinite(machine_.maxima()[view.body_maximum(b)]), [&] {
         return options_.name_of_body(b) + " has no points";
       });
   }
 
-  Vec2 per_time(const Vec2 &impulse) const
+  Vec<D> per_time(const Vec<D> &impulse) const
   {
-    return machine_.view().dt > 0.0 ? (1.0 / machine_.view().dt) * impulse : Vec2::zero();
+    return machine_.view().dt > 0.0 ? (1.0 / machine_.view().dt) * impulse : Vec<D>::zero();
   }
 
-  SolverOptions options_;
+  SolverOptions<D> options_;
   Communication communication_;
-  Boundary boundary_;
-  SharedNodes shared_;
-  Machine machine_;
-  std::vector<Vec2> vectors_;    ///< of all ranks, per node: what was asked for last
+  Boundary<D> boundary_;
+  SharedNodes<D> shared_;
+  Machine<D> machine_;
+  std::vector<Vec<D>> vectors_;    ///< of all ranks, per node: what was asked for last
   std::vector<double> scalars_;
 };
 

@@ -11,43 +11,44 @@
 
 namespace mpm {
 
-struct StepInput {
-  const PointView &points;
-  const std::vector<PointLoad> &loads;
+template <int D> struct StepInput {
+  const PointView<D> &points;
+  const std::vector<PointLoad<D>> &loads;
   int num_loads, num_models;
-  const std::vector<Vec2> &body_velocity;    ///< [length/time]
-  const std::vector<Vec2>
+  const std::vector<Vec<D>> &body_velocity;    ///< [length/time]
+  const std::vector<Vec<D>>
       &body_velocity_before;    ///< in the step before; not a number: there was none
   double dt;                    ///< [time]
 };
 
 /// Advances the stresses of the points by ΔF of each, over a time [time].
-using StressUpdate = std::function<void(const rve::Tensor2 *increment, double dt)>;
+template <int D> using StressUpdate = std::function<void(const Tensor<D> *increment, double dt)>;
 
 /// Throws a PointError for the point and the trouble of a FirstTrouble key.
-[[noreturn]] void throw_point_error(const Grid &grid, const PointView &points, int num_bodies,
+template <int D>
+[[noreturn]] void throw_point_error(const Grid<D> &grid, const PointView<D> &points, int num_bodies,
                                     int num_models, std::uint64_t key);
 
 /// Throws unless so many terms up to the bound can be summed: `what` of a point is then too large.
 void check_bound(double bound, std::int64_t terms, const char *what);
 
-class StepRunner {
+template <int D> class StepRunner {
  public:
   virtual ~StepRunner() = default;
 
-  virtual void step(const StepInput &input, const StressUpdate &update) = 0;
-  virtual void evaluate(const StepInput &input) = 0;
+  virtual void step(const StepInput<D> &input, const StressUpdate<D> &update) = 0;
+  virtual void evaluate(const StepInput<D> &input) = 0;
 
   /// Brings all arrays of the points up to date that only the machine has changed.
-  virtual void fetch(const PointView &points) = 0;
+  virtual void fetch(const PointView<D> &points) = 0;
   /// The arrays of the points have been changed by others: the machine takes them anew.
   virtual void points_changed() = 0;
 
-  virtual Vec2 body_reaction(int body) = 0;
-  virtual Vec2 side_reaction(Face side) = 0;
-  virtual Vec2 damping_force() = 0;
+  virtual Vec<D> body_reaction(int body) = 0;
+  virtual Vec<D> side_reaction(Face side) = 0;
+  virtual Vec<D> damping_force() = 0;
   virtual double max_unbalanced_force() = 0;
-  virtual const Vec2 *node_force() = 0;
+  virtual const Vec<D> *node_force() = 0;
   virtual const double *node_mass() = 0;
 
   /// Wall time so far in copies from and to a device [seconds].

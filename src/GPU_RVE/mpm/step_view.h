@@ -34,7 +34,7 @@ enum class Trouble {
 };
 
 /// Largest values that are known after a pass. The first are those of deformable points or of nodes; then one per load, and
-/// -x low, -y low, x high, y high of each body. Zeros are positive.
+/// those of each body: its low sides with the sign changed, then its high ones. Zeros are positive.
 enum Maximum { MassBound, MomentumBound, MomentumAgainBound, Unbalanced, ForceBound, NUM_MAXIMA };
 
 /// Of the first point with trouble: lower ones come first. 64 bits, so that threads of a device can take the least.
@@ -49,55 +49,56 @@ struct FirstTrouble {
 };
 
 /// One traction vector on one face of a point's box.
-struct PointLoad {
+template <int D> struct PointLoad {
   int point;
   int load;    ///< index of its TractionLoad
   Face face;
-  Vec2 traction;    ///< [stress]
+  Vec<D> traction;    ///< [stress]
 };
 
-struct StepView {
+template <int D> struct StepView {
   /// Without any array.
-  StepView(const Grid &grid_in, const SolverOptions &options, bool shares_grid_in) :
+  StepView(const Grid<D> &grid_in, const SolverOptions<D> &options, bool shares_grid_in) :
       grid(grid_in), shape(options.shape), flip(options.flip), damping(options.damping),
       thickness(options.thickness), boundary{grid_in, options.shape},
       num_bodies(static_cast<int>(options.rigid_bodies.size())), shares_grid(shares_grid_in)
   {
   }
 
-  Grid grid;
+  Grid<D> grid;
   ShapeFunction shape;
   double flip, damping, thickness;
   double dt = 0.0;
-  BoundaryView boundary;
+  BoundaryView<D> boundary;
   int num_bodies, num_models = 0, num_loads = 0;
-  const Vec2 *body_velocity = nullptr;    ///< per rigid body [length/time]
-  const Vec2 *body_velocity_before =
+  const Vec<D> *body_velocity = nullptr;    ///< per rigid body [length/time]
+  const Vec<D> *body_velocity_before =
       nullptr;                     ///< in the step before; not a number: there was none
   std::int64_t point_total = 0;    ///< deformable points of all ranks
   bool shares_grid;                ///< with other ranks
-  NodeBox touched;    ///< if so: the nodes that this rank's points reach, where it knows everything
+  NodeBox<D>
+      touched;    ///< if so: the nodes that this rank's points reach, where it knows everything
   const double *maximum = nullptr;    ///< by Maximum, and on; of all ranks
 
-  PointView points;
-  Support *support = nullptr;           ///< per point
-  rve::Tensor2 *increment = nullptr;    ///< per point: ΔF
-  const PointLoad *loads = nullptr;     ///< of this rank
+  PointView<D> points;
+  Support<D> *support = nullptr;          ///< per point
+  Tensor<D> *increment = nullptr;         ///< per point: ΔF
+  const PointLoad<D> *loads = nullptr;    ///< of this rank
   int num_point_loads = 0;
 
   // per node
   std::int64_t *inertia_sums = nullptr;    ///< mass, momentum
   std::int64_t *vector_sums = nullptr;     ///< forces; momentum of the second extrapolation
   double *mass = nullptr;                  ///< [mass]
-  Vec2 *momentum = nullptr;                ///< at the start of the step [mass length/time]
-  Vec2 *momentum_end = nullptr;
-  Vec2 *damping_impulse = nullptr;    ///< what damping added to the momentum [mass length/time]
-  Vec2 *force = nullptr;              ///< [force]
-  Vec2 *velocity = nullptr;           ///< that the points see next [length/time]
-  Vec2 *velocity_change = nullptr;    ///< [length/time]
+  Vec<D> *momentum = nullptr;              ///< at the start of the step [mass length/time]
+  Vec<D> *momentum_end = nullptr;
+  Vec<D> *damping_impulse = nullptr;    ///< what damping added to the momentum [mass length/time]
+  Vec<D> *force = nullptr;              ///< [force]
+  Vec<D> *velocity = nullptr;           ///< that the points see next [length/time]
+  Vec<D> *velocity_change = nullptr;    ///< [length/time]
 
   RVE_HD int load_maximum(int load) const { return NUM_MAXIMA + load; }
-  RVE_HD int body_maximum(int body) const { return NUM_MAXIMA + num_loads + 4 * body; }
+  RVE_HD int body_maximum(int body) const { return NUM_MAXIMA + num_loads + FACES<D> * body; }
   RVE_HD int num_maxima() const { return body_maximum(num_bodies); }
 
   RVE_HD rve::FixedScale mass_scale() const { return {maximum[MassBound], point_total}; }
@@ -115,10 +116,16 @@ struct StepView {
   }
   RVE_HD rve::FixedScale force_scale() const { return {force_bound(), point_total}; }
 
-  RVE_HD RigidBodyState body(int b) const
+  RVE_HD RigidBodyState<D> body(int b) const
   {
     const double *extent = maximum + body_maximum(b);
-    return {{{-extent[0], -extent[1]}}, {{extent[2], extent[3]}}, body_velocity[b]};
+    RigidBodyState<D> state;
+    for (int a = 0; a < D; ++a) {
+      state.lo[a] = -extent[a];
+      state.hi[a] = extent[D + a];
+    }
+    state.velocity = body_velocity[b];
+    return state;
   }
 };
 

@@ -45,7 +45,7 @@ int main(int argc, char **argv)
       points.stress(slots[0])(1, 1) == results[0].stress(1, 1);
 
   // uniaxial strain of an elastic point: the modulus of compression waves
-  mpm::LinearElastic law(1e6, 0.25);
+  mpm::LinearElastic<2> law(1e6, 0.25);
   const int point = 0;
   rve::Tensor2 increment = rve::Tensor2::identity();
   increment(0, 0) += 1e-6;

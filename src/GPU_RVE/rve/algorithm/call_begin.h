@@ -16,7 +16,7 @@ inline namespace RVE_ISA {
   template <class Block, class Scene> struct CallBegin {
     using Item = typename Block::Item;
     using Real = typename Scene::Real;
-    using Spring = typename Scene::Spring;
+
     using Stored = StoredGrains<Block, Scene>;
     using Units = ForceUnits<Block, Scene>;
     using Planning = StepPlanning<Block, Scene>;
@@ -120,11 +120,10 @@ inline namespace RVE_ISA {
       if (call.num_extra == 0) return;
       const PairView<Scene> from = call.header.list_valid != 0 ? call.image_pairs() : call.pairs;
       const PairView<Scene> to = call.pairs;
-      const Spring history_to_internal = static_cast<Spring>(call.units.per_force);
       block.for_each(call.num_extra, [&](Item m) {
         to.extra_first[m] = from.extra_first[m];
         to.extra_second[m] = from.extra_second[m];
-        to.extra_history[m] = history_to_internal * from.extra_history[m];
+        to.extra_history[m] = Stored::internal_history(call, from.extra_history[m]);
       });
     }
 

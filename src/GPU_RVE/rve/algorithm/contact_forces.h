@@ -6,7 +6,7 @@
 #define RVE_ALGORITHM_CONTACT_FORCES_H
 
 #include "rve/algorithm/call_state.h"
-#include "rve/algorithm/pack_phases.h"
+#include "rve/algorithm/grain_items.h"
 #include "rve/core/integer_sums.h"
 #include "rve/core/status.h"
 #include "rve/physics/contact_geometry.h"
@@ -18,13 +18,6 @@
 
 namespace rve {
 inline namespace RVE_ISA {
-
-  /// A grain as its contacts see it, in internal units.
-  template <class Numbers> struct GrainView {
-    Motion<Numbers> motion;
-    typename Numbers::Real spin;
-    typename Numbers::Wide radius;
-  };
 
   /// What a step needs to know of its RVE that is the same for all grains, in internal units.
   template <class Scene> struct StepConstants {
@@ -107,43 +100,57 @@ inline namespace RVE_ISA {
     Dissipation heat;                        ///< with the stress, in programs that keep books
   };
 
-  /// Computes a pair and adds its force to grain j and to `sum`.
-  template <bool WithStress, class Block, class Scene>
-  RVE_INLINE void
-  add_pair(Block &block, const SharedView<Scene> &shared, const CallState<Scene> &call,
-           const StepPlan<typename Scene::Numbers> &plan,
-           const GrainView<typename Scene::Numbers> &grain_i,
-           const GrainView<typename Scene::Numbers> &grain_j, typename Scene::Real overlap_limit,
-           int j, typename Scene::History &history, GrainSum<typename Scene::Numbers> &sum)
+  /// Nothing yet, after contact forces up to a largest one.
+  template <class Numbers>
+  RVE_INLINE GrainSum<Numbers> begin_sum(typename Numbers::Real largest_force)
   {
+    using Sum = typename Numbers::Sum;
+    return {Vec<Sum, 3>::zero(), largest_force, Vec<Sum, 4>::zero(), 0, 0, {0.0, 0.0}};
+  }
+
+  /// Computes a pair, or a pack of pairs: advances its history, adds its force to `sum` of grain i, and hands what grain j gets to
+  /// add_to_j(force and torque).
+  template <bool WithStress, class Scene, class Call, class History, class AddToOther>
+  RVE_INLINE void add_pair(const Call &call, const StepConstants<Scene> &step,
+                           const GrainView<typename Scene::Numbers> &grain_i,
+                           const GrainView<typename Scene::Numbers> &grain_j,
+                           const ContactGeometry<typename Scene::Real, 2> &contact,
+                           typename Scene::Real overlap_limit, History &&history,
+                           GrainSum<typename Scene::Numbers> &sum, AddToOther add_to_j)
+  {
+    using Real = typename Scene::Real;
     using Sum = typename Scene::Sum;
-    // here and not once for all pairs, so that the compiler may read them again where they would occupy registers
-    const StepConstants<Scene> step = step_constants<Scene>(call.law, plan);
-    const auto contact = pair_geometry(step, grain_i, grain_j);
-    if (!(contact.overlap > typename Scene::Real(0))) {
+    const Truth<Real> touching = contact.overlap > Real(0);
+    if (can_skip(touching)) {
       if constexpr (Scene::has_friction) history = typename Scene::History();
       return;
     }
     const auto force = pair_force(step, contact, grain_i, grain_j, history);
-    if constexpr (Scene::has_friction) history = force.history();
-    sum.largest_force = larger(sum.largest_force, std::fabs(force.normal_force));
+    if constexpr (Scene::has_friction) {
+      Truth<typename Scene::Spring> keeps;
+      convert_truth(touching, keeps);
+      history = where(keeps, force.history());
+    }
+    sum.largest_force = larger(sum.largest_force, where(touching, fabs(force.normal_force)));
     if constexpr (Scene::books) {
       if (call.header.all_forces_count)
-        sum.largest_force = Scene::Law::largest(force, sum.largest_force);
+        sum.largest_force =
+            select(touching, Scene::Law::largest(force, sum.largest_force), sum.largest_force);
     }
-    Sum on_j[3], torque_i;
-    round_to(-force.force[0], on_j[0]);
-    round_to(-force.force[1], on_j[1]);
-    round_to(force.torque_j, on_j[2]);
-    round_to(force.torque_i, torque_i);
+    Vec<Sum, 3> on_j;
+    round_to(where(touching, -force.force[0]), on_j[0]);
+    round_to(where(touching, -force.force[1]), on_j[1]);
     sum.own[0] = wrapping_difference(sum.own[0], on_j[0]);
     sum.own[1] = wrapping_difference(sum.own[1], on_j[1]);
-    sum.own[2] = wrapping_sum(sum.own[2], torque_i);
-    block.accumulate(&shared.force_x[j], on_j[0]);
-    block.accumulate(&shared.force_y[j], on_j[1]);
-    if constexpr (Scene::has_friction) block.accumulate(&shared.torque[j], on_j[2]);
+    on_j[2] = Sum(0);
+    if constexpr (Scene::has_friction) {
+      Sum torque_i;
+      round_to(where(touching, force.torque_j), on_j[2]);
+      round_to(where(touching, force.torque_i), torque_i);
+      sum.own[2] = wrapping_sum(sum.own[2], torque_i);
+    }
+    add_to_j(on_j);
     if constexpr (WithStress) {
-      using Real = typename Scene::Real;
       add_love_term<typename Scene::Numbers>(force.force, contact.branch, sum.stress);
       const Real ri = static_cast<Real>(grain_i.radius), rj = static_cast<Real>(grain_j.radius);
       const bool crushed = !(contact.overlap <= overlap_limit * (ri < rj ? ri : rj));
@@ -154,90 +161,93 @@ inline namespace RVE_ISA {
   }
 
   /// All owned and extra pairs of the RVE. WithStress: fills call.survey, and `grains` have loaded themselves but not their pairs.
-  template <bool WithStress, class Block, class Scene>
-  RVE_INLINE void contact_forces(Block &block, GrainItems<Block, Scene> &grains,
-                                 const SharedView<Scene> &shared, CallState<Scene> &call,
-                                 int num_grains, const StepPlan<typename Scene::Numbers> &plan,
-                                 Dissipation &heat)
+  template <bool WithStress, class Block, class Scene, class Grains>
+  RVE_INLINE void contact_forces(Block &block, Grains &grains, const SharedView<Scene> &shared,
+                                 CallState<Scene> &call, int num_grains,
+                                 const StepPlan<typename Scene::Numbers> &plan, Dissipation &heat)
   {
     using Item = typename Block::Item;
+    using Numbers = typename Scene::Numbers;
     const int num_extra = call.num_extra;
     const auto overlap_limit =
         static_cast<typename Scene::Real>(WithStress ? call.batch.overlap_limit : 0.0);
+    // the pairs that grain i owns, or a pack of grains
+    const auto add_owned = [&](const auto i, auto &sum) RVE_INLINE_LAMBDA {
+      using Here = typename Grains::template SceneOf<std::decay_t<decltype(i)>>;
+      // where they are needed and not once for all pairs, so that the compiler may read them again where they would occupy registers
+      const auto constants = [&]() RVE_INLINE_LAMBDA {
+        return step_constants<Here>(call.law, plan);
+      };
+      const auto me = grains.view(i);
+      grains.for_slots(
+          i,
+          [&](int k) RVE_INLINE_LAMBDA {
+            // each when it is needed: the sums of the stress leave few registers
+            if constexpr (WithStress) grains.load_pair(shared, k, i);
+            return grains.view_partner(shared, k, i);
+          },
+          [&](const auto &other) RVE_INLINE_LAMBDA {
+            return pair_geometry(constants(), me, other);
+          },
+          [&](int k, const auto &other, const auto &contact) RVE_INLINE_LAMBDA {
+            add_pair<WithStress>(call, constants(), me, other, contact,
+                                 static_cast<typename Here::Real>(overlap_limit),
+                                 grains.history_of(k, i), sum,
+                                 [&](const auto &force) RVE_INLINE_LAMBDA {
+                                   grains.add_to_partner(block, shared, k, i, force);
+                                 });
+          });
+    };
     // extra pairs ride along with the grains of the same numbers: no phase of their own
-    const auto add_extra = [&](int i, GrainSum<typename Scene::Numbers> &sum) RVE_INLINE_LAMBDA {
+    const auto add_extra = [&](int i, GrainSum<Numbers> &sum) RVE_INLINE_LAMBDA {
       for (int m = i; m < num_extra; m += num_grains) {
         const PairView<Scene> &pairs = call.pairs;
         const int first = pairs.extra_first[m], second = pairs.extra_second[m];
-        const GrainView<typename Scene::Numbers> one{shared.motion[first], shared.spin[first],
-                                                     shared.radius[first]};
-        const GrainView<typename Scene::Numbers> other{shared.motion[second], shared.spin[second],
-                                                       shared.radius[second]};
+        const auto one = view_grain(shared, first), other = view_grain(shared, second);
+        const auto step = step_constants<Scene>(call.law, plan);
         sum.own = Vec<typename Scene::Sum, 3>::zero();
-        add_pair<WithStress>(block, shared, call, plan, one, other, overlap_limit, second,
-                             pairs.extra_history[m], sum);
-        block.accumulate(&shared.force_x[first], sum.own[0]);
-        block.accumulate(&shared.force_y[first], sum.own[1]);
-        if constexpr (Scene::has_friction) block.accumulate(&shared.torque[first], sum.own[2]);
-      }
-    };
-    const auto grain_forces = [&](Item i, typename Scene::Sum *term,
-                                  float &largest) RVE_INLINE_LAMBDA {
-      const GrainView<typename Scene::Numbers> me{grains.motion[i], grains.spin[i],
-                                                  grains.radius[i]};
-      GrainSum<typename Scene::Numbers> sum{Vec<typename Scene::Sum, 3>::zero(),
-                                            grains.largest_force[i],
-                                            Vec<typename Scene::Sum, 4>::zero(),
-                                            0,
-                                            0,
-                                            {0.0, 0.0}};
-      for (int k = 0; k < kOwnedPairs; ++k) {
-        // each when it is needed: the sums of the stress leave few registers
-        if constexpr (WithStress) grains.load_pair(shared, k, i);
-        const int j = grains.partner[k][i];
-        const GrainView<typename Scene::Numbers> other{shared.motion[j], shared.spin[j],
-                                                       grains.partner_radius[k][i]};
-        add_pair<WithStress>(block, shared, call, plan, me, other, overlap_limit, j,
-                             grains.history[k][i], sum);
-      }
-      grains.own[i] = sum.own;
-      add_extra(i, sum);
-      grains.largest_force[i] = sum.largest_force;
-      if constexpr (WithStress) {
-        for (int k = 0; k < 4; ++k) term[k] = sum.stress[k];
-        term[kContactSum] = sum.contacts;
-        term[kCrushedSum] = sum.crushed;
-        const float mine = soundness<typename Scene::Numbers>(me, sum.largest_force);
-        largest = mine > largest ? mine : largest;
-      }
-      if constexpr (WithStress && Scene::books) {
-        const int number = call.image.number[i];
-        call.work.scratch[number] = sum.heat.friction;
-        call.work.scratch[num_grains + number] = sum.heat.viscous;
+        add_pair<WithStress>(call, step, one, other, pair_geometry(step, one, other), overlap_limit,
+                             pairs.extra_history[m], sum, [&](const auto &force) RVE_INLINE_LAMBDA {
+                               add_force(block, shared, second, force);
+                             });
+        add_force(block, shared, first, sum.own);
       }
     };
 
     if constexpr (WithStress) {
-      block.template survey_items<kStressSums, typename Scene::Sum>(num_grains, grain_forces,
-                                                                    call.survey);
+      block.template survey_items<kStressSums, typename Scene::Sum>(
+          num_grains,
+          [&](Item i, typename Scene::Sum *term, float &largest) RVE_INLINE_LAMBDA {
+            auto sum = begin_sum<Numbers>(grains.largest_force[i]);
+            add_owned(i, sum);
+            grains.own.keep(i, sum.own);
+            add_extra(i, sum);
+            grains.largest_force.keep(i, sum.largest_force);
+            for (int k = 0; k < 4; ++k) term[k] = sum.stress[k];
+            term[kContactSum] = sum.contacts;
+            term[kCrushedSum] = sum.crushed;
+            const float mine = soundness<Numbers>(grains.view(i), sum.largest_force);
+            largest = mine > largest ? mine : largest;
+            if constexpr (Scene::books) {
+              const int number = call.image.number[i];
+              call.work.scratch[number] = sum.heat.friction;
+              call.work.scratch[num_grains + number] = sum.heat.viscous;
+            }
+          },
+          call.survey);
     } else {
-      block.for_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
-        if constexpr (IsPack<std::decay_t<decltype(i)>>::value) {
-          packed_forces(i, call, shared, plan, num_grains);
-          for (int m = i.first; m < i.first + i.lanes && m < num_extra; ++m) {
-            GrainSum<typename Scene::Numbers> sum{Vec<typename Scene::Sum, 3>::zero(),
-                                                  grains.largest_force[m],
-                                                  Vec<typename Scene::Sum, 4>::zero(),
-                                                  0,
-                                                  0,
-                                                  {0.0, 0.0}};
-            add_extra(m, sum);
-            grains.largest_force[m] = sum.largest_force;
-          }
-        } else {
-          float unused;
-          grain_forces(i, nullptr, unused);
-        }
+      block.for_items(num_grains, [&](const auto item) RVE_INLINE_LAMBDA {
+        grains.for_parts(item, [&](const auto i) RVE_INLINE_LAMBDA {
+          using Here = typename Grains::template SceneOf<std::decay_t<decltype(i)>>;
+          auto sum = begin_sum<typename Here::Numbers>(grains.largest_of(i));
+          add_owned(i, sum);
+          grains.keep_forces(i, sum.own, sum.largest_force);
+        });
+        grains.for_each_grain(item, num_extra, [&](int i) RVE_INLINE_LAMBDA {
+          auto sum = begin_sum<Numbers>(grains.largest_force[i]);
+          add_extra(i, sum);
+          grains.largest_force.keep(i, sum.largest_force);
+        });
       });
     }
     if constexpr (WithStress && Scene::books) {

@@ -19,10 +19,9 @@
 
 #include "rve/algorithm/call_begin.h"
 #include "rve/algorithm/call_end.h"
+#include "rve/algorithm/grain_motion.h"
 #include "rve/algorithm/homogenization.h"
-#include "rve/algorithm/pack_phases.h"
 #include "rve/algorithm/stress_servo.h"
-#include "rve/physics/integrator.h"
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -33,11 +32,13 @@ inline namespace RVE_ISA {
     return -mass * ((after - before) - increment) * 0.5 * (before + after);
   }
 
-  template <class Block, class Scene> class RveProgram {
+  /// StepGrains: how the steps take their grains, one by one or in packs as well. All else takes them one by one.
+  template <class Block, class Scene, class StepGrains = GrainItems<Block, Scene>>
+  class RveProgram {
     using Item = typename Block::Item;
     using Real = typename Scene::Real;
     using Wide = typename Scene::Wide;
-    using Spring = typename Scene::Spring;
+
     using Sum = typename Scene::Sum;
     using Begin = CallBegin<Block, Scene>;
     using Planning = StepPlanning<Block, Scene>;
@@ -128,17 +129,13 @@ inline namespace RVE_ISA {
       const int n = *const_cast<const volatile std::int32_t *>(&call.num_grains);
       const int first = call.plan_first, stop = has_ledger() ? k : last_step();
       const int end = (stop < call.plan_last ? stop : call.plan_last) - first;
-      Grains grains(block, shared, num_grains);
+      StepGrains grains(block, shared, call.work, num_grains);
       if (Block::kInRegisters && direct)
         fetch(grains);
       else
         block.own_items(num_grains, [&](const auto i) {
-          if constexpr (IsPack<std::decay_t<decltype(i)>>::value) {
-            load_pack(i, call);
-          } else {
-            grains.load(shared, i);
-            if (Scene::books) grains.own.load(i);    // of a step that was surveyed
-          }
+          grains.load(shared, i);
+          if constexpr (Scene::books) grains.own.load(i);    // of a step that was surveyed
         });
       int t = k - first;
       for (bool kicks = k > 1;; kicks = true, ++t) {
@@ -156,17 +153,14 @@ inline namespace RVE_ISA {
         contact_forces<false>(block, grains, shared, call, n, plan, none);
       }
       block.own_items(num_grains, [&](const auto i) {
-        if constexpr (IsPack<std::decay_t<decltype(i)>>::value)
-          save_pack(i, call, shared);
-        else
-          grains.save(i);
+        grains.save(i);
       });
       needs_renewal = t < 0;
       return first + (needs_renewal ? ~t : t);
     }
 
     /// From the image to where the steps want the grains, in internal units.
-    RVE_INLINE void fetch(Grains &grains)
+    RVE_INLINE void fetch(StepGrains &grains)
     {
       block.for_items(num_grains, [&](Item i) {
         const auto stored = Stored::read_grain(call.image, i, num_grains, true);
@@ -299,73 +293,48 @@ inline namespace RVE_ISA {
       });
     }
 
-    /// Force and torque on grain i: from the pairs that it owns, and those that its partners own.
-    RVE_INLINE Vec<Sum, 3> collect_force(const Vec<Sum, 3> &own, int i)
+    /// Kick of a grain, or of a pack of them, by the forces that the last phase left.
+    template <class SomeGrains, class SomeItem, class Numbers>
+    RVE_INLINE void kick_item(SomeGrains &grains, SomeItem i,
+                              const GrainResponse<Numbers> &response, typename Numbers::Real alpha,
+                              GrainView<Numbers> &grain)
     {
-      return Vec<Sum, 3>{
-          {wrapping_sum(own[0], block.collect(&shared.force_x[i])),
-           wrapping_sum(own[1], block.collect(&shared.force_y[i])),
-           Scene::has_friction ? wrapping_sum(own[2], block.collect(&shared.torque[i])) : Sum(0)}};
+      const GrainView<Numbers> before = grain;
+      const auto force = grains.collect(block, shared, i);
+      const auto increment = kick_grain<Scene::has_friction>(grain, force, response, alpha);
+      grains.publish_spin(i, grain.spin);
+      if constexpr (Scene::books) {
+        if (call.batch.track_energy) note_damping(i, before, grain, increment);
+      }
     }
 
-    /// Leapfrog velocity update of one grain from the forces that the last phase left.
-    RVE_INLINE void kick_grain(Grains &grains, Item i,
-                               const GrainResponse<typename Scene::Numbers> &response, Real alpha,
-                               Motion<typename Scene::Numbers> &motion)
+    RVE_INLINE void note_damping(Item i, const GrainView<typename Scene::Numbers> &before,
+                                 const GrainView<typename Scene::Numbers> &after,
+                                 const Kick<typename Scene::Numbers> &increment)
     {
-      const Vec<Sum, 3> sum = collect_force(grains.own[i], i);
-      const Vec<Real, 2> before = motion.velocity;
-      Vec<Real, 2> increment;
-      for (int a = 0; a < 2; ++a) {
-        increment[a] = static_cast<Real>(sum[a]) * response.velocity_unit;
-        motion.velocity[a] = kick(before[a], increment[a], alpha);
-      }
-      if constexpr (!Scene::has_friction) {
-        grains.spin.keep(i, grains.spin[i] + Real(0));    // as by a torque of zero: -0 turns into 0
-        return;
-      }
-      const Real turn = static_cast<Real>(sum[2]) * response.spin_unit;
-      const Real spin = grains.spin[i];
-      const Real turned = kick(spin, turn, alpha);
-      grains.spin.publish(i, turned);
-      if (Scene::books && call.batch.track_energy) {
-        const double length = call.units.length;
-        const double r = static_cast<double>(grains.radius[i]) * length, mass = call.mass_of(r);
-        call.work.damping[call.image.number[i]] += length * length *
-                (damping_loss(mass, before[0], motion.velocity[0], increment[0]) +
-                 damping_loss(mass, before[1], motion.velocity[1], increment[1])) +
-            damping_loss(0.5 * mass * r * r, spin, turned, turn);
-      }
+      const double length = call.units.length;
+      const double r = static_cast<double>(before.radius) * length, mass = call.mass_of(r);
+      const Vec<Real, 2> &slow = before.motion.velocity, &fast = after.motion.velocity;
+      call.work.damping[call.image.number[i]] += length * length *
+              (damping_loss(mass, slow[0], fast[0], increment.velocity[0]) +
+               damping_loss(mass, slow[1], fast[1], increment.velocity[1])) +
+          damping_loss(0.5 * mass * r * r, before.spin, after.spin, increment.spin);
     }
 
     /// Kick of the step before, then drift in the present cell. Returns whether a grain has left the safety of the list.
-    RVE_INLINE bool move(Grains &grains, const StepPlan<typename Scene::Numbers> &plan, int n,
+    RVE_INLINE bool move(StepGrains &grains, const StepPlan<typename Scene::Numbers> &plan, int n,
                          bool kick_first)
     {
-      const Tensor<Wide, 2> to_fraction = plan.to_fraction;
-      const Tensor<float, 2> list_to_length = plan.list_to_length;
-      const float allowed_squared = plan.allowed_squared;
-      const Real alpha = call.alpha;
-      const auto move_grain = [&](Item i) RVE_INLINE_LAMBDA {
-        Motion<typename Scene::Numbers> motion = grains.motion[i];
-        const GrainResponse<typename Scene::Numbers> response = shared.response[i];
-        if (kick_first) kick_grain(grains, i, response, alpha, motion);
-        const Vec<Wide, 2> displacement = to_fraction * motion.velocity.template as<Wide>();
-        for (int a = 0; a < 2; ++a)
-          drift<typename Scene::Numbers>(motion.position[a], displacement[a]);
-        grains.motion.publish(i, motion);
-        // displacement since the list was built, without that of the mean field
-        const Vec<std::uint32_t, 2> now{
-            {leading_bits(motion.position[0]), leading_bits(motion.position[1])}};
-        const Vec<float, 2> moved =
-            list_to_length * fractional_difference<FastNumbers>(now, response.list_position);
-        return dot(moved, moved) > allowed_squared;
-      };
+      const MoveConstants<typename Scene::Numbers> constants(plan, call.alpha);
       return block.any_item(n, [&](const auto i) RVE_INLINE_LAMBDA {
-        if constexpr (IsPack<std::decay_t<decltype(i)>>::value)
-          return move_pack(i, call, shared, plan, alpha, kick_first);
-        else
-          return move_grain(i);
+        using Here = typename StepGrains::template SceneOf<std::decay_t<decltype(i)>>;
+        const MoveConstants<typename Here::Numbers> step(constants, constants.alpha);
+        auto grain = grains.view(i);
+        const auto response = grains.response(shared, i);
+        if (kick_first) kick_item(grains, i, response, step.alpha, grain);
+        drift_grain(step, grain.motion);
+        grains.publish_motion(i, grain.motion);
+        return any(has_left_list(step, grain.motion, response));
       });
     }
 
@@ -433,7 +402,7 @@ inline namespace RVE_ISA {
     {
       double *force_size = call.work.scratch + 3 * num_grains;
       block.for_items(num_grains, [&](Item i) {
-        const Vec<Sum, 3> own = collect_force(shared.own[i], i);
+        const Vec<Sum, 3> own = collect_force(block, shared, shared.own[i], i);
         shared.own[i] = own;
         const double fx = static_cast<double>(own[0]), fy = static_cast<double>(own[1]);
         force_size[i] = std::sqrt(fx * fx + fy * fy);
@@ -449,7 +418,10 @@ inline namespace RVE_ISA {
       const ImageView<Scene> &image = call.image;
       const Real alpha = call.alpha;
       const Real to_user = static_cast<Real>(call.units.length);
-      const Spring history_to_user = static_cast<Spring>(call.units.force);
+      const double force_to_user = call.units.force, length_to_user = call.units.length;
+      const auto history_to_user = [=](const typename Scene::History &history) {
+        return Scene::Law::in_units(history, force_to_user, length_to_user);
+      };
       const bool moved = !evaluates();
       const bool relisted = call.num_rebuilds > 0;
       block.for_items(
@@ -459,14 +431,14 @@ inline namespace RVE_ISA {
               grains.load(shared, i);
               grains.own.load(i);
             }
-            Motion<typename Scene::Numbers> motion = grains.motion[i];
-            if (moved) kick_grain(grains, i, shared.response[i], alpha, motion);
-            image.position[i] = motion.position;
-            image.velocity[i] = to_user * motion.velocity;
-            image.spin[i] = grains.spin[i];
+            GrainView<typename Scene::Numbers> grain = grains.view(i);
+            if (moved) kick_item(grains, i, shared.response[i], alpha, grain);
+            image.position[i] = grain.motion.position;
+            image.velocity[i] = to_user * grain.motion.velocity;
+            image.spin[i] = grain.spin;
             if (Scene::has_friction)
               for (int k = 0; k < kOwnedPairs; ++k)
-                image.history[k * num_grains + i] = history_to_user * grains.history[k][i];
+                image.history[k * num_grains + i] = history_to_user(grains.history[k][i]);
             if (relisted) {
               image.list_position[i] = shared.response[i].list_position;
               for (int k = 0; k < kOwnedPairs; ++k)
@@ -479,7 +451,7 @@ inline namespace RVE_ISA {
         block.for_each(num_extra, [&](Item m) {
           image.extra_first[m] = call.pairs.extra_first[m];
           image.extra_second[m] = call.pairs.extra_second[m];
-          image.extra_history[m] = history_to_user * call.pairs.extra_history[m];
+          image.extra_history[m] = history_to_user(call.pairs.extra_history[m]);
         });
     }
 

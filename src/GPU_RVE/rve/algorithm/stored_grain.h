@@ -14,8 +14,6 @@ inline namespace RVE_ISA {
     using Real = typename Scene::Real;
     using Wide = typename Scene::Wide;
     using History = typename Scene::History;
-    using Spring = typename Scene::Spring;
-
     /// A grain and its owned pairs as the image has them.
     struct StoredGrain {
       Vec<typename Scene::Coordinate, 2> position;
@@ -84,7 +82,7 @@ inline namespace RVE_ISA {
 
     static RVE_INLINE History internal_history(const PreparedCall<Scene> &call, History stored)
     {
-      return static_cast<Spring>(call.units.per_force) * stored;
+      return Scene::Law::in_units(stored, call.units.per_force, call.units.per_length);
     }
 
     static RVE_INLINE void fill_partner_radius(Block &block, const SharedView<Scene> &shared,

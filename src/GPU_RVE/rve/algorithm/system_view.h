@@ -116,18 +116,22 @@ inline namespace RVE_ISA {
     return measure.size();
   }
 
+  /// 16 bytes are read at a time; packs of numbers want more.
+  template <class Number>
+  constexpr std::size_t kRecordAlignment = alignof(Number) > 16 ? alignof(Number) : 16;
+
   /// Where a grain is and how fast it moves relative to the mean field: what its partners read of it.
-  template <class Numbers> struct alignas(16) Motion {
+  template <class Numbers> struct alignas(kRecordAlignment<typename Numbers::Coordinate>) Motion {
     Vec<typename Numbers::Coordinate, 2> position;    ///< fractions of the cell
     Vec<typename Numbers::Real, 2> velocity;          ///< peculiar [internal length/time]
   };
 
   /// How a grain answers forces, and where it was when the list was built. Only the grain itself reads it, once a step: it is not worth
   /// registers.
-  template <class Numbers> struct alignas(16) GrainResponse {
+  template <class Numbers> struct alignas(kRecordAlignment<typename Numbers::Real>) GrainResponse {
     typename Numbers::Real velocity_unit;    ///< dt/m: velocity that one force unit gives in a step
     typename Numbers::Real spin_unit;        ///< dt/I: spin that one torque unit gives in a step
-    Vec<std::uint32_t, 2>
+    Vec<typename Numbers::Leading::Coordinate, 2>
         list_position;    ///< leading bits of the position when the list was built
   };
 
@@ -208,7 +212,7 @@ inline namespace RVE_ISA {
     return measure.size();
   }
 
-  /// Arrays of doubles over grains in a workspace.
+  /// Arrays of doubles over grains in a workspace. In the steps packs of grains have their forces there (packed_grains.h).
   constexpr int kScratch = 5;
 
   /// Room to build a list in, and for what is needed rarely. One per block, not per RVE.
@@ -294,68 +298,6 @@ inline namespace RVE_ISA {
     measure.take<double>(static_cast<std::size_t>(kSpare) * num_grains + 4);
     return measure.size();
   }
-
-  /// What a grain keeps in registers from step to step, on a GPU.
-  template <class Block, class Scene> struct GrainItems {
-    template <class T> using Resident = typename Block::template Resident<T>;
-
-    Resident<Motion<typename Scene::Numbers>> motion;    ///< published
-    Resident<typename Scene::Real> spin;                 ///< published
-    Resident<typename Scene::Wide> radius;
-    Resident<Vec<typename Scene::Sum, 3>> own;
-    Resident<typename Scene::Real> largest_force;
-    Resident<std::int32_t> partner[kOwnedPairs];
-    Resident<typename Scene::Wide> partner_radius[kOwnedPairs];
-    Resident<typename Scene::History> history[kOwnedPairs];
-
-    RVE_INLINE GrainItems(Block &block, const SharedView<Scene> &shared, int n) :
-        motion(block.resident(shared.motion)), spin(block.resident(shared.spin)),
-        radius(block.resident(shared.radius)), own(block.resident(shared.own)),
-        largest_force(block.resident(shared.largest_force))
-    {
-      for (int k = 0; k < kOwnedPairs; ++k) {
-        partner[k] = block.resident(shared.partner + k * n);
-        partner_radius[k] = block.resident(shared.partner_radius + k * n);
-        history[k] = block.resident(shared.history + k * n);
-      }
-    }
-
-    /// All but `own`, which does not last from one stretch of steps to the next.
-    RVE_INLINE void load(const SharedView<Scene> &shared, int i)
-    {
-      load_itself(i);
-      for (int k = 0; k < kOwnedPairs; ++k) load_pair(shared, k, i);
-    }
-
-    RVE_INLINE void load_itself(int i)
-    {
-      motion.load(i);
-      spin.load(i);
-      radius.load(i);
-      largest_force.load(i);
-    }
-
-    RVE_INLINE void load_pair(const SharedView<Scene> &shared, int k, int i)
-    {
-      partner[k].load(i);
-      if (Scene::has_friction) history[k].load(i);
-      if (Block::kInRegisters) look_at_partner(shared, k, i);
-    }
-
-    /// The radius of a partner that is known.
-    RVE_INLINE void look_at_partner(const SharedView<Scene> &shared, int k, int i)
-    {
-      partner_radius[k].keep(i, radius_of_partner(shared, i, partner[k][i]));
-    }
-
-    /// All but `own`; what is published is there already.
-    RVE_INLINE void save(int i)
-    {
-      largest_force.save(i);
-      if (Scene::has_friction)
-        for (int k = 0; k < kOwnedPairs; ++k) history[k].save(i);
-    }
-  };
 
 }    // namespace RVE_ISA
 }    // namespace rve

@@ -24,6 +24,30 @@ inline namespace RVE_ISA {
   /// What a comparison of two T gives: bool, or a truth for each number of a pack.
   template <class T> using Truth = decltype(T() < T());
 
+  /// x where the condition holds, zero elsewhere. x may be a record of numbers.
+  template <class T> RVE_INLINE T where(bool condition, const T &x)
+  {
+    return condition ? x : T();
+  }
+
+  /// Whether the condition holds for any number.
+  RVE_INLINE bool any(bool condition)
+  {
+    return condition;
+  }
+
+  /// Whether what a condition asks for can be left out. Not in packs: there `where` does what a branch does for one number.
+  RVE_INLINE bool can_skip(bool condition)
+  {
+    return !condition;
+  }
+
+  /// The same truth for numbers of another width.
+  RVE_INLINE void convert_truth(bool x, bool &y)
+  {
+    y = x;
+  }
+
   /// A length and its reciprocal from the squared length.
   template <class Real> struct RootAndInverse {
     Real root, inverse;

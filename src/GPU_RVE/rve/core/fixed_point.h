@@ -95,7 +95,7 @@ inline namespace RVE_ISA {
     } else {
       typename Numbers::SignedCoordinate units;
       round_to(displacement, units);    // saturates
-      s += static_cast<typename Numbers::Coordinate>(units);
+      s = s + static_cast<typename Numbers::Coordinate>(units);
     }
   }
 

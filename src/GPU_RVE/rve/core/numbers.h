@@ -12,6 +12,8 @@ inline namespace RVE_ISA {
 
   /// 32-bit fractions, fp32 everywhere.
   struct FastNumbers {
+    using Leading =
+        FastNumbers;    ///< for the leading 32 bits of coordinates, which show how far a grain has gone
     using Coordinate = std::uint32_t;
     using SignedCoordinate = std::int32_t;
     using Wide = float;                                            ///< branch vector and gap
@@ -24,6 +26,7 @@ inline namespace RVE_ISA {
 
   /// 64-bit fractions, branch, gap and tangential history in fp64, the rest in fp32.
   struct MixedNumbers {
+    using Leading = FastNumbers;
     using Coordinate = std::uint64_t;
     using SignedCoordinate = std::int64_t;
     using Wide = double;
@@ -36,6 +39,7 @@ inline namespace RVE_ISA {
 
   /// 64-bit fractions, fp64 everywhere, forces summed in 64 bits.
   struct DoubleNumbers {
+    using Leading = FastNumbers;
     using Coordinate = std::uint64_t;
     using SignedCoordinate = std::int64_t;
     using Wide = double;
@@ -55,6 +59,7 @@ inline namespace RVE_ISA {
   /// As the paper: fp32 everywhere, positions too. Those of the paper are Cartesian; fractions have the same resolution, 2^-24 of the
   /// cell. For the study of what this loses, on a CPU.
   struct SingleNumbers {
+    using Leading = FastNumbers;
     using Coordinate = FloatFraction;
     using Wide = float;
     using Spring = float;

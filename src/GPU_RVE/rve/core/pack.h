@@ -8,7 +8,9 @@
 #include "rve/core/fixed_point.h"
 
 #include <cstdint>
+#include <cstring>
 #include <immintrin.h>
+#include <type_traits>
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -118,7 +120,9 @@ inline namespace RVE_ISA {
 
   /// N numbers in as many registers as they need.
   template <class T, int N> struct Pack {
+    using Number = T;
     using Register = typename Simd<T>::Register;
+    static constexpr int lanes = N;
     static constexpr int per_register = 32 / static_cast<int>(sizeof(T));
     static constexpr int num_registers = N / per_register;
     static_assert(N % per_register == 0, "whole registers");
@@ -256,6 +260,11 @@ inline namespace RVE_ISA {
   {
     return by_register(Simd<T>::both, condition.lanes, x);
   }
+  /// Where the condition holds for no number: a pack goes on with `where`, since some numbers nearly always need it.
+  template <class T, int N> RVE_INLINE constexpr bool can_skip(const PackTruth<T, N> &)
+  {
+    return false;
+  }
   /// A bit for each lane.
   template <class T, int N> RVE_INLINE int signs(const PackTruth<T, N> &condition)
   {
@@ -263,6 +272,97 @@ inline namespace RVE_ISA {
     for (int m = 0; m < Pack<T, N>::num_registers; ++m)
       bits |= Simd<T>::signs(condition.lanes.part[m]) << (m * Pack<T, N>::per_register);
     return bits;
+  }
+
+  template <class T, int N> RVE_INLINE bool any(const PackTruth<T, N> &condition)
+  {
+    return signs(condition) != 0;
+  }
+
+  /// Integers wrap.
+  template <class T, int N>
+  RVE_INLINE Pack<T, N> wrapping_sum(const Pack<T, N> &x, const Pack<T, N> &y)
+  {
+    return x + y;
+  }
+  template <class T, int N>
+  RVE_INLINE Pack<T, N> wrapping_difference(const Pack<T, N> &x, const Pack<T, N> &y)
+  {
+    return x - y;
+  }
+
+  /// A number format for N grains at once.
+  template <class Numbers, int N> struct PackNumbers {
+    using Leading = PackNumbers<typename Numbers::Leading, N>;
+    using Coordinate = Pack<typename Numbers::Coordinate, N>;
+    using SignedCoordinate = Pack<typename Numbers::SignedCoordinate, N>;
+    using Wide = Pack<typename Numbers::Wide, N>;
+    using Spring = Pack<typename Numbers::Spring, N>;
+    using Real = Pack<typename Numbers::Real, N>;
+    using Sum = Pack<typename Numbers::Sum, N>;
+  };
+
+  // ---- records of K numbers, as records of K packs ----------------------------------------------------------------------------------
+
+  /// Record: a P, a pack, or a struct of them. `single` has the records of the lanes, each of numbers of one type.
+  template <class Record, class P, class Single>
+  RVE_INLINE Record load_records(const Single *single)
+  {
+    if constexpr (std::is_same_v<Record, P>) {
+      return P::load(single);
+    } else {
+      using T = typename P::Number;
+      constexpr int K = sizeof(Single) / sizeof(T);
+      static_assert(sizeof(Single) == K * sizeof(T) && sizeof(Record) == K * sizeof(P),
+                    "the same numbers in both");
+      T numbers[K][P::lanes];
+      for (int lane = 0; lane < P::lanes; ++lane) {
+        T one[K];
+        std::memcpy(one, single + lane, sizeof(one));
+        for (int c = 0; c < K; ++c) numbers[c][lane] = one[c];
+      }
+      P packs[K];
+      for (int c = 0; c < K; ++c) packs[c] = P::load(numbers[c]);
+      Record record;
+      std::memcpy(&record, packs, sizeof(record));
+      return record;
+    }
+  }
+
+  template <class P, class Record, class Single>
+  RVE_INLINE void store_records(const Record &record, Single *single)
+  {
+    if constexpr (std::is_same_v<Record, P>) {
+      record.store(single);
+    } else {
+      using T = typename P::Number;
+      constexpr int K = sizeof(Single) / sizeof(T);
+      static_assert(sizeof(Single) == K * sizeof(T) && sizeof(Record) == K * sizeof(P),
+                    "the same numbers in both");
+      P packs[K];
+      std::memcpy(packs, &record, sizeof(record));
+      T numbers[K][P::lanes];
+      for (int c = 0; c < K; ++c) packs[c].store(numbers[c]);
+      for (int lane = 0; lane < P::lanes; ++lane) {
+        T one[K];
+        for (int c = 0; c < K; ++c) one[c] = numbers[c][lane];
+        std::memcpy(single + lane, one, sizeof(one));
+      }
+    }
+  }
+
+  /// Each number of the record where the condition holds, zero elsewhere.
+  template <class T, int N, class Record>
+  RVE_INLINE Record where(const PackTruth<T, N> &condition, const Record &record)
+  {
+    constexpr int K = sizeof(Record) / sizeof(Pack<T, N>);
+    static_assert(sizeof(Record) == K * sizeof(Pack<T, N>), "a record of such packs");
+    Pack<T, N> packs[K];
+    std::memcpy(packs, &record, sizeof(record));
+    for (int c = 0; c < K; ++c) packs[c] = where(condition, packs[c]);
+    Record result;
+    std::memcpy(&result, packs, sizeof(result));
+    return result;
   }
 
   // ---- from one type of numbers to another ----------------------------------------------------------------------------------------

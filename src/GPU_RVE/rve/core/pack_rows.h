@@ -294,6 +294,13 @@ inline namespace RVE_ISA {
       _mm256_storeu_si256(reinterpret_cast<__m256i *>(rows + k), _mm256_setzero_si256());
   }
 
+  /// Adds the integers of 8 grains to the sum and leaves zeros.
+  template <class Integer> RVE_INLINE void take_numbers(Integer *array, Pack<Integer, 8> &sum)
+  {
+    sum = sum + Pack<Integer, 8>::load(array);
+    Pack<Integer, 8>(Integer(0)).store(array);
+  }
+
   // ---- single numbers ---------------------------------------------------------------------------------------------------------------
 
   template <class T, int N> RVE_INLINE Pack<T, N> gather(const T *array, const std::int32_t *index)

@@ -3,6 +3,7 @@
 #ifndef RVE_CORE_TENSOR_H
 #define RVE_CORE_TENSOR_H
 
+#include "rve/core/space.h"
 #include "rve/core/vec.h"
 
 #include <cstddef>
@@ -13,7 +14,7 @@ inline namespace RVE_ISA {
 
   /// Tensor with components t(row, column). The cell matrix has the cell vectors as columns.
   template <class T, int D> struct Tensor {
-    T component[D * D];
+    T component[Space<D>::components];
 
     RVE_INLINE T &operator()(int a, int b) { return component[a * D + b]; }
     RVE_INLINE const T &operator()(int a, int b) const { return component[a * D + b]; }
@@ -21,7 +22,7 @@ inline namespace RVE_ISA {
     static RVE_INLINE Tensor zero()
     {
       Tensor t;
-      for (int k = 0; k < D * D; ++k) t.component[k] = T(0);
+      for (int k = 0; k < Space<D>::components; ++k) t.component[k] = T(0);
       return t;
     }
 
@@ -35,7 +36,7 @@ inline namespace RVE_ISA {
     template <class U> RVE_INLINE Tensor<U, D> as() const
     {
       Tensor<U, D> t;
-      for (int k = 0; k < D * D; ++k) t.component[k] = static_cast<U>(component[k]);
+      for (int k = 0; k < Space<D>::components; ++k) t.component[k] = static_cast<U>(component[k]);
       return t;
     }
   };
@@ -46,20 +47,20 @@ inline namespace RVE_ISA {
   template <int D = 2> RVE_INLINE Tensor<double, D> load_tensor(const double *component)
   {
     Tensor<double, D> t;
-    for (int k = 0; k < D * D; ++k) t.component[k] = component[k];
+    for (int k = 0; k < Space<D>::components; ++k) t.component[k] = component[k];
     return t;
   }
 
   template <int D> RVE_INLINE void store_tensor(const Tensor<double, D> &t, double *component)
   {
-    for (int k = 0; k < D * D; ++k) component[k] = t.component[k];
+    for (int k = 0; k < Space<D>::components; ++k) component[k] = t.component[k];
   }
 
   template <class T, int D>
   RVE_INLINE Tensor<T, D> operator+(const Tensor<T, D> &x, const Tensor<T, D> &y)
   {
     Tensor<T, D> t;
-    for (int k = 0; k < D * D; ++k) t.component[k] = x.component[k] + y.component[k];
+    for (int k = 0; k < Space<D>::components; ++k) t.component[k] = x.component[k] + y.component[k];
     return t;
   }
 
@@ -67,14 +68,14 @@ inline namespace RVE_ISA {
   RVE_INLINE Tensor<T, D> operator-(const Tensor<T, D> &x, const Tensor<T, D> &y)
   {
     Tensor<T, D> t;
-    for (int k = 0; k < D * D; ++k) t.component[k] = x.component[k] - y.component[k];
+    for (int k = 0; k < Space<D>::components; ++k) t.component[k] = x.component[k] - y.component[k];
     return t;
   }
 
   template <class T, int D> RVE_INLINE Tensor<T, D> operator*(T factor, const Tensor<T, D> &x)
   {
     Tensor<T, D> t;
-    for (int k = 0; k < D * D; ++k) t.component[k] = factor * x.component[k];
+    for (int k = 0; k < Space<D>::components; ++k) t.component[k] = factor * x.component[k];
     return t;
   }
 
@@ -143,7 +144,7 @@ inline namespace RVE_ISA {
   /// Whether all components are finite numbers.
   template <class T, int D> RVE_INLINE bool finite(const Tensor<T, D> &x)
   {
-    return all_finite(x, std::make_index_sequence<D * D>());
+    return all_finite(x, std::make_index_sequence<Space<D>::components>());
   }
 
   /// x_a y_b

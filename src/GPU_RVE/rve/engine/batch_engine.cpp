@@ -43,8 +43,42 @@ namespace {
 }    // namespace
 
 BatchEngine::BatchEngine(const Options &options_in) :
-    options(options_in), constants(to_constants(options_in))
+    options(options_in), constants(to_constants(options_in)),
+    memory_layout(memory_program(options_in.contacts))
 {
+  needs.dashpots = options.arms == Arms::Lammps;    // compiled in with them
+  needs.books = options.track_energy;
+}
+
+std::unique_ptr<Engine> BatchEngine::empty_with(const ContactModel &contacts) const
+{
+  Options other = options;
+  other.contacts = contacts;
+  std::unique_ptr<BatchEngine> engine = make_alike(other);
+  engine->pairs_per_grain = pairs_per_grain;
+  return engine;
+}
+
+Program BatchEngine::usual_program() const
+{
+  CallNeeds usual;
+  usual.friction = features_of(memory_layout).has.friction;
+  return choose_program(memory_layout, usual);
+}
+
+void BatchEngine::require_contacts(const ContactModel &needed) const
+{
+  require(contacts().serves(needed), [&] {
+    return "the RVE has " + to_string(needed) + ", and the engine was made for RVEs with " +
+        to_string(contacts());
+  });
+}
+
+void BatchEngine::note_needs(const Material &material)
+{
+  needs.dashpots = needs.dashpots || is_viscous(material);
+  needs.books = needs.books || all_forces_count(material);
+  needs.friction = needs.friction || material.friction > 0.0;
 }
 
 int BatchEngine::add(const RveState &state)
@@ -54,25 +88,24 @@ int BatchEngine::add(const RveState &state)
   require(neighbor_bits(*smallest, *largest) <= LARGEST_NEIGHBOR_BITS,
           "the largest grain must be at most 60 times as large as the smallest, got " +
               number(*largest / *smallest));
-  if (state.needs_rolling_forces()) expect_rolling_resistance();
+  require_contacts(contacts_of(state));
   const int n = state.num_grains();
   const bool is_new = free_numbers.empty();
   const int rve = is_new ? static_cast<int>(grains_of.size()) : free_numbers.back();
   put_image(rve,
             build_image(options.format, state, initial_extra_capacity(n),
-                        rolling));    // may find no memory
+                        memory_layout));    // may find no memory
   if (is_new) {
     grains_of.push_back(n);
   } else {
     free_numbers.pop_back();
     grains_of[rve] = n;
   }
-  any_viscous = any_viscous || is_viscous(state.material);
-  any_large_friction = any_large_friction || all_forces_count(state.material);
-  any_friction = any_friction || state.material.friction > 0.0 ||
+  note_needs(state.material);
+  needs.friction = needs.friction ||
       std::any_of(state.pairs.begin(), state.pairs.end(), [](const Pair &pair) {
-                   return pair.tangential_force != 0.0;
-                 });
+                     return pair.tangential_force != 0.0;
+                   });
   return rve;
 }
 
@@ -92,7 +125,7 @@ int BatchEngine::size() const
 RveState BatchEngine::state(int rve) const
 {
   check_slot(rve);
-  return read_image(options.format, get_image(rve));
+  return read_image(options.format, get_image(rve), memory_layout);
 }
 
 void BatchEngine::set_material(int rve, const Material &material)
@@ -101,13 +134,11 @@ void BatchEngine::set_material(int rve, const Material &material)
   RveState probe = state(rve);
   probe.material = material;
   probe.check();
-  if (resists_rolling(material)) expect_rolling_resistance();
+  require_contacts(contacts_of(material));
   ImageHeader header = get_header(rve);
   set_material_in(header, material);
   put_header(rve, header);
-  any_viscous = any_viscous || is_viscous(material);
-  any_large_friction = any_large_friction || all_forces_count(material);
-  any_friction = any_friction || material.friction > 0.0;
+  note_needs(material);
 }
 
 void BatchEngine::turn(const std::vector<int> &rves, const std::vector<Tensor2> &rotations)
@@ -129,39 +160,9 @@ void BatchEngine::turn(const std::vector<int> &rves, const std::vector<Tensor2> 
   if (!rves.empty()) turn_images(rves, rotations);
 }
 
-void BatchEngine::expect_rolling_resistance()
-{
-  if (rolling) return;
-  try {
-    lay_out_images(true);
-  } catch (...) {    // no memory: all as it was, in pieces that are free now
-    lay_out_images(false);
-    throw;
-  }
-  rolling = true;
-}
-
-void BatchEngine::lay_out_images(bool with_rolling)
-{
-  for (int rve = 0; rve < static_cast<int>(grains_of.size()); ++rve) {
-    if (grains_of[rve] == 0) continue;
-    const StateImage old = get_image(rve);
-    if (old.rolling == with_rolling) continue;
-    const StateImage fresh = build_image(options.format, read_image(options.format, old),
-                                         old.extra_capacity, with_rolling);
-    drop_image(rve);
-    try {
-      put_image(rve, fresh);
-    } catch (...) {
-      put_image(rve, old);
-      throw;
-    }
-  }
-}
-
 std::size_t BatchEngine::bytes_per_rve(int num_grains) const
 {
-  return image_bytes(options.format, num_grains, initial_extra_capacity(num_grains), rolling);
+  return image_bytes(options.format, num_grains, initial_extra_capacity(num_grains), memory_layout);
 }
 
 Memory BatchEngine::memory() const
@@ -197,18 +198,18 @@ void BatchEngine::prepare_repeat(int rve, const AnswerRecord &result)
   put_header(rve, header);
   if (result.needed_extra > header.extra_capacity) {
     const StateImage old = get_image(rve);
-    const RveState state = read_image(options.format, old);
+    const RveState state = read_image(options.format, old, memory_layout);
     drop_image(rve);
     put_image(rve,
               build_image(options.format, state, result.needed_extra + result.needed_extra / 4 + 8,
-                          rolling));
+                          memory_layout));
   }
   pairs_per_grain = std::max(pairs_per_grain,
                              (result.needed_pairs + result.needed_pairs / 4) / grains_of[rve] + 1);
 }
 
 void BatchEngine::prepare(Call &call, const std::vector<int> &rves,
-                          const std::vector<Drive> &drives)
+                          const std::vector<Drive> &drives, Answer kind)
 {
   const int count = static_cast<int>(rves.size());
   DriveRecord *records = room_for_drives(count);
@@ -253,12 +254,9 @@ void BatchEngine::prepare(Call &call, const std::vector<int> &rves,
   call.largest = largest;
   call.longest = longest;
   call.pair_capacity = pair_capacity(largest);
-  const bool general = servo || options.track_energy || any_viscous || any_large_friction ||
-      options.arms == Arms::Lammps;
-  call.program = rolling ? Program::Rolling
-      : general          ? Program::General
-      : any_friction     ? Program::Plain
-                         : Program::Frictionless;
+  CallNeeds call_needs = needs;
+  call_needs.books = needs.books || servo || kind == Answer::TimeStep;
+  call.program = choose_program(memory_layout, call_needs);
   if (least_cost < most_cost) put_longest_first(call, drives, most_cost);
 }
 
@@ -292,14 +290,11 @@ const AnswerRecord *BatchEngine::start(const std::vector<int> &rves,
               std::to_string(drives.size()) + " drives");
   if (rves.empty()) return nullptr;
   Call call;
-  prepare(call, rves, drives);
+  prepare(call, rves, drives, kind);
   call.with_details = kind != Answer::Short;
   call.constants = constants;
   if (kind == Answer::Longest) call.constants.extra_detail = kStiffnessDetail;
-  if (kind == Answer::TimeStep) {
-    call.constants.extra_detail = kTimeStepDetail;
-    if (call.program != Program::Rolling) call.program = Program::General;
-  }
+  if (kind == Answer::TimeStep) call.constants.extra_detail = kTimeStepDetail;
   return launch(call, details);
 }
 

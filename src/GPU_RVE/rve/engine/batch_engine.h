@@ -6,7 +6,7 @@
 
 #include "rve/algorithm/image.h"
 #include "rve/engine/engine.h"
-#include "rve/engine/programs.h"
+#include "rve/engine/program_choice.h"
 #include "rve/engine/rve_image.h"
 
 namespace rve {
@@ -15,6 +15,8 @@ class BatchEngine : public Engine {
  public:
   explicit BatchEngine(const Options &options);
 
+  const ContactModel &contacts() const override { return options.contacts; }
+  std::unique_ptr<Engine> empty_with(const ContactModel &contacts) const override;
   int add(const RveState &state) override;
   void remove(int rve) override;
   int size() const override;
@@ -29,11 +31,12 @@ class BatchEngine : public Engine {
                std::vector<Response> &responses) override;
   void bound_time_steps(const std::vector<int> &rves, double enough,
                         std::vector<double> &bounds) override;
-  void expect_rolling_resistance() override;
   std::size_t bytes_per_rve(int num_grains) const override;
   Memory memory() const override;
 
  protected:
+  /// An engine of the same kind, on the same device.
+  virtual std::unique_ptr<BatchEngine> make_alike(const Options &other) const = 0;
   /// Where the image of an RVE lives is the backend's business. `rve` is free on put and used otherwise.
   virtual void put_image(int rve, const StateImage &image) = 0;
   virtual StateImage get_image(int rve) const = 0;
@@ -63,8 +66,8 @@ class BatchEngine : public Engine {
   /// memory() without the limit of the environment.
   virtual Memory backend_memory() const = 0;
 
-  /// Whether images are laid out for rolling resistance, and all calls are of Program::Rolling.
-  bool has_rolling() const { return rolling; }
+  /// That of calls that need nothing but friction: sizes of calls are estimated with it.
+  Program usual_program() const;
   /// Capacity of the workspaces for RVEs of at most this many grains.
   int pair_capacity(int num_grains) const { return pairs_per_grain * num_grains; }
   /// What this class keeps of calls, per RVE [bytes].
@@ -73,11 +76,14 @@ class BatchEngine : public Engine {
 
   const Options options;
   const BatchConstants constants;
+  /// The program whose memory the RVEs have.
+  const Program memory_layout;
 
  private:
   void check_slot(int rve) const;
-  /// Lays all images out anew, those that are not already so.
-  void lay_out_images(bool with_rolling);
+  /// Notes what an RVE needs of its calls.
+  void note_needs(const Material &material);
+  void require_contacts(const ContactModel &needed) const;
   void prepare_repeat(int rve, const AnswerRecord &answer);
   double cost_of(int rve, const Drive &drive) const;
   /// With RVEs of unequal cost the last ones to run shall be short.
@@ -85,7 +91,8 @@ class BatchEngine : public Engine {
   /// What a call answers.
   enum class Answer { Short, Long, Longest, TimeStep };
   /// Checks and translates; sizes, order and program follow from the drives.
-  void prepare(Call &call, const std::vector<int> &rves, const std::vector<Drive> &drives);
+  void prepare(Call &call, const std::vector<int> &rves, const std::vector<Drive> &drives,
+               Answer kind);
   /// One call without repeats. Returns the answers, valid until the next call; `details` has them, if wanted.
   const AnswerRecord *start(const std::vector<int> &rves, const std::vector<Drive> &drives,
                             Answer kind);
@@ -100,12 +107,8 @@ class BatchEngine : public Engine {
 
   std::vector<int> grains_of;    ///< by RVE; 0: the number is free
   std::vector<int> free_numbers;
-  bool any_viscous = false;    ///< an RVE with dashpots has been added
-  bool any_large_friction =
-      false;    ///< one whose tangential and rolling forces count for the unit of forces
-  bool any_friction = false;    ///< one with friction, or with tangential forces
-  bool rolling = false;         ///< one with rolling resistance has been added, or is expected
-  int pairs_per_grain = 4;      ///< capacity of the workspaces, grows on demand
+  CallNeeds needs;                      ///< of calls of all RVEs that have been added
+  int pairs_per_grain = 4;              ///< capacity of the workspaces, grows on demand
   std::vector<AnswerRecord> mended;     ///< answers of a call that was repeated for some RVEs
   std::vector<DetailRecord> details;    ///< of the last call that wanted them
 };

@@ -4,21 +4,35 @@
 #define RVE_ENGINE_CONTACT_LAWS_H
 
 #include "rve/core/numbers.h"
-#include "rve/physics/laws/rolling_friction.h"
+#include "rve/engine/program_choice.h"
+#include "rve/engine/program_scenes.h"
 #include "rve/physics/material.h"
 
 namespace rve {
 
-/// work(law), in `double` and in units of the script.
-template <class Work> auto with_law(const Material &material, const Work &work)
+/// A law of the table of programs, in `double` and in units of the script.
+template <Program program> auto law_of_script(const Material &material)
 {
-  using Law = RollingFriction<DoubleNumbers>;
+  using Law = typename ProgramScene<program, DoubleNumbers>::Law;
   constexpr double OF_CONTACT = 0.5;    // arm of velocities; no modulus depends on it
   typename Law::Constants constants;
   constants.set(material, LawUnits::same(), OF_CONTACT);
   Law law{};
   law.take(constants);
-  return work(law);
+  return law;
+}
+
+/// work(law) of the material, with all that the law may have, in `double` and in units of the script.
+template <class Work> auto with_law(const Material &material, const Work &work)
+{
+  switch (richest_program(material.law)) {
+#define RVE_WITH_LAW(name, law, books, small, prepared) \
+  case Program::name:                                   \
+    return work(law_of_script<Program::prepared>(material));
+    RVE_PROGRAMS(RVE_WITH_LAW)
+#undef RVE_WITH_LAW
+  }
+  return work(law_of_script<Program::General>(material));
 }
 
 /// Overlap over diameter of two equal grains that press each other with p h times their diameter: p h / k_n of linear springs. About the

@@ -52,21 +52,27 @@ namespace {
 
   using TurnFunction = void (*)(const TurnRecord *);
 
-  template <class Numbers> TurnFunction turn_function(bool rolling)
+  template <class Numbers> TurnFunction turn_function(Program memory)
   {
-    return rolling ? turn_rves<ProgramScene<Program::Rolling, Numbers>>
-                   : turn_rves<ProgramScene<Program::General, Numbers>>;
+    switch (memory) {
+#define RVE_TURN(name, law, books, small, prepared) \
+  case Program::name:                               \
+    return turn_rves<ProgramScene<Program::prepared, Numbers>>;
+      RVE_PROGRAMS(RVE_TURN)
+#undef RVE_TURN
+    }
+    return nullptr;
   }
 
-  TurnFunction turn_function(Format format, bool rolling)
+  TurnFunction turn_function(Format format, Program memory)
   {
     switch (format) {
       case Format::Fast:
-        return turn_function<FastNumbers>(rolling);
+        return turn_function<FastNumbers>(memory);
       case Format::Mixed:
-        return turn_function<MixedNumbers>(rolling);
+        return turn_function<MixedNumbers>(memory);
       default:
-        return turn_function<DoubleNumbers>(rolling);
+        return turn_function<DoubleNumbers>(memory);
     }
   }
 
@@ -99,7 +105,7 @@ namespace {
       call.largest = num_grains;
       call.longest = kPlanSteps;
       call.pair_capacity = pair_capacity(num_grains);
-      if (has_rolling()) call.program = Program::Rolling;
+      call.program = usual_program();
       const Plan &plan = plan_for(call);
       const std::size_t count = num_rves;
       return count *
@@ -111,6 +117,11 @@ namespace {
     }
 
    protected:
+    std::unique_ptr<BatchEngine> make_alike(const Options &other) const override
+    {
+      return std::make_unique<CudaEngine>(other, compiles);
+    }
+
     Memory backend_memory() const override
     {
       use_device();
@@ -132,7 +143,6 @@ namespace {
       Placed &placed = images[rve];
       placed.num_grains = image.num_grains;
       placed.extra_capacity = image.extra_capacity;
-      placed.rolling = image.rolling;
       placed.size = image.bytes.size();
       placed.memory = arena.allocate(placed.size);
       images_moved = true;
@@ -147,7 +157,6 @@ namespace {
       StateImage image;
       image.num_grains = placed.num_grains;
       image.extra_capacity = placed.extra_capacity;
-      image.rolling = placed.rolling;
       image.bytes.resize(placed.size);
       check_cuda(cudaMemcpy(image.bytes.data(), placed.memory, placed.size, cudaMemcpyDeviceToHost),
                  "download of an RVE");
@@ -187,7 +196,7 @@ namespace {
         std::copy_n(rotations[k].component, 4, turns[k].rotation);
       }
       constexpr int threads = 128;
-      turn_function(options.format, has_rolling())<<<static_cast<unsigned>(count), threads>>>(
+      turn_function(options.format, memory_layout)<<<static_cast<unsigned>(count), threads>>>(
           turn_buffer.send(count));
       check_cuda(cudaGetLastError(), "launch of the rotation of RVEs");
       check_cuda(cudaStreamSynchronize(nullptr), "rotation of RVEs");
@@ -264,7 +273,6 @@ namespace {
       char *memory = nullptr;
       std::size_t size = 0;
       int num_grains = 0, extra_capacity = 0;
-      bool rolling = false;
     };
 
     void use_device() const
@@ -427,7 +435,8 @@ namespace {
 std::unique_ptr<Engine> make_cuda_engine(const Options &options, std::string &obstacle)
 {
   const CudaDevice device = find_cuda_device(
-      options.device_number, reinterpret_cast<const void *>(turn_function(Format::Fast, false)));
+      options.device_number,
+      reinterpret_cast<const void *>(turn_function(Format::Fast, Program::General)));
   obstacle = device.obstacle;
   if (!obstacle.empty()) return nullptr;
   Options own = options;

@@ -109,7 +109,13 @@ class Engine {
  public:
   virtual ~Engine() = default;
 
-  /// Takes a copy of the state; throws InputError if it is not sound.
+  /// What the contacts of its RVEs have, from the beginning (Options::contacts).
+  virtual const ContactModel &contacts() const = 0;
+  /// An engine without RVEs that has the options of this one, on the same device, but other contacts. Throws InputError if no program
+  /// serves them.
+  virtual std::unique_ptr<Engine> empty_with(const ContactModel &contacts) const = 0;
+
+  /// Takes a copy of the state; throws InputError if it is not sound, or needs other contacts than the engine has.
   virtual int add(const RveState &state) = 0;
   /// The number is free, and the next add() takes it.
   virtual void remove(int rve) = 0;
@@ -118,7 +124,7 @@ class Engine {
   /// The state as it is now, exact: adding it to an engine of the same options continues bit for bit.
   virtual RveState state(int rve) const = 0;
 
-  /// Changes the material (friction after preparation, say) without touching anything else.
+  /// Changes the material (friction after preparation, say) without touching anything else. Throws InputError as add() does.
   virtual void set_material(int rve, const Material &material) = 0;
 
   /// Turns whole RVEs rigidly: cell, deformation and velocities follow, all else is the same in the turned axes. Throws InputError
@@ -144,9 +150,6 @@ class Engine {
 
   /// "NVIDIA H200, mixed, strict" or "2 CPU threads (x86-64-v3), mixed, strict": a line for the log.
   virtual std::string description() const = 0;
-
-  /// From now on RVEs have room for rolling forces, as they have from the first one that needs it: for who plans memory before.
-  virtual void expect_rolling_resistance() = 0;
 
   /// Memory that one RVE of this many grains takes [bytes].
   virtual std::size_t bytes_per_rve(int num_grains) const = 0;

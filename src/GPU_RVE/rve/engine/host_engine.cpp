@@ -77,8 +77,7 @@ namespace {
     {
       if (num_rves == 0) return 0;
       const HostWorkspaceSizes sizes =
-          kernel.workspace_sizes(num_grains, pair_capacity(num_grains),
-                                 has_rolling() ? Program::Rolling : Program::General);
+          kernel.workspace_sizes(num_grains, pair_capacity(num_grains), memory_layout);
       return static_cast<std::size_t>(std::min(num_threads, num_rves)) *
           (sizes.shared + sizes.workspace) +
           static_cast<std::size_t>(num_rves) *
@@ -86,6 +85,11 @@ namespace {
     }
 
    protected:
+    std::unique_ptr<BatchEngine> make_alike(const Options &other) const override
+    {
+      return std::make_unique<HostEngine>(other);
+    }
+
     Memory backend_memory() const override
     {
       const std::size_t bytes = available_memory();
@@ -118,7 +122,8 @@ namespace {
     {
       const int count = static_cast<int>(rves.size());
 #pragma omp parallel for num_threads(team_for(count, num_threads))
-      for (int k = 0; k < count; ++k) turn_image(options.format, images[rves[k]], rotations[k]);
+      for (int k = 0; k < count; ++k)
+        turn_image(options.format, images[rves[k]], rotations[k], memory_layout);
     }
 
     DriveRecord *room_for_drives(std::size_t count) override

@@ -9,7 +9,7 @@
 
 #include <type_traits>
 #if defined(__AVX2__) && defined(__FMA__)
-#include "rve/algorithm/simd_phases.h"
+#include "rve/algorithm/packed_grains.h"
 #include "rve/block/block_simd.h"
 #endif
 
@@ -21,20 +21,31 @@ namespace rve {
 
 inline namespace RVE_ISA {
 
+  /// The block of a program, and how its steps take the grains.
+  template <class Scene> struct OneByOne {
+    using Block = BlockSerial;
+    using Grains = GrainItems<Block, Scene>;
+  };
 #if defined(__AVX2__) && defined(__FMA__)
-  // a format for studies is not made fast
-  template <class Numbers>
-  using SmallBlock = std::conditional_t<std::is_same_v<Numbers, SingleNumbers>, BlockSerial,
-                                        BlockSimd<kPackedGrains>>;
+  template <class Scene> struct InPacks {
+    using Block = BlockSimd<kPackedGrains>;
+    using Grains = PackedGrains<Block, Scene>;
+  };
+  // a format for studies is not made fast, and books are kept for one grain after the other
+  template <Program program, class Scene>
+  using Way = std::conditional_t<ProgramTraits<program>::small_blocks && !Scene::books &&
+                                     !std::is_same_v<typename Scene::Numbers, SingleNumbers>,
+                                 InPacks<Scene>, OneByOne<Scene>>;
 #else
-  template <class Numbers> using SmallBlock = BlockSerial;
+  template <Program, class Scene> using Way = OneByOne<Scene>;
 #endif
 
-  template <class Block, class Scene>
+  template <class Scene, class Way>
   void run_program(char *image, const DriveRecord &drive, const SteeringRecord *steering,
                    const BatchConstants &batch, const HostWorkspace &memory, AnswerRecord &answer,
                    DetailRecord *detail)
   {
+    using Block = typename Way::Block;
     const auto &header = *reinterpret_cast<const ImageHeader *>(image);
     Block block;
     const auto shared = carve_shared<Scene>(memory.shared, header.num_grains, Block::kInRegisters);
@@ -48,7 +59,7 @@ inline namespace RVE_ISA {
     Begin::prepare(call, image, memory.pair_capacity);
     for (int t = 0; t < call.plan_last; ++t) Planning::plan_step(call, t, 1);
     Begin::set_views(call, header.num_grains, shared, memory.workspace, memory.pair_capacity);
-    RveProgram<Block, Scene> program(block, call, shared);
+    RveProgram<Block, Scene, typename Way::Grains> program(block, call, shared);
     program.run(answer, detail);
   }
 
@@ -57,10 +68,8 @@ inline namespace RVE_ISA {
                       const BatchConstants &batch, const HostWorkspace &memory,
                       AnswerRecord &answer, DetailRecord *detail)
   {
-    using Block =
-        std::conditional_t<ProgramTraits<program>::small_blocks, SmallBlock<Numbers>, BlockSerial>;
-    run_program<Block, ProgramScene<program, Numbers>>(image, drive, steering, batch, memory,
-                                                       answer, detail);
+    using Scene = ProgramScene<program, Numbers>;
+    run_program<Scene, Way<program, Scene>>(image, drive, steering, batch, memory, answer, detail);
   }
 
   template <class Numbers>

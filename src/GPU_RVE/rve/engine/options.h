@@ -3,6 +3,8 @@
 #ifndef RVE_ENGINE_OPTIONS_H
 #define RVE_ENGINE_OPTIONS_H
 
+#include "rve/engine/contact_model.h"
+
 #include <string>
 
 namespace rve {
@@ -22,6 +24,7 @@ enum class Arms { Contact, Lammps };
 enum class Arithmetic { Strict, Relaxed };
 
 struct Options {
+  ContactModel contacts;    ///< of the RVEs: what they need together (contacts_of)
   Format format = Format::Mixed;
   Arithmetic arithmetic = Arithmetic::Strict;
   Device device = Device::Auto;

@@ -88,8 +88,8 @@ RveState image_of(const RveState &state, int image)
   if (image >= NUM_IMAGES / 2) {
     for (double &spin : result.spin) spin = with_sign(-1, spin);
     for (Pair &pair : result.pairs) {
-      pair.tangential_force = with_sign(-1, pair.tangential_force);
-      pair.rolling_force = with_sign(-1, pair.rolling_force);
+      for (const RememberedNumber &number : PAIR_MEMORY)
+        if (number.is_mirrored) pair.*number.member = with_sign(-1, pair.*number.member);
     }
   }
   return result;

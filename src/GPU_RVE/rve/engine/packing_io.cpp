@@ -6,6 +6,7 @@
 #include "rve/core/error.h"
 #include "rve/core/pi.h"
 #include "rve/core/suggestion.h"
+#include "rve/engine/contact_model.h"
 #include "rve/engine/contact_network.h"
 #include "rve/engine/files.h"
 #include "rve/physics/laws/spring_forces.h"
@@ -26,6 +27,7 @@ namespace rve {
 namespace {
 
   constexpr int FILE_VERSION = 1;
+  const std::string LAW_STATEMENT = "contact_law";
 
   // ---- statements ----
 
@@ -193,13 +195,25 @@ namespace {
     const auto missing = [&] {
       std::string names;
       for (const MaterialParameter &e : MATERIAL_PARAMETERS)
-        if (!e.optional && !seen[e.name]) names += std::string(names.empty() ? "" : ", ") + e.name;
+        if (e.is_of(material.law) && !e.optional && !seen[e.name])
+          names += std::string(names.empty() ? "" : ", ") + e.name;
       return names;
     };
-    while (true) {
+    for (bool is_first = true;; is_first = false) {
       const bool complete = missing().empty();
       reader.next(complete ? "'cell'" : "a material value");
       const std::string name(reader.word(0));
+      if (name == LAW_STATEMENT) {
+        if (!is_first)
+          reader.fail(name + " stands behind a material value; it must be the first of them");
+        reader.require_words(2, name + " word");
+        try {
+          material.law = contact_law_of(std::string(reader.word(1)));
+        } catch (const InputError &problem) {
+          reader.fail(problem.what());
+        }
+        continue;
+      }
       const auto entry =
           std::find_if(std::begin(MATERIAL_PARAMETERS), std::end(MATERIAL_PARAMETERS),
                        [&](const MaterialParameter &e) {
@@ -208,11 +222,14 @@ namespace {
       if (entry == std::end(MATERIAL_PARAMETERS)) {
         if (name == "cell" && complete) return;
         Words known = {"cell"};
-        for (const MaterialParameter &e : MATERIAL_PARAMETERS) known.emplace_back(e.name);
+        for (const MaterialParameter &e : MATERIAL_PARAMETERS)
+          if (e.is_of(material.law)) known.emplace_back(e.name);
         reader.fail("'" + name + "' is not a material value" +
                     (name == "cell" ? "; still missing: " + missing()
                                     : did_you_mean(name, known, "these are")));
       }
+      if (!entry->is_of(material.law))
+        reader.fail("the contact law " + std::string(word_of(material.law)) + " has no " + name);
       if (seen[name]) reader.fail(name + " is given twice");
       seen[name] = true;
       reader.require_words(2, name + " value");
@@ -268,15 +285,16 @@ namespace {
   {
     for (int k = 0; k < num_contacts; ++k) {
       reader.next("contact line " + std::to_string(k + 1) + " of " + std::to_string(num_contacts));
-      const bool rolls = reader.num_words() == 4;
-      reader.require_words(rolls ? 4 : 3, "id id tangential_force");
+      constexpr int MOST = static_cast<int>(std::size(PAIR_MEMORY));
+      const int remembered = std::clamp(static_cast<int>(reader.num_words()) - 2, 1, MOST);
+      reader.require_words(2 + remembered, "id id tangential_force");
       Pair pair;
       pair.first = reader.integer<std::int32_t>(0, "grain id", 1, state.num_grains()) - 1;
       pair.second = reader.integer<std::int32_t>(1, "grain id", 1, state.num_grains()) - 1;
       if (pair.first == pair.second)
         reader.fail("contact joins grain " + std::to_string(pair.first + 1) + " to itself");
-      pair.tangential_force = reader.finite_number(2, "tangential force");
-      if (rolls) pair.rolling_force = reader.finite_number(3, "rolling force");
+      for (int m = 0; m < remembered; ++m)
+        pair.*PAIR_MEMORY[m].member = reader.finite_number(2 + m, PAIR_MEMORY[m].what);
       state.pairs.push_back(pair);
     }
   }
@@ -379,13 +397,15 @@ namespace {
   {
     std::ostringstream out;
     out << "gpu_rve_packing " << FILE_VERSION << "\n\nmaterial\n";
+    const ContactLaw law = state.material.law;
+    if (law != ContactLaw::Linear) out << "  " << LAW_STATEMENT << " " << word_of(law) << "\n";
     const bool has_options =
         std::any_of(std::begin(MATERIAL_PARAMETERS), std::end(MATERIAL_PARAMETERS),
                     [&](const MaterialParameter &entry) {
                       return entry.optional && state.material.*entry.member != 0.0;
                     });
     for (const MaterialParameter &entry : MATERIAL_PARAMETERS)
-      if (has_options || !entry.optional)
+      if (entry.is_of(law) && (has_options || !entry.optional))
         out << "  " << entry.name << " " << exact(state.material.*entry.member) << "    # "
             << entry.unit << "\n";
     out << "\n# rows of H; its columns are the cell vectors [length]\n";
@@ -405,18 +425,22 @@ namespace {
           << exact(state.velocity[2 * i + 1]) << " " << exact(state.spin[i]) << "\n";
 
     const auto has_history = [](const Pair &pair) {
-      return pair.tangential_force != 0.0 || pair.rolling_force != 0.0;
+      return std::any_of(std::begin(PAIR_MEMORY), std::end(PAIR_MEMORY),
+                         [&](const RememberedNumber &number) {
+                           return pair.*number.member != 0.0;
+                         });
     };
-    const bool rolls = state.has_rolling_forces();
+    const int remembered = remembered_numbers(state.pairs);
     out << "\ncontacts " << std::count_if(state.pairs.begin(), state.pairs.end(), has_history)
         << "\n# contacts with a tangential force: id, id, force on the first along (-n_y, n_x), n "
            "to the second [force]\n";
-    if (rolls)
+    if (remembered > 1)
       out << "# and rolling force: moment on the first over r_1 r_2 / (r_1 + r_2) [force]\n";
+    if (remembered > 2) out << "# and contact radius: at which the tangential force was [length]\n";
     for (const Pair &pair : state.pairs) {
       if (!has_history(pair)) continue;
-      out << pair.first + 1 << " " << pair.second + 1 << " " << exact(pair.tangential_force);
-      if (rolls) out << " " << exact(pair.rolling_force);
+      out << pair.first + 1 << " " << pair.second + 1;
+      for (int m = 0; m < remembered; ++m) out << " " << exact(pair.*PAIR_MEMORY[m].member);
       out << "\n";
     }
     const std::string statements = out.str();

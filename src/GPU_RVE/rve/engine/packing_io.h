@@ -15,8 +15,8 @@ namespace rve {
 ///
 /// The file is plain text, `#` starts a comment, one statement a line, in this order:
 ///     gpu_rve_packing 1
-///     material                      followed by lines `name value`, the members of Material; those of rolling resistance are
-///                                   optional, default 0
+///     material                      followed by `contact_law word`, default hooke, and lines `name value`, the parameters of such a
+///                                   material; those of rolling resistance are optional, default 0
 ///     cell                          followed by the two rows of H
 ///     deformation                   followed by the two rows of F; optional, default 1
 ///     servo_velocity_gradient       followed by the two rows of L; optional, default 0

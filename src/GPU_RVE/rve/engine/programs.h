@@ -8,19 +8,22 @@ namespace rve {
 
 /// program(name, law, books, small, prepared)
 ///
-/// law:      of physics/, in a number format;
+/// law:      of physics/laws, in a number format: it says for which contact law it is, and whether it has friction, dashpots and rolling
+///           resistance;
 /// books:    servo, energy ledger, all forces in the unit of forces, bound of the time step (algorithm/scene.h);
 /// small:    CUDA kernels for small blocks too, with registers for several RVEs on a multiprocessor, and packs of grains on a CPU:
 ///           for what is run most, since they are long compilations;
-/// prepared: the program whose calls begin alike, with the same memory of an RVE: its kernel prepares them.
+/// prepared: the program of the same contact law whose calls begin alike, with the same memory of an RVE: its kernel prepares them. It has
+///           all that one of these programs has.
 ///
-/// Plain, Frictionless and General give the same bits where a scene needs no more than the first two have. Frictionless: of RVEs
-/// without friction and without tangential forces.
+/// The leanest one first: of those with the memory of an RVE the first one serves a call that has what the call needs
+/// (engine/program_choice.h). They give the same bits where a scene needs no more than the lesser one has. Frictionless: of RVEs without
+/// friction and without tangential forces.
 // clang-format off
 #define RVE_PROGRAMS(program)                               \
+  program(Frictionless, NormalSprings,     false, true,  General) \
   program(Plain,        FrictionalSprings, false, true,  General) \
   program(General,      DampedSprings,     true,  false, General) \
-  program(Frictionless, NormalSprings,     false, true,  General) \
   program(Rolling,      RollingFriction,   true,  false, Rolling)
 // clang-format on
 

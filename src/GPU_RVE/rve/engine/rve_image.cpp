@@ -60,28 +60,13 @@ namespace {
     return order;
   }
 
-  /// What an image has of the history of a pair.
-  template <class Scene> typename Scene::History stored_history(const Pair &pair)
-  {
-    using Spring = typename Scene::Spring;
-    const Spring tangential = static_cast<Spring>(pair.tangential_force);
-    if constexpr (Scene::has_rolling)
-      return {tangential, static_cast<Spring>(pair.rolling_force)};
-    else
-      return tangential;
-  }
-
   /// A pair with the history that an image has of it.
-  template <class History> Pair pair_of(int first, int second, const History &history)
+  template <class Scene> Pair pair_of(int first, int second, const typename Scene::History &history)
   {
     Pair pair{first, second, 0.0};
+    Scene::Law::to_pair(history, pair);
     // a zero has no sign there
-    if constexpr (std::is_arithmetic_v<History>) {
-      pair.tangential_force = static_cast<double>(history) + 0.0;
-    } else {
-      pair.tangential_force = static_cast<double>(history.tangential) + 0.0;
-      pair.rolling_force = static_cast<double>(history.rolling) + 0.0;
-    }
+    for (const RememberedNumber &number : PAIR_MEMORY) pair.*number.member += 0.0;
     return pair;
   }
 
@@ -99,7 +84,6 @@ namespace {
     StateImage image;
     image.num_grains = n;
     image.extra_capacity = std::max(extra_capacity, num_extra);
-    image.rolling = Scene::has_rolling;
     image.bytes.assign(image_size<Scene>(n, image.extra_capacity), 0);
     const auto view = carve_image<Scene>(image.bytes.data(), n, image.extra_capacity);
 
@@ -159,11 +143,11 @@ namespace {
       if (owned[first] < kOwnedPairs) {
         const int slot = owned[first]++ * n + first;
         view.partner[slot] = second;
-        view.history[slot] = stored_history<Scene>(pair);
+        view.history[slot] = Scene::Law::of_pair(pair);
       } else {
         view.extra_first[header.num_extra] = first;
         view.extra_second[header.num_extra] = second;
-        view.extra_history[header.num_extra] = stored_history<Scene>(pair);
+        view.extra_history[header.num_extra] = Scene::Law::of_pair(pair);
         ++header.num_extra;
       }
     }
@@ -178,6 +162,7 @@ namespace {
     const ImageHeader &header = *view.header;
     RveState state;
     static_cast<MaterialNumbers &>(state.material) = header.material;
+    state.material.law = Scene::Law::contact_law;
     state.cell = load_tensor(header.cell);
     state.deformation = load_tensor(header.deformation);
     state.servo_velocity_gradient = load_tensor(header.servo_velocity_gradient);
@@ -205,11 +190,12 @@ namespace {
       for (int m = 0; m < kOwnedPairs; ++m)
         if (view.partner[m * n + k] != k)
           state.pairs.push_back(
-              pair_of(i, view.number[view.partner[m * n + k]], view.history[m * n + k]));
+              pair_of<Scene>(i, view.number[view.partner[m * n + k]], view.history[m * n + k]));
     }
     for (int m = 0; m < header.num_extra; ++m)
-      state.pairs.push_back(pair_of(view.number[view.extra_first[m]],
-                                    view.number[view.extra_second[m]], view.extra_history[m]));
+      state.pairs.push_back(pair_of<Scene>(view.number[view.extra_first[m]],
+                                           view.number[view.extra_second[m]],
+                                           view.extra_history[m]));
     return state;
   }
 
@@ -221,24 +207,31 @@ namespace {
                  rotation);
   }
 
-  template <class Numbers, class Work> auto with_rolling(bool rolling, const Work &work)
+  /// work(the scene of a program), in these numbers.
+  template <class Numbers, class Work> auto with_numbers(Program program, const Work &work)
   {
-    return rolling ? work(ProgramScene<Program::Rolling, Numbers>())
-                   : work(ProgramScene<Program::General, Numbers>());
+    switch (program) {
+#define RVE_WITH_PROGRAM(name, law, books, small, prepared) \
+  case Program::name:                                       \
+    return work(ProgramScene<Program::prepared, Numbers>());
+      RVE_PROGRAMS(RVE_WITH_PROGRAM)
+#undef RVE_WITH_PROGRAM
+    }
+    return work(ProgramScene<Program::General, Numbers>());
   }
 
   /// work(a scene), in numbers as `format` says, whose pairs remember what images hold.
-  template <class Work> auto with_scene(Format format, bool rolling, const Work &work)
+  template <class Work> auto with_scene(Format format, Program memory, const Work &work)
   {
     switch (format) {
       case Format::Fast:
-        return with_rolling<FastNumbers>(rolling, work);
+        return with_numbers<FastNumbers>(memory, work);
       case Format::Mixed:
-        return with_rolling<MixedNumbers>(rolling, work);
+        return with_numbers<MixedNumbers>(memory, work);
       case Format::Single:
-        return with_rolling<SingleNumbers>(rolling, work);
+        return with_numbers<SingleNumbers>(memory, work);
       default:
-        return with_rolling<DoubleNumbers>(rolling, work);
+        return with_numbers<DoubleNumbers>(memory, work);
     }
   }
 
@@ -252,30 +245,30 @@ void set_material_in(ImageHeader &header, const Material &material)
   header.all_forces_count = all_forces_count(material) ? 1 : 0;
 }
 
-StateImage build_image(Format format, const RveState &state, int extra_capacity, bool rolling)
+StateImage build_image(Format format, const RveState &state, int extra_capacity, Program memory)
 {
-  return with_scene(format, rolling, [&](auto scene) {
+  return with_scene(format, memory, [&](auto scene) {
     return build<decltype(scene)>(state, extra_capacity);
   });
 }
 
-RveState read_image(Format format, const StateImage &image)
+RveState read_image(Format format, const StateImage &image, Program memory)
 {
-  return with_scene(format, image.rolling, [&](auto scene) {
+  return with_scene(format, memory, [&](auto scene) {
     return read<decltype(scene)>(image);
   });
 }
 
-void turn_image(Format format, StateImage &image, const Tensor2 &rotation)
+void turn_image(Format format, StateImage &image, const Tensor2 &rotation, Program memory)
 {
-  with_scene(format, image.rolling, [&](auto scene) {
+  with_scene(format, memory, [&](auto scene) {
     turn<decltype(scene)>(image, rotation);
   });
 }
 
-std::size_t image_bytes(Format format, int num_grains, int extra_capacity, bool rolling)
+std::size_t image_bytes(Format format, int num_grains, int extra_capacity, Program memory)
 {
-  return with_scene(format, rolling, [&](auto scene) {
+  return with_scene(format, memory, [&](auto scene) {
     return image_size<decltype(scene)>(num_grains, extra_capacity);
   });
 }

@@ -6,6 +6,7 @@
 #include "rve/core/error.h"
 #include "rve/core/pi.h"
 #include "rve/engine/contact_laws.h"
+#include "rve/engine/contact_model.h"
 
 #include <algorithm>
 #include <cmath>
@@ -106,13 +107,26 @@ namespace {
           return std::string(parameter.what) + " is " + number(value) + " " + parameter.unit +
               "; it must lie in [0, 1)";
         });
+        return;
+      case MaterialRange::Switch:
+        require(value == 0.0 || value == 1.0, [&] {
+          return std::string(parameter.what) + " is " + number(value) + "; it must be 0 or 1";
+        });
     }
   }
 
   void check_material(const Material &material)
   {
-    for (const MaterialParameter &parameter : MATERIAL_PARAMETERS)
-      check_parameter(material.*parameter.member, parameter);
+    for (const MaterialParameter &parameter : MATERIAL_PARAMETERS) {
+      const double value = material.*parameter.member;
+      if (parameter.is_of(material.law))
+        check_parameter(value, parameter);
+      else
+        require(value == 0.0, [&] {
+          return std::string(parameter.what) + " is " + number(value) + " " + parameter.unit +
+              ", and the contact law " + word_of(material.law) + " has no such parameter";
+        });
+    }
   }
 
   // What follows from a material and a radius, of the smallest and the largest grain.
@@ -181,18 +195,13 @@ namespace {
       require(pair.first != pair.second, [&] {
         return name() + " joins grain " + std::to_string(pair.first + 1) + " to itself";
       });
-      require_finite(
-          pair.tangential_force,
-          [&] {
-            return "tangential force of " + name();
-          },
-          "[force]");
-      require_finite(
-          pair.rolling_force,
-          [&] {
-            return "rolling force of " + name();
-          },
-          "[force]");
+      for (const RememberedNumber &number : PAIR_MEMORY)
+        require_finite(
+            pair.*number.member,
+            [&] {
+              return number.what + (" of " + name());
+            },
+            number.unit);
       ends.push_back(std::minmax(pair.first, pair.second));
     }
     std::sort(ends.begin(), ends.end());
@@ -207,7 +216,8 @@ namespace {
 
   // "RVESTATE" read as a number: a file from a machine of the other byte order shows as reversed.
   constexpr std::uint64_t MAGIC = 0x4554415453455652u;
-  constexpr std::uint32_t VERSION = 3;
+  // of linear springs; with another contact law the word for it comes in front
+  constexpr std::uint32_t VERSION = 3, VERSION_WITH_LAW = 4;
 
   struct RecordHeader {
     std::uint64_t magic;
@@ -270,22 +280,56 @@ namespace {
     }
   };
 
+  // A pair with the first numbers of PAIR_MEMORY.
+  template <std::size_t Count> struct PairRecord {
+    std::int32_t first, second;
+    double number[Count];
+  };
+
+  template <std::size_t Count>
+  void visit_pairs(RecordWriter &writer, const std::vector<Pair> &pairs)
+  {
+    std::vector<PairRecord<Count>> records;
+    for (const Pair &pair : pairs) {
+      records.push_back({pair.first, pair.second, {}});
+      for (std::size_t k = 0; k < Count; ++k)
+        records.back().number[k] = pair.*PAIR_MEMORY[k].member;
+    }
+    writer(records);
+  }
+
+  template <std::size_t Count> void visit_pairs(RecordReader &reader, std::vector<Pair> &pairs)
+  {
+    std::vector<PairRecord<Count>> records;
+    reader(records);
+    pairs.clear();
+    for (const PairRecord<Count> &record : records) {
+      pairs.push_back({record.first, record.second, 0.0});
+      for (std::size_t k = 0; k < Count; ++k)
+        pairs.back().*PAIR_MEMORY[k].member = record.number[k];
+    }
+  }
+
   // The one list of what a record holds, for both directions.
   template <class Archive, class State> void visit(Archive &archive, State &state)
   {
-    static_assert(sizeof(Material) == 11 * sizeof(double), "no padding may enter the record");
-    static_assert(sizeof(Pair) == 24, "no padding may enter the record");
+    static_assert(sizeof(PairRecord<2>) == 24, "no padding may enter the record");
     static_assert(sizeof(Counters) == 32 && sizeof(EnergyLedger) == 32,
                   "no padding may enter the record");
     static_assert(std::is_trivially_copyable<Tensor2>::value, "tensors are copied as bytes");
-    archive(state.material);
+    for (const MaterialMember member : parameters_of(state.material.law))
+      archive(state.material.*member);
     archive(state.cell);
     archive(state.deformation);
     archive(state.radius);
     archive(state.fractional);
     archive(state.velocity);
     archive(state.spin);
-    archive(state.pairs);
+    // linear springs remember no more, and have the record that they always had
+    if (state.material.law == ContactLaw::Linear)
+      visit_pairs<2>(archive, state.pairs);
+    else
+      visit_pairs<std::size(PAIR_MEMORY)>(archive, state.pairs);
     archive(state.list_cell);
     archive(state.list_fractional);
     archive(state.order);
@@ -300,6 +344,17 @@ namespace {
 bool resists_rolling(const Material &material)
 {
   return material.rolling_stiffness > 0.0 && material.rolling_friction > 0.0;
+}
+
+int remembered_numbers(const std::vector<Pair> &pairs)
+{
+  int count = static_cast<int>(std::size(PAIR_MEMORY));
+  for (; count > 1; --count)
+    if (std::any_of(pairs.begin(), pairs.end(), [&](const Pair &pair) {
+          return pair.*PAIR_MEMORY[count - 1].member != 0.0;
+        }))
+      break;
+  return count;
 }
 
 bool RveState::has_rolling_forces() const
@@ -416,10 +471,15 @@ std::vector<char> serialize(const RveState &state)
 {
   std::vector<char> record(sizeof(RecordHeader));
   RecordWriter writer(record);
+  const bool says_law = state.material.law != ContactLaw::Linear;
+  if (says_law) {
+    const std::string word = word_of(state.material.law);
+    writer(std::vector<char>(word.begin(), word.end()));
+  }
   visit(writer, state);
   RecordHeader header{};
   header.magic = MAGIC;
-  header.version = VERSION;
+  header.version = says_law ? VERSION_WITH_LAW : VERSION;
   header.num_grains = static_cast<std::uint32_t>(state.num_grains());
   header.bytes = record.size();
   header.checksum = checksum_of(record.data() + sizeof(header), record.size() - sizeof(header));
@@ -435,9 +495,10 @@ RveState deserialize(const char *data, std::size_t size)
               " bytes, its header alone takes " + std::to_string(sizeof(header)));
   std::memcpy(&header, data, sizeof(header));
   require(header.magic == MAGIC, "not an RVE record of this machine's byte order");
-  require(header.version == VERSION,
+  require(header.version == VERSION || header.version == VERSION_WITH_LAW,
           "RVE record has version " + std::to_string(header.version) +
-              "; this program reads version " + std::to_string(VERSION));
+              "; this program reads versions " + std::to_string(VERSION) + " and " +
+              std::to_string(VERSION_WITH_LAW));
   require(header.bytes == size,
           "RVE record is damaged: it has " + std::to_string(size) + " bytes, its header says " +
               std::to_string(header.bytes));
@@ -446,6 +507,11 @@ RveState deserialize(const char *data, std::size_t size)
 
   RveState state;
   RecordReader reader(data + sizeof(header), size - sizeof(header));
+  if (header.version == VERSION_WITH_LAW) {
+    std::vector<char> word;
+    reader(word);
+    state.material.law = contact_law_of(std::string(word.begin(), word.end()));
+  }
   visit(reader, state);
   require(reader.remaining() == 0, "RVE record is damaged: bytes are left over");
   require_count(header.num_grains, state.radius.size(), "grains in its header");

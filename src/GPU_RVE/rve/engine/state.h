@@ -24,7 +24,30 @@ struct Pair {
       tangential_force;    ///< history; force on `first` along t = (-n_y, n_x), n from first to second [force]
   double rolling_force =
       0.0;    ///< history; moment on `first` over the reduced radius r_1 r_2 / (r_1 + r_2) [force]
+  double contact_radius = 0.0;    ///< history; at which the tangential force was [length]
 };
+
+/// Written in place, nvcc hands g++ parentheses around the member's name that g++ warns of.
+using PairMember = double Pair::*;
+
+/// A number that a pair may remember.
+struct RememberedNumber {
+  const char *name;    ///< in packing files
+  const char *what;    ///< in messages
+  const char *unit;
+  bool is_mirrored;    ///< changes its sign in a mirror
+  PairMember member;
+};
+
+/// In the order of packing files and restart records, which have those up to the last one that a pair of the state remembers; the first
+/// one always.
+constexpr RememberedNumber PAIR_MEMORY[] = {
+    {"tangential_force", "tangential force", "[force]", true, &Pair::tangential_force},
+    {"rolling_force", "rolling force", "[force]", true, &Pair::rolling_force},
+    {"contact_radius", "contact radius", "[length]", false, &Pair::contact_radius}};
+
+/// How many of them the pairs of a state remember.
+int remembered_numbers(const std::vector<Pair> &pairs);
 
 /// What the run did so far; kept over restarts.
 struct Counters {
@@ -74,9 +97,7 @@ struct RveState {
   double void_ratio() const { return cell_area() / solid_area() - 1.0; }    ///< [-]
   double mass() const;                                                      ///< [mass]
 
-  /// Whether a pair has a rolling force; and whether one has or may get one.
   bool has_rolling_forces() const;
-  bool needs_rolling_forces() const { return resists_rolling(material) || has_rolling_forces(); }
 
   /// Cartesian positions (N, 2) in the cell at the origin [length].
   std::vector<double> positions() const;

@@ -6,6 +6,23 @@
 
 namespace rve {
 
+/// contact_law(name, word): the laws that contacts may have, with their names in packing files and scripts, which are LAMMPS'. Rolling
+/// resistance is no law of its own: every one may have it.
+#define RVE_CONTACT_LAWS(contact_law) contact_law(Linear, "hooke")
+
+#define RVE_CONTACT_LAW_NAME(name, word) name,
+enum class ContactLaw { RVE_CONTACT_LAWS(RVE_CONTACT_LAW_NAME) };
+#undef RVE_CONTACT_LAW_NAME
+
+#define RVE_CONTACT_LAW_WORD(name, word) word,
+constexpr const char *CONTACT_LAW_WORDS[] = {RVE_CONTACT_LAWS(RVE_CONTACT_LAW_WORD)};
+#undef RVE_CONTACT_LAW_WORD
+
+constexpr const char *word_of(ContactLaw law)
+{
+  return CONTACT_LAW_WORDS[static_cast<int>(law)];
+}
+
 /// Consistent units, as given by the script. In the order of restart records.
 struct MaterialNumbers {
   double normal_stiffness;        ///< k_n [force/length]
@@ -24,6 +41,8 @@ struct MaterialNumbers {
 
 /// Nothing yet, for disks of unit thickness.
 struct Material : MaterialNumbers {
+  ContactLaw law = ContactLaw::Linear;    ///< others leave the numbers zero that they do not have
+
   constexpr Material() : MaterialNumbers{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0} {}
 };
 
@@ -32,8 +51,17 @@ enum class MaterialRange {
   Positive,       ///< above 0
   NotNegative,    ///< 0 and above
   Friction,    ///< 0 to 1e10: beyond it forces along contacts have no digits in common with those across them
-  Fraction    ///< [0, 1)
+  Fraction,    ///< [0, 1)
+  Switch       ///< 0 or 1
 };
+
+/// The contact laws that have a parameter, a bit each. A parameter of no law is one of the grains.
+using LawSet = unsigned;
+constexpr LawSet OF_GRAINS = 0, OF_ALL_LAWS = ~LawSet(0);
+constexpr LawSet of_law(ContactLaw law)
+{
+  return LawSet(1) << static_cast<int>(law);
+}
 
 /// Written in place, nvcc hands g++ parentheses around the member's name that g++ warns of.
 using MaterialMember = double MaterialNumbers::*;
@@ -44,26 +72,30 @@ struct MaterialParameter {
   const char *what;       ///< in messages
   const char *unit;
   MaterialRange range;
-  bool of_contact;    ///< of the contact law, not of the grains
+  LawSet laws;
   bool
       optional;    ///< in packing files: written when it or another one is not zero, and zero where it is not given
   MaterialMember member;
+
+  constexpr bool of_contact() const { return laws != OF_GRAINS; }
+  /// Whether a material of this law has it.
+  constexpr bool is_of(ContactLaw law) const { return !of_contact() || (laws & of_law(law)) != 0; }
 };
 
 /// In the order of packing files.
 constexpr MaterialParameter MATERIAL_PARAMETERS[] = {
     // clang-format off
-    {"normal_stiffness", "kn", "normal stiffness", "[force/length]", MaterialRange::Positive, true, false, &MaterialNumbers::normal_stiffness},
-    {"tangential_stiffness", "kt", "tangential stiffness", "[force/length]", MaterialRange::NotNegative, true, false, &MaterialNumbers::tangential_stiffness},
-    {"friction", "friction", "friction coefficient", "[-]", MaterialRange::Friction, true, false, &MaterialNumbers::friction},
-    {"density", "density", "grain density", "[mass/length^3]", MaterialRange::Positive, false, false, &MaterialNumbers::density},
-    {"local_damping", "damping", "local damping", "[-]", MaterialRange::Fraction, false, false, &MaterialNumbers::local_damping},
-    {"normal_viscosity", "gamma_n", "normal viscosity", "[force time/length]", MaterialRange::NotNegative, true, false, &MaterialNumbers::normal_viscosity},
-    {"tangential_viscosity", "gamma_t", "tangential viscosity", "[force time/length]", MaterialRange::NotNegative, true, false, &MaterialNumbers::tangential_viscosity},
-    {"thickness", "thickness", "thickness", "[length]", MaterialRange::Positive, false, false, &MaterialNumbers::thickness},
-    {"mass_depth", "mass_depth", "mass depth times mass scaling", "[length]", MaterialRange::Positive, false, false, &MaterialNumbers::mass_depth},
-    {"rolling_stiffness", "kr", "rolling stiffness", "[force/length]", MaterialRange::NotNegative, true, true, &MaterialNumbers::rolling_stiffness},
-    {"rolling_friction", "rolling_friction", "rolling friction coefficient", "[-]", MaterialRange::Friction, true, true, &MaterialNumbers::rolling_friction},
+    {"normal_stiffness", "kn", "normal stiffness", "[force/length]", MaterialRange::Positive, of_law(ContactLaw::Linear), false, &MaterialNumbers::normal_stiffness},
+    {"tangential_stiffness", "kt", "tangential stiffness", "[force/length]", MaterialRange::NotNegative, of_law(ContactLaw::Linear), false, &MaterialNumbers::tangential_stiffness},
+    {"friction", "friction", "friction coefficient", "[-]", MaterialRange::Friction, OF_ALL_LAWS, false, &MaterialNumbers::friction},
+    {"density", "density", "grain density", "[mass/length^3]", MaterialRange::Positive, OF_GRAINS, false, &MaterialNumbers::density},
+    {"local_damping", "damping", "local damping", "[-]", MaterialRange::Fraction, OF_GRAINS, false, &MaterialNumbers::local_damping},
+    {"normal_viscosity", "gamma_n", "normal viscosity", "[force time/length]", MaterialRange::NotNegative, of_law(ContactLaw::Linear), false, &MaterialNumbers::normal_viscosity},
+    {"tangential_viscosity", "gamma_t", "tangential viscosity", "[force time/length]", MaterialRange::NotNegative, of_law(ContactLaw::Linear), false, &MaterialNumbers::tangential_viscosity},
+    {"thickness", "thickness", "thickness", "[length]", MaterialRange::Positive, OF_GRAINS, false, &MaterialNumbers::thickness},
+    {"mass_depth", "mass_depth", "mass depth times mass scaling", "[length]", MaterialRange::Positive, OF_GRAINS, false, &MaterialNumbers::mass_depth},
+    {"rolling_stiffness", "kr", "rolling stiffness", "[force/length]", MaterialRange::NotNegative, OF_ALL_LAWS, true, &MaterialNumbers::rolling_stiffness},
+    {"rolling_friction", "rolling_friction", "rolling friction coefficient", "[-]", MaterialRange::Friction, OF_ALL_LAWS, true, &MaterialNumbers::rolling_friction},
     // clang-format on
 };
 

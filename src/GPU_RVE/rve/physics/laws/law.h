@@ -7,8 +7,11 @@
 //   Constants                  its parameters in the units of a call, as it begins with them; set(parameters, units, arm) makes them from
 //                              the material of an RVE, with the powers of the units that each one has
 //   take(constants)            fills the law from them
-//   History                    what a pair remembers, as its first grain sees it: a number, or a struct of numbers, that can be
-//                              multiplied by a number and is zero as it is made. seen_from_partner(history): as its other grain sees it
+//   History                    what a pair remembers, as its first grain sees it: a number, or a struct of numbers, which is zero as it is
+//                              made. seen_from_partner(history): as its other grain sees it; in_units(history, force, length): with each
+//                              number multiplied by its unit; of_pair, to_pair: what a Pair of engine/state.h has of it
+//   tangential_force(history)  on the first grain
+//   contact_law                of which materials it is (physics/material.h)
 //   has_friction, has_rolling, is_damped
 //                              what it has, so that programs leave out what needs it
 //   evaluate(contact, i, j, velocity_gradient, history, dt)

@@ -1,10 +1,10 @@
-// Linear springs with friction: composes normal and tangential forces with the kinematics of a contact of two disks.
+// Linear springs with friction.
 
 #ifndef RVE_PHYSICS_LAWS_LINEAR_FRICTION_H
 #define RVE_PHYSICS_LAWS_LINEAR_FRICTION_H
 
-#include "rve/physics/contact_geometry.h"
-#include "rve/physics/laws/law.h"
+#include "rve/physics/laws/disk_contact.h"
+#include "rve/physics/material.h"
 #include "rve/physics/normal_force.h"
 #include "rve/physics/tangential_force.h"
 
@@ -36,10 +36,7 @@ inline namespace RVE_ISA {
 
   /// Linear springs and Coulomb friction, for disks, in a number format.
   ///
-  /// Arms: torque r - overlap/2, the distance to the contact point of equation (11), and the same for the surface velocity: the
-  /// arms add up to |b|, so a rigid rotation of the pair gives no slip.
-  /// Damped: with dashpots, and with a choice for the arm of the surface velocity, r - velocity_arm * overlap: 1/2, or 0 as
-  /// LAMMPS has it (not objective, for cross-checks).
+  /// Damped: with dashpots, and with an arm of its own for the surface velocity (DiskContact).
   /// Frictional: compiled in only for scenes that have friction. Without, the law is that with a coefficient of zero.
   template <class NumberFormat, bool Damped, bool Frictional = true> struct LinearFrictionLaw {
     using Numbers = NumberFormat;
@@ -47,6 +44,7 @@ inline namespace RVE_ISA {
     using History = typename Numbers::Spring;    ///< tangential force
     using Force = ContactForce<Real, History>;
     using Constants = LinearConstants<Numbers>;
+    static constexpr ContactLaw contact_law = ContactLaw::Linear;
     static constexpr bool has_friction = Frictional;
     static constexpr bool has_rolling = false;
     static constexpr bool is_damped = Damped;
@@ -60,11 +58,23 @@ inline namespace RVE_ISA {
     static RVE_INLINE History seen_from_partner(const History &history) { return history; }
     /// The tangential force on the first grain that a pair remembers [force].
     static RVE_INLINE History tangential_force(const History &history) { return history; }
+    static RVE_INLINE History in_units(const History &history, double force, double)
+    {
+      return static_cast<History>(force) * history;
+    }
+    template <class Pair> static History of_pair(const Pair &pair)
+    {
+      return static_cast<History>(pair.tangential_force);
+    }
+    template <class Pair> static void to_pair(const History &history, Pair &pair)
+    {
+      pair.tangential_force = static_cast<double>(history);
+    }
 
     LinearNormal<Real> normal;
     LinearTangential<Real, History, Damped> tangential;
     VelocityDamping<Real> normal_damping;    ///< Damped
-    Real velocity_arm;                       ///< Damped
+    Real velocity_arm;
 
     /// From constants in these or, for packs, in single numbers.
     template <class SomeConstants> RVE_INLINE void take(const SomeConstants &constants)
@@ -76,6 +86,8 @@ inline namespace RVE_ISA {
         normal_damping.viscosity = Real(constants.normal_viscosity);
         tangential.viscosity = Real(constants.tangential_viscosity);
         velocity_arm = Real(constants.velocity_arm);
+      } else {
+        velocity_arm = Real(0.5);
       }
     }
 
@@ -105,42 +117,25 @@ inline namespace RVE_ISA {
                               const DiskMotion<Real> &j, const Tensor<Real, 2> &velocity_gradient,
                               History spring, Real dt) const
     {
-      // relative velocity c_j - c_i + L b: equation (20a) without any counting of periods
-      const Vec<Real, 2> velocity = (j.velocity - i.velocity) + velocity_gradient * contact.branch;
-      const Vec<Real, 2> &n = contact.normal;
-
-      const Real arm_i = fma(Real(-0.5), contact.overlap, i.radius);
-      const Real arm_j = fma(Real(-0.5), contact.overlap, j.radius);
-      const Real velocity_arm_i = Damped ? fma(-velocity_arm, contact.overlap, i.radius) : arm_i;
-      const Real velocity_arm_j = Damped ? fma(-velocity_arm, contact.overlap, j.radius) : arm_j;
-      const Real normal_velocity = dot(velocity, n);
-      // a sum of two products, not fma: it must not depend on the order of the grains
-      const Real tangential_velocity =
-          cross(n, velocity) - (velocity_arm_i * i.spin + velocity_arm_j * j.spin);
-
+      const auto moving =
+          DiskContact<Real>::template of<Damped>(contact, i, j, velocity_gradient, velocity_arm);
+      Real normal_force = normal.force(contact.overlap);
+      if constexpr (Damped)
+        normal_force = normal_force + normal_damping.force(moving.normal_velocity);
       Force result;
-      result.normal_velocity = normal_velocity;
-      result.tangential_velocity = tangential_velocity;
-      result.normal_force = normal.force(contact.overlap);
-      if (Damped) result.normal_force = result.normal_force + normal_damping.force(normal_velocity);
-      if constexpr (!Frictional) {
-        result.force = -result.normal_force * n;
+      if constexpr (Frictional) {
+        moving.apply(contact.normal, normal_force,
+                     tangential.advance(spring, moving.tangential_velocity, normal_force, dt),
+                     result);
+      } else {
+        result.normal_velocity = moving.normal_velocity;
+        result.tangential_velocity = moving.tangential_velocity;
+        result.normal_force = normal_force;
+        result.force = -normal_force * contact.normal;
         result.tangential = result.torque_i = result.torque_j = Real(0);
         result.spring = result.slipped = History(0);
         result.sliding = History(0) >= History(0);    // at its limit of zero
-        return result;
       }
-      const auto shear = tangential.advance(spring, tangential_velocity, result.normal_force, dt);
-      result.tangential = shear.force;
-      result.spring = shear.spring;
-      result.slipped = shear.slipped;
-      result.sliding = shear.sliding;
-
-      // force on i: -f_n n + f_t t with t = (-n_y, n_x)
-      result.force[0] = fma(-shear.force, n[1], -(result.normal_force * n[0]));
-      result.force[1] = fma(shear.force, n[0], -(result.normal_force * n[1]));
-      result.torque_i = arm_i * shear.force;
-      result.torque_j = arm_j * shear.force;
       return result;
     }
 

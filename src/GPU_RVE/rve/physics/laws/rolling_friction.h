@@ -78,6 +78,20 @@ inline namespace RVE_ISA {
       return {history.tangential, -history.rolling};
     }
     static RVE_INLINE Spring tangential_force(const History &history) { return history.tangential; }
+    static RVE_INLINE History in_units(const History &history, double force, double)
+    {
+      const Spring unit = static_cast<Spring>(force);
+      return {unit * history.tangential, unit * history.rolling};
+    }
+    template <class Pair> static History of_pair(const Pair &pair)
+    {
+      return {static_cast<Spring>(pair.tangential_force), static_cast<Spring>(pair.rolling_force)};
+    }
+    template <class Pair> static void to_pair(const History &history, Pair &pair)
+    {
+      pair.tangential_force = static_cast<double>(history.tangential);
+      pair.rolling_force = static_cast<double>(history.rolling);
+    }
 
     RollingResistance<Real, Spring> rolling;
 

@@ -15,13 +15,6 @@ inline namespace RVE_ISA {
     Number rolling;    ///< moment on the first grain over the reduced radius [force]
   };
 
-  /// In another unit of force.
-  template <class Number>
-  RVE_INLINE SpringForces<Number> operator*(Number factor, const SpringForces<Number> &history)
-  {
-    return {factor * history.tangential, factor * history.rolling};
-  }
-
 }    // namespace RVE_ISA
 }    // namespace rve
 

@@ -1,0 +1,155 @@
+// Other contacts than an engine was made for. It has its programs, and what an RVE is in memory, from the beginning: so all RVEs move to a
+// new one.
+
+#include "macro/rve_points.h"
+
+#include "rve/core/error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace macro {
+
+namespace {
+
+  /// By number; none where the number is free.
+  using States = std::vector<std::optional<rve::RveState>>;
+
+  /// As small as an RVE can be.
+  rve::RveState first_grain_of(const rve::RveState &state)
+  {
+    rve::RveState grain;
+    grain.material = state.material;
+    grain.cell = state.cell;
+    grain.radius = {state.radius[0]};
+    grain.fractional = {state.fractional[0], state.fractional[1]};
+    grain.velocity = {0.0, 0.0};
+    grain.spin = {0.0};
+    return grain;
+  }
+
+  /// Into an engine without RVEs, which gives numbers in order: free ones are taken meanwhile.
+  void add_all(const States &states, rve::Engine &engine)
+  {
+    std::size_t end = states.size();
+    while (end > 0 && !states[end - 1]) --end;
+    std::vector<int> unused;
+    for (std::size_t number = 0; number < end; ++number) {
+      engine.add(states[number] ? *states[number] : first_grain_of(*states[end - 1]));
+      if (!states[number]) unused.push_back(static_cast<int>(number));
+    }
+    for (const int number : unused) engine.remove(number);
+  }
+
+  /// Memory that so many RVEs take, and calls of all of them [bytes].
+  double bytes_of(const States &states, rve::Engine &engine)
+  {
+    double bytes = 0.0;
+    int count = 0, largest = 0;
+    for (const auto &state : states) {
+      if (!state) continue;
+      bytes += static_cast<double>(engine.bytes_per_rve(state->num_grains()));
+      ++count;
+      largest = std::max(largest, state->num_grains());
+    }
+    return bytes + static_cast<double>(engine.bytes_of_call(count, largest));
+  }
+
+}    // namespace
+
+std::vector<int> RvePoints::used_slots() const
+{
+  std::vector<int> slots;
+  for (int slot = 0; slot < static_cast<int>(points.size()); ++slot)
+    if (points[slot].state != State::Empty) slots.push_back(slot);
+  return slots;
+}
+
+void RvePoints::expect(const rve::ContactModel &contacts)
+{
+  const rve::ContactModel present = engine->contacts();
+  if (present.serves(contacts)) return;
+  rve::ContactModel both = contacts;
+  if (engine->size() > 0) {
+    rve::require(contacts.law == present.law, [&] {
+      return std::string("RVEs with contact law ") + rve::word_of(contacts.law) +
+          " cannot be beside those that are there, with " + rve::word_of(present.law);
+    });
+    both.rolling = both.rolling || present.rolling;
+  }
+  move_to(both, NewMaterials(points.size(), nullptr));
+}
+
+/// What all RVEs need together, with new materials of some. Rolling forces that pairs of another contact law remember are forgotten.
+rve::ContactModel RvePoints::contacts_with(const NewMaterials &materials) const
+{
+  const std::vector<int> slots = used_slots();
+  const rve::ContactModel present = engine->contacts();
+  rve::ContactModel all = present;
+  for (const int slot : slots) {
+    const rve::ContactModel one =
+        rve::contacts_of(materials[slot] ? *materials[slot] : points[slot].material);
+    if (slot == slots.front() && one.law != present.law) all = {one.law, false};
+    rve::require(one.law == all.law, [&] {
+      return std::string("some RVEs would have contact law ") + rve::word_of(all.law) +
+          ", and others " + rve::word_of(one.law) + "; they must have the same";
+    });
+    all.rolling = all.rolling || one.rolling;
+  }
+  return all;
+}
+
+/// Everything stays as it was if this fails. The memory of the present engine is free for the new one.
+void RvePoints::move_to(const rve::ContactModel &contacts, const NewMaterials &materials)
+{
+  const rve::ContactModel before = engine->contacts();
+  const bool keeps_rolling_forces = contacts.law == before.law;
+  std::unique_ptr<rve::Engine> other = engine->empty_with(contacts), other_shadows;
+  if (shadows) other_shadows = shadows->empty_with(contacts);
+
+  States old(points.size()), old_shadows(points.size());    // by slot
+  for (const int slot : used_slots()) {
+    old[slot] = engine->state(slot);
+    if (points[slot].shadow >= 0) old_shadows[slot] = shadows->state(points[slot].shadow);
+  }
+  const auto changed = [&](States states) {
+    for (std::size_t slot = 0; slot < states.size(); ++slot) {
+      if (!states[slot]) continue;
+      if (materials[slot]) states[slot]->material = *materials[slot];
+      if (!keeps_rolling_forces)
+        for (rve::Pair &pair : states[slot]->pairs) pair.rolling_force = 0.0;
+      states[slot]->check();
+    }
+    return states;
+  };
+  const States fresh = changed(old), fresh_shadows = changed(old_shadows);
+
+  double more = bytes_of(fresh, *other) - bytes_of(old, *engine);
+  if (shadows) more += bytes_of(fresh_shadows, *other_shadows) - bytes_of(old_shadows, *shadows);
+  const rve::Memory memory = engine->memory();
+  rve::require(!memory.is_known || more <= static_cast<double>(memory.free), [&] {
+    constexpr double MB = 1048576.0;
+    return "RVEs with " + rve::to_string(contacts) + " need " + rve::number(more / MB) +
+        " MB more of " + memory.name + " than those with " + rve::to_string(before) + ", where " +
+        rve::number(static_cast<double>(memory.free) / MB) + " MB are free";
+  });
+
+  const auto put = [this](const States &states, const States &of_shadows) {
+    add_all(states, *engine);
+    for (std::size_t slot = 0; slot < of_shadows.size(); ++slot)
+      if (of_shadows[slot]) points[slot].shadow = shadows->add(*of_shadows[slot]);
+  };
+  engine = std::move(other);
+  shadows = std::move(other_shadows);
+  try {
+    put(fresh, fresh_shadows);
+  } catch (...) {
+    engine = engine->empty_with(before);
+    if (shadows) shadows = shadows->empty_with(before);
+    put(old, old_shadows);
+    throw;
+  }
+}
+
+}    // namespace macro

@@ -1,0 +1,85 @@
+// Kick and drift of a grain, from numbers to numbers: those of one grain, or packs of those of several.
+
+#ifndef RVE_ALGORITHM_GRAIN_MOTION_H
+#define RVE_ALGORITHM_GRAIN_MOTION_H
+
+#include "rve/algorithm/grain_items.h"
+#include "rve/physics/integrator.h"
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  /// What a move needs to know that is the same for all grains of an RVE, in internal units.
+  template <class Numbers> struct MoveConstants {
+    using Leading = typename Numbers::Leading;
+
+    Tensor<typename Numbers::Wide, 2> to_fraction;       ///< velocity to fraction units in a step
+    Tensor<typename Leading::Real, 2> list_to_length;    ///< 32-bit fraction units to lengths
+    typename Leading::Real allowed_squared;    ///< displacement since the list was built [length^2]
+    typename Numbers::Real alpha;              ///< of local damping [-]
+
+    /// From a StepPlan, or from these in single numbers.
+    template <class Constants, class Number>
+    RVE_INLINE MoveConstants(const Constants &constants, Number damping) :
+        to_fraction(constants.to_fraction.template as<typename Numbers::Wide>()),
+        list_to_length(constants.list_to_length.template as<typename Leading::Real>()),
+        allowed_squared(constants.allowed_squared), alpha(damping)
+    {
+    }
+  };
+
+  /// What a step would add to the velocity and the spin of a grain without damping: dt F/m and dt M/I.
+  template <class Numbers> struct Kick {
+    Vec<typename Numbers::Real, 2> velocity;
+    typename Numbers::Real spin;
+  };
+
+  /// Leapfrog update of the velocity and the spin from the force and the torque on a grain. Turns: torques there are.
+  template <bool Turns, class Numbers>
+  RVE_INLINE Kick<Numbers>
+  kick_grain(GrainView<Numbers> &grain, const Vec<typename Numbers::Sum, 3> &force,
+             const GrainResponse<Numbers> &response, typename Numbers::Real alpha)
+  {
+    using Real = typename Numbers::Real;
+    Kick<Numbers> increment;
+    for (int a = 0; a < 2; ++a) {
+      increment.velocity[a] = static_cast<Real>(force[a]) * response.velocity_unit;
+      grain.motion.velocity[a] = kick(grain.motion.velocity[a], increment.velocity[a], alpha);
+    }
+    if constexpr (Turns) {
+      increment.spin = static_cast<Real>(force[2]) * response.spin_unit;
+      grain.spin = kick(grain.spin, increment.spin, alpha);
+    } else {
+      increment.spin = Real(0);
+      grain.spin = grain.spin + Real(0);    // as by a torque of zero: -0 turns into 0
+    }
+    return increment;
+  }
+
+  /// The position after a step in the present cell.
+  template <class Numbers>
+  RVE_INLINE void drift_grain(const MoveConstants<Numbers> &step, Motion<Numbers> &motion)
+  {
+    const Vec<typename Numbers::Wide, 2> displacement =
+        step.to_fraction * motion.velocity.template as<typename Numbers::Wide>();
+    for (int a = 0; a < 2; ++a) drift<Numbers>(motion.position[a], displacement[a]);
+  }
+
+  /// Whether a grain has left the safety of the list, by its displacement since that was built, without that of the mean field.
+  template <class Numbers>
+  RVE_INLINE Truth<typename Numbers::Leading::Real>
+  has_left_list(const MoveConstants<Numbers> &step, const Motion<Numbers> &motion,
+                const GrainResponse<Numbers> &response)
+  {
+    using Leading = typename Numbers::Leading;
+    const Vec<typename Leading::Coordinate, 2> now{
+        {leading_bits(motion.position[0]), leading_bits(motion.position[1])}};
+    const Vec<typename Leading::Real, 2> moved =
+        step.list_to_length * fractional_difference<Leading>(now, response.list_position);
+    return dot(moved, moved) > step.allowed_squared;
+  }
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif

@@ -1,0 +1,246 @@
+// Grains as the phases of a step take them on a CPU with AVX2: in packs (BlockSimd), and one by one what remains. As algorithm/grain_items.h,
+// how they are loaded, stored and summed up; what is computed with them is written once, for numbers and for packs of numbers.
+
+#ifndef RVE_ALGORITHM_PACKED_GRAINS_H
+#define RVE_ALGORITHM_PACKED_GRAINS_H
+
+#include "rve/algorithm/call_state.h"
+#include "rve/algorithm/grain_items.h"
+#include "rve/core/pack_item.h"
+#include "rve/core/pack_rows.h"
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  /// Grains that BlockSimd hands out at a time.
+  constexpr int kPackedGrains = 8;
+
+  /// The scene in the numbers of an item: N grains, or one.
+  template <class Scene, class Item> struct SceneOfItem {
+    using type = Scene;
+  };
+  template <class Scene, int N> struct SceneOfItem<Scene, PackItem<N>> {
+    using type = typename Scene::template In<PackNumbers<typename Scene::Numbers, N>>;
+  };
+
+  /// The histories of a slot of N grains, to be read and written as that of one grain is.
+  template <class Scene, int N> struct HistoryLanes {
+    using Packed = typename SceneOfItem<Scene, PackItem<N>>::type;
+    using History = typename Packed::History;
+
+    typename Scene::History *history;
+
+    RVE_INLINE operator History() const
+    {
+      return load_records<History, typename Packed::Spring>(history);
+    }
+    RVE_INLINE void operator=(const History &x) const
+    {
+      store_records<typename Packed::Spring>(x, history);
+    }
+  };
+
+  /// Force and torque on a grain side by side, so that a pair adds to its partner with one addition.
+  template <class Numbers> struct alignas(4 * sizeof(typename Numbers::Sum)) ForceRow {
+    typename Numbers::Sum force_x, force_y, torque, unused;
+  };
+
+  template <class Block, class Scene> class PackedGrains : public GrainItems<Block, Scene> {
+    using One = GrainItems<Block, Scene>;
+    using Shared = SharedView<Scene>;
+    using Sum = typename Scene::Sum;
+    using Row = ForceRow<typename Scene::Numbers>;
+    template <int N> using Packed = PackNumbers<typename Scene::Numbers, N>;
+    static_assert(!Scene::books, "books are kept for one grain after the other");
+
+    /// What pairs of packs give to their partners and packs get from their own pairs, a row per grain. A move takes all of it, so
+    /// that a stretch of steps leaves zeros: it ends with a move.
+    Row *rows;
+
+   public:
+    template <class Item> using SceneOf = typename SceneOfItem<Scene, Item>::type;
+
+    RVE_INLINE PackedGrains(Block &block, const Shared &shared, const WorkspaceView<Scene> &work,
+                            int n) :
+        One(block, shared, n)
+    {
+      static_assert(sizeof(Row) <= 4 * sizeof(double) && kScratch > 4,
+                    "a row per grain, and one to align the first one");
+      const auto begin = reinterpret_cast<std::uintptr_t>(work.scratch);
+      rows = reinterpret_cast<Row *>((begin + sizeof(Row) - 1) / sizeof(Row) * sizeof(Row));
+    }
+
+    // ---- single grains: those that fill no pack ---------------------------------------------------------------------------------
+
+    using One::add_to_partner;
+    using One::for_each_grain;
+    using One::for_parts;
+    using One::for_slots;
+    using One::history_of;
+    using One::keep_forces;
+    using One::largest_of;
+    using One::publish_motion;
+    using One::publish_spin;
+    using One::response;
+    using One::save;
+    using One::view;
+    using One::view_partner;
+
+    RVE_INLINE void load(const Shared &shared, int i)
+    {
+      One::load(shared, i);
+      rows[i] = Row{0, 0, 0, 0};
+    }
+
+    RVE_INLINE Vec<Sum, 3> collect(Block &block, const Shared &shared, int i)
+    {
+      const Vec<Sum, 3> others = One::collect(block, shared, i);
+      const Row row = rows[i];
+      rows[i] = Row{0, 0, 0, 0};
+      return {{wrapping_sum(others[0], row.force_x), wrapping_sum(others[1], row.force_y),
+               wrapping_sum(others[2], row.torque)}};
+    }
+
+    // ---- packs ------------------------------------------------------------------------------------------------------------------
+
+    template <int N> RVE_INLINE void load(const Shared &, PackItem<N> i)
+    {
+      for (int k = i.first; k < i.first + N; ++k) rows[k] = Row{0, 0, 0, 0};
+    }
+    template <int N> RVE_INLINE void save(PackItem<N>) {}
+
+    template <int N> RVE_INLINE GrainView<Packed<N>> view(PackItem<N> i)
+    {
+      GrainView<Packed<N>> grains;
+      load_row(
+          [&](int lane) {
+            return this->motion.array + i.first + lane;
+          },
+          grains.motion.position, grains.motion.velocity);
+      grains.spin = Packed<N>::Real::load(this->spin.array + i.first);
+      grains.radius = Packed<N>::Wide::load(this->radius.array + i.first);
+      return grains;
+    }
+
+    template <int N>
+    RVE_INLINE GrainView<Packed<N>> view_partner(const Shared &shared, int k, PackItem<N> i)
+    {
+      const std::int32_t *partner = this->partner[k].array + i.first;
+      GrainView<Packed<N>> grains;
+      load_row(
+          [&](int lane) {
+            return shared.motion + partner[lane];
+          },
+          grains.motion.position, grains.motion.velocity);
+      grains.spin = gather<typename Scene::Real, N>(shared.spin, partner);
+      grains.radius = Packed<N>::Wide::load(this->partner_radius[k].array + i.first);
+      return grains;
+    }
+
+    template <int N>
+    RVE_INLINE GrainResponse<Packed<N>> response(const Shared &shared, PackItem<N> i)
+    {
+      GrainResponse<Packed<N>> response;
+      Vec<typename Packed<N>::Real, 2> units;
+      load_row(
+          [&](int lane) {
+            return shared.response + i.first + lane;
+          },
+          units, response.list_position);
+      response.velocity_unit = units[0];
+      response.spin_unit = units[1];
+      return response;
+    }
+
+    template <int N> RVE_INLINE HistoryLanes<Scene, N> history_of(int k, PackItem<N> i)
+    {
+      return {this->history[k].array + i.first};
+    }
+
+    template <int N> RVE_INLINE typename Packed<N>::Real largest_of(PackItem<N> i)
+    {
+      return Packed<N>::Real::load(this->largest_force.array + i.first);
+    }
+
+    /// One stage for all slots before the next: what one pair waits for, roots and quotients, passes while others are served.
+    template <int N, class View, class Look, class Act>
+    RVE_INLINE void for_slots(PackItem<N>, View view, Look look, Act act)
+    {
+      static_assert(kOwnedPairs == 3, "variables, not arrays: registers");
+      const auto first = view(0);
+      const auto to_first = look(first);
+      const auto second = view(1);
+      const auto to_second = look(second);
+      const auto third = view(2);
+      const auto to_third = look(third);
+      act(0, first, to_first);
+      act(1, second, to_second);
+      act(2, third, to_third);
+    }
+
+    /// Registers hold 8 floats, or 4 doubles.
+    template <int N, class F> RVE_INLINE void for_parts(PackItem<N> i, F f)
+    {
+      constexpr int lanes = sizeof(typename Scene::Real) == 4 ? 8 : 4;
+      for (int part = 0; part < N; part += lanes) f(PackItem<lanes>{i.first + part});
+    }
+    template <int N, class F> RVE_INLINE void for_each_grain(PackItem<N> i, int end, F f)
+    {
+      for (int k = i.first; k < i.first + N && k < end; ++k) f(k);
+    }
+
+    template <int N>
+    RVE_INLINE void add_to_partner(Block &, const Shared &, int k, PackItem<N> i,
+                                   const Vec<Pack<Sum, N>, 3> &force)
+    {
+      const std::int32_t *partner = this->partner[k].array + i.first;
+      add_to_row(
+          [&](int lane) {
+            return &rows[partner[lane]].force_x;
+          },
+          force);
+    }
+
+    template <int N>
+    RVE_INLINE void keep_forces(PackItem<N> i, const Vec<Pack<Sum, N>, 3> &force,
+                                const typename Packed<N>::Real &largest)
+    {
+      add_to_row(
+          [&](int lane) {
+            return &rows[i.first + lane].force_x;
+          },
+          force);
+      largest.store(this->largest_force.array + i.first);
+    }
+
+    template <int N>
+    RVE_INLINE Vec<Pack<Sum, N>, 3> collect(Block &, const Shared &shared, PackItem<N> i)
+    {
+      Vec<Pack<Sum, N>, 3> sum;
+      take_rows(&rows[i.first].force_x, sum);
+      take_numbers(shared.force_x + i.first, sum[0]);
+      take_numbers(shared.force_y + i.first, sum[1]);
+      if constexpr (Scene::has_friction) take_numbers(shared.torque + i.first, sum[2]);
+      return sum;
+    }
+
+    template <int N> RVE_INLINE void publish_motion(PackItem<N> i, const Motion<Packed<N>> &motion)
+    {
+      store_row(
+          [&](int lane) {
+            return this->motion.array + i.first + lane;
+          },
+          motion.position, motion.velocity);
+    }
+
+    template <int N>
+    RVE_INLINE void publish_spin(PackItem<N> i, const typename Packed<N>::Real &spin)
+    {
+      spin.store(this->spin.array + i.first);
+    }
+  };
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif

@@ -1,0 +1,52 @@
+// What the contacts of a batch have in common. It is known when the packings are read, before there is an engine for them.
+
+#ifndef RVE_ENGINE_CONTACT_MODEL_H
+#define RVE_ENGINE_CONTACT_MODEL_H
+
+#include "rve/physics/material.h"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace rve {
+
+struct RveState;
+
+/// The contact law, and whether pairs remember rolling forces: from these follow the memory of an RVE and the programs that advance it.
+struct ContactModel {
+  ContactLaw law = ContactLaw::Linear;
+  bool rolling = false;
+
+  /// Whether an engine of this model takes RVEs that need that one.
+  bool serves(const ContactModel &need) const
+  {
+    return law == need.law && (rolling || !need.rolling);
+  }
+  bool operator==(const ContactModel &other) const
+  {
+    return law == other.law && rolling == other.rolling;
+  }
+  bool operator!=(const ContactModel &other) const { return !(*this == other); }
+};
+
+/// "contact law hooke with rolling resistance"
+std::string to_string(const ContactModel &contacts);
+
+/// What an RVE needs. With rolling forces, it needs them remembered whatever its material.
+ContactModel contacts_of(const Material &material);
+ContactModel contacts_of(const RveState &state);
+
+/// What several RVEs need together. Throws InputError, with the names of two of them, if their laws differ.
+ContactModel contacts_of(const std::vector<RveState> &states,
+                         const std::function<std::string(int)> &name = {});
+
+/// The law of that word; throws InputError, with those there are, if there is none.
+ContactLaw contact_law_of(const std::string &word);
+
+/// The numbers that a material of its law has, in the order of restart records.
+std::vector<MaterialMember> parameters_of(ContactLaw law);
+
+}    // namespace rve
+
+#endif

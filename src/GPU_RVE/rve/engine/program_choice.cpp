@@ -1,0 +1,98 @@
+#include "rve/engine/program_choice.h"
+
+#include "rve/core/error.h"
+#include "rve/engine/program_scenes.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <type_traits>
+
+namespace rve {
+
+namespace {
+
+  template <class Scene> constexpr ProgramFeatures features_of_scene(Program memory)
+  {
+    using Law = typename Scene::Law;
+    return {{Law::contact_law, Law::has_rolling},
+            {Law::has_friction, Law::is_damped, Scene::books},
+            memory};
+  }
+
+  constexpr std::array<ProgramFeatures, kNumPrograms> TABLE = {{
+#define RVE_FEATURES(name, law, books, small, prepared) \
+  features_of_scene<ProgramScene<Program::name, MixedNumbers>>(Program::prepared),
+      RVE_PROGRAMS(RVE_FEATURES)
+#undef RVE_FEATURES
+  }};
+
+  constexpr bool has_all(const CallNeeds &has, const CallNeeds &needs)
+  {
+    return (has.friction || !needs.friction) && (has.dashpots || !needs.dashpots) &&
+        (has.books || !needs.books);
+  }
+
+#define RVE_CHECK(name, law, books, small, prepared)                                    \
+  static_assert(std::is_same_v<ProgramScene<Program::name, MixedNumbers>::History,      \
+                               ProgramScene<Program::prepared, MixedNumbers>::History>, \
+                "programs that are prepared alike have the same memory of an RVE");
+  RVE_PROGRAMS(RVE_CHECK)
+#undef RVE_CHECK
+
+  constexpr bool programs_that_prepare_have_all_of_the_others()
+  {
+    for (const ProgramFeatures &one : TABLE) {
+      const ProgramFeatures &other = TABLE[static_cast<int>(one.memory)];
+      if (other.memory != one.memory || other.contacts.law != one.contacts.law ||
+          other.contacts.rolling != one.contacts.rolling || !has_all(other.has, one.has) ||
+          !other.has.books)
+        return false;
+    }
+    return true;
+  }
+  static_assert(programs_that_prepare_have_all_of_the_others(), "engine/programs.h says so");
+
+}    // namespace
+
+ProgramFeatures features_of(Program program)
+{
+  return TABLE[static_cast<int>(program)];
+}
+
+Program memory_program(const ContactModel &contacts)
+{
+  const auto found = std::find_if(TABLE.begin(), TABLE.end(), [&](const ProgramFeatures &one) {
+    return features_of(one.memory).contacts.serves(contacts);
+  });
+  require(found != TABLE.end(), [&] {
+    return "there is no program for RVEs with " + to_string(contacts);
+  });
+  return found->memory;
+}
+
+Program richest_program(ContactLaw law)
+{
+  const auto last = std::find_if(TABLE.rbegin(), TABLE.rend(), [&](const ProgramFeatures &one) {
+    return one.contacts.law == law;
+  });
+  require(last != TABLE.rend(),
+          std::string("there is no program for the contact law ") + word_of(law));
+  return last->memory;
+}
+
+Program choose_program(Program memory, const CallNeeds &needs)
+{
+  const auto found = std::find_if(TABLE.begin(), TABLE.end(), [&](const ProgramFeatures &one) {
+    return one.memory == memory && has_all(one.has, needs);
+  });
+  require(found != TABLE.end(), [&] {
+    const CallNeeds &has = features_of(memory).has;
+    return std::string("the contact law ") + word_of(features_of(memory).contacts.law) +
+        " has no " +
+        (needs.friction && !has.friction ? "friction" : "dashpots and no arms of LAMMPS");
+  });
+  return static_cast<Program>(found - TABLE.begin());
+}
+
+}    // namespace rve

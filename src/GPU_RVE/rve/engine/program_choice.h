@@ -1,0 +1,39 @@
+// Which line of the table of programs serves.
+
+#ifndef RVE_ENGINE_PROGRAM_CHOICE_H
+#define RVE_ENGINE_PROGRAM_CHOICE_H
+
+#include "rve/engine/contact_model.h"
+#include "rve/engine/programs.h"
+
+namespace rve {
+
+/// What a call may need of its program beside the contact model of its RVEs.
+struct CallNeeds {
+  bool friction = false;
+  bool dashpots = false;
+  bool books = false;
+};
+
+/// What a program has.
+struct ProgramFeatures {
+  ContactModel contacts;
+  CallNeeds has;
+  Program memory;    ///< the program that says what an RVE is in memory: `prepared` of the table
+};
+
+ProgramFeatures features_of(Program program);
+
+/// The program whose memory RVEs of these contacts have: `prepared` of the first one of the table that serves them. It has all that
+/// the others with that memory have. Throws InputError if none serves them.
+Program memory_program(const ContactModel &contacts);
+
+/// The last program of the table of this law: with rolling resistance, if the law may have it.
+Program richest_program(ContactLaw law);
+
+/// The leanest program with that memory that has what a call needs. Throws InputError if the contact law has it not.
+Program choose_program(Program memory, const CallNeeds &needs);
+
+}    // namespace rve
+
+#endif

@@ -1,0 +1,118 @@
+// The line of the table of programs that serves RVEs and a call.
+
+#include "rve/core/error.h"
+#include "rve/engine/engine.h"
+#include "rve/engine/program_choice.h"
+#include "support/messages.h"
+#include "test_states.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <string>
+#include <vector>
+
+using namespace rve;
+using namespace rve_test;
+
+namespace {
+
+constexpr const char *NAMES[] = {
+#define RVE_NAME(name, law, books, small, prepared) #name,
+    RVE_PROGRAMS(RVE_NAME)
+#undef RVE_NAME
+};
+
+std::string name_of(Program program)
+{
+  return NAMES[static_cast<int>(program)];
+}
+
+constexpr ContactModel LINEAR = {ContactLaw::Linear, false}, ROLLING = {ContactLaw::Linear, true};
+
+}    // namespace
+
+TEST(ProgramChoice, IsTheLeanestProgramThatHasWhatACallNeeds)
+{
+  struct {
+    ContactModel contacts;
+    CallNeeds needs;    // friction, dashpots, books
+    Program expected;
+  } const cases[] = {{LINEAR, {false, false, false}, Program::Frictionless},
+                     {LINEAR, {true, false, false}, Program::Plain},
+                     {LINEAR, {false, true, false}, Program::General},
+                     {LINEAR, {false, false, true}, Program::General},
+                     {LINEAR, {true, true, false}, Program::General},
+                     {LINEAR, {true, false, true}, Program::General},
+                     {LINEAR, {true, true, true}, Program::General},
+                     {ROLLING, {false, false, false}, Program::Rolling},
+                     {ROLLING, {true, false, false}, Program::Rolling},
+                     {ROLLING, {true, true, true}, Program::Rolling}};
+  for (const auto &one : cases) {
+    SCOPED_TRACE(to_string(one.contacts) + (one.needs.friction ? ", friction" : "") +
+                 (one.needs.dashpots ? ", dashpots" : "") + (one.needs.books ? ", books" : ""));
+
+    const Program program = choose_program(memory_program(one.contacts), one.needs);
+
+    EXPECT_EQ(name_of(program), name_of(one.expected));
+  }
+}
+
+/// What holds for every line that is added.
+TEST(ProgramChoice, ServesAllNeedsOfTheContactLawsThatThereAre)
+{
+  for (int k = 0; k < kNumPrograms; ++k) {
+    const Program program = static_cast<Program>(k);
+    SCOPED_TRACE(name_of(program));
+    const ProgramFeatures features = features_of(program);
+    const Program memory = memory_program(features.contacts);
+    const CallNeeds most = features_of(memory).has;
+    EXPECT_TRUE(features_of(memory).contacts.serves(features.contacts));
+    EXPECT_EQ(features_of(memory).memory, memory);
+    EXPECT_TRUE(most.books);
+    for (const bool friction : {false, true})
+      for (const bool dashpots : {false, true})
+        for (const bool books : {false, true}) {
+          if ((friction && !most.friction) || (dashpots && !most.dashpots)) continue;
+          const Program chosen = choose_program(memory, {friction, dashpots, books});
+          const CallNeeds has = features_of(chosen).has;
+          EXPECT_EQ(features_of(chosen).memory, memory);
+          EXPECT_TRUE(has.friction || !friction);
+          EXPECT_TRUE(has.dashpots || !dashpots);
+          EXPECT_TRUE(has.books || !books);
+        }
+  }
+}
+
+TEST(ProgramChoice, OfEveryContactLawThereIsAProgram)
+{
+  for (std::size_t k = 0; k < std::size(CONTACT_LAW_WORDS); ++k) {
+    const ContactLaw law = contact_law_of(CONTACT_LAW_WORDS[k]);
+    EXPECT_EQ(static_cast<std::size_t>(law), k);
+    EXPECT_EQ(features_of(memory_program({law, false})).contacts.law, law);
+  }
+  EXPECT_EQ(message_of([] {
+              contact_law_of("hoke");
+            }),
+            "there is no contact law 'hoke'; did you mean hooke?");
+}
+
+TEST(ContactModel, OfSeveralPackingsHasWhatOneOfThemNeeds)
+{
+  const RveState plain = two_disks(1e-5);
+  RveState rolling = plain, rolled = plain, without_spring = plain;
+  rolling.material.rolling_stiffness = 1e5;
+  rolling.material.rolling_friction = 0.1;
+  without_spring.material.rolling_friction = 0.1;
+  rolled.pairs.push_back({0, 1, 0.0, 2.0});
+
+  EXPECT_EQ(contacts_of(plain), LINEAR);
+  EXPECT_EQ(contacts_of(without_spring), LINEAR);
+  EXPECT_EQ(contacts_of(rolling), ROLLING);
+  EXPECT_EQ(contacts_of(rolled), ROLLING);
+  EXPECT_EQ(contacts_of(std::vector<RveState>{plain, without_spring}), LINEAR);
+  EXPECT_EQ(contacts_of(std::vector<RveState>{plain, rolling}), ROLLING);
+  EXPECT_TRUE(ROLLING.serves(LINEAR));
+  EXPECT_FALSE(LINEAR.serves(ROLLING));
+  EXPECT_EQ(to_string(ROLLING), "contact law hooke with rolling resistance");
+}
