@@ -82,8 +82,6 @@ template <size_t... K> struct count_down<0, K...> {
 };
 template <size_t N> using make_index_sequence = typename count_down<N>::type;
 
-class string;    // named by declarations of the host only
-
 }    // namespace std
 
 #if __CUDA_ARCH__ >= 900

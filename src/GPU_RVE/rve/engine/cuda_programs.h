@@ -5,10 +5,23 @@
 #define RVE_ENGINE_CUDA_PROGRAMS_H
 
 #include "rve/engine/cuda_kernels.h"
+#include "rve/engine/options.h"
+#include "rve/engine/programs.h"
 
 #include <array>
 
 namespace rve {
+
+/// Those that CMake's translation units have (cuda_program.cu.in). None of a program that is compiled at run time.
+template <Program program, Format format, Arithmetic arithmetic> ProgramKernels cuda_kernels();
+
+#define RVE_DECLARE_KERNELS(name, law, books, small, prepared)                                 \
+  template <> ProgramKernels cuda_kernels<Program::name, Format::Fast, Arithmetic::Strict>();  \
+  template <> ProgramKernels cuda_kernels<Program::name, Format::Fast, Arithmetic::Relaxed>(); \
+  template <> ProgramKernels cuda_kernels<Program::name, Format::Mixed, Arithmetic::Strict>(); \
+  template <> ProgramKernels cuda_kernels<Program::name, Format::Double, Arithmetic::Strict>();
+RVE_PROGRAMS(RVE_DECLARE_KERNELS)
+#undef RVE_DECLARE_KERNELS
 
 class CudaPrograms {
  public:
