@@ -9,7 +9,9 @@ set(cuda_code "$<COMPILE_LANGUAGE:CUDA>")
 add_library(rve_arithmetic INTERFACE)
 set(strict_host -ffp-contract=off -fno-math-errno -fno-trapping-math)
 # A target with the property RVE_RELAXED may contract; its code says what else it relaxes (rve/core/arithmetic.h).
-set(strict_cuda "-fmad=$<IF:$<BOOL:$<TARGET_PROPERTY:RVE_RELAXED>>,true,false>" -prec-div=true -prec-sqrt=true -ftz=false)
+# The rest is what kernels that are compiled at run time have too (rve/engine/runtime_kernels.cpp).
+set(RVE_CUDA_ARITHMETIC -prec-div=true -prec-sqrt=true -ftz=false)
+set(strict_cuda "-fmad=$<IF:$<BOOL:$<TARGET_PROPERTY:RVE_RELAXED>>,true,false>" ${RVE_CUDA_ARITHMETIC})
 list(JOIN strict_host "," strict_host_of_nvcc)
 target_compile_options(rve_arithmetic INTERFACE
   "$<${host_code}:${strict_host}>"

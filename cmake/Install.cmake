@@ -29,7 +29,7 @@ install(DIRECTORY "${sources}/cuda" "${sources}/rve" "${sources}/mpm" "${sources
   FILES_MATCHING PATTERN "*.h")
 set(libraries rve_arithmetic rve_headers cuda_device rve_engine mpm macro field)
 if(GPU_RVE_WITH_CUDA)
-  list(APPEND libraries rve_cuda)
+  list(APPEND libraries rve_cuda rve_runtime_kernels)
 endif()
 install(TARGETS ${libraries} EXPORT gpu_rve_engine ARCHIVE DESTINATION "${GPU_RVE_INSTALL_LIBDIR}" COMPONENT development)
 install(EXPORT gpu_rve_engine NAMESPACE gpu_rve:: DESTINATION "${GPU_RVE_INSTALL_CMAKEDIR}" COMPONENT development)

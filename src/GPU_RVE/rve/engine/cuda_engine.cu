@@ -6,11 +6,10 @@
 #include "rve/block/block_cuda.cuh"
 #include "rve/core/error.h"
 #include "rve/engine/batch_engine.h"
-#include "rve/engine/cuda_kernels.h"
+#include "rve/engine/cuda_programs.h"
 #include "rve/engine/program_scenes.h"
 
 #include <algorithm>
-#include <array>
 
 namespace rve {
 
@@ -21,40 +20,6 @@ namespace {
   constexpr std::size_t kPrepareMemory = 32 << 10;    ///< bytes that it may have on chip
   constexpr std::size_t kReserved =
       1024;    ///< bytes of a block on chip that CUDA keeps for itself
-
-  using CudaKernels = std::array<ProgramKernels, kNumPrograms>;
-
-  template <Format format, Arithmetic arithmetic> CudaKernels all_kernels()
-  {
-    const auto at = [](Program program) {
-      return static_cast<int>(program);
-    };
-    CudaKernels kernels;
-#define RVE_TAKE_KERNELS(name, law, books, small, prepared) \
-  kernels[at(Program::name)] = cuda_kernels<Program::name, format, arithmetic>();
-    RVE_PROGRAMS(RVE_TAKE_KERNELS)
-#undef RVE_TAKE_KERNELS
-#define RVE_SHARE_KERNELS(name, law, books, small, prepared)                   \
-  kernels[at(Program::name)].prepare = kernels[at(Program::prepared)].prepare; \
-  kernels[at(Program::name)].sizes = kernels[at(Program::prepared)].sizes;
-    RVE_PROGRAMS(RVE_SHARE_KERNELS)
-#undef RVE_SHARE_KERNELS
-    return kernels;
-  }
-
-  CudaKernels kernels_for(const Options &options)
-  {
-    switch (options.format) {
-      case Format::Fast:
-        return options.arithmetic == Arithmetic::Relaxed
-            ? all_kernels<Format::Fast, Arithmetic::Relaxed>()
-            : all_kernels<Format::Fast, Arithmetic::Strict>();
-      case Format::Mixed:
-        return all_kernels<Format::Mixed, Arithmetic::Strict>();
-      default:
-        return all_kernels<Format::Double, Arithmetic::Strict>();
-    }
-  }
 
   /// RVEs are cut from pieces of 64 MB, and the first launch takes memory for its code and its threads' stacks [bytes].
   constexpr std::size_t kSlack = std::size_t(256) << 20;
@@ -114,13 +79,13 @@ namespace {
   class CudaEngine final : public BatchEngine {
    public:
     CudaEngine(const Options &options_in, bool compiles_in) :
-        BatchEngine(options_in), kernels(kernels_for(options_in)), compiles(compiles_in)
+        BatchEngine(options_in), compiles(compiles_in), device(properties_of(options_in)),
+        programs(options_in, 10 * device.major + device.minor)
     {
       require(options.block_size >= 0 && options.block_size <= LARGEST_BLOCK,
               "block size must be 0 (automatic) or in [1, 1024] threads, got " +
                   std::to_string(options.block_size));
       use_device();
-      check_cuda(cudaGetDeviceProperties(&device, options.device_number), "device properties");
     }
 
     std::string description() const override
@@ -274,8 +239,14 @@ namespace {
       // a thread for each step that is planned, and for each piece of a drive
       const int threads =
           rounded_up(record.prepared_together * std::min(16, std::max(4, plan.steps_ahead)), 32);
-      plan.prepare<<<(count + record.prepared_together - 1) / record.prepared_together, threads,
-                     record.prepared_together * record.prepared_size>>>(record, call.constants);
+      BatchConstants constants = call.constants;
+      void *arguments[] = {&record, &constants};
+      cudaLaunchConfig_t prepared = {};
+      prepared.gridDim = (count + record.prepared_together - 1) / record.prepared_together;
+      prepared.blockDim = threads;
+      prepared.dynamicSmemBytes = record.prepared_together * record.prepared_size;
+      check_cuda(cudaLaunchKernelExC(&prepared, plan.prepare, arguments),
+                 "launch of the kernel that prepares calls");
       // its blocks are put in place while the last calls are prepared, and wait there
       cudaLaunchAttribute early;
       early.id = cudaLaunchAttributeProgrammaticStreamSerialization;
@@ -286,7 +257,7 @@ namespace {
       launched.dynamicSmemBytes = plan.dynamic;
       launched.attrs = &early;
       launched.numAttrs = 1;
-      check_cuda(cudaLaunchKernelEx(&launched, plan.kernel, record, call.constants),
+      check_cuda(cudaLaunchKernelExC(&launched, plan.kernel, arguments),
                  "launch of the RVE kernel");
       check_cuda(cudaGetLastError(), "launch of the RVE kernel");
       check_cuda(cudaStreamSynchronize(nullptr), "RVE kernel");
@@ -314,7 +285,7 @@ namespace {
       std::size_t count = 0;
       int largest = -1, pair_capacity = 0, steps_ahead = 0;
       Program program = Program::Plain;
-      KernelFunction kernel = nullptr, prepare = nullptr;
+      const void *kernel = nullptr, *prepare = nullptr;
       KernelSizes sizes;
       int block = 0, blocks = 0;        ///< threads, and blocks that the device holds at a time
       bool waits = false;               ///< the kernel waits itself for the calls to be prepared
@@ -337,19 +308,20 @@ namespace {
       plan.program = call.program;
       plan.steps_ahead = steps_ahead;
       plan.block = block_size(call.largest);
-      const ProgramKernels &program = kernels[static_cast<int>(call.program)];
-      plan.prepare = program.prepare;
+      const Program program = programs.usable(call.program);
+      plan.prepare = programs.prepare(program);
       cudaFuncAttributes attributes;
       std::size_t most = 0;    // bytes on chip that a launch may ask for
       const auto plan_with = [&](Residency residency) {
-        plan.kernel = program.kernel[static_cast<int>(residency)];
-        plan.sizes = program.sizes(capacity_of(residency, call.largest),
-                                   residency != Residency::Memory, call.pair_capacity, steps_ahead);
+        plan.kernel = programs.advance(program, residency);
+        plan.sizes =
+            programs.sizes(program, capacity_of(residency, call.largest),
+                           residency != Residency::Memory, call.pair_capacity, steps_ahead);
         plan.dynamic = plan.sizes.shared;
         check_cuda(cudaFuncGetAttributes(&attributes, plan.kernel), "attributes of the kernel");
         most = device.sharedMemPerBlockOptin - attributes.sharedSizeBytes - kReserved;
       };
-      Residency residency = residency_of(call, plan.block);
+      Residency residency = residency_of(call, program, plan.block);
       plan_with(residency);
       if (residency != Residency::Memory && plan.dynamic > most) {
         // an H200 has room for the largest kernel of each format, a GeForce card has less than half of it
@@ -377,7 +349,7 @@ namespace {
           blocks_per_sm * (plan.dynamic + attributes.sharedSizeBytes + kReserved);
       const int share = static_cast<int>((100 * on_chip + device.sharedMemPerMultiprocessor - 1) /
                                          device.sharedMemPerMultiprocessor);
-      for (const KernelFunction kernel : {plan.prepare, plan.kernel})
+      for (const void *kernel : {plan.prepare, plan.kernel})
         check_cuda(cudaFuncSetAttribute(kernel, cudaFuncAttributePreferredSharedMemoryCarveout,
                                         std::min(share, 100)),
                    "division of the memory on chip");
@@ -415,13 +387,10 @@ namespace {
       }
     }
 
-    Residency residency_of(const Call &call, int block) const
+    Residency residency_of(const Call &call, Program program, int block) const
     {
       if (call.largest > block) return Residency::Memory;
-      const bool small_blocks =
-          kernels[static_cast<int>(call.program)].kernel[static_cast<int>(Residency::Many)] !=
-          nullptr;
-      if (block > kSmallBlock || !small_blocks) return Residency::Large;
+      if (block > kSmallBlock || !programs.has_small_blocks(program)) return Residency::Large;
       return static_cast<int>(call.rves->size()) > device.multiProcessorCount ? Residency::Many
                                                                               : Residency::Few;
     }
@@ -435,9 +404,16 @@ namespace {
       return rounded_up(in_a_round, 32);
     }
 
-    const CudaKernels kernels;
+    static cudaDeviceProp properties_of(const Options &options)
+    {
+      cudaDeviceProp properties;
+      check_cuda(cudaGetDeviceProperties(&properties, options.device_number), "device properties");
+      return properties;
+    }
+
     const bool compiles;    ///< CudaDevice::compiles
-    cudaDeviceProp device;
+    const cudaDeviceProp device;
+    const CudaPrograms programs;
     DeviceArena arena;
     std::vector<Placed> images;
     Plan last_plan;

@@ -216,16 +216,6 @@ inline namespace RVE_ISA {
     advance_rves<ProgramScene<program, Numbers>, 0>(launch, batch);
   }
 
-  template <class Scene>
-  KernelSizes kernel_sizes(int num_grains, bool in_registers, int pair_capacity, int steps_ahead)
-  {
-    KernelSizes sizes;
-    sizes.shared = shared_size<Scene>(num_grains, in_registers);
-    sizes.workspace = workspace_size<Scene>(num_grains, pair_capacity);
-    sizes.prepared = (PreparedCall<Scene>::size_with(steps_ahead) + 15) / 16 * 16;
-    return sizes;
-  }
-
   template <Program program, class Numbers> ProgramKernels make_program_kernels()
   {
     using Traits = ProgramTraits<program>;
@@ -244,10 +234,8 @@ inline namespace RVE_ISA {
     }
     kernel[static_cast<int>(Residency::Large)] = advance_large<program, Numbers>;
     kernel[static_cast<int>(Residency::Memory)] = advance_in_memory<program, Numbers>;
-    if constexpr (Traits::prepared_like == program) {
+    if constexpr (Traits::prepared_like == program)
       kernels.prepare = prepare_calls<program, Numbers>;
-      kernels.sizes = kernel_sizes<Scene>;
-    }
     return kernels;
   }
 

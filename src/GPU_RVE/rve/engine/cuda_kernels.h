@@ -1,10 +1,9 @@
-// What the CUDA engine knows of its kernels: launch records, sizes, and where to get the kernels of a program.
+// What the CUDA engine and its kernels both know: launch records and sizes. NVRTC reads it, too, so it knows nothing of the host.
 
 #ifndef RVE_ENGINE_CUDA_KERNELS_H
 #define RVE_ENGINE_CUDA_KERNELS_H
 
 #include "rve/algorithm/image.h"
-#include "rve/engine/options.h"
 #include "rve/engine/programs.h"
 
 #include <cstddef>
@@ -59,21 +58,9 @@ constexpr int kLargeBlock = 1024;
 /// Kernels of one program.
 struct ProgramKernels {
   KernelFunction kernel[kNumResidencies];    ///< null where there is none: another residency serves
-  KernelFunction
-      prepare;    ///< fills LaunchRecord::prepared, which is on chip meanwhile, and resets the queue
-  KernelSizes (*sizes)(int num_grains, bool in_registers, int pair_capacity, int steps_ahead);
+  /// Fills LaunchRecord::prepared, which is on chip meanwhile, and resets the queue. Null where another program's serves.
+  KernelFunction prepare;
 };
-
-/// Those that CMake's translation units have (cuda_program.cu.in). `prepare` and `sizes` are null where another program's serve.
-template <Program program, Format format, Arithmetic arithmetic> ProgramKernels cuda_kernels();
-
-#define RVE_DECLARE_KERNELS(name, law, books, small, prepared)                                 \
-  template <> ProgramKernels cuda_kernels<Program::name, Format::Fast, Arithmetic::Strict>();  \
-  template <> ProgramKernels cuda_kernels<Program::name, Format::Fast, Arithmetic::Relaxed>(); \
-  template <> ProgramKernels cuda_kernels<Program::name, Format::Mixed, Arithmetic::Strict>(); \
-  template <> ProgramKernels cuda_kernels<Program::name, Format::Double, Arithmetic::Strict>();
-RVE_PROGRAMS(RVE_DECLARE_KERNELS)
-#undef RVE_DECLARE_KERNELS
 
 }    // namespace rve
 

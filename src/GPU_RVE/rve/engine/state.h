@@ -27,13 +27,16 @@ struct Pair {
   double contact_radius = 0.0;    ///< history; at which the tangential force was [length]
 };
 
+/// Written in place, nvcc hands g++ parentheses around the member's name that g++ warns of.
+using PairMember = double Pair::*;
+
 /// A number that a pair may remember.
 struct RememberedNumber {
   const char *name;    ///< in packing files
   const char *what;    ///< in messages
   const char *unit;
   bool is_mirrored;    ///< changes its sign in a mirror
-  double Pair::*member;
+  PairMember member;
 };
 
 /// In the order of packing files and restart records, which have those up to the last one that a pair of the state remembers; the first

@@ -1,0 +1,183 @@
+#include "cuda/nvrtc.h"
+
+#include <algorithm>
+#include <dlfcn.h>
+#include <link.h>
+#include <memory>
+#include <stdexcept>
+#include <sys/stat.h>
+
+namespace rve {
+
+namespace {
+
+  using Program = void *;
+  constexpr int SUCCESS = 0, BUILTINS_MISSING = 7;    ///< nvrtcResult
+
+  std::string file_of(void *library)
+  {
+    link_map *map = nullptr;
+    return dlinfo(library, RTLD_DI_LINKMAP, &map) == 0 && map ? map->l_name : "";
+  }
+
+}    // namespace
+
+/// As nvrtc.h declares them: a build needs neither that header nor the library.
+struct Nvrtc::Functions {
+  void *library = nullptr;
+  int (*version)(int *, int *) = nullptr;
+  int (*num_architectures)(int *) = nullptr;
+  int (*architectures)(int *) = nullptr;
+  int (*create)(Program *, const char *, const char *, int, const char *const *,
+                const char *const *) = nullptr;
+  int (*destroy)(Program *) = nullptr;
+  int (*add_name)(Program, const char *) = nullptr;
+  int (*compile)(Program, int, const char *const *) = nullptr;
+  int (*lowered_name)(Program, const char *, const char **) = nullptr;
+  int (*log_size)(Program, std::size_t *) = nullptr;
+  int (*log)(Program, char *) = nullptr;
+  int (*cubin_size)(Program, std::size_t *) = nullptr;
+  int (*cubin)(Program, char *) = nullptr;
+  int (*ptx_size)(Program, std::size_t *) = nullptr;
+  int (*ptx)(Program, char *) = nullptr;
+  const char *(*words)(int) = nullptr;
+
+  template <class Function> bool find(Function &function, const char *name)
+  {
+    function = reinterpret_cast<Function>(dlsym(library, name));
+    return function != nullptr;
+  }
+
+  bool find_all()
+  {
+    return find(version, "nvrtcVersion") && find(num_architectures, "nvrtcGetNumSupportedArchs") &&
+        find(architectures, "nvrtcGetSupportedArchs") && find(create, "nvrtcCreateProgram") &&
+        find(destroy, "nvrtcDestroyProgram") && find(add_name, "nvrtcAddNameExpression") &&
+        find(compile, "nvrtcCompileProgram") && find(lowered_name, "nvrtcGetLoweredName") &&
+        find(log_size, "nvrtcGetProgramLogSize") && find(log, "nvrtcGetProgramLog") &&
+        find(cubin_size, "nvrtcGetCUBINSize") && find(cubin, "nvrtcGetCUBIN") &&
+        find(ptx_size, "nvrtcGetPTXSize") && find(ptx, "nvrtcGetPTX") &&
+        find(words, "nvrtcGetErrorString");
+  }
+
+  /// Throws unless a call succeeded.
+  void check(int result, const char *what) const
+  {
+    if (result != SUCCESS)
+      throw std::runtime_error(std::string("NVRTC, ") + what + ": " + words(result));
+  }
+
+  using Size = int (*)(Program, std::size_t *);
+  using Text = int (*)(Program, char *);
+  std::string text_of(Program program, Size size_of, Text get, const char *what) const
+  {
+    std::size_t size = 0;
+    check(size_of(program, &size), what);
+    std::string text(size, '\0');
+    if (size > 0) check(get(program, &text[0]), what);
+    return text;
+  }
+};
+
+Nvrtc::Nvrtc(const std::vector<std::string> &libraries) : functions_(new Functions)
+{
+  std::string tried;
+  for (const std::string &name : libraries) {
+    functions_->library = dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (functions_->library && functions_->find_all()) break;
+    // an old one, without some of the functions
+    if (functions_->library) dlclose(functions_->library);
+    functions_->library = nullptr;
+    tried += (tried.empty() ? "" : ", ") + name;
+  }
+  if (!functions_->library) {
+    obstacle_ = "the compiler of the CUDA Toolkit for running programs is not found (tried " +
+        tried +
+        "): install it, cuda-nvrtc-13-0 of NVIDIA's packages for CUDA 13.0, say, and add its "
+        "folder "
+        "to LD_LIBRARY_PATH";
+    return;
+  }
+  int major = 0, minor = 0;
+  functions_->version(&major, &minor);
+  identity_ = std::to_string(major) + "." + std::to_string(minor);
+  struct stat file;
+  if (::stat(file_of(functions_->library).c_str(), &file) == 0)
+    identity_ += " of " + std::to_string(file.st_size) + " bytes";
+}
+
+Nvrtc::~Nvrtc()
+{
+  if (functions_->library) dlclose(functions_->library);
+  delete functions_;
+}
+
+const Nvrtc &Nvrtc::of_this_machine()
+{
+  // by the loader first: who sets LD_LIBRARY_PATH means it. Never destroyed: the library has threads of its own.
+  static const Nvrtc &nvrtc = *new Nvrtc(
+      {"libnvrtc.so." GPU_RVE_CUDA_MAJOR, GPU_RVE_CUDA_LIBRARIES "/libnvrtc.so", "libnvrtc.so"});
+  return nvrtc;
+}
+
+std::string Nvrtc::target_for(int capability) const
+{
+  int count = 0;
+  functions_->check(functions_->num_architectures(&count), "number of architectures");
+  std::vector<int> known(count);
+  functions_->check(functions_->architectures(known.data()), "architectures");
+  if (std::find(known.begin(), known.end(), capability) != known.end())
+    return "sm_" + std::to_string(capability);
+  int newest = 0;
+  for (const int number : known)
+    if (number < capability) newest = std::max(newest, number);
+  if (newest == 0)
+    throw std::runtime_error("NVRTC " + identity_ + " does not know compute capability " +
+                             std::to_string(capability / 10) + "." +
+                             std::to_string(capability % 10));
+  return "compute_" + std::to_string(newest);
+}
+
+DeviceCode Nvrtc::compile(const std::string &source, const std::vector<DeviceHeader> &headers,
+                          const std::vector<std::string> &options, const std::string &kernel) const
+{
+  const Functions &nvrtc = *functions_;
+  std::vector<const char *> names, texts, words;
+  for (const DeviceHeader &header : headers) {
+    names.push_back(header.name);
+    texts.push_back(header.text);
+  }
+  for (const std::string &option : options) words.push_back(option.c_str());
+  Program program = nullptr;
+  nvrtc.check(nvrtc.create(&program, source.c_str(), "kernel.cu", static_cast<int>(headers.size()),
+                           texts.data(), names.data()),
+              "creation of a program");
+  const auto destroy = [&nvrtc](Program *owned) {
+    nvrtc.destroy(owned);
+  };
+  const std::unique_ptr<Program, decltype(destroy)> owner(&program, destroy);
+  nvrtc.check(nvrtc.add_name(program, kernel.c_str()), "name of a kernel");
+
+  const int result = nvrtc.compile(program, static_cast<int>(words.size()), words.data());
+  if (result != SUCCESS) {
+    constexpr std::size_t most = 4000;    // of a log that may have thousands of lines
+    std::string log = nvrtc.text_of(program, nvrtc.log_size, nvrtc.log, "log");
+    if (log.size() > most) log.resize(most);
+    std::string message =
+        "NVRTC " + identity_ + " cannot compile " + kernel + ": " + nvrtc.words(result);
+    if (result == BUILTINS_MISSING)
+      message += "; libnvrtc-builtins must lie beside libnvrtc, in the same version";
+    throw std::runtime_error(message + "\n" + log.c_str());
+  }
+  DeviceCode compiled;
+  const char *lowered = nullptr;
+  nvrtc.check(nvrtc.lowered_name(program, kernel.c_str(), &lowered),
+              "name of a kernel in its code");
+  compiled.kernel = lowered;
+  compiled.code = nvrtc.text_of(program, nvrtc.cubin_size, nvrtc.cubin, "code");
+  compiled.text = nvrtc.text_of(program, nvrtc.ptx_size, nvrtc.ptx, "text");
+  if (compiled.code.empty()) compiled.code = compiled.text;    // the options ask for text
+  return compiled;
+}
+
+}    // namespace rve

@@ -1,0 +1,111 @@
+#include "rve/engine/cuda_programs.h"
+
+#include "cuda/cuda_required.h"
+#include "rve/algorithm/call_state.h"
+#include "rve/core/error.h"
+#include "rve/engine/program_scenes.h"
+#include "rve/engine/runtime_kernels.h"
+
+#include <cstdlib>
+
+namespace rve {
+
+namespace {
+
+  /// In the order of Residency.
+  constexpr const char *ADVANCE[kNumResidencies] = {"advance_many", "advance_few", "advance_large",
+                                                    "advance_in_memory"};
+
+  /// For tests: kernels that were compiled ahead are left alone.
+  bool all_at_run_time()
+  {
+    const char *word = std::getenv("GPU_RVE_KERNELS_AT_RUN_TIME");
+    return word && says_yes("GPU_RVE_KERNELS_AT_RUN_TIME", word);
+  }
+
+  template <class Scene>
+  KernelSizes kernel_sizes(int num_grains, bool in_registers, int pair_capacity, int steps_ahead)
+  {
+    KernelSizes sizes;
+    sizes.shared = shared_size<Scene>(num_grains, in_registers);
+    sizes.workspace = workspace_size<Scene>(num_grains, pair_capacity);
+    sizes.prepared = (PreparedCall<Scene>::size_with(steps_ahead) + 15) / 16 * 16;
+    return sizes;
+  }
+
+}    // namespace
+
+template <class Numbers, Format format_, Arithmetic arithmetic_> void CudaPrograms::fill()
+{
+  const bool none_ahead = all_at_run_time();
+#define RVE_FILL(name, ...)                                                                  \
+  {                                                                                          \
+    Entry &entry = entries[static_cast<int>(Program::name)];                                 \
+    entry.prepared_like = ProgramTraits<Program::name>::prepared_like;                       \
+    entry.sizes =                                                                            \
+        kernel_sizes<ProgramScene<ProgramTraits<Program::name>::prepared_like, Numbers>>;    \
+    entry.kernels = cuda_kernels<Program::name, format_, arithmetic_>();                     \
+    entry.ahead =                                                                            \
+        !none_ahead && entry.kernels.kernel[static_cast<int>(Residency::Memory)] != nullptr; \
+  }
+  RVE_PROGRAMS(RVE_FILL)
+#undef RVE_FILL
+}
+
+CudaPrograms::CudaPrograms(const Options &options, int capability_in) :
+    format(options.format), arithmetic(options.arithmetic), capability(capability_in)
+{
+  if (format == Format::Fast && arithmetic == Arithmetic::Relaxed)
+    fill<FastNumbers, Format::Fast, Arithmetic::Relaxed>();
+  else if (format == Format::Fast)
+    fill<FastNumbers, Format::Fast, Arithmetic::Strict>();
+  else if (format == Format::Mixed)
+    fill<MixedNumbers, Format::Mixed, Arithmetic::Strict>();
+  else
+    fill<DoubleNumbers, Format::Double, Arithmetic::Strict>();
+}
+
+Program CudaPrograms::usable(Program program) const
+{
+  const Entry &entry = of(program);
+  if (entry.ahead && of(entry.prepared_like).ahead) return program;
+  const std::string obstacle = runtime_kernels_obstacle();
+  if (obstacle.empty()) return program;
+  require(of(entry.prepared_like).ahead,
+          "kernels that this scene needs are compiled while the program runs, and cannot be: " +
+              obstacle);
+  return entry.prepared_like;
+}
+
+bool CudaPrograms::has_small_blocks(Program program) const
+{
+  return !of(program).ahead ||
+      of(program).kernels.kernel[static_cast<int>(Residency::Many)] != nullptr;
+}
+
+const void *CudaPrograms::advance(Program program, Residency residency) const
+{
+  const int place = static_cast<int>(residency);
+  return of(program).ahead ? reinterpret_cast<const void *>(of(program).kernels.kernel[place])
+                           : compiled(ADVANCE[place], program);
+}
+
+const void *CudaPrograms::prepare(Program program) const
+{
+  const Program like = of(program).prepared_like;
+  return of(like).ahead ? reinterpret_cast<const void *>(of(like).kernels.prepare)
+                        : compiled("prepare_calls", like);
+}
+
+KernelSizes CudaPrograms::sizes(Program program, int num_grains, bool in_registers,
+                                int pair_capacity, int steps_ahead) const
+{
+  return of(program).sizes(num_grains, in_registers, pair_capacity, steps_ahead);
+}
+
+const void *CudaPrograms::compiled(const char *kernel, Program program) const
+{
+  return runtime_kernel({kernel, program, format, arithmetic}, capability);
+}
+
+}    // namespace rve

@@ -1,0 +1,66 @@
+// The programs of a CUDA engine: their kernels, which were compiled with it or are compiled when they are first needed, and the memory
+// that they want.
+
+#ifndef RVE_ENGINE_CUDA_PROGRAMS_H
+#define RVE_ENGINE_CUDA_PROGRAMS_H
+
+#include "rve/engine/cuda_kernels.h"
+#include "rve/engine/options.h"
+#include "rve/engine/programs.h"
+
+#include <array>
+
+namespace rve {
+
+/// Those that CMake's translation units have (cuda_program.cu.in). None of a program that is compiled at run time.
+template <Program program, Format format, Arithmetic arithmetic> ProgramKernels cuda_kernels();
+
+#define RVE_DECLARE_KERNELS(name, law, books, small, prepared)                                 \
+  template <> ProgramKernels cuda_kernels<Program::name, Format::Fast, Arithmetic::Strict>();  \
+  template <> ProgramKernels cuda_kernels<Program::name, Format::Fast, Arithmetic::Relaxed>(); \
+  template <> ProgramKernels cuda_kernels<Program::name, Format::Mixed, Arithmetic::Strict>(); \
+  template <> ProgramKernels cuda_kernels<Program::name, Format::Double, Arithmetic::Strict>();
+RVE_PROGRAMS(RVE_DECLARE_KERNELS)
+#undef RVE_DECLARE_KERNELS
+
+class CudaPrograms {
+ public:
+  /// For a device of this compute capability, 10 major + minor.
+  CudaPrograms(const Options &options, int capability);
+
+  /// The program itself, or, where its kernels are to be compiled at run time and cannot be, the more general one that prepares its
+  /// calls and gives the same bits. Throws InputError where that one cannot be compiled either.
+  Program usable(Program program) const;
+
+  /// Whether a usable program has kernels for small blocks.
+  bool has_small_blocks(Program program) const;
+
+  /// Kernels of a usable program, as a launch takes them: a function of (LaunchRecord, BatchConstants), or its handle.
+  const void *advance(Program program, Residency residency) const;
+  const void *prepare(Program program) const;
+
+  KernelSizes sizes(Program program, int num_grains, bool in_registers, int pair_capacity,
+                    int steps_ahead) const;
+
+ private:
+  using Sizes = KernelSizes (*)(int num_grains, bool in_registers, int pair_capacity,
+                                int steps_ahead);
+  struct Entry {
+    ProgramKernels kernels;
+    Sizes sizes;
+    Program prepared_like;
+    bool ahead;    ///< compiled with this program
+  };
+  const Format format;
+  const Arithmetic arithmetic;
+  const int capability;
+  std::array<Entry, kNumPrograms> entries;
+
+  template <class Numbers, Format, Arithmetic> void fill();
+  const Entry &of(Program program) const { return entries[static_cast<int>(program)]; }
+  const void *compiled(const char *kernel, Program program) const;
+};
+
+}    // namespace rve
+
+#endif

@@ -1,0 +1,133 @@
+#include "rve/engine/runtime_kernels.h"
+
+#include "cuda/loaded_kernel.h"
+#include "rve/core/error.h"
+#include "rve/core/wall_time.h"
+#include "rve/engine/kernel_text.h"
+
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <sstream>
+#include <vector>
+
+namespace rve {
+
+namespace {
+
+  const char *program_name(Program program)
+  {
+    switch (program) {
+#define RVE_NAME_PROGRAM(name, ...) \
+  case Program::name:               \
+    return #name;
+      RVE_PROGRAMS(RVE_NAME_PROGRAM)
+#undef RVE_NAME_PROGRAM
+    }
+    return "";
+  }
+
+  const char *numbers_name(Format format)
+  {
+    switch (format) {
+      case Format::Fast:
+        return "FastNumbers";
+      case Format::Mixed:
+        return "MixedNumbers";
+      case Format::Double:
+        return "DoubleNumbers";
+      default:
+        return "SingleNumbers";
+    }
+  }
+
+  /// As nvcc has them (cmake/CompilerFlags.cmake). What has no mark is a function of the device: there is no host.
+  std::vector<std::string> options_for(Arithmetic arithmetic, const std::string &target)
+  {
+    std::vector<std::string> options{
+        "--gpu-architecture=" + target, "--std=c++17", "--device-as-default-execution-space",
+        arithmetic == Arithmetic::Relaxed ? "-fmad=true" : "-fmad=false"};
+    std::istringstream words(GPU_RVE_CUDA_ARITHMETIC);
+    for (std::string word; words >> word;) options.push_back(word);
+    return options;
+  }
+
+  /// Relaxed code has a namespace of its own, as in cuda_program.cu.in.
+  std::string source_for(Arithmetic arithmetic)
+  {
+    return std::string(arithmetic == Arithmetic::Relaxed
+                           ? "#define RVE_RELAXED\n#define RVE_ISA relaxed\n"
+                           : "") +
+        "#include \"rve/engine/cuda_kernels.cuh\"\n";
+  }
+
+  std::function<void(const std::string &)> &log_of_process()
+  {
+    static std::function<void(const std::string &)> log = [](const std::string &line) {
+      std::fprintf(stderr, "%s\n", line.c_str());
+    };
+    return log;
+  }
+
+}    // namespace
+
+std::string to_string(const KernelName &name)
+{
+  return std::string("rve::") + name.kernel + "<rve::Program::" + program_name(name.program) +
+      ", rve::" + numbers_name(name.format) + ">";
+}
+
+DeviceCode compiled_kernel(const KernelName &name, int capability, const Nvrtc &nvrtc,
+                           KernelCache &cache, const std::function<void(const std::string &)> &log)
+{
+  const std::string kernel = to_string(name), target = nvrtc.target_for(capability),
+                    source = source_for(name.arithmetic);
+  const std::vector<std::string> options = options_for(name.arithmetic, target);
+  std::string key = "NVRTC " + nvrtc.identity() + "\ntext " + kernel_text_digest() + "\n" + source;
+  for (const std::string &option : options) key += option + "\n";
+  key += kernel + "\n";
+
+  DeviceCode compiled;
+  if (cache.load(key, compiled)) return compiled;
+  // one of the ranks of a machine compiles, the others find what it has kept
+  const KernelCache::Turn turn(cache);
+  if (cache.load(key, compiled)) return compiled;
+  if (!cache.obstacle().empty())
+    log("no compiled kernel is taken from the cache: " + cache.obstacle());
+  const auto begin = WallClock::now();
+  compiled = nvrtc.compile(source, kernel_headers(), options, kernel);
+  cache.store(key, compiled);
+  log("compiled " + kernel + " for " + target + " in " + rounded(seconds_since(begin)) + " s" +
+      (cache.obstacle().empty() ? ""
+                                : ", but could not keep it for the next run: " + cache.obstacle()));
+  return compiled;
+}
+
+std::string runtime_kernels_obstacle()
+{
+  const std::string obstacle = loading_of_kernels_obstacle();
+  return obstacle.empty() ? Nvrtc::of_this_machine().obstacle() : obstacle;
+}
+
+const void *runtime_kernel(const KernelName &name, int capability)
+{
+  static std::map<std::pair<std::string, int>, const void *> loaded;
+  // relaxed kernels have the names of strict ones
+  const std::pair<std::string, int> key(
+      to_string(name) + (name.arithmetic == Arithmetic::Relaxed ? ", relaxed" : ""), capability);
+  const auto found = loaded.find(key);
+  if (found != loaded.end()) return found->second;
+  const std::string obstacle = runtime_kernels_obstacle();
+  require(obstacle.empty(), obstacle);
+  static KernelCache cache(KernelCache::chosen_folder());
+  const void *kernel = load_kernel(
+      compiled_kernel(name, capability, Nvrtc::of_this_machine(), cache, log_of_process()));
+  return loaded[key] = kernel;
+}
+
+void set_runtime_kernel_log(std::function<void(const std::string &)> log)
+{
+  log_of_process() = std::move(log);
+}
+
+}    // namespace rve

@@ -1,0 +1,397 @@
+// The cache of compiled kernels: what was kept is found, by all processes, and nothing that others could have written or that is damaged
+// is ever taken for a kernel.
+
+#include "cuda/kernel_cache.h"
+#include "rve/core/error.h"
+#include "support/environment.h"
+#include "support/files.h"
+#include "support/messages.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
+#include <vector>
+
+using namespace rve;
+using namespace rve_test;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string KEY = "NVRTC 13.0\nsm_90\nrve::advance_many<rve::Program::Plain>\n";
+
+DeviceCode some_kernel()
+{
+  std::string code = "code\n";
+  for (int k = 0; k < 100000; ++k) code += static_cast<char>(k * k);
+  return {"_ZN3rve12advance_many", code, ""};
+}
+
+class Folder : public testing::Test {
+ protected:
+  void SetUp() override
+  {
+    folder = temporary_path("cache");
+    fs::remove_all(folder);
+  }
+  void TearDown() override { fs::remove_all(folder); }
+
+  std::string file() const { return folder + "/" + KernelCache::file_name(KEY); }
+
+  /// A cache that has the kernel.
+  void keep() const
+  {
+    KernelCache cache(folder);
+    cache.store(KEY, some_kernel());
+    ASSERT_EQ(cache.obstacle(), "");
+  }
+
+  /// Whether it is found, and is what was kept; `why` is what the cache says.
+  bool finds(std::string *why = nullptr, const std::string &key = KEY) const
+  {
+    KernelCache cache(folder);
+    DeviceCode kernel;
+    const bool found = cache.load(key, kernel);
+    if (found) {
+      EXPECT_EQ(kernel.kernel, some_kernel().kernel);
+      EXPECT_TRUE(kernel.code == some_kernel().code);
+    }
+    if (why) *why = cache.obstacle();
+    return found;
+  }
+
+  /// That the file is not used, for this reason, and that the kernel can be kept again in its place.
+  void expect_refused(const std::string &reason) const
+  {
+    std::string why;
+    EXPECT_FALSE(finds(&why));
+    EXPECT_NE(why.find(reason), std::string::npos) << why;
+    EXPECT_EQ(why.find(file()), 0u) << why;
+    keep();
+    EXPECT_TRUE(finds());
+  }
+
+  /// That nothing is read from the folder, nor written to it.
+  void expect_folder_refused(const std::string &reason) const
+  {
+    KernelCache cache(folder);
+    DeviceCode kernel;
+    EXPECT_FALSE(cache.load(KEY, kernel));
+    EXPECT_EQ(cache.obstacle().find(folder), 0u) << cache.obstacle();
+    EXPECT_NE(cache.obstacle().find(reason), std::string::npos) << cache.obstacle();
+    const std::string before = text_of(file());
+    cache.store(KEY, {"other", "other", ""});
+    EXPECT_EQ(text_of(file()), before);
+  }
+
+  std::vector<std::string> names() const
+  {
+    std::vector<std::string> found;
+    for (const auto &entry : fs::directory_iterator(folder))
+      found.push_back(entry.path().filename().string());
+    return found;
+  }
+
+  std::string folder;
+};
+
+using KernelCacheFolder = Folder;
+using KernelCacheFile = Folder;
+using KernelCacheProcesses = Folder;
+
+void write(const std::string &path, const std::string &text)
+{
+  std::ofstream(path, std::ios::binary) << text;
+}
+
+bool wait_for(pid_t child)
+{
+  int status = 0;
+  return waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+}    // namespace
+
+// ---- what is kept ------------------------------------------------------------------------------------------------------------
+
+TEST_F(KernelCacheFile, IsFoundByItsKeyAndByNoOther)
+{
+  EXPECT_FALSE(finds());
+  keep();
+  EXPECT_TRUE(finds());
+  EXPECT_FALSE(finds(nullptr, KEY + "-fmad=true\n"));
+}
+
+TEST_F(KernelCacheFile, IsForNobodyElse)
+{
+  const mode_t before = umask(0);
+  keep();
+  umask(before);
+  struct stat status;
+  ASSERT_EQ(stat(folder.c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 0777, 0700u);
+  ASSERT_EQ(stat(file().c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 0777, 0600u);
+}
+
+TEST_F(KernelCacheFile, OfAnotherKeyWithTheSameHashIsNotTaken)
+{
+  keep();
+  const std::string other = "another key";
+  fs::rename(file(), folder + "/" + KernelCache::file_name(other));
+  EXPECT_FALSE(finds(nullptr, other));
+}
+
+TEST_F(KernelCacheFile, ThatIsDamagedAnywhereIsCompiledAgain)
+{
+  keep();
+  const std::string sound = text_of(file());
+  for (const std::size_t place :
+       {std::size_t(0), std::size_t(17), std::size_t(24), std::size_t(32), std::size_t(40),
+        std::size_t(60), sound.size() / 2, sound.size() - 1}) {
+    std::string text = sound;
+    text[place] = static_cast<char>(text[place] ^ 0x20);
+    write(file(), text);
+    expect_refused("is damaged");
+  }
+}
+
+TEST_F(KernelCacheFile, ThatIsCutOffOrTooLongIsCompiledAgain)
+{
+  keep();
+  const std::string sound = text_of(file());
+  for (const std::size_t size :
+       {std::size_t(0), std::size_t(7), std::size_t(48), std::size_t(100), sound.size() - 1}) {
+    write(file(), sound.substr(0, size));
+    expect_refused("is damaged");
+  }
+  write(file(), sound + "x");
+  expect_refused("is damaged");
+}
+
+// ---- what others could have written --------------------------------------------------------------------------------------------
+
+TEST_F(KernelCacheFile, ThatOthersCanWriteIsRefused)
+{
+  for (const mode_t mode : {0620, 0602, 0666}) {
+    keep();
+    ASSERT_EQ(chmod(file().c_str(), mode), 0);
+    expect_refused("can be written by others");
+  }
+}
+
+TEST_F(KernelCacheFile, OfAnotherUserIsRefused)
+{
+  if (geteuid() != 0) GTEST_SKIP() << "only root gives files away";
+  keep();
+  ASSERT_EQ(chown(file().c_str(), 12345, 12345), 0);
+  expect_refused("belongs to the user with the number 12345");
+}
+
+TEST_F(KernelCacheFile, ThatIsASymbolicLinkIsRefused)
+{
+  keep();
+  const std::string elsewhere = temporary_path("elsewhere");
+  fs::rename(file(), elsewhere);
+  fs::create_symlink(elsewhere, file());
+  const std::string before = text_of(elsewhere);
+  expect_refused("symbolic links");
+  EXPECT_FALSE(fs::is_symlink(file()));
+  EXPECT_EQ(text_of(elsewhere), before);    // not written through the link
+  fs::remove(elsewhere);
+}
+
+TEST_F(KernelCacheFile, ThatIsAFifoDoesNotHoldTheRun)
+{
+  keep();
+  fs::remove(file());
+  ASSERT_EQ(mkfifo(file().c_str(), 0600), 0);
+  expect_refused("is no file");
+}
+
+TEST_F(KernelCacheFolder, ThatOthersCanEnterIsRefused)
+{
+  for (const mode_t mode : {0755, 0701, 0710, 0777, 0750, 0500}) {
+    keep();
+    ASSERT_EQ(chmod(folder.c_str(), mode), 0);
+    expect_folder_refused("chmod 700 " + folder);
+    ASSERT_EQ(chmod(folder.c_str(), 0700), 0);
+  }
+}
+
+TEST_F(KernelCacheFolder, OfAnotherUserIsRefused)
+{
+  if (geteuid() != 0) GTEST_SKIP() << "only root gives folders away";
+  keep();
+  ASSERT_EQ(chown(folder.c_str(), 12345, 12345), 0);
+  expect_folder_refused("belongs to the user with the number 12345");
+}
+
+TEST_F(KernelCacheFolder, ThatIsASymbolicLinkIsRefused)
+{
+  keep();
+  const std::string elsewhere = temporary_path("elsewhere");
+  fs::remove_all(elsewhere);
+  fs::rename(folder, elsewhere);
+  fs::create_directory_symlink(elsewhere, folder);
+  expect_folder_refused("is a symbolic link");
+  fs::remove(folder);
+  fs::remove_all(elsewhere);
+}
+
+TEST_F(KernelCacheFolder, ThatCannotBeMadeIsSaid)
+{
+  write(folder, "a file");
+  expect_folder_refused("Not a directory");
+  fs::remove(folder);
+}
+
+/// What is checked is the folder that was opened, not what has its name later.
+TEST_F(KernelCacheFolder, ThatIsReplacedLaterIsNotEntered)
+{
+  keep();
+  KernelCache cache(folder);
+  const std::string aside = temporary_path("aside");
+  fs::remove_all(aside);
+  fs::rename(folder, aside);
+  fs::create_directory(folder);
+  write(file(), "poison");
+  DeviceCode kernel;
+  EXPECT_TRUE(cache.load(KEY, kernel));
+  EXPECT_TRUE(kernel.code == some_kernel().code);
+  fs::remove_all(aside);
+}
+
+TEST_F(KernelCacheFolder, IsMadeWithThoseAboveIt)
+{
+  KernelCache cache(folder + "/a/b/");
+  EXPECT_EQ(cache.obstacle(), "");
+  EXPECT_TRUE(fs::is_directory(folder + "/a/b"));
+}
+
+TEST(KernelCache, IsWhereTheEnvironmentSays)
+{
+  const auto chosen = [](const char *own, const char *xdg, const char *home) {
+    const Environment a("GPU_RVE_KERNEL_CACHE", own), b("XDG_CACHE_HOME", xdg), c("HOME", home);
+    return KernelCache::chosen_folder();
+  };
+  EXPECT_EQ(chosen("/scratch/me", "/xdg", "/home/me"), "/scratch/me");
+  EXPECT_EQ(chosen("off", "/xdg", "/home/me"), "");
+  EXPECT_EQ(chosen("0", "/xdg", "/home/me"), "");
+  EXPECT_EQ(chosen("", "/xdg", "/home/me"), "");
+  EXPECT_EQ(chosen("yes", "/xdg", "/home/me"), "/xdg/gpu_rve/kernels");
+  EXPECT_EQ(chosen(nullptr, "/xdg", "/home/me"), "/xdg/gpu_rve/kernels");
+  EXPECT_EQ(chosen(nullptr, "relative", "/home/me"), "/home/me/.cache/gpu_rve/kernels");
+  EXPECT_EQ(chosen(nullptr, nullptr, "/home/me"), "/home/me/.cache/gpu_rve/kernels");
+  EXPECT_EQ(chosen(nullptr, nullptr, nullptr), "");
+  EXPECT_EQ(
+      message_of([&] {
+        chosen("cache", nullptr, nullptr);
+      }),
+      "GPU_RVE_KERNEL_CACHE in the environment is 'cache'; it must be a folder whose name begins "
+      "with /, or 0, false, no, off or empty");
+}
+
+TEST(KernelCache, ThatIsSwitchedOffKeepsNothingAndDoesNotComplain)
+{
+  KernelCache cache("");
+  cache.store(KEY, some_kernel());
+  DeviceCode kernel;
+  EXPECT_FALSE(cache.load(KEY, kernel));
+  EXPECT_EQ(cache.obstacle(), "");
+  EXPECT_FALSE(KernelCache::Turn(cache).is_mine());
+}
+
+// ---- many processes ------------------------------------------------------------------------------------------------------------
+
+/// Each reads a whole kernel or none, whoever writes meanwhile, and nothing is left over.
+TEST_F(KernelCacheProcesses, NeverSeeHalfAFile)
+{
+  constexpr int processes = 8, rounds = 50;
+  std::vector<pid_t> children;
+  for (int k = 0; k < processes; ++k) {
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      KernelCache cache(folder);
+      const DeviceCode sound = some_kernel();
+      bool well = cache.obstacle().empty();
+      for (int round = 0; round < rounds; ++round) {
+        DeviceCode kernel;
+        if (cache.load(KEY, kernel)) well = well && kernel.code == sound.code;
+        cache.store(KEY, sound);
+        well = well && cache.obstacle().empty();
+      }
+      _exit(well ? 0 : 1);
+    }
+    children.push_back(child);
+  }
+  for (const pid_t child : children) EXPECT_TRUE(wait_for(child));
+  EXPECT_TRUE(finds());
+  EXPECT_EQ(names().size(), 1u);
+}
+
+/// Ranks of a machine: the first one compiles, the others wait and find what it has kept.
+TEST_F(KernelCacheProcesses, CompileOneAfterTheOther)
+{
+  constexpr int processes = 6;
+  const std::string compilations = temporary_path("compilations");
+  fs::remove(compilations);
+  std::vector<pid_t> children;
+  for (int k = 0; k < processes; ++k) {
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      KernelCache cache(folder);
+      DeviceCode kernel;
+      if (!cache.load(KEY, kernel)) {
+        const KernelCache::Turn turn(cache);
+        if (!cache.load(KEY, kernel)) {
+          std::ofstream(compilations, std::ios::app) << "x" << std::flush;
+          std::this_thread::sleep_for(std::chrono::milliseconds(200));
+          cache.store(KEY, some_kernel());
+        }
+      }
+      _exit(0);
+    }
+    children.push_back(child);
+  }
+  for (const pid_t child : children) EXPECT_TRUE(wait_for(child));
+  EXPECT_TRUE(finds());
+  EXPECT_EQ(text_of(compilations), "x");
+  fs::remove(compilations);
+}
+
+TEST_F(KernelCacheProcesses, ThatAreKilledOrHangHoldNobodyForever)
+{
+  int ready[2];
+  ASSERT_EQ(pipe(ready), 0);
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    const KernelCache cache(folder);
+    const KernelCache::Turn turn(cache);
+    if (::write(ready[1], "x", 1) != 1) _exit(1);
+    for (;;) pause();
+  }
+  char word;
+  ASSERT_EQ(::read(ready[0], &word, 1), 1);
+  const KernelCache cache(folder);
+  EXPECT_FALSE(KernelCache::Turn(cache, 0.1).is_mine());    // it hangs: 0.1 s, and on
+  kill(child, SIGKILL);
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_TRUE(KernelCache::Turn(cache).is_mine());
+  close(ready[0]);
+  close(ready[1]);
+}

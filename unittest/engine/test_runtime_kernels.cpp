@@ -1,0 +1,184 @@
+// Kernels that are compiled at run time: all of the table of programs can be, without a GPU, and one that has been is found the next time.
+// Skipped where there is no libnvrtc.
+
+#include "rve/engine/kernel_text.h"
+#include "rve/engine/runtime_kernels.h"
+#include "support/environment.h"
+#include "support/files.h"
+#include "support/messages.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+using namespace rve;
+using namespace rve_test;
+
+namespace {
+
+constexpr int NEWER_THAN_THE_COMPILER =
+    999;    ///< a card of this capability gets text, which is quick
+
+struct Line {
+  Program program;
+  Format format;
+  Arithmetic arithmetic;
+};
+
+std::vector<Line> all_lines()
+{
+  std::vector<Line> lines;
+#define RVE_ADD_LINE(name, ...)                                        \
+  lines.push_back({Program::name, Format::Fast, Arithmetic::Strict});  \
+  lines.push_back({Program::name, Format::Fast, Arithmetic::Relaxed}); \
+  lines.push_back({Program::name, Format::Mixed, Arithmetic::Strict}); \
+  lines.push_back({Program::name, Format::Double, Arithmetic::Strict});
+  RVE_PROGRAMS(RVE_ADD_LINE)
+#undef RVE_ADD_LINE
+  return lines;
+}
+
+std::string name_of(const testing::TestParamInfo<Line> &info)
+{
+  std::string name =
+      to_string(KernelName{"", info.param.program, info.param.format, Arithmetic::Strict});
+  name = name.substr(name.rfind("Program::") + 9);
+  std::string letters;
+  for (const char c : name.substr(0, name.size() - 1))
+    if (c != ',' && c != ' ' && c != ':') letters += c;
+  return letters + (info.param.arithmetic == Arithmetic::Relaxed ? "Relaxed" : "Strict");
+}
+
+void skip_without_compiler()
+{
+  if (!Nvrtc::of_this_machine().obstacle().empty())
+    GTEST_SKIP() << Nvrtc::of_this_machine().obstacle();
+}
+
+class RuntimeKernelsOfLine : public testing::TestWithParam<Line> {
+ protected:
+  void SetUp() override { skip_without_compiler(); }
+};
+INSTANTIATE_TEST_SUITE_P(Programs, RuntimeKernelsOfLine, testing::ValuesIn(all_lines()), name_of);
+
+class RuntimeKernels : public testing::Test {
+ protected:
+  void SetUp() override { skip_without_compiler(); }
+
+  DeviceCode compile(const KernelName &name, int capability, KernelCache &cache)
+  {
+    return compiled_kernel(name, capability, Nvrtc::of_this_machine(), cache,
+                           [this](const std::string &line) {
+                             log.push_back(line);
+                           });
+  }
+  std::vector<std::string> log;
+};
+
+void expect_compiled(const char *kernel, const Line &line)
+{
+  KernelCache none("");
+  const DeviceCode compiled =
+      compiled_kernel({kernel, line.program, line.format, line.arithmetic}, NEWER_THAN_THE_COMPILER,
+                      Nvrtc::of_this_machine(), none, [](const std::string &) {
+                      });
+  EXPECT_NE(compiled.code.find(".entry " + compiled.kernel), std::string::npos) << compiled.kernel;
+  const bool relaxed = compiled.kernel.find("7relaxed") != std::string::npos;
+  EXPECT_EQ(relaxed, line.arithmetic == Arithmetic::Relaxed);
+  if (relaxed) return;
+  // an operation without its rounding is one that may be contracted
+  for (const char *loose :
+       {"\tadd.f32", "\tmul.f32", "\tadd.f64", "\tmul.f64", "sqrt.approx.f32", "div.approx.f32"})
+    EXPECT_EQ(compiled.code.find(loose), std::string::npos) << loose;
+}
+
+const KernelName SMALL{"prepare_calls", Program::General, Format::Fast, Arithmetic::Strict};
+
+}    // namespace
+
+TEST_P(RuntimeKernelsOfLine, AreCompiledFromTheTextInTheProgram)
+{
+  expect_compiled("advance_few", GetParam());
+  expect_compiled("prepare_calls", GetParam());
+}
+
+TEST_F(RuntimeKernels, AreThereForBlocksOfAllSizes)
+{
+  for (const char *kernel : {"advance_many", "advance_large", "advance_in_memory"})
+    expect_compiled(kernel, {Program::Plain, Format::Fast, Arithmetic::Strict});
+}
+
+TEST_F(RuntimeKernels, AreCompiledOnceAndFoundTheNextTime)
+{
+  const std::string folder = temporary_path("cache");
+  std::filesystem::remove_all(folder);
+  KernelCache cache(folder);
+  const DeviceCode first = compile(SMALL, 90, cache);
+  ASSERT_EQ(log.size(), 1u);
+  EXPECT_EQ(
+      log[0].find(
+          "compiled rve::prepare_calls<rve::Program::General, rve::FastNumbers> for sm_90 in "),
+      0u)
+      << log[0];
+  EXPECT_EQ(first.code.substr(1, 3), "ELF");
+
+  KernelCache next(folder);
+  const DeviceCode second = compile(SMALL, 90, next);
+  EXPECT_EQ(log.size(), 1u);
+  EXPECT_TRUE(first.code == second.code);
+  EXPECT_EQ(first.kernel, second.kernel);
+
+  // neither for another card nor with other arithmetic
+  compile(SMALL, 80, next);
+  KernelName relaxed = SMALL;
+  relaxed.arithmetic = Arithmetic::Relaxed;
+  compile(relaxed, 90, next);
+  EXPECT_EQ(log.size(), 3u);
+  std::filesystem::remove_all(folder);
+}
+
+TEST_F(RuntimeKernels, ThatCannotBeKeptAreSaidTo)
+{
+  const std::string folder = temporary_path("cache");
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directory(folder);
+  std::filesystem::permissions(folder, std::filesystem::perms(0755));
+  KernelCache cache(folder);
+  EXPECT_FALSE(compile(SMALL, NEWER_THAN_THE_COMPILER, cache).code.empty());
+  ASSERT_EQ(log.size(), 2u);
+  EXPECT_EQ(log[0],
+            "no compiled kernel is taken from the cache: " + folder +
+                " is open to others: chmod 700 " + folder);
+  EXPECT_NE(log[1].find(", but could not keep it for the next run: " + folder), std::string::npos)
+      << log[1];
+  std::filesystem::remove_all(folder);
+}
+
+TEST_F(RuntimeKernels, ThatDoNotExistEndInTheWordsOfTheCompiler)
+{
+  KernelCache none("");
+  const std::string message = message_of<std::runtime_error>([&] {
+    compile({"advance_nobody", Program::Plain, Format::Fast, Arithmetic::Strict}, 90, none);
+  });
+  EXPECT_NE(
+      message.find("cannot compile rve::advance_nobody<rve::Program::Plain, rve::FastNumbers>"),
+      std::string::npos)
+      << message;
+}
+
+TEST(RuntimeCompiler, ThatIsAbsentIsSaidWithARemedy)
+{
+  const Nvrtc nvrtc({"libnvrtc-nowhere.so", "/nowhere/libnvrtc.so"});
+  EXPECT_NE(nvrtc.obstacle().find("(tried libnvrtc-nowhere.so, /nowhere/libnvrtc.so): install it"),
+            std::string::npos)
+      << nvrtc.obstacle();
+  EXPECT_NE(nvrtc.obstacle().find("LD_LIBRARY_PATH"), std::string::npos);
+}
+
+TEST(RuntimeCompiler, ALibraryThatIsAnotherIsNotTaken)
+{
+  EXPECT_NE(Nvrtc({"libm.so.6"}).obstacle(), "");
+}
