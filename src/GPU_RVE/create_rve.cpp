@@ -203,15 +203,20 @@ void warn_of_overlap(LAMMPS *lmp, const rve::PackingRecipe &recipe)
   const double strain = rve::contact_strain(recipe);
   // beyond the largest one it is an error
   if (strain <= rve::SMALL_CONTACT_STRAIN || strain > rve::LARGEST_CONTACT_STRAIN) return;
-  const double stiff = recipe.pressure * recipe.material.thickness / rve::SMALL_CONTACT_STRAIN;
-  lmp->error->warning(
-      FLERR,
-      "create_rve: grains will overlap by about {} of their diameter, pressure {} [stress] * "
-      "thickness {} [length] / kn {} [force/length]; above {} the packing is softer and denser "
-      "than "
-      "stiff grains are: use kn of at least {}, or a smaller pressure or thickness",
-      rve::number(strain), rve::number(recipe.pressure), rve::number(recipe.material.thickness),
-      rve::number(recipe.material.normal_stiffness), rve::SMALL_CONTACT_STRAIN, rve::number(stiff));
+  const double kn = recipe.material.normal_stiffness, thickness = recipe.material.thickness;
+  const bool is_linear = recipe.material.law == rve::ContactLaw::Linear;
+  const std::string why = is_linear
+      ? fmt::format(", pressure {} [stress] * thickness {} [length] / kn {} [force/length]",
+                    rve::number(recipe.pressure), rve::number(thickness), rve::number(kn))
+      : "";
+  const std::string remedy = is_linear
+      ? "kn of at least " + rve::number(recipe.pressure * thickness / rve::SMALL_CONTACT_STRAIN)
+      : "stiffer grains";
+  lmp->error->warning(FLERR,
+                      "create_rve: grains will overlap by about {} of their diameter{}; above {} "
+                      "the packing is softer and denser than stiff grains are: use {}, or a "
+                      "smaller pressure or thickness",
+                      rve::number(strain), why, rve::SMALL_CONTACT_STRAIN, remedy);
 }
 
 void make_packing(LAMMPS *lmp, const Order &order, rve::Engine &engine)

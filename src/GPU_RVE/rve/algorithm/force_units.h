@@ -9,7 +9,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Overlap over the mean radius that the force scale never goes below: stiffer than any packing that a format can hold.
+  /// Overlap over the mean radius, with the stiffness of a gas, that the force scale never goes below: stiffer than any packing that a
+  /// format can hold.
   constexpr double kLeastOverlapShare = 1e-9;
 
   /// The contact law in `double` and in units of the script.
@@ -35,8 +36,10 @@ inline namespace RVE_ISA {
       const ImageHeader &header = call.header;
       // A last call may have ended in the first touch of a collision: a unit from that would not reach the collision within
       // the repeats of a call.
+      const double radius = header.mean_radius;
       const double least =
-          force_scale(call, kLeastOverlapShare * header.mean_radius, header.mean_radius);
+          law_of_script<Scene>(call).stiffness({kGasOverlapShare * radius, radius, radius}).normal *
+          (kLeastOverlapShare * radius);
       if (!(call.expected_force > least)) call.expected_force = least;
       call.units.choose_force(Scene::sum_bits, header.neighbor_bits, call.expected_force,
                               header.obliquity, header.inverse_obliquity);

@@ -103,22 +103,24 @@ std::vector<Advice> advice(Format format, const Result &result, const Material &
 {
   std::vector<Advice> list;
   const bool in_contact = result.num_contacts > 0;
+  const std::string stiffness = material.law == ContactLaw::Linear ? "kn" : "stiffness";
   const double overlap = result.mean_overlap;
   if (in_contact && overlap < smallest_overlap(format))
-    list.push_back({AdviceKind::SmallOverlap, overlap, smallest_overlap(format),
-                    "the mean overlap is " + rounded(overlap) + " of the sum of radii, below the " +
-                        rounded(smallest_overlap(format)) + " that format " + to_string(format) +
-                        " resolves to one in a thousand; " +
-                        (is_fp32(format) ? "use format mixed or double"
-                                         : "use a smaller kn or a higher pressure")});
+    list.push_back(
+        {AdviceKind::SmallOverlap, overlap, smallest_overlap(format),
+         "the mean overlap is " + rounded(overlap) + " of the sum of radii, below the " +
+             rounded(smallest_overlap(format)) + " that format " + to_string(format) +
+             " resolves to one in a thousand; " +
+             (is_fp32(format) ? "use format mixed or double"
+                              : "use a smaller " + stiffness + " or a higher pressure")});
 
   if (in_contact && overlap > LARGEST_MEAN_OVERLAP)
     list.push_back({AdviceKind::LargeOverlap, overlap, LARGEST_MEAN_OVERLAP,
                     "the mean overlap is " + rounded(overlap) + " of the sum of radii, above " +
                         rounded(LARGEST_MEAN_OVERLAP) +
                         ": disks that overlap more are no grains that touch (void ratio " +
-                        rounded(result.void_ratio) +
-                        " [-]); use a larger kn, a smaller thickness or a lower pressure"});
+                        rounded(result.void_ratio) + " [-]); use a larger " + stiffness +
+                        ", a smaller thickness or a lower pressure"});
 
   if (result.status & status::NoContacts)
     list.push_back({AdviceKind::NoContacts, 1.0, 1.0,

@@ -431,12 +431,15 @@ namespace {
     }
 
     // Contacts that form within a call are not in Gershgorin's bound yet, so a margin is kept; a gas gets the step that its
-    // grains will need in a dense network, which is about 0.55 of the step for single contacts.
-    static double time_step(const RveState &state)
+    // grains will need in a dense network, which is about 0.55 of the step for single contacts. They are as deep as at the pressure.
+    double time_step(const RveState &state) const
     {
+      const double radius = mean_radius(recipe);
+      const double overlap = 2.0 * radius *
+          contact_strain(std::max(recipe.pressure, way.peak), state.material, radius);
       const double pair_time_step =
-          2.0 / (pair_frequency(state) * std::sqrt(1.0 + state.material.local_damping));
-      return std::min(0.8 * gershgorin_time_step(state), 0.5 * pair_time_step);
+          2.0 / (pair_frequency(state, overlap) * std::sqrt(1.0 + state.material.local_damping));
+      return std::min(0.8 * gershgorin_time_step(state, overlap), 0.5 * pair_time_step);
     }
 
     Drive servo(const RveState &state, double pressure) const

@@ -31,14 +31,15 @@ namespace {
     std::function<ContactModuli(double, double)> coming;
   };
 
-  Moduli moduli(const RveState &state, const std::vector<TouchingPair> &contacts, Kind kind)
+  Moduli moduli(const RveState &state, const std::vector<TouchingPair> &contacts, Kind kind,
+                double coming_overlap = 0.0)
   {
     return with_law(state.material, [&](const auto &law) {
       const auto moduli_at = [law, kind](const ContactPlace &place) {
         return kind == Kind::Springs ? law.stiffness(place) : law.viscosity(place);
       };
       Moduli all;
-      double overlap = 0.0;
+      double overlap = coming_overlap;
       for (const TouchingPair &contact : contacts) {
         all.of_contact.push_back(moduli_at(place_of(state, contact)));
         overlap = std::max(overlap, contact.overlap);
@@ -338,12 +339,13 @@ namespace {
     return std::max(of_lightest, rolling_pair_eigenvalue(state, moduli));
   }
 
-  template <class Eigenvalue> double time_step(const RveState &state, Eigenvalue &&network)
+  template <class Eigenvalue>
+  double time_step(const RveState &state, Eigenvalue &&network, double coming_overlap = 0.0)
   {
     state.check_sizes();    // or eigenvalues may not be numbers
     const std::vector<TouchingPair> contacts = find_contacts(state);
     const auto largest = [&](Kind kind) {
-      const Moduli all = moduli(state, contacts, kind);
+      const Moduli all = moduli(state, contacts, kind, coming_overlap);
       return std::max(network(state, contacts, all), pair_eigenvalue(state, all));
     };
     return leapfrog_bound(largest(Kind::Springs), largest(Kind::Dashpots),
@@ -364,9 +366,10 @@ double gershgorin_frequency(const RveState &state)
   return std::sqrt(gershgorin_eigenvalue(state, contacts, moduli(state, contacts, Kind::Springs)));
 }
 
-double pair_frequency(const RveState &state)
+double pair_frequency(const RveState &state, double coming_overlap)
 {
-  return std::sqrt(pair_eigenvalue(state, moduli(state, find_contacts(state), Kind::Springs)));
+  return std::sqrt(
+      pair_eigenvalue(state, moduli(state, find_contacts(state), Kind::Springs, coming_overlap)));
 }
 
 double stable_time_step(const RveState &state)
@@ -374,9 +377,9 @@ double stable_time_step(const RveState &state)
   return time_step(state, network_eigenvalue);
 }
 
-double gershgorin_time_step(const RveState &state)
+double gershgorin_time_step(const RveState &state, double coming_overlap)
 {
-  return time_step(state, gershgorin_eigenvalue);
+  return time_step(state, gershgorin_eigenvalue, coming_overlap);
 }
 
 }    // namespace rve

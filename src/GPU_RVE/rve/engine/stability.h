@@ -18,8 +18,9 @@ double largest_frequency(const RveState &state);
 double gershgorin_frequency(const RveState &state);
 
 /// Frequency of one contact between the two lightest grains [1/time]: what a gas of these grains will meet first. With rolling
-/// resistance also of the lightest grain with any other.
-double pair_frequency(const RveState &state);
+/// resistance also of the lightest grain with any other. It is as deep as the deepest contact that is there, and as `coming_overlap`
+/// [length]: where the stiffness grows with the overlap, that decides.
+double pair_frequency(const RveState &state, double coming_overlap = 0.0);
 
 /// Largest stable time step of the leapfrog update [time]: the network's, and never longer than that of one contact as in
 /// pair_frequency(), which may come at any time. With frequency w, dashpot rate B (largest eigenvalue of M^-1 C) and
@@ -30,7 +31,7 @@ double pair_frequency(const RveState &state);
 double stable_time_step(const RveState &state);
 
 /// The same with Gershgorin's frequency: a cheap lower bound of stable_time_step [time].
-double gershgorin_time_step(const RveState &state);
+double gershgorin_time_step(const RveState &state, double coming_overlap = 0.0);
 
 }    // namespace rve
 
