@@ -14,9 +14,11 @@
 #include "material_words.h"
 
 #include "rve/core/error.h"
+#include "rve/core/pi.h"
 #include "utils.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string_view>
 #include <utility>
 
@@ -28,10 +30,49 @@ namespace {
 
 struct Contact {
   MaterialWords &material;
-  double eta_n;    ///< of the normal model
+  double eta_n = 0.0;    ///< of the normal model; the damping model says what it means
+  std::optional<double> youngs = {}, poisson = {};    ///< of a normal model that has them
 };
 
-void read_tangential(ScriptWords &words, Contact &contact)
+void read_hooke(ScriptWords &words, Contact &contact)
+{
+  contact.material[&rve::Material::normal_stiffness] = words.number("hooke k_n");
+  contact.eta_n = words.number("hooke eta_n");
+}
+
+void read_hertz(ScriptWords &words, Contact &contact)
+{
+  contact.material[&rve::Material::hertz_stiffness] = words.number("hertz k_n");
+  contact.eta_n = words.number("hertz eta_n");
+}
+
+void read_elastic_constants(ScriptWords &words, Contact &contact)
+{
+  contact.youngs = words.number("E");
+  contact.eta_n = words.number("eta_n");
+  const double nu = words.number("nu");
+  if (!(nu > -1.0 && nu <= 0.5))
+    words.refuse(fmt::format("contact nu is {} [-]; it must lie in (-1, 0.5]", rve::number(nu)));
+  contact.poisson = nu;
+  // 4/3 E* of two bodies alike
+  contact.material[&rve::Material::hertz_stiffness] =
+      4.0 / 3.0 * *contact.youngs / (2.0 * (1.0 - nu * nu));
+}
+
+struct NormalModel {
+  const char *name;
+  rve::ContactLaw law;
+  void (*read)(ScriptWords &, Contact &);
+};
+
+constexpr NormalModel NORMAL_MODELS[] = {
+    {"hooke", rve::ContactLaw::Linear, read_hooke},
+    {"hertz", rve::ContactLaw::Hertz, read_hertz},
+    {"hertz/material", rve::ContactLaw::Hertz, read_elastic_constants}};
+
+// ---- tangential models ----
+
+void read_linear_tangential(ScriptWords &words, Contact &contact)
 {
   const bool has_spring = words.choice<bool>(
       "tangential model", {{"linear_history", true}, {"linear_nohistory", false}});
@@ -48,10 +89,81 @@ void read_tangential(ScriptWords &words, Contact &contact)
   }
 }
 
-void read_damping(ScriptWords &words, Contact &)
+void read_mindlin(ScriptWords &words, Contact &contact)
 {
-  words.choice<bool>("damping model", {{"velocity", true}});
+  const bool keeps_displacement =
+      words.choice<bool>("tangential model", {{"mindlin", true}, {"mindlin/force", false}});
+  double k_t;
+  if (std::string_view(words.peek()) != "NULL") {
+    k_t = words.number("tangential k_t");
+  } else {
+    words.next();
+    if (!contact.youngs)
+      words.refuse(
+          "contact tangential k_t is NULL, which takes it from E and nu of hertz/material; "
+          "with another normal model it must be a number [force/length^2]");
+    // 8 G* of two bodies alike
+    const double nu = *contact.poisson;
+    k_t = 8.0 * *contact.youngs / (4.0 * (2.0 - nu) * (1.0 + nu));
+  }
+  contact.material[&rve::Material::mindlin_stiffness] = k_t;
+  contact.material[&rve::Material::mindlin_damping] = words.number("tangential x_gammat");
+  contact.material[&rve::Material::friction] = words.number("tangential mu");
+  contact.material[&rve::Material::mindlin_displacement] = keeps_displacement ? 1.0 : 0.0;
 }
+
+void read_tangential(ScriptWords &words, Contact &contact)
+{
+  return *contact.material.law == rve::ContactLaw::Linear ? read_linear_tangential(words, contact)
+                                                          : read_mindlin(words, contact);
+}
+
+// ---- damping models ----
+
+/// c of a restitution coefficient, with which a dashpot c sqrt(m k_n a) slows down an impact by it: -sqrt(5) ln e / sqrt(pi^2 + ln^2 e).
+double damping_of_restitution(ScriptWords &words, double e)
+{
+  if (!(e > 0.0 && e <= 1.0))
+    words.refuse(fmt::format("contact coefficient of restitution is {} [-]; it must lie in (0, 1]",
+                             rve::number(e)));
+  const double log_e = std::log(e);
+  return std::sqrt(5.0) * std::fabs(log_e) / std::hypot(rve::kPi, log_e);
+}
+
+void read_damping(ScriptWords &words, Contact &contact)
+{
+  enum class Damping { Velocity, Viscoelastic, Restitution };
+  MaterialWords &material = contact.material;
+  if (*material.law == rve::ContactLaw::Linear) {
+    words.choice<bool>("damping model", {{"velocity", true}});
+    material[&rve::Material::normal_viscosity] = contact.eta_n;
+    return;
+  }
+  const auto damping = words.choice<Damping>("damping model",
+                                             {{"viscoelastic", Damping::Viscoelastic},
+                                              {"velocity", Damping::Velocity},
+                                              {"coeff_restitution", Damping::Restitution}});
+  if (damping == Damping::Velocity)
+    material[&rve::Material::normal_viscosity] = contact.eta_n;
+  else if (damping == Damping::Viscoelastic)
+    material[&rve::Material::viscoelastic_damping] = contact.eta_n;
+  else
+    material[&rve::Material::restitution_damping] = damping_of_restitution(words, contact.eta_n);
+}
+
+/// What LAMMPS takes where no damping model is given: viscoelastic.
+void take_default_damping(ScriptWords &words, Contact &contact)
+{
+  if (*contact.material.law != rve::ContactLaw::Linear)
+    contact.material[&rve::Material::viscoelastic_damping] = contact.eta_n;
+  else if (contact.eta_n != 0.0)
+    words.refuse(fmt::format("contact has eta_n {} and no damping model, which is viscoelastic in "
+                             "pair_style granular and does not exist here for hooke; it must have "
+                             "damping velocity, or eta_n 0",
+                             rve::number(contact.eta_n)));
+}
+
+// ---- rolling and twisting ----
 
 void read_rolling(ScriptWords &words, Contact &contact)
 {
@@ -80,14 +192,15 @@ constexpr ScriptKeyword<Contact> PARTS[] = {
 void read_contact(ScriptWords &words, MaterialWords &material)
 {
   words.set_form("hooke k_n eta_n tangential linear_history k_t x_gammat mu [damping velocity] "
-                 "[rolling sds k_roll 0 mu_roll]");
+                 "[rolling sds k_roll 0 mu_roll], or hertz k_n eta_n or hertz/material E eta_n nu, "
+                 "tangential mindlin or mindlin/force k_t x_gammat mu [damping viscoelastic, "
+                 "velocity or coeff_restitution]");
   for (const rve::MaterialParameter &parameter : rve::MATERIAL_PARAMETERS)
     if (parameter.of_contact()) material[parameter.member] = 0.0;
-  material.law = words.choice<rve::ContactLaw>(
-      "normal model", {{rve::word_of(rve::ContactLaw::Linear), rve::ContactLaw::Linear}});
-  material[&rve::Material::normal_stiffness] = words.number("hooke k_n");
-  Contact contact{material, words.number("hooke eta_n")};
-  material[&rve::Material::normal_viscosity] = contact.eta_n;
+  Contact contact{material};
+  const NormalModel &normal = NORMAL_MODELS[words.choice("normal model", names_of(NORMAL_MODELS))];
+  material.law = normal.law;
+  normal.read(words, contact);
 
   rve::Words given;
   const auto has = [&](std::string_view part) {
@@ -113,11 +226,7 @@ void read_contact(ScriptWords &words, MaterialWords &material)
   if (!has("tangential"))
     words.refuse("contact has no tangential model; without tangential forces it is tangential "
                  "linear_nohistory 0 0");
-  if (contact.eta_n != 0.0 && !has("damping"))
-    words.refuse(fmt::format("contact has eta_n {} and no damping model, which is viscoelastic in "
-                             "pair_style granular and does not exist here; it must have damping "
-                             "velocity, or eta_n 0",
-                             rve::number(contact.eta_n)));
+  if (!has("damping")) take_default_damping(words, contact);
 }
 
 }    // namespace

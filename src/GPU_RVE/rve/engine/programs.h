@@ -24,7 +24,8 @@ namespace rve {
   program(Frictionless, NormalSprings,     false, true,  General) \
   program(Plain,        FrictionalSprings, false, true,  General) \
   program(General,      DampedSprings,     true,  false, General) \
-  program(Rolling,      RollingFriction,   true,  false, Rolling)
+  program(Rolling,      RollingFriction,   true,  false, Rolling) \
+  program(Hertz,        HertzMindlin,      true,  false, Hertz)
 // clang-format on
 
 #define RVE_PROGRAM_NAME(name, law, books, small, prepared) name,

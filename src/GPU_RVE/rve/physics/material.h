@@ -8,7 +8,7 @@ namespace rve {
 
 /// contact_law(name, word): the laws that contacts may have, with their names in packing files and scripts, which are LAMMPS'. Rolling
 /// resistance is no law of its own: every one may have it.
-#define RVE_CONTACT_LAWS(contact_law) contact_law(Linear, "hooke")
+#define RVE_CONTACT_LAWS(contact_law) contact_law(Linear, "hooke") contact_law(Hertz, "hertz")
 
 #define RVE_CONTACT_LAW_NAME(name, word) name,
 enum class ContactLaw { RVE_CONTACT_LAWS(RVE_CONTACT_LAW_NAME) };
@@ -37,13 +37,20 @@ struct MaterialNumbers {
   double tangential_viscosity;    ///< gamma_t [force time/length]
   double thickness;               ///< of the disks, enters the stress volume only [length]
   double mass_depth;              ///< out-of-plane depth that the mass is counted for [length]
+  double hertz_stiffness;         ///< k_n = 4/3 E* [force/length^2]
+  double mindlin_stiffness;       ///< k_t = 8 G* [force/length^2]
+  double viscoelastic_damping;    ///< eta of gamma = eta m a [1/(length time)]
+  double restitution_damping;     ///< c of gamma = c sqrt(m k_n a) [-]
+  double mindlin_damping;         ///< gamma_t / gamma [-]
+  double
+      mindlin_displacement;    ///< 1: tangential displacements are kept while contacts grow and shrink, 0: forces
 };
 
 /// Nothing yet, for disks of unit thickness.
 struct Material : MaterialNumbers {
   ContactLaw law = ContactLaw::Linear;    ///< others leave the numbers zero that they do not have
 
-  constexpr Material() : MaterialNumbers{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0} {}
+  constexpr Material() : MaterialNumbers{} { thickness = mass_depth = 1.0; }
 };
 
 /// Values that a parameter may have.
@@ -90,12 +97,18 @@ constexpr MaterialParameter MATERIAL_PARAMETERS[] = {
     {"friction", "friction", "friction coefficient", "[-]", MaterialRange::Friction, OF_ALL_LAWS, false, &MaterialNumbers::friction},
     {"density", "density", "grain density", "[mass/length^3]", MaterialRange::Positive, OF_GRAINS, false, &MaterialNumbers::density},
     {"local_damping", "damping", "local damping", "[-]", MaterialRange::Fraction, OF_GRAINS, false, &MaterialNumbers::local_damping},
-    {"normal_viscosity", "gamma_n", "normal viscosity", "[force time/length]", MaterialRange::NotNegative, of_law(ContactLaw::Linear), false, &MaterialNumbers::normal_viscosity},
+    {"normal_viscosity", "gamma_n", "normal viscosity", "[force time/length]", MaterialRange::NotNegative, of_law(ContactLaw::Linear) | of_law(ContactLaw::Hertz), false, &MaterialNumbers::normal_viscosity},
     {"tangential_viscosity", "gamma_t", "tangential viscosity", "[force time/length]", MaterialRange::NotNegative, of_law(ContactLaw::Linear), false, &MaterialNumbers::tangential_viscosity},
     {"thickness", "thickness", "thickness", "[length]", MaterialRange::Positive, OF_GRAINS, false, &MaterialNumbers::thickness},
     {"mass_depth", "mass_depth", "mass depth times mass scaling", "[length]", MaterialRange::Positive, OF_GRAINS, false, &MaterialNumbers::mass_depth},
     {"rolling_stiffness", "kr", "rolling stiffness", "[force/length]", MaterialRange::NotNegative, OF_ALL_LAWS, true, &MaterialNumbers::rolling_stiffness},
     {"rolling_friction", "rolling_friction", "rolling friction coefficient", "[-]", MaterialRange::Friction, OF_ALL_LAWS, true, &MaterialNumbers::rolling_friction},
+    {"hertz_stiffness", "hertz_kn", "Hertz' stiffness", "[force/length^2]", MaterialRange::Positive, of_law(ContactLaw::Hertz), false, &MaterialNumbers::hertz_stiffness},
+    {"mindlin_stiffness", "mindlin_kt", "Mindlin's stiffness", "[force/length^2]", MaterialRange::NotNegative, of_law(ContactLaw::Hertz), false, &MaterialNumbers::mindlin_stiffness},
+    {"viscoelastic_damping", "viscoelastic_damping", "viscoelastic damping", "[1/(length time)]", MaterialRange::NotNegative, of_law(ContactLaw::Hertz), false, &MaterialNumbers::viscoelastic_damping},
+    {"restitution_damping", "restitution_damping", "damping by restitution", "[-]", MaterialRange::NotNegative, of_law(ContactLaw::Hertz), false, &MaterialNumbers::restitution_damping},
+    {"mindlin_damping", "mindlin_damping", "tangential over normal damping", "[-]", MaterialRange::NotNegative, of_law(ContactLaw::Hertz), false, &MaterialNumbers::mindlin_damping},
+    {"mindlin_displacement", "mindlin_displacement", "choice of a displacement that is kept", "[-]", MaterialRange::Switch, of_law(ContactLaw::Hertz), false, &MaterialNumbers::mindlin_displacement},
     // clang-format on
 };
 

@@ -1,0 +1,260 @@
+// Hertz' normal contact and Mindlin's tangential one, between disks that touch as spheres of their radii do.
+//
+// As LAMMPS' `pair granular hertz ... tangential mindlin` and `mindlin/force`. With the reduced radius R = r_i r_j / (r_i + r_j) and the
+// reduced mass m = m_i m_j / (m_i + m_j), at an overlap d the contact has the radius a = sqrt(R d) and
+//     f_n = k_n a d - gamma v_n,    |f_t| <= mu |f_n|,    df_t = k_t a v_t dt,
+// with k_n = 4/3 E*, k_t = 8 G* of the elastic constants (Johnson, Contact Mechanics, 1985, chapters 4 and 7) and a dashpot
+//     gamma = gamma_n + eta m a + c sqrt(m k_n a),
+// the sum of those that LAMMPS calls velocity, viscoelastic (Brilliantov et al. 1996, Phys. Rev. E 53, 5382) and coeff_restitution, with which
+// the restitution depends on no velocity (Tsuji et al. 1992, Powder Technol. 71, 239).
+
+#ifndef RVE_PHYSICS_LAWS_HERTZ_MINDLIN_H
+#define RVE_PHYSICS_LAWS_HERTZ_MINDLIN_H
+
+#include "rve/core/pi.h"
+#include "rve/physics/laws/disk_contact.h"
+#include "rve/physics/material.h"
+#include "rve/physics/tangential_force.h"
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  /// What a pair remembers.
+  template <class Number> struct MindlinHistory {
+    Number tangential;        ///< force on the first grain along t = (-n_y, n_x) [force]
+    Number contact_radius;    ///< at which it was, a [length]
+  };
+
+  template <class Numbers> struct alignas(16) HertzConstants {
+    typename Numbers::Spring tangential_stiffness;    ///< k_t [force/length^2]
+    typename Numbers::Real normal_stiffness;          ///< k_n [force/length^2]
+    typename Numbers::Real friction;
+    typename Numbers::Real dt;    ///< zero evaluates without advancing the history [time]
+    /// gamma = velocity + viscoelastic m a + restitution sqrt(m a), m in masses of a disk of radius one.
+    typename Numbers::Real velocity_damping, viscoelastic_damping, restitution_damping;
+    typename Numbers::Real tangential_damping;    ///< gamma_t / gamma [-]
+    typename Numbers::Real velocity_arm;
+    typename Numbers::Real keeps_displacement;    ///< 1: mindlin, 0: mindlin/force
+
+    template <class Parameters>
+    RVE_INLINE void set(const Parameters &parameters, const LawUnits &units, double arm)
+    {
+      using Real = typename Numbers::Real;
+      const double length = units.length, stress_unit = length * length * units.per_force;
+      normal_stiffness = static_cast<Real>(parameters.hertz_stiffness * stress_unit);
+      tangential_stiffness =
+          static_cast<typename Numbers::Spring>(parameters.mindlin_stiffness * stress_unit);
+      friction = static_cast<Real>(parameters.friction);
+      tangential_damping = static_cast<Real>(parameters.mindlin_damping);
+      velocity_arm = static_cast<Real>(arm);
+      keeps_displacement = static_cast<Real>(parameters.mindlin_displacement);
+
+      const double viscosity_unit = length * units.per_force;
+      const double mass_unit = kPi * parameters.density * parameters.mass_depth * length * length;
+      velocity_damping = static_cast<Real>(parameters.normal_viscosity * viscosity_unit);
+      viscoelastic_damping =
+          static_cast<Real>(parameters.viscoelastic_damping * mass_unit * length * viscosity_unit);
+      restitution_damping = static_cast<Real>(
+          parameters.restitution_damping *
+          std::sqrt(mass_unit * parameters.hertz_stiffness * length) * viscosity_unit);
+    }
+  };
+
+  template <class Real, class Spring> struct MindlinContactForce : ContactForce<Real, Spring> {
+    Real contact_radius;    ///< [length]
+    Spring stiffness;       ///< k_t a [force/length]
+    Real viscosity;         ///< gamma [force time/length]
+    Real
+        taken_by_area;    ///< energy that the spring lost while the contact radius changed [force length]
+
+    RVE_INLINE MindlinHistory<Spring> history() const
+    {
+      return {this->spring, static_cast<Spring>(contact_radius)};
+    }
+  };
+
+  template <class NumberFormat> struct HertzMindlin {
+    using Numbers = NumberFormat;
+    using Real = typename Numbers::Real;
+    using Spring = typename Numbers::Spring;
+    using History = MindlinHistory<Spring>;
+    using Force = MindlinContactForce<Real, Spring>;
+    using Constants = HertzConstants<Numbers>;
+    static constexpr ContactLaw contact_law = ContactLaw::Hertz;
+    static constexpr bool has_friction = true;
+    static constexpr bool has_rolling = false;
+    static constexpr bool is_damped = true;
+    static constexpr bool has_constant_moduli = false;
+    static constexpr bool bounds_tangential_forces = true;
+
+    template <class OtherNumbers> using In = HertzMindlin<OtherNumbers>;
+
+    static RVE_INLINE History seen_from_partner(const History &history) { return history; }
+    static RVE_INLINE Spring tangential_force(const History &history) { return history.tangential; }
+    static RVE_INLINE History in_units(const History &history, double force, double length)
+    {
+      return {static_cast<Spring>(force) * history.tangential,
+              static_cast<Spring>(length) * history.contact_radius};
+    }
+    template <class Pair> static History of_pair(const Pair &pair)
+    {
+      return {static_cast<Spring>(pair.tangential_force), static_cast<Spring>(pair.contact_radius)};
+    }
+    template <class Pair> static void to_pair(const History &history, Pair &pair)
+    {
+      pair.tangential_force = static_cast<double>(history.tangential);
+      pair.contact_radius = static_cast<double>(history.contact_radius);
+    }
+
+    Constants constants;
+
+    template <class SomeConstants> RVE_INLINE void take(const SomeConstants &given)
+    {
+      constants = given;
+    }
+
+    /// A contact without adhesion.
+    RVE_INLINE Force evaluate(const ContactGeometry<Real, 2> &contact, const DiskMotion<Real> &i,
+                              const DiskMotion<Real> &j, const Tensor<Real, 2> &velocity_gradient,
+                              const History &history, Real dt) const
+    {
+      const auto moving = DiskContact<Real>::template of<true>(contact, i, j, velocity_gradient,
+                                                               constants.velocity_arm);
+      Force result;
+      const Real spring = press(contact.overlap, i.radius, j.radius, result);
+      const Real normal_force = spring - result.viscosity * moving.normal_velocity;
+      shear(contact, moving, normal_force, fabs(normal_force), history, dt, result);
+      return result;
+    }
+
+    static RVE_INLINE Real largest(const Force &force, Real so_far)
+    {
+      return larger(so_far, std::fabs(force.tangential));
+    }
+
+    /// What slides dissipates as much as the limit took from the spring; without a spring, what the velocity says. A dashpot dissipates
+    /// beside it. Without rescaling a force, contacts that grow or shrink take from a spring or give to it.
+    RVE_INLINE void dissipate(const Force &force, Real time_step, Dissipation &heat) const
+    {
+      const double dt = static_cast<double>(time_step);
+      const double vt = force.tangential_velocity, vn = force.normal_velocity;
+      const double viscosity = static_cast<double>(force.viscosity);
+      const double tangential_viscosity =
+          static_cast<double>(constants.tangential_damping) * viscosity;
+      const double stiffness = static_cast<double>(force.stiffness);
+      heat.viscous += viscosity * vn * vn * dt;
+      if (stiffness > 0.0) {
+        heat.friction +=
+            static_cast<double>(force.spring) * static_cast<double>(force.slipped) / stiffness +
+            static_cast<double>(force.taken_by_area);
+        heat.viscous += tangential_viscosity * vt * vt * dt;
+      } else {
+        heat.friction += static_cast<double>(force.tangential) * vt * dt;
+      }
+    }
+
+    RVE_INLINE double elastic_energy(const ContactGeometry<Real, 2> &contact,
+                                     const Force &force) const
+    {
+      const double overlap = static_cast<double>(contact.overlap);
+      return 0.4 * static_cast<double>(constants.normal_stiffness) *
+          static_cast<double>(force.contact_radius) * overlap * overlap +
+          energy_of_spring(static_cast<double>(force.spring), static_cast<double>(force.stiffness));
+    }
+
+    RVE_INLINE double spring_force(const ContactPlace &place) const
+    {
+      return static_cast<double>(constants.normal_stiffness) * radius_at(place) * place.overlap;
+    }
+    RVE_INLINE double force_scale(const ContactPlace &place) const { return spring_force(place); }
+    RVE_INLINE double limiting_force(const ContactPlace &place) const
+    {
+      return spring_force(place);
+    }
+    RVE_INLINE ContactModuli stiffness(const ContactPlace &place) const
+    {
+      const double a = radius_at(place);
+      return {1.5 * static_cast<double>(constants.normal_stiffness) * a,
+              slides() ? static_cast<double>(constants.tangential_stiffness) * a : 0.0, 0.0};
+    }
+    RVE_INLINE ContactModuli viscosity(const ContactPlace &place) const
+    {
+      const double gamma = damping<double>(radius_at(place), place.radius_i, place.radius_j);
+      return {gamma, slides() ? static_cast<double>(constants.tangential_damping) * gamma : 0.0,
+              0.0};
+    }
+    template <class Parameters>
+    static RVE_INLINE bool has_normal_dashpot(const Parameters &parameters)
+    {
+      return parameters.normal_viscosity != 0.0 || parameters.viscoelastic_damping != 0.0 ||
+          parameters.restitution_damping != 0.0;
+    }
+
+   protected:
+    template <class Number> static RVE_INLINE Number reduced(Number x, Number y)
+    {
+      return x * y * reciprocal(x + y);
+    }
+
+    RVE_INLINE double radius_at(const ContactPlace &place) const
+    {
+      return std::sqrt(reduced(place.radius_i, place.radius_j) * place.overlap);
+    }
+
+    RVE_INLINE bool slides() const { return constants.friction > Real(0); }
+
+    /// gamma at a contact radius.
+    template <class Number>
+    RVE_INLINE Number damping(Number contact_radius, Number radius_i, Number radius_j) const
+    {
+      const Number mass = reduced(radius_i * radius_i, radius_j * radius_j);
+      const Number product = mass * contact_radius;
+      return static_cast<Number>(constants.velocity_damping) +
+          (static_cast<Number>(constants.viscoelastic_damping) * product +
+           static_cast<Number>(constants.restitution_damping) * std::sqrt(product));
+    }
+
+    /// Contact radius and what follows from it. Returns the normal force of the spring.
+    RVE_INLINE Real press(Real overlap, Real radius_i, Real radius_j, Force &result) const
+    {
+      const Real a = std::sqrt(reduced(radius_i, radius_j) * overlap);
+      result.contact_radius = a;
+      result.stiffness = constants.tangential_stiffness * static_cast<Spring>(a);
+      result.viscosity = damping(a, radius_i, radius_j);
+      return constants.normal_stiffness * a * overlap;
+    }
+
+    static RVE_INLINE double energy_of_spring(double force, double stiffness)
+    {
+      return stiffness > 0.0 ? 0.5 * force * force / stiffness : 0.0;
+    }
+
+    /// Friction of a contact that is pressed: at most mu times `limiting_force`.
+    RVE_INLINE void shear(const ContactGeometry<Real, 2> &contact, const DiskContact<Real> &moving,
+                          Real normal_force, Real limiting_force, const History &history, Real dt,
+                          Force &result) const
+    {
+      const Spring before = history.contact_radius, a = static_cast<Spring>(result.contact_radius);
+      // a displacement that is kept bears more where the contact has grown, and nothing is lost of a force that is
+      Spring spring = history.tangential;
+      if (constants.keeps_displacement > Real(0) && before > Spring(0))
+        spring = spring * (a / before);
+      const double stiffness_before = static_cast<double>(constants.tangential_stiffness * before);
+      result.taken_by_area = static_cast<Real>(
+          energy_of_spring(static_cast<double>(history.tangential), stiffness_before) -
+          energy_of_spring(static_cast<double>(spring), static_cast<double>(result.stiffness)));
+
+      LinearTangential<Real, Spring, true> tangential;
+      tangential.stiffness = result.stiffness;
+      tangential.friction = constants.friction;
+      tangential.viscosity = constants.tangential_damping * result.viscosity;
+      moving.apply(contact.normal, normal_force,
+                   tangential.advance(spring, moving.tangential_velocity, limiting_force, dt),
+                   result);
+    }
+  };
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif
