@@ -59,6 +59,12 @@ void read_elastic_constants(ScriptWords &words, Contact &contact)
       4.0 / 3.0 * *contact.youngs / (2.0 * (1.0 - nu * nu));
 }
 
+void read_dmt(ScriptWords &words, Contact &contact)
+{
+  read_elastic_constants(words, contact);
+  contact.material[&rve::Material::surface_energy] = words.number("cohesion");
+}
+
 struct NormalModel {
   const char *name;
   rve::ContactLaw law;
@@ -68,7 +74,8 @@ struct NormalModel {
 constexpr NormalModel NORMAL_MODELS[] = {
     {"hooke", rve::ContactLaw::Linear, read_hooke},
     {"hertz", rve::ContactLaw::Hertz, read_hertz},
-    {"hertz/material", rve::ContactLaw::Hertz, read_elastic_constants}};
+    {"hertz/material", rve::ContactLaw::Hertz, read_elastic_constants},
+    {"dmt", rve::ContactLaw::Dmt, read_dmt}};
 
 // ---- tangential models ----
 
@@ -147,6 +154,9 @@ void read_damping(ScriptWords &words, Contact &contact)
     material[&rve::Material::normal_viscosity] = contact.eta_n;
   else if (damping == Damping::Viscoelastic)
     material[&rve::Material::viscoelastic_damping] = contact.eta_n;
+  else if (*material.law == rve::ContactLaw::Dmt)
+    words.refuse("contact dmt has no damping coeff_restitution, as in pair_style granular: what an "
+                 "impact loses depends on the attraction, too");
   else
     material[&rve::Material::restitution_damping] = damping_of_restitution(words, contact.eta_n);
 }
@@ -192,7 +202,8 @@ constexpr ScriptKeyword<Contact> PARTS[] = {
 void read_contact(ScriptWords &words, MaterialWords &material)
 {
   words.set_form("hooke k_n eta_n tangential linear_history k_t x_gammat mu [damping velocity] "
-                 "[rolling sds k_roll 0 mu_roll], or hertz k_n eta_n or hertz/material E eta_n nu, "
+                 "[rolling sds k_roll 0 mu_roll], or hertz k_n eta_n hertz/material E eta_n nu or "
+                 "dmt E eta_n nu cohesion, "
                  "tangential mindlin or mindlin/force k_t x_gammat mu [damping viscoelastic, "
                  "velocity or coeff_restitution]");
   for (const rve::MaterialParameter &parameter : rve::MATERIAL_PARAMETERS)

@@ -34,6 +34,7 @@ Material all_that_contacts_have()
   material.viscoelastic_damping = 2e7;
   material.restitution_damping = 0.2;
   material.mindlin_damping = 0.5;
+  material.surface_energy = 30.0;
   material.density = 2650.0;
   material.mass_depth = 0.01;
   return material;

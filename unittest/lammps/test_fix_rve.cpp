@@ -1193,7 +1193,7 @@ TEST(ContactWords, WhatLammpsHasAndRvesHaveNotIsNamed)
   };
   const std::string hooke = "hooke 1e6 0 ", history = "tangential linear_history 5e5 0 0.5 ";
 
-  EXPECT_IN("contact normal model is 'jkr'; it must be hooke, hertz or hertz/material",
+  EXPECT_IN("contact normal model is 'jkr'; it must be hooke, hertz, hertz/material or dmt",
             message_with("jkr 1e6 0 "));
   EXPECT_IN("contact tangential model is 'mindlin'; it must be linear_history or linear_nohistory",
             message_with(hooke + "tangential mindlin NULL 0 0.5"));

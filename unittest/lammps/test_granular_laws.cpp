@@ -321,7 +321,10 @@ INSTANTIATE_TEST_SUITE_P(
             "damping coeff_restitution"},
         Law{"HertzMaterialMindlinForce",
             "hertz/material 1e8 1e5 0.4 tangential mindlin/force NULL 0.5 0.5 damping "
-            "viscoelastic"}),
+            "viscoelastic"},
+        Law{"DmtMindlin", "dmt 1e8 3e5 0.3 20 tangential mindlin NULL 0.5 0.4"},
+        Law{"DmtMindlinForce",
+            "dmt 1e8 30 0.3 20 tangential mindlin/force NULL 0.5 0.4 damping velocity"}),
     [](const auto &info) {
       return info.param.name;
     });

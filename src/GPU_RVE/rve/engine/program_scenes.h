@@ -5,6 +5,7 @@
 
 #include "rve/algorithm/scene.h"
 #include "rve/engine/programs.h"
+#include "rve/physics/laws/dmt_adhesion.h"
 #include "rve/physics/laws/hertz_mindlin.h"
 #include "rve/physics/laws/linear_friction.h"
 #include "rve/physics/laws/rolling_friction.h"

@@ -25,7 +25,8 @@ namespace rve {
   program(Plain,        FrictionalSprings, false, true,  General) \
   program(General,      DampedSprings,     true,  false, General) \
   program(Rolling,      RollingFriction,   true,  false, Rolling) \
-  program(Hertz,        HertzMindlin,      true,  false, Hertz)
+  program(Hertz,        HertzMindlin,      true,  false, Hertz)   \
+  program(Dmt,          DmtAdhesion,       true,  false, Dmt)
 // clang-format on
 
 #define RVE_PROGRAM_NAME(name, law, books, small, prepared) name,

@@ -8,7 +8,8 @@ namespace rve {
 
 /// contact_law(name, word): the laws that contacts may have, with their names in packing files and scripts, which are LAMMPS'. Rolling
 /// resistance is no law of its own: every one may have it.
-#define RVE_CONTACT_LAWS(contact_law) contact_law(Linear, "hooke") contact_law(Hertz, "hertz")
+#define RVE_CONTACT_LAWS(contact_law) \
+  contact_law(Linear, "hooke") contact_law(Hertz, "hertz") contact_law(Dmt, "dmt")
 
 #define RVE_CONTACT_LAW_NAME(name, word) name,
 enum class ContactLaw { RVE_CONTACT_LAWS(RVE_CONTACT_LAW_NAME) };
@@ -44,6 +45,7 @@ struct MaterialNumbers {
   double mindlin_damping;         ///< gamma_t / gamma [-]
   double
       mindlin_displacement;    ///< 1: tangential displacements are kept while contacts grow and shrink, 0: forces
+  double surface_energy;    ///< w of the attraction 4 pi w R [force/length]
 };
 
 /// Nothing yet, for disks of unit thickness.
@@ -69,6 +71,9 @@ constexpr LawSet of_law(ContactLaw law)
 {
   return LawSet(1) << static_cast<int>(law);
 }
+
+/// Hertz' contact with or without adhesion.
+constexpr LawSet OF_HERTZ = of_law(ContactLaw::Hertz) | of_law(ContactLaw::Dmt);
 
 /// Written in place, nvcc hands g++ parentheses around the member's name that g++ warns of.
 using MaterialMember = double MaterialNumbers::*;
@@ -97,18 +102,19 @@ constexpr MaterialParameter MATERIAL_PARAMETERS[] = {
     {"friction", "friction", "friction coefficient", "[-]", MaterialRange::Friction, OF_ALL_LAWS, false, &MaterialNumbers::friction},
     {"density", "density", "grain density", "[mass/length^3]", MaterialRange::Positive, OF_GRAINS, false, &MaterialNumbers::density},
     {"local_damping", "damping", "local damping", "[-]", MaterialRange::Fraction, OF_GRAINS, false, &MaterialNumbers::local_damping},
-    {"normal_viscosity", "gamma_n", "normal viscosity", "[force time/length]", MaterialRange::NotNegative, of_law(ContactLaw::Linear) | of_law(ContactLaw::Hertz), false, &MaterialNumbers::normal_viscosity},
+    {"normal_viscosity", "gamma_n", "normal viscosity", "[force time/length]", MaterialRange::NotNegative, of_law(ContactLaw::Linear) | OF_HERTZ, false, &MaterialNumbers::normal_viscosity},
     {"tangential_viscosity", "gamma_t", "tangential viscosity", "[force time/length]", MaterialRange::NotNegative, of_law(ContactLaw::Linear), false, &MaterialNumbers::tangential_viscosity},
     {"thickness", "thickness", "thickness", "[length]", MaterialRange::Positive, OF_GRAINS, false, &MaterialNumbers::thickness},
     {"mass_depth", "mass_depth", "mass depth times mass scaling", "[length]", MaterialRange::Positive, OF_GRAINS, false, &MaterialNumbers::mass_depth},
     {"rolling_stiffness", "kr", "rolling stiffness", "[force/length]", MaterialRange::NotNegative, OF_ALL_LAWS, true, &MaterialNumbers::rolling_stiffness},
     {"rolling_friction", "rolling_friction", "rolling friction coefficient", "[-]", MaterialRange::Friction, OF_ALL_LAWS, true, &MaterialNumbers::rolling_friction},
-    {"hertz_stiffness", "hertz_kn", "Hertz' stiffness", "[force/length^2]", MaterialRange::Positive, of_law(ContactLaw::Hertz), false, &MaterialNumbers::hertz_stiffness},
-    {"mindlin_stiffness", "mindlin_kt", "Mindlin's stiffness", "[force/length^2]", MaterialRange::NotNegative, of_law(ContactLaw::Hertz), false, &MaterialNumbers::mindlin_stiffness},
-    {"viscoelastic_damping", "viscoelastic_damping", "viscoelastic damping", "[1/(length time)]", MaterialRange::NotNegative, of_law(ContactLaw::Hertz), false, &MaterialNumbers::viscoelastic_damping},
-    {"restitution_damping", "restitution_damping", "damping by restitution", "[-]", MaterialRange::NotNegative, of_law(ContactLaw::Hertz), false, &MaterialNumbers::restitution_damping},
-    {"mindlin_damping", "mindlin_damping", "tangential over normal damping", "[-]", MaterialRange::NotNegative, of_law(ContactLaw::Hertz), false, &MaterialNumbers::mindlin_damping},
-    {"mindlin_displacement", "mindlin_displacement", "choice of a displacement that is kept", "[-]", MaterialRange::Switch, of_law(ContactLaw::Hertz), false, &MaterialNumbers::mindlin_displacement},
+    {"hertz_stiffness", "hertz_kn", "Hertz' stiffness", "[force/length^2]", MaterialRange::Positive, OF_HERTZ, false, &MaterialNumbers::hertz_stiffness},
+    {"mindlin_stiffness", "mindlin_kt", "Mindlin's stiffness", "[force/length^2]", MaterialRange::NotNegative, OF_HERTZ, false, &MaterialNumbers::mindlin_stiffness},
+    {"viscoelastic_damping", "viscoelastic_damping", "viscoelastic damping", "[1/(length time)]", MaterialRange::NotNegative, OF_HERTZ, false, &MaterialNumbers::viscoelastic_damping},
+    {"restitution_damping", "restitution_damping", "damping by restitution", "[-]", MaterialRange::NotNegative, OF_HERTZ, false, &MaterialNumbers::restitution_damping},
+    {"mindlin_damping", "mindlin_damping", "tangential over normal damping", "[-]", MaterialRange::NotNegative, OF_HERTZ, false, &MaterialNumbers::mindlin_damping},
+    {"mindlin_displacement", "mindlin_displacement", "choice of a displacement that is kept", "[-]", MaterialRange::Switch, OF_HERTZ, false, &MaterialNumbers::mindlin_displacement},
+    {"surface_energy", "surface_energy", "surface energy", "[force/length]", MaterialRange::NotNegative, of_law(ContactLaw::Dmt), false, &MaterialNumbers::surface_energy},
     // clang-format on
 };
 

@@ -1,0 +1,89 @@
+// Adhesion after Derjaguin, Muller and Toporov (1975), J. Colloid Interface Sci. 53, 314: a constant attraction beside Hertz' contact.
+//
+// As LAMMPS' `pair granular dmt`: f_n = k_n a d - f_a - gamma v_n with f_a = 4 pi w R, w the surface energy and R the reduced radius, and
+// friction that is a share of |k_n a d + f_a|, what the spring and the attraction press together. The attraction acts while grains touch
+// and reaches no farther: two grains are pulled apart by f_a, at an overlap of zero.
+
+#ifndef RVE_PHYSICS_LAWS_DMT_ADHESION_H
+#define RVE_PHYSICS_LAWS_DMT_ADHESION_H
+
+#include "rve/physics/laws/hertz_mindlin.h"
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  template <class Numbers> struct alignas(16) DmtConstants : HertzConstants<Numbers> {
+    typename Numbers::Real attraction;    ///< f_a / R [force/length]
+
+    template <class Parameters>
+    RVE_INLINE void set(const Parameters &parameters, const LawUnits &units, double arm)
+    {
+      HertzConstants<Numbers>::set(parameters, units, arm);
+      attraction = static_cast<typename Numbers::Real>(4.0 * kPi * parameters.surface_energy *
+                                                       (units.length * units.per_force));
+    }
+  };
+
+  template <class NumberFormat> struct DmtAdhesion : HertzMindlin<NumberFormat> {
+    using Hertz = HertzMindlin<NumberFormat>;
+    using Real = typename NumberFormat::Real;
+    using History = typename Hertz::History;
+    using Force = typename Hertz::Force;
+    using Constants = DmtConstants<NumberFormat>;
+    static constexpr ContactLaw contact_law = ContactLaw::Dmt;
+    // where spring and attraction cancel, friction is there all the same
+    static constexpr bool bounds_tangential_forces = false;
+
+    template <class OtherNumbers> using In = DmtAdhesion<OtherNumbers>;
+
+    Real attraction;    ///< f_a / R [force/length]
+
+    template <class SomeConstants> RVE_INLINE void take(const SomeConstants &given)
+    {
+      Hertz::take(given);
+      attraction = given.attraction;
+    }
+
+    RVE_INLINE Force evaluate(const ContactGeometry<Real, 2> &contact, const DiskMotion<Real> &i,
+                              const DiskMotion<Real> &j, const Tensor<Real, 2> &velocity_gradient,
+                              const History &history, Real dt) const
+    {
+      const auto moving = DiskContact<Real>::template of<true>(contact, i, j, velocity_gradient,
+                                                               this->constants.velocity_arm);
+      Force result;
+      const Real spring = this->press(contact.overlap, i.radius, j.radius, result);
+      const Real pull = attraction * Hertz::reduced(i.radius, j.radius);
+      const Real normal_force = (spring - pull) - result.viscosity * moving.normal_velocity;
+      this->shear(contact, moving, normal_force, spring + pull, history, dt, result);
+      return result;
+    }
+
+    RVE_INLINE double elastic_energy(const ContactGeometry<Real, 2> &contact,
+                                     const Force &force) const
+    {
+      const double a = static_cast<double>(force.contact_radius);
+      // f_a d, with R d = a^2
+      return Hertz::elastic_energy(contact, force) - static_cast<double>(attraction) * a * a;
+    }
+
+    RVE_INLINE double spring_force(const ContactPlace &place) const
+    {
+      return Hertz::spring_force(place) - pull_at(place);
+    }
+    RVE_INLINE double force_scale(const ContactPlace &place) const
+    {
+      return Hertz::spring_force(place) + pull_at(place);
+    }
+    RVE_INLINE double limiting_force(const ContactPlace &place) const { return force_scale(place); }
+
+   private:
+    RVE_INLINE double pull_at(const ContactPlace &place) const
+    {
+      return static_cast<double>(attraction) * Hertz::reduced(place.radius_i, place.radius_j);
+    }
+  };
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif
