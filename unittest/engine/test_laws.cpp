@@ -28,7 +28,7 @@ Material all_that_contacts_have()
   material.rolling_stiffness = 4e5;
   material.rolling_friction = 0.1;
   material.normal_viscosity = 30.0;
-  material.tangential_viscosity = 15.0;
+  material.tangential_viscosity = 150.0;
   material.hertz_stiffness = 1e9;
   material.mindlin_stiffness = 0.8e9;
   material.viscoelastic_damping = 2e7;

@@ -149,23 +149,25 @@ inline namespace RVE_ISA {
       return larger(so_far, std::fabs(force.tangential));
     }
 
-    /// What slides dissipates as much as the limit took from the spring; without a spring, what the velocity says.
+    /// What slides dissipates as much as the limit took from the spring; without a spring, what the velocity says. A dashpot dissipates
+    /// beside the spring.
     RVE_INLINE void dissipate(const Force &force, Real time_step, Dissipation &heat) const
     {
       const double dt = static_cast<double>(time_step);
       const double vt = force.tangential_velocity, vn = force.normal_velocity;
+      bool has_spring = true;
       if constexpr (Frictional) {
-        const double capped = static_cast<double>(force.tangential);
         const double stiffness = static_cast<double>(tangential.stiffness);
-        if (stiffness > 0.0)
-          heat.friction += capped * static_cast<double>(force.slipped) / stiffness;
+        has_spring = stiffness > 0.0;
+        if (has_spring)
+          heat.friction +=
+              static_cast<double>(force.spring) * static_cast<double>(force.slipped) / stiffness;
         else
-          heat.friction += capped * vt * dt;
+          heat.friction += static_cast<double>(force.tangential) * vt * dt;
       }
       if constexpr (Damped) {
         heat.viscous += static_cast<double>(normal_damping.viscosity) * vn * vn * dt;
-        if (!force.sliding)
-          heat.viscous += static_cast<double>(tangential.viscosity) * vt * vt * dt;
+        if (has_spring) heat.viscous += static_cast<double>(tangential.viscosity) * vt * vt * dt;
       }
     }
 
