@@ -44,7 +44,7 @@ namespace {
     for (const MaterialMember member : parameters_of(s.material.law)) hash.add(s.material.*member);
     hash.add(s.cell).add(s.deformation);
     hash.add(s.radius).add(s.fractional).add(s.velocity).add(s.spin);
-    // as many bytes for a pair as of linear springs, whatever others remember
+    // as many bytes for a pair as of linear springs, and then what others remember
     struct LinearPair {
       std::int32_t first, second;
       double tangential_force, rolling_force;
@@ -52,6 +52,8 @@ namespace {
     std::vector<LinearPair> pairs;
     for (const Pair &pair : s.pairs)
       pairs.push_back({pair.first, pair.second, pair.tangential_force, pair.rolling_force});
+    if (s.material.law != ContactLaw::Linear)
+      for (const Pair &pair : s.pairs) hash.add(pair.contact_radius);
     hash.add(pairs).add(s.list_cell).add(s.list_fractional).add(s.order);
     hash.add(s.servo_velocity_gradient).add(s.largest_contact_force).add(s.energy);
   }
@@ -186,6 +188,16 @@ namespace {
       m.rolling_stiffness = 5e5;
       m.rolling_friction = 0.3;
     };
+    const auto hertz = [](Material &m) {
+      m.law = ContactLaw::Hertz;
+      m.normal_stiffness = m.tangential_stiffness = 0.0;
+      // with the overlaps of the linear springs that made the packings
+      m.hertz_stiffness = 2e9;
+      m.mindlin_stiffness = 1.7e9;
+      m.restitution_damping = 0.2;
+      m.mindlin_damping = 0.5;
+      m.mindlin_displacement = 1.0;
+    };
     std::vector<Scene> all;
     const auto add = [&](const std::string &name, const std::vector<RveState> &states,
                          const std::vector<Drive> &drives) -> Scene & {
@@ -208,6 +220,24 @@ namespace {
         add("rolling_dashpots_servo_energy", changed(changed(two, rolling), dashpots), servos);
     everything.options.track_energy = true;
     add("arms_of_lammps", two, paths).options.arms = Arms::Lammps;
+    add("hertz", changed(two, hertz), servos).options.track_energy = true;
+    add("hertz_without_rescaling",
+        changed(changed(two, hertz),
+                [](Material &m) {
+                  m.mindlin_displacement = m.restitution_damping = 0.0;
+                  m.viscoelastic_damping = 1e7;
+                }),
+        paths);
+    add("dmt",
+        changed(changed(two, hertz),
+                [](Material &m) {
+                  m.law = ContactLaw::Dmt;
+                  m.restitution_damping = 0.0;
+                  m.normal_viscosity = 3.0;
+                  m.surface_energy = 100.0;
+                }),
+        servos)
+        .options.track_energy = true;
 
     // libm: the angle of the path
     Drive turning = paths[0];
