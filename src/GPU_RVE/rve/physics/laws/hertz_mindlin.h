@@ -132,25 +132,15 @@ inline namespace RVE_ISA {
       return larger(so_far, std::fabs(force.tangential));
     }
 
-    /// What slides dissipates as much as the limit took from the spring; without a spring, what the velocity says. A dashpot dissipates
-    /// beside it. Without rescaling a force, contacts that grow or shrink take from a spring or give to it.
+    /// Contacts that grow or shrink take energy from a spring, or give it some.
     RVE_INLINE void dissipate(const Force &force, Real time_step, Dissipation &heat) const
     {
-      const double dt = static_cast<double>(time_step);
-      const double vt = force.tangential_velocity, vn = force.normal_velocity;
+      const double dt = static_cast<double>(time_step), vn = force.normal_velocity;
       const double viscosity = static_cast<double>(force.viscosity);
-      const double tangential_viscosity =
-          static_cast<double>(constants.tangential_damping) * viscosity;
-      const double stiffness = static_cast<double>(force.stiffness);
       heat.viscous += viscosity * vn * vn * dt;
-      if (stiffness > 0.0) {
-        heat.friction +=
-            static_cast<double>(force.spring) * static_cast<double>(force.slipped) / stiffness +
-            static_cast<double>(force.taken_by_area);
-        heat.viscous += tangential_viscosity * vt * vt * dt;
-      } else {
-        heat.friction += static_cast<double>(force.tangential) * vt * dt;
-      }
+      heat.friction += static_cast<double>(force.taken_by_area);
+      dissipate_shear(force, static_cast<double>(force.stiffness),
+                      static_cast<double>(constants.tangential_damping) * viscosity, dt, heat);
     }
 
     RVE_INLINE double elastic_energy(const ContactGeometry<Real, 2> &contact,

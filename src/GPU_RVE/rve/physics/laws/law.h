@@ -100,6 +100,22 @@ inline namespace RVE_ISA {
     double friction, viscous;
   };
 
+  /// Adds that of the tangential force in a step of dt, with this spring and dashpot. What slides dissipates as much as the limit took from
+  /// the spring, and the dashpot beside it; without a spring, what the velocity says.
+  template <class Force>
+  RVE_INLINE void dissipate_shear(const Force &force, double stiffness, double viscosity, double dt,
+                                  Dissipation &heat)
+  {
+    const double velocity = static_cast<double>(force.tangential_velocity);
+    if (stiffness > 0.0) {
+      heat.friction +=
+          static_cast<double>(force.spring) * static_cast<double>(force.slipped) / stiffness;
+      heat.viscous += viscosity * velocity * velocity * dt;
+    } else {
+      heat.friction += static_cast<double>(force.tangential) * velocity * dt;
+    }
+  }
+
 }    // namespace RVE_ISA
 }    // namespace rve
 

@@ -149,26 +149,17 @@ inline namespace RVE_ISA {
       return larger(so_far, std::fabs(force.tangential));
     }
 
-    /// What slides dissipates as much as the limit took from the spring; without a spring, what the velocity says. A dashpot dissipates
-    /// beside the spring.
     RVE_INLINE void dissipate(const Force &force, Real time_step, Dissipation &heat) const
     {
-      const double dt = static_cast<double>(time_step);
-      const double vt = force.tangential_velocity, vn = force.normal_velocity;
-      bool has_spring = true;
-      if constexpr (Frictional) {
-        const double stiffness = static_cast<double>(tangential.stiffness);
-        has_spring = stiffness > 0.0;
-        if (has_spring)
-          heat.friction +=
-              static_cast<double>(force.spring) * static_cast<double>(force.slipped) / stiffness;
-        else
-          heat.friction += static_cast<double>(force.tangential) * vt * dt;
-      }
+      const double dt = static_cast<double>(time_step), vn = force.normal_velocity;
+      double tangential_viscosity = 0.0;
       if constexpr (Damped) {
         heat.viscous += static_cast<double>(normal_damping.viscosity) * vn * vn * dt;
-        if (has_spring) heat.viscous += static_cast<double>(tangential.viscosity) * vt * vt * dt;
+        tangential_viscosity = static_cast<double>(tangential.viscosity);
       }
+      if constexpr (Frictional)
+        dissipate_shear(force, static_cast<double>(tangential.stiffness), tangential_viscosity, dt,
+                        heat);
     }
 
     RVE_INLINE double elastic_energy(const ContactGeometry<Real, 2> &contact,
