@@ -21,17 +21,6 @@ double contact_frequency()
   return std::sqrt(STIFFNESS / (0.5 * disk_mass()));
 }
 
-/// Two equal disks that just touch along the x axis and approach each other; tangential velocities are opposite.
-RveState approaching_disks(const Material &material, double normal_velocity,
-                           double tangential_velocity = 0.0)
-{
-  RveState state = state_of(material, 0.1 * Tensor2::identity(), {RADIUS, RADIUS},
-                            {0.05 - RADIUS, 0.05, 0.05 + RADIUS, 0.05});
-  state.velocity = {0.5 * normal_velocity, 0.5 * tangential_velocity, -0.5 * normal_velocity,
-                    -0.5 * tangential_velocity};
-  return state;
-}
-
 Material without_losses()
 {
   Material material = paper_material();
@@ -75,7 +64,7 @@ class TwoDiskCollision : public ::testing::Test {
 
 TEST_F(TwoDiskCollision, WithoutDampingReturnsTheSpeedAfterHalfAPeriod)
 {
-  const Collision collision = collide(approaching_disks(without_losses(), 0.1), dt);
+  const Collision collision = collide(approaching_disks(RADIUS, without_losses(), 0.1), dt);
 
   EXPECT_NEAR(collision.restitution, 1.0, restitution_error);
   EXPECT_NEAR(collision.duration, M_PI / contact_frequency(), 2.0 * dt);
@@ -87,7 +76,7 @@ TEST_F(TwoDiskCollision, CundallDampingScalesTheForceOnTheWayInAndOut)
     Material material = without_losses();
     material.local_damping = alpha;
 
-    const Collision collision = collide(approaching_disks(material, 0.1), dt);
+    const Collision collision = collide(approaching_disks(RADIUS, material, 0.1), dt);
 
     // The factor turns from 1+alpha to 1-alpha at the step in which the velocity changes sign. Up to one kick too large
     // there, where the velocity is zero, is second order in w dt = 8e-4 for the energy, but it is a start ahead by
@@ -106,7 +95,7 @@ TEST_F(TwoDiskCollision, DashpotGivesTheRestitutionOfADampedOscillator)
     Material material = without_losses();
     material.normal_viscosity = 2.0 * ratio * 0.5 * disk_mass() * contact_frequency();
 
-    const Collision collision = collide(approaching_disks(material, 0.1), dt);
+    const Collision collision = collide(approaching_disks(RADIUS, material, 0.1), dt);
 
     // the dashpot sees the velocity of half a step before: first order in w dt = 8e-4, times the damping
     const double damped = contact_frequency() * std::sqrt(1.0 - ratio * ratio);
@@ -122,8 +111,9 @@ TEST_F(TwoDiskCollision, ErrorOfTheDashpotHalvesWithTheTimeStep)
   material.normal_viscosity = 0.6 * 0.5 * disk_mass() * contact_frequency();
   const double exact = std::exp(-0.3 * M_PI / std::sqrt(1.0 - 0.09));
 
-  const double coarse = collide(approaching_disks(material, 0.1), 8.0 * dt).restitution - exact;
-  const double fine = collide(approaching_disks(material, 0.1), dt).restitution - exact;
+  const double coarse =
+      collide(approaching_disks(RADIUS, material, 0.1), 8.0 * dt).restitution - exact;
+  const double fine = collide(approaching_disks(RADIUS, material, 0.1), dt).restitution - exact;
 
   EXPECT_LT(std::fabs(fine), 0.25 * std::fabs(coarse));
 }
@@ -134,7 +124,8 @@ TEST_F(TwoDiskCollision, EveryFormatKnowsTheRestitution)
   material.local_damping = 0.3;
 
   for (const Format format : ALL_FORMATS) {
-    const Collision collision = collide(approaching_disks(material, 0.1), 10.0 * dt, format);
+    const Collision collision =
+        collide(approaching_disks(RADIUS, material, 0.1), 10.0 * dt, format);
 
     // `fast`: 400 steps, each rounds the overlap of 3e-5 m (0.1 m / 2^32 = 2e-11 m and fp32): 1e-6 a step at most
     EXPECT_NEAR(collision.restitution, std::sqrt(0.7 / 1.3), 4e-4) << to_string(format);
@@ -149,7 +140,7 @@ TEST_F(TwoDiskCollision, GrossSlidingTransfersTheCoulombImpulse)
   material.friction = 0.1;
 
   const Collision collision =
-      collide(approaching_disks(material, normal_velocity, tangential_velocity), dt);
+      collide(approaching_disks(RADIUS, material, normal_velocity, tangential_velocity), dt);
 
   // impulse J = mu m* (1 + e) v_n along the tangent, on the centres and with arm r on I = m r^2/2.
   // The second disk moves down relative to the first, friction on it points up; both disks are turned clockwise...
@@ -165,7 +156,7 @@ TEST_F(TwoDiskCollision, ObliqueImpactConservesAngularMomentum)
 {
   Material material = without_losses();
   material.friction = 0.3;
-  const RveState before = approaching_disks(material, 0.02, 0.01);
+  const RveState before = approaching_disks(RADIUS, material, 0.02, 0.01);
   RveRig rig(before);
   const auto angular_momentum = [](const RveState &state) {
     const Vec<double, 2> c{

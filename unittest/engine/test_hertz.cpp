@@ -54,18 +54,6 @@ double duration(double v)
   return 2.9432 * largest_overlap(v) / v;
 }
 
-/// Two equal disks that just touch along the x axis and approach each other; tangential velocities are opposite.
-RveState approaching_disks(const Material &material, double normal_velocity,
-                           double tangential_velocity = 0.0)
-{
-  RveState state = state_of(material, 0.1 * Tensor2::identity(), {RADIUS, RADIUS},
-                            {0.05 - RADIUS, 0.05, 0.05 + RADIUS, 0.05});
-  state.velocity = {0.5 * normal_velocity, 0.5 * tangential_velocity, -0.5 * normal_velocity,
-                    -0.5 * tangential_velocity};
-
-  return state;
-}
-
 struct Impact {
   RveState after;
   EnergyLedger energy;
@@ -208,7 +196,7 @@ TEST(HertzImpact, HasTheOverlapAndTheDurationOfTheClosedForm)
 {
   for (const double v : {0.01, 0.1}) {
     const double dt = duration(v) / 4000.0;
-    const RveState before = approaching_disks(hertz(), v);
+    const RveState before = approaching_disks(RADIUS, hertz(), v);
 
     const Impact found = impact(before, dt);
 
@@ -224,7 +212,7 @@ TEST(HertzImpact, RestitutionDependsOnNoVelocity)
     for (const double v : {0.001, 0.01, 0.1}) {
       Material material = hertz();
       material.restitution_damping = std::sqrt(5.0) * -std::log(e) / std::hypot(kPi, std::log(e));
-      const RveState before = approaching_disks(material, v);
+      const RveState before = approaching_disks(RADIUS, material, v);
 
       const Impact found = impact(before, duration(v) / 4000.0);
 
@@ -238,7 +226,7 @@ TEST(HertzImpact, OtherDashpotsLoseLessOrMoreWhereVelocitiesAreHigh)
   const auto restitution_at = [](const Damping &damping, double v) {
     Material material = hertz();
     material.*damping.member = damping.value;
-    const RveState before = approaching_disks(material, v);
+    const RveState before = approaching_disks(RADIUS, material, v);
     return restitution(before, impact(before, duration(v) / 1000.0).after);
   };
   // rate gamma/m times the duration: v^-1/5 with a constant gamma, v^1/5 with gamma in proportion to a
@@ -267,7 +255,7 @@ TEST(HertzImpact, BalancesItsEnergyWithEveryDamping)
         material.mindlin_displacement = keeps_displacement;
         material.mindlin_damping = 0.5;
         material.*damping.member = damping.value;
-        const RveState before = approaching_disks(material, v, tangential_velocity);
+        const RveState before = approaching_disks(RADIUS, material, v, tangential_velocity);
 
         const auto residual = [&](int steps) {
           const Impact found = impact(before, duration(v) / steps);
@@ -294,7 +282,7 @@ TEST(HertzImpact, GrossSlidingTransfersTheCoulombImpulse)
     material.friction = mu;
     material.mindlin_stiffness = 1e4 * STIFFNESS;    // reaches the limit at once
     material.mindlin_displacement = keeps_displacement;
-    const RveState before = approaching_disks(material, v, v_t);
+    const RveState before = approaching_disks(RADIUS, material, v, v_t);
 
     const Impact found = impact(before, duration(v) / 4000.0);
 

@@ -81,6 +81,18 @@ inline rve::RveState crowded_state(int num_grains, unsigned seed)
   return state;
 }
 
+/// Two equal disks that just touch along the x axis and approach each other; tangential velocities are opposite.
+inline rve::RveState approaching_disks(double radius, const rve::Material &material,
+                                       double normal_velocity, double tangential_velocity = 0.0)
+{
+  rve::RveState state =
+      state_of(material, 20.0 * radius * rve::Tensor2::identity(), {radius, radius},
+               {9.0 * radius, 10.0 * radius, 11.0 * radius, 10.0 * radius});
+  state.velocity = {0.5 * normal_velocity, 0.5 * tangential_velocity, -0.5 * normal_velocity,
+                    -0.5 * tangential_velocity};
+  return state;
+}
+
 }    // namespace rve_test
 
 #endif

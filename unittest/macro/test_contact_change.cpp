@@ -3,6 +3,7 @@
 #include "macro/rve_points.h"
 
 #include "rve/core/error.h"
+#include "support/forwarding_engine.h"
 #include "support/messages.h"
 #include "support/packings.h"
 
@@ -88,13 +89,12 @@ std::vector<std::string> records(const RvePoints &points)
 }
 
 /// An engine whose like takes only so many RVEs.
-class NarrowEngine final : public rve::Engine {
+class NarrowEngine final : public rve_test::ForwardingEngine {
  public:
   NarrowEngine(std::unique_ptr<rve::Engine> engine_in, int room_in, int room_of_next_in) :
-      engine(std::move(engine_in)), room(room_in), room_of_next(room_of_next_in)
+      ForwardingEngine(std::move(engine_in)), room(room_in), room_of_next(room_of_next_in)
   {
   }
-  const rve::ContactModel &contacts() const override { return engine->contacts(); }
   std::unique_ptr<rve::Engine> empty_with(const rve::ContactModel &contacts) const override
   {
     return std::make_unique<NarrowEngine>(engine->empty_with(contacts), room_of_next, 1000);
@@ -104,50 +104,8 @@ class NarrowEngine final : public rve::Engine {
     if (room-- == 0) throw std::runtime_error("there is no room");
     return engine->add(state);
   }
-  void remove(int rve) override { engine->remove(rve); }
-  int size() const override { return engine->size(); }
-  rve::RveState state(int rve) const override { return engine->state(rve); }
-  void set_material(int rve, const rve::Material &material) override
-  {
-    engine->set_material(rve, material);
-  }
-  void turn(const std::vector<int> &rves, const std::vector<Tensor2> &rotations) override
-  {
-    engine->turn(rves, rotations);
-  }
-  void advance(const std::vector<int> &rves, const std::vector<rve::Drive> &drives,
-               std::vector<rve::Result> &results) override
-  {
-    engine->advance(rves, drives, results);
-  }
-  void advance(const std::vector<int> &rves, const std::vector<rve::Drive> &drives,
-               std::vector<rve::ElasticResult> &results) override
-  {
-    engine->advance(rves, drives, results);
-  }
-  void advance(const std::vector<int> &rves, const std::vector<rve::Drive> &drives,
-               std::vector<rve::Response> &responses) override
-  {
-    engine->advance(rves, drives, responses);
-  }
-  void bound_time_steps(const std::vector<int> &rves, double enough,
-                        std::vector<double> &bounds) override
-  {
-    engine->bound_time_steps(rves, enough, bounds);
-  }
-  std::string description() const override { return engine->description(); }
-  std::size_t bytes_per_rve(int num_grains) const override
-  {
-    return engine->bytes_per_rve(num_grains);
-  }
-  std::size_t bytes_of_call(int num_rves, int num_grains) override
-  {
-    return engine->bytes_of_call(num_rves, num_grains);
-  }
-  rve::Memory memory() const override { return engine->memory(); }
 
  private:
-  std::unique_ptr<rve::Engine> engine;
   int room, room_of_next;
 };
 

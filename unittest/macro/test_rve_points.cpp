@@ -5,6 +5,7 @@
 #include "rve/core/error.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/packing.h"
+#include "support/forwarding_engine.h"
 #include "support/lattice.h"
 #include "support/packings.h"
 
@@ -239,28 +240,19 @@ struct Tally {
 };
 
 /// An engine that counts what it is asked for.
-class CountingEngine final : public rve::Engine {
+class CountingEngine final : public rve_test::ForwardingEngine {
  public:
   CountingEngine(const rve::Options &options, Tally &tally_in) :
       CountingEngine(rve::make_engine(options), tally_in)
   {
   }
   CountingEngine(std::unique_ptr<rve::Engine> engine_in, Tally &tally_in) :
-      engine(std::move(engine_in)), tally(tally_in)
+      ForwardingEngine(std::move(engine_in)), tally(tally_in)
   {
   }
-  const rve::ContactModel &contacts() const override { return engine->contacts(); }
   std::unique_ptr<rve::Engine> empty_with(const rve::ContactModel &contacts) const override
   {
     return std::make_unique<CountingEngine>(engine->empty_with(contacts), tally);
-  }
-  int add(const rve::RveState &state) override { return engine->add(state); }
-  void remove(int rve) override { engine->remove(rve); }
-  int size() const override { return engine->size(); }
-  rve::RveState state(int rve) const override { return engine->state(rve); }
-  void set_material(int rve, const rve::Material &material) override
-  {
-    engine->set_material(rve, material);
   }
   void turn(const std::vector<int> &rves, const std::vector<Tensor2> &rotations) override
   {
@@ -285,24 +277,8 @@ class CountingEngine final : public rve::Engine {
     tally.responses += static_cast<int>(rves.size());
     engine->advance(rves, drives, responses);
   }
-  std::string description() const override { return engine->description(); }
-  void bound_time_steps(const std::vector<int> &rves, double enough,
-                        std::vector<double> &bounds) override
-  {
-    engine->bound_time_steps(rves, enough, bounds);
-  }
-  std::size_t bytes_per_rve(int num_grains) const override
-  {
-    return engine->bytes_per_rve(num_grains);
-  }
-  std::size_t bytes_of_call(int num_rves, int num_grains) override
-  {
-    return engine->bytes_of_call(num_rves, num_grains);
-  }
-  rve::Memory memory() const override { return engine->memory(); }
 
  private:
-  std::unique_ptr<rve::Engine> engine;
   Tally &tally;
 };
 

@@ -44,9 +44,7 @@ double RveConstitutive::p_wave_modulus(int point_index) const
   const double largest_fabric =
       0.5 * rve::trace(result.fabric) + std::hypot(half_difference, result.fabric(0, 1));
   const double radius = 0.5 * rve::grain_size(result);
-  const rve::ContactModuli moduli = rve::with_law(material, [&](const auto &law) {
-    return law.stiffness({2.0 * radius * result.mean_overlap, radius, radius});
-  });
+  const rve::ContactModuli moduli = rve::moduli_at_strain(result.mean_overlap, material, radius);
   const double stiffness = std::max(moduli.normal, moduli.tangential);
   const double contacts_per_grain = 0.5 * result.coordination_number;
   const double solid_fraction = 1.0 / (1.0 + result.void_ratio);

@@ -63,13 +63,14 @@ namespace {
 }    // namespace
 
 double slip_of_rotation(double angle, int substeps, double dt, const rve::Material &material,
-                        double grain_size, double pressure)
+                        double grain_size, double contact_strain)
 {
   // moment of inertia m r^2/2 against Z contacts with k_t r (r spin); Z of an isostatic packing with friction
   constexpr double CONTACTS = 3.0;
   const double mass =
       material.density * material.mass_depth * 0.25 * rve::kPi * grain_size * grain_size;
-  const double stiffness = rve::moduli_under(pressure, material, 0.5 * grain_size).tangential;
+  const double stiffness =
+      rve::moduli_at_strain(contact_strain, material, 0.5 * grain_size).tangential;
   const double frequency = std::sqrt(2.0 * CONTACTS * stiffness / mass);
   const double steps_of_lag = std::fmax(1.0, 1.0 / (frequency * dt));
   return std::fabs(angle) * std::fmin(1.0, steps_of_lag / substeps);
@@ -385,9 +386,9 @@ bool RvePoints::slips(const Point &point, const rve::Drive &drive) const
 {
   const double angle = rve::PolarDecomposition(drive.deformation).angle;
   const double pressure = std::fmax(point.last_steps().mean_stress(), 0.0);
-  const double slip =
-      slip_of_rotation(angle, drive.substeps, drive.dt, point.material, point.grain_size, pressure);
   const double overlap = rve::contact_strain(pressure, point.material, 0.5 * point.grain_size);
+  const double slip =
+      slip_of_rotation(angle, drive.substeps, drive.dt, point.material, point.grain_size, overlap);
   return !(slip <= TURN_OF_OVERLAP * overlap);
 }
 

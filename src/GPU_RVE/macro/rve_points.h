@@ -43,10 +43,10 @@ constexpr double CONTACT_GROWTH = 0.1, CONTACT_GROWTH_PER_GRAIN = 0.02;
 constexpr double TURN_OF_OVERLAP = 1e-2;
 
 /// Largest slip by a rotation by `angle` in `substeps` steps of dt, as an angle [rad]: the whole rotation, if the grains do not follow
-/// at all. Grains that all spin alike in a cell that does not turn go to and fro with w = sqrt(2 Z k_t/m), k_t at the pressure, and lag
+/// at all. Grains that all spin alike in a cell that does not turn go to and fro with w = sqrt(2 Z k_t/m), k_t at the overlap over diameter, and lag
 /// behind a rotation at a constant rate by that rate over w; the first step finds them at rest.
 double slip_of_rotation(double angle, int substeps, double dt, const rve::Material &material,
-                        double grain_size, double pressure);
+                        double grain_size, double contact_strain);
 
 class RvePoints {
  public:

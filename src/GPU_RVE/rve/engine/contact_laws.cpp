@@ -33,11 +33,10 @@ double contact_pressure(double strain, const Material &material, double radius)
   });
 }
 
-ContactModuli moduli_under(double pressure, const Material &material, double radius)
+ContactModuli moduli_at_strain(double strain, const Material &material, double radius)
 {
-  const double overlap = 2.0 * radius * contact_strain(pressure, material, radius);
   return with_law(material, [&](const auto &law) {
-    return law.stiffness({overlap, radius, radius});
+    return law.stiffness({2.0 * radius * strain, radius, radius});
   });
 }
 

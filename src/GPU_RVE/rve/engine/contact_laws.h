@@ -40,8 +40,8 @@ template <class Work> auto with_law(const Material &material, const Work &work)
 double contact_strain(double pressure, const Material &material, double radius);
 /// The pressure that gives this overlap over diameter [stress].
 double contact_pressure(double strain, const Material &material, double radius);
-/// Springs of such a contact [force/length].
-ContactModuli moduli_under(double pressure, const Material &material, double radius);
+/// Springs of a contact with this overlap over diameter [force/length].
+ContactModuli moduli_at_strain(double strain, const Material &material, double radius);
 
 }    // namespace rve
 

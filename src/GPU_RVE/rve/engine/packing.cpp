@@ -497,7 +497,9 @@ double default_compression_rate(const RveState &state, double pressure)
   const double mass = state.mass();
   const double radius =
       std::accumulate(state.radius.begin(), state.radius.end(), 0.0) / state.num_grains();
-  return std::min(0.01 * std::sqrt(moduli_under(pressure, state.material, radius).normal / mass),
+  const double strain = contact_strain(pressure, state.material, radius);
+  const double stiffness = moduli_at_strain(strain, state.material, radius).normal;
+  return std::min(0.01 * std::sqrt(stiffness / mass),
                   0.2 * std::sqrt(pressure * state.material.thickness / mass));
 }
 

@@ -61,14 +61,6 @@ namespace {
         "#include \"rve/engine/cuda_kernels.cuh\"\n";
   }
 
-  std::function<void(const std::string &)> &log_of_process()
-  {
-    static std::function<void(const std::string &)> log = [](const std::string &line) {
-      std::fprintf(stderr, "%s\n", line.c_str());
-    };
-    return log;
-  }
-
 }    // namespace
 
 std::string to_string(const KernelName &name)
@@ -120,14 +112,12 @@ const void *runtime_kernel(const KernelName &name, int capability)
   const std::string obstacle = runtime_kernels_obstacle();
   require(obstacle.empty(), obstacle);
   static KernelCache cache(KernelCache::chosen_folder());
-  const void *kernel = load_kernel(
-      compiled_kernel(name, capability, Nvrtc::of_this_machine(), cache, log_of_process()));
+  const auto log = [](const std::string &line) {
+    std::fprintf(stderr, "%s\n", line.c_str());
+  };
+  const void *kernel =
+      load_kernel(compiled_kernel(name, capability, Nvrtc::of_this_machine(), cache, log));
   return loaded[key] = kernel;
-}
-
-void set_runtime_kernel_log(std::function<void(const std::string &)> log)
-{
-  log_of_process() = std::move(log);
 }
 
 }    // namespace rve

@@ -32,11 +32,9 @@ DeviceCode compiled_kernel(const KernelName &name, int capability, const Nvrtc &
 /// Why kernels cannot be compiled at run time here, with a remedy; empty if they can.
 std::string runtime_kernels_obstacle();
 
-/// A handle that launches take in the place of a function, on the present device, which has this compute capability. Compiled and loaded at most once in a process.
+/// A handle that launches take in the place of a function, on the present device, which has this compute capability. Compiled and loaded
+/// at most once in a process; lines about it go to the standard error.
 const void *runtime_kernel(const KernelName &name, int capability);
-
-/// Where lines for the log go; to the standard error until it is called.
-void set_runtime_kernel_log(std::function<void(const std::string &)> log);
 
 }    // namespace rve
 
