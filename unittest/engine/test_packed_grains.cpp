@@ -24,8 +24,8 @@ constexpr double DT = 5e-5;
 
 struct KernelRun {
   StateImage image;
-  AnswerRecord answer;
-  DetailRecord detail;
+  AnswerRecord<2> answer;
+  DetailRecord<2> detail;
 };
 
 struct Scene {
@@ -43,7 +43,7 @@ KernelRun run_kernel(const HostKernel &kernel, Program kind, const StateImage &i
   // what is not written must not be read: two runs start from different garbage
   static char garbage = 0;
   std::vector<char> shared(sizes.shared, ++garbage), workspace(sizes.workspace, ++garbage);
-  DriveRecord drive = DriveRecord();
+  DriveRecord<2> drive = DriveRecord<2>();
   drive.dt = DT;
   drive.substeps = scene.substeps;
   drive.segments = 1;

@@ -6,14 +6,14 @@
 
 namespace rve {
 
-bool must_repeat(const AnswerRecord &answer)
+bool must_repeat(const AnswerRecord<2> &answer)
 {
   return (answer.status & (status::ListFull | status::ForceSaturated)) != 0;
 }
 
-void to_result(const AnswerRecord &answer, const DetailRecord &record, Result &result)
+void to_result(const AnswerRecord<2> &answer, const DetailRecord<2> &record, Result &result)
 {
-  const ImageProgress &after = record.progress;
+  const ImageProgress<2> &after = record.progress;
   result = Result();
   result.status = answer.status;
   result.stress = load_tensor(answer.stress);
@@ -26,7 +26,7 @@ void to_result(const AnswerRecord &answer, const DetailRecord &record, Result &r
   result.num_contacts = contacts;
   result.num_pairs = record.num_pairs;
   result.num_rattlers = record.num_rattlers;
-  result.void_ratio = determinant(result.cell) / record.solid_area - 1.0;
+  result.void_ratio = determinant(result.cell) / record.solid_volume - 1.0;
   result.coordination_number = 2.0 * contacts / n;
   const int carrying =
       n - record.num_rattlers;    // Thornton: contacts of grains with a single one do not count
@@ -45,18 +45,18 @@ void to_result(const AnswerRecord &answer, const DetailRecord &record, Result &r
   result.energy = {after.work, after.friction_loss, after.damping_loss, after.viscous_loss};
 }
 
-void to_result(const AnswerRecord &answer, const DetailRecord &record, ElasticResult &result)
+void to_result(const AnswerRecord<2> &answer, const DetailRecord<2> &record, ElasticResult &result)
 {
   to_result(answer, record, result.result);
   static_assert(sizeof(result.stiffness.component) == sizeof(record.stiffness), "all of it");
   std::memcpy(result.stiffness.component, record.stiffness, sizeof(record.stiffness));
 }
 
-DetailRecord details_of(const ImageHeader &header)
+DetailRecord<2> details_of(const ImageHeader<2> &header)
 {
-  DetailRecord record = DetailRecord();
+  DetailRecord<2> record = DetailRecord<2>();
   record.num_grains = header.num_grains;
-  record.solid_area = header.solid_area;
+  record.solid_volume = header.solid_volume;
   record.progress = header;
   return record;
 }

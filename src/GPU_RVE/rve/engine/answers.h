@@ -9,13 +9,13 @@
 namespace rve {
 
 /// Whether a call did not succeed for a reason that the engine can mend.
-bool must_repeat(const AnswerRecord &answer);
+bool must_repeat(const AnswerRecord<2> &answer);
 
-void to_result(const AnswerRecord &answer, const DetailRecord &record, Result &result);
-void to_result(const AnswerRecord &answer, const DetailRecord &record, ElasticResult &result);
+void to_result(const AnswerRecord<2> &answer, const DetailRecord<2> &record, Result &result);
+void to_result(const AnswerRecord<2> &answer, const DetailRecord<2> &record, ElasticResult &result);
 
 /// Of an RVE whose call failed: as it was before.
-DetailRecord details_of(const ImageHeader &header);
+DetailRecord<2> details_of(const ImageHeader<2> &header);
 
 }    // namespace rve
 

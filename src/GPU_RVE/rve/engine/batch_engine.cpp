@@ -135,7 +135,7 @@ void BatchEngine::set_material(int rve, const Material &material)
   probe.material = material;
   probe.check();
   require_contacts(contacts_of(material));
-  ImageHeader header = get_header(rve);
+  ImageHeader<2> header = get_header(rve);
   set_material_in(header, material);
   put_header(rve, header);
   note_needs(material);
@@ -189,9 +189,9 @@ void BatchEngine::check_slot(int rve) const
   });
 }
 
-void BatchEngine::prepare_repeat(int rve, const AnswerRecord &result)
+void BatchEngine::prepare_repeat(int rve, const AnswerRecord<2> &result)
 {
-  ImageHeader header = get_header(rve);
+  ImageHeader<2> header = get_header(rve);
   ++header.repeats;
   if (result.status & status::ForceSaturated)
     header.largest_contact_force = 16.0 * result.expected_force;
@@ -212,7 +212,7 @@ void BatchEngine::prepare(Call &call, const std::vector<int> &rves,
                           const std::vector<Drive> &drives, Answer kind)
 {
   const int count = static_cast<int>(rves.size());
-  DriveRecord *records = room_for_drives(count);
+  DriveRecord<2> *records = room_for_drives(count);
   call.rves = &rves;
   call.drives = records;
   int first_bad = count, largest = 0, longest = 0;
@@ -282,8 +282,8 @@ void BatchEngine::put_longest_first(Call &call, const std::vector<Drive> &drives
   for (int k = 0; k < count; ++k) call.order[start[class_of(k)]++] = k;
 }
 
-const AnswerRecord *BatchEngine::start(const std::vector<int> &rves,
-                                       const std::vector<Drive> &drives, Answer kind)
+const AnswerRecord<2> *BatchEngine::start(const std::vector<int> &rves,
+                                          const std::vector<Drive> &drives, Answer kind)
 {
   require(rves.size() == drives.size(),
           "one drive per RVE is needed: " + std::to_string(rves.size()) + " RVEs, " +
@@ -298,15 +298,15 @@ const AnswerRecord *BatchEngine::start(const std::vector<int> &rves,
   return launch(call, details);
 }
 
-const AnswerRecord *BatchEngine::repeat(const std::vector<int> &rves,
-                                        const std::vector<Drive> &drives,
-                                        const AnswerRecord *answers, Answer kind)
+const AnswerRecord<2> *BatchEngine::repeat(const std::vector<int> &rves,
+                                           const std::vector<Drive> &drives,
+                                           const AnswerRecord<2> *answers, Answer kind)
 {
   const bool with_details = kind != Answer::Short;
   mended.assign(answers, answers + rves.size());
-  std::vector<DetailRecord> all_details;    // `details` are those of the last start
+  std::vector<DetailRecord<2>> all_details;    // `details` are those of the last start
   if (with_details) all_details = details;
-  std::map<std::size_t, ImageHeader> before;    // of the RVEs whose call is repeated
+  std::map<std::size_t, ImageHeader<2>> before;    // of the RVEs whose call is repeated
   for (int round = 0; round < MAX_REPEATS; ++round) {
     std::vector<std::size_t> again;
     for (std::size_t k = 0; k < rves.size(); ++k)
@@ -320,7 +320,7 @@ const AnswerRecord *BatchEngine::repeat(const std::vector<int> &rves,
       some_rves.push_back(rves[k]);
       some_drives.push_back(drives[k]);
     }
-    const AnswerRecord *some_answers = start(some_rves, some_drives, kind);
+    const AnswerRecord<2> *some_answers = start(some_rves, some_drives, kind);
     for (std::size_t m = 0; m < again.size(); ++m) {
       mended[again[m]] = some_answers[m];
       if (with_details) all_details[again[m]] = details[m];
@@ -331,7 +331,7 @@ const AnswerRecord *BatchEngine::repeat(const std::vector<int> &rves,
   // a call that fails in the end leaves no trace of its repeats either
   for (const auto &[k, first] : before) {
     if (!(mended[k].status & status::Fatal)) continue;
-    ImageHeader header = get_header(rves[k]);
+    ImageHeader<2> header = get_header(rves[k]);
     header.repeats = first.repeats;
     header.largest_contact_force = first.largest_contact_force;
     put_header(rves[k], header);
@@ -344,7 +344,7 @@ void BatchEngine::advance_with_details(const std::vector<int> &rves,
                                        const std::vector<Drive> &drives, Answer kind,
                                        std::vector<AnyResult> &results)
 {
-  const AnswerRecord *answers = start(rves, drives, kind);
+  const AnswerRecord<2> *answers = start(rves, drives, kind);
   const int count = static_cast<int>(rves.size());
   if (std::any_of(answers, answers + count, must_repeat))
     answers = repeat(rves, drives, answers, kind);
@@ -376,7 +376,7 @@ void BatchEngine::bound_time_steps(const std::vector<int> &rves, double enough,
   Drive look;
   look.dt = enough;
   const std::vector<Drive> drives(rves.size(), look);
-  const AnswerRecord *answers = start(rves, drives, Answer::TimeStep);
+  const AnswerRecord<2> *answers = start(rves, drives, Answer::TimeStep);
   const std::size_t count = rves.size();
   if (std::any_of(answers, answers + count, must_repeat))
     answers = repeat(rves, drives, answers, Answer::TimeStep);
@@ -388,7 +388,7 @@ void BatchEngine::bound_time_steps(const std::vector<int> &rves, double enough,
 void BatchEngine::advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
                           std::vector<Response> &responses)
 {
-  const AnswerRecord *answers = start(rves, drives, Answer::Short);
+  const AnswerRecord<2> *answers = start(rves, drives, Answer::Short);
   const int count = static_cast<int>(rves.size());
   responses.resize(count);
   const auto respond = [&] {

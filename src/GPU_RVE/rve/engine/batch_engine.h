@@ -41,14 +41,14 @@ class BatchEngine : public Engine {
   virtual void put_image(int rve, const StateImage &image) = 0;
   virtual StateImage get_image(int rve) const = 0;
   virtual void drop_image(int rve) = 0;
-  virtual void put_header(int rve, const ImageHeader &header) = 0;
-  virtual ImageHeader get_header(int rve) const = 0;
+  virtual void put_header(int rve, const ImageHeader<2> &header) = 0;
+  virtual ImageHeader<2> get_header(int rve) const = 0;
   virtual void turn_images(const std::vector<int> &rves, const std::vector<Tensor2> &rotations) = 0;
   /// One run of the block program over some RVEs.
   struct Call {
-    const std::vector<int> *rves = nullptr;    ///< their numbers
-    const DriveRecord *drives = nullptr;       ///< in room_for_drives()
-    std::vector<SteeringRecord> steering;      ///< as many as RVEs, or none
+    const std::vector<int> *rves = nullptr;     ///< their numbers
+    const DriveRecord<2> *drives = nullptr;     ///< in room_for_drives()
+    std::vector<SteeringRecord<2>> steering;    ///< as many as RVEs, or none
     std::vector<int> order;    ///< positions, the most expensive first; none: all cost the same
     int largest = 0;           ///< grains in the largest RVE
     int longest = 0;           ///< most substeps
@@ -59,10 +59,11 @@ class BatchEngine : public Engine {
   };
 
   /// Where the drives of the next launch shall be written, and not read. What was there before may be lost.
-  virtual DriveRecord *room_for_drives(std::size_t count) = 0;
+  virtual DriveRecord<2> *room_for_drives(std::size_t count) = 0;
   /// Runs the block program once for each RVE. Returns the answers, valid until the next launch. `details` are filled when they
   /// are wanted.
-  virtual const AnswerRecord *launch(const Call &call, std::vector<DetailRecord> &details) = 0;
+  virtual const AnswerRecord<2> *launch(const Call &call,
+                                        std::vector<DetailRecord<2>> &details) = 0;
   /// memory() without the limit of the environment.
   virtual Memory backend_memory() const = 0;
 
@@ -72,7 +73,7 @@ class BatchEngine : public Engine {
   int pair_capacity(int num_grains) const { return pairs_per_grain * num_grains; }
   /// What this class keeps of calls, per RVE [bytes].
   static constexpr std::size_t BYTES_PER_ANSWER =
-      sizeof(AnswerRecord) + sizeof(DetailRecord) + sizeof(ElasticResult) + sizeof(Drive);
+      sizeof(AnswerRecord<2>) + sizeof(DetailRecord<2>) + sizeof(ElasticResult) + sizeof(Drive);
 
   const Options options;
   const BatchConstants constants;
@@ -84,7 +85,7 @@ class BatchEngine : public Engine {
   /// Notes what an RVE needs of its calls.
   void note_needs(const Material &material);
   void require_contacts(const ContactModel &needed) const;
-  void prepare_repeat(int rve, const AnswerRecord &answer);
+  void prepare_repeat(int rve, const AnswerRecord<2> &answer);
   double cost_of(int rve, const Drive &drive) const;
   /// With RVEs of unequal cost the last ones to run shall be short.
   void put_longest_first(Call &call, const std::vector<Drive> &drives, double most_cost) const;
@@ -94,12 +95,12 @@ class BatchEngine : public Engine {
   void prepare(Call &call, const std::vector<int> &rves, const std::vector<Drive> &drives,
                Answer kind);
   /// One call without repeats. Returns the answers, valid until the next call; `details` has them, if wanted.
-  const AnswerRecord *start(const std::vector<int> &rves, const std::vector<Drive> &drives,
-                            Answer kind);
+  const AnswerRecord<2> *start(const std::vector<int> &rves, const std::vector<Drive> &drives,
+                               Answer kind);
   /// Repeats what has to be, with longer lists or another scale of forces, of a call that has been started. Returns the answers
   /// that hold.
-  const AnswerRecord *repeat(const std::vector<int> &rves, const std::vector<Drive> &drives,
-                             const AnswerRecord *answers, Answer kind);
+  const AnswerRecord<2> *repeat(const std::vector<int> &rves, const std::vector<Drive> &drives,
+                                const AnswerRecord<2> *answers, Answer kind);
   /// The long answers of a call, or the longest.
   template <class AnyResult>
   void advance_with_details(const std::vector<int> &rves, const std::vector<Drive> &drives,
@@ -107,10 +108,10 @@ class BatchEngine : public Engine {
 
   std::vector<int> grains_of;    ///< by RVE; 0: the number is free
   std::vector<int> free_numbers;
-  CallNeeds needs;                      ///< of calls of all RVEs that have been added
-  int pairs_per_grain = 4;              ///< capacity of the workspaces, grows on demand
-  std::vector<AnswerRecord> mended;     ///< answers of a call that was repeated for some RVEs
-  std::vector<DetailRecord> details;    ///< of the last call that wanted them
+  CallNeeds needs;                         ///< of calls of all RVEs that have been added
+  int pairs_per_grain = 4;                 ///< capacity of the workspaces, grows on demand
+  std::vector<AnswerRecord<2>> mended;     ///< answers of a call that was repeated for some RVEs
+  std::vector<DetailRecord<2>> details;    ///< of the last call that wanted them
 };
 
 }    // namespace rve

@@ -109,8 +109,8 @@ namespace {
       const Plan &plan = plan_for(call);
       const std::size_t count = num_rves;
       return count *
-          (plan.sizes.prepared + sizeof(RveHandle) + sizeof(SteeringRecord) + sizeof(int) +
-           sizeof(DetailRecord) + 256 /* an RVE begins at a multiple of that */) +
+          (plan.sizes.prepared + sizeof(RveHandle) + sizeof(SteeringRecord<2>) + sizeof(int) +
+           sizeof(DetailRecord<2>) + 256 /* an RVE begins at a multiple of that */) +
           static_cast<std::size_t>(std::min(num_rves, plan.blocks)) *
           (aligned(plan.sizes.workspace) + plan.overflow_size) +
           kSlack;
@@ -170,17 +170,17 @@ namespace {
       images_moved = true;
     }
 
-    void put_header(int rve, const ImageHeader &header) override
+    void put_header(int rve, const ImageHeader<2> &header) override
     {
       use_device();
       check_cuda(cudaMemcpy(images[rve].memory, &header, sizeof(header), cudaMemcpyHostToDevice),
                  "upload of a header");
     }
 
-    ImageHeader get_header(int rve) const override
+    ImageHeader<2> get_header(int rve) const override
     {
       use_device();
-      ImageHeader header;
+      ImageHeader<2> header;
       check_cuda(cudaMemcpy(&header, images[rve].memory, sizeof(header), cudaMemcpyDeviceToHost),
                  "download of a header");
       return header;
@@ -202,13 +202,13 @@ namespace {
       check_cuda(cudaStreamSynchronize(nullptr), "rotation of RVEs");
     }
 
-    DriveRecord *room_for_drives(std::size_t count) override
+    DriveRecord<2> *room_for_drives(std::size_t count) override
     {
       use_device();
       return drives.room(count);
     }
 
-    const AnswerRecord *launch(const Call &call, std::vector<DetailRecord> &details) override
+    const AnswerRecord<2> *launch(const Call &call, std::vector<DetailRecord<2>> &details) override
     {
       use_device();
       const int count = static_cast<int>(call.rves->size());
@@ -262,7 +262,7 @@ namespace {
       check_cuda(cudaGetLastError(), "launch of the RVE kernel");
       check_cuda(cudaStreamSynchronize(nullptr), "RVE kernel");
       if (call.with_details) {
-        const DetailRecord *first = detail_buffer.receive(count);
+        const DetailRecord<2> *first = detail_buffer.receive(count);
         details.assign(first, first + count);
       }
       return record.answers;
@@ -420,13 +420,13 @@ namespace {
     bool images_moved = true;    ///< since the handles were uploaded
     std::vector<int> handled;    ///< RVEs whose handles are on the device
     DeviceBuffer<RveHandle> handle_buffer;
-    DeviceBuffer<SteeringRecord> steering_buffer;
+    DeviceBuffer<SteeringRecord<2>> steering_buffer;
     DeviceBuffer<TurnRecord> turn_buffer;
     DeviceBuffer<int> order_buffer, queue_buffer;
     // small, read or written once: the kernels reach for them over the bus, while they work
-    HostBuffer<DriveRecord> drives{cudaHostAllocWriteCombined};    // nothing reads them here
-    HostBuffer<AnswerRecord> answers;
-    DeviceBuffer<DetailRecord> detail_buffer;
+    HostBuffer<DriveRecord<2>> drives{cudaHostAllocWriteCombined};    // nothing reads them here
+    HostBuffer<AnswerRecord<2>> answers;
+    DeviceBuffer<DetailRecord<2>> detail_buffer;
     DeviceBuffer<char> prepared_buffer, workspace_buffer;
   };
 

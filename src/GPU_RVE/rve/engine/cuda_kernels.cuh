@@ -53,8 +53,8 @@ inline namespace RVE_ISA {
 #endif
     if (me == 0 && first == 0) *launch.queue = 0;
     // the drives come over the bus: in rows, and asked for before anything else is waited for
-    constexpr int of_drive = kPieces<DriveRecord>, of_header = kPieces<ImageHeader>,
-                  of_steering = kPieces<SteeringRecord>, together = 4;
+    constexpr int of_drive = kPieces<DriveRecord<2>>, of_header = kPieces<ImageHeader<2>>,
+                  of_steering = kPieces<SteeringRecord<2>>, together = 4;
     const bool has_drive = me < count * of_drive;
     FourWords drive;
     if (has_drive) drive = piece_of(launch.drives[first + me / of_drive], me % of_drive);

@@ -18,12 +18,12 @@ struct RveHandle {
 
 /// What one call works on. Device pointers.
 struct LaunchRecord {
-  const RveHandle *rves;             ///< (count)
-  const DriveRecord *drives;         ///< (count)
-  const SteeringRecord *steering;    ///< (count), or null
-  const int *order;         ///< (count) positions in the call, longest first; null: as they come
-  AnswerRecord *answers;    ///< (count)
-  DetailRecord *details;    ///< (count), or null
+  const RveHandle *rves;                ///< (count)
+  const DriveRecord<2> *drives;         ///< (count)
+  const SteeringRecord<2> *steering;    ///< (count), or null
+  const int *order;            ///< (count) positions in the call, longest first; null: as they come
+  AnswerRecord<2> *answers;    ///< (count)
+  DetailRecord<2> *details;    ///< (count), or null
   int count;
   int *queue;                   ///< next entry of `order` to take; preparing sets it to 0
   char *prepared;               ///< (count) PreparedCall with the plan of some steps

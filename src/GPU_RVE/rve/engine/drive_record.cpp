@@ -62,9 +62,9 @@ bool needs_steering(const Drive &drive)
   return drive.has_servo() || !(std::fabs(twice_sine) < LARGEST_TURN * twice_cosine);
 }
 
-DriveRecord to_record(const Drive &drive)
+DriveRecord<2> to_record(const Drive &drive)
 {
-  DriveRecord record;
+  DriveRecord<2> record;
   record.dt = drive.dt;
   record.substeps = drive.substeps;
   record.segments = 1;
@@ -72,9 +72,9 @@ DriveRecord to_record(const Drive &drive)
   return record;
 }
 
-SteeringRecord to_steering(const Drive &drive, DriveRecord &record)
+SteeringRecord<2> to_steering(const Drive &drive, DriveRecord<2> &record)
 {
-  SteeringRecord steering = SteeringRecord();
+  SteeringRecord<2> steering = SteeringRecord<2>();
   if (drive.has_servo()) {
     for (int a = 0; a < 2; ++a)
       for (int b = 0; b < 2; ++b) steering.controlled[2 * a + b] = drive.controlled[a][b];

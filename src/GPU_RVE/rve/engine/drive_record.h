@@ -11,14 +11,14 @@ namespace rve {
 /// Throws InputError, with value, unit and range, unless the drive makes sense.
 void check(const Drive &drive);
 
-/// Whether a drive needs a SteeringRecord: for a servo, or to turn the RVE in several segments.
+/// Whether a drive needs a SteeringRecord<2>: for a servo, or to turn the RVE in several segments.
 bool needs_steering(const Drive &drive);
 
 /// Of a path in one segment.
-DriveRecord to_record(const Drive &drive);
+DriveRecord<2> to_record(const Drive &drive);
 
 /// The rest of a drive. Sets the number of segments in its record.
-SteeringRecord to_steering(const Drive &drive, DriveRecord &record);
+SteeringRecord<2> to_steering(const Drive &drive, DriveRecord<2> &record);
 
 }    // namespace rve
 

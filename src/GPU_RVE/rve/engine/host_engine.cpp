@@ -81,7 +81,8 @@ namespace {
       return static_cast<std::size_t>(std::min(num_threads, num_rves)) *
           (sizes.shared + sizes.workspace) +
           static_cast<std::size_t>(num_rves) *
-          (BYTES_PER_ANSWER + sizeof(StateImage) + sizeof(DriveRecord) + sizeof(SteeringRecord));
+          (BYTES_PER_ANSWER + sizeof(StateImage) + sizeof(DriveRecord<2>) +
+           sizeof(SteeringRecord<2>));
     }
 
    protected:
@@ -106,14 +107,14 @@ namespace {
 
     void drop_image(int rve) override { images[rve] = StateImage(); }
 
-    void put_header(int rve, const ImageHeader &header) override
+    void put_header(int rve, const ImageHeader<2> &header) override
     {
       std::memcpy(images[rve].bytes.data(), &header, sizeof(header));
     }
 
-    ImageHeader get_header(int rve) const override
+    ImageHeader<2> get_header(int rve) const override
     {
-      ImageHeader header;
+      ImageHeader<2> header;
       std::memcpy(&header, images[rve].bytes.data(), sizeof(header));
       return header;
     }
@@ -126,17 +127,17 @@ namespace {
         turn_image(options.format, images[rves[k]], rotations[k], memory_layout);
     }
 
-    DriveRecord *room_for_drives(std::size_t count) override
+    DriveRecord<2> *room_for_drives(std::size_t count) override
     {
       drives.resize(count);
       return drives.data();
     }
 
-    const AnswerRecord *launch(const Call &call, std::vector<DetailRecord> &details) override
+    const AnswerRecord<2> *launch(const Call &call, std::vector<DetailRecord<2>> &details) override
     {
       const int count = static_cast<int>(call.rves->size());
-      answers.assign(count, AnswerRecord());
-      if (call.with_details) details.assign(count, DetailRecord());
+      answers.assign(count, AnswerRecord<2>());
+      if (call.with_details) details.assign(count, DetailRecord<2>());
       const HostWorkspaceSizes sizes =
           kernel.workspace_sizes(call.largest, call.pair_capacity, call.program);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(std::min(num_threads, std::max(count, 1)))
@@ -157,8 +158,8 @@ namespace {
     const int num_threads;
     std::vector<ThreadMemory> memory;
     std::vector<StateImage> images;
-    std::vector<DriveRecord> drives;
-    std::vector<AnswerRecord> answers;
+    std::vector<DriveRecord<2>> drives;
+    std::vector<AnswerRecord<2>> answers;
   };
 
 }    // namespace

@@ -41,12 +41,12 @@ inline namespace RVE_ISA {
 #endif
 
   template <class Scene, class Way>
-  void run_program(char *image, const DriveRecord &drive, const SteeringRecord *steering,
-                   const BatchConstants &batch, const HostWorkspace &memory, AnswerRecord &answer,
-                   DetailRecord *detail)
+  void run_program(char *image, const DriveRecord<2> &drive, const SteeringRecord<2> *steering,
+                   const BatchConstants &batch, const HostWorkspace &memory,
+                   AnswerRecord<2> &answer, DetailRecord<2> *detail)
   {
     using Block = typename Way::Block;
-    const auto &header = *reinterpret_cast<const ImageHeader *>(image);
+    const auto &header = *reinterpret_cast<const ImageHeader<2> *>(image);
     Block block;
     const auto shared = carve_shared<Scene>(memory.shared, header.num_grains, Block::kInRegisters);
     using Begin = CallBegin<Block, Scene>;
@@ -54,7 +54,7 @@ inline namespace RVE_ISA {
     CallState<Scene> call;
     call.header = header;
     call.drive = drive;
-    call.steering = steering ? *steering : SteeringRecord();
+    call.steering = steering ? *steering : SteeringRecord<2>();
     call.batch = batch;
     Begin::prepare(call, image, memory.pair_capacity);
     for (int t = 0; t < call.plan_last; ++t) Planning::plan_step(call, t, 1);
@@ -64,18 +64,18 @@ inline namespace RVE_ISA {
   }
 
   template <Program program, class Numbers>
-  void run_program_of(char *image, const DriveRecord &drive, const SteeringRecord *steering,
+  void run_program_of(char *image, const DriveRecord<2> &drive, const SteeringRecord<2> *steering,
                       const BatchConstants &batch, const HostWorkspace &memory,
-                      AnswerRecord &answer, DetailRecord *detail)
+                      AnswerRecord<2> &answer, DetailRecord<2> *detail)
   {
     using Scene = ProgramScene<program, Numbers>;
     run_program<Scene, Way<program, Scene>>(image, drive, steering, batch, memory, answer, detail);
   }
 
   template <class Numbers>
-  void advance(char *image, const DriveRecord &drive, const SteeringRecord *steering,
+  void advance(char *image, const DriveRecord<2> &drive, const SteeringRecord<2> *steering,
                const BatchConstants &batch, const HostWorkspace &memory, Program program,
-               AnswerRecord &answer, DetailRecord *detail)
+               AnswerRecord<2> &answer, DetailRecord<2> *detail)
   {
     switch (program) {
 #define RVE_ADVANCE(name, law, books, small, prepared)                                           \

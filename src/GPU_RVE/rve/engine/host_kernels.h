@@ -24,9 +24,9 @@ struct HostWorkspaceSizes {
 
 /// One instruction set's build of the block program for one number format.
 struct HostKernel {
-  void (*advance)(char *image, const DriveRecord &drive, const SteeringRecord *steering,
+  void (*advance)(char *image, const DriveRecord<2> &drive, const SteeringRecord<2> *steering,
                   const BatchConstants &batch, const HostWorkspace &memory, Program program,
-                  AnswerRecord &answer, DetailRecord *detail);
+                  AnswerRecord<2> &answer, DetailRecord<2> *detail);
   HostWorkspaceSizes (*workspace_sizes)(int num_grains, int pair_capacity, Program program);
 };
 

@@ -76,7 +76,7 @@ namespace {
     std::vector<int> owned(n, 0);
     int num_extra = 0;
     for (const Pair &pair : state.pairs)
-      if (owned[pair.first] < kOwnedPairs)
+      if (owned[pair.first] < Scene::owned_pairs)
         ++owned[pair.first];
       else
         ++num_extra;
@@ -87,8 +87,8 @@ namespace {
     image.bytes.assign(image_size<Scene>(n, image.extra_capacity), 0);
     const auto view = carve_image<Scene>(image.bytes.data(), n, image.extra_capacity);
 
-    ImageHeader &header = *view.header;
-    header = ImageHeader();
+    ImageHeader<2> &header = *view.header;
+    header = ImageHeader<2>();
     header.num_grains = n;
     header.extra_capacity = image.extra_capacity;
     header.list_valid = !state.list_fractional.empty();
@@ -106,7 +106,7 @@ namespace {
     double sum = 0.0;
     for (double r : stored.radius) sum += r;
     header.mean_radius = sum / n;
-    header.solid_area = stored.solid_area();
+    header.solid_volume = stored.solid_area();
     header.neighbor_bits = neighbor_bits(*smallest, *largest);
     header.largest_contact_force = state.largest_contact_force;
     header.steps = state.counters.steps;
@@ -135,12 +135,12 @@ namespace {
       }
       view.spin[k] = static_cast<Real>(state.spin[i]);
       view.radius[k] = static_cast<typename Scene::Wide>(state.radius[i]);
-      for (int m = 0; m < kOwnedPairs; ++m) view.partner[m * n + k] = k;
+      for (int m = 0; m < Scene::owned_pairs; ++m) view.partner[m * n + k] = k;
       owned[k] = 0;
     }
     for (const Pair &pair : state.pairs) {
       const int first = place[pair.first], second = place[pair.second];
-      if (owned[first] < kOwnedPairs) {
+      if (owned[first] < Scene::owned_pairs) {
         const int slot = owned[first]++ * n + first;
         view.partner[slot] = second;
         view.history[slot] = Scene::Law::of_pair(pair);
@@ -159,7 +159,7 @@ namespace {
     const int n = image.num_grains;
     const auto view =
         carve_image<Scene>(const_cast<char *>(image.bytes.data()), n, image.extra_capacity);
-    const ImageHeader &header = *view.header;
+    const ImageHeader<2> &header = *view.header;
     RveState state;
     static_cast<MaterialNumbers &>(state.material) = header.material;
     state.material.law = Scene::Law::contact_law;
@@ -187,7 +187,7 @@ namespace {
       }
       state.spin[i] = view.spin[k];
       state.radius[i] = view.radius[k];
-      for (int m = 0; m < kOwnedPairs; ++m)
+      for (int m = 0; m < Scene::owned_pairs; ++m)
         if (view.partner[m * n + k] != k)
           state.pairs.push_back(
               pair_of<Scene>(i, view.number[view.partner[m * n + k]], view.history[m * n + k]));
@@ -237,7 +237,7 @@ namespace {
 
 }    // namespace
 
-void set_material_in(ImageHeader &header, const Material &material)
+void set_material_in(ImageHeader<2> &header, const Material &material)
 {
   header.material = material;
   header.obliquity = obliquity_of(material);

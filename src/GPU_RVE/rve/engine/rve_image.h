@@ -34,7 +34,7 @@ std::size_t image_bytes(Format format, int num_grains, int extra_capacity, Progr
 int initial_extra_capacity(int num_grains);
 
 /// Gives an image another material, and what follows from it.
-void set_material_in(ImageHeader &header, const Material &material);
+void set_material_in(ImageHeader<2> &header, const Material &material);
 
 }    // namespace rve
 

@@ -43,12 +43,13 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Motion of one disk as a contact sees it.
-  template <class Real> struct DiskMotion {
-    Vec<Real, 2> velocity;    ///< peculiar [length/time]
-    Real spin;                ///< counter-clockwise [1/time]
+  /// Motion of one grain as a contact sees it.
+  template <class Real, int D> struct GrainMotion {
+    Vec<Real, D> velocity;    ///< peculiar [length/time]
+    Spin<Real, D> spin;       ///< counter-clockwise [1/time]
     Real radius;              ///< [length]
   };
+  template <class Real> using DiskMotion = GrainMotion<Real, 2>;
 
   /// What a law answers. A contact with more springs has a struct that begins with this one.
   template <class Real, class History> struct ContactForce {
