@@ -244,7 +244,7 @@ INSTANTIATE_TEST_SUITE_P(Formats, CpuAndCuda,
 /// Pairs beyond what the slots of the grains and the first extra list hold: the list must have grown.
 bool has_grown(const Result &result)
 {
-  return result.num_pairs > 3 * result.num_grains + initial_extra_capacity(result.num_grains);
+  return result.num_pairs > 3 * result.num_grains + initial_extra_capacity<2>(result.num_grains);
 }
 
 /// That the run went through everything that may differ.
@@ -274,7 +274,7 @@ struct KernelRun {
   DetailRecord<2> detail;
 };
 
-KernelRun run_kernel(const HostKernel &kernel, StateImage image, const DriveRecord<2> &drive,
+KernelRun run_kernel(const HostKernel<2> &kernel, StateImage image, const DriveRecord<2> &drive,
                      const SteeringRecord<2> *steering, Program scene)
 {
   const int pair_capacity = 6 * image.num_grains;
@@ -364,8 +364,9 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
         build_image(GetParam(), one.state, 2000, features_of(one.scene).memory);
 
     const KernelRun baseline =
-        run_kernel(host_baseline::kernel(format), image, drive, one.steering, one.scene);
-    const KernelRun v3 = run_kernel(host_v3::kernel(format), image, drive, one.steering, one.scene);
+        run_kernel(host_baseline::kernel<2>(format), image, drive, one.steering, one.scene);
+    const KernelRun v3 =
+        run_kernel(host_v3::kernel<2>(format), image, drive, one.steering, one.scene);
 
     EXPECT_EQ(baseline.answer.status, status::Ok) << describe_status(baseline.answer.status);
     EXPECT_GE(baseline.detail.progress.rebuilds, 5);

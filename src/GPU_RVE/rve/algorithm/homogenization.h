@@ -7,6 +7,8 @@
 #include "rve/algorithm/contact_visit.h"
 #include "rve/algorithm/stability_bound.h"
 
+#include <utility>
+
 namespace rve {
 inline namespace RVE_ISA {
 
@@ -78,12 +80,20 @@ inline namespace RVE_ISA {
     });
   }
 
-  /// f(m, a, b) for the components of a symmetric tensor: xx, xy, yy in the plane. Without a triangle of loops, which would not be unrolled.
+  template <int D, class F, int... C>
+  RVE_INLINE void for_strains_among(F f, std::integer_sequence<int, C...>)
+  {
+    // before the diagonal of row a there are a (a + 1)/2 components that are none
+    constexpr auto number = [](int c) {
+      return c - (c / D) * (c / D + 1) / 2;
+    };
+    ((C / D <= C % D ? f(number(C), C / D, C % D) : void()), ...);
+  }
+
+  /// f(m, a, b) for the components of a symmetric tensor: xx, xy, yy in the plane. No loop: what is indexed shall be in registers.
   template <int D, class F> RVE_INLINE void for_strains(F f)
   {
-    int m = 0;
-    for (int c = 0; c < Space<D>::components; ++c)
-      if (c / D <= c % D) f(m++, c / D, c % D);
+    for_strains_among<D>(f, std::make_integer_sequence<int, Space<D>::components>());
   }
 
   /// Fills `detail` but for its progress. Sums over contacts are integers, so they do not depend on who owns a pair.

@@ -523,7 +523,7 @@ RveState loose_cloud(const PackingRecipe &recipe)
   state.fractional.resize(2 * n);
   state.velocity.resize(2 * n, 0.0);
   state.spin.resize(n, 0.0);
-  const double side = std::sqrt(state.solid_area() / recipe.initial_solid_fraction);
+  const double side = std::sqrt(state.solid_volume() / recipe.initial_solid_fraction);
   state.cell = side * Tensor2::identity();
   state.check();
 
