@@ -80,20 +80,17 @@ inline namespace RVE_ISA {
     });
   }
 
-  template <int D, class F, int... C>
-  RVE_INLINE void for_strains_among(F f, std::integer_sequence<int, C...>)
+  template <int D, class F, std::size_t... C>
+  RVE_INLINE void for_strains_among(F f, std::index_sequence<C...>)
   {
     // before the diagonal of row a there are a (a + 1)/2 components that are none
-    constexpr auto number = [](int c) {
-      return c - (c / D) * (c / D + 1) / 2;
-    };
-    ((C / D <= C % D ? f(number(C), C / D, C % D) : void()), ...);
+    ((C / D <= C % D ? f(C - C / D * (C / D + 1) / 2, C / D, C % D) : void()), ...);
   }
 
   /// f(m, a, b) for the components of a symmetric tensor: xx, xy, yy in the plane. No loop: what is indexed shall be in registers.
   template <int D, class F> RVE_INLINE void for_strains(F f)
   {
-    for_strains_among<D>(f, std::make_integer_sequence<int, Space<D>::components>());
+    for_strains_among<D>(f, std::make_index_sequence<Space<D>::components>());
   }
 
   /// Fills `detail` but for its progress. Sums over contacts are integers, so they do not depend on who owns a pair.
@@ -182,11 +179,11 @@ inline namespace RVE_ISA {
     });
     block.for_each(num_grains, [&](Item i) {
       const double r = static_cast<double>(shared.radius[i]) * units.length;
-      double ww = 0.0;
-      for (int k = 0; k < Scene::spins; ++k) {
-        const double w = static_cast<double>(spin_component(shared.spin[i], k));
-        ww += w * w;
-      }
+      const auto spin = [&](int k) {
+        return static_cast<double>(spin_component(shared.spin[i], k));
+      };
+      double ww = spin(0) * spin(0);
+      for (int k = 1; k < Scene::spins; ++k) ww += spin(k) * spin(k);
       const auto c = units.length * shared.motion[i].velocity.template as<double>();
       const double mass = call.mass_of(r);
       // in the order of the RveState: the sum shall not depend on how the grains are stored

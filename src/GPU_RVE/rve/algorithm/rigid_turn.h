@@ -21,8 +21,9 @@ inline namespace RVE_ISA {
     });
     block.once([&] {
       ImageHeader<Scene::D> &header = *image.header;
-      for (double *columns : {header.cell, header.deformation, header.list_cell})
-        store_tensor(rotation * load_tensor<Scene::D>(columns), columns);
+      double *const of_columns[] = {header.cell, header.deformation, header.list_cell};
+      for (double *tensor : of_columns)
+        store_tensor(rotation * load_tensor<Scene::D>(tensor), tensor);
       double *const gradient = header.servo_velocity_gradient;
       store_tensor(rotation * load_tensor<Scene::D>(gradient) * transpose(rotation), gradient);
     });

@@ -251,7 +251,7 @@ inline namespace RVE_ISA {
       surveyed_forces(grains, 1);
       Stored::copy_history(block, call, call.work.fresh, call.pairs);
       block.for_each(num_grains, [&](Item i) {
-        for (Sum *force : shared.force) force[i] = Sum(0);
+        for (int k = 0; k < Scene::freedoms; ++k) shared.force[k][i] = Sum(0);
         shared.largest_force[i] = Real(0);
       });
       block.once([&] {
@@ -411,8 +411,8 @@ inline namespace RVE_ISA {
       block.for_items(num_grains, [&](Item i) {
         const auto own = collect_force(block, shared, shared.own[i], i);
         shared.own[i] = own;
-        double squared = 0.0;
-        for (int a = 0; a < Scene::D; ++a)
+        double squared = static_cast<double>(own[0]) * static_cast<double>(own[0]);
+        for (int a = 1; a < Scene::D; ++a)
           squared += static_cast<double>(own[a]) * static_cast<double>(own[a]);
         force_size[i] = std::sqrt(squared);
       });

@@ -64,7 +64,7 @@ inline namespace RVE_ISA {
       const Wide radius = static_cast<Wide>(call.units.per_length) * stored.radius;
       shared.spin[i] = stored.spin;
       shared.radius[i] = radius;
-      for (Sum *force : shared.force) force[i] = Sum(0);
+      for (int k = 0; k < Scene::freedoms; ++k) shared.force[k][i] = Sum(0);
       return radius;
     }
 

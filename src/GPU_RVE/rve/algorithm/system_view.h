@@ -190,7 +190,8 @@ inline namespace RVE_ISA {
   RVE_INLINE SharedView<Scene> lay_out_shared(Carving &carver, int num_grains, bool in_registers)
   {
     SharedView<Scene> view;
-    for (auto &force : view.force) force = carver.template take<typename Scene::Sum>(num_grains);
+    for (int k = 0; k < Scene::freedoms; ++k)
+      view.force[k] = carver.template take<typename Scene::Sum>(num_grains);
     view.motion = carver.template take<MotionOf<Scene>>(num_grains);
     view.spin = carver.template take<Spin<typename Scene::Real, Scene::D>>(num_grains);
     view.response = carver.template take<GrainResponseOf<Scene>>(num_grains);

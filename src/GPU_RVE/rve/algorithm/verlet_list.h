@@ -40,9 +40,15 @@ inline namespace RVE_ISA {
       }
       // a product of large counts has more than 31 bits in space
       while (size<std::int64_t>() > capacity) {
-        int most = 0;
-        for (int a = 1; a < D; ++a) most = count[a] >= count[most] ? a : most;
-        --count[most];
+        int most = count[0];
+        for (int a = 1; a < D; ++a) most = count[a] > most ? count[a] : most;
+        // the last of the axes with the most, without an index that is not known: the counts shall be in registers
+        bool is_less = false;
+        for (int a = D - 1; a >= 0; --a) {
+          const bool is_this = !is_less && count[a] == most;
+          count[a] -= is_this ? 1 : 0;
+          is_less = is_less || is_this;
+        }
       }
     }
 

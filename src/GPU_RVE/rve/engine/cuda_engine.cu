@@ -356,7 +356,8 @@ namespace {
           blocks_per_sm * (plan.dynamic + attributes.sharedSizeBytes + kReserved);
       const int share = static_cast<int>((100 * on_chip + device.sharedMemPerMultiprocessor - 1) /
                                          device.sharedMemPerMultiprocessor);
-      for (const void *kernel : {plan.prepare, plan.kernel})
+      const void *const both[] = {plan.prepare, plan.kernel};
+      for (const void *kernel : both)
         check_cuda(cudaFuncSetAttribute(kernel, cudaFuncAttributePreferredSharedMemoryCarveout,
                                         std::min(share, 100)),
                    "division of the memory on chip");
