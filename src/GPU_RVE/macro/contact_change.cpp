@@ -81,7 +81,8 @@ void RvePoints::expect(const rve::ContactModel &contacts)
   move_to(both, NewMaterials(points.size(), nullptr));
 }
 
-/// What all RVEs need together, with new materials of some. Rolling forces that pairs of another contact law remember are forgotten.
+/// What all RVEs need together, with new materials of some. Rolling forces that pairs remember are forgotten where another contact law
+/// comes without rolling resistance.
 rve::ContactModel RvePoints::contacts_with(const NewMaterials &materials) const
 {
   const std::vector<int> slots = used_slots();
@@ -104,7 +105,6 @@ rve::ContactModel RvePoints::contacts_with(const NewMaterials &materials) const
 void RvePoints::move_to(const rve::ContactModel &contacts, const NewMaterials &materials)
 {
   const rve::ContactModel before = engine->contacts();
-  const bool keeps_rolling_forces = contacts.law == before.law;
   std::unique_ptr<rve::Engine> other = engine->empty_with(contacts), other_shadows;
   if (shadows) other_shadows = shadows->empty_with(contacts);
 
@@ -117,7 +117,7 @@ void RvePoints::move_to(const rve::ContactModel &contacts, const NewMaterials &m
     for (std::size_t slot = 0; slot < states.size(); ++slot) {
       if (!states[slot]) continue;
       if (materials[slot]) states[slot]->material = *materials[slot];
-      if (!keeps_rolling_forces)
+      if (!contacts.rolling)
         for (rve::Pair &pair : states[slot]->pairs) pair.rolling_force = 0.0;
       states[slot]->check();
     }

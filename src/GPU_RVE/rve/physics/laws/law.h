@@ -24,7 +24,8 @@
 //   spring_force(place)        normal force of its springs alone: for the least force of a crushed contact, and whoever looks at a state
 //                              without an engine
 //   force_scale(place)         the size of the forces that make it up, which may cancel: for the unit of forces
-//   limiting_force(place)      of which friction allows a share at rest
+//   limiting_force(place), limiting_force(force)
+//                              of which friction allows a share: at rest, and where evaluate answered with that force
 //   stiffness(place), viscosity(place)
 //                              of its springs and dashpots for small motions about where it is: for the time step and the affine
 //                              stiffness; has_constant_moduli where they depend on no place
