@@ -230,10 +230,15 @@ std::vector<std::string> FixRve::Impl::change_materials(const MaterialWords &wor
   std::fill_n(&range[0][0], 4 * NUM_PARAMETERS, -HUGE_VAL);
   const rve::ContactLaw law_before = points->contacts().law;
   int with_other_law = 0;
+  std::string problem;
   for (const int i : atoms_with_rve()) {
     const rve::Material before = points->material(slot[i]);
     rve::Material after = before;
-    change_material(after, words, mass_scaling, mass_scaling_before);
+    try {
+      change_material(after, words, mass_scaling, mass_scaling_before);
+    } catch (const rve::InputError &e) {
+      problem = fmt::format("fix rve {}: {}", fix->id, e.what());
+    }
     bool differs = after.law != before.law;
     if (differs) ++with_other_law;
     for (int k = 0; k < NUM_PARAMETERS; ++k) {
@@ -249,7 +254,7 @@ std::vector<std::string> FixRve::Impl::change_materials(const MaterialWords &wor
     changed.push_back(slot[i]);
     materials.push_back(after);
   }
-  std::string problem;
+  error_if_any(problem);
   try {
     if (!changed.empty()) points->set_materials(changed, materials);
     points->expect(packings.contacts());    // of RVEs that are made later

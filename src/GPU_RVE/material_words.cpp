@@ -205,7 +205,7 @@ void read_contact(ScriptWords &words, MaterialWords &material)
                  "[rolling sds k_roll 0 mu_roll], or hertz k_n eta_n hertz/material E eta_n nu or "
                  "dmt E eta_n nu cohesion, "
                  "tangential mindlin or mindlin/force k_t x_gammat mu [damping viscoelastic, "
-                 "velocity or coeff_restitution]");
+                 "velocity or coeff_restitution] [rolling sds k_roll 0 mu_roll]");
   for (const rve::MaterialParameter &parameter : rve::MATERIAL_PARAMETERS)
     if (parameter.of_contact()) material[parameter.member] = 0.0;
   Contact contact{material};
@@ -303,8 +303,15 @@ void MaterialWords::apply(rve::Material &material) const
     if ((*this)[parameter.member]) material.*parameter.member = *(*this)[parameter.member];
   const MaterialWords &words = *this;
   if (words[&rve::Material::rolling_friction].value_or(0.0) > 0.0 &&
-      !words[&rve::Material::rolling_stiffness] && material.rolling_stiffness == 0.0)
+      !words[&rve::Material::rolling_stiffness] && material.rolling_stiffness == 0.0) {
+    rve::require(material.law == rve::ContactLaw::Linear, [&] {
+      return fmt::format(
+          "rolling_friction is {} [-] without a kr [force/length], which the contact "
+          "law {} does not say as kt does for hooke; it must be given, or 0",
+          rve::number(material.rolling_friction), rve::word_of(material.law));
+    });
     material.rolling_stiffness = material.tangential_stiffness;
+  }
 }
 
 void LAMMPS_NS::change_material(rve::Material &material, const MaterialWords &words,

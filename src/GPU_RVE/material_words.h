@@ -38,7 +38,8 @@ class MaterialWords {
   std::optional<double> &operator[](MaterialMember member);
   const std::optional<double> &operator[](MaterialMember member) const;
 
-  /// A rolling friction without a rolling stiffness, here or in the material, gets the tangential one.
+  /// A rolling friction without a rolling stiffness, here or in the material, gets the tangential one; throws InputError where the
+  /// contact law has none.
   void apply(rve::Material &material) const;
 
   bool any() const;

@@ -64,10 +64,11 @@ template <class Number> void randomize(Random &random, MindlinHistory<Number> &h
   randomize(random, history.tangential);
   history.contact_radius = Number(random.uniform(1e-5, 1e-3));
 }
-template <class Number> void randomize(Random &random, SpringForces<Number> &forces)
+template <class Contact, class Number>
+void randomize(Random &random, RollingHistory<Contact, Number> &history)
 {
-  randomize(random, forces.tangential);
-  randomize(random, forces.rolling);
+  randomize(random, history.contact);
+  randomize(random, history.rolling);
 }
 
 /// A touching pair that moves at random.

@@ -84,12 +84,14 @@ TEST(ProgramChoice, ServesAllNeedsOfTheContactLawsThatThereAre)
   }
 }
 
-TEST(ProgramChoice, OfEveryContactLawThereIsAProgram)
+TEST(ProgramChoice, OfEveryContactLawThereIsAProgramWithAndWithoutRollingResistance)
 {
   for (std::size_t k = 0; k < std::size(CONTACT_LAW_WORDS); ++k) {
     const ContactLaw law = contact_law_of(CONTACT_LAW_WORDS[k]);
     EXPECT_EQ(static_cast<std::size_t>(law), k);
-    EXPECT_EQ(features_of(memory_program({law, false})).contacts.law, law);
+    for (const bool rolling : {false, true})
+      EXPECT_EQ(features_of(memory_program({law, rolling})).contacts, (ContactModel{law, rolling}));
+    EXPECT_TRUE(features_of(richest_program(law)).contacts.rolling);
   }
   EXPECT_EQ(message_of([] {
               contact_law_of("hoke");

@@ -1,6 +1,7 @@
-// Rolling resistance through the whole engine: rings of disks against closed forms, and sheared packings.
+// Rolling resistance through the whole engine, with every contact law: rings of disks against closed forms, and sheared packings.
 
 #include "rve/core/error.h"
+#include "rve/core/pi.h"
 #include "rve/engine/stability.h"
 #include "support/messages.h"
 #include "support/packings.h"
@@ -18,20 +19,46 @@ using namespace rve_test;
 
 namespace {
 
-constexpr Format FORMATS[] = {Format::Double, Format::Mixed, Format::Fast, Format::Single};
+/// One law in all formats, and the others in those that differ most.
+struct Case {
+  ContactLaw law;
+  Format format;
+};
+constexpr Case CASES[] = {
+    {ContactLaw::Linear, Format::Double}, {ContactLaw::Linear, Format::Mixed},
+    {ContactLaw::Linear, Format::Fast},   {ContactLaw::Linear, Format::Single},
+    {ContactLaw::Hertz, Format::Mixed},   {ContactLaw::Hertz, Format::Fast},
+    {ContactLaw::Dmt, Format::Double},    {ContactLaw::Dmt, Format::Fast}};
+
+/// A material of linear springs by another law, with the same forces and stiffness along a contact of this radius, and some adhesion.
+Material by_law(ContactLaw law, Material material, double contact_radius)
+{
+  if (law == ContactLaw::Linear) return material;
+  material.law = law;
+  material.hertz_stiffness = material.normal_stiffness / contact_radius;
+  material.mindlin_stiffness = material.tangential_stiffness / contact_radius;
+  material.mindlin_displacement = 1.0;
+  material.normal_stiffness = material.tangential_stiffness = 0.0;
+  if (law == ContactLaw::Dmt) material.surface_energy = 200.0;
+  return material;
+}
 
 // ---- a ring ----
 // Four disks above each other in a periodic cell, radii alternating: each is pressed between two of the other kind, with overlaps that
 // balance. Without friction only their spins move. With spins alternating too, the relative spin W = w_b - w_a of all contacts is the
 // same, and each disk has two contacts:
 //     f' = k_r R W,    I_a w_a' = 2 R f,    I_b w_b' = -2 R f,    |f| <= mu_r f_n
+// where what presses the disks together counts as f_n, with adhesion more than the force that they feel.
 
 constexpr double RADIUS_A = 0.005, RADIUS_B = 0.003, OVERLAP = 1e-5;
 constexpr double REDUCED_RADIUS = RADIUS_A * RADIUS_B / (RADIUS_A + RADIUS_B);
 
-Material rolling_material(double rolling_friction, double rolling_stiffness = 1e6)
+constexpr double SPRING_FORCE = 1e6 * OVERLAP;    // k_n of the paper
+
+Material rolling_material(double rolling_friction, double rolling_stiffness = 1e6,
+                          ContactLaw law = ContactLaw::Linear)
 {
-  Material material = paper_material();
+  Material material = by_law(law, paper_material(), std::sqrt(REDUCED_RADIUS * OVERLAP));
   material.friction = 0.0;
   material.local_damping = 0.0;
   material.rolling_stiffness = rolling_stiffness;
@@ -70,7 +97,8 @@ struct Ring {
   double inertia() const { return 1.0 / (1.0 / inertia_a() + 1.0 / inertia_b()); }
   double limit() const
   {
-    return state.material.rolling_friction * state.material.normal_stiffness * OVERLAP;
+    const double attraction = 4.0 * kPi * state.material.surface_energy * REDUCED_RADIUS;
+    return state.material.rolling_friction * (SPRING_FORCE + attraction);
   }
   double frequency() const
   {
@@ -105,9 +133,18 @@ double force_error(Format format)
 
 // ---- packings ----
 
-RveState rolling_packing(double rolling_friction = 0.3, double rolling_stiffness = 5e5)
+RveState plain_packing(ContactLaw law)
 {
   RveState state = paper_packing();
+  constexpr double CONTACT_RADIUS = 5e-4;    // [m] about the mean
+  state.material = by_law(law, state.material, CONTACT_RADIUS);
+  return state;
+}
+
+RveState rolling_packing(double rolling_friction = 0.3, double rolling_stiffness = 5e5,
+                         ContactLaw law = ContactLaw::Linear)
+{
+  RveState state = plain_packing(law);
   state.material.rolling_stiffness = rolling_stiffness;
   state.material.rolling_friction = rolling_friction;
   return state;
@@ -154,9 +191,28 @@ double stress_ratio(const Material &material)
   return sum / count;
 }
 
-class Rolling : public ::testing::TestWithParam<Format> {};
-INSTANTIATE_TEST_SUITE_P(Formats, Rolling, ::testing::ValuesIn(FORMATS), [](const auto &info) {
-  return to_string(info.param);
+class Rolling : public ::testing::TestWithParam<Case> {
+ protected:
+  static ContactLaw law() { return GetParam().law; }
+  static Format format() { return GetParam().format; }
+  static Options options(int threads = 1)
+  {
+    Options options = cpu_options(format(), threads);
+    options.contacts.law = law();
+    return options;
+  }
+  static Ring ring(double rolling_friction)
+  {
+    return Ring(rolling_material(rolling_friction, 1e6, law()));
+  }
+  static RveState plain() { return plain_packing(law()); }
+  static RveState packing(double rolling_friction = 0.3, double rolling_stiffness = 5e5)
+  {
+    return rolling_packing(rolling_friction, rolling_stiffness, law());
+  }
+};
+INSTANTIATE_TEST_SUITE_P(LawsAndFormats, Rolling, ::testing::ValuesIn(CASES), [](const auto &info) {
+  return word_of(info.param.law) + ("_" + to_string(info.param.format));
 });
 
 }    // namespace
@@ -165,10 +221,10 @@ INSTANTIATE_TEST_SUITE_P(Formats, Rolling, ::testing::ValuesIn(FORMATS), [](cons
 
 TEST_P(Rolling, AtTheLimitSpinsDecayLinearly)
 {
-  Ring ring(rolling_material(0.2));
+  Ring ring = Rolling::ring(0.2);
   ring.turn(-300.0, 200.0);
   ring.load(ring.limit());    // the contacts have rolled for long
-  RveRig rig(ring.state, cpu_options(GetParam()));
+  RveRig rig(ring.state, options());
   const double dt = 1e-5;
   const int steps = 400;
   const double turned = 2.0 * REDUCED_RADIUS * ring.limit() * steps * dt;    // angular momentum
@@ -176,8 +232,8 @@ TEST_P(Rolling, AtTheLimitSpinsDecayLinearly)
   rig.strain(Tensor2::zero(), dt, steps);
 
   const RveState after = rig.state();
-  const double error = 2.0 * force_error(GetParam());
-  const double epsilon = GetParam() == Format::Double ? 0x1p-53 : 0x1p-24;    // of each kick
+  const double error = 2.0 * force_error(format());
+  const double epsilon = format() == Format::Double ? 0x1p-53 : 0x1p-24;    // of each kick
   for (int i = 0; i < 4; i += 2) {
     EXPECT_NEAR(after.spin[i], -300.0 + turned / ring.inertia_a(),
                 error * turned / ring.inertia_a() + steps * epsilon * 300.0);
@@ -193,10 +249,10 @@ TEST_P(Rolling, AtTheLimitSpinsDecayLinearly)
 // The leapfrog of an oscillator: w_k = w_0 cos((k + 1/2) theta) / cos(theta/2), sin(theta/2) = w dt/2.
 TEST_P(Rolling, BelowTheLimitSpinsSwingWithTheClosedFormFrequency)
 {
-  Ring ring(rolling_material(1.0));
+  Ring ring = Rolling::ring(1.0);
   const double w = 0.5 * ring.swing_at_limit();
   ring.turn(-0.3 * w, 0.7 * w);
-  RveRig rig(ring.state, cpu_options(GetParam()));
+  RveRig rig(ring.state, options());
   const double dt = 0.2 / ring.frequency(), theta = 2.0 * std::asin(0.1);
 
   for (int k = 1; k <= 300; ++k) {
@@ -204,7 +260,7 @@ TEST_P(Rolling, BelowTheLimitSpinsSwingWithTheClosedFormFrequency)
     const double expected = w * std::cos((k + 0.5) * theta) / std::cos(0.5 * theta);
     // moments and spins in fp32 turn the phase by 300 epsilons
     ASSERT_NEAR(relative_spin(rig.state()), expected,
-                (GetParam() == Format::Double ? 1e-9 : 1e-4) * w)
+                (format() == Format::Double ? 1e-9 : 1e-4) * w)
         << "step " << k;
   }
 }
@@ -294,39 +350,45 @@ TEST(RollingRing, SpringsAndSpinsKeepTheirEnergyBelowTheLimit)
 
 TEST(RollingRing, WhatSpinsLoseAtTheLimitIsInTheLedger)
 {
-  Ring ring(rolling_material(0.2));
-  ring.turn(-300.0, 200.0);
-  Options options = cpu_options();
-  options.track_energy = true;
-  RveRig rig(ring.state, options);
-  const Result before = rig.evaluate();
+  for (const ContactLaw law : {ContactLaw::Linear, ContactLaw::Hertz, ContactLaw::Dmt}) {
+    SCOPED_TRACE(word_of(law));
+    Ring ring(rolling_material(0.2, 1e6, law));
+    ring.turn(-300.0, 200.0);
+    Options options = cpu_options();
+    options.track_energy = true;
+    RveRig rig(ring.state, options);
+    const Result before = rig.evaluate();
 
-  const Result &after = rig.strain(Tensor2::zero(), 1e-6, 4000);
+    const Result &after = rig.strain(Tensor2::zero(), 1e-6, 4000);
 
-  const double lost =
-      before.kinetic_energy + before.elastic_energy - (after.kinetic_energy + after.elastic_energy);
-  EXPECT_GT(lost, 0.1 * before.kinetic_energy);
-  // spins are those of half a step before
-  EXPECT_NEAR(after.energy.friction, lost, 1e-3 * lost);
-  EXPECT_EQ(after.energy.viscous, 0.0);
+    const double lost = before.kinetic_energy + before.elastic_energy -
+        (after.kinetic_energy + after.elastic_energy);
+    EXPECT_GT(lost, 0.1 * before.kinetic_energy);
+    // spins are those of half a step before
+    EXPECT_NEAR(after.energy.friction, lost, 1e-3 * lost);
+    EXPECT_EQ(after.energy.viscous, 0.0);
+  }
 }
 
 TEST(RollingPacking, WorkOfShearGoesIntoSpringsFrictionDampingAndMotion)
 {
   Options options = cpu_options();
   options.track_energy = true;
-  RveRig rig(rolling_packing(), options), plain(paper_packing(), options);
-  const Result before = rig.evaluate();
+  for (const ContactLaw law : {ContactLaw::Linear, ContactLaw::Hertz, ContactLaw::Dmt}) {
+    SCOPED_TRACE(word_of(law));
+    RveRig rig(rolling_packing(0.3, 5e5, law), options), plain(plain_packing(law), options);
+    const Result before = rig.evaluate();
 
-  const Result &after = rig.strain(gradient(0, 1, 0.05), DT, 4000, 2);    // to 2 %
-  plain.strain(gradient(0, 1, 0.05), DT, 4000, 2);
+    const Result &after = rig.strain(gradient(0, 1, 0.05), DT, 4000, 2);    // to 2 %
+    plain.strain(gradient(0, 1, 0.05), DT, 4000, 2);
 
-  const double residual = after.energy.work -
-      (after.energy.friction + after.energy.local_damping + after.elastic_energy -
-       before.elastic_energy + after.kinetic_energy - before.kinetic_energy);
-  EXPECT_LT(std::fabs(residual), 1e-3 * after.energy.work);
-  EXPECT_GT(after.energy.friction, 0.1 * after.energy.work);
-  EXPECT_GT(after.energy.work, 1.02 * plain.result().energy.work);
+    const double residual = after.energy.work -
+        (after.energy.friction + after.energy.local_damping + after.elastic_energy -
+         before.elastic_energy + after.kinetic_energy - before.kinetic_energy);
+    EXPECT_LT(std::fabs(residual), 1e-3 * after.energy.work);
+    EXPECT_GT(after.energy.friction, 0.1 * after.energy.work);
+    EXPECT_GT(after.energy.work, 1.02 * plain.result().energy.work);
+  }
 }
 
 // ---- sums ----
@@ -335,16 +397,16 @@ TEST(RollingPacking, WorkOfShearGoesIntoSpringsFrictionDampingAndMotion)
 TEST_P(Rolling, LargeCoefficientsLeaveTheSumsInTheirRange)
 {
   const double friction = 1e4;
-  Ring ring(rolling_material(friction));
+  Ring ring = Rolling::ring(friction);
   ring.load(ring.limit());
-  RveRig rig(ring.state, cpu_options(GetParam()));
+  RveRig rig(ring.state, options());
   const double dt = 1e-9;
 
   const Result &result = rig.strain(Tensor2::zero(), dt, 1);
 
   ASSERT_EQ(result.status, status::Ok) << describe_status(result.status);
   const double expected = 2.0 * REDUCED_RADIUS * ring.limit() * dt;
-  const double error = 2.0 * force_error(GetParam());
+  const double error = 2.0 * force_error(format());
   EXPECT_NEAR(rig.state().spin[0] * ring.inertia_a(), expected, error * expected);
   EXPECT_NEAR(rig.state().spin[1] * ring.inertia_b(), -expected, error * expected);
 }
@@ -353,24 +415,27 @@ TEST_P(Rolling, LargeCoefficientsLeaveTheSumsInTheirRange)
 
 TEST(RollingRing, StableTimeStepIsThatOfTheRollingSprings)
 {
-  // stiff against rolling, so that the spins are the fastest
-  Ring ring(rolling_material(1e9, 2e7));
-  const double bound = stable_time_step(ring.state);
-  EXPECT_NEAR(largest_frequency(ring.state), ring.frequency(), 1e-10 * ring.frequency());
-  EXPECT_LE(gershgorin_time_step(ring.state), bound);
+  for (const ContactLaw law : {ContactLaw::Linear, ContactLaw::Hertz, ContactLaw::Dmt}) {
+    SCOPED_TRACE(word_of(law));
+    // stiff against rolling, so that the spins are the fastest
+    Ring ring(rolling_material(1e9, 2e7, law));
+    const double bound = stable_time_step(ring.state);
+    EXPECT_NEAR(largest_frequency(ring.state), ring.frequency(), 1e-10 * ring.frequency());
+    EXPECT_LE(gershgorin_time_step(ring.state), bound);
 
-  const auto largest_spin = [&](double dt) {
-    Ring turning = ring;
-    turning.turn(-1e-3, 2e-3);
-    RveRig rig(turning.state);
-    rig.strain(Tensor2::zero(), dt, 1000);
-    return std::fabs(relative_spin(rig.state()));
-  };
+    const auto largest_spin = [&](double dt) {
+      Ring turning = ring;
+      turning.turn(-1e-3, 2e-3);
+      RveRig rig(turning.state);
+      rig.strain(Tensor2::zero(), dt, 1000);
+      return std::fabs(relative_spin(rig.state()));
+    };
 
-  // two of the mode's contacts meet in each disk; the bound is that of this network, not of one contact
-  EXPECT_NEAR(bound, 2.0 / ring.frequency(), 1e-6 * bound);
-  EXPECT_LT(largest_spin(0.95 * bound), 0.02);
-  EXPECT_GT(largest_spin(1.05 * bound), 1e3);
+    // two of the mode's contacts meet in each disk; the bound is that of this network, not of one contact
+    EXPECT_NEAR(bound, 2.0 / ring.frequency(), 1e-6 * bound);
+    EXPECT_LT(largest_spin(0.95 * bound), 0.02);
+    EXPECT_GT(largest_spin(1.05 * bound), 1e3);
+  }
 }
 
 // ---- packings ----
@@ -444,7 +509,7 @@ TEST(RollingPacking, RigidRotationTurnsTheStressAndLeavesTheRollingForces)
 // A whole RVE that is turned between two calls keeps what its pairs remember.
 TEST_P(Rolling, TurnedRveKeepsItsForces)
 {
-  RveRig rig(rolling_packing(), cpu_options(GetParam()));
+  RveRig rig(Rolling::packing(), options());
   work_out(rig);
   const RveState before = rig.state();
 
@@ -463,9 +528,9 @@ TEST_P(Rolling, TurnedRveKeepsItsForces)
 
 TEST_P(Rolling, CoefficientOfZeroGivesTheBitsOfThePlainProgram)
 {
-  RveState state = paper_packing();
-  RveRig plain(state, cpu_options(GetParam()));
-  auto engine = make_engine(cpu_options(GetParam()));
+  RveState state = Rolling::plain();
+  RveRig plain(state, options());
+  auto engine = make_engine(options());
   std::vector<int> rves = {engine->add(state)};
   std::vector<Result> results;
   const Drive drive = Drive::constant_velocity_gradient(SHEAR_AND_COMPRESSION, DT, 200);
@@ -474,8 +539,8 @@ TEST_P(Rolling, CoefficientOfZeroGivesTheBitsOfThePlainProgram)
     plain.advance(drive);
     // the batch moves to an engine with another program in the middle
     if (call == 3) {
-      auto other = engine->empty_with(contacts_of(rolling_packing()));
-      rves = {other->add(engine->state(rves[0])), other->add(rolling_packing())};
+      auto other = engine->empty_with(contacts_of(Rolling::packing()));
+      rves = {other->add(engine->state(rves[0])), other->add(Rolling::packing())};
       engine = std::move(other);
     }
     engine->advance(rves, std::vector<Drive>(rves.size(), drive), results);
@@ -492,9 +557,9 @@ TEST_P(Rolling, SkinDoesNotChangeABit)
   std::vector<RveState> states;
   std::vector<Result> results;
   for (const double share : {0.05, 0.1, 1.5}) {
-    Options options = cpu_options(GetParam());
+    Options options = Rolling::options();
     options.skin = share * 0.00375;
-    RveRig rig(rolling_packing(), options);
+    RveRig rig(Rolling::packing(), options);
     results.push_back(work_out(rig, 40));
     states.push_back(rig.state());
   }
@@ -511,9 +576,9 @@ TEST_P(Rolling, SkinDoesNotChangeABit)
 // Every call begins with a new list, from an old one in another order whose pairs are owned by their other grain.
 TEST_P(Rolling, ChangeOfOwnersDoesNotChangeABit)
 {
-  RveRig reference(rolling_packing(), cpu_options(GetParam()));
+  RveRig reference(Rolling::packing(), options());
   work_out(reference);
-  RveState state = rolling_packing(), forgetful = state;
+  RveState state = Rolling::packing(), forgetful = state;
   const auto with_other_owners = [](RveState old, bool turn_forces) {
     old.list_cell = Tensor2::zero();
     old.list_fractional.clear();
@@ -526,10 +591,10 @@ TEST_P(Rolling, ChangeOfOwnersDoesNotChangeABit)
   };
 
   for (int call = 0; call < 20; ++call) {
-    RveRig rig(with_other_owners(state, true), cpu_options(GetParam()));
+    RveRig rig(with_other_owners(state, true), options());
     work_out(rig, 1);
     state = rig.state();
-    RveRig wrong(with_other_owners(forgetful, false), cpu_options(GetParam()));
+    RveRig wrong(with_other_owners(forgetful, false), options());
     work_out(wrong, 1);
     forgetful = wrong.state();
   }
@@ -541,10 +606,9 @@ TEST_P(Rolling, ChangeOfOwnersDoesNotChangeABit)
 
 TEST_P(Rolling, OrderOfTheGrainsDoesNotChangeTheForces)
 {
-  const RveState packing = rolling_packing();
+  const RveState packing = Rolling::packing();
   const int n = packing.num_grains();
-  RveRig rig(packing, cpu_options(GetParam())),
-      other(numbered_backwards(packing), cpu_options(GetParam()));
+  RveRig rig(packing, options()), other(numbered_backwards(packing), options());
 
   work_out(rig);
   work_out(other);
@@ -560,14 +624,14 @@ TEST_P(Rolling, OrderOfTheGrainsDoesNotChangeTheForces)
 
 TEST_P(Rolling, RestartContinuesBitForBit)
 {
-  RveRig uninterrupted(rolling_packing(), cpu_options(GetParam()));
+  RveRig uninterrupted(Rolling::packing(), options());
   work_out(uninterrupted, 10);
   const RveState stop = uninterrupted.state();
   RveState forgetful = restarted(stop);
   for (Pair &pair : forgetful.pairs) pair.rolling_force = 0.0;
 
-  RveRig continued(restarted(stop), cpu_options(GetParam()));
-  RveRig careless(forgetful, cpu_options(GetParam()));
+  RveRig continued(restarted(stop), options());
+  RveRig careless(forgetful, options());
   work_out(uninterrupted, 10);
   work_out(continued, 10);
   work_out(careless, 10);
@@ -579,19 +643,19 @@ TEST_P(Rolling, RestartContinuesBitForBit)
 
 TEST_P(Rolling, ThreadsAndCompanyDoNotChangeABit)
 {
-  const std::vector<RveState> states = {rolling_packing(), paper_packing(), rolling_packing(0.1),
-                                        Ring(rolling_material(0.2)).state};
+  const std::vector<RveState> states = {Rolling::packing(), Rolling::plain(), Rolling::packing(0.1),
+                                        ring(0.2).state};
   const Drive drive = Drive::constant_velocity_gradient(SHEAR_AND_COMPRESSION, DT, 200);
   std::vector<std::vector<char>> alone;
   for (const RveState &state : states) {
-    RveRig rig(state, cpu_options(GetParam()));
+    RveRig rig(state, options());
     rig.advance(drive);
     rig.advance(drive);
     alone.push_back(serialize(rig.state()));
   }
 
   for (const int threads : {1, 3}) {
-    const auto engine = make_engine(with_contacts_of(states, cpu_options(GetParam(), threads)));
+    const auto engine = make_engine(with_contacts_of(states, options(threads)));
     std::vector<int> rves;
     for (const RveState &state : states) rves.push_back(engine->add(state));
     std::vector<Result> results;
@@ -604,7 +668,7 @@ TEST_P(Rolling, ThreadsAndCompanyDoNotChangeABit)
 
 TEST_P(Rolling, EvaluationChangesNothing)
 {
-  RveRig rig(rolling_packing(), cpu_options(GetParam()));
+  RveRig rig(Rolling::packing(), options());
   work_out(rig);
   const std::vector<char> before = serialize(rig.state());
 
@@ -619,8 +683,8 @@ TEST_P(Rolling, EvaluationChangesNothing)
 
 TEST_P(Rolling, WithoutASpringThereIsNoResistance)
 {
-  RveState state = rolling_packing(0.5, 0.0);
-  RveRig rig(state, cpu_options(GetParam())), plain(paper_packing(), cpu_options(GetParam()));
+  RveState state = Rolling::packing(0.5, 0.0);
+  RveRig rig(state, options()), plain(Rolling::plain(), options());
 
   work_out(rig);
   work_out(plain);
@@ -631,12 +695,12 @@ TEST_P(Rolling, WithoutASpringThereIsNoResistance)
 
 TEST_P(Rolling, ForcesThatAStateBringsAlongStayUntilTheFirstStepWithoutResistance)
 {
-  RveRig rolled(rolling_packing(), cpu_options(GetParam()));
+  RveRig rolled(Rolling::packing(), options());
   work_out(rolled);
   RveState state = rolled.state();
   state.material.rolling_friction = 0.0;
 
-  RveRig rig(state, cpu_options(GetParam()));
+  RveRig rig(state, options());
 
   EXPECT_EQ(serialize(rig.state()), serialize(state));
   work_out(rig, 1);
@@ -645,17 +709,17 @@ TEST_P(Rolling, ForcesThatAStateBringsAlongStayUntilTheFirstStepWithoutResistanc
 
 TEST_P(Rolling, MaterialOfARunningRveMayGetItInAnEngineThatIsMadeForIt)
 {
-  const auto plain = make_engine(cpu_options(GetParam()));
-  const auto engine = plain->empty_with(contacts_of(rolling_packing()));
-  const std::vector<int> rves = {engine->add(paper_packing()), engine->add(paper_packing())};
+  const auto plain = make_engine(options());
+  const auto engine = plain->empty_with(contacts_of(Rolling::packing()));
+  const std::vector<int> rves = {engine->add(Rolling::plain()), engine->add(Rolling::plain())};
   const std::vector<Drive> drives(
       2, Drive::constant_velocity_gradient(SHEAR_AND_COMPRESSION, DT, 200));
   std::vector<Result> results;
   engine->advance(rves, drives, results);
   RveState by_hand = engine->state(rves[1]);
   const std::vector<char> other = serialize(engine->state(rves[0]));
-  by_hand.material = rolling_packing().material;
-  RveRig rig(by_hand, cpu_options(GetParam()));
+  by_hand.material = Rolling::packing().material;
+  RveRig rig(by_hand, options());
 
   engine->set_material(rves[1], by_hand.material);
   EXPECT_EQ(serialize(engine->state(rves[0])), other);
@@ -665,7 +729,7 @@ TEST_P(Rolling, MaterialOfARunningRveMayGetItInAnEngineThatIsMadeForIt)
   EXPECT_EQ(serialize(engine->state(rves[1])), serialize(rig.state()));
   EXPECT_GT(rolling_histories(rig.state()).size(), 400u);
   // three owned pairs and a few extra ones
-  const std::size_t number = GetParam() == Format::Fast || GetParam() == Format::Single ? 4 : 8;
+  const std::size_t number = format() == Format::Fast || format() == Format::Single ? 4 : 8;
   EXPECT_GE(engine->bytes_per_rve(400), plain->bytes_per_rve(400) + 3 * 400 * number);
   EXPECT_LE(engine->bytes_per_rve(400), plain->bytes_per_rve(400) + 4 * 400 * number);
   EXPECT_GT(engine->bytes_of_call(4, 400), plain->bytes_of_call(4, 400));
@@ -673,17 +737,17 @@ TEST_P(Rolling, MaterialOfARunningRveMayGetItInAnEngineThatIsMadeForIt)
 
 TEST_P(Rolling, IsRefusedByAnEngineThatWasMadeWithoutIt)
 {
-  const auto engine = make_engine(cpu_options(GetParam()));
-  const int rve = engine->add(paper_packing());
+  const auto engine = make_engine(options());
+  const int rve = engine->add(Rolling::plain());
   const std::vector<char> before = serialize(engine->state(rve));
-  RveState with_forces = paper_packing();
+  RveState with_forces = Rolling::plain();
   with_forces.pairs.push_back({0, 1, 0.0, 1.0});
-  const std::string message =
-      "the RVE has contact law hooke with rolling resistance, and the engine "
-      "was made for RVEs with contact law hooke";
+  const std::string word = word_of(law());
+  const std::string message = "the RVE has contact law " + word +
+      " with rolling resistance, and the engine was made for RVEs with contact law " + word;
 
   EXPECT_EQ(message_of([&] {
-              engine->add(rolling_packing());
+              engine->add(Rolling::packing());
             }),
             message);
   EXPECT_EQ(message_of([&] {
@@ -691,7 +755,7 @@ TEST_P(Rolling, IsRefusedByAnEngineThatWasMadeWithoutIt)
             }),
             message);
   EXPECT_EQ(message_of([&] {
-              engine->set_material(rve, rolling_packing().material);
+              engine->set_material(rve, Rolling::packing().material);
             }),
             message);
 

@@ -228,15 +228,15 @@ namespace {
                   m.viscoelastic_damping = 1e7;
                 }),
         paths);
-    add("dmt",
-        changed(changed(two, hertz),
-                [](Material &m) {
-                  m.law = ContactLaw::Dmt;
-                  m.restitution_damping = 0.0;
-                  m.normal_viscosity = 3.0;
-                  m.surface_energy = 100.0;
-                }),
-        servos)
+    const auto dmt = [](Material &m) {
+      m.law = ContactLaw::Dmt;
+      m.restitution_damping = 0.0;
+      m.normal_viscosity = 3.0;
+      m.surface_energy = 100.0;
+    };
+    add("dmt", changed(changed(two, hertz), dmt), servos).options.track_energy = true;
+    add("hertz_rolling", changed(changed(two, hertz), rolling), servos).options.track_energy = true;
+    add("dmt_rolling", changed(changed(changed(two, hertz), dmt), rolling), servos)
         .options.track_energy = true;
 
     // libm: the angle of the path

@@ -377,16 +377,24 @@ TEST(RollingResistance, RestartContinuesBitForBit)
 {
   const std::string file = temporary_path("restart");
   const std::string rate = "variable rate atom -0.05*id\n";
-  GrainsScript whole, first, second;
-  whole << FOUR_ATOMS + ROLLING_SHEAR + "\nrun 40";
+  const std::string shear = "dt 5e-5 drive velocity_gradient yy v_rate xy 0.5 ";
+  for (const std::string material :
+       {"kr 5e5 rolling_friction 0.1",
+        "contact hertz 2e9 0.7 tangential mindlin 1.7e9 0.5 0.5 damping coeff_restitution "
+        "rolling sds 5e5 0 0.1",
+        "contact dmt 4e9 5 0.25 20 tangential mindlin NULL 0.5 0.5 damping velocity "
+        "rolling sds 5e5 0 0.1"}) {
+    SCOPED_TRACE(material);
+    GrainsScript whole, first, second;
+    whole << FOUR_ATOMS + FIX + shear + material + "\nrun 40";
 
-  first << FOUR_ATOMS + ROLLING_SHEAR + "\nrun 17\nwrite_restart " + file + "\nclear";
-  // the material is that of the restart file
-  second << "read_restart " + file + "\n" + rate + FIX +
-          "dt 5e-5 drive velocity_gradient yy v_rate xy 0.5\nrun 23";
+    first << FOUR_ATOMS + FIX + shear + material + "\nrun 17\nwrite_restart " + file + "\nclear";
+    // the material is that of the restart file
+    second << "read_restart " + file + "\n" + rate + FIX + shear + "\nrun 23";
 
-  for (int atom = 1; atom <= 4; ++atom) EXPECT_EQ(second.state(atom), whole.state(atom));
-  EXPECT_EQ(value_in(second.state(1), "rolling_friction"), "0.1");
+    for (int atom = 1; atom <= 4; ++atom) EXPECT_EQ(second.state(atom), whole.state(atom));
+    EXPECT_EQ(value_in(second.state(1), "rolling_friction"), "0.1");
+  }
 }
 
 TEST(RollingResistance, NativeFileReadsBackAsTheSameState)

@@ -324,7 +324,17 @@ INSTANTIATE_TEST_SUITE_P(
             "viscoelastic"},
         Law{"DmtMindlin", "dmt 1e8 3e5 0.3 20 tangential mindlin NULL 0.5 0.4"},
         Law{"DmtMindlinForce",
-            "dmt 1e8 30 0.3 20 tangential mindlin/force NULL 0.5 0.4 damping velocity"}),
+            "dmt 1e8 30 0.3 20 tangential mindlin/force NULL 0.5 0.4 damping velocity"},
+        Law{"HookeRolling",
+            "hooke 1e5 30 tangential linear_history 8e4 0.5 0.4 damping velocity "
+            "rolling sds 2e4 0 0.1"},
+        Law{"HertzMindlinRolling",
+            "hertz 7e7 20 tangential mindlin 6e7 0.5 0.4 damping velocity rolling sds 2e4 0 0.1"},
+        Law{"HertzMaterialMindlinForceRolling",
+            "hertz/material 1e8 0.7 0.25 tangential mindlin/force NULL 1 0.3 damping "
+            "coeff_restitution rolling sds 2e4 0 0.1"},
+        Law{"DmtMindlinRolling",
+            "dmt 1e8 3e5 0.3 20 tangential mindlin NULL 0.5 0.4 rolling sds 2e4 0 0.1"}),
     [](const auto &info) {
       return info.param.name;
     });
@@ -395,6 +405,25 @@ TEST(GranularWords, OutOfRangeAreErrors)
   EXPECT_IN("contact tangential model is 'mindlin'", message_with("hooke 1e6 0" + sheared));
   EXPECT_IN("contact damping model is 'tsuji'",
             message_with("hertz 1e9 0.5 tangential mindlin 1e9 0 0.4 damping tsuji"));
+}
+
+TEST(GranularWords, OfRollingResistanceAreThoseOfLinearSpringsWithoutADefault)
+{
+  const std::string hertz = "contact hertz 2e9 0 tangential mindlin 1.7e9 0.5 0.4 ";
+  const Material material = material_of(hertz + "rolling sds 5e5 0 0.1");
+  EXPECT_EQ(material.rolling_stiffness, 5e5);
+  EXPECT_EQ(material.rolling_friction, 0.1);
+
+  const std::string packing = path_of("hertz.rve");
+  RveState state = state_of(random_grains(), material_of(hertz));
+  rve::write_packing(packing, state);
+  const std::string fix =
+      FOUR_ATOMS + "fix grains all rve " + packing + " threads 1 dt 1e-6 rolling_friction 0.1";
+  EXPECT_IN("rolling_friction is 0.1 [-] without a kr [force/length]", message_of(fix + "\nrun 0"));
+  const std::string out = path_of("rolling.rve");
+  Script script;
+  script << fix + " kr 2e5\nrun 0\nwrite_rve grains atom 1 file " + out + " format rve";
+  EXPECT_EQ(rve::read_packing(out).material.rolling_stiffness, 2e5);
 }
 
 TEST(GranularWords, OfAnotherLawAreErrors)

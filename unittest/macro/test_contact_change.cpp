@@ -136,6 +136,40 @@ TEST(ContactChange, GivesTheBitsOfAnEngineThatWasMadeForIt)
   EXPECT_EQ(moves.add({&packing}), (std::vector<int>{LEAVES}));
 }
 
+// The rolling spring is the same beside every law: it goes on with another one, and is forgotten where there is none.
+TEST(ContactChange, ToAnotherLawKeepsRollingForcesWhereTheLawHasThem)
+{
+  for (const bool rolls : {true, false}) {
+    RvePoints points = points_with(true);
+    for (const int slot : STAY) points.set_materials({slot}, {rough(points.material(slot))});
+    advance(points, 5);
+    const rve::RveState before = points.state(2);
+    ASSERT_TRUE(before.has_rolling_forces());
+    std::vector<rve::Material> hertz;
+    for (const int slot : STAY) {
+      rve::Material material = points.material(slot);
+      material.law = rve::ContactLaw::Hertz;
+      material.normal_stiffness = material.tangential_stiffness = 0.0;
+      material.hertz_stiffness = 2e9;
+      material.mindlin_stiffness = 1.7e9;
+      if (!rolls) material.rolling_stiffness = material.rolling_friction = 0.0;
+      hertz.push_back(material);
+    }
+
+    points.set_materials({STAY.begin(), STAY.end()}, hertz);
+
+    EXPECT_EQ(points.contacts(), (rve::ContactModel{rve::ContactLaw::Hertz, rolls}));
+    const rve::RveState after = points.state(2);
+    ASSERT_EQ(after.pairs.size(), before.pairs.size());
+    for (std::size_t k = 0; k < before.pairs.size(); ++k) {
+      EXPECT_NEAR(after.pairs[k].rolling_force, rolls ? before.pairs[k].rolling_force : 0.0, 0.0);
+      EXPECT_EQ(after.pairs[k].tangential_force, before.pairs[k].tangential_force);
+    }
+    advance(points, 5);
+    EXPECT_EQ(points.state(2).has_rolling_forces(), rolls);
+  }
+}
+
 TEST(ContactChange, TakesPlaceForRvesThatCome)
 {
   RvePoints moves = points_with(false), stays = points_with(true);

@@ -81,7 +81,8 @@ template <int D> void RvePointsOf<D>::expect(const rve::ContactModel &contacts)
   move_to(both, NewMaterials(points.size(), nullptr));
 }
 
-/// What all RVEs need together, with new materials of some. Rolling forces that pairs of another contact law remember are forgotten.
+/// What all RVEs need together, with new materials of some. Rolling forces that pairs remember are forgotten where another contact law
+/// comes without rolling resistance.
 template <int D>
 rve::ContactModel RvePointsOf<D>::contacts_with(const NewMaterials &materials) const
 {
@@ -107,7 +108,6 @@ void RvePointsOf<D>::move_to(const rve::ContactModel &contacts, const NewMateria
 {
   using States = StatesOf<D>;
   const rve::ContactModel before = engine->contacts();
-  const bool keeps_rolling_forces = contacts.law == before.law;
   std::unique_ptr<rve::EngineOf<D>> other = engine->empty_with(contacts), other_shadows;
   if (shadows) other_shadows = shadows->empty_with(contacts);
 
@@ -120,7 +120,7 @@ void RvePointsOf<D>::move_to(const rve::ContactModel &contacts, const NewMateria
     for (std::size_t slot = 0; slot < states.size(); ++slot) {
       if (!states[slot]) continue;
       if (materials[slot]) states[slot]->material = *materials[slot];
-      if (!keeps_rolling_forces)
+      if (!contacts.rolling)
         for (rve::Pair &pair : states[slot]->pairs) pair.rolling_force = 0.0;
       states[slot]->check();
     }

@@ -133,20 +133,21 @@ std::vector<TouchingPair> find_contacts(const RveState &state)
   return contacts;
 }
 
-std::vector<SpringForces<double>> spring_forces(const RveState &state,
-                                                const std::vector<TouchingPair> &contacts)
+std::vector<SpringForces> spring_forces(const RveState &state,
+                                        const std::vector<TouchingPair> &contacts)
 {
-  std::map<std::pair<int, int>, SpringForces<double>> history;
-  for (const Pair &pair : state.pairs) {
-    const SpringForces<double> springs = {pair.tangential_force, pair.rolling_force};
-    history[std::minmax(pair.first, pair.second)] = pair.first < pair.second
-        ? springs
-        : RollingFriction<DoubleNumbers>::seen_from_partner(springs);
-  }
-  std::vector<SpringForces<double>> forces;
+  std::map<std::pair<int, int>, SpringForces> history;
+  with_law(state.material, [&](const auto &law) {
+    for (const Pair &pair : state.pairs) {
+      Pair seen = pair;
+      if (pair.first > pair.second) law.to_pair(law.seen_from_partner(law.of_pair(pair)), seen);
+      history[std::minmax(pair.first, pair.second)] = {seen.tangential_force, seen.rolling_force};
+    }
+  });
+  std::vector<SpringForces> forces;
   for (const TouchingPair &contact : contacts) {
     const auto entry = history.find({contact.first, contact.second});
-    forces.push_back(entry == history.end() ? SpringForces<double>{0.0, 0.0} : entry->second);
+    forces.push_back(entry == history.end() ? SpringForces{0.0, 0.0} : entry->second);
   }
   return forces;
 }
@@ -154,7 +155,7 @@ std::vector<SpringForces<double>> spring_forces(const RveState &state,
 std::vector<SpringContact> find_spring_contacts(const RveState &state)
 {
   const std::vector<TouchingPair> geometries = find_contacts(state);
-  const std::vector<SpringForces<double>> springs = spring_forces(state, geometries);
+  const std::vector<SpringForces> springs = spring_forces(state, geometries);
   std::vector<double> normal_force, limiting_force;
   with_law(state.material, [&](const auto &law) {
     for (const TouchingPair &geometry : geometries) {

@@ -6,7 +6,6 @@
 
 #include "rve/engine/state.h"
 #include "rve/physics/laws/law.h"
-#include "rve/physics/laws/spring_forces.h"
 
 #include <vector>
 
@@ -31,16 +30,23 @@ std::vector<TouchingPair> find_contacts(const RveState &state);
 /// scale of forces would hold none of them. The engine then begins with one of its own.
 void forget_absurd_force(RveState &state);
 
-/// Histories of these contacts, as their first grains see them; zero where the state has none.
-std::vector<SpringForces<double>> spring_forces(const RveState &state,
-                                                const std::vector<TouchingPair> &contacts);
+/// Forces of springs that pairs remember, as the first grain sees them.
+struct SpringForces {
+  double
+      tangential;    ///< on the first grain along t = (-n_y, n_x), n from first to second [force]
+  double rolling;    ///< moment on the first grain over the reduced radius [force]
+};
+
+/// Those of these contacts; zero where the state has none.
+std::vector<SpringForces> spring_forces(const RveState &state,
+                                        const std::vector<TouchingPair> &contacts);
 
 /// A contact with what its springs say; dashpots are not in it.
 struct SpringContact {
   TouchingPair geometry;
-  int image[2];                     ///< x_second + H image is the image that the branch reaches
-  double normal_force;              ///< of the springs, repulsion positive [force]
-  SpringForces<double> springs;     ///< tangential and rolling force [force]
+  int image[2];           ///< x_second + H image is the image that the branch reaches
+  double normal_force;    ///< of the springs, repulsion positive [force]
+  SpringForces springs;
   Vec<double, 2> force_on_first;    ///< -f_n n + f_t t, t = (-n_y, n_x) [force]
   double
       mobilized_friction;    ///< |f_t| over what friction allows, 1 where it slides; 1 without friction [-]

@@ -9,7 +9,6 @@
 #include "rve/engine/contact_model.h"
 #include "rve/engine/contact_network.h"
 #include "rve/engine/files.h"
-#include "rve/physics/laws/spring_forces.h"
 
 #include <algorithm>
 #include <cerrno>

@@ -8,7 +8,6 @@
 #include "rve/physics/laws/dmt_adhesion.h"
 #include "rve/physics/laws/hertz_mindlin.h"
 #include "rve/physics/laws/linear_friction.h"
-#include "rve/physics/laws/rolling_friction.h"
 
 namespace rve {
 inline namespace RVE_ISA {

@@ -18,15 +18,17 @@ namespace rve {
 ///
 /// The leanest one first: of those with the memory of an RVE the first one serves a call that has what the call needs
 /// (engine/program_choice.h). They give the same bits where a scene needs no more than the lesser one has. Frictionless: of RVEs without
-/// friction and without tangential forces.
+/// friction and without tangential forces. The last one of a contact law has rolling resistance.
 // clang-format off
-#define RVE_PROGRAMS(program)                               \
-  program(Frictionless, NormalSprings,     false, true,  General) \
-  program(Plain,        FrictionalSprings, false, true,  General) \
-  program(General,      DampedSprings,     true,  false, General) \
-  program(Rolling,      RollingFriction,   true,  false, Rolling) \
-  program(Hertz,        HertzMindlin,      true,  false, Hertz)   \
-  program(Dmt,          DmtAdhesion,       true,  false, Dmt)
+#define RVE_PROGRAMS(program)                                          \
+  program(Frictionless, NormalSprings,     false, true,  General)      \
+  program(Plain,        FrictionalSprings, false, true,  General)      \
+  program(General,      DampedSprings,     true,  false, General)      \
+  program(Rolling,      RollingSprings,    true,  false, Rolling)      \
+  program(Hertz,        HertzMindlin,      true,  false, Hertz)        \
+  program(HertzRolling, RollingHertz,      true,  false, HertzRolling) \
+  program(Dmt,          DmtAdhesion,       true,  false, Dmt)          \
+  program(DmtRolling,   RollingDmt,        true,  false, DmtRolling)
 // clang-format on
 
 #define RVE_PROGRAM_NAME(name, law, books, small, prepared) name,

@@ -74,6 +74,7 @@ inline namespace RVE_ISA {
     {
       return Hertz::spring_force(place) + pull_at(place);
     }
+    using Hertz::limiting_force;
     RVE_INLINE double limiting_force(const ContactPlace &place) const { return force_scale(place); }
 
    private:
@@ -82,6 +83,8 @@ inline namespace RVE_ISA {
       return static_cast<double>(attraction) * Hertz::reduced(place.radius_i, place.radius_j);
     }
   };
+
+  template <class Numbers> using RollingDmt = WithRolling<DmtAdhesion<Numbers>>;
 
 }    // namespace RVE_ISA
 }    // namespace rve

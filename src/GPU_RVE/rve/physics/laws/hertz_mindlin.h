@@ -13,6 +13,7 @@
 
 #include "rve/core/pi.h"
 #include "rve/physics/laws/disk_contact.h"
+#include "rve/physics/laws/rolling_friction.h"
 #include "rve/physics/material.h"
 #include "rve/physics/tangential_force.h"
 
@@ -64,6 +65,7 @@ inline namespace RVE_ISA {
     Real contact_radius;    ///< [length]
     Spring stiffness;       ///< k_t a [force/length]
     Real viscosity;         ///< gamma [force time/length]
+    Real limiting_force;    ///< of which friction allows a share [force]
     Real
         taken_by_area;    ///< energy that the spring lost while the contact radius changed [force length]
 
@@ -80,6 +82,7 @@ inline namespace RVE_ISA {
     using History = MindlinHistory<Spring>;
     using Force = MindlinContactForce<Real, Spring>;
     using Constants = HertzConstants<Numbers>;
+    static constexpr int D = 2;
     static constexpr ContactLaw contact_law = ContactLaw::Hertz;
     static constexpr bool has_friction = true;
     static constexpr bool has_rolling = false;
@@ -161,6 +164,7 @@ inline namespace RVE_ISA {
     {
       return spring_force(place);
     }
+    static RVE_INLINE Real limiting_force(const Force &force) { return force.limiting_force; }
     RVE_INLINE ContactModuli stiffness(const ContactPlace &place) const
     {
       const double a = radius_at(place);
@@ -234,6 +238,7 @@ inline namespace RVE_ISA {
           energy_of_spring(static_cast<double>(history.tangential), stiffness_before) -
           energy_of_spring(static_cast<double>(spring), static_cast<double>(result.stiffness)));
 
+      result.limiting_force = limiting_force;
       LinearTangential<Real, Spring, true> tangential;
       tangential.stiffness = result.stiffness;
       tangential.friction = constants.friction;
@@ -243,6 +248,8 @@ inline namespace RVE_ISA {
                    result);
     }
   };
+
+  template <class Numbers> using RollingHertz = WithRolling<HertzMindlin<Numbers>>;
 
 }    // namespace RVE_ISA
 }    // namespace rve

@@ -4,6 +4,7 @@
 // else: what a pair remembers comes in and goes out. The block program is compiled for it (engine/programs.h). It has
 //
 //   Numbers                    the number format; In<OtherNumbers>: the same law in another one, for packs of grains
+//   D                          the dimension of space: 2 for disks
 //   Constants                  its parameters in the units of a call, as it begins with them; set(parameters, units, arm) makes them from
 //                              the material of an RVE, with the powers of the units that each one has
 //   take(constants)            fills the law from them
@@ -24,7 +25,8 @@
 //   spring_force(place)        normal force of its springs alone: for the least force of a crushed contact, and whoever looks at a state
 //                              without an engine
 //   force_scale(place)         the size of the forces that make it up, which may cancel: for the unit of forces
-//   limiting_force(place)      of which friction allows a share at rest
+//   limiting_force(place), limiting_force(force)
+//                              of which friction allows a share: at rest, and where evaluate answered with that force
 //   stiffness(place), viscosity(place)
 //                              of its springs and dashpots for small motions about where it is: for the time step and the affine
 //                              stiffness; has_constant_moduli where they depend on no place

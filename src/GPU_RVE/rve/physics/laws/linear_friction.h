@@ -4,6 +4,7 @@
 #define RVE_PHYSICS_LAWS_LINEAR_FRICTION_H
 
 #include "rve/physics/laws/disk_contact.h"
+#include "rve/physics/laws/rolling_friction.h"
 #include "rve/physics/material.h"
 #include "rve/physics/normal_force.h"
 #include "rve/physics/tangential_force.h"
@@ -44,6 +45,7 @@ inline namespace RVE_ISA {
     using History = typename Numbers::Spring;    ///< tangential force
     using Force = ContactForce<Real, History>;
     using Constants = LinearConstants<Numbers>;
+    static constexpr int D = 2;
     static constexpr ContactLaw contact_law = ContactLaw::Linear;
     static constexpr bool has_friction = Frictional;
     static constexpr bool has_rolling = false;
@@ -100,6 +102,7 @@ inline namespace RVE_ISA {
     {
       return spring_force(place);
     }
+    static RVE_INLINE Real limiting_force(const Force &force) { return force.normal_force; }
     RVE_INLINE ContactModuli stiffness(const ContactPlace &) const
     {
       return {static_cast<double>(normal.stiffness),
@@ -178,6 +181,7 @@ inline namespace RVE_ISA {
   template <class Numbers> using NormalSprings = LinearFrictionLaw<Numbers, false, false>;
   template <class Numbers> using FrictionalSprings = LinearFrictionLaw<Numbers, false>;
   template <class Numbers> using DampedSprings = LinearFrictionLaw<Numbers, true>;
+  template <class Numbers> using RollingSprings = WithRolling<DampedSprings<Numbers>>;
 
 }    // namespace RVE_ISA
 }    // namespace rve
