@@ -6,7 +6,6 @@
 #include "rve/engine/contact_laws.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/packing.h"
-#include "rve/physics/grain_shape.h"
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
 #include "rve/engine/drive_record.h"
 
 #include "rve/core/error.h"
-#include "rve/physics/grain_shape.h"
+#include "rve/engine/dimension_words.h"
 
 #include <algorithm>
 #include <cmath>
@@ -91,8 +91,8 @@ template <int D> void check(const DriveOf<D> &drive)
     const Tensor<double, D> &f = drive.deformation;
     require(finite(f), "deformation increment has a component that is not a finite number");
     require(determinant(f) > 0.0, [&] {
-      return "deformation increment must keep a positive " + std::string(GrainShape<D>::measure) +
-          ", its determinant is " + number(determinant(f));
+      return "deformation increment must keep a positive " +
+          std::string(DimensionWords<D>::volume) + ", its determinant is " + number(determinant(f));
     });
   }
 }

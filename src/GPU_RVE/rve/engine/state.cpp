@@ -6,7 +6,7 @@
 #include "rve/core/error.h"
 #include "rve/engine/contact_laws.h"
 #include "rve/engine/contact_model.h"
-#include "rve/physics/grain_shape.h"
+#include "rve/engine/dimension_words.h"
 
 #include <algorithm>
 #include <cmath>
@@ -137,7 +137,7 @@ namespace {
     const double mass =
         times_power<D>(material.density * material.mass_depth * GrainShape<D>::volume, radius);
     require_sound(mass >= SMALLEST && mass <= LARGEST, mass,
-                  "the mass" + whose + ", " + GrainShape<D>::volume_in_words +
+                  "the mass" + whose + ", " + DimensionWords<D>::volume_of_grain +
                       " times density and mass depth,",
                   "[mass]", "between 1e-30 and 1e30");
     const ContactPlace deep{radius, radius, radius};
@@ -396,8 +396,8 @@ template <int D> std::vector<double> RveStateOf<D>::positions() const
 template <int D> void RveStateOf<D>::set_positions(const std::vector<double> &x)
 {
   require(determinant(cell) > 0.0,
-          std::string("cell ") + GrainShape<D>::measure + " is " + number(determinant(cell)) + " " +
-              GrainShape<D>::unit_of_measure + "; positions need one above 0");
+          std::string("cell ") + DimensionWords<D>::volume + " is " + number(determinant(cell)) +
+              " " + DimensionWords<D>::unit_of_volume + "; positions need one above 0");
   const Tensor<double, D> to_fractional = inverse(cell);
   std::vector<std::uint64_t> result(x.size());
   for (std::size_t i = 0; i + D <= x.size(); i += D)

@@ -5,6 +5,7 @@
 #define RVE_ENGINE_STATE_H
 
 #include "rve/core/tensor.h"
+#include "rve/physics/grain_shape.h"
 #include "rve/physics/material.h"
 
 #include <cstdint>

@@ -20,9 +20,6 @@ inline namespace RVE_ISA {
   template <int D> struct GrainShape;
   template <> struct GrainShape<2> {
     static constexpr double volume = kPi;    ///< of radius 1
-    // in messages
-    static constexpr const char *volume_in_words = "pi r^2", *measure = "area",
-                                *unit_of_measure = "[length^2]";
     /// Moment of inertia over mass and squared radius.
     static constexpr double inertia = 0.5;
   };
