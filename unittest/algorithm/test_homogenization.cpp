@@ -166,7 +166,7 @@ TEST_P(Homogenization, StressIsSymmetricInEquilibriumAndSlopesWithTheElasticEner
     return sheared(state, 0.0, 0).second.elastic_energy;
   };
   const Result result = sheared(start, 0.0, 0).second;
-  const double volume = start.cell_area() * start.material.thickness;
+  const double volume = start.cell_volume() * start.material.thickness;
 
   for (const Tensor2 &direction :
        {Tensor2{{1, 0, 0, 0}}, Tensor2{{0, 0, 0, 1}}, Tensor2{{0, 1, 0, 0}}}) {
