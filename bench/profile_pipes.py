@@ -41,7 +41,7 @@ def profile(program, packing):
     table = csv.DictReader(line for line in text.splitlines() if line.startswith('"'))
     kernels = {}
     for row in table:
-        name = re.search(r"(relaxed)?\W*advance_many<.*?(\w+)Format", row["Kernel Name"])
+        name = re.search(r"(relaxed)?\W*advance_many<.*?(\w+)Numbers", row["Kernel Name"])
         values = kernels.setdefault((name.group(2).lower(), name.group(1) or "strict"), {})
         values[row["Metric Name"]] = float(row["Metric Value"].replace(",", "")) * NANO.get(row["Metric Unit"], 1.0)
     return kernels

@@ -177,28 +177,26 @@ inline namespace RVE_ISA {
     // the pairs that grain i owns, or a pack of grains
     const auto add_owned = [&](const auto i, auto &sum) RVE_INLINE_LAMBDA {
       using Here = typename Grains::template SceneOf<std::decay_t<decltype(i)>>;
-      // where they are needed and not once for all pairs, so that the compiler may read them again where they would occupy registers
-      const auto constants = [&]() RVE_INLINE_LAMBDA {
-        return step_constants<Here>(call.law, plan);
-      };
       const auto me = grains.view(i);
       grains.for_slots(
           i,
+          [&]() RVE_INLINE_LAMBDA {
+            return step_constants<Here>(call.law, plan);
+          },
           [&](int k) RVE_INLINE_LAMBDA {
             // each when it is needed: the sums of the stress leave few registers
             if constexpr (WithStress) grains.load_pair(shared, k, i);
             return grains.view_partner(shared, k, i);
           },
-          [&](const auto &other) RVE_INLINE_LAMBDA {
-            return pair_geometry(constants(), me, other);
+          [&](const auto &step, const auto &other) RVE_INLINE_LAMBDA {
+            return pair_geometry(step, me, other);
           },
-          [&](int k, const auto &other, const auto &contact) RVE_INLINE_LAMBDA {
-            add_pair<WithStress>(call, constants(), me, other, contact,
-                                 static_cast<typename Here::Real>(overlap_limit),
-                                 grains.history_of(k, i), sum,
-                                 [&](const auto &force) RVE_INLINE_LAMBDA {
-                                   grains.add_to_partner(block, shared, k, i, force);
-                                 });
+          [&](int k, const auto &step, const auto &other, const auto &contact) RVE_INLINE_LAMBDA {
+            add_pair<WithStress>(
+                call, step, me, other, contact, static_cast<typename Here::Real>(overlap_limit),
+                grains.history_of(k, i), sum, [&](const auto &force) RVE_INLINE_LAMBDA {
+                  grains.add_to_partner(block, shared, k, i, force);
+                });
           });
     };
     // extra pairs ride along with the grains of the same numbers: no phase of their own

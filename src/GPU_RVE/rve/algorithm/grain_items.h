@@ -142,13 +142,16 @@ inline namespace RVE_ISA {
 
     RVE_INLINE typename Scene::Real largest_of(int i) { return largest_force[i]; }
 
-    /// act(k, other, look(other)) for the slots of grain i and the partners view(k) in them.
-    template <class View, class Look, class Act>
-    RVE_INLINE void for_slots(int, View view, Look look, Act act)
+    /// act(k, step, other, look(step, other)) for the slots of grain i and the partners view(k) in them; step() reads what is the same for
+    /// all pairs. Once for each pair: read for all, it would occupy registers; read after the branch of pairs that touch, it would be
+    /// waited for.
+    template <class Step, class View, class Look, class Act>
+    RVE_INLINE void for_slots(int, Step step, View view, Look look, Act act)
     {
       for (int k = 0; k < kOwnedPairs; ++k) {
         const auto other = view(k);
-        act(k, other, look(other));
+        const auto here = step();
+        act(k, here, other, look(here, other));
       }
     }
 

@@ -163,19 +163,19 @@ inline namespace RVE_ISA {
     }
 
     /// One stage for all slots before the next: what one pair waits for, roots and quotients, passes while others are served.
-    template <int N, class View, class Look, class Act>
-    RVE_INLINE void for_slots(PackItem<N>, View view, Look look, Act act)
+    template <int N, class Step, class View, class Look, class Act>
+    RVE_INLINE void for_slots(PackItem<N>, Step step, View view, Look look, Act act)
     {
       static_assert(kOwnedPairs == 3, "variables, not arrays: registers");
       const auto first = view(0);
-      const auto to_first = look(first);
+      const auto to_first = look(step(), first);
       const auto second = view(1);
-      const auto to_second = look(second);
+      const auto to_second = look(step(), second);
       const auto third = view(2);
-      const auto to_third = look(third);
-      act(0, first, to_first);
-      act(1, second, to_second);
-      act(2, third, to_third);
+      const auto to_third = look(step(), third);
+      act(0, step(), first, to_first);
+      act(1, step(), second, to_second);
+      act(2, step(), third, to_third);
     }
 
     /// Registers hold 8 floats, or 4 doubles.
