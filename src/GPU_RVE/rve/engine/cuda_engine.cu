@@ -8,6 +8,7 @@
 #include "rve/engine/batch_engine.h"
 #include "rve/engine/cuda_programs.h"
 #include "rve/engine/program_scenes.h"
+#include "rve/engine/runtime_kernels.h"
 
 #include <algorithm>
 
@@ -95,6 +96,12 @@ namespace {
           (compiles ? "; its driver compiles kernels at their first use, once, in about 20 s" : "");
     }
 
+    /// Why it cannot advance the RVEs that it is made for, with a remedy; empty if it can.
+    std::string obstacle() const
+    {
+      return programs.obstacle(memory_layout, runtime_kernels_obstacle());
+    }
+
     std::size_t bytes_of_call(int num_rves, int num_grains) override
     {
       if (num_rves == 0) return 0;
@@ -119,7 +126,10 @@ namespace {
    protected:
     std::unique_ptr<BatchEngine> make_alike(const Options &other) const override
     {
-      return std::make_unique<CudaEngine>(other, compiles);
+      auto engine = std::make_unique<CudaEngine>(other, compiles);
+      const std::string obstacle = engine->obstacle();
+      require(obstacle.empty(), obstacle);
+      return engine;
     }
 
     Memory backend_memory() const override
@@ -441,7 +451,10 @@ std::unique_ptr<Engine> make_cuda_engine(const Options &options, std::string &ob
   if (!obstacle.empty()) return nullptr;
   Options own = options;
   own.device_number = device.number;
-  return std::make_unique<CudaEngine>(own, device.compiles);
+  auto engine = std::make_unique<CudaEngine>(own, device.compiles);
+  obstacle = engine->obstacle();
+  if (!obstacle.empty()) return nullptr;
+  return engine;
 }
 
 }    // namespace rve
