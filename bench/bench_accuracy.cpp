@@ -275,7 +275,7 @@ RveState prepared(RveState state, const Setting &setting)
   if (setting.displacement > 0.0) {
     // mean overlap: p h V / (sum of f l), near enough p h / k_n of a grain's diameter
     const double overlap = PRESSURE * material.thickness / material.normal_stiffness * 2.0 *
-        std::sqrt(state.solid_area() / (3.14159265358979323846 * state.num_grains()));
+        std::sqrt(state.solid_volume() / (3.14159265358979323846 * state.num_grains()));
     std::mt19937_64 random(setting.seed);
     std::vector<double> xy = state.positions();
     for (double &x : xy)

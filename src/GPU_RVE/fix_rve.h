@@ -32,8 +32,10 @@ namespace mpm {
 template <int D> class Constitutive;
 }
 namespace rve {
-struct Result;
-struct RveState;
+template <int D> struct ResultOf;
+template <int D> struct RveStateOf;
+using Result = ResultOf<2>;
+using RveState = RveStateOf<2>;
 }    // namespace rve
 
 namespace LAMMPS_NS {

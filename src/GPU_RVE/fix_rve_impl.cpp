@@ -797,7 +797,7 @@ std::vector<rve::Drive> FixRve::Impl::drives(const std::vector<int> &atoms)
 
 /* ---------------------------------------------------------------------- */
 
-macro::RveOwner::Clock FixRve::Impl::clock(double lammps_dt) const
+macro::RveClock FixRve::Impl::clock(double lammps_dt) const
 {
   if (settings.substeps > 0) return {dt, settings.substeps};
   // a ratio that is whole but for rounding shall not cost a step more

@@ -33,7 +33,7 @@
 
 namespace LAMMPS_NS {
 
-struct FixRve::Impl : macro::RveOwner {
+struct FixRve::Impl : macro::RveOwner<2> {
   // values that an atom without an RVE has in the buffers of LAMMPS: their number, and the step
   static constexpr int PER_ATOM = 2;
 
@@ -42,7 +42,7 @@ struct FixRve::Impl : macro::RveOwner {
   RvePackings packings;
   double dt;    // DEM time step, or its upper limit where substeps are matched
   std::unique_ptr<macro::RvePoints> points;
-  macro::RveConstitutive constitutive;
+  macro::RveConstitutive<2> constitutive;
   std::vector<int> slot;            // per atom: RVE in the engine, or -1
   std::vector<int> slots;           // of the RVEs that advance, kept between calls
   bool look_is_expected = false;    // somebody said that the results of this step shall be complete

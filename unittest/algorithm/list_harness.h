@@ -18,7 +18,7 @@ namespace rve_test {
 /// Builds the next list from the one that the image holds and stores it, if it fits.
 template <class Scene> struct BuildList {
   char *image, *workspace;
-  rve::Motion<typename Scene::Numbers> *motion;
+  rve::MotionOf<Scene> *motion;
   int num_grains, extra_capacity, pair_capacity;
   rve::Tensor2 cell;
   double largest_radius, skin;
@@ -44,7 +44,7 @@ template <class Scene> struct BuildList {
     });
     if (sizes.num_pairs > pair_capacity) return;
     const rve::PairView<Scene> &fresh = work.fresh;
-    block.for_each(rve::kOwnedPairs * n, [&](Item m) {
+    block.for_each(rve::PairCounts<2>::owned * n, [&](Item m) {
       view.partner[m] = fresh.partner[m];
       view.history[m] = fresh.history[m];
     });
@@ -83,7 +83,7 @@ template <class Numbers> class ListHarness {
     const auto view = this->view();
     for (int i = 0; i < num_grains; ++i) {
       view.radius[i] = static_cast<typename Scene::Wide>(radius_in[i]);
-      for (int k = 0; k < rve::kOwnedPairs; ++k) view.partner[k * num_grains + i] = i;
+      for (int k = 0; k < rve::PairCounts<2>::owned; ++k) view.partner[k * num_grains + i] = i;
     }
     move_to(fractional_in);
   }
@@ -102,8 +102,7 @@ template <class Numbers> class ListHarness {
   int build(int threads)
   {
     BlockArray<char> memory(image), workspace(std::vector<char>(workspace_size(), 0));
-    BlockArray<rve::Motion<typename Scene::Numbers>> motion{
-        std::vector<rve::Motion<typename Scene::Numbers>>(num_grains)};
+    BlockArray<rve::MotionOf<Scene>> motion{std::vector<rve::MotionOf<Scene>>(num_grains)};
     BlockArray<int> count(std::vector<int>{-1});
     run_block(threads, program(memory.data(), workspace.data(), motion.data(), count.data()));
     image = memory.values();
@@ -114,7 +113,7 @@ template <class Numbers> class ListHarness {
   int build_serial()
   {
     std::vector<char> workspace(workspace_size());
-    std::vector<rve::Motion<typename Scene::Numbers>> motion(num_grains);
+    std::vector<rve::MotionOf<Scene>> motion(num_grains);
     int count = -1;
     run_serial(program(image.data(), workspace.data(), motion.data(), &count));
     return count;
@@ -125,7 +124,7 @@ template <class Numbers> class ListHarness {
     const auto view = this->view();
     std::vector<ListedPair> result;
     for (int i = 0; i < num_grains; ++i)
-      for (int k = 0; k < rve::kOwnedPairs; ++k)
+      for (int k = 0; k < rve::PairCounts<2>::owned; ++k)
         if (view.partner[k * num_grains + i] != i)
           result.push_back({i, view.partner[k * num_grains + i],
                             static_cast<double>(view.history[k * num_grains + i]), false});
@@ -140,7 +139,7 @@ template <class Numbers> class ListHarness {
   {
     const auto view = this->view();
     for (int i = 0; i < num_grains; ++i)
-      for (int k = 0; k < rve::kOwnedPairs; ++k)
+      for (int k = 0; k < rve::PairCounts<2>::owned; ++k)
         view.history[k * num_grains + i] =
             static_cast<History>(value(i, view.partner[k * num_grains + i]));
     for (int m = 0; m < view.header->num_extra; ++m)
@@ -179,8 +178,7 @@ template <class Numbers> class ListHarness {
     return rve::workspace_size<Scene>(num_grains, pair_capacity);
   }
 
-  BuildList<Scene> program(char *memory, char *workspace,
-                           rve::Motion<typename Scene::Numbers> *motion, int *count)
+  BuildList<Scene> program(char *memory, char *workspace, rve::MotionOf<Scene> *motion, int *count)
   {
     const auto radius = radii();
     const double largest = *std::max_element(radius.begin(), radius.end());

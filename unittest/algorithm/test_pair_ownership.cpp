@@ -132,8 +132,8 @@ TYPED_TEST(PairOwnership, OverloadedListsPutTheSurplusIntoExtraPairs)
     EXPECT_EQ(static_cast<int>(pairs.size()), num_pairs);
     EXPECT_EQ(static_cast<int>(names.size()), num_pairs);    // each pair exactly once
     for (const ListedPair &pair : pairs)    // extra pairs only where the slots are full
-      EXPECT_EQ(owned[pair.owner] < rve::kOwnedPairs && pair.extra, false);
-    EXPECT_GE(count_extra(pairs), num_pairs - rve::kOwnedPairs * 257);
+      EXPECT_EQ(owned[pair.owner] < rve::PairCounts<2>::owned && pair.extra, false);
+    EXPECT_GE(count_extra(pairs), num_pairs - rve::PairCounts<2>::owned * 257);
   }
 }
 

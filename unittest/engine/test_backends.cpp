@@ -244,7 +244,7 @@ INSTANTIATE_TEST_SUITE_P(Formats, CpuAndCuda,
 /// Pairs beyond what the slots of the grains and the first extra list hold: the list must have grown.
 bool has_grown(const Result &result)
 {
-  return result.num_pairs > 3 * result.num_grains + initial_extra_capacity(result.num_grains);
+  return result.num_pairs > 3 * result.num_grains + initial_extra_capacity<2>(result.num_grains);
 }
 
 /// That the run went through everything that may differ.
@@ -270,17 +270,17 @@ void expect_eventful(const Outcome &outcome, const std::vector<Actor> &actors)
 /// A state advanced by one build of the kernels: image and answers.
 struct KernelRun {
   StateImage image;
-  AnswerRecord answer;
-  DetailRecord detail;
+  AnswerRecord<2> answer;
+  DetailRecord<2> detail;
 };
 
-KernelRun run_kernel(const HostKernel &kernel, StateImage image, const DriveRecord &drive,
-                     const SteeringRecord *steering, Program scene)
+KernelRun run_kernel(const HostKernel<2> &kernel, StateImage image, const DriveRecord<2> &drive,
+                     const SteeringRecord<2> *steering, Program scene)
 {
   const int pair_capacity = 6 * image.num_grains;
   const HostWorkspaceSizes sizes = kernel.workspace_sizes(image.num_grains, pair_capacity, scene);
   std::vector<char> shared(sizes.shared), workspace(sizes.workspace);
-  KernelRun run{std::move(image), AnswerRecord(), DetailRecord()};
+  KernelRun run{std::move(image), AnswerRecord<2>(), DetailRecord<2>()};
   const bool general = scene == Program::General || scene == Program::Rolling;
   const BatchConstants batch{0.0, 0.5, 0.5, general ? 1 : 0, 1};
   kernel.advance(run.image.bytes.data(), drive, steering, batch,
@@ -289,9 +289,9 @@ KernelRun run_kernel(const HostKernel &kernel, StateImage image, const DriveReco
 }
 
 /// Simple shear past a lattice reduction.
-DriveRecord kernel_drive()
+DriveRecord<2> kernel_drive()
 {
-  DriveRecord drive = DriveRecord();
+  DriveRecord<2> drive = DriveRecord<2>();
   drive.dt = DT;
   drive.substeps = 600;
   drive.segments = 1;
@@ -300,9 +300,9 @@ DriveRecord kernel_drive()
   return drive;
 }
 
-SteeringRecord kernel_steering(const RveState &state)
+SteeringRecord<2> kernel_steering(const RveState &state)
 {
-  SteeringRecord steering = SteeringRecord();
+  SteeringRecord<2> steering = SteeringRecord<2>();
   steering.controlled[0] = steering.controlled[3] = 1;
   steering.stress_goal[0] = steering.stress_goal[3] = -PRESSURE;
   steering.velocity_gradient[1] = 30.0;
@@ -313,11 +313,11 @@ SteeringRecord kernel_steering(const RveState &state)
 
 bool same_records(const KernelRun &x, const KernelRun &y)
 {
-  static_assert(sizeof(AnswerRecord) == 4 * 4 + 5 * 8, "no padding");
+  static_assert(sizeof(AnswerRecord<2>) == 4 * 4 + 5 * 8, "no padding");
   // all but the padding at the end
-  const std::size_t size = reinterpret_cast<const char *>(x.detail.stiffness + kStiffness) -
+  const std::size_t size = reinterpret_cast<const char *>(x.detail.stiffness + kStiffness<2>) -
       reinterpret_cast<const char *>(&x.detail);
-  return std::memcmp(&x.answer, &y.answer, sizeof(AnswerRecord)) == 0 &&
+  return std::memcmp(&x.answer, &y.answer, sizeof(AnswerRecord<2>)) == 0 &&
       std::memcmp(&x.detail, &y.detail, size) == 0;
 }
 
@@ -344,12 +344,12 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
   RveState rolling = viscous;
   rolling.material.rolling_stiffness = 5e5;
   rolling.material.rolling_friction = 0.3;
-  const DriveRecord drive = kernel_drive();
-  const SteeringRecord servo = kernel_steering(state);
+  const DriveRecord<2> drive = kernel_drive();
+  const SteeringRecord<2> servo = kernel_steering(state);
   struct {
     const char *name;
     const RveState &state;
-    const SteeringRecord *steering;
+    const SteeringRecord<2> *steering;
     Program scene;
   } const cases[] = {{"plain", state, nullptr, Program::Plain},
                      {"without friction", slippery, nullptr, Program::Frictionless},
@@ -364,8 +364,9 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
         build_image(GetParam(), one.state, 2000, features_of(one.scene).memory);
 
     const KernelRun baseline =
-        run_kernel(host_baseline::kernel(format), image, drive, one.steering, one.scene);
-    const KernelRun v3 = run_kernel(host_v3::kernel(format), image, drive, one.steering, one.scene);
+        run_kernel(host_baseline::kernel<2>(format), image, drive, one.steering, one.scene);
+    const KernelRun v3 =
+        run_kernel(host_v3::kernel<2>(format), image, drive, one.steering, one.scene);
 
     EXPECT_EQ(baseline.answer.status, status::Ok) << describe_status(baseline.answer.status);
     EXPECT_GE(baseline.detail.progress.rebuilds, 5);

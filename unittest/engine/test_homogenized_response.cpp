@@ -101,7 +101,7 @@ TEST(LoveStress, IsTheDerivativeOfTheElasticEnergy)
     return RveRig(strained).evaluate().elastic_energy;
   };
   const Tensor2 stress = RveRig(packing).evaluate().stress;
-  const double volume = packing.cell_area() * packing.material.thickness;
+  const double volume = packing.cell_volume() * packing.material.thickness;
 
   int crossing = 0;
   for (const rve::TouchingPair &contact : find_contacts(packing))

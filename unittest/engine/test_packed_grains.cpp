@@ -24,8 +24,8 @@ constexpr double DT = 5e-5;
 
 struct KernelRun {
   StateImage image;
-  AnswerRecord answer;
-  DetailRecord detail;
+  AnswerRecord<2> answer;
+  DetailRecord<2> detail;
 };
 
 struct Scene {
@@ -35,7 +35,7 @@ struct Scene {
   double skin;    ///< [length]; 0: the default
 };
 
-KernelRun run_kernel(const HostKernel &kernel, Program kind, const StateImage &image,
+KernelRun run_kernel(const HostKernel<2> &kernel, Program kind, const StateImage &image,
                      const Scene &scene)
 {
   const int pair_capacity = 40 * image.num_grains;
@@ -43,7 +43,7 @@ KernelRun run_kernel(const HostKernel &kernel, Program kind, const StateImage &i
   // what is not written must not be read: two runs start from different garbage
   static char garbage = 0;
   std::vector<char> shared(sizes.shared, ++garbage), workspace(sizes.workspace, ++garbage);
-  DriveRecord drive = DriveRecord();
+  DriveRecord<2> drive = DriveRecord<2>();
   drive.dt = DT;
   drive.substeps = scene.substeps;
   drive.segments = 1;
@@ -82,10 +82,11 @@ class PackedGrains : public ::testing::TestWithParam<Format> {
         build_image(GetParam(), scene.state, 40 * scene.state.num_grains(), Program::General);
     KernelRun one_by_one;
     for (int call = 0; call < calls; ++call) {
-      one_by_one = run_kernel(host_baseline::kernel(format), Program::Plain, image, scene);
-      const KernelRun packed = run_kernel(host_v3::kernel(format), Program::Plain, image, scene);
+      one_by_one = run_kernel(host_baseline::kernel<2>(format), Program::Plain, image, scene);
+      const KernelRun packed = run_kernel(host_v3::kernel<2>(format), Program::Plain, image, scene);
       // never in packs
-      const KernelRun general = run_kernel(host_v3::kernel(format), Program::General, image, scene);
+      const KernelRun general =
+          run_kernel(host_v3::kernel<2>(format), Program::General, image, scene);
 
       EXPECT_EQ(one_by_one.answer.status & status::Fatal, 0u)
           << describe_status(one_by_one.answer.status);
@@ -193,8 +194,8 @@ TEST_P(PackedGrains, ForcesFarAboveTheExpectedOnes)
   const StateImage image = build_image(GetParam(), scene.state, 4000, Program::General);
 
   const KernelRun one_by_one =
-      run_kernel(host_baseline::kernel(format), Program::Plain, image, scene);
-  const KernelRun packed = run_kernel(host_v3::kernel(format), Program::Plain, image, scene);
+      run_kernel(host_baseline::kernel<2>(format), Program::Plain, image, scene);
+  const KernelRun packed = run_kernel(host_v3::kernel<2>(format), Program::Plain, image, scene);
 
   EXPECT_NE(one_by_one.answer.status & status::ForceSaturated, 0u);
   EXPECT_EQ(one_by_one.answer.status, packed.answer.status);
@@ -212,8 +213,8 @@ TEST_P(PackedGrains, SaturationBoundaryHasTheSameVerdict)
     const StateImage image = build_image(GetParam(), scene.state, 4000, Program::General);
 
     const KernelRun one_by_one =
-        run_kernel(host_baseline::kernel(format), Program::Plain, image, scene);
-    const KernelRun packed = run_kernel(host_v3::kernel(format), Program::Plain, image, scene);
+        run_kernel(host_baseline::kernel<2>(format), Program::Plain, image, scene);
+    const KernelRun packed = run_kernel(host_v3::kernel<2>(format), Program::Plain, image, scene);
 
     EXPECT_TRUE(same_bits(one_by_one, packed)) << expected;
     ++(one_by_one.answer.status & status::ForceSaturated ? saturated : fine);

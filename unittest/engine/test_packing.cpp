@@ -66,7 +66,7 @@ TEST(LooseCloud, GrainsDoNotTouchAndFillTheAskedFraction)
 
   EXPECT_EQ(cloud.num_grains(), 2000);
   EXPECT_TRUE(find_contacts(cloud).empty());
-  EXPECT_NEAR(cloud.solid_area() / cloud.cell_area(), 0.5, 1e-12);
+  EXPECT_NEAR(cloud.solid_volume() / cloud.cell_volume(), 0.5, 1e-12);
   const auto [least, most] = std::minmax_element(cloud.radius.begin(), cloud.radius.end());
   EXPECT_GE(*least, 0.0025);
   EXPECT_LE(*most, 0.005);

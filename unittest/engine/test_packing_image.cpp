@@ -125,7 +125,7 @@ TEST(SpringStress, IsLovesSumOverAllPairsAndImages)
   const TouchingPair contact = find_contacts(packing).front();
   packing.pairs = {{contact.second, contact.first, 3.0}};
   const Tensor2 more = spring_stress(packing);
-  const double volume = packing.cell_area() * packing.material.thickness;
+  const double volume = packing.cell_volume() * packing.material.thickness;
   const double along[2] = {-contact.normal[1], contact.normal[0]};
   for (int a = 0; a < 2; ++a)
     for (int b = 0; b < 2; ++b)

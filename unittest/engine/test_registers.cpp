@@ -48,13 +48,13 @@ class BlockInRegisters : public BlockSerial {
 /// An RVE under one program.
 struct Run {
   StateImage image;
-  AnswerRecord answer;
-  DetailRecord detail;
+  AnswerRecord<2> answer;
+  DetailRecord<2> detail;
 };
 
 /// One call, in memory full of garbage.
 template <class Block, class Scene>
-void advance(Run &run, const DriveRecord &drive, bool with_details)
+void advance(Run &run, const DriveRecord<2> &drive, bool with_details)
 {
   char *image = run.image.bytes.data();
   const int n = run.image.num_grains, pair_capacity = 8 * n;
@@ -66,9 +66,9 @@ void advance(Run &run, const DriveRecord &drive, bool with_details)
   using Planning = StepPlanning<Block, Scene>;
   CallState<Scene> call;
   std::memset(static_cast<void *>(&call), GARBAGE, sizeof(call));
-  std::memcpy(&call.header, image, sizeof(ImageHeader));
+  std::memcpy(&call.header, image, sizeof(ImageHeader<2>));
   call.drive = drive;
-  call.steering = SteeringRecord();
+  call.steering = SteeringRecord<2>();
   call.batch = BatchConstants{0.0, 0.5, 0.5, 0, 1};
   Begin::prepare(call, image, pair_capacity);
   for (int t = 0; t < call.plan_last; ++t) Planning::plan_step(call, t, 1);
@@ -80,9 +80,9 @@ void advance(Run &run, const DriveRecord &drive, bool with_details)
   program.run(run.answer, with_details ? &run.detail : nullptr);
 }
 
-DriveRecord shear(double strain, int substeps)
+DriveRecord<2> shear(double strain, int substeps)
 {
-  DriveRecord drive = DriveRecord();
+  DriveRecord<2> drive = DriveRecord<2>();
   drive.dt = DT;
   drive.substeps = substeps;
   drive.segments = 1;
@@ -92,8 +92,8 @@ DriveRecord shear(double strain, int substeps)
 }
 
 /// Short and long calls, with new lists and without, and a look without steps.
-const DriveRecord CALLS[] = {shear(1e-4, 10), shear(0.05, 300), shear(1e-4, 1),
-                             shear(0.0, 0),   shear(0.02, 70),  shear(0.0, 5)};
+const DriveRecord<2> CALLS[] = {shear(1e-4, 10), shear(0.05, 300), shear(1e-4, 1),
+                                shear(0.0, 0),   shear(0.02, 70),  shear(0.0, 5)};
 
 template <class Numbers> constexpr rve::Format format_of();
 template <> constexpr rve::Format format_of<FastNumbers>()
@@ -116,8 +116,8 @@ template <class Numbers> Run run_of(double friction)
   shake(state, 0.2, 5);
   state.material.friction = friction;
   state.largest_contact_force = 1e4;
-  return Run{build_image(format_of<Numbers>(), state, 2000, Program::General), AnswerRecord(),
-             DetailRecord()};
+  return Run{build_image(format_of<Numbers>(), state, 2000, Program::General), AnswerRecord<2>(),
+             DetailRecord<2>()};
 }
 
 /// What a caller sees. States, not images: a zero history may have a sign.

@@ -40,8 +40,7 @@ std::vector<std::string> sheared(Options options, const char *at_run_time)
   const Environment way("GPU_RVE_KERNELS_AT_RUN_TIME", at_run_time);
   std::vector<std::string> images;
   for (const RveState &state : packings()) {
-    options.contacts = contacts_of(state);
-    const auto engine = make_engine(options);
+    const auto engine = make_engine(with_contacts_of({state}, options));
     const int rve = engine->add(state);
     const double dt = 0.5 * stable_time_step(state);
     for (int call = 0; call < 4; ++call) {

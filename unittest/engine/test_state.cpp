@@ -48,9 +48,9 @@ TEST(RveState, MassAndAreasFollowFromRadiiDensityAndDepth)
   RveState state = two_disks(0.0);
   state.material.mass_depth = 2.0;
 
-  EXPECT_DOUBLE_EQ(state.solid_area(), M_PI * (0.005 * 0.005 + 0.004 * 0.004));
+  EXPECT_DOUBLE_EQ(state.solid_volume(), M_PI * (0.005 * 0.005 + 0.004 * 0.004));
   EXPECT_DOUBLE_EQ(state.mass(), 2650.0 * 2.0 * M_PI * 41e-6);
-  EXPECT_DOUBLE_EQ(state.cell_area(), 0.04);
+  EXPECT_DOUBLE_EQ(state.cell_volume(), 0.04);
 }
 
 TEST(RveState, PositionsReturnFromFractionalCoordinates)

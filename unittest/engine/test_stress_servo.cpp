@@ -168,7 +168,7 @@ TEST(LargeShear, UnderConstantNormalStressReachesASteadyStateThroughReductions)
   EXPECT_NEAR(pressure, 1e5, 0.2e5);
   EXPECT_GT(ratio, 0.25);
   EXPECT_LT(ratio, 0.42);
-  EXPECT_GT(result.void_ratio, determinant(packing.cell) / packing.solid_area() - 1.0 + 0.02);
+  EXPECT_GT(result.void_ratio, determinant(packing.cell) / packing.solid_volume() - 1.0 + 0.02);
 }
 
 TEST(LargeShear, StressIsContinuousAcrossAReduction)

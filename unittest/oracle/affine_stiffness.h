@@ -28,7 +28,7 @@ inline rve::AffineStiffness affine_stiffness(const rve::RveState &state)
   const rve::Material &material = state.material;
   const double k_n = material.normal_stiffness;
   const double k_t = material.friction > 0.0 ? material.tangential_stiffness : 0.0;
-  const double volume = state.cell_area() * material.thickness;
+  const double volume = state.cell_volume() * material.thickness;
   const rve::Tensor2 unit_strains[3] = {
       {{1.0, 0.0, 0.0, 0.0}}, {{0.0, 0.0, 0.0, 1.0}}, {{0.0, 1.0, 1.0, 0.0}}};
 

@@ -19,7 +19,7 @@ inline LoveSum love_sum(const rve::RveState &state)
 {
   LoveSum sum;
   const std::vector<double> x = state.positions();
-  const double volume = state.cell_area() * state.material.thickness;
+  const double volume = state.cell_volume() * state.material.thickness;
   for (int i = 0; i < state.num_grains(); ++i)
     for (int j = i + 1; j < state.num_grains(); ++j)
       for (int p = -2; p <= 2; ++p)

@@ -19,7 +19,7 @@ Tensor2 rotation_by(double angle)
 }
 
 /// R(angle) U in `segments` pieces, as the host prepares it.
-CellIncrement increment_of(double angle, const Tensor2 &stretch, int segments)
+CellIncrement<2> increment_of(double angle, const Tensor2 &stretch, int segments)
 {
   return {rotation_by(angle) * stretch, rotation_by(angle / segments),
           stretch - Tensor2::identity(), segments};
@@ -39,9 +39,9 @@ TEST(CellPath, EndPointIsExact)
 {
   for (const int segments : {1, 7, 40})
     for (const int substeps : {1, 10, 33}) {
-      const CellIncrement increment =
+      const CellIncrement<2> increment =
           increment_of(0.3, Tensor2{{1.02, 0.01, 0.01, 0.97}}, segments);
-      CellPath path(CELL, increment, substeps, 1e-4);
+      CellPath<2> path(CELL, increment, substeps, 1e-4);
       Tensor2 cell = CELL;
       for (int k = 1; k <= substeps; ++k) cell = path.cell(k);
 
@@ -53,10 +53,10 @@ TEST(CellPath, EndPointIsExact)
 TEST(CellPath, ManySmallIncrementsDoNotDrift)
 {
   // 90 degrees in 100 calls of ten substeps: explicit Euler on H would gain area with every step
-  const CellIncrement increment = increment_of(0.5 * PI / 100, Tensor2::identity(), 2);
+  const CellIncrement<2> increment = increment_of(0.5 * PI / 100, Tensor2::identity(), 2);
   Tensor2 cell = CELL;
   for (int call = 0; call < 100; ++call) {
-    CellPath path(cell, increment, 10, 1e-4);
+    CellPath<2> path(cell, increment, 10, 1e-4);
     for (int k = 1; k <= 10; ++k) cell = path.cell(k);
   }
 
@@ -65,10 +65,10 @@ TEST(CellPath, ManySmallIncrementsDoNotDrift)
 
 TEST(CellPath, IsAStraightLineTraversedAtConstantRate)
 {
-  const CellIncrement increment{
+  const CellIncrement<2> increment{
       {{1.01, 0.02, 0.0, 0.99}}, Tensor2::identity(), {{0.01, 0.02, 0.0, -0.01}}, 1};
   const double dt = 1e-4;
-  CellPath path(CELL, increment, 8, dt);
+  CellPath<2> path(CELL, increment, 8, dt);
   Tensor2 before = CELL;
   for (int k = 1; k <= 8; ++k) {
     const Tensor2 cell = path.cell(k);
@@ -85,9 +85,9 @@ TEST(CellPath, ChordOfARotationIsShortByAnEighthOfTheSquaredAngleOfASegment)
 {
   const double angle = 0.5 * PI;
   for (const int segments : {1, 10, 158}) {
-    const CellIncrement increment = increment_of(angle, Tensor2::identity(), segments);
+    const CellIncrement<2> increment = increment_of(angle, Tensor2::identity(), segments);
     const int substeps = 40 * segments;
-    CellPath path(CELL, increment, substeps, 1e-5);
+    CellPath<2> path(CELL, increment, substeps, 1e-5);
     const double theta = angle / segments;
     double smallest = 1.0, largest = 0.0;
     for (int k = 1; k <= substeps; ++k) {
@@ -108,7 +108,7 @@ TEST(CellPath, RotationAndStretchAreCombinedAtTheKnots)
 {
   const Tensor2 stretch{{1.05, 0.02, 0.02, 0.96}};
   const int segments = 20, substeps = 100;
-  CellPath path(CELL, increment_of(0.2, stretch, segments), substeps, 1e-4);
+  CellPath<2> path(CELL, increment_of(0.2, stretch, segments), substeps, 1e-4);
 
   for (int k = 1; k <= substeps; ++k) {
     const Tensor2 cell = path.cell(k);
@@ -125,8 +125,8 @@ TEST(CellPath, StaysWithinAnEighthOfTheSquaredStrainOfTheExponential)
   // constant L = shear: exp(L t) = 1 + L t, and dilation, where the chord lies above the exponential
   for (const double strain : {0.02, 0.01}) {
     const Tensor2 deformation{{std::exp(strain), 0.0, 0.0, std::exp(-strain)}};
-    CellPath path(CELL, {deformation, Tensor2::identity(), deformation - Tensor2::identity(), 1},
-                  50, 1e-4);
+    CellPath<2> path(CELL, {deformation, Tensor2::identity(), deformation - Tensor2::identity(), 1},
+                     50, 1e-4);
     double largest = 0.0;
     for (int k = 1; k <= 50; ++k) {
       const double t = strain * k / 50;
@@ -141,9 +141,9 @@ TEST(CellPath, StaysWithinAnEighthOfTheSquaredStrainOfTheExponential)
 
 TEST(CellPath, FollowsAChangeOfTheLattice)
 {
-  const CellIncrement increment = increment_of(0.02, Tensor2{{1.01, 0.0, 0.0, 0.99}}, 2);
+  const CellIncrement<2> increment = increment_of(0.02, Tensor2{{1.01, 0.0, 0.0, 0.99}}, 2);
   const Tensor2 change{{1.0, -1.0, 0.0, 1.0}};
-  CellPath plain(CELL, increment, 10, 1e-4), mapped(CELL, increment, 10, 1e-4);
+  CellPath<2> plain(CELL, increment, 10, 1e-4), mapped(CELL, increment, 10, 1e-4);
   for (int k = 1; k <= 10; ++k) {
     const Tensor2 expected = k <= 4 ? plain.cell(k) : plain.cell(k) * change;
 

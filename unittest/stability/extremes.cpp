@@ -81,7 +81,7 @@ namespace {
       const Vec<double, 2> force{{-f_n * n[0] - f_t * n[1], -f_n * n[1] + f_t * n[0]}};
       sum = sum + dyad(force, contact.branch);
     }
-    return (1.0 / (state.cell_area() * state.material.thickness)) * sum;
+    return (1.0 / (state.cell_volume() * state.material.thickness)) * sum;
   }
 
   double stress_error(const Trace &trace, double pressure)
@@ -219,7 +219,7 @@ namespace {
   {
     for (const double solid : {0.3, 0.6, 0.8, 0.9, 1.0, 1.2, 1.6}) {
       const RveState state = paper_gas();
-      const double now = state.solid_area() / state.cell_area();
+      const double now = state.solid_volume() / state.cell_volume();
       const double stretch = std::pow(now / solid, 0.5 / 50.0);
       Scene scene{"solid fraction",
                   "solid fraction",
@@ -364,7 +364,8 @@ namespace {
                       },
                       [=](const Trace &trace) {
                         const double f_xy = trace.last().deformation(0, 1) / (shear * calls) - 1.0;
-                        const double area = trace.end.cell_area() / trace.start.cell_area() - 1.0;
+                        const double area =
+                            trace.end.cell_volume() / trace.start.cell_volume() - 1.0;
                         return std::max({stress_error(trace), std::fabs(f_xy), std::fabs(area)});
                       }});
   }
@@ -372,7 +373,7 @@ namespace {
   void compression_and_back(Scenes &scenes)
   {
     const RveState state = paper_packing();
-    const double solid = state.solid_area() / state.cell_area();
+    const double solid = state.solid_volume() / state.cell_volume();
     const double down = std::pow(solid / 1.2, 0.5 / 25.0), up = std::pow(1.2 / 0.5, 0.5 / 50.0);
     scenes.push_back(
         {"compression and back",
@@ -394,7 +395,7 @@ namespace {
            Trace at_peak = trace;
            at_peak.end = trace.middle;
            at_peak.results.resize(26);
-           const double area = trace.end.solid_area() / trace.end.cell_area() / 0.5 - 1.0;
+           const double area = trace.end.solid_volume() / trace.end.cell_volume() / 0.5 - 1.0;
            return std::max(
                {stress_error(at_peak), stress_error(trace, peak), tension / peak, std::fabs(area)});
          },

@@ -14,23 +14,23 @@ namespace macro {
 namespace {
 
   /// By number; none where the number is free.
-  using States = std::vector<std::optional<rve::RveState>>;
+  template <int D> using StatesOf = std::vector<std::optional<rve::RveStateOf<D>>>;
 
   /// As small as an RVE can be.
-  rve::RveState first_grain_of(const rve::RveState &state)
+  template <int D> rve::RveStateOf<D> first_grain_of(const rve::RveStateOf<D> &state)
   {
-    rve::RveState grain;
+    rve::RveStateOf<D> grain;
     grain.material = state.material;
     grain.cell = state.cell;
     grain.radius = {state.radius[0]};
-    grain.fractional = {state.fractional[0], state.fractional[1]};
-    grain.velocity = {0.0, 0.0};
-    grain.spin = {0.0};
+    grain.fractional.assign(state.fractional.begin(), state.fractional.begin() + D);
+    grain.velocity.assign(D, 0.0);
+    grain.spin.assign(rve::Space<D>::spins, 0.0);
     return grain;
   }
 
   /// Into an engine without RVEs, which gives numbers in order: free ones are taken meanwhile.
-  void add_all(const States &states, rve::Engine &engine)
+  template <int D> void add_all(const StatesOf<D> &states, rve::EngineOf<D> &engine)
   {
     std::size_t end = states.size();
     while (end > 0 && !states[end - 1]) --end;
@@ -43,7 +43,7 @@ namespace {
   }
 
   /// Memory that so many RVEs take, and calls of all of them [bytes].
-  double bytes_of(const States &states, rve::Engine &engine)
+  template <int D> double bytes_of(const StatesOf<D> &states, rve::EngineOf<D> &engine)
   {
     double bytes = 0.0;
     int count = 0, largest = 0;
@@ -58,7 +58,7 @@ namespace {
 
 }    // namespace
 
-std::vector<int> RvePoints::used_slots() const
+template <int D> std::vector<int> RvePointsOf<D>::used_slots() const
 {
   std::vector<int> slots;
   for (int slot = 0; slot < static_cast<int>(points.size()); ++slot)
@@ -66,7 +66,7 @@ std::vector<int> RvePoints::used_slots() const
   return slots;
 }
 
-void RvePoints::expect(const rve::ContactModel &contacts)
+template <int D> void RvePointsOf<D>::expect(const rve::ContactModel &contacts)
 {
   const rve::ContactModel present = engine->contacts();
   if (present.serves(contacts)) return;
@@ -83,7 +83,8 @@ void RvePoints::expect(const rve::ContactModel &contacts)
 
 /// What all RVEs need together, with new materials of some. Rolling forces that pairs remember are forgotten where another contact law
 /// comes without rolling resistance.
-rve::ContactModel RvePoints::contacts_with(const NewMaterials &materials) const
+template <int D>
+rve::ContactModel RvePointsOf<D>::contacts_with(const NewMaterials &materials) const
 {
   const std::vector<int> slots = used_slots();
   const rve::ContactModel present = engine->contacts();
@@ -102,10 +103,12 @@ rve::ContactModel RvePoints::contacts_with(const NewMaterials &materials) const
 }
 
 /// Everything stays as it was if this fails. The memory of the present engine is free for the new one.
-void RvePoints::move_to(const rve::ContactModel &contacts, const NewMaterials &materials)
+template <int D>
+void RvePointsOf<D>::move_to(const rve::ContactModel &contacts, const NewMaterials &materials)
 {
+  using States = StatesOf<D>;
   const rve::ContactModel before = engine->contacts();
-  std::unique_ptr<rve::Engine> other = engine->empty_with(contacts), other_shadows;
+  std::unique_ptr<rve::EngineOf<D>> other = engine->empty_with(contacts), other_shadows;
   if (shadows) other_shadows = shadows->empty_with(contacts);
 
   States old(points.size()), old_shadows(points.size());    // by slot
@@ -151,5 +154,10 @@ void RvePoints::move_to(const rve::ContactModel &contacts, const NewMaterials &m
     throw;
   }
 }
+
+template std::vector<int> RvePointsOf<2>::used_slots() const;
+template void RvePointsOf<2>::expect(const rve::ContactModel &);
+template rve::ContactModel RvePointsOf<2>::contacts_with(const NewMaterials &) const;
+template void RvePointsOf<2>::move_to(const rve::ContactModel &, const NewMaterials &);
 
 }    // namespace macro

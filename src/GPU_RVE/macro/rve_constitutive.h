@@ -10,40 +10,49 @@
 
 namespace macro {
 
-/// Who owns the RVEs of the points: fix rve. Points are local indices.
-class RveOwner {
+/// What an increment is for RVEs.
+struct RveClock {
+  double dt;       ///< DEM time step [time]
+  int substeps;    ///< DEM steps for the increment
+};
+
+/// Who owns the RVEs of the points: fix rve. Points are local indices. D is the dimension of the RVEs.
+template <int D> class RveOwner {
  public:
-  struct Clock {
-    double dt;       ///< DEM time step [time]
-    int substeps;    ///< DEM steps for the increment
-  };
+  using Clock = RveClock;
 
   virtual ~RveOwner() = default;
   virtual Clock clock(double dt) const = 0;
-  virtual void advance(const std::vector<int> &atoms, const std::vector<rve::Drive> &drives) = 0;
-  virtual const rve::Tensor2 &stress(int atom) const = 0;
+  virtual void advance(const std::vector<int> &atoms,
+                       const std::vector<rve::DriveOf<D>> &drives) = 0;
+  virtual const rve::Tensor<double, D> &stress(int atom) const = 0;
   /// Complete, and safe to ask for from several threads after complete().
-  virtual const RvePoints::Point &point(int atom) const = 0;
+  virtual const typename RvePointsOf<D>::Point &point(int atom) const = 0;
   virtual void complete() = 0;
   /// For what is done for each point.
   virtual int threads() const = 0;
 };
 
-class RveConstitutive : public mpm::Constitutive<2> {
- public:
-  explicit RveConstitutive(RveOwner &_owner) : owner(_owner) {}
+/// A continuum of D dimensions. RVEs of more, under a plane one, are in plane strain.
+template <int D, int DimensionOfRves = D> class RveConstitutive : public mpm::Constitutive<D> {
+  using Owner = RveOwner<DimensionOfRves>;
+  using Drive = rve::DriveOf<DimensionOfRves>;
 
-  void update(int count, const int *point_index, const rve::Tensor2 *deformation_increment,
-              double dt, rve::Tensor2 *stress, mpm::MemoryRows memory) override;
+ public:
+  explicit RveConstitutive(Owner &_owner) : owner(_owner) {}
+
+  void update(int count, const int *point_index,
+              const rve::Tensor<double, D> *deformation_increment, double dt,
+              rve::Tensor<double, D> *stress, mpm::MemoryRows memory) override;
 
   void expect_questions() override { owner.complete(); }
   double p_wave_modulus(int point_index) const override;
 
  private:
-  RveOwner &owner;
+  Owner &owner;
   // of update(), kept between calls
   std::vector<int> atoms;
-  std::vector<rve::Drive> drives;
+  std::vector<Drive> drives;
 };
 
 }    // namespace macro

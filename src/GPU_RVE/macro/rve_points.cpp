@@ -1,7 +1,6 @@
 #include "macro/rve_points.h"
 
 #include "rve/core/error.h"
-#include "rve/core/pi.h"
 #include "rve/core/threads.h"
 #include "rve/core/wall_time.h"
 #include "rve/engine/contact_laws.h"
@@ -14,23 +13,24 @@ namespace macro {
 
 namespace {
 
-  bool is_identity(const rve::Tensor2 &f)
+  template <int D> bool is_identity(const rve::Tensor<double, D> &f)
   {
-    const rve::Tensor2 one = rve::Tensor2::identity();
-    return std::equal(f.component, f.component + 4, one.component);
+    const auto one = rve::Tensor<double, D>::identity();
+    return std::equal(std::begin(f.component), std::end(f.component), one.component);
   }
 
   /// Whether an RVE that wakes with this deformation must be turned rigidly.
-  bool is_turned(const RvePoints::Point &point, const rve::Tensor2 &deformation)
+  template <class Point, int D>
+  bool is_turned(const Point &point, const rve::Tensor<double, D> &deformation)
   {
     return !(std::fabs(rve::PolarDecomposition(deformation).angle) <=
              TURN_OF_OVERLAP * point.last_steps().mean_overlap);
   }
 
   /// What a look at a point finds. Its stress may be a mean, and its status is that of its last steps.
-  void take_details(RvePoints::Point &point, const rve::Result &look)
+  template <class Point, int D> void take_details(Point &point, const rve::ResultOf<D> &look)
   {
-    const rve::Tensor2 stress = point.result.stress;
+    const rve::Tensor<double, D> stress = point.result.stress;
     const std::uint32_t status = point.result.status;
     point.result = look;
     point.result.stress = stress;
@@ -39,7 +39,7 @@ namespace {
   }
 
   /// The bound of the time step is that of the present contacts.
-  void expect_contacts(RvePoints::Point &point)
+  template <class Point> void expect_contacts(Point &point)
   {
     point.most_contacts =
         static_cast<std::int32_t>((1.0 + CONTACT_GROWTH) * point.contacts +
@@ -47,11 +47,11 @@ namespace {
   }
 
   /// Without DEM steps: they ask for the present results.
-  std::vector<rve::Drive> drives_at_rest(std::size_t count)
+  template <int D> std::vector<rve::DriveOf<D>> drives_at_rest(std::size_t count)
   {
-    rve::Drive drive;
+    rve::DriveOf<D> drive;
     drive.dt = 1.0;    // of no step; a drive wants a positive one
-    return std::vector<rve::Drive>(count, drive);
+    return std::vector<rve::DriveOf<D>>(count, drive);
   }
 
   /// What a default gain of the servo is proportional to, of what a material says.
@@ -62,21 +62,23 @@ namespace {
 
 }    // namespace
 
+template <int D>
 double slip_of_rotation(double angle, int substeps, double dt, const rve::Material &material,
                         double grain_size, double contact_strain)
 {
-  // moment of inertia m r^2/2 against Z contacts with k_t r (r spin); Z of an isostatic packing with friction
+  // a moment of inertia against Z contacts with k_t r (r spin); Z of an isostatic packing with friction
   constexpr double CONTACTS = 3.0;
+  using Shape = rve::GrainShape<D>;
   const double mass =
-      material.density * material.mass_depth * 0.25 * rve::kPi * grain_size * grain_size;
+      rve::times_power<D>(material.density * material.mass_depth * Shape::volume, 0.5 * grain_size);
   const double stiffness =
       rve::moduli_at_strain(contact_strain, material, 0.5 * grain_size).tangential;
-  const double frequency = std::sqrt(2.0 * CONTACTS * stiffness / mass);
+  const double frequency = std::sqrt(1.0 / Shape::inertia * CONTACTS * stiffness / mass);
   const double steps_of_lag = std::fmax(1.0, 1.0 / (frequency * dt));
   return std::fabs(angle) * std::fmin(1.0, steps_of_lag / substeps);
 }
 
-double RvePoints::Point::strain_rate() const
+template <int D> double RvePointsOf<D>::Point::strain_rate() const
 {
   if (drive.substeps == 0) return 0.0;
   if (drive.has_servo())
@@ -85,7 +87,7 @@ double RvePoints::Point::strain_rate() const
   return rve::strain_size(drive.deformation) / (drive.substeps * drive.dt);
 }
 
-double RvePoints::Point::shadow_deviation() const
+template <int D> double RvePointsOf<D>::Point::shadow_deviation() const
 {
   const double difference = rve::norm(result.stress - shadow_stress);
   // of the larger one: a shadow without contacts makes it 1, not infinite
@@ -97,7 +99,8 @@ double RvePoints::Point::shadow_deviation() const
    the RVEs that are there
 ------------------------------------------------------------------------- */
 
-RvePoints::Point &RvePoints::settle(int slot, const rve::RveState &state)
+template <int D>
+typename RvePointsOf<D>::Point &RvePointsOf<D>::settle(int slot, const rve::RveStateOf<D> &state)
 {
   if (slot >= static_cast<int>(points.size())) points.resize(slot + 1);
   record_sizes.assign(points.size(), 0);
@@ -108,15 +111,16 @@ RvePoints::Point &RvePoints::settle(int slot, const rve::RveState &state)
   return points[slot];
 }
 
-std::vector<int> RvePoints::add(const std::vector<const rve::RveState *> &states)
+template <int D>
+std::vector<int> RvePointsOf<D>::add(const std::vector<const rve::RveStateOf<D> *> &states)
 {
   std::vector<int> slots;
-  for (const rve::RveState *state : states) {
+  for (const rve::RveStateOf<D> *state : states) {
     slots.push_back(engine->add(*state));
     settle(slots.back(), *state);
   }
-  std::vector<rve::Result> results;
-  call_engine(slots, drives_at_rest(slots.size()), results);
+  std::vector<rve::ResultOf<D>> results;
+  call_engine(slots, drives_at_rest<D>(slots.size()), results);
   for (std::size_t k = 0; k < slots.size(); ++k) {
     Point &point = points[slots[k]];
     if (results[k].status & rve::status::Fatal) {
@@ -132,14 +136,16 @@ std::vector<int> RvePoints::add(const std::vector<const rve::RveState *> &states
   return slots;
 }
 
-std::vector<double> RvePoints::bound_time_steps(const std::vector<int> &slots, double enough) const
+template <int D>
+std::vector<double> RvePointsOf<D>::bound_time_steps(const std::vector<int> &slots,
+                                                     double enough) const
 {
   std::vector<double> bounds;
   engine->bound_time_steps(slots, enough, bounds);
   return bounds;
 }
 
-std::vector<rve::Advice> RvePoints::advice_on_servo(int slot)
+template <int D> std::vector<rve::Advice> RvePointsOf<D>::advice_on_servo(int slot)
 {
   Point &point = points[slot];
   const auto list = rve::advice_on_servo(point.result, point.drive, point.out_of_reach);
@@ -147,13 +153,14 @@ std::vector<rve::Advice> RvePoints::advice_on_servo(int slot)
   return list;
 }
 
-void RvePoints::note_check(const std::vector<int> &slots)
+template <int D> void RvePointsOf<D>::note_check(const std::vector<int> &slots)
 {
   for (const int slot : slots) expect_contacts(points[slot]);
   any_stiffened = false;
 }
 
-double RvePoints::bytes_for(const std::vector<int> &grains, int count, int num_shadows) const
+template <int D>
+double RvePointsOf<D>::bytes_for(const std::vector<int> &grains, int count, int num_shadows) const
 {
   if (count == 0) return 0.0;
   const int largest = *std::max_element(grains.begin(), grains.begin() + count);
@@ -167,7 +174,7 @@ double RvePoints::bytes_for(const std::vector<int> &grains, int count, int num_s
   return bytes;
 }
 
-void RvePoints::remove(int slot)
+template <int D> void RvePointsOf<D>::remove(int slot)
 {
   engine->remove(slot);
   remove_shadow(slot);
@@ -175,23 +182,23 @@ void RvePoints::remove(int slot)
   record_sizes[slot] = 0;
 }
 
-void RvePoints::add_shadow(int slot)
+template <int D> void RvePointsOf<D>::add_shadow(int slot)
 {
   // a shadow begins where its RVE is
-  rve::RveState state = engine->state(slot);
+  rve::RveStateOf<D> state = engine->state(slot);
   Point &point = points[slot];
   point.shadow = shadows->add(state);
   record_sizes[slot] = 0;
-  rve::Drive drive = point.drive;
+  rve::DriveOf<D> drive = point.drive;
   drive.deformation = point.pending;
   if (is_identity(point.pending)) drive.substeps = 0;
-  std::vector<rve::Response> responses;
+  std::vector<rve::ResponseOf<D>> responses;
   shadows->advance({point.shadow}, {drive}, responses);
   point.shadow_stress = responses[0].stress;
   if (responses[0].status & rve::status::Fatal) remove_shadow(slot);
 }
 
-void RvePoints::remove_shadow(int slot)
+template <int D> void RvePointsOf<D>::remove_shadow(int slot)
 {
   Point &point = points[slot];
   if (point.shadow >= 0) shadows->remove(point.shadow);
@@ -203,15 +210,16 @@ void RvePoints::remove_shadow(int slot)
    changes between macro steps
 ------------------------------------------------------------------------- */
 
-void RvePoints::set_options(const MacroStepOptions &_options)
+template <int D> void RvePointsOf<D>::set_options(const MacroStepOptions &_options)
 {
   const int refinement = options.shadow_refinement;
   options = _options;
   options.shadow_refinement = refinement;
 }
 
-void RvePoints::set_materials_in_place(const std::vector<int> &slots,
-                                       const std::vector<rve::Material> &materials)
+template <int D>
+void RvePointsOf<D>::set_materials_in_place(const std::vector<int> &slots,
+                                            const std::vector<rve::Material> &materials)
 {
   std::size_t done = 0;
   try {
@@ -227,8 +235,9 @@ void RvePoints::set_materials_in_place(const std::vector<int> &slots,
   }
 }
 
-void RvePoints::set_materials(const std::vector<int> &slots,
-                              const std::vector<rve::Material> &materials)
+template <int D>
+void RvePointsOf<D>::set_materials(const std::vector<int> &slots,
+                                   const std::vector<rve::Material> &materials)
 {
   complete();
   record_sizes.assign(points.size(), 0);
@@ -239,20 +248,20 @@ void RvePoints::set_materials(const std::vector<int> &slots,
     set_materials_in_place(slots, materials);
   else
     move_to(contacts, by_slot);
-  std::vector<rve::ElasticResult> looks;
-  call_engine(slots, drives_at_rest(slots.size()), looks);
-  std::vector<rve::Response> look_at_shadow;
+  std::vector<rve::ElasticResultOf<D>> looks;
+  call_engine(slots, drives_at_rest<D>(slots.size()), looks);
+  std::vector<rve::ResponseOf<D>> look_at_shadow;
   for (std::size_t k = 0; k < slots.size(); ++k) {
     Point &point = points[slots[k]];
     if (point.shadow >= 0) {
-      shadows->advance({point.shadow}, drives_at_rest(1), look_at_shadow);
+      shadows->advance({point.shadow}, drives_at_rest<D>(1), look_at_shadow);
       point.shadow_stress = look_at_shadow[0].stress;
     }
     const double gain_before = gain_factor(point.material), gain = gain_factor(materials[k]);
     if (gain != gain_before) point.servo_gain *= gain / gain_before;
     point.material = materials[k];
     point.look.reset();
-    const rve::Result &look = looks[k].result;
+    const rve::ResultOf<D> &look = looks[k].result;
     if (point.frozen() || (look.status & rve::status::Fatal)) continue;
     if (!point.asleep()) {
       point.result = look;
@@ -268,9 +277,10 @@ void RvePoints::set_materials(const std::vector<int> &slots,
    from a macro step to DEM steps
 ------------------------------------------------------------------------- */
 
+template <int D>
 template <class Answers>
-void RvePoints::call_engine(const std::vector<int> &slots, const std::vector<rve::Drive> &drives,
-                            Answers &answers) const
+void RvePointsOf<D>::call_engine(const std::vector<int> &slots,
+                                 const std::vector<rve::DriveOf<D>> &drives, Answers &answers) const
 {
   const auto start = rve::WallClock::now();
   engine->advance(slots, drives, answers);
@@ -278,28 +288,27 @@ void RvePoints::call_engine(const std::vector<int> &slots, const std::vector<rve
 }
 
 /// What one RVE does in a macro step: parts that end where its stress is wanted.
-struct RvePoints::Macro {
+template <int D> struct RvePointsOf<D>::Macro {
   int slot;
-  rve::Drive drive;
+  rve::DriveOf<D> drive;
   int parts = 1, first_steps = 0,
-      spacing = 0;                      // DEM steps of the first part, and of each other one
-  std::vector<rve::Tensor2> samples;    // of stress, at the end of each part
+      spacing = 0;                // DEM steps of the first part, and of each other one
+  std::vector<Matrix> samples;    // of stress, at the end of each part
   bool failed = false;
 
   int steps(int part) const { return part == 0 ? first_steps : spacing; }
 
-  rve::Drive of_part(int part) const
+  rve::DriveOf<D> of_part(int part) const
   {
     if (parts == 1) return drive;
-    rve::Drive some = drive;
+    rve::DriveOf<D> some = drive;
     some.substeps = steps(part);
     const auto end = [&](int p) {
       return static_cast<double>(first_steps + p * spacing) / drive.substeps;
     };
     // the last part ends where the macro step does, to the last bit but one
-    const rve::Tensor2 after = part + 1 == parts
-        ? drive.deformation
-        : rve::part_of_increment(drive.deformation, end(part));
+    const Matrix after = part + 1 == parts ? drive.deformation
+                                           : rve::part_of_increment(drive.deformation, end(part));
     some.deformation = part == 0
         ? after
         : after * rve::inverse(rve::part_of_increment(drive.deformation, end(part - 1)));
@@ -307,10 +316,10 @@ struct RvePoints::Macro {
   }
 
   /// Mean of the samples, or the value at the end of the straight line through them.
-  rve::Tensor2 stress(StressFrom from) const
+  Matrix stress(StressFrom from) const
   {
     const int n = static_cast<int>(samples.size());
-    rve::Tensor2 mean = rve::Tensor2::zero(), slope = rve::Tensor2::zero();
+    Matrix mean = Matrix::zero(), slope = Matrix::zero();
     double spread = 0.0;
     for (int k = 0; k < n; ++k) {
       const double place = k - 0.5 * (n - 1);
@@ -323,7 +332,8 @@ struct RvePoints::Macro {
 };
 
 /// Whether the strain since its last DEM steps is too small for others. It sleeps if it is at rest as well.
-bool RvePoints::may_sleep(const Point &point, const rve::Drive &drive) const
+template <int D>
+bool RvePointsOf<D>::may_sleep(const Point &point, const rve::DriveOf<D> &drive) const
 {
   return options.quiescent_strain > 0.0 && !drive.has_servo() && drive.substeps > 0 &&
       point.last_steps().status == rve::status::Ok &&
@@ -332,20 +342,20 @@ bool RvePoints::may_sleep(const Point &point, const rve::Drive &drive) const
 
 /// An RVE that still moves, or may start to, needs its DEM steps: so does one that cannot be looked at. One call for all that
 /// were not looked at since their last DEM steps; their results are complete then.
-void RvePoints::look_at_sleepers(const std::vector<int> &slots)
+template <int D> void RvePointsOf<D>::look_at_sleepers(const std::vector<int> &slots)
 {
   std::vector<int> some;
   for (std::size_t k = 0; k < slots.size(); ++k)
     if (parts[k] == Part::Sleeps && !points[slots[k]].look) some.push_back(slots[k]);
   if (!some.empty()) {
-    std::vector<rve::ElasticResult> looks;
-    call_engine(some, drives_at_rest(some.size()), looks);
+    std::vector<rve::ElasticResultOf<D>> looks;
+    call_engine(some, drives_at_rest<D>(some.size()), looks);
     const int count = static_cast<int>(some.size());
     const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team)
     for (int m = 0; m < count; ++m) {
       Point &point = points[some[m]];
-      const rve::Result &result = looks[m].result;
+      const rve::ResultOf<D> &result = looks[m].result;
       const bool failed = (result.status & rve::status::Fatal) != 0;
       point.look = {!failed && result.unbalanced_ratio <= QUIET_UNBALANCED_RATIO,
                     looks[m].stiffness};
@@ -357,13 +367,13 @@ void RvePoints::look_at_sleepers(const std::vector<int> &slots)
 }
 
 /// sigma + C:eps, turned with the RVE; cell, deformation and void ratio follow. The rest is that of the last DEM step.
-void RvePoints::answer_asleep(Point &point, const rve::Tensor2 &pending) const
+template <int D> void RvePointsOf<D>::answer_asleep(Point &point, const Matrix &pending) const
 {
   if (!point.asleep()) point.rested = point.result;
   point.state = State::Asleep;
   point.pending = pending;
   const rve::PolarDecomposition polar(pending);
-  rve::Result &result = point.result;
+  rve::ResultOf<D> &result = point.result;
   result = point.rested;
   result.stress = polar.rotation * (point.rested.stress + point.look->stiffness(polar.strain)) *
       rve::transpose(polar.rotation);
@@ -373,7 +383,8 @@ void RvePoints::answer_asleep(Point &point, const rve::Tensor2 &pending) const
   result.void_ratio = (1.0 + point.rested.void_ratio) * rve::determinant(pending) - 1.0;
 }
 
-int RvePoints::substeps_of(const Point &point, const rve::Drive &drive) const
+template <int D>
+int RvePointsOf<D>::substeps_of(const Point &point, const rve::DriveOf<D> &drive) const
 {
   if (!options.adaptive || drive.substeps == 0 || drive.has_servo()) return drive.substeps;
   return options.adaptive->of(rve::strain_size(drive.deformation), drive.dt,
@@ -382,22 +393,23 @@ int RvePoints::substeps_of(const Point &point, const rve::Drive &drive) const
 
 /// Whether a rotation lets contacts slip, in as few DEM steps as the strain asks for. The overlap is that of its mean stress: what is
 /// known whatever the last advance was asked for.
-bool RvePoints::slips(const Point &point, const rve::Drive &drive) const
+template <int D> bool RvePointsOf<D>::slips(const Point &point, const rve::DriveOf<D> &drive) const
 {
   const double angle = rve::PolarDecomposition(drive.deformation).angle;
   const double pressure = std::fmax(point.last_steps().mean_stress(), 0.0);
   const double overlap = rve::contact_strain(pressure, point.material, 0.5 * point.grain_size);
-  const double slip =
-      slip_of_rotation(angle, drive.substeps, drive.dt, point.material, point.grain_size, overlap);
+  const double slip = slip_of_rotation<D>(angle, drive.substeps, drive.dt, point.material,
+                                          point.grain_size, overlap);
   return !(slip <= TURN_OF_OVERLAP * overlap);
 }
 
 /// Carries out rotations that grains could not follow: the drives keep the stretch.
-void RvePoints::turn(rve::Engine &engine, const std::vector<int> &numbers,
-                     std::vector<rve::Drive> &drives, const std::vector<char> &must_turn)
+template <int D>
+void RvePointsOf<D>::turn(rve::EngineOf<D> &engine, const std::vector<int> &numbers,
+                          std::vector<rve::DriveOf<D>> &drives, const std::vector<char> &must_turn)
 {
   std::vector<int> some;
-  std::vector<rve::Tensor2> rotations;
+  std::vector<Matrix> rotations;
   for (std::size_t m = 0; m < numbers.size(); ++m) {
     if (!must_turn[m]) continue;
     some.push_back(numbers[m]);
@@ -408,7 +420,9 @@ void RvePoints::turn(rve::Engine &engine, const std::vector<int> &numbers,
 }
 
 /// The drives of those that work, with what they slept through.
-void RvePoints::plan_work(const std::vector<int> &slots, const std::vector<rve::Drive> &drives)
+template <int D>
+void RvePointsOf<D>::plan_work(const std::vector<int> &slots,
+                               const std::vector<rve::DriveOf<D>> &drives)
 {
   working.clear();
   for (std::size_t k = 0; k < slots.size(); ++k)
@@ -423,7 +437,7 @@ void RvePoints::plan_work(const std::vector<int> &slots, const std::vector<rve::
     for (int m = 0; m < count; ++m) {
       const int k = working[m];
       const Point &point = points[slots[k]];
-      rve::Drive &drive = working_drives[m];
+      rve::DriveOf<D> &drive = working_drives[m];
       working_slots[m] = slots[k];
       drive = drives[k];
       must_turn[m] = 0;
@@ -444,16 +458,16 @@ void RvePoints::plan_work(const std::vector<int> &slots, const std::vector<rve::
 
 /// A servo takes no deformation: what an RVE slept through under another drive is carried out before. Who fails there is frozen and
 /// works no more.
-void RvePoints::catch_up()
+template <int D> void RvePointsOf<D>::catch_up()
 {
   std::vector<int> slots;
-  std::vector<rve::Drive> drives;
+  std::vector<rve::DriveOf<D>> drives;
   must_turn.clear();
   for (std::size_t m = 0; m < working_slots.size(); ++m) {
-    const rve::Drive &wanted = working_drives[m];
+    const rve::DriveOf<D> &wanted = working_drives[m];
     const Point &point = points[working_slots[m]];
     if (!wanted.has_servo() || is_identity(point.pending)) continue;
-    rve::Drive drive;
+    rve::DriveOf<D> drive;
     drive.dt = wanted.dt;
     drive.substeps = wanted.substeps;
     drive.deformation = point.pending;
@@ -463,7 +477,7 @@ void RvePoints::catch_up()
   }
   if (slots.empty()) return;
   turn(*engine, slots, drives, must_turn);
-  std::vector<rve::Response> responses;
+  std::vector<rve::ResponseOf<D>> responses;
   call_engine(slots, drives, responses);
   for (std::size_t k = 0; k < slots.size(); ++k) {
     Point &point = points[slots[k]];
@@ -471,7 +485,7 @@ void RvePoints::catch_up()
     if (point.frozen())
       point.result.status = responses[k].status;
     else
-      point.pending = rve::Tensor2::identity();
+      point.pending = Matrix::identity();
   }
   std::size_t left = 0;
   for (std::size_t m = 0; m < working_slots.size(); ++m) {
@@ -484,7 +498,7 @@ void RvePoints::catch_up()
 }
 
 /// All parts of all macro steps, the n-th parts of all RVEs at once.
-void RvePoints::run(std::vector<Macro> &macros)
+template <int D> void RvePointsOf<D>::run(std::vector<Macro> &macros)
 {
   for (int part = 0;; ++part) {
     std::vector<Macro *> last, others;
@@ -499,12 +513,12 @@ void RvePoints::run(std::vector<Macro> &macros)
       return slots;
     };
     const auto drives_of = [part](const std::vector<Macro *> &some) {
-      std::vector<rve::Drive> drives;
+      std::vector<rve::DriveOf<D>> drives;
       for (const Macro *macro : some) drives.push_back(macro->of_part(part));
       return drives;
     };
     if (!others.empty()) {
-      std::vector<rve::Response> responses;
+      std::vector<rve::ResponseOf<D>> responses;
       call_engine(slots_of(others), drives_of(others), responses);
       for (std::size_t k = 0; k < others.size(); ++k) {
         others[k]->samples.push_back(responses[k].stress);
@@ -513,7 +527,7 @@ void RvePoints::run(std::vector<Macro> &macros)
       }
     }
     if (!last.empty()) {
-      std::vector<rve::Response> responses;
+      std::vector<rve::ResponseOf<D>> responses;
       call_engine(slots_of(last), drives_of(last), responses);
       for (std::size_t k = 0; k < last.size(); ++k) {
         Macro &macro = *last[k];
@@ -531,11 +545,12 @@ void RvePoints::run(std::vector<Macro> &macros)
   }
 }
 
-void RvePoints::advance_shadows(const std::vector<int> &slots,
-                                const std::vector<rve::Drive> &drives)
+template <int D>
+void RvePointsOf<D>::advance_shadows(const std::vector<int> &slots,
+                                     const std::vector<rve::DriveOf<D>> &drives)
 {
   std::vector<int> originals, numbers;
-  std::vector<rve::Drive> finer;
+  std::vector<rve::DriveOf<D>> finer;
   std::vector<char> turned;
   for (std::size_t k = 0; k < slots.size(); ++k) {
     const Point &point = points[slots[k]];
@@ -550,7 +565,7 @@ void RvePoints::advance_shadows(const std::vector<int> &slots,
   }
   if (numbers.empty()) return;
   turn(*shadows, numbers, finer, turned);
-  std::vector<rve::Response> responses;
+  std::vector<rve::ResponseOf<D>> responses;
   shadows->advance(numbers, finer, responses);
   for (std::size_t k = 0; k < numbers.size(); ++k) {
     Point &point = points[originals[k]];
@@ -561,8 +576,10 @@ void RvePoints::advance_shadows(const std::vector<int> &slots,
   }
 }
 
-std::vector<int> RvePoints::advance(const std::vector<int> &slots,
-                                    const std::vector<rve::Drive> &drives, bool with_details)
+template <int D>
+std::vector<int> RvePointsOf<D>::advance(const std::vector<int> &slots,
+                                         const std::vector<rve::DriveOf<D>> &drives,
+                                         bool with_details)
 {
   const auto start = rve::WallClock::now();
   const std::vector<int> failed = is_plain(slots) ? advance_plainly(slots, drives)
@@ -583,7 +600,7 @@ std::vector<int> RvePoints::advance(const std::vector<int> &slots,
    thousands of RVEs get there in every step, and what is done for each of them counts
 ------------------------------------------------------------------------- */
 
-bool RvePoints::is_plain(const std::vector<int> &slots) const
+template <int D> bool RvePointsOf<D>::is_plain(const std::vector<int> &slots) const
 {
   if (options.adaptive || options.quiescent_strain > 0.0 || options.stress_from != StressFrom::End)
     return false;
@@ -598,8 +615,9 @@ bool RvePoints::is_plain(const std::vector<int> &slots) const
   return plain;
 }
 
-std::vector<int> RvePoints::advance_plainly(const std::vector<int> &slots,
-                                            const std::vector<rve::Drive> &drives)
+template <int D>
+std::vector<int> RvePointsOf<D>::advance_plainly(const std::vector<int> &slots,
+                                                 const std::vector<rve::DriveOf<D>> &drives)
 {
   const int count = static_cast<int>(slots.size());
   if (count == 0) return {};
@@ -625,7 +643,7 @@ std::vector<int> RvePoints::advance_plainly(const std::vector<int> &slots,
     stiffened = stiffened || point.contacts > point.most_contacts;
     point.look.reset();
     if (drives[k].substeps == 0) continue;
-    point.pending = rve::Tensor2::identity();
+    point.pending = Matrix::identity();
     point.drive = drives[k];
   }
   any_stiffened = any_stiffened || stiffened;
@@ -635,7 +653,7 @@ std::vector<int> RvePoints::advance_plainly(const std::vector<int> &slots,
   return failed;
 }
 
-void RvePoints::complete() const
+template <int D> void RvePointsOf<D>::complete() const
 {
   stale_slots.clear();
   for (int slot = 0; slot < static_cast<int>(points.size()); ++slot)
@@ -643,7 +661,7 @@ void RvePoints::complete() const
   const int count = static_cast<int>(stale_slots.size());
   if (count == 0) return;
   // whoever looks in every step does so at thousands: no memory is asked for each time, and threads share the copies
-  if (static_cast<int>(resting.size()) != count) resting = drives_at_rest(count);
+  if (static_cast<int>(resting.size()) != count) resting = drives_at_rest<D>(count);
   call_engine(stale_slots, resting, looks);
   const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team)
@@ -654,8 +672,9 @@ void RvePoints::complete() const
   }
 }
 
-std::vector<int> RvePoints::advance_by_plan(const std::vector<int> &slots,
-                                            const std::vector<rve::Drive> &drives)
+template <int D>
+std::vector<int> RvePointsOf<D>::advance_by_plan(const std::vector<int> &slots,
+                                                 const std::vector<rve::DriveOf<D>> &drives)
 {
   const int count = static_cast<int>(slots.size());
   record_sizes.assign(points.size(), 0);
@@ -694,8 +713,9 @@ std::vector<int> RvePoints::advance_by_plan(const std::vector<int> &slots,
 }
 
 /// The stress is that of several parts of the macro step.
-void RvePoints::advance_with_samples(const std::vector<int> &slots,
-                                     const std::vector<rve::Drive> &drives)
+template <int D>
+void RvePointsOf<D>::advance_with_samples(const std::vector<int> &slots,
+                                          const std::vector<rve::DriveOf<D>> &drives)
 {
   std::vector<Macro> macros(slots.size());
   for (std::size_t k = 0; k < slots.size(); ++k) {
@@ -716,9 +736,12 @@ void RvePoints::advance_with_samples(const std::vector<int> &slots,
     point.stale = true;
     point.look.reset();
     if (macro.drive.substeps == 0) continue;
-    point.pending = rve::Tensor2::identity();
+    point.pending = Matrix::identity();
     point.drive = macro.drive;
   }
 }
+
+template double slip_of_rotation<2>(double, int, double, const rve::Material &, double, double);
+template class RvePointsOf<2>;
 
 }    // namespace macro

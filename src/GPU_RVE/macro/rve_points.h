@@ -45,11 +45,14 @@ constexpr double TURN_OF_OVERLAP = 1e-2;
 /// Largest slip by a rotation by `angle` in `substeps` steps of dt, as an angle [rad]: the whole rotation, if the grains do not follow
 /// at all. Grains that all spin alike in a cell that does not turn go to and fro with w = sqrt(2 Z k_t/m), k_t at the overlap over diameter, and lag
 /// behind a rotation at a constant rate by that rate over w; the first step finds them at rest.
+template <int D>
 double slip_of_rotation(double angle, int substeps, double dt, const rve::Material &material,
                         double grain_size, double contact_strain);
 
-class RvePoints {
+template <int D> class RvePointsOf {
  public:
+  using Matrix = rve::Tensor<double, D>;
+
   /// Of a slot: what its RVE did in the last macro step.
   enum class State : char {
     Empty,    ///< there is no RVE
@@ -59,7 +62,7 @@ class RvePoints {
   };
 
   struct Point {
-    rve::Result
+    rve::ResultOf<D>
         result;    ///< of the last advance that succeeded; its status is that of the last advance
     rve::Material material;
     double servo_gain = 0.0;      ///< default of its stress servo [1/(stress time^2)]
@@ -71,24 +74,24 @@ class RvePoints {
     std::int32_t most_contacts =
         0;    ///< with more of them the bound of its time step has to be looked at again
 
-    rve::Drive drive;    ///< of its last DEM steps; none so far if it has no substeps
+    rve::DriveOf<D> drive;    ///< of its last DEM steps; none so far if it has no substeps
 
-    rve::Result rested;                                 ///< while asleep: of its last DEM step
-    rve::Tensor2 pending = rve::Tensor2::identity();    ///< deformation since its last DEM step
+    rve::ResultOf<D> rested;                ///< while asleep: of its last DEM step
+    Matrix pending = Matrix::identity();    ///< deformation since its last DEM step
 
     /// Of its last DEM steps, once the next strain was too small for others. The same whatever the advance was asked for.
     struct Look {
       bool is_at_rest;
-      rve::AffineStiffness stiffness;
+      rve::AffineStiffnessOf<D> stiffness;
     };
     std::optional<Look> look;
 
-    int shadow = -1;    ///< number of its shadow in the engine of shadows
-    rve::Tensor2 shadow_stress = rve::Tensor2::zero();    ///< [stress]
+    int shadow = -1;                          ///< number of its shadow in the engine of shadows
+    Matrix shadow_stress = Matrix::zero();    ///< [stress]
 
     bool asleep() const { return state == State::Asleep; }
     bool frozen() const { return state == State::Frozen; }
-    const rve::Result &last_steps() const { return asleep() ? rested : result; }
+    const rve::ResultOf<D> &last_steps() const { return asleep() ? rested : result; }
     /// |D| in the RVE's own time, of its last DEM steps [1/time]
     double strain_rate() const;
     /// |stress - stress of the shadow| over the larger of both [-]
@@ -96,8 +99,8 @@ class RvePoints {
   };
 
   /// `_shadows` is an engine in double precision, or none if there shall be no shadows. `_threads` are for what is done here.
-  RvePoints(std::unique_ptr<rve::Engine> _engine, std::unique_ptr<rve::Engine> _shadows,
-            const MacroStepOptions &_options, int _threads = 1) :
+  RvePointsOf(std::unique_ptr<rve::EngineOf<D>> _engine, std::unique_ptr<rve::EngineOf<D>> _shadows,
+              const MacroStepOptions &_options, int _threads = 1) :
       engine(std::move(_engine)),
       shadows(std::move(_shadows)), options(_options), threads(_threads)
   {
@@ -109,7 +112,7 @@ class RvePoints {
   /// if they do not fit into its memory, or have another contact law, and then changes nothing.
   void expect(const rve::ContactModel &contacts);
   /// Takes RVEs in and evaluates their stress; returns their slots.
-  std::vector<int> add(const std::vector<const rve::RveState *> &states);
+  std::vector<int> add(const std::vector<const rve::RveStateOf<D> *> &states);
   void remove(int slot);
 
   /// Advances those that are not frozen; returns the slots that failed, which stay as they were and are frozen. With stress samples
@@ -118,8 +121,8 @@ class RvePoints {
   /// results are the same whenever they are asked for. Stress and status are those of the advance. The rest belongs to the same
   /// configuration: velocities have had their last kick (kinetic energy, forces of dashpots), and sums of forces may be rounded in
   /// another unit.
-  std::vector<int> advance(const std::vector<int> &slots, const std::vector<rve::Drive> &drives,
-                           bool with_details = true);
+  std::vector<int> advance(const std::vector<int> &slots,
+                           const std::vector<rve::DriveOf<D>> &drives, bool with_details = true);
   /// Completes the results of all points that an advance left without details.
   void complete() const;
 
@@ -145,7 +148,7 @@ class RvePoints {
     if (points[slot].stale) complete();
     return points[slot];
   }
-  /// Lower bounds of the stable DEM time steps, sharp below `enough` (rve::Engine).
+  /// Lower bounds of the stable DEM time steps, sharp below `enough` (rve::EngineOf<D>).
   std::vector<double> bound_time_steps(const std::vector<int> &slots, double enough) const;
   /// Their bounds have been looked at, and those of all that have stiffened.
   void note_check(const std::vector<int> &slots);
@@ -159,7 +162,7 @@ class RvePoints {
   }
   bool any_has_stiffened() const { return any_stiffened; }
   // what is always up to date
-  const rve::Tensor2 &stress(int slot) const { return points[slot].result.stress; }
+  const Matrix &stress(int slot) const { return points[slot].result.stress; }
   const rve::Material &material(int slot) const { return points[slot].material; }
   /// Whether time has passed for it, here or before it came here.
   bool has_advanced(int slot) const
@@ -168,7 +171,7 @@ class RvePoints {
   }
   bool frozen(int slot) const { return points[slot].frozen(); }
   double servo_gain(int slot) const { return points[slot].servo_gain; }
-  rve::RveState state(int slot) const { return engine->state(slot); }
+  rve::RveStateOf<D> state(int slot) const { return engine->state(slot); }
   std::string description() const { return engine->description(); }
   int size() const { return engine->size(); }
   /// Where the RVEs live. Their shadows live on the same device.
@@ -188,7 +191,7 @@ class RvePoints {
   int record_bound(int slot) const;
 
  private:
-  std::unique_ptr<rve::Engine> engine, shadows;
+  std::unique_ptr<rve::EngineOf<D>> engine, shadows;
   MacroStepOptions options;
   int threads;
   bool any_stiffened = false;    ///< since the last look at bounds
@@ -198,8 +201,8 @@ class RvePoints {
   mutable std::vector<int> record_sizes;    // by slot; 0: not known
   // of complete(), kept between calls
   mutable std::vector<int> stale_slots;
-  mutable std::vector<rve::Drive> resting;
-  mutable std::vector<rve::Result> looks;
+  mutable std::vector<rve::DriveOf<D>> resting;
+  mutable std::vector<rve::ResultOf<D>> looks;
 
   struct Macro;    // a macro step of one RVE
 
@@ -207,25 +210,26 @@ class RvePoints {
   enum class Part : char { Nothing, Sleeps, Works };
 
   // of advance_plainly, kept between calls
-  std::vector<rve::Response> responses;
+  std::vector<rve::ResponseOf<D>> responses;
   // of advance_by_plan
   std::vector<Part> parts;     // of each slot that is given
   std::vector<int> working;    // places of those that work among them
   std::vector<int> working_slots;
-  std::vector<rve::Drive> working_drives;
+  std::vector<rve::DriveOf<D>> working_drives;
   std::vector<char> must_turn;    // as working_slots
 
   template <class Answers>
-  void call_engine(const std::vector<int> &slots, const std::vector<rve::Drive> &drives,
+  void call_engine(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,
                    Answers &answers) const;
   bool is_plain(const std::vector<int> &slots) const;
   std::vector<int> advance_plainly(const std::vector<int> &slots,
-                                   const std::vector<rve::Drive> &drives);
+                                   const std::vector<rve::DriveOf<D>> &drives);
   std::vector<int> advance_by_plan(const std::vector<int> &slots,
-                                   const std::vector<rve::Drive> &drives);
-  void advance_with_samples(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);
+                                   const std::vector<rve::DriveOf<D>> &drives);
+  void advance_with_samples(const std::vector<int> &slots,
+                            const std::vector<rve::DriveOf<D>> &drives);
 
-  Point &settle(int slot, const rve::RveState &state);
+  Point &settle(int slot, const rve::RveStateOf<D> &state);
   /// Those with an RVE.
   std::vector<int> used_slots() const;
   /// Materials by slot; null: as it is.
@@ -234,18 +238,19 @@ class RvePoints {
   void move_to(const rve::ContactModel &contacts, const NewMaterials &materials);
   void set_materials_in_place(const std::vector<int> &slots,
                               const std::vector<rve::Material> &materials);
-  bool may_sleep(const Point &point, const rve::Drive &drive) const;
-  int substeps_of(const Point &point, const rve::Drive &drive) const;
+  bool may_sleep(const Point &point, const rve::DriveOf<D> &drive) const;
+  int substeps_of(const Point &point, const rve::DriveOf<D> &drive) const;
   void look_at_sleepers(const std::vector<int> &slots);
-  void answer_asleep(Point &point, const rve::Tensor2 &pending) const;
-  static void turn(rve::Engine &engine, const std::vector<int> &numbers,
-                   std::vector<rve::Drive> &drives, const std::vector<char> &must_turn);
-  bool slips(const Point &point, const rve::Drive &drive) const;
-  void plan_work(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);
+  void answer_asleep(Point &point, const Matrix &pending) const;
+  static void turn(rve::EngineOf<D> &engine, const std::vector<int> &numbers,
+                   std::vector<rve::DriveOf<D>> &drives, const std::vector<char> &must_turn);
+  bool slips(const Point &point, const rve::DriveOf<D> &drive) const;
+  void plan_work(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives);
   void catch_up();
   void run(std::vector<Macro> &macros);
-  void advance_shadows(const std::vector<int> &slots, const std::vector<rve::Drive> &drives);
+  void advance_shadows(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives);
 };
+using RvePoints = RvePointsOf<2>;
 
 }    // namespace macro
 

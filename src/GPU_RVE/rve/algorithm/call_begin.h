@@ -7,7 +7,6 @@
 #include "rve/algorithm/force_units.h"
 #include "rve/algorithm/list_renewal.h"
 #include "rve/algorithm/stored_grain.h"
-#include "rve/core/pi.h"
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -26,31 +25,33 @@ inline namespace RVE_ISA {
     /// The state of a call as it begins, but for the plan; header, drive, steering and batch are there. By one thread.
     static RVE_INLINE void prepare(PreparedCall<Scene> &call, char *image, int pair_capacity)
     {
-      const ImageHeader &header = call.header;
-      const DriveRecord &drive = call.drive;
+      const ImageHeader<Scene::D> &header = call.header;
+      const DriveRecord<Scene::D> &drive = call.drive;
       const BatchConstants &batch = call.batch;
       call.image = carve_image<Scene>(image, header.num_grains, header.extra_capacity);
       call.num_grains = header.num_grains;
       call.status = status::Ok;
       call.num_extra = header.num_extra;
       call.needed_pairs = call.num_rebuilds = call.num_reductions = 0;
-      call.cell = load_tensor(header.cell);
-      call.list_cell = load_tensor(header.list_cell);
-      call.deformation = load_tensor(header.deformation);
-      call.servo_gradient = load_tensor(header.servo_velocity_gradient);
-      CellIncrement increment;
-      increment.deformation = load_tensor(drive.deformation);
+      call.cell = load_tensor<Scene::D>(header.cell);
+      call.list_cell = load_tensor<Scene::D>(header.list_cell);
+      call.deformation = load_tensor<Scene::D>(header.deformation);
+      call.servo_gradient = load_tensor<Scene::D>(header.servo_velocity_gradient);
+      CellIncrement<Scene::D> increment;
+      increment.deformation = load_tensor<Scene::D>(drive.deformation);
       increment.segments = drive.segments;
       if (drive.segments > 1) {
-        increment.rotation = load_tensor(call.steering.rotation);
-        increment.stretch = load_tensor(call.steering.stretch);
+        increment.rotation = load_tensor<Scene::D>(call.steering.rotation);
+        increment.stretch = load_tensor<Scene::D>(call.steering.stretch);
       }
-      if (!call.has_servo()) call.path = CellPath(call.cell, increment, drive.substeps, drive.dt);
+      if (!call.has_servo())
+        call.path = CellPath<Scene::D>(call.cell, increment, drive.substeps, drive.dt);
       call.supplied = call.friction_loss = call.damping_loss = call.viscous_loss = 0.0;
       const int length_bits = CallUnits::length_bits(header.largest_radius);
       call.units.length = power_of_two(length_bits);
       call.units.per_length = power_of_two(-length_bits);
-      call.mass_factor = header.material.density * kPi * header.material.mass_depth;
+      call.mass_factor =
+          header.material.density * GrainShape<Scene::D>::volume * header.material.mass_depth;
       call.skin = batch.skin > 0.0 ? batch.skin : kDefaultSkinShare * header.mean_radius;
       call.expected_force = header.largest_contact_force;
       call.plan_first = 1;

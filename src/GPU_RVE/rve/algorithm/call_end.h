@@ -24,8 +24,8 @@ inline namespace RVE_ISA {
     static RVE_INLINE std::uint32_t judge(const CallState<Scene> &call)
     {
       std::uint32_t word = call.status;
-      if (call.survey.sum[kCrushedSum] > 0) word |= status::OverlapTooLarge;
-      if (call.survey.sum[kContactSum] == 0) word |= status::NoContacts;
+      if (call.survey.sum[StressSums<Scene::D>::crushed] > 0) word |= status::OverlapTooLarge;
+      if (call.survey.sum[StressSums<Scene::D>::contacts] == 0) word |= status::NoContacts;
       if (call.num_extra > call.header.extra_capacity) word |= status::ListFull;
       if (!(call.end_per_volume > 0.0)) word |= status::NonFinite;
       return word;
@@ -50,9 +50,7 @@ inline namespace RVE_ISA {
           }))
         word |= status::OverlapTooLarge;
       if (block.any(call.num_grains, [&](Item i) {
-            const Vec<Real, 2> velocity = shared.motion[i].velocity;
-            const Real spin = shared.spin[i];
-            return !(velocity[0] == velocity[0] && velocity[1] == velocity[1] && spin == spin);
+            return !moves_soundly<Scene::D>(shared.motion[i].velocity, shared.spin[i]);
           }))
         word |= status::NonFinite;
       return word;
@@ -60,25 +58,25 @@ inline namespace RVE_ISA {
 
     /// What is to be written in the end beside the grains of a sound call: the words of its progress, the components of the
     /// stress, and the rest of the answer.
-    static constexpr int kProgressWords = sizeof(ImageProgress) / sizeof(std::int64_t);
-    static constexpr int kConclusions = kProgressWords + 4 + 1;
+    static constexpr int kProgressWords = sizeof(ImageProgress<Scene::D>) / sizeof(std::int64_t);
+    static constexpr int kConclusions = kProgressWords + Scene::components + 1;
 
     /// One of these.
     static RVE_INLINE void conclude(const CallState<Scene> &call, std::uint32_t word, int part,
-                                    AnswerRecord &answer)
+                                    AnswerRecord<Scene::D> &answer)
     {
       if (part < kProgressWords) {
         constexpr int of_largest_force =
-            offsetof(ImageProgress, largest_contact_force) / sizeof(std::int64_t);
-        auto *to =
-            reinterpret_cast<std::int64_t *>(static_cast<ImageProgress *>(call.image.header));
+            offsetof(ImageProgress<Scene::D>, largest_contact_force) / sizeof(std::int64_t);
+        auto *to = reinterpret_cast<std::int64_t *>(
+            static_cast<ImageProgress<Scene::D> *>(call.image.header));
         // an evaluation sets the force scale only where there is none yet: it must not change what follows
         if (part != of_largest_force)
           to[part] = reinterpret_cast<const std::int64_t *>(&call.after)[part];
         else if (call.drive.substeps > 0 || call.header.largest_contact_force == 0.0)
           call.image.header->largest_contact_force =
               call.units.force * static_cast<double>(call.survey.largest);
-      } else if (part < kProgressWords + 4) {
+      } else if (part < kProgressWords + Scene::components) {
         const int k = part - kProgressWords;
         answer.stress[k] = stress_component(call, call.end_per_volume, k);
       } else {
@@ -86,20 +84,21 @@ inline namespace RVE_ISA {
         answer.needed_extra = call.num_extra;
         answer.needed_pairs = call.needed_pairs;
         answer.expected_force = call.expected_force;
-        answer.num_contacts = static_cast<std::int32_t>(call.survey.sum[kContactSum]);
+        answer.num_contacts =
+            static_cast<std::int32_t>(call.survey.sum[StressSums<Scene::D>::contacts]);
       }
     }
 
     /// The answer of a call that failed. By one thread.
     static RVE_COLD void answer_failure(const CallState<Scene> &call, std::uint32_t word,
-                                        AnswerRecord &answer)
+                                        AnswerRecord<Scene::D> &answer)
     {
       answer.status = word;
       answer.needed_extra = call.num_extra;
       answer.needed_pairs = call.needed_pairs;
       answer.expected_force = call.expected_force;
       answer.num_contacts = 0;
-      store_tensor(Tensor2::zero(), answer.stress);
+      store_tensor(Tensor<double, Scene::D>::zero(), answer.stress);
     }
   };
 

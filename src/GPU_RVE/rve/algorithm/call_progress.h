@@ -33,13 +33,14 @@ inline namespace RVE_ISA {
     /// What a sound call will have changed, as far as that is known: with a servo the present cell. By one thread.
     static RVE_INLINE void note_progress(PreparedCall<Scene> &call, double damped)
     {
-      const ImageHeader &before = call.header;
-      const DriveRecord &drive = call.drive;
-      ImageProgress &after = call.after;
+      const ImageHeader<Scene::D> &before = call.header;
+      const DriveRecord<Scene::D> &drive = call.drive;
+      ImageProgress<Scene::D> &after = call.after;
       const bool on_path = drive.substeps > 0 && !call.has_servo();
-      const Tensor2 cell = on_path ? call.path.end() : call.cell;
+      const Tensor<double, Scene::D> cell = on_path ? call.path.end() : call.cell;
       store_tensor(cell, after.cell);
-      store_tensor(on_path ? load_tensor(drive.deformation) * call.deformation : call.deformation,
+      store_tensor(on_path ? load_tensor<Scene::D>(drive.deformation) * call.deformation
+                           : call.deformation,
                    after.deformation);
       store_tensor(call.list_cell, after.list_cell);
       store_tensor(call.servo_gradient, after.servo_velocity_gradient);
@@ -56,10 +57,10 @@ inline namespace RVE_ISA {
       call.end_per_volume = per_volume(call, determinant(cell));
     }
 
-    /// 1 / (area times thickness) [1/length^3]
-    static RVE_INLINE double per_volume(const PreparedCall<Scene> &call, double area)
+    /// 1 / (det H times thickness) [1/length^3]
+    static RVE_INLINE double per_volume(const PreparedCall<Scene> &call, double volume)
     {
-      return 1.0 / (area * call.header.material.thickness);
+      return 1.0 / (volume * call.header.material.thickness);
     }
   };
 

@@ -11,6 +11,7 @@
 #include "rve/core/integer_sums.h"
 #include "rve/core/status.h"
 #include "rve/physics/cell_path.h"
+#include "rve/physics/grain_shape.h"
 
 #include <cstddef>
 
@@ -51,22 +52,23 @@ inline namespace RVE_ISA {
   };
 
   /// What a DEM step needs to know of the cell.
-  template <class Numbers> struct alignas(16) StepPlan {
-    Tensor<typename Numbers::Wide, 2> to_length;      ///< fraction units to internal lengths
-    Tensor<typename Numbers::Wide, 2> to_fraction;    ///< velocity to fraction units in a step
-    Tensor<typename Numbers::Real, 2> gradient;       ///< L [1/time]
-    Tensor<float, 2> list_to_length;                  ///< 32-bit fraction units to internal lengths
+  template <class Numbers, int D> struct alignas(16) StepPlan {
+    Tensor<typename Numbers::Wide, D> to_length;      ///< fraction units to internal lengths
+    Tensor<typename Numbers::Wide, D> to_fraction;    ///< velocity to fraction units in a step
+    Tensor<typename Numbers::Real, D> gradient;       ///< L [1/time]
+    Tensor<float, D> list_to_length;                  ///< 32-bit fraction units to internal lengths
     float allowed_squared;    ///< displacement since the list was built [internal length^2]
     std::int32_t special;     ///< the strain alone demands a new list, or the lattice a reduction
-    double area;              ///< det H [length^2]
+    double volume;            ///< det H [length^D]
   };
+  template <class Scene> using PlanOf = StepPlan<typename Scene::Numbers, Scene::D>;
 
   /// What a call begins with, and how far it has come, without what belongs to the block. A GPU prepares it for all RVEs of a call
   /// in a kernel of its own; the block that advances an RVE takes a copy, up to the entries of the plan that are not made.
   template <class Scene> struct PreparedCall {
-    ImageHeader header;    ///< a copy
-    DriveRecord drive;
-    SteeringRecord steering;
+    ImageHeader<Scene::D> header;    ///< a copy
+    DriveRecord<Scene::D> drive;
+    SteeringRecord<Scene::D> steering;
     BatchConstants batch;
     ImageView<Scene> image;
     std::int32_t num_grains;
@@ -74,17 +76,18 @@ inline namespace RVE_ISA {
     // how far it has come
     std::uint32_t status;
     std::int32_t num_extra, needed_pairs, num_rebuilds, num_reductions;
-    Tensor2 cell;    ///< H: with a servo of the present step, else at start and end of the call
-    Tensor2 list_cell, deformation, servo_gradient;
-    CellPath path;
+    Tensor<double, Scene::D>
+        cell;    ///< H: with a servo of the present step, else at start and end of the call
+    Tensor<double, Scene::D> list_cell, deformation, servo_gradient;
+    CellPath<Scene::D> path;
     double end_per_volume;    ///< 1 / (det H times thickness) at the end [1/length^3]
-    ImageProgress
+    ImageProgress<Scene::D>
         after;    ///< a sound call, but for its largest force; with a servo or a ledger from the last step on
     double supplied, friction_loss, damping_loss, viscous_loss;    ///< in this call [force length]
 
     // constants of the call
     CallUnits units;
-    double mass_factor;    ///< mass / radius^2 [mass/length^2]
+    double mass_factor;    ///< mass / radius^D [mass/length^D]
     double
         velocity_factor;    ///< dt/m of a unit radius, in internal units of force, length and velocity
     double skin, expected_force;
@@ -93,26 +96,27 @@ inline namespace RVE_ISA {
     typename Scene::Law::Constants law;
     typename Scene::Real alpha;
 
-    std::int32_t plan_first, plan_last;                    ///< steps that are planned
-    StepPlan<typename Scene::Numbers> plan[kPlanSteps];    ///< at the end
+    std::int32_t plan_first, plan_last;    ///< steps that are planned
+    PlanOf<Scene> plan[kPlanSteps];        ///< at the end
 
     /// Bytes up to the end of the plan of some steps.
     static RVE_INLINE constexpr std::size_t size_with(int planned)
     {
-      return sizeof(PreparedCall) -
-          (kPlanSteps - planned) * sizeof(StepPlan<typename Scene::Numbers>);
+      return sizeof(PreparedCall) - (kPlanSteps - planned) * sizeof(PlanOf<Scene>);
     }
-    /// Mass of a disk of this radius [mass].
-    RVE_INLINE double mass_of(double radius) const { return mass_factor * radius * radius; }
+    /// Mass of a grain of this radius [mass].
+    RVE_INLINE double mass_of(double radius) const
+    {
+      return times_power<Scene::D>(mass_factor, radius);
+    }
     RVE_INLINE bool fatal() const { return (status & status::Fatal) != 0; }
     RVE_INLINE bool has_servo() const
     {
-      return steering.controlled[0] || steering.controlled[1] || steering.controlled[3];
+      bool has = false;
+      for (int k = 0; k < Scene::components; ++k) has = has || steering.controlled[k];
+      return has;
     }
-    RVE_INLINE const StepPlan<typename Scene::Numbers> &planned(int step) const
-    {
-      return plan[step - plan_first];
-    }
+    RVE_INLINE const PlanOf<Scene> &planned(int step) const { return plan[step - plan_first]; }
     /// Whether list and force scale of the call before serve on.
     RVE_INLINE bool is_continued() const
     {
@@ -120,13 +124,16 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// Love sums xx, xy, yx, yy in internal units, the number of contacts, and of those whose overlap is beyond the limit.
-  constexpr int kStressSums = 6, kContactSum = 4, kCrushedSum = 5;
+  /// Love sums, row by row, in internal units, the number of contacts, and of those whose overlap is beyond the limit.
+  template <int D> struct StressSums {
+    static constexpr int contacts = Space<D>::components, crushed = contacts + 1,
+                         count = crushed + 1;
+  };
 
   template <class Scene> struct CallState : PreparedCall<Scene> {
     /// Of the last forces for which it was wanted: Love sums, and the largest force that counted in the call [internal force], infinite
     /// where a number is not finite.
-    Survey<kStressSums> survey;
+    Survey<StressSums<Scene::D>::count> survey;
     SharedView<Scene> shared;
     WorkspaceView<Scene> work;
     PairView<Scene> pairs;    ///< of this call: owned ones in `shared`, extra ones in `work`

@@ -22,15 +22,15 @@ inline namespace RVE_ISA {
   /// What a step needs to know of its RVE that is the same for all grains, in internal units.
   template <class Scene> struct StepConstants {
     typename Scene::Law law;
-    Tensor<typename Scene::Wide, 2> to_length;
-    Tensor<typename Scene::Real, 2> gradient;
+    Tensor<typename Scene::Wide, Scene::D> to_length;
+    Tensor<typename Scene::Real, Scene::D> gradient;
     typename Scene::Real dt;    ///< zero evaluates without advancing the history [time]
   };
 
   /// For packs of grains, too, from the constants of one.
   template <class Scene, class LawConstants, class Numbers>
   RVE_INLINE StepConstants<Scene> step_constants(const LawConstants &law,
-                                                 const StepPlan<Numbers> &plan)
+                                                 const StepPlan<Numbers, Scene::D> &plan)
   {
     StepConstants<Scene> step;
     step.law.take(law);
@@ -42,9 +42,8 @@ inline namespace RVE_ISA {
 
   /// Where the two grains of a pair are to each other; they touch when the overlap is positive.
   template <class Scene>
-  RVE_INLINE ContactGeometry<typename Scene::Real, 2>
-  pair_geometry(const StepConstants<Scene> &step, const GrainView<typename Scene::Numbers> &i,
-                const GrainView<typename Scene::Numbers> &j)
+  RVE_INLINE ContactGeometry<typename Scene::Real, Scene::D>
+  pair_geometry(const StepConstants<Scene> &step, const ViewOf<Scene> &i, const ViewOf<Scene> &j)
   {
     const auto branch = step.to_length *
         fractional_difference<typename Scene::Numbers>(j.motion.position, i.motion.position);
@@ -53,25 +52,26 @@ inline namespace RVE_ISA {
 
   template <class Scene>
   RVE_INLINE auto pair_force(const StepConstants<Scene> &step,
-                             const ContactGeometry<typename Scene::Real, 2> &contact,
-                             const GrainView<typename Scene::Numbers> &i,
-                             const GrainView<typename Scene::Numbers> &j,
+                             const ContactGeometry<typename Scene::Real, Scene::D> &contact,
+                             const ViewOf<Scene> &i, const ViewOf<Scene> &j,
                              typename Scene::History history)
   {
     using Real = typename Scene::Real;
-    const DiskMotion<Real> motion_i{i.motion.velocity, i.spin, static_cast<Real>(i.radius)};
-    const DiskMotion<Real> motion_j{j.motion.velocity, j.spin, static_cast<Real>(j.radius)};
+    const GrainMotion<Real, Scene::D> motion_i{i.motion.velocity, i.spin,
+                                               static_cast<Real>(i.radius)};
+    const GrainMotion<Real, Scene::D> motion_j{j.motion.velocity, j.spin,
+                                               static_cast<Real>(j.radius)};
     return step.law.evaluate(contact, motion_i, motion_j, step.gradient, history, step.dt);
   }
 
   /// Adds the Love terms of one contact, each rounded as its force was: a branch is no longer than one internal length.
-  template <class Numbers>
-  RVE_INLINE void add_love_term(const Vec<typename Numbers::Real, 2> &force,
-                                const Vec<typename Numbers::Real, 2> &branch,
-                                Vec<typename Numbers::Sum, 4> &sum)
+  template <class Numbers, int D>
+  RVE_INLINE void add_love_term(const Vec<typename Numbers::Real, D> &force,
+                                const Vec<typename Numbers::Real, D> &branch,
+                                Vec<typename Numbers::Sum, Space<D>::components> &sum)
   {
     const auto stress = love_term(force, branch);
-    for (int k = 0; k < 4; ++k) {
+    for (int k = 0; k < Space<D>::components; ++k) {
       typename Numbers::Sum units;
       round_to(stress.component[k], units);
       sum[k] = wrapping_sum(sum[k], units);
@@ -81,42 +81,46 @@ inline namespace RVE_ISA {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
   /// What a survey shall say of a grain: its largest force, if it is sound.
-  template <class Numbers>
-  RVE_INLINE float soundness(const GrainView<Numbers> &grain, typename Numbers::Real largest_force)
+  template <class Numbers, int D>
+  RVE_INLINE float soundness(const GrainView<Numbers, D> &grain,
+                             typename Numbers::Real largest_force)
   {
-    const auto &velocity = grain.motion.velocity;
     const float force = static_cast<float>(largest_force);
-    const bool sound = velocity[0] == velocity[0] && velocity[1] == velocity[1] &&
-        grain.spin == grain.spin && force == force;
-    return sound ? force : kInfinity;
+    return moves_soundly<D>(grain.motion.velocity, grain.spin) && force == force ? force
+                                                                                 : kInfinity;
   }
 
   /// What gathers while a grain's pairs are computed.
-  template <class Numbers> struct GrainSum {
-    Vec<typename Numbers::Sum, 3> own;       ///< force and torque on the owner
-    typename Numbers::Real largest_force;    ///< that counts for the unit of forces
-    Vec<typename Numbers::Sum, 4> stress;    ///< Love terms, with the stress
-    std::int32_t contacts, crushed;          ///< with the stress
-    Dissipation heat;                        ///< with the stress, in programs that keep books
+  template <class Numbers, int D> struct GrainSum {
+    Vec<typename Numbers::Sum, Space<D>::freedoms> own;    ///< force and torque on the owner
+    typename Numbers::Real largest_force;                  ///< that counts for the unit of forces
+    Vec<typename Numbers::Sum, Space<D>::components> stress;    ///< Love terms, with the stress
+    std::int32_t contacts, crushed;                             ///< with the stress
+    Dissipation heat;    ///< with the stress, in programs that keep books
   };
 
   /// Nothing yet, after contact forces up to a largest one.
-  template <class Numbers>
-  RVE_INLINE GrainSum<Numbers> begin_sum(typename Numbers::Real largest_force)
+  template <class Scene>
+  RVE_INLINE GrainSum<typename Scene::Numbers, Scene::D>
+  begin_sum(typename Scene::Real largest_force)
   {
-    using Sum = typename Numbers::Sum;
-    return {Vec<Sum, 3>::zero(), largest_force, Vec<Sum, 4>::zero(), 0, 0, {0.0, 0.0}};
+    using Sum = typename Scene::Sum;
+    return {Vec<Sum, Scene::freedoms>::zero(),
+            largest_force,
+            Vec<Sum, Scene::components>::zero(),
+            0,
+            0,
+            {0.0, 0.0}};
   }
 
   /// Computes a pair, or a pack of pairs: advances its history, adds its force to `sum` of grain i, and hands what grain j gets to
   /// add_to_j(force and torque).
   template <bool WithStress, class Scene, class Call, class History, class AddToOther>
   RVE_INLINE void add_pair(const Call &call, const StepConstants<Scene> &step,
-                           const GrainView<typename Scene::Numbers> &grain_i,
-                           const GrainView<typename Scene::Numbers> &grain_j,
-                           const ContactGeometry<typename Scene::Real, 2> &contact,
+                           const ViewOf<Scene> &grain_i, const ViewOf<Scene> &grain_j,
+                           const ContactGeometry<typename Scene::Real, Scene::D> &contact,
                            typename Scene::Real overlap_limit, History &&history,
-                           GrainSum<typename Scene::Numbers> &sum, AddToOther add_to_j)
+                           GrainSum<typename Scene::Numbers, Scene::D> &sum, AddToOther add_to_j)
   {
     using Real = typename Scene::Real;
     using Sum = typename Scene::Sum;
@@ -140,21 +144,23 @@ inline namespace RVE_ISA {
         sum.largest_force =
             select(touching, Scene::Law::largest(force, sum.largest_force), sum.largest_force);
     }
-    Vec<Sum, 3> on_j;
-    Sum torque_i(0);
-    round_to(where(touching, -force.force[0]), on_j[0]);
-    round_to(where(touching, -force.force[1]), on_j[1]);
-    on_j[2] = Sum(0);
-    if constexpr (Scene::has_friction) {
-      round_to(where(touching, force.torque_j), on_j[2]);
-      round_to(where(touching, force.torque_i), torque_i);
+    constexpr int D = Scene::D;
+    Vec<Sum, Scene::freedoms> on_j;
+    Vec<Sum, Scene::spins> torque_i;
+    for (int a = 0; a < D; ++a) round_to(where(touching, -force.force[a]), on_j[a]);
+    for (int k = 0; k < Scene::spins; ++k) {
+      on_j[D + k] = torque_i[k] = Sum(0);
+      if constexpr (Scene::has_friction) {
+        round_to(where(touching, spin_component(force.torque_j, k)), on_j[D + k]);
+        round_to(where(touching, spin_component(force.torque_i, k)), torque_i[k]);
+      }
     }
-    sum.own[0] = wrapping_difference(sum.own[0], on_j[0]);
-    sum.own[1] = wrapping_difference(sum.own[1], on_j[1]);
-    sum.own[2] = wrapping_sum(sum.own[2], torque_i);
+    for (int a = 0; a < D; ++a) sum.own[a] = wrapping_difference(sum.own[a], on_j[a]);
+    for (int k = 0; k < Scene::spins; ++k)
+      sum.own[D + k] = wrapping_sum(sum.own[D + k], torque_i[k]);
     add_to_j(on_j);
     if constexpr (WithStress) {
-      add_love_term<typename Scene::Numbers>(force.force, contact.branch, sum.stress);
+      add_love_term<typename Scene::Numbers, D>(force.force, contact.branch, sum.stress);
       const Real ri = static_cast<Real>(grain_i.radius), rj = static_cast<Real>(grain_j.radius);
       const bool crushed = !(contact.overlap <= overlap_limit * (ri < rj ? ri : rj));
       ++sum.contacts;
@@ -166,8 +172,8 @@ inline namespace RVE_ISA {
   /// All owned and extra pairs of the RVE. WithStress: fills call.survey, and `grains` have loaded themselves but not their pairs.
   template <bool WithStress, class Block, class Scene, class Grains>
   RVE_INLINE void contact_forces(Block &block, Grains &grains, const SharedView<Scene> &shared,
-                                 CallState<Scene> &call, int num_grains,
-                                 const StepPlan<typename Scene::Numbers> &plan, Dissipation &heat)
+                                 CallState<Scene> &call, int num_grains, const PlanOf<Scene> &plan,
+                                 Dissipation &heat)
   {
     using Item = typename Block::Item;
     using Numbers = typename Scene::Numbers;
@@ -200,13 +206,13 @@ inline namespace RVE_ISA {
           });
     };
     // extra pairs ride along with the grains of the same numbers: no phase of their own
-    const auto add_extra = [&](int i, GrainSum<Numbers> &sum) RVE_INLINE_LAMBDA {
+    const auto add_extra = [&](int i, GrainSum<Numbers, Scene::D> &sum) RVE_INLINE_LAMBDA {
       for (int m = i; m < num_extra; m += num_grains) {
         const PairView<Scene> &pairs = call.pairs;
         const int first = pairs.extra_first[m], second = pairs.extra_second[m];
         const auto one = view_grain(shared, first), other = view_grain(shared, second);
         const auto step = step_constants<Scene>(call.law, plan);
-        sum.own = Vec<typename Scene::Sum, 3>::zero();
+        sum.own = Vec<typename Scene::Sum, Scene::freedoms>::zero();
         add_pair<WithStress>(call, step, one, other, pair_geometry(step, one, other), overlap_limit,
                              pairs.extra_history[m], sum, [&](const auto &force) RVE_INLINE_LAMBDA {
                                add_force(block, shared, second, force);
@@ -216,18 +222,18 @@ inline namespace RVE_ISA {
     };
 
     if constexpr (WithStress) {
-      block.template survey_items<kStressSums, typename Scene::Sum>(
+      block.template survey_items<StressSums<Scene::D>::count, typename Scene::Sum>(
           num_grains,
           [&](Item i, typename Scene::Sum *term, float &largest) RVE_INLINE_LAMBDA {
-            auto sum = begin_sum<Numbers>(grains.largest_force[i]);
+            auto sum = begin_sum<Scene>(grains.largest_force[i]);
             add_owned(i, sum);
             grains.own.keep(i, sum.own);
             add_extra(i, sum);
             grains.largest_force.keep(i, sum.largest_force);
-            for (int k = 0; k < 4; ++k) term[k] = sum.stress[k];
-            term[kContactSum] = sum.contacts;
-            term[kCrushedSum] = sum.crushed;
-            const float mine = soundness<Numbers>(grains.view(i), sum.largest_force);
+            for (int k = 0; k < Scene::components; ++k) term[k] = sum.stress[k];
+            term[StressSums<Scene::D>::contacts] = sum.contacts;
+            term[StressSums<Scene::D>::crushed] = sum.crushed;
+            const float mine = soundness(grains.view(i), sum.largest_force);
             largest = mine > largest ? mine : largest;
             if constexpr (Scene::books) {
               const int number = call.image.number[i];
@@ -240,12 +246,12 @@ inline namespace RVE_ISA {
       block.for_items(num_grains, [&](const auto item) RVE_INLINE_LAMBDA {
         grains.for_parts(item, [&](const auto i) RVE_INLINE_LAMBDA {
           using Here = typename Grains::template SceneOf<std::decay_t<decltype(i)>>;
-          auto sum = begin_sum<typename Here::Numbers>(grains.largest_of(i));
+          auto sum = begin_sum<Here>(grains.largest_of(i));
           add_owned(i, sum);
           grains.keep_forces(i, sum.own, sum.largest_force);
         });
         grains.for_each_grain(item, num_extra, [&](int i) RVE_INLINE_LAMBDA {
-          auto sum = begin_sum<Numbers>(grains.largest_force[i]);
+          auto sum = begin_sum<Scene>(grains.largest_force[i]);
           add_extra(i, sum);
           grains.largest_force.keep(i, sum.largest_force);
         });

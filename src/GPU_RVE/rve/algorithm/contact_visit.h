@@ -8,9 +8,9 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  template <class Contact, class Numbers>
-  RVE_INLINE ContactPlace place_of(const Contact &contact, const GrainView<Numbers> &i,
-                                   const GrainView<Numbers> &j)
+  template <class Contact, class Numbers, int D>
+  RVE_INLINE ContactPlace place_of(const Contact &contact, const GrainView<Numbers, D> &i,
+                                   const GrainView<Numbers, D> &j)
   {
     return {static_cast<double>(contact.overlap), static_cast<double>(i.radius),
             static_cast<double>(j.radius)};
@@ -25,15 +25,13 @@ inline namespace RVE_ISA {
     const SharedView<Scene> &shared = call.shared;
     const int n = call.num_grains;
     const auto look = [&](int first, int second, typename Scene::History history) {
-      const GrainView<typename Scene::Numbers> one{shared.motion[first], shared.spin[first],
-                                                   shared.radius[first]};
-      const GrainView<typename Scene::Numbers> other{shared.motion[second], shared.spin[second],
-                                                     shared.radius[second]};
+      const ViewOf<Scene> one{shared.motion[first], shared.spin[first], shared.radius[first]};
+      const ViewOf<Scene> other{shared.motion[second], shared.spin[second], shared.radius[second]};
       const auto contact = pair_geometry(step, one, other);
       if (contact.overlap > typename Scene::Real(0))
         visit(first, second, one, other, contact, history);
     };
-    for (int k = 0; k < kOwnedPairs; ++k) {
+    for (int k = 0; k < Scene::owned_pairs; ++k) {
       const int j = call.pairs.partner[k * n + i];
       if (j != i) look(i, j, call.pairs.history[k * n + i]);
     }

@@ -33,7 +33,7 @@ inline namespace RVE_ISA {
     /// Force unit and contact law in internal units. By one thread.
     static RVE_INLINE void choose_units(PreparedCall<Scene> &call)
     {
-      const ImageHeader &header = call.header;
+      const ImageHeader<Scene::D> &header = call.header;
       // A last call may have ended in the first touch of a collision: a unit from that would not reach the collision within
       // the repeats of a call.
       const double radius = header.mean_radius;
@@ -54,24 +54,24 @@ inline namespace RVE_ISA {
       call.sound_force = static_cast<float>((1.0 - 1e-6) * least_trouble);
       const double per_length = call.units.per_length;
       call.velocity_factor = call.drive.dt * (call.units.force * per_length) *
-          (per_length * per_length) / call.mass_factor;
+          times_power<Scene::D>(1.0, per_length) / call.mass_factor;
     }
 
     /// Largest contact force to expect where no call has left one: from the overlaps found, or a guess for a gas.
     static RVE_COLD void estimate_force(Block block, CallState<Scene> &call, PairView<Scene> pairs)
     {
-      const ImageHeader &header = call.header;
-      const Motion<typename Scene::Numbers> *motion = call.shared.motion;
+      const ImageHeader<Scene::D> &header = call.header;
+      const MotionOf<Scene> *motion = call.shared.motion;
       const int n = call.num_grains;
       const double length = call.units.length;
       const auto to_length =
           fraction_to_length<typename Scene::Numbers>(call.units.per_length * call.cell);
       block.for_each(n, [&](Item i) {
         double most = 0.0;
-        for (int k = 0; k < kOwnedPairs; ++k) {
+        for (int k = 0; k < Scene::owned_pairs; ++k) {
           const int j = pairs.partner[k * n + i];
           if (j == i) continue;
-          const Vec<Wide, 2> branch = to_length *
+          const Vec<Wide, Scene::D> branch = to_length *
               fractional_difference<typename Scene::Numbers>(motion[j].position,
                                                              motion[i].position);
           const double overlap =

@@ -11,15 +11,15 @@ namespace rve {
 inline namespace RVE_ISA {
 
   /// A grain as its contacts see it, in internal units.
-  template <class Numbers> struct GrainView {
-    Motion<Numbers> motion;
-    typename Numbers::Real spin;
+  template <class Numbers, int D> struct GrainView {
+    Motion<Numbers, D> motion;
+    Spin<typename Numbers::Real, D> spin;
     typename Numbers::Wide radius;
   };
+  template <class Scene> using ViewOf = GrainView<typename Scene::Numbers, Scene::D>;
 
   /// Grain i, from where every grain can be seen.
-  template <class Scene>
-  RVE_INLINE GrainView<typename Scene::Numbers> view_grain(const SharedView<Scene> &shared, int i)
+  template <class Scene> RVE_INLINE ViewOf<Scene> view_grain(const SharedView<Scene> &shared, int i)
   {
     return {shared.motion[i], shared.spin[i], shared.radius[i]};
   }
@@ -27,49 +27,50 @@ inline namespace RVE_ISA {
   /// Adds force and torque to what grain i gets from pairs of others.
   template <class Block, class Scene>
   RVE_INLINE void add_force(Block &block, const SharedView<Scene> &shared, int i,
-                            const Vec<typename Scene::Sum, 3> &force)
+                            const Vec<typename Scene::Sum, Scene::freedoms> &force)
   {
-    block.accumulate(&shared.force_x[i], force[0]);
-    block.accumulate(&shared.force_y[i], force[1]);
-    if constexpr (Scene::has_friction) block.accumulate(&shared.torque[i], force[2]);
+    constexpr int count = Scene::has_friction ? Scene::freedoms : Scene::D;
+    for (int k = 0; k < count; ++k) block.accumulate(&shared.force[k][i], force[k]);
   }
 
   /// Force and torque on grain i: from the pairs that it owns, and those of others, of which zero is left.
   template <class Block, class Scene>
-  RVE_INLINE Vec<typename Scene::Sum, 3>
+  RVE_INLINE Vec<typename Scene::Sum, Scene::freedoms>
   collect_force(Block &block, const SharedView<Scene> &shared,
-                const Vec<typename Scene::Sum, 3> &own, int i)
+                const Vec<typename Scene::Sum, Scene::freedoms> &own, int i)
   {
     using Sum = typename Scene::Sum;
-    return Vec<Sum, 3>{
-        {wrapping_sum(own[0], block.collect(&shared.force_x[i])),
-         wrapping_sum(own[1], block.collect(&shared.force_y[i])),
-         Scene::has_friction ? wrapping_sum(own[2], block.collect(&shared.torque[i])) : Sum(0)}};
+    Vec<Sum, Scene::freedoms> sum;
+    for (int k = 0; k < Scene::freedoms; ++k)
+      sum[k] = k < Scene::D || Scene::has_friction
+          ? wrapping_sum(own[k], block.collect(&shared.force[k][i]))
+          : Sum(0);
+    return sum;
   }
 
   /// The grains of a block, of which a thread of a GPU keeps its own in registers from step to step.
   template <class Block, class Scene> struct GrainItems {
     template <class T> using Resident = typename Block::template Resident<T>;
     using Numbers = typename Scene::Numbers;
-    using Sums = Vec<typename Scene::Sum, 3>;
+    using Sums = Vec<typename Scene::Sum, Scene::freedoms>;
     /// The scene in the numbers of an item of a phase: here an item is one grain.
     template <class Item> using SceneOf = Scene;
 
-    Resident<Motion<typename Scene::Numbers>> motion;    ///< published
-    Resident<typename Scene::Real> spin;                 ///< published
+    Resident<MotionOf<Scene>> motion;                       ///< published
+    Resident<Spin<typename Scene::Real, Scene::D>> spin;    ///< published
     Resident<typename Scene::Wide> radius;
     Resident<Sums> own;
     Resident<typename Scene::Real> largest_force;
-    Resident<std::int32_t> partner[kOwnedPairs];
-    Resident<typename Scene::Wide> partner_radius[kOwnedPairs];
-    Resident<typename Scene::History> history[kOwnedPairs];
+    Resident<std::int32_t> partner[Scene::owned_pairs];
+    Resident<typename Scene::Wide> partner_radius[Scene::owned_pairs];
+    Resident<typename Scene::History> history[Scene::owned_pairs];
 
     RVE_INLINE GrainItems(Block &block, const SharedView<Scene> &shared, int n) :
         motion(block.resident(shared.motion)), spin(block.resident(shared.spin)),
         radius(block.resident(shared.radius)), own(block.resident(shared.own)),
         largest_force(block.resident(shared.largest_force))
     {
-      for (int k = 0; k < kOwnedPairs; ++k) {
+      for (int k = 0; k < Scene::owned_pairs; ++k) {
         partner[k] = block.resident(shared.partner + k * n);
         partner_radius[k] = block.resident(shared.partner_radius + k * n);
         history[k] = block.resident(shared.history + k * n);
@@ -89,7 +90,7 @@ inline namespace RVE_ISA {
     RVE_INLINE void load(const SharedView<Scene> &shared, int i)
     {
       load_itself(i);
-      for (int k = 0; k < kOwnedPairs; ++k) load_pair(shared, k, i);
+      for (int k = 0; k < Scene::owned_pairs; ++k) load_pair(shared, k, i);
     }
 
     RVE_INLINE void load_itself(int i)
@@ -118,21 +119,21 @@ inline namespace RVE_ISA {
     {
       largest_force.save(i);
       if (Scene::has_friction)
-        for (int k = 0; k < kOwnedPairs; ++k) history[k].save(i);
+        for (int k = 0; k < Scene::owned_pairs; ++k) history[k].save(i);
     }
 
     // ---- what the phases of a step ask for --------------------------------------------------------------------------------------
 
-    RVE_INLINE GrainView<Numbers> view(int i) { return {motion[i], spin[i], radius[i]}; }
+    RVE_INLINE ViewOf<Scene> view(int i) { return {motion[i], spin[i], radius[i]}; }
 
     /// The partner in slot k.
-    RVE_INLINE GrainView<Numbers> view_partner(const SharedView<Scene> &shared, int k, int i)
+    RVE_INLINE ViewOf<Scene> view_partner(const SharedView<Scene> &shared, int k, int i)
     {
       const int j = partner[k][i];
       return {shared.motion[j], shared.spin[j], partner_radius[k][i]};
     }
 
-    RVE_INLINE GrainResponse<Numbers> response(const SharedView<Scene> &shared, int i)
+    RVE_INLINE GrainResponseOf<Scene> response(const SharedView<Scene> &shared, int i)
     {
       return shared.response[i];
     }
@@ -148,7 +149,7 @@ inline namespace RVE_ISA {
     template <class Step, class View, class Look, class Act>
     RVE_INLINE void for_slots(int, Step step, View view, Look look, Act act)
     {
-      for (int k = 0; k < kOwnedPairs; ++k) {
+      for (int k = 0; k < Scene::owned_pairs; ++k) {
         const auto other = view(k);
         const auto here = step();
         act(k, here, other, look(here, other));
@@ -183,10 +184,10 @@ inline namespace RVE_ISA {
       return collect_force(block, shared, own[i], i);
     }
 
-    RVE_INLINE void publish_motion(int i, const Motion<Numbers> &x) { motion.publish(i, x); }
+    RVE_INLINE void publish_motion(int i, const MotionOf<Scene> &x) { motion.publish(i, x); }
 
     /// Without friction no other grain asks for it.
-    RVE_INLINE void publish_spin(int i, typename Scene::Real x)
+    RVE_INLINE void publish_spin(int i, const Spin<typename Scene::Real, Scene::D> &x)
     {
       if constexpr (Scene::has_friction)
         spin.publish(i, x);

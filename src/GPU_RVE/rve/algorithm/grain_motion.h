@@ -10,11 +10,11 @@ namespace rve {
 inline namespace RVE_ISA {
 
   /// What a move needs to know that is the same for all grains of an RVE, in internal units.
-  template <class Numbers> struct MoveConstants {
+  template <class Numbers, int D> struct MoveConstants {
     using Leading = typename Numbers::Leading;
 
-    Tensor<typename Numbers::Wide, 2> to_fraction;       ///< velocity to fraction units in a step
-    Tensor<typename Leading::Real, 2> list_to_length;    ///< 32-bit fraction units to lengths
+    Tensor<typename Numbers::Wide, D> to_fraction;       ///< velocity to fraction units in a step
+    Tensor<typename Leading::Real, D> list_to_length;    ///< 32-bit fraction units to lengths
     typename Leading::Real allowed_squared;    ///< displacement since the list was built [length^2]
     typename Numbers::Real alpha;              ///< of local damping [-]
 
@@ -29,52 +29,56 @@ inline namespace RVE_ISA {
   };
 
   /// What a step would add to the velocity and the spin of a grain without damping: dt F/m and dt M/I.
-  template <class Numbers> struct Kick {
-    Vec<typename Numbers::Real, 2> velocity;
-    typename Numbers::Real spin;
+  template <class Numbers, int D> struct Kick {
+    Vec<typename Numbers::Real, D> velocity;
+    Spin<typename Numbers::Real, D> spin;
   };
 
   /// Leapfrog update of the velocity and the spin from the force and the torque on a grain. Turns: torques there are.
-  template <bool Turns, class Numbers>
-  RVE_INLINE Kick<Numbers>
-  kick_grain(GrainView<Numbers> &grain, const Vec<typename Numbers::Sum, 3> &force,
-             const GrainResponse<Numbers> &response, typename Numbers::Real alpha)
+  template <bool Turns, class Numbers, int D>
+  RVE_INLINE Kick<Numbers, D>
+  kick_grain(GrainView<Numbers, D> &grain,
+             const Vec<typename Numbers::Sum, Space<D>::freedoms> &force,
+             const GrainResponse<Numbers, D> &response, typename Numbers::Real alpha)
   {
     using Real = typename Numbers::Real;
-    Kick<Numbers> increment;
-    for (int a = 0; a < 2; ++a) {
+    Kick<Numbers, D> increment;
+    for (int a = 0; a < D; ++a) {
       increment.velocity[a] = static_cast<Real>(force[a]) * response.velocity_unit;
       grain.motion.velocity[a] = kick(grain.motion.velocity[a], increment.velocity[a], alpha);
     }
-    if constexpr (Turns) {
-      increment.spin = static_cast<Real>(force[2]) * response.spin_unit;
-      grain.spin = kick(grain.spin, increment.spin, alpha);
-    } else {
-      increment.spin = Real(0);
-      grain.spin = grain.spin + Real(0);    // as by a torque of zero: -0 turns into 0
+    for (int k = 0; k < Space<D>::spins; ++k) {
+      Real &spin = spin_component(grain.spin, k), &added = spin_component(increment.spin, k);
+      if constexpr (Turns) {
+        added = static_cast<Real>(force[D + k]) * response.spin_unit;
+        spin = kick(spin, added, alpha);
+      } else {
+        added = Real(0);
+        spin = spin + Real(0);    // as by a torque of zero: -0 turns into 0
+      }
     }
     return increment;
   }
 
   /// The position after a step in the present cell.
-  template <class Numbers>
-  RVE_INLINE void drift_grain(const MoveConstants<Numbers> &step, Motion<Numbers> &motion)
+  template <class Numbers, int D>
+  RVE_INLINE void drift_grain(const MoveConstants<Numbers, D> &step, Motion<Numbers, D> &motion)
   {
-    const Vec<typename Numbers::Wide, 2> displacement =
+    const Vec<typename Numbers::Wide, D> displacement =
         step.to_fraction * motion.velocity.template as<typename Numbers::Wide>();
-    for (int a = 0; a < 2; ++a) drift<Numbers>(motion.position[a], displacement[a]);
+    for (int a = 0; a < D; ++a) drift<Numbers>(motion.position[a], displacement[a]);
   }
 
   /// Whether a grain has left the safety of the list, by its displacement since that was built, without that of the mean field.
-  template <class Numbers>
+  template <class Numbers, int D>
   RVE_INLINE Truth<typename Numbers::Leading::Real>
-  has_left_list(const MoveConstants<Numbers> &step, const Motion<Numbers> &motion,
-                const GrainResponse<Numbers> &response)
+  has_left_list(const MoveConstants<Numbers, D> &step, const Motion<Numbers, D> &motion,
+                const GrainResponse<Numbers, D> &response)
   {
     using Leading = typename Numbers::Leading;
-    const Vec<typename Leading::Coordinate, 2> now{
-        {leading_bits(motion.position[0]), leading_bits(motion.position[1])}};
-    const Vec<typename Leading::Real, 2> moved =
+    Vec<typename Leading::Coordinate, D> now;
+    for (int a = 0; a < D; ++a) now[a] = leading_bits(motion.position[a]);
+    const Vec<typename Leading::Real, D> moved =
         step.list_to_length * fractional_difference<Leading>(now, response.list_position);
     return dot(moved, moved) > step.allowed_squared;
   }

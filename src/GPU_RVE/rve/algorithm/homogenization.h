@@ -7,6 +7,8 @@
 #include "rve/algorithm/contact_visit.h"
 #include "rve/algorithm/stability_bound.h"
 
+#include <utility>
+
 namespace rve {
 inline namespace RVE_ISA {
 
@@ -18,12 +20,13 @@ inline namespace RVE_ISA {
   /// forces, and neither do the bits of the result depend on the force unit: they are the configuration's, whichever call asks for them.
   template <class Block, class Scene>
   RVE_COLD void sum_stiffness(Block block, const CallState<Scene> &call, int step_number,
-                              DetailRecord &detail)
+                              DetailRecord<Scene::D> &detail)
   {
+    static_assert(Scene::D == 2, "in space 54 sums are too many for one collective");
     using Item = typename Block::Item;
-    const StepPlan<typename Scene::Numbers> &plan = call.planned(step_number);
+    const PlanOf<Scene> &plan = call.planned(step_number);
     const StepConstants<Scene> step = step_constants<Scene>(call.law, plan);
-    const ImageHeader &header = call.header;
+    const ImageHeader<Scene::D> &header = call.header;
     const double largest = header.largest_radius * call.units.per_length;
     const ContactModuli most = step.law.stiffness({2.0 * largest, largest, largest});
     const int bits = floor_log2(larger(most.normal, most.tangential)) + 1;    // of K, with L = 1
@@ -33,8 +36,8 @@ inline namespace RVE_ISA {
       return cut > -largest_force ? cut : -largest_force;
     };
 
-    const auto sums =
-        block.template sum_items<kStiffness>(call.num_grains, [&](Item i, std::int64_t *sum) {
+    const auto sums = block.template sum_items<kStiffness<Scene::D>>(
+        call.num_grains, [&](Item i, std::int64_t *sum) {
           visit_contacts(
               call, step, i,
               [&](int, int, const auto &one, const auto &other, const auto &contact,
@@ -70,11 +73,24 @@ inline namespace RVE_ISA {
               });
         });
     block.once([&] {
-      const double to_stress =
-          call.units.force * call.units.length / per_unit / (plan.area * header.material.thickness);
-      for (int m = 0; m < kStiffness; ++m)
+      const double to_stress = call.units.force * call.units.length / per_unit /
+          (plan.volume * header.material.thickness);
+      for (int m = 0; m < kStiffness<Scene::D>; ++m)
         detail.stiffness[m] = to_stress * static_cast<double>(sums[m]);
     });
+  }
+
+  template <int D, class F, std::size_t... C>
+  RVE_INLINE void for_strains_among(F f, std::index_sequence<C...>)
+  {
+    // before the diagonal of row a there are a (a + 1)/2 components that are none
+    ((C / D <= C % D ? f(C - C / D * (C / D + 1) / 2, C / D, C % D) : void()), ...);
+  }
+
+  /// f(m, a, b) for the components of a symmetric tensor: xx, xy, yy in the plane. No loop: what is indexed shall be in registers.
+  template <int D, class F> RVE_INLINE void for_strains(F f)
+  {
+    for_strains_among<D>(f, std::make_index_sequence<Space<D>::components>());
   }
 
   /// Fills `detail` but for its progress. Sums over contacts are integers, so they do not depend on who owns a pair.
@@ -82,7 +98,7 @@ inline namespace RVE_ISA {
   /// work.scratch[3 N + i] holds the size of the force on grain i [internal force].
   template <class Block, class Scene>
   RVE_COLD void homogenize(Block block, const CallState<Scene> &call, int step_number,
-                           DetailRecord &detail)
+                           DetailRecord<Scene::D> &detail)
   {
     if constexpr (Scene::books) {
       if (call.batch.extra_detail == kTimeStepDetail) {
@@ -91,7 +107,16 @@ inline namespace RVE_ISA {
       }
     }
     using Item = typename Block::Item;
-    enum Sums { Fxx, Fxy, Fyy, Contacts, Sliding, Pairs, Force, Overlap, Elastic, kNumSums };
+    enum Sums {
+      Fabric,
+      Contacts = Fabric + Scene::strains,
+      Sliding,
+      Pairs,
+      Force,
+      Overlap,
+      Elastic,
+      kNumSums
+    };
     const double unit = power_of_two(40);    // of fabric and overlap terms, which are at most 1
     const SharedView<Scene> shared = call.shared;
     const WorkspaceView<Scene> &work = call.work;
@@ -108,7 +133,7 @@ inline namespace RVE_ISA {
     const auto sums =
         block.template sum_items<kNumSums>(num_grains, [&](Item i, std::int64_t *sum) {
           double most[2] = {0.0, 0.0};    // force, overlap / sum of radii
-          for (int k = 0; k < kOwnedPairs; ++k)
+          for (int k = 0; k < Scene::owned_pairs; ++k)
             sum[Pairs] += call.pairs.partner[k * num_grains + i] != i ? 1 : 0;
           for (int m = i; m < call.num_extra; m += num_grains) ++sum[Pairs];
           visit_contacts(call, step, i,
@@ -125,9 +150,9 @@ inline namespace RVE_ISA {
                              round_to(x, units_of_x);
                              sum[m] = wrapping_sum(sum[m], units_of_x);
                            };
-                           term(Fxx, unit * normal[0] * normal[0]);
-                           term(Fxy, unit * normal[0] * normal[1]);
-                           term(Fyy, unit * normal[1] * normal[1]);
+                           for_strains<Scene::D>([&](int m, int a, int b) {
+                             term(Fabric + m, unit * normal[a] * normal[b]);
+                           });
                            sum[Contacts] += 1;
                            sum[Sliding] += law.sliding ? 1 : 0;
                            const double size = std::sqrt(dot(force, force));
@@ -153,22 +178,28 @@ inline namespace RVE_ISA {
       sum[2] += work.contact_count[i] == 1 ? 1 : 0;
     });
     block.for_each(num_grains, [&](Item i) {
-      const double r = static_cast<double>(shared.radius[i]) * units.length,
-                   w = static_cast<double>(shared.spin[i]);
+      const double r = static_cast<double>(shared.radius[i]) * units.length;
+      const auto spin = [&](int k) {
+        return static_cast<double>(spin_component(shared.spin[i], k));
+      };
+      double ww = spin(0) * spin(0);
+      for (int k = 1; k < Scene::spins; ++k) ww += spin(k) * spin(k);
       const auto c = units.length * shared.motion[i].velocity.template as<double>();
       const double mass = call.mass_of(r);
       // in the order of the RveState: the sum shall not depend on how the grains are stored
-      work.scratch[call.image.number[i]] = 0.5 * mass * (dot(c, c) + 0.5 * r * r * (w * w));
+      work.scratch[call.image.number[i]] =
+          0.5 * mass * (dot(c, c) + GrainShape<Scene::D>::inertia * r * r * ww);
     });
     const double kinetic_energy = block.sum_array(num_grains, work.scratch);
 
     block.once([&] {
       detail.num_grains = num_grains;
-      detail.solid_area = call.header.solid_area;
+      detail.solid_volume = call.header.solid_volume;
       const double contacts = sums[Contacts] > 0 ? static_cast<double>(sums[Contacts]) : 1.0;
-      detail.fabric[0] = static_cast<double>(sums[Fxx]) / unit / contacts;
-      detail.fabric[1] = detail.fabric[2] = static_cast<double>(sums[Fxy]) / unit / contacts;
-      detail.fabric[3] = static_cast<double>(sums[Fyy]) / unit / contacts;
+      for_strains<Scene::D>([&](int m, int a, int b) {
+        detail.fabric[a * Scene::D + b] = detail.fabric[b * Scene::D + a] =
+            static_cast<double>(sums[Fabric + m]) / unit / contacts;
+      });
       detail.num_contacts = static_cast<std::int32_t>(sums[Contacts]);
       detail.num_sliding = static_cast<std::int32_t>(sums[Sliding]);
       detail.num_pairs = static_cast<std::int32_t>(sums[Pairs]);

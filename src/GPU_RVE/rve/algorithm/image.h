@@ -4,15 +4,22 @@
 #ifndef RVE_ALGORITHM_IMAGE_H
 #define RVE_ALGORITHM_IMAGE_H
 
+#include "rve/core/space.h"
 #include "rve/physics/material.h"
 
 #include <cstdint>
 
 namespace rve {
 
-/// Pairs that one grain owns at most; planar contact graphs have at most three pairs per grain. What does not fit goes to
-/// the list of extra pairs.
-constexpr int kOwnedPairs = 3;
+/// How many pairs there are, by the dimension.
+template <int D> struct PairCounts;
+template <> struct PairCounts<2> {
+  /// That one grain owns at most; planar contact graphs have at most three pairs per grain. What does not fit goes to the list of extra
+  /// pairs.
+  static constexpr int owned = 3;
+  /// Room for the list of a block, per grain, and for extra pairs of an RVE, at first: both grow when more is needed.
+  static constexpr int listed_at_first = 4, grains_per_extra_at_first = 16;
+};
 
 /// Skin of the list that the user left open, as a share of the mean radius: wide enough that a quasi-static packing lives
 /// on one list for hundreds of steps, narrow enough that few of the listed pairs do not touch.
@@ -22,11 +29,11 @@ constexpr double kDefaultSkinShare = 0.1;
 constexpr int kPlanSteps = 32;
 
 /// What a call changes of an RVE beside its grains.
-struct alignas(16) ImageProgress {
-  double cell[4];           ///< H [length]
-  double deformation[4];    ///< F since the packing was made
-  double list_cell[4];      ///< H when the list was built
-  double servo_velocity_gradient[4];
+template <int D> struct alignas(16) ImageProgress {
+  double cell[Space<D>::components];           ///< H [length]
+  double deformation[Space<D>::components];    ///< F since the packing was made
+  double list_cell[Space<D>::components];      ///< H when the list was built
+  double servo_velocity_gradient[Space<D>::components];
   double largest_contact_force;    ///< normal force, in the last call; sets the force scale
   std::int32_t num_extra;          ///< pairs beyond the owned ones
   std::int32_t list_valid;         ///< 0: build the list before the first step
@@ -34,11 +41,11 @@ struct alignas(16) ImageProgress {
   double work, friction_loss, damping_loss, viscous_loss;
 };
 
-struct ImageHeader : ImageProgress {
+template <int D> struct ImageHeader : ImageProgress<D> {
   std::int32_t num_grains;
   std::int32_t extra_capacity;
   MaterialNumbers material;
-  double largest_radius, mean_radius, solid_area;
+  double largest_radius, mean_radius, solid_volume;
   double obliquity,
       inverse_obliquity;    ///< bounds what a contact adds to a sum, over its force that counts
   std::int32_t neighbor_bits;    ///< 2^neighbor_bits grains and more find room around the largest
@@ -46,51 +53,51 @@ struct ImageHeader : ImageProgress {
 };
 
 /// What one RVE shall do in one call, as the device reads it.
-struct alignas(16) DriveRecord {
+template <int D> struct alignas(16) DriveRecord {
   double dt;
   std::int32_t substeps;
   std::int32_t segments;
-  double deformation[4];
+  double deformation[Space<D>::components];
 };
 
 /// The rest of a drive: of a path with several segments, or of a stress servo. A call where no RVE has either goes without.
-struct alignas(16) SteeringRecord {
-  double rotation[4], stretch[4];
-  std::int32_t controlled[4];
-  double stress_goal[4], velocity_gradient[4];
+template <int D> struct alignas(16) SteeringRecord {
+  double rotation[Space<D>::components], stretch[Space<D>::components];
+  std::int32_t controlled[Space<D>::components];
+  double stress_goal[Space<D>::components], velocity_gradient[Space<D>::components];
   double servo_gain, servo_max_rate;
 };
 
 /// What every call answers. After a fatal status only `status`, `expected_force` and the `needed_` sizes hold, and the image is
 /// as it was before the call.
-struct AnswerRecord {
+template <int D> struct AnswerRecord {
   std::uint32_t status;
   std::int32_t num_contacts;
   std::int32_t needed_extra;    ///< extra pairs that a rebuild wanted to store
   std::int32_t needed_pairs;    ///< pairs that a rebuild found
   double expected_force;        ///< that the force scale of this call was made for [force]
-  double stress[4];             ///< Love, tension positive [stress]
+  double stress[Space<D>::components];    ///< Love, tension positive [stress]
 };
 
 /// Components of an AffineStiffness (engine/affine_stiffness.h).
-constexpr int kStiffness = 12;
+template <int D> constexpr int kStiffness = Space<D>::components *Space<D>::strains;
 
 /// What details may have beyond the usual: the affine stiffness; or, of the general programs and instead of the usual, a lower bound of
 /// the stable time step [time] as the first number of `stiffness`.
 constexpr std::int32_t kStiffnessDetail = 1, kTimeStepDetail = 2;
 
 /// What a call answers on demand: a second look at the configuration that the last forces belong to.
-struct DetailRecord {
-  ImageProgress progress;    ///< after the call
+template <int D> struct DetailRecord {
+  ImageProgress<D> progress;    ///< after the call
   std::int32_t num_grains, num_contacts, num_sliding, num_pairs;
   std::int32_t num_rattlers,
       num_single;    ///< grains with fewer than two contacts; with exactly one
-  double fabric[4];
+  double fabric[Space<D>::components];
   double grain_force_sum, contact_force_sum;
   double largest_overlap, overlap_sum;
   double kinetic_energy, elastic_energy, largest_contact_force;
-  double solid_area;
-  double stiffness[kStiffness];    ///< if it is asked for [stress]
+  double solid_volume;
+  double stiffness[kStiffness<D>];    ///< if it is asked for [stress]
 };
 
 /// What is the same for all RVEs of a call.

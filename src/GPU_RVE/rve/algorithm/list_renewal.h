@@ -20,13 +20,15 @@ inline namespace RVE_ISA {
     /// Reduces the lattice if it is due, builds the list of step k from call.pairs into call.pairs, and plans anew.
     static RVE_COLD void renew(Block block, CallState<Scene> &call, int k)
     {
-      Motion<typename Scene::Numbers> *motion = call.shared.motion;
+      MotionOf<Scene> *motion = call.shared.motion;
       // a quarter of the cell in one step is no motion of a grain any more
       const Wide quarter_cell = static_cast<Wide>(0.25 / Scene::fraction_unit);
-      const Tensor<Wide, 2> to_fraction = call.planned(k).to_fraction;
+      const Tensor<Wide, Scene::D> to_fraction = call.planned(k).to_fraction;
       const bool unstable = block.any(call.num_grains, [&](Item i) {
-        const Vec<Wide, 2> move = to_fraction * motion[i].velocity.template as<Wide>();
-        return !(std::fabs(move[0]) <= quarter_cell && std::fabs(move[1]) <= quarter_cell);
+        const Vec<Wide, Scene::D> move = to_fraction * motion[i].velocity.template as<Wide>();
+        bool stable = true;
+        for (int a = 0; a < Scene::D; ++a) stable = stable && std::fabs(move[a]) <= quarter_cell;
+        return !stable;
       });
       if (unstable) {
         block.once([&] {
@@ -35,7 +37,7 @@ inline namespace RVE_ISA {
         return;
       }
       for (int guard = 0; guard < 8; ++guard) {
-        const LatticeStep change = lattice_step(Planning::cell_of_step(call, k));
+        const auto change = lattice_step(Planning::cell_of_step(call, k));
         if (change.axis < 0) break;
         block.for_each(call.num_grains, [&](Item i) {
           motion[i].position = apply_lattice_step(motion[i].position, change);
@@ -44,7 +46,7 @@ inline namespace RVE_ISA {
           if (call.has_servo())
             call.cell = apply_lattice_step(call.cell, change);
           else
-            call.path.map_start([&](const Tensor2 &start) {
+            call.path.map_start([&](const Tensor<double, Scene::D> &start) {
               return apply_lattice_step(start, change);
             });
           ++call.num_reductions;
@@ -56,7 +58,7 @@ inline namespace RVE_ISA {
 
     /// Builds the list of the present positions; call.pairs has it afterwards. Contact history comes from the `old` pairs.
     static RVE_COLD void rebuild(Block block, CallState<Scene> &call, PairView<Scene> old,
-                                 Tensor2 cell)
+                                 Tensor<double, Scene::D> cell)
     {
       const double largest_radius = call.header.largest_radius;
       // the wrapped difference is the nearest image only within half of the smallest width; a NaN fails the comparison too
@@ -83,13 +85,13 @@ inline namespace RVE_ISA {
       if (call.fatal()) return;
       const int n = call.num_grains;
       block.for_each(n, [&](Item i) {
-        for (int k = 0; k < kOwnedPairs; ++k) {
+        for (int k = 0; k < Scene::owned_pairs; ++k) {
           call.pairs.partner[k * n + i] = call.work.fresh.partner[k * n + i];
           call.pairs.history[k * n + i] = call.work.fresh.history[k * n + i];
         }
-        const Vec<typename Scene::Coordinate, 2> position = call.shared.motion[i].position;
-        call.shared.response[i].list_position =
-            Vec<std::uint32_t, 2>{{leading_bits(position[0]), leading_bits(position[1])}};
+        for (int a = 0; a < Scene::D; ++a)
+          call.shared.response[i].list_position[a] =
+              leading_bits(call.shared.motion[i].position[a]);
       });
       StoredGrains<Block, Scene>::fill_partner_radius(block, call.shared, n);
       if (call.num_extra > 0)

@@ -46,11 +46,13 @@ inline namespace RVE_ISA {
   };
 
   template <class Block, class Scene> class PackedGrains : public GrainItems<Block, Scene> {
+    static_assert(Scene::D == 2, "rows of four numbers are those of disks");
     using One = GrainItems<Block, Scene>;
     using Shared = SharedView<Scene>;
     using Sum = typename Scene::Sum;
     using Row = ForceRow<typename Scene::Numbers>;
     template <int N> using Packed = PackNumbers<typename Scene::Numbers, N>;
+    template <int N> using View = GrainView<Packed<N>, 2>;
     static_assert(!Scene::books, "books are kept for one grain after the other");
 
     /// What pairs of packs give to their partners and packs get from their own pairs, a row per grain. A move takes all of it, so
@@ -109,9 +111,9 @@ inline namespace RVE_ISA {
     }
     template <int N> RVE_INLINE void save(PackItem<N>) {}
 
-    template <int N> RVE_INLINE GrainView<Packed<N>> view(PackItem<N> i)
+    template <int N> RVE_INLINE View<N> view(PackItem<N> i)
     {
-      GrainView<Packed<N>> grains;
+      View<N> grains;
       load_row(
           [&](int lane) {
             return this->motion.array + i.first + lane;
@@ -122,11 +124,10 @@ inline namespace RVE_ISA {
       return grains;
     }
 
-    template <int N>
-    RVE_INLINE GrainView<Packed<N>> view_partner(const Shared &shared, int k, PackItem<N> i)
+    template <int N> RVE_INLINE View<N> view_partner(const Shared &shared, int k, PackItem<N> i)
     {
       const std::int32_t *partner = this->partner[k].array + i.first;
-      GrainView<Packed<N>> grains;
+      View<N> grains;
       load_row(
           [&](int lane) {
             return shared.motion + partner[lane];
@@ -138,9 +139,9 @@ inline namespace RVE_ISA {
     }
 
     template <int N>
-    RVE_INLINE GrainResponse<Packed<N>> response(const Shared &shared, PackItem<N> i)
+    RVE_INLINE GrainResponse<Packed<N>, 2> response(const Shared &shared, PackItem<N> i)
     {
-      GrainResponse<Packed<N>> response;
+      GrainResponse<Packed<N>, 2> response;
       Vec<typename Packed<N>::Real, 2> units;
       load_row(
           [&](int lane) {
@@ -166,7 +167,7 @@ inline namespace RVE_ISA {
     template <int N, class Step, class View, class Look, class Act>
     RVE_INLINE void for_slots(PackItem<N>, Step step, View view, Look look, Act act)
     {
-      static_assert(kOwnedPairs == 3, "variables, not arrays: registers");
+      static_assert(Scene::owned_pairs == 3, "variables, not arrays: registers");
       const auto first = view(0);
       const auto to_first = look(step(), first);
       const auto second = view(1);
@@ -218,13 +219,14 @@ inline namespace RVE_ISA {
     {
       Vec<Pack<Sum, N>, 3> sum;
       take_rows(&rows[i.first].force_x, sum);
-      take_numbers(shared.force_x + i.first, sum[0]);
-      take_numbers(shared.force_y + i.first, sum[1]);
-      if constexpr (Scene::has_friction) take_numbers(shared.torque + i.first, sum[2]);
+      take_numbers(shared.force[0] + i.first, sum[0]);
+      take_numbers(shared.force[1] + i.first, sum[1]);
+      if constexpr (Scene::has_friction) take_numbers(shared.force[2] + i.first, sum[2]);
       return sum;
     }
 
-    template <int N> RVE_INLINE void publish_motion(PackItem<N> i, const Motion<Packed<N>> &motion)
+    template <int N>
+    RVE_INLINE void publish_motion(PackItem<N> i, const Motion<Packed<N>, 2> &motion)
     {
       store_row(
           [&](int lane) {

@@ -1,7 +1,7 @@
 // Balanced ownership of the pairs of a Verlet list.
 //
 // Every pair is computed once, by one of its two grains. A grain that owns many pairs would keep its thread busy while the
-// others wait, so ownership is passed on until (nearly) no grain owns more than kOwnedPairs; what cannot be placed goes to a
+// others wait, so ownership is passed on until (nearly) no grain owns more than Scene::owned_pairs; what cannot be placed goes to a
 // list of extra pairs. Who owns a pair has no influence on the motion (forces are summed as integers and a contact looks the
 // same from both sides), but the procedure is deterministic all the same: offers and their acceptance are arbitrated by
 // grain number.
@@ -25,14 +25,14 @@ inline namespace RVE_ISA {
   /// another entry in each round, so that a surplus pair wanders instead of bouncing.
   template <class Scene> RVE_INLINE int offer(const WorkspaceView<Scene> &work, int i, int round)
   {
-    if (work.load[i] <= kOwnedPairs) return -1;
+    if (work.load[i] <= Scene::owned_pairs) return -1;
     const int first = work.row_start[i], count = work.row_start[i + 1] - first;
-    int best = -1, best_load = kOwnedPairs + 1;
+    int best = -1, best_load = Scene::owned_pairs + 1;
     for (int m = 0; m < count; ++m) {
       const int entry = first + (m + round) % count;
       if (work.row_given[entry]) continue;
       const int j = work.row_partner[entry];
-      if (work.received_count[j] < kOwnedPairs && work.load[j] < best_load) {
+      if (work.received_count[j] < Scene::owned_pairs && work.load[j] < best_load) {
         best = entry;
         best_load = work.load[j];
       }
@@ -53,7 +53,7 @@ inline namespace RVE_ISA {
       work.received_count[i] = 0;
       for (int entry = work.row_start[i]; entry < work.row_start[i + 1]; ++entry)
         work.row_given[entry] = 0;
-      return work.load[i] > kOwnedPairs;
+      return work.load[i] > Scene::owned_pairs;
     });
     for (int round = 0; overloaded && round < max_rounds; ++round) {
       block.for_each(num_grains, [&](Item i) {
@@ -75,7 +75,7 @@ inline namespace RVE_ISA {
           work.row_given[entry] = 1;
           --work.load[i];
         }
-        return work.load[i] > kOwnedPairs;
+        return work.load[i] > Scene::owned_pairs;
       });
     }
   }

@@ -3,6 +3,7 @@
 #ifndef RVE_ALGORITHM_SCENE_H
 #define RVE_ALGORITHM_SCENE_H
 
+#include "rve/algorithm/image.h"
 #include "rve/core/fixed_point.h"
 #include "rve/core/numbers.h"
 
@@ -12,10 +13,13 @@ inline namespace RVE_ISA {
   /// A contact law in a number format, and whether the program keeps books: servo, energy ledger, a unit of forces that looks at all
   /// of them, and the bound of the time step. What a scene does not need takes no registers of its programs, and leaves their bits.
   /// Everything in algorithm/ takes such a Scene. Which ones there are: engine/programs.h.
-  template <class ContactLaw, bool Books> struct SceneOf : ContactLaw::Numbers {
+  template <class ContactLaw, bool Books>
+  struct SceneOf : ContactLaw::Numbers, Space<ContactLaw::D> {
     using Law = ContactLaw;
     using Numbers = typename Law::Numbers;
     using History = typename Law::History;    ///< what a pair remembers of its contact
+    static constexpr int D = Law::D;          ///< of space
+    static constexpr int owned_pairs = PairCounts<D>::owned;
     static constexpr bool has_friction = Law::has_friction;
     static constexpr bool has_rolling = Law::has_rolling;
     static constexpr bool books = Books;

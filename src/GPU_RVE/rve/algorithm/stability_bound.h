@@ -3,7 +3,7 @@
 //
 // In coordinates u scaled by the roots of the masses, a contact couples u_i and u_j by a 3x3 matrix C, and
 //     2 u_i.C u_j <= g u_i.|C| u_i + (1/g) u_j.|C^T| u_j,    |C| = (C C^T)^1/2, for any g > 0.
-// So M^-1/2 K M^-1/2 is below a matrix of one 3x3 block per grain, whose largest eigenvalue is a bound, whatever the weights w in
+// So in the plane M^-1/2 K M^-1/2 is below a matrix of one 3x3 block per grain, whose largest eigenvalue is a bound, whatever the weights w in
 // g = w_j/w_i are. w = 1/m gives that of a single contact exactly; then grains with larger eigenvalues get larger weights, which are
 // shares of their contacts that partners carry. Each sweep is a bound. After some, all grains of the fastest mode have the same
 // eigenvalue: that of the mode, but for signs that its motion cannot have where contacts form odd rings.
@@ -86,6 +86,7 @@ inline namespace RVE_ISA {
                                    ModuliKind kind, double largest, BoundArrays arrays,
                                    double sufficient)
   {
+    static_assert(Scene::D == 2, "in space a grain has a block of 6x6");
     using Item = typename Block::Item;
     // more gain little; six leave three percent of a time step in dense and loose packings, these one
     constexpr int kSweeps = 16;
@@ -206,9 +207,9 @@ inline namespace RVE_ISA {
   /// detail.stiffness.
   template <class Block, class Scene>
   RVE_COLD void bound_time_step(Block block, const CallState<Scene> &call, int step_number,
-                                DetailRecord &detail)
+                                DetailRecord<Scene::D> &detail)
   {
-    const ImageHeader &header = call.header;
+    const ImageHeader<Scene::D> &header = call.header;
     const int n = call.num_grains;
     Carver spare(spare_of(call.work));
     BoundArrays arrays;

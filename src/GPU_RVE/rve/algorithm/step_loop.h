@@ -59,7 +59,7 @@ inline namespace RVE_ISA {
 
     /// Runs the call. The image is written only when nothing fatal happened; `answer` always. `detail`: null, or room for the
     /// second look.
-    RVE_INLINE void run(AnswerRecord &answer, DetailRecord *detail)
+    RVE_INLINE void run(AnswerRecord<Scene::D> &answer, DetailRecord<Scene::D> *detail)
     {
       const bool direct = Begin::is_direct(call);
       if (direct)
@@ -139,7 +139,7 @@ inline namespace RVE_ISA {
         });
       int t = k - first;
       for (bool kicks = k > 1;; kicks = true, ++t) {
-        const StepPlan<typename Scene::Numbers> &plan = call.plan[t];
+        const PlanOf<Scene> &plan = call.plan[t];
         if (!moved) {
           const bool expired = move(grains, plan, n, kicks);
           if (expired || plan.special) {
@@ -168,7 +168,7 @@ inline namespace RVE_ISA {
         grains.motion.keep(i, Stored::internal_motion(call, stored));
         grains.spin.keep(i, stored.spin);
         grains.largest_force.keep(i, Real(0));
-        for (int k = 0; k < kOwnedPairs; ++k) {
+        for (int k = 0; k < Scene::owned_pairs; ++k) {
           grains.partner[k].publish(i, stored.partner[k]);
           if constexpr (Scene::has_friction)
             grains.history[k].keep(i, Stored::internal_history(call, stored.history[k]));
@@ -178,7 +178,7 @@ inline namespace RVE_ISA {
         shared.response[i] = Stored::response_of(call, grains.radius[i], stored.list_position);
       });
       block.own_items(num_grains, [&](Item i) {
-        for (int k = 0; k < kOwnedPairs; ++k) grains.look_at_partner(shared, k, i);
+        for (int k = 0; k < Scene::owned_pairs; ++k) grains.look_at_partner(shared, k, i);
       });
     }
 
@@ -208,11 +208,10 @@ inline namespace RVE_ISA {
       const Dissipation heat = surveyed_forces(grains, k);
       save(grains);
       keep_books(call.planned(k), heat);
-      if (has_servo()) steer(call.planned(k).area);
+      if (has_servo()) steer(call.planned(k).volume);
     }
 
-    RVE_INLINE void keep_books(const StepPlan<typename Scene::Numbers> &plan,
-                               const Dissipation &heat)
+    RVE_INLINE void keep_books(const PlanOf<Scene> &plan, const Dissipation &heat)
     {
       block.once([&] {
         const double energy = call.units.force * call.units.length;
@@ -224,11 +223,11 @@ inline namespace RVE_ISA {
 
     /// The work of the mean field in a step is that of the mean of the stresses before and after: half of it, with the stress that the
     /// last forces had, after the forces of a step and before those of the next one.
-    RVE_INLINE void add_half_of_work(const StepPlan<typename Scene::Numbers> &plan)
+    RVE_INLINE void add_half_of_work(const PlanOf<Scene> &plan)
     {
       block.once([&] {
         double power = 0.0;
-        for (int c = 0; c < 4; ++c)
+        for (int c = 0; c < Scene::components; ++c)
           power += static_cast<double>(call.survey.sum[c]) *
               static_cast<double>(plan.gradient.component[c]);
         call.supplied +=
@@ -241,7 +240,7 @@ inline namespace RVE_ISA {
     {
       Stored::copy_history(block, call, call.pairs, call.work.fresh);
       block.once([&] {
-        call.plan[0] = StepPlan<typename Scene::Numbers>();
+        call.plan[0] = PlanOf<Scene>();
         call.plan[0].to_length =
             fraction_to_length<typename Scene::Numbers>(call.units.per_length * call.cell);
         call.plan_first = 1;
@@ -252,7 +251,7 @@ inline namespace RVE_ISA {
       surveyed_forces(grains, 1);
       Stored::copy_history(block, call, call.work.fresh, call.pairs);
       block.for_each(num_grains, [&](Item i) {
-        shared.force_x[i] = shared.force_y[i] = shared.torque[i] = Sum(0);
+        for (int k = 0; k < Scene::freedoms; ++k) shared.force[k][i] = Sum(0);
         shared.largest_force[i] = Real(0);
       });
       block.once([&] {
@@ -263,29 +262,33 @@ inline namespace RVE_ISA {
     RVE_INLINE void grow_by_servo()
     {
       block.once([&] {
-        const Tensor2 prescribed = load_tensor(call.steering.velocity_gradient);
-        for (int c = 0; c < 4; ++c)
+        const Tensor<double, Scene::D> prescribed =
+            load_tensor<Scene::D>(call.steering.velocity_gradient);
+        for (int c = 0; c < Scene::components; ++c)
           if (!call.steering.controlled[c])
             call.servo_gradient.component[c] = prescribed.component[c];
-        const Tensor2 small = call.drive.dt * call.servo_gradient;
-        const Tensor2 growth =
-            Tensor2::identity() + small + 0.5 * (small * small);    // exp to third order
+        const Tensor<double, Scene::D> small = call.drive.dt * call.servo_gradient;
+        const Tensor<double, Scene::D> growth = Tensor<double, Scene::D>::identity() + small +
+            0.5 * (small * small);    // exp to third order
         call.cell = growth * call.cell;
         call.deformation = growth * call.deformation;
       });
     }
 
-    RVE_INLINE void steer(double area)
+    RVE_INLINE void steer(double volume)
     {
       block.once([&] {
-        const SteeringRecord &steering = call.steering;
-        const double per_volume = Progress::per_volume(call, area);
+        const SteeringRecord<Scene::D> &steering = call.steering;
+        const double per_volume = Progress::per_volume(call, volume);
         const auto stress = [&](int c) {
           return stress_component(call, per_volume, c);
         };
-        for (int c = 0; c < 4; ++c)
+        for (int c = 0; c < Scene::components; ++c)
           if (steering.controlled[c]) {
-            const double now = c == 1 ? 0.5 * (stress(1) + stress(2)) : stress(c);
+            // both components of a shear
+            const int row = c / Scene::D, column = c % Scene::D;
+            const double now = row == column ? stress(c)
+                                             : 0.5 * (stress(c) + stress(column * Scene::D + row));
             call.servo_gradient.component[c] =
                 steer_rate(call.servo_gradient.component[c], now, steering.stress_goal[c],
                            steering.servo_gain, call.drive.dt, steering.servo_max_rate);
@@ -294,12 +297,12 @@ inline namespace RVE_ISA {
     }
 
     /// Kick of a grain, or of a pack of them, by the forces that the last phase left.
-    template <class SomeGrains, class SomeItem, class Numbers>
+    template <class SomeGrains, class SomeItem, class Numbers, int D>
     RVE_INLINE void kick_item(SomeGrains &grains, SomeItem i,
-                              const GrainResponse<Numbers> &response, typename Numbers::Real alpha,
-                              GrainView<Numbers> &grain)
+                              const GrainResponse<Numbers, D> &response,
+                              typename Numbers::Real alpha, GrainView<Numbers, D> &grain)
     {
-      const GrainView<Numbers> before = grain;
+      const GrainView<Numbers, D> before = grain;
       const auto force = grains.collect(block, shared, i);
       const auto increment = kick_grain<Scene::has_friction>(grain, force, response, alpha);
       grains.publish_spin(i, grain.spin);
@@ -308,27 +311,30 @@ inline namespace RVE_ISA {
       }
     }
 
-    RVE_INLINE void note_damping(Item i, const GrainView<typename Scene::Numbers> &before,
-                                 const GrainView<typename Scene::Numbers> &after,
-                                 const Kick<typename Scene::Numbers> &increment)
+    RVE_INLINE void note_damping(Item i, const ViewOf<Scene> &before, const ViewOf<Scene> &after,
+                                 const Kick<typename Scene::Numbers, Scene::D> &increment)
     {
       const double length = call.units.length;
       const double r = static_cast<double>(before.radius) * length, mass = call.mass_of(r);
-      const Vec<Real, 2> &slow = before.motion.velocity, &fast = after.motion.velocity;
-      call.work.damping[call.image.number[i]] += length * length *
-              (damping_loss(mass, slow[0], fast[0], increment.velocity[0]) +
-               damping_loss(mass, slow[1], fast[1], increment.velocity[1])) +
-          damping_loss(0.5 * mass * r * r, before.spin, after.spin, increment.spin);
+      const Vec<Real, Scene::D> &slow = before.motion.velocity, &fast = after.motion.velocity;
+      double lost = damping_loss(mass, slow[0], fast[0], increment.velocity[0]);
+      for (int a = 1; a < Scene::D; ++a)
+        lost += damping_loss(mass, slow[a], fast[a], increment.velocity[a]);
+      lost = length * length * lost;
+      const double inertia = GrainShape<Scene::D>::inertia * mass * r * r;
+      for (int k = 0; k < Scene::spins; ++k)
+        lost += damping_loss(inertia, spin_component(before.spin, k), spin_component(after.spin, k),
+                             spin_component(increment.spin, k));
+      call.work.damping[call.image.number[i]] += lost;
     }
 
     /// Kick of the step before, then drift in the present cell. Returns whether a grain has left the safety of the list.
-    RVE_INLINE bool move(StepGrains &grains, const StepPlan<typename Scene::Numbers> &plan, int n,
-                         bool kick_first)
+    RVE_INLINE bool move(StepGrains &grains, const PlanOf<Scene> &plan, int n, bool kick_first)
     {
-      const MoveConstants<typename Scene::Numbers> constants(plan, call.alpha);
+      const MoveConstants<typename Scene::Numbers, Scene::D> constants(plan, call.alpha);
       return block.any_item(n, [&](const auto i) RVE_INLINE_LAMBDA {
         using Here = typename StepGrains::template SceneOf<std::decay_t<decltype(i)>>;
-        const MoveConstants<typename Here::Numbers> step(constants, constants.alpha);
+        const MoveConstants<typename Here::Numbers, Here::D> step(constants, constants.alpha);
         auto grain = grains.view(i);
         const auto response = grains.response(shared, i);
         if (kick_first) kick_item(grains, i, response, step.alpha, grain);
@@ -341,7 +347,7 @@ inline namespace RVE_ISA {
     // ---- the end of a call ------------------------------------------------------------------------------------------------------
 
     /// The forces of the last step, and what follows from them.
-    RVE_INLINE void finish(AnswerRecord &answer, DetailRecord *detail)
+    RVE_INLINE void finish(AnswerRecord<Scene::D> &answer, DetailRecord<Scene::D> *detail)
     {
       // an evaluation must not change the history: the Coulomb limit may be another one, with dashpots or after a change of friction
       if (evaluates()) Stored::copy_history(block, call, call.pairs, call.work.fresh);
@@ -364,7 +370,7 @@ inline namespace RVE_ISA {
         save(grains);
         if (has_ledger()) {
           keep_books(call.planned(last_step()), heat);
-          if (has_servo()) steer(call.planned(last_step()).area);
+          if (has_servo()) steer(call.planned(last_step()).volume);
         }
       }
       if (evaluates()) Stored::copy_history(block, call, call.work.fresh, call.pairs);
@@ -388,24 +394,27 @@ inline namespace RVE_ISA {
         store<false>(grains, End::kConclusions, conclude);
       }
       if (detail)
-        copy_words(block, static_cast<const ImageProgress &>(*call.image.header), detail->progress);
+        copy_words(block, static_cast<const ImageProgress<Scene::D> &>(*call.image.header),
+                   detail->progress);
     }
 
-    RVE_INLINE void fail(std::uint32_t word, AnswerRecord &answer)
+    RVE_INLINE void fail(std::uint32_t word, AnswerRecord<Scene::D> &answer)
     {
       block.once([&] {
         End::answer_failure(call, word, answer);
       });
     }
 
-    RVE_INLINE void look_again(DetailRecord &detail)
+    RVE_INLINE void look_again(DetailRecord<Scene::D> &detail)
     {
       double *force_size = call.work.scratch + 3 * num_grains;
       block.for_items(num_grains, [&](Item i) {
-        const Vec<Sum, 3> own = collect_force(block, shared, shared.own[i], i);
+        const auto own = collect_force(block, shared, shared.own[i], i);
         shared.own[i] = own;
-        const double fx = static_cast<double>(own[0]), fy = static_cast<double>(own[1]);
-        force_size[i] = std::sqrt(fx * fx + fy * fy);
+        double squared = static_cast<double>(own[0]) * static_cast<double>(own[0]);
+        for (int a = 1; a < Scene::D; ++a)
+          squared += static_cast<double>(own[a]) * static_cast<double>(own[a]);
+        force_size[i] = std::sqrt(squared);
       });
       homogenize(block, call, last_step(), detail);
     }
@@ -431,17 +440,17 @@ inline namespace RVE_ISA {
               grains.load(shared, i);
               grains.own.load(i);
             }
-            GrainView<typename Scene::Numbers> grain = grains.view(i);
+            ViewOf<Scene> grain = grains.view(i);
             if (moved) kick_item(grains, i, shared.response[i], alpha, grain);
             image.position[i] = grain.motion.position;
             image.velocity[i] = to_user * grain.motion.velocity;
             image.spin[i] = grain.spin;
             if (Scene::has_friction)
-              for (int k = 0; k < kOwnedPairs; ++k)
+              for (int k = 0; k < Scene::owned_pairs; ++k)
                 image.history[k * num_grains + i] = history_to_user(grains.history[k][i]);
             if (relisted) {
               image.list_position[i] = shared.response[i].list_position;
-              for (int k = 0; k < kOwnedPairs; ++k)
+              for (int k = 0; k < Scene::owned_pairs; ++k)
                 image.partner[k * num_grains + i] = grains.partner[k][i];
             }
           },

@@ -22,10 +22,10 @@ inline namespace RVE_ISA {
     }
 
     /// H after step k, which is planned or about to be.
-    static RVE_INLINE Tensor2 cell_of_step(const PreparedCall<Scene> &call, int k)
+    static RVE_INLINE Tensor<double, Scene::D> cell_of_step(const PreparedCall<Scene> &call, int k)
     {
       if (call.has_servo()) return call.cell;
-      CellPath path = call.path;
+      CellPath<Scene::D> path = call.path;
       return path.cell(k);
     }
 
@@ -57,18 +57,19 @@ inline namespace RVE_ISA {
     /// Entry t of a plan that starts with step `first`.
     static RVE_INLINE void plan_step(PreparedCall<Scene> &call, int t, int first)
     {
-      StepPlan<typename Scene::Numbers> &plan = call.plan[t];
-      Tensor2 cell = call.cell, rate = Tensor2::zero();
+      PlanOf<Scene> &plan = call.plan[t];
+      Tensor<double, Scene::D> cell = call.cell, rate = Tensor<double, Scene::D>::zero();
       const bool on_path = !call.has_servo() && call.drive.substeps > 0;
       if (on_path) {
-        CellPath path = call.path;
+        CellPath<Scene::D> path = call.path;
         cell = path.cell(first + t);
         rate = path.cell_rate();
       }
-      const Tensor2 inverse_cell = inverse(cell);
-      const Tensor2 gradient = call.has_servo() ? call.servo_gradient : rate * inverse_cell;
+      const Tensor<double, Scene::D> inverse_cell = inverse(cell);
+      const Tensor<double, Scene::D> gradient = call.has_servo() ? call.servo_gradient
+                                                                 : rate * inverse_cell;
       const double per_length = call.units.per_length;
-      const Tensor2 internal = per_length * cell;
+      const Tensor<double, Scene::D> internal = per_length * cell;
       plan.to_length = fraction_to_length<typename Scene::Numbers>(internal);
       plan.to_fraction = ((call.drive.dt * call.units.length / Scene::fraction_unit) * inverse_cell)
                              .template as<Wide>();
@@ -79,7 +80,7 @@ inline namespace RVE_ISA {
           allowed_displacement(cell, call.list_cell, call.header.largest_radius, call.skin);
       plan.allowed_squared = static_cast<float>(allowed * allowed);
       plan.special = !(allowed > 0.0) || is_lattice_step_due(cell);
-      plan.area = determinant(cell);
+      plan.volume = determinant(cell);
     }
   };
 

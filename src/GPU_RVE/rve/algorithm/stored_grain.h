@@ -16,13 +16,13 @@ inline namespace RVE_ISA {
     using History = typename Scene::History;
     /// A grain and its owned pairs as the image has them.
     struct StoredGrain {
-      Vec<typename Scene::Coordinate, 2> position;
-      Vec<Real, 2> velocity;
-      Real spin;
-      Vec<std::uint32_t, 2> list_position;
+      Vec<typename Scene::Coordinate, Scene::D> position;
+      Vec<Real, Scene::D> velocity;
+      Spin<Real, Scene::D> spin;
+      Vec<std::uint32_t, Scene::D> list_position;
       Wide radius;
-      std::int32_t partner[kOwnedPairs];
-      History history[kOwnedPairs];
+      std::int32_t partner[Scene::owned_pairs];
+      History history[Scene::owned_pairs];
     };
 
     /// Everything is read before anything is written: a thread waits for memory once.
@@ -42,17 +42,17 @@ inline namespace RVE_ISA {
     static RVE_INLINE void read_pairs(const std::int32_t *partner, const History *history, int i,
                                       int num_grains, StoredGrain &stored)
     {
-      for (int k = 0; k < kOwnedPairs; ++k) {
+      for (int k = 0; k < Scene::owned_pairs; ++k) {
         stored.partner[k] = partner[k * num_grains + i];
         stored.history[k] = history[k * num_grains + i];
       }
     }
 
-    static RVE_INLINE Motion<typename Scene::Numbers>
-    internal_motion(const PreparedCall<Scene> &call, const StoredGrain &stored)
+    static RVE_INLINE MotionOf<Scene> internal_motion(const PreparedCall<Scene> &call,
+                                                      const StoredGrain &stored)
     {
-      return Motion<typename Scene::Numbers>{
-          stored.position, static_cast<Real>(call.units.per_length) * stored.velocity};
+      return MotionOf<Scene>{stored.position,
+                             static_cast<Real>(call.units.per_length) * stored.velocity};
     }
 
     /// What others see of a grain beside its motion, and room for the forces that they put on it. Returns its internal radius.
@@ -64,20 +64,21 @@ inline namespace RVE_ISA {
       const Wide radius = static_cast<Wide>(call.units.per_length) * stored.radius;
       shared.spin[i] = stored.spin;
       shared.radius[i] = radius;
-      shared.force_x[i] = shared.force_y[i] = shared.torque[i] = Sum(0);
+      for (int k = 0; k < Scene::freedoms; ++k) shared.force[k][i] = Sum(0);
       return radius;
     }
 
     /// How a grain answers forces.
-    static RVE_INLINE GrainResponse<typename Scene::Numbers>
+    static RVE_INLINE GrainResponseOf<Scene>
     response_of(const PreparedCall<Scene> &call, Wide internal_radius,
-                const Vec<std::uint32_t, 2> &list_position)
+                const Vec<std::uint32_t, Scene::D> &list_position)
     {
       const Real r = static_cast<Real>(internal_radius), inverse = reciprocal(r * r);
-      const Real velocity_unit = static_cast<Real>(call.velocity_factor) * inverse;
-      // I = m r^2 / 2
-      return GrainResponse<typename Scene::Numbers>{
-          velocity_unit, Real(2) * velocity_unit * inverse, list_position};
+      Real velocity_unit = static_cast<Real>(call.velocity_factor) * inverse;
+      for (int a = 2; a < Scene::D; ++a) velocity_unit = velocity_unit * reciprocal(r);
+      constexpr double per_inertia = 1.0 / GrainShape<Scene::D>::inertia;
+      return GrainResponseOf<Scene>{velocity_unit, Real(per_inertia) * velocity_unit * inverse,
+                                    list_position};
     }
 
     static RVE_INLINE History internal_history(const PreparedCall<Scene> &call, History stored)
@@ -90,7 +91,7 @@ inline namespace RVE_ISA {
     {
       if constexpr (!Block::kInRegisters)
         block.for_each(num_grains, [&](Item i) {
-          for (int m = i; m < kOwnedPairs * num_grains; m += num_grains)
+          for (int m = i; m < Scene::owned_pairs * num_grains; m += num_grains)
             shared.partner_radius[m] = radius_of_partner(shared, i, shared.partner[m]);
         });
     }
@@ -100,7 +101,7 @@ inline namespace RVE_ISA {
                                       int i, const StoredGrain &stored)
     {
       const int n = call.num_grains;
-      for (int k = 0; k < kOwnedPairs; ++k) {
+      for (int k = 0; k < Scene::owned_pairs; ++k) {
         shared.partner[k * n + i] = stored.partner[k];
         shared.history[k * n + i] = internal_history(call, stored.history[k]);
       }
@@ -113,7 +114,7 @@ inline namespace RVE_ISA {
       // each by the thread that has the grain: it may have written it in the present phase
       const int n = call.num_grains;
       block.for_each(n, [&](Item i) {
-        for (int m = i; m < kOwnedPairs * n; m += n) to.history[m] = from.history[m];
+        for (int m = i; m < Scene::owned_pairs * n; m += n) to.history[m] = from.history[m];
       });
       block.for_each(call.num_extra, [&](Item m) {
         to.extra_history[m] = from.extra_history[m];

@@ -69,12 +69,12 @@ inline namespace RVE_ISA {
 
   /// Image of an RVE: what lives between calls. Arrays of N grains; owned pairs as [slot * N + grain].
   template <class Scene> struct ImageView {
-    ImageHeader *header;
-    Vec<typename Scene::Coordinate, 2> *position;
-    Vec<std::uint32_t, 2>
+    ImageHeader<Scene::D> *header;
+    Vec<typename Scene::Coordinate, Scene::D> *position;
+    Vec<std::uint32_t, Scene::D>
         *list_position;    ///< leading bits of the positions when the list was built
-    Vec<typename Scene::Real, 2> *velocity;
-    typename Scene::Real *spin;
+    Vec<typename Scene::Real, Scene::D> *velocity;
+    Spin<typename Scene::Real, Scene::D> *spin;
     typename Scene::Wide *radius;
     std::int32_t *number;     ///< of the grain in the RveState
     std::int32_t *partner;    ///< own number: slot is free
@@ -87,15 +87,15 @@ inline namespace RVE_ISA {
   RVE_INLINE ImageView<Scene> lay_out_image(Carving &carver, int num_grains, int extra_capacity)
   {
     ImageView<Scene> view;
-    view.header = carver.template take<ImageHeader>(1);
-    view.position = carver.template take<Vec<typename Scene::Coordinate, 2>>(num_grains);
-    view.list_position = carver.template take<Vec<std::uint32_t, 2>>(num_grains);
-    view.velocity = carver.template take<Vec<typename Scene::Real, 2>>(num_grains);
-    view.spin = carver.template take<typename Scene::Real>(num_grains);
+    view.header = carver.template take<ImageHeader<Scene::D>>(1);
+    view.position = carver.template take<Vec<typename Scene::Coordinate, Scene::D>>(num_grains);
+    view.list_position = carver.template take<Vec<std::uint32_t, Scene::D>>(num_grains);
+    view.velocity = carver.template take<Vec<typename Scene::Real, Scene::D>>(num_grains);
+    view.spin = carver.template take<Spin<typename Scene::Real, Scene::D>>(num_grains);
     view.radius = carver.template take<typename Scene::Wide>(num_grains);
     view.number = carver.template take<std::int32_t>(num_grains);
-    view.partner = carver.template take<std::int32_t>(kOwnedPairs * num_grains);
-    view.history = carver.template take<typename Scene::History>(kOwnedPairs * num_grains);
+    view.partner = carver.template take<std::int32_t>(Scene::owned_pairs * num_grains);
+    view.history = carver.template take<typename Scene::History>(Scene::owned_pairs * num_grains);
     view.extra_first = carver.template take<std::int32_t>(extra_capacity);
     view.extra_second = carver.template take<std::int32_t>(extra_capacity);
     view.extra_history = carver.template take<typename Scene::History>(extra_capacity);
@@ -121,19 +121,35 @@ inline namespace RVE_ISA {
   constexpr std::size_t kRecordAlignment = alignof(Number) > 16 ? alignof(Number) : 16;
 
   /// Where a grain is and how fast it moves relative to the mean field: what its partners read of it.
-  template <class Numbers> struct alignas(kRecordAlignment<typename Numbers::Coordinate>) Motion {
-    Vec<typename Numbers::Coordinate, 2> position;    ///< fractions of the cell
-    Vec<typename Numbers::Real, 2> velocity;          ///< peculiar [internal length/time]
+  template <class Numbers, int D>
+  struct alignas(kRecordAlignment<typename Numbers::Coordinate>) Motion {
+    static_assert(D == 2, "aligned like this, three words and three words would become eight");
+    Vec<typename Numbers::Coordinate, D> position;    ///< fractions of the cell
+    Vec<typename Numbers::Real, D> velocity;          ///< peculiar [internal length/time]
   };
+  template <class Scene> using MotionOf = Motion<typename Scene::Numbers, Scene::D>;
+
+  /// Whether velocity and spin are numbers.
+  template <int D, class Real>
+  RVE_INLINE bool moves_soundly(const Vec<Real, D> &velocity, const Spin<Real, D> &spin)
+  {
+    bool sound = true;
+    for (int a = 0; a < D; ++a) sound = sound && velocity[a] == velocity[a];
+    for (int k = 0; k < Space<D>::spins; ++k)
+      sound = sound && spin_component(spin, k) == spin_component(spin, k);
+    return sound;
+  }
 
   /// How a grain answers forces, and where it was when the list was built. Only the grain itself reads it, once a step: it is not worth
   /// registers.
-  template <class Numbers> struct alignas(kRecordAlignment<typename Numbers::Real>) GrainResponse {
+  template <class Numbers, int D>
+  struct alignas(kRecordAlignment<typename Numbers::Real>) GrainResponse {
     typename Numbers::Real velocity_unit;    ///< dt/m: velocity that one force unit gives in a step
     typename Numbers::Real spin_unit;        ///< dt/I: spin that one torque unit gives in a step
-    Vec<typename Numbers::Leading::Coordinate, 2>
+    Vec<typename Numbers::Leading::Coordinate, D>
         list_position;    ///< leading bits of the position when the list was built
   };
+  template <class Scene> using GrainResponseOf = GrainResponse<typename Scene::Numbers, Scene::D>;
 
   /// Pairs of an RVE as arrays: owned ones as [slot * N + grain], and extra ones.
   template <class Scene> struct PairView {
@@ -145,18 +161,19 @@ inline namespace RVE_ISA {
 
   /// What the steps work on; on chip on the GPU.
   template <class Scene> struct SharedView {
-    Motion<typename Scene::Numbers> *motion;
-    typename Scene::Real *spin;
-    typename Scene::Wide *radius;                       ///< [internal length]
-    typename Scene::Sum *force_x, *force_y, *torque;    ///< from partners that own the pair
-    Vec<typename Scene::Sum, 3> *own;                   ///< force and torque from owned pairs
+    MotionOf<Scene> *motion;
+    Spin<typename Scene::Real, Scene::D> *spin;
+    typename Scene::Wide *radius;    ///< [internal length]
+    /// Components of the force and of the torque from partners that own the pair.
+    typename Scene::Sum *force[Scene::freedoms];
+    Vec<typename Scene::Sum, Scene::freedoms> *own;    ///< force and torque from owned pairs
     typename Scene::Real *largest_force;    ///< that counts, of an owned contact in this call
-    GrainResponse<typename Scene::Numbers> *response;
-    std::int32_t *partner;    ///< (kOwnedPairs, N) own number: slot is free
-    typename Scene::Wide
-        *partner_radius;    ///< (kOwnedPairs, N) minus the own one: slot is free, it never touches.
-                            ///< Not used where it is in registers
-    typename Scene::History *history;    ///< (kOwnedPairs, N)
+    GrainResponseOf<Scene> *response;
+    std::int32_t *partner;    ///< (Scene::owned_pairs, N) own number: slot is free
+    typename Scene::Wide *
+        partner_radius;    ///< (Scene::owned_pairs, N) minus the own one: slot is free, it never touches.
+                           ///< Not used where it is in registers
+    typename Scene::History *history;    ///< (Scene::owned_pairs, N)
   };
 
   /// For the slot of grain i that holds partner j.
@@ -173,20 +190,19 @@ inline namespace RVE_ISA {
   RVE_INLINE SharedView<Scene> lay_out_shared(Carving &carver, int num_grains, bool in_registers)
   {
     SharedView<Scene> view;
-    view.force_x = carver.template take<typename Scene::Sum>(num_grains);
-    view.force_y = carver.template take<typename Scene::Sum>(num_grains);
-    view.torque = carver.template take<typename Scene::Sum>(num_grains);
-    view.motion = carver.template take<Motion<typename Scene::Numbers>>(num_grains);
-    view.spin = carver.template take<typename Scene::Real>(num_grains);
-    view.response = carver.template take<GrainResponse<typename Scene::Numbers>>(num_grains);
+    for (int k = 0; k < Scene::freedoms; ++k)
+      view.force[k] = carver.template take<typename Scene::Sum>(num_grains);
+    view.motion = carver.template take<MotionOf<Scene>>(num_grains);
+    view.spin = carver.template take<Spin<typename Scene::Real, Scene::D>>(num_grains);
+    view.response = carver.template take<GrainResponseOf<Scene>>(num_grains);
     view.radius = carver.template take<typename Scene::Wide>(num_grains);
-    view.own = carver.template take<Vec<typename Scene::Sum, 3>>(num_grains);
+    view.own = carver.template take<Vec<typename Scene::Sum, Scene::freedoms>>(num_grains);
     view.largest_force = carver.template take<typename Scene::Real>(num_grains);
-    view.partner = carver.template take<std::int32_t>(kOwnedPairs * num_grains);
-    view.history = carver.template take<typename Scene::History>(kOwnedPairs * num_grains);
+    view.partner = carver.template take<std::int32_t>(Scene::owned_pairs * num_grains);
+    view.history = carver.template take<typename Scene::History>(Scene::owned_pairs * num_grains);
     view.partner_radius = in_registers
         ? nullptr
-        : carver.template take<typename Scene::Wide>(kOwnedPairs * num_grains);
+        : carver.template take<typename Scene::Wide>(Scene::owned_pairs * num_grains);
     return view;
   }
 
@@ -229,7 +245,7 @@ inline namespace RVE_ISA {
     std::int32_t *load;              ///< (N) pairs owned now
     std::int32_t *proposal;          ///< (N) entry of the own row that is offered, or -1
     std::int32_t *accepted;          ///< (N) grain whose offer is taken
-    std::int32_t *received;          ///< (kOwnedPairs, N) grains that gave a pair
+    std::int32_t *received;          ///< (Scene::owned_pairs, N) grains that gave a pair
     std::int32_t *received_count;    ///< (N)
     std::int32_t *excess_start;      ///< (N + 1)
     std::int32_t *contact_count;     ///< (N)
@@ -257,15 +273,15 @@ inline namespace RVE_ISA {
     view.load = carver.template take<std::int32_t>(num_grains);
     view.proposal = carver.template take<std::int32_t>(num_grains);
     view.accepted = carver.template take<std::int32_t>(num_grains);
-    view.received = carver.template take<std::int32_t>(kOwnedPairs * num_grains);
+    view.received = carver.template take<std::int32_t>(Scene::owned_pairs * num_grains);
     view.received_count = carver.template take<std::int32_t>(num_grains);
     view.excess_start = carver.template take<std::int32_t>(num_grains + 1);
     view.contact_count = carver.template take<std::int32_t>(num_grains);
     view.damping = carver.template take<double>(num_grains);
     view.scratch = carver.template take<double>(static_cast<std::size_t>(kScratch) * num_grains);
     PairView<Scene> &fresh = view.fresh;
-    fresh.partner = carver.template take<std::int32_t>(kOwnedPairs * num_grains);
-    fresh.history = carver.template take<typename Scene::History>(kOwnedPairs * num_grains);
+    fresh.partner = carver.template take<std::int32_t>(Scene::owned_pairs * num_grains);
+    fresh.history = carver.template take<typename Scene::History>(Scene::owned_pairs * num_grains);
     fresh.extra_first = carver.template take<std::int32_t>(pair_capacity);
     fresh.extra_second = carver.template take<std::int32_t>(pair_capacity);
     fresh.extra_history = carver.template take<typename Scene::History>(pair_capacity);

@@ -17,8 +17,10 @@ inline namespace RVE_ISA {
   /// |b'| >= s (R + skin) - 2 u with s the smallest stretch of G. It cannot touch while 2 u <= s skin - (1 - s) R. In
   /// compression the largest R decides; in expansion the smallest, for which nothing is counted on.
   /// Negative: the strain alone demands a new list.
-  RVE_INLINE double allowed_displacement(const Tensor2 &cell, const Tensor2 &list_cell,
-                                         double largest_radius, double skin)
+  template <int D>
+  RVE_INLINE double allowed_displacement(const Tensor<double, D> &cell,
+                                         const Tensor<double, D> &list_cell, double largest_radius,
+                                         double skin)
   {
     const double stretch = smallest_stretch(cell * inverse(list_cell));
     const double lost = stretch < 1.0 ? (1.0 - stretch) * 2.0 * largest_radius : 0.0;
@@ -27,53 +29,78 @@ inline namespace RVE_ISA {
 
   /// Regular grid in fractional space whose cells are at least `cutoff` wide. Along an axis with fewer than three cells every
   /// cell is a neighbour of every other.
-  struct SearchGrid {
-    int count[2];
+  template <int D> struct SearchGrid {
+    int count[D];
 
-    RVE_INLINE SearchGrid(const Tensor2 &cell, double cutoff, int capacity)
+    RVE_INLINE SearchGrid(const Tensor<double, D> &cell, double cutoff, int capacity)
     {
-      for (int a = 0; a < 2; ++a) {
+      for (int a = 0; a < D; ++a) {
         const double fit = perpendicular_width(cell, a) / (cutoff * (1.0 + 1e-6));
         count[a] = fit < 1.0 ? 1 : (fit > 1024.0 ? 1024 : static_cast<int>(fit));
       }
-      while (count[0] * count[1] > capacity) {
-        if (count[0] > count[1])
-          --count[0];
-        else
-          --count[1];
+      // a product of large counts has more than 31 bits in space
+      while (size<std::int64_t>() > capacity) {
+        int most = count[0];
+        for (int a = 1; a < D; ++a) most = count[a] > most ? count[a] : most;
+        // the last of the axes with the most, without an index that is not known: the counts shall be in registers
+        bool is_less = false;
+        for (int a = D - 1; a >= 0; --a) {
+          const bool is_this = !is_less && count[a] == most;
+          count[a] -= is_this ? 1 : 0;
+          is_less = is_less || is_this;
+        }
       }
     }
 
-    RVE_INLINE int size() const { return count[0] * count[1]; }
-
-    template <class Coordinate> RVE_INLINE int index(const Vec<Coordinate, 2> &s) const
+    template <class Integer = int> RVE_INLINE Integer size() const
     {
-      const int x =
-          static_cast<int>((static_cast<std::uint64_t>(leading_bits(s[0])) * count[0]) >> 32);
-      const int y =
-          static_cast<int>((static_cast<std::uint64_t>(leading_bits(s[1])) * count[1]) >> 32);
-      return y * count[0] + x;
+      Integer product = 1;
+      for (int a = 0; a < D; ++a) product *= count[a];
+      return product;
+    }
+
+    /// x runs fastest.
+    template <class Coordinate> RVE_INLINE int index(const Vec<Coordinate, D> &s) const
+    {
+      int cell = 0;
+      for (int a = D - 1; a >= 0; --a)
+        cell = cell * count[a] +
+            static_cast<int>((static_cast<std::uint64_t>(leading_bits(s[a])) * count[a]) >> 32);
+      return cell;
     }
 
     /// Calls visit(cell) once for each cell that may hold neighbours of the points in `home`.
     template <class Visit> RVE_INLINE void around(int home, Visit visit) const
     {
-      const int x = home % count[0], y = home / count[0];
-      const int reach_x = count[0] < 3 ? count[0] : 3, reach_y = count[1] < 3 ? count[1] : 3;
-      for (int dy = 0; dy < reach_y; ++dy)
-        for (int dx = 0; dx < reach_x; ++dx) {
-          const int cx = (x + dx + count[0] - 1) % count[0],
-                    cy = (y + dy + count[1] - 1) % count[1];
-          visit(cy * count[0] + cx);
-        }
+      int place[D];
+      for (int a = 0; a < D; ++a) {
+        place[a] = home % count[a];
+        home /= count[a];
+      }
+      around_along<D - 1>(place, 0, visit);
+    }
+
+   private:
+    /// Of the cells in layer `layer` of the axes after this one.
+    template <int Axis, class Visit>
+    RVE_INLINE void around_along(const int (&place)[D], int layer, Visit &visit) const
+    {
+      const int n = count[Axis], reach = n < 3 ? n : 3;
+      for (int d = 0; d < reach; ++d) {
+        const int cell = layer * n + (place[Axis] + d + n - 1) % n;
+        if constexpr (Axis > 0)
+          around_along<Axis - 1>(place, cell, visit);
+        else
+          visit(cell);
+      }
     }
   };
 
   /// Sorts the grains into the grid: cell_start, cell_grain (ascending within a cell), cell_of.
   template <class Block, class Scene>
-  RVE_HD void sort_into_grid(Block &block, const Motion<typename Scene::Numbers> *motion,
+  RVE_HD void sort_into_grid(Block &block, const MotionOf<Scene> *motion,
                              const WorkspaceView<Scene> &work, int num_grains,
-                             const SearchGrid &grid)
+                             const SearchGrid<Scene::D> &grid)
   {
     using Item = typename Block::Item;
     const int num_cells = grid.size();
@@ -110,7 +137,7 @@ inline namespace RVE_ISA {
   RVE_INLINE typename Scene::History old_history(const PairView<Scene> &old, int num_grains,
                                                  int num_old_extra, int i, int j)
   {
-    for (int k = 0; k < kOwnedPairs; ++k) {
+    for (int k = 0; k < Scene::owned_pairs; ++k) {
       if (old.partner[k * num_grains + i] == j) return old.history[k * num_grains + i];
       if (old.partner[k * num_grains + j] == i)
         return Scene::Law::seen_from_partner(old.history[k * num_grains + j]);
@@ -131,16 +158,17 @@ inline namespace RVE_ISA {
   /// Builds the list of all pairs with |b| < R + skin, assigns owners and carries the contact history over: `old` pairs in,
   /// work.fresh out. Lengths in the units of `cell` and `radius`.
   template <class Block, class Scene>
-  RVE_HD ListSizes build_list(Block &block, const Motion<typename Scene::Numbers> *motion,
+  RVE_HD ListSizes build_list(Block &block, const MotionOf<Scene> *motion,
                               const typename Scene::Wide *radius, const WorkspaceView<Scene> &work,
-                              int num_grains, const Tensor2 &cell, double largest_radius,
-                              double skin, const PairView<Scene> &old, int num_old_extra)
+                              int num_grains, const Tensor<double, Scene::D> &cell,
+                              double largest_radius, double skin, const PairView<Scene> &old,
+                              int num_old_extra)
   {
     const PairView<Scene> fresh = work.fresh;
     using Item = typename Block::Item;
     using Wide = typename Scene::Wide;
-    const SearchGrid grid(cell, 2.0 * largest_radius + skin, work.cell_capacity);
-    const Tensor<Wide, 2> to_length = fraction_to_length<typename Scene::Numbers>(cell);
+    const SearchGrid<Scene::D> grid(cell, 2.0 * largest_radius + skin, work.cell_capacity);
+    const Tensor<Wide, Scene::D> to_length = fraction_to_length<typename Scene::Numbers>(cell);
     const Wide margin = static_cast<Wide>(skin);
     sort_into_grid(block, motion, work, num_grains, grid);
 
@@ -149,7 +177,7 @@ inline namespace RVE_ISA {
         for (int m = work.cell_start[c]; m < work.cell_start[c + 1]; ++m) {
           const int j = work.cell_grain[m];
           if (j == i || !owns_first(i, j)) continue;
-          const Vec<Wide, 2> branch = to_length *
+          const Vec<Wide, Scene::D> branch = to_length *
               fractional_difference<typename Scene::Numbers>(motion[j].position,
                                                              motion[i].position);
           if (gap_squared(branch, radius[i] + radius[j] + margin) > Wide(0)) take(j);
@@ -179,14 +207,15 @@ inline namespace RVE_ISA {
     balance_ownership(block, work, num_grains, 64);
 
     block.for_each(num_grains, [&](Item i) {
-      work.excess_start[i] = work.load[i] > kOwnedPairs ? work.load[i] - kOwnedPairs : 0;
+      work.excess_start[i] = work.load[i] > Scene::owned_pairs ? work.load[i] - Scene::owned_pairs
+                                                               : 0;
     });
     const int num_extra = block.exclusive_scan(work.excess_start, num_grains);
     block.for_each(num_grains, [&](Item i) {
       int slot = 0, extra = work.excess_start[i];
       const auto place = [&](int j) {
         const auto history = old_history(old, num_grains, num_old_extra, i, j);
-        if (slot < kOwnedPairs) {
+        if (slot < Scene::owned_pairs) {
           fresh.partner[slot * num_grains + i] = j;
           fresh.history[slot * num_grains + i] = history;
           ++slot;
@@ -200,7 +229,7 @@ inline namespace RVE_ISA {
       for (int m = 0; m < work.received_count[i]; ++m) place(work.received[m * num_grains + i]);
       for (int entry = work.row_start[i]; entry < work.row_start[i + 1]; ++entry)
         if (!work.row_given[entry]) place(work.row_partner[entry]);
-      for (; slot < kOwnedPairs; ++slot) {
+      for (; slot < Scene::owned_pairs; ++slot) {
         fresh.partner[slot * num_grains + i] = i;
         fresh.history[slot * num_grains + i] = typename Scene::History();
       }
@@ -209,7 +238,7 @@ inline namespace RVE_ISA {
         const int distance = fresh.partner[k * num_grains + i] - i;
         return distance > 0 ? distance : distance + num_grains;
       };
-      for (int k = 1; k < kOwnedPairs; ++k)
+      for (int k = 1; k < Scene::owned_pairs; ++k)
         for (int m = k; m > 0 && ahead(m) < ahead(m - 1); --m) {
           const int here = m * num_grains + i, before = here - num_grains;
           const int partner = fresh.partner[here];

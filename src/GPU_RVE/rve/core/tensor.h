@@ -112,6 +112,26 @@ inline namespace RVE_ISA {
     return t;
   }
 
+  /// A deformation in a space of more dimensions: nothing moves along the others.
+  template <int Space, class T, int D>
+  RVE_INLINE Tensor<T, Space> in_plane_strain(const Tensor<T, D> &f)
+  {
+    Tensor<T, Space> t = Tensor<T, Space>::identity();
+    for (int a = 0; a < D; ++a)
+      for (int b = 0; b < D; ++b) t(a, b) = f(a, b);
+    return t;
+  }
+
+  /// The components along the first D axes.
+  template <int D, class T, int Space>
+  RVE_INLINE Tensor<T, D> leading_components(const Tensor<T, Space> &x)
+  {
+    Tensor<T, D> t;
+    for (int a = 0; a < D; ++a)
+      for (int b = 0; b < D; ++b) t(a, b) = x(a, b);
+    return t;
+  }
+
   template <class T, int D> RVE_INLINE T trace(const Tensor<T, D> &x)
   {
     T sum = x(0, 0);

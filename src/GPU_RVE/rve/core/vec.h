@@ -4,6 +4,7 @@
 #define RVE_CORE_VEC_H
 
 #include "rve/core/arithmetic.h"
+#include "rve/core/space.h"
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -50,6 +51,28 @@ inline namespace RVE_ISA {
     Vec<T, D> v;
     for (int a = 0; a < D; ++a) v[a] = factor * x[a];
     return v;
+  }
+
+  /// Spin of a body or torque on it: a component for each plane that it can turn in. In the plane it is that number.
+  template <class T, int D> struct SpinType {
+    using type = Vec<T, Space<D>::spins>;
+  };
+  template <class T> struct SpinType<T, 2> {
+    using type = T;
+  };
+  template <class T, int D> using Spin = typename SpinType<T, D>::type;
+
+  template <class T> RVE_INLINE T &spin_component(T &spin, int)
+  {
+    return spin;
+  }
+  template <class T, int N> RVE_INLINE T &spin_component(Vec<T, N> &spin, int k)
+  {
+    return spin[k];
+  }
+  template <class T, int N> RVE_INLINE const T &spin_component(const Vec<T, N> &spin, int k)
+  {
+    return spin[k];
   }
 
   /// Products and sums are fused where nothing depends on the order of the terms: all arguments may change sign together and

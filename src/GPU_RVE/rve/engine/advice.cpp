@@ -72,11 +72,11 @@ std::vector<Advice> advice_on_friction(const Material &material)
   return list;
 }
 
-double stress_out_of_reach(const Result &result, const Drive &drive)
+template <int D> double stress_out_of_reach(const ResultOf<D> &result, const DriveOf<D> &drive)
 {
   double most = 0.0;
-  for (int a = 0; a < 2; ++a)
-    for (int b = 0; b < 2; ++b) {
+  for (int a = 0; a < D; ++a)
+    for (int b = 0; b < D; ++b) {
       if (!drive.controlled[a][b] ||
           std::fabs(result.servo_velocity_gradient(a, b)) < drive.servo_max_rate)
         continue;
@@ -86,7 +86,9 @@ double stress_out_of_reach(const Result &result, const Drive &drive)
   return most;
 }
 
-std::vector<Advice> advice_on_servo(const Result &result, const Drive &drive, double before)
+template <int D>
+std::vector<Advice> advice_on_servo(const ResultOf<D> &result, const DriveOf<D> &drive,
+                                    double before)
 {
   constexpr double NO_NEARER = 0.999;
   const double now = stress_out_of_reach(result, drive);
@@ -174,5 +176,8 @@ std::vector<Advice> advice(Format format, const Result &result, const Material &
                         "cell; use more grains"});
   return list;
 }
+
+template double stress_out_of_reach(const ResultOf<2> &, const DriveOf<2> &);
+template std::vector<Advice> advice_on_servo(const ResultOf<2> &, const DriveOf<2> &, double);
 
 }    // namespace rve

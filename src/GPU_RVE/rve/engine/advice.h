@@ -77,10 +77,12 @@ std::vector<Advice> advice_on_friction(const Material &material);
 
 /// What the stress is away from the goals of components that the servo strains at its largest rate, at the end of a drive [stress]; 0 if
 /// there are none.
-double stress_out_of_reach(const Result &result, const Drive &drive);
+template <int D> double stress_out_of_reach(const ResultOf<D> &result, const DriveOf<D> &drive);
 
 /// Tells a servo that strains at its largest rate and comes no nearer to its goal than it was some steps `before`.
-std::vector<Advice> advice_on_servo(const Result &result, const Drive &drive, double before);
+template <int D>
+std::vector<Advice> advice_on_servo(const ResultOf<D> &result, const DriveOf<D> &drive,
+                                    double before);
 
 }    // namespace rve
 

@@ -12,20 +12,26 @@ namespace rve {
 ///     df = (k_n l eps_nn - f_t eps_nt) n + (k_t l - f_n) eps_nt t,    f = -f_n n + f_t t the force on `first`,
 /// with l = |b|, eps_nn = n.eps n, eps_nt = t.eps n: springs, turning contact forces, stretching branches, changing volume. It is
 /// Voigt's upper bound of the elastic stiffness, exact for the first step of an RVE at rest.
-struct AffineStiffness {
-  double component[4][3] =
-      {};    ///< d(sigma_xx, sigma_xy, sigma_yx, sigma_yy) / d(eps_xx, eps_yy, eps_xy) [stress]
+template <int D> struct AffineStiffnessOf {
+  /// d(sigma_xx, sigma_xy, sigma_yx, sigma_yy) / d(eps_xx, eps_yy, eps_xy): rows of sigma, the diagonal of eps first [stress]
+  double component[Space<D>::components][Space<D>::strains] = {};
 
   /// Stress increment of a symmetric strain [stress].
-  Tensor2 operator()(const Tensor2 &strain) const
+  Tensor<double, D> operator()(const Tensor<double, D> &strain) const
   {
-    Tensor2 stress;
-    for (int k = 0; k < 4; ++k)
-      stress.component[k] = component[k][0] * strain(0, 0) + component[k][1] * strain(1, 1) +
-          component[k][2] * strain(0, 1);
+    Tensor<double, D> stress;
+    for (int k = 0; k < Space<D>::components; ++k) {
+      double sum = component[k][0] * strain(0, 0);
+      for (int a = 1; a < D; ++a) sum += component[k][a] * strain(a, a);
+      int shear = D;
+      for (int a = 0; a < D; ++a)
+        for (int b = a + 1; b < D; ++b) sum += component[k][shear++] * strain(a, b);
+      stress.component[k] = sum;
+    }
     return stress;
   }
 };
+using AffineStiffness = AffineStiffnessOf<2>;
 
 }    // namespace rve
 

@@ -6,27 +6,28 @@
 
 namespace rve {
 
-bool must_repeat(const AnswerRecord &answer)
+template <int D> bool must_repeat(const AnswerRecord<D> &answer)
 {
   return (answer.status & (status::ListFull | status::ForceSaturated)) != 0;
 }
 
-void to_result(const AnswerRecord &answer, const DetailRecord &record, Result &result)
+template <int D>
+void to_result(const AnswerRecord<D> &answer, const DetailRecord<D> &record, ResultOf<D> &result)
 {
-  const ImageProgress &after = record.progress;
-  result = Result();
+  const ImageProgress<D> &after = record.progress;
+  result = ResultOf<D>();
   result.status = answer.status;
-  result.stress = load_tensor(answer.stress);
-  result.fabric = load_tensor(record.fabric);
-  result.cell = load_tensor(after.cell);
-  result.deformation = load_tensor(after.deformation);
-  result.servo_velocity_gradient = load_tensor(after.servo_velocity_gradient);
+  result.stress = load_tensor<D>(answer.stress);
+  result.fabric = load_tensor<D>(record.fabric);
+  result.cell = load_tensor<D>(after.cell);
+  result.deformation = load_tensor<D>(after.deformation);
+  result.servo_velocity_gradient = load_tensor<D>(after.servo_velocity_gradient);
   const int n = record.num_grains, contacts = record.num_contacts;
   result.num_grains = n;
   result.num_contacts = contacts;
   result.num_pairs = record.num_pairs;
   result.num_rattlers = record.num_rattlers;
-  result.void_ratio = determinant(result.cell) / record.solid_area - 1.0;
+  result.void_ratio = determinant(result.cell) / record.solid_volume - 1.0;
   result.coordination_number = 2.0 * contacts / n;
   const int carrying =
       n - record.num_rattlers;    // Thornton: contacts of grains with a single one do not count
@@ -45,20 +46,27 @@ void to_result(const AnswerRecord &answer, const DetailRecord &record, Result &r
   result.energy = {after.work, after.friction_loss, after.damping_loss, after.viscous_loss};
 }
 
-void to_result(const AnswerRecord &answer, const DetailRecord &record, ElasticResult &result)
+template <int D>
+void to_result(const AnswerRecord<D> &answer, const DetailRecord<D> &record,
+               ElasticResultOf<D> &result)
 {
   to_result(answer, record, result.result);
   static_assert(sizeof(result.stiffness.component) == sizeof(record.stiffness), "all of it");
   std::memcpy(result.stiffness.component, record.stiffness, sizeof(record.stiffness));
 }
 
-DetailRecord details_of(const ImageHeader &header)
+template <int D> DetailRecord<D> details_of(const ImageHeader<D> &header)
 {
-  DetailRecord record = DetailRecord();
+  DetailRecord<D> record = DetailRecord<D>();
   record.num_grains = header.num_grains;
-  record.solid_area = header.solid_area;
+  record.solid_volume = header.solid_volume;
   record.progress = header;
   return record;
 }
+
+template bool must_repeat(const AnswerRecord<2> &);
+template void to_result(const AnswerRecord<2> &, const DetailRecord<2> &, ResultOf<2> &);
+template void to_result(const AnswerRecord<2> &, const DetailRecord<2> &, ElasticResultOf<2> &);
+template DetailRecord<2> details_of(const ImageHeader<2> &);
 
 }    // namespace rve

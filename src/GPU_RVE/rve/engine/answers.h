@@ -9,13 +9,16 @@
 namespace rve {
 
 /// Whether a call did not succeed for a reason that the engine can mend.
-bool must_repeat(const AnswerRecord &answer);
+template <int D> bool must_repeat(const AnswerRecord<D> &answer);
 
-void to_result(const AnswerRecord &answer, const DetailRecord &record, Result &result);
-void to_result(const AnswerRecord &answer, const DetailRecord &record, ElasticResult &result);
+template <int D>
+void to_result(const AnswerRecord<D> &answer, const DetailRecord<D> &record, ResultOf<D> &result);
+template <int D>
+void to_result(const AnswerRecord<D> &answer, const DetailRecord<D> &record,
+               ElasticResultOf<D> &result);
 
 /// Of an RVE whose call failed: as it was before.
-DetailRecord details_of(const ImageHeader &header);
+template <int D> DetailRecord<D> details_of(const ImageHeader<D> &header);
 
 }    // namespace rve
 

@@ -42,7 +42,8 @@ namespace {
 
 }    // namespace
 
-BatchEngine::BatchEngine(const Options &options_in) :
+template <int D>
+BatchEngine<D>::BatchEngine(const Options &options_in) :
     options(options_in), constants(to_constants(options_in)),
     memory_layout(memory_program(options_in.contacts))
 {
@@ -50,23 +51,24 @@ BatchEngine::BatchEngine(const Options &options_in) :
   needs.books = options.track_energy;
 }
 
-std::unique_ptr<Engine> BatchEngine::empty_with(const ContactModel &contacts) const
+template <int D>
+std::unique_ptr<EngineOf<D>> BatchEngine<D>::empty_with(const ContactModel &contacts) const
 {
   Options other = options;
   other.contacts = contacts;
-  std::unique_ptr<BatchEngine> engine = make_alike(other);
+  std::unique_ptr<BatchEngine<D>> engine = make_alike(other);
   engine->pairs_per_grain = pairs_per_grain;
   return engine;
 }
 
-Program BatchEngine::usual_program() const
+template <int D> Program BatchEngine<D>::usual_program() const
 {
   CallNeeds usual;
   usual.friction = features_of(memory_layout).has.friction;
   return choose_program(memory_layout, usual);
 }
 
-void BatchEngine::require_contacts(const ContactModel &needed) const
+template <int D> void BatchEngine<D>::require_contacts(const ContactModel &needed) const
 {
   require(contacts().serves(needed), [&] {
     return "the RVE has " + to_string(needed) + ", and the engine was made for RVEs with " +
@@ -74,18 +76,18 @@ void BatchEngine::require_contacts(const ContactModel &needed) const
   });
 }
 
-void BatchEngine::note_needs(const Material &material)
+template <int D> void BatchEngine<D>::note_needs(const Material &material)
 {
   needs.dashpots = needs.dashpots || is_viscous(material);
   needs.books = needs.books || all_forces_count(material);
   needs.friction = needs.friction || material.friction > 0.0;
 }
 
-int BatchEngine::add(const RveState &state)
+template <int D> int BatchEngine<D>::add(const RveStateOf<D> &state)
 {
   state.check();
   const auto [smallest, largest] = std::minmax_element(state.radius.begin(), state.radius.end());
-  require(neighbor_bits(*smallest, *largest) <= LARGEST_NEIGHBOR_BITS,
+  require(neighbor_bits<D>(*smallest, *largest) <= LARGEST_NEIGHBOR_BITS,
           "the largest grain must be at most 60 times as large as the smallest, got " +
               number(*largest / *smallest));
   require_contacts(contacts_of(state));
@@ -93,7 +95,7 @@ int BatchEngine::add(const RveState &state)
   const bool is_new = free_numbers.empty();
   const int rve = is_new ? static_cast<int>(grains_of.size()) : free_numbers.back();
   put_image(rve,
-            build_image(options.format, state, initial_extra_capacity(n),
+            build_image(options.format, state, initial_extra_capacity<D>(n),
                         memory_layout));    // may find no memory
   if (is_new) {
     grains_of.push_back(n);
@@ -109,7 +111,7 @@ int BatchEngine::add(const RveState &state)
   return rve;
 }
 
-void BatchEngine::remove(int rve)
+template <int D> void BatchEngine<D>::remove(int rve)
 {
   check_slot(rve);
   drop_image(rve);
@@ -117,40 +119,42 @@ void BatchEngine::remove(int rve)
   free_numbers.push_back(rve);
 }
 
-int BatchEngine::size() const
+template <int D> int BatchEngine<D>::size() const
 {
   return static_cast<int>(grains_of.size() - free_numbers.size());
 }
 
-RveState BatchEngine::state(int rve) const
+template <int D> RveStateOf<D> BatchEngine<D>::state(int rve) const
 {
   check_slot(rve);
-  return read_image(options.format, get_image(rve), memory_layout);
+  return read_image<D>(options.format, get_image(rve), memory_layout);
 }
 
-void BatchEngine::set_material(int rve, const Material &material)
+template <int D> void BatchEngine<D>::set_material(int rve, const Material &material)
 {
   check_slot(rve);
-  RveState probe = state(rve);
+  RveStateOf<D> probe = state(rve);
   probe.material = material;
   probe.check();
   require_contacts(contacts_of(material));
-  ImageHeader header = get_header(rve);
+  ImageHeader<D> header = get_header(rve);
   set_material_in(header, material);
   put_header(rve, header);
   note_needs(material);
 }
 
-void BatchEngine::turn(const std::vector<int> &rves, const std::vector<Tensor2> &rotations)
+template <int D>
+void BatchEngine<D>::turn(const std::vector<int> &rves,
+                          const std::vector<Tensor<double, D>> &rotations)
 {
   require(rves.size() == rotations.size(),
           "one rotation per RVE is needed: " + std::to_string(rves.size()) + " RVEs, " +
               std::to_string(rotations.size()) + " rotations");
   for (std::size_t k = 0; k < rves.size(); ++k) {
     check_slot(rves[k]);
-    const Tensor2 &r = rotations[k];
-    const Tensor2 error = transpose(r) * r - Tensor2::identity();
-    require(std::all_of(error.component, error.component + 4,
+    const Tensor<double, D> &r = rotations[k];
+    const Tensor<double, D> error = transpose(r) * r - Tensor<double, D>::identity();
+    require(std::all_of(std::begin(error.component), std::end(error.component),
                         [](double x) {
                           return std::fabs(x) < 1e-12;
                         }) &&
@@ -160,12 +164,13 @@ void BatchEngine::turn(const std::vector<int> &rves, const std::vector<Tensor2> 
   if (!rves.empty()) turn_images(rves, rotations);
 }
 
-std::size_t BatchEngine::bytes_per_rve(int num_grains) const
+template <int D> std::size_t BatchEngine<D>::bytes_per_rve(int num_grains) const
 {
-  return image_bytes(options.format, num_grains, initial_extra_capacity(num_grains), memory_layout);
+  return image_bytes<D>(options.format, num_grains, initial_extra_capacity<D>(num_grains),
+                        memory_layout);
 }
 
-Memory BatchEngine::memory() const
+template <int D> Memory BatchEngine<D>::memory() const
 {
   Memory memory = backend_memory();
   const char *word = std::getenv("GPU_RVE_MEMORY_LIMIT");
@@ -182,23 +187,23 @@ Memory BatchEngine::memory() const
   return memory;
 }
 
-void BatchEngine::check_slot(int rve) const
+template <int D> void BatchEngine<D>::check_slot(int rve) const
 {
   require(rve >= 0 && rve < static_cast<int>(grains_of.size()) && grains_of[rve] > 0, [&] {
     return "there is no RVE with number " + std::to_string(rve);
   });
 }
 
-void BatchEngine::prepare_repeat(int rve, const AnswerRecord &result)
+template <int D> void BatchEngine<D>::prepare_repeat(int rve, const AnswerRecord<D> &result)
 {
-  ImageHeader header = get_header(rve);
+  ImageHeader<D> header = get_header(rve);
   ++header.repeats;
   if (result.status & status::ForceSaturated)
     header.largest_contact_force = 16.0 * result.expected_force;
   put_header(rve, header);
   if (result.needed_extra > header.extra_capacity) {
     const StateImage old = get_image(rve);
-    const RveState state = read_image(options.format, old, memory_layout);
+    const RveStateOf<D> state = read_image<D>(options.format, old, memory_layout);
     drop_image(rve);
     put_image(rve,
               build_image(options.format, state, result.needed_extra + result.needed_extra / 4 + 8,
@@ -208,11 +213,12 @@ void BatchEngine::prepare_repeat(int rve, const AnswerRecord &result)
                              (result.needed_pairs + result.needed_pairs / 4) / grains_of[rve] + 1);
 }
 
-void BatchEngine::prepare(Call &call, const std::vector<int> &rves,
-                          const std::vector<Drive> &drives, Answer kind)
+template <int D>
+void BatchEngine<D>::prepare(Call &call, const std::vector<int> &rves,
+                             const std::vector<DriveOf<D>> &drives, Answer kind)
 {
   const int count = static_cast<int>(rves.size());
-  DriveRecord *records = room_for_drives(count);
+  DriveRecord<D> *records = room_for_drives(count);
   call.rves = &rves;
   call.drives = records;
   int first_bad = count, largest = 0, longest = 0;
@@ -260,13 +266,14 @@ void BatchEngine::prepare(Call &call, const std::vector<int> &rves,
   if (least_cost < most_cost) put_longest_first(call, drives, most_cost);
 }
 
-double BatchEngine::cost_of(int rve, const Drive &drive) const
+template <int D> double BatchEngine<D>::cost_of(int rve, const DriveOf<D> &drive) const
 {
   return static_cast<double>(drive.substeps) * grains_of[rve];
 }
 
-void BatchEngine::put_longest_first(Call &call, const std::vector<Drive> &drives,
-                                    double most_cost) const
+template <int D>
+void BatchEngine<D>::put_longest_first(Call &call, const std::vector<DriveOf<D>> &drives,
+                                       double most_cost) const
 {
   // sorted roughly, in one pass: the last ones to run are short, and that is all that matters
   constexpr int classes = 256;
@@ -282,8 +289,9 @@ void BatchEngine::put_longest_first(Call &call, const std::vector<Drive> &drives
   for (int k = 0; k < count; ++k) call.order[start[class_of(k)]++] = k;
 }
 
-const AnswerRecord *BatchEngine::start(const std::vector<int> &rves,
-                                       const std::vector<Drive> &drives, Answer kind)
+template <int D>
+const AnswerRecord<D> *BatchEngine<D>::start(const std::vector<int> &rves,
+                                             const std::vector<DriveOf<D>> &drives, Answer kind)
 {
   require(rves.size() == drives.size(),
           "one drive per RVE is needed: " + std::to_string(rves.size()) + " RVEs, " +
@@ -298,29 +306,30 @@ const AnswerRecord *BatchEngine::start(const std::vector<int> &rves,
   return launch(call, details);
 }
 
-const AnswerRecord *BatchEngine::repeat(const std::vector<int> &rves,
-                                        const std::vector<Drive> &drives,
-                                        const AnswerRecord *answers, Answer kind)
+template <int D>
+const AnswerRecord<D> *BatchEngine<D>::repeat(const std::vector<int> &rves,
+                                              const std::vector<DriveOf<D>> &drives,
+                                              const AnswerRecord<D> *answers, Answer kind)
 {
   const bool with_details = kind != Answer::Short;
   mended.assign(answers, answers + rves.size());
-  std::vector<DetailRecord> all_details;    // `details` are those of the last start
+  std::vector<DetailRecord<D>> all_details;    // `details` are those of the last start
   if (with_details) all_details = details;
-  std::map<std::size_t, ImageHeader> before;    // of the RVEs whose call is repeated
+  std::map<std::size_t, ImageHeader<D>> before;    // of the RVEs whose call is repeated
   for (int round = 0; round < MAX_REPEATS; ++round) {
     std::vector<std::size_t> again;
     for (std::size_t k = 0; k < rves.size(); ++k)
       if (must_repeat(mended[k])) again.push_back(k);
     if (again.empty()) break;
     std::vector<int> some_rves;
-    std::vector<Drive> some_drives;
+    std::vector<DriveOf<D>> some_drives;
     for (std::size_t k : again) {
       before.emplace(k, get_header(rves[k]));
       prepare_repeat(rves[k], mended[k]);
       some_rves.push_back(rves[k]);
       some_drives.push_back(drives[k]);
     }
-    const AnswerRecord *some_answers = start(some_rves, some_drives, kind);
+    const AnswerRecord<D> *some_answers = start(some_rves, some_drives, kind);
     for (std::size_t m = 0; m < again.size(); ++m) {
       mended[again[m]] = some_answers[m];
       if (with_details) all_details[again[m]] = details[m];
@@ -331,7 +340,7 @@ const AnswerRecord *BatchEngine::repeat(const std::vector<int> &rves,
   // a call that fails in the end leaves no trace of its repeats either
   for (const auto &[k, first] : before) {
     if (!(mended[k].status & status::Fatal)) continue;
-    ImageHeader header = get_header(rves[k]);
+    ImageHeader<D> header = get_header(rves[k]);
     header.repeats = first.repeats;
     header.largest_contact_force = first.largest_contact_force;
     put_header(rves[k], header);
@@ -339,14 +348,15 @@ const AnswerRecord *BatchEngine::repeat(const std::vector<int> &rves,
   return mended.data();
 }
 
+template <int D>
 template <class AnyResult>
-void BatchEngine::advance_with_details(const std::vector<int> &rves,
-                                       const std::vector<Drive> &drives, Answer kind,
-                                       std::vector<AnyResult> &results)
+void BatchEngine<D>::advance_with_details(const std::vector<int> &rves,
+                                          const std::vector<DriveOf<D>> &drives, Answer kind,
+                                          std::vector<AnyResult> &results)
 {
-  const AnswerRecord *answers = start(rves, drives, kind);
+  const AnswerRecord<D> *answers = start(rves, drives, kind);
   const int count = static_cast<int>(rves.size());
-  if (std::any_of(answers, answers + count, must_repeat))
+  if (std::any_of(answers, answers + count, must_repeat<D>))
     answers = repeat(rves, drives, answers, kind);
   for (int k = 0; k < count; ++k)
     if (answers[k].status & status::Fatal) details[k] = details_of(get_header(rves[k]));
@@ -356,39 +366,43 @@ void BatchEngine::advance_with_details(const std::vector<int> &rves,
   for (int k = 0; k < count; ++k) to_result(answers[k], details[k], results[k]);
 }
 
-void BatchEngine::advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
-                          std::vector<Result> &results)
+template <int D>
+void BatchEngine<D>::advance(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,
+                             std::vector<ResultOf<D>> &results)
 {
   advance_with_details(rves, drives, Answer::Long, results);
 }
 
-void BatchEngine::advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
-                          std::vector<ElasticResult> &results)
+template <int D>
+void BatchEngine<D>::advance(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,
+                             std::vector<ElasticResultOf<D>> &results)
 {
   advance_with_details(rves, drives, Answer::Longest, results);
 }
 
-void BatchEngine::bound_time_steps(const std::vector<int> &rves, double enough,
-                                   std::vector<double> &bounds)
+template <int D>
+void BatchEngine<D>::bound_time_steps(const std::vector<int> &rves, double enough,
+                                      std::vector<double> &bounds)
 {
   require(std::isfinite(enough) && enough > 0.0,
           "a sufficient time step must be positive and finite, got " + number(enough) + " [time]");
-  Drive look;
+  DriveOf<D> look;
   look.dt = enough;
-  const std::vector<Drive> drives(rves.size(), look);
-  const AnswerRecord *answers = start(rves, drives, Answer::TimeStep);
+  const std::vector<DriveOf<D>> drives(rves.size(), look);
+  const AnswerRecord<D> *answers = start(rves, drives, Answer::TimeStep);
   const std::size_t count = rves.size();
-  if (std::any_of(answers, answers + count, must_repeat))
+  if (std::any_of(answers, answers + count, must_repeat<D>))
     answers = repeat(rves, drives, answers, Answer::TimeStep);
   bounds.resize(count);
   for (std::size_t k = 0; k < count; ++k)
     bounds[k] = answers[k].status & status::Fatal ? 0.0 : details[k].stiffness[0];
 }
 
-void BatchEngine::advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
-                          std::vector<Response> &responses)
+template <int D>
+void BatchEngine<D>::advance(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,
+                             std::vector<ResponseOf<D>> &responses)
 {
-  const AnswerRecord *answers = start(rves, drives, Answer::Short);
+  const AnswerRecord<D> *answers = start(rves, drives, Answer::Short);
   const int count = static_cast<int>(rves.size());
   responses.resize(count);
   const auto respond = [&] {
@@ -396,7 +410,8 @@ void BatchEngine::advance(const std::vector<int> &rves, const std::vector<Drive>
     const LightWork work(count, helpers(options));
 #pragma omp parallel for num_threads(work.team) reduction(|| : unfinished)
     for (int k = 0; k < count; ++k) {
-      responses[k] = {answers[k].status, answers[k].num_contacts, load_tensor(answers[k].stress)};
+      responses[k] = {answers[k].status, answers[k].num_contacts,
+                      load_tensor<D>(answers[k].stress)};
       unfinished = unfinished || must_repeat(answers[k]);
     }
     return unfinished;
@@ -405,5 +420,7 @@ void BatchEngine::advance(const std::vector<int> &rves, const std::vector<Drive>
   answers = repeat(rves, drives, answers, Answer::Short);
   respond();
 }
+
+template class BatchEngine<2>;
 
 }    // namespace rve

@@ -12,7 +12,8 @@ namespace rve {
 /// Shares of the widths across the two cell vectors, first that along x, down to which a cell can be compressed before half of it is
 /// no wider than two largest grains that touch and the skin: then a grain could meet two images of another one, and the RVE fails.
 /// `skin` as in Options [length].
-std::array<double, 2> least_share_of_widths(const RveState &state, double skin);
+template <int D>
+std::array<double, D> least_share_of_widths(const RveStateOf<D> &state, double skin);
 
 /// The least width of the cell over the mean size of its grains, that of disks with their mean area [-].
 double grains_across(const RveState &state);

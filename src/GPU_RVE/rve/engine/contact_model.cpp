@@ -21,12 +21,13 @@ ContactModel contacts_of(const Material &material)
   return {material.law, resists_rolling(material)};
 }
 
-ContactModel contacts_of(const RveState &state)
+template <int D> ContactModel contacts_of(const RveStateOf<D> &state)
 {
   return {state.material.law, resists_rolling(state.material) || state.has_rolling_forces()};
 }
 
-ContactModel contacts_of(const std::vector<RveState> &states,
+template <int D>
+ContactModel contacts_of(const std::vector<RveStateOf<D>> &states,
                          const std::function<std::string(int)> &name)
 {
   const auto name_of = [&](std::size_t k) {
@@ -67,5 +68,9 @@ std::vector<MaterialMember> parameters_of(ContactLaw law)
   });
   return members;
 }
+
+template ContactModel contacts_of(const RveStateOf<2> &);
+template ContactModel contacts_of(const std::vector<RveStateOf<2>> &,
+                                  const std::function<std::string(int)> &);
 
 }    // namespace rve

@@ -11,7 +11,7 @@
 
 namespace rve {
 
-struct RveState;
+template <int D> struct RveStateOf;
 
 /// The contact law, and whether pairs remember rolling forces: from these follow the memory of an RVE and the programs that advance it.
 struct ContactModel {
@@ -35,10 +35,11 @@ std::string to_string(const ContactModel &contacts);
 
 /// What an RVE needs. With rolling forces, it needs them remembered whatever its material.
 ContactModel contacts_of(const Material &material);
-ContactModel contacts_of(const RveState &state);
+template <int D> ContactModel contacts_of(const RveStateOf<D> &state);
 
 /// What several RVEs need together. Throws InputError, with the names of two of them, if their laws differ.
-ContactModel contacts_of(const std::vector<RveState> &states,
+template <int D>
+ContactModel contacts_of(const std::vector<RveStateOf<D>> &states,
                          const std::function<std::string(int)> &name = {});
 
 /// The law of that word; throws InputError, with those there are, if there is none.

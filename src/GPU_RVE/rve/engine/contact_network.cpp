@@ -24,7 +24,7 @@ namespace {
           1024;    // per axis: more would be empty for any N a cell of this kind holds
       for (int a = 0; a < 2; ++a) {
         const double width =
-            state.cell_area() / std::hypot(state.cell(0, 1 - a), state.cell(1, 1 - a));
+            state.cell_volume() / std::hypot(state.cell(0, 1 - a), state.cell(1, 1 - a));
         count[a] =
             static_cast<int>(std::min<double>(MOST_BINS, std::floor(width / contact_distance)));
         count[a] = std::max(count[a], 1);
@@ -185,7 +185,7 @@ Tensor2 spring_stress(const RveState &state)
   Tensor2 sum = Tensor2::zero();
   for (const SpringContact &contact : find_spring_contacts(state))
     sum = sum + dyad(contact.force_on_first, contact.geometry.branch);
-  return 1.0 / (state.cell_area() * state.material.thickness) * sum;
+  return 1.0 / (state.cell_volume() * state.material.thickness) * sum;
 }
 
 }    // namespace rve

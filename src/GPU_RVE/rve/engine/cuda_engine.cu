@@ -35,25 +35,25 @@ namespace {
     return (size + 255) / 256 * 256;
   }
 
-  struct TurnRecord {
+  template <int D> struct TurnRecord {
     RveHandle rve;
-    double rotation[4];
+    double rotation[Space<D>::components];
   };
 
   /// Turns an RVE rigidly, in a block of any size. All of it lies in front of the histories: with rolling resistance, too.
-  template <class Scene> __global__ void turn_rves(const TurnRecord *turns)
+  template <class Scene> __global__ void turn_rves(const TurnRecord<Scene::D> *turns)
   {
     __shared__ CudaScratch scratch;
     BlockCuda<false> block(scratch);
-    const TurnRecord turn = turns[blockIdx.x];
+    const TurnRecord<Scene::D> turn = turns[blockIdx.x];
     turn_rigidly(block,
                  carve_image<Scene>(turn.rve.image, turn.rve.num_grains, turn.rve.extra_capacity),
-                 load_tensor(turn.rotation));
+                 load_tensor<Scene::D>(turn.rotation));
   }
 
-  using TurnFunction = void (*)(const TurnRecord *);
+  template <int D> using TurnFunction = void (*)(const TurnRecord<D> *);
 
-  template <class Numbers> TurnFunction turn_function(Program memory)
+  template <int D, class Numbers> TurnFunction<D> turn_function(Program memory)
   {
     switch (memory) {
 #define RVE_TURN(name, law, books, small, prepared) \
@@ -65,22 +65,27 @@ namespace {
     return nullptr;
   }
 
-  TurnFunction turn_function(Format format, Program memory)
+  template <int D> TurnFunction<D> turn_function(Format format, Program memory)
   {
     switch (format) {
       case Format::Fast:
-        return turn_function<FastNumbers>(memory);
+        return turn_function<D, FastNumbers>(memory);
       case Format::Mixed:
-        return turn_function<MixedNumbers>(memory);
+        return turn_function<D, MixedNumbers>(memory);
       default:
-        return turn_function<DoubleNumbers>(memory);
+        return turn_function<D, DoubleNumbers>(memory);
     }
   }
 
-  class CudaEngine final : public BatchEngine {
+  template <int D> class CudaEngine final : public BatchEngine<D> {
+    using Base = BatchEngine<D>;
+    using Base::memory_layout;
+    using Base::options;
+    using typename Base::Call;
+
    public:
     CudaEngine(const Options &options_in, bool compiles_in) :
-        BatchEngine(options_in), compiles(compiles_in), device(properties_of(options_in)),
+        Base(options_in), compiles(compiles_in), device(properties_of(options_in)),
         programs(options_in, 10 * device.major + device.minor)
     {
       require(options.block_size >= 0 && options.block_size <= LARGEST_BLOCK,
@@ -111,20 +116,20 @@ namespace {
       call.rves = &rves;
       call.largest = num_grains;
       call.longest = kPlanSteps;
-      call.pair_capacity = pair_capacity(num_grains);
-      call.program = usual_program();
+      call.pair_capacity = this->pair_capacity(num_grains);
+      call.program = this->usual_program();
       const Plan &plan = plan_for(call);
       const std::size_t count = num_rves;
       return count *
-          (plan.sizes.prepared + sizeof(RveHandle) + sizeof(SteeringRecord) + sizeof(int) +
-           sizeof(DetailRecord) + 256 /* an RVE begins at a multiple of that */) +
+          (plan.sizes.prepared + sizeof(RveHandle) + sizeof(SteeringRecord<D>) + sizeof(int) +
+           sizeof(DetailRecord<D>) + 256 /* an RVE begins at a multiple of that */) +
           static_cast<std::size_t>(std::min(num_rves, plan.blocks)) *
           (aligned(plan.sizes.workspace) + plan.overflow_size) +
           kSlack;
     }
 
    protected:
-    std::unique_ptr<BatchEngine> make_alike(const Options &other) const override
+    std::unique_ptr<Base> make_alike(const Options &other) const override
     {
       auto engine = std::make_unique<CudaEngine>(other, compiles);
       const std::string obstacle = engine->obstacle();
@@ -180,51 +185,52 @@ namespace {
       images_moved = true;
     }
 
-    void put_header(int rve, const ImageHeader &header) override
+    void put_header(int rve, const ImageHeader<D> &header) override
     {
       use_device();
       check_cuda(cudaMemcpy(images[rve].memory, &header, sizeof(header), cudaMemcpyHostToDevice),
                  "upload of a header");
     }
 
-    ImageHeader get_header(int rve) const override
+    ImageHeader<D> get_header(int rve) const override
     {
       use_device();
-      ImageHeader header;
+      ImageHeader<D> header;
       check_cuda(cudaMemcpy(&header, images[rve].memory, sizeof(header), cudaMemcpyDeviceToHost),
                  "download of a header");
       return header;
     }
 
-    void turn_images(const std::vector<int> &rves, const std::vector<Tensor2> &rotations) override
+    void turn_images(const std::vector<int> &rves,
+                     const std::vector<Tensor<double, D>> &rotations) override
     {
       use_device();
       const std::size_t count = rves.size();
-      TurnRecord *turns = turn_buffer.room(count);
+      TurnRecord<D> *turns = turn_buffer.room(count);
       for (std::size_t k = 0; k < count; ++k) {
         turns[k].rve = handle_of(rves[k]);
-        std::copy_n(rotations[k].component, 4, turns[k].rotation);
+        store_tensor(rotations[k], turns[k].rotation);
       }
       constexpr int threads = 128;
-      turn_function(options.format, memory_layout)<<<static_cast<unsigned>(count), threads>>>(
+      turn_function<D>(options.format, memory_layout)<<<static_cast<unsigned>(count), threads>>>(
           turn_buffer.send(count));
       check_cuda(cudaGetLastError(), "launch of the rotation of RVEs");
       check_cuda(cudaStreamSynchronize(nullptr), "rotation of RVEs");
     }
 
-    DriveRecord *room_for_drives(std::size_t count) override
+    DriveRecord<D> *room_for_drives(std::size_t count) override
     {
       use_device();
       return drives.room(count);
     }
 
-    const AnswerRecord *launch(const Call &call, std::vector<DetailRecord> &details) override
+    const AnswerRecord<D> *launch(const Call &call, std::vector<DetailRecord<D>> &details) override
     {
       use_device();
       const int count = static_cast<int>(call.rves->size());
       const Plan plan = plan_for(call);
 
-      LaunchRecord record;
+      LaunchRecord<D> record;
       record.rves = handles_of(*call.rves);
       record.drives = call.drives;
       record.steering = call.steering.empty() ? nullptr : steering_buffer.upload(call.steering);
@@ -247,8 +253,9 @@ namespace {
           1,
           std::min(kMostPreparedTogether, static_cast<int>(kPrepareMemory / record.prepared_size)));
       // a thread for each step that is planned, and for each piece of a drive
-      const int threads =
-          rounded_up(record.prepared_together * std::min(16, std::max(4, plan.steps_ahead)), 32);
+      const int threads = rounded_up(
+          record.prepared_together * std::min(16, std::max(kThreadsPerCall<D>, plan.steps_ahead)),
+          32);
       BatchConstants constants = call.constants;
       void *arguments[] = {&record, &constants};
       cudaLaunchConfig_t prepared = {};
@@ -272,7 +279,7 @@ namespace {
       check_cuda(cudaGetLastError(), "launch of the RVE kernel");
       check_cuda(cudaStreamSynchronize(nullptr), "RVE kernel");
       if (call.with_details) {
-        const DetailRecord *first = detail_buffer.receive(count);
+        const DetailRecord<D> *first = detail_buffer.receive(count);
         details.assign(first, first + count);
       }
       return record.answers;
@@ -359,7 +366,8 @@ namespace {
           blocks_per_sm * (plan.dynamic + attributes.sharedSizeBytes + kReserved);
       const int share = static_cast<int>((100 * on_chip + device.sharedMemPerMultiprocessor - 1) /
                                          device.sharedMemPerMultiprocessor);
-      for (const void *kernel : {plan.prepare, plan.kernel})
+      const void *const both[] = {plan.prepare, plan.kernel};
+      for (const void *kernel : both)
         check_cuda(cudaFuncSetAttribute(kernel, cudaFuncAttributePreferredSharedMemoryCarveout,
                                         std::min(share, 100)),
                    "division of the memory on chip");
@@ -430,31 +438,35 @@ namespace {
     bool images_moved = true;    ///< since the handles were uploaded
     std::vector<int> handled;    ///< RVEs whose handles are on the device
     DeviceBuffer<RveHandle> handle_buffer;
-    DeviceBuffer<SteeringRecord> steering_buffer;
-    DeviceBuffer<TurnRecord> turn_buffer;
+    DeviceBuffer<SteeringRecord<D>> steering_buffer;
+    DeviceBuffer<TurnRecord<D>> turn_buffer;
     DeviceBuffer<int> order_buffer, queue_buffer;
     // small, read or written once: the kernels reach for them over the bus, while they work
-    HostBuffer<DriveRecord> drives{cudaHostAllocWriteCombined};    // nothing reads them here
-    HostBuffer<AnswerRecord> answers;
-    DeviceBuffer<DetailRecord> detail_buffer;
+    HostBuffer<DriveRecord<D>> drives{cudaHostAllocWriteCombined};    // nothing reads them here
+    HostBuffer<AnswerRecord<D>> answers;
+    DeviceBuffer<DetailRecord<D>> detail_buffer;
     DeviceBuffer<char> prepared_buffer, workspace_buffer;
   };
 
 }    // namespace
 
-std::unique_ptr<Engine> make_cuda_engine(const Options &options, std::string &obstacle)
+template <int D>
+std::unique_ptr<EngineOf<D>> make_cuda_engine(const Options &options, std::string &obstacle)
 {
   const CudaDevice device = find_cuda_device(
       options.device_number,
-      reinterpret_cast<const void *>(turn_function(Format::Fast, Program::General)));
+      reinterpret_cast<const void *>(turn_function<D>(Format::Fast, Program::General)));
   obstacle = device.obstacle;
   if (!obstacle.empty()) return nullptr;
   Options own = options;
   own.device_number = device.number;
-  auto engine = std::make_unique<CudaEngine>(own, device.compiles);
+  auto engine = std::make_unique<CudaEngine<D>>(own, device.compiles);
   obstacle = engine->obstacle();
   if (!obstacle.empty()) return nullptr;
   return engine;
 }
+
+template std::unique_ptr<EngineOf<2>> make_cuda_engine(const Options &options,
+                                                       std::string &obstacle);
 
 }    // namespace rve

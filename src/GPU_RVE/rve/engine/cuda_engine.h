@@ -8,7 +8,8 @@
 namespace rve {
 
 /// Nothing, and an `obstacle` in words, where there is no device. Throws std::runtime_error when the device fails.
-std::unique_ptr<Engine> make_cuda_engine(const Options &options, std::string &obstacle);
+template <int D>
+std::unique_ptr<EngineOf<D>> make_cuda_engine(const Options &options, std::string &obstacle);
 
 }    // namespace rve
 

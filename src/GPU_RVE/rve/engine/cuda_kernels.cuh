@@ -13,7 +13,7 @@ namespace rve {
 inline namespace RVE_ISA {
 
   template <class Scene>
-  RVE_DEVICE PreparedCall<Scene> &prepared_call(const LaunchRecord &launch, int place)
+  RVE_DEVICE PreparedCall<Scene> &prepared_call(const LaunchRecord<Scene::D> &launch, int place)
   {
     return *reinterpret_cast<PreparedCall<Scene> *>(
         launch.prepared + static_cast<std::size_t>(place) * launch.prepared_size);
@@ -32,10 +32,14 @@ inline namespace RVE_ISA {
   }
   template <class Record> constexpr int kPieces = sizeof(Record) / sizeof(FourWords);
 
+  /// What a launch of a program gets.
+  template <Program program, class Numbers>
+  using LaunchOf = LaunchRecord<ProgramScene<program, Numbers>::D>;
+
   /// Begins all calls, ahead of the blocks: what one thread does alone for its RVE, the others of a block would wait for. A
   /// block has `launch.prepared_together` calls, on chip.
   template <Program program, class Numbers>
-  __global__ void prepare_calls(const __grid_constant__ LaunchRecord launch,
+  __global__ void prepare_calls(const __grid_constant__ LaunchOf<program, Numbers> launch,
                                 const __grid_constant__ BatchConstants batch)
   {
     extern __shared__ __align__(16) char on_chip[];
@@ -53,9 +57,11 @@ inline namespace RVE_ISA {
 #endif
     if (me == 0 && first == 0) *launch.queue = 0;
     // the drives come over the bus: in rows, and asked for before anything else is waited for
-    constexpr int of_drive = kPieces<DriveRecord>, of_header = kPieces<ImageHeader>,
-                  of_steering = kPieces<SteeringRecord>, together = 4;
-    const bool has_drive = me < count * of_drive;
+    constexpr int of_drive = kPieces<DriveRecord<Scene::D>>,
+                  of_header = kPieces<ImageHeader<Scene::D>>,
+                  of_steering = kPieces<SteeringRecord<Scene::D>>, together = 4;
+    const bool has_drive = me < count * of_drive;    // kThreadsPerCall
+    static_assert(of_drive <= kThreadsPerCall<Scene::D>, "a thread for each piece of a drive");
     FourWords drive;
     if (has_drive) drive = piece_of(launch.drives[first + me / of_drive], me % of_drive);
     for (int begin = me; begin < count * of_header; begin += together * threads) {
@@ -105,14 +111,15 @@ inline namespace RVE_ISA {
   }
 
   /// The place in the call of an entry of the queue; -1: there is none any more.
-  RVE_DEVICE int place_of(const LaunchRecord &launch, int entry)
+  template <int D> RVE_DEVICE int place_of(const LaunchRecord<D> &launch, int entry)
   {
     if (entry >= launch.count) return -1;
     return launch.order ? launch.order[entry] : entry;
   }
 
   /// The RVE of an entry that some block will take soon, and its prepared call.
-  template <class Scene> RVE_DEVICE void prefetch_entry(const LaunchRecord &launch, int entry)
+  template <class Scene>
+  RVE_DEVICE void prefetch_entry(const LaunchRecord<Scene::D> &launch, int entry)
   {
     const int place = place_of(launch, entry);
     if (place < 0) return;
@@ -124,7 +131,7 @@ inline namespace RVE_ISA {
 
   /// Capacity: of a block with a thread per grain; 0: grains live in memory, any number of them.
   template <class Scene, int Capacity>
-  RVE_DEVICE void advance_rves(const LaunchRecord &launch, const BatchConstants &batch)
+  RVE_DEVICE void advance_rves(const LaunchRecord<Scene::D> &launch, const BatchConstants &batch)
   {
     extern __shared__ __align__(16) char on_chip[];
     __shared__ CudaScratch scratch;
@@ -186,7 +193,7 @@ inline namespace RVE_ISA {
 
   template <Program program, class Numbers>
   __global__ void __launch_bounds__(kSmallBlock, kSharers<ProgramScene<program, Numbers>>)
-      advance_many(const __grid_constant__ LaunchRecord launch,
+      advance_many(const __grid_constant__ LaunchOf<program, Numbers> launch,
                    const __grid_constant__ BatchConstants batch)
   {
     advance_rves<ProgramScene<program, Numbers>, kSmallBlock>(launch, batch);
@@ -194,7 +201,7 @@ inline namespace RVE_ISA {
 
   template <Program program, class Numbers>
   __global__ void __launch_bounds__(kSmallBlock, 1)
-      advance_few(const __grid_constant__ LaunchRecord launch,
+      advance_few(const __grid_constant__ LaunchOf<program, Numbers> launch,
                   const __grid_constant__ BatchConstants batch)
   {
     advance_rves<ProgramScene<program, Numbers>, kSmallBlock>(launch, batch);
@@ -202,7 +209,7 @@ inline namespace RVE_ISA {
 
   template <Program program, class Numbers>
   __global__ void __launch_bounds__(kLargeBlock)
-      advance_large(const __grid_constant__ LaunchRecord launch,
+      advance_large(const __grid_constant__ LaunchOf<program, Numbers> launch,
                     const __grid_constant__ BatchConstants batch)
   {
     advance_rves<ProgramScene<program, Numbers>, kLargeBlock>(launch, batch);
@@ -210,10 +217,15 @@ inline namespace RVE_ISA {
 
   template <Program program, class Numbers>
   __global__ void __launch_bounds__(kLargeBlock)
-      advance_in_memory(const __grid_constant__ LaunchRecord launch,
+      advance_in_memory(const __grid_constant__ LaunchOf<program, Numbers> launch,
                         const __grid_constant__ BatchConstants batch)
   {
     advance_rves<ProgramScene<program, Numbers>, 0>(launch, batch);
+  }
+
+  template <int D> const void *address_of(void (*kernel)(LaunchRecord<D>, BatchConstants))
+  {
+    return reinterpret_cast<const void *>(kernel);
   }
 
   template <Program program, class Numbers> ProgramKernels make_program_kernels()
@@ -226,16 +238,16 @@ inline namespace RVE_ISA {
     ProgramKernels kernels = {};
     auto &kernel = kernels.kernel;
     if constexpr (Traits::small_blocks) {
-      kernel[static_cast<int>(Residency::Many)] = advance_many<program, Numbers>;
+      kernel[static_cast<int>(Residency::Many)] = address_of(advance_many<program, Numbers>);
       if constexpr ((kSharers<Scene>) > 1)
-        kernel[static_cast<int>(Residency::Few)] = advance_few<program, Numbers>;
+        kernel[static_cast<int>(Residency::Few)] = address_of(advance_few<program, Numbers>);
       else    // the same
-        kernel[static_cast<int>(Residency::Few)] = advance_many<program, Numbers>;
+        kernel[static_cast<int>(Residency::Few)] = address_of(advance_many<program, Numbers>);
     }
-    kernel[static_cast<int>(Residency::Large)] = advance_large<program, Numbers>;
-    kernel[static_cast<int>(Residency::Memory)] = advance_in_memory<program, Numbers>;
+    kernel[static_cast<int>(Residency::Large)] = address_of(advance_large<program, Numbers>);
+    kernel[static_cast<int>(Residency::Memory)] = address_of(advance_in_memory<program, Numbers>);
     if constexpr (Traits::prepared_like == program)
-      kernels.prepare = prepare_calls<program, Numbers>;
+      kernels.prepare = address_of(prepare_calls<program, Numbers>);
     return kernels;
   }
 

@@ -17,13 +17,13 @@ struct RveHandle {
 };
 
 /// What one call works on. Device pointers.
-struct LaunchRecord {
-  const RveHandle *rves;             ///< (count)
-  const DriveRecord *drives;         ///< (count)
-  const SteeringRecord *steering;    ///< (count), or null
-  const int *order;         ///< (count) positions in the call, longest first; null: as they come
-  AnswerRecord *answers;    ///< (count)
-  DetailRecord *details;    ///< (count), or null
+template <int D> struct LaunchRecord {
+  const RveHandle *rves;                ///< (count)
+  const DriveRecord<D> *drives;         ///< (count)
+  const SteeringRecord<D> *steering;    ///< (count), or null
+  const int *order;            ///< (count) positions in the call, longest first; null: as they come
+  AnswerRecord<D> *answers;    ///< (count)
+  DetailRecord<D> *details;    ///< (count), or null
   int count;
   int *queue;                   ///< next entry of `order` to take; preparing sets it to 0
   char *prepared;               ///< (count) PreparedCall with the plan of some steps
@@ -37,7 +37,8 @@ struct LaunchRecord {
   int pair_capacity;
 };
 
-using KernelFunction = void (*)(LaunchRecord, BatchConstants);
+/// The kernel that prepares calls has at least so many threads for each: one for each piece of 16 bytes of a drive.
+template <int D> constexpr int kThreadsPerCall = 4;
 
 /// Sizes that the host plans memory with.
 struct KernelSizes {
@@ -55,11 +56,11 @@ constexpr int kNumResidencies = 4;
 constexpr int kSmallBlock = 416;
 constexpr int kLargeBlock = 1024;
 
-/// Kernels of one program.
+/// Kernels of one program, functions of (LaunchRecord, BatchConstants).
 struct ProgramKernels {
-  KernelFunction kernel[kNumResidencies];    ///< null where there is none: another residency serves
+  const void *kernel[kNumResidencies];    ///< null where there is none: another residency serves
   /// Fills LaunchRecord::prepared, which is on chip meanwhile, and resets the queue. Null where another program's serves.
-  KernelFunction prepare;
+  const void *prepare;
 };
 
 }    // namespace rve

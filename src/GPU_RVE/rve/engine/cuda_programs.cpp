@@ -94,15 +94,13 @@ bool CudaPrograms::has_small_blocks(Program program) const
 const void *CudaPrograms::advance(Program program, Residency residency) const
 {
   const int place = static_cast<int>(residency);
-  return of(program).ahead ? reinterpret_cast<const void *>(of(program).kernels.kernel[place])
-                           : compiled(ADVANCE[place], program);
+  return of(program).ahead ? of(program).kernels.kernel[place] : compiled(ADVANCE[place], program);
 }
 
 const void *CudaPrograms::prepare(Program program) const
 {
   const Program like = of(program).prepared_like;
-  return of(like).ahead ? reinterpret_cast<const void *>(of(like).kernels.prepare)
-                        : compiled("prepare_calls", like);
+  return of(like).ahead ? of(like).kernels.prepare : compiled("prepare_calls", like);
 }
 
 KernelSizes CudaPrograms::sizes(Program program, int num_grains, bool in_registers,

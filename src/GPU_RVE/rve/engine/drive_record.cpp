@@ -1,6 +1,7 @@
 #include "rve/engine/drive_record.h"
 
 #include "rve/core/error.h"
+#include "rve/engine/dimension_words.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,12 +18,49 @@ namespace {
     return std::max(1, static_cast<int>(std::ceil(std::fabs(angle) / LARGEST_TURN)));
   }
 
+  bool turns_little(const Tensor2 &f)
+  {
+    const double twice_cosine = f(0, 0) + f(1, 1), twice_sine = f(1, 0) - f(0, 1);
+    return std::fabs(twice_sine) < LARGEST_TURN * twice_cosine;
+  }
+
+  /// Polar decomposition F = R U in the plane, in as many segments as it turns.
+  void split_path(const Tensor2 &f, DriveRecord<2> &record, SteeringRecord<2> &steering)
+  {
+    const double angle = std::atan2(f(1, 0) - f(0, 1), f(0, 0) + f(1, 1));
+    record.segments = path_segments(angle);
+    Tensor2 rotation = Tensor2::identity(), back;
+    const double part = angle / record.segments;
+    rotation(0, 0) = rotation(1, 1) = std::cos(part);
+    rotation(1, 0) = std::sin(part);
+    rotation(0, 1) = -rotation(1, 0);
+    back(0, 0) = back(1, 1) = std::cos(angle);
+    back(0, 1) = std::sin(angle);
+    back(1, 0) = -back(0, 1);
+    store_tensor(rotation, steering.rotation);
+    store_tensor(back * f - Tensor2::identity(), steering.stretch);
+  }
+
+  /// Names of components below or not below the diagonal, "xx, xy and yy".
+  template <int D> std::string components(bool below)
+  {
+    std::string names;
+    int left = Space<D>::strains - (below ? D : 0);
+    for (int a = 0; a < D; ++a)
+      for (int b = 0; b < D; ++b) {
+        if ((b < a) != below) continue;
+        names += {"xyz"[a], "xyz"[b]};
+        if (--left > 0) names += left > 1 ? ", " : " and ";
+      }
+    return names;
+  }
+
   /// Of the settings of a servo: what follows from them are numbers.
   constexpr double SMALLEST = 1e-30, LARGEST = 1e30;
 
 }    // namespace
 
-void check(const Drive &drive)
+template <int D> void check(const DriveOf<D> &drive)
 {
   require(drive.substeps >= 0, [&] {
     return "substeps must be 0 or more, got " + std::to_string(drive.substeps);
@@ -30,8 +68,12 @@ void check(const Drive &drive)
   require(drive.substeps == 0 || (std::isfinite(drive.dt) && drive.dt > 0.0), [&] {
     return "DEM time step must be positive and finite, got " + number(drive.dt) + " [time]";
   });
-  require(!drive.controlled[1][0],
-          "the stress servo controls xx, xy and yy; component yx cannot be controlled");
+  for (int a = 0; a < D; ++a)
+    for (int b = 0; b < a; ++b)
+      require(!drive.controlled[a][b], [] {
+        return "the stress servo controls " + components<D>(false) + "; component " +
+            components<D>(true) + " cannot be controlled";
+      });
   if (drive.has_servo()) {
     require(finite(drive.velocity_gradient),
             "velocity gradient has a component that is not a finite number [1/time]");
@@ -46,25 +88,23 @@ void check(const Drive &drive)
           number(drive.servo_max_rate) + " [1/time]";
     });
   } else {
-    const Tensor2 &f = drive.deformation;
+    const Tensor<double, D> &f = drive.deformation;
     require(finite(f), "deformation increment has a component that is not a finite number");
     require(determinant(f) > 0.0, [&] {
-      return "deformation increment must keep a positive area, its determinant is " +
-          number(determinant(f));
+      return "deformation increment must keep a positive " +
+          std::string(DimensionWords<D>::volume) + ", its determinant is " + number(determinant(f));
     });
   }
 }
 
-bool needs_steering(const Drive &drive)
+template <int D> bool needs_steering(const DriveOf<D> &drive)
 {
-  const Tensor2 &f = drive.deformation;
-  const double twice_cosine = f(0, 0) + f(1, 1), twice_sine = f(1, 0) - f(0, 1);
-  return drive.has_servo() || !(std::fabs(twice_sine) < LARGEST_TURN * twice_cosine);
+  return drive.has_servo() || !turns_little(drive.deformation);
 }
 
-DriveRecord to_record(const Drive &drive)
+template <int D> DriveRecord<D> to_record(const DriveOf<D> &drive)
 {
-  DriveRecord record;
+  DriveRecord<D> record;
   record.dt = drive.dt;
   record.substeps = drive.substeps;
   record.segments = 1;
@@ -72,33 +112,25 @@ DriveRecord to_record(const Drive &drive)
   return record;
 }
 
-SteeringRecord to_steering(const Drive &drive, DriveRecord &record)
+template <int D> SteeringRecord<D> to_steering(const DriveOf<D> &drive, DriveRecord<D> &record)
 {
-  SteeringRecord steering = SteeringRecord();
+  SteeringRecord<D> steering = SteeringRecord<D>();
   if (drive.has_servo()) {
-    for (int a = 0; a < 2; ++a)
-      for (int b = 0; b < 2; ++b) steering.controlled[2 * a + b] = drive.controlled[a][b];
+    for (int a = 0; a < D; ++a)
+      for (int b = 0; b < D; ++b) steering.controlled[D * a + b] = drive.controlled[a][b];
     store_tensor(drive.stress_goal, steering.stress_goal);
     store_tensor(drive.velocity_gradient, steering.velocity_gradient);
     steering.servo_gain = drive.servo_gain;
     steering.servo_max_rate = drive.servo_max_rate;
     return steering;
   }
-  // polar decomposition F = R U in the plane
-  const Tensor2 &f = drive.deformation;
-  const double angle = std::atan2(f(1, 0) - f(0, 1), f(0, 0) + f(1, 1));
-  record.segments = path_segments(angle);
-  Tensor2 rotation = Tensor2::identity(), back;
-  const double part = angle / record.segments;
-  rotation(0, 0) = rotation(1, 1) = std::cos(part);
-  rotation(1, 0) = std::sin(part);
-  rotation(0, 1) = -rotation(1, 0);
-  back(0, 0) = back(1, 1) = std::cos(angle);
-  back(0, 1) = std::sin(angle);
-  back(1, 0) = -back(0, 1);
-  store_tensor(rotation, steering.rotation);
-  store_tensor(back * f - Tensor2::identity(), steering.stretch);
+  split_path(drive.deformation, record, steering);
   return steering;
 }
+
+template void check(const DriveOf<2> &);
+template bool needs_steering(const DriveOf<2> &);
+template DriveRecord<2> to_record(const DriveOf<2> &);
+template SteeringRecord<2> to_steering(const DriveOf<2> &, DriveRecord<2> &);
 
 }    // namespace rve

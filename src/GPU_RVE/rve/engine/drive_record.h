@@ -9,16 +9,16 @@
 namespace rve {
 
 /// Throws InputError, with value, unit and range, unless the drive makes sense.
-void check(const Drive &drive);
+template <int D> void check(const DriveOf<D> &drive);
 
-/// Whether a drive needs a SteeringRecord: for a servo, or to turn the RVE in several segments.
-bool needs_steering(const Drive &drive);
+/// Whether a drive needs a SteeringRecord<2>: for a servo, or to turn the RVE in several segments.
+template <int D> bool needs_steering(const DriveOf<D> &drive);
 
 /// Of a path in one segment.
-DriveRecord to_record(const Drive &drive);
+template <int D> DriveRecord<D> to_record(const DriveOf<D> &drive);
 
 /// The rest of a drive. Sets the number of segments in its record.
-SteeringRecord to_steering(const Drive &drive, DriveRecord &record);
+template <int D> SteeringRecord<D> to_steering(const DriveOf<D> &drive, DriveRecord<D> &record);
 
 }    // namespace rve
 

@@ -53,6 +53,20 @@ namespace {
     return result;
   }
 
+  /// Angle by which a constant velocity gradient turns in a time of one [rad].
+  double turn_of(const Tensor2 &velocity_gradient)
+  {
+    return 0.5 * (velocity_gradient(1, 0) - velocity_gradient(0, 1));
+  }
+
+  double deviatoric_size(const Tensor2 &stress)
+  {
+    const double half_difference = 0.5 * (stress(0, 0) - stress(1, 1));
+    // s'_00 = -s'_11 in the plane; the full tensor enters, so each shear component has its own square
+    return std::sqrt(half_difference * half_difference +
+                     0.5 * (stress(0, 1) * stress(0, 1) + stress(1, 0) * stress(1, 0)));
+  }
+
   constexpr std::pair<Format, const char *> FORMAT_NAMES[] = {{Format::Fast, "fast"},
                                                               {Format::Mixed, "mixed"},
                                                               {Format::Double, "double"},
@@ -104,14 +118,16 @@ std::string remedy_of_status(std::uint32_t status)
   return "";
 }
 
-Drive Drive::constant_velocity_gradient(const Tensor2 &velocity_gradient, double dt, int substeps)
+template <int D>
+DriveOf<D> DriveOf<D>::constant_velocity_gradient(const Matrix &velocity_gradient, double dt,
+                                                  int substeps)
 {
   // the increment is all that the engine sees, and half a turn looks the same in both directions
-  const double turn = 0.5 * (velocity_gradient(1, 0) - velocity_gradient(0, 1)) * substeps * dt;
+  const double turn = turn_of(velocity_gradient) * substeps * dt;
   require(!(std::fabs(turn) > 3.0),
           "one call must rotate an RVE by less than 3 rad, got " + number(turn) +
               " rad: use shorter calls, by a smaller timestep or fewer substeps");
-  Drive drive;
+  DriveOf drive;
   drive.dt = dt;
   drive.substeps = substeps;
   drive.velocity_gradient = velocity_gradient;
@@ -119,12 +135,9 @@ Drive Drive::constant_velocity_gradient(const Tensor2 &velocity_gradient, double
   return drive;
 }
 
-double Result::deviatoric_stress() const
+template <int D> double ResultOf<D>::deviatoric_stress() const
 {
-  const double half_difference = 0.5 * (stress(0, 0) - stress(1, 1));
-  // s'_00 = -s'_11 in the plane; the full tensor enters, so each shear component has its own square
-  return std::sqrt(half_difference * half_difference +
-                   0.5 * (stress(0, 1) * stress(0, 1) + stress(1, 0) * stress(1, 0)));
+  return deviatoric_size(stress);
 }
 
 std::string to_string(Format format)
@@ -133,5 +146,8 @@ std::string to_string(Format format)
     if (value == format) return name;
   throw InputError("number format " + std::to_string(static_cast<int>(format)) + " does not exist");
 }
+
+template struct DriveOf<2>;
+template struct ResultOf<2>;
 
 }    // namespace rve

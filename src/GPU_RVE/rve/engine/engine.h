@@ -1,5 +1,7 @@
 // The RVE engine: a batch of periodic DEM packings, each advanced by its own drive, on CPU threads or on a GPU.
 // This is the header that styles and the MPM adapter see. No LAMMPS, no CUDA in it.
+//
+// States, drives, answers and engines are templates on the dimension D of the RVEs; their names without it are those of disks.
 
 #ifndef RVE_ENGINE_ENGINE_H
 #define RVE_ENGINE_ENGINE_H
@@ -23,40 +25,50 @@ std::string describe_status(std::uint32_t status);
 std::string remedy_of_status(std::uint32_t status);
 
 /// What one RVE shall do in one call: `substeps` DEM steps of `dt`.
-struct Drive {
+template <int D> struct DriveOf {
+  using Matrix = Tensor<double, D>;
+
   double dt = 0.0;    ///< DEM time step [time], > 0
   int substeps =
       0;    ///< >= 0; 0 evaluates forces and results of the present configuration and changes nothing
 
   /// Deformation increment of the call: H goes from H to deformation * H, exactly. Used when no stress is controlled.
-  Tensor2 deformation = Tensor2::identity();
+  Matrix deformation = Matrix::identity();
 
   /// Stress servo. With any component controlled, `velocity_gradient` drives the others and `deformation` is ignored.
-  bool controlled[2][2] = {{false, false},
-                           {false, false}};    ///< [1][0] must be false: the servo shears along x
-  Tensor2 stress_goal = Tensor2::zero();       ///< Cauchy, tension positive [stress]
-  Tensor2 velocity_gradient = Tensor2::zero();    ///< [1/time]
+  bool controlled[D][D] = {};             ///< none below the diagonal: the servo shears along x
+  Matrix stress_goal = Matrix::zero();    ///< Cauchy, tension positive [stress]
+  Matrix velocity_gradient = Matrix::zero();    ///< [1/time]
   double servo_gain =
       0.0;    ///< L changes by gain * dt * (goal - stress) per step [1/(stress time^2)]
   double servo_max_rate = 0.5;    ///< bound of a controlled component of L [1/time]
 
-  bool has_servo() const { return controlled[0][0] || controlled[0][1] || controlled[1][1]; }
+  bool has_servo() const
+  {
+    bool has = false;
+    for (int a = 0; a < D; ++a)
+      for (int b = a; b < D; ++b) has = has || controlled[a][b];
+    return has;
+  }
 
   /// Drives by a constant velocity gradient over substeps * dt: deformation = exp(L t).
   /// Throws InputError when that turns the RVE by more than 3 rad: a larger rotation cannot be told from a smaller one.
-  static Drive constant_velocity_gradient(const Tensor2 &velocity_gradient, double dt,
-                                          int substeps);
+  static DriveOf constant_velocity_gradient(const Matrix &velocity_gradient, double dt,
+                                            int substeps);
 };
+using Drive = DriveOf<2>;
 
 /// Homogenised answer of one RVE after a call. Stress and fabric are full tensors.
-struct Result {
+template <int D> struct ResultOf {
+  using Matrix = Tensor<double, D>;
+
   std::uint32_t status = status::Ok;
-  Tensor2 stress = Tensor2::zero();             ///< Love, Cauchy, tension positive [stress]
-  Tensor2 cell = Tensor2::identity();           ///< H [length]
-  Tensor2 deformation = Tensor2::identity();    ///< F since the packing was made [-]
-  Tensor2 fabric = Tensor2::zero();             ///< mean of n (x) n over contacts [-], trace 1
-  double void_ratio = 0.0;                      ///< cell area / sum of pi r^2 - 1 [-]
-  double coordination_number = 0.0;             ///< 2 N_c / N [-]
+  Matrix stress = Matrix::zero();             ///< Love, Cauchy, tension positive [stress]
+  Matrix cell = Matrix::identity();           ///< H [length]
+  Matrix deformation = Matrix::identity();    ///< F since the packing was made [-]
+  Matrix fabric = Matrix::zero();             ///< mean of n (x) n over contacts [-], trace 1
+  double void_ratio = 0.0;             ///< cell volume / solid volume - 1, areas in the plane [-]
+  double coordination_number = 0.0;    ///< 2 N_c / N [-]
   double mechanical_coordination_number =
       0.0;                          ///< without rattlers (grains with fewer than two contacts) [-]
   double sliding_fraction = 0.0;    ///< share of contacts at the Coulomb limit [-]
@@ -65,8 +77,8 @@ struct Result {
   double elastic_energy = 0.0;      ///< stored in contact springs [force length]
   double largest_overlap = 0.0;     ///< overlap / sum of radii [-]
   double mean_overlap = 0.0;        ///< over contacts, overlap / sum of radii [-]
-  double largest_contact_force = 0.0;                   ///< [force]
-  Tensor2 servo_velocity_gradient = Tensor2::zero();    ///< L at the end of the call [1/time]
+  double largest_contact_force = 0.0;                 ///< [force]
+  Matrix servo_velocity_gradient = Matrix::zero();    ///< L at the end of the call [1/time]
   std::int32_t num_grains = 0;
   std::int32_t num_contacts = 0;
   std::int32_t num_pairs = 0;
@@ -74,26 +86,28 @@ struct Result {
   Counters counters;
   EnergyLedger energy;
 
-  double mean_stress() const
-  {
-    return -0.5 * trace(stress);
-  }    ///< p = (s_00 + s_11)/2, compression positive [stress]
-  double
-  deviatoric_stress() const;    ///< q = sqrt(s'_ij s'_ij / 2), equation (25b), n = 2 [stress]
+  /// p = tr(stress)/D, compression positive [stress]
+  double mean_stress() const { return -(1.0 / D) * trace(stress); }
+  /// q = sqrt(s'_ij s'_ij / 2) in the plane, equation (25b), n = 2 [stress]
+  double deviatoric_stress() const;
 };
+using Result = ResultOf<2>;
 
 /// A Result with the affine stiffness of the same configuration: the longest answer, for an RVE that may be skipped.
-struct ElasticResult {
-  Result result;
-  AffineStiffness stiffness;
+template <int D> struct ElasticResultOf {
+  ResultOf<D> result;
+  AffineStiffnessOf<D> stiffness;
 };
+using ElasticResult = ElasticResultOf<2>;
 
 /// What a macro step needs of an RVE: the short answer, which costs less than a Result. `stress` is that of Result.
-struct Response {
+template <int D> struct ResponseOf {
   std::uint32_t status = status::Ok;
   std::int32_t num_contacts = 0;
-  Tensor2 stress = Tensor2::zero();    ///< Love, Cauchy, tension positive [stress]
+  Tensor<double, D> stress =
+      Tensor<double, D>::zero();    ///< Love, Cauchy, tension positive [stress]
 };
+using Response = ResponseOf<2>;
 
 /// The memory in which an engine keeps its RVEs.
 struct Memory {
@@ -105,42 +119,43 @@ struct Memory {
 
 /// Owns RVEs. An RVE is named by the number that add() returned until it is removed.
 /// Results do not depend on threads, on the order of the RVEs in a call, or on the backend (strict arithmetic).
-class Engine {
+template <int D> class EngineOf {
  public:
-  virtual ~Engine() = default;
+  virtual ~EngineOf() = default;
 
   /// What the contacts of its RVEs have, from the beginning (Options::contacts).
   virtual const ContactModel &contacts() const = 0;
   /// An engine without RVEs that has the options of this one, on the same device, but other contacts. Throws InputError if no program
   /// serves them.
-  virtual std::unique_ptr<Engine> empty_with(const ContactModel &contacts) const = 0;
+  virtual std::unique_ptr<EngineOf> empty_with(const ContactModel &contacts) const = 0;
 
   /// Takes a copy of the state; throws InputError if it is not sound, or needs other contacts than the engine has.
-  virtual int add(const RveState &state) = 0;
+  virtual int add(const RveStateOf<D> &state) = 0;
   /// The number is free, and the next add() takes it.
   virtual void remove(int rve) = 0;
   virtual int size() const = 0;
 
   /// The state as it is now, exact: adding it to an engine of the same options continues bit for bit.
-  virtual RveState state(int rve) const = 0;
+  virtual RveStateOf<D> state(int rve) const = 0;
 
   /// Changes the material (friction after preparation, say) without touching anything else. Throws InputError as add() does.
   virtual void set_material(int rve, const Material &material) = 0;
 
   /// Turns whole RVEs rigidly: cell, deformation and velocities follow, all else is the same in the turned axes. Throws InputError
   /// unless these are rotations.
-  virtual void turn(const std::vector<int> &rves, const std::vector<Tensor2> &rotations) = 0;
+  virtual void turn(const std::vector<int> &rves,
+                    const std::vector<Tensor<double, D>> &rotations) = 0;
 
   /// Advances rves[k] by drives[k]; results[k] answers it. RVEs are distinct; each may have its own number of substeps.
-  virtual void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
-                       std::vector<Result> &results) = 0;
+  virtual void advance(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,
+                       std::vector<ResultOf<D>> &results) = 0;
   /// The same motion with the longest answer. The stiffness costs as much as the rest of the long answer; its
   /// bits depend on the state alone, not on the call that asks.
-  virtual void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
-                       std::vector<ElasticResult> &results) = 0;
+  virtual void advance(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,
+                       std::vector<ElasticResultOf<D>> &results) = 0;
   /// The same motion with the short answer. A Result of the same configuration is had by a call with no substeps.
-  virtual void advance(const std::vector<int> &rves, const std::vector<Drive> &drives,
-                       std::vector<Response> &responses) = 0;
+  virtual void advance(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,
+                       std::vector<ResponseOf<D>> &responses) = 0;
 
   /// Lower bounds of the stable time steps of RVEs as they are (rve::stable_time_step of their states), found where they live [time]:
   /// within a few percent where they are below `enough`, and as loose as may be above. 0 where none was found. They depend on the
@@ -162,11 +177,13 @@ class Engine {
   /// Throws InputError when that is no number.
   virtual Memory memory() const = 0;
 };
+using Engine = EngineOf<2>;
 
 /// The engine that the options ask for. Device::Auto takes the GPU when one is there; `notice`, if given, receives the reason
 /// when it falls back to the CPU. Throws InputError on wrong options, on Device::Cuda without a device, and on any fallback
 /// or missing device when the environment demands one (cuda/cuda_required.h).
-std::unique_ptr<Engine> make_engine(const Options &options, std::string *notice = nullptr);
+template <int D = 2>
+std::unique_ptr<EngineOf<D>> make_engine(const Options &options, std::string *notice = nullptr);
 
 }    // namespace rve
 

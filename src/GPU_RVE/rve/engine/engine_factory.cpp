@@ -11,7 +11,8 @@
 
 namespace rve {
 
-std::unique_ptr<Engine> make_engine(const Options &options, std::string *notice)
+template <int D>
+std::unique_ptr<EngineOf<D>> make_engine(const Options &options, std::string *notice)
 {
   if (notice) notice->clear();
   require(options.arithmetic == Arithmetic::Strict || options.format == Format::Fast,
@@ -22,24 +23,26 @@ std::unique_ptr<Engine> make_engine(const Options &options, std::string *notice)
   const bool only_on_cpu = options.format == Format::Single;
   require(!only_on_cpu || options.device != Device::Cuda,
           "the number format single is for studies and exists on CPUs only");
-  if (options.device == Device::Cpu) return make_host_engine(options);
+  if (options.device == Device::Cpu) return make_host_engine<D>(options);
   const bool required =
       cuda_required();    // a word that says neither yes nor no is wrong with a device too
   require(!required || !only_on_cpu,
           cuda_requirement() +
               " forbids the CPU, and the number format single exists on CPUs only; use fast, mixed "
               "or double, or choose the device cpu");
-  if (only_on_cpu) return make_host_engine(options);
+  if (only_on_cpu) return make_host_engine<D>(options);
   std::string obstacle = "GPU_RVE was built without CUDA";
 #if defined(GPU_RVE_WITH_CUDA)
-  if (auto engine = make_cuda_engine(options, obstacle)) return engine;
+  if (auto engine = make_cuda_engine<D>(options, obstacle)) return engine;
 #endif
   require(options.device != Device::Cuda, "a CUDA device was asked for, but " + obstacle);
   require(!required, cuda_requirement() + " forbids falling back to the CPU: " + obstacle);
   if (notice)
     *notice = obstacle + "; the CPU engine serves" +
         (options.arithmetic == Arithmetic::Relaxed ? ", with strict arithmetic" : "");
-  return make_host_engine(options);
+  return make_host_engine<D>(options);
 }
+
+template std::unique_ptr<EngineOf<2>> make_engine(const Options &options, std::string *notice);
 
 }    // namespace rve

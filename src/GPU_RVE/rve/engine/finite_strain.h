@@ -1,4 +1,4 @@
-// Rotation and stretch of a plane deformation increment, on the host.
+// Rotation and stretch of a deformation increment, on the host.
 
 #ifndef RVE_ENGINE_FINITE_STRAIN_H
 #define RVE_ENGINE_FINITE_STRAIN_H
@@ -16,7 +16,9 @@ inline Tensor2 plane_rotation(double angle)
 }
 
 /// F = R U, det F > 0.
-struct PolarDecomposition {
+template <int D> struct PolarDecomposition;
+
+template <> struct PolarDecomposition<2> {
   double angle;        ///< of R, counter-clockwise, in (-pi, pi] [rad]
   Tensor2 rotation;    ///< R
   Tensor2 strain;      ///< Biot's U - 1, symmetric [-]
@@ -27,25 +29,31 @@ struct PolarDecomposition {
   {
     strain(0, 1) = strain(1, 0) = 0.5 * (strain(0, 1) + strain(1, 0));    // to the last bit
   }
+
+  /// R^share
+  Tensor2 part_of_rotation(double share) const { return plane_rotation(share * angle); }
 };
+template <int D> PolarDecomposition(const Tensor<double, D> &) -> PolarDecomposition<D>;
 
 /// sqrt(a_ij a_ij)
-inline double norm(const Tensor2 &a)
+template <int D> double norm(const Tensor<double, D> &a)
 {
-  return std::sqrt(a(0, 0) * a(0, 0) + a(0, 1) * a(0, 1) + a(1, 0) * a(1, 0) + a(1, 1) * a(1, 1));
+  double sum = 0.0;
+  for (const double x : a.component) sum += x * x;
+  return std::sqrt(sum);
 }
 
 /// Size of the strain in a deformation increment, |U - 1| [-]: zero for a rotation.
-inline double strain_size(const Tensor2 &f)
+template <int D> double strain_size(const Tensor<double, D> &f)
 {
   return norm(PolarDecomposition(f).strain);
 }
 
 /// The deformation after a share of the increment, 0 to 1: R^share (1 + share (U - 1)), the path that the engine takes.
-inline Tensor2 part_of_increment(const Tensor2 &f, double share)
+template <int D> Tensor<double, D> part_of_increment(const Tensor<double, D> &f, double share)
 {
   const PolarDecomposition polar(f);
-  return plane_rotation(share * polar.angle) * (Tensor2::identity() + share * polar.strain);
+  return polar.part_of_rotation(share) * (Tensor<double, D>::identity() + share * polar.strain);
 }
 
 }    // namespace rve

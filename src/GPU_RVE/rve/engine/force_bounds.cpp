@@ -33,7 +33,7 @@ namespace {
 
 // pi / asin(r / (r + R)) of the smallest grains stand side by side around the largest one, and a fifth more where overlaps bring them
 // closer
-int neighbor_bits(double smallest_radius, double largest_radius)
+template <> int neighbor_bits<2>(double smallest_radius, double largest_radius)
 {
   const double side_by_side = kPi / std::asin(smallest_radius / (smallest_radius + largest_radius));
   // the number is infinite where the quotient of the radii underflows

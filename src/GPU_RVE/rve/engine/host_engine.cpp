@@ -24,12 +24,12 @@ namespace {
 #endif
   }
 
-  HostKernel choose_kernel(Format format)
+  template <int D> HostKernel<D> choose_kernel(Format format)
   {
 #if defined(RVE_WITH_X86_64_V3)
-    if (has_x86_64_v3()) return host_v3::kernel(format);
+    if (has_x86_64_v3()) return host_v3::kernel<D>(format);
 #endif
-    return host_baseline::kernel(format);
+    return host_baseline::kernel<D>(format);
   }
 
   /// What the kernel says programs may take without swapping [bytes]; 0 where it says nothing.
@@ -57,10 +57,15 @@ namespace {
     }
   };
 
-  class HostEngine final : public BatchEngine {
+  template <int D> class HostEngine final : public BatchEngine<D> {
+    using Base = BatchEngine<D>;
+    using Base::memory_layout;
+    using Base::options;
+    using typename Base::Call;
+
    public:
     explicit HostEngine(const Options &options_in) :
-        BatchEngine(options_in), kernel(choose_kernel(options_in.format)),
+        Base(options_in), kernel(choose_kernel<D>(options_in.format)),
         num_threads(options_in.threads > 0 ? options_in.threads : omp_get_max_threads()),
         memory(num_threads)
     {
@@ -77,15 +82,16 @@ namespace {
     {
       if (num_rves == 0) return 0;
       const HostWorkspaceSizes sizes =
-          kernel.workspace_sizes(num_grains, pair_capacity(num_grains), memory_layout);
+          kernel.workspace_sizes(num_grains, this->pair_capacity(num_grains), memory_layout);
       return static_cast<std::size_t>(std::min(num_threads, num_rves)) *
           (sizes.shared + sizes.workspace) +
           static_cast<std::size_t>(num_rves) *
-          (BYTES_PER_ANSWER + sizeof(StateImage) + sizeof(DriveRecord) + sizeof(SteeringRecord));
+          (Base::BYTES_PER_ANSWER + sizeof(StateImage) + sizeof(DriveRecord<D>) +
+           sizeof(SteeringRecord<D>));
     }
 
    protected:
-    std::unique_ptr<BatchEngine> make_alike(const Options &other) const override
+    std::unique_ptr<Base> make_alike(const Options &other) const override
     {
       return std::make_unique<HostEngine>(other);
     }
@@ -106,19 +112,20 @@ namespace {
 
     void drop_image(int rve) override { images[rve] = StateImage(); }
 
-    void put_header(int rve, const ImageHeader &header) override
+    void put_header(int rve, const ImageHeader<D> &header) override
     {
       std::memcpy(images[rve].bytes.data(), &header, sizeof(header));
     }
 
-    ImageHeader get_header(int rve) const override
+    ImageHeader<D> get_header(int rve) const override
     {
-      ImageHeader header;
+      ImageHeader<D> header;
       std::memcpy(&header, images[rve].bytes.data(), sizeof(header));
       return header;
     }
 
-    void turn_images(const std::vector<int> &rves, const std::vector<Tensor2> &rotations) override
+    void turn_images(const std::vector<int> &rves,
+                     const std::vector<Tensor<double, D>> &rotations) override
     {
       const int count = static_cast<int>(rves.size());
 #pragma omp parallel for num_threads(team_for(count, num_threads))
@@ -126,17 +133,17 @@ namespace {
         turn_image(options.format, images[rves[k]], rotations[k], memory_layout);
     }
 
-    DriveRecord *room_for_drives(std::size_t count) override
+    DriveRecord<D> *room_for_drives(std::size_t count) override
     {
       drives.resize(count);
       return drives.data();
     }
 
-    const AnswerRecord *launch(const Call &call, std::vector<DetailRecord> &details) override
+    const AnswerRecord<D> *launch(const Call &call, std::vector<DetailRecord<D>> &details) override
     {
       const int count = static_cast<int>(call.rves->size());
-      answers.assign(count, AnswerRecord());
-      if (call.with_details) details.assign(count, DetailRecord());
+      answers.assign(count, AnswerRecord<D>());
+      if (call.with_details) details.assign(count, DetailRecord<D>());
       const HostWorkspaceSizes sizes =
           kernel.workspace_sizes(call.largest, call.pair_capacity, call.program);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(std::min(num_threads, std::max(count, 1)))
@@ -153,19 +160,21 @@ namespace {
     }
 
    private:
-    const HostKernel kernel;
+    const HostKernel<D> kernel;
     const int num_threads;
     std::vector<ThreadMemory> memory;
     std::vector<StateImage> images;
-    std::vector<DriveRecord> drives;
-    std::vector<AnswerRecord> answers;
+    std::vector<DriveRecord<D>> drives;
+    std::vector<AnswerRecord<D>> answers;
   };
 
 }    // namespace
 
-std::unique_ptr<Engine> make_host_engine(const Options &options)
+template <int D> std::unique_ptr<EngineOf<D>> make_host_engine(const Options &options)
 {
-  return std::make_unique<HostEngine>(options);
+  return std::make_unique<HostEngine<D>>(options);
 }
+
+template std::unique_ptr<EngineOf<2>> make_host_engine(const Options &options);
 
 }    // namespace rve

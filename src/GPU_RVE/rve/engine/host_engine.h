@@ -7,7 +7,7 @@
 
 namespace rve {
 
-std::unique_ptr<Engine> make_host_engine(const Options &options);
+template <int D> std::unique_ptr<EngineOf<D>> make_host_engine(const Options &options);
 
 }    // namespace rve
 

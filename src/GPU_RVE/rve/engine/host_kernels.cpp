@@ -41,12 +41,13 @@ inline namespace RVE_ISA {
 #endif
 
   template <class Scene, class Way>
-  void run_program(char *image, const DriveRecord &drive, const SteeringRecord *steering,
-                   const BatchConstants &batch, const HostWorkspace &memory, AnswerRecord &answer,
-                   DetailRecord *detail)
+  void run_program(char *image, const DriveRecord<Scene::D> &drive,
+                   const SteeringRecord<Scene::D> *steering, const BatchConstants &batch,
+                   const HostWorkspace &memory, AnswerRecord<Scene::D> &answer,
+                   DetailRecord<Scene::D> *detail)
   {
     using Block = typename Way::Block;
-    const auto &header = *reinterpret_cast<const ImageHeader *>(image);
+    const auto &header = *reinterpret_cast<const ImageHeader<Scene::D> *>(image);
     Block block;
     const auto shared = carve_shared<Scene>(memory.shared, header.num_grains, Block::kInRegisters);
     using Begin = CallBegin<Block, Scene>;
@@ -54,7 +55,7 @@ inline namespace RVE_ISA {
     CallState<Scene> call;
     call.header = header;
     call.drive = drive;
-    call.steering = steering ? *steering : SteeringRecord();
+    call.steering = steering ? *steering : SteeringRecord<Scene::D>();
     call.batch = batch;
     Begin::prepare(call, image, memory.pair_capacity);
     for (int t = 0; t < call.plan_last; ++t) Planning::plan_step(call, t, 1);
@@ -63,19 +64,19 @@ inline namespace RVE_ISA {
     program.run(answer, detail);
   }
 
-  template <Program program, class Numbers>
-  void run_program_of(char *image, const DriveRecord &drive, const SteeringRecord *steering,
+  template <Program program, class Numbers, int D>
+  void run_program_of(char *image, const DriveRecord<D> &drive, const SteeringRecord<D> *steering,
                       const BatchConstants &batch, const HostWorkspace &memory,
-                      AnswerRecord &answer, DetailRecord *detail)
+                      AnswerRecord<D> &answer, DetailRecord<D> *detail)
   {
     using Scene = ProgramScene<program, Numbers>;
     run_program<Scene, Way<program, Scene>>(image, drive, steering, batch, memory, answer, detail);
   }
 
-  template <class Numbers>
-  void advance(char *image, const DriveRecord &drive, const SteeringRecord *steering,
+  template <int D, class Numbers>
+  void advance(char *image, const DriveRecord<D> &drive, const SteeringRecord<D> *steering,
                const BatchConstants &batch, const HostWorkspace &memory, Program program,
-               AnswerRecord &answer, DetailRecord *detail)
+               AnswerRecord<D> &answer, DetailRecord<D> *detail)
   {
     switch (program) {
 #define RVE_ADVANCE(name, law, books, small, prepared)                                           \
@@ -109,19 +110,21 @@ inline namespace RVE_ISA {
 }    // namespace RVE_ISA
 
 namespace RVE_HOST_NAMESPACE {
-  HostKernel kernel(Format format)
+  template <int D> HostKernel<D> kernel(Format format)
   {
     switch (format) {
       case Format::Fast:
-        return {advance<FastNumbers>, workspace_sizes<FastNumbers>};
+        return {advance<D, FastNumbers>, workspace_sizes<FastNumbers>};
       case Format::Mixed:
-        return {advance<MixedNumbers>, workspace_sizes<MixedNumbers>};
+        return {advance<D, MixedNumbers>, workspace_sizes<MixedNumbers>};
       case Format::Single:
-        return {advance<SingleNumbers>, workspace_sizes<SingleNumbers>};
+        return {advance<D, SingleNumbers>, workspace_sizes<SingleNumbers>};
       default:
-        return {advance<DoubleNumbers>, workspace_sizes<DoubleNumbers>};
+        return {advance<D, DoubleNumbers>, workspace_sizes<DoubleNumbers>};
     }
   }
+
+  template HostKernel<2> kernel(Format format);
 }    // namespace RVE_HOST_NAMESPACE
 
 }    // namespace rve

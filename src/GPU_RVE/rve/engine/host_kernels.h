@@ -23,19 +23,19 @@ struct HostWorkspaceSizes {
 };
 
 /// One instruction set's build of the block program for one number format.
-struct HostKernel {
-  void (*advance)(char *image, const DriveRecord &drive, const SteeringRecord *steering,
+template <int D> struct HostKernel {
+  void (*advance)(char *image, const DriveRecord<D> &drive, const SteeringRecord<D> *steering,
                   const BatchConstants &batch, const HostWorkspace &memory, Program program,
-                  AnswerRecord &answer, DetailRecord *detail);
+                  AnswerRecord<D> &answer, DetailRecord<D> *detail);
   HostWorkspaceSizes (*workspace_sizes)(int num_grains, int pair_capacity, Program program);
 };
 
 namespace host_baseline {
-  HostKernel kernel(Format format);
+  template <int D> HostKernel<D> kernel(Format format);
 }
 #if defined(RVE_WITH_X86_64_V3)
 namespace host_v3 {
-  HostKernel kernel(Format format);
+  template <int D> HostKernel<D> kernel(Format format);
 }
 #endif
 

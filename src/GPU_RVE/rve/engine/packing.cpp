@@ -16,7 +16,54 @@ namespace rve {
 
 namespace {
 
-  void check_recipe(const PackingRecipe &recipe)
+  /// Places grains one by one where they touch none of those already there.
+  template <int D> class RandomAddition;
+
+  template <> class RandomAddition<2> {
+   public:
+    /// It jams at 0.55.
+    static constexpr double MOST_SOLID_FRACTION = 0.5;
+
+    RandomAddition(RveState &_state, double largest_radius) : state(_state)
+    {
+      const double side = state.cell(0, 0);
+      bins_per_side = std::clamp(static_cast<int>(side / (2.0 * largest_radius)), 1, 1024);
+      if (bins_per_side < 3) bins_per_side = 1;    // fewer would show one bin on both sides
+      bins.resize(static_cast<std::size_t>(bins_per_side) * bins_per_side);
+    }
+
+    bool place(int grain, const Vec<std::uint64_t, 2> &s)
+    {
+      for (int a = 0; a < 2; ++a) state.fractional[2 * grain + a] = s[a];
+      const int x = bin(s[0]), y = bin(s[1]);
+      const int reach = bins_per_side > 1 ? 1 : 0;
+      for (int dy = -reach; dy <= reach; ++dy)
+        for (int dx = -reach; dx <= reach; ++dx)
+          for (const int other : at(x + dx, y + dy)) {
+            const Vec<double, 2> branch = branch_vector(state, grain, other);
+            const double contact_distance = state.radius[grain] + state.radius[other];
+            if (dot(branch, branch) <= contact_distance * contact_distance) return false;
+          }
+      at(x, y).push_back(grain);
+      return true;
+    }
+
+   private:
+    RveState &state;
+    int bins_per_side;
+    std::vector<std::vector<int>> bins;
+
+    int bin(std::uint64_t s) const { return static_cast<int>(((s >> 32) * bins_per_side) >> 32); }
+
+    std::vector<int> &at(int x, int y)
+    {
+      const int wrapped_x = (x + bins_per_side) % bins_per_side;
+      const int wrapped_y = (y + bins_per_side) % bins_per_side;
+      return bins[static_cast<std::size_t>(wrapped_y) * bins_per_side + wrapped_x];
+    }
+  };
+
+  template <int D> void check_recipe(const PackingRecipe &recipe)
   {
     const auto in_range = [](double value, double least, double most, const char *what) {
       require(value >= least && value <= most,
@@ -36,7 +83,8 @@ namespace {
     in_range(recipe.stress_tolerance, 1e-12, 0.5, "stress tolerance of the packing [-]");
     in_range(recipe.unbalanced_tolerance, 1e-12, 0.5,
              "unbalanced force tolerance of the packing [-]");
-    in_range(recipe.initial_solid_fraction, 0.01, 0.5, "initial solid fraction [-]");
+    in_range(recipe.initial_solid_fraction, 0.01, RandomAddition<D>::MOST_SOLID_FRACTION,
+             "initial solid fraction [-]");
     in_range(recipe.dt, 0.0, LARGEST, "time step of the packing [time]");
     in_range(recipe.servo_gain, 0.0, LARGEST, "servo gain of the packing [1/(stress time^2)]");
     in_range(recipe.max_rate, 0.0, LARGEST, "compression rate of the packing [1/time]");
@@ -84,49 +132,6 @@ namespace {
     });
   }
 
-  /// Places grains one by one where they touch none of those already there.
-  class RandomAddition {
-   public:
-    RandomAddition(RveState &_state, double largest_radius) : state(_state)
-    {
-      const double side = state.cell(0, 0);
-      bins_per_side = std::clamp(static_cast<int>(side / (2.0 * largest_radius)), 1, 1024);
-      if (bins_per_side < 3) bins_per_side = 1;    // fewer would show one bin on both sides
-      bins.resize(static_cast<std::size_t>(bins_per_side) * bins_per_side);
-    }
-
-    bool place(int grain, std::uint64_t s_x, std::uint64_t s_y)
-    {
-      state.fractional[2 * grain] = s_x;
-      state.fractional[2 * grain + 1] = s_y;
-      const int x = bin(s_x), y = bin(s_y);
-      const int reach = bins_per_side > 1 ? 1 : 0;
-      for (int dy = -reach; dy <= reach; ++dy)
-        for (int dx = -reach; dx <= reach; ++dx)
-          for (const int other : at(x + dx, y + dy)) {
-            const Vec<double, 2> branch = branch_vector(state, grain, other);
-            const double contact_distance = state.radius[grain] + state.radius[other];
-            if (dot(branch, branch) <= contact_distance * contact_distance) return false;
-          }
-      at(x, y).push_back(grain);
-      return true;
-    }
-
-   private:
-    RveState &state;
-    int bins_per_side;
-    std::vector<std::vector<int>> bins;
-
-    int bin(std::uint64_t s) const { return static_cast<int>(((s >> 32) * bins_per_side) >> 32); }
-
-    std::vector<int> &at(int x, int y)
-    {
-      const int wrapped_x = (x + bins_per_side) % bins_per_side;
-      const int wrapped_y = (y + bins_per_side) % bins_per_side;
-      return bins[static_cast<std::size_t>(wrapped_y) * bins_per_side + wrapped_x];
-    }
-  };
-
   Material preparation_material(const PackingRecipe &recipe, double friction)
   {
     Material material = recipe.material;
@@ -145,16 +150,16 @@ namespace {
   };
 
   /// A preparation from beginning to end. `peak` is the highest pressure on it.
-  struct Way {
-    const RveState *start;
+  template <int D> struct Way {
+    const RveStateOf<D> *start;
     std::vector<Leg> legs;
     double friction;    // [-]
     double peak;        // [stress]
   };
 
   /// A packing at rest at the end of a way, and what it is.
-  struct Specimen {
-    RveState state;
+  template <int D> struct Specimen {
+    RveStateOf<D> state;
     double void_ratio;
   };
 
@@ -162,19 +167,20 @@ namespace {
   ///
   /// A packing is a discontinuous function of its preparation x: bisection finds where it passes the goal, but may find a jump
   /// there. Then the neighbourhood is sampled, wider and wider, where other jumps land elsewhere.
-  class WaySearch {
+  template <int D> class WaySearch {
    public:
-    WaySearch(const PackingRecipe &_recipe, const RveState &_cloud) : recipe(_recipe), cloud(_cloud)
+    WaySearch(const PackingRecipe &_recipe, const RveStateOf<D> &_cloud) :
+        recipe(_recipe), cloud(_cloud)
     {
     }
 
-    Way first() const
+    Way<D> first() const
     {
       return with_friction(recipe.void_ratio ? 0.0 : recipe.preparation_friction);
     }
 
     /// What to try after `made`; nothing if that is what was wanted. Throws InputError where no way is left.
-    std::optional<Way> after(const Specimen &made)
+    std::optional<Way<D>> after(const Specimen<D> &made)
     {
       if (!recipe.void_ratio) return {};
       const double goal = *recipe.void_ratio;
@@ -225,9 +231,9 @@ namespace {
     enum class Stage { Frictionless, Extreme, Between };
 
     const PackingRecipe &recipe;
-    const RveState &cloud;
+    const RveStateOf<D> &cloud;
     Stage stage = Stage::Frictionless;
-    Specimen frictionless{};
+    Specimen<D> frictionless{};
     bool looser = true;                       // than the frictionless packing
     double x = 0.0, low = 0.0, high = 0.0;    // what is searched: see at()
     double most = 0.0;
@@ -236,21 +242,21 @@ namespace {
 
     /// Looser packings by friction: void ratio against its root is closest to a line, since most of the growth is below 0.2.
     /// Denser ones by the logarithm of the overconsolidation ratio.
-    Way at(double value) const
+    Way<D> at(double value) const
     {
       return looser ? with_friction(value * value) : overconsolidated(value);
     }
 
     /// Where the friction exceeds the final one the packing could not stand: it settles.
-    Way with_friction(double friction) const
+    Way<D> with_friction(double friction) const
     {
-      Way way{&cloud, {{recipe.pressure, friction, "compression"}}, friction, recipe.pressure};
+      Way<D> way{&cloud, {{recipe.pressure, friction, "compression"}}, friction, recipe.pressure};
       if (friction > recipe.material.friction)
         way.legs.push_back({recipe.pressure, recipe.material.friction, "settling"});
       return way;
     }
 
-    Way overconsolidated(double log_ratio) const
+    Way<D> overconsolidated(double log_ratio) const
     {
       const double peak = recipe.pressure * std::exp(log_ratio);
       return {&frictionless.state,
@@ -266,7 +272,7 @@ namespace {
       return std::log(std::max(1.0, largest_pressure / recipe.pressure));
     }
 
-    [[noreturn]] void unreachable(const Specimen &extreme) const
+    [[noreturn]] void unreachable(const Specimen<D> &extreme) const
     {
       const double reached = extreme.void_ratio, other_end = frictionless.void_ratio;
       throw InputError(
@@ -279,37 +285,49 @@ namespace {
   };
 
   /// Holds a copy of a state in the engine, and takes it out again on every way out.
-  class Lease {
+  template <int D> class Lease {
    public:
-    Lease(Engine &_engine, const RveState &state) : engine(_engine), number(engine.add(state)) {}
+    Lease(EngineOf<D> &_engine, const RveStateOf<D> &state) :
+        engine(_engine), number(engine.add(state))
+    {
+    }
     ~Lease() { engine.remove(number); }
     Lease(const Lease &) = delete;
     Lease &operator=(const Lease &) = delete;
     int rve() const { return number; }
 
    private:
-    Engine &engine;
+    EngineOf<D> &engine;
     int number;
   };
 
   /// The packing as it is handed out.
-  RveState finished(RveState state, const Material &material)
+  template <int D> RveStateOf<D> finished(RveStateOf<D> state, const Material &material)
   {
     state.material = material;
     std::fill(state.velocity.begin(), state.velocity.end(), 0.0);
     std::fill(state.spin.begin(), state.spin.end(), 0.0);
-    state.deformation = Tensor2::identity();
-    state.servo_velocity_gradient = Tensor2::zero();
+    state.deformation = Tensor<double, D>::identity();
+    state.servo_velocity_gradient = Tensor<double, D>::zero();
     state.counters = Counters{};
     state.energy = EnergyLedger{};
     return state;
   }
 
+  /// "-sigma_xx and -sigma_yy"
+  template <int D> std::string pressures(const ResultOf<D> &result)
+  {
+    std::string words = number(-result.stress(0, 0));
+    for (int a = 1; a < D; ++a)
+      words += (a + 1 < D ? ", " : " and ") + number(-result.stress(a, a));
+    return words;
+  }
+
   /// The preparation of one packing, call by call of an engine that others use too.
-  class Preparation {
+  template <int D> class Preparation {
    public:
-    Preparation(const PackingRecipe &_recipe, Engine &_engine) :
-        recipe(_recipe), engine(_engine), cloud(loose_cloud(recipe)), search(recipe, cloud)
+    Preparation(const PackingRecipe &_recipe, EngineOf<D> &_engine) :
+        recipe(_recipe), engine(_engine), cloud(loose_cloud<D>(recipe)), search(recipe, cloud)
     {
       check_overlap(recipe);
     }
@@ -321,15 +339,15 @@ namespace {
     bool ready() const { return !lease; }
     int rve() const { return lease->rve(); }
 
-    Drive next_call() const
+    DriveOf<D> next_call() const
     {
-      Drive call = drive;
+      DriveOf<D> call = drive;
       call.dt = dt;
       return call;
     }
 
     /// Takes the answer to a call: on with this leg, the next one or another way, or ready. Throws InputError when it failed.
-    PackingReport take(const Result &result)
+    PackingReport take(const ResultOf<D> &result)
     {
       const Leg &leg = way.legs[current];
       steps += STEPS_PER_CALL;
@@ -357,9 +375,8 @@ namespace {
       was_at_rest = is_at_rest;
       require(steps_of_leg < recipe.max_steps, [&] {
         return "packing did not come to rest at " + number(leg.pressure) + " [stress] within " +
-            std::to_string(recipe.max_steps) + " steps: pressures " + number(-result.stress(0, 0)) +
-            " and " + number(-result.stress(1, 1)) + " (tolerance " +
-            number(recipe.stress_tolerance) + "), unbalanced force ratio " +
+            std::to_string(recipe.max_steps) + " steps: pressures " + pressures(result) +
+            " (tolerance " + number(recipe.stress_tolerance) + "), unbalanced force ratio " +
             number(result.unbalanced_ratio) + " (tolerance " + number(recipe.unbalanced_tolerance) +
             "); use a larger tolerance, another damping_prep, or another seed";
       });
@@ -368,11 +385,11 @@ namespace {
 
     /// The time step of the next call, where it is chosen and the leg is not new.
     bool follows_time_step() const { return lease && steps_of_leg > 0 && recipe.dt == 0.0; }
-    void follow_time_step(const RveState &state) { dt = time_step(state); }
+    void follow_time_step(const RveStateOf<D> &state) { dt = time_step(state); }
 
     void give_up() { lease.reset(); }
 
-    PreparedPacking result() const
+    PreparedPackingOf<D> result() const
     {
       return {
           finished(specimen.state, recipe.material), way.friction, way.peak / recipe.pressure, {}};
@@ -382,26 +399,26 @@ namespace {
     static constexpr int STEPS_PER_CALL = 250;
 
     const PackingRecipe &recipe;
-    Engine &engine;
-    RveState cloud;
-    WaySearch search;
-    std::unique_ptr<Lease> lease;    // of the leg under way; none when ready
-    Way way{};
+    EngineOf<D> &engine;
+    RveStateOf<D> cloud;
+    WaySearch<D> search;
+    std::unique_ptr<Lease<D>> lease;    // of the leg under way; none when ready
+    Way<D> way{};
     std::size_t current = 0;    // leg of the way
-    Specimen specimen{};        // at the end of the last leg
-    Drive drive;
+    Specimen<D> specimen{};     // at the end of the last leg
+    DriveOf<D> drive;
     double dt = 0.0;
     bool was_at_rest = false;
     std::int64_t steps = 0, steps_of_leg = 0;
 
-    void begin(Way new_way)
+    void begin(Way<D> new_way)
     {
       way = std::move(new_way);
       current = 0;
       begin_leg(*way.start);
     }
 
-    void begin_leg(RveState start)
+    void begin_leg(RveStateOf<D> start)
     {
       const Leg &leg = way.legs[current];
       start.material = preparation_material(recipe, leg.friction);
@@ -410,7 +427,7 @@ namespace {
       was_at_rest = false;
       steps_of_leg = 0;
       lease.reset();
-      lease = std::make_unique<Lease>(engine, start);
+      lease = std::make_unique<Lease<D>>(engine, start);
     }
 
     void finish_leg(double void_ratio)
@@ -418,7 +435,7 @@ namespace {
       specimen = {engine.state(rve()), void_ratio};
       if (++current < way.legs.size()) {
         begin_leg(specimen.state);
-      } else if (std::optional<Way> next = search.after(specimen)) {
+      } else if (std::optional<Way<D>> next = search.after(specimen)) {
         begin(std::move(*next));
       } else {
         require(void_ratio > 0.0, [&] {
@@ -432,7 +449,7 @@ namespace {
 
     // Contacts that form within a call are not in Gershgorin's bound yet, so a margin is kept; a gas gets the step that its
     // grains will need in a dense network, which is about 0.55 of the step for single contacts. They are as deep as at the pressure.
-    double time_step(const RveState &state) const
+    double time_step(const RveStateOf<D> &state) const
     {
       const double radius = mean_radius(recipe);
       const double overlap = 2.0 * radius *
@@ -442,11 +459,11 @@ namespace {
       return std::min(0.8 * gershgorin_time_step(state, overlap), 0.5 * pair_time_step);
     }
 
-    Drive servo(const RveState &state, double pressure) const
+    DriveOf<D> servo(const RveStateOf<D> &state, double pressure) const
     {
-      Drive call;
+      DriveOf<D> call;
       call.substeps = STEPS_PER_CALL;
-      for (int a = 0; a < 2; ++a) {
+      for (int a = 0; a < D; ++a) {
         call.controlled[a][a] = true;
         call.stress_goal(a, a) = -pressure;
       }
@@ -457,20 +474,30 @@ namespace {
       return call;
     }
 
-    bool at_rest(const Result &result, double pressure) const
+    bool at_rest(const ResultOf<D> &result, double pressure) const
     {
-      return result.num_contacts > 0 && result.unbalanced_ratio <= recipe.unbalanced_tolerance &&
-          std::fabs(-result.stress(0, 0) - pressure) <= recipe.stress_tolerance * pressure &&
-          std::fabs(-result.stress(1, 1) - pressure) <= recipe.stress_tolerance * pressure;
+      bool rests =
+          result.num_contacts > 0 && result.unbalanced_ratio <= recipe.unbalanced_tolerance;
+      for (int a = 0; a < D; ++a)
+        rests = rests &&
+            std::fabs(-result.stress(a, a) - pressure) <= recipe.stress_tolerance * pressure;
+      return rests;
     }
   };
 
-  /// Time steps of the next call. Gershgorin's bounds are the host's work between two calls, so all its threads share it.
-  void follow_time_steps(const Engine &engine, const std::vector<Preparation *> &preparations)
+  template <int D> double edge_of_volume(double volume)
   {
-    std::vector<Preparation *> following;
-    std::vector<RveState> states;
-    for (Preparation *one : preparations)
+    return D == 2 ? std::sqrt(volume) : std::cbrt(volume);
+  }
+
+  /// Time steps of the next call. Gershgorin's bounds are the host's work between two calls, so all its threads share it.
+  template <int D>
+  void follow_time_steps(const EngineOf<D> &engine,
+                         const std::vector<Preparation<D> *> &preparations)
+  {
+    std::vector<Preparation<D> *> following;
+    std::vector<RveStateOf<D>> states;
+    for (Preparation<D> *one : preparations)
       if (one->follows_time_step()) {
         following.push_back(one);
         states.push_back(engine.state(one->rve()));
@@ -487,12 +514,12 @@ double contact_strain(const PackingRecipe &recipe)
   return contact_strain(recipe.pressure, recipe.material, mean_radius(recipe));
 }
 
-double default_servo_gain(const RveState &state)
+template <int D> double default_servo_gain(const RveStateOf<D> &state)
 {
   return 10.0 * state.material.thickness / state.mass();
 }
 
-double default_compression_rate(const RveState &state, double pressure)
+template <int D> double default_compression_rate(const RveStateOf<D> &state, double pressure)
 {
   const double mass = state.mass();
   const double radius =
@@ -503,16 +530,16 @@ double default_compression_rate(const RveState &state, double pressure)
                   0.2 * std::sqrt(pressure * state.material.thickness / mass));
 }
 
-RveState loose_cloud(const PackingRecipe &recipe)
+template <int D> RveStateOf<D> loose_cloud(const PackingRecipe &recipe)
 {
-  check_recipe(recipe);
+  check_recipe<D>(recipe);
   std::mt19937_64 random(
       recipe.seed);    // its output is fixed by the C++ standard; that of the distributions is not
   const auto uniform = [&random] {
     return static_cast<double>(random() >> 11) * 0x1p-53;
   };
 
-  RveState state;
+  RveStateOf<D> state;
   state.material = recipe.material;
   state.radius = recipe.radii;
   if (state.radius.empty())
@@ -520,11 +547,11 @@ RveState loose_cloud(const PackingRecipe &recipe)
       state.radius.push_back(recipe.radius_min +
                              (recipe.radius_max - recipe.radius_min) * uniform());
   const int n = state.num_grains();
-  state.fractional.resize(2 * n);
-  state.velocity.resize(2 * n, 0.0);
-  state.spin.resize(n, 0.0);
-  const double side = std::sqrt(state.solid_area() / recipe.initial_solid_fraction);
-  state.cell = side * Tensor2::identity();
+  state.fractional.resize(D * n);
+  state.velocity.resize(D * n, 0.0);
+  state.spin.resize(Space<D>::spins * n, 0.0);
+  const double side = edge_of_volume<D>(state.solid_volume() / recipe.initial_solid_fraction);
+  state.cell = side * Tensor<double, D>::identity();
   state.check();
 
   std::vector<int> order(n);
@@ -532,14 +559,14 @@ RveState loose_cloud(const PackingRecipe &recipe)
   std::stable_sort(order.begin(), order.end(), [&](int i, int j) {
     return state.radius[i] > state.radius[j];
   });
-  RandomAddition addition(state, state.radius[order.front()]);
+  RandomAddition<D> addition(state, state.radius[order.front()]);
   constexpr int MOST_ATTEMPTS = 1000000;
   for (const int grain : order) {
     int attempt = 0;
     while (true) {
-      const std::uint64_t s_x = random();
-      const std::uint64_t s_y = random();
-      if (addition.place(grain, s_x, s_y)) break;
+      Vec<std::uint64_t, D> s;
+      for (int a = 0; a < D; ++a) s[a] = random();
+      if (addition.place(grain, s)) break;
       require(++attempt < MOST_ATTEMPTS,
               "no room for grain " + std::to_string(grain + 1) + " at initial solid fraction " +
                   number(recipe.initial_solid_fraction) + "; take a smaller one");
@@ -548,13 +575,15 @@ RveState loose_cloud(const PackingRecipe &recipe)
   return state;
 }
 
-std::vector<PreparedPacking> generate_packings(const std::vector<PackingRecipe> &recipes,
-                                               Engine &engine, const BatchProgress &progress)
+template <int D>
+std::vector<PreparedPackingOf<D>>
+generate_packings(const std::vector<PackingRecipe> &recipes, EngineOf<D> &engine,
+                  const typename PreparedPackingOf<D>::Progress &progress)
 {
-  std::vector<std::unique_ptr<Preparation>> all;
+  std::vector<std::unique_ptr<Preparation<D>>> all;
   for (const PackingRecipe &recipe : recipes)
-    all.push_back(std::make_unique<Preparation>(recipe, engine));
-  std::vector<PreparedPacking> packings(recipes.size());
+    all.push_back(std::make_unique<Preparation<D>>(recipe, engine));
+  std::vector<PreparedPackingOf<D>> packings(recipes.size());
   std::vector<std::size_t> active(recipes.size());
   std::iota(active.begin(), active.end(), std::size_t{0});
   const auto attempt = [&](std::size_t k, const std::function<void()> &work) {
@@ -572,9 +601,9 @@ std::vector<PreparedPacking> generate_packings(const std::vector<PackingRecipe> 
 
   while (true) {
     std::vector<std::size_t> going;
-    std::vector<Preparation *> preparations;
+    std::vector<Preparation<D> *> preparations;
     std::vector<int> rves;
-    std::vector<Drive> drives;
+    std::vector<DriveOf<D>> drives;
     for (const std::size_t k : active) {
       if (all[k]->ready()) continue;
       going.push_back(k);
@@ -585,7 +614,7 @@ std::vector<PreparedPacking> generate_packings(const std::vector<PackingRecipe> 
     active = std::move(going);
     if (active.empty()) return packings;
 
-    std::vector<Result> results;
+    std::vector<ResultOf<D>> results;
     engine.advance(rves, drives, results);
     for (std::size_t n = 0; n < active.size(); ++n) {
       const std::size_t k = active[n];
@@ -599,15 +628,26 @@ std::vector<PreparedPacking> generate_packings(const std::vector<PackingRecipe> 
   }
 }
 
-RveState generate_packing(const PackingRecipe &recipe, Engine &engine,
-                          const PackingProgress &progress)
+template <int D>
+RveStateOf<D> generate_packing(const PackingRecipe &recipe, EngineOf<D> &engine,
+                               const PackingProgress &progress)
 {
-  const BatchProgress report = [&](std::size_t, const PackingReport &now, const PreparedPacking &) {
+  const typename PreparedPackingOf<D>::Progress report = [&](std::size_t, const PackingReport &now,
+                                                             const PreparedPackingOf<D> &) {
     if (progress) progress(now);
   };
-  PreparedPacking packing = std::move(generate_packings({recipe}, engine, report).front());
+  PreparedPackingOf<D> packing = std::move(generate_packings({recipe}, engine, report).front());
   require(packing.failure.empty(), packing.failure);
   return std::move(packing.state);
 }
+
+template double default_servo_gain(const RveStateOf<2> &);
+template double default_compression_rate(const RveStateOf<2> &, double);
+template RveStateOf<2> loose_cloud(const PackingRecipe &);
+template std::vector<PreparedPackingOf<2>>
+generate_packings(const std::vector<PackingRecipe> &, EngineOf<2> &,
+                  const PreparedPackingOf<2>::Progress &);
+template RveStateOf<2> generate_packing(const PackingRecipe &, EngineOf<2> &,
+                                        const PackingProgress &);
 
 }    // namespace rve

@@ -32,9 +32,10 @@ struct PackingRecipe {
   std::optional<double> void_ratio;       ///< wanted at the pressure [-]
   double void_ratio_tolerance = 0.002;    ///< [-]
 
-  double stress_tolerance = 1e-3;         ///< |sigma_aa + p| / p of each axis at the end [-]
-  double unbalanced_tolerance = 1e-3;     ///< mean |grain force| / mean |contact force| [-]
-  double initial_solid_fraction = 0.4;    ///< [-], at most 0.5: random addition jams at 0.55
+  double stress_tolerance = 1e-3;        ///< |sigma_aa + p| / p of each axis at the end [-]
+  double unbalanced_tolerance = 1e-3;    ///< mean |grain force| / mean |contact force| [-]
+  double initial_solid_fraction =
+      0.4;            ///< of disks [-], at most 0.5: random addition jams at 0.55
   double dt = 0.0;    ///< [time]; 0: about 0.6 of the stable step, followed as contacts form
   double servo_gain = 0.0;             ///< [1/(stress time^2)]; 0: default_servo_gain()
   double max_rate = 0.0;               ///< of each axis [1/time]; 0: default_compression_rate()
@@ -61,31 +62,33 @@ struct PackingReport {
 using PackingProgress = std::function<void(const PackingReport &)>;
 
 /// A packing of a batch and how it was made, or why it could not be.
-struct PreparedPacking {
-  RveState state;                       ///< without grains if the preparation failed or is not over
+template <int D> struct PreparedPackingOf {
+  RveStateOf<D> state;                  ///< without grains if the preparation failed or is not over
   double preparation_friction = 0.0;    ///< mu during compression [-]
   double overconsolidation_ratio = 1.0;    ///< highest pressure / pressure [-]
   std::string failure;                     ///< empty if there was none
   bool ready() const { return state.num_grains() > 0; }
+
+  /// Called for each packing of a batch after each call of the engine; the last time when it is ready.
+  using Progress = std::function<void(std::size_t recipe, const PackingReport &report,
+                                      const PreparedPackingOf &packing)>;
 };
-/// Called for each packing of a batch after each call of the engine; the last time when it is ready.
-using BatchProgress = std::function<void(std::size_t recipe, const PackingReport &report,
-                                         const PreparedPacking &packing)>;
+using PreparedPacking = PreparedPackingOf<2>;
 
 /// Servo gain 10 h/M [1/(stress time^2)], M the mass and h the thickness of the RVE. A stress error accelerates the cell by
 /// gain * error; with a modulus E the servo oscillates at sqrt(gain E). The slowest wave across the cell has (2 pi)^2 E h/M for
 /// its frequency squared, whatever the units and the stiffness: 10 puts the servo at half of that frequency, fast, but
 /// below the waves it must not excite. (SudoDEM and YADE use 1/M as a number, 13.3 h/M at h = 0.075.)
-double default_servo_gain(const RveState &state);
+template <int D> double default_servo_gain(const RveStateOf<D> &state);
 
 /// Rate of each axis while the cloud is compressed [1/time]: the lesser of 0.01 sqrt(K/M), K the stiffness of contacts at the pressure, which crosses the cell at 1 % of
 /// the wave speed of the packing, and 0.2 sqrt(p h/M), at which the momentum flux of the moving grains is 4 % of p.
-double default_compression_rate(const RveState &state, double pressure);
+template <int D> double default_compression_rate(const RveStateOf<D> &state, double pressure);
 
 /// Non-overlapping grains in a periodic square at initial_solid_fraction, at rest: random sequential addition, largest first.
 /// Depends on the recipe's radii and seed only, on every machine: std::mt19937_64 with its own mapping to numbers.
 /// Throws InputError on a recipe out of range.
-RveState loose_cloud(const PackingRecipe &recipe);
+template <int D = 2> RveStateOf<D> loose_cloud(const PackingRecipe &recipe);
 
 /// Runs the protocol on `engine` (a packing is added and removed) and returns the packing: at the pressure, with the final
 /// friction, velocities and spins zero, deformation 1. Tangential forces are kept, they belong to the equilibrium; after
@@ -95,14 +98,17 @@ RveState loose_cloud(const PackingRecipe &recipe);
 /// With `void_ratio`: looser than the frictionless packing by bisection on the preparation friction in [0, 1]; denser by
 /// bisection on an isotropic overconsolidation, frictionless, up to the pressure at which contacts are strained by 4 %.
 /// Throws InputError with the reachable range when neither does, and when a compression does not come to rest.
-RveState generate_packing(const PackingRecipe &recipe, Engine &engine,
-                          const PackingProgress &progress = {});
+template <int D>
+RveStateOf<D> generate_packing(const PackingRecipe &recipe, EngineOf<D> &engine,
+                               const PackingProgress &progress = {});
 
 /// The same for many recipes, in their order and each with the same bits as alone: all that are not ready advance together, in one
 /// call of the engine after another. A recipe out of range throws InputError before anything runs. A preparation that fails
 /// leaves its reason and does not stop the others.
-std::vector<PreparedPacking> generate_packings(const std::vector<PackingRecipe> &recipes,
-                                               Engine &engine, const BatchProgress &progress = {});
+template <int D>
+std::vector<PreparedPackingOf<D>>
+generate_packings(const std::vector<PackingRecipe> &recipes, EngineOf<D> &engine,
+                  const typename PreparedPackingOf<D>::Progress &progress = {});
 
 }    // namespace rve
 

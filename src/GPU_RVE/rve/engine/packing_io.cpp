@@ -8,6 +8,7 @@
 #include "rve/core/suggestion.h"
 #include "rve/engine/contact_model.h"
 #include "rve/engine/contact_network.h"
+#include "rve/engine/dimension_words.h"
 #include "rve/engine/files.h"
 
 #include <algorithm>
@@ -240,30 +241,44 @@ namespace {
     }
   }
 
-  void read_tensor(StatementReader &reader, const std::string &name, Tensor2 &tensor)
+  /// A word for each axis: "s_x*2^64 s_y*2^64".
+  template <int D>
+  std::string for_axes(const std::string &before, const std::string &after,
+                       const std::string &between)
   {
-    for (int a = 0; a < 2; ++a) {
+    std::string words = before + "x" + after;
+    for (int a = 1; a < D; ++a) words += between + before + "xyz"[a] + after;
+    return words;
+  }
+
+  template <int D>
+  void read_tensor(StatementReader &reader, const std::string &name, Tensor<double, D> &tensor)
+  {
+    for (int a = 0; a < D; ++a) {
       reader.next("row " + std::to_string(a + 1) + " of " + name);
-      reader.require_words(2, "two numbers of " + name);
-      for (int b = 0; b < 2; ++b) tensor(a, b) = reader.finite_number(b, "a component of " + name);
+      reader.require_words(D, std::string(DimensionWords<D>::number) + " numbers of " + name);
+      for (int b = 0; b < D; ++b) tensor(a, b) = reader.finite_number(b, "a component of " + name);
     }
   }
 
-  void read_grains(StatementReader &reader, int num_grains, RveState &state)
+  template <int D> void read_grains(StatementReader &reader, int num_grains, RveStateOf<D> &state)
   {
+    constexpr int SPINS = Space<D>::spins;
     // Grown as lines come: a damaged count must end in a message, not in an allocation.
     std::vector<bool> seen;
     for (int k = 0; k < num_grains; ++k) {
       reader.next("grain line " + std::to_string(k + 1) + " of " + std::to_string(num_grains));
-      reader.require_words(7, "id radius s_x*2^64 s_y*2^64 c_x c_y spin");
+      reader.require_words(2 + 2 * D + SPINS,
+                           "id radius " + for_axes<D>("s_", "*2^64", " ") + " " +
+                               for_axes<D>("c_", "", " ") + " " + DimensionWords<D>::spin);
       const int id = reader.integer<int>(0, "grain id", 1, num_grains);
       const std::size_t i = static_cast<std::size_t>(id) - 1;
       if (i >= seen.size()) {
         seen.resize(i + 1, false);
         state.radius.resize(i + 1);
-        state.fractional.resize(2 * (i + 1));
-        state.velocity.resize(2 * (i + 1));
-        state.spin.resize(i + 1);
+        state.fractional.resize(D * (i + 1));
+        state.velocity.resize(D * (i + 1));
+        state.spin.resize(SPINS * (i + 1));
       }
       if (seen[i]) reader.fail("grain " + std::to_string(id) + " is given twice");
       seen[i] = true;
@@ -271,16 +286,18 @@ namespace {
       if (state.radius[i] <= 0.0)
         reader.fail("radius is " + number(state.radius[i]) +
                     " [length]; it must be greater than 0");
-      for (int a = 0; a < 2; ++a) {
-        state.fractional[2 * i + a] =
+      for (int a = 0; a < D; ++a) {
+        state.fractional[D * i + a] =
             reader.integer<std::uint64_t>(2 + a, "fractional coordinate", 0, UINT64_MAX);
-        state.velocity[2 * i + a] = reader.finite_number(4 + a, "peculiar velocity");
+        state.velocity[D * i + a] = reader.finite_number(2 + D + a, "peculiar velocity");
       }
-      state.spin[i] = reader.finite_number(6, "spin");
+      for (int k = 0; k < SPINS; ++k)
+        state.spin[SPINS * i + k] = reader.finite_number(2 + 2 * D + k, "spin");
     }
   }
 
-  void read_contacts(StatementReader &reader, int num_contacts, RveState &state)
+  template <int D>
+  void read_contacts(StatementReader &reader, int num_contacts, RveStateOf<D> &state)
   {
     for (int k = 0; k < num_contacts; ++k) {
       reader.next("contact line " + std::to_string(k + 1) + " of " + std::to_string(num_contacts));
@@ -299,9 +316,9 @@ namespace {
   }
 
   /// A packing from the statement `gpu_rve_packing`, to which the reader has moved, to `end`.
-  RveState read_packing_statements(StatementReader &reader)
+  template <int D> RveStateOf<D> read_packing_statements(StatementReader &reader)
   {
-    RveState state;
+    RveStateOf<D> state;
     reader.begin_packing();
     reader.require_keyword("gpu_rve_packing", 2, "gpu_rve_packing version");
     reader.integer<int>(1, "version of the packing file", FILE_VERSION, FILE_VERSION);
@@ -371,11 +388,15 @@ namespace {
     return std::string(text, result.ptr);
   }
 
-  void write_tensor(std::ostream &out, const char *name, const Tensor2 &tensor)
+  template <int D>
+  void write_tensor(std::ostream &out, const char *name, const Tensor<double, D> &tensor)
   {
     out << name << "\n";
-    for (int a = 0; a < 2; ++a)
-      out << "  " << exact(tensor(a, 0)) << " " << exact(tensor(a, 1)) << "\n";
+    for (int a = 0; a < D; ++a) {
+      out << " ";
+      for (int b = 0; b < D; ++b) out << " " << exact(tensor(a, b));
+      out << "\n";
+    }
   }
 
   /// The line that read_checksum() reads.
@@ -392,8 +413,9 @@ namespace {
   }
 
   /// From `gpu_rve_packing` to `end`.
-  std::string packing_statements(const RveState &state)
+  template <int D> std::string packing_statements(const RveStateOf<D> &state)
   {
+    constexpr int SPINS = Space<D>::spins;
     std::ostringstream out;
     out << "gpu_rve_packing " << FILE_VERSION << "\n\nmaterial\n";
     const ContactLaw law = state.material.law;
@@ -415,13 +437,17 @@ namespace {
     write_tensor(out, "servo_velocity_gradient", state.servo_velocity_gradient);
     out << "# scale of the force integers [force]\n"
         << "largest_contact_force " << exact(state.largest_contact_force) << "\n\n"
-        << "grains " << state.num_grains()
-        << "\n# id, radius [length], s_x 2^64, s_y 2^64 [-], peculiar velocity c_x, c_y "
-           "[length/time], spin [1/time]\n";
-    for (int i = 0; i < state.num_grains(); ++i)
-      out << i + 1 << " " << exact(state.radius[i]) << " " << state.fractional[2 * i] << " "
-          << state.fractional[2 * i + 1] << " " << exact(state.velocity[2 * i]) << " "
-          << exact(state.velocity[2 * i + 1]) << " " << exact(state.spin[i]) << "\n";
+        << "grains " << state.num_grains() << "\n# id, radius [length], "
+        << for_axes<D>("s_", " 2^64", ", ") << " [-], peculiar velocity "
+        << for_axes<D>("c_", "", ", ") << " [length/time], " << DimensionWords<D>::spin
+        << " [1/time]\n";
+    for (int i = 0; i < state.num_grains(); ++i) {
+      out << i + 1 << " " << exact(state.radius[i]);
+      for (int a = 0; a < D; ++a) out << " " << state.fractional[D * i + a];
+      for (int a = 0; a < D; ++a) out << " " << exact(state.velocity[D * i + a]);
+      for (int k = 0; k < SPINS; ++k) out << " " << exact(state.spin[SPINS * i + k]);
+      out << "\n";
+    }
 
     const auto has_history = [](const Pair &pair) {
       return std::any_of(std::begin(PAIR_MEMORY), std::end(PAIR_MEMORY),
@@ -541,36 +567,37 @@ namespace {
 
 }    // namespace
 
-RveState read_packing(const std::string &path)
+template <int D> RveStateOf<D> read_packing(const std::string &path)
 {
   StatementReader reader(path);
   reader.next("'gpu_rve_packing'");
   if (reader.word(0) == "gpu_rve_library")
     reader.fail("this is a library; a single packing was expected");
-  RveState state = read_packing_statements(reader);
+  RveStateOf<D> state = read_packing_statements<D>(reader);
   reader.require_end();
   check_for(path, state);
   return state;
 }
 
-void write_packing(const std::string &path, const RveState &state)
+template <int D> void write_packing(const std::string &path, const RveStateOf<D> &state)
 {
   check_for(path, state);
   std::ostringstream out;
-  out << "# Packing of one RVE (GPU_RVE): plane disks in a periodic cell, x = H s.\n"
+  out << "# Packing of one RVE (GPU_RVE): " << DimensionWords<D>::grains
+      << " in a periodic cell, x = H s.\n"
       << "# Consistent units, those of the script that made it: [length], [mass], [time], force = "
          "mass length/time^2.\n";
   out << packing_statements(state);
   OutputFile(path).write(out.str());
 }
 
-PackingLibrary read_library(const std::string &path)
+template <int D> PackingLibraryOf<D> read_library(const std::string &path)
 {
   StatementReader reader(path);
   reader.next("'gpu_rve_library' or 'gpu_rve_packing'");
-  PackingLibrary library;
+  PackingLibraryOf<D> library;
   if (reader.word(0) != "gpu_rve_library") {
-    RveState packing = read_packing_statements(reader);
+    RveStateOf<D> packing = read_packing_statements<D>(reader);
     reader.require_end();
     check_for(path, packing);
     LibraryRow row;
@@ -590,7 +617,7 @@ PackingLibrary read_library(const std::string &path)
     reader.require_keyword("packing", 2, "packing " + std::to_string(k));
     reader.integer<int>(1, "number of the packing", k, k);
     reader.next("'gpu_rve_packing'");
-    library.packings.push_back(read_packing_statements(reader));
+    library.packings.push_back(read_packing_statements<D>(reader));
     check_for(path + ": packing " + std::to_string(k), library.packings.back());
   }
   reader.read_checksum(true, "end_library");
@@ -601,7 +628,7 @@ PackingLibrary read_library(const std::string &path)
   return library;
 }
 
-void write_library(const std::string &path, const PackingLibrary &library)
+template <int D> void write_library(const std::string &path, const PackingLibraryOf<D> &library)
 {
   check_for(path, library);
   std::ostringstream out;
@@ -636,5 +663,10 @@ void write_lammps_data(const std::string &path, const RveState &state)
   data.write(lammps_data(frame));
   if (contacts) contacts->write(contact_table(frame));
 }
+
+template RveStateOf<2> read_packing(const std::string &);
+template void write_packing(const std::string &, const RveStateOf<2> &);
+template PackingLibraryOf<2> read_library(const std::string &);
+template void write_library(const std::string &, const PackingLibraryOf<2> &);
 
 }    // namespace rve

@@ -30,10 +30,10 @@ namespace rve {
 /// The checksum is FNV-1a with 64 bits over the statements before it, without comments, each as its words with one blank between
 /// two and a line feed behind the last. Numbers are the shortest decimals that read back to the same double, so a file holds a state
 /// exactly. Not in it: run counters, energy ledger and Verlet list, which belong to a run (see serialize).
-RveState read_packing(const std::string &path);
+template <int D = 2> RveStateOf<D> read_packing(const std::string &path);
 
 /// Writes a packing file, whole or not at all (OutputFile). Throws InputError if the state is not sound or the file cannot be written.
-void write_packing(const std::string &path, const RveState &state);
+template <int D> void write_packing(const std::string &path, const RveStateOf<D> &state);
 
 /// Reads a library, or a packing file as a library of one packing, whose row then has its grains and void ratio only. Throws
 /// InputError with path:line for anything missing, broken or out of range, and when index and packings do not agree.
@@ -45,10 +45,10 @@ void write_packing(const std::string &path, const RveState &state);
 ///     packing K                     followed by a packing file; N times, K in order
 ///     checksum digits               as above, from `gpu_rve_library` on
 ///     end_library
-PackingLibrary read_library(const std::string &path);
+template <int D = 2> PackingLibraryOf<D> read_library(const std::string &path);
 
 /// Writes a library, whole or not at all. Throws InputError if it or a packing is not sound or the file cannot be written.
-void write_library(const std::string &path, const PackingLibrary &library);
+template <int D> void write_library(const std::string &path, const PackingLibraryOf<D> &library);
 
 /// Writes a LAMMPS data file (atom_style sphere, triclinic, one atom type) and `<path>.contacts`, the latter unless the path is a
 /// device or a fifo. Throws InputError as above.

@@ -10,13 +10,13 @@
 
 namespace rve {
 
-void PackingLibrary::add(const LibraryRow &row, RveState packing)
+template <int D> void PackingLibraryOf<D>::add(const LibraryRow &row, RveStateOf<D> packing)
 {
   index.push_back(row);
   packings.push_back(std::move(packing));
 }
 
-void PackingLibrary::check() const
+template <int D> void PackingLibraryOf<D>::check() const
 {
   require(!packings.empty(), "the library is empty; it must have at least one packing");
   require(index.size() == packings.size(),
@@ -85,5 +85,7 @@ std::optional<int> VoidRatioIndex::draw_within(double wanted, double tolerance, 
   const auto end = std::find_if_not(begin, sorted.end(), within);
   return begin[draw(seed, id, static_cast<int>(end - begin))].second;
 }
+
+template struct PackingLibraryOf<2>;
 
 }    // namespace rve

@@ -23,16 +23,17 @@ struct LibraryRow {
 };
 
 /// Packings by number, from 0, with their rows.
-struct PackingLibrary {
+template <int D> struct PackingLibraryOf {
   std::vector<LibraryRow> index;
-  std::vector<RveState> packings;
+  std::vector<RveStateOf<D>> packings;
 
-  void add(const LibraryRow &row, RveState packing);
+  void add(const LibraryRow &row, RveStateOf<D> packing);
 
   /// Throws InputError unless there is a packing, each has its row, and the grains and the void ratio (to 1e-9) of the rows are those
   /// of the packings.
   void check() const;
 };
+using PackingLibrary = PackingLibraryOf<2>;
 
 /// A number from 0 to count-1 with equal probability, for the point `id`: a function of its arguments and of nothing else, so that it
 /// depends neither on ranks nor on the order of points. Draws for different `purpose` are independent of each other.

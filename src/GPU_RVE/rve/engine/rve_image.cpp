@@ -43,7 +43,7 @@ namespace {
   }
 
   /// Grain numbers row by row, each row along x: a grain's neighbours have numbers near its own, or near those of its row above.
-  std::vector<std::int32_t> storage_order(const RveState &state)
+  std::vector<std::int32_t> storage_order(const RveStateOf<2> &state)
   {
     const int n = state.num_grains();
     const double rows = std::max(1.0, std::floor(0.75 * std::sqrt(static_cast<double>(n))));
@@ -70,13 +70,14 @@ namespace {
     return pair;
   }
 
-  template <class Scene> StateImage build(const RveState &state, int extra_capacity)
+  template <class Scene> StateImage build(const RveStateOf<Scene::D> &state, int extra_capacity)
   {
+    constexpr int D = Scene::D, spins = Scene::spins;
     const int n = state.num_grains();
     std::vector<int> owned(n, 0);
     int num_extra = 0;
     for (const Pair &pair : state.pairs)
-      if (owned[pair.first] < kOwnedPairs)
+      if (owned[pair.first] < Scene::owned_pairs)
         ++owned[pair.first];
       else
         ++num_extra;
@@ -87,8 +88,8 @@ namespace {
     image.bytes.assign(image_size<Scene>(n, image.extra_capacity), 0);
     const auto view = carve_image<Scene>(image.bytes.data(), n, image.extra_capacity);
 
-    ImageHeader &header = *view.header;
-    header = ImageHeader();
+    ImageHeader<D> &header = *view.header;
+    header = ImageHeader<D>();
     header.num_grains = n;
     header.extra_capacity = image.extra_capacity;
     header.list_valid = !state.list_fractional.empty();
@@ -98,7 +99,7 @@ namespace {
     store_tensor(state.servo_velocity_gradient, header.servo_velocity_gradient);
     set_material_in(header, state.material);
     // of the radii as the image has them: that of its state is the same again
-    RveState stored;
+    RveStateOf<D> stored;
     for (double r : state.radius) stored.radius.push_back(static_cast<typename Scene::Wide>(r));
     const auto [smallest, largest] =
         std::minmax_element(stored.radius.begin(), stored.radius.end());
@@ -106,8 +107,8 @@ namespace {
     double sum = 0.0;
     for (double r : stored.radius) sum += r;
     header.mean_radius = sum / n;
-    header.solid_area = stored.solid_area();
-    header.neighbor_bits = neighbor_bits(*smallest, *largest);
+    header.solid_volume = stored.solid_volume();
+    header.neighbor_bits = neighbor_bits<D>(*smallest, *largest);
     header.largest_contact_force = state.largest_contact_force;
     header.steps = state.counters.steps;
     header.rebuilds = state.counters.rebuilds;
@@ -128,19 +129,20 @@ namespace {
       const int i = order[k];
       place[i] = k;
       view.number[k] = i;
-      for (int a = 0; a < 2; ++a) {
-        view.position[k][a] = narrow(state.fractional[2 * i + a], Coordinate());
-        view.list_position[k][a] = static_cast<std::uint32_t>(list[2 * i + a] >> 32);
-        view.velocity[k][a] = static_cast<Real>(state.velocity[2 * i + a]);
+      for (int a = 0; a < D; ++a) {
+        view.position[k][a] = narrow(state.fractional[D * i + a], Coordinate());
+        view.list_position[k][a] = static_cast<std::uint32_t>(list[D * i + a] >> 32);
+        view.velocity[k][a] = static_cast<Real>(state.velocity[D * i + a]);
       }
-      view.spin[k] = static_cast<Real>(state.spin[i]);
+      for (int s = 0; s < spins; ++s)
+        spin_component(view.spin[k], s) = static_cast<Real>(state.spin[spins * i + s]);
       view.radius[k] = static_cast<typename Scene::Wide>(state.radius[i]);
-      for (int m = 0; m < kOwnedPairs; ++m) view.partner[m * n + k] = k;
+      for (int m = 0; m < Scene::owned_pairs; ++m) view.partner[m * n + k] = k;
       owned[k] = 0;
     }
     for (const Pair &pair : state.pairs) {
       const int first = place[pair.first], second = place[pair.second];
-      if (owned[first] < kOwnedPairs) {
+      if (owned[first] < Scene::owned_pairs) {
         const int slot = owned[first]++ * n + first;
         view.partner[slot] = second;
         view.history[slot] = Scene::Law::of_pair(pair);
@@ -154,40 +156,41 @@ namespace {
     return image;
   }
 
-  template <class Scene> RveState read(const StateImage &image)
+  template <class Scene> RveStateOf<Scene::D> read(const StateImage &image)
   {
+    constexpr int D = Scene::D, spins = Scene::spins;
     const int n = image.num_grains;
     const auto view =
         carve_image<Scene>(const_cast<char *>(image.bytes.data()), n, image.extra_capacity);
-    const ImageHeader &header = *view.header;
-    RveState state;
+    const ImageHeader<D> &header = *view.header;
+    RveStateOf<D> state;
     static_cast<MaterialNumbers &>(state.material) = header.material;
     state.material.law = Scene::Law::contact_law;
-    state.cell = load_tensor(header.cell);
-    state.deformation = load_tensor(header.deformation);
-    state.servo_velocity_gradient = load_tensor(header.servo_velocity_gradient);
+    state.cell = load_tensor<D>(header.cell);
+    state.deformation = load_tensor<D>(header.deformation);
+    state.servo_velocity_gradient = load_tensor<D>(header.servo_velocity_gradient);
     state.largest_contact_force = header.largest_contact_force;
     state.counters = {header.steps, header.rebuilds, header.lattice_reductions, header.repeats};
     state.energy = {header.work, header.friction_loss, header.damping_loss, header.viscous_loss};
     state.radius.resize(n);
-    state.fractional.resize(2 * n);
-    state.velocity.resize(2 * n);
-    state.spin.resize(n);
+    state.fractional.resize(D * n);
+    state.velocity.resize(D * n);
+    state.spin.resize(spins * n);
     if (header.list_valid) {
-      state.list_cell = load_tensor(header.list_cell);
-      state.list_fractional.resize(2 * n);
+      state.list_cell = load_tensor<D>(header.list_cell);
+      state.list_fractional.resize(D * n);
     }
     state.order.assign(view.number, view.number + n);
     for (int k = 0; k < n; ++k) {
       const int i = view.number[k];
-      for (int a = 0; a < 2; ++a) {
-        state.fractional[2 * i + a] = widen(view.position[k][a]);
-        state.velocity[2 * i + a] = view.velocity[k][a];
-        if (header.list_valid) state.list_fractional[2 * i + a] = widen(view.list_position[k][a]);
+      for (int a = 0; a < D; ++a) {
+        state.fractional[D * i + a] = widen(view.position[k][a]);
+        state.velocity[D * i + a] = view.velocity[k][a];
+        if (header.list_valid) state.list_fractional[D * i + a] = widen(view.list_position[k][a]);
       }
-      state.spin[i] = view.spin[k];
+      for (int s = 0; s < spins; ++s) state.spin[spins * i + s] = spin_component(view.spin[k], s);
       state.radius[i] = view.radius[k];
-      for (int m = 0; m < kOwnedPairs; ++m)
+      for (int m = 0; m < Scene::owned_pairs; ++m)
         if (view.partner[m * n + k] != k)
           state.pairs.push_back(
               pair_of<Scene>(i, view.number[view.partner[m * n + k]], view.history[m * n + k]));
@@ -199,7 +202,7 @@ namespace {
     return state;
   }
 
-  template <class Scene> void turn(StateImage &image, const Tensor2 &rotation)
+  template <class Scene> void turn(StateImage &image, const Tensor<double, Scene::D> &rotation)
   {
     BlockSerial block;
     turn_rigidly(block,
@@ -237,7 +240,7 @@ namespace {
 
 }    // namespace
 
-void set_material_in(ImageHeader &header, const Material &material)
+template <int D> void set_material_in(ImageHeader<D> &header, const Material &material)
 {
   header.material = material;
   header.obliquity = obliquity_of(material);
@@ -245,27 +248,31 @@ void set_material_in(ImageHeader &header, const Material &material)
   header.all_forces_count = all_forces_count(material) ? 1 : 0;
 }
 
-StateImage build_image(Format format, const RveState &state, int extra_capacity, Program memory)
+template <int D>
+StateImage build_image(Format format, const RveStateOf<D> &state, int extra_capacity,
+                       Program memory)
 {
   return with_scene(format, memory, [&](auto scene) {
     return build<decltype(scene)>(state, extra_capacity);
   });
 }
 
-RveState read_image(Format format, const StateImage &image, Program memory)
+template <int D> RveStateOf<D> read_image(Format format, const StateImage &image, Program memory)
 {
   return with_scene(format, memory, [&](auto scene) {
     return read<decltype(scene)>(image);
   });
 }
 
-void turn_image(Format format, StateImage &image, const Tensor2 &rotation, Program memory)
+template <int D>
+void turn_image(Format format, StateImage &image, const Tensor<double, D> &rotation, Program memory)
 {
   with_scene(format, memory, [&](auto scene) {
     turn<decltype(scene)>(image, rotation);
   });
 }
 
+template <int D>
 std::size_t image_bytes(Format format, int num_grains, int extra_capacity, Program memory)
 {
   return with_scene(format, memory, [&](auto scene) {
@@ -273,9 +280,16 @@ std::size_t image_bytes(Format format, int num_grains, int extra_capacity, Progr
   });
 }
 
-int initial_extra_capacity(int num_grains)
+template <int D> int initial_extra_capacity(int num_grains)
 {
-  return num_grains / 16 + 8;
+  return num_grains / PairCounts<D>::grains_per_extra_at_first + 8;
 }
+
+template void set_material_in(ImageHeader<2> &, const Material &);
+template StateImage build_image(Format, const RveStateOf<2> &, int, Program);
+template RveStateOf<2> read_image(Format, const StateImage &, Program);
+template void turn_image(Format, StateImage &, const Tensor<double, 2> &, Program);
+template std::size_t image_bytes<2>(Format, int, int, Program);
+template int initial_extra_capacity<2>(int);
 
 }    // namespace rve

@@ -24,17 +24,23 @@ struct StateImage {
 
 /// Builds the image; its extra list holds at least `extra_capacity` pairs and all that the state brings. Rolling forces of the state
 /// are in it if the program has them.
-StateImage build_image(Format format, const RveState &state, int extra_capacity, Program memory);
+template <int D>
+StateImage build_image(Format format, const RveStateOf<D> &state, int extra_capacity,
+                       Program memory);
 /// The state that an image holds, exact.
-RveState read_image(Format format, const StateImage &image, Program memory);
+template <int D = 2>
+RveStateOf<D> read_image(Format format, const StateImage &image, Program memory);
 /// Turns the RVE of an image rigidly.
-void turn_image(Format format, StateImage &image, const Tensor2 &rotation, Program memory);
+template <int D>
+void turn_image(Format format, StateImage &image, const Tensor<double, D> &rotation,
+                Program memory);
+template <int D>
 std::size_t image_bytes(Format format, int num_grains, int extra_capacity, Program memory);
 /// Extra pairs that an RVE gets room for at first; the list grows when it needs more.
-int initial_extra_capacity(int num_grains);
+template <int D> int initial_extra_capacity(int num_grains);
 
 /// Gives an image another material, and what follows from it.
-void set_material_in(ImageHeader &header, const Material &material);
+template <int D> void set_material_in(ImageHeader<D> &header, const Material &material);
 
 }    // namespace rve
 

@@ -4,9 +4,9 @@
 
 #include "rve/core/checksum.h"
 #include "rve/core/error.h"
-#include "rve/core/pi.h"
 #include "rve/engine/contact_laws.h"
 #include "rve/engine/contact_model.h"
+#include "rve/engine/dimension_words.h"
 
 #include <algorithm>
 #include <cmath>
@@ -80,7 +80,8 @@ namespace {
                   "at most 1e10 (grains that never slide need no more than 1e3)");
   }
 
-  void require_finite(const Tensor2 &tensor, const std::string &what, const char *unit)
+  template <int D>
+  void require_finite(const Tensor<double, D> &tensor, const std::string &what, const char *unit)
   {
     for (const double value : tensor.component)
       require_finite(value, "a component of " + what, unit);
@@ -130,13 +131,15 @@ namespace {
   }
 
   // What follows from a material and a radius, of the smallest and the largest grain.
-  void check_grain(const Material &material, double radius)
+  template <int D> void check_grain(const Material &material, double radius)
   {
     const std::string whose = " of a grain of radius " + number(radius) + " [length]";
-    const double mass = material.density * material.mass_depth * kPi * radius * radius;
+    const double mass =
+        times_power<D>(material.density * material.mass_depth * GrainShape<D>::volume, radius);
     require_sound(mass >= SMALLEST && mass <= LARGEST, mass,
-                  "the mass" + whose + ", pi r^2 times density and mass depth,", "[mass]",
-                  "between 1e-30 and 1e30");
+                  "the mass" + whose + ", " + DimensionWords<D>::volume_of_grain +
+                      " times density and mass depth,",
+                  "[mass]", "between 1e-30 and 1e30");
     const ContactPlace deep{radius, radius, radius};
     double force;
     ContactModuli stiffness, viscosity;
@@ -179,7 +182,7 @@ namespace {
     }
   }
 
-  void check_pairs(const RveState &state)
+  template <int D> void check_pairs(const RveStateOf<D> &state)
   {
     std::vector<std::pair<std::int32_t, std::int32_t>> ends;
     for (std::size_t k = 0; k < state.pairs.size(); ++k) {
@@ -316,7 +319,8 @@ namespace {
     static_assert(sizeof(PairRecord<2>) == 24, "no padding may enter the record");
     static_assert(sizeof(Counters) == 32 && sizeof(EnergyLedger) == 32,
                   "no padding may enter the record");
-    static_assert(std::is_trivially_copyable<Tensor2>::value, "tensors are copied as bytes");
+    static_assert(std::is_trivially_copyable<decltype(state.cell)>::value,
+                  "tensors are copied as bytes");
     for (const MaterialMember member : parameters_of(state.material.law))
       archive(state.material.*member);
     archive(state.cell);
@@ -357,49 +361,51 @@ int remembered_numbers(const std::vector<Pair> &pairs)
   return count;
 }
 
-bool RveState::has_rolling_forces() const
+template <int D> bool RveStateOf<D>::has_rolling_forces() const
 {
   return std::any_of(pairs.begin(), pairs.end(), [](const Pair &pair) {
     return pair.rolling_force != 0.0;
   });
 }
 
-double RveState::solid_area() const
+template <int D> double RveStateOf<D>::solid_volume() const
 {
   double sum = 0.0;
-  for (const double r : radius) sum += kPi * r * r;
+  for (const double r : radius) sum += grain_volume<D>(r);
   return sum;
 }
 
-double RveState::mass() const
+template <int D> double RveStateOf<D>::mass() const
 {
-  return material.density * material.mass_depth * solid_area();
+  return material.density * material.mass_depth * solid_volume();
 }
 
-std::vector<double> RveState::positions() const
+template <int D> std::vector<double> RveStateOf<D>::positions() const
 {
-  std::vector<double> xy(fractional.size());
-  for (std::size_t i = 0; i + 1 < fractional.size(); i += 2) {
-    const double s0 = static_cast<double>(fractional[i]) / TWO_TO_64;
-    const double s1 = static_cast<double>(fractional[i + 1]) / TWO_TO_64;
-    xy[i] = cell(0, 0) * s0 + cell(0, 1) * s1;
-    xy[i + 1] = cell(1, 0) * s0 + cell(1, 1) * s1;
-  }
-  return xy;
+  std::vector<double> x(fractional.size());
+  for (std::size_t i = 0; i + D <= fractional.size(); i += D)
+    for (int a = 0; a < D; ++a) {
+      double sum = cell(a, 0) * (static_cast<double>(fractional[i]) / TWO_TO_64);
+      for (int b = 1; b < D; ++b)
+        sum += cell(a, b) * (static_cast<double>(fractional[i + b]) / TWO_TO_64);
+      x[i + a] = sum;
+    }
+  return x;
 }
 
-void RveState::set_positions(const std::vector<double> &xy)
+template <int D> void RveStateOf<D>::set_positions(const std::vector<double> &x)
 {
   require(determinant(cell) > 0.0,
-          "cell area is " + number(determinant(cell)) +
-              " [length^2]; positions need a cell with an area above 0");
-  const Tensor2 to_fractional = inverse(cell);
-  std::vector<std::uint64_t> result(xy.size());
-  for (std::size_t i = 0; i + 1 < xy.size(); i += 2)
-    for (int a = 0; a < 2; ++a) {
-      const double s = to_fractional(a, 0) * xy[i] + to_fractional(a, 1) * xy[i + 1];
+          std::string("cell ") + DimensionWords<D>::volume + " is " + number(determinant(cell)) +
+              " " + DimensionWords<D>::unit_of_volume + "; positions need one above 0");
+  const Tensor<double, D> to_fractional = inverse(cell);
+  std::vector<std::uint64_t> result(x.size());
+  for (std::size_t i = 0; i + D <= x.size(); i += D)
+    for (int a = 0; a < D; ++a) {
+      double s = to_fractional(a, 0) * x[i];
+      for (int b = 1; b < D; ++b) s += to_fractional(a, b) * x[i + b];
       require(std::isfinite(s),
-              "position of grain " + std::to_string(i / 2 + 1) + " is not a finite number");
+              "position of grain " + std::to_string(i / D + 1) + " is not a finite number");
       const double scaled = (s - std::floor(s)) * TWO_TO_64;
       // s a rounding below a whole number leaves a remainder of exactly 1, which is the image at 0
       result[i + a] = scaled < TWO_TO_64 ? static_cast<std::uint64_t>(scaled) : 0u;
@@ -407,7 +413,7 @@ void RveState::set_positions(const std::vector<double> &xy)
   fractional = std::move(result);
 }
 
-void RveState::check_sizes() const
+template <int D> void RveStateOf<D>::check_sizes() const
 {
   check_material(material);
   require(!radius.empty(), "RVE has no grains; it needs at least one");
@@ -419,16 +425,17 @@ void RveState::check_sizes() const
         },
         "[length]");
   const auto [smallest, largest] = std::minmax_element(radius.begin(), radius.end());
-  for (const double r : {*smallest, *largest}) check_grain(material, r);
+  for (const double r : {*smallest, *largest}) check_grain<D>(material, r);
 }
 
-void RveState::check() const
+template <int D> void RveStateOf<D>::check() const
 {
   check_sizes();
+  constexpr int SPINS = Space<D>::spins;
   const std::size_t n = radius.size();
-  require_count(fractional.size(), 2 * n, "fractional coordinates");
-  require_count(velocity.size(), 2 * n, "velocity components");
-  require_count(spin.size(), n, "spins");
+  require_count(fractional.size(), D * n, "fractional coordinates");
+  require_count(velocity.size(), D * n, "velocity components");
+  require_count(spin.size(), SPINS * n, "spins");
 
   double largest_radius = 0.0;
   for (std::size_t i = 0; i < n; ++i) {
@@ -437,9 +444,10 @@ void RveState::check() const
         return std::string(what) + " of grain " + std::to_string(i + 1);
       };
     };
-    require_finite(velocity[2 * i], of_grain("peculiar velocity"), "[length/time]");
-    require_finite(velocity[2 * i + 1], of_grain("peculiar velocity"), "[length/time]");
-    require_finite(spin[i], of_grain("spin"), "[1/time]");
+    for (int a = 0; a < D; ++a)
+      require_finite(velocity[D * i + a], of_grain("peculiar velocity"), "[length/time]");
+    for (int k = 0; k < SPINS; ++k)
+      require_finite(spin[SPINS * i + k], of_grain("spin"), "[1/time]");
     largest_radius = std::max(largest_radius, radius[i]);
   }
   check_cell(cell, largest_radius);
@@ -459,7 +467,7 @@ void RveState::check() const
     }
   }
   if (has_list || !list_fractional.empty())
-    require_count(list_fractional.size(), 2 * n, "list coordinates");
+    require_count(list_fractional.size(), D * n, "list coordinates");
   require_finite(servo_velocity_gradient, "the servo velocity gradient", "[1/time]");
   require_not_negative(largest_contact_force, "largest contact force", "[force]");
   require(counters.steps >= 0 && counters.rebuilds >= 0 && counters.lattice_reductions >= 0 &&
@@ -467,7 +475,7 @@ void RveState::check() const
           "a run counter of the RVE is negative");
 }
 
-std::vector<char> serialize(const RveState &state)
+template <int D> std::vector<char> serialize(const RveStateOf<D> &state)
 {
   std::vector<char> record(sizeof(RecordHeader));
   RecordWriter writer(record);
@@ -487,7 +495,7 @@ std::vector<char> serialize(const RveState &state)
   return record;
 }
 
-RveState deserialize(const char *data, std::size_t size)
+template <int D> RveStateOf<D> deserialize(const char *data, std::size_t size)
 {
   RecordHeader header{};
   require(size >= sizeof(header),
@@ -505,7 +513,7 @@ RveState deserialize(const char *data, std::size_t size)
   require(header.checksum == checksum_of(data + sizeof(header), size - sizeof(header)),
           "RVE record is damaged: its checksum does not match");
 
-  RveState state;
+  RveStateOf<D> state;
   RecordReader reader(data + sizeof(header), size - sizeof(header));
   if (header.version == VERSION_WITH_LAW) {
     std::vector<char> word;
@@ -517,5 +525,9 @@ RveState deserialize(const char *data, std::size_t size)
   require_count(header.num_grains, state.radius.size(), "grains in its header");
   return state;
 }
+
+template struct RveStateOf<2>;
+template std::vector<char> serialize(const RveStateOf<2> &state);
+template RveStateOf<2> deserialize(const char *data, std::size_t size);
 
 }    // namespace rve

@@ -5,6 +5,7 @@
 #define RVE_ENGINE_STATE_H
 
 #include "rve/core/tensor.h"
+#include "rve/physics/grain_shape.h"
 #include "rve/physics/material.h"
 
 #include <cstdint>
@@ -65,43 +66,47 @@ struct EnergyLedger {
   double viscous = 0.0;          ///< lost in contact dashpots
 };
 
-/// Positions are fractional coordinates s in [0,1)^2 as unsigned 64-bit fixed point (s * 2^64): x = H s.
-struct RveState {
+/// Positions are fractional coordinates s in [0,1)^D as unsigned 64-bit fixed point (s * 2^64): x = H s. A spin has a component for each
+/// plane that a grain can turn in: one in the plane.
+template <int D> struct RveStateOf {
   Material material;
-  Tensor2 cell = Tensor2::identity();           ///< H, columns are the cell vectors [length]
-  Tensor2 deformation = Tensor2::identity();    ///< F since the packing was made [-]
+  Tensor<double, D> cell =
+      Tensor<double, D>::identity();    ///< H, columns are the cell vectors [length]
+  Tensor<double, D> deformation =
+      Tensor<double, D>::identity();    ///< F since the packing was made [-]
 
   std::vector<double> radius;               ///< (N) [length]
-  std::vector<std::uint64_t> fractional;    ///< (N, 2) s * 2^64
-  std::vector<double> velocity;             ///< (N, 2) peculiar velocity c = v - L x [length/time]
-  std::vector<double> spin;                 ///< (N) angular velocity, counter-clockwise [1/time]
+  std::vector<std::uint64_t> fractional;    ///< (N, D) s * 2^64
+  std::vector<double> velocity;             ///< (N, D) peculiar velocity c = v - L x [length/time]
+  std::vector<double> spin;    ///< (N, spins) angular velocity, counter-clockwise [1/time]
 
   std::vector<Pair> pairs;    ///< Verlet list with contact history; may be empty (it is then built)
-  Tensor2 list_cell = Tensor2::zero();           ///< H when the list was built; zero: no list yet
-  std::vector<std::uint64_t> list_fractional;    ///< (N, 2) s when the list was built, or empty
+  Tensor<double, D> list_cell =
+      Tensor<double, D>::zero();                 ///< H when the list was built; zero: no list yet
+  std::vector<std::uint64_t> list_fractional;    ///< (N, D) s when the list was built, or empty
 
   /// (N) Grain numbers in the order in which the engine keeps them, or empty: then it chooses one that puts neighbours next to
   /// each other. Kept so that a restart continues bit for bit.
   std::vector<std::int32_t> order;
 
-  Tensor2 servo_velocity_gradient =
-      Tensor2::zero();    ///< L of the stress servo at the end of the last call [1/time]
+  Tensor<double, D> servo_velocity_gradient =
+      Tensor<double, D>::zero();    ///< L of the stress servo at the end of the last call [1/time]
   double largest_contact_force =
       0.0;    ///< of the last call; sets the scale of the force integers [force]
   Counters counters;
   EnergyLedger energy;
 
   int num_grains() const { return static_cast<int>(radius.size()); }
-  double cell_area() const { return determinant(cell); }    ///< [length^2]
-  double solid_area() const;                                ///< sum of pi r^2 [length^2]
-  double void_ratio() const { return cell_area() / solid_area() - 1.0; }    ///< [-]
-  double mass() const;                                                      ///< [mass]
+  double cell_volume() const { return determinant(cell); }    ///< [length^D]
+  double solid_volume() const;    ///< of all grains, sum of pi r^2 in the plane [length^D]
+  double void_ratio() const { return cell_volume() / solid_volume() - 1.0; }    ///< [-]
+  double mass() const;                                                          ///< [mass]
 
   bool has_rolling_forces() const;
 
-  /// Cartesian positions (N, 2) in the cell at the origin [length].
+  /// Cartesian positions (N, D) in the cell at the origin [length].
   std::vector<double> positions() const;
-  void set_positions(const std::vector<double> &xy);
+  void set_positions(const std::vector<double> &x);
 
   /// Throws InputError unless sizes agree, every number is finite and in range, and the cell is wider than twice the
   /// largest contact distance.
@@ -109,10 +114,11 @@ struct RveState {
   /// The part of it that concerns material and radii, and what follows from them: masses, frequencies.
   void check_sizes() const;
 };
+using RveState = RveStateOf<2>;
 
 /// Exact byte image of a state (host byte order) and back. Throws InputError on a damaged image.
-std::vector<char> serialize(const RveState &state);
-RveState deserialize(const char *data, std::size_t size);
+template <int D> std::vector<char> serialize(const RveStateOf<D> &state);
+template <int D = 2> RveStateOf<D> deserialize(const char *data, std::size_t size);
 
 }    // namespace rve
 

@@ -10,27 +10,30 @@ namespace rve {
 inline namespace RVE_ISA {
 
   /// Increment dF = R U as the host prepared it: `rotation` is R^(1/segments), `stretch` is U - I.
-  struct CellIncrement {
-    Tensor2 deformation;
-    Tensor2 rotation;
-    Tensor2 stretch;
+  template <int D> struct CellIncrement {
+    using Matrix = Tensor<double, D>;
+    Matrix deformation;
+    Matrix rotation;
+    Matrix stretch;
     int segments;
   };
 
-  class CellPath {
+  template <int D> class CellPath {
    public:
+    using Matrix = Tensor<double, D>;
+
     CellPath() = default;
-    RVE_INLINE CellPath(const Tensor2 &cell, const CellIncrement &increment, int substeps,
+    RVE_INLINE CellPath(const Matrix &cell, const CellIncrement<D> &increment, int substeps,
                         double dt) :
         start(cell),
         path(increment), num_substeps(substeps), time(dt * substeps), segment(0),
-        left(Tensor2::identity()), turn(Tensor2::identity())
+        left(Matrix::identity()), turn(Matrix::identity())
     {
       right = knot(1);
     }
 
     /// H after `step` of the substeps (1-based, in ascending order).
-    RVE_INLINE Tensor2 cell(int step)
+    RVE_INLINE Matrix cell(int step)
     {
       while (static_cast<long long>(step) * path.segments >
              static_cast<long long>(segment + 1) * num_substeps) {
@@ -44,10 +47,10 @@ inline namespace RVE_ISA {
     }
 
     /// H after all substeps.
-    RVE_INLINE Tensor2 end() const { return path.deformation * start; }
+    RVE_INLINE Matrix end() const { return path.deformation * start; }
 
     /// dH/dt on the present segment.
-    RVE_INLINE Tensor2 cell_rate() const
+    RVE_INLINE Matrix cell_rate() const
     {
       return (path.segments / time) * ((right - left) * start);
     }
@@ -57,19 +60,19 @@ inline namespace RVE_ISA {
 
    private:
     /// Deformation at the end of segment j - 1: R^(j/m) (I + j/m (U - I)).
-    RVE_INLINE Tensor2 knot(int j)
+    RVE_INLINE Matrix knot(int j)
     {
       if (j >= path.segments) return path.deformation;
       turn = path.rotation * turn;
-      return turn * (Tensor2::identity() + (static_cast<double>(j) / path.segments) * path.stretch);
+      return turn * (Matrix::identity() + (static_cast<double>(j) / path.segments) * path.stretch);
     }
 
-    Tensor2 start;
-    CellIncrement path;
+    Matrix start;
+    CellIncrement<D> path;
     int num_substeps;
     double time;
     int segment;
-    Tensor2 left, right, turn;
+    Matrix left, right, turn;
   };
 
 }    // namespace RVE_ISA

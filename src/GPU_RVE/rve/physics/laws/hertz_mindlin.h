@@ -82,6 +82,7 @@ inline namespace RVE_ISA {
     using History = MindlinHistory<Spring>;
     using Force = MindlinContactForce<Real, Spring>;
     using Constants = HertzConstants<Numbers>;
+    static constexpr int D = 2;
     static constexpr ContactLaw contact_law = ContactLaw::Hertz;
     static constexpr bool has_friction = true;
     static constexpr bool has_rolling = false;

@@ -4,6 +4,7 @@
 // else: what a pair remembers comes in and goes out. The block program is compiled for it (engine/programs.h). It has
 //
 //   Numbers                    the number format; In<OtherNumbers>: the same law in another one, for packs of grains
+//   D                          the dimension of space: 2 for disks
 //   Constants                  its parameters in the units of a call, as it begins with them; set(parameters, units, arm) makes them from
 //                              the material of an RVE, with the powers of the units that each one has
 //   take(constants)            fills the law from them
@@ -44,12 +45,13 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Motion of one disk as a contact sees it.
-  template <class Real> struct DiskMotion {
-    Vec<Real, 2> velocity;    ///< peculiar [length/time]
-    Real spin;                ///< counter-clockwise [1/time]
+  /// Motion of one grain as a contact sees it.
+  template <class Real, int D> struct GrainMotion {
+    Vec<Real, D> velocity;    ///< peculiar [length/time]
+    Spin<Real, D> spin;       ///< counter-clockwise [1/time]
     Real radius;              ///< [length]
   };
+  template <class Real> using DiskMotion = GrainMotion<Real, 2>;
 
   /// What a law answers. A contact with more springs has a struct that begins with this one.
   template <class Real, class History> struct ContactForce {

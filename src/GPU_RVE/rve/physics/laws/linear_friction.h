@@ -45,6 +45,7 @@ inline namespace RVE_ISA {
     using History = typename Numbers::Spring;    ///< tangential force
     using Force = ContactForce<Real, History>;
     using Constants = LinearConstants<Numbers>;
+    static constexpr int D = 2;
     static constexpr ContactLaw contact_law = ContactLaw::Linear;
     static constexpr bool has_friction = Frictional;
     static constexpr bool has_rolling = false;

@@ -1,0 +1,19 @@
+// What messages and files call things in a space of D dimensions.
+
+#ifndef RVE_ENGINE_DIMENSION_WORDS_H
+#define RVE_ENGINE_DIMENSION_WORDS_H
+
+namespace rve {
+
+template <int D> struct DimensionWords;
+
+template <> struct DimensionWords<2> {
+  static constexpr const char *number = "two", *grains = "plane disks", *spin = "spin";
+  /// Of a cell, and of a grain.
+  static constexpr const char *volume = "area", *unit_of_volume = "[length^2]";
+  static constexpr const char *volume_of_grain = "pi r^2";
+};
+
+}    // namespace rve
+
+#endif

@@ -1,0 +1,36 @@
+// Grains: disks in the plane.
+
+#ifndef RVE_PHYSICS_GRAIN_SHAPE_H
+#define RVE_PHYSICS_GRAIN_SHAPE_H
+
+#include "rve/core/config.h"
+#include "rve/core/pi.h"
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  /// x r^D: masses and volumes go with it.
+  template <int D> RVE_INLINE double times_power(double x, double radius)
+  {
+    for (int a = 0; a < D; ++a) x *= radius;
+    return x;
+  }
+
+  /// A ball in D dimensions.
+  template <int D> struct GrainShape;
+  template <> struct GrainShape<2> {
+    static constexpr double volume = kPi;    ///< of radius 1
+    /// Moment of inertia over mass and squared radius.
+    static constexpr double inertia = 0.5;
+  };
+
+  /// Area of a disk [length^2].
+  template <int D> RVE_INLINE double grain_volume(double radius)
+  {
+    return times_power<D>(GrainShape<D>::volume, radius);
+  }
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif
