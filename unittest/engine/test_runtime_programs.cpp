@@ -6,7 +6,6 @@
 #include "support/on_device.h"
 #include "support/packings.h"
 
-#include "rve/engine/contact_model.h"
 #include "rve/engine/stability.h"
 
 #include <gtest/gtest.h>
