@@ -31,4 +31,5 @@ endif()
 if(GPU_RVE_SANITIZE)
   add_compile_options("$<${host_code}:-fsanitize=${GPU_RVE_SANITIZE};-fno-sanitize-recover=all;-fno-omit-frame-pointer>")
   add_link_options("-fsanitize=${GPU_RVE_SANITIZE}")
+  add_compile_definitions(RVE_SANITIZED)    # rve/core/config.h: the compiler may leave functions as they are
 endif()

@@ -306,7 +306,10 @@ void make_library(LAMMPS *lmp, const Order &order, rve::Engine &engine)
 void CreateRve::command(int narg, char **arg)
 {
   require_mechanical_units(lmp, "create_rve");
-  const Order order = parse(lmp, narg, arg);
+  Order order = parse(lmp, narg, arg);
+  order.options.log = [this](const std::string &line) {
+    say(lmp, fmt::format("create_rve: {}\n", line));
+  };
 
   const std::string failure = on_rank_zero(world, [&]() {
     rve::require_writable(order.path);    // before the work, not after it

@@ -31,6 +31,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 
 using namespace LAMMPS_NS;
@@ -64,6 +65,15 @@ void FixRve::Impl::make_engine()
   const RankResources share(fix->world);
   settings.options.device_number = share.rank;
   if (!settings.threads_given) settings.options.threads = share.threads();
+  settings.options.log = [fix = fix](const std::string &line) {
+    // one rank compiles for all of its machine, perhaps one that has no log
+    if (fix->comm->me != 0) {
+      std::fprintf(stderr, "fix rve %s: %s\n", fix->id, line.c_str());
+      return;
+    }
+    utils::logmesg(fix->lmp, fmt::format("fix rve {}: {}\n", fix->id, line));
+    utils::flush_buffers(fix->lmp);
+  };
   std::string notice, problem;
   try {
     settings.options.contacts = packings.contacts();

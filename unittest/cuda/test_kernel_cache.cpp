@@ -114,10 +114,22 @@ void write(const std::string &path, const std::string &text)
   std::ofstream(path, std::ios::binary) << text;
 }
 
-bool wait_for(pid_t child)
+/// Whether this many processes that do the work at once all find that it went well.
+template <class Work> bool end_well(int processes, const Work &work)
 {
-  int status = 0;
-  return waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+  std::vector<pid_t> children;
+  for (int k = 0; k < processes; ++k) {
+    const pid_t child = fork();
+    if (child == 0) _exit(work() ? 0 : 1);
+    children.push_back(child);
+  }
+  bool well = true;
+  for (const pid_t child : children) {
+    int status = 0;
+    const bool ended = child > 0 && waitpid(child, &status, 0) == child;
+    well = ended && WIFEXITED(status) && WEXITSTATUS(status) == 0 && well;
+  }
+  return well;
 }
 
 }    // namespace
@@ -317,26 +329,19 @@ TEST(KernelCache, ThatIsSwitchedOffKeepsNothingAndDoesNotComplain)
 /// Each reads a whole kernel or none, whoever writes meanwhile, and nothing is left over.
 TEST_F(KernelCacheProcesses, NeverSeeHalfAFile)
 {
-  constexpr int processes = 8, rounds = 50;
-  std::vector<pid_t> children;
-  for (int k = 0; k < processes; ++k) {
-    const pid_t child = fork();
-    ASSERT_GE(child, 0);
-    if (child == 0) {
-      KernelCache cache(folder);
-      const DeviceCode sound = some_kernel();
-      bool well = cache.obstacle().empty();
-      for (int round = 0; round < rounds; ++round) {
-        DeviceCode kernel;
-        if (cache.load(KEY, kernel)) well = well && kernel.code == sound.code;
-        cache.store(KEY, sound);
-        well = well && cache.obstacle().empty();
-      }
-      _exit(well ? 0 : 1);
+  constexpr int rounds = 50;
+  EXPECT_TRUE(end_well(8, [&] {
+    KernelCache cache(folder);
+    const DeviceCode sound = some_kernel();
+    bool well = cache.obstacle().empty();
+    for (int round = 0; round < rounds; ++round) {
+      DeviceCode kernel;
+      if (cache.load(KEY, kernel)) well = well && kernel.code == sound.code;
+      cache.store(KEY, sound);
+      well = well && cache.obstacle().empty();
     }
-    children.push_back(child);
-  }
-  for (const pid_t child : children) EXPECT_TRUE(wait_for(child));
+    return well;
+  }));
   EXPECT_TRUE(finds());
   EXPECT_EQ(names().size(), 1u);
 }
@@ -344,29 +349,21 @@ TEST_F(KernelCacheProcesses, NeverSeeHalfAFile)
 /// Ranks of a machine: the first one compiles, the others wait and find what it has kept.
 TEST_F(KernelCacheProcesses, CompileOneAfterTheOther)
 {
-  constexpr int processes = 6;
   const std::string compilations = temporary_path("compilations");
   fs::remove(compilations);
-  std::vector<pid_t> children;
-  for (int k = 0; k < processes; ++k) {
-    const pid_t child = fork();
-    ASSERT_GE(child, 0);
-    if (child == 0) {
-      KernelCache cache(folder);
-      DeviceCode kernel;
+  EXPECT_TRUE(end_well(6, [&] {
+    KernelCache cache(folder);
+    DeviceCode kernel;
+    if (!cache.load(KEY, kernel)) {
+      const KernelCache::Turn turn(cache);
       if (!cache.load(KEY, kernel)) {
-        const KernelCache::Turn turn(cache);
-        if (!cache.load(KEY, kernel)) {
-          std::ofstream(compilations, std::ios::app) << "x" << std::flush;
-          std::this_thread::sleep_for(std::chrono::milliseconds(200));
-          cache.store(KEY, some_kernel());
-        }
+        std::ofstream(compilations, std::ios::app) << "x" << std::flush;
+        std::this_thread::sleep_for(std::chrono::milliseconds(200));
+        cache.store(KEY, some_kernel());
       }
-      _exit(0);
     }
-    children.push_back(child);
-  }
-  for (const pid_t child : children) EXPECT_TRUE(wait_for(child));
+    return true;
+  }));
   EXPECT_TRUE(finds());
   EXPECT_EQ(text_of(compilations), "x");
   fs::remove(compilations);

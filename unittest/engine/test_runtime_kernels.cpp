@@ -157,6 +157,24 @@ TEST_F(RuntimeKernels, ThatCannotBeKeptAreSaidTo)
   std::filesystem::remove_all(folder);
 }
 
+TEST_F(RuntimeKernels, SayWhatIsCompiledToWhoAsksForThem)
+{
+  const Environment no_cache("GPU_RVE_KERNEL_CACHE", "off");
+  KernelName other = SMALL;
+  other.format = Format::Mixed;
+  try {
+    runtime_kernel(other, NEWER_THAN_THE_COMPILER, [this](const std::string &line) {
+      log.push_back(line);
+    });
+  } catch (const std::exception &) {
+    // where there is no card, or an older one, it cannot be loaded
+  }
+  ASSERT_FALSE(log.empty());
+  EXPECT_EQ(
+      log.back().find("compiled rve::prepare_calls<rve::Program::General, rve::MixedNumbers>"), 0u)
+      << log.back();
+}
+
 TEST_F(RuntimeKernels, ThatDoNotExistEndInTheWordsOfTheCompiler)
 {
   KernelCache none("");

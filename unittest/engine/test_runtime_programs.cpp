@@ -1,11 +1,11 @@
 // Kernels that are compiled at run time give the bits of those that were compiled ahead, in every format. Skipped where there is no device.
 
+#include "rve/engine/cuda_programs.h"
 #include "rve/engine/runtime_kernels.h"
 #include "support/environment.h"
 #include "support/on_device.h"
 #include "support/packings.h"
 
-#include "rve/engine/contact_model.h"
 #include "rve/engine/stability.h"
 
 #include <gtest/gtest.h>
@@ -69,6 +69,23 @@ INSTANTIATE_TEST_SUITE_P(Formats, RuntimePrograms,
                          testing::Values(Format::Fast, Format::Mixed, Format::Double));
 
 }    // namespace
+
+// Needs no device.
+TEST(CudaPrograms, ThatWouldBeCompiledWhereNothingCompilesSayWhyAndForWhichContacts)
+{
+  Options options = device_options(Format::Mixed);
+  {
+    const Environment none_ahead("GPU_RVE_KERNELS_AT_RUN_TIME", "1");
+    const CudaPrograms programs(options, 90);
+    EXPECT_EQ(programs.obstacle(Program::Rolling, ""), "");
+    EXPECT_EQ(programs.obstacle(Program::Rolling, "there is no compiler"),
+              "kernels for RVEs with contact law hooke with rolling resistance are compiled while "
+              "the program runs, and cannot be: there is no compiler");
+  }
+  const CudaPrograms programs(options, 90);
+  const std::string of_linear = programs.obstacle(Program::General, "there is no compiler");
+  if (of_linear.empty()) { EXPECT_EQ(programs.usable(Program::Plain), Program::Plain); }
+}
 
 TEST_P(RuntimePrograms, GiveTheBitsOfThoseThatWereCompiledAhead)
 {

@@ -27,6 +27,10 @@
 #if defined(__CUDACC__)
 #define RVE_INLINE __host__ __device__ __forceinline__
 #define RVE_INLINE_LAMBDA
+#elif defined(RVE_SANITIZED)
+// with the checks of the sanitizers in them, the programs are so large in one piece that their compilation takes eight times as long
+#define RVE_INLINE inline
+#define RVE_INLINE_LAMBDA
 #else
 #define RVE_INLINE inline __attribute__((always_inline))
 // behind the parameters of a lambda that stands in an inner loop: a call per grain costs a tenth of its work

@@ -8,6 +8,7 @@
 #include "rve/engine/batch_engine.h"
 #include "rve/engine/cuda_programs.h"
 #include "rve/engine/program_scenes.h"
+#include "rve/engine/runtime_kernels.h"
 
 #include <algorithm>
 
@@ -100,6 +101,12 @@ namespace {
           (compiles ? "; its driver compiles kernels at their first use, once, in about 20 s" : "");
     }
 
+    /// Why it cannot advance the RVEs that it is made for, with a remedy; empty if it can.
+    std::string obstacle() const
+    {
+      return programs.obstacle(memory_layout, runtime_kernels_obstacle());
+    }
+
     std::size_t bytes_of_call(int num_rves, int num_grains) override
     {
       if (num_rves == 0) return 0;
@@ -124,7 +131,10 @@ namespace {
    protected:
     std::unique_ptr<Base> make_alike(const Options &other) const override
     {
-      return std::make_unique<CudaEngine>(other, compiles);
+      auto engine = std::make_unique<CudaEngine>(other, compiles);
+      const std::string obstacle = engine->obstacle();
+      require(obstacle.empty(), obstacle);
+      return engine;
     }
 
     Memory backend_memory() const override
@@ -450,7 +460,10 @@ std::unique_ptr<EngineOf<D>> make_cuda_engine(const Options &options, std::strin
   if (!obstacle.empty()) return nullptr;
   Options own = options;
   own.device_number = device.number;
-  return std::make_unique<CudaEngine<D>>(own, device.compiles);
+  auto engine = std::make_unique<CudaEngine<D>>(own, device.compiles);
+  obstacle = engine->obstacle();
+  if (!obstacle.empty()) return nullptr;
+  return engine;
 }
 
 template std::unique_ptr<EngineOf<2>> make_cuda_engine(const Options &options,

@@ -3,6 +3,7 @@
 #include "cuda/cuda_required.h"
 #include "rve/algorithm/call_state.h"
 #include "rve/core/error.h"
+#include "rve/engine/program_choice.h"
 #include "rve/engine/program_scenes.h"
 #include "rve/engine/runtime_kernels.h"
 
@@ -53,7 +54,8 @@ template <class Numbers, Format format_, Arithmetic arithmetic_> void CudaProgra
 }
 
 CudaPrograms::CudaPrograms(const Options &options, int capability_in) :
-    format(options.format), arithmetic(options.arithmetic), capability(capability_in)
+    format(options.format), arithmetic(options.arithmetic), capability(capability_in),
+    log(options.log)
 {
   if (format == Format::Fast && arithmetic == Arithmetic::Relaxed)
     fill<FastNumbers, Format::Fast, Arithmetic::Relaxed>();
@@ -65,15 +67,21 @@ CudaPrograms::CudaPrograms(const Options &options, int capability_in) :
     fill<DoubleNumbers, Format::Double, Arithmetic::Strict>();
 }
 
+std::string CudaPrograms::obstacle(Program memory, const std::string &to_compiling) const
+{
+  if (of(memory).ahead || to_compiling.empty()) return "";
+  return "kernels for RVEs with " + to_string(features_of(memory).contacts) +
+      " are compiled while the program runs, and cannot be: " + to_compiling;
+}
+
 Program CudaPrograms::usable(Program program) const
 {
   const Entry &entry = of(program);
   if (entry.ahead && of(entry.prepared_like).ahead) return program;
-  const std::string obstacle = runtime_kernels_obstacle();
-  if (obstacle.empty()) return program;
-  require(of(entry.prepared_like).ahead,
-          "kernels that this scene needs are compiled while the program runs, and cannot be: " +
-              obstacle);
+  const std::string to_compiling = runtime_kernels_obstacle();
+  if (to_compiling.empty()) return program;
+  const std::string why_not = obstacle(entry.prepared_like, to_compiling);
+  require(why_not.empty(), why_not);
   return entry.prepared_like;
 }
 
@@ -103,7 +111,7 @@ KernelSizes CudaPrograms::sizes(Program program, int num_grains, bool in_registe
 
 const void *CudaPrograms::compiled(const char *kernel, Program program) const
 {
-  return runtime_kernel({kernel, program, format, arithmetic}, capability);
+  return runtime_kernel({kernel, program, format, arithmetic}, capability, log);
 }
 
 }    // namespace rve

@@ -9,6 +9,8 @@
 #include "rve/engine/programs.h"
 
 #include <array>
+#include <functional>
+#include <string>
 
 namespace rve {
 
@@ -27,6 +29,10 @@ class CudaPrograms {
  public:
   /// For a device of this compute capability, 10 major + minor.
   CudaPrograms(const Options &options, int capability);
+
+  /// Why RVEs with the memory of that program cannot be advanced: kernels of theirs would be compiled at run time, where this obstacle
+  /// to that is. Empty if they can be.
+  std::string obstacle(Program memory, const std::string &to_compiling) const;
 
   /// The program itself, or, where its kernels are to be compiled at run time and cannot be, the more general one that prepares its
   /// calls and gives the same bits. Throws InputError where that one cannot be compiled either.
@@ -54,6 +60,7 @@ class CudaPrograms {
   const Format format;
   const Arithmetic arithmetic;
   const int capability;
+  const std::function<void(const std::string &)> log;
   std::array<Entry, kNumPrograms> entries;
 
   template <class Numbers, Format, Arithmetic> void fill();

@@ -5,6 +5,7 @@
 
 #include "rve/engine/contact_model.h"
 
+#include <functional>
 #include <string>
 
 namespace rve {
@@ -37,6 +38,8 @@ struct Options {
   double overlap_limit =
       0.5;    ///< overlap / smaller radius beyond which an RVE fails [-], in (0, 1)
   bool track_energy = false;    ///< fill EnergyLedger; costs a stress sum per step
+  /// Takes lines about kernels that are compiled at run time; without it they go to the standard error.
+  std::function<void(const std::string &)> log = {};
 };
 
 /// "fast", "mixed", "double" or "single".

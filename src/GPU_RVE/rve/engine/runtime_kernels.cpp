@@ -101,7 +101,8 @@ std::string runtime_kernels_obstacle()
   return obstacle.empty() ? Nvrtc::of_this_machine().obstacle() : obstacle;
 }
 
-const void *runtime_kernel(const KernelName &name, int capability)
+const void *runtime_kernel(const KernelName &name, int capability,
+                           const std::function<void(const std::string &)> &log)
 {
   static std::map<std::pair<std::string, int>, const void *> loaded;
   // relaxed kernels have the names of strict ones
@@ -112,11 +113,14 @@ const void *runtime_kernel(const KernelName &name, int capability)
   const std::string obstacle = runtime_kernels_obstacle();
   require(obstacle.empty(), obstacle);
   static KernelCache cache(KernelCache::chosen_folder());
-  const auto log = [](const std::string &line) {
-    std::fprintf(stderr, "%s\n", line.c_str());
+  const auto say = [&log](const std::string &line) {
+    if (log)
+      log(line);
+    else
+      std::fprintf(stderr, "%s\n", line.c_str());
   };
   const void *kernel =
-      load_kernel(compiled_kernel(name, capability, Nvrtc::of_this_machine(), cache, log));
+      load_kernel(compiled_kernel(name, capability, Nvrtc::of_this_machine(), cache, say));
   return loaded[key] = kernel;
 }
 

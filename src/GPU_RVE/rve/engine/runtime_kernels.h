@@ -33,8 +33,9 @@ DeviceCode compiled_kernel(const KernelName &name, int capability, const Nvrtc &
 std::string runtime_kernels_obstacle();
 
 /// A handle that launches take in the place of a function, on the present device, which has this compute capability. Compiled and loaded
-/// at most once in a process; lines about it go to the standard error.
-const void *runtime_kernel(const KernelName &name, int capability);
+/// at most once in a process. Lines about it go to `log` or, if that is empty, to the standard error.
+const void *runtime_kernel(const KernelName &name, int capability,
+                           const std::function<void(const std::string &)> &log);
 
 }    // namespace rve
 
