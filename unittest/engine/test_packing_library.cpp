@@ -298,7 +298,7 @@ TEST(PackingLibrary, AnEmptyOneIsNotWritten)
   const std::string path = temporary_path("empty.lib");
 
   EXPECT_EQ(message_of([&] {
-              write_library(path, {});
+              write_library(path, PackingLibrary());
             }),
             path + ": the library is empty; it must have at least one packing");
   EXPECT_FALSE(std::ifstream(path).is_open());
