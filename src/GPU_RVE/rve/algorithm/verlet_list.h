@@ -73,10 +73,11 @@ inline namespace RVE_ISA {
     template <class Visit> RVE_INLINE void around(int home, Visit visit) const
     {
       int place[D];
-      for (int a = 0; a < D; ++a) {
+      for (int a = 0; a + 1 < D; ++a) {
         place[a] = home % count[a];
         home /= count[a];
       }
+      place[D - 1] = home;
       around_along<D - 1>(place, 0, visit);
     }
 
@@ -87,7 +88,9 @@ inline namespace RVE_ISA {
     {
       const int n = count[Axis], reach = n < 3 ? n : 3;
       for (int d = 0; d < reach; ++d) {
-        const int cell = layer * n + (place[Axis] + d + n - 1) % n;
+        // modulo n, without a division for each cell
+        const int next = place[Axis] + d - 1;
+        const int cell = layer * n + (next < 0 ? next + n : next < n ? next : next - n);
         if constexpr (Axis > 0)
           around_along<Axis - 1>(place, cell, visit);
         else
