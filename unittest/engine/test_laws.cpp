@@ -323,7 +323,7 @@ TEST(LawsOfThePrograms, HaveTheirParametersAndAreTheSameFromBothGrains){
     SCOPED_TRACE(#name);                             \
     check_in_all_formats<law>();                     \
   }
-    RVE_PROGRAMS(RVE_CHECK)
+    RVE_PLANE_PROGRAMS(RVE_CHECK)
 #undef RVE_CHECK
 }
 
@@ -333,7 +333,7 @@ TEST(LawsOfThePrograms, BalanceTheEnergyOfAContactThatSlidesAndRolls){
     SCOPED_TRACE(#name);                                                                  \
     expect_that_energy_is_balanced<law<DoubleNumbers>>(law<DoubleNumbers>::has_friction); \
   }
-    RVE_PROGRAMS(RVE_CHECK)
+    RVE_PLANE_PROGRAMS(RVE_CHECK)
 #undef RVE_CHECK
 }
 
@@ -344,7 +344,7 @@ TEST(LawsOfThePrograms, ModuliAreThoseOfTheirForces){
     expect_that_the_stiffness_is_the_slope_of_the_force<law<DoubleNumbers>>(); \
     expect_that_moduli_are_those_of_small_motions<law<DoubleNumbers>>();       \
   }
-    RVE_PROGRAMS(RVE_CHECK)
+    RVE_PLANE_PROGRAMS(RVE_CHECK)
 #undef RVE_CHECK
 }
 
@@ -357,6 +357,6 @@ TEST(LawsOfThePrograms, ProgramsThatArePreparedAlikeHaveTheSameMemory)
     EXPECT_TRUE((std::is_same_v<Own::History, Preparing::History>) ) << #name;                 \
     EXPECT_EQ(sizeof(Own::Law::Constants), sizeof(Preparing::Law::Constants)) << #name;        \
   }
-  RVE_PROGRAMS(RVE_CHECK)
+  RVE_PLANE_PROGRAMS(RVE_CHECK)
 #undef RVE_CHECK
 }

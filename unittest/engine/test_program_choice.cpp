@@ -19,7 +19,7 @@ namespace {
 
 constexpr const char *NAMES[] = {
 #define RVE_NAME(name, law, books, small, prepared) #name,
-    RVE_PROGRAMS(RVE_NAME)
+    RVE_PLANE_PROGRAMS(RVE_NAME)
 #undef RVE_NAME
 };
 

@@ -36,7 +36,7 @@ std::vector<Line> all_lines()
   lines.push_back({Program::name, Format::Fast, Arithmetic::Relaxed}); \
   lines.push_back({Program::name, Format::Mixed, Arithmetic::Strict}); \
   lines.push_back({Program::name, Format::Double, Arithmetic::Strict});
-  RVE_PROGRAMS(RVE_ADD_LINE)
+  RVE_PLANE_PROGRAMS(RVE_ADD_LINE)
 #undef RVE_ADD_LINE
   return lines;
 }

@@ -12,6 +12,21 @@
 namespace rve {
 inline namespace RVE_ISA {
 
+  /// Number e of an AffineStiffness: one on the diagonal, or both of a pair off it.
+  template <int D> RVE_INLINE Tensor<double, D> unit_strain(int e)
+  {
+    auto strain = Tensor<double, D>::zero();
+    if (e < D) {
+      strain(e, e) = 1.0;
+      return strain;
+    }
+    int shear = D;
+    for (int a = 0; a < D; ++a)
+      for (int b = a + 1; b < D; ++b, ++shear)
+        if (shear == e) strain(a, b) = strain(b, a) = 1.0;
+    return strain;
+  }
+
   /// Fills detail.stiffness, the AffineStiffness of engine/affine_stiffness.h, as sums of integers over the contacts.
   ///
   /// Their unit is 2^-40 K L^2: K the power of two above k_n and k_t where the largest grains overlap wholly, L the internal length, which
@@ -22,7 +37,6 @@ inline namespace RVE_ISA {
   RVE_COLD void sum_stiffness(Block block, const CallState<Scene> &call, int step_number,
                               DetailRecord<Scene::D> &detail)
   {
-    static_assert(Scene::D == 2, "in space 54 sums are too many for one collective");
     using Item = typename Block::Item;
     const PlanOf<Scene> &plan = call.planned(step_number);
     const StepConstants<Scene> step = step_constants<Scene>(call.law, plan);
@@ -36,48 +50,88 @@ inline namespace RVE_ISA {
       return cut > -largest_force ? cut : -largest_force;
     };
 
-    const auto sums = block.template sum_items<kStiffness<Scene::D>>(
-        call.num_grains, [&](Item i, std::int64_t *sum) {
-          visit_contacts(
-              call, step, i,
-              [&](int, int, const auto &one, const auto &other, const auto &contact,
-                  typename Scene::History history) {
-                const ContactPlace place = place_of(contact, one, other);
-                const ContactModuli moduli = step.law.stiffness(place);
-                const double nx = static_cast<double>(contact.normal[0]),
-                             ny = static_cast<double>(contact.normal[1]);
-                const double l = per_unit * static_cast<double>(contact.distance);
-                const double k_l = moduli.normal * static_cast<double>(contact.distance);
-                const double f_n = bounded(step.law.spring_force(place));
-                const double f_t =
-                    bounded(static_cast<double>(Scene::Law::tangential_force(history)));
-                const double turned =
-                    moduli.tangential * static_cast<double>(contact.distance) - f_n;
-                // on the first grain, with t = (-n_y, n_x)
-                const double fx = -(f_n * nx) - f_t * ny, fy = f_t * nx - f_n * ny;
-                // l (df (x) n + f (x) (eps n - tr(eps) n)), with (eps n - tr(eps) n) = (sx, sy)
-                const auto add = [&](int e, double eps_nn, double eps_nt, double sx, double sy) {
-                  const double along_n = k_l * eps_nn - f_t * eps_nt, along_t = turned * eps_nt;
-                  const double dx = along_n * nx - along_t * ny, dy = along_n * ny + along_t * nx;
-                  const double term[4] = {l * (dx * nx + fx * sx), l * (dx * ny + fx * sy),
-                                          l * (dy * nx + fy * sx), l * (dy * ny + fy * sy)};
-                  for (int c = 0; c < 4; ++c) {
-                    std::int64_t units_of_term;
-                    round_to(term[c], units_of_term);
-                    sum[3 * c + e] = wrapping_sum(sum[3 * c + e], units_of_term);
-                  }
-                };
-                add(0, nx * nx, -(nx * ny), 0.0, -ny);
-                add(1, ny * ny, nx * ny, -nx, 0.0);
-                add(2, 2.0 * (nx * ny), nx * nx - ny * ny, ny, nx);
-              });
+    const double to_stress =
+        call.units.force * call.units.length / per_unit / (plan.volume * header.material.thickness);
+    if constexpr (Scene::D == 2) {
+      const auto sums =
+          block.template sum_items<kStiffness<2>>(call.num_grains, [&](Item i, std::int64_t *sum) {
+            visit_contacts(
+                call, step, i,
+                [&](int, int, const auto &one, const auto &other, const auto &contact,
+                    typename Scene::History history) {
+                  const ContactPlace place = place_of(contact, one, other);
+                  const ContactModuli moduli = step.law.stiffness(place);
+                  const double nx = static_cast<double>(contact.normal[0]),
+                               ny = static_cast<double>(contact.normal[1]);
+                  const double l = per_unit * static_cast<double>(contact.distance);
+                  const double k_l = moduli.normal * static_cast<double>(contact.distance);
+                  const double f_n = bounded(step.law.spring_force(place));
+                  const double f_t =
+                      bounded(static_cast<double>(Scene::Law::tangential_force(history)));
+                  const double turned =
+                      moduli.tangential * static_cast<double>(contact.distance) - f_n;
+                  // on the first grain, with t = (-n_y, n_x)
+                  const double fx = -(f_n * nx) - f_t * ny, fy = f_t * nx - f_n * ny;
+                  // l (df (x) n + f (x) (eps n - tr(eps) n)), with (eps n - tr(eps) n) = (sx, sy)
+                  const auto add = [&](int e, double eps_nn, double eps_nt, double sx, double sy) {
+                    const double along_n = k_l * eps_nn - f_t * eps_nt, along_t = turned * eps_nt;
+                    const double dx = along_n * nx - along_t * ny, dy = along_n * ny + along_t * nx;
+                    const double term[4] = {l * (dx * nx + fx * sx), l * (dx * ny + fx * sy),
+                                            l * (dy * nx + fy * sx), l * (dy * ny + fy * sy)};
+                    for (int c = 0; c < 4; ++c) {
+                      std::int64_t units_of_term;
+                      round_to(term[c], units_of_term);
+                      sum[3 * c + e] = wrapping_sum(sum[3 * c + e], units_of_term);
+                    }
+                  };
+                  add(0, nx * nx, -(nx * ny), 0.0, -ny);
+                  add(1, ny * ny, nx * ny, -nx, 0.0);
+                  add(2, 2.0 * (nx * ny), nx * nx - ny * ny, ny, nx);
+                });
+          });
+      block.once([&] {
+        for (int m = 0; m < kStiffness<2>; ++m)
+          detail.stiffness[m] = to_stress * static_cast<double>(sums[m]);
+      });
+    } else {
+      // a strain at a time: all sums together are too many for one collective
+      constexpr int components = Scene::components, strains = Scene::strains;
+      for (int e = 0; e < strains; ++e) {
+        const Tensor<double, Scene::D> strain = unit_strain<Scene::D>(e);
+        const auto sums =
+            block.template sum_items<components>(call.num_grains, [&](Item i, std::int64_t *sum) {
+              visit_contacts(call, step, i,
+                             [&](int, int, const auto &one, const auto &other, const auto &contact,
+                                 typename Scene::History history) {
+                               const ContactPlace place = place_of(contact, one, other);
+                               const ContactModuli moduli = step.law.stiffness(place);
+                               const auto n = contact.normal.template as<double>();
+                               const double l = static_cast<double>(contact.distance);
+                               const double f_n = bounded(step.law.spring_force(place));
+                               auto f_t = in_numbers<double>(Scene::Law::tangential_force(history));
+                               for (int a = 0; a < Scene::D; ++a) f_t[a] = bounded(f_t[a]);
+                               // dn = w and the branch's change are those of the strain alone: eps n = eps_nn n + w
+                               const auto moved = strain * n;
+                               const double along = dot(n, moved);
+                               const auto w = moved - along * n;
+                               const auto force = f_t - f_n * n;    // on the first grain
+                               const auto change = (moduli.normal * l * along - dot(f_t, w)) * n +
+                                   (moduli.tangential * l - f_n) * w;
+                               const auto term =
+                                   dyad(change, n) + dyad(force, moved - trace(strain) * n);
+                               for (int c = 0; c < components; ++c) {
+                                 std::int64_t units_of_term;
+                                 round_to(per_unit * l * term.component[c], units_of_term);
+                                 sum[c] = wrapping_sum(sum[c], units_of_term);
+                               }
+                             });
+            });
+        block.once([&] {
+          for (int c = 0; c < components; ++c)
+            detail.stiffness[c * strains + e] = to_stress * static_cast<double>(sums[c]);
         });
-    block.once([&] {
-      const double to_stress = call.units.force * call.units.length / per_unit /
-          (plan.volume * header.material.thickness);
-      for (int m = 0; m < kStiffness<Scene::D>; ++m)
-        detail.stiffness[m] = to_stress * static_cast<double>(sums[m]);
-    });
+      }
+    }
   }
 
   template <int D, class F, std::size_t... C>

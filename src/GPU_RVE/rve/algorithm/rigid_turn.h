@@ -8,16 +8,25 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Cell, deformation and velocities follow; fractional coordinates and the list are the same in all axes, and in the
-  /// plane spins and contact histories.
+  /// Cell, deformation and velocities follow, in space spins and contact histories too; fractional coordinates and the list are the same
+  /// in all axes, and in the plane spins and contact histories.
   template <class Block, class Scene>
   RVE_INLINE void turn_rigidly(Block &block, const ImageView<Scene> &image,
                                const Tensor<double, Scene::D> &rotation)
   {
-    static_assert(Scene::D == 2, "in space spins and contact histories turn too");
-    block.for_each(image.header->num_grains, [&](typename Block::Item i) {
+    const int n = image.header->num_grains, num_extra = image.header->num_extra;
+    block.for_each(n, [&](typename Block::Item i) {
       const auto turned = rotation * image.velocity[i].template as<double>();
       image.velocity[i] = turned.template as<typename Scene::Real>();
+      if constexpr (Scene::D == 3) {
+        using Law = typename Scene::Law;
+        const auto spin = rotation * image.spin[i].template as<double>();
+        image.spin[i] = spin.template as<typename Scene::Real>();
+        for (int k = 0; k < Scene::owned_pairs; ++k)
+          image.history[k * n + i] = Law::turned(image.history[k * n + i], rotation);
+        for (int m = i; m < num_extra; m += n)
+          image.extra_history[m] = Law::turned(image.extra_history[m], rotation);
+      }
     });
     block.once([&] {
       ImageHeader<Scene::D> &header = *image.header;

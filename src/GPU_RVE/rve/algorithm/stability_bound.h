@@ -86,7 +86,6 @@ inline namespace RVE_ISA {
                                    ModuliKind kind, double largest, BoundArrays arrays,
                                    double sufficient)
   {
-    static_assert(Scene::D == 2, "in space a grain has a block of 6x6");
     using Item = typename Block::Item;
     // more gain little; six leave three percent of a time step in dense and loose packings, these one
     constexpr int kSweeps = 16;
@@ -203,6 +202,93 @@ inline namespace RVE_ISA {
     return least;
   }
 
+  /// The same in space, without weights. The energy of a contact is at most twice what it would be if each of its grains moved alone, so
+  /// that the network is bounded by twice the largest eigenvalue of a grain's own blocks: T of its translation, R of its rotation, and of
+  /// both together no more than the sum of the largest of each. One contact alone has exactly that sum. The largest eigenvalue of a
+  /// symmetric matrix with mean q and p^2 = tr((A - q I)^2)/6 is at most q + 2 p.
+  template <class Block, class Scene>
+  RVE_COLD double bound_eigenvalue_in_space(Block block, const CallState<Scene> &call,
+                                            int step_number, ModuliKind kind, double largest,
+                                            BoundArrays arrays)
+  {
+    using Item = typename Block::Item;
+    constexpr double kInertia = GrainShape<Scene::D>::inertia;
+    const int n = call.num_grains;
+    const SharedView<Scene> &shared = call.shared;
+    const StepConstants<Scene> step = step_constants<Scene>(call.law, call.planned(step_number));
+    const double unit = power_of_two(-40), per_unit = power_of_two(40);
+    const auto law = law_of_script(call);
+    const auto relative_moduli = [&](const ContactPlace &place) {
+      const ContactModuli moduli = moduli_at(law, kind, call.units.length, place);
+      return ContactModuli{moduli.normal / largest, moduli.tangential / largest,
+                           moduli.rolling / largest};
+    };
+    // of a mass in units of that of a grain of radius one
+    const auto inverse_mass = [](double r) {
+      return 1.0 / times_power<Scene::D>(1.0, r);
+    };
+    const double coming_deep = coming_overlap(block, call, step, arrays.value);
+    block.for_each(n, [&](Item i) {
+      arrays.value[i] = inverse_mass(static_cast<double>(shared.radius[i]));
+      for (int k = 0; k < 12; ++k) arrays.block[k * n + i] = 0;
+    });
+    const double lightest = block.max_array(n, arrays.value);
+    block.for_each(n, [&](Item i) {
+      arrays.value[i] = -static_cast<double>(shared.radius[i]);
+    });
+    const double smallest = -block.max_array(n, arrays.value);
+    const ContactModuli coming = relative_moduli({coming_deep, smallest, smallest});
+    // of two of the lightest grains: along the normal, along the contact with arms of a radius, and rolling
+    const double of_pair = 2.0 * lightest *
+        larger(coming.normal,
+               (1.0 + 1.0 / kInertia) * coming.tangential + coming.rolling / kInertia);
+    block.for_each(n, [&](Item item) {
+      visit_contacts(call, step, item,
+                     [&](int first, int second, const auto &one, const auto &other,
+                         const auto &contact, typename Scene::History) {
+                       const ContactModuli moduli = relative_moduli(place_of(contact, one, other));
+                       const auto normal = contact.normal.template as<double>();
+                       const double overlap = static_cast<double>(contact.overlap);
+                       const int grain[2] = {first, second};
+                       for (int side = 0; side < 2; ++side) {
+                         const double r = static_cast<double>(shared.radius[grain[side]]);
+                         // shares of the moment of inertia: arms and the reduced radius are no longer than the radius
+                         const double arm = 1.0 - 0.5 * (overlap / r);
+                         const double turning = arm * arm * moduli.tangential + moduli.rolling;
+                         int k = 0;
+                         for (int a = 0; a < 3; ++a)
+                           for (int b = a; b < 3; ++b, ++k) {
+                             const double nn = normal[a] * normal[b],
+                                          across = (a == b ? 1.0 : 0.0) - nn;
+                             std::int64_t translation, rotation;
+                             round_to(per_unit * (moduli.normal * nn + moduli.tangential * across),
+                                      translation);
+                             round_to(per_unit * (turning * across), rotation);
+                             block.accumulate(&arrays.block[k * n + grain[side]], translation);
+                             block.accumulate(&arrays.block[(6 + k) * n + grain[side]], rotation);
+                           }
+                       }
+                     });
+    });
+    block.for_each(n, [&](Item i) {
+      double sum[2];
+      for (int part = 0; part < 2; ++part) {
+        double a[6];
+        for (int k = 0; k < 6; ++k)
+          a[k] = unit * static_cast<double>(block.collect(&arrays.block[(6 * part + k) * n + i]));
+        // xx, xy, xz, yy, yz, zz
+        const double q = (a[0] + a[3] + a[5]) * (1.0 / 3.0);
+        const double x = a[0] - q, y = a[3] - q, z = a[5] - q;
+        const double squares =
+            (x * x + y * y + z * z) + 2.0 * (a[1] * a[1] + a[2] * a[2] + a[4] * a[4]);
+        sum[part] = q + 2.0 * std::sqrt(squares * (1.0 / 6.0));
+      }
+      arrays.value[i] =
+          2.0 * (sum[0] + sum[1] / kInertia) * inverse_mass(static_cast<double>(shared.radius[i]));
+    });
+    return larger(block.max_array(n, arrays.value), of_pair);
+  }
+
   /// Leaves a lower bound of the stable time step, which need not be sharp where it is above the dt of the drive, as the first number of
   /// detail.stiffness.
   template <class Block, class Scene>
@@ -213,11 +299,11 @@ inline namespace RVE_ISA {
     const int n = call.num_grains;
     Carver spare(spare_of(call.work));
     BoundArrays arrays;
-    arrays.block = spare.template take<std::int64_t>(6 * n);
+    arrays.block = spare.template take<std::int64_t>((Scene::D == 2 ? 6 : 12) * n);
     arrays.weight = spare.template take<double>(n);
     arrays.value = spare.template take<double>(n);
     const double length = call.units.length;
-    const double per_mass = 1.0 / (call.mass_factor * (length * length));
+    const double per_mass = 1.0 / times_power<Scene::D>(call.mass_factor, length);
     const double gain = 1.0 + header.material.local_damping, enough = call.drive.dt;
     // covers the rounding of directions to the format
     constexpr double kMargin = 1.0 + 1e-5;
@@ -228,8 +314,11 @@ inline namespace RVE_ISA {
           moduli_at(law_of_script(call), kind, 1.0, {2.0 * radius, radius, radius}).largest();
       if (!(largest > 0.0)) return 0.0;
       const double unit = kMargin * (largest * per_mass);
-      return unit *
-          bound_eigenvalue(block, call, step_number, kind, largest, arrays, sufficient / unit);
+      if constexpr (Scene::D == 2)
+        return unit *
+            bound_eigenvalue(block, call, step_number, kind, largest, arrays, sufficient / unit);
+      else
+        return unit * bound_eigenvalue_in_space(block, call, step_number, kind, largest, arrays);
     };
     const double dashpot_rate = eigenvalue(ModuliKind::Dashpots, 0.0);
     // what `enough` asks for: 4/enough >= b + sqrt(b^2 + 4 gain w^2)

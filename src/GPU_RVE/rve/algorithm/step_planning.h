@@ -48,7 +48,8 @@ inline namespace RVE_ISA {
         plan_step(call, t, first);
       });
       block.once([&] {
-        if (!call.has_servo() && call.drive.segments > 1) call.path.cell(first);
+        if (!call.has_servo() && call.drive.segments > 1)
+          call.path.cell(Scene::D == 2 ? first : first - 1);
         call.plan_first = first;
         call.plan_last = first + count - 1;
       });
@@ -62,8 +63,18 @@ inline namespace RVE_ISA {
       const bool on_path = !call.has_servo() && call.drive.substeps > 0;
       if (on_path) {
         CellPath<Scene::D> path = call.path;
-        cell = path.cell(first + t);
-        rate = path.cell_rate();
+        if constexpr (Scene::D == 2) {
+          cell = path.cell(first + t);
+          rate = path.cell_rate();
+        } else {
+          // a step around a corner of the path goes straight from cell to cell: with the rate behind the corner a pair that turns with the
+          // cell would slip, always the same way where the axis leans to its normal
+          const Tensor<double, Scene::D> before = path.cell(first + t - 1);
+          const int segment = path.present_segment();
+          cell = path.cell(first + t);
+          rate = path.present_segment() == segment ? path.cell_rate()
+                                                   : (1.0 / call.drive.dt) * (cell - before);
+        }
       }
       const Tensor<double, Scene::D> inverse_cell = inverse(cell);
       const Tensor<double, Scene::D> gradient = call.has_servo() ? call.servo_gradient

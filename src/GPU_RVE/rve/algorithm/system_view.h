@@ -120,10 +120,11 @@ inline namespace RVE_ISA {
   template <class Number>
   constexpr std::size_t kRecordAlignment = alignof(Number) > 16 ? alignof(Number) : 16;
 
-  /// Where a grain is and how fast it moves relative to the mean field: what its partners read of it.
+  /// Where a grain is and how fast it moves relative to the mean field: what its partners read of it. In space three words and three words
+  /// would become eight, aligned to sixteen bytes.
   template <class Numbers, int D>
-  struct alignas(kRecordAlignment<typename Numbers::Coordinate>) Motion {
-    static_assert(D == 2, "aligned like this, three words and three words would become eight");
+  struct alignas(D == 2 ? kRecordAlignment<typename Numbers::Coordinate>
+                        : alignof(typename Numbers::Coordinate)) Motion {
     Vec<typename Numbers::Coordinate, D> position;    ///< fractions of the cell
     Vec<typename Numbers::Real, D> velocity;          ///< peculiar [internal length/time]
   };
@@ -299,7 +300,7 @@ inline namespace RVE_ISA {
   }
 
   /// Numbers of 8 bytes per grain behind a workspace, for what is asked for rarely.
-  constexpr int kSpare = 8;
+  template <int D> constexpr int kSpare = D == 2 ? 8 : 14;
 
   template <class Scene> RVE_INLINE char *spare_of(const WorkspaceView<Scene> &work)
   {
@@ -311,7 +312,7 @@ inline namespace RVE_ISA {
   {
     Measure measure;
     lay_out_workspace<Scene>(measure, num_grains, pair_capacity);
-    measure.take<double>(static_cast<std::size_t>(kSpare) * num_grains + 4);
+    measure.take<double>(static_cast<std::size_t>(kSpare<Scene::D>) * num_grains + 4);
     return measure.size();
   }
 

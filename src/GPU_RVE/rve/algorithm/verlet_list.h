@@ -7,6 +7,7 @@
 #include "rve/algorithm/system_view.h"
 #include "rve/physics/cell.h"
 #include "rve/physics/contact_geometry.h"
+#include "rve/physics/solid_cell.h"
 
 namespace rve {
 inline namespace RVE_ISA {

@@ -42,6 +42,7 @@ inline namespace RVE_ISA {
   };
 
   using Tensor2 = Tensor<double, 2>;
+  using Tensor3 = Tensor<double, 3>;
 
   /// Tensors of records are plain arrays of components, row by row.
   template <int D = 2> RVE_INLINE Tensor<double, D> load_tensor(const double *component)
@@ -152,6 +153,30 @@ inline namespace RVE_ISA {
     t(0, 1) = -factor * x(0, 1);
     t(1, 0) = -factor * x(1, 0);
     t(1, 1) = factor * x(0, 0);
+    return t;
+  }
+
+  /// Columns of a cell matrix are the cell vectors.
+  template <class T, int D> RVE_INLINE Vec<T, D> column(const Tensor<T, D> &x, int b)
+  {
+    Vec<T, D> v;
+    for (int a = 0; a < D; ++a) v[a] = x(a, b);
+    return v;
+  }
+
+  template <class T> RVE_INLINE T determinant(const Tensor<T, 3> &x)
+  {
+    return dot(column(x, 0), cross(column(x, 1), column(x, 2)));
+  }
+
+  template <class T> RVE_INLINE Tensor<T, 3> inverse(const Tensor<T, 3> &x)
+  {
+    const T factor = T(1) / determinant(x);
+    Tensor<T, 3> t;
+    for (int a = 0; a < 3; ++a) {
+      const Vec<T, 3> row = cross(column(x, (a + 1) % 3), column(x, (a + 2) % 3));
+      for (int b = 0; b < 3; ++b) t(a, b) = factor * row[b];
+    }
     return t;
   }
 

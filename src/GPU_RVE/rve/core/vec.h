@@ -90,6 +90,12 @@ inline namespace RVE_ISA {
     return fma(x[0], y[1], -(x[1] * y[0]));
   }
 
+  template <class T> RVE_INLINE Vec<T, 3> cross(const Vec<T, 3> &x, const Vec<T, 3> &y)
+  {
+    return {{fma(x[1], y[2], -(x[2] * y[1])), fma(x[2], y[0], -(x[0] * y[2])),
+             fma(x[0], y[1], -(x[1] * y[0]))}};
+  }
+
 }    // namespace RVE_ISA
 }    // namespace rve
 

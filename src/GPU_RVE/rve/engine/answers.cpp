@@ -69,4 +69,9 @@ template void to_result(const AnswerRecord<2> &, const DetailRecord<2> &, Result
 template void to_result(const AnswerRecord<2> &, const DetailRecord<2> &, ElasticResultOf<2> &);
 template DetailRecord<2> details_of(const ImageHeader<2> &);
 
+template bool must_repeat(const AnswerRecord<3> &);
+template void to_result(const AnswerRecord<3> &, const DetailRecord<3> &, ResultOf<3> &);
+template void to_result(const AnswerRecord<3> &, const DetailRecord<3> &, ElasticResultOf<3> &);
+template DetailRecord<3> details_of(const ImageHeader<3> &);
+
 }    // namespace rve

@@ -5,6 +5,7 @@
 #include "rve/engine/answers.h"
 #include "rve/engine/drive_record.h"
 #include "rve/engine/force_bounds.h"
+#include "rve/physics/laws/law.h"
 
 #include <algorithm>
 #include <cmath>
@@ -105,8 +106,8 @@ template <int D> int BatchEngine<D>::add(const RveStateOf<D> &state)
   }
   note_needs(state.material);
   needs.friction = needs.friction ||
-      std::any_of(state.pairs.begin(), state.pairs.end(), [](const Pair &pair) {
-                     return pair.tangential_force != 0.0;
+      std::any_of(state.pairs.begin(), state.pairs.end(), [](const PairOf<D> &pair) {
+                     return magnitude(pair.tangential_force) != 0.0;
                    });
   return rve;
 }
@@ -422,5 +423,6 @@ void BatchEngine<D>::advance(const std::vector<int> &rves, const std::vector<Dri
 }
 
 template class BatchEngine<2>;
+template class BatchEngine<3>;
 
 }    // namespace rve

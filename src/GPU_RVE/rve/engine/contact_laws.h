@@ -29,8 +29,10 @@ template <class Work> auto with_law(const Material &material, const Work &work)
 #define RVE_WITH_LAW(name, law, books, small, prepared) \
   case Program::name:                                   \
     return work(law_of_script<Program::prepared>(material));
-    RVE_PROGRAMS(RVE_WITH_LAW)
+    RVE_PLANE_PROGRAMS(RVE_WITH_LAW)
 #undef RVE_WITH_LAW
+    default:
+      break;
   }
   return work(law_of_script<Program::General>(material));
 }

@@ -13,7 +13,8 @@ namespace rve {
 std::string to_string(const ContactModel &contacts)
 {
   return std::string("contact law ") + word_of(contacts.law) +
-      (contacts.rolling ? " with rolling resistance" : "");
+      (contacts.rolling ? " with rolling resistance" : "") +
+      (contacts.dimension == 3 ? " of spheres" : "");
 }
 
 ContactModel contacts_of(const Material &material)
@@ -23,7 +24,7 @@ ContactModel contacts_of(const Material &material)
 
 template <int D> ContactModel contacts_of(const RveStateOf<D> &state)
 {
-  return {state.material.law, resists_rolling(state.material) || state.has_rolling_forces()};
+  return {state.material.law, resists_rolling(state.material) || state.has_rolling_forces(), D};
 }
 
 template <int D>
@@ -34,6 +35,7 @@ ContactModel contacts_of(const std::vector<RveStateOf<D>> &states,
     return name ? name(static_cast<int>(k)) : "RVE " + std::to_string(k);
   };
   ContactModel all;
+  all.dimension = D;
   for (std::size_t k = 0; k < states.size(); ++k) {
     const ContactModel one = contacts_of(states[k]);
     if (k == 0) all.law = one.law;
@@ -70,6 +72,9 @@ std::vector<MaterialMember> parameters_of(ContactLaw law)
 }
 
 template ContactModel contacts_of(const RveStateOf<2> &);
+template ContactModel contacts_of(const RveStateOf<3> &);
+template ContactModel contacts_of(const std::vector<RveStateOf<3>> &,
+                                  const std::function<std::string(int)> &);
 template ContactModel contacts_of(const std::vector<RveStateOf<2>> &,
                                   const std::function<std::string(int)> &);
 

@@ -17,15 +17,16 @@ template <int D> struct RveStateOf;
 struct ContactModel {
   ContactLaw law = ContactLaw::Linear;
   bool rolling = false;
+  int dimension = 2;    ///< of the RVEs: disks or spheres
 
   /// Whether an engine of this model takes RVEs that need that one.
   bool serves(const ContactModel &need) const
   {
-    return law == need.law && (rolling || !need.rolling);
+    return dimension == need.dimension && law == need.law && (rolling || !need.rolling);
   }
   bool operator==(const ContactModel &other) const
   {
-    return law == other.law && rolling == other.rolling;
+    return dimension == other.dimension && law == other.law && rolling == other.rolling;
   }
   bool operator!=(const ContactModel &other) const { return !(*this == other); }
 };

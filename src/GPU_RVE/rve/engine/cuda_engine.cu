@@ -59,8 +59,10 @@ namespace {
 #define RVE_TURN(name, law, books, small, prepared) \
   case Program::name:                               \
     return turn_rves<ProgramScene<Program::prepared, Numbers>>;
-      RVE_PROGRAMS(RVE_TURN)
+      RVE_PLANE_PROGRAMS(RVE_TURN)
 #undef RVE_TURN
+      default:
+        break;    // programs of spheres
     }
     return nullptr;
   }

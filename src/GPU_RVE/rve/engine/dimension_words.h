@@ -14,6 +14,12 @@ template <> struct DimensionWords<2> {
   static constexpr const char *volume_of_grain = "pi r^2";
 };
 
+template <> struct DimensionWords<3> {
+  static constexpr const char *number = "three", *grains = "spheres", *spin = "spin vector";
+  static constexpr const char *volume = "volume", *unit_of_volume = "[length^3]";
+  static constexpr const char *volume_of_grain = "4/3 pi r^3";
+};
+
 }    // namespace rve
 
 #endif

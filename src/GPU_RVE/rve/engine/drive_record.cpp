@@ -2,6 +2,7 @@
 
 #include "rve/core/error.h"
 #include "rve/engine/dimension_words.h"
+#include "rve/engine/spatial_strain.h"
 
 #include <algorithm>
 #include <cmath>
@@ -39,6 +40,21 @@ namespace {
     back(1, 0) = -back(0, 1);
     store_tensor(rotation, steering.rotation);
     store_tensor(back * f - Tensor2::identity(), steering.stretch);
+  }
+
+  bool turns_little(const Tensor3 &f)
+  {
+    const Vec<double, 3> twice_sine{{f(2, 1) - f(1, 2), f(0, 2) - f(2, 0), f(1, 0) - f(0, 1)}};
+    // 1 + 2 cos of the angle is the trace of a rotation
+    return std::sqrt(dot(twice_sine, twice_sine)) < LARGEST_TURN * (trace(f) - 1.0);
+  }
+
+  void split_path(const Tensor3 &f, DriveRecord<3> &record, SteeringRecord<3> &steering)
+  {
+    const SpatialPolarDecomposition polar(f);
+    record.segments = path_segments(std::sqrt(dot(polar.turn, polar.turn)));
+    store_tensor(spatial_rotation((1.0 / record.segments) * polar.turn), steering.rotation);
+    store_tensor(transpose(polar.rotation) * f - Tensor3::identity(), steering.stretch);
   }
 
   /// Names of components below or not below the diagonal, "xx, xy and yy".
@@ -132,5 +148,10 @@ template void check(const DriveOf<2> &);
 template bool needs_steering(const DriveOf<2> &);
 template DriveRecord<2> to_record(const DriveOf<2> &);
 template SteeringRecord<2> to_steering(const DriveOf<2> &, DriveRecord<2> &);
+
+template void check(const DriveOf<3> &);
+template bool needs_steering(const DriveOf<3> &);
+template DriveRecord<3> to_record(const DriveOf<3> &);
+template SteeringRecord<3> to_steering(const DriveOf<3> &, DriveRecord<3> &);
 
 }    // namespace rve

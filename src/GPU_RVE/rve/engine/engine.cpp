@@ -2,6 +2,8 @@
 
 #include "rve/engine/engine.h"
 
+#include "rve/engine/spatial_strain.h"
+
 #include "rve/core/error.h"
 
 #include <cmath>
@@ -57,6 +59,25 @@ namespace {
   double turn_of(const Tensor2 &velocity_gradient)
   {
     return 0.5 * (velocity_gradient(1, 0) - velocity_gradient(0, 1));
+  }
+
+  double turn_of(const Tensor3 &velocity_gradient)
+  {
+    const Tensor3 &l = velocity_gradient;
+    const Vec<double, 3> twice_spin{{l(2, 1) - l(1, 2), l(0, 2) - l(2, 0), l(1, 0) - l(0, 1)}};
+    return 0.5 * std::sqrt(dot(twice_spin, twice_spin));
+  }
+
+  double deviatoric_size(const Tensor3 &stress)
+  {
+    const double mean = trace(stress) / 3.0;
+    double squares = 0.0;
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b) {
+        const double part = a == b ? stress(a, b) - mean : stress(a, b);
+        squares += part * part;
+      }
+    return std::sqrt(1.5 * squares);
   }
 
   double deviatoric_size(const Tensor2 &stress)
@@ -148,6 +169,8 @@ std::string to_string(Format format)
 }
 
 template struct DriveOf<2>;
+template struct DriveOf<3>;
 template struct ResultOf<2>;
+template struct ResultOf<3>;
 
 }    // namespace rve

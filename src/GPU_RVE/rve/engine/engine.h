@@ -88,7 +88,7 @@ template <int D> struct ResultOf {
 
   /// p = tr(stress)/D, compression positive [stress]
   double mean_stress() const { return -(1.0 / D) * trace(stress); }
-  /// q = sqrt(s'_ij s'_ij / 2) in the plane, equation (25b), n = 2 [stress]
+  /// q = sqrt(s'_ij s'_ij / 2) in the plane, equation (25b), n = 2; sqrt(3/2 s'_ij s'_ij) in space, n = 3 [stress]
   double deviatoric_stress() const;
 };
 using Result = ResultOf<2>;

@@ -41,6 +41,16 @@ template <> int neighbor_bits<2>(double smallest_radius, double largest_radius)
       std::fmin(std::ceil(std::log2(1.2 * side_by_side)), LARGEST_NEIGHBOR_BITS + 1));
 }
 
+// Solid angles: of the sphere around the largest grain, 4 pi, each of the smallest ones hides 2 pi (1 - cos a), sin a = r / (r + R). They
+// cover no more than 0.91 of it, in the plane of hexagons; a fifth more for overlaps.
+template <> int neighbor_bits<3>(double smallest_radius, double largest_radius)
+{
+  const double sine = smallest_radius / (smallest_radius + largest_radius);
+  const double hidden = 0.5 * sine * sine / (1.0 + std::sqrt(1.0 - sine * sine));
+  const double around = 0.91 / hidden;
+  return static_cast<int>(std::fmin(std::ceil(std::log2(1.2 * around)), LARGEST_NEIGHBOR_BITS + 1));
+}
+
 bool is_viscous(const Material &material)
 {
   return with_law(material, [](const auto &law) {

@@ -14,6 +14,7 @@ constexpr int LARGEST_NEIGHBOR_BITS = 8;
 /// Bits for the number of the smallest grains that touch the largest one; at most one more than are allowed.
 template <int D> int neighbor_bits(double smallest_radius, double largest_radius);
 template <> int neighbor_bits<2>(double smallest_radius, double largest_radius);
+template <> int neighbor_bits<3>(double smallest_radius, double largest_radius);
 
 /// Whether contacts have dashpots.
 bool is_viscous(const Material &material);

@@ -176,5 +176,6 @@ template <int D> std::unique_ptr<EngineOf<D>> make_host_engine(const Options &op
 }
 
 template std::unique_ptr<EngineOf<2>> make_host_engine(const Options &options);
+template std::unique_ptr<EngineOf<3>> make_host_engine(const Options &options);
 
 }    // namespace rve

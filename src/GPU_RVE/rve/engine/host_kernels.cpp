@@ -70,7 +70,9 @@ inline namespace RVE_ISA {
                       AnswerRecord<D> &answer, DetailRecord<D> *detail)
   {
     using Scene = ProgramScene<program, Numbers>;
-    run_program<Scene, Way<program, Scene>>(image, drive, steering, batch, memory, answer, detail);
+    if constexpr (Scene::D == D)
+      run_program<Scene, Way<program, Scene>>(image, drive, steering, batch, memory, answer,
+                                              detail);
   }
 
   template <int D, class Numbers>
@@ -125,6 +127,7 @@ namespace RVE_HOST_NAMESPACE {
   }
 
   template HostKernel<2> kernel(Format format);
+  template HostKernel<3> kernel(Format format);
 }    // namespace RVE_HOST_NAMESPACE
 
 }    // namespace rve

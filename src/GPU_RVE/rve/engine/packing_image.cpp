@@ -88,8 +88,8 @@ RveState image_of(const RveState &state, int image)
   if (image >= NUM_IMAGES / 2) {
     for (double &spin : result.spin) spin = with_sign(-1, spin);
     for (Pair &pair : result.pairs) {
-      for (const RememberedNumber &number : PAIR_MEMORY)
-        if (number.is_mirrored) pair.*number.member = with_sign(-1, pair.*number.member);
+      for (const RememberedNumber<2> &number : PAIR_MEMORY)
+        if (number.is_mirrored) number.of(pair) = with_sign(-1, number.of(pair));
     }
   }
   return result;

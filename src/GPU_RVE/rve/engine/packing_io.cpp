@@ -310,7 +310,7 @@ namespace {
       if (pair.first == pair.second)
         reader.fail("contact joins grain " + std::to_string(pair.first + 1) + " to itself");
       for (int m = 0; m < remembered; ++m)
-        pair.*PAIR_MEMORY[m].member = reader.finite_number(2 + m, PAIR_MEMORY[m].what);
+        PAIR_MEMORY[m].of(pair) = reader.finite_number(2 + m, PAIR_MEMORY[m].what);
       state.pairs.push_back(pair);
     }
   }
@@ -451,8 +451,8 @@ namespace {
 
     const auto has_history = [](const Pair &pair) {
       return std::any_of(std::begin(PAIR_MEMORY), std::end(PAIR_MEMORY),
-                         [&](const RememberedNumber &number) {
-                           return pair.*number.member != 0.0;
+                         [&](const RememberedNumber<2> &number) {
+                           return number.of(pair) != 0.0;
                          });
     };
     const int remembered = remembered_numbers(state.pairs);
@@ -465,7 +465,7 @@ namespace {
     for (const Pair &pair : state.pairs) {
       if (!has_history(pair)) continue;
       out << pair.first + 1 << " " << pair.second + 1;
-      for (int m = 0; m < remembered; ++m) out << " " << exact(pair.*PAIR_MEMORY[m].member);
+      for (int m = 0; m < remembered; ++m) out << " " << exact(PAIR_MEMORY[m].of(pair));
       out << "\n";
     }
     const std::string statements = out.str();

@@ -15,7 +15,7 @@ namespace {
   template <class Scene> constexpr ProgramFeatures features_of_scene(Program memory)
   {
     using Law = typename Scene::Law;
-    return {{Law::contact_law, Law::has_rolling},
+    return {{Law::contact_law, Law::has_rolling, Scene::D},
             {Law::has_friction, Law::is_damped, Scene::books},
             memory};
   }
@@ -45,7 +45,8 @@ namespace {
     for (const ProgramFeatures &one : TABLE) {
       const ProgramFeatures &other = TABLE[static_cast<int>(one.memory)];
       if (other.memory != one.memory || other.contacts.law != one.contacts.law ||
-          other.contacts.rolling != one.contacts.rolling || !has_all(other.has, one.has) ||
+          other.contacts.rolling != one.contacts.rolling ||
+          other.contacts.dimension != one.contacts.dimension || !has_all(other.has, one.has) ||
           !other.has.books)
         return false;
     }
@@ -74,7 +75,7 @@ Program memory_program(const ContactModel &contacts)
 Program richest_program(ContactLaw law)
 {
   const auto last = std::find_if(TABLE.rbegin(), TABLE.rend(), [&](const ProgramFeatures &one) {
-    return one.contacts.law == law;
+    return one.contacts.law == law && one.contacts.dimension == 2;
   });
   require(last != TABLE.rend(),
           std::string("there is no program for the contact law ") + word_of(law));

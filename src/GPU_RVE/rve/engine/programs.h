@@ -20,7 +20,7 @@ namespace rve {
 /// (engine/program_choice.h). They give the same bits where a scene needs no more than the lesser one has. Frictionless: of RVEs without
 /// friction and without tangential forces. The last one of a contact law has rolling resistance.
 // clang-format off
-#define RVE_PROGRAMS(program)                                          \
+#define RVE_PLANE_PROGRAMS(program)                                         \
   program(Frictionless, NormalSprings,     false, true,  General)      \
   program(Plain,        FrictionalSprings, false, true,  General)      \
   program(General,      DampedSprings,     true,  false, General)      \
@@ -29,7 +29,13 @@ namespace rve {
   program(HertzRolling, RollingHertz,      true,  false, HertzRolling) \
   program(Dmt,          DmtAdhesion,       true,  false, Dmt)          \
   program(DmtRolling,   RollingDmt,        true,  false, DmtRolling)
+
+// of spheres
+#define RVE_SPATIAL_PROGRAMS(program) \
+  program(Spheres, SphereSprings, true, false, Spheres)
 // clang-format on
+
+#define RVE_PROGRAMS(program) RVE_PLANE_PROGRAMS(program) RVE_SPATIAL_PROGRAMS(program)
 
 #define RVE_PROGRAM_NAME(name, law, books, small, prepared) name,
 enum class Program { RVE_PROGRAMS(RVE_PROGRAM_NAME) };

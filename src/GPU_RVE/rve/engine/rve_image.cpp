@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstring>
 #include <numeric>
+#include <tuple>
 #include <type_traits>
 
 namespace rve {
@@ -60,13 +61,36 @@ namespace {
     return order;
   }
 
-  /// A pair with the history that an image has of it.
-  template <class Scene> Pair pair_of(int first, int second, const typename Scene::History &history)
+  /// Layer by layer, in each row by row: what is near in two axes has numbers near each other.
+  std::vector<std::int32_t> storage_order(const RveStateOf<3> &state)
   {
-    Pair pair{first, second, 0.0};
+    const int n = state.num_grains();
+    const double rows = std::max(1.0, std::floor(0.75 * std::cbrt(static_cast<double>(n))));
+    const double to_row = rows / 18446744073709551616.0;
+    std::vector<std::int32_t> order(n);
+    std::iota(order.begin(), order.end(), 0);
+    const auto row = [&](int i, int axis) {
+      return static_cast<int>(static_cast<double>(state.fractional[3 * i + axis]) * to_row);
+    };
+    std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+      const auto key = [&](int i) {
+        return std::make_tuple(row(i, 2), row(i, 1), state.fractional[3 * i]);
+      };
+      return key(a) < key(b);
+    });
+    return order;
+  }
+
+  /// A pair with the history that an image has of it.
+  template <class Scene>
+  PairOf<Scene::D> pair_of(int first, int second, const typename Scene::History &history)
+  {
+    PairOf<Scene::D> pair{};
+    pair.first = first;
+    pair.second = second;
     Scene::Law::to_pair(history, pair);
     // a zero has no sign there
-    for (const RememberedNumber &number : PAIR_MEMORY) pair.*number.member += 0.0;
+    for (const auto &number : pair_memory<Scene::D>()) number.of(pair) += 0.0;
     return pair;
   }
 
@@ -76,7 +100,7 @@ namespace {
     const int n = state.num_grains();
     std::vector<int> owned(n, 0);
     int num_extra = 0;
-    for (const Pair &pair : state.pairs)
+    for (const PairOf<D> &pair : state.pairs)
       if (owned[pair.first] < Scene::owned_pairs)
         ++owned[pair.first];
       else
@@ -140,7 +164,7 @@ namespace {
       for (int m = 0; m < Scene::owned_pairs; ++m) view.partner[m * n + k] = k;
       owned[k] = 0;
     }
-    for (const Pair &pair : state.pairs) {
+    for (const PairOf<D> &pair : state.pairs) {
       const int first = place[pair.first], second = place[pair.second];
       if (owned[first] < Scene::owned_pairs) {
         const int slot = owned[first]++ * n + first;
@@ -210,31 +234,35 @@ namespace {
                  rotation);
   }
 
-  /// work(the scene of a program), in these numbers.
-  template <class Numbers, class Work> auto with_numbers(Program program, const Work &work)
+  /// work(the scene of a program of D dimensions), in these numbers.
+  template <int D, class Numbers, class Work> auto with_numbers(Program program, const Work &work)
   {
     switch (program) {
-#define RVE_WITH_PROGRAM(name, law, books, small, prepared) \
-  case Program::name:                                       \
-    return work(ProgramScene<Program::prepared, Numbers>());
+#define RVE_WITH_PROGRAM(name, law, books, small, prepared)         \
+  case Program::name:                                               \
+    if constexpr (ProgramScene<Program::prepared, Numbers>::D == D) \
+      return work(ProgramScene<Program::prepared, Numbers>());      \
+    else                                                            \
+      break;
       RVE_PROGRAMS(RVE_WITH_PROGRAM)
 #undef RVE_WITH_PROGRAM
     }
-    return work(ProgramScene<Program::General, Numbers>());
+    constexpr Program any = D == 2 ? Program::General : Program::Spheres;
+    return work(ProgramScene<any, Numbers>());
   }
 
   /// work(a scene), in numbers as `format` says, whose pairs remember what images hold.
-  template <class Work> auto with_scene(Format format, Program memory, const Work &work)
+  template <int D, class Work> auto with_scene(Format format, Program memory, const Work &work)
   {
     switch (format) {
       case Format::Fast:
-        return with_numbers<FastNumbers>(memory, work);
+        return with_numbers<D, FastNumbers>(memory, work);
       case Format::Mixed:
-        return with_numbers<MixedNumbers>(memory, work);
+        return with_numbers<D, MixedNumbers>(memory, work);
       case Format::Single:
-        return with_numbers<SingleNumbers>(memory, work);
+        return with_numbers<D, SingleNumbers>(memory, work);
       default:
-        return with_numbers<DoubleNumbers>(memory, work);
+        return with_numbers<D, DoubleNumbers>(memory, work);
     }
   }
 
@@ -252,14 +280,14 @@ template <int D>
 StateImage build_image(Format format, const RveStateOf<D> &state, int extra_capacity,
                        Program memory)
 {
-  return with_scene(format, memory, [&](auto scene) {
+  return with_scene<D>(format, memory, [&](auto scene) {
     return build<decltype(scene)>(state, extra_capacity);
   });
 }
 
 template <int D> RveStateOf<D> read_image(Format format, const StateImage &image, Program memory)
 {
-  return with_scene(format, memory, [&](auto scene) {
+  return with_scene<D>(format, memory, [&](auto scene) {
     return read<decltype(scene)>(image);
   });
 }
@@ -267,7 +295,7 @@ template <int D> RveStateOf<D> read_image(Format format, const StateImage &image
 template <int D>
 void turn_image(Format format, StateImage &image, const Tensor<double, D> &rotation, Program memory)
 {
-  with_scene(format, memory, [&](auto scene) {
+  with_scene<D>(format, memory, [&](auto scene) {
     turn<decltype(scene)>(image, rotation);
   });
 }
@@ -275,7 +303,7 @@ void turn_image(Format format, StateImage &image, const Tensor<double, D> &rotat
 template <int D>
 std::size_t image_bytes(Format format, int num_grains, int extra_capacity, Program memory)
 {
-  return with_scene(format, memory, [&](auto scene) {
+  return with_scene<D>(format, memory, [&](auto scene) {
     return image_size<decltype(scene)>(num_grains, extra_capacity);
   });
 }
@@ -291,5 +319,12 @@ template RveStateOf<2> read_image(Format, const StateImage &, Program);
 template void turn_image(Format, StateImage &, const Tensor<double, 2> &, Program);
 template std::size_t image_bytes<2>(Format, int, int, Program);
 template int initial_extra_capacity<2>(int);
+
+template void set_material_in(ImageHeader<3> &, const Material &);
+template StateImage build_image(Format, const RveStateOf<3> &, int, Program);
+template RveStateOf<3> read_image(Format, const StateImage &, Program);
+template void turn_image(Format, StateImage &, const Tensor<double, 3> &, Program);
+template std::size_t image_bytes<3>(Format, int, int, Program);
+template int initial_extra_capacity<3>(int);
 
 }    // namespace rve

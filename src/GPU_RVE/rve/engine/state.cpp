@@ -7,6 +7,8 @@
 #include "rve/engine/contact_laws.h"
 #include "rve/engine/contact_model.h"
 #include "rve/engine/dimension_words.h"
+#include "rve/physics/grain_shape.h"
+#include "rve/physics/solid_cell.h"
 
 #include <algorithm>
 #include <cmath>
@@ -166,19 +168,35 @@ namespace {
         require_positive(modulus / mass, std::string(what) + " over the mass" + whose, "[1/time]");
   }
 
+  void require_width(double width, const std::string &where, double largest_radius)
+  {
+    const double least = 4.0 * largest_radius;
+    require(width > least,
+            "cell width " + where + " is " + number(width) +
+                " [length]; it must exceed twice the largest contact distance, " + number(least) +
+                ": use more grains, or a smaller ratio of largest to smallest radius");
+  }
+
   void check_cell(const Tensor2 &cell, double largest_radius)
   {
     require_finite(cell, "the cell matrix", "[length]");
     require_positive(determinant(cell), "cell area (determinant of the cell matrix)", "[length^2]");
-    const double least_width = 4.0 * largest_radius;
     for (int a = 0; a < 2; ++a) {
       const int other = 1 - a;
       const double width = determinant(cell) / std::hypot(cell(0, other), cell(1, other));
-      require(width > least_width,
-              "cell width perpendicular to cell vector " + std::to_string(other) + " is " +
-                  number(width) + " [length]; it must exceed twice the largest contact distance, " +
-                  number(least_width) +
-                  ": use more grains, or a smaller ratio of largest to smallest radius");
+      require_width(width, "perpendicular to cell vector " + std::to_string(other), largest_radius);
+    }
+  }
+
+  void check_cell(const Tensor3 &cell, double largest_radius)
+  {
+    require_finite(cell, "the cell matrix", "[length]");
+    require_positive(determinant(cell), "cell volume (determinant of the cell matrix)",
+                     "[length^3]");
+    for (int a = 0; a < 3; ++a) {
+      require_width(perpendicular_width(cell, a),
+                    "between the faces that cell vector " + std::to_string(a) + " connects",
+                    largest_radius);
     }
   }
 
@@ -186,7 +204,7 @@ namespace {
   {
     std::vector<std::pair<std::int32_t, std::int32_t>> ends;
     for (std::size_t k = 0; k < state.pairs.size(); ++k) {
-      const Pair &pair = state.pairs[k];
+      const PairOf<D> &pair = state.pairs[k];
       const auto name = [&] {
         return "pair " + std::to_string(k + 1);
       };
@@ -198,9 +216,9 @@ namespace {
       require(pair.first != pair.second, [&] {
         return name() + " joins grain " + std::to_string(pair.first + 1) + " to itself";
       });
-      for (const RememberedNumber &number : PAIR_MEMORY)
+      for (const RememberedNumber<D> &number : pair_memory<D>())
         require_finite(
-            pair.*number.member,
+            number.of(pair),
             [&] {
               return number.what + (" of " + name());
             },
@@ -221,6 +239,8 @@ namespace {
   constexpr std::uint64_t MAGIC = 0x4554415453455652u;
   // of linear springs; with another contact law the word for it comes in front
   constexpr std::uint32_t VERSION = 3, VERSION_WITH_LAW = 4;
+  // of spheres; the word is always in front
+  constexpr std::uint32_t VERSION_OF_SPHERES = 5;
 
   struct RecordHeader {
     std::uint64_t magic;
@@ -289,32 +309,35 @@ namespace {
     double number[Count];
   };
 
-  template <std::size_t Count>
-  void visit_pairs(RecordWriter &writer, const std::vector<Pair> &pairs)
+  template <std::size_t Count, int D>
+  void visit_pairs(RecordWriter &writer, const std::vector<PairOf<D>> &pairs)
   {
     std::vector<PairRecord<Count>> records;
-    for (const Pair &pair : pairs) {
+    for (const PairOf<D> &pair : pairs) {
       records.push_back({pair.first, pair.second, {}});
       for (std::size_t k = 0; k < Count; ++k)
-        records.back().number[k] = pair.*PAIR_MEMORY[k].member;
+        records.back().number[k] = pair_memory<D>()[k].of(pair);
     }
     writer(records);
   }
 
-  template <std::size_t Count> void visit_pairs(RecordReader &reader, std::vector<Pair> &pairs)
+  template <std::size_t Count, int D>
+  void visit_pairs(RecordReader &reader, std::vector<PairOf<D>> &pairs)
   {
     std::vector<PairRecord<Count>> records;
     reader(records);
     pairs.clear();
     for (const PairRecord<Count> &record : records) {
-      pairs.push_back({record.first, record.second, 0.0});
-      for (std::size_t k = 0; k < Count; ++k)
-        pairs.back().*PAIR_MEMORY[k].member = record.number[k];
+      PairOf<D> pair{};
+      pair.first = record.first;
+      pair.second = record.second;
+      for (std::size_t k = 0; k < Count; ++k) pair_memory<D>()[k].of(pair) = record.number[k];
+      pairs.push_back(pair);
     }
   }
 
   // The one list of what a record holds, for both directions.
-  template <class Archive, class State> void visit(Archive &archive, State &state)
+  template <int D, class Archive, class State> void visit(Archive &archive, State &state)
   {
     static_assert(sizeof(PairRecord<2>) == 24, "no padding may enter the record");
     static_assert(sizeof(Counters) == 32 && sizeof(EnergyLedger) == 32,
@@ -330,10 +353,11 @@ namespace {
     archive(state.velocity);
     archive(state.spin);
     // linear springs remember no more, and have the record that they always had
-    if (state.material.law == ContactLaw::Linear)
-      visit_pairs<2>(archive, state.pairs);
+    constexpr std::size_t all = std::size(pair_memory<D>());
+    if (D == 2 && state.material.law == ContactLaw::Linear)
+      visit_pairs<std::min<std::size_t>(2, all)>(archive, state.pairs);
     else
-      visit_pairs<std::size(PAIR_MEMORY)>(archive, state.pairs);
+      visit_pairs<all>(archive, state.pairs);
     archive(state.list_cell);
     archive(state.list_fractional);
     archive(state.order);
@@ -355,7 +379,7 @@ int remembered_numbers(const std::vector<Pair> &pairs)
   int count = static_cast<int>(std::size(PAIR_MEMORY));
   for (; count > 1; --count)
     if (std::any_of(pairs.begin(), pairs.end(), [&](const Pair &pair) {
-          return pair.*PAIR_MEMORY[count - 1].member != 0.0;
+          return PAIR_MEMORY[count - 1].of(pair) != 0.0;
         }))
       break;
   return count;
@@ -363,9 +387,11 @@ int remembered_numbers(const std::vector<Pair> &pairs)
 
 template <int D> bool RveStateOf<D>::has_rolling_forces() const
 {
-  return std::any_of(pairs.begin(), pairs.end(), [](const Pair &pair) {
-    return pair.rolling_force != 0.0;
-  });
+  if constexpr (D == 2)
+    return std::any_of(pairs.begin(), pairs.end(), [](const Pair &pair) {
+      return pair.rolling_force != 0.0;
+    });
+  return false;
 }
 
 template <int D> double RveStateOf<D>::solid_volume() const
@@ -479,15 +505,15 @@ template <int D> std::vector<char> serialize(const RveStateOf<D> &state)
 {
   std::vector<char> record(sizeof(RecordHeader));
   RecordWriter writer(record);
-  const bool says_law = state.material.law != ContactLaw::Linear;
+  const bool says_law = D == 3 || state.material.law != ContactLaw::Linear;
   if (says_law) {
     const std::string word = word_of(state.material.law);
     writer(std::vector<char>(word.begin(), word.end()));
   }
-  visit(writer, state);
+  visit<D>(writer, state);
   RecordHeader header{};
   header.magic = MAGIC;
-  header.version = says_law ? VERSION_WITH_LAW : VERSION;
+  header.version = D == 3 ? VERSION_OF_SPHERES : says_law ? VERSION_WITH_LAW : VERSION;
   header.num_grains = static_cast<std::uint32_t>(state.num_grains());
   header.bytes = record.size();
   header.checksum = checksum_of(record.data() + sizeof(header), record.size() - sizeof(header));
@@ -503,7 +529,10 @@ template <int D> RveStateOf<D> deserialize(const char *data, std::size_t size)
               " bytes, its header alone takes " + std::to_string(sizeof(header)));
   std::memcpy(&header, data, sizeof(header));
   require(header.magic == MAGIC, "not an RVE record of this machine's byte order");
-  require(header.version == VERSION || header.version == VERSION_WITH_LAW,
+  require((D == 3) == (header.version == VERSION_OF_SPHERES),
+          D == 3 ? "the RVE record is of disks; spheres are wanted"
+                 : "the RVE record is of spheres; disks are wanted");
+  require(D == 3 || header.version == VERSION || header.version == VERSION_WITH_LAW,
           "RVE record has version " + std::to_string(header.version) +
               "; this program reads versions " + std::to_string(VERSION) + " and " +
               std::to_string(VERSION_WITH_LAW));
@@ -515,12 +544,12 @@ template <int D> RveStateOf<D> deserialize(const char *data, std::size_t size)
 
   RveStateOf<D> state;
   RecordReader reader(data + sizeof(header), size - sizeof(header));
-  if (header.version == VERSION_WITH_LAW) {
+  if (header.version != VERSION) {
     std::vector<char> word;
     reader(word);
     state.material.law = contact_law_of(std::string(word.begin(), word.end()));
   }
-  visit(reader, state);
+  visit<D>(reader, state);
   require(reader.remaining() == 0, "RVE record is damaged: bytes are left over");
   require_count(header.num_grains, state.radius.size(), "grains in its header");
   return state;
@@ -529,5 +558,9 @@ template <int D> RveStateOf<D> deserialize(const char *data, std::size_t size)
 template struct RveStateOf<2>;
 template std::vector<char> serialize(const RveStateOf<2> &state);
 template RveStateOf<2> deserialize(const char *data, std::size_t size);
+
+template struct RveStateOf<3>;
+template std::vector<char> serialize(const RveStateOf<3> &state);
+template RveStateOf<3> deserialize(const char *data, std::size_t size);
 
 }    // namespace rve

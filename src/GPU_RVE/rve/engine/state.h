@@ -18,7 +18,9 @@ namespace rve {
 bool resists_rolling(const Material &material);
 
 /// A pair of the Verlet list. `first` owns it: its work item computes the contact.
-struct Pair {
+template <int D> struct PairOf;
+
+template <> struct PairOf<2> {
   std::int32_t first;
   std::int32_t second;
   double
@@ -28,24 +30,64 @@ struct Pair {
   double contact_radius = 0.0;    ///< history; at which the tangential force was [length]
 };
 
-/// Written in place, nvcc hands g++ parentheses around the member's name that g++ warns of.
+using Pair = PairOf<2>;
+
+template <> struct PairOf<3> {
+  std::int32_t first;
+  std::int32_t second;
+  Vec<double, 3> tangential_force;    ///< history; on `first`, across the normal [force]
+};
+
+// Written in place, nvcc hands g++ parentheses around the member's name that g++ warns of.
 using PairMember = double Pair::*;
+using PairVector = Vec<double, 3> PairOf<3>::*;
 
 /// A number that a pair may remember.
-struct RememberedNumber {
+template <int D> struct RememberedNumber;
+
+template <> struct RememberedNumber<2> {
   const char *name;    ///< in packing files
   const char *what;    ///< in messages
   const char *unit;
   bool is_mirrored;    ///< changes its sign in a mirror
   PairMember member;
+
+  double &of(Pair &pair) const { return pair.*member; }
+  double of(const Pair &pair) const { return pair.*member; }
+};
+
+template <> struct RememberedNumber<3> {
+  const char *name, *what, *unit;
+  PairVector vector;
+  int component;
+
+  double &of(PairOf<3> &pair) const { return (pair.*vector)[component]; }
+  double of(const PairOf<3> &pair) const { return (pair.*vector)[component]; }
 };
 
 /// In the order of packing files and restart records, which have those up to the last one that a pair of the state remembers; the first
 /// one always.
-constexpr RememberedNumber PAIR_MEMORY[] = {
+constexpr RememberedNumber<2> PAIR_MEMORY[] = {
     {"tangential_force", "tangential force", "[force]", true, &Pair::tangential_force},
     {"rolling_force", "rolling force", "[force]", true, &Pair::rolling_force},
     {"contact_radius", "contact radius", "[length]", false, &Pair::contact_radius}};
+
+/// Of spheres.
+constexpr RememberedNumber<3> SPATIAL_PAIR_MEMORY[] = {
+    {"tangential_force_x", "x component of the tangential force", "[force]",
+     &PairOf<3>::tangential_force, 0},
+    {"tangential_force_y", "y component of the tangential force", "[force]",
+     &PairOf<3>::tangential_force, 1},
+    {"tangential_force_z", "z component of the tangential force", "[force]",
+     &PairOf<3>::tangential_force, 2}};
+
+template <int D> constexpr const auto &pair_memory()
+{
+  if constexpr (D == 2)
+    return PAIR_MEMORY;
+  else
+    return SPATIAL_PAIR_MEMORY;
+}
 
 /// How many of them the pairs of a state remember.
 int remembered_numbers(const std::vector<Pair> &pairs);
@@ -80,7 +122,8 @@ template <int D> struct RveStateOf {
   std::vector<double> velocity;             ///< (N, D) peculiar velocity c = v - L x [length/time]
   std::vector<double> spin;    ///< (N, spins) angular velocity, counter-clockwise [1/time]
 
-  std::vector<Pair> pairs;    ///< Verlet list with contact history; may be empty (it is then built)
+  std::vector<PairOf<D>>
+      pairs;    ///< Verlet list with contact history; may be empty (it is then built)
   Tensor<double, D> list_cell =
       Tensor<double, D>::zero();                 ///< H when the list was built; zero: no list yet
   std::vector<std::uint64_t> list_fractional;    ///< (N, D) s when the list was built, or empty

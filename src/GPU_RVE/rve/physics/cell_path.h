@@ -46,6 +46,9 @@ inline namespace RVE_ISA {
       return (left + along * (right - left)) * start;
     }
 
+    /// Which of the straight lines cell() was on last.
+    RVE_INLINE int present_segment() const { return segment; }
+
     /// H after all substeps.
     RVE_INLINE Matrix end() const { return path.deformation * start; }
 

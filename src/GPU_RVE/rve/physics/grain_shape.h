@@ -1,4 +1,4 @@
-// Grains: disks in the plane.
+// Grains: disks in the plane, spheres in space.
 
 #ifndef RVE_PHYSICS_GRAIN_SHAPE_H
 #define RVE_PHYSICS_GRAIN_SHAPE_H
@@ -24,7 +24,12 @@ inline namespace RVE_ISA {
     static constexpr double inertia = 0.5;
   };
 
-  /// Area of a disk [length^2].
+  template <> struct GrainShape<3> {
+    static constexpr double volume = 4.0 / 3.0 * kPi;
+    static constexpr double inertia = 0.4;
+  };
+
+  /// Area of a disk [length^2], volume of a sphere [length^3].
   template <int D> RVE_INLINE double grain_volume(double radius)
   {
     return times_power<D>(GrainShape<D>::volume, radius);

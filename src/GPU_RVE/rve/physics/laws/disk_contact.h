@@ -5,6 +5,7 @@
 
 #include "rve/physics/contact_geometry.h"
 #include "rve/physics/laws/law.h"
+#include "rve/physics/tangential_force.h"
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -20,7 +21,8 @@ inline namespace RVE_ISA {
     template <bool OwnVelocityArm>
     static RVE_INLINE DiskContact of(const ContactGeometry<Real, 2> &contact,
                                      const DiskMotion<Real> &i, const DiskMotion<Real> &j,
-                                     const Tensor<Real, 2> &velocity_gradient, Real velocity_arm)
+                                     const Tensor<Real, 2> &velocity_gradient, Real velocity_arm,
+                                     Real = Real(0))
     {
       // relative velocity c_j - c_i + L b: equation (20a) without any counting of periods
       const Vec<Real, 2> velocity = (j.velocity - i.velocity) + velocity_gradient * contact.branch;
@@ -39,6 +41,13 @@ inline namespace RVE_ISA {
       moving.tangential_velocity =
           cross(n, velocity) - (velocity_arm_i * i.spin + velocity_arm_j * j.spin);
       return moving;
+    }
+
+    /// What a pair remembers, in the plane of the contact now: a number along t turns with it.
+    template <class History>
+    RVE_INLINE const History &turned(const History &history, const Vec<Real, 2> &, Real) const
+    {
+      return history;
     }
 
     /// The answer of a law with friction.

@@ -52,21 +52,25 @@ inline namespace RVE_ISA {
     Real radius;              ///< [length]
   };
   template <class Real> using DiskMotion = GrainMotion<Real, 2>;
+  template <class Real> using SphereMotion = GrainMotion<Real, 3>;
+
+  /// What lies along a contact: in the plane a number along t = (-n_y, n_x), in space a vector across the normal.
+  template <class T, int D> using Along = Spin<T, D>;
 
   /// What a law answers. A contact with more springs has a struct that begins with this one.
-  template <class Real, class History> struct ContactForce {
-    Vec<Real, 2> force;          ///< on grain i; grain j gets the opposite [force]
-    Real torque_i;               ///< on grain i [force length]
-    Real torque_j;               ///< on grain j [force length]
-    Real normal_force;           ///< repulsion positive [force]
-    Real tangential;             ///< along t = (-n_y, n_x) [force]
-    History spring;              ///< new history [force]
-    History slipped;             ///< see TangentialForce
-    Real tangential_velocity;    ///< [length/time]
-    Real normal_velocity;        ///< [length/time]
-    Truth<History> sliding;
+  template <class Real, class Spring, int D = 2> struct ContactForce {
+    Vec<Real, D> force;                    ///< on grain i; grain j gets the opposite [force]
+    Spin<Real, D> torque_i;                ///< on grain i [force length]
+    Spin<Real, D> torque_j;                ///< on grain j [force length]
+    Real normal_force;                     ///< repulsion positive [force]
+    Along<Real, D> tangential;             ///< on grain i [force]
+    Along<Spring, D> spring;               ///< new history [force]
+    Along<Spring, D> slipped;              ///< see TangentialForce
+    Along<Real, D> tangential_velocity;    ///< [length/time]
+    Real normal_velocity;                  ///< [length/time]
+    Truth<Spring> sliding;
 
-    RVE_INLINE History history() const { return spring; }
+    RVE_INLINE Along<Spring, D> history() const { return spring; }
   };
 
   /// Units of a call in those of the script: one length [length], and forces of it in one [1/force]. Times are those of the script.
@@ -98,6 +102,35 @@ inline namespace RVE_ISA {
     }
   };
 
+  /// What lies along a contact in another number format.
+  template <class To, class T> RVE_INLINE To in_numbers(T x)
+  {
+    return static_cast<To>(x);
+  }
+  template <class To, class T> RVE_INLINE Vec<To, 3> in_numbers(const Vec<T, 3> &x)
+  {
+    return x.template as<To>();
+  }
+
+  /// Magnitude of what lies along a contact, and of a vector its largest component: sums are kept by components.
+  template <class T> RVE_INLINE T magnitude(T x)
+  {
+    return fabs(x);
+  }
+  template <class T> RVE_INLINE T magnitude(const Vec<T, 3> &x)
+  {
+    return larger(larger(fabs(x[0]), fabs(x[1])), fabs(x[2]));
+  }
+
+  RVE_INLINE double product(double x, double y)
+  {
+    return x * y;
+  }
+  RVE_INLINE double product(const Vec<double, 3> &x, const Vec<double, 3> &y)
+  {
+    return dot(x, y);
+  }
+
   /// Energy that contacts turned into heat [internal force length].
   struct Dissipation {
     double friction, viscous;
@@ -109,13 +142,13 @@ inline namespace RVE_ISA {
   RVE_INLINE void dissipate_shear(const Force &force, double stiffness, double viscosity, double dt,
                                   Dissipation &heat)
   {
-    const double velocity = static_cast<double>(force.tangential_velocity);
+    const auto velocity = in_numbers<double>(force.tangential_velocity);
     if (stiffness > 0.0) {
       heat.friction +=
-          static_cast<double>(force.spring) * static_cast<double>(force.slipped) / stiffness;
-      heat.viscous += viscosity * velocity * velocity * dt;
+          product(in_numbers<double>(force.spring), in_numbers<double>(force.slipped)) / stiffness;
+      heat.viscous += product(viscosity * velocity, velocity) * dt;
     } else {
-      heat.friction += static_cast<double>(force.tangential) * velocity * dt;
+      heat.friction += product(in_numbers<double>(force.tangential), velocity) * dt;
     }
   }
 

@@ -3,7 +3,7 @@
 #ifndef RVE_PHYSICS_LAWS_LINEAR_FRICTION_H
 #define RVE_PHYSICS_LAWS_LINEAR_FRICTION_H
 
-#include "rve/physics/laws/disk_contact.h"
+#include "rve/physics/laws/grain_contact.h"
 #include "rve/physics/laws/rolling_friction.h"
 #include "rve/physics/material.h"
 #include "rve/physics/normal_force.h"
@@ -35,17 +35,19 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// Linear springs and Coulomb friction, for disks, in a number format.
+  /// Linear springs and Coulomb friction, for disks or spheres, in a number format.
   ///
   /// Damped: with dashpots, and with an arm of its own for the surface velocity (DiskContact).
   /// Frictional: compiled in only for scenes that have friction. Without, the law is that with a coefficient of zero.
-  template <class NumberFormat, bool Damped, bool Frictional = true> struct LinearFrictionLaw {
+  template <class NumberFormat, bool Damped, bool Frictional = true, int Dimension = 2>
+  struct LinearFrictionLaw {
     using Numbers = NumberFormat;
+    static constexpr int D = Dimension;
     using Real = typename Numbers::Real;
-    using History = typename Numbers::Spring;    ///< tangential force
-    using Force = ContactForce<Real, History>;
+    using Spring = typename Numbers::Spring;
+    using History = Along<Spring, D>;    ///< tangential force
+    using Force = ContactForce<Real, Spring, D>;
     using Constants = LinearConstants<Numbers>;
-    static constexpr int D = 2;
     static constexpr ContactLaw contact_law = ContactLaw::Linear;
     static constexpr bool has_friction = Frictional;
     static constexpr bool has_rolling = false;
@@ -54,27 +56,38 @@ inline namespace RVE_ISA {
     static constexpr bool bounds_tangential_forces = true;
 
     /// The same law in other numbers.
-    template <class OtherNumbers> using In = LinearFrictionLaw<OtherNumbers, Damped, Frictional>;
+    template <class OtherNumbers> using In = LinearFrictionLaw<OtherNumbers, Damped, Frictional, D>;
 
-    /// The history of a pair as its other grain sees it: the force turns round, and so does t.
-    static RVE_INLINE History seen_from_partner(const History &history) { return history; }
+    /// The history of a pair as its other grain sees it: the force turns round, and in the plane so does t.
+    static RVE_INLINE History seen_from_partner(const History &history)
+    {
+      if constexpr (D == 2)
+        return history;
+      else
+        return Spring(-1) * history;
+    }
+    /// What a pair of an RVE remembers that is turned as a whole: in space.
+    static RVE_INLINE History turned(const History &history, const Tensor3 &rotation)
+    {
+      return in_numbers<Spring>(rotation * in_numbers<double>(history));
+    }
     /// The tangential force on the first grain that a pair remembers [force].
     static RVE_INLINE History tangential_force(const History &history) { return history; }
     static RVE_INLINE History in_units(const History &history, double force, double)
     {
-      return static_cast<History>(force) * history;
+      return static_cast<Spring>(force) * history;
     }
     template <class Pair> static History of_pair(const Pair &pair)
     {
-      return static_cast<History>(pair.tangential_force);
+      return in_numbers<Spring>(pair.tangential_force);
     }
     template <class Pair> static void to_pair(const History &history, Pair &pair)
     {
-      pair.tangential_force = static_cast<double>(history);
+      pair.tangential_force = in_numbers<double>(history);
     }
 
     LinearNormal<Real> normal;
-    LinearTangential<Real, History, Damped> tangential;
+    TangentialSpring<Real, Spring, Damped, D> tangential;
     VelocityDamping<Real> normal_damping;    ///< Damped
     Real velocity_arm;
 
@@ -82,7 +95,7 @@ inline namespace RVE_ISA {
     template <class SomeConstants> RVE_INLINE void take(const SomeConstants &constants)
     {
       normal.stiffness = Real(constants.normal_stiffness);
-      tangential.stiffness = History(constants.tangential_stiffness);
+      tangential.stiffness = Spring(constants.tangential_stiffness);
       tangential.friction = Real(constants.friction);
       if constexpr (Damped) {
         normal_damping.viscosity = Real(constants.normal_viscosity);
@@ -121,12 +134,14 @@ inline namespace RVE_ISA {
       return parameters.normal_viscosity != 0.0;
     }
 
-    RVE_INLINE Force evaluate(const ContactGeometry<Real, 2> &contact, const DiskMotion<Real> &i,
-                              const DiskMotion<Real> &j, const Tensor<Real, 2> &velocity_gradient,
-                              History spring, Real dt) const
+    RVE_INLINE Force evaluate(const ContactGeometry<Real, D> &contact,
+                              const GrainMotion<Real, D> &i, const GrainMotion<Real, D> &j,
+                              const Tensor<Real, D> &velocity_gradient, const History &held,
+                              Real dt) const
     {
-      const auto moving =
-          DiskContact<Real>::template of<Damped>(contact, i, j, velocity_gradient, velocity_arm);
+      const auto moving = GrainContact<Real, D>::template of<Damped>(
+          contact, i, j, velocity_gradient, velocity_arm, dt);
+      const History spring = moving.turned(held, contact.normal, dt);
       Real normal_force = normal.force(contact.overlap);
       if constexpr (Damped)
         normal_force = normal_force + normal_damping.force(moving.normal_velocity);
@@ -140,16 +155,16 @@ inline namespace RVE_ISA {
         result.tangential_velocity = moving.tangential_velocity;
         result.normal_force = normal_force;
         result.force = -normal_force * contact.normal;
-        result.tangential = result.torque_i = result.torque_j = Real(0);
-        result.spring = result.slipped = History(0);
-        result.sliding = History(0) >= History(0);    // at its limit of zero
+        result.tangential = result.torque_i = result.torque_j = Along<Real, D>();
+        result.spring = result.slipped = History();
+        result.sliding = Spring(0) >= Spring(0);    // at its limit of zero
       }
       return result;
     }
 
     static RVE_INLINE Real largest(const Force &force, Real so_far)
     {
-      return larger(so_far, std::fabs(force.tangential));
+      return larger(so_far, magnitude(force.tangential));
     }
 
     RVE_INLINE void dissipate(const Force &force, Real time_step, Dissipation &heat) const
@@ -165,7 +180,7 @@ inline namespace RVE_ISA {
                         heat);
     }
 
-    RVE_INLINE double elastic_energy(const ContactGeometry<Real, 2> &contact,
+    RVE_INLINE double elastic_energy(const ContactGeometry<Real, D> &contact,
                                      const Force &force) const
     {
       return static_cast<double>(normal.elastic_energy(contact.overlap)) +
@@ -181,6 +196,7 @@ inline namespace RVE_ISA {
   template <class Numbers> using NormalSprings = LinearFrictionLaw<Numbers, false, false>;
   template <class Numbers> using FrictionalSprings = LinearFrictionLaw<Numbers, false>;
   template <class Numbers> using DampedSprings = LinearFrictionLaw<Numbers, true>;
+  template <class Numbers> using SphereSprings = LinearFrictionLaw<Numbers, true, true, 3>;
   template <class Numbers> using RollingSprings = WithRolling<DampedSprings<Numbers>>;
 
 }    // namespace RVE_ISA

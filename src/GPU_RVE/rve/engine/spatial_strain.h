@@ -1,0 +1,33 @@
+// Rotation and stretch of a deformation increment in space, and what a constant velocity gradient makes of a cell; on the host. Beside
+// finite_strain.h, which has those of the plane.
+
+#ifndef RVE_ENGINE_SPATIAL_STRAIN_H
+#define RVE_ENGINE_SPATIAL_STRAIN_H
+
+#include "rve/core/tensor.h"
+
+namespace rve {
+
+/// The rotation about the direction of `turn` by its length [rad], right-handed: Rodrigues' formula.
+Tensor3 spatial_rotation(const Vec<double, 3> &turn);
+
+/// Direction and angle of a rotation, as one vector: the angle is its length, in [0, pi] [rad]. At pi its sign is anybody's.
+Vec<double, 3> rotation_vector(const Tensor3 &rotation);
+
+/// F = R U, det F > 0. By Newton's iteration R <- (R + R^-T)/2 (Higham 1986, "Computing the polar decomposition, with applications", SIAM
+/// J. Sci. Stat. Comput. 7), which doubles its digits in each step.
+struct SpatialPolarDecomposition {
+  Tensor3 rotation;       ///< R
+  Vec<double, 3> turn;    ///< of R: rotation_vector [rad]
+  Tensor3 strain;         ///< Biot's U - 1, symmetric [-]
+
+  explicit SpatialPolarDecomposition(const Tensor3 &f);
+};
+
+/// exp(A), the deformation that a velocity gradient A/t makes in t: by its series of A/2^n, squared n times. What A leaves apart stays
+/// apart: zeros of a drive along one axis are zeros of the increment, to the bit.
+Tensor3 exponential(const Tensor3 &a);
+
+}    // namespace rve
+
+#endif

@@ -1,0 +1,356 @@
+// RVEs of spheres through the whole engine.
+
+#include "engine/test_states.h"
+#include "rve/core/pi.h"
+#include "rve/engine/engine.h"
+#include "rve/engine/spatial_strain.h"
+#include "support/random.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+using namespace rve;
+using namespace rve_test;
+
+namespace {
+
+using Vector = Vec<double, 3>;
+using Spheres = RveStateOf<3>;
+
+constexpr Format FORMATS[] = {Format::Double, Format::Mixed, Format::Fast};
+
+Options options_for(Format format)
+{
+  Options options;
+  options.contacts.dimension = 3;
+  options.format = format;
+  options.device = Device::Cpu;
+  options.threads = 1;
+  return options;
+}
+
+Material spheres_material()
+{
+  Material material = paper_material();
+  material.thickness = 1.0;
+  return material;
+}
+
+Spheres spheres(const Material &material, const Tensor3 &cell, const std::vector<double> &radius,
+                const std::vector<double> &xyz)
+{
+  Spheres state;
+  state.material = material;
+  state.cell = cell;
+  state.radius = radius;
+  state.velocity.assign(3 * radius.size(), 0.0);
+  state.spin.assign(3 * radius.size(), 0.0);
+  state.set_positions(xyz);
+  return state;
+}
+
+/// One RVE of spheres in an engine of its own.
+class Rig {
+ public:
+  explicit Rig(const Spheres &state, const Options &options = options_for(Format::Double)) :
+      engine(make_engine<3>(options)), number(engine->add(state))
+  {
+  }
+  ResultOf<3> advance(const DriveOf<3> &drive)
+  {
+    std::vector<ResultOf<3>> results;
+    engine->advance({number}, {drive}, results);
+    EXPECT_EQ(results[0].status & status::Fatal, 0u) << describe_status(results[0].status);
+    return results[0];
+  }
+  ResultOf<3> strain(const Tensor3 &gradient, double dt, int substeps)
+  {
+    return advance(DriveOf<3>::constant_velocity_gradient(gradient, dt, substeps));
+  }
+  Spheres state() const { return engine->state(number); }
+
+ private:
+  std::unique_ptr<EngineOf<3>> engine;
+  int number;
+};
+
+double mass_of(const Material &material, double radius)
+{
+  return material.density * material.mass_depth * 4.0 / 3.0 * kPi * radius * radius * radius;
+}
+
+/// Face-centred cubic array of m^3 cubes of four spheres of radius r that touch with this overlap.
+Spheres face_centred_cubic(const Material &material, int m, double r, double overlap)
+{
+  const double edge = std::sqrt(2.0) * (2.0 * r - overlap);
+  std::vector<double> x;
+  const double corner[4][3] = {{0, 0, 0}, {0.5, 0.5, 0}, {0.5, 0, 0.5}, {0, 0.5, 0.5}};
+  for (int i = 0; i < m; ++i)
+    for (int j = 0; j < m; ++j)
+      for (int k = 0; k < m; ++k)
+        for (const auto &c : corner)
+          x.insert(x.end(),
+                   {edge * (i + c[0] + 0.25), edge * (j + c[1] + 0.25), edge * (k + c[2] + 0.25)});
+  return spheres(material, (m * edge) * Tensor3::identity(), std::vector<double>(x.size() / 3, r),
+                 x);
+}
+
+}    // namespace
+
+TEST(SphereCollision, GrossSlidingTransfersTheCoulombImpulse)
+{
+  // slides throughout: v_t > 7/2 mu (1 + e) v_n
+  const double r = 0.005, v_n = 0.05, v_t = 0.02, mu = 0.02;
+  Material material = spheres_material();
+  material.local_damping = 0.0;
+  material.friction = mu;
+  material.tangential_stiffness = 100.0 * material.normal_stiffness;    // reaches the limit at once
+  Spheres state = spheres(material, 0.1 * Tensor3::identity(), {r, r},
+                          {0.05 - r, 0.05, 0.05, 0.05 + r, 0.05, 0.05});
+  // sliding along a direction across the normal that is no axis
+  state.velocity = {0.5 * v_n,  0.5 * 0.6 * v_t,  0.5 * 0.8 * v_t,
+                    -0.5 * v_n, -0.5 * 0.6 * v_t, -0.5 * 0.8 * v_t};
+  const double m = mass_of(material, r);
+  const double duration = kPi / std::sqrt(material.normal_stiffness / (0.5 * m));
+
+  for (const Format format : FORMATS) {
+    Rig rig(state, options_for(format));
+    rig.strain(Tensor3::zero(), duration / 4000.0, 6000);
+    const Spheres after = rig.state();
+
+    const double impulse = 0.5 * m * 2.0 * v_n * mu;    // mu m* (1 + e) v_n with e = 1
+    const double error = format == Format::Fast ? 2e-3
+                                                : 1e-3;    // of a step at either end of the contact
+    EXPECT_NEAR(after.velocity[0], -0.5 * v_n, error * v_n) << to_string(format);
+    EXPECT_NEAR(after.velocity[1], 0.6 * (0.5 * v_t - impulse / m), error * v_t);
+    EXPECT_NEAR(after.velocity[2], 0.8 * (0.5 * v_t - impulse / m), error * v_t);
+    // both turn alike, about n x t: w = r J / (2/5 m r^2)
+    const double turn = 2.5 * impulse / (m * r);
+    for (int grain = 0; grain < 2; ++grain) {
+      EXPECT_NEAR(after.spin[3 * grain], 0.0, error * turn);
+      EXPECT_NEAR(after.spin[3 * grain + 1], 0.8 * turn, error * v_t / r);
+      EXPECT_NEAR(after.spin[3 * grain + 2], -0.6 * turn, error * v_t / r);
+    }
+    // and momentum is conserved to the last bit
+    for (int a = 0; a < 3; ++a)
+      EXPECT_EQ(after.velocity[a], -after.velocity[3 + a]) << to_string(format);
+  }
+}
+
+TEST(FaceCentredCubic, HasThePressureOfItsContacts)
+{
+  const double r = 0.005, overlap = 1e-3 * r;
+  const Material material = spheres_material();
+  const Spheres state = face_centred_cubic(material, 4, r, overlap);
+  const double force = material.normal_stiffness * overlap, distance = 2.0 * r - overlap;
+  const double pressure = 2.0 * std::sqrt(2.0) * force / (distance * distance);
+
+  for (const Format format : FORMATS) {
+    const ResultOf<3> result = Rig(state, options_for(format)).advance(DriveOf<3>());
+
+    EXPECT_EQ(result.num_contacts, 6 * state.num_grains());
+    // fast has the gap as R - d in fp32, 2^-24 of a diameter, which is 2000 overlaps; mixed has forces in fp32
+    const double error = format == Format::Fast ? 2e-4 : format == Format::Mixed ? 1e-6 : 1e-9;
+    EXPECT_NEAR(result.mean_stress() / pressure, 1.0, error) << to_string(format);
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b) {
+        EXPECT_NEAR(result.stress(a, b), a == b ? -pressure : 0.0, error * pressure);
+        EXPECT_NEAR(result.fabric(a, b), a == b ? 1.0 / 3.0 : 0.0, 1e-6);
+      }
+    EXPECT_NEAR(result.void_ratio,
+                6.0 / (kPi * std::sqrt(2.0)) * std::pow(distance / (2 * r), 3) - 1.0, 1e-6);
+  }
+}
+
+TEST(FaceCentredCubic, HasTheElasticConstantsOfItsLattice)
+{
+  const double r = 0.005, overlap = 1e-9 * r;    // no stress to speak of
+  Material material = spheres_material();
+  material.tangential_stiffness = 0.3 * material.normal_stiffness;
+  const Spheres state = face_centred_cubic(material, 4, r, overlap);
+  const double kn = material.normal_stiffness, kt = material.tangential_stiffness,
+               distance = 2.0 * r - overlap;
+  const auto engine = make_engine<3>(options_for(Format::Double));
+  const int number = engine->add(state);
+  std::vector<ElasticResultOf<3>> results;
+  engine->advance({number}, {DriveOf<3>()}, results);
+  const auto &c = results[0].stiffness.component;
+
+  const double root = std::sqrt(2.0);
+  const double c11 = root / distance * (kn + kt), c12 = root / (2 * distance) * (kn - kt),
+               c44 = root / (2 * distance) * (kn + kt);
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b) EXPECT_NEAR(c[4 * a][b], a == b ? c11 : c12, 1e-8 * c11);
+  // d sigma_xy / d eps_xy, with both components of the strain: 2 C44 of half of them each
+  EXPECT_NEAR(c[1][3], 2.0 * c44, 1e-8 * c11);
+  EXPECT_NEAR(c[2][4], 2.0 * c44, 1e-8 * c11);
+  EXPECT_NEAR(c[5][5], 2.0 * c44, 1e-8 * c11);
+  EXPECT_NEAR(c[1][0], 0.0, 1e-8 * c11);
+}
+
+namespace {
+
+/// A jittered cubic array that touches here and there, in motion.
+Spheres disordered(int m, unsigned seed)
+{
+  Random random(seed);
+  const double r = 0.005, spacing = 1.9 * r;
+  Material material = spheres_material();
+  material.local_damping = 0.0;
+  std::vector<double> x, radius;
+  for (int i = 0; i < m; ++i)
+    for (int j = 0; j < m; ++j)
+      for (int k = 0; k < m; ++k) {
+        for (const int number : {i, j, k})
+          x.push_back(spacing * (number + 0.5) + random.uniform(-0.05, 0.05) * r);
+        radius.push_back(random.uniform(0.85, 1.0) * r);
+      }
+  Spheres state = spheres(material, (m * spacing) * Tensor3::identity(), radius, x);
+  for (double &v : state.velocity) v = random.uniform(-0.05, 0.05);
+  for (double &w : state.spin) w = random.uniform(-5.0, 5.0);
+  return state;
+}
+
+constexpr double DT = 2e-6;
+
+Tensor3 shear()
+{
+  return Tensor3{{-2.0, 3.0, 1.0, 0.0, 1.0, -2.0, 0.0, 0.0, 0.5}};
+}
+
+}    // namespace
+
+TEST(Spheres, ConserveMomentumWhateverTheyDo)
+{
+  for (const Format format : FORMATS) {
+    const Spheres before = disordered(6, 1);
+    Rig rig(before, options_for(format));
+    for (int call = 0; call < 5; ++call) rig.strain(shear(), DT, 200);
+    const Spheres after = rig.state();
+
+    double largest = 0.0;
+    Vector total = Vector::zero();
+    for (int i = 0; i < after.num_grains(); ++i) {
+      const double m = mass_of(after.material, after.radius[i]);
+      for (int a = 0; a < 3; ++a) {
+        total[a] += m * (after.velocity[3 * i + a] - before.velocity[3 * i + a]);
+        largest = std::fmax(largest, std::fabs(m * after.velocity[3 * i + a]));
+      }
+    }
+    // velocities are rounded at each step
+    const double error = (format == Format::Double ? 1e-13 : 2e-4) * largest;
+    for (int a = 0; a < 3; ++a) EXPECT_NEAR(total[a], 0.0, error) << to_string(format);
+  }
+}
+
+TEST(Spheres, BalanceTheirEnergy)
+{
+  Options options = options_for(Format::Double);
+  options.track_energy = true;
+  Spheres state = disordered(6, 2);
+  state.material.local_damping = 0.2;
+  state.material.normal_viscosity = 2.0;
+  state.material.tangential_viscosity = 1.0;
+  Rig rig(state, options);
+  const ResultOf<3> first = rig.advance(DriveOf<3>());
+  ResultOf<3> last;
+  for (int call = 0; call < 5; ++call) last = rig.strain(shear(), DT, 200);
+
+  const double gained =
+      last.kinetic_energy + last.elastic_energy - first.kinetic_energy - first.elastic_energy;
+  const double lost = last.energy.friction + last.energy.local_damping + last.energy.viscous;
+  EXPECT_GT(last.energy.friction, 0.0);
+  EXPECT_GT(last.energy.viscous, 0.0);
+  EXPECT_NEAR(last.energy.work, gained + lost, 0.01 * (std::fabs(last.energy.work) + lost));
+}
+
+TEST(Spheres, DoNotKnowHowTheRveIsTurned)
+{
+  // the same deformation of the same packing, seen from a frame that is turned
+  const Tensor3 turn = spatial_rotation({{0.7, -0.4, 1.1}});
+  const Spheres plain = disordered(6, 3);
+  Spheres turned = plain;
+  turned.cell = turn * plain.cell;
+  for (int i = 0; i < plain.num_grains(); ++i) {
+    const Vector c{{plain.velocity[3 * i], plain.velocity[3 * i + 1], plain.velocity[3 * i + 2]}},
+        w{{plain.spin[3 * i], plain.spin[3 * i + 1], plain.spin[3 * i + 2]}};
+    const Vector tc = turn * c, tw = turn * w;
+    for (int a = 0; a < 3; ++a) {
+      turned.velocity[3 * i + a] = tc[a];
+      turned.spin[3 * i + a] = tw[a];
+    }
+  }
+  Rig here(plain), there(turned);
+  ResultOf<3> one, other;
+  for (int call = 0; call < 3; ++call) {
+    one = here.strain(shear(), DT, 100);
+    other = there.strain(turn * shear() * transpose(turn), DT, 100);
+  }
+
+  const Tensor3 expected = turn * one.stress * transpose(turn);
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b)
+      EXPECT_NEAR(other.stress(a, b), expected(a, b), 1e-9 * one.mean_stress());
+}
+
+TEST(Spheres, KeepTheirStressThroughARigidRotationAboutAnyAxis)
+{
+  // a lattice under pressure and shear, at rest: tangential forces turn with the contacts, also about their normals
+  Spheres state = face_centred_cubic(spheres_material(), 3, 0.005, 2e-6);
+  state.material.local_damping = 0.5;
+  Rig prepared(state);
+  const Tensor3 shearing{{0.0, 1.0, 0.4, 0.0, 0.0, -0.7, 0.0, 0.0, 0.0}};
+  prepared.strain(shearing, DT, 50);    // a strain of 1e-4, half of what lets contacts slide
+  prepared.strain(Tensor3::zero(), DT, 20000);
+  Spheres still = prepared.state();
+  const Vector axis{{0.48, 0.6, 0.64}};
+  const int steps = 20000;
+  const double rate = 0.5 * kPi / (steps * DT);
+  for (int i = 0; i < still.num_grains(); ++i)
+    for (int a = 0; a < 3; ++a) {
+      still.velocity[3 * i + a] = 0.0;
+      still.spin[3 * i + a] = rate * axis[a];
+    }
+  const Tensor3 spin{{0.0, -rate * axis[2], rate * axis[1], rate * axis[2], 0.0, -rate * axis[0],
+                      -rate * axis[1], rate * axis[0], 0.0}};
+  Rig rig(still);
+  const ResultOf<3> before = rig.advance(DriveOf<3>());
+  const ResultOf<3> after = rig.strain(spin, DT, steps);
+
+  const Tensor3 turn = spatial_rotation((0.5 * kPi) * axis);
+  const Tensor3 expected = turn * before.stress * transpose(turn);
+  EXPECT_GT(std::fabs(before.stress(0, 1)), 0.1 * before.mean_stress());
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b)
+      EXPECT_NEAR(after.stress(a, b), expected(a, b), 1e-4 * before.mean_stress());
+}
+
+TEST(Spheres, HaveTheSameStateAfterARecord)
+{
+  Rig rig(disordered(6, 5));
+  rig.strain(shear(), DT, 300);
+  const Spheres state = rig.state();
+  const std::vector<char> record = serialize(state);
+  const Spheres again = deserialize<3>(record.data(), record.size());
+  Rig one(state), other(again);
+  one.strain(shear(), DT, 300);
+  other.strain(shear(), DT, 300);
+
+  EXPECT_EQ(serialize(one.state()), serialize(other.state()));
+  EXPECT_THROW(deserialize<2>(record.data(), record.size()), std::exception);
+}
+
+TEST(Spheres, ContinueThroughLatticeReductions)
+{
+  Rig rig(disordered(6, 6));
+  ResultOf<3> last;
+  // a shear strain of 2.4
+  for (int call = 0; call < 40; ++call)
+    last = rig.strain(Tensor3{{0.0, 60.0, 60.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}}, DT, 500);
+
+  EXPECT_GT(last.counters.lattice_reductions, 2);
+  EXPECT_GT(last.counters.rebuilds, 5);
+}

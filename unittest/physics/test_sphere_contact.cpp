@@ -1,0 +1,366 @@
+// Kinematics of a contact of two spheres, and the tangential force that it remembers.
+
+#include "rve/core/numbers.h"
+#include "rve/physics/laws/linear_friction.h"
+#include "support/random.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+using namespace rve;
+using rve_test::Random;
+
+namespace {
+
+using Vector = Vec<double, 3>;
+
+constexpr double PI = 3.14159265358979323846;
+
+template <class Real> Vec<Real, 3> random_vector(Random &random, double size)
+{
+  Vec<Real, 3> v;
+  for (int a = 0; a < 3; ++a) v[a] = static_cast<Real>(random.uniform(-size, size));
+  return v;
+}
+
+double length(const Vector &v)
+{
+  return std::sqrt(dot(v, v));
+}
+
+Vector unit(const Vector &v)
+{
+  return (1.0 / length(v)) * v;
+}
+
+/// By Rodrigues' formula.
+Vector rotated(const Vector &v, const Vector &axis, double angle)
+{
+  return std::cos(angle) * v + std::sin(angle) * cross(axis, v) +
+      ((1.0 - std::cos(angle)) * dot(axis, v)) * axis;
+}
+
+/// Any vector in the plane across n.
+Vector across(const Vector &n, const Vector &v)
+{
+  return v - dot(v, n) * n;
+}
+
+template <class T> bool opposite_bits(const T &x, const T &y)
+{
+  for (int a = 0; a < 3; ++a)
+    if (!(x[a] == -y[a])) return false;
+  return true;
+}
+
+template <class T> bool same_bits(const T &x, const T &y)
+{
+  return std::memcmp(&x, &y, sizeof(T)) == 0;
+}
+
+/// Step k of a rotation of a contact about `axis` by so much each step, with velocities of the middle of the step.
+Vector turned(const Vector &force, const Vector &normal, const Vector &axis, double angle, int k)
+{
+  const Vector now = rotated(normal, axis, angle * k),
+               middle = rotated(normal, axis, angle * (k - 0.5));
+  const ContactTurn<double> turn{across(now, angle * cross(axis, middle)), angle * dot(axis, now)};
+  return turned_with_contact(force, now, turn, true);
+}
+
+/// The largest error of a force that a rigid rotation about `axis` by `angle` in so many steps turns with a contact.
+double error_of_turn(const Vector &axis, const Vector &normal, const Vector &force, double angle,
+                     int steps)
+{
+  const double dt = 1.0 / steps;
+  Vector h = force;
+  for (int k = 1; k <= steps; ++k) h = turned(h, normal, axis, angle * dt, k);
+  return length(h - rotated(force, axis, angle)) / length(force);
+}
+
+struct Pair {
+  SphereMotion<double> i, j;
+  ContactGeometry<double, 3> contact;
+};
+
+Pair random_pair(Random &random)
+{
+  Pair pair;
+  pair.i = {random_vector<double>(random, 1.0), random_vector<double>(random, 1.0),
+            random.uniform(0.5, 1.0)};
+  pair.j = {random_vector<double>(random, 1.0), random_vector<double>(random, 1.0),
+            random.uniform(0.5, 1.0)};
+  const double sum = pair.i.radius + pair.j.radius;
+  pair.contact = contact_geometry<double>(
+      (random.uniform(0.97, 0.999) * sum) * unit(random_vector<double>(random, 1.0)), sum);
+  return pair;
+}
+
+Pair seen_from_partner(const Pair &pair)
+{
+  return {pair.j, pair.i,
+          contact_geometry<double>(-1.0 * pair.contact.branch, pair.i.radius + pair.j.radius)};
+}
+
+}    // namespace
+
+TEST(TurnedForce, FollowsARigidRotationAboutAnyAxis)
+{
+  Random random(1);
+  for (int sample = 0; sample < 20; ++sample) {
+    const Vector axis = unit(random_vector<double>(random, 1.0)),
+                 normal = unit(random_vector<double>(random, 1.0));
+    const Vector force = across(normal, random_vector<double>(random, 1.0));
+
+    const double coarse = error_of_turn(axis, normal, force, 2.0 * PI, 2000),
+                 fine = error_of_turn(axis, normal, force, 2.0 * PI, 4000);
+
+    // a whole turn; the angle of a step is 3.1e-3, and about its square, 1e-5, is left
+    EXPECT_LT(coarse, 2e-5);
+    EXPECT_LT(fine, 0.3 * coarse + 1e-12);
+  }
+}
+
+TEST(TurnedForce, TurnsAboutTheNormalToo)
+{
+  // what a projection alone leaves out: the contact does not move, and the force goes round with the spin of both grains
+  const Vector normal{{0.0, 0.0, 1.0}}, force{{1.0, 0.0, 0.0}};
+
+  EXPECT_LT(error_of_turn(normal, normal, force, 0.5 * PI, 1000), 2e-6);
+}
+
+TEST(TurnedForce, KeepsItsLength)
+{
+  Random random(2);
+  for (int sample = 0; sample < 20; ++sample) {
+    const Vector axis = unit(random_vector<double>(random, 1.0)),
+                 normal = unit(random_vector<double>(random, 1.0));
+    Vector h = across(normal, random_vector<double>(random, 1.0));
+    const double before = length(h);
+    const int steps = 10000;
+    for (int k = 1; k <= steps; ++k) h = turned(h, normal, axis, 1e-3, k);
+
+    // the third power of an angle of 1e-3 in each step, by tilt and twist together
+    EXPECT_NEAR(length(h) / before, 1.0, steps * 1e-9);
+  }
+}
+
+TEST(TurnedForce, StaysToTheBitWithoutTime)
+{
+  Random random(3);
+  for (int sample = 0; sample < 50; ++sample) {
+    const auto h = random_vector<float>(random, 1.0);
+    const auto normal = unit(random_vector<double>(random, 1.0)).as<float>();
+
+    const ContactTurn<float> none{Vec<float, 3>::zero(), 0.0f};
+    EXPECT_TRUE(same_bits(h, turned_with_contact(h, normal, none, false)));
+  }
+}
+
+TEST(TurnedForce, OfNothingIsNothing)
+{
+  const Vec<float, 3> zero = Vec<float, 3>::zero(), normal{{0.6f, 0.0f, 0.8f}};
+  const ContactTurn<float> turn{{{0.08f, 0.1f, -0.06f}}, 0.2f};
+  const auto turned = turned_with_contact(zero, normal, turn, true);
+
+  for (int a = 0; a < 3; ++a) EXPECT_EQ(turned[a], 0.0f);
+}
+
+TEST(TurnedForce, HasTheSameBitsForBothGrains)
+{
+  Random random(4);
+  for (int sample = 0; sample < 200; ++sample) {
+    const auto h = random_vector<float>(random, 1.0), tilt = random_vector<float>(random, 0.1);
+    const auto normal = unit(random_vector<double>(random, 1.0)).as<float>();
+    const float twist = static_cast<float>(random.uniform(-0.1, 0.1));
+
+    EXPECT_TRUE(opposite_bits(
+        turned_with_contact(h, normal, {tilt, twist}, true),
+        turned_with_contact(-1.0f * h, -1.0f * normal, {-1.0f * tilt, -twist}, true)));
+  }
+}
+
+TEST(SphereContact, SeesNoSlipInARigidRotation)
+{
+  Random random(5);
+  for (int sample = 0; sample < 100; ++sample) {
+    Pair pair = random_pair(random);
+    const Vector w = random_vector<double>(random, 1.0);
+    // grains and the mean field turn alike: no peculiar velocity
+    const Tensor<double, 3> turning{{0.0, -w[2], w[1], w[2], 0.0, -w[0], -w[1], w[0], 0.0}};
+    pair.i.velocity = pair.j.velocity = Vector::zero();
+    pair.i.spin = pair.j.spin = w;
+
+    const auto moving =
+        SphereContact<double>::of<false>(pair.contact, pair.i, pair.j, turning, 0.5, 0.0);
+
+    EXPECT_LT(length(moving.tangential_velocity), 1e-15);
+    EXPECT_NEAR(moving.normal_velocity, 0.0, 1e-15);
+    EXPECT_LT(length(moving.normal_rate - cross(w, pair.contact.normal)), 1e-15);
+    EXPECT_NEAR(moving.twist_rate, dot(w, pair.contact.normal), 1e-15);
+
+    // LAMMPS' arms of whole radii see some
+    const auto lammps =
+        SphereContact<double>::of<true>(pair.contact, pair.i, pair.j, turning, 0.0, 0.0);
+    const double sideways = length(cross(w, pair.contact.normal));
+    EXPECT_NEAR(length(lammps.tangential_velocity), pair.contact.overlap * sideways, 1e-14);
+  }
+}
+
+TEST(SphereContact, VelocityIsThatOfTheTwoSurfaces)
+{
+  Random random(6);
+  for (int sample = 0; sample < 100; ++sample) {
+    const Pair pair = random_pair(random);
+    const Tensor<double, 3> still = Tensor<double, 3>::zero();
+    const auto moving =
+        SphereContact<double>::of<false>(pair.contact, pair.i, pair.j, still, 0.5, 0.0);
+
+    // c + w x (from the centre to the contact point)
+    const Vector &n = pair.contact.normal;
+    const Vector surface_i = pair.i.velocity + cross(pair.i.spin, moving.arm_i * n),
+                 surface_j = pair.j.velocity + cross(pair.j.spin, -moving.arm_j * n);
+    const Vector relative = surface_j - surface_i;
+    EXPECT_NEAR(moving.normal_velocity, dot(relative, n), 1e-14);
+    EXPECT_LT(length(moving.tangential_velocity - across(n, relative)), 1e-14);
+  }
+}
+
+TEST(SphereContact, HasTheSameBitsForBothGrains)
+{
+  Random random(7);
+  for (int sample = 0; sample < 100; ++sample) {
+    const Pair pair = random_pair(random), other = seen_from_partner(pair);
+    Tensor<double, 3> gradient;
+    for (double &x : gradient.component) x = random.uniform(-1.0, 1.0);
+
+    const auto one = SphereContact<double>::of<true>(pair.contact, pair.i, pair.j, gradient, 0.3,
+                                                     0.0),
+               two = SphereContact<double>::of<true>(other.contact, other.i, other.j, gradient, 0.3,
+                                                     0.0);
+
+    EXPECT_EQ(one.normal_velocity, two.normal_velocity);
+    EXPECT_TRUE(opposite_bits(one.tangential_velocity, two.tangential_velocity));
+    EXPECT_TRUE(opposite_bits(one.normal_rate, two.normal_rate));
+    EXPECT_EQ(one.twist_rate, -two.twist_rate);
+    EXPECT_EQ(one.arm_i, two.arm_j);
+  }
+}
+
+namespace {
+
+constexpr double STIFFNESS = 1e6, FRICTION = 0.5, NORMAL_FORCE = 20.0, DT = 1e-4;
+constexpr double LIMIT = FRICTION * NORMAL_FORCE;
+
+template <class Numbers> class VectorSpringOf : public ::testing::Test {
+ public:
+  using Real = typename Numbers::Real;
+  using Spring = typename Numbers::Spring;
+  VectorSpring<Real, Spring, false> spring{Spring(STIFFNESS), Real(FRICTION), Real(0)};
+  VectorSpring<Real, Spring, true> damped{Spring(STIFFNESS), Real(FRICTION), Real(50.0)};
+};
+using Formats = ::testing::Types<FastNumbers, MixedNumbers, DoubleNumbers>;
+TYPED_TEST_SUITE(VectorSpringOf, Formats);
+
+/// Velocity that moves the spring by a share of the limit in one step, along x.
+template <class Real> Vec<Real, 3> along_x(double share)
+{
+  return {{static_cast<Real>(share * LIMIT / (STIFFNESS * DT)), Real(0), Real(0)}};
+}
+
+}    // namespace
+
+TYPED_TEST(VectorSpringOf, IsTheSpringOfDisksAlongALine)
+{
+  using Real = typename TypeParam::Real;
+  using Spring = typename TypeParam::Spring;
+  const LinearTangential<Real, Spring, false> plane{Spring(STIFFNESS), Real(FRICTION), Real(0)};
+  Vec<Spring, 3> h = Vec<Spring, 3>::zero();
+  Spring g = 0;
+  for (const double share : {0.3, 0.5, -0.7, -0.4, 0.1, 0.2}) {
+    const auto velocity = along_x<Real>(share);
+    const auto vector = this->spring.advance(h, velocity, Real(NORMAL_FORCE), Real(DT));
+    const auto number = plane.advance(g, velocity[0], Real(NORMAL_FORCE), Real(DT));
+
+    EXPECT_EQ(vector.force[0], number.force);
+    EXPECT_EQ(vector.force[1], Real(0));
+    h = vector.spring;
+    g = number.spring;
+  }
+}
+
+TYPED_TEST(VectorSpringOf, SlidesAlongItsDirectionAtTheLimit)
+{
+  using Real = typename TypeParam::Real;
+  using Spring = typename TypeParam::Spring;
+  const Vec<Spring, 3> held{{Spring(0), Spring(0.6 * LIMIT), Spring(0)}};
+  const auto slid = this->spring.advance(held, along_x<Real>(3.0), Real(NORMAL_FORCE), Real(DT));
+
+  EXPECT_TRUE(slid.sliding);
+  const double epsilon = std::numeric_limits<Real>::epsilon();
+  EXPECT_NEAR(length(slid.force.template as<double>()), LIMIT, 8 * epsilon * LIMIT);
+  EXPECT_NEAR(slid.force[1] / slid.force[0], 0.2, 4 * epsilon);
+  for (int a = 0; a < 3; ++a)    // what was taken away is along the force
+    EXPECT_NEAR(slid.slipped[a] * slid.force[0], slid.slipped[0] * slid.force[a],
+                16 * epsilon * LIMIT * LIMIT);
+}
+
+TYPED_TEST(VectorSpringOf, AtTheLimitKeepsItsBitsWhenLookedAtAgain)
+{
+  using Real = typename TypeParam::Real;
+  Random random(8);
+  for (int sample = 0; sample < 1000; ++sample) {
+    const auto velocity = random_vector<Real>(random, 5.0 * LIMIT / (STIFFNESS * DT));
+    const Real force = static_cast<Real>(random.uniform(0.1, 10.0));
+    const auto once =
+        this->spring.advance(Vec<typename TypeParam::Spring, 3>::zero(), velocity, force, Real(DT));
+    const auto again = this->spring.advance(once.spring, velocity, force, Real(0));
+
+    EXPECT_TRUE(same_bits(once.spring, again.spring));
+    EXPECT_TRUE(same_bits(once.force, again.force));
+  }
+}
+
+TYPED_TEST(VectorSpringOf, DissipatesWhatTheMotionDidAndItDoesNotHold)
+{
+  using Real = typename TypeParam::Real;
+  using Spring = typename TypeParam::Spring;
+  Random random(9);
+  Vec<Spring, 3> h = Vec<Spring, 3>::zero();
+  double work = 0.0, heat = 0.0;
+  const int steps = 20000;
+  Vec<Real, 3> velocity = Vec<Real, 3>::zero();
+  for (int k = 0; k < steps; ++k) {
+    // a way of many small steps with slow changes of direction
+    if (k % 500 == 0) velocity = random_vector<Real>(random, 0.01 * LIMIT / (STIFFNESS * DT));
+    const auto result = this->spring.advance(h, velocity, Real(NORMAL_FORCE), Real(DT));
+    const Vector mean = 0.5 * (h.template as<double>() + result.spring.template as<double>());
+    work += DT * dot(mean, velocity.template as<double>());
+    heat +=
+        dot(result.spring.template as<double>(), result.slipped.template as<double>()) / STIFFNESS;
+    h = result.spring;
+  }
+
+  // the force of the end of a step for its mean: a step is 1 % of the limit
+  EXPECT_GT(heat, 10.0 * this->spring.elastic_energy(h));
+  EXPECT_NEAR(work, heat + this->spring.elastic_energy(h), 0.01 * work);
+}
+
+TYPED_TEST(VectorSpringOf, DashpotActsBesideTheSpringUnderTheSameLimit)
+{
+  using Real = typename TypeParam::Real;
+  using Spring = typename TypeParam::Spring;
+  const Vec<Spring, 3> zero = Vec<Spring, 3>::zero();
+  const auto velocity = along_x<Real>(0.01);
+  const auto sticking = this->damped.advance(zero, velocity, Real(NORMAL_FORCE), Real(DT));
+  const auto sliding = this->damped.advance(zero, along_x<Real>(3.0), Real(NORMAL_FORCE), Real(DT));
+
+  const double epsilon = std::numeric_limits<Real>::epsilon();
+  EXPECT_NEAR(sticking.force[0], STIFFNESS * DT * velocity[0] + 50.0 * velocity[0], 4 * epsilon);
+  EXPECT_NEAR(sticking.spring[0], STIFFNESS * DT * velocity[0], 4 * epsilon);
+  EXPECT_NEAR(sliding.force[0], LIMIT, 4 * epsilon * LIMIT);
+  // the spring begins the next step with the limit less what the dashpot carries
+  EXPECT_NEAR(sliding.spring[0], LIMIT - 50.0 * along_x<Real>(3.0)[0], 64 * epsilon * LIMIT);
+}
