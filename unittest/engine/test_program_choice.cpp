@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -19,12 +20,13 @@ namespace {
 
 constexpr const char *NAMES[] = {
 #define RVE_NAME(name, law, books, small, prepared) #name,
-    RVE_PLANE_PROGRAMS(RVE_NAME)
+    RVE_PROGRAMS(RVE_NAME)
 #undef RVE_NAME
 };
 
 std::string name_of(Program program)
 {
+  static_assert(std::size(NAMES) == kNumPrograms);
   return NAMES[static_cast<int>(program)];
 }
 

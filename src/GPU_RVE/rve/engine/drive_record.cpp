@@ -2,6 +2,7 @@
 
 #include "rve/core/error.h"
 #include "rve/engine/dimension_words.h"
+#include "rve/engine/finite_strain.h"
 #include "rve/engine/spatial_strain.h"
 
 #include <algorithm>
@@ -30,16 +31,8 @@ namespace {
   {
     const double angle = std::atan2(f(1, 0) - f(0, 1), f(0, 0) + f(1, 1));
     record.segments = path_segments(angle);
-    Tensor2 rotation = Tensor2::identity(), back;
-    const double part = angle / record.segments;
-    rotation(0, 0) = rotation(1, 1) = std::cos(part);
-    rotation(1, 0) = std::sin(part);
-    rotation(0, 1) = -rotation(1, 0);
-    back(0, 0) = back(1, 1) = std::cos(angle);
-    back(0, 1) = std::sin(angle);
-    back(1, 0) = -back(0, 1);
-    store_tensor(rotation, steering.rotation);
-    store_tensor(back * f - Tensor2::identity(), steering.stretch);
+    store_tensor(plane_rotation(angle / record.segments), steering.rotation);
+    store_tensor(plane_rotation(-angle) * f - Tensor2::identity(), steering.stretch);
   }
 
   bool turns_little(const Tensor3 &f)

@@ -20,7 +20,7 @@ namespace rve {
 /// (engine/program_choice.h). They give the same bits where a scene needs no more than the lesser one has. Frictionless: of RVEs without
 /// friction and without tangential forces. The last one of a contact law has rolling resistance.
 // clang-format off
-#define RVE_PLANE_PROGRAMS(program)                                         \
+#define RVE_PLANE_PROGRAMS(program)                                    \
   program(Frictionless, NormalSprings,     false, true,  General)      \
   program(Plain,        FrictionalSprings, false, true,  General)      \
   program(General,      DampedSprings,     true,  false, General)      \

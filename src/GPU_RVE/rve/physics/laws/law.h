@@ -4,13 +4,14 @@
 // else: what a pair remembers comes in and goes out. The block program is compiled for it (engine/programs.h). It has
 //
 //   Numbers                    the number format; In<OtherNumbers>: the same law in another one, for packs of grains
-//   D                          the dimension of space: 2 for disks
+//   D                          the dimension of space: 2 for disks, 3 for spheres
 //   Constants                  its parameters in the units of a call, as it begins with them; set(parameters, units, arm) makes them from
 //                              the material of an RVE, with the powers of the units that each one has
 //   take(constants)            fills the law from them
 //   History                    what a pair remembers, as its first grain sees it: a number, or a struct of numbers, which is zero as it is
 //                              made. seen_from_partner(history): as its other grain sees it; in_units(history, force, length): with each
-//                              number multiplied by its unit; of_pair, to_pair: what a Pair of engine/state.h has of it
+//                              number multiplied by its unit; of_pair, to_pair: what a Pair of engine/state.h has of it; of
+//                              spheres turned(history, rotation): after a rigid rotation of the RVE
 //   tangential_force(history)  on the first grain
 //   contact_law                of which materials it is (physics/material.h)
 //   has_friction, has_rolling, is_damped

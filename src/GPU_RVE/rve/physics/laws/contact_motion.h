@@ -1,0 +1,65 @@
+// What the contact of two disks and that of two spheres have in common.
+
+#ifndef RVE_PHYSICS_LAWS_CONTACT_MOTION_H
+#define RVE_PHYSICS_LAWS_CONTACT_MOTION_H
+
+#include "rve/physics/contact_geometry.h"
+#include "rve/physics/laws/law.h"
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  /// Arms: torque r - overlap/2, the distance to the contact point of equation (11), and the same for the surface velocity: the arms add
+  /// up to |b|, so that a rigid rotation of the pair gives no slip. With an arm of its own the velocity is taken at r - velocity_arm *
+  /// overlap: 1/2, or 0 as LAMMPS has it (not objective, for cross-checks).
+  template <class Real> struct VelocityArms {
+    Real i, j;
+  };
+
+  template <class Real, int D> struct ContactMotion {
+    Real normal_velocity;    ///< of j relative to i, separation positive [length/time]
+    Along<Real, D> tangential_velocity;    ///< of j relative to i, along the contact [length/time]
+    Real arm_i, arm_j;                     ///< of torques [length]
+
+    /// Relative velocity c_j - c_i + L b: equation (20a) without any counting of periods.
+    static RVE_INLINE Vec<Real, D> relative_velocity(const ContactGeometry<Real, D> &contact,
+                                                     const GrainMotion<Real, D> &i,
+                                                     const GrainMotion<Real, D> &j,
+                                                     const Tensor<Real, D> &velocity_gradient)
+    {
+      return (j.velocity - i.velocity) + velocity_gradient * contact.branch;
+    }
+
+    /// Sets those of torques, and returns those of the surface velocity.
+    template <bool OwnVelocityArm>
+    RVE_INLINE VelocityArms<Real> set_arms(Real overlap, Real radius_i, Real radius_j,
+                                           Real velocity_arm)
+    {
+      arm_i = fma(Real(-0.5), overlap, radius_i);
+      arm_j = fma(Real(-0.5), overlap, radius_j);
+      VelocityArms<Real> arms{arm_i, arm_j};
+      if constexpr (OwnVelocityArm) {
+        arms.i = fma(-velocity_arm, overlap, radius_i);
+        arms.j = fma(-velocity_arm, overlap, radius_j);
+      }
+      return arms;
+    }
+
+    /// The answer of a law with friction, but for force and torques.
+    template <class Force, class Shear>
+    RVE_INLINE void answer(Real normal_force, const Shear &shear, Force &result) const
+    {
+      result.normal_velocity = normal_velocity;
+      result.tangential_velocity = tangential_velocity;
+      result.normal_force = normal_force;
+      result.tangential = shear.force;
+      result.spring = shear.spring;
+      result.slipped = shear.slipped;
+      result.sliding = shear.sliding;
+    }
+  };
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif
