@@ -33,12 +33,13 @@ namespace rve {
 
 // of spheres
 #define RVE_SPATIAL_PROGRAMS(program)                                                    \
-  program(Spheres,            SphereSprings,        true, false, Spheres)            \
-  program(SpheresRolling,     SphereRollingSprings, true, false, SpheresRolling)     \
-  program(SphereHertz,        SphereHertzMindlin,   true, false, SphereHertz)        \
-  program(SphereHertzRolling, SphereRollingHertz,   true, false, SphereHertzRolling) \
-  program(SphereDmt,          SphereDmtAdhesion,    true, false, SphereDmt)          \
-  program(SphereDmtRolling,   SphereRollingDmt,     true, false, SphereDmtRolling)
+  program(PlainSpheres,       FrictionalSphereSprings, false, true,  Spheres)            \
+  program(Spheres,            SphereSprings,           true,  false, Spheres)            \
+  program(SpheresRolling,     SphereRollingSprings,    true,  false, SpheresRolling)     \
+  program(SphereHertz,        SphereHertzMindlin,      true,  false, SphereHertz)        \
+  program(SphereHertzRolling, SphereRollingHertz,      true,  false, SphereHertzRolling) \
+  program(SphereDmt,          SphereDmtAdhesion,       true,  false, SphereDmt)          \
+  program(SphereDmtRolling,   SphereRollingDmt,        true,  false, SphereDmtRolling)
 // clang-format on
 
 #define RVE_PROGRAMS(program) RVE_PLANE_PROGRAMS(program) RVE_SPATIAL_PROGRAMS(program)

@@ -207,6 +207,8 @@ inline namespace RVE_ISA {
   template <class Numbers> using FrictionalSprings = LinearFrictionLaw<Numbers, false>;
   template <class Numbers> using DampedSprings = LinearFrictionLaw<Numbers, true>;
   template <class Numbers> using RollingSprings = WithRolling<DampedSprings<Numbers>>;
+  template <class Numbers>
+  using FrictionalSphereSprings = LinearFrictionLaw<Numbers, false, true, 3>;
   template <class Numbers> using SphereSprings = LinearFrictionLaw<Numbers, true, true, 3>;
   template <class Numbers> using SphereRollingSprings = WithRolling<SphereSprings<Numbers>>;
 
