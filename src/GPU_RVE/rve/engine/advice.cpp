@@ -178,6 +178,8 @@ std::vector<Advice> advice(Format format, const Result &result, const Material &
 }
 
 template double stress_out_of_reach(const ResultOf<2> &, const DriveOf<2> &);
+template double stress_out_of_reach(const ResultOf<3> &, const DriveOf<3> &);
 template std::vector<Advice> advice_on_servo(const ResultOf<2> &, const DriveOf<2> &, double);
+template std::vector<Advice> advice_on_servo(const ResultOf<3> &, const DriveOf<3> &, double);
 
 }    // namespace rve

@@ -516,7 +516,8 @@ double contact_strain(const PackingRecipe &recipe)
 
 template <int D> double default_servo_gain(const RveStateOf<D> &state)
 {
-  return 10.0 * state.material.thickness / state.mass();
+  const double depth = D == 2 ? state.material.thickness : std::cbrt(state.cell_volume());
+  return 10.0 * depth / state.mass();
 }
 
 template <int D> double default_compression_rate(const RveStateOf<D> &state, double pressure)
@@ -642,6 +643,7 @@ RveStateOf<D> generate_packing(const PackingRecipe &recipe, EngineOf<D> &engine,
 }
 
 template double default_servo_gain(const RveStateOf<2> &);
+template double default_servo_gain(const RveStateOf<3> &);
 template double default_compression_rate(const RveStateOf<2> &, double);
 template RveStateOf<2> loose_cloud(const PackingRecipe &);
 template std::vector<PreparedPackingOf<2>>

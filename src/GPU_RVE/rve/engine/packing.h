@@ -78,7 +78,8 @@ using PreparedPacking = PreparedPackingOf<2>;
 /// Servo gain 10 h/M [1/(stress time^2)], M the mass and h the thickness of the RVE. A stress error accelerates the cell by
 /// gain * error; with a modulus E the servo oscillates at sqrt(gain E). The slowest wave across the cell has (2 pi)^2 E h/M for
 /// its frequency squared, whatever the units and the stiffness: 10 puts the servo at half of that frequency, fast, but
-/// below the waves it must not excite. (SudoDEM and YADE use 1/M as a number, 13.3 h/M at h = 0.075.)
+/// below the waves it must not excite. (SudoDEM and YADE use 1/M as a number, 13.3 h/M at h = 0.075.) Of spheres h is the cube root of the
+/// volume of the cell.
 template <int D> double default_servo_gain(const RveStateOf<D> &state);
 
 /// Rate of each axis while the cloud is compressed [1/time]: the lesser of 0.01 sqrt(K/M), K the stiffness of contacts at the pressure, which crosses the cell at 1 % of
