@@ -4,12 +4,11 @@
 #include "rve/core/pi.h"
 #include "rve/engine/engine.h"
 #include "rve/engine/spatial_strain.h"
-#include "support/random.h"
+#include "support/spheres.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
 #include <vector>
 
 using namespace rve;
@@ -18,85 +17,8 @@ using namespace rve_test;
 namespace {
 
 using Vector = Vec<double, 3>;
-using Spheres = RveStateOf<3>;
 
 constexpr Format FORMATS[] = {Format::Double, Format::Mixed, Format::Fast};
-
-Options options_for(Format format)
-{
-  Options options;
-  options.contacts.dimension = 3;
-  options.format = format;
-  options.device = Device::Cpu;
-  options.threads = 1;
-  return options;
-}
-
-Material spheres_material()
-{
-  Material material = paper_material();
-  material.thickness = 1.0;
-  return material;
-}
-
-Spheres spheres(const Material &material, const Tensor3 &cell, const std::vector<double> &radius,
-                const std::vector<double> &xyz)
-{
-  Spheres state;
-  state.material = material;
-  state.cell = cell;
-  state.radius = radius;
-  state.velocity.assign(3 * radius.size(), 0.0);
-  state.spin.assign(3 * radius.size(), 0.0);
-  state.set_positions(xyz);
-  return state;
-}
-
-/// One RVE of spheres in an engine of its own.
-class Rig {
- public:
-  explicit Rig(const Spheres &state, const Options &options = options_for(Format::Double)) :
-      engine(make_engine<3>(options)), number(engine->add(state))
-  {
-  }
-  ResultOf<3> advance(const DriveOf<3> &drive)
-  {
-    std::vector<ResultOf<3>> results;
-    engine->advance({number}, {drive}, results);
-    EXPECT_EQ(results[0].status & status::Fatal, 0u) << describe_status(results[0].status);
-    return results[0];
-  }
-  ResultOf<3> strain(const Tensor3 &gradient, double dt, int substeps)
-  {
-    return advance(DriveOf<3>::constant_velocity_gradient(gradient, dt, substeps));
-  }
-  Spheres state() const { return engine->state(number); }
-
- private:
-  std::unique_ptr<EngineOf<3>> engine;
-  int number;
-};
-
-double mass_of(const Material &material, double radius)
-{
-  return material.density * material.mass_depth * 4.0 / 3.0 * kPi * radius * radius * radius;
-}
-
-/// Face-centred cubic array of m^3 cubes of four spheres of radius r that touch with this overlap.
-Spheres face_centred_cubic(const Material &material, int m, double r, double overlap)
-{
-  const double edge = std::sqrt(2.0) * (2.0 * r - overlap);
-  std::vector<double> x;
-  const double corner[4][3] = {{0, 0, 0}, {0.5, 0.5, 0}, {0.5, 0, 0.5}, {0, 0.5, 0.5}};
-  for (int i = 0; i < m; ++i)
-    for (int j = 0; j < m; ++j)
-      for (int k = 0; k < m; ++k)
-        for (const auto &c : corner)
-          x.insert(x.end(),
-                   {edge * (i + c[0] + 0.25), edge * (j + c[1] + 0.25), edge * (k + c[2] + 0.25)});
-  return spheres(material, (m * edge) * Tensor3::identity(), std::vector<double>(x.size() / 3, r),
-                 x);
-}
 
 }    // namespace
 
@@ -113,11 +35,11 @@ TEST(SphereCollision, GrossSlidingTransfersTheCoulombImpulse)
   // sliding along a direction across the normal that is no axis
   state.velocity = {0.5 * v_n,  0.5 * 0.6 * v_t,  0.5 * 0.8 * v_t,
                     -0.5 * v_n, -0.5 * 0.6 * v_t, -0.5 * 0.8 * v_t};
-  const double m = mass_of(material, r);
+  const double m = sphere_mass(material, r);
   const double duration = kPi / std::sqrt(material.normal_stiffness / (0.5 * m));
 
   for (const Format format : FORMATS) {
-    Rig rig(state, options_for(format));
+    SphereRig rig(state, sphere_options(format));
     rig.strain(Tensor3::zero(), duration / 4000.0, 6000);
     const Spheres after = rig.state();
 
@@ -149,7 +71,7 @@ TEST(FaceCentredCubic, HasThePressureOfItsContacts)
   const double pressure = 2.0 * std::sqrt(2.0) * force / (distance * distance);
 
   for (const Format format : FORMATS) {
-    const ResultOf<3> result = Rig(state, options_for(format)).advance(DriveOf<3>());
+    const ResultOf<3> result = SphereRig(state, sphere_options(format)).advance(DriveOf<3>());
 
     EXPECT_EQ(result.num_contacts, 6 * state.num_grains());
     // fast has the gap as R - d in fp32, 2^-24 of a diameter, which is 2000 overlaps; mixed has forces in fp32
@@ -173,11 +95,9 @@ TEST(FaceCentredCubic, HasTheElasticConstantsOfItsLattice)
   const Spheres state = face_centred_cubic(material, 4, r, overlap);
   const double kn = material.normal_stiffness, kt = material.tangential_stiffness,
                distance = 2.0 * r - overlap;
-  const auto engine = make_engine<3>(options_for(Format::Double));
-  const int number = engine->add(state);
-  std::vector<ElasticResultOf<3>> results;
-  engine->advance({number}, {DriveOf<3>()}, results);
-  const auto &c = results[0].stiffness.component;
+  SphereRig rig(state);
+  const ElasticResultOf<3> result = rig.stiffness();
+  const auto &c = result.stiffness.component;
 
   const double root = std::sqrt(2.0);
   const double c11 = root / distance * (kn + kt), c12 = root / (2 * distance) * (kn - kt),
@@ -193,25 +113,11 @@ TEST(FaceCentredCubic, HasTheElasticConstantsOfItsLattice)
 
 namespace {
 
-/// A jittered cubic array that touches here and there, in motion.
 Spheres disordered(int m, unsigned seed)
 {
-  Random random(seed);
-  const double r = 0.005, spacing = 1.9 * r;
   Material material = spheres_material();
   material.local_damping = 0.0;
-  std::vector<double> x, radius;
-  for (int i = 0; i < m; ++i)
-    for (int j = 0; j < m; ++j)
-      for (int k = 0; k < m; ++k) {
-        for (const int number : {i, j, k})
-          x.push_back(spacing * (number + 0.5) + random.uniform(-0.05, 0.05) * r);
-        radius.push_back(random.uniform(0.85, 1.0) * r);
-      }
-  Spheres state = spheres(material, (m * spacing) * Tensor3::identity(), radius, x);
-  for (double &v : state.velocity) v = random.uniform(-0.05, 0.05);
-  for (double &w : state.spin) w = random.uniform(-5.0, 5.0);
-  return state;
+  return disordered_spheres(material, m, seed);
 }
 
 constexpr double DT = 2e-6;
@@ -227,14 +133,14 @@ TEST(Spheres, ConserveMomentumWhateverTheyDo)
 {
   for (const Format format : FORMATS) {
     const Spheres before = disordered(6, 1);
-    Rig rig(before, options_for(format));
+    SphereRig rig(before, sphere_options(format));
     for (int call = 0; call < 5; ++call) rig.strain(shear(), DT, 200);
     const Spheres after = rig.state();
 
     double largest = 0.0;
     Vector total = Vector::zero();
     for (int i = 0; i < after.num_grains(); ++i) {
-      const double m = mass_of(after.material, after.radius[i]);
+      const double m = sphere_mass(after.material, after.radius[i]);
       for (int a = 0; a < 3; ++a) {
         total[a] += m * (after.velocity[3 * i + a] - before.velocity[3 * i + a]);
         largest = std::fmax(largest, std::fabs(m * after.velocity[3 * i + a]));
@@ -248,13 +154,13 @@ TEST(Spheres, ConserveMomentumWhateverTheyDo)
 
 TEST(Spheres, BalanceTheirEnergy)
 {
-  Options options = options_for(Format::Double);
+  Options options = sphere_options(Format::Double);
   options.track_energy = true;
   Spheres state = disordered(6, 2);
   state.material.local_damping = 0.2;
   state.material.normal_viscosity = 2.0;
   state.material.tangential_viscosity = 1.0;
-  Rig rig(state, options);
+  SphereRig rig(state, options);
   const ResultOf<3> first = rig.advance(DriveOf<3>());
   ResultOf<3> last;
   for (int call = 0; call < 5; ++call) last = rig.strain(shear(), DT, 200);
@@ -283,7 +189,7 @@ TEST(Spheres, DoNotKnowHowTheRveIsTurned)
       turned.spin[3 * i + a] = tw[a];
     }
   }
-  Rig here(plain), there(turned);
+  SphereRig here(plain), there(turned);
   ResultOf<3> one, other;
   for (int call = 0; call < 3; ++call) {
     one = here.strain(shear(), DT, 100);
@@ -301,7 +207,7 @@ TEST(Spheres, KeepTheirStressThroughARigidRotationAboutAnyAxis)
   // a lattice under pressure and shear, at rest: tangential forces turn with the contacts, also about their normals
   Spheres state = face_centred_cubic(spheres_material(), 3, 0.005, 2e-6);
   state.material.local_damping = 0.5;
-  Rig prepared(state);
+  SphereRig prepared(state);
   const Tensor3 shearing{{0.0, 1.0, 0.4, 0.0, 0.0, -0.7, 0.0, 0.0, 0.0}};
   prepared.strain(shearing, DT, 50);    // a strain of 1e-4, half of what lets contacts slide
   prepared.strain(Tensor3::zero(), DT, 20000);
@@ -316,7 +222,7 @@ TEST(Spheres, KeepTheirStressThroughARigidRotationAboutAnyAxis)
     }
   const Tensor3 spin{{0.0, -rate * axis[2], rate * axis[1], rate * axis[2], 0.0, -rate * axis[0],
                       -rate * axis[1], rate * axis[0], 0.0}};
-  Rig rig(still);
+  SphereRig rig(still);
   const ResultOf<3> before = rig.advance(DriveOf<3>());
   const ResultOf<3> after = rig.strain(spin, DT, steps);
 
@@ -330,12 +236,12 @@ TEST(Spheres, KeepTheirStressThroughARigidRotationAboutAnyAxis)
 
 TEST(Spheres, HaveTheSameStateAfterARecord)
 {
-  Rig rig(disordered(6, 5));
+  SphereRig rig(disordered(6, 5));
   rig.strain(shear(), DT, 300);
   const Spheres state = rig.state();
   const std::vector<char> record = serialize(state);
   const Spheres again = deserialize<3>(record.data(), record.size());
-  Rig one(state), other(again);
+  SphereRig one(state), other(again);
   one.strain(shear(), DT, 300);
   other.strain(shear(), DT, 300);
 
@@ -345,7 +251,7 @@ TEST(Spheres, HaveTheSameStateAfterARecord)
 
 TEST(Spheres, ContinueThroughLatticeReductions)
 {
-  Rig rig(disordered(6, 6));
+  SphereRig rig(disordered(6, 6));
   ResultOf<3> last;
   // a shear strain of 2.4
   for (int call = 0; call < 40; ++call)

@@ -17,6 +17,7 @@
 #include "rve/engine/stability.h"
 #include "support/bit_hash.h"
 #include "support/packings.h"
+#include "support/spheres.h"
 
 #include <array>
 #include <cmath>
@@ -38,13 +39,9 @@ namespace {
 
   // ---- bits and numbers of what the engine gives out ----
 
-  /// All members but the counters, by value: the layout of records and files is another matter.
-  void add_state(BitHash &hash, const RveState &s)
+  /// As many bytes for a pair as of linear springs, and then what others remember.
+  void add_pairs(BitHash &hash, const RveState &s)
   {
-    for (const MaterialMember member : parameters_of(s.material.law)) hash.add(s.material.*member);
-    hash.add(s.cell).add(s.deformation);
-    hash.add(s.radius).add(s.fractional).add(s.velocity).add(s.spin);
-    // as many bytes for a pair as of linear springs, and then what others remember
     struct LinearPair {
       std::int32_t first, second;
       double tangential_force, rolling_force;
@@ -54,12 +51,28 @@ namespace {
       pairs.push_back({pair.first, pair.second, pair.tangential_force, pair.rolling_force});
     if (s.material.law != ContactLaw::Linear)
       for (const Pair &pair : s.pairs) hash.add(pair.contact_radius);
-    hash.add(pairs).add(s.list_cell).add(s.list_fractional).add(s.order);
+    hash.add(pairs);
+  }
+
+  void add_pairs(BitHash &hash, const Spheres &s)
+  {
+    for (const PairOf<3> &pair : s.pairs)
+      hash.add(pair.first).add(pair.second).add(pair.tangential_force);
+  }
+
+  /// All members but the counters, by value: the layout of records and files is another matter.
+  template <int D> void add_state(BitHash &hash, const RveStateOf<D> &s)
+  {
+    for (const MaterialMember member : parameters_of(s.material.law)) hash.add(s.material.*member);
+    hash.add(s.cell).add(s.deformation);
+    hash.add(s.radius).add(s.fractional).add(s.velocity).add(s.spin);
+    add_pairs(hash, s);
+    hash.add(s.list_cell).add(s.list_fractional).add(s.order);
     hash.add(s.servo_velocity_gradient).add(s.largest_contact_force).add(s.energy);
   }
 
   /// After a fatal status nothing else is an answer.
-  void add_result(BitHash &hash, const Result &r)
+  template <int D> void add_result(BitHash &hash, const ResultOf<D> &r)
   {
     hash.add(r.status);
     if (r.status & status::Fatal) return;
@@ -82,40 +95,55 @@ namespace {
     return sum;
   }
 
-  Record record_of_states(const std::string &name, const std::vector<RveState> &states)
+  /// Sums of magnitudes of what pairs remember.
+  struct Remembered {
+    double tangential = 0.0, rolling = 0.0;
+
+    void add(const Pair &pair)
+    {
+      tangential += std::fabs(pair.tangential_force);
+      rolling += std::fabs(pair.rolling_force);
+    }
+    void add(const PairOf<3> &pair)
+    {
+      for (int a = 0; a < 3; ++a) tangential += std::fabs(pair.tangential_force[a]);
+    }
+  };
+
+  template <int D>
+  Record record_of_states(const std::string &name, const std::vector<RveStateOf<D>> &states)
   {
     BitHash hash;
-    double speeds = 0.0, spins = 0.0, tangential = 0.0, rolling = 0.0;
-    for (const RveState &state : states) {
+    double speeds = 0.0, spins = 0.0;
+    Remembered sums;
+    for (const RveStateOf<D> &state : states) {
       add_state(hash, state);
       for (const double c : state.velocity) speeds += std::fabs(c);
       for (const double w : state.spin) spins += std::fabs(w);
-      for (const Pair &pair : state.pairs) {
-        tangential += std::fabs(pair.tangential_force);
-        rolling += std::fabs(pair.rolling_force);
-      }
+      for (const PairOf<D> &pair : state.pairs) sums.add(pair);
     }
     return {name,
             hash.value(),
             {{"void_ratio", states[0].void_ratio()},
              {"sum_of_speeds", speeds},
              {"sum_of_spins", spins},
-             {"sum_of_tangential_forces", tangential},
-             {"sum_of_rolling_forces", rolling},
+             {"sum_of_tangential_forces", sums.tangential},
+             {"sum_of_rolling_forces", sums.rolling},
              {"force_of_last_call", states[0].largest_contact_force}}};
   }
 
   // ---- the engine ----
 
   /// One batch, called `calls` times.
-  struct Scene {
+  template <int D> struct SceneOf {
     std::string name;
     Options options;
-    std::vector<RveState> states;
-    std::vector<Drive> drives;
+    std::vector<RveStateOf<D>> states;
+    std::vector<DriveOf<D>> drives;
     int calls = 3;
     bool turns = false;    ///< every RVE, between the calls
   };
+  using Scene = SceneOf<2>;
 
   Material material()
   {
@@ -264,51 +292,133 @@ namespace {
     return all;
   }
 
-  /// Rotation without rounding of its own: 3-4-5.
-  const Tensor2 TURN{{0.8, -0.6, 0.6, 0.8}};
+  // ---- of spheres ----
 
-  void play(const Scene &scene, Format format, rve::Device device, std::vector<Record> &records)
+  Spheres small_spheres(unsigned seed)
+  {
+    Material m = material();
+    m.thickness = 1.0;
+    Spheres state = disordered_spheres(m, 6, seed);
+    for (double &c : state.velocity) c *= 4.0;
+    for (double &w : state.spin) w *= 4.0;
+    return state;
+  }
+
+  DriveOf<3> spatial_stretch(const std::array<double, 6> &e, int substeps)
+  {
+    DriveOf<3> drive;
+    drive.dt = 0.2 * DT;
+    drive.substeps = substeps;
+    drive.deformation =
+        Tensor3{{1.0 + e[0], e[3], e[4], e[3], 1.0 + e[1], e[5], e[4], e[5], 1.0 + e[2]}};
+    return drive;
+  }
+
+  DriveOf<3> spatial_servo(const Spheres &state, double rate, int substeps)
+  {
+    DriveOf<3> drive;
+    drive.dt = 0.2 * DT;
+    drive.substeps = substeps;
+    for (int a = 0; a < 3; ++a) drive.controlled[a][a] = true;
+    drive.stress_goal = -PRESSURE * Tensor3::identity();
+    drive.velocity_gradient = Tensor3{{0.0, rate, 0.0, 0.0, 0.0, 0.5 * rate, 0.0, 0.0, 0.0}};
+    drive.servo_gain = 10.0 * state.cell(0, 0) / state.mass();
+    drive.servo_max_rate = 20.0;
+    return drive;
+  }
+
+  std::vector<SceneOf<3>> sphere_scenes()
+  {
+    // the second one with more spheres than a block has threads
+    const std::vector<Spheres> two = {small_spheres(1), [] {
+                                        Material m = material();
+                                        m.thickness = 1.0;
+                                        return disordered_spheres(m, 9, 2);
+                                      }()};
+    const std::vector<DriveOf<3>> paths = {
+        spatial_stretch({-0.003, 0.002, -0.004, 0.004, 0.002, -0.003}, 120),
+        spatial_stretch({0.002, -0.003, -0.002, -0.002, 0.003, 0.001}, 60)};
+    const std::vector<DriveOf<3>> servos = {spatial_servo(two[0], 40.0, 200),
+                                            spatial_servo(two[1], 40.0, 60)};
+    std::vector<SceneOf<3>> all;
+    const auto add = [&](const std::string &name, const std::vector<Spheres> &states,
+                         const std::vector<DriveOf<3>> &drives) -> SceneOf<3> & {
+      all.push_back({"spheres_" + name, Options(), states, drives});
+      return all.back();
+    };
+
+    add("path", two, paths);
+    SceneOf<3> &everything = add("dashpots_servo_energy", two, servos);
+    everything.options.track_energy = true;
+    for (Spheres &state : everything.states) {
+      state.material.normal_viscosity = 3.0;
+      state.material.tangential_viscosity = 1.5;
+    }
+    add("rebuilds_and_extra_pairs", two, servos).options.skin = 4e-3;
+    // libm: the rotation of the path
+    DriveOf<3> turning = paths[0];
+    turning.deformation = Tensor3{{0.97, -0.2, 0.1, 0.25, 0.95, -0.15, -0.05, 0.2, 0.98}};
+    add("rotation", two, {turning, turning}).turns = true;
+    DriveOf<3> far = spatial_stretch({}, 600);
+    far.deformation(0, 1) = far.deformation(0, 2) = 0.3;
+    add("lattice_reduction", {small_spheres(3)}, {far}).calls = 5;
+    return all;
+  }
+
+  /// Rotations without rounding of their own: 3-4-5, and about two axes.
+  template <int D> Tensor<double, D> quarter_or_so()
+  {
+    if constexpr (D == 2)
+      return {{0.8, -0.6, 0.6, 0.8}};
+    else
+      return {{0.8, -0.6, 0.0, 0.0, 0.0, -1.0, 0.6, 0.8, 0.0}};
+  }
+
+  template <int D>
+  void play(const SceneOf<D> &scene, Format format, rve::Device device,
+            std::vector<Record> &records)
   {
     Options options = scene.options;
     options.format = format;
     options.device = device;
     options.threads = 2;
     options.contacts = contacts_of(scene.states);
-    const auto engine = make_engine(options);
+    const auto engine = make_engine<D>(options);
     std::vector<int> rves;
-    for (const RveState &state : scene.states) rves.push_back(engine->add(state));
+    for (const RveStateOf<D> &state : scene.states) rves.push_back(engine->add(state));
 
     BitHash results, responses, stiffness;
-    std::vector<ElasticResult> answers;
-    std::vector<Response> short_answers;
+    std::vector<ElasticResultOf<D>> answers;
+    std::vector<ResponseOf<D>> short_answers;
     double stiffness_xx = 0.0;
     for (int call = 0; call < scene.calls; ++call) {
       engine->advance(rves, scene.drives, answers);
-      for (const ElasticResult &answer : answers) {
+      for (const ElasticResultOf<D> &answer : answers) {
         add_result(results, answer.result);
         if (!(answer.result.status & status::Fatal)) stiffness.add(answer.stiffness);
       }
       stiffness_xx = answers[0].stiffness.component[0][0];
-      if (scene.turns) engine->turn(rves, std::vector<Tensor2>(rves.size(), TURN));
+      if (scene.turns)
+        engine->turn(rves, std::vector<Tensor<double, D>>(rves.size(), quarter_or_so<D>()));
     }
     Counters counters;
-    for (const ElasticResult &answer : answers) {
+    for (const ElasticResultOf<D> &answer : answers) {
       counters.steps += answer.result.counters.steps;
       counters.rebuilds += answer.result.counters.rebuilds;
       counters.lattice_reductions += answer.result.counters.lattice_reductions;
       counters.repeats += answer.result.counters.repeats;
     }
-    std::vector<RveState> states;
+    std::vector<RveStateOf<D>> states;
     for (const int rve : rves) states.push_back(engine->state(rve));
     // the short answer, another way through the engine, after the states
     engine->advance(rves, scene.drives, short_answers);
-    for (const Response &answer : short_answers) {
+    for (const ResponseOf<D> &answer : short_answers) {
       responses.add(answer.status);
       if (!(answer.status & status::Fatal)) responses.add(answer.num_contacts).add(answer.stress);
     }
 
     const std::string name = "engine/" + scene.name + "/" + to_string(format) + "/";
-    const Result &last = answers[0].result;
+    const ResultOf<D> &last = answers[0].result;
     records.push_back(record_of_states(name + "states", states));
     records.push_back({name + "results",
                        results.value(),
@@ -326,9 +436,8 @@ namespace {
                         {"lattice_reductions", static_cast<double>(counters.lattice_reductions)},
                         {"repeats", static_cast<double>(counters.repeats)}}});
     records.push_back({name + "stiffness", stiffness.value(), {{"C_xxxx", stiffness_xx}}});
-    records.push_back({name + "short_answers",
-                       responses.value(),
-                       {{"p", -0.5 * trace(short_answers[0].stress)}}});
+    records.push_back(
+        {name + "short_answers", responses.value(), {{"p", -trace(short_answers[0].stress) / D}}});
   }
 
   void prepare_packing(Format format, rve::Device device, std::vector<Record> &records)
@@ -347,7 +456,7 @@ namespace {
     recipe.preparation_friction = 0.2;
     const auto engine = make_engine(options);
     records.push_back(
-        record_of_states("packing/" + to_string(format), {generate_packing(recipe, *engine)}));
+        record_of_states<2>("packing/" + to_string(format), {generate_packing(recipe, *engine)}));
   }
 
   // ---- the material point method ----
@@ -537,6 +646,10 @@ std::vector<Record> device_records(Device device)
   if (device == Device::Cpu) formats.push_back(Format::Single);
   for (const Scene &scene : scenes())
     for (const Format format : formats) play(scene, format, of_engine, records);
+  // the engines of GPUs have disks only
+  if (device == Device::Cpu)
+    for (const SceneOf<3> &scene : sphere_scenes())
+      for (const Format format : formats) play(scene, format, of_engine, records);
   for (const Format format : formats) prepare_packing(format, of_engine, records);
   for (const mpm::Scheme scheme : {mpm::Scheme::Musl, mpm::Scheme::Usavg})
     for (const mpm::ShapeFunction shape : {mpm::ShapeFunction::Linear, mpm::ShapeFunction::Gimp})

@@ -21,26 +21,16 @@ using namespace rve_test;
 namespace {
 
 using Points = macro::RvePointsOf<3>;
-using Spheres = rve::RveStateOf<3>;
 using Drive = rve::DriveOf<3>;
 using Vector = rve::Vec<double, 3>;
 
 constexpr double DT = 4e-6, RADIUS = 0.005;
 
-rve::Options cpu_options(int dimension = 3)
-{
-  rve::Options options;
-  options.device = rve::Device::Cpu;
-  options.threads = 1;
-  options.contacts.dimension = dimension;
-  return options;
-}
-
 Points points_of(const Spheres &state, int count, std::vector<int> &slots,
                  const MacroStepOptions &macro = MacroStepOptions(), bool with_shadows = false)
 {
-  Points points(rve::make_engine<3>(cpu_options()),
-                with_shadows ? rve::make_engine<3>(cpu_options()) : nullptr, macro);
+  Points points(rve::make_engine<3>(sphere_options(rve::Format::Mixed)),
+                with_shadows ? rve::make_engine<3>(sphere_options(rve::Format::Mixed)) : nullptr, macro);
   slots = points.add(std::vector<const Spheres *>(count, &state));
   return points;
 }
@@ -53,7 +43,7 @@ Spheres pressed_lattice()
 
 Spheres packing()
 {
-  return disordered_spheres(spheres_material(), 6, RADIUS, 1);
+  return disordered_spheres(spheres_material(), 6, 1);
 }
 
 MacroStepOptions adaptive()
@@ -126,7 +116,9 @@ TEST(PointsOfSpheres, RefuseARecordOfDisksAndOneWithAFlippedBit)
 {
   std::vector<int> slots;
   Points points = points_of(pressed_lattice(), 1, slots);
-  macro::RvePoints disks(rve::make_engine(cpu_options(2)), nullptr, MacroStepOptions());
+  rve::Options options = sphere_options();
+  options.contacts.dimension = 2;
+  macro::RvePoints disks(rve::make_engine(options), nullptr, MacroStepOptions());
   const rve::RveState two = two_disks(1e-6);
   const std::vector<double> of_disks = disks.record(disks.add({&two})[0]);
   EXPECT_THROW(points.add_record(of_disks.data(), of_disks.size()), rve::InputError);
@@ -331,7 +323,7 @@ double stiffness_along(const rve::AffineStiffnessOf<3> &stiffness, const Vector 
 
 rve::AffineStiffnessOf<3> stiffness_of(const Spheres &state)
 {
-  const auto engine = rve::make_engine<3>(cpu_options());
+  const auto engine = rve::make_engine<3>(sphere_options(rve::Format::Mixed));
   std::vector<rve::ElasticResultOf<3>> results;
   engine->advance({engine->add(state)}, {drive_of(Tensor3::identity(), 0)}, results);
   return results[0].stiffness;

@@ -1,30 +1,37 @@
-// Arrays of spheres that several tests start from.
+// RVEs of spheres that several tests start from, and one of them in an engine of its own.
 
 #ifndef RVE_UNITTEST_SUPPORT_SPHERES_H
 #define RVE_UNITTEST_SUPPORT_SPHERES_H
 
 #include "engine/test_states.h"
+#include "rve/core/pi.h"
+#include "rve/engine/engine.h"
 #include "support/random.h"
 
+#include <gtest/gtest.h>
+
 #include <cmath>
+#include <memory>
 #include <vector>
 
 namespace rve_test {
 
-/// That of the disks without a thickness.
-inline rve::Material spheres_material()
+using Spheres = rve::RveStateOf<3>;
+
+inline rve::Options sphere_options(rve::Format format = rve::Format::Double)
 {
-  rve::Material material = paper_material();
-  material.thickness = 1.0;
-  return material;
+  rve::Options options;
+  options.contacts.dimension = 3;
+  options.format = format;
+  options.device = rve::Device::Cpu;
+  options.threads = 1;
+  return options;
 }
 
-/// Spheres at rest at the given places of a cell.
-inline rve::RveStateOf<3> spheres_at(const rve::Material &material, const rve::Tensor3 &cell,
-                                     const std::vector<double> &radius,
-                                     const std::vector<double> &xyz)
+inline Spheres spheres(const rve::Material &material, const rve::Tensor3 &cell,
+                       const std::vector<double> &radius, const std::vector<double> &xyz)
 {
-  rve::RveStateOf<3> state;
+  Spheres state;
   state.material = material;
   state.cell = cell;
   state.radius = radius;
@@ -34,11 +41,23 @@ inline rve::RveStateOf<3> spheres_at(const rve::Material &material, const rve::T
   return state;
 }
 
-/// Face-centred cubic array of m^3 cubes of four spheres that touch with this overlap [length].
-inline rve::RveStateOf<3> face_centred_cubic(const rve::Material &material, int m, double radius,
-                                             double overlap)
+/// That of the disks, without a thickness.
+inline rve::Material spheres_material()
 {
-  const double edge = std::sqrt(2.0) * (2.0 * radius - overlap);
+  rve::Material material = paper_material();
+  material.thickness = 1.0;
+  return material;
+}
+
+inline double sphere_mass(const rve::Material &material, double radius)
+{
+  return material.density * material.mass_depth * 4.0 / 3.0 * rve::kPi * radius * radius * radius;
+}
+
+/// Face-centred cubic array of m^3 cubes of four spheres of radius r that touch with this overlap.
+inline Spheres face_centred_cubic(const rve::Material &material, int m, double r, double overlap)
+{
+  const double edge = std::sqrt(2.0) * (2.0 * r - overlap);
   std::vector<double> x;
   const double corner[4][3] = {{0, 0, 0}, {0.5, 0.5, 0}, {0.5, 0, 0.5}, {0, 0.5, 0.5}};
   for (int i = 0; i < m; ++i)
@@ -47,44 +66,79 @@ inline rve::RveStateOf<3> face_centred_cubic(const rve::Material &material, int 
         for (const auto &c : corner)
           x.insert(x.end(),
                    {edge * (i + c[0] + 0.25), edge * (j + c[1] + 0.25), edge * (k + c[2] + 0.25)});
-  return spheres_at(material, (m * edge) * rve::Tensor3::identity(),
-                    std::vector<double>(x.size() / 3, radius), x);
+  return spheres(material, (m * edge) * rve::Tensor3::identity(),
+                 std::vector<double>(x.size() / 3, r), x);
 }
 
 /// Pressure of that array: six contacts per sphere of volume l^3/sqrt(2) give p = 2 sqrt(2) k_n overlap / l^2 [stress].
-inline double face_centred_pressure(const rve::Material &material, double radius, double overlap)
+inline double face_centred_pressure(const rve::Material &material, double r, double overlap)
 {
-  const double distance = 2.0 * radius - overlap;
+  const double distance = 2.0 * r - overlap;
   return 2.0 * std::sqrt(2.0) * material.normal_stiffness * overlap / (distance * distance);
 }
 
-/// Its elastic constants without overlap, along the cube's axes [stress].
+/// Elastic constants of a cubic crystal, along the axes of the cube [stress].
 struct CubicConstants {
   double c11, c12, c44;
 };
-inline CubicConstants face_centred_constants(const rve::Material &material, double radius)
+
+/// Of that array, without overlap.
+inline CubicConstants face_centred_constants(const rve::Material &material, double r)
 {
   const double kn = material.normal_stiffness, kt = material.tangential_stiffness;
-  const double factor = std::sqrt(2.0) / (2.0 * radius);
+  const double factor = std::sqrt(2.0) / (2.0 * r);
   return {factor * (kn + kt), 0.5 * factor * (kn - kt), 0.5 * factor * (kn + kt)};
 }
 
-/// m^3 spheres around the places of a simple cubic array, of different radii, of which some touch.
-inline rve::RveStateOf<3> disordered_spheres(const rve::Material &material, int m, double radius,
-                                             std::uint64_t seed)
+/// A jittered cubic array of m^3 spheres that touch here and there, in motion.
+inline Spheres disordered_spheres(const rve::Material &material, int m, unsigned seed)
 {
   Random random(seed);
-  const double spacing = 1.9 * radius;
-  std::vector<double> x, radii;
+  const double r = 0.005, spacing = 1.9 * r;
+  std::vector<double> x, radius;
   for (int i = 0; i < m; ++i)
     for (int j = 0; j < m; ++j)
       for (int k = 0; k < m; ++k) {
         for (const int number : {i, j, k})
-          x.push_back(spacing * (number + 0.5) + random.uniform(-0.05, 0.05) * radius);
-        radii.push_back(random.uniform(0.85, 1.0) * radius);
+          x.push_back(spacing * (number + 0.5) + random.uniform(-0.05, 0.05) * r);
+        radius.push_back(random.uniform(0.85, 1.0) * r);
       }
-  return spheres_at(material, (m * spacing) * rve::Tensor3::identity(), radii, x);
+  Spheres state = spheres(material, (m * spacing) * rve::Tensor3::identity(), radius, x);
+  for (double &v : state.velocity) v = random.uniform(-0.05, 0.05);
+  for (double &w : state.spin) w = random.uniform(-5.0, 5.0);
+  return state;
 }
+
+class SphereRig {
+ public:
+  explicit SphereRig(const Spheres &state, const rve::Options &options = sphere_options()) :
+      engine(rve::make_engine<3>(options)), number(engine->add(state))
+  {
+  }
+  rve::ResultOf<3> advance(const rve::DriveOf<3> &drive)
+  {
+    std::vector<rve::ResultOf<3>> results;
+    engine->advance({number}, {drive}, results);
+    EXPECT_EQ(results[0].status & rve::status::Fatal, 0u)
+        << rve::describe_status(results[0].status);
+    return results[0];
+  }
+  rve::ResultOf<3> strain(const rve::Tensor3 &gradient, double dt, int substeps)
+  {
+    return advance(rve::DriveOf<3>::constant_velocity_gradient(gradient, dt, substeps));
+  }
+  rve::ElasticResultOf<3> stiffness()
+  {
+    std::vector<rve::ElasticResultOf<3>> results;
+    engine->advance({number}, {rve::DriveOf<3>()}, results);
+    return results[0];
+  }
+  Spheres state() const { return engine->state(number); }
+
+ private:
+  std::unique_ptr<rve::EngineOf<3>> engine;
+  int number;
+};
 
 }    // namespace rve_test
 
