@@ -90,7 +90,7 @@ template <int D> constexpr const auto &pair_memory()
 }
 
 /// How many of them the pairs of a state remember.
-int remembered_numbers(const std::vector<Pair> &pairs);
+template <int D> int remembered_numbers(const std::vector<PairOf<D>> &pairs);
 
 /// What the run did so far; kept over restarts.
 struct Counters {
