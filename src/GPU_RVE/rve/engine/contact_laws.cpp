@@ -16,7 +16,7 @@ namespace {
 
 template <int D> double contact_strain(double pressure, const Material &material, double radius)
 {
-  return with_law(material, [&](const auto &law) {
+  return with_law<D>(material, [&](const auto &law) {
     if constexpr (law.has_constant_moduli)
       return pressure * (D == 2 ? material.thickness : 2.0 * radius) /
           law.stiffness({0.0, radius, radius}).normal;
@@ -36,7 +36,7 @@ template <int D> double contact_strain(double pressure, const Material &material
 
 template <int D> double contact_pressure(double strain, const Material &material, double radius)
 {
-  return with_law(material, [&](const auto &law) {
+  return with_law<D>(material, [&](const auto &law) {
     if constexpr (law.has_constant_moduli)
       return strain * law.stiffness({0.0, radius, radius}).normal /
           (D == 2 ? material.thickness : 2.0 * radius);
@@ -49,7 +49,7 @@ template <int D> double contact_pressure(double strain, const Material &material
 template <int D>
 ContactModuli moduli_at_strain(double strain, const Material &material, double radius)
 {
-  return with_law(material, [&](const auto &law) {
+  return with_law<D>(material, [&](const auto &law) {
     return law.stiffness({2.0 * radius * strain, radius, radius});
   });
 }

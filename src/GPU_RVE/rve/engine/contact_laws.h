@@ -22,19 +22,28 @@ template <Program program> auto law_of_script(const Material &material)
   return law;
 }
 
-/// work(law) of the material, with all that the law may have, in `double` and in units of the script.
-template <class Work> auto with_law(const Material &material, const Work &work)
+/// work(law) of the material of disks or spheres, with all that the law may have, in `double` and in units of the script.
+template <int D = 2, class Work> auto with_law(const Material &material, const Work &work)
 {
-  switch (richest_program(material.law)) {
 #define RVE_WITH_LAW(name, law, books, small, prepared) \
   case Program::name:                                   \
     return work(law_of_script<Program::prepared>(material));
-    RVE_PLANE_PROGRAMS(RVE_WITH_LAW)
-#undef RVE_WITH_LAW
-    default:
-      break;
+  if constexpr (D == 2) {
+    switch (richest_program(material.law, D)) {
+      RVE_PLANE_PROGRAMS(RVE_WITH_LAW)
+      default:
+        break;
+    }
+    return work(law_of_script<Program::General>(material));
+  } else {
+    switch (richest_program(material.law, D)) {
+      RVE_SPATIAL_PROGRAMS(RVE_WITH_LAW)
+      default:
+        break;
+    }
+    return work(law_of_script<Program::Spheres>(material));
   }
-  return work(law_of_script<Program::General>(material));
+#undef RVE_WITH_LAW
 }
 
 /// Overlap over diameter of two equal grains that press each other with p h times their diameter, or spheres with p times its square: p h / k_n

@@ -72,10 +72,10 @@ Program memory_program(const ContactModel &contacts)
   return found->memory;
 }
 
-Program richest_program(ContactLaw law)
+Program richest_program(ContactLaw law, int dimension)
 {
   const auto last = std::find_if(TABLE.rbegin(), TABLE.rend(), [&](const ProgramFeatures &one) {
-    return one.contacts.law == law && one.contacts.dimension == 2;
+    return one.contacts.law == law && one.contacts.dimension == dimension;
   });
   require(last != TABLE.rend(),
           std::string("there is no program for the contact law ") + word_of(law));

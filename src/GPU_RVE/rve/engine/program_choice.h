@@ -28,8 +28,8 @@ ProgramFeatures features_of(Program program);
 /// the others with that memory have. Throws InputError if none serves them.
 Program memory_program(const ContactModel &contacts);
 
-/// The last program of the table of this law for disks: with rolling resistance, if the law may have it.
-Program richest_program(ContactLaw law);
+/// The last program of the table of this law for disks or for spheres: with rolling resistance, if the law may have it.
+Program richest_program(ContactLaw law, int dimension = 2);
 
 /// The leanest program with that memory that has what a call needs. Throws InputError if the contact law has it not.
 Program choose_program(Program memory, const CallNeeds &needs);
