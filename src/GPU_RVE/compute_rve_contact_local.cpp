@@ -114,7 +114,7 @@ void ComputeRveContactLocal::compute_local()
   for (int i = 0; i < atom->nlocal; i++) {
     if (!(atom->mask[i] & groupbit) || impl->fix->slot(i) < 0) continue;
     mine = 1;
-    for (const rve::SpringContact &contact : rve::find_spring_contacts(impl->fix->state(i)))
+    for (const rve::SpringContact &contact : rve::find_spring_contacts(impl->fix->state<2>(i)))
       for (const Quantity *quantity : impl->quantities)
         rows.push_back(quantity->of({atom->tag[i], contact}));
   }

@@ -173,7 +173,7 @@ int DumpRveGrain::count()
   for (int i = 0; i < atom->nlocal; i++) {
     if (!(atom->mask[i] & group->bitmask[igroup]) || impl->fix->slot(i) < 0) continue;
     if (mine++) continue;
-    impl->frame = Frame(impl->fix->state(i), atom->tag[i]);
+    impl->frame = Frame(impl->fix->state<2>(i), atom->tag[i]);
     const rve::RveState &state = impl->frame.state;
     for (int k = 0; k < 4; k++) cell[k] = state.cell(k / 2, k % 2);
     half_slab = *std::max_element(state.radius.begin(), state.radius.end());

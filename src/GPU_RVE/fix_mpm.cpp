@@ -617,7 +617,7 @@ void FixMpm::setup_pre_force(int)
       impl->deformation_gradient[i] = Tensor2::identity();
       impl->velocity_gradient[i] = Tensor2::zero();
       impl->stress[i] = rigid ? Tensor2::zero()
-          : grains            ? grains->result(i).stress
+          : grains            ? grains->plane_stress(i)
                               : impl->settings.initial_stress;
       if (!rigid) impl->begin_memory(i);
       if (impl->settings.density > 0.0)

@@ -41,10 +41,13 @@ constexpr std::uint64_t DRAW_PACKING = 0, DRAW_IMAGE = 1;
 // Changes of the stress by an image, over the pressure, that are worth a warning. Normal stresses of an isotropic packing are equal
 // within the tolerance of its preparation. Its shear stress is what a sum over finitely many contacts happens to be.
 constexpr double NORMAL_CHANGE = 0.02;
-double shear_change(const rve::RveState &packing)
+template <int D> double shear_change(const rve::RveStateOf<D> &packing)
 {
   return 6.0 / std::sqrt(packing.num_grains());
 }
+
+// Of spheres the packing itself.
+template <int D> constexpr int NUM_IMAGES = D == 2 ? rve::NUM_IMAGES : 1;
 
 /// Behind the message that there is no such file.
 std::string where_packings_come_from(const std::string &file)
@@ -86,7 +89,7 @@ std::vector<int> numbers(LAMMPS *lmp, int igroup, ScriptValue &value, const char
 
 /* ---------------------------------------------------------------------- */
 
-void RvePackings::read(LAMMPS *lmp, const FixRveSettings &settings)
+template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &settings)
 {
   files = settings.packings;
   std::vector<std::vector<char>> state_images;
@@ -95,14 +98,14 @@ void RvePackings::read(LAMMPS *lmp, const FixRveSettings &settings)
     for (std::size_t n = 0; n < settings.packings.size(); ++n) {
       const std::string &file = settings.packings[n];
       try {
-        rve::PackingLibrary library = rve::read_library(file);
+        rve::PackingLibraryOf<D> library = rve::read_library<D>(file);
         for (auto &state : library.packings) {
           const std::vector<char> record = rve::serialize(state);
           as_read.add(record.data(), record.size());
           change_material(state.material, settings.material, settings.mass_scaling.value_or(1.0),
                           1.0);
           state.check();
-          rve::forget_absurd_force(state);
+          if constexpr (D == 2) rve::forget_absurd_force(state);
           file_of.push_back(static_cast<int>(n));
           stable.push_back(rve::stable_time_step(state));
           state_images.push_back(rve::serialize(state));
@@ -131,7 +134,7 @@ void RvePackings::read(LAMMPS *lmp, const FixRveSettings &settings)
     MPI_Bcast(&size, 1, MPI_INT, 0, lmp->world);
     image.resize(size);
     MPI_Bcast(image.data(), size, MPI_CHAR, 0, lmp->world);
-    packings.push_back(rve::deserialize(image.data(), image.size()));
+    packings.push_back(rve::deserialize<D>(image.data(), image.size()));
     void_ratios.push_back(packings.back().void_ratio());
   }
   by_void_ratio.emplace(void_ratios);
@@ -146,12 +149,13 @@ void RvePackings::read(LAMMPS *lmp, const FixRveSettings &settings)
 
 /* ---------------------------------------------------------------------- */
 
-void RvePackings::change(const MaterialWords &words, double mass_scaling,
-                         double mass_scaling_before)
+template <int D>
+void RvePackingsOf<D>::change(const MaterialWords &words, double mass_scaling,
+                              double mass_scaling_before)
 {
   images.clear();
   for (int k = 0; k < size(); ++k) {
-    rve::RveState changed = packings[k];
+    State changed = packings[k];
     change_material(changed.material, words, mass_scaling, mass_scaling_before);
     changed.check();
     stable[k] = rve::stable_time_step(changed);
@@ -161,21 +165,21 @@ void RvePackings::change(const MaterialWords &words, double mass_scaling,
 
 /* ---------------------------------------------------------------------- */
 
-int RvePackings::fewest_grains() const
+template <int D> int RvePackingsOf<D>::fewest_grains() const
 {
   int fewest = MAXSMALLINT;
-  for (const rve::RveState &packing : packings) fewest = std::min(fewest, packing.num_grains());
+  for (const State &packing : packings) fewest = std::min(fewest, packing.num_grains());
   return fewest;
 }
 
-rve::ContactModel RvePackings::contacts() const
+template <int D> rve::ContactModel RvePackingsOf<D>::contacts() const
 {
-  return rve::contacts_of(packings, [this](int packing) {
+  return rve::contacts_of<D>(packings, [this](int packing) {
     return name(packing);
   });
 }
 
-std::string RvePackings::name(int packing) const
+template <int D> std::string RvePackingsOf<D>::name(int packing) const
 {
   const std::string &file = files[file_of[packing]];
   return size() == 1 ? "packing " + file : fmt::format("packing {} ({})", packing, file);
@@ -183,24 +187,28 @@ std::string RvePackings::name(int packing) const
 
 /* ---------------------------------------------------------------------- */
 
-std::vector<const rve::RveState *> RvePackings::choose(LAMMPS *lmp, int igroup,
-                                                       FixRveSettings &settings,
-                                                       const std::vector<int> &atoms)
+template <int D>
+std::vector<const rve::RveStateOf<D> *> RvePackingsOf<D>::choose(LAMMPS *lmp, int igroup,
+                                                                 FixRveSettings &settings,
+                                                                 const std::vector<int> &atoms)
 {
   const std::vector<int> chosen = choose_packings(lmp, igroup, settings, atoms);
   const std::vector<int> image = choose_images(lmp, igroup, settings, atoms);
   images.clear();
-  std::vector<const rve::RveState *> states;
+  std::vector<const State *> states;
   for (std::size_t k = 0; k < atoms.size(); ++k) {
-    const rve::RveState &packing = packings[chosen[k]];
+    const State &packing = packings[chosen[k]];
     if (image[k] == 0) {
       states.push_back(&packing);
       continue;
     }
-    const auto key = std::make_pair(chosen[k], image[k]);
-    auto found = images.find(key);
-    if (found == images.end()) found = images.emplace(key, rve::image_of(packing, image[k])).first;
-    states.push_back(&found->second);
+    if constexpr (D == 2) {
+      const auto key = std::make_pair(chosen[k], image[k]);
+      auto found = images.find(key);
+      if (found == images.end())
+        found = images.emplace(key, rve::image_of(packing, image[k])).first;
+      states.push_back(&found->second);
+    }
   }
   report(lmp, chosen);
   warn_of_images(lmp, chosen, image);
@@ -209,8 +217,10 @@ std::vector<const rve::RveState *> RvePackings::choose(LAMMPS *lmp, int igroup,
 
 /* ---------------------------------------------------------------------- */
 
-std::vector<int> RvePackings::choose_packings(LAMMPS *lmp, int igroup, FixRveSettings &settings,
-                                              const std::vector<int> &atoms)
+template <int D>
+std::vector<int> RvePackingsOf<D>::choose_packings(LAMMPS *lmp, int igroup,
+                                                   FixRveSettings &settings,
+                                                   const std::vector<int> &atoms)
 {
   auto &choice = settings.choice;
   const tagint *tag = lmp->atom->tag;
@@ -250,22 +260,23 @@ std::vector<int> RvePackings::choose_packings(LAMMPS *lmp, int igroup, FixRveSet
 
 /* ---------------------------------------------------------------------- */
 
-std::vector<int> RvePackings::choose_images(LAMMPS *lmp, int igroup, FixRveSettings &settings,
-                                            const std::vector<int> &atoms)
+template <int D>
+std::vector<int> RvePackingsOf<D>::choose_images(LAMMPS *lmp, int igroup, FixRveSettings &settings,
+                                                 const std::vector<int> &atoms)
 {
   auto &choice = settings.choice;
   if (!choice.image_seed)
-    return numbers(lmp, igroup, choice.image, "packing_image", atoms, rve::NUM_IMAGES);
+    return numbers(lmp, igroup, choice.image, "packing_image", atoms, NUM_IMAGES<D>);
   std::vector<int> images_of_atoms;
   for (const int i : atoms)
     images_of_atoms.push_back(
-        rve::draw(*choice.image_seed, lmp->atom->tag[i], rve::NUM_IMAGES, DRAW_IMAGE));
+        rve::draw(*choice.image_seed, lmp->atom->tag[i], NUM_IMAGES<D>, DRAW_IMAGE));
   return images_of_atoms;
 }
 
 /* ---------------------------------------------------------------------- */
 
-void RvePackings::report(LAMMPS *lmp, const std::vector<int> &chosen) const
+template <int D> void RvePackingsOf<D>::report(LAMMPS *lmp, const std::vector<int> &chosen) const
 {
   if (size() == 1) return;
   std::vector<int> used(size(), 0), used_anywhere(size());
@@ -292,8 +303,15 @@ void RvePackings::report(LAMMPS *lmp, const std::vector<int> &chosen) const
    a mirrored or turned packing is another sample of the same ground only where the stress of the ground is isotropic
 ------------------------------------------------------------------------- */
 
-void RvePackings::warn_of_images(LAMMPS *lmp, const std::vector<int> &chosen,
-                                 const std::vector<int> &image) const
+template <>
+void RvePackingsOf<3>::warn_of_images(LAMMPS *, const std::vector<int> &,
+                                      const std::vector<int> &) const
+{
+}
+
+template <>
+void RvePackingsOf<2>::warn_of_images(LAMMPS *lmp, const std::vector<int> &chosen,
+                                      const std::vector<int> &image) const
 {
   // per packing a bit for each image
   std::vector<int> used(size(), 0);
@@ -341,3 +359,6 @@ void RvePackings::warn_of_images(LAMMPS *lmp, const std::vector<int> &chosen,
                       name(worst), text(stress_of_worst), worst_image,
                       text(rve::image_of(stress_of_worst, worst_image)), changed, size());
 }
+
+template class LAMMPS_NS::RvePackingsOf<2>;
+template class LAMMPS_NS::RvePackingsOf<3>;

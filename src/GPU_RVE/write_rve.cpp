@@ -71,7 +71,7 @@ void WriteRve::command(int narg, char **arg)
     if (atom->tag[i] != order.id || fix->slot(i) < 0) continue;
     mine = 1;
     try {
-      const rve::RveState state = fix->state(i);
+      const rve::RveState state = fix->state<2>(i);
       if (order.native)
         rve::write_packing(order.path, state);
       else

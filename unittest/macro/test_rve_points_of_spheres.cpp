@@ -30,7 +30,8 @@ Points points_of(const Spheres &state, int count, std::vector<int> &slots,
                  const MacroStepOptions &macro = MacroStepOptions(), bool with_shadows = false)
 {
   Points points(rve::make_engine<3>(sphere_options(rve::Format::Mixed)),
-                with_shadows ? rve::make_engine<3>(sphere_options(rve::Format::Mixed)) : nullptr, macro);
+                with_shadows ? rve::make_engine<3>(sphere_options(rve::Format::Mixed)) : nullptr,
+                macro);
   slots = points.add(std::vector<const Spheres *>(count, &state));
   return points;
 }
