@@ -46,9 +46,6 @@ template <int D> double shear_change(const rve::RveStateOf<D> &packing)
   return 6.0 / std::sqrt(packing.num_grains());
 }
 
-// Of spheres the packing itself.
-template <int D> constexpr int NUM_IMAGES = D == 2 ? rve::NUM_IMAGES : 1;
-
 /// Behind the message that there is no such file.
 std::string where_packings_come_from(const std::string &file)
 {
@@ -105,7 +102,7 @@ template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &
           change_material(state.material, settings.material, settings.mass_scaling.value_or(1.0),
                           1.0);
           state.check();
-          if constexpr (D == 2) rve::forget_absurd_force(state);
+          rve::forget_absurd_force(state);
           file_of.push_back(static_cast<int>(n));
           stable.push_back(rve::stable_time_step(state));
           state_images.push_back(rve::serialize(state));
@@ -202,13 +199,10 @@ std::vector<const rve::RveStateOf<D> *> RvePackingsOf<D>::choose(LAMMPS *lmp, in
       states.push_back(&packing);
       continue;
     }
-    if constexpr (D == 2) {
-      const auto key = std::make_pair(chosen[k], image[k]);
-      auto found = images.find(key);
-      if (found == images.end())
-        found = images.emplace(key, rve::image_of(packing, image[k])).first;
-      states.push_back(&found->second);
-    }
+    const auto key = std::make_pair(chosen[k], image[k]);
+    auto found = images.find(key);
+    if (found == images.end()) found = images.emplace(key, rve::image_of(packing, image[k])).first;
+    states.push_back(&found->second);
   }
   report(lmp, chosen);
   warn_of_images(lmp, chosen, image);
@@ -266,11 +260,11 @@ std::vector<int> RvePackingsOf<D>::choose_images(LAMMPS *lmp, int igroup, FixRve
 {
   auto &choice = settings.choice;
   if (!choice.image_seed)
-    return numbers(lmp, igroup, choice.image, "packing_image", atoms, NUM_IMAGES<D>);
+    return numbers(lmp, igroup, choice.image, "packing_image", atoms, rve::NUM_IMAGES_OF<D>);
   std::vector<int> images_of_atoms;
   for (const int i : atoms)
     images_of_atoms.push_back(
-        rve::draw(*choice.image_seed, lmp->atom->tag[i], NUM_IMAGES<D>, DRAW_IMAGE));
+        rve::draw(*choice.image_seed, lmp->atom->tag[i], rve::NUM_IMAGES_OF<D>, DRAW_IMAGE));
   return images_of_atoms;
 }
 
@@ -303,36 +297,35 @@ template <int D> void RvePackingsOf<D>::report(LAMMPS *lmp, const std::vector<in
    a mirrored or turned packing is another sample of the same ground only where the stress of the ground is isotropic
 ------------------------------------------------------------------------- */
 
-template <>
-void RvePackingsOf<3>::warn_of_images(LAMMPS *, const std::vector<int> &,
-                                      const std::vector<int> &) const
-{
-}
-
-template <>
-void RvePackingsOf<2>::warn_of_images(LAMMPS *lmp, const std::vector<int> &chosen,
+template <int D>
+void RvePackingsOf<D>::warn_of_images(LAMMPS *lmp, const std::vector<int> &chosen,
                                       const std::vector<int> &image) const
 {
+  using Stress = rve::Tensor<double, D>;
   // per packing a bit for each image
-  std::vector<int> used(size(), 0);
-  for (std::size_t k = 0; k < chosen.size(); ++k) used[chosen[k]] |= 1 << image[k];
-  MPI_Allreduce(MPI_IN_PLACE, used.data(), size(), MPI_INT, MPI_BOR, lmp->world);
+  std::vector<std::uint64_t> used(size(), 0);
+  for (std::size_t k = 0; k < chosen.size(); ++k) used[chosen[k]] |= std::uint64_t{1} << image[k];
+  MPI_Allreduce(MPI_IN_PLACE, used.data(), size(), MPI_UINT64_T, MPI_BOR, lmp->world);
   if (lmp->comm->me > 0) return;
 
   int changed = 0, worst = 0, worst_image = 0;
   double largest = 0.0;
-  rve::Tensor2 stress_of_worst;
+  Stress stress_of_worst;
   for (int n = 0; n < size(); ++n) {
-    if ((used[n] & ~1) == 0) continue;
-    const rve::Tensor2 stress = rve::spring_stress(packings[n]);
-    const double pressure = -0.5 * (stress(0, 0) + stress(1, 1));
+    if ((used[n] & ~std::uint64_t{1}) == 0) continue;
+    const Stress stress = rve::spring_stress(packings[n]);
+    const double pressure = -rve::trace(stress) / D;
     if (!(pressure > 0.0)) continue;
     double largest_of_packing = 0.0;
-    for (int k = 1; k < rve::NUM_IMAGES; ++k) {
+    for (int k = 1; k < rve::NUM_IMAGES_OF<D>; ++k) {
       if (!(used[n] >> k & 1)) continue;
-      const rve::Tensor2 seen = rve::image_of(stress, k);
-      const double normal = std::fabs(seen(0, 0) - stress(0, 0)) / pressure;
-      const double shear = std::fabs(seen(0, 1) - stress(0, 1)) / pressure;
+      const Stress seen = rve::image_of(stress, k);
+      double normal = 0.0, shear = 0.0;
+      for (int a = 0; a < D; ++a)
+        for (int b = a; b < D; ++b) {
+          double &change = a == b ? normal : shear;
+          change = std::fmax(change, std::fabs(seen(a, b) - stress(a, b)) / pressure);
+        }
       const double excess = std::fmax(normal / NORMAL_CHANGE, shear / shear_change(packings[n]));
       largest_of_packing = std::fmax(largest_of_packing, excess);
       if (excess > largest) {
@@ -345,19 +338,25 @@ void RvePackingsOf<2>::warn_of_images(LAMMPS *lmp, const std::vector<int> &chose
     if (largest_of_packing > 1.0) ++changed;
   }
   if (largest <= 1.0) return;
-  const auto text = [](const rve::Tensor2 &stress) {
-    return fmt::format("{}, {}, {}", rve::number(stress(0, 0)), rve::number(stress(1, 1)),
-                       rve::number(0.5 * (stress(0, 1) + stress(1, 0))));
+  const auto text = [](const Stress &stress) {
+    std::string words;
+    for (int apart = 0; apart < D; ++apart)    // normal stresses first
+      for (int a = 0; a + apart < D; ++a)
+        words += (words.empty() ? "" : ", ") +
+            rve::number(apart == 0 ? stress(a, a)
+                                   : 0.5 * (stress(a, a + apart) + stress(a + apart, a)));
+    return words;
   };
-  lmp->error->warning(FLERR,
-                      "fix rve: packing_image changes the ground: {} has sxx, syy, sxy of {} "
-                      "[stress], its image {} "
-                      "{}; {} of {} packings are not isotropic in this way. Images 0 and 2 keep "
-                      "the stress, 4 and 6 "
-                      "sxx and syy; random images are for packings of an isotropic stress, as "
-                      "create_rve makes them",
-                      name(worst), text(stress_of_worst), worst_image,
-                      text(rve::image_of(stress_of_worst, worst_image)), changed, size());
+  lmp->error->warning(
+      FLERR,
+      "fix rve: packing_image changes the ground: {} has {} of {} "
+      "[stress], its image {} "
+      "{}; {} of {} packings are not isotropic in this way. {}; random images are "
+      "for packings of an isotropic stress, as "
+      "create_rve makes them",
+      name(worst), D == 2 ? "sxx, syy, sxy" : "sxx, syy, szz, sxy, syz, sxz", text(stress_of_worst),
+      worst_image, text(rve::image_of(stress_of_worst, worst_image)), changed, size(),
+      D == 2 ? "Images 0 and 2 keep the stress, 4 and 6 sxx and syy" : "Images 0 to 15 keep szz");
 }
 
 template class LAMMPS_NS::RvePackingsOf<2>;

@@ -1,8 +1,10 @@
 #include "rve/core/error.h"
 #include "rve/engine/contact_network.h"
 #include "rve/engine/packing_io.h"
+#include "rve/engine/spatial_strain.h"
 #include "support/files.h"
 #include "support/messages.h"
+#include "support/spheres.h"
 #include "test_states.h"
 
 #include <gtest/gtest.h>
@@ -80,7 +82,7 @@ const char *const TWO_SPHERES = "gpu_rve_packing 2\n"                           
 const char *const CHECKSUM_OF_TWO_GRAINS = "965fc029eee52717";
 
 struct LammpsData {
-  double lx = 0.0, ly = 0.0, xy = 0.0, zlo = 0.0, zhi = 0.0;
+  double lx = 0.0, ly = 0.0, xy = 0.0, xz = 0.0, yz = 0.0, zlo = 0.0, zhi = 0.0;
   std::vector<double> atoms;         // (N, 7) id type diameter density x y z
   std::vector<double> velocities;    // (N, 7) id vx vy vz wx wy wz
 };
@@ -92,7 +94,7 @@ LammpsData read_lammps_data(const std::string &path)
   std::string line;
   std::vector<double> *section = nullptr;
   while (std::getline(file, line)) {
-    double a, b, c;
+    double a;
     if (line.find("xlo xhi") != std::string::npos)
       sscanf(line.c_str(), "%lf %lf", &a, &data.lx);
     else if (line.find("ylo yhi") != std::string::npos)
@@ -100,7 +102,7 @@ LammpsData read_lammps_data(const std::string &path)
     else if (line.find("zlo zhi") != std::string::npos)
       sscanf(line.c_str(), "%lf %lf", &data.zlo, &data.zhi);
     else if (line.find("xy xz yz") != std::string::npos)
-      sscanf(line.c_str(), "%lf %lf %lf", &data.xy, &b, &c);
+      sscanf(line.c_str(), "%lf %lf %lf", &data.xy, &data.xz, &data.yz);
     else if (line.find("Atoms") == 0)
       section = &data.atoms;
     else if (line.find("Velocities") == 0)
@@ -528,6 +530,88 @@ TEST(LammpsData, ContactTableGivesLoveStressInTheTurnedFrame)
   EXPECT_EQ(row[8], 7.0);
   EXPECT_NEAR(row[9], -100.0 * 0.6 - 7.0 * 0.8, 1e-10);
   EXPECT_NEAR(row[10], -100.0 * 0.8 + 7.0 * 0.6, 1e-10);
+}
+
+TEST(LammpsData, SpheresAreTurnedAsAWhole)
+{
+  Spheres state = disordered_spheres(spheres_material(), 5, 3);
+  // tilted far beyond half a box, seen by an observer who is turned, and with a history
+  SphereRig rig(state);
+  rig.strain(Tensor3{{-30.0, 60.0, 90.0, 0.0, -20.0, -70.0, 0.0, 0.0, -30.0}}, 5e-6, 2000);
+  state = rig.state();
+  const Tensor3 turn = spatial_rotation(Vec<double, 3>{{0.4, -1.1, 0.7}});
+  state.cell = turn * state.cell;
+  for (std::vector<double> *vectors : {&state.velocity, &state.spin})
+    for (std::size_t i = 0; i < vectors->size(); i += 3) {
+      const Vec<double, 3> turned =
+          turn * Vec<double, 3>{{(*vectors)[i], (*vectors)[i + 1], (*vectors)[i + 2]}};
+      for (int a = 0; a < 3; ++a) (*vectors)[i + a] = turned[a];
+    }
+  for (PairOf<3> &pair : state.pairs) pair.tangential_force = turn * pair.tangential_force;
+  const std::string path = temporary_path("spheres.lmp");
+
+  write_lammps_data(path, state);
+  const LammpsData data = read_lammps_data(path);
+
+  const Tensor3 box{
+      {data.lx, data.xy, data.xz, 0.0, data.ly, data.yz, 0.0, 0.0, data.zhi - data.zlo}};
+  EXPECT_NEAR(determinant(box) / state.cell_volume(), 1.0, 1e-12);
+  EXPECT_LE(std::fabs(data.xy), 0.5 * data.lx);
+  EXPECT_LE(std::fabs(data.xz), 0.5 * data.lx);
+  EXPECT_LE(std::fabs(data.yz), 0.5 * data.ly);
+  ASSERT_EQ(data.atoms.size(), 7u * state.num_grains());
+  // the lattices are the same but for a rotation
+  const Vec<double, 3> a = column(state.cell, 0), b = column(state.cell, 1);
+  Tensor3 rotation;
+  const auto set_row = [&](int row, const Vec<double, 3> &v) {
+    for (int k = 0; k < 3; ++k) rotation(row, k) = v[k] / std::sqrt(dot(v, v));
+  };
+  set_row(0, a);
+  set_row(1, cross(cross(a, b), a));
+  set_row(2, cross(a, b));
+  const Tensor3 to_box = inverse(box);
+  const Tensor3 lattice = to_box * (rotation * state.cell);
+  for (const double number : lattice.component) EXPECT_NEAR(number, std::round(number), 1e-12);
+
+  const std::vector<double> x = state.positions();
+  const auto vector_of = [](const std::vector<double> &numbers, std::size_t at) {
+    return Vec<double, 3>{{numbers[at], numbers[at + 1], numbers[at + 2]}};
+  };
+  for (int i = 0; i < state.num_grains(); ++i) {
+    EXPECT_EQ(data.atoms[7 * i + 2], 2.0 * state.radius[i]);
+    EXPECT_EQ(data.atoms[7 * i + 3], 2650.0);
+    const Vec<double, 3> apart =
+        to_box * (rotation * vector_of(x, 3 * i) - vector_of(data.atoms, 7 * i + 4));
+    const Vec<double, 3> c = rotation * vector_of(state.velocity, 3 * i),
+                         w = rotation * vector_of(state.spin, 3 * i);
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_NEAR(apart[k], std::round(apart[k]), 1e-12);
+      EXPECT_NEAR(data.velocities[7 * i + 1 + k], c[k], 1e-15);
+      EXPECT_NEAR(data.velocities[7 * i + 4 + k], w[k], 1e-13);
+    }
+  }
+
+  // forces on branches of the table give the stress of the springs, turned
+  std::istringstream table(text_of(path + ".contacts"));
+  std::string line;
+  std::getline(table, line);
+  std::getline(table, line);
+  Tensor3 stress = Tensor3::zero();
+  double largest_tangential = 0.0;
+  while (std::getline(table, line)) {
+    std::istringstream words(line);
+    double row[16];
+    for (double &value : row) words >> value;
+    ASSERT_TRUE(static_cast<bool>(words)) << line;
+    stress = stress +
+        dyad(Vec<double, 3>{{row[13], row[14], row[15]}}, Vec<double, 3>{{row[2], row[3], row[4]}});
+    largest_tangential = std::fmax(largest_tangential, std::fabs(row[10]));
+  }
+  EXPECT_GT(largest_tangential, 0.0);
+  const Tensor3 expected = rotation * spring_stress(state) * transpose(rotation);
+  for (int k = 0; k < 9; ++k)
+    EXPECT_NEAR(stress.component[k] / state.cell_volume(), expected.component[k],
+                1e-11 * std::fabs(trace(expected)));
 }
 
 // otherwise write_rve to /dev/null would make a file /dev/null.contacts

@@ -324,7 +324,7 @@ namespace {
     {
       if (recipe.k0 != 1.0)
         way.legs.push_back(
-            {recipe.pressure, recipe.material.friction, "anisotropic loading", recipe.k0});
+            {recipe.pressure, recipe.material.friction, "anisotropic load", recipe.k0});
     }
 
     double largest_log_ratio() const

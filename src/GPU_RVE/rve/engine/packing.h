@@ -57,7 +57,7 @@ constexpr double LARGEST_CONTACT_STRAIN = 0.05;
 struct PackingReport {
   std::int64_t step;    ///< since the cloud was made, over all attempts
   const char *
-      phase;    ///< "compression", "settling", "overconsolidation", "unloading" or "anisotropic loading"
+      phase;    ///< "compression", "settling", "overconsolidation", "unloading" or "anisotropic load"
   double preparation_friction;    ///< [-]
   double pressure;                ///< mean stress, compression positive [stress]
   double void_ratio;              ///< [-]

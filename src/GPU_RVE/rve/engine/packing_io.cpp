@@ -561,8 +561,10 @@ namespace {
 
   // ---- LAMMPS' frame ----
 
-  /// The packing seen from LAMMPS: a along +x, |xy| <= lx/2.
-  struct RestrictedFrame {
+  /// The packing seen from LAMMPS: a along +x, b in the plane of x and y, tilts of at most half an edge.
+  template <int D> struct RestrictedFrame;
+
+  template <> struct RestrictedFrame<2> {
     RveState state;         // positions and cell in the new frame
     double cosine, sine;    // v_lammps = (cosine v_x + sine v_y, -sine v_x + cosine v_y)
 
@@ -592,15 +594,121 @@ namespace {
     }
   };
 
-  std::string lammps_data(const RestrictedFrame &frame)
+  template <> struct RestrictedFrame<3> {
+    RveStateOf<3> state;    // all of it in the new frame
+    Tensor3 rotation;       // v_lammps = rotation v
+
+    explicit RestrictedFrame(const RveStateOf<3> &original) : state(original)
+    {
+      const Vec<double, 3> a = column(original.cell, 0), b = column(original.cell, 1);
+      const Vec<double, 3> x = unit(a), z = unit(cross(a, b)), y = cross(z, x);
+      for (int k = 0; k < 3; ++k) {
+        rotation(0, k) = x[k];
+        rotation(1, k) = y[k];
+        rotation(2, k) = z[k];
+      }
+      state.cell = rotation * original.cell;
+      for (int k = 0; k < 3; ++k)
+        for (int row = k + 1; row < 3; ++row) state.cell(row, k) = 0.0;
+      reduce(2, 1);
+      reduce(1, 0);
+      reduce(2, 0);
+      turn(state.velocity);
+      turn(state.spin);
+      for (PairOf<3> &pair : state.pairs)
+        for (const RememberedNumber<3> &number : SPATIAL_PAIR_MEMORY)
+          if (number.component == 0) turn(&number.of(pair));
+    }
+
+   private:
+    static Vec<double, 3> unit(const Vec<double, 3> &v) { return (1.0 / std::sqrt(dot(v, v))) * v; }
+
+    // Takes multiples of vector `other` from vector `axis`, as in the plane.
+    void reduce(int axis, int other)
+    {
+      const double multiple = std::round(state.cell(other, axis) / state.cell(other, other));
+      for (int k = 0; k < 3; ++k) state.cell(k, axis) -= multiple * state.cell(k, other);
+      const auto n = static_cast<std::uint64_t>(static_cast<std::int64_t>(multiple));
+      for (std::size_t i = 0; i < state.radius.size(); ++i)
+        state.fractional[3 * i + other] += n * state.fractional[3 * i + axis];
+    }
+
+    void turn(double *vector) const
+    {
+      const Vec<double, 3> turned = rotation * Vec<double, 3>{{vector[0], vector[1], vector[2]}};
+      for (int k = 0; k < 3; ++k) vector[k] = turned[k];
+    }
+    void turn(std::vector<double> &vectors) const
+    {
+      for (std::size_t i = 0; i < vectors.size(); i += 3) turn(&vectors[i]);
+    }
+  };
+
+  /// Head of a data file, up to the atoms.
+  std::string lammps_head(int num_grains)
+  {
+    return "LAMMPS data file of one RVE (GPU_RVE), atom_style sphere; velocities are peculiar\n\n" +
+        std::to_string(num_grains) + " atoms\n1 atom types\n\n";
+  }
+
+  std::string lammps_data(const RestrictedFrame<3> &frame)
+  {
+    const RveStateOf<3> &state = frame.state;
+    const Tensor3 &h = state.cell;
+    std::ostringstream out;
+    out << lammps_head(state.num_grains());
+    for (int a = 0; a < 3; ++a)
+      out << "0 " << exact(h(a, a)) << " "
+          << "xyz"[a] << "lo "
+          << "xyz"[a] << "hi\n";
+    out << exact(h(0, 1)) << " " << exact(h(0, 2)) << " " << exact(h(1, 2))
+        << " xy xz yz\n\nAtoms # sphere\n\n";
+    const std::vector<double> x = state.positions();
+    const std::string density = exact(state.material.density * state.material.mass_depth);
+    for (int i = 0; i < state.num_grains(); ++i) {
+      out << i + 1 << " 1 " << exact(2.0 * state.radius[i]) << " " << density;
+      for (int a = 0; a < 3; ++a) out << " " << exact(x[3 * i + a]);
+      out << "\n";
+    }
+    out << "\nVelocities\n\n";
+    for (int i = 0; i < state.num_grains(); ++i) {
+      out << i + 1;
+      for (const std::vector<double> *motion : {&state.velocity, &state.spin})
+        for (int a = 0; a < 3; ++a) out << " " << exact((*motion)[3 * i + a]);
+      out << "\n";
+    }
+    return out.str();
+  }
+
+  std::string contact_table(const RestrictedFrame<3> &frame)
+  {
+    std::ostringstream out;
+    out << "# contacts of one RVE (GPU_RVE); n from i to j, force on i = -f_n n + f_t\n"
+        << "# i j branch_x branch_y branch_z n_x n_y n_z overlap f_n f_t_x f_t_y f_t_z force_x "
+           "force_y force_z\n";
+    for (const SpringContactOf<3> &contact : find_spring_contacts(frame.state)) {
+      const auto &[first, second, branch, n, overlap] = contact.geometry;
+      out << first + 1 << " " << second + 1;
+      const auto add = [&](const Vec<double, 3> &vector) {
+        for (int a = 0; a < 3; ++a) out << " " << exact(vector[a]);
+      };
+      add(branch);
+      add(n);
+      out << " " << exact(overlap) << " " << exact(contact.normal_force);
+      add(contact.springs.tangential);
+      add(contact.force_on_first);
+      out << "\n";
+    }
+    return out.str();
+  }
+
+  std::string lammps_data(const RestrictedFrame<2> &frame)
   {
     const RveState &state = frame.state;
     const double half_slab = *std::max_element(state.radius.begin(), state.radius.end());
     const double mass_per_area = state.material.density * state.material.mass_depth;
     std::ostringstream out;
-    out << "LAMMPS data file of one RVE (GPU_RVE), atom_style sphere; velocities are peculiar\n\n"
-        << state.num_grains() << " atoms\n1 atom types\n\n"
-        << "0 " << exact(state.cell(0, 0)) << " xlo xhi\n"
+    out << lammps_head(state.num_grains()) << "0 " << exact(state.cell(0, 0)) << " xlo xhi\n"
         << "0 " << exact(state.cell(1, 1)) << " ylo yhi\n"
         << exact(-half_slab) << " " << exact(half_slab) << " zlo zhi\n"
         << exact(state.cell(0, 1)) << " 0 0 xy xz yz\n\nAtoms # sphere\n\n";
@@ -620,7 +728,7 @@ namespace {
     return out.str();
   }
 
-  std::string contact_table(const RestrictedFrame &frame)
+  std::string contact_table(const RestrictedFrame<2> &frame)
   {
     const RveState &state = frame.state;
     const bool rolls = state.has_rolling_forces();
@@ -740,10 +848,10 @@ template <int D> void write_library(const std::string &path, const PackingLibrar
   OutputFile(path).write(statements + checksum_line(statements) + "end_library\n");
 }
 
-void write_lammps_data(const std::string &path, const RveState &state)
+template <int D> void write_lammps_data(const std::string &path, const RveStateOf<D> &state)
 {
   check_for(path, state);
-  const RestrictedFrame frame(state);
+  const RestrictedFrame<D> frame(state);
   OutputFile data(path);
   std::optional<OutputFile> contacts;
   if (data.is_regular()) contacts.emplace(path + ".contacts");
@@ -755,10 +863,12 @@ template RveStateOf<2> read_packing(const std::string &);
 template void write_packing(const std::string &, const RveStateOf<2> &);
 template PackingLibraryOf<2> read_library(const std::string &);
 template void write_library(const std::string &, const PackingLibraryOf<2> &);
+template void write_lammps_data(const std::string &, const RveStateOf<2> &);
 
 template RveStateOf<3> read_packing(const std::string &);
 template void write_packing(const std::string &, const RveStateOf<3> &);
 template PackingLibraryOf<3> read_library(const std::string &);
 template void write_library(const std::string &, const PackingLibraryOf<3> &);
+template void write_lammps_data(const std::string &, const RveStateOf<3> &);
 
 }    // namespace rve

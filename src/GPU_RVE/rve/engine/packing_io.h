@@ -58,13 +58,14 @@ template <int D> void write_library(const std::string &path, const PackingLibrar
 
 /// Writes a LAMMPS data file (atom_style sphere, triclinic, one atom type) and `<path>.contacts`, the latter unless the path is a
 /// device or a fifo. Throws InputError as above.
-/// LAMMPS wants vector a along +x: the packing is rotated (positions, velocities, forces), and b is reduced by multiples of a
-/// until |xy| <= lx/2. Ids are 1 to N in the order of the state. z runs from -largest radius to +largest radius.
-/// The density column is mass / (4/3 pi r^3), so that LAMMPS' mass is ours; LAMMPS' moment of inertia is 2/5 m r^2 unless
-/// `fix nve/sphere ... disc` is used, ours is m r^2/2. Velocities are peculiar: add L x for a deforming cell.
-/// Contact forces are the springs' (dashpots excluded), on the first grain: -f_n n + f_t (-n_y, n_x). With rolling forces there is a
-/// column for them: moment on the first grain over the reduced radius.
-void write_lammps_data(const std::string &path, const RveState &state);
+/// LAMMPS wants vector a along +x, and b in the plane of x and y: the packing is rotated (positions, velocities, spins, forces), and vectors
+/// are reduced by multiples of those before them until |xy| and |xz| are at most lx/2, |yz| at most ly/2. Ids are 1 to N in the order of
+/// the state. Velocities are peculiar: add L x for a deforming cell.
+/// Of disks z runs from -largest radius to +largest radius, and the density column is mass / (4/3 pi r^3), so that LAMMPS' mass is ours;
+/// LAMMPS' moment of inertia is 2/5 m r^2 unless `fix nve/sphere ... disc` is used, ours is m r^2/2.
+/// Contact forces are the springs' (dashpots excluded), on the first grain: -f_n n + f_t (-n_y, n_x), and -f_n n + f_t of spheres.
+/// With rolling forces of disks there is a column for them: moment on the first grain over the reduced radius.
+template <int D> void write_lammps_data(const std::string &path, const RveStateOf<D> &state);
 
 }    // namespace rve
 
