@@ -105,7 +105,7 @@ template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &
           change_material(state.material, settings.material, settings.mass_scaling.value_or(1.0),
                           1.0);
           state.check();
-          if constexpr (D == 2) rve::forget_absurd_force(state);
+          rve::forget_absurd_force(state);
           file_of.push_back(static_cast<int>(n));
           stable.push_back(rve::stable_time_step(state));
           state_images.push_back(rve::serialize(state));
