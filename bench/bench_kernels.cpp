@@ -92,7 +92,7 @@ int run(int count, char **words)
       }
   };
 #define RVE_COMPILE_PROGRAM(name, ...) compile_program(#name, Program::name);
-  RVE_PLANE_PROGRAMS(RVE_COMPILE_PROGRAM)
+  RVE_PROGRAMS(RVE_COMPILE_PROGRAM)
 #undef RVE_COMPILE_PROGRAM
   return 0;
 }

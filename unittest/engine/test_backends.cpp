@@ -8,9 +8,11 @@
 #include "rve/engine/host_kernels.h"
 #include "rve/engine/packing.h"
 #include "support/packings.h"
+#include "support/spheres.h"
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <memory>
@@ -33,11 +35,12 @@ template <class T> void append(std::vector<char> &bytes, const T &value)
 }
 
 /// Every member of the result, without the padding between them.
-std::vector<char> bytes_of(const Result &r)
+template <int D> std::vector<char> bytes_of(const ResultOf<D> &r)
 {
   std::vector<char> bytes;
   append(bytes, r.status);
-  for (const Tensor2 &t : {r.stress, r.cell, r.deformation, r.fabric, r.servo_velocity_gradient})
+  for (const Tensor<double, D> &t :
+       {r.stress, r.cell, r.deformation, r.fabric, r.servo_velocity_gradient})
     append(bytes, t);
   for (double x : {r.void_ratio, r.coordination_number, r.mechanical_coordination_number,
                    r.sliding_fraction, r.unbalanced_ratio, r.kinetic_energy, r.elastic_energy,
@@ -51,23 +54,34 @@ std::vector<char> bytes_of(const Result &r)
 }
 
 /// One RVE of a scene and what happens to it in each call.
-struct Actor {
+template <int D> struct ActorOf {
   std::string name;
-  RveState state;
-  Drive drive;
+  RveStateOf<D> state;
+  DriveOf<D> drive;
 };
+using Actor = ActorOf<2>;
+
+template <int D>
+DriveOf<D> shear_at_pressure(const RveStateOf<D> &state, double rate, double dt, int substeps)
+{
+  DriveOf<D> drive;
+  drive.dt = dt;
+  drive.substeps = substeps;
+  for (int a = 0; a < D; ++a) {
+    drive.controlled[a][a] = true;
+    drive.stress_goal(a, a) = -PRESSURE;
+  }
+  drive.velocity_gradient(0, 1) = rate;
+  // that of default_servo_gain(), which packings of disks have
+  const double width = D == 2 ? state.material.thickness : std::cbrt(state.cell_volume());
+  drive.servo_gain = 10.0 * width / state.mass();
+  drive.servo_max_rate = 20.0;
+  return drive;
+}
 
 Drive biaxial_shear(const RveState &state, double rate, int substeps)
 {
-  Drive drive;
-  drive.dt = DT;
-  drive.substeps = substeps;
-  drive.controlled[0][0] = drive.controlled[1][1] = true;
-  drive.stress_goal = Tensor2{{-PRESSURE, 0.0, 0.0, -PRESSURE}};
-  drive.velocity_gradient = Tensor2{{0.0, rate, 0.0, 0.0}};
-  drive.servo_gain = default_servo_gain(state);
-  drive.servo_max_rate = 20.0;
-  return drive;
+  return shear_at_pressure(state, rate, DT, substeps);
 }
 
 Material dry_material()
@@ -109,6 +123,27 @@ std::vector<Actor> full_scene(bool viscous, bool rolling = false)
   return actors;
 }
 
+/// Spheres, more of them than a block has threads too. A skin of half a radius, for the same reason.
+constexpr double WIDE_SKIN_OF_SPHERES = 2.5e-3;
+
+std::vector<ActorOf<3>> spheres_scene(bool viscous, int substeps = 300)
+{
+  Material material = dry_material();
+  material.thickness = material.mass_depth = 1.0;
+  if (viscous) {
+    material.normal_viscosity = 3.0;
+    material.tangential_viscosity = 1.5;
+  }
+  const double dt = 1e-5;
+  Spheres small = disordered_spheres(material, 6, 1), large = disordered_spheres(material, 11, 2);
+  for (Spheres *state : {&small, &large}) state->cell = 0.96 * state->cell;
+  return {{"216 spheres with servo", small, shear_at_pressure(small, 60.0, dt, substeps)},
+          {"1331 spheres with servo", large, shear_at_pressure(large, 60.0, dt, substeps)},
+          {"216 spheres on a path", small,
+           DriveOf<3>::constant_velocity_gradient(
+               Tensor3{{0.5, 12.0, -4.0, 20.0, 0.8, -15.0, 0.0, 7.0, -1.0}}, dt, substeps / 2)}};
+}
+
 /// Few steps for what is slow: a single thread of a GPU.
 std::vector<Actor> short_scene()
 {
@@ -121,36 +156,38 @@ std::vector<Actor> short_scene()
       {"path", middle, Drive::constant_velocity_gradient(Tensor2{{0.5, 12.0, -4.0, 0.8}}, DT, 20)}};
 }
 
-struct Outcome {
+template <int D> struct OutcomeOf {
   std::vector<std::vector<char>> states;                  // at the end, by actor
   std::vector<std::vector<std::vector<char>>> results;    // by call and actor, with stiffness
-  std::vector<Result> last;
+  std::vector<ResultOf<D>> last;
 };
+using Outcome = OutcomeOf<2>;
 
 /// The same for these actors.
-Options with_contacts_of(const std::vector<Actor> &actors, Options options)
+template <int D> Options with_contacts_of(const std::vector<ActorOf<D>> &actors, Options options)
 {
-  std::vector<RveState> states;
-  for (const Actor &actor : actors) states.push_back(actor.state);
+  std::vector<RveStateOf<D>> states;
+  for (const ActorOf<D> &actor : actors) states.push_back(actor.state);
   options.contacts = contacts_of(states);
   return options;
 }
 
-Outcome play(Engine &engine, const std::vector<Actor> &actors, int calls)
+template <int D>
+OutcomeOf<D> play(EngineOf<D> &engine, const std::vector<ActorOf<D>> &actors, int calls)
 {
-  Outcome outcome;
+  OutcomeOf<D> outcome;
   std::vector<int> rves;
-  std::vector<Drive> drives;
-  for (const Actor &actor : actors) {
+  std::vector<DriveOf<D>> drives;
+  for (const ActorOf<D> &actor : actors) {
     rves.push_back(engine.add(actor.state));
     drives.push_back(actor.drive);
   }
-  std::vector<ElasticResult> answers;
+  std::vector<ElasticResultOf<D>> answers;
   for (int call = 0; call < calls; ++call) {
     engine.advance(rves, drives, answers);
     outcome.results.emplace_back();
     outcome.last.clear();
-    for (const ElasticResult &answer : answers) {
+    for (const ElasticResultOf<D> &answer : answers) {
       outcome.last.push_back(answer.result);
       outcome.results.back().push_back(bytes_of(answer.result));
       append(outcome.results.back().back(), answer.stiffness);
@@ -160,7 +197,9 @@ Outcome play(Engine &engine, const std::vector<Actor> &actors, int calls)
   return outcome;
 }
 
-void expect_same_bits(const Outcome &x, const Outcome &y, const std::vector<Actor> &actors)
+template <int D>
+void expect_same_bits(const OutcomeOf<D> &x, const OutcomeOf<D> &y,
+                      const std::vector<ActorOf<D>> &actors)
 {
   for (std::size_t k = 0; k < actors.size(); ++k) {
     for (std::size_t call = 0; call < x.results.size(); ++call)
@@ -242,16 +281,19 @@ INSTANTIATE_TEST_SUITE_P(Formats, CpuAndCuda,
                          ::testing::Values(Format::Fast, Format::Mixed, Format::Double), name_of);
 
 /// Pairs beyond what the slots of the grains and the first extra list hold: the list must have grown.
-bool has_grown(const Result &result)
+template <int D> bool has_grown(const ResultOf<D> &result)
 {
-  return result.num_pairs > 3 * result.num_grains + initial_extra_capacity<2>(result.num_grains);
+  constexpr int owned = D == 2 ? 3 : 4;
+  return result.num_pairs >
+      owned * result.num_grains + initial_extra_capacity<D>(result.num_grains);
 }
 
 /// That the run went through everything that may differ.
-void expect_eventful(const Outcome &outcome, const std::vector<Actor> &actors)
+template <int D>
+void expect_eventful(const OutcomeOf<D> &outcome, const std::vector<ActorOf<D>> &actors)
 {
   for (std::size_t k = 0; k < actors.size(); ++k) {
-    const Result &result = outcome.last[k];
+    const ResultOf<D> &result = outcome.last[k];
     EXPECT_EQ(result.status & status::Fatal, 0u)
         << actors[k].name << ": " << describe_status(result.status);
     if (!actors[k].drive.has_servo()) continue;
@@ -393,6 +435,17 @@ TEST_P(Backends, SceneOfTheComparisonGoesThroughRebuildsReductionsGrowthAndSlidi
   expect_eventful(outcome, actors);
 }
 
+TEST_P(Backends, SceneOfSpheresGoesThroughRebuildsReductionsGrowthAndSliding)
+{
+  const auto actors = spheres_scene(false);
+  const Options options =
+      with_contacts_of(actors, options_for(GetParam(), Device::Cpu, WIDE_SKIN_OF_SPHERES));
+
+  const auto outcome = play(*make_engine<3>(options), actors, 6);
+
+  expect_eventful(outcome, actors);
+}
+
 TEST_P(Backends, ShortAnswerIsThatOfTheResultAndTheMotionIsTheSame)
 {
   // with servos and dashpots, or plain paths only, or with rolling resistance
@@ -461,6 +514,39 @@ TEST_P(CpuAndCuda, GiveTheSameStatesAndResultsAfterAnEventfulRun)
 
     if (!viscous) expect_eventful(on_gpu, actors);
     expect_same_bits(on_cpu, on_gpu, actors);
+  }
+}
+
+TEST_P(CpuAndCuda, GiveTheSameSpheresAfterAnEventfulRun)
+{
+  for (const bool viscous : {false, true}) {
+    SCOPED_TRACE(viscous ? "with dashpots and energy" : "without dashpots");
+    const auto actors = spheres_scene(viscous);
+    Options options =
+        with_contacts_of(actors, options_for(GetParam(), Device::Cpu, WIDE_SKIN_OF_SPHERES));
+    options.track_energy = viscous;
+    const auto cpu = make_engine<3>(options);
+    options.device = Device::Cuda;
+    const auto gpu = make_engine<3>(options);
+
+    const auto on_cpu = play(*cpu, actors, 6), on_gpu = play(*gpu, actors, 6);
+
+    expect_same_bits(on_cpu, on_gpu, actors);
+  }
+}
+
+TEST_P(CpuAndCuda, GiveTheSameSpheresForEveryBlockSize)
+{
+  const auto actors = spheres_scene(false, 40);
+  Options options = with_contacts_of(actors, options_for(GetParam(), Device::Cpu));
+  const auto on_cpu = play(*make_engine<3>(options), actors, 3);
+
+  options.device = Device::Cuda;
+  for (const int threads : {32, 96, 256, 512, 1024}) {
+    SCOPED_TRACE(std::to_string(threads) + " threads");
+    options.block_size = threads;
+
+    expect_same_bits(on_cpu, play(*make_engine<3>(options), actors, 3), actors);
   }
 }
 

@@ -7,11 +7,11 @@
 #include "rve/engine/batch_engine.h"
 #include "rve/engine/program_scenes.h"
 #include "support/packings.h"
+#include "support/spheres.h"
 
 #include <gtest/gtest.h>
 
 #include <cstring>
-#include <iterator>
 #include <vector>
 
 using namespace rve;
@@ -19,7 +19,6 @@ using namespace rve_test;
 
 namespace {
 
-constexpr double DT = 5e-5;
 constexpr int CAPACITY = 416;    // of the block, in grains
 constexpr int GARBAGE = 0x7f;    // in every byte: numbers of 1e38 and more
 
@@ -46,15 +45,15 @@ class BlockInRegisters : public BlockSerial {
 };
 
 /// An RVE under one program.
-struct Run {
+template <int D> struct RveRun {
   StateImage image;
-  AnswerRecord<2> answer;
-  DetailRecord<2> detail;
+  AnswerRecord<D> answer = {};
+  DetailRecord<D> detail = {};
 };
 
 /// One call, in memory full of garbage.
 template <class Block, class Scene>
-void advance(Run &run, const DriveRecord<2> &drive, bool with_details)
+void advance(RveRun<Scene::D> &run, const DriveRecord<Scene::D> &drive, bool with_details)
 {
   char *image = run.image.bytes.data();
   const int n = run.image.num_grains, pair_capacity = 8 * n;
@@ -66,9 +65,9 @@ void advance(Run &run, const DriveRecord<2> &drive, bool with_details)
   using Planning = StepPlanning<Block, Scene>;
   CallState<Scene> call;
   std::memset(static_cast<void *>(&call), GARBAGE, sizeof(call));
-  std::memcpy(&call.header, image, sizeof(ImageHeader<2>));
+  std::memcpy(&call.header, image, sizeof(ImageHeader<Scene::D>));
   call.drive = drive;
-  call.steering = SteeringRecord<2>();
+  call.steering = SteeringRecord<Scene::D>();
   call.batch = BatchConstants{0.0, 0.5, 0.5, 0, 1};
   Begin::prepare(call, image, pair_capacity);
   for (int t = 0; t < call.plan_last; ++t) Planning::plan_step(call, t, 1);
@@ -80,20 +79,24 @@ void advance(Run &run, const DriveRecord<2> &drive, bool with_details)
   program.run(run.answer, with_details ? &run.detail : nullptr);
 }
 
-DriveRecord<2> shear(double strain, int substeps)
+template <int D> DriveRecord<D> shear(double strain, int substeps, double dt)
 {
-  DriveRecord<2> drive = DriveRecord<2>();
-  drive.dt = DT;
+  DriveRecord<D> drive = DriveRecord<D>();
+  drive.dt = dt;
   drive.substeps = substeps;
   drive.segments = 1;
-  drive.deformation[0] = drive.deformation[3] = 1.0;
-  drive.deformation[1] = strain;
+  Tensor<double, D> deformation = Tensor<double, D>::identity();
+  deformation(0, 1) = strain;
+  store_tensor(deformation, drive.deformation);
   return drive;
 }
 
 /// Short and long calls, with new lists and without, and a look without steps.
-const DriveRecord<2> CALLS[] = {shear(1e-4, 10), shear(0.05, 300), shear(1e-4, 1),
-                                shear(0.0, 0),   shear(0.02, 70),  shear(0.0, 5)};
+template <int D> std::vector<DriveRecord<D>> calls(double dt)
+{
+  return {shear<D>(1e-4, 10, dt), shear<D>(0.05, 300, dt), shear<D>(1e-4, 1, dt),
+          shear<D>(0.0, 0, dt),   shear<D>(0.02, 70, dt),  shear<D>(0.0, 5, dt)};
+}
 
 template <class Numbers> constexpr rve::Format format_of();
 template <> constexpr rve::Format format_of<FastNumbers>()
@@ -110,24 +113,37 @@ template <> constexpr rve::Format format_of<DoubleNumbers>()
 }
 
 /// Of a state whose forces fit into the scale of the first call: nobody repeats it here.
-template <class Numbers> Run run_of(double friction)
+template <class Numbers, int D> RveRun<D> run_of(RveStateOf<D> state, Program memory)
+{
+  state.largest_contact_force = 1e4;
+  return RveRun<D>{build_image(format_of<Numbers>(), state, 2000, memory)};
+}
+
+template <class Numbers> RveRun<2> disks(double friction)
 {
   RveState state = packing_of_400();
   shake(state, 0.2, 5);
   state.material.friction = friction;
-  state.largest_contact_force = 1e4;
-  return Run{build_image(format_of<Numbers>(), state, 2000, Program::General), AnswerRecord<2>(),
-             DetailRecord<2>()};
+  return run_of<Numbers>(state, Program::General);
+}
+
+template <class Numbers, int D> RveStateOf<D> state_of(const RveRun<D> &run, Program memory)
+{
+  return read_image<D>(format_of<Numbers>(), run.image, memory);
 }
 
 /// What a caller sees. States, not images: a zero history may have a sign.
-template <class Numbers> void expect_same_bits(const Run &run, const Run &expected)
+template <class Numbers, int D>
+void expect_same_bits(const RveRun<D> &run, const RveRun<D> &expected, Program memory)
 {
   EXPECT_EQ(std::memcmp(&run.answer, &expected.answer, sizeof(run.answer)), 0);
   EXPECT_EQ(std::memcmp(&run.detail, &expected.detail, sizeof(run.detail)), 0);
-  EXPECT_EQ(serialize(read_image(format_of<Numbers>(), run.image, Program::General)),
-            serialize(read_image(format_of<Numbers>(), expected.image, Program::General)));
+  EXPECT_EQ(serialize(state_of<Numbers>(run, memory)),
+            serialize(state_of<Numbers>(expected, memory)));
 }
+
+/// Time step of the disks of the examples, and of spheres that are as stiff.
+constexpr double DISK_DT = 5e-5, SPHERE_DT = 2e-6;
 
 template <class Numbers> class Registers : public testing::Test {
 };
@@ -143,39 +159,68 @@ TYPED_TEST_SUITE(Registers, Formats);
 
 TYPED_TEST(Registers, PlainAndGeneralProgramsGiveTheBitsOfArrays)
 {
-  Run arrays = run_of<TypeParam>(0.5), plain = arrays, general = arrays;
+  RveRun<2> arrays = disks<TypeParam>(0.5), plain = arrays, general = arrays;
+  const auto drives = calls<2>(DISK_DT);
 
-  for (std::size_t k = 0; k < std::size(CALLS); ++k) {
+  for (std::size_t k = 0; k < drives.size(); ++k) {
     SCOPED_TRACE(k);
     const bool with_details = k % 2 == 1;
-    advance<BlockSerial, ProgramScene<Program::Plain, TypeParam>>(arrays, CALLS[k], with_details);
-    advance<BlockInRegisters, ProgramScene<Program::Plain, TypeParam>>(plain, CALLS[k],
+    advance<BlockSerial, ProgramScene<Program::Plain, TypeParam>>(arrays, drives[k], with_details);
+    advance<BlockInRegisters, ProgramScene<Program::Plain, TypeParam>>(plain, drives[k],
                                                                        with_details);
-    advance<BlockInRegisters, ProgramScene<Program::General, TypeParam>>(general, CALLS[k],
+    advance<BlockInRegisters, ProgramScene<Program::General, TypeParam>>(general, drives[k],
                                                                          with_details);
 
     EXPECT_EQ(arrays.answer.status & status::Fatal, 0u) << describe_status(arrays.answer.status);
-    expect_same_bits<TypeParam>(plain, arrays);
-    expect_same_bits<TypeParam>(general, arrays);
+    expect_same_bits<TypeParam>(plain, arrays, Program::General);
+    expect_same_bits<TypeParam>(general, arrays, Program::General);
   }
-  const RveState end = read_image(format_of<TypeParam>(), arrays.image, Program::General);
+  const RveState end = state_of<TypeParam>(arrays, Program::General);
   EXPECT_GT(end.counters.rebuilds, 10);
 }
 
 TYPED_TEST(Registers, FrictionlessProgramGivesTheBitsOfArraysWithACoefficientOfZero)
 {
-  Run arrays = run_of<TypeParam>(0.0), frictionless = arrays;
+  RveRun<2> arrays = disks<TypeParam>(0.0), frictionless = arrays;
+  const auto drives = calls<2>(DISK_DT);
 
-  for (std::size_t k = 0; k < std::size(CALLS); ++k) {
+  for (std::size_t k = 0; k < drives.size(); ++k) {
     SCOPED_TRACE(k);
     const bool with_details = k % 2 == 1;
-    advance<BlockSerial, ProgramScene<Program::Plain, TypeParam>>(arrays, CALLS[k], with_details);
+    advance<BlockSerial, ProgramScene<Program::Plain, TypeParam>>(arrays, drives[k], with_details);
     advance<BlockInRegisters, ProgramScene<Program::Frictionless, TypeParam>>(
-        frictionless, CALLS[k], with_details);
+        frictionless, drives[k], with_details);
 
     EXPECT_EQ(arrays.answer.status & status::Fatal, 0u) << describe_status(arrays.answer.status);
-    expect_same_bits<TypeParam>(frictionless, arrays);
+    expect_same_bits<TypeParam>(frictionless, arrays, Program::General);
   }
-  const RveState end = read_image(format_of<TypeParam>(), arrays.image, Program::General);
+  const RveState end = state_of<TypeParam>(arrays, Program::General);
+  EXPECT_GT(end.counters.rebuilds, 10);
+}
+
+TEST(SpheresInRegisters, GiveTheBitsOfArrays)
+{
+  using Scene = ProgramScene<Program::Spheres, MixedNumbers>;
+  Material material;
+  material.normal_stiffness = 1e6;
+  material.tangential_stiffness = 8e5;
+  material.friction = 0.5;
+  material.density = 2650.0;
+  material.local_damping = 0.3;
+  RveRun<3> arrays = run_of<MixedNumbers>(disordered_spheres(material, 7, 1), Program::Spheres),
+            registers = arrays;
+  const auto drives = calls<3>(SPHERE_DT);
+
+  for (std::size_t k = 0; k < drives.size(); ++k) {
+    SCOPED_TRACE(k);
+    const bool with_details = k % 2 == 1;
+    advance<BlockSerial, Scene>(arrays, drives[k], with_details);
+    advance<BlockInRegisters, Scene>(registers, drives[k], with_details);
+
+    EXPECT_EQ(arrays.answer.status & status::Fatal, 0u) << describe_status(arrays.answer.status);
+    EXPECT_GT(arrays.answer.num_contacts, 100);
+    expect_same_bits<MixedNumbers>(registers, arrays, Program::Spheres);
+  }
+  const Spheres end = state_of<MixedNumbers>(arrays, Program::Spheres);
   EXPECT_GT(end.counters.rebuilds, 10);
 }

@@ -320,6 +320,7 @@ TYPED_TEST(VectorSpringOf, AtTheLimitKeepsItsBitsWhenLookedAtAgain)
 
     EXPECT_TRUE(same_bits(once.spring, again.spring));
     EXPECT_TRUE(same_bits(once.force, again.force));
+    EXPECT_EQ(once.sliding, again.sliding);
   }
 }
 

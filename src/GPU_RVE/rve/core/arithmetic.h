@@ -21,6 +21,10 @@ inline namespace RVE_ISA {
     return condition ? yes : no;
   }
 
+  /// From 1 to the next number.
+  template <class T> constexpr double kEpsilon = 0x1p-52;
+  template <> constexpr double kEpsilon<float> = 0x1p-23;
+
   /// What a comparison of two T gives: bool, or a truth for each number of a pack.
   template <class T> using Truth = decltype(T() < T());
 

@@ -53,16 +53,23 @@ namespace {
 
   template <int D> using TurnFunction = void (*)(const TurnRecord<D> *);
 
+  /// None for RVEs of the other dimension.
+  template <int D, class Scene> TurnFunction<D> turn_scene()
+  {
+    if constexpr (Scene::D == D)
+      return turn_rves<Scene>;
+    else
+      return nullptr;
+  }
+
   template <int D, class Numbers> TurnFunction<D> turn_function(Program memory)
   {
     switch (memory) {
 #define RVE_TURN(name, law, books, small, prepared) \
   case Program::name:                               \
-    return turn_rves<ProgramScene<Program::prepared, Numbers>>;
-      RVE_PLANE_PROGRAMS(RVE_TURN)
+    return turn_scene<D, ProgramScene<Program::prepared, Numbers>>();
+      RVE_PROGRAMS(RVE_TURN)
 #undef RVE_TURN
-      default:
-        break;    // programs of spheres
     }
     return nullptr;
   }
@@ -455,9 +462,10 @@ namespace {
 template <int D>
 std::unique_ptr<EngineOf<D>> make_cuda_engine(const Options &options, std::string &obstacle)
 {
-  const CudaDevice device = find_cuda_device(
-      options.device_number,
-      reinterpret_cast<const void *>(turn_function<D>(Format::Fast, Program::General)));
+  const CudaDevice device =
+      find_cuda_device(options.device_number,
+                       reinterpret_cast<const void *>(turn_function<D>(
+                           Format::Fast, D == 2 ? Program::General : Program::Spheres)));
   obstacle = device.obstacle;
   if (!obstacle.empty()) return nullptr;
   Options own = options;
@@ -469,6 +477,8 @@ std::unique_ptr<EngineOf<D>> make_cuda_engine(const Options &options, std::strin
 }
 
 template std::unique_ptr<EngineOf<2>> make_cuda_engine(const Options &options,
+                                                       std::string &obstacle);
+template std::unique_ptr<EngineOf<3>> make_cuda_engine(const Options &options,
                                                        std::string &obstacle);
 
 }    // namespace rve

@@ -38,7 +38,7 @@ template <int D> struct LaunchRecord {
 };
 
 /// The kernel that prepares calls has at least so many threads for each: one for each piece of 16 bytes of a drive.
-template <int D> constexpr int kThreadsPerCall = 4;
+template <int D> constexpr int kThreadsPerCall = D == 2 ? 4 : 8;
 
 /// Sizes that the host plans memory with.
 struct KernelSizes {

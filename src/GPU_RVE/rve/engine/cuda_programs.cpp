@@ -49,7 +49,7 @@ template <class Numbers, Format format_, Arithmetic arithmetic_> void CudaProgra
     entry.ahead =                                                                            \
         !none_ahead && entry.kernels.kernel[static_cast<int>(Residency::Memory)] != nullptr; \
   }
-  RVE_PLANE_PROGRAMS(RVE_FILL)
+  RVE_PROGRAMS(RVE_FILL)
 #undef RVE_FILL
 }
 

@@ -22,7 +22,7 @@ template <Program program, Format format, Arithmetic arithmetic> ProgramKernels 
   template <> ProgramKernels cuda_kernels<Program::name, Format::Fast, Arithmetic::Relaxed>(); \
   template <> ProgramKernels cuda_kernels<Program::name, Format::Mixed, Arithmetic::Strict>(); \
   template <> ProgramKernels cuda_kernels<Program::name, Format::Double, Arithmetic::Strict>();
-RVE_PLANE_PROGRAMS(RVE_DECLARE_KERNELS)
+RVE_PROGRAMS(RVE_DECLARE_KERNELS)
 #undef RVE_DECLARE_KERNELS
 
 class CudaPrograms {

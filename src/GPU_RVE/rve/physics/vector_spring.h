@@ -5,8 +5,6 @@
 
 #include "rve/core/vec.h"
 
-#include <limits>
-
 namespace rve {
 inline namespace RVE_ISA {
 
@@ -76,13 +74,14 @@ inline namespace RVE_ISA {
       }
       const History limit = static_cast<History>(friction * fabs(normal_force));
       const History squared = dot(trial, trial);
-      // a force at the limit, looked at again, must keep its bits: its length is rounded a few times
-      constexpr History kEpsilon = std::numeric_limits<History>::epsilon();
-      constexpr History kSlack = History(1) + History(16) * kEpsilon;
+      // a force at the limit, looked at again, must keep its bits and be at the limit: its length is rounded a few times
+      constexpr double kSlack = 16.0 * kEpsilon<History>;
+      const History squared_limit = limit * limit;
+      const auto beyond = squared > History(1.0 + kSlack) * squared_limit;
       VectorForce<Real, History> result;
-      result.sliding = squared > kSlack * (limit * limit);
+      result.sliding = squared >= History(1.0 - kSlack) * squared_limit;
       const auto length = root_and_inverse(squared + History(kLeastSquaredForce));
-      const History share = select(result.sliding, limit * length.inverse, History(1));
+      const History share = select(beyond, limit * length.inverse, History(1));
       for (int a = 0; a < 3; ++a) {
         const History capped = share * trial[a];
         result.force[a] = static_cast<Real>(capped);
@@ -90,7 +89,7 @@ inline namespace RVE_ISA {
         result.spring[a] = capped;
         if constexpr (Viscous)
           if (viscosity != Real(0))
-            result.spring[a] = select(result.sliding, capped - (trial[a] - elastic[a]), elastic[a]);
+            result.spring[a] = select(beyond, capped - (trial[a] - elastic[a]), elastic[a]);
       }
       return result;
     }

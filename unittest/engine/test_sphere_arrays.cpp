@@ -1,0 +1,147 @@
+// Arrays of spheres whose contacts all slide: the ratio of their stresses follows from geometry and friction alone, whatever the springs.
+//
+// Layers of spheres in squares of edge a_x by a_y, a height h apart, each over the middles of the squares below: face-centred cubic where
+// a_x = a_y = sqrt(2) h. The contacts within a layer have opened. Between layers all branch vectors are (+-a_x/2, +-a_y/2, h), and a
+// deformation that keeps their length makes contacts slide along s = L b / |L b| under the force f_n (n - mu s), so that
+//     sigma_zz / sigma_xx = (n_z - mu s_z) b_z / ((n_x - mu s_x) b_x).
+// With a_x = a_y this is 2 t (t + mu) / (1 - mu t), t = sqrt(2) h / a, and t = 1 gives what Thornton (1979, Geotechnique 29, 441-459) has
+// for the strength of the array: 2 (1 + mu) / (1 - mu) in axisymmetric compression, 2 (sqrt(3) + sqrt(2) mu) / (sqrt(3) - 2 sqrt(2) mu)
+// in plane strain.
+
+#include "engine/test_states.h"
+#include "support/spheres.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+using namespace rve;
+using namespace rve_test;
+
+namespace {
+
+constexpr double RADIUS = 0.005, FRICTION = 0.25;
+/// So small that springs turn into the direction of sliding at once.
+constexpr double OVERLAP = 1e-7 * RADIUS;
+
+struct Layers {
+  double ax, ay, h;    ///< edges of a square and height of a layer [length]
+};
+
+using Vector = Vec<double, 3>;
+
+Vector branch(const Layers &layers)
+{
+  return {{0.5 * layers.ax, 0.5 * layers.ay, layers.h}};
+}
+
+/// Four by four spheres in each of eight layers.
+Spheres array_of(const Layers &layers)
+{
+  Material material = paper_material();
+  material.thickness = 1.0;
+  material.friction = FRICTION;
+  std::vector<double> x;
+  for (int k = 0; k < 8; ++k)
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j) {
+        const double shift = 0.25 + 0.5 * (k % 2);
+        x.insert(x.end(), {(i + shift) * layers.ax, (j + shift) * layers.ay, (k + 0.5) * layers.h});
+      }
+  const Tensor3 cell{{4 * layers.ax, 0.0, 0.0, 0.0, 4 * layers.ay, 0.0, 0.0, 0.0, 8 * layers.h}};
+  return spheres(material, cell, std::vector<double>(x.size() / 3, RADIUS), x);
+}
+
+/// At t = 0.999, where contacts within a layer have gaps of 5e-4 of a diameter.
+Layers square_layers()
+{
+  const double t = 0.999, contact = 2.0 * RADIUS - OVERLAP,
+               a = contact / std::sqrt(0.5 * (1.0 + t * t));
+  return {a, a, t * a / std::sqrt(2.0)};
+}
+
+/// Lower by this share of the height, with contacts as long as before; plane: a_y stays.
+Layers compressed(const Layers &layers, double share, bool plane)
+{
+  const double squared = dot(branch(layers), branch(layers)), h = (1.0 - share) * layers.h;
+  const double rest = squared - h * h;
+  const double ax = plane ? 2.0 * std::sqrt(rest - 0.25 * layers.ay * layers.ay)
+                          : std::sqrt(2.0 * rest);
+  return {ax, plane ? layers.ay : ax, h};
+}
+
+struct Ratios {
+  double zz_xx, yy_xx;
+};
+
+Vector unit(const Vector &x)
+{
+  return (1.0 / std::sqrt(dot(x, x))) * x;
+}
+
+/// Of contacts with a branch vector b that has just changed by db.
+Ratios sliding_ratios(const Vector &b, const Vector &db)
+{
+  const Vector n = unit(b), s = unit(db - dot(db, n) * n);
+  double sigma[3];
+  for (int a = 0; a < 3; ++a) sigma[a] = (n[a] - FRICTION * s[a]) * b[a];
+  return {sigma[2] / sigma[0], sigma[1] / sigma[0]};
+}
+
+void expect_ratios_of_sliding(bool plane)
+{
+  Layers layers = square_layers();
+  SphereRig rig(array_of(layers));
+  for (int call = 0; call < 100; ++call) {
+    const Layers next = compressed(layers, 1e-5, plane);
+    DriveOf<3> drive;
+    drive.dt = 1e-6;
+    drive.substeps = 10;
+    drive.deformation = Tensor3{{next.ax / layers.ax, 0.0, 0.0, 0.0, next.ay / layers.ay, 0.0, 0.0,
+                                 0.0, next.h / layers.h}};
+    const ResultOf<3> result = rig.advance(drive);
+    const Vector before = branch(layers), now = branch(next);
+    layers = next;
+    if (call % 25 != 24) continue;
+
+    SCOPED_TRACE(call);
+    EXPECT_EQ(result.num_contacts, 4 * result.num_grains);
+    EXPECT_EQ(result.sliding_fraction, 1.0);
+    const Ratios expected = sliding_ratios(now, now - before);
+    EXPECT_NEAR(result.stress(2, 2) / result.stress(0, 0), expected.zz_xx, 1e-6 * expected.zz_xx);
+    EXPECT_NEAR(result.stress(1, 1) / result.stress(0, 0), expected.yy_xx, 1e-6 * expected.yy_xx);
+    EXPECT_LT(result.stress(2, 2), 0.0);
+    EXPECT_NEAR(result.stress(0, 1), 0.0, 1e-9 * result.mean_stress());
+    EXPECT_NEAR(result.kinetic_energy, 0.0, 1e-12 * result.elastic_energy);
+  }
+}
+
+}    // namespace
+
+TEST(SlidingArray, OracleIsTheFormulaOfFiniteStrainsAndThorntonsStrength)
+{
+  const double mu = FRICTION, root2 = std::sqrt(2.0), root3 = std::sqrt(3.0);
+  // sliding outwards as much as downwards keeps the length: b . db = 0
+  const Vector b{{0.5, 0.5, 0.7}};
+  const double outwards = 0.7 * 0.7 / (0.5 * 0.5 + 0.5 * 0.5), t = root2 * 0.7;
+  EXPECT_NEAR(sliding_ratios(b, {{0.5 * outwards, 0.5 * outwards, -0.7}}).zz_xx,
+              2.0 * t * (t + mu) / (1.0 - mu * t), 1e-14);
+
+  const Vector cubic{{0.5 * root2, 0.5 * root2, 1.0}};
+  EXPECT_NEAR(sliding_ratios(cubic, {{0.5 * root2, 0.5 * root2, -1.0}}).zz_xx,
+              2.0 * (1.0 + mu) / (1.0 - mu), 1e-14);
+  const Ratios plane = sliding_ratios(cubic, {{root2, 0.0, -1.0}});
+  EXPECT_NEAR(plane.zz_xx, 2.0 * (root3 + root2 * mu) / (root3 - 2.0 * root2 * mu), 1e-14);
+  EXPECT_NEAR(plane.yy_xx, root3 / (root3 - 2.0 * root2 * mu), 1e-14);
+}
+
+TEST(SlidingArray, HasTheStressRatioOfAxisymmetricCompression)
+{
+  expect_ratios_of_sliding(false);
+}
+
+TEST(SlidingArray, HasTheStressRatiosOfPlaneStrain)
+{
+  expect_ratios_of_sliding(true);
+}
