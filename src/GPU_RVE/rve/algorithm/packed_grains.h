@@ -40,19 +40,21 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// Force and torque on a grain side by side, so that a pair adds to its partner with one addition.
-  template <class Numbers> struct alignas(4 * sizeof(typename Numbers::Sum)) ForceRow {
-    typename Numbers::Sum force_x, force_y, torque, unused;
+  /// Force and torque on a grain side by side, so that a pair adds to its partner with one addition, or two: 3 sums in 4 places, or 6 in 8.
+  template <class Numbers, int D> struct alignas(4 * sizeof(typename Numbers::Sum)) ForceRow {
+    typename Numbers::Sum sum[D == 2 ? 4 : 8];
   };
 
   template <class Block, class Scene> class PackedGrains : public GrainItems<Block, Scene> {
-    static_assert(Scene::D == 2, "rows of four numbers are those of disks");
+    static constexpr int D = Scene::D;
     using One = GrainItems<Block, Scene>;
     using Shared = SharedView<Scene>;
     using Sum = typename Scene::Sum;
-    using Row = ForceRow<typename Scene::Numbers>;
+    using Row = ForceRow<typename Scene::Numbers, D>;
+    using Sums = Vec<Sum, Scene::freedoms>;
     template <int N> using Packed = PackNumbers<typename Scene::Numbers, N>;
-    template <int N> using View = GrainView<Packed<N>, 2>;
+    template <int N> using View = GrainView<Packed<N>, D>;
+    template <int N> using PackedSums = Vec<Pack<Sum, N>, Scene::freedoms>;
     static_assert(!Scene::books, "books are kept for one grain after the other");
 
     /// What pairs of packs give to their partners and packs get from their own pairs, a row per grain. A move takes all of it, so
@@ -66,7 +68,7 @@ inline namespace RVE_ISA {
                             int n) :
         One(block, shared, n)
     {
-      static_assert(sizeof(Row) <= 4 * sizeof(double) && kScratch > 4,
+      static_assert(sizeof(Row) < kScratch<D> * sizeof(double),
                     "a row per grain, and one to align the first one");
       const auto begin = reinterpret_cast<std::uintptr_t>(work.scratch);
       rows = reinterpret_cast<Row *>((begin + sizeof(Row) - 1) / sizeof(Row) * sizeof(Row));
@@ -91,23 +93,22 @@ inline namespace RVE_ISA {
     RVE_INLINE void load(const Shared &shared, int i)
     {
       One::load(shared, i);
-      rows[i] = Row{0, 0, 0, 0};
+      rows[i] = Row();
     }
 
-    RVE_INLINE Vec<Sum, 3> collect(Block &block, const Shared &shared, int i)
+    RVE_INLINE Sums collect(Block &block, const Shared &shared, int i)
     {
-      const Vec<Sum, 3> others = One::collect(block, shared, i);
-      const Row row = rows[i];
-      rows[i] = Row{0, 0, 0, 0};
-      return {{wrapping_sum(others[0], row.force_x), wrapping_sum(others[1], row.force_y),
-               wrapping_sum(others[2], row.torque)}};
+      Sums sums = One::collect(block, shared, i);
+      for (int k = 0; k < Scene::freedoms; ++k) sums[k] = wrapping_sum(sums[k], rows[i].sum[k]);
+      rows[i] = Row();
+      return sums;
     }
 
     // ---- packs ------------------------------------------------------------------------------------------------------------------
 
     template <int N> RVE_INLINE void load(const Shared &, PackItem<N> i)
     {
-      for (int k = i.first; k < i.first + N; ++k) rows[k] = Row{0, 0, 0, 0};
+      for (int k = i.first; k < i.first + N; ++k) rows[k] = Row();
     }
     template <int N> RVE_INLINE void save(PackItem<N>) {}
 
@@ -119,7 +120,12 @@ inline namespace RVE_ISA {
             return this->motion.array + i.first + lane;
           },
           grains.motion.position, grains.motion.velocity);
-      grains.spin = Packed<N>::Real::load(this->spin.array + i.first);
+      if constexpr (D == 2)
+        grains.spin = Packed<N>::Real::load(this->spin.array + i.first);
+      else
+        grains.spin = load_vectors<typename Scene::Real, N>([&](int lane) {
+          return &this->spin.array[i.first + lane][0];
+        });
       grains.radius = Packed<N>::Wide::load(this->radius.array + i.first);
       return grains;
     }
@@ -133,15 +139,20 @@ inline namespace RVE_ISA {
             return shared.motion + partner[lane];
           },
           grains.motion.position, grains.motion.velocity);
-      grains.spin = gather<typename Scene::Real, N>(shared.spin, partner);
+      if constexpr (D == 2)
+        grains.spin = gather<typename Scene::Real, N>(shared.spin, partner);
+      else
+        grains.spin = load_vectors<typename Scene::Real, N>([&](int lane) {
+          return &shared.spin[partner[lane]][0];
+        });
       grains.radius = Packed<N>::Wide::load(this->partner_radius[k].array + i.first);
       return grains;
     }
 
     template <int N>
-    RVE_INLINE GrainResponse<Packed<N>, 2> response(const Shared &shared, PackItem<N> i)
+    RVE_INLINE GrainResponse<Packed<N>, D> response(const Shared &shared, PackItem<N> i)
     {
-      GrainResponse<Packed<N>, 2> response;
+      GrainResponse<Packed<N>, D> response;
       Vec<typename Packed<N>::Real, 2> units;
       load_row(
           [&](int lane) {
@@ -167,16 +178,23 @@ inline namespace RVE_ISA {
     template <int N, class Step, class View, class Look, class Act>
     RVE_INLINE void for_slots(PackItem<N>, Step step, View view, Look look, Act act)
     {
-      static_assert(Scene::owned_pairs == 3, "variables, not arrays: registers");
-      const auto first = view(0);
-      const auto to_first = look(step(), first);
-      const auto second = view(1);
-      const auto to_second = look(step(), second);
-      const auto third = view(2);
-      const auto to_third = look(step(), third);
-      act(0, step(), first, to_first);
-      act(1, step(), second, to_second);
-      act(2, step(), third, to_third);
+      if constexpr (D == 2) {
+        static_assert(D != 2 || Scene::owned_pairs == 3, "variables, not arrays: registers");
+        const auto first = view(0);
+        const auto to_first = look(step(), first);
+        const auto second = view(1);
+        const auto to_second = look(step(), second);
+        const auto third = view(2);
+        const auto to_third = look(step(), third);
+        act(0, step(), first, to_first);
+        act(1, step(), second, to_second);
+        act(2, step(), third, to_third);
+      } else {    // the registers do for one of spheres
+        for (int k = 0; k < Scene::owned_pairs; ++k) {
+          const auto other = view(k);
+          act(k, step(), other, look(step(), other));
+        }
+      }
     }
 
     /// Registers hold 8 floats, or 4 doubles.
@@ -192,41 +210,39 @@ inline namespace RVE_ISA {
 
     template <int N>
     RVE_INLINE void add_to_partner(Block &, const Shared &, int k, PackItem<N> i,
-                                   const Vec<Pack<Sum, N>, 3> &force)
+                                   const PackedSums<N> &force)
     {
       const std::int32_t *partner = this->partner[k].array + i.first;
       add_to_row(
           [&](int lane) {
-            return &rows[partner[lane]].force_x;
+            return rows[partner[lane]].sum;
           },
           force);
     }
 
     template <int N>
-    RVE_INLINE void keep_forces(PackItem<N> i, const Vec<Pack<Sum, N>, 3> &force,
+    RVE_INLINE void keep_forces(PackItem<N> i, const PackedSums<N> &force,
                                 const typename Packed<N>::Real &largest)
     {
       add_to_row(
           [&](int lane) {
-            return &rows[i.first + lane].force_x;
+            return rows[i.first + lane].sum;
           },
           force);
       largest.store(this->largest_force.array + i.first);
     }
 
-    template <int N>
-    RVE_INLINE Vec<Pack<Sum, N>, 3> collect(Block &, const Shared &shared, PackItem<N> i)
+    template <int N> RVE_INLINE PackedSums<N> collect(Block &, const Shared &shared, PackItem<N> i)
     {
-      Vec<Pack<Sum, N>, 3> sum;
-      take_rows(&rows[i.first].force_x, sum);
-      take_numbers(shared.force[0] + i.first, sum[0]);
-      take_numbers(shared.force[1] + i.first, sum[1]);
-      if constexpr (Scene::has_friction) take_numbers(shared.force[2] + i.first, sum[2]);
+      PackedSums<N> sum;
+      take_rows(rows[i.first].sum, sum);
+      for (int k = 0; k < Scene::freedoms; ++k)
+        if (k < D || Scene::has_friction) take_numbers(shared.force[k] + i.first, sum[k]);
       return sum;
     }
 
     template <int N>
-    RVE_INLINE void publish_motion(PackItem<N> i, const Motion<Packed<N>, 2> &motion)
+    RVE_INLINE void publish_motion(PackItem<N> i, const Motion<Packed<N>, D> &motion)
     {
       store_row(
           [&](int lane) {
@@ -236,9 +252,16 @@ inline namespace RVE_ISA {
     }
 
     template <int N>
-    RVE_INLINE void publish_spin(PackItem<N> i, const typename Packed<N>::Real &spin)
+    RVE_INLINE void publish_spin(PackItem<N> i, const Spin<typename Packed<N>::Real, D> &spin)
     {
-      spin.store(this->spin.array + i.first);
+      if constexpr (D == 2)
+        spin.store(this->spin.array + i.first);
+      else
+        store_vectors(
+            [&](int lane) {
+              return &this->spin.array[i.first + lane][0];
+            },
+            spin);
     }
   };
 

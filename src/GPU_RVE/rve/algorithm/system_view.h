@@ -230,7 +230,7 @@ inline namespace RVE_ISA {
   }
 
   /// Arrays of doubles over grains in a workspace. In the steps packs of grains have their forces there (packed_grains.h).
-  constexpr int kScratch = 5;
+  template <int D> constexpr int kScratch = D == 2 ? 5 : 9;
 
   /// Room to build a list in, and for what is needed rarely. One per block, not per RVE.
   template <class Scene> struct WorkspaceView {
@@ -251,7 +251,7 @@ inline namespace RVE_ISA {
     std::int32_t *excess_start;      ///< (N + 1)
     std::int32_t *contact_count;     ///< (N)
     double *damping;                 ///< (N) work of local damping in this call [force length]
-    double *scratch;                 ///< (kScratch, N) terms of sums and maxima over grains
+    double *scratch;                 ///< (kScratch<D>, N) terms of sums and maxima over grains
     PairView<Scene> fresh;           ///< the list that is being built
     std::int32_t *extra_first, *extra_second;    ///< (pair_capacity) extra pairs of this call
     typename Scene::History *extra_history;
@@ -279,7 +279,8 @@ inline namespace RVE_ISA {
     view.excess_start = carver.template take<std::int32_t>(num_grains + 1);
     view.contact_count = carver.template take<std::int32_t>(num_grains);
     view.damping = carver.template take<double>(num_grains);
-    view.scratch = carver.template take<double>(static_cast<std::size_t>(kScratch) * num_grains);
+    view.scratch =
+        carver.template take<double>(static_cast<std::size_t>(kScratch<Scene::D>) * num_grains);
     PairView<Scene> &fresh = view.fresh;
     fresh.partner = carver.template take<std::int32_t>(Scene::owned_pairs * num_grains);
     fresh.history = carver.template take<typename Scene::History>(Scene::owned_pairs * num_grains);

@@ -149,6 +149,8 @@ inline namespace RVE_ISA {
     }
   };
 
+  template <class T, int N> constexpr double kEpsilon<Pack<T, N>> = kEpsilon<T>;
+
   /// N truths, as wide as the numbers that were compared.
   template <class T, int N> struct PackTruth {
     Pack<T, N> lanes;

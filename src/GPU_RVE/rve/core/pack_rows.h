@@ -8,6 +8,7 @@
 #include "rve/core/vec.h"
 
 #include <cstdint>
+#include <type_traits>
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -299,6 +300,155 @@ inline namespace RVE_ISA {
   {
     sum = sum + Pack<Integer, 8>::load(array);
     Pack<Integer, 8>(Integer(0)).store(array);
+  }
+
+  // ---- vectors in space --------------------------------------------------------------------------------------------------------------
+
+  /// K numbers behind one another for each lane, from address(lane) on.
+  template <class T, int N, int K = 3, class Address>
+  RVE_INLINE Vec<Pack<T, N>, K> load_vectors(const Address &address)
+  {
+    T number[K][N];
+    for (int lane = 0; lane < N; ++lane) {
+      const T *from = address(lane);
+      for (int a = 0; a < K; ++a) number[a][lane] = from[a];
+    }
+    Vec<Pack<T, N>, K> x;
+    for (int a = 0; a < K; ++a) x[a] = Pack<T, N>::load(number[a]);
+    return x;
+  }
+
+  template <class T, int N, int K, class Address>
+  RVE_INLINE void store_vectors(const Address &address, const Vec<Pack<T, N>, K> &x)
+  {
+    T number[K][N];
+    for (int a = 0; a < K; ++a) x[a].store(number[a]);
+    for (int lane = 0; lane < N; ++lane) {
+      T *to = address(lane);
+      for (int a = 0; a < K; ++a) to[a] = number[a][lane];
+    }
+  }
+
+  /// Records of K numbers and M others.
+  template <class T, class U, int N, int K, int M, class Row,
+            class = std::enable_if_t<K == 3 || M == 3>>
+  RVE_INLINE void load_row(const Row &row, Vec<Pack<T, N>, K> &first, Vec<Pack<U, N>, M> &second)
+  {
+    first = load_vectors<T, N, K>([&](int lane) {
+      return reinterpret_cast<const T *>(row(lane));
+    });
+    second = load_vectors<U, N, M>([&](int lane) {
+      return reinterpret_cast<const U *>(reinterpret_cast<const T *>(row(lane)) + K);
+    });
+  }
+
+  template <class T, class U, int N, int K, int M, class Row,
+            class = std::enable_if_t<K == 3 || M == 3>>
+  RVE_INLINE void store_row(const Row &row, const Vec<Pack<T, N>, K> &first,
+                            const Vec<Pack<U, N>, M> &second)
+  {
+    store_vectors(
+        [&](int lane) {
+          return reinterpret_cast<T *>(row(lane));
+        },
+        first);
+    store_vectors(
+        [&](int lane) {
+          return reinterpret_cast<U *>(reinterpret_cast<T *>(row(lane)) + K);
+        },
+        second);
+  }
+
+  /// Columns of 8 rows of 8 words of 32 bits, or rows of columns.
+  RVE_INLINE void transpose(__m256i (&x)[8])
+  {
+    __m256i pair[8], quad[8];
+    for (int k = 0; k < 8; k += 2) {
+      pair[k] = _mm256_unpacklo_epi32(x[k], x[k + 1]);
+      pair[k + 1] = _mm256_unpackhi_epi32(x[k], x[k + 1]);
+    }
+    for (int k = 0; k < 8; k += 4)
+      for (int m = 0; m < 2; ++m) {
+        quad[k + 2 * m] = _mm256_unpacklo_epi64(pair[k + m], pair[k + 2 + m]);
+        quad[k + 2 * m + 1] = _mm256_unpackhi_epi64(pair[k + m], pair[k + 2 + m]);
+      }
+    for (int k = 0; k < 4; ++k) {
+      x[k] = _mm256_permute2x128_si256(quad[k], quad[k + 4], 0x20);
+      x[k + 4] = _mm256_permute2x128_si256(quad[k], quad[k + 4], 0x31);
+    }
+  }
+
+  /// Columns of 4 rows of 4 words of 64 bits.
+  RVE_INLINE void transpose(__m256i (&x)[4])
+  {
+    const __m256i a = _mm256_unpacklo_epi64(x[0], x[1]), b = _mm256_unpackhi_epi64(x[0], x[1]),
+                  c = _mm256_unpacklo_epi64(x[2], x[3]), d = _mm256_unpackhi_epi64(x[2], x[3]);
+    x[0] = _mm256_permute2x128_si256(a, c, 0x20);
+    x[1] = _mm256_permute2x128_si256(b, d, 0x20);
+    x[2] = _mm256_permute2x128_si256(a, c, 0x31);
+    x[3] = _mm256_permute2x128_si256(b, d, 0x31);
+  }
+
+  // ---- rows of eight integers, of which six count: as those of four ------------------------------------------------------------------
+
+  template <class Row>
+  RVE_INLINE void add_to_row(const Row &row, const Vec<Pack<std::int32_t, 8>, 6> &x)
+  {
+    const __m256i zero = _mm256_setzero_si256();
+    __m256i lanes[8] = {x[0].part[0], x[1].part[0], x[2].part[0], x[3].part[0],
+                        x[4].part[0], x[5].part[0], zero,         zero};
+    transpose(lanes);
+    for (int lane = 0; lane < 8; ++lane) {
+      auto *sum = reinterpret_cast<__m256i *>(row(lane));
+      _mm256_storeu_si256(sum, _mm256_add_epi32(_mm256_loadu_si256(sum), lanes[lane]));
+    }
+  }
+
+  template <int N, class Row>
+  RVE_INLINE void add_to_row(const Row &row, const Vec<Pack<std::int64_t, N>, 6> &x)
+  {
+    const __m256i zero = _mm256_setzero_si256();
+    for (int m = 0; m < N / 4; ++m) {
+      __m256i front[4] = {x[0].part[m], x[1].part[m], x[2].part[m], x[3].part[m]},
+              back[4] = {x[4].part[m], x[5].part[m], zero, zero};
+      transpose(front);
+      transpose(back);
+      for (int lane = 0; lane < 4; ++lane) {
+        std::int64_t *sum = row(4 * m + lane);
+        add_words(sum, front[lane]);
+        add_words(sum + 4, back[lane]);
+      }
+    }
+  }
+
+  RVE_INLINE void take_rows(std::int32_t *rows, Vec<Pack<std::int32_t, 8>, 6> &sum)
+  {
+    __m256i lanes[8];
+    for (int lane = 0; lane < 8; ++lane) {
+      auto *row = reinterpret_cast<__m256i *>(rows + 8 * lane);
+      lanes[lane] = _mm256_loadu_si256(row);
+      _mm256_storeu_si256(row, _mm256_setzero_si256());
+    }
+    transpose(lanes);
+    for (int c = 0; c < 6; ++c) sum[c].part[0] = lanes[c];
+  }
+
+  RVE_INLINE void take_rows(std::int64_t *rows, Vec<Pack<std::int64_t, 8>, 6> &sum)
+  {
+    for (int m = 0; m < 2; ++m) {
+      __m256i front[4], back[4];
+      for (int lane = 0; lane < 4; ++lane) {
+        auto *row = reinterpret_cast<__m256i *>(rows + 8 * (4 * m + lane));
+        front[lane] = _mm256_load_si256(row);
+        back[lane] = _mm256_load_si256(row + 1);
+        _mm256_store_si256(row, _mm256_setzero_si256());
+        _mm256_store_si256(row + 1, _mm256_setzero_si256());
+      }
+      transpose(front);
+      transpose(back);
+      for (int c = 0; c < 4; ++c) sum[c].part[m] = front[c];
+      for (int c = 0; c < 2; ++c) sum[4 + c].part[m] = back[c];
+    }
   }
 
   // ---- single numbers ---------------------------------------------------------------------------------------------------------------

@@ -32,7 +32,8 @@ namespace rve {
 
 // of spheres
 #define RVE_SPATIAL_PROGRAMS(program) \
-  program(Spheres, SphereSprings, true, false, Spheres)
+  program(PlainSpheres, FrictionalSphereSprings, false, true,  Spheres) \
+  program(Spheres,      SphereSprings,           true,  false, Spheres)
 // clang-format on
 
 #define RVE_PROGRAMS(program) RVE_PLANE_PROGRAMS(program) RVE_SPATIAL_PROGRAMS(program)

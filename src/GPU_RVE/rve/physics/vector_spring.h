@@ -28,10 +28,12 @@ inline namespace RVE_ISA {
   /// turn; LAMMPS does so, and leaves the twist out. Under exchange of the grains all signs change, and no bits. Without a turn, as in a
   /// step of no time, the force stays to the bit.
   template <class Real, class History>
-  RVE_INLINE Vec<History, 3> turned_with_contact(const Vec<History, 3> &force,
-                                                 const Vec<Real, 3> &normal,
-                                                 const ContactTurn<Real> &turn, bool moves)
+  RVE_INLINE Vec<History, 3>
+  turned_with_contact(const Vec<History, 3> &force, const Vec<Real, 3> &normal,
+                      const ContactTurn<Real> &turn, const Truth<Real> &moves)
   {
+    Truth<History> keeps;
+    convert_truth(moves, keeps);
     const Vec<Real, 3> h = force.template as<Real>();
     const Real lift = dot(normal, h), shrink = Real(-0.5) * turn.twist * turn.twist;
     const Vec<Real, 3> aside = cross(normal, h);
@@ -39,7 +41,7 @@ inline namespace RVE_ISA {
     for (int a = 0; a < 3; ++a) {
       const Real between = fma(Real(-0.5), turn.tilt[a], normal[a]);
       const Real change = fma(turn.twist, aside[a], fma(shrink, h[a], -(lift * between)));
-      turned[a] = select(moves, force[a] + static_cast<History>(change), force[a]);
+      turned[a] = select(keeps, force[a] + static_cast<History>(change), force[a]);
     }
     return turned;
   }

@@ -196,6 +196,8 @@ inline namespace RVE_ISA {
   template <class Numbers> using NormalSprings = LinearFrictionLaw<Numbers, false, false>;
   template <class Numbers> using FrictionalSprings = LinearFrictionLaw<Numbers, false>;
   template <class Numbers> using DampedSprings = LinearFrictionLaw<Numbers, true>;
+  template <class Numbers>
+  using FrictionalSphereSprings = LinearFrictionLaw<Numbers, false, true, 3>;
   template <class Numbers> using SphereSprings = LinearFrictionLaw<Numbers, true, true, 3>;
   template <class Numbers> using RollingSprings = WithRolling<DampedSprings<Numbers>>;
 
