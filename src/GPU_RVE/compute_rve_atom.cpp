@@ -14,7 +14,6 @@
 #include "compute_rve_atom.h"
 
 #include "atom.h"
-#include "error.h"
 #include "fix_rve.h"
 #include "memory.h"
 #include "rve/engine/engine.h"
@@ -187,11 +186,7 @@ ComputeRveAtom::~ComputeRveAtom()
 void ComputeRveAtom::init()
 {
   impl->fix = FixRve::find(lmp, impl->fix_id, std::string("compute rve/atom ") + id);
-  for (const Quantity *quantity : impl->quantities)
-    if (!quantity->is_of(impl->fix->dimension()))
-      error->all(FLERR,
-                 "compute rve/atom {}: {} is of spheres, and the RVEs of fix {} are of disks", id,
-                 quantity->name, impl->fix->id);
+  require_columns_of(*impl->fix, lmp, "compute rve/atom", id, impl->quantities);
 }
 
 /* ---------------------------------------------------------------------- */

@@ -296,11 +296,6 @@ template <int D> const rve::ResultOf<D> &FixRve::result(int i) const
   return static_cast<const ImplOf<D> &>(*impl).point(i).result;
 }
 
-rve::Tensor2 FixRve::plane_stress(int i) const
-{
-  return impl->plane_stress(i);
-}
-
 double FixRve::bulk_density(int i) const
 {
   return impl->bulk_density(i);

@@ -24,7 +24,6 @@ FixStyle(rve,FixRve);
 #define LMP_FIX_RVE_H
 
 #include "fix.h"
-#include "rve/core/tensor.h"
 
 #include <memory>
 #include <string>
@@ -80,8 +79,6 @@ class FixRve : public Fix {
   int dimension() const;
   // answer of the last advance, or of the packing as attached; the atom must have an RVE, and D is its dimension
   template <int D> const rve::ResultOf<D> &result(int) const;
-  // the components of its stress in the plane [stress]
-  rve::Tensor2 plane_stress(int) const;
   // grain density / (1 + void ratio) [mass/length^3]
   double bulk_density(int) const;
   // the results of this step will be asked for: without that it costs a call of the engine, unless it is a step with output

@@ -109,8 +109,6 @@ struct FixRve::Impl {
   virtual double bytes() const = 0;
   virtual double bulk_density(int atom) const = 0;
   virtual double inertial_number(int atom) const = 0;
-  /// Of the RVE's stress the components in the plane.
-  virtual rve::Tensor2 plane_stress(int atom) const = 0;
   virtual mpm::Constitutive<2> *constitutive() = 0;
   /// For LAMMPS: the grains of an RVE as a file.
   virtual void write_dump(int atom, const std::string &path) const = 0;
@@ -197,10 +195,6 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   double bytes() const override;
   double bulk_density(int atom) const override;
   double inertial_number(int atom) const override;
-  rve::Tensor2 plane_stress(int atom) const override
-  {
-    return rve::leading_components<2>(point(atom).result.stress);
-  }
   mpm::Constitutive<2> *constitutive() override { return &of_plane; }
   void write_dump(int atom, const std::string &path) const override;
 

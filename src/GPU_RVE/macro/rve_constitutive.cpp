@@ -3,7 +3,6 @@
 #include "rve/core/threads.h"
 #include "rve/engine/contact_laws.h"
 #include "rve/engine/substeps.h"
-#include "rve/physics/grain_shape.h"
 
 #include <algorithm>
 #include <cmath>

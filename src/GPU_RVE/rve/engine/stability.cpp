@@ -387,7 +387,7 @@ double stable_time_step(const RveStateOf<3> &state)
   options.threads = 1;
   const auto engine = make_engine<3>(options);
   std::vector<double> bounds;
-  engine->bound_time_steps({engine->add(state)}, std::numeric_limits<double>::infinity(), bounds);
+  engine->bound_time_steps({engine->add(state)}, std::numeric_limits<double>::max(), bounds);
   return bounds[0];
 }
 
