@@ -14,7 +14,6 @@
 #include "compute_rve_atom.h"
 
 #include "atom.h"
-#include "error.h"
 #include "fix_rve.h"
 #include "memory.h"
 #include "rve/engine/engine.h"
@@ -29,79 +28,127 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// Strain of equations (26) and (27) from F, n = 2: eps = (F + F^T)/2 - 1, in the sign of F (extension positive).
-double volumetric_strain(const rve::Result &r)
+// Strain of equations (26) and (27) from F: eps = (F + F^T)/2 - 1, in the sign of F (extension positive).
+template <int D> double volumetric_strain(const rve::ResultOf<D> &r)
 {
-  return r.deformation(0, 0) + r.deformation(1, 1) - 2.0;
+  return rve::trace(r.deformation) - D;
 }
 
-double deviatoric_strain(const rve::Result &r)
+// n = 2
+double deviatoric_strain(const rve::ResultOf<2> &r)
 {
   const double half_difference = 0.5 * (r.deformation(0, 0) - r.deformation(1, 1));
   const double shear = 0.5 * (r.deformation(0, 1) + r.deformation(1, 0));
   return 2.0 * std::sqrt(half_difference * half_difference + shear * shear);
 }
 
+// n = 3: sqrt(2/3 e_ij e_ij)
+double deviatoric_strain(const rve::ResultOf<3> &r)
+{
+  const rve::Tensor3 strain = 0.5 * (r.deformation + rve::transpose(r.deformation));
+  const double mean = rve::trace(strain) / 3.0;
+  double squares = 0.0;
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b) {
+      const double part = strain(a, b) - (a == b ? mean : 0.0);
+      squares += part * part;
+    }
+  return std::sqrt(squares * 2.0 / 3.0);
+}
+
 // of the answer of an RVE, or of the RVE of a local atom
 struct Quantity {
   const char *name;
-  double (*of_result)(const rve::Result &);
+  double (*of_disks)(const rve::ResultOf<2> &);
+  double (*of_spheres)(const rve::ResultOf<3> &);
   double (FixRve::*of_atom)(int) const = nullptr;
 
+  bool is_of(int dimension) const { return of_atom || of_disks || dimension == 3; }
   double value(const FixRve &fix, int i) const
   {
-    return of_atom ? (fix.*of_atom)(i) : of_result(fix.result(i));
+    if (of_atom) return (fix.*of_atom)(i);
+    return fix.dimension() == 3 ? of_spheres(fix.result<3>(i)) : of_disks(fix.result<2>(i));
   }
 };
 
+template <class Of> constexpr Quantity of_both(const char *name, Of of)
+{
+  return {name, of, of};
+}
+constexpr Quantity of_spheres(const char *name, double (*of)(const rve::ResultOf<3> &))
+{
+  return {name, nullptr, of};
+}
+
 // clang-format off
 constexpr Quantity QUANTITIES[] = {
-    {"sxx", [](const rve::Result &r) { return r.stress(0, 0); }},
-    {"syy", [](const rve::Result &r) { return r.stress(1, 1); }},
-    {"sxy", [](const rve::Result &r) { return r.stress(0, 1); }},
-    {"syx", [](const rve::Result &r) { return r.stress(1, 0); }},
-    {"p", [](const rve::Result &r) { return r.mean_stress(); }},
-    {"q", [](const rve::Result &r) { return r.deviatoric_stress(); }},
-    {"eps_v", [](const rve::Result &r) { return volumetric_strain(r); }},
-    {"eps_q", [](const rve::Result &r) { return deviatoric_strain(r); }},
-    {"void_ratio", [](const rve::Result &r) { return r.void_ratio; }},
-    {"coordination", [](const rve::Result &r) { return r.coordination_number; }},
-    {"coordination_mech", [](const rve::Result &r) { return r.mechanical_coordination_number; }},
-    {"fabric_xx", [](const rve::Result &r) { return r.fabric(0, 0); }},
-    {"fabric_yy", [](const rve::Result &r) { return r.fabric(1, 1); }},
-    {"fabric_xy", [](const rve::Result &r) { return r.fabric(0, 1); }},
-    {"def_xx", [](const rve::Result &r) { return r.deformation(0, 0); }},
-    {"def_xy", [](const rve::Result &r) { return r.deformation(0, 1); }},
-    {"def_yx", [](const rve::Result &r) { return r.deformation(1, 0); }},
-    {"def_yy", [](const rve::Result &r) { return r.deformation(1, 1); }},
-    {"cell_xx", [](const rve::Result &r) { return r.cell(0, 0); }},
-    {"cell_xy", [](const rve::Result &r) { return r.cell(0, 1); }},
-    {"cell_yx", [](const rve::Result &r) { return r.cell(1, 0); }},
-    {"cell_yy", [](const rve::Result &r) { return r.cell(1, 1); }},
-    {"servo_xx", [](const rve::Result &r) { return r.servo_velocity_gradient(0, 0); }},
-    {"servo_yy", [](const rve::Result &r) { return r.servo_velocity_gradient(1, 1); }},
-    {"servo_xy", [](const rve::Result &r) { return r.servo_velocity_gradient(0, 1); }},
-    {"inertial", nullptr, &FixRve::inertial_number},
-    {"sliding", [](const rve::Result &r) { return r.sliding_fraction; }},
-    {"unbalanced", [](const rve::Result &r) { return r.unbalanced_ratio; }},
-    {"kinetic", [](const rve::Result &r) { return r.kinetic_energy; }},
-    {"elastic", [](const rve::Result &r) { return r.elastic_energy; }},
-    {"work", [](const rve::Result &r) { return r.energy.work; }},
-    {"loss_friction", [](const rve::Result &r) { return r.energy.friction; }},
-    {"loss_damping", [](const rve::Result &r) { return r.energy.local_damping; }},
-    {"loss_viscous", [](const rve::Result &r) { return r.energy.viscous; }},
-    {"overlap", [](const rve::Result &r) { return r.largest_overlap; }},
-    {"overlap_mean", [](const rve::Result &r) { return r.mean_overlap; }},
-    {"force_max", [](const rve::Result &r) { return r.largest_contact_force; }},
-    {"grains", [](const rve::Result &r) { return double(r.num_grains); }},
-    {"contacts", [](const rve::Result &r) { return double(r.num_contacts); }},
-    {"pairs", [](const rve::Result &r) { return double(r.num_pairs); }},
-    {"rattlers", [](const rve::Result &r) { return double(r.num_rattlers); }},
-    {"substeps", [](const rve::Result &r) { return double(r.counters.steps); }},
-    {"rebuilds", [](const rve::Result &r) { return double(r.counters.rebuilds); }},
-    {"reductions", [](const rve::Result &r) { return double(r.counters.lattice_reductions); }},
-    {"repeats", [](const rve::Result &r) { return double(r.counters.repeats); }},
-    {"status", [](const rve::Result &r) { return double(r.status); }},
+    of_both("sxx", [](const auto &r) { return r.stress(0, 0); }),
+    of_both("syy", [](const auto &r) { return r.stress(1, 1); }),
+    of_both("sxy", [](const auto &r) { return r.stress(0, 1); }),
+    of_both("syx", [](const auto &r) { return r.stress(1, 0); }),
+    of_spheres("szz", [](const rve::ResultOf<3> &r) { return r.stress(2, 2); }),
+    of_spheres("sxz", [](const rve::ResultOf<3> &r) { return r.stress(0, 2); }),
+    of_spheres("szx", [](const rve::ResultOf<3> &r) { return r.stress(2, 0); }),
+    of_spheres("syz", [](const rve::ResultOf<3> &r) { return r.stress(1, 2); }),
+    of_spheres("szy", [](const rve::ResultOf<3> &r) { return r.stress(2, 1); }),
+    of_both("p", [](const auto &r) { return r.mean_stress(); }),
+    of_both("q", [](const auto &r) { return r.deviatoric_stress(); }),
+    of_both("eps_v", [](const auto &r) { return volumetric_strain(r); }),
+    of_both("eps_q", [](const auto &r) { return deviatoric_strain(r); }),
+    of_both("void_ratio", [](const auto &r) { return r.void_ratio; }),
+    of_both("coordination", [](const auto &r) { return r.coordination_number; }),
+    of_both("coordination_mech", [](const auto &r) { return r.mechanical_coordination_number; }),
+    of_both("fabric_xx", [](const auto &r) { return r.fabric(0, 0); }),
+    of_both("fabric_yy", [](const auto &r) { return r.fabric(1, 1); }),
+    of_both("fabric_xy", [](const auto &r) { return r.fabric(0, 1); }),
+    of_spheres("fabric_zz", [](const rve::ResultOf<3> &r) { return r.fabric(2, 2); }),
+    of_spheres("fabric_xz", [](const rve::ResultOf<3> &r) { return r.fabric(0, 2); }),
+    of_spheres("fabric_yz", [](const rve::ResultOf<3> &r) { return r.fabric(1, 2); }),
+    of_both("def_xx", [](const auto &r) { return r.deformation(0, 0); }),
+    of_both("def_xy", [](const auto &r) { return r.deformation(0, 1); }),
+    of_both("def_yx", [](const auto &r) { return r.deformation(1, 0); }),
+    of_both("def_yy", [](const auto &r) { return r.deformation(1, 1); }),
+    of_spheres("def_xz", [](const rve::ResultOf<3> &r) { return r.deformation(0, 2); }),
+    of_spheres("def_yz", [](const rve::ResultOf<3> &r) { return r.deformation(1, 2); }),
+    of_spheres("def_zx", [](const rve::ResultOf<3> &r) { return r.deformation(2, 0); }),
+    of_spheres("def_zy", [](const rve::ResultOf<3> &r) { return r.deformation(2, 1); }),
+    of_spheres("def_zz", [](const rve::ResultOf<3> &r) { return r.deformation(2, 2); }),
+    of_both("cell_xx", [](const auto &r) { return r.cell(0, 0); }),
+    of_both("cell_xy", [](const auto &r) { return r.cell(0, 1); }),
+    of_both("cell_yx", [](const auto &r) { return r.cell(1, 0); }),
+    of_both("cell_yy", [](const auto &r) { return r.cell(1, 1); }),
+    of_spheres("cell_xz", [](const rve::ResultOf<3> &r) { return r.cell(0, 2); }),
+    of_spheres("cell_yz", [](const rve::ResultOf<3> &r) { return r.cell(1, 2); }),
+    of_spheres("cell_zx", [](const rve::ResultOf<3> &r) { return r.cell(2, 0); }),
+    of_spheres("cell_zy", [](const rve::ResultOf<3> &r) { return r.cell(2, 1); }),
+    of_spheres("cell_zz", [](const rve::ResultOf<3> &r) { return r.cell(2, 2); }),
+    of_both("servo_xx", [](const auto &r) { return r.servo_velocity_gradient(0, 0); }),
+    of_both("servo_yy", [](const auto &r) { return r.servo_velocity_gradient(1, 1); }),
+    of_both("servo_xy", [](const auto &r) { return r.servo_velocity_gradient(0, 1); }),
+    of_spheres("servo_zz", [](const rve::ResultOf<3> &r) { return r.servo_velocity_gradient(2, 2); }),
+    of_spheres("servo_xz", [](const rve::ResultOf<3> &r) { return r.servo_velocity_gradient(0, 2); }),
+    of_spheres("servo_yz", [](const rve::ResultOf<3> &r) { return r.servo_velocity_gradient(1, 2); }),
+    {"inertial", nullptr, nullptr, &FixRve::inertial_number},
+    of_both("sliding", [](const auto &r) { return r.sliding_fraction; }),
+    of_both("unbalanced", [](const auto &r) { return r.unbalanced_ratio; }),
+    of_both("kinetic", [](const auto &r) { return r.kinetic_energy; }),
+    of_both("elastic", [](const auto &r) { return r.elastic_energy; }),
+    of_both("work", [](const auto &r) { return r.energy.work; }),
+    of_both("loss_friction", [](const auto &r) { return r.energy.friction; }),
+    of_both("loss_damping", [](const auto &r) { return r.energy.local_damping; }),
+    of_both("loss_viscous", [](const auto &r) { return r.energy.viscous; }),
+    of_both("overlap", [](const auto &r) { return r.largest_overlap; }),
+    of_both("overlap_mean", [](const auto &r) { return r.mean_overlap; }),
+    of_both("force_max", [](const auto &r) { return r.largest_contact_force; }),
+    of_both("grains", [](const auto &r) { return double(r.num_grains); }),
+    of_both("contacts", [](const auto &r) { return double(r.num_contacts); }),
+    of_both("pairs", [](const auto &r) { return double(r.num_pairs); }),
+    of_both("rattlers", [](const auto &r) { return double(r.num_rattlers); }),
+    of_both("substeps", [](const auto &r) { return double(r.counters.steps); }),
+    of_both("rebuilds", [](const auto &r) { return double(r.counters.rebuilds); }),
+    of_both("reductions", [](const auto &r) { return double(r.counters.lattice_reductions); }),
+    of_both("repeats", [](const auto &r) { return double(r.counters.repeats); }),
+    of_both("status", [](const auto &r) { return double(r.status); }),
 };
 // clang-format on
 
@@ -139,6 +186,7 @@ ComputeRveAtom::~ComputeRveAtom()
 void ComputeRveAtom::init()
 {
   impl->fix = FixRve::find(lmp, impl->fix_id, std::string("compute rve/atom ") + id);
+  require_columns_of(*impl->fix, lmp, "compute rve/atom", id, impl->quantities);
 }
 
 /* ---------------------------------------------------------------------- */

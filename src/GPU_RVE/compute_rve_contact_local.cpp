@@ -23,6 +23,7 @@
 #include "rve_columns.h"
 #include "update.h"
 
+#include <cmath>
 #include <cstring>
 #include <string>
 #include <vector>
@@ -32,37 +33,78 @@ using namespace LAMMPS_NS;
 namespace {
 
 /// A contact in the RVE of an atom.
-struct Row {
+template <int D> struct Row {
   tagint atom;
-  const rve::SpringContact &contact;
+  const rve::SpringContactOf<D> &contact;
 };
 
 struct Quantity {
   const char *name;
-  double (*of)(const Row &);
+  double (*of_disks)(const Row<2> &);
+  double (*of_spheres)(const Row<3> &);
+
+  bool is_of(int dimension) const
+  {
+    return dimension == 2 ? of_disks != nullptr : of_spheres != nullptr;
+  }
+  double of(const Row<2> &row) const { return of_disks(row); }
+  double of(const Row<3> &row) const { return of_spheres(row); }
 };
+
+template <class Of> constexpr Quantity of_both(const char *name, Of of)
+{
+  return {name, of, of};
+}
+constexpr Quantity of_spheres(const char *name, double (*of)(const Row<3> &))
+{
+  return {name, nullptr, of};
+}
+
+double size(double force)
+{
+  return force;
+}
+double size(const rve::Vec<double, 3> &force)
+{
+  return std::sqrt(rve::dot(force, force));
+}
 
 // clang-format off
 constexpr Quantity QUANTITIES[] = {
-    {"atom", [](const Row &r) { return double(r.atom); }},
-    {"id1", [](const Row &r) { return double(r.contact.geometry.first + 1); }},
-    {"id2", [](const Row &r) { return double(r.contact.geometry.second + 1); }},
-    {"image_x", [](const Row &r) { return double(r.contact.image[0]); }},
-    {"image_y", [](const Row &r) { return double(r.contact.image[1]); }},
-    {"branch_x", [](const Row &r) { return r.contact.geometry.branch[0]; }},
-    {"branch_y", [](const Row &r) { return r.contact.geometry.branch[1]; }},
-    {"normal_x", [](const Row &r) { return r.contact.geometry.normal[0]; }},
-    {"normal_y", [](const Row &r) { return r.contact.geometry.normal[1]; }},
-    {"overlap", [](const Row &r) { return r.contact.geometry.overlap; }},
-    {"fn", [](const Row &r) { return r.contact.normal_force; }},
-    {"ft", [](const Row &r) { return r.contact.springs.tangential; }},
-    {"fr", [](const Row &r) { return r.contact.springs.rolling; }},
-    {"force_x", [](const Row &r) { return r.contact.force_on_first[0]; }},
-    {"force_y", [](const Row &r) { return r.contact.force_on_first[1]; }},
-    {"mobilized", [](const Row &r) { return r.contact.mobilized_friction; }},
-    {"sliding", [](const Row &r) { return r.contact.mobilized_friction >= rve::SLIDING ? 1.0 : 0.0; }},
+    of_both("atom", [](const auto &r) { return double(r.atom); }),
+    of_both("id1", [](const auto &r) { return double(r.contact.geometry.first + 1); }),
+    of_both("id2", [](const auto &r) { return double(r.contact.geometry.second + 1); }),
+    of_both("image_x", [](const auto &r) { return double(r.contact.image[0]); }),
+    of_both("image_y", [](const auto &r) { return double(r.contact.image[1]); }),
+    of_spheres("image_z", [](const Row<3> &r) { return double(r.contact.image[2]); }),
+    of_both("branch_x", [](const auto &r) { return r.contact.geometry.branch[0]; }),
+    of_both("branch_y", [](const auto &r) { return r.contact.geometry.branch[1]; }),
+    of_spheres("branch_z", [](const Row<3> &r) { return r.contact.geometry.branch[2]; }),
+    of_both("normal_x", [](const auto &r) { return r.contact.geometry.normal[0]; }),
+    of_both("normal_y", [](const auto &r) { return r.contact.geometry.normal[1]; }),
+    of_spheres("normal_z", [](const Row<3> &r) { return r.contact.geometry.normal[2]; }),
+    of_both("overlap", [](const auto &r) { return r.contact.geometry.overlap; }),
+    of_both("fn", [](const auto &r) { return r.contact.normal_force; }),
+    of_both("ft", [](const auto &r) { return size(r.contact.springs.tangential); }),
+    of_spheres("ft_x", [](const Row<3> &r) { return r.contact.springs.tangential[0]; }),
+    of_spheres("ft_y", [](const Row<3> &r) { return r.contact.springs.tangential[1]; }),
+    of_spheres("ft_z", [](const Row<3> &r) { return r.contact.springs.tangential[2]; }),
+    {"fr", [](const Row<2> &r) { return r.contact.springs.rolling; }, nullptr},
+    of_both("force_x", [](const auto &r) { return r.contact.force_on_first[0]; }),
+    of_both("force_y", [](const auto &r) { return r.contact.force_on_first[1]; }),
+    of_spheres("force_z", [](const Row<3> &r) { return r.contact.force_on_first[2]; }),
+    of_both("mobilized", [](const auto &r) { return r.contact.mobilized_friction; }),
+    of_both("sliding", [](const auto &r) { return r.contact.mobilized_friction >= rve::SLIDING ? 1.0 : 0.0; }),
 };
 // clang-format on
+
+template <int D>
+void add_rows(const rve::RveStateOf<D> &state, tagint atom,
+              const std::vector<const Quantity *> &quantities, std::vector<double> &rows)
+{
+  for (const rve::SpringContactOf<D> &contact : rve::find_spring_contacts(state))
+    for (const Quantity *quantity : quantities) rows.push_back(quantity->of(Row<D>{atom, contact}));
+}
 
 }    // namespace
 
@@ -99,6 +141,7 @@ ComputeRveContactLocal::~ComputeRveContactLocal()
 void ComputeRveContactLocal::init()
 {
   impl->fix = FixRve::find(lmp, impl->fix_id, std::string("compute rve/contact/local ") + id);
+  require_columns_of(*impl->fix, lmp, "compute rve/contact/local", id, impl->quantities);
 }
 
 /* ----------------------------------------------------------------------
@@ -114,9 +157,10 @@ void ComputeRveContactLocal::compute_local()
   for (int i = 0; i < atom->nlocal; i++) {
     if (!(atom->mask[i] & groupbit) || impl->fix->slot(i) < 0) continue;
     mine = 1;
-    for (const rve::SpringContact &contact : rve::find_spring_contacts(impl->fix->state(i)))
-      for (const Quantity *quantity : impl->quantities)
-        rows.push_back(quantity->of({atom->tag[i], contact}));
+    if (impl->fix->dimension() == 3)
+      add_rows(impl->fix->state<3>(i), atom->tag[i], impl->quantities, rows);
+    else
+      add_rows(impl->fix->state<2>(i), atom->tag[i], impl->quantities, rows);
   }
   MPI_Allreduce(&mine, &found, 1, MPI_INT, MPI_MAX, world);
   if (!found)

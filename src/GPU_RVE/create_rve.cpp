@@ -39,6 +39,7 @@ constexpr int FEWEST_GRAINS = 100;
 
 struct Order {
   std::string path;
+  int dimension = 2;    ///< of the grains: 2 for disks, 3 for spheres
   rve::PackingRecipe recipe;
   std::vector<double> void_ratios, frictions;
   int num_seeds = 0;    ///< of a library; 0: not given
@@ -81,6 +82,10 @@ std::vector<rve::PackingRecipe> Order::recipes() const
 }
 
 constexpr ScriptKeyword<Order> KEYWORDS[] = {
+    {"shape", "disk | sphere",
+     [](ScriptWords &words, Order &order) {
+       order.dimension = words.choice<int>("", {{"disk", 2}, {"sphere", 3}});
+     }},
     {"grains", "N",
      [](ScriptWords &words, Order &order) {
        order.recipe.num_grains = words.integer("", INT_MIN);
@@ -104,6 +109,10 @@ constexpr ScriptKeyword<Order> KEYWORDS[] = {
     {"pressure", "value",
      [](ScriptWords &words, Order &order) {
        order.recipe.pressure = words.number();
+     }},
+    {"k0", "value",
+     [](ScriptWords &words, Order &order) {
+       order.recipe.k0 = words.number();
      }},
     {"void_ratio", "value ...",
      [](ScriptWords &words, Order &order) {
@@ -163,11 +172,16 @@ Order parse(LAMMPS *lmp, int narg, char **arg)
       missing += (missing.empty() ? "" : ", ") + needed;
   if (!missing.empty()) error->all(FLERR, "create_rve: {} must be given", missing);
 
+  for (const char *of_disks : {"thickness", "mass_depth"})
+    if (order.dimension == 3 && words.has(of_disks))
+      error->all(FLERR, "create_rve: spheres have no {}; it is for shape disk", of_disks);
+
   // grains with the stiffness of their normal spring in the tangent too, unless said otherwise
   std::optional<double> &kt = material[&rve::Material::tangential_stiffness];
   if (!kt) kt = material[&rve::Material::normal_stiffness];
   material.apply(recipe.material);
   order.options.contacts = rve::contacts_of(recipe.material);
+  order.options.contacts.dimension = order.dimension;
   if (order.is_library()) {
     // all of them are in the memory at once, and then the text of their file
     const bigint most = MOST_GRAINS / std::max(recipe.num_grains, FEWEST_GRAINS);
@@ -198,28 +212,32 @@ void say(LAMMPS *lmp, const std::string &line)
   utils::flush_buffers(lmp);
 }
 
-void warn_of_overlap(LAMMPS *lmp, const rve::PackingRecipe &recipe)
+template <int D> void warn_of_overlap(LAMMPS *lmp, const rve::PackingRecipe &recipe)
 {
-  const double strain = rve::contact_strain(recipe);
+  const double strain = rve::contact_strain<D>(recipe);
   // beyond the largest one it is an error
   if (strain <= rve::SMALL_CONTACT_STRAIN || strain > rve::LARGEST_CONTACT_STRAIN) return;
-  const double kn = recipe.material.normal_stiffness, thickness = recipe.material.thickness;
+  const double kn = recipe.material.normal_stiffness;
+  // what makes a pressure a force per length
+  const double depth = D == 2 ? recipe.material.thickness : recipe.radius_min + recipe.radius_max;
   const bool is_linear = recipe.material.law == rve::ContactLaw::Linear;
   const std::string why = is_linear
-      ? fmt::format(", pressure {} [stress] * thickness {} [length] / kn {} [force/length]",
-                    rve::number(recipe.pressure), rve::number(thickness), rve::number(kn))
+      ? fmt::format(", pressure {} [stress] * {} {} [length] / kn {} [force/length]",
+                    rve::number(recipe.pressure), D == 2 ? "thickness" : "diameter",
+                    rve::number(depth), rve::number(kn))
       : "";
   const std::string remedy = is_linear
-      ? "kn of at least " + rve::number(recipe.pressure * thickness / rve::SMALL_CONTACT_STRAIN)
+      ? "kn of at least " + rve::number(recipe.pressure * depth / rve::SMALL_CONTACT_STRAIN)
       : "stiffer grains";
   lmp->error->warning(FLERR,
                       "create_rve: grains will overlap by about {} of their diameter{}; above {} "
                       "the packing is softer and denser than stiff grains are: use {}, or a "
-                      "smaller pressure or thickness",
-                      rve::number(strain), why, rve::SMALL_CONTACT_STRAIN, remedy);
+                      "smaller pressure{}",
+                      rve::number(strain), why, rve::SMALL_CONTACT_STRAIN, remedy,
+                      D == 2 ? " or thickness" : "");
 }
 
-void make_packing(LAMMPS *lmp, const Order &order, rve::Engine &engine)
+template <int D> void make_packing(LAMMPS *lmp, const Order &order, rve::EngineOf<D> &engine)
 {
   say(lmp,
       fmt::format("create_rve {}: {} grains, seed {}, {}\n", order.path, order.recipe.num_grains,
@@ -234,7 +252,7 @@ void make_packing(LAMMPS *lmp, const Order &order, rve::Engine &engine)
                     r.phase, r.preparation_friction, r.pressure + 0.0, r.void_ratio,
                     r.coordination_number, r.unbalanced_ratio));
   };
-  const rve::RveState state = rve::generate_packing(order.recipe, engine, progress);
+  const rve::RveStateOf<D> state = rve::generate_packing(order.recipe, engine, progress);
   rve::write_packing(order.path, state);
   utils::logmesg(lmp, "create_rve {}: written, void ratio {:.5f}\n", order.path,
                  state.void_ratio());
@@ -244,7 +262,7 @@ void make_packing(LAMMPS *lmp, const Order &order, rve::Engine &engine)
    all packings in one batch; a line for each one that is ready
 ------------------------------------------------------------------------- */
 
-void make_library(LAMMPS *lmp, const Order &order, rve::Engine &engine)
+template <int D> void make_library(LAMMPS *lmp, const Order &order, rve::EngineOf<D> &engine)
 {
   const std::vector<rve::PackingRecipe> recipes = order.recipes();
   say(lmp,
@@ -252,7 +270,7 @@ void make_library(LAMMPS *lmp, const Order &order, rve::Engine &engine)
                   recipes.size(), order.recipe.num_grains, engine.description()));
   std::size_t num_ready = 0;
   const auto progress = [&](std::size_t k, const rve::PackingReport &report,
-                            const rve::PreparedPacking &packing) {
+                            const rve::PreparedPackingOf<D> &packing) {
     if (!packing.ready()) return;
     if (num_ready++ == 0)
       utils::logmesg(lmp, "{:>7} {:>12} {:>8} {:>10} {:>8} {:>10}\n", "ready", "seed", "friction",
@@ -262,14 +280,15 @@ void make_library(LAMMPS *lmp, const Order &order, rve::Engine &engine)
                     packing.preparation_friction, packing.overconsolidation_ratio, report.step,
                     packing.state.void_ratio()));
   };
-  std::vector<rve::PreparedPacking> packings = rve::generate_packings(recipes, engine, progress);
+  std::vector<rve::PreparedPackingOf<D>> packings =
+      rve::generate_packings(recipes, engine, progress);
 
-  rve::PackingLibrary library;
+  rve::PackingLibraryOf<D> library;
   std::string failures;
   for (std::size_t k = 0; k < packings.size(); ++k) {
-    rve::PreparedPacking &packing = packings[k];
+    rve::PreparedPackingOf<D> &packing = packings[k];
     if (packing.ready()) {
-      const rve::RveState &state = packing.state;
+      const rve::RveStateOf<D> &state = packing.state;
       const rve::LibraryRow row{recipes[k].seed,
                                 state.void_ratio(),
                                 packing.preparation_friction,
@@ -297,6 +316,18 @@ void make_library(LAMMPS *lmp, const Order &order, rve::Engine &engine)
                  order.path, library.packings.size(), least->void_ratio, most->void_ratio);
 }
 
+template <int D> void make(LAMMPS *lmp, const Order &order)
+{
+  warn_of_overlap<D>(lmp, order.recipe);
+  std::string notice;
+  const auto engine = rve::make_engine<D>(order.options, &notice);
+  if (!notice.empty()) utils::logmesg(lmp, "create_rve: {}\n", notice);
+  if (order.is_library())
+    make_library(lmp, order, *engine);
+  else
+    make_packing(lmp, order, *engine);
+}
+
 }    // namespace
 
 /* ----------------------------------------------------------------------
@@ -313,14 +344,10 @@ void CreateRve::command(int narg, char **arg)
 
   const std::string failure = on_rank_zero(world, [&]() {
     rve::require_writable(order.path);    // before the work, not after it
-    warn_of_overlap(lmp, order.recipe);
-    std::string notice;
-    auto engine = rve::make_engine(order.options, &notice);
-    if (!notice.empty()) utils::logmesg(lmp, "create_rve: {}\n", notice);
-    if (order.is_library())
-      make_library(lmp, order, *engine);
+    if (order.dimension == 2)
+      make<2>(lmp, order);
     else
-      make_packing(lmp, order, *engine);
+      make<3>(lmp, order);
   });
   if (!failure.empty()) error->all(FLERR, "create_rve: {}", failure);
 }

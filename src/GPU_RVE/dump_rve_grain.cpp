@@ -32,19 +32,18 @@ using namespace LAMMPS_NS;
 namespace {
 
 /// The RVE as it is when a frame is written.
-struct Frame {
-  rve::RveState state;
+template <int D> struct Frame {
+  rve::RveStateOf<D> state;
   std::vector<double> positions;
   std::vector<int> contacts;                  // of each grain
-  std::vector<rve::Vec<double, 2>> forces;    // of the springs on each grain
+  std::vector<rve::Vec<double, D>> forces;    // of the springs on each grain
   tagint atom;
 
-  Frame() = default;
-  Frame(rve::RveState _state, tagint _atom) :
+  Frame(rve::RveStateOf<D> _state, tagint _atom) :
       state(std::move(_state)), positions(state.positions()), contacts(state.num_grains(), 0),
-      forces(state.num_grains(), rve::Vec<double, 2>{{0.0, 0.0}}), atom(_atom)
+      forces(state.num_grains(), rve::Vec<double, D>::zero()), atom(_atom)
   {
-    for (const rve::SpringContact &contact : rve::find_spring_contacts(state)) {
+    for (const rve::SpringContactOf<D> &contact : rve::find_spring_contacts(state)) {
       const int first = contact.geometry.first, second = contact.geometry.second;
       contacts[first]++;
       contacts[second]++;
@@ -52,30 +51,58 @@ struct Frame {
       forces[second] = forces[second] - contact.force_on_first;
     }
   }
+
+  double position(int i, int axis) const { return positions[D * i + axis]; }
+  double velocity(int i, int axis) const { return state.velocity[D * i + axis]; }
 };
 
 struct Column {
   const char *name;
   bool is_integer;
-  double (*of)(const Frame &, int grain);
+  double (*of_disks)(const Frame<2> &, int grain);
+  double (*of_spheres)(const Frame<3> &, int grain);
+
+  bool is_of(int dimension) const
+  {
+    return dimension == 2 ? of_disks != nullptr : of_spheres != nullptr;
+  }
+  double of(const Frame<2> &frame, int grain) const { return of_disks(frame, grain); }
+  double of(const Frame<3> &frame, int grain) const { return of_spheres(frame, grain); }
 };
+
+template <class Of> constexpr Column integer(const char *name, Of of)
+{
+  return {name, true, of, of};
+}
+template <class Of> constexpr Column real(const char *name, Of of)
+{
+  return {name, false, of, of};
+}
+double zero(const Frame<2> &, int)
+{
+  return 0.0;
+}
 
 // clang-format off
 constexpr Column COLUMNS[] = {
-    {"id", true, [](const Frame &, int i) { return double(i + 1); }},
-    {"type", true, [](const Frame &, int) { return 1.0; }},
-    {"atom", true, [](const Frame &f, int) { return double(f.atom); }},
-    {"x", false, [](const Frame &f, int i) { return f.positions[2 * i]; }},
-    {"y", false, [](const Frame &f, int i) { return f.positions[2 * i + 1]; }},
-    {"z", false, [](const Frame &, int) { return 0.0; }},
-    {"radius", false, [](const Frame &f, int i) { return f.state.radius[i]; }},
-    {"vx", false, [](const Frame &f, int i) { return f.state.velocity[2 * i]; }},
-    {"vy", false, [](const Frame &f, int i) { return f.state.velocity[2 * i + 1]; }},
-    {"vz", false, [](const Frame &, int) { return 0.0; }},
-    {"omegaz", false, [](const Frame &f, int i) { return f.state.spin[i]; }},
-    {"fx", false, [](const Frame &f, int i) { return f.forces[i][0]; }},
-    {"fy", false, [](const Frame &f, int i) { return f.forces[i][1]; }},
-    {"contacts", true, [](const Frame &f, int i) { return double(f.contacts[i]); }},
+    integer("id", [](const auto &, int i) { return double(i + 1); }),
+    integer("type", [](const auto &, int) { return 1.0; }),
+    integer("atom", [](const auto &f, int) { return double(f.atom); }),
+    real("x", [](const auto &f, int i) { return f.position(i, 0); }),
+    real("y", [](const auto &f, int i) { return f.position(i, 1); }),
+    {"z", false, zero, [](const Frame<3> &f, int i) { return f.position(i, 2); }},
+    real("radius", [](const auto &f, int i) { return f.state.radius[i]; }),
+    real("vx", [](const auto &f, int i) { return f.velocity(i, 0); }),
+    real("vy", [](const auto &f, int i) { return f.velocity(i, 1); }),
+    {"vz", false, zero, [](const Frame<3> &f, int i) { return f.velocity(i, 2); }},
+    {"omegax", false, nullptr, [](const Frame<3> &f, int i) { return f.state.spin[3 * i]; }},
+    {"omegay", false, nullptr, [](const Frame<3> &f, int i) { return f.state.spin[3 * i + 1]; }},
+    {"omegaz", false, [](const Frame<2> &f, int i) { return f.state.spin[i]; },
+     [](const Frame<3> &f, int i) { return f.state.spin[3 * i + 2]; }},
+    real("fx", [](const auto &f, int i) { return f.forces[i][0]; }),
+    real("fy", [](const auto &f, int i) { return f.forces[i][1]; }),
+    {"fz", false, nullptr, [](const Frame<3> &f, int i) { return f.forces[i][2]; }},
+    integer("contacts", [](const auto &f, int i) { return double(f.contacts[i]); }),
 };
 // clang-format on
 
@@ -88,9 +115,12 @@ struct DumpRveGrain::Impl {
   std::string fix_id;    // empty: the only fix rve there is
   FixRve *fix = nullptr;
 
-  Frame frame;         // on the rank that has the RVE
-  double cell[4];      // H, rows first, on all ranks [length]
-  double half_slab;    // largest radius, on all ranks [length]
+  // of the frame: on the rank that has the RVE
+  int num_grains = 0;
+  std::vector<double> rows;
+  // on all ranks
+  double cell[9];      // H as in space, rows first [length]
+  double half_slab;    // of disks: largest radius [length]
 
   Impl(LAMMPS *lmp, int narg, char **arg)
   {
@@ -98,6 +128,17 @@ struct DumpRveGrain::Impl {
     words.assign(arg, arg + 5);
     words.resize(5 + columns.size(), "id");
     for (std::string &word : words) arguments.push_back(word.data());
+  }
+
+  template <int D> void take(const Frame<D> &frame)
+  {
+    const rve::RveStateOf<D> &state = frame.state;
+    num_grains = state.num_grains();
+    for (int i = 0; i < num_grains; i++)
+      for (const Column *column : columns) rows.push_back(column->of(frame, i));
+    for (int a = 0; a < D; a++)
+      for (int b = 0; b < D; b++) cell[3 * a + b] = state.cell(a, b);
+    half_slab = *std::max_element(state.radius.begin(), state.radius.end());
   }
 };
 
@@ -141,6 +182,7 @@ DumpRveGrain::~DumpRveGrain() = default;
 void DumpRveGrain::init_style()
 {
   impl->fix = FixRve::find(lmp, impl->fix_id, std::string("dump rve/grain ") + id);
+  require_columns_of(*impl->fix, lmp, "dump rve/grain", id, impl->columns);
   impl->fix->attach();
   // one rank has all grains, in the order of their IDs
   if (sortcol == 0) sort_flag = 0;
@@ -167,16 +209,18 @@ int DumpRveGrain::modify_param(int narg, char **arg)
 
 int DumpRveGrain::count()
 {
-  impl->frame = Frame();
+  impl->num_grains = 0;
+  impl->rows.clear();
+  std::fill_n(impl->cell, 9, 0.0);
+  impl->half_slab = 0.0;
   int mine = 0, found;
-  double cell[4] = {0.0, 0.0, 0.0, 0.0}, half_slab = 0.0;
   for (int i = 0; i < atom->nlocal; i++) {
     if (!(atom->mask[i] & group->bitmask[igroup]) || impl->fix->slot(i) < 0) continue;
     if (mine++) continue;
-    impl->frame = Frame(impl->fix->state(i), atom->tag[i]);
-    const rve::RveState &state = impl->frame.state;
-    for (int k = 0; k < 4; k++) cell[k] = state.cell(k / 2, k % 2);
-    half_slab = *std::max_element(state.radius.begin(), state.radius.end());
+    if (impl->fix->dimension() == 3)
+      impl->take(Frame<3>(impl->fix->state<3>(i), atom->tag[i]));
+    else
+      impl->take(Frame<2>(impl->fix->state<2>(i), atom->tag[i]));
   }
   MPI_Allreduce(&mine, &found, 1, MPI_INT, MPI_SUM, world);
   if (found != 1)
@@ -185,18 +229,16 @@ int DumpRveGrain::count()
         "dump rve/grain {}: {} atoms of group {} have an RVE of fix {}; it must be one, as a "
         "frame has one cell; choose it as in: group look id 17",
         id, found, group->names[igroup], impl->fix->id);
-  MPI_Allreduce(cell, impl->cell, 4, MPI_DOUBLE, MPI_SUM, world);
-  MPI_Allreduce(&half_slab, &impl->half_slab, 1, MPI_DOUBLE, MPI_SUM, world);
-  return impl->frame.state.num_grains();
+  MPI_Allreduce(MPI_IN_PLACE, impl->cell, 9, MPI_DOUBLE, MPI_SUM, world);
+  MPI_Allreduce(MPI_IN_PLACE, &impl->half_slab, 1, MPI_DOUBLE, MPI_SUM, world);
+  return impl->num_grains;
 }
 
 /* ---------------------------------------------------------------------- */
 
 void DumpRveGrain::pack(tagint *)
 {
-  int m = 0;
-  for (int i = 0; i < impl->frame.state.num_grains(); i++)
-    for (const Column *column : impl->columns) buf[m++] = column->of(impl->frame, i);
+  std::copy(impl->rows.begin(), impl->rows.end(), buf);
 }
 
 /* ----------------------------------------------------------------------
@@ -211,10 +253,16 @@ void DumpRveGrain::write_header(bigint ndump)
   }
   if (time_flag) utils::print(fp, "ITEM: TIME\n{:.16}\n", compute_time());
   const double *h = impl->cell, slab = impl->half_slab;
+  const bool is_plane = impl->fix->dimension() == 2;
   utils::print(fp,
                "ITEM: TIMESTEP\n{}\nITEM: NUMBER OF ATOMS\n{}\n"
-               "ITEM: BOX BOUNDS abc origin pp pp ff\n"
-               "{:>1.16e} {:>1.16e} 0 0\n{:>1.16e} {:>1.16e} 0 0\n0 0 {:>1.16e} {:>1.16e}\n"
-               "ITEM: ATOMS {}\n",
-               update->ntimestep, ndump, h[0], h[2], h[1], h[3], 2.0 * slab, -slab, columns);
+               "ITEM: BOX BOUNDS abc origin pp pp {}\n",
+               update->ntimestep, ndump, is_plane ? "ff" : "pp");
+  if (is_plane)
+    utils::print(fp, "{:>1.16e} {:>1.16e} 0 0\n{:>1.16e} {:>1.16e} 0 0\n0 0 {:>1.16e} {:>1.16e}\n",
+                 h[0], h[3], h[1], h[4], 2.0 * slab, -slab);
+  else
+    for (int b = 0; b < 3; b++)
+      utils::print(fp, "{:>1.16e} {:>1.16e} {:>1.16e} 0\n", h[b], h[3 + b], h[6 + b]);
+  utils::print(fp, "ITEM: ATOMS {}\n", columns);
 }

@@ -107,6 +107,13 @@ constexpr double FULL =
 constexpr double LONG_RUN =
     1.0;    // wall time of a run that is worth a line about its parts [seconds]
 
+/// The stress of an RVE in the plane. That of spheres has components across it.
+Tensor2 stress_of(const FixRve &grains, int atom)
+{
+  if (grains.dimension() == 2) return grains.result<2>(atom).stress;
+  return rve::leading_components<2>(grains.result<3>(atom).stress);
+}
+
 }    // namespace
 
 struct FixMpm::Impl {
@@ -617,7 +624,7 @@ void FixMpm::setup_pre_force(int)
       impl->deformation_gradient[i] = Tensor2::identity();
       impl->velocity_gradient[i] = Tensor2::zero();
       impl->stress[i] = rigid ? Tensor2::zero()
-          : grains            ? grains->result(i).stress
+          : grains            ? stress_of(*grains, i)
                               : impl->settings.initial_stress;
       if (!rigid) impl->begin_memory(i);
       if (impl->settings.density > 0.0)

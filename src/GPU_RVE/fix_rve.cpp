@@ -29,7 +29,6 @@
 #include "restart_record.h"
 #include "rve/core/error.h"
 #include "rve/engine/files.h"
-#include "rve/engine/packing_io.h"
 #include "unit_styles.h"
 #include "update.h"
 
@@ -56,9 +55,6 @@ static const char cite_fix_rve[] =
 
 FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 {
-  if (domain->dimension != 2)
-    error->all(FLERR, "fix rve needs a 2d system (its grains are disks), but the dimension is {}",
-               domain->dimension);
   require_mechanical_units(lmp, "fix rve");
   if (!atom->tag_enable) error->all(FLERR, "fix rve needs atoms with IDs");
   if (group->count(igroup) == 0)
@@ -77,7 +73,11 @@ FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
   create_attribute = 1;
   time_integrate = 1;    // see claim_integration()
 
-  impl = std::make_unique<Impl>(this, FixRveSettings::parse(lmp, narg, arg));
+  FixRveSettings settings = FixRveSettings::parse(lmp, narg, arg);
+  if (domain->dimension != 2 && settings.dimension == 2)
+    error->all(FLERR, "fix rve needs a 2d system (its grains are disks), but the dimension is {}",
+               domain->dimension);
+  impl = Impl::make(this, std::move(settings));
   impl->read_packings();
   impl->make_engine();
 
@@ -195,11 +195,7 @@ void FixRve::check_dump_files() const
 void FixRve::final_integrate()
 {
   if (impl->settings.driver == RveDriver::Mpm) return;
-  modify->clearstep_compute();
-  const std::vector<int> atoms = impl->atoms_with_rve();
-  const std::vector<rve::Drive> drives = impl->drives(atoms);
-  modify->addstep_compute(update->ntimestep + 1);
-  impl->advance(atoms, drives);
+  impl->advance_by_script();
 }
 
 /* ---------------------------------------------------------------------- */
@@ -222,11 +218,7 @@ void FixRve::end_of_step()
     if (std::find(settings.dump_atoms.begin(), settings.dump_atoms.end(), atom->tag[i]) ==
         settings.dump_atoms.end())
       continue;
-    impl->guarded(
-        [&] {
-          rve::write_lammps_data(impl->dump_file(atom->tag[i], step), state(i));
-        },
-        i);
+    impl->write_dump(i, impl->dump_file(atom->tag[i], step));
   }
 }
 
@@ -250,7 +242,8 @@ void FixRve::post_run()
 void FixRve::report_shadows() const
 {
   if (impl->settings.num_shadows == 0) return;
-  double mine[2] = {impl->points->shadow_time(), impl->points->total_time()}, all[2];
+  const auto [of_shadows, total] = impl->shadow_times();
+  double mine[2] = {of_shadows, total}, all[2];
   MPI_Allreduce(mine, all, 2, MPI_DOUBLE, MPI_SUM, world);
   const auto report = impl->shadow_report();
   if (comm->me == 0)
@@ -293,31 +286,35 @@ int FixRve::slot(int i) const
   return impl->slot[i];
 }
 
-const rve::Result &FixRve::result(int i) const
+int FixRve::dimension() const
 {
-  return impl->point(i).result;
+  return impl->dimension;
+}
+
+template <int D> const rve::ResultOf<D> &FixRve::result(int i) const
+{
+  return static_cast<const ImplOf<D> &>(*impl).point(i).result;
 }
 
 double FixRve::bulk_density(int i) const
 {
-  const auto &point = impl->point(i);
-  return point.material.density / (1.0 + point.result.void_ratio);
+  return impl->bulk_density(i);
 }
 
 double FixRve::inertial_number(int i) const
 {
-  const auto &point = impl->point(i);
-  return rve::inertial_number(point.last_steps(), point.material, point.strain_rate());
+  return impl->inertial_number(i);
 }
 
-rve::RveState FixRve::state(int i) const
+template <int D> rve::RveStateOf<D> FixRve::state(int i) const
 {
-  return impl->guarded(
-      [&] {
-        return impl->points->state(impl->slot[i]);
-      },
-      i);
+  return static_cast<const ImplOf<D> &>(*impl).state(i);
 }
+
+template const rve::ResultOf<2> &FixRve::result<2>(int) const;
+template const rve::ResultOf<3> &FixRve::result<3>(int) const;
+template rve::RveStateOf<2> FixRve::state<2>(int) const;
+template rve::RveStateOf<3> FixRve::state<3>(int) const;
 
 void FixRve::expect_look()
 {
@@ -335,7 +332,7 @@ bool FixRve::reads_results() const
 
 double FixRve::engine_time() const
 {
-  return impl->points->engine_time();
+  return impl->engine_time();
 }
 
 mpm::Constitutive<2> *FixRve::constitutive()
@@ -343,57 +340,21 @@ mpm::Constitutive<2> *FixRve::constitutive()
   if (impl->settings.driver != RveDriver::Mpm)
     error->all(FLERR, "fix rve {} must have drive mpm to serve as a material of fix mpm", id);
   impl->is_material = true;
-  return &impl->constitutive;
+  return impl->constitutive();
 }
 
-/* ----------------------------------------------------------------------
-   RVEs, frozen ones, DEM steps, rebuilds, lattice reductions, repeats, worst status,
-   DEM time step, DEM steps per LAMMPS step, wall time per advance,
-   mean and largest deviation from shadows, atom ID of the largest, RVEs that were skipped
-------------------------------------------------------------------------- */
+/* ---------------------------------------------------------------------- */
 
 double FixRve::compute_vector(int n)
 {
-  const auto clock = impl->clock(update->dt);
-  if (n == 7) return clock.dt;
-  if (n == 8 && !impl->settings.macro_step.adaptive) return clock.substeps;
-  if (n >= 10 && n <= 12) {
-    const auto report = impl->shadow_report();
-    return n == 10 ? report.mean : n == 11 ? report.largest : report.atom;
-  }
-
-  double mine = 0.0, all = 0.0;
-  int status = 0, any_status = 0;
-  for (const int i : impl->atoms_with_rve()) {
-    const auto &point = impl->point(i);
-    const auto &counters = point.result.counters;
-    const double values[] = {1.0,
-                             point.frozen() ? 1.0 : 0.0,
-                             (double) counters.steps,
-                             (double) counters.rebuilds,
-                             (double) counters.lattice_reductions,
-                             (double) counters.repeats};
-    if (n < 6) mine += values[n];
-    if (n == 8) mine = MAX(mine, point.drive.substeps);
-    if (n == 13) mine += point.asleep() ? 1.0 : 0.0;
-    status |= static_cast<int>(point.result.status);
-  }
-  if (n == 6) {
-    MPI_Allreduce(&status, &any_status, 1, MPI_INT, MPI_BOR, world);
-    return any_status;
-  }
-  if (n == 9) mine = impl->num_advances ? impl->wall_time / impl->num_advances : 0.0;
-  MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, n == 8 || n == 9 ? MPI_MAX : MPI_SUM, world);
-  return all;
+  return impl->vector_component(n);
 }
 
 /* ---------------------------------------------------------------------- */
 
 double FixRve::memory_usage()
 {
-  double bytes = static_cast<double>(atom->nmax) * sizeof(int);
-  for (const int i : impl->atoms_with_rve()) bytes += impl->points->bytes(impl->slot[i]);
-  return bytes;
+  return static_cast<double>(atom->nmax) * sizeof(int) + impl->bytes();
 }
 
 /* ----------------------------------------------------------------------
@@ -407,7 +368,7 @@ void FixRve::grow_arrays(int nmax)
 
 void FixRve::copy_arrays(int i, int j, int delflag)
 {
-  if (delflag && impl->slot[j] >= 0) impl->points->remove(impl->slot[j]);
+  if (delflag && impl->slot[j] >= 0) impl->remove(j);
   impl->slot[j] = impl->slot[i];
 }
 
@@ -444,7 +405,7 @@ int FixRve::pack_restart(int i, double *buf)
   if (impl->slot[i] >= 0)
     record = impl->guarded(
         [&] {
-          return impl->points->record(impl->slot[i]);
+          return impl->record(i);
         },
         i);
   buf[0] = static_cast<double>(Impl::PER_ATOM + record.size());
@@ -472,7 +433,7 @@ int FixRve::size_restart(int i)
   return Impl::PER_ATOM +
       impl->guarded(
           [&] {
-            return impl->points->record_size(impl->slot[i]);
+            return impl->record_size(i);
           },
           i);
 }
@@ -495,11 +456,6 @@ void FixRve::write_restart(FILE *fp)
 void FixRve::restart(char *buf)
 {
   impl->read_restart_head(buf);
-  // the RVEs come next. How many grains they have is not known yet: no run is refused that has the memory.
-  const auto in_group = std::count_if(atom->mask, atom->mask + atom->nlocal, [this](int mask) {
-    return (mask & groupbit) != 0;
-  });
-  impl->check_memory(std::vector<int>(in_group, impl->packings.fewest_grains()));
 }
 
 /* ----------------------------------------------------------------------

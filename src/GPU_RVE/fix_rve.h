@@ -34,8 +34,6 @@ template <int D> class Constitutive;
 namespace rve {
 template <int D> struct ResultOf;
 template <int D> struct RveStateOf;
-using Result = ResultOf<2>;
-using RveState = RveStateOf<2>;
 }    // namespace rve
 
 namespace LAMMPS_NS {
@@ -77,8 +75,10 @@ class FixRve : public Fix {
   void attach();
   // number of the RVE in the engine, -1 if the atom has none
   int slot(int) const;
-  // answer of the last advance, or of the packing as attached; the atom must have an RVE
-  const rve::Result &result(int) const;
+  // of the RVEs: 2 for disks, 3 for spheres
+  int dimension() const;
+  // answer of the last advance, or of the packing as attached; the atom must have an RVE, and D is its dimension
+  template <int D> const rve::ResultOf<D> &result(int) const;
   // grain density / (1 + void ratio) [mass/length^3]
   double bulk_density(int) const;
   // the results of this step will be asked for: without that it costs a call of the engine, unless it is a step with output
@@ -89,13 +89,14 @@ class FixRve : public Fix {
   double engine_time() const;
   // of its last DEM steps; 0 before the first one [-]
   double inertial_number(int) const;
-  // complete state, exact
-  rve::RveState state(int) const;
+  // complete state, exact; D is the dimension of the RVEs
+  template <int D> rve::RveStateOf<D> state(int) const;
   // the RVEs as a material for fix mpm; owned by this fix; error unless `drive mpm`
   mpm::Constitutive<2> *constitutive();
 
  private:
   struct Impl;
+  template <int D> struct ImplOf;
   std::unique_ptr<Impl> impl;
 
   // whether LAMMPS counts this fix among those that integrate

@@ -32,8 +32,10 @@ using namespace LAMMPS_NS;
 // Of what restart files hold: raise it with every change of that. Files before version 3 had no number.
 static constexpr int RESTART_VERSION = 5;
 
+namespace {
+
 // In front of the account of settings. All members have eight bytes: nothing lies between them.
-struct FixRve::Impl::RestartHead {
+struct RestartHead {
   double version;    // negative, because files without a version begin with the time step
   double step, dt, dt_auto, dt_fraction, mass_scaling;
   std::uint64_t num_packings, packings;    // their number, and their identity
@@ -45,6 +47,8 @@ struct FixRve::Impl::RestartHead {
     return rve::checksum_of(this, sizeof(RestartHead) - sizeof(checksum));
   }
 };
+
+}    // namespace
 
 /* ---------------------------------------------------------------------- */
 
@@ -77,7 +81,7 @@ static std::vector<std::string> differences(const std::map<std::string, std::str
    with several files for one write, atoms and this head may be of different steps, if a run ended while it wrote them
 ------------------------------------------------------------------------- */
 
-void FixRve::Impl::write_restart_head(FILE *fp) const
+template <int D> void FixRve::ImplOf<D>::write_restart_head(FILE *fp) const
 {
   std::string account;
   for (const auto &[keyword, value] : settings.account()) account += keyword + " " + value + "\n";
@@ -104,7 +108,7 @@ void FixRve::Impl::write_restart_head(FILE *fp) const
   fwrite(account.data(), 1, account.size(), fp);
 }
 
-void FixRve::Impl::read_restart_head(const char *buf)
+template <int D> void FixRve::ImplOf<D>::read_restart_head(const char *buf)
 {
   double version;
   memcpy(&version, buf, sizeof(version));
@@ -193,13 +197,21 @@ void FixRve::Impl::read_restart_head(const char *buf)
     error_if_any(problem);
   }
   continues = true;
+
+  // the RVEs come next. How many grains they have is not known yet: no run is refused that has the memory.
+  const Atom *atom = fix->atom;
+  const auto in_group =
+      std::count_if(atom->mask, atom->mask + atom->nlocal, [groupbit = fix->groupbit](int mask) {
+        return (mask & groupbit) != 0;
+      });
+  check_memory(std::vector<int>(in_group, packings.fewest_grains()));
 }
 
 /* ----------------------------------------------------------------------
    a continued run begins: all RVEs of the restart file are there
 ------------------------------------------------------------------------- */
 
-void FixRve::Impl::adopt_restart()
+template <int D> void FixRve::ImplOf<D>::adopt_restart()
 {
   if (!continues) return;
   continues = false;
@@ -217,8 +229,9 @@ void FixRve::Impl::adopt_restart()
    of all RVEs there are, whatever they were made of; collective
 ------------------------------------------------------------------------- */
 
-std::vector<std::string> FixRve::Impl::change_materials(const MaterialWords &words,
-                                                        double mass_scaling_before)
+template <int D>
+std::vector<std::string> FixRve::ImplOf<D>::change_materials(const MaterialWords &words,
+                                                             double mass_scaling_before)
 {
   const double mass_scaling = settings.mass_scaling.value_or(1.0);
   constexpr int NUM_PARAMETERS = std::size(rve::MATERIAL_PARAMETERS);
@@ -290,7 +303,7 @@ std::vector<std::string> FixRve::Impl::change_materials(const MaterialWords &wor
    another material or another wish: of packings and RVEs alike, since atoms may get RVEs later
 ------------------------------------------------------------------------- */
 
-void FixRve::Impl::choose_time_step()
+template <int D> void FixRve::ImplOf<D>::choose_time_step()
 {
   time_step_is_old = false;
   const std::vector<double> &bounds = packings.bounds();
@@ -320,7 +333,7 @@ void FixRve::Impl::choose_time_step()
 
 /* ---------------------------------------------------------------------- */
 
-void FixRve::Impl::modify(int narg, char **arg)
+template <int D> void FixRve::ImplOf<D>::modify(int narg, char **arg)
 {
   adopt_restart();
   FixRveSettings wanted = settings.modified(fix->lmp, narg, arg);
@@ -365,7 +378,7 @@ void FixRve::Impl::modify(int narg, char **arg)
    the fix goes, not LAMMPS, which takes its clock away before its fixes
 ------------------------------------------------------------------------- */
 
-void FixRve::Impl::warn_of_loss() const
+template <int D> void FixRve::ImplOf<D>::warn_of_loss() const
 {
   if (!fix->update) return;
   double mine[2] = {0.0, 0.0}, all[2];
@@ -383,3 +396,20 @@ void FixRve::Impl::warn_of_loss() const
       "RVEs and keep them, use fix_modify {}",
       fix->id, all[1], fix->id);
 }
+
+template void FixRve::ImplOf<2>::write_restart_head(FILE *) const;
+template void FixRve::ImplOf<2>::read_restart_head(const char *);
+template void FixRve::ImplOf<2>::adopt_restart();
+template std::vector<std::string> FixRve::ImplOf<2>::change_materials(const MaterialWords &,
+                                                                      double);
+template void FixRve::ImplOf<2>::choose_time_step();
+template void FixRve::ImplOf<2>::modify(int, char **);
+template void FixRve::ImplOf<2>::warn_of_loss() const;
+template void FixRve::ImplOf<3>::write_restart_head(FILE *) const;
+template void FixRve::ImplOf<3>::read_restart_head(const char *);
+template void FixRve::ImplOf<3>::adopt_restart();
+template std::vector<std::string> FixRve::ImplOf<3>::change_materials(const MaterialWords &,
+                                                                      double);
+template void FixRve::ImplOf<3>::choose_time_step();
+template void FixRve::ImplOf<3>::modify(int, char **);
+template void FixRve::ImplOf<3>::warn_of_loss() const;

@@ -18,6 +18,7 @@
 #include "comm.h"
 #include "error.h"
 #include "group.h"
+#include "modify.h"
 #include "rank_resources.h"
 #include "rve/core/error.h"
 #include "rve/core/exact_sum.h"
@@ -25,6 +26,7 @@
 #include "rve/core/threads.h"
 #include "rve/engine/cell_width.h"
 #include "rve/engine/finite_strain.h"
+#include "rve/engine/packing_io.h"
 #include "rve/engine/stability.h"
 #include "state_readers.h"
 #include "update.h"
@@ -47,7 +49,15 @@ static constexpr double SERVO_STRAIN_PER_STEP = 5.0e-5;
 
 /* ---------------------------------------------------------------------- */
 
-void FixRve::Impl::read_packings()
+std::unique_ptr<FixRve::Impl> FixRve::Impl::make(FixRve *fix, FixRveSettings settings)
+{
+  if (settings.dimension == 3) return std::make_unique<ImplOf<3>>(fix, std::move(settings));
+  return std::make_unique<ImplOf<2>>(fix, std::move(settings));
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <int D> void FixRve::ImplOf<D>::read_packings()
 {
   packings.read(fix->lmp, settings);
   const std::vector<double> &bounds = packings.bounds();
@@ -60,7 +70,7 @@ void FixRve::Impl::read_packings()
 
 /* ---------------------------------------------------------------------- */
 
-void FixRve::Impl::make_engine()
+template <int D> void FixRve::ImplOf<D>::make_engine()
 {
   const RankResources share(fix->world);
   settings.options.device_number = share.rank;
@@ -77,16 +87,16 @@ void FixRve::Impl::make_engine()
   std::string notice, problem;
   try {
     settings.options.contacts = packings.contacts();
-    auto engine = rve::make_engine(settings.options, &notice);
-    std::unique_ptr<rve::Engine> shadows;
+    auto engine = rve::make_engine<D>(settings.options, &notice);
+    std::unique_ptr<rve::EngineOf<D>> shadows;
     if (settings.num_shadows > 0) {
       rve::Options precise = settings.options;
       precise.format = rve::Format::Double;
       precise.arithmetic = rve::Arithmetic::Strict;
-      shadows = rve::make_engine(precise);
+      shadows = rve::make_engine<D>(precise);
     }
-    points = std::make_unique<macro::RvePoints>(std::move(engine), std::move(shadows),
-                                                settings.macro_step, threads());
+    points = std::make_unique<Points>(std::move(engine), std::move(shadows), settings.macro_step,
+                                      threads());
   } catch (const std::exception &e) {
     problem = fmt::format("fix rve: {}", e.what());
   }
@@ -145,7 +155,9 @@ void FixRve::Impl::check_time_step(double used, double bound, const std::string 
    nothing here depends on the number of ranks, so neither does an automatic step.
 ------------------------------------------------------------------------- */
 
-FixRve::Impl::LeastBound FixRve::Impl::least_time_step(const std::vector<int> &atoms, double enough)
+template <int D>
+typename FixRve::ImplOf<D>::LeastBound
+FixRve::ImplOf<D>::least_time_step(const std::vector<int> &atoms, double enough)
 {
   const MPI_Comm world = fix->world;
   const tagint *tag = fix->atom->tag;
@@ -195,7 +207,7 @@ FixRve::Impl::LeastBound FixRve::Impl::least_time_step(const std::vector<int> &a
   std::sort(candidates.begin(), candidates.end(), lower);
   if (candidates.size() > MOST_EXACT_BOUNDS) candidates.resize(MOST_EXACT_BOUNDS);
 
-  std::vector<rve::RveState> states;
+  std::vector<State> states;
   std::vector<tagint> whose;
   for (const Candidate &candidate : candidates) {
     if (candidate.place < 0) continue;
@@ -220,7 +232,7 @@ FixRve::Impl::LeastBound FixRve::Impl::least_time_step(const std::vector<int> &a
    frozen RVEs do not advance
 ------------------------------------------------------------------------- */
 
-void FixRve::Impl::recheck_time_step(Check check)
+template <int D> void FixRve::ImplOf<D>::recheck_time_step(Check check)
 {
   if (check == Check::EveryStep) {
     int mine = points->any_has_stiffened() ? 1 : 0, any = mine;
@@ -260,7 +272,7 @@ void FixRve::Impl::recheck_time_step(Check check)
    ranks of a node that use the same device, or the memory of the host, are judged together.
 ------------------------------------------------------------------------- */
 
-void FixRve::Impl::check_memory(const std::vector<int> &grains)
+template <int D> void FixRve::ImplOf<D>::check_memory(const std::vector<int> &grains)
 {
   constexpr double MB = 1048576.0;
   const int mine = static_cast<int>(grains.size());
@@ -339,7 +351,7 @@ void FixRve::Impl::find_variables()
 
 /* ---------------------------------------------------------------------- */
 
-void FixRve::Impl::attach()
+template <int D> void FixRve::ImplOf<D>::attach()
 {
   adopt_restart();
   const Atom *atom = fix->atom;
@@ -350,11 +362,10 @@ void FixRve::Impl::attach()
   MPI_Allreduce(&mine, &total, 1, MPI_LMP_BIGINT, MPI_SUM, fix->world);
   if (total == 0) return;
 
-  const std::vector<const rve::RveState *> states =
-      packings.choose(fix->lmp, fix->igroup, settings, atoms);
+  const std::vector<const State *> states = packings.choose(fix->lmp, fix->igroup, settings, atoms);
   bigint sums[2] = {0, 0}, all_sums[2];
   std::vector<int> grains;
-  for (const rve::RveState *state : states) {
+  for (const State *state : states) {
     grains.push_back(state->num_grains());
     sums[0] += state->num_grains();
   }
@@ -382,21 +393,25 @@ void FixRve::Impl::attach()
 
 /* ---------------------------------------------------------------------- */
 
-void FixRve::Impl::say_how_far_cells_go(const std::vector<const rve::RveState *> &states) const
+template <int D>
+void FixRve::ImplOf<D>::say_how_far_cells_go(const std::vector<const State *> &states) const
 {
-  double worst[3] = {0.0, 0.0, -HUGE_VAL}, of_all[3];    // least shares, and -grains
-  for (const rve::RveState *state : states) {
+  double worst[D + 1] = {}, of_all[D + 1];    // least shares, and -grains
+  worst[D] = -HUGE_VAL;
+  for (const State *state : states) {
     const auto share = rve::least_share_of_widths(*state, settings.options.skin);
-    for (int a = 0; a < 2; ++a) worst[a] = std::max(worst[a], share[a]);
-    worst[2] = std::max(worst[2], -rve::grains_across(*state));
+    for (int a = 0; a < D; ++a) worst[a] = std::max(worst[a], share[a]);
+    worst[D] = std::max(worst[D], -rve::grains_across(*state));
   }
-  MPI_Allreduce(worst, of_all, 3, MPI_DOUBLE, MPI_MAX, fix->world);
+  MPI_Allreduce(worst, of_all, D + 1, MPI_DOUBLE, MPI_MAX, fix->world);
   if (fix->comm->me == 0)
     utils::logmesg(fix->lmp,
                    "fix rve {}: cells are at least {:.1f} grains wide; a cell compressed to less "
-                   "than {:.3f} of its width or {:.3f} of its height is too narrow for its grains, "
-                   "and {}\n",
-                   fix->id, -of_all[2], of_all[0], of_all[1],
+                   "than {:.3f} of its width {}or {:.3f} of its height is too narrow for its "
+                   "grains, and {}\n",
+                   fix->id, -of_all[D], of_all[0],
+                   D == 3 ? fmt::format("along x, {:.3f} of that along y ", of_all[1]) : "",
+                   of_all[D - 1],
                    settings.freeze ? "its RVE is frozen" : "ends the run (policy stop)");
 }
 
@@ -425,7 +440,7 @@ static std::vector<std::uint64_t> lowest_of_all(std::vector<std::uint64_t> mine,
   return all;
 }
 
-void FixRve::Impl::remove_shadows(int number)
+template <int D> void FixRve::ImplOf<D>::remove_shadows(int number)
 {
   std::vector<std::uint64_t> mine;
   const auto hash = [this](int i) {
@@ -439,7 +454,7 @@ void FixRve::Impl::remove_shadows(int number)
       points->remove_shadow(slot[i]);
 }
 
-void FixRve::Impl::choose_shadows()
+template <int D> void FixRve::ImplOf<D>::choose_shadows()
 {
   if (settings.num_shadows == 0) return;
   const Atom *atom = fix->atom;
@@ -479,7 +494,7 @@ void FixRve::Impl::choose_shadows()
                        std::max(all_shadows[1], 1));
 }
 
-FixRve::Impl::ShadowReport FixRve::Impl::shadow_report() const
+template <int D> FixRve::Impl::ShadowReport FixRve::ImplOf<D>::shadow_report() const
 {
   double most = -1.0, most_of_all;
   std::int64_t sums[2] = {0, 0}, all_sums[2];    // number of shadows, sum of deviations
@@ -508,7 +523,7 @@ FixRve::Impl::ShadowReport FixRve::Impl::shadow_report() const
    the time step has a check of its own, which knows the bound
 ------------------------------------------------------------------------- */
 
-void FixRve::Impl::advise(bool at_start)
+template <int D> void FixRve::ImplOf<D>::advise(bool at_start)
 {
   constexpr int KINDS = rve::NUM_ADVICE_KINDS;
   double worst[KINDS] = {}, worst_of_all[KINDS];
@@ -517,7 +532,7 @@ void FixRve::Impl::advise(bool at_start)
   std::string message[KINDS];
   std::fill_n(id, KINDS, MAXTAGINT);
   for (const int i : atoms_with_rve()) {
-    const macro::RvePoints::Point &point = this->point(i);
+    const typename Points::Point &point = this->point(i);
     if (point.frozen()) continue;
     rve::DriveRates motion;
     motion.strain_rate = point.strain_rate();
@@ -562,7 +577,7 @@ void FixRve::Impl::advise(bool at_start)
 
 /* ---------------------------------------------------------------------- */
 
-std::vector<int> FixRve::Impl::slots_of(const std::vector<int> &atoms) const
+template <int D> std::vector<int> FixRve::ImplOf<D>::slots_of(const std::vector<int> &atoms) const
 {
   std::vector<int> some;
   for (const int i : atoms) some.push_back(slot[i]);
@@ -571,7 +586,7 @@ std::vector<int> FixRve::Impl::slots_of(const std::vector<int> &atoms) const
 
 /* ---------------------------------------------------------------------- */
 
-void FixRve::Impl::take_in(int atom, const double *record, int size)
+template <int D> void FixRve::ImplOf<D>::take_in(int atom, const double *record, int size)
 {
   slot[atom] = -1;
   if (size == 0) return;
@@ -628,7 +643,7 @@ std::vector<int> FixRve::Impl::atoms_with_rve() const
   return atoms;
 }
 
-std::vector<int> FixRve::Impl::advancing_atoms() const
+template <int D> std::vector<int> FixRve::ImplOf<D>::advancing_atoms() const
 {
   std::vector<int> atoms = atoms_with_rve();
   atoms.erase(std::remove_if(atoms.begin(), atoms.end(),
@@ -639,7 +654,7 @@ std::vector<int> FixRve::Impl::advancing_atoms() const
   return atoms;
 }
 
-double FixRve::Impl::dem_steps() const
+template <int D> double FixRve::ImplOf<D>::dem_steps() const
 {
   double steps = 0.0;
   for (const int i : atoms_with_rve()) steps += static_cast<double>(point(i).result.counters.steps);
@@ -651,7 +666,7 @@ double FixRve::Impl::dem_steps() const
    and before; exchange() there gives bufextra the smaller of two values)
 ------------------------------------------------------------------------- */
 
-void FixRve::Impl::set_exchange_size()
+template <int D> void FixRve::ImplOf<D>::set_exchange_size()
 {
   int mine = PER_ATOM, most;
   for (const int i : atoms_with_rve())
@@ -662,11 +677,12 @@ void FixRve::Impl::set_exchange_size()
 
 /* ---------------------------------------------------------------------- */
 
-void FixRve::Impl::check(const rve::Tensor2 &tensor, const char *what, const char *unit,
-                         int atom) const
+template <int D>
+void FixRve::ImplOf<D>::check(const Matrix &tensor, const char *what, const char *unit,
+                              int atom) const
 {
-  for (int a = 0; a < 2; ++a)
-    for (int b = 0; b < 2; ++b)
+  for (int a = 0; a < D; ++a)
+    for (int b = 0; b < D; ++b)
       if (!std::isfinite(tensor(a, b)))
         fix->error->one(FLERR,
                         "fix rve: {} component {} of atom {} is {} {} at step {}; it must "
@@ -677,14 +693,15 @@ void FixRve::Impl::check(const rve::Tensor2 &tensor, const char *what, const cha
 
 /* ---------------------------------------------------------------------- */
 
-bool FixRve::Impl::wants_details() const
+template <int D> bool FixRve::ImplOf<D>::wants_details() const
 {
   const int interval = settings.dt_check_interval;
   return look_is_expected || (interval && fix->update->ntimestep % interval == 0) ||
       state_may_be_read(fix->lmp);
 }
 
-void FixRve::Impl::advance(const std::vector<int> &atoms, const std::vector<rve::Drive> &drives)
+template <int D>
+void FixRve::ImplOf<D>::advance(const std::vector<int> &atoms, const std::vector<Drive> &drives)
 {
   const int count = static_cast<int>(atoms.size());
   int first_bad = count;
@@ -693,7 +710,7 @@ void FixRve::Impl::advance(const std::vector<int> &atoms, const std::vector<rve:
     const rve::LightWork work(count, threads());
 #pragma omp parallel for num_threads(work.team) reduction(min : first_bad)
     for (int k = 0; k < count; ++k) {
-      const rve::Drive &drive = drives[k];
+      const Drive &drive = drives[k];
       if (!rve::finite(drive.velocity_gradient) || !rve::finite(drive.stress_goal) ||
           !rve::finite(drive.deformation))
         first_bad = std::min(first_bad, k);
@@ -717,14 +734,15 @@ void FixRve::Impl::advance(const std::vector<int> &atoms, const std::vector<rve:
 
 /* ---------------------------------------------------------------------- */
 
-void FixRve::Impl::report(const std::vector<int> &failed, const std::vector<int> &atoms,
-                          const std::vector<rve::Drive> &drives) const
+template <int D>
+void FixRve::ImplOf<D>::report(const std::vector<int> &failed, const std::vector<int> &atoms,
+                               const std::vector<Drive> &drives) const
 {
   if (failed.empty()) return;
   for (std::size_t k = 0; k < atoms.size(); ++k) {
     const int i = atoms[k];
     if (std::find(failed.begin(), failed.end(), slot[i]) == failed.end()) continue;
-    const rve::Result &result = point(i).result;
+    const rve::ResultOf<D> &result = point(i).result;
     const std::string message = fmt::format(
         "fix rve: RVE of atom {} failed at step {}: {} (before: largest overlap {} of the sum of "
         "radii, void ratio {}, DEM time step {})",
@@ -741,10 +759,22 @@ void FixRve::Impl::report(const std::vector<int> &failed, const std::vector<int>
 
 /* ---------------------------------------------------------------------- */
 
-std::vector<rve::Drive> FixRve::Impl::drives(const std::vector<int> &atoms)
+template <int D> void FixRve::ImplOf<D>::advance_by_script()
 {
-  const Clock clock = this->clock(fix->update->dt);
-  std::vector<rve::Drive> drives(atoms.size());
+  fix->modify->clearstep_compute();
+  const std::vector<int> atoms = atoms_with_rve();
+  const std::vector<Drive> wanted = drives(atoms);
+  fix->modify->addstep_compute(fix->update->ntimestep + 1);
+  advance(atoms, wanted);
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <int D>
+std::vector<rve::DriveOf<D>> FixRve::ImplOf<D>::drives(const std::vector<int> &atoms)
+{
+  const macro::RveClock clock = this->clock(fix->update->dt);
+  std::vector<Drive> drives(atoms.size());
   std::vector<double> values;
   for (const auto &rate : settings.velocity_gradient) {
     rate.value.evaluate(fix->lmp, fix->igroup, values);
@@ -760,8 +790,8 @@ std::vector<rve::Drive> FixRve::Impl::drives(const std::vector<int> &atoms)
     for (std::size_t k = 0; k < drives.size(); ++k) {
       guarded(
           [&] {
-            drives[k] = rve::Drive::constant_velocity_gradient(drives[k].velocity_gradient,
-                                                               dt_of_path, clock.substeps);
+            drives[k] = Drive::constant_velocity_gradient(drives[k].velocity_gradient, dt_of_path,
+                                                          clock.substeps);
           },
           atoms[k]);
       drives[k].dt = clock.dt;
@@ -786,13 +816,87 @@ std::vector<rve::Drive> FixRve::Impl::drives(const std::vector<int> &atoms)
     }
   }
   for (std::size_t k = 0; k < atoms.size(); ++k) {
-    rve::Drive &drive = drives[k];
+    Drive &drive = drives[k];
     drive.dt = clock.dt;
     drive.substeps = clock.substeps;
     drive.servo_gain = settings.servo_gain.value_or(points->servo_gain(slot[atoms[k]]));
     drive.servo_max_rate = settings.servo_max_rate.value_or(SERVO_STRAIN_PER_STEP / clock.dt);
   }
   return drives;
+}
+
+/* ----------------------------------------------------------------------
+   RVEs, frozen ones, DEM steps, rebuilds, lattice reductions, repeats, worst status,
+   DEM time step, DEM steps per LAMMPS step, wall time per advance,
+   mean and largest deviation from shadows, atom ID of the largest, RVEs that were skipped
+------------------------------------------------------------------------- */
+
+template <int D> double FixRve::ImplOf<D>::vector_component(int n) const
+{
+  const auto now = Impl::clock(fix->update->dt);
+  if (n == 7) return now.dt;
+  if (n == 8 && !settings.macro_step.adaptive) return now.substeps;
+  if (n >= 10 && n <= 12) {
+    const auto report = shadow_report();
+    return n == 10 ? report.mean : n == 11 ? report.largest : report.atom;
+  }
+
+  double mine = 0.0, all = 0.0;
+  int status = 0, any_status = 0;
+  for (const int i : atoms_with_rve()) {
+    const auto &point = this->point(i);
+    const auto &counters = point.result.counters;
+    const double values[] = {1.0,
+                             point.frozen() ? 1.0 : 0.0,
+                             (double) counters.steps,
+                             (double) counters.rebuilds,
+                             (double) counters.lattice_reductions,
+                             (double) counters.repeats};
+    if (n < 6) mine += values[n];
+    if (n == 8) mine = MAX(mine, point.drive.substeps);
+    if (n == 13) mine += point.asleep() ? 1.0 : 0.0;
+    status |= static_cast<int>(point.result.status);
+  }
+  if (n == 6) {
+    MPI_Allreduce(&status, &any_status, 1, MPI_INT, MPI_BOR, fix->world);
+    return any_status;
+  }
+  if (n == 9) mine = num_advances ? wall_time / num_advances : 0.0;
+  MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, n == 8 || n == 9 ? MPI_MAX : MPI_SUM, fix->world);
+  return all;
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <int D> double FixRve::ImplOf<D>::bytes() const
+{
+  double bytes = 0.0;
+  for (const int i : atoms_with_rve()) bytes += points->bytes(slot[i]);
+  return bytes;
+}
+
+template <int D> double FixRve::ImplOf<D>::bulk_density(int atom) const
+{
+  const auto &point = this->point(atom);
+  return point.material.density / (1.0 + point.result.void_ratio);
+}
+
+template <int D> double FixRve::ImplOf<D>::inertial_number(int atom) const
+{
+  const auto &point = this->point(atom);
+  return rve::inertial_number(point.last_steps(), point.material, point.strain_rate());
+}
+
+template <int D> void FixRve::ImplOf<D>::write_dump(int atom, const std::string &path) const
+{
+  guarded(
+      [&] {
+        if constexpr (D == 2)
+          rve::write_lammps_data(path, points->state(slot[atom]));
+        else
+          throw rve::InputError("dump is for disks; use dump rve/grain for spheres");
+      },
+      atom);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -814,3 +918,6 @@ macro::RveClock FixRve::Impl::clock(double lammps_dt) const
   if (settings.macro_step.adaptive) return {dt, substeps};    // the number is chosen for each RVE
   return {lammps_dt / substeps, substeps};
 }
+
+template struct FixRve::ImplOf<2>;
+template struct FixRve::ImplOf<3>;

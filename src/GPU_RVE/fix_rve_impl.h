@@ -33,80 +33,66 @@
 
 namespace LAMMPS_NS {
 
-struct FixRve::Impl : macro::RveOwner<2> {
+/// What LAMMPS' hooks ask of the RVEs, whatever their dimension, and what does not depend on it.
+struct FixRve::Impl {
   // values that an atom without an RVE has in the buffers of LAMMPS: their number, and the step
   static constexpr int PER_ATOM = 2;
 
   FixRve *fix;
+  const int dimension;    // of the RVEs: 2 for disks, 3 for spheres
   FixRveSettings settings;
-  RvePackings packings;
-  double dt;    // DEM time step, or its upper limit where substeps are matched
-  std::unique_ptr<macro::RvePoints> points;
-  macro::RveConstitutive<2> constitutive;
+  double dt;                        // DEM time step, or its upper limit where substeps are matched
   std::vector<int> slot;            // per atom: RVE in the engine, or -1
-  std::vector<int> slots;           // of the RVEs that advance, kept between calls
   bool look_is_expected = false;    // somebody said that the results of this step shall be complete
   double restart_step = 0.0;        // of the head of a restart file
-  bool warned_dt = false, warned_sharing = false, warned_tension = false;
-  bool is_material = false;    // fix mpm has asked for it
-  bool advised[rve::NUM_ADVICE_KINDS] = {};
+  bool is_material = false;         // fix mpm has asked for it
   Progress progress;
-  double wall_time = 0.0;
-  bigint num_advances = 0;
 
-  Impl(FixRve *_fix, FixRveSettings _settings) :
-      fix(_fix), settings(std::move(_settings)), dt(settings.dt), constitutive(*this),
-      progress(fix->lmp, fmt::format("fix rve {}", fix->id), settings.progress_interval)
-  {
-  }
+  /// That of the RVEs that the packings make.
+  static std::unique_ptr<Impl> make(FixRve *fix, FixRveSettings settings);
+  virtual ~Impl() = default;
 
   /// Reads the packings and chooses or checks the DEM time step; collective.
-  void read_packings();
+  virtual void read_packings() = 0;
   /// One engine per rank, on the device of its local rank; collective.
-  void make_engine();
-  /// Ends with error->all if a rank has a message, with that of the first one; collective.
-  void error_if_any(std::string message) const;
-  /// Ends with error->all if so many further RVEs, of these numbers of grains, do not fit into the memory that is free; collective.
-  void check_memory(const std::vector<int> &grains);
+  virtual void make_engine() = 0;
   /// Gives an RVE to every atom of the group that has none; collective.
-  void attach();
+  virtual void attach() = 0;
+  /// All RVEs make what the script asks for in this LAMMPS step.
+  virtual void advance_by_script() = 0;
 
   // What changes of RVEs that are there; all collective. A restart file has a head of this fix: what its RVEs were made with.
-  void write_restart_head(FILE *fp) const;
-  /// Obeys what the fix says otherwise, as far as it can be obeyed without the RVEs, and refuses other packings.
-  void read_restart_head(const char *buf);
+  virtual void write_restart_head(FILE *fp) const = 0;
+  /// Obeys what the fix says otherwise, as far as it can be obeyed without the RVEs, and refuses other packings and RVEs for which there is
+  /// no memory.
+  virtual void read_restart_head(const char *buf) = 0;
   /// `fix_modify ID ...`
-  void modify(int narg, char **arg);
+  virtual void modify(int narg, char **arg) = 0;
   /// Says what is lost with the RVEs that have advanced, when the fix is deleted.
-  void warn_of_loss() const;
-  /// Looks up the variables of drive and servo.
-  void find_variables();
+  virtual void warn_of_loss() const = 0;
 
-  /// An RVE comes with a local atom, as so many numbers; or none, as none.
-  void take_in(int atom, const double *record, int size);
+  // An RVE goes with its atom, or comes as so many numbers; or none, as none.
+  virtual void remove(int atom) = 0;
+  virtual std::vector<double> record(int atom) const = 0;
+  virtual int record_size(int atom) const = 0;
+  virtual void take_in(int atom, const double *record, int size) = 0;
+  /// Room for the largest RVE in LAMMPS' buffers.
+  virtual void set_exchange_size() = 0;
 
-  std::vector<int> atoms_with_rve() const;
-  /// Those whose RVEs are not frozen.
-  std::vector<int> advancing_atoms() const;
-  std::vector<int> slots_of(const std::vector<int> &atoms) const;
-  /// DEM steps of the RVEs of this rank since their packings were read.
-  double dem_steps() const;
-  /// What the script asks for in this LAMMPS step.
-  std::vector<rve::Drive> drives(const std::vector<int> &atoms);
-  void advance(const std::vector<int> &atoms, const std::vector<rve::Drive> &drives) override;
-  /// Leaves so many shadows, of those that choose_shadows() would choose first; collective.
-  void remove_shadows(int number);
   /// Fills the number of shadows up, with atoms that depend on their IDs only; collective.
-  void choose_shadows();
-  /// Says once of each kind what goes beyond a limit, of the RVE that is farthest beyond; collective.
-  void advise(bool at_start);
+  virtual void choose_shadows() = 0;
   /// Deviation from shadows: mean, largest, and the ID of its atom (0: no shadow); collective.
   struct ShadowReport {
     double mean, largest;
     tagint atom;
   };
-  ShadowReport shadow_report() const;
+  virtual ShadowReport shadow_report() const = 0;
+  /// Wall time of shadows, and of all RVEs, of this rank [seconds]
+  virtual std::pair<double, double> shadow_times() const = 0;
+  virtual double engine_time() const = 0;
 
+  /// Says once of each kind what goes beyond a limit, of the RVE that is farthest beyond; collective.
+  virtual void advise(bool at_start) = 0;
   /// When the DEM time step is looked at again.
   enum class Check {
     EveryStep,    ///< of RVEs with many more contacts than at their last check
@@ -114,23 +100,33 @@ struct FixRve::Impl : macro::RveOwner<2> {
     Run    ///< of all, before and after a run: only what is not stable counts, so that a divided run is the whole one
   };
   /// The network stiffens with its contacts: warns, fails, or lowers an automatic step; collective.
-  void recheck_time_step(Check check);
+  virtual void recheck_time_step(Check check) = 0;
 
-  Clock clock(double lammps_dt) const override;
-  const rve::Tensor2 &stress(int atom) const override { return points->stress(slot[atom]); }
-  const macro::RvePoints::Point &point(int atom) const override
+  /// DEM steps of the RVEs of this rank since their packings were read.
+  virtual double dem_steps() const = 0;
+  /// Component n of the vector of the fix; collective.
+  virtual double vector_component(int n) const = 0;
+  virtual double bytes() const = 0;
+  virtual double bulk_density(int atom) const = 0;
+  virtual double inertial_number(int atom) const = 0;
+  virtual mpm::Constitutive<2> *constitutive() = 0;
+  /// For LAMMPS: the grains of an RVE as a file.
+  virtual void write_dump(int atom, const std::string &path) const = 0;
+
+  /// Ends with error->all if a rank has a message, with that of the first one; collective.
+  void error_if_any(std::string message) const;
+  /// Looks up the variables of drive and servo.
+  void find_variables();
+  std::vector<int> atoms_with_rve() const;
+  macro::RveClock clock(double lammps_dt) const;
+  /// Ends with an error unless the clock has as many DEM steps as can be; warns of a timestep that nobody has set.
+  void check_clock() const;
+  /// Ends with an error unless all atoms of `dump` have RVEs; collective.
+  void check_dump() const;
+  /// Of the dump of an atom in a step.
+  std::string dump_file(tagint id, bigint step) const
   {
-    return guarded(
-        [&]() -> const macro::RvePoints::Point & {
-          return points->point(slot[atom]);
-        },
-        atom);
-  }
-  void complete() override
-  {
-    guarded([&] {
-      points->complete();
-    });
+    return fmt::format("{}.{}.{}.data", settings.dump_prefix, id, step);
   }
 
   /// work(), whose problems end in an error that names the fix, the step and, unless it is -1, the atom.
@@ -144,46 +140,130 @@ struct FixRve::Impl : macro::RveOwner<2> {
       fail(problem.what(), atom);
     }
   }
-  int threads() const override { return settings.options.threads; }
 
-  /// Ends with an error unless the clock has as many DEM steps as can be; warns of a timestep that nobody has set.
-  void check_clock() const;
-  /// Ends with an error unless all atoms of `dump` have RVEs; collective.
-  void check_dump() const;
-  /// Of the dump of an atom in a step.
-  std::string dump_file(tagint id, bigint step) const
+ protected:
+  bool warned_dt = false;
+
+  Impl(FixRve *_fix, FixRveSettings _settings, int _dimension) :
+      fix(_fix), dimension(_dimension), settings(std::move(_settings)), dt(settings.dt),
+      progress(fix->lmp, fmt::format("fix rve {}", fix->id), settings.progress_interval)
   {
-    return fmt::format("{}.{}.{}.data", settings.dump_prefix, id, step);
+  }
+  [[noreturn]] void fail(const std::string &problem, int atom) const;
+  void check_time_step(double used, double bound, const std::string &whose);
+};
+
+/// With RVEs of dimension D.
+template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
+  using State = rve::RveStateOf<D>;
+  using Drive = rve::DriveOf<D>;
+  using Points = macro::RvePointsOf<D>;
+  using Matrix = rve::Tensor<double, D>;
+
+  RvePackingsOf<D> packings;
+  std::unique_ptr<Points> points;
+
+  ImplOf(FixRve *_fix, FixRveSettings _settings) :
+      Impl(_fix, std::move(_settings), D), of_plane(*this)
+  {
   }
 
-  /// Room for the largest RVE in LAMMPS' buffers.
-  void set_exchange_size();
+  void read_packings() override;
+  void make_engine() override;
+  void attach() override;
+  void advance_by_script() override;
+  void write_restart_head(FILE *fp) const override;
+  void read_restart_head(const char *buf) override;
+  void modify(int narg, char **arg) override;
+  void warn_of_loss() const override;
+  void remove(int atom) override { points->remove(slot[atom]); }
+  std::vector<double> record(int atom) const override { return points->record(slot[atom]); }
+  int record_size(int atom) const override { return points->record_size(slot[atom]); }
+  void take_in(int atom, const double *record, int size) override;
+  void set_exchange_size() override;
+  void choose_shadows() override;
+  ShadowReport shadow_report() const override;
+  std::pair<double, double> shadow_times() const override
+  {
+    return {points->shadow_time(), points->total_time()};
+  }
+  double engine_time() const override { return points->engine_time(); }
+  void advise(bool at_start) override;
+  void recheck_time_step(Check check) override;
+  double dem_steps() const override;
+  double vector_component(int n) const override;
+  double bytes() const override;
+  double bulk_density(int atom) const override;
+  double inertial_number(int atom) const override;
+  mpm::Constitutive<2> *constitutive() override { return &of_plane; }
+  void write_dump(int atom, const std::string &path) const override;
+
+  // for RveConstitutive
+  macro::RveClock clock(double lammps_dt) const override { return Impl::clock(lammps_dt); }
+  void advance(const std::vector<int> &atoms, const std::vector<Drive> &drives) override;
+  const Matrix &stress(int atom) const override { return points->stress(slot[atom]); }
+  const typename Points::Point &point(int atom) const override
+  {
+    return guarded(
+        [&]() -> const typename Points::Point & {
+          return points->point(slot[atom]);
+        },
+        atom);
+  }
+  void complete() override
+  {
+    guarded([&] {
+      points->complete();
+    });
+  }
+  int threads() const override { return settings.options.threads; }
+
+  State state(int atom) const
+  {
+    return guarded(
+        [&] {
+          return points->state(slot[atom]);
+        },
+        atom);
+  }
 
  private:
-  struct RestartHead;
+  macro::RveConstitutive<2, D> of_plane;    // as a material
+  std::vector<int> slots;                   // of the RVEs that advance, kept between calls
+  bool warned_sharing = false, warned_tension = false;
+  bool advised[rve::NUM_ADVICE_KINDS] = {};
+  double wall_time = 0.0;
+  bigint num_advances = 0;
   // of a restart file, until the RVEs have been adopted
   bool continues = false;
   double mass_scaling_of_rves = 1.0;
   std::vector<std::string> changes;    // "friction 0.5 -> 0.3"
   bool time_step_is_old = false;       // chosen or checked for other RVEs
 
+  /// Ends with error->all if so many further RVEs, of these numbers of grains, do not fit into the memory that is free; collective.
+  void check_memory(const std::vector<int> &grains);
   void adopt_restart();
   std::vector<std::string> change_materials(const MaterialWords &words, double mass_scaling_before);
   /// Of the RVEs as they are.
   void choose_time_step();
-  void say_how_far_cells_go(const std::vector<const rve::RveState *> &states) const;
-  [[noreturn]] void fail(const std::string &problem, int atom) const;
+  void say_how_far_cells_go(const std::vector<const State *> &states) const;
+  /// Those whose RVEs are not frozen.
+  std::vector<int> advancing_atoms() const;
+  std::vector<int> slots_of(const std::vector<int> &atoms) const;
+  /// What the script asks for in this LAMMPS step.
+  std::vector<Drive> drives(const std::vector<int> &atoms);
+  /// Leaves so many shadows, of those that choose_shadows() would choose first; collective.
+  void remove_shadows(int number);
   struct LeastBound {
     double dt;      ///< infinite: none is below what was asked for
     tagint atom;    ///< of the RVE that has it; the lowest ID of several
   };
   /// The least stable time step of RVEs, if it is below `enough`; collective.
   LeastBound least_time_step(const std::vector<int> &atoms, double enough);
-  void check_time_step(double used, double bound, const std::string &whose);
-  void check(const rve::Tensor2 &tensor, const char *what, const char *unit, int atom) const;
+  void check(const Matrix &tensor, const char *what, const char *unit, int atom) const;
   /// `drives` as atoms; none: nothing has been advanced.
   void report(const std::vector<int> &failed, const std::vector<int> &atoms,
-              const std::vector<rve::Drive> &drives) const;
+              const std::vector<Drive> &drives) const;
   bool wants_details() const;
 };
 

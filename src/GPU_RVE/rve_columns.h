@@ -16,6 +16,9 @@
 #ifndef LMP_RVE_COLUMNS_H
 #define LMP_RVE_COLUMNS_H
 
+#include "error.h"
+#include "fix_rve.h"
+#include "lammps.h"
 #include "rve/core/suggestion.h"
 #include "script_words.h"
 
@@ -60,6 +63,18 @@ std::vector<const Entry *> read_columns(LAMMPS *lmp, const std::string &style, c
   }
   if (columns.empty()) words.refuse(fmt::format("it needs at least one {}", kind));
   return columns;
+}
+
+/// Ends with an error, which begins with `style` and `id`, unless RVEs of the fix have all these; entries say it of a dimension by is_of().
+template <class Entry>
+void require_columns_of(const FixRve &fix, LAMMPS *lmp, const std::string &style, const char *id,
+                        const std::vector<const Entry *> &columns)
+{
+  for (const Entry *column : columns)
+    if (!column->is_of(fix.dimension()))
+      lmp->error->all(FLERR, "{} {}: {} is of {}, and the RVEs of fix {} are of {}", style, id,
+                      column->name, fix.dimension() == 2 ? "spheres" : "disks", fix.id,
+                      fix.dimension() == 2 ? "disks" : "spheres");
 }
 
 }    // namespace LAMMPS_NS

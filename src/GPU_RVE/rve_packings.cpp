@@ -41,7 +41,7 @@ constexpr std::uint64_t DRAW_PACKING = 0, DRAW_IMAGE = 1;
 // Changes of the stress by an image, over the pressure, that are worth a warning. Normal stresses of an isotropic packing are equal
 // within the tolerance of its preparation. Its shear stress is what a sum over finitely many contacts happens to be.
 constexpr double NORMAL_CHANGE = 0.02;
-double shear_change(const rve::RveState &packing)
+template <int D> double shear_change(const rve::RveStateOf<D> &packing)
 {
   return 6.0 / std::sqrt(packing.num_grains());
 }
@@ -86,7 +86,7 @@ std::vector<int> numbers(LAMMPS *lmp, int igroup, ScriptValue &value, const char
 
 /* ---------------------------------------------------------------------- */
 
-void RvePackings::read(LAMMPS *lmp, const FixRveSettings &settings)
+template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &settings)
 {
   files = settings.packings;
   std::vector<std::vector<char>> state_images;
@@ -95,7 +95,7 @@ void RvePackings::read(LAMMPS *lmp, const FixRveSettings &settings)
     for (std::size_t n = 0; n < settings.packings.size(); ++n) {
       const std::string &file = settings.packings[n];
       try {
-        rve::PackingLibrary library = rve::read_library(file);
+        rve::PackingLibraryOf<D> library = rve::read_library<D>(file);
         for (auto &state : library.packings) {
           const std::vector<char> record = rve::serialize(state);
           as_read.add(record.data(), record.size());
@@ -131,7 +131,7 @@ void RvePackings::read(LAMMPS *lmp, const FixRveSettings &settings)
     MPI_Bcast(&size, 1, MPI_INT, 0, lmp->world);
     image.resize(size);
     MPI_Bcast(image.data(), size, MPI_CHAR, 0, lmp->world);
-    packings.push_back(rve::deserialize(image.data(), image.size()));
+    packings.push_back(rve::deserialize<D>(image.data(), image.size()));
     void_ratios.push_back(packings.back().void_ratio());
   }
   by_void_ratio.emplace(void_ratios);
@@ -146,12 +146,13 @@ void RvePackings::read(LAMMPS *lmp, const FixRveSettings &settings)
 
 /* ---------------------------------------------------------------------- */
 
-void RvePackings::change(const MaterialWords &words, double mass_scaling,
-                         double mass_scaling_before)
+template <int D>
+void RvePackingsOf<D>::change(const MaterialWords &words, double mass_scaling,
+                              double mass_scaling_before)
 {
   images.clear();
   for (int k = 0; k < size(); ++k) {
-    rve::RveState changed = packings[k];
+    State changed = packings[k];
     change_material(changed.material, words, mass_scaling, mass_scaling_before);
     changed.check();
     stable[k] = rve::stable_time_step(changed);
@@ -161,21 +162,21 @@ void RvePackings::change(const MaterialWords &words, double mass_scaling,
 
 /* ---------------------------------------------------------------------- */
 
-int RvePackings::fewest_grains() const
+template <int D> int RvePackingsOf<D>::fewest_grains() const
 {
   int fewest = MAXSMALLINT;
-  for (const rve::RveState &packing : packings) fewest = std::min(fewest, packing.num_grains());
+  for (const State &packing : packings) fewest = std::min(fewest, packing.num_grains());
   return fewest;
 }
 
-rve::ContactModel RvePackings::contacts() const
+template <int D> rve::ContactModel RvePackingsOf<D>::contacts() const
 {
-  return rve::contacts_of(packings, [this](int packing) {
+  return rve::contacts_of<D>(packings, [this](int packing) {
     return name(packing);
   });
 }
 
-std::string RvePackings::name(int packing) const
+template <int D> std::string RvePackingsOf<D>::name(int packing) const
 {
   const std::string &file = files[file_of[packing]];
   return size() == 1 ? "packing " + file : fmt::format("packing {} ({})", packing, file);
@@ -183,16 +184,17 @@ std::string RvePackings::name(int packing) const
 
 /* ---------------------------------------------------------------------- */
 
-std::vector<const rve::RveState *> RvePackings::choose(LAMMPS *lmp, int igroup,
-                                                       FixRveSettings &settings,
-                                                       const std::vector<int> &atoms)
+template <int D>
+std::vector<const rve::RveStateOf<D> *> RvePackingsOf<D>::choose(LAMMPS *lmp, int igroup,
+                                                                 FixRveSettings &settings,
+                                                                 const std::vector<int> &atoms)
 {
   const std::vector<int> chosen = choose_packings(lmp, igroup, settings, atoms);
   const std::vector<int> image = choose_images(lmp, igroup, settings, atoms);
   images.clear();
-  std::vector<const rve::RveState *> states;
+  std::vector<const State *> states;
   for (std::size_t k = 0; k < atoms.size(); ++k) {
-    const rve::RveState &packing = packings[chosen[k]];
+    const State &packing = packings[chosen[k]];
     if (image[k] == 0) {
       states.push_back(&packing);
       continue;
@@ -209,8 +211,10 @@ std::vector<const rve::RveState *> RvePackings::choose(LAMMPS *lmp, int igroup,
 
 /* ---------------------------------------------------------------------- */
 
-std::vector<int> RvePackings::choose_packings(LAMMPS *lmp, int igroup, FixRveSettings &settings,
-                                              const std::vector<int> &atoms)
+template <int D>
+std::vector<int> RvePackingsOf<D>::choose_packings(LAMMPS *lmp, int igroup,
+                                                   FixRveSettings &settings,
+                                                   const std::vector<int> &atoms)
 {
   auto &choice = settings.choice;
   const tagint *tag = lmp->atom->tag;
@@ -250,22 +254,23 @@ std::vector<int> RvePackings::choose_packings(LAMMPS *lmp, int igroup, FixRveSet
 
 /* ---------------------------------------------------------------------- */
 
-std::vector<int> RvePackings::choose_images(LAMMPS *lmp, int igroup, FixRveSettings &settings,
-                                            const std::vector<int> &atoms)
+template <int D>
+std::vector<int> RvePackingsOf<D>::choose_images(LAMMPS *lmp, int igroup, FixRveSettings &settings,
+                                                 const std::vector<int> &atoms)
 {
   auto &choice = settings.choice;
   if (!choice.image_seed)
-    return numbers(lmp, igroup, choice.image, "packing_image", atoms, rve::NUM_IMAGES);
+    return numbers(lmp, igroup, choice.image, "packing_image", atoms, rve::NUM_IMAGES_OF<D>);
   std::vector<int> images_of_atoms;
   for (const int i : atoms)
     images_of_atoms.push_back(
-        rve::draw(*choice.image_seed, lmp->atom->tag[i], rve::NUM_IMAGES, DRAW_IMAGE));
+        rve::draw(*choice.image_seed, lmp->atom->tag[i], rve::NUM_IMAGES_OF<D>, DRAW_IMAGE));
   return images_of_atoms;
 }
 
 /* ---------------------------------------------------------------------- */
 
-void RvePackings::report(LAMMPS *lmp, const std::vector<int> &chosen) const
+template <int D> void RvePackingsOf<D>::report(LAMMPS *lmp, const std::vector<int> &chosen) const
 {
   if (size() == 1) return;
   std::vector<int> used(size(), 0), used_anywhere(size());
@@ -292,29 +297,35 @@ void RvePackings::report(LAMMPS *lmp, const std::vector<int> &chosen) const
    a mirrored or turned packing is another sample of the same ground only where the stress of the ground is isotropic
 ------------------------------------------------------------------------- */
 
-void RvePackings::warn_of_images(LAMMPS *lmp, const std::vector<int> &chosen,
-                                 const std::vector<int> &image) const
+template <int D>
+void RvePackingsOf<D>::warn_of_images(LAMMPS *lmp, const std::vector<int> &chosen,
+                                      const std::vector<int> &image) const
 {
+  using Stress = rve::Tensor<double, D>;
   // per packing a bit for each image
-  std::vector<int> used(size(), 0);
-  for (std::size_t k = 0; k < chosen.size(); ++k) used[chosen[k]] |= 1 << image[k];
-  MPI_Allreduce(MPI_IN_PLACE, used.data(), size(), MPI_INT, MPI_BOR, lmp->world);
+  std::vector<std::uint64_t> used(size(), 0);
+  for (std::size_t k = 0; k < chosen.size(); ++k) used[chosen[k]] |= std::uint64_t{1} << image[k];
+  MPI_Allreduce(MPI_IN_PLACE, used.data(), size(), MPI_UINT64_T, MPI_BOR, lmp->world);
   if (lmp->comm->me > 0) return;
 
   int changed = 0, worst = 0, worst_image = 0;
   double largest = 0.0;
-  rve::Tensor2 stress_of_worst;
+  Stress stress_of_worst;
   for (int n = 0; n < size(); ++n) {
-    if ((used[n] & ~1) == 0) continue;
-    const rve::Tensor2 stress = rve::spring_stress(packings[n]);
-    const double pressure = -0.5 * (stress(0, 0) + stress(1, 1));
+    if ((used[n] & ~std::uint64_t{1}) == 0) continue;
+    const Stress stress = rve::spring_stress(packings[n]);
+    const double pressure = -rve::trace(stress) / D;
     if (!(pressure > 0.0)) continue;
     double largest_of_packing = 0.0;
-    for (int k = 1; k < rve::NUM_IMAGES; ++k) {
+    for (int k = 1; k < rve::NUM_IMAGES_OF<D>; ++k) {
       if (!(used[n] >> k & 1)) continue;
-      const rve::Tensor2 seen = rve::image_of(stress, k);
-      const double normal = std::fabs(seen(0, 0) - stress(0, 0)) / pressure;
-      const double shear = std::fabs(seen(0, 1) - stress(0, 1)) / pressure;
+      const Stress seen = rve::image_of(stress, k);
+      double normal = 0.0, shear = 0.0;
+      for (int a = 0; a < D; ++a)
+        for (int b = a; b < D; ++b) {
+          double &change = a == b ? normal : shear;
+          change = std::fmax(change, std::fabs(seen(a, b) - stress(a, b)) / pressure);
+        }
       const double excess = std::fmax(normal / NORMAL_CHANGE, shear / shear_change(packings[n]));
       largest_of_packing = std::fmax(largest_of_packing, excess);
       if (excess > largest) {
@@ -327,17 +338,26 @@ void RvePackings::warn_of_images(LAMMPS *lmp, const std::vector<int> &chosen,
     if (largest_of_packing > 1.0) ++changed;
   }
   if (largest <= 1.0) return;
-  const auto text = [](const rve::Tensor2 &stress) {
-    return fmt::format("{}, {}, {}", rve::number(stress(0, 0)), rve::number(stress(1, 1)),
-                       rve::number(0.5 * (stress(0, 1) + stress(1, 0))));
+  const auto text = [](const Stress &stress) {
+    std::string words;
+    for (int apart = 0; apart < D; ++apart)    // normal stresses first
+      for (int a = 0; a + apart < D; ++a)
+        words += (words.empty() ? "" : ", ") +
+            rve::number(apart == 0 ? stress(a, a)
+                                   : 0.5 * (stress(a, a + apart) + stress(a + apart, a)));
+    return words;
   };
-  lmp->error->warning(FLERR,
-                      "fix rve: packing_image changes the ground: {} has sxx, syy, sxy of {} "
-                      "[stress], its image {} "
-                      "{}; {} of {} packings are not isotropic in this way. Images 0 and 2 keep "
-                      "the stress, 4 and 6 "
-                      "sxx and syy; random images are for packings of an isotropic stress, as "
-                      "create_rve makes them",
-                      name(worst), text(stress_of_worst), worst_image,
-                      text(rve::image_of(stress_of_worst, worst_image)), changed, size());
+  lmp->error->warning(
+      FLERR,
+      "fix rve: packing_image changes the ground: {} has {} of {} "
+      "[stress], its image {} "
+      "{}; {} of {} packings are not isotropic in this way. {}; random images are "
+      "for packings of an isotropic stress, as "
+      "create_rve makes them",
+      name(worst), D == 2 ? "sxx, syy, sxy" : "sxx, syy, szz, sxy, syz, sxz", text(stress_of_worst),
+      worst_image, text(rve::image_of(stress_of_worst, worst_image)), changed, size(),
+      D == 2 ? "Images 0 and 2 keep the stress, 4 and 6 sxx and syy" : "Images 0 to 15 keep szz");
 }
+
+template class LAMMPS_NS::RvePackingsOf<2>;
+template class LAMMPS_NS::RvePackingsOf<3>;

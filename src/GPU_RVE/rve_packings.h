@@ -29,8 +29,11 @@
 
 namespace LAMMPS_NS {
 
-class RvePackings {
+/// Of disks or of spheres, one of them for all.
+template <int D> class RvePackingsOf {
  public:
+  using State = rve::RveStateOf<D>;
+
   /// Reads packing files and libraries by one rank and spreads the packings as byte images; collective. Errors end in error->all.
   void read(LAMMPS *lmp, const FixRveSettings &settings);
 
@@ -51,11 +54,11 @@ class RvePackings {
 
   /// The states that these local atoms of the group begin with; collective. They depend on the IDs of the atoms and on the
   /// settings, not on ranks. The pointers are good until the next call.
-  std::vector<const rve::RveState *> choose(LAMMPS *lmp, int igroup, FixRveSettings &settings,
-                                            const std::vector<int> &atoms);
+  std::vector<const State *> choose(LAMMPS *lmp, int igroup, FixRveSettings &settings,
+                                    const std::vector<int> &atoms);
 
  private:
-  std::vector<rve::RveState> packings;
+  std::vector<State> packings;
   std::vector<std::string> files;
   std::uint64_t checksum = 0;
   // per packing
@@ -63,7 +66,7 @@ class RvePackings {
   std::vector<double> stable;
   std::vector<double> void_ratios;
   std::optional<rve::VoidRatioIndex> by_void_ratio;
-  std::map<std::pair<int, int>, rve::RveState> images;    // of packing, number of the image
+  std::map<std::pair<int, int>, State> images;    // of packing, number of the image
 
   std::vector<int> choose_packings(LAMMPS *lmp, int igroup, FixRveSettings &settings,
                                    const std::vector<int> &atoms);

@@ -15,11 +15,12 @@
 
 #include "error.h"
 #include "lammps.h"
+#include "on_rank_zero.h"
 #include "progress.h"
 #include "rve/core/error.h"
+#include "rve/engine/packing_io.h"
 
 #include <algorithm>
-#include <cstring>
 #include <string_view>
 
 using namespace LAMMPS_NS;
@@ -27,36 +28,61 @@ using macro::StressFrom;
 
 namespace {
 
-constexpr const char *COMPONENTS[2][2] = {{"xx", "xy"}, {"yx", "yy"}};
+constexpr const char *COMPONENTS[3][3] = {
+    {"xx", "xy", "xz"}, {"yx", "yy", "yz"}, {"zx", "zy", "zz"}};
 
-bool find_component(const char *word, int &row, int &column)
+bool find_component(const std::string &word, int dimension, int &row, int &column)
 {
-  for (row = 0; row < 2; ++row)
-    for (column = 0; column < 2; ++column)
-      if (strcmp(word, COMPONENTS[row][column]) == 0) return true;
+  for (row = 0; row < dimension; ++row)
+    for (column = 0; column < dimension; ++column)
+      if (word == COMPONENTS[row][column]) return true;
   return false;
 }
 
-/// Components of a tensor with their values, at least one; `part` as in ScriptWords.
+/// Their names, those on the diagonal first and those below it last, or not at all in a symmetric tensor.
+rve::Words component_names(int dimension, bool symmetric)
+{
+  rve::Words names;
+  for (int a = 0; a < dimension; ++a) names.emplace_back(COMPONENTS[a][a]);
+  for (const bool below : {false, true})
+    for (int a = 0; a < dimension; ++a)
+      for (int b = a + 1; b < dimension; ++b)
+        if (!below || !symmetric) names.emplace_back(below ? COMPONENTS[b][a] : COMPONENTS[a][b]);
+  return names;
+}
+
+/// Components of a tensor in so many dimensions with their values, at least one; `part` as in ScriptWords.
 std::vector<TensorComponent> read_components(ScriptWords &words, const std::string &part,
-                                             bool symmetric)
+                                             int dimension, bool symmetric)
 {
   const std::string what = words.keyword() + (part.empty() ? "" : " ") + part;
   std::vector<TensorComponent> list;
   int row, column;
-  while (find_component(words.peek(), row, column)) {
+  while (find_component(words.peek(), dimension, row, column)) {
     const std::string name = words.next();
     if (symmetric && row > column)
-      words.refuse(what + " has no component yx; the servo shears by xy");
+      words.refuse(fmt::format("{} has no component {}; the servo shears by {}", what, name,
+                               COMPONENTS[column][row]));
     for (const auto &other : list)
       if (other.row == row && other.column == column)
         words.refuse(what + " has component " + name + " twice");
     list.push_back({row, column, words.value(part.empty() ? name : part + " " + name)});
   }
-  if (list.empty())
-    words.refuse(fmt::format("{} needs at least one of the components {}, got '{}'", what,
-                             symmetric ? "xx yy xy" : "xx yy xy yx", words.peek()));
-  words.suggest({"yx", "yy", "xx", "xy"});
+  if (find_component(words.peek(), 3, row, column))
+    words.refuse(
+        fmt::format("{} has component {}, and the RVEs are of disks: only those of spheres "
+                    "have components of z",
+                    what, words.peek()));
+  if (list.empty()) {
+    std::string names;
+    for (const auto &name : component_names(dimension, symmetric))
+      names += fmt::format(" {}", name);
+    words.refuse(fmt::format("{} needs at least one of the components{}, got '{}'", what, names,
+                             words.peek()));
+  }
+  rve::Words others = component_names(dimension, false);
+  std::reverse(others.begin(), others.end());
+  words.suggest(others);
   return list;
 }
 
@@ -100,7 +126,7 @@ void read_drive(ScriptWords &words, FixRveSettings &s)
                                       {"mpm", RveDriver::Mpm}});
   s.velocity_gradient.clear();
   if (s.driver == RveDriver::VelocityGradient)
-    s.velocity_gradient = read_components(words, "velocity_gradient", false);
+    s.velocity_gradient = read_components(words, "velocity_gradient", s.dimension, false);
 }
 
 void read_dt(ScriptWords &words, FixRveSettings &s)
@@ -180,7 +206,7 @@ constexpr FixRveKeyword KEYWORDS[] = {
     {"servo", "none | component stress ...",
      [](ScriptWords &words, Settings &s) {
        s.stress_goal.clear();
-       if (!words.take("none")) s.stress_goal = read_components(words, "", true);
+       if (!words.take("none")) s.stress_goal = read_components(words, "", s.dimension, true);
      }},
     {"servo_gain", "gain",
      [](ScriptWords &words, Settings &s) {
@@ -333,6 +359,33 @@ rve::Device LAMMPS_NS::read_device(ScriptWords &words)
       "", {{"auto", rve::Device::Auto}, {"cpu", rve::Device::Cpu}, {"cuda", rve::Device::Cuda}});
 }
 
+/* ----------------------------------------------------------------------
+   0: not known. What is wrong with the file is said when it is read as a whole.
+------------------------------------------------------------------------- */
+
+static int dimension_of(LAMMPS *lmp, const std::string &file)
+{
+  int dimension = 0;
+  on_rank_zero(lmp->world, [&] {
+    dimension = rve::dimension_of_packing(file);
+  });
+  MPI_Bcast(&dimension, 1, MPI_INT, 0, lmp->world);
+  return dimension;
+}
+
+void FixRveSettings::require_one_dimension(LAMMPS *lmp) const
+{
+  const auto grains = [](int d) {
+    return d == 2 ? "disks" : "spheres";
+  };
+  for (const std::string &file : packings)
+    if (const int other = dimension_of(lmp, file); other != 0 && other != dimension)
+      lmp->error->all(FLERR,
+                      "fix rve: packing {} is of {}, and packing {} of {}; all packings of a fix "
+                      "must have the same grains",
+                      packings.front(), grains(dimension), file, grains(other));
+}
+
 /* ---------------------------------------------------------------------- */
 
 FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
@@ -341,7 +394,9 @@ FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
   ScriptWords words(lmp, command, narg, arg, 3);
   FixRveSettings s;
   s.packings.emplace_back(words.next("packing file"));
+  if (dimension_of(lmp, s.packings.front()) == 3) s.dimension = 3;
   s.read(words, false);
+  s.require_one_dimension(lmp);
   s.check(lmp, command);
   return s;
 }

@@ -54,6 +54,7 @@ struct PackingChoice {
 };
 
 struct FixRveSettings {
+  int dimension = 2;    ///< of the RVEs, as the packings say: 2 for disks, 3 for spheres
   std::vector<std::string> packings;
   PackingChoice choice;
   MaterialWords material;
@@ -98,10 +99,11 @@ struct FixRveSettings {
 
  private:
   void read(ScriptWords &words, bool modifies);
+  void require_one_dimension(LAMMPS *lmp) const;
   void check(LAMMPS *lmp, const std::string &command) const;
 };
 
-/// "xx", "xy", "yx" or "yy"
+/// "xx", "xy", ..., "zz"
 const char *rve_component_name(int row, int column);
 
 }    // namespace LAMMPS_NS

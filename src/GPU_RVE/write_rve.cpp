@@ -48,6 +48,14 @@ constexpr ScriptKeyword<Order> KEYWORDS[] = {
        order.native = words.choice<bool>("", {{"rve", true}, {"lammps", false}});
      }}};
 
+template <int D> void write(const Order &order, const rve::RveStateOf<D> &state)
+{
+  if (order.native)
+    rve::write_packing(order.path, state);
+  else
+    rve::write_lammps_data(order.path, state);
+}
+
 }    // namespace
 
 // write_rve fix-ID atom ID file path [format lammps|rve]
@@ -71,11 +79,10 @@ void WriteRve::command(int narg, char **arg)
     if (atom->tag[i] != order.id || fix->slot(i) < 0) continue;
     mine = 1;
     try {
-      const rve::RveState state = fix->state(i);
-      if (order.native)
-        rve::write_packing(order.path, state);
+      if (fix->dimension() == 2)
+        write(order, fix->state<2>(i));
       else
-        rve::write_lammps_data(order.path, state);
+        write(order, fix->state<3>(i));
     } catch (const rve::InputError &e) {
       failure = fmt::format("write_rve: {}", e.what());
     }

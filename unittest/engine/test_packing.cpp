@@ -248,6 +248,21 @@ TEST(Packing, IsTheSameForAnyNumberOfThreads)
   EXPECT_EQ(serialize(first), serialize(second));
 }
 
+TEST(Packing, BearsAnAnisotropicStress)
+{
+  const auto engine = cpu_engine();
+  PackingRecipe recipe = paper_recipe(150, 20e3);
+  recipe.k0 = 0.5;
+
+  const Result result = evaluate(*engine, generate_packing(recipe, *engine));
+
+  EXPECT_NEAR(-result.stress(0, 0), 10e3, 10.1);
+  EXPECT_NEAR(-result.stress(1, 1), 20e3, 20.2);
+  recipe.k0 = 0.0;
+  EXPECT_EQ(message_of(recipe, *engine),
+            "ratio k0 of lateral to vertical stress [-] is 0; it must lie between 0.01 and 100");
+}
+
 TEST(Packing, LooserTargetIsMetByPreparationFriction)
 {
   const auto engine = cpu_engine();

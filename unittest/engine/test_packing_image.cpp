@@ -6,8 +6,12 @@
 #include "rve/engine/contact_network.h"
 #include "rve/engine/packing_image.h"
 #include "support/rve_rig.h"
+#include "support/spheres.h"
 
 #include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
 
 using namespace rve;
 using namespace rve_test;
@@ -230,5 +234,115 @@ TEST(PackingImage, NumbersOutOfRangeAreNamed)
     FAIL();
   } catch (const InputError &error) {
     EXPECT_STREQ(error.what(), "image of a packing is 8; it must be from 0 to 7");
+  }
+}
+
+namespace {
+
+Tensor3 seen_in_space(int image, const Tensor3 &tensor)
+{
+  const Tensor3 q = image_rotation<3>(image);
+  return q * tensor * transpose(q);
+}
+
+/// In motion and under load: contacts slide, and pairs remember forces.
+Spheres sheared_spheres()
+{
+  SphereRig rig(disordered_spheres(spheres_material(), 5, 3));
+  rig.strain(Tensor3{{-30.0, 9.0, 3.0, -6.0, -24.0, 6.0, 1.5, 3.0, -36.0}}, 5e-6, 300);
+  return rig.state();
+}
+
+}    // namespace
+
+TEST(ImageOfSpheres, AreAllSymmetriesOfTheCube)
+{
+  std::vector<std::vector<double>> all;
+  int mirrors = 0;
+  for (int k = 0; k < NUM_IMAGES_OF<3>; ++k) {
+    const Tensor3 q = image_rotation<3>(k);
+    EXPECT_EQ(components(q * transpose(q)), components(Tensor3::identity()));
+    mirrors += determinant(q) < 0.0;
+    EXPECT_EQ(std::fabs(q(2, 2)), k < 16 ? 1.0 : 0.0);
+    if (k < NUM_IMAGES) {
+      const Tensor2 plane = image_rotation(k);
+      for (int a = 0; a < 2; ++a)
+        for (int b = 0; b < 2; ++b) EXPECT_EQ(q(a, b), plane(a, b));
+      EXPECT_EQ(q(2, 2), 1.0);
+    }
+    all.push_back(components(q));
+  }
+  std::sort(all.begin(), all.end());
+  EXPECT_EQ(std::unique(all.begin(), all.end()), all.end());
+  EXPECT_EQ(mirrors, 24);
+  // x in the place of y
+  EXPECT_EQ(image_rotation<3>(16)(1, 0), 1.0);
+  EXPECT_THROW(image_rotation<3>(48), InputError);
+}
+
+TEST(ImageOfSpheres, ImagesOfImagesAreImagesToTheLastBit)
+{
+  const Spheres state = crowded_spheres(20, 7);
+  for (int first = 0; first < NUM_IMAGES_OF<3>; ++first)
+    for (int second = 0; second < NUM_IMAGES_OF<3>; second += 5) {
+      const Tensor3 q = image_rotation<3>(second) * image_rotation<3>(first);
+      int both = 0;
+      while (components(image_rotation<3>(both)) != components(q)) ++both;
+      EXPECT_EQ(serialize(image_of(image_of(state, first), second)),
+                serialize(image_of(state, both)))
+          << first << ", then " << second;
+    }
+}
+
+TEST(ImageOfSpheres, AnswersTheImageOfAStrainWithTheImageOfTheStress)
+{
+  const Spheres state = sheared_spheres();
+  const Tensor3 l{{-1.0, 3.0, 2.0, 1.0, -2.0, 0.5, 4.0, -1.0, -3.0}};
+  SphereRig rig(state);
+  const ResultOf<3> result = rig.strain(l, 5e-6, 200);
+  ASSERT_GT(result.num_contacts, 250);
+
+  for (int image = 0; image < NUM_IMAGES_OF<3>; ++image) {
+    SphereRig seen(image_of(state, image));
+    const ResultOf<3> of_image = seen.strain(seen_in_space(image, l), 5e-6, 200);
+
+    const Tensor3 expected = seen_in_space(image, result.stress);
+    for (int k = 0; k < 9; ++k)
+      EXPECT_NEAR(of_image.stress.component[k], expected.component[k], 1e-9 * result.mean_stress())
+          << image;
+    EXPECT_EQ(of_image.num_contacts, result.num_contacts);
+  }
+}
+
+// The control: spins are axial vectors and forces are vectors.
+TEST(ImageOfSpheres, AnswersOtherwiseWhereSpinsOrForcesAreSeenWithTheWrongSense)
+{
+  const Spheres state = sheared_spheres();
+  const auto stress_after = [](const Spheres &start) {
+    return SphereRig(start).strain(Tensor3::zero(), 5e-6, 50).stress;
+  };
+  Spheres spins = image_of(state, 8), forces = spins;
+  const Tensor3 right = stress_after(spins);
+  for (double &spin : spins.spin) spin = -spin;
+  for (PairOf<3> &pair : forces.pairs) pair.tangential_force = -1.0 * pair.tangential_force;
+
+  for (const Spheres &wrong : {spins, forces}) {
+    const Tensor3 stress = stress_after(wrong);
+    double most = 0.0;
+    for (int k = 0; k < 9; ++k)
+      most = std::fmax(most, std::fabs(stress.component[k] - right.component[k]));
+    EXPECT_GT(most, 1e-5 * std::fabs(trace(right)));
+  }
+}
+
+TEST(ImageOfSpheres, HasTheImageOfTheStressOfItsSprings)
+{
+  const Spheres state = sheared_spheres();
+  const Tensor3 stress = spring_stress(state);
+  for (int image = 0; image < NUM_IMAGES_OF<3>; ++image) {
+    const Tensor3 of_image = spring_stress(image_of(state, image)),
+                  expected = image_of(stress, image);
+    for (int k = 0; k < 9; ++k)
+      EXPECT_NEAR(of_image.component[k], expected.component[k], 1e-12 * std::fabs(trace(stress)));
   }
 }

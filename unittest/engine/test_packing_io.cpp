@@ -1,8 +1,10 @@
 #include "rve/core/error.h"
 #include "rve/engine/contact_network.h"
 #include "rve/engine/packing_io.h"
+#include "rve/engine/spatial_strain.h"
 #include "support/files.h"
 #include "support/messages.h"
+#include "support/spheres.h"
 #include "test_states.h"
 
 #include <gtest/gtest.h>
@@ -20,13 +22,14 @@ using namespace rve_test;
 namespace {
 
 /// Writes `text` with `from` replaced by `to`, reads it as a packing and returns the error.
+template <int D = 2>
 std::string message_after(std::string text, const std::string &from, const std::string &to)
 {
   const std::string path = temporary_path("broken.rve");
   text.replace(text.find(from), from.size(), to);
   std::ofstream(path) << text;
   const std::string message = message_of([&] {
-    read_packing(path);
+    read_packing<D>(path);
   });
   return message.rfind(path, 0) == 0 ? message.substr(path.size()) : message;
 }
@@ -53,11 +56,33 @@ const char *const TWO_GRAINS = "gpu_rve_packing 1\n"                           /
                                "checksum none\n"                               // 20
                                "end\n";
 
+const char *const TWO_SPHERES = "gpu_rve_packing 2\n"                                      // line 1
+                                "dimension 3\n"                                            // 2
+                                "material\n"                                               // 3
+                                "normal_stiffness 1e6\n"                                   // 4
+                                "tangential_stiffness 8e5\n"                               // 5
+                                "friction 0.5\n"                                           // 6
+                                "density 2650\n"                                           // 7
+                                "local_damping 0.3\n"                                      // 8
+                                "normal_viscosity 0\n"                                     // 9
+                                "tangential_viscosity 0\n"                                 // 10
+                                "cell\n"                                                   // 11
+                                "0.1 0.01 0.02\n"                                          // 12
+                                "0 0.1 0\n"                                                // 13
+                                "0 0 0.2\n"                                                // 14
+                                "grains 2\n"                                               // 15
+                                "2 0.004 9223372036854775808 0 7 0 0 0 0 0 0\n"            // 16
+                                "1 0.005 0 18446744073709551615 0 1 -2 3e-1 -4 5e3 6\n"    // 17
+                                "contacts 1\n"                                             // 18
+                                "1 2 -0.25 0.5 1\n"                                        // 19
+                                "checksum none\n"                                          // 20
+                                "end\n";
+
 /// Of TWO_GRAINS, by a Python program of its own: FNV-1a over its statements with one blank between two words.
 const char *const CHECKSUM_OF_TWO_GRAINS = "965fc029eee52717";
 
 struct LammpsData {
-  double lx = 0.0, ly = 0.0, xy = 0.0, zlo = 0.0, zhi = 0.0;
+  double lx = 0.0, ly = 0.0, xy = 0.0, xz = 0.0, yz = 0.0, zlo = 0.0, zhi = 0.0;
   std::vector<double> atoms;         // (N, 7) id type diameter density x y z
   std::vector<double> velocities;    // (N, 7) id vx vy vz wx wy wz
 };
@@ -69,7 +94,7 @@ LammpsData read_lammps_data(const std::string &path)
   std::string line;
   std::vector<double> *section = nullptr;
   while (std::getline(file, line)) {
-    double a, b, c;
+    double a;
     if (line.find("xlo xhi") != std::string::npos)
       sscanf(line.c_str(), "%lf %lf", &a, &data.lx);
     else if (line.find("ylo yhi") != std::string::npos)
@@ -77,7 +102,7 @@ LammpsData read_lammps_data(const std::string &path)
     else if (line.find("zlo zhi") != std::string::npos)
       sscanf(line.c_str(), "%lf %lf", &data.zlo, &data.zhi);
     else if (line.find("xy xz yz") != std::string::npos)
-      sscanf(line.c_str(), "%lf %lf %lf", &data.xy, &b, &c);
+      sscanf(line.c_str(), "%lf %lf %lf", &data.xy, &data.xz, &data.yz);
     else if (line.find("Atoms") == 0)
       section = &data.atoms;
     else if (line.find("Velocities") == 0)
@@ -199,8 +224,8 @@ TEST(PackingFile, BrokenFilesAreRefusedWithLineNumber)
 
   EXPECT_EQ(message_after(two, "gpu_rve_packing 1", "LAMMPS data"),
             ":1: found 'LAMMPS' where 'gpu_rve_packing' was expected");
-  EXPECT_EQ(message_after(two, "packing 1", "packing 2"),
-            ":1: version of the packing file is '2'; it must be an integer from 1 to 1");
+  EXPECT_EQ(message_after(two, "packing 1", "packing 3"),
+            ":1: version of the packing file is '3'; it must be an integer from 1 to 2");
   EXPECT_EQ(message_after(two, "stiffness 1e6", "stiffness -1e6"),
             ":3: normal_stiffness is -1000000 [force/length]; it must not be negative");
   EXPECT_EQ(message_after(two, "friction 0.5", "friction nan"),
@@ -239,6 +264,109 @@ TEST(PackingFile, BrokenFilesAreRefusedWithLineNumber)
   EXPECT_EQ(message_after(two, "1 2 -0.25", "1 1 -0.25"), ":19: contact joins grain 1 to itself");
   EXPECT_EQ(message_after(two, "end\n", ""), ":20: file ends where 'end' was expected");
   EXPECT_EQ(message_after(two, "0.1 0.01", "0.01 0.01").find(": cell width"), 0u);
+}
+
+TEST(PackingFile, OfSpheresReturnsToTheLastBit)
+{
+  const std::string path = temporary_path("spheres.rve");
+  RveStateOf<3> state = crowded_spheres(60, 7);
+  state.material.mass_depth = 4.0;
+  state.servo_velocity_gradient(1, 2) = 0.125;
+  state.deformation(0, 2) = 1.0 / 3.0;
+  ASSERT_FALSE(state.pairs.empty());
+
+  write_packing(path, state);
+  const RveStateOf<3> copy = read_packing<3>(path);
+
+  EXPECT_EQ(copy.radius, state.radius);
+  EXPECT_EQ(copy.fractional, state.fractional);
+  EXPECT_EQ(copy.velocity, state.velocity);
+  EXPECT_EQ(copy.spin, state.spin);
+  EXPECT_EQ(copy.largest_contact_force, state.largest_contact_force);
+  ASSERT_EQ(copy.pairs.size(), state.pairs.size());
+  for (std::size_t k = 0; k < state.pairs.size(); ++k) {
+    EXPECT_EQ(copy.pairs[k].first, state.pairs[k].first);
+    for (const RememberedNumber<3> &number : SPATIAL_PAIR_MEMORY)
+      EXPECT_EQ(number.of(copy.pairs[k]), number.of(state.pairs[k])) << number.name;
+  }
+  for (const MaterialParameter &parameter : MATERIAL_PARAMETERS)
+    EXPECT_EQ(copy.material.*parameter.member, state.material.*parameter.member) << parameter.name;
+  for (int k = 0; k < 9; ++k) {
+    EXPECT_EQ(copy.cell.component[k], state.cell.component[k]);
+    EXPECT_EQ(copy.deformation.component[k], state.deformation.component[k]);
+    EXPECT_EQ(copy.servo_velocity_gradient.component[k],
+              state.servo_velocity_gradient.component[k]);
+  }
+}
+
+TEST(PackingFile, SaysItsDimension)
+{
+  const std::string path = temporary_path("two.rve"), disks = TWO_GRAINS, spheres = TWO_SPHERES;
+
+  std::ofstream(path) << disks;
+  EXPECT_EQ(dimension_of_packing(path), 2);
+  std::ofstream(path) << spheres;
+  EXPECT_EQ(dimension_of_packing(path), 3);
+  const RveStateOf<3> state = read_packing<3>(path);
+  EXPECT_EQ(state.velocity, (std::vector<double>{1.0, -2.0, 0.3, 0.0, 0.0, 0.0}));
+  EXPECT_EQ(state.spin, (std::vector<double>{-4.0, 5e3, 6.0, 0.0, 0.0, 0.0}));
+  EXPECT_EQ(state.fractional[5], 7u);
+  EXPECT_EQ(state.cell(0, 2), 0.02);
+  EXPECT_EQ(state.material.thickness, 1.0);
+  EXPECT_EQ(state.material.mass_depth, 1.0);
+  for (int a = 0; a < 3; ++a)
+    EXPECT_EQ(state.pairs[0].tangential_force[a], (std::vector<double>{-0.25, 0.5, 1.0})[a]);
+
+  EXPECT_EQ(message_after(spheres, "", ""),
+            ":2: the packing is of spheres (dimension 3); one of plane disks (dimension 2) was "
+            "expected");
+  EXPECT_EQ(message_after<3>(disks, "", ""),
+            ":1: the packing is of plane disks (dimension 2); one of spheres (dimension 3) was "
+            "expected");
+  // disks may say so
+  EXPECT_EQ(message_after(disks, "packing 1", "packing 2\ndimension 2"), "no error");
+
+  RveStateOf<3> thick = state;
+  thick.material.thickness = 0.075;
+  EXPECT_NE(message_of([&] {
+              write_packing(path, thick);
+            }).find("the thickness of spheres is 0.075 [length]; it must be 1: spheres have none"),
+            std::string::npos);
+}
+
+TEST(PackingFile, OfSpheresIsRefusedWithLineNumberWhereItIsBroken)
+{
+  const std::string two = TWO_SPHERES;
+
+  EXPECT_EQ(message_after<3>(two, "", ""), "no error");
+  EXPECT_EQ(message_after<3>(two, "dimension 3\n", ""),
+            ":2: found 'material' where 'dimension' was expected");
+  EXPECT_EQ(message_after<3>(two, "dimension 3", "dimension 4"),
+            ":2: dimension of the packing is '4'; it must be an integer from 2 to 3");
+  EXPECT_EQ(message_after<3>(two, "density 2650", "thickness 0.1"),
+            ":7: 'thickness' is not a material value of spheres; these are cell, "
+            "normal_stiffness, tangential_stiffness, friction, density, local_damping, "
+            "normal_viscosity, tangential_viscosity, mass_scaling, rolling_stiffness, "
+            "rolling_friction");
+  EXPECT_EQ(message_after<3>(two, "density 2650", "density 2650\nmass_scaling -1"),
+            ":8: mass_scaling is -1 [-]; it must not be negative");
+  EXPECT_EQ(message_after<3>(two, "0 0.1 0\n", "0 0.1\n"),
+            ":13: '0 0.1' has 2 words; expected 'three numbers of cell'");
+  EXPECT_EQ(message_after<3>(two, "0 0 0.2\n", ""),
+            ":14: 'grains 2' has 2 words; expected 'three numbers of cell'");
+  EXPECT_EQ(message_after<3>(two, "0 0 0.2", "0 0 0.01").find(": cell width"), 0u);
+  EXPECT_EQ(message_after<3>(two, " -4 5e3 6", " -4"),
+            ":17: '1 0.005 0 18446744073709551615 0 1 -2 3e-1 -4' has 9 words; expected 'id radius "
+            "s_x*2^64 s_y*2^64 s_z*2^64 c_x c_y c_z w_x w_y w_z'");
+  EXPECT_EQ(message_after<3>(two, "5e3 6", "5e3 nan"), ":17: spin is nan; it must be finite");
+  EXPECT_EQ(message_after<3>(two, "1 2 -0.25 0.5 1", "1 2 -0.25 0.5"),
+            ":19: '1 2 -0.25 0.5' has 4 words; expected 'id id tangential_force_x "
+            "tangential_force_y tangential_force_z'");
+  EXPECT_EQ(message_after<3>(two, "0.5 1\nchecksum", "0.5 z\nchecksum"),
+            ":19: z component of the tangential force is 'z'; it must be a number");
+  EXPECT_EQ(message_after<3>(two, "checksum none", "checksum 0123456789abcdef")
+                .find(":20: checksum is 0123456789abcdef, that of the statements before it is "),
+            0u);
 }
 
 TEST(PackingFile, TextBehindTheEndIsRefused)
@@ -402,6 +530,88 @@ TEST(LammpsData, ContactTableGivesLoveStressInTheTurnedFrame)
   EXPECT_EQ(row[8], 7.0);
   EXPECT_NEAR(row[9], -100.0 * 0.6 - 7.0 * 0.8, 1e-10);
   EXPECT_NEAR(row[10], -100.0 * 0.8 + 7.0 * 0.6, 1e-10);
+}
+
+TEST(LammpsData, SpheresAreTurnedAsAWhole)
+{
+  Spheres state = disordered_spheres(spheres_material(), 5, 3);
+  // tilted far beyond half a box, seen by an observer who is turned, and with a history
+  SphereRig rig(state);
+  rig.strain(Tensor3{{-30.0, 60.0, 90.0, 0.0, -20.0, -70.0, 0.0, 0.0, -30.0}}, 5e-6, 2000);
+  state = rig.state();
+  const Tensor3 turn = spatial_rotation(Vec<double, 3>{{0.4, -1.1, 0.7}});
+  state.cell = turn * state.cell;
+  for (std::vector<double> *vectors : {&state.velocity, &state.spin})
+    for (std::size_t i = 0; i < vectors->size(); i += 3) {
+      const Vec<double, 3> turned =
+          turn * Vec<double, 3>{{(*vectors)[i], (*vectors)[i + 1], (*vectors)[i + 2]}};
+      for (int a = 0; a < 3; ++a) (*vectors)[i + a] = turned[a];
+    }
+  for (PairOf<3> &pair : state.pairs) pair.tangential_force = turn * pair.tangential_force;
+  const std::string path = temporary_path("spheres.lmp");
+
+  write_lammps_data(path, state);
+  const LammpsData data = read_lammps_data(path);
+
+  const Tensor3 box{
+      {data.lx, data.xy, data.xz, 0.0, data.ly, data.yz, 0.0, 0.0, data.zhi - data.zlo}};
+  EXPECT_NEAR(determinant(box) / state.cell_volume(), 1.0, 1e-12);
+  EXPECT_LE(std::fabs(data.xy), 0.5 * data.lx);
+  EXPECT_LE(std::fabs(data.xz), 0.5 * data.lx);
+  EXPECT_LE(std::fabs(data.yz), 0.5 * data.ly);
+  ASSERT_EQ(data.atoms.size(), 7u * state.num_grains());
+  // the lattices are the same but for a rotation
+  const Vec<double, 3> a = column(state.cell, 0), b = column(state.cell, 1);
+  Tensor3 rotation;
+  const auto set_row = [&](int row, const Vec<double, 3> &v) {
+    for (int k = 0; k < 3; ++k) rotation(row, k) = v[k] / std::sqrt(dot(v, v));
+  };
+  set_row(0, a);
+  set_row(1, cross(cross(a, b), a));
+  set_row(2, cross(a, b));
+  const Tensor3 to_box = inverse(box);
+  const Tensor3 lattice = to_box * (rotation * state.cell);
+  for (const double number : lattice.component) EXPECT_NEAR(number, std::round(number), 1e-12);
+
+  const std::vector<double> x = state.positions();
+  const auto vector_of = [](const std::vector<double> &numbers, std::size_t at) {
+    return Vec<double, 3>{{numbers[at], numbers[at + 1], numbers[at + 2]}};
+  };
+  for (int i = 0; i < state.num_grains(); ++i) {
+    EXPECT_EQ(data.atoms[7 * i + 2], 2.0 * state.radius[i]);
+    EXPECT_EQ(data.atoms[7 * i + 3], 2650.0);
+    const Vec<double, 3> apart =
+        to_box * (rotation * vector_of(x, 3 * i) - vector_of(data.atoms, 7 * i + 4));
+    const Vec<double, 3> c = rotation * vector_of(state.velocity, 3 * i),
+                         w = rotation * vector_of(state.spin, 3 * i);
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_NEAR(apart[k], std::round(apart[k]), 1e-12);
+      EXPECT_NEAR(data.velocities[7 * i + 1 + k], c[k], 1e-15);
+      EXPECT_NEAR(data.velocities[7 * i + 4 + k], w[k], 1e-13);
+    }
+  }
+
+  // forces on branches of the table give the stress of the springs, turned
+  std::istringstream table(text_of(path + ".contacts"));
+  std::string line;
+  std::getline(table, line);
+  std::getline(table, line);
+  Tensor3 stress = Tensor3::zero();
+  double largest_tangential = 0.0;
+  while (std::getline(table, line)) {
+    std::istringstream words(line);
+    double row[16];
+    for (double &value : row) words >> value;
+    ASSERT_TRUE(static_cast<bool>(words)) << line;
+    stress = stress +
+        dyad(Vec<double, 3>{{row[13], row[14], row[15]}}, Vec<double, 3>{{row[2], row[3], row[4]}});
+    largest_tangential = std::fmax(largest_tangential, std::fabs(row[10]));
+  }
+  EXPECT_GT(largest_tangential, 0.0);
+  const Tensor3 expected = rotation * spring_stress(state) * transpose(rotation);
+  for (int k = 0; k < 9; ++k)
+    EXPECT_NEAR(stress.component[k] / state.cell_volume(), expected.component[k],
+                1e-11 * std::fabs(trace(expected)));
 }
 
 // otherwise write_rve to /dev/null would make a file /dev/null.contacts

@@ -7,6 +7,7 @@
 #include "support/files.h"
 #include "support/messages.h"
 #include "support/rve_rig.h"
+#include "test_states.h"
 
 #include <gtest/gtest.h>
 
@@ -195,6 +196,33 @@ TEST(PackingLibrary, IsNoPackingFile)
               read_packing(path);
             }),
             path + ":3: this is a library; a single packing was expected");
+}
+
+TEST(PackingLibrary, MayHoldSpheres)
+{
+  const std::string path = temporary_path("spheres.lib");
+  PackingLibraryOf<3> library;
+  for (const unsigned seed : {3u, 4u}) {
+    const RveStateOf<3> packing = crowded_spheres(20 + static_cast<int>(seed), seed);
+    LibraryRow row;
+    row.void_ratio = packing.void_ratio();
+    row.num_grains = packing.num_grains();
+    library.add(row, packing);
+  }
+  write_library(path, library);
+
+  EXPECT_EQ(dimension_of_packing(path), 3);
+  const PackingLibraryOf<3> copy = read_library<3>(path);
+  ASSERT_EQ(copy.packings.size(), 2u);
+  for (int k = 0; k < 2; ++k)
+    EXPECT_EQ(copy.packings[k].fractional, library.packings[k].fractional);
+  // all packings of a library are of one dimension
+  EXPECT_NE(message_of([&] {
+              read_library(path);
+            }).find("the packing is of spheres (dimension 3); one of plane disks"),
+            std::string::npos);
+  write_library(path, library_of(2));
+  EXPECT_EQ(dimension_of_packing(path), 2);
 }
 
 TEST(PackingLibrary, BrokenFilesAreRefusedWithLineNumber)

@@ -20,13 +20,6 @@ using Vector = Vec<double, 3>;
 
 constexpr Format FORMATS[] = {Format::Double, Format::Mixed, Format::Fast};
 
-Material spheres_material()
-{
-  Material material = paper_material();
-  material.thickness = 1.0;
-  return material;
-}
-
 }    // namespace
 
 TEST(SphereCollision, GrossSlidingTransfersTheCoulombImpulse)

@@ -81,6 +81,47 @@ inline rve::RveState crowded_state(int num_grains, unsigned seed)
   return state;
 }
 
+/// The same of spheres.
+inline rve::RveStateOf<3> crowded_spheres(int num_grains, unsigned seed)
+{
+  std::mt19937_64 random(seed);
+  const auto uniform = [&random] {
+    return static_cast<double>(random() >> 11) * 0x1p-53;
+  };
+  rve::RveStateOf<3> state;
+  for (const rve::MaterialMember member : rve::parameters_of(state.material.law))
+    state.material.*member = 0.1 + 0.8 * uniform();
+  state.material.thickness = 1.0;
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b) {
+      state.cell(a, b) = a == b ? 1.0 + uniform() : 0.2 * uniform() - 0.1;
+      state.deformation(a, b) = (a == b) + 0.03 * uniform();
+      state.servo_velocity_gradient(a, b) = a <= b ? uniform() : 0.0;
+    }
+  state.list_cell = 1.001 * state.cell;
+  for (int i = 0; i < num_grains; ++i) {
+    state.radius.push_back(0.05 + 0.05 * uniform());
+    for (int a = 0; a < 3; ++a) {
+      state.fractional.push_back(random());
+      state.list_fractional.push_back(random());
+      state.velocity.push_back(uniform() - 0.5);
+      state.spin.push_back(uniform() - 0.5);
+    }
+  }
+  for (int i = 0; i + 1 < num_grains; ++i) {
+    rve::PairOf<3> pair{};
+    pair.first = i;
+    pair.second = i + 1;
+    for (const rve::RememberedNumber<3> &number : rve::SPATIAL_PAIR_MEMORY)
+      number.of(pair) = uniform() - 0.5;
+    state.pairs.push_back(pair);
+  }
+  state.largest_contact_force = uniform();
+  state.counters = {11, 7, 3, 2};
+  state.energy = {uniform(), uniform(), uniform(), uniform()};
+  return state;
+}
+
 /// Two equal disks that just touch along the x axis and approach each other; tangential velocities are opposite.
 inline rve::RveState approaching_disks(double radius, const rve::Material &material,
                                        double normal_velocity, double tangential_velocity = 0.0)

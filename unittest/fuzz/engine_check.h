@@ -13,7 +13,7 @@
 namespace fuzz {
 
 /// Whether sums of products of four of its numbers stay within doubles.
-inline bool is_moderate(const rve::RveState &state)
+template <int D> bool is_moderate(const rve::RveStateOf<D> &state)
 {
   constexpr double MOST = 1e60;
   const auto moderate = [](double x) {
@@ -31,7 +31,7 @@ inline bool is_moderate(const rve::RveState &state)
 }
 
 /// The engine refuses it, says that the call failed, or, unless it is beyond all measure, answers with finite numbers, in every format.
-inline void check_in_engine(const rve::RveState &state)
+template <int D> void check_in_engine(const rve::RveStateOf<D> &state)
 {
   constexpr int MOST_GRAINS = 5000;    // a file may ask for honest work
   if (state.num_grains() > MOST_GRAINS) return;
@@ -41,16 +41,16 @@ inline void check_in_engine(const rve::RveState &state)
     options.format = format;
     options.device = rve::Device::Cpu;
     options.threads = 1;
-    std::vector<rve::Result> results;
+    std::vector<rve::ResultOf<D>> results;
     options.contacts = rve::contacts_of(state);
     try {
-      const auto engine = rve::make_engine(options);
+      const auto engine = rve::make_engine<D>(options);
       const int rve = engine->add(state);
-      engine->advance({rve}, {rve::Drive()}, results);
+      engine->advance({rve}, {rve::DriveOf<D>()}, results);
     } catch (const rve::InputError &) {
       continue;
     }
-    const rve::Result &result = results[0];
+    const rve::ResultOf<D> &result = results[0];
     if ((result.status & rve::status::Fatal) || !is_moderate(state)) continue;
     for (const double s : result.stress.component)
       if (!std::isfinite(s))

@@ -1,5 +1,6 @@
 // Packing files and libraries: whatever the text, the readers give a sound packing or an InputError that names the file.
 
+#include "engine/test_states.h"
 #include "engine_check.h"
 #include "rve/engine/packing_io.h"
 #include "support/packings.h"
@@ -37,11 +38,11 @@ void expect_named(const InputError &error, const std::string &path)
     fuzz::fail("an error does not name the file: " + std::string(error.what()));
 }
 
-void read_as_packing(const std::string &path)
+template <int D> void read_as_packing(const std::string &path)
 {
-  RveState state;
+  RveStateOf<D> state;
   try {
-    state = read_packing(path);
+    state = read_packing<D>(path);
   } catch (const InputError &error) {
     expect_named(error, path);
     return;
@@ -53,17 +54,28 @@ void read_as_packing(const std::string &path)
   } catch (const InputError &error) {
     fuzz::fail("a packing that was read cannot be written: " + std::string(error.what()));
   }
-  write_packing(copy_of_copy, read_packing(copy));
+  write_packing(copy_of_copy, read_packing<D>(copy));
   if (content_of(copy) != content_of(copy_of_copy))
     fuzz::fail("a packing that is written and read is another one");
   fuzz::check_in_engine(state);
 }
 
-void read_as_library(const std::string &path)
+/// Whatever says its dimension can be read as that one or not at all.
+void read_dimension(const std::string &path)
 {
-  PackingLibrary library;
   try {
-    library = read_library(path);
+    const int dimension = dimension_of_packing(path);
+    if (dimension != 2 && dimension != 3) fuzz::fail("a packing has no such dimension");
+  } catch (const InputError &error) {
+    expect_named(error, path);
+  }
+}
+
+template <int D> void read_as_library(const std::string &path)
+{
+  PackingLibraryOf<D> library;
+  try {
+    library = read_library<D>(path);
   } catch (const InputError &error) {
     expect_named(error, path);
     return;
@@ -71,7 +83,7 @@ void read_as_library(const std::string &path)
   library.check();
   const std::string copy = path_for("copy");
   write_library(copy, library);
-  if (read_library(copy).packings.size() != library.packings.size())
+  if (read_library<D>(copy).packings.size() != library.packings.size())
     fuzz::fail("a library that is written and read is another one");
 }
 
@@ -118,6 +130,18 @@ std::vector<std::string> fuzz::seeds()
   }
   write_library(path, library);
   inputs.push_back(content_of(path));
+
+  const RveStateOf<3> spheres = rve_test::crowded_spheres(12, 5);
+  write_packing(path, spheres);
+  inputs.push_back(content_of(path));
+  PackingLibraryOf<3> library_of_spheres;
+  LibraryRow row{};
+  row.num_grains = spheres.num_grains();
+  row.void_ratio = spheres.void_ratio();
+  row.overconsolidation_ratio = 1.0;
+  library_of_spheres.add(row, spheres);
+  write_library(path, library_of_spheres);
+  inputs.push_back(content_of(path));
   return inputs;
 }
 
@@ -133,7 +157,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
   const std::string path = path_for("input");
   std::ofstream(path, std::ios::binary)
       .write(reinterpret_cast<const char *>(data), static_cast<std::streamsize>(size));
-  read_as_packing(path);
-  read_as_library(path);
+  read_dimension(path);
+  read_as_packing<2>(path);
+  read_as_library<2>(path);
+  read_as_packing<3>(path);
+  read_as_library<3>(path);
   return 0;
 }

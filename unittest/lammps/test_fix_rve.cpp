@@ -1214,7 +1214,7 @@ TEST(ContactWords, WhatLammpsHasAndRvesHaveNotIsNamed)
             message_with("hooke 1e6 50 " + history));
   EXPECT_IN("contact rolling gamma_roll is 3 [force time/length]; it must be 0",
             message_with(hooke + history + "rolling sds 1e5 3 0.1"));
-  EXPECT_IN("contact twisting model is 'marshall'; it must be none",
+  EXPECT_IN("contact twisting model is 'marshall'; it must be sds or none",
             message_with(hooke + history + "twisting marshall"));
   EXPECT_IN("contact has no limit_damping; of pair_style granular it has tangential, damping, "
             "rolling and twisting",
@@ -1239,7 +1239,9 @@ TEST(FixRveMessage, UnknownKeyword)
             message_of(FOUR_ATOMS + FIX + "frition 0.5\n"));
   EXPECT_IN("fix rve: packing file has no value; the command ends there",
             message_of(FOUR_ATOMS + "fix grains all rve\n"));
-  EXPECT_IN("fix rve: unknown keyword 'yz'; did you mean yx or yy?",
+  EXPECT_IN("fix rve: unknown keyword 'yw'; did you mean yx or yy?",
+            message_of(FOUR_ATOMS + FIX + "drive velocity_gradient xx 1 yw 2\n"));
+  EXPECT_IN("drive velocity_gradient has component yz, and the RVEs are of disks",
             message_of(FOUR_ATOMS + FIX + "drive velocity_gradient xx 1 yz 2\n"));
   EXPECT_IN("fix rve: found '0.5' after 'kn 1e6', where a keyword or the end was expected",
             message_of(FOUR_ATOMS + FIX + "kn 1e6 0.5\n"));

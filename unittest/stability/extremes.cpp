@@ -198,7 +198,8 @@ namespace {
       recipe.radius_min = 0.005 / ratio;
       const RveState state = loose_cloud(recipe);
       const double dt = 0.3 * stable_time_step(state);
-      const double stretch = std::pow(recipe.initial_solid_fraction / 0.86, 0.5 / 20.0);
+      const double stretch =
+          std::pow(recipe.initial_solid_fraction.value_or(0.4) / 0.86, 0.5 / 20.0);
       scenes.push_back({"size ratio",
                         "largest / smallest radius",
                         ratio,

@@ -117,9 +117,9 @@ inline std::vector<std::tuple<int, int, double>> rolling_histories(const rve::Rv
   return all;
 }
 
-inline std::vector<double> components(const rve::Tensor2 &t)
+template <int D> std::vector<double> components(const rve::Tensor<double, D> &t)
 {
-  return {t.component, t.component + 4};
+  return std::vector<double>(std::begin(t.component), std::end(t.component));
 }
 
 /// The same grains numbered backwards: other owners, other order of every sum. For packings without list and history.

@@ -3,6 +3,7 @@
 #ifndef RVE_UNITTEST_SUPPORT_SPHERES_H
 #define RVE_UNITTEST_SUPPORT_SPHERES_H
 
+#include "engine/test_states.h"
 #include "rve/core/pi.h"
 #include "rve/engine/engine.h"
 #include "support/random.h"
@@ -40,6 +41,14 @@ inline Spheres spheres(const rve::Material &material, const rve::Tensor3 &cell,
   return state;
 }
 
+/// That of the disks, without a thickness.
+inline rve::Material spheres_material()
+{
+  rve::Material material = paper_material();
+  material.thickness = 1.0;
+  return material;
+}
+
 inline double sphere_mass(const rve::Material &material, double radius)
 {
   return material.density * material.mass_depth * 4.0 / 3.0 * rve::kPi * radius * radius * radius;
@@ -59,6 +68,26 @@ inline Spheres face_centred_cubic(const rve::Material &material, int m, double r
                    {edge * (i + c[0] + 0.25), edge * (j + c[1] + 0.25), edge * (k + c[2] + 0.25)});
   return spheres(material, (m * edge) * rve::Tensor3::identity(),
                  std::vector<double>(x.size() / 3, r), x);
+}
+
+/// Pressure of that array: six contacts per sphere of volume l^3/sqrt(2) give p = 2 sqrt(2) k_n overlap / l^2 [stress].
+inline double face_centred_pressure(const rve::Material &material, double r, double overlap)
+{
+  const double distance = 2.0 * r - overlap;
+  return 2.0 * std::sqrt(2.0) * material.normal_stiffness * overlap / (distance * distance);
+}
+
+/// Elastic constants of a cubic crystal, along the axes of the cube [stress].
+struct CubicConstants {
+  double c11, c12, c44;
+};
+
+/// Of that array, without overlap.
+inline CubicConstants face_centred_constants(const rve::Material &material, double r)
+{
+  const double kn = material.normal_stiffness, kt = material.tangential_stiffness;
+  const double factor = std::sqrt(2.0) / (2.0 * r);
+  return {factor * (kn + kt), 0.5 * factor * (kn - kt), 0.5 * factor * (kn + kt)};
 }
 
 /// A jittered cubic array of m^3 spheres that touch here and there, in motion.

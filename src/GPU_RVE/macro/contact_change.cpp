@@ -42,6 +42,16 @@ namespace {
     for (const int number : unused) engine.remove(number);
   }
 
+  void forget_rolling(rve::Pair &pair)
+  {
+    pair.rolling_force = 0.0;
+  }
+  void forget_rolling(rve::PairOf<3> &pair)
+  {
+    pair.rolling_force = rve::Vec<double, 3>::zero();
+    pair.twisting_moment = 0.0;
+  }
+
   /// Memory that so many RVEs take, and calls of all of them [bytes].
   template <int D> double bytes_of(const StatesOf<D> &states, rve::EngineOf<D> &engine)
   {
@@ -92,7 +102,7 @@ rve::ContactModel RvePointsOf<D>::contacts_with(const NewMaterials &materials) c
   for (const int slot : slots) {
     const rve::ContactModel one =
         rve::contacts_of(materials[slot] ? *materials[slot] : points[slot].material);
-    if (slot == slots.front() && one.law != present.law) all = {one.law, false};
+    if (slot == slots.front() && one.law != present.law) all = {one.law, false, D};
     rve::require(one.law == all.law, [&] {
       return std::string("some RVEs would have contact law ") + rve::word_of(all.law) +
           ", and others " + rve::word_of(one.law) + "; they must have the same";
@@ -121,7 +131,7 @@ void RvePointsOf<D>::move_to(const rve::ContactModel &contacts, const NewMateria
       if (!states[slot]) continue;
       if (materials[slot]) states[slot]->material = *materials[slot];
       if (!contacts.rolling)
-        for (rve::Pair &pair : states[slot]->pairs) pair.rolling_force = 0.0;
+        for (rve::PairOf<D> &pair : states[slot]->pairs) forget_rolling(pair);
       states[slot]->check();
     }
     return states;
@@ -159,5 +169,9 @@ template std::vector<int> RvePointsOf<2>::used_slots() const;
 template void RvePointsOf<2>::expect(const rve::ContactModel &);
 template rve::ContactModel RvePointsOf<2>::contacts_with(const NewMaterials &) const;
 template void RvePointsOf<2>::move_to(const rve::ContactModel &, const NewMaterials &);
+template std::vector<int> RvePointsOf<3>::used_slots() const;
+template void RvePointsOf<3>::expect(const rve::ContactModel &);
+template rve::ContactModel RvePointsOf<3>::contacts_with(const NewMaterials &) const;
+template void RvePointsOf<3>::move_to(const rve::ContactModel &, const NewMaterials &);
 
 }    // namespace macro

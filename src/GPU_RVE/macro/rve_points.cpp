@@ -66,13 +66,14 @@ template <int D>
 double slip_of_rotation(double angle, int substeps, double dt, const rve::Material &material,
                         double grain_size, double contact_strain)
 {
-  // a moment of inertia against Z contacts with k_t r (r spin); Z of an isostatic packing with friction
-  constexpr double CONTACTS = 3.0;
+  // a moment of inertia against Z contacts with k_t r (r spin), Z = D + 1 of an isostatic packing with friction; in space the spin is along
+  // a contact's normal in part, and two thirds of it move the surface
+  constexpr double CONTACTS = D == 2 ? 3.0 : 4.0 * 2.0 / 3.0;
   using Shape = rve::GrainShape<D>;
   const double mass =
       rve::times_power<D>(material.density * material.mass_depth * Shape::volume, 0.5 * grain_size);
   const double stiffness =
-      rve::moduli_at_strain(contact_strain, material, 0.5 * grain_size).tangential;
+      rve::moduli_at_strain<D>(contact_strain, material, 0.5 * grain_size).tangential;
   const double frequency = std::sqrt(1.0 / Shape::inertia * CONTACTS * stiffness / mass);
   const double steps_of_lag = std::fmax(1.0, 1.0 / (frequency * dt));
   return std::fabs(angle) * std::fmin(1.0, steps_of_lag / substeps);
@@ -397,7 +398,7 @@ template <int D> bool RvePointsOf<D>::slips(const Point &point, const rve::Drive
 {
   const double angle = rve::PolarDecomposition(drive.deformation).angle;
   const double pressure = std::fmax(point.last_steps().mean_stress(), 0.0);
-  const double overlap = rve::contact_strain(pressure, point.material, 0.5 * point.grain_size);
+  const double overlap = rve::contact_strain<D>(pressure, point.material, 0.5 * point.grain_size);
   const double slip = slip_of_rotation<D>(angle, drive.substeps, drive.dt, point.material,
                                           point.grain_size, overlap);
   return !(slip <= TURN_OF_OVERLAP * overlap);
@@ -742,6 +743,8 @@ void RvePointsOf<D>::advance_with_samples(const std::vector<int> &slots,
 }
 
 template double slip_of_rotation<2>(double, int, double, const rve::Material &, double, double);
+template double slip_of_rotation<3>(double, int, double, const rve::Material &, double, double);
 template class RvePointsOf<2>;
+template class RvePointsOf<3>;
 
 }    // namespace macro

@@ -66,7 +66,7 @@ template <int D> class RvePointsOf {
         result;    ///< of the last advance that succeeded; its status is that of the last advance
     rve::Material material;
     double servo_gain = 0.0;      ///< default of its stress servo [1/(stress time^2)]
-    double grain_size = 0.0;      ///< 2 sqrt(<r^2>) [length]
+    double grain_size = 0.0;      ///< rve::grain_size [length]
     double out_of_reach = 0.0;    ///< stress that its servo lacked when last asked [stress]
     State state = State::Empty;
     bool stale = false;           ///< `result` is of an earlier advance, but for stress and status

@@ -36,8 +36,9 @@ namespace {
     return sizeof(Head) / sizeof(double);
   }
 
-  // "rve point", and a number that changes with the layout
-  constexpr std::uint64_t RECORD_VERSION = 0x7276652070740004u;
+  // "rve pt", and a number that changes with the layout; "rve sp" of spheres
+  template <int D>
+  constexpr std::uint64_t RECORD_VERSION = D == 2 ? 0x7276652070740004u : 0x7276652073700001u;
 
   /// Of the bytes of a head, whatever lies between its members.
   template <int D> std::uint64_t checksum_of_head(const double *record)
@@ -72,7 +73,7 @@ template <int D> std::vector<double> RvePointsOf<D>::record(int slot) const
   const std::size_t begin_of_shadow = head_size<D>() + doubles_for(state.size());
   std::vector<double> record(begin_of_shadow + doubles_for(shadow.size()), 0.0);
   RecordHead<D> head{};
-  head.version = RECORD_VERSION;
+  head.version = RECORD_VERSION<D>;
   head.bytes = state.size();
   head.shadow_bytes = shadow.size();
   head.frozen = point.frozen() ? 1 : 0;
@@ -107,11 +108,12 @@ template <int D> int RvePointsOf<D>::add_record(const double *record, std::size_
   require_whole(size > head_size<D>(), "that is less than its head");
   RecordHead<D> head;
   std::memcpy(static_cast<void *>(&head), record, sizeof(head));
-  rve::require(head.version == RECORD_VERSION || head.version >> 16 != RECORD_VERSION >> 16, [&] {
-    return "its record has version " + std::to_string(head.version & 0xffff) +
-        "; this program reads version " + std::to_string(RECORD_VERSION & 0xffff);
-  });
-  require_whole(head.version == RECORD_VERSION, "it does not begin as one");
+  rve::require(head.version == RECORD_VERSION<D> || head.version >> 16 != RECORD_VERSION<D> >> 16,
+               [&] {
+                 return "its record has version " + std::to_string(head.version & 0xffff) +
+                     "; this program reads version " + std::to_string(RECORD_VERSION<D> & 0xffff);
+               });
+  require_whole(head.version == RECORD_VERSION<D>, "it does not begin as one");
   require_whole(head.checksum == checksum_of_head<D>(record),
                 "the checksum of its head does not match");
   const std::size_t of_state = doubles_for(head.bytes), of_shadow = doubles_for(head.shadow_bytes);
@@ -152,7 +154,7 @@ template <int D> int RvePointsOf<D>::record_bound(int slot) const
 {
   // per grain: radius, coordinates, velocities, spins, list coordinates, place; the rest generously, with room for as many pairs again
   constexpr int of_grain = 1 + 3 * D + rve::Space<D>::spins + 1;
-  constexpr int of_pair = sizeof(rve::Pair) / sizeof(double);
+  constexpr int of_pair = sizeof(rve::PairOf<D>) / sizeof(double);
   const rve::ResultOf<D> &result = points[slot].result;
   const int of_state = of_grain * result.num_grains +
       2 * of_pair * std::max(result.num_pairs, result.num_grains) + 256;
@@ -163,5 +165,9 @@ template std::vector<double> RvePointsOf<2>::record(int) const;
 template int RvePointsOf<2>::add_record(const double *, std::size_t);
 template int RvePointsOf<2>::record_size(int) const;
 template int RvePointsOf<2>::record_bound(int) const;
+template std::vector<double> RvePointsOf<3>::record(int) const;
+template int RvePointsOf<3>::add_record(const double *, std::size_t);
+template int RvePointsOf<3>::record_size(int) const;
+template int RvePointsOf<3>::record_bound(int) const;
 
 }    // namespace macro

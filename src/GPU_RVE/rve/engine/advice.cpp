@@ -5,6 +5,7 @@
 #include "rve/engine/contact_laws.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/substeps.h"
+#include "rve/physics/solid_cell.h"
 
 #include <algorithm>
 #include <cmath>
@@ -100,7 +101,8 @@ std::vector<Advice> advice_on_servo(const ResultOf<D> &result, const DriveOf<D> 
                "tension), or a larger servo_max_rate"}};
 }
 
-std::vector<Advice> advice(Format format, const Result &result, const Material &material,
+template <int D>
+std::vector<Advice> advice(Format format, const ResultOf<D> &result, const Material &material,
                            const DriveRates &motion)
 {
   std::vector<Advice> list;
@@ -119,10 +121,10 @@ std::vector<Advice> advice(Format format, const Result &result, const Material &
   if (in_contact && overlap > LARGEST_MEAN_OVERLAP)
     list.push_back({AdviceKind::LargeOverlap, overlap, LARGEST_MEAN_OVERLAP,
                     "the mean overlap is " + rounded(overlap) + " of the sum of radii, above " +
-                        rounded(LARGEST_MEAN_OVERLAP) +
-                        ": disks that overlap more are no grains that touch (void ratio " +
+                        rounded(LARGEST_MEAN_OVERLAP) + ": " + (D == 2 ? "disks" : "spheres") +
+                        " that overlap more are no grains that touch (void ratio " +
                         rounded(result.void_ratio) + " [-]); use a larger " + stiffness +
-                        ", a smaller thickness or a lower pressure"});
+                        (D == 2 ? ", a smaller thickness" : "") + " or a lower pressure"});
 
   if (result.status & status::NoContacts)
     list.push_back({AdviceKind::NoContacts, 1.0, 1.0,
@@ -177,7 +179,13 @@ std::vector<Advice> advice(Format format, const Result &result, const Material &
   return list;
 }
 
+template std::vector<Advice> advice(Format, const ResultOf<2> &, const Material &,
+                                    const DriveRates &);
+template std::vector<Advice> advice(Format, const ResultOf<3> &, const Material &,
+                                    const DriveRates &);
 template double stress_out_of_reach(const ResultOf<2> &, const DriveOf<2> &);
+template double stress_out_of_reach(const ResultOf<3> &, const DriveOf<3> &);
 template std::vector<Advice> advice_on_servo(const ResultOf<2> &, const DriveOf<2> &, double);
+template std::vector<Advice> advice_on_servo(const ResultOf<3> &, const DriveOf<3> &, double);
 
 }    // namespace rve

@@ -61,7 +61,7 @@ constexpr double SHEAR_BAND_GRAINS = 16.0;
 /// Shear strain below which no band forms [-]: the peak of dense packings is at a few percent.
 constexpr double SHEAR_BAND_STRAIN = 0.02;
 
-/// Mean overlap over sum of radii above which disks are no grains that touch any more [-]: a contact's stiffness, and the area that
+/// Mean overlap over sum of radii above which disks or spheres are no grains that touch any more [-]: a contact's stiffness, and the area or volume that
 /// the void ratio counts twice, are then off by as much.
 constexpr double LARGEST_MEAN_OVERLAP = 0.03;
 
@@ -69,7 +69,8 @@ constexpr double LARGEST_MEAN_OVERLAP = 0.03;
 constexpr double LARGEST_USUAL_FRICTION = 2.0;
 
 /// All limits that this answer is beyond. No contacts, no overlap to judge.
-std::vector<Advice> advice(Format format, const Result &result, const Material &material,
+template <int D>
+std::vector<Advice> advice(Format format, const ResultOf<D> &result, const Material &material,
                            const DriveRates &motion);
 
 /// Tells a friction coefficient that looks like an angle, at the start.

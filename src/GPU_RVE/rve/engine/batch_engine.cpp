@@ -137,7 +137,9 @@ template <int D> void BatchEngine<D>::set_material(int rve, const Material &mate
   RveStateOf<D> probe = state(rve);
   probe.material = material;
   probe.check();
-  require_contacts(contacts_of(material));
+  ContactModel need = contacts_of(material);
+  need.dimension = D;
+  require_contacts(need);
   ImageHeader<D> header = get_header(rve);
   set_material_in(header, material);
   put_header(rve, header);

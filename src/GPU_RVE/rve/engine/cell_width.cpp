@@ -2,6 +2,7 @@
 
 #include "rve/algorithm/image.h"
 #include "rve/physics/cell.h"
+#include "rve/physics/solid_cell.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,14 +22,18 @@ std::array<double, D> least_share_of_widths(const RveStateOf<D> &state, double s
   return shares;
 }
 
-double grains_across(const RveState &state)
+template <int D> double grains_across(const RveStateOf<D> &state)
 {
-  double squares = 0.0;
-  for (const double r : state.radius) squares += r * r;
-  return std::min(perpendicular_width(state.cell, 0), perpendicular_width(state.cell, 1)) /
-      (2.0 * std::sqrt(squares / state.num_grains()));
+  double sum = 0.0, least = perpendicular_width(state.cell, 0);
+  for (const double r : state.radius) sum += times_power<D>(1.0, r);
+  for (int a = 1; a < D; ++a) least = std::min(least, perpendicular_width(state.cell, a));
+  const double mean = sum / state.num_grains();    // of r^D
+  return least / (2.0 * (D == 2 ? std::sqrt(mean) : std::cbrt(mean)));
 }
 
 template std::array<double, 2> least_share_of_widths<2>(const RveStateOf<2> &, double);
+template std::array<double, 3> least_share_of_widths<3>(const RveStateOf<3> &, double);
+template double grains_across(const RveStateOf<2> &);
+template double grains_across(const RveStateOf<3> &);
 
 }    // namespace rve

@@ -9,14 +9,14 @@
 
 namespace rve {
 
-/// Shares of the widths across the two cell vectors, first that along x, down to which a cell can be compressed before half of it is
+/// Shares of the widths across the faces of the cell, first that along x, down to which a cell can be compressed before half of it is
 /// no wider than two largest grains that touch and the skin: then a grain could meet two images of another one, and the RVE fails.
 /// `skin` as in Options [length].
 template <int D>
 std::array<double, D> least_share_of_widths(const RveStateOf<D> &state, double skin);
 
-/// The least width of the cell over the mean size of its grains, that of disks with their mean area [-].
-double grains_across(const RveState &state);
+/// The least width of the cell over the mean size of its grains, that of disks with their mean area or of spheres with their mean volume [-].
+template <int D> double grains_across(const RveStateOf<D> &state);
 
 }    // namespace rve
 

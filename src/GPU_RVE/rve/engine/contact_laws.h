@@ -46,12 +46,16 @@ template <int D = 2, class Work> auto with_law(const Material &material, const W
 #undef RVE_WITH_LAW
 }
 
-/// Overlap over diameter of two equal grains that press each other with p h times their diameter: p h / k_n of linear springs. About the
-/// mean of a packing, from 0.9 of it for frictionless and stiff grains to 0.6 at 0.1, and a quarter more for loose packings.
+/// Overlap over diameter of two equal grains that press each other with p h times their diameter, or spheres with p times its square: p h / k_n
+/// and p d / k_n of linear springs. About the mean of a packing, of disks from 0.9 of it for frictionless and stiff grains to 0.6 at 0.1, and
+/// a quarter more for loose packings.
+template <int D = 2>
 double contact_strain(double pressure, const Material &material, double radius);
 /// The pressure that gives this overlap over diameter [stress].
+template <int D = 2>
 double contact_pressure(double strain, const Material &material, double radius);
 /// Springs of a contact with this overlap over diameter [force/length].
+template <int D = 2>
 ContactModuli moduli_at_strain(double strain, const Material &material, double radius);
 
 }    // namespace rve

@@ -1,6 +1,7 @@
 #include "rve/engine/contact_network.h"
 
 #include "rve/engine/contact_laws.h"
+#include "rve/physics/solid_cell.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,41 +14,79 @@ namespace {
 
   constexpr double TWO_TO_64 = 18446744073709551616.0;
 
+  double width_between_faces(const Tensor2 &cell, int axis)
+  {
+    return determinant(cell) / std::hypot(cell(0, 1 - axis), cell(1, 1 - axis));
+  }
+  double width_between_faces(const Tensor3 &cell, int axis)
+  {
+    return perpendicular_width(cell, axis);
+  }
+
+  double length(const Vec<double, 2> &v)
+  {
+    return std::hypot(v[0], v[1]);
+  }
+  double length(const Vec<double, 3> &v)
+  {
+    return std::hypot(v[0], v[1], v[2]);
+  }
+
   // Grains binned by fractional coordinate; a bin is at least one largest contact distance wide.
-  struct Bins {
-    int count[2];
+  template <int D> struct Bins {
+    using Place = Vec<int, D>;
+    Place count;
     std::vector<std::vector<int>> grains;
 
-    Bins(const RveState &state, double contact_distance)
+    Bins(const RveStateOf<D> &state, double contact_distance)
     {
-      constexpr int MOST_BINS =
-          1024;    // per axis: more would be empty for any N a cell of this kind holds
-      for (int a = 0; a < 2; ++a) {
-        const double width =
-            state.cell_volume() / std::hypot(state.cell(0, 1 - a), state.cell(1, 1 - a));
+      // per axis: more would be empty for any N a cell of this kind holds
+      constexpr int MOST_BINS = D == 2 ? 1024 : 64;
+      std::size_t bins = 1;
+      for (int a = 0; a < D; ++a) {
+        const double width = width_between_faces(state.cell, a);
         count[a] =
             static_cast<int>(std::min<double>(MOST_BINS, std::floor(width / contact_distance)));
         count[a] = std::max(count[a], 1);
+        bins *= static_cast<std::size_t>(count[a]);
       }
-      grains.resize(static_cast<std::size_t>(count[0]) * count[1]);
-      for (int i = 0; i < state.num_grains(); ++i)
-        grains[index(coordinate(state, i, 0), coordinate(state, i, 1))].push_back(i);
+      grains.resize(bins);
+      for (int i = 0; i < state.num_grains(); ++i) grains[index(place(state, i))].push_back(i);
     }
 
-    int coordinate(const RveState &state, int i, int a) const
+    Place place(const RveStateOf<D> &state, int i) const
     {
-      return static_cast<int>(((state.fractional[2 * i + a] >> 32) * count[a]) >> 32);
+      Place at;
+      for (int a = 0; a < D; ++a)
+        at[a] = static_cast<int>(((state.fractional[D * i + a] >> 32) * count[a]) >> 32);
+      return at;
     }
 
-    std::size_t index(int x, int y) const
+    std::size_t index(const Place &at) const
     {
-      const int wrapped_x = (x + count[0]) % count[0];
-      const int wrapped_y = (y + count[1]) % count[1];
-      return static_cast<std::size_t>(wrapped_y) * count[0] + wrapped_x;
+      std::size_t bin = 0;
+      for (int a = D - 1; a >= 0; --a) bin = bin * count[a] + (at[a] + count[a]) % count[a];
+      return bin;
+    }
+
+    // Calls work(grain) of the bin at this place and of those around it.
+    template <class Work> void for_each_near(const Place &at, const Work &work) const
+    {
+      constexpr int AROUND = D == 2 ? 9 : 27;
+      for (int k = 0; k < AROUND; ++k) {
+        Place other = at;
+        for (int a = 0, rest = k; a < D; ++a, rest /= 3) other[a] += rest % 3 - 1;
+        for (const int grain : grains[index(other)]) work(grain);
+      }
     }
 
     // Below three bins an axis would show the same bin on both sides.
-    bool usable() const { return count[0] >= 3 && count[1] >= 3; }
+    bool usable() const
+    {
+      for (int a = 0; a < D; ++a)
+        if (count[a] < 3) return false;
+      return true;
+    }
   };
 
   // The periodic image of a second grain that is nearest to the first one, along one axis.
@@ -58,36 +97,77 @@ namespace {
     return second > first ? -1 : 0;
   }
 
-  void add_if_touching(const RveState &state, int i, int j, std::vector<TouchingPair> &contacts)
+  template <int D>
+  void add_if_touching(const RveStateOf<D> &state, int i, int j,
+                       std::vector<TouchingPairOf<D>> &contacts)
   {
-    const Vec<double, 2> branch = branch_vector(state, i, j);
+    const Vec<double, D> branch = branch_vector(state, i, j);
     const double reach = state.radius[i] + state.radius[j];
+    double squares = branch[0] * branch[0];
+    for (int a = 1; a < D; ++a) squares += branch[a] * branch[a];
     // most grains of a bin are far apart, which needs no root; the margin leaves the last digits to the root
-    if (branch[0] * branch[0] + branch[1] * branch[1] > 1.001 * reach * reach) return;
-    const double distance = std::hypot(branch[0], branch[1]);
+    if (squares > 1.001 * reach * reach) return;
+    const double distance = length(branch);
     const double overlap = reach - distance;
     if (overlap > 0.0 && distance > 0.0)
       contacts.push_back({i, j, branch, (1.0 / distance) * branch, overlap});
   }
 
+  // What a pair remembers of forces.
+  SpringForces forces_of(const Pair &pair)
+  {
+    return {pair.tangential_force, pair.rolling_force};
+  }
+  SpringForcesOf<3> forces_of(const PairOf<3> &pair)
+  {
+    return {pair.tangential_force};
+  }
+
+  double largest_of(const Pair &pair)
+  {
+    return std::max(std::fabs(pair.tangential_force), std::fabs(pair.rolling_force));
+  }
+  double largest_of(const PairOf<3> &pair)
+  {
+    return length(pair.tangential_force);
+  }
+
+  Vec<double, 2> tangential_vector(const SpringForces &springs, const Vec<double, 2> &n)
+  {
+    return springs.tangential * Vec<double, 2>{{-n[1], n[0]}};
+  }
+  Vec<double, 3> tangential_vector(const SpringForcesOf<3> &springs, const Vec<double, 3> &)
+  {
+    return springs.tangential;
+  }
+
+  double size_of(double tangential)
+  {
+    return std::fabs(tangential);
+  }
+  double size_of(const Vec<double, 3> &tangential)
+  {
+    return length(tangential);
+  }
+
 }    // namespace
 
-Vec<double, 2> branch_vector(const RveState &state, int i, int j)
+template <int D> Vec<double, D> branch_vector(const RveStateOf<D> &state, int i, int j)
 {
-  Vec<double, 2> difference;
-  for (int a = 0; a < 2; ++a) {
-    const std::uint64_t wrapped = state.fractional[2 * j + a] - state.fractional[2 * i + a];
+  Vec<double, D> difference;
+  for (int a = 0; a < D; ++a) {
+    const std::uint64_t wrapped = state.fractional[D * j + a] - state.fractional[D * i + a];
     difference[a] = static_cast<double>(static_cast<std::int64_t>(wrapped)) / TWO_TO_64;
   }
   return state.cell * difference;
 }
 
-ContactPlace place_of(const RveState &state, const TouchingPair &contact)
+template <int D> ContactPlace place_of(const RveStateOf<D> &state, const TouchingPairOf<D> &contact)
 {
   return {contact.overlap, state.radius[contact.first], state.radius[contact.second]};
 }
 
-void forget_absurd_force(RveState &state)
+template <int D> void forget_absurd_force(RveStateOf<D> &state)
 {
   // A call may have seen larger forces than its end: a collision, a dashpot. Ten bits of the sums are left for that, and without
   // contacts all that two of the largest grains can bear.
@@ -96,96 +176,106 @@ void forget_absurd_force(RveState &state)
   const ContactPlace deepest{radius, radius, radius};
   double fastest = 0.0;
   for (const double component : state.velocity) fastest = std::max(fastest, std::fabs(component));
-  double largest = with_law(state.material, [&](const auto &law) {
+  double largest = with_law<D>(state.material, [&](const auto &law) {
     double of_springs = 0.0;
-    for (const TouchingPair &contact : find_contacts(state))
+    for (const TouchingPairOf<D> &contact : find_contacts(state))
       of_springs = std::max(of_springs, law.force_scale(place_of(state, contact)));
     if (of_springs == 0.0) of_springs = law.force_scale(deepest) / SURPRISE;
     return std::max(of_springs, 2.0 * law.viscosity(deepest).normal * fastest);
   });
-  for (const Pair &pair : state.pairs)
-    largest = std::max({largest, std::fabs(pair.tangential_force), std::fabs(pair.rolling_force)});
+  for (const PairOf<D> &pair : state.pairs) largest = std::max(largest, largest_of(pair));
   if (state.largest_contact_force > SURPRISE * largest) state.largest_contact_force = 0.0;
 }
 
-std::vector<TouchingPair> find_contacts(const RveState &state)
+template <int D> std::vector<TouchingPairOf<D>> find_contacts(const RveStateOf<D> &state)
 {
-  std::vector<TouchingPair> contacts;
+  std::vector<TouchingPairOf<D>> contacts;
   if (state.radius.empty()) return contacts;
   const double contact_distance = 2.0 * *std::max_element(state.radius.begin(), state.radius.end());
-  const Bins bins(state, contact_distance);
+  const Bins<D> bins(state, contact_distance);
   for (int i = 0; i < state.num_grains(); ++i) {
     if (!bins.usable()) {
       for (int j = i + 1; j < state.num_grains(); ++j) add_if_touching(state, i, j, contacts);
       continue;
     }
     const std::size_t begin = contacts.size();
-    for (int dy = -1; dy <= 1; ++dy)
-      for (int dx = -1; dx <= 1; ++dx)
-        for (const int j : bins.grains[bins.index(bins.coordinate(state, i, 0) + dx,
-                                                  bins.coordinate(state, i, 1) + dy)])
-          if (j > i) add_if_touching(state, i, j, contacts);
+    bins.for_each_near(bins.place(state, i), [&](int j) {
+      if (j > i) add_if_touching(state, i, j, contacts);
+    });
     std::sort(contacts.begin() + begin, contacts.end(),
-              [](const TouchingPair &x, const TouchingPair &y) {
+              [](const TouchingPairOf<D> &x, const TouchingPairOf<D> &y) {
                 return x.second < y.second;
               });
   }
   return contacts;
 }
 
-std::vector<SpringForces> spring_forces(const RveState &state,
-                                        const std::vector<TouchingPair> &contacts)
+template <int D>
+std::vector<SpringForcesOf<D>> spring_forces(const RveStateOf<D> &state,
+                                             const std::vector<TouchingPairOf<D>> &contacts)
 {
-  std::map<std::pair<int, int>, SpringForces> history;
-  with_law(state.material, [&](const auto &law) {
-    for (const Pair &pair : state.pairs) {
-      Pair seen = pair;
+  std::map<std::pair<int, int>, SpringForcesOf<D>> history;
+  with_law<D>(state.material, [&](const auto &law) {
+    for (const PairOf<D> &pair : state.pairs) {
+      PairOf<D> seen = pair;
       if (pair.first > pair.second) law.to_pair(law.seen_from_partner(law.of_pair(pair)), seen);
-      history[std::minmax(pair.first, pair.second)] = {seen.tangential_force, seen.rolling_force};
+      history[std::minmax(pair.first, pair.second)] = forces_of(seen);
     }
   });
-  std::vector<SpringForces> forces;
-  for (const TouchingPair &contact : contacts) {
+  std::vector<SpringForcesOf<D>> forces;
+  for (const TouchingPairOf<D> &contact : contacts) {
     const auto entry = history.find({contact.first, contact.second});
-    forces.push_back(entry == history.end() ? SpringForces{0.0, 0.0} : entry->second);
+    forces.push_back(entry == history.end() ? SpringForcesOf<D>{} : entry->second);
   }
   return forces;
 }
 
-std::vector<SpringContact> find_spring_contacts(const RveState &state)
+template <int D> std::vector<SpringContactOf<D>> find_spring_contacts(const RveStateOf<D> &state)
 {
-  const std::vector<TouchingPair> geometries = find_contacts(state);
-  const std::vector<SpringForces> springs = spring_forces(state, geometries);
+  const std::vector<TouchingPairOf<D>> geometries = find_contacts(state);
+  const std::vector<SpringForcesOf<D>> springs = spring_forces(state, geometries);
   std::vector<double> normal_force, limiting_force;
-  with_law(state.material, [&](const auto &law) {
-    for (const TouchingPair &geometry : geometries) {
+  with_law<D>(state.material, [&](const auto &law) {
+    for (const TouchingPairOf<D> &geometry : geometries) {
       normal_force.push_back(law.spring_force(place_of(state, geometry)));
       limiting_force.push_back(law.limiting_force(place_of(state, geometry)));
     }
   });
-  std::vector<SpringContact> contacts;
+  std::vector<SpringContactOf<D>> contacts;
   contacts.reserve(geometries.size());
   for (std::size_t k = 0; k < geometries.size(); ++k) {
-    SpringContact contact{geometries[k], {0, 0},           normal_force[k],
-                          springs[k],    Vec<double, 2>{}, 1.0};
-    for (int a = 0; a < 2; ++a)
-      contact.image[a] = image_of_second(state.fractional[2 * contact.geometry.first + a],
-                                         state.fractional[2 * contact.geometry.second + a]);
-    const Vec<double, 2> &n = contact.geometry.normal, along{{-n[1], n[0]}};
-    contact.force_on_first = contact.springs.tangential * along - contact.normal_force * n;
+    SpringContactOf<D> contact{geometries[k], {}, normal_force[k], springs[k], {}, 1.0};
+    for (int a = 0; a < D; ++a)
+      contact.image[a] = image_of_second(state.fractional[D * contact.geometry.first + a],
+                                         state.fractional[D * contact.geometry.second + a]);
+    const Vec<double, D> &n = contact.geometry.normal;
+    contact.force_on_first = tangential_vector(contact.springs, n) - contact.normal_force * n;
     const double limit = state.material.friction * limiting_force[k];
-    if (limit > 0.0) contact.mobilized_friction = std::fabs(contact.springs.tangential) / limit;
+    if (limit > 0.0) contact.mobilized_friction = size_of(contact.springs.tangential) / limit;
     contacts.push_back(contact);
   }
   return contacts;
 }
 
-Tensor2 spring_stress(const RveState &state)
+template <int D> Tensor<double, D> spring_stress(const RveStateOf<D> &state)
 {
-  Tensor2 sum = Tensor2::zero();
-  for (const SpringContact &contact : find_spring_contacts(state))
+  Tensor<double, D> sum = Tensor<double, D>::zero();
+  for (const SpringContactOf<D> &contact : find_spring_contacts(state))
     sum = sum + dyad(contact.force_on_first, contact.geometry.branch);
   return 1.0 / (state.cell_volume() * state.material.thickness) * sum;
 }
+
+#define RVE_CONTACT_NETWORK(D)                                                                   \
+  template ContactPlace place_of(const RveStateOf<D> &, const TouchingPairOf<D> &);              \
+  template std::vector<TouchingPairOf<D>> find_contacts(const RveStateOf<D> &);                  \
+  template void forget_absurd_force(RveStateOf<D> &);                                            \
+  template std::vector<SpringForcesOf<D>> spring_forces(const RveStateOf<D> &,                   \
+                                                        const std::vector<TouchingPairOf<D>> &); \
+  template std::vector<SpringContactOf<D>> find_spring_contacts(const RveStateOf<D> &);          \
+  template Tensor<double, D> spring_stress(const RveStateOf<D> &);                               \
+  template Vec<double, D> branch_vector(const RveStateOf<D> &, int, int);
+RVE_CONTACT_NETWORK(2)
+RVE_CONTACT_NETWORK(3)
+#undef RVE_CONTACT_NETWORK
 
 }    // namespace rve

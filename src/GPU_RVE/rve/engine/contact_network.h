@@ -12,58 +12,69 @@
 namespace rve {
 
 /// Two overlapping grains, first < second.
-struct TouchingPair {
+template <int D> struct TouchingPairOf {
   int first;
   int second;
-  Vec<double, 2> branch;    ///< x_second - x_first, nearest image [length]
-  Vec<double, 2> normal;    ///< unit, first to second
+  Vec<double, D> branch;    ///< x_second - x_first, nearest image [length]
+  Vec<double, D> normal;    ///< unit, first to second
   double overlap;           ///< r_first + r_second - |branch| > 0 [length]
 };
+using TouchingPair = TouchingPairOf<2>;
 
-ContactPlace place_of(const RveState &state, const TouchingPair &contact);
+template <int D>
+ContactPlace place_of(const RveStateOf<D> &state, const TouchingPairOf<D> &contact);
 
 /// All contacts of the state, ordered by first, then second. O(N) where the cell is at least three contact distances wide,
 /// O(N^2) below. Grains with coinciding centres are skipped: they have no normal.
-std::vector<TouchingPair> find_contacts(const RveState &state);
+template <int D> std::vector<TouchingPairOf<D>> find_contacts(const RveStateOf<D> &state);
 
 /// Forgets a largest contact force far above the forces of the contacts that are there, which a file may have and no run leaves: the
 /// scale of forces would hold none of them. The engine then begins with one of its own.
-void forget_absurd_force(RveState &state);
+template <int D> void forget_absurd_force(RveStateOf<D> &state);
 
 /// Forces of springs that pairs remember, as the first grain sees them.
-struct SpringForces {
+template <int D> struct SpringForcesOf;
+
+template <> struct SpringForcesOf<2> {
   double
       tangential;    ///< on the first grain along t = (-n_y, n_x), n from first to second [force]
   double rolling;    ///< moment on the first grain over the reduced radius [force]
 };
+using SpringForces = SpringForcesOf<2>;
+
+template <> struct SpringForcesOf<3> {
+  Vec<double, 3> tangential;    ///< on the first grain, across the normal [force]
+};
 
 /// Those of these contacts; zero where the state has none.
-std::vector<SpringForces> spring_forces(const RveState &state,
-                                        const std::vector<TouchingPair> &contacts);
+template <int D>
+std::vector<SpringForcesOf<D>> spring_forces(const RveStateOf<D> &state,
+                                             const std::vector<TouchingPairOf<D>> &contacts);
 
 /// A contact with what its springs say; dashpots are not in it.
-struct SpringContact {
-  TouchingPair geometry;
-  int image[2];           ///< x_second + H image is the image that the branch reaches
+template <int D> struct SpringContactOf {
+  TouchingPairOf<D> geometry;
+  int image[D];           ///< x_second + H image is the image that the branch reaches
   double normal_force;    ///< of the springs, repulsion positive [force]
-  SpringForces springs;
-  Vec<double, 2> force_on_first;    ///< -f_n n + f_t t, t = (-n_y, n_x) [force]
+  SpringForcesOf<D> springs;
+  Vec<double, D> force_on_first;    ///< -f_n n and the tangential force [force]
   double
       mobilized_friction;    ///< |f_t| over what friction allows, 1 where it slides; 1 without friction [-]
 };
+using SpringContact = SpringContactOf<2>;
 
 /// All contacts of the state, in the order of find_contacts().
-std::vector<SpringContact> find_spring_contacts(const RveState &state);
+template <int D> std::vector<SpringContactOf<D>> find_spring_contacts(const RveStateOf<D> &state);
 
 /// Mobilized friction from which a contact is said to slide [-]. A run compares forces in the number format of its engine; here the
 /// normal force follows in double precision from positions, and differs by less than 1e-3 of itself in format fast.
 constexpr double SLIDING = 0.999;
 
 /// Love's stress of the springs, dashpots excluded, tension positive [stress].
-Tensor2 spring_stress(const RveState &state);
+template <int D> Tensor<double, D> spring_stress(const RveStateOf<D> &state);
 
 /// Branch vector from grain i to the nearest image of grain j, from the wrapping difference of fractional coordinates [length].
-Vec<double, 2> branch_vector(const RveState &state, int i, int j);
+template <int D> Vec<double, D> branch_vector(const RveStateOf<D> &state, int i, int j);
 
 }    // namespace rve
 

@@ -15,7 +15,7 @@ template <> struct DimensionWords<2> {
 };
 
 template <> struct DimensionWords<3> {
-  static constexpr const char *number = "three", *grains = "spheres", *spin = "spin vector";
+  static constexpr const char *number = "three", *grains = "spheres", *spin = "w_x w_y w_z";
   static constexpr const char *volume = "volume", *unit_of_volume = "[length^3]";
   static constexpr const char *volume_of_grain = "4/3 pi r^3";
 };

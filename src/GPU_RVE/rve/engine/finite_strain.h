@@ -3,7 +3,7 @@
 #ifndef RVE_ENGINE_FINITE_STRAIN_H
 #define RVE_ENGINE_FINITE_STRAIN_H
 
-#include "rve/engine/state.h"
+#include "rve/engine/spatial_strain.h"
 
 #include <cmath>
 
@@ -32,6 +32,17 @@ template <> struct PolarDecomposition<2> {
 
   /// R^share
   Tensor2 part_of_rotation(double share) const { return plane_rotation(share * angle); }
+};
+
+template <> struct PolarDecomposition<3> : SpatialPolarDecomposition {
+  double angle;    ///< of R, in [0, pi] [rad]
+
+  explicit PolarDecomposition(const Tensor3 &f) :
+      SpatialPolarDecomposition(f), angle(std::sqrt(dot(turn, turn)))
+  {
+  }
+
+  Tensor3 part_of_rotation(double share) const { return spatial_rotation(share * turn); }
 };
 template <int D> PolarDecomposition(const Tensor<double, D> &) -> PolarDecomposition<D>;
 

@@ -4,6 +4,7 @@
 #include "rve/engine/contact_laws.h"
 #include "rve/engine/contact_network.h"
 #include "rve/engine/stability.h"
+#include "rve/physics/grain_shape.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,50 +17,69 @@ namespace rve {
 
 namespace {
 
+  /// Fractions of the cell in a loose cloud: where grains are added, and the most that random addition is asked for.
+  template <int D> struct CloudFraction;
+  template <> struct CloudFraction<2> {
+    static constexpr double usual = 0.4, most = 0.5;    // jams at 0.55
+  };
+  template <> struct CloudFraction<3> {
+    static constexpr double usual = 0.25, most = 0.33;    // jams at 0.38
+  };
+
+  template <int D> double initial_solid_fraction(const PackingRecipe &recipe)
+  {
+    return recipe.initial_solid_fraction.value_or(CloudFraction<D>::usual);
+  }
+
   /// Places grains one by one where they touch none of those already there.
-  template <int D> class RandomAddition;
-
-  template <> class RandomAddition<2> {
+  template <int D> class RandomAddition {
    public:
-    /// It jams at 0.55.
-    static constexpr double MOST_SOLID_FRACTION = 0.5;
-
-    RandomAddition(RveState &_state, double largest_radius) : state(_state)
+    RandomAddition(RveStateOf<D> &_state, double largest_radius) : state(_state)
     {
       const double side = state.cell(0, 0);
-      bins_per_side = std::clamp(static_cast<int>(side / (2.0 * largest_radius)), 1, 1024);
+      constexpr int MOST_BINS = D == 2 ? 1024 : 64;
+      bins_per_side = std::clamp(static_cast<int>(side / (2.0 * largest_radius)), 1, MOST_BINS);
       if (bins_per_side < 3) bins_per_side = 1;    // fewer would show one bin on both sides
-      bins.resize(static_cast<std::size_t>(bins_per_side) * bins_per_side);
+      std::size_t count = 1;
+      for (int a = 0; a < D; ++a) count *= static_cast<std::size_t>(bins_per_side);
+      bins.resize(count);
     }
 
-    bool place(int grain, const Vec<std::uint64_t, 2> &s)
+    bool place(int grain, const Vec<std::uint64_t, D> &s)
     {
-      for (int a = 0; a < 2; ++a) state.fractional[2 * grain + a] = s[a];
-      const int x = bin(s[0]), y = bin(s[1]);
-      const int reach = bins_per_side > 1 ? 1 : 0;
-      for (int dy = -reach; dy <= reach; ++dy)
-        for (int dx = -reach; dx <= reach; ++dx)
-          for (const int other : at(x + dx, y + dy)) {
-            const Vec<double, 2> branch = branch_vector(state, grain, other);
-            const double contact_distance = state.radius[grain] + state.radius[other];
-            if (dot(branch, branch) <= contact_distance * contact_distance) return false;
-          }
-      at(x, y).push_back(grain);
+      Vec<int, D> here;
+      for (int a = 0; a < D; ++a) {
+        state.fractional[D * grain + a] = s[a];
+        here[a] = bin(s[a]);
+      }
+      int around = 1;
+      for (int a = 0; bins_per_side > 1 && a < D; ++a) around *= 3;
+      for (int k = 0; k < around; ++k) {
+        Vec<int, D> there = here;
+        for (int a = 0, rest = k; around > 1 && a < D; ++a, rest /= 3) there[a] += rest % 3 - 1;
+        for (const int other : at(there)) {
+          const Vec<double, D> branch = branch_vector(state, grain, other);
+          const double contact_distance = state.radius[grain] + state.radius[other];
+          if (dot(branch, branch) <= contact_distance * contact_distance) return false;
+        }
+      }
+      at(here).push_back(grain);
       return true;
     }
 
    private:
-    RveState &state;
+    RveStateOf<D> &state;
     int bins_per_side;
     std::vector<std::vector<int>> bins;
 
     int bin(std::uint64_t s) const { return static_cast<int>(((s >> 32) * bins_per_side) >> 32); }
 
-    std::vector<int> &at(int x, int y)
+    std::vector<int> &at(const Vec<int, D> &place)
     {
-      const int wrapped_x = (x + bins_per_side) % bins_per_side;
-      const int wrapped_y = (y + bins_per_side) % bins_per_side;
-      return bins[static_cast<std::size_t>(wrapped_y) * bins_per_side + wrapped_x];
+      std::size_t bin = 0;
+      for (int a = D - 1; a >= 0; --a)
+        bin = bin * bins_per_side + (place[a] + bins_per_side) % bins_per_side;
+      return bins[bin];
     }
   };
 
@@ -83,8 +103,9 @@ namespace {
     in_range(recipe.stress_tolerance, 1e-12, 0.5, "stress tolerance of the packing [-]");
     in_range(recipe.unbalanced_tolerance, 1e-12, 0.5,
              "unbalanced force tolerance of the packing [-]");
-    in_range(recipe.initial_solid_fraction, 0.01, RandomAddition<D>::MOST_SOLID_FRACTION,
+    in_range(initial_solid_fraction<D>(recipe), 0.01, CloudFraction<D>::most,
              "initial solid fraction [-]");
+    in_range(recipe.k0, 0.01, 100.0, "ratio k0 of lateral to vertical stress [-]");
     in_range(recipe.dt, 0.0, LARGEST, "time step of the packing [time]");
     in_range(recipe.servo_gain, 0.0, LARGEST, "servo gain of the packing [1/(stress time^2)]");
     in_range(recipe.max_rate, 0.0, LARGEST, "compression rate of the packing [1/time]");
@@ -108,27 +129,32 @@ namespace {
   }
 
   /// Before anything runs: radii, stiffness and pressure that do not fit make a packing that no soil is.
-  void check_overlap(const PackingRecipe &recipe)
+  template <int D> void check_overlap(const PackingRecipe &recipe)
   {
     const Material &material = recipe.material;
     const double radius = mean_radius(recipe);
-    const double strain = contact_strain(recipe.pressure, material, radius);
-    const double largest_pressure = contact_pressure(LARGEST_CONTACT_STRAIN, material, radius);
-    const bool is_linear = with_law(material, [](const auto &law) {
+    const double strain = contact_strain<D>(recipe.pressure, material, radius);
+    const double largest_pressure = contact_pressure<D>(LARGEST_CONTACT_STRAIN, material, radius);
+    const bool is_linear = with_law<D>(material, [](const auto &law) {
       return law.has_constant_moduli;
     });
+    const double depth = D == 2 ? material.thickness : 2.0 * radius;
     require(strain <= LARGEST_CONTACT_STRAIN, [&] {
       return "grains would overlap by about " + number(strain) + " of their diameter" +
-          (is_linear ? ", pressure * thickness / kn" : "") + "; it must be at most " +
-          number(LARGEST_CONTACT_STRAIN) + ". With " +
-          (is_linear ? "kn " + number(material.normal_stiffness) + " [force/length] and " : "") +
-          "thickness " + number(material.thickness) + " [length] the pressure must be at most " +
-          number(largest_pressure) + " [stress]; with pressure " + number(recipe.pressure) +
-          (is_linear ? ", kn must be at least " +
-                   number(recipe.pressure * material.thickness / LARGEST_CONTACT_STRAIN) + " or"
+          (is_linear ? std::string(", pressure * ") + (D == 2 ? "thickness" : "diameter") + " / kn"
                      : "") +
-          " the thickness of the disks" + (is_linear ? "" : " must be") + " at most " +
-          number(material.thickness * largest_pressure / recipe.pressure);
+          "; it must be at most " + number(LARGEST_CONTACT_STRAIN) + ". With " +
+          (is_linear ? "kn " + number(material.normal_stiffness) + " [force/length] and " : "") +
+          (D == 2 ? "thickness " : "diameter ") + number(depth) +
+          " [length] the pressure must be at most " + number(largest_pressure) +
+          " [stress]; with pressure " + number(recipe.pressure) +
+          (is_linear
+               ? ", kn must be at least " + number(recipe.pressure * depth / LARGEST_CONTACT_STRAIN)
+               : "") +
+          (D == 3 ? (is_linear ? "" : " the grains must be stiffer")
+                  : std::string(is_linear ? " or" : "") + " the thickness of the disks" +
+                   (is_linear ? "" : " must be") + " at most " +
+                   number(material.thickness * largest_pressure / recipe.pressure));
     });
   }
 
@@ -137,7 +163,7 @@ namespace {
     Material material = recipe.material;
     material.friction = friction;
     // of the final material alone, set when the packing is ready: it disturbs no grain at rest
-    material.rolling_friction = 0.0;
+    material.rolling_friction = material.twisting_friction = 0.0;
     material.local_damping = recipe.preparation_damping;
     return material;
   }
@@ -147,7 +173,32 @@ namespace {
     double pressure;    // [stress]
     double friction;    // [-]
     const char *phase;
+    double k0 = 1.0;    // lateral over vertical stress, which is the pressure [-]
+
+    /// Of the stress along an axis; the vertical one is the last.
+    template <int D> double goal(int axis) const { return axis + 1 < D ? k0 * pressure : pressure; }
   };
+
+  // A time step for which bounds of others are sought as closely as for any.
+  constexpr double ANY_TIME_STEP = 1e30;
+
+  // Of two of the lightest spheres that meet with this overlap [1/time]: along the normal, and along the contact, with
+  // 1/m + r^2/I = 7/2 1/m of each.
+  double pair_frequency_at(const RveStateOf<3> &state, double overlap)
+  {
+    std::vector<double> r = state.radius;
+    const std::size_t second = r.size() > 1 ? 1 : 0;
+    std::nth_element(r.begin(), r.begin() + second, r.end());
+    if (second == 1 && r[1] < r[0]) std::swap(r[0], r[1]);
+    const ContactModuli moduli = with_law<3>(state.material, [&](const auto &law) {
+      return law.stiffness({overlap, r[0], r[second]});
+    });
+    double per_mass = 0.0;
+    for (const double radius : {r[0], r[second]})
+      per_mass +=
+          1.0 / (state.material.density * state.material.mass_depth * grain_volume<3>(radius));
+    return std::sqrt(per_mass * std::max(moduli.normal, 3.5 * moduli.tangential));
+  }
 
   /// A preparation from beginning to end. `peak` is the highest pressure on it.
   template <int D> struct Way {
@@ -253,22 +304,33 @@ namespace {
       Way<D> way{&cloud, {{recipe.pressure, friction, "compression"}}, friction, recipe.pressure};
       if (friction > recipe.material.friction)
         way.legs.push_back({recipe.pressure, recipe.material.friction, "settling"});
+      add_anisotropy(way);
       return way;
     }
 
     Way<D> overconsolidated(double log_ratio) const
     {
       const double peak = recipe.pressure * std::exp(log_ratio);
-      return {&frictionless.state,
-              {{peak, 0.0, "overconsolidation"}, {recipe.pressure, 0.0, "unloading"}},
-              0.0,
-              peak};
+      Way<D> way{&frictionless.state,
+                 {{peak, 0.0, "overconsolidation"}, {recipe.pressure, 0.0, "unloading"}},
+                 0.0,
+                 peak};
+      add_anisotropy(way);
+      return way;
+    }
+
+    /// Grains that slide freely bear one pressure only, so the other stress comes last, with the final friction.
+    void add_anisotropy(Way<D> &way) const
+    {
+      if (recipe.k0 != 1.0)
+        way.legs.push_back(
+            {recipe.pressure, recipe.material.friction, "anisotropic load", recipe.k0});
     }
 
     double largest_log_ratio() const
     {
       const double largest_pressure =
-          contact_pressure(LARGEST_PEAK_STRAIN, recipe.material, mean_radius(recipe));
+          contact_pressure<D>(LARGEST_PEAK_STRAIN, recipe.material, mean_radius(recipe));
       return std::log(std::max(1.0, largest_pressure / recipe.pressure));
     }
 
@@ -329,7 +391,7 @@ namespace {
     Preparation(const PackingRecipe &_recipe, EngineOf<D> &_engine) :
         recipe(_recipe), engine(_engine), cloud(loose_cloud<D>(recipe)), search(recipe, cloud)
     {
-      check_overlap(recipe);
+      check_overlap<D>(recipe);
     }
     Preparation(const Preparation &) = delete;
     Preparation &operator=(const Preparation &) = delete;
@@ -367,7 +429,7 @@ namespace {
                                  result.coordination_number,
                                  result.unbalanced_ratio};
       // Twice in a row: a swinging servo passes through its goal with both numbers small by chance.
-      const bool is_at_rest = at_rest(result, leg.pressure);
+      const bool is_at_rest = at_rest(result, leg);
       if (is_at_rest && was_at_rest) {
         finish_leg(result.void_ratio);
         return report;
@@ -378,14 +440,19 @@ namespace {
             std::to_string(recipe.max_steps) + " steps: pressures " + pressures(result) +
             " (tolerance " + number(recipe.stress_tolerance) + "), unbalanced force ratio " +
             number(result.unbalanced_ratio) + " (tolerance " + number(recipe.unbalanced_tolerance) +
-            "); use a larger tolerance, another damping_prep, or another seed";
+            "); use a larger tolerance, another damping_prep, or another seed" +
+            (leg.k0 == 1.0 ? ""
+                           : ", or a k0 nearer 1 than " + number(leg.k0) +
+                     ", which grains of friction " + number(leg.friction) + " may not bear");
       });
       return report;
     }
 
     /// The time step of the next call, where it is chosen and the leg is not new.
     bool follows_time_step() const { return lease && steps_of_leg > 0 && recipe.dt == 0.0; }
+    /// From the state, or, of spheres, from the engine's bound.
     void follow_time_step(const RveStateOf<D> &state) { dt = time_step(state); }
+    void follow_time_step(double bound) { dt = time_step(bound); }
 
     void give_up() { lease.reset(); }
 
@@ -408,6 +475,7 @@ namespace {
     Specimen<D> specimen{};     // at the end of the last leg
     DriveOf<D> drive;
     double dt = 0.0;
+    double coming_pair_frequency = 0.0;    // of spheres, in this leg
     bool was_at_rest = false;
     std::int64_t steps = 0, steps_of_leg = 0;
 
@@ -422,12 +490,12 @@ namespace {
     {
       const Leg &leg = way.legs[current];
       start.material = preparation_material(recipe, leg.friction);
-      drive = servo(start, leg.pressure);
-      dt = recipe.dt > 0.0 ? recipe.dt : time_step(start);
+      drive = servo(start, leg);
       was_at_rest = false;
       steps_of_leg = 0;
       lease.reset();
       lease = std::make_unique<Lease<D>>(engine, start);
+      dt = recipe.dt > 0.0 ? recipe.dt : first_time_step(start);
     }
 
     void finish_leg(double void_ratio)
@@ -447,25 +515,51 @@ namespace {
       }
     }
 
+    double first_time_step(const RveStateOf<D> &start)
+    {
+      if constexpr (D == 2) {
+        return time_step(start);
+      } else {
+        coming_pair_frequency = pair_frequency_at(start, deepest_overlap(start.material));
+        std::vector<double> bounds;
+        engine.bound_time_steps({rve()}, ANY_TIME_STEP, bounds);
+        return time_step(bounds.front());
+      }
+    }
+
+    // Of two grains of the mean radius, at the highest pressure of the way [length].
+    double deepest_overlap(const Material &material) const
+    {
+      const double radius = mean_radius(recipe);
+      return 2.0 * radius *
+          contact_strain<D>(std::max(recipe.pressure, way.peak), material, radius);
+    }
+
     // Contacts that form within a call are not in Gershgorin's bound yet, so a margin is kept; a gas gets the step that its
     // grains will need in a dense network, which is about 0.55 of the step for single contacts. They are as deep as at the pressure.
     double time_step(const RveStateOf<D> &state) const
     {
-      const double radius = mean_radius(recipe);
-      const double overlap = 2.0 * radius *
-          contact_strain(std::max(recipe.pressure, way.peak), state.material, radius);
+      const double overlap = deepest_overlap(state.material);
       const double pair_time_step =
           2.0 / (pair_frequency(state, overlap) * std::sqrt(1.0 + state.material.local_damping));
       return std::min(0.8 * gershgorin_time_step(state, overlap), 0.5 * pair_time_step);
     }
 
-    DriveOf<D> servo(const RveStateOf<D> &state, double pressure) const
+    // The same with the engine's bound, where it found one.
+    double time_step(double bound) const
+    {
+      const double of_pair =
+          2.0 / (coming_pair_frequency * std::sqrt(1.0 + recipe.preparation_damping));
+      return bound > 0.0 ? std::min(0.8 * bound, 0.5 * of_pair) : 0.5 * of_pair;
+    }
+
+    DriveOf<D> servo(const RveStateOf<D> &state, const Leg &leg) const
     {
       DriveOf<D> call;
       call.substeps = STEPS_PER_CALL;
       for (int a = 0; a < D; ++a) {
         call.controlled[a][a] = true;
-        call.stress_goal(a, a) = -pressure;
+        call.stress_goal(a, a) = -leg.goal<D>(a);
       }
       call.servo_gain = recipe.servo_gain > 0.0 ? recipe.servo_gain : default_servo_gain(state);
       call.servo_max_rate = recipe.max_rate > 0.0
@@ -474,13 +568,14 @@ namespace {
       return call;
     }
 
-    bool at_rest(const ResultOf<D> &result, double pressure) const
+    bool at_rest(const ResultOf<D> &result, const Leg &leg) const
     {
       bool rests =
           result.num_contacts > 0 && result.unbalanced_ratio <= recipe.unbalanced_tolerance;
-      for (int a = 0; a < D; ++a)
-        rests = rests &&
-            std::fabs(-result.stress(a, a) - pressure) <= recipe.stress_tolerance * pressure;
+      for (int a = 0; a < D; ++a) {
+        const double goal = leg.goal<D>(a);
+        rests = rests && std::fabs(-result.stress(a, a) - goal) <= recipe.stress_tolerance * goal;
+      }
       return rests;
     }
   };
@@ -490,44 +585,57 @@ namespace {
     return D == 2 ? std::sqrt(volume) : std::cbrt(volume);
   }
 
-  /// Time steps of the next call. Gershgorin's bounds are the host's work between two calls, so all its threads share it.
+  /// Time steps of the next call. Gershgorin's bounds are the host's work between two calls, so all its threads share it; spheres are
+  /// bounded where they are.
   template <int D>
-  void follow_time_steps(const EngineOf<D> &engine,
-                         const std::vector<Preparation<D> *> &preparations)
+  void follow_time_steps(EngineOf<D> &engine, const std::vector<Preparation<D> *> &preparations)
   {
     std::vector<Preparation<D> *> following;
-    std::vector<RveStateOf<D>> states;
     for (Preparation<D> *one : preparations)
-      if (one->follows_time_step()) {
-        following.push_back(one);
-        states.push_back(engine.state(one->rve()));
-      }
-    const auto count = static_cast<std::ptrdiff_t>(following.size());
+      if (one->follows_time_step()) following.push_back(one);
+    if constexpr (D == 3) {
+      if (following.empty()) return;
+      std::vector<int> rves;
+      for (const Preparation<D> *one : following) rves.push_back(one->rve());
+      std::vector<double> bounds;
+      engine.bound_time_steps(rves, ANY_TIME_STEP, bounds);
+      for (std::size_t k = 0; k < following.size(); ++k) following[k]->follow_time_step(bounds[k]);
+    } else {
+      std::vector<RveStateOf<D>> states;
+      for (const Preparation<D> *one : following) states.push_back(engine.state(one->rve()));
+      const auto count = static_cast<std::ptrdiff_t>(following.size());
 #pragma omp parallel for schedule(dynamic, 8) if (count > 8)
-    for (std::ptrdiff_t k = 0; k < count; ++k) following[k]->follow_time_step(states[k]);
+      for (std::ptrdiff_t k = 0; k < count; ++k) following[k]->follow_time_step(states[k]);
+    }
+  }
+
+  /// What makes a pressure a force per length of the cell: the thickness of disks, the width of a cell of spheres [length].
+  template <int D> double servo_depth(const RveStateOf<D> &state)
+  {
+    return D == 2 ? state.material.thickness : edge_of_volume<D>(state.cell_volume());
   }
 
 }    // namespace
 
-double contact_strain(const PackingRecipe &recipe)
+template <int D> double contact_strain(const PackingRecipe &recipe)
 {
-  return contact_strain(recipe.pressure, recipe.material, mean_radius(recipe));
+  return contact_strain<D>(recipe.pressure, recipe.material, mean_radius(recipe));
 }
 
 template <int D> double default_servo_gain(const RveStateOf<D> &state)
 {
-  return 10.0 * state.material.thickness / state.mass();
+  return 10.0 * servo_depth(state) / state.mass();
 }
 
 template <int D> double default_compression_rate(const RveStateOf<D> &state, double pressure)
 {
-  const double mass = state.mass();
+  const double mass = state.mass(), depth = servo_depth(state);
   const double radius =
       std::accumulate(state.radius.begin(), state.radius.end(), 0.0) / state.num_grains();
-  const double strain = contact_strain(pressure, state.material, radius);
-  const double stiffness = moduli_at_strain(strain, state.material, radius).normal;
-  return std::min(0.01 * std::sqrt(stiffness / mass),
-                  0.2 * std::sqrt(pressure * state.material.thickness / mass));
+  const double strain = contact_strain<D>(pressure, state.material, radius);
+  double stiffness = moduli_at_strain<D>(strain, state.material, radius).normal;
+  if (D == 3) stiffness *= depth / (2.0 * radius);
+  return std::min(0.01 * std::sqrt(stiffness / mass), 0.2 * std::sqrt(pressure * depth / mass));
 }
 
 template <int D> RveStateOf<D> loose_cloud(const PackingRecipe &recipe)
@@ -550,7 +658,7 @@ template <int D> RveStateOf<D> loose_cloud(const PackingRecipe &recipe)
   state.fractional.resize(D * n);
   state.velocity.resize(D * n, 0.0);
   state.spin.resize(Space<D>::spins * n, 0.0);
-  const double side = edge_of_volume<D>(state.solid_volume() / recipe.initial_solid_fraction);
+  const double side = edge_of_volume<D>(state.solid_volume() / initial_solid_fraction<D>(recipe));
   state.cell = side * Tensor<double, D>::identity();
   state.check();
 
@@ -569,7 +677,7 @@ template <int D> RveStateOf<D> loose_cloud(const PackingRecipe &recipe)
       if (addition.place(grain, s)) break;
       require(++attempt < MOST_ATTEMPTS,
               "no room for grain " + std::to_string(grain + 1) + " at initial solid fraction " +
-                  number(recipe.initial_solid_fraction) + "; take a smaller one");
+                  number(initial_solid_fraction<D>(recipe)) + "; take a smaller one");
     }
   }
   return state;
@@ -641,13 +749,17 @@ RveStateOf<D> generate_packing(const PackingRecipe &recipe, EngineOf<D> &engine,
   return std::move(packing.state);
 }
 
-template double default_servo_gain(const RveStateOf<2> &);
-template double default_compression_rate(const RveStateOf<2> &, double);
-template RveStateOf<2> loose_cloud(const PackingRecipe &);
-template std::vector<PreparedPackingOf<2>>
-generate_packings(const std::vector<PackingRecipe> &, EngineOf<2> &,
-                  const PreparedPackingOf<2>::Progress &);
-template RveStateOf<2> generate_packing(const PackingRecipe &, EngineOf<2> &,
-                                        const PackingProgress &);
+#define RVE_PACKING(D)                                                                            \
+  template double contact_strain<D>(const PackingRecipe &);                                       \
+  template double default_servo_gain(const RveStateOf<D> &);                                      \
+  template double default_compression_rate(const RveStateOf<D> &, double);                        \
+  template RveStateOf<D> loose_cloud(const PackingRecipe &);                                      \
+  template std::vector<PreparedPackingOf<D>> generate_packings(                                   \
+      const std::vector<PackingRecipe> &, EngineOf<D> &, const PreparedPackingOf<D>::Progress &); \
+  template RveStateOf<D> generate_packing(const PackingRecipe &, EngineOf<D> &,                   \
+                                          const PackingProgress &);
+RVE_PACKING(2)
+RVE_PACKING(3)
+#undef RVE_PACKING
 
 }    // namespace rve

@@ -1,4 +1,4 @@
-// Makes packings: a seeded loose cloud, compressed isotropically by the engine's stress servo.
+// Makes packings of disks or of spheres: a seeded loose cloud, compressed by the engine's stress servo.
 
 #ifndef RVE_ENGINE_PACKING_H
 #define RVE_ENGINE_PACKING_H
@@ -18,7 +18,10 @@ namespace rve {
 struct PackingRecipe {
   Material
       material;    ///< final one; its friction and its rolling resistance are set when the packing is ready
-  double pressure = 0.0;     ///< goal of both -sigma_xx and -sigma_yy [stress], > 0
+  double pressure = 0.0;    ///< goal of -sigma of each axis [stress], > 0
+  /// Lateral over vertical stress [-]: unless it is 1, the pressure is that of the vertical axis, the last one, and the goal of the others is
+  /// k0 times that. Grains must bear it with the final friction.
+  double k0 = 1.0;
   std::uint64_t seed = 1;    ///< of positions and radii
 
   /// Radii are uniform in [radius_min, radius_max] [length], or one per grain as given in `radii`.
@@ -34,8 +37,9 @@ struct PackingRecipe {
 
   double stress_tolerance = 1e-3;        ///< |sigma_aa + p| / p of each axis at the end [-]
   double unbalanced_tolerance = 1e-3;    ///< mean |grain force| / mean |contact force| [-]
-  double initial_solid_fraction =
-      0.4;            ///< of disks [-], at most 0.5: random addition jams at 0.55
+  /// Of the cloud [-]. Of disks 0.4 where it is not given, at most 0.5: random addition jams at 0.55; of spheres 0.25, at most 0.33, and it
+  /// jams at 0.38.
+  std::optional<double> initial_solid_fraction;
   double dt = 0.0;    ///< [time]; 0: about 0.6 of the stable step, followed as contacts form
   double servo_gain = 0.0;             ///< [1/(stress time^2)]; 0: default_servo_gain()
   double max_rate = 0.0;               ///< of each axis [1/time]; 0: default_compression_rate()
@@ -43,16 +47,17 @@ struct PackingRecipe {
 };
 
 /// Of two grains of the mean radius, pressed as by contact_strain() of engine/contact_laws.h.
-double contact_strain(const PackingRecipe &recipe);
+template <int D = 2> double contact_strain(const PackingRecipe &recipe);
 /// Beyond the first one the overlaps count: stiffness and void ratio are no longer those of grains that touch in points. Beyond the
-/// second one the discs fill the plane, and a recipe is refused.
+/// second one disks fill the plane, and a recipe is refused.
 constexpr double SMALL_CONTACT_STRAIN = 0.01;
 constexpr double LARGEST_CONTACT_STRAIN = 0.05;
 
 /// A line for the log, every few hundred steps.
 struct PackingReport {
-  std::int64_t step;              ///< since the cloud was made, over all attempts
-  const char *phase;              ///< "compression", "settling", "overconsolidation" or "unloading"
+  std::int64_t step;    ///< since the cloud was made, over all attempts
+  const char *
+      phase;    ///< "compression", "settling", "overconsolidation", "unloading" or "anisotropic load"
   double preparation_friction;    ///< [-]
   double pressure;                ///< mean stress, compression positive [stress]
   double void_ratio;              ///< [-]
@@ -78,14 +83,16 @@ using PreparedPacking = PreparedPackingOf<2>;
 /// Servo gain 10 h/M [1/(stress time^2)], M the mass and h the thickness of the RVE. A stress error accelerates the cell by
 /// gain * error; with a modulus E the servo oscillates at sqrt(gain E). The slowest wave across the cell has (2 pi)^2 E h/M for
 /// its frequency squared, whatever the units and the stiffness: 10 puts the servo at half of that frequency, fast, but
-/// below the waves it must not excite. (SudoDEM and YADE use 1/M as a number, 13.3 h/M at h = 0.075.)
+/// below the waves it must not excite. (SudoDEM and YADE use 1/M as a number, 13.3 h/M at h = 0.075.) Of spheres h is the cube root of the
+/// volume of the cell.
 template <int D> double default_servo_gain(const RveStateOf<D> &state);
 
 /// Rate of each axis while the cloud is compressed [1/time]: the lesser of 0.01 sqrt(K/M), K the stiffness of contacts at the pressure, which crosses the cell at 1 % of
-/// the wave speed of the packing, and 0.2 sqrt(p h/M), at which the momentum flux of the moving grains is 4 % of p.
+/// the wave speed of the packing, and 0.2 sqrt(p h/M), at which the momentum flux of the moving grains is 4 % of p. Of spheres h is as above, and K is
+/// multiplied by h over the mean diameter.
 template <int D> double default_compression_rate(const RveStateOf<D> &state, double pressure);
 
-/// Non-overlapping grains in a periodic square at initial_solid_fraction, at rest: random sequential addition, largest first.
+/// Non-overlapping grains in a periodic square or cube at initial_solid_fraction, at rest: random sequential addition, largest first.
 /// Depends on the recipe's radii and seed only, on every machine: std::mt19937_64 with its own mapping to numbers.
 /// Throws InputError on a recipe out of range.
 template <int D = 2> RveStateOf<D> loose_cloud(const PackingRecipe &recipe);
@@ -93,7 +100,7 @@ template <int D = 2> RveStateOf<D> loose_cloud(const PackingRecipe &recipe);
 /// Runs the protocol on `engine` (a packing is added and removed) and returns the packing: at the pressure, with the final
 /// friction, velocities and spins zero, deformation 1. Tangential forces are kept, they belong to the equilibrium; after
 /// frictionless preparation they are zero. A packing prepared with more than the final friction settles with the final one.
-/// The cell stays a rectangle, so a small shear stress remains, by chance: about 0.9 p / sqrt(N), up to 12 % of p for 400 grains.
+/// The cell keeps its right angles, so a small shear stress remains, by chance: of disks about 0.9 p / sqrt(N), up to 12 % of p for 400.
 ///
 /// With `void_ratio`: looser than the frictionless packing by bisection on the preparation friction in [0, 1]; denser by
 /// bisection on an isotropic overconsolidation, frictionless, up to the pressure at which contacts are strained by 4 %.

@@ -26,8 +26,36 @@ namespace rve {
 
 namespace {
 
-  constexpr int FILE_VERSION = 1;
+  // of a packing of disks; from version 2 on a packing says its dimension
+  constexpr int VERSION_OF_DISKS = 1, VERSION_WITH_DIMENSION = 2;
+  constexpr int LIBRARY_VERSION = 1;
   const std::string LAW_STATEMENT = "contact_law";
+
+  // ---- the material in a file ----
+
+  /// A line of the material.
+  struct MaterialLine {
+    const char *name, *unit;
+    bool optional;
+    double otherwise;    // where the line is missing
+    const MaterialParameter *parameter;
+    double &of(Material &material) const { return material.*parameter->member; }
+    double of(const Material &material) const { return material.*parameter->member; }
+  };
+
+  /// Spheres have no thickness, and no depth that their mass is counted for: what scales the mass is a number.
+  template <int D> std::vector<MaterialLine> material_lines()
+  {
+    std::vector<MaterialLine> lines;
+    for (const MaterialParameter &parameter : MATERIAL_PARAMETERS) {
+      if (D == 3 && parameter.member == &MaterialNumbers::thickness) continue;
+      if (D == 3 && parameter.member == &MaterialNumbers::mass_depth)
+        lines.push_back({"mass_scaling", "[-]", true, 1.0, &parameter});
+      else
+        lines.push_back({parameter.name, parameter.unit, parameter.optional, 0.0, &parameter});
+    }
+    return lines;
+  }
 
   // ---- statements ----
 
@@ -189,13 +217,14 @@ namespace {
   };
 
   /// Ends at the first statement behind the material.
-  void read_material(StatementReader &reader, Material &material)
+  template <int D> void read_material(StatementReader &reader, Material &material)
   {
+    const std::vector<MaterialLine> lines = material_lines<D>();
     std::map<std::string, bool> seen;
     const auto missing = [&] {
       std::string names;
-      for (const MaterialParameter &e : MATERIAL_PARAMETERS)
-        if (e.is_of(material.law) && !e.optional && !seen[e.name])
+      for (const MaterialLine &e : lines)
+        if (e.parameter->is_of(material.law, D) && !e.optional && !seen[e.name])
           names += std::string(names.empty() ? "" : ", ") + e.name;
       return names;
     };
@@ -214,21 +243,20 @@ namespace {
         }
         continue;
       }
-      const auto entry =
-          std::find_if(std::begin(MATERIAL_PARAMETERS), std::end(MATERIAL_PARAMETERS),
-                       [&](const MaterialParameter &e) {
-                         return name == e.name;
-                       });
-      if (entry == std::end(MATERIAL_PARAMETERS)) {
+      const auto entry = std::find_if(lines.begin(), lines.end(), [&](const MaterialLine &e) {
+        return name == e.name;
+      });
+      if (entry == lines.end()) {
         if (name == "cell" && complete) return;
         Words known = {"cell"};
-        for (const MaterialParameter &e : MATERIAL_PARAMETERS)
-          if (e.is_of(material.law)) known.emplace_back(e.name);
+        for (const MaterialLine &e : lines)
+          if (e.parameter->is_of(material.law, D)) known.emplace_back(e.name);
         reader.fail("'" + name + "' is not a material value" +
+                    (D == 2 ? "" : std::string(" of ") + DimensionWords<D>::grains) +
                     (name == "cell" ? "; still missing: " + missing()
                                     : did_you_mean(name, known, "these are")));
       }
-      if (!entry->is_of(material.law))
+      if (!entry->parameter->is_of(material.law, D))
         reader.fail("the contact law " + std::string(word_of(material.law)) + " has no " + name);
       if (seen[name]) reader.fail(name + " is given twice");
       seen[name] = true;
@@ -237,7 +265,7 @@ namespace {
       if (value < 0.0)
         reader.fail(name + " is " + number(value) + " " + entry->unit +
                     "; it must not be negative");
-      material.*entry->member = value;
+      entry->of(material) = value;
     }
   }
 
@@ -296,23 +324,52 @@ namespace {
     }
   }
 
+  /// What pairs remember at least, in files: a tangential force.
+  template <int D> constexpr int least_remembered()
+  {
+    return D == 2 ? 1 : D;
+  }
+
   template <int D>
   void read_contacts(StatementReader &reader, int num_contacts, RveStateOf<D> &state)
   {
+    constexpr int LEAST = least_remembered<D>();
+    constexpr int MOST = static_cast<int>(std::size(pair_memory<D>()));
     for (int k = 0; k < num_contacts; ++k) {
       reader.next("contact line " + std::to_string(k + 1) + " of " + std::to_string(num_contacts));
-      constexpr int MOST = static_cast<int>(std::size(PAIR_MEMORY));
-      const int remembered = std::clamp(static_cast<int>(reader.num_words()) - 2, 1, MOST);
-      reader.require_words(2 + remembered, "id id tangential_force");
-      Pair pair;
+      const int remembered = std::clamp(static_cast<int>(reader.num_words()) - 2, LEAST, MOST);
+      std::string form = "id id";
+      for (int m = 0; m < LEAST; ++m) form += std::string(" ") + pair_memory<D>()[m].name;
+      reader.require_words(2 + remembered, form);
+      PairOf<D> pair{};
       pair.first = reader.integer<std::int32_t>(0, "grain id", 1, state.num_grains()) - 1;
       pair.second = reader.integer<std::int32_t>(1, "grain id", 1, state.num_grains()) - 1;
       if (pair.first == pair.second)
         reader.fail("contact joins grain " + std::to_string(pair.first + 1) + " to itself");
-      for (int m = 0; m < remembered; ++m)
-        PAIR_MEMORY[m].of(pair) = reader.finite_number(2 + m, PAIR_MEMORY[m].what);
+      for (int m = 0; m < remembered; ++m) {
+        const RememberedNumber<D> &number = pair_memory<D>()[m];
+        number.of(pair) = reader.finite_number(2 + m, number.what);
+      }
       state.pairs.push_back(pair);
     }
+  }
+
+  /// Of a packing at whose statement `gpu_rve_packing` the reader is; ends at the last statement that says it.
+  int read_dimension(StatementReader &reader)
+  {
+    reader.require_keyword("gpu_rve_packing", 2, "gpu_rve_packing version");
+    const int version = reader.integer<int>(1, "version of the packing file", VERSION_OF_DISKS,
+                                            VERSION_WITH_DIMENSION);
+    if (version == VERSION_OF_DISKS) return 2;
+    reader.next("'dimension'");
+    reader.require_keyword("dimension", 2, "dimension 2 or 3");
+    return reader.integer<int>(1, "dimension of the packing", 2, 3);
+  }
+
+  std::string grains_of(int dimension)
+  {
+    return std::string(dimension == 2 ? DimensionWords<2>::grains : DimensionWords<3>::grains) +
+        " (dimension " + std::to_string(dimension) + ")";
   }
 
   /// A packing from the statement `gpu_rve_packing`, to which the reader has moved, to `end`.
@@ -320,11 +377,13 @@ namespace {
   {
     RveStateOf<D> state;
     reader.begin_packing();
-    reader.require_keyword("gpu_rve_packing", 2, "gpu_rve_packing version");
-    reader.integer<int>(1, "version of the packing file", FILE_VERSION, FILE_VERSION);
+    const int dimension = read_dimension(reader);
+    if (dimension != D)
+      reader.fail("the packing is of " + grains_of(dimension) + "; one of " + grains_of(D) +
+                  " was expected");
     reader.next("'material'");
     reader.require_keyword("material", 1, "material");
-    read_material(reader, state.material);
+    read_material<D>(reader, state.material);
     reader.require_keyword("cell", 1, "cell");
     read_tensor(reader, "cell", state.cell);
     reader.next("'grains'");
@@ -412,23 +471,46 @@ namespace {
     return "checksum " + hexadecimal(checksum.value()) + "\n";
   }
 
+  /// Comments on the numbers of a contact.
+  template <int D> void describe_contacts(std::ostream &out, int remembered)
+  {
+    if constexpr (D == 2) {
+      out << "\n# contacts with a tangential force: id, id, force on the first along (-n_y, n_x), "
+             "n "
+             "to the second [force]\n";
+      if (remembered > 1)
+        out << "# and rolling force: moment on the first over r_1 r_2 / (r_1 + r_2) [force]\n";
+      if (remembered > 2)
+        out << "# and contact radius: at which the tangential force was [length]\n";
+    } else {
+      out << "\n# contacts with a history: id, id";
+      for (int m = 0; m < remembered; ++m)
+        out << ", " << pair_memory<D>()[m].name << " " << pair_memory<D>()[m].unit;
+      out << "; forces on the first\n";
+    }
+  }
+
   /// From `gpu_rve_packing` to `end`.
   template <int D> std::string packing_statements(const RveStateOf<D> &state)
   {
     constexpr int SPINS = Space<D>::spins;
     std::ostringstream out;
-    out << "gpu_rve_packing " << FILE_VERSION << "\n\nmaterial\n";
+    out << "gpu_rve_packing ";
+    if (D == 2)
+      out << VERSION_OF_DISKS << "\n";
+    else
+      out << VERSION_WITH_DIMENSION << "\ndimension " << D << "\n";
+    out << "\nmaterial\n";
     const ContactLaw law = state.material.law;
     if (law != ContactLaw::Linear) out << "  " << LAW_STATEMENT << " " << word_of(law) << "\n";
-    const bool has_options =
-        std::any_of(std::begin(MATERIAL_PARAMETERS), std::end(MATERIAL_PARAMETERS),
-                    [&](const MaterialParameter &entry) {
-                      return entry.optional && state.material.*entry.member != 0.0;
-                    });
-    for (const MaterialParameter &entry : MATERIAL_PARAMETERS)
-      if (entry.is_of(law) && (has_options || !entry.optional))
-        out << "  " << entry.name << " " << exact(state.material.*entry.member) << "    # "
-            << entry.unit << "\n";
+    const std::vector<MaterialLine> lines = material_lines<D>();
+    const bool has_options = std::any_of(lines.begin(), lines.end(), [&](const MaterialLine &line) {
+      return line.optional && line.of(state.material) != line.otherwise;
+    });
+    for (const MaterialLine &line : lines)
+      if (line.parameter->is_of(law, D) && (has_options || !line.optional))
+        out << "  " << line.name << " " << exact(line.of(state.material)) << "    # " << line.unit
+            << "\n";
     out << "\n# rows of H; its columns are the cell vectors [length]\n";
     write_tensor(out, "cell", state.cell);
     out << "# deformation gradient since the packing was made [-]\n";
@@ -439,8 +521,8 @@ namespace {
         << "largest_contact_force " << exact(state.largest_contact_force) << "\n\n"
         << "grains " << state.num_grains() << "\n# id, radius [length], "
         << for_axes<D>("s_", " 2^64", ", ") << " [-], peculiar velocity "
-        << for_axes<D>("c_", "", ", ") << " [length/time], " << DimensionWords<D>::spin
-        << " [1/time]\n";
+        << for_axes<D>("c_", "", ", ") << " [length/time], spin"
+        << (D == 2 ? std::string() : " " + for_axes<D>("w_", "", ", ")) << " [1/time]\n";
     for (int i = 0; i < state.num_grains(); ++i) {
       out << i + 1 << " " << exact(state.radius[i]);
       for (int a = 0; a < D; ++a) out << " " << state.fractional[D * i + a];
@@ -449,23 +531,19 @@ namespace {
       out << "\n";
     }
 
-    const auto has_history = [](const Pair &pair) {
-      return std::any_of(std::begin(PAIR_MEMORY), std::end(PAIR_MEMORY),
-                         [&](const RememberedNumber<2> &number) {
+    const auto has_history = [](const PairOf<D> &pair) {
+      return std::any_of(std::begin(pair_memory<D>()), std::end(pair_memory<D>()),
+                         [&](const RememberedNumber<D> &number) {
                            return number.of(pair) != 0.0;
                          });
     };
-    const int remembered = remembered_numbers(state.pairs);
-    out << "\ncontacts " << std::count_if(state.pairs.begin(), state.pairs.end(), has_history)
-        << "\n# contacts with a tangential force: id, id, force on the first along (-n_y, n_x), n "
-           "to the second [force]\n";
-    if (remembered > 1)
-      out << "# and rolling force: moment on the first over r_1 r_2 / (r_1 + r_2) [force]\n";
-    if (remembered > 2) out << "# and contact radius: at which the tangential force was [length]\n";
-    for (const Pair &pair : state.pairs) {
+    const int remembered = std::max(remembered_numbers(state.pairs), least_remembered<D>());
+    out << "\ncontacts " << std::count_if(state.pairs.begin(), state.pairs.end(), has_history);
+    describe_contacts<D>(out, remembered);
+    for (const PairOf<D> &pair : state.pairs) {
       if (!has_history(pair)) continue;
       out << pair.first + 1 << " " << pair.second + 1;
-      for (int m = 0; m < remembered; ++m) out << " " << exact(PAIR_MEMORY[m].of(pair));
+      for (int m = 0; m < remembered; ++m) out << " " << exact(pair_memory<D>()[m].of(pair));
       out << "\n";
     }
     const std::string statements = out.str();
@@ -483,8 +561,10 @@ namespace {
 
   // ---- LAMMPS' frame ----
 
-  /// The packing seen from LAMMPS: a along +x, |xy| <= lx/2.
-  struct RestrictedFrame {
+  /// The packing seen from LAMMPS: a along +x, b in the plane of x and y, tilts of at most half an edge.
+  template <int D> struct RestrictedFrame;
+
+  template <> struct RestrictedFrame<2> {
     RveState state;         // positions and cell in the new frame
     double cosine, sine;    // v_lammps = (cosine v_x + sine v_y, -sine v_x + cosine v_y)
 
@@ -514,15 +594,121 @@ namespace {
     }
   };
 
-  std::string lammps_data(const RestrictedFrame &frame)
+  template <> struct RestrictedFrame<3> {
+    RveStateOf<3> state;    // all of it in the new frame
+    Tensor3 rotation;       // v_lammps = rotation v
+
+    explicit RestrictedFrame(const RveStateOf<3> &original) : state(original)
+    {
+      const Vec<double, 3> a = column(original.cell, 0), b = column(original.cell, 1);
+      const Vec<double, 3> x = unit(a), z = unit(cross(a, b)), y = cross(z, x);
+      for (int k = 0; k < 3; ++k) {
+        rotation(0, k) = x[k];
+        rotation(1, k) = y[k];
+        rotation(2, k) = z[k];
+      }
+      state.cell = rotation * original.cell;
+      for (int k = 0; k < 3; ++k)
+        for (int row = k + 1; row < 3; ++row) state.cell(row, k) = 0.0;
+      reduce(2, 1);
+      reduce(1, 0);
+      reduce(2, 0);
+      turn(state.velocity);
+      turn(state.spin);
+      for (PairOf<3> &pair : state.pairs)
+        for (const RememberedNumber<3> &number : SPATIAL_PAIR_MEMORY)
+          if (number.component == 0) turn(&number.of(pair));
+    }
+
+   private:
+    static Vec<double, 3> unit(const Vec<double, 3> &v) { return (1.0 / std::sqrt(dot(v, v))) * v; }
+
+    // Takes multiples of vector `other` from vector `axis`, as in the plane.
+    void reduce(int axis, int other)
+    {
+      const double multiple = std::round(state.cell(other, axis) / state.cell(other, other));
+      for (int k = 0; k < 3; ++k) state.cell(k, axis) -= multiple * state.cell(k, other);
+      const auto n = static_cast<std::uint64_t>(static_cast<std::int64_t>(multiple));
+      for (std::size_t i = 0; i < state.radius.size(); ++i)
+        state.fractional[3 * i + other] += n * state.fractional[3 * i + axis];
+    }
+
+    void turn(double *vector) const
+    {
+      const Vec<double, 3> turned = rotation * Vec<double, 3>{{vector[0], vector[1], vector[2]}};
+      for (int k = 0; k < 3; ++k) vector[k] = turned[k];
+    }
+    void turn(std::vector<double> &vectors) const
+    {
+      for (std::size_t i = 0; i < vectors.size(); i += 3) turn(&vectors[i]);
+    }
+  };
+
+  /// Head of a data file, up to the atoms.
+  std::string lammps_head(int num_grains)
+  {
+    return "LAMMPS data file of one RVE (GPU_RVE), atom_style sphere; velocities are peculiar\n\n" +
+        std::to_string(num_grains) + " atoms\n1 atom types\n\n";
+  }
+
+  std::string lammps_data(const RestrictedFrame<3> &frame)
+  {
+    const RveStateOf<3> &state = frame.state;
+    const Tensor3 &h = state.cell;
+    std::ostringstream out;
+    out << lammps_head(state.num_grains());
+    for (int a = 0; a < 3; ++a)
+      out << "0 " << exact(h(a, a)) << " "
+          << "xyz"[a] << "lo "
+          << "xyz"[a] << "hi\n";
+    out << exact(h(0, 1)) << " " << exact(h(0, 2)) << " " << exact(h(1, 2))
+        << " xy xz yz\n\nAtoms # sphere\n\n";
+    const std::vector<double> x = state.positions();
+    const std::string density = exact(state.material.density * state.material.mass_depth);
+    for (int i = 0; i < state.num_grains(); ++i) {
+      out << i + 1 << " 1 " << exact(2.0 * state.radius[i]) << " " << density;
+      for (int a = 0; a < 3; ++a) out << " " << exact(x[3 * i + a]);
+      out << "\n";
+    }
+    out << "\nVelocities\n\n";
+    for (int i = 0; i < state.num_grains(); ++i) {
+      out << i + 1;
+      for (const std::vector<double> *motion : {&state.velocity, &state.spin})
+        for (int a = 0; a < 3; ++a) out << " " << exact((*motion)[3 * i + a]);
+      out << "\n";
+    }
+    return out.str();
+  }
+
+  std::string contact_table(const RestrictedFrame<3> &frame)
+  {
+    std::ostringstream out;
+    out << "# contacts of one RVE (GPU_RVE); n from i to j, force on i = -f_n n + f_t\n"
+        << "# i j branch_x branch_y branch_z n_x n_y n_z overlap f_n f_t_x f_t_y f_t_z force_x "
+           "force_y force_z\n";
+    for (const SpringContactOf<3> &contact : find_spring_contacts(frame.state)) {
+      const auto &[first, second, branch, n, overlap] = contact.geometry;
+      out << first + 1 << " " << second + 1;
+      const auto add = [&](const Vec<double, 3> &vector) {
+        for (int a = 0; a < 3; ++a) out << " " << exact(vector[a]);
+      };
+      add(branch);
+      add(n);
+      out << " " << exact(overlap) << " " << exact(contact.normal_force);
+      add(contact.springs.tangential);
+      add(contact.force_on_first);
+      out << "\n";
+    }
+    return out.str();
+  }
+
+  std::string lammps_data(const RestrictedFrame<2> &frame)
   {
     const RveState &state = frame.state;
     const double half_slab = *std::max_element(state.radius.begin(), state.radius.end());
     const double mass_per_area = state.material.density * state.material.mass_depth;
     std::ostringstream out;
-    out << "LAMMPS data file of one RVE (GPU_RVE), atom_style sphere; velocities are peculiar\n\n"
-        << state.num_grains() << " atoms\n1 atom types\n\n"
-        << "0 " << exact(state.cell(0, 0)) << " xlo xhi\n"
+    out << lammps_head(state.num_grains()) << "0 " << exact(state.cell(0, 0)) << " xlo xhi\n"
         << "0 " << exact(state.cell(1, 1)) << " ylo yhi\n"
         << exact(-half_slab) << " " << exact(half_slab) << " zlo zhi\n"
         << exact(state.cell(0, 1)) << " 0 0 xy xz yz\n\nAtoms # sphere\n\n";
@@ -542,7 +728,7 @@ namespace {
     return out.str();
   }
 
-  std::string contact_table(const RestrictedFrame &frame)
+  std::string contact_table(const RestrictedFrame<2> &frame)
   {
     const RveState &state = frame.state;
     const bool rolls = state.has_rolling_forces();
@@ -566,6 +752,15 @@ namespace {
   }
 
 }    // namespace
+
+int dimension_of_packing(const std::string &path)
+{
+  StatementReader reader(path);
+  reader.next("'gpu_rve_packing'");
+  if (reader.word(0) == "gpu_rve_library")
+    while (reader.word(0) != "gpu_rve_packing") reader.next("'gpu_rve_packing'");
+  return read_dimension(reader);
+}
 
 template <int D> RveStateOf<D> read_packing(const std::string &path)
 {
@@ -607,7 +802,7 @@ template <int D> PackingLibraryOf<D> read_library(const std::string &path)
     return library;
   }
   reader.require_words(2, "gpu_rve_library version");
-  reader.integer<int>(1, "version of the library", FILE_VERSION, FILE_VERSION);
+  reader.integer<int>(1, "version of the library", LIBRARY_VERSION, LIBRARY_VERSION);
   reader.next("'packings'");
   reader.require_keyword("packings", 2, "packings N");
   const int count = reader.integer<int>(1, "number of packings of the library", 1, INT32_MAX / 4);
@@ -634,7 +829,7 @@ template <int D> void write_library(const std::string &path, const PackingLibrar
   std::ostringstream out;
   out << "# Library of packings (GPU_RVE).\n"
       << "# Consistent units, those of the script that made it.\n"
-      << "gpu_rve_library " << FILE_VERSION << "\n\n"
+      << "gpu_rve_library " << LIBRARY_VERSION << "\n\n"
       << "packings " << library.packings.size()
       << "\n# number, seed, void ratio [-], preparation friction [-], overconsolidation ratio [-], "
          "pressure [stress], grains\n";
@@ -653,10 +848,10 @@ template <int D> void write_library(const std::string &path, const PackingLibrar
   OutputFile(path).write(statements + checksum_line(statements) + "end_library\n");
 }
 
-void write_lammps_data(const std::string &path, const RveState &state)
+template <int D> void write_lammps_data(const std::string &path, const RveStateOf<D> &state)
 {
   check_for(path, state);
-  const RestrictedFrame frame(state);
+  const RestrictedFrame<D> frame(state);
   OutputFile data(path);
   std::optional<OutputFile> contacts;
   if (data.is_regular()) contacts.emplace(path + ".contacts");
@@ -668,5 +863,12 @@ template RveStateOf<2> read_packing(const std::string &);
 template void write_packing(const std::string &, const RveStateOf<2> &);
 template PackingLibraryOf<2> read_library(const std::string &);
 template void write_library(const std::string &, const PackingLibraryOf<2> &);
+template void write_lammps_data(const std::string &, const RveStateOf<2> &);
+
+template RveStateOf<3> read_packing(const std::string &);
+template void write_packing(const std::string &, const RveStateOf<3> &);
+template PackingLibraryOf<3> read_library(const std::string &);
+template void write_library(const std::string &, const PackingLibraryOf<3> &);
+template void write_lammps_data(const std::string &, const RveStateOf<3> &);
 
 }    // namespace rve

@@ -87,5 +87,6 @@ std::optional<int> VoidRatioIndex::draw_within(double wanted, double tolerance, 
 }
 
 template struct PackingLibraryOf<2>;
+template struct PackingLibraryOf<3>;
 
 }    // namespace rve

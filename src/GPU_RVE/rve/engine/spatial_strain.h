@@ -1,5 +1,5 @@
-// Rotation and stretch of a deformation increment in space, and what a constant velocity gradient makes of a cell; on the host. Beside
-// finite_strain.h, which has those of the plane.
+// Rotation and stretch of a deformation increment in space, and what a constant velocity gradient makes of a cell; on the host. finite_strain.h
+// has those of the plane, and what is alike in both.
 
 #ifndef RVE_ENGINE_SPATIAL_STRAIN_H
 #define RVE_ENGINE_SPATIAL_STRAIN_H

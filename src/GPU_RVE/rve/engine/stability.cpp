@@ -9,6 +9,7 @@
 #include "rve/core/pi.h"
 #include "rve/engine/contact_laws.h"
 #include "rve/engine/contact_network.h"
+#include "rve/engine/engine.h"
 #include "rve/physics/integrator.h"
 
 #include <algorithm>
@@ -375,6 +376,19 @@ double pair_frequency(const RveState &state, double coming_overlap)
 double stable_time_step(const RveState &state)
 {
   return time_step(state, network_eigenvalue);
+}
+
+double stable_time_step(const RveStateOf<3> &state)
+{
+  Options options;
+  options.contacts = contacts_of(state);
+  options.device = Device::Cpu;
+  options.format = Format::Double;
+  options.threads = 1;
+  const auto engine = make_engine<3>(options);
+  std::vector<double> bounds;
+  engine->bound_time_steps({engine->add(state)}, std::numeric_limits<double>::max(), bounds);
+  return bounds[0];
 }
 
 double gershgorin_time_step(const RveState &state, double coming_overlap)

@@ -30,6 +30,9 @@ double pair_frequency(const RveState &state, double coming_overlap = 0.0);
 /// of half a step before. Exact for B proportional to w^2, otherwise on the safe side.
 double stable_time_step(const RveState &state);
 
+/// A lower bound of that of spheres, a few percent below: EngineOf::bound_time_steps [time].
+double stable_time_step(const RveStateOf<3> &state);
+
 /// The same with Gershgorin's frequency: a cheap lower bound of stable_time_step [time].
 double gershgorin_time_step(const RveState &state, double coming_overlap = 0.0);
 

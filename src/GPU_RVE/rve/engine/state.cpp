@@ -383,12 +383,12 @@ bool resists_rolling(const Material &material)
       resists_twisting(material);
 }
 
-int remembered_numbers(const std::vector<Pair> &pairs)
+template <int D> int remembered_numbers(const std::vector<PairOf<D>> &pairs)
 {
-  int count = static_cast<int>(std::size(PAIR_MEMORY));
+  int count = static_cast<int>(std::size(pair_memory<D>()));
   for (; count > 1; --count)
-    if (std::any_of(pairs.begin(), pairs.end(), [&](const Pair &pair) {
-          return PAIR_MEMORY[count - 1].of(pair) != 0.0;
+    if (std::any_of(pairs.begin(), pairs.end(), [&](const PairOf<D> &pair) {
+          return pair_memory<D>()[count - 1].of(pair) != 0.0;
         }))
       break;
   return count;
@@ -452,6 +452,9 @@ template <int D> void RveStateOf<D>::set_positions(const std::vector<double> &x)
 template <int D> void RveStateOf<D>::check_sizes() const
 {
   check_material<D>(material);
+  if (D == 3)
+    require_sound(material.thickness == 1.0, material.thickness, "the thickness of spheres",
+                  "[length]", "1: spheres have none");
   require(!radius.empty(), "RVE has no grains; it needs at least one");
   for (std::size_t i = 0; i < radius.size(); ++i)
     require_positive(
@@ -564,6 +567,9 @@ template <int D> RveStateOf<D> deserialize(const char *data, std::size_t size)
   require_count(header.num_grains, state.radius.size(), "grains in its header");
   return state;
 }
+
+template int remembered_numbers(const std::vector<PairOf<2>> &);
+template int remembered_numbers(const std::vector<PairOf<3>> &);
 
 template struct RveStateOf<2>;
 template std::vector<char> serialize(const RveStateOf<2> &state);

@@ -1,20 +1,23 @@
 #include "rve/engine/substeps.h"
 
-#include "rve/core/pi.h"
-#include "rve/engine/finite_strain.h"
+#include "rve/physics/grain_shape.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace rve {
 
-double grain_size(const Result &result)
+template <int D> double grain_size(const ResultOf<D> &result)
 {
-  return 2.0 *
-      std::sqrt(determinant(result.cell) / (1.0 + result.void_ratio) / (kPi * result.num_grains));
+  // r^D of a grain of the mean volume
+  const double power = determinant(result.cell) / (1.0 + result.void_ratio) /
+      (GrainShape<D>::volume * result.num_grains);
+  return 2.0 * (D == 2 ? std::sqrt(power) : std::cbrt(power));
 }
 
-double inertial_number(const Result &result, const Material &material, double rate)
+template <int D>
+double inertial_number(const ResultOf<D> &result, const Material &material, double rate)
 {
   return inertial_number(result.mean_stress(), grain_size(result), material, rate);
 }
@@ -40,5 +43,10 @@ int AdaptiveSubsteps::of(double strain, double dt, double mean_stress, double gr
   if (!(wanted < most)) return most;
   return static_cast<int>(std::fmax(std::ceil(wanted), 1.0));
 }
+
+template double grain_size(const ResultOf<2> &);
+template double grain_size(const ResultOf<3> &);
+template double inertial_number(const ResultOf<2> &, const Material &, double);
+template double inertial_number(const ResultOf<3> &, const Material &, double);
 
 }    // namespace rve

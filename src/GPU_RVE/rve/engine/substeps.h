@@ -7,13 +7,14 @@
 
 namespace rve {
 
-/// Mean size of the grains, 2 sqrt(<r^2>) [length].
-double grain_size(const Result &result);
+/// Mean size of the grains: 2 sqrt(<r^2>) in the plane, 2 cbrt(<r^3>) in space [length].
+template <int D> double grain_size(const ResultOf<D> &result);
 
-/// Inertial number I = rate d sqrt(rho/p) of an RVE [-], with rho = density mass_depth/thickness, since stress counts the
-/// thickness and mass the mass_depth; that is rate sqrt(m/(p h)) up to sqrt(4/pi) (da Cruz et al. 2005). Infinite without pressure,
+/// Inertial number I = rate d sqrt(rho/p) of an RVE [-], with rho = density mass_depth/thickness, since stress of disks
+/// counts the thickness and mass the mass_depth; that is rate sqrt(m/(p h)) up to sqrt(4/pi) (da Cruz et al. 2005). Infinite without pressure,
 /// zero at rest. `rate` is |D| [1/time].
-double inertial_number(const Result &result, const Material &material, double rate);
+template <int D>
+double inertial_number(const ResultOf<D> &result, const Material &material, double rate);
 double inertial_number(double mean_stress, double grain_size, const Material &material,
                        double rate);
 
