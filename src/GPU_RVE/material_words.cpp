@@ -98,8 +98,11 @@ void read_linear_tangential(ScriptWords &words, Contact &contact)
 
 void read_mindlin(ScriptWords &words, Contact &contact)
 {
-  const bool keeps_displacement =
-      words.choice<bool>("tangential model", {{"mindlin", true}, {"mindlin/force", false}});
+  const double kept = words.choice<double>("tangential model",
+                                           {{"mindlin", 1.0},
+                                            {"mindlin/force", 0.0},
+                                            {"mindlin_rescale", 3.0},
+                                            {"mindlin_rescale/force", 2.0}});
   double k_t;
   if (std::string_view(words.peek()) != "NULL") {
     k_t = words.number("tangential k_t");
@@ -116,7 +119,7 @@ void read_mindlin(ScriptWords &words, Contact &contact)
   contact.material[&rve::Material::mindlin_stiffness] = k_t;
   contact.material[&rve::Material::mindlin_damping] = words.number("tangential x_gammat");
   contact.material[&rve::Material::friction] = words.number("tangential mu");
-  contact.material[&rve::Material::mindlin_displacement] = keeps_displacement ? 1.0 : 0.0;
+  contact.material[&rve::Material::mindlin_displacement] = kept;
 }
 
 void read_tangential(ScriptWords &words, Contact &contact)
@@ -187,25 +190,34 @@ void read_rolling(ScriptWords &words, Contact &contact)
   contact.material[&rve::Material::rolling_friction] = words.number("rolling mu_roll");
 }
 
-void read_twisting(ScriptWords &words, Contact &)
+void read_twisting(ScriptWords &words, Contact &contact)
 {
-  words.choice<bool>("twisting model", {{"none", true}});
+  if (!words.choice<bool>("twisting model", {{"sds", true}, {"none", false}})) return;
+  contact.material[&rve::Material::twisting_stiffness] = words.number("twisting k_twist");
+  const double viscosity = words.number("twisting gamma_twist");
+  if (viscosity != 0.0)
+    words.refuse(
+        fmt::format("contact twisting gamma_twist is {} [force length time]; it must be 0: "
+                    "twisting has no dashpot here",
+                    rve::number(viscosity)));
+  contact.material[&rve::Material::twisting_friction] = words.number("twisting mu_twist");
 }
 
 constexpr ScriptKeyword<Contact> PARTS[] = {
     {"tangential", "linear_history k_t x_gammat mu", read_tangential},
     {"damping", "velocity", read_damping},
     {"rolling", "sds k_roll 0 mu_roll", read_rolling},
-    {"twisting", "none", read_twisting}};
+    {"twisting", "sds k_twist 0 mu_twist", read_twisting}};
 
 /// Gives all that *contact* can say: what it does not say is 0.
 void read_contact(ScriptWords &words, MaterialWords &material)
 {
   words.set_form("hooke k_n eta_n tangential linear_history k_t x_gammat mu [damping velocity] "
-                 "[rolling sds k_roll 0 mu_roll], or hertz k_n eta_n hertz/material E eta_n nu or "
-                 "dmt E eta_n nu cohesion, "
-                 "tangential mindlin or mindlin/force k_t x_gammat mu [damping viscoelastic, "
-                 "velocity or coeff_restitution] [rolling sds k_roll 0 mu_roll]");
+                 "[rolling sds k_roll 0 mu_roll] [twisting sds k_twist 0 mu_twist], or hertz k_n "
+                 "eta_n hertz/material E eta_n nu or dmt E eta_n nu cohesion, tangential mindlin, "
+                 "mindlin/force, mindlin_rescale or mindlin_rescale/force k_t x_gammat mu [damping "
+                 "viscoelastic, velocity or coeff_restitution] [rolling sds k_roll 0 mu_roll] "
+                 "[twisting sds k_twist 0 mu_twist]");
   for (const rve::MaterialParameter &parameter : rve::MATERIAL_PARAMETERS)
     if (parameter.of_contact()) material[parameter.member] = 0.0;
   Contact contact{material};

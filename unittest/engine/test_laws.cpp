@@ -27,6 +27,8 @@ Material all_that_contacts_have()
   material.friction = 0.5;
   material.rolling_stiffness = 4e5;
   material.rolling_friction = 0.1;
+  material.twisting_stiffness = 2.0;
+  material.twisting_friction = 2e-4;
   material.normal_viscosity = 30.0;
   material.tangential_viscosity = 150.0;
   material.hertz_stiffness = 1e9;
@@ -59,16 +61,60 @@ template <class Number> void randomize(Random &random, Number &force)
 {
   force = Number(random.uniform(-50.0, 50.0));
 }
-template <class Number> void randomize(Random &random, MindlinHistory<Number> &history)
+template <class Number> void randomize(Random &random, Vec<Number, 3> &force)
+{
+  for (Number &component : force.component) randomize(random, component);
+}
+template <class Number, int D> void randomize(Random &random, MindlinHistory<Number, D> &history)
 {
   randomize(random, history.tangential);
   history.contact_radius = Number(random.uniform(1e-5, 1e-3));
 }
-template <class Contact, class Number>
-void randomize(Random &random, RollingHistory<Contact, Number> &history)
+template <class Number> void randomize(Random &random, SphereTurning<Number> &history)
+{
+  randomize(random, history.rolling);
+  history.twisting = Number(random.uniform(-0.02, 0.02));
+}
+template <class Contact, class Turning>
+void randomize(Random &random, RollingHistory<Contact, Turning> &history)
 {
   randomize(random, history.contact);
-  randomize(random, history.rolling);
+  randomize(random, history.turning);
+}
+
+/// A grain that moves at random.
+template <class Real, int D> GrainMotion<Real, D> random_grain(Random &random)
+{
+  GrainMotion<Real, D> grain;
+  for (int a = 0; a < D; ++a) grain.velocity[a] = Real(random.uniform(-1.0, 1.0));
+  for (int k = 0; k < Space<D>::spins; ++k)
+    spin_component(grain.spin, k) = Real(random.uniform(-99.0, 99.0));
+  grain.radius = Real(random.uniform(0.5 * RADIUS, RADIUS));
+  return grain;
+}
+
+template <class Real, int D> GrainMotion<Real, D> grain_at_rest()
+{
+  GrainMotion<Real, D> grain{};
+  grain.radius = Real(RADIUS);
+  return grain;
+}
+
+/// x along an axis.
+template <class Real, int D> Vec<Real, D> along_x(double x)
+{
+  Vec<Real, D> v = Vec<Real, D>::zero();
+  v[0] = Real(x);
+  return v;
+}
+
+/// The same numbers, where zeros may have any sign.
+template <class Number, class T> bool same_numbers(const T &x, const T &y)
+{
+  Number a[sizeof(T) / sizeof(Number)], b[sizeof(T) / sizeof(Number)];
+  std::memcpy(a, &x, sizeof(T));
+  std::memcpy(b, &y, sizeof(T));
+  return std::equal(std::begin(a), std::end(a), std::begin(b));
 }
 
 /// A touching pair that moves at random.
@@ -76,22 +122,23 @@ template <class Law> struct Sample {
   using Real = typename Law::Numbers::Real;
   using Wide = typename Law::Numbers::Wide;
 
-  DiskMotion<Real> i, j;
-  Vec<Wide, 2> branch;
-  Tensor<Real, 2> gradient;
+  static constexpr int D = Law::D;
+
+  GrainMotion<Real, D> i, j;
+  Vec<Wide, D> branch;
+  Tensor<Real, D> gradient;
   typename Law::History history;
   Real dt;
 
   explicit Sample(Random &random)
   {
-    for (DiskMotion<Real> *disk : {&i, &j})
-      *disk = {{{Real(random.uniform(-1.0, 1.0)), Real(random.uniform(-1.0, 1.0))}},
-               Real(random.uniform(-99.0, 99.0)),
-               Real(random.uniform(0.5 * RADIUS, RADIUS))};
+    i = random_grain<Real, D>(random);
+    j = random_grain<Real, D>(random);
     for (Real &x : gradient.component) x = Real(random.uniform(-20.0, 20.0));
     const double distance = static_cast<double>(sum_of_radii()) * (1.0 - random.uniform(1e-5, 0.1));
-    const double angle = random.uniform(0.0, 2.0 * kPi);
-    branch = {{Wide(distance * std::cos(angle)), Wide(distance * std::sin(angle))}};
+    Vec<double, D> direction;
+    for (double &x : direction.component) x = random.uniform(-1.0, 1.0);
+    branch = ((distance / std::sqrt(dot(direction, direction))) * direction).template as<Wide>();
     randomize(random, history);
     dt = Real(random.uniform(1e-6, 1e-4));
   }
@@ -105,7 +152,7 @@ template <class Law> struct Sample {
   }
   typename Law::Force force_from_j(const Law &law) const
   {
-    const Vec<Wide, 2> back{{-branch[0], -branch[1]}};
+    const Vec<Wide, D> back = Wide(-1) * branch;
     return law.evaluate(contact_geometry<Real>(back, sum_of_radii()), j, i, gradient,
                         Law::seen_from_partner(history), dt);
   }
@@ -134,7 +181,9 @@ template <class Law> void expect_that_a_law_has_the_parameters_that_it_says()
   // what its program leaves out of the law
   const auto is_left_out = [](MaterialMember member) {
     if (member == &MaterialNumbers::rolling_stiffness ||
-        member == &MaterialNumbers::rolling_friction)
+        member == &MaterialNumbers::rolling_friction ||
+        member == &MaterialNumbers::twisting_stiffness ||
+        member == &MaterialNumbers::twisting_friction)
       return !Law::has_rolling;
     if (member == &MaterialNumbers::normal_viscosity ||
         member == &MaterialNumbers::tangential_viscosity)
@@ -145,7 +194,7 @@ template <class Law> void expect_that_a_law_has_the_parameters_that_it_says()
   };
   for (const MaterialParameter &parameter : MATERIAL_PARAMETERS) {
     if (!parameter.of_contact()) continue;
-    const bool has_it = parameter.is_of(Law::contact_law) && !is_left_out(parameter.member);
+    const bool has_it = parameter.is_of(Law::contact_law, Law::D) && !is_left_out(parameter.member);
     EXPECT_EQ(matters<Law>(parameter.member), has_it) << parameter.name;
   }
 }
@@ -157,11 +206,12 @@ template <class Law> void expect_the_same_bits_from_both_grains()
   for (int k = 0; k < 5000; ++k) {
     const Sample<Law> sample(random);
     const auto of_i = sample.force(law), of_j = sample.force_from_j(law);
-    ASSERT_EQ(of_i.force[0], -of_j.force[0]);
-    ASSERT_EQ(of_i.force[1], -of_j.force[1]);
-    ASSERT_EQ(of_i.torque_i, of_j.torque_j);
-    ASSERT_EQ(of_i.torque_j, of_j.torque_i);
-    ASSERT_TRUE(same_bytes(of_i.history(), Law::seen_from_partner(of_j.history())));
+    using Real = typename Law::Numbers::Real;
+    using Spring = typename Law::Numbers::Spring;
+    for (int a = 0; a < Law::D; ++a) ASSERT_EQ(of_i.force[a], -of_j.force[a]);
+    ASSERT_TRUE(same_numbers<Real>(of_i.torque_i, of_j.torque_j));
+    ASSERT_TRUE(same_numbers<Real>(of_i.torque_j, of_j.torque_i));
+    ASSERT_TRUE(same_numbers<Spring>(of_i.history(), Law::seen_from_partner(of_j.history())));
     ASSERT_TRUE(
         same_bytes(sample.history, Law::seen_from_partner(Law::seen_from_partner(sample.history))));
   }
@@ -192,41 +242,58 @@ template <class Law> void expect_that_the_largest_force_is_one_of_the_contact()
   for (int k = 0; k < 2000; ++k) {
     const auto force = Sample<Law>(random).force(law);
     const double largest = static_cast<double>(Law::largest(force, 0));
-    ASSERT_GE(largest, std::fabs(static_cast<double>(force.tangential)));
+    ASSERT_GE(largest, magnitude(in_numbers<double>(force.tangential)));
     ASSERT_EQ(static_cast<double>(Law::largest(force, 1e6f)), 1e6);
   }
 }
 
-/// A disk is pressed on another one, slides and rolls on it, back and forth, and is lifted again a little: what moves it puts in what the
-/// springs hold and what the contact dissipates.
+template <class T> double power_of(T torque, T spin)
+{
+  return torque * spin;
+}
+template <class T> double power_of(const Vec<T, 3> &torque, const Vec<T, 3> &spin)
+{
+  return dot(torque, spin);
+}
+
+/// A grain is pressed on another one, slides, rolls and twists on it, back and forth, and is lifted again a little: what moves it puts in
+/// what the springs hold and what the contact dissipates.
 template <class Law> void expect_that_energy_is_balanced(bool dissipates)
 {
   using Real = typename Law::Numbers::Real;
+  using Wide = typename Law::Numbers::Wide;
+  constexpr int D = Law::D;
   const Law law = law_of<Law>(all_that_contacts_have());
   constexpr int STEPS = 200000;
   constexpr double DURATION = 0.02, DT = DURATION / STEPS;
-  const Real r = Real(RADIUS);
-  DiskMotion<Real> i{{{0, 0}}, 0, r}, j{{{0, 0}}, 0, r};
+  auto i = grain_at_rest<Real, D>(), j = i;
   typename Law::History history = typename Law::History();
-  double x = 2.0 * RADIUS - 8e-5, y = 0.0, supplied = 0.0, before = 0.0, at_start = 0.0;
+  Vec<double, D> x = along_x<double, D>(2.0 * RADIUS - 8e-5);
+  double supplied = 0.0, before = 0.0, at_start = 0.0;
   double elastic = 0.0;
   Dissipation heat{0.0, 0.0};
   for (int k = 0; k <= STEPS; ++k) {
     const double t = static_cast<double>(k) / STEPS;
-    j.velocity = {{Real(-0.02 * std::cos(2.0 * kPi * t)), Real(0.1 * std::sin(6.0 * kPi * t))}};
-    i.spin = Real(8.0 * std::sin(4.0 * kPi * t));
-    j.spin = Real(-5.0 * std::sin(10.0 * kPi * t));
-    x += static_cast<double>(j.velocity[0]) * DT;
-    y += static_cast<double>(j.velocity[1]) * DT;
+    j.velocity[0] = Real(-0.02 * std::cos(2.0 * kPi * t));
+    j.velocity[1] = Real(0.1 * std::sin(6.0 * kPi * t));
+    // counter-clockwise in the plane, and about z in space
+    spin_component(i.spin, Space<D>::spins - 1) = Real(8.0 * std::sin(4.0 * kPi * t));
+    spin_component(j.spin, Space<D>::spins - 1) = Real(-5.0 * std::sin(10.0 * kPi * t));
+    if constexpr (D == 3) {
+      j.velocity[2] = Real(0.07 * std::cos(4.0 * kPi * t));
+      i.spin[0] = Real(6.0 * std::cos(2.0 * kPi * t));
+      j.spin[0] = Real(-9.0 * std::sin(8.0 * kPi * t));
+      i.spin[1] = Real(-3.0 * std::cos(6.0 * kPi * t));
+    }
+    x = x + DT * j.velocity.template as<double>();
     const auto contact =
-        contact_geometry<Real>(Vec<typename Law::Numbers::Wide, 2>{{x, y}},
-                               static_cast<typename Law::Numbers::Wide>(2.0 * RADIUS));
+        contact_geometry<Real>(x.template as<Wide>(), static_cast<Wide>(2.0 * RADIUS));
     ASSERT_GT(contact.overlap, 0);
-    const auto force = law.evaluate(contact, i, j, Tensor<Real, 2>::zero(), history, Real(DT));
+    const auto force = law.evaluate(contact, i, j, Tensor<Real, D>::zero(), history, Real(DT));
     history = force.history();
     // of what holds the grains against the contact
-    const double power =
-        dot(force.force, j.velocity) - force.torque_i * i.spin - force.torque_j * j.spin;
+    const double power = dot(force.force, j.velocity) - power_of(force.torque_i, i.spin) -
+        power_of(force.torque_j, j.spin);
     elastic = law.elastic_energy(contact, force);
     if (k == 0)
       at_start = elastic;
@@ -260,8 +327,10 @@ template <class Law> void expect_that_the_stiffness_is_the_slope_of_the_force()
     const ContactModuli stiffness = law.stiffness(place), viscosity = law.viscosity(place);
     const double slope = (law.spring_force(after) - law.spring_force(before)) / (2.0 * step);
     EXPECT_NEAR(stiffness.normal, slope, 1e-7 * slope);
-    EXPECT_EQ(stiffness.largest(),
-              std::max({stiffness.normal, stiffness.tangential, stiffness.rolling}));
+    EXPECT_EQ(
+        stiffness.largest(),
+        std::max({stiffness.normal, stiffness.tangential, stiffness.rolling, stiffness.twisting}));
+    EXPECT_EQ(stiffness.twisting > 0.0, Law::has_rolling && Law::D == 3);
     EXPECT_EQ(stiffness.normal == most.normal, Law::has_constant_moduli);
     EXPECT_LE(stiffness.normal, most.normal);
     EXPECT_LE(stiffness.tangential, most.tangential);
@@ -276,27 +345,45 @@ template <class Law> void expect_that_the_stiffness_is_the_slope_of_the_force()
 template <class Law> void expect_that_moduli_are_those_of_small_motions()
 {
   using Real = typename Law::Numbers::Real;
+  constexpr int D = Law::D, LAST = Space<D>::spins - 1;
   const Law law = law_of<Law>(all_that_contacts_have());
-  const Real r = Real(RADIUS);
-  DiskMotion<Real> i{{{0, 0}}, 0, r}, j{{{0, 0}}, 0, r};
-  const auto contact = contact_geometry<Real>(
-      Vec<typename Law::Numbers::Wide, 2>{{1.98 * RADIUS, 0.0}}, 2.0 * RADIUS);
+  const auto i = grain_at_rest<Real, D>();
+  auto j = i;
+  const auto contact =
+      contact_geometry<Real>(along_x<typename Law::Numbers::Wide, D>(1.98 * RADIUS), 2.0 * RADIUS);
   const ContactPlace place{contact.overlap, RADIUS, RADIUS};
   const typename Law::History none = typename Law::History();
-  const auto none_moves = Tensor<Real, 2>::zero();
+  const auto none_moves = Tensor<Real, D>::zero();
   const auto at_rest = law.evaluate(contact, i, j, none_moves, none, Real(1e-6));
   EXPECT_NEAR(at_rest.normal_force, law.spring_force(place), 1e-12 * law.spring_force(place));
-  EXPECT_EQ(at_rest.tangential, 0.0);
+  EXPECT_EQ(magnitude(at_rest.tangential), 0.0);
 
   constexpr double DT = 1e-6;
   const ContactModuli stiffness = law.stiffness(place), viscosity = law.viscosity(place);
   j.velocity[1] = 1e-3;
-  const double across = law.evaluate(contact, i, j, none_moves, none, Real(DT)).tangential;
+  auto across = law.evaluate(contact, i, j, none_moves, none, Real(DT)).tangential;
   const double expected = (stiffness.tangential * DT + viscosity.tangential) * 1e-3;
-  EXPECT_NEAR(across, expected, 1e-12 * expected);
-  j.velocity = {{1e-3, 0.0}};
+  EXPECT_NEAR(spin_component(across, LAST - (D == 3 ? 1 : 0)), expected, 1e-12 * expected);
+  j.velocity = along_x<Real, D>(1e-3);
   const double along = law.evaluate(contact, i, j, none_moves, none, Real(DT)).normal_force;
   EXPECT_NEAR(along - at_rest.normal_force, -viscosity.normal * 1e-3, 1e-12 * at_rest.normal_force);
+
+  if constexpr (Law::has_rolling) {
+    // a moment for a turn of w dt against it: R^2 times the modulus of the displacement R w dt
+    const double per_turn = 0.25 * RADIUS * RADIUS * DT, turn = 1e-3;
+    j = i;
+    spin_component(j.spin, LAST) = turn;
+    const auto rolled = law.evaluate(contact, i, j, none_moves, none, Real(DT)).turned.moment;
+    const double rolling = stiffness.rolling * per_turn * turn;
+    EXPECT_NEAR(spin_component(rolled, LAST), rolling, 1e-12 * rolling);
+    if constexpr (D == 3) {
+      j.spin = along_x<Real, 3>(turn);
+      const auto twisted = law.evaluate(contact, i, j, none_moves, none, Real(DT)).turned.moment;
+      const double twisting = stiffness.twisting * per_turn * turn;
+      EXPECT_NEAR(twisted[0], twisting, 1e-12 * twisting);
+      EXPECT_EQ(twisted[1], 0.0);
+    }
+  }
 }
 
 template <class Law> void check_in_this_format()
@@ -323,7 +410,7 @@ TEST(LawsOfThePrograms, HaveTheirParametersAndAreTheSameFromBothGrains){
     SCOPED_TRACE(#name);                             \
     check_in_all_formats<law>();                     \
   }
-    RVE_PLANE_PROGRAMS(RVE_CHECK)
+    RVE_PROGRAMS(RVE_CHECK)
 #undef RVE_CHECK
 }
 
@@ -333,7 +420,7 @@ TEST(LawsOfThePrograms, BalanceTheEnergyOfAContactThatSlidesAndRolls){
     SCOPED_TRACE(#name);                                                                  \
     expect_that_energy_is_balanced<law<DoubleNumbers>>(law<DoubleNumbers>::has_friction); \
   }
-    RVE_PLANE_PROGRAMS(RVE_CHECK)
+    RVE_PROGRAMS(RVE_CHECK)
 #undef RVE_CHECK
 }
 
@@ -344,7 +431,7 @@ TEST(LawsOfThePrograms, ModuliAreThoseOfTheirForces){
     expect_that_the_stiffness_is_the_slope_of_the_force<law<DoubleNumbers>>(); \
     expect_that_moduli_are_those_of_small_motions<law<DoubleNumbers>>();       \
   }
-    RVE_PLANE_PROGRAMS(RVE_CHECK)
+    RVE_PROGRAMS(RVE_CHECK)
 #undef RVE_CHECK
 }
 
@@ -357,6 +444,6 @@ TEST(LawsOfThePrograms, ProgramsThatArePreparedAlikeHaveTheSameMemory)
     EXPECT_TRUE((std::is_same_v<Own::History, Preparing::History>) ) << #name;                 \
     EXPECT_EQ(sizeof(Own::Law::Constants), sizeof(Preparing::Law::Constants)) << #name;        \
   }
-  RVE_PLANE_PROGRAMS(RVE_CHECK)
+  RVE_PROGRAMS(RVE_CHECK)
 #undef RVE_CHECK
 }

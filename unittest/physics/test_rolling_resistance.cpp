@@ -23,7 +23,13 @@ constexpr double NORMAL_FORCE = 20.0;
 constexpr double LIMIT = FRICTION * NORMAL_FORCE;
 constexpr double DT = 1e-4;
 
-const RollingResistance<double, double> RESISTANCE{{STIFFNESS, FRICTION, 0.0}};
+/// A step with the rolling force before.
+auto roll(double force, const DiskMotion<double> &i, const DiskMotion<double> &j,
+          double normal_force)
+{
+  const TurningResistance<double, double, 2> resistance{{STIFFNESS, FRICTION, 0.0}};
+  return resistance.advance(force, {}, {}, i, j, normal_force, DT);
+}
 
 /// Disks of 5 and 3 mm, whose reduced radius is 15/8 mm.
 constexpr double REDUCED_RADIUS = 0.001875;
@@ -120,7 +126,7 @@ template <class SomeLaw> class LawWithRolling : public ::testing::Test {
       const double angle = random.uniform(0.0, 2.0 * PI);
       branch = {{Wide(distance * std::cos(angle)), Wide(distance * std::sin(angle))}};
       randomize(random, history.contact);
-      history.rolling = Spring(random.uniform(-20.0, 20.0));
+      history.turning = Spring(random.uniform(-20.0, 20.0));
       dt = Real(random.uniform(0.0, 1e-4));
     }
 
@@ -147,11 +153,11 @@ TEST(RollingResistance, SpringGrowsByItsStiffnessTimesTheReducedRadiusTimesTheRe
 {
   const double turn = spin_for(0.25);
 
-  const auto one = RESISTANCE.advance(0.0, first(3.0), second(3.0 + turn), NORMAL_FORCE, DT);
-  const auto two = RESISTANCE.advance(one.force, first(3.0), second(3.0 + turn), NORMAL_FORCE, DT);
+  const auto one = roll(0.0, first(3.0), second(3.0 + turn), NORMAL_FORCE);
+  const auto two = roll(one.history, first(3.0), second(3.0 + turn), NORMAL_FORCE);
 
-  EXPECT_NEAR(one.force, STIFFNESS * REDUCED_RADIUS * turn * DT, 1e-13 * LIMIT);
-  EXPECT_NEAR(two.force, 0.5 * LIMIT, 1e-13 * LIMIT);
+  EXPECT_NEAR(one.history, STIFFNESS * REDUCED_RADIUS * turn * DT, 1e-13 * LIMIT);
+  EXPECT_NEAR(two.history, 0.5 * LIMIT, 1e-13 * LIMIT);
   // the first disk is taken along by the second, which turns faster
   EXPECT_NEAR(two.moment, REDUCED_RADIUS * 0.5 * LIMIT, 1e-13 * LIMIT * REDUCED_RADIUS);
   EXPECT_EQ(two.slipped, 0.0);
@@ -160,10 +166,10 @@ TEST(RollingResistance, SpringGrowsByItsStiffnessTimesTheReducedRadiusTimesTheRe
 TEST(RollingResistance, LimitCapsTheForceInBothDirections)
 {
   for (const double direction : {1.0, -1.0}) {
-    const auto rolled = RESISTANCE.advance(direction * 0.9 * LIMIT, first(0.0),
-                                           second(direction * spin_for(0.25)), NORMAL_FORCE, DT);
+    const auto rolled =
+        roll(direction * 0.9 * LIMIT, first(0.0), second(direction * spin_for(0.25)), NORMAL_FORCE);
 
-    EXPECT_EQ(rolled.force, direction * LIMIT);
+    EXPECT_EQ(rolled.history, direction * LIMIT);
     EXPECT_NEAR(rolled.slipped, direction * 0.15 * LIMIT, 1e-13 * LIMIT);
     EXPECT_NEAR(rolled.moment, direction * REDUCED_RADIUS * FRICTION * NORMAL_FORCE,
                 1e-15 * REDUCED_RADIUS * LIMIT);
@@ -175,16 +181,16 @@ TEST(RollingResistance, ReversedRollingUnloadsTheSpringFirst)
   double force = LIMIT;    // rolled forward for long
 
   for (int step = 0; step < 8; ++step)
-    force = RESISTANCE.advance(force, first(0.0), second(-spin_for(0.25)), NORMAL_FORCE, DT).force;
+    force = roll(force, first(0.0), second(-spin_for(0.25)), NORMAL_FORCE).history;
 
   EXPECT_NEAR(force, -LIMIT, 1e-12 * LIMIT);
 }
 
 TEST(RollingResistance, LimitFollowsTheNormalForce)
 {
-  const auto rolled = RESISTANCE.advance(LIMIT, first(0.0), second(0.0), 0.5 * NORMAL_FORCE, DT);
+  const auto rolled = roll(LIMIT, first(0.0), second(0.0), 0.5 * NORMAL_FORCE);
 
-  EXPECT_EQ(rolled.force, 0.5 * LIMIT);
+  EXPECT_EQ(rolled.history, 0.5 * LIMIT);
   EXPECT_EQ(rolled.slipped, 0.5 * LIMIT);
 }
 
@@ -192,8 +198,8 @@ TEST(RollingResistance, EqualSpinsDoNotMoveTheSpring)
 {
   const double force = 0.3 * LIMIT;
   for (const double spin : {0.0, 12.0, -777.7}) {
-    const auto rolled = RESISTANCE.advance(force, first(spin), second(spin), NORMAL_FORCE, DT);
-    EXPECT_EQ(rolled.force, force);
+    const auto rolled = roll(force, first(spin), second(spin), NORMAL_FORCE);
+    EXPECT_EQ(rolled.history, force);
   }
 }
 
@@ -204,7 +210,7 @@ TEST(RollingResistance, HistoryOfTheOtherGrainHasTheOppositeMomentAndTheSameTang
   const auto other = RollingSprings<DoubleNumbers>::seen_from_partner(history);
 
   EXPECT_EQ(other.contact, 3.0);
-  EXPECT_EQ(other.rolling, 0.5);
+  EXPECT_EQ(other.turning, 0.5);
   EXPECT_EQ(DampedSprings<DoubleNumbers>::seen_from_partner(3.0), 3.0);    // without rolling
 }
 
@@ -226,9 +232,9 @@ TYPED_TEST(LawWithRolling, ExchangeOfTheGrainsGivesTheSameBitsSeenFromTheOtherSi
     ASSERT_TRUE(same_bits(of_i.torque_j, of_j.torque_i));
     const auto back = law.seen_from_partner(of_j.history());
     ASSERT_TRUE(same_bits(of_i.history().contact, back.contact));
-    ASSERT_TRUE(same_bits(of_i.history().rolling, back.rolling));
-    ASSERT_EQ(of_i.rolling_slipped, -of_j.rolling_slipped);
-    ++(of_i.rolling_slipped != 0 ? at_limit : below);
+    ASSERT_TRUE(same_bits(of_i.history().turning, back.turning));
+    ASSERT_EQ(of_i.turned.slipped, -of_j.turned.slipped);
+    ++(of_i.turned.slipped != 0 ? at_limit : below);
   }
   EXPECT_GT(at_limit, 1000);
   EXPECT_GT(below, 1000);
@@ -245,8 +251,8 @@ TYPED_TEST(LawWithRolling, MomentsAreOppositeAndTheForceIsThatWithoutRolling)
     const auto with = law.evaluate(s.contact(), s.i, s.j, s.gradient, s.history, s.dt);
     const auto without =
         contact_law.evaluate(s.contact(), s.i, s.j, s.gradient, s.history.contact, s.dt);
-    const auto rolled =
-        law.rolling.advance(s.history.rolling, s.i, s.j, contact_law.limiting_force(without), s.dt);
+    const auto rolled = law.resistance.advance(s.history.turning, {}, {}, s.i, s.j,
+                                               contact_law.limiting_force(without), s.dt);
 
     ASSERT_TRUE(same_bits(with.force, without.force));
     ASSERT_TRUE(same_bits(with.spring, without.spring));
@@ -269,7 +275,7 @@ TYPED_TEST(LawWithRolling, CoefficientOfZeroGivesTheBitsOfTheLawWithoutRolling)
 
     ASSERT_TRUE(same_bits(with.torque_i, without.torque_i));
     ASSERT_TRUE(same_bits(with.torque_j, without.torque_j));
-    ASSERT_EQ(with.rolling, 0);
+    ASSERT_EQ(with.turned.history, 0);
   }
 }
 
@@ -290,7 +296,7 @@ TYPED_TEST(LawWithRolling, IsThatOfLammpsRollingSds)
     const double relrot = static_cast<double>(s.i.spin) - static_cast<double>(s.j.spin);
     // our history as the displacement along relrot x n = relrot (-n_y, n_x)
     const double t[2] = {-n[1], n[0]};
-    const double xi_before = -static_cast<double>(s.history.rolling) / k_r;
+    const double xi_before = -static_cast<double>(s.history.turning) / k_r;
     double fr[2];
     for (int a = 0; a < 2; ++a)
       fr[a] = -k_r * t[a] * (xi_before + reduced * relrot * static_cast<double>(s.dt));
@@ -309,10 +315,12 @@ TYPED_TEST(LawWithRolling, IsThatOfLammpsRollingSds)
     for (double &f : fr) f *= size > critical ? critical / size : 1.0;
     const double torque_on_i = reduced * (n[0] * fr[1] - n[1] * fr[0]);
     const auto moment =
-        law.rolling.advance(s.history.rolling, s.i, s.j, law.limiting_force(result), s.dt).moment;
+        law.resistance
+            .advance(s.history.turning, {}, {}, s.i, s.j, law.limiting_force(result), s.dt)
+            .moment;
     // of the numbers that are added up, which may cancel
     const double error = 16.0 * std::numeric_limits<typename TestFixture::Real>::epsilon() *
-        reduced * (std::fabs(static_cast<double>(s.history.rolling)) + size + critical);
+        reduced * (std::fabs(static_cast<double>(s.history.turning)) + size + critical);
     ASSERT_NEAR(static_cast<double>(moment), torque_on_i, error);
   }
 }

@@ -1,6 +1,8 @@
 // Kinematics of a contact of two spheres, and the tangential force that it remembers.
 
 #include "rve/core/numbers.h"
+#include "rve/physics/laws/dmt_adhesion.h"
+#include "rve/physics/laws/hertz_mindlin.h"
 #include "rve/physics/laws/linear_friction.h"
 #include "support/random.h"
 
@@ -364,4 +366,287 @@ TYPED_TEST(VectorSpringOf, DashpotActsBesideTheSpringUnderTheSameLimit)
   EXPECT_NEAR(sliding.force[0], LIMIT, 4 * epsilon * LIMIT);
   // the spring begins the next step with the limit less what the dashpot carries
   EXPECT_NEAR(sliding.spring[0], LIMIT - 50.0 * along_x<Real>(3.0)[0], 64 * epsilon * LIMIT);
+}
+
+// ---- laws of spheres ----
+
+namespace {
+
+constexpr double RADIUS = 0.005;    // [m]
+
+Material sphere_material()
+{
+  Material material;
+  material.normal_stiffness = 1e6;
+  material.tangential_stiffness = 0.8e6;
+  material.friction = 0.5;
+  material.hertz_stiffness = 1e9;
+  material.mindlin_stiffness = 0.8e9;
+  material.mindlin_displacement = 1.0;
+  material.surface_energy = 20.0;
+  material.rolling_stiffness = 4e5;
+  material.rolling_friction = 0.1;
+  material.twisting_stiffness = 2.0;
+  material.twisting_friction = 2e-4;
+  material.density = 2650.0;
+  return material;
+}
+
+template <class Law> Law law_of(const Material &material)
+{
+  typename Law::Constants constants;
+  constants.set(material, LawUnits::same(), 0.5);
+  Law law;
+  law.take(constants);
+  return law;
+}
+
+using Springs = SphereSprings<DoubleNumbers>;
+using RollingSpheres = SphereRollingSprings<DoubleNumbers>;
+using Hertz = SphereHertzMindlin<DoubleNumbers>;
+
+const Tensor<double, 3> STILL = Tensor<double, 3>::zero();
+
+/// Two equal spheres at rest, one behind the other along x.
+struct Equal {
+  SphereMotion<double> i{Vector::zero(), Vector::zero(), RADIUS}, j = i;
+  Vector branch;
+
+  explicit Equal(double overlap) : branch{{2.0 * RADIUS - overlap, 0.0, 0.0}} {}
+  ContactGeometry<double, 3> contact() const
+  {
+    return contact_geometry<double>(branch, 2.0 * RADIUS);
+  }
+};
+
+template <class Law> class SphereLaw : public ::testing::Test {
+};
+using SphereLaws =
+    ::testing::Types<SphereSprings<DoubleNumbers>, SphereRollingSprings<DoubleNumbers>,
+                     SphereHertzMindlin<DoubleNumbers>, SphereRollingHertz<DoubleNumbers>,
+                     SphereDmtAdhesion<DoubleNumbers>, SphereRollingDmt<DoubleNumbers>>;
+TYPED_TEST_SUITE(SphereLaw, SphereLaws);
+
+}    // namespace
+
+TYPED_TEST(SphereLaw, HistoriesTurnWithARigidRotationAboutAnyAxis)
+{
+  // also about the normal, and about an axis across it
+  const auto law = law_of<TypeParam>(sphere_material());
+  Random random(10);
+  for (int sample = 0; sample < 12; ++sample) {
+    Equal pair(1e-4);
+    const Vector normal = unit(random_vector<double>(random, 1.0));
+    const Vector axis = sample == 0 ? normal : unit(random_vector<double>(random, 1.0));
+    pair.branch = (2.0 * RADIUS - 1e-4) * normal;
+    // what loads all springs, below their limits
+    pair.j.velocity = across(normal, random_vector<double>(random, 1.0));
+    pair.j.spin = random_vector<double>(random, 50.0);
+    auto before = law.evaluate(pair.contact(), pair.i, pair.j, STILL, {}, 1e-6);
+
+    const int steps = 4000;
+    const double dt = 1e-5, rate = 2.0 / (steps * dt);    // an angle of 2
+    const Vector w = rate * axis;
+    const Tensor<double, 3> turning{{0.0, -w[2], w[1], w[2], 0.0, -w[0], -w[1], w[0], 0.0}};
+    pair.i.spin = pair.j.spin = w;
+    pair.i.velocity = pair.j.velocity = Vector::zero();
+    auto after = before;
+    for (int k = 1; k <= steps; ++k) {
+      // relative velocity of the middle of the step, as the engine has it
+      pair.branch = (2.0 * RADIUS - 1e-4) * rotated(normal, axis, 2.0 * k / steps);
+      const Vector middle = (2.0 * RADIUS - 1e-4) * rotated(normal, axis, 2.0 * (k - 0.5) / steps);
+      pair.j.velocity = cross(w, middle) - turning * pair.branch;
+      after = law.evaluate(pair.contact(), pair.i, pair.j, turning, after.history(), dt);
+    }
+
+    // the square of the angle of a step; and slip by its third power, in a stiff spring
+    const double error = 1e-6, angle = 2.0 / steps;
+    const double slip = 0.8e6 * 2.0 * RADIUS * steps * angle * angle * angle / 8.0;
+    EXPECT_LT(length(after.spring - rotated(before.spring, axis, 2.0)),
+              error * length(before.spring) + 1.1 * slip);
+    EXPECT_GT(length(before.spring), 100.0 * slip);
+    if constexpr (TypeParam::has_rolling) {
+      const auto &was = before.turned.history, &is = after.turned.history;
+      EXPECT_GT(length(was.rolling), 0.0);
+      EXPECT_LT(length(is.rolling - rotated(was.rolling, axis, 2.0)), error * length(was.rolling));
+      EXPECT_EQ(is.twisting, was.twisting);
+    }
+  }
+}
+
+TYPED_TEST(SphereLaw, TurningAnRveTurnsWhatAPairRemembers)
+{
+  const auto law = law_of<TypeParam>(sphere_material());
+  Random random(11);
+  const Vector axis = unit(random_vector<double>(random, 1.0));
+  Tensor<double, 3> rotation;
+  for (int b = 0; b < 3; ++b) {
+    Vector e = Vector::zero();
+    e[b] = 1.0;
+    const Vector column = rotated(e, axis, 0.7);
+    for (int a = 0; a < 3; ++a) rotation(a, b) = column[a];
+  }
+  Pair pair = random_pair(random);
+  for (SphereMotion<double> *grain : {&pair.i, &pair.j}) grain->spin = 30.0 * grain->spin;
+  const auto here = law.evaluate(pair.contact, pair.i, pair.j, STILL, {}, 1e-6);
+  Pair turned = pair;
+  for (SphereMotion<double> *grain : {&turned.i, &turned.j}) {
+    grain->velocity = rotation * grain->velocity;
+    grain->spin = rotation * grain->spin;
+  }
+  turned.contact =
+      contact_geometry<double>(rotation * pair.contact.branch, pair.i.radius + pair.j.radius);
+  const auto there = law.evaluate(turned.contact, turned.i, turned.j, STILL, {}, 1e-6);
+
+  const Vector expected = rotation * here.force;
+  EXPECT_LT(length(there.force - expected), 1e-12 * length(expected));
+  const Vector torque = rotation * here.torque_i;
+  EXPECT_LT(length(there.torque_i - torque), 1e-12 * length(torque));
+  const auto history = TypeParam::turned(here.history(), rotation), other = there.history();
+  constexpr std::size_t COUNT = sizeof(history) / sizeof(double);
+  double a[COUNT], b[COUNT], largest = 0.0;
+  std::memcpy(a, &history, sizeof(history));
+  std::memcpy(b, &other, sizeof(other));
+  for (const double x : a) largest = std::fmax(largest, std::fabs(x));
+  for (std::size_t k = 0; k < COUNT; ++k) EXPECT_NEAR(a[k], b[k], 1e-12 * largest);
+}
+
+TEST(SphereRolling, ResistsRollingAboutAxesAcrossTheNormalOnly)
+{
+  const auto law = law_of<RollingSpheres>(sphere_material());
+  Equal pair(1e-5);
+  const double dt = 1e-6, reduced_radius = 0.5 * RADIUS;
+  pair.j.spin = {{0.0, 3.0, 4.0}};
+  const auto rolled = law.evaluate(pair.contact(), pair.i, pair.j, STILL, {}, dt).turned;
+  // R^2 k_r times the relative turn: the first sphere is taken along
+  const double moment = reduced_radius * reduced_radius * 4e5 * dt;
+  EXPECT_NEAR(rolled.moment[0], 0.0, 1e-12 * moment);
+  EXPECT_NEAR(rolled.moment[1], 3.0 * moment, 1e-12 * moment);
+  EXPECT_NEAR(rolled.moment[2], 4.0 * moment, 1e-12 * moment);
+  EXPECT_EQ(rolled.history.twisting, 0.0);
+
+  pair.j.spin = {{5.0, 0.0, 0.0}};
+  const auto twisted = law.evaluate(pair.contact(), pair.i, pair.j, STILL, {}, dt).turned;
+  EXPECT_NEAR(twisted.moment[0], 2.0 * 5.0 * dt, 1e-12 * 2.0 * dt);
+  EXPECT_EQ(length(twisted.history.rolling), 0.0);
+}
+
+TEST(SphereRolling, MomentsEndAtTheirLimits)
+{
+  const auto law = law_of<RollingSpheres>(sphere_material());
+  Equal pair(1e-5);
+  const double force = 1e6 * 1e-5;
+  pair.j.spin = {{1e5, 3e5, 4e5}};
+  const auto turned = law.evaluate(pair.contact(), pair.i, pair.j, STILL, {}, 1e-3).turned;
+
+  const double rolling = 0.5 * RADIUS * 0.1 * force;
+  EXPECT_NEAR(turned.moment[0], 2e-4 * force, 1e-12 * force);
+  EXPECT_NEAR(turned.moment[1], 0.6 * rolling, 1e-12 * rolling);
+  EXPECT_NEAR(turned.moment[2], 0.8 * rolling, 1e-12 * rolling);
+}
+
+TEST(SphereRolling, SlowsASpinDownByItsLimit)
+{
+  // two spheres, pressed on each other without friction, that spin in opposite directions: both lose M t / I, by rolling about an axis across
+  // the normal, by twisting about the normal
+  Material material = sphere_material();
+  material.friction = 0.0;
+  const auto law = law_of<RollingSpheres>(material);
+  const double force = 1e6 * 1e-5, inertia = 0.4 * 2650.0 * 4.0 / 3.0 * PI * std::pow(RADIUS, 5);
+  for (const bool twists : {false, true}) {
+    Equal pair(1e-5);
+    const Vector axis{{twists ? 1.0 : 0.0, twists ? 0.0 : 0.6, twists ? 0.0 : 0.8}};
+    const double limit = twists ? 2e-4 * force : 0.5 * RADIUS * 0.1 * force;
+    const double begin = 300.0, dt = 1e-8, duration = 0.5 * begin * inertia / limit;
+    pair.i.spin = begin * axis;
+    pair.j.spin = -begin * axis;
+    typename RollingSpheres::History history{};
+    const int steps = static_cast<int>(duration / dt);
+    for (int k = 0; k < steps; ++k) {
+      const auto answer = law.evaluate(pair.contact(), pair.i, pair.j, STILL, history, dt);
+      history = answer.history();
+      pair.i.spin = pair.i.spin + (dt / inertia) * answer.torque_i;
+      pair.j.spin = pair.j.spin + (dt / inertia) * answer.torque_j;
+    }
+    // until the limit is reached the moment grows along a quarter of a wave, and falls short of it by half its way
+    EXPECT_LT(length(pair.i.spin - (0.5 * begin) * axis), 0.01 * begin);
+    EXPECT_LT(length(pair.i.spin + pair.j.spin), 1e-12 * begin);
+  }
+}
+
+TEST(SphereRolling, TurnsToTheOtherGrainWithoutAChange)
+{
+  // the relative spin and the normal both turn round
+  const RollingSpheres::History history{{{1.0, 2.0, 3.0}}, {{{4.0, 5.0, 6.0}}, 7.0}};
+  const auto other = RollingSpheres::seen_from_partner(history);
+
+  EXPECT_TRUE(opposite_bits(history.contact, other.contact));
+  EXPECT_TRUE(same_bits(history.turning, other.turning));
+}
+
+TEST(SphereHertz, PressesWithThePowerThreeHalvesOfTheOverlap)
+{
+  const auto law = law_of<Hertz>(sphere_material());
+  for (const double overlap : {1e-7, 1e-5, 1e-4}) {
+    Equal pair(overlap);
+    const double d = pair.contact().overlap;
+    const auto pressed = law.evaluate(pair.contact(), pair.i, pair.j, STILL, {}, 1e-6);
+    const double force = 1e9 * std::sqrt(0.5 * RADIUS) * std::pow(d, 1.5);
+    EXPECT_NEAR(pressed.normal_force, force, 1e-13 * force);
+    EXPECT_NEAR(pressed.force[0], -force, 1e-13 * force);
+    EXPECT_NEAR(law.elastic_energy(pair.contact(), pressed), 0.4 * force * d,
+                1e-13 * 0.4 * force * d);
+  }
+}
+
+TEST(SphereHertz, TangentialForceIsKeptAsTheVariantSays)
+{
+  // loaded along the contact, then pressed and released to the contact radius of before, and to half of it
+  const double deep = 1e-4, loaded[] = {0.3, 0.4};
+  const double growth = 2.0, shrinkage = 0.5;    // of the contact radius
+  const struct {
+    double variant, grown, shrunk;
+  } cases[] = {{0.0, 1.0, 1.0},    // mindlin/force
+               {1.0, growth, shrinkage},
+               {2.0, 1.0, shrinkage},                    // mindlin_rescale/force
+               {3.0, growth, shrinkage * shrinkage}};    // mindlin_rescale
+  for (const auto &one : cases) {
+    Material material = sphere_material();
+    material.mindlin_displacement = one.variant;
+    material.friction = 1e3;
+    const auto law = law_of<Hertz>(material);
+    Equal pair(deep);
+    pair.j.velocity = {{0.0, loaded[0], loaded[1]}};
+    const auto held = law.evaluate(pair.contact(), pair.i, pair.j, STILL, {}, 1e-6);
+    pair.j.velocity = Vector::zero();
+    const auto kept = [&](double overlap) {
+      Equal there(overlap);
+      const auto force =
+          law.evaluate(there.contact(), there.i, there.j, STILL, held.history(), 1e-6).tangential;
+      EXPECT_NEAR(force[1] * loaded[1], force[2] * loaded[0], 1e-12 * length(force));
+      return length(force) / length(held.tangential);
+    };
+    EXPECT_NEAR(kept(deep * growth * growth), one.grown, 1e-10) << one.variant;
+    EXPECT_NEAR(kept(deep * shrinkage * shrinkage), one.shrunk, 1e-10) << one.variant;
+  }
+}
+
+TEST(SphereDmt, IsPulledApartByFourPiTimesSurfaceEnergyAndReducedRadius)
+{
+  const Material material = sphere_material();
+  const auto law = law_of<SphereDmtAdhesion<DoubleNumbers>>(material);
+  const double pull_off = 4.0 * PI * 20.0 * 0.5 * RADIUS;
+  double strongest = 0.0;
+  for (double overlap = 1e-4; overlap > 1e-13; overlap *= 0.5) {
+    Equal pair(overlap);
+    const auto force = law.evaluate(pair.contact(), pair.i, pair.j, STILL, {}, 1e-6);
+    strongest = std::fmin(strongest, force.normal_force);
+    // friction is a share of what spring and attraction press together
+    const double spring = 1e9 * std::sqrt(0.5 * RADIUS) * std::pow(pair.contact().overlap, 1.5);
+    EXPECT_NEAR(force.limiting_force, spring + pull_off, 1e-12 * (spring + pull_off));
+  }
+  EXPECT_NEAR(strongest, -pull_off, 1e-8 * pull_off);
+  // by itself the contact is as deep as spring and attraction balance
+  const double rest = std::pow(pull_off / (1e9 * std::sqrt(0.5 * RADIUS)), 2.0 / 3.0);
+  EXPECT_NEAR(law.spring_force({rest, RADIUS, RADIUS}), 0.0, 1e-12 * pull_off);
 }

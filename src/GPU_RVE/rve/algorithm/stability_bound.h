@@ -221,7 +221,7 @@ inline namespace RVE_ISA {
     const auto relative_moduli = [&](const ContactPlace &place) {
       const ContactModuli moduli = moduli_at(law, kind, call.units.length, place);
       return ContactModuli{moduli.normal / largest, moduli.tangential / largest,
-                           moduli.rolling / largest};
+                           moduli.rolling / largest, moduli.twisting / largest};
     };
     // of a mass in units of that of a grain of radius one
     const auto inverse_mass = [](double r) {
@@ -238,37 +238,41 @@ inline namespace RVE_ISA {
     });
     const double smallest = -block.max_array(n, arrays.value);
     const ContactModuli coming = relative_moduli({coming_deep, smallest, smallest});
-    // of two of the lightest grains: along the normal, along the contact with arms of a radius, and rolling
-    const double of_pair = 2.0 * lightest *
-        larger(coming.normal,
-               (1.0 + 1.0 / kInertia) * coming.tangential + coming.rolling / kInertia);
+    // of two of the lightest grains: along the normal, and along the contact with arms of a radius. What rolls is fastest where it rolls on
+    // a large partner, and then on its own; twisting has the angles of both.
+    const double turning =
+        larger(2.0 * (1.0 + 1.0 / kInertia) * coming.tangential + coming.rolling / kInertia,
+               0.5 / kInertia * coming.twisting);
+    const double of_pair = lightest * larger(2.0 * coming.normal, turning);
     block.for_each(n, [&](Item item) {
-      visit_contacts(call, step, item,
-                     [&](int first, int second, const auto &one, const auto &other,
-                         const auto &contact, typename Scene::History) {
-                       const ContactModuli moduli = relative_moduli(place_of(contact, one, other));
-                       const auto normal = contact.normal.template as<double>();
-                       const double overlap = static_cast<double>(contact.overlap);
-                       const int grain[2] = {first, second};
-                       for (int side = 0; side < 2; ++side) {
-                         const double r = static_cast<double>(shared.radius[grain[side]]);
-                         // shares of the moment of inertia: arms and the reduced radius are no longer than the radius
-                         const double arm = 1.0 - 0.5 * (overlap / r);
-                         const double turning = arm * arm * moduli.tangential + moduli.rolling;
-                         int k = 0;
-                         for (int a = 0; a < 3; ++a)
-                           for (int b = a; b < 3; ++b, ++k) {
-                             const double nn = normal[a] * normal[b],
-                                          across = (a == b ? 1.0 : 0.0) - nn;
-                             std::int64_t translation, rotation;
-                             round_to(per_unit * (moduli.normal * nn + moduli.tangential * across),
-                                      translation);
-                             round_to(per_unit * (turning * across), rotation);
-                             block.accumulate(&arrays.block[k * n + grain[side]], translation);
-                             block.accumulate(&arrays.block[(6 + k) * n + grain[side]], rotation);
-                           }
-                       }
-                     });
+      visit_contacts(
+          call, step, item,
+          [&](int first, int second, const auto &one, const auto &other, const auto &contact,
+              typename Scene::History) {
+            const ContactModuli moduli = relative_moduli(place_of(contact, one, other));
+            const auto normal = contact.normal.template as<double>();
+            const double overlap = static_cast<double>(contact.overlap);
+            const int grain[2] = {first, second};
+            for (int side = 0; side < 2; ++side) {
+              const double r = static_cast<double>(shared.radius[grain[side]]),
+                           other_r = static_cast<double>(shared.radius[grain[1 - side]]);
+              // in lengths of surfaces: arms and the reduced radius, over the radius
+              const double arm = 1.0 - 0.5 * (overlap / r), share = other_r / (r + other_r);
+              const double turning = arm * arm * moduli.tangential + share * share * moduli.rolling;
+              const double twisting = share * share * moduli.twisting;
+              int k = 0;
+              for (int a = 0; a < 3; ++a)
+                for (int b = a; b < 3; ++b, ++k) {
+                  const double nn = normal[a] * normal[b], across = (a == b ? 1.0 : 0.0) - nn;
+                  std::int64_t translation, rotation;
+                  round_to(per_unit * (moduli.normal * nn + moduli.tangential * across),
+                           translation);
+                  round_to(per_unit * (turning * across + twisting * nn), rotation);
+                  block.accumulate(&arrays.block[k * n + grain[side]], translation);
+                  block.accumulate(&arrays.block[(6 + k) * n + grain[side]], rotation);
+                }
+            }
+          });
     });
     block.for_each(n, [&](Item i) {
       double sum[2];

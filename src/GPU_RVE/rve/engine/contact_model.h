@@ -13,7 +13,7 @@ namespace rve {
 
 template <int D> struct RveStateOf;
 
-/// The contact law, and whether pairs remember rolling forces: from these follow the memory of an RVE and the programs that advance it.
+/// The contact law, and whether pairs remember rolling forces and twisting moments: from these follow the memory of an RVE and the programs that advance it.
 struct ContactModel {
   ContactLaw law = ContactLaw::Linear;
   bool rolling = false;
@@ -46,8 +46,8 @@ ContactModel contacts_of(const std::vector<RveStateOf<D>> &states,
 /// The law of that word; throws InputError, with those there are, if there is none.
 ContactLaw contact_law_of(const std::string &word);
 
-/// The numbers that a material of its law has, in the order of restart records.
-std::vector<MaterialMember> parameters_of(ContactLaw law);
+/// The numbers that a material of its law has, of disks or of spheres, in the order of restart records.
+std::vector<MaterialMember> parameters_of(ContactLaw law, int dimension = 2);
 
 }    // namespace rve
 

@@ -13,13 +13,13 @@ namespace {
 
   /// Largest number that a contact may add to a sum of forces or torques, over its normal force: |f| = sqrt(1 + mu^2) f_n, or the moment
   /// (a mu + R mu_r) f_n. In internal units an arm a is below 1/2 and the reduced radius R below 1/4. Infinite where the normal force
-  /// bounds no other.
+  /// bounds no other, and where it bounds a twisting moment, by a length of the material.
   double possible_obliquity(const Material &material)
   {
     const bool is_bounded = with_law(material, [](const auto &law) {
       return law.bounds_tangential_forces;
     });
-    if (!is_bounded) return std::numeric_limits<double>::infinity();
+    if (!is_bounded || resists_twisting(material)) return std::numeric_limits<double>::infinity();
     const double force = std::sqrt(1.0 + material.friction * material.friction);
     const double moment = 0.5 * material.friction + 0.25 * material.rolling_friction;
     return resists_rolling(material) ? std::max(force, moment) : force;
@@ -64,10 +64,13 @@ bool all_forces_count(const Material &material)
   return possible_obliquity(material) > LARGEST_OBLIQUITY;
 }
 
-// over the largest of f_n, f_t and f_r/2, |f| is at most sqrt(2), and a moment 1/2 + 2/4.
-double obliquity_of(const Material &material)
+// over the largest of f_n, f_t and f_r/2, |f| is at most sqrt(2), and a moment 1/2 + 2/4. In space that is of components, which are at
+// least 1/sqrt(3) of a vector: sqrt(1 + 3), and of moments sqrt(3) as much and the twisting one, which counts beside f_r/2.
+double obliquity_of(const Material &material, int dimension)
 {
-  return all_forces_count(material) ? std::sqrt(2.0) : possible_obliquity(material);
+  if (!all_forces_count(material)) return possible_obliquity(material);
+  if (dimension == 2) return std::sqrt(2.0);
+  return resists_twisting(material) ? 1.0 + std::sqrt(3.0) : 2.0;
 }
 
 }    // namespace rve

@@ -23,7 +23,7 @@ bool is_viscous(const Material &material);
 bool all_forces_count(const Material &material);
 
 /// Largest number that a contact may add to a sum of forces or torques, over its force that counts.
-double obliquity_of(const Material &material);
+double obliquity_of(const Material &material, int dimension);
 
 }    // namespace rve
 

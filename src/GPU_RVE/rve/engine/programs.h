@@ -18,7 +18,8 @@ namespace rve {
 ///
 /// The leanest one first: of those with the memory of an RVE the first one serves a call that has what the call needs
 /// (engine/program_choice.h). They give the same bits where a scene needs no more than the lesser one has. Frictionless: of RVEs without
-/// friction and without tangential forces. The last one of a contact law has rolling resistance.
+/// friction and without tangential forces. The last one of a contact law has rolling resistance, that of
+/// spheres resistance to twisting, too.
 // clang-format off
 #define RVE_PLANE_PROGRAMS(program)                                    \
   program(Frictionless, NormalSprings,     false, true,  General)      \
@@ -31,9 +32,14 @@ namespace rve {
   program(DmtRolling,   RollingDmt,        true,  false, DmtRolling)
 
 // of spheres
-#define RVE_SPATIAL_PROGRAMS(program) \
-  program(PlainSpheres, FrictionalSphereSprings, false, true,  Spheres) \
-  program(Spheres,      SphereSprings,           true,  false, Spheres)
+#define RVE_SPATIAL_PROGRAMS(program)                                                    \
+  program(PlainSpheres,       FrictionalSphereSprings, false, true,  Spheres)            \
+  program(Spheres,            SphereSprings,           true,  false, Spheres)            \
+  program(SpheresRolling,     SphereRollingSprings,    true,  false, SpheresRolling)     \
+  program(SphereHertz,        SphereHertzMindlin,      true,  false, SphereHertz)        \
+  program(SphereHertzRolling, SphereRollingHertz,      true,  false, SphereHertzRolling) \
+  program(SphereDmt,          SphereDmtAdhesion,       true,  false, SphereDmt)          \
+  program(SphereDmtRolling,   SphereRollingDmt,        true,  false, SphereDmtRolling)
 // clang-format on
 
 #define RVE_PROGRAMS(program) RVE_PLANE_PROGRAMS(program) RVE_SPATIAL_PROGRAMS(program)

@@ -271,7 +271,7 @@ namespace {
 template <int D> void set_material_in(ImageHeader<D> &header, const Material &material)
 {
   header.material = material;
-  header.obliquity = obliquity_of(material);
+  header.obliquity = obliquity_of(material, D);
   header.inverse_obliquity = 1.0 / header.obliquity;
   header.all_forces_count = all_forces_count(material) ? 1 : 0;
 }

@@ -111,23 +111,25 @@ namespace {
               "; it must lie in [0, 1)";
         });
         return;
-      case MaterialRange::Switch:
-        require(value == 0.0 || value == 1.0, [&] {
-          return std::string(parameter.what) + " is " + number(value) + "; it must be 0 or 1";
+      case MaterialRange::Choice:
+        require(value == 0.0 || value == 1.0 || value == 2.0 || value == 3.0, [&] {
+          return std::string(parameter.what) + " is " + number(value) + "; it must be 0, 1, 2 or 3";
         });
     }
   }
 
-  void check_material(const Material &material)
+  template <int D> void check_material(const Material &material)
   {
     for (const MaterialParameter &parameter : MATERIAL_PARAMETERS) {
       const double value = material.*parameter.member;
-      if (parameter.is_of(material.law))
+      if (parameter.is_of(material.law, D))
         check_parameter(value, parameter);
       else
         require(value == 0.0, [&] {
           return std::string(parameter.what) + " is " + number(value) + " " + parameter.unit +
-              ", and the contact law " + word_of(material.law) + " has no such parameter";
+              ", and the contact law " + word_of(material.law) +
+              (parameter.is_of(material.law, parameter.dimension) ? " of disks" : "") +
+              " has no such parameter";
         });
     }
   }
@@ -145,7 +147,7 @@ namespace {
     const ContactPlace deep{radius, radius, radius};
     double force;
     ContactModuli stiffness, viscosity;
-    with_law(material, [&](const auto &law) {
+    with_law<D>(material, [&](const auto &law) {
       force = law.spring_force(deep);
       stiffness = law.stiffness(deep);
       viscosity = law.viscosity(deep);
@@ -155,7 +157,8 @@ namespace {
     const std::pair<double, const char *> moduli[] = {
         {stiffness.normal, "the normal stiffness"},
         {stiffness.tangential, "the tangential stiffness"},
-        {stiffness.rolling, "the rolling stiffness"}};
+        {stiffness.rolling, "the rolling stiffness"},
+        {stiffness.twisting, "the twisting stiffness over the squared reduced radius"}};
     for (const auto &[modulus, what] : moduli)
       if (modulus > 0.0)
         require_positive(modulus / mass, std::string(what) + " over the mass" + whose,
@@ -344,7 +347,7 @@ namespace {
                   "no padding may enter the record");
     static_assert(std::is_trivially_copyable<decltype(state.cell)>::value,
                   "tensors are copied as bytes");
-    for (const MaterialMember member : parameters_of(state.material.law))
+    for (const MaterialMember member : parameters_of(state.material.law, D))
       archive(state.material.*member);
     archive(state.cell);
     archive(state.deformation);
@@ -369,9 +372,15 @@ namespace {
 
 }    // namespace
 
+bool resists_twisting(const Material &material)
+{
+  return material.twisting_stiffness > 0.0 && material.twisting_friction > 0.0;
+}
+
 bool resists_rolling(const Material &material)
 {
-  return material.rolling_stiffness > 0.0 && material.rolling_friction > 0.0;
+  return (material.rolling_stiffness > 0.0 && material.rolling_friction > 0.0) ||
+      resists_twisting(material);
 }
 
 template <int D> int remembered_numbers(const std::vector<PairOf<D>> &pairs)
@@ -387,11 +396,12 @@ template <int D> int remembered_numbers(const std::vector<PairOf<D>> &pairs)
 
 template <int D> bool RveStateOf<D>::has_rolling_forces() const
 {
-  if constexpr (D == 2)
-    return std::any_of(pairs.begin(), pairs.end(), [](const Pair &pair) {
+  return std::any_of(pairs.begin(), pairs.end(), [](const PairOf<D> &pair) {
+    if constexpr (D == 2)
       return pair.rolling_force != 0.0;
-    });
-  return false;
+    else
+      return dot(pair.rolling_force, pair.rolling_force) != 0.0 || pair.twisting_moment != 0.0;
+  });
 }
 
 template <int D> double RveStateOf<D>::solid_volume() const
@@ -441,7 +451,7 @@ template <int D> void RveStateOf<D>::set_positions(const std::vector<double> &x)
 
 template <int D> void RveStateOf<D>::check_sizes() const
 {
-  check_material(material);
+  check_material<D>(material);
   if (D == 3)
     require_sound(material.thickness == 1.0, material.thickness, "the thickness of spheres",
                   "[length]", "1: spheres have none");

@@ -14,7 +14,9 @@
 
 namespace rve {
 
-/// Whether contacts resist rolling: with a stiffness and a coefficient.
+/// Whether contacts of spheres resist twisting: with a stiffness and a coefficient.
+bool resists_twisting(const Material &material);
+/// Whether contacts resist rolling, or twisting.
 bool resists_rolling(const Material &material);
 
 /// A pair of the Verlet list. `first` owns it: its work item computes the contact.
@@ -36,11 +38,16 @@ template <> struct PairOf<3> {
   std::int32_t first;
   std::int32_t second;
   Vec<double, 3> tangential_force;    ///< history; on `first`, across the normal [force]
+  double contact_radius = 0.0;        ///< history; at which the tangential force was [length]
+  /// history; with the normal from first to second, n x this is the moment on `first` over the reduced radius [force]
+  Vec<double, 3> rolling_force = Vec<double, 3>::zero();
+  double twisting_moment = 0.0;    ///< history; on `first`, along that normal [force length]
 };
 
 // Written in place, nvcc hands g++ parentheses around the member's name that g++ warns of.
 using PairMember = double Pair::*;
 using PairVector = Vec<double, 3> PairOf<3>::*;
+using SpatialPairMember = double PairOf<3>::*;
 
 /// A number that a pair may remember.
 template <int D> struct RememberedNumber;
@@ -58,11 +65,17 @@ template <> struct RememberedNumber<2> {
 
 template <> struct RememberedNumber<3> {
   const char *name, *what, *unit;
-  PairVector vector;
-  int component;
+  PairVector vector;           ///< or nullptr: a scalar
+  int component;               ///< of the vector
+  SpatialPairMember scalar;    ///< or nullptr
+  bool is_mirrored =
+      false;    ///< a scalar that changes its sign in a mirror; vectors turn with the RVE
 
-  double &of(PairOf<3> &pair) const { return (pair.*vector)[component]; }
-  double of(const PairOf<3> &pair) const { return (pair.*vector)[component]; }
+  double &of(PairOf<3> &pair) const { return vector ? (pair.*vector)[component] : pair.*scalar; }
+  double of(const PairOf<3> &pair) const
+  {
+    return vector ? (pair.*vector)[component] : pair.*scalar;
+  }
 };
 
 /// In the order of packing files and restart records, which have those up to the last one that a pair of the state remembers; the first
@@ -75,11 +88,20 @@ constexpr RememberedNumber<2> PAIR_MEMORY[] = {
 /// Of spheres.
 constexpr RememberedNumber<3> SPATIAL_PAIR_MEMORY[] = {
     {"tangential_force_x", "x component of the tangential force", "[force]",
-     &PairOf<3>::tangential_force, 0},
+     &PairOf<3>::tangential_force, 0, nullptr},
     {"tangential_force_y", "y component of the tangential force", "[force]",
-     &PairOf<3>::tangential_force, 1},
+     &PairOf<3>::tangential_force, 1, nullptr},
     {"tangential_force_z", "z component of the tangential force", "[force]",
-     &PairOf<3>::tangential_force, 2}};
+     &PairOf<3>::tangential_force, 2, nullptr},
+    {"contact_radius", "contact radius", "[length]", nullptr, 0, &PairOf<3>::contact_radius},
+    {"rolling_force_x", "x component of the rolling force", "[force]", &PairOf<3>::rolling_force, 0,
+     nullptr},
+    {"rolling_force_y", "y component of the rolling force", "[force]", &PairOf<3>::rolling_force, 1,
+     nullptr},
+    {"rolling_force_z", "z component of the rolling force", "[force]", &PairOf<3>::rolling_force, 2,
+     nullptr},
+    {"twisting_moment", "twisting moment", "[force length]", nullptr, 0,
+     &PairOf<3>::twisting_moment, true}};
 
 template <int D> constexpr const auto &pair_memory()
 {
@@ -145,6 +167,7 @@ template <int D> struct RveStateOf {
   double void_ratio() const { return cell_volume() / solid_volume() - 1.0; }    ///< [-]
   double mass() const;                                                          ///< [mass]
 
+  /// Whether a pair remembers that it was rolled, or twisted.
   bool has_rolling_forces() const;
 
   /// Cartesian positions (N, D) in the cell at the origin [length].

@@ -16,6 +16,14 @@ inline namespace RVE_ISA {
     return x;
   }
 
+  /// r^D.
+  template <int D, class Number> RVE_INLINE Number power(Number radius)
+  {
+    Number x = radius;
+    for (int a = 1; a < D; ++a) x = x * radius;
+    return x;
+  }
+
   /// A ball in D dimensions.
   template <int D> struct GrainShape;
   template <> struct GrainShape<2> {

@@ -43,9 +43,13 @@ struct MaterialNumbers {
   double viscoelastic_damping;    ///< eta of gamma = eta m a [1/(length time)]
   double restitution_damping;     ///< c of gamma = c sqrt(m k_n a) [-]
   double mindlin_damping;         ///< gamma_t / gamma [-]
+  /// 1: tangential displacements are kept while contacts grow and shrink, 0: forces; 3 and 2: the same, but what contacts keep shrinks with
+  /// them.
+  double mindlin_displacement;
+  double surface_energy;        ///< w of the attraction 4 pi w R [force/length]
+  double twisting_stiffness;    ///< k_q, of the twisting angle [force length]; 0: no resistance
   double
-      mindlin_displacement;    ///< 1: tangential displacements are kept while contacts grow and shrink, 0: forces
-  double surface_energy;    ///< w of the attraction 4 pi w R [force/length]
+      twisting_friction;    ///< mu_q, twisting moment at most mu_q times what limits friction [length]; 0: no resistance
 };
 
 /// Nothing yet, for disks of unit thickness.
@@ -61,7 +65,7 @@ enum class MaterialRange {
   NotNegative,    ///< 0 and above
   Friction,    ///< 0 to 1e10: beyond it forces along contacts have no digits in common with those across them
   Fraction,    ///< [0, 1)
-  Switch       ///< 0 or 1
+  Choice       ///< 0, 1, 2 or 3
 };
 
 /// The contact laws that have a parameter, a bit each. A parameter of no law is one of the grains.
@@ -88,10 +92,15 @@ struct MaterialParameter {
   bool
       optional;    ///< in packing files: written when it or another one is not zero, and zero where it is not given
   MaterialMember member;
+  int dimension = 0;    ///< of the grains that may have it; 0: disks and spheres
 
   constexpr bool of_contact() const { return laws != OF_GRAINS; }
-  /// Whether a material of this law has it.
-  constexpr bool is_of(ContactLaw law) const { return !of_contact() || (laws & of_law(law)) != 0; }
+  /// Whether a material of this law has it, of disks or of spheres.
+  constexpr bool is_of(ContactLaw law, int of_dimension = 2) const
+  {
+    return (dimension == 0 || dimension == of_dimension) &&
+        (!of_contact() || (laws & of_law(law)) != 0);
+  }
 };
 
 /// In the order of packing files.
@@ -113,8 +122,10 @@ constexpr MaterialParameter MATERIAL_PARAMETERS[] = {
     {"viscoelastic_damping", "viscoelastic_damping", "viscoelastic damping", "[1/(length time)]", MaterialRange::NotNegative, OF_HERTZ, false, &MaterialNumbers::viscoelastic_damping},
     {"restitution_damping", "restitution_damping", "damping by restitution", "[-]", MaterialRange::NotNegative, OF_HERTZ, false, &MaterialNumbers::restitution_damping},
     {"mindlin_damping", "mindlin_damping", "tangential over normal damping", "[-]", MaterialRange::NotNegative, OF_HERTZ, false, &MaterialNumbers::mindlin_damping},
-    {"mindlin_displacement", "mindlin_displacement", "choice of a displacement that is kept", "[-]", MaterialRange::Switch, OF_HERTZ, false, &MaterialNumbers::mindlin_displacement},
+    {"mindlin_displacement", "mindlin_displacement", "choice of a displacement that is kept", "[-]", MaterialRange::Choice, OF_HERTZ, false, &MaterialNumbers::mindlin_displacement},
     {"surface_energy", "surface_energy", "surface energy", "[force/length]", MaterialRange::NotNegative, of_law(ContactLaw::Dmt), false, &MaterialNumbers::surface_energy},
+    {"twisting_stiffness", "k_twist", "twisting stiffness", "[force length]", MaterialRange::NotNegative, OF_ALL_LAWS, true, &MaterialNumbers::twisting_stiffness, 3},
+    {"twisting_friction", "twisting_friction", "twisting friction", "[length]", MaterialRange::NotNegative, OF_ALL_LAWS, true, &MaterialNumbers::twisting_friction, 3},
     // clang-format on
 };
 

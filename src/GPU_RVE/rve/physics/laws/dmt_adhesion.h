@@ -7,34 +7,37 @@
 #ifndef RVE_PHYSICS_LAWS_DMT_ADHESION_H
 #define RVE_PHYSICS_LAWS_DMT_ADHESION_H
 
+#include "rve/core/pi.h"
 #include "rve/physics/laws/hertz_mindlin.h"
 
 namespace rve {
 inline namespace RVE_ISA {
 
-  template <class Numbers> struct alignas(16) DmtConstants : HertzConstants<Numbers> {
+  template <class Numbers, int D = 2> struct alignas(16) DmtConstants : HertzConstants<Numbers, D> {
     typename Numbers::Real attraction;    ///< f_a / R [force/length]
 
     template <class Parameters>
     RVE_INLINE void set(const Parameters &parameters, const LawUnits &units, double arm)
     {
-      HertzConstants<Numbers>::set(parameters, units, arm);
+      HertzConstants<Numbers, D>::set(parameters, units, arm);
       attraction = static_cast<typename Numbers::Real>(4.0 * kPi * parameters.surface_energy *
                                                        (units.length * units.per_force));
     }
   };
 
-  template <class NumberFormat> struct DmtAdhesion : HertzMindlin<NumberFormat> {
-    using Hertz = HertzMindlin<NumberFormat>;
+  template <class NumberFormat, int Dimension = 2>
+  struct DmtAdhesion : HertzMindlin<NumberFormat, Dimension> {
+    using Hertz = HertzMindlin<NumberFormat, Dimension>;
+    static constexpr int D = Dimension;
     using Real = typename NumberFormat::Real;
     using History = typename Hertz::History;
     using Force = typename Hertz::Force;
-    using Constants = DmtConstants<NumberFormat>;
+    using Constants = DmtConstants<NumberFormat, D>;
     static constexpr ContactLaw contact_law = ContactLaw::Dmt;
     // where spring and attraction cancel, friction is there all the same
     static constexpr bool bounds_tangential_forces = false;
 
-    template <class OtherNumbers> using In = DmtAdhesion<OtherNumbers>;
+    template <class OtherNumbers> using In = DmtAdhesion<OtherNumbers, D>;
 
     Real attraction;    ///< f_a / R [force/length]
 
@@ -44,21 +47,27 @@ inline namespace RVE_ISA {
       attraction = given.attraction;
     }
 
-    RVE_INLINE Force evaluate(const ContactGeometry<Real, 2> &contact, const DiskMotion<Real> &i,
-                              const DiskMotion<Real> &j, const Tensor<Real, 2> &velocity_gradient,
-                              const History &history, Real dt) const
+    RVE_INLINE Force evaluate(const ContactGeometry<Real, D> &contact,
+                              const GrainMotion<Real, D> &i, const GrainMotion<Real, D> &j,
+                              const Tensor<Real, D> &velocity_gradient, const History &history,
+                              Real dt) const
     {
-      const auto moving = DiskContact<Real>::template of<true>(contact, i, j, velocity_gradient,
-                                                               this->constants.velocity_arm);
+      return answer(contact, i, j, this->motion(contact, i, j, velocity_gradient, dt), history, dt);
+    }
+
+    RVE_INLINE Force answer(const ContactGeometry<Real, D> &contact, const GrainMotion<Real, D> &i,
+                            const GrainMotion<Real, D> &j, const GrainContact<Real, D> &moving,
+                            const History &history, Real dt) const
+    {
       Force result;
       const Real spring = this->press(contact.overlap, i.radius, j.radius, result);
-      const Real pull = attraction * Hertz::reduced(i.radius, j.radius);
+      const Real pull = attraction * reduced(i.radius, j.radius);
       const Real normal_force = (spring - pull) - result.viscosity * moving.normal_velocity;
       this->shear(contact, moving, normal_force, spring + pull, history, dt, result);
       return result;
     }
 
-    RVE_INLINE double elastic_energy(const ContactGeometry<Real, 2> &contact,
+    RVE_INLINE double elastic_energy(const ContactGeometry<Real, D> &contact,
                                      const Force &force) const
     {
       const double a = static_cast<double>(force.contact_radius);
@@ -80,11 +89,14 @@ inline namespace RVE_ISA {
    private:
     RVE_INLINE double pull_at(const ContactPlace &place) const
     {
-      return static_cast<double>(attraction) * Hertz::reduced(place.radius_i, place.radius_j);
+      return static_cast<double>(attraction) * reduced(place.radius_i, place.radius_j);
     }
   };
 
+  /// The laws that programs have beside DmtAdhesion of disks.
   template <class Numbers> using RollingDmt = WithRolling<DmtAdhesion<Numbers>>;
+  template <class Numbers> using SphereDmtAdhesion = DmtAdhesion<Numbers, 3>;
+  template <class Numbers> using SphereRollingDmt = WithRolling<SphereDmtAdhesion<Numbers>>;
 
 }    // namespace RVE_ISA
 }    // namespace rve

@@ -6,6 +6,8 @@
 #include "rve/physics/laws/disk_contact.h"
 #include "rve/physics/laws/sphere_contact.h"
 
+#include "rve/core/tensor.h"
+
 #include <type_traits>
 
 namespace rve {
@@ -17,6 +19,23 @@ inline namespace RVE_ISA {
   template <class Real, class Spring, bool Viscous, int D>
   using TangentialSpring = std::conditional_t<D == 2, LinearTangential<Real, Spring, Viscous>,
                                               VectorSpring<Real, Spring, Viscous>>;
+
+  /// What lies along a contact as its other grain sees it: in space the vector turns round; in the plane t does so, too, and the number stays.
+  template <class Number> RVE_INLINE Number along_from_partner(Number along)
+  {
+    return along;
+  }
+  template <class Number> RVE_INLINE Vec<Number, 3> along_from_partner(const Vec<Number, 3> &along)
+  {
+    return Number(-1) * along;
+  }
+
+  /// What lies along a contact of an RVE that is turned as a whole: in space.
+  template <class Number>
+  RVE_INLINE Vec<Number, 3> along_turned(const Vec<Number, 3> &along, const Tensor3 &rotation)
+  {
+    return in_numbers<Number>(rotation * in_numbers<double>(along));
+  }
 
 }    // namespace RVE_ISA
 }    // namespace rve

@@ -1,6 +1,6 @@
-// Hertz' normal contact and Mindlin's tangential one, between disks that touch as spheres of their radii do.
+// Hertz' normal contact and Mindlin's tangential one, between spheres, or disks that touch as spheres of their radii do.
 //
-// As LAMMPS' `pair granular hertz ... tangential mindlin` and `mindlin/force`. With the reduced radius R = r_i r_j / (r_i + r_j) and the
+// As LAMMPS' `pair granular hertz ... tangential mindlin`, `mindlin/force` and their variants `mindlin_rescale`. With the reduced radius R = r_i r_j / (r_i + r_j) and the
 // reduced mass m = m_i m_j / (m_i + m_j), at an overlap d the contact has the radius a = sqrt(R d) and
 //     f_n = k_n a d - gamma v_n,    |f_t| <= mu |f_n|,    df_t = k_t a v_t dt,
 // with k_n = 4/3 E*, k_t = 8 G* of the elastic constants (Johnson, Contact Mechanics, 1985, chapters 4 and 7) and a dashpot
@@ -11,31 +11,31 @@
 #ifndef RVE_PHYSICS_LAWS_HERTZ_MINDLIN_H
 #define RVE_PHYSICS_LAWS_HERTZ_MINDLIN_H
 
-#include "rve/core/pi.h"
-#include "rve/physics/laws/disk_contact.h"
+#include "rve/physics/grain_shape.h"
+#include "rve/physics/laws/grain_contact.h"
 #include "rve/physics/laws/rolling_friction.h"
 #include "rve/physics/material.h"
-#include "rve/physics/tangential_force.h"
 
 namespace rve {
 inline namespace RVE_ISA {
 
   /// What a pair remembers.
-  template <class Number> struct MindlinHistory {
-    Number tangential;        ///< force on the first grain along t = (-n_y, n_x) [force]
-    Number contact_radius;    ///< at which it was, a [length]
+  template <class Number, int D = 2> struct MindlinHistory {
+    Along<Number, D> tangential;    ///< force on the first grain along the contact [force]
+    Number contact_radius;          ///< at which it was, a [length]
   };
 
-  template <class Numbers> struct alignas(16) HertzConstants {
+  template <class Numbers, int D = 2> struct alignas(16) HertzConstants {
     typename Numbers::Spring tangential_stiffness;    ///< k_t [force/length^2]
     typename Numbers::Real normal_stiffness;          ///< k_n [force/length^2]
     typename Numbers::Real friction;
     typename Numbers::Real dt;    ///< zero evaluates without advancing the history [time]
-    /// gamma = velocity + viscoelastic m a + restitution sqrt(m a), m in masses of a disk of radius one.
+    /// gamma = velocity + viscoelastic m a + restitution sqrt(m a), m in masses of a grain of radius one.
     typename Numbers::Real velocity_damping, viscoelastic_damping, restitution_damping;
     typename Numbers::Real tangential_damping;    ///< gamma_t / gamma [-]
     typename Numbers::Real velocity_arm;
     typename Numbers::Real keeps_displacement;    ///< 1: mindlin, 0: mindlin/force
+    typename Numbers::Real rescales;              ///< 1: mindlin_rescale, 0: not
 
     template <class Parameters>
     RVE_INLINE void set(const Parameters &parameters, const LawUnits &units, double arm)
@@ -48,10 +48,13 @@ inline namespace RVE_ISA {
       friction = static_cast<Real>(parameters.friction);
       tangential_damping = static_cast<Real>(parameters.mindlin_damping);
       velocity_arm = static_cast<Real>(arm);
-      keeps_displacement = static_cast<Real>(parameters.mindlin_displacement);
+      const int kept = static_cast<int>(parameters.mindlin_displacement);
+      keeps_displacement = Real(kept & 1);
+      rescales = Real(kept >> 1);
 
       const double viscosity_unit = length * units.per_force;
-      const double mass_unit = kPi * parameters.density * parameters.mass_depth * length * length;
+      const double mass_unit = times_power<D>(
+          GrainShape<D>::volume * parameters.density * parameters.mass_depth, length);
       velocity_damping = static_cast<Real>(parameters.normal_viscosity * viscosity_unit);
       viscoelastic_damping =
           static_cast<Real>(parameters.viscoelastic_damping * mass_unit * length * viscosity_unit);
@@ -61,7 +64,8 @@ inline namespace RVE_ISA {
     }
   };
 
-  template <class Real, class Spring> struct MindlinContactForce : ContactForce<Real, Spring> {
+  template <class Real, class Spring, int D>
+  struct MindlinContactForce : ContactForce<Real, Spring, D> {
     Real contact_radius;    ///< [length]
     Spring stiffness;       ///< k_t a [force/length]
     Real viscosity;         ///< gamma [force time/length]
@@ -69,20 +73,20 @@ inline namespace RVE_ISA {
     Real
         taken_by_area;    ///< energy that the spring lost while the contact radius changed [force length]
 
-    RVE_INLINE MindlinHistory<Spring> history() const
+    RVE_INLINE MindlinHistory<Spring, D> history() const
     {
       return {this->spring, static_cast<Spring>(contact_radius)};
     }
   };
 
-  template <class NumberFormat> struct HertzMindlin {
+  template <class NumberFormat, int Dimension = 2> struct HertzMindlin {
     using Numbers = NumberFormat;
+    static constexpr int D = Dimension;
     using Real = typename Numbers::Real;
     using Spring = typename Numbers::Spring;
-    using History = MindlinHistory<Spring>;
-    using Force = MindlinContactForce<Real, Spring>;
-    using Constants = HertzConstants<Numbers>;
-    static constexpr int D = 2;
+    using History = MindlinHistory<Spring, D>;
+    using Force = MindlinContactForce<Real, Spring, D>;
+    using Constants = HertzConstants<Numbers, D>;
     static constexpr ContactLaw contact_law = ContactLaw::Hertz;
     static constexpr bool has_friction = true;
     static constexpr bool has_rolling = false;
@@ -90,10 +94,21 @@ inline namespace RVE_ISA {
     static constexpr bool has_constant_moduli = false;
     static constexpr bool bounds_tangential_forces = true;
 
-    template <class OtherNumbers> using In = HertzMindlin<OtherNumbers>;
+    template <class OtherNumbers> using In = HertzMindlin<OtherNumbers, D>;
 
-    static RVE_INLINE History seen_from_partner(const History &history) { return history; }
-    static RVE_INLINE Spring tangential_force(const History &history) { return history.tangential; }
+    static RVE_INLINE History seen_from_partner(const History &history)
+    {
+      return {along_from_partner(history.tangential), history.contact_radius};
+    }
+    /// As of LinearFrictionLaw.
+    static RVE_INLINE History turned(const History &history, const Tensor3 &rotation)
+    {
+      return {along_turned(history.tangential, rotation), history.contact_radius};
+    }
+    static RVE_INLINE Along<Spring, D> tangential_force(const History &history)
+    {
+      return history.tangential;
+    }
     static RVE_INLINE History in_units(const History &history, double force, double length)
     {
       return {static_cast<Spring>(force) * history.tangential,
@@ -101,11 +116,11 @@ inline namespace RVE_ISA {
     }
     template <class Pair> static History of_pair(const Pair &pair)
     {
-      return {static_cast<Spring>(pair.tangential_force), static_cast<Spring>(pair.contact_radius)};
+      return {in_numbers<Spring>(pair.tangential_force), static_cast<Spring>(pair.contact_radius)};
     }
     template <class Pair> static void to_pair(const History &history, Pair &pair)
     {
-      pair.tangential_force = static_cast<double>(history.tangential);
+      pair.tangential_force = in_numbers<double>(history.tangential);
       pair.contact_radius = static_cast<double>(history.contact_radius);
     }
 
@@ -116,13 +131,28 @@ inline namespace RVE_ISA {
       constants = given;
     }
 
-    /// A contact without adhesion.
-    RVE_INLINE Force evaluate(const ContactGeometry<Real, 2> &contact, const DiskMotion<Real> &i,
-                              const DiskMotion<Real> &j, const Tensor<Real, 2> &velocity_gradient,
-                              const History &history, Real dt) const
+    RVE_INLINE Force evaluate(const ContactGeometry<Real, D> &contact,
+                              const GrainMotion<Real, D> &i, const GrainMotion<Real, D> &j,
+                              const Tensor<Real, D> &velocity_gradient, const History &history,
+                              Real dt) const
     {
-      const auto moving = DiskContact<Real>::template of<true>(contact, i, j, velocity_gradient,
-                                                               constants.velocity_arm);
+      return answer(contact, i, j, motion(contact, i, j, velocity_gradient, dt), history, dt);
+    }
+
+    RVE_INLINE GrainContact<Real, D> motion(const ContactGeometry<Real, D> &contact,
+                                            const GrainMotion<Real, D> &i,
+                                            const GrainMotion<Real, D> &j,
+                                            const Tensor<Real, D> &velocity_gradient, Real dt) const
+    {
+      return GrainContact<Real, D>::template of<true>(contact, i, j, velocity_gradient,
+                                                      constants.velocity_arm, dt);
+    }
+
+    /// A contact without adhesion.
+    RVE_INLINE Force answer(const ContactGeometry<Real, D> &contact, const GrainMotion<Real, D> &i,
+                            const GrainMotion<Real, D> &j, const GrainContact<Real, D> &moving,
+                            const History &history, Real dt) const
+    {
       Force result;
       const Real spring = press(contact.overlap, i.radius, j.radius, result);
       const Real normal_force = spring - result.viscosity * moving.normal_velocity;
@@ -132,7 +162,7 @@ inline namespace RVE_ISA {
 
     static RVE_INLINE Real largest(const Force &force, Real so_far)
     {
-      return larger(so_far, std::fabs(force.tangential));
+      return larger(so_far, magnitude(force.tangential));
     }
 
     /// Contacts that grow or shrink take energy from a spring, or give it some.
@@ -146,13 +176,13 @@ inline namespace RVE_ISA {
                       static_cast<double>(constants.tangential_damping) * viscosity, dt, heat);
     }
 
-    RVE_INLINE double elastic_energy(const ContactGeometry<Real, 2> &contact,
+    RVE_INLINE double elastic_energy(const ContactGeometry<Real, D> &contact,
                                      const Force &force) const
     {
       const double overlap = static_cast<double>(contact.overlap);
       return 0.4 * static_cast<double>(constants.normal_stiffness) *
           static_cast<double>(force.contact_radius) * overlap * overlap +
-          energy_of_spring(static_cast<double>(force.spring), static_cast<double>(force.stiffness));
+          energy_of_spring(in_numbers<double>(force.spring), static_cast<double>(force.stiffness));
     }
 
     RVE_INLINE double spring_force(const ContactPlace &place) const
@@ -185,11 +215,6 @@ inline namespace RVE_ISA {
     }
 
    protected:
-    template <class Number> static RVE_INLINE Number reduced(Number x, Number y)
-    {
-      return x * y * reciprocal(x + y);
-    }
-
     RVE_INLINE double radius_at(const ContactPlace &place) const
     {
       return std::sqrt(reduced(place.radius_i, place.radius_j) * place.overlap);
@@ -201,7 +226,7 @@ inline namespace RVE_ISA {
     template <class Number>
     RVE_INLINE Number damping(Number contact_radius, Number radius_i, Number radius_j) const
     {
-      const Number mass = reduced(radius_i * radius_i, radius_j * radius_j);
+      const Number mass = reduced(power<D>(radius_i), power<D>(radius_j));
       const Number product = mass * contact_radius;
       return static_cast<Number>(constants.velocity_damping) +
           (static_cast<Number>(constants.viscoelastic_damping) * product +
@@ -218,28 +243,30 @@ inline namespace RVE_ISA {
       return constants.normal_stiffness * a * overlap;
     }
 
-    static RVE_INLINE double energy_of_spring(double force, double stiffness)
+    template <class SpringForce>
+    static RVE_INLINE double energy_of_spring(const SpringForce &force, double stiffness)
     {
-      return stiffness > 0.0 ? 0.5 * force * force / stiffness : 0.0;
+      return stiffness > 0.0 ? 0.5 * product(force, force) / stiffness : 0.0;
     }
 
     /// Friction of a contact that is pressed: at most mu times `limiting_force`.
-    RVE_INLINE void shear(const ContactGeometry<Real, 2> &contact, const DiskContact<Real> &moving,
-                          Real normal_force, Real limiting_force, const History &history, Real dt,
-                          Force &result) const
+    RVE_INLINE void shear(const ContactGeometry<Real, D> &contact,
+                          const GrainContact<Real, D> &moving, Real normal_force,
+                          Real limiting_force, const History &history, Real dt, Force &result) const
     {
       const Spring before = history.contact_radius, a = static_cast<Spring>(result.contact_radius);
       // a displacement that is kept bears more where the contact has grown, and nothing is lost of a force that is
-      Spring spring = history.tangential;
+      Along<Spring, D> spring = moving.turned(history.tangential, contact.normal, dt);
       if (constants.keeps_displacement > Real(0) && before > Spring(0))
-        spring = spring * (a / before);
+        spring = (a / before) * spring;
+      if (constants.rescales > Real(0) && a < before) spring = (a / before) * spring;
       const double stiffness_before = static_cast<double>(constants.tangential_stiffness * before);
       result.taken_by_area = static_cast<Real>(
-          energy_of_spring(static_cast<double>(history.tangential), stiffness_before) -
-          energy_of_spring(static_cast<double>(spring), static_cast<double>(result.stiffness)));
+          energy_of_spring(in_numbers<double>(history.tangential), stiffness_before) -
+          energy_of_spring(in_numbers<double>(spring), static_cast<double>(result.stiffness)));
 
       result.limiting_force = limiting_force;
-      LinearTangential<Real, Spring, true> tangential;
+      TangentialSpring<Real, Spring, true, D> tangential;
       tangential.stiffness = result.stiffness;
       tangential.friction = constants.friction;
       tangential.viscosity = constants.tangential_damping * result.viscosity;
@@ -249,7 +276,10 @@ inline namespace RVE_ISA {
     }
   };
 
+  /// The laws that programs have beside HertzMindlin of disks.
   template <class Numbers> using RollingHertz = WithRolling<HertzMindlin<Numbers>>;
+  template <class Numbers> using SphereHertzMindlin = HertzMindlin<Numbers, 3>;
+  template <class Numbers> using SphereRollingHertz = WithRolling<SphereHertzMindlin<Numbers>>;
 
 }    // namespace RVE_ISA
 }    // namespace rve

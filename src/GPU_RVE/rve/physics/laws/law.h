@@ -18,7 +18,9 @@
 //                              what it has, so that programs leave out what needs it
 //   evaluate(contact, i, j, velocity_gradient, history, dt)
 //                              the force: a ContactForce or a struct that begins as one. dt of zero evaluates again without advancing
-//                              the history. Exchanging the grains changes signs and nothing else, to the last bit
+//                              the history. Exchanging the grains changes signs and nothing else, to the last bit. In two parts, for
+//                              what comes beside a law: motion(contact, i, j, velocity_gradient, dt), how the grains move, and
+//                              answer(contact, i, j, moving, history, dt)
 //   largest(force, so_far)     the largest of its forces, where the normal one does not bound the others
 //   dissipate(force, dt, heat) adds the energy that a step of the contact turned into heat
 //   elastic_energy(contact, force)
@@ -91,17 +93,23 @@ inline namespace RVE_ISA {
   /// accuracy of the first contacts or a repeat of the call, never a wrong force.
   constexpr double kGasOverlapShare = 1e-3;
 
-  /// Springs of a contact [force/length], or dashpots [force time/length]: along the normal, along the contact, and against the rolling
-  /// displacement. Those that can carry nothing are zero.
+  /// Springs of a contact [force/length], or dashpots [force time/length]: along the normal, along the contact, against the rolling
+  /// displacement, and of spheres against the twisting one, the angle times the reduced radius. Those that can carry nothing are zero.
   struct ContactModuli {
-    double normal, tangential, rolling;
+    double normal, tangential, rolling, twisting = 0.0;
 
     RVE_INLINE double largest() const
     {
       const double most = larger(normal, tangential);
-      return larger(most, rolling);
+      return larger(most, larger(rolling, twisting));
     }
   };
+
+  /// x y / (x + y), of radii or masses.
+  template <class Number> RVE_INLINE Number reduced(Number x, Number y)
+  {
+    return x * y * reciprocal(x + y);
+  }
 
   /// What lies along a contact in another number format.
   template <class To, class T> RVE_INLINE To in_numbers(T x)

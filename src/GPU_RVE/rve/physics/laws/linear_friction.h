@@ -58,18 +58,14 @@ inline namespace RVE_ISA {
     /// The same law in other numbers.
     template <class OtherNumbers> using In = LinearFrictionLaw<OtherNumbers, Damped, Frictional, D>;
 
-    /// The history of a pair as its other grain sees it: the force turns round, and in the plane so does t.
     static RVE_INLINE History seen_from_partner(const History &history)
     {
-      if constexpr (D == 2)
-        return history;
-      else
-        return Spring(-1) * history;
+      return along_from_partner(history);
     }
     /// What a pair of an RVE remembers that is turned as a whole: in space.
     static RVE_INLINE History turned(const History &history, const Tensor3 &rotation)
     {
-      return in_numbers<Spring>(rotation * in_numbers<double>(history));
+      return along_turned(history, rotation);
     }
     /// The tangential force on the first grain that a pair remembers [force].
     static RVE_INLINE History tangential_force(const History &history) { return history; }
@@ -136,11 +132,25 @@ inline namespace RVE_ISA {
 
     RVE_INLINE Force evaluate(const ContactGeometry<Real, D> &contact,
                               const GrainMotion<Real, D> &i, const GrainMotion<Real, D> &j,
-                              const Tensor<Real, D> &velocity_gradient, const History &held,
+                              const Tensor<Real, D> &velocity_gradient, const History &history,
                               Real dt) const
     {
-      const auto moving = GrainContact<Real, D>::template of<Damped>(
-          contact, i, j, velocity_gradient, velocity_arm, dt);
+      return answer(contact, i, j, motion(contact, i, j, velocity_gradient, dt), history, dt);
+    }
+
+    RVE_INLINE GrainContact<Real, D> motion(const ContactGeometry<Real, D> &contact,
+                                            const GrainMotion<Real, D> &i,
+                                            const GrainMotion<Real, D> &j,
+                                            const Tensor<Real, D> &velocity_gradient, Real dt) const
+    {
+      return GrainContact<Real, D>::template of<Damped>(contact, i, j, velocity_gradient,
+                                                        velocity_arm, dt);
+    }
+
+    RVE_INLINE Force answer(const ContactGeometry<Real, D> &contact, const GrainMotion<Real, D> &,
+                            const GrainMotion<Real, D> &, const GrainContact<Real, D> &moving,
+                            const History &held, Real dt) const
+    {
       const History spring = moving.turned(held, contact.normal, dt);
       Real normal_force = normal.force(contact.overlap);
       if constexpr (Damped)
@@ -196,10 +206,11 @@ inline namespace RVE_ISA {
   template <class Numbers> using NormalSprings = LinearFrictionLaw<Numbers, false, false>;
   template <class Numbers> using FrictionalSprings = LinearFrictionLaw<Numbers, false>;
   template <class Numbers> using DampedSprings = LinearFrictionLaw<Numbers, true>;
+  template <class Numbers> using RollingSprings = WithRolling<DampedSprings<Numbers>>;
   template <class Numbers>
   using FrictionalSphereSprings = LinearFrictionLaw<Numbers, false, true, 3>;
   template <class Numbers> using SphereSprings = LinearFrictionLaw<Numbers, true, true, 3>;
-  template <class Numbers> using RollingSprings = WithRolling<DampedSprings<Numbers>>;
+  template <class Numbers> using SphereRollingSprings = WithRolling<SphereSprings<Numbers>>;
 
 }    // namespace RVE_ISA
 }    // namespace rve
