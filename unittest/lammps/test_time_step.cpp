@@ -65,7 +65,7 @@ class TimeStepScript : public Script {
 
   rve::RveState state(tagint id)
   {
-    return dynamic_cast<FixRve *>(lmp->modify->get_fix_by_id("grains"))->state(local(id));
+    return dynamic_cast<FixRve *>(lmp->modify->get_fix_by_id("grains"))->state<2>(local(id));
   }
   /// Of an RVE, on every rank.
   double bound(tagint id)
