@@ -135,7 +135,7 @@ std::vector<Advice> advice(Format format, const ResultOf<D> &result, const Mater
   const double radius = 0.5 * grain_size(result);
   const ContactPlace place{2.0 * radius * overlap, radius, radius};
   double spring_force = 0.0, tangential_stiffness = 0.0;
-  with_law(material, [&](const auto &law) {
+  with_law<D>(material, [&](const auto &law) {
     spring_force = law.spring_force(place);
     tangential_stiffness = law.stiffness(place).tangential;
   });
@@ -170,10 +170,10 @@ std::vector<Advice> advice(Format format, const ResultOf<D> &result, const Mater
                         rounded(motion.stable_dt) + "; use a shorter dt, or dt auto"});
 
   const double grains = smallest_width(result.cell) / grain_size(result);
-  if (motion.applied_strain > SHEAR_BAND_STRAIN && grains < SHEAR_BAND_GRAINS)
-    list.push_back({AdviceKind::SmallCell, grains, SHEAR_BAND_GRAINS,
+  if (motion.applied_strain > SHEAR_BAND_STRAIN && grains < SHEAR_BAND_GRAINS<D>)
+    list.push_back({AdviceKind::SmallCell, grains, SHEAR_BAND_GRAINS<D>,
                     "the cell is " + rounded(grains) + " grains wide, below the " +
-                        rounded(SHEAR_BAND_GRAINS) +
+                        rounded(SHEAR_BAND_GRAINS<D>) +
                         " of a shear band: beyond the peak the stress depends on the size of the "
                         "cell; use more grains"});
   return list;
