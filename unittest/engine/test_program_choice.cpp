@@ -91,9 +91,14 @@ TEST(ProgramChoice, OfEveryContactLawThereIsAProgramWithAndWithoutRollingResista
   for (std::size_t k = 0; k < std::size(CONTACT_LAW_WORDS); ++k) {
     const ContactLaw law = contact_law_of(CONTACT_LAW_WORDS[k]);
     EXPECT_EQ(static_cast<std::size_t>(law), k);
-    for (const bool rolling : {false, true})
-      EXPECT_EQ(features_of(memory_program({law, rolling})).contacts, (ContactModel{law, rolling}));
-    EXPECT_TRUE(features_of(richest_program(law)).contacts.rolling);
+    for (const int dimension : {2, 3}) {
+      for (const bool rolling : {false, true}) {
+        const ContactModel contacts{law, rolling, dimension};
+        EXPECT_EQ(features_of(memory_program(contacts)).contacts, contacts);
+      }
+      EXPECT_EQ(features_of(richest_program(law, dimension)).contacts,
+                (ContactModel{law, true, dimension}));
+    }
   }
   EXPECT_EQ(message_of([] {
               contact_law_of("hoke");

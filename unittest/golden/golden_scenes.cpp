@@ -58,6 +58,10 @@ namespace {
   {
     for (const PairOf<3> &pair : s.pairs)
       hash.add(pair.first).add(pair.second).add(pair.tangential_force);
+    if (s.material.law != ContactLaw::Linear)
+      for (const PairOf<3> &pair : s.pairs) hash.add(pair.contact_radius);
+    if (resists_rolling(s.material))
+      for (const PairOf<3> &pair : s.pairs) hash.add(pair.rolling_force).add(pair.twisting_moment);
   }
 
   /// All members but the counters, by value: the layout of records and files is another matter.
@@ -106,7 +110,10 @@ namespace {
     }
     void add(const PairOf<3> &pair)
     {
-      for (int a = 0; a < 3; ++a) tangential += std::fabs(pair.tangential_force[a]);
+      for (int a = 0; a < 3; ++a) {
+        tangential += std::fabs(pair.tangential_force[a]);
+        rolling += std::fabs(pair.rolling_force[a]);
+      }
     }
   };
 
@@ -362,6 +369,35 @@ namespace {
     DriveOf<3> far = spatial_stretch({}, 600);
     far.deformation(0, 1) = far.deformation(0, 2) = 0.3;
     add("lattice_reduction", {small_spheres(3)}, {far}).calls = 5;
+
+    const auto of_law = [&](ContactLaw law, double displacement, bool resists) {
+      std::vector<Spheres> states = two;
+      for (Spheres &state : states) {
+        Material &m = state.material;
+        if (law != ContactLaw::Linear) {
+          m.law = law;
+          m.normal_stiffness = m.tangential_stiffness = 0.0;
+          m.hertz_stiffness = 2e9;
+          m.mindlin_stiffness = 1.7e9;
+          m.normal_viscosity = 1.0;
+          m.mindlin_damping = 0.5;
+          m.mindlin_displacement = displacement;
+        }
+        if (law == ContactLaw::Dmt) m.surface_energy = 20.0;
+        if (resists) {
+          m.rolling_stiffness = 5e5;
+          m.rolling_friction = 0.2;
+          m.twisting_stiffness = 3.0;
+          m.twisting_friction = 3e-4;
+        }
+      }
+      return states;
+    };
+    add("rolling_and_twisting", of_law(ContactLaw::Linear, 0.0, true), paths);
+    add("hertz", of_law(ContactLaw::Hertz, 1.0, false), servos).options.track_energy = true;
+    add("hertz_rolling_and_twisting", of_law(ContactLaw::Hertz, 0.0, true), paths).turns = true;
+    add("dmt", of_law(ContactLaw::Dmt, 2.0, false), paths);
+    add("dmt_rolling_and_twisting", of_law(ContactLaw::Dmt, 3.0, true), paths);
     return all;
   }
 
