@@ -347,7 +347,7 @@ TEST(PackingFile, OfSpheresIsRefusedWithLineNumberWhereItIsBroken)
             ":7: 'thickness' is not a material value of spheres; these are cell, "
             "normal_stiffness, tangential_stiffness, friction, density, local_damping, "
             "normal_viscosity, tangential_viscosity, mass_scaling, rolling_stiffness, "
-            "rolling_friction");
+            "rolling_friction, twisting_stiffness, twisting_friction");
   EXPECT_EQ(message_after<3>(two, "density 2650", "density 2650\nmass_scaling -1"),
             ":8: mass_scaling is -1 [-]; it must not be negative");
   EXPECT_EQ(message_after<3>(two, "0 0.1 0\n", "0 0.1\n"),
@@ -535,10 +535,19 @@ TEST(LammpsData, ContactTableGivesLoveStressInTheTurnedFrame)
 TEST(LammpsData, SpheresAreTurnedAsAWhole)
 {
   Spheres state = disordered_spheres(spheres_material(), 5, 3);
-  // tilted far beyond half a box, seen by an observer who is turned, and with a history
   SphereRig rig(state);
-  rig.strain(Tensor3{{-30.0, 60.0, 90.0, 0.0, -20.0, -70.0, 0.0, 0.0, -30.0}}, 5e-6, 2000);
+  rig.strain(Tensor3{{-30.0, 9.0, 3.0, -6.0, -24.0, 6.0, 1.5, 3.0, -36.0}}, 5e-6, 300);
   state = rig.state();
+  // other vectors of the same lattice, tilted far beyond half a box
+  const auto add = [&](int axis, int other, int multiple) {
+    for (int k = 0; k < 3; ++k) state.cell(k, axis) += multiple * state.cell(k, other);
+    for (int i = 0; i < state.num_grains(); ++i)
+      state.fractional[3 * i + other] -=
+          static_cast<std::uint64_t>(multiple) * state.fractional[3 * i + axis];
+  };
+  add(1, 0, 2);
+  add(2, 1, -1);
+  // seen by an observer who is turned
   const Tensor3 turn = spatial_rotation(Vec<double, 3>{{0.4, -1.1, 0.7}});
   state.cell = turn * state.cell;
   for (std::vector<double> *vectors : {&state.velocity, &state.spin})

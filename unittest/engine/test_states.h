@@ -89,7 +89,7 @@ inline rve::RveStateOf<3> crowded_spheres(int num_grains, unsigned seed)
     return static_cast<double>(random() >> 11) * 0x1p-53;
   };
   rve::RveStateOf<3> state;
-  for (const rve::MaterialMember member : rve::parameters_of(state.material.law))
+  for (const rve::MaterialMember member : rve::parameters_of(state.material.law, 3))
     state.material.*member = 0.1 + 0.8 * uniform();
   state.material.thickness = 1.0;
   for (int a = 0; a < 3; ++a)

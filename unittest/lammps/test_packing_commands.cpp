@@ -1,11 +1,14 @@
 // create_rve and write_rve: what they refuse before anything runs, where they write, and what they warn of; and the images of packings
 // that fix rve makes. Runs under mpirun as well: every rank then runs the scripts alone.
 
+#include "rve/engine/contact_network.h"
+#include "rve/engine/packing_io.h"
 #include "script.h"
 #include "support/files.h"
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -299,4 +302,63 @@ TEST(PackingImage, OfAPackingThatIsNotIsotropicIsWarnedOf)
     EXPECT_NOT_IN("changes the ground", log_with(path, image)) << image;
   EXPECT_NOT_IN("changes the ground",
                 log_with(EXAMPLE_PACKINGS "/A_h0075.rve", "packing_image random 1"));
+}
+
+// ---- spheres ----
+
+TEST(CreateRve, PackingsOfSpheresAreMadeAndWritten)
+{
+  const std::string path = file_of_rank("spheres.rve"), data = file_of_rank("spheres.data");
+  const std::string recipe = " shape sphere grains 80 radius uniform 0.004 0.005 kn 1e6 friction "
+                             "0.5 density 2650 damping 0.3 pressure 1e5 k0 0.6 tolerance 0.005";
+  const std::string log =
+      log_of("create_rve " + path + recipe + "\n" + FOUR_ATOMS + "fix grains all rve " + path +
+             " threads 1 device cpu dt 5e-6 packing_image random 1 drive "
+             "velocity_gradient xx 0.0\nrun 0\n" +
+             "write_rve grains atom 1 file " + data);
+
+  EXPECT_IN("anisotropic load", log);
+  EXPECT_IN("its image", log);    // others have another direction of the vertical stress
+  const rve::RveStateOf<3> packing = rve::read_packing<3>(path);
+  EXPECT_EQ(packing.num_grains(), 80);
+  const rve::Tensor3 stress = rve::spring_stress(packing);
+  for (int a = 0; a < 3; ++a) EXPECT_NEAR(stress(a, a), a == 2 ? -1e5 : -6e4, 0.01 * 1e5);
+  EXPECT_IN("xy xz yz", text_of(data));
+  EXPECT_IN("# i j branch_x branch_y branch_z", text_of(data + ".contacts"));
+}
+
+TEST(CreateRve, SpheresHaveNoThickness)
+{
+  EXPECT_IN("create_rve: spheres have no thickness; it is for shape disk",
+            message_of("create_rve none.rve shape sphere" + RECIPE));
+  EXPECT_IN("create_rve: shape is 'cube'; it must be disk or sphere",
+            message_of("create_rve none.rve shape cube" + RECIPE));
+}
+
+// LAMMPS reads what write_rve wrote, and finds the stress of the springs with its own contacts.
+TEST(WriteRve, LammpsFindsTheStressOfSpheres)
+{
+  const std::string path = file_of_rank("read.rve"), data = file_of_rank("read.data");
+  log_of(
+      "create_rve " + path +
+      " shape sphere grains 80 radius uniform 0.004 0.005 kn 1e6 density 2650 pressure 1e5\n" +
+      FOUR_ATOMS + "fix grains all rve " + path +
+      " threads 1 device cpu dt 5e-6 drive velocity_gradient yz 20.0 xz 30.0 xy -25.0\nrun 10\n" +
+      "write_rve grains atom 1 file " + data + "\nwrite_rve grains atom 1 file " + path +
+      " format rve");
+  const rve::RveStateOf<3> packing = rve::read_packing<3>(path);
+  ASSERT_NE(packing.cell(1, 2), 0.0);
+
+  Script script(MPI_COMM_SELF, file_of_rank("log"));
+  script << "units si\natom_style sphere\nnewton off\ncomm_modify vel yes\nread_data " + data +
+          "\npair_style granular\npair_coeff * * hooke 1e6 0 tangential linear_nohistory 0 0\n"
+          "fix move all nve/sphere\ncompute s all pressure NULL virial\n"
+          "thermo_style custom step c_s[1] c_s[2] c_s[3] c_s[4] c_s[5] c_s[6]\nrun 0\n";
+
+  const rve::Tensor3 stress = rve::spring_stress(packing);
+  const int axes[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+  Compute *found = script.lmp->modify->get_compute_by_id("s");
+  found->compute_vector();
+  for (int k = 0; k < 6; ++k)
+    EXPECT_NEAR(-found->vector[k], stress(axes[k][0], axes[k][1]), 1e-9 * std::fabs(trace(stress)));
 }

@@ -170,10 +170,10 @@ std::vector<Advice> advice(Format format, const ResultOf<D> &result, const Mater
                         rounded(motion.stable_dt) + "; use a shorter dt, or dt auto"});
 
   const double grains = smallest_width(result.cell) / grain_size(result);
-  if (motion.applied_strain > SHEAR_BAND_STRAIN && grains < SHEAR_BAND_GRAINS)
-    list.push_back({AdviceKind::SmallCell, grains, SHEAR_BAND_GRAINS,
+  if (motion.applied_strain > SHEAR_BAND_STRAIN && grains < SHEAR_BAND_GRAINS<D>)
+    list.push_back({AdviceKind::SmallCell, grains, SHEAR_BAND_GRAINS<D>,
                     "the cell is " + rounded(grains) + " grains wide, below the " +
-                        rounded(SHEAR_BAND_GRAINS) +
+                        rounded(SHEAR_BAND_GRAINS<D>) +
                         " of a shear band: beyond the peak the stress depends on the size of the "
                         "cell; use more grains"});
   return list;

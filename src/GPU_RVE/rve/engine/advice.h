@@ -56,7 +56,8 @@ constexpr double TIME_STEP_SHARE = 0.95;
 
 /// Widths of the cell over the mean grain size: a shear band is 8 to 16 grains wide (Roscoe, Geotechnique 20, 129 (1970); Muehlhaus
 /// and Vardoulakis, Geotechnique 37, 271 (1987)) and meets its own image in a narrower cell.
-constexpr double SHEAR_BAND_GRAINS = 16.0;
+/// RVEs of spheres 16 grains wide have 4000 of them; they are judged by the lower end of that range.
+template <int D> constexpr double SHEAR_BAND_GRAINS = D == 2 ? 16.0 : 8.0;
 
 /// Shear strain below which no band forms [-]: the peak of dense packings is at a few percent.
 constexpr double SHEAR_BAND_STRAIN = 0.02;

@@ -120,7 +120,7 @@ namespace {
   }
   SpringForcesOf<3> forces_of(const PairOf<3> &pair)
   {
-    return {pair.tangential_force};
+    return {pair.tangential_force, pair.rolling_force, pair.twisting_moment};
   }
 
   double largest_of(const Pair &pair)
@@ -129,7 +129,7 @@ namespace {
   }
   double largest_of(const PairOf<3> &pair)
   {
-    return length(pair.tangential_force);
+    return std::max(length(pair.tangential_force), length(pair.rolling_force));
   }
 
   Vec<double, 2> tangential_vector(const SpringForces &springs, const Vec<double, 2> &n)

@@ -44,6 +44,9 @@ using SpringForces = SpringForcesOf<2>;
 
 template <> struct SpringForcesOf<3> {
   Vec<double, 3> tangential;    ///< on the first grain, across the normal [force]
+  Vec<double, 3>
+      rolling;        ///< n x this is the moment on the first grain over the reduced radius [force]
+  double twisting;    ///< moment on the first grain along n [force length]
 };
 
 /// Those of these contacts; zero where the state has none.

@@ -25,8 +25,8 @@ template <int D = 2> Tensor<double, D> image_rotation(int image);
 template <int D> Tensor<double, D> image_of(const Tensor<double, D> &stress, int image);
 
 /// The state with all positions x replaced by Q x, exactly: H and F become Q H Q^T and Q F Q^T, fractional coordinates Q s,
-/// peculiar velocities Q c, forces of spheres Q f. What has a sense of rotation, spins and tangential forces of disks, changes its sign
-/// with a mirror; so spins of spheres become det(Q) Q w.
+/// peculiar velocities Q c, forces that pairs of spheres remember Q f. What has a sense of rotation, spins and tangential forces of disks, changes its sign
+/// with a mirror; so do twisting moments, and spins of spheres become det(Q) Q w.
 /// So a cell that stands upright stays so, and responds to Q L Q^T with Q sigma Q^T. Throws InputError as image_rotation().
 template <int D> RveStateOf<D> image_of(const RveStateOf<D> &state, int image);
 

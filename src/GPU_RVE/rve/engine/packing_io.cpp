@@ -48,6 +48,7 @@ namespace {
   {
     std::vector<MaterialLine> lines;
     for (const MaterialParameter &parameter : MATERIAL_PARAMETERS) {
+      if (parameter.dimension != 0 && parameter.dimension != D) continue;
       if (D == 3 && parameter.member == &MaterialNumbers::thickness) continue;
       if (D == 3 && parameter.member == &MaterialNumbers::mass_depth)
         lines.push_back({"mass_scaling", "[-]", true, 1.0, &parameter});
@@ -224,7 +225,7 @@ namespace {
     const auto missing = [&] {
       std::string names;
       for (const MaterialLine &e : lines)
-        if (e.parameter->is_of(material.law) && !e.optional && !seen[e.name])
+        if (e.parameter->is_of(material.law, D) && !e.optional && !seen[e.name])
           names += std::string(names.empty() ? "" : ", ") + e.name;
       return names;
     };
@@ -250,13 +251,13 @@ namespace {
         if (name == "cell" && complete) return;
         Words known = {"cell"};
         for (const MaterialLine &e : lines)
-          if (e.parameter->is_of(material.law)) known.emplace_back(e.name);
+          if (e.parameter->is_of(material.law, D)) known.emplace_back(e.name);
         reader.fail("'" + name + "' is not a material value" +
                     (D == 2 ? "" : std::string(" of ") + DimensionWords<D>::grains) +
                     (name == "cell" ? "; still missing: " + missing()
                                     : did_you_mean(name, known, "these are")));
       }
-      if (!entry->parameter->is_of(material.law))
+      if (!entry->parameter->is_of(material.law, D))
         reader.fail("the contact law " + std::string(word_of(material.law)) + " has no " + name);
       if (seen[name]) reader.fail(name + " is given twice");
       seen[name] = true;
@@ -508,7 +509,7 @@ namespace {
       return line.optional && line.of(state.material) != line.otherwise;
     });
     for (const MaterialLine &line : lines)
-      if (line.parameter->is_of(law) && (has_options || !line.optional))
+      if (line.parameter->is_of(law, D) && (has_options || !line.optional))
         out << "  " << line.name << " " << exact(line.of(state.material)) << "    # " << line.unit
             << "\n";
     out << "\n# rows of H; its columns are the cell vectors [length]\n";
@@ -617,7 +618,7 @@ namespace {
       turn(state.spin);
       for (PairOf<3> &pair : state.pairs)
         for (const RememberedNumber<3> &number : SPATIAL_PAIR_MEMORY)
-          if (number.component == 0) turn(&number.of(pair));
+          if (number.vector && number.component == 0) turn(&number.of(pair));
     }
 
    private:
@@ -682,10 +683,14 @@ namespace {
 
   std::string contact_table(const RestrictedFrame<3> &frame)
   {
+    const bool rolls = frame.state.has_rolling_forces();
     std::ostringstream out;
-    out << "# contacts of one RVE (GPU_RVE); n from i to j, force on i = -f_n n + f_t\n"
-        << "# i j branch_x branch_y branch_z n_x n_y n_z overlap f_n f_t_x f_t_y f_t_z force_x "
-           "force_y force_z\n";
+    out << "# contacts of one RVE (GPU_RVE); n from i to j, force on i = -f_n n + f_t";
+    if (rolls)
+      out << ", moment on i = r_i r_j / (r_i + r_j) n x f_r + m_t n beside that of the force";
+    out << "\n# i j branch_x branch_y branch_z n_x n_y n_z overlap f_n f_t_x f_t_y f_t_z force_x "
+           "force_y force_z"
+        << (rolls ? " f_r_x f_r_y f_r_z m_t" : "") << "\n";
     for (const SpringContactOf<3> &contact : find_spring_contacts(frame.state)) {
       const auto &[first, second, branch, n, overlap] = contact.geometry;
       out << first + 1 << " " << second + 1;
@@ -697,6 +702,10 @@ namespace {
       out << " " << exact(overlap) << " " << exact(contact.normal_force);
       add(contact.springs.tangential);
       add(contact.force_on_first);
+      if (rolls) {
+        add(contact.springs.rolling);
+        out << " " << exact(contact.springs.twisting);
+      }
       out << "\n";
     }
     return out.str();

@@ -64,7 +64,8 @@ template <int D> void write_library(const std::string &path, const PackingLibrar
 /// Of disks z runs from -largest radius to +largest radius, and the density column is mass / (4/3 pi r^3), so that LAMMPS' mass is ours;
 /// LAMMPS' moment of inertia is 2/5 m r^2 unless `fix nve/sphere ... disc` is used, ours is m r^2/2.
 /// Contact forces are the springs' (dashpots excluded), on the first grain: -f_n n + f_t (-n_y, n_x), and -f_n n + f_t of spheres.
-/// With rolling forces of disks there is a column for them: moment on the first grain over the reduced radius.
+/// With rolling forces there is a column for them: moment on the first grain over the reduced radius; of spheres three, and one for the
+/// twisting moment, as in PairOf<3>.
 template <int D> void write_lammps_data(const std::string &path, const RveStateOf<D> &state);
 
 }    // namespace rve
