@@ -275,7 +275,8 @@ TEST(SphereLaws, BalanceTheirEnergy)
       if (resists) material = with_resistance(material);
       material.local_damping = 0.2;
       material.normal_viscosity = 2.0;
-      (law == ContactLaw::Linear ? material.tangential_viscosity : material.mindlin_damping) = 0.5;
+      // where friction limits a dashpot, its spring takes the rest, and that of a shrinking contact has no bounds
+      if (law == ContactLaw::Linear) material.tangential_viscosity = 0.5;
       const Spheres state = disordered_spheres(material, 6, 2);
       Options options = options_for(state);
       options.track_energy = true;

@@ -260,3 +260,24 @@ TEST(Spheres, ContinueThroughLatticeReductions)
   EXPECT_GT(last.counters.lattice_reductions, 2);
   EXPECT_GT(last.counters.rebuilds, 5);
 }
+
+TEST(Spheres, InPacksGiveTheBitsOfOneAfterTheOther)
+{
+  // a batch that keeps books takes the program that goes through its grains one by one
+  Spheres state = disordered(7, 4);
+  state.material.local_damping = 0.3;
+  for (const Format format : FORMATS) {
+    Options options = sphere_options(format);
+    SphereRig packs(state, options);
+    options.track_energy = true;
+    SphereRig one_by_one(state, options);
+    for (int call = 0; call < 3; ++call) {
+      packs.strain(shear(), DT, 200);
+      one_by_one.strain(shear(), DT, 200);
+    }
+    Spheres expected = one_by_one.state();
+    expected.energy = EnergyLedger();
+    EXPECT_EQ(serialize(packs.state()), serialize(expected)) << to_string(format);
+    EXPECT_GT(packs.state().counters.rebuilds, 1);
+  }
+}

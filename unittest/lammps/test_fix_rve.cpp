@@ -1214,7 +1214,7 @@ TEST(ContactWords, WhatLammpsHasAndRvesHaveNotIsNamed)
             message_with("hooke 1e6 50 " + history));
   EXPECT_IN("contact rolling gamma_roll is 3 [force time/length]; it must be 0",
             message_with(hooke + history + "rolling sds 1e5 3 0.1"));
-  EXPECT_IN("contact twisting model is 'marshall'; it must be none",
+  EXPECT_IN("contact twisting model is 'marshall'; it must be sds or none",
             message_with(hooke + history + "twisting marshall"));
   EXPECT_IN("contact has no limit_damping; of pair_style granular it has tangential, damping, "
             "rolling and twisting",

@@ -46,7 +46,11 @@ namespace {
   {
     pair.rolling_force = 0.0;
   }
-  void forget_rolling(rve::PairOf<3> &) {}    // of spheres there is none
+  void forget_rolling(rve::PairOf<3> &pair)
+  {
+    pair.rolling_force = rve::Vec<double, 3>::zero();
+    pair.twisting_moment = 0.0;
+  }
 
   /// Memory that so many RVEs take, and calls of all of them [bytes].
   template <int D> double bytes_of(const StatesOf<D> &states, rve::EngineOf<D> &engine)

@@ -120,12 +120,8 @@ inline namespace RVE_ISA {
             return this->motion.array + i.first + lane;
           },
           grains.motion.position, grains.motion.velocity);
-      if constexpr (D == 2)
-        grains.spin = Packed<N>::Real::load(this->spin.array + i.first);
-      else
-        grains.spin = load_vectors<typename Scene::Real, N>([&](int lane) {
-          return &this->spin.array[i.first + lane][0];
-        });
+      grains.spin = load_records<Spin<typename Packed<N>::Real, D>, typename Packed<N>::Real>(
+          this->spin.array + i.first);
       grains.radius = Packed<N>::Wide::load(this->radius.array + i.first);
       return grains;
     }
@@ -142,9 +138,11 @@ inline namespace RVE_ISA {
       if constexpr (D == 2)
         grains.spin = gather<typename Scene::Real, N>(shared.spin, partner);
       else
-        grains.spin = load_vectors<typename Scene::Real, N>([&](int lane) {
-          return &shared.spin[partner[lane]][0];
-        });
+        load_three(
+            [&](int lane) {
+              return shared.spin + partner[lane];
+            },
+            grains.spin);
       grains.radius = Packed<N>::Wide::load(this->partner_radius[k].array + i.first);
       return grains;
     }
@@ -189,11 +187,16 @@ inline namespace RVE_ISA {
         act(0, step(), first, to_first);
         act(1, step(), second, to_second);
         act(2, step(), third, to_third);
-      } else {    // the registers do for one of spheres
+      } else {
+        using Other = decltype(view(0));
+        using Contact = decltype(look(step(), view(0)));
+        Other other[Scene::owned_pairs];
+        Contact contact[Scene::owned_pairs];
         for (int k = 0; k < Scene::owned_pairs; ++k) {
-          const auto other = view(k);
-          act(k, step(), other, look(step(), other));
+          other[k] = view(k);
+          contact[k] = look(step(), other[k]);
         }
+        for (int k = 0; k < Scene::owned_pairs; ++k) act(k, step(), other[k], contact[k]);
       }
     }
 
@@ -254,14 +257,7 @@ inline namespace RVE_ISA {
     template <int N>
     RVE_INLINE void publish_spin(PackItem<N> i, const Spin<typename Packed<N>::Real, D> &spin)
     {
-      if constexpr (D == 2)
-        spin.store(this->spin.array + i.first);
-      else
-        store_vectors(
-            [&](int lane) {
-              return &this->spin.array[i.first + lane][0];
-            },
-            spin);
+      store_records<typename Packed<N>::Real>(spin, this->spin.array + i.first);
     }
   };
 

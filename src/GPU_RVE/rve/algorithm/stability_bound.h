@@ -234,9 +234,9 @@ inline namespace RVE_ISA {
     });
     const double lightest = block.max_array(n, arrays.value);
     block.for_each(n, [&](Item i) {
-      arrays.value[i] = -static_cast<double>(shared.radius[i]);
+      arrays.value[i] = 1.0 / static_cast<double>(shared.radius[i]);
     });
-    const double smallest = -block.max_array(n, arrays.value);
+    const double smallest = 1.0 / block.max_array(n, arrays.value);
     const ContactModuli coming = relative_moduli({coming_deep, smallest, smallest});
     // of two of the lightest grains: along the normal, and along the contact with arms of a radius. What rolls is fastest where it rolls on
     // a large partner, and then on its own; twisting has the angles of both.

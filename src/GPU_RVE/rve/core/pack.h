@@ -6,6 +6,7 @@
 
 #include "rve/core/arithmetic.h"
 #include "rve/core/fixed_point.h"
+#include "rve/core/vec.h"
 
 #include <cstdint>
 #include <cstring>
@@ -299,6 +300,67 @@ inline namespace RVE_ISA {
     using Sum = Pack<typename Numbers::Sum, N>;
   };
 
+  // ---- three numbers behind one another per lane, and the lanes behind one another --------------------------------------------------
+
+  template <int N> RVE_INLINE void load_triples(const float *from, Vec<Pack<float, N>, 3> &x)
+  {
+    for (int m = 0; m < N / 8; ++m, from += 24) {
+      const auto two = [&](int k) {
+        return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(from + k)),
+                                    _mm_loadu_ps(from + k + 12), 1);
+      };
+      const __m256 front = two(0), middle = two(4), back = two(8);
+      const __m256 xy = _mm256_shuffle_ps(middle, back, _MM_SHUFFLE(2, 1, 3, 2)),
+                   yz = _mm256_shuffle_ps(front, middle, _MM_SHUFFLE(1, 0, 2, 1));
+      x[0].part[m] = _mm256_shuffle_ps(front, xy, _MM_SHUFFLE(2, 0, 3, 0));
+      x[1].part[m] = _mm256_shuffle_ps(yz, xy, _MM_SHUFFLE(3, 1, 2, 0));
+      x[2].part[m] = _mm256_shuffle_ps(yz, back, _MM_SHUFFLE(3, 0, 3, 1));
+    }
+  }
+
+  template <int N> RVE_INLINE void store_triples(const Vec<Pack<float, N>, 3> &x, float *to)
+  {
+    for (int m = 0; m < N / 8; ++m, to += 24) {
+      const __m256 a = x[0].part[m], b = x[1].part[m], c = x[2].part[m];
+      const __m256 ab = _mm256_shuffle_ps(a, b, _MM_SHUFFLE(2, 0, 2, 0)),
+                   bc = _mm256_shuffle_ps(b, c, _MM_SHUFFLE(3, 1, 3, 1)),
+                   ca = _mm256_shuffle_ps(c, a, _MM_SHUFFLE(3, 1, 2, 0));
+      const __m256 three[3] = {_mm256_shuffle_ps(ab, ca, _MM_SHUFFLE(2, 0, 2, 0)),
+                               _mm256_shuffle_ps(bc, ab, _MM_SHUFFLE(3, 1, 2, 0)),
+                               _mm256_shuffle_ps(ca, bc, _MM_SHUFFLE(3, 1, 3, 1))};
+      for (int k = 0; k < 3; ++k) {
+        _mm_storeu_ps(to + 4 * k, _mm256_castps256_ps128(three[k]));
+        _mm_storeu_ps(to + 4 * k + 12, _mm256_extractf128_ps(three[k], 1));
+      }
+    }
+  }
+
+  template <int N> RVE_INLINE void load_triples(const double *from, Vec<Pack<double, N>, 3> &x)
+  {
+    for (int m = 0; m < N / 4; ++m, from += 12) {
+      const __m256d a = _mm256_loadu_pd(from), b = _mm256_loadu_pd(from + 4),
+                    c = _mm256_loadu_pd(from + 8);
+      const __m256d xy = _mm256_permute2f128_pd(a, b, 0x30),    // x0 y0 x2 y2
+          zx = _mm256_permute2f128_pd(a, c, 0x21),              // z0 x1 z2 x3
+          yz = _mm256_permute2f128_pd(b, c, 0x30);              // y1 z1 y3 z3
+      x[0].part[m] = _mm256_shuffle_pd(xy, zx, 0xa);
+      x[1].part[m] = _mm256_shuffle_pd(xy, yz, 0x5);
+      x[2].part[m] = _mm256_shuffle_pd(zx, yz, 0xa);
+    }
+  }
+
+  template <int N> RVE_INLINE void store_triples(const Vec<Pack<double, N>, 3> &x, double *to)
+  {
+    for (int m = 0; m < N / 4; ++m, to += 12) {
+      const __m256d xy = _mm256_unpacklo_pd(x[0].part[m], x[1].part[m]),
+                    zx = _mm256_shuffle_pd(x[2].part[m], x[0].part[m], 0xa),
+                    yz = _mm256_unpackhi_pd(x[1].part[m], x[2].part[m]);
+      _mm256_storeu_pd(to, _mm256_permute2f128_pd(xy, zx, 0x20));
+      _mm256_storeu_pd(to + 4, _mm256_permute2f128_pd(yz, xy, 0x30));
+      _mm256_storeu_pd(to + 8, _mm256_permute2f128_pd(zx, yz, 0x31));
+    }
+  }
+
   // ---- records of K numbers, as records of K packs ----------------------------------------------------------------------------------
 
   /// Record: a P, a pack, or a struct of them. `single` has the records of the lanes, each of numbers of one type.
@@ -307,6 +369,10 @@ inline namespace RVE_ISA {
   {
     if constexpr (std::is_same_v<Record, P>) {
       return P::load(single);
+    } else if constexpr (std::is_same_v<Record, Vec<P, 3>>) {
+      Record record;
+      load_triples(&(*single)[0], record);
+      return record;
     } else {
       using T = typename P::Number;
       constexpr int K = sizeof(Single) / sizeof(T);
@@ -331,6 +397,8 @@ inline namespace RVE_ISA {
   {
     if constexpr (std::is_same_v<Record, P>) {
       record.store(single);
+    } else if constexpr (std::is_same_v<Record, Vec<P, 3>>) {
+      store_triples(record, &(*single)[0]);
     } else {
       using T = typename P::Number;
       constexpr int K = sizeof(Single) / sizeof(T);
@@ -346,6 +414,14 @@ inline namespace RVE_ISA {
         std::memcpy(single + lane, one, sizeof(one));
       }
     }
+  }
+
+  template <class T, int N, int D>
+  RVE_INLINE Vec<Pack<T, N>, D> where(const PackTruth<T, N> &condition, const Vec<Pack<T, N>, D> &x)
+  {
+    Vec<Pack<T, N>, D> result;
+    for (int a = 0; a < D; ++a) result[a] = where(condition, x[a]);
+    return result;
   }
 
   /// Each number of the record where the condition holds, zero elsewhere.

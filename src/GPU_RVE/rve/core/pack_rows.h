@@ -8,7 +8,6 @@
 #include "rve/core/vec.h"
 
 #include <cstdint>
-#include <type_traits>
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -22,8 +21,8 @@ inline namespace RVE_ISA {
       __m256 pair[4];
       for (int lane = 0; lane < 4; ++lane)
         pair[lane] = _mm256_insertf128_ps(
-            _mm256_castps128_ps256(_mm_load_ps(reinterpret_cast<const float *>(row(lane)))),
-            _mm_load_ps(reinterpret_cast<const float *>(row(lane + 4))), 1);
+            _mm256_castps128_ps256(_mm_loadu_ps(reinterpret_cast<const float *>(row(lane)))),
+            _mm_loadu_ps(reinterpret_cast<const float *>(row(lane + 4))), 1);
       const __m256 a = _mm256_unpacklo_ps(pair[0], pair[1]);
       const __m256 b = _mm256_unpacklo_ps(pair[2], pair[3]);
       const __m256 c = _mm256_unpackhi_ps(pair[0], pair[1]);
@@ -57,7 +56,7 @@ inline namespace RVE_ISA {
     template <class Row> RVE_INLINE void load(const Row &row, int offset)
     {
       const auto words = [&](int lane) {
-        return _mm_load_pd(reinterpret_cast<const double *>(row(lane)) + offset);
+        return _mm_loadu_pd(reinterpret_cast<const double *>(row(lane)) + offset);
       };
       const __m256d even = _mm256_insertf128_pd(_mm256_castpd128_pd256(words(0)), words(2), 1);
       const __m256d odd = _mm256_insertf128_pd(_mm256_castpd128_pd256(words(1)), words(3), 1);
@@ -302,61 +301,87 @@ inline namespace RVE_ISA {
     Pack<Integer, 8>(Integer(0)).store(array);
   }
 
-  // ---- vectors in space --------------------------------------------------------------------------------------------------------------
+  // ---- vectors in space: three words of each lane, at any address -----------------------------------------------------------------------
 
-  /// K numbers behind one another for each lane, from address(lane) on.
-  template <class T, int N, int K = 3, class Address>
-  RVE_INLINE Vec<Pack<T, N>, K> load_vectors(const Address &address)
+  /// The addresses that lie `bytes` behind those of the lanes.
+  template <class Row> RVE_INLINE auto behind(const Row &row, int bytes)
   {
-    T number[K][N];
-    for (int lane = 0; lane < N; ++lane) {
-      const T *from = address(lane);
-      for (int a = 0; a < K; ++a) number[a][lane] = from[a];
+    return [&row, bytes](int lane) {
+      return reinterpret_cast<const char *>(row(lane)) + bytes;
+    };
+  }
+
+  RVE_INLINE void take_column(__m256 column, __m256 &part)
+  {
+    part = column;
+  }
+  RVE_INLINE void take_column(__m256 column, __m256i &part)
+  {
+    part = _mm256_castps_si256(column);
+  }
+  RVE_INLINE void take_column(__m256d column, __m256d &part)
+  {
+    part = column;
+  }
+  RVE_INLINE void take_column(__m256d column, __m256i &part)
+  {
+    part = _mm256_castpd_si256(column);
+  }
+
+  /// The words x[Begin], x[Begin + 1], ... of four words of 32 bits per lane. All four are read.
+  template <int Begin, class T, int K, class Row>
+  RVE_INLINE void load_four(const Row &row, Vec<Pack<T, 8>, K> &x)
+  {
+    FourColumns columns;
+    columns.load(row);
+    for (int a = Begin; a < K; ++a) take_column(columns.column[a], x[a].part[0]);
+  }
+
+  template <class T, int N, class Row>
+  RVE_INLINE void load_three(const Row &row, Vec<Pack<T, N>, 3> &x)
+  {
+    if constexpr (sizeof(T) == 4) {
+      load_four<0>(row, x);
+    } else {
+      for (int m = 0; m < N / 4; ++m) {
+        const auto four = rows_from(row, 4 * m);
+        TwoColumns front, back;
+        front.load(four, 0);
+        back.load(four, 1);
+        take_column(front.first, x[0].part[m]);
+        take_column(front.second, x[1].part[m]);
+        take_column(back.second, x[2].part[m]);
+      }
     }
-    Vec<Pack<T, N>, K> x;
-    for (int a = 0; a < K; ++a) x[a] = Pack<T, N>::load(number[a]);
-    return x;
   }
 
-  template <class T, int N, int K, class Address>
-  RVE_INLINE void store_vectors(const Address &address, const Vec<Pack<T, N>, K> &x)
+  /// Records of two vectors, and of two numbers and a vector.
+  template <class T, class U, int N, class Row>
+  RVE_INLINE void load_row(const Row &row, Vec<Pack<T, N>, 3> &first, Vec<Pack<U, N>, 3> &second)
   {
-    T number[K][N];
-    for (int a = 0; a < K; ++a) x[a].store(number[a]);
-    for (int lane = 0; lane < N; ++lane) {
-      T *to = address(lane);
-      for (int a = 0; a < K; ++a) to[a] = number[a][lane];
+    load_three(row, first);
+    load_three(behind(row, 3 * sizeof(T)), second);
+  }
+
+  template <class Row>
+  RVE_INLINE void load_row(const Row &row, Vec<Pack<float, 8>, 2> &first,
+                           Vec<Pack<std::uint32_t, 8>, 3> &second)
+  {
+    load_four<0>(row, first);
+    load_three(behind(row, 2 * sizeof(float)), second);
+  }
+
+  template <class Row>
+  RVE_INLINE void load_row(const Row &row, Vec<Pack<double, 8>, 2> &first,
+                           Vec<Pack<std::uint32_t, 8>, 3> &second)
+  {
+    for (int m = 0; m < 2; ++m) {
+      TwoColumns columns;
+      columns.load(rows_from(row, 4 * m), 0);
+      first[0].part[m] = columns.first;
+      first[1].part[m] = columns.second;
     }
-  }
-
-  /// Records of K numbers and M others.
-  template <class T, class U, int N, int K, int M, class Row,
-            class = std::enable_if_t<K == 3 || M == 3>>
-  RVE_INLINE void load_row(const Row &row, Vec<Pack<T, N>, K> &first, Vec<Pack<U, N>, M> &second)
-  {
-    first = load_vectors<T, N, K>([&](int lane) {
-      return reinterpret_cast<const T *>(row(lane));
-    });
-    second = load_vectors<U, N, M>([&](int lane) {
-      return reinterpret_cast<const U *>(reinterpret_cast<const T *>(row(lane)) + K);
-    });
-  }
-
-  template <class T, class U, int N, int K, int M, class Row,
-            class = std::enable_if_t<K == 3 || M == 3>>
-  RVE_INLINE void store_row(const Row &row, const Vec<Pack<T, N>, K> &first,
-                            const Vec<Pack<U, N>, M> &second)
-  {
-    store_vectors(
-        [&](int lane) {
-          return reinterpret_cast<T *>(row(lane));
-        },
-        first);
-    store_vectors(
-        [&](int lane) {
-          return reinterpret_cast<U *>(reinterpret_cast<T *>(row(lane)) + K);
-        },
-        second);
+    load_three(behind(row, 2 * sizeof(double)), second);
   }
 
   /// Columns of 8 rows of 8 words of 32 bits, or rows of columns.
@@ -387,6 +412,54 @@ inline namespace RVE_ISA {
     x[1] = _mm256_permute2x128_si256(b, d, 0x20);
     x[2] = _mm256_permute2x128_si256(a, c, 0x31);
     x[3] = _mm256_permute2x128_si256(b, d, 0x31);
+  }
+
+  template <class T, int N, class Row>
+  RVE_INLINE void store_three(const Row &row, const Vec<Pack<T, N>, 3> &x)
+  {
+    if constexpr (sizeof(T) == 4) {
+      const auto bits = [&](int a) {
+        return (__m256i) x[a].part[0];
+      };
+      const __m256i zero = _mm256_setzero_si256();
+      const __m256i xy[2] = {_mm256_unpacklo_epi32(bits(0), bits(1)),
+                             _mm256_unpackhi_epi32(bits(0), bits(1))},
+                    z[2] = {_mm256_unpacklo_epi32(bits(2), zero),
+                            _mm256_unpackhi_epi32(bits(2), zero)};
+      const auto put = [&](int lane, __m128i three) {
+        auto *to = const_cast<char *>(reinterpret_cast<const char *>(row(lane)));
+        _mm_storel_epi64(reinterpret_cast<__m128i *>(to), three);
+        _mm_storeu_si32(to + 8, _mm_unpackhi_epi64(three, three));
+      };
+      for (int k = 0; k < 2; ++k) {
+        const __m256i even = _mm256_unpacklo_epi64(xy[k], z[k]),
+                      odd = _mm256_unpackhi_epi64(xy[k], z[k]);
+        put(2 * k, _mm256_castsi256_si128(even));
+        put(2 * k + 1, _mm256_castsi256_si128(odd));
+        put(2 * k + 4, _mm256_extracti128_si256(even, 1));
+        put(2 * k + 5, _mm256_extracti128_si256(odd, 1));
+      }
+    } else {
+      for (int m = 0; m < N / 4; ++m) {
+        __m256i rows[4] = {(__m256i) x[0].part[m], (__m256i) x[1].part[m], (__m256i) x[2].part[m],
+                           _mm256_setzero_si256()};
+        transpose(rows);
+        for (int lane = 0; lane < 4; ++lane) {
+          auto *to = const_cast<char *>(reinterpret_cast<const char *>(row(4 * m + lane)));
+          _mm_storeu_si128(reinterpret_cast<__m128i *>(to), _mm256_castsi256_si128(rows[lane]));
+          _mm_storel_epi64(reinterpret_cast<__m128i *>(to + 16),
+                           _mm256_extracti128_si256(rows[lane], 1));
+        }
+      }
+    }
+  }
+
+  template <class T, class U, int N, class Row>
+  RVE_INLINE void store_row(const Row &row, const Vec<Pack<T, N>, 3> &first,
+                            const Vec<Pack<U, N>, 3> &second)
+  {
+    store_three(row, first);
+    store_three(behind(row, 3 * sizeof(T)), second);
   }
 
   // ---- rows of eight integers, of which six count: as those of four ------------------------------------------------------------------

@@ -53,6 +53,15 @@ inline namespace RVE_ISA {
     return v;
   }
 
+  /// factor * x + y, each component rounded once.
+  template <class T, int D>
+  RVE_INLINE Vec<T, D> fma(T factor, const Vec<T, D> &x, const Vec<T, D> &y)
+  {
+    Vec<T, D> v;
+    for (int a = 0; a < D; ++a) v[a] = fma(factor, x[a], y[a]);
+    return v;
+  }
+
   /// Spin of a body or torque on it: a component for each plane that it can turn in. In the plane it is that number.
   template <class T, int D> struct SpinType {
     using type = Vec<T, Space<D>::spins>;

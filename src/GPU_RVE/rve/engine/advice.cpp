@@ -135,7 +135,7 @@ std::vector<Advice> advice(Format format, const ResultOf<D> &result, const Mater
   const double radius = 0.5 * grain_size(result);
   const ContactPlace place{2.0 * radius * overlap, radius, radius};
   double spring_force = 0.0, tangential_stiffness = 0.0;
-  with_law(material, [&](const auto &law) {
+  with_law<D>(material, [&](const auto &law) {
     spring_force = law.spring_force(place);
     tangential_stiffness = law.stiffness(place).tangential;
   });

@@ -66,7 +66,7 @@ template <> struct RememberedNumber<2> {
 template <> struct RememberedNumber<3> {
   const char *name, *what, *unit;
   PairVector vector;           ///< or nullptr: a scalar
-  int component;               ///< of the vector
+  int component;               ///< of the vector; -1: a scalar
   SpatialPairMember scalar;    ///< or nullptr
   bool is_mirrored =
       false;    ///< a scalar that changes its sign in a mirror; vectors turn with the RVE
@@ -93,14 +93,14 @@ constexpr RememberedNumber<3> SPATIAL_PAIR_MEMORY[] = {
      &PairOf<3>::tangential_force, 1, nullptr},
     {"tangential_force_z", "z component of the tangential force", "[force]",
      &PairOf<3>::tangential_force, 2, nullptr},
-    {"contact_radius", "contact radius", "[length]", nullptr, 0, &PairOf<3>::contact_radius},
+    {"contact_radius", "contact radius", "[length]", nullptr, -1, &PairOf<3>::contact_radius},
     {"rolling_force_x", "x component of the rolling force", "[force]", &PairOf<3>::rolling_force, 0,
      nullptr},
     {"rolling_force_y", "y component of the rolling force", "[force]", &PairOf<3>::rolling_force, 1,
      nullptr},
     {"rolling_force_z", "z component of the rolling force", "[force]", &PairOf<3>::rolling_force, 2,
      nullptr},
-    {"twisting_moment", "twisting moment", "[force length]", nullptr, 0,
+    {"twisting_moment", "twisting moment", "[force length]", nullptr, -1,
      &PairOf<3>::twisting_moment, true}};
 
 template <int D> constexpr const auto &pair_memory()

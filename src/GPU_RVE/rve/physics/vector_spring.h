@@ -82,8 +82,11 @@ inline namespace RVE_ISA {
       const auto beyond = squared > History(1.0 + kSlack) * squared_limit;
       VectorForce<Real, History> result;
       result.sliding = squared >= History(1.0 - kSlack) * squared_limit;
-      const auto length = root_and_inverse(squared + History(kLeastSquaredForce));
-      const History share = select(beyond, limit * length.inverse, History(1));
+      History share = History(1);
+      if (any(beyond)) {
+        const auto length = root_and_inverse(squared + History(kLeastSquaredForce));
+        share = select(beyond, limit * length.inverse, share);
+      }
       for (int a = 0; a < 3; ++a) {
         const History capped = share * trial[a];
         result.force[a] = static_cast<Real>(capped);

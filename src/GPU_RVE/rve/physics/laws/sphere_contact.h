@@ -30,14 +30,14 @@ inline namespace RVE_ISA {
       const VelocityArms<Real> arms = moving.template set_arms<OwnVelocityArm>(
           contact.overlap, i.radius, j.radius, velocity_arm);
       moving.normal_velocity = dot(velocity, n);
-      const Vec<Real, 3> across = velocity - moving.normal_velocity * n;
+      const Vec<Real, 3> across = fma(-moving.normal_velocity, n, velocity);
       moving.normal_rate = reciprocal(contact.distance) * across;
       moving.twist_rate = Real(0.5) * dot(i.spin + j.spin, n);
       // sums of two products, not fma: they must not depend on the order of the grains
       const Vec<Real, 3> surface = arms.i * i.spin + arms.j * j.spin;
-      const Vec<Real, 3> middle = n - (Real(0.5) * dt) * moving.normal_rate;
+      const Vec<Real, 3> middle = fma(Real(-0.5) * dt, moving.normal_rate, n);
       const Vec<Real, 3> turning = cross(surface, middle);
-      moving.tangential_velocity = across - (turning - dot(turning, n) * n);
+      moving.tangential_velocity = across - fma(-dot(turning, n), n, turning);
       return moving;
     }
 
