@@ -618,7 +618,7 @@ namespace {
       turn(state.spin);
       for (PairOf<3> &pair : state.pairs)
         for (const RememberedNumber<3> &number : SPATIAL_PAIR_MEMORY)
-          if (number.vector && number.component == 0) turn(&number.of(pair));
+          if (number.component == 0) turn(&number.of(pair));
     }
 
    private:
