@@ -309,51 +309,6 @@ TEST_P(GranularSpheres, HaveTheForcesOfLammpsWithHistoriesAsItProjectsThem)
   });
 }
 
-TEST_P(GranularSpheres, MoveAsInLammpsButForTheTurnOfHistories)
-{
-  // through the whole engine, in the same box
-  const std::string words = GetParam().words;
-  const Grains grains = random_grains();
-  GranularScript lammps(grains, words);
-  const Material material = lammps.material(words);
-  rve_test::Spheres state;
-  {
-    std::vector<double> places;
-    for (const Vector &x : grains.place) places.insert(places.end(), {x[0], x[1], x[2]});
-    state = rve_test::spheres(material, BOX_MATRIX, grains.radius, places);
-    for (int i = 0; i < NUM_GRAINS; ++i)
-      for (int a = 0; a < 3; ++a) {
-        state.velocity[3 * i + a] = grains.velocity[i][a];
-        state.spin[3 * i + a] = grains.spin[i][a];
-      }
-  }
-  rve::Options options = rve_test::sphere_options();
-  options.contacts = rve::contacts_of(state);
-  options.arms = rve::Arms::Lammps;
-  rve_test::SphereRig rig(state, options);
-  constexpr int STEPS = 200;
-  rig.strain(Tensor3::zero(), DT, STEPS);
-  const rve_test::Spheres after = rig.state();
-  std::vector<Grain> there;
-  for (int step = 0; step < STEPS; ++step) there = lammps.next_step();
-
-  double change = 0.0, difference = 0.0, turn = 0.0, turn_difference = 0.0;
-  for (int i = 0; i < NUM_GRAINS; ++i) {
-    const double mass = mass_of(grains.radius[i]),
-                 inertia = 0.4 * mass * grains.radius[i] * grains.radius[i];
-    const Vector velocity = there[i].velocity + (DT / mass) * there[i].force,
-                 spin = there[i].spin + (DT / inertia) * there[i].torque;
-    for (int a = 0; a < 3; ++a) {
-      change = std::fmax(change, std::fabs(velocity[a] - grains.velocity[i][a]));
-      difference = std::fmax(difference, std::fabs(after.velocity[3 * i + a] - velocity[a]));
-      turn = std::fmax(turn, std::fabs(spin[a] - grains.spin[i][a]));
-      turn_difference = std::fmax(turn_difference, std::fabs(after.spin[3 * i + a] - spin[a]));
-    }
-  }
-  EXPECT_LT(difference, 0.02 * change);
-  EXPECT_LT(turn_difference, 0.02 * turn);
-}
-
 INSTANTIATE_TEST_SUITE_P(
     OfPairCoeff, GranularSpheres,
     ::testing::Values(
