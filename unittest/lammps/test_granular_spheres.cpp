@@ -62,11 +62,6 @@ Grains random_grains()
   return grains;
 }
 
-double mass_of(double radius)
-{
-  return DENSITY * 4.0 / 3.0 * rve::kPi * radius * radius * radius;
-}
-
 std::string digits(double x)
 {
   char text[32];
