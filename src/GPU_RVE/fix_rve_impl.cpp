@@ -891,10 +891,7 @@ template <int D> void FixRve::ImplOf<D>::write_dump(int atom, const std::string 
 {
   guarded(
       [&] {
-        if constexpr (D == 2)
-          rve::write_lammps_data(path, points->state(slot[atom]));
-        else
-          throw rve::InputError("dump is for disks; use dump rve/grain for spheres");
+        rve::write_lammps_data(path, points->state(slot[atom]));
       },
       atom);
 }

@@ -1,5 +1,6 @@
 // RVEs of spheres through LAMMPS scripts: in dimension 3 and, in plane strain, in dimension 2. Runs under mpirun as well.
 
+#include "comm.h"
 #include "grains_script.h"
 #include "rve/engine/packing_io.h"
 #include "support/spheres.h"
@@ -214,13 +215,23 @@ TEST(SpheresOfFixRve, AreSeenByOtherCommands)
     EXPECT_NEAR(row[6], -row[5] * row[4], 1e-9);
     EXPECT_EQ(row[7], 0.0);
   }
-  int rank;
-  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
-  if (rank > 0) return;
+  if (script.lmp->comm->me > 0) return;
   const std::string text = text_of(dump);
   EXPECT_IN("ITEM: BOX BOUNDS abc origin pp pp pp", text);
   EXPECT_IN("ITEM: ATOMS id x y z radius omegax fz contacts", text);
   EXPECT_IN(" 12\n", text);    // contacts of the last sphere
+}
+
+TEST(SpheresOfFixRve, AreWrittenForLammpsAtTheirTimes)
+{
+  const std::string prefix = temporary_path("snap");
+  GrainsScript script;
+  script << atoms_in(3) + fix_with(lattice()) + "dt auto dump 1 " + prefix + " 1\nrun 1\n";
+
+  if (script.lmp->comm->me > 0) return;
+  EXPECT_IN("32 atoms", text_of(prefix + ".1.1.data"));
+  EXPECT_FALSE(text_of(prefix + ".1.1.data.contacts").empty());
+  EXPECT_TRUE(text_of(prefix + ".2.1.data").empty());
 }
 
 TEST(SpheresOfFixRve, WarnOfWhatGoesBeyondALimitInWordsOfSpheres)
