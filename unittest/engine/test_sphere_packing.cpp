@@ -88,28 +88,6 @@ Sample mean_of_packings(PackingRecipe recipe, int seeds, int least_contacts)
   return mean;
 }
 
-/// A LAMMPS data file of atom_style sphere, in an upright box at the origin.
-Spheres read_spheres(const std::string &path, const Material &material)
-{
-  std::ifstream file(path);
-  Tensor3 cell = Tensor3::zero();
-  std::vector<double> radius, xyz;
-  int sides = 0;
-  for (std::string line; std::getline(file, line);) {
-    std::istringstream words(line);
-    double low, high, diameter, density, x[3];
-    int id, type;
-    if (line.find("lo ") != std::string::npos && words >> low >> high) {
-      cell(sides, sides) = high - low;
-      ++sides;
-    } else if (words >> id >> type >> diameter >> density >> x[0] >> x[1] >> x[2]) {
-      radius.push_back(0.5 * diameter);
-      xyz.insert(xyz.end(), x, x + 3);
-    }
-  }
-  return spheres(material, cell, radius, xyz);
-}
-
 }    // namespace
 
 TEST(LooseCloudOfSpheres, GrainsDoNotTouchAndFillTheAskedFraction)

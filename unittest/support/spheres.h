@@ -11,7 +11,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <memory>
+#include <sstream>
+#include <string>
 #include <vector>
 
 namespace rve_test {
@@ -107,6 +110,28 @@ inline Spheres disordered_spheres(const rve::Material &material, int m, unsigned
   for (double &v : state.velocity) v = random.uniform(-0.05, 0.05);
   for (double &w : state.spin) w = random.uniform(-5.0, 5.0);
   return state;
+}
+
+/// A LAMMPS data file of atom_style sphere, in an upright box at the origin.
+inline Spheres read_spheres(const std::string &path, const rve::Material &material)
+{
+  std::ifstream file(path);
+  rve::Tensor3 cell = rve::Tensor3::zero();
+  std::vector<double> radius, xyz;
+  int sides = 0;
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream words(line);
+    double low, high, diameter, density, x[3];
+    int id, type;
+    if (line.find("lo ") != std::string::npos && words >> low >> high) {
+      cell(sides, sides) = high - low;
+      ++sides;
+    } else if (words >> id >> type >> diameter >> density >> x[0] >> x[1] >> x[2]) {
+      radius.push_back(0.5 * diameter);
+      xyz.insert(xyz.end(), x, x + 3);
+    }
+  }
+  return spheres(material, cell, radius, xyz);
 }
 
 class SphereRig {
