@@ -201,13 +201,8 @@ TYPED_TEST(Registers, FrictionlessProgramGivesTheBitsOfArraysWithACoefficientOfZ
 TEST(SpheresInRegisters, GiveTheBitsOfArrays)
 {
   using Scene = ProgramScene<Program::Spheres, MixedNumbers>;
-  Material material;
-  material.normal_stiffness = 1e6;
-  material.tangential_stiffness = 8e5;
-  material.friction = 0.5;
-  material.density = 2650.0;
-  material.local_damping = 0.3;
-  RveRun<3> arrays = run_of<MixedNumbers>(disordered_spheres(material, 7, 1), Program::Spheres),
+  RveRun<3> arrays = run_of<MixedNumbers>(disordered_spheres(spheres_material(), 7, 1),
+                                          Program::Spheres),
             registers = arrays;
   const auto drives = calls<3>(SPHERE_DT);
 
