@@ -315,6 +315,15 @@ TEST(SpheresMessage, OfDisksInSpaceSaysWhatTheyNeed)
             message_of(atoms_in(3) + fix_with(PACKING)));
 }
 
+TEST(SpheresMessage, OfAMissingFileNamesItInAnyDimension)
+{
+  for (const int dimension : {2, 3}) {
+    const std::string message = message_of(atoms_in(dimension) + fix_with("missing.rve"));
+    EXPECT_IN("missing.rve", message);
+    EXPECT_EQ(message.find("2d system"), std::string::npos) << message;
+  }
+}
+
 TEST(SpheresMessage, OfComponents)
 {
   const std::string spheres = lattice(), servo = "servo xx -1e5 ";
