@@ -42,6 +42,8 @@ class BlockInRegisters : public BlockSerial {
     std::memset(static_cast<void *>(copy.value.data()), GARBAGE, CAPACITY * sizeof(T));
     return copy;
   }
+
+  template <class T> using Shown = BlockSerial::Resident<T>;
 };
 
 /// An RVE under one program.

@@ -207,8 +207,7 @@ void add_contacts(const Law &law, const Grains &grains, const std::vector<Grain>
       project(history, contact.normal);
       // without time: the normal of the end of the step
       auto moving = law.motion(contact, one, other, rve::Tensor<double, 3>::zero(), 0.0);
-      moving.normal_rate = Vector::zero();
-      moving.twist_rate = 0.0;
+      moving.turn = {Vector::zero(), 0.0};
       auto force = law.answer(contact, one, other, moving, history, DT);
       ++(force.sliding ? compared.sliding : compared.sticking);
       if constexpr (Law::has_rolling) {

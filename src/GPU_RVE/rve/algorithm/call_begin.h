@@ -72,9 +72,18 @@ inline namespace RVE_ISA {
                                      int pair_capacity)
     {
       call.shared = shared;
+      if constexpr (kFewRegisters<Block, Scene>) hide_grain(shared, num_grains);
       call.work = carve_workspace<Scene>(workspace, num_grains, pair_capacity);
       call.pairs = PairView<Scene>{shared.partner, shared.history, call.work.extra_first,
                                    call.work.extra_second, call.work.extra_history};
+    }
+
+    /// Behind the last grain one that touches none: so far inside another would have to come (internal lengths: radii are below 1/2).
+    static RVE_INLINE void hide_grain(const SharedView<Scene> &shared, int num_grains)
+    {
+      shared.motion[num_grains] = MotionOf<Scene>();
+      shared.spin[num_grains] = Spin<Real, Scene::D>();
+      shared.radius[num_grains] = typename Scene::Wide(-1024);
     }
 
     /// Whether the first steps may take the grains from the image themselves: nothing else wants to see them before.

@@ -206,8 +206,8 @@ inline namespace RVE_ISA {
           });
     };
     // extra pairs ride along with the grains of the same numbers: no phase of their own
-    const auto add_extra = [&](int i, GrainSum<Numbers, Scene::D> &sum) RVE_INLINE_LAMBDA {
-      for (int m = i; m < num_extra; m += num_grains) {
+    const auto add_extra = [&](Item i, GrainSum<Numbers, Scene::D> &sum) RVE_INLINE_LAMBDA {
+      block.share_out(i, num_grains, num_extra, [&](int m) RVE_INLINE_LAMBDA {
         const PairView<Scene> &pairs = call.pairs;
         const int first = pairs.extra_first[m], second = pairs.extra_second[m];
         const auto one = view_grain(shared, first), other = view_grain(shared, second);
@@ -218,7 +218,7 @@ inline namespace RVE_ISA {
                                add_force(block, shared, second, force);
                              });
         add_force(block, shared, first, sum.own);
-      }
+      });
     };
 
     if constexpr (WithStress) {
@@ -250,7 +250,7 @@ inline namespace RVE_ISA {
           add_owned(i, sum);
           grains.keep_forces(i, sum.own, sum.largest_force);
         });
-        grains.for_each_grain(item, num_extra, [&](int i) RVE_INLINE_LAMBDA {
+        grains.for_each_grain(item, num_extra, [&](Item i) RVE_INLINE_LAMBDA {
           auto sum = begin_sum<Scene>(grains.largest_force[i]);
           add_extra(i, sum);
           grains.largest_force.keep(i, sum.largest_force);

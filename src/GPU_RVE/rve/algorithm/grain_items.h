@@ -48,33 +48,149 @@ inline namespace RVE_ISA {
     return sum;
   }
 
+  /// The partners of the grains, and their radii, which a thread keeps or has in an array of its own.
+  template <class Block, class Scene> struct PartnersInSlots {
+    template <class T> using Resident = typename Block::template Resident<T>;
+    using Item = typename Block::Item;
+
+    Resident<std::int32_t> slot[Scene::owned_pairs];
+    Resident<typename Scene::Wide> radius_in[Scene::owned_pairs];
+
+    RVE_INLINE PartnersInSlots(Block &block, const SharedView<Scene> &shared, int n)
+    {
+      for (int k = 0; k < Scene::owned_pairs; ++k) {
+        slot[k] = block.resident(shared.partner + k * n);
+        radius_in[k] = block.resident(shared.partner_radius + k * n);
+      }
+    }
+
+    RVE_INLINE void load(Item) {}
+    RVE_INLINE void load_slot(const SharedView<Scene> &shared, int k, Item i)
+    {
+      slot[k].load(i);
+      if (Block::kInRegisters) look_at(shared, k, i);
+    }
+    RVE_INLINE void publish(Item i, const std::int32_t *partner)
+    {
+      for (int k = 0; k < Scene::owned_pairs; ++k) slot[k].publish(i, partner[k]);
+    }
+    /// When all grains are to be seen.
+    RVE_INLINE void look_at_all(const SharedView<Scene> &shared, Item i)
+    {
+      for (int k = 0; k < Scene::owned_pairs; ++k) look_at(shared, k, i);
+    }
+
+    /// Own number: the slot is free.
+    RVE_INLINE std::int32_t in_slot(int k, Item i) { return slot[k][i]; }
+    /// The grain that is to be seen as the partner in slot k.
+    RVE_INLINE int seen(int k, Item i) { return slot[k][i]; }
+    RVE_INLINE typename Scene::Wide radius(const SharedView<Scene> &, int k, Item i)
+    {
+      return radius_in[k][i];
+    }
+
+   private:
+    RVE_INLINE void look_at(const SharedView<Scene> &shared, int k, Item i)
+    {
+      radius_in[k].keep(i, radius_of_partner(shared, i, slot[k][i]));
+    }
+  };
+
+  /// The partners of a grain in a thread's registers, two to a word. In a free slot the hidden grain behind the last one is seen.
+  template <class Block, class Scene> class PackedPartners {
+    static constexpr int kWords = (Scene::owned_pairs + 1) / 2;
+    struct Words {
+      std::uint32_t word[kWords];
+    };
+    typename Block::template Resident<Words> packed;
+    std::int32_t *array;
+    int num_grains;
+
+   public:
+    using Item = typename Block::Item;
+
+    RVE_INLINE PackedPartners(Block &block, const SharedView<Scene> &shared, int n) :
+        packed(block.template resident<Words>(nullptr)), array(shared.partner), num_grains(n)
+    {
+    }
+
+    RVE_INLINE void load(Item i)
+    {
+      std::int32_t partner[Scene::owned_pairs];
+      for (int k = 0; k < Scene::owned_pairs; ++k) partner[k] = array[k * num_grains + i];
+      pack(i, partner);
+    }
+    RVE_INLINE void load_slot(const SharedView<Scene> &, int, Item) {}
+    RVE_INLINE void publish(Item i, const std::int32_t *partner)
+    {
+      for (int k = 0; k < Scene::owned_pairs; ++k) array[k * num_grains + i] = partner[k];
+      pack(i, partner);
+    }
+    RVE_INLINE void look_at_all(const SharedView<Scene> &, Item) {}
+
+    RVE_INLINE std::int32_t in_slot(int k, Item i)
+    {
+      const int j = seen(k, i);
+      return j == num_grains ? static_cast<int>(i) : j;
+    }
+    RVE_INLINE int seen(int k, Item i)
+    {
+      return static_cast<int>((packed[i].word[k / 2] >> (16 * (k % 2))) & 0xffffu);
+    }
+    RVE_INLINE typename Scene::Wide radius(const SharedView<Scene> &shared, int k, Item i)
+    {
+      return shared.radius[seen(k, i)];
+    }
+
+   private:
+    RVE_INLINE void pack(Item i, const std::int32_t *partner)
+    {
+      Words words = {};
+      for (int k = 0; k < Scene::owned_pairs; ++k) {
+        const int j = partner[k] == static_cast<int>(i) ? num_grains : partner[k];
+        words.word[k / 2] |= static_cast<std::uint32_t>(j) << (16 * (k % 2));
+      }
+      packed.keep(i, words);
+    }
+  };
+
   /// The grains of a block, of which a thread of a GPU keeps its own in registers from step to step.
   template <class Block, class Scene> struct GrainItems {
     template <class T> using Resident = typename Block::template Resident<T>;
+    using Item = typename Block::Item;
     using Numbers = typename Scene::Numbers;
     using Sums = Vec<typename Scene::Sum, Scene::freedoms>;
+    /// What others see of a grain.
+    template <class T>
+    using Seen = std::conditional_t<kFewRegisters<Block, Scene>, typename Block::template Shown<T>,
+                                    Resident<T>>;
+    template <class T> static RVE_INLINE Seen<T> seen(Block &block, T *array)
+    {
+      if constexpr (kFewRegisters<Block, Scene>)
+        return block.shown(array);
+      else
+        return block.resident(array);
+    }
     /// The scene in the numbers of an item of a phase: here an item is one grain.
-    template <class Item> using SceneOf = Scene;
+    template <class SomeItem> using SceneOf = Scene;
 
-    Resident<MotionOf<Scene>> motion;                       ///< published
-    Resident<Spin<typename Scene::Real, Scene::D>> spin;    ///< published
-    Resident<typename Scene::Wide> radius;
+    Seen<MotionOf<Scene>> motion;                       ///< published
+    Seen<Spin<typename Scene::Real, Scene::D>> spin;    ///< published
+    Seen<typename Scene::Wide> radius;
     Resident<Sums> own;
     Resident<typename Scene::Real> largest_force;
-    Resident<std::int32_t> partner[Scene::owned_pairs];
-    Resident<typename Scene::Wide> partner_radius[Scene::owned_pairs];
+    std::conditional_t<kFewRegisters<Block, Scene>, PackedPartners<Block, Scene>,
+                       PartnersInSlots<Block, Scene>>
+        partners;
     Resident<typename Scene::History> history[Scene::owned_pairs];
 
     RVE_INLINE GrainItems(Block &block, const SharedView<Scene> &shared, int n) :
-        motion(block.resident(shared.motion)), spin(block.resident(shared.spin)),
-        radius(block.resident(shared.radius)), own(block.resident(shared.own)),
-        largest_force(block.resident(shared.largest_force))
+        motion(seen(block, shared.motion)), spin(seen(block, shared.spin)),
+        radius(seen(block, shared.radius)), own(block.resident(shared.own)),
+        largest_force(block.resident(shared.largest_force)), partners(block, shared, n)
     {
-      for (int k = 0; k < Scene::owned_pairs; ++k) {
-        partner[k] = block.resident(shared.partner + k * n);
-        partner_radius[k] = block.resident(shared.partner_radius + k * n);
+      for (int k = 0; k < Scene::owned_pairs; ++k)
         history[k] = block.resident(shared.history + k * n);
-      }
     }
 
     /// With room that only packs of grains need.
@@ -87,35 +203,29 @@ inline namespace RVE_ISA {
     // ---- to registers and back --------------------------------------------------------------------------------------------------
 
     /// All but `own`, which does not last from one stretch of steps to the next.
-    RVE_INLINE void load(const SharedView<Scene> &shared, int i)
+    RVE_INLINE void load(const SharedView<Scene> &shared, Item i)
     {
       load_itself(i);
       for (int k = 0; k < Scene::owned_pairs; ++k) load_pair(shared, k, i);
     }
 
-    RVE_INLINE void load_itself(int i)
+    RVE_INLINE void load_itself(Item i)
     {
       motion.load(i);
       spin.load(i);
       radius.load(i);
       largest_force.load(i);
+      partners.load(i);
     }
 
-    RVE_INLINE void load_pair(const SharedView<Scene> &shared, int k, int i)
+    RVE_INLINE void load_pair(const SharedView<Scene> &shared, int k, Item i)
     {
-      partner[k].load(i);
       if (Scene::has_friction) history[k].load(i);
-      if (Block::kInRegisters) look_at_partner(shared, k, i);
-    }
-
-    /// The radius of a partner that is known.
-    RVE_INLINE void look_at_partner(const SharedView<Scene> &shared, int k, int i)
-    {
-      partner_radius[k].keep(i, radius_of_partner(shared, i, partner[k][i]));
+      partners.load_slot(shared, k, i);
     }
 
     /// All but `own`; what is published is there already.
-    RVE_INLINE void save(int i)
+    RVE_INLINE void save(Item i)
     {
       largest_force.save(i);
       if (Scene::has_friction)
@@ -124,31 +234,32 @@ inline namespace RVE_ISA {
 
     // ---- what the phases of a step ask for --------------------------------------------------------------------------------------
 
-    RVE_INLINE ViewOf<Scene> view(int i) { return {motion[i], spin[i], radius[i]}; }
+    RVE_INLINE ViewOf<Scene> view(Item i) { return {motion[i], spin[i], radius[i]}; }
 
     /// The partner in slot k.
-    RVE_INLINE ViewOf<Scene> view_partner(const SharedView<Scene> &shared, int k, int i)
+    RVE_INLINE ViewOf<Scene> view_partner(const SharedView<Scene> &shared, int k, Item i)
     {
-      const int j = partner[k][i];
-      return {shared.motion[j], shared.spin[j], partner_radius[k][i]};
+      const int j = partners.seen(k, i);
+      return {shared.motion[j], shared.spin[j], partners.radius(shared, k, i)};
     }
 
-    RVE_INLINE GrainResponseOf<Scene> response(const SharedView<Scene> &shared, int i)
+    RVE_INLINE GrainResponseOf<Scene> response(const SharedView<Scene> &shared, Item i)
     {
       return shared.response[i];
     }
 
     /// What the pair in slot k remembers: can be read and written.
-    RVE_INLINE typename Scene::History &history_of(int k, int i) { return history[k][i]; }
+    RVE_INLINE typename Scene::History &history_of(int k, Item i) { return history[k][i]; }
 
-    RVE_INLINE typename Scene::Real largest_of(int i) { return largest_force[i]; }
+    RVE_INLINE typename Scene::Real largest_of(Item i) { return largest_force[i]; }
 
     /// act(k, step, other, look(step, other)) for the slots of grain i and the partners view(k) in them; step() reads what is the same for
     /// all pairs. Once for each pair: read for all, it would occupy registers; read after the branch of pairs that touch, it would be
     /// waited for.
     template <class Step, class View, class Look, class Act>
-    RVE_INLINE void for_slots(int, Step step, View view, Look look, Act act)
+    RVE_INLINE void for_slots(Item, Step step, View view, Look look, Act act)
     {
+      RVE_UNROLL
       for (int k = 0; k < Scene::owned_pairs; ++k) {
         const auto other = view(k);
         const auto here = step();
@@ -157,37 +268,37 @@ inline namespace RVE_ISA {
     }
 
     /// f(part) for the parts of an item that are computed with at once.
-    template <class F> RVE_INLINE void for_parts(int i, F f) { f(i); }
+    template <class F> RVE_INLINE void for_parts(Item i, F f) { f(i); }
 
     /// f(i) for each grain of an item with a number below `end`.
-    template <class F> RVE_INLINE void for_each_grain(int i, int end, F f)
+    template <class F> RVE_INLINE void for_each_grain(Item i, int end, F f)
     {
       if (i < end) f(i);
     }
 
-    RVE_INLINE void add_to_partner(Block &block, const SharedView<Scene> &shared, int k, int i,
+    RVE_INLINE void add_to_partner(Block &block, const SharedView<Scene> &shared, int k, Item i,
                                    const Sums &force)
     {
-      add_force(block, shared, partner[k][i], force);
+      add_force(block, shared, partners.seen(k, i), force);
     }
 
     /// What the pairs that grain i owns have given.
-    RVE_INLINE void keep_forces(int i, const Sums &force, typename Scene::Real largest)
+    RVE_INLINE void keep_forces(Item i, const Sums &force, typename Scene::Real largest)
     {
       own.keep(i, force);
       largest_force.keep(i, largest);
     }
 
     /// Force and torque from all pairs.
-    RVE_INLINE Sums collect(Block &block, const SharedView<Scene> &shared, int i)
+    RVE_INLINE Sums collect(Block &block, const SharedView<Scene> &shared, Item i)
     {
       return collect_force(block, shared, own[i], i);
     }
 
-    RVE_INLINE void publish_motion(int i, const MotionOf<Scene> &x) { motion.publish(i, x); }
+    RVE_INLINE void publish_motion(Item i, const MotionOf<Scene> &x) { motion.publish(i, x); }
 
     /// Without friction no other grain asks for it.
-    RVE_INLINE void publish_spin(int i, const Spin<typename Scene::Real, Scene::D> &x)
+    RVE_INLINE void publish_spin(Item i, const Spin<typename Scene::Real, Scene::D> &x)
     {
       if constexpr (Scene::has_friction)
         spin.publish(i, x);

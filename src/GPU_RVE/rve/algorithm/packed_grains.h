@@ -128,7 +128,7 @@ inline namespace RVE_ISA {
 
     template <int N> RVE_INLINE View<N> view_partner(const Shared &shared, int k, PackItem<N> i)
     {
-      const std::int32_t *partner = this->partner[k].array + i.first;
+      const std::int32_t *partner = this->partners.slot[k].array + i.first;
       View<N> grains;
       load_row(
           [&](int lane) {
@@ -143,7 +143,7 @@ inline namespace RVE_ISA {
               return shared.spin + partner[lane];
             },
             grains.spin);
-      grains.radius = Packed<N>::Wide::load(this->partner_radius[k].array + i.first);
+      grains.radius = Packed<N>::Wide::load(this->partners.radius_in[k].array + i.first);
       return grains;
     }
 
@@ -215,7 +215,7 @@ inline namespace RVE_ISA {
     RVE_INLINE void add_to_partner(Block &, const Shared &, int k, PackItem<N> i,
                                    const PackedSums<N> &force)
     {
-      const std::int32_t *partner = this->partner[k].array + i.first;
+      const std::int32_t *partner = this->partners.slot[k].array + i.first;
       add_to_row(
           [&](int lane) {
             return rows[partner[lane]].sum;

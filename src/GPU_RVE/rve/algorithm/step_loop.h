@@ -133,7 +133,7 @@ inline namespace RVE_ISA {
       if (Block::kInRegisters && direct)
         fetch(grains);
       else
-        block.own_items(num_grains, [&](const auto i) {
+        block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
           grains.load(shared, i);
           if constexpr (Scene::books) grains.own.load(i);    // of a step that was surveyed
         });
@@ -152,7 +152,7 @@ inline namespace RVE_ISA {
         Dissipation none{0.0, 0.0};
         contact_forces<false>(block, grains, shared, call, n, plan, none);
       }
-      block.own_items(num_grains, [&](const auto i) {
+      block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
         grains.save(i);
       });
       needs_renewal = t < 0;
@@ -162,14 +162,14 @@ inline namespace RVE_ISA {
     /// From the image to where the steps want the grains, in internal units.
     RVE_INLINE void fetch(StepGrains &grains)
     {
-      block.for_items(num_grains, [&](Item i) {
+      block.for_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
         const auto stored = Stored::read_grain(call.image, i, num_grains, true);
         grains.radius.keep(i, Stored::show_grain(call, shared, i, stored));
         grains.motion.keep(i, Stored::internal_motion(call, stored));
         grains.spin.keep(i, stored.spin);
         grains.largest_force.keep(i, Real(0));
+        grains.partners.publish(i, stored.partner);
         for (int k = 0; k < Scene::owned_pairs; ++k) {
-          grains.partner[k].publish(i, stored.partner[k]);
           if constexpr (Scene::has_friction)
             grains.history[k].keep(i, Stored::internal_history(call, stored.history[k]));
           else    // they are zero, and stay there
@@ -177,15 +177,15 @@ inline namespace RVE_ISA {
         }
         shared.response[i] = Stored::response_of(call, grains.radius[i], stored.list_position);
       });
-      block.own_items(num_grains, [&](Item i) {
-        for (int k = 0; k < Scene::owned_pairs; ++k) grains.look_at_partner(shared, k, i);
+      block.own_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
+        grains.partners.look_at_all(shared, i);
       });
     }
 
     /// The forces of step k with their Love sums, left in call.survey.
     RVE_INLINE Dissipation surveyed_forces(Grains &grains, int k)
     {
-      block.own_items(num_grains, [&](Item i) {
+      block.own_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
         grains.load_itself(i);
       });
       Dissipation heat{0.0, 0.0};
@@ -195,7 +195,7 @@ inline namespace RVE_ISA {
 
     RVE_INLINE void save(Grains &grains)
     {
-      block.own_items(num_grains, [&](Item i) {
+      block.own_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
         grains.save(i);
         grains.own.save(i);
       });
@@ -435,7 +435,7 @@ inline namespace RVE_ISA {
       const bool relisted = call.num_rebuilds > 0;
       block.for_items(
           num_grains,
-          [&](Item i) {
+          [&](Item i) RVE_INLINE_LAMBDA {
             if (!Loaded) {
               grains.load(shared, i);
               grains.own.load(i);
@@ -451,7 +451,7 @@ inline namespace RVE_ISA {
             if (relisted) {
               image.list_position[i] = shared.response[i].list_position;
               for (int k = 0; k < Scene::owned_pairs; ++k)
-                image.partner[k * num_grains + i] = grains.partner[k][i];
+                image.partner[k * num_grains + i] = grains.partners.in_slot(k, i);
             }
           },
           num_parts, parts);

@@ -120,11 +120,14 @@ inline namespace RVE_ISA {
   template <class Number>
   constexpr std::size_t kRecordAlignment = alignof(Number) > 16 ? alignof(Number) : 16;
 
-  /// Where a grain is and how fast it moves relative to the mean field: what its partners read of it. In space three words and three words
-  /// would become eight, aligned to sixteen bytes.
+  /// In space three words and three words would become eight, aligned to sixteen bytes.
+  template <class Coordinate>
+  constexpr std::size_t kMotionAlignment = alignof(Coordinate) > 8 ? alignof(Coordinate) : 8;
+
+  /// Where a grain is and how fast it moves relative to the mean field: what its partners read of it.
   template <class Numbers, int D>
   struct alignas(D == 2 ? kRecordAlignment<typename Numbers::Coordinate>
-                        : alignof(typename Numbers::Coordinate)) Motion {
+                        : kMotionAlignment<typename Numbers::Coordinate>) Motion {
     Vec<typename Numbers::Coordinate, D> position;    ///< fractions of the cell
     Vec<typename Numbers::Real, D> velocity;          ///< peculiar [internal length/time]
   };
@@ -177,6 +180,10 @@ inline namespace RVE_ISA {
     typename Scene::History *history;    ///< (Scene::owned_pairs, N)
   };
 
+  /// Whether the threads of a GPU keep in registers only what they alone need: two grains in space are too much for them.
+  template <class Block, class Scene>
+  constexpr bool kFewRegisters = Block::kInRegisters &&Scene::D == 3;
+
   /// For the slot of grain i that holds partner j.
   template <class Scene>
   RVE_INLINE typename Scene::Wide radius_of_partner(const SharedView<Scene> &shared, int i, int j)
@@ -185,25 +192,29 @@ inline namespace RVE_ISA {
   }
 
   /// In the order of what the chip is for: sums that many add to, then what partners read anywhere, then what the threads of a
-  /// block read in a row. With a constant number of grains the addresses are constants too. in_registers: what a thread knows of
-  /// its grain's partners needs no room.
-  template <class Scene, class Carving>
-  RVE_INLINE SharedView<Scene> lay_out_shared(Carving &carver, int num_grains, bool in_registers)
+  /// block read in a row. With a constant capacity, in grains, the addresses are constants too.
+  ///
+  /// in_registers: what a thread knows of its grain's partners needs no room. In space there is a hidden grain then, which touches
+  /// none (PackedPartners), and what only the rare work wants to find in arrays lies `beside`.
+  template <class Scene, class OnChip, class Beside>
+  RVE_INLINE SharedView<Scene> lay_out_shared(OnChip &chip, Beside &beside, int capacity,
+                                              int num_grains, bool in_registers)
   {
+    const int seen = capacity + (in_registers && Scene::D == 3 ? 1 : 0);
     SharedView<Scene> view;
     for (int k = 0; k < Scene::freedoms; ++k)
-      view.force[k] = carver.template take<typename Scene::Sum>(num_grains);
-    view.motion = carver.template take<MotionOf<Scene>>(num_grains);
-    view.spin = carver.template take<Spin<typename Scene::Real, Scene::D>>(num_grains);
-    view.response = carver.template take<GrainResponseOf<Scene>>(num_grains);
-    view.radius = carver.template take<typename Scene::Wide>(num_grains);
-    view.own = carver.template take<Vec<typename Scene::Sum, Scene::freedoms>>(num_grains);
-    view.largest_force = carver.template take<typename Scene::Real>(num_grains);
-    view.partner = carver.template take<std::int32_t>(Scene::owned_pairs * num_grains);
-    view.history = carver.template take<typename Scene::History>(Scene::owned_pairs * num_grains);
+      view.force[k] = chip.template take<typename Scene::Sum>(capacity);
+    view.motion = chip.template take<MotionOf<Scene>>(seen);
+    view.spin = chip.template take<Spin<typename Scene::Real, Scene::D>>(seen);
+    view.response = chip.template take<GrainResponseOf<Scene>>(capacity);
+    view.radius = chip.template take<typename Scene::Wide>(seen);
+    view.own = beside.template take<Vec<typename Scene::Sum, Scene::freedoms>>(num_grains);
+    view.largest_force = beside.template take<typename Scene::Real>(num_grains);
+    view.partner = beside.template take<std::int32_t>(Scene::owned_pairs * num_grains);
+    view.history = beside.template take<typename Scene::History>(Scene::owned_pairs * num_grains);
     view.partner_radius = in_registers
         ? nullptr
-        : carver.template take<typename Scene::Wide>(Scene::owned_pairs * num_grains);
+        : beside.template take<typename Scene::Wide>(Scene::owned_pairs * num_grains);
     return view;
   }
 
@@ -211,7 +222,16 @@ inline namespace RVE_ISA {
   RVE_INLINE SharedView<Scene> carve_shared(char *memory, int num_grains, bool in_registers)
   {
     Carver carver(memory);
-    return lay_out_shared<Scene>(carver, num_grains, in_registers);
+    return lay_out_shared<Scene>(carver, carver, num_grains, num_grains, in_registers);
+  }
+
+  /// For a block with registers for so many grains.
+  template <class Scene>
+  RVE_INLINE SharedView<Scene> carve_shared_beside(char *chip, int capacity, char *memory,
+                                                   int num_grains)
+  {
+    Carver on_chip(chip), beside(memory);
+    return lay_out_shared<Scene>(on_chip, beside, capacity, num_grains, true);
   }
 
   template <class Scene>
@@ -219,14 +239,25 @@ inline namespace RVE_ISA {
                                             int num_grains)
   {
     ChipFirst carver(chip, chip_size, memory);
-    return lay_out_shared<Scene>(carver, num_grains, false);
+    return lay_out_shared<Scene>(carver, carver, num_grains, num_grains, false);
   }
 
   template <class Scene> RVE_INLINE std::size_t shared_size(int num_grains, bool in_registers)
   {
     Measure measure;
-    lay_out_shared<Scene>(measure, num_grains, in_registers);
+    lay_out_shared<Scene>(measure, measure, num_grains, num_grains, in_registers);
     return measure.size();
+  }
+
+  /// Bytes on chip and beside it of carve_shared_beside.
+  struct DividedSize {
+    std::size_t on_chip, beside;
+  };
+  template <class Scene> RVE_INLINE DividedSize divided_size(int capacity, int num_grains)
+  {
+    Measure on_chip, beside;
+    lay_out_shared<Scene>(on_chip, beside, capacity, num_grains, true);
+    return {on_chip.size(), beside.size()};
   }
 
   /// Arrays of doubles over grains in a workspace. In the steps packs of grains have their forces there (packed_grains.h).

@@ -25,24 +25,37 @@ inline namespace RVE_ISA {
     int largest[32];    ///< by warp
   };
 
-  /// OneItemPerThread: no phase over resident items has more of them than the block has threads, so that each thread can keep
-  /// its item's in registers.
-  template <bool OneItemPerThread> class BlockCuda {
-   public:
-    using Item = int;
-    static constexpr bool kInRegisters = OneItemPerThread;
+  /// One of the items of a thread. Which of them is known when the program is compiled: registers have no addresses.
+  struct ItemOfThread {
+    int index, place;
+    RVE_DEVICE operator int() const { return index; }
+  };
+  RVE_DEVICE int register_of(int)
+  {
+    return 0;
+  }
+  RVE_DEVICE int register_of(ItemOfThread item)
+  {
+    return item.place;
+  }
 
+  /// ItemsPerThread: 1 or 2, a phase over resident items has no more of them for each thread of the block, which keeps them in registers;
+  /// 0: any number, in memory.
+  template <int ItemsPerThread> class BlockCuda {
+   public:
+    using Item = std::conditional_t<ItemsPerThread == 2, ItemOfThread, int>;
+    static constexpr bool kInRegisters = ItemsPerThread > 0;
     RVE_DEVICE explicit BlockCuda(CudaScratch &scratch_in) : scratch(scratch_in) {}
 
     template <class F> RVE_DEVICE void for_each(int n, F f)
     {
-      for (int i = threadIdx.x; i < n; i += blockDim.x) f(i);
+      visit_all(n, f);
       __syncthreads();
     }
 
     template <class F, class Aside> RVE_DEVICE void for_each(int n, F f, Aside aside)
     {
-      for (int i = threadIdx.x; i < n; i += blockDim.x) f(i);
+      visit_all(n, f);
       do_aside(aside);
       __syncthreads();
     }
@@ -69,14 +82,16 @@ inline namespace RVE_ISA {
     template <class F> RVE_DEVICE bool any(int n, F f)
     {
       bool mine = false;
-      for (int i = threadIdx.x; i < n; i += blockDim.x) mine = f(i) | mine;
+      visit_all(n, [&](Item i) {
+        mine = f(i) | mine;
+      });
       return __syncthreads_or(mine) != 0;
     }
 
     template <class F> RVE_DEVICE bool any_item(int n, F f)
     {
       bool mine = false;
-      visit_items(n, [&](int i) {
+      visit_items(n, [&](Item i) RVE_INLINE_LAMBDA {
         mine = f(i) | mine;
       });
       return __syncthreads_or(mine) != 0;
@@ -100,7 +115,9 @@ inline namespace RVE_ISA {
     {
       std::int64_t term[M];
       for (int m = 0; m < M; ++m) term[m] = 0;
-      for (int i = threadIdx.x; i < n; i += blockDim.x) f(i, term);
+      visit_all(n, [&](Item i) {
+        f(i, term);
+      });
       return add_up<M>(term);
     }
 
@@ -108,7 +125,7 @@ inline namespace RVE_ISA {
     {
       std::int64_t term[M];
       for (int m = 0; m < M; ++m) term[m] = 0;
-      visit_items(n, [&](int i) {
+      visit_items(n, [&](Item i) {
         f(i, term);
       });
       return add_up<M>(term);
@@ -116,15 +133,24 @@ inline namespace RVE_ISA {
 
     template <class F> RVE_DEVICE void own_items(int n, F f) { visit_items(n, f); }
 
+    /// With two items of a thread they are the share of the first.
+    template <class F> static RVE_DEVICE void share_out(Item i, int n, int count, F f)
+    {
+      if (register_of(i) != 0) return;
+      const int stride = ItemsPerThread == 2 ? min(n, static_cast<int>(blockDim.x)) : n;
+      for (int k = i; k < count; k += stride) f(k);
+    }
+
     template <int M, class Term, class F>
     RVE_DEVICE void survey_items(int n, F f, Survey<M> &survey)
     {
-      using Sum = std::conditional_t<OneItemPerThread, Term, std::int64_t>;
+      constexpr bool one_item = ItemsPerThread == 1;
+      using Sum = std::conditional_t<one_item, Term, std::int64_t>;
       Sum sum[M];
       float largest = 0.0f;
       for (int m = 0; m < M; ++m) sum[m] = 0;
-      visit_items(n, [&](int i) {
-        if constexpr (OneItemPerThread) {
+      visit_items(n, [&](Item i) RVE_INLINE_LAMBDA {
+        if constexpr (one_item) {
           f(i, sum, largest);
         } else {
           Term term[M];
@@ -206,20 +232,20 @@ inline namespace RVE_ISA {
     RVE_DEVICE int fetch_add(int *p, int v) { return atomicAdd(p, v); }
     RVE_DEVICE void fetch_min(int *p, int v) { atomicMin(p, v); }
 
-    template <class T, bool InRegister> struct Copy {
-      T value;
+    template <class T, int Count> struct Copy {
+      T value[Count];
       T *array;
-      RVE_DEVICE T &operator[](int) { return value; }
-      RVE_DEVICE void load(int item) { value = array[item]; }
-      RVE_DEVICE void save(int item) { array[item] = value; }
-      RVE_DEVICE void keep(int, const T &x) { value = x; }
-      RVE_DEVICE void publish(int item, const T &x)
+      RVE_DEVICE T &operator[](Item item) { return value[register_of(item)]; }
+      RVE_DEVICE void load(Item item) { value[register_of(item)] = array[item]; }
+      RVE_DEVICE void save(Item item) { array[item] = value[register_of(item)]; }
+      RVE_DEVICE void keep(Item item, const T &x) { value[register_of(item)] = x; }
+      RVE_DEVICE void publish(Item item, const T &x)
       {
-        value = x;
+        value[register_of(item)] = x;
         array[item] = x;
       }
     };
-    template <class T> struct Copy<T, false> {
+    template <class T> struct Copy<T, 0> {
       T *array;
       RVE_DEVICE T &operator[](int item) { return array[item]; }
       RVE_DEVICE void load(int) {}
@@ -227,7 +253,8 @@ inline namespace RVE_ISA {
       RVE_DEVICE void keep(int item, const T &x) { array[item] = x; }
       RVE_DEVICE void publish(int item, const T &x) { array[item] = x; }
     };
-    template <class T> using Resident = Copy<T, OneItemPerThread>;
+    template <class T> using Resident = Copy<T, ItemsPerThread>;
+    template <class T> using Shown = Copy<T, 0>;
 
     template <class T> RVE_DEVICE Resident<T> resident(T *array)
     {
@@ -236,20 +263,35 @@ inline namespace RVE_ISA {
       copy.array = array;
       return copy;
     }
+    template <class T> RVE_DEVICE Shown<T> shown(T *array) { return {array}; }
 
    private:
+    template <class F> static RVE_DEVICE void visit_all(int n, F f)
+    {
+      for (int i = threadIdx.x; i < n; i += blockDim.x) {
+        if constexpr (ItemsPerThread == 2)
+          f(Item{i, 0});
+        else
+          f(i);
+      }
+    }
+
     /// By the thread that most often has no item.
     template <class Aside> RVE_DEVICE void do_aside(Aside aside)
     {
       if (threadIdx.x == blockDim.x - 1) aside();
     }
 
-    /// f(item) for resident items: at most one for each thread, where they are in registers.
-    template <class F> RVE_DEVICE void visit_items(int n, F f)
+    /// f(item) for resident items: as many as a thread has, where they are in registers.
+    template <class F> static RVE_DEVICE void visit_items(int n, F f)
     {
-      if constexpr (OneItemPerThread) {
+      if constexpr (ItemsPerThread == 1) {
         const int i = threadIdx.x;
         if (i < n) f(i);
+      } else if constexpr (ItemsPerThread == 2) {
+        const int first = threadIdx.x, second = first + blockDim.x;
+        if (first < n) f(Item{first, 0});
+        if (second < n) f(Item{second, 1});
       } else {
         for (int i = threadIdx.x; i < n; i += blockDim.x) f(i);
       }

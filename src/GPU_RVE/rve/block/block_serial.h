@@ -81,6 +81,12 @@ inline namespace RVE_ISA {
       }
     }
 
+    /// f(k) for those of 0 ... count - 1 that are the share of resident item i of n.
+    template <class F> static RVE_INLINE void share_out(int i, int n, int count, F f)
+    {
+      for (int k = i; k < count; k += n) f(k);
+    }
+
     template <class F> RVE_INLINE void once(F f) { f(); }
 
     template <class F> RVE_INLINE bool any(int n, F f)
@@ -165,6 +171,9 @@ inline namespace RVE_ISA {
     };
 
     template <class T> RVE_INLINE Resident<T> resident(T *array) { return Resident<T>{array}; }
+    /// The same for what stays in its array.
+    template <class T> using Shown = Resident<T>;
+    template <class T> RVE_INLINE Shown<T> shown(T *array) { return {array}; }
   };
 
 }    // namespace RVE_ISA

@@ -17,6 +17,13 @@
 #define RVE_HD
 #endif
 
+// ahead of a loop over what a thread has in registers, which have no addresses
+#if defined(__CUDA_ARCH__)
+#define RVE_UNROLL _Pragma("unroll")
+#else
+#define RVE_UNROLL
+#endif
+
 // RVE_COLD: code that runs rarely and must not take registers from the code that calls it
 #if defined(__CUDACC__)
 #define RVE_COLD __host__ __device__ __noinline__

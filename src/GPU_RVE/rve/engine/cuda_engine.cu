@@ -44,7 +44,7 @@ namespace {
   template <class Scene> __global__ void turn_rves(const TurnRecord<Scene::D> *turns)
   {
     __shared__ CudaScratch scratch;
-    BlockCuda<false> block(scratch);
+    BlockCuda<0> block(scratch);
     const TurnRecord<Scene::D> turn = turns[blockIdx.x];
     turn_rigidly(block,
                  carve_image<Scene>(turn.rve.image, turn.rve.num_grains, turn.rve.extra_capacity),
@@ -333,21 +333,21 @@ namespace {
       plan.pair_capacity = call.pair_capacity;
       plan.program = call.program;
       plan.steps_ahead = steps_ahead;
-      plan.block = block_size(call.largest);
       const Program program = programs.usable(call.program);
       plan.prepare = programs.prepare(program);
       cudaFuncAttributes attributes;
       std::size_t most = 0;    // bytes on chip that a launch may ask for
       const auto plan_with = [&](Residency residency) {
         plan.kernel = programs.advance(program, residency);
+        plan.block = block_size(*programs.shape(program, residency), call.largest);
         plan.sizes =
-            programs.sizes(program, capacity_of(residency, call.largest),
-                           residency != Residency::Memory, call.pair_capacity, steps_ahead);
+            programs.sizes(program, residency, call.largest, call.pair_capacity, steps_ahead);
         plan.dynamic = plan.sizes.shared;
         check_cuda(cudaFuncGetAttributes(&attributes, plan.kernel), "attributes of the kernel");
         most = device.sharedMemPerBlockOptin - attributes.sharedSizeBytes - kReserved;
+        plan.overflow_size = aligned(plan.sizes.beside);
       };
-      Residency residency = residency_of(call, program, plan.block);
+      Residency residency = residency_of(call, program);
       plan_with(residency);
       if (residency != Residency::Memory && plan.dynamic > most) {
         // an H200 has room for the largest kernel of each format, a GeForce card has less than half of it
@@ -401,32 +401,30 @@ namespace {
       return handle_buffer.send(rves.size());
     }
 
-    static int capacity_of(Residency residency, int largest)
+    Residency residency_of(const Call &call, Program program) const
     {
-      switch (residency) {
-        case Residency::Many:
-        case Residency::Few:
-          return kSmallBlock;
-        case Residency::Large:
-          return kLargeBlock;
-        default:
-          return largest;
-      }
+      const auto serves = [&](Residency residency) {
+        const auto shape = programs.shape(program, residency);
+        if (!shape || shape->items == 0 || call.largest > shape->capacity()) return false;
+        // with threads of the user's choice
+        return options.block_size == 0 ||
+            (options.block_size <= shape->threads &&
+             call.largest <= shape->items * options.block_size);
+      };
+      const bool many = static_cast<int>(call.rves->size()) > device.multiProcessorCount;
+      const Residency small = many ? Residency::Many : Residency::Few;
+      for (const Residency residency : {small, Residency::Large})
+        if (serves(residency)) return residency;
+      return Residency::Memory;
     }
 
-    Residency residency_of(const Call &call, Program program, int block) const
+    /// As few threads as can have all grains. Where they are in memory, a thread per grain while that is possible; beyond that all threads
+    /// have the same number of grains, nearly.
+    int block_size(const BlockShape &shape, int num_grains) const
     {
-      if (call.largest > block) return Residency::Memory;
-      if (block > kSmallBlock || !programs.has_small_blocks(program)) return Residency::Large;
-      return static_cast<int>(call.rves->size()) > device.multiProcessorCount ? Residency::Many
-                                                                              : Residency::Few;
-    }
-
-    /// One thread per grain while that is possible. Beyond that all threads have the same number of grains, nearly.
-    int block_size(int num_grains) const
-    {
-      if (options.block_size > 0) return options.block_size;
-      const int rounds = (num_grains + LARGEST_BLOCK - 1) / LARGEST_BLOCK;
+      if (options.block_size > 0) return std::min(options.block_size, shape.threads);
+      if (shape.items > 0) return rounded_up((num_grains + shape.items - 1) / shape.items, 32);
+      const int rounds = (num_grains + shape.threads - 1) / shape.threads;
       const int in_a_round = (num_grains + rounds - 1) / rounds;
       return rounded_up(in_a_round, 32);
     }

@@ -44,8 +44,8 @@ inline namespace RVE_ISA {
   {
     extern __shared__ __align__(16) char on_chip[];
     using Scene = ProgramScene<program, Numbers>;
-    using Begin = CallBegin<BlockCuda<false>, Scene>;
-    using Planning = StepPlanning<BlockCuda<false>, Scene>;
+    using Begin = CallBegin<BlockCuda<0>, Scene>;
+    using Planning = StepPlanning<BlockCuda<0>, Scene>;
     const int steps = launch.steps_ahead, first = blockIdx.x * launch.prepared_together;
     const int count = min(launch.prepared_together, launch.count - first);
     const auto call_of = [&](int r) -> PreparedCall<Scene> & {
@@ -129,17 +129,31 @@ inline namespace RVE_ISA {
              launch.prepared_size);
   }
 
-  /// Capacity: of a block with a thread per grain; 0: grains live in memory, any number of them.
+  /// What the steps of a block with so many grains in registers, or any number in memory, work on.
   template <class Scene, int Capacity>
+  RVE_DEVICE SharedView<Scene> view_of_block(char *on_chip, std::size_t chip_size, char *memory,
+                                             int num_grains)
+  {
+    if constexpr (Capacity == 0)
+      return carve_shared<Scene>(on_chip, chip_size, memory, num_grains);
+    else if constexpr (Scene::D == 2)
+      return carve_shared<Scene>(on_chip, Capacity, true);
+    else
+      return carve_shared_beside<Scene>(on_chip, Capacity, memory, num_grains);
+  }
+
+  template <class Scene, Residency residency>
   RVE_DEVICE void advance_rves(const LaunchRecord<Scene::D> &launch, const BatchConstants &batch)
   {
+    constexpr BlockShape shape = block_shape<Scene>(residency);
+    constexpr int Capacity = shape.capacity();
     extern __shared__ __align__(16) char on_chip[];
     __shared__ CudaScratch scratch;
     __shared__ CallState<Scene> call;
     __shared__ int entry, next_entry;    // of the queue
     __shared__ int place;                // of the entry, in the call
     __shared__ int grains_in_views;      // what the views of the block are made for
-    using Block = BlockCuda<(Capacity > 0)>;
+    using Block = BlockCuda<shape.items>;
     using Begin = CallBegin<Block, Scene>;
     char *memory = launch.memory + blockIdx.x * launch.memory_stride;
     Block block(scratch);
@@ -169,9 +183,8 @@ inline namespace RVE_ISA {
             prefetch_entry<Scene>(launch, entry + gridDim.x);
           });
       const int n = call.num_grains;
-      const SharedView<Scene> shared = Capacity > 0
-          ? carve_shared<Scene>(on_chip, Capacity, true)
-          : carve_shared<Scene>(on_chip, launch.chip_size, memory + launch.overflow, n);
+      const SharedView<Scene> shared =
+          view_of_block<Scene, Capacity>(on_chip, launch.chip_size, memory + launch.overflow, n);
       if (n != grains_in_views) {
         __syncthreads();
         block.once([&] {
@@ -184,43 +197,43 @@ inline namespace RVE_ISA {
     }
   }
 
-  /// RVEs that share a multiprocessor, by the registers that a scene needs: more of them hide latencies, fewer spill less. Without
-  /// histories `double` has registers for two as well: what they spill is not of the steps. Measured on an H200 with 400 disks.
-  template <class Scene>
-  constexpr int kSharers = sizeof(typename Scene::Wide) == 4
-      ? 3
-      : (sizeof(typename Scene::Real) == 4 || !Scene::has_friction ? 2 : 1);
+  template <Program program, class Numbers, Residency residency>
+  constexpr BlockShape kShape = block_shape<ProgramScene<program, Numbers>>(residency);
 
   template <Program program, class Numbers>
-  __global__ void __launch_bounds__(kSmallBlock, kSharers<ProgramScene<program, Numbers>>)
+  __global__ void __launch_bounds__((kShape<program, Numbers, Residency::Many>.threads),
+                                    (kShape<program, Numbers, Residency::Many>.sharers))
       advance_many(const __grid_constant__ LaunchOf<program, Numbers> launch,
                    const __grid_constant__ BatchConstants batch)
   {
-    advance_rves<ProgramScene<program, Numbers>, kSmallBlock>(launch, batch);
+    advance_rves<ProgramScene<program, Numbers>, Residency::Many>(launch, batch);
   }
 
   template <Program program, class Numbers>
-  __global__ void __launch_bounds__(kSmallBlock, 1)
+  __global__ void __launch_bounds__((kShape<program, Numbers, Residency::Few>.threads),
+                                    (kShape<program, Numbers, Residency::Few>.sharers))
       advance_few(const __grid_constant__ LaunchOf<program, Numbers> launch,
                   const __grid_constant__ BatchConstants batch)
   {
-    advance_rves<ProgramScene<program, Numbers>, kSmallBlock>(launch, batch);
+    advance_rves<ProgramScene<program, Numbers>, Residency::Few>(launch, batch);
   }
 
   template <Program program, class Numbers>
-  __global__ void __launch_bounds__(kLargeBlock)
+  __global__ void __launch_bounds__((kShape<program, Numbers, Residency::Large>.threads),
+                                    (kShape<program, Numbers, Residency::Large>.sharers))
       advance_large(const __grid_constant__ LaunchOf<program, Numbers> launch,
                     const __grid_constant__ BatchConstants batch)
   {
-    advance_rves<ProgramScene<program, Numbers>, kLargeBlock>(launch, batch);
+    advance_rves<ProgramScene<program, Numbers>, Residency::Large>(launch, batch);
   }
 
   template <Program program, class Numbers>
-  __global__ void __launch_bounds__(kLargeBlock)
+  __global__ void __launch_bounds__((kShape<program, Numbers, Residency::Memory>.threads),
+                                    (kShape<program, Numbers, Residency::Memory>.sharers))
       advance_in_memory(const __grid_constant__ LaunchOf<program, Numbers> launch,
                         const __grid_constant__ BatchConstants batch)
   {
-    advance_rves<ProgramScene<program, Numbers>, 0>(launch, batch);
+    advance_rves<ProgramScene<program, Numbers>, Residency::Memory>(launch, batch);
   }
 
   template <int D> const void *address_of(void (*kernel)(LaunchRecord<D>, BatchConstants))
@@ -237,15 +250,20 @@ inline namespace RVE_ISA {
                   "calls are prepared alike");
     ProgramKernels kernels = {};
     auto &kernel = kernels.kernel;
-    if constexpr (Traits::small_blocks) {
-      kernel[static_cast<int>(Residency::Many)] = address_of(advance_many<program, Numbers>);
-      if constexpr ((kSharers<Scene>) > 1)
-        kernel[static_cast<int>(Residency::Few)] = address_of(advance_few<program, Numbers>);
-      else    // the same
-        kernel[static_cast<int>(Residency::Few)] = address_of(advance_many<program, Numbers>);
+    const auto place = [&](Residency residency, const void *function) {
+      kernel[static_cast<int>(residency)] = function;
+    };
+    if constexpr (Traits::small_blocks && block_shape<Scene>(Residency::Many).items > 0) {
+      place(Residency::Many, address_of(advance_many<program, Numbers>));
+      if constexpr (same_shape(block_shape<Scene>(Residency::Few),
+                               block_shape<Scene>(Residency::Many)))
+        place(Residency::Few, address_of(advance_many<program, Numbers>));
+      else
+        place(Residency::Few, address_of(advance_few<program, Numbers>));
     }
-    kernel[static_cast<int>(Residency::Large)] = address_of(advance_large<program, Numbers>);
-    kernel[static_cast<int>(Residency::Memory)] = address_of(advance_in_memory<program, Numbers>);
+    if constexpr (block_shape<Scene>(Residency::Large).items > 0)
+      place(Residency::Large, address_of(advance_large<program, Numbers>));
+    place(Residency::Memory, address_of(advance_in_memory<program, Numbers>));
     if constexpr (Traits::prepared_like == program)
       kernels.prepare = address_of(prepare_calls<program, Numbers>);
     return kernels;

@@ -4,6 +4,7 @@
 #define RVE_ENGINE_CUDA_KERNELS_H
 
 #include "rve/algorithm/image.h"
+#include "rve/core/config.h"
 #include "rve/engine/programs.h"
 
 #include <cstddef>
@@ -40,21 +41,68 @@ template <int D> struct LaunchRecord {
 /// The kernel that prepares calls has at least so many threads for each: one for each piece of 16 bytes of a drive.
 template <int D> constexpr int kThreadsPerCall = D == 2 ? 4 : 8;
 
-/// Sizes that the host plans memory with.
+/// Sizes that the host plans memory with [bytes].
 struct KernelSizes {
-  std::size_t shared, workspace, prepared;
+  std::size_t shared;    ///< of what the steps work on: on chip
+  std::size_t beside;    ///< of what of it is in memory
+  std::size_t workspace, prepared;
 };
 
-/// How a kernel keeps what the grains' threads work with, and for which blocks it is made.
+/// How a kernel keeps what the grains' threads work with, and for which blocks it is made (block_shape).
 enum class Residency {
-  Many,    ///< a thread per grain, up to 416; registers for two or three RVEs on a multiprocessor
-  Few,    ///< a thread per grain, up to 416; registers for one: the RVEs do not fill the device anyway
-  Large,    ///< a thread per grain, up to 1024
-  Memory    ///< any number of grains per thread
+  Many,     ///< small RVEs, registers for several of them on a multiprocessor
+  Few,      ///< registers for one: the RVEs do not fill the device anyway
+  Large,    ///< up to 1024 grains
+  Memory    ///< any number of grains
 };
 constexpr int kNumResidencies = 4;
 constexpr int kSmallBlock = 416;
 constexpr int kLargeBlock = 1024;
+
+/// Grains of a thread, in its registers (0: any number, in memory), the most threads of a block, and the blocks that a multiprocessor shall
+/// have registers for.
+struct BlockShape {
+  int items, threads, sharers;
+  RVE_HD constexpr int capacity() const { return items * threads; }
+};
+RVE_HD constexpr bool same_shape(const BlockShape &one, const BlockShape &other)
+{
+  return one.items == other.items && one.threads == other.threads && one.sharers == other.sharers;
+}
+
+/// Disks: a thread per grain. More RVEs on a multiprocessor hide latencies, fewer spill less. Without histories `double` has registers for
+/// two as well: what they spill is not of the steps. Measured on an H200 with 400 disks.
+///
+/// Spheres: two grains of a thread, which has twice the registers then: what would be spilled costs more than that fewer threads wait for
+/// each other. In `double` their histories pass by. Measured on an H200 with 1000 spheres.
+template <class Scene> RVE_HD constexpr BlockShape block_shape(Residency residency)
+{
+  const bool wide = sizeof(typename Scene::Wide) > 4, all_wide = sizeof(typename Scene::Real) > 4;
+  if constexpr (Scene::D == 2) {
+    switch (residency) {
+      case Residency::Many:
+        return {1, kSmallBlock, !wide ? 3 : (!all_wide || !Scene::has_friction ? 2 : 1)};
+      case Residency::Few:
+        return {1, kSmallBlock, 1};
+      case Residency::Large:
+        return {1, kLargeBlock, 1};
+      default:
+        return {0, kLargeBlock, 1};
+    }
+  } else {
+    if (all_wide) return {0, 512, 1};
+    switch (residency) {
+      case Residency::Many:
+        return {2, 256, 2};
+      case Residency::Few:
+        return {wide ? 2 : 1, wide ? 512 : 1024, 1};
+      case Residency::Large:
+        return {2, 512, 1};
+      default:
+        return {0, kLargeBlock, 1};
+    }
+  }
+}
 
 /// Kernels of one program, functions of (LaunchRecord, BatchConstants).
 struct ProgramKernels {

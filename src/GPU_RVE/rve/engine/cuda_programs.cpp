@@ -25,10 +25,19 @@ namespace {
   }
 
   template <class Scene>
-  KernelSizes kernel_sizes(int num_grains, bool in_registers, int pair_capacity, int steps_ahead)
+  KernelSizes kernel_sizes(Residency residency, int num_grains, int pair_capacity, int steps_ahead)
   {
-    KernelSizes sizes;
-    sizes.shared = shared_size<Scene>(num_grains, in_registers);
+    KernelSizes sizes = {};
+    const int capacity = block_shape<Scene>(residency).capacity();
+    if (capacity == 0) {
+      sizes.shared = shared_size<Scene>(num_grains, false);
+    } else if (Scene::D == 2) {
+      sizes.shared = shared_size<Scene>(capacity, true);
+    } else {
+      const DividedSize divided = divided_size<Scene>(capacity, num_grains);
+      sizes.shared = divided.on_chip;
+      sizes.beside = divided.beside;
+    }
     sizes.workspace = workspace_size<Scene>(num_grains, pair_capacity);
     sizes.prepared = (PreparedCall<Scene>::size_with(steps_ahead) + 15) / 16 * 16;
     return sizes;
@@ -43,6 +52,7 @@ template <class Numbers, Format format_, Arithmetic arithmetic_> void CudaProgra
   {                                                                                          \
     Entry &entry = entries[static_cast<int>(Program::name)];                                 \
     entry.prepared_like = ProgramTraits<Program::name>::prepared_like;                       \
+    entry.shape = block_shape<ProgramScene<Program::name, Numbers>>;                         \
     entry.sizes =                                                                            \
         kernel_sizes<ProgramScene<ProgramTraits<Program::name>::prepared_like, Numbers>>;    \
     entry.kernels = cuda_kernels<Program::name, format_, arithmetic_>();                     \
@@ -85,10 +95,13 @@ Program CudaPrograms::usable(Program program) const
   return entry.prepared_like;
 }
 
-bool CudaPrograms::has_small_blocks(Program program) const
+std::optional<BlockShape> CudaPrograms::shape(Program program, Residency residency) const
 {
-  return !of(program).ahead ||
-      of(program).kernels.kernel[static_cast<int>(Residency::Many)] != nullptr;
+  const Entry &entry = of(program);
+  const BlockShape shape = entry.shape(residency);
+  const bool has = entry.ahead ? entry.kernels.kernel[static_cast<int>(residency)] != nullptr
+                               : shape.items > 0 || residency == Residency::Memory;
+  return has ? std::optional<BlockShape>(shape) : std::nullopt;
 }
 
 const void *CudaPrograms::advance(Program program, Residency residency) const
@@ -103,10 +116,10 @@ const void *CudaPrograms::prepare(Program program) const
   return of(like).ahead ? of(like).kernels.prepare : compiled("prepare_calls", like);
 }
 
-KernelSizes CudaPrograms::sizes(Program program, int num_grains, bool in_registers,
+KernelSizes CudaPrograms::sizes(Program program, Residency residency, int num_grains,
                                 int pair_capacity, int steps_ahead) const
 {
-  return of(program).sizes(num_grains, in_registers, pair_capacity, steps_ahead);
+  return of(program).sizes(residency, num_grains, pair_capacity, steps_ahead);
 }
 
 const void *CudaPrograms::compiled(const char *kernel, Program program) const

@@ -10,6 +10,7 @@
 
 #include <array>
 #include <functional>
+#include <optional>
 #include <string>
 
 namespace rve {
@@ -38,21 +39,22 @@ class CudaPrograms {
   /// calls and gives the same bits. Throws InputError where that one cannot be compiled either.
   Program usable(Program program) const;
 
-  /// Whether a usable program has kernels for small blocks.
-  bool has_small_blocks(Program program) const;
+  /// Blocks of a kernel of a usable program; empty where it has none of that residency.
+  std::optional<BlockShape> shape(Program program, Residency residency) const;
 
   /// Kernels of a usable program, as a launch takes them: a function of (LaunchRecord, BatchConstants), or its handle.
   const void *advance(Program program, Residency residency) const;
   const void *prepare(Program program) const;
 
-  KernelSizes sizes(Program program, int num_grains, bool in_registers, int pair_capacity,
+  KernelSizes sizes(Program program, Residency residency, int num_grains, int pair_capacity,
                     int steps_ahead) const;
 
  private:
-  using Sizes = KernelSizes (*)(int num_grains, bool in_registers, int pair_capacity,
-                                int steps_ahead);
+  using Shape = BlockShape (*)(Residency);
+  using Sizes = KernelSizes (*)(Residency, int num_grains, int pair_capacity, int steps_ahead);
   struct Entry {
     ProgramKernels kernels;
+    Shape shape;
     Sizes sizes;
     Program prepared_like;
     bool ahead;    ///< compiled with this program

@@ -25,6 +25,7 @@ inline namespace RVE_ISA {
     Vec<Real, D> branch;    ///< from grain i to the nearest image of grain j [length]
     Vec<Real, D> normal;    ///< unit, from i to j
     Real distance;          ///< |branch| [length]
+    Real curvature;         ///< 1/|branch| [1/length]
     Real overlap;           ///< R_i + R_j - |branch| [length]
   };
 
@@ -46,6 +47,7 @@ inline namespace RVE_ISA {
     for (int a = 0; a < D; ++a) squared = fma(contact.branch[a], contact.branch[a], squared);
     const auto distance = root_and_inverse(squared);
     contact.distance = distance.root;
+    contact.curvature = distance.inverse;
     contact.normal = distance.inverse * contact.branch;
     if constexpr (sizeof(Wide) > sizeof(Real))
       contact.overlap = static_cast<Real>(gap_squared(branch, sum_of_radii)) *

@@ -18,6 +18,13 @@ inline namespace RVE_ISA {
     Real twist;
   };
 
+  /// The normal of the middle of the step that led to n.
+  template <class Real>
+  RVE_INLINE Vec<Real, 3> middle_normal(const Vec<Real, 3> &n, const ContactTurn<Real> &turn)
+  {
+    return fma(Real(-0.5), turn.tilt, n);
+  }
+
   /// What a contact of spheres remembers is a force in its plane, which turns with it,
   ///
   ///   h <- h - (n - tilt/2) (n . h) + twist n x h - twist^2/2 h:
@@ -27,22 +34,28 @@ inline namespace RVE_ISA {
   /// written, h - n (n . h), shortens h in one direction and not in the other, which turns it by as much as the angle of a step in a whole
   /// turn; LAMMPS does so, and leaves the twist out. Under exchange of the grains all signs change, and no bits. Without a turn, as in a
   /// step of no time, the force stays to the bit.
+  ///
+  /// The sum of what was kept and this change is left to who adds more in the same step: it is rounded once, in the numbers of what is kept.
+  template <class Real, class History> struct TurnedForce {
+    Vec<History, 3> kept;
+    Vec<Real, 3> change;
+
+    RVE_INLINE Vec<History, 3> sum() const { return kept + change.template as<History>(); }
+  };
+
   template <class Real, class History>
-  RVE_INLINE Vec<History, 3>
+  RVE_INLINE TurnedForce<Real, History>
   turned_with_contact(const Vec<History, 3> &force, const Vec<Real, 3> &normal,
                       const ContactTurn<Real> &turn, const Truth<Real> &moves)
   {
-    Truth<History> keeps;
-    convert_truth(moves, keeps);
     const Vec<Real, 3> h = force.template as<Real>();
-    const Real lift = dot(normal, h), shrink = Real(-0.5) * turn.twist * turn.twist;
-    const Vec<Real, 3> aside = cross(normal, h);
-    Vec<History, 3> turned;
-    for (int a = 0; a < 3; ++a) {
-      const Real between = fma(Real(-0.5), turn.tilt[a], normal[a]);
-      const Real change = fma(turn.twist, aside[a], fma(shrink, h[a], -(lift * between)));
-      turned[a] = select(keeps, force[a] + static_cast<History>(change), force[a]);
-    }
+    // out of the plane by the rounding of the normal, too
+    const Real lift = select(moves, dot(normal, h), Real(0));
+    const Real shrink = Real(-0.5) * turn.twist * turn.twist;
+    const Vec<Real, 3> aside = cross(normal, h), middle = middle_normal(normal, turn);
+    TurnedForce<Real, History> turned{force, {}};
+    for (int a = 0; a < 3; ++a)
+      turned.change[a] = fma(turn.twist, aside[a], fma(shrink, h[a], -(lift * middle[a])));
     return turned;
   }
 
@@ -54,47 +67,55 @@ inline namespace RVE_ISA {
     Truth<History> sliding;    ///< at the limit
   };
 
-  /// As LinearTangential, for vectors: the limit is a circle, and what slides keeps its direction.
+  /// As LinearTangential, for vectors: the limit is a circle, and what slides keeps its direction. The changes of a step and the length of
+  /// the force have the numbers of forces: only what adds up over many steps needs better ones.
   template <class Real, class History, bool Viscous> struct VectorSpring {
-    History stiffness;    ///< [force/length]
-    Real friction;        ///< [-]
-    Real viscosity;       ///< [force time/length]
+    Real stiffness;    ///< [force/length]
+    Real friction;     ///< [-]
+    Real viscosity;    ///< [force time/length]
 
-    /// `velocity` is of j relative to i [length/time].
     RVE_INLINE VectorForce<Real, History> advance(const Vec<History, 3> &spring,
                                                   const Vec<Real, 3> &velocity, Real normal_force,
                                                   Real dt) const
     {
-      const Vec<History, 3> speed = velocity.template as<History>();
-      Vec<History, 3> elastic, trial;
-      for (int a = 0; a < 3; ++a) {
-        elastic[a] = fma(stiffness * static_cast<History>(dt), speed[a], spring[a]);
-        trial[a] = elastic[a];
-        if constexpr (Viscous)
-          if (viscosity != Real(0))
-            trial[a] = elastic[a] + static_cast<History>(viscosity) * speed[a];
-      }
-      const History limit = static_cast<History>(friction * fabs(normal_force));
-      const History squared = dot(trial, trial);
+      return advance(TurnedForce<Real, History>{spring, Vec<Real, 3>::zero()}, velocity,
+                     normal_force, dt);
+    }
+
+    /// `velocity` is of j relative to i [length/time].
+    RVE_INLINE VectorForce<Real, History> advance(const TurnedForce<Real, History> &spring,
+                                                  const Vec<Real, 3> &velocity, Real normal_force,
+                                                  Real dt) const
+    {
+      const Vec<Real, 3> change = fma(stiffness * dt, velocity, spring.change);
+      const Vec<History, 3> elastic = spring.kept + change.template as<History>();
+      Vec<Real, 3> trial = elastic.template as<Real>();
+      if constexpr (Viscous)
+        if (viscosity != Real(0)) trial = fma(viscosity, velocity, trial);
+      const Real limit = friction * fabs(normal_force);
+      const Real squared = dot(trial, trial), squared_limit = limit * limit;
       // a force at the limit, looked at again, must keep its bits and be at the limit: its length is rounded a few times
-      constexpr double kSlack = 16.0 * kEpsilon<History>;
-      const History squared_limit = limit * limit;
-      const auto beyond = squared > History(1.0 + kSlack) * squared_limit;
-      VectorForce<Real, History> result;
-      result.sliding = squared >= History(1.0 - kSlack) * squared_limit;
-      History share = History(1);
+      constexpr double kSlack = 16.0 * kEpsilon<Real>;
+      const auto beyond = squared > Real(1.0 + kSlack) * squared_limit;
+      VectorForce<Real, History> result{trial, elastic, Vec<History, 3>::zero(), {}};
+      convert_truth(squared >= Real(1.0 - kSlack) * squared_limit, result.sliding);
       if (any(beyond)) {
-        const auto length = root_and_inverse(squared + History(kLeastSquaredForce));
-        share = select(beyond, limit * length.inverse, share);
-      }
-      for (int a = 0; a < 3; ++a) {
-        const History capped = share * trial[a];
-        result.force[a] = static_cast<Real>(capped);
-        result.slipped[a] = trial[a] - capped;
-        result.spring[a] = capped;
-        if constexpr (Viscous)
-          if (viscosity != Real(0))
-            result.spring[a] = select(beyond, capped - (trial[a] - elastic[a]), elastic[a]);
+        Truth<History> slips;
+        convert_truth(beyond, slips);
+        const Real share = limit * root_and_inverse(squared + Real(kLeastSquaredForce)).inverse;
+        const History kept_share = static_cast<History>(share);
+        for (int a = 0; a < 3; ++a) {
+          History capped = kept_share * elastic[a];
+          if constexpr (Viscous)
+            if (viscosity != Real(0))
+              capped = capped - static_cast<History>((Real(1) - share) * (viscosity * velocity[a]));
+          result.spring[a] = select(slips, capped, elastic[a]);
+          result.slipped[a] = elastic[a] - result.spring[a];
+          // what looks at the spring again shall see the same force
+          result.force[a] = select(beyond, static_cast<Real>(capped), trial[a]);
+          if constexpr (Viscous)
+            if (viscosity != Real(0)) result.force[a] = select(beyond, share * trial[a], trial[a]);
+        }
       }
       return result;
     }
@@ -103,8 +124,7 @@ inline namespace RVE_ISA {
     RVE_INLINE double elastic_energy(const Vec<History, 3> &spring) const
     {
       const Vec<double, 3> force = spring.template as<double>();
-      return stiffness > History(0) ? 0.5 * dot(force, force) / static_cast<double>(stiffness)
-                                    : 0.0;
+      return stiffness > Real(0) ? 0.5 * dot(force, force) / static_cast<double>(stiffness) : 0.0;
     }
   };
 

@@ -30,6 +30,17 @@ inline namespace RVE_ISA {
     return Number(-1) * along;
   }
 
+  /// A force along a contact after its turn.
+  template <class Number> RVE_INLINE Number sum_of_turned(const Number &turned)
+  {
+    return turned;
+  }
+  template <class Real, class Number>
+  RVE_INLINE Vec<Number, 3> sum_of_turned(const TurnedForce<Real, Number> &turned)
+  {
+    return turned.sum();
+  }
+
   /// What lies along a contact of an RVE that is turned as a whole: in space.
   template <class Number>
   RVE_INLINE Vec<Number, 3> along_turned(const Vec<Number, 3> &along, const Tensor3 &rotation)

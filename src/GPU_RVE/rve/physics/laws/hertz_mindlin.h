@@ -256,7 +256,8 @@ inline namespace RVE_ISA {
     {
       const Spring before = history.contact_radius, a = static_cast<Spring>(result.contact_radius);
       // a displacement that is kept bears more where the contact has grown, and nothing is lost of a force that is
-      Along<Spring, D> spring = moving.turned(history.tangential, contact.normal, dt);
+      Along<Spring, D> spring =
+          sum_of_turned(moving.turned(history.tangential, contact.normal, dt));
       if (constants.keeps_displacement > Real(0) && before > Spring(0))
         spring = (a / before) * spring;
       if (constants.rescales > Real(0) && a < before) spring = (a / before) * spring;
@@ -267,7 +268,7 @@ inline namespace RVE_ISA {
 
       result.limiting_force = limiting_force;
       TangentialSpring<Real, Spring, true, D> tangential;
-      tangential.stiffness = result.stiffness;
+      tangential.stiffness = decltype(tangential.stiffness)(result.stiffness);
       tangential.friction = constants.friction;
       tangential.viscosity = constants.tangential_damping * result.viscosity;
       moving.apply(contact.normal, normal_force,

@@ -91,7 +91,7 @@ inline namespace RVE_ISA {
     template <class SomeConstants> RVE_INLINE void take(const SomeConstants &constants)
     {
       normal.stiffness = Real(constants.normal_stiffness);
-      tangential.stiffness = Spring(constants.tangential_stiffness);
+      tangential.stiffness = decltype(tangential.stiffness)(constants.tangential_stiffness);
       tangential.friction = Real(constants.friction);
       if constexpr (Damped) {
         normal_damping.viscosity = Real(constants.normal_viscosity);
@@ -151,7 +151,7 @@ inline namespace RVE_ISA {
                             const GrainMotion<Real, D> &, const GrainContact<Real, D> &moving,
                             const History &held, Real dt) const
     {
-      const History spring = moving.turned(held, contact.normal, dt);
+      const auto spring = moving.turned(held, contact.normal, dt);
       Real normal_force = normal.force(contact.overlap);
       if constexpr (Damped)
         normal_force = normal_force + normal_damping.force(moving.normal_velocity);

@@ -134,7 +134,7 @@ inline namespace RVE_ISA {
 
     template <class SomeConstants> RVE_INLINE void take(const SomeConstants &constants)
     {
-      rolling.stiffness = Spring(constants.rolling_stiffness);
+      rolling.stiffness = Real(constants.rolling_stiffness);
       rolling.friction = Real(constants.rolling_friction);
       twisting.stiffness = Spring(constants.twisting_stiffness);
       twisting.friction = Real(constants.twisting_friction);

@@ -10,8 +10,7 @@ namespace rve {
 inline namespace RVE_ISA {
 
   template <class Real> struct SphereContact : ContactMotion<Real, 3> {
-    Vec<Real, 3> normal_rate;    ///< dn/dt [1/time]
-    Real twist_rate;             ///< mean spin of the grains about the normal [1/time]
+    ContactTurn<Real> turn;    ///< in the step
 
     /// In a step of dt. Spins move the surfaces across the normal of the middle of the step, as the branch has moved: with that of its end a
     /// pair that turns as one would slip by the square of the angle of a step, always the same way where the axis leans to the normal. In
@@ -31,22 +30,21 @@ inline namespace RVE_ISA {
           contact.overlap, i.radius, j.radius, velocity_arm);
       moving.normal_velocity = dot(velocity, n);
       const Vec<Real, 3> across = fma(-moving.normal_velocity, n, velocity);
-      moving.normal_rate = reciprocal(contact.distance) * across;
-      moving.twist_rate = Real(0.5) * dot(i.spin + j.spin, n);
+      moving.turn.tilt = (dt * contact.curvature) * across;
+      moving.turn.twist = (Real(0.5) * dt) * dot(i.spin + j.spin, n);
       // sums of two products, not fma: they must not depend on the order of the grains
       const Vec<Real, 3> surface = arms.i * i.spin + arms.j * j.spin;
-      const Vec<Real, 3> middle = fma(Real(-0.5) * dt, moving.normal_rate, n);
-      const Vec<Real, 3> turning = cross(surface, middle);
+      const Vec<Real, 3> turning = cross(surface, middle_normal(n, moving.turn));
       moving.tangential_velocity = across - fma(-dot(turning, n), n, turning);
       return moving;
     }
 
     /// What a pair remembers, in the plane of the contact after a step of dt.
     template <class Number>
-    RVE_INLINE Vec<Number, 3> turned(const Vec<Number, 3> &history, const Vec<Real, 3> &n,
-                                     Real dt) const
+    RVE_INLINE TurnedForce<Real, Number> turned(const Vec<Number, 3> &history,
+                                                const Vec<Real, 3> &n, Real dt) const
     {
-      return turned_with_contact(history, n, {dt * normal_rate, dt * twist_rate}, dt > Real(0));
+      return turned_with_contact(history, n, turn, Truth<Real>(dt > Real(0)));
     }
 
     /// The answer of a law with friction.
