@@ -127,13 +127,15 @@ rve::Options with_contacts_of(const rve::RveStateOf<D> &packing, rve::Options op
 template <int D> struct Batch {
   rve::Options options;
   int grains;
+  rve::Material material;
   Shearing<D> shearing;
   std::unique_ptr<rve::EngineOf<D>> engine;
   std::vector<int> rves;
 
   Batch(const rve::Options &options_in, const rve::RveStateOf<D> &packing, int count) :
       options(with_contacts_of(packing, options_in)), grains(packing.num_grains()),
-      shearing(shearing_of(packing)), engine(rve::make_engine<D>(options)), rves(count)
+      material(packing.material), shearing(shearing_of(packing)),
+      engine(rve::make_engine<D>(options)), rves(count)
   {
     for (int &rve : rves) rve = engine->add(packing);
   }
@@ -264,18 +266,32 @@ void print(const json &keys, const std::string &note, const Measured &m)
   std::fflush(stdout);
 }
 
+/// What another code needs to run the same (compare_lammps.py).
+template <int D> json conditions_of(const Batch<D> &batch)
+{
+  const rve::Material &material = batch.material;
+  const bool linear = material.law == rve::ContactLaw::Linear;
+  return {{"strain_rate", batch.shearing.rate},
+          {"time_step", batch.shearing.time_step},
+          {"normal_stiffness", linear ? material.normal_stiffness : material.hertz_stiffness},
+          {"tangential_stiffness",
+           linear ? material.tangential_stiffness : material.mindlin_stiffness}};
+}
+
 /// The rows of one case.
 template <int D>
-void record(Bench<D> &bench, const json &keys, const Measured &m, const std::string &note = "")
+void record(Bench<D> &bench, const json &keys, const Measured &m, const std::string &note = "",
+            const json &conditions = json::object())
 {
   const double grains = keys["grains"].get<double>();
-  bench.report.add(keys, "rve_steps_per_second", m.median, "1/s",
-                   {{"best", m.best},
-                    {"repeats", REPEATS},
-                    {"calls", m.calls},
-                    {"rebuilds_per_1000_steps", m.rebuilds},
-                    {"grain_steps_per_second", m.median * grains},
-                    {"pressure", m.pressure}});
+  json details = {{"best", m.best},
+                  {"repeats", REPEATS},
+                  {"calls", m.calls},
+                  {"rebuilds_per_1000_steps", m.rebuilds},
+                  {"grain_steps_per_second", m.median * grains},
+                  {"pressure", m.pressure}};
+  details.update(conditions);
+  bench.report.add(keys, "rve_steps_per_second", m.median, "1/s", details);
   print(keys, note, m);
 }
 
@@ -298,7 +314,8 @@ template <int D> void run_core(Bench<D> &bench)
         for (const int substeps : {10, 2000}) {
           const Batch<D> batch(options_for(bench, precision, count), packing, count);
           record(bench, case_of(bench, "core", batch, substeps),
-                 measure(batch, substeps, bench.arguments.seconds), word_of(packing.material.law));
+                 measure(batch, substeps, bench.arguments.seconds), word_of(packing.material.law),
+                 conditions_of(batch));
         }
       const Batch<D> one(options_for(bench, precision, 1), packing, 1);
       json keys = case_of(bench, "core", one, 0);
