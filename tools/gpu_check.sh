@@ -82,10 +82,14 @@ case $suite in quick) percent=10 ;; *) percent=100 ;; esac
 [ -x "$bin/extremes_report" ] &&
   step "stability at the extremes" "$bin/extremes_report" "$out/extremes-${gpu:-gpu}.json" --device cuda --length $percent
 
-# what the presets cost with 9600 RVEs, and error against cost (doc/src/accuracy.rst), minutes; 99 copies of four packings are three RVEs
-# for each of 132 multiprocessors
+# what the presets cost with 9600 RVEs, and error against cost (doc/src/accuracy.rst), minutes; 49 copies of eight packings are three RVEs
+# for each of 132 multiprocessors, and of small packings of spheres there are eight
 if [ "$suite" = full ] && [ -x "$bin/bench_accuracy" ]; then
-  step "cost of the presets" python3 bench/accuracy.py --bin "$bin" --out "$out/accuracy-presets-${gpu:-gpu}.json" --device cuda --copies 2400 --presets
-  step "error against cost" python3 bench/accuracy.py --bin "$bin" --out "$out/accuracy-${gpu:-gpu}.json" --device cuda --copies 99
+  step "cost of the presets" python3 bench/accuracy.py --bin "$bin" --out "$out/accuracy-presets-${gpu:-gpu}.json" --device cuda --copies 1200 --presets
+  step "error against cost" python3 bench/accuracy.py --bin "$bin" --out "$out/accuracy-${gpu:-gpu}.json" --device cuda --copies 49
+  step "cost of the presets, spheres" python3 bench/accuracy.py --shape sphere --bin "$bin" --out "$out/accuracy-presets-spheres-${gpu:-gpu}.json" \
+    --device cuda --copies 1200 --presets
+  step "error against cost, spheres" python3 bench/accuracy.py --shape sphere --bin "$bin" --out "$out/accuracy-spheres-${gpu:-gpu}.json" \
+    --device cuda --copies 132
 fi
 exit $failed
