@@ -405,10 +405,10 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
     const StateImage image =
         build_image(GetParam(), one.state, 2000, features_of(one.scene).memory);
 
-    const KernelRun baseline =
-        run_kernel(host_baseline::kernel<2>(format), image, drive, one.steering, one.scene);
-    const KernelRun v3 =
-        run_kernel(host_v3::kernel<2>(format), image, drive, one.steering, one.scene);
+    const KernelRun baseline = run_kernel(host_kernel<InstructionSet::baseline, 2>(format), image,
+                                          drive, one.steering, one.scene);
+    const KernelRun v3 = run_kernel(host_kernel<InstructionSet::v3, 2>(format), image, drive,
+                                    one.steering, one.scene);
 
     EXPECT_EQ(baseline.answer.status, status::Ok) << describe_status(baseline.answer.status);
     EXPECT_GE(baseline.detail.progress.rebuilds, 5);

@@ -82,11 +82,13 @@ class PackedGrains : public ::testing::TestWithParam<Format> {
         build_image(GetParam(), scene.state, 40 * scene.state.num_grains(), Program::General);
     KernelRun one_by_one;
     for (int call = 0; call < calls; ++call) {
-      one_by_one = run_kernel(host_baseline::kernel<2>(format), Program::Plain, image, scene);
-      const KernelRun packed = run_kernel(host_v3::kernel<2>(format), Program::Plain, image, scene);
+      one_by_one = run_kernel(host_kernel<InstructionSet::baseline, 2>(format), Program::Plain,
+                              image, scene);
+      const KernelRun packed =
+          run_kernel(host_kernel<InstructionSet::v3, 2>(format), Program::Plain, image, scene);
       // never in packs
       const KernelRun general =
-          run_kernel(host_v3::kernel<2>(format), Program::General, image, scene);
+          run_kernel(host_kernel<InstructionSet::v3, 2>(format), Program::General, image, scene);
 
       EXPECT_EQ(one_by_one.answer.status & status::Fatal, 0u)
           << describe_status(one_by_one.answer.status);
@@ -194,8 +196,9 @@ TEST_P(PackedGrains, ForcesFarAboveTheExpectedOnes)
   const StateImage image = build_image(GetParam(), scene.state, 4000, Program::General);
 
   const KernelRun one_by_one =
-      run_kernel(host_baseline::kernel<2>(format), Program::Plain, image, scene);
-  const KernelRun packed = run_kernel(host_v3::kernel<2>(format), Program::Plain, image, scene);
+      run_kernel(host_kernel<InstructionSet::baseline, 2>(format), Program::Plain, image, scene);
+  const KernelRun packed =
+      run_kernel(host_kernel<InstructionSet::v3, 2>(format), Program::Plain, image, scene);
 
   EXPECT_NE(one_by_one.answer.status & status::ForceSaturated, 0u);
   EXPECT_EQ(one_by_one.answer.status, packed.answer.status);
@@ -213,8 +216,9 @@ TEST_P(PackedGrains, SaturationBoundaryHasTheSameVerdict)
     const StateImage image = build_image(GetParam(), scene.state, 4000, Program::General);
 
     const KernelRun one_by_one =
-        run_kernel(host_baseline::kernel<2>(format), Program::Plain, image, scene);
-    const KernelRun packed = run_kernel(host_v3::kernel<2>(format), Program::Plain, image, scene);
+        run_kernel(host_kernel<InstructionSet::baseline, 2>(format), Program::Plain, image, scene);
+    const KernelRun packed =
+        run_kernel(host_kernel<InstructionSet::v3, 2>(format), Program::Plain, image, scene);
 
     EXPECT_TRUE(same_bits(one_by_one, packed)) << expected;
     ++(one_by_one.answer.status & status::ForceSaturated ? saturated : fine);

@@ -152,3 +152,14 @@ TEST(SingleFormat, ExistsOnCpusOnly)
   options.device = Device::Cpu;
   EXPECT_NE(make_engine(options)->description().find("CPU"), std::string::npos);
 }
+
+TEST(SingleFormat, ExistsForDisksOnly)
+{
+  Options options = cpu_options(Format::Single);
+  options.contacts.dimension = 3;
+  EXPECT_EQ(
+      message_of([&] {
+        make_engine<3>(options);
+      }),
+      "the number format single is for studies of disks; spheres have fast, mixed and double");
+}

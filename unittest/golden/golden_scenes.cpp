@@ -683,7 +683,8 @@ std::vector<Record> device_records(Device device)
   for (const Scene &scene : scenes())
     for (const Format format : formats) play(scene, format, of_engine, records);
   for (const SceneOf<3> &scene : sphere_scenes())
-    for (const Format format : formats) play(scene, format, of_engine, records);
+    for (const Format format : formats)
+      if (format != Format::Single) play(scene, format, of_engine, records);
   for (const Format format : formats) prepare_packing(format, of_engine, records);
   for (const mpm::Scheme scheme : {mpm::Scheme::Musl, mpm::Scheme::Usavg})
     for (const mpm::ShapeFunction shape : {mpm::ShapeFunction::Linear, mpm::ShapeFunction::Gimp})

@@ -57,7 +57,7 @@ inline namespace RVE_ISA {
   };
 
   /// As the paper: fp32 everywhere, positions too. Those of the paper are Cartesian; fractions have the same resolution, 2^-24 of the
-  /// cell. For the study of what this loses, on a CPU.
+  /// cell. For the study of what this loses, of disks on a CPU.
   struct SingleNumbers {
     using Leading = FastNumbers;
     using Coordinate = FloatFraction;

@@ -20,6 +20,8 @@ std::unique_ptr<EngineOf<D>> make_engine(const Options &options, std::string *no
               to_string(options.format));
   require(options.arithmetic == Arithmetic::Strict || options.device != Device::Cpu,
           "relaxed arithmetic needs a CUDA device: on a CPU it gains nothing");
+  require(D == 2 || options.format != Format::Single,
+          "the number format single is for studies of disks; spheres have fast, mixed and double");
   const bool only_on_cpu = options.format == Format::Single;
   require(!only_on_cpu || options.device != Device::Cuda,
           "the number format single is for studies and exists on CPUs only");

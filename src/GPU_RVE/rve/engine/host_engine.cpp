@@ -27,9 +27,9 @@ namespace {
   template <int D> HostKernel<D> choose_kernel(Format format)
   {
 #if defined(RVE_WITH_X86_64_V3)
-    if (has_x86_64_v3()) return host_v3::kernel<D>(format);
+    if (has_x86_64_v3()) return host_kernel<InstructionSet::v3, D>(format);
 #endif
-    return host_baseline::kernel<D>(format);
+    return host_kernel<InstructionSet::baseline, D>(format);
   }
 
   /// What the kernel says programs may take without swapping [bytes]; 0 where it says nothing.

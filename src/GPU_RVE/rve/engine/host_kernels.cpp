@@ -1,5 +1,6 @@
-// The block program on a CPU thread. Compiled for each instruction set with RVE_ISA = baseline or v3; the same bits from both
-// (std::fma is exact everywhere, and slow where the hardware has none).
+// The block program on a CPU thread, for RVEs of RVE_KERNEL_DIMENSION in the number format RVE_KERNEL_FORMAT. Compiled for each
+// instruction set with RVE_ISA = baseline or v3; the same bits from both (std::fma is exact everywhere, and slow where the hardware has
+// none).
 
 #include "rve/engine/host_kernels.h"
 
@@ -15,7 +16,7 @@
 
 #define RVE_JOIN_(a, b) a##b
 #define RVE_JOIN(a, b) RVE_JOIN_(a, b)
-#define RVE_HOST_NAMESPACE RVE_JOIN(host_, RVE_ISA)
+#define RVE_KERNEL_NUMBERS RVE_JOIN(RVE_KERNEL_FORMAT, Numbers)
 
 namespace rve {
 
@@ -90,19 +91,24 @@ inline namespace RVE_ISA {
     }
   }
 
-  template <class Scene> HostWorkspaceSizes sizes_of(int num_grains, int pair_capacity)
+  template <Program program, class Numbers, int D>
+  HostWorkspaceSizes sizes_of(int num_grains, int pair_capacity)
   {
-    return {shared_size<Scene>(num_grains, false),
-            workspace_size<Scene>(num_grains, pair_capacity)};
+    using Scene = ProgramScene<program, Numbers>;
+    if constexpr (Scene::D == D)
+      return {shared_size<Scene>(num_grains, false),
+              workspace_size<Scene>(num_grains, pair_capacity)};
+    else
+      return HostWorkspaceSizes();
   }
 
-  template <class Numbers>
+  template <int D, class Numbers>
   HostWorkspaceSizes workspace_sizes(int num_grains, int pair_capacity, Program program)
   {
     switch (program) {
 #define RVE_SIZES(name, law, books, small, prepared) \
   case Program::name:                                \
-    return sizes_of<ProgramScene<Program::name, Numbers>>(num_grains, pair_capacity);
+    return sizes_of<Program::name, Numbers, D>(num_grains, pair_capacity);
       RVE_PROGRAMS(RVE_SIZES)
 #undef RVE_SIZES
     }
@@ -111,23 +117,12 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 
-namespace RVE_HOST_NAMESPACE {
-  template <int D> HostKernel<D> kernel(Format format)
-  {
-    switch (format) {
-      case Format::Fast:
-        return {advance<D, FastNumbers>, workspace_sizes<FastNumbers>};
-      case Format::Mixed:
-        return {advance<D, MixedNumbers>, workspace_sizes<MixedNumbers>};
-      case Format::Single:
-        return {advance<D, SingleNumbers>, workspace_sizes<SingleNumbers>};
-      default:
-        return {advance<D, DoubleNumbers>, workspace_sizes<DoubleNumbers>};
-    }
-  }
-
-  template HostKernel<2> kernel(Format format);
-  template HostKernel<3> kernel(Format format);
-}    // namespace RVE_HOST_NAMESPACE
+template <>
+HostKernel<RVE_KERNEL_DIMENSION>
+host_kernel<InstructionSet::RVE_ISA, RVE_KERNEL_DIMENSION, Format::RVE_KERNEL_FORMAT>()
+{
+  return {advance<RVE_KERNEL_DIMENSION, RVE_KERNEL_NUMBERS>,
+          workspace_sizes<RVE_KERNEL_DIMENSION, RVE_KERNEL_NUMBERS>};
+}
 
 }    // namespace rve

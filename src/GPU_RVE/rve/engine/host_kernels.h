@@ -1,4 +1,5 @@
-// The border to the block program on a CPU thread, which is compiled once per instruction set. Plain data only.
+// The border to the block program on a CPU thread, which is compiled for each instruction set, dimension and number format. Plain data
+// only.
 
 #ifndef RVE_ENGINE_HOST_KERNELS_H
 #define RVE_ENGINE_HOST_KERNELS_H
@@ -30,14 +31,27 @@ template <int D> struct HostKernel {
   HostWorkspaceSizes (*workspace_sizes)(int num_grains, int pair_capacity, Program program);
 };
 
-namespace host_baseline {
-  template <int D> HostKernel<D> kernel(Format format);
+/// As RVE_ISA names them.
+enum class InstructionSet { baseline, v3 };
+
+/// Compiled in a translation unit of its own (host_kernels.cpp).
+template <InstructionSet isa, int D, Format format> HostKernel<D> host_kernel();
+
+template <InstructionSet isa, int D> HostKernel<D> host_kernel(Format format)
+{
+  switch (format) {
+    case Format::Fast:
+      return host_kernel<isa, D, Format::Fast>();
+    case Format::Mixed:
+      return host_kernel<isa, D, Format::Mixed>();
+    case Format::Single:
+      if constexpr (D == 2) return host_kernel<isa, D, Format::Single>();
+      break;    // make_engine refuses it
+    case Format::Double:
+      break;
+  }
+  return host_kernel<isa, D, Format::Double>();
 }
-#if defined(RVE_WITH_X86_64_V3)
-namespace host_v3 {
-  template <int D> HostKernel<D> kernel(Format format);
-}
-#endif
 
 }    // namespace rve
 

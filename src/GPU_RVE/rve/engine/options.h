@@ -11,7 +11,7 @@
 namespace rve {
 
 /// Number format: `fast` 32-bit positions and fp32; `mixed` 64-bit positions, fp64 gap and history, fp32 rest;
-/// `double` 64-bit positions, fp64; `single` fp32 everywhere, as the paper, for the study of what it loses, on CPUs.
+/// `double` 64-bit positions, fp64; `single` fp32 everywhere, as the paper, for the study of what it loses, of disks on CPUs.
 enum class Format { Fast, Mixed, Double, Single };
 
 enum class Device { Auto, Cpu, Cuda };

@@ -260,10 +260,12 @@ namespace {
       case Format::Mixed:
         return with_numbers<D, MixedNumbers>(memory, work);
       case Format::Single:
-        return with_numbers<D, SingleNumbers>(memory, work);
-      default:
-        return with_numbers<D, DoubleNumbers>(memory, work);
+        if constexpr (D == 2) return with_numbers<D, SingleNumbers>(memory, work);
+        break;    // make_engine refuses it
+      case Format::Double:
+        break;
     }
+    return with_numbers<D, DoubleNumbers>(memory, work);
   }
 
 }    // namespace

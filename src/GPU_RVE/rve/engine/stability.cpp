@@ -2,14 +2,15 @@
 // r theta all coordinates are lengths, the rotational mass is I/r^2 = m/2, and a stretch of the contact is
 //     u_n = (u_j - u_i).n        u_t = (u_j - u_i).t - (a_i/r_i) w_i - (a_j/r_j) w_j,    w = r theta, a = r - overlap/2,
 //     u_r = (R/r_j) w_j - (R/r_i) w_i,    R = r_i r_j / (r_i + r_j).
+// Two spheres have twelve, the rotational mass is 2 m/5, and stretches along the contact are vectors:
+//     u_t = across(u_j - u_i) - ((a_i/r_i) w_i + (a_j/r_j) w_j) x n,    u_r = d x n,    u_q = d.n,    d = (R/r_j) w_j - (R/r_i) w_i.
 
 #include "rve/engine/stability.h"
 
 #include "rve/core/error.h"
-#include "rve/core/pi.h"
 #include "rve/engine/contact_laws.h"
 #include "rve/engine/contact_network.h"
-#include "rve/engine/engine.h"
+#include "rve/physics/grain_shape.h"
 #include "rve/physics/integrator.h"
 
 #include <algorithm>
@@ -32,16 +33,17 @@ namespace {
     std::function<ContactModuli(double, double)> coming;
   };
 
-  Moduli moduli(const RveState &state, const std::vector<TouchingPair> &contacts, Kind kind,
-                double coming_overlap = 0.0)
+  template <int D>
+  Moduli moduli(const RveStateOf<D> &state, const std::vector<TouchingPairOf<D>> &contacts,
+                Kind kind, double coming_overlap = 0.0)
   {
-    return with_law(state.material, [&](const auto &law) {
+    return with_law<D>(state.material, [&](const auto &law) {
       const auto moduli_at = [law, kind](const ContactPlace &place) {
         return kind == Kind::Springs ? law.stiffness(place) : law.viscosity(place);
       };
       Moduli all;
       double overlap = coming_overlap;
-      for (const TouchingPair &contact : contacts) {
+      for (const TouchingPairOf<D> &contact : contacts) {
         all.of_contact.push_back(moduli_at(place_of(state, contact)));
         overlap = std::max(overlap, contact.overlap);
       }
@@ -79,10 +81,11 @@ namespace {
     return {0.0, 0.0, -second / (first + second), 0.0, 0.0, first / (first + second)};
   }
 
-  double grain_mass(const RveState &state, int i)
+  template <int D> double grain_mass(const RveStateOf<D> &state, int i)
   {
-    const double r = state.radius[i];
-    return state.material.density * state.material.mass_depth * kPi * r * r;
+    return times_power<D>(state.material.density * state.material.mass_depth *
+                              GrainShape<D>::volume,
+                          state.radius[i]);
   }
 
   std::size_t coordinate(const TouchingPair &contact, int k)
@@ -91,7 +94,9 @@ namespace {
   }
 
   // M^-1/2 K M^-1/2 as a sum over contacts.
-  class NetworkOperator {
+  template <int D> class NetworkOperator;
+
+  template <> class NetworkOperator<2> {
    public:
     NetworkOperator(const RveState &state, const std::vector<TouchingPair> &_contacts,
                     const std::vector<ContactModuli> &_moduli) :
@@ -158,6 +163,88 @@ namespace {
     }
   };
 
+  template <> class NetworkOperator<3> {
+   public:
+    NetworkOperator(const RveStateOf<3> &state, const std::vector<TouchingPairOf<3>> &_contacts,
+                    const std::vector<ContactModuli> &_moduli) :
+        contacts(_contacts),
+        moduli(_moduli)
+    {
+      for (int i = 0; i < state.num_grains(); ++i) {
+        const double m = grain_mass(state, i);
+        inverse_root_mass.push_back(
+            {1.0 / std::sqrt(m), 1.0 / std::sqrt(GrainShape<3>::inertia * m)});
+      }
+      for (const TouchingPairOf<3> &contact : contacts) {
+        const double first = state.radius[contact.first], second = state.radius[contact.second];
+        arms.push_back({Arms{1.0 - 0.5 * contact.overlap / first, second / (first + second)},
+                        Arms{1.0 - 0.5 * contact.overlap / second, first / (first + second)}});
+      }
+    }
+
+    std::size_t size() const { return 6 * inverse_root_mass.size(); }
+
+    void apply(const std::vector<double> &x, std::vector<double> &y) const
+    {
+      std::fill(y.begin(), y.end(), 0.0);
+      for (std::size_t c = 0; c < contacts.size(); ++c) {
+        const Vec<double, 3> &n = contacts[c].normal;
+        const Motion one = motion(x, contacts[c].first), other = motion(x, contacts[c].second);
+        const auto &[of_one, of_other] = arms[c];
+
+        const Vec<double, 3> approach = other.place - one.place;
+        const Vec<double, 3> surface = of_one.contact * one.turn + of_other.contact * other.turn;
+        const double along = dot(approach, n);
+        const Vec<double, 3> shear = (approach - along * n) - cross(surface, n);
+        const Vec<double, 3> turning = of_other.rolling * other.turn - of_one.rolling * one.turn;
+        const double twist = dot(turning, n);
+
+        const Vec<double, 3> force = (moduli[c].normal * along) * n + moduli[c].tangential * shear;
+        const Vec<double, 3> moment = -moduli[c].tangential * cross(n, shear);
+        const Vec<double, 3> resistance =
+            moduli[c].rolling * (turning - twist * n) + (moduli[c].twisting * twist) * n;
+        add(y, contacts[c].first, -1.0 * force,
+            of_one.contact * moment - of_one.rolling * resistance);
+        add(y, contacts[c].second, force,
+            of_other.contact * moment + of_other.rolling * resistance);
+      }
+    }
+
+   private:
+    struct InverseRootMass {
+      double translation, rotation;
+    };
+    // over the radius: the distance to the contact, and the reduced radius
+    struct Arms {
+      double contact, rolling;
+    };
+    struct Motion {
+      Vec<double, 3> place, turn;
+    };
+
+    const std::vector<TouchingPairOf<3>> &contacts;
+    const std::vector<ContactModuli> &moduli;
+    std::vector<InverseRootMass> inverse_root_mass;
+    std::vector<std::array<Arms, 2>> arms;
+
+    Motion motion(const std::vector<double> &x, int i) const
+    {
+      const double *of = &x[6 * static_cast<std::size_t>(i)];
+      return {inverse_root_mass[i].translation * Vec<double, 3>{{of[0], of[1], of[2]}},
+              inverse_root_mass[i].rotation * Vec<double, 3>{{of[3], of[4], of[5]}}};
+    }
+
+    void add(std::vector<double> &y, int i, const Vec<double, 3> &force,
+             const Vec<double, 3> &moment) const
+    {
+      double *of = &y[6 * static_cast<std::size_t>(i)];
+      for (int a = 0; a < 3; ++a) {
+        of[a] += inverse_root_mass[i].translation * force[a];
+        of[3 + a] += inverse_root_mass[i].rotation * moment[a];
+      }
+    }
+  };
+
   // Number of eigenvalues of a symmetric tridiagonal matrix below x (Sturm sequence).
   int eigenvalues_below(const std::vector<double> &diagonal, const std::vector<double> &off,
                         double x)
@@ -204,7 +291,7 @@ namespace {
   // Lanczos with full reorthogonalisation, which keeps the small basis clean without thick restarts.
   // A Ritz value approaches the eigenvalue from below; its error falls with the square of the residual, and 1e-9 between
   // successive steps leaves far less than the margin that a time step keeps.
-  double lanczos_largest_eigenvalue(const NetworkOperator &matrix)
+  template <class Operator> double lanczos_largest_eigenvalue(const Operator &matrix)
   {
     constexpr double TOLERANCE = 1e-9;
     constexpr int STEADY_STEPS = 4;    // a single small change may be a plateau
@@ -246,15 +333,16 @@ namespace {
     return largest;
   }
 
-  double network_eigenvalue(const RveState &state, const std::vector<TouchingPair> &contacts,
-                            const Moduli &moduli)
+  template <int D>
+  double network_eigenvalue(const RveStateOf<D> &state,
+                            const std::vector<TouchingPairOf<D>> &contacts, const Moduli &moduli)
   {
     const auto &all = moduli.of_contact;
     if (std::all_of(all.begin(), all.end(), [](const ContactModuli &of) {
           return of.largest() == 0.0;
         }))
       return 0.0;
-    return lanczos_largest_eigenvalue(NetworkOperator(state, contacts, all));
+    return lanczos_largest_eigenvalue(NetworkOperator<D>(state, contacts, all));
   }
 
   // Largest row sum of |M^-1 K|, with the rotation in units of r theta / 4. Any unit gives a bound; in r theta the rows of
@@ -298,10 +386,12 @@ namespace {
   }
 
   // One contact without overlap that slides and rolls: the larger eigenvalue of k_t t t^T + k_r r r^T in coordinates scaled by the
-  // roots of the masses, from t.t = 3 (1/m_i + 1/m_j), r.r = 2 ((R/r_i)^2/m_i + (R/r_j)^2/m_j) and t.r. The lightest grain rolls
-  // fastest, but with a large partner; 0 without rolling resistance.
-  double rolling_pair_eigenvalue(const RveState &state, const Moduli &moduli)
+  // roots of the masses, from t.t = (1 + c) (1/m_i + 1/m_j), r.r = c ((R/r_i)^2/m_i + (R/r_j)^2/m_j) and t.r, c = m r^2/I. In space that
+  // is so in both directions across the normal, and what twists moves nothing else. The lightest grain rolls fastest, but with a large
+  // partner; 0 without resistance to either.
+  template <int D> double turning_pair_eigenvalue(const RveStateOf<D> &state, const Moduli &moduli)
   {
+    constexpr double ROTATION = 1.0 / GrainShape<D>::inertia;
     if (state.num_grains() < 2) return 0.0;
     const auto smallest = std::min_element(state.radius.begin(), state.radius.end());
     const int i = static_cast<int>(smallest - state.radius.begin());
@@ -311,19 +401,21 @@ namespace {
       if (j == i) continue;
       const double r_j = state.radius[j], m_j = grain_mass(state, j);
       const ContactModuli modulus = moduli.coming(r_i, r_j);
-      if (modulus.rolling == 0.0) continue;
+      if (modulus.rolling == 0.0 && modulus.twisting == 0.0) continue;
       const double share_i = r_j / (r_i + r_j), share_j = r_i / (r_i + r_j);    // R/r
-      const double tt = 3.0 * modulus.tangential * (1.0 / m_i + 1.0 / m_j);
-      const double rr = 2.0 * modulus.rolling * (share_i * share_i / m_i + share_j * share_j / m_j);
-      const double tr =
-          2.0 * std::sqrt(modulus.tangential * modulus.rolling) * (share_i / m_i - share_j / m_j);
+      const double turning = ROTATION * (share_i * share_i / m_i + share_j * share_j / m_j);
+      const double tt = (1.0 + ROTATION) * modulus.tangential * (1.0 / m_i + 1.0 / m_j);
+      const double rr = modulus.rolling * turning;
+      const double tr = ROTATION * std::sqrt(modulus.tangential * modulus.rolling) *
+          (share_i / m_i - share_j / m_j);
       largest = std::max(largest, 0.5 * (tt + rr) + std::hypot(0.5 * (tt - rr), tr));
+      largest = std::max(largest, modulus.twisting * turning);
     }
     return largest;
   }
 
-  // One contact without overlap: 1/m_i + 1/m_j along the normal, and 1/m + r^2/I = 3/m of each along the tangent.
-  double pair_eigenvalue(const RveState &state, const Moduli &moduli)
+  // One contact without overlap: 1/m_i + 1/m_j along the normal, and 1/m + r^2/I of each along the tangent.
+  template <int D> double pair_eigenvalue(const RveStateOf<D> &state, const Moduli &moduli)
   {
     double lightest = std::numeric_limits<double>::infinity(), second = lightest;
     double smallest = lightest, next = lightest;    // radius of each
@@ -335,16 +427,17 @@ namespace {
       smallest = std::min(smallest, r);
     }
     const ContactModuli modulus = moduli.coming(smallest, state.num_grains() > 1 ? next : smallest);
+    constexpr double ALONG = 1.0 + 1.0 / GrainShape<D>::inertia;
     const double of_lightest =
-        (1.0 / lightest + 1.0 / second) * std::max(modulus.normal, 3.0 * modulus.tangential);
-    return std::max(of_lightest, rolling_pair_eigenvalue(state, moduli));
+        (1.0 / lightest + 1.0 / second) * std::max(modulus.normal, ALONG * modulus.tangential);
+    return std::max(of_lightest, turning_pair_eigenvalue(state, moduli));
   }
 
-  template <class Eigenvalue>
-  double time_step(const RveState &state, Eigenvalue &&network, double coming_overlap = 0.0)
+  template <int D, class Eigenvalue>
+  double time_step(const RveStateOf<D> &state, Eigenvalue &&network, double coming_overlap = 0.0)
   {
     state.check_sizes();    // or eigenvalues may not be numbers
-    const std::vector<TouchingPair> contacts = find_contacts(state);
+    const std::vector<TouchingPairOf<D>> contacts = find_contacts(state);
     const auto largest = [&](Kind kind) {
       const Moduli all = moduli(state, contacts, kind, coming_overlap);
       return std::max(network(state, contacts, all), pair_eigenvalue(state, all));
@@ -355,9 +448,9 @@ namespace {
 
 }    // namespace
 
-double largest_frequency(const RveState &state)
+template <int D> double largest_frequency(const RveStateOf<D> &state)
 {
-  const std::vector<TouchingPair> contacts = find_contacts(state);
+  const std::vector<TouchingPairOf<D>> contacts = find_contacts(state);
   return std::sqrt(network_eigenvalue(state, contacts, moduli(state, contacts, Kind::Springs)));
 }
 
@@ -367,33 +460,27 @@ double gershgorin_frequency(const RveState &state)
   return std::sqrt(gershgorin_eigenvalue(state, contacts, moduli(state, contacts, Kind::Springs)));
 }
 
-double pair_frequency(const RveState &state, double coming_overlap)
+template <int D> double pair_frequency(const RveStateOf<D> &state, double coming_overlap)
 {
   return std::sqrt(
       pair_eigenvalue(state, moduli(state, find_contacts(state), Kind::Springs, coming_overlap)));
 }
 
-double stable_time_step(const RveState &state)
+template <int D> double stable_time_step(const RveStateOf<D> &state)
 {
-  return time_step(state, network_eigenvalue);
-}
-
-double stable_time_step(const RveStateOf<3> &state)
-{
-  Options options;
-  options.contacts = contacts_of(state);
-  options.device = Device::Cpu;
-  options.format = Format::Double;
-  options.threads = 1;
-  const auto engine = make_engine<3>(options);
-  std::vector<double> bounds;
-  engine->bound_time_steps({engine->add(state)}, std::numeric_limits<double>::max(), bounds);
-  return bounds[0];
+  return time_step(state, network_eigenvalue<D>);
 }
 
 double gershgorin_time_step(const RveState &state, double coming_overlap)
 {
   return time_step(state, gershgorin_eigenvalue, coming_overlap);
 }
+
+template double largest_frequency(const RveStateOf<2> &);
+template double largest_frequency(const RveStateOf<3> &);
+template double pair_frequency(const RveStateOf<2> &, double);
+template double pair_frequency(const RveStateOf<3> &, double);
+template double stable_time_step(const RveStateOf<2> &);
+template double stable_time_step(const RveStateOf<3> &);
 
 }    // namespace rve
