@@ -1,5 +1,5 @@
-// Throughput of the engine on the device at hand: copies of a packing are sheared at 0.05 per unit of time, and whole calls with the
-// short answer are timed. Writes JSON rows (doc/performance.rst). Nothing is asserted about times; a failed RVE ends the experiment.
+// Throughput of the engine on the device at hand: copies of a packing of disks or of spheres are sheared, and whole calls with the short
+// answer are timed. Writes JSON rows (doc/performance.rst). Nothing is asserted about times; a failed RVE ends the experiment.
 //
 //   bench_engine <packing.rve> <output.json> [--device cpu|cuda] [--suite quick|full|core|paper|substeps|grains|queue|features|memory|
 //                sanitize|races|profile] [--seconds S] [--rves N[,N...]]
@@ -10,6 +10,7 @@
 
 #include "rve/core/error.h"
 #include "rve/engine/packing_io.h"
+#include "rve/engine/stability.h"
 
 #include <algorithm>
 #include <chrono>
@@ -27,11 +28,36 @@ using nlohmann::json;
 using rve::Arithmetic;
 using rve::Format;
 
-constexpr double SHEAR_RATE = 0.05;    // [1/time]
-constexpr double TIME_STEP = 5e-5;     // [time]
 constexpr double LARGEST_STRAIN =
     0.05;                     // of a case: the packing shall stay much the same while it is timed
 constexpr int REPEATS = 5;    // of a case; the median of their rates is the result
+
+/// Simple shear by steps of equal strain.
+template <int D> struct Shearing {
+  double rate;         ///< [1/time]
+  double time_step;    ///< [time]
+
+  rve::DriveOf<D> drive(int substeps) const
+  {
+    auto gradient = rve::Tensor<double, D>::zero();
+    gradient(0, 1) = rate;
+    return rve::DriveOf<D>::constant_velocity_gradient(gradient, time_step, substeps);
+  }
+  double strain_of(int substeps) const { return rate * time_step * substeps; }
+};
+
+/// Disks at 0.05/s with 5e-5 s, as in the paper, whatever the packing. Spheres with 0.3 of their stable time step, by a strain of
+/// 5e-7 in each: an inertial number of 1e-4 at overlaps of 5e-4 diameters.
+Shearing<2> shearing_of(const rve::RveState &)
+{
+  return {0.05, 5e-5};
+}
+
+Shearing<3> shearing_of(const rve::RveStateOf<3> &packing)
+{
+  const double time_step = 0.3 * rve::stable_time_step(packing);
+  return {5e-7 / time_step, time_step};
+}
 
 using Clock = std::chrono::steady_clock;
 
@@ -57,14 +83,14 @@ struct Precision {
 };
 
 /// What all experiments share.
-struct Bench {
+template <int D> struct Bench {
   Arguments arguments;
-  rve::RveState packing;
+  rve::RveStateOf<D> packing;
   Report report;
   std::string gpu;    // its name, short; empty on a CPU
 
   int cores() const { return static_cast<int>(std::thread::hardware_concurrency()); }
-  int many() const { return arguments.cuda ? 9600 : 8 * cores(); }
+  int many() const { return arguments.cuda ? (D == 2 ? 9600 : 6000) : 8 * cores(); }
   std::vector<Precision> precisions() const
   {
     std::vector<Precision> all = {{Format::Fast, Arithmetic::Strict},
@@ -80,7 +106,7 @@ struct Bench {
   }
 };
 
-rve::Options options_for(const Bench &bench, Precision precision, int rves)
+template <int D> rve::Options options_for(const Bench<D> &bench, Precision precision, int rves)
 {
   rve::Options options;
   options.format = precision.format;
@@ -90,41 +116,38 @@ rve::Options options_for(const Bench &bench, Precision precision, int rves)
   return options;
 }
 
-rve::Options with_contacts_of(const rve::RveState &packing, rve::Options options)
+template <int D>
+rve::Options with_contacts_of(const rve::RveStateOf<D> &packing, rve::Options options)
 {
   options.contacts = rve::contacts_of(packing);
   return options;
 }
 
 /// Copies of one packing in an engine of their own.
-struct Batch {
+template <int D> struct Batch {
   rve::Options options;
   int grains;
-  std::unique_ptr<rve::Engine> engine;
+  rve::Material material;
+  Shearing<D> shearing;
+  std::unique_ptr<rve::EngineOf<D>> engine;
   std::vector<int> rves;
 
-  Batch(const rve::Options &options_in, const rve::RveState &packing, int count) :
+  Batch(const rve::Options &options_in, const rve::RveStateOf<D> &packing, int count) :
       options(with_contacts_of(packing, options_in)), grains(packing.num_grains()),
-      engine(rve::make_engine(options)), rves(count)
+      material(packing.material), shearing(shearing_of(packing)),
+      engine(rve::make_engine<D>(options)), rves(count)
   {
     for (int &rve : rves) rve = engine->add(packing);
   }
 
   /// The long answer of the first RVE where it stands.
-  rve::Result look() const
+  rve::ResultOf<D> look() const
   {
-    std::vector<rve::Result> results;
-    engine->advance({rves[0]}, {rve::Drive()}, results);
+    std::vector<rve::ResultOf<D>> results;
+    engine->advance({rves[0]}, {rve::DriveOf<D>()}, results);
     return results[0];
   }
 };
-
-rve::Drive shear(int substeps)
-{
-  rve::Tensor2 gradient = rve::Tensor2::zero();
-  gradient(0, 1) = SHEAR_RATE;
-  return rve::Drive::constant_velocity_gradient(gradient, TIME_STEP, substeps);
-}
 
 void require_sound(std::uint32_t status)
 {
@@ -132,10 +155,11 @@ void require_sound(std::uint32_t status)
     throw std::runtime_error("an RVE failed: " + rve::describe_status(status));
 }
 
-/// Seconds that some calls take. Answer: rve::Response or rve::Result.
-template <class Answer>
-double time_calls(rve::Engine &engine, const std::vector<int> &rves,
-                  const std::vector<rve::Drive> &drives, long calls, std::vector<Answer> &answers)
+/// Seconds that some calls take. Answer: rve::ResponseOf<D> or rve::ResultOf<D>.
+template <int D, class Answer>
+double time_calls(rve::EngineOf<D> &engine, const std::vector<int> &rves,
+                  const std::vector<rve::DriveOf<D>> &drives, long calls,
+                  std::vector<Answer> &answers)
 {
   const auto start = Clock::now();
   for (long c = 0; c < calls; ++c) engine.advance(rves, drives, answers);
@@ -150,50 +174,60 @@ struct Measured {
 };
 
 /// Calls in a repeat, so that all repeats take about `seconds` and do not strain the packing too far.
-long calls_in_repeat(double seconds, double seconds_per_call, int substeps)
+long calls_in_repeat(double seconds, double seconds_per_call, double strain_of_call)
 {
   const double by_time = seconds / REPEATS / seconds_per_call;
-  const double by_strain = LARGEST_STRAIN / REPEATS / (SHEAR_RATE * TIME_STEP * substeps);
+  const double by_strain = LARGEST_STRAIN / REPEATS / strain_of_call;
   return std::max(1L, static_cast<long>(std::min(by_time, by_strain)));
 }
 
 /// One call to begin with, one to see how long it takes, and then the repeats.
-template <class Answer = rve::Response>
-Measured measure(const Batch &batch, const std::vector<rve::Drive> &drives, double seconds)
+template <template <int> class Answer = rve::ResponseOf, int D>
+Measured measure(const Batch<D> &batch, const std::vector<rve::DriveOf<D>> &drives, double seconds)
 {
   long steps = 0;
   int longest = 1;
-  for (const rve::Drive &drive : drives) {
+  for (const rve::DriveOf<D> &drive : drives) {
     steps += drive.substeps;
     longest = std::max(longest, drive.substeps);
   }
-  std::vector<Answer> answers;
+  std::vector<Answer<D>> answers;
   time_calls(*batch.engine, batch.rves, drives, 1, answers);
   const rve::Counters before = batch.look().counters;
   const double estimate = time_calls(*batch.engine, batch.rves, drives, 1, answers);
   Measured measured;
-  measured.calls = calls_in_repeat(seconds, estimate, longest);
+  measured.calls = calls_in_repeat(seconds, estimate, batch.shearing.strain_of(longest));
   std::vector<double> rates(REPEATS);
   for (double &rate : rates)
     rate = static_cast<double>(steps) * measured.calls /
         time_calls(*batch.engine, batch.rves, drives, measured.calls, answers);
-  for (const Answer &answer : answers) require_sound(answer.status);
+  for (const Answer<D> &answer : answers) require_sound(answer.status);
   std::sort(rates.begin(), rates.end());
   measured.median = rates[REPEATS / 2];
   measured.best = rates.back();
-  const rve::Result after = batch.look();
+  const rve::ResultOf<D> after = batch.look();
   measured.rebuilds = 1000.0 * static_cast<double>(after.counters.rebuilds - before.rebuilds) /
       static_cast<double>(after.counters.steps - before.steps);
   measured.pressure = after.mean_stress();
   return measured;
 }
 
-Measured measure(const Batch &batch, int substeps, double seconds)
+template <int D> Measured measure(const Batch<D> &batch, int substeps, double seconds)
 {
-  return measure(batch, std::vector<rve::Drive>(batch.rves.size(), shear(substeps)), seconds);
+  return measure(batch,
+                 std::vector<rve::DriveOf<D>>(batch.rves.size(), batch.shearing.drive(substeps)),
+                 seconds);
 }
 
-json case_of(const Bench &bench, const std::string &experiment, const Batch &batch, int substeps)
+/// "hooke", "hertz rolling"
+std::string words_of(const rve::ContactModel &contacts)
+{
+  return std::string(word_of(contacts.law)) + (contacts.rolling ? " rolling" : "");
+}
+
+template <int D>
+json case_of(const Bench<D> &bench, const std::string &experiment, const Batch<D> &batch,
+             int substeps)
 {
   const rve::Options &options = batch.options;
   json keys = {{"device",
@@ -203,12 +237,13 @@ json case_of(const Bench &bench, const std::string &experiment, const Batch &bat
                {"code", "gpu_rve"},
                {"scene", "element"},
                {"experiment", experiment},
-               {"dim", 2},
+               {"dim", D},
                {"grains", batch.grains},
                {"rves", batch.rves.size()},
                {"format", to_string(options.format)},
                {"arithmetic", options.arithmetic == Arithmetic::Relaxed ? "relaxed" : "strict"},
                {"substeps", substeps}};
+  if (D == 3) keys["law"] = words_of(options.contacts);
   if (!bench.arguments.cuda)
     keys["threads"] = options.threads;
   else if (options.block_size > 0)
@@ -231,47 +266,68 @@ void print(const json &keys, const std::string &note, const Measured &m)
   std::fflush(stdout);
 }
 
+/// What another code needs to run the same (compare_lammps.py).
+template <int D> json conditions_of(const Batch<D> &batch)
+{
+  const rve::Material &material = batch.material;
+  const bool linear = material.law == rve::ContactLaw::Linear;
+  return {{"strain_rate", batch.shearing.rate},
+          {"time_step", batch.shearing.time_step},
+          {"normal_stiffness", linear ? material.normal_stiffness : material.hertz_stiffness},
+          {"tangential_stiffness",
+           linear ? material.tangential_stiffness : material.mindlin_stiffness}};
+}
+
 /// The rows of one case.
-void record(Bench &bench, const json &keys, const Measured &m, const std::string &note = "")
+template <int D>
+void record(Bench<D> &bench, const json &keys, const Measured &m, const std::string &note = "",
+            const json &conditions = json::object())
 {
   const double grains = keys["grains"].get<double>();
-  bench.report.add(keys, "rve_steps_per_second", m.median, "1/s",
-                   {{"best", m.best},
-                    {"repeats", REPEATS},
-                    {"calls", m.calls},
-                    {"rebuilds_per_1000_steps", m.rebuilds},
-                    {"grain_steps_per_second", m.median * grains},
-                    {"pressure", m.pressure}});
+  json details = {{"best", m.best},
+                  {"repeats", REPEATS},
+                  {"calls", m.calls},
+                  {"rebuilds_per_1000_steps", m.rebuilds},
+                  {"grain_steps_per_second", m.median * grains},
+                  {"pressure", m.pressure}};
+  details.update(conditions);
+  bench.report.add(keys, "rve_steps_per_second", m.median, "1/s", details);
   print(keys, note, m);
 }
 
 // ---------------------------------------------------------------------------------------------------------- experiments
 
 /// Formats, numbers of RVEs, short and long calls.
-void run_core(Bench &bench)
+template <int D> void run_core(Bench<D> &bench)
 {
   std::vector<int> counts = bench.arguments.rves;
   if (counts.empty())
-    counts = bench.arguments.cuda ? std::vector<int>{1, 132, 9600}
+    counts = bench.arguments.cuda ? std::vector<int>{1, 132, bench.many()}
                                   : std::vector<int>{1, bench.many()};
-  for (const Precision precision : bench.precisions()) {
-    for (const int count : counts)
-      for (const int substeps : {10, 2000}) {
-        const Batch batch(options_for(bench, precision, count), bench.packing, count);
-        record(bench, case_of(bench, "core", batch, substeps),
-               measure(batch, substeps, bench.arguments.seconds));
-      }
-    const Batch one(options_for(bench, precision, 1), bench.packing, 1);
-    json keys = case_of(bench, "core", one, 0);
-    keys.erase("substeps");
-    keys.erase("rves");
-    bench.report.add(keys, "bytes_per_rve",
-                     static_cast<double>(one.engine->bytes_per_rve(one.grains)), "B");
-  }
+  // of disks Hertz' law is for few, and its speed is not followed
+  std::vector<rve::RveStateOf<D>> packings = {bench.packing};
+  if (D == 3 && bench.packing.material.law == rve::ContactLaw::Linear)
+    packings.push_back(bench::with_hertz_contacts(bench.packing));
+  for (const rve::RveStateOf<D> &packing : packings)
+    for (const Precision precision : bench.precisions()) {
+      for (const int count : counts)
+        for (const int substeps : {10, 2000}) {
+          const Batch<D> batch(options_for(bench, precision, count), packing, count);
+          record(bench, case_of(bench, "core", batch, substeps),
+                 measure(batch, substeps, bench.arguments.seconds), word_of(packing.material.law),
+                 conditions_of(batch));
+        }
+      const Batch<D> one(options_for(bench, precision, 1), packing, 1);
+      json keys = case_of(bench, "core", one, 0);
+      keys.erase("substeps");
+      keys.erase("rves");
+      bench.report.add(keys, "bytes_per_rve",
+                       static_cast<double>(one.engine->bytes_per_rve(one.grains)), "B");
+    }
 }
 
 /// Threads per block (Figure 11 and Table 6 of the paper).
-void run_block_sizes(Bench &bench)
+template <int D> void run_block_sizes(Bench<D> &bench)
 {
   if (!bench.arguments.cuda) return;
   for (const Precision precision : bench.two_precisions())
@@ -279,7 +335,7 @@ void run_block_sizes(Bench &bench)
          {0, 32, 64, 96, 128, 160, 192, 224, 256, 320, 384, 416, 448, 512, 640, 768, 896, 1024}) {
       rve::Options options = options_for(bench, precision, bench.many());
       options.block_size = threads;
-      const Batch batch(options, bench.packing, bench.many());
+      const Batch<D> batch(options, bench.packing, bench.many());
       const int substeps = 200;
       record(bench, case_of(bench, "block_size", batch, substeps),
              measure(batch, substeps, bench.arguments.seconds),
@@ -288,7 +344,7 @@ void run_block_sizes(Bench &bench)
 }
 
 /// Number of RVEs (Figures 12 and 13 of the paper).
-void run_counts(Bench &bench)
+template <int D> void run_counts(Bench<D> &bench)
 {
   const std::vector<int> counts = bench.arguments.cuda
       ? std::vector<int>{1,   8,   32,   66,   100,  132,  200,  264,   330,  396,
@@ -296,7 +352,7 @@ void run_counts(Bench &bench)
       : std::vector<int>{1, bench.cores(), 4 * bench.cores(), 100};
   for (const Precision precision : bench.two_precisions())
     for (const int count : counts) {
-      const Batch batch(options_for(bench, precision, count), bench.packing, count);
+      const Batch<D> batch(options_for(bench, precision, count), bench.packing, count);
       const int substeps = 500;
       record(bench, case_of(bench, "rves", batch, substeps),
              measure(batch, substeps, bench.arguments.seconds));
@@ -304,10 +360,10 @@ void run_counts(Bench &bench)
 }
 
 /// The rate of calls with one RVE each, in turn.
-Measured measure_one_by_one(const Batch &batch, int substeps)
+template <int D> Measured measure_one_by_one(const Batch<D> &batch, int substeps)
 {
-  const std::vector<rve::Drive> drive = {shear(substeps)};
-  std::vector<rve::Response> answer;
+  const std::vector<rve::DriveOf<D>> drive = {batch.shearing.drive(substeps)};
+  std::vector<rve::ResponseOf<D>> answer;
   Measured measured;
   measured.calls = static_cast<long>(batch.rves.size());
   std::vector<double> rates(REPEATS + 1);    // the first one builds the lists
@@ -322,7 +378,7 @@ Measured measure_one_by_one(const Batch &batch, int substeps)
   std::sort(rates.begin() + 1, rates.end());
   measured.median = rates[1 + REPEATS / 2];
   measured.best = rates.back();
-  const rve::Result after = batch.look();
+  const rve::ResultOf<D> after = batch.look();
   measured.rebuilds = 1000.0 * static_cast<double>(after.counters.rebuilds) /
       static_cast<double>(after.counters.steps);
   measured.pressure = after.mean_stress();
@@ -330,13 +386,13 @@ Measured measure_one_by_one(const Batch &batch, int substeps)
 }
 
 /// One launch for all RVEs against one for each.
-void run_launches(Bench &bench)
+template <int D> void run_launches(Bench<D> &bench)
 {
   const int count = bench.arguments.cuda ? 1320 : bench.many();
   for (const int substeps : {10, 100})
     for (const bool together : {true, false}) {
-      const Batch batch(options_for(bench, bench.precisions().front(), count), bench.packing,
-                        count);
+      const Batch<D> batch(options_for(bench, bench.precisions().front(), count), bench.packing,
+                           count);
       json keys = case_of(bench, "launches", batch, substeps);
       keys["launches"] = together ? 1 : count;
       record(bench, keys,
@@ -347,21 +403,24 @@ void run_launches(Bench &bench)
 }
 
 /// DEM steps per call: the cost of loading and storing the state.
-void run_substeps(Bench &bench)
+template <int D> void run_substeps(Bench<D> &bench)
 {
   for (const Precision precision : bench.two_precisions())
     for (const int substeps : {1, 2, 5, 10, 20, 50, 100, 2000}) {
-      const Batch batch(options_for(bench, precision, bench.many()), bench.packing, bench.many());
+      const Batch<D> batch(options_for(bench, precision, bench.many()), bench.packing,
+                           bench.many());
       record(bench, case_of(bench, "substeps", batch, substeps),
              measure(batch, substeps, bench.arguments.seconds));
     }
 }
 
 /// Grains per RVE, about the same number of grains in all.
-void run_grains(Bench &bench)
+template <int D> void run_grains(Bench<D> &bench)
 {
-  const std::vector<int> sizes = {50, 100, 200, 400, 700, 1000, 1500, 3000, 6000, 12000, 20000};
-  std::vector<std::future<rve::RveState>> packings;
+  const std::vector<int> sizes = D == 2
+      ? std::vector<int>{50, 100, 200, 400, 700, 1000, 1500, 3000, 6000, 12000, 20000}
+      : std::vector<int>{50, 100, 200, 500, 1000, 1500, 2000, 4000, 8000};
+  std::vector<std::future<rve::RveStateOf<D>>> packings;
   for (const int grains : sizes)
     packings.push_back(std::async(std::launch::async, [&bench, grains] {
       return bench::packing_of(bench.packing, grains);
@@ -369,10 +428,10 @@ void run_grains(Bench &bench)
   const int total = bench.arguments.cuda ? 4000000 : 10000 * bench.cores();
   const int substeps = bench.arguments.cuda ? 200 : 20;
   for (std::size_t k = 0; k < sizes.size(); ++k) {
-    const rve::RveState packing = packings[k].get();
+    const rve::RveStateOf<D> packing = packings[k].get();
     const int count = std::max(2, total / sizes[k]);
     for (const Precision precision : bench.precisions()) {
-      const Batch batch(options_for(bench, precision, count), packing, count);
+      const Batch<D> batch(options_for(bench, precision, count), packing, count);
       const json keys = case_of(bench, "grains", batch, substeps);
       const Measured measured = measure(batch, substeps, bench.arguments.seconds);
       record(bench, keys, measured);
@@ -384,42 +443,47 @@ void run_grains(Bench &bench)
 }
 
 /// Numbers from `mean`/10.5 to 20 times that, evenly spread and well mixed (multiples of the golden ratio): their mean is `mean`.
-std::vector<rve::Drive> unequal_drives(int count, double mean)
+template <int D>
+std::vector<rve::DriveOf<D>> unequal_drives(const Shearing<D> &shearing, int count, double mean)
 {
   const double least = mean / 10.5;
-  std::vector<rve::Drive> drives;
+  std::vector<rve::DriveOf<D>> drives;
   for (int k = 0; k < count; ++k) {
     const double place = std::fmod(0.6180339887498949 * (k + 1), 1.0);
-    drives.push_back(shear(static_cast<int>(std::lround(least * (1.0 + 19.0 * place)))));
+    drives.push_back(shearing.drive(static_cast<int>(std::lround(least * (1.0 + 19.0 * place)))));
   }
   return drives;
 }
 
 /// As many steps in all, shared as equally as whole numbers allow.
-std::vector<rve::Drive> equal_drives(const std::vector<rve::Drive> &unequal)
+template <int D>
+std::vector<rve::DriveOf<D>> equal_drives(const Shearing<D> &shearing,
+                                          const std::vector<rve::DriveOf<D>> &unequal)
 {
   long total = 0;
-  for (const rve::Drive &drive : unequal) total += drive.substeps;
+  for (const rve::DriveOf<D> &drive : unequal) total += drive.substeps;
   const long count = static_cast<long>(unequal.size());
-  std::vector<rve::Drive> drives;
+  std::vector<rve::DriveOf<D>> drives;
   for (long k = 0; k < count; ++k)
-    drives.push_back(shear(static_cast<int>((k + 1) * total / count - k * total / count)));
+    drives.push_back(shearing.drive(static_cast<int>((k + 1) * total / count - k * total / count)));
   return drives;
 }
 
 /// RVEs whose numbers of substeps differ by 1:20 against equal ones with the same sum.
-void run_queue(Bench &bench)
+template <int D> void run_queue(Bench<D> &bench)
 {
   for (const Precision precision : bench.two_precisions())
     for (const int mean : {21, 1050}) {
-      const auto spread = unequal_drives(bench.many(), mean);
+      const Shearing<D> shearing = shearing_of(bench.packing);
+      const auto spread = unequal_drives(shearing, bench.many(), mean);
       double rate_of[2];
       for (const bool balanced : {true, false}) {
-        const Batch batch(options_for(bench, precision, bench.many()), bench.packing, bench.many());
+        const Batch<D> batch(options_for(bench, precision, bench.many()), bench.packing,
+                             bench.many());
         json keys = case_of(bench, "queue", batch, mean);
         keys["spread"] = balanced ? 1 : 20;
-        const Measured measured =
-            measure(batch, balanced ? equal_drives(spread) : spread, bench.arguments.seconds);
+        const Measured measured = measure(batch, balanced ? equal_drives(shearing, spread) : spread,
+                                          bench.arguments.seconds);
         record(bench, keys, measured, balanced ? "equal" : "spread 1:20");
         rate_of[balanced] = measured.median;
         if (!balanced)
@@ -429,36 +493,54 @@ void run_queue(Bench &bench)
 }
 
 /// Dashpots of a tenth of critical damping for the mean grain.
-rve::Material viscous(const rve::RveState &packing)
+template <int D> rve::RveStateOf<D> viscous(rve::RveStateOf<D> packing)
 {
-  rve::Material material = packing.material;
+  rve::Material &material = packing.material;
   const double mass = packing.mass() / packing.num_grains();
   material.normal_viscosity = material.tangential_viscosity =
       0.1 * 2.0 * std::sqrt(0.5 * mass * material.normal_stiffness);
-  return material;
-}
-
-/// Without friction, and without the tangential forces that it has left in the packing.
-rve::RveState frictionless(rve::RveState packing)
-{
-  packing.material.friction = 0.0;
-  for (rve::Pair &pair : packing.pairs) pair.tangential_force = 0.0;
   return packing;
 }
 
-/// With rolling resistance.
-rve::RveState rolling(rve::RveState packing)
+/// Without friction, and without the tangential forces that it has left in the packing.
+template <int D> rve::RveStateOf<D> frictionless(rve::RveStateOf<D> packing)
 {
-  packing.material.rolling_stiffness = 0.5 * packing.material.normal_stiffness;
-  packing.material.rolling_friction = 0.1;
+  packing.material.friction = 0.0;
+  bench::forget_tangential_forces(packing);
+  return packing;
+}
+
+/// With rolling resistance, of spheres to twisting too.
+template <int D> rve::RveStateOf<D> rolling(rve::RveStateOf<D> packing)
+{
+  rve::Material &material = packing.material;
+  material.rolling_stiffness = 0.5 * material.normal_stiffness;
+  material.rolling_friction = 0.1;
+  if (D == 3) {
+    const double radius = bench::mean_radius(packing);
+    material.twisting_stiffness = 0.1 * material.normal_stiffness * radius * radius;
+    material.twisting_friction = 0.1 * radius;
+  }
+  return packing;
+}
+
+/// The packing as an experiment wants it. `feature`: "frictionless", "viscous", "rolling" or "hertz"; others are no matter of the packing.
+template <int D>
+rve::RveStateOf<D> with_feature(const rve::RveStateOf<D> &packing, const std::string &feature)
+{
+  if (feature == "frictionless") return frictionless(packing);
+  if (feature == "viscous") return viscous(packing);
+  if (feature == "rolling") return rolling(packing);
+  if (feature == "hertz") return bench::with_hertz_contacts(packing);
   return packing;
 }
 
 /// Constant stress along y, at that of the packing.
-rve::Drive servo_drive(const rve::RveState &packing, int substeps)
+template <int D> rve::DriveOf<D> servo_drive(const rve::RveStateOf<D> &packing, int substeps)
 {
-  rve::Drive drive = shear(substeps);
-  drive.velocity_gradient(0, 1) = SHEAR_RATE;
+  const Shearing<D> shearing = shearing_of(packing);
+  rve::DriveOf<D> drive = shearing.drive(substeps);
+  drive.velocity_gradient(0, 1) = shearing.rate;
   drive.controlled[1][1] = true;
   drive.stress_goal = bench::look_at(packing).stress;
   drive.servo_gain = rve::default_servo_gain(packing);
@@ -466,47 +548,47 @@ rve::Drive servo_drive(const rve::RveState &packing, int substeps)
 }
 
 /// What else can be asked of a call, beside the plain one.
-void run_features(Bench &bench)
+template <int D> void run_features(Bench<D> &bench)
 {
   const int substeps = 200;
   const double seconds = bench.arguments.seconds;
-  const std::vector<std::string> few = {"plain", "frictionless"},
-                                 all = {"plain", "frictionless", "viscous",    "rolling",
-                                        "servo", "energy",       "long_answer"};
+  const std::vector<std::string> few = D == 2
+      ? std::vector<std::string>{"plain", "frictionless"}
+      : std::vector<std::string>{"plain", "rolling", "hertz"},
+                                 all = D == 2
+      ? std::vector<std::string>{"plain", "frictionless", "viscous",    "rolling",
+                                 "servo", "energy",       "long_answer"}
+      : std::vector<std::string>{"plain", "viscous", "rolling",    "hertz",
+                                 "servo", "energy",  "long_answer"};
   const std::vector<Precision> two = bench.two_precisions();
   for (const Precision precision : bench.precisions())
     for (const std::string &feature : precision == two[0] || precision == two[1] ? all : few) {
       rve::Options options = options_for(bench, precision, bench.many());
       options.track_energy = feature == "energy";
-      rve::RveState packing = feature == "frictionless" ? frictionless(bench.packing)
-                                                        : bench.packing;
-      if (feature == "viscous") packing.material = viscous(packing);
-      if (feature == "rolling") packing = rolling(packing);
-      const rve::Drive drive = feature == "servo" ? servo_drive(packing, substeps)
-                                                  : shear(substeps);
-      const Batch batch(options, packing, bench.many());
-      const std::vector<rve::Drive> drives(batch.rves.size(), drive);
+      const rve::RveStateOf<D> packing = with_feature(bench.packing, feature);
+      const Batch<D> batch(options, packing, bench.many());
+      const rve::DriveOf<D> drive = feature == "servo" ? servo_drive(packing, substeps)
+                                                       : batch.shearing.drive(substeps);
+      const std::vector<rve::DriveOf<D>> drives(batch.rves.size(), drive);
       json keys = case_of(bench, "features", batch, substeps);
       keys["feature"] = feature;
       record(bench, keys,
-             feature == "long_answer" ? measure<rve::Result>(batch, drives, seconds)
+             feature == "long_answer" ? measure<rve::ResultOf>(batch, drives, seconds)
                                       : measure(batch, drives, seconds),
              feature);
     }
 }
 
 /// What a rebuild of the lists costs, in steps: a skin so thin that there are many of them against the usual one.
-void run_rebuilds(Bench &bench)
+template <int D> void run_rebuilds(Bench<D> &bench)
 {
   const int substeps = 200;
-  double radius_sum = 0.0;
-  for (const double r : bench.packing.radius) radius_sum += r;
   for (const Precision precision : bench.precisions()) {
     rve::Options options = options_for(bench, precision, bench.many());
     Measured of[2];
     for (const bool thin : {false, true}) {
-      if (thin) options.skin = 1e-3 * radius_sum / bench.packing.num_grains();
-      const Batch batch(options, bench.packing, bench.many());
+      if (thin) options.skin = 1e-3 * bench::mean_radius(bench.packing);
+      const Batch<D> batch(options, bench.packing, bench.many());
       json keys = case_of(bench, "rebuilds", batch, substeps);
       keys["skin"] = thin ? "thin" : "usual";
       of[thin] = measure(batch, substeps, bench.arguments.seconds);
@@ -520,9 +602,9 @@ void run_rebuilds(Bench &bench)
 }
 
 /// Adds RVEs until there are `goal` or the memory is full, whose reason is printed.
-class Filling {
+template <int D> class Filling {
  public:
-  Filling(rve::Engine &engine_in, const rve::RveState &packing_in) :
+  Filling(rve::EngineOf<D> &engine_in, const rve::RveStateOf<D> &packing_in) :
       engine(engine_in), packing(packing_in)
   {
   }
@@ -548,43 +630,43 @@ class Filling {
   double seconds = 0.0;
 
  private:
-  rve::Engine &engine;
-  const rve::RveState &packing;
+  rve::EngineOf<D> &engine;
+  const rve::RveStateOf<D> &packing;
 };
 
 /// Seconds for every RVE to be advanced, in calls of `chunk` RVEs.
-double advance_all(rve::Engine &engine, int count, int chunk, int substeps)
+template <int D> double advance_all(const Batch<D> &batch, int count, int chunk, int substeps)
 {
   double seconds = 0.0;
-  std::vector<rve::Response> answers;
+  std::vector<rve::ResponseOf<D>> answers;
   for (int first = 0; first < count; first += chunk) {
     std::vector<int> rves(std::min(chunk, count - first));
     for (std::size_t k = 0; k < rves.size(); ++k) rves[k] = first + static_cast<int>(k);
-    const std::vector<rve::Drive> drives(rves.size(), shear(substeps));
-    seconds += time_calls(engine, rves, drives, 1, answers);
-    for (const rve::Response &answer : answers) require_sound(answer.status);
+    const std::vector<rve::DriveOf<D>> drives(rves.size(), batch.shearing.drive(substeps));
+    seconds += time_calls(*batch.engine, rves, drives, 1, answers);
+    for (const rve::ResponseOf<D> &answer : answers) require_sound(answer.status);
   }
   return seconds;
 }
 
 /// As many RVEs as are asked for, all in one call. Where the memory ends before, those that fit, in calls of a size whose buffers were
 /// there before it was filled.
-void run_memory(Bench &bench)
+template <int D> void run_memory(Bench<D> &bench)
 {
   const int goal = !bench.arguments.rves.empty() ? bench.arguments.rves.back()
-      : bench.arguments.cuda                     ? 2500000
+      : bench.arguments.cuda                     ? (D == 2 ? 2500000 : 1000000)
                                                  : 2000;
   const int first = std::min(goal, 50000), substeps = 10;
-  Batch batch(options_for(bench, bench.precisions().front(), goal), bench.packing, 0);
-  rve::Engine &engine = *batch.engine;
-  Filling filling(engine, bench.packing);
+  Batch<D> batch(options_for(bench, bench.precisions().front(), goal), bench.packing, 0);
+  rve::EngineOf<D> &engine = *batch.engine;
+  Filling<D> filling(engine, bench.packing);
   filling.fill(first);
-  advance_all(engine, filling.count, first, substeps);
+  advance_all(batch, filling.count, first, substeps);
   filling.fill(goal);
   const int count = filling.count, chunk = count == goal ? goal : first;
   batch.rves.resize(count);
-  advance_all(engine, count, chunk, substeps);    // builds the lists
-  const double seconds = advance_all(engine, count, chunk, substeps);
+  advance_all(batch, count, chunk, substeps);    // builds the lists
+  const double seconds = advance_all(batch, count, chunk, substeps);
 
   const json keys = case_of(bench, "memory", batch, substeps);
   const double bytes = static_cast<double>(engine.bytes_per_rve(batch.grains));
@@ -600,75 +682,83 @@ void run_memory(Bench &bench)
               1e-6 * rate, 1e6 * filling.seconds / count);
 }
 
+/// The programs of the packing's dimension, by what a packing or a call asks for.
+template <int D> std::vector<std::string> visited_programs()
+{
+  if (D == 2) return {"plain", "frictionless", "general", "rolling"};
+  return {"plain", "general", "rolling", "hertz"};
+}
+
 /// Not a measurement: every path of the programs once, for compute-sanitizer. Throws when a path was not taken.
-void visit_all_paths(Bench &bench, const Precision &precision, int block, int many,
+template <int D>
+void visit_all_paths(Bench<D> &bench, const Precision &precision, int block, int many,
                      const std::vector<std::string> &programs)
 {
   for (const std::string &program : programs) {
     rve::Options options = options_for(bench, precision, bench.cores());
     options.block_size = block;
-    options.track_energy = program == "general" || program == "rolling";
-    const rve::RveState packing = program == "frictionless" ? frictionless(bench.packing)
-        : program == "rolling"                              ? rolling(bench.packing)
-                                                            : bench.packing;
-    bench::visit_all_paths(options, packing, many, program);
+    options.track_energy = program != "plain" && program != "frictionless";
+    const rve::RveStateOf<D> packing = with_feature(bench.packing, program);
+    bench::visit_all_paths(options, packing, shearing_of(packing).time_step, many, program);
   }
 }
 
-void run_sanitize(Bench &bench)
+template <int D> void run_sanitize(Bench<D> &bench)
 {
-  const std::vector<int> blocks = bench.arguments.cuda ? std::vector<int>{64, 416, 1024}
-                                                       : std::vector<int>{0};
+  const std::vector<int> blocks =
+      bench.arguments.cuda ? std::vector<int>{64, D == 2 ? 416 : 512, 1024} : std::vector<int>{0};
   for (const Precision precision : bench.precisions())
     for (const int block : blocks)
-      visit_all_paths(bench, precision, block, 400,
-                      {"plain", "frictionless", "general", "rolling"});
+      visit_all_paths(bench, precision, block, 400, visited_programs<D>());
 }
 
 /// For racecheck, which takes very long: each way to keep grains, and each number format. What is left of a step without friction
 /// is the same in all of them.
-void run_races(Bench &bench)
+template <int D> void run_races(Bench<D> &bench)
 {
+  const int block = D == 2 ? 416 : 512;
   for (const Precision precision : bench.precisions()) {
     if (precision.arithmetic == Arithmetic::Relaxed) continue;
-    visit_all_paths(bench, precision, 416, 140, {"plain", "general", "rolling"});
-    if (precision.format != Format::Fast) continue;
-    visit_all_paths(bench, precision, 416, 140, {"frictionless"});
-    visit_all_paths(bench, precision, 64, 140, {"plain", "frictionless", "general", "rolling"});
+    const bool fast = precision.format == Format::Fast;
+    for (const std::string &program : visited_programs<D>()) {
+      if (program != "frictionless" || fast)
+        visit_all_paths(bench, precision, block, 140, {program});
+      if (fast) visit_all_paths(bench, precision, 64, 140, {program});
+    }
   }
 }
 
 /// For profile_pipes.py: a few long calls with many RVEs in each format.
-void run_profile(Bench &bench)
+template <int D> void run_profile(Bench<D> &bench)
 {
   for (const Precision precision : bench.precisions()) {
-    const Batch batch(options_for(bench, precision, bench.many()), bench.packing, bench.many());
-    std::vector<rve::Response> answers;
-    const std::vector<rve::Drive> drives(batch.rves.size(), shear(100));
+    const Batch<D> batch(options_for(bench, precision, bench.many()), bench.packing, bench.many());
+    std::vector<rve::ResponseOf<D>> answers;
+    const std::vector<rve::DriveOf<D>> drives(batch.rves.size(), batch.shearing.drive(100));
     time_calls(*batch.engine, batch.rves, drives, 4, answers);
-    for (const rve::Response &answer : answers) require_sound(answer.status);
+    for (const rve::ResponseOf<D> &answer : answers) require_sound(answer.status);
   }
 }
 
-using Experiment = void (*)(Bench &);
+template <int D> using Experiment = void (*)(Bench<D> &);
 
-const std::map<std::string, std::vector<Experiment>> &suites()
+template <int D> const std::map<std::string, std::vector<Experiment<D>>> &suites()
 {
-  static const std::map<std::string, std::vector<Experiment>> all = {
-      {"core", {run_core}},
-      {"paper", {run_block_sizes, run_counts, run_launches}},
-      {"substeps", {run_substeps}},
-      {"grains", {run_grains}},
-      {"queue", {run_queue}},
-      {"features", {run_features, run_rebuilds}},
-      {"memory", {run_memory}},
-      {"sanitize", {run_sanitize}},
-      {"races", {run_races}},
-      {"profile", {run_profile}},
-      {"quick", {run_core, run_substeps, run_queue}},
+  static const std::map<std::string, std::vector<Experiment<D>>> all = {
+      {"core", {run_core<D>}},
+      {"paper", {run_block_sizes<D>, run_counts<D>, run_launches<D>}},
+      {"substeps", {run_substeps<D>}},
+      {"grains", {run_grains<D>}},
+      {"queue", {run_queue<D>}},
+      {"features", {run_features<D>, run_rebuilds<D>}},
+      {"memory", {run_memory<D>}},
+      {"sanitize", {run_sanitize<D>}},
+      {"races", {run_races<D>}},
+      {"profile", {run_profile<D>}},
+      {"quick", {run_core<D>, run_substeps<D>, run_queue<D>}},
       {"full",
-       {run_core, run_block_sizes, run_counts, run_launches, run_substeps, run_grains, run_queue,
-        run_features, run_rebuilds}}};
+       {run_core<D>, run_block_sizes<D>, run_counts<D>, run_launches<D>, run_substeps<D>,
+        run_grains<D>, run_queue<D>, run_features<D>, run_rebuilds<D>}}};
   return all;
 }
 
@@ -677,7 +767,7 @@ const std::map<std::string, std::vector<Experiment>> &suites()
 std::string words_of_suites()
 {
   std::string words;
-  for (const auto &[name, experiments] : suites()) words += (words.empty() ? "" : "|") + name;
+  for (const auto &[name, experiments] : suites<2>()) words += (words.empty() ? "" : "|") + name;
   return words;
 }
 
@@ -717,7 +807,7 @@ Arguments parse(int argc, char **argv)
       rve::require(word == "cpu" || word == "cuda", "--device must be cpu or cuda, got " + word);
       arguments.cuda = word == "cuda";
     } else if (option == "--suite") {
-      rve::require(suites().count(word) == 1,
+      rve::require(suites<2>().count(word) == 1,
                    "--suite must be " + words_of_suites() + ", got " + word);
       arguments.suite = word;
     } else if (option == "--seconds") {
@@ -753,13 +843,13 @@ std::string cpu_name()
 }
 
 /// Names the machine, and wakes the device: the first calls would else be timed while its clock rises.
-void meet_the_device(Bench &bench)
+template <int D> void meet_the_device(Bench<D> &bench)
 {
   const std::string &suite = bench.arguments.suite;
   const bool timed = suite != "sanitize" && suite != "races" && suite != "profile";
   const int count = timed ? bench.many() : 1;
-  const Batch batch(options_for(bench, {Format::Fast, Arithmetic::Strict}, count), bench.packing,
-                    count);
+  const Batch<D> batch(options_for(bench, {Format::Fast, Arithmetic::Strict}, count), bench.packing,
+                       count);
   const std::string description = batch.engine->description();
   const std::string device = description.substr(0, description.find(','));
   if (bench.arguments.cuda) bench.gpu = short_gpu_name(description);
@@ -768,14 +858,12 @@ void meet_the_device(Bench &bench)
   if (timed) measure(batch, 100, bench.arguments.seconds);
 }
 
-int run(int argc, char **argv)
+template <int D> int run(const Arguments &arguments, const Report &report)
 {
-  const Arguments arguments = parse(argc, argv);
-  Bench bench{arguments, rve::read_packing(arguments.packing), Report(argc, argv, arguments.output),
-              ""};
+  Bench<D> bench{arguments, rve::read_packing<D>(arguments.packing), report, ""};
   meet_the_device(bench);
   int failed = 0;
-  for (const Experiment experiment : suites().at(arguments.suite)) {
+  for (const Experiment<D> experiment : suites<D>().at(arguments.suite)) {
     try {
       experiment(bench);
     } catch (const std::exception &error) {
@@ -792,7 +880,10 @@ int run(int argc, char **argv)
 int main(int argc, char **argv)
 {
   try {
-    return run(argc, argv);
+    const Arguments arguments = parse(argc, argv);
+    const Report report(argc, argv, arguments.output);
+    return rve::dimension_of_packing(arguments.packing) == 2 ? run<2>(arguments, report)
+                                                             : run<3>(arguments, report);
   } catch (const std::exception &error) {
     std::fprintf(stderr, "bench_engine: %s\n", error.what());
     return 1;

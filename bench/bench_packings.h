@@ -3,66 +3,117 @@
 #ifndef BENCH_PACKINGS_H
 #define BENCH_PACKINGS_H
 
+#include "rve/core/error.h"
+#include "rve/core/space.h"
 #include "rve/engine/engine.h"
 #include "rve/engine/packing.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <string>
+#include <vector>
 
 namespace bench {
 
 /// What a call without steps says of a state: its stress, in particular.
-inline rve::Result look_at(const rve::RveState &state)
+template <int D> rve::ResultOf<D> look_at(const rve::RveStateOf<D> &state)
 {
   rve::Options options;
+  options.contacts = rve::contacts_of(state);
   options.format = rve::Format::Double;
   options.device = rve::Device::Cpu;
   options.threads = 1;
-  const auto engine = rve::make_engine(options);
-  std::vector<rve::Result> results;
-  engine->advance({engine->add(state)}, {rve::Drive()}, results);
+  const auto engine = rve::make_engine<D>(options);
+  std::vector<rve::ResultOf<D>> results;
+  engine->advance({engine->add(state)}, {rve::DriveOf<D>()}, results);
   return results[0];
 }
 
-/// nx by ny copies side by side, without list and contact history. Coordinates stay exact to 2^-64 of the cell.
-inline rve::RveState tiled(const rve::RveState &tile, int nx, int ny)
+template <int D> double mean_radius(const rve::RveStateOf<D> &state)
 {
-  const int copies[2] = {nx, ny};
-  rve::RveState state = tile;
-  for (int a = 0; a < 2; ++a)
-    for (int b = 0; b < 2; ++b) state.cell(a, b) *= copies[b];
+  double sum = 0.0;
+  for (const double r : state.radius) sum += r;
+  return sum / state.num_grains();
+}
+
+template <int D> void forget_tangential_forces(rve::RveStateOf<D> &state)
+{
+  for (rve::PairOf<D> &pair : state.pairs) pair.tangential_force = {};
+}
+
+/// Of Hertz' and Mindlin's law, as stiff as the linear contacts at the mean overlap of two mean grains, which then bear the same force; without
+/// the tangential forces that are in the packing.
+template <int D> rve::RveStateOf<D> with_hertz_contacts(rve::RveStateOf<D> state)
+{
+  rve::require(state.material.law == rve::ContactLaw::Linear,
+               "a packing of the linear law is needed to make one of Hertz' law of it, got " +
+                   std::string(word_of(state.material.law)));
+  const double radius = mean_radius(state);
+  const double overlap = look_at(state).mean_overlap * 2.0 * radius;
+  const double contact_radius = std::sqrt(0.5 * radius * overlap);    // sqrt(R* delta)
+  rve::Material &material = state.material;
+  material.law = rve::ContactLaw::Hertz;
+  material.hertz_stiffness = material.normal_stiffness / contact_radius;
+  material.mindlin_stiffness = material.tangential_stiffness / contact_radius;
+  material.mindlin_displacement = 1.0;
+  material.normal_stiffness = material.tangential_stiffness = 0.0;
+  material.normal_viscosity = material.tangential_viscosity = 0.0;
+  forget_tangential_forces(state);
+  return state;
+}
+
+/// Copies side by side, `copies[a]` along cell vector a, without list and contact history. Coordinates stay exact to 2^-64 of the cell.
+template <int D>
+rve::RveStateOf<D> tiled(const rve::RveStateOf<D> &tile, const std::array<int, D> &copies)
+{
+  constexpr int spins = rve::Space<D>::spins;
+  rve::RveStateOf<D> state = tile;
+  int tiles = 1;
+  for (int b = 0; b < D; ++b) {
+    tiles *= copies[b];
+    for (int a = 0; a < D; ++a) state.cell(a, b) *= copies[b];
+  }
   state.radius.clear();
   state.fractional.clear();
   state.velocity.clear();
   state.spin.clear();
   state.pairs.clear();
   state.order.clear();
-  state.list_cell = rve::Tensor2::zero();
+  state.list_cell = rve::Tensor<double, D>::zero();
   state.list_fractional.clear();
-  for (int k = 0; k < nx * ny; ++k)
+  for (int k = 0; k < tiles; ++k)
     for (int i = 0; i < tile.num_grains(); ++i) {
-      const std::uint64_t place[2] = {std::uint64_t(k % nx), std::uint64_t(k / nx)};
       state.radius.push_back(tile.radius[i]);
-      state.spin.push_back(tile.spin[i]);
-      for (int a = 0; a < 2; ++a) {
+      for (int a = 0; a < spins; ++a) state.spin.push_back(tile.spin[spins * i + a]);
+      int rest = k;
+      for (int a = 0; a < D; ++a) {
         const std::uint64_t width = ~std::uint64_t(0) / copies[a];
-        state.fractional.push_back(tile.fractional[2 * i + a] / copies[a] + place[a] * width);
-        state.velocity.push_back(tile.velocity[2 * i + a]);
+        const std::uint64_t place = rest % copies[a];
+        rest /= copies[a];
+        state.fractional.push_back(tile.fractional[D * i + a] / copies[a] + place * width);
+        state.velocity.push_back(tile.velocity[D * i + a]);
       }
     }
   return state;
 }
 
-/// The divisor of n that is nearest to its root from below.
-inline int near_root(int n)
+/// A number as a product of D factors that are as equal as its divisors allow, the largest first.
+template <int D> std::array<int, D> nearly_equal_factors(int number)
 {
-  int divisor = static_cast<int>(std::sqrt(static_cast<double>(n)));
-  while (n % divisor != 0) --divisor;
-  return divisor;
+  std::array<int, D> factors;
+  for (int a = D - 1; a > 0; --a) {
+    int divisor = static_cast<int>(std::pow(number, 1.0 / (a + 1)) + 1e-9);
+    while (number % divisor != 0) --divisor;
+    factors[a] = divisor;
+    number /= divisor;
+  }
+  factors[0] = number;
+  return factors;
 }
 
 /// A packing of the same material and radii at the same pressure, prepared without friction, to a hundredth of the pressure.
-inline rve::RveState prepared_like(const rve::RveState &model, int num_grains)
+template <int D> rve::RveStateOf<D> prepared_like(const rve::RveStateOf<D> &model, int num_grains)
 {
   rve::PackingRecipe recipe;
   recipe.material = model.material;
@@ -72,22 +123,24 @@ inline rve::RveState prepared_like(const rve::RveState &model, int num_grains)
   recipe.radius_max = *std::max_element(model.radius.begin(), model.radius.end());
   recipe.stress_tolerance = recipe.unbalanced_tolerance = 1e-2;
   rve::Options options;
+  options.contacts = rve::contacts_of(model);
   options.format = rve::Format::Mixed;
   options.device = rve::Device::Cpu;
   options.threads = 1;
-  const auto engine = rve::make_engine(options);
+  const auto engine = rve::make_engine<D>(options);
   return rve::generate_packing(recipe, *engine);
 }
 
 /// A packing of `num_grains` like `model`: copies of it where the number is a multiple of its own, and otherwise copies of the
 /// largest packing up to its size that fits, which is prepared first.
-inline rve::RveState packing_of(const rve::RveState &model, int num_grains)
+template <int D> rve::RveStateOf<D> packing_of(const rve::RveStateOf<D> &model, int num_grains)
 {
   int copies = 1;
   while (num_grains % copies != 0 || num_grains / copies > model.num_grains()) ++copies;
   const int grains = num_grains / copies;
-  const rve::RveState tile = grains == model.num_grains() ? model : prepared_like(model, grains);
-  return copies == 1 ? tile : tiled(tile, copies / near_root(copies), near_root(copies));
+  const rve::RveStateOf<D> tile = grains == model.num_grains() ? model
+                                                               : prepared_like(model, grains);
+  return copies == 1 ? tile : tiled<D>(tile, nearly_equal_factors<D>(copies));
 }
 
 }    // namespace bench

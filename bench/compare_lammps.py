@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
-"""Steps per second of RVEs on one core and on all cores, and on a GPU: this engine against plain LAMMPS, side by side.
+"""Steps per second of RVEs of disks or spheres on one core and on all cores, and on a GPU: this engine against plain LAMMPS, side by side.
 
 LAMMPS has one RVE per core, as it would have one per MPI rank: the RVEs know nothing of each other, so the ranks are separate processes that
-start together. The two codes run in turn, so that a machine whose speed drifts treats them alike; the ratio is the median over the rounds.
+start together. The two codes run in turn, so that a machine whose speed drifts treats them alike; the ratio is the median over the rounds. LAMMPS has the
+contact law, time step and rate of shear of the engine; spheres run with linear springs and with the law of Hertz and Mindlin.
 
     python3 bench/compare_lammps.py --bin build/host/bin --packing examples/packings/A_h0075.rve --out bench/results/lammps-ratio-<machine>.json
+    python3 bench/compare_lammps.py --bin build/host/bin --packing examples/packings/S1000.rve --rves-per-core 1 --out bench/results/lammps-ratio-spheres-cpu.json
     python3 bench/compare_lammps.py --bin build/cuda/bin --gpu 9600 ...     the engine on the GPU as well, with 9600 RVEs
 
 The first ratios are to one core of LAMMPS and to all cores, of the engine on as many; those of a GPU are to all cores.
@@ -35,33 +37,45 @@ def run(command, copies=1, **keywords):
     return outputs
 
 
-def lammps_rate(lmp, data, steps, cores, folder):
+def lammps_rate(lmp, data, steps, cores, folder, dimension, law, conditions):
     """Steps of all RVEs in a second, each at the speed that LAMMPS reports for it."""
-    command = [lmp, "-in", HERE / "in.granular_element", "-var", "data", data, "-var", "steps", steps, "-log", "none"]
+    tangential = {"hooke": "linear_history", "hertz": "mindlin"}[law]
+    contacts = f"{law} {conditions['normal_stiffness']} 0.0 tangential {tangential} {conditions['tangential_stiffness']} 0.0 0.5 damping velocity"
+    command = [lmp, "-in", HERE / "in.granular_element", "-var", "data", data, "-var", "steps", steps, "-var", "dimension", dimension,
+               "-var", "contacts", contacts, "-var", "rate", conditions["strain_rate"], "-var", "dt", conditions["time_step"], "-log", "none"]
     loops = [re.search(r"Loop time of (\S+) on 1 procs for (\d+) steps", text) for text in run(command, cores, cwd=folder)]
     return sum(int(loop.group(2)) / float(loop.group(1)) for loop in loops)
 
 
 def engine_rates(bench, packing, device, seconds, rves, folder):
-    """{(format, arithmetic, substeps): RVE-steps per second}: on a CPU one RVE runs on one thread, more on all."""
+    """{law: {(format, arithmetic, substeps): RVE-steps per second}} and {law: what LAMMPS needs to run the same}: on a CPU one RVE runs on
+    one thread, more on all."""
     # a GPU is fed by all threads of the host; the CPU engine is told how many
     environment = {name: value for name, value in os.environ.items() if device == "cpu" or name != "OMP_NUM_THREADS"}
     run([bench, packing, "rates.json", "--device", device, "--suite", "core", "--seconds", seconds, "--rves", rves], cwd=folder, env=environment)
     with open(pathlib.Path(folder) / "rates.json", encoding="utf-8") as file:
         rows = json.load(file)["rows"]
-    return {(row["case"]["format"], row["case"]["arithmetic"], row["case"]["substeps"]): row["value"]
-            for row in rows if row["metric"] == "rve_steps_per_second"}
+    rates, conditions = {}, {}
+    for row in rows:
+        case = row["case"]
+        if row["metric"] == "rve_steps_per_second":
+            law = case.get("law", "hooke")
+            rates.setdefault(law, {})[case["format"], case["arithmetic"], case["substeps"]] = row["value"]
+            conditions[law] = row["details"]
+    return rates, conditions
 
 
-def measure(arguments, data, packing, cores, folder):
-    """Rounds of both codes: ([rate of LAMMPS], [rates of the engine], [those on a GPU])."""
-    lammps, engine, gpu = [], [], []
+def measure(arguments, data, packing, dimension, cores, folder):
+    """Rounds of both codes: {law: [rate of LAMMPS]}, and for each device [{law: rates of the engine}]."""
+    lammps, engine, gpu = {}, [], []
     rves = 1 if cores == 1 else arguments.rves_per_core * cores
     for _ in range(arguments.rounds):
-        lammps.append(lammps_rate(arguments.bin / "lmp_plain", data, arguments.steps, cores, folder))
-        engine.append(engine_rates(arguments.bin / "bench_engine", packing, "cpu", arguments.seconds, rves, folder))
+        rates, conditions = engine_rates(arguments.bin / "bench_engine", packing, "cpu", arguments.seconds, rves, folder)
+        engine.append(rates)
+        for law, of_law in conditions.items():
+            lammps.setdefault(law, []).append(lammps_rate(arguments.bin / "lmp_plain", data, arguments.steps, cores, folder, dimension, law, of_law))
         if arguments.gpu and cores == arguments.cores:
-            gpu.append(engine_rates(arguments.bin / "bench_engine", packing, "cuda", arguments.seconds, arguments.gpu, folder))
+            gpu.append(engine_rates(arguments.bin / "bench_engine", packing, "cuda", arguments.seconds, arguments.gpu, folder)[0])
     return lammps, [(device_name(cores), rves, engine)] + ([("gpu", arguments.gpu, gpu)] if gpu else [])
 
 
@@ -69,31 +83,39 @@ def device_name(cores):
     return "cpu-1" if cores == 1 else "cpu-all"
 
 
-def rows_of(grains, cores, lammps, engines):
-    common = {"scene": "element", "dim": 2, "grains": grains, "threads": cores}
+def rows_of(grains, dimension, cores, lammps, engines):
+    common = {"scene": "element", "dim": dimension, "grains": grains, "threads": cores}
 
     def row(case, metric, value, unit):
         return {"case": {**common, **case}, "metric": metric, "value": value, "unit": unit}
 
-    rows = [row({"device": device_name(cores), "code": "lammps", "rves": cores, "format": "double"}, "rve_steps_per_second",
-                statistics.median(lammps), "1/s")]
-    print(f"{cores} cores: LAMMPS pair granular {statistics.median(lammps):.0f} RVE-steps/s")
-    for device, rves, rounds in engines:
-        for name, arithmetic, substeps in rounds[0]:
-            rates = [round_[name, arithmetic, substeps] for round_ in rounds]
-            ratio = statistics.median(a / b for a, b in zip(rates, lammps))
-            case = {"device": device, "code": "gpu_rve", "rves": rves, "format": name, "arithmetic": arithmetic, "substeps": substeps}
-            if device == "gpu":
-                case["threads"] = "auto"
-            rows.append(row(case, "rve_steps_per_second", statistics.median(rates), "1/s"))
-            rows.append(row(case, "ratio_to_lammps", ratio, "1"))
-            print(f"  {device:7s} {name:7s} {arithmetic:8s} {substeps:5d} substeps per call: {statistics.median(rates):.0f} RVE-steps/s, "
-                  f"{ratio:.2f} times LAMMPS")
+    rows = []
+    for law, rates_of_lammps in lammps.items():
+        of_law = {"law": law} if dimension == 3 else {}
+        rows.append(row({"device": device_name(cores), "code": "lammps", "rves": cores, "format": "double", **of_law}, "rve_steps_per_second",
+                        statistics.median(rates_of_lammps), "1/s"))
+        print(f"{cores} cores: LAMMPS pair granular {law} {statistics.median(rates_of_lammps):.0f} RVE-steps/s")
+        for device, rves, rounds in engines:
+            for name, arithmetic, substeps in rounds[0][law]:
+                rates = [round_[law][name, arithmetic, substeps] for round_ in rounds]
+                ratio = statistics.median(a / b for a, b in zip(rates, rates_of_lammps))
+                case = {"device": device, "code": "gpu_rve", "rves": rves, "format": name, "arithmetic": arithmetic, "substeps": substeps, **of_law}
+                if device == "gpu":
+                    case["threads"] = "auto"
+                rows.append(row(case, "rve_steps_per_second", statistics.median(rates), "1/s"))
+                rows.append(row(case, "ratio_to_lammps", ratio, "1"))
+                print(f"  {device:7s} {name:7s} {arithmetic:8s} {substeps:5d} substeps per call: {statistics.median(rates):.0f} RVE-steps/s, "
+                      f"{ratio:.2f} times LAMMPS")
     return rows
 
 
 def number_of_grains(packing):
     return int(re.search(r"^grains\s+(\d+)", packing.read_text(encoding="utf-8"), re.MULTILINE).group(1))
+
+
+def dimension_of(packing):
+    stated = re.search(r"^dimension\s+(\d)", packing.read_text(encoding="utf-8"), re.MULTILINE)
+    return int(stated.group(1)) if stated else 2
 
 
 def machine(with_gpu):
@@ -125,6 +147,7 @@ def main():
     arguments = parser.parse_args()
     arguments.bin = arguments.bin.resolve()
     packing = arguments.packing.resolve()
+    dimension = dimension_of(packing)
     os.environ["OMP_NUM_THREADS"] = "1"    # of LAMMPS; bench_engine sets its threads itself
 
     rows = []
@@ -133,7 +156,7 @@ def main():
         run([arguments.bin / "lmp", "-in", HERE / "in.export_packing", "-var", "packing", packing, "-var", "data", data,
              "-log", "none"], cwd=folder)
         for cores in sorted({1, arguments.cores}):
-            rows += rows_of(number_of_grains(packing), cores, *measure(arguments, data, packing, cores, folder))
+            rows += rows_of(number_of_grains(packing), dimension, cores, *measure(arguments, data, packing, dimension, cores, folder))
 
     if arguments.out:
         commit = os.environ.get("GPU_RVE_COMMIT") or subprocess.run(["git", "rev-parse", "--short", "HEAD"], stdout=subprocess.PIPE, text=True, cwd=HERE, check=False).stdout.strip()

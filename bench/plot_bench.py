@@ -3,8 +3,8 @@
 
     python3 bench/plot_bench.py bench/results/engine-H200.json [--out doc/src/figures]
 
-Writes performance_rves.png, performance_substeps.png, performance_grains.png and performance_block_size.png; an experiment that is not in
-the file is left out. Needs numpy and matplotlib (Debian: python3-numpy, python3-matplotlib).
+Writes performance_rves.png, performance_substeps.png, performance_grains.png and performance_block_size.png, of spheres performance_spheres_rves.png
+and so on; an experiment that is not in the file is left out. Needs numpy and matplotlib (Debian: python3-numpy, python3-matplotlib).
 """
 
 import argparse
@@ -97,12 +97,13 @@ def main():
     report = json.loads(arguments.result.read_text(encoding="utf-8"))
     arguments.out.mkdir(parents=True, exist_ok=True)
     there = {row["case"].get("experiment") for row in report["rows"]}
+    prefix = "performance_spheres" if any(row["case"].get("dim") == 3 for row in report["rows"]) else "performance"
     for experiment, plot in PLOTS.items():
         if experiment not in there:
             print(f"no experiment {experiment} in {arguments.result.name}")
             continue
-        plot(report).savefig(arguments.out / f"performance_{experiment}.png", dpi=130)
-        print(f"performance_{experiment}.png")
+        plot(report).savefig(arguments.out / f"{prefix}_{experiment}.png", dpi=130)
+        print(f"{prefix}_{experiment}.png")
 
 
 if __name__ == "__main__":

@@ -11,13 +11,10 @@ namespace bench {
 
 namespace {
 
-  using rve::Drive;
-  using rve::Result;
-  using rve::RveState;
-  using rve::Tensor2;
+  using rve::DriveOf;
+  using rve::ResultOf;
+  using rve::RveStateOf;
   namespace status = rve::status;
-
-  constexpr double TIME_STEP = 5e-5;    // [time]
 
   constexpr int FEW = 16;
 
@@ -26,100 +23,116 @@ namespace {
     if (!condition) throw std::runtime_error("the batch for the sanitizers: " + what);
   }
 
-  Drive strained(double xx, double xy, double yy, int substeps)
+  /// Strains of the first two axes, as an increment of the call.
+  struct Strain {
+    double xx, xy, yy;
+  };
+
+  template <int D> DriveOf<D> strained(double time_step, const Strain &strain, int substeps)
   {
-    Drive drive;
-    drive.dt = TIME_STEP;
+    DriveOf<D> drive;
+    drive.dt = time_step;
     drive.substeps = substeps;
-    drive.deformation = Tensor2{{1.0 + xx, xy, 0.0, 1.0 + yy}};
+    drive.deformation(0, 0) += strain.xx;
+    drive.deformation(0, 1) += strain.xy;
+    drive.deformation(1, 1) += strain.yy;
     return drive;
   }
 
-  Drive servo(const RveState &packing, int substeps)
+  template <int D> DriveOf<D> servo(const RveStateOf<D> &packing, double time_step, int substeps)
   {
-    Drive drive = strained(0.0, 0.0, 0.0, substeps);
-    drive.controlled[0][0] = drive.controlled[1][1] = true;
-    drive.stress_goal = -1e5 * Tensor2::identity();
+    DriveOf<D> drive = strained<D>(time_step, {}, substeps);
+    for (int a = 0; a < D; ++a) {
+      drive.controlled[a][a] = true;
+      drive.stress_goal(a, a) = -1e5;
+    }
     drive.velocity_gradient(0, 1) = 0.05;
     drive.servo_gain = rve::default_servo_gain(packing);
     return drive;
   }
 
   /// The same packing in a cell whose second vector leans by the whole first one: b' = b + a, s' = (s_0 - s_1, s_1).
-  RveState leaning(RveState packing)
+  template <int D> RveStateOf<D> leaning(RveStateOf<D> packing)
   {
-    for (int a = 0; a < 2; ++a) packing.cell(a, 1) += packing.cell(a, 0);
+    for (int a = 0; a < D; ++a) packing.cell(a, 1) += packing.cell(a, 0);
     for (int i = 0; i < packing.num_grains(); ++i)
-      packing.fractional[2 * i] -= packing.fractional[2 * i + 1];
+      packing.fractional[D * i] -= packing.fractional[D * i + 1];
     return packing;
   }
 
   /// The first call will find its forces much too large for the scale.
-  RveState with_fine_force_scale(RveState packing)
+  template <int D> RveStateOf<D> with_fine_force_scale(RveStateOf<D> packing)
   {
     packing.largest_contact_force = 1e-6;
     return packing;
   }
 
-  RveState with_a_runaway(RveState packing)
+  template <int D> RveStateOf<D> with_a_runaway(RveStateOf<D> packing, double time_step)
   {
-    const double width = packing.cell(0, 0);
-    packing.velocity[0] = width / TIME_STEP;    // once through the cell in a step
+    packing.velocity[0] = packing.cell(0, 0) / time_step;    // once through the cell in a step
     return packing;
   }
 
-  /// Two disks apart in a square of four diameters.
-  RveState two_disks(const RveState &packing)
+  /// Two grains apart in a square or cube of four diameters.
+  template <int D> RveStateOf<D> two_grains(const RveStateOf<D> &packing)
   {
-    RveState state;
+    RveStateOf<D> state;
     state.material = packing.material;
     const double r = packing.radius[0];
     state.radius = {r, r};
-    state.cell = 8.0 * r * Tensor2::identity();
-    state.velocity.assign(4, 0.0);
-    state.spin.assign(2, 0.0);
-    state.set_positions({2.0 * r, 4.0 * r, 6.0 * r, 4.0 * r});
+    state.cell = 8.0 * r * rve::Tensor<double, D>::identity();
+    state.velocity.assign(2 * D, 0.0);
+    state.spin.assign(2 * rve::Space<D>::spins, 0.0);
+    std::vector<double> x(2 * D, 4.0 * r);
+    x[0] = 2.0 * r;
+    x[D] = 6.0 * r;
+    state.set_positions(x);
     return state;
   }
 
-  struct Visit {
+  template <int D> struct Visit {
     const char *what;
-    RveState state;
-    Drive drive;
+    RveStateOf<D> state;
+    DriveOf<D> drive;
     std::uint32_t expected;    ///< status
   };
 
-  std::vector<Visit> visits(const RveState &packing, bool general)
+  template <int D>
+  std::vector<Visit<D>> visits(const RveStateOf<D> &packing, double dt, bool general)
   {
-    std::vector<Visit> all = {
-        {"shear with rebuilds", packing, strained(0.0, 0.03, 0.0, 30), status::Ok},
-        {"a macro step with rotation", packing, strained(0.0, 0.04, 0.0, 5), status::Ok},
-        {"lattice reduction", leaning(packing), strained(0.0, 1e-3, 0.0, 5), status::Ok},
+    const auto small = strained<D>(dt, {0.0, 1e-3, 0.0}, 20);
+    std::vector<Visit<D>> all = {
+        {"shear with rebuilds", packing, strained<D>(dt, {0.0, 0.03, 0.0}, 30), status::Ok},
+        {"a macro step with rotation", packing, strained<D>(dt, {0.0, 0.04, 0.0}, 5), status::Ok},
+        {"lattice reduction", leaning(packing), strained<D>(dt, {0.0, 1e-3, 0.0}, 5), status::Ok},
         {"a force scale that is too fine", with_fine_force_scale(packing),
-         strained(0.0, 1e-4, 0.0, 5), status::Ok},
-        {"no step", packing, strained(0.0, 0.0, 0.0, 0), status::Ok},
-        {"no contact", two_disks(packing), strained(0.0, 0.0, 0.0, 5), status::NoContacts},
-        {"too large an overlap", packing, strained(0.0, 0.0, -0.6, 5), status::OverlapTooLarge},
-        {"a grain that runs away", with_a_runaway(packing), strained(0.0, 0.0, 0.0, 5),
+         strained<D>(dt, {0.0, 1e-4, 0.0}, 5), status::Ok},
+        {"no step", packing, strained<D>(dt, {}, 0), status::Ok},
+        {"no contact", two_grains(packing), strained<D>(dt, {}, 5), status::NoContacts},
+        {"too large an overlap", packing, strained<D>(dt, {0.0, 0.0, -0.6}, 5),
+         status::OverlapTooLarge},
+        {"a grain that runs away", with_a_runaway(packing, dt), strained<D>(dt, {}, 5),
          status::Unstable},
-        {"a cell that becomes too narrow", two_disks(packing), strained(0.0, 0.0, -0.7, 20),
-         status::CellTooNarrow}};
+        {"a cell that becomes too narrow", two_grains(packing),
+         strained<D>(dt, {0.0, 0.0, -0.7}, 20), status::CellTooNarrow}};
     all[1].drive.deformation(1, 0) = -0.04;
     if (general) {
-      RveState viscous = packing;
-      viscous.material.normal_viscosity = viscous.material.tangential_viscosity = 1.0;
-      all.push_back({"servo", packing, servo(packing, 20), status::Ok});
-      all.push_back({"dashpots", viscous, strained(0.0, 1e-3, 0.0, 20), status::Ok});
+      RveStateOf<D> viscous = packing;
+      viscous.material.normal_viscosity = 1.0;
+      if (packing.material.law == rve::ContactLaw::Linear)
+        viscous.material.tangential_viscosity = 1.0;
+      all.push_back({"servo", packing, servo(packing, dt, 20), status::Ok});
+      all.push_back({"dashpots", viscous, small, status::Ok});
     }
     if (packing.material.rolling_friction > 0.0) {
-      RveState without = packing;    // in the same program
+      RveStateOf<D> without = packing;    // in the same program
       without.material.rolling_friction = 0.0;
-      all.push_back({"no resistance", without, strained(0.0, 1e-3, 0.0, 20), status::Ok});
+      all.push_back({"no resistance", without, small, status::Ok});
     }
     return all;
   }
 
-  void check(const Visit &visit, const Result &result)
+  template <int D> void check(const Visit<D> &visit, const ResultOf<D> &result)
   {
     const std::uint32_t seen = visit.expected == status::NoContacts ? result.status
                                                                     : result.status & status::Fatal;
@@ -128,25 +141,37 @@ namespace {
                "\", got \"" + rve::describe_status(result.status) + "\"");
   }
 
+  bool has_rolled(const rve::Pair &pair)
+  {
+    return pair.rolling_force != 0.0;
+  }
+
+  bool has_rolled(const rve::PairOf<3> &pair)
+  {
+    return dot(pair.rolling_force, pair.rolling_force) > 0.0 && pair.twisting_moment != 0.0;
+  }
+
   /// All visits in one call, among ordinary RVEs so that there are `total`, with the long and with the short answer.
-  void visit(rve::Options options, const RveState &packing, int total)
+  template <int D>
+  void visit(rve::Options options, const RveStateOf<D> &packing, double time_step, int total)
   {
     options.contacts = rve::contacts_of(packing);
-    const auto engine = rve::make_engine(options);
-    const std::vector<Visit> all = visits(packing, options.track_energy);
+    const auto engine = rve::make_engine<D>(options);
+    const std::vector<Visit<D>> all = visits(packing, time_step, options.track_energy);
     std::vector<int> rves;
-    std::vector<Drive> drives;
-    for (const Visit &one : all) {
+    std::vector<DriveOf<D>> drives;
+    for (const Visit<D> &one : all) {
       rves.push_back(engine->add(one.state));
       drives.push_back(one.drive);
     }
     while (static_cast<int>(rves.size()) < total) {
       rves.push_back(engine->add(packing));
-      drives.push_back(strained(0.0, 1e-4, 0.0, 1 + static_cast<int>(rves.size()) % 4));
+      drives.push_back(
+          strained<D>(time_step, {0.0, 1e-4, 0.0}, 1 + static_cast<int>(rves.size()) % 4));
     }
-    std::vector<rve::Response> responses;
+    std::vector<rve::ResponseOf<D>> responses;
     engine->advance(rves, drives, responses);
-    std::vector<Result> results;
+    std::vector<ResultOf<D>> results;
     engine->advance(rves, drives, results);
     for (std::size_t k = 0; k < all.size(); ++k) {
       check(all[k], results[k]);
@@ -161,8 +186,8 @@ namespace {
     if (packing.material.rolling_friction > 0.0) {
       const auto forces = engine->state(rves[0]).pairs;
       expect(std::any_of(forces.begin(), forces.end(),
-                         [](const rve::Pair &pair) {
-                           return pair.rolling_force != 0.0;
+                         [](const rve::PairOf<D> &pair) {
+                           return has_rolled(pair);
                          }),
              "no contact has a rolling force");
     }
@@ -171,18 +196,21 @@ namespace {
   }
 
   /// A skin of a mean radius: more pairs than lists and workspaces are made for at first.
-  void overflow(rve::Options options, const RveState &packing)
+  template <int D>
+  void overflow(rve::Options options, const RveStateOf<D> &packing, double time_step)
   {
     double sum = 0.0;
     for (const double r : packing.radius) sum += r;
     options.skin = 2.0 * sum / packing.num_grains();
     options.contacts = rve::contacts_of(packing);
-    const auto engine = rve::make_engine(options);
+    const auto engine = rve::make_engine<D>(options);
     const std::vector<int> rves = {engine->add(packing), engine->add(packing),
                                    engine->add(packing)};
-    std::vector<Result> results;
-    engine->advance(rves, std::vector<Drive>(rves.size(), strained(0.0, 1e-3, 0.0, 5)), results);
-    for (const Result &result : results) {
+    std::vector<ResultOf<D>> results;
+    engine->advance(
+        rves, std::vector<DriveOf<D>>(rves.size(), strained<D>(time_step, {0.0, 1e-3, 0.0}, 5)),
+        results);
+    for (const ResultOf<D> &result : results) {
       expect(result.status == status::Ok,
              "lists that overflow: " + rve::describe_status(result.status));
       expect(result.counters.repeats > 0, "no list overflowed");
@@ -191,15 +219,22 @@ namespace {
 
 }    // namespace
 
-void visit_all_paths(const rve::Options &options, const RveState &packing, int many,
-                     const std::string &program)
+template <int D>
+void visit_all_paths(const rve::Options &options, const RveStateOf<D> &packing, double time_step,
+                     int many, const std::string &program)
 {
-  visit(options, packing, FEW);
-  if (!options.track_energy) visit(options, packing, many);
-  overflow(options, packing);
-  std::printf("sanitize %s, block size %d, %s program: all paths taken\n",
-              rve::to_string(options.format).c_str(), options.block_size, program.c_str());
+  visit(options, packing, time_step, FEW);
+  if (!options.track_energy) visit(options, packing, time_step, many);
+  overflow(options, packing, time_step);
+  std::printf("sanitize %s, block size %d, %s program%s: all paths taken\n",
+              rve::to_string(options.format).c_str(), options.block_size, program.c_str(),
+              D == 3 ? " of spheres" : "");
   std::fflush(stdout);
 }
+
+template void visit_all_paths(const rve::Options &, const RveStateOf<2> &, double, int,
+                              const std::string &);
+template void visit_all_paths(const rve::Options &, const RveStateOf<3> &, double, int,
+                              const std::string &);
 
 }    // namespace bench

@@ -15,8 +15,9 @@ namespace bench {
 /// friction the frictionless one, and otherwise the plain one;
 /// `program` is its name, to print. `many`: RVEs in the batch that is large; more than multiprocessors, so that the kernel for many
 /// RVEs is used, and more than are resident, so that blocks take a second one.
-void visit_all_paths(const rve::Options &options, const rve::RveState &packing, int many,
-                     const std::string &program);
+template <int D>
+void visit_all_paths(const rve::Options &options, const rve::RveStateOf<D> &packing,
+                     double time_step, int many, const std::string &program);
 
 }    // namespace bench
 

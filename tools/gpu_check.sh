@@ -1,6 +1,6 @@
 #!/bin/sh
 # Everything that must be seen on a machine with a GPU, in one call: builds (preset cuda), runs the tests of the CUDA engine with
-# GPU_RVE_REQUIRE_CUDA=1, the sanitizers, 50 steps of the footing on CPU and GPU compared bit for bit, the throughput benchmark, the
+# GPU_RVE_REQUIRE_CUDA=1, the sanitizers, 50 steps of the footing on CPU and GPU compared bit for bit, the throughput of disks and of spheres, the
 # engine at the extremes of what it may be asked, and with suite full what the presets cost and the error against cost of the settings.
 #
 #   sh tools/gpu_check.sh                      builds here, results in bench/results
@@ -42,8 +42,10 @@ done
 if command -v compute-sanitizer >/dev/null; then
   for tool in memcheck synccheck initcheck racecheck; do
     case $tool in racecheck) batch=races ;; *) batch=sanitize ;; esac    # racecheck takes very long
-    step "compute-sanitizer $tool" compute-sanitizer --tool $tool --error-exitcode 1 \
-      "$bin/bench_engine" examples/packings/A_h0075.rve /dev/null --device cuda --suite $batch
+    for packing in A_h0075 S1000; do    # disks and spheres
+      step "compute-sanitizer $tool, $packing" compute-sanitizer --tool $tool --error-exitcode 1 \
+        "$bin/bench_engine" examples/packings/$packing.rve /dev/null --device cuda --suite $batch
+    done
   done
 else
   echo "gpu_check: no compute-sanitizer here"
@@ -71,6 +73,8 @@ export GPU_RVE_COMMIT
 gpu=$(nvidia-smi --query-gpu=name --format=csv,noheader 2>/dev/null | sed -n '1{s/^NVIDIA //;s/ [0-9]*GB.*//;s/ /-/g;p}')
 step "throughput" "$bin/bench_engine" examples/packings/A_h0075.rve "$out/engine-${gpu:-gpu}-$suite.json" \
   --device cuda --suite "$suite" --seconds 0.3
+step "throughput of spheres" "$bin/bench_engine" examples/packings/S1000.rve "$out/engine-${gpu:-gpu}-spheres-$suite.json" \
+  --device cuda --suite "$suite" --seconds 0.3
 command -v ncu >/dev/null && step "profile" python3 bench/profile_pipes.py --bin "$bin" --packing examples/packings/A_h0075.rve --out "$out/profile-${gpu:-gpu}.json" &&
   step "roofline" python3 bench/roofline.py "$out/profile-${gpu:-gpu}.json" "$out/engine-${gpu:-gpu}-$suite.json"
 # all scenes of a number format as one batch (doc/src/stability.rst); the whole length takes ten times as long
@@ -78,10 +82,14 @@ case $suite in quick) percent=10 ;; *) percent=100 ;; esac
 [ -x "$bin/extremes_report" ] &&
   step "stability at the extremes" "$bin/extremes_report" "$out/extremes-${gpu:-gpu}.json" --device cuda --length $percent
 
-# what the presets cost with 9600 RVEs, and error against cost (doc/src/accuracy.rst), minutes; 99 copies of four packings are three RVEs
-# for each of 132 multiprocessors
+# what the presets cost with 9600 RVEs, and error against cost (doc/src/accuracy.rst), minutes; 49 copies of eight packings are three RVEs
+# for each of 132 multiprocessors, and of small packings of spheres there are eight
 if [ "$suite" = full ] && [ -x "$bin/bench_accuracy" ]; then
-  step "cost of the presets" python3 bench/accuracy.py --bin "$bin" --out "$out/accuracy-presets-${gpu:-gpu}.json" --device cuda --copies 2400 --presets
-  step "error against cost" python3 bench/accuracy.py --bin "$bin" --out "$out/accuracy-${gpu:-gpu}.json" --device cuda --copies 99
+  step "cost of the presets" python3 bench/accuracy.py --bin "$bin" --out "$out/accuracy-presets-${gpu:-gpu}.json" --device cuda --copies 1200 --presets
+  step "error against cost" python3 bench/accuracy.py --bin "$bin" --out "$out/accuracy-${gpu:-gpu}.json" --device cuda --copies 49
+  step "cost of the presets, spheres" python3 bench/accuracy.py --shape sphere --bin "$bin" --out "$out/accuracy-presets-spheres-${gpu:-gpu}.json" \
+    --device cuda --copies 1200 --presets
+  step "error against cost, spheres" python3 bench/accuracy.py --shape sphere --bin "$bin" --out "$out/accuracy-spheres-${gpu:-gpu}.json" \
+    --device cuda --copies 132
 fi
 exit $failed
