@@ -3,7 +3,10 @@
 #include "engine/test_states.h"
 #include "rve/core/pi.h"
 #include "rve/engine/engine.h"
+#include "rve/engine/packing.h"
 #include "rve/engine/spatial_strain.h"
+#include "rve/engine/stability.h"
+#include "rve/physics/grain_shape.h"
 #include "support/spheres.h"
 
 #include <gtest/gtest.h>
@@ -149,6 +152,81 @@ TEST(Spheres, ConserveMomentumWhateverTheyDo)
     // velocities are rounded at each step
     const double error = (format == Format::Double ? 1e-13 : 2e-4) * largest;
     for (int a = 0; a < 3; ++a) EXPECT_NEAR(total[a], 0.0, error) << to_string(format);
+  }
+}
+
+namespace {
+
+/// A density with which the mass of a sphere of this radius, a power of two, is a power of two as the engine computes it.
+double density_for_mass(double radius, double mass)
+{
+  const double of_unit_density = grain_volume<3>(radius);
+  double density = mass / of_unit_density;
+  for (int k = 0; k < 4 && density * grain_volume<3>(1.0) * radius * radius * radius != mass; ++k)
+    density = std::nextafter(density, k < 2 ? 0.0 : 1e9);
+  EXPECT_EQ(density * grain_volume<3>(1.0) * radius * radius * radius, mass);
+  return density;
+}
+
+}    // namespace
+
+// Forces of contacts are integers that one grain gets and the other loses. With masses and a step of powers of two no kick is rounded
+// either, while velocities fit the mantissa.
+TEST(Spheres, ConserveMomentumToTheLastBitWithMassesAndAStepOfPowersOfTwo)
+{
+  Spheres state = disordered(5, 8);
+  const double radius = 0x1p-8;
+  for (double &r : state.radius) r = radius;
+  state.cell = (5 * 1.95 * radius) * Tensor3::identity();
+  state.material.density = density_for_mass(radius, 0x1p-11);
+  for (double &v : state.velocity) v = std::ldexp(std::round(std::ldexp(v, 20)), -20);
+  // a coarse unit of forces, for sums of them and velocities to fit 53 bits: 100 N in 2^52/2^14 units
+  state.largest_contact_force = 100.0 * 0x1p14;
+  SphereRig rig(state);
+  const ResultOf<3> last = rig.strain(Tensor3{{0, 0.3, 0, 0, 0, -0.2, 0.1, 0, 0}}, 0x1p-19, 500);
+  const Spheres after = rig.state();
+
+  EXPECT_GT(last.num_contacts, 100);
+  EXPECT_GT(last.sliding_fraction, 0.0);
+  for (int a = 0; a < 3; ++a) {
+    // sums of these are exact: long doubles
+    long double gained = 0.0L, moved = 0.0L;
+    for (int i = 0; i < state.num_grains(); ++i) {
+      gained += static_cast<long double>(after.velocity[3 * i + a]) - state.velocity[3 * i + a];
+      moved += std::fabs(after.velocity[3 * i + a] - state.velocity[3 * i + a]);
+    }
+    EXPECT_GT(moved, 0.1L);
+    EXPECT_EQ(gained, 0.0L);
+  }
+}
+
+// Slowly, so that the ledger is of friction and not of impacts.
+TEST(Spheres, PutTheWorkOfAShearIntoSpringsFrictionDampingAndMotion)
+{
+  PackingRecipe recipe;
+  recipe.material = spheres_material();
+  recipe.num_grains = 100;
+  recipe.radius_min = 0.004;
+  recipe.radius_max = 0.006;
+  recipe.pressure = 1e5;
+  const Spheres packing = generate_packing(recipe, *make_engine<3>(sphere_options(Format::Mixed)));
+  for (const Format format : FORMATS) {
+    Options options = sphere_options(format);
+    options.track_energy = true;
+    SphereRig rig(packing, options);
+    const ResultOf<3> first = rig.advance(DriveOf<3>());
+    const double dt = 0.5 * stable_time_step(packing);
+    ResultOf<3> last;
+    for (int call = 0; call < 10; ++call)    // to 2 %
+      last = rig.strain(Tensor3{{0, 0.2, 0, 0, 0, 0, 0, 0, 0}}, dt, static_cast<int>(0.01 / dt));
+
+    const double stored =
+        last.kinetic_energy + last.elastic_energy - first.kinetic_energy - first.elastic_energy;
+    const double residual =
+        last.energy.work - (stored + last.energy.friction + last.energy.local_damping);
+    EXPECT_GT(last.sliding_fraction, 0.05);
+    EXPECT_GT(last.energy.friction, 0.2 * last.energy.work);
+    EXPECT_LT(std::fabs(residual), 1e-3 * last.energy.work) << to_string(format);
   }
 }
 

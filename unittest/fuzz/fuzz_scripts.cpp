@@ -12,6 +12,7 @@
 #include "mutator.h"
 #include "rve/engine/packing_io.h"
 #include "support/packings.h"
+#include "support/spheres.h"
 
 #include <chrono>
 #include <csignal>
@@ -75,6 +76,22 @@ void write_packings(const fs::path &folder)
     library.add(row, packing);
   }
   rve::write_library((folder / "library.rve").string(), library);
+
+  material.thickness = 1.0;
+  rve::PackingLibraryOf<3> library_of_spheres;
+  for (const unsigned seed : {1, 2}) {
+    rve_test::Spheres spheres = rve_test::disordered_spheres(material, 4, seed);
+    std::fill(spheres.velocity.begin(), spheres.velocity.end(), 0.0);
+    std::fill(spheres.spin.begin(), spheres.spin.end(), 0.0);
+    if (seed == 1) rve::write_packing((folder / "spheres.rve").string(), spheres);
+    rve::LibraryRow row{};
+    row.num_grains = spheres.num_grains();
+    row.void_ratio = spheres.void_ratio();
+    row.overconsolidation_ratio = 1.0;
+    row.pressure = 1e5;
+    library_of_spheres.add(row, spheres);
+  }
+  rve::write_library((folder / "sphere_library.rve").string(), library_of_spheres);
 }
 
 [[noreturn]] void run_child(const fs::path &folder, unsigned limit)

@@ -5,6 +5,7 @@
 # carry are compared byte by byte. Scenes:
 #   shear     fix rve alone: each RVE under its own velocity gradient, its atom flying across the rank borders
 #   rolling   the same with rolling resistance: histories have a rolling force, too
+#   spheres   the same in dimension 3, of spheres that resist rolling and twisting: histories are vectors, and a moment
 #   footing   fix mpm with fix rve: a plate pressed into 4 x 4 points
 #   knobs     the shear scene, slower, with all that may stand between a macro step and DEM steps: RVEs asleep at the stop, and shadows.
 #             It has no controls: a packing file has no sleep
@@ -12,22 +13,36 @@
 # lists begin at the stop and those of the others did not. The same run with the tangential forces, or with the rolling forces, set to
 # zero does not: so a lost history would be seen.
 #
-#   restart_ranks.sh shear|rolling|footing|knobs <lmp> <packing> <ranks before> <ranks after> <mpiexec and its options...>
+#   restart_ranks.sh shear|rolling|spheres|footing|knobs <lmp> <packing> <ranks before> <ranks after> <mpiexec and its options...>
 set -eu
 scene=$1 lmp=$2 packing=$3 before=$4 after=$5
 shift 5
+mpi="$*"
 work=$(mktemp -d "${TMPDIR:-/tmp}/restart_ranks.XXXXXX")
 trap 'rm -rf "$work"' EXIT
 cd "$work"
 
+# small_packing <its keywords>: made here
+small_packing() {
+  cat > in.packing << END
+units si
+create_rve $work/small.rve $1 seed 1 radius uniform 0.0025 0.005 pressure 20000 kn 1e6 kt 1e6 friction 0.5 density 2650 damping 0.3
+END
+  $mpi 1 "$lmp" -in in.packing -log packing.log > packing.out || { cat packing.out; exit 1; }
+  packing=$work/small.rve
+}
+
 # A scene: in.setup makes the atoms; in.settings is what a restart file does not keep; fixes <ID of fix rve> <its packing, or several>;
 # the atoms with RVEs; the steps of the stop and the end; what fix mpm gives, if there is one
 histories=3    # columns of the contacts in a packing file
+turning=4      # those that are the opposite seen from the other grain
+dimension=2
+[ "$scene" = spheres ] && dimension=3
 case $scene in
-shear | rolling | knobs)
+shear | rolling | spheres | knobs)
   cat > in.setup << END
 units si
-dimension 2
+dimension $dimension
 boundary p p p
 atom_style atomic
 region box block 0 4 0 4 -0.5 0.5
@@ -54,6 +69,9 @@ END
       echo "fix $rve all rve $* threads 1 dt 1e-4 drive velocity_gradient yy v_rate xy 1.0"
     elif [ "$scene" = rolling ]; then
       echo "fix $rve all rve $* threads 1 dt 0.8e-4 drive velocity_gradient yy v_rate xy 1.0 kr 1e6 rolling_friction 0.2"
+    elif [ "$scene" = spheres ]; then
+      echo "fix $rve all rve $* threads 1 dt 3.5e-6 drive velocity_gradient zz v_rate xy 2.0 yz 1.0 kr 3e5 rolling_friction 0.2 &"
+      echo "  k_twist 2 twisting_friction 2e-4"
     else
       echo "variable slow atom -0.01*id*id"
       echo "fix $rve all rve $* threads 1 dt 1e-4 drive velocity_gradient yy v_slow xy 0.01 substeps adaptive 1e-6 1e-3 quiescent 1.5e-4 &"
@@ -62,6 +80,11 @@ END
   }
   atoms=$(seq 4) stop=20 end=40 columns="" vector=""
   [ "$scene" = rolling ] && histories="3 4"
+  if [ "$scene" = spheres ]; then
+    histories="3 5 7 10"    # two components of the tangential force, one of the rolling force, the twisting moment
+    turning="3 4 5"
+    small_packing "shape sphere grains 80"
+  fi
   # what shadows say, and the RVEs that are asleep
   [ "$scene" = knobs ] && vector='$(f_RVE[11]:%.17g) $(f_RVE[12]:%.17g) $(f_RVE[13]:%.17g) $(f_RVE[14]:%.0f)'
   ;;
@@ -100,18 +123,9 @@ END
     echo "  damping 0.05 rigid plate vx 0 vy -0.3 rough traction surface 0 -20000"
   }
   atoms=$(seq 16) stop=63 end=80 columns="f_soil[*]" vector='$(f_soil[1]:%.17g) $(f_soil[5]:%.17g) $(f_soil[6]:%.17g) $(f_soil[8]:%.17g)'
-  cat > in.packing << END
-units si
-dimension 2
-region box block 0 1 0 1 -0.1 0.1
-create_box 1 box
-create_rve $work/small.rve grains 50 seed 1 radius uniform 0.0025 0.005 pressure 20000 kn 1e6 kt 1e6 friction 0.5 density 2650 &
-  damping 0.3 thickness 0.075
-END
-  "$@" 1 "$lmp" -in in.packing -log packing.log > packing.out || { cat packing.out; exit 1; }
-  packing=$work/small.rve
+  small_packing "grains 50 thickness 0.075"
   ;;
-*) echo "the scene must be shear, rolling, footing or knobs, got $scene"; exit 1 ;;
+*) echo "the scene must be shear, rolling, spheres, footing or knobs, got $scene"; exit 1 ;;
 esac
 
 # write <name> <ID of fix rve>: all that is compared. 17 digits are all bits of a double; counts are DEM steps and rebuilds of lists
@@ -168,11 +182,11 @@ if [ "$scene" = knobs ]; then
 fi
 [ "$(awk '{print $2}' stop.counts)" -gt 4 ] || { echo "no list was rebuilt:"; cat stop.counts; exit 1; }
 
-# the controls. The tangential force is the same seen from both grains, the rolling force changes its sign
+# the controls. Of disks the tangential force is the same seen from both grains, the rolling force changes its sign; of spheres it is the other way round
 in_order() {
-  awk 'function other(x) {return x ~ /^-/ ? substr(x, 2) : x == "0" ? x : "-" x}
-    /^contacts/ {on = 1; next} /^(checksum|end)/ {next}
-    on && NF > 2 && $1 > $2 {t = $1; $1 = $2; $2 = t; if (NF > 3) $4 = other($4)} {print}' "$1" | sort
+  awk -v turning="$turning" 'function other(x) {return x ~ /^-/ ? substr(x, 2) : x == "0" ? x : "-" x}
+    BEGIN {columns = split(turning, column)} /^contacts/ {on = 1; next} /^(checksum|end)/ {next}
+    on && NF > 2 && $1 > $2 {t = $1; $1 = $2; $2 = t; for (k = 1; k <= columns; ++k) if (column[k] <= NF) $column[k] = other($column[k])} {print}' "$1" | sort
 }
 run "$@" 1 "$lmp" -in in.again -log again.log
 old_lists=0

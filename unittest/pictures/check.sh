@@ -1,11 +1,12 @@
 #!/bin/sh
-# check_<reader>.py with a Python that has its modules: check.sh <ovito, vtk or plots> <root of the project> <folder of the run>
+# check_<reader>.py with a Python that has its modules: check.sh <ovito, vtk, plots or lammps> <root of the project> <folder of the run>
 set -eu
 reader=$1 root=$2 folder=$3
 case $reader in
   ovito) modules="ovito numpy" ;;
   vtk) modules="vtk meshio numpy" ;;
   plots) modules="matplotlib numpy PIL" ;;
+  lammps) modules="numpy" ;;
 esac
 export OVITO_GUI_MODE=0 QT_QPA_PLATFORM=offscreen PYTHONPATH="$root/tools:$root/examples/pictures" PYTHONDONTWRITEBYTECODE=1
 for python in "$(sh "$root/tools/pictures_python.sh" --find)" python3 /usr/bin/python3; do

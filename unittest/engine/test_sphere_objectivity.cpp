@@ -1,0 +1,307 @@
+// Objectivity of RVEs of spheres through the engine: an observer who turns sees the same grains, turned.
+
+#include "rve/engine/contact_network.h"
+#include "rve/engine/packing.h"
+#include "rve/engine/spatial_strain.h"
+#include "rve/engine/stability.h"
+#include "support/spheres.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <vector>
+
+using namespace rve;
+using namespace rve_test;
+
+namespace {
+
+using Vector = Vec<double, 3>;
+
+constexpr int STEPS_PER_TURN = 20000;    // 3.1e-4 rad each
+
+Tensor3 spin_tensor(const Vector &w)
+{
+  return Tensor3{{0.0, -w[2], w[1], w[2], 0.0, -w[0], -w[1], w[0], 0.0}};
+}
+
+double length(const Vector &v)
+{
+  return std::sqrt(dot(v, v));
+}
+
+double largest(const Tensor3 &t)
+{
+  double most = 0.0;
+  for (const double x : t.component) most = std::fmax(most, std::fabs(x));
+  return most;
+}
+
+/// As an observer sees it who turns by `turn`.
+Tensor3 seen_from(const Tensor3 &turn, const Tensor3 &t)
+{
+  return transpose(turn) * t * turn;
+}
+
+Spheres with_spin(Spheres state, const Vector &w)
+{
+  for (int i = 0; i < state.num_grains(); ++i)
+    for (int a = 0; a < 3; ++a) state.spin[3 * i + a] = w[a];
+  return state;
+}
+
+/// 100 spheres at rest at 100 kPa.
+const Spheres &packing()
+{
+  static const Spheres made = [] {
+    PackingRecipe recipe;
+    recipe.material = spheres_material();
+    recipe.num_grains = 100;
+    recipe.radius_min = 0.004;
+    recipe.radius_max = 0.006;
+    recipe.pressure = 1e5;
+    recipe.preparation_friction = 0.3;
+    return generate_packing(recipe, *make_engine<3>(sphere_options(Format::Mixed)));
+  }();
+  return made;
+}
+
+double step_of(const Spheres &state)
+{
+  return 0.5 * stable_time_step(state);
+}
+
+/// The same, sheared by 2e-3 and at rest again: q/p = 0.23, tangential forces everywhere.
+const Spheres &sheared_packing()
+{
+  static const Spheres made = [] {
+    Spheres state = packing();
+    state.material.local_damping = 0.5;
+    SphereRig rig(state);
+    const double dt = step_of(state);
+    rig.strain(Tensor3{{0.0, 0.1, 0.04, 0.0, 0.0, -0.07, 0.0, 0.0, 0.0}}, dt, 4000);
+    const ResultOf<3> result = rig.strain(Tensor3::zero(), dt, 20000);
+    EXPECT_LT(result.unbalanced_ratio, 1e-9);
+    EXPECT_GT(result.deviatoric_stress(), 0.2 * result.mean_stress());
+    state = rig.state();
+    for (std::vector<double> *speeds : {&state.velocity, &state.spin})
+      std::fill(speeds->begin(), speeds->end(), 0.0);
+    return state;
+  }();
+  return made;
+}
+
+struct Axis {
+  const char *name;
+  Vector direction;
+};
+
+class TurnOfSpheres : public ::testing::TestWithParam<Axis> {};
+
+}    // namespace
+
+TEST_P(TurnOfSpheres, AtConstantStressChangesNothingButTheAxes)
+{
+  // the servo holds all six components at those of the beginning, which turn with the RVE
+  const Vector axis = GetParam().direction;
+  const double dt = step_of(packing()), rate = 2.0 * kPi / (STEPS_PER_TURN * dt);
+  Spheres state = with_spin(sheared_packing(), rate * axis);
+  state.servo_velocity_gradient = spin_tensor(rate * axis);
+  SphereRig rig(state);
+  const ResultOf<3> before = rig.advance(DriveOf<3>());
+  const Tensor3 goal = 0.5 * (before.stress + transpose(before.stress));
+  const double p = before.mean_stress();
+  DriveOf<3> drive;
+  drive.dt = dt;
+  drive.substeps = 1;
+  drive.velocity_gradient = state.servo_velocity_gradient;
+  drive.servo_gain = default_servo_gain(state);
+  drive.servo_max_rate = 2.0 * rate;
+  for (int a = 0; a < 3; ++a)
+    for (int b = a; b < 3; ++b) drive.controlled[a][b] = true;
+
+  ResultOf<3> after;
+  double stress_error = 0.0, strain = 0.0;
+  for (int step = 1; step <= STEPS_PER_TURN; ++step) {
+    const Tensor3 turn = spatial_rotation((2.0 * kPi * step / STEPS_PER_TURN) * axis);
+    drive.stress_goal = turn * goal * transpose(turn);
+    after = rig.advance(drive);
+    stress_error = std::fmax(stress_error, largest(after.stress - drive.stress_goal) / p);
+    const Tensor3 stretch =
+        transpose(turn) * after.deformation * inverse(sheared_packing().deformation);
+    strain = std::fmax(strain, largest(stretch - Tensor3::identity()));
+  }
+
+  // Under a servo contacts take the rate of a step for that of its end. Where the axis leans to the normal they slip by half the square of
+  // the angle of a step, always the same way: that adds up to this in a turn, and is halved with the step.
+  EXPECT_LT(stress_error, 5e-4);
+  EXPECT_LT(strain, 1e-3);
+  EXPECT_NEAR(after.void_ratio, before.void_ratio, 5e-4);
+  EXPECT_NEAR(after.coordination_number, before.coordination_number, 0.06);    // three contacts
+}
+
+INSTANTIATE_TEST_SUITE_P(About, TurnOfSpheres,
+                         ::testing::Values(Axis{"x", {{1.0, 0.0, 0.0}}},
+                                           Axis{"y", {{0.0, 1.0, 0.0}}},
+                                           Axis{"z", {{0.0, 0.0, 1.0}}},
+                                           Axis{"ATiltedAxis", {{0.48, 0.6, 0.64}}}),
+                         [](const auto &info) {
+                           return info.param.name;
+                         });
+
+namespace {
+
+const Vector TILTED{{0.48, 0.6, 0.64}};
+
+Vector tangential_force_of(const Spheres &state, int first, int second)
+{
+  for (const PairOf<3> &pair : state.pairs) {
+    if (pair.first == first && pair.second == second) return pair.tangential_force;
+    if (pair.first == second && pair.second == first) return -1.0 * pair.tangential_force;
+  }
+  return Vector::zero();
+}
+
+/// As LAMMPS does: onto the plane across the new normal, with the length kept; nothing about the normal.
+void project(Vector &h, const Vector &n)
+{
+  const double before = dot(h, h);
+  h = h - dot(h, n) * n;
+  h = std::sqrt(before / dot(h, h)) * h;
+}
+
+/// Stress of tangential forces, as they are, and after a turn of the RVE in which they are projected.
+struct TangentialStress {
+  Tensor3 now = Tensor3::zero(), projected = Tensor3::zero();
+
+  TangentialStress(const Spheres &state, const Vector &axis)
+  {
+    const auto contacts = find_contacts(state);
+    const auto forces = spring_forces(state, contacts);
+    const double volume = determinant(state.cell);
+    for (std::size_t k = 0; k < contacts.size(); ++k) {
+      const Vector force = forces[k].tangential;
+      if (!(dot(force, force) > 0.0)) continue;
+      Vector h = force;
+      for (int step = 1; step <= STEPS_PER_TURN; ++step)
+        project(h,
+                spatial_rotation((2.0 * kPi * step / STEPS_PER_TURN) * axis) * contacts[k].normal);
+      for (int a = 0; a < 3; ++a)
+        for (int b = 0; b < 3; ++b) {
+          now(a, b) += force[a] * contacts[k].branch[b] / volume;
+          projected(a, b) += h[a] * contacts[k].branch[b] / volume;
+        }
+    }
+  }
+};
+
+}    // namespace
+
+TEST(TurnOfAShearedPacking, KeepsTheStressThatAProjectionOfTheHistoryLoses)
+{
+  const Spheres &still = sheared_packing();
+  const double dt = step_of(packing()), rate = 2.0 * kPi / (STEPS_PER_TURN * dt);
+  SphereRig rig(with_spin(still, rate * TILTED));
+  const ResultOf<3> before = rig.advance(DriveOf<3>());
+  const double p = before.mean_stress();
+  DriveOf<3> drive;
+  drive.dt = dt;
+  drive.substeps = 1;
+  drive.deformation = spatial_rotation((2.0 * kPi / STEPS_PER_TURN) * TILTED);
+
+  double error = 0.0;
+  for (int step = 1; step <= STEPS_PER_TURN; ++step) {
+    const ResultOf<3> result = rig.advance(drive);
+    const Tensor3 turn = spatial_rotation((2.0 * kPi * step / STEPS_PER_TURN) * TILTED);
+    error = std::fmax(error, largest(seen_from(turn, result.stress) - before.stress) / p);
+  }
+
+  const TangentialStress tangential(still, TILTED);
+  // of the second order of the angle of a step
+  EXPECT_LT(error, 5e-6);
+  // projected tangential forces end elsewhere in their planes: about 2 pi times the cosine between axis and normal from where they were
+  EXPECT_GT(largest(tangential.now), 0.01 * p);
+  EXPECT_GT(largest(tangential.projected - tangential.now), 2.0 * largest(tangential.now));
+}
+
+TEST(ShearOfSpheres, IsTheSameWithASuperposedSpin)
+{
+  // F(t) = R(t) (1 + gamma(t) e_x e_y), a turn about a tilted axis, without damping, which knows the axes. As far apart are two that differ
+  // by 1e-12 of a diameter in the beginning.
+  Spheres state = packing();
+  state.material.local_damping = 0.0;
+  const double dt = step_of(state), rate = 2.0 * kPi / (STEPS_PER_TURN * dt);
+  const auto deformation = [](double share, bool turns) {
+    Tensor3 f = Tensor3::identity();
+    f(0, 1) = 2e-3 * share;
+    return turns ? spatial_rotation((2.0 * kPi * share) * TILTED) * f : f;
+  };
+  Spheres disturbed = state;
+  for (std::uint64_t &s : disturbed.fractional)
+    s += s & (1ull << 26);    // 3.6e-12 of the cell, or nothing
+  SphereRig turning(with_spin(state, rate * TILTED)), still(state), other(disturbed);
+  DriveOf<3> drive;
+  drive.dt = dt;
+  drive.substeps = 1;
+
+  double error = 0.0, scatter = 0.0, error_of_a_twentieth = 0.0, most_sliding = 0.0;
+  for (int step = 1; step <= STEPS_PER_TURN; ++step) {
+    const double share = static_cast<double>(step) / STEPS_PER_TURN,
+                 before = (step - 1.0) / STEPS_PER_TURN;
+    drive.deformation = deformation(share, true) * inverse(deformation(before, true));
+    const Tensor3 turned = turning.advance(drive).stress;
+    drive.deformation = deformation(share, false) * inverse(deformation(before, false));
+    const ResultOf<3> expected = still.advance(drive);
+    const double p = expected.mean_stress();
+    const Tensor3 turn = spatial_rotation((2.0 * kPi * share) * TILTED);
+    error = std::fmax(error, largest(seen_from(turn, turned) - expected.stress) / p);
+    scatter = std::fmax(scatter, largest(other.advance(drive).stress - expected.stress) / p);
+    if (step == STEPS_PER_TURN / 20) error_of_a_twentieth = error;
+    most_sliding = std::fmax(most_sliding, expected.sliding_fraction);
+  }
+
+  EXPECT_GT(most_sliding, 0.05);
+  EXPECT_LT(error_of_a_twentieth, 1e-5);    // before contacts open
+  EXPECT_GT(scatter, 1e-5);
+  EXPECT_LT(error, 2.0 * scatter);
+}
+
+TEST(SpinAboutTheNormal, TurnsTheHistoryOfAPairWithIt)
+{
+  // so heavy that forces do not move them; both spin with the pair, one of them, and both against each other
+  Material material = spheres_material();
+  material.density = 1e20;
+  material.local_damping = 0.0;
+  const double r = 0.005, dt = 1e-6, rate = 0.5 * kPi / (5000 * dt);
+  const Vector middle{{0.05, 0.05, 0.05}}, to = (r - 1e-6) * TILTED;
+  const Vector force = 0.3 * (1.0 / 0.6) * cross(TILTED, Vector{{0.0, 0.0, 1.0}});
+  std::vector<double> places;
+  for (const Vector &place : {middle - to, middle + to})
+    places.insert(places.end(), place.component, place.component + 3);
+  for (const double other : {1.0, 0.0, -1.0}) {
+    Spheres state = spheres(material, 0.1 * Tensor3::identity(), {r, r}, places);
+    PairOf<3> pair{};
+    pair.first = 0;
+    pair.second = 1;
+    pair.tangential_force = force;
+    state.pairs = {pair};
+    for (int a = 0; a < 3; ++a) {
+      state.spin[a] = rate * TILTED[a];
+      state.spin[3 + a] = other * rate * TILTED[a];
+    }
+    SphereRig rig(state);
+    rig.strain(Tensor3::zero(), dt, 5000);
+
+    const Vector expected = spatial_rotation((0.25 * kPi * (1.0 + other)) * TILTED) * force,
+                 found = tangential_force_of(rig.state(), 0, 1);
+    Vector projected = force;
+    project(projected, TILTED);
+    // of the third power of the angle of a step, 3.1e-4, in each of them
+    EXPECT_LT(length(found - expected), 1e-7 * length(force)) << "second grain at " << other;
+    // LAMMPS leaves the force where it is
+    EXPECT_NEAR(length(projected - expected),
+                2.0 * std::sin(0.125 * kPi * (1.0 + other)) * length(force), 1e-9);
+  }
+}
