@@ -132,6 +132,11 @@ inline namespace RVE_ISA {
       }
     }
     const Truth<Real> touching = contact.overlap > Real(0);
+    if constexpr (Scene::D == 3)
+      if (!any(touching)) {
+        if constexpr (Scene::has_friction) history = typename Scene::History();
+        return;
+      }
     const auto force = pair_force(step, contact, grain_i, grain_j, history);
     if constexpr (Scene::has_friction) {
       Truth<typename Scene::Spring> keeps;
@@ -236,7 +241,7 @@ inline namespace RVE_ISA {
             const float mine = soundness(grains.view(i), sum.largest_force);
             largest = mine > largest ? mine : largest;
             if constexpr (Scene::books) {
-              const int number = call.image.number[i];
+              const int number = call.number_of(i);
               call.work.scratch[number] = sum.heat.friction;
               call.work.scratch[num_grains + number] = sum.heat.viscous;
             }

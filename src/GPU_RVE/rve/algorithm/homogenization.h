@@ -241,7 +241,7 @@ inline namespace RVE_ISA {
       const auto c = units.length * shared.motion[i].velocity.template as<double>();
       const double mass = call.mass_of(r);
       // in the order of the RveState: the sum shall not depend on how the grains are stored
-      work.scratch[call.image.number[i]] =
+      work.scratch[call.number_of(i)] =
           0.5 * mass * (dot(c, c) + GrainShape<Scene::D>::inertia * r * r * ww);
     });
     const double kinetic_energy = block.sum_array(num_grains, work.scratch);

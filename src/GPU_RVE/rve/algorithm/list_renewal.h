@@ -84,10 +84,15 @@ inline namespace RVE_ISA {
       });
       if (call.fatal()) return;
       const int n = call.num_grains;
+      if constexpr (Scene::D == 3) order_grains(block, call);
+      const auto place = [&](int i) {
+        return Scene::D == 3 ? call.work.proposal[i] : i;
+      };
       block.for_each(n, [&](Item i) {
+        const int here = place(i);
         for (int k = 0; k < Scene::owned_pairs; ++k) {
-          call.pairs.partner[k * n + i] = call.work.fresh.partner[k * n + i];
-          call.pairs.history[k * n + i] = call.work.fresh.history[k * n + i];
+          call.pairs.partner[k * n + here] = place(call.work.fresh.partner[k * n + i]);
+          call.pairs.history[k * n + here] = call.work.fresh.history[k * n + i];
         }
         for (int a = 0; a < Scene::D; ++a)
           call.shared.response[i].list_position[a] =
@@ -96,10 +101,65 @@ inline namespace RVE_ISA {
       StoredGrains<Block, Scene>::fill_partner_radius(block, call.shared, n);
       if (call.num_extra > 0)
         block.for_each(call.num_extra, [&](Item m) {
-          call.pairs.extra_first[m] = call.work.fresh.extra_first[m];
-          call.pairs.extra_second[m] = call.work.fresh.extra_second[m];
+          call.pairs.extra_first[m] = place(call.work.fresh.extra_first[m]);
+          call.pairs.extra_second[m] = place(call.work.fresh.extra_second[m]);
           call.pairs.extra_history[m] = call.work.fresh.extra_history[m];
         });
+    }
+
+   private:
+    /// Numbers the grains anew: those that own most pairs that touch first. The threads of a warp, or the lanes of a pack, then have
+    /// nothing to do in the same slots, and skip them together: a quarter of all contacts. work.proposal has the new places; the pairs
+    /// are still to be moved. The image keeps its order until the call ends soundly.
+    static RVE_COLD void order_grains(Block block, CallState<Scene> &call)
+    {
+      const int n = call.num_grains;
+      const WorkspaceView<Scene> &work = call.work;
+      // flags by key and grain, whose sums are the places: room that the list does not need any more
+      std::int32_t *flag = work.row_partner;
+      constexpr int kKeys = Scene::owned_pairs + 1;
+      static_assert(PairCounts<3>::listed_at_first >= kKeys, "room for the flags");
+      const auto flag_of = [&](int i) {
+        return (Scene::owned_pairs - work.load[i]) * n + i;
+      };
+      block.for_each(kKeys * n, [&](Item m) {
+        flag[m] = 0;
+      });
+      block.for_each(n, [&](Item i) {
+        flag[flag_of(i)] = 1;
+      });
+      block.exclusive_scan(flag, kKeys * n);
+      block.for_each(n, [&](Item i) {
+        work.proposal[i] = flag[flag_of(i)];
+      });
+      const bool is_first = call.num_rebuilds == 1;    // of this call
+      const std::int32_t *number = is_first ? call.image.number : work.number;
+      block.for_each(n, [&](Item i) {
+        work.accepted[work.proposal[i]] = number[i];
+      });
+      block.for_each(n, [&](Item i) {
+        work.number[i] = work.accepted[i];
+      });
+      const SharedView<Scene> &shared = call.shared;
+      move_to_places(block, n, work, shared.motion);
+      move_to_places(block, n, work, shared.spin);
+      move_to_places(block, n, work, shared.radius);
+      move_to_places(block, n, work, shared.response);
+      move_to_places(block, n, work, shared.largest_force);
+    }
+
+    template <class T>
+    static RVE_INLINE void move_to_places(Block &block, int n, const WorkspaceView<Scene> &work,
+                                          T *array)
+    {
+      static_assert(sizeof(T) <= kScratch<Scene::D> * sizeof(double) && alignof(T) <= 16, "room");
+      T *moved = reinterpret_cast<T *>(work.scratch);
+      block.for_each(n, [&](Item i) {
+        moved[work.proposal[i]] = array[i];
+      });
+      block.for_each(n, [&](Item i) {
+        array[i] = moved[i];
+      });
     }
   };
 

@@ -325,7 +325,7 @@ inline namespace RVE_ISA {
       for (int k = 0; k < Scene::spins; ++k)
         lost += damping_loss(inertia, spin_component(before.spin, k), spin_component(after.spin, k),
                              spin_component(increment.spin, k));
-      call.work.damping[call.image.number[i]] += lost;
+      call.work.damping[call.number_of(i)] += lost;
     }
 
     /// Kick of the step before, then drift in the present cell. Returns whether a grain has left the safety of the list.
@@ -450,6 +450,11 @@ inline namespace RVE_ISA {
                 image.history[k * num_grains + i] = history_to_user(grains.history[k][i]);
             if (relisted) {
               image.list_position[i] = shared.response[i].list_position;
+              if constexpr (Scene::D == 3) {
+                image.number[i] = call.work.number[i];
+                image.radius[i] =
+                    static_cast<typename Scene::Wide>(call.units.length) * grain.radius;
+              }
               for (int k = 0; k < Scene::owned_pairs; ++k)
                 image.partner[k * num_grains + i] = grains.partners.in_slot(k, i);
             }

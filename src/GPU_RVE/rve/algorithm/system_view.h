@@ -93,7 +93,8 @@ inline namespace RVE_ISA {
     view.velocity = carver.template take<Vec<typename Scene::Real, Scene::D>>(num_grains);
     view.spin = carver.template take<Spin<typename Scene::Real, Scene::D>>(num_grains);
     view.radius = carver.template take<typename Scene::Wide>(num_grains);
-    view.number = carver.template take<std::int32_t>(num_grains);
+    view.number = nullptr;
+    if constexpr (Scene::D == 3) view.number = carver.template take<std::int32_t>(num_grains);
     view.partner = carver.template take<std::int32_t>(Scene::owned_pairs * num_grains);
     view.history = carver.template take<typename Scene::History>(Scene::owned_pairs * num_grains);
     view.extra_first = carver.template take<std::int32_t>(extra_capacity);
@@ -281,9 +282,10 @@ inline namespace RVE_ISA {
     std::int32_t *received_count;    ///< (N)
     std::int32_t *excess_start;      ///< (N + 1)
     std::int32_t *contact_count;     ///< (N)
-    double *damping;                 ///< (N) work of local damping in this call [force length]
-    double *scratch;                 ///< (kScratch<D>, N) terms of sums and maxima over grains
-    PairView<Scene> fresh;           ///< the list that is being built
+    std::int32_t *number;     ///< (N) as that of the image, of an RVE in space with a new list
+    double *damping;          ///< (N) work of local damping in this call [force length]
+    double *scratch;          ///< (kScratch<D>, N) terms of sums and maxima over grains
+    PairView<Scene> fresh;    ///< the list that is being built
     std::int32_t *extra_first, *extra_second;    ///< (pair_capacity) extra pairs of this call
     typename Scene::History *extra_history;
   };
@@ -309,6 +311,8 @@ inline namespace RVE_ISA {
     view.received_count = carver.template take<std::int32_t>(num_grains);
     view.excess_start = carver.template take<std::int32_t>(num_grains + 1);
     view.contact_count = carver.template take<std::int32_t>(num_grains);
+    view.number = nullptr;
+    if constexpr (Scene::D == 3) view.number = carver.template take<std::int32_t>(num_grains);
     view.damping = carver.template take<double>(num_grains);
     view.scratch =
         carver.template take<double>(static_cast<std::size_t>(kScratch<Scene::D>) * num_grains);

@@ -160,7 +160,7 @@ inline namespace RVE_ISA {
   };
 
   /// Builds the list of all pairs with |b| < R + skin, assigns owners and carries the contact history over: `old` pairs in,
-  /// work.fresh out. Lengths in the units of `cell` and `radius`.
+  /// work.fresh out; in space work.load has how many of a grain's own pairs touch. Lengths in the units of `cell` and `radius`.
   template <class Block, class Scene>
   RVE_HD ListSizes build_list(Block &block, const MotionOf<Scene> *motion,
                               const typename Scene::Wide *radius, const WorkspaceView<Scene> &work,
@@ -237,11 +237,23 @@ inline namespace RVE_ISA {
         fresh.partner[slot * num_grains + i] = i;
         fresh.history[slot * num_grains + i] = typename Scene::History();
       }
-      // ascending in the distance of the numbers, free slots last: neighbouring threads then read neighbouring grains
-      const auto ahead = [&](int k) {
-        const int distance = fresh.partner[k * num_grains + i] - i;
-        return distance > 0 ? distance : distance + num_grains;
+      // ascending in the distance of the numbers, free slots last: neighbouring threads then read neighbouring grains. In space those that
+      // touch first, so that many threads have nothing to do in the last slots (ListRenewal::order_grains)
+      const auto touches = [&](int j) {
+        const Vec<Wide, Scene::D> branch = to_length *
+            fractional_difference<typename Scene::Numbers>(motion[j].position, motion[i].position);
+        return j != i && gap_squared(branch, radius[i] + radius[j]) > Wide(0);
       };
+      const auto ahead = [&](int k) {
+        const int partner = fresh.partner[k * num_grains + i], distance = partner - i;
+        const int rank = distance > 0 ? distance : distance + num_grains;
+        return Scene::D == 3 && !touches(partner) ? rank + num_grains : rank;
+      };
+      if constexpr (Scene::D == 3) {
+        work.load[i] = 0;
+        for (int k = 0; k < slot; ++k)
+          work.load[i] += touches(fresh.partner[k * num_grains + i]) ? 1 : 0;
+      }
       for (int k = 1; k < Scene::owned_pairs; ++k)
         for (int m = k; m > 0 && ahead(m) < ahead(m - 1); --m) {
           const int here = m * num_grains + i, before = here - num_grains;
