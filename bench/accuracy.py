@@ -261,7 +261,9 @@ def plot(options):
                                                             row["details"].get("least", row["value"])))
     knobs = sorted({point[2] for points in scenes.values() for point in points})
     styles = {knob: (marker, f"C{k}") for k, (knob, marker) in enumerate(zip(knobs, "osv^D<>PX*"))}
-    figure, all_axes = plt.subplots(2, 4, figsize=(13.0, 6.4), constrained_layout=True)
+    columns = min(4, len(scenes) + 1)    # the last one is the legend's
+    rows = -(-(len(scenes) + 1) // columns)
+    figure, all_axes = plt.subplots(rows, columns, figsize=(3.25 * columns, 3.2 * rows), squeeze=False, constrained_layout=True)
     for axes in all_axes.flat[len(scenes):]:
         axes.axis("off")
     for axes, (scene, points) in zip(all_axes.flat, scenes.items()):
@@ -292,7 +294,7 @@ def plot(options):
     for axes in all_axes[-1]:
         axes.set_xlabel("cost / small-step reference")
     for axes in all_axes[:, 0]:
-        axes.set_ylabel("largest stress error before bifurcation")
+        axes.set_ylabel("largest stress error before bifurcation" if rows > 1 else "stress error before bifurcation")
     handles, labels = all_axes.flat[0].get_legend_handles_labels()
     all_axes.flat[-1].legend(handles, labels, loc="center", fontsize=9, title=report.get("machine", ""))
     figure.savefig(REPOSITORY / "doc" / "src" / "figures" / (pathlib.Path(options.plot).stem.replace("accuracy", "accuracy_pareto") + ".png"), dpi=110)
