@@ -5,6 +5,7 @@
     python3 bench/accuracy.py --bin build/cuda/bin --out bench/results/accuracy-H200.json --device cuda --copies 49
     python3 bench/accuracy.py --bin build/cuda/bin --out bench/results/accuracy-presets-H200.json --device cuda --copies 1200 --presets
     python3 bench/accuracy.py --shape sphere --bin build/host/bin --out bench/results/accuracy-spheres-cpu.json
+    python3 bench/accuracy.py --shape sphere --floor --bin build/host/bin --out bench/results/floor-spheres-cpu.json
     python3 bench/accuracy.py --plot bench/results/accuracy-cpu.json
 
 1. Eight packings are made (eight seeds), of disks or of spheres. Errors are ranges over them: a verdict that one seed gives need not be that of
@@ -17,6 +18,7 @@
    goes unseen.
 5. On a CPU packings of 100 to 800 grains are compared in mean and scatter; the rows go to grains-... beside the output.
 
+With --floor packings of three stiffnesses are held at rest in each number format, for the unbalanced force that remains: nothing else.
 With --presets the packings are made and the three presets are run over the element tests, for their costs beside each other: nothing else.
 
 The last form draws doc/src/figures/accuracy_pareto-... . Needs numpy and matplotlib (Debian: python3-numpy, python3-matplotlib).
@@ -39,8 +41,9 @@ LIMIT = 0.01     # error before bifurcation, as in bench_accuracy
 PARTED = 0.002   # deviation of twins at which curves count as parted, as there
 
 # an overlap of half a percent at 1e5 Pa in both
-MATERIAL = {"disk": "radius uniform 0.0025 0.005 kn 1e6 kt 1e6 friction 0.5 density 2650 damping 0.3 thickness 0.075",
-            "sphere": "shape sphere radius uniform 0.0025 0.005 kn 1.5e5 kt 1.5e5 friction 0.5 density 2650 damping 0.3"}
+MATERIAL = {"disk": "radius uniform 0.0025 0.005 friction 0.5 density 2650 damping 0.3 thickness 0.075",
+            "sphere": "shape sphere radius uniform 0.0025 0.005 friction 0.5 density 2650 damping 0.3"}
+STIFFNESS = {"disk": 1e6, "sphere": 1.5e5}
 SIZE = {"disk": 400, "sphere": 200}    # grains of a packing
 
 # twins, of unlike steps: as long as they agree, curves can be followed
@@ -81,9 +84,10 @@ def run(command, folder, **more):
     return min(1.0, (of_children() - before) / (time.monotonic() - start))
 
 
-def make_packings(lmp, folder, shape, grains, seeds=SEEDS):
-    files = [f"{shape}s_{grains}_{seed}.rve" for seed in seeds]
-    script = "units si\n" + "".join(f"create_rve {name} grains {grains} seed {seed} {MATERIAL[shape]} pressure 1e5\n"
+def make_packings(lmp, folder, shape, grains, seeds=SEEDS, times_as_stiff=1):
+    files = [f"{shape}s_{grains}_{times_as_stiff}_{seed}.rve" for seed in seeds]
+    stiffness = times_as_stiff * STIFFNESS[shape]
+    script = "units si\n" + "".join(f"create_rve {name} grains {grains} seed {seed} {MATERIAL[shape]} kn {stiffness} kt {stiffness} pressure 1e5\n"
                                     for name, seed in zip(files, seeds))
     (folder / "in.packings").write_text(script)
     run([lmp, "-in", "in.packings", "-screen", "none", "-log", "log.packings"], folder)
@@ -187,6 +191,13 @@ def in_repository(path):
     return path.relative_to(REPOSITORY) if path.is_relative_to(REPOSITORY) else path.name
 
 
+def command_of(options, binaries, out):
+    return (f"python3 bench/accuracy.py --bin {in_repository(binaries)} --out {in_repository(out)} --device {options.device} "
+                         f"--copies {options.copies}" + (" --shape sphere" if options.shape == "sphere" else "")
+                         + (f" --grains {options.grains}" if options.grains else "") + (f" --scenes {options.scenes}" if options.scenes else "")
+                         + (" --floor" if options.floor else "") + (" --presets" if options.presets else "") + (" --no-footing" if options.no_footing else ""))
+
+
 def save(report, out):
     partial = out.with_suffix(".partial")
     partial.write_text(json.dumps(report, indent=1) + "\n")
@@ -207,7 +218,12 @@ def measure(options):
     machine = ["--machine", options.machine] if options.machine else []
     if options.only_grains:
         return compare_numbers_of_grains(options, binaries, folder, out, machine)
-    packings = make_packings(binaries / "lmp", folder, options.shape, options.grains or SIZE[options.shape])
+    grains = options.grains or SIZE[options.shape]
+    if options.floor:
+        many = [name for factor in (1, 10, 100) for name in make_packings(binaries / "lmp", folder, options.shape, grains, SEEDS[:4], factor)]
+        run([binaries / "bench_accuracy", out, *many, "--floor", "--device", options.device, *machine], folder)
+        return save({**json.loads(out.read_text()), "command": command_of(options, binaries, out)}, out)
+    packings = make_packings(binaries / "lmp", folder, options.shape, grains)
     if options.device == "cpu" and options.shape == "disk" and not options.presets:
         run([sys.executable, REPOSITORY / "examples" / "crosscheck" / "crosscheck.py", "--short", "--lmp", binaries / "lmp", "--dir",
              folder / "crosscheck"], folder)
@@ -215,10 +231,7 @@ def measure(options):
     only = ["--presets"] if options.presets else []
     run([binaries / "bench_accuracy", out, *packings, "--device", options.device, "--copies", options.copies, *scenes, *only, *machine], folder)
     report = json.loads(out.read_text())
-    report["command"] = (f"python3 bench/accuracy.py --bin {in_repository(binaries)} --out {in_repository(out)} --device {options.device} "
-                         f"--copies {options.copies}" + (" --shape sphere" if options.shape == "sphere" else "")
-                         + (f" --grains {options.grains}" if options.grains else "") + (f" --scenes {options.scenes}" if options.scenes else "")
-                         + (" --presets" if options.presets else "") + (" --no-footing" if options.no_footing else ""))
+    report["command"] = command_of(options, binaries, out)
     if options.presets:
         return save(report, out)
     swept = report["rows"]
@@ -248,7 +261,9 @@ def plot(options):
                                                             row["details"].get("least", row["value"])))
     knobs = sorted({point[2] for points in scenes.values() for point in points})
     styles = {knob: (marker, f"C{k}") for k, (knob, marker) in enumerate(zip(knobs, "osv^D<>PX*"))}
-    figure, all_axes = plt.subplots(2, 4, figsize=(13.0, 6.4), constrained_layout=True)
+    columns = min(4, len(scenes) + 1)    # the last one is the legend's
+    rows = -(-(len(scenes) + 1) // columns)
+    figure, all_axes = plt.subplots(rows, columns, figsize=(3.25 * columns, 3.2 * rows), squeeze=False, constrained_layout=True)
     for axes in all_axes.flat[len(scenes):]:
         axes.axis("off")
     for axes, (scene, points) in zip(all_axes.flat, scenes.items()):
@@ -279,7 +294,7 @@ def plot(options):
     for axes in all_axes[-1]:
         axes.set_xlabel("cost / small-step reference")
     for axes in all_axes[:, 0]:
-        axes.set_ylabel("largest stress error before bifurcation")
+        axes.set_ylabel("largest stress error before bifurcation" if rows > 1 else "stress error before bifurcation")
     handles, labels = all_axes.flat[0].get_legend_handles_labels()
     all_axes.flat[-1].legend(handles, labels, loc="center", fontsize=9, title=report.get("machine", ""))
     figure.savefig(REPOSITORY / "doc" / "src" / "figures" / (pathlib.Path(options.plot).stem.replace("accuracy", "accuracy_pareto") + ".png"), dpi=110)
@@ -297,6 +312,7 @@ def main():
     parser.add_argument("--machine", help="words for the machine (default: the engine's)")
     parser.add_argument("--scenes", metavar="A,B", help="these element tests only; a planted defect that only others find is then no failure")
     parser.add_argument("--presets", action="store_true", help="what the presets cost beside each other, and nothing else")
+    parser.add_argument("--floor", action="store_true", help="the unbalanced force of packings at rest, and nothing else")
     parser.add_argument("--no-footing", action="store_true")
     parser.add_argument("--only-grains", action="store_true", help="compare numbers of grains, and nothing else")
     parser.add_argument("--plot", metavar="FILE.json", help="draw this file instead of measuring")

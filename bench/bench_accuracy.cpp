@@ -2,11 +2,12 @@
 // packings are all of disks or all of spheres.
 //
 //   bench_accuracy <output.json> <packing.rve> [<packing.rve> ...] [--device cpu|cuda] [--copies N] [--machine words] [--scenes a,b]
-//                  [--short] [--ensemble] [--presets]
+//                  [--short] [--ensemble] [--presets] [--floor]
 //
 // With --ensemble packings of several numbers of grains are compared, in the mean and in their scatter: nothing else.
 // With --presets only the three presets run, for what they cost beside each other: no errors. So many copies of the packings can fill a
 // device. What fix rve has of host threads is there then, too.
+// With --floor packings are held at rest in each number format, for the unbalanced force that remains and the pressure that it changes.
 //
 // A packing of grains is chaotic: beyond some strain the smallest difference grows until two runs agree in the mean only. Twins are therefore
 // run, alike but for grains that are displaced by a part of an overlap, and as long as all of them agree the error of a setting is taken
@@ -168,7 +169,7 @@ const Setting PRESETS[] = {{"draft", "preset", Format::Fast, Arithmetic::Strict,
                            {"standard", "preset", Format::Mixed, Arithmetic::Strict, 0.9},
                            {"reference", "preset", Format::Double, Arithmetic::Strict, 0.1}};
 
-std::vector<Setting> settings(bool cuda)
+template <int D> std::vector<Setting> settings(bool cuda)
 {
   const Arithmetic strict = Arithmetic::Strict;
   std::vector<Setting> list(std::begin(PRESETS), std::end(PRESETS));
@@ -177,7 +178,7 @@ std::vector<Setting> settings(bool cuda)
   list.push_back({"double", "format", Format::Double});
   if (cuda)
     list.push_back({"fast, relaxed", "arithmetic", Format::Fast, Arithmetic::Relaxed});
-  else    // where it exists
+  else if (D == 2)    // where it exists
     list.push_back({"single", "format", Format::Single});
   for (const double fraction : {0.1, 0.2, 0.45, 0.7})
     list.push_back({"dt " + number(fraction), "dt", Format::Mixed, strict, fraction});
@@ -731,7 +732,7 @@ double difference_from_cpu(const std::vector<RveStateOf<D>> &packings, const Mac
 struct Arguments {
   std::string output, machine, scenes;
   std::vector<std::string> packings;
-  bool cuda = false, brief = false, ensemble = false, presets = false;
+  bool cuda = false, brief = false, ensemble = false, presets = false, floor = false;
   int copies = 1;
 };
 
@@ -758,6 +759,8 @@ Arguments parse(int argc, char **argv)
       arguments.ensemble = true;
     else if (word == "--presets")
       arguments.presets = true;
+    else if (word == "--floor")
+      arguments.floor = true;
     else if (arguments.output.empty())
       arguments.output = word;
     else
@@ -765,7 +768,8 @@ Arguments parse(int argc, char **argv)
   }
   require(!arguments.packings.empty() && arguments.copies > 0,
           "usage: bench_accuracy <output.json> <packing.rve> ... [--device cpu|cuda] [--copies N] "
-          "[--machine words] [--scenes a,b] [--short] [--ensemble] [--presets]");
+          "[--machine words] [--scenes a,b] [--short] [--ensemble] [--presets] "
+          "[--floor]");
   return arguments;
 }
 
@@ -813,6 +817,76 @@ void compare_numbers_of_grains(const std::vector<RveStateOf<D>> &packings,
     }
   }
   report.write();
+}
+
+/// What the digits of a format leave: packings that have come to rest in double precision are held in each format. Those of one stiffness
+/// are taken together.
+template <int D>
+void measure_floor(const std::vector<RveStateOf<D>> &packings, const Arguments &arguments,
+                   const Machine &machine, bench::Report &report)
+{
+  constexpr int SETTLING = 100000, HELD = 100000, IN_A_CALL = 10000;
+  const auto held = [&](const std::vector<RveStateOf<D>> &states, Format format, int steps) {
+    Setting setting;
+    setting.format = format;
+    Options options = options_for<D>(setting, machine);
+    options.contacts = contacts_of(states);
+    auto engine = make_engine<D>(options);
+    std::vector<int> rves;
+    std::vector<DriveOf<D>> drives;
+    for (const RveStateOf<D> &state : states) {
+      rves.push_back(engine->add(state));
+      drives.push_back(DriveOf<D>::constant_velocity_gradient(
+          Tensor<double, D>::zero(), 0.5 * stable_time_step(state), IN_A_CALL));
+    }
+    std::vector<ResultOf<D>> results;
+    for (int step = 0; step < steps; step += IN_A_CALL) engine->advance(rves, drives, results);
+    for (const ResultOf<D> &result : results)
+      require(!(result.status & status::Fatal),
+              "a packing at rest fails: " + describe_status(result.status));
+    std::vector<RveStateOf<D>> after;
+    for (const int rve : rves) after.push_back(engine->state(rve));
+    return std::make_pair(results, after);
+  };
+
+  std::map<double, std::vector<RveStateOf<D>>> by_stiffness;
+  for (const RveStateOf<D> &packing : packings)
+    by_stiffness[packing.material.normal_stiffness].push_back(packing);
+  std::vector<Format> formats = {Format::Fast, Format::Mixed, Format::Double};
+  if (!arguments.cuda && D == 2) formats.push_back(Format::Single);
+  for (const auto &[stiffness, some] : by_stiffness) {
+    const auto [rested, states] = held(some, Format::Double, SETTLING);
+    for (const Format format : formats) {
+      const auto results = held(states, format, HELD).first;
+      double overlap = 0.0, change = 0.0;
+      std::vector<double> unbalanced;
+      for (std::size_t k = 0; k < results.size(); ++k) {
+        unbalanced.push_back(results[k].unbalanced_ratio);
+        overlap += rested[k].mean_overlap / results.size();
+        change =
+            std::max(change, std::fabs(results[k].mean_stress() / rested[k].mean_stress() - 1.0));
+      }
+      const auto [least, largest] = std::minmax_element(unbalanced.begin(), unbalanced.end());
+      report.add({{"device", arguments.cuda ? "cuda" : "cpu-1"},
+                  {"code", "gpu_rve"},
+                  {"scene", "rest"},
+                  {"dim", D},
+                  {"grains", packings[0].num_grains()},
+                  {"normal_stiffness", stiffness},
+                  {"format", to_string(format)}},
+                 "unbalanced_ratio", *largest, "-",
+                 {{"least", *least},
+                  {"overlap", overlap},
+                  {"pressure_change", change},
+                  {"packings", results.size()},
+                  {"dem_steps", HELD}});
+      std::printf("rest, overlap %.2e, %-6s: unbalanced ratio %.1e to %.1e, pressure changes by "
+                  "%.1e\n",
+                  overlap, to_string(format).c_str(), *least, *largest, change);
+      std::fflush(stdout);
+    }
+    report.write();
+  }
 }
 
 template <int D> bool is_wanted(const Scene<D> &scene, const std::string &scenes)
@@ -918,6 +992,10 @@ template <int D> int run(const Arguments &arguments, bench::Report report)
     compare_numbers_of_grains(packings, arguments, machine, report);
     return 0;
   }
+  if (arguments.floor) {
+    measure_floor(packings, arguments, machine, report);
+    return 0;
+  }
   for (const RveStateOf<D> &packing : packings) sheared_packings.push_back(sheared(packing));
   if (arguments.presets) {
     compare_costs_of_presets(packings, sheared_packings, arguments, machine, report);
@@ -938,7 +1016,7 @@ template <int D> int run(const Arguments &arguments, bench::Report report)
   if (arguments.cuda) check("GPU against CPU", difference_from_cpu(packings, machine), 0.0);
   require(sound, "the reference fails its closed forms; nothing else is run");
 
-  std::vector<Setting> all = settings(arguments.cuda);
+  std::vector<Setting> all = settings<D>(arguments.cuda);
   std::string wanted = arguments.scenes;
   Setting finest = REFERENCE;
   if (arguments.brief) {

@@ -297,6 +297,15 @@ void record(Bench<D> &bench, const json &keys, const Measured &m, const std::str
 
 // ---------------------------------------------------------------------------------------------------------- experiments
 
+/// The packing, and of spheres the same with Hertz' contacts: of disks they are for few, and their speed is not followed.
+template <int D> std::vector<rve::RveStateOf<D>> packings_by_law(const Bench<D> &bench)
+{
+  std::vector<rve::RveStateOf<D>> packings = {bench.packing};
+  if (D == 3 && bench.packing.material.law == rve::ContactLaw::Linear)
+    packings.push_back(bench::with_hertz_contacts(bench.packing));
+  return packings;
+}
+
 /// Formats, numbers of RVEs, short and long calls.
 template <int D> void run_core(Bench<D> &bench)
 {
@@ -304,11 +313,7 @@ template <int D> void run_core(Bench<D> &bench)
   if (counts.empty())
     counts = bench.arguments.cuda ? std::vector<int>{1, 132, bench.many()}
                                   : std::vector<int>{1, bench.many()};
-  // of disks Hertz' law is for few, and its speed is not followed
-  std::vector<rve::RveStateOf<D>> packings = {bench.packing};
-  if (D == 3 && bench.packing.material.law == rve::ContactLaw::Linear)
-    packings.push_back(bench::with_hertz_contacts(bench.packing));
-  for (const rve::RveStateOf<D> &packing : packings)
+  for (const rve::RveStateOf<D> &packing : packings_by_law(bench))
     for (const Precision precision : bench.precisions()) {
       for (const int count : counts)
         for (const int substeps : {10, 2000}) {
@@ -731,13 +736,14 @@ template <int D> void run_races(Bench<D> &bench)
 /// For profile_pipes.py: a few long calls with many RVEs in each format.
 template <int D> void run_profile(Bench<D> &bench)
 {
-  for (const Precision precision : bench.precisions()) {
-    const Batch<D> batch(options_for(bench, precision, bench.many()), bench.packing, bench.many());
-    std::vector<rve::ResponseOf<D>> answers;
-    const std::vector<rve::DriveOf<D>> drives(batch.rves.size(), batch.shearing.drive(100));
-    time_calls(*batch.engine, batch.rves, drives, 4, answers);
-    for (const rve::ResponseOf<D> &answer : answers) require_sound(answer.status);
-  }
+  for (const rve::RveStateOf<D> &packing : packings_by_law(bench))
+    for (const Precision precision : bench.precisions()) {
+      const Batch<D> batch(options_for(bench, precision, bench.many()), packing, bench.many());
+      std::vector<rve::ResponseOf<D>> answers;
+      const std::vector<rve::DriveOf<D>> drives(batch.rves.size(), batch.shearing.drive(100));
+      time_calls(*batch.engine, batch.rves, drives, 4, answers);
+      for (const rve::ResponseOf<D> &answer : answers) require_sound(answer.status);
+    }
 }
 
 template <int D> using Experiment = void (*)(Bench<D> &);

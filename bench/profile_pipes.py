@@ -2,8 +2,9 @@
 """How busy the pipes of a GPU are in long calls of many RVEs, by ncu of the CUDA toolkit, and the throughput at which the busiest would be full.
 
     python3 bench/profile_pipes.py --bin build/cuda/bin --packing examples/packings/A_h0075.rve --out bench/results/profile-<machine>.json
+    python3 bench/profile_pipes.py --bin build/cuda/bin --packing examples/packings/S1000.rve --out bench/results/profile-<machine>-spheres.json
 
-For each number format: the utilization of each pipe, the instructions of each pipe per RVE-step (of a warp, 32 threads), and `roof`, the throughput
+For each number format, and of spheres for each contact law: the utilization of each pipe, the instructions of each pipe per RVE-step (of a warp, 32 threads), and `roof`, the throughput
 divided by the utilization of the busiest one. bench/roofline.py compares throughputs with it.
 """
 
@@ -16,9 +17,12 @@ import pathlib
 import re
 import subprocess
 
+from compare_lammps import dimension_of, number_of_grains
+from kernel_resources import programs
+
 HERE = pathlib.Path(__file__).resolve().parent
 
-RVES, STEPS = 9600, 100    # as bench_engine --suite profile has them
+RVES, STEPS = {2: 9600, 3: 6000}, 100    # as bench_engine --suite profile has them
 
 PIPES = {    # name: (utilization [%], warp instructions)
     "memory on chip and first-level cache": ("l1tex__data_pipe_lsu_wavefronts.avg.pct_of_peak_sustained_elapsed", "sm__inst_executed_pipe_lsu.sum"),
@@ -33,30 +37,32 @@ NANO = {"nsecond": 1.0, "ns": 1.0, "usecond": 1e3, "us": 1e3, "msecond": 1e6, "m
 
 
 def profile(program, packing):
-    """{(format, arithmetic): {metric: value}} of the last long call; times in nanoseconds."""
+    """{(program, format, arithmetic): {metric: value}} of the last long call; times in nanoseconds."""
     metrics = [metric for pair in PIPES.values() for metric in pair] + [WAVEFRONTS, SECONDS, RESIDENT]
-    command = ["ncu", "--clock-control", "none", "--csv", "-k", "regex:advance_many", "--metrics", ",".join(metrics),
+    command = ["ncu", "--clock-control", "none", "--csv", "-k", "regex:advance_", "--metrics", ",".join(metrics),
                str(program), str(packing), os.devnull, "--device", "cuda", "--suite", "profile"]
     text = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
     table = csv.DictReader(line for line in text.splitlines() if line.startswith('"'))
-    kernels = {}
+    kernels, names = {}, programs()
     for row in table:
-        name = re.search(r"(relaxed)?\W*advance_many<.*?(\w+)Numbers", row["Kernel Name"])
-        values = kernels.setdefault((name.group(2).lower(), name.group(1) or "strict"), {})
+        name = re.search(r"(relaxed)?\W*advance_[a-z_]+<.*?Program\)(\d+).*?(\w+)Numbers", row["Kernel Name"])
+        values = kernels.setdefault((names[int(name.group(2))], name.group(3).lower(), name.group(1) or "strict"), {})
         values[row["Metric Name"]] = float(row["Metric Value"].replace(",", "")) * NANO.get(row["Metric Unit"], 1.0)
     return kernels
 
 
-def rows_of(kernels, grains, gpu):
+def rows_of(kernels, grains, dimension, gpu):
     rows = []
-    for (name, arithmetic), values in kernels.items():
-        case = {"device": gpu, "code": "gpu_rve", "scene": "element", "experiment": "profile", "dim": 2, "grains": grains, "rves": RVES,
-                "format": name, "arithmetic": arithmetic, "substeps": STEPS}
+    for (program, name, arithmetic), values in kernels.items():
+        case = {"device": gpu, "code": "gpu_rve", "scene": "element", "experiment": "profile", "dim": dimension, "grains": grains,
+                "rves": RVES[dimension], "format": name, "arithmetic": arithmetic, "substeps": STEPS, "program": program}
+        if dimension == 3:
+            case["law"] = "hertz" if "hertz" in program else "hooke"
 
         def add(metric, value, unit, **details):
             rows.append({"case": case, "metric": metric, "value": value, "unit": unit, **({"details": details} if details else {})})
 
-        work = RVES * STEPS
+        work = RVES[dimension] * STEPS
         used = {pipe: values[metric] / 100.0 for pipe, (metric, _) in PIPES.items()}
         for pipe, (_, instructions) in PIPES.items():
             add("pipe_utilization", used[pipe], "1", pipe=pipe, instructions_per_rve_step=values[instructions] / work)
@@ -65,7 +71,7 @@ def rows_of(kernels, grains, gpu):
         rate = work / (values[SECONDS] * 1e-9)
         add("rve_steps_per_second", rate, "1/s")
         add("roof", rate / used[busiest], "1/s", bound=busiest, resident_rves=int(values[RESIDENT]))
-        print(f"{name} {arithmetic}: {1e-6 * rate:.1f} M RVE-steps/s in the kernel, {busiest} {used[busiest]:.0%}, "
+        print(f"{program} {name} {arithmetic}: {1e-6 * rate:.1f} M RVE-steps/s in the kernel, {busiest} {used[busiest]:.0%}, "
               f"roof {1e-6 * rate / used[busiest]:.0f} M, {int(values[RESIDENT])} RVEs at a time")
     return rows
 
@@ -79,11 +85,10 @@ def main():
 
     machine = subprocess.run(["nvidia-smi", "--query-gpu=name", "--format=csv,noheader"], stdout=subprocess.PIPE, text=True,
                              check=True).stdout.strip().split("\n")[0]
-    grains = int(re.search(r"^grains\s+(\d+)", arguments.packing.read_text(encoding="utf-8"), re.MULTILINE).group(1))
     commit = os.environ.get("GPU_RVE_COMMIT") or subprocess.run(["git", "rev-parse", "--short", "HEAD"], stdout=subprocess.PIPE, text=True,
                                                                 cwd=HERE, check=False).stdout.strip()
     kernels = profile(arguments.bin / "bench_engine", arguments.packing)
-    rows = rows_of(kernels, grains, machine.replace("NVIDIA ", "").split(" ")[0])
+    rows = rows_of(kernels, number_of_grains(arguments.packing), dimension_of(arguments.packing), machine.replace("NVIDIA ", "").split(" ")[0])
     report = {"machine": machine, "date": datetime.date.today().isoformat(), "commit": commit,
               "command": "python3 bench/profile_pipes.py", "rows": rows}
     arguments.out.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")

@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
-"""What throughputs on a GPU are of the roof that bench/profile_pipes.py has found for their number format, and what bounds each of them.
+"""What throughputs on a GPU are of the roof that bench/profile_pipes.py has found for their number format and contact law, and what bounds each of
+them.
 
     python3 bench/roofline.py bench/results/profile-H200.json bench/results/engine-H200-full.json
+    python3 bench/roofline.py bench/results/profile-H200-spheres.json bench/results/engine-H200-spheres-full.json
 
 Adds a row roofline_fraction behind each row rve_steps_per_second of the second file, in place of what was there. The roof is one for grain-steps: the
 work on chip of a step is in proportion to the grains.
@@ -12,14 +14,15 @@ import pathlib
 import sys
 
 NEARLY_FULL = 0.65            # of a pipe: blocks wait for each other at barriers
-GRAINS_IN_REGISTERS = 1024    # of one RVE, a thread each
+GRAINS_OF_A_THREAD = {2: 1, 3: 2}    # at most, in registers; a block has 1024 threads
 FEW_STEPS = 25                # of a call, whose other work then matters
 
 
 def bound(case, fraction, roof):
     """What keeps a case from being quicker; doc/src/performance.rst says how that is known."""
     threads = case.get("threads")
-    if case["grains"] > GRAINS_IN_REGISTERS or (isinstance(threads, int) and threads < case["grains"]):
+    in_registers = GRAINS_OF_A_THREAD[case["dim"]] * (threads if isinstance(threads, int) else 1024)
+    if case["grains"] > in_registers:
         return "grains that are not in registers"
     if fraction >= NEARLY_FULL:
         return roof["details"]["bound"]
@@ -32,9 +35,14 @@ def bound(case, fraction, roof):
     return "latency: barriers and phases of a step"
 
 
+def kind(case):
+    """What a roof is for."""
+    return case["format"], case["arithmetic"], case.get("law", "hooke")
+
+
 def main():
     profile, path = (pathlib.Path(word) for word in sys.argv[1:])
-    roofs = {(row["case"]["format"], row["case"]["arithmetic"]): row
+    roofs = {kind(row["case"]): row
              for row in json.loads(profile.read_text(encoding="utf-8"))["rows"] if row["metric"] == "roof"}
     report = json.loads(path.read_text(encoding="utf-8"))
     rows = []
@@ -42,9 +50,9 @@ def main():
         case = row["case"]
         if row["metric"] != "roofline_fraction":
             rows.append(row)
-        # the roofs are those of steps with friction
-        if row["metric"] == "rve_steps_per_second" and case.get("feature") != "frictionless":
-            roof = roofs[case["format"], case["arithmetic"]]
+        # the roofs are those of steps with friction, of spheres without resistance to rolling
+        if row["metric"] == "rve_steps_per_second" and case.get("feature") != "frictionless" and kind(case) in roofs:
+            roof = roofs[kind(case)]
             fraction = row["value"] * case["grains"] / (roof["value"] * roof["case"]["grains"])
             rows.append({"case": case, "metric": "roofline_fraction", "value": fraction, "unit": "1",
                          "details": {"bound": bound({**case, **row.get("details", {})}, fraction, roof), "roof": profile.name}})

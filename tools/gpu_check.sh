@@ -77,10 +77,14 @@ step "throughput of spheres" "$bin/bench_engine" examples/packings/S1000.rve "$o
   --device cuda --suite "$suite" --seconds 0.3
 command -v ncu >/dev/null && step "profile" python3 bench/profile_pipes.py --bin "$bin" --packing examples/packings/A_h0075.rve --out "$out/profile-${gpu:-gpu}.json" &&
   step "roofline" python3 bench/roofline.py "$out/profile-${gpu:-gpu}.json" "$out/engine-${gpu:-gpu}-$suite.json"
+command -v ncu >/dev/null && step "profile of spheres" python3 bench/profile_pipes.py --bin "$bin" --packing examples/packings/S1000.rve \
+  --out "$out/profile-${gpu:-gpu}-spheres.json" &&
+  step "roofline of spheres" python3 bench/roofline.py "$out/profile-${gpu:-gpu}-spheres.json" "$out/engine-${gpu:-gpu}-spheres-$suite.json"
 # all scenes of a number format as one batch (doc/src/stability.rst); the whole length takes ten times as long
 case $suite in quick) percent=10 ;; *) percent=100 ;; esac
 [ -x "$bin/extremes_report" ] &&
-  step "stability at the extremes" "$bin/extremes_report" "$out/extremes-${gpu:-gpu}.json" --device cuda --length $percent
+  step "stability at the extremes" "$bin/extremes_report" "$out/extremes-${gpu:-gpu}.json" --device cuda --length $percent &&
+  step "stability at the extremes, spheres" "$bin/extremes_report" "$out/extremes-spheres-${gpu:-gpu}.json" --shape sphere --device cuda --length $percent
 
 # what the presets cost with 9600 RVEs, and error against cost (doc/src/accuracy.rst), minutes; 49 copies of eight packings are three RVEs
 # for each of 132 multiprocessors, and of small packings of spheres there are eight

@@ -1,4 +1,5 @@
-// The engine at the ends of what it may be asked: scenes, each with a property that must hold, all of them one batch.
+// The engine at the ends of what it may be asked: scenes of disks and of spheres, each with a property that must hold, all of a dimension
+// one batch.
 //
 // A scene ends in one of four ways. `holds`: the property is met within its limit. `status`: the engine refused, and left the RVE as it
 // was. `warned`: the property is missed, and the advice that a run prints names why. `silent`: a wrong number that nothing tells of,
@@ -16,24 +17,24 @@
 namespace rve_test {
 
 /// What was seen of a scene.
-struct Trace {
+template <int D> struct Trace {
   rve::Format format;
-  rve::RveState start, middle, end;    ///< before, after Scene::middle_call, at the end
-  std::vector<rve::Result> results;    ///< of a call without steps, then of each call
-  const rve::Result &first() const { return results.front(); }
-  const rve::Result &last() const { return results.back(); }
+  rve::RveStateOf<D> start, middle, end;    ///< before, after Scene::middle_call, at the end
+  std::vector<rve::ResultOf<D>> results;    ///< of a call without steps, then of each call
+  const rve::ResultOf<D> &first() const { return results.front(); }
+  const rve::ResultOf<D> &last() const { return results.back(); }
 };
 
-struct Scene {
+template <int D> struct Scene {
   std::string item;        ///< of the list of extremes
   std::string quantity;    ///< what is varied
   double value;            ///< of it
   std::string property;    ///< what must hold, in words
   double limit[3];         ///< of the deviation, in fast, mixed and double [-]
-  rve::RveState state;
+  rve::RveStateOf<D> state;
   int calls;
-  std::function<rve::Drive(int call)> drive;
-  std::function<double(const Trace &)> deviation;    ///< from the property, relative [-]
+  std::function<rve::DriveOf<D>(int call)> drive;
+  std::function<double(const Trace<D> &)> deviation;    ///< from the property, relative [-]
   std::vector<rve::AdviceKind> explained_by = {};    ///< advice that makes a deviation no surprise
   bool may_refuse = false;                           ///< a fatal status is a sound answer
   bool must_refuse = false;                          ///< and nothing else is
@@ -43,8 +44,8 @@ struct Scene {
 enum class Verdict { Holds, Status, Warned, Silent };
 const char *to_string(Verdict verdict);
 
-struct Finding {
-  const Scene *scene;
+template <int D> struct Finding {
+  const Scene<D> *scene;
   rve::Format format;
   Verdict verdict;
   double deviation;     ///< not a number where the engine refused
@@ -53,11 +54,12 @@ struct Finding {
 };
 
 /// `length` in (0, 1]: share of the ten million steps, thousand turns and so on.
-std::vector<Scene> extreme_scenes(double length);
+template <int D> std::vector<Scene<D>> extreme_scenes(double length);
 
 /// Runs them on one engine, call by call as one batch. `engine_name` receives the description of the engine.
-std::vector<Finding> run_extremes(const std::vector<Scene> &scenes, rve::Format format,
-                                  rve::Device device, std::string *engine_name = nullptr);
+template <int D>
+std::vector<Finding<D>> run_extremes(const std::vector<Scene<D>> &scenes, rve::Format format,
+                                     rve::Device device, std::string *engine_name = nullptr);
 
 }    // namespace rve_test
 

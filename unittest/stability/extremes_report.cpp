@@ -1,7 +1,7 @@
 // Runs the engine at the extremes, each number format as one batch, and writes what was found: a row for each scene, and for each item the
 // envelope of each format. doc/src/stability.rst shows the file.
 //
-//   extremes_report <output.json> [--device cpu|cuda|auto] [--length percent] [--machine words]
+//   extremes_report <output.json> [--shape disk|sphere] [--device cpu|cuda|auto] [--length percent] [--machine words]
 
 #include "stability/extremes.h"
 
@@ -22,7 +22,7 @@ namespace {
 constexpr Format FORMATS[] = {Format::Fast, Format::Mixed, Format::Double};
 
 struct Arguments {
-  std::string output, device = "auto", machine;
+  std::string output, shape = "disk", device = "auto", machine;
   double percent = 1.0;
 };
 
@@ -30,8 +30,9 @@ Arguments parse(int argc, char **argv)
 {
   Arguments arguments;
   if (argc < 2 || argc % 2 != 0)
-    throw std::runtime_error("usage: extremes_report <output.json> [--device cpu|cuda|auto] "
-                             "[--length percent] [--machine words]");
+    throw std::runtime_error(
+        "usage: extremes_report <output.json> [--shape disk|sphere] [--device cpu|cuda|auto] "
+        "[--length percent] [--machine words]");
   arguments.output = argv[1];
   for (int a = 2; a < argc; a += 2) {
     const std::string word = argv[a], value = argv[a + 1];
@@ -40,11 +41,15 @@ Arguments parse(int argc, char **argv)
     else if (word == "--length" && std::atof(value.c_str()) >= 1.0 &&
              std::atof(value.c_str()) <= 100.0)
       arguments.percent = std::atof(value.c_str());
+    else if (word == "--shape" && (value == "disk" || value == "sphere"))
+      arguments.shape = value;
     else if (word == "--machine")
       arguments.machine = value;
     else
-      throw std::runtime_error(word + " " + value +
-                               ": --device is cpu, cuda or auto, --length from 1 to 100 [percent]");
+      throw std::runtime_error(
+          word + " " + value +
+          ": --shape is disk or sphere, --device is cpu, cuda or auto, --length "
+          "from 1 to 100 [percent]");
   }
   return arguments;
 }
@@ -74,13 +79,9 @@ std::string ranges(const std::vector<std::pair<double, Verdict>> &values, Verdic
   return words;
 }
 
-}    // namespace
-
-int main(int argc, char **argv)
-try {
-  const Arguments arguments = parse(argc, argv);
-  bench::Report report(argc, argv, arguments.output);
-  const std::vector<Scene> scenes = extreme_scenes(arguments.percent / 100.0);
+template <int D> int run(const Arguments &arguments, bench::Report report)
+{
+  const std::vector<Scene<D>> scenes = extreme_scenes<D>(arguments.percent / 100.0);
   const Device device = arguments.device == "cuda" ? Device::Cuda
       : arguments.device == "cpu"                  ? Device::Cpu
                                                    : Device::Auto;
@@ -88,7 +89,7 @@ try {
   for (const Format format : FORMATS) {
     std::string engine;
     const auto start = std::chrono::steady_clock::now();
-    const std::vector<Finding> findings = run_extremes(scenes, format, device, &engine);
+    const std::vector<Finding<D>> findings = run_extremes(scenes, format, device, &engine);
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     report.set_machine(arguments.machine.empty() ? engine.substr(0, engine.find(','))
@@ -96,9 +97,9 @@ try {
 
     std::vector<std::string> items;
     std::map<std::string, std::vector<std::pair<double, Verdict>>> by_item;
-    std::map<std::string, const Scene *> scene_of;
-    for (const Finding &finding : findings) {
-      const Scene &scene = *finding.scene;
+    std::map<std::string, const Scene<D> *> scene_of;
+    for (const Finding<D> &finding : findings) {
+      const Scene<D> &scene = *finding.scene;
       if (!by_item.count(scene.item)) items.push_back(scene.item);
       by_item[scene.item].push_back({scene.value, finding.verdict});
       scene_of[scene.item] = &scene;
@@ -141,6 +142,15 @@ try {
     report.write();
   }
   return silent ? 1 : 0;
+}
+
+}    // namespace
+
+int main(int argc, char **argv)
+try {
+  const Arguments arguments = parse(argc, argv);
+  const bench::Report report(argc, argv, arguments.output);
+  return arguments.shape == "disk" ? run<2>(arguments, report) : run<3>(arguments, report);
 } catch (const std::exception &e) {
   std::fprintf(stderr, "extremes_report: %s\n", e.what());
   return 2;

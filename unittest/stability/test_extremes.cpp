@@ -30,7 +30,7 @@ Device device()
   return word == "cuda" ? Device::Cuda : word == "auto" ? Device::Auto : Device::Cpu;
 }
 
-std::string label(const Finding &finding)
+template <int D> std::string label(const Finding<D> &finding)
 {
   return finding.scene->item + ", " + finding.scene->quantity + " " +
       std::to_string(finding.scene->value) + ", " + to_string(finding.format) + ": " +
@@ -38,18 +38,13 @@ std::string label(const Finding &finding)
       finding.words;
 }
 
-}    // namespace
-
-class Extremes : public ::testing::TestWithParam<Format> {};
-
-TEST_P(Extremes, AreNeverSilentlyWrong)
+template <int D> void expect_nothing_silently_wrong(Format format)
 {
-  const Format format = GetParam();
-  const std::vector<Scene> scenes = extreme_scenes(length());
+  const std::vector<Scene<D>> scenes = extreme_scenes<D>(length());
 
-  const std::vector<Finding> findings = run_extremes(scenes, format, device());
+  const std::vector<Finding<D>> findings = run_extremes(scenes, format, device());
 
-  for (const Finding &finding : findings) {
+  for (const Finding<D> &finding : findings) {
     EXPECT_NE(finding.verdict, Verdict::Silent) << label(finding);
     // warnings are for what a format or a scheme cannot do, not for what went wrong
     if (finding.verdict == Verdict::Warned) {
@@ -59,6 +54,20 @@ TEST_P(Extremes, AreNeverSilentlyWrong)
           << label(finding);
     }
   }
+}
+
+}    // namespace
+
+class Extremes : public ::testing::TestWithParam<Format> {};
+
+TEST_P(Extremes, OfDisksAreNeverSilentlyWrong)
+{
+  expect_nothing_silently_wrong<2>(GetParam());
+}
+
+TEST_P(Extremes, OfSpheresAreNeverSilentlyWrong)
+{
+  expect_nothing_silently_wrong<3>(GetParam());
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, Extremes, ::testing::ValuesIn(ALL_FORMATS), [](const auto &info) {
