@@ -38,6 +38,10 @@ short_runs() {
 uniaxial        element_tests           lmp -in in.element
 shear           element_tests           lmp -in in.element -var test shear -var format double
 biaxial         element_tests           lmp -in in.element -var test biaxial -var format fast
+triaxial        element_tests           lmp -in in.triaxial -var format fast
+undrained       element_tests           lmp -in in.triaxial -var test undrained -var format fast
+sphere_packings sphere_packings         lmp -in in.sphere_packings -var mu 0
+steady_shear    steady_shear            lmp -in in.steady_shear -var grains 50 -var strain 0.02
 footing         footing                 lmp -in in.footing -var h 1 -var grains 50 -var stop 10 -var frames 2
 footing_full    footing                 lmp -in in.footing -var h 1 -var grains 50 -var stop 5 -var domain full -var ground mirrored -var preset standard
 footing_drawn   footing                 lmp -in in.footing -var h 1 -var grains 50 -var stop 5 -var ground different -var packings 2 -var prep 0.3 -var thickness 0.1

@@ -305,3 +305,31 @@ TEST(SpinAboutTheNormal, TurnsTheHistoryOfAPairWithIt)
                 2.0 * std::sin(0.125 * kPi * (1.0 + other)) * length(force), 1e-9);
   }
 }
+
+// It scales the components of accelerations, one by one.
+TEST(LocalDampingOfSpheres, KnowsTheAxesAndNothingElseDoes)
+{
+  const Tensor3 turn = spatial_rotation(0.7 * TILTED);
+  const Tensor3 shear{{0.0, 0.2, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, -0.2}};
+  for (const double damping : {0.0, 0.3}) {
+    Spheres state = packing();
+    state.material.local_damping = damping;
+    Spheres turned = state;
+    turned.cell = turn * state.cell;
+    turned.list_cell = turn * state.list_cell;
+    for (PairOf<3> &pair : turned.pairs) pair.tangential_force = turn * pair.tangential_force;
+    const double dt = step_of(packing());
+
+    const ResultOf<3> expected = SphereRig(state).strain(shear, dt, 1000);
+    const ResultOf<3> found = SphereRig(turned).strain(turn * shear * transpose(turn), dt, 1000);
+
+    const double error =
+        largest(seen_from(turn, found.stress) - expected.stress) / expected.mean_stress();
+    if (damping == 0.0) {
+      EXPECT_LT(error, 1e-11);
+    } else {
+      EXPECT_GT(error, 1e-6);
+      EXPECT_LT(error, 1e-3);
+    }
+  }
+}
