@@ -77,8 +77,12 @@ inline namespace RVE_ISA {
         }
       }
       const Tensor<double, Scene::D> inverse_cell = inverse(cell);
-      const Tensor<double, Scene::D> gradient = call.has_servo() ? call.servo_gradient
-                                                                 : rate * inverse_cell;
+      Tensor<double, Scene::D> gradient = call.has_servo() ? call.servo_gradient
+                                                           : rate * inverse_cell;
+      // as on a path, the change of a branch in the step over the branch at its end: (1 - exp(-L dt))/dt
+      if constexpr (Scene::D == 3)
+        if (call.has_servo())
+          gradient = gradient - (0.5 * call.drive.dt) * (gradient * gradient);
       const double per_length = call.units.per_length;
       const Tensor<double, Scene::D> internal = per_length * cell;
       plan.to_length = fraction_to_length<typename Scene::Numbers>(internal);

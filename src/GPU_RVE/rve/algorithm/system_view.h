@@ -93,8 +93,7 @@ inline namespace RVE_ISA {
     view.velocity = carver.template take<Vec<typename Scene::Real, Scene::D>>(num_grains);
     view.spin = carver.template take<Spin<typename Scene::Real, Scene::D>>(num_grains);
     view.radius = carver.template take<typename Scene::Wide>(num_grains);
-    view.number = nullptr;
-    if constexpr (Scene::D == 3) view.number = carver.template take<std::int32_t>(num_grains);
+    view.number = carver.template take<std::int32_t>(num_grains);
     view.partner = carver.template take<std::int32_t>(Scene::owned_pairs * num_grains);
     view.history = carver.template take<typename Scene::History>(Scene::owned_pairs * num_grains);
     view.extra_first = carver.template take<std::int32_t>(extra_capacity);

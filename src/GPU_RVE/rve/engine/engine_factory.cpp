@@ -35,11 +35,7 @@ std::unique_ptr<EngineOf<D>> make_engine(const Options &options, std::string *no
   if (only_on_cpu) return make_host_engine<D>(options);
   std::string obstacle = "GPU_RVE was built without CUDA";
 #if defined(GPU_RVE_WITH_CUDA)
-  // their kernels have not run on a GPU yet: for who asks for them
-  if (D == 3 && options.device != Device::Cuda && !required)
-    obstacle = "RVEs of spheres use a GPU with the device cuda only";
-  else if (auto engine = make_cuda_engine<D>(options, obstacle))
-    return engine;
+  if (auto engine = make_cuda_engine<D>(options, obstacle)) return engine;
 #endif
   require(options.device != Device::Cuda, "a CUDA device was asked for, but " + obstacle);
   require(!required, cuda_requirement() + " forbids falling back to the CPU: " + obstacle);
