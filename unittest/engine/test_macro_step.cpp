@@ -407,6 +407,14 @@ TEST(Advice, NamesWhatIsBeyondItsLimitAndNothingElse)
   soft.mean_overlap = 2e-5;
   EXPECT_TRUE(has(of(Format::Fast, soft, gentle), AdviceKind::SmallOverlap));
   EXPECT_FALSE(has(of(Format::Mixed, soft, gentle), AdviceKind::SmallOverlap));
+  // the last digit of a position in format single is a share of the cell: in one with twice the grains along an edge it is twice as large
+  Result firm = result;
+  firm.mean_overlap = 2e-3;
+  Result wide = firm;
+  wide.cell = 2.0 * firm.cell;
+  wide.num_grains = 4 * firm.num_grains;
+  EXPECT_FALSE(has(of(Format::Single, firm, gentle), AdviceKind::SmallOverlap));
+  EXPECT_TRUE(has(of(Format::Single, wide, gentle), AdviceKind::SmallOverlap));
   DriveRates slow = gentle, fast = gentle, long_step = gentle, far = gentle;
   slow.strain_rate = 1e-6;
   fast.strain_rate = 10.0;

@@ -16,9 +16,6 @@ namespace {
 
   constexpr double STRESS_ERROR = 1e-3;
 
-  // Diameters across a cell, typically: what the last digit of a position is a part of, in format single.
-  constexpr double CELL_WIDTH = 20.0;
-
   // Strain of a DEM step that a single-precision tangential force still adds up, relative to its last digit: 64 units keep the rounding
   // of each addition, half a unit, below a percent of it.
   constexpr double UNITS_PER_STEP = 64.0;
@@ -27,6 +24,17 @@ namespace {
   bool is_fp32(Format format)
   {
     return format == Format::Fast || format == Format::Single;
+  }
+
+  template <int D> double longest_edge(const Tensor<double, D> &h)
+  {
+    double longest = 0.0;
+    for (int b = 0; b < D; ++b) {
+      double squares = 0.0;
+      for (int a = 0; a < D; ++a) squares += h(a, b) * h(a, b);
+      longest = std::max(longest, std::sqrt(squares));
+    }
+    return longest;
   }
 
   double smallest_width(const Tensor2 &h)
@@ -43,11 +51,11 @@ double Advice::severity() const
   return is_lower_limit ? limit / value : value / limit;
 }
 
-double smallest_overlap(Format format)
+double smallest_overlap(Format format, double grains_along_edge)
 {
   switch (format) {
     case Format::Single:
-      return CELL_WIDTH * 0x1p-24 / STRESS_ERROR;    // of positions, not of distances
+      return grains_along_edge * 0x1p-24 / STRESS_ERROR;    // of positions, not of distances
     case Format::Fast:
       return 0x1p-24 / STRESS_ERROR;
     default:
@@ -109,11 +117,12 @@ std::vector<Advice> advice(Format format, const ResultOf<D> &result, const Mater
   const bool in_contact = result.num_contacts > 0;
   const std::string stiffness = material.law == ContactLaw::Linear ? "kn" : "stiffness";
   const double overlap = result.mean_overlap;
-  if (in_contact && overlap < smallest_overlap(format))
+  const double smallest = smallest_overlap(format, longest_edge(result.cell) / grain_size(result));
+  if (in_contact && overlap < smallest)
     list.push_back(
-        {AdviceKind::SmallOverlap, overlap, smallest_overlap(format),
+        {AdviceKind::SmallOverlap, overlap, smallest,
          "the mean overlap is " + rounded(overlap) + " of the sum of radii, below the " +
-             rounded(smallest_overlap(format)) + " that format " + to_string(format) +
+             rounded(smallest) + " that format " + to_string(format) +
              " resolves to one in a thousand; " +
              (is_fp32(format) ? "use format mixed or double"
                               : "use a smaller " + stiffness + " or a higher pressure")});

@@ -43,9 +43,10 @@ struct DriveRates {
 /// Mean overlap over sum of radii below which the stress of a format is off by more than one in a thousand [-].
 ///
 /// A gap is a difference of lengths. In `fast` it carries the rounding of the sum of radii, 2^-24, and of a 32-bit fraction of the
-/// cell: measured, the unbalanced force of a packing at rest is 6e-8/overlap (doc/accuracy). In `mixed` and `double` the gap has
-/// 53 bits, and the limit is where the force of a contact would be lost: 2^-53 / 1e-3.
-double smallest_overlap(Format format);
+/// cell: measured, the unbalanced force of a packing at rest is 6e-8/overlap (doc/accuracy). In `single` that is of a position, a fraction
+/// of a cell so many diameters long. In `mixed` and `double` the gap has 53 bits, and the limit is where the force of a contact would be
+/// lost: 2^-53 / 1e-3.
+double smallest_overlap(Format format, double grains_along_edge);
 
 /// Largest inertial number of quasi-static deformation [-]: da Cruz et al., Phys Rev E 72, 021309 (2005), find rate dependence above
 /// 1e-3.
