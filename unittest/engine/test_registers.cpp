@@ -11,6 +11,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <vector>
 
@@ -46,6 +47,17 @@ class BlockInRegisters : public BlockSerial {
   template <class T> using Shown = BlockSerial::Resident<T>;
 };
 
+/// With two grains of a thread: the first one's thread takes what is shared out to both.
+class BlockOfTwo : public BlockInRegisters {
+ public:
+  template <class F> static void share_out(int i, int n, int count, F f)
+  {
+    const int threads = (n + 1) / 2;
+    if (i < threads)
+      for (int k = i; k < count; k += threads) f(k);
+  }
+};
+
 /// An RVE under one program.
 template <int D> struct RveRun {
   StateImage image;
@@ -55,10 +67,11 @@ template <int D> struct RveRun {
 
 /// One call, in memory full of garbage.
 template <class Block, class Scene>
-void advance(RveRun<Scene::D> &run, const DriveRecord<Scene::D> &drive, bool with_details)
+void advance(RveRun<Scene::D> &run, const DriveRecord<Scene::D> &drive, bool with_details,
+             double skin = 0.0, bool with_ledger = false)
 {
   char *image = run.image.bytes.data();
-  const int n = run.image.num_grains, pair_capacity = 8 * n;
+  const int n = run.image.num_grains, pair_capacity = 32 * n;
   const int capacity = Block::kInRegisters ? CAPACITY : n;
   std::vector<char> chip(shared_size<Scene>(capacity, Block::kInRegisters), GARBAGE),
       workspace(workspace_size<Scene>(n, pair_capacity), GARBAGE);
@@ -70,7 +83,7 @@ void advance(RveRun<Scene::D> &run, const DriveRecord<Scene::D> &drive, bool wit
   std::memcpy(&call.header, image, sizeof(ImageHeader<Scene::D>));
   call.drive = drive;
   call.steering = SteeringRecord<Scene::D>();
-  call.batch = BatchConstants{0.0, 0.5, 0.5, 0, 1};
+  call.batch = BatchConstants{skin, 0.5, 0.5, with_ledger, 1};
   Begin::prepare(call, image, pair_capacity);
   for (int t = 0; t < call.plan_last; ++t) Planning::plan_step(call, t, 1);
   Begin::set_views(call, n, shared, workspace.data(), pair_capacity);
@@ -220,4 +233,24 @@ TEST(SpheresInRegisters, GiveTheBitsOfArrays)
   }
   const Spheres end = state_of<MixedNumbers>(arrays, Program::Spheres);
   EXPECT_GT(end.counters.rebuilds, 10);
+}
+
+TEST(SpheresInRegisters, TwoOfAThreadAddUpLossesOfExtraPairsInTheOrderOfGrains)
+{
+  using Scene = ProgramScene<Program::Spheres, MixedNumbers>;
+  const Spheres begin = disordered_spheres(spheres_material(), 6, 2);
+  RveRun<3> arrays = run_of<MixedNumbers>(begin, Program::Spheres), two = arrays;
+  // more pairs than grains may own
+  const double skin = 2.0 * *std::min_element(begin.radius.begin(), begin.radius.end());
+
+  for (const DriveRecord<3> &drive : calls<3>(SPHERE_DT)) {
+    advance<BlockSerial, Scene>(arrays, drive, false, skin, true);
+    advance<BlockOfTwo, Scene>(two, drive, false, skin, true);
+
+    EXPECT_EQ(arrays.answer.status & status::Fatal, 0u) << describe_status(arrays.answer.status);
+    expect_same_bits<MixedNumbers>(two, arrays, Program::Spheres);
+  }
+  const Spheres end = state_of<MixedNumbers>(arrays, Program::Spheres);
+  EXPECT_GT(end.pairs.size(), static_cast<std::size_t>(4 * end.num_grains()));
+  EXPECT_GT(end.energy.friction, 0.0);
 }

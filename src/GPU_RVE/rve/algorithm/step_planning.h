@@ -81,8 +81,7 @@ inline namespace RVE_ISA {
                                                            : rate * inverse_cell;
       // as on a path, the change of a branch in the step over the branch at its end: (1 - exp(-L dt))/dt
       if constexpr (Scene::D == 3)
-        if (call.has_servo())
-          gradient = gradient - (0.5 * call.drive.dt) * (gradient * gradient);
+        if (call.has_servo()) gradient = gradient - (0.5 * call.drive.dt) * (gradient * gradient);
       const double per_length = call.units.per_length;
       const Tensor<double, Scene::D> internal = per_length * cell;
       plan.to_length = fraction_to_length<typename Scene::Numbers>(internal);
