@@ -79,40 +79,28 @@ struct Curve {
 
 constexpr double RATE = 0.25, SIDES = 1e5;
 
-const Curve LINEAR_CURVES[] = {
-    {"uni", {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -RATE}}, 3e-4, 3e-4, 1e-4},
-    {"iso", {{-RATE, 0.0, 0.0, 0.0, -RATE, 0.0, 0.0, 0.0, -RATE}}, 1e-4, 2e-4, 3e-4},
-    {"shear", {{0.0, 2.0 * RATE, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}}, 1e-3, 5e-3, 8e-3},
-    {"undrained",
-     {{0.5 * RATE, 0.0, 0.0, 0.0, 0.5 * RATE, 0.0, 0.0, 0.0, -RATE}},
-     1e-3,
-     8e-3,
-     8e-3},
-    {"triax",
-     {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -2.0 * RATE}},
-     1e-3,
-     8e-3,
-     8e-3,
-     true,
-     2e-4}};
+/// Against YADE, with a limit for the uniaxial test, in which runs scatter least.
+std::vector<Curve> curves_of_yade(double uniaxial)
+{
+  return {{"uni", {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -RATE}}, uniaxial, uniaxial, 1e-4},
+          {"iso", {{-RATE, 0.0, 0.0, 0.0, -RATE, 0.0, 0.0, 0.0, -RATE}}, 1e-4, 2e-4, 3e-4},
+          {"shear", {{0.0, 2.0 * RATE, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}}, 1e-3, 5e-3, 8e-3},
+          {"undrained",
+           {{0.5 * RATE, 0.0, 0.0, 0.0, 0.5 * RATE, 0.0, 0.0, 0.0, -RATE}},
+           1e-3,
+           8e-3,
+           8e-3},
+          {"triax",
+           {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -2.0 * RATE}},
+           1e-3,
+           8e-3,
+           8e-3,
+           true,
+           2e-4}};
+}
 
-/// Overlaps are five times as large, 3e-3 of a diameter, and so is what the arms make.
-const Curve HERTZ_CURVES[] = {
-    {"uni", {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -RATE}}, 9e-4, 9e-4, 1e-4},
-    {"iso", {{-RATE, 0.0, 0.0, 0.0, -RATE, 0.0, 0.0, 0.0, -RATE}}, 1e-4, 2e-4, 3e-4},
-    {"shear", {{0.0, 2.0 * RATE, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}}, 1e-3, 5e-3, 8e-3},
-    {"undrained",
-     {{0.5 * RATE, 0.0, 0.0, 0.0, 0.5 * RATE, 0.0, 0.0, 0.0, -RATE}},
-     1e-3,
-     8e-3,
-     8e-3},
-    {"triax",
-     {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -2.0 * RATE}},
-     1e-3,
-     8e-3,
-     8e-3,
-     true,
-     2e-4}};
+/// What the arms make; overlaps of Hertz' contacts are five times as large, 3e-3 of a diameter.
+constexpr double LINEAR_UNIAXIAL = 3e-4, HERTZ_UNIAXIAL = 9e-4;
 
 /// YADE and LAMMPS differ by up to 6e-4 in q/p below 1 % of axial strain or shear, and by 2.8e-3 in drained compression.
 const Curve LINEAR_LAMMPS[] = {
@@ -210,14 +198,14 @@ class CurvesOfSpheres : public testing::TestWithParam<Format> {};
 TEST_P(CurvesOfSpheres, WithLinearSpringsAreThoseOfYade)
 {
   const Spheres packing = linear_packing();
-  for (const Curve &curve : LINEAR_CURVES)
+  for (const Curve &curve : curves_of_yade(LINEAR_UNIAXIAL))
     expect_curve(YADE, "S1", packing, 4e-6, curve, GetParam());
 }
 
 TEST_P(CurvesOfSpheres, OfHertzAndMindlinAreThoseOfYade)
 {
   const Spheres packing = hertz_packing();
-  for (const Curve &curve : HERTZ_CURVES)
+  for (const Curve &curve : curves_of_yade(HERTZ_UNIAXIAL))
     expect_curve(YADE, "H1", packing, 5e-6, curve, GetParam());
 }
 
