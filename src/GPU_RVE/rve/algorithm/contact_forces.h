@@ -124,19 +124,14 @@ inline namespace RVE_ISA {
   {
     using Real = typename Scene::Real;
     using Sum = typename Scene::Sum;
-    // in packs `where` does what the branch does for one pair
-    if constexpr (std::is_same_v<Truth<Real>, bool>) {
-      if (!(contact.overlap > Real(0))) {
-        if constexpr (Scene::has_friction) history = typename Scene::History();
-        return;
-      }
-    }
     const Truth<Real> touching = contact.overlap > Real(0);
-    if constexpr (Scene::D == 3)
+    // in packs `where` does what the branch does for one pair; whole packs of spheres have nothing to do in their last slots
+    if constexpr (std::is_same_v<Truth<Real>, bool> || Scene::D == 3) {
       if (!any(touching)) {
         if constexpr (Scene::has_friction) history = typename Scene::History();
         return;
       }
+    }
     const auto force = pair_force(step, contact, grain_i, grain_j, history);
     if constexpr (Scene::has_friction) {
       Truth<typename Scene::Spring> keeps;
