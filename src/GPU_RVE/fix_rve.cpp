@@ -73,11 +73,12 @@ FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
   create_attribute = 1;
   time_integrate = 1;    // see claim_integration()
 
-  impl = Impl::make(this, FixRveSettings::parse(lmp, narg, arg));
-  impl->read_packings();    // what is wrong with a file comes first: its dimension is not known then
-  if (domain->dimension != 2 && impl->dimension == 2)
+  FixRveSettings settings = FixRveSettings::parse(lmp, narg, arg);
+  if (domain->dimension != 2 && settings.dimension == 2)
     error->all(FLERR, "fix rve needs a 2d system (its grains are disks), but the dimension is {}",
                domain->dimension);
+  impl = Impl::make(this, std::move(settings));
+  impl->read_packings();
   impl->make_engine();
 
   FixRve::grow_arrays(atom->nmax);

@@ -28,10 +28,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
 using namespace LAMMPS_NS;
-namespace fs = std::filesystem;
 
 namespace {
 
@@ -44,18 +42,6 @@ constexpr double NORMAL_CHANGE = 0.02;
 template <int D> double shear_change(const rve::RveStateOf<D> &packing)
 {
   return 6.0 / std::sqrt(packing.num_grains());
-}
-
-/// Behind the message that there is no such file.
-std::string where_packings_come_from(const std::string &file)
-{
-  const rve::Words near = rve::nearest_words(file, fix_rve_keywords());
-  if (!near.empty() && file.find_first_of("./") == std::string::npos)
-    return fmt::format("; if {} is no file, did you mean the keyword {}?", file, near.front());
-  return fmt::format(
-      " (looked in folder {}). The command create_rve makes packings, as in create_rve "
-      "{} grains 400 radius uniform 0.0025 0.005 ...",
-      fs::absolute(file).lexically_normal().parent_path().string(), file);
 }
 
 /// Whole numbers from 0 to count-1 of a script value, one for each of the atoms; collective.
@@ -108,10 +94,7 @@ template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &
           state_images.push_back(rve::serialize(state));
         }
       } catch (const rve::InputError &e) {
-        const std::string message = e.what();
-        if (!fs::exists(file)) throw rve::InputError(message + where_packings_come_from(file));
-        const bool names_it = message.find(file) != std::string::npos;
-        throw rve::InputError((names_it ? "" : file + ": ") + message);
+        throw rve::InputError(packing_failure(file, e));
       }
     }
   });

@@ -21,12 +21,26 @@
 #include "rve/engine/packing_io.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <string_view>
 
 using namespace LAMMPS_NS;
 using macro::StressFrom;
+namespace fs = std::filesystem;
 
 namespace {
+
+/// Behind the message that there is no such file.
+std::string where_packings_come_from(const std::string &file)
+{
+  const rve::Words near = rve::nearest_words(file, fix_rve_keywords());
+  if (!near.empty() && file.find_first_of("./") == std::string::npos)
+    return fmt::format("; if {} is no file, did you mean the keyword {}?", file, near.front());
+  return fmt::format(
+      " (looked in folder {}). The command create_rve makes packings, as in create_rve "
+      "{} grains 400 radius uniform 0.0025 0.005 ...",
+      fs::absolute(file).lexically_normal().parent_path().string(), file);
+}
 
 constexpr const char *COMPONENTS[3][3] = {
     {"xx", "xy", "xz"}, {"yx", "yy", "yz"}, {"zx", "zy", "zz"}};
@@ -359,16 +373,28 @@ rve::Device LAMMPS_NS::read_device(ScriptWords &words)
       "", {{"auto", rve::Device::Auto}, {"cpu", rve::Device::Cpu}, {"cuda", rve::Device::Cuda}});
 }
 
-/* ----------------------------------------------------------------------
-   0: not known. What is wrong with the file is said when it is read as a whole.
-------------------------------------------------------------------------- */
+/* ---------------------------------------------------------------------- */
+
+std::string LAMMPS_NS::packing_failure(const std::string &file, const rve::InputError &e)
+{
+  const std::string message = e.what();
+  if (!fs::exists(file)) return message + where_packings_come_from(file);
+  return (message.find(file) != std::string::npos ? "" : file + ": ") + message;
+}
+
+/* ---------------------------------------------------------------------- */
 
 static int dimension_of(LAMMPS *lmp, const std::string &file)
 {
   int dimension = 0;
-  on_rank_zero(lmp->world, [&] {
-    dimension = rve::dimension_of_packing(file);
+  const std::string failure = on_rank_zero(lmp->world, [&] {
+    try {
+      dimension = rve::dimension_of_packing(file);
+    } catch (const rve::InputError &e) {
+      throw rve::InputError(packing_failure(file, e));
+    }
   });
+  if (!failure.empty()) lmp->error->all(FLERR, "fix rve: {}", failure);
   MPI_Bcast(&dimension, 1, MPI_INT, 0, lmp->world);
   return dimension;
 }
@@ -379,7 +405,7 @@ void FixRveSettings::require_one_dimension(LAMMPS *lmp) const
     return d == 2 ? "disks" : "spheres";
   };
   for (const std::string &file : packings)
-    if (const int other = dimension_of(lmp, file); other != 0 && other != dimension)
+    if (const int other = dimension_of(lmp, file); other != dimension)
       lmp->error->all(FLERR,
                       "fix rve: packing {} is of {}, and packing {} of {}; all packings of a fix "
                       "must have the same grains",
@@ -394,7 +420,7 @@ FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
   ScriptWords words(lmp, command, narg, arg, 3);
   FixRveSettings s;
   s.packings.emplace_back(words.next("packing file"));
-  if (dimension_of(lmp, s.packings.front()) == 3) s.dimension = 3;
+  s.dimension = dimension_of(lmp, s.packings.front());
   s.read(words, false);
   s.require_one_dimension(lmp);
   s.check(lmp, command);

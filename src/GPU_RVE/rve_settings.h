@@ -18,6 +18,7 @@
 
 #include "macro/rve_points.h"
 #include "material_words.h"
+#include "rve/core/error.h"
 #include "script_words.h"
 
 #include <map>
@@ -31,6 +32,9 @@ class LAMMPS;
 
 /// The keywords of fix rve.
 rve::Words fix_rve_keywords();
+
+/// What to say of a packing file that could not be read: with its name, and where packings come from if there is none.
+std::string packing_failure(const std::string &file, const rve::InputError &e);
 
 rve::Format read_format(ScriptWords &words);
 rve::Device read_device(ScriptWords &words);

@@ -324,6 +324,15 @@ TEST(SpheresMessage, OfAMissingFileNamesItInAnyDimension)
   }
 }
 
+TEST(SpheresMessage, OfAMissingFileComesBeforeComponentsThatItsGrainsMayHave)
+{
+  const std::string message =
+      message_of(atoms_in(3) + fix_with("missing.rve") + "drive velocity_gradient zz -0.2 ");
+  EXPECT_IN("missing.rve", message);
+  EXPECT_IN("create_rve", message);
+  EXPECT_EQ(message.find("disks"), std::string::npos) << message;
+}
+
 TEST(SpheresMessage, OfComponents)
 {
   const std::string spheres = lattice(), servo = "servo xx -1e5 ";
