@@ -376,17 +376,17 @@ template <class Law> void expect_that_moduli_are_those_of_small_motions()
   EXPECT_NEAR(along - at_rest.normal_force, -viscosity.normal * 1e-3, 1e-12 * at_rest.normal_force);
 
   if constexpr (Law::has_rolling) {
-    // a moment for a turn of w dt against it: R^2 times the modulus of the displacement R w dt
-    const double per_turn = 0.25 * RADIUS * RADIUS * DT, turn = 1e-3;
+    // a moment for a turn of w dt against it, and for w: R^2 times the moduli of R w dt and R w
+    const double area = 0.25 * RADIUS * RADIUS, turn = 1e-3;
     j = i;
     spin_component(j.spin, LAST) = turn;
     const auto rolled = law.evaluate(contact, i, j, none_moves, none, Real(DT)).turned.moment;
-    const double rolling = stiffness.rolling * per_turn * turn;
+    const double rolling = (stiffness.rolling * DT + viscosity.rolling) * area * turn;
     EXPECT_NEAR(spin_component(rolled, LAST), rolling, 1e-12 * rolling);
     if constexpr (D == 3) {
       j.spin = along_x<Real, 3>(turn);
       const auto twisted = law.evaluate(contact, i, j, none_moves, none, Real(DT)).turned.moment;
-      const double twisting = stiffness.twisting * per_turn * turn;
+      const double twisting = (stiffness.twisting * DT + viscosity.twisting) * area * turn;
       EXPECT_NEAR(twisted[0], twisting, 1e-12 * twisting);
       EXPECT_EQ(twisted[1], 0.0);
     }

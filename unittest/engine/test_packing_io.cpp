@@ -355,7 +355,7 @@ TEST(PackingFile, OfSpheresIsRefusedWithLineNumberWhereItIsBroken)
             "normal_stiffness, tangential_stiffness, friction, density, local_damping, "
             "normal_viscosity, tangential_viscosity, mass_scaling, rolling_stiffness, "
             "rolling_friction, twisting_stiffness, twisting_friction, rolling_viscosity, "
-            "twisting_viscosity, twisting_marshall");
+            "twisting_viscosity, objective_damping, twisting_marshall");
   EXPECT_EQ(message_after<3>(two, "density 2650", "density 2650\nmass_scaling -1"),
             ":8: mass_scaling is -1 [-]; it must not be negative");
   EXPECT_EQ(message_after<3>(two, "0 0.1 0\n", "0 0.1\n"),

@@ -247,7 +247,7 @@ TEST(RveImage, ParametersThatCameLaterAreInTheRecordsThatHaveThem)
   state.material.twisting_viscosity = 1.0 / 3.0;
   const std::vector<char> with = serialize(state);
 
-  EXPECT_EQ(with.size(), without.size() + 3 * sizeof(double));
+  EXPECT_EQ(with.size(), without.size() + 4 * sizeof(double));
   const RveStateOf<3> back = deserialize<3>(with.data(), with.size());
   EXPECT_EQ(back.material.rolling_viscosity, 0.375);
   EXPECT_EQ(back.material.twisting_viscosity, 1.0 / 3.0);

@@ -94,7 +94,7 @@ inline namespace RVE_ISA {
     float
         sound_force;    ///< below it all is well with the largest force on any grain [internal force]
     typename Scene::Law::Constants law;
-    typename Scene::Real alpha;
+    typename Scene::Real alpha;    ///< of local damping, below zero for that which knows no axes
 
     std::int32_t plan_first, plan_last;    ///< steps that are planned
     PlanOf<Scene> plan[kPlanSteps];        ///< at the end

@@ -53,6 +53,8 @@ struct MaterialNumbers {
   double rolling_viscosity;     ///< gamma_r, of the rolling velocity [force time/length]
   double twisting_viscosity;    ///< gamma_q, of the twisting velocity [force length time]
   double
+      objective_damping;    ///< 1: local damping looks at whole vectors, 0: at their components [-]
+  double
       twisting_marshall;    ///< 1: friction over the area of contact resists twisting; 0: k_q and mu_q do [-]
 };
 
@@ -135,6 +137,7 @@ constexpr MaterialParameter MATERIAL_PARAMETERS[] = {
     {"twisting_friction", "twisting_friction", "twisting friction", "[length]", MaterialRange::NotNegative, OF_ALL_LAWS, true, &MaterialNumbers::twisting_friction, 3},
     {"rolling_viscosity", "gamma_r", "rolling viscosity", "[force time/length]", MaterialRange::NotNegative, OF_ALL_LAWS, true, &MaterialNumbers::rolling_viscosity, 0, true},
     {"twisting_viscosity", "gamma_twist", "twisting viscosity", "[force length time]", MaterialRange::NotNegative, OF_ALL_LAWS, true, &MaterialNumbers::twisting_viscosity, 3, true},
+    {"objective_damping", "damping_objective", "choice of objective local damping", "[-]", MaterialRange::Switch, OF_GRAINS, true, &MaterialNumbers::objective_damping, 3, true},
     {"twisting_marshall", "twisting_marshall", "choice of twisting resistance by friction", "[-]", MaterialRange::Switch, OF_ALL_LAWS, true, &MaterialNumbers::twisting_marshall, 3, true},
     // clang-format on
 };
