@@ -608,7 +608,11 @@ template <int D> RveStateOf<D> deserialize(const char *data, std::size_t size)
     state.material.law = contact_law_of(std::string(word.begin(), word.end()));
   }
   visit<D>(reader, state);
-  if (reader.remaining() > 0) visit_later_parameters<D>(reader, state.material);
+  if (reader.remaining() > 0) {
+    visit_later_parameters<D>(reader, state.material);
+    require(has_later_parameters<D>(state.material),
+            "RVE record is damaged: it has parameters that are all zero");
+  }
   require(reader.remaining() == 0, "RVE record is damaged: bytes are left over");
   require_count(header.num_grains, state.radius.size(), "grains in its header");
   return state;
