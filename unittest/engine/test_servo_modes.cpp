@@ -219,6 +219,7 @@ TEST(ServoModes, GoOnFromCallToCallUnlessTheyBeginAnew)
   drive.dt = 5e-5;
   drive.substeps = 50;
   drive.servo_gain = 1.0 / 47.952;
+  drive.servo_max_rate = 100.0;
   drive.stress_goal(0, 0) = -1.3e5;
   drive.velocity_gradient = gradient(1, 1, -0.05);
   drive.modes = control.modes.data();
