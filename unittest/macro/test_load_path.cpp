@@ -465,11 +465,7 @@ TEST(LoadPath, EventsEndAndRepeatStages)
     stages += std::to_string(state.stage);
     paths.follow(state, step, result);
   }
-  EXPECT_EQ(stages,
-            "0001"
-            "0001"
-            "0001"
-            "2");
+  EXPECT_EQ(stages, "000100010001223");
   EXPECT_FALSE(state.ended);
   result.stress(1, 1) = -1.8e5;    // q/p = 0.4/1.4
   paths.follow(state, step, result);
@@ -477,7 +473,19 @@ TEST(LoadPath, EventsEndAndRepeatStages)
   result.stress(1, 1) = -1.9e5;    // 0.45/1.45
   paths.follow(state, step, result);
   EXPECT_TRUE(state.ended);
-  EXPECT_EQ(state.stage, 2);
+  EXPECT_EQ(state.stage, 3);
+}
+
+// Strains are those since their stage began.
+TEST(LoadPath, StrainsOfStagesAddUp)
+{
+  const auto paths = paths_of<3>("stage strain xx ramp 0 1e-3 0.001 until strain xx > 0.9999e-3 "
+                                 "stage strain xx ramp 0 2e-3 0.001 until strain xx > 1.9999e-3");
+  Laboratory<3> laboratory(lattice(), 1, paths);
+
+  laboratory.finish(200);
+
+  EXPECT_NEAR(std::log(laboratory.result().deformation(0, 0)), 3e-3, 1e-14);
 }
 
 TEST(LoadPath, FollowsTablesOfStrain)
