@@ -194,6 +194,11 @@ void read_path(ScriptWords &words, FixRveSettings &settings)
   s.of_spheres.reset();
   s.values.clear();
   s.text = "none";
+  if (!words.has("path_variable")) {
+    s.number = ScriptValue();
+    s.number_given = false;
+  }
+  if (!words.has("path_end")) s.halts = false;
   if (words.take("none")) return;
   const bool in_script = std::string_view(words.peek()) == "stage";
   std::vector<macro::PathWord> path;

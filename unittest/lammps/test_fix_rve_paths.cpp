@@ -23,7 +23,7 @@ std::string written(const std::string &name, const std::string &text)
   return path;
 }
 
-// 2.5e-4 of strain per step
+// 2.5e-4 of strain per step, or a fifth
 const std::string FOUR_PATHS = R"(# four tests of a laboratory
 path oedometer
 stage rate yy -0.5 until strain yy < -0.002
@@ -31,7 +31,7 @@ path undrained
 stage rate yy -0.5 rate volume 0 until ratio > 0.05
 stage until time > 0.003
 path constant_p
-stage rate yy -0.5 stress p v_pressure until strain yy < -0.004
+stage rate yy -0.1 stress p v_pressure until strain yy < -0.004
 path cyclic
 stage rate xy 0.5 stress xx -1e5 stress yy -1e5 reverse strain xy -0.001 0.001 until cycles > 1
 )";
@@ -69,10 +69,10 @@ TEST(PathsOfFixRve, EachAtomGoesItsOwnWayAndTheRunEndsWithTheLast)
 
   script << "run 1000";
 
-  const double step = 2.5e-4 * (1.0 + 1e-9);
+  const double step = 2.5e-4 * (1.0 + 1e-5);
   for (int id = 1; id <= 4; ++id) EXPECT_EQ(script.compute("ended").at(id), 1.0) << id;
   EXPECT_EQ(script.fix_value(15), 4.0);
-  EXPECT_LT(script.lmp->update->ntimestep, 40);
+  EXPECT_NEAR(script.lmp->update->ntimestep, 80, 1);    // the slowest one has 5e-5 per step
   EXPECT_NEAR(std::log(script.compute("yy").at(1)), -0.002, step);
   EXPECT_EQ(script.compute("stage").at(2), 2.0);
   EXPECT_NEAR(script.compute("e").at(2), before, 1e-14);
