@@ -29,6 +29,7 @@
 #include "restart_record.h"
 #include "rve/core/error.h"
 #include "rve/engine/files.h"
+#include "timer.h"
 #include "unit_styles.h"
 #include "update.h"
 
@@ -64,7 +65,7 @@ FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
   if (lmp->citeme) lmp->citeme->add(cite_fix_rve);
 
   vector_flag = 1;
-  size_vector = 14;
+  size_vector = 16;
   global_freq = 1;
   extvector = 0;
   nevery = 1;
@@ -205,6 +206,10 @@ void FixRve::end_of_step()
   const auto &settings = impl->settings;
   const bigint step = update->ntimestep;
   impl->look_is_expected = false;
+  if (settings.path.halts && impl->all_paths_ended()) {
+    impl->is_halted = true;
+    timer->force_timeout();
+  }
   impl->progress.step_done([this] {
     return impl->dem_steps();
   });
@@ -231,6 +236,12 @@ void FixRve::post_run()
   if (interval && update->ntimestep % interval) {
     impl->recheck_time_step(Impl::Check::Run);
     impl->advise(false);
+  }
+  if (impl->is_halted) {
+    impl->is_halted = false;
+    timer->reset_timeout();
+    if (comm->me == 0)
+      utils::logmesg(lmp, "fix rve {}: all paths have ended at step {}\n", id, update->ntimestep);
   }
   report_shadows();
   impl->progress.end();
@@ -306,6 +317,31 @@ double FixRve::inertial_number(int i) const
   return impl->inertial_number(i);
 }
 
+double FixRve::servo_error(int i) const
+{
+  return impl->servo_error(i);
+}
+
+double FixRve::path_stage(int i) const
+{
+  return impl->path_report(i).stage;
+}
+
+double FixRve::path_time(int i) const
+{
+  return impl->path_report(i).time;
+}
+
+double FixRve::path_cycles(int i) const
+{
+  return impl->path_report(i).cycles;
+}
+
+double FixRve::path_ended(int i) const
+{
+  return impl->path_report(i).ended;
+}
+
 template <int D> rve::RveStateOf<D> FixRve::state(int i) const
 {
   return static_cast<const ImplOf<D> &>(*impl).state(i);
@@ -327,6 +363,8 @@ bool FixRve::reads_results() const
     for (const TensorComponent &component : *components)
       if (!component.value.variable.empty() && may_read_results(lmp, component.value.variable))
         return true;
+  for (const ScriptValue &value : impl->settings.path.values)
+    if (may_read_results(lmp, value.variable)) return true;
   return false;
 }
 

@@ -89,6 +89,13 @@ class FixRve : public Fix {
   double engine_time() const;
   // of its last DEM steps; 0 before the first one [-]
   double inertial_number(int) const;
+  // largest difference between a steered stress and its goal [stress]
+  double servo_error(int) const;
+  // where it is on its path: stage from 1, time and cycles in it, 1 if it has ended; 0 without a path
+  double path_stage(int) const;
+  double path_time(int) const;
+  double path_cycles(int) const;
+  double path_ended(int) const;
   // complete state, exact; D is the dimension of the RVEs
   template <int D> rve::RveStateOf<D> state(int) const;
   // the RVEs as a material for fix mpm; owned by this fix; error unless `drive mpm`

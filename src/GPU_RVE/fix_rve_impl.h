@@ -46,6 +46,7 @@ struct FixRve::Impl {
   bool look_is_expected = false;    // somebody said that the results of this step shall be complete
   double restart_step = 0.0;        // of the head of a restart file
   bool is_material = false;         // fix mpm has asked for it
+  bool is_halted = false;           // the run ends because all paths have
   Progress progress;
 
   /// That of the RVEs that the packings make.
@@ -109,6 +110,14 @@ struct FixRve::Impl {
   virtual double bytes() const = 0;
   virtual double bulk_density(int atom) const = 0;
   virtual double inertial_number(int atom) const = 0;
+  virtual double servo_error(int atom) const = 0;
+  /// Where an RVE is on its path: stage from 1 (0: on none), time in it, cycles in it, and whether it has ended.
+  struct PathReport {
+    double stage = 0.0, time = 0.0, cycles = 0.0, ended = 0.0;
+  };
+  virtual PathReport path_report(int atom) const = 0;
+  /// Whether all RVEs that can advance are behind the ends of their paths; collective.
+  virtual bool all_paths_ended() const = 0;
   virtual mpm::Constitutive<2> *constitutive() = 0;
   /// For LAMMPS: the grains of an RVE as a file.
   virtual void write_dump(int atom, const std::string &path) const = 0;
@@ -195,6 +204,9 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   double bytes() const override;
   double bulk_density(int atom) const override;
   double inertial_number(int atom) const override;
+  double servo_error(int atom) const override { return points->servo_error(slot[atom]); }
+  PathReport path_report(int atom) const override;
+  bool all_paths_ended() const override;
   mpm::Constitutive<2> *constitutive() override { return &of_plane; }
   void write_dump(int atom, const std::string &path) const override;
 
@@ -252,6 +264,9 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   std::vector<int> slots_of(const std::vector<int> &atoms) const;
   /// What the script asks for in this LAMMPS step.
   std::vector<Drive> drives(const std::vector<int> &atoms);
+  void advance_on_paths(const macro::LoadPathsOf<D> &paths);
+  void begin_paths(const macro::LoadPathsOf<D> &paths);
+  macro::PathStep path_step(int atom, const macro::RveClock &clock) const;
   /// Leaves so many shadows, of those that choose_shadows() would choose first; collective.
   void remove_shadows(int number);
   struct LeastBound {

@@ -114,7 +114,7 @@ inline namespace RVE_ISA {
     {
       bool has = false;
       for (int k = 0; k < Scene::components; ++k) has = has || steering.controlled[k];
-      return has;
+      return has || steering.modes;
     }
     RVE_INLINE const PlanOf<Scene> &planned(int step) const { return plan[step - plan_first]; }
     /// Whether list and force scale of the call before serve on.
