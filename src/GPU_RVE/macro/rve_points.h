@@ -94,6 +94,8 @@ template <int D> class RvePointsOf {
     const rve::ResultOf<D> &last_steps() const { return asleep() ? rested : result; }
     /// |D| in the RVE's own time, of its last DEM steps [1/time]
     double strain_rate() const;
+    /// D itself, in the axes of the present; zero before its first steps [1/time]
+    Matrix rate_of_deformation() const;
     /// |stress - stress of the shadow| over the larger of both [-]
     double shadow_deviation() const;
   };
