@@ -442,20 +442,6 @@ TEST(TangentProbes, TurnWithTheRve)
             1e-8);
 }
 
-TEST(TangentProbes, BitsAreThoseOfAnRveAloneForAnyBatchAndThreads)
-{
-  const rve::RveState packing = sheared_packing(),
-                      lattice = hexagonal_lattice(paper_material(), RADIUS, OVERLAP);
-  for (const TangentOptions &options : {elastic(), loading()}) {
-    const auto alone = probe<2>({packing}, options, rve::Format::Double, 1, LOADING);
-    const auto batch =
-        probe<2>({lattice, packing, packing}, options, rve::Format::Double, 3, LOADING);
-    EXPECT_TRUE(same_bits(batch[1], alone[0]));
-    EXPECT_TRUE(same_bits(batch[2], alone[0]));
-    EXPECT_FALSE(same_bits(batch[0], alone[0]));
-  }
-}
-
 TEST(TangentProbes, OneThatCannotBeMeasuredSaysSoAndLeavesOthersAlone)
 {
   const rve::RveState lattice = hexagonal_lattice(paper_material(), RADIUS, OVERLAP);
