@@ -347,6 +347,27 @@ template <int D> rve::RveStateOf<D> FixRve::state(int i) const
   return static_cast<const ImplOf<D> &>(*impl).state(i);
 }
 
+template <int D> std::array<double, D * D> FixRve::rate_of_deformation(int i) const
+{
+  const auto &points = static_cast<const ImplOf<D> &>(*impl);
+  std::array<double, D * D> components;
+  rve::store_tensor(points.point(i).rate_of_deformation(), components.data());
+  return components;
+}
+
+template <int D> std::unique_ptr<rve::EngineOf<D>> FixRve::empty_engine(rve::Format format) const
+{
+  rve::Options options = impl->settings.options;
+  options.contacts = static_cast<const ImplOf<D> &>(*impl).points->contacts();
+  options.format = format;
+  options.arithmetic = rve::Arithmetic::Strict;
+  return rve::make_engine<D>(options);
+}
+
+template std::array<double, 4> FixRve::rate_of_deformation<2>(int) const;
+template std::array<double, 9> FixRve::rate_of_deformation<3>(int) const;
+template std::unique_ptr<rve::EngineOf<2>> FixRve::empty_engine<2>(rve::Format) const;
+template std::unique_ptr<rve::EngineOf<3>> FixRve::empty_engine<3>(rve::Format) const;
 template const rve::ResultOf<2> &FixRve::result<2>(int) const;
 template const rve::ResultOf<3> &FixRve::result<3>(int) const;
 template rve::RveStateOf<2> FixRve::state<2>(int) const;

@@ -25,6 +25,7 @@ FixStyle(rve,FixRve);
 
 #include "fix.h"
 
+#include <array>
 #include <memory>
 #include <string>
 
@@ -32,8 +33,10 @@ namespace mpm {
 template <int D> class Constitutive;
 }
 namespace rve {
+template <int D> class EngineOf;
 template <int D> struct ResultOf;
 template <int D> struct RveStateOf;
+enum class Format;
 }    // namespace rve
 
 namespace LAMMPS_NS {
@@ -98,6 +101,10 @@ class FixRve : public Fix {
   double path_ended(int) const;
   // complete state, exact; D is the dimension of the RVEs
   template <int D> rve::RveStateOf<D> state(int) const;
+  // symmetric part of the velocity gradient of its last DEM steps, row by row; zeros before the first one [1/time]
+  template <int D> std::array<double, D * D> rate_of_deformation(int) const;
+  // an engine without RVEs that takes these, on the same device, in a number format of its own; throws what rve::make_engine does
+  template <int D> std::unique_ptr<rve::EngineOf<D>> empty_engine(rve::Format) const;
   // the RVEs as a material for fix mpm; owned by this fix; error unless `drive mpm`
   mpm::Constitutive<2> *constitutive();
 

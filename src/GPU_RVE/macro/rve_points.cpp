@@ -113,6 +113,22 @@ void RvePointsOf<D>::follow_path(int slot, const LoadPathsOf<D> &paths, const Pa
   paths.follow(points[slot].path, step, result);
 }
 
+template <int D> rve::Tensor<double, D> RvePointsOf<D>::Point::rate_of_deformation() const
+{
+  if (drive.substeps == 0) return Matrix::zero();
+  if (!drive.has_servo()) {
+    const rve::PolarDecomposition polar(drive.deformation);
+    return (1.0 / (drive.substeps * drive.dt)) *
+        (polar.rotation * polar.strain * rve::transpose(polar.rotation));
+  }
+  // modes steer sums of components: there L is known as a whole
+  Matrix rate = drive.num_modes > 0 ? last_steps().servo_velocity_gradient : drive.velocity_gradient;
+  for (int a = 0; a < D; ++a)
+    for (int b = 0; b < D; ++b)
+      if (drive.controlled[a][b]) rate(a, b) = last_steps().servo_velocity_gradient(a, b);
+  return 0.5 * (rate + rve::transpose(rate));
+}
+
 template <int D> double RvePointsOf<D>::Point::shadow_deviation() const
 {
   const double difference = rve::norm(result.stress - shadow_stress);

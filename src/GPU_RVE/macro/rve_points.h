@@ -100,6 +100,8 @@ template <int D> class RvePointsOf {
     double strain_rate() const;
     /// Its last DEM steps were these, and `result` has their stress.
     void note(const rve::DriveOf<D> &last);
+    /// D itself, in the axes of the present; zero before its first steps [1/time]
+    Matrix rate_of_deformation() const;
     /// |stress - stress of the shadow| over the larger of both [-]
     double shadow_deviation() const;
   };
