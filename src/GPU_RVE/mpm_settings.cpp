@@ -70,7 +70,7 @@ void read_model(ScriptWords &words, Said &said)
 {
   std::string form = "group-ID rve fix-ID";    // or a law of the table
   rve::Words choices = {"rve"};
-  for (const mpm::LawEntry &entry : mpm::law_table()) {
+  for (const mpm::LawEntry<2> &entry : mpm::law_table<2>()) {
     form += " | " + entry.word + " " + utils::join_words(entry.arguments, " ");
     choices.emplace_back(entry.word);
   }
@@ -84,7 +84,7 @@ void read_model(ScriptWords &words, Said &said)
   if (choice == 0) {
     model.fix_rve = words.next("rve fix ID");
   } else {
-    const mpm::LawEntry &entry = mpm::law_table()[choice - 1];
+    const mpm::LawEntry<2> &entry = mpm::law_table<2>()[choice - 1];
     std::vector<double> arguments;
     for (const std::string &name : entry.arguments)
       arguments.push_back(words.number(entry.word + " " + name));
