@@ -91,8 +91,8 @@ class FixRve : public Fix {
   double inertial_number(int) const;
   // complete state, exact; D is the dimension of the RVEs
   template <int D> rve::RveStateOf<D> state(int) const;
-  // the RVEs as a material for fix mpm; owned by this fix; error unless `drive mpm`
-  mpm::Constitutive<2> *constitutive();
+  // the RVEs as a material for fix mpm, in a continuum of D dimensions; owned by this fix; error unless `drive mpm`
+  template <int D> mpm::Constitutive<D> *constitutive();
 
  private:
   struct Impl;
