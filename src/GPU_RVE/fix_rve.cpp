@@ -394,13 +394,22 @@ double FixRve::engine_time() const
   return impl->engine_time();
 }
 
-mpm::Constitutive<2> *FixRve::constitutive()
+template <int D> mpm::Constitutive<D> *FixRve::constitutive()
 {
   if (impl->settings.driver != RveDriver::Mpm)
     error->all(FLERR, "fix rve {} must have drive mpm to serve as a material of fix mpm", id);
   impl->is_material = true;
-  return impl->constitutive();
+  if constexpr (D == 2) {
+    return impl->material_of_plane();
+  } else {
+    if (!impl->material_of_space())
+      error->all(FLERR, "fix rve {} has RVEs of disks, which cannot be a material in space", id);
+    return impl->material_of_space();
+  }
 }
+
+template mpm::Constitutive<2> *FixRve::constitutive<2>();
+template mpm::Constitutive<3> *FixRve::constitutive<3>();
 
 /* ---------------------------------------------------------------------- */
 

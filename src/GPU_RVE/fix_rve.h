@@ -105,8 +105,8 @@ class FixRve : public Fix {
   template <int D> std::array<double, D * D> rate_of_deformation(int) const;
   // an engine without RVEs that takes these, on the same device, in a number format of its own; throws what rve::make_engine does
   template <int D> std::unique_ptr<rve::EngineOf<D>> empty_engine(rve::Format) const;
-  // the RVEs as a material for fix mpm; owned by this fix; error unless `drive mpm`
-  mpm::Constitutive<2> *constitutive();
+  // the RVEs as a material for fix mpm, in a continuum of D dimensions; owned by this fix; error unless `drive mpm`
+  template <int D> mpm::Constitutive<D> *constitutive();
 
  private:
   struct Impl;

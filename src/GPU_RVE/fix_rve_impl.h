@@ -118,7 +118,9 @@ struct FixRve::Impl {
   virtual PathReport path_report(int atom) const = 0;
   /// Whether all RVEs that can advance are behind the ends of their paths; collective.
   virtual bool all_paths_ended() const = 0;
-  virtual mpm::Constitutive<2> *constitutive() = 0;
+  /// As materials of a continuum; nullptr in space if they are of disks.
+  virtual mpm::Constitutive<2> *material_of_plane() = 0;
+  virtual mpm::Constitutive<3> *material_of_space() = 0;
   /// For LAMMPS: the grains of an RVE as a file.
   virtual void write_dump(int atom, const std::string &path) const = 0;
 
@@ -175,6 +177,7 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   ImplOf(FixRve *_fix, FixRveSettings _settings) :
       Impl(_fix, std::move(_settings), D), of_plane(*this)
   {
+    if constexpr (D == 3) of_space = std::make_unique<macro::RveConstitutive<3>>(*this);
   }
 
   void read_packings() override;
@@ -207,7 +210,8 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   double servo_error(int atom) const override { return points->servo_error(slot[atom]); }
   PathReport path_report(int atom) const override;
   bool all_paths_ended() const override;
-  mpm::Constitutive<2> *constitutive() override { return &of_plane; }
+  mpm::Constitutive<2> *material_of_plane() override { return &of_plane; }
+  mpm::Constitutive<3> *material_of_space() override { return of_space.get(); }
   void write_dump(int atom, const std::string &path) const override;
 
   // for RveConstitutive
@@ -240,8 +244,10 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   }
 
  private:
-  macro::RveConstitutive<2, D> of_plane;    // as a material
-  std::vector<int> slots;                   // of the RVEs that advance, kept between calls
+  // as materials; disks are none in space
+  macro::RveConstitutive<2, D> of_plane;
+  std::unique_ptr<mpm::Constitutive<3>> of_space;
+  std::vector<int> slots;    // of the RVEs that advance, kept between calls
   bool warned_sharing = false, warned_tension = false;
   bool advised[rve::NUM_ADVICE_KINDS] = {};
   double wall_time = 0.0;
