@@ -1,0 +1,816 @@
+#include "librve.h"
+
+#include "words.h"
+
+#include "macro/quantities.h"
+#include "rve/core/checksum.h"
+#include "rve/core/error.h"
+#include "rve/engine/contact_network.h"
+#include "rve/engine/packing_io.h"
+
+#include <algorithm>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <numeric>
+#include <optional>
+#include <variant>
+
+using rve::require;
+
+namespace {
+
+thread_local std::string last_error = "";
+
+/// Runs `work` and turns what it throws into a code and a text.
+template <class Work> int guarded(const Work &work) noexcept
+{
+  const auto failed = [](int code, const char *text) {
+    try {
+      last_error = text;
+    } catch (...) {
+      last_error.clear();    // no memory for a text
+    }
+    return code;
+  };
+  try {
+    work();
+    return RVE_SUCCESS;
+  } catch (const rve::InputError &e) {
+    return failed(RVE_BAD_INPUT, e.what());
+  } catch (const std::bad_alloc &) {
+    return failed(RVE_NO_MEMORY, "there is not enough memory");
+  } catch (const std::exception &e) {
+    return failed(RVE_FAILED, e.what());
+  } catch (...) {
+    return failed(RVE_FAILED, "unknown failure");
+  }
+}
+
+void require_pointer(const void *pointer, const char *name)
+{
+  require(pointer != nullptr, [&] {
+    return std::string(name) + " is a null pointer";
+  });
+}
+
+std::string text_or_empty(const char *text)
+{
+  return text ? text : "";
+}
+
+using AnyState = std::variant<rve::RveStateOf<2>, rve::RveStateOf<3>>;
+
+template <int D> rve::Tensor<double, D> matrix_at(const double *values, std::size_t k)
+{
+  rve::Tensor<double, D> matrix;
+  std::copy_n(values + k * D * D, D * D, matrix.component);
+  return matrix;
+}
+
+template <int D>
+void put_matrix(const rve::Tensor<double, D> &matrix, double *values, std::size_t k)
+{
+  std::copy_n(matrix.component, D * D, values + k * D * D);
+}
+
+}    // namespace
+
+// ---- packings -------------------------------------------------------------------------------------------------------------------
+
+struct rve_packing {
+  AnyState state;
+};
+
+namespace {
+
+int dimension_of(const AnyState &state)
+{
+  return state.index() == 0 ? 2 : 3;
+}
+
+AnyState read_state(const char *file)
+{
+  require_pointer(file, "file");
+  const int dimension = rve::dimension_of_packing(file);
+  if (dimension == 3) return rve::read_packing<3>(file);
+  return rve::read_packing<2>(file);
+}
+
+template <int D> AnyState prepare(const capi::Order &order)
+{
+  const auto engine = rve::make_engine<D>(order.options);
+  return rve::generate_packing(order.recipe, *engine);
+}
+
+template <int D>
+std::vector<double> array_named(const rve::RveStateOf<D> &state, const std::string &name)
+{
+  const auto components = [](const rve::Tensor<double, D> &matrix) {
+    return std::vector<double>(std::begin(matrix.component), std::end(matrix.component));
+  };
+  if (name == "cell") return components(state.cell);
+  if (name == "deformation") return components(state.deformation);
+  if (name == "radius") return state.radius;
+  if (name == "position") return state.positions();
+  if (name == "velocity") return state.velocity;
+  if (name == "spin") return state.spin;
+  throw rve::InputError("there is no array '" + name +
+                        "'; there are cell, deformation, radius, position, velocity, spin");
+}
+
+void copy_out(const std::vector<double> &from, double *values, std::size_t count)
+{
+  require_pointer(values, "values");
+  require(count == from.size(), [&] {
+    return "count is " + std::to_string(count) + "; it must be " + std::to_string(from.size());
+  });
+  std::copy(from.begin(), from.end(), values);
+}
+
+template <int D> std::vector<double> contact_table(const rve::RveStateOf<D> &state)
+{
+  std::vector<double> table;
+  for (const rve::SpringContactOf<D> &contact : rve::find_spring_contacts(state)) {
+    table.push_back(contact.geometry.first);
+    table.push_back(contact.geometry.second);
+    for (int a = 0; a < D; ++a) table.push_back(contact.geometry.branch[a]);
+    table.push_back(contact.geometry.overlap);
+    table.push_back(contact.normal_force);
+    for (int a = 0; a < D; ++a) table.push_back(contact.force_on_first[a]);
+    table.push_back(contact.mobilized_friction >= rve::SLIDING ? 1.0 : 0.0);
+  }
+  return table;
+}
+
+}    // namespace
+
+// ---- batches --------------------------------------------------------------------------------------------------------------------
+
+namespace {
+
+/// The bytes of rve_save: this, then for each RVE the size of its record and the record.
+struct SavedHeader {
+  char magic[8];
+  std::uint64_t dimension, count, bytes, checksum;
+};
+constexpr char SAVED_MAGIC[8] = {'l', 'i', 'b', 'r', 'v', 'e', ' ', '1'};
+
+template <int D> class Batch {
+ public:
+  Batch(const std::vector<const rve::RveStateOf<D> *> &states, rve::Options options)
+  {
+    std::vector<rve::RveStateOf<D>> copies;
+    for (const rve::RveStateOf<D> *state : states) copies.push_back(*state);
+    options.contacts = rve::contacts_of(copies, [](int k) {
+      return "packing " + std::to_string(k);
+    });
+    engine = rve::make_engine<D>(options);
+    for (const rve::RveStateOf<D> &state : copies) members.push_back({engine->add(state)});
+    description = engine->description();
+    evaluate();
+  }
+
+  std::size_t size() const { return members.size(); }
+  const char *text() const { return description.c_str(); }
+
+  void time_steps(const std::vector<std::size_t> &which, double *dt)
+  {
+    std::vector<double> bounds;
+    engine->bound_time_steps(numbers_of(which), std::numeric_limits<double>::max(), bounds);
+    std::copy(bounds.begin(), bounds.end(), dt);
+  }
+
+  void run(const std::vector<std::size_t> &which, const double *increments, const double *dt,
+           const std::int32_t *substeps, double *stresses, std::uint32_t *statuses, bool keeps)
+  {
+    std::vector<rve::DriveOf<D>> drives(which.size());
+    for (std::size_t k = 0; k < which.size(); ++k) {
+      drives[k].dt = dt[k];
+      drives[k].substeps = substeps[k];
+      drives[k].deformation = matrix_at<D>(increments, k);
+    }
+    if (keeps)
+      require(std::none_of(members.begin(), members.end(),
+                           [](const Member &member) {
+                             return member.tried;
+                           }),
+              "an RVE has a trial, which must be committed or reverted before an advance");
+    else
+      for (const std::size_t m : which) return_to_committed(members[m]);
+    std::vector<rve::ResultOf<D>> results;
+    engine->advance(numbers_of(which), drives, results);
+    for (std::size_t k = 0; k < which.size(); ++k) {
+      Member &member = members[which[k]];
+      const rve::ResultOf<D> &result = results[k];
+      const bool failed = result.status & rve::status::Fatal;
+      if (!failed) member.result = result;
+      member.result.status = result.status;
+      if (!keeps) member.tried = !failed;
+      if (stresses) put_matrix<D>(member.result.stress, stresses, k);
+      if (statuses) statuses[k] = result.status;
+    }
+  }
+
+  void commit()
+  {
+    for (Member &member : members) {
+      member.tried = false;
+      member.committed.reset();
+      member.committed_result.reset();
+    }
+  }
+  void revert()
+  {
+    for (Member &member : members)
+      if (member.tried) return_to_committed(member);
+  }
+
+  void quantity(const std::string &name, const std::vector<std::size_t> &which,
+                double *values) const
+  {
+    const macro::Quantity &quantity = macro::quantity_named(name, D);
+    for (std::size_t k = 0; k < which.size(); ++k)
+      values[k] = quantity.of(members[which[k]].result);
+  }
+
+  void affine_stiffness(const std::vector<std::size_t> &which, double *stiffness)
+  {
+    std::vector<rve::ElasticResultOf<D>> answers;
+    engine->advance(numbers_of(which), std::vector<rve::DriveOf<D>>(which.size(), resting()),
+                    answers);
+    for (const rve::ElasticResultOf<D> &answer : answers)
+      for (const auto &row : answer.stiffness.component)
+        stiffness = std::copy(std::begin(row), std::end(row), stiffness);
+  }
+
+  rve::RveStateOf<D> state(std::size_t which) const { return engine->state(members[which].number); }
+
+  void set_state(std::size_t which, const rve::RveStateOf<D> &state)
+  {
+    const int number = engine->add(state);    // may refuse it
+    engine->remove(members[which].number);
+    members[which] = Member{number};
+    evaluate();
+  }
+
+  std::vector<char> save() const
+  {
+    std::vector<char> bytes(sizeof(SavedHeader));
+    for (const Member &member : members) {
+      const std::vector<char> record =
+          rve::serialize(member.tried ? *member.committed : engine->state(member.number));
+      const std::uint64_t length = record.size();
+      const char *begin = reinterpret_cast<const char *>(&length);
+      bytes.insert(bytes.end(), begin, begin + sizeof(length));
+      bytes.insert(bytes.end(), record.begin(), record.end());
+    }
+    SavedHeader header{};
+    std::memcpy(header.magic, SAVED_MAGIC, sizeof(header.magic));
+    header.dimension = D;
+    header.count = members.size();
+    header.bytes = bytes.size();
+    header.checksum =
+        rve::checksum_of(bytes.data() + sizeof(header), bytes.size() - sizeof(header));
+    std::memcpy(bytes.data(), &header, sizeof(header));
+    return bytes;
+  }
+
+  void restore(const char *bytes, std::size_t size)
+  {
+    SavedHeader header{};
+    require(size >= sizeof(header), "these are no saved RVEs: there are too few bytes");
+    std::memcpy(&header, bytes, sizeof(header));
+    require(std::memcmp(header.magic, SAVED_MAGIC, sizeof(SAVED_MAGIC)) == 0,
+            "these are no bytes of rve_save, or of another machine's byte order");
+    require(header.dimension == D, [&] {
+      return "these are RVEs of dimension " + std::to_string(header.dimension) +
+          "; the batch has dimension " + std::to_string(D);
+    });
+    require(header.count == members.size(), [&] {
+      return "there are " + std::to_string(header.count) + " saved RVEs; the batch has " +
+          std::to_string(members.size());
+    });
+    require(header.bytes == size &&
+                header.checksum == rve::checksum_of(bytes + sizeof(header), size - sizeof(header)),
+            "the saved RVEs are damaged");
+    std::vector<rve::RveStateOf<D>> states;
+    std::size_t place = sizeof(header);
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      std::uint64_t length = 0;
+      std::memcpy(&length, bytes + place, sizeof(length));
+      place += sizeof(length);
+      states.push_back(rve::deserialize<D>(bytes + place, length));
+      place += length;
+    }
+    // all come in before any goes
+    std::vector<int> numbers;
+    try {
+      for (const auto &state : states) numbers.push_back(engine->add(state));
+    } catch (...) {
+      for (const int number : numbers) engine->remove(number);
+      throw;
+    }
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      engine->remove(members[k].number);
+      members[k] = Member{numbers[k]};
+    }
+    evaluate();
+  }
+
+ private:
+  struct Member {
+    int number;            ///< in the engine
+    bool tried = false;    ///< the engine has its trial
+    /// Kept from the first trial on that begins from it, until a commit.
+    std::optional<rve::RveStateOf<D>> committed = {};
+    std::optional<rve::ResultOf<D>> committed_result = {};
+    rve::ResultOf<D> result = {};    ///< of what the engine has
+  };
+
+  std::unique_ptr<rve::EngineOf<D>> engine;
+  std::vector<Member> members;
+  std::string description;
+
+  static rve::DriveOf<D> resting()
+  {
+    rve::DriveOf<D> drive;
+    drive.dt = 1.0;    // of no step
+    return drive;
+  }
+
+  std::vector<int> numbers_of(const std::vector<std::size_t> &which) const
+  {
+    std::vector<int> numbers;
+    for (const std::size_t m : which) numbers.push_back(members[m].number);
+    return numbers;
+  }
+
+  /// Before a trial, and where one is forgotten.
+  void return_to_committed(Member &member)
+  {
+    if (!member.committed) {
+      member.committed = engine->state(member.number);
+      member.committed_result = member.result;
+    }
+    if (!member.tried) return;
+    const int number = engine->add(*member.committed);
+    engine->remove(member.number);
+    member.number = number;
+    member.result = *member.committed_result;
+    member.tried = false;
+  }
+
+  /// Results of RVEs that have just come in.
+  void evaluate()
+  {
+    std::vector<Member *> fresh;
+    std::vector<int> numbers;
+    for (Member &member : members)
+      if (member.result.num_grains == 0) {
+        fresh.push_back(&member);
+        numbers.push_back(member.number);
+      }
+    std::vector<rve::ResultOf<D>> results;
+    engine->advance(numbers, std::vector<rve::DriveOf<D>>(numbers.size(), resting()), results);
+    for (std::size_t k = 0; k < fresh.size(); ++k) fresh[k]->result = results[k];
+  }
+};
+
+/// The numbers that a caller names: all, or `count` different ones of them.
+std::vector<std::size_t> chosen(const std::size_t *which, std::size_t count, std::size_t size)
+{
+  std::vector<std::size_t> all;
+  if (!which) {
+    require(count == size, [&] {
+      return "count is " + std::to_string(count) + "; all RVEs are " + std::to_string(size);
+    });
+    all.resize(size);
+    std::iota(all.begin(), all.end(), std::size_t(0));
+    return all;
+  }
+  std::vector<char> seen(size, 0);
+  for (std::size_t k = 0; k < count; ++k) {
+    require(which[k] < size, [&] {
+      return "which[" + std::to_string(k) + "] is " + std::to_string(which[k]) +
+          "; it must be below " + std::to_string(size);
+    });
+    require(!seen[which[k]]++, [&] {
+      return "which has RVE " + std::to_string(which[k]) + " twice";
+    });
+    all.push_back(which[k]);
+  }
+  return all;
+}
+
+using AnyBatch = std::variant<Batch<2>, Batch<3>>;
+
+template <int D>
+AnyBatch make_batch(const rve_packing *const *packings, std::size_t count,
+                    const rve::Options &options)
+{
+  std::vector<const rve::RveStateOf<D> *> states;
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto *state = std::get_if<rve::RveStateOf<D>>(&packings[k]->state);
+    require(state != nullptr, [&] {
+      return "packing 0 is of " + std::string(D == 2 ? "disks" : "spheres") + ", and packing " +
+          std::to_string(k) + " of " + (D == 2 ? "spheres" : "disks") +
+          "; all of a batch must have the same grains";
+    });
+    states.push_back(state);
+  }
+  return Batch<D>(states, options);
+}
+
+}    // namespace
+
+struct rve_batch {
+  AnyBatch any;
+
+  template <class Work> decltype(auto) visit(const Work &work) { return std::visit(work, any); }
+  template <class Work> decltype(auto) visit(const Work &work) const
+  {
+    return std::visit(work, any);
+  }
+  std::size_t size() const
+  {
+    return visit([](const auto &batch) {
+      return batch.size();
+    });
+  }
+  int dimension() const { return any.index() == 0 ? 2 : 3; }
+};
+
+namespace {
+
+int move_batch(rve_batch *batch, const size_t *which, size_t count, const double *increments,
+               const double *dt, const int32_t *substeps, double *stresses, uint32_t *statuses,
+               bool keeps)
+{
+  return guarded([&] {
+    require_pointer(batch, "batch");
+    if (count > 0) {
+      require_pointer(increments, "increments");
+      require_pointer(dt, "dt");
+      require_pointer(substeps, "substeps");
+    }
+    const auto members = chosen(which, count, batch->size());
+    batch->visit([&](auto &one) {
+      one.run(members, increments, dt, substeps, stresses, statuses, keeps);
+    });
+  });
+}
+
+}    // namespace
+
+// ---- the interface --------------------------------------------------------------------------------------------------------------
+
+extern "C" {
+
+int rve_api_version(void)
+{
+  return 1000 * RVE_API_MAJOR + RVE_API_MINOR;
+}
+const char *rve_release(void)
+{
+  return GPU_RVE_RELEASE;
+}
+const char *rve_error(void)
+{
+  return last_error.c_str();
+}
+
+int rve_packing_read(const char *file, rve_packing **packing)
+{
+  return guarded([&] {
+    require_pointer(packing, "packing");
+    *packing = new rve_packing{read_state(file)};
+  });
+}
+
+int rve_packing_write(const rve_packing *packing, const char *file)
+{
+  return guarded([&] {
+    require_pointer(packing, "packing");
+    require_pointer(file, "file");
+    std::visit(
+        [&](const auto &state) {
+          rve::write_packing(file, state);
+        },
+        packing->state);
+  });
+}
+
+int rve_packing_create(const char *recipe, rve_packing **packing)
+{
+  return guarded([&] {
+    require_pointer(packing, "packing");
+    const capi::Order order = capi::read_recipe(text_or_empty(recipe));
+    *packing = new rve_packing{order.dimension == 3 ? prepare<3>(order) : prepare<2>(order)};
+  });
+}
+
+int rve_packing_copy(const rve_packing *packing, rve_packing **copy)
+{
+  return guarded([&] {
+    require_pointer(packing, "packing");
+    require_pointer(copy, "copy");
+    *copy = new rve_packing(*packing);
+  });
+}
+
+void rve_packing_free(rve_packing *packing)
+{
+  delete packing;
+}
+
+int rve_packing_dimension(const rve_packing *packing)
+{
+  return packing ? dimension_of(packing->state) : 0;
+}
+
+size_t rve_packing_grains(const rve_packing *packing)
+{
+  if (!packing) return 0;
+  return std::visit(
+      [](const auto &state) {
+        return state.radius.size();
+      },
+      packing->state);
+}
+
+double rve_packing_void_ratio(const rve_packing *packing)
+{
+  if (!packing) return 0.0;
+  return std::visit(
+      [](const auto &state) {
+        return state.void_ratio();
+      },
+      packing->state);
+}
+
+int rve_packing_array(const rve_packing *packing, const char *name, double *values, size_t count)
+{
+  return guarded([&] {
+    require_pointer(packing, "packing");
+    require_pointer(name, "name");
+    std::visit(
+        [&](const auto &state) {
+          copy_out(array_named(state, name), values, count);
+        },
+        packing->state);
+  });
+}
+
+int rve_packing_parameter(const rve_packing *packing, const char *keyword, double *value)
+{
+  return guarded([&] {
+    require_pointer(packing, "packing");
+    require_pointer(keyword, "keyword");
+    require_pointer(value, "value");
+    std::visit(
+        [&](const auto &state) {
+          *value = state.material.*
+              capi::parameter_named(keyword, state.material.law, dimension_of(packing->state));
+        },
+        packing->state);
+  });
+}
+
+int rve_packing_set_parameter(rve_packing *packing, const char *keyword, double value)
+{
+  return guarded([&] {
+    require_pointer(packing, "packing");
+    require_pointer(keyword, "keyword");
+    std::visit(
+        [&](auto &state) {
+          auto changed = state;
+          changed.material.*
+              capi::parameter_named(keyword, state.material.law, dimension_of(packing->state)) =
+              value;
+          changed.check();
+          state = std::move(changed);
+        },
+        packing->state);
+  });
+}
+
+size_t rve_contact_columns(int dimension)
+{
+  return dimension == 2 || dimension == 3 ? 5 + 2 * static_cast<size_t>(dimension) : 0;
+}
+
+int rve_packing_contacts(const rve_packing *packing, size_t *rows)
+{
+  return guarded([&] {
+    require_pointer(packing, "packing");
+    require_pointer(rows, "rows");
+    std::visit(
+        [&](const auto &state) {
+          *rows = rve::find_contacts(state).size();
+        },
+        packing->state);
+  });
+}
+
+int rve_packing_contact_table(const rve_packing *packing, double *values, size_t count)
+{
+  return guarded([&] {
+    require_pointer(packing, "packing");
+    std::visit(
+        [&](const auto &state) {
+          copy_out(contact_table(state), values, count);
+        },
+        packing->state);
+  });
+}
+
+int rve_batch_create(const rve_packing *const *packings, size_t count, const char *options,
+                     rve_batch **batch)
+{
+  return guarded([&] {
+    require_pointer(batch, "batch");
+    require_pointer(packings, "packings");
+    require(count > 0, "count is 0; a batch has at least one RVE");
+    for (size_t k = 0; k < count; ++k) require_pointer(packings[k], "a packing");
+    const rve::Options chosen_options = capi::read_options(text_or_empty(options));
+    *batch = new rve_batch{rve_packing_dimension(packings[0]) == 2
+                               ? make_batch<2>(packings, count, chosen_options)
+                               : make_batch<3>(packings, count, chosen_options)};
+  });
+}
+
+void rve_batch_free(rve_batch *batch)
+{
+  delete batch;
+}
+int rve_batch_dimension(const rve_batch *batch)
+{
+  return batch ? batch->dimension() : 0;
+}
+size_t rve_batch_size(const rve_batch *batch)
+{
+  return batch ? batch->size() : 0;
+}
+
+const char *rve_batch_description(const rve_batch *batch)
+{
+  if (!batch) return "";
+  return batch->visit([](const auto &one) {
+    return one.text();
+  });
+}
+
+int rve_time_steps(rve_batch *batch, const size_t *which, size_t count, double *dt)
+{
+  return guarded([&] {
+    require_pointer(batch, "batch");
+    require_pointer(dt, "dt");
+    const auto members = chosen(which, count, batch->size());
+    batch->visit([&](auto &one) {
+      one.time_steps(members, dt);
+    });
+  });
+}
+
+int rve_trial(rve_batch *batch, const size_t *which, size_t count, const double *increments,
+              const double *dt, const int32_t *substeps, double *stresses, uint32_t *statuses)
+{
+  return move_batch(batch, which, count, increments, dt, substeps, stresses, statuses, false);
+}
+
+int rve_advance(rve_batch *batch, const size_t *which, size_t count, const double *increments,
+                const double *dt, const int32_t *substeps, double *stresses, uint32_t *statuses)
+{
+  return move_batch(batch, which, count, increments, dt, substeps, stresses, statuses, true);
+}
+
+int rve_commit(rve_batch *batch)
+{
+  return guarded([&] {
+    require_pointer(batch, "batch");
+    batch->visit([](auto &one) {
+      one.commit();
+    });
+  });
+}
+
+int rve_revert(rve_batch *batch)
+{
+  return guarded([&] {
+    require_pointer(batch, "batch");
+    batch->visit([](auto &one) {
+      one.revert();
+    });
+  });
+}
+
+uint32_t rve_status_fatal(void)
+{
+  return rve::status::Fatal;
+}
+
+const char *rve_status_text(uint32_t status)
+{
+  thread_local std::string text;
+  const int code = guarded([&] {
+    text = rve::describe_status(status);
+  });
+  return code == RVE_SUCCESS ? text.c_str() : "";
+}
+
+int rve_quantity(rve_batch *batch, const char *name, const size_t *which, size_t count,
+                 double *values)
+{
+  return guarded([&] {
+    require_pointer(batch, "batch");
+    require_pointer(name, "name");
+    require_pointer(values, "values");
+    const auto members = chosen(which, count, batch->size());
+    batch->visit([&](const auto &one) {
+      one.quantity(name, members, values);
+    });
+  });
+}
+
+size_t rve_num_quantities(int dimension)
+{
+  return macro::quantity_names(dimension).size();
+}
+
+const char *rve_quantity_name(int dimension, size_t k)
+{
+  const auto &names = macro::quantity_names(dimension);
+  return k < names.size() ? names[k] : "";
+}
+
+int rve_affine_stiffness(rve_batch *batch, const size_t *which, size_t count, double *stiffness)
+{
+  return guarded([&] {
+    require_pointer(batch, "batch");
+    require_pointer(stiffness, "stiffness");
+    const auto members = chosen(which, count, batch->size());
+    batch->visit([&](auto &one) {
+      one.affine_stiffness(members, stiffness);
+    });
+  });
+}
+
+int rve_batch_packing(rve_batch *batch, size_t which, rve_packing **packing)
+{
+  return guarded([&] {
+    require_pointer(batch, "batch");
+    require_pointer(packing, "packing");
+    const size_t member = chosen(&which, 1, batch->size())[0];
+    *packing = batch->visit([&](const auto &one) {
+      return new rve_packing{one.state(member)};
+    });
+  });
+}
+
+int rve_batch_set_packing(rve_batch *batch, size_t which, const rve_packing *packing)
+{
+  return guarded([&] {
+    require_pointer(batch, "batch");
+    require_pointer(packing, "packing");
+    require(rve_packing_dimension(packing) == batch->dimension(),
+            "the packing has grains of another dimension than the batch");
+    const size_t member = chosen(&which, 1, batch->size())[0];
+    if (auto *disks = std::get_if<Batch<2>>(&batch->any))
+      disks->set_state(member, std::get<rve::RveStateOf<2>>(packing->state));
+    else
+      std::get<Batch<3>>(batch->any)
+          .set_state(member, std::get<rve::RveStateOf<3>>(packing->state));
+  });
+}
+
+int rve_save(rve_batch *batch, void *bytes, size_t capacity, size_t *size)
+{
+  return guarded([&] {
+    require_pointer(batch, "batch");
+    require_pointer(size, "size");
+    const std::vector<char> saved = batch->visit([](const auto &one) {
+      return one.save();
+    });
+    *size = saved.size();
+    if (!bytes) return;
+    require(saved.size() <= capacity, [&] {
+      return "capacity is " + std::to_string(capacity) + " bytes; it must be at least " +
+          std::to_string(saved.size());
+    });
+    std::memcpy(bytes, saved.data(), saved.size());
+  });
+}
+
+int rve_restore(rve_batch *batch, const void *bytes, size_t size)
+{
+  return guarded([&] {
+    require_pointer(batch, "batch");
+    require_pointer(bytes, "bytes");
+    batch->visit([&](auto &one) {
+      one.restore(static_cast<const char *>(bytes), size);
+    });
+  });
+}
+
+}    // extern "C"

@@ -1,0 +1,254 @@
+#include "words.h"
+
+#include "rve/core/error.h"
+#include "rve/core/suggestion.h"
+
+#include <charconv>
+#include <functional>
+#include <map>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+namespace capi {
+
+namespace {
+
+  /// A word and its value.
+  struct Entry {
+    std::string word, value;
+
+    [[noreturn]] void refuse(const std::string &demand) const
+    {
+      throw rve::InputError(word + " is '" + value + "'; it must be " + demand);
+    }
+    double number() const
+    {
+      double x = 0.0;
+      const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), x);
+      if (error != std::errc() || end != value.data() + value.size()) refuse("a number");
+      return x;
+    }
+    template <class Integer = int> Integer integer() const
+    {
+      Integer n = 0;
+      const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), n);
+      if (error != std::errc() || end != value.data() + value.size()) refuse("a whole number");
+      return n;
+    }
+    template <class T> T choice(const std::vector<std::pair<const char *, T>> &choices) const
+    {
+      std::string demand;
+      for (const auto &[name, result] : choices) {
+        if (value == name) return result;
+        demand += (demand.empty() ? "" : " or ") + std::string(name);
+      }
+      refuse(demand);
+    }
+  };
+
+  std::vector<Entry> entries(const std::string &text)
+  {
+    std::vector<Entry> all;
+    std::istringstream stream(text);
+    for (Entry entry; stream >> entry.word; all.push_back(entry)) {
+      rve::require(static_cast<bool>(stream >> entry.value), entry.word + " has no value");
+      for (const Entry &other : all)
+        rve::require(other.word != entry.word, entry.word + " is given twice");
+    }
+    return all;
+  }
+
+  template <class Target>
+  using Table = std::vector<std::pair<const char *, std::function<void(const Entry &, Target &)>>>;
+
+  /// Whether the table has the word.
+  template <class Target> bool take(const Table<Target> &table, const Entry &entry, Target &target)
+  {
+    for (const auto &[word, read] : table)
+      if (entry.word == word) {
+        read(entry, target);
+        return true;
+      }
+    return false;
+  }
+
+  [[noreturn]] void refuse_unknown(const std::string &word, const rve::Words &known)
+  {
+    throw rve::InputError("there is no word '" + word + "'" +
+                          rve::did_you_mean(word, known, "there are"));
+  }
+
+  rve::Format format_of(const Entry &e)
+  {
+    return e.choice<rve::Format>({{"fast", rve::Format::Fast},
+                                  {"mixed", rve::Format::Mixed},
+                                  {"double", rve::Format::Double},
+                                  {"single", rve::Format::Single}});
+  }
+
+  const Table<rve::Options> OPTIONS = {
+      {"format",
+       [](const Entry &e, rve::Options &o) {
+         o.format = format_of(e);
+       }},
+      {"arithmetic",
+       [](const Entry &e, rve::Options &o) {
+         o.arithmetic = e.choice<rve::Arithmetic>(
+             {{"strict", rve::Arithmetic::Strict}, {"relaxed", rve::Arithmetic::Relaxed}});
+       }},
+      {"device",
+       [](const Entry &e, rve::Options &o) {
+         o.device = e.choice<rve::Device>(
+             {{"auto", rve::Device::Auto}, {"cpu", rve::Device::Cpu}, {"cuda", rve::Device::Cuda}});
+       }},
+      {"device_number",
+       [](const Entry &e, rve::Options &o) {
+         o.device_number = e.integer();
+         if (o.device_number < 0) e.refuse("at least 0");
+       }},
+      {"threads",
+       [](const Entry &e, rve::Options &o) {
+         o.threads = e.integer();
+       }},
+      {"block_size",
+       [](const Entry &e, rve::Options &o) {
+         o.block_size = e.integer();
+       }},
+      {"skin",
+       [](const Entry &e, rve::Options &o) {
+         o.skin = e.number();
+       }},
+      {"overlap_limit",
+       [](const Entry &e, rve::Options &o) {
+         o.overlap_limit = e.number();
+       }},
+      {"energy", [](const Entry &e, rve::Options &o) {
+         o.track_energy = e.choice<bool>({{"yes", true}, {"no", false}});
+       }}};
+
+  const Table<Order> RECIPE = {{"shape",
+                                [](const Entry &e, Order &o) {
+                                  o.dimension = e.choice<int>({{"disk", 2}, {"sphere", 3}});
+                                }},
+                               {"grains",
+                                [](const Entry &e, Order &o) {
+                                  o.recipe.num_grains = e.integer();
+                                }},
+                               {"seed",
+                                [](const Entry &e, Order &o) {
+                                  o.recipe.seed = e.integer<std::uint64_t>();
+                                }},
+                               {"radius_min",
+                                [](const Entry &e, Order &o) {
+                                  o.recipe.radius_min = e.number();
+                                }},
+                               {"radius_max",
+                                [](const Entry &e, Order &o) {
+                                  o.recipe.radius_max = e.number();
+                                }},
+                               {"pressure",
+                                [](const Entry &e, Order &o) {
+                                  o.recipe.pressure = e.number();
+                                }},
+                               {"k0",
+                                [](const Entry &e, Order &o) {
+                                  o.recipe.k0 = e.number();
+                                }},
+                               {"void_ratio",
+                                [](const Entry &e, Order &o) {
+                                  o.recipe.void_ratio = e.number();
+                                }},
+                               {"friction_prep",
+                                [](const Entry &e, Order &o) {
+                                  o.recipe.preparation_friction = e.number();
+                                }},
+                               {"damping_prep",
+                                [](const Entry &e, Order &o) {
+                                  o.recipe.preparation_damping = e.number();
+                                }},
+                               {"tolerance",
+                                [](const Entry &e, Order &o) {
+                                  o.recipe.stress_tolerance = o.recipe.unbalanced_tolerance =
+                                      e.number();
+                                }},
+                               {"contact",
+                                [](const Entry &e, Order &o) {
+                                  o.recipe.material.law = rve::contact_law_of(e.value);
+                                }},
+                               {"format", [](const Entry &e, Order &o) {
+                                  o.options.format = format_of(e);
+                                }}};
+
+  template <class Target> void add_words(const Table<Target> &table, rve::Words &words)
+  {
+    for (const auto &row : table) words.emplace_back(row.first);
+  }
+
+}    // namespace
+
+rve::Options read_options(const std::string &text)
+{
+  rve::Options options;
+  for (const Entry &entry : entries(text)) {
+    if (take(OPTIONS, entry, options)) continue;
+    rve::Words known;
+    add_words(OPTIONS, known);
+    refuse_unknown(entry.word, known);
+  }
+  return options;
+}
+
+Order read_recipe(const std::string &text)
+{
+  Order order;
+  order.options.device = rve::Device::Cpu;
+  order.options.threads = 1;
+  const std::vector<Entry> all = entries(text);
+  const auto has = [&](const std::string &word) {
+    for (const Entry &entry : all)
+      if (entry.word == word) return true;
+    return false;
+  };
+  rve::Material &material = order.recipe.material;
+  for (const Entry &entry : all) {
+    if (take(RECIPE, entry, order)) continue;
+    const rve::MaterialParameter *named = nullptr;
+    rve::Words known;
+    add_words(RECIPE, known);
+    for (const rve::MaterialParameter &parameter : rve::MATERIAL_PARAMETERS) {
+      known.emplace_back(parameter.keyword);
+      if (entry.word == parameter.keyword) named = &parameter;
+    }
+    if (!named) refuse_unknown(entry.word, known);
+    material.*named->member = entry.number();
+  }
+  std::string missing;
+  for (const char *needed : {"grains", "radius_min", "radius_max", "density", "pressure"})
+    if (!has(needed)) missing += (missing.empty() ? "" : ", ") + std::string(needed);
+  if (material.law == rve::ContactLaw::Linear && !has("kn"))
+    missing += (missing.empty() ? "" : ", ") + std::string("kn");
+  rve::require(missing.empty(), "the recipe lacks " + missing);
+  // as create_rve has it
+  if (material.law == rve::ContactLaw::Linear && !has("kt"))
+    material.tangential_stiffness = material.normal_stiffness;
+  if (material.law == rve::ContactLaw::Linear && has("rolling_friction") && !has("kr"))
+    material.rolling_stiffness = material.tangential_stiffness;
+  order.options.contacts = rve::contacts_of(material);
+  order.options.contacts.dimension = order.dimension;
+  return order;
+}
+
+rve::MaterialMember parameter_named(const std::string &keyword, rve::ContactLaw law, int dimension)
+{
+  rve::Words known;
+  for (const rve::MaterialParameter &parameter : rve::MATERIAL_PARAMETERS) {
+    if (!parameter.is_of(law, dimension)) continue;
+    if (keyword == parameter.keyword) return parameter.member;
+    known.emplace_back(parameter.keyword);
+  }
+  throw rve::InputError("there is no parameter '" + keyword + "' of such grains" +
+                        rve::did_you_mean(keyword, known, "there are"));
+}
+
+}    // namespace capi

@@ -1,0 +1,29 @@
+// Words and values of the C interface: recipes and options are texts as in a script, "format double threads 2".
+
+#ifndef CAPI_WORDS_H
+#define CAPI_WORDS_H
+
+#include "rve/engine/options.h"
+#include "rve/engine/packing.h"
+
+#include <string>
+
+namespace capi {
+
+/// Throws InputError with the word that is wrong.
+rve::Options read_options(const std::string &text);
+
+struct Order {
+  int dimension = 2;
+  rve::PackingRecipe recipe;
+  rve::Options options;    ///< of the engine that prepares the packing
+};
+/// Throws InputError with the word that is wrong, or those that are missing.
+Order read_recipe(const std::string &text);
+
+/// The member of a material that a keyword names, for grains of this dimension; throws InputError with those that there are.
+rve::MaterialMember parameter_named(const std::string &keyword, rve::ContactLaw law, int dimension);
+
+}    // namespace capi
+
+#endif

@@ -1,0 +1,374 @@
+// The C interface: the bits of the engine, trials that leave no trace, errors as texts.
+
+#include "librve.h"
+
+#include "rve/engine/engine.h"
+#include "rve/engine/packing_io.h"
+#include "rve/engine/stability.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace {
+
+const std::string DISKS = std::string(RVE_PACKINGS_DIR) + "/A_h0075.rve";
+const std::string SPHERES = std::string(RVE_PACKINGS_DIR) + "/S500.rve";
+constexpr double DT_DISKS = 2e-5, DT_SPHERES = 2e-6;
+const char *const OPTIONS = "format double device cpu threads 1";
+
+using Packing = std::unique_ptr<rve_packing, void (*)(rve_packing *)>;
+using Batch = std::unique_ptr<rve_batch, void (*)(rve_batch *)>;
+
+Packing read(const std::string &file)
+{
+  rve_packing *packing = nullptr;
+  EXPECT_EQ(rve_packing_read(file.c_str(), &packing), RVE_SUCCESS) << rve_error();
+  return {packing, rve_packing_free};
+}
+
+Batch batch_of(const std::vector<const rve_packing *> &packings, const char *options = OPTIONS)
+{
+  rve_batch *batch = nullptr;
+  EXPECT_EQ(rve_batch_create(packings.data(), packings.size(), options, &batch), RVE_SUCCESS)
+      << rve_error();
+  return {batch, rve_batch_free};
+}
+
+Batch batch_of(const std::string &file, std::size_t count, const char *options = OPTIONS)
+{
+  const Packing packing = read(file);
+  return batch_of(std::vector<const rve_packing *>(count, packing.get()), options);
+}
+
+using Numbers = std::vector<double>;
+
+/// 1 + strain/100 times a matrix that is not symmetric, of RVE k.
+Numbers increment(int dimension, int k)
+{
+  Numbers f(dimension * dimension, 0.0);
+  for (int a = 0; a < dimension; ++a)
+    for (int b = 0; b < dimension; ++b)
+      f[dimension * a + b] = (a == b) + 1e-4 * std::sin(1.0 + k + 2.0 * a + 5.0 * b);
+  return f;
+}
+
+enum class Kind { Trial, Advance };
+
+Numbers move(rve_batch *batch, Kind kind, const std::vector<std::size_t> &which, int k,
+             std::vector<std::uint32_t> *statuses = nullptr)
+{
+  const int d = rve_batch_dimension(batch);
+  Numbers increments;
+  for (const std::size_t member : which) {
+    const Numbers one = increment(d, k + static_cast<int>(member));
+    increments.insert(increments.end(), one.begin(), one.end());
+  }
+  const Numbers dt(which.size(), d == 2 ? DT_DISKS : DT_SPHERES);
+  const std::vector<std::int32_t> substeps(which.size(), 40);
+  Numbers stresses(which.size() * d * d);
+  std::vector<std::uint32_t> words(which.size());
+  const auto call = kind == Kind::Trial ? rve_trial : rve_advance;
+  EXPECT_EQ(call(batch, which.data(), which.size(), increments.data(), dt.data(), substeps.data(),
+                 stresses.data(), words.data()),
+            RVE_SUCCESS)
+      << rve_error();
+  if (statuses) *statuses = words;
+  return stresses;
+}
+
+std::vector<char> saved(rve_batch *batch)
+{
+  std::size_t size = 0;
+  EXPECT_EQ(rve_save(batch, nullptr, 0, &size), RVE_SUCCESS);
+  std::vector<char> bytes(size);
+  EXPECT_EQ(rve_save(batch, bytes.data(), bytes.size(), &size), RVE_SUCCESS) << rve_error();
+  return bytes;
+}
+
+double quantity(rve_batch *batch, const char *name, std::size_t which)
+{
+  double value = 0.0;
+  EXPECT_EQ(rve_quantity(batch, name, &which, 1, &value), RVE_SUCCESS) << rve_error();
+  return value;
+}
+
+template <int D> void expect_the_bits_of_the_engine(const std::string &file)
+{
+  const Batch batch = batch_of(file, 1);
+  rve::Options options;
+  options.format = rve::Format::Double;
+  options.device = rve::Device::Cpu;
+  options.threads = 1;
+  const auto state = rve::read_packing<D>(file);
+  options.contacts = rve::contacts_of(state);
+  const auto engine = rve::make_engine<D>(options);
+  const int number = engine->add(state);
+  for (int k = 0; k < 3; ++k) {
+    const Numbers stress = move(batch.get(), Kind::Advance, {0}, k);
+    rve::DriveOf<D> drive;
+    drive.dt = D == 2 ? DT_DISKS : DT_SPHERES;
+    drive.substeps = 40;
+    const Numbers f = increment(D, k);
+    std::copy(f.begin(), f.end(), drive.deformation.component);
+    std::vector<rve::ResultOf<D>> results;
+    engine->advance({number}, {drive}, results);
+    EXPECT_EQ(0, std::memcmp(stress.data(), results[0].stress.component, sizeof(double) * D * D));
+    EXPECT_EQ(quantity(batch.get(), "void_ratio", 0), results[0].void_ratio);
+    EXPECT_EQ(quantity(batch.get(), "p", 0), results[0].mean_stress());
+  }
+  rve_packing *packing = nullptr;
+  ASSERT_EQ(rve_batch_packing(batch.get(), 0, &packing), RVE_SUCCESS);
+  const Packing owner(packing, rve_packing_free);
+  const auto now = engine->state(number);
+  Numbers velocity(D * rve_packing_grains(packing));
+  ASSERT_EQ(rve_packing_array(packing, "velocity", velocity.data(), velocity.size()), RVE_SUCCESS);
+  EXPECT_EQ(velocity, now.velocity);
+}
+
+}    // namespace
+
+TEST(Librve, AdvancesDisksAndSpheresToTheBitsOfTheEngine)
+{
+  expect_the_bits_of_the_engine<2>(DISKS);
+  expect_the_bits_of_the_engine<3>(SPHERES);
+}
+
+TEST(Librve, TrialsLeaveNoTrace)
+{
+  const Batch tried = batch_of(DISKS, 2), plain = batch_of(DISKS, 2);
+  for (int k = 0; k < 3; ++k) {
+    move(tried.get(), Kind::Trial, {0, 1}, 50 + k);
+    const Numbers once = move(tried.get(), Kind::Trial, {0, 1}, k);
+    move(tried.get(), Kind::Trial, {1}, 70 + k);
+    const Numbers twice = move(tried.get(), Kind::Trial, {0, 1}, k);
+    EXPECT_EQ(once, twice);
+    EXPECT_EQ(twice, move(plain.get(), Kind::Advance, {0, 1}, k));
+    ASSERT_EQ(rve_commit(tried.get()), RVE_SUCCESS);
+    EXPECT_EQ(saved(tried.get()), saved(plain.get()));
+  }
+  // one that is forgotten
+  const double before = quantity(plain.get(), "p", 0);
+  const std::vector<char> state = saved(plain.get());
+  move(plain.get(), Kind::Trial, {0}, 9);
+  EXPECT_EQ(saved(plain.get()), state);    // of what is committed
+  EXPECT_NE(quantity(plain.get(), "p", 0), before);
+  ASSERT_EQ(rve_revert(plain.get()), RVE_SUCCESS);
+  EXPECT_EQ(quantity(plain.get(), "p", 0), before);
+  EXPECT_EQ(saved(plain.get()), state);
+}
+
+TEST(Librve, AnRveDoesNotKnowItsBatch)
+{
+  const Packing packing = read(DISKS);
+  const Batch four = batch_of({packing.get(), packing.get(), packing.get(), packing.get()},
+                              "format mixed device cpu threads 2"),
+              one = batch_of({packing.get()}, "format mixed device cpu threads 1");
+  const Numbers all = move(four.get(), Kind::Advance, {3, 0, 2}, 0);
+  // the increment of RVE 0
+  const Numbers alone = move(one.get(), Kind::Advance, {0}, 0);
+  EXPECT_EQ(Numbers(all.begin() + 4, all.begin() + 8), alone);
+  EXPECT_EQ(quantity(four.get(), "substeps", 1), 0.0);
+}
+
+TEST(Librve, RestoresWhatItSavedToTheBit)
+{
+  for (const std::string &file : {DISKS, SPHERES}) {
+    const Batch batch = batch_of(file, 2);
+    move(batch.get(), Kind::Advance, {0, 1}, 1);
+    const std::vector<char> bytes = saved(batch.get());
+    const Numbers went_on = move(batch.get(), Kind::Advance, {0, 1}, 2);
+    const std::vector<char> later = saved(batch.get());
+
+    const Batch other = batch_of(file, 2);
+    ASSERT_EQ(rve_restore(other.get(), bytes.data(), bytes.size()), RVE_SUCCESS) << rve_error();
+    EXPECT_EQ(move(other.get(), Kind::Advance, {0, 1}, 2), went_on);
+    EXPECT_EQ(saved(other.get()), later);
+  }
+}
+
+TEST(Librve, DamagedOrForeignBytesAreRefusedAndChangeNothing)
+{
+  const Batch batch = batch_of(DISKS, 2), spheres = batch_of(SPHERES, 2), one = batch_of(DISKS, 1);
+  const std::vector<char> state = saved(batch.get());
+  std::vector<char> damaged = state;
+  damaged[damaged.size() / 2] ^= 1;
+  EXPECT_EQ(rve_restore(batch.get(), damaged.data(), damaged.size()), RVE_BAD_INPUT);
+  EXPECT_STREQ(rve_error(), "the saved RVEs are damaged");
+  EXPECT_EQ(rve_restore(batch.get(), state.data(), 10), RVE_BAD_INPUT);
+  EXPECT_EQ(rve_restore(spheres.get(), state.data(), state.size()), RVE_BAD_INPUT);
+  EXPECT_STREQ(rve_error(), "these are RVEs of dimension 2; the batch has dimension 3");
+  EXPECT_EQ(rve_restore(one.get(), state.data(), state.size()), RVE_BAD_INPUT);
+  EXPECT_STREQ(rve_error(), "there are 2 saved RVEs; the batch has 1");
+  EXPECT_EQ(saved(batch.get()), state);
+}
+
+TEST(Librve, AFailureHasAStatusAndKeepsTheState)
+{
+  const Batch batch = batch_of(DISKS, 2);
+  const std::vector<char> state = saved(batch.get());
+  // half of the width in one step
+  const Numbers increments = {0.5, 0, 0, 0.5, 1, 0, 0, 1}, dt(2, DT_DISKS);
+  const std::int32_t substeps[] = {1, 1};
+  std::uint32_t statuses[2] = {0, 0};
+  Numbers stresses(8);
+  ASSERT_EQ(rve_trial(batch.get(), nullptr, 2, increments.data(), dt.data(), substeps,
+                      stresses.data(), statuses),
+            RVE_SUCCESS);
+  EXPECT_NE(statuses[0] & rve_status_fatal(), 0u);
+  EXPECT_EQ(statuses[1], 0u);
+  EXPECT_STRNE(rve_status_text(statuses[0]), "ok");
+  EXPECT_STREQ(rve_status_text(0), "ok");
+  ASSERT_EQ(rve_revert(batch.get()), RVE_SUCCESS);
+  EXPECT_EQ(saved(batch.get()), state);
+}
+
+TEST(Librve, BatchesWorkInThreadsOfTheirOwn)
+{
+  const Batch one = batch_of(DISKS, 2), other = batch_of(DISKS, 2), alone = batch_of(DISKS, 2);
+  const auto work = [](rve_batch *batch) {
+    for (int k = 0; k < 5; ++k) move(batch, Kind::Advance, {0, 1}, k);
+    double none = 0.0;
+    EXPECT_EQ(rve_quantity(batch, "nothing", nullptr, 2, &none), RVE_BAD_INPUT);
+  };
+  std::thread first(work, one.get()), second(work, other.get());
+  first.join();
+  second.join();
+  work(alone.get());
+  EXPECT_EQ(saved(one.get()), saved(alone.get()));
+  EXPECT_EQ(saved(other.get()), saved(alone.get()));
+}
+
+TEST(Librve, AffineStiffnessBoundsTheFirstStepOfARest)
+{
+  // by its definition it is the change of stress of one small step without relaxation
+  const Batch batch = batch_of(DISKS, 1);
+  Numbers stiffness(4 * 3);
+  ASSERT_EQ(rve_affine_stiffness(batch.get(), nullptr, 1, stiffness.data()), RVE_SUCCESS);
+  const double s0 = quantity(batch.get(), "syy", 0), strain = 1e-8;
+  const Numbers increments = {1.0, 0.0, 0.0, 1.0 + strain}, dt = {1e-9};
+  const std::int32_t substeps = 1;
+  Numbers stress(4);
+  ASSERT_EQ(rve_trial(batch.get(), nullptr, 1, increments.data(), dt.data(), &substeps,
+                      stress.data(), nullptr),
+            RVE_SUCCESS);
+  // row yy, column yy
+  EXPECT_NEAR((stress[3] - s0) / strain, stiffness[3 * 3 + 1], 1e-4 * stiffness[3 * 3 + 1]);
+}
+
+TEST(Librve, PreparesAPackingFromWords)
+{
+  rve_packing *packing = nullptr;
+  ASSERT_EQ(
+      rve_packing_create("shape disk grains 60 seed 3 radius_min 0.0025 radius_max 0.005 kn "
+                         "1e6 friction 0.5 density 2650 damping 0.3 thickness 0.075 mass_depth "
+                         "0.075 pressure 1e5",
+                         &packing),
+      RVE_SUCCESS)
+      << rve_error();
+  const Packing owner(packing, rve_packing_free);
+  EXPECT_EQ(rve_packing_grains(packing), 60u);
+  double kt = 0.0;
+  ASSERT_EQ(rve_packing_parameter(packing, "kt", &kt), RVE_SUCCESS);
+  EXPECT_EQ(kt, 1e6);
+  const Batch batch = batch_of({packing});
+  EXPECT_NEAR(quantity(batch.get(), "p", 0), 1e5, 1e3);
+  EXPECT_NEAR(quantity(batch.get(), "void_ratio", 0), rve_packing_void_ratio(packing), 1e-12);
+}
+
+TEST(Librve, ContactsGiveTheStressByLove)
+{
+  const Packing packing = read(SPHERES);
+  std::size_t rows = 0;
+  ASSERT_EQ(rve_packing_contacts(packing.get(), &rows), RVE_SUCCESS);
+  const std::size_t columns = rve_contact_columns(3);
+  Numbers table(rows * columns), cell(9);
+  ASSERT_EQ(rve_packing_contact_table(packing.get(), table.data(), table.size()), RVE_SUCCESS);
+  ASSERT_EQ(rve_packing_array(packing.get(), "cell", cell.data(), 9), RVE_SUCCESS);
+  double sum = 0.0;
+  for (std::size_t k = 0; k < rows; ++k) {
+    const double *row = &table[k * columns];
+    sum += row[7 + 2] * row[2 + 2];    // force_z branch_z
+  }
+  const double volume = cell[0] * cell[4] * cell[8];    // upright
+  const Batch batch = batch_of({packing.get()});
+  EXPECT_NEAR(sum / volume, quantity(batch.get(), "szz", 0), 1e-9 * std::fabs(sum / volume));
+}
+
+TEST(Librve, WrongInputIsNamedAndThrowsNothing)
+{
+  const Packing disks = read(DISKS), spheres = read(SPHERES);
+  rve_packing *packing = nullptr;
+  rve_batch *none = nullptr;
+  const Batch batch = batch_of({disks.get(), disks.get()});
+  double value = 0.0;
+  const auto expect = [](int code, const std::string &text) {
+    EXPECT_EQ(code, RVE_BAD_INPUT);
+    EXPECT_NE(std::string(rve_error()).find(text), std::string::npos) << rve_error();
+  };
+  expect(rve_packing_read("nowhere.rve", &packing), "nowhere.rve");
+  expect(rve_packing_read(nullptr, &packing), "file is a null pointer");
+  expect(rve_packing_read(DISKS.c_str(), nullptr), "packing is a null pointer");
+  EXPECT_EQ(packing, nullptr);
+  expect(rve_packing_create("shape disk grains 60", &packing),
+         "the recipe lacks radius_min, radius_max, density, pressure, kn");
+  expect(rve_packing_create("shape cube", &packing), "shape is 'cube'; it must be disk or sphere");
+  expect(rve_packing_create("frition 0.5", &packing), "did you mean friction");
+  expect(rve_packing_parameter(disks.get(), "k_twist", &value), "no parameter 'k_twist'");
+  expect(rve_packing_set_parameter(disks.get(), "kn", -1.0), "normal stiffness is -1");
+  EXPECT_EQ(rve_packing_parameter(disks.get(), "kn", &value), RVE_SUCCESS);
+  EXPECT_GT(value, 0.0);
+  expect(rve_packing_array(disks.get(), "radii", &value, 1), "no array 'radii'");
+  expect(rve_packing_array(disks.get(), "radius", &value, 1), "count is 1; it must be 400");
+  const rve_packing *mixed[] = {disks.get(), spheres.get()};
+  expect(rve_batch_create(mixed, 2, nullptr, &none),
+         "packing 0 is of disks, and packing 1 of spheres");
+  expect(rve_batch_create(mixed, 0, nullptr, &none), "count is 0");
+  expect(rve_batch_create(mixed, 1, "format quad", &none),
+         "format is 'quad'; it must be fast or mixed or double or single");
+  expect(rve_batch_create(mixed, 1, "format", &none), "format has no value");
+  expect(rve_batch_create(mixed, 1, "threads 1 threads 2", &none), "threads is given twice");
+  EXPECT_EQ(none, nullptr);
+  const Numbers increments = {1, 0, 0, 1}, dt = {-1.0}, good = {1e-6};
+  const std::int32_t substeps = 1;
+  const std::size_t beyond = 2, twice[] = {0, 0};
+  expect(rve_trial(batch.get(), &beyond, 1, increments.data(), good.data(), &substeps, nullptr,
+                   nullptr),
+         "which[0] is 2; it must be below 2");
+  expect(rve_time_steps(batch.get(), twice, 2, &value), "RVE 0 twice");
+  expect(rve_time_steps(batch.get(), nullptr, 1, &value), "count is 1; all RVEs are 2");
+  const std::size_t first = 0;
+  expect(
+      rve_trial(batch.get(), &first, 1, increments.data(), dt.data(), &substeps, nullptr, nullptr),
+      "-1");
+  expect(rve_trial(batch.get(), &first, 1, nullptr, good.data(), &substeps, nullptr, nullptr),
+         "increments is a null pointer");
+  // an advance beside a trial
+  move(batch.get(), Kind::Trial, {0}, 0);
+  Numbers more = increments;
+  expect(rve_advance(batch.get(), &first, 1, more.data(), good.data(), &substeps, nullptr, nullptr),
+         "an RVE has a trial");
+  std::size_t size = 0;
+  char byte;
+  expect(rve_save(batch.get(), &byte, 1, &size), "capacity is 1 bytes");
+  expect(rve_commit(nullptr), "batch is a null pointer");
+  rve_packing_free(nullptr);
+  rve_batch_free(nullptr);
+}
+
+TEST(Librve, QuantitiesAreThoseOfTheDimension)
+{
+  const auto has = [](int dimension, const std::string &name) {
+    for (std::size_t k = 0; k < rve_num_quantities(dimension); ++k)
+      if (name == rve_quantity_name(dimension, k)) return true;
+    return false;
+  };
+  EXPECT_TRUE(has(2, "sxx") && has(3, "sxx") && has(3, "szz"));
+  EXPECT_FALSE(has(2, "szz"));
+  EXPECT_STREQ(rve_quantity_name(2, 1000), "");
+}
