@@ -39,7 +39,7 @@ complain "styles see the interfaces of engine, mpm, macro and field, not the roo
 $(grep -nE '#[[:space:]]*include[[:space:]]*"rve/(physics|algorithm|block)/' ./*.h ./*.cpp)
 END
 complain "the header of a style includes its base class and the standard library only" <<END
-$(grep -nE '#[[:space:]]*include' fix_mpm.h fix_rve.h compute_rve_atom.h compute_rve_contact_local.h create_rve.h dump_rve_grain.h random_field.h write_rve.h 2>/dev/null | grep -vE '"(fix|compute|command|dump_custom)\.h"|<[a-z_]+>')
+$(grep -nE '#[[:space:]]*include' fix_mpm.h fix_rve.h compute_rve_atom.h compute_rve_contact_local.h compute_rve_tangent.h create_rve.h dump_rve_grain.h random_field.h write_rve.h 2>/dev/null | grep -vE '"(fix|compute|command|dump_custom)\.h"|<[a-z_]+>')
 END
 complain "GPU threads and the CUDA runtime belong to rve/block, the room cuda, the CUDA engine (rve/engine/*.cu, *.cuh) and mpm/cuda_*.cu" <<END
 $(grep -rnE '\<(threadIdx|blockIdx|blockDim|gridDim|__syncthreads|__syncwarp|__shared__|cuda[A-Z][A-Za-z]*)\>' . \

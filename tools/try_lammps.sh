@@ -40,6 +40,7 @@ shear           element_tests           lmp -in in.element -var test shear -var 
 biaxial         element_tests           lmp -in in.element -var test biaxial -var format fast
 triaxial        element_tests           lmp -in in.triaxial -var format fast
 undrained       element_tests           lmp -in in.triaxial -var test undrained -var format fast
+tangent         tangent                 lmp -in in.tangent -var strain 0.003
 sphere_packings sphere_packings         lmp -in in.sphere_packings -var mu 0
 steady_shear    steady_shear            lmp -in in.steady_shear -var grains 50 -var strain 0.02
 footing         footing                 lmp -in in.footing -var h 1 -var grains 50 -var stop 10 -var frames 2

@@ -12,7 +12,8 @@
 ------------------------------------------------------------------------- */
 
 // The material point method as a time integrator: the atoms of a group are material points. This style parses, keeps the
-// state of the points in per-atom arrays and calls the solver in mpm/; it knows no formula of the method.
+// state of the points in per-atom arrays and calls the solver in mpm/; it knows no formula of the method. Its dimension is that of
+// LAMMPS: fix_mpm_impl.h.
 
 #ifdef FIX_CLASS
 // clang-format off
@@ -25,8 +26,7 @@ FixStyle(mpm,FixMpm);
 
 #include "fix.h"
 
-#include <string>
-#include <vector>
+#include <memory>
 
 namespace LAMMPS_NS {
 
@@ -63,19 +63,8 @@ class FixMpm : public Fix {
 
  private:
   struct Impl;
-  Impl *impl;
-
-  void solve(bool);
-  void find_law(const std::string &, const std::string &);
-  void fill_output();
-  void check_courant();
-  void check_time_step();
-  void check_positions();
-  void check_overlap();
-  void check_area(const std::vector<int> &);
-  void look_at_damping();
-  void tell_damping();
-  void report_times() const;
+  template <int D> struct ImplOf;
+  std::unique_ptr<Impl> impl;
 };
 
 }    // namespace LAMMPS_NS

@@ -29,6 +29,7 @@
 #include "restart_record.h"
 #include "rve/core/error.h"
 #include "rve/engine/files.h"
+#include "timer.h"
 #include "unit_styles.h"
 #include "update.h"
 
@@ -64,7 +65,7 @@ FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
   if (lmp->citeme) lmp->citeme->add(cite_fix_rve);
 
   vector_flag = 1;
-  size_vector = 14;
+  size_vector = 16;
   global_freq = 1;
   extvector = 0;
   nevery = 1;
@@ -205,6 +206,10 @@ void FixRve::end_of_step()
   const auto &settings = impl->settings;
   const bigint step = update->ntimestep;
   impl->look_is_expected = false;
+  if (settings.path.halts && impl->all_paths_ended()) {
+    impl->is_halted = true;
+    timer->force_timeout();
+  }
   impl->progress.step_done([this] {
     return impl->dem_steps();
   });
@@ -231,6 +236,12 @@ void FixRve::post_run()
   if (interval && update->ntimestep % interval) {
     impl->recheck_time_step(Impl::Check::Run);
     impl->advise(false);
+  }
+  if (impl->is_halted) {
+    impl->is_halted = false;
+    timer->reset_timeout();
+    if (comm->me == 0)
+      utils::logmesg(lmp, "fix rve {}: all paths have ended at step {}\n", id, update->ntimestep);
   }
   report_shadows();
   impl->progress.end();
@@ -306,11 +317,57 @@ double FixRve::inertial_number(int i) const
   return impl->inertial_number(i);
 }
 
+double FixRve::servo_error(int i) const
+{
+  return impl->servo_error(i);
+}
+
+double FixRve::path_stage(int i) const
+{
+  return impl->path_report(i).stage;
+}
+
+double FixRve::path_time(int i) const
+{
+  return impl->path_report(i).time;
+}
+
+double FixRve::path_cycles(int i) const
+{
+  return impl->path_report(i).cycles;
+}
+
+double FixRve::path_ended(int i) const
+{
+  return impl->path_report(i).ended;
+}
+
 template <int D> rve::RveStateOf<D> FixRve::state(int i) const
 {
   return static_cast<const ImplOf<D> &>(*impl).state(i);
 }
 
+template <int D> std::array<double, D * D> FixRve::rate_of_deformation(int i) const
+{
+  const auto &points = static_cast<const ImplOf<D> &>(*impl);
+  std::array<double, D * D> components;
+  rve::store_tensor(points.point(i).rate_of_deformation(), components.data());
+  return components;
+}
+
+template <int D> std::unique_ptr<rve::EngineOf<D>> FixRve::empty_engine(rve::Format format) const
+{
+  rve::Options options = impl->settings.options;
+  options.contacts = static_cast<const ImplOf<D> &>(*impl).points->contacts();
+  options.format = format;
+  options.arithmetic = rve::Arithmetic::Strict;
+  return rve::make_engine<D>(options);
+}
+
+template std::array<double, 4> FixRve::rate_of_deformation<2>(int) const;
+template std::array<double, 9> FixRve::rate_of_deformation<3>(int) const;
+template std::unique_ptr<rve::EngineOf<2>> FixRve::empty_engine<2>(rve::Format) const;
+template std::unique_ptr<rve::EngineOf<3>> FixRve::empty_engine<3>(rve::Format) const;
 template const rve::ResultOf<2> &FixRve::result<2>(int) const;
 template const rve::ResultOf<3> &FixRve::result<3>(int) const;
 template rve::RveStateOf<2> FixRve::state<2>(int) const;
@@ -327,6 +384,8 @@ bool FixRve::reads_results() const
     for (const TensorComponent &component : *components)
       if (!component.value.variable.empty() && may_read_results(lmp, component.value.variable))
         return true;
+  for (const ScriptValue &value : impl->settings.path.values)
+    if (may_read_results(lmp, value.variable)) return true;
   return false;
 }
 
@@ -335,13 +394,22 @@ double FixRve::engine_time() const
   return impl->engine_time();
 }
 
-mpm::Constitutive<2> *FixRve::constitutive()
+template <int D> mpm::Constitutive<D> *FixRve::constitutive()
 {
   if (impl->settings.driver != RveDriver::Mpm)
     error->all(FLERR, "fix rve {} must have drive mpm to serve as a material of fix mpm", id);
   impl->is_material = true;
-  return impl->constitutive();
+  if constexpr (D == 2) {
+    return impl->material_of_plane();
+  } else {
+    if (!impl->material_of_space())
+      error->all(FLERR, "fix rve {} has RVEs of disks, which cannot be a material in space", id);
+    return impl->material_of_space();
+  }
 }
+
+template mpm::Constitutive<2> *FixRve::constitutive<2>();
+template mpm::Constitutive<3> *FixRve::constitutive<3>();
 
 /* ---------------------------------------------------------------------- */
 

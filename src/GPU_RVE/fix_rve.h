@@ -25,6 +25,7 @@ FixStyle(rve,FixRve);
 
 #include "fix.h"
 
+#include <array>
 #include <memory>
 #include <string>
 
@@ -32,8 +33,10 @@ namespace mpm {
 template <int D> class Constitutive;
 }
 namespace rve {
+template <int D> class EngineOf;
 template <int D> struct ResultOf;
 template <int D> struct RveStateOf;
+enum class Format;
 }    // namespace rve
 
 namespace LAMMPS_NS {
@@ -89,10 +92,21 @@ class FixRve : public Fix {
   double engine_time() const;
   // of its last DEM steps; 0 before the first one [-]
   double inertial_number(int) const;
+  // largest difference between a steered stress and its goal [stress]
+  double servo_error(int) const;
+  // where it is on its path: stage from 1, time and cycles in it, 1 if it has ended; 0 without a path
+  double path_stage(int) const;
+  double path_time(int) const;
+  double path_cycles(int) const;
+  double path_ended(int) const;
   // complete state, exact; D is the dimension of the RVEs
   template <int D> rve::RveStateOf<D> state(int) const;
-  // the RVEs as a material for fix mpm; owned by this fix; error unless `drive mpm`
-  mpm::Constitutive<2> *constitutive();
+  // symmetric part of the velocity gradient of its last DEM steps, row by row; zeros before the first one [1/time]
+  template <int D> std::array<double, D * D> rate_of_deformation(int) const;
+  // an engine without RVEs that takes these, on the same device, in a number format of its own; throws what rve::make_engine does
+  template <int D> std::unique_ptr<rve::EngineOf<D>> empty_engine(rve::Format) const;
+  // the RVEs as a material for fix mpm, in a continuum of D dimensions; owned by this fix; error unless `drive mpm`
+  template <int D> mpm::Constitutive<D> *constitutive();
 
  private:
   struct Impl;

@@ -349,6 +349,8 @@ template <int D> void FixRve::ImplOf<D>::modify(int narg, char **arg)
   wanted.material.add(words);
   wanted.mass_scaling = scaling;
   wanted.dt_given = settings.dt_given || dt_given;
+  if (wanted.path.of<D>() != settings.path.of<D>())    // another path begins anew
+    for (const int i : atoms_with_rve()) points->path(slot[i]) = macro::PathState<D>();
   settings = wanted;
   find_variables();
   if (words.any() || scaling != scaling_before) {

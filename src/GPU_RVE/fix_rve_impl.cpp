@@ -347,6 +347,8 @@ void FixRve::Impl::find_variables()
 {
   for (auto *list : {&settings.velocity_gradient, &settings.stress_goal})
     for (auto &component : *list) component.value.find(fix->lmp, "fix rve");
+  for (ScriptValue &value : settings.path.values) value.find(fix->lmp, "fix rve path");
+  settings.path.number.find(fix->lmp, "fix rve path_variable");
 }
 
 /* ---------------------------------------------------------------------- */
@@ -696,8 +698,9 @@ void FixRve::ImplOf<D>::check(const Matrix &tensor, const char *what, const char
 template <int D> bool FixRve::ImplOf<D>::wants_details() const
 {
   const int interval = settings.dt_check_interval;
-  return look_is_expected || (interval && fix->update->ntimestep % interval == 0) ||
-      state_may_be_read(fix->lmp);
+  const auto &paths = settings.path.of<D>();
+  return look_is_expected || (paths && paths->needs_details()) ||
+      (interval && fix->update->ntimestep % interval == 0) || state_may_be_read(fix->lmp);
 }
 
 template <int D>
@@ -761,11 +764,90 @@ void FixRve::ImplOf<D>::report(const std::vector<int> &failed, const std::vector
 
 template <int D> void FixRve::ImplOf<D>::advance_by_script()
 {
+  if (const auto &paths = settings.path.of<D>()) {
+    advance_on_paths(*paths);
+    return;
+  }
   fix->modify->clearstep_compute();
   const std::vector<int> atoms = atoms_with_rve();
   const std::vector<Drive> wanted = drives(atoms);
   fix->modify->addstep_compute(fix->update->ntimestep + 1);
   advance(atoms, wanted);
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <int D>
+macro::PathStep FixRve::ImplOf<D>::path_step(int atom, const macro::RveClock &clock) const
+{
+  return {clock.dt, clock.substeps, settings.servo_gain.value_or(points->servo_gain(slot[atom])),
+          settings.servo_max_rate.value_or(SERVO_STRAIN_PER_STEP / clock.dt)};
+}
+
+template <int D> void FixRve::ImplOf<D>::begin_paths(const macro::LoadPathsOf<D> &paths)
+{
+  std::vector<double> numbers;
+  for (const int i : atoms_with_rve()) {
+    macro::PathState<D> &state = points->path(slot[i]);
+    if (state.path >= 0) continue;
+    double number = 1.0;
+    if (settings.path.number_given) {
+      if (numbers.empty()) settings.path.number.evaluate(fix->lmp, fix->igroup, numbers);
+      number = numbers[i];
+    }
+    if (!(number >= 1.0 && number <= paths.size()) || number != std::floor(number))
+      fix->error->one(FLERR,
+                      "fix rve {}: path_variable is {} for atom {}; it must be a whole number from "
+                      "1 to {}, the number of paths",
+                      fix->id, rve::number(number), fix->atom->tag[i], paths.size());
+    paths.begin(state, static_cast<int>(number) - 1, point(i).result.deformation);
+  }
+}
+
+template <int D> void FixRve::ImplOf<D>::advance_on_paths(const macro::LoadPathsOf<D> &paths)
+{
+  fix->modify->clearstep_compute();
+  begin_paths(paths);
+  std::vector<int> atoms = atoms_with_rve();
+  atoms.erase(std::remove_if(atoms.begin(), atoms.end(),
+                             [this](int i) {
+                               return points->path(slot[i]).ended != 0;
+                             }),
+              atoms.end());
+  const int num_values = static_cast<int>(settings.path.values.size());
+  std::vector<std::vector<double>> values(num_values);
+  for (int n = 0; n < num_values; ++n)
+    settings.path.values[n].evaluate(fix->lmp, fix->igroup, values[n]);
+  fix->modify->addstep_compute(fix->update->ntimestep + 1);
+
+  const macro::RveClock clock = this->clock(fix->update->dt);
+  std::vector<Drive> wanted;
+  std::vector<double> own(num_values);
+  for (const int i : atoms) {
+    for (int n = 0; n < num_values; ++n) own[n] = values[n][i];
+    guarded(
+        [&] {
+          wanted.push_back(points->path_drive(slot[i], paths, path_step(i, clock), own.data()));
+        },
+        i);
+  }
+  advance(atoms, wanted);
+  for (const int i : atoms) points->follow_path(slot[i], paths, path_step(i, clock));
+}
+
+template <int D> FixRve::Impl::PathReport FixRve::ImplOf<D>::path_report(int atom) const
+{
+  const macro::PathState<D> &state = points->path(slot[atom]);
+  if (!settings.path.any() || state.path < 0) return {};
+  return {state.stage + 1.0, state.time, state.cycles(), static_cast<double>(state.ended)};
+}
+
+template <int D> bool FixRve::ImplOf<D>::all_paths_ended() const
+{
+  int going = 0, any;
+  for (const int i : advancing_atoms()) going = going || points->path(slot[i]).ended == 0;
+  MPI_Allreduce(&going, &any, 1, MPI_INT, MPI_MAX, fix->world);
+  return any == 0;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -828,7 +910,8 @@ std::vector<rve::DriveOf<D>> FixRve::ImplOf<D>::drives(const std::vector<int> &a
 /* ----------------------------------------------------------------------
    RVEs, frozen ones, DEM steps, rebuilds, lattice reductions, repeats, worst status,
    DEM time step, DEM steps per LAMMPS step, wall time per advance,
-   mean and largest deviation from shadows, atom ID of the largest, RVEs that were skipped
+   mean and largest deviation from shadows, atom ID of the largest, RVEs that were skipped,
+   RVEs whose path has ended, largest error of a steered stress
 ------------------------------------------------------------------------- */
 
 template <int D> double FixRve::ImplOf<D>::vector_component(int n) const
@@ -855,6 +938,8 @@ template <int D> double FixRve::ImplOf<D>::vector_component(int n) const
     if (n < 6) mine += values[n];
     if (n == 8) mine = MAX(mine, point.drive.substeps);
     if (n == 13) mine += point.asleep() ? 1.0 : 0.0;
+    if (n == 14) mine += settings.path.any() && point.path.ended ? 1.0 : 0.0;
+    if (n == 15) mine = MAX(mine, point.servo_error);
     status |= static_cast<int>(point.result.status);
   }
   if (n == 6) {
@@ -862,7 +947,8 @@ template <int D> double FixRve::ImplOf<D>::vector_component(int n) const
     return any_status;
   }
   if (n == 9) mine = num_advances ? wall_time / num_advances : 0.0;
-  MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, n == 8 || n == 9 ? MPI_MAX : MPI_SUM, fix->world);
+  const bool is_largest = n == 8 || n == 9 || n == 15;
+  MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, is_largest ? MPI_MAX : MPI_SUM, fix->world);
   return all;
 }
 

@@ -46,6 +46,7 @@ struct FixRve::Impl {
   bool look_is_expected = false;    // somebody said that the results of this step shall be complete
   double restart_step = 0.0;        // of the head of a restart file
   bool is_material = false;         // fix mpm has asked for it
+  bool is_halted = false;           // the run ends because all paths have
   Progress progress;
 
   /// That of the RVEs that the packings make.
@@ -109,7 +110,17 @@ struct FixRve::Impl {
   virtual double bytes() const = 0;
   virtual double bulk_density(int atom) const = 0;
   virtual double inertial_number(int atom) const = 0;
-  virtual mpm::Constitutive<2> *constitutive() = 0;
+  virtual double servo_error(int atom) const = 0;
+  /// Where an RVE is on its path: stage from 1 (0: on none), time in it, cycles in it, and whether it has ended.
+  struct PathReport {
+    double stage = 0.0, time = 0.0, cycles = 0.0, ended = 0.0;
+  };
+  virtual PathReport path_report(int atom) const = 0;
+  /// Whether all RVEs that can advance are behind the ends of their paths; collective.
+  virtual bool all_paths_ended() const = 0;
+  /// As materials of a continuum; nullptr in space if they are of disks.
+  virtual mpm::Constitutive<2> *material_of_plane() = 0;
+  virtual mpm::Constitutive<3> *material_of_space() = 0;
   /// For LAMMPS: the grains of an RVE as a file.
   virtual void write_dump(int atom, const std::string &path) const = 0;
 
@@ -166,6 +177,7 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   ImplOf(FixRve *_fix, FixRveSettings _settings) :
       Impl(_fix, std::move(_settings), D), of_plane(*this)
   {
+    if constexpr (D == 3) of_space = std::make_unique<macro::RveConstitutive<3>>(*this);
   }
 
   void read_packings() override;
@@ -195,7 +207,11 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   double bytes() const override;
   double bulk_density(int atom) const override;
   double inertial_number(int atom) const override;
-  mpm::Constitutive<2> *constitutive() override { return &of_plane; }
+  double servo_error(int atom) const override { return points->servo_error(slot[atom]); }
+  PathReport path_report(int atom) const override;
+  bool all_paths_ended() const override;
+  mpm::Constitutive<2> *material_of_plane() override { return &of_plane; }
+  mpm::Constitutive<3> *material_of_space() override { return of_space.get(); }
   void write_dump(int atom, const std::string &path) const override;
 
   // for RveConstitutive
@@ -228,8 +244,10 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   }
 
  private:
-  macro::RveConstitutive<2, D> of_plane;    // as a material
-  std::vector<int> slots;                   // of the RVEs that advance, kept between calls
+  // as materials; disks are none in space
+  macro::RveConstitutive<2, D> of_plane;
+  std::unique_ptr<mpm::Constitutive<3>> of_space;
+  std::vector<int> slots;    // of the RVEs that advance, kept between calls
   bool warned_sharing = false, warned_tension = false;
   bool advised[rve::NUM_ADVICE_KINDS] = {};
   double wall_time = 0.0;
@@ -252,6 +270,9 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   std::vector<int> slots_of(const std::vector<int> &atoms) const;
   /// What the script asks for in this LAMMPS step.
   std::vector<Drive> drives(const std::vector<int> &atoms);
+  void advance_on_paths(const macro::LoadPathsOf<D> &paths);
+  void begin_paths(const macro::LoadPathsOf<D> &paths);
+  macro::PathStep path_step(int atom, const macro::RveClock &clock) const;
   /// Leaves so many shadows, of those that choose_shadows() would choose first; collective.
   void remove_shadows(int number);
   struct LeastBound {

@@ -18,6 +18,7 @@
 
 #include "compute_rve_atom.h"
 #include "compute_rve_contact_local.h"
+#include "compute_rve_tangent.h"
 #include "create_rve.h"
 #include "dump_rve_grain.h"
 #include "fix_mpm.h"
@@ -78,6 +79,11 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   plugin.name = "rve/contact/local";
   plugin.info = "contacts between the grains of RVEs v0.1";
   plugin.creator.v2 = &make_style<ComputeRveContactLocal>;
+  register_plugin(&plugin, lmp);
+
+  plugin.name = "rve/tangent";
+  plugin.info = "tangent stiffness of the RVEs by probing v0.1";
+  plugin.creator.v2 = &make_style<ComputeRveTangent>;
   register_plugin(&plugin, lmp);
 
   // plugins cannot register dumps: LAMMPS' own list of them takes this one

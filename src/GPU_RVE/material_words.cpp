@@ -182,42 +182,40 @@ void read_rolling(ScriptWords &words, Contact &contact)
 {
   if (!words.choice<bool>("rolling model", {{"sds", true}, {"none", false}})) return;
   contact.material[&rve::Material::rolling_stiffness] = words.number("rolling k_roll");
-  const double viscosity = words.number("rolling gamma_roll");
-  if (viscosity != 0.0)
-    words.refuse(fmt::format("contact rolling gamma_roll is {} [force time/length]; it must be 0: "
-                             "rolling has no dashpot here",
-                             rve::number(viscosity)));
+  contact.material[&rve::Material::rolling_viscosity] = words.number("rolling gamma_roll");
   contact.material[&rve::Material::rolling_friction] = words.number("rolling mu_roll");
 }
 
 void read_twisting(ScriptWords &words, Contact &contact)
 {
-  if (!words.choice<bool>("twisting model", {{"sds", true}, {"none", false}})) return;
+  enum class Twisting { None, Sds, Marshall };
+  const auto twisting = words.choice<Twisting>(
+      "twisting model",
+      {{"sds", Twisting::Sds}, {"marshall", Twisting::Marshall}, {"none", Twisting::None}});
+  if (twisting == Twisting::Marshall) contact.material[&rve::Material::twisting_marshall] = 1.0;
+  if (twisting != Twisting::Sds) return;
   contact.material[&rve::Material::twisting_stiffness] = words.number("twisting k_twist");
-  const double viscosity = words.number("twisting gamma_twist");
-  if (viscosity != 0.0)
-    words.refuse(
-        fmt::format("contact twisting gamma_twist is {} [force length time]; it must be 0: "
-                    "twisting has no dashpot here",
-                    rve::number(viscosity)));
+  contact.material[&rve::Material::twisting_viscosity] = words.number("twisting gamma_twist");
   contact.material[&rve::Material::twisting_friction] = words.number("twisting mu_twist");
 }
 
 constexpr ScriptKeyword<Contact> PARTS[] = {
     {"tangential", "linear_history k_t x_gammat mu", read_tangential},
     {"damping", "velocity", read_damping},
-    {"rolling", "sds k_roll 0 mu_roll", read_rolling},
-    {"twisting", "sds k_twist 0 mu_twist", read_twisting}};
+    {"rolling", "sds k_roll gamma_roll mu_roll", read_rolling},
+    {"twisting", "sds k_twist gamma_twist mu_twist, or marshall", read_twisting}};
 
 /// Gives all that *contact* can say: what it does not say is 0.
 void read_contact(ScriptWords &words, MaterialWords &material)
 {
-  words.set_form("hooke k_n eta_n tangential linear_history k_t x_gammat mu [damping velocity] "
-                 "[rolling sds k_roll 0 mu_roll] [twisting sds k_twist 0 mu_twist], or hertz k_n "
-                 "eta_n hertz/material E eta_n nu or dmt E eta_n nu cohesion, tangential mindlin, "
-                 "mindlin/force, mindlin_rescale or mindlin_rescale/force k_t x_gammat mu [damping "
-                 "viscoelastic, velocity or coeff_restitution] [rolling sds k_roll 0 mu_roll] "
-                 "[twisting sds k_twist 0 mu_twist]");
+  words.set_form(
+      "hooke k_n eta_n tangential linear_history k_t x_gammat mu [damping velocity] "
+      "[rolling sds k_roll gamma_roll mu_roll] [twisting sds k_twist gamma_twist mu_twist "
+      "or marshall], or hertz k_n "
+      "eta_n hertz/material E eta_n nu or dmt E eta_n nu cohesion, tangential mindlin, "
+      "mindlin/force, mindlin_rescale or mindlin_rescale/force k_t x_gammat mu [damping "
+      "viscoelastic, velocity or coeff_restitution] [rolling sds k_roll gamma_roll "
+      "mu_roll] [twisting sds k_twist gamma_twist mu_twist or marshall]");
   for (const rve::MaterialParameter &parameter : rve::MATERIAL_PARAMETERS)
     if (parameter.of_contact()) material[parameter.member] = 0.0;
   Contact contact{material};

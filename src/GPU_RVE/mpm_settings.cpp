@@ -38,27 +38,34 @@ constexpr double MAX_COURANT =
     10.0;    // the estimate for RVEs is an upper bound, if no larger one than that
 
 /// What keywords refer to: *face* and *separation* to the load or body before them.
-struct Said {
+template <int D> struct Said {
   LAMMPS *lmp;
-  MpmSettings &settings;
-  mpm::SolverOptions<2> &options = settings.options;
+  MpmSettings<D> &settings;
+  mpm::SolverOptions<D> &options = settings.options;
   mpm::Face *face = nullptr;
   std::string owner{};
 };
 
-mpm::Face read_side(ScriptWords &words)
+constexpr const char *SIDES[] = {"xlo", "xhi", "ylo", "yhi", "zlo", "zhi"};    // as mpm::Face
+constexpr const char *VELOCITIES[] = {"vx", "vy", "vz"};
+constexpr const char *TRACTIONS[] = {"tx", "ty", "tz"};
+
+/// In the plane its area.
+template <int D> double volume_of_cell(const mpm::SolverOptions<D> &options)
 {
-  return words.choice<mpm::Face>("",
-                                 {{"xlo", mpm::Face::XLo},
-                                  {"xhi", mpm::Face::XHi},
-                                  {"ylo", mpm::Face::YLo},
-                                  {"yhi", mpm::Face::YHi}});
+  const double h = options.cell_size;
+  return D == 2 ? h * h : h * h * h;
 }
 
-void read_boundary(ScriptWords &words, Said &said)
+template <int D> mpm::Face read_side(ScriptWords &words)
+{
+  return static_cast<mpm::Face>(words.choice("", rve::Words(SIDES, SIDES + mpm::FACES<D>)));
+}
+
+template <int D> void read_boundary(ScriptWords &words, Said<D> &said)
 {
   const std::string side = words.peek();
-  mpm::SideKind &kind = said.options.sides[(int) read_side(words)];
+  mpm::SideKind &kind = said.options.sides[(int) read_side<D>(words)];
   words.about("boundary " + side);
   kind = words.choice<mpm::SideKind>(side,
                                      {{"free", mpm::SideKind::Free},
@@ -66,16 +73,16 @@ void read_boundary(ScriptWords &words, Said &said)
                                       {"fixed", mpm::SideKind::Fixed}});
 }
 
-void read_model(ScriptWords &words, Said &said)
+template <int D> void read_model(ScriptWords &words, Said<D> &said)
 {
   std::string form = "group-ID rve fix-ID";    // or a law of the table
   rve::Words choices = {"rve"};
-  for (const mpm::LawEntry &entry : mpm::law_table()) {
+  for (const mpm::LawEntry<D> &entry : mpm::law_table<D>()) {
     form += " | " + entry.word + " " + utils::join_words(entry.arguments, " ");
     choices.emplace_back(entry.word);
   }
   words.set_form(form);
-  MpmModel model;
+  MpmModel<D> model;
   model.group = words.peek();
   model.groupbit = words.groupbit("group");
   words.about("model " + model.group);
@@ -84,7 +91,7 @@ void read_model(ScriptWords &words, Said &said)
   if (choice == 0) {
     model.fix_rve = words.next("rve fix ID");
   } else {
-    const mpm::LawEntry &entry = mpm::law_table()[choice - 1];
+    const mpm::LawEntry<D> &entry = mpm::law_table<D>()[choice - 1];
     std::vector<double> arguments;
     for (const std::string &name : entry.arguments)
       arguments.push_back(words.number(entry.word + " " + name));
@@ -93,7 +100,7 @@ void read_model(ScriptWords &words, Said &said)
   said.settings.models.push_back(model);
 }
 
-void read_density(ScriptWords &words, Said &said)
+template <int D> void read_density(ScriptWords &words, Said<D> &said)
 {
   said.settings.density = 0.0;
   if (words.take("rve")) return;
@@ -103,31 +110,37 @@ void read_density(ScriptWords &words, Said &said)
                              rve::number(said.settings.density)));
 }
 
-/// The area of a point, or how many share a cell: two ways to say the same.
-void read_volume(ScriptWords &words, Said &said)
+/// The volume of a point, in the plane its area, or how many share a cell: two ways to say the same.
+template <int D> void read_volume(ScriptWords &words, Said<D> &said)
 {
   const bool is_share = words.keyword() == "points_per_cell";
   words.about("volume");
-  const double given = words.positive("", is_share ? "[-]" : "[length^2]");
-  const double cell = said.options.cell_size * said.options.cell_size;
+  const char *unit = D == 2 ? "[length^2]" : "[length^3]";
+  const double given = words.positive("", is_share ? "[-]" : unit);
+  const double cell = volume_of_cell(said.options);
   said.settings.initial_volume = is_share ? cell / given : given;
 }
 
-void read_rigid(ScriptWords &words, Said &said)
+template <int D> constexpr const char *rigid_form()
 {
-  MpmRigidBody body;
+  return D == 2 ? "group-ID vx value vy value rough | smooth"
+                : "group-ID vx value vy value vz value rough | smooth";
+}
+
+template <int D> void read_rigid(ScriptWords &words, Said<D> &said)
+{
+  MpmRigidBody<D> body;
   mpm::RigidBodyOptions how;
   body.group = words.peek();
   body.groupbit = words.groupbit("group");
   said.owner = "rigid " + body.group;
   words.about(said.owner);
-  const char *components[] = {"vx", "vy"};
-  for (int a = 0; a < 2; a++) {
-    if (!words.take(components[a]))
-      words.refuse(fmt::format("rigid has '{}' where {} must be; it must read: rigid group-ID vx "
-                               "value vy value rough | smooth",
-                               words.next(components[a]), components[a]));
-    body.velocity[a] = words.value(components[a]);
+  if (D == 3) how.face = mpm::Face::ZLo;
+  for (int a = 0; a < D; a++) {
+    if (!words.take(VELOCITIES[a]))
+      words.refuse(fmt::format("rigid has '{}' where {} must be; it must read: rigid {}",
+                               words.next(VELOCITIES[a]), VELOCITIES[a], rigid_form<D>()));
+    body.velocity[a] = words.value(VELOCITIES[a]);
   }
   how.rough = words.choice<bool>("contact", {{"smooth", false}, {"rough", true}});
   said.settings.bodies.push_back(body);
@@ -136,7 +149,7 @@ void read_rigid(ScriptWords &words, Said &said)
   said.face = &said.options.rigid_bodies.back().face;
 }
 
-void read_separation(ScriptWords &words, Said &said)
+template <int D> void read_separation(ScriptWords &words, Said<D> &said)
 {
   if (said.options.rigid_bodies.empty()) words.refuse("separation must follow a rigid body");
   words.about(said.owner + " separation");
@@ -144,31 +157,42 @@ void read_separation(ScriptWords &words, Said &said)
 }
 
 /// Several loads may be on the same points.
-void read_traction(ScriptWords &words, Said &said)
+template <int D> void read_traction(ScriptWords &words, Said<D> &said)
 {
-  MpmTraction load;
+  MpmTraction<D> load;
   load.id = words.peek();
   const bool is_region =
       said.lmp->domain->get_region_by_id(load.id) && said.lmp->group->find(load.id) < 0;
   if (is_region) words.next();
   load.groupbit = is_region ? 0 : words.groupbit("group");
   words.about("traction " + load.id, true);
-  for (int a = 0; a < 2; a++) load.traction[a] = words.value(a == 0 ? "tx" : "ty");
+  for (int a = 0; a < D; a++) load.traction[a] = words.value(TRACTIONS[a]);
   said.settings.tractions.push_back(load);
   said.face = &said.settings.tractions.back().face;
   said.owner = fmt::format("traction {} number {}", load.id, said.settings.tractions.size());
 }
 
-void read_face(ScriptWords &words, Said &said)
+template <int D> void read_face(ScriptWords &words, Said<D> &said)
 {
   if (!said.face) words.refuse("face must follow a traction or a rigid body");
   words.about(said.owner + " face");
-  *said.face = read_side(words);
+  *said.face = read_side<D>(words);
 }
 
-void read_cfl(ScriptWords &words, Said &said)
+/// In the order of LAMMPS.
+template <int D> void read_stress(ScriptWords &words, Said<D> &said)
 {
-  MpmSettings &s = said.settings;
+  mpm::Tensor<D> &stress = said.settings.initial_stress;
+  constexpr const char *names[] = {"sxx", "syy", "szz"};
+  for (int a = 0; a < D; a++) stress(a, a) = words.number(names[a]);
+  constexpr const char *shears[] = {"sxy", "sxz", "syz"};
+  for (int a = 0, k = 0; a < D; a++)
+    for (int b = a + 1; b < D; b++) stress(a, b) = stress(b, a) = words.number(shears[k++]);
+}
+
+template <int D> void read_cfl(ScriptWords &words, Said<D> &said)
+{
+  MpmSettings<D> &s = said.settings;
   s.courant_warn = words.number("warn");
   s.courant_error = words.number("error");
   if (!(s.courant_warn > 0.0 && s.courant_error >= s.courant_warn &&
@@ -179,90 +203,90 @@ void read_cfl(ScriptWords &words, Said &said)
                              rve::number(s.courant_error)));
 }
 
-constexpr ScriptKeyword<Said> KEYWORDS[] = {
-    {"domain", "xlo xhi ylo yhi",
-     [](ScriptWords &words, Said &said) {
-       mpm::SolverOptions<2> &options = said.options;
-       for (int a = 0; a < 2; a++) {
-         options.lo[a] = words.number(a == 0 ? "xlo" : "ylo");
-         options.hi[a] = words.number(a == 0 ? "xhi" : "yhi");
+template <int D>
+constexpr ScriptKeyword<Said<D>> KEYWORDS[] = {
+    {"domain", D == 2 ? "xlo xhi ylo yhi" : "xlo xhi ylo yhi zlo zhi",
+     [](ScriptWords &words, Said<D> &said) {
+       for (int a = 0; a < D; a++) {
+         said.options.lo[a] = words.number(SIDES[2 * a]);
+         said.options.hi[a] = words.number(SIDES[2 * a + 1]);
        }
      }},
     {"shape", "linear | gimp",
-     [](ScriptWords &words, Said &said) {
+     [](ScriptWords &words, Said<D> &said) {
        said.options.shape = words.choice<mpm::ShapeFunction>(
            "", {{"linear", mpm::ShapeFunction::Linear}, {"gimp", mpm::ShapeFunction::Gimp}});
      }},
     {"scheme", "musl | usavg",
-     [](ScriptWords &words, Said &said) {
+     [](ScriptWords &words, Said<D> &said) {
        said.options.scheme = words.choice<mpm::Scheme>(
            "", {{"musl", mpm::Scheme::Musl}, {"usavg", mpm::Scheme::Usavg}});
      }},
     {"flip", "share",
-     [](ScriptWords &words, Said &said) {
+     [](ScriptWords &words, Said<D> &said) {
        said.options.flip = words.number();
      }},
     {"damping", "value",
-     [](ScriptWords &words, Said &said) {
+     [](ScriptWords &words, Said<D> &said) {
        said.options.damping = words.number();
      }},
     {"device", "auto | cpu | cuda",
-     [](ScriptWords &words, Said &said) {
+     [](ScriptWords &words, Said<D> &said) {
        said.options.device = words.choice<mpm::Device>(
            "",
            {{"auto", mpm::Device::Auto}, {"cpu", mpm::Device::Cpu}, {"cuda", mpm::Device::Cuda}});
      }},
-    {"boundary", "xlo | xhi | ylo | yhi free | roller | fixed", read_boundary},
-    {"model", "group-ID rve fix-ID | law ...", read_model},
+    {"boundary",
+     D == 2 ? "xlo | xhi | ylo | yhi free | roller | fixed"
+            : "xlo | xhi | ylo | yhi | zlo | zhi free | roller | fixed",
+     read_boundary<D>},
+    {"model", "group-ID rve fix-ID | law ...", read_model<D>},
     {"column", "name",
-     [](ScriptWords &words, Said &said) {
+     [](ScriptWords &words, Said<D> &said) {
        said.settings.columns.emplace_back(words.next());
        words.about("column " + said.settings.columns.back());
      }},
-    {"density", "value | rve", read_density},
-    {"stress", "sxx syy sxy",
-     [](ScriptWords &words, Said &said) {
-       const double xx = words.number("sxx"), yy = words.number("syy"), xy = words.number("sxy");
-       said.settings.initial_stress = {{xx, xy, xy, yy}};
-     }},
-    {"volume", "value", read_volume},
-    {"points_per_cell", "value", read_volume},
-    {"rigid", "group-ID vx value vy value rough | smooth", read_rigid},
-    {"separation", "yes | no", read_separation},
-    {"traction", "ID tx ty", read_traction},
-    {"face", "xlo | xhi | ylo | yhi", read_face},
-    {"cfl", "warn error", read_cfl},
-    {"progress", "seconds", [](ScriptWords &words, Said &said) {
+    {"density", "value | rve", read_density<D>},
+    {"stress", D == 2 ? "sxx syy sxy" : "sxx syy szz sxy sxz syz", read_stress<D>},
+    {"volume", "value", read_volume<D>},
+    {"points_per_cell", "value", read_volume<D>},
+    {"rigid", rigid_form<D>(), read_rigid<D>},
+    {"separation", "yes | no", read_separation<D>},
+    {"traction", D == 2 ? "ID tx ty" : "ID tx ty tz", read_traction<D>},
+    {"face", D == 2 ? "xlo | xhi | ylo | yhi" : "xlo | xhi | ylo | yhi | zlo | zhi", read_face<D>},
+    {"cfl", "warn error", read_cfl<D>},
+    {"progress", "seconds", [](ScriptWords &words, Said<D> &said) {
        said.settings.progress_interval = read_progress(words);
      }}};
 
 }    // namespace
 
-MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
+template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, char **arg)
 {
   ScriptWords words(lmp, "Fix mpm", narg, arg, 3);
   words.limit_numbers(LARGEST);
   MpmSettings settings;
-  mpm::SolverOptions<2> &options = settings.options;
+  mpm::SolverOptions<D> &options = settings.options;
   settings.words.emplace_back("cell size", words.peek());
   options.cell_size = words.positive("cell size", "[length]");
-  options.lo = {{lmp->domain->boxlo[0], lmp->domain->boxlo[1]}};
-  options.hi = {{lmp->domain->boxhi[0], lmp->domain->boxhi[1]}};
-  settings.initial_volume = options.cell_size * options.cell_size;
+  for (int a = 0; a < D; a++) {
+    options.lo[a] = lmp->domain->boxlo[a];
+    options.hi[a] = lmp->domain->boxhi[a];
+  }
+  settings.initial_volume = volume_of_cell(options);
   const RankResources share(lmp->world);
   options.threads = share.threads();
   options.device = mpm::Device::Auto;
   options.device_number = share.rank;
 
-  words.set_keywords(names_of(KEYWORDS));
+  words.set_keywords(names_of(KEYWORDS<D>));
   try {
-    Said said{lmp, settings};
-    while (words.next_keyword()) words.read(KEYWORDS, said);
-    const double half = 0.5 * std::sqrt(settings.initial_volume);
-    if (half > 0.5 * options.cell_size * (1.0 + 1e-6))
+    Said<D> said{lmp, settings};
+    while (words.next_keyword()) words.read(KEYWORDS<D>, said);
+    if (settings.width_of_point() > options.cell_size * (1.0 + 1e-6))
       lmp->error->all(
-          FLERR, "Fix mpm volume of a point must be in (0, {}] (one cell), got {} [distance^2]",
-          options.cell_size * options.cell_size, settings.initial_volume);
+          FLERR, "Fix mpm volume of a point must be in (0, {}] (one cell), got {} [distance^{}]",
+          volume_of_cell(options), settings.initial_volume, D);
   } catch (const rve::InputError &problem) {
     lmp->error->all(FLERR, "Fix mpm: {}", problem.what());
   }
@@ -274,7 +298,12 @@ MpmSettings MpmSettings::parse(LAMMPS *lmp, int narg, char **arg)
   return settings;
 }
 
-void MpmSettings::find(LAMMPS *lmp)
+template <int D> double MpmSettings<D>::width_of_point() const
+{
+  return D == 2 ? std::sqrt(initial_volume) : std::cbrt(initial_volume);
+}
+
+template <int D> void MpmSettings<D>::find(LAMMPS *lmp)
 {
   // groups may be deleted, and their bits be those of others
   const auto check_group = [lmp](const char *keyword, const std::string &name, int bit) {
@@ -305,6 +334,9 @@ void MpmSettings::find(LAMMPS *lmp)
       lmp->error->all(FLERR, "Fix mpm traction: region '{}' does not exist", load.id);
   }
 }
+
+template struct LAMMPS_NS::MpmSettings<2>;
+template struct LAMMPS_NS::MpmSettings<3>;
 
 std::string LAMMPS_NS::mpm_differences(const MpmWords &then, const MpmWords &now, bool of_points)
 {

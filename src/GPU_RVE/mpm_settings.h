@@ -28,39 +28,40 @@ namespace LAMMPS_NS {
 
 class LAMMPS;
 
-struct MpmRigidBody {
+template <int D> struct MpmRigidBody {
   std::string group;
   int groupbit;
-  ScriptValue velocity[2];
+  ScriptValue velocity[D];
 };
 
-struct MpmTraction {
+template <int D> struct MpmTraction {
   int groupbit;      // 0: a region
   std::string id;    // of group or region
-  ScriptValue traction[2];
-  mpm::Face face = mpm::Face::YHi;
+  ScriptValue traction[D];
+  mpm::Face face = D == 2 ? mpm::Face::YHi : mpm::Face::ZHi;
 };
 
-struct MpmModel {
+template <int D> struct MpmModel {
   std::string group;
   int groupbit;
   std::string word;                             ///< rve, or that of an analytic law
   std::string fix_rve;                          ///< whose RVEs are the model, or
-  std::shared_ptr<mpm::Constitutive<2>> law;    ///< an analytic one
+  std::shared_ptr<mpm::Constitutive<D>> law;    ///< an analytic one
 };
 
 /// What a script says: keywords, with what they are about where they may occur again ("boundary xlo"), and their values.
 using MpmWords = std::vector<std::pair<std::string, std::string>>;
 
-struct MpmSettings {
-  mpm::SolverOptions<2> options;
-  std::vector<MpmRigidBody> bodies;    ///< their contact is in options.rigid_bodies
-  std::vector<MpmTraction> tractions;
-  std::vector<MpmModel> models;
-  std::vector<std::string> columns;                      ///< state variables in the output
-  double density = 0.0;                                  ///< [mass/length^3]; 0: of the RVE
-  double initial_volume = 0.0;                           ///< of a point [area]
-  rve::Tensor2 initial_stress = rve::Tensor2::zero();    ///< of points without RVEs
+/// In D dimensions.
+template <int D> struct MpmSettings {
+  mpm::SolverOptions<D> options;
+  std::vector<MpmRigidBody<D>> bodies;    ///< their contact is in options.rigid_bodies
+  std::vector<MpmTraction<D>> tractions;
+  std::vector<MpmModel<D>> models;
+  std::vector<std::string> columns;    ///< state variables in the output
+  double density = 0.0;                ///< [mass/length^3]; 0: of the RVE
+  double initial_volume = 0.0;         ///< of a point, in the plane its area [length^D]
+  mpm::Tensor<D> initial_stress = mpm::Tensor<D>::zero();    ///< of points without RVEs
   double courant_warn = 0.9, courant_error = 1.0;
   double progress_interval =
       60.0;    ///< wall time between lines about the progress [seconds]; 0: none
@@ -68,6 +69,9 @@ struct MpmSettings {
 
   /// Reads `fix ID group mpm ...`; errors end in error->all.
   static MpmSettings parse(LAMMPS *lmp, int narg, char **arg);
+
+  /// Of a new point, which is a square or a cube [length].
+  double width_of_point() const;
 
   /// Looks up the variables, groups and regions, which may change between runs.
   void find(LAMMPS *lmp);

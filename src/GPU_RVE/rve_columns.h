@@ -32,6 +32,16 @@
 
 namespace LAMMPS_NS {
 
+/// The entry of that name, or none.
+template <class Entry, std::size_t N>
+const Entry *find_column(const std::string &name, const Entry (&table)[N])
+{
+  const auto found = std::find_if(std::begin(table), std::end(table), [&](const Entry &entry) {
+    return name == entry.name;
+  });
+  return found == std::end(table) ? nullptr : found;
+}
+
 /// Entries of `table`, which have a `name`, as the words from arg[first] on name them; *fix ID* among them sets `fix_id`, which stays empty
 /// without. An error, which begins with `style` and `id`, for other words, a fix given twice, and no column. `kind`: what one is called.
 template <class Entry, std::size_t N>
@@ -53,10 +63,8 @@ std::vector<const Entry *> read_columns(LAMMPS *lmp, const std::string &style, c
       continue;
     }
     const std::string word = words.next();
-    const auto found = std::find_if(std::begin(table), std::end(table), [&](const Entry &entry) {
-      return word == entry.name;
-    });
-    if (found == std::end(table))
+    const Entry *found = find_column(word, table);
+    if (!found)
       words.refuse(fmt::format("there is no {} '{}'{}", kind, word,
                                rve::did_you_mean(word, names, "there are")));
     columns.push_back(found);

@@ -17,11 +17,15 @@
 #include "lammps.h"
 #include "on_rank_zero.h"
 #include "progress.h"
+#include "rve/core/checksum.h"
 #include "rve/core/error.h"
+#include "rve/engine/files.h"
 #include "rve/engine/packing_io.h"
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
+#include <sstream>
 #include <string_view>
 
 using namespace LAMMPS_NS;
@@ -143,6 +147,85 @@ void read_drive(ScriptWords &words, FixRveSettings &s)
     s.velocity_gradient = read_components(words, "velocity_gradient", s.dimension, false);
 }
 
+/// Of a file, read by one rank. Throws InputError on all of them.
+std::string text_of_file(LAMMPS *lmp, const std::string &file)
+{
+  std::string text;
+  const std::string failure = on_rank_zero(lmp->world, [&] {
+    rve::require_readable(file, "path file");
+    std::ifstream in(file);
+    std::ostringstream all;
+    all << in.rdbuf();
+    text = all.str();
+    rve::require(text.size() <= MAXSMALLINT, file + " is too large for a path file");
+  });
+  if (!failure.empty()) throw rve::InputError(failure);
+  int size = static_cast<int>(text.size());
+  MPI_Bcast(&size, 1, MPI_INT, 0, lmp->world);
+  text.resize(size);
+  MPI_Bcast(text.data(), size, MPI_CHAR, 0, lmp->world);
+  return text;
+}
+
+template <int D>
+std::size_t read_paths(ScriptWords &words, const std::vector<macro::PathWord> &path, bool in_script,
+                       std::shared_ptr<const macro::LoadPathsOf<D>> &result, PathSettings &s)
+{
+  std::size_t used = path.size();
+  const auto read_file = [&](const std::string &file) {
+    return text_of_file(words.owner(), file);
+  };
+  try {
+    result = std::make_shared<macro::LoadPathsOf<D>>(path, read_file, in_script ? &used : nullptr);
+  } catch (const rve::InputError &e) {
+    words.refuse(e.what());
+  }
+  for (const std::string &name : result->script_names()) {
+    s.values.emplace_back();
+    s.values.back().variable = name;
+  }
+  return used;
+}
+
+void read_path(ScriptWords &words, FixRveSettings &settings)
+{
+  PathSettings &s = settings.path;
+  s.of_disks.reset();
+  s.of_spheres.reset();
+  s.values.clear();
+  s.text = "none";
+  if (!words.has("path_variable")) {
+    s.number = ScriptValue();
+    s.number_given = false;
+  }
+  if (!words.has("path_end")) s.halts = false;
+  if (words.take("none")) return;
+  const bool in_script = std::string_view(words.peek()) == "stage";
+  std::vector<macro::PathWord> path;
+  std::string said;
+  if (in_script) {
+    for (int k = 0; *words.peek(k) != '\0'; ++k) path.push_back({words.peek(k), "path"});
+  } else {
+    do {
+      const std::string file = words.next("file");
+      try {
+        const std::string text = text_of_file(words.owner(), file);
+        for (macro::PathWord &word : macro::path_words(text, file)) path.push_back(std::move(word));
+        said += fmt::format("{}{} with checksum {:016x}", said.empty() ? "" : " ", file,
+                            rve::checksum_of(text.data(), text.size()));
+      } catch (const rve::InputError &e) {
+        words.refuse(e.what());
+      }
+    } while (!words.empty() && !words.at_keyword());
+  }
+  const std::size_t used = settings.dimension == 2
+      ? read_paths<2>(words, path, in_script, s.of_disks, s)
+      : read_paths<3>(words, path, in_script, s.of_spheres, s);
+  for (std::size_t k = 0; in_script && k < used; ++k)
+    said += fmt::format("{}{}", said.empty() ? "" : " ", words.next());
+  s.text = said;
+}
+
 void read_dt(ScriptWords &words, FixRveSettings &s)
 {
   s.dt_given = true;
@@ -229,6 +312,16 @@ constexpr FixRveKeyword KEYWORDS[] = {
     {"servo_max_rate", "rate",
      [](ScriptWords &words, Settings &s) {
        s.servo_max_rate = words.positive("", "[1/time]");
+     }},
+    {"path", "none | file ... | stage condition ...", read_path},
+    {"path_variable", "v_name",
+     [](ScriptWords &words, Settings &s) {
+       s.path.number = words.value();
+       s.path.number_given = true;
+     }},
+    {"path_end", "hold | halt",
+     [](ScriptWords &words, Settings &s) {
+       s.path.halts = words.choice<bool>("", {{"hold", false}, {"halt", true}});
      }},
     {"dt", "time | auto [fraction]", read_dt},
     {"dt_check", "N",
@@ -461,12 +554,20 @@ void FixRveSettings::check(LAMMPS *lmp, const std::string &command) const
   const FixRveSettings &s = *this;
   if (s.driver == RveDriver::Mpm && !s.stress_goal.empty())
     lmp->error->all(FLERR, "{}: servo and drive mpm exclude each other", command);
-  if (s.macro_step.adaptive && !s.stress_goal.empty())
+  const bool has_servo = !s.stress_goal.empty() || s.path.has_servo();
+  if (s.path.any() && (s.driver != RveDriver::None || !s.stress_goal.empty()))
+    lmp->error->all(FLERR,
+                    "{}: path and {} exclude each other; a path has rates and stresses of its own",
+                    command, s.driver != RveDriver::None ? "drive" : "servo");
+  if (!s.path.any() && (s.path.number_given || s.path.halts))
+    lmp->error->all(FLERR, "{}: {} without a path", command,
+                    s.path.halts ? "path_end halt" : "path_variable");
+  if (s.macro_step.adaptive && has_servo)
     lmp->error->all(FLERR,
                     "{}: substeps adaptive needs a strain that is known beforehand and "
                     "cannot be used with servo",
                     command);
-  if (s.macro_step.quiescent_strain > 0.0 && !s.stress_goal.empty())
+  if (s.macro_step.quiescent_strain > 0.0 && has_servo)
     lmp->error->all(FLERR,
                     "{}: quiescent and servo exclude each other: a servo has to feel the "
                     "stress of the grains",
@@ -535,5 +636,6 @@ std::map<std::string, std::string> FixRveSettings::account() const
   account["shadow"] = num_shadows > 0 ? fmt::format("{} {}", num_shadows, steps.shadow_refinement)
                                       : "none";
   account["dt_check"] = std::to_string(dt_check_interval);
+  account["path"] = path.text;
   return account;
 }

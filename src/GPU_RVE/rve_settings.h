@@ -16,12 +16,14 @@
 #ifndef LMP_RVE_SETTINGS_H
 #define LMP_RVE_SETTINGS_H
 
+#include "macro/load_path.h"
 #include "macro/rve_points.h"
 #include "material_words.h"
 #include "rve/core/error.h"
 #include "script_words.h"
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -57,6 +59,30 @@ struct PackingChoice {
   std::optional<int> image_seed;    ///< of a random draw
 };
 
+/// Loading paths, in place of drive and servo.
+struct PathSettings {
+  std::shared_ptr<const macro::LoadPathsOf<2>> of_disks;
+  std::shared_ptr<const macro::LoadPathsOf<3>> of_spheres;    ///< one of them, or none
+  std::vector<ScriptValue> values;                            ///< of the variables that they name
+  std::string text = "none";                                  ///< what the script says
+  ScriptValue number;                                         ///< of an atom's path, from 1
+  bool number_given = false;
+  bool halts = false;    ///< the run ends when all paths have
+
+  bool any() const { return of_disks || of_spheres; }
+  bool has_servo() const
+  {
+    return of_disks ? of_disks->has_servo() : of_spheres && of_spheres->has_servo();
+  }
+  template <int D> const auto &of() const
+  {
+    if constexpr (D == 2)
+      return of_disks;
+    else
+      return of_spheres;
+  }
+};
+
 struct FixRveSettings {
   int dimension = 2;    ///< of the RVEs, as the packings say: 2 for disks, 3 for spheres
   std::vector<std::string> packings;
@@ -67,6 +93,7 @@ struct FixRveSettings {
   std::vector<TensorComponent> velocity_gradient;
   std::vector<TensorComponent> stress_goal;
   std::optional<double> servo_gain, servo_max_rate;
+  PathSettings path;
 
   double dt = 0.0;    ///< DEM time step; used unless dt_auto
   bool dt_auto = true;

@@ -150,6 +150,8 @@ class ScriptWords {
   /// Numbers beyond +-largest are errors from here on.
   void limit_numbers(double largest) { largest_number = largest; }
 
+  LAMMPS *owner() const { return lmp; }
+
   /// An error of the command.
   [[noreturn]] void refuse(const std::string &message) const;
 

@@ -7,6 +7,7 @@
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/host_kernels.h"
 #include "rve/engine/packing.h"
+#include "rve/engine/servo_modes.h"
 #include "support/packings.h"
 #include "support/spheres.h"
 
@@ -79,6 +80,30 @@ DriveOf<D> shear_at_pressure(const RveStateOf<D> &state, double rate, double dt,
   return drive;
 }
 
+/// The same by modes: p, and the differences of the normal stresses.
+template <int D>
+DriveOf<D> shear_at_pressure_by_modes(const RveStateOf<D> &state, double rate, double dt,
+                                      int substeps)
+{
+  static const ServoModesOf<D> control = [] {
+    constexpr int shears = Space<D>::strains - D;
+    std::vector<ComponentSum<D>> rates(shears), stresses(D);
+    for (int c = 0; c < shears; ++c) rates[c][D + c] = 1.0;
+    for (int a = 0; a < D; ++a) {
+      stresses[0][a] = -1.0 / D;
+      if (a == 0) continue;
+      stresses[a][a] = 1.0;
+      stresses[a][a - 1] = -1.0;
+    }
+    return ServoModesOf<D>(rates, stresses);
+  }();
+  DriveOf<D> drive = shear_at_pressure(state, rate, dt, substeps);
+  for (int a = 0; a < D; ++a) drive.controlled[a][a] = false;
+  drive.modes = control.modes.data();
+  drive.num_modes = D;
+  return drive;
+}
+
 Drive biaxial_shear(const RveState &state, double rate, int substeps)
 {
   return shear_at_pressure(state, rate, DT, substeps);
@@ -117,6 +142,7 @@ std::vector<Actor> full_scene(bool viscous, bool rolling = false)
   add("48 grains with servo", small, biaxial_shear(small, 40.0, 700));
   add("400 grains with servo", middle, biaxial_shear(middle, 40.0, 300));
   add("1600 grains with servo", large, biaxial_shear(large, 40.0, 260));
+  add("48 grains with modes of a servo", small, shear_at_pressure_by_modes(small, 40.0, DT, 700));
   add("400 grains on a path", mixer,
       Drive::constant_velocity_gradient(Tensor2{{0.5, 12.0, -4.0, 0.8}}, DT, 190));
   add("gas", gas, Drive::constant_velocity_gradient(Tensor2{{-1.0, 0.0, 0.0, -1.0}}, DT, 77));
@@ -139,6 +165,8 @@ std::vector<ActorOf<3>> spheres_scene(bool viscous, int substeps = 300)
   for (Spheres *state : {&small, &large}) state->cell = 0.96 * state->cell;
   return {{"216 spheres with servo", small, shear_at_pressure(small, 60.0, dt, substeps)},
           {"1331 spheres with servo", large, shear_at_pressure(large, 60.0, dt, substeps)},
+          {"216 spheres with modes of a servo", small,
+           shear_at_pressure_by_modes(small, 60.0, dt, substeps)},
           {"216 spheres on a path", small,
            DriveOf<3>::constant_velocity_gradient(
                Tensor3{{0.5, 12.0, -4.0, 20.0, 0.8, -15.0, 0.0, 7.0, -1.0}}, dt, substeps / 2)}};

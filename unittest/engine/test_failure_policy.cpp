@@ -2,6 +2,7 @@
 
 #include "support/messages.h"
 #include "support/rve_rig.h"
+#include "support/spheres.h"
 
 #include "rve/engine/stability.h"
 
@@ -156,6 +157,19 @@ TEST(Failure, GrainsOfSizesTooDifferentAreRefusedHoweverDifferent)
                 contains(message, "it must be between 1e-30 and 1e30"))
         << small << ": " << message;
   }
+}
+
+TEST(Failure, SpheresAreOfLessDifferentSizesThanDisks)
+{
+  const auto message_with = [](double ratio) {
+    return message_of([&] {
+      SphereRig rig(spheres(spheres_material(), 0.04 * Tensor3::identity(), {0.004, 0.004 / ratio},
+                            {0.01, 0.01, 0.01, 0.03, 0.03, 0.03}));
+    });
+  };
+  EXPECT_EQ(message_with(6.6), "no error");
+  EXPECT_TRUE(contains(message_with(6.7), "at most 6.6 times as large as the smallest, got 6.7"))
+      << message_with(6.7);
 }
 
 TEST(Failure, HalfATurnInOneCallIsRefused)

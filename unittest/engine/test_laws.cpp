@@ -29,6 +29,8 @@ Material all_that_contacts_have()
   material.rolling_friction = 0.1;
   material.twisting_stiffness = 2.0;
   material.twisting_friction = 2e-4;
+  material.rolling_viscosity = 5.0;
+  material.twisting_viscosity = 1e-5;
   material.normal_viscosity = 30.0;
   material.tangential_viscosity = 150.0;
   material.hertz_stiffness = 1e9;
@@ -182,8 +184,11 @@ template <class Law> void expect_that_a_law_has_the_parameters_that_it_says()
   const auto is_left_out = [](MaterialMember member) {
     if (member == &MaterialNumbers::rolling_stiffness ||
         member == &MaterialNumbers::rolling_friction ||
+        member == &MaterialNumbers::rolling_viscosity ||
         member == &MaterialNumbers::twisting_stiffness ||
-        member == &MaterialNumbers::twisting_friction)
+        member == &MaterialNumbers::twisting_friction ||
+        member == &MaterialNumbers::twisting_viscosity ||
+        member == &MaterialNumbers::twisting_marshall)
       return !Law::has_rolling;
     if (member == &MaterialNumbers::normal_viscosity ||
         member == &MaterialNumbers::tangential_viscosity)
@@ -258,12 +263,14 @@ template <class T> double power_of(const Vec<T, 3> &torque, const Vec<T, 3> &spi
 
 /// A grain is pressed on another one, slides, rolls and twists on it, back and forth, and is lifted again a little: what moves it puts in
 /// what the springs hold and what the contact dissipates.
-template <class Law> void expect_that_energy_is_balanced(bool dissipates)
+template <class Law>
+void expect_that_energy_is_balanced(bool dissipates,
+                                    const Material &material = all_that_contacts_have())
 {
   using Real = typename Law::Numbers::Real;
   using Wide = typename Law::Numbers::Wide;
   constexpr int D = Law::D;
-  const Law law = law_of<Law>(all_that_contacts_have());
+  const Law law = law_of<Law>(material);
   constexpr int STEPS = 200000;
   constexpr double DURATION = 0.02, DT = DURATION / STEPS;
   auto i = grain_at_rest<Real, D>(), j = i;
@@ -299,7 +306,7 @@ template <class Law> void expect_that_energy_is_balanced(bool dissipates)
       at_start = elastic;
     else {
       supplied += 0.5 * (before + power) * DT;
-      law.dissipate(force, Real(DT), heat);
+      law.dissipate(contact, force, Real(DT), heat);
     }
     before = power;
   }
@@ -369,17 +376,17 @@ template <class Law> void expect_that_moduli_are_those_of_small_motions()
   EXPECT_NEAR(along - at_rest.normal_force, -viscosity.normal * 1e-3, 1e-12 * at_rest.normal_force);
 
   if constexpr (Law::has_rolling) {
-    // a moment for a turn of w dt against it: R^2 times the modulus of the displacement R w dt
-    const double per_turn = 0.25 * RADIUS * RADIUS * DT, turn = 1e-3;
+    // a moment for a turn of w dt against it, and for w: R^2 times the moduli of R w dt and R w
+    const double area = 0.25 * RADIUS * RADIUS, turn = 1e-3;
     j = i;
     spin_component(j.spin, LAST) = turn;
     const auto rolled = law.evaluate(contact, i, j, none_moves, none, Real(DT)).turned.moment;
-    const double rolling = stiffness.rolling * per_turn * turn;
+    const double rolling = (stiffness.rolling * DT + viscosity.rolling) * area * turn;
     EXPECT_NEAR(spin_component(rolled, LAST), rolling, 1e-12 * rolling);
     if constexpr (D == 3) {
       j.spin = along_x<Real, 3>(turn);
       const auto twisted = law.evaluate(contact, i, j, none_moves, none, Real(DT)).turned.moment;
-      const double twisting = stiffness.twisting * per_turn * turn;
+      const double twisting = (stiffness.twisting * DT + viscosity.twisting) * area * turn;
       EXPECT_NEAR(twisted[0], twisting, 1e-12 * twisting);
       EXPECT_EQ(twisted[1], 0.0);
     }
@@ -422,6 +429,16 @@ TEST(LawsOfThePrograms, BalanceTheEnergyOfAContactThatSlidesAndRolls){
   }
     RVE_PROGRAMS(RVE_CHECK)
 #undef RVE_CHECK
+}
+
+TEST(LawsOfThePrograms, BalanceTheEnergyOfTwistingAfterMarshall)
+{
+  Material material = all_that_contacts_have();
+  material.twisting_stiffness = material.twisting_friction = material.twisting_viscosity = 0.0;
+  material.twisting_marshall = 1.0;
+  expect_that_energy_is_balanced<SphereRollingSprings<DoubleNumbers>>(true, material);
+  expect_that_energy_is_balanced<SphereRollingHertz<DoubleNumbers>>(true, material);
+  expect_that_energy_is_balanced<SphereRollingDmt<DoubleNumbers>>(true, material);
 }
 
 TEST(LawsOfThePrograms, ModuliAreThoseOfTheirForces){

@@ -174,6 +174,12 @@ TEST(PackingFile, OnlyPackingsWithRollingResistanceSpeakOfIt)
   EXPECT_NE(with_material.find("  rolling_stiffness 3    # [force/length]\n"
                                "  rolling_friction 0    # [-]\n"),
             std::string::npos);
+  // what came later is there where it is not zero
+  EXPECT_EQ(with_material.find("rolling_viscosity"), std::string::npos);
+  state.material.rolling_viscosity = 0.5;
+  EXPECT_NE(text_of().find("  rolling_viscosity 0.5    # [force time/length]\n"),
+            std::string::npos);
+  EXPECT_EQ(read_packing(path).material.rolling_viscosity, 0.5);
 }
 
 TEST(PackingFile, GrainsMayComeInAnyOrder)
@@ -240,7 +246,8 @@ TEST(PackingFile, BrokenFilesAreRefusedWithLineNumber)
   EXPECT_EQ(message_after(two, "mass_depth 1\n", "mass_depth 1\nwarp 1\n"),
             ":12: 'warp' is not a material value; these are cell, normal_stiffness, "
             "tangential_stiffness, friction, density, local_damping, normal_viscosity, "
-            "tangential_viscosity, thickness, mass_depth, rolling_stiffness, rolling_friction");
+            "tangential_viscosity, thickness, mass_depth, rolling_stiffness, rolling_friction, "
+            "rolling_viscosity");
   EXPECT_EQ(message_after(two, "friction 0.5", "frition 0.5"),
             ":5: 'frition' is not a material value; did you mean friction?");
   EXPECT_EQ(message_after(two, "grains 2", "deformaton\n1 0\n0 1\ngrains 2"),
@@ -347,7 +354,8 @@ TEST(PackingFile, OfSpheresIsRefusedWithLineNumberWhereItIsBroken)
             ":7: 'thickness' is not a material value of spheres; these are cell, "
             "normal_stiffness, tangential_stiffness, friction, density, local_damping, "
             "normal_viscosity, tangential_viscosity, mass_scaling, rolling_stiffness, "
-            "rolling_friction, twisting_stiffness, twisting_friction");
+            "rolling_friction, twisting_stiffness, twisting_friction, rolling_viscosity, "
+            "twisting_viscosity, objective_damping, twisting_marshall");
   EXPECT_EQ(message_after<3>(two, "density 2650", "density 2650\nmass_scaling -1"),
             ":8: mass_scaling is -1 [-]; it must not be negative");
   EXPECT_EQ(message_after<3>(two, "0 0.1 0\n", "0 0.1\n"),

@@ -61,6 +61,21 @@ Material with_resistance(Material material)
   return material;
 }
 
+Material with_dashpots(Material material)
+{
+  material.rolling_viscosity = 3.0;
+  material.twisting_viscosity = 2e-5;
+  return material;
+}
+
+/// Friction over the area of contact in place of springs against twisting.
+Material after_marshall(Material material)
+{
+  material.twisting_stiffness = material.twisting_friction = material.twisting_viscosity = 0.0;
+  material.twisting_marshall = 1.0;
+  return material;
+}
+
 constexpr ContactLaw LAWS[] = {ContactLaw::Linear, ContactLaw::Hertz, ContactLaw::Dmt};
 
 /// Two spheres that just touch along x and approach each other with v_n, and with v_t along a direction across that is no axis.
@@ -181,6 +196,60 @@ TEST(SphereTurning, IsSlowedDownByTheLimitsOfRollingAndTwisting)
     }
 }
 
+TEST(SphereTurning, DashpotsSlowItDownExponentially)
+{
+  // as above, with springs that are hardly strained in the time: each of the two contacts has the moment of its dashpot
+  for (const bool twists : {false, true}) {
+    Material material = with_dashpots(with_resistance(material_of(ContactLaw::Linear)));
+    material.rolling_stiffness = 1.0;
+    material.twisting_stiffness = 1e-5;
+    material.rolling_friction = 1e3;
+    material.twisting_friction = 1.0;
+    Spheres state = simple_cubic(material, 4, 5e-6);
+    const double spin = 50.0;
+    for (int i = 0; i < state.num_grains(); ++i)
+      state.spin[3 * i + (twists ? 0 : 2)] = i / 16 % 2 ? -spin : spin;
+    const double inertia = 0.4 * sphere_mass(material, RADIUS) * RADIUS * RADIUS;
+    const double dashpot = twists ? material.twisting_viscosity
+                                  : REDUCED_RADIUS * REDUCED_RADIUS * material.rolling_viscosity;
+    const double time = inertia / (4.0 * dashpot);    // relative spins are twice the spin
+    const int steps = 4000;
+    SphereRig rig(state, options_for(state));
+    rig.strain(Tensor3::zero(), time / steps, steps);
+    const Spheres after = rig.state();
+    for (int i = 0; i < state.num_grains(); ++i)
+      for (int a = 0; a < 3; ++a)
+        EXPECT_NEAR(after.spin[3 * i + a], std::exp(-1.0) * state.spin[3 * i + a], 1e-3 * spin)
+            << (twists ? " twisting" : " rolling");
+  }
+}
+
+TEST(SphereTurning, AfterMarshallSwingsWithTheStiffnessOfTheAreaOfContact)
+{
+  for (const ContactLaw law : LAWS) {
+    Material material = after_marshall(with_friction(material_of(law)));
+    material.friction = 100.0;
+    const double overlap = 5e-5, spin = 1.0, spacing = 2.0 * RADIUS - overlap;
+    constexpr int COUNT = 8;
+    std::vector<double> x;
+    for (int i = 0; i < COUNT; ++i) x.insert(x.end(), {spacing * (i + 0.5), 0.02, 0.02});
+    Spheres state =
+        spheres(material, Tensor3{{COUNT * spacing, 0.0, 0.0, 0.0, 0.04, 0.0, 0.0, 0.0, 0.04}},
+                std::vector<double>(COUNT, RADIUS), x);
+    for (int i = 0; i < COUNT; ++i) state.spin[3 * i] = i % 2 ? -spin : spin;
+    const double area = REDUCED_RADIUS * overlap;
+    const double kt = law == ContactLaw::Linear ? material.tangential_stiffness
+                                                : material.mindlin_stiffness * std::sqrt(area);
+    const double inertia = 0.4 * sphere_mass(material, RADIUS) * RADIUS * RADIUS;
+    // in a chain that twists to and fro a sphere has two contacts, each of which twists by twice its angle
+    const double frequency = std::sqrt(4.0 * 0.5 * kt * area / inertia);
+    const int steps = 2000;
+    SphereRig rig(state, options_for(state));
+    rig.strain(Tensor3::zero(), 0.25 * kPi / frequency / steps, steps);
+    EXPECT_NEAR(rig.state().spin[0], std::cos(0.25 * kPi) * spin, 2e-3 * spin) << word_of(law);
+  }
+}
+
 TEST(FaceCentredCubic, OfHertzHasThePressureOfItsContacts)
 {
   const double overlap = 1e-3 * RADIUS, distance = 2.0 * RADIUS - overlap;
@@ -270,14 +339,22 @@ struct Sums {
 
 TEST(SphereLaws, BalanceTheirEnergy)
 {
+  const auto resist = [](const Material &material, int variant) {
+    const Material sds = with_resistance(material);
+    return variant == 0 ? material
+        : variant == 1  ? sds
+        : variant == 2  ? with_dashpots(sds)
+                        : after_marshall(with_dashpots(sds));
+  };
   for (const ContactLaw law : LAWS)
-    for (const bool resists : {false, true}) {
-      Material material = with_friction(material_of(law));
-      if (resists) material = with_resistance(material);
+    for (const int variant : {0, 1, 2, 3}) {
+      Material material = resist(with_friction(material_of(law)), variant);
       material.local_damping = 0.2;
       material.normal_viscosity = 2.0;
-      // where friction limits a dashpot, its spring takes the rest, and that of a shrinking contact has no bounds
-      if (law == ContactLaw::Linear) material.tangential_viscosity = 0.5;
+      if (law == ContactLaw::Linear)
+        material.tangential_viscosity = 0.5;
+      else
+        material.mindlin_damping = 0.25;
       const Spheres state = disordered_spheres(material, 6, 2);
       Options options = options_for(state);
       options.track_energy = true;
@@ -292,7 +369,7 @@ TEST(SphereLaws, BalanceTheirEnergy)
       EXPECT_GT(last.energy.friction, 0.0);
       EXPECT_GT(last.energy.viscous, 0.0);
       EXPECT_NEAR(last.energy.work, gained + lost, 0.01 * (std::fabs(last.energy.work) + lost))
-          << word_of(law) << (resists ? " with resistance" : "");
+          << word_of(law) << " with resistance " << variant;
     }
 }
 

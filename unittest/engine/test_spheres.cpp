@@ -251,11 +251,13 @@ TEST(Spheres, BalanceTheirEnergy)
   EXPECT_NEAR(last.energy.work, gained + lost, 0.01 * (std::fabs(last.energy.work) + lost));
 }
 
-TEST(Spheres, DoNotKnowHowTheRveIsTurned)
+namespace {
+
+/// The largest difference of stresses over the mean one, of a packing and of the same one seen from a frame that is turned, after the same
+/// deformation.
+double difference_of_a_turned(const Spheres &plain)
 {
-  // the same deformation of the same packing, seen from a frame that is turned
   const Tensor3 turn = spatial_rotation({{0.7, -0.4, 1.1}});
-  const Spheres plain = disordered(6, 3);
   Spheres turned = plain;
   turned.cell = turn * plain.cell;
   for (int i = 0; i < plain.num_grains(); ++i) {
@@ -274,10 +276,50 @@ TEST(Spheres, DoNotKnowHowTheRveIsTurned)
     other = there.strain(turn * shear() * transpose(turn), DT, 100);
   }
 
-  const Tensor3 expected = turn * one.stress * transpose(turn);
-  for (int a = 0; a < 3; ++a)
-    for (int b = 0; b < 3; ++b)
-      EXPECT_NEAR(other.stress(a, b), expected(a, b), 1e-9 * one.mean_stress());
+  const Tensor3 difference = other.stress - turn * one.stress * transpose(turn);
+  double largest = 0.0;
+  for (const double component : difference.component)
+    largest = std::max(largest, std::fabs(component));
+  return largest / std::fabs(one.mean_stress());
+}
+
+}    // namespace
+
+TEST(Spheres, DoNotKnowHowTheRveIsTurned)
+{
+  EXPECT_LT(difference_of_a_turned(disordered(6, 3)), 1e-9);
+}
+
+TEST(Spheres, WithDampingAlongAxesKnowItAndWithObjectiveDampingDoNot)
+{
+  Spheres state = disordered(6, 3);
+  state.material.local_damping = 0.3;
+  EXPECT_GT(difference_of_a_turned(state), 1e-5);
+  state.material.objective_damping = 1.0;
+  EXPECT_LT(difference_of_a_turned(state), 1e-9);
+}
+
+TEST(Spheres, ComeToRestWithObjectiveDampingAsWithCundalls)
+{
+  // velocities of a gas of sounds die away, and what they lose is in the ledger
+  Options options = sphere_options(Format::Double);
+  options.track_energy = true;
+  double kinetic[2];
+  for (const bool objective : {false, true}) {
+    Spheres state = disordered(6, 2);
+    state.material.friction = 0.0;
+    state.material.local_damping = 0.4;
+    state.material.objective_damping = objective ? 1.0 : 0.0;
+    SphereRig rig(state, options);
+    const ResultOf<3> first = rig.advance(DriveOf<3>());
+    const ResultOf<3> last = rig.strain(Tensor3::zero(), DT, 12000);
+    const double lost = last.energy.local_damping;
+    EXPECT_NEAR(first.kinetic_energy + first.elastic_energy,
+                last.kinetic_energy + last.elastic_energy + lost, 0.01 * lost);
+    kinetic[objective] = last.kinetic_energy;
+    EXPECT_LT(last.kinetic_energy, 5e-4 * lost);
+  }
+  EXPECT_LT(kinetic[1], 10.0 * kinetic[0]);
 }
 
 TEST(Spheres, KeepTheirStressThroughARigidRotationAboutAnyAxis)
@@ -344,18 +386,20 @@ TEST(Spheres, InPacksGiveTheBitsOfOneAfterTheOther)
   // a batch that keeps books takes the program that goes through its grains one by one
   Spheres state = disordered(7, 4);
   state.material.local_damping = 0.3;
-  for (const Format format : FORMATS) {
-    Options options = sphere_options(format);
-    SphereRig packs(state, options);
-    options.track_energy = true;
-    SphereRig one_by_one(state, options);
-    for (int call = 0; call < 3; ++call) {
-      packs.strain(shear(), DT, 200);
-      one_by_one.strain(shear(), DT, 200);
+  for (const bool objective : {false, true})
+    for (const Format format : FORMATS) {
+      state.material.objective_damping = objective ? 1.0 : 0.0;
+      Options options = sphere_options(format);
+      SphereRig packs(state, options);
+      options.track_energy = true;
+      SphereRig one_by_one(state, options);
+      for (int call = 0; call < 3; ++call) {
+        packs.strain(shear(), DT, 200);
+        one_by_one.strain(shear(), DT, 200);
+      }
+      Spheres expected = one_by_one.state();
+      expected.energy = EnergyLedger();
+      EXPECT_EQ(serialize(packs.state()), serialize(expected)) << to_string(format);
+      EXPECT_GT(packs.state().counters.rebuilds, 1);
     }
-    Spheres expected = one_by_one.state();
-    expected.energy = EnergyLedger();
-    EXPECT_EQ(serialize(packs.state()), serialize(expected)) << to_string(format);
-    EXPECT_GT(packs.state().counters.rebuilds, 1);
-  }
 }

@@ -239,6 +239,24 @@ TEST(RveImage, EveryMemberReturnsToTheLastBit)
   EXPECT_EQ(copy.energy.viscous, state.energy.viscous);
 }
 
+TEST(RveImage, ParametersThatCameLaterAreInTheRecordsThatHaveThem)
+{
+  RveStateOf<3> state = crowded_spheres(4, 9);
+  const std::vector<char> without = serialize(state);
+  state.material.rolling_viscosity = 0.375;
+  state.material.twisting_viscosity = 1.0 / 3.0;
+  const std::vector<char> with = serialize(state);
+
+  EXPECT_EQ(with.size(), without.size() + 4 * sizeof(double));
+  const RveStateOf<3> back = deserialize<3>(with.data(), with.size());
+  EXPECT_EQ(back.material.rolling_viscosity, 0.375);
+  EXPECT_EQ(back.material.twisting_viscosity, 1.0 / 3.0);
+  EXPECT_EQ(back.material.twisting_marshall, 0.0);
+  EXPECT_EQ(serialize(back), with);
+  const RveStateOf<3> before = deserialize<3>(without.data(), without.size());
+  EXPECT_EQ(before.material.rolling_viscosity, 0.0);
+}
+
 TEST(RveImage, AnyDamagedByteIsNoticed)
 {
   const std::vector<char> image = serialize(crowded_state(5, 4));

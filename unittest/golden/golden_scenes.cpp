@@ -7,6 +7,7 @@
 #include "field/circulant_embedding.h"
 #include "field/interpolation.h"
 #include "field/marginal.h"
+#include "mpm/ground_in_space.h"
 #include "mpm/mohr_coulomb.h"
 #include "mpm/scene.h"
 #include "rve/engine/engine.h"
@@ -537,7 +538,7 @@ namespace {
     }
 
     mpm::LinearElastic<2> elastic(10e6, 0.3);
-    mpm::MohrCoulomb frictional(10e6, 0.3, 2e3, 30.0, 5.0);    // libm: its angles
+    mpm::MohrCoulomb<2> frictional(10e6, 0.3, 2e3, 30.0, 5.0);    // libm: its angles
     scene.begin_memory(frictional);
     mpm::MpmSolver<2> solver(options);
     solver.set_models({&elastic, &frictional});
@@ -554,7 +555,7 @@ namespace {
     double pressure = 0.0, plastic = 0.0;
     for (int p = 0; p < ground; ++p) {
       pressure -= 0.5 * trace(scene.stress[p]) / ground;
-      plastic += scene.row(p)[mpm::MohrCoulomb::PlasticStrain] / ground;
+      plastic += scene.row(p)[mpm::MohrCoulomb<2>::PlasticStrain] / ground;
     }
     const mpm::Vec2 reaction = solver.body_reaction(0);
     const double unbalanced = solver.max_unbalanced_force();
@@ -574,6 +575,48 @@ namespace {
     records.push_back({name + "forces",
                        forces.value(),
                        {{"reaction_y", reaction[1]}, {"unbalanced", unbalanced}}});
+  }
+
+  /// Ground in space, as the tests of the MPM have it, with velocities that no library has a part in.
+  void play_mpm_in_space(mpm::Scheme scheme, mpm::ShapeFunction shape, Device device,
+                         std::vector<Record> &records)
+  {
+    constexpr int STEPS = 20;
+    using Ground = mpm_test::GroundInSpace;
+    const bool gimp = shape == mpm::ShapeFunction::Gimp;
+    Ground ground({scheme, shape, gimp ? 0.05 : 0.0, 0.99, gimp, !gimp});
+    ground.options.threads = 2;
+    ground.options.device = device == Device::Cuda ? mpm::Device::Cuda : mpm::Device::Cpu;
+    Random random(5);
+    for (double &velocity : ground.scene.velocity) velocity = random.uniform(-0.05, 0.05);
+    mpm::MpmSolver<3> solver = ground.solver();
+    for (int step = 0; step < STEPS; ++step)
+      solver.step(ground.scene.view(), ground.loads, Ground::STEP);
+    mpm_test::SceneOf<3> &scene = ground.scene;
+    solver.fetch(scene.view());
+
+    BitHash hash;
+    hash.add(scene.position).add(scene.velocity).add(scene.volume).add(scene.stress);
+    hash.add(scene.deformation_gradient).add(scene.velocity_gradient).add(scene.memory);
+    double pressure = 0.0, plastic = 0.0;
+    for (int p = 0; p < scene.size(); ++p) {
+      if (scene.rigid_body[p] >= 0) continue;
+      pressure -= trace(scene.stress[p]) / 3.0 / scene.size();
+      plastic += scene.row(p)[mpm::MohrCoulomb<3>::PlasticStrain] / scene.size();
+    }
+    const std::string name = std::string("mpm_in_space/") +
+        (scheme == mpm::Scheme::Musl ? "musl" : "usavg") + "/" + (gimp ? "gimp" : "linear") + "/";
+    records.push_back({name + "points",
+                       hash.value(),
+                       {{"sum_of_pressures", pressure},
+                        {"sum_of_plastic_strains", plastic},
+                        {"sum_of_positions", sum_of(scene.position)},
+                        {"sum_of_velocities", sum_of(scene.velocity)}}});
+    const std::vector<double> numbers = ground.numbers(solver);
+    records.push_back({name + "forces",
+                       BitHash().add(numbers).value(),
+                       {{"reaction_z", solver.body_reaction(Ground::FOOTING)[2]},
+                        {"unbalanced", solver.max_unbalanced_force()}}});
   }
 
   // ---- what the host computes ----
@@ -689,6 +732,9 @@ std::vector<Record> device_records(Device device)
   for (const mpm::Scheme scheme : {mpm::Scheme::Musl, mpm::Scheme::Usavg})
     for (const mpm::ShapeFunction shape : {mpm::ShapeFunction::Linear, mpm::ShapeFunction::Gimp})
       play_mpm(scheme, shape, device, records);
+  for (const mpm::Scheme scheme : {mpm::Scheme::Musl, mpm::Scheme::Usavg})
+    for (const mpm::ShapeFunction shape : {mpm::ShapeFunction::Linear, mpm::ShapeFunction::Gimp})
+      play_mpm_in_space(scheme, shape, device, records);
   return records;
 }
 

@@ -1061,7 +1061,7 @@ TEST(FixMpmErrors, SayWhatIsWrong)
            law,
        "units"},
       {"units si\nregion b block 0 1 0 1 0 1\ncreate_box 1 b\nfix soil all mpm 1.0 " + law,
-       "dimension 2"},
+       "in x, y and z"},
       {"units si\ndimension 2\nregion b block 0 1 0 1 -0.1 0.1\ncreate_box 1 b\nfix soil all mpm "
        "1.0 " +
            law,

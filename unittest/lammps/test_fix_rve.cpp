@@ -1212,10 +1212,12 @@ TEST(ContactWords, WhatLammpsHasAndRvesHaveNotIsNamed)
   EXPECT_IN("contact has eta_n 50 and no damping model, which is viscoelastic in pair_style "
             "granular",
             message_with("hooke 1e6 50 " + history));
-  EXPECT_IN("contact rolling gamma_roll is 3 [force time/length]; it must be 0",
-            message_with(hooke + history + "rolling sds 1e5 3 0.1"));
-  EXPECT_IN("contact twisting model is 'marshall'; it must be sds or none",
-            message_with(hooke + history + "twisting marshall"));
+  EXPECT_IN(
+      "rolling viscosity is 3 [force time/length], and the rolling stiffness is 0; it must be "
+      "above 0 beside a viscosity",
+      message_with(hooke + history + "rolling sds 0 3 0.1"));
+  EXPECT_IN("contact twisting model is 'coulomb'; it must be sds, marshall or none",
+            message_with(hooke + history + "twisting coulomb"));
   EXPECT_IN("contact has no limit_damping; of pair_style granular it has tangential, damping, "
             "rolling and twisting",
             message_with(hooke + history + "limit_damping"));

@@ -222,6 +222,35 @@ TEST(SpheresOfFixRve, AreSeenByOtherCommands)
   EXPECT_IN(" 12\n", text);    // contacts of the last sphere
 }
 
+TEST(SpheresOfFixRve, ShowTheirResistanceToRollingAndTwisting)
+{
+  GrainsScript script;
+  script << atoms_in(3) + "group one id 1\n" + fix_with(disorder()) +
+          "dt 1e-6 substeps 200 drive velocity_gradient xy 3 contact hooke 1e6 0 tangential "
+          "linear_history 5e5 0 0.4 rolling sds 2e5 3 0.2 twisting marshall\n"
+          "compute c one rve/contact/local fn overlap normal_x normal_y normal_z fr fr_x fr_y fr_z "
+          "mt\nrun 1\n";
+
+  Compute *contacts = script.lmp->modify->get_compute_by_id("c");
+  contacts->compute_local();
+  int rolls = 0, twists = 0;
+  for (int k = 0; k < contacts->size_local_rows; ++k) {
+    const double *row = contacts->array_local[k];
+    const double fn = row[0], overlap = row[1], fr = row[5], mt = row[9];
+    EXPECT_NEAR(fr * fr, row[6] * row[6] + row[7] * row[7] + row[8] * row[8], 1e-12 * fn * fn);
+    EXPECT_NEAR(row[2] * row[6] + row[3] * row[7] + row[4] * row[8], 0.0, 1e-5 * fn);
+    // springs and dashpots together are within the limit of rolling; without a dashpot, of friction over the area of contact, with
+    // reduced radii up to half of the largest radius
+    EXPECT_LE(std::fabs(mt),
+              1.001 * 2.0 / 3.0 * 0.4 * std::sqrt(0.5 * RADIUS * overlap) * fn + 1e-15);
+    rolls += fr > 1e-3 * fn;
+    twists += std::fabs(mt) > 1e-3 * std::sqrt(0.5 * RADIUS * overlap) * fn;
+  }
+  if (contacts->size_local_rows == 0) return;    // another rank has the atom
+  EXPECT_GT(rolls, 20);
+  EXPECT_GT(twists, 20);
+}
+
 TEST(SpheresOfFixRve, AreWrittenForLammpsAtTheirTimes)
 {
   const std::string prefix = temporary_path("snap");
@@ -359,8 +388,6 @@ TEST(SpheresMessage, OfColumnsThatDisksHaveNot)
   EXPECT_IN("dump rve/grain d: omegax is of spheres",
             message_of(disks + "group one id 1\ndump d one rve/grain 1 " +
                        temporary_path("d.dump") + " id omegax\nrun 0"));
-  EXPECT_IN(
-      "compute rve/contact/local c: fr is of disks, and the RVEs of fix grains are of spheres",
-      message_of(atoms_in(3) + fix_with(lattice()) +
-                 "dt auto\ncompute c all rve/contact/local fr\nrun 0"));
+  EXPECT_IN("compute rve/contact/local c: mt is of spheres",
+            message_of(disks + "compute c all rve/contact/local mt\nrun 0"));
 }

@@ -328,6 +328,9 @@ INSTANTIATE_TEST_SUITE_P(
         Law{"HookeRolling",
             "hooke 1e5 30 tangential linear_history 8e4 0.5 0.4 damping velocity "
             "rolling sds 2e4 0 0.1"},
+        Law{"HookeRollingDashpot",
+            "hooke 1e5 30 tangential linear_history 8e4 0.5 0.4 damping velocity "
+            "rolling sds 2e4 20 0.1"},
         Law{"HertzMindlinRolling",
             "hertz 7e7 20 tangential mindlin 6e7 0.5 0.4 damping velocity rolling sds 2e4 0 0.1"},
         Law{"HertzMaterialMindlinForceRolling",

@@ -214,10 +214,9 @@ void add_contacts(const Law &law, const Grains &grains, const std::vector<Grain>
         auto &turned = force.turned;
         compared.rolled += dot(turned.slipped.rolling, turned.slipped.rolling) > 0.0;
         compared.twisted += turned.slipped.twisting != 0.0;
-        const double moment = turned.history.twisting;
-        if (turned.slipped.twisting != 0.0 &&
-            moment * dot(other.spin - one.spin, contact.normal) < 0.0) {
-          turned.history.twisting = -moment;
+        const double moment = turned.twisting_moment;
+        if (turned.slipped.twisting != 0.0 && moment * turned.twisting_velocity < 0.0) {
+          turned.history.twisting -= 2.0 * moment / turned.share;
           force.torque_i = force.torque_i - (2.0 * moment) * contact.normal;
           force.torque_j = force.torque_j + (2.0 * moment) * contact.normal;
         }
@@ -313,6 +312,17 @@ INSTANTIATE_TEST_SUITE_P(
         Law{"HookeTwisting",
             "hooke 1e5 3 tangential linear_history 8e4 0.5 0.4 damping velocity "
             "twisting sds 0.5 0 5e-5"},
+        Law{"HookeRollingDashpot",
+            "hooke 1e5 3 tangential linear_history 8e4 0.5 0.4 damping velocity "
+            "rolling sds 2e4 5 0.05"},
+        Law{"HookeTwistingDashpot",
+            "hooke 1e5 3 tangential linear_history 8e4 0.5 0.4 damping velocity "
+            "twisting sds 0.5 1e-5 5e-5"},
+        Law{"HookeMarshall",
+            "hooke 1e5 3 tangential linear_history 8e4 0.5 0.4 damping velocity twisting marshall"},
+        Law{"HookeRollingDashpotMarshall",
+            "hooke 1e5 3 tangential linear_history 8e4 0.5 0.4 damping velocity "
+            "rolling sds 2e4 5 0.05 twisting marshall"},
         Law{"HertzVelocityMindlin", "hertz 7e7 2 tangential mindlin 6e7 0.5 0.4 damping velocity"},
         Law{"HertzVelocityMindlinForce",
             "hertz 7e7 2 tangential mindlin/force 6e7 0.5 0.4 damping velocity"},
@@ -333,6 +343,9 @@ INSTANTIATE_TEST_SUITE_P(
         Law{"HertzMaterialRestitutionRollingTwisting",
             "hertz/material 1e8 0.7 0.25 tangential mindlin/force NULL 1 0.3 damping "
             "coeff_restitution rolling sds 2e4 0 0.05 twisting sds 0.5 0 5e-5"},
+        Law{"HertzMindlinRollingTwistingDashpots",
+            "hertz 7e7 2 tangential mindlin 6e7 0.5 0.4 damping velocity rolling sds 2e4 5 0.05 "
+            "twisting sds 0.5 1e-5 5e-5"},
         Law{"DmtMindlin", "dmt 1e8 3e5 0.3 10 tangential mindlin NULL 0.5 0.4"},
         Law{"DmtMindlinRollingTwisting",
             "dmt 1e8 3e5 0.3 10 tangential mindlin NULL 0.5 0.4 rolling sds 2e4 0 0.05 "

@@ -72,11 +72,11 @@ class CappedElastic : public mpm::Constitutive<2> {
 };
 
 const bool is_in_table = [] {
-  mpm::law_table().push_back({"capped",
-                              {"lambda", "mu", "hardening"},
-                              [](const double *a) -> std::shared_ptr<mpm::Constitutive<2>> {
-                                return std::make_shared<CappedElastic>(a[0], a[1], a[2]);
-                              }});
+  mpm::law_table<2>().push_back({"capped",
+                                 {"lambda", "mu", "hardening"},
+                                 [](const double *a) -> std::shared_ptr<mpm::Constitutive<2>> {
+                                   return std::make_shared<CappedElastic>(a[0], a[1], a[2]);
+                                 }});
   return true;
 }();
 

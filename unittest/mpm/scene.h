@@ -19,61 +19,79 @@ using mpm::Vec2;
 using rve::Tensor2;
 
 /// Owns what a PointView points to.
-struct Scene {
+template <int D> struct SceneOf {
+  using Vec = mpm::Vec<D>;
+  using Tensor = mpm::Tensor<D>;
+
   std::vector<std::int64_t> id;
   std::vector<double> position, velocity, body_force, mass, volume, initial_volume;
-  std::vector<Vec2> half_size;
-  std::vector<Tensor2> deformation_gradient, stress, velocity_gradient;
+  std::vector<Vec> half_size;
+  std::vector<Tensor> deformation_gradient, stress, velocity_gradient;
   std::vector<double> memory;
   int memory_width = 0;
   std::vector<int> model, rigid_body;
 
   int size() const { return static_cast<int>(id.size()); }
 
-  int add(double x, double y, const Vec2 &half, double density)
+  /// In the plane of unit thickness.
+  int add(const Vec &place, const Vec &half, double density)
   {
-    const double area = 4.0 * half[0] * half[1];
+    double size_of_box = 1.0;
+    for (int a = 0; a < D; ++a) size_of_box *= 2.0 * half[a];
     id.push_back(size() + 1);
-    for (const double value : {x, y, 0.0}) position.push_back(value);
     for (int c = 0; c < 3; ++c) {
+      position.push_back(c < D ? place[c] : 0.0);
       velocity.push_back(0.0);
       body_force.push_back(0.0);
     }
-    mass.push_back(density * area);
-    volume.push_back(area);
-    initial_volume.push_back(area);
+    mass.push_back(density * size_of_box);
+    volume.push_back(size_of_box);
+    initial_volume.push_back(size_of_box);
     half_size.push_back(half);
-    deformation_gradient.push_back(Tensor2::identity());
-    stress.push_back(Tensor2::zero());
-    velocity_gradient.push_back(Tensor2::zero());
+    deformation_gradient.push_back(Tensor::identity());
+    stress.push_back(Tensor::zero());
+    velocity_gradient.push_back(Tensor::zero());
     memory.resize(memory.size() + memory_width, 0.0);
     model.push_back(0);
     rigid_body.push_back(-1);
     return size() - 1;
   }
-
-  /// Fills [lo, hi] with boxes of the given width, unit thickness; those whose centre `inside(x, y)` accepts.
-  template <class Inside>
-  void add_block(const Vec2 &lo, const Vec2 &hi, double width, double density, const Inside &inside)
+  int add(double x, double y, const Vec &half, double density)
   {
-    const int columns = static_cast<int>(std::lround((hi[0] - lo[0]) / width));
-    const int rows = static_cast<int>(std::lround((hi[1] - lo[1]) / width));
-    for (int j = 0; j < rows; ++j)
-      for (int i = 0; i < columns; ++i) {
-        const double x = lo[0] + (i + 0.5) * width;
-        const double y = lo[1] + (j + 0.5) * width;
-        if (inside(x, y)) add(x, y, {{0.5 * width, 0.5 * width}}, density);
-      }
+    static_assert(D == 2);
+    return add({{x, y}}, half, density);
   }
-  void add_block(const Vec2 &lo, const Vec2 &hi, double width, double density)
+
+  /// Fills [lo, hi] with boxes of the given width; those whose centre `inside(x, y)` or inside(x, y, z) accepts.
+  template <class Inside>
+  void add_block(const Vec &lo, const Vec &hi, double width, double density, const Inside &inside)
   {
-    add_block(lo, hi, width, density, [](double, double) {
+    mpm::NodeBox<D> boxes;
+    for (int a = 0; a < D; ++a)
+      boxes.end[a] = static_cast<int>(std::lround((hi[a] - lo[a]) / width));
+    boxes.for_each([&](const mpm::Place<D> &box) {
+      Vec place, half;
+      for (int a = 0; a < D; ++a) {
+        place[a] = lo[a] + (box[a] + 0.5) * width;
+        half[a] = 0.5 * width;
+      }
+      bool takes;
+      if constexpr (D == 2)
+        takes = inside(place[0], place[1]);
+      else
+        takes = inside(place[0], place[1], place[2]);
+      if (takes) add(place, half, density);
+    });
+  }
+  void add_block(const Vec &lo, const Vec &hi, double width, double density)
+  {
+    add_block(lo, hi, width, density, [](auto...) {
       return true;
     });
   }
 
   /// All points begin to remember what a law does, at the stress that they have.
-  void begin_memory(const mpm::Constitutive<2> &law)
+  void begin_memory(const mpm::Constitutive<D> &law)
   {
     memory_width = static_cast<int>(law.state_variables().size());
     memory.assign(static_cast<std::size_t>(memory_width) * size(), 0.0);
@@ -82,9 +100,9 @@ struct Scene {
   double *row(int p) { return memory.data() + p * memory_width; }
 
   /// The same points in the given order.
-  Scene selected(const std::vector<int> &order) const
+  SceneOf selected(const std::vector<int> &order) const
   {
-    Scene scene;
+    SceneOf scene;
     scene.memory_width = memory_width;
     for (const int p : order) {
       scene.id.push_back(id[p]);
@@ -108,9 +126,9 @@ struct Scene {
     return scene;
   }
 
-  mpm::PointView<2> view()
+  mpm::PointView<D> view()
   {
-    mpm::PointView<2> view;
+    mpm::PointView<D> view;
     view.count = size();
     view.memory_width = memory_width;
     view.id = id.data();
@@ -131,13 +149,22 @@ struct Scene {
   }
 };
 
-inline mpm::SolverOptions<2> grid_options(Vec2 lo, Vec2 hi, double cell_size)
+using Scene = SceneOf<2>;
+
+template <int D>
+mpm::SolverOptions<D> grid_options_of(const mpm::Vec<D> &lo, const mpm::Vec<D> &hi,
+                                      double cell_size)
 {
-  mpm::SolverOptions<2> options;
+  mpm::SolverOptions<D> options;
   options.lo = lo;
   options.hi = hi;
   options.cell_size = cell_size;
   return options;
+}
+
+inline mpm::SolverOptions<2> grid_options(Vec2 lo, Vec2 hi, double cell_size)
+{
+  return grid_options_of<2>(lo, hi, cell_size);
 }
 
 /// Roller on every side but the upper one, which is free.

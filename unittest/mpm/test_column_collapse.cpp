@@ -69,7 +69,7 @@ Deposit collapse(mpm::Constitutive<2> &law)
 // (Lajeunesse, Monnier & Homsy 2005, Phys. Fluids 17, 103302), heights of 0.83 to 1.32 L0 in the same experiments.
 TEST(ColumnCollapse, RunOutAndHeightOfSandAreWithinTheBandOfExperiments)
 {
-  mpm::MohrCoulomb sand(STIFFNESS * WEIGHT, 0.3, 0.0, std::atan(0.5) * DEGREE, 0.0);
+  mpm::MohrCoulomb<2> sand(STIFFNESS * WEIGHT, 0.3, 0.0, std::atan(0.5) * DEGREE, 0.0);
 
   const Deposit deposit = collapse(sand);
 
@@ -83,7 +83,7 @@ TEST(ColumnCollapse, RunOutAndHeightOfSandAreWithinTheBandOfExperiments)
 
 TEST(ColumnCollapse, WithACoefficientOfFrictionOfTwoItIsNot)
 {
-  mpm::MohrCoulomb rubble(STIFFNESS * WEIGHT, 0.3, 0.0, std::atan(2.0) * DEGREE, 0.0);
+  mpm::MohrCoulomb<2> rubble(STIFFNESS * WEIGHT, 0.3, 0.0, std::atan(2.0) * DEGREE, 0.0);
 
   const Deposit deposit = collapse(rubble);
 

@@ -1,4 +1,4 @@
-// Points to nodes: what the integer sums keep exactly.
+// Points to nodes in two and three dimensions: what the integer sums keep exactly, and what is interpolated exactly.
 
 #include "mpm/grid_transfer.h"
 
@@ -6,93 +6,186 @@
 #include <numeric>
 #include <random>
 
-using Grid = mpm::Grid<2>;
 using mpm::ShapeFunction;
-using Support = mpm::Support<2>;
-using mpm::Vec2;
 using rve::FixedScale;
 
 namespace {
 
-const Grid GRID({{0.0, 0.0}}, {{4.0, 3.0}}, 0.5);
 constexpr int POINTS = 500;
 
-/// Weights of random points, and of points on nodes, edges and corners of the grid.
-std::vector<Support> supports(ShapeFunction shape)
-{
-  std::mt19937 random(1);
-  std::uniform_real_distribution<double> unit(0.0, 1.0);
-  std::vector<Support> result;
-  for (int p = 0; p < POINTS; ++p) {
-    double position[2] = {4.0 * unit(random), 3.0 * unit(random)};
-    if (p % 5 == 0)
-      for (int a = 0; a < 2; ++a) position[a] = 0.5 * std::round(position[a] / 0.5);
-    result.push_back(support_of(GRID, shape, position, {{0.25, 0.125}}));
-  }
-  const double corners[3][2] = {{0.0, 0.0}, {4.0, 3.0}, {4.0, 0.0}};
-  for (const auto &corner : corners)
-    result.push_back(support_of(GRID, shape, corner, {{0.25, 0.25}}));
-  return result;
-}
+/// In D dimensions, for both shape functions.
+template <class Dimension> class Transfer : public testing::Test {
+ protected:
+  static constexpr int D = Dimension::value;
+  using Vec = mpm::Vec<D>;
+  using Place = mpm::Place<D>;
+  using Support = mpm::Support<D>;
 
-class Transfer : public testing::TestWithParam<ShapeFunction> {};
+  static mpm::Grid<D> make_grid()
+  {
+    Vec hi;
+    for (int a = 0; a < D; ++a) hi[a] = 4.0 - a;
+    return {Vec::zero(), hi, 0.5};
+  }
+  const mpm::Grid<D> grid = make_grid();
+
+  /// Weights of random points, and of points on nodes, edges and corners of the grid; places get the points.
+  std::vector<Support> supports(ShapeFunction shape, std::vector<Vec> *places = nullptr) const
+  {
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    std::vector<Support> result;
+    const auto add = [&](const Vec &place, const Vec &half) {
+      result.push_back(support_of(grid, shape, place.component, half));
+      if (places) places->push_back(place);
+    };
+    Vec flat, cube;
+    for (int a = 0; a < D; ++a) {
+      flat[a] = a == 1 ? 0.125 : 0.25;
+      cube[a] = 0.25;
+    }
+    for (int p = 0; p < POINTS; ++p) {
+      Vec place;
+      for (int a = 0; a < D; ++a) place[a] = grid.hi(a) * unit(random);
+      if (p % 5 == 0)
+        for (int a = 0; a < D; ++a) place[a] = 0.5 * std::round(place[a] / 0.5);
+      add(place, flat);
+    }
+    for (int corner = 0; corner < 1 << D; ++corner) {
+      Vec place;
+      for (int a = 0; a < D; ++a) place[a] = (corner >> a & 1) != 0 ? grid.hi(a) : 0.0;
+      add(place, cube);
+    }
+    return result;
+  }
+
+  static constexpr ShapeFunction SHAPES[] = {ShapeFunction::Linear, ShapeFunction::Gimp};
+};
+
+using Dimensions = testing::Types<std::integral_constant<int, 2>, std::integral_constant<int, 3>>;
+TYPED_TEST_SUITE(Transfer, Dimensions);
 
 }    // namespace
 
-TEST_P(Transfer, NodesHoldTheRoundedMassOfThePointsToTheLastBit)
+TYPED_TEST(Transfer, WeightsAreAPartitionOfUnityWithLinearCompleteness)
 {
-  const std::vector<Support> all = supports(GetParam());
-  const FixedScale scale(3.0, static_cast<std::int64_t>(all.size()));
-  std::vector<std::int64_t> sums(GRID.node_count(), 0);
-  std::int64_t total = 0;
-
-  for (std::size_t p = 0; p < all.size(); ++p) {
-    const double mass =
-        1.0 + 2.0 * std::sin(static_cast<double>(p)) * std::sin(static_cast<double>(p));
-    mpm::scatter<1>(
-        all[p], scale, mass,
-        [&](const mpm::Place<2> &place) {
-          return mass * all[p].value(place);
-        },
-        sums.data(), 0);
-    total += scale.integer(mass);
-  }
-
-  EXPECT_EQ(std::accumulate(sums.begin(), sums.end(), std::int64_t(0)), total);
-}
-
-TEST_P(Transfer, InternalForcesOfAPointAddUpToNothingToTheLastBit)
-{
-  const FixedScale scale(10.0, POINTS + 3);
-  for (const Support &support : supports(GetParam())) {
-    std::vector<std::int64_t> sums(GRID.node_count(), 0);
-
-    mpm::scatter<1>(
-        support, scale, 0.0,
-        [&](const mpm::Place<2> &place) {
-          return 3.7 * support.gradient(place)[0];
-        },
-        sums.data(), 0);
-
-    EXPECT_EQ(std::accumulate(sums.begin(), sums.end(), std::int64_t(0)), 0);
+  constexpr int D = TestFixture::D;
+  for (const ShapeFunction shape : this->SHAPES) {
+    std::vector<mpm::Vec<D>> places;
+    const auto all = this->supports(shape, &places);
+    for (std::size_t p = 0; p < all.size(); ++p) {
+      double unity = 0.0;
+      mpm::Vec<D> place = mpm::Vec<D>::zero(), none = place;
+      mpm::Tensor<D> identity = mpm::Tensor<D>::zero();
+      int nodes = 0;
+      mpm::each_node<D>([&](const mpm::Place<D> &at) {
+        const mpm::Place<D> node = this->grid.place(all[p].node(at));
+        mpm::Vec<D> x;
+        for (int a = 0; a < D; ++a) x[a] = 0.5 * node[a];
+        unity += all[p].value(at);
+        place = place + all[p].value(at) * x;
+        none = none + all[p].gradient(at);
+        identity = identity + dyad(x, all[p].gradient(at));
+        ++nodes;
+      });
+      EXPECT_EQ(nodes, D == 2 ? 9 : 27);
+      EXPECT_NEAR(unity, 1.0, 1e-14) << "a few operations on numbers of order 1";
+      for (int a = 0; a < D; ++a) {
+        // linear functions keep 2^-24 cells away from nodes
+        EXPECT_NEAR(place[a], places[p][a], shape == ShapeFunction::Gimp ? 1e-14 : 0x1p-25);
+        EXPECT_NEAR(none[a], 0.0, 1e-13) << "of slopes up to 2";
+        for (int b = 0; b < D; ++b)
+          EXPECT_NEAR(identity(a, b), a == b ? 1.0 : 0.0, 1e-13)
+              << "x up to 4 times slopes up to 2";
+      }
+    }
   }
 }
 
-TEST_P(Transfer, LinearVelocityFieldIsInterpolatedWithItsGradient)
+TYPED_TEST(Transfer, NodesHoldTheRoundedMassOfThePointsToTheLastBit)
 {
-  std::vector<Vec2> field(GRID.node_count());
-  for (int j = -1; j <= GRID.cells(1) + 1; ++j)
-    for (int i = -1; i <= GRID.cells(0) + 1; ++i)
-      field[GRID.node({{i, j}})] = {{1.0 + 0.5 * i, -2.0 + 0.5 * (2.0 * i - 3.0 * j)}};
+  constexpr int D = TestFixture::D;
+  for (const ShapeFunction shape : this->SHAPES) {
+    const auto all = this->supports(shape);
+    const FixedScale scale(3.0, static_cast<std::int64_t>(all.size()));
+    std::vector<std::int64_t> sums(this->grid.node_count(), 0);
+    std::int64_t total = 0;
 
-  for (const Support &support : supports(GetParam())) {
-    const rve::Tensor2 gradient = interpolate_gradient(support, field);
-    EXPECT_NEAR(gradient(0, 0), 1.0, 1e-12) << "a few operations on numbers of order 10";
-    EXPECT_NEAR(gradient(0, 1), 0.0, 1e-12);
-    EXPECT_NEAR(gradient(1, 0), 2.0, 1e-12);
-    EXPECT_NEAR(gradient(1, 1), -3.0, 1e-12);
+    for (std::size_t p = 0; p < all.size(); ++p) {
+      const double mass =
+          1.0 + 2.0 * std::sin(static_cast<double>(p)) * std::sin(static_cast<double>(p));
+      mpm::scatter<1>(
+          all[p], scale, mass,
+          [&](const mpm::Place<D> &place) {
+            return mass * all[p].value(place);
+          },
+          sums.data(), 0);
+      total += scale.integer(mass);
+    }
+
+    EXPECT_EQ(std::accumulate(sums.begin(), sums.end(), std::int64_t(0)), total);
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Shapes, Transfer,
-                         testing::Values(ShapeFunction::Linear, ShapeFunction::Gimp));
+TYPED_TEST(Transfer, InternalForcesOfAPointAddUpToNothingToTheLastBit)
+{
+  constexpr int D = TestFixture::D;
+  for (const ShapeFunction shape : this->SHAPES) {
+    const auto all = this->supports(shape);
+    const FixedScale scale(10.0, static_cast<std::int64_t>(all.size()));
+    for (const auto &support : all)
+      for (int a = 0; a < D; ++a) {
+        std::vector<std::int64_t> sums(this->grid.node_count(), 0);
+
+        mpm::scatter<1>(
+            support, scale, 0.0,
+            [&](const mpm::Place<D> &place) {
+              return 3.7 * support.gradient(place)[a];
+            },
+            sums.data(), 0);
+
+        EXPECT_EQ(std::accumulate(sums.begin(), sums.end(), std::int64_t(0)), 0);
+      }
+  }
+}
+
+TYPED_TEST(Transfer, LinearVelocityFieldIsInterpolatedWithItsGradient)
+{
+  constexpr int D = TestFixture::D;
+  mpm::Tensor<D> gradient;
+  for (int a = 0; a < D; ++a)
+    for (int b = 0; b < D; ++b) gradient(a, b) = 1.5 * a - b + 0.5 * a * b - 2.0;
+  std::vector<mpm::Vec<D>> field(this->grid.node_count());
+  for (int n = 0; n < this->grid.node_count(); ++n) {
+    mpm::Vec<D> x;
+    for (int a = 0; a < D; ++a) x[a] = 0.5 * this->grid.place(n)[a];
+    field[n] = gradient * x;
+    for (int a = 0; a < D; ++a) field[n][a] += 1.0 - 2.0 * a;
+  }
+
+  for (const ShapeFunction shape : this->SHAPES)
+    for (const auto &support : this->supports(shape)) {
+      const mpm::Tensor<D> found = interpolate_gradient(support, field);
+      for (int k = 0; k < D * D; ++k)
+        EXPECT_NEAR(found.component[k], gradient.component[k], 1e-12)
+            << "a few operations on numbers of order 10";
+    }
+}
+
+TYPED_TEST(Transfer, StorageIndicesOfNodesCountThemOnceLayerByLayer)
+{
+  constexpr int D = TestFixture::D;
+  int next = 0;
+  mpm::NodeBox<D> all;
+  for (int a = 0; a < D; ++a) {
+    all.first[a] = -1;
+    all.end[a] = this->grid.cells(a) + 2;
+  }
+  all.for_each([&](const mpm::Place<D> &place) {
+    ASSERT_EQ(this->grid.node(place), next);
+    for (int a = 0; a < D; ++a) ASSERT_EQ(this->grid.place(next)[a], place[a]);
+    ASSERT_EQ(next / this->grid.layer_size(), place[D - 1] + 1);
+    ++next;
+  });
+  EXPECT_EQ(next, this->grid.node_count());
+}

@@ -37,7 +37,7 @@ struct Strip {
 double fall_beside_a_wall(const Strip &strip, int cells)
 {
   const double left = 2.0 * CELL, height = 2.0, time = 0.4;
-  mpm::MohrCoulomb sand(YOUNG, 0.3, 0.0, 26.0, 0.0);
+  mpm::MohrCoulomb<2> sand(YOUNG, 0.3, 0.0, 26.0, 0.0);
   mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{6.0, 3.0}}, CELL);
   options.sides = {SideKind::Roller, SideKind::Roller, SideKind::Fixed, SideKind::Free};
   options.scheme = strip.scheme;

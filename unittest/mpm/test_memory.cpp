@@ -11,17 +11,34 @@ using rve::Tensor2;
 TEST(LawTable, MakesLawsByTheirWords)
 {
   std::set<std::string> words;
-  for (const mpm::LawEntry &entry : mpm::law_table()) {
+  for (const mpm::LawEntry<2> &entry : mpm::law_table<2>()) {
     EXPECT_TRUE(words.insert(entry.word).second) << entry.word << " is there twice";
     EXPECT_NE(entry.word, "rve") << "means grains in scripts";
     const std::set<std::string> names(entry.arguments.begin(), entry.arguments.end());
     EXPECT_EQ(names.size(), entry.arguments.size()) << entry.word;
   }
-  for (const mpm::LawEntry &entry : mpm::law_table())
+  for (const mpm::LawEntry<2> &entry : mpm::law_table<2>())
     if (entry.word == "elastic") {
       const double arguments[] = {1e6, 0.25};
       EXPECT_NEAR(entry.make(arguments)->p_wave_modulus(0), 1.2e6, 1e-3);
     }
+}
+
+TEST(LawTable, HasTheSameLawsInThePlaneAndInSpace)
+{
+  const auto &plane = mpm::law_table<2>();
+  const auto &space = mpm::law_table<3>();
+  ASSERT_EQ(plane.size(), space.size());
+  for (std::size_t k = 0; k < plane.size(); ++k) {
+    EXPECT_EQ(plane[k].word, space[k].word);
+    EXPECT_EQ(plane[k].arguments, space[k].arguments);
+    const double arguments[] = {1e6, 0.25, 1e3, 30.0, 10.0};
+    const auto in_plane = plane[k].make(arguments);
+    const auto in_space = space[k].make(arguments);
+    EXPECT_EQ(in_plane->p_wave_modulus(0), in_space->p_wave_modulus(0)) << plane[k].word;
+    for (const mpm::StateVariable &variable : in_space->state_variables())
+      EXPECT_NE(variable.name, "out_of_plane_stress") << "there is no plane";
+  }
 }
 
 TEST(MemoryLayout, RowsBeginWithTheStateVariablesOfTheLaw)
@@ -50,7 +67,7 @@ TEST(MemoryRows, ALawTouchesTheRowsOfItsPointsAndInThemItsOwnVariables)
 {
   // rows wider than the law needs, with a number beyond and rows of other points that must stay
   const double other = 17.0;
-  for (const mpm::LawEntry &entry : mpm::law_table()) {
+  for (const mpm::LawEntry<2> &entry : mpm::law_table<2>()) {
     if (entry.word != "mohr_coulomb") continue;
     const double arguments[] = {1e6, 0.3, 0.0, 30.0, 0.0};
     const auto law = entry.make(arguments);

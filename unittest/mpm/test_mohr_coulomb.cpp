@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-using mpm::MohrCoulomb;
+using MohrCoulomb = mpm::MohrCoulomb<2>;
 using mpm::MohrCoulombReturn;
 using rve::Tensor2;
 

@@ -2,6 +2,7 @@
 
 #include "scene.h"
 
+#include "ground_in_space.h"
 #include "mpm/mohr_coulomb.h"
 
 #include <algorithm>
@@ -69,7 +70,7 @@ Scene scene_with_two_bodies()
 struct Ground {
   Scene scene;
   mpm::LinearElastic<2> elastic{10e6, 0.3};
-  mpm::MohrCoulomb frictional{10e6, 0.3, 2e3, 30.0, 5.0};
+  mpm::MohrCoulomb<2> frictional{10e6, 0.3, 2e3, 30.0, 5.0};
   MpmSolver solver;
   std::vector<mpm::TractionLoad<2>> loads;
 
@@ -136,7 +137,7 @@ std::vector<double> numbers(Ground &run)
   return list;
 }
 
-void expect_same_points(const Scene &a, const Scene &b)
+template <class Points> void expect_same_points(const Points &a, const Points &b)
 {
   EXPECT_TRUE(same_bits(a.position, b.position));
   EXPECT_TRUE(same_bits(a.velocity, b.velocity));
@@ -329,5 +330,31 @@ TEST_F(OnDevice, SaysWhatIsWrongAsTheCpuDoes)
     const std::string of_cpu = message(mpm::Device::Cpu, faults[k]);
     EXPECT_NE(of_cpu, "") << "fault " << k;
     EXPECT_EQ(message(mpm::Device::Cuda, faults[k]), of_cpu) << "fault " << k;
+  }
+}
+
+TEST_F(OnDevice, GivesTheSameBitsInSpace)
+{
+  using mpm_test::GroundInSpace;
+  for (const GroundInSpace::Method &method :
+       {GroundInSpace::Method{Scheme::Musl, ShapeFunction::Gimp, 0.1, 0.99, true, false},
+        GroundInSpace::Method{Scheme::Usavg, ShapeFunction::Gimp, 0.0, 1.0, false, true},
+        GroundInSpace::Method{Scheme::Usavg, ShapeFunction::Linear, 0.1, 0.99, true, true}}) {
+    std::vector<double> numbers[2];
+    mpm_test::SceneOf<3> scene[2];
+    for (const bool on_device : {false, true}) {
+      GroundInSpace ground(method);
+      ground.options.device = on_device ? mpm::Device::Cuda : mpm::Device::Cpu;
+      ground.options.threads = 2;
+      mpm::MpmSolver<3> solver = ground.solver();
+      solver.evaluate(ground.scene.view(), ground.loads, GroundInSpace::STEP);
+      for (int step = 0; step < 30; ++step)
+        solver.step(ground.scene.view(), ground.loads, GroundInSpace::STEP);
+      solver.fetch(ground.scene.view());
+      numbers[on_device] = ground.numbers(solver);
+      scene[on_device] = ground.scene;
+    }
+    expect_same_points(scene[0], scene[1]);
+    EXPECT_TRUE(same_bits(numbers[0], numbers[1]));
   }
 }

@@ -95,7 +95,7 @@ TEST(SolverInput, RefusesATimeStepThatIsNotPositive)
 TEST(SolverInput, RefusesRowsOfMemoryThatAreTooShortForALaw)
 {
   OnePoint one;
-  mpm::MohrCoulomb law(100.0, 0.3, 1.0, 30.0, 0.0);
+  mpm::MohrCoulomb<2> law(100.0, 0.3, 1.0, 30.0, 0.0);
   one.solver.set_models({&law});
   expect_contains(message_of<rve::InputError>([&] {
                     one.solver.step(one.scene.view(), {}, 1e-3);

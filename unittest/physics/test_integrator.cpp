@@ -32,6 +32,16 @@ TEST(LocalDamping, DoesNotDependOnTheUnits)
   EXPECT_FLOAT_EQ(locally_damped(0.3f, -1e-30f, 1e-30f), -1.3f * 1e-30f);
 }
 
+TEST(ObjectiveDamping, ScalesTheWholeVectorByTheSignOfItsPower)
+{
+  const Vec<double, 3> a{{2.0, -1.0, 0.5}}, along{{1.0, 1.0, 3.0}}, across{{1.0, 2.0, 0.0}};
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_DOUBLE_EQ(objectively_damped(0.3, a, along)[k], 0.7 * a[k]);
+    EXPECT_DOUBLE_EQ(objectively_damped(0.3, a, -1.0 * along)[k], 1.3 * a[k]);
+    EXPECT_EQ(objectively_damped(0.3, a, across)[k], a[k]);
+  }
+}
+
 TEST(Kick, IsEquationThreeWithTheDampingOfEquationFour)
 {
   Random random(1);

@@ -28,7 +28,7 @@ auto roll(double force, const DiskMotion<double> &i, const DiskMotion<double> &j
           double normal_force)
 {
   const TurningResistance<double, double, 2> resistance{{STIFFNESS, FRICTION, 0.0}};
-  return resistance.advance(force, {}, {}, i, j, normal_force, DT);
+  return resistance.advance(0, 0, force, {}, {}, i, j, normal_force, DT);
 }
 
 /// Disks of 5 and 3 mm, whose reduced radius is 15/8 mm.
@@ -251,7 +251,7 @@ TYPED_TEST(LawWithRolling, MomentsAreOppositeAndTheForceIsThatWithoutRolling)
     const auto with = law.evaluate(s.contact(), s.i, s.j, s.gradient, s.history, s.dt);
     const auto without =
         contact_law.evaluate(s.contact(), s.i, s.j, s.gradient, s.history.contact, s.dt);
-    const auto rolled = law.resistance.advance(s.history.turning, {}, {}, s.i, s.j,
+    const auto rolled = law.resistance.advance(0, 0, s.history.turning, {}, {}, s.i, s.j,
                                                contact_law.limiting_force(without), s.dt);
 
     ASSERT_TRUE(same_bits(with.force, without.force));
@@ -316,7 +316,7 @@ TYPED_TEST(LawWithRolling, IsThatOfLammpsRollingSds)
     const double torque_on_i = reduced * (n[0] * fr[1] - n[1] * fr[0]);
     const auto moment =
         law.resistance
-            .advance(s.history.turning, {}, {}, s.i, s.j, law.limiting_force(result), s.dt)
+            .advance(0, 0, s.history.turning, {}, {}, s.i, s.j, law.limiting_force(result), s.dt)
             .moment;
     // of the numbers that are added up, which may cancel
     const double error = 16.0 * std::numeric_limits<typename TestFixture::Real>::epsilon() *

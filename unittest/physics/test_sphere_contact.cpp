@@ -579,6 +579,91 @@ TEST(SphereRolling, SlowsASpinDownByItsLimit)
   }
 }
 
+TEST(SphereRolling, DashpotsActBesideTheSpringsUpToTheLimits)
+{
+  Material material = sphere_material();
+  material.rolling_viscosity = 5.0;
+  material.twisting_viscosity = 1e-5;
+  const auto law = law_of<RollingSpheres>(material);
+  Equal pair(1e-5);
+  const double force = 1e6 * 1e-5, dt = 1e-6, reduced_radius = 0.5 * RADIUS;
+  pair.j.spin = {{50.0, 3.0, 4.0}};
+  const auto below = law.evaluate(pair.contact(), pair.i, pair.j, STILL, {}, dt).turned;
+  const double rolling = reduced_radius * reduced_radius * (4e5 * dt + 5.0);
+  EXPECT_NEAR(below.moment[0], 50.0 * (2.0 * dt + 1e-5), 1e-12 * force);
+  EXPECT_NEAR(below.moment[1], 3.0 * rolling, 1e-12 * rolling);
+  EXPECT_NEAR(below.moment[2], 4.0 * rolling, 1e-12 * rolling);
+  // a dashpot is not remembered
+  EXPECT_NEAR(below.history.twisting, 50.0 * 2.0 * dt, 1e-15);
+  EXPECT_NEAR(length(below.history.rolling), reduced_radius * 5.0 * 4e5 * dt, 1e-12);
+
+  pair.j.spin = {{1e3, 300.0, 400.0}};
+  const auto beyond = law.evaluate(pair.contact(), pair.i, pair.j, STILL, {}, dt).turned;
+  const double limit = reduced_radius * 0.1 * force;
+  EXPECT_NEAR(beyond.moment[0], 2e-4 * force, 1e-12 * force);
+  EXPECT_NEAR(beyond.moment[1], 0.6 * limit, 1e-12 * limit);
+  EXPECT_NEAR(beyond.moment[2], 0.8 * limit, 1e-12 * limit);
+  // the spring is what the dashpot leaves of the limit
+  EXPECT_NEAR(beyond.history.twisting, 2e-4 * force - 1e-5 * 1e3, 1e-12 * force);
+}
+
+TEST(SphereTwisting, AfterMarshallIsTheFrictionOfTheAreaOfContact)
+{
+  Material material = sphere_material();
+  material.twisting_stiffness = material.twisting_friction = 0.0;
+  material.twisting_marshall = 1.0;
+  material.tangential_viscosity = 40.0;
+  const double reduced_radius = 0.5 * RADIUS, mu = 0.5, dt = 1e-6, spin = 20.0;
+  const auto expect = [&](const auto &law, double overlap, double kt, double gamma_t,
+                          double force) {
+    Equal pair(overlap);
+    pair.j.spin = {{spin, 0.0, 0.0}};
+    const double area = reduced_radius * pair.contact().overlap;    // a^2
+    const auto below = law.evaluate(pair.contact(), pair.i, pair.j, STILL, {}, dt).turned;
+    const double moment = 0.5 * area * (kt * dt + gamma_t) * spin;
+    EXPECT_NEAR(below.moment[0], moment, 1e-9 * moment);
+    EXPECT_EQ(below.moment[1], 0.0);
+
+    pair.j.spin = {{-1e9, 0.0, 0.0}};
+    const auto beyond = law.evaluate(pair.contact(), pair.i, pair.j, STILL, {}, dt).turned;
+    const double limit = 2.0 / 3.0 * mu * std::sqrt(area) * force;
+    EXPECT_NEAR(beyond.moment[0], -limit, 1e-9 * limit);
+  };
+  for (const double overlap : {1e-6, 1e-4}) {
+    expect(law_of<RollingSpheres>(material), overlap, 0.8e6, 40.0, 1e6 * overlap);
+    const double a = std::sqrt(reduced_radius * overlap);
+    expect(law_of<SphereRollingHertz<DoubleNumbers>>(material), overlap, 0.8e9 * a, 0.0,
+           1e9 * a * overlap);
+    expect(law_of<SphereRollingDmt<DoubleNumbers>>(material), overlap, 0.8e9 * a, 0.0,
+           1e9 * a * overlap + 4.0 * PI * 20.0 * reduced_radius);
+  }
+}
+
+TEST(SphereTwisting, AfterMarshallKeepsTheAngleWhileTheContactIsPressed)
+{
+  Material material = sphere_material();
+  material.twisting_stiffness = material.twisting_friction = 0.0;
+  material.twisting_marshall = 1.0;
+  const double angle = 1e-4;
+  const auto moment_of = [&](const auto &law, double first, double last) {
+    Equal pair(first);
+    pair.j.spin = {{angle / 1e-6, 0.0, 0.0}};
+    const auto loaded = law.evaluate(pair.contact(), pair.i, pair.j, STILL, {}, 1e-6);
+    Equal pressed(last);
+    return law.evaluate(pressed.contact(), pressed.i, pressed.j, STILL, loaded.history(), 1e-6)
+        .turned.moment[0];
+  };
+  const auto springs = law_of<RollingSpheres>(material);
+  // k_t R d/2, and k_t a^3/2 of Hertz' contact
+  const double linear = 0.5 * 0.8e6 * 0.5 * RADIUS * 4e-5 * angle;
+  EXPECT_NEAR(moment_of(springs, 2e-5, 4e-5), linear, 1e-9 * linear);
+  EXPECT_NEAR(moment_of(springs, 8e-5, 4e-5), linear, 1e-9 * linear);
+  const auto hertz = law_of<SphereRollingHertz<DoubleNumbers>>(material);
+  const double of_hertz = 0.5 * 0.8e9 * std::pow(0.5 * RADIUS * 4e-5, 1.5) * angle;
+  EXPECT_NEAR(moment_of(hertz, 2e-5, 4e-5), of_hertz, 1e-9 * of_hertz);
+  EXPECT_NEAR(moment_of(hertz, 8e-5, 4e-5), of_hertz, 1e-9 * of_hertz);
+}
+
 TEST(SphereRolling, TurnsToTheOtherGrainWithoutAChange)
 {
   // the relative spin and the normal both turn round

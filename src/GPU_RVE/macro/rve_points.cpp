@@ -6,6 +6,7 @@
 #include "rve/engine/contact_laws.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/packing.h"
+#include "rve/engine/servo_modes.h"
 
 #include <algorithm>
 
@@ -88,6 +89,46 @@ template <int D> double RvePointsOf<D>::Point::strain_rate() const
   return rve::strain_size(drive.deformation) / (drive.substeps * drive.dt);
 }
 
+template <int D> void RvePointsOf<D>::Point::note(const rve::DriveOf<D> &last)
+{
+  drive = last;
+  drive.modes = nullptr;    // they live elsewhere
+  servo_error = last.has_servo() ? rve::servo_error(last, result.stress) : 0.0;
+}
+
+template <int D>
+rve::DriveOf<D> RvePointsOf<D>::path_drive(int slot, const LoadPathsOf<D> &paths,
+                                           const PathStep &step, const double *script) const
+{
+  // strains are known when an advance was with details
+  const Matrix now = paths.needs_details() ? point(slot).result.deformation : Matrix::identity();
+  return paths.drive(points[slot].path, step, script, now);
+}
+
+template <int D>
+void RvePointsOf<D>::follow_path(int slot, const LoadPathsOf<D> &paths, const PathStep &step)
+{
+  if (points[slot].frozen()) return;
+  const rve::ResultOf<D> &result = paths.needs_details() ? point(slot).result : points[slot].result;
+  paths.follow(points[slot].path, step, result);
+}
+
+template <int D> rve::Tensor<double, D> RvePointsOf<D>::Point::rate_of_deformation() const
+{
+  if (drive.substeps == 0) return Matrix::zero();
+  if (!drive.has_servo()) {
+    const rve::PolarDecomposition polar(drive.deformation);
+    return (1.0 / (drive.substeps * drive.dt)) *
+        (polar.rotation * polar.strain * rve::transpose(polar.rotation));
+  }
+  // modes steer sums of components: there L is known as a whole
+  Matrix rate = drive.num_modes > 0 ? last_steps().servo_velocity_gradient : drive.velocity_gradient;
+  for (int a = 0; a < D; ++a)
+    for (int b = 0; b < D; ++b)
+      if (drive.controlled[a][b]) rate(a, b) = last_steps().servo_velocity_gradient(a, b);
+  return 0.5 * (rate + rve::transpose(rate));
+}
+
 template <int D> double RvePointsOf<D>::Point::shadow_deviation() const
 {
   const double difference = rve::norm(result.stress - shadow_stress);
@@ -149,8 +190,9 @@ std::vector<double> RvePointsOf<D>::bound_time_steps(const std::vector<int> &slo
 template <int D> std::vector<rve::Advice> RvePointsOf<D>::advice_on_servo(int slot)
 {
   Point &point = points[slot];
-  const auto list = rve::advice_on_servo(point.result, point.drive, point.out_of_reach);
-  point.out_of_reach = rve::stress_out_of_reach(point.result, point.drive);
+  const auto list =
+      rve::advice_on_servo(point.result, point.drive, point.out_of_reach, point.servo_error);
+  point.out_of_reach = rve::stress_out_of_reach(point.result, point.drive, point.servo_error);
   return list;
 }
 
@@ -192,7 +234,7 @@ template <int D> void RvePointsOf<D>::add_shadow(int slot)
   record_sizes[slot] = 0;
   rve::DriveOf<D> drive = point.drive;
   drive.deformation = point.pending;
-  if (is_identity(point.pending)) drive.substeps = 0;
+  if (is_identity(point.pending)) drive.substeps = drive.num_modes = 0;
   std::vector<rve::ResponseOf<D>> responses;
   shadows->advance({point.shadow}, {drive}, responses);
   point.shadow_stress = responses[0].stress;
@@ -645,7 +687,7 @@ std::vector<int> RvePointsOf<D>::advance_plainly(const std::vector<int> &slots,
     point.look.reset();
     if (drives[k].substeps == 0) continue;
     point.pending = Matrix::identity();
-    point.drive = drives[k];
+    point.note(drives[k]);
   }
   any_stiffened = any_stiffened || stiffened;
   std::vector<int> failed;
@@ -738,7 +780,7 @@ void RvePointsOf<D>::advance_with_samples(const std::vector<int> &slots,
     point.look.reset();
     if (macro.drive.substeps == 0) continue;
     point.pending = Matrix::identity();
-    point.drive = macro.drive;
+    point.note(macro.drive);
   }
 }
 

@@ -4,6 +4,7 @@
 #ifndef MACRO_RVE_POINTS_H
 #define MACRO_RVE_POINTS_H
 
+#include "macro/load_path.h"
 #include "rve/engine/advice.h"
 #include "rve/engine/affine_stiffness.h"
 #include "rve/engine/substeps.h"
@@ -74,7 +75,10 @@ template <int D> class RvePointsOf {
     std::int32_t most_contacts =
         0;    ///< with more of them the bound of its time step has to be looked at again
 
-    rve::DriveOf<D> drive;    ///< of its last DEM steps; none so far if it has no substeps
+    rve::DriveOf<D>
+        drive;    ///< of its last DEM steps, without modes; none so far if it has no substeps
+    double servo_error = 0.0;    ///< after them [stress]
+    PathState<D> path;
 
     rve::ResultOf<D> rested;                ///< while asleep: of its last DEM step
     Matrix pending = Matrix::identity();    ///< deformation since its last DEM step
@@ -94,6 +98,10 @@ template <int D> class RvePointsOf {
     const rve::ResultOf<D> &last_steps() const { return asleep() ? rested : result; }
     /// |D| in the RVE's own time, of its last DEM steps [1/time]
     double strain_rate() const;
+    /// Its last DEM steps were these, and `result` has their stress.
+    void note(const rve::DriveOf<D> &last);
+    /// D itself, in the axes of the present; zero before its first steps [1/time]
+    Matrix rate_of_deformation() const;
     /// |stress - stress of the shadow| over the larger of both [-]
     double shadow_deviation() const;
   };
@@ -171,6 +179,14 @@ template <int D> class RvePointsOf {
   }
   bool frozen(int slot) const { return points[slot].frozen(); }
   double servo_gain(int slot) const { return points[slot].servo_gain; }
+  /// The next step of an RVE that is on one of these paths, for advance(), and what comes of it there.
+  rve::DriveOf<D> path_drive(int slot, const LoadPathsOf<D> &paths, const PathStep &step,
+                             const double *script) const;
+  void follow_path(int slot, const LoadPathsOf<D> &paths, const PathStep &step);
+  PathState<D> &path(int slot) { return points[slot].path; }
+  const PathState<D> &path(int slot) const { return points[slot].path; }
+  /// Largest difference between a steered stress and its goal, after the last DEM steps [stress]
+  double servo_error(int slot) const { return points[slot].servo_error; }
   rve::RveStateOf<D> state(int slot) const { return engine->state(slot); }
   std::string description() const { return engine->description(); }
   int size() const { return engine->size(); }

@@ -23,6 +23,8 @@ namespace {
     std::int32_t contacts, most_contacts;
     double grain_size, servo_gain;
     rve::DriveOf<D> drive;
+    double servo_error;
+    PathState<D> path;
     rve::Tensor<double, D> pending, shadow_stress;
     rve::ResultOf<D> result, rested;
   };
@@ -38,7 +40,7 @@ namespace {
 
   // "rve pt", and a number that changes with the layout; "rve sp" of spheres
   template <int D>
-  constexpr std::uint64_t RECORD_VERSION = D == 2 ? 0x7276652070740004u : 0x7276652073700001u;
+  constexpr std::uint64_t RECORD_VERSION = D == 2 ? 0x7276652070740005u : 0x7276652073700002u;
 
   /// Of the bytes of a head, whatever lies between its members.
   template <int D> std::uint64_t checksum_of_head(const double *record)
@@ -83,6 +85,8 @@ template <int D> std::vector<double> RvePointsOf<D>::record(int slot) const
   head.grain_size = point.grain_size;
   head.servo_gain = point.servo_gain;
   head.drive = point.drive;
+  head.servo_error = point.servo_error;
+  head.path = point.path;
   head.pending = point.pending;
   head.shadow_stress = point.shadow_stress;
   head.result = point.result;
@@ -137,6 +141,8 @@ template <int D> int RvePointsOf<D>::add_record(const double *record, std::size_
   point.servo_gain =
       head.servo_gain;    // of the radii that the packing had, before a format rounded them
   point.drive = head.drive;
+  point.servo_error = head.servo_error;
+  point.path = head.path;
   point.pending = head.pending;
   point.shadow_stress = head.shadow_stress;
   // a script that asks for no shadows leaves those of a restart file behind

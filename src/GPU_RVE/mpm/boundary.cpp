@@ -61,5 +61,6 @@ template <int D> Vec<D> Boundary<D>::side_impulse(Face side, const Vec<D> *felt)
 }
 
 template class Boundary<2>;
+template class Boundary<3>;
 
 }    // namespace mpm

@@ -65,11 +65,13 @@ template <int D> struct BoundaryView {
   {
     return held_by_side(node, axis) || (on_body[node] >> axis & 1) != 0;
   }
-  /// Columns of nodes under the face of a body, or more.
+  /// Columns of nodes along an axis, one for each node across it; and along any axis, or more.
+  RVE_HD int columns_across(int axis) const { return grid.node_count() / grid.nodes(axis); }
   RVE_HD int columns() const
   {
-    static_assert(D == 2, "columns are counted along the one axis of a face");
-    return grid.nodes(0) > grid.nodes(1) ? grid.nodes(0) : grid.nodes(1);
+    int most = 0;
+    for (int a = 0; a < D; ++a) most = columns_across(a) > most ? columns_across(a) : most;
+    return most;
   }
 
   /// Takes from the momentum [mass length/time] of a node what the sides hold.
@@ -96,8 +98,8 @@ template <int D> struct BoundaryView {
     }
   }
 
-  /// Changes the momenta [mass length/time] of the nodes in one column under a body, numbered from -1, so that they satisfy its
-  /// conditions. Columns that are not under the body are left alone. `mass` [mass] per node; nodes without mass take no part.
+  /// Changes the momenta [mass length/time] of the nodes in one column under a body, one of columns_across(), so that they
+  /// satisfy its conditions. Columns that are not under the body are left alone. `mass` [mass] per node; nodes without mass take no part.
   /// What a side holds is the side's alone: bodies leave it and do not feel it.
   ///
   /// The face of a body lies between two rows of nodes, an inner and an outer one, as a rule on neither. In every column of
@@ -110,7 +112,8 @@ template <int D> struct BoundaryView {
   /// passes a row. Prescribing whole rows instead leaves either a void or a rigid layer of up to a cell under the face.
   /// With linear shape functions, whose points have no extent, w is rounded to 0 or 1.
   ///
-  /// Rows further inside the body move with it. On its two lateral faces material can slide and separate.
+  /// Rows further inside the body move with it. On its lateral faces material can slide and separate; on an edge between two of them
+  /// it is held where it moves into both, by that which has to change it less.
   /// Columns count as under the body if they are within its width, edges included: put the edges on columns.
   ///
   /// `felt_share` of the impulse is added to what the body felt in this step.
@@ -182,21 +185,20 @@ namespace face_pair {
 
 }    // namespace face_pair
 
-/// In the plane: a face has one axis along it, and two lateral faces beside it.
-template <>
-RVE_HD inline void BoundaryView<2>::impose_body(int body, const RigidBodyOptions &options,
-                                                const RigidBodyState<2> &state, int column,
-                                                Contact contact, double felt_share,
-                                                const double *mass, Vec2 *momentum) const
+template <int D>
+RVE_HD void BoundaryView<D>::impose_body(int body, const RigidBodyOptions &options,
+                                         const RigidBodyState<D> &state, int column,
+                                         Contact contact, double felt_share, const double *mass,
+                                         Vec<D> *momentum) const
 {
   using namespace face_pair;
   const int normal = axis_of(options.face);
-  const int tangent = 1 - normal;
   const double outside = outward(options.face);
   const int inwards = outside < 0.0 ? 1 : -1;    // step of the row index into the body
-  const Vec2 &velocity = state.velocity;
-  Vec2 *felt = felt_share != 0.0 ? body_impulse + static_cast<std::size_t>(body) * grid.node_count()
-                                 : nullptr;
+  const Vec<D> &velocity = state.velocity;
+  Vec<D> *felt = felt_share != 0.0
+      ? body_impulse + static_cast<std::size_t>(body) * grid.node_count()
+      : nullptr;
 
   // rows on both sides of the face, and the last row inside the body
   const double face = grid.scaled(outside < 0.0 ? state.lo[normal] : state.hi[normal], normal);
@@ -207,16 +209,27 @@ RVE_HD inline void BoundaryView<2>::impose_body(int body, const RigidBodyOptions
   if (shape == ShapeFunction::Linear) outer_share = outer_share < 0.5 ? 0.0 : 1.0;
   const int last_row = grid.cells(normal) + 1;
 
-  // columns under the body
-  const double left = grid.scaled(state.lo[tangent], tangent);
-  const double right = grid.scaled(state.hi[tangent], tangent);
-  const double last_column = grid.cells(tangent) + 1;
-  if (column < std::ceil(clamped(left - SAME_PLACE, -1.0, last_column + 1)) ||
-      column > std::floor(clamped(right + SAME_PLACE, -2.0, last_column)))
-    return;
+  // columns under the body, and on which lateral faces of it they are
+  Place<D> place = Place<D>::zero();
+  int lateral[D] = {};    // -1 or 1, along the axes of the face
+  bool is_lateral = false;
+  for (int a = 0, rest = column; a < D; ++a) {
+    if (a == normal) continue;
+    place[a] = rest % grid.nodes(a) - 1;
+    rest /= grid.nodes(a);
+    const double left = grid.scaled(state.lo[a], a);
+    const double right = grid.scaled(state.hi[a], a);
+    const double last_column = grid.cells(a) + 1;
+    if (place[a] < std::ceil(clamped(left - SAME_PLACE, -1.0, last_column + 1)) ||
+        place[a] > std::floor(clamped(right + SAME_PLACE, -2.0, last_column)))
+      return;
+    lateral[a] = place[a] < left + SAME_PLACE ? -1 : place[a] > right - SAME_PLACE ? 1 : 0;
+    is_lateral = is_lateral || lateral[a] != 0;
+  }
 
   const auto node_at = [&](int row) {
-    return grid.node(normal == 1 ? Place<2>{{column, row}} : Place<2>{{row, column}});
+    place[normal] = row;
+    return grid.node(place);
   };
   const auto on_grid = [&](int row) {
     return row >= -1 && row <= last_row;
@@ -244,7 +257,7 @@ RVE_HD inline void BoundaryView<2>::impose_body(int body, const RigidBodyOptions
   }
 
   if (reachable) {
-    std::uint8_t &is_closed = closed[body * columns() + column + 1];
+    std::uint8_t &is_closed = closed[static_cast<std::size_t>(body) * columns() + column];
     double impulse;
     bool touches = pair.impulse(mass, momentum, normal, velocity[normal], impulse);
     if (contact != Contact::Find)
@@ -253,7 +266,7 @@ RVE_HD inline void BoundaryView<2>::impose_body(int body, const RigidBodyOptions
       touches = touches && impulse * outside > 0.0;    // pushes the material away
     is_closed = touches;
 
-    for (int a = 0; touches && a < 2; ++a) {
+    for (int a = 0; touches && a < D; ++a) {
       if (a != normal && !options.rough) continue;
       bool held = false;
       for (int k = 0; k < 2; ++k) held = held || (pair.used[k] && held_by_side(pair.node[k], a));
@@ -269,22 +282,28 @@ RVE_HD inline void BoundaryView<2>::impose_body(int body, const RigidBodyOptions
   }
 
   // the inside of the body, and its lateral faces
-  const double lateral = column < left + SAME_PLACE ? -1.0
-      : column > right - SAME_PLACE                 ? 1.0
-                                                    : 0.0;
   int inside = pair.used[0] ? inner + inwards : inner;
   inside = inside < -1 ? -1 : inside > last_row ? last_row : inside;
   for (; on_grid(inside); inside += inwards) {
     if ((back - inside) * inwards < -SAME_PLACE || (inside - face) * inwards < -SAME_PLACE) break;
     const int node = node_at(inside);
     if (!(mass[node] > 0.0)) continue;
-    if (lateral == 0.0) {
-      prescribe(node, 0);
-      prescribe(node, 1);
-    } else if (contact == Contact::Before
-                   ? (on_body[node] >> tangent & 1) != 0
-                   : (momentum[node][tangent] / mass[node] - velocity[tangent]) * lateral < 0.0) {
-      prescribe(node, tangent);
+    if (!is_lateral) {
+      for (int a = 0; a < D; ++a) prescribe(node, a);
+    } else if (contact == Contact::Before) {
+      for (int a = 0; a < D; ++a)
+        if (lateral[a] != 0 && (on_body[node] >> a & 1) != 0) prescribe(node, a);
+    } else {
+      int holds = -1;    // the axis that material moves into the body along, slowest
+      double slowest = 0.0;
+      for (int a = 0; a < D; ++a) {
+        if (lateral[a] == 0 || held_by_side(node, a)) continue;
+        const double entry = (momentum[node][a] / mass[node] - velocity[a]) * -lateral[a];
+        if (holds >= 0 && !(entry < slowest)) continue;
+        holds = a;
+        slowest = entry;
+      }
+      if (slowest > 0.0) prescribe(node, holds);
     }
   }
 }

@@ -530,5 +530,7 @@ std::unique_ptr<StepRunner<D>> make_cuda_machine(const SolverOptions<D> &options
 
 template std::unique_ptr<StepRunner<2>>
 make_cuda_machine(const SolverOptions<2> &, const Communication &, const Grid<2> &, std::string &);
+template std::unique_ptr<StepRunner<3>>
+make_cuda_machine(const SolverOptions<3> &, const Communication &, const Grid<3> &, std::string &);
 
 }    // namespace mpm

@@ -30,7 +30,7 @@ template <int D> constexpr int INERTIA_SUMS = 1 + rve::Space<D>::axes;
 template <int D> constexpr int VECTOR_SUMS = rve::Space<D>::axes;
 
 /// Sides of the grid and faces of a point's or body's box: low and high of each axis in turn.
-enum class Face { XLo, XHi, YLo, YHi };
+enum class Face { XLo, XHi, YLo, YHi, ZLo, ZHi };
 
 /// Faces of a box.
 template <int D> constexpr int FACES = 2 * rve::Space<D>::axes;

@@ -71,9 +71,15 @@ template <int D> struct Support {
 /// visit(place) for the nodes of a support, those along the first axis one after the other: sums of real numbers keep their bits.
 template <int D, class Visit> RVE_INLINE void each_node(const Visit &visit)
 {
-  static_assert(D == 2, "a loop for each axis");
-  for (int b = 0; b < 3; ++b)
-    for (int a = 0; a < 3; ++a) visit(Place<D>{{a, b}});
+  static_assert(D == 2 || D == 3, "a loop for each axis");
+  if constexpr (D == 2) {
+    for (int b = 0; b < 3; ++b)
+      for (int a = 0; a < 3; ++a) visit(Place<D>{{a, b}});
+  } else {
+    for (int c = 0; c < 3; ++c)
+      for (int b = 0; b < 3; ++b)
+        for (int a = 0; a < 3; ++a) visit(Place<D>{{a, b, c}});
+  }
 }
 
 /// Weights of a point inside the grid. half_size [length] matters for Gimp only.

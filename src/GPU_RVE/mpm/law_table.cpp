@@ -5,21 +5,24 @@
 
 namespace mpm {
 
-std::vector<LawEntry> &law_table()
+template <int D> std::vector<LawEntry<D>> &law_table()
 {
-  static std::vector<LawEntry> table = {
+  static std::vector<LawEntry<D>> table = {
       {"elastic",
        {"E", "nu"},
-       [](const double *a) -> std::shared_ptr<Constitutive<2>> {
-         return std::make_shared<LinearElastic<2>>(a[0], a[1]);
+       [](const double *a) -> std::shared_ptr<Constitutive<D>> {
+         return std::make_shared<LinearElastic<D>>(a[0], a[1]);
        }},
       {"mohr_coulomb",
        {"E", "nu", "c", "phi", "psi"},
-       [](const double *a) -> std::shared_ptr<Constitutive<2>> {
-         return std::make_shared<MohrCoulomb>(a[0], a[1], a[2], a[3], a[4]);
+       [](const double *a) -> std::shared_ptr<Constitutive<D>> {
+         return std::make_shared<MohrCoulomb<D>>(a[0], a[1], a[2], a[3], a[4]);
        }},
   };
   return table;
 }
+
+template std::vector<LawEntry<2>> &law_table<2>();
+template std::vector<LawEntry<3>> &law_table<3>();
 
 }    // namespace mpm

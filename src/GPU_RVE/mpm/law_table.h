@@ -11,15 +11,15 @@
 
 namespace mpm {
 
-struct LawEntry {
+template <int D> struct LawEntry {
   std::string word;
   std::vector<std::string> arguments;    ///< numbers, in the order of a script: their names
   /// The law with these arguments; rve::InputError where they are wrong.
-  std::shared_ptr<Constitutive<2>> (*make)(const double *arguments);
+  std::shared_ptr<Constitutive<D>> (*make)(const double *arguments);
 };
 
-/// The laws that there are in the plane. A program may add laws of its own before it reads scripts.
-std::vector<LawEntry> &law_table();
+/// The laws that there are in D dimensions. A program may add laws of its own before it reads scripts.
+template <int D> std::vector<LawEntry<D>> &law_table();
 
 }    // namespace mpm
 

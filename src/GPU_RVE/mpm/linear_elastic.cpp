@@ -37,5 +37,6 @@ template <int D> double LinearElastic<D>::p_wave_modulus(int /*point_index*/) co
 }
 
 template class LinearElastic<2>;
+template class LinearElastic<3>;
 
 }    // namespace mpm

@@ -15,23 +15,36 @@ template <int D> struct MidpointIncrement {
   rve::Tensor<double, D> rotation;    ///< R
 };
 
-/// In the plane, where a rotation has one angle.
-RVE_INLINE MidpointIncrement<2> midpoint_increment(const rve::Tensor2 &deformation_increment)
+/// R = (I - W/2)⁻¹ (I + W/2), a rotation by 2 atan(|w|/2), of a displacement gradient with the spin W. In the plane a rotation has one
+/// angle.
+RVE_INLINE rve::Tensor2 midpoint_rotation(const rve::Tensor2 &gradient)
 {
-  using rve::Tensor2;
-  const Tensor2 identity = Tensor2::identity();
-  const Tensor2 gradient =
-      (deformation_increment - identity) * inverse(0.5 * (deformation_increment + identity));
-  MidpointIncrement<2> increment;
-  increment.strain = 0.5 * (gradient + transpose(gradient));
-
-  // R = (I - W/2)⁻¹ (I + W/2), a rotation by 2 atan(w/2)
   const double half_spin = 0.25 * (gradient(1, 0) - gradient(0, 1));
   const double factor = 1.0 / (1.0 + half_spin * half_spin);
   const double cosine = (1.0 - half_spin * half_spin) * factor;
   const double sine = 2.0 * half_spin * factor;
-  increment.rotation = {{cosine, -sine, sine, cosine}};
-  return increment;
+  return {{cosine, -sine, sine, cosine}};
+}
+
+/// In space, with H = W/2 = h ×: R = I + 2 (H + H²)/(1 + h²), as H³ = -h² H.
+RVE_INLINE rve::Tensor3 midpoint_rotation(const rve::Tensor3 &gradient)
+{
+  using rve::Tensor3;
+  const Tensor3 half_spin = 0.25 * (gradient - transpose(gradient));
+  const double x = half_spin(2, 1), y = half_spin(0, 2), z = half_spin(1, 0);
+  const double factor = 2.0 / (1.0 + (x * x + y * y + z * z));
+  return Tensor3::identity() + factor * (half_spin + half_spin * half_spin);
+}
+
+template <int D>
+RVE_INLINE MidpointIncrement<D>
+midpoint_increment(const rve::Tensor<double, D> &deformation_increment)
+{
+  using Tensor = rve::Tensor<double, D>;
+  const Tensor identity = Tensor::identity();
+  const Tensor gradient =
+      (deformation_increment - identity) * inverse(0.5 * (deformation_increment + identity));
+  return {0.5 * (gradient + transpose(gradient)), midpoint_rotation(gradient)};
 }
 
 /// R σ Rᵀ + λ tr(D) I + 2 μ D, symmetric to the last bit [stress].

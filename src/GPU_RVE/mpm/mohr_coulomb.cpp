@@ -1,6 +1,7 @@
 #include "mpm/mohr_coulomb.h"
 
 #include "mpm/midpoint_increment.h"
+#include "mpm/principal_axes.h"
 #include "rve/core/error.h"
 #include "rve/core/pi.h"
 
@@ -11,18 +12,41 @@ namespace mpm {
 using rve::number;
 using rve::require;
 using rve::Tensor2;
+using rve::Tensor3;
 
 namespace {
 
-  /// A plane stress state with its stress out of the plane in principal axes: values in descending order, and the way back.
-  struct PrincipalAxes {
+  /// A stress in principal axes: values in descending order, and the way back.
+  template <int D> struct PrincipalStress;
+
+  /// In the plane, with the stress out of it.
+  template <> struct PrincipalStress<2> {
     MohrCoulombReturn::Principal principal;
     int upper, lower, out;     ///< places of the two in the plane and of σ_zz
     double half_difference;    ///< (σ_xx - σ_yy)/2
     double shear;
     double radius;    ///< of Mohr's circle in the plane
 
-    PrincipalAxes(const Tensor2 &stress, double out_of_plane)
+    PrincipalStress(const Tensor2 &stress, const double *memory) :
+        PrincipalStress(stress, memory[MohrCoulomb<2>::OutOfPlaneStress])
+    {
+    }
+    /// After an elastic increment of that stress.
+    PrincipalStress(const Tensor2 &trial, const double *memory, double lame_first,
+                    const Tensor2 &strain) :
+        PrincipalStress(trial,
+                        memory[MohrCoulomb<2>::OutOfPlaneStress] + lame_first * trace(strain))
+    {
+    }
+
+    void store(const MohrCoulombReturn::Principal &values, Tensor2 &stress, double *memory) const
+    {
+      stress = in_plane(values);
+      memory[MohrCoulomb<2>::OutOfPlaneStress] = values.value[out];
+    }
+
+   private:
+    PrincipalStress(const Tensor2 &stress, double out_of_plane)
     {
       const double mean = 0.5 * (stress(0, 0) + stress(1, 1));
       half_difference = 0.5 * (stress(0, 0) - stress(1, 1));
@@ -50,10 +74,39 @@ namespace {
     }
   };
 
+  template <> struct PrincipalStress<3> {
+    MohrCoulombReturn::Principal principal;
+
+    PrincipalStress(const Tensor3 &stress, const double * /*memory*/) :
+        stress_(stress), axes_(stress)
+    {
+      for (int i = 0; i < 3; ++i) principal.value[i] = axes_.value[i];
+    }
+    PrincipalStress(const Tensor3 &trial, const double *memory, double /*lame_first*/,
+                    const Tensor3 & /*strain*/) :
+        PrincipalStress(trial, memory)
+    {
+    }
+
+    /// What the return takes away, along the axes: a stress that it leaves alone keeps its bits.
+    void store(const MohrCoulombReturn::Principal &values, Tensor3 &stress, double *) const
+    {
+      stress = stress_;
+      for (int i = 0; i < 3; ++i)
+        stress =
+            stress - (principal.value[i] - values.value[i]) * dyad(axes_.axis[i], axes_.axis[i]);
+    }
+
+   private:
+    Tensor3 stress_;
+    PrincipalAxes axes_;
+  };
+
 }    // namespace
 
-MohrCoulomb::MohrCoulomb(double young_modulus, double poisson_ratio, double cohesion,
-                         double friction_degrees, double dilation_degrees)
+template <int D>
+MohrCoulomb<D>::MohrCoulomb(double young_modulus, double poisson_ratio, double cohesion,
+                            double friction_degrees, double dilation_degrees)
 {
   require(young_modulus > 0.0,
           "Young's modulus must be positive, got " + number(young_modulus) + " [stress]");
@@ -78,38 +131,41 @@ MohrCoulomb::MohrCoulomb(double young_modulus, double poisson_ratio, double cohe
   return_.uniaxial_strength = 2.0 * cohesion * std::sqrt(return_.friction_ratio);
 }
 
-StateVariables MohrCoulomb::state_variables() const
+template <int D> StateVariables MohrCoulomb<D>::state_variables() const
 {
   // tension positive; accumulated, sqrt(2/3 dε^p:dε^p) of the deviator
-  return {{"out_of_plane_stress", "stress"}, {"plastic_strain", ""}};
+  StateVariables variables;
+  if (D == 2) variables.push_back({"out_of_plane_stress", "stress"});
+  variables.push_back({"plastic_strain", ""});
+  return variables;
 }
 
-void MohrCoulomb::begin_memory(const Tensor2 &stress, double *memory) const
+template <int D> void MohrCoulomb<D>::begin_memory(const Tensor &stress, double *memory) const
 {
-  memory[OutOfPlaneStress] = 0.5 * (stress(0, 0) + stress(1, 1));
+  if (D == 2) memory[OutOfPlaneStress] = 0.5 * (stress(0, 0) + stress(1, 1));
   memory[PlasticStrain] = 0.0;
 }
 
-std::string MohrCoulomb::doubt_about(const Tensor2 &stress) const
+template <int D> std::string MohrCoulomb<D>::doubt_about(const Tensor &stress) const
 {
   if (!(trace(stress) > 0.0)) return "";
   return "is a tension, which a Mohr-Coulomb material bears by its cohesion only; stresses are "
          "negative in compression";
 }
 
-void MohrCoulomb::update(int count, const int *point_index, const Tensor2 *deformation_increment,
-                         double /*dt*/, Tensor2 *stress, MemoryRows memory)
+template <int D>
+void MohrCoulomb<D>::update(int count, const int *point_index, const Tensor *deformation_increment,
+                            double /*dt*/, Tensor *stress, MemoryRows memory)
 {
   for (int k = 0; k < count; ++k) {
     const int p = point_index[k];
     double *state = memory[p];
-    const MidpointIncrement<2> increment = midpoint_increment(deformation_increment[p]);
-    const PrincipalAxes trial(
-        elastic_stress(stress[p], increment, return_.lame_first, return_.shear_modulus),
-        state[OutOfPlaneStress] + return_.lame_first * trace(increment.strain));
+    const MidpointIncrement<D> increment = midpoint_increment(deformation_increment[p]);
+    const PrincipalStress<D> trial(
+        elastic_stress(stress[p], increment, return_.lame_first, return_.shear_modulus), state,
+        return_.lame_first, increment.strain);
     const MohrCoulombReturn::Principal after = return_(trial.principal);
-    stress[p] = trial.in_plane(after);
-    state[OutOfPlaneStress] = after.value[trial.out];
+    trial.store(after, stress[p], state);
 
     // deviator of the plastic strain: that of the relaxed stress over 2 μ
     double relaxed[3];
@@ -121,14 +177,17 @@ void MohrCoulomb::update(int count, const int *point_index, const Tensor2 *defor
   }
 }
 
-double MohrCoulomb::p_wave_modulus(int /*point_index*/) const
+template <int D> double MohrCoulomb<D>::p_wave_modulus(int /*point_index*/) const
 {
   return return_.lame_first + 2.0 * return_.shear_modulus;
 }
 
-double MohrCoulomb::yield(const Tensor2 &stress, const double *memory) const
+template <int D> double MohrCoulomb<D>::yield(const Tensor &stress, const double *memory) const
 {
-  return return_.yield(PrincipalAxes(stress, memory[OutOfPlaneStress]).principal);
+  return return_.yield(PrincipalStress<D>(stress, memory).principal);
 }
+
+template class MohrCoulomb<2>;
+template class MohrCoulomb<3>;
 
 }    // namespace mpm

@@ -1,4 +1,4 @@
-// Mohr-Coulomb and Tresca plasticity: the return in principal stresses, and the law in plane strain made of it.
+// Mohr-Coulomb and Tresca plasticity: the return in principal stresses, and the law made of it.
 //
 // Why: ground that needs no grains, and the bearing capacities that are known in closed form for it.
 
@@ -77,30 +77,32 @@ struct MohrCoulombReturn {
   }
 };
 
-/// Elastic, perfectly plastic, in plane strain: Hughes-Winget's elastic trial as in LinearElastic, with the stress out of the
-/// plane as the third principal one, and the return above. Flow at the apex and on the edges is included; there is no
-/// tension cut-off below the apex.
-class MohrCoulomb : public Constitutive<2> {
+/// Elastic, perfectly plastic: Hughes-Winget's elastic trial as in LinearElastic, and the return above in its principal axes. In the
+/// plane that is plane strain, and the stress out of the plane is the third principal one. Flow at the apex and on the edges is
+/// included; there is no tension cut-off below the apex.
+template <int D> class MohrCoulomb : public Constitutive<D> {
+  using Tensor = rve::Tensor<double, D>;
+
  public:
-  /// Places of the state variables.
-  enum { OutOfPlaneStress, PlasticStrain };
+  /// Places of the state variables; the first one is there in the plane only.
+  enum { OutOfPlaneStress = 0, PlasticStrain = D == 2 ? 1 : 0 };
 
   /// young_modulus > 0, cohesion >= 0 [stress]; 0 <= poisson_ratio < 0.5; 0 <= dilation <= friction < 90 [degrees];
   /// cohesion and friction not both 0. rve::InputError otherwise.
   MohrCoulomb(double young_modulus, double poisson_ratio, double cohesion, double friction_degrees,
               double dilation_degrees);
 
-  void update(int count, const int *point_index, const rve::Tensor2 *deformation_increment,
-              double dt, rve::Tensor2 *stress, MemoryRows memory) override;
+  void update(int count, const int *point_index, const Tensor *deformation_increment, double dt,
+              Tensor *stress, MemoryRows memory) override;
   bool takes_parts() const override { return true; }
   StateVariables state_variables() const override;
   /// σ_zz is between the principal stresses in the plane: admissible to an isotropic law if they are.
-  void begin_memory(const rve::Tensor2 &stress, double *memory) const override;
-  std::string doubt_about(const rve::Tensor2 &stress) const override;
+  void begin_memory(const Tensor &stress, double *memory) const override;
+  std::string doubt_about(const Tensor &stress) const override;
   double p_wave_modulus(int point_index) const override;
 
   /// The yield function k σ1 - σ3 - s of a point's stress [stress]; positive outside.
-  double yield(const rve::Tensor2 &stress, const double *memory) const;
+  double yield(const Tensor &stress, const double *memory) const;
 
  private:
   MohrCoulombReturn return_;

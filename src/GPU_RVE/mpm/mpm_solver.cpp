@@ -290,8 +290,8 @@ template <int D> double MpmSolver<D>::cfl_number(const PointView<D> &points, dou
   const auto speed_of = [&](int p) {
     const double modulus = models_.at(points.model[p])->p_wave_modulus(p);
     const double *v = points.velocity[p];
-    static_assert(D == 2, "the length of a vector in the plane is std::hypot of two numbers");
-    return std::sqrt(modulus * points.volume[p] / points.mass[p]) + std::hypot(v[0], v[1]);
+    const double wave = std::sqrt(modulus * points.volume[p] / points.mass[p]);
+    return wave + (D == 2 ? std::hypot(v[0], v[1]) : std::hypot(v[0], v[1], v[2]));
   };
   double fastest = 0.0;
   int first = points.count;
@@ -356,6 +356,8 @@ template <int D> Totals<D> MpmSolver<D>::totals(const PointView<D> &points) cons
 }
 
 template class MpmSolver<2>;
+template class MpmSolver<3>;
 template void throw_point_error(const Grid<2> &, const PointView<2> &, int, int, std::uint64_t);
+template void throw_point_error(const Grid<3> &, const PointView<3> &, int, int, std::uint64_t);
 
 }    // namespace mpm

@@ -43,8 +43,8 @@ template <int D> struct PointView {
 
 /// A traction vector [stress] on one face of the boxes of some local points.
 ///
-/// It acts per current extent of the face along its own direction (initial length times |F_tt|), so that a vertical load on
-/// a surface that tilts stays a load per horizontal length. The list of loads is the same on all ranks; the points are not.
+/// It acts per current extent of the face as it is seen along its own direction (load_extent), so that a vertical load on a surface
+/// that tilts stays a load per horizontal length or area. The list of loads is the same on all ranks; the points are not.
 template <int D> struct TractionLoad {
   Vec<D> traction;
   Face face = Face::YHi;

@@ -1,4 +1,4 @@
-// Shape functions of the background grid along one axis; in the plane they are products. Numbers in, numbers out.
+// Shape functions of the background grid along one axis; those of a node are products. Numbers in, numbers out.
 //
 // Coordinates are in cell widths from the low side of the grid, slopes are per cell width.
 

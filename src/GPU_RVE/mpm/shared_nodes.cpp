@@ -121,5 +121,6 @@ template <int D> bool SharedNodes<D>::is_first_to_touch(int node) const
 }
 
 template class SharedNodes<2>;
+template class SharedNodes<3>;
 
 }    // namespace mpm

@@ -90,14 +90,22 @@ template <int D> RVE_HD double force_bound_of(const StepView<D> &step, int p)
       largest<D>(points.body_force[p]);
 }
 
-/// Length along the face, times thickness, on which the traction acts [length²].
+/// Area on which the traction acts [length²]: that of the face as it is seen along its own direction before the deformation. In the
+/// plane a face has a length |F_tt| times the initial one, and a thickness; in space the area is that of the parallelogram of its two
+/// edges.
 template <int D> RVE_HD double load_extent(const StepView<D> &step, const PointLoad<D> &load)
 {
-  static_assert(D == 2, "a face has one axis along it, and a thickness out of the plane");
-  const int tangent = 1 - axis_of(load.face);
-  const PointView<D> &points = step.points;
-  return 2.0 * points.half_size[load.point][tangent] *
-      std::abs(points.deformation_gradient[load.point](tangent, tangent)) * step.thickness;
+  static_assert(D == 2 || D == 3, "a face has one axis or two axes along it");
+  const int normal = axis_of(load.face);
+  const Vec<D> &half = step.points.half_size[load.point];
+  const Tensor<D> &F = step.points.deformation_gradient[load.point];
+  if constexpr (D == 2) {
+    const int tangent = 1 - normal;
+    return 2.0 * half[tangent] * std::abs(F(tangent, tangent)) * step.thickness;
+  } else {
+    const int s = (normal + 1) % 3, t = (normal + 2) % 3;
+    return 4.0 * half[s] * half[t] * std::abs(F(s, s) * F(t, t) - F(s, t) * F(t, s));
+  }
 }
 
 /// What all passes have. A thread calls begin() on a copy of its own before its items.
@@ -561,21 +569,17 @@ template <int D> struct ImposeBody : Pass<D> {
   Contact contact;
   bool balances;    ///< on the momenta before the forces too, and what the body feels is recorded
 
-  int columns() const
-  {
-    static_assert(D == 2, "columns are counted along the one axis of a face");
-    return step.grid.nodes(1 - axis_of(options.face));
-  }
+  int columns() const { return step.boundary.columns_across(axis_of(options.face)); }
 
   template <class Tally> RVE_HD void operator()(int k, Tally &) const
   {
     RigidBodyState<D> state = step.body(body);
-    step.boundary.impose_body(body, options, state, k - 1, contact, balances ? 1.0 : 0.0, step.mass,
+    step.boundary.impose_body(body, options, state, k, contact, balances ? 1.0 : 0.0, step.mass,
                               step.momentum_end);
     state.velocity = step.body_velocity_before[body];
     // a body that has just come held nothing before: what its nodes bring is all theirs
     if (!balances || std::isnan(state.velocity[0])) return;
-    step.boundary.impose_body(body, options, state, k - 1, Contact::Before, -step.flip, step.mass,
+    step.boundary.impose_body(body, options, state, k, Contact::Before, -step.flip, step.mass,
                               step.momentum);
   }
 };

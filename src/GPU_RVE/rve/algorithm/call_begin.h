@@ -36,7 +36,9 @@ inline namespace RVE_ISA {
       call.cell = load_tensor<Scene::D>(header.cell);
       call.list_cell = load_tensor<Scene::D>(header.list_cell);
       call.deformation = load_tensor<Scene::D>(header.deformation);
-      call.servo_gradient = load_tensor<Scene::D>(header.servo_velocity_gradient);
+      call.servo_gradient = load_tensor<Scene::D>(call.steering.modes && call.steering.modes->begin
+                                                      ? call.steering.velocity_gradient
+                                                      : header.servo_velocity_gradient);
       CellIncrement<Scene::D> increment;
       increment.deformation = load_tensor<Scene::D>(drive.deformation);
       increment.segments = drive.segments;

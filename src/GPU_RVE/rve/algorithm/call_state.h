@@ -94,7 +94,7 @@ inline namespace RVE_ISA {
     float
         sound_force;    ///< below it all is well with the largest force on any grain [internal force]
     typename Scene::Law::Constants law;
-    typename Scene::Real alpha;
+    typename Scene::Real alpha;    ///< of local damping, below zero for that which knows no axes
 
     std::int32_t plan_first, plan_last;    ///< steps that are planned
     PlanOf<Scene> plan[kPlanSteps];        ///< at the end
@@ -114,7 +114,7 @@ inline namespace RVE_ISA {
     {
       bool has = false;
       for (int k = 0; k < Scene::components; ++k) has = has || steering.controlled[k];
-      return has;
+      return has || steering.modes;
     }
     RVE_INLINE const PlanOf<Scene> &planned(int step) const { return plan[step - plan_first]; }
     /// Whether list and force scale of the call before serve on.

@@ -128,7 +128,10 @@ inline namespace RVE_ISA {
     // in packs `where` does what the branch does for one pair; whole packs of spheres have nothing to do in their last slots
     if constexpr (std::is_same_v<Truth<Real>, bool> || Scene::D == 3) {
       if (!any(touching)) {
-        if constexpr (Scene::has_friction) history = typename Scene::History();
+        if constexpr (Scene::has_friction) {
+          if constexpr (WithStress && Scene::books) sum.heat.friction += step.law.released(history);
+          history = typename Scene::History();
+        }
         return;
       }
     }
@@ -166,7 +169,7 @@ inline namespace RVE_ISA {
       ++sum.contacts;
       sum.crushed += crushed ? 1 : 0;
     }
-    if constexpr (WithStress && Scene::books) step.law.dissipate(force, step.dt, sum.heat);
+    if constexpr (WithStress && Scene::books) step.law.dissipate(contact, force, step.dt, sum.heat);
   }
 
   /// All owned and extra pairs of the RVE. WithStress: fills call.survey, and `grains` have loaded themselves but not their pairs.

@@ -46,7 +46,9 @@ inline namespace RVE_ISA {
       call.law.set(header.material, LawUnits{call.units.length, call.units.per_force},
                    call.batch.velocity_arm);
       call.law.dt = static_cast<Real>(call.drive.substeps > 0 ? call.drive.dt : 0.0);
-      call.alpha = static_cast<Real>(header.material.local_damping);
+      call.alpha = static_cast<Real>(header.material.objective_damping > 0.0
+                                         ? -header.material.local_damping
+                                         : header.material.local_damping);
       const double crushing = crushing_force(call);
       const double least_trouble = crushing < call.units.force_limit ? crushing
                                                                      : call.units.force_limit;

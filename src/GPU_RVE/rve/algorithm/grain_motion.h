@@ -16,7 +16,8 @@ inline namespace RVE_ISA {
     Tensor<typename Numbers::Wide, D> to_fraction;       ///< velocity to fraction units in a step
     Tensor<typename Leading::Real, D> list_to_length;    ///< 32-bit fraction units to lengths
     typename Leading::Real allowed_squared;    ///< displacement since the list was built [length^2]
-    typename Numbers::Real alpha;              ///< of local damping [-]
+    typename Numbers::Real
+        alpha;    ///< of local damping, below zero for that which knows no axes [-]
 
     /// From a StepPlan, or from these in single numbers.
     template <class Constants, class Number>
@@ -34,7 +35,8 @@ inline namespace RVE_ISA {
     Spin<typename Numbers::Real, D> spin;
   };
 
-  /// Leapfrog update of the velocity and the spin from the force and the torque on a grain. Turns: torques there are.
+  /// Leapfrog update of the velocity and the spin from the force and the torque on a grain. Turns: torques there are. Below zero `alpha` is that
+  /// of objective damping, which spheres may have.
   template <bool Turns, class Numbers, int D>
   RVE_INLINE Kick<Numbers, D>
   kick_grain(GrainView<Numbers, D> &grain,
@@ -43,6 +45,18 @@ inline namespace RVE_ISA {
   {
     using Real = typename Numbers::Real;
     Kick<Numbers, D> increment;
+    if constexpr (D == 3) {
+      if (any(alpha < Real(0))) {
+        for (int a = 0; a < D; ++a) {
+          increment.velocity[a] = static_cast<Real>(force[a]) * response.velocity_unit;
+          increment.spin[a] = Turns ? static_cast<Real>(force[D + a]) * response.spin_unit
+                                    : Real(0);
+        }
+        grain.motion.velocity = kick_objectively(grain.motion.velocity, increment.velocity, -alpha);
+        grain.spin = kick_objectively(grain.spin, increment.spin, -alpha);
+        return increment;
+      }
+    }
     for (int a = 0; a < D; ++a) {
       increment.velocity[a] = static_cast<Real>(force[a]) * response.velocity_unit;
       grain.motion.velocity[a] = kick(grain.motion.velocity[a], increment.velocity[a], alpha);

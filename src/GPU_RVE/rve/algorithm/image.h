@@ -66,12 +66,31 @@ template <int D> struct alignas(16) DriveRecord {
   double deformation[Space<D>::components];
 };
 
+/// A direction in which a servo changes the velocity gradient by what a sum of stresses lacks. Sums run over all components.
+template <int D> struct alignas(16) SteeredMode {
+  double rate[Space<D>::components];    ///< velocity gradient of amplitude one [-]
+  double dual[Space<
+      D>::components];    ///< dual : L is the amplitude [-]; zero for all other modes, and for what is prescribed
+  double stress[Space<D>::components];    ///< stress : sigma is what has the goal [-]
+  double goal;                            ///< [stress]
+  double gain, max_rate;                  ///< of the amplitude [1/(stress time^2)], [1/time]
+};
+
+template <int D> struct alignas(16) SteeredModes {
+  std::int32_t count;
+  std::int32_t
+      begin;    ///< the call begins with amplitudes zero, not with those of the call before
+  SteeredMode<D> mode[Space<D>::strains];
+};
+
 /// The rest of a drive: of a path with several segments, or of a stress servo. A call where no RVE has either goes without.
 template <int D> struct alignas(16) SteeringRecord {
   double rotation[Space<D>::components], stretch[Space<D>::components];
   std::int32_t controlled[Space<D>::components];
   double stress_goal[Space<D>::components], velocity_gradient[Space<D>::components];
   double servo_gain, servo_max_rate;
+  const SteeredModes<D>
+      *modes;    ///< where the kernel reads them, in place of controlled components; or null
 };
 
 /// What every call answers. After a fatal status only `status`, `expected_force` and the `needed_` sizes hold, and the image is

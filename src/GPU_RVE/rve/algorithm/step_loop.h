@@ -264,9 +264,15 @@ inline namespace RVE_ISA {
       block.once([&] {
         const Tensor<double, Scene::D> prescribed =
             load_tensor<Scene::D>(call.steering.velocity_gradient);
-        for (int c = 0; c < Scene::components; ++c)
-          if (!call.steering.controlled[c])
-            call.servo_gradient.component[c] = prescribed.component[c];
+        if (call.steering.modes)
+          call.servo_gradient = gradient_of_modes(*call.steering.modes, prescribed,
+                                                  [&](const SteeredMode<Scene::D> &mode) {
+                                                    return amplitude_in(mode, call.servo_gradient);
+                                                  });
+        else
+          for (int c = 0; c < Scene::components; ++c)
+            if (!call.steering.controlled[c])
+              call.servo_gradient.component[c] = prescribed.component[c];
         const Tensor<double, Scene::D> small = call.drive.dt * call.servo_gradient;
         const Tensor<double, Scene::D> growth = Tensor<double, Scene::D>::identity() + small +
             0.5 * (small * small);    // exp to third order
@@ -283,6 +289,17 @@ inline namespace RVE_ISA {
         const auto stress = [&](int c) {
           return stress_component(call, per_volume, c);
         };
+        if (steering.modes) {
+          call.servo_gradient = gradient_of_modes(
+              *steering.modes, load_tensor<Scene::D>(steering.velocity_gradient),
+              [&](const SteeredMode<Scene::D> &mode) {
+                double now = 0.0;
+                for (int c = 0; c < Scene::components; ++c) now += mode.stress[c] * stress(c);
+                return steer_rate(amplitude_in(mode, call.servo_gradient), now, mode.goal,
+                                  mode.gain, call.drive.dt, mode.max_rate);
+              });
+          return;
+        }
         for (int c = 0; c < Scene::components; ++c)
           if (steering.controlled[c]) {
             // both components of a shear

@@ -3,6 +3,7 @@
 #ifndef RVE_ALGORITHM_STRESS_SERVO_H
 #define RVE_ALGORITHM_STRESS_SERVO_H
 
+#include "rve/algorithm/image.h"
 #include "rve/core/tensor.h"
 
 #include <cmath>
@@ -22,6 +23,30 @@ inline namespace RVE_ISA {
     const double sign = direction > 0.0 ? 1.0 : (direction < 0.0 ? -1.0 : 0.0);
     const double steered = rate + (1.0 - growth_damping * sign) * gain * dt * error;
     return steered > max_rate ? max_rate : (steered < -max_rate ? -max_rate : steered);
+  }
+
+  /// Amplitude of a mode in L [1/time].
+  template <int D>
+  RVE_INLINE double amplitude_in(const SteeredMode<D> &mode, const Tensor<double, D> &gradient)
+  {
+    double sum = 0.0;
+    for (int c = 0; c < Space<D>::components; ++c) sum += mode.dual[c] * gradient.component[c];
+    return sum;
+  }
+
+  /// L = what is prescribed + the sum of amplitude(mode) times its velocity gradient of amplitude one.
+  template <int D, class Amplitude>
+  RVE_INLINE Tensor<double, D> gradient_of_modes(const SteeredModes<D> &modes,
+                                                 const Tensor<double, D> &prescribed,
+                                                 const Amplitude &amplitude)
+  {
+    Tensor<double, D> gradient = prescribed;
+    for (int k = 0; k < modes.count; ++k) {
+      const double a = amplitude(modes.mode[k]);
+      for (int c = 0; c < Space<D>::components; ++c)
+        gradient.component[c] += a * modes.mode[k].rate[c];
+    }
+    return gradient;
   }
 
 }    // namespace RVE_ISA

@@ -81,9 +81,15 @@ std::vector<Advice> advice_on_friction(const Material &material)
   return list;
 }
 
-template <int D> double stress_out_of_reach(const ResultOf<D> &result, const DriveOf<D> &drive)
+template <int D>
+double stress_out_of_reach(const ResultOf<D> &result, const DriveOf<D> &drive, double mode_error)
 {
   double most = 0.0;
+  if (drive.num_modes > 0) {    // the largest component of a mode is its amplitude
+    const Tensor<double, D> steered = result.servo_velocity_gradient - drive.velocity_gradient;
+    for (const double rate : steered.component) most = std::max(most, std::fabs(rate));
+    return most < (1.0 - 1e-9) * drive.servo_max_rate ? 0.0 : mode_error;
+  }
   for (int a = 0; a < D; ++a)
     for (int b = 0; b < D; ++b) {
       if (!drive.controlled[a][b] ||
@@ -97,10 +103,10 @@ template <int D> double stress_out_of_reach(const ResultOf<D> &result, const Dri
 
 template <int D>
 std::vector<Advice> advice_on_servo(const ResultOf<D> &result, const DriveOf<D> &drive,
-                                    double before)
+                                    double before, double mode_error)
 {
   constexpr double NO_NEARER = 0.999;
-  const double now = stress_out_of_reach(result, drive);
+  const double now = stress_out_of_reach(result, drive, mode_error);
   if (!(before > 0.0) || !(now >= NO_NEARER * before)) return {};
   return {{AdviceKind::GoalOutOfReach, now, NO_NEARER * before,
            "the servo strains at its largest rate, " + rounded(drive.servo_max_rate) +
@@ -192,9 +198,11 @@ template std::vector<Advice> advice(Format, const ResultOf<2> &, const Material 
                                     const DriveRates &);
 template std::vector<Advice> advice(Format, const ResultOf<3> &, const Material &,
                                     const DriveRates &);
-template double stress_out_of_reach(const ResultOf<2> &, const DriveOf<2> &);
-template double stress_out_of_reach(const ResultOf<3> &, const DriveOf<3> &);
-template std::vector<Advice> advice_on_servo(const ResultOf<2> &, const DriveOf<2> &, double);
-template std::vector<Advice> advice_on_servo(const ResultOf<3> &, const DriveOf<3> &, double);
+template double stress_out_of_reach(const ResultOf<2> &, const DriveOf<2> &, double);
+template double stress_out_of_reach(const ResultOf<3> &, const DriveOf<3> &, double);
+template std::vector<Advice> advice_on_servo(const ResultOf<2> &, const DriveOf<2> &, double,
+                                             double);
+template std::vector<Advice> advice_on_servo(const ResultOf<3> &, const DriveOf<3> &, double,
+                                             double);
 
 }    // namespace rve

@@ -79,13 +79,15 @@ std::vector<Advice> advice(Format format, const ResultOf<D> &result, const Mater
 std::vector<Advice> advice_on_friction(const Material &material);
 
 /// What the stress is away from the goals of components that the servo strains at its largest rate, at the end of a drive [stress]; 0 if
-/// there are none.
-template <int D> double stress_out_of_reach(const ResultOf<D> &result, const DriveOf<D> &drive);
+/// there are none. Of modes the largest `mode_error`.
+template <int D>
+double stress_out_of_reach(const ResultOf<D> &result, const DriveOf<D> &drive,
+                           double mode_error = 0.0);
 
 /// Tells a servo that strains at its largest rate and comes no nearer to its goal than it was some steps `before`.
 template <int D>
 std::vector<Advice> advice_on_servo(const ResultOf<D> &result, const DriveOf<D> &drive,
-                                    double before);
+                                    double before, double mode_error = 0.0);
 
 }    // namespace rve
 

@@ -89,8 +89,8 @@ template <int D> int BatchEngine<D>::add(const RveStateOf<D> &state)
   state.check();
   const auto [smallest, largest] = std::minmax_element(state.radius.begin(), state.radius.end());
   require(neighbor_bits<D>(*smallest, *largest) <= LARGEST_NEIGHBOR_BITS,
-          "the largest grain must be at most 60 times as large as the smallest, got " +
-              number(*largest / *smallest));
+          "the largest grain must be at most " + number(LARGEST_SIZE_RATIO<D>) +
+              " times as large as the smallest, got " + number(*largest / *smallest));
   require_contacts(contacts_of(state));
   const int n = state.num_grains();
   const bool is_new = free_numbers.empty();
@@ -226,14 +226,14 @@ void BatchEngine<D>::prepare(Call &call, const std::vector<int> &rves,
   call.drives = records;
   int first_bad = count, largest = 0, longest = 0;
   double least_cost = std::numeric_limits<double>::max(), most_cost = 0.0;
-  bool servo = false, steered = false;
+  bool servo = false, steered = false, by_modes = false;
   {
     const LightWork work(count, helpers(options));
 #pragma omp parallel for num_threads(work.team) reduction(min                      \
                                                           : first_bad, least_cost) \
     reduction(max                                                                  \
               : largest, longest, most_cost) reduction(||                          \
-                                                       : servo, steered)
+                                                       : servo, steered, by_modes)
     for (int k = 0; k < count; ++k) {
       try {
         check_slot(rves[k]);
@@ -250,6 +250,7 @@ void BatchEngine<D>::prepare(Call &call, const std::vector<int> &rves,
       most_cost = std::max(most_cost, cost);
       servo = servo || drives[k].has_servo();
       steered = steered || needs_steering(drives[k]);
+      by_modes = by_modes || drives[k].num_modes > 0;
     }
   }
   if (first_bad < count) {    // says what is wrong
@@ -259,6 +260,14 @@ void BatchEngine<D>::prepare(Call &call, const std::vector<int> &rves,
   if (steered) {
     call.steering.resize(count);
     for (int k = 0; k < count; ++k) call.steering[k] = to_steering(drives[k], records[k]);
+  }
+  if (by_modes) {
+    call.modes.resize(count);
+    for (int k = 0; k < count; ++k) {
+      if (drives[k].num_modes == 0) continue;
+      call.modes[k] = to_modes(drives[k]);
+      call.steering[k].modes = &call.modes[k];
+    }
   }
   call.largest = largest;
   call.longest = longest;

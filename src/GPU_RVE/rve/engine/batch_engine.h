@@ -49,7 +49,8 @@ template <int D> class BatchEngine : public EngineOf<D> {
   struct Call {
     const std::vector<int> *rves = nullptr;     ///< their numbers
     const DriveRecord<D> *drives = nullptr;     ///< in room_for_drives()
-    std::vector<SteeringRecord<D>> steering;    ///< as many as RVEs, or none
+    std::vector<SteeringRecord<D>> steering;    ///< as many as RVEs, or none; they point at `modes`
+    std::vector<SteeredModes<D>> modes;         ///< as many as RVEs, or none
     std::vector<int> order;    ///< positions, the most expensive first; none: all cost the same
     int largest = 0;           ///< grains in the largest RVE
     int longest = 0;           ///< most substeps

@@ -58,11 +58,12 @@ ContactLaw contact_law_of(const std::string &word)
   return static_cast<ContactLaw>(found - words.begin());
 }
 
-std::vector<MaterialMember> parameters_of(ContactLaw law, int dimension)
+std::vector<MaterialMember> parameters_of(ContactLaw law, int dimension, bool later)
 {
   std::vector<MaterialMember> members;
   for (const MaterialParameter &parameter : MATERIAL_PARAMETERS)
-    if (parameter.is_of(law, dimension)) members.push_back(parameter.member);
+    if (parameter.is_of(law, dimension) && parameter.later == later)
+      members.push_back(parameter.member);
   // records have them as they lie in memory
   static constexpr MaterialNumbers SOME{};
   std::sort(members.begin(), members.end(), [](MaterialMember a, MaterialMember b) {

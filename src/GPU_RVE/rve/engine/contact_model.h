@@ -46,8 +46,9 @@ ContactModel contacts_of(const std::vector<RveStateOf<D>> &states,
 /// The law of that word; throws InputError, with those there are, if there is none.
 ContactLaw contact_law_of(const std::string &word);
 
-/// The numbers that a material of its law has, of disks or of spheres, in the order of restart records.
-std::vector<MaterialMember> parameters_of(ContactLaw law, int dimension = 2);
+/// The numbers that a material of its law has, of disks or of spheres, in the order of restart records: those that all records have, or the
+/// later ones.
+std::vector<MaterialMember> parameters_of(ContactLaw law, int dimension = 2, bool later = false);
 
 }    // namespace rve
 

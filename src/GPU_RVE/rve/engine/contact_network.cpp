@@ -233,12 +233,14 @@ std::vector<SpringForcesOf<D>> spring_forces(const RveStateOf<D> &state,
 template <int D> std::vector<SpringContactOf<D>> find_spring_contacts(const RveStateOf<D> &state)
 {
   const std::vector<TouchingPairOf<D>> geometries = find_contacts(state);
-  const std::vector<SpringForcesOf<D>> springs = spring_forces(state, geometries);
+  std::vector<SpringForcesOf<D>> springs = spring_forces(state, geometries);
   std::vector<double> normal_force, limiting_force;
   with_law<D>(state.material, [&](const auto &law) {
-    for (const TouchingPairOf<D> &geometry : geometries) {
-      normal_force.push_back(law.spring_force(place_of(state, geometry)));
-      limiting_force.push_back(law.limiting_force(place_of(state, geometry)));
+    for (std::size_t k = 0; k < geometries.size(); ++k) {
+      const ContactPlace place = place_of(state, geometries[k]);
+      normal_force.push_back(law.spring_force(place));
+      limiting_force.push_back(law.limiting_force(place));
+      if constexpr (D == 3 && law.has_rolling) springs[k].twisting *= law.twisting_share(place);
     }
   });
   std::vector<SpringContactOf<D>> contacts;

@@ -49,7 +49,8 @@ template <> struct SpringForcesOf<3> {
   double twisting;    ///< moment on the first grain along n [force length]
 };
 
-/// Those of these contacts; zero where the state has none.
+/// Those of these contacts; zero where the state has none. Where friction resists twisting, `twisting` is of a contact as deep as the reduced
+/// radius, as pairs remember it.
 template <int D>
 std::vector<SpringForcesOf<D>> spring_forces(const RveStateOf<D> &state,
                                              const std::vector<TouchingPairOf<D>> &contacts);

@@ -242,7 +242,7 @@ namespace {
       LaunchRecord<D> record;
       record.rves = handles_of(*call.rves);
       record.drives = call.drives;
-      record.steering = call.steering.empty() ? nullptr : steering_buffer.upload(call.steering);
+      record.steering = call.steering.empty() ? nullptr : upload_steering(call);
       record.order = call.order.empty() ? nullptr : order_buffer.upload(call.order);
       record.answers = answers.room(count);
       // an RVE that fails writes no details
@@ -295,6 +295,20 @@ namespace {
     }
 
    private:
+    /// On the device, where the modes of a servo lie elsewhere.
+    const SteeringRecord<D> *upload_steering(const Call &call)
+    {
+      const std::size_t count = call.steering.size();
+      SteeringRecord<D> *records = steering_buffer.room(count);
+      std::copy(call.steering.begin(), call.steering.end(), records);
+      if (!call.modes.empty()) {
+        const SteeredModes<D> *modes = modes_buffer.upload(call.modes);
+        for (std::size_t k = 0; k < count; ++k)
+          if (records[k].modes) records[k].modes = modes + k;
+      }
+      return steering_buffer.send(count);
+    }
+
     struct Placed {
       char *memory = nullptr;
       std::size_t size = 0;
@@ -446,6 +460,7 @@ namespace {
     std::vector<int> handled;    ///< RVEs whose handles are on the device
     DeviceBuffer<RveHandle> handle_buffer;
     DeviceBuffer<SteeringRecord<D>> steering_buffer;
+    DeviceBuffer<SteeredModes<D>> modes_buffer;
     DeviceBuffer<TurnRecord<D>> turn_buffer;
     DeviceBuffer<int> order_buffer, queue_buffer;
     // small, read or written once: the kernels reach for them over the bus, while they work

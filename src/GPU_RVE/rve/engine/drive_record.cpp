@@ -83,6 +83,12 @@ template <int D> void check(const DriveOf<D> &drive)
         return "the stress servo controls " + components<D>(false) + "; component " +
             components<D>(true) + " cannot be controlled";
       });
+  require(drive.num_modes >= 0 && drive.num_modes <= Space<D>::strains &&
+              (drive.num_modes == 0 || drive.modes),
+          [&] {
+            return "a servo steers 0 to " + std::to_string(Space<D>::strains) + " modes, got " +
+                std::to_string(drive.num_modes) + (drive.modes ? "" : " that are nowhere");
+          });
   if (drive.has_servo()) {
     require(finite(drive.velocity_gradient),
             "velocity gradient has a component that is not a finite number [1/time]");
@@ -137,14 +143,36 @@ template <int D> SteeringRecord<D> to_steering(const DriveOf<D> &drive, DriveRec
   return steering;
 }
 
+template <int D> SteeredModes<D> to_modes(const DriveOf<D> &drive)
+{
+  SteeredModes<D> modes = SteeredModes<D>();
+  modes.count = drive.num_modes;
+  modes.begin = drive.modes_begin;
+  for (int k = 0; k < drive.num_modes; ++k) {
+    const ServoModeOf<D> &from = drive.modes[k];
+    SteeredMode<D> &to = modes.mode[k];
+    store_tensor(from.rate, to.rate);
+    store_tensor(from.dual, to.dual);
+    store_tensor(from.stress, to.stress);
+    to.goal = 0.0;
+    for (int c = 0; c < Space<D>::components; ++c)
+      to.goal += from.stress.component[c] * drive.stress_goal.component[c];
+    to.gain = from.weight * drive.servo_gain;
+    to.max_rate = drive.servo_max_rate;
+  }
+  return modes;
+}
+
 template void check(const DriveOf<2> &);
 template bool needs_steering(const DriveOf<2> &);
 template DriveRecord<2> to_record(const DriveOf<2> &);
 template SteeringRecord<2> to_steering(const DriveOf<2> &, DriveRecord<2> &);
+template SteeredModes<2> to_modes(const DriveOf<2> &);
 
 template void check(const DriveOf<3> &);
 template bool needs_steering(const DriveOf<3> &);
 template DriveRecord<3> to_record(const DriveOf<3> &);
 template SteeringRecord<3> to_steering(const DriveOf<3> &, DriveRecord<3> &);
+template SteeredModes<3> to_modes(const DriveOf<3> &);
 
 }    // namespace rve

@@ -20,6 +20,9 @@ template <int D> DriveRecord<D> to_record(const DriveOf<D> &drive);
 /// The rest of a drive. Sets the number of segments in its record.
 template <int D> SteeringRecord<D> to_steering(const DriveOf<D> &drive, DriveRecord<D> &record);
 
+/// What the modes of a drive are to the kernel.
+template <int D> SteeredModes<D> to_modes(const DriveOf<D> &drive);
+
 }    // namespace rve
 
 #endif

@@ -24,6 +24,14 @@ std::string describe_status(std::uint32_t status);
 /// What a user can do about a status, behind a message: "; use ..." or nothing.
 std::string remedy_of_status(std::uint32_t status);
 
+/// A direction in which the stress servo changes the velocity gradient (engine/servo_modes.h makes them).
+template <int D> struct ServoModeOf {
+  Tensor<double, D> rate;    ///< velocity gradient of amplitude one, its largest component is 1 [-]
+  Tensor<double, D> dual;    ///< dual : L is the amplitude [-]
+  Tensor<double, D> stress;    ///< stress : sigma is what has a goal, stress : stress_goal [-]
+  double weight;               ///< of the gain [-]
+};
+
 /// What one RVE shall do in one call: `substeps` DEM steps of `dt`.
 template <int D> struct DriveOf {
   using Matrix = Tensor<double, D>;
@@ -43,9 +51,14 @@ template <int D> struct DriveOf {
       0.0;    ///< L changes by gain * dt * (goal - stress) per step [1/(stress time^2)]
   double servo_max_rate = 0.5;    ///< bound of a controlled component of L [1/time]
 
+  /// Modes to steer in place of components; `velocity_gradient` is what they are added to. They live as long as the call.
+  const ServoModeOf<D> *modes = nullptr;
+  std::int32_t num_modes = 0;
+  std::int32_t modes_begin = 0;    ///< with amplitudes zero, not with those of the call before
+
   bool has_servo() const
   {
-    bool has = false;
+    bool has = num_modes > 0;
     for (int a = 0; a < D; ++a)
       for (int b = a; b < D; ++b) has = has || controlled[a][b];
     return has;

@@ -11,6 +11,9 @@ namespace rve {
 /// More neighbours than 2^8 would let the two limbs of a sum in `double` overflow.
 constexpr int LARGEST_NEIGHBOR_BITS = 8;
 
+/// Largest over smallest radius that always has no more [-].
+template <int D> constexpr double LARGEST_SIZE_RATIO = D == 2 ? 60.0 : 6.6;
+
 /// Bits for the number of the smallest grains that touch the largest one; at most one more than are allowed.
 template <int D> int neighbor_bits(double smallest_radius, double largest_radius);
 template <> int neighbor_bits<2>(double smallest_radius, double largest_radius);

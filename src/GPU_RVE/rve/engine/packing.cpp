@@ -163,7 +163,7 @@ namespace {
     Material material = recipe.material;
     material.friction = friction;
     // of the final material alone, set when the packing is ready: it disturbs no grain at rest
-    material.rolling_friction = material.twisting_friction = 0.0;
+    material.rolling_friction = material.twisting_friction = material.twisting_marshall = 0.0;
     material.local_damping = recipe.preparation_damping;
     return material;
   }

@@ -508,8 +508,12 @@ namespace {
     const bool has_options = std::any_of(lines.begin(), lines.end(), [&](const MaterialLine &line) {
       return line.optional && line.of(state.material) != line.otherwise;
     });
+    const auto is_written = [&](const MaterialLine &line) {
+      if (line.parameter->later) return line.of(state.material) != line.otherwise;
+      return has_options || !line.optional;
+    };
     for (const MaterialLine &line : lines)
-      if (line.parameter->is_of(law, D) && (has_options || !line.optional))
+      if (line.parameter->is_of(law, D) && is_written(line))
         out << "  " << line.name << " " << exact(line.of(state.material)) << "    # " << line.unit
             << "\n";
     out << "\n# rows of H; its columns are the cell vectors [length]\n";

@@ -115,6 +115,11 @@ namespace {
         require(value == 0.0 || value == 1.0 || value == 2.0 || value == 3.0, [&] {
           return std::string(parameter.what) + " is " + number(value) + "; it must be 0, 1, 2 or 3";
         });
+        return;
+      case MaterialRange::Switch:
+        require(value == 0.0 || value == 1.0, [&] {
+          return std::string(parameter.what) + " is " + number(value) + "; it must be 0 or 1";
+        });
     }
   }
 
@@ -132,6 +137,25 @@ namespace {
               " has no such parameter";
         });
     }
+    // what would do nothing
+    require(material.rolling_viscosity == 0.0 || material.rolling_stiffness > 0.0, [&] {
+      return "rolling viscosity is " + number(material.rolling_viscosity) +
+          " [force time/length], and the rolling stiffness is 0; it must be above 0 beside a "
+          "viscosity";
+    });
+    const bool has_sds_twisting = material.twisting_stiffness != 0.0 ||
+        material.twisting_friction != 0.0 || material.twisting_viscosity != 0.0;
+    require(material.twisting_marshall == 0.0 || !has_sds_twisting, [&] {
+      return "twisting_marshall is 1, by which friction resists twisting, and twisting stiffness, "
+             "friction or viscosity are " +
+          number(material.twisting_stiffness) + ", " + number(material.twisting_friction) +
+          " and " + number(material.twisting_viscosity) + "; they must be 0 beside it";
+    });
+    require(material.twisting_viscosity == 0.0 || material.twisting_stiffness > 0.0, [&] {
+      return "twisting viscosity is " + number(material.twisting_viscosity) +
+          " [force length time], and the twisting stiffness is 0; it must be above 0 beside a "
+          "viscosity";
+    });
   }
 
   // What follows from a material and a radius, of the smallest and the largest grain.
@@ -165,7 +189,9 @@ namespace {
                          "[1/time^2]");
     const std::pair<double, const char *> viscosities[] = {
         {viscosity.normal, "the normal viscosity"},
-        {viscosity.tangential, "the tangential viscosity"}};
+        {viscosity.tangential, "the tangential viscosity"},
+        {viscosity.rolling, "the rolling viscosity"},
+        {viscosity.twisting, "the twisting viscosity over the squared reduced radius"}};
     for (const auto &[modulus, what] : viscosities)
       if (modulus > 0.0)
         require_positive(modulus / mass, std::string(what) + " over the mass" + whose, "[1/time]");
@@ -370,10 +396,28 @@ namespace {
     archive(state.energy);
   }
 
+  template <int D, class Archive, class SomeMaterial>
+  void visit_later_parameters(Archive &archive, SomeMaterial &material)
+  {
+    for (const MaterialMember member : parameters_of(material.law, D, true))
+      archive(material.*member);
+  }
+
+  template <int D> bool has_later_parameters(const Material &material)
+  {
+    const std::vector<MaterialMember> members = parameters_of(material.law, D, true);
+    return std::any_of(members.begin(), members.end(), [&](MaterialMember member) {
+      return material.*member != 0.0;
+    });
+  }
+
 }    // namespace
 
 bool resists_twisting(const Material &material)
 {
+  if (material.twisting_marshall > 0.0)
+    return material.friction > 0.0 &&
+        (material.tangential_stiffness > 0.0 || material.mindlin_stiffness > 0.0);
   return material.twisting_stiffness > 0.0 && material.twisting_friction > 0.0;
 }
 
@@ -524,6 +568,7 @@ template <int D> std::vector<char> serialize(const RveStateOf<D> &state)
     writer(std::vector<char>(word.begin(), word.end()));
   }
   visit<D>(writer, state);
+  if (has_later_parameters<D>(state.material)) visit_later_parameters<D>(writer, state.material);
   RecordHeader header{};
   header.magic = MAGIC;
   header.version = D == 3 ? VERSION_OF_SPHERES : says_law ? VERSION_WITH_LAW : VERSION;
@@ -563,6 +608,11 @@ template <int D> RveStateOf<D> deserialize(const char *data, std::size_t size)
     state.material.law = contact_law_of(std::string(word.begin(), word.end()));
   }
   visit<D>(reader, state);
+  if (reader.remaining() > 0) {
+    visit_later_parameters<D>(reader, state.material);
+    require(has_later_parameters<D>(state.material),
+            "RVE record is damaged: it has parameters that are all zero");
+  }
   require(reader.remaining() == 0, "RVE record is damaged: bytes are left over");
   require_count(header.num_grains, state.radius.size(), "grains in its header");
   return state;

@@ -14,7 +14,7 @@
 
 namespace rve {
 
-/// Whether contacts of spheres resist twisting: with a stiffness and a coefficient.
+/// Whether contacts of spheres resist twisting: with a stiffness and a coefficient, or by friction.
 bool resists_twisting(const Material &material);
 /// Whether contacts resist rolling, or twisting.
 bool resists_rolling(const Material &material);
@@ -41,7 +41,8 @@ template <> struct PairOf<3> {
   double contact_radius = 0.0;        ///< history; at which the tangential force was [length]
   /// history; with the normal from first to second, n x this is the moment on `first` over the reduced radius [force]
   Vec<double, 3> rolling_force = Vec<double, 3>::zero();
-  double twisting_moment = 0.0;    ///< history; on `first`, along that normal [force length]
+  /// History; on `first`, along that normal [force length]. Where friction resists twisting, of an overlap as large as the reduced radius.
+  double twisting_moment = 0.0;
 };
 
 // Written in place, nvcc hands g++ parentheses around the member's name that g++ warns of.

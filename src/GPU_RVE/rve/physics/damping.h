@@ -1,9 +1,10 @@
-// Cundall's local damping.
+// Local damping: Cundall's, and one that knows no axes.
 
 #ifndef RVE_PHYSICS_DAMPING_H
 #define RVE_PHYSICS_DAMPING_H
 
 #include "rve/core/arithmetic.h"
+#include "rve/core/vec.h"
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -15,6 +16,17 @@ inline namespace RVE_ISA {
   {
     const Real loss = copysign(alpha * fabs(increment), velocity);
     return increment - select(velocity != Real(0), loss, Real(0));
+  }
+
+  /// The same of a whole vector: a (1 - alpha sign(a . v)), which damps the part along the velocity as above and turns with the axes. It
+  /// takes alpha |F . v| of the power, Cundall's alpha sum |F_k v_k|.
+  template <class Real, int D>
+  RVE_INLINE Vec<Real, D> objectively_damped(Real alpha, const Vec<Real, D> &increment,
+                                             const Vec<Real, D> &velocity)
+  {
+    const Real power = dot(increment, velocity);
+    const Real share = select(power != Real(0), copysign(alpha, power), Real(0));
+    return (Real(1) - share) * increment;
   }
 
 }    // namespace RVE_ISA

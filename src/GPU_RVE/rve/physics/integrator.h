@@ -18,6 +18,14 @@ inline namespace RVE_ISA {
     return velocity + locally_damped(alpha, increment, velocity + Real(0.5) * increment);
   }
 
+  /// The same of a vector, with damping that knows no axes.
+  template <class Real, int D>
+  RVE_INLINE Vec<Real, D> kick_objectively(const Vec<Real, D> &velocity,
+                                           const Vec<Real, D> &increment, Real alpha)
+  {
+    return velocity + objectively_damped(alpha, increment, fma(Real(0.5), increment, velocity));
+  }
+
   /// Longest stable step of that [time]: w^2 and B are the largest eigenvalues of M^-1 K [1/time^2] and of M^-1 C [1/time], and
   /// damping makes a force up to 1 + alpha times as large. A dashpot sees the velocity of half a step before.
   RVE_INLINE double leapfrog_bound(double frequency_squared, double dashpot_rate, double alpha)

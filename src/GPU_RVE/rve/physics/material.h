@@ -50,6 +50,12 @@ struct MaterialNumbers {
   double twisting_stiffness;    ///< k_q, of the twisting angle [force length]; 0: no resistance
   double
       twisting_friction;    ///< mu_q, twisting moment at most mu_q times what limits friction [length]; 0: no resistance
+  double rolling_viscosity;     ///< gamma_r, of the rolling velocity [force time/length]
+  double twisting_viscosity;    ///< gamma_q, of the twisting velocity [force length time]
+  double
+      objective_damping;    ///< 1: local damping looks at whole vectors, 0: at their components [-]
+  double
+      twisting_marshall;    ///< 1: friction over the area of contact resists twisting; 0: k_q and mu_q do [-]
 };
 
 /// Nothing yet, for disks of unit thickness.
@@ -65,7 +71,8 @@ enum class MaterialRange {
   NotNegative,    ///< 0 and above
   Friction,    ///< 0 to 1e10: beyond it forces along contacts have no digits in common with those across them
   Fraction,    ///< [0, 1)
-  Choice       ///< 0, 1, 2 or 3
+  Choice,      ///< 0, 1, 2 or 3
+  Switch       ///< 0 or 1
 };
 
 /// The contact laws that have a parameter, a bit each. A parameter of no law is one of the grains.
@@ -93,6 +100,8 @@ struct MaterialParameter {
       optional;    ///< in packing files: written when it or another one is not zero, and zero where it is not given
   MaterialMember member;
   int dimension = 0;    ///< of the grains that may have it; 0: disks and spheres
+  /// Came when there were files and records already: these have it only where it is not zero.
+  bool later = false;
 
   constexpr bool of_contact() const { return laws != OF_GRAINS; }
   /// Whether a material of this law has it, of disks or of spheres.
@@ -126,6 +135,10 @@ constexpr MaterialParameter MATERIAL_PARAMETERS[] = {
     {"surface_energy", "surface_energy", "surface energy", "[force/length]", MaterialRange::NotNegative, of_law(ContactLaw::Dmt), false, &MaterialNumbers::surface_energy},
     {"twisting_stiffness", "k_twist", "twisting stiffness", "[force length]", MaterialRange::NotNegative, OF_ALL_LAWS, true, &MaterialNumbers::twisting_stiffness, 3},
     {"twisting_friction", "twisting_friction", "twisting friction", "[length]", MaterialRange::NotNegative, OF_ALL_LAWS, true, &MaterialNumbers::twisting_friction, 3},
+    {"rolling_viscosity", "gamma_r", "rolling viscosity", "[force time/length]", MaterialRange::NotNegative, OF_ALL_LAWS, true, &MaterialNumbers::rolling_viscosity, 0, true},
+    {"twisting_viscosity", "gamma_twist", "twisting viscosity", "[force length time]", MaterialRange::NotNegative, OF_ALL_LAWS, true, &MaterialNumbers::twisting_viscosity, 3, true},
+    {"objective_damping", "damping_objective", "choice of objective local damping", "[-]", MaterialRange::Switch, OF_GRAINS, true, &MaterialNumbers::objective_damping, 3, true},
+    {"twisting_marshall", "twisting_marshall", "choice of twisting resistance by friction", "[-]", MaterialRange::Switch, OF_ALL_LAWS, true, &MaterialNumbers::twisting_marshall, 3, true},
     // clang-format on
 };
 

@@ -166,7 +166,8 @@ inline namespace RVE_ISA {
     }
 
     /// Contacts that grow or shrink take energy from a spring, or give it some.
-    RVE_INLINE void dissipate(const Force &force, Real time_step, Dissipation &heat) const
+    RVE_INLINE void dissipate(const ContactGeometry<Real, D> &, const Force &force, Real time_step,
+                              Dissipation &heat) const
     {
       const double dt = static_cast<double>(time_step), vn = force.normal_velocity;
       const double viscosity = static_cast<double>(force.viscosity);
@@ -183,6 +184,24 @@ inline namespace RVE_ISA {
       return 0.4 * static_cast<double>(constants.normal_stiffness) *
           static_cast<double>(force.contact_radius) * overlap * overlap +
           energy_of_spring(in_numbers<double>(force.spring), static_cast<double>(force.stiffness));
+    }
+
+    RVE_INLINE double released(const History &history) const
+    {
+      return energy_of_spring(in_numbers<double>(history.tangential),
+                              static_cast<double>(constants.tangential_stiffness) *
+                                  static_cast<double>(history.contact_radius));
+    }
+
+    RVE_INLINE SlidingResistance<Real> sliding_resistance(const Force &force) const
+    {
+      return {static_cast<Real>(force.stiffness), constants.tangential_damping * force.viscosity,
+              constants.friction};
+    }
+    /// k_t a^2 at a depth d/R, over that at a depth of one: here k_t grows with the contact radius, too.
+    template <class Number> static RVE_INLINE Number share_at(Number depth)
+    {
+      return depth * std::sqrt(depth);
     }
 
     RVE_INLINE double spring_force(const ContactPlace &place) const
@@ -241,12 +260,6 @@ inline namespace RVE_ISA {
       result.stiffness = constants.tangential_stiffness * static_cast<Spring>(a);
       result.viscosity = damping(a, radius_i, radius_j);
       return constants.normal_stiffness * a * overlap;
-    }
-
-    template <class SpringForce>
-    static RVE_INLINE double energy_of_spring(const SpringForce &force, double stiffness)
-    {
-      return stiffness > 0.0 ? 0.5 * product(force, force) / stiffness : 0.0;
     }
 
     /// Friction of a contact that is pressed: at most mu times `limiting_force`.

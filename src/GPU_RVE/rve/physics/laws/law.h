@@ -22,9 +22,11 @@
 //                              what comes beside a law: motion(contact, i, j, velocity_gradient, dt), how the grains move, and
 //                              answer(contact, i, j, moving, history, dt)
 //   largest(force, so_far)     the largest of its forces, where the normal one does not bound the others
-//   dissipate(force, dt, heat) adds the energy that a step of the contact turned into heat
+//   dissipate(contact, force, dt, heat)
+//                              adds the energy that a step of the contact turned into heat
 //   elastic_energy(contact, force)
 //                              energy that its springs hold
+//   released(history)          what is lost of it when the contact opens: that of the springs that a pair remembers
 //   spring_force(place)        normal force of its springs alone: for the least force of a crushed contact, and whoever looks at a state
 //                              without an engine
 //   force_scale(place)         the size of the forces that make it up, which may cancel: for the unit of forces
@@ -145,21 +147,48 @@ inline namespace RVE_ISA {
     double friction, viscous;
   };
 
-  /// Adds that of the tangential force in a step of dt, with this spring and dashpot. What slides dissipates as much as the limit took from
-  /// the spring, and the dashpot beside it; without a spring, what the velocity says.
+  /// Energy of a spring under a force [force length]; zero without stiffness.
+  template <class Force> RVE_INLINE double energy_of_spring(const Force &force, double stiffness)
+  {
+    return stiffness > 0.0 ? 0.5 * product(force, force) / stiffness : 0.0;
+  }
+
+  /// Adds that of a spring with a limit, and of the dashpot beside it, in a step of dt. What slides dissipates as much as the limit took from
+  /// the spring, and the dashpot; without a spring, what the velocity says. A dashpot that helps a spring over the limit, or stops to, lets
+  /// it jump: then its energy changes by more than what the force now does on the way.
+  template <class Along>
+  RVE_INLINE void dissipate_spring(const Along &force, const Along &spring, const Along &slipped,
+                                   const Along &velocity, double stiffness, double viscosity,
+                                   double dt, Dissipation &heat)
+  {
+    if (stiffness > 0.0) {
+      heat.friction += product(spring, slipped) / stiffness;
+      heat.viscous += product(viscosity * velocity, velocity) * dt;
+      if (viscosity > 0.0 && product(slipped, slipped) > 0.0) {
+        const Along jump = (stiffness * dt) * velocity - slipped;
+        heat.friction += 0.5 * product(jump, jump) / stiffness;
+      }
+    } else {
+      heat.friction += product(force, velocity) * dt;
+    }
+  }
+
+  /// The same of the tangential force.
   template <class Force>
   RVE_INLINE void dissipate_shear(const Force &force, double stiffness, double viscosity, double dt,
                                   Dissipation &heat)
   {
-    const auto velocity = in_numbers<double>(force.tangential_velocity);
-    if (stiffness > 0.0) {
-      heat.friction +=
-          product(in_numbers<double>(force.spring), in_numbers<double>(force.slipped)) / stiffness;
-      heat.viscous += product(viscosity * velocity, velocity) * dt;
-    } else {
-      heat.friction += product(in_numbers<double>(force.tangential), velocity) * dt;
-    }
+    dissipate_spring(in_numbers<double>(force.tangential), in_numbers<double>(force.spring),
+                     in_numbers<double>(force.slipped),
+                     in_numbers<double>(force.tangential_velocity), stiffness, viscosity, dt, heat);
   }
+
+  /// What resists the sliding of a contact: a spring and a dashpot, up to a share of the limiting force.
+  template <class Real> struct SlidingResistance {
+    Real stiffness;    ///< [force/length]
+    Real viscosity;    ///< [force time/length]
+    Real friction;     ///< [-]
+  };
 
 }    // namespace RVE_ISA
 }    // namespace rve

@@ -177,7 +177,8 @@ inline namespace RVE_ISA {
       return larger(so_far, magnitude(force.tangential));
     }
 
-    RVE_INLINE void dissipate(const Force &force, Real time_step, Dissipation &heat) const
+    RVE_INLINE void dissipate(const ContactGeometry<Real, D> &, const Force &force, Real time_step,
+                              Dissipation &heat) const
     {
       const double dt = static_cast<double>(time_step), vn = force.normal_velocity;
       double tangential_viscosity = 0.0;
@@ -196,6 +197,17 @@ inline namespace RVE_ISA {
       return static_cast<double>(normal.elastic_energy(contact.overlap)) +
           tangential.elastic_energy(force.spring);
     }
+    RVE_INLINE double released(const History &history) const
+    {
+      return tangential.elastic_energy(history);
+    }
+
+    RVE_INLINE SlidingResistance<Real> sliding_resistance(const Force &) const
+    {
+      return {static_cast<Real>(tangential.stiffness), tangential.viscosity, tangential.friction};
+    }
+    /// k_t a^2 at a depth d/R, over that at a depth of one.
+    template <class Number> static RVE_INLINE Number share_at(Number depth) { return depth; }
 
    private:
     /// Without friction no tangential force is carried.

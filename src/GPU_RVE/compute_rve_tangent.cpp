@@ -1,0 +1,324 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+#include "compute_rve_tangent.h"
+
+#include "atom.h"
+#include "error.h"
+#include "fix_rve.h"
+#include "macro/tangent_probes.h"
+#include "memory.h"
+#include "rve/core/error.h"
+#include "rve_columns.h"
+#include "rve_settings.h"
+#include "update.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+using namespace LAMMPS_NS;
+
+namespace {
+
+/// What is known of the RVE of an atom.
+template <int D> struct Seen {
+  const macro::ProbedTangentOf<D> &probed;
+  const macro::TangentNumbersOf<D> numbers;
+
+  double work() const
+  {
+    double sum = 0.0;
+    for (int k = 0; k < D * D; ++k)
+      sum += probed.response.component[k] * probed.strain_rate.component[k];
+    return sum;
+  }
+};
+
+struct Quantity {
+  const char *name;
+  double (*of_disks)(const Seen<2> &);
+  double (*of_spheres)(const Seen<3> &);
+
+  bool is_of(int dimension) const { return of_disks || dimension == 3; }
+  double of(const Seen<2> &seen) const { return of_disks(seen); }
+  double of(const Seen<3> &seen) const { return of_spheres(seen); }
+};
+
+template <class Of> constexpr Quantity of_both(const char *name, Of of)
+{
+  return {name, of, of};
+}
+constexpr Quantity of_spheres(const char *name, double (*of)(const Seen<3> &))
+{
+  return {name, nullptr, of};
+}
+
+// clang-format off
+constexpr Quantity QUANTITIES[] = {
+    of_both("cxxxx", [](const auto &r) { return r.probed.tangent(0, 0, 0, 0); }),
+    of_both("cxxyy", [](const auto &r) { return r.probed.tangent(0, 0, 1, 1); }),
+    of_both("cxxxy", [](const auto &r) { return r.probed.tangent(0, 0, 0, 1); }),
+    of_both("cyyxx", [](const auto &r) { return r.probed.tangent(1, 1, 0, 0); }),
+    of_both("cyyyy", [](const auto &r) { return r.probed.tangent(1, 1, 1, 1); }),
+    of_both("cyyxy", [](const auto &r) { return r.probed.tangent(1, 1, 0, 1); }),
+    of_both("cxyxx", [](const auto &r) { return r.probed.tangent(0, 1, 0, 0); }),
+    of_both("cxyyy", [](const auto &r) { return r.probed.tangent(0, 1, 1, 1); }),
+    of_both("cxyxy", [](const auto &r) { return r.probed.tangent(0, 1, 0, 1); }),
+    of_spheres("cxxzz", [](const Seen<3> &r) { return r.probed.tangent(0, 0, 2, 2); }),
+    of_spheres("cxxxz", [](const Seen<3> &r) { return r.probed.tangent(0, 0, 0, 2); }),
+    of_spheres("cxxyz", [](const Seen<3> &r) { return r.probed.tangent(0, 0, 1, 2); }),
+    of_spheres("cyyzz", [](const Seen<3> &r) { return r.probed.tangent(1, 1, 2, 2); }),
+    of_spheres("cyyxz", [](const Seen<3> &r) { return r.probed.tangent(1, 1, 0, 2); }),
+    of_spheres("cyyyz", [](const Seen<3> &r) { return r.probed.tangent(1, 1, 1, 2); }),
+    of_spheres("czzxx", [](const Seen<3> &r) { return r.probed.tangent(2, 2, 0, 0); }),
+    of_spheres("czzyy", [](const Seen<3> &r) { return r.probed.tangent(2, 2, 1, 1); }),
+    of_spheres("czzzz", [](const Seen<3> &r) { return r.probed.tangent(2, 2, 2, 2); }),
+    of_spheres("czzxy", [](const Seen<3> &r) { return r.probed.tangent(2, 2, 0, 1); }),
+    of_spheres("czzxz", [](const Seen<3> &r) { return r.probed.tangent(2, 2, 0, 2); }),
+    of_spheres("czzyz", [](const Seen<3> &r) { return r.probed.tangent(2, 2, 1, 2); }),
+    of_spheres("cxyzz", [](const Seen<3> &r) { return r.probed.tangent(0, 1, 2, 2); }),
+    of_spheres("cxyxz", [](const Seen<3> &r) { return r.probed.tangent(0, 1, 0, 2); }),
+    of_spheres("cxyyz", [](const Seen<3> &r) { return r.probed.tangent(0, 1, 1, 2); }),
+    of_spheres("cxzxx", [](const Seen<3> &r) { return r.probed.tangent(0, 2, 0, 0); }),
+    of_spheres("cxzyy", [](const Seen<3> &r) { return r.probed.tangent(0, 2, 1, 1); }),
+    of_spheres("cxzzz", [](const Seen<3> &r) { return r.probed.tangent(0, 2, 2, 2); }),
+    of_spheres("cxzxy", [](const Seen<3> &r) { return r.probed.tangent(0, 2, 0, 1); }),
+    of_spheres("cxzxz", [](const Seen<3> &r) { return r.probed.tangent(0, 2, 0, 2); }),
+    of_spheres("cxzyz", [](const Seen<3> &r) { return r.probed.tangent(0, 2, 1, 2); }),
+    of_spheres("cyzxx", [](const Seen<3> &r) { return r.probed.tangent(1, 2, 0, 0); }),
+    of_spheres("cyzyy", [](const Seen<3> &r) { return r.probed.tangent(1, 2, 1, 1); }),
+    of_spheres("cyzzz", [](const Seen<3> &r) { return r.probed.tangent(1, 2, 2, 2); }),
+    of_spheres("cyzxy", [](const Seen<3> &r) { return r.probed.tangent(1, 2, 0, 1); }),
+    of_spheres("cyzxz", [](const Seen<3> &r) { return r.probed.tangent(1, 2, 0, 2); }),
+    of_spheres("cyzyz", [](const Seen<3> &r) { return r.probed.tangent(1, 2, 1, 2); }),
+    of_both("young", [](const auto &r) { return r.numbers.isotropic.young(); }),
+    of_both("poisson", [](const auto &r) { return r.numbers.isotropic.poisson(); }),
+    of_both("shear", [](const auto &r) { return r.numbers.isotropic.shear; }),
+    of_both("lambda", [](const auto &r) { return r.numbers.isotropic.lambda; }),
+    of_both("anisotropy", [](const auto &r) { return r.numbers.isotropic.anisotropy; }),
+    of_both("work2", [](const auto &r) { return r.work(); }),
+    of_both("work2_least", [](const auto &r) { return r.numbers.least_work; }),
+    of_both("acoustic", [](const auto &r) { return r.numbers.acoustic.determinant; }),
+    of_both("normal_x", [](const auto &r) { return r.numbers.acoustic.normal[0]; }),
+    of_both("normal_y", [](const auto &r) { return r.numbers.acoustic.normal[1]; }),
+    of_spheres("normal_z", [](const Seen<3> &r) { return r.numbers.acoustic.normal[2]; }),
+    of_both("measured", [](const auto &) { return 1.0; }),
+    of_both("unrest", [](const auto &r) { return r.probed.unrest; }),
+    of_both("nonlinearity", [](const auto &r) { return r.probed.nonlinearity; }),
+    of_both("contact_changes", [](const auto &r) { return double(r.probed.changed_contacts); }),
+    of_both("steps", [](const auto &r) { return double(r.probed.steps); }),
+};
+// clang-format on
+
+/// What the script says of the probes; what it does not say is that of the kind and the format.
+struct Settings {
+  std::string fix_id;    // empty: the only fix rve there is
+  macro::TangentKind kind = macro::TangentKind::Elastic;
+  rve::Format format = rve::Format::Double;
+  std::optional<double> probe, lead, spread, tolerance, damping;
+  std::optional<int> strain_steps, lead_steps, most_steps;
+
+  macro::TangentOptions options() const
+  {
+    auto options = macro::TangentOptions::of(format, kind);
+    options.probe = probe.value_or(options.probe);
+    options.lead = lead.value_or(options.lead);
+    options.spread = spread.value_or(options.spread);
+    options.tolerance = tolerance.value_or(options.tolerance);
+    options.damping = damping.value_or(options.damping);
+    options.strain_steps = strain_steps.value_or(options.strain_steps);
+    options.lead_steps = lead_steps.value_or(options.lead_steps);
+    options.most_steps = most_steps.value_or(options.most_steps);
+    return options;
+  }
+};
+
+constexpr ScriptKeyword<Settings> KEYWORDS[] = {
+    {"fix", "ID",
+     [](ScriptWords &words, Settings &s) {
+       s.fix_id = words.next();
+     }},
+    {"kind", "elastic | loading",
+     [](ScriptWords &words, Settings &s) {
+       s.kind = words.choice<macro::TangentKind>(
+           "",
+           {{"elastic", macro::TangentKind::Elastic}, {"loading", macro::TangentKind::Loading}});
+     }},
+    {"format", "fast | mixed | double | single",
+     [](ScriptWords &words, Settings &s) {
+       s.format = read_format(words);
+     }},
+    {"probe", "size",
+     [](ScriptWords &words, Settings &s) {
+       s.probe = words.number();
+     }},
+    {"lead", "size",
+     [](ScriptWords &words, Settings &s) {
+       s.lead = words.number();
+     }},
+    {"spread", "share",
+     [](ScriptWords &words, Settings &s) {
+       s.spread = words.number();
+     }},
+    {"tolerance", "share",
+     [](ScriptWords &words, Settings &s) {
+       s.tolerance = words.number();
+     }},
+    {"damping", "alpha",
+     [](ScriptWords &words, Settings &s) {
+       s.damping = words.number();
+     }},
+    {"strain_steps", "N",
+     [](ScriptWords &words, Settings &s) {
+       s.strain_steps = words.integer("", 1);
+     }},
+    {"lead_steps", "N",
+     [](ScriptWords &words, Settings &s) {
+       s.lead_steps = words.integer("", 1);
+     }},
+    {"most_steps", "N", [](ScriptWords &words, Settings &s) {
+       s.most_steps = words.integer("", 1);
+     }}};
+
+template <int D> rve::Tensor<double, D> rate_of(const FixRve &fix, int i)
+{
+  return rve::load_tensor<D>(fix.rate_of_deformation<D>(i).data());
+}
+
+}    // namespace
+
+struct ComputeRveTangent::Impl {
+  std::vector<const Quantity *> quantities;
+  Settings settings;
+  FixRve *fix = nullptr;
+  int nmax = 0;
+
+  /// Rows of the atoms, in their order. An RVE that cannot be measured has zeros.
+  template <int D> std::vector<double> rows(const std::vector<int> &atoms) const
+  {
+    macro::TangentProbesOf<D> probes(fix->empty_engine<D>(settings.format), settings.options());
+    const auto answers = probes.probe(
+        static_cast<int>(atoms.size()),
+        [&](int k) {
+          return fix->state<D>(atoms[k]);
+        },
+        [&](int k) {
+          return rate_of<D>(*fix, atoms[k]);
+        });
+    std::vector<double> values;
+    for (const macro::ProbedTangentOf<D> &answer : answers) {
+      const Seen<D> seen{answer, {answer.tangent, answer.stress}};
+      for (const Quantity *quantity : quantities)
+        values.push_back(answer.is_measured ? quantity->of(seen) : 0.0);
+    }
+    return values;
+  }
+  std::vector<double> rows(const std::vector<int> &atoms) const
+  {
+    return fix->dimension() == 3 ? rows<3>(atoms) : rows<2>(atoms);
+  }
+};
+
+/* ---------------------------------------------------------------------- */
+
+ComputeRveTangent::ComputeRveTangent(LAMMPS *lmp, int narg, char **arg) :
+    Compute(lmp, narg, arg), impl(std::make_unique<Impl>())
+{
+  const std::string who = std::string("compute rve/tangent ") + id;
+  ScriptWords words(lmp, who, narg, arg, 3);
+  words.set_keywords(names_of(KEYWORDS));
+  while (const Quantity *quantity = find_column(words.peek(), QUANTITIES)) {
+    words.next();
+    impl->quantities.push_back(quantity);
+  }
+  words.suggest(names_of(QUANTITIES));
+  while (words.next_keyword()) words.read(KEYWORDS, impl->settings);
+  if (impl->quantities.empty()) words.refuse("it needs at least one quantity before its keywords");
+  const Settings &settings = impl->settings;
+  if (settings.kind == macro::TangentKind::Elastic)
+    for (const char *keyword : {"lead", "lead_steps", "spread"})
+      if (words.has(keyword))
+        words.refuse(fmt::format("{} is of kind loading, and its kind is elastic", keyword));
+  try {
+    settings.options().check(who);
+  } catch (const rve::InputError &problem) {
+    error->all(FLERR, problem.what());
+  }
+
+  peratom_flag = 1;
+  size_peratom_cols = impl->quantities.size() == 1 ? 0 : static_cast<int>(impl->quantities.size());
+}
+
+/* ---------------------------------------------------------------------- */
+
+ComputeRveTangent::~ComputeRveTangent()
+{
+  memory->destroy(vector_atom);
+  memory->destroy(array_atom);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void ComputeRveTangent::init()
+{
+  impl->fix = FixRve::find(lmp, impl->settings.fix_id, std::string("compute rve/tangent ") + id);
+  require_columns_of(*impl->fix, lmp, "compute rve/tangent", id, impl->quantities);
+  // whether there is an engine for the clones is known before anything runs
+  try {
+    impl->rows({});
+  } catch (const rve::InputError &problem) {
+    error->all(FLERR, "compute rve/tangent {}: {}", id, problem.what());
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+void ComputeRveTangent::compute_peratom()
+{
+  invoked_peratom = update->ntimestep;
+  const int columns = static_cast<int>(impl->quantities.size());
+  if (atom->nmax > impl->nmax) {
+    impl->nmax = atom->nmax;
+    memory->destroy(vector_atom);
+    memory->destroy(array_atom);
+    if (columns == 1)
+      memory->create(vector_atom, impl->nmax, "rve/tangent:vector");
+    else
+      memory->create(array_atom, impl->nmax, columns, "rve/tangent:array");
+  }
+  std::vector<int> atoms;
+  for (int i = 0; i < atom->nlocal; i++) {
+    double *row = columns == 1 ? &vector_atom[i] : array_atom[i];
+    std::fill(row, row + columns, 0.0);
+    if ((atom->mask[i] & groupbit) && impl->fix->slot(i) >= 0) atoms.push_back(i);
+  }
+  std::vector<double> values;
+  try {
+    values = impl->rows(atoms);
+  } catch (const std::exception &problem) {
+    error->one(FLERR, "compute rve/tangent {}: {}", id, problem.what());
+  }
+  auto value = values.begin();
+  for (const int i : atoms) {
+    std::copy(value, value + columns, columns == 1 ? &vector_atom[i] : array_atom[i]);
+    value += columns;
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+double ComputeRveTangent::memory_usage()
+{
+  return static_cast<double>(impl->nmax) * impl->quantities.size() * sizeof(double);
+}

@@ -1,0 +1,1075 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+// One time step is one call of the solver, in final_integrate(): there atom->f is complete, and nothing else moves a point.
+// setup only makes new points and evaluates, so that `run 0` and a second `run` advance nothing.
+
+#include "fix_mpm_impl.h"
+
+#include "formulas.h"
+#include "restart_record.h"
+#include "rve/core/checksum.h"
+#include "rve/core/suggestion.h"
+#include "rve/core/threads.h"
+#include "rve/engine/engine.h"
+#include "state_readers.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "exceptions.h"
+#include "group.h"
+#include "memory.h"
+#include "modify.h"
+#include "region.h"
+#include "timer.h"
+#include "update.h"
+#include "variable.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <sstream>
+
+using namespace LAMMPS_NS;
+using mpm::Face;
+using rve::Tensor2;
+using rve::Tensor3;
+
+namespace {
+
+// Of what restart files hold of points and bodies: raise it with every change of that. Files before version 3 had no number.
+constexpr int RESTART_VERSION = 6;
+
+// What a line of the head of a restart file begins with that names the state variables of a law.
+const std::string STATE_OF = "state of ";
+
+constexpr int COURANT_EVERY = 20;    // steps between two checks of the Courant number
+constexpr int DAMPING_EVERY =
+    50;    // steps between two looks at what local damping takes from reactions
+constexpr double DAMPING_WARN = 0.01;    // of the largest reaction
+
+constexpr std::size_t HEAD_FIRST = 3;    // numbers before the state in the head of a restart file
+
+/// A checksum of numbers, as the bits of another one.
+double sum_of(const double *numbers, std::size_t count)
+{
+  const std::uint64_t sum = rve::checksum_of(numbers, count * sizeof(double));
+  double bits;
+  static_assert(sizeof(bits) == sizeof(sum));
+  memcpy(&bits, &sum, sizeof(bits));
+  return bits;
+}
+
+/// Bits may be those of no number, which equals nothing.
+bool is_same_sum(double a, double b)
+{
+  return memcmp(&a, &b, sizeof(a)) == 0;
+}
+
+constexpr double COURANT_SMALL =
+    1e-4;    // below, in a million steps a wave passes a hundred cells at most
+constexpr double FULL =
+    1.3;    // area of the points in a cell over that of the cell, above which it is too much
+
+constexpr double LONG_RUN =
+    1.0;    // wall time of a run that is worth a line about its parts [seconds]
+
+/// The stress of an RVE in a continuum of D dimensions. In the plane that of spheres has components across it.
+template <int D> mpm::Tensor<D> stress_of(const FixRve &grains, int atom)
+{
+  if constexpr (D == 2)
+    if (grains.dimension() == 2) return grains.result<2>(atom).stress;
+  return rve::leading_components<D>(grains.result<3>(atom).stress);
+}
+
+double square(const Tensor3 &t)
+{
+  double sum = 0.0;
+  for (const double component : t.component) sum += component * component;
+  return sum;
+}
+
+// equation (25b) of Zhao, Zhao & Liang 2021 with n = 2 and n = 3: half the difference of the principal stresses in the plane, and in space
+// what is their difference in a triaxial test
+double deviatoric_stress(const Tensor2 &sigma)
+{
+  return std::hypot(0.5 * (sigma(0, 0) - sigma(1, 1)), 0.5 * (sigma(0, 1) + sigma(1, 0)));
+}
+
+double deviatoric_stress(const Tensor3 &sigma)
+{
+  const Tensor3 deviator =
+      0.5 * (sigma + transpose(sigma)) - (trace(sigma) / 3.0) * Tensor3::identity();
+  return std::sqrt(1.5 * square(deviator));
+}
+
+// sqrt(2 e:e) in the plane, sqrt(2/3 e:e) in space, of the deviator of (F + F^T)/2 - 1
+double deviatoric_strain(const Tensor2 &F)
+{
+  return std::hypot(F(0, 0) - F(1, 1), F(0, 1) + F(1, 0));
+}
+
+double deviatoric_strain(const Tensor3 &F)
+{
+  const Tensor3 deviator = 0.5 * (F + transpose(F)) - (trace(F) / 3.0) * Tensor3::identity();
+  return std::sqrt(2.0 / 3.0 * square(deviator));
+}
+
+/// In the plane area.
+template <int D> constexpr const char *volume_word()
+{
+  return D == 2 ? "area" : "volume";
+}
+
+}    // namespace
+
+std::unique_ptr<FixMpm::Impl> FixMpm::Impl::make(FixMpm *fix, int narg, char **arg)
+{
+  if (fix->lmp->domain->dimension == 3) return std::make_unique<ImplOf<3>>(fix, narg, arg);
+  return std::make_unique<ImplOf<2>>(fix, narg, arg);
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <int D> FixMpm::ImplOf<D>::ImplOf(FixMpm *_fix, int narg, char **arg) : Impl(_fix)
+{
+  // files of the plane were there first
+  static_assert(RESTART_VERSION == 6 && DOUBLES == (D == 2 ? 20 : 37),
+                "restart files change: raise their version");
+  settings = MpmSettings<D>::parse(lmp, narg, arg);
+  const Tensor &initial = settings.initial_stress;
+  std::string doubt;
+  for (const MpmModel<D> &model : settings.models)
+    if (model.law && doubt.empty()) doubt = model.law->doubt_about(initial);
+  if (!doubt.empty() && comm->me == 0)
+    error->warning(FLERR, "Fix mpm {}: the initial stress {:g} {:g} {}", fix->id, initial(0, 0),
+                   initial(1, 1), doubt);
+  lay_out_memory();
+
+  fix->size_peratom_cols = num_columns();
+  fix->size_vector = HEAD + PER_BODY * (int) settings.bodies.size() + TIMES + D;
+  fix->maxexchange = DOUBLES + layout.width() + num_columns();
+
+  try {
+    mpm::Communication communication;
+    const MPI_Comm ranks = world;
+    communication.sum_over_ranks = [ranks](std::int64_t *data, std::size_t count) {
+      MPI_Allreduce(MPI_IN_PLACE, data, (int) count, MPI_INT64_T, MPI_SUM, ranks);
+    };
+    communication.ranks = comm->nprocs;
+    communication.rank = comm->me;
+    communication.max_over_ranks = [ranks](double *data, std::size_t count) {
+      MPI_Allreduce(MPI_IN_PLACE, data, (int) count, MPI_DOUBLE, MPI_MAX, ranks);
+    };
+    std::string notice;
+    solver = std::make_unique<mpm::MpmSolver<D>>(settings.options, communication, &notice);
+    if (comm->me == 0) {
+      utils::logmesg(lmp, "fix mpm {}: {}\n", fix->id, solver->description());
+      if (!notice.empty()) utils::logmesg(lmp, "fix mpm {}: {}\n", fix->id, notice);
+    }
+  } catch (const std::exception &problem) {
+    error->all(FLERR, "Fix mpm: {}", problem.what());
+  }
+  progress = std::make_unique<Progress>(lmp, fmt::format("fix mpm {}", fix->id),
+                                        settings.progress_interval);
+  body_displacement.assign(settings.bodies.size(), Vec::zero());
+}
+
+template <int D> FixMpm::ImplOf<D>::~ImplOf()
+{
+  memory->destroy(output);
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::lay_out_memory()
+{
+  for (const MpmModel<D> &model : settings.models)
+    law_of_model.push_back(
+        layout.add(model.word, model.law ? model.law->state_variables() : mpm::StateVariables()));
+  for (const std::string &name : settings.columns) {
+    rve::Words known;
+    std::string unit;
+    for (int law = 0; law < layout.num_laws(); law++)
+      for (const mpm::StateVariable &variable : layout.variables(law)) {
+        if (std::find(known.begin(), known.end(), variable.name) == known.end())
+          known.emplace_back(variable.name);
+        if (variable.name == name) unit = variable.unit;
+      }
+    if (std::find(known.begin(), known.end(), name) == known.end())
+      error->all(FLERR, "Fix mpm column: no model has the state variable '{}'{}", name,
+                 known.empty() ? std::string("; the models have none")
+                               : rve::did_you_mean(name, known, "there are"));
+    state_columns.push_back(name);
+    if (comm->me == 0)
+      utils::logmesg(lmp, "fix mpm {}: column {} is {}{}\n", fix->id, num_columns(), name,
+                     unit.empty() ? unit : " [" + unit + "]");
+  }
+  for (int law = 0; law < layout.num_laws(); law++) {
+    place_of_law.emplace_back();
+    for (const std::string &name : state_columns)
+      place_of_law.back().push_back(layout.place(law, name));
+  }
+}
+
+template <int D> void FixMpm::ImplOf<D>::begin_memory(int i)
+{
+  remembering[i] = law_of_model[model[i]];
+  std::fill_n(memory_of(i), layout.width(), 0.0);
+  if (const auto &law = settings.models[model[i]].law) law->begin_memory(stress[i], memory_of(i));
+}
+
+template <int D> int FixMpm::ImplOf<D>::pack(int i, double *buf, int num_memory)
+{
+  int m = 0;
+  for_each_array([&](auto &array) {
+    memcpy(buf + m, &array[i], sizeof(array[i]));
+    m += sizeof(array[i]) / sizeof(double);
+  });
+  std::copy_n(memory_of(i), num_memory, buf + m);
+  return m + num_memory;
+}
+
+template <int D> int FixMpm::ImplOf<D>::unpack(int i, const double *buf, int num_memory)
+{
+  int m = 0;
+  for_each_array([&](auto &array) {
+    memcpy(&array[i], buf + m, sizeof(array[i]));
+    m += sizeof(array[i]) / sizeof(double);
+  });
+  std::copy_n(buf + m, num_memory, memory_of(i));
+  return m + num_memory;
+}
+
+template <int D> typename FixMpm::ImplOf<D>::ModelTimes FixMpm::ImplOf<D>::model_times() const
+{
+  ModelTimes times;
+  for (std::size_t k = 0; k < grains.size(); k++) {
+    if (!grains[k]) continue;
+    times.models += solver->model_time((int) k);
+    // groups may share a fix
+    if (std::find(grains.begin(), grains.begin() + k, grains[k]) == grains.begin() + k)
+      times.engine += grains[k]->engine_time();
+  }
+  return times;
+}
+
+template <int D> bool FixMpm::ImplOf<D>::has_grains() const
+{
+  return std::any_of(grains.begin(), grains.end(), [](const FixRve *some) {
+    return some != nullptr;
+  });
+}
+
+template <int D> std::uint64_t FixMpm::ImplOf<D>::sum_of_positions() const
+{
+  std::uint64_t sum = 0;
+  for (int i = 0; i < atom->nlocal; i++) {
+    rve::Checksum one;
+    one.add(&atom->tag[i], sizeof(tagint));
+    one.add(atom->x[i], D * sizeof(double));
+    sum += one.value();
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_UINT64_T, MPI_SUM, world);
+  return sum;
+}
+
+template <int D> void FixMpm::ImplOf<D>::find_members()
+{
+  const int nlocal = atom->nlocal;
+  ids.resize(nlocal);
+  model.resize(nlocal);
+  body.resize(nlocal);
+  const rve::LightWork work(nlocal, settings.options.threads);
+#pragma omp parallel for num_threads(work.team)
+  for (int i = 0; i < nlocal; i++) {
+    ids[i] = atom->tag[i];
+    model[i] = body[i] = -1;
+    for (int k = 0; k < (int) settings.models.size(); k++)
+      if (atom->mask[i] & settings.models[k].groupbit) model[i] = k;
+    for (int k = 0; k < (int) settings.bodies.size(); k++)
+      if (atom->mask[i] & settings.bodies[k].groupbit) body[i] = k;
+    // groups change between runs, and dynamic ones in a run
+    if (body[i] < 0 && model[i] >= 0 && volume0[i] > 0.0 &&
+        remembering[i] != law_of_model[model[i]])
+      begin_memory(i);
+  }
+}
+
+template <int D> mpm::PointView<D> FixMpm::ImplOf<D>::points()
+{
+  mpm::PointView<D> view;
+  view.count = atom->nlocal;
+  view.memory_width = layout.width();
+  view.id = ids.data();
+  if (view.count) {
+    view.position = {&atom->x[0][0]};
+    view.velocity = {&atom->v[0][0]};
+    view.body_force = {&atom->f[0][0]};
+  }
+  view.mass = mass.data();
+  view.volume = volume.data();
+  view.initial_volume = volume0.data();
+  view.half_size = half_size.data();
+  view.deformation_gradient = deformation_gradient.data();
+  view.stress = stress.data();
+  view.memory = rows.data();
+  view.velocity_gradient = velocity_gradient.data();
+  view.model = model.data();
+  view.rigid_body = body.data();
+  return view;
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::find_models()
+{
+  settings.find(lmp);
+  std::vector<mpm::Constitutive<D> *> laws;
+  grains.clear();
+  for (const MpmModel<D> &model : settings.models) {
+    grains.push_back(nullptr);
+    if (!model.law) {
+      auto *found = modify->get_fix_by_id(model.fix_rve);
+      if (!found) error->all(FLERR, "Fix mpm model: fix '{}' does not exist", model.fix_rve);
+      grains.back() = dynamic_cast<FixRve *>(found);
+      if (!grains.back())
+        error->all(FLERR, "Fix mpm model: fix '{}' must be of style rve, got {}", model.fix_rve,
+                   found->style);
+    }
+    laws.push_back(model.law ? model.law.get() : grains.back()->constitutive<D>());
+  }
+  solver->set_models(laws);
+  warned = false;
+}
+
+/// Low and high sides of LAMMPS' box, axis by axis.
+template <int D> void FixMpm::ImplOf<D>::find_box(double *box) const
+{
+  for (int a = 0; a < D; a++) {
+    box[2 * a] = domain->boxlo[a];
+    box[2 * a + 1] = domain->boxhi[a];
+  }
+}
+
+/* ----------------------------------------------------------------------
+   between runs: what others did to the points, and what the script says of them
+------------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::check_positions()
+{
+  if (points_then != atom->natoms || positions_then == sum_of_positions()) return;
+  double box[2 * D];
+  find_box(box);
+  if (!std::equal(box, box + 2 * D, box_then))
+    error->all(
+        FLERR,
+        "Fix mpm: points and box have been changed since the last run, by change_box with remap "
+        "perhaps; strains and stresses of the points do not know of that. Change the box without "
+        "remap, or before the fix is defined");
+  if (comm->me == 0)
+    error->warning(FLERR,
+                   "Fix mpm {}: points have been moved since the last run; their displacements "
+                   "include that, their strains and stresses do not",
+                   fix->id);
+}
+
+template <int D> void FixMpm::ImplOf<D>::check_overlap()
+{
+  if (said_overlap) return;
+  bigint several[2] = {0, 0};    // points of more than one model, or body
+  for (int i = 0; i < atom->nlocal; i++) {
+    int models = 0, bodies = 0;
+    for (const MpmModel<D> &model : settings.models)
+      if (atom->mask[i] & model.groupbit) models++;
+    for (const MpmRigidBody<D> &body : settings.bodies)
+      if (atom->mask[i] & body.groupbit) bodies++;
+    if (bodies > 1) several[1]++;
+    if (bodies == 0 && models > 1) several[0]++;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, several, 2, MPI_LMP_BIGINT, MPI_SUM, world);
+  for (int k = 0; k < 2; k++)
+    if (several[k] > 0 && comm->me == 0)
+      error->warning(
+          FLERR,
+          "Fix mpm {}: {} points are in the groups of more than one {}; the last one in the "
+          "fix counts",
+          fix->id, several[k], k == 0 ? "model" : "rigid body");
+  said_overlap = several[0] + several[1] > 0;
+}
+
+/* ----------------------------------------------------------------------
+   boxes of points that do not overlap fill no cell more than once: looked at where new points are, beside each other or on top of those
+   that were there
+------------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::check_volume(const std::vector<int> &made)
+{
+  bigint total = made.size();
+  MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  if (total == 0) return;
+  const mpm::Grid<D> &grid = solver->grid();
+  const double h = grid.cell_size();
+  std::size_t num_cells = 1;
+  for (int a = 0; a < D; a++) num_cells *= grid.cells(a);
+  std::vector<double> filled(2 * num_cells, 0.0);    // shares of cells: by new points, and by all
+  const auto fill = [&](int i, std::size_t from) {
+    // a deformed box has the volume of its point, and its sides the ratio of the stretches along the axes
+    const Tensor &f = deformation_gradient[i];
+    double boxed = 1.0;
+    for (int a = 0; a < D; a++) boxed *= 2.0 * half_size[i][a] * std::fabs(f(a, a));
+    const double ratio = boxed > 0.0 ? volume[i] / boxed : 0.0;
+    const double scale = D == 2 ? std::sqrt(ratio) : std::cbrt(ratio);
+    mpm::NodeBox<D> cells;
+    double low[D], high[D];
+    for (int a = 0; a < D; a++) {
+      const double extent = scale * half_size[i][a] * std::fabs(f(a, a));
+      low[a] = grid.scaled(atom->x[i][a] - extent, a);
+      high[a] = grid.scaled(atom->x[i][a] + extent, a);
+      if (!(std::fabs(low[a]) < 1e7 && std::fabs(high[a]) < 1e7)) low[a] = high[a] = -2.0;
+      cells.first[a] = std::max(0, (int) std::floor(low[a]));
+      cells.end[a] = std::min(grid.cells(a), (int) std::floor(high[a]) + 1);
+    }
+    cells.for_each([&](const mpm::Place<D> &cell) {
+      double share = 1.0;
+      std::size_t index = 0;
+      for (int a = D - 1; a >= 0; a--) {
+        share *= std::max(0.0, std::min(high[a], cell[a] + 1.0) - std::max(low[a], 1.0 * cell[a]));
+        index = index * grid.cells(a) + cell[a];
+      }
+      filled[from + index] += share;
+    });
+  };
+  for (const int i : made) fill(i, 0);
+  bigint deformable = 0;
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (body[i] >= 0) continue;
+    fill(i, num_cells);
+    deformable++;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, filled.data(), (int) filled.size(), MPI_DOUBLE, MPI_SUM, world);
+  MPI_Allreduce(MPI_IN_PLACE, &deformable, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  bigint cells = 0, over = 0;
+  double fullest = 0.0;
+  for (std::size_t k = 0; k < num_cells; k++) {
+    const double by_new = filled[k], by_all = filled[num_cells + k];
+    if (!(by_new > 1e-6)) continue;
+    cells++;
+    // what old points alone have too much of is not the new ones' doing
+    if (!(by_all > FULL && by_new > FULL - 1.0)) continue;
+    over++;
+    fullest = std::max(fullest, by_all);
+  }
+  if (over == 0) return;
+  const bool are_all_new = total == deformable;
+  const std::string text =
+      fmt::format("{} of {} cells that {}points fill, {} [distance] each, have more than {} "
+                  "times their {} in points, the fullest {:.3g} times. They are too heavy and "
+                  "too stiff by that factor. Each new point has the {} {} [distance^{}]: give the "
+                  "right one with points_per_cell or volume, and look for points that were made "
+                  "twice{}",
+                  over, cells, are_all_new ? "" : "new ",
+                  D == 2 ? fmt::format("{} by {}", h, h) : fmt::format("{} by {} by {}", h, h, h),
+                  FULL, volume_word<D>(), fullest, volume_word<D>(), settings.initial_volume, D,
+                  are_all_new ? "" : " or on top of those that were there");
+  if (are_all_new && 2 * over > cells) error->all(FLERR, "Fix mpm: {}", text);
+  if (comm->me == 0) error->warning(FLERR, "Fix mpm {}: {}", fix->id, text);
+}
+
+/* ----------------------------------------------------------------------
+   makes material points of new atoms: all other fixes are initialized, and fix gravity has not yet asked for the masses
+------------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::setup_pre_force()
+{
+  check_positions();
+  check_overlap();
+  find_members();
+  take_over();
+  std::vector<int> made;
+  for (int i = 0; i < atom->nlocal; i++) {
+    const bool rigid = body[i] >= 0;
+    if (!rigid && model[i] < 0)
+      error->one(FLERR, "Fix mpm: atom {} has no constitutive model; see the keyword model",
+                 atom->tag[i]);
+    const FixRve *source = rigid ? nullptr : grains[model[i]];
+    if (source && source->slot(i) < 0)
+      error->one(FLERR, "Fix mpm: atom {} has no RVE of fix {}; is it in its group?", atom->tag[i],
+                 source->id);
+    if (volume0[i] == 0.0) {
+      const double half = 0.5 * settings.width_of_point();
+      if (!rigid) made.push_back(i);
+      for (int a = 0; a < D; a++) {
+        reference[i][a] = atom->x[i][a];
+        half_size[i][a] = half;
+      }
+      volume0[i] = volume[i] = settings.initial_volume;
+      deformation_gradient[i] = Tensor::identity();
+      velocity_gradient[i] = Tensor::zero();
+      stress[i] = rigid ? Tensor::zero()
+          : source      ? stress_of<D>(*source, i)
+                        : settings.initial_stress;
+      if (!rigid) begin_memory(i);
+      if (settings.density > 0.0)
+        mass[i] = settings.density * settings.initial_volume;
+      else if (source)
+        mass[i] = source->bulk_density(i) * settings.initial_volume;
+      else if (rigid)
+        mass[i] = atom->rmass ? atom->rmass[i] : atom->mass[atom->type[i]];
+      else
+        error->one(FLERR,
+                   "Fix mpm: atom {} has no RVE, so the keyword density must give a value > 0",
+                   atom->tag[i]);
+    }
+    if (atom->rmass)
+      atom->rmass[i] = mass[i];
+    else if (!rigid && std::fabs(atom->mass[atom->type[i]] / mass[i] - 1.0) > 1e-6)
+      error->one(FLERR,
+                 "Fix mpm: atom {} has mass {} = density * volume, but type {} has {} and fix "
+                 "gravity would use that; "
+                 "use atom_style sphere, or set it with the mass command",
+                 atom->tag[i], mass[i], atom->type[i], atom->mass[atom->type[i]]);
+  }
+  check_volume(made);
+  // other fixes and the variables of this one may read the columns before setup() is through
+  fill_output();
+}
+
+template <int D> void FixMpm::ImplOf<D>::setup()
+{
+  check_courant();
+  check_time_step();
+  solve(false);
+  if (!has_grains()) progress->begin();
+}
+
+template <int D> void FixMpm::ImplOf<D>::final_integrate()
+{
+  const double start = platform::walltime();
+  if (update->ntimestep == update->firststep + 1) {
+    std::fill_n(times, (int) TIMES, 0.0);
+    damping_sum = reaction_sum = 0.0;
+  }
+  const ModelTimes before = model_times();
+  const double copied = solver->transfer_time();
+  if (update->ntimestep % COURANT_EVERY == 0) check_courant();
+  // the next check will see the RVEs as this step leaves them
+  if ((update->ntimestep + 1) % COURANT_EVERY == 0)
+    for (FixRve *some : grains)
+      if (some) some->expect_look();
+  solve(true);
+  output_is_old = true;
+  if (update->ntimestep % DAMPING_EVERY == 0) look_at_damping();
+  const double solved = platform::walltime();
+  const double copied_in_step = solver->transfer_time() - copied;
+  if (state_may_be_read(lmp)) fill_output();
+  const double filled = platform::walltime();
+  const ModelTimes after = model_times();
+  const double engine = after.engine - before.engine;
+  const double models = after.models - before.models;
+  const double whole = filled - start;
+  // columns, copies from and to a device, and what stands between points and RVEs
+  const double transfers = filled - solved + copied_in_step + models - engine;
+  times[TIME_RVE] += engine;
+  times[TIME_TRANSFERS] += transfers;
+  times[TIME_MPM] += whole - transfers - engine;
+  if (!has_grains()) progress->step_done();
+}
+
+/* ----------------------------------------------------------------------
+   the run may have ended before its last step
+------------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::post_run()
+{
+  if (output_is_old) fill_output();
+  tell_damping();
+  points_then = atom->natoms;
+  positions_then = sum_of_positions();
+  find_box(box_then);
+  report_times();
+  if (!has_grains()) progress->end();
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::report_times() const
+{
+  double all[] = {times[TIME_RVE], times[TIME_MPM], times[TIME_TRANSFERS],
+                  timer->get_wall(Timer::OUTPUT), timer->get_wall(Timer::TOTAL)};
+  MPI_Allreduce(MPI_IN_PLACE, all, 5, MPI_DOUBLE, MPI_SUM, world);
+  for (double &time : all) time /= comm->nprocs;
+  const double total = all[4];
+  if (comm->me != 0 || total < LONG_RUN || update->nsteps == 0) return;
+  const double per_step = 1e3 / update->nsteps;
+  utils::logmesg(lmp,
+                 "fix mpm {}: wall time {:.2f} s; per step [ms]: RVE {:.3f}, MPM {:.3f}, transfers "
+                 "{:.3f}, LAMMPS {:.3f}, output {:.3f}\n",
+                 fix->id, total, per_step * all[TIME_RVE], per_step * all[TIME_MPM],
+                 per_step * all[TIME_TRANSFERS],
+                 per_step * (total - all[0] - all[1] - all[2] - all[3]), per_step * all[3]);
+}
+
+template <int D> void FixMpm::ImplOf<D>::check_time_step()
+{
+  if (comm->me != 0 || update->nsteps == 0 || courant >= COURANT_SMALL) return;
+  error->warning(
+      FLERR,
+      "Fix mpm {}: the Courant number is {:.2g}, so that the {} steps of this run take the "
+      "fastest wave through {:.2g} cells. The time step is {} [time]{}; {:.2g} has a Courant "
+      "number of 0.5",
+      fix->id, courant, update->nsteps, courant * update->nsteps, update->dt,
+      update->dt_default ? ", the default of LAMMPS: set it with the command timestep" : "",
+      courant > 0.0 ? 0.5 * update->dt / courant : 0.0);
+}
+
+/* ----------------------------------------------------------------------
+   local damping is a force on the nodes whose sum no reaction holds: how large it is beside them
+------------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::look_at_damping()
+{
+  if (!(settings.options.damping > 0.0)) return;
+  const auto magnitude = [](const Vec &force) {
+    return D == 2 ? std::hypot(force[0], force[1]) : std::sqrt(dot(force, force));
+  };
+  double largest = 0.0;
+  for (int b = 0; b < (int) settings.bodies.size(); b++)
+    largest = std::max(largest, magnitude(solver->body_reaction(b)));
+  for (int side = 0; side < mpm::FACES<D>; side++)
+    if (settings.options.sides[side] != mpm::SideKind::Free)
+      largest = std::max(largest, magnitude(solver->side_reaction(static_cast<Face>(side))));
+  damping_sum += magnitude(solver->damping_force());
+  reaction_sum += largest;
+}
+
+template <int D> void FixMpm::ImplOf<D>::tell_damping()
+{
+  if (comm->me != 0 || !(reaction_sum > 0.0)) return;
+  const double share = damping_sum / reaction_sum;
+  const std::string text = fmt::format(
+      "local damping {} amounts to {:.2g} % of the largest reaction, in the mean of this "
+      "run: reactions on two sides of the material differ by as much",
+      settings.options.damping, 100.0 * share);
+  // once; later runs say their own number
+  if (share > DAMPING_WARN && !warned_damping) {
+    warned_damping = true;
+    error->warning(FLERR,
+                   "Fix mpm {}: {}. f_{}[{}] and f_{}[{}] are its force; use less damping, or none",
+                   fix->id, text, fix->id, fix->size_vector - 1, fix->id, fix->size_vector);
+  } else
+    utils::logmesg(lmp, "fix mpm {}: {}\n", fix->id, text);
+}
+
+/* ----------------------------------------------------------------------
+   one call of the solver: a step, or an evaluation that advances nothing
+------------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::solve(bool advance)
+{
+  find_members();
+  modify->clearstep_compute();
+  loads.resize(settings.tractions.size());
+  for (std::size_t k = 0; k < loads.size(); k++) {
+    const MpmTraction<D> &traction = settings.tractions[k];
+    mpm::TractionLoad<D> &load = loads[k];
+    load.point_index.clear();
+    for (int a = 0; a < D; a++) load.traction[a] = traction.traction[a].evaluate(lmp);
+    load.face = traction.face;
+    Region *region = traction.groupbit ? nullptr : domain->get_region_by_id(traction.id);
+    if (region) region->prematch();
+    for (int i = 0; i < atom->nlocal; i++) {
+      const double *x = atom->x[i];
+      if (region ? body[i] < 0 && region->match(x[0], x[1], x[2])
+                 : atom->mask[i] & traction.groupbit)
+        load.point_index.push_back(i);
+    }
+    if (advance || traction.groupbit) continue;
+    bigint loaded = load.point_index.size();
+    MPI_Allreduce(MPI_IN_PLACE, &loaded, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+    if (loaded == 0 && comm->me == 0)
+      error->warning(
+          FLERR,
+          "Fix mpm {}: the region '{}' of a traction has no deformable points at step {}: the "
+          "traction acts on nothing",
+          fix->id, traction.id, update->ntimestep);
+  }
+
+  try {
+    for (std::size_t b = 0; b < settings.bodies.size(); b++) {
+      Vec velocity;
+      for (int a = 0; a < D; a++) velocity[a] = settings.bodies[b].velocity[a].evaluate(lmp);
+      solver->set_body_velocity((int) b, velocity);
+      if (advance) body_displacement[b] = body_displacement[b] + update->dt * velocity;
+    }
+    modify->addstep_compute(update->ntimestep + 1);
+    if (advance)
+      solver->step(points(), loads, update->dt);
+    else
+      solver->evaluate(points(), loads, update->dt);
+  } catch (const LAMMPSException &) {
+    throw;    // an error of fix rve says all there is to say
+  } catch (const std::exception &problem) {
+    error->one(FLERR, "Fix mpm, step {}: {}", update->ntimestep,
+               problem.what());    // perhaps on one rank only
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::fill_output()
+{
+  bring_back();
+  const rve::LightWork work(atom->nlocal, settings.options.threads);
+#pragma omp parallel for num_threads(work.team)
+  for (int i = 0; i < atom->nlocal; i++) {
+    double *row = fix->array_atom[i];
+    const Tensor &sigma = stress[i];
+    const Tensor &F = deformation_gradient[i];
+    Vec moved;
+    for (int a = 0; a < D; a++) row[UX + a] = moved[a] = atom->x[i][a] - reference[i][a];
+    row[U] = D == 2 ? std::hypot(moved[0], moved[1]) : std::sqrt(dot(moved, moved));
+    double *shear = row + SXX + D;
+    for (int a = 0; a < D; a++) {
+      row[SXX + a] = sigma(a, a);
+      for (int b = a + 1; b < D; b++) *shear++ = 0.5 * (sigma(a, b) + sigma(b, a));
+    }
+    row[P] = -trace(sigma) / D;
+    row[Q] = deviatoric_stress(sigma);
+    // engineering strain from F: equations (26), (27) of Zhao, Zhao & Liang 2021
+    row[EPS_V] = trace(F) - D;
+    row[EPS_Q] = deviatoric_strain(F);
+    row[RHO] = mass[i] / volume[i];
+    std::copy_n(F.component, D * D, row + FXX);
+    const bool remembers = body[i] < 0 && remembering[i] != NO_LAW;
+    for (std::size_t k = 0; k < state_columns.size(); k++) {
+      const int place = remembers ? place_of_law[(int) remembering[i]][k] : -1;
+      row[STATE + k] = place < 0 ? 0.0 : memory_of(i)[place];
+    }
+  }
+  output_is_old = false;
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::check_courant()
+{
+  find_members();
+  try {
+    courant = solver->cfl_number(points(), update->dt);
+  } catch (const LAMMPSException &) {
+    throw;
+  } catch (const std::exception &problem) {
+    error->one(FLERR, "Fix mpm, step {}: {}", update->ntimestep, problem.what());
+  }
+  const double limit = settings.courant_error;
+  if (courant > limit)
+    error->all(FLERR,
+               "Fix mpm, step {}: Courant number {:.4g} from the present stiffness exceeds {}; the "
+               "time step {} must be "
+               "below {:.4g} [time]",
+               update->ntimestep, courant, limit, update->dt, update->dt * limit / courant);
+  if (courant > settings.courant_warn && !warned) {
+    if (comm->me == 0)
+      error->warning(FLERR,
+                     "Fix mpm, step {}: Courant number {:.4g} from the present stiffness, above "
+                     "{}; error above {}",
+                     update->ntimestep, courant, settings.courant_warn, limit);
+    warned = true;
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <int D> double FixMpm::ImplOf<D>::vector_component(int n)
+{
+  if (n == UNBALANCED) return solver->max_unbalanced_force();
+  if (n == COURANT) return courant;
+  if (n == KINETIC || n == MASS) {
+    find_members();
+    const mpm::Totals<D> totals = solver->totals(points());
+    return n == MASS ? totals.mass : totals.kinetic_energy;
+  }
+  const int behind_bodies = n - HEAD - PER_BODY * (int) settings.bodies.size();
+  if (behind_bodies >= TIMES) return solver->damping_force()[behind_bodies - TIMES];
+  if (behind_bodies >= 0) {
+    double longest;
+    MPI_Allreduce(&times[behind_bodies], &longest, 1, MPI_DOUBLE, MPI_MAX, world);
+    return longest;
+  }
+  const int body = (n - HEAD) / PER_BODY;
+  const int what = (n - HEAD) % PER_BODY;
+  if (what < BODY_UX) return solver->body_reaction(body)[what - REACTION_X];
+  return body_displacement[body][what - BODY_UX];
+}
+
+template <int D> bool FixMpm::ImplOf<D>::reads_results() const
+{
+  const auto reads = [&](const ScriptValue &value) {
+    return !value.variable.empty() && may_read_results(lmp, value.variable);
+  };
+  for (const MpmRigidBody<D> &body : settings.bodies)
+    if (std::any_of(body.velocity, body.velocity + D, reads)) return true;
+  for (const MpmTraction<D> &load : settings.tractions) {
+    if (std::any_of(load.traction, load.traction + D, reads)) return true;
+    // one that moves or changes its shape does so by variables
+    const Region *region = load.groupbit ? nullptr : domain->get_region_by_id(load.id);
+    if (region && (region->dynamic || region->varshape)) return true;
+  }
+  return false;
+}
+
+template <int D> double FixMpm::ImplOf<D>::bytes() const
+{
+  const auto nodes = (double) solver->grid().node_count();
+  return sizeof(double) * ((double) atom->nmax * fix->maxexchange + 10.0 * D * nodes);
+}
+
+/* ----------------------------------------------------------------------
+   per-atom state: memory, reordering, exchange, restart
+------------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::grow_arrays(int nmax)
+{
+  for_each_array([=](auto &array) {
+    array.resize(nmax);
+  });
+  rows.resize((std::size_t) nmax * layout.width());
+  memory->grow(output, nmax, fix->size_peratom_cols, "fix mpm:output");
+  fix->array_atom = output;
+}
+
+template <int D> void FixMpm::ImplOf<D>::copy_arrays(int i, int j)
+{
+  take_over();
+  for_each_array([=](auto &array) {
+    array[j] = array[i];
+  });
+  std::copy_n(memory_of(i), layout.width(), memory_of(j));
+  std::copy_n(fix->array_atom[i], fix->size_peratom_cols, fix->array_atom[j]);
+}
+
+template <int D> void FixMpm::ImplOf<D>::set_arrays(int i)
+{
+  take_over();
+  volume0[i] = volume[i] = 0.0;
+  remembering[i] = NO_LAW;
+  std::fill_n(fix->array_atom[i], fix->size_peratom_cols, 0.0);
+}
+
+template <int D> int FixMpm::ImplOf<D>::pack_exchange(int i, double *buf)
+{
+  take_over();
+  // with its columns: variables may read them before the step ends
+  const int m = pack(i, buf, layout.width());
+  std::copy_n(fix->array_atom[i], fix->size_peratom_cols, buf + m);
+  return m + fix->size_peratom_cols;
+}
+
+template <int D> int FixMpm::ImplOf<D>::unpack_exchange(int i, const double *buf)
+{
+  take_over();
+  const int m = unpack(i, buf, layout.width());
+  std::copy_n(buf + m, fix->size_peratom_cols, fix->array_atom[i]);
+  return m + fix->size_peratom_cols;
+}
+
+template <int D> int FixMpm::ImplOf<D>::pack_restart(int i, double *buf)
+{
+  bring_back();
+  const int size = size_restart(i);
+  buf[0] = size;    // how far other fixes skip
+  buf[1] = (double) update->ntimestep;
+  pack(i, buf + 2, num_remembered(i));
+  buf[size - 1] = sum_of(buf, size - 1);
+  return size;
+}
+
+template <int D> void FixMpm::ImplOf<D>::unpack_restart(int i, int nth)
+{
+  take_over();
+  const auto [extra, size] = restart_record(lmp, "Fix mpm", i, nth, 1);
+  const auto damaged = [&](const std::string &how) {
+    error->one(
+        FLERR,
+        "Fix mpm: the record of atom {} in the restart file is damaged: {}. Use an earlier file",
+        atom->tag[i], how);
+  };
+  if (!is_same_sum(extra[size - 1], sum_of(extra, size - 1)))
+    damaged("its checksum is not that of its numbers");
+  if (size < 3 + DOUBLES) damaged(fmt::format("it has {} numbers, not {}", size, 3 + DOUBLES));
+  if (extra[1] != restart_step)
+    error->one(FLERR,
+               "Fix mpm: atom {} is of step {}, the head of the restart files of step {}: they "
+               "were not written at once. Use those before",
+               atom->tag[i], extra[1], restart_step);
+  unpack(i, extra + 2, 0);
+  double &law = remembering[i];
+  int num_memory = 0;
+  if (law != NO_LAW) {
+    if (!(law >= 0.0 && law < (double) law_of_file.size()))
+      damaged(fmt::format("it is of law number {}", law));
+    const auto in_file = (std::size_t) law;
+    num_memory = size_in_file[in_file];
+    law = law_of_file[in_file];
+  }
+  if (size != 3 + DOUBLES + num_memory)
+    damaged(fmt::format("it has {} numbers, not {}", size, 3 + DOUBLES + num_memory));
+  // what another law remembered is of no use
+  if (law != NO_LAW) std::copy_n(extra + 2 + DOUBLES, num_memory, memory_of(i));
+}
+
+template <int D> int FixMpm::ImplOf<D>::size_restart(int i) const
+{
+  return 3 + DOUBLES + num_remembered(i);    // size, step, the point, checksum
+}
+
+template <int D> int FixMpm::ImplOf<D>::maxsize_restart() const
+{
+  return 3 + DOUBLES + layout.width();
+}
+
+/* ----------------------------------------------------------------------
+   the head: version, numbers in it, their checksum, step, bodies, displacement and velocity of each, what the script
+   says and the state variables of each law as lines of text, checksum of all before
+------------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::write_restart(FILE *fp) const
+{
+  if (comm->me != 0) return;
+  std::string text;
+  for (const auto &[about, values] : settings.words) text += about + "\n" + values + "\n";
+  for (int k = 0; k < layout.num_laws(); k++)
+    text += STATE_OF + layout.word(k) + "\n" + layout.names(k) + "\n";
+  std::vector<double> head(HEAD_FIRST);
+  const std::size_t bodies = settings.bodies.size();
+  head.insert(head.end(), {(double) update->ntimestep, (double) bodies});
+  for (std::size_t b = 0; b < bodies; b++) {
+    const Vec &u = body_displacement[b];
+    const Vec &v = solver->body_velocity_before((int) b);
+    head.insert(head.end(), u.component, u.component + D);
+    head.insert(head.end(), v.component, v.component + D);
+  }
+  const std::size_t begin = head.size() + 1;
+  head.push_back((double) text.size());
+  head.resize(begin + (text.size() + sizeof(double) - 1) / sizeof(double), 0.0);
+  memcpy(head.data() + begin, text.data(), text.size());
+  head.push_back(0.0);    // the checksum
+  // negative, because files without a version begin with the number of bodies
+  head[0] = -RESTART_VERSION;
+  head[1] = (double) head.size();
+  head[2] = sum_of(head.data(), 2);
+  head.back() = sum_of(head.data(), head.size() - 1);
+  const int size = (int) (head.size() * sizeof(double));
+  fwrite(&size, sizeof(int), 1, fp);
+  fwrite(head.data(), sizeof(double), head.size(), fp);
+}
+
+/* ----------------------------------------------------------------------
+   the next law in the restart file, by its word, and whether its state variables are those that it has now
+------------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::find_law(const std::string &word, const std::string &names)
+{
+  const int law = layout.find(word);
+  if (law >= 0 && names != layout.names(law))
+    error->all(FLERR,
+               "Fix mpm: the points of law {} in the restart file have the state variables '{}', "
+               "and the law has '{}'",
+               word, names, layout.names(law));
+  law_of_file.push_back(law);
+  size_in_file.push_back((int) utils::split_words(names).size());
+}
+
+template <int D> void FixMpm::ImplOf<D>::restart(const char *buf)
+{
+  const auto number = [buf](std::size_t k) {
+    double value;    // LAMMPS promises no alignment
+    memcpy(&value, buf + k * sizeof(double), sizeof(double));
+    return value;
+  };
+  const double version = number(0);
+  if (version != -RESTART_VERSION) {
+    // versions before 3 begin with the number of bodies
+    if (version == std::floor(version) && std::fabs(version) < 1000.0)
+      error->all(
+          FLERR,
+          "Fix mpm: the points in the restart file have version {}; this fix reads version {}",
+          version < 0.0 ? std::to_string((int) -version) : "1 or 2, without a number",
+          RESTART_VERSION);
+    error->all(FLERR,
+               "Fix mpm: the head of the restart file is damaged: it begins with {} instead of the "
+               "version {}. Use an earlier file",
+               version, -RESTART_VERSION);
+  }
+  const double first[] = {number(0), number(1)};
+  const bool has_length = is_same_sum(number(2), sum_of(first, 2));
+  std::vector<double> head(has_length ? (std::size_t) number(1) : 0);
+  memcpy(head.data(), buf, head.size() * sizeof(double));
+  if (!has_length || !is_same_sum(head.back(), sum_of(head.data(), head.size() - 1)))
+    error->all(FLERR,
+               "Fix mpm: the head of the restart file is damaged: its checksum is not that of its "
+               "numbers. Use an earlier file");
+
+  const double *state = head.data() + HEAD_FIRST;
+  restart_step = *state++;
+  const auto bodies = (std::size_t) *state++;
+  const double *of_body = state;
+  state += 2 * D * bodies;
+  const auto length = (std::size_t) *state++;
+  std::istringstream text(std::string(reinterpret_cast<const char *>(state), length));
+  MpmWords then;
+  std::vector<std::string> groups;    // of the bodies
+  law_of_file.clear();
+  size_in_file.clear();
+  for (std::string about, values; std::getline(text, about) && std::getline(text, values);) {
+    if (about.rfind(STATE_OF, 0) == 0) {
+      find_law(about.substr(STATE_OF.size()), values);
+      continue;
+    }
+    then.emplace_back(about, values);
+    if (utils::strmatch(about, "^rigid \\S+$")) groups.push_back(about.substr(strlen("rigid ")));
+  }
+
+  // a body is that with the same group
+  std::string new_bodies;
+  for (std::size_t b = 0; b < settings.bodies.size(); b++) {
+    const std::string &group = settings.bodies[b].group;
+    const std::size_t k = std::find(groups.begin(), groups.end(), group) - groups.begin();
+    if (k >= bodies) {
+      new_bodies += (new_bodies.empty() ? "" : ", ") + group;
+      continue;
+    }
+    const double *motion = of_body + 2 * D * k;
+    Vec velocity;
+    std::copy_n(motion, D, body_displacement[b].component);
+    std::copy_n(motion + D, D, velocity.component);
+    solver->set_body_velocity_before((int) b, velocity);
+  }
+  if (comm->me != 0) return;
+  const std::string other = mpm_differences(then, settings.words, false);
+  const std::string kept = mpm_differences(then, settings.words, true);
+  if (!other.empty()) error->warning(FLERR, "Fix mpm {} continued with: {}", fix->id, other);
+  if (!kept.empty())
+    error->warning(FLERR,
+                   "Fix mpm {}: the points in the restart file keep what they have; for new points "
+                   "only: {}",
+                   fix->id, kept);
+  if (!new_bodies.empty())
+    error->warning(FLERR,
+                   "Fix mpm {}: rigid bodies that are not in the restart file begin with the "
+                   "displacement 0: {}",
+                   fix->id, new_bodies);
+}

@@ -1,0 +1,166 @@
+// Loading paths of RVEs: stages of conditions on rates, strains and stresses, with events that end or reverse them. Read from words, of a
+// file or of a script; without LAMMPS.
+//
+//   path NAME                            a file may have several; one path needs no name
+//   stage                                what follows holds until one of its events
+//     rate QUANTITY VALUE                of a velocity gradient [1/time]
+//     strain QUANTITY VALUE              since the stage began, as a function of time [-]
+//     stress QUANTITY VALUE              [stress]
+//     stress b MAJOR INTERMEDIATE MINOR VALUE
+//     circle P RADIUS PERIOD             normal stresses in the deviatoric plane
+//     reverse strain|stress QUANTITY LOW HIGH
+//     until strain|stress QUANTITY <|> LIMIT, or until ratio|void_ratio|time|cycles <|> LIMIT
+//     repeat TIMES STAGE                 goes back, so often, when the stage has ended
+//
+// A quantity is a sum of components, "xx-0.5*yy", and of volume, p, qx, qy, qz; a value is a number, v_NAME, ramp FROM TO TIME, wave MEAN
+// AMPLITUDE PERIOD [PHASE], or table FILE COLUMN. Components that no condition of a stage names have rate zero. Strains are
+// logarithms of stretches, and F_ab / F_bb off the diagonal, of a cell that shears along x: L has nothing below its diagonal.
+
+#ifndef MACRO_LOAD_PATH_H
+#define MACRO_LOAD_PATH_H
+
+#include "rve/engine/servo_modes.h"
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace macro {
+
+/// A word, and where it stands, for messages.
+struct PathWord {
+  std::string text, where;
+};
+/// The words of a file, without comments.
+std::vector<PathWord> path_words(const std::string &text, const std::string &file);
+
+/// Text of a file that a path names; throws InputError.
+using ReadPathFile = std::function<std::string(const std::string &file)>;
+
+/// Columns of numbers over the first one, time, with straight lines between rows and the last value beyond the ends.
+class PathTable {
+ public:
+  /// Throws InputError unless these are rows of numbers with growing times; a first row of words gives the columns names.
+  PathTable(const std::string &text, const std::string &file);
+  /// Column by its name, or its number from 2 on.
+  int column(const std::string &word) const;
+  double at(int column, double time) const;
+
+ private:
+  std::string file;
+  std::vector<std::string> names;
+  std::vector<std::vector<double>> columns;    // the first one is time
+};
+
+/// A number of a path, as a function of the time since its stage began.
+struct PathValue {
+  enum class Kind { Constant, Script, Ramp, Wave, Table };
+  Kind kind = Kind::Constant;
+  double number[4] =
+      {};           ///< by kind: value; from, to, time; mean, amplitude, period, phase [rad]
+  int index = 0;    ///< of a script value, or the column of a table
+  std::shared_ptr<const PathTable> table;
+
+  double at(double time, const double *script) const;
+};
+
+/// Where an RVE is on its path; it travels with the RVE.
+template <int D> struct PathState {
+  std::int32_t path = -1;    ///< its number; -1: it has not begun
+  std::int32_t stage = 0;
+  std::int32_t direction = 1;    ///< factor of the rates of the stage: 1 or -1
+  std::int32_t limit = 0;        ///< that reversed it last: -1 low, 1 high, 0 none yet
+  std::int32_t reversals = 0;    ///< in the stage
+  std::int32_t rounds = 0;       ///< that a repeat has made
+  std::int32_t ended = 0;        ///< behind the last stage: the RVE stays as it is
+  std::int32_t steered = 0;      ///< its last step was that of a servo of a path
+  double time = 0.0;             ///< in the stage [time]
+  rve::Tensor<double, D> begin = rve::Tensor<double, D>::identity();    ///< F when the stage began
+
+  double cycles() const { return 0.5 * reversals; }
+};
+
+/// Steps of a macro step, and what a servo needs.
+struct PathStep {
+  double dt = 0.0;
+  int substeps = 0;
+  double servo_gain = 0.0, servo_max_rate = 0.0;
+};
+
+template <int D> class LoadPathsOf {
+ public:
+  using Matrix = rve::Tensor<double, D>;
+
+  /// Throws InputError with the place of the word that is wrong. With `used` the path ends at the first word that cannot belong to it, and
+  /// `used` becomes the number of words before it.
+  LoadPathsOf(const std::vector<PathWord> &words, const ReadPathFile &read_file,
+              std::size_t *used = nullptr);
+
+  int size() const { return static_cast<int>(paths.size()); }
+  const std::string &name(int path) const { return paths[path].name; }
+  int num_stages(int path) const { return static_cast<int>(paths[path].stages.size()); }
+  /// Names of variables whose values drive() wants, in this order.
+  const std::vector<std::string> &script_names() const { return scripts; }
+  /// Whether a stress of a path is steered.
+  bool has_servo() const { return any_servo; }
+  /// Whether strains or void ratios count: then follow() needs a whole result.
+  bool needs_details() const { return any_strain; }
+
+  /// Throws InputError unless there is such a path, and such a stage of it.
+  void check(const PathState<D> &state) const;
+  void begin(PathState<D> &state, int path, const Matrix &deformation) const;
+  /// The next step. `deformation` counts if strains do. The modes of the drive are those of this object. Throws InputError if a value is
+  /// not a finite number.
+  rve::DriveOf<D> drive(const PathState<D> &state, const PathStep &step, const double *script,
+                        const Matrix &deformation) const;
+  /// That step is done; `result` has at least the stress, and cell and deformation if needs_details().
+  void follow(PathState<D> &state, const PathStep &step, const rve::ResultOf<D> &result) const;
+
+ private:
+  using Sum = rve::ComponentSum<D>;
+  enum class Of { Rate, Strain, Stress, Ratio, VoidRatio, Time, Cycles };
+  struct Condition {
+    Of of;
+    Sum sum;
+    PathValue value;
+    std::string text;
+  };
+  struct Measure {
+    Of of;
+    Sum sum;
+  };
+  struct Event {
+    Measure measure;
+    bool below;
+    double limit;
+  };
+  struct Stage {
+    std::vector<Condition> motion, stresses;    // rates and strains; both in the order of `modes`
+    std::vector<Event> events;
+    std::vector<Measure> reversed;    // none, or one
+    double low = 0.0, high = 0.0;
+    int times = 1, back_to = 0;
+    std::shared_ptr<const rve::ServoModesOf<D>> control;
+    std::string where;
+  };
+  struct Path {
+    std::string name;
+    std::vector<Stage> stages;
+  };
+  class Reader;
+
+  std::vector<Path> paths;
+  std::vector<std::string> scripts;
+  bool any_servo = false, any_strain = false;
+
+  static double measured(const Measure &measure, const PathState<D> &state,
+                         const rve::ResultOf<D> &result);
+  void next_stage(PathState<D> &state, const Matrix &deformation) const;
+};
+using LoadPaths = LoadPathsOf<2>;
+
+}    // namespace macro
+
+#endif

@@ -1,0 +1,108 @@
+// What a tangent stiffness says of a material: moduli, second-order work, and whether a shear band may form. Numbers in, numbers out: no RVE.
+
+#ifndef MACRO_TANGENT_H
+#define MACRO_TANGENT_H
+
+#include "rve/core/tensor.h"
+
+#include <array>
+
+namespace macro {
+
+/// C of d sigma_ij = C_ijkl eps_kl, symmetric in ij and in kl, not always in their exchange. sigma is Cauchy's stress, tension positive, its
+/// rate Jaumann's: for a velocity gradient L = D + W
+///     d sigma/dt = C : D + W sigma - sigma W.
+template <int D> struct TangentOf {
+  using Matrix = rve::Tensor<double, D>;
+  static constexpr int size = rve::Space<D>::strains;
+
+  /// Rows of the stress, columns of the engineering strain (2 eps_ab off the diagonal): xx yy xy, or xx yy zz xy xz yz [stress]
+  double component[size][size] = {};
+
+  /// Place of ab among rows and columns.
+  static constexpr int place(int a, int b)
+  {
+    if (a == b) return a;
+    return a + b + (D == 2 ? 1 : 2);
+  }
+  double operator()(int i, int j, int k, int l) const
+  {
+    return component[place(i, j)][place(k, l)];
+  }
+
+  /// C : strain, of a symmetric strain [stress].
+  Matrix operator()(const Matrix &strain) const;
+
+  /// lambda delta_ij delta_kl + mu (delta_ik delta_jl + delta_il delta_jk)
+  static TangentOf isotropic(double lambda, double mu);
+};
+
+template <int D> TangentOf<D> operator+(const TangentOf<D> &x, const TangentOf<D> &y);
+template <int D> TangentOf<D> operator*(double factor, const TangentOf<D> &x);
+
+/// x_ij y_kl, of symmetric tensors.
+template <int D>
+TangentOf<D> dyad(const rve::Tensor<double, D> &x, const rve::Tensor<double, D> &y);
+
+/// R_ia R_jb R_kc R_ld C_abcd: the tangent of a material that has been turned by R.
+template <int D>
+TangentOf<D> turned(const TangentOf<D> &tangent, const rve::Tensor<double, D> &rotation);
+
+/// sqrt(C_ijkl C_ijkl) [stress]
+template <int D> double norm(const TangentOf<D> &tangent);
+
+/// eps : C : eps / (eps : eps), the second-order work along a strain per squared size of it [stress]. Where it is not positive, an increment of load
+/// may grow without an end (Hill 1958, J. Mech. Phys. Solids 6, 236). 0 along no strain.
+template <int D>
+double second_order_work(const TangentOf<D> &tangent, const rve::Tensor<double, D> &strain);
+
+/// Its least value over all strains: the least eigenvalue of the symmetric part, in Mandel's components [stress].
+template <int D> double least_second_order_work(const TangentOf<D> &tangent);
+
+/// The isotropic tangent that is nearest in sqrt(C_ijkl C_ijkl), and how far away it is.
+struct IsotropicPart {
+  double lambda, shear;    ///< Lame's lambda, and mu = G [stress]
+  double anisotropy;       ///< |C - isotropic part| / |isotropic part| [-]
+
+  /// E and nu of the solid, of plane tangents of that in plane strain [stress], [-].
+  double young() const { return shear * (3.0 * lambda + 2.0 * shear) / (lambda + shear); }
+  double poisson() const { return 0.5 * lambda / (lambda + shear); }
+};
+template <int D> IsotropicPart isotropic_part(const TangentOf<D> &tangent);
+
+/// A of the rate of nominal stress, P = A : L, in the present configuration: P = d sigma/dt + sigma tr(L) - sigma L^T, with the transpose as
+/// P_ij = rate of the force along i on an area that had its normal along j. It has the terms by which the stress turns.
+template <int D> struct NominalTangentOf {
+  double component[D][D][D][D];    ///< i, j, k, l [stress]
+
+  NominalTangentOf(const TangentOf<D> &tangent, const rve::Tensor<double, D> &stress);
+};
+
+/// det(n_j A_ijkl n_l), of the acoustic tensor [stress^D]. n: a unit vector.
+template <int D>
+double acoustic_determinant(const NominalTangentOf<D> &tangent, const rve::Vec<double, D> &n);
+
+/// Least determinant over all directions. Where it is not positive, a band of strain with that normal may form (Rice 1976, "The localization of
+/// plastic deformation", Proc. 14th IUTAM Congress, 207).
+template <int D> struct LeastAcousticOf {
+  double determinant;            ///< [stress^D]
+  rve::Vec<double, D> normal;    ///< of the band; its first component that is not zero is positive
+};
+template <int D> LeastAcousticOf<D> least_acoustic_determinant(const NominalTangentOf<D> &tangent);
+
+/// All of it, for a tangent at a stress.
+template <int D> struct TangentNumbersOf {
+  IsotropicPart isotropic;
+  double least_work;    ///< least_second_order_work() [stress]
+  LeastAcousticOf<D> acoustic;
+
+  TangentNumbersOf(const TangentOf<D> &tangent, const rve::Tensor<double, D> &stress) :
+      isotropic(isotropic_part(tangent)), least_work(least_second_order_work(tangent)),
+      acoustic(least_acoustic_determinant(NominalTangentOf<D>(tangent, stress)))
+  {
+  }
+};
+
+}    // namespace macro
+
+#endif

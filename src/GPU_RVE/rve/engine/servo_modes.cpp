@@ -1,0 +1,163 @@
+#include "rve/engine/servo_modes.h"
+
+#include "rve/core/error.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rve {
+
+namespace {
+
+  template <int D> using Rows = std::vector<ComponentSum<D>>;
+
+  template <int D> double dot(const ComponentSum<D> &a, const ComponentSum<D> &b)
+  {
+    double sum = 0.0;
+    for (std::size_t c = 0; c < a.size(); ++c) sum += a[c] * b[c];
+    return sum;
+  }
+
+  /// Relative size of what is left of a row without the others, below which they depend on each other.
+  constexpr double DEPENDENT = 1e-6;
+
+  /// The transposed pseudo-inverse A^+T = (A A^T)^-1 A of rows that do not depend on each other; false if they do.
+  template <int D> bool pseudo_inverse(const Rows<D> &rows, Rows<D> &result)
+  {
+    const int n = static_cast<int>(rows.size());
+    result = rows;
+    std::vector<std::vector<double>> gram(n, std::vector<double>(n));
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j) gram[i][j] = dot<D>(rows[i], rows[j]);
+    std::vector<double> size(n);
+    for (int i = 0; i < n; ++i) size[i] = gram[i][i];
+    // Gauss-Jordan; a positive definite matrix needs no other pivots than its diagonal
+    for (int p = 0; p < n; ++p) {
+      if (!(gram[p][p] > DEPENDENT * DEPENDENT * size[p])) return false;
+      for (int i = 0; i < n; ++i) {
+        if (i == p || gram[i][p] == 0.0) continue;
+        const double factor = gram[i][p] / gram[p][p];
+        for (int j = 0; j < n; ++j) gram[i][j] -= factor * gram[p][j];
+        for (std::size_t c = 0; c < result[i].size(); ++c) result[i][c] -= factor * result[p][c];
+      }
+    }
+    for (int p = 0; p < n; ++p)
+      for (double &x : result[p]) x /= gram[p][p];
+    return true;
+  }
+
+  /// As a velocity gradient: the servo shears along x.
+  template <int D> Tensor<double, D> upper(const ComponentSum<D> &sum)
+  {
+    auto tensor = Tensor<double, D>::zero();
+    for (int c = 0; c < Space<D>::strains; ++c)
+      tensor(strain_row<D>(c), strain_column<D>(c)) = sum[c];
+    return tensor;
+  }
+
+  /// As a symmetric tensor; `share` of an off-diagonal factor in each of both places.
+  template <int D> Tensor<double, D> symmetric(const ComponentSum<D> &sum, double share)
+  {
+    auto tensor = Tensor<double, D>::zero();
+    for (int c = 0; c < Space<D>::strains; ++c) {
+      const int a = strain_row<D>(c), b = strain_column<D>(c);
+      tensor(a, b) = tensor(b, a) = a == b ? sum[c] : share * sum[c];
+    }
+    return tensor;
+  }
+
+}    // namespace
+
+template <int D> std::string strain_name(int c)
+{
+  return {"xyz"[strain_row<D>(c)], "xyz"[strain_column<D>(c)]};
+}
+
+template <int D> double sum_of(const ComponentSum<D> &factors, const Tensor<double, D> &symmetric)
+{
+  double sum = 0.0;
+  for (int c = 0; c < Space<D>::strains; ++c) {
+    const int a = strain_row<D>(c), b = strain_column<D>(c);
+    sum += factors[c] * (a == b ? symmetric(a, a) : 0.5 * (symmetric(a, b) + symmetric(b, a)));
+  }
+  return sum;
+}
+
+template <int D>
+ServoModesOf<D>::ServoModesOf(const std::vector<ComponentSum<D>> &rates,
+                              const std::vector<ComponentSum<D>> &stresses)
+{
+  require(rates.size() + stresses.size() == Space<D>::strains, [&] {
+    return "there are " + std::to_string(rates.size()) + " conditions on rates and " +
+        std::to_string(stresses.size()) + " on stresses; together there must be " +
+        std::to_string(Space<D>::strains);
+  });
+  Rows<D> of_rates, of_stresses;
+  require(pseudo_inverse<D>(rates, of_rates),
+          "the conditions on rates depend on each other: one follows from the others or "
+          "contradicts them");
+  require(pseudo_inverse<D>(stresses, of_stresses),
+          "the conditions on stresses depend on each other: one follows from the others or "
+          "contradicts them");
+  Rows<D> modes = of_stresses, duals;
+  for (ComponentSum<D> &mode : modes) {
+    const ComponentSum<D> whole = mode;
+    for (std::size_t j = 0; j < rates.size(); ++j) {
+      const double rate = dot<D>(rates[j], whole);
+      for (std::size_t c = 0; c < mode.size(); ++c) mode[c] -= rate * of_rates[j][c];
+    }
+  }
+  bool free = pseudo_inverse<D>(modes, duals);
+  for (std::size_t k = 0; k < modes.size(); ++k)
+    free = free && dot<D>(modes[k], modes[k]) > DEPENDENT * dot<D>(of_stresses[k], of_stresses[k]);
+  require(free,
+          "a stress has a goal whose work conjugate is prescribed by the rates, which leave "
+          "nothing to reach it with");
+
+  for (const ComponentSum<D> &rate : of_rates) unit_rates.push_back(upper<D>(rate));
+  for (std::size_t k = 0; k < modes.size(); ++k) {
+    double largest = 0.0;
+    for (const double x : modes[k]) largest = std::max(largest, std::fabs(x));
+    ComponentSum<D> mode = modes[k], dual = duals[k];
+    for (double &x : mode) x /= largest;
+    for (double &x : dual) x *= largest;
+    ServoModeOf<D> one;
+    one.rate = upper<D>(mode);
+    one.dual = upper<D>(dual);
+    one.stress = symmetric<D>(stresses[k], 0.5);
+    one.weight = largest;
+    this->modes.push_back(one);
+    unit_stresses.push_back(symmetric<D>(of_stresses[k], 1.0));
+  }
+}
+
+template <int D> double servo_error(const DriveOf<D> &drive, const Tensor<double, D> &stress)
+{
+  double largest = 0.0;
+  const auto see = [&](double error) {
+    largest = std::max(largest, std::fabs(error));
+  };
+  const Tensor<double, D> lack = drive.stress_goal - stress;
+  for (int k = 0; k < drive.num_modes; ++k) {
+    double error = 0.0;
+    for (int c = 0; c < Space<D>::components; ++c)
+      error += drive.modes[k].stress.component[c] * lack.component[c];
+    see(error);
+  }
+  for (int a = 0; a < D; ++a)
+    for (int b = a; b < D; ++b)
+      if (drive.num_modes == 0 && drive.controlled[a][b])
+        see(drive.stress_goal(a, b) - 0.5 * (stress(a, b) + stress(b, a)));
+  return largest;
+}
+
+template std::string strain_name<2>(int);
+template std::string strain_name<3>(int);
+template double sum_of<2>(const ComponentSum<2> &, const Tensor<double, 2> &);
+template double sum_of<3>(const ComponentSum<3> &, const Tensor<double, 3> &);
+template double servo_error(const DriveOf<2> &, const Tensor<double, 2> &);
+template double servo_error(const DriveOf<3> &, const Tensor<double, 3> &);
+template struct ServoModesOf<2>;
+template struct ServoModesOf<3>;
+
+}    // namespace rve

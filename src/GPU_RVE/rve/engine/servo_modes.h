@@ -1,0 +1,56 @@
+// Which directions a stress servo steers: from conditions on rates and on stresses, each a sum of components.
+//
+// A symmetric tensor is written as its components on and above the diagonal, sigma = (s_xx, ..., s_xy, ...), and a velocity gradient as those
+// that are its work conjugates, l = (L_xx, ..., L_xy, ...): the servo shears along x, as ever. With rates E l = r and stresses C sigma = g
+// that are together as many as components, l = E^+ r + sum_k a_k w_k, where the modes w_k are the columns of W = P C^+: C^+ e is the
+// smallest stress that lacks e, and P projects on what the rates leave free, E l = 0. Where the stresses are the work conjugates of what
+// is free, P C^T = C^T, the stiffness C S W of the modes has positive eigenvalues for every positive definite S, whatever it is: the
+// servo swings about its goal, and no number of the material is needed. Single components are their own modes.
+
+#ifndef RVE_ENGINE_SERVO_MODES_H
+#define RVE_ENGINE_SERVO_MODES_H
+
+#include "rve/engine/engine.h"
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace rve {
+
+/// A sum of components, the diagonal first, then xy, xz, yz: factor_c times component c [-].
+template <int D> using ComponentSum = std::array<double, Space<D>::strains>;
+
+/// Row and column of the c-th of them.
+template <int D> constexpr int strain_row(int c)
+{
+  return c < D ? c : D == 2 || c < 5 ? 0 : 1;
+}
+template <int D> constexpr int strain_column(int c)
+{
+  return c < D ? c : D == 2 || c == 3 ? 1 : 2;
+}
+/// "xx", "xy", ...
+template <int D> std::string strain_name(int c);
+
+/// The sum over the components of a tensor; off the diagonal that of a symmetric one.
+template <int D> double sum_of(const ComponentSum<D> &factors, const Tensor<double, D> &symmetric);
+
+template <int D> struct ServoModesOf {
+  std::vector<ServoModeOf<D>> modes;    ///< one for each stress
+  std::vector<Tensor<double, D>>
+      unit_rates;    ///< columns of E^+: L that has one of the rates, and no amplitude
+  std::vector<Tensor<double, D>>
+      unit_stresses;    ///< columns of C^+: sigma that has one of the stresses
+
+  /// Throws InputError unless rates and stresses are together as many as components, and determine the motion.
+  ServoModesOf(const std::vector<ComponentSum<D>> &rates,
+               const std::vector<ComponentSum<D>> &stresses);
+};
+
+/// The largest difference between a steered stress and its goal, of single components or of modes, whose drive must have them [stress].
+template <int D> double servo_error(const DriveOf<D> &drive, const Tensor<double, D> &stress);
+
+}    // namespace rve
+
+#endif

@@ -1,0 +1,143 @@
+// Loading paths of fix rve through LAMMPS scripts: a path for each atom, from a file and from the script, their ends, and restarts. Runs under
+// mpirun as well.
+
+#include "grains_script.h"
+#include "update.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <string>
+
+using namespace grains_script;
+using rve_test::temporary_path;
+
+namespace {
+
+/// A file of this rank.
+std::string written(const std::string &name, const std::string &text)
+{
+  const std::string path = file_of_rank(name);
+  std::ofstream(path) << text;
+  return path;
+}
+
+// 2.5e-4 of strain per step, or a fifth
+const std::string FOUR_PATHS = R"(# four tests of a laboratory
+path oedometer
+stage rate yy -0.5 until strain yy < -0.002
+path undrained
+stage rate yy -0.5 rate volume 0 until ratio > 0.05
+stage until time > 0.003
+path constant_p
+stage rate yy -0.1 stress p v_pressure until strain yy < -0.004
+path cyclic
+stage rate xy 0.5 stress xx -1e5 stress yy -1e5 reverse strain xy -0.001 0.001 until cycles > 1
+)";
+const std::string STEP = "timestep 5e-4\nvariable number atom id\nvariable pressure equal 1.0e5\n";
+const std::string ATOMS = FOUR_ATOMS + STEP;
+const std::string COLUMNS = R"(compute stage all rve/atom path_stage
+compute time all rve/atom path_time
+compute cycles all rve/atom path_cycles
+compute ended all rve/atom path_ended
+compute error all rve/atom servo_error
+compute p all rve/atom p
+compute e all rve/atom void_ratio
+compute yy all rve/atom def_yy
+compute xy all rve/atom def_xy
+)";
+
+std::string fix_with_paths()
+{
+  return FIX + "dt 5e-5 path " + written("paths", FOUR_PATHS) + " path_variable v_number ";
+}
+
+}    // namespace
+
+TEST(PathsOfFixRve, EachAtomGoesItsOwnWayAndTheRunEndsWithTheLast)
+{
+  GrainsScript script;
+  script << ATOMS + COLUMNS + fix_with_paths() + "path_end halt\nrun 0";
+  const double before = script.compute("e").at(2);
+  script << "run 3";
+  EXPECT_EQ(script.compute("stage").at(1), 1.0);
+  EXPECT_NEAR(script.compute("time").at(1), 1.5e-3, 1e-15);
+  EXPECT_EQ(script.fix_value(15), 0.0);
+  EXPECT_GT(script.compute("error").at(3), 0.0);
+  EXPECT_GE(script.fix_value(16), script.compute("error").at(3));
+
+  script << "run 1000";
+
+  const double step = 2.5e-4 * (1.0 + 1e-5);
+  for (int id = 1; id <= 4; ++id) EXPECT_EQ(script.compute("ended").at(id), 1.0) << id;
+  EXPECT_EQ(script.fix_value(15), 4.0);
+  EXPECT_NEAR(script.lmp->update->ntimestep, 80, 1);    // the slowest one has 5e-5 per step
+  EXPECT_NEAR(std::log(script.compute("yy").at(1)), -0.002, step);
+  EXPECT_EQ(script.compute("stage").at(2), 2.0);
+  EXPECT_NEAR(script.compute("e").at(2), before, 1e-14);
+  EXPECT_NEAR(std::log(script.compute("yy").at(3)), -0.004, step);
+  EXPECT_NEAR(script.compute("p").at(3), 1e5, 0.02 * 1e5);
+  EXPECT_EQ(script.compute("cycles").at(4), 1.0);
+  EXPECT_NEAR(script.compute("xy").at(4), -0.001, step);
+
+  // behind its end an RVE stays as it is; a path in the script begins anew
+  const std::string state = script.state(1);
+  script << "fix_modify grains path_end hold\nrun 5";
+  EXPECT_EQ(script.state(1), state);
+  script << "fix_modify grains path stage rate yy 0.5 until time > 0.0019 path_end halt\nrun 100";
+  EXPECT_EQ(script.compute("time").at(1), 4 * 5e-4);
+  EXPECT_NEAR(std::log(script.compute("yy").at(1)), -0.001, step);
+}
+
+TEST(PathsOfFixRve, ContinueFromARestartFileBitForBit)
+{
+  const std::string file = temporary_path("restart_of_paths"), fix = fix_with_paths() + "\n";
+  const std::string settings = STEP + fix;
+  GrainsScript whole, first, second;
+  whole << FOUR_ATOMS + settings + COLUMNS + "run 11";
+  first << FOUR_ATOMS + settings + "run 5\nwrite_restart " + file + "\nclear";
+  second << "read_restart " + file + "\n" + settings + COLUMNS + "run 6";
+
+  for (int id = 1; id <= 4; ++id) {
+    SCOPED_TRACE(id);
+    EXPECT_EQ(whole.state(id), second.state(id));
+    for (const char *column : {"stage", "time", "cycles", "ended", "error"})
+      EXPECT_EQ(whole.compute(column).at(id), second.compute(column).at(id)) << column;
+  }
+}
+
+TEST(PathsOfFixRve, AreTheDriveAndServoThatTheyStandFor)
+{
+  GrainsScript path, drive, servo, stage;
+  path << ATOMS + FIX + "dt 5e-5 path stage rate xy 0.1 rate yy v_rate\nrun 5";
+  drive << ATOMS + FIX + "dt 5e-5 drive velocity_gradient xy 0.1 yy v_rate\nrun 5";
+  stage << ATOMS + FIX + "dt 5e-5 path stage rate yy -0.1 stress xx -1.1e5\nrun 5";
+  servo << ATOMS + FIX + "dt 5e-5 drive velocity_gradient yy -0.1 servo xx -1.1e5\nrun 5";
+
+  EXPECT_EQ(path.state(3), drive.state(3));
+  EXPECT_EQ(stage.state(3), servo.state(3));
+}
+
+TEST(PathsOfFixRve, SayWhatIsWrong)
+{
+  const std::string begin = ATOMS + FIX;
+  EXPECT_IN("path and drive exclude each other",
+            message_of(begin + "path stage rate yy 1 drive velocity_gradient xy 1"));
+  EXPECT_IN("path and servo exclude each other",
+            message_of(begin + "servo xx -1e5 path stage rate yy 1"));
+  EXPECT_IN("path_variable without a path", message_of(begin + "path_variable v_number"));
+  EXPECT_IN("the quantities are xx yy xy volume", message_of(begin + "path stage rate zz 1"));
+  EXPECT_IN(
+      "cannot be used with servo",
+      message_of(begin + "path stage stress p 1e5 stress xx-yy 0 substeps adaptive 1e-5 1e-3"));
+  EXPECT_IN("no_such_file", message_of(begin + "path no_such_file"));
+  EXPECT_IN("2: the stage has 1 conditions on 2 components (xx yy)",
+            message_of(begin + "path " + written("wrong", "# too few\nstage rate volume 1\n")));
+  EXPECT_IN("path_variable is 2 for atom 2; it must be a whole number from 1 to 1",
+            message_of(begin + "path stage rate yy 1 path_variable v_number\nrun 1"));
+  EXPECT_IN("variable nowhere does not exist",
+            message_of(begin + "path stage rate yy v_nowhere\nrun 1"));
+  EXPECT_IN("the value of yy in stage 1 of its path is inf; it must be a finite number",
+            message_of(begin + "path stage rate yy v_rate\nvariable rate atom exp(1e9)\nrun 1"));
+}

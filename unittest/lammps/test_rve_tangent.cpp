@@ -1,0 +1,153 @@
+// compute rve/tangent: that it gives each atom the tangent of its RVE, on any rank, and changes nothing of the run; and what it refuses.
+
+#include "grains_script.h"
+#include "macro/tangent_probes.h"
+#include "rve/engine/packing_io.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+
+using namespace grains_script;
+
+namespace {
+
+const std::string COLUMNS = "cxxxx cxxyy cxyxy cyyxy young poisson shear anisotropy work2 "
+                            "work2_least acoustic normal_x normal_y measured nonlinearity ";
+
+const std::string SCENE =
+    FOUR_ATOMS + SHEAR + "group two id 1 3\ncompute c two rve/tangent " + COLUMNS + "\nrun 20";
+
+class Look : public Script {
+ public:
+  using Script::Script;
+
+  Rows of(const std::string &id)
+  {
+    LAMMPS_NS::Compute *c = lmp->modify->get_compute_by_id(id);
+    c->compute_peratom();
+    const int columns = c->size_peratom_cols;
+    return rows_by_id(columns, [&](int i, std::vector<double> &list) {
+      list.insert(list.end(), c->array_atom[i], c->array_atom[i] + columns);
+    });
+  }
+};
+
+macro::ProbedTangentOf<2> tangent_of(const std::string &path)
+{
+  const rve::RveState state = rve::read_packing(path);
+  rve::Options options;
+  options.format = rve::Format::Double;
+  options.device = rve::Device::Cpu;
+  macro::TangentProbesOf<2> probes(
+      rve::make_engine(options),
+      macro::TangentOptions::of(rve::Format::Double, macro::TangentKind::Elastic));
+  return probes.probe(
+      1,
+      [&](int) {
+        return state;
+      },
+      [](int) {
+        return rve::Tensor2::zero();
+      })[0];
+}
+
+}    // namespace
+
+TEST(RveTangent, IsThatOfTheRveOfEachAtomAndOfNoOther)
+{
+  // the group has two atoms; the run has strained all four, each by its own rate
+  Look script(MPI_COMM_SELF);
+  script << SCENE;
+  const std::string path = file_of_rank("state.rve");
+  script << "write_rve grains atom 3 file " + path + " format rve";
+
+  const auto rows = script.of("c");
+
+  const macro::ProbedTangentOf<2> expected = tangent_of(path);
+  const auto &tangent = expected.tangent;
+  const std::vector<double> &row = rows.at(3);
+  EXPECT_EQ(row[0], tangent(0, 0, 0, 0));
+  EXPECT_EQ(row[1], tangent(0, 0, 1, 1));
+  EXPECT_EQ(row[2], tangent(0, 1, 0, 1));
+  EXPECT_EQ(row[3], tangent(1, 1, 0, 1));
+  const macro::IsotropicPart part = macro::isotropic_part(tangent);
+  EXPECT_EQ(row[4], part.young());
+  EXPECT_EQ(row[5], part.poisson());
+  EXPECT_EQ(row[6], part.shear);
+  EXPECT_EQ(row[7], part.anisotropy);
+  // along D of that atom, yy -0.15 and xy 0.1, but for the strain of a step, 1e-4, by which stretches differ from rates
+  const rve::Tensor2 rate{{0.0, 0.05, 0.05, -0.15}};
+  EXPECT_NEAR(row[8], macro::second_order_work(tangent, rate), 1e-5 * row[8]);
+  EXPECT_EQ(row[9], macro::least_second_order_work(tangent));
+  const auto acoustic =
+      macro::least_acoustic_determinant(macro::NominalTangentOf<2>(tangent, expected.stress));
+  EXPECT_EQ(row[10], acoustic.determinant);
+  EXPECT_EQ(row[11], acoustic.normal[0]);
+  EXPECT_EQ(row[12], acoustic.normal[1]);
+  EXPECT_EQ(row[13], 1.0);
+  EXPECT_EQ(row[14], expected.nonlinearity);
+
+  EXPECT_NE(rows.at(1), row);
+  EXPECT_EQ(rows.at(2), std::vector<double>(row.size(), 0.0));
+}
+
+TEST(RveTangent, HasTheSameBitsOnAnyNumberOfRanks)
+{
+  Look all, alone(MPI_COMM_SELF);
+  all << SCENE;
+  alone << SCENE;
+  EXPECT_EQ(all.of("c"), alone.of("c"));
+}
+
+TEST(RveTangent, ChangesNothingOfTheRun)
+{
+  const auto state_after = [](const std::string &look) {
+    GrainsScript script;
+    script << FOUR_ATOMS + SHEAR + look + "run 10";
+    return script.state(2);
+  };
+  EXPECT_EQ(state_after("compute c all rve/tangent shear\ncompute m all reduce max "
+                        "c_c\nthermo_style custom step c_m\nthermo 5\n"),
+            state_after(""));
+}
+
+TEST(RveTangent, AlongLoadingIsSofterAndNeedsADirection)
+{
+  Look script;
+  script << FOUR_ATOMS + SHEAR +
+          "group one id 4\ncompute e one rve/tangent work2 measured\n"
+          "compute l one rve/tangent work2 measured kind loading";
+  script << "run 0";
+  EXPECT_EQ(script.of("l").at(4), (std::vector<double>{0.0, 0.0}));
+  script << "run 60";
+  const std::vector<double> elastic = script.of("e").at(4), loading = script.of("l").at(4);
+  EXPECT_EQ(loading[1], 1.0);
+  EXPECT_LT(loading[0], 0.9 * elastic[0]);
+}
+
+TEST(RveTangent, WhatIsRefusedIsNamed)
+{
+  const auto refused = [](const std::string &words) {
+    return message_of(FOUR_ATOMS + SHEAR + "compute c all rve/tangent " + words + "\nrun 0");
+  };
+  EXPECT_IN("compute rve/tangent c: it needs at least one quantity", refused("fix grains"));
+  EXPECT_IN("compute rve/tangent c: unknown keyword 'cxxxw'", refused("cxxxx cxxxw"));
+  EXPECT_IN("did you mean shear?", refused("cxxxx sheer"));
+  EXPECT_IN("compute rve/tangent c: kind is 'plastic'; it must be elastic or loading",
+            refused("shear kind plastic"));
+  EXPECT_IN(
+      "compute rve/tangent c: probe is 2; it must be above 0 and at most 0.5 [-], of the mean "
+      "overlap",
+      refused("shear probe 2"));
+  EXPECT_IN("compute rve/tangent c: lead is of kind loading, and its kind is elastic",
+            refused("shear lead 0.1"));
+  EXPECT_IN("compute rve/tangent c: probe is given twice", refused("shear probe 0.1 probe 0.2"));
+  EXPECT_IN("compute rve/tangent c: strain_steps is 0; it must be at least 1",
+            refused("shear strain_steps 0"));
+  EXPECT_IN("compute rve/tangent c: czzzz is of spheres, and the RVEs of fix grains are of disks",
+            refused("czzzz"));
+  EXPECT_IN("compute rve/tangent c: there is no fix rve",
+            message_of(FOUR_ATOMS + "compute c all rve/tangent shear\nrun 0"));
+}

@@ -1,0 +1,625 @@
+// Loading paths of RVEs against closed forms: laboratory tests on lattices, whose constants are known, and on packings; events, tables, and
+// what a path must not depend on.
+
+#include "macro/rve_points.h"
+
+#include "rve/core/error.h"
+#include "rve/engine/stability.h"
+#include "support/lattice.h"
+#include "support/rve_rig.h"
+#include "support/spheres.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+using namespace rve_test;
+using macro::LoadPathsOf;
+using macro::PathState;
+using macro::PathStep;
+using rve::InputError;
+
+namespace {
+
+std::string no_file(const std::string &file)
+{
+  throw InputError("there is no " + file);
+}
+
+template <int D = 3>
+LoadPathsOf<D> paths_of(const std::string &text, const macro::ReadPathFile &read = no_file)
+{
+  return LoadPathsOf<D>(macro::path_words(text, "paths"), read);
+}
+
+/// RVEs on paths, each with its step.
+template <int D> class Laboratory {
+ public:
+  using Points = macro::RvePointsOf<D>;
+
+  Laboratory(const rve::RveStateOf<D> &state, int count, const LoadPathsOf<D> &paths_in,
+             rve::Format format = rve::Format::Double, int substeps_in = 20) :
+      paths(paths_in),
+      points(engine_for(state, format), nullptr, macro::MacroStepOptions()),
+      slots(points.add(std::vector<const rve::RveStateOf<D> *>(count, &state))),
+      step{0.8 * rve::stable_time_step(state), substeps_in, points.servo_gain(slots[0]), 0.0}
+  {
+    step.servo_max_rate = 5e-5 / step.dt;
+    for (int k = 0; k < count; ++k) begin(k, k < paths.size() ? k : 0);
+  }
+
+  void begin(int k, int path)
+  {
+    paths.begin(points.path(slots[k]), path, points.point(slots[k]).result.deformation);
+  }
+
+  /// A macro step of those whose paths go on; false if none does.
+  bool advance(const std::vector<double> &script = {})
+  {
+    std::vector<int> some;
+    std::vector<rve::DriveOf<D>> drives;
+    for (const int slot : slots) {
+      if (points.path(slot).ended) continue;
+      some.push_back(slot);
+      drives.push_back(points.path_drive(slot, paths, step, script.data()));
+    }
+    EXPECT_TRUE(points.advance(some, drives, paths.needs_details()).empty());
+    for (const int slot : some) points.follow_path(slot, paths, step);
+    return !some.empty();
+  }
+
+  const rve::ResultOf<D> &result(int k = 0) { return points.point(slots[k]).result; }
+  const PathState<D> &path(int k = 0) { return points.path(slots[k]); }
+
+  /// Steps until the path has ended; at most so many.
+  int finish(
+      int most, const std::function<void()> &look = [] {
+      })
+  {
+    for (int done = 1; done <= most; ++done) {
+      advance();
+      look();
+      if (path().ended) return done;
+    }
+    ADD_FAILURE() << "the path does not end, stage " << path().stage + 1;
+    return most;
+  }
+
+  static std::unique_ptr<rve::EngineOf<D>> engine_for(const rve::RveStateOf<D> &state,
+                                                      rve::Format format)
+  {
+    rve::Options options = cpu_options(format);
+    options.contacts = rve::contacts_of(state);
+    return rve::make_engine<D>(options);
+  }
+
+  const LoadPathsOf<D> &paths;
+  Points points;
+  std::vector<int> slots;
+  PathStep step;
+};
+
+constexpr double RADIUS = 0.005, OVERLAP = 1e-3 * RADIUS;
+
+/// Without friction limit in reach, and damped as packings are.
+Spheres lattice()
+{
+  return face_centred_cubic(spheres_material(), 2, RADIUS, OVERLAP);
+}
+
+Spheres packing_of_spheres()
+{
+  return rve::read_packing<3>(std::string(RVE_PACKINGS_DIR) + "/S500.rve");
+}
+
+double q_of(const rve::Tensor3 &s, int axis = 2)
+{
+  const int a = (axis + 1) % 3, b = (axis + 2) % 3;
+  return 0.5 * (s(a, a) + s(b, b)) - s(axis, axis);
+}
+
+std::string message_of(const std::string &text)
+{
+  try {
+    paths_of<3>(text);
+  } catch (const InputError &e) {
+    return e.what();
+  }
+  return "";
+}
+
+void expect_in(const std::string &part, const std::string &message)
+{
+  EXPECT_NE(message.find(part), std::string::npos) << message;
+}
+
+}    // namespace
+
+// ---- words and values ----
+
+TEST(PathTable, IsLinearBetweenRowsAndConstantBeyond)
+{
+  const macro::PathTable table("time, p, q # of a test\n0 1 -2\n\n2, 5, -2\n3 4 0\n", "t.csv");
+
+  EXPECT_EQ(table.column("q"), 2);
+  EXPECT_EQ(table.column("2"), 1);
+  EXPECT_EQ(table.at(1, -1.0), 1.0);
+  EXPECT_EQ(table.at(1, 0.0), 1.0);
+  EXPECT_EQ(table.at(1, 0.5), 2.0);
+  EXPECT_EQ(table.at(1, 2.0), 5.0);
+  EXPECT_EQ(table.at(2, 2.25), -1.5);
+  EXPECT_EQ(table.at(1, 7.0), 4.0);
+}
+
+TEST(PathTable, RefusesWhatIsNoTable)
+{
+  const auto message = [](const std::string &text) {
+    try {
+      macro::PathTable(text, "t.csv").column("9");
+    } catch (const InputError &e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  expect_in("t.csv:2: the time 1 is not after", message("1 2\n1 3\n"));
+  expect_in("t.csv:2: the row has 3 numbers, others have 2", message("1 2\n2 3 4\n"));
+  expect_in("'nan' is not a finite number", message("0 nan\n"));
+  expect_in("has no column '9'; it must be a number from 2 to 2, or one of p",
+            message("t p\n0 1\n"));
+  expect_in("no rows", message("# nothing\n"));
+}
+
+TEST(LoadPath, NamesWhatIsWrong)
+{
+  expect_in("paths:2: the stage has 2 conditions on 3 components (xx yy zz)",
+            message_of("# undrained\nstage rate zz -1\nrate volume 0\n"));
+  expect_in("paths:1: 'xq' in 'xx-xq' is not known", message_of("stage rate xx-xq 1"));
+  expect_in("the goal of stress xx is 5 [stress], a tension", message_of("stage stress xx 5"));
+  expect_in("the goal of p is -5 [stress]",
+            message_of("stage stress p -5 stress xx-yy 0 rate zz 0"));
+  expect_in("a path begins with the word stage", message_of("rate zz -1"));
+  expect_in("found '=' where < or > was expected", message_of("stage until time = 3"));
+  expect_in("it must be a whole number from 1 to 1", message_of("stage repeat 3 2"));
+  expect_in("b is 2 [-]; it must be from 0 to 1", message_of("stage stress b zz yy xx 2"));
+  expect_in("the first one must be below", message_of("stage reverse strain zz 1 -1"));
+  expect_in("there are two paths a", message_of("path a stage path a stage"));
+  expect_in("did you mean until", message_of("stage untl time > 3"));
+  expect_in("there is no t.csv", message_of("stage rate zz table t.csv 2"));
+  expect_in("leave nothing", message_of("stage rate volume 0 rate xx-yy 0 stress p 1"));
+  expect_in("at least one stage", message_of("# nothing"));
+}
+
+TEST(LoadPath, InAScriptEndsAtTheFirstWordThatIsNotItsOwn)
+{
+  std::size_t used = 0;
+  const auto words =
+      macro::path_words("stage rate zz -1 until time > 2 stress average 5 10", "path");
+  const LoadPathsOf<3> paths(words, no_file, &used);
+  EXPECT_EQ(used, 8u);
+  EXPECT_EQ(paths.num_stages(0), 1);
+}
+
+// ---- tests of a laboratory ----
+
+TEST(LoadPath, UndrainedKeepsTheVolumeAndTheSymmetryAboutItsAxis)
+{
+  const auto paths =
+      paths_of("stage rate zz -0.5 rate volume 0 stress xx-yy 0 until strain zz < -0.02");
+  Laboratory<3> laboratory(packing_of_spheres(), 1, paths);
+  double asymmetry = 0.0;
+  int steps = 0;
+
+  laboratory.finish(600, [&] {
+    const rve::Tensor3 &s = laboratory.result().stress;
+    if (++steps > 20) asymmetry = std::max(asymmetry, std::fabs(s(0, 0) - s(1, 1)));
+  });
+
+  const rve::ResultOf<3> &after = laboratory.result();
+  // a rounding of each step
+  EXPECT_NEAR(rve::determinant(after.deformation), 1.0, 1e-16 * after.counters.steps + 1e-15);
+  EXPECT_NEAR(std::log(after.deformation(2, 2)), -0.02, 0.5 * laboratory.step.dt * 20 + 1e-12);
+  EXPECT_LT(asymmetry, 0.01 * after.mean_stress());
+  EXPECT_LT(asymmetry, 0.02 * q_of(after.stress));
+}
+
+TEST(LoadPath, ConstantPIsHeldWhileTheSampleIsSheared)
+{
+  const auto paths =
+      paths_of("stage stress p 1e5 stress xx-yy 0 stress xx-zz 0 until time > 0.004 "
+               "stage rate zz -0.5 stress p 1e5 stress xx-yy 0 until strain zz < -0.02");
+  Laboratory<3> laboratory(packing_of_spheres(), 1, paths);
+  double off = 0.0;
+
+  laboratory.finish(900, [&] {
+    if (laboratory.path().stage == 1 && laboratory.path().time > 0.004)
+      off = std::max(off, std::fabs(laboratory.result().mean_stress() - 1e5));
+  });
+
+  EXPECT_LT(off, 0.01 * 1e5);
+  EXPECT_GT(q_of(laboratory.result().stress), 0.5e5);
+}
+
+TEST(LoadPath, ConstantQIsHeldWhileThePressureGrows)
+{
+  const auto paths =
+      paths_of("stage stress qz ramp 0 4e4 0.01 stress p 1e5 stress xx-yy 0 until time > 0.014 "
+               "stage rate volume -0.3 stress qz 4e4 stress xx-yy 0 until stress p > 2e5");
+  Laboratory<3> laboratory(packing_of_spheres(), 1, paths);
+  double off = 0.0;
+
+  laboratory.finish(1500, [&] {
+    if (laboratory.path().stage == 1 && laboratory.path().time > 0.002)
+      off = std::max(off, std::fabs(q_of(laboratory.result().stress) - 4e4));
+  });
+
+  EXPECT_LT(off, 0.02 * 4e4);
+  EXPECT_GE(laboratory.result().mean_stress(), 2e5);
+  EXPECT_LT(laboratory.result().mean_stress(), 2.1e5);
+}
+
+TEST(LoadPath, ConstantBIsHeldInTrueTriaxialCompression)
+{
+  const auto paths =
+      paths_of("stage rate zz -0.5 stress xx -1e5 stress b zz yy xx 0.5 until strain zz < -0.015");
+  Laboratory<3> laboratory(packing_of_spheres(), 1, paths);
+
+  laboratory.finish(900);
+
+  const rve::Tensor3 &s = laboratory.result().stress;
+  EXPECT_NEAR((s(1, 1) - s(0, 0)) / (s(2, 2) - s(0, 0)), 0.5, 0.02);
+  EXPECT_NEAR(s(0, 0), -1e5, 0.01 * 1e5);
+  EXPECT_LT(s(2, 2), -2e5);
+}
+
+// K0 of the array is C12/C11: no side moves, without a servo. The constants are those without overlap: 1e-3 of it is their error.
+TEST(LoadPath, K0OfALatticeIsThatOfItsElasticConstants)
+{
+  const Spheres start = lattice();
+  const CubicConstants constants = face_centred_constants(start.material, RADIUS);
+  const auto paths =
+      paths_of("stage rate zz -0.01 until strain zz < -2e-5 stage until time > 0.002");
+  Laboratory<3> laboratory(start, 1, paths);
+  const rve::Tensor3 before = laboratory.result().stress;
+
+  laboratory.finish(2000);
+
+  const rve::Tensor3 change = laboratory.result().stress - before;
+  EXPECT_NEAR(change(0, 0) / change(2, 2), constants.c12 / constants.c11, 5e-3);
+  EXPECT_NEAR(change(1, 1), change(0, 0), 1e-9 * std::fabs(change(0, 0)));
+}
+
+// Of a cubic crystal along its axis: drained, E = C11 - 2 C12^2/(C11 + C12); at constant volume the difference of stresses grows by 3/2 (C11 -
+// C12) with the axial strain, and at constant p too; isotropic, p grows by (C11 + 2 C12)/3 with the volume. The constants are those without
+// overlap: of a contact strain of 5e-4.
+TEST(LoadPath, ModuliOfALatticeAreThoseOfItsElasticConstants)
+{
+  const Spheres start = lattice();
+  const CubicConstants c = face_centred_constants(start.material, RADIUS);
+  const std::string p = std::to_string(face_centred_pressure(start.material, RADIUS, OVERLAP));
+  const auto paths = paths_of(
+      "path drained stage strain zz ramp 0 -1e-5 0.01 stress xx -" + p + " stress yy -" + p +
+      " path undrained stage strain zz ramp 0 -1e-5 0.01 rate volume 0 stress xx-yy 0"
+      " path p stage strain zz ramp 0 -1e-5 0.01 stress p " +
+      p +
+      " stress xx-yy 0"
+      " path isotropic stage strain volume ramp 0 -1e-5 0.01 stress xx-yy 0 stress xx-zz 0");
+  Laboratory<3> laboratory(start, 4, paths);
+  const rve::Tensor3 before = laboratory.result().stress;
+
+  while (laboratory.path().time < 0.02) laboratory.advance();
+
+  const auto change = [&](int k) {
+    return laboratory.result(k).stress - before;
+  };
+  const double strain = -1e-5, shear = 1.5 * (c.c11 - c.c12);
+  for (int k = 0; k < 3; ++k)
+    EXPECT_NEAR(std::log(laboratory.result(k).deformation(2, 2)), strain, 1e-12);
+  EXPECT_NEAR(change(0)(2, 2) / strain / (c.c11 - 2.0 * c.c12 * c.c12 / (c.c11 + c.c12)), 1.0,
+              5e-3);
+  EXPECT_NEAR(q_of(change(1)) / -strain / shear, 1.0, 5e-3);
+  EXPECT_NEAR(q_of(change(2)) / -strain / shear, 1.0, 5e-3);
+  EXPECT_NEAR(rve::trace(change(3)) / strain / (c.c11 + 2.0 * c.c12), 1.0, 5e-3);
+  EXPECT_NEAR(rve::determinant(laboratory.result(1).deformation), 1.0, 1e-13);
+}
+
+TEST(LoadPath, IsotropicCompressionReachesAllThreeStresses)
+{
+  const auto paths = paths_of("stage stress xx ramp -1e5 -2e5 0.01 stress yy ramp -1e5 -2e5 0.01 "
+                              "stress zz ramp -1e5 -2e5 0.01 until time > 0.014");
+  Laboratory<3> laboratory(packing_of_spheres(), 1, paths);
+
+  laboratory.finish(900);
+
+  for (int a = 0; a < 3; ++a) EXPECT_NEAR(laboratory.result().stress(a, a), -2e5, 0.005 * 2e5);
+}
+
+// Disks, in the plane: the servo of this engine runs on both.
+TEST(LoadPath, OfDisksHoldsPInThePlane)
+{
+  const auto paths = paths_of<2>("stage rate yy -0.05 stress p 1e5 until strain yy < -0.01");
+  Laboratory<2> laboratory(paper_packing(), 1, paths, rve::Format::Double, 50);
+  double off = 0.0;
+  int steps = 0;
+
+  laboratory.finish(2000, [&] {
+    if (++steps > 20) off = std::max(off, std::fabs(laboratory.result().mean_stress() - 1e5));
+  });
+
+  EXPECT_LT(off, 0.01 * 1e5);
+  EXPECT_GT(laboratory.result().deviatoric_stress(), 0.3 * 1e5);
+}
+
+// The stress goes round in the deviatoric plane, |s'| = 2e4; here (s_xx - s_yy)/2 and s_xy.
+TEST(LoadPath, CircleInTheDeviatoricPlaneKeepsItsRadius)
+{
+  const auto paths = paths_of<2>("stage stress xx ramp -1e5 -0.8e5 0.05 stress yy ramp -1e5 -1.2e5 "
+                                 "0.05 stress xy 0 until time > 0.1 "
+                                 "stage circle 1e5 2e4 1.6 until time > 1.6");
+  Laboratory<2> laboratory(paper_packing(), 1, paths, rve::Format::Double, 10);
+  double least = 1.0, most = 0.0, off = 0.0, turned = 0.0;
+  double last = 0.0;
+
+  laboratory.finish(4000, [&] {
+    if (laboratory.path().stage == 0) return;
+    const rve::Tensor2 &s = laboratory.result().stress;
+    const double x = 0.5 * (s(0, 0) - s(1, 1)), y = 0.5 * (s(0, 1) + s(1, 0));
+    least = std::min(least, std::hypot(x, y) / 2e4);
+    most = std::max(most, std::hypot(x, y) / 2e4);
+    off = std::max(off, std::fabs(laboratory.result().mean_stress() / 1e5 - 1.0));
+    turned += std::remainder(std::atan2(y, x) - last, 2.0 * rve::kPi);
+    last = std::atan2(y, x);
+  });
+
+  EXPECT_NEAR(least, 1.0, 0.02);
+  EXPECT_NEAR(most, 1.0, 0.02);
+  EXPECT_LT(off, 0.01);
+  const double of_a_step = 2.0 * rve::kPi / 1.6 * laboratory.step.dt * 10;
+  EXPECT_NEAR(turned, 2.0 * rve::kPi, of_a_step + 0.02);
+}
+
+TEST(LoadPath, CircleOfSpheresHasTheWantedDeviator)
+{
+  const auto paths = paths_of("stage circle 1e5 3e4 2");
+  const PathStep step{1e-3, 10, 1.0, 1.0};
+  PathState<3> state;
+  paths.begin(state, 0, rve::Tensor3::identity());
+  for (int k = 0; k < 7; ++k) {
+    state.time = 0.3 * k;
+    const rve::Tensor3 goal =
+        paths.drive(state, step, nullptr, rve::Tensor3::identity()).stress_goal;
+    EXPECT_NEAR(rve::trace(goal), -3e5, 1e-9 * 3e5);
+    double square = 0.0;
+    for (int a = 0; a < 3; ++a) square += (goal(a, a) + 1e5) * (goal(a, a) + 1e5);
+    EXPECT_NEAR(std::sqrt(square), 3e4, 1e-9 * 3e4);
+  }
+}
+
+// ---- events ----
+
+TEST(LoadPath, IsReversedAtLimitsOfStrain)
+{
+  const auto paths = paths_of(
+      "stage rate xy 0.5 reverse strain xy -1e-3 1e-3 until cycles > 2 stage until time > 1e9");
+  Laboratory<3> laboratory(packing_of_spheres(), 1, paths);
+  const double of_a_step = 0.5 * laboratory.step.dt * laboratory.step.substeps;
+  double low = 0.0, high = 0.0;
+  std::vector<double> turns;
+  int direction = 1;
+
+  for (int n = 0; laboratory.path().stage == 0; ++n) {
+    ASSERT_LT(n, 2000);
+    laboratory.advance();
+    const double strain = laboratory.result().deformation(0, 1);
+    low = std::min(low, strain);
+    high = std::max(high, strain);
+    if (laboratory.path().direction != direction && laboratory.path().stage == 0)
+      turns.push_back(strain);
+    direction = laboratory.path().direction;
+    ASSERT_LT(turns.size(), 5u);
+  }
+
+  EXPECT_EQ(turns.size(), 3u);    // the fourth one ends the stage
+  EXPECT_GE(high, 1e-3);
+  EXPECT_LT(high, 1e-3 + of_a_step);
+  EXPECT_LE(low, -1e-3);
+  EXPECT_GT(low, -1e-3 - of_a_step);
+}
+
+TEST(LoadPath, IsReversedAtLimitsOfStress)
+{
+  const auto paths = paths_of<2>("stage rate xy 0.05 stress xx -1e5 stress yy -1e5 reverse stress "
+                                 "xy -1.5e4 1.5e4 until cycles > 3");
+  Laboratory<2> laboratory(paper_packing(), 1, paths, rve::Format::Double, 20);
+  double low = 0.0, high = 0.0;
+
+  laboratory.finish(4000, [&] {
+    const double s = laboratory.result().stress(0, 1);
+    low = std::min(low, s);
+    high = std::max(high, s);
+  });
+
+  EXPECT_EQ(laboratory.path().reversals, 6);
+  EXPECT_NEAR(high, 1.5e4, 0.1e4);    // an overshoot of one macro step
+  EXPECT_NEAR(low, -1.5e4, 0.1e4);
+}
+
+TEST(LoadPath, EventsEndAndRepeatStages)
+{
+  const auto paths = paths_of<2>(
+      "stage rate xy 1 until time > 0.003 "
+      "stage rate xy -1 until time > 0.001 repeat 2 1 "
+      "stage until time > 0.001 repeat 1 3 "
+      "stage rate yy -1 until ratio > 0.3 until stress p > 1e9 until void_ratio < 1e-3");
+  PathState<2> state;
+  paths.begin(state, 0, rve::Tensor2::identity());
+  const PathStep step{1e-3, 1, 1.0, 1.0};
+  rve::ResultOf<2> result;
+  result.stress = -1e5 * rve::Tensor2::identity();
+  result.void_ratio = 0.2;
+  std::string stages;
+  for (int k = 0; k < 15; ++k) {
+    stages += std::to_string(state.stage);
+    paths.follow(state, step, result);
+  }
+  EXPECT_EQ(stages, "000100010001223");
+  EXPECT_FALSE(state.ended);
+  result.stress(1, 1) = -1.8e5;    // q/p = 0.4/1.4
+  paths.follow(state, step, result);
+  EXPECT_FALSE(state.ended);
+  result.stress(1, 1) = -1.9e5;    // 0.45/1.45
+  paths.follow(state, step, result);
+  EXPECT_TRUE(state.ended);
+  EXPECT_EQ(state.stage, 3);
+}
+
+// Strains are those since their stage began.
+TEST(LoadPath, StrainsOfStagesAddUp)
+{
+  const auto paths = paths_of<3>("stage strain xx ramp 0 1e-3 0.001 until strain xx > 0.9999e-3 "
+                                 "stage strain xx ramp 0 2e-3 0.001 until strain xx > 1.9999e-3");
+  Laboratory<3> laboratory(lattice(), 1, paths);
+
+  laboratory.finish(200);
+
+  EXPECT_NEAR(std::log(laboratory.result().deformation(0, 0)), 3e-3, 1e-14);
+}
+
+TEST(LoadPath, FollowsTablesOfStrain)
+{
+  const auto paths =
+      paths_of<3>("stage strain xx table t.csv xx strain xy table t.csv 3 until time > 0.01",
+                  [](const std::string &) {
+                    return std::string("time xx xy\n0 0 0\n0.004 1e-3 0\n0.01 -2e-3 5e-3\n");
+                  });
+  Laboratory<3> laboratory(lattice(), 1, paths, rve::Format::Double, 20);
+  const macro::PathTable table("0 0 0\n0.004 1e-3 0\n0.01 -2e-3 5e-3\n", "t.csv");
+
+  laboratory.finish(2000, [&] {
+    const rve::Tensor3 &f = laboratory.result().deformation;
+    const double time = laboratory.path().time;
+    ASSERT_NEAR(std::log(f(0, 0)), table.at(1, time), 1e-13);
+    // what the stretch of the step makes of the shear that is there
+    ASSERT_NEAR(f(0, 1) / f(1, 1), table.at(2, time), 1e-3 * table.at(2, time));
+  });
+}
+
+// ---- what a path must not depend on ----
+
+namespace {
+constexpr const char *MANY =
+    "path drained stage rate zz -0.5 stress xx v_side stress yy v_side "
+    "path undrained stage rate zz -0.5 rate volume 0 stress xx-yy 0 "
+    "path p stage rate zz 0.5 stress p 1e5 stress xx-yy 0 until strain zz > 3e-4 "
+    "stage rate xy 0.5 stress xx v_side stress yy v_side stress zz v_side "
+    "path k0 stage rate zz -0.5";
+}
+
+TEST(LoadPath, OfABatchIsThatOfEachAlone)
+{
+  const auto paths = paths_of<3>(MANY);
+  const Spheres start = disordered_spheres(spheres_material(), 6, 1);
+  Laboratory<3> batch(start, 4, paths, rve::Format::Mixed);
+
+  for (int n = 0; n < 30; ++n) batch.advance({-5e4});
+
+  for (int k = 0; k < 4; ++k) {
+    SCOPED_TRACE(paths.name(k));
+    Laboratory<3> alone(start, 1, paths, rve::Format::Mixed);
+    alone.begin(0, k);
+    for (int n = 0; n < 30; ++n) alone.advance({-5e4});
+    EXPECT_EQ(components(alone.result().stress), components(batch.result(k).stress));
+    EXPECT_EQ(components(alone.result().deformation), components(batch.result(k).deformation));
+    EXPECT_EQ(alone.path().time, batch.path(k).time);
+  }
+}
+
+TEST(LoadPath, GoesOnAfterARecordToTheSameBits)
+{
+  const auto paths = paths_of<3>(MANY);
+  const Spheres start = disordered_spheres(spheres_material(), 6, 1);
+  for (const int path : {0, 2}) {
+    SCOPED_TRACE(paths.name(path));
+    Laboratory<3> whole(start, 1, paths), before(start, 1, paths), after(start, 1, paths);
+    whole.begin(0, path);
+    before.begin(0, path);
+    for (int n = 0; n < 40; ++n) whole.advance({-5e4});
+    for (int n = 0; n < 25; ++n) before.advance({-5e4});
+    const std::vector<double> record = before.points.record(before.slots[0]);
+    after.points.remove(after.slots[0]);
+    after.slots[0] = after.points.add_record(record.data(), record.size());
+    for (int n = 25; n < 40; ++n) after.advance({-5e4});
+
+    EXPECT_EQ(components(after.result().stress), components(whole.result().stress));
+    EXPECT_EQ(components(after.result().servo_velocity_gradient),
+              components(whole.result().servo_velocity_gradient));
+    EXPECT_EQ(after.path().stage, whole.path().stage);
+    EXPECT_EQ(after.path().time, whole.path().time);
+    EXPECT_EQ(after.points.servo_error(after.slots[0]), whole.points.servo_error(whole.slots[0]));
+  }
+}
+
+// A test along x of a sample is the test along y of the sample turned by a right angle.
+TEST(LoadPath, TurnsWithTheSample)
+{
+  const auto along_x = paths_of<3>("stage rate xx -0.5 stress p 5e4 stress yy-zz 0"),
+             along_y = paths_of<3>("stage rate yy -0.5 stress p 5e4 stress xx-zz 0");
+  const Spheres start = disordered_spheres(spheres_material(), 6, 1);
+  Spheres turned = start;
+  const std::vector<double> x = start.positions();
+  std::vector<double> y(x.size());
+  const double edge = start.cell(0, 0);
+  for (std::size_t i = 0; i < x.size(); i += 3) {
+    y[i] = edge - x[i + 1];
+    y[i + 1] = x[i];
+    y[i + 2] = x[i + 2];
+    std::swap(turned.velocity[i], turned.velocity[i + 1]);
+    turned.velocity[i] = -turned.velocity[i];
+    std::swap(turned.spin[i], turned.spin[i + 1]);
+    turned.spin[i] = -turned.spin[i];
+  }
+  turned.set_positions(y);
+  Laboratory<3> one(start, 1, along_x), other(turned, 1, along_y);
+
+  for (int n = 0; n < 4; ++n) {
+    one.advance();
+    other.advance();
+  }
+
+  const rve::Tensor3 &s = one.result().stress, &t = other.result().stress;
+  const double size = one.result().mean_stress();
+  // places differ by rounding, and disorder lets that grow
+  EXPECT_NEAR(s(0, 0), t(1, 1), 1e-6 * size);
+  EXPECT_NEAR(s(1, 1), t(0, 0), 1e-6 * size);
+  EXPECT_NEAR(s(2, 2), t(2, 2), 1e-6 * size);
+  EXPECT_NEAR(s(0, 1), -t(1, 0), 1e-6 * size);
+}
+
+// The work of the servo is on record: its error after a step, and its rate.
+TEST(LoadPath, TellsTheErrorOfItsStresses)
+{
+  const auto paths = paths_of<3>("stage rate zz -0.5 stress p 7e4 stress xx-yy 0");
+  Laboratory<3> laboratory(disordered_spheres(spheres_material(), 6, 1), 1, paths);
+
+  laboratory.advance();
+
+  const rve::Tensor3 &s = laboratory.result().stress;
+  const double error = std::max(std::fabs(7e4 + rve::trace(s) / 3.0), std::fabs(s(0, 0) - s(1, 1)));
+  EXPECT_NEAR(laboratory.points.servo_error(laboratory.slots[0]), error, 1e-9 * error);
+  EXPECT_EQ(laboratory.result().servo_velocity_gradient(2, 2), -0.5);
+}
+
+TEST(LoadPath, AsksForAPathAndAStageThatAre)
+{
+  const auto paths = paths_of<3>("stage rate zz v_rate");
+  PathState<3> state;
+  EXPECT_THROW(paths.begin(state, 1, rve::Tensor3::identity()), InputError);
+  paths.begin(state, 0, rve::Tensor3::identity());
+  const double nan = std::nan("");
+  EXPECT_THROW(paths.drive(state, {1e-5, 1, 1.0, 1.0}, &nan, rve::Tensor3::identity()), InputError);
+  state.stage = 1;
+  EXPECT_THROW(paths.check(state), InputError);
+}
