@@ -79,3 +79,7 @@ if(GPU_RVE_SPHINX)
 endif()
 install(DIRECTORY "${PROJECT_BINARY_DIR}/manual/" DESTINATION "${GPU_RVE_INSTALL_DOCDIR}/html" COMPONENT manual OPTIONAL
   PATTERN ".buildinfo" EXCLUDE)
+
+# The Python package gpu_rve, by pip (pyproject.toml): the library lies beside its modules, with the header that they read.
+install(FILES "$<TARGET_FILE:librve>" DESTINATION gpu_rve RENAME librve.so COMPONENT python_package EXCLUDE_FROM_ALL)
+install(FILES "${PROJECT_SOURCE_DIR}/src/GPU_RVE/capi/librve.h" DESTINATION gpu_rve COMPONENT python_package EXCLUDE_FROM_ALL)

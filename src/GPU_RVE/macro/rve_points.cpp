@@ -122,7 +122,8 @@ template <int D> rve::Tensor<double, D> RvePointsOf<D>::Point::rate_of_deformati
         (polar.rotation * polar.strain * rve::transpose(polar.rotation));
   }
   // modes steer sums of components: there L is known as a whole
-  Matrix rate = drive.num_modes > 0 ? last_steps().servo_velocity_gradient : drive.velocity_gradient;
+  Matrix rate = drive.num_modes > 0 ? last_steps().servo_velocity_gradient
+                                    : drive.velocity_gradient;
   for (int a = 0; a < D; ++a)
     for (int b = 0; b < D; ++b)
       if (drive.controlled[a][b]) rate(a, b) = last_steps().servo_velocity_gradient(a, b);
