@@ -3,6 +3,7 @@
 #   lmp           lmp_gpu_rve, the examples with their packings, scripts that draw results, licence and citation
 #   plugin        gpurveplugin.so
 #   python        liblammps.so, LAMMPS' Python module
+#   librve        librve.so with its header and the pkg-config file librve.pc
 #   development   headers, static libraries, the CMake package gpu_rve
 #   manual        the manual, if the target `manual` was built
 include(CMakePackageConfigHelpers)
@@ -21,6 +22,13 @@ if(GPU_RVE_LAMMPS)
       COMPONENT python)
   endif()
 endif()
+
+# ---- the C interface, where compilers look -----------------------------------------------------------------------------------------
+install(TARGETS librve EXPORT gpu_rve_librve LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT librve)
+install(FILES "${PROJECT_SOURCE_DIR}/src/GPU_RVE/capi/librve.h" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" COMPONENT librve)
+configure_file("${CMAKE_CURRENT_LIST_DIR}/librve.pc.in" "${PROJECT_BINARY_DIR}/cmake/librve.pc" @ONLY)
+install(FILES "${PROJECT_BINARY_DIR}/cmake/librve.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig" COMPONENT librve)
+install(EXPORT gpu_rve_librve NAMESPACE gpu_rve:: DESTINATION "${GPU_RVE_INSTALL_CMAKEDIR}" COMPONENT librve)
 
 # ---- headers, static libraries, the CMake package ---------------------------------------------------------------------------------
 set(sources "${PROJECT_SOURCE_DIR}/src/GPU_RVE")
@@ -71,3 +79,7 @@ if(GPU_RVE_SPHINX)
 endif()
 install(DIRECTORY "${PROJECT_BINARY_DIR}/manual/" DESTINATION "${GPU_RVE_INSTALL_DOCDIR}/html" COMPONENT manual OPTIONAL
   PATTERN ".buildinfo" EXCLUDE)
+
+# The Python package gpu_rve, by pip (pyproject.toml): the library lies beside its modules, with the header that they read.
+install(FILES "$<TARGET_FILE:librve>" DESTINATION gpu_rve RENAME librve.so COMPONENT python_package EXCLUDE_FROM_ALL)
+install(FILES "${PROJECT_SOURCE_DIR}/src/GPU_RVE/capi/librve.h" DESTINATION gpu_rve COMPONENT python_package EXCLUDE_FROM_ALL)

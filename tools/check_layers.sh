@@ -33,6 +33,7 @@ room rve/algorithm "rve/algorithm rve/physics rve/core"
 room rve/engine "rve/engine cuda rve/algorithm rve/block rve/physics rve/core"
 room mpm "mpm cuda rve/core"
 room macro "macro mpm rve/engine rve/core"
+room capi "capi macro rve/engine rve/core"
 room field "field rve/core"
 
 complain "styles see the interfaces of engine, mpm, macro and field, not the rooms below" <<END
@@ -48,7 +49,7 @@ END
 
 # what is written for AVX2 compiles for processors that have it
 case $(uname -m) in x86_64 | amd64) isa=-march=x86-64-v3 ;; *) isa= ;; esac
-for header in $(find cuda rve mpm macro field -name '*.h' | sort); do
+for header in $(find cuda rve mpm macro capi field -name '*.h' | sort); do
   complain "$header does not compile alone" <<END
 $(echo "#include \"$header\"" | g++ -std=c++17 $isa -fopenmp -Wall -Wextra -Werror -fsyntax-only -I . -x c++ - 2>&1)
 END

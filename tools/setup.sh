@@ -21,7 +21,7 @@ minutes() {    # minutes <seconds of one core>
 say "1 of $stages: Debian packages"
 . tools/packages.sh
 install_packages g++ cmake ninja-build xz-utils debian-archive-keyring libopenmpi-dev openmpi-bin libpng-dev libfftw3-dev libgtest-dev nlohmann-json3-dev \
-  python3 python3-numpy python3-matplotlib
+  python3 python3-numpy python3-matplotlib python3-cffi
 
 # CUDA is often installed beside the PATH
 if [ -z "${CUDACXX:-}" ] && ! command -v nvcc >/dev/null && [ -x /usr/local/cuda/bin/nvcc ]; then

@@ -55,10 +55,19 @@ if [ -n "$python" ]; then
   (cd examples/python && PYTHONPATH="$prefix/$lib/gpu_rve/python" "$python" cyclic_shear.py && [ -s cyclic_shear.txt ]) || fail "the example in Python"
 fi
 
+echo "== a host in C, by pkg-config"
+libdir=$(dirname "$(find "$prefix" -name librve.pc)")/..
+if command -v pkg-config > /dev/null; then
+  flags=$(PKG_CONFIG_PATH="$libdir/pkgconfig" pkg-config --cflags --libs librve) || fail "pkg-config does not know librve"
+  sh -c "cc \"$consumer/c_host.c\" -o c_host $(echo "$flags" | sed 's/a prefix/a\\ prefix/g')" || fail "cc with the flags of pkg-config: $flags"
+  LD_LIBRARY_PATH="$libdir" ./c_host "$prefix/share/gpu_rve/packings/A_h0075.rve"
+fi
+
 echo "== a project that finds the package"
 "$cmake" -S "$consumer" -B consumer "-DCMAKE_PREFIX_PATH=$prefix" "-DCMAKE_CXX_COMPILER=$compiler" > consumer.log 2>&1 &&
   "$cmake" --build consumer >> consumer.log 2>&1 || { cat consumer.log; fail "the project does not build"; }
 consumer/consumer "$prefix/share/gpu_rve/packings/A_h0075.rve"
+consumer/c_host "$prefix/share/gpu_rve/packings/A_h0075.rve"
 consumer/through_lammps
 echo "install: in order"
 rm -rf "$work"

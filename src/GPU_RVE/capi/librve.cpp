@@ -1,7 +1,6 @@
-#include "librve.h"
+#include "capi/librve.h"
 
-#include "words.h"
-
+#include "capi/words.h"
 #include "macro/quantities.h"
 #include "rve/core/checksum.h"
 #include "rve/core/error.h"
@@ -166,6 +165,7 @@ template <int D> class Batch {
       return "packing " + std::to_string(k);
     });
     engine = rve::make_engine<D>(options);
+    format = options.format;
     for (const rve::RveStateOf<D> &state : copies) members.push_back({engine->add(state)});
     description = engine->description();
     evaluate();
@@ -242,6 +242,29 @@ template <int D> class Batch {
     for (const rve::ElasticResultOf<D> &answer : answers)
       for (const auto &row : answer.stiffness.component)
         stiffness = std::copy(std::begin(row), std::end(row), stiffness);
+  }
+
+  void tangents(const std::vector<std::size_t> &which, const std::string &words,
+                const double *strain_rates, double *tangents, int *measured)
+  {
+    constexpr int S = rve::Space<D>::strains;
+    const macro::TangentOptions options = capi::read_tangent_options(words, format);
+    require(strain_rates || options.kind == macro::TangentKind::Elastic,
+            "strain_rates is a null pointer; kind loading needs the directions of straining");
+    macro::TangentProbesOf<D> probes(engine->empty_with(engine->contacts()), options);
+    const auto answers = probes.probe(
+        static_cast<int>(which.size()),
+        [&](int k) {
+          return engine->state(members[which[k]].number);
+        },
+        [&](int k) {
+          return strain_rates ? matrix_at<D>(strain_rates, k) : rve::Tensor<double, D>::zero();
+        });
+    for (std::size_t k = 0; k < answers.size(); ++k) {
+      for (int row = 0; row < S; ++row)
+        std::copy_n(answers[k].tangent.component[row], S, tangents + (k * S + row) * S);
+      if (measured) measured[k] = answers[k].is_measured ? 1 : 0;
+    }
   }
 
   rve::RveStateOf<D> state(std::size_t which) const { return engine->state(members[which].number); }
@@ -330,6 +353,7 @@ template <int D> class Batch {
 
   std::unique_ptr<rve::EngineOf<D>> engine;
   std::vector<Member> members;
+  rve::Format format;
   std::string description;
 
   static rve::DriveOf<D> resting()
@@ -752,6 +776,19 @@ int rve_affine_stiffness(rve_batch *batch, const size_t *which, size_t count, do
     const auto members = chosen(which, count, batch->size());
     batch->visit([&](auto &one) {
       one.affine_stiffness(members, stiffness);
+    });
+  });
+}
+
+int rve_tangents(rve_batch *batch, const size_t *which, size_t count, const char *options,
+                 const double *strain_rates, double *tangents, int *measured)
+{
+  return guarded([&] {
+    require_pointer(batch, "batch");
+    require_pointer(tangents, "tangents");
+    const auto members = chosen(which, count, batch->size());
+    batch->visit([&](auto &one) {
+      one.tangents(members, text_or_empty(options), strain_rates, tangents, measured);
     });
   });
 }

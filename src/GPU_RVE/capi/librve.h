@@ -144,6 +144,17 @@ RVE_API const char *rve_quantity_name(int dimension, size_t k);
 RVE_API int rve_affine_stiffness(rve_batch *batch, const size_t *which, size_t count,
                                  double *stiffness);
 
+/* Tangents of the RVEs as they are, by probing (manual: compute rve/tangent): copies take small strains and come to rest, thousands of DEM steps of each.
+ * Options: words and values, kind elastic|loading, probe x, lead x, spread x, strain_steps N, lead_steps N, look_steps N, most_steps N,
+ * tolerance x, damping x; NULL or "": kind elastic and what suits the number format.
+ *   strain_rates  (count, D, D) present direction of straining, for kind loading; NULL with kind elastic
+ *   tangents      (count, S, S), S = 3: xx, yy, xy, or S = 6: xx, yy, zz, xy, xz, yz, of stress by engineering strain [stress]; zeros where the status of a
+ *                 copy was fatal or there is no direction of straining
+ *   measured      (count) 1 where there is a tangent, else 0, or NULL
+ * The RVEs are not changed. */
+RVE_API int rve_tangents(rve_batch *batch, const size_t *which, size_t count, const char *options,
+                         const double *strain_rates, double *tangents, int *measured);
+
 /* An RVE as it is: with its last trial, if there is one. */
 RVE_API int rve_batch_packing(rve_batch *batch, size_t which, rve_packing **packing);
 /* Replaces an RVE by a packing of the same grains' law; what was is gone. */

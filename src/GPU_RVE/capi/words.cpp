@@ -1,4 +1,4 @@
-#include "words.h"
+#include "capi/words.h"
 
 #include "rve/core/error.h"
 #include "rve/core/suggestion.h"
@@ -196,6 +196,64 @@ rve::Options read_options(const std::string &text)
     add_words(OPTIONS, known);
     refuse_unknown(entry.word, known);
   }
+  return options;
+}
+
+macro::TangentOptions read_tangent_options(const std::string &text, rve::Format format)
+{
+  using Options = macro::TangentOptions;
+  const std::vector<Entry> all = entries(text);
+  auto kind = macro::TangentKind::Elastic;
+  for (const Entry &entry : all)
+    if (entry.word == "kind")
+      kind = entry.choice<macro::TangentKind>(
+          {{"elastic", macro::TangentKind::Elastic}, {"loading", macro::TangentKind::Loading}});
+  const Table<Options> table = {{"kind",
+                                 [](const Entry &, Options &) {
+                                 }},
+                                {"probe",
+                                 [](const Entry &e, Options &o) {
+                                   o.probe = e.number();
+                                 }},
+                                {"lead",
+                                 [](const Entry &e, Options &o) {
+                                   o.lead = e.number();
+                                 }},
+                                {"spread",
+                                 [](const Entry &e, Options &o) {
+                                   o.spread = e.number();
+                                 }},
+                                {"strain_steps",
+                                 [](const Entry &e, Options &o) {
+                                   o.strain_steps = e.integer();
+                                 }},
+                                {"lead_steps",
+                                 [](const Entry &e, Options &o) {
+                                   o.lead_steps = e.integer();
+                                 }},
+                                {"look_steps",
+                                 [](const Entry &e, Options &o) {
+                                   o.look_steps = e.integer();
+                                 }},
+                                {"most_steps",
+                                 [](const Entry &e, Options &o) {
+                                   o.most_steps = e.integer();
+                                 }},
+                                {"tolerance",
+                                 [](const Entry &e, Options &o) {
+                                   o.tolerance = e.number();
+                                 }},
+                                {"damping", [](const Entry &e, Options &o) {
+                                   o.damping = e.number();
+                                 }}};
+  Options options = Options::of(format, kind);
+  for (const Entry &entry : all) {
+    if (take(table, entry, options)) continue;
+    rve::Words known;
+    add_words(table, known);
+    refuse_unknown(entry.word, known);
+  }
+  options.check("tangent");
   return options;
 }
 

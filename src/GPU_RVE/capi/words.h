@@ -3,6 +3,7 @@
 #ifndef CAPI_WORDS_H
 #define CAPI_WORDS_H
 
+#include "macro/tangent_probes.h"
 #include "rve/engine/options.h"
 #include "rve/engine/packing.h"
 
@@ -12,6 +13,9 @@ namespace capi {
 
 /// Throws InputError with the word that is wrong.
 rve::Options read_options(const std::string &text);
+
+/// Of tangents by probing, with defaults for a number format.
+macro::TangentOptions read_tangent_options(const std::string &text, rve::Format format);
 
 struct Order {
   int dimension = 2;

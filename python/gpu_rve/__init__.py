@@ -1,0 +1,15 @@
+"""RVEs of grains behind the points of any continuum code.
+
+An RVE is a periodic packing of disks or spheres, simulated by the discrete element method: deformed by an increment of the deformation gradient it
+answers with its Cauchy stress. A :class:`Batch` has many of them and advances them together, on CPU threads or on a GPU.
+
+Units are consistent, those of the packings. Stresses and strains are tension (extension) positive. What is wrong raises :class:`Error`, whose text
+names the value, its unit and the allowed range.
+"""
+
+from ._library import Error, api_version, release
+from .batch import Batch, status_text
+from .packing import Packing
+
+__all__ = ["Batch", "Error", "Packing", "api_version", "release", "status_text"]
+__version__ = release()

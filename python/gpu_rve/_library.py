@@ -1,0 +1,90 @@
+"""The shared library librve and its functions, by the header that lies beside it."""
+
+import os
+import pathlib
+import re
+
+import cffi
+
+HERE = pathlib.Path(__file__).resolve().parent
+
+
+class Error(Exception):
+    """Wrong input, a lack of memory, or a failure of the library; the text is the library's."""
+
+
+def _places():
+    """Where library and header may be: those that the environment names (GPU_RVE_LIBRARY), beside this file, or a tree that is being developed."""
+    if "GPU_RVE_LIBRARY" in os.environ:
+        library = pathlib.Path(os.environ["GPU_RVE_LIBRARY"])
+        yield library, library.parent / "librve.h"
+        yield library, HERE.parents[1] / "src" / "GPU_RVE" / "capi" / "librve.h"
+        return
+    yield HERE / "librve.so", HERE / "librve.h"
+
+
+def _declarations(header):
+    """What cffi can read of the header: without comments, directives of the preprocessor and what is for C++ only."""
+    text = re.sub(r"/\*.*?\*/", "", header, flags=re.S)
+    text = re.sub(r"#ifdef __cplusplus.*?#endif", "", text, flags=re.S)
+    text = re.sub(r"^\s*#.*$", "", text, flags=re.M)
+    return text.replace("RVE_API", "")
+
+
+def _load():
+    for library, header in _places():
+        if not (library.exists() and header.exists()):
+            continue
+        ffi = cffi.FFI()
+        ffi.cdef(_declarations(header.read_text(encoding="utf-8")))
+        lib = ffi.dlopen(str(library))
+        expected = dict(re.findall(r"#define RVE_API_(MAJOR|MINOR) (\d+)", header.read_text(encoding="utf-8")))
+        found = divmod(lib.rve_api_version(), 1000)
+        if found[0] != int(expected["MAJOR"]) or found[1] < int(expected["MINOR"]):
+            raise ImportError(f"{library} has interface {found[0]}.{found[1]}; {header} is of {expected['MAJOR']}.{expected['MINOR']}")
+        return ffi, lib
+    raise ImportError("librve was not found: " + ", ".join(str(library) for library, _ in _places()))
+
+
+ffi, lib = _load()
+
+
+def text(pointer):
+    return ffi.string(pointer).decode("utf-8")
+
+
+def check(code):
+    """Raises what the library says unless a call succeeded."""
+    if code == lib.RVE_SUCCESS:
+        return
+    message = text(lib.rve_error())
+    if code == lib.RVE_NO_MEMORY:
+        raise MemoryError(message)
+    raise Error(message)
+
+
+def words(values):
+    """Keywords and values as the library reads them: True and False are yes and no; what is None is left out."""
+    parts = []
+    for keyword, value in values.items():
+        if value is None:
+            continue
+        if isinstance(value, bool):
+            value = "yes" if value else "no"
+        parts.append(f"{keyword} {value if isinstance(value, str) else repr(value)}")
+    return " ".join(parts).encode("utf-8")
+
+
+def doubles(array):
+    """A NumPy array of float64 in C order as a pointer, without a copy."""
+    return ffi.from_buffer("double[]", array, require_writable=False)
+
+
+def api_version():
+    """(major, minor) of the library's interface."""
+    return divmod(lib.rve_api_version(), 1000)
+
+
+def release():
+    """Release of GPU_RVE, as "0.1.0"."""
+    return text(lib.rve_release())

@@ -1,0 +1,132 @@
+"""Packings of grains: the state of one RVE."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+
+from ._library import check, doubles, ffi, lib, words
+
+
+class Packing:
+    """A periodic packing of disks (dimension 2) or spheres (dimension 3).
+
+    Made by :meth:`read`, :meth:`create` or :meth:`Batch.packing`. Parameters of the material are got and set by their keywords:
+    ``packing["friction"] = 0.3``.
+    """
+
+    def __init__(self, pointer):
+        self._pointer = ffi.gc(pointer, lib.rve_packing_free)
+
+    @classmethod
+    def read(cls, file: str | os.PathLike) -> Packing:
+        """From a packing file."""
+        pointer = ffi.new("rve_packing **")
+        check(lib.rve_packing_read(os.fsencode(file), pointer))
+        return cls(pointer[0])
+
+    @classmethod
+    def create(cls, *, radius: tuple[float, float], **recipe) -> Packing:
+        """Prepares a packing: a loose cloud that is compressed to a pressure, on one CPU thread, in seconds to minutes.
+
+        :param radius: smallest and largest radius; uniform between them [length]
+        :param recipe: ``shape`` ("disk" or "sphere"), ``grains``, ``seed``, ``pressure`` [stress], ``k0``, ``void_ratio``, ``friction_prep``,
+            ``damping_prep``, ``tolerance``, ``contact`` ("hooke", "hertz", "dmt"), ``format``, and the parameters of the material: ``kn``, ``kt``
+            [force/length], ``friction``, ``density`` [mass/length^3], ``damping``, ...; as of the LAMMPS command create_rve
+        """
+        pointer = ffi.new("rve_packing **")
+        recipe = {**recipe, "radius_min": radius[0], "radius_max": radius[1]}
+        check(lib.rve_packing_create(words(recipe), pointer))
+        return cls(pointer[0])
+
+    def copy(self) -> Packing:
+        pointer = ffi.new("rve_packing **")
+        check(lib.rve_packing_copy(self._pointer, pointer))
+        return Packing(pointer[0])
+
+    def write(self, file: str | os.PathLike) -> None:
+        """A packing file, whole or not at all."""
+        check(lib.rve_packing_write(self._pointer, os.fsencode(file)))
+
+    def __getitem__(self, keyword: str) -> float:
+        value = ffi.new("double *")
+        check(lib.rve_packing_parameter(self._pointer, keyword.encode(), value))
+        return value[0]
+
+    def __setitem__(self, keyword: str, value: float) -> None:
+        check(lib.rve_packing_set_parameter(self._pointer, keyword.encode(), float(value)))
+
+    def __repr__(self) -> str:
+        grains = "disks" if self.dimension == 2 else "spheres"
+        return f"<Packing of {self.grains} {grains}, void ratio {self.void_ratio:.4f}>"
+
+    @property
+    def dimension(self) -> int:
+        """2: disks, 3: spheres."""
+        return lib.rve_packing_dimension(self._pointer)
+
+    @property
+    def grains(self) -> int:
+        """N"""
+        return lib.rve_packing_grains(self._pointer)
+
+    @property
+    def void_ratio(self) -> float:
+        """Volume of the cell over that of the grains minus one [-]."""
+        return lib.rve_packing_void_ratio(self._pointer)
+
+    def _array(self, name, *shape):
+        array = np.empty(shape)
+        check(lib.rve_packing_array(self._pointer, name, doubles(array), array.size))
+        return array
+
+    @property
+    def cell(self) -> np.ndarray:
+        """H (D, D), its columns are the cell vectors [length]."""
+        return self._array(b"cell", self.dimension, self.dimension)
+
+    @property
+    def deformation(self) -> np.ndarray:
+        """F (D, D) since the packing was made [-]."""
+        return self._array(b"deformation", self.dimension, self.dimension)
+
+    @property
+    def radii(self) -> np.ndarray:
+        """(N) [length]"""
+        return self._array(b"radius", self.grains)
+
+    @property
+    def positions(self) -> np.ndarray:
+        """(N, D) in the cell at the origin [length]."""
+        return self._array(b"position", self.grains, self.dimension)
+
+    @property
+    def velocities(self) -> np.ndarray:
+        """(N, D) peculiar: without the mean field L x [length/time]."""
+        return self._array(b"velocity", self.grains, self.dimension)
+
+    @property
+    def spins(self) -> np.ndarray:
+        """(N), of spheres (N, 3) [1/time]."""
+        return self._array(b"spin", self.grains, *((3,) if self.dimension == 3 else ()))
+
+    def contacts(self) -> dict[str, np.ndarray]:
+        """Contacts between grains with the forces of their springs, C of them.
+
+        :return: ``grains`` (C, 2) ids from 0 on, the smaller one first; ``branch`` (C, D) from the first grain to the second [length]; ``overlap`` (C)
+            [length]; ``normal_force`` (C), repulsion positive [force]; ``force`` (C, D) on the first grain [force]; ``sliding`` (C) bool
+        """
+        d = self.dimension
+        rows = ffi.new("size_t *")
+        check(lib.rve_packing_contacts(self._pointer, rows))
+        table = np.empty((rows[0], lib.rve_contact_columns(d)))
+        check(lib.rve_packing_contact_table(self._pointer, doubles(table), table.size))
+        return {
+            "grains": table[:, :2].astype(int),
+            "branch": table[:, 2:2 + d].copy(),
+            "overlap": table[:, 2 + d].copy(),
+            "normal_force": table[:, 3 + d].copy(),
+            "force": table[:, 4 + d:4 + 2 * d].copy(),
+            "sliding": table[:, 4 + 2 * d] > 0.5,
+        }

@@ -1,0 +1,118 @@
+"""The Python package gpu_rve on librve: NumPy in and out, trials, restarts, errors. GPU_RVE_LIBRARY names the library.
+
+    python3 test_gpu_rve.py <folder of the packings of the examples>
+"""
+
+import pathlib
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+
+import gpu_rve
+
+PACKINGS = pathlib.Path(sys.argv.pop(1))
+DISKS, SPHERES = (gpu_rve.Packing.read(PACKINGS / name) for name in ("A_h0075.rve", "S500.rve"))
+DT = {2: 2e-5, 3: 2e-6}
+OPTIONS = {"format": "double", "device": "cpu", "threads": 1}
+
+
+def increments(dimension, n, seed):
+    return np.eye(dimension) + 1e-4 * np.random.default_rng(seed).uniform(-1, 1, (n, dimension, dimension))
+
+
+class Packings(unittest.TestCase):
+    def test_arrays_have_their_shapes_and_the_void_ratio_of_the_cell(self):
+        for packing, d in ((DISKS, 2), (SPHERES, 3)):
+            self.assertEqual(packing.dimension, d)
+            self.assertEqual(packing.positions.shape, (packing.grains, d))
+            self.assertEqual(packing.velocities.shape, (packing.grains, d))
+            self.assertEqual(packing.spins.shape, (packing.grains,) if d == 2 else (packing.grains, 3))
+            solid = np.sum(np.pi * packing.radii**2 if d == 2 else 4 / 3 * np.pi * packing.radii**3)
+            self.assertAlmostEqual(np.linalg.det(packing.cell) / solid - 1, packing.void_ratio, 12)
+
+    def test_contacts_give_the_stress_by_love(self):
+        contacts = SPHERES.contacts()
+        stress = np.einsum("ca,cb->ab", contacts["force"], contacts["branch"]) / np.linalg.det(SPHERES.cell)
+        batch = gpu_rve.Batch([SPHERES], **OPTIONS)
+        found = batch.trial(np.eye(3), DT[3], 0)[0][0]
+        np.testing.assert_allclose(stress, found, atol=1e-9 * np.abs(found).max())
+
+    def test_a_file_returns_what_was_written(self):
+        with tempfile.TemporaryDirectory() as folder:
+            copy = DISKS.copy()
+            copy["friction"] = 0.25
+            copy.write(pathlib.Path(folder) / "copy.rve")
+            back = gpu_rve.Packing.read(pathlib.Path(folder) / "copy.rve")
+        self.assertEqual(back["friction"], 0.25)
+        self.assertNotEqual(DISKS["friction"], 0.25)
+        np.testing.assert_array_equal(back.positions, DISKS.positions)
+
+
+class Batches(unittest.TestCase):
+    def test_trials_leave_no_trace(self):
+        for packing in (DISKS, SPHERES):
+            d = packing.dimension
+            tried, plain = (gpu_rve.Batch([packing] * 2, **OPTIONS) for _ in range(2))
+            for k in range(2):
+                tried.trial(increments(d, 2, 9 + k), DT[d], 30)
+                stress, statuses = tried.trial(increments(d, 2, k), DT[d], 30)
+                tried.commit()
+                np.testing.assert_array_equal(stress, plain.advance(increments(d, 2, k), DT[d], 30)[0])
+                self.assertFalse(statuses.any())
+            self.assertEqual(tried.save(), plain.save())
+            np.testing.assert_allclose(tried["p"], -np.trace(stress, axis1=1, axis2=2) / d, rtol=1e-14)
+
+    def test_restoring_continues_to_the_bit(self):
+        batch, other = (gpu_rve.Batch([DISKS] * 3, **OPTIONS) for _ in range(2))
+        batch.advance(increments(2, 3, 1), DT[2], 50)
+        saved = batch.save()
+        went_on = batch.advance(increments(2, 3, 2), DT[2], 50)[0]
+        other.restore(saved)
+        np.testing.assert_array_equal(other.advance(increments(2, 3, 2), DT[2], 50)[0], went_on)
+
+    def test_some_of_them_and_all_of_them_are_the_same(self):
+        some, all_ = (gpu_rve.Batch([DISKS] * 3, **OPTIONS) for _ in range(2))
+        f = increments(2, 3, 3)
+        stress = all_.advance(f, DT[2], 20)[0]
+        np.testing.assert_array_equal(some.advance(f[[2, 0]], DT[2], 20, which=[2, 0])[0], stress[[2, 0]])
+        self.assertEqual(some.quantity("substeps", [1])[0], 0)
+
+    def test_an_elastic_tangent_is_below_the_affine_stiffness(self):
+        batch = gpu_rve.Batch([DISKS], **OPTIONS)
+        before = batch.save()
+        tangent = batch.tangents()[0]
+        self.assertEqual(batch.save(), before)
+        affine = batch.affine_stiffness()[0]
+        affine = np.stack([affine[0, 0], affine[1, 1], affine[0, 1]])
+        affine[:, 2] *= 0.5    # by engineering strain
+        self.assertTrue(np.all(np.linalg.eigvalsh(affine - tangent + (affine - tangent).T) > 0))
+        self.assertTrue(np.all(np.linalg.eigvalsh(tangent + tangent.T) > 0))
+
+    def test_a_failure_has_a_status(self):
+        batch = gpu_rve.Batch([DISKS] * 2, **OPTIONS)
+        f = np.stack([0.5 * np.eye(2), np.eye(2)])
+        _, statuses = batch.trial(f, DT[2], 1)
+        np.testing.assert_array_equal(batch.failed(statuses), [True, False])
+        self.assertNotEqual(gpu_rve.status_text(statuses[0]), "ok")
+
+    def test_errors_name_what_is_wrong(self):
+        batch = gpu_rve.Batch([DISKS], **OPTIONS)
+        for message, work in (
+                ("must be fast or mixed", lambda: gpu_rve.Batch([DISKS], format="quad")),
+                ("did you mean pairs", lambda: batch["pair"]),
+                ("nowhere.rve", lambda: gpu_rve.Packing.read("nowhere.rve")),
+                ("no parameter 'mu'", lambda: DISKS["mu"]),
+                ("the recipe lacks grains", lambda: gpu_rve.Packing.create(radius=(1, 2))),
+                ("must be below 1", lambda: batch.time_steps([1])),
+                ("of disks, and packing 1 of spheres", lambda: gpu_rve.Batch([DISKS, SPHERES])),
+                ("strain_rates is a null pointer", lambda: batch.tangents(kind="loading"))):
+            with self.subTest(message), self.assertRaisesRegex(gpu_rve.Error, message):
+                work()
+        with self.assertRaises(ValueError):    # NumPy's: shapes that do not fit
+            batch.trial(np.eye(3), DT[2], 1)
+
+
+if __name__ == "__main__":
+    unittest.main()
