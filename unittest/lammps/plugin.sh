@@ -24,6 +24,7 @@ compute grains all rve/atom p q
 fix phi all property/atom d_phi
 random_field all d_phi covariance exponential lengths 0.5 0.5 spacing 0.1 0.1
 compute contacts all rve/contact/local id1 id2 fn
+compute tangent all rve/tangent shear
 dump contacts all local 1 contacts.dump c_contacts[*]
 dump grains all rve/grain 1 grains.dump id x y radius
 run 1"

@@ -2,6 +2,7 @@
 
 #include "grains_script.h"
 #include "macro/tangent_probes.h"
+#include "oracle/lattice_tangents.h"
 #include "rve/engine/packing_io.h"
 
 #include <gtest/gtest.h>
@@ -99,6 +100,28 @@ TEST(RveTangent, HasTheSameBitsOnAnyNumberOfRanks)
   all << SCENE;
   alone << SCENE;
   EXPECT_EQ(all.of("c"), alone.of("c"));
+}
+
+TEST(RveTangent, OfSpheresHasAllComponents)
+{
+  const rve::Material material = rve_test::of_spheres(rve_test::linear_springs());
+  const std::string path = file_of_rank("cubic.rve");
+  rve::write_packing(path,
+                     rve_test::face_centred_cubic(material, 2, rve_test::LATTICE_RADIUS,
+                                                  rve_test::LATTICE_OVERLAP));
+  Look script(MPI_COMM_SELF);
+  script << FOUR_ATOMS + "fix grains all rve " + path +
+          " threads 1 dt auto drive velocity_gradient zz 0.0\n"
+          "compute c all rve/tangent czzzz cyyzz cyzyz cxxyz normal_z measured\nrun 0";
+  const std::vector<double> row = script.of("c").at(2);
+  const auto cubic = rve_test::of_face_centred_cubes(rve_test::springs_of(material));
+  const double tolerance = 1e-8 * norm(cubic);
+  EXPECT_NEAR(row[0], cubic(2, 2, 2, 2), tolerance);
+  EXPECT_NEAR(row[1], cubic(1, 1, 2, 2), tolerance);
+  EXPECT_NEAR(row[2], cubic(1, 2, 1, 2), tolerance);
+  EXPECT_NEAR(row[3], 0.0, tolerance);
+  EXPECT_LE(std::fabs(row[4]), 1.0);
+  EXPECT_EQ(row[5], 1.0);
 }
 
 TEST(RveTangent, ChangesNothingOfTheRun)

@@ -140,7 +140,7 @@ double along(const Tensor2 &stress, const Tensor2 &strain)
 TEST(TangentProbes, LatticesHaveTheirClosedForms)
 {
   // 1e-8: rounding of stresses over what a probe changes, 1e-16/(1e-4 overlap over distance) = 5e-10, with Hertz the square of the
-  // probe, 1e-8/24
+  // probe, 1e-8/40
   for (const rve::Material &material : {linear_springs(), hertz_mindlin()}) {
     SCOPED_TRACE(rve::word_of(material.law));
     const Springs springs = springs_of(material);
@@ -310,6 +310,13 @@ TEST(TangentProbes, LoadingTangentIsTheElasticOneWhereNothingSlides)
   // of rounding over a probe's spread, and of its square
   EXPECT_LT(relative_error(plastic.tangent, stiff.tangent), 1e-5);
   EXPECT_LT(plastic.nonlinearity, 1e-5);
+
+  rve::Material material = of_spheres(hertz_mindlin());
+  material.friction = 1e6;
+  const auto cubic =
+      probe<3>({face_centred_cubic(material, 2, RADIUS, OVERLAP)}, options, rve::Format::Double, 1,
+               Tensor3{{0.3, 0.1, 0.0, 0.1, 0.2, -0.3, 0.0, -0.3, -0.7}})[0];
+  EXPECT_LT(relative_error(cubic.tangent, of_face_centred_cubes(springs_of(material))), 1e-4);
 }
 
 TEST(TangentProbes, TurnWithTheRve)
