@@ -57,8 +57,9 @@ template <int D> struct ProbedTangentOf {
   /// Of the stress along that direction: C : strain_rate, or measured along it where contacts slide [stress]
   Matrix response = Matrix::zero();
   double unrest = 0.0;    ///< largest of the clones, as the tolerance [-]
-  double nonlinearity =
-      0.0;    ///< what differs with the sign of a strain, over what both signs have in common [-]
+  /// Elastic: what differs with the sign of a strain, over what both signs have in common. Loading: how far C : strain_rate is from
+  /// `response` [-].
+  double nonlinearity = 0.0;
   int changed_contacts = 0;    ///< most contacts that a probe gained or lost, net
   int steps = 0;               ///< DEM steps of a clone
 };
@@ -73,8 +74,8 @@ template <int D> class TangentProbesOf {
   TangentProbesOf(std::unique_ptr<rve::EngineOf<D>> _engine, const TangentOptions &_options);
 
   /// Tangents of `count` RVEs: state(k) and strain_rate(k) say what they are and how they are strained at present, with any spin; for
-  /// elastic tangents the rate may be zero. All clones are advanced together, as many
-  /// RVEs at a time as fit into the memory of the engine. The bits of a tangent are those of its RVE alone.
+  /// elastic tangents the rate may be zero. All clones are advanced together, of as many RVEs at a time as fit into the memory of the engine.
+  /// The bits of a tangent are those of its RVE alone.
   std::vector<ProbedTangentOf<D>> probe(int count, const std::function<State(int)> &state,
                                         const std::function<Matrix(int)> &strain_rate);
 
