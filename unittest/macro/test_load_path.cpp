@@ -13,7 +13,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <functional>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -395,6 +397,50 @@ TEST(LoadPath, CircleOfSpheresHasTheWantedDeviator)
     double square = 0.0;
     for (int a = 0; a < 3; ++a) square += (goal(a, a) + 1e5) * (goal(a, a) + 1e5);
     EXPECT_NEAR(std::sqrt(square), 3e4, 1e-9 * 3e4);
+  }
+}
+
+// 1000 spheres as YADE strains them, row n with the forces after n - 1 steps: the first half of a per cent of shear, where test_sphere_curves.cpp
+// says how far two codes are apart.
+TEST(LoadPath, UndrainedAndDrainedTestsAreThoseOfYade)
+{
+  rve::Material material = spheres_material();
+  material.normal_stiffness = material.tangential_stiffness = 1e6;
+  material.friction = 0.5;
+  material.density = 2650.0;
+  material.local_damping = 0.3;
+  const std::string data = RVE_TEST_DATA;
+  const Spheres start = read_spheres(data + "/spheres_S1.data", material);
+  const auto paths = paths_of("path undrained stage rate zz -0.25 rate volume 0 rate xx-yy 0 "
+                              "path triax stage rate zz -0.5 stress xx -1e5 stress yy -1e5");
+  for (int path = 0; path < 2; ++path) {
+    SCOPED_TRACE(paths.name(path));
+    Laboratory<3> laboratory(start, 1, paths, rve::Format::Mixed);
+    laboratory.begin(0, path);
+    laboratory.step = {4e-6, 0, 1.0 / start.mass(),
+                       100.0};    // gain and bound of YADE's controller
+    std::ifstream file(data + "/yade_S1_" + paths.name(path) + ".csv");
+    int done = 0, rows = 0;
+    for (std::string line; std::getline(file, line) && done < 2499;) {
+      std::replace(line.begin(), line.end(), ',', ' ');
+      std::istringstream words(line);
+      int step;
+      rve::ResultOf<3> expected;
+      if (!(words >> step)) continue;
+      for (double &component : expected.stress.component) words >> component;
+      expected.stress = -1.0 * expected.stress;
+      ASSERT_FALSE(words.fail()) << line;
+      laboratory.step.substeps = step - 1 - done;
+      laboratory.advance();
+      done = step - 1;
+      ++rows;
+
+      const rve::ResultOf<3> &result = laboratory.result();
+      EXPECT_NEAR(result.deviatoric_stress() / result.mean_stress(),
+                  expected.deviatoric_stress() / expected.mean_stress(), 1e-3);
+      EXPECT_NEAR(result.mean_stress() / expected.mean_stress(), 1.0, 8e-3);
+    }
+    EXPECT_GE(rows, 4);
   }
 }
 
