@@ -1018,7 +1018,7 @@ TEST(FixMpmErrors, SayWhatIsWrong)
       {scene + "fix soil all mpm 1.0 model all elastic 1.0e6 0.5 density 2000",
        "Poisson's ratio must be in (-1, 0.5), got 0.5"},
       {scene + "fix soil all mpm 1.0 model all plastic 1.0e6 0.3 density 2000",
-       "model law is 'plastic'; it must be rve, elastic or mohr_coulomb"},
+       "model law is 'plastic'; it must be rve, elastic, mohr_coulomb or drucker_prager"},
       {scene + "fix soil all mpm 1.0 model all mohr_coulomb 1.0e6 0.3 0 95 0 density 2000",
        "friction angle must be in [0, 90), got 95 [degrees]"},
       {scene + "fix soil all mpm 1.0 model all mohr_coulomb 1.0e6 0.3 0 30",

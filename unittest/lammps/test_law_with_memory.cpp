@@ -255,9 +255,10 @@ TEST(LawWithMemory, WrongNamesAreErrors)
             std::string::npos);
   EXPECT_NE(message_of(start + "fix soil all mpm 1.0 model all capped 1 2")
                 .find("it must read: model group-ID rve fix-ID | elastic E nu | mohr_coulomb E nu "
-                      "c phi psi | capped"),
+                      "c phi psi | drucker_prager E nu c phi psi | capped"),
             std::string::npos);
   EXPECT_NE(message_of(start + "fix soil all mpm 1.0 model all caped 1 2 3")
-                .find("model law is 'caped'; it must be rve, elastic, mohr_coulomb or capped"),
+                .find("model law is 'caped'; it must be rve, elastic, mohr_coulomb, "
+                      "drucker_prager or capped"),
             std::string::npos);
 }

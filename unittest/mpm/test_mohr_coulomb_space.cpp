@@ -1,5 +1,6 @@
 // Mohr-Coulomb and Tresca in space: principal axes, and paths of a point against closed forms.
 
+#include "element.h"
 #include "mpm/linear_elastic.h"
 #include "mpm/mohr_coulomb.h"
 #include "mpm/principal_axes.h"
@@ -23,82 +24,16 @@ double sine(double degrees)
   return std::sin(degrees * PI / 180.0);
 }
 
+using mpm_test::any_rotation;
+using mpm_test::diagonal;
+using Element = mpm_test::Element<MohrCoulomb<3>>;
+using Triaxial = mpm_test::Triaxial<MohrCoulomb<3>>;
+
 /// (1 + sin)/(1 - sin) of an angle [degrees].
 double ratio(double degrees)
 {
   return (1.0 + sine(degrees)) / (1.0 - sine(degrees));
 }
-
-Tensor3 diagonal(double x, double y, double z)
-{
-  return {{x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z}};
-}
-
-/// One point and what it remembers.
-struct Element {
-  MohrCoulomb<3> law;
-  Tensor3 stress;
-  double memory[1];
-
-  Element(const MohrCoulomb<3> &_law, const Tensor3 &initial) : law(_law), stress(initial)
-  {
-    law.begin_memory(stress, memory);
-  }
-  double plastic_strain() const { return memory[MohrCoulomb<3>::PlasticStrain]; }
-  double yield() const { return law.yield(stress, memory); }
-  void deform(const Tensor3 &increment)
-  {
-    const int point = 0;
-    law.update(1, &point, &increment, 1.0, &stress, {memory, 1});
-  }
-};
-
-Tensor3 rotation_about(const rve::Vec<double, 3> &axis, double angle)
-{
-  const double c = std::cos(angle), s = std::sin(angle);
-  Tensor3 turn = c * Tensor3::identity() + (1.0 - c) * dyad(axis, axis);
-  const int next[] = {1, 2, 0};
-  for (int a = 0; a < 3; ++a) {
-    const int b = next[a], k = next[b];
-    turn(a, b) -= s * axis[k];
-    turn(b, a) += s * axis[k];
-  }
-  return turn;
-}
-
-/// A rotation by any angle about any axis.
-Tensor3 any_rotation(std::mt19937 &random)
-{
-  std::normal_distribution<double> normal;
-  rve::Vec<double, 3> axis = {{normal(random), normal(random), normal(random)}};
-  axis = (1.0 / std::sqrt(dot(axis, axis))) * axis;
-  return rotation_about(axis, 3.0 * normal(random));
-}
-
-/// Shortens the z axis in steps while two lateral stresses are kept at -pressure by widening in x and y alike.
-struct Triaxial {
-  Element element;
-  double widening = 0.0;    ///< of x and of y, in the last step
-
-  Triaxial(const MohrCoulomb<3> &law, double pressure) :
-      element(law, (-pressure) * Tensor3::identity()), pressure_(pressure)
-  {
-  }
-  void step(double shortening)
-  {
-    const Element before = element;
-    double low = -std::abs(shortening) * 100.0, high = -low;
-    for (int iteration = 0; iteration < 200; ++iteration) {    // bisection on σ_xx = -p
-      widening = 0.5 * (low + high);
-      element = before;
-      element.deform(diagonal(1.0 + widening, 1.0 + widening, 1.0 - shortening));
-      (element.stress(0, 0) < -pressure_ ? low : high) = widening;
-    }
-  }
-
- private:
-  double pressure_;
-};
 
 }    // namespace
 

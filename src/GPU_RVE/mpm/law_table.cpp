@@ -1,5 +1,6 @@
 #include "mpm/law_table.h"
 
+#include "mpm/drucker_prager.h"
 #include "mpm/linear_elastic.h"
 #include "mpm/mohr_coulomb.h"
 
@@ -17,6 +18,11 @@ template <int D> std::vector<LawEntry<D>> &law_table()
        {"E", "nu", "c", "phi", "psi"},
        [](const double *a) -> std::shared_ptr<Constitutive<D>> {
          return std::make_shared<MohrCoulomb<D>>(a[0], a[1], a[2], a[3], a[4]);
+       }},
+      {"drucker_prager",
+       {"E", "nu", "c", "phi", "psi"},
+       [](const double *a) -> std::shared_ptr<Constitutive<D>> {
+         return std::make_shared<DruckerPrager<D>>(a[0], a[1], a[2], a[3], a[4]);
        }},
   };
   return table;

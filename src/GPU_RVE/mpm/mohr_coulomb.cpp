@@ -2,15 +2,12 @@
 
 #include "mpm/midpoint_increment.h"
 #include "mpm/principal_axes.h"
-#include "rve/core/error.h"
-#include "rve/core/pi.h"
+#include "mpm/strength_parameters.h"
 
 #include <cmath>
 
 namespace mpm {
 
-using rve::number;
-using rve::require;
 using rve::Tensor2;
 using rve::Tensor3;
 
@@ -108,20 +105,9 @@ template <int D>
 MohrCoulomb<D>::MohrCoulomb(double young_modulus, double poisson_ratio, double cohesion,
                             double friction_degrees, double dilation_degrees)
 {
-  require(young_modulus > 0.0,
-          "Young's modulus must be positive, got " + number(young_modulus) + " [stress]");
-  require(poisson_ratio >= 0.0 && poisson_ratio < 0.5,
-          "Poisson's ratio must be in [0, 0.5), got " + number(poisson_ratio));
-  require(cohesion >= 0.0, "cohesion must be at least 0, got " + number(cohesion) + " [stress]");
-  require(friction_degrees >= 0.0 && friction_degrees < 90.0,
-          "friction angle must be in [0, 90), got " + number(friction_degrees) + " [degrees]");
-  require(dilation_degrees >= 0.0 && dilation_degrees <= friction_degrees,
-          "dilation angle must be in [0, friction angle], got " + number(dilation_degrees) +
-              " with friction angle " + number(friction_degrees) + " [degrees]");
-  require(cohesion > 0.0 || friction_degrees > 0.0,
-          "cohesion and friction angle must not both be 0: the material would have no strength");
+  require_strength(young_modulus, poisson_ratio, cohesion, friction_degrees, dilation_degrees);
   const auto ratio = [](double degrees) {
-    const double sine = std::sin(degrees * rve::kPi / 180.0);
+    const double sine = sine_of(degrees);
     return (1.0 + sine) / (1.0 - sine);
   };
   return_.shear_modulus = young_modulus / (2.0 * (1.0 + poisson_ratio));
@@ -133,11 +119,7 @@ MohrCoulomb<D>::MohrCoulomb(double young_modulus, double poisson_ratio, double c
 
 template <int D> StateVariables MohrCoulomb<D>::state_variables() const
 {
-  // tension positive; accumulated, sqrt(2/3 dε^p:dε^p) of the deviator
-  StateVariables variables;
-  if (D == 2) variables.push_back({"out_of_plane_stress", "stress"});
-  variables.push_back({"plastic_strain", ""});
-  return variables;
+  return plastic_state_variables(D);
 }
 
 template <int D> void MohrCoulomb<D>::begin_memory(const Tensor &stress, double *memory) const
