@@ -1,5 +1,6 @@
 #!/bin/sh
-# A Python with the modules that open what the package writes: OVITO, VTK (ParaView's reader) and meshio (ParaView's files). Makes it once, in
+# A Python with modules of others that open what the package writes, OVITO, VTK (ParaView's reader) and meshio (ParaView's files), and that host its
+# RVEs, scikit-fem. Makes it once, in
 # the cache folder that get_lammps.sh uses, from the package index that this machine's pip knows (400 MB), and prints the interpreter
 # (last line of stdout):
 #
@@ -9,7 +10,7 @@
 # ctest -L pictures uses it where it is, and skips those tests where it is not, unless GPU_RVE_REQUIRE_PICTURES=1.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
-modules="ovito==3.17.2 vtk==9.7.2 meshio==5.3.5 numpy"
+modules="ovito==3.17.2 vtk==9.7.2 meshio==5.3.5 scikit-fem==12.0.2 cffi numpy"
 cache=${GPU_RVE_CACHE:-${XDG_CACHE_HOME:-$HOME/.cache}/gpu_rve}
 folder=$cache/pictures-python-$(echo "$modules" | cksum | cut -d ' ' -f 1)
 
