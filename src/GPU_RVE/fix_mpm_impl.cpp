@@ -17,6 +17,7 @@
 #include "fix_mpm_impl.h"
 
 #include "formulas.h"
+#include "mpm/measures.h"
 #include "restart_record.h"
 #include "rve/core/checksum.h"
 #include "rve/core/suggestion.h"
@@ -44,8 +45,6 @@
 
 using namespace LAMMPS_NS;
 using mpm::Face;
-using rve::Tensor2;
-using rve::Tensor3;
 
 namespace {
 
@@ -94,39 +93,6 @@ template <int D> mpm::Tensor<D> stress_of(const FixRve &grains, int atom)
   return rve::leading_components<D>(grains.result<3>(atom).stress);
 }
 
-double square(const Tensor3 &t)
-{
-  double sum = 0.0;
-  for (const double component : t.component) sum += component * component;
-  return sum;
-}
-
-// equation (25b) of Zhao, Zhao & Liang 2021 with n = 2 and n = 3: half the difference of the principal stresses in the plane, and in space
-// what is their difference in a triaxial test
-double deviatoric_stress(const Tensor2 &sigma)
-{
-  return std::hypot(0.5 * (sigma(0, 0) - sigma(1, 1)), 0.5 * (sigma(0, 1) + sigma(1, 0)));
-}
-
-double deviatoric_stress(const Tensor3 &sigma)
-{
-  const Tensor3 deviator =
-      0.5 * (sigma + transpose(sigma)) - (trace(sigma) / 3.0) * Tensor3::identity();
-  return std::sqrt(1.5 * square(deviator));
-}
-
-// sqrt(2 e:e) in the plane, sqrt(2/3 e:e) in space, of the deviator of (F + F^T)/2 - 1
-double deviatoric_strain(const Tensor2 &F)
-{
-  return std::hypot(F(0, 0) - F(1, 1), F(0, 1) + F(1, 0));
-}
-
-double deviatoric_strain(const Tensor3 &F)
-{
-  const Tensor3 deviator = 0.5 * (F + transpose(F)) - (trace(F) / 3.0) * Tensor3::identity();
-  return std::sqrt(2.0 / 3.0 * square(deviator));
-}
-
 /// In the plane area.
 template <int D> constexpr const char *volume_word()
 {
@@ -145,7 +111,6 @@ std::unique_ptr<FixMpm::Impl> FixMpm::Impl::make(FixMpm *fix, int narg, char **a
 
 template <int D> FixMpm::ImplOf<D>::ImplOf(FixMpm *_fix, int narg, char **arg) : Impl(_fix)
 {
-  // files of the plane were there first
   static_assert(RESTART_VERSION == 6 && DOUBLES == (D == 2 ? 20 : 37),
                 "restart files change: raise their version");
   settings = MpmSettings<D>::parse(lmp, narg, arg);
@@ -747,10 +712,9 @@ template <int D> void FixMpm::ImplOf<D>::fill_output()
       for (int b = a + 1; b < D; b++) *shear++ = 0.5 * (sigma(a, b) + sigma(b, a));
     }
     row[P] = -trace(sigma) / D;
-    row[Q] = deviatoric_stress(sigma);
-    // engineering strain from F: equations (26), (27) of Zhao, Zhao & Liang 2021
+    row[Q] = mpm::deviatoric_stress(sigma);
     row[EPS_V] = trace(F) - D;
-    row[EPS_Q] = deviatoric_strain(F);
+    row[EPS_Q] = mpm::deviatoric_strain(F);
     row[RHO] = mass[i] / volume[i];
     std::copy_n(F.component, D * D, row + FXX);
     const bool remembers = body[i] < 0 && remembering[i] != NO_LAW;

@@ -1,0 +1,49 @@
+// Single numbers that say how a point is stressed and strained, for output. Equations (25b) and (27) of Zhao, Zhao & Liang 2021, with n = 2
+// in the plane and n = 3 in space. Numbers in, numbers out.
+
+#ifndef MPM_MEASURES_H
+#define MPM_MEASURES_H
+
+#include "rve/core/tensor.h"
+
+#include <cmath>
+
+namespace mpm {
+
+/// sqrt(s:s/2) of the deviator of the symmetric part: half the difference of the principal stresses [stress].
+inline double deviatoric_stress(const rve::Tensor2 &stress)
+{
+  return std::hypot(0.5 * (stress(0, 0) - stress(1, 1)), 0.5 * (stress(0, 1) + stress(1, 0)));
+}
+
+/// Sum of the squares of the components of the deviator of the symmetric part.
+inline double deviatoric_square(const rve::Tensor3 &t)
+{
+  const rve::Tensor3 deviator =
+      0.5 * (t + transpose(t)) - (trace(t) / 3.0) * rve::Tensor3::identity();
+  double sum = 0.0;
+  for (const double component : deviator.component) sum += component * component;
+  return sum;
+}
+
+/// sqrt(3/2 s:s), the difference of the principal stresses in a triaxial test [stress].
+inline double deviatoric_stress(const rve::Tensor3 &stress)
+{
+  return std::sqrt(1.5 * deviatoric_square(stress));
+}
+
+/// sqrt(2 e:e) of the deviator of the engineering strain (F + Fᵀ)/2 - 1.
+inline double deviatoric_strain(const rve::Tensor2 &F)
+{
+  return std::hypot(F(0, 0) - F(1, 1), F(0, 1) + F(1, 0));
+}
+
+/// sqrt(2/3 e:e): a third of q over the shear modulus, of an isotropic elastic material.
+inline double deviatoric_strain(const rve::Tensor3 &F)
+{
+  return std::sqrt(2.0 / 3.0 * deviatoric_square(F));
+}
+
+}    // namespace mpm
+
+#endif
