@@ -156,6 +156,13 @@ template <int D> void read_separation(ScriptWords &words, Said<D> &said)
   said.options.rigid_bodies.back().separation = words.logical();
 }
 
+void read_round(ScriptWords &words, Said<3> &said)
+{
+  if (said.options.rigid_bodies.empty()) words.refuse("round must follow a rigid body");
+  words.about(said.owner + " round");
+  said.options.rigid_bodies.back().round = words.logical();
+}
+
 /// Several loads may be on the same points.
 template <int D> void read_traction(ScriptWords &words, Said<D> &said)
 {
@@ -259,6 +266,14 @@ constexpr ScriptKeyword<Said<D>> KEYWORDS[] = {
        said.settings.progress_interval = read_progress(words);
      }}};
 
+constexpr ScriptKeyword<Said<3>> KEYWORDS_OF_SPACE[] = {{"round", "yes | no", read_round}};
+
+void read_of_space(ScriptWords &, Said<2> &) {}
+void read_of_space(ScriptWords &words, Said<3> &said)
+{
+  words.read(KEYWORDS_OF_SPACE, said);
+}
+
 }    // namespace
 
 template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, char **arg)
@@ -280,9 +295,11 @@ template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, cha
   options.device_number = share.rank;
 
   words.set_keywords(names_of(KEYWORDS<D>));
+  if (D == 3) words.add_keywords(names_of(KEYWORDS_OF_SPACE));
   try {
     Said<D> said{lmp, settings};
-    while (words.next_keyword()) words.read(KEYWORDS<D>, said);
+    while (words.next_keyword())
+      if (!words.read(KEYWORDS<D>, said)) read_of_space(words, said);
     if (settings.width_of_point() > options.cell_size * (1.0 + 1e-6))
       lmp->error->all(
           FLERR, "Fix mpm volume of a point must be in (0, {}] (one cell), got {} [distance^{}]",

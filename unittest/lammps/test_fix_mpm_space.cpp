@@ -81,7 +81,8 @@ std::string footing()
       "fix soil all mpm 1.0 model low elastic 1.0e7 0.3 model upper mohr_coulomb 1.0e7 0.3 5000 25 "
       "5 density 2000 stress -20000 -20000 -30000 0 0 0 boundary xlo roller boundary xhi roller "
       "boundary ylo roller boundary yhi fixed boundary zlo fixed damping 0.05 "
-      "rigid plate vx 0.02 vy 0 vz -0.3 rough separation yes traction surface 100 0 -20000\n";
+      "rigid plate vx 0.02 vy 0 vz -0.3 rough separation yes round yes traction surface 100 0 "
+      "-20000\n";
 }
 
 /// 125 spheres in motion, as a packing file of this rank.
@@ -333,6 +334,7 @@ TEST(FixMpmInSpaceMessage, SaysWhatTheThirdAxisWants)
             "value rough | smooth",
             message_of(scene + model + "rigid ground vx 0 vy 0 rough\n"));
   EXPECT_IN("sxx syy szz sxy sxz syz", message_of(scene + model + "stress -1 -1 0\n"));
+  EXPECT_IN("round must follow a rigid body", message_of(scene + model + "round yes\n"));
   EXPECT_IN("'zl'", message_of(scene + model + "boundary zl fixed\n"));
   EXPECT_IN("tx ty tz", message_of(scene + model + "traction ground 0 -1\n"));
   EXPECT_IN("xlo xhi ylo yhi zlo zhi", message_of(scene + model + "domain 0 2 0 2\n"));

@@ -24,7 +24,7 @@ struct GroundInSpace {
     mpm::Scheme scheme = mpm::Scheme::Musl;
     mpm::ShapeFunction shape = mpm::ShapeFunction::Gimp;
     double damping = 0.0, flip = 1.0;
-    bool rough = true, separation = false;
+    bool rough = true, separation = false, round = false;
   };
 
   SceneOf<3> scene;
@@ -67,6 +67,7 @@ struct GroundInSpace {
     for (mpm::RigidBodyOptions &body : options.rigid_bodies) {
       body.rough = method.rough;
       body.separation = method.separation;
+      body.round = method.round;
     }
     find_loads();
   }

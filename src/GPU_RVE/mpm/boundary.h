@@ -27,6 +27,7 @@ struct RigidBodyOptions {
   Face face = Face::YLo;    ///< the body's contact face; a footing presses with its lower one
   bool rough = true;    ///< both velocity components are prescribed there; else the normal one only
   bool separation = false;    ///< the face can push but not pull
+  bool round = false;    ///< in space: a cylinder in the body's box, along the normal of its face
 };
 
 /// A rigid body in this step: the box around the boxes of its points, moving without rotation.
@@ -114,7 +115,8 @@ template <int D> struct BoundaryView {
   ///
   /// Rows further inside the body move with it. On its lateral faces material can slide and separate; on an edge between two of them
   /// it is held where it moves into both, by that which has to change it less.
-  /// Columns count as under the body if they are within its width, edges included: put the edges on columns.
+  /// Columns count as under the body if they are within its width, edges included: put the edges on columns. Those of a round body are
+  /// within its radius; on its lateral face are nodes of the outermost cell, and what they must not do is move towards the axis.
   ///
   /// `felt_share` of the impulse is added to what the body felt in this step.
   RVE_HD void impose_body(int body, const RigidBodyOptions &options, const RigidBodyState<D> &state,
@@ -213,6 +215,9 @@ RVE_HD void BoundaryView<D>::impose_body(int body, const RigidBodyOptions &optio
   Place<D> place = Place<D>::zero();
   int lateral[D] = {};    // -1 or 1, along the axes of the face
   bool is_lateral = false;
+  const bool is_round = D == 3 && options.round;
+  Vec<D> from_axis = Vec<D>::zero();    // of a round body, to the column
+  double radius = 1e9;
   for (int a = 0, rest = column; a < D; ++a) {
     if (a == normal) continue;
     place[a] = rest % grid.nodes(a) - 1;
@@ -225,6 +230,16 @@ RVE_HD void BoundaryView<D>::impose_body(int body, const RigidBodyOptions &optio
       return;
     lateral[a] = place[a] < left + SAME_PLACE ? -1 : place[a] > right - SAME_PLACE ? 1 : 0;
     is_lateral = is_lateral || lateral[a] != 0;
+    if (!is_round) continue;
+    const double half = 0.5 * (right - left);
+    from_axis[a] = place[a] - (left + half);
+    radius = half < radius ? half : radius;
+  }
+  if (is_round) {
+    const double distance = std::sqrt(dot(from_axis, from_axis));
+    if (distance > radius + SAME_PLACE) return;
+    is_lateral = distance > radius - 1.0 && distance > 0.0;
+    if (is_lateral) from_axis = (1.0 / distance) * from_axis;
   }
 
   const auto node_at = [&](int row) {
@@ -290,6 +305,24 @@ RVE_HD void BoundaryView<D>::impose_body(int body, const RigidBodyOptions &optio
     if (!(mass[node] > 0.0)) continue;
     if (!is_lateral) {
       for (int a = 0; a < D; ++a) prescribe(node, a);
+    } else if (is_round) {
+      // towards the axis, in the directions that no side holds
+      double entry = 0.0, free_part = 0.0;
+      bool was_held = false;
+      for (int a = 0; a < D; ++a) {
+        if (from_axis[a] == 0.0 || held_by_side(node, a)) continue;
+        entry -= (momentum[node][a] / mass[node] - velocity[a]) * from_axis[a];
+        free_part += from_axis[a] * from_axis[a];
+        was_held = was_held || (on_body[node] >> a & 1) != 0;
+      }
+      if (!(contact == Contact::Before ? was_held : entry > 0.0)) continue;
+      for (int a = 0; a < D; ++a) {
+        if (from_axis[a] == 0.0 || held_by_side(node, a)) continue;
+        const double change = mass[node] * entry / free_part * from_axis[a];
+        momentum[node][a] += change;
+        if (felt) felt[node][a] += felt_share * change;
+        set_on_body(node, a);
+      }
     } else if (contact == Contact::Before) {
       for (int a = 0; a < D; ++a)
         if (lateral[a] != 0 && (on_body[node] >> a & 1) != 0) prescribe(node, a);
