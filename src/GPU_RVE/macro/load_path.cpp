@@ -6,8 +6,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <map>
 #include <sstream>
 
@@ -15,12 +15,13 @@ namespace macro {
 
 namespace {
 
+  /// The same in every locale.
   bool read_number(const std::string &word, double &value)
   {
-    if (word.empty()) return false;
-    char *end;
-    value = std::strtod(word.c_str(), &end);
-    return *end == '\0' && std::isfinite(value);
+    const char *begin = word.data(), *last = begin + word.size();
+    if (begin != last && *begin == '+') ++begin;
+    const auto [end, error] = std::from_chars(begin, last, value);
+    return error == std::errc() && end == last && std::isfinite(value);
   }
 
   bool is_number(const std::string &word)
