@@ -20,7 +20,9 @@
 #include "rve_columns.h"
 #include "update.h"
 
+#include <algorithm>
 #include <iterator>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,24 +30,27 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// of the answer of an RVE, or of the RVE of a local atom
+// of the answer of an RVE, of the contacts of its state, or of the RVE of a local atom
 struct Column {
   const char *name;
   const macro::Quantity *of_result;
+  const macro::ContactQuantity *of_contacts;
   double (FixRve::*of_atom)(int) const;
 
-  bool is_of(int dimension) const { return of_atom || of_result->is_of(dimension); }
-  double value(const FixRve &fix, int i) const
+  bool is_of(int dimension) const
   {
-    if (of_atom) return (fix.*of_atom)(i);
-    return fix.dimension() == 3 ? of_result->of(fix.result<3>(i)) : of_result->of(fix.result<2>(i));
+    if (of_atom) return true;
+    return of_result ? of_result->is_of(dimension) : of_contacts->is_of(dimension);
   }
 };
 
 constexpr Column OF_ATOMS[] = {
-    {"servo_error", nullptr, &FixRve::servo_error}, {"path_stage", nullptr, &FixRve::path_stage},
-    {"path_time", nullptr, &FixRve::path_time},     {"path_cycles", nullptr, &FixRve::path_cycles},
-    {"path_ended", nullptr, &FixRve::path_ended},   {"inertial", nullptr, &FixRve::inertial_number},
+    {"servo_error", nullptr, nullptr, &FixRve::servo_error},
+    {"path_stage", nullptr, nullptr, &FixRve::path_stage},
+    {"path_time", nullptr, nullptr, &FixRve::path_time},
+    {"path_cycles", nullptr, nullptr, &FixRve::path_cycles},
+    {"path_ended", nullptr, nullptr, &FixRve::path_ended},
+    {"inertial", nullptr, nullptr, &FixRve::inertial_number},
 };
 
 const std::vector<Column> &columns()
@@ -53,10 +58,29 @@ const std::vector<Column> &columns()
   static const std::vector<Column> all = [] {
     std::vector<Column> list(std::begin(OF_ATOMS), std::end(OF_ATOMS));
     for (const macro::Quantity &quantity : macro::quantities::ALL)
-      list.push_back({quantity.name, &quantity, nullptr});
+      list.push_back({quantity.name, &quantity, nullptr, nullptr});
+    for (const macro::ContactQuantity &quantity : macro::quantities::OF_CONTACTS)
+      list.push_back({quantity.name, nullptr, &quantity, nullptr});
     return list;
   }();
   return all;
+}
+
+// the columns of a local atom; its contacts are looked at once, and only if a column is of them
+template <int D>
+void fill_row(const FixRve &fix, int i, const std::vector<const Column *> &columns, double *row)
+{
+  std::optional<rve::ContactMeasuresOf<D>> contacts;
+  for (const Column *column : columns) {
+    if (column->of_atom) {
+      *row++ = (fix.*column->of_atom)(i);
+    } else if (column->of_result) {
+      *row++ = column->of_result->of(fix.result<D>(i));
+    } else {
+      if (!contacts) contacts = rve::contact_measures(fix.state<D>(i));
+      *row++ = column->of_contacts->of(*contacts);
+    }
+  }
 }
 
 }    // namespace
@@ -113,9 +137,12 @@ void ComputeRveAtom::compute_peratom()
   }
   for (int i = 0; i < atom->nlocal; i++) {
     double *row = columns == 1 ? &vector_atom[i] : array_atom[i];
-    const bool has_rve = (atom->mask[i] & groupbit) && impl->fix->slot(i) >= 0;
-    for (int k = 0; k < columns; k++)
-      row[k] = has_rve ? impl->quantities[k]->value(*impl->fix, i) : 0.0;
+    if (!(atom->mask[i] & groupbit) || impl->fix->slot(i) < 0)
+      std::fill_n(row, columns, 0.0);
+    else if (impl->fix->dimension() == 3)
+      fill_row<3>(*impl->fix, i, impl->quantities, row);
+    else
+      fill_row<2>(*impl->fix, i, impl->quantities, row);
   }
 }
 

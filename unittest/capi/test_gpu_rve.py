@@ -50,6 +50,20 @@ class Packings(unittest.TestCase):
         np.testing.assert_array_equal(back.positions, DISKS.positions)
 
 
+class Quantities(unittest.TestCase):
+    def test_fabric_and_energies_of_contacts_are_those_of_the_answer(self):
+        for packing, factor in ((DISKS, 4.0), (SPHERES, 7.5)):
+            d = packing.dimension
+            batch = gpu_rve.Batch([packing] * 2, **OPTIONS)
+            batch.advance(increments(d, 2, 4), DT[d], 100)
+            for ab in ("xx", "xy"):
+                trace = 1 / d if ab == "xx" else 0.0
+                np.testing.assert_allclose(batch[f"contact_fabric_{ab}"], factor * (batch[f"fabric_{ab}"] - trace), atol=1e-9)
+            kinds = [name for name in batch.quantities if name.startswith("elastic_")]
+            self.assertEqual(len(kinds), d + 1)
+            np.testing.assert_allclose(sum(batch[name] for name in kinds), batch["elastic"], rtol=1e-7)
+
+
 class Batches(unittest.TestCase):
     def test_trials_leave_no_trace(self):
         for packing in (DISKS, SPHERES):

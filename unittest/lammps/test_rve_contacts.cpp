@@ -154,6 +154,27 @@ TEST(RveContacts, LoveSumOverThemIsTheStressOfTheRve)
   expect_contacts_of_the_rve(script);
 }
 
+// C = 4 (<n n> - 1/2) in the plane, and kinds of energy are parts of the energy
+TEST(RveContacts, HaveTheFabricAndTheEnergyOfTheAnswer)
+{
+  Look script;
+  script << SHEARED +
+          "compute s all rve/atom contact_fabric_xx contact_fabric_xy fabric_xx fabric_xy "
+          "elastic_normal elastic_tangential elastic_rolling elastic branch_mean fn_mean\n"
+          "run 50";
+  const auto says = script.answer();
+
+  // format double adds integers
+  EXPECT_NEAR(says[0], 4.0 * (says[2] - 0.5), 1e-9);
+  EXPECT_NEAR(says[1], 4.0 * says[3], 1e-9);
+  EXPECT_GT(std::fabs(says[1]), 1e-3);
+  EXPECT_GT(says[5], 0.01 * says[7]);
+  EXPECT_NEAR(says[4] + says[5] + says[6], says[7], 1e-7 * says[7]);
+  // disks have radii of 2.5 to 5 mm
+  EXPECT_NEAR(says[8], 7.5e-3, 2.5e-3);
+  EXPECT_GT(says[9], 0.0);
+}
+
 // from one rank to another, where there are several
 TEST(RveContacts, FollowTheirAtom)
 {

@@ -229,9 +229,10 @@ template <int D> class Batch {
   void quantity(const std::string &name, const std::vector<std::size_t> &which,
                 double *values) const
   {
-    const macro::Quantity &quantity = macro::quantity_named(name, D);
-    for (std::size_t k = 0; k < which.size(); ++k)
-      values[k] = quantity.of(members[which[k]].result);
+    macro::with_quantity_named(name, D, [&](const auto &quantity) {
+      for (std::size_t k = 0; k < which.size(); ++k)
+        values[k] = value_of(quantity, members[which[k]]);
+    });
   }
 
   void affine_stiffness(const std::vector<std::size_t> &which, double *stiffness)
@@ -355,6 +356,15 @@ template <int D> class Batch {
   std::vector<Member> members;
   rve::Format format;
   std::string description;
+
+  double value_of(const macro::Quantity &quantity, const Member &member) const
+  {
+    return quantity.of(member.result);
+  }
+  double value_of(const macro::ContactQuantity &quantity, const Member &member) const
+  {
+    return quantity.of(rve::contact_measures(engine->state(member.number)));
+  }
 
   static rve::DriveOf<D> resting()
   {

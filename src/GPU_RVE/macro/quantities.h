@@ -1,10 +1,11 @@
-// What the answer of an RVE says, by name: the quantities of compute rve/atom and of the C interface.
+// What the answer of an RVE says, and what its contacts say, by name: the quantities of compute rve/atom and of the C interface.
 
 #ifndef MACRO_QUANTITIES_H
 #define MACRO_QUANTITIES_H
 
 #include "rve/core/error.h"
 #include "rve/core/suggestion.h"
+#include "rve/engine/contact_measures.h"
 #include "rve/engine/engine.h"
 
 #include <cmath>
@@ -41,23 +42,42 @@ inline double deviatoric_strain(const rve::ResultOf<3> &r)
   return std::sqrt(squares * 2.0 / 3.0);
 }
 
-/// Of disks, of spheres, or of both.
-struct Quantity {
+/// A number that is known when `Known` is: of disks, of spheres, or of both.
+template <template <int> class Known> struct QuantityOf {
   const char *name;
-  double (*of_disks)(const rve::ResultOf<2> &);
-  double (*of_spheres)(const rve::ResultOf<3> &);
+  double (*of_disks)(const Known<2> &);
+  double (*of_spheres)(const Known<3> &);
 
   bool is_of(int dimension) const { return dimension == 3 || of_disks; }
-  double of(const rve::ResultOf<2> &result) const { return of_disks(result); }
-  double of(const rve::ResultOf<3> &result) const { return of_spheres(result); }
+  double of(const Known<2> &known) const { return of_disks(known); }
+  double of(const Known<3> &known) const { return of_spheres(known); }
 };
 
+/// Of the answer that every RVE has at the end of a step.
+using Quantity = QuantityOf<rve::ResultOf>;
+/// Of the contacts of its state, which are looked at when it is asked for.
+using ContactQuantity = QuantityOf<rve::ContactMeasuresOf>;
+
 namespace quantities {
-  template <class Of> constexpr Quantity of_both(const char *name, Of of)
+  /// What becomes a quantity of either kind.
+  template <class Of> struct OfBoth {
+    const char *name;
+    Of of;
+    template <template <int> class Known> constexpr operator QuantityOf<Known>() const
+    {
+      return {name, of, of};
+    }
+  };
+  template <class Of> constexpr OfBoth<Of> of_both(const char *name, Of of)
   {
-    return {name, of, of};
+    return {name, of};
   }
   constexpr Quantity of_spheres(const char *name, double (*of)(const rve::ResultOf<3> &))
+  {
+    return {name, nullptr, of};
+  }
+  constexpr ContactQuantity of_spheres(const char *name,
+                                       double (*of)(const rve::ContactMeasuresOf<3> &))
   {
     return {name, nullptr, of};
   }
@@ -131,27 +151,73 @@ namespace quantities {
       of_both("repeats", [](const auto &r) { return double(r.counters.repeats); }),
       of_both("status", [](const auto &r) { return double(r.status); }),
   };
+
+  inline constexpr ContactQuantity OF_CONTACTS[] = {
+      of_both("contact_fabric_xx", [](const auto &c) { return c.contact(0, 0); }),
+      of_both("contact_fabric_yy", [](const auto &c) { return c.contact(1, 1); }),
+      of_both("contact_fabric_xy", [](const auto &c) { return c.contact(0, 1); }),
+      of_spheres("contact_fabric_zz", [](const rve::ContactMeasuresOf<3> &c) { return c.contact(2, 2); }),
+      of_spheres("contact_fabric_xz", [](const rve::ContactMeasuresOf<3> &c) { return c.contact(0, 2); }),
+      of_spheres("contact_fabric_yz", [](const rve::ContactMeasuresOf<3> &c) { return c.contact(1, 2); }),
+      of_both("branch_fabric_xx", [](const auto &c) { return c.branch(0, 0); }),
+      of_both("branch_fabric_yy", [](const auto &c) { return c.branch(1, 1); }),
+      of_both("branch_fabric_xy", [](const auto &c) { return c.branch(0, 1); }),
+      of_spheres("branch_fabric_zz", [](const rve::ContactMeasuresOf<3> &c) { return c.branch(2, 2); }),
+      of_spheres("branch_fabric_xz", [](const rve::ContactMeasuresOf<3> &c) { return c.branch(0, 2); }),
+      of_spheres("branch_fabric_yz", [](const rve::ContactMeasuresOf<3> &c) { return c.branch(1, 2); }),
+      of_both("fn_fabric_xx", [](const auto &c) { return c.normal_force(0, 0); }),
+      of_both("fn_fabric_yy", [](const auto &c) { return c.normal_force(1, 1); }),
+      of_both("fn_fabric_xy", [](const auto &c) { return c.normal_force(0, 1); }),
+      of_spheres("fn_fabric_zz", [](const rve::ContactMeasuresOf<3> &c) { return c.normal_force(2, 2); }),
+      of_spheres("fn_fabric_xz", [](const rve::ContactMeasuresOf<3> &c) { return c.normal_force(0, 2); }),
+      of_spheres("fn_fabric_yz", [](const rve::ContactMeasuresOf<3> &c) { return c.normal_force(1, 2); }),
+      of_both("ft_fabric_xx", [](const auto &c) { return c.tangential_force(0, 0); }),
+      of_both("ft_fabric_yy", [](const auto &c) { return c.tangential_force(1, 1); }),
+      of_both("ft_fabric_xy", [](const auto &c) { return c.tangential_force(0, 1); }),
+      of_spheres("ft_fabric_zz", [](const rve::ContactMeasuresOf<3> &c) { return c.tangential_force(2, 2); }),
+      of_spheres("ft_fabric_xz", [](const rve::ContactMeasuresOf<3> &c) { return c.tangential_force(0, 2); }),
+      of_spheres("ft_fabric_yz", [](const rve::ContactMeasuresOf<3> &c) { return c.tangential_force(1, 2); }),
+      of_both("branch_mean", [](const auto &c) { return c.mean_branch; }),
+      of_both("fn_mean", [](const auto &c) { return c.mean_normal_force; }),
+      of_both("elastic_normal", [](const auto &c) { return c.elastic_normal; }),
+      of_both("elastic_tangential", [](const auto &c) { return c.elastic_tangential; }),
+      of_both("elastic_rolling", [](const auto &c) { return c.elastic_rolling; }),
+      of_spheres("elastic_twisting", [](const rve::ContactMeasuresOf<3> &c) { return c.elastic_twisting; }),
+  };
   // clang-format on
 }    // namespace quantities
 
-/// Those of grains of this dimension, in the order of the table.
+/// Those of grains of this dimension, in the order of the tables.
 inline const std::vector<const char *> &quantity_names(int dimension)
 {
   const auto names_of = [](int d) {
     std::vector<const char *> names;
-    for (const Quantity &quantity : quantities::ALL)
-      if (quantity.is_of(d)) names.push_back(quantity.name);
+    const auto add = [&](const auto &table) {
+      for (const auto &quantity : table)
+        if (quantity.is_of(d)) names.push_back(quantity.name);
+    };
+    add(quantities::ALL);
+    add(quantities::OF_CONTACTS);
     return names;
   };
   static const std::vector<const char *> of_disks = names_of(2), of_spheres = names_of(3);
   return dimension == 2 ? of_disks : of_spheres;
 }
 
-/// Throws InputError with those that there are if grains of this dimension have none of that name.
-inline const Quantity &quantity_named(const std::string &name, int dimension)
+/// read(quantity) with the Quantity or ContactQuantity of that name. Throws InputError with those that there are if grains of this dimension have
+/// none.
+template <class Read>
+void with_quantity_named(const std::string &name, int dimension, const Read &read)
 {
-  for (const Quantity &quantity : quantities::ALL)
-    if (name == quantity.name && quantity.is_of(dimension)) return quantity;
+  const auto find = [&](const auto &table) {
+    for (const auto &quantity : table)
+      if (name == quantity.name && quantity.is_of(dimension)) {
+        read(quantity);
+        return true;
+      }
+    return false;
+  };
+  if (find(quantities::ALL) || find(quantities::OF_CONTACTS)) return;
   const std::vector<const char *> &names = quantity_names(dimension);
   throw rve::InputError(
       "there is no quantity '" + name + "' of " + (dimension == 2 ? "disks" : "spheres") +

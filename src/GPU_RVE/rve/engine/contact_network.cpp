@@ -211,22 +211,31 @@ template <int D> std::vector<TouchingPairOf<D>> find_contacts(const RveStateOf<D
 }
 
 template <int D>
-std::vector<SpringForcesOf<D>> spring_forces(const RveStateOf<D> &state,
-                                             const std::vector<TouchingPairOf<D>> &contacts)
+std::vector<PairOf<D>> remembered_pairs(const RveStateOf<D> &state,
+                                        const std::vector<TouchingPairOf<D>> &contacts)
 {
-  std::map<std::pair<int, int>, SpringForcesOf<D>> history;
+  std::map<std::pair<int, int>, PairOf<D>> history;
   with_law<D>(state.material, [&](const auto &law) {
     for (const PairOf<D> &pair : state.pairs) {
       PairOf<D> seen = pair;
       if (pair.first > pair.second) law.to_pair(law.seen_from_partner(law.of_pair(pair)), seen);
-      history[std::minmax(pair.first, pair.second)] = forces_of(seen);
+      history[std::minmax(pair.first, pair.second)] = seen;
     }
   });
-  std::vector<SpringForcesOf<D>> forces;
+  std::vector<PairOf<D>> pairs;
   for (const TouchingPairOf<D> &contact : contacts) {
     const auto entry = history.find({contact.first, contact.second});
-    forces.push_back(entry == history.end() ? SpringForcesOf<D>{} : entry->second);
+    pairs.push_back(entry == history.end() ? PairOf<D>{} : entry->second);
   }
+  return pairs;
+}
+
+template <int D>
+std::vector<SpringForcesOf<D>> spring_forces(const RveStateOf<D> &state,
+                                             const std::vector<TouchingPairOf<D>> &contacts)
+{
+  std::vector<SpringForcesOf<D>> forces;
+  for (const PairOf<D> &pair : remembered_pairs(state, contacts)) forces.push_back(forces_of(pair));
   return forces;
 }
 
@@ -271,6 +280,8 @@ template <int D> Tensor<double, D> spring_stress(const RveStateOf<D> &state)
   template ContactPlace place_of(const RveStateOf<D> &, const TouchingPairOf<D> &);              \
   template std::vector<TouchingPairOf<D>> find_contacts(const RveStateOf<D> &);                  \
   template void forget_absurd_force(RveStateOf<D> &);                                            \
+  template std::vector<PairOf<D>> remembered_pairs(const RveStateOf<D> &,                        \
+                                                   const std::vector<TouchingPairOf<D>> &);      \
   template std::vector<SpringForcesOf<D>> spring_forces(const RveStateOf<D> &,                   \
                                                         const std::vector<TouchingPairOf<D>> &); \
   template std::vector<SpringContactOf<D>> find_spring_contacts(const RveStateOf<D> &);          \

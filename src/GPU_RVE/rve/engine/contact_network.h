@@ -32,6 +32,11 @@ template <int D> std::vector<TouchingPairOf<D>> find_contacts(const RveStateOf<D
 /// scale of forces would hold none of them. The engine then begins with one of its own.
 template <int D> void forget_absurd_force(RveStateOf<D> &state);
 
+/// What the state remembers of these contacts, as their first grains see it; nothing where the state has none.
+template <int D>
+std::vector<PairOf<D>> remembered_pairs(const RveStateOf<D> &state,
+                                        const std::vector<TouchingPairOf<D>> &contacts);
+
 /// Forces of springs that pairs remember, as the first grain sees them.
 template <int D> struct SpringForcesOf;
 

@@ -1,0 +1,207 @@
+// Fabric of contacts, branches and forces on arrays that have it in closed form, and energies of springs by kind. unittest/lammps/test_fabric.cpp has
+// LAMMPS' compute fabric beside them.
+
+#include "rve/engine/contact_measures.h"
+#include "rve/engine/contact_model.h"
+#include "support/lattice.h"
+#include "support/rve_rig.h"
+#include "support/spheres.h"
+
+#include <gtest/gtest.h>
+
+using namespace rve;
+using namespace rve_test;
+
+namespace {
+
+constexpr double RADIUS = 0.005;    // [m]
+
+/// Disks of a rectangular array, 4 by 4, at these distances.
+RveState rectangles(double along_x, double along_y)
+{
+  std::vector<double> xy;
+  for (int k = 0; k < 16; ++k) {
+    xy.push_back((k % 4 + 0.5) * along_x);
+    xy.push_back((k / 4 + 0.5) * along_y);
+  }
+  return state_of(paper_material(), Tensor2{{4 * along_x, 0.0, 0.0, 4 * along_y}},
+                  std::vector<double>(16, RADIUS), xy);
+}
+
+/// Spheres of an array of boxes, 4 by 4 by 4, with these overlaps along the axes.
+Spheres boxes(const Vec<double, 3> &overlap)
+{
+  std::vector<double> xyz;
+  Tensor3 cell = Tensor3::zero();
+  for (int a = 0; a < 3; ++a) cell(a, a) = 4.0 * (2.0 * RADIUS - overlap[a]);
+  for (int k = 0; k < 64; ++k) {
+    const int place[3] = {k % 4, k / 4 % 4, k / 16};
+    for (int a = 0; a < 3; ++a) xyz.push_back(0.25 * (place[a] + 0.5) * cell(a, a));
+  }
+  return spheres(spheres_material(), cell, std::vector<double>(64, RADIUS), xyz);
+}
+
+void expect_zero(const Tensor2 &tensor)
+{
+  for (const double x : tensor.component) EXPECT_NEAR(x, 0.0, 1e-12);
+}
+
+}    // namespace
+
+TEST(Fabric, OfTheHexagonalLatticeIsIsotropic)
+{
+  const auto measures = contact_measures(hexagonal_lattice(paper_material(), RADIUS, 1e-5));
+
+  expect_zero(measures.contact);
+  expect_zero(measures.branch);
+  expect_zero(measures.normal_force);
+  expect_zero(measures.tangential_force);
+  EXPECT_NEAR(measures.mean_branch, 2.0 * RADIUS - 1e-5, 1e-14);
+  EXPECT_NEAR(measures.mean_normal_force, 1e6 * 1e-5, 1e-9);
+}
+
+TEST(Fabric, OfRectanglesHasTheContrastOfForcesAndBranchesAlongTheAxes)
+{
+  // forces k (2r - l): 10 N along x, 30 N along y. In the plane N_xx = 2 (f_x - f_y)/(f_x + f_y), and B the same of branches.
+  const double lx = 2.0 * RADIUS - 1e-5, ly = 2.0 * RADIUS - 3e-5;
+  const auto measures = contact_measures(rectangles(lx, ly));
+
+  expect_zero(measures.contact);
+  EXPECT_NEAR(measures.normal_force(0, 0), -1.0, 1e-9);
+  EXPECT_NEAR(measures.normal_force(1, 1), 1.0, 1e-9);
+  EXPECT_NEAR(measures.branch(0, 0), 2.0 * (lx - ly) / (lx + ly), 1e-12);
+  EXPECT_NEAR(measures.mean_normal_force, 20.0, 1e-8);
+}
+
+TEST(Fabric, OfColumnsPointsAlongThem)
+{
+  // contacts along x alone: <n n> is xx, C = 4 (xx - 1/2)
+  const auto measures = contact_measures(rectangles(2.0 * RADIUS - 1e-5, 2.1 * RADIUS));
+
+  EXPECT_NEAR(measures.contact(0, 0), 2.0, 1e-12);
+  EXPECT_NEAR(measures.contact(1, 1), -2.0, 1e-12);
+  EXPECT_NEAR(measures.contact(0, 1), 0.0, 1e-12);
+}
+
+TEST(Fabric, OfBoxesOfSpheresHasTheContrastOfForcesAlongTheAxes)
+{
+  // in space N_aa = 15/2 (f_a - f)/(3 f) with the mean f
+  const double kn = spheres_material().normal_stiffness;
+  const Vec<double, 3> overlap{{1e-5, 2e-5, 3e-5}};
+  const auto measures = contact_measures(boxes(overlap));
+
+  for (int a = 0; a < 3; ++a) {
+    EXPECT_NEAR(measures.contact(a, a), 0.0, 1e-12);
+    EXPECT_NEAR(measures.normal_force(a, a), 2.5 * (overlap[a] - 2e-5) / 2e-5, 1e-8);
+  }
+  EXPECT_NEAR(measures.mean_normal_force, kn * 2e-5, 1e-8);
+}
+
+TEST(Fabric, TangentialForcesAreComparedWithNormalOnes)
+{
+  // 10 N along the contact and 20 N across it where the normal is x, none where it is y: X = diag(5, 0), T = 4/f (X - tr X/2)
+  RveState state = rectangles(2.0 * RADIUS - 2e-5, 2.0 * RADIUS - 2e-5);
+  for (int i = 0; i < 16; ++i)
+    state.pairs.push_back({i, i / 4 * 4 + (i + 1) % 4, i % 2 ? 10.0 : -10.0});
+  const auto measures = contact_measures(state);
+
+  EXPECT_NEAR(measures.tangential_force(0, 0), 4.0 / 20.0 * 2.5, 1e-9);
+  EXPECT_NEAR(measures.tangential_force(1, 1), -4.0 / 20.0 * 2.5, 1e-9);
+  EXPECT_NEAR(measures.elastic_tangential, 16 * 0.5 * 100.0 / 1e6, 1e-12);
+  EXPECT_NEAR(measures.elastic_normal, 32 * 0.5 * 1e6 * 4e-10, 1e-12);
+}
+
+TEST(Fabric, TurnsWithTheRve)
+{
+  // a sheared packing and the same one turned by 90 degrees: x y become y -x
+  RveRig rig(paper_packing());
+  rig.strain(gradient(0, 1, 1.0), 2e-5, 500);
+  RveState state = rig.state(), turned = state;
+  turned.cell = Tensor2{{0.0, -1.0, 1.0, 0.0}} * state.cell;
+  const auto one = contact_measures(state), other = contact_measures(turned);
+
+  const auto expect_turned = [](const Tensor2 &x, const Tensor2 &y) {
+    EXPECT_NEAR(y(1, 1), x(0, 0), 1e-9);
+    EXPECT_NEAR(y(0, 1), -x(0, 1), 1e-9);
+    EXPECT_GT(std::fabs(x(0, 1)), 0.01);
+  };
+  expect_turned(one.contact, other.contact);
+  expect_turned(one.normal_force, other.normal_force);
+  expect_turned(one.tangential_force, other.tangential_force);
+}
+
+TEST(Fabric, OfGrainsThatDoNotTouchIsZero)
+{
+  const auto measures = contact_measures(paper_gas());
+
+  expect_zero(measures.contact);
+  expect_zero(measures.branch);
+  EXPECT_EQ(measures.mean_branch, 0.0);
+  EXPECT_EQ(measures.elastic_normal, 0.0);
+}
+
+TEST(ElasticEnergy, OfDisksIsThatOfTheEngineByKinds)
+{
+  RveState state = paper_packing();
+  state.material.rolling_stiffness = 5e5;
+  state.material.rolling_friction = 0.2;
+  RveRig rig(state);
+  const Result &result = rig.strain(gradient(0, 1, 1.0), 2e-5, 500);
+  const auto measures = contact_measures(rig.state());
+
+  EXPECT_GT(measures.elastic_tangential, 0.01 * result.elastic_energy);
+  EXPECT_GT(measures.elastic_rolling, 1e-4 * result.elastic_energy);
+  EXPECT_NEAR(measures.elastic_normal + measures.elastic_tangential + measures.elastic_rolling,
+              result.elastic_energy, 1e-7 * result.elastic_energy);    // the engine adds integers
+}
+
+TEST(ElasticEnergy, OfSpheresIsThatOfTheEngineByKindsInEveryLaw)
+{
+  struct Case {
+    const char *name;
+    ContactLaw law;
+    double twisting_marshall;
+  };
+  for (const Case &c : {Case{"hooke", ContactLaw::Linear, 0.0},
+                        {"hooke, marshall", ContactLaw::Linear, 1.0},
+                        {"hertz", ContactLaw::Hertz, 0.0},
+                        {"dmt", ContactLaw::Dmt, 1.0}}) {
+    SCOPED_TRACE(c.name);
+    Material material;
+    material.law = c.law;
+    material.density = 2650.0;
+    material.friction = 0.5;
+    material.rolling_stiffness = 4e5;
+    material.rolling_friction = 0.1;
+    material.twisting_marshall = c.twisting_marshall;
+    if (c.twisting_marshall == 0.0) {
+      material.twisting_stiffness = 2.0;
+      material.twisting_friction = 2e-4;
+    }
+    if (c.law == ContactLaw::Linear) {
+      material.normal_stiffness = material.tangential_stiffness = 1e6;
+    } else {
+      material.hertz_stiffness = 1e9;
+      material.mindlin_stiffness = 8e8;
+      material.mindlin_displacement = 1.0;
+    }
+    if (c.law == ContactLaw::Dmt) material.surface_energy = 5.0;
+    const Spheres state = disordered_spheres(material, 4, 3);
+    Options options = sphere_options();
+    options.contacts = contacts_of(state);
+    SphereRig rig(state, options);
+    Tensor3 shear = Tensor3::zero();
+    shear(0, 1) = 5.0;
+    shear(0, 2) = -3.0;
+    const auto result = rig.strain(shear, 1e-6, 2000);
+    const auto measures = contact_measures(rig.state());
+
+    EXPECT_GT(measures.elastic_tangential, 0.0);
+    EXPECT_GT(measures.elastic_rolling, 0.0);
+    EXPECT_GT(measures.elastic_twisting, 0.0);
+    EXPECT_NEAR(measures.elastic_normal + measures.elastic_tangential + measures.elastic_rolling +
+                    measures.elastic_twisting,
+                result.elastic_energy,
+                1e-7 * std::fabs(result.elastic_energy));    // the engine adds integers
+  }
+}
