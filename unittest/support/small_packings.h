@@ -1,0 +1,39 @@
+// Packings of a few grains, whose cells soon become too narrow when they are stretched.
+
+#ifndef RVE_UNITTEST_SUPPORT_SMALL_PACKINGS_H
+#define RVE_UNITTEST_SUPPORT_SMALL_PACKINGS_H
+
+#include "rve/engine/packing.h"
+#include "support/spheres.h"
+
+namespace rve_test {
+
+inline rve::Options options_of_dimension(int dimension, rve::Format format = rve::Format::Double)
+{
+  rve::Options options;
+  options.contacts.dimension = dimension;
+  options.format = format;
+  options.device = rve::Device::Cpu;
+  options.threads = 1;
+  options.track_energy = true;
+  return options;
+}
+
+/// 30 disks or 60 spheres of 4 to 5 mm at 100 kPa.
+template <int D> rve::RveStateOf<D> small_packing()
+{
+  rve::PackingRecipe recipe;
+  recipe.material = D == 2 ? paper_material() : spheres_material();
+  recipe.pressure = 1e5;
+  recipe.num_grains = D == 2 ? 30 : 60;
+  recipe.radius_min = 0.004;
+  recipe.radius_max = 0.005;
+  return rve::generate_packing(recipe, *rve::make_engine<D>(options_of_dimension(D)));
+}
+
+/// Stable for them: disks have a mass depth of one [time].
+template <int D> constexpr double DT_OF_SMALL_PACKINGS = D == 2 ? 2e-5 : 4e-6;
+
+}    // namespace rve_test
+
+#endif
