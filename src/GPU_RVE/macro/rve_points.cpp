@@ -28,31 +28,12 @@ namespace {
              TURN_OF_OVERLAP * point.last_steps().mean_overlap);
   }
 
-  /// What a look at a point finds. Its stress may be a mean, and its status is that of its last steps.
-  template <class Point, int D> void take_details(Point &point, const rve::ResultOf<D> &look)
-  {
-    const rve::Tensor<double, D> stress = point.result.stress;
-    const std::uint32_t status = point.result.status;
-    point.result = look;
-    point.result.stress = stress;
-    point.result.status = status;
-    point.stale = false;
-  }
-
   /// The bound of the time step is that of the present contacts.
   template <class Point> void expect_contacts(Point &point)
   {
     point.most_contacts =
         static_cast<std::int32_t>((1.0 + CONTACT_GROWTH) * point.contacts +
                                   CONTACT_GROWTH_PER_GRAIN * point.result.num_grains);
-  }
-
-  /// Without DEM steps: they ask for the present results.
-  template <int D> std::vector<rve::DriveOf<D>> drives_at_rest(std::size_t count)
-  {
-    rve::DriveOf<D> drive;
-    drive.dt = 1.0;    // of no step; a drive wants a positive one
-    return std::vector<rve::DriveOf<D>>(count, drive);
   }
 
   /// What a default gain of the servo is proportional to, of what a material says.
@@ -94,6 +75,23 @@ template <int D> void RvePointsOf<D>::Point::note(const rve::DriveOf<D> &last)
   drive = last;
   drive.modes = nullptr;    // they live elsewhere
   servo_error = last.has_servo() ? rve::servo_error(last, result.stress) : 0.0;
+}
+
+template <int D> void RvePointsOf<D>::Point::take_details(const rve::ResultOf<D> &look)
+{
+  const Matrix stress = result.stress;
+  const std::uint32_t status = result.status;
+  result = look;
+  result.stress = stress;
+  result.status = status;
+  stale = false;
+}
+
+template <int D> std::vector<rve::DriveOf<D>> RvePointsOf<D>::drives_at_rest(std::size_t count)
+{
+  rve::DriveOf<D> drive;
+  drive.dt = 1.0;    // of no step; a drive wants a positive one
+  return std::vector<rve::DriveOf<D>>(count, drive);
 }
 
 template <int D>
@@ -163,7 +161,7 @@ std::vector<int> RvePointsOf<D>::add(const std::vector<const rve::RveStateOf<D> 
     settle(slots.back(), *state);
   }
   std::vector<rve::ResultOf<D>> results;
-  call_engine(slots, drives_at_rest<D>(slots.size()), results);
+  call_and_widen(slots, drives_at_rest(slots.size()), results);
   for (std::size_t k = 0; k < slots.size(); ++k) {
     Point &point = points[slots[k]];
     if (results[k].status & rve::status::Fatal) {
@@ -293,12 +291,12 @@ void RvePointsOf<D>::set_materials(const std::vector<int> &slots,
   else
     move_to(contacts, by_slot);
   std::vector<rve::ElasticResultOf<D>> looks;
-  call_engine(slots, drives_at_rest<D>(slots.size()), looks);
+  call_engine(slots, drives_at_rest(slots.size()), looks);
   std::vector<rve::ResponseOf<D>> look_at_shadow;
   for (std::size_t k = 0; k < slots.size(); ++k) {
     Point &point = points[slots[k]];
     if (point.shadow >= 0) {
-      shadows->advance({point.shadow}, drives_at_rest<D>(1), look_at_shadow);
+      shadows->advance({point.shadow}, drives_at_rest(1), look_at_shadow);
       point.shadow_stress = look_at_shadow[0].stress;
     }
     const double gain_before = gain_factor(point.material), gain = gain_factor(materials[k]);
@@ -327,8 +325,69 @@ void RvePointsOf<D>::call_engine(const std::vector<int> &slots,
                                  const std::vector<rve::DriveOf<D>> &drives, Answers &answers) const
 {
   const auto start = rve::WallClock::now();
-  engine->advance(slots, drives, answers);
+  if (any_copies)
+    call_engine_apart(slots, drives, answers);
+  else
+    engine->advance(slots, drives, answers);
   seconds_in_engine += rve::seconds_since(start);
+}
+
+/// RVEs of copies in a call of their own: the largest one of a call decides how much of a GPU each of them gets.
+template <int D>
+template <class Answers>
+void RvePointsOf<D>::call_engine_apart(const std::vector<int> &slots,
+                                       const std::vector<rve::DriveOf<D>> &drives,
+                                       Answers &answers) const
+{
+  answers.resize(slots.size());
+  for (const bool of_copies : {false, true}) {
+    std::vector<std::size_t> places;
+    std::vector<int> some_slots;
+    std::vector<rve::DriveOf<D>> some_drives;
+    for (std::size_t k = 0; k < slots.size(); ++k) {
+      if ((points[slots[k]].copies > 1) != of_copies) continue;
+      places.push_back(k);
+      some_slots.push_back(slots[k]);
+      some_drives.push_back(drives[k]);
+    }
+    if (places.empty()) continue;
+    Answers some;
+    engine->advance(some_slots, some_drives, some);
+    for (std::size_t m = 0; m < places.size(); ++m) answers[places[m]] = some[m];
+  }
+}
+
+/// Those whose cells are too narrow stay as they were before the call, and repeat it as copies of themselves side by side.
+template <int D>
+template <class Answers>
+void RvePointsOf<D>::call_and_widen(const std::vector<int> &slots,
+                                    const std::vector<rve::DriveOf<D>> &drives, Answers &answers)
+{
+  call_engine(slots, drives, answers);
+  if (options.most_copies == 1) return;
+  const int count = static_cast<int>(slots.size());
+  bool any_narrow = false;
+  {
+    const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team) reduction(|| : any_narrow)
+    for (int k = 0; k < count; ++k)
+      any_narrow = any_narrow || (answers[k].status & rve::status::CellTooNarrow) != 0;
+  }
+  while (any_narrow) {
+    std::vector<int> places, some_slots;
+    std::vector<rve::DriveOf<D>> some_drives;
+    for (int k = 0; k < count; ++k) {
+      if (!(answers[k].status & rve::status::CellTooNarrow) || !widen(slots[k])) continue;
+      places.push_back(k);
+      some_slots.push_back(slots[k]);
+      some_drives.push_back(drives[k]);
+    }
+    any_narrow = !places.empty();
+    if (!any_narrow) return;
+    Answers some;
+    call_engine(some_slots, some_drives, some);
+    for (std::size_t m = 0; m < places.size(); ++m) answers[places[m]] = some[m];
+  }
 }
 
 /// What one RVE does in a macro step: parts that end where its stress is wanted.
@@ -393,7 +452,7 @@ template <int D> void RvePointsOf<D>::look_at_sleepers(const std::vector<int> &s
     if (parts[k] == Part::Sleeps && !points[slots[k]].look) some.push_back(slots[k]);
   if (!some.empty()) {
     std::vector<rve::ElasticResultOf<D>> looks;
-    call_engine(some, drives_at_rest<D>(some.size()), looks);
+    call_engine(some, drives_at_rest(some.size()), looks);
     const int count = static_cast<int>(some.size());
     const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team)
@@ -403,7 +462,7 @@ template <int D> void RvePointsOf<D>::look_at_sleepers(const std::vector<int> &s
       const bool failed = (result.status & rve::status::Fatal) != 0;
       point.look = {!failed && result.unbalanced_ratio <= QUIET_UNBALANCED_RATIO,
                     looks[m].stiffness};
-      if (!failed && point.stale) take_details(point, result);
+      if (!failed && point.stale) point.take_details(result);
     }
   }
   for (std::size_t k = 0; k < slots.size(); ++k)
@@ -522,7 +581,7 @@ template <int D> void RvePointsOf<D>::catch_up()
   if (slots.empty()) return;
   turn(*engine, slots, drives, must_turn);
   std::vector<rve::ResponseOf<D>> responses;
-  call_engine(slots, drives, responses);
+  call_and_widen(slots, drives, responses);
   for (std::size_t k = 0; k < slots.size(); ++k) {
     Point &point = points[slots[k]];
     point.state = responses[k].status & rve::status::Fatal ? State::Frozen : State::Awake;
@@ -563,7 +622,7 @@ template <int D> void RvePointsOf<D>::run(std::vector<Macro> &macros)
     };
     if (!others.empty()) {
       std::vector<rve::ResponseOf<D>> responses;
-      call_engine(slots_of(others), drives_of(others), responses);
+      call_and_widen(slots_of(others), drives_of(others), responses);
       for (std::size_t k = 0; k < others.size(); ++k) {
         others[k]->samples.push_back(responses[k].stress);
         others[k]->failed = (responses[k].status & rve::status::Fatal) != 0;
@@ -572,7 +631,7 @@ template <int D> void RvePointsOf<D>::run(std::vector<Macro> &macros)
     }
     if (!last.empty()) {
       std::vector<rve::ResponseOf<D>> responses;
-      call_engine(slots_of(last), drives_of(last), responses);
+      call_and_widen(slots_of(last), drives_of(last), responses);
       for (std::size_t k = 0; k < last.size(); ++k) {
         Macro &macro = *last[k];
         Point &point = points[macro.slot];
@@ -611,6 +670,7 @@ void RvePointsOf<D>::advance_shadows(const std::vector<int> &slots,
   turn(*shadows, numbers, finer, turned);
   std::vector<rve::ResponseOf<D>> responses;
   shadows->advance(numbers, finer, responses);
+  widen_shadows(originals, finer, responses);
   for (std::size_t k = 0; k < numbers.size(); ++k) {
     Point &point = points[originals[k]];
     if (responses[k].status & rve::status::Fatal)
@@ -665,7 +725,7 @@ std::vector<int> RvePointsOf<D>::advance_plainly(const std::vector<int> &slots,
 {
   const int count = static_cast<int>(slots.size());
   if (count == 0) return {};
-  call_engine(slots, drives, responses);
+  call_and_widen(slots, drives, responses);
   record_sizes.assign(points.size(), 0);
 
   int num_failed = 0;
@@ -705,14 +765,14 @@ template <int D> void RvePointsOf<D>::complete() const
   const int count = static_cast<int>(stale_slots.size());
   if (count == 0) return;
   // whoever looks in every step does so at thousands: no memory is asked for each time, and threads share the copies
-  if (static_cast<int>(resting.size()) != count) resting = drives_at_rest<D>(count);
+  if (static_cast<int>(resting.size()) != count) resting = drives_at_rest(count);
   call_engine(stale_slots, resting, looks);
   const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team)
   for (int k = 0; k < count; ++k) {
     Point &point = points[stale_slots[k]];
     point.stale = false;
-    if (!(looks[k].status & rve::status::Fatal)) take_details(point, looks[k]);
+    if (!(looks[k].status & rve::status::Fatal)) point.take_details(looks[k]);
   }
 }
 

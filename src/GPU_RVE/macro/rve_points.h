@@ -11,6 +11,7 @@
 
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace macro {
@@ -29,6 +30,8 @@ struct MacroStepOptions {
       1;    ///< of an average or a regression, the last one at the end of the macro step
   int stress_spacing = 1;       ///< DEM steps between samples
   int shadow_refinement = 4;    ///< DEM steps of a shadow per step of its RVE
+  int most_copies =
+      1;    ///< of an RVE side by side, where its cell becomes too narrow; a power of two
 };
 
 /// Mean unbalanced force over mean contact force below which an RVE is at rest and may be skipped [-].
@@ -80,6 +83,9 @@ template <int D> class RvePointsOf {
     double servo_error = 0.0;    ///< after them [stress]
     PathState<D> path;
 
+    std::int32_t copies = 1;      ///< of the grains that it began with, side by side
+    std::int32_t renewals = 0;    ///< how often a fresh RVE took its place
+
     rve::ResultOf<D> rested;                ///< while asleep: of its last DEM step
     Matrix pending = Matrix::identity();    ///< deformation since its last DEM step
 
@@ -102,6 +108,8 @@ template <int D> class RvePointsOf {
     void note(const rve::DriveOf<D> &last);
     /// D itself, in the axes of the present; zero before its first steps [1/time]
     Matrix rate_of_deformation() const;
+    /// What a look at it finds. Its stress may be a mean, and its status is that of its last steps.
+    void take_details(const rve::ResultOf<D> &look);
     /// |stress - stress of the shadow| over the larger of both [-]
     double shadow_deviation() const;
   };
@@ -133,6 +141,8 @@ template <int D> class RvePointsOf {
                            const std::vector<rve::DriveOf<D>> &drives, bool with_details = true);
   /// Completes the results of all points that an advance left without details.
   void complete() const;
+  /// Those whose cells have become too narrow since this was asked last, and go on as copies of themselves side by side.
+  std::vector<int> take_widened() { return std::exchange(widened, {}); }
 
   /// What stands between macro steps and DEM steps from now on; the refinement of shadows stays. RVEs that sleep carry out what they
   /// slept through in their next step, if they may not go on sleeping.
@@ -178,6 +188,8 @@ template <int D> class RvePointsOf {
     return points[slot].drive.substeps > 0 || points[slot].asleep();
   }
   bool frozen(int slot) const { return points[slot].frozen(); }
+  int copies(int slot) const { return points[slot].copies; }
+  int renewals(int slot) const { return points[slot].renewals; }
   double servo_gain(int slot) const { return points[slot].servo_gain; }
   /// The next step of an RVE that is on one of these paths, for advance(), and what comes of it there.
   rve::DriveOf<D> path_drive(int slot, const LoadPathsOf<D> &paths, const PathStep &step,
@@ -203,7 +215,8 @@ template <int D> class RvePointsOf {
   int add_record(const double *record, std::size_t size);
   /// Length of record(); remembered until the next advance.
   int record_size(int slot) const;
-  /// At least the length of record() while the list has at most twice the present pairs, without asking the engine.
+  /// At least the length of record() while the list has at most twice the present pairs, and as many copies as there may be, without asking
+  /// the engine.
   int record_bound(int slot) const;
 
  private:
@@ -211,6 +224,8 @@ template <int D> class RvePointsOf {
   MacroStepOptions options;
   int threads;
   bool any_stiffened = false;    ///< since the last look at bounds
+  bool any_copies = false;       ///< some RVE is as many as copies, or was
+  std::vector<int> widened;      ///< slots, since they were taken
   double seconds = 0.0, seconds_for_shadows = 0.0;
   mutable double seconds_in_engine = 0.0;
   mutable std::vector<Point> points;        // by slot
@@ -237,6 +252,17 @@ template <int D> class RvePointsOf {
   template <class Answers>
   void call_engine(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,
                    Answers &answers) const;
+  template <class Answers>
+  void call_engine_apart(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,
+                         Answers &answers) const;
+  template <class Answers>
+  void call_and_widen(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,
+                      Answers &answers);
+  bool widen(int slot);
+  void widen_shadows(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,
+                     std::vector<rve::ResponseOf<D>> &responses);
+  bool has_room_for_copies(int num_grains) const;
+  static bool replace(rve::EngineOf<D> &engine, int number, const rve::RveStateOf<D> &state);
   bool is_plain(const std::vector<int> &slots) const;
   std::vector<int> advance_plainly(const std::vector<int> &slots,
                                    const std::vector<rve::DriveOf<D>> &drives);
@@ -246,6 +272,8 @@ template <int D> class RvePointsOf {
                             const std::vector<rve::DriveOf<D>> &drives);
 
   Point &settle(int slot, const rve::RveStateOf<D> &state);
+  /// Without DEM steps: they ask for the present results.
+  static std::vector<rve::DriveOf<D>> drives_at_rest(std::size_t count);
   /// Those with an RVE.
   std::vector<int> used_slots() const;
   /// Materials by slot; null: as it is.

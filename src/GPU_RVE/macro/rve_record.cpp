@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
+#include <limits>
 #include <type_traits>
 
 namespace macro {
@@ -19,7 +20,7 @@ namespace {
     std::uint64_t version;
     std::uint64_t checksum;    // of the head, with zero in this place; the states have their own
     std::uint64_t bytes, shadow_bytes;    // of the states
-    std::uint64_t frozen, asleep;
+    std::uint32_t frozen, further_copies, asleep, renewals;
     std::int32_t contacts, most_contacts;
     double grain_size, servo_gain;
     rve::DriveOf<D> drive;
@@ -41,6 +42,8 @@ namespace {
   // "rve pt", and a number that changes with the layout; "rve sp" of spheres
   template <int D>
   constexpr std::uint64_t RECORD_VERSION = D == 2 ? 0x7276652070740005u : 0x7276652073700002u;
+  // of RVEs that are copies side by side, or took the place of another one: others keep the record that they always had
+  template <int D> constexpr std::uint64_t VERSION_WITH_COPIES = RECORD_VERSION<D> + 1;
 
   /// Of the bytes of a head, whatever lies between its members.
   template <int D> std::uint64_t checksum_of_head(const double *record)
@@ -75,11 +78,14 @@ template <int D> std::vector<double> RvePointsOf<D>::record(int slot) const
   const std::size_t begin_of_shadow = head_size<D>() + doubles_for(state.size());
   std::vector<double> record(begin_of_shadow + doubles_for(shadow.size()), 0.0);
   RecordHead<D> head{};
-  head.version = RECORD_VERSION<D>;
+  head.version =
+      point.copies == 1 && point.renewals == 0 ? RECORD_VERSION<D> : VERSION_WITH_COPIES<D>;
   head.bytes = state.size();
   head.shadow_bytes = shadow.size();
   head.frozen = point.frozen() ? 1 : 0;
   head.asleep = point.asleep() ? 1 : 0;
+  head.further_copies = static_cast<std::uint32_t>(point.copies - 1);
+  head.renewals = static_cast<std::uint32_t>(point.renewals);
   head.contacts = point.contacts;
   head.most_contacts = point.most_contacts;
   head.grain_size = point.grain_size;
@@ -112,12 +118,13 @@ template <int D> int RvePointsOf<D>::add_record(const double *record, std::size_
   require_whole(size > head_size<D>(), "that is less than its head");
   RecordHead<D> head;
   std::memcpy(static_cast<void *>(&head), record, sizeof(head));
-  rve::require(head.version == RECORD_VERSION<D> || head.version >> 16 != RECORD_VERSION<D> >> 16,
-               [&] {
-                 return "its record has version " + std::to_string(head.version & 0xffff) +
-                     "; this program reads version " + std::to_string(RECORD_VERSION<D> & 0xffff);
-               });
-  require_whole(head.version == RECORD_VERSION<D>, "it does not begin as one");
+  const bool is_known = head.version == RECORD_VERSION<D> || head.version == VERSION_WITH_COPIES<D>;
+  rve::require(is_known || head.version >> 16 != RECORD_VERSION<D> >> 16, [&] {
+    return "its record has version " + std::to_string(head.version & 0xffff) +
+        "; this program reads versions " + std::to_string(RECORD_VERSION<D> & 0xffff) + " and " +
+        std::to_string(VERSION_WITH_COPIES<D> & 0xffff);
+  });
+  require_whole(is_known, "it does not begin as one");
   require_whole(head.checksum == checksum_of_head<D>(record),
                 "the checksum of its head does not match");
   const std::size_t of_state = doubles_for(head.bytes), of_shadow = doubles_for(head.shadow_bytes);
@@ -125,6 +132,11 @@ template <int D> int RvePointsOf<D>::add_record(const double *record, std::size_
                     head_size<D>() + of_state + of_shadow == size,
                 "its parts are not as long as the whole");
   const rve::RveStateOf<D> state = state_from<D>(record + head_size<D>(), head.bytes);
+  constexpr std::uint32_t most = std::numeric_limits<std::int32_t>::max();
+  const std::uint64_t copies = std::uint64_t{head.further_copies} + 1;
+  require_whole(head.renewals <= most && copies <= most && (copies & (copies - 1)) == 0 &&
+                    static_cast<std::uint64_t>(state.num_grains()) % copies == 0,
+                "its grains are not so many copies");
   std::optional<rve::RveStateOf<D>> shadow;
   if (of_shadow > 0) shadow = state_from<D>(record + head_size<D>() + of_state, head.shadow_bytes);
 
@@ -135,6 +147,9 @@ template <int D> int RvePointsOf<D>::add_record(const double *record, std::size_
   point.result = head.result;
   point.rested = head.rested;
   point.state = head.frozen ? State::Frozen : head.asleep ? State::Asleep : State::Awake;
+  point.copies = static_cast<std::int32_t>(copies);
+  point.renewals = static_cast<std::int32_t>(head.renewals);
+  any_copies = any_copies || copies > 1;
   point.contacts = head.contacts;
   point.most_contacts = head.most_contacts;
   point.grain_size = head.grain_size;
@@ -164,7 +179,8 @@ template <int D> int RvePointsOf<D>::record_bound(int slot) const
   const rve::ResultOf<D> &result = points[slot].result;
   const int of_state = of_grain * result.num_grains +
       2 * of_pair * std::max(result.num_pairs, result.num_grains) + 256;
-  return static_cast<int>(head_size<D>()) + (points[slot].shadow >= 0 ? 2 : 1) * of_state;
+  const int times = std::max(1, options.most_copies / points[slot].copies);    // it may yet become
+  return static_cast<int>(head_size<D>()) + (points[slot].shadow >= 0 ? 2 : 1) * times * of_state;
 }
 
 template std::vector<double> RvePointsOf<2>::record(int) const;

@@ -1,0 +1,107 @@
+// RVEs whose cells become too narrow for their grains: they go on as copies of themselves side by side, which are the same medium.
+
+#include "macro/rve_points.h"
+
+#include "rve/engine/copies.h"
+
+#include <algorithm>
+#include <exception>
+
+namespace macro {
+
+/// The state takes the place of the one with this number. False, with all as it was, if there is no memory for it.
+template <int D>
+bool RvePointsOf<D>::replace(rve::EngineOf<D> &engine, int number, const rve::RveStateOf<D> &state)
+{
+  const rve::RveStateOf<D> before = engine.state(number);
+  engine.remove(number);
+  // the number is free, and the next one takes it
+  try {
+    engine.add(state);
+  } catch (const std::exception &) {
+    engine.add(before);
+    return false;
+  }
+  return true;
+}
+
+/// Whether an RVE that has so many grains may have twice as many, and calls the room for them. An estimate: lists may grow.
+template <int D> bool RvePointsOf<D>::has_room_for_copies(int num_grains) const
+{
+  const rve::Memory memory = engine->memory();
+  if (!memory.is_known) return true;
+  const int wanted = 2 * num_grains;
+  int of_copies = 1, largest = 0;
+  for (const int other : used_slots()) {
+    if (points[other].copies == 1) continue;
+    ++of_copies;
+    largest = std::max(largest, points[other].result.num_grains);
+  }
+  double bytes = static_cast<double>(engine->bytes_per_rve(wanted)) -
+      static_cast<double>(engine->bytes_per_rve(num_grains));
+  if (wanted > largest)
+    bytes += static_cast<double>(engine->bytes_of_call(of_copies, wanted)) -
+        static_cast<double>(largest > 0 ? engine->bytes_of_call(of_copies - 1, largest) : 0);
+  return bytes <= static_cast<double>(memory.free);
+}
+
+/// Twice as many grains, if they tell more, if there may be so many copies, and if there is memory for them. The result is that of the
+/// same configuration.
+template <int D> bool RvePointsOf<D>::widen(int slot)
+{
+  Point &point = points[slot];
+  if (2 * point.copies > options.most_copies) return false;
+  const rve::RveStateOf<D> state = engine->state(slot);
+  if (rve::is_one_grain_across(state, point.copies)) return false;
+  if (!has_room_for_copies(state.num_grains())) return false;
+  if (!replace(*engine, slot, rve::side_by_side(state))) return false;
+
+  any_copies = true;
+  point.copies *= 2;
+  point.contacts *= 2;
+  point.most_contacts *= 2;
+  point.look.reset();
+  widened.push_back(slot);
+  std::vector<rve::ResultOf<D>> looks;
+  engine->advance({slot}, drives_at_rest(1), looks);
+  // it may be too narrow still, as the next call will say
+  if (!(looks[0].status & rve::status::Fatal)) point.take_details(looks[0]);
+  return true;
+}
+
+/// Shadows whose cells are too narrow, as their RVEs: as many copies as these may have.
+template <int D>
+void RvePointsOf<D>::widen_shadows(const std::vector<int> &slots,
+                                   const std::vector<rve::DriveOf<D>> &drives,
+                                   std::vector<rve::ResponseOf<D>> &responses)
+{
+  for (std::size_t k = 0; k < slots.size(); ++k) {
+    const Point &point = points[slots[k]];
+    while (responses[k].status & rve::status::CellTooNarrow) {
+      const rve::RveStateOf<D> state = shadows->state(point.shadow);
+      const int copies = state.num_grains() * point.copies / engine->state(slots[k]).num_grains();
+      if (2 * copies > options.most_copies || rve::is_one_grain_across(state, copies) ||
+          !replace(*shadows, point.shadow, rve::side_by_side(state)))
+        break;
+      record_sizes[slots[k]] = 0;
+      std::vector<rve::ResponseOf<D>> again;
+      shadows->advance({point.shadow}, {drives[k]}, again);
+      responses[k] = again[0];
+    }
+  }
+}
+
+template bool RvePointsOf<2>::replace(rve::EngineOf<2> &, int, const rve::RveStateOf<2> &);
+template bool RvePointsOf<2>::has_room_for_copies(int) const;
+template bool RvePointsOf<2>::widen(int);
+template void RvePointsOf<2>::widen_shadows(const std::vector<int> &,
+                                            const std::vector<rve::DriveOf<2>> &,
+                                            std::vector<rve::ResponseOf<2>> &);
+template bool RvePointsOf<3>::replace(rve::EngineOf<3> &, int, const rve::RveStateOf<3> &);
+template bool RvePointsOf<3>::has_room_for_copies(int) const;
+template bool RvePointsOf<3>::widen(int);
+template void RvePointsOf<3>::widen_shadows(const std::vector<int> &,
+                                            const std::vector<rve::DriveOf<3>> &,
+                                            std::vector<rve::ResponseOf<3>> &);
+
+}    // namespace macro
