@@ -51,6 +51,7 @@ constexpr Column OF_ATOMS[] = {
     {"path_cycles", nullptr, nullptr, &FixRve::path_cycles},
     {"path_ended", nullptr, nullptr, &FixRve::path_ended},
     {"inertial", nullptr, nullptr, &FixRve::inertial_number},
+    {"copies", nullptr, nullptr, &FixRve::copies},
 };
 
 const std::vector<Column> &columns()

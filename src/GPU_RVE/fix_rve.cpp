@@ -65,7 +65,7 @@ FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
   if (lmp->citeme) lmp->citeme->add(cite_fix_rve);
 
   vector_flag = 1;
-  size_vector = 16;
+  size_vector = 17;
   global_freq = 1;
   extvector = 0;
   nevery = 1;
@@ -206,6 +206,7 @@ void FixRve::end_of_step()
   const auto &settings = impl->settings;
   const bigint step = update->ntimestep;
   impl->look_is_expected = false;
+  impl->say_notes();
   if (settings.path.halts && impl->all_paths_ended()) {
     impl->is_halted = true;
     timer->force_timeout();
@@ -340,6 +341,11 @@ double FixRve::path_cycles(int i) const
 double FixRve::path_ended(int i) const
 {
   return impl->path_report(i).ended;
+}
+
+double FixRve::copies(int i) const
+{
+  return impl->copies(i);
 }
 
 template <int D> rve::RveStateOf<D> FixRve::state(int i) const

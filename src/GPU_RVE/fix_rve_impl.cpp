@@ -380,6 +380,7 @@ template <int D> void FixRve::ImplOf<D>::attach()
       if (points->point(slots[k]).frozen()) failed.push_back(slots[k]);
       sums[1] += static_cast<bigint>(points->bytes(slots[k]));
     }
+    note_copies(atoms);
     report(failed, atoms, {});
   });
   MPI_Allreduce(sums, all_sums, 2, MPI_LMP_BIGINT, MPI_SUM, fix->world);
@@ -391,6 +392,7 @@ template <int D> void FixRve::ImplOf<D>::attach()
         fix->id, total, all_sums[0], all_sums[1] / 1048576.0, rve::number(dt),
         rve::number(*std::min_element(packings.bounds().begin(), packings.bounds().end())));
   say_how_far_cells_go(states);
+  say_notes();
 }
 
 /* ---------------------------------------------------------------------- */
@@ -407,14 +409,18 @@ void FixRve::ImplOf<D>::say_how_far_cells_go(const std::vector<const State *> &s
   }
   MPI_Allreduce(worst, of_all, D + 1, MPI_DOUBLE, MPI_MAX, fix->world);
   if (fix->comm->me == 0)
-    utils::logmesg(fix->lmp,
-                   "fix rve {}: cells are at least {:.1f} grains wide; a cell compressed to less "
-                   "than {:.3f} of its width {}or {:.3f} of its height is too narrow for its "
-                   "grains, and {}\n",
-                   fix->id, -of_all[D], of_all[0],
-                   D == 3 ? fmt::format("along x, {:.3f} of that along y ", of_all[1]) : "",
-                   of_all[D - 1],
-                   settings.freeze ? "its RVE is frozen" : "ends the run (policy stop)");
+    utils::logmesg(
+        fix->lmp,
+        "fix rve {}: cells are at least {:.1f} grains wide; a cell compressed to less "
+        "than {:.3f} of its width {}or {:.3f} of its height is too narrow for its "
+        "grains, {}{}\n",
+        fix->id, -of_all[D], of_all[0],
+        D == 3 ? fmt::format("along x, {:.3f} of that along y ", of_all[1]) : "", of_all[D - 1],
+        settings.macro_step.most_copies > 1
+            ? fmt::format("is continued by up to {} copies of it side by side, and then ",
+                          settings.macro_step.most_copies)
+            : "and ",
+        settings.freeze ? "its RVE is frozen" : "ends the run (policy stop)");
 }
 
 /* ----------------------------------------------------------------------
@@ -731,33 +737,9 @@ void FixRve::ImplOf<D>::advance(const std::vector<int> &atoms, const std::vector
     const std::vector<int> failed = points->advance(slots, drives, with_details);
     wall_time += platform::walltime() - start;
     ++num_advances;
+    note_copies(atoms);
     report(failed, atoms, drives);
   });
-}
-
-/* ---------------------------------------------------------------------- */
-
-template <int D>
-void FixRve::ImplOf<D>::report(const std::vector<int> &failed, const std::vector<int> &atoms,
-                               const std::vector<Drive> &drives) const
-{
-  if (failed.empty()) return;
-  for (std::size_t k = 0; k < atoms.size(); ++k) {
-    const int i = atoms[k];
-    if (std::find(failed.begin(), failed.end(), slot[i]) == failed.end()) continue;
-    const rve::ResultOf<D> &result = point(i).result;
-    const std::string message = fmt::format(
-        "fix rve: RVE of atom {} failed at step {}: {} (before: largest overlap {} of the sum of "
-        "radii, void ratio {}, DEM time step {})",
-        fix->atom->tag[i], fix->update->ntimestep, rve::describe_status(result.status),
-        rve::number(result.largest_overlap), rve::number(result.void_ratio),
-        rve::number(drives.empty() ? clock(fix->update->dt).dt : drives[k].dt));
-    if (!settings.freeze)
-      fix->error->one(FLERR,
-                      message + rve::remedy_of_status(result.status) +
-                          "; with policy freeze the run goes on without this RVE");
-    fix->error->warning(FLERR, message + "; it is frozen");
-  }
 }
 
 /* ---------------------------------------------------------------------- */
@@ -911,7 +893,7 @@ std::vector<rve::DriveOf<D>> FixRve::ImplOf<D>::drives(const std::vector<int> &a
    RVEs, frozen ones, DEM steps, rebuilds, lattice reductions, repeats, worst status,
    DEM time step, DEM steps per LAMMPS step, wall time per advance,
    mean and largest deviation from shadows, atom ID of the largest, RVEs that were skipped,
-   RVEs whose path has ended, largest error of a steered stress
+   RVEs whose path has ended, largest error of a steered stress, RVEs that are copies side by side
 ------------------------------------------------------------------------- */
 
 template <int D> double FixRve::ImplOf<D>::vector_component(int n) const
@@ -940,6 +922,7 @@ template <int D> double FixRve::ImplOf<D>::vector_component(int n) const
     if (n == 13) mine += point.asleep() ? 1.0 : 0.0;
     if (n == 14) mine += settings.path.any() && point.path.ended ? 1.0 : 0.0;
     if (n == 15) mine = MAX(mine, point.servo_error);
+    if (n == 16) mine += point.copies > 1 ? 1.0 : 0.0;
     status |= static_cast<int>(point.result.status);
   }
   if (n == 6) {

@@ -111,6 +111,7 @@ struct FixRve::Impl {
   virtual double bulk_density(int atom) const = 0;
   virtual double inertial_number(int atom) const = 0;
   virtual double servo_error(int atom) const = 0;
+  virtual double copies(int atom) const = 0;
   /// Where an RVE is on its path: stage from 1 (0: on none), time in it, cycles in it, and whether it has ended.
   struct PathReport {
     double stage = 0.0, time = 0.0, cycles = 0.0, ended = 0.0;
@@ -134,6 +135,8 @@ struct FixRve::Impl {
   void check_clock() const;
   /// Ends with an error unless all atoms of `dump` have RVEs; collective.
   void check_dump() const;
+  /// What happened to RVEs since this was called last, for the log; collective.
+  void say_notes();
   /// Of the dump of an atom in a step.
   std::string dump_file(tagint id, bigint step) const
   {
@@ -154,6 +157,11 @@ struct FixRve::Impl {
 
  protected:
   bool warned_dt = false;
+  struct Note {
+    tagint atom;
+    std::string text;
+  };
+  std::vector<Note> notes;    // of this rank
 
   Impl(FixRve *_fix, FixRveSettings _settings, int _dimension) :
       fix(_fix), dimension(_dimension), settings(std::move(_settings)), dt(settings.dt),
@@ -208,6 +216,7 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   double bulk_density(int atom) const override;
   double inertial_number(int atom) const override;
   double servo_error(int atom) const override { return points->servo_error(slot[atom]); }
+  double copies(int atom) const override { return points->copies(slot[atom]); }
   PathReport path_report(int atom) const override;
   bool all_paths_ended() const override;
   mpm::Constitutive<2> *material_of_plane() override { return &of_plane; }
@@ -285,6 +294,8 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   /// `drives` as atoms; none: nothing has been advanced.
   void report(const std::vector<int> &failed, const std::vector<int> &atoms,
               const std::vector<Drive> &drives) const;
+  /// Of RVEs that became copies side by side.
+  void note_copies(const std::vector<int> &atoms);
   bool wants_details() const;
 };
 

@@ -46,6 +46,9 @@ std::string where_packings_come_from(const std::string &file)
       fs::absolute(file).lexically_normal().parent_path().string(), file);
 }
 
+/// Two doublings: one for each axis across which a stretched cell of spheres narrows.
+constexpr int MOST_COPIES = 4;
+
 constexpr const char *COMPONENTS[3][3] = {
     {"xx", "xy", "xz"}, {"yx", "yy", "yz"}, {"zx", "zy", "zz"}};
 
@@ -343,6 +346,14 @@ constexpr FixRveKeyword KEYWORDS[] = {
      [](ScriptWords &words, Settings &s) {
        s.freeze = words.choice<bool>("", {{"stop", false}, {"freeze", true}});
      }},
+    {"copies", "N",
+     [](ScriptWords &words, Settings &s) {
+       s.macro_step.most_copies = words.integer("", 1);
+       if (s.macro_step.most_copies & (s.macro_step.most_copies - 1))
+         words.refuse(fmt::format("copies is {}; cells are doubled, so it must be a power of two: "
+                                  "1, 2, 4 ...",
+                                  s.macro_step.most_copies));
+     }},
     {"progress", "seconds",
      [](ScriptWords &words, Settings &s) {
        s.progress_interval = read_progress(words);
@@ -512,6 +523,7 @@ FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
   const std::string command = "fix rve";
   ScriptWords words(lmp, command, narg, arg, 3);
   FixRveSettings s;
+  s.macro_step.most_copies = MOST_COPIES;
   s.packings.emplace_back(words.next("packing file"));
   s.dimension = dimension_of(lmp, s.packings.front());
   s.read(words, false);
@@ -620,6 +632,7 @@ std::map<std::string, std::string> FixRveSettings::account() const
   account["overlap_limit"] = rve::number(options.overlap_limit);
   account["energy"] = options.track_energy ? "yes" : "no";
   account["policy"] = freeze ? "freeze" : "stop";
+  account["copies"] = std::to_string(steps.most_copies);
   account["substeps"] = steps.adaptive
       ? fmt::format("adaptive {} {} {}", rve::number(steps.adaptive->strain_per_step),
                     rve::number(steps.adaptive->inertial_number), steps.adaptive->most)

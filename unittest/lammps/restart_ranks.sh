@@ -9,11 +9,13 @@
 #   footing   fix mpm with fix rve: a plate pressed into 4 x 4 points
 #   knobs     the shear scene, slower, with all that may stand between a macro step and DEM steps: RVEs asleep at the stop, and shadows.
 #             It has no controls: a packing file has no sleep
+#   narrow    cells that are stretched until they are too narrow, and continued by copies side by side, some before the stop, some after. Without
+#             controls: a packing file does not say what is a copy
 # Controls: a run from the RVEs at the stop as packing files gives the same grains and contacts too, some in another order, because its
 # lists begin at the stop and those of the others did not. The same run with the tangential forces, or with the rolling forces, set to
 # zero does not: so a lost history would be seen.
 #
-#   restart_ranks.sh shear|rolling|spheres|footing|knobs <lmp> <packing> <ranks before> <ranks after> <mpiexec and its options...>
+#   restart_ranks.sh shear|rolling|spheres|footing|knobs|narrow <lmp> <packing> <ranks before> <ranks after> <mpiexec and its options...>
 set -eu
 scene=$1 lmp=$2 packing=$3 before=$4 after=$5
 shift 5
@@ -39,7 +41,7 @@ turning=4      # those that are the opposite seen from the other grain
 dimension=2
 [ "$scene" = spheres ] && dimension=3
 case $scene in
-shear | rolling | spheres | knobs)
+shear | rolling | spheres | knobs | narrow)
   cat > in.setup << END
 units si
 dimension $dimension
@@ -72,6 +74,10 @@ END
     elif [ "$scene" = spheres ]; then
       echo "fix $rve all rve $* threads 1 dt 3.5e-6 drive velocity_gradient zz v_rate xy 2.0 yz 1.0 kr 3e5 rolling_friction 0.2 &"
       echo "  k_twist 2 twisting_friction 2e-4"
+    elif [ "$scene" = narrow ]; then
+      echo "variable pull atom 8+2*id"
+      echo "variable push atom -v_pull"
+      echo "fix $rve all rve $* threads 1 dt 2e-5 drive velocity_gradient xx v_pull yy v_push"
     else
       echo "variable slow atom -0.01*id*id"
       echo "fix $rve all rve $* threads 1 dt 1e-4 drive velocity_gradient yy v_slow xy 0.01 substeps adaptive 1e-6 1e-3 quiescent 1.5e-4 &"
@@ -84,6 +90,10 @@ END
     histories="3 5 7 10"    # two components of the tangential force, one of the rolling force, the twisting moment
     turning="3 4 5"
     small_packing "shape sphere grains 80"
+  fi
+  if [ "$scene" = narrow ]; then
+    small_packing "grains 16 thickness 0.075"
+    vector='$(f_RVE[17]:%.0f)'
   fi
   # what shadows say, and the RVEs that are asleep
   [ "$scene" = knobs ] && vector='$(f_RVE[11]:%.17g) $(f_RVE[12]:%.17g) $(f_RVE[13]:%.17g) $(f_RVE[14]:%.0f)'
@@ -125,7 +135,7 @@ END
   atoms=$(seq 16) stop=63 end=80 columns="f_soil[*]" vector='$(f_soil[1]:%.17g) $(f_soil[5]:%.17g) $(f_soil[6]:%.17g) $(f_soil[8]:%.17g)'
   small_packing "grains 50 thickness 0.075"
   ;;
-*) echo "the scene must be shear, rolling, spheres, footing or knobs, got $scene"; exit 1 ;;
+*) echo "the scene must be shear, rolling, spheres, footing, knobs or narrow, got $scene"; exit 1 ;;
 esac
 
 # write <name> <ID of fix rve>: all that is compared. 17 digits are all bits of a double; counts are DEM steps and rebuilds of lists
@@ -175,6 +185,13 @@ for id in $atoms; do
       { echo "column $column of the contacts of atom $id is empty"; exit 1; }
   done
 done
+if [ "$scene" = narrow ]; then
+  read -r _ _ at_stop < stop.counts
+  read -r _ _ at_end < second.counts
+  [ "$at_stop" -gt 0 ] && [ "$at_end" -gt "$at_stop" ] || { echo "copies at the stop and at the end: $at_stop and $at_end RVEs"; exit 1; }
+  echo "equal: 1 rank, and $before ranks stopped and continued on $after, with $at_stop RVEs that are copies side by side, and $at_end in the end"
+  exit 0
+fi
 if [ "$scene" = knobs ]; then
   awk '{exit $4 > 0 && $6 > 0 ? 0 : 1}' stop.counts || { echo "nothing sleeps, or shadows see nothing:"; cat stop.counts; exit 1; }
   echo "equal: 1 rank, and $before ranks stopped and continued on $after, with sleeping RVEs and shadows"

@@ -459,8 +459,8 @@ TEST(NarrowCell, IsSaidAtTheStartAndEndsWithARemedy)
   const std::string make = "create_rve " + few +
       " grains 16 seed 5 radius uniform 0.004 0.005 kn 1e6 friction 0.5 damping 0.3 density 2650 "
       "pressure 2e4 thickness 0.075\n";
-  const std::string crush =
-      "fix grains all rve " + few + " threads 1 dt auto 0.5 drive velocity_gradient xx 5 yy -5 ";
+  const std::string crush = "fix grains all rve " + few +
+      " threads 1 dt auto 0.5 copies 1 drive velocity_gradient xx 5 yy -5 ";
 
   const std::string log = log_of(FOUR_ATOMS + make + crush + "\nrun 0");
   const std::string message = message_of(FOUR_ATOMS + crush + "\nrun 400");

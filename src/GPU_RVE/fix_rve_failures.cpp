@@ -1,0 +1,119 @@
+/* ----------------------------------------------------------------------
+   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
+   https://www.lammps.org/, Sandia National Laboratories
+   LAMMPS development team: developers@lammps.org
+
+   Copyright (2003) Sandia Corporation.  Under the terms of Contract
+   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
+   certain rights in this software.  This software is distributed under
+   the GNU General Public License.
+
+   See the README file in the top-level LAMMPS directory.
+------------------------------------------------------------------------- */
+
+// RVEs that cannot go on as they are, and what is said of them.
+
+#include "fix_rve_impl.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "error.h"
+#include "rve/core/error.h"
+#include "update.h"
+
+#include <algorithm>
+
+using namespace LAMMPS_NS;
+
+// Lines about RVEs in one step, beyond which their number is said
+static constexpr std::size_t MOST_NOTES = 8;
+
+/* ---------------------------------------------------------------------- */
+
+template <int D>
+void FixRve::ImplOf<D>::report(const std::vector<int> &failed, const std::vector<int> &atoms,
+                               const std::vector<Drive> &drives) const
+{
+  if (failed.empty()) return;
+  for (std::size_t k = 0; k < atoms.size(); ++k) {
+    const int i = atoms[k];
+    if (std::find(failed.begin(), failed.end(), slot[i]) == failed.end()) continue;
+    const rve::ResultOf<D> &result = point(i).result;
+    const std::string message = fmt::format(
+        "fix rve: RVE of atom {} failed at step {}: {} (before: largest overlap {} of the sum of "
+        "radii, void ratio {}, DEM time step {}{})",
+        fix->atom->tag[i], fix->update->ntimestep, rve::describe_status(result.status),
+        rve::number(result.largest_overlap), rve::number(result.void_ratio),
+        rve::number(drives.empty() ? clock(fix->update->dt).dt : drives[k].dt),
+        point(i).copies > 1 ? fmt::format(", {} copies side by side", point(i).copies) : "");
+    if (!settings.freeze)
+      fix->error->one(FLERR,
+                      message + rve::remedy_of_status(result.status) +
+                          "; with policy freeze the run goes on without this RVE");
+    fix->error->warning(FLERR, message + "; it is frozen");
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <int D> void FixRve::ImplOf<D>::note_copies(const std::vector<int> &atoms)
+{
+  const std::vector<int> widened = points->take_widened();
+  if (widened.empty()) return;
+  for (const int i : atoms) {
+    if (std::find(widened.begin(), widened.end(), slot[i]) == widened.end()) continue;
+    const auto &result = points->point(slot[i]).result;
+    notes.push_back({fix->atom->tag[i],
+                     fmt::format("the cell of the RVE of atom {} has become too narrow at step {}; "
+                                 "it goes on as {} copies side by side, of {} grains",
+                                 fix->atom->tag[i], fix->update->ntimestep, points->copies(slot[i]),
+                                 result.num_grains)});
+  }
+}
+
+/* ----------------------------------------------------------------------
+   in the order of the atoms' IDs, whatever rank has them. Most steps have none, which costs a sum over ranks
+------------------------------------------------------------------------- */
+
+void FixRve::Impl::say_notes()
+{
+  const int me = fix->comm->me, ranks = fix->comm->nprocs;
+  const MPI_Comm world = fix->world;
+  std::string text;
+  for (const Note &note : notes) text += fmt::format("{} {}\n", note.atom, note.text);
+  notes.clear();
+  int length = static_cast<int>(text.size()), total = length;
+  if (ranks > 1) MPI_Allreduce(&length, &total, 1, MPI_INT, MPI_SUM, world);
+  if (total == 0) return;
+  std::vector<int> lengths(ranks), begins(ranks, 0);
+  MPI_Gather(&length, 1, MPI_INT, lengths.data(), 1, MPI_INT, 0, world);
+  for (int rank = 1; rank < ranks; ++rank) begins[rank] = begins[rank - 1] + lengths[rank - 1];
+  std::string all(total, '\0');
+  MPI_Gatherv(text.data(), length, MPI_CHAR, all.data(), lengths.data(), begins.data(), MPI_CHAR, 0,
+              world);
+  if (me != 0) return;
+
+  std::vector<Note> of_all;
+  for (std::size_t begin = 0; begin < all.size();) {
+    const std::size_t blank = all.find(' ', begin), end = all.find('\n', begin);
+    of_all.push_back({static_cast<tagint>(std::stoll(all.substr(begin, blank - begin))),
+                      all.substr(blank + 1, end - blank - 1)});
+    begin = end + 1;
+  }
+  std::stable_sort(of_all.begin(), of_all.end(), [](const Note &a, const Note &b) {
+    return a.atom < b.atom;
+  });
+  for (std::size_t k = 0; k < std::min(of_all.size(), MOST_NOTES); ++k)
+    utils::logmesg(fix->lmp, fmt::format("fix rve {}: {}\n", fix->id, of_all[k].text));
+  if (of_all.size() > MOST_NOTES)
+    utils::logmesg(fix->lmp,
+                   fmt::format("fix rve {}: so it is with {} other RVEs in this step\n", fix->id,
+                               of_all.size() - MOST_NOTES));
+}
+
+template void FixRve::ImplOf<2>::report(const std::vector<int> &, const std::vector<int> &,
+                                        const std::vector<Drive> &) const;
+template void FixRve::ImplOf<2>::note_copies(const std::vector<int> &);
+template void FixRve::ImplOf<3>::report(const std::vector<int> &, const std::vector<int> &,
+                                        const std::vector<Drive> &) const;
+template void FixRve::ImplOf<3>::note_copies(const std::vector<int> &);

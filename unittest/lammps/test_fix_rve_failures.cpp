@@ -1,0 +1,92 @@
+// RVEs that cannot go on as they are, through LAMMPS scripts: what becomes of them, what is said and what is counted, on any number of ranks.
+
+#include "grains_script.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+using namespace grains_script;
+
+namespace {
+
+/// 16 disks, made by the first rank for all.
+std::string few_grains()
+{
+  static const std::string file = [] {
+    const std::string path = rve_test::temporary_path("few.rve");
+    int rank;
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    if (rank == 0)
+      Script(MPI_COMM_SELF) << BOX + "create_rve " + path +
+              " grains 16 seed 5 radius uniform 0.004 0.005 kn 1e6 friction 0.5 damping 0.3 "
+              "density 2650 pressure 2e4 thickness 0.075\n";
+    MPI_Barrier(MPI_COMM_WORLD);
+    return path;
+  }();
+  return file;
+}
+
+/// Atoms 1 and 2 are stretched at constant area, 2 a little faster, the others stay. A DEM step is 5e-5 of time.
+std::string stretched(const std::string &words)
+{
+  return FOUR_ATOMS + "variable pull atom 5*(id<3)+0.5*(id==2)\nvariable push atom -v_pull\n" +
+      "fix grains all rve " + few_grains() +
+      " threads 1 dt 5e-5 drive velocity_gradient xx v_pull yy v_push " + words + "\n";
+}
+
+std::string log_of_ranks(const std::string &lines)
+{
+  // rank 0 writes it
+  const std::string path = rve_test::temporary_path("log");
+  {
+    Script script;
+    script << "log " + path + "\n" + lines + "\nlog none";
+  }
+  MPI_Barrier(MPI_COMM_WORLD);
+  const std::string text = rve_test::text_of(path);
+  MPI_Barrier(MPI_COMM_WORLD);
+  return text;
+}
+
+}    // namespace
+
+TEST(NarrowCell, IsContinuedByCopiesWhichAreCountedAndSaid)
+{
+  Script script;
+  script << stretched("") +
+          "compute copies all rve/atom copies\ncompute grains all rve/atom grains\n" +
+          "compute p all rve/atom p\nrun 120";
+
+  const Script::Values copies = script.compute("copies"), grains = script.compute("grains"),
+                       p = script.compute("p");
+  EXPECT_EQ(copies, (Script::Values{{1, 2.0}, {2, 2.0}, {3, 1.0}, {4, 1.0}}));
+  EXPECT_EQ(grains, (Script::Values{{1, 32.0}, {2, 32.0}, {3, 16.0}, {4, 16.0}}));
+  EXPECT_EQ(script.fix_value("grains", 17), 2.0);
+  EXPECT_EQ(script.fix_value("grains", 2), 0.0);
+  for (const auto &[id, pressure] : p) EXPECT_GT(pressure, 0.0) << id;
+
+  const std::string log = log_of_ranks(stretched("") + "run 120");
+  EXPECT_IN("is continued by up to 4 copies of it side by side, and then ends the run", log);
+  const std::size_t first = log.find("the cell of the RVE of atom 2 has become too narrow at step"),
+                    second =
+                        log.find("the cell of the RVE of atom 1 has become too narrow at step");
+  ASSERT_NE(first, std::string::npos) << log;
+  ASSERT_NE(second, std::string::npos) << log;
+  EXPECT_LT(first, second);
+  EXPECT_IN("it goes on as 2 copies side by side, of 32 grains", log);
+}
+
+TEST(NarrowCell, IsATroubleWithoutCopies)
+{
+  EXPECT_IN("failed at step", message_of(stretched("copies 1") + "run 120"));
+  EXPECT_IN("copies is 3; cells are doubled, so it must be a power of two: 1, 2, 4 ...",
+            message_of(stretched("copies 3")));
+}
+
+TEST(NarrowCell, CanBeChangedBetweenRuns)
+{
+  EXPECT_IN("cell too narrow",
+            message_of(stretched("") + "run 20\nfix_modify grains copies 1\nrun 100"));
+  EXPECT_EQ(message_of(stretched("copies 1") + "run 20\nfix_modify grains copies 2\nrun 100"), "");
+}
