@@ -19,8 +19,8 @@ inline rve::Options options_of_dimension(int dimension, rve::Format format = rve
   return options;
 }
 
-/// 30 disks or 60 spheres of 4 to 5 mm at 100 kPa.
-template <int D> rve::RveStateOf<D> small_packing()
+/// 30 disks or 60 spheres of 4 to 5 mm at 100 kPa, the looser the more friction they were made with.
+template <int D> rve::RveStateOf<D> small_packing(double preparation_friction = 0.0)
 {
   rve::PackingRecipe recipe;
   recipe.material = D == 2 ? paper_material() : spheres_material();
@@ -28,6 +28,7 @@ template <int D> rve::RveStateOf<D> small_packing()
   recipe.num_grains = D == 2 ? 30 : 60;
   recipe.radius_min = 0.004;
   recipe.radius_max = 0.005;
+  recipe.preparation_friction = preparation_friction;
   return rve::generate_packing(recipe, *rve::make_engine<D>(options_of_dimension(D)));
 }
 

@@ -849,5 +849,12 @@ template double slip_of_rotation<2>(double, int, double, const rve::Material &, 
 template double slip_of_rotation<3>(double, int, double, const rve::Material &, double, double);
 template class RvePointsOf<2>;
 template class RvePointsOf<3>;
+// for fresh_rves.cpp
+template void RvePointsOf<2>::call_engine(const std::vector<int> &,
+                                          const std::vector<rve::DriveOf<2>> &,
+                                          std::vector<rve::ResultOf<2>> &) const;
+template void RvePointsOf<3>::call_engine(const std::vector<int> &,
+                                          const std::vector<rve::DriveOf<3>> &,
+                                          std::vector<rve::ResultOf<3>> &) const;
 
 }    // namespace macro

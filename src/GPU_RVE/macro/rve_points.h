@@ -34,6 +34,24 @@ struct MacroStepOptions {
       1;    ///< of an RVE side by side, where its cell becomes too narrow; a power of two
 };
 
+/// What became of an RVE that failed, when a fresh one was to take its place.
+template <int D> struct RenewalOf {
+  int slot = -1;
+  int packing =
+      -1;    ///< of which it is; -1: none came to rest, and the RVE stays as it was, frozen
+  double void_ratio_before = 0.0, void_ratio = 0.0;    ///< [-]
+  rve::Tensor<double, D> stress_before, stress;        ///< [stress]
+  std::int64_t steps = 0;                              ///< DEM steps that brought it there
+};
+
+/// A fresh RVE is there when its stress is nearer than this to the wanted one, and its unbalanced force less than this, as shares; or
+/// after so many DEM steps, in so many of which its cell is strained by this at most in each.
+constexpr double FRESH_TOLERANCE = 1e-2;
+constexpr int MOST_FRESH_STEPS = 20000, FRESH_STEPS_AT_ONCE = 200;
+constexpr double FRESH_STRAIN_PER_STEP = 5e-5;
+/// Packings that are tried for one.
+constexpr int MOST_FRESH_TRIALS = 3;
+
 /// Mean unbalanced force over mean contact force below which an RVE is at rest and may be skipped [-].
 constexpr double QUIET_UNBALANCED_RATIO = 1e-2;
 
@@ -143,6 +161,12 @@ template <int D> class RvePointsOf {
   void complete() const;
   /// Those whose cells have become too narrow since this was asked last, and go on as copies of themselves side by side.
   std::vector<int> take_widened() { return std::exchange(widened, {}); }
+
+  /// Fresh RVEs in place of these, which have failed: of these packings the one whose void ratio is nearest to that of the RVE, under the stress
+  /// that it had, with its material and deformation, at rest. Where it had none, the packing is expanded to its void ratio. One that fails
+  /// before it has made a macro step is not replaced again. `dt` is the DEM time step. They have no shadows.
+  std::vector<RenewalOf<D>> renew(const std::vector<int> &slots,
+                                  const std::vector<rve::RveStateOf<D>> &packings, double dt);
 
   /// What stands between macro steps and DEM steps from now on; the refinement of shadows stays. RVEs that sleep carry out what they
   /// slept through in their next step, if they may not go on sleeping.
@@ -259,6 +283,10 @@ template <int D> class RvePointsOf {
   void call_and_widen(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,
                       Answers &answers);
   bool widen(int slot);
+  struct Fresh;
+  bool begin_fresh(Fresh &fresh, const std::vector<rve::RveStateOf<D>> &packings);
+  void bring_to_stress(std::vector<Fresh> &all, double dt);
+  void end_fresh(Fresh &fresh);
   void widen_shadows(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,
                      std::vector<rve::ResponseOf<D>> &responses);
   bool has_room_for_copies(int num_grains) const;

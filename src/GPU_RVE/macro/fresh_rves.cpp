@@ -1,0 +1,194 @@
+// Fresh RVEs in place of those that failed: of a packing, brought to the stress that the failed one had.
+
+#include "macro/rve_points.h"
+
+#include "rve/core/error.h"
+#include "rve/engine/finite_strain.h"
+#include "rve/engine/packing.h"
+#include "rve/engine/servo_modes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace macro {
+
+/// An RVE that is being replaced.
+template <int D> struct RvePointsOf<D>::Fresh {
+  RenewalOf<D> renewal;
+  rve::RveStateOf<D> before;    ///< the one that failed
+  bool is_open = false;         ///< it had no pressure
+  Matrix goal = Matrix::zero();
+  std::vector<int> candidates;    ///< packings, the best one last
+  int copies_before = 1;
+  double gain = 0.0;
+  rve::Counters of_packing;
+  bool is_under_way = false;
+};
+
+/// Puts the next packing in place of the RVE. False if there is none left.
+template <int D>
+bool RvePointsOf<D>::begin_fresh(Fresh &fresh, const std::vector<rve::RveStateOf<D>> &packings)
+{
+  const int slot = fresh.renewal.slot;
+  while (!fresh.candidates.empty()) {
+    fresh.renewal.packing = fresh.candidates.back();
+    fresh.candidates.pop_back();
+    rve::RveStateOf<D> state = packings[fresh.renewal.packing];
+    state.material = points[slot].material;
+    if (fresh.is_open) {
+      const double stretch =
+          std::pow((1.0 + fresh.renewal.void_ratio_before) / (1.0 + state.void_ratio()), 1.0 / D);
+      if (stretch > 1.0) {
+        state.cell = stretch * state.cell;
+        state.pairs.clear();
+        state.list_fractional.clear();
+        state.list_cell = Matrix::zero();
+      }
+    }
+    fresh.of_packing = state.counters;
+    fresh.gain = rve::default_servo_gain(state);
+    if (replace(*engine, slot, state)) return true;
+  }
+  return false;
+}
+
+/// All that are under way together, in calls of some steps, until each is there or has failed.
+template <int D> void RvePointsOf<D>::bring_to_stress(std::vector<Fresh> &all, double dt)
+{
+  for (int steps = 0; steps < MOST_FRESH_STEPS; steps += FRESH_STEPS_AT_ONCE) {
+    std::vector<Fresh *> some;
+    std::vector<int> slots;
+    std::vector<rve::DriveOf<D>> drives;
+    for (Fresh &fresh : all) {
+      if (!fresh.is_under_way) continue;
+      some.push_back(&fresh);
+      slots.push_back(fresh.renewal.slot);
+      rve::DriveOf<D> drive;
+      drive.dt = dt;
+      drive.substeps = FRESH_STEPS_AT_ONCE;
+      if (!fresh.is_open) {
+        for (int a = 0; a < D; ++a)
+          for (int b = a; b < D; ++b) drive.controlled[a][b] = true;
+        drive.stress_goal = fresh.goal;
+        drive.servo_gain = fresh.gain;
+        drive.servo_max_rate = FRESH_STRAIN_PER_STEP / dt;
+      }
+      drives.push_back(drive);
+    }
+    if (some.empty()) return;
+    std::vector<rve::ResultOf<D>> results;
+    call_engine(slots, drives, results);
+    for (std::size_t k = 0; k < some.size(); ++k) {
+      Fresh &fresh = *some[k];
+      const rve::ResultOf<D> &result = results[k];
+      const bool has_failed = (result.status & rve::status::Fatal) != 0;
+      const bool is_last = steps + FRESH_STEPS_AT_ONCE >= MOST_FRESH_STEPS;
+      const bool is_there = fresh.is_open ||
+          (rve::servo_error(drives[k], result.stress) <= FRESH_TOLERANCE * rve::norm(fresh.goal) &&
+           result.unbalanced_ratio <= FRESH_TOLERANCE);
+      fresh.is_under_way = !has_failed && !is_there && !is_last;
+      if (!has_failed && !fresh.is_under_way) end_fresh(fresh);
+    }
+  }
+}
+
+/// It goes on from where the failed one was: with its deformation, and the steps of both.
+template <int D> void RvePointsOf<D>::end_fresh(Fresh &fresh)
+{
+  RenewalOf<D> &renewal = fresh.renewal;
+  Point &point = points[renewal.slot];
+  rve::RveStateOf<D> state = engine->state(renewal.slot);
+  renewal.steps = state.counters.steps - fresh.of_packing.steps;
+  const auto go_on = [&](std::int64_t rve::Counters::*count) {
+    state.counters.*count += fresh.before.counters.*count - fresh.of_packing.*count;
+  };
+  go_on(&rve::Counters::steps);
+  go_on(&rve::Counters::rebuilds);
+  go_on(&rve::Counters::lattice_reductions);
+  go_on(&rve::Counters::repeats);
+  state.deformation = fresh.before.deformation;
+  state.servo_velocity_gradient = fresh.before.servo_velocity_gradient;
+  state.energy = rve::EnergyLedger();
+  std::vector<rve::ResultOf<D>> looks;
+  if (replace(*engine, renewal.slot, state))
+    engine->advance({renewal.slot}, drives_at_rest(1), looks);
+  if (looks.empty() || (looks[0].status & rve::status::Fatal)) return;
+  remove_shadow(renewal.slot);
+  point.result = looks[0];
+  point.stale = false;
+  point.state = State::Awake;
+  point.servo_gain = fresh.gain;
+  point.grain_size = rve::grain_size(point.result);
+  point.contacts = point.result.num_contacts;
+  point.most_contacts = -1;    // its bound of the time step has not been looked at
+  any_stiffened = true;
+  point.drive = rve::DriveOf<D>();
+  point.servo_error = point.out_of_reach = 0.0;
+  point.rested = rve::ResultOf<D>();
+  point.pending = Matrix::identity();
+  point.look.reset();
+  ++point.renewals;
+  renewal.stress = point.result.stress;
+  renewal.void_ratio = point.result.void_ratio;
+}
+
+template <int D>
+std::vector<RenewalOf<D>> RvePointsOf<D>::renew(const std::vector<int> &slots,
+                                                const std::vector<rve::RveStateOf<D>> &packings,
+                                                double dt)
+{
+  complete();
+  std::vector<Fresh> all(slots.size());
+  for (std::size_t k = 0; k < slots.size(); ++k) {
+    Fresh &fresh = all[k];
+    const Point &point = points[slots[k]];
+    fresh.renewal.slot = slots[k];
+    fresh.before = engine->state(slots[k]);
+    fresh.renewal.void_ratio_before = point.result.void_ratio;
+    fresh.renewal.stress_before = point.result.stress;
+    fresh.goal = 0.5 * (point.result.stress + rve::transpose(point.result.stress));
+    fresh.is_open = !(point.result.mean_stress() > 0.0);
+    fresh.candidates.resize(packings.size());
+    std::iota(fresh.candidates.begin(), fresh.candidates.end(), 0);
+    const auto distance = [&](int packing) {
+      return std::fabs(packings[packing].void_ratio() - point.result.void_ratio);
+    };
+    std::stable_sort(fresh.candidates.begin(), fresh.candidates.end(), [&](int a, int b) {
+      return distance(a) > distance(b);
+    });
+    const auto best = std::max(0, static_cast<int>(packings.size()) - MOST_FRESH_TRIALS);
+    fresh.candidates.erase(fresh.candidates.begin(), fresh.candidates.begin() + best);
+    const bool was_just_made = point.renewals > 0 && point.drive.substeps == 0;
+    if (was_just_made) fresh.candidates.clear();
+    fresh.copies_before = point.copies;
+  }
+  for (const int slot : slots) points[slot].copies = 1;
+
+  // those that fail on the way try the next packing
+  for (int trial = 0; trial < MOST_FRESH_TRIALS; ++trial) {
+    for (Fresh &fresh : all)
+      fresh.is_under_way = points[fresh.renewal.slot].frozen() && begin_fresh(fresh, packings);
+    bring_to_stress(all, dt);
+  }
+
+  std::vector<RenewalOf<D>> renewals;
+  for (std::size_t k = 0; k < slots.size(); ++k) {
+    Fresh &fresh = all[k];
+    if (points[slots[k]].frozen()) {    // as it was
+      replace(*engine, slots[k], fresh.before);
+      points[slots[k]].copies = fresh.copies_before;
+      fresh.renewal.packing = -1;
+    }
+    record_sizes[slots[k]] = 0;
+    renewals.push_back(fresh.renewal);
+  }
+  return renewals;
+}
+
+template std::vector<RenewalOf<2>>
+RvePointsOf<2>::renew(const std::vector<int> &, const std::vector<rve::RveStateOf<2>> &, double);
+template std::vector<RenewalOf<3>>
+RvePointsOf<3>::renew(const std::vector<int> &, const std::vector<rve::RveStateOf<3>> &, double);
+
+}    // namespace macro
