@@ -52,6 +52,7 @@ constexpr Column OF_ATOMS[] = {
     {"path_ended", nullptr, nullptr, &FixRve::path_ended},
     {"inertial", nullptr, nullptr, &FixRve::inertial_number},
     {"copies", nullptr, nullptr, &FixRve::copies},
+    {"renewals", nullptr, nullptr, &FixRve::renewals},
 };
 
 const std::vector<Column> &columns()

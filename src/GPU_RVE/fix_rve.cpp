@@ -65,7 +65,7 @@ FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
   if (lmp->citeme) lmp->citeme->add(cite_fix_rve);
 
   vector_flag = 1;
-  size_vector = 17;
+  size_vector = 18;
   global_freq = 1;
   extvector = 0;
   nevery = 1;
@@ -346,6 +346,11 @@ double FixRve::path_ended(int i) const
 double FixRve::copies(int i) const
 {
   return impl->copies(i);
+}
+
+double FixRve::renewals(int i) const
+{
+  return impl->renewals(i);
 }
 
 template <int D> rve::RveStateOf<D> FixRve::state(int i) const

@@ -101,6 +101,8 @@ class FixRve : public Fix {
   double path_ended(int) const;
   // how often the grains of its packing stand side by side
   double copies(int) const;
+  // how often a fresh RVE took its place
+  double renewals(int) const;
   // complete state, exact; D is the dimension of the RVEs
   template <int D> rve::RveStateOf<D> state(int) const;
   // symmetric part of the velocity gradient of its last DEM steps, row by row; zeros before the first one [1/time]

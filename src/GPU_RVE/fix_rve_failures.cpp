@@ -46,11 +46,17 @@ void FixRve::ImplOf<D>::report(const std::vector<int> &failed, const std::vector
         rve::number(result.largest_overlap), rve::number(result.void_ratio),
         rve::number(drives.empty() ? clock(fix->update->dt).dt : drives[k].dt),
         point(i).copies > 1 ? fmt::format(", {} copies side by side", point(i).copies) : "");
-    if (!settings.freeze)
+    // a packing that fails before its first step has no better one
+    if (settings.policy == RvePolicy::Stop ||
+        (settings.policy == RvePolicy::Fresh && drives.empty()))
       fix->error->one(FLERR,
                       message + rve::remedy_of_status(result.status) +
                           "; with policy freeze the run goes on without this RVE");
-    fix->error->warning(FLERR, message + "; it is frozen");
+    fix->error->warning(FLERR,
+                        message +
+                            (settings.policy == RvePolicy::Fresh
+                                 ? "; none of the packings can take its place, and it is frozen"
+                                 : "; it is frozen"));
   }
 }
 
@@ -69,6 +75,46 @@ template <int D> void FixRve::ImplOf<D>::note_copies(const std::vector<int> &ato
                                  fix->atom->tag[i], fix->update->ntimestep, points->copies(slot[i]),
                                  result.num_grains)});
   }
+}
+
+/* ----------------------------------------------------------------------
+   what the run loses and keeps is on record: the reason, the stress and the void ratio before and after
+------------------------------------------------------------------------- */
+
+template <int D>
+std::vector<int> FixRve::ImplOf<D>::renew(const std::vector<int> &failed,
+                                          const std::vector<int> &atoms)
+{
+  if (failed.empty()) return failed;
+  std::vector<std::uint32_t> reasons;
+  for (const int one : failed) reasons.push_back(points->point(one).result.status);
+  const auto renewals = points->renew(failed, packings.all(), clock(fix->update->dt).dt);
+  std::vector<int> left;
+  for (std::size_t k = 0; k < renewals.size(); ++k) {
+    const macro::RenewalOf<D> &renewal = renewals[k];
+    if (renewal.packing < 0) {
+      left.push_back(renewal.slot);
+      continue;
+    }
+    const auto atom = std::find_if(atoms.begin(), atoms.end(), [&](int i) {
+      return slot[i] == renewal.slot;
+    });
+    std::string stresses;
+    for (int a = 0; a < D; ++a)
+      for (int b = a; b < D; ++b)
+        stresses += fmt::format("{}{} {} (was {})", stresses.empty() ? "" : ", ",
+                                rve_component_name(a, b), rve::number(renewal.stress(a, b)),
+                                rve::number(renewal.stress_before(a, b)));
+    const tagint id = fix->atom->tag[*atom];
+    notes.push_back(
+        {id,
+         fmt::format("the RVE of atom {} failed at step {}: {}; a fresh one of {} takes its place "
+                     "after {} DEM steps: stress {}, void ratio {} (was {})",
+                     id, fix->update->ntimestep, rve::describe_status(reasons[k]),
+                     packings.name(renewal.packing), renewal.steps, stresses,
+                     rve::number(renewal.void_ratio), rve::number(renewal.void_ratio_before))});
+  }
+  return left;
 }
 
 /* ----------------------------------------------------------------------
@@ -113,6 +159,10 @@ void FixRve::Impl::say_notes()
 
 template void FixRve::ImplOf<2>::report(const std::vector<int> &, const std::vector<int> &,
                                         const std::vector<Drive> &) const;
+template std::vector<int> FixRve::ImplOf<2>::renew(const std::vector<int> &,
+                                                   const std::vector<int> &);
+template std::vector<int> FixRve::ImplOf<3>::renew(const std::vector<int> &,
+                                                   const std::vector<int> &);
 template void FixRve::ImplOf<2>::note_copies(const std::vector<int> &);
 template void FixRve::ImplOf<3>::report(const std::vector<int> &, const std::vector<int> &,
                                         const std::vector<Drive> &) const;

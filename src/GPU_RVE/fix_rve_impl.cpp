@@ -420,7 +420,9 @@ void FixRve::ImplOf<D>::say_how_far_cells_go(const std::vector<const State *> &s
             ? fmt::format("is continued by up to {} copies of it side by side, and then ",
                           settings.macro_step.most_copies)
             : "and ",
-        settings.freeze ? "its RVE is frozen" : "ends the run (policy stop)");
+        settings.policy == RvePolicy::Stop         ? "ends the run (policy stop)"
+            : settings.policy == RvePolicy::Freeze ? "its RVE is frozen"
+                                                   : "a fresh RVE takes its place");
 }
 
 /* ----------------------------------------------------------------------
@@ -677,8 +679,15 @@ template <int D> double FixRve::ImplOf<D>::dem_steps() const
 template <int D> void FixRve::ImplOf<D>::set_exchange_size()
 {
   int mine = PER_ATOM, most;
-  for (const int i : atoms_with_rve())
-    mine = std::max(mine, PER_ATOM + points->record_bound(slot[i]));
+  for (const int i : atoms_with_rve()) {
+    const int bound = PER_ATOM + points->record_bound(slot[i]);
+    mine = std::max(mine, bound);
+    if (settings.policy != RvePolicy::Fresh) continue;
+    // another packing may take its place, and it may have more grains
+    const double grains = static_cast<double>(point(i).result.num_grains) / points->copies(slot[i]);
+    const double times = std::max(1.0, packings.most_grains() / std::max(grains, 1.0));
+    mine = std::max(mine, static_cast<int>(std::ceil(times * bound)));
+  }
   MPI_Allreduce(&mine, &most, 1, MPI_INT, MPI_MAX, fix->world);
   fix->maxexchange = std::max(fix->maxexchange, most);
 }
@@ -734,10 +743,11 @@ void FixRve::ImplOf<D>::advance(const std::vector<int> &atoms, const std::vector
   const bool with_details = wants_details();
   guarded([&] {
     const double start = platform::walltime();
-    const std::vector<int> failed = points->advance(slots, drives, with_details);
+    std::vector<int> failed = points->advance(slots, drives, with_details);
     wall_time += platform::walltime() - start;
     ++num_advances;
     note_copies(atoms);
+    if (settings.policy == RvePolicy::Fresh) failed = renew(failed, atoms);
     report(failed, atoms, drives);
   });
 }
@@ -893,7 +903,8 @@ std::vector<rve::DriveOf<D>> FixRve::ImplOf<D>::drives(const std::vector<int> &a
    RVEs, frozen ones, DEM steps, rebuilds, lattice reductions, repeats, worst status,
    DEM time step, DEM steps per LAMMPS step, wall time per advance,
    mean and largest deviation from shadows, atom ID of the largest, RVEs that were skipped,
-   RVEs whose path has ended, largest error of a steered stress, RVEs that are copies side by side
+   RVEs whose path has ended, largest error of a steered stress, RVEs that are copies side by side,
+   fresh RVEs in place of others
 ------------------------------------------------------------------------- */
 
 template <int D> double FixRve::ImplOf<D>::vector_component(int n) const
@@ -923,6 +934,7 @@ template <int D> double FixRve::ImplOf<D>::vector_component(int n) const
     if (n == 14) mine += settings.path.any() && point.path.ended ? 1.0 : 0.0;
     if (n == 15) mine = MAX(mine, point.servo_error);
     if (n == 16) mine += point.copies > 1 ? 1.0 : 0.0;
+    if (n == 17) mine += point.renewals;
     status |= static_cast<int>(point.result.status);
   }
   if (n == 6) {

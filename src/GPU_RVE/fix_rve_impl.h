@@ -112,6 +112,7 @@ struct FixRve::Impl {
   virtual double inertial_number(int atom) const = 0;
   virtual double servo_error(int atom) const = 0;
   virtual double copies(int atom) const = 0;
+  virtual double renewals(int atom) const = 0;
   /// Where an RVE is on its path: stage from 1 (0: on none), time in it, cycles in it, and whether it has ended.
   struct PathReport {
     double stage = 0.0, time = 0.0, cycles = 0.0, ended = 0.0;
@@ -217,6 +218,7 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   double inertial_number(int atom) const override;
   double servo_error(int atom) const override { return points->servo_error(slot[atom]); }
   double copies(int atom) const override { return points->copies(slot[atom]); }
+  double renewals(int atom) const override { return points->renewals(slot[atom]); }
   PathReport path_report(int atom) const override;
   bool all_paths_ended() const override;
   mpm::Constitutive<2> *material_of_plane() override { return &of_plane; }
@@ -294,6 +296,8 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   /// `drives` as atoms; none: nothing has been advanced.
   void report(const std::vector<int> &failed, const std::vector<int> &atoms,
               const std::vector<Drive> &drives) const;
+  /// Fresh RVEs in place of those that failed; returns those that could not be replaced.
+  std::vector<int> renew(const std::vector<int> &failed, const std::vector<int> &atoms);
   /// Of RVEs that became copies side by side.
   void note_copies(const std::vector<int> &atoms);
   bool wants_details() const;

@@ -152,6 +152,13 @@ template <int D> int RvePackingsOf<D>::fewest_grains() const
   return fewest;
 }
 
+template <int D> int RvePackingsOf<D>::most_grains() const
+{
+  int most = 0;
+  for (const State &packing : packings) most = std::max(most, packing.num_grains());
+  return most;
+}
+
 template <int D> rve::ContactModel RvePackingsOf<D>::contacts() const
 {
   return rve::contacts_of<D>(packings, [this](int packing) {

@@ -38,8 +38,10 @@ template <int D> class RvePackingsOf {
   void read(LAMMPS *lmp, const FixRveSettings &settings);
 
   int size() const { return static_cast<int>(packings.size()); }
-  /// Of the smallest packing.
+  const std::vector<State> &all() const { return packings; }
+  /// Of the smallest packing, and of the largest.
   int fewest_grains() const;
+  int most_grains() const;
   /// What contacts of RVEs need that are made of them. Throws InputError if their contact laws differ.
   rve::ContactModel contacts() const;
   /// "packing 3 (library.rve)"

@@ -342,9 +342,11 @@ constexpr FixRveKeyword KEYWORDS[] = {
      [](ScriptWords &words, Settings &s) {
        s.mass_scaling = words.positive("", "[-]");
      }},
-    {"policy", "stop | freeze",
+    {"policy", "stop | freeze | fresh",
      [](ScriptWords &words, Settings &s) {
-       s.freeze = words.choice<bool>("", {{"stop", false}, {"freeze", true}});
+       s.policy = words.choice<RvePolicy>(
+           "",
+           {{"stop", RvePolicy::Stop}, {"freeze", RvePolicy::Freeze}, {"fresh", RvePolicy::Fresh}});
      }},
     {"copies", "N",
      [](ScriptWords &words, Settings &s) {
@@ -631,7 +633,9 @@ std::map<std::string, std::string> FixRveSettings::account() const
   account["skin"] = options.skin > 0.0 ? rve::number(options.skin) : "automatic";
   account["overlap_limit"] = rve::number(options.overlap_limit);
   account["energy"] = options.track_energy ? "yes" : "no";
-  account["policy"] = freeze ? "freeze" : "stop";
+  account["policy"] = policy == RvePolicy::Stop ? "stop"
+      : policy == RvePolicy::Freeze             ? "freeze"
+                                                : "fresh";
   account["copies"] = std::to_string(steps.most_copies);
   account["substeps"] = steps.adaptive
       ? fmt::format("adaptive {} {} {}", rve::number(steps.adaptive->strain_per_step),

@@ -49,6 +49,9 @@ struct TensorComponent {
 
 enum class RveDriver { None, VelocityGradient, Mpm };
 
+/// What happens when an RVE fails: the run ends, or the RVE is frozen and flagged, or a fresh one takes its place.
+enum class RvePolicy { Stop, Freeze, Fresh };
+
 /// Which packing an atom gets: by number, by a random draw, or by void ratio; and which image of it.
 struct PackingChoice {
   ScriptValue number;
@@ -107,7 +110,7 @@ struct FixRveSettings {
 
   rve::Options options;
   bool threads_given = false;
-  bool freeze = false;    ///< a failed RVE is frozen and flagged instead of ending the run
+  RvePolicy policy = RvePolicy::Stop;
 
   double progress_interval =
       60.0;    ///< wall time between lines about the progress [seconds]; 0: none

@@ -90,3 +90,51 @@ TEST(NarrowCell, CanBeChangedBetweenRuns)
             message_of(stretched("") + "run 20\nfix_modify grains copies 1\nrun 100"));
   EXPECT_EQ(message_of(stretched("copies 1") + "run 20\nfix_modify grains copies 2\nrun 100"), "");
 }
+
+// Atom 2 is crushed at once, again and again; the others are sheared.
+TEST(PolicyFresh, GoesOnWithFreshRvesWhichAreCountedAndSaid)
+{
+  const std::string script = FOUR_ATOMS + "variable crush atom -400*(id==2)*(step%10==5)\n" + FIX +
+      "dt 1e-4 policy fresh overlap_limit 0.1 drive velocity_gradient yy v_crush xy 0.1\n"
+      "compute renewals all rve/atom renewals\ncompute p all rve/atom p\n";
+  Script run;
+  run << script + "run 20";
+
+  EXPECT_EQ(run.compute("renewals"), (Script::Values{{1, 0.0}, {2, 2.0}, {3, 0.0}, {4, 0.0}}));
+  EXPECT_EQ(run.fix_value("grains", 18), 2.0);
+  EXPECT_EQ(run.fix_value("grains", 2), 0.0);
+  for (const auto &[id, pressure] : run.compute("p")) EXPECT_GT(pressure, 1e4) << id;
+
+  const std::string log = log_of_ranks(script + "run 20");
+  EXPECT_IN("a fresh RVE takes its place", log);
+  EXPECT_IN("the RVE of atom 2 failed at step 5: overlap too large; a fresh one of packing", log);
+  EXPECT_IN("the RVE of atom 2 failed at step 15: overlap too large; a fresh one of packing", log);
+  EXPECT_IN(" DEM steps: stress xx -", log);
+}
+
+TEST(PolicyFresh, IsContinuedFromARestartFileToTheSameBits)
+{
+  const std::string file = rve_test::temporary_path("restart");
+  const std::string settings = "variable crush atom -400*(id==2)*(step==8||step==15)\n" + FIX +
+      "dt 1e-4 policy fresh overlap_limit 0.1 drive velocity_gradient yy v_crush xy 0.1\n";
+  const auto states = [](Script &script) {
+    // of the rank's own atoms
+    std::string all;
+    for (int id = 1; id <= 4; ++id) {
+      const std::string path = rve_test::temporary_path("state.rve");
+      script << "write_rve grains atom " + std::to_string(id) + " file " + path + " format rve";
+      MPI_Barrier(MPI_COMM_WORLD);
+      all += rve_test::text_of(path);
+      MPI_Barrier(MPI_COMM_WORLD);
+    }
+    return all;
+  };
+  Script whole, first, second;
+  whole << FOUR_ATOMS + settings + "run 20";
+  first << FOUR_ATOMS + settings + "run 12\nwrite_restart " + file + "\nclear";
+  second << "read_restart " + file + "\ntimestep 1e-3\n" + settings + "run 8";
+
+  EXPECT_EQ(whole.fix_value("grains", 18), 2.0);
+  EXPECT_EQ(second.fix_value("grains", 18), 2.0);
+  EXPECT_EQ(states(whole), states(second));
+}
