@@ -41,7 +41,7 @@ struct Order {
   std::string path;
   int dimension = 2;    ///< of the grains: 2 for disks, 3 for spheres
   rve::PackingRecipe recipe;
-  std::vector<double> void_ratios, frictions;
+  std::vector<double> pressures{0.0}, void_ratios, frictions;
   int num_seeds = 0;    ///< of a library; 0: not given
   rve::Options options;
   bool threads_given = false, device_given = false;
@@ -49,14 +49,14 @@ struct Order {
 
   bool is_library() const
   {
-    return num_seeds > 0 || void_ratios.size() > 1 || frictions.size() > 1;
+    return num_seeds > 0 || pressures.size() > 1 || void_ratios.size() > 1 || frictions.size() > 1;
   }
   bigint num_packings() const
   {
     return bigint(std::max<std::size_t>(1, frictions.size() + void_ratios.size())) *
-        std::max(1, num_seeds);
+        bigint(pressures.size()) * std::max(1, num_seeds);
   }
-  /// Of the library: goal by goal as given, frictions before void ratios, and seed by seed for each.
+  /// Of the library: pressure by pressure, for each one goal by goal as given, frictions before void ratios, and seed by seed for each.
   std::vector<rve::PackingRecipe> recipes() const;
 };
 
@@ -73,11 +73,13 @@ std::vector<rve::PackingRecipe> Order::recipes() const
   }
   if (goals.empty()) goals.push_back(recipe);
   std::vector<rve::PackingRecipe> all;
-  for (const auto &goal : goals)
-    for (int k = 0; k < std::max(1, num_seeds); ++k) {
-      all.push_back(goal);
-      all.back().seed += k;
-    }
+  for (const double pressure : pressures)
+    for (const auto &goal : goals)
+      for (int k = 0; k < std::max(1, num_seeds); ++k) {
+        all.push_back(goal);
+        all.back().pressure = pressure;
+        all.back().seed += k;
+      }
   return all;
 }
 
@@ -106,13 +108,14 @@ constexpr ScriptKeyword<Order> KEYWORDS[] = {
        order.recipe.radius_min = words.number("lo");
        order.recipe.radius_max = words.number("hi");
      }},
-    {"pressure", "value",
+    {"pressure", "value ...",
      [](ScriptWords &words, Order &order) {
-       order.recipe.pressure = words.number();
+       order.pressures = words.numbers();
      }},
-    {"k0", "value",
+    {"k0", "value | rest",
      [](ScriptWords &words, Order &order) {
-       order.recipe.k0 = words.number();
+       order.recipe.at_rest = words.take("rest");
+       if (!order.recipe.at_rest) order.recipe.k0 = words.number();
      }},
     {"void_ratio", "value ...",
      [](ScriptWords &words, Order &order) {
@@ -197,6 +200,7 @@ Order parse(LAMMPS *lmp, int narg, char **arg)
   if (!order.void_ratios.empty() && !order.frictions.empty() && order.frictions[0] > 0.0)
     error->all(FLERR, "create_rve: void_ratio finds friction_prep itself; give one of them");
   if (order.skip) error->all(FLERR, "create_rve: policy skip is for libraries");
+  recipe.pressure = order.pressures[0];
   if (!order.void_ratios.empty()) recipe.void_ratio = order.void_ratios[0];
   if (!order.frictions.empty()) recipe.preparation_friction = order.frictions[0];
   // one RVE: a CPU thread is as fast as anything
@@ -212,8 +216,11 @@ void say(LAMMPS *lmp, const std::string &line)
   utils::flush_buffers(lmp);
 }
 
-template <int D> void warn_of_overlap(LAMMPS *lmp, const rve::PackingRecipe &recipe)
+/// At the highest of the pressures.
+template <int D> void warn_of_overlap(LAMMPS *lmp, const Order &order)
 {
+  rve::PackingRecipe recipe = order.recipe;
+  recipe.pressure = *std::max_element(order.pressures.begin(), order.pressures.end());
   const double strain = rve::contact_strain<D>(recipe);
   // beyond the largest one it is an error
   if (strain <= rve::SMALL_CONTACT_STRAIN || strain > rve::LARGEST_CONTACT_STRAIN) return;
@@ -243,7 +250,9 @@ template <int D> void make_packing(LAMMPS *lmp, const Order &order, rve::EngineO
       fmt::format("create_rve {}: {} grains, seed {}, {}\n", order.path, order.recipe.num_grains,
                   order.recipe.seed, engine.description()));
   int lines = 0;
+  double k0 = 1.0;
   const auto progress = [&](const rve::PackingReport &r) {
+    k0 = r.k0;
     if (lines++ == 0)
       utils::logmesg(lmp, "{:>10} {:>17} {:>8} {:>12} {:>10} {:>12} {:>10}\n", "step", "phase",
                      "friction", "pressure", "void_ratio", "coordination", "unbalanced");
@@ -254,8 +263,9 @@ template <int D> void make_packing(LAMMPS *lmp, const Order &order, rve::EngineO
   };
   const rve::RveStateOf<D> state = rve::generate_packing(order.recipe, engine, progress);
   rve::write_packing(order.path, state);
-  utils::logmesg(lmp, "create_rve {}: written, void ratio {:.5f}\n", order.path,
-                 state.void_ratio());
+  utils::logmesg(
+      lmp, "create_rve {}: written, void ratio {:.5f}{}\n", order.path, state.void_ratio(),
+      order.recipe.at_rest ? fmt::format(", lateral over vertical stress {:.4f}", k0) : "");
 }
 
 /* ----------------------------------------------------------------------
@@ -268,17 +278,22 @@ template <int D> void make_library(LAMMPS *lmp, const Order &order, rve::EngineO
   say(lmp,
       fmt::format("create_rve {}: library of {} packings, {} grains each, {}\n", order.path,
                   recipes.size(), order.recipe.num_grains, engine.description()));
+  const bool has_stresses = order.pressures.size() > 1 || order.recipe.at_rest;
   std::size_t num_ready = 0;
   const auto progress = [&](std::size_t k, const rve::PackingReport &report,
                             const rve::PreparedPackingOf<D> &packing) {
     if (!packing.ready()) return;
     if (num_ready++ == 0)
-      utils::logmesg(lmp, "{:>7} {:>12} {:>8} {:>10} {:>8} {:>10}\n", "ready", "seed", "friction",
-                     "overcons.", "steps", "void_ratio");
+      utils::logmesg(lmp, "{:>7} {:>12} {:>8} {:>10} {:>8} {:>10}{}\n", "ready", "seed", "friction",
+                     "overcons.", "steps", "void_ratio",
+                     has_stresses ? fmt::format(" {:>12} {:>8}", "pressure", "k0") : "");
     say(lmp,
-        fmt::format("{:>7} {:>12} {:>8.4f} {:>10.4g} {:>8} {:>10.5f}\n", num_ready, recipes[k].seed,
-                    packing.preparation_friction, packing.overconsolidation_ratio, report.step,
-                    packing.state.void_ratio()));
+        fmt::format("{:>7} {:>12} {:>8.4f} {:>10.4g} {:>8} {:>10.5f}{}\n", num_ready,
+                    recipes[k].seed, packing.preparation_friction, packing.overconsolidation_ratio,
+                    report.step, packing.state.void_ratio(),
+                    has_stresses
+                        ? fmt::format(" {:>12.5g} {:>8.4f}", recipes[k].pressure, packing.k0)
+                        : ""));
   };
   std::vector<rve::PreparedPackingOf<D>> packings =
       rve::generate_packings(recipes, engine, progress);
@@ -297,7 +312,11 @@ template <int D> void make_library(LAMMPS *lmp, const Order &order, rve::EngineO
                                 state.num_grains()};
       library.add(row, std::move(packing.state));
     } else {
-      failures += fmt::format("\n  seed {}: {}", recipes[k].seed, packing.failure);
+      failures += fmt::format("\n  seed {}{}: {}", recipes[k].seed,
+                              order.pressures.size() > 1
+                                  ? fmt::format(", pressure {}", rve::number(recipes[k].pressure))
+                                  : "",
+                              packing.failure);
     }
   }
   if (!failures.empty()) {
@@ -318,7 +337,7 @@ template <int D> void make_library(LAMMPS *lmp, const Order &order, rve::EngineO
 
 template <int D> void make(LAMMPS *lmp, const Order &order)
 {
-  warn_of_overlap<D>(lmp, order.recipe);
+  warn_of_overlap<D>(lmp, order);
   std::string notice;
   const auto engine = rve::make_engine<D>(order.options, &notice);
   if (!notice.empty()) utils::logmesg(lmp, "create_rve: {}\n", notice);

@@ -28,6 +28,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 using namespace LAMMPS_NS;
 
@@ -117,14 +118,42 @@ template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &
     packings.push_back(rve::deserialize<D>(image.data(), image.size()));
     void_ratios.push_back(packings.back().void_ratio());
   }
-  by_void_ratio.emplace(void_ratios);
-
   const auto &choice = settings.choice;
-  if (count > 1 && choice.number.variable.empty() && !choice.seed && !choice.void_ratio)
+  make_pools(lmp, choice.stress.has_value());
+  if (count > 1 && choice.number.variable.empty() && !choice.is_by_property())
     lmp->error->all(FLERR,
-                    "fix rve: {} packings are given; packing_variable, packing_random or "
-                    "packing_void_ratio must choose among them",
+                    "fix rve: {} packings are given; packing_variable, packing_random, "
+                    "packing_stress or packing_void_ratio must choose among them",
                     count);
+}
+
+/* ----------------------------------------------------------------------
+   levels are those of the stress along the last axis that the packings have: files of one packing do not say what it was prepared for
+------------------------------------------------------------------------- */
+
+template <int D> void RvePackingsOf<D>::make_pools(LAMMPS *lmp, bool by_stress)
+{
+  const auto add_pool = [this](const std::vector<int> &members) {
+    std::vector<double> of_members;
+    for (const int k : members) of_members.push_back(void_ratios[k]);
+    pools.push_back({members, rve::VoidRatioIndex(of_members)});
+  };
+  pools.clear();
+  if (!by_stress) {
+    std::vector<int> all(size());
+    std::iota(all.begin(), all.end(), 0);
+    add_pool(all);
+    return;
+  }
+  std::vector<double> stresses;
+  for (const State &packing : packings)
+    stresses.push_back(-rve::spring_stress(packing)(D - 1, D - 1));
+  try {
+    levels.emplace(stresses);
+  } catch (const rve::InputError &e) {
+    lmp->error->all(FLERR, "fix rve: packing_stress cannot choose: {}", e.what());
+  }
+  for (int level = 0; level < levels->count(); ++level) add_pool(levels->packings(level));
 }
 
 /* ---------------------------------------------------------------------- */
@@ -202,19 +231,72 @@ std::vector<const rve::RveStateOf<D> *> RvePackingsOf<D>::choose(LAMMPS *lmp, in
 /* ---------------------------------------------------------------------- */
 
 template <int D>
+std::vector<int> RvePackingsOf<D>::choose_pools(LAMMPS *lmp, int igroup, FixRveSettings &settings,
+                                                const std::vector<int> &atoms) const
+{
+  std::vector<int> chosen(atoms.size(), 0);
+  auto &wanted = settings.choice.stress;
+  if (!wanted) return chosen;
+  std::vector<double> stresses;
+  wanted->find(lmp, "fix rve");
+  wanted->evaluate(lmp, igroup, stresses);
+  CollectiveError wrong;
+  double most[2] = {-HUGE_VAL, -HUGE_VAL};    // of the stress, and of its negative
+  for (std::size_t k = 0; k < atoms.size(); ++k) {
+    const double stress = stresses[atoms[k]];
+    if (const auto level = levels->nearest(stress))
+      chosen[k] = *level;
+    else
+      wrong.add(lmp->atom->tag[atoms[k]], {stress, 0.0, 0.0});
+    most[0] = std::max(most[0], stress);
+    most[1] = std::max(most[1], -stress);
+  }
+  wrong.raise_if_any(lmp, [&](bigint all, tagint id, const CollectiveError::Values &at) {
+    return fmt::format("fix rve: packing_stress of atom {} is {} [stress]; it is positive in "
+                       "compression and must be greater than 0 (atoms with another one: {})",
+                       id, rve::number(at[0]), all);
+  });
+  MPI_Allreduce(MPI_IN_PLACE, most, 2, MPI_DOUBLE, MPI_MAX, lmp->world);
+  if (lmp->comm->me == 0)
+    utils::logmesg(lmp,
+                   "fix rve: packing_stress from {:.5g} to {:.5g}; packings have {} levels of the "
+                   "vertical stress, from {:.5g} to {:.5g}\n",
+                   -most[1], most[0], levels->count(), levels->stress(0),
+                   levels->stress(levels->count() - 1));
+  return chosen;
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <int D>
 std::vector<int> RvePackingsOf<D>::choose_packings(LAMMPS *lmp, int igroup,
                                                    FixRveSettings &settings,
                                                    const std::vector<int> &atoms)
 {
   auto &choice = settings.choice;
   const tagint *tag = lmp->atom->tag;
-  if (!choice.void_ratio && !choice.seed)
+  if (!choice.is_by_property())
     return numbers(lmp, igroup, choice.number, "packing_variable", atoms, size());
 
+  const std::vector<int> pool_of = choose_pools(lmp, igroup, settings, atoms);
   std::vector<int> chosen(atoms.size(), 0);
   if (!choice.void_ratio) {
-    for (std::size_t k = 0; k < atoms.size(); ++k)
-      chosen[k] = rve::draw(*choice.seed, tag[atoms[k]], size(), DRAW_PACKING);
+    CollectiveError ambiguous;
+    for (std::size_t k = 0; k < atoms.size(); ++k) {
+      const std::vector<int> &members = pools[pool_of[k]].packings;
+      const int count = static_cast<int>(members.size());
+      if (choice.seed)
+        chosen[k] = members[rve::draw(*choice.seed, tag[atoms[k]], count, DRAW_PACKING)];
+      else if (count == 1)
+        chosen[k] = members[0];
+      else
+        ambiguous.add(tag[atoms[k]], {levels->stress(pool_of[k]), 1.0 * count, 0.0});
+    }
+    ambiguous.raise_if_any(lmp, [&](bigint, tagint id, const CollectiveError::Values &at) {
+      return fmt::format("fix rve: packing_stress leaves {} packings of {} [stress] for atom {}; "
+                         "packing_random or packing_void_ratio must choose among them",
+                         at[1], rve::number(at[0]), id);
+    });
     return chosen;
   }
 
@@ -224,20 +306,21 @@ std::vector<int> RvePackingsOf<D>::choose_packings(LAMMPS *lmp, int igroup,
   CollectiveError wrong;
   for (std::size_t k = 0; k < atoms.size(); ++k) {
     const double goal = wanted[atoms[k]];
+    const Pool &pool = pools[pool_of[k]];
     const auto found = choice.seed
-        ? by_void_ratio->draw_within(goal, choice.tolerance, *choice.seed, tag[atoms[k]])
-        : by_void_ratio->nearest(goal, choice.tolerance);
+        ? pool.by_void_ratio.draw_within(goal, choice.tolerance, *choice.seed, tag[atoms[k]])
+        : pool.by_void_ratio.nearest(goal, choice.tolerance);
     if (found)
-      chosen[k] = *found;
+      chosen[k] = pool.packings[*found];
     else
-      wrong.add(tag[atoms[k]], {goal, 0.0, 0.0});
+      wrong.add(tag[atoms[k]], {goal, pool.by_void_ratio.least(), pool.by_void_ratio.most()});
   }
   wrong.raise_if_any(lmp, [&](bigint all, tagint id, const CollectiveError::Values &at) {
     return fmt::format("fix rve: packing_void_ratio of atom {} is {}, and no packing has it within "
-                       "{}; void ratios of the packings are from {} to {} ({} atoms find none)",
+                       "{}; void ratios of the packings{} are from {} to {} ({} atoms find none)",
                        id, rve::number(at[0]), rve::number(choice.tolerance),
-                       rve::number(by_void_ratio->least()), rve::number(by_void_ratio->most()),
-                       all);
+                       choice.stress ? " at its packing_stress" : "", rve::number(at[1]),
+                       rve::number(at[2]), all);
   });
   return chosen;
 }
@@ -279,8 +362,9 @@ template <int D> void RvePackingsOf<D>::report(LAMMPS *lmp, const std::vector<in
                  "fix rve: {} of {} packings chosen; void ratios: mean {:.5f}, standard deviation "
                  "{:.5f}, of all packings from {:.5f} to {:.5f}\n",
                  std::count(used_anywhere.begin(), used_anywhere.end(), 1), size(), mean,
-                 std::sqrt(std::fmax(all[2] / all[0] - mean * mean, 0.0)), by_void_ratio->least(),
-                 by_void_ratio->most());
+                 std::sqrt(std::fmax(all[2] / all[0] - mean * mean, 0.0)),
+                 *std::min_element(void_ratios.begin(), void_ratios.end()),
+                 *std::max_element(void_ratios.begin(), void_ratios.end()));
 }
 
 /* ----------------------------------------------------------------------

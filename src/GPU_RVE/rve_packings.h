@@ -67,9 +67,18 @@ template <int D> class RvePackingsOf {
   std::vector<int> file_of;
   std::vector<double> stable;
   std::vector<double> void_ratios;
-  std::optional<rve::VoidRatioIndex> by_void_ratio;
+  /// Packings among which void ratios and random draws choose: those of a stress, or all.
+  struct Pool {
+    std::vector<int> packings;
+    rve::VoidRatioIndex by_void_ratio;
+  };
+  std::vector<Pool> pools;
+  std::optional<rve::StressLevels> levels;        // of the pools, if there is a choice by stress
   std::map<std::pair<int, int>, State> images;    // of packing, number of the image
 
+  void make_pools(LAMMPS *lmp, bool by_stress);
+  std::vector<int> choose_pools(LAMMPS *lmp, int igroup, FixRveSettings &settings,
+                                const std::vector<int> &atoms) const;
   std::vector<int> choose_packings(LAMMPS *lmp, int igroup, FixRveSettings &settings,
                                    const std::vector<int> &atoms);
   std::vector<int> choose_images(LAMMPS *lmp, int igroup, FixRveSettings &settings,

@@ -384,6 +384,11 @@ constexpr FixRveKeyword KEYWORDS[] = {
        s.choice.seed = words.integer("", 0);
      },
      OF_PACKING},
+    {"packing_stress", "stress",
+     [](ScriptWords &words, Settings &s) {
+       s.choice.stress = words.value();
+     },
+     OF_PACKING},
     {"packing_void_ratio", "e tolerance",
      [](ScriptWords &words, Settings &s) {
        s.choice.void_ratio = words.value();
@@ -598,9 +603,11 @@ void FixRveSettings::check(LAMMPS *lmp, const std::string &command) const
       if (goal.row == rate.row && goal.column == rate.column)
         lmp->error->all(FLERR, "{}: component {} is driven by both velocity_gradient and servo",
                         command, rve_component_name(goal.row, goal.column));
-  if (!s.choice.number.variable.empty() && (s.choice.seed || s.choice.void_ratio))
+  if (!s.choice.number.variable.empty() && s.choice.is_by_property())
     lmp->error->all(FLERR, "{}: packing_variable and {} exclude each other", command,
-                    s.choice.seed ? "packing_random" : "packing_void_ratio");
+                    s.choice.seed         ? "packing_random"
+                        : s.choice.stress ? "packing_stress"
+                                          : "packing_void_ratio");
   for (const auto &goal : s.stress_goal)
     if (goal.row == goal.column && goal.value.variable.empty() && goal.value.constant > 0.0)
       lmp->error->all(FLERR,

@@ -52,14 +52,18 @@ enum class RveDriver { None, VelocityGradient, Mpm };
 /// What happens when an RVE fails: the run ends, or the RVE is frozen and flagged, or a fresh one takes its place.
 enum class RvePolicy { Stop, Freeze, Fresh };
 
-/// Which packing an atom gets: by number, by a random draw, or by void ratio; and which image of it.
+/// Which packing an atom gets: by number, or, by one or several of these, by stress, by void ratio and by a random draw; and which image of it.
 struct PackingChoice {
   ScriptValue number;
-  std::optional<int> seed;    ///< of a random draw, among those of the void ratio if one is given
+  std::optional<int>
+      seed;    ///< of a random draw, among those of the stress and of the void ratio if they are given
+  std::optional<ScriptValue> stress;    ///< vertical, compression positive [stress]
   std::optional<ScriptValue> void_ratio;
   double tolerance = 0.0;    ///< of the void ratio [-]
   ScriptValue image;
   std::optional<int> image_seed;    ///< of a random draw
+
+  bool is_by_property() const { return seed || stress || void_ratio; }
 };
 
 /// Loading paths, in place of drive and servo.

@@ -263,6 +263,34 @@ TEST(Packing, BearsAnAnisotropicStress)
             "ratio k0 of lateral to vertical stress [-] is 0; it must lie between 0.01 and 100");
 }
 
+// Earth pressure at rest of grains with an angle of friction of some 25 degrees: about 1 - sin(phi), Jaky 1944.
+TEST(Packing, LoadedWithoutLateralStrainItHasEarthPressureAtRest)
+{
+  const auto engine = cpu_engine();
+  PackingRecipe recipe = paper_recipe(150, 20e3);
+  recipe.preparation_friction = 0.3;
+  recipe.at_rest = true;
+  std::string phase;
+  double width = 0.0, k0 = 0.0;
+
+  const RveState packing = generate_packing<2>(recipe, *engine, [&](const PackingReport &report) {
+    phase = report.phase;
+    k0 = report.k0;
+  });
+  const Result result = evaluate(*engine, packing);
+  recipe.at_rest = false;
+  recipe.pressure *= START_AT_REST;
+  width = generate_packing(recipe, *engine).cell(0, 0);
+
+  EXPECT_EQ(phase, "load at rest");
+  EXPECT_NEAR(-result.stress(1, 1), 20e3, 20.2);
+  EXPECT_NEAR(result.stress(0, 0) / result.stress(1, 1), 0.55, 0.2);
+  EXPECT_NEAR(result.stress(0, 0) / result.stress(1, 1), k0, 2e-3);
+  EXPECT_LE(result.unbalanced_ratio, 1.1e-3);
+  EXPECT_EQ(packing.cell(0, 0), width) << "the width of the cloud at the isotropic pressure before";
+  EXPECT_LT(packing.cell(1, 1), width);
+}
+
 TEST(Packing, LooserTargetIsMetByPreparationFriction)
 {
   const auto engine = cpu_engine();

@@ -444,3 +444,31 @@ TEST(VoidRatioIndex, AllWithinTheToleranceAreDrawnAlike)
   // three cells: chi-square has two degrees of freedom and is above 18.4 once in ten thousand times
   EXPECT_LT(chi_square({times[0], times[3], times[4]}, 10000.0), 18.4);
 }
+
+// ---- levels of stress ----
+
+TEST(StressLevels, NearestIsByRatio)
+{
+  const StressLevels levels({20e3, 5.01e3, 80e3, 5e3, 20.1e3});
+
+  ASSERT_EQ(levels.count(), 3);
+  EXPECT_EQ(levels.packings(0), (std::vector<int>{1, 3}));
+  EXPECT_EQ(levels.packings(1), (std::vector<int>{0, 4}));
+  EXPECT_NEAR(levels.stress(1), 20.05e3, 1e-9);
+  EXPECT_EQ(levels.nearest(1.0), 0);
+  EXPECT_EQ(levels.nearest(9.9e3), 0);
+  EXPECT_EQ(levels.nearest(10.1e3), 1);
+  EXPECT_EQ(levels.nearest(39e3), 1);
+  EXPECT_EQ(levels.nearest(41e3), 2);
+  EXPECT_EQ(levels.nearest(1e9), 2);
+  EXPECT_FALSE(levels.nearest(0.0));
+  EXPECT_FALSE(levels.nearest(NAN));
+}
+
+TEST(StressLevels, PackingsWithoutStressAreRefused)
+{
+  EXPECT_EQ(message_of([] {
+              StressLevels({1.0, 0.0});
+            }),
+            "stress of packing 1 is 0 [stress], compression positive; it must be greater than 0");
+}

@@ -357,8 +357,8 @@ TEST(PackingChoiceErrors, SayWhatIsWrong)
   const std::string create = "create_rve test_rve_none.lib" + GRAINS;
   const std::vector<std::pair<std::string, std::string>> cases = {
       {with_fix(""),
-       "9 packings are given; packing_variable, packing_random or packing_void_ratio must choose "
-       "among them"},
+       "9 packings are given; packing_variable, packing_random, packing_stress or "
+       "packing_void_ratio must choose among them"},
       {with_fix("packing_variable v_which", "variable which atom id"),
        "packing_variable of atom 9 is 9; it must be a whole number from 0 to 8 (atoms with "
        "another one: 88)"},

@@ -168,13 +168,21 @@ namespace {
     return material;
   }
 
+  /// Before the anisotropic stress comes [stress].
+  double isotropic_pressure(const PackingRecipe &recipe)
+  {
+    return recipe.at_rest ? START_AT_REST * recipe.pressure : recipe.pressure;
+  }
+
   /// A stretch of a preparation: to rest at a pressure, with a friction.
   struct Leg {
     double pressure;    // [stress]
     double friction;    // [-]
     const char *phase;
-    double k0 = 1.0;    // lateral over vertical stress, which is the pressure [-]
+    double k0 = 1.0;         // lateral over vertical stress, which is the pressure [-]
+    bool at_rest = false;    // the sides are held, and the vertical stress alone has a goal
 
+    template <int D> bool has_goal(int axis) const { return !at_rest || axis + 1 == D; }
     /// Of the stress along an axis; the vertical one is the last.
     template <int D> double goal(int axis) const { return axis + 1 < D ? k0 * pressure : pressure; }
   };
@@ -301,9 +309,10 @@ namespace {
     /// Where the friction exceeds the final one the packing could not stand: it settles.
     Way<D> with_friction(double friction) const
     {
-      Way<D> way{&cloud, {{recipe.pressure, friction, "compression"}}, friction, recipe.pressure};
+      const double pressure = isotropic_pressure(recipe);
+      Way<D> way{&cloud, {{pressure, friction, "compression"}}, friction, recipe.pressure};
       if (friction > recipe.material.friction)
-        way.legs.push_back({recipe.pressure, recipe.material.friction, "settling"});
+        way.legs.push_back({pressure, recipe.material.friction, "settling"});
       add_anisotropy(way);
       return way;
     }
@@ -312,7 +321,7 @@ namespace {
     {
       const double peak = recipe.pressure * std::exp(log_ratio);
       Way<D> way{&frictionless.state,
-                 {{peak, 0.0, "overconsolidation"}, {recipe.pressure, 0.0, "unloading"}},
+                 {{peak, 0.0, "overconsolidation"}, {isotropic_pressure(recipe), 0.0, "unloading"}},
                  0.0,
                  peak};
       add_anisotropy(way);
@@ -322,7 +331,9 @@ namespace {
     /// Grains that slide freely bear one pressure only, so the other stress comes last, with the final friction.
     void add_anisotropy(Way<D> &way) const
     {
-      if (recipe.k0 != 1.0)
+      if (recipe.at_rest)
+        way.legs.push_back({recipe.pressure, recipe.material.friction, "load at rest", 1.0, true});
+      else if (recipe.k0 != 1.0)
         way.legs.push_back(
             {recipe.pressure, recipe.material.friction, "anisotropic load", recipe.k0});
     }
@@ -367,12 +378,7 @@ namespace {
   template <int D> RveStateOf<D> finished(RveStateOf<D> state, const Material &material)
   {
     state.material = material;
-    std::fill(state.velocity.begin(), state.velocity.end(), 0.0);
-    std::fill(state.spin.begin(), state.spin.end(), 0.0);
-    state.deformation = Tensor<double, D>::identity();
-    state.servo_velocity_gradient = Tensor<double, D>::zero();
-    state.counters = Counters{};
-    state.energy = EnergyLedger{};
+    forget_past(state);
     return state;
   }
 
@@ -383,6 +389,13 @@ namespace {
     for (int a = 1; a < D; ++a)
       words += (a + 1 < D ? ", " : " and ") + number(-result.stress(a, a));
     return words;
+  }
+
+  /// Mean lateral over vertical stress; 0 without stress.
+  template <int D> double lateral_ratio(const Tensor<double, D> &stress)
+  {
+    const double vertical = stress(D - 1, D - 1);
+    return vertical == 0.0 ? 0.0 : (trace(stress) - vertical) / ((D - 1) * vertical);
   }
 
   /// The preparation of one packing, call by call of an engine that others use too.
@@ -427,10 +440,12 @@ namespace {
                                  result.mean_stress(),
                                  result.void_ratio,
                                  result.coordination_number,
-                                 result.unbalanced_ratio};
+                                 result.unbalanced_ratio,
+                                 lateral_ratio<D>(result.stress)};
       // Twice in a row: a swinging servo passes through its goal with both numbers small by chance.
       const bool is_at_rest = at_rest(result, leg);
       if (is_at_rest && was_at_rest) {
+        k0 = report.k0;
         finish_leg(result.void_ratio);
         return report;
       }
@@ -458,8 +473,11 @@ namespace {
 
     PreparedPackingOf<D> result() const
     {
-      return {
-          finished(specimen.state, recipe.material), way.friction, way.peak / recipe.pressure, {}};
+      return {finished(specimen.state, recipe.material),
+              way.friction,
+              way.peak / recipe.pressure,
+              k0,
+              {}};
     }
 
    private:
@@ -477,6 +495,7 @@ namespace {
     double dt = 0.0;
     double coming_pair_frequency = 0.0;    // of spheres, in this leg
     bool was_at_rest = false;
+    double k0 = 1.0;    // at the end of the last leg
     std::int64_t steps = 0, steps_of_leg = 0;
 
     void begin(Way<D> new_way)
@@ -558,13 +577,14 @@ namespace {
       DriveOf<D> call;
       call.substeps = STEPS_PER_CALL;
       for (int a = 0; a < D; ++a) {
+        if (!leg.has_goal<D>(a)) continue;
         call.controlled[a][a] = true;
         call.stress_goal(a, a) = -leg.goal<D>(a);
       }
       call.servo_gain = recipe.servo_gain > 0.0 ? recipe.servo_gain : default_servo_gain(state);
       call.servo_max_rate = recipe.max_rate > 0.0
           ? recipe.max_rate
-          : default_compression_rate(state, recipe.pressure);
+          : default_compression_rate(state, isotropic_pressure(recipe));
       return call;
     }
 
@@ -573,6 +593,7 @@ namespace {
       bool rests =
           result.num_contacts > 0 && result.unbalanced_ratio <= recipe.unbalanced_tolerance;
       for (int a = 0; a < D; ++a) {
+        if (!leg.has_goal<D>(a)) continue;
         const double goal = leg.goal<D>(a);
         rests = rests && std::fabs(-result.stress(a, a) - goal) <= recipe.stress_tolerance * goal;
       }
@@ -636,6 +657,16 @@ template <int D> double default_compression_rate(const RveStateOf<D> &state, dou
   double stiffness = moduli_at_strain<D>(strain, state.material, radius).normal;
   if (D == 3) stiffness *= depth / (2.0 * radius);
   return std::min(0.01 * std::sqrt(stiffness / mass), 0.2 * std::sqrt(pressure * depth / mass));
+}
+
+template <int D> void forget_past(RveStateOf<D> &state)
+{
+  std::fill(state.velocity.begin(), state.velocity.end(), 0.0);
+  std::fill(state.spin.begin(), state.spin.end(), 0.0);
+  state.deformation = Tensor<double, D>::identity();
+  state.servo_velocity_gradient = Tensor<double, D>::zero();
+  state.counters = Counters{};
+  state.energy = EnergyLedger{};
 }
 
 template <int D> RveStateOf<D> loose_cloud(const PackingRecipe &recipe)
@@ -753,6 +784,7 @@ RveStateOf<D> generate_packing(const PackingRecipe &recipe, EngineOf<D> &engine,
   template double contact_strain<D>(const PackingRecipe &);                                       \
   template double default_servo_gain(const RveStateOf<D> &);                                      \
   template double default_compression_rate(const RveStateOf<D> &, double);                        \
+  template void forget_past(RveStateOf<D> &);                                                     \
   template RveStateOf<D> loose_cloud(const PackingRecipe &);                                      \
   template std::vector<PreparedPackingOf<D>> generate_packings(                                   \
       const std::vector<PackingRecipe> &, EngineOf<D> &, const PreparedPackingOf<D>::Progress &); \

@@ -22,6 +22,9 @@ struct PackingRecipe {
   /// Lateral over vertical stress [-]: unless it is 1, the pressure is that of the vertical axis, the last one, and the goal of the others is
   /// k0 times that. Grains must bear it with the final friction.
   double k0 = 1.0;
+  /// The vertical stress becomes the pressure while the lateral strain is zero, from START_AT_REST of it: earth pressure at rest. The
+  /// lateral stresses are what the grains make of it, and `k0` says nothing.
+  bool at_rest = false;
   std::uint64_t seed = 1;    ///< of positions and radii
 
   /// Radii are uniform in [radius_min, radius_max] [length], or one per grain as given in `radii`.
@@ -46,6 +49,10 @@ struct PackingRecipe {
   std::int64_t max_steps = 2000000;    ///< of one compression; beyond it is an error
 };
 
+/// Isotropic pressure over the vertical stress where the compression without lateral strain begins. Ground is laid down without stress;
+/// what a packing bears before counts in the lateral stress by about (1 - K0) of this.
+constexpr double START_AT_REST = 0.05;
+
 /// Of two grains of the mean radius, pressed as by contact_strain() of engine/contact_laws.h.
 template <int D = 2> double contact_strain(const PackingRecipe &recipe);
 /// Beyond the first one the overlaps count: stiffness and void ratio are no longer those of grains that touch in points. Beyond the
@@ -57,12 +64,13 @@ constexpr double LARGEST_CONTACT_STRAIN = 0.05;
 struct PackingReport {
   std::int64_t step;    ///< since the cloud was made, over all attempts
   const char *
-      phase;    ///< "compression", "settling", "overconsolidation", "unloading" or "anisotropic load"
+      phase;    ///< "compression", "settling", "overconsolidation", "unloading", "anisotropic load" or "load at rest"
   double preparation_friction;    ///< [-]
   double pressure;                ///< mean stress, compression positive [stress]
   double void_ratio;              ///< [-]
   double coordination_number;     ///< [-]
   double unbalanced_ratio;        ///< [-]
+  double k0;                      ///< mean lateral over vertical stress [-]; 0 without stress
 };
 using PackingProgress = std::function<void(const PackingReport &)>;
 
@@ -71,6 +79,7 @@ template <int D> struct PreparedPackingOf {
   RveStateOf<D> state;                  ///< without grains if the preparation failed or is not over
   double preparation_friction = 0.0;    ///< mu during compression [-]
   double overconsolidation_ratio = 1.0;    ///< highest pressure / pressure [-]
+  double k0 = 1.0;                         ///< mean lateral over vertical stress reached [-]
   std::string failure;                     ///< empty if there was none
   bool ready() const { return state.num_grains() > 0; }
 
@@ -91,6 +100,9 @@ template <int D> double default_servo_gain(const RveStateOf<D> &state);
 /// the wave speed of the packing, and 0.2 sqrt(p h/M), at which the momentum flux of the moving grains is 4 % of p. Of spheres h is as above, and K is
 /// multiplied by h over the mean diameter.
 template <int D> double default_compression_rate(const RveStateOf<D> &state, double pressure);
+
+/// Forgets all that has happened to a packing: velocities, strain, servo, counters and energies are zero. Grains, cell and contacts stay.
+template <int D> void forget_past(RveStateOf<D> &state);
 
 /// Non-overlapping grains in a periodic square or cube at initial_solid_fraction, at rest: random sequential addition, largest first.
 /// Depends on the recipe's radii and seed only, on every machine: std::mt19937_64 with its own mapping to numbers.

@@ -86,6 +86,40 @@ std::optional<int> VoidRatioIndex::draw_within(double wanted, double tolerance, 
   return begin[draw(seed, id, static_cast<int>(end - begin))].second;
 }
 
+StressLevels::StressLevels(const std::vector<double> &stresses)
+{
+  require(!stresses.empty(), "there are no packings to choose from");
+  std::vector<std::pair<double, int>> sorted;
+  for (std::size_t k = 0; k < stresses.size(); ++k) {
+    require(std::isfinite(stresses[k]) && stresses[k] > 0.0, [&] {
+      return "stress of packing " + std::to_string(k) + " is " + number(stresses[k]) +
+          " [stress], compression positive; it must be greater than 0";
+    });
+    sorted.emplace_back(stresses[k], static_cast<int>(k));
+  }
+  std::sort(sorted.begin(), sorted.end());
+  double before = 0.0;
+  for (const auto &[stress, packing] : sorted) {
+    if (levels.empty() || stress > (1.0 + SAME_LEVEL) * before) levels.push_back({0.0, {}});
+    levels.back().stress += stress;
+    levels.back().packings.push_back(packing);
+    before = stress;
+  }
+  for (Level &level : levels) {
+    level.stress /= static_cast<double>(level.packings.size());
+    std::sort(level.packings.begin(), level.packings.end());
+  }
+}
+
+std::optional<int> StressLevels::nearest(double wanted) const
+{
+  if (!(std::isfinite(wanted) && wanted > 0.0)) return {};
+  int found = 0;
+  // a ratio r or 1/r is nearer the nearer it is to 1: cross products need no logarithm
+  while (found + 1 < count() && stress(found) * stress(found + 1) < wanted * wanted) ++found;
+  return found;
+}
+
 template struct PackingLibraryOf<2>;
 template struct PackingLibraryOf<3>;
 

@@ -61,6 +61,32 @@ class VoidRatioIndex {
   std::vector<std::pair<double, int>> sorted;    // void ratio, number
 };
 
+/// Finds packings by a stress that they bear. Packings whose stresses differ from the next lower one by at most SAME_LEVEL of it are of
+/// one level.
+class StressLevels {
+ public:
+  static constexpr double SAME_LEVEL = 0.05;
+
+  /// Stresses of packings 0, 1, ..., compression positive [stress]; throws InputError if there are none, or one is not a number above 0.
+  explicit StressLevels(const std::vector<double> &stresses);
+
+  int count() const { return static_cast<int>(levels.size()); }
+  /// Packings of a level, in ascending order; level 0 has the lowest stress.
+  const std::vector<int> &packings(int level) const { return levels[level].packings; }
+  /// Mean stress of a level [stress].
+  double stress(int level) const { return levels[level].stress; }
+
+  /// The level whose stress is nearest by ratio; of two equally near ones the lower. Nothing unless `wanted` is a number above 0.
+  std::optional<int> nearest(double wanted) const;
+
+ private:
+  struct Level {
+    double stress;
+    std::vector<int> packings;
+  };
+  std::vector<Level> levels;
+};
+
 }    // namespace rve
 
 #endif
