@@ -85,14 +85,6 @@ constexpr double FULL =
 constexpr double LONG_RUN =
     1.0;    // wall time of a run that is worth a line about its parts [seconds]
 
-/// The stress of an RVE in a continuum of D dimensions. In the plane that of spheres has components across it.
-template <int D> mpm::Tensor<D> stress_of(const FixRve &grains, int atom)
-{
-  if constexpr (D == 2)
-    if (grains.dimension() == 2) return grains.result<2>(atom).stress;
-  return rve::leading_components<D>(grains.result<3>(atom).stress);
-}
-
 /// In the plane area.
 template <int D> constexpr const char *volume_word()
 {
@@ -498,6 +490,10 @@ template <int D> void FixMpm::ImplOf<D>::setup_pre_force()
                    "Fix mpm: atom {} has no RVE, so the keyword density must give a value > 0",
                    atom->tag[i]);
     }
+  }
+  if (settings.in_situ.given) begin_in_situ(made);
+  for (int i = 0; i < atom->nlocal; i++) {
+    const bool rigid = body[i] >= 0;
     if (atom->rmass)
       atom->rmass[i] = mass[i];
     else if (!rigid && std::fabs(atom->mass[atom->type[i]] / mass[i] - 1.0) > 1e-6)
@@ -517,6 +513,7 @@ template <int D> void FixMpm::ImplOf<D>::setup()
   check_courant();
   check_time_step();
   solve(false);
+  if (is_in_situ) report_in_situ();
   if (!has_grains()) progress->begin();
 }
 

@@ -19,6 +19,7 @@
 #include "fix_mpm.h"
 
 #include "fix_rve.h"
+#include "macro/in_situ.h"
 #include "mpm/memory_layout.h"
 #include "mpm/mpm_solver.h"
 #include "mpm_settings.h"
@@ -64,6 +65,14 @@ struct FixMpm::Impl : protected Pointers {
  protected:
   explicit Impl(FixMpm *_fix) : Pointers(_fix->lmp), fix(_fix) {}
 };
+
+/// The stress of an RVE in a continuum of D dimensions. In the plane that of spheres has components across it.
+template <int D> mpm::Tensor<D> stress_of(const FixRve &grains, int atom)
+{
+  if constexpr (D == 2)
+    if (grains.dimension() == 2) return grains.result<2>(atom).stress;
+  return rve::leading_components<D>(grains.result<3>(atom).stress);
+}
 
 /// A continuum of D dimensions.
 template <int D> struct FixMpm::ImplOf final : Impl {
@@ -132,6 +141,9 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   bool said_overlap = false;
   double times[TIMES] = {};                        // wall time of this run [seconds]
   double damping_sum = 0.0, reaction_sum = 0.0;    // of looks in this run [force]
+  double weight_of_cell =
+      0.0;    // of new points with a stress in situ, until their forces have been looked at [force]
+  bool is_in_situ = false;       // such points have been made
   bool output_is_old = false;    // rows of the per-atom output are those of an earlier step
 
   // what a point carries, besides position and velocity in atom->x and atom->v; initial volume 0: not yet made
@@ -214,6 +226,21 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   void find_members();
 
   mpm::PointView<D> points();
+
+  // in fix_mpm_in_situ.cpp
+  void begin_in_situ(const std::vector<int> &made);
+  std::vector<macro::StressGoal> stresses_at_rest(const std::vector<int> &made,
+                                                  const macro::HeightProfile &ground,
+                                                  const macro::HeightProfile *k0_at_rest);
+  std::vector<macro::StressGoal> stresses_by_components(const std::vector<int> &made);
+  macro::HeightProfile profile(const std::vector<int> &made,
+                               const std::vector<double> &values) const;
+  macro::HeightProfile density_profile(const std::vector<int> &made) const;
+  macro::HeightProfile k0_profile(const std::vector<int> &made) const;
+  macro::InSituReport bring_grains(const std::vector<int> &made,
+                                   const std::vector<macro::StressGoal> &goals, double tolerance);
+  void check_strength(const std::vector<int> &made);
+  void report_in_situ();
 
   void check_positions();
   void check_overlap();

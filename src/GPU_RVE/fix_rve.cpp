@@ -308,6 +308,13 @@ template <int D> const rve::ResultOf<D> &FixRve::result(int i) const
   return static_cast<const ImplOf<D> &>(*impl).point(i).result;
 }
 
+macro::InSituReport FixRve::bring_to_stress(const std::vector<int> &atoms,
+                                            const std::vector<macro::StressGoal> &goals,
+                                            double tolerance)
+{
+  return impl->bring_to_stress(atoms, goals, tolerance);
+}
+
 double FixRve::bulk_density(int i) const
 {
   return impl->bulk_density(i);

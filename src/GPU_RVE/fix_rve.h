@@ -28,7 +28,12 @@ FixStyle(rve,FixRve);
 #include <array>
 #include <memory>
 #include <string>
+#include <vector>
 
+namespace macro {
+struct InSituReport;
+struct StressGoal;
+}    // namespace macro
 namespace mpm {
 template <int D> class Constitutive;
 }
@@ -82,6 +87,10 @@ class FixRve : public Fix {
   int dimension() const;
   // answer of the last advance, or of the packing as attached; the atom must have an RVE, and D is its dimension
   template <int D> const rve::ResultOf<D> &result(int) const;
+  // brings the RVEs of these atoms to stresses and forgets what has happened to them; an error names the atom for which it cannot be done
+  macro::InSituReport bring_to_stress(const std::vector<int> &atoms,
+                                      const std::vector<macro::StressGoal> &goals,
+                                      double tolerance);
   // grain density / (1 + void ratio) [mass/length^3]
   double bulk_density(int) const;
   // the results of this step will be asked for: without that it costs a call of the engine, unless it is a step with output

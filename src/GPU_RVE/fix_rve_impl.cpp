@@ -754,6 +754,22 @@ void FixRve::ImplOf<D>::advance(const std::vector<int> &atoms, const std::vector
 
 /* ---------------------------------------------------------------------- */
 
+template <int D>
+macro::InSituReport FixRve::ImplOf<D>::bring_to_stress(const std::vector<int> &atoms,
+                                                       const std::vector<macro::StressGoal> &goals,
+                                                       double tolerance)
+{
+  return guarded([&] {
+    try {
+      return macro::bring_to_stress(*points, slots_of(atoms), goals, tolerance, dt);
+    } catch (const macro::InSituError &problem) {
+      fail(problem.what(), atoms[problem.place()]);
+    }
+  });
+}
+
+/* ---------------------------------------------------------------------- */
+
 template <int D> void FixRve::ImplOf<D>::advance_by_script()
 {
   if (const auto &paths = settings.path.of<D>()) {

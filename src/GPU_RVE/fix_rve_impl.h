@@ -19,6 +19,7 @@
 #include "fix_rve.h"
 
 #include "exceptions.h"
+#include "macro/in_situ.h"
 #include "macro/rve_constitutive.h"
 #include "macro/rve_points.h"
 #include "progress.h"
@@ -59,6 +60,9 @@ struct FixRve::Impl {
   virtual void make_engine() = 0;
   /// Gives an RVE to every atom of the group that has none; collective.
   virtual void attach() = 0;
+  virtual macro::InSituReport bring_to_stress(const std::vector<int> &atoms,
+                                              const std::vector<macro::StressGoal> &goals,
+                                              double tolerance) = 0;
   /// All RVEs make what the script asks for in this LAMMPS step.
   virtual void advance_by_script() = 0;
 
@@ -192,6 +196,9 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   void read_packings() override;
   void make_engine() override;
   void attach() override;
+  macro::InSituReport bring_to_stress(const std::vector<int> &atoms,
+                                      const std::vector<macro::StressGoal> &goals,
+                                      double tolerance) override;
   void advance_by_script() override;
   void write_restart_head(FILE *fp) const override;
   void read_restart_head(const char *buf) override;

@@ -197,6 +197,44 @@ template <int D> void read_stress(ScriptWords &words, Said<D> &said)
     for (int b = a + 1; b < D; b++) stress(a, b) = stress(b, a) = words.number(shears[k++]);
 }
 
+constexpr const char *IN_SITU_FORM = "gravity g k0 value | rest [surcharge q] [surface height] "
+                                     "[tolerance stress], or stress component ... "
+                                     "[tolerance stress]";
+
+/// Values may be variables of atoms: they are evaluated where points are made.
+template <int D> void read_in_situ(ScriptWords &words, Said<D> &said)
+{
+  MpmInSitu<D> &s = said.settings.in_situ;
+  s.given = true;
+  bool has_k0 = false;
+  // a keyword too: here it is the first word
+  if (words.take("stress"))
+    for (int k = 0; k < rve::Space<D>::strains; k++) s.components.push_back(words.value("stress"));
+  while (!words.empty() && !words.at_keyword()) {
+    if (words.take("gravity")) {
+      s.gravity = words.positive("gravity", "[length/time^2]");
+    } else if (words.take("k0")) {
+      has_k0 = true;
+      s.is_at_rest = words.take("rest");
+      if (!s.is_at_rest) s.k0 = words.value("k0");
+    } else if (words.take("surcharge")) {
+      s.surcharge = words.value("surcharge");
+    } else if (words.take("surface")) {
+      s.surface = words.value("surface");
+    } else if (words.take("tolerance")) {
+      s.tolerance = words.positive("tolerance", "[stress]");
+    } else {
+      words.refuse(
+          fmt::format("insitu has '{}'; it must read: insitu {}", words.next(), IN_SITU_FORM));
+    }
+  }
+  const bool is_ground = s.gravity > 0.0 || has_k0 || s.surface || !s.surcharge.variable.empty() ||
+      s.surcharge.constant != 0.0;
+  if (s.is_by_components() ? is_ground : !(s.gravity > 0.0 && has_k0))
+    words.refuse(fmt::format(
+        "insitu needs gravity and k0, or stress alone; it must read: insitu {}", IN_SITU_FORM));
+}
+
 template <int D> void read_cfl(ScriptWords &words, Said<D> &said)
 {
   MpmSettings<D> &s = said.settings;
@@ -255,6 +293,7 @@ constexpr ScriptKeyword<Said<D>> KEYWORDS[] = {
      }},
     {"density", "value | rve", read_density<D>},
     {"stress", D == 2 ? "sxx syy sxy" : "sxx syy szz sxy sxz syz", read_stress<D>},
+    {"insitu", IN_SITU_FORM, read_in_situ<D>},
     {"volume", "value", read_volume<D>},
     {"points_per_cell", "value", read_volume<D>},
     {"rigid", rigid_form<D>(), read_rigid<D>},
@@ -300,6 +339,8 @@ template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, cha
     Said<D> said{lmp, settings};
     while (words.next_keyword())
       if (!words.read(KEYWORDS<D>, said)) read_of_space(words, said);
+    if (settings.in_situ.given && words.has("stress"))
+      lmp->error->all(FLERR, "Fix mpm: stress and insitu exclude each other");
     if (settings.width_of_point() > options.cell_size * (1.0 + 1e-6))
       lmp->error->all(
           FLERR, "Fix mpm volume of a point must be in (0, {}] (one cell), got {} [distance^{}]",
@@ -345,6 +386,9 @@ template <int D> void MpmSettings<D>::find(LAMMPS *lmp)
     }
   for (auto &body : bodies)
     for (auto &velocity : body.velocity) velocity.find(lmp, "Fix mpm", false);
+  for (ScriptValue *value : {&in_situ.k0, &in_situ.surcharge}) value->find(lmp, "Fix mpm insitu");
+  if (in_situ.surface) in_situ.surface->find(lmp, "Fix mpm insitu");
+  for (ScriptValue &component : in_situ.components) component.find(lmp, "Fix mpm insitu");
   for (auto &load : tractions) {
     for (auto &component : load.traction) component.find(lmp, "Fix mpm", false);
     if (!load.groupbit && !lmp->domain->get_region_by_id(load.id))
@@ -363,7 +407,7 @@ std::string LAMMPS_NS::mpm_differences(const MpmWords &then, const MpmWords &now
         about.rfind("column ", 0) == 0;
   };
   const auto is_of_points = [](const std::string &about) {
-    return about == "volume" || about == "density" || about == "stress";
+    return about == "volume" || about == "density" || about == "stress" || about == "insitu";
   };
   // the values of one keyword, of all loads on the same points together
   const auto said = [](const MpmWords &words, const std::string &about) {

@@ -20,6 +20,7 @@
 #include "script_words.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -49,6 +50,21 @@ template <int D> struct MpmModel {
   std::shared_ptr<mpm::Constitutive<D>> law;    ///< an analytic one
 };
 
+/// The stress in which ground is found: what its weight and a surcharge demand at rest, or the components of the stress at each point.
+template <int D> struct MpmInSitu {
+  bool given = false;
+  double gravity = 0.0;       ///< [length/time^2]
+  ScriptValue k0;             ///< lateral over vertical stress [-]
+  bool is_at_rest = false;    ///< in place of k0: RVEs find it without lateral strain
+  ScriptValue surcharge;      ///< on the surface, compression positive [stress]
+  std::optional<ScriptValue>
+      surface;    ///< its height above a point [length]; the top of the points
+  std::vector<ScriptValue> components;    ///< in the order of *stress*, or none
+  std::optional<double> tolerance;        ///< of the stress of RVEs [stress]
+
+  bool is_by_components() const { return !components.empty(); }
+};
+
 /// What a script says: keywords, with what they are about where they may occur again ("boundary xlo"), and their values.
 using MpmWords = std::vector<std::pair<std::string, std::string>>;
 
@@ -62,6 +78,7 @@ template <int D> struct MpmSettings {
   double density = 0.0;                ///< [mass/length^3]; 0: of the RVE
   double initial_volume = 0.0;         ///< of a point, in the plane its area [length^D]
   mpm::Tensor<D> initial_stress = mpm::Tensor<D>::zero();    ///< of points without RVEs
+  MpmInSitu<D> in_situ;
   double courant_warn = 0.9, courant_error = 1.0;
   double progress_interval =
       60.0;    ///< wall time between lines about the progress [seconds]; 0: none

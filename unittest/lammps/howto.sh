@@ -36,9 +36,11 @@ path shear_constant_volume; within "$(last 9)" 0.1577 0.1579 "void ratio of shea
 path cyclic; within "$(last 3)" -0.001 0.001 "shear strain after a cycle"
 
 run in.initial_stress -var grains 100
+unbalanced=$(sed -n 's/.*in situ the largest unbalanced nodal force is \([^ ]*\) of the weight of a cell.*/\1/p' run.out)
+within "$unbalanced" 0 1e-3 "unbalanced nodal force of a column in situ [weight of a cell]"
 keep_last
-within "$(last 5)" 0 2e-4 "displacement of a column that is in equilibrium [m]"
-within "$(last 6)" 0 0.02 "largest error of its stresses"
+within "$(last 5)" 0 1e-6 "displacement of a column that is in equilibrium [m]"
+within "$(last 6)" 0 1e-3 "largest unbalanced force ratio of its grains"
 
 run in.excavate
 keep_last

@@ -160,6 +160,13 @@ std::vector<int> RvePointsOf<D>::add(const std::vector<const rve::RveStateOf<D> 
     slots.push_back(engine->add(*state));
     settle(slots.back(), *state);
   }
+  evaluate_new(slots);
+  return slots;
+}
+
+/// The first answer of RVEs that have just been taken in.
+template <int D> void RvePointsOf<D>::evaluate_new(const std::vector<int> &slots)
+{
   std::vector<rve::ResultOf<D>> results;
   call_and_widen(slots, drives_at_rest(slots.size()), results);
   for (std::size_t k = 0; k < slots.size(); ++k) {
@@ -174,7 +181,21 @@ std::vector<int> RvePointsOf<D>::add(const std::vector<const rve::RveStateOf<D> 
     point.contacts = point.result.num_contacts;
     expect_contacts(point);
   }
-  return slots;
+}
+
+template <int D> void RvePointsOf<D>::begin_anew(const std::vector<int> &slots)
+{
+  for (const int slot : slots) {
+    const bool has_shadow = points[slot].shadow >= 0;
+    rve::RveStateOf<D> state = engine->state(slot);
+    rve::forget_past(state);
+    remove(slot);
+    engine->add(state);    // takes the number that is free
+    settle(slot, state);
+    if (has_shadow) points[slot].shadow = shadows->add(state);
+  }
+  evaluate_new(slots);
+  for (const int slot : slots) points[slot].shadow_stress = points[slot].result.stress;
 }
 
 template <int D>

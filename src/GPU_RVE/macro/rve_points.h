@@ -171,10 +171,15 @@ template <int D> class RvePointsOf {
   /// What stands between macro steps and DEM steps from now on; the refinement of shadows stays. RVEs that sleep carry out what they
   /// slept through in their next step, if they may not go on sleeping.
   void set_options(const MacroStepOptions &_options);
+  const MacroStepOptions &macro_step() const { return options; }
   /// Gives RVEs other materials, and their shadows, and evaluates their stress. A default gain of the servo follows. They may need other
   /// contacts than before: then all RVEs move to a new engine. Throws InputError if a material is out of range, if RVEs would have
   /// different contact laws, or if they do not fit into the memory of the new engine, and then changes none of these.
   void set_materials(const std::vector<int> &slots, const std::vector<rve::Material> &materials);
+
+  /// Forgets all that has happened to RVEs: cells, grains and contacts stay, at rest; strains, counters, energies, servos and paths begin
+  /// again, and so do those that were frozen. Slots and shadows stay theirs.
+  void begin_anew(const std::vector<int> &slots);
 
   /// Gives the RVE a shadow: a copy in double precision that goes its way with finer steps from now on, never skipped.
   void add_shadow(int slot);
@@ -299,6 +304,7 @@ template <int D> class RvePointsOf {
   void advance_with_samples(const std::vector<int> &slots,
                             const std::vector<rve::DriveOf<D>> &drives);
 
+  void evaluate_new(const std::vector<int> &slots);
   Point &settle(int slot, const rve::RveStateOf<D> &state);
   /// Without DEM steps: they ask for the present results.
   static std::vector<rve::DriveOf<D>> drives_at_rest(std::size_t count);

@@ -1,0 +1,290 @@
+#include "macro/in_situ.h"
+
+#include "rve/core/error.h"
+#include "rve/engine/packing.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace macro {
+
+namespace {
+
+  using rve::number;
+  using rve::require;
+
+  // of one call of the engine: as in the preparation of packings
+  constexpr int STEPS_PER_CALL = 250;
+
+  // A packing whose stress changes tenfold needs some ten thousand.
+  constexpr std::int64_t MOST_STEPS = 1000000;
+
+  // Mean force on a grain over mean contact force at rest [-]. The preparation of packings asks for as much at the end.
+  constexpr double UNBALANCED_AT_REST = 1e-3;
+
+  // Of the stability bound: contacts that form within a call are not in it yet.
+  constexpr double SHARE_OF_BOUND = 0.8;
+
+  /// On the way of one RVE.
+  template <int D> struct Way {
+    std::size_t place;        // among those given
+    rve::DriveOf<D> drive;    // of the servo
+    std::int64_t steps = 0;
+    bool was_there = false;    // at the end of the last call
+    bool is_held = false;      // the last call was without the servo
+  };
+
+  template <int D> rve::DriveOf<D> servo_drive(const StressGoal &goal)
+  {
+    rve::DriveOf<D> drive;
+    drive.substeps = STEPS_PER_CALL;
+    for (int a = 0; a < D; ++a)
+      for (int b = a; b < D; ++b) {
+        drive.controlled[a][b] = goal.steered[a][b];
+        drive.stress_goal(a, b) = goal.stress(a, b);
+      }
+    return drive;
+  }
+
+  /// Of the same cell for as many steps.
+  template <int D> rve::DriveOf<D> held()
+  {
+    rve::DriveOf<D> drive;
+    drive.substeps = STEPS_PER_CALL;
+    return drive;
+  }
+
+  /// Mean of the steered pressures, or of those that are there.
+  template <int D> double pressure_of(const StressGoal &goal, const rve::ResultOf<D> &now)
+  {
+    double sum = 0.0;
+    int count = 0;
+    for (int a = 0; a < D; ++a) {
+      if (!goal.steered[a][a]) continue;
+      sum -= goal.stress(a, a);
+      ++count;
+    }
+    return count > 0 ? sum / count : now.mean_stress();
+  }
+
+  template <int D> std::string in_words(const rve::Tensor<double, D> &stress)
+  {
+    std::string text;
+    for (int a = 0; a < D; ++a) text += (a > 0 ? " " : "") + number(stress(a, a));
+    for (int a = 0; a < D; ++a)
+      for (int b = a + 1; b < D; ++b) text += " " + number(0.5 * (stress(a, b) + stress(b, a)));
+    return text;
+  }
+
+  template <int D> constexpr const char *names()
+  {
+    return D == 2 ? "(sxx syy sxy)" : "(sxx syy szz sxy sxz syz)";
+  }
+
+  template <int D> std::string goal_in_words(const StressGoal &goal)
+  {
+    std::string text;
+    for (const bool shear : {false, true})
+      for (int a = 0; a < D; ++a)
+        for (int b = shear ? a + 1 : a; b < (shear ? D : a + 1); ++b)
+          text += (text.empty() ? "" : " ") +
+              (goal.steered[a][b] ? number(goal.stress(a, b)) : std::string("held"));
+    return text;
+  }
+
+  /// While they are on their way, grains damp at least as much as in the preparation of packings.
+  template <int D> class Damping {
+   public:
+    Damping(RvePointsOf<D> &_points, const std::vector<int> &all) : points(_points)
+    {
+      const double enough = rve::PackingRecipe().preparation_damping;
+      std::vector<rve::Material> damped;
+      for (const int slot : all) {
+        const rve::Material &material = points.material(slot);
+        if (material.local_damping >= enough) continue;
+        slots.push_back(slot);
+        own.push_back(material);
+        damped.push_back(material);
+        damped.back().local_damping = enough;
+      }
+      if (!slots.empty()) points.set_materials(slots, damped);
+    }
+    void restore()
+    {
+      if (!slots.empty()) points.set_materials(slots, own);
+    }
+
+   private:
+    RvePointsOf<D> &points;
+    std::vector<int> slots;
+    std::vector<rve::Material> own;
+  };
+
+}    // namespace
+
+// ---- level ground ----
+
+HeightProfile::HeightProfile(double lowest, double thickness, std::vector<double> values) :
+    lowest_(lowest), thickness_(thickness), values_(std::move(values))
+{
+  require(!values_.empty() && values_[0] > 0.0,
+          "a profile over height needs a value of its lowest level");
+  require(thickness > 0.0, [&] {
+    return "levels of the ground are " + number(thickness) +
+        " [length] thick; they must be thicker than 0";
+  });
+  below_.push_back(0.0);
+  for (std::size_t k = 0; k < values_.size(); ++k) {
+    if (values_[k] == 0.0) values_[k] = values_[k - 1];
+    below_.push_back(below_.back() + values_[k] * thickness_);
+  }
+}
+
+std::size_t HeightProfile::level_of(double height) const
+{
+  const double last = static_cast<double>(values_.size() - 1);
+  const double level = std::floor((height - lowest_) / thickness_);
+  return static_cast<std::size_t>(std::fmin(std::fmax(level, 0.0), last));
+}
+
+double HeightProfile::integral_below(double height) const
+{
+  const std::size_t k = level_of(height);
+  return below_[k] + (height - lowest_ - static_cast<double>(k) * thickness_) * values_[k];
+}
+
+double HeightProfile::between(double height, double upper) const
+{
+  return integral_below(upper) - integral_below(height);
+}
+
+double HeightProfile::change_to(const HeightProfile &other) const
+{
+  double largest = 0.0;
+  for (std::size_t k = 0; k < values_.size(); ++k)
+    largest = std::fmax(largest, std::fabs(other.values_[k] / values_[k] - 1.0));
+  return largest;
+}
+
+// ---- goals ----
+
+StressGoal StressGoal::at_rest(int vertical, double vertical_stress, double k0, bool lateral)
+{
+  StressGoal goal;
+  for (int a = 0; a < 3; ++a) {
+    goal.stress(a, a) = (a == vertical ? 1.0 : k0) * vertical_stress;
+    for (int b = a; b < 3; ++b) goal.steered[a][b] = lateral || a != b || a == vertical;
+  }
+  return goal;
+}
+
+template <int D> StressGoal StressGoal::of(const rve::Tensor<double, D> &stress)
+{
+  StressGoal goal;
+  for (int a = 0; a < D; ++a)
+    for (int b = a; b < D; ++b) {
+      goal.stress(a, b) = goal.stress(b, a) = stress(a, b);
+      goal.steered[a][b] = true;
+    }
+  return goal;
+}
+
+template StressGoal StressGoal::of<2>(const rve::Tensor<double, 2> &);
+template StressGoal StressGoal::of<3>(const rve::Tensor<double, 3> &);
+
+// ---- RVEs ----
+
+template <int D>
+InSituReport bring_to_stress(RvePointsOf<D> &points, const std::vector<int> &slots,
+                             const std::vector<StressGoal> &goals, double tolerance, double dt)
+{
+  require(tolerance > 0.0, [&] {
+    return "tolerance of the stress in situ is " + number(tolerance) +
+        " [stress]; it must be greater than 0";
+  });
+  InSituReport report;
+  if (slots.empty()) return report;
+
+  const MacroStepOptions options = points.macro_step();
+  points.set_options(
+      MacroStepOptions());    // every DEM step is made, and the stress is that of the end
+  Damping<D> damping(points, slots);
+  const auto error_of = [&](std::size_t place) {
+    const rve::Tensor<double, D> &stress = points.stress(slots[place]);
+    double largest = 0.0;
+    for (int a = 0; a < D; ++a)
+      for (int b = a; b < D; ++b)
+        if (goals[place].steered[a][b])
+          largest = std::fmax(
+              largest, std::fabs(0.5 * (stress(a, b) + stress(b, a)) - goals[place].stress(a, b)));
+    return largest;
+  };
+
+  std::vector<Way<D>> ways;
+  for (std::size_t k = 0; k < slots.size(); ++k) {
+    Way<D> way{k, servo_drive<D>(goals[k])};
+    way.drive.servo_gain = points.servo_gain(slots[k]);
+    const double pressure =
+        std::fmax(pressure_of(goals[k], points.point(slots[k]).result), tolerance);
+    way.drive.servo_max_rate = rve::default_compression_rate(points.state(slots[k]), pressure);
+    ways.push_back(way);
+  }
+  while (!ways.empty()) {
+    std::vector<int> some;
+    for (const Way<D> &way : ways) some.push_back(slots[way.place]);
+    const std::vector<double> bounds = points.bound_time_steps(some, dt / SHARE_OF_BOUND);
+    std::vector<rve::DriveOf<D>> drives;
+    for (std::size_t n = 0; n < ways.size(); ++n) {
+      drives.push_back(ways[n].is_held ? held<D>() : ways[n].drive);
+      drives.back().dt = bounds[n] > 0.0 ? std::min(dt, SHARE_OF_BOUND * bounds[n]) : dt;
+    }
+    points.advance(some, drives);
+
+    std::size_t left = 0;
+    for (Way<D> &way : ways) {
+      const int slot = slots[way.place];
+      const rve::ResultOf<D> &result = points.point(slot).result;
+      way.steps += STEPS_PER_CALL;
+      const auto fail = [&](const std::string &what) {
+        points.set_options(options);
+        throw InSituError(
+            way.place,
+            "cannot be brought to the stress " + goal_in_words<D>(goals[way.place]) + " [stress] " +
+                names<D>() + ": " + what + "; it has " + in_words<D>(points.stress(slot)) +
+                " after " + std::to_string(way.steps) +
+                " DEM steps, and the unbalanced force ratio " + number(result.unbalanced_ratio));
+      };
+      if (points.frozen(slot)) fail(rve::describe_status(result.status));
+      const bool is_there = error_of(way.place) <= tolerance;
+      if (way.is_held && is_there) {
+        report.largest_error = std::fmax(report.largest_error, error_of(way.place));
+        report.most_steps = std::max(report.most_steps, way.steps);
+        report.fewest_steps = report.fewest_steps > 0 ? std::min(report.fewest_steps, way.steps)
+                                                      : way.steps;
+        continue;
+      }
+      if (way.steps >= MOST_STEPS)
+        fail(
+            "it did not come to rest within " + number(tolerance) +
+            " [stress] of it. Grains bear a ratio of lateral to vertical stress between the active "
+            "and the passive limit only; take another one, or a larger tolerance");
+      // twice in a row: a servo that swings passes through its goal
+      const bool is_at_rest = is_there && result.unbalanced_ratio <= UNBALANCED_AT_REST;
+      way.is_held = is_at_rest && way.was_there && !way.is_held;
+      way.was_there = is_at_rest;
+      ways[left++] = way;
+    }
+    ways.resize(left);
+  }
+  damping.restore();
+  points.begin_anew(slots);
+  points.set_options(options);
+  return report;
+}
+
+template InSituReport bring_to_stress<2>(RvePointsOf<2> &, const std::vector<int> &,
+                                         const std::vector<StressGoal> &, double, double);
+template InSituReport bring_to_stress<3>(RvePointsOf<3> &, const std::vector<int> &,
+                                         const std::vector<StressGoal> &, double, double);
+
+}    // namespace macro

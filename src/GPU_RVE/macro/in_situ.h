@@ -1,0 +1,87 @@
+// Stresses in the ground before anything happens: what weight and loads demand at a point, and how RVEs are brought to it.
+//
+// Why: ground at rest must be in equilibrium with its weight before a foundation or a wall comes, or it sets itself in motion.
+
+#ifndef MACRO_IN_SITU_H
+#define MACRO_IN_SITU_H
+
+#include "macro/rve_points.h"
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace macro {
+
+/// A quantity over height in level ground, constant in levels of equal thickness. With points in the middle of the levels, the weight of the levels
+/// above a point and half of its own is what balances its vertical stress on a grid: forces of nodes are those of a sum of trapezia.
+class HeightProfile {
+ public:
+  /// `lowest`: lower edge of the lowest level [length]; `values` from below, above 0, and 0 for a level without points: it has that of the next
+  /// one below. Throws InputError unless there are levels, their thickness is positive, and the lowest one has a value.
+  HeightProfile(double lowest, double thickness, std::vector<double> values);
+
+  int count() const { return static_cast<int>(values_.size()); }
+  double value(int level) const { return values_[level]; }
+  /// Above the highest level its value goes on, and below the lowest.
+  double at(double height) const { return values_[level_of(height)]; }
+  /// Integral from a height up to another one; of a density the mass between them per area. Negative if that is lower.
+  double between(double height, double upper) const;
+  /// Largest change of a value to that of another profile with the same levels, over the value [-].
+  double change_to(const HeightProfile &other) const;
+
+ private:
+  double lowest_, thickness_;
+  std::vector<double> values_;
+  std::vector<double> below_;    ///< integral below each edge
+
+  std::size_t level_of(double height) const;
+  double integral_below(double height) const;
+};
+
+/// The stress that an RVE shall have, in the axes of the continuum: those of disks have the first two. What is not steered keeps its strain.
+struct StressGoal {
+  rve::Tensor3 stress = rve::Tensor3::zero();    ///< Cauchy, tension positive [stress]
+  bool steered[3][3] = {};                       ///< on and above the diagonal
+
+  /// Earth at rest: the vertical stress along `vertical` (1 in the plane, 2 in space), `k0` times it along the others, no shear; without
+  /// `lateral` the sides are held, and the lateral stresses are what the grains make of it.
+  static StressGoal at_rest(int vertical, double vertical_stress, double k0, bool lateral);
+
+  /// Components of the symmetric tensor in the leading `dimension` axes.
+  template <int D> static StressGoal of(const rve::Tensor<double, D> &stress);
+};
+
+/// What it took.
+struct InSituReport {
+  std::int64_t fewest_steps = 0, most_steps = 0;    ///< DEM steps of an RVE
+  double largest_error = 0.0;                       ///< of a steered component [stress]
+};
+
+/// An RVE that cannot be brought to its stress. The message says which stress it has instead.
+class InSituError : public std::runtime_error {
+ public:
+  InSituError(std::size_t place, const std::string &message) :
+      std::runtime_error(message), place_(place)
+  {
+  }
+  std::size_t place() const { return place_; }    ///< of the RVE among those given
+
+ private:
+  std::size_t place_;
+};
+
+/// Leads RVEs to their stresses by servo, until the errors of all steered components are at most `tolerance` [stress] and the grains are at
+/// rest, and stay so in a cell that is held. Then all that has happened to them is forgotten: strains, clocks, velocities are zero.
+///
+/// Each RVE has its own number of DEM steps, so that its bits depend on neither the others nor their order. Steps are at most `dt` [time]
+/// and 0.8 of the stability bound; grains that hardly damp get the damping of the preparation of packings for this while. Throws
+/// InSituError.
+template <int D>
+InSituReport bring_to_stress(RvePointsOf<D> &points, const std::vector<int> &slots,
+                             const std::vector<StressGoal> &goals, double tolerance, double dt);
+
+}    // namespace macro
+
+#endif

@@ -1,0 +1,387 @@
+// Ground that fix mpm finds in its stress, through LAMMPS scripts: in equilibrium with its weight from the first step on, the same bits on any
+// number of ranks and after a restart, and the messages for wrong input. Runs under mpirun as well.
+
+#include "grains_script.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+using namespace LAMMPS_NS;
+using grains_script::log_of;
+
+namespace {
+
+constexpr double GRAVITY = 9.81, SURCHARGE = 5000.0;
+
+/// Global vector of the fix.
+enum { UNBALANCED = 1, KINETIC = 3 };
+
+class SoilScript : public Script {
+ public:
+  using Script::Script;
+
+  /// Position, velocity, columns of the fix.
+  Rows points()
+  {
+    const Atom *atom = lmp->atom;
+    const Fix *fix = lmp->modify->get_fix_by_id("soil");
+    return rows_by_id(6 + fix->size_peratom_cols, [&](int i, std::vector<double> &list) {
+      list.insert(list.end(), atom->x[i], atom->x[i] + 3);
+      list.insert(list.end(), atom->v[i], atom->v[i] + 3);
+      list.insert(list.end(), fix->array_atom[i], fix->array_atom[i] + fix->size_peratom_cols);
+    });
+  }
+};
+
+// of a row of points()
+enum { X, Y, Z, COLUMNS = 6 };
+enum {
+  UY_2D = COLUMNS + 1,
+  SXX_2D = COLUMNS + 3,
+  SYY_2D,
+  SXY_2D,
+  RHO_2D = COLUMNS + 10,
+  SZZ_2D = COLUMNS + 15
+};
+
+int rank()
+{
+  int me;
+  MPI_Comm_rank(MPI_COMM_WORLD, &me);
+  return me;
+}
+
+/// Six packings: two seeds at 5, 20 and 60 kPa, loaded without lateral strain. Made once by all ranks together.
+const std::string &library()
+{
+  static const std::string path = [] {
+    Script()
+        << "create_rve test_in_situ.lib grains 60 seeds 1 2 radius uniform 0.0025 0.005 kn 1e6 "
+           "friction 0.5 density 2650 damping 0.3 thickness 0.075 pressure 5e3 2e4 6e4 k0 rest "
+           "threads 1 device cpu";
+    MPI_Barrier(MPI_COMM_WORLD);
+    return std::string("test_in_situ.lib");
+  }();
+  return path;
+}
+
+const std::string &spheres()
+{
+  static const std::string path = [] {
+    Script() << "create_rve test_in_situ_spheres.rve shape sphere grains 120 radius uniform 0.0025 "
+                "0.005 kn 1e5 friction 0.5 density 2650 damping 0.3 pressure 1e4";
+    MPI_Barrier(MPI_COMM_WORLD);
+    return std::string("test_in_situ_spheres.rve");
+  }();
+  return path;
+}
+
+struct RemoveFiles : ::testing::Environment {
+  void TearDown() override
+  {
+    MPI_Barrier(MPI_COMM_WORLD);
+    if (rank() > 0) return;
+    for (const char *file :
+         {"test_in_situ.lib", "test_in_situ_spheres.rve", "test_in_situ.restart"})
+      std::remove(file);
+  }
+};
+const auto *const remove_files = ::testing::AddGlobalTestEnvironment(new RemoveFiles);
+
+/// A column of 2 by 6 cells of 0.5 under a surcharge; ranks divide y. The fixes come behind.
+const std::string GROUND = R"(units si
+dimension 2
+boundary f f p
+atom_style sphere
+processors 1 * 1
+region box block 0 1 0 4 -0.05 0.05
+create_box 1 box
+lattice sq 0.5 origin 0.5 0.5 0.0
+region ground block 0 1 0 3 -0.05 0.05 units box
+region surface block 0 1 2.5 3 -0.05 0.05 units box
+create_atoms 1 region ground
+group surface region surface
+neighbor 0.5 bin
+comm_modify cutoff 0.5
+timestep 0.001
+)";
+const std::string WEIGHT = "fix gravity all gravity 9.81 vector 0 -1 0\n";
+
+std::string grains()
+{
+  return "variable sv atom 5000+2200*9.81*(3-y)\nfix grains all rve " + library() +
+      " drive mpm packing_stress v_sv packing_random 1 threads 1 device cpu\n";
+}
+
+std::string soil(const std::string &model, const std::string &in_situ)
+{
+  return "fix soil all mpm 0.5 device cpu model all " + model +
+      " boundary xlo roller boundary xhi roller boundary ylo fixed traction surface 0 -5000 " +
+      in_situ + "\n";
+}
+
+const std::string AT_REST = "insitu gravity 9.81 k0 0.5 surcharge 5000";
+
+}    // namespace
+
+TEST(FixMpmInSitu, WeightSurchargeAndReactionsBalanceForAnyLaw)
+{
+  for (const char *law :
+       {"elastic 1e7 0.3", "mohr_coulomb 1e7 0.3 0 30 0", "drucker_prager 1e7 0.3 1000 30 0"}) {
+    SoilScript script;
+    script << GROUND + WEIGHT + soil(law, "density 1800 " + AT_REST) + "run 100\n";
+
+    for (const auto &[id, row] : script.points()) {
+      const double vertical = SURCHARGE + 1800 * GRAVITY * (3.0 - row[Y]);
+      EXPECT_NEAR(row[SYY_2D], -vertical, 1e-9 * vertical) << law;
+      EXPECT_NEAR(row[SXX_2D], -0.5 * vertical, 1e-9 * vertical) << law;
+      EXPECT_NEAR(row[UY_2D], 0.0, 1e-12) << law;
+      // an elastic law does not remember it
+      const double across = law[0] == 'e' ? 0.0 : -0.5 * vertical;
+      EXPECT_NEAR(row[SZZ_2D], across, 1e-9 * vertical) << law;
+    }
+    // of the weight of a cell: sums on the grid are rounded
+    EXPECT_LT(script.fix_value("soil", UNBALANCED), 1e-9 * 1800 * GRAVITY * 0.25) << law;
+  }
+}
+
+TEST(FixMpmInSitu, GrainsBearTheirDepthAndTheColumnStaysAtRest)
+{
+  SoilScript script;
+  script << GROUND + WEIGHT + grains() + soil("rve grains", AT_REST) + "run 0\n";
+  const double unbalanced = script.fix_value("soil", UNBALANCED);
+  const auto begin = script.points();
+
+  script << "run 200\n";
+
+  // every level has one density, and its stress is the weight above with half of its own
+  std::map<double, double> density, cover;
+  for (const auto &[id, row] : begin) density[row[Y]] = row[RHO_2D];
+  double above = SURCHARGE;
+  for (auto level = density.rbegin(); level != density.rend(); ++level) {
+    cover[level->first] = above + 0.25 * GRAVITY * level->second;
+    above += 0.5 * GRAVITY * level->second;
+  }
+  const double weight = density.begin()->second * GRAVITY * 0.25;
+  EXPECT_LT(unbalanced, 1e-3 * weight);
+  const double tolerance = 1e-4 * density.begin()->second * GRAVITY * 0.5;
+  for (const auto &[id, row] : begin) {
+    EXPECT_EQ(row[RHO_2D], density.at(row[Y]));
+    EXPECT_NEAR(row[SYY_2D], -cover.at(row[Y]), 1.01 * tolerance);
+    EXPECT_NEAR(row[SXX_2D], -0.5 * cover.at(row[Y]), 1.01 * tolerance);
+    EXPECT_NEAR(row[SXY_2D], 0.0, 1.01 * tolerance);
+  }
+  // at rest: strains of 1e-7 of the height at most, and the stress that it had
+  for (const auto &[id, row] : script.points()) {
+    EXPECT_LT(std::fabs(row[UY_2D]), 3e-7);
+    EXPECT_NEAR(row[SYY_2D], begin.at(id)[SYY_2D], 1e-3 * cover.at(begin.at(id)[Y]));
+  }
+  EXPECT_GT(density.begin()->second, density.rbegin()->second) << "deeper ground is denser";
+}
+
+TEST(FixMpmInSitu, DensityOfTheMassesIsThatOfTheGrainsInTheMeanOfALevel)
+{
+  SoilScript script;
+  script << GROUND + WEIGHT + grains() + soil("rve grains", AT_REST) +
+          "compute e all rve/atom void_ratio\nrun 0\n";
+
+  std::map<double, double> sum, mass_density;
+  const auto void_ratios = script.compute("e");
+  for (const auto &[id, row] : script.points()) {
+    sum[row[Y]] += 0.5 * 2650.0 / (1.0 + void_ratios.at(id));    // two points in a level
+    mass_density[row[Y]] = row[RHO_2D];
+  }
+  // rounds of weight and density end at a change of 1e-4
+  for (const auto &[height, mean] : sum) EXPECT_NEAR(mass_density.at(height), mean, 1.01e-4 * mean);
+}
+
+// Packings have K0 of their own; in level ground a level has one.
+TEST(FixMpmInSitu, AtRestALevelHasTheLateralStressThatItsGrainsFind)
+{
+  SoilScript script;
+  script << GROUND + WEIGHT + grains() +
+          soil("rve grains", "insitu gravity 9.81 k0 rest surcharge 5000") + "run 0\n";
+
+  std::map<double, std::vector<double>> ratios;
+  double weight = 0.0;
+  for (const auto &[id, row] : script.points()) {
+    ratios[row[Y]].push_back(row[SXX_2D] / row[SYY_2D]);
+    weight = std::max(weight, row[RHO_2D] * GRAVITY * 0.25);
+  }
+  for (const auto &[height, of_level] : ratios) {
+    EXPECT_NEAR(of_level[0], of_level[1], 1e-3);
+    EXPECT_GT(of_level[0], 0.3);
+    EXPECT_LT(of_level[0], 0.8);
+  }
+  EXPECT_LT(script.fix_value("soil", UNBALANCED), 1e-3 * weight);
+}
+
+TEST(FixMpmInSitu, SpheresInSpaceAndInThePlane)
+{
+  const std::string rve = "fix grains all rve " + spheres() + " drive mpm threads 1 device cpu\n";
+  SoilScript plane, space;
+
+  plane << GROUND + WEIGHT + rve + soil("rve grains", AT_REST) +
+          "compute s all rve/atom szz\nrun 0\n";
+  space << "units si\nboundary f f f\natom_style sphere\nregion box block 0 0.5 0 0.5 0 2\n"
+           "create_box 1 box\nlattice sc 0.5 origin 0.5 0.5 0.5\n"
+           "region ground block 0 0.5 0 0.5 0 1.5 units box\ncreate_atoms 1 region ground\n"
+           "neighbor 0.5 bin\ncomm_modify cutoff 0.5\ntimestep 0.001\n"
+           "fix gravity all gravity 9.81 vector 0 0 -1\n" +
+          rve +
+          "fix soil all mpm 0.5 device cpu model all rve grains boundary xlo roller boundary xhi "
+          "roller boundary ylo roller boundary yhi roller boundary zlo fixed insitu gravity 9.81 "
+          "k0 0.6\nrun 0\n";
+
+  const auto across = plane.compute("s");
+  for (const auto &[id, row] : plane.points())
+    EXPECT_NEAR(across.at(id), 0.5 * row[SYY_2D], 3.0) << "the stress across the plane is lateral";
+  EXPECT_LT(plane.fix_value("soil", UNBALANCED), 1e-3 * 1500 * GRAVITY * 0.25);
+  EXPECT_LT(space.fix_value("soil", UNBALANCED), 1e-3 * 1500 * GRAVITY * 0.125);
+}
+
+TEST(FixMpmInSitu, ComponentsMayBeVariablesOfAnAtom)
+{
+  SoilScript script;
+  script << GROUND + WEIGHT + grains() +
+          "variable syy atom -20000-1000*y\nvariable sxx atom 0.6*v_syy\nvariable sxy atom "
+          "500*x\n" +
+          soil("rve grains", "insitu stress v_sxx v_syy v_sxy tolerance 2") + "run 0\n";
+
+  for (const auto &[id, row] : script.points()) {
+    EXPECT_NEAR(row[SYY_2D], -20000 - 1000 * row[Y], 2.0);
+    EXPECT_NEAR(row[SXX_2D], 0.6 * (-20000 - 1000 * row[Y]), 2.0);
+    EXPECT_NEAR(row[SXY_2D], 500 * row[X], 2.0);
+  }
+}
+
+TEST(FixMpmInSitu, ASurfaceMayBeAVariableOfAnAtom)
+{
+  SoilScript script;
+  script << GROUND + WEIGHT + "variable top atom 3+x\nvariable k atom 0.4+0.1*x\n" +
+          soil("elastic 1e7 0.3", "density 1800 insitu gravity 9.81 k0 v_k surface v_top") +
+          "run 0\n";
+
+  for (const auto &[id, row] : script.points()) {
+    const double vertical = 1800 * GRAVITY * (3.0 + row[X] - row[Y]);
+    EXPECT_NEAR(row[SYY_2D], -vertical, 1e-9 * vertical);
+    EXPECT_NEAR(row[SXX_2D], -(0.4 + 0.1 * row[X]) * vertical, 1e-9 * vertical);
+  }
+}
+
+TEST(FixMpmInSitu, RanksGiveTheSameBits)
+{
+  const std::string command = GROUND + WEIGHT + grains() + soil("rve grains", AT_REST) + "run 20\n";
+  SoilScript together, alone(MPI_COMM_SELF);
+
+  together << command;
+  alone << command;
+
+  EXPECT_EQ(together.points(), alone.points());
+}
+
+TEST(FixMpmInSitu, RestartContinuesBitForBit)
+{
+  const std::string fixes = WEIGHT + grains() + soil("rve grains", AT_REST);
+  SoilScript whole, first, second;
+
+  whole << GROUND + fixes + "run 30\n";
+  first << GROUND + fixes + "run 10\nwrite_restart test_in_situ.restart\n";
+  second << "processors 1 * 1\nread_restart test_in_situ.restart\npair_style none\nneighbor 0.5 "
+            "bin\ncomm_modify cutoff 0.5\n"
+            "timestep 0.001\nregion surface block 0 1 2.5 3 -0.05 0.05 units box\n" +
+          fixes + "run 20\n";
+
+  EXPECT_EQ(whole.points(), second.points());
+}
+
+TEST(FixMpmInSitu, SaysWhatIsOutOfBalance)
+{
+  const std::string law = "elastic 1e7 0.3";
+  EXPECT_IN("in situ the largest unbalanced nodal force is",
+            log_of(GROUND + WEIGHT + soil(law, "density 1800 " + AT_REST) + "run 0"));
+  EXPECT_IN("No force acts on the points: define fix gravity before this fix",
+            log_of(GROUND + soil(law, "density 1800 " + AT_REST) + WEIGHT + "run 0"));
+  // without its surcharge, the surface is pulled by 5000 of the 4414 that a cell weighs on its width
+  EXPECT_IN(
+      "of the weight of a cell, above 0.001: the ground will move",
+      log_of(GROUND + WEIGHT + soil(law, "density 1800 insitu gravity 9.81 k0 0.5") + "run 0"));
+  EXPECT_IN("the stress in situ of 12 points is beyond the strength of their law, that of atom 1",
+            log_of(GROUND + WEIGHT +
+                   soil("mohr_coulomb 1e7 0.3 0 30 0",
+                        "density 1800 insitu gravity 9.81 k0 0.2 surcharge 5000") +
+                   "run 0"));
+}
+
+TEST(FixMpmInSitu, WrongWordsAreNamed)
+{
+  const auto with = [](const std::string &in_situ) {
+    return GROUND + WEIGHT + soil("elastic 1e7 0.3", "density 1800 " + in_situ) + "run 0\n";
+  };
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {with("insitu gravity 9.81"), "insitu needs gravity and k0, or stress alone"},
+      {with("insitu k0 0.5"), "insitu needs gravity and k0, or stress alone"},
+      {with("insitu stress -1 -1 0 gravity 9.81"), "insitu needs gravity and k0, or stress alone"},
+      {with("insitu weight 9.81"), "insitu has 'weight'; it must read: insitu gravity g k0"},
+      {with("insitu gravity -9.81 k0 0.5"),
+       "insitu gravity is -9.81 [length/time^2]; it must be greater than 0"},
+      {with("insitu gravity 9.81 k0 0.5 tolerance 0"),
+       "insitu tolerance is 0 [stress]; it must be greater than 0"},
+      {with("insitu gravity 9.81 k0 v_none"), "variable none does not exist"},
+      {with("insitu gravity 9.81 k0 -0.5"),
+       "Fix mpm insitu: k0 of atom 1 is -0.5 [-]; it must be greater than 0 (atoms with another "
+       "one: 12)"},
+      {with("insitu gravity 9.81 k0 0.5 surface 2.5"),
+       "Fix mpm insitu: the vertical pressure of atom 11 is -4414.5 [stress], at the height 2.75 "
+       "under a surface at 2.5 [length]; it must be greater than 0 (atoms with another one: 2)"},
+      {with("insitu gravity 9.81 k0 rest"),
+       "k0 rest is what the grains of RVEs find, and atom 1 has no RVE; give k0 as a number "
+       "(atoms without: 12)"},
+      {with("stress -1 -1 0 insitu gravity 9.81 k0 0.5"), "stress and insitu exclude each other"},
+      {GROUND + WEIGHT + grains() +
+           soil("rve grains", "insitu gravity 9.81 k0 0.05 surcharge 5000") + "run 0\n",
+       "cannot be brought to the stress"},
+  };
+  for (const auto &[lines, part] : cases) EXPECT_IN(part, message_of(lines));
+}
+
+// ---- which packing a depth gets ----
+
+TEST(PackingStress, IsThatOfTheNearestLevel)
+{
+  Script script;
+  script << GROUND + "variable sv atom 3000*exp(y)\nfix grains all rve " + library() +
+          " packing_stress v_sv packing_random 1 threads 1 device cpu\ncompute s all rve/atom syy\n"
+          "compute y all property/atom yu\nrun 0\n";
+
+  const auto stress = script.compute("s"), height = script.compute("y");
+  std::map<double, int> times;
+  for (const auto &[id, sigma] : stress) {
+    const double wanted = 3000.0 * std::exp(height.at(id));
+    double nearest = 0.0;
+    for (const double level : {5e3, 2e4, 6e4})
+      if (nearest == 0.0 ||
+          std::fabs(std::log(level / wanted)) < std::fabs(std::log(nearest / wanted)))
+        nearest = level;
+    EXPECT_NEAR(-sigma, nearest, 2e-3 * nearest);
+    times[nearest]++;
+  }
+  EXPECT_EQ(times.size(), 3u);
+}
+
+TEST(PackingStress, SaysWhatIsWrong)
+{
+  const auto with = [](const std::string &keywords) {
+    return GROUND + "variable sv atom 3000*(1-y)\nfix grains all rve " + library() + " " +
+        keywords + " threads 1 device cpu\nrun 0\n";
+  };
+  EXPECT_IN("packing_stress leaves 2 packings of 5000.", message_of(with("packing_stress 1000")));
+  EXPECT_IN("packing_stress of atom 5 is -750 [stress]; it is positive in compression",
+            message_of(with("packing_stress v_sv packing_random 1")));
+  EXPECT_IN("packing_variable and packing_stress exclude each other",
+            message_of(with("packing_variable v_sv packing_stress 1000")));
+  EXPECT_IN("void ratios of the packings at its packing_stress are from",
+            message_of(with("packing_stress 1000 packing_void_ratio 0.9 0.01")));
+}
