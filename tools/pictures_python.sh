@@ -1,8 +1,7 @@
 #!/bin/sh
 # A Python with modules of others that open what the package writes, OVITO, VTK (ParaView's reader) and meshio (ParaView's files), and that host its
-# RVEs, scikit-fem. Makes it once, in
-# the cache folder that get_lammps.sh uses, from the package index that this machine's pip knows (400 MB), and prints the interpreter
-# (last line of stdout):
+# RVEs, scikit-fem and OOFEM. Makes it once, in the cache folder that get_lammps.sh uses, from the package index that this machine's pip knows
+# (400 MB), and prints the interpreter (last line of stdout):
 #
 #   python=$(sh tools/pictures_python.sh)         makes it if it is not there
 #   python=$(sh tools/pictures_python.sh --find)  prints it if it is there, or nothing
@@ -10,7 +9,7 @@
 # ctest -L pictures uses it where it is, and skips those tests where it is not, unless GPU_RVE_REQUIRE_PICTURES=1.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
-modules="ovito==3.17.2 vtk==9.7.2 meshio==5.3.5 scikit-fem==12.0.2 cffi numpy"
+modules="ovito==3.17.2 vtk==9.7.2 meshio==5.3.5 scikit-fem==12.0.2 oofem==2.6.0.dev1 cffi numpy"
 cache=${GPU_RVE_CACHE:-${XDG_CACHE_HOME:-$HOME/.cache}/gpu_rve}
 folder=$cache/pictures-python-$(echo "$modules" | cksum | cut -d ' ' -f 1)
 

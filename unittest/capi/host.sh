@@ -1,0 +1,14 @@
+#!/bin/sh
+# host.sh <repository> <modules> <script> <arguments...>: a test in Python, with the Python that has programs of others (tools/pictures_python.sh).
+# 77, skipped, where there is none or it lacks one of the modules ("oofem skfem").
+set -eu
+root=$1 modules=$2
+shift 2
+python=$(sh "$root/tools/pictures_python.sh" --find)
+import=$(echo "$modules" | sed 's/  */, /g')
+if [ -z "$python" ] || ! "$python" -c "import $import"; then
+  echo "there is no Python with $import; sh tools/pictures_python.sh makes one"
+  [ "${GPU_RVE_REQUIRE_PICTURES:-0}" = 1 ] && exit 1
+  exit 77
+fi
+exec "$python" "$@"
