@@ -49,7 +49,7 @@ using mpm::Face;
 namespace {
 
 // Of what restart files hold of points and bodies: raise it with every change of that. Files before version 3 had no number.
-constexpr int RESTART_VERSION = 6;
+constexpr int RESTART_VERSION = 7;
 
 // What a line of the head of a restart file begins with that names the state variables of a law.
 const std::string STATE_OF = "state of ";
@@ -103,7 +103,7 @@ std::unique_ptr<FixMpm::Impl> FixMpm::Impl::make(FixMpm *fix, int narg, char **a
 
 template <int D> FixMpm::ImplOf<D>::ImplOf(FixMpm *_fix, int narg, char **arg) : Impl(_fix)
 {
-  static_assert(RESTART_VERSION == 6 && DOUBLES == (D == 2 ? 20 : 37),
+  static_assert(RESTART_VERSION == 7 && DOUBLES == (D == 2 ? 20 : 37),
                 "restart files change: raise their version");
   settings = MpmSettings<D>::parse(lmp, narg, arg);
   const Tensor &initial = settings.initial_stress;
@@ -116,7 +116,10 @@ template <int D> FixMpm::ImplOf<D>::ImplOf(FixMpm *_fix, int narg, char **arg) :
   lay_out_memory();
 
   fix->size_peratom_cols = num_columns();
-  fix->size_vector = HEAD + PER_BODY * (int) settings.bodies.size() + TIMES + D;
+  for (int b = 0; b < (int) settings.bodies.size(); b++)
+    if (settings.options.rigid_bodies[b].form != mpm::BodyForm::Face) turning.push_back(b);
+  fix->size_vector = HEAD + PER_BODY * (int) settings.bodies.size() + TIMES + D +
+      PER_TURNING * (int) turning.size();
   fix->maxexchange = DOUBLES + layout.width() + num_columns();
 
   try {
@@ -626,11 +629,12 @@ template <int D> void FixMpm::ImplOf<D>::tell_damping()
       "run: reactions on two sides of the material differ by as much",
       settings.options.damping, 100.0 * share);
   // once; later runs say their own number
+  const int last_of_damping = fix->size_vector - PER_TURNING * (int) turning.size();
   if (share > DAMPING_WARN && !warned_damping) {
     warned_damping = true;
     error->warning(FLERR,
                    "Fix mpm {}: {}. f_{}[{}] and f_{}[{}] are its force; use less damping, or none",
-                   fix->id, text, fix->id, fix->size_vector - 1, fix->id, fix->size_vector);
+                   fix->id, text, fix->id, last_of_damping - 1, fix->id, last_of_damping);
   } else
     utils::logmesg(lmp, "fix mpm {}: {}\n", fix->id, text);
 }
@@ -671,8 +675,15 @@ template <int D> void FixMpm::ImplOf<D>::solve(bool advance)
 
   try {
     for (std::size_t b = 0; b < settings.bodies.size(); b++) {
+      double rates[mpm::FREEDOMS<D>];
+      for (int k = 0; k < mpm::FREEDOMS<D>; k++)
+        rates[k] = settings.bodies[b].rates[k].evaluate(lmp);
+      if (solver->rigid_bodies().can_turn((int) b)) {
+        solver->rigid_bodies().set_rates((int) b, rates);
+        continue;
+      }
       Vec velocity;
-      for (int a = 0; a < D; a++) velocity[a] = settings.bodies[b].velocity[a].evaluate(lmp);
+      std::copy_n(rates, D, velocity.component);
       solver->set_body_velocity((int) b, velocity);
       if (advance) body_displacement[b] = body_displacement[b] + update->dt * velocity;
     }
@@ -681,6 +692,10 @@ template <int D> void FixMpm::ImplOf<D>::solve(bool advance)
       solver->step(points(), loads, update->dt);
     else
       solver->evaluate(points(), loads, update->dt);
+    if (advance)
+      for (const int b : turning)
+        for (int a = 0; a < D; a++)
+          body_displacement[b][a] += update->dt * solver->rigid_bodies().rates(b)[a];
   } catch (const LAMMPSException &) {
     throw;    // an error of fix rve says all there is to say
   } catch (const std::exception &problem) {
@@ -764,6 +779,14 @@ template <int D> double FixMpm::ImplOf<D>::vector_component(int n)
     return n == MASS ? totals.mass : totals.kinetic_energy;
   }
   const int behind_bodies = n - HEAD - PER_BODY * (int) settings.bodies.size();
+  const int behind_damping = behind_bodies - TIMES - D;
+  if (behind_damping >= 0) {
+    const int body = turning[behind_damping / PER_TURNING];
+    const int what = behind_damping % PER_TURNING;
+    if (what < ANGLE) return solver->rigid_bodies().rates(body)[what];
+    if (what < TORQUE) return solver->rigid_bodies().turned(body)[what - ANGLE];
+    return solver->body_torque(body)[what - TORQUE];
+  }
   if (behind_bodies >= TIMES) return solver->damping_force()[behind_bodies - TIMES];
   if (behind_bodies >= 0) {
     double longest;
@@ -782,7 +805,7 @@ template <int D> bool FixMpm::ImplOf<D>::reads_results() const
     return !value.variable.empty() && may_read_results(lmp, value.variable);
   };
   for (const MpmRigidBody<D> &body : settings.bodies)
-    if (std::any_of(body.velocity, body.velocity + D, reads)) return true;
+    if (std::any_of(std::begin(body.rates), std::end(body.rates), reads)) return true;
   for (const MpmTraction<D> &load : settings.tractions) {
     if (std::any_of(load.traction, load.traction + D, reads)) return true;
     // one that moves or changes its shape does so by variables
@@ -903,8 +926,8 @@ template <int D> int FixMpm::ImplOf<D>::maxsize_restart() const
 }
 
 /* ----------------------------------------------------------------------
-   the head: version, numbers in it, their checksum, step, bodies, displacement and velocity of each, what the script
-   says and the state variables of each law as lines of text, checksum of all before
+   the head: version, numbers in it, their checksum, step, bodies, displacement and velocity of each and the record of one that can
+   turn behind the numbers in it, what the script says and the state variables of each law as lines of text, checksum of all before
 ------------------------------------------------------------------------- */
 
 template <int D> void FixMpm::ImplOf<D>::write_restart(FILE *fp) const
@@ -922,6 +945,10 @@ template <int D> void FixMpm::ImplOf<D>::write_restart(FILE *fp) const
     const Vec &v = solver->body_velocity_before((int) b);
     head.insert(head.end(), u.component, u.component + D);
     head.insert(head.end(), v.component, v.component + D);
+    std::vector<double> record;
+    if (solver->rigid_bodies().can_turn((int) b)) record = solver->rigid_bodies().record((int) b);
+    head.push_back((double) record.size());
+    head.insert(head.end(), record.begin(), record.end());
   }
   const std::size_t begin = head.size() + 1;
   head.push_back((double) text.size());
@@ -987,8 +1014,13 @@ template <int D> void FixMpm::ImplOf<D>::restart(const char *buf)
   const double *state = head.data() + HEAD_FIRST;
   restart_step = *state++;
   const auto bodies = (std::size_t) *state++;
-  const double *of_body = state;
-  state += 2 * D * bodies;
+  std::vector<const double *> of_body;
+  for (std::size_t b = 0; b < bodies; b++) {
+    of_body.push_back(state);
+    state += 2 * D;
+    const auto record = (std::size_t) *state++;
+    state += record;
+  }
   const auto length = (std::size_t) *state++;
   std::istringstream text(std::string(reinterpret_cast<const char *>(state), length));
   MpmWords then;
@@ -1009,15 +1041,18 @@ template <int D> void FixMpm::ImplOf<D>::restart(const char *buf)
   for (std::size_t b = 0; b < settings.bodies.size(); b++) {
     const std::string &group = settings.bodies[b].group;
     const std::size_t k = std::find(groups.begin(), groups.end(), group) - groups.begin();
-    if (k >= bodies) {
+    const bool turns = solver->rigid_bodies().can_turn((int) b);
+    // one that could not turn knows nothing of it, and the other way round
+    if (k >= bodies || (of_body[k][2 * D] != 0.0) != turns) {
       new_bodies += (new_bodies.empty() ? "" : ", ") + group;
       continue;
     }
-    const double *motion = of_body + 2 * D * k;
+    const double *motion = of_body[k];
     Vec velocity;
     std::copy_n(motion, D, body_displacement[b].component);
     std::copy_n(motion + D, D, velocity.component);
     solver->set_body_velocity_before((int) b, velocity);
+    if (turns) solver->rigid_bodies().set_record((int) b, motion + 2 * D + 1);
   }
   if (comm->me != 0) return;
   const std::string other = mpm_differences(then, settings.words, false);

@@ -121,6 +121,15 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   enum { UNBALANCED, COURANT, KINETIC, MASS, HEAD };
   enum { REACTION_X, BODY_UX = D, PER_BODY = 2 * D };
   enum { TIME_RVE, TIME_MPM, TIME_TRANSFERS, TIMES };
+  // behind the force of local damping, for each body that can turn: velocity, spin, angle and torque
+  static constexpr int SPINS = rve::Space<D>::spins;
+  enum {
+    VELOCITY_X,
+    SPIN = D,
+    ANGLE = SPIN + SPINS,
+    TORQUE = ANGLE + SPINS,
+    PER_TURNING = TORQUE + SPINS
+  };
 
   static constexpr double NO_LAW = -1.0;
 
@@ -132,6 +141,7 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   double restart_step = 0.0;    // of the head of a restart file
   bool warned = false, warned_damping = false;
   std::vector<Vec> body_displacement;
+  std::vector<int> turning;                   // bodies that can turn
   std::vector<mpm::TractionLoad<D>> loads;    // of this step
   double **output = nullptr;
   // as the last run left them, to see whether others have moved points: their number and a sum over positions; box sides

@@ -44,10 +44,14 @@ template <int D> struct Said {
   mpm::SolverOptions<D> &options = settings.options;
   mpm::Face *face = nullptr;
   std::string owner{};
+  std::vector<std::string> needs_face{},
+      needs_form{};    ///< of each body, the last keyword that does
 };
 
 constexpr const char *SIDES[] = {"xlo", "xhi", "ylo", "yhi", "zlo", "zhi"};    // as mpm::Face
 constexpr const char *VELOCITIES[] = {"vx", "vy", "vz"};
+constexpr const char *SPINS[] = {"wx", "wy", "wz"};    // in the plane the last one
+constexpr const char *AXES[] = {"x", "y", "z"};
 constexpr const char *TRACTIONS[] = {"tx", "ty", "tz"};
 
 /// In the plane its area.
@@ -123,44 +127,124 @@ template <int D> void read_volume(ScriptWords &words, Said<D> &said)
 
 template <int D> constexpr const char *rigid_form()
 {
-  return D == 2 ? "group-ID vx value vy value rough | smooth"
-                : "group-ID vx value vy value vz value rough | smooth";
+  return D == 2 ? "group-ID vx value vy value rough | smooth | friction mu"
+                : "group-ID vx value vy value vz value rough | smooth | friction mu";
+}
+
+/// A rate that is prescribed, or the word `free`.
+template <int D> void read_rate(ScriptWords &words, Said<D> &said, int freedom, const char *part)
+{
+  if (words.take("free")) {
+    said.options.rigid_bodies.back().free |= 1 << freedom;
+    said.needs_form.back() = "free";
+  } else {
+    said.settings.bodies.back().rates[freedom] = words.value(part);
+  }
 }
 
 template <int D> void read_rigid(ScriptWords &words, Said<D> &said)
 {
   MpmRigidBody<D> body;
-  mpm::RigidBodyOptions how;
   body.group = words.peek();
   body.groupbit = words.groupbit("group");
   said.owner = "rigid " + body.group;
   words.about(said.owner);
+  said.settings.bodies.push_back(body);
+  said.options.rigid_bodies.emplace_back();
+  said.options.rigid_body_names.push_back(body.group);
+  said.needs_face.emplace_back();
+  said.needs_form.emplace_back();
+  mpm::RigidBodyOptions &how = said.options.rigid_bodies.back();
   if (D == 3) how.face = mpm::Face::ZLo;
   for (int a = 0; a < D; a++) {
     if (!words.take(VELOCITIES[a]))
       words.refuse(fmt::format("rigid has '{}' where {} must be; it must read: rigid {}",
                                words.next(VELOCITIES[a]), VELOCITIES[a], rigid_form<D>()));
-    body.velocity[a] = words.value(VELOCITIES[a]);
+    read_rate(words, said, a, VELOCITIES[a]);
   }
-  how.rough = words.choice<bool>("contact", {{"smooth", false}, {"rough", true}});
-  said.settings.bodies.push_back(body);
-  said.options.rigid_bodies.push_back(how);
-  said.options.rigid_body_names.push_back(body.group);
-  said.face = &said.options.rigid_bodies.back().face;
+  enum { SMOOTH, ROUGH, FRICTION };
+  const int contact =
+      words.choice<int>("contact", {{"smooth", SMOOTH}, {"rough", ROUGH}, {"friction", FRICTION}});
+  how.rough = contact == ROUGH;
+  if (contact == FRICTION) {
+    how.friction = words.positive("friction", "[-]");
+    said.needs_form.back() = "friction";
+  }
+  said.face = &how.face;
+}
+
+/// The body that a keyword is about.
+template <int D>
+mpm::RigidBodyOptions &body_before(ScriptWords &words, Said<D> &said, const std::string &keyword)
+{
+  if (said.options.rigid_bodies.empty()) words.refuse(keyword + " must follow a rigid body");
+  words.about(said.owner + " " + keyword);
+  return said.options.rigid_bodies.back();
 }
 
 template <int D> void read_separation(ScriptWords &words, Said<D> &said)
 {
-  if (said.options.rigid_bodies.empty()) words.refuse("separation must follow a rigid body");
-  words.about(said.owner + " separation");
-  said.options.rigid_bodies.back().separation = words.logical();
+  body_before(words, said, "separation").separation = words.logical();
+}
+
+template <int D> void read_body_form(ScriptWords &words, Said<D> &said)
+{
+  mpm::RigidBodyOptions &body = body_before(words, said, "form");
+  if constexpr (D == 2)
+    body.form = words.choice<mpm::BodyForm>("",
+                                            {{"face", mpm::BodyForm::Face},
+                                             {"box", mpm::BodyForm::Box},
+                                             {"ball", mpm::BodyForm::Ball}});
+  else
+    body.form = words.choice<mpm::BodyForm>("",
+                                            {{"face", mpm::BodyForm::Face},
+                                             {"box", mpm::BodyForm::Box},
+                                             {"ball", mpm::BodyForm::Ball},
+                                             {"cylinder", mpm::BodyForm::Cylinder}});
+}
+
+template <int D> void read_spin(ScriptWords &words, Said<D> &said)
+{
+  body_before(words, said, "spin");
+  said.needs_form.back() = "spin";
+  for (int k = D; k < mpm::FREEDOMS<D>; k++)
+    read_rate(words, said, k, D == 2 ? SPINS[2] : SPINS[k - D]);
+}
+
+template <int D> void read_pivot(ScriptWords &words, Said<D> &said)
+{
+  mpm::RigidBodyOptions &body = body_before(words, said, "pivot");
+  said.needs_form.back() = "pivot";
+  body.has_pivot = true;
+  for (int a = 0; a < D; a++) body.pivot[a] = words.number(AXES[a]);
+}
+
+/// In degrees, in the options in radian.
+template <int D> void read_turned(ScriptWords &words, Said<D> &said)
+{
+  constexpr double DEGREE = 3.14159265358979323846 / 180.0;
+  mpm::RigidBodyOptions &body = body_before(words, said, "turned");
+  said.needs_form.back() = "turned";
+  for (int k = 0; k < rve::Space<D>::spins; k++)
+    body.turned[k] = DEGREE * words.number(D == 2 ? "angle" : AXES[k]);
+}
+
+template <int D> void check_forms(LAMMPS *lmp, const Said<D> &said)
+{
+  for (std::size_t b = 0; b < said.options.rigid_bodies.size(); b++) {
+    const bool has_face = said.options.rigid_bodies[b].form == mpm::BodyForm::Face;
+    const std::string &misplaced = has_face ? said.needs_form[b] : said.needs_face[b];
+    if (misplaced.empty()) continue;
+    lmp->error->all(FLERR, "Fix mpm rigid {}: {} is for a body of form {}",
+                    said.settings.bodies[b].group, misplaced,
+                    has_face ? (D == 2 ? "box or ball" : "box, ball or cylinder") : "face");
+  }
 }
 
 void read_round(ScriptWords &words, Said<3> &said)
 {
-  if (said.options.rigid_bodies.empty()) words.refuse("round must follow a rigid body");
-  words.about(said.owner + " round");
-  said.options.rigid_bodies.back().round = words.logical();
+  body_before(words, said, "round").round = words.logical();
+  said.needs_face.back() = "round";
 }
 
 /// Several loads may be on the same points.
@@ -184,6 +268,8 @@ template <int D> void read_face(ScriptWords &words, Said<D> &said)
   if (!said.face) words.refuse("face must follow a traction or a rigid body");
   words.about(said.owner + " face");
   *said.face = read_side<D>(words);
+  if (!said.options.rigid_bodies.empty() && said.face == &said.options.rigid_bodies.back().face)
+    said.needs_face.back() = "face";
 }
 
 /// In the order of LAMMPS.
@@ -298,6 +384,10 @@ constexpr ScriptKeyword<Said<D>> KEYWORDS[] = {
     {"points_per_cell", "value", read_volume<D>},
     {"rigid", rigid_form<D>(), read_rigid<D>},
     {"separation", "yes | no", read_separation<D>},
+    {"form", D == 2 ? "face | box | ball" : "face | box | ball | cylinder", read_body_form<D>},
+    {"spin", D == 2 ? "value | free" : "value | free value | free value | free", read_spin<D>},
+    {"pivot", D == 2 ? "x y" : "x y z", read_pivot<D>},
+    {"turned", D == 2 ? "angle" : "x y z", read_turned<D>},
     {"traction", D == 2 ? "ID tx ty" : "ID tx ty tz", read_traction<D>},
     {"face", D == 2 ? "xlo | xhi | ylo | yhi" : "xlo | xhi | ylo | yhi | zlo | zhi", read_face<D>},
     {"cfl", "warn error", read_cfl<D>},
@@ -341,6 +431,7 @@ template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, cha
       if (!words.read(KEYWORDS<D>, said)) read_of_space(words, said);
     if (settings.in_situ.given && words.has("stress"))
       lmp->error->all(FLERR, "Fix mpm: stress and insitu exclude each other");
+    check_forms(lmp, said);
     if (settings.width_of_point() > options.cell_size * (1.0 + 1e-6))
       lmp->error->all(
           FLERR, "Fix mpm volume of a point must be in (0, {}] (one cell), got {} [distance^{}]",
@@ -385,7 +476,7 @@ template <int D> void MpmSettings<D>::find(LAMMPS *lmp)
         lmp->error->all(FLERR, "Fix mpm traction: group '{}' has no atoms", load.id);
     }
   for (auto &body : bodies)
-    for (auto &velocity : body.velocity) velocity.find(lmp, "Fix mpm", false);
+    for (auto &rate : body.rates) rate.find(lmp, "Fix mpm", false);
   for (ScriptValue *value : {&in_situ.k0, &in_situ.surcharge}) value->find(lmp, "Fix mpm insitu");
   if (in_situ.surface) in_situ.surface->find(lmp, "Fix mpm insitu");
   for (ScriptValue &component : in_situ.components) component.find(lmp, "Fix mpm insitu");

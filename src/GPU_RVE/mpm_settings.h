@@ -32,7 +32,8 @@ class LAMMPS;
 template <int D> struct MpmRigidBody {
   std::string group;
   int groupbit;
-  ScriptValue velocity[D];
+  /// Velocity, then spin; those that forces drive are in the options.
+  ScriptValue rates[mpm::FREEDOMS<D>];
 };
 
 template <int D> struct MpmTraction {

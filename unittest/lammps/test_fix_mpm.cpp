@@ -442,10 +442,10 @@ std::string bytes_of(double value)
 /// Where the head of a fix mpm begins in a restart file: version, length, a checksum, step.
 std::size_t place_of_head(const std::string &text, double step)
 {
-  std::size_t place = text.find(bytes_of(-6.0));
+  std::size_t place = text.find(bytes_of(-7.0));
   while (place != std::string::npos &&
          text.compare(place + 3 * sizeof(double), sizeof(double), bytes_of(step)) != 0)
-    place = text.find(bytes_of(-6.0), place + 1);
+    place = text.find(bytes_of(-7.0), place + 1);
   EXPECT_NE(place, std::string::npos);
   return place;
 }
@@ -469,16 +469,16 @@ TEST(FixMpm, RestartFileOfAnotherVersionIsRefused)
         << other.replace(place, sizeof(double), bytes_of(version));
     return message_of(read);
   };
-  const std::string newer = message_with(-7.0), none = message_with(1.0), torn = message_with(-6.5);
+  const std::string newer = message_with(-8.0), none = message_with(1.0), torn = message_with(-7.5);
   std::remove(path.c_str());
 
-  EXPECT_NE(newer.find("the points in the restart file have version 7; this fix reads version 6"),
+  EXPECT_NE(newer.find("the points in the restart file have version 8; this fix reads version 7"),
             std::string::npos)
       << newer;
-  EXPECT_NE(none.find("have version 1 or 2, without a number; this fix reads version 6"),
+  EXPECT_NE(none.find("have version 1 or 2, without a number; this fix reads version 7"),
             std::string::npos)
       << none;
-  EXPECT_NE(torn.find("is damaged: it begins with -6.5 instead of the version -6"),
+  EXPECT_NE(torn.find("is damaged: it begins with -7.5 instead of the version -7"),
             std::string::npos)
       << torn;
 }
@@ -584,6 +584,78 @@ TEST(FixMpm, RestartFilesOfDifferentStepsAreRefused)
 }
 
 /// A plate pressed into 16 points with RVEs of 60 grains. The row of points that the plate pushes starts just above the
+/// A heavy ball with friction that falls on elastic ground beside an inclined wall, which turns about its foot.
+std::string ball_and_wall()
+{
+  return points_in_box(10, 5, 5) +
+      "region ball sphere 5.5 7.3 0 1.3\nregion wall block 1 2 3 9 -0.05 0.05 units box\n"
+      "create_atoms 2 region ball\ncreate_atoms 2 region wall\nset group all diameter 1.0\n"
+      "group ground type 1\ngroup ball region ball\ngroup wall region wall\n"
+      "displace_atoms wall rotate 1 3 0 0 0 1 10\ntimestep 0.005\n"
+      "variable tip equal 0.1*(step>20)\nfix weight all gravity 9.81 vector 0 -1 0\n"
+      "fix soil all mpm 1.0 model ground elastic 1.0e6 0.3 density 2000 "
+      "boundary xlo roller boundary xhi roller boundary ylo fixed damping 0.02 "
+      "rigid ball vx free vy free friction 0.5 form ball spin free "
+      "rigid wall vx 0 vy 0 rough form box separation yes spin v_tip pivot 1 3 turned 10\n";
+}
+
+// of the vector: the ball's velocity, spin, angle and torque come behind damping
+constexpr int BALL = 4 + 2 * 4 + TIMES + DAMPING;
+
+TEST(FixMpmBodies, FreeBallAndTurningWallHaveTheSameBitsOnRanksAndAfterARestart)
+{
+  SoilScript together, alone(MPI_COMM_SELF);
+  together << "processors 1 * 1\n" + ball_and_wall() + "run 120\n";
+  alone << ball_and_wall() + "run 120\n";
+  const auto vector_of = [](SoilScript &script) {
+    std::vector<double> all;
+    for (int k = 0; k < script.fix()->size_vector; k++)
+      if (k < 12 || k >= 12 + TIMES) all.push_back(script.fix()->compute_vector(k));
+    return all;
+  };
+  EXPECT_EQ(together.points(), alone.points());
+  EXPECT_EQ(vector_of(together), vector_of(alone));
+  EXPECT_GT(std::fabs(alone.fix()->compute_vector(BALL + 2)), 1e-4) << "the wall makes it spin";
+  EXPECT_NEAR(alone.fix()->compute_vector(BALL + 5 + 3), 0.1 * 100 * 0.005, 1e-12)
+      << "angle of the wall, whose numbers follow the five of the ball; it turns from step 21 on";
+
+  const std::string path = "test_fix_mpm_bodies.restart";
+  SoilScript first;
+  first << "processors 1 * 1\n" + ball_and_wall() + "run 70\nwrite_restart " + path + "\n";
+  const std::string scene = ball_and_wall();
+  SoilScript second;
+  second << "read_restart " + path +
+          "\npair_style none\ncomm_modify cutoff 1.0\nneighbor 0.5 bin\n"
+          "neigh_modify every 5 delay 0 check no\nthermo_modify lost error\n" +
+          scene.substr(scene.find("timestep")) + "run 50\n";
+  EXPECT_EQ(second.points(), alone.points());
+  EXPECT_EQ(vector_of(second), vector_of(alone));
+  if (second.lmp->comm->me == 0) std::remove(path.c_str());
+}
+
+TEST(FixMpmBodies, BlockRestsOnTheGroundWithItsWeight)
+{
+  SoilScript script;
+  script << points_in_box(8, 4, 4) +
+          "region block block 2.5 5.5 4 6 -0.05 0.05 units box\n"
+          "lattice sq 1.0 origin 0.0 0.5 0.0\ncreate_atoms 2 region block\nset group all diameter "
+          "1.0\n"
+          "group ground type 1\ngroup block type 2\ntimestep 0.01\n"
+          "fix weight block gravity 9.81 vector 0 -1 0\n"
+          "fix soil all mpm 1.0 model ground elastic 1.0e6 0.0 density 2000 "
+          "boundary xlo roller boundary xhi roller boundary ylo fixed damping 0.7 "
+          "rigid block vx free vy free friction 0.3 form box spin free\nrun 3000\n";
+
+  const double weight = 6 * 2000 * 9.81;
+  EXPECT_NEAR(script.fix()->compute_vector(5), weight, 1e-3 * weight);
+  EXPECT_NEAR(script.fix()->compute_vector(4), 0.0, 1e-6 * weight) << "symmetric";
+  // less than a column of its width, as the ground beside it helps
+  const double settlement = -script.fix()->compute_vector(7);
+  const double column = weight / 3.0 * 4.0 / 1.0e6;
+  EXPECT_LT(settlement, column);
+  EXPECT_GT(settlement, 0.5 * column);
+}
+
 /// border between two ranks, at 3.49, and moves to the lower one: by a hundredth of what the plate does, in a few steps.
 std::string footing_on_grains()
 {
@@ -1008,7 +1080,16 @@ TEST(FixMpmErrors, SayWhatIsWrong)
        "rigid has '0' where vy must be; it must read: rigid group-ID vx value vy value rough | "
        "smooth"},
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law + " rigid plate vx 0 vy 0 glued",
-       "rigid contact is 'glued'; it must be smooth or rough"},
+       "rigid contact is 'glued'; it must be smooth, rough or friction"},
+      {scene + "group plate id 4\nfix soil all mpm 1.0 " + law + " rigid plate vx 0 vy free rough",
+       "Fix mpm rigid plate: free is for a body of form box or ball"},
+      {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
+           " rigid plate vx 0 vy 0 rough form box face yhi",
+       "Fix mpm rigid plate: face is for a body of form face"},
+      {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
+           " rigid plate vx 0 vy 0 friction 0 form ball",
+       "friction"},
+      {scene + "fix soil all mpm 1.0 " + law + " spin 0.1", "spin must follow a rigid body"},
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
            " rigid plate vx 0 vy 0 rough separation maybe",
        "separation is 'maybe'; it must be yes, no, on, off, true or false"},

@@ -1,4 +1,5 @@
-// Velocity conditions on the grid: its sides, and rigid bodies with a prescribed velocity.
+// Velocity conditions on the grid: its sides, and rigid bodies with a prescribed velocity that press with one face. Bodies that can turn
+// are in rigid_contact.h.
 //
 // Every condition is imposed as an impulse on nodal momenta, twice in a balance: on the momenta with the forces, which gives the
 // velocities of the grid, and on those that the points brought, from which their increments are counted. What is held then gives
@@ -10,6 +11,7 @@
 #define MPM_BOUNDARY_H
 
 #include "mpm/grid.h"
+#include "mpm/rigid_shape.h"
 #include "mpm/shape_functions.h"
 
 #include <array>
@@ -28,6 +30,13 @@ struct RigidBodyOptions {
   bool rough = true;    ///< both velocity components are prescribed there; else the normal one only
   bool separation = false;    ///< the face can push but not pull
   bool round = false;    ///< in space: a cylinder in the body's box, along the normal of its face
+  BodyForm form = BodyForm::Face;    ///< the others have no face and are not `round`
+  // of a form that can turn
+  double friction = 0.0;     ///< coefficient, of a contact that is not rough: such a one separates
+  int free = 0;              ///< bit k: freedom k obeys forces; the others are prescribed
+  bool has_pivot = false;    ///< else it turns about its centre of mass
+  double pivot[3] = {};      ///< at the beginning [length]
+  double turned[3] = {};     ///< rotation vector at the beginning, in the plane the angle [radian]
 };
 
 /// A rigid body in this step: the box around the boxes of its points, moving without rotation.
@@ -52,6 +61,8 @@ template <int D> struct BoundaryView {
   const std::uint8_t *sides = nullptr;    ///< per node, as above
   std::uint8_t *on_body = nullptr;    ///< per node: bit a if a body has a condition on component a
   std::uint8_t *closed = nullptr;     ///< per body and column: the face is in contact
+  std::uint16_t *contact_states =
+      nullptr;    ///< per body that can turn and node: two bits a contact, as Touch says
 
   // Impulses [mass length/time] that the material gave, for the reactions
   Vec<D> *side_impulse = nullptr;    ///< per axis and node: to the side across that axis

@@ -92,6 +92,11 @@ namespace {
 #endif
     }
 
+    RVE_HD void add(std::int64_t *sum, std::int64_t part)
+    {
+      add_to(SharedSums{sum}, 0, part);
+    }
+
     /// All threads of a warp at once.
     __device__ void flush()
     {
@@ -190,6 +195,9 @@ namespace {
           velocities[D * b + a] = input.body_velocity[b][a];
           velocities[D * (view_.num_bodies + b) + a] = input.body_velocity_before[b][a];
         }
+      host_rigid_ = input.rigid.data();
+      if (view_.num_rigid > 0)
+        std::memcpy(words + rigid_offset(), host_rigid_, view_.num_rigid * sizeof(*host_rigid_));
       double *first = motion_.send(motion_is_old_ ? motion_size() : num_words());
       motion_is_old_ = false;
 
@@ -198,6 +206,7 @@ namespace {
       view_.body_velocity =
           reinterpret_cast<const Vec<D> *>(first + view_.num_maxima() + NUM_STAGES);
       view_.body_velocity_before = view_.body_velocity + view_.num_bodies;
+      view_.rigid = reinterpret_cast<RigidBodyStep<D> *>(first + rigid_offset());
       view_.points.position = {first + num_words()};
       view_.points.velocity = {first + num_words() + rows(count_)};
     }
@@ -214,6 +223,11 @@ namespace {
     {
       view_.point_total = shared.point_total();
       view_.touched = shared.touched();
+      if (view_.num_rigid > 0 && view_.shares_grid) {
+        const std::vector<NodeBox<D>> lower = shared.lower_touched();
+        view_.num_lower = static_cast<int>(lower.size());
+        view_.lower_touched = send(lower_touched_, lower.data(), lower.size());
+      }
       if (shared.edition() == shared_edition_) return;
       shared_edition_ = shared.edition();
       shared_on_device_ = shared_nodes_.upload(shared.nodes());
@@ -224,6 +238,7 @@ namespace {
     template <class P> void over_columns(const P &pass) { run(pass, pass.columns()); }
     template <class P> void over_loads(const P &pass) { run(pass, view_.num_point_loads); }
     template <class P> void over_shared(const P &pass) { run(pass, pass.count); }
+    template <class P> void over_bodies(const P &pass, int count) { run(pass, count); }
 
     /// Nothing is known before settle().
     static constexpr bool knows_at_once() { return false; }
@@ -239,6 +254,9 @@ namespace {
       is_ahead_ = true;
       const Watch watch(transfer_seconds_);
       motion_.receive(motion_size());
+      if (view_.num_rigid > 0)
+        std::memcpy(host_rigid_, motion_.room(motion_size()) + rigid_offset(),
+                    view_.num_rigid * sizeof(*host_rigid_));
       const double *motion = motion_.room(motion_size()) + num_words();
       copy(host_points_.position.first, motion, 3 * static_cast<std::size_t>(count_));
       copy(host_points_.velocity.first, motion + rows(count_),
@@ -369,9 +387,16 @@ namespace {
     {
       return (3 * static_cast<std::size_t>(count) + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
     }
+    std::size_t rigid_offset() const
+    {
+      return view_.num_maxima() + NUM_STAGES + 2 * D * view_.num_bodies;
+    }
     std::size_t num_words() const
     {
-      const std::size_t words = view_.num_maxima() + NUM_STAGES + 2 * D * view_.num_bodies;
+      static_assert(sizeof(RigidBodyStep<D>) % sizeof(double) == 0 &&
+                    alignof(RigidBodyStep<D>) == alignof(double));
+      const std::size_t words =
+          rigid_offset() + view_.num_rigid * sizeof(RigidBodyStep<D>) / sizeof(double);
       return (words + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
     }
     std::size_t motion_size() const { return count_ < 0 ? 0 : num_words() + 2 * rows(count_); }
@@ -488,6 +513,7 @@ namespace {
 
     // with other ranks
     DeviceBuffer<int> shared_nodes_;
+    DeviceBuffer<NodeBox<D>> lower_touched_;
     const int *shared_on_device_ = nullptr;
     int shared_edition_ = 0;
     HostBuffer<std::int64_t> exchange_;
@@ -499,7 +525,8 @@ namespace {
     bool points_are_old_ = true;     ///< on the device
     bool motion_is_old_ = true;      ///< on the device
     bool is_ahead_ = false;          ///< the device knows more of strains and volumes than the host
-    DeviceBuffer<double> motion_;    ///< findings, velocities of bodies, positions, velocities
+    DeviceBuffer<double> motion_;    ///< findings, rigid bodies, positions, velocities
+    RigidBodyStep<D> *host_rigid_ = nullptr;
     DeviceBuffer<double> body_force_, point_mass_, volume_, initial_volume_;
     DeviceBuffer<Vec<D>> half_size_;
     DeviceBuffer<Tensor<D>> deformation_gradient_, velocity_gradient_, stress_;

@@ -23,6 +23,7 @@ template <int D, template <class> class Buffer> class GridArrays {
     view.boundary.on_body = on_body_.reserve_zeros(nodes);
     // no array is empty
     view.boundary.closed = closed_.reserve_zeros(bodies * view.boundary.columns() + 1);
+    view.boundary.contact_states = contact_states_.reserve_zeros(view.num_rigid * nodes + 1);
     view.boundary.side_impulse = side_impulse.reserve_zeros(D * nodes);
     view.boundary.body_impulse = body_impulse.reserve_zeros(bodies * nodes + 1);
     view.inertia_sums = sums_.reserve_zeros(INERTIA_SUMS<D> * nodes + VECTOR_SUMS<D> * nodes);
@@ -42,6 +43,7 @@ template <int D, template <class> class Buffer> class GridArrays {
 
  private:
   Buffer<std::uint8_t> sides_, on_body_, closed_;
+  Buffer<std::uint16_t> contact_states_;
   Buffer<std::int64_t> sums_;
   Buffer<Vec<D>> momentum_, momentum_end_, velocity_, velocity_change_;
 };

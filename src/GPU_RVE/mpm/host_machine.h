@@ -7,15 +7,16 @@
 //   begin(input)                a step begins, with these points and loads
 //   take_shared(shared)         the nodes that this step shares with other ranks
 //   view()                      what passes work on
-//   over_points(pass), over_nodes, over_columns, over_loads, over_shared
-//                               pass(item, tally) for all items; tally.raise(k, value) and tally.trouble(point, what) tell what it finds
+//   over_points(pass), over_nodes, over_columns, over_loads, over_shared, over_bodies(pass, count)
+//                               pass(item, tally) for all items; tally.raise(k, value) and tally.trouble(point, what) tell what it finds,
+//                               tally.add(sum, part) adds to an integer
 //   scatter(pass)               pass(point, inertia, vectors) for all points, which adds to sums on nodes that begin with zero
 //   scatter_loads(pass)         pass(load, vectors) for all loads, which adds to those sums
 //   first_trouble(), maxima()   what passes have found: the first point with trouble, and largest values, by Maximum
 //   share_maxima(communication, first, count)    takes the largest of all ranks
 //   knows_at_once()             whether findings are known when a pass returns; if not, settle() brings them
 //   wait()                      passes are done
-//   settle()                    and findings, increments, positions and velocities are known to the host
+//   settle()                    and findings, increments, positions, velocities and rigid bodies are known to the host
 //   increments(), stresses_changed()             ΔF of the points, for their laws, which run on the host; the laws are done
 //   shared_nodes(), exchange_buffer(count)       for passes that pack and unpack what ranks exchange
 //   host_points(), fetch(points)                 brings to the host what only the machine has changed of the points
@@ -101,6 +102,7 @@ template <int D> class HostMachine {
     view_.num_point_loads = static_cast<int>(input.loads.size());
     view_.body_velocity = input.body_velocity.data();
     view_.body_velocity_before = input.body_velocity_before.data();
+    view_.rigid = input.rigid.data();
     view_.support = support_.data();
     view_.increment = increment_.data();
     maxima_.assign(view_.body_maximum(0), 0.0);
@@ -117,6 +119,9 @@ template <int D> class HostMachine {
   {
     view_.point_total = shared.point_total();
     view_.touched = shared.touched();
+    lower_touched_ = shared.lower_touched();
+    view_.lower_touched = lower_touched_.data();
+    view_.num_lower = static_cast<int>(lower_touched_.size());
     shared_nodes_ = &shared.nodes();
   }
 
@@ -125,6 +130,7 @@ template <int D> class HostMachine {
   template <class P> void over_columns(const P &pass) { run(pass, pass.columns()); }
   template <class P> void over_loads(const P &pass) { run(pass, view_.num_point_loads); }
   template <class P> void over_shared(const P &pass) { run(pass, pass.count); }
+  template <class P> void over_bodies(const P &pass, int count) { run(pass, count); }
 
   /// What passes have found is known when they are done.
   static constexpr bool knows_at_once() { return true; }
@@ -234,6 +240,11 @@ template <int D> class HostMachine {
       if (value > best[k]) best[k] = value;
     }
     void trouble(int p, Trouble what) { first = std::min(first, FirstTrouble::key(p, what)); }
+    void add(std::int64_t *sum, std::int64_t part)
+    {
+#pragma omp atomic
+      *sum += part;
+    }
   };
 
   /// Sums of the layers of nodes that one thread's points reach.
@@ -306,6 +317,7 @@ template <int D> class HostMachine {
   std::vector<Tally> tallies_;
   std::vector<Partial> partial_;
   const std::vector<int> *shared_nodes_ = nullptr;
+  std::vector<NodeBox<D>> lower_touched_;
   std::vector<std::int64_t> exchange_;
 };
 

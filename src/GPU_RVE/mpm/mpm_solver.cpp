@@ -148,7 +148,8 @@ MpmSolver<D>::MpmSolver(const SolverOptions<D> &options, Communication communica
     runner_(make_runner(options, communication_, grid_, notice)),
     body_velocity_(options.rigid_bodies.size(), Vec<D>::zero()),
     body_velocity_before_(options.rigid_bodies.size(),
-                          std::numeric_limits<double>::quiet_NaN() * Vec<D>::zero())
+                          std::numeric_limits<double>::quiet_NaN() * Vec<D>::zero()),
+    rigid_(options_)
 {
   options_.threads = rve::usable_threads(options.threads);
 }
@@ -173,8 +174,18 @@ template <int D> void MpmSolver<D>::set_body_velocity(int body, const Vec<D> &ve
 
 template <int D> Vec<D> MpmSolver<D>::body_reaction(int body) const
 {
-  body_velocity_.at(body);    // throws where there is no such body
-  return runner_->body_reaction(body);
+  if (!rigid_.can_turn(body)) return runner_->body_reaction(body);
+  Vec<D> force = Vec<D>::zero();
+  for (int a = 0; last_dt_ > 0.0 && a < D; ++a) force[a] = rigid_.felt(body)[a] / last_dt_;
+  return force;
+}
+
+template <int D> Vec<rve::Space<D>::spins> MpmSolver<D>::body_torque(int body) const
+{
+  auto torque = Vec<rve::Space<D>::spins>::zero();
+  for (int k = 0; last_dt_ > 0.0 && k < rve::Space<D>::spins; ++k)
+    torque[k] = rigid_.felt(body)[D + k] / last_dt_;
+  return torque;
 }
 
 template <int D>
@@ -197,12 +208,14 @@ StepInput<D> MpmSolver<D>::input(const PointView<D> &points,
       });
       loads_.push_back({p, static_cast<int>(k), loads[k].face, loads[k].traction});
     }
+  last_dt_ = dt;
   return {points,
           loads_,
           static_cast<int>(loads.size()),
           static_cast<int>(models_.size()),
           body_velocity_,
           body_velocity_before_,
+          rigid_.steps(points, dt, communication_),
           dt};
 }
 
@@ -214,6 +227,7 @@ void MpmSolver<D>::step(const PointView<D> &points, const std::vector<TractionLo
     advance_stress(points, increment, part);
   });
   body_velocity_before_ = body_velocity_;
+  rigid_.advance(dt);
   check_points(points);
 }
 

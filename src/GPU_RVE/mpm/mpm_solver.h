@@ -10,6 +10,7 @@
 
 #include "mpm/constitutive.h"
 #include "mpm/points.h"
+#include "mpm/rigid_bodies.h"
 #include "mpm/solver_options.h"
 #include "mpm/step_runner.h"
 
@@ -48,6 +49,9 @@ template <int D> class MpmSolver {
   }
   const Vec<D> &body_velocity_before(int body) const { return body_velocity_before_.at(body); }
 
+  /// Those that can turn. Their rates are prescribed there.
+  RigidBodies<D> &rigid_bodies() { return rigid_; }
+
   /// Advances all points by `dt` [time]: positions, velocities, F, volumes, stresses, L.
   ///
   /// The cycle: (1) mass, momentum to the grid; [Usavg: half of the strain]; (2) forces
@@ -70,6 +74,8 @@ template <int D> class MpmSolver {
 
   /// Force of the material on a rigid body in the last step or evaluation [force].
   Vec<D> body_reaction(int body) const;
+  /// Its torque about the origin of a body that can turn; in the plane the first component [force length].
+  Vec<rve::Space<D>::spins> body_torque(int body) const;
   /// Force of the material on a side of the grid [force].
   Vec<D> side_reaction(Face side) const { return runner_->side_reaction(side); }
   /// Sum of what local damping did to the nodes in the last step or evaluation [force]: what reactions and other forces lack of the
@@ -117,6 +123,8 @@ template <int D> class MpmSolver {
   std::vector<double> model_seconds_;
   int memory_width_ = 0;    ///< doubles that the rows of memory need
   std::vector<Vec<D>> body_velocity_, body_velocity_before_;
+  RigidBodies<D> rigid_;
+  double last_dt_ = 0.0;    ///< of the last step or evaluation
   std::vector<PointLoad<D>> loads_;
 
   std::vector<std::vector<int>> points_of_model_;    ///< local indices, ascending

@@ -16,7 +16,12 @@ SharedNodes<D>::SharedNodes(const Grid<D> &grid, Communication communication,
     communication_(std::move(communication)), threads_(rve::usable_threads(threads)),
     touched_(communication_.ranks)
 {
-  for (const RigidBodyOptions &body : bodies) ++margin_[axis_of(body.face)];
+  for (const RigidBodyOptions &body : bodies) {
+    if (body.form == BodyForm::Face)
+      ++margin_[axis_of(body.face)];
+    else
+      for (int &margin : margin_) margin += 2;
+  }
 }
 
 template <int D> void SharedNodes<D>::find(const PointView<D> &points)

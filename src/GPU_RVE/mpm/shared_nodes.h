@@ -10,7 +10,9 @@
 // Nodes have influence on each other through rigid bodies only, which tie the two nodes of a column on both sides of a face
 // together (BoundaryView::impose_body), one body at one place across its face. All that n bodies with faces across an axis can
 // tie together lies within n + 1 successive nodes along that axis, whatever their order and however often they are imposed: the
-// needed box is wider by n on both sides.
+// needed box is wider by n on both sides. A body that can turn ties together the two nodes of a line on both sides of its surface, along
+// one axis after the other, and twice if local damping has disturbed that (ImposeContacts): each makes the needed box wider by two
+// along each axis. What a body feels is counted by the first rank that touches the node of the contact.
 
 #ifndef MPM_SHARED_NODES_H
 #define MPM_SHARED_NODES_H
@@ -40,6 +42,11 @@ template <int D> class SharedNodes {
   std::int64_t point_total() const { return point_total_; }
   /// The nodes that may get anything from the points of this rank and the loads on them.
   const NodeBox<D> &touched() const { return touched_[communication_.rank]; }
+  /// The same of each rank before this one.
+  std::vector<NodeBox<D>> lower_touched() const
+  {
+    return {touched_.begin(), touched_.begin() + communication_.rank};
+  }
   /// Ascending; the same on all ranks. None for one rank.
   const std::vector<int> &nodes() const { return nodes_; }
   /// Number of the list: another one for other nodes.

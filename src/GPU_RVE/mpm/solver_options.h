@@ -40,6 +40,13 @@ template <int D> struct SolverOptions {
   Device device = Device::Cpu;                  ///< no influence on results
   int device_number = 0;    ///< beyond the last device it begins with the first again
 
+  /// Bodies that can turn.
+  int num_turning() const
+  {
+    int count = 0;
+    for (const RigidBodyOptions &body : rigid_bodies) count += body.form != BodyForm::Face;
+    return count;
+  }
   std::string name_of_body(int body) const
   {
     return "rigid body " +

@@ -2,12 +2,13 @@
 // a device. Item i changes what belongs to item i; sums on nodes are integers, and what goes into a tally is a maximum: neither
 // has an order. step_program.h has their sequence.
 //
-// A pass over points gets a tally: tally.raise(k, value) keeps the largest value, tally.trouble(p, what) the first point that
-// cannot be treated.
+// A pass gets a tally: tally.raise(k, value) keeps the largest value, tally.trouble(p, what) the first point that
+// cannot be treated, and tally.add(sum, part) adds to an integer that other items add to.
 
 #ifndef MPM_STEP_PASSES_H
 #define MPM_STEP_PASSES_H
 
+#include "mpm/rigid_contact.h"
 #include "mpm/step_view.h"
 
 namespace mpm {
@@ -107,14 +108,6 @@ template <int D> RVE_HD double load_extent(const StepView<D> &step, const PointL
     return 4.0 * half[s] * half[t] * std::abs(F(s, s) * F(t, t) - F(s, t) * F(t, s));
   }
 }
-
-/// What all passes have. A thread calls begin() on a copy of its own before its items.
-template <int D> struct Pass {
-  /// Trouble of a lower stage is told first; points that have trouble in stage 0 have no weights.
-  static constexpr int STAGE = 1;
-  StepView<D> step;
-  RVE_HD void begin() {}
-};
 
 constexpr int NUM_STAGES = 3;
 
@@ -369,6 +362,11 @@ template <int D> struct AdvancePoint : Pass<D> {
     double *x = points.position[p];
     double *v = points.velocity[p];
     if (points.rigid_body[p] >= 0) {
+      for (int k = 0; k < step.num_rigid; ++k)
+        if (step.rigid[k].body == points.rigid_body[p]) {
+          turn_with(step.rigid[k], x, v);
+          return;
+        }
       const Vec<D> &prescribed = step.body_velocity[points.rigid_body[p]];
       for (int c = 0; c < D; ++c) {
         v[c] = prescribed[c];
@@ -384,6 +382,23 @@ template <int D> struct AdvancePoint : Pass<D> {
     }
     if (!are_finite<D>(v)) tally.trouble(p, Trouble::Velocity);
     tally.raise(MomentumAgainBound, points.mass[p] * largest<D>(v));
+  }
+
+ private:
+  /// Positions stay on the body to round-off; velocities are those at the end.
+  RVE_HD void turn_with(const RigidBodyStep<D> &body, double *x, double *v) const
+  {
+    Vec<D> arm, linear;
+    for (int c = 0; c < D; ++c) {
+      arm[c] = x[c] - body.origin[c];
+      linear[c] = body.now[c];
+    }
+    arm = turn_of<D>(body.now, step.dt) * arm;
+    const Vec<D> velocity = velocity_at(body.now, arm);
+    for (int c = 0; c < D; ++c) {
+      x[c] = body.origin[c] + step.dt * linear[c] + arm[c];
+      v[c] = velocity[c];
+    }
   }
 };
 

@@ -36,6 +36,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
       strain(part, update);
       machine_.over_points(BoundForces<D>{machine_.view()});
       machine_.over_loads(PrepareLoad<D>{machine_.view(), true});
+      static_assert(ForceBound + 1 == NUM_MAXIMA, "and those of loads");
       share_maxima(ForceBound, 1 + machine_.view().num_loads);
       if (machine_.knows_at_once()) check_sums();
       scatter_with_loads(ScatterForces<D>{machine_.view()});
@@ -46,8 +47,8 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     }
     machine_.over_points(AdvancePoint<D>{machine_.view()});
     if (machine_.knows_at_once()) fail_on_trouble();
-    static_assert(Unbalanced == MomentumAgainBound + 1, "both at once");
-    share_maxima(MomentumAgainBound, 2);
+    static_assert(ContactBound == MomentumAgainBound + 2, "all at once");
+    share_maxima(MomentumAgainBound, 3);
     if (machine_.knows_at_once()) check_sums();
     scatter(ScatterMomentumAgain<D>{machine_.view()});
     machine_.over_nodes(NodeMomentumAgain<D>{machine_.view()});
@@ -59,7 +60,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   {
     prepare(input, true);
     find_forces();
-    share_maxima(Unbalanced, 1);
+    share_maxima(Unbalanced, 2);
     machine_.settle();
     check_all();
   }
@@ -119,6 +120,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   void balance()
   {
     impose_bodies(Contact::Find, true);
+    finish_bodies();
     machine_.over_nodes(NodeBalance<D>{machine_.view()});
     if (!(options_.damping > 0.0)) return;
     impose_bodies(Contact::Keep, false);
@@ -138,9 +140,44 @@ template <int D, template <int> class Machine> class StepProgram final : public 
 
   void impose_bodies(Contact contact, bool balances)
   {
-    for (int b = 0; b < machine_.view().num_bodies; ++b)
+    int index = 0;    // of those that can turn
+    for (int b = 0; b < machine_.view().num_bodies; ++b) {
+      const RigidBodyOptions &options = options_.rigid_bodies[b];
+      if (options.form == BodyForm::Face)
+        machine_.over_columns(ImposeBody<D>{machine_.view(), b, options, contact, balances});
+      else
+        impose_contacts(index++, options, contact, balances);
+    }
+  }
+  void impose_contacts(int index, const RigidBodyOptions &options, Contact contact, bool balances)
+  {
+    if (balances && options.free != 0) {
+      for (int axis = 0; axis < D; ++axis)
+        machine_.over_columns(GatherContacts<D>{{{machine_.view()}, index, axis, options}});
+      share_contacts(index, MoveContactSums<D>::OF_ONE);
+      machine_.over_bodies(SolveContacts<D>{{machine_.view()}, index}, 1);
+    }
+    for (int axis = 0; axis < D; ++axis)
       machine_.over_columns(
-          ImposeBody<D>{machine_.view(), b, options_.rigid_bodies[b], contact, balances});
+          ImposeContacts<D>{{{machine_.view()}, index, axis, options}, contact, balances});
+  }
+  void finish_bodies()
+  {
+    const int count = machine_.view().num_rigid;
+    if (count == 0) return;
+    share_contacts(-1, MoveContactSums<D>::FELT * count);
+    machine_.over_bodies(FinishBodies<D>{{machine_.view()}, count}, count);
+  }
+  /// Sums of a body over its contacts, or what all feel (-1), over all ranks.
+  void share_contacts(int index, int count)
+  {
+    if (communication_.ranks == 1) return;
+    MoveContactSums<D> sums{{machine_.view()}, index, true, machine_.exchange_buffer(count), count};
+    machine_.over_bodies(sums, count);
+    machine_.wait();
+    communication_.sum_over_ranks(sums.buffer, count);
+    sums.packs = false;
+    machine_.over_bodies(sums, count);
   }
 
   template <class P> void scatter(const P &pass)
@@ -195,6 +232,10 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     fail_on_trouble();
     check_sums();
     const StepView<D> &view = machine_.view();
+    rve::require(!(machine_.maxima()[ContactBound] > 1.0), [&] {
+      return "the impulse of a contact with a rigid body is too large for the sums on the grid, " +
+          rve::number(machine_.maxima()[ContactBound]) + " times their room";
+    });
     for (int b = 0; b < view.num_bodies; ++b)
       rve::require(std::isfinite(machine_.maxima()[view.body_maximum(b)]), [&] {
         return options_.name_of_body(b) + " has no points";

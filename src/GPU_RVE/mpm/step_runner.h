@@ -17,8 +17,9 @@ template <int D> struct StepInput {
   int num_loads, num_models;
   const std::vector<Vec<D>> &body_velocity;    ///< [length/time]
   const std::vector<Vec<D>>
-      &body_velocity_before;    ///< in the step before; not a number: there was none
-  double dt;                    ///< [time]
+      &body_velocity_before;               ///< in the step before; not a number: there was none
+  std::vector<RigidBodyStep<D>> &rigid;    ///< bodies that can turn, before the step and after it
+  double dt;                               ///< [time]
 };
 
 /// Advances the stresses of the points by ΔF of each, over a time [time].

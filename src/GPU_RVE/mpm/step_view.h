@@ -35,7 +35,15 @@ enum class Trouble {
 
 /// Largest values that are known after a pass. The first are those of deformable points or of nodes; then one per load, and
 /// those of each body: its low sides with the sign changed, then its high ones. Zeros are positive.
-enum Maximum { MassBound, MomentumBound, MomentumAgainBound, Unbalanced, ForceBound, NUM_MAXIMA };
+enum Maximum {
+  MassBound,
+  MomentumBound,
+  MomentumAgainBound,
+  Unbalanced,
+  ContactBound,    ///< of the terms of contacts with bodies that can turn, over what their sums have room for
+  ForceBound,    ///< those of loads follow
+  NUM_MAXIMA
+};
 
 /// Of the first point with trouble: lower ones come first. 64 bits, so that threads of a device can take the least.
 struct FirstTrouble {
@@ -61,7 +69,8 @@ template <int D> struct StepView {
   StepView(const Grid<D> &grid_in, const SolverOptions<D> &options, bool shares_grid_in) :
       grid(grid_in), shape(options.shape), flip(options.flip), damping(options.damping),
       thickness(options.thickness), boundary{grid_in, options.shape},
-      num_bodies(static_cast<int>(options.rigid_bodies.size())), shares_grid(shares_grid_in)
+      num_bodies(static_cast<int>(options.rigid_bodies.size())), num_rigid(options.num_turning()),
+      shares_grid(shares_grid_in)
   {
   }
 
@@ -71,6 +80,8 @@ template <int D> struct StepView {
   double dt = 0.0;
   BoundaryView<D> boundary;
   int num_bodies, num_models = 0, num_loads = 0;
+  int num_rigid;    ///< of the bodies, those that can turn
+  RigidBodyStep<D> *rigid = nullptr;
   const Vec<D> *body_velocity = nullptr;    ///< per rigid body [length/time]
   const Vec<D> *body_velocity_before =
       nullptr;                     ///< in the step before; not a number: there was none
@@ -78,6 +89,8 @@ template <int D> struct StepView {
   bool shares_grid;                ///< with other ranks
   NodeBox<D>
       touched;    ///< if so: the nodes that this rank's points reach, where it knows everything
+  const NodeBox<D> *lower_touched = nullptr;    ///< the same of each rank before this one
+  int num_lower = 0;
   const double *maximum = nullptr;    ///< by Maximum, and on; of all ranks
 
   PointView<D> points;
@@ -127,6 +140,14 @@ template <int D> struct StepView {
     state.velocity = body_velocity[b];
     return state;
   }
+};
+
+/// What all passes have. A thread calls begin() on a copy of its own before its items.
+template <int D> struct Pass {
+  /// Trouble of a lower stage is told first; points that have trouble in stage 0 have no weights.
+  static constexpr int STAGE = 1;
+  StepView<D> step;
+  RVE_HD void begin() {}
 };
 
 }    // namespace mpm

@@ -1,0 +1,368 @@
+#include "mpm/rigid_bodies.h"
+
+#include "rve/core/error.h"
+#include "rve/core/exact_sum.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace mpm {
+
+using rve::number;
+using rve::require;
+
+namespace {
+
+  /// Rotation by a vector [radian], Rodrigues' formula; in the plane by its first component.
+  template <int D> Tensor<D> rotation_by(const double *vector)
+  {
+    constexpr int SPINS = rve::Space<D>::spins;
+    double square = 0.0;
+    for (int k = 0; k < SPINS; ++k) square += vector[k] * vector[k];
+    const double angle = std::sqrt(square);
+    if (!(angle > 0.0)) return Tensor<D>::identity();
+    double rates[FREEDOMS<D>] = {};
+    for (int k = 0; k < SPINS; ++k) rates[D + k] = vector[k] / angle;
+    Tensor<D> spin;
+    for (int b = 0; b < D; ++b) {
+      Vec<D> axis = Vec<D>::zero();
+      axis[b] = 1.0;
+      const Vec<D> motion = velocity_at(rates, axis);
+      for (int a = 0; a < D; ++a) spin(a, b) = motion[a];
+    }
+    return Tensor<D>::identity() + std::sin(angle) * spin + (1.0 - std::cos(angle)) * (spin * spin);
+  }
+
+  /// The largest over all ranks, or the sum: `count` numbers of each point of the bodies that `takes` accepts.
+  template <int D, class Takes, class Value>
+  std::vector<double> sums(const PointView<D> &points, const Communication &communication,
+                           int count, const Takes &takes, const Value &value)
+  {
+    std::vector<double> bound(count, 0.0);
+    std::int64_t terms = 0;
+    for (int p = 0; p < points.count; ++p) {
+      if (!takes(p)) continue;
+      ++terms;
+      for (int q = 0; q < count; ++q) bound[q] = std::max(bound[q], std::abs(value(p, q)));
+    }
+    communication.max_over_ranks(bound.data(), bound.size());
+    communication.sum_over_ranks(&terms, 1);
+    std::vector<rve::FixedScale> scale;
+    for (const double largest : bound) {
+      require(largest * static_cast<double>(terms) < 1e300,
+              "a point of a rigid body has a position, mass, velocity or force that is too large");
+      scale.emplace_back(largest, terms);
+    }
+    std::vector<std::int64_t> integers(count, 0);
+    for (int p = 0; p < points.count; ++p)
+      for (int q = 0; takes(p) && q < count; ++q) integers[q] += scale[q].integer(value(p, q));
+    communication.sum_over_ranks(integers.data(), integers.size());
+    std::vector<double> result;
+    for (int q = 0; q < count; ++q) result.push_back(scale[q].real(integers[q]));
+    return result;
+  }
+
+  template <int D> Vec<D> row(const Rows3 &rows, int p)
+  {
+    Vec<D> vector;
+    std::copy_n(rows[p], D, vector.component);
+    return vector;
+  }
+
+  /// M for the present axes of a body whose M along its own axes is given: both blocks of freedoms turn with it.
+  template <int D> void turn_inertia(const Tensor<D> &turn, const double *own, double *world)
+  {
+    constexpr int S = FREEDOMS<D>;
+    double full[S][S] = {};
+    for (int i = 0; i < S; ++i)
+      for (int j = 0; j < S; ++j) {
+        if (i < D && j < D) full[i][j] = turn(i, j);
+        if (i >= D && j >= D) full[i][j] = D == 2 ? 1.0 : turn(i - D, j - D);
+      }
+    for (int i = 0; i < S; ++i)
+      for (int j = 0; j < S; ++j) {
+        double sum = 0.0;
+        for (int k = 0; k < S; ++k)
+          for (int l = 0; l < S; ++l) sum += full[i][k] * own[S * k + l] * full[j][l];
+        world[S * i + j] = sum;
+      }
+  }
+
+}    // namespace
+
+template <int D> RigidBodies<D>::RigidBodies(const SolverOptions<D> &options) : options_(options)
+{
+  for (int b = 0; b < static_cast<int>(options.rigid_bodies.size()); ++b) {
+    const RigidBodyOptions &body = options.rigid_bodies[b];
+    const auto refuse_unless = [&](bool is_right, const std::string &what) {
+      require(is_right, options.name_of_body(b) + " " + what);
+    };
+    index_.push_back(body.form == BodyForm::Face ? -1 : static_cast<int>(bodies_.size()));
+    refuse_unless(body.friction >= 0.0 && std::isfinite(body.friction),
+                  "must have a coefficient of friction of at least 0, got " +
+                      number(body.friction));
+    refuse_unless(!(body.rough && body.friction > 0.0),
+                  "is rough and has a coefficient of friction: one of the two");
+    refuse_unless(D == 3 || body.form != BodyForm::Cylinder, "is a cylinder, which needs space");
+    if (body.form == BodyForm::Face) {
+      refuse_unless(body.free == 0 && !(body.friction > 0.0) && !body.has_pivot,
+                    "presses with one face: forces, friction and turning are for other forms");
+      continue;
+    }
+    bodies_.push_back(b);
+  }
+  states_.resize(bodies_.size());
+  prescribed_.assign(bodies_.size(), {});
+}
+
+template <int D> void RigidBodies<D>::set_rates(int body, const double *rates)
+{
+  for (int k = 0; k < S; ++k)
+    require(std::isfinite(rates[k]), [&] {
+      return std::string(k < D ? "velocity" : "spin") + " of " + options_.name_of_body(body) +
+          " must be finite, got " + number(rates[k]) + (k < D ? " [length/time]" : " [1/time]");
+    });
+  std::copy_n(rates, S, prescribed_.at(index_.at(body)).begin());
+}
+
+/// The form fits the boxes of the points along the axes of the body.
+template <int D>
+void RigidBodies<D>::make(int k, const PointView<D> &points, const Communication &communication)
+{
+  const int b = bodies_[k];
+  const RigidBodyOptions &options = options_.rigid_bodies[b];
+  State &body = states_[k];
+  const auto is_own = [&](int p) {
+    return points.rigid_body[p] == b;
+  };
+  body.orientation = rotation_by<D>(options.turned);
+  const Tensor<D> to_body = transpose(body.orientation);
+  double extent[2 * D];
+  std::fill_n(extent, 2 * D, -std::numeric_limits<double>::infinity());
+  for (int p = 0; p < points.count; ++p) {
+    if (!is_own(p)) continue;
+    const Vec<D> place = to_body * row<D>(points.position, p);
+    for (int a = 0; a < D; ++a) {
+      extent[a] = std::max(extent[a], points.half_size[p][a] - place[a]);
+      extent[D + a] = std::max(extent[D + a], points.half_size[p][a] + place[a]);
+    }
+  }
+  communication.max_over_ranks(extent, 2 * D);
+  Vec<D> middle;
+  for (int a = 0; a < D; ++a) {
+    require(std::isfinite(extent[a]), [&] {
+      return options_.name_of_body(b) + " has no points";
+    });
+    middle[a] = 0.5 * (extent[D + a] - extent[a]);
+    body.half[a] = 0.5 * (extent[D + a] + extent[a]);
+  }
+  const double cell = options_.cell_size;
+  for (int a = 0; a < D; ++a)
+    require(2.0 * body.half[a] >= (1.0 - 1e-6) * cell, [&] {
+      return options_.name_of_body(b) + " must be as wide as a cell at least, " + number(cell) +
+          ", got " + number(2.0 * body.half[a]) + " [length]";
+    });
+  middle = body.orientation * middle;
+
+  // mass and its centre, then everything about the origin
+  const std::vector<double> moments = sums(points, communication, 1 + D, is_own, [&](int p, int q) {
+    return q == 0 ? points.mass[p] : points.mass[p] * (points.position[p][q - 1] - middle[q - 1]);
+  });
+  Vec<D> mass_centre = middle;
+  if (moments[0] > 0.0)
+    for (int a = 0; a < D; ++a) mass_centre[a] += moments[1 + a] / moments[0];
+  require(options.free == 0 || moments[0] > 0.0, [&] {
+    return options_.name_of_body(b) + " is driven by forces: its points must have mass";
+  });
+  body.origin = mass_centre;
+  if (options.has_pivot) std::copy_n(options.pivot, D, body.origin.component);
+  body.centre = to_body * (middle - body.origin);
+  body.mass_centre = to_body * (mass_centre - body.origin);
+
+  const auto arm = [&](int p) {
+    return to_body * (row<D>(points.position, p) - body.origin);
+  };
+  // what a point's own box adds about an axis: m/3 (l² + l'²) of the half sizes across it
+  const auto own_inertia = [&](int p, int i, int j) {
+    if (i != j || i < D) return 0.0;
+    double sum = 0.0;
+    for (int a = 0; a < D; ++a)
+      if (D == 2 || a != i - D) sum += points.half_size[p][a] * points.half_size[p][a];
+    return sum / 3.0;
+  };
+  const std::vector<double> of_places =
+      sums(points, communication, S * S, is_own, [&](int p, int q) {
+        return points.mass[p] * dot(unit_motion(q / S, arm(p)), unit_motion(q % S, arm(p)));
+      });
+  const std::vector<double> of_boxes =
+      sums(points, communication, S * S, is_own, [&](int p, int q) {
+        return points.mass[p] * own_inertia(p, q / S, q % S);
+      });
+  for (int q = 0; q < S * S; ++q) body.inertia[q] = of_places[q] + of_boxes[q];
+
+  std::copy(prescribed_[k].begin(), prescribed_[k].end(), body.rates);
+  if (options.free != 0) {
+    const std::vector<double> momentum = sums(points, communication, S, is_own, [&](int p, int q) {
+      const Vec<D> world_arm = row<D>(points.position, p) - body.origin;
+      return points.mass[p] * dot(row<D>(points.velocity, p), unit_motion(q, world_arm));
+    });
+    // velocities of points say nothing of the spin of their boxes; points in a row, nothing of that about it
+    constexpr double NOTHING = 1e-9;
+    double own[S * S], world[S * S];
+    for (int q = 0; q < S * S; ++q) own[q] = of_places[q] + NOTHING * of_boxes[q];
+    turn_inertia(body.orientation, own, world);
+    solve_free<D>(world, momentum.data(), options.free, body.rates);
+  }
+  body.is_made = true;
+}
+
+template <int D>
+std::vector<RigidBodyStep<D>> &RigidBodies<D>::steps(const PointView<D> &points, double dt,
+                                                     const Communication &communication)
+{
+  steps_.assign(bodies_.size(), {});
+  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+    State &body = states_[k];
+    const RigidBodyOptions &options = options_.rigid_bodies[bodies_[k]];
+    if (!body.is_made) make(static_cast<int>(k), points, communication);
+    RigidBodyStep<D> &step = steps_[k];
+    step.body = bodies_[k];
+    step.free = options.free;
+    step.is_new = body.has_moved ? 0 : 1;
+    step.shape.form = options.form;
+    step.shape.half = body.half;
+    step.shape.orientation = body.orientation;
+    step.shape.centre = body.origin + body.orientation * body.centre;
+    step.origin = body.origin;
+    const double cell = options_.cell_size;
+    widen_at_sides(step.shape);
+    step.reach = std::sqrt(dot(body.centre, body.centre)) + 2.0 * step.shape.radius() + 2.0 * cell;
+    // lines through the box around the body along each axis have two contacts each, and all nodes inside one
+    const double across = 2.0 * step.shape.radius() / cell + 3.0;
+    double terms = 1.0;
+    for (int a = 0; a < D; ++a) terms *= std::min(across, 1e4);
+    step.terms = static_cast<std::int64_t>((2.0 * D + 1.0) * terms);
+    std::copy_n(body.rates, S, step.before);
+    for (int i = 0; i < S; ++i)
+      step.now[i] = options.free >> i & 1 ? body.rates[i] : prescribed_[k][i];
+    turn_inertia(body.orientation, body.inertia, step.inertia);
+  }
+  add_forces(points, dt, communication);
+  return steps_;
+}
+
+/// A flat face on a side of the grid, or beyond it, is no edge of the body: there it goes on, by two cells.
+template <int D> void RigidBodies<D>::widen_at_sides(RigidShape<D> &shape) const
+{
+  const double cell = options_.cell_size, near = face_pair::SAME_PLACE * cell;
+  const int first = shape.form == BodyForm::Box ? 0 : shape.form == BodyForm::Cylinder ? 2 : D;
+  for (int b = first; b < D; ++b)
+    for (const double end : {-1.0, 1.0}) {
+      const Vec<D> normal = end * column(shape.orientation, b);
+      for (int a = 0; a < D; ++a) {
+        if (!(std::abs(normal[a]) > 1.0 - 1e-9)) continue;
+        const double face = shape.centre[a] + normal[a] * shape.half[b];
+        const double beyond = normal[a] < 0.0 ? options_.lo[a] - face : face - options_.hi[a];
+        if (!(beyond > -near && beyond < 2.0 * cell)) continue;
+        const double more = 0.5 * (2.0 * cell - beyond);
+        shape.half[b] += more;
+        shape.centre = shape.centre + more * normal;
+      }
+    }
+}
+
+/// Momentum of the bodies that forces drive, and the rates that they would have without contact. About an origin that moves with
+/// the body, M du/dt = Q - (m ω × (ω × c), ω × I ω) with the centre of mass at c.
+template <int D>
+void RigidBodies<D>::add_forces(const PointView<D> &points, double dt,
+                                const Communication &communication)
+{
+  std::vector<int> free;
+  for (std::size_t k = 0; k < bodies_.size(); ++k)
+    if (steps_[k].free != 0) free.push_back(static_cast<int>(k));
+  if (free.empty()) return;
+  const int count = S * static_cast<int>(free.size());
+  const auto takes = [&](int p) {
+    return points.rigid_body[p] >= 0 && index_[points.rigid_body[p]] >= 0 &&
+        steps_[index_[points.rigid_body[p]]].free != 0;
+  };
+  const std::vector<double> forces = sums(points, communication, count, takes, [&](int p, int q) {
+    const RigidBodyStep<D> &step = steps_[free[q / S]];
+    if (points.rigid_body[p] != step.body) return 0.0;
+    return dot(row<D>(points.body_force, p),
+               unit_motion(q % S, row<D>(points.position, p) - step.origin));
+  });
+  for (std::size_t n = 0; n < free.size(); ++n) {
+    RigidBodyStep<D> &step = steps_[free[n]];
+    const State &body = states_[free[n]];
+    double spin_only[S] = {}, momentum[S] = {};
+    std::copy(step.before + D, step.before + S, spin_only + D);
+    const Vec<D> c = body.orientation * body.mass_centre;
+    const Vec<D> centripetal = velocity_at(spin_only, velocity_at(spin_only, c));
+    for (int i = 0; i < S; ++i)
+      for (int j = 0; j < S; ++j) {
+        step.impulse[i] += step.inertia[S * i + j] * step.before[j];
+        if (i >= D) momentum[i] += step.inertia[S * i + j] * spin_only[j];
+      }
+    for (int i = 0; i < S; ++i) {
+      double bias = 0.0;
+      if (i < D) {
+        bias = step.inertia[0] * centripetal[i];
+      } else if constexpr (D == 3) {
+        const int next = D + (i - D + 1) % 3, last = D + (i - D + 2) % 3;
+        bias = spin_only[next] * momentum[last] - spin_only[last] * momentum[next];
+      }
+      step.impulse[i] += dt * (forces[S * n + i] - bias);
+    }
+    solve_free<D>(step.inertia, step.impulse, step.free, step.now);
+  }
+}
+
+template <int D> void RigidBodies<D>::advance(double dt)
+{
+  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+    const RigidBodyStep<D> &step = steps_[k];
+    State &body = states_[k];
+    for (int a = 0; a < D; ++a) body.origin[a] += dt * step.now[a];
+    body.orientation = turn_of<D>(step.now, dt) * body.orientation;
+    for (int i = D; i < S; ++i) body.turned[i - D] += dt * step.now[i];
+    std::copy_n(step.now, S, body.rates);
+    body.has_moved = true;
+  }
+}
+
+template <int D> std::vector<double> RigidBodies<D>::record(int number) const
+{
+  const State &body = state(number);
+  std::vector<double> all = {body.is_made ? 1.0 : 0.0, body.has_moved ? 1.0 : 0.0};
+  for (const Vec<D> *vector : {&body.origin, &body.centre, &body.half, &body.mass_centre})
+    all.insert(all.end(), vector->component, vector->component + D);
+  all.insert(all.end(), body.orientation.component, body.orientation.component + D * D);
+  all.insert(all.end(), body.rates, body.rates + S);
+  all.insert(all.end(), body.turned, body.turned + rve::Space<D>::spins);
+  all.insert(all.end(), body.inertia, body.inertia + S * S);
+  return all;
+}
+
+template <int D> void RigidBodies<D>::set_record(int number, const double *record)
+{
+  State &body = states_.at(index_.at(number));
+  const auto take = [&record](double *to, int count) {
+    std::copy_n(record, count, to);
+    record += count;
+  };
+  body.is_made = *record++ != 0.0;
+  body.has_moved = *record++ != 0.0;
+  for (Vec<D> *vector : {&body.origin, &body.centre, &body.half, &body.mass_centre})
+    take(vector->component, D);
+  take(body.orientation.component, D * D);
+  take(body.rates, S);
+  take(body.turned, rve::Space<D>::spins);
+  take(body.inertia, S * S);
+}
+
+template class RigidBodies<2>;
+template class RigidBodies<3>;
+
+}    // namespace mpm

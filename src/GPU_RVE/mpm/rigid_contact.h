@@ -1,0 +1,428 @@
+// Contact of the material with convex bodies that can turn: passes over columns of nodes and over bodies.
+//
+// The surface of a body lies between nodes. On every line of nodes along an axis that meets it where its normal is nearest to that
+// axis, the velocity *interpolated at the surface* satisfies the contact, as under the face of a body that does not turn
+// (BoundaryView::impose_body), here along the true normal there. Edges and corners need nothing else: each line meets one face. It meets
+// it if it runs a quarter of a cell deep behind the others at least: a block that has sunk into its ground a little must not plough.
+// Nodes deeper inside satisfy the contact with the surface that is nearest. Nodes take the impulse of a contact in shares whose
+// centre is the place of the contact, so that body and material exchange momentum and angular momentum to round-off.
+//
+// A body that forces drive gets the velocities of the end of the step: each contact adds its effective mass to the inertia of the body
+// (GatherContacts), the sum is solved (SolveContacts), and the contacts are imposed with the result. What the body feels is what the
+// contacts then gave, summed in integers; its motion follows from that and from nothing else (FinishBodies).
+
+#ifndef MPM_RIGID_CONTACT_H
+#define MPM_RIGID_CONTACT_H
+
+#include "mpm/step_view.h"
+
+namespace mpm {
+
+/// A place where a body and the grid touch: on the surface, between two nodes of a line, or at a node inside.
+template <int D> struct RigidContact {
+  int count;    ///< nodes that take a share
+  int node[2];
+  double share[2];
+  int slot;         ///< of its state in the word of its first node
+  Vec<D> normal;    ///< out of the body
+  Vec<D> arm;       ///< from the origin of the body [length]
+};
+
+/// Depth behind the other faces from which on a line counts, in cells.
+constexpr double LEAST_DEPTH = 0.25;
+
+/// visit(contact) for the contacts of a body on one line of nodes along an axis, in their order.
+template <int D, class Visit>
+RVE_HD void each_contact(const StepView<D> &step, const RigidBodyStep<D> &body, int axis,
+                         int column, const Visit &visit)
+{
+  using face_pair::SAME_PLACE;
+  if (axis < 0 || axis >= D) return;    // compilers warn of what no caller does
+  const Grid<D> &grid = step.grid;
+  const double cell = grid.cell_size();
+  Place<D> place;
+  place[axis] = 0;
+  Vec<D> point;
+  point[axis] = grid.lo(axis);
+  const double radius = body.shape.radius() + SAME_PLACE * cell;
+  for (int a = 0, rest = column; a < D; ++a) {
+    if (a == axis) continue;
+    place[a] = rest % grid.nodes(a) - 1;
+    rest /= grid.nodes(a);
+    point[a] = grid.lo(a) + place[a] * cell;
+    if (!(std::abs(point[a] - body.shape.centre[a]) <= radius)) return;
+  }
+  typename RigidShape<D>::Crossing crossing;
+  if (!body.shape.cross(point, axis, SAME_PLACE * cell, crossing)) return;
+
+  const int last_row = grid.cells(axis) + 1;
+  const auto is_steepest = [&](const Vec<D> &normal) {
+    for (int a = 0; a < D; ++a)
+      if (a < axis ? std::abs(normal[a]) >= std::abs(normal[axis])
+                   : std::abs(normal[a]) > std::abs(normal[axis]))
+        return false;
+    return true;
+  };
+  const auto node_at = [&](int row) {
+    place[axis] = row;
+    return grid.node(place);
+  };
+  const auto add_node = [&](RigidContact<D> &contact, int row, double share) {
+    contact.node[contact.count] = node_at(row);
+    contact.share[contact.count] = share;
+    ++contact.count;
+    Vec<D> arm = point - body.origin;
+    arm[axis] += row * cell;
+    contact.arm = contact.arm + share * arm;
+  };
+
+  int inside[2];    // rows of the nodes inside that are on no other contact
+  for (int end = 0; end < 2; ++end) {
+    const double face =
+        face_pair::clamped(crossing.place[end] / cell, -2.0 - last_row, 2.0 * last_row + 2.0);
+    const int inwards = end == 0 ? 1 : -1;
+    const int inner = static_cast<int>(end == 0 ? std::ceil(face) : std::floor(face));
+    inside[end] = inner;
+    if (!is_steepest(crossing.normal[end])) continue;
+    if (crossing.depth[end] < (LEAST_DEPTH - SAME_PLACE) * cell) {
+      inside[end] = inner + inwards;
+      continue;
+    }
+    double outer_share = std::abs(inner - face);
+    if (step.shape == ShapeFunction::Linear) outer_share = outer_share < 0.5 ? 0.0 : 1.0;
+    const double share[2] = {1.0 - outer_share, outer_share};
+    RigidContact<D> contact = {0, {}, {}, 2 * axis + end, crossing.normal[end], Vec<D>::zero()};
+    bool reachable = true;
+    for (int k = 0; k < 2; ++k) {
+      if (!(share[k] > SAME_PLACE)) continue;
+      const int row = inner - k * inwards;
+      if (row < -1 || row > last_row) {
+        reachable = false;
+        break;
+      }
+      add_node(contact, row, share[k]);
+      if (k == 0) inside[end] = inner + inwards;
+    }
+    if (reachable) visit(contact);
+  }
+  const int first = inside[0] < -1 ? -1 : inside[0];
+  const int last = inside[1] > last_row ? last_row : inside[1];
+  for (int row = first; row <= last; ++row) {
+    Vec<D> here = point;
+    here[axis] += row * cell;
+    const Vec<D> normal = body.shape.normal_at(here);
+    if (!is_steepest(normal)) continue;
+    RigidContact<D> contact = {0, {}, {}, 2 * D, normal, Vec<D>::zero()};
+    add_node(contact, row, 1.0);
+    visit(contact);
+  }
+}
+
+/// What becomes of a contact. Slides: the material keeps its velocity along the surface but for friction.
+enum class Touch { Open, Slides, Sticks };
+
+/// A contact with the momenta that meet there.
+template <int D> struct ContactMotion {
+  double mass =
+      0.0;    ///< effective: of the impulse that changes the velocity at the contact by one [mass]
+  Vec<D> normal;    ///< within what the sides of the grid leave free, a unit vector
+  Vec<D> approach,
+      approach_before;    ///< of the body to the material, now and before the forces [length/time]
+
+  /// False if there is nothing to push.
+  RVE_HD bool find(const StepView<D> &step, const RigidBodyStep<D> &body,
+                   const RigidContact<D> &contact, const Vec<D> *now, const Vec<D> *before)
+  {
+    double compliance = 0.0;
+    bool held[D] = {};
+    Vec<D> velocity = Vec<D>::zero(), velocity_before = Vec<D>::zero();
+    for (int k = 0; k < contact.count; ++k) {
+      const int n = contact.node[k];
+      const double m = step.mass[n];
+      if (!(m > 0.0)) return false;
+      compliance += contact.share[k] * contact.share[k] / m;
+      velocity = velocity + (contact.share[k] / m) * now[n];
+      if (before) velocity_before = velocity_before + (contact.share[k] / m) * before[n];
+      for (int a = 0; a < D; ++a) held[a] = held[a] || step.boundary.held_by_side(n, a);
+    }
+    mass = 1.0 / compliance;
+    approach = velocity_at(body.now, contact.arm) - velocity;
+    approach_before = before && !body.is_new
+        ? velocity_at(body.before, contact.arm) - velocity_before
+        : Vec<D>::zero();
+    normal = contact.normal;
+    for (int a = 0; a < D; ++a)
+      if (held[a]) normal[a] = approach[a] = approach_before[a] = 0.0;
+    for (int a = 0; a < D; ++a) is_held[a] = held[a];
+    const double length = std::sqrt(dot(normal, normal));
+    if (!(length > face_pair::SAME_PLACE)) return false;    // a plane of symmetry cuts the body
+    normal = (1.0 / length) * normal;
+    return true;
+  }
+
+  /// With what the sides hold removed.
+  RVE_HD Vec<D> freed(Vec<D> vector) const
+  {
+    for (int a = 0; a < D; ++a)
+      if (is_held[a]) vector[a] = 0.0;
+    return vector;
+  }
+
+  bool is_held[D];
+
+  RVE_HD double normal_felt(double flip) const
+  {
+    const double felt = mass * (dot(approach, normal) - flip * dot(approach_before, normal));
+    return felt > 0.0 ? felt : 0.0;
+  }
+  /// Unit vector of the velocity of the body along the surface, seen from the material; zero if there is none.
+  RVE_HD Vec<D> slip() const
+  {
+    const Vec<D> along = approach - dot(approach, normal) * normal;
+    const double speed = std::sqrt(dot(along, along));
+    return speed > 0.0 ? (1.0 / speed) * along : Vec<D>::zero();
+  }
+  RVE_HD Touch touch(const RigidBodyOptions &options, double flip) const
+  {
+    const double closing = dot(approach, normal);
+    const bool separates = options.separation || options.friction > 0.0;
+    if (separates && !(closing > 0.0)) return Touch::Open;
+    if (options.rough) return Touch::Sticks;
+    if (!(options.friction > 0.0)) return Touch::Slides;
+    const Vec<D> along = approach - closing * normal;
+    return mass * std::sqrt(dot(along, along)) <= options.friction * normal_felt(flip)
+        ? Touch::Sticks
+        : Touch::Slides;
+  }
+};
+
+/// Scales of what contacts add up for one body. Terms have no bound that is known beforehand: nodes with little mass move fast. So
+/// there is room for terms a million times larger than those of points, and what is lost below is kept in a second sum.
+template <int D> struct ContactScales {
+  static constexpr double ROOM = 0x1p20;
+  rve::FixedScale mass, coarse, fine;
+  double mass_limit = 0.0, momentum_limit = 0.0;
+
+  RVE_HD ContactScales(const StepView<D> &step, const RigidBodyStep<D> &body)
+  {
+    double speed = 0.0;
+    for (int k = 0; k < FREEDOMS<D>; ++k) {
+      const double arm = k < D ? 1.0 : body.reach;
+      const double now = arm * std::abs(body.now[k]), before = arm * std::abs(body.before[k]);
+      speed = now > speed ? now : speed;
+      speed = before > speed ? before : speed;
+    }
+    const double point_mass = step.maximum[MassBound];
+    mass_limit = ROOM * point_mass;
+    momentum_limit =
+        ROOM * (step.maximum[MomentumBound] + step.dt * step.force_bound() + point_mass * speed);
+    mass = rve::FixedScale(mass_limit, body.terms);
+    coarse = rve::FixedScale(momentum_limit, body.terms);
+    fine = rve::FixedScale(coarse.unit(), body.terms);
+  }
+};
+
+/// What the passes over contacts share. Item k is a line of nodes along `axis`.
+template <int D> struct ContactPass : Pass<D> {
+  using Pass<D>::step;
+  int index;    ///< of the body in step.rigid
+  int axis;
+  RigidBodyOptions options;
+
+  int columns() const { return step.boundary.columns_across(axis); }
+
+ protected:
+  /// Whether this rank is the one that counts a contact.
+  RVE_HD bool counts(const RigidContact<D> &contact) const
+  {
+    if (!step.shares_grid) return true;
+    const int node = contact.node[0];
+    if (!step.touched.contains(step.grid, node)) return false;
+    for (int k = 0; k < step.num_lower; ++k)
+      if (step.lower_touched[k].contains(step.grid, node)) return false;
+    return true;
+  }
+  /// A unit motion in the unit of the sums: arms count in `reach`.
+  static RVE_HD Vec<D> scaled_motion(const RigidBodyStep<D> &body, int freedom, const Vec<D> &arm)
+  {
+    return unit_motion(freedom, freedom < D ? arm : (1.0 / body.reach) * arm);
+  }
+};
+
+/// What the contacts add to the inertia and to the momentum of a body that forces drive.
+template <int D> struct GatherContacts : ContactPass<D> {
+  using Pass<D>::step;
+
+  template <class Tally> RVE_HD void operator()(int column, Tally &tally) const
+  {
+    constexpr int S = FREEDOMS<D>;
+    RigidBodyStep<D> &body = step.rigid[this->index];
+    const ContactScales<D> scales(step, body);
+    each_contact(step, body, this->axis, column, [&](const RigidContact<D> &contact) {
+      if (!this->counts(contact)) return;
+      ContactMotion<D> motion;
+      if (!motion.find(step, body, contact, step.momentum_end, step.momentum)) return;
+      const Touch touch = motion.touch(this->options, step.flip);
+      if (touch == Touch::Open) return;
+      // what the contact would give a body at rest, and by how much more one with the unit velocity
+      const Vec<D> rest = motion.approach - step.flip * motion.approach_before -
+          motion.freed(velocity_at(body.now, contact.arm));
+      const Vec<D> pushed =
+          motion.normal + (touch == Touch::Slides ? this->options.friction : 0.0) * motion.slip();
+      const auto answer = [&](const Vec<D> &velocity) {
+        return touch == Touch::Sticks ? motion.mass * motion.freed(velocity)
+                                      : (motion.mass * dot(velocity, motion.normal)) * pushed;
+      };
+      for (int i = 0; i < S; ++i) {
+        const Vec<D> own = this->scaled_motion(body, i, contact.arm);
+        const double part = -dot(own, answer(rest));
+        tally.raise(ContactBound, std::abs(part) / scales.momentum_limit);
+        tally.add(body.target + i, scales.coarse.integer(part));
+        for (int j = 0; j < S; ++j) {
+          const double more = dot(own, answer(this->scaled_motion(body, j, contact.arm)));
+          tally.raise(ContactBound, std::abs(more) / scales.mass_limit);
+          tally.add(body.stiffness + S * i + j, scales.mass.integer(more));
+        }
+      }
+    });
+  }
+};
+
+/// The rates with which the contacts of one body are satisfied; one item.
+template <int D> struct SolveContacts : Pass<D> {
+  using Pass<D>::step;
+  int index;
+
+  template <class Tally> RVE_HD void operator()(int, Tally &) const
+  {
+    constexpr int S = FREEDOMS<D>;
+    RigidBodyStep<D> &body = step.rigid[index];
+    const ContactScales<D> scales(step, body);
+    double matrix[S * S], right[S];
+    const auto arm = [&](int k) {
+      return k < D ? 1.0 : body.reach;
+    };
+    for (int i = 0; i < S; ++i) {
+      right[i] = body.impulse[i] + arm(i) * scales.coarse.real(body.target[i]);
+      for (int j = 0; j < S; ++j)
+        matrix[S * i + j] =
+            body.inertia[S * i + j] + arm(i) * arm(j) * scales.mass.real(body.stiffness[S * i + j]);
+    }
+    solve_free<D>(matrix, right, body.free, body.now);
+  }
+};
+
+/// Imposes the contacts. If it balances: on the momenta with and before the forces, and what the body feels is summed.
+template <int D> struct ImposeContacts : ContactPass<D> {
+  using Pass<D>::step;
+  Contact how;
+  bool balances;
+
+  template <class Tally> RVE_HD void operator()(int column, Tally &tally) const
+  {
+    RigidBodyStep<D> &body = step.rigid[this->index];
+    const ContactScales<D> scales(step, body);
+    std::uint16_t *states = step.boundary.contact_states +
+        static_cast<std::size_t>(this->index) * step.grid.node_count();
+    each_contact(step, body, this->axis, column, [&](const RigidContact<D> &contact) {
+      std::uint16_t &state = states[contact.node[0]];
+      const int bit = 2 * contact.slot;
+      ContactMotion<D> motion;
+      Touch touch = Touch::Open;
+      if (motion.find(step, body, contact, step.momentum_end, balances ? step.momentum : nullptr))
+        touch = how == Contact::Find ? motion.touch(this->options, step.flip)
+                                     : static_cast<Touch>(state >> bit & 3);
+      state = static_cast<std::uint16_t>((state & ~(3 << bit)) | static_cast<int>(touch) << bit);
+      if (touch == Touch::Open) return;
+
+      const auto held_part = [&](const Vec<D> &velocity) {
+        return motion.mass *
+            (touch == Touch::Sticks ? velocity : dot(velocity, motion.normal) * motion.normal);
+      };
+      Vec<D> impulse = held_part(motion.approach);
+      // friction is a force: the momenta for strains have it already
+      if (balances && touch == Touch::Slides && this->options.friction > 0.0)
+        impulse =
+            impulse + (this->options.friction * motion.normal_felt(step.flip)) * motion.slip();
+      const Vec<D> impulse_before = held_part(motion.approach_before);
+      for (int k = 0; k < contact.count; ++k) {
+        const int n = contact.node[k];
+        step.momentum_end[n] = step.momentum_end[n] + contact.share[k] * impulse;
+        if (balances) step.momentum[n] = step.momentum[n] + contact.share[k] * impulse_before;
+        for (int a = 0; a < D; ++a)
+          if (!motion.is_held[a] && (touch == Touch::Sticks || motion.normal[a] != 0.0))
+            step.boundary.on_body[n] = static_cast<std::uint8_t>(step.boundary.on_body[n] | 1 << a);
+      }
+      if (!balances || !this->counts(contact)) return;
+      const Vec<D> felt = step.flip * impulse_before - impulse;
+      for (int i = 0; i < FREEDOMS<D>; ++i) {
+        const double part = dot(felt, this->scaled_motion(body, i, contact.arm));
+        tally.raise(ContactBound, std::abs(part) / scales.momentum_limit);
+        const std::int64_t coarse = scales.coarse.integer(part);
+        tally.add(body.felt_coarse + i, coarse);
+        tally.add(body.felt_fine + i, scales.fine.integer(part - scales.coarse.real(coarse)));
+      }
+    });
+  }
+};
+
+/// The motion of a body follows from what it felt. Item k is the k-th body that can turn.
+template <int D> struct FinishBodies : Pass<D> {
+  using Pass<D>::step;
+  int count;
+
+  template <class Tally> RVE_HD void operator()(int k, Tally &) const
+  {
+    constexpr int S = FREEDOMS<D>;
+    RigidBodyStep<D> &body = step.rigid[k];
+    const ContactScales<D> scales(step, body);
+    double right[S];
+    for (int i = 0; i < S; ++i) {
+      body.felt[i] = (i < D ? 1.0 : body.reach) *
+          (scales.coarse.real(body.felt_coarse[i]) + scales.fine.real(body.felt_fine[i]));
+      right[i] = body.impulse[i] + body.felt[i];
+    }
+    solve_free<D>(body.inertia, right, body.free, body.now);
+    // local damping, as of a node (NodeBalance)
+    for (int i = 0; i < S; ++i) {
+      if (!(body.free >> i & 1)) continue;
+      const double direction = double(body.before[i] > 0.0) - double(body.before[i] < 0.0);
+      body.now[i] -= step.damping * std::abs(body.now[i] - body.before[i]) * direction;
+    }
+  }
+};
+
+/// The sums of one body over its contacts, or what all bodies feel, to and from a buffer that ranks exchange; item k is a sum.
+template <int D> struct MoveContactSums : Pass<D> {
+  using Pass<D>::step;
+  static constexpr int STAGE = 0;
+  int index;    ///< of the body whose inertia and momentum are meant, or -1: what all bodies feel
+  bool packs;
+  std::int64_t *buffer;
+  int count;
+
+  static constexpr int OF_ONE = FREEDOMS<D> * (FREEDOMS<D> + 1);
+  static constexpr int FELT = 2 * FREEDOMS<D>;
+
+  template <class Tally> RVE_HD void operator()(int k, Tally &) const
+  {
+    constexpr int S = FREEDOMS<D>;
+    std::int64_t *sum;
+    if (index >= 0) {
+      RigidBodyStep<D> &body = step.rigid[index];
+      sum = k < S * S ? body.stiffness + k : body.target + (k - S * S);
+    } else {
+      RigidBodyStep<D> &body = step.rigid[k / FELT];
+      const int i = k % FELT;
+      sum = i < S ? body.felt_coarse + i : body.felt_fine + (i - S);
+    }
+    if (packs)
+      buffer[k] = *sum;
+    else
+      *sum = buffer[k];
+  }
+};
+
+}    // namespace mpm
+
+#endif

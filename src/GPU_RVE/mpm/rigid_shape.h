@@ -1,0 +1,256 @@
+// Convex rigid bodies that can turn: their form, their freedoms of motion, and what a time step knows of one. Numbers in, numbers out.
+
+#ifndef MPM_RIGID_SHAPE_H
+#define MPM_RIGID_SHAPE_H
+
+#include "mpm/grid.h"
+#include "mpm/midpoint_increment.h"
+
+#include <cmath>
+#include <cstdint>
+
+namespace mpm {
+
+/// Face: the box around the points, which does not turn and presses with one of its faces (BoundaryView::impose_body). The others
+/// are convex bodies with contact on their whole surface, which can turn. Ball: in the plane a disk. Cylinder: in space, its axis is the
+/// third one of the body.
+enum class BodyForm { Face, Box, Ball, Cylinder };
+
+template <int D> constexpr int FREEDOMS = rve::Space<D>::freedoms;
+
+/// The velocity [length/time] at `arm` [length] from the origin of a body that has the unit velocity in one freedom: along an axis,
+/// or about one (in the plane there is one).
+template <int D> RVE_HD Vec<D> unit_motion(int freedom, const Vec<D> &arm)
+{
+  Vec<D> motion = Vec<D>::zero();
+  if (freedom < D) {
+    motion[freedom] = 1.0;
+  } else if constexpr (D == 2) {
+    motion = {{-arm[1], arm[0]}};
+  } else {
+    const int k = freedom - D, next = (k + 1) % 3, last = (k + 2) % 3;
+    motion[next] = -arm[last];
+    motion[last] = arm[next];
+  }
+  return motion;
+}
+
+/// The velocity at `arm` of a body with these rates in its freedoms: v + ω × r.
+template <int D> RVE_HD Vec<D> velocity_at(const double *rates, const Vec<D> &arm)
+{
+  Vec<D> velocity = Vec<D>::zero();
+  for (int k = 0; k < FREEDOMS<D>; ++k) velocity = velocity + rates[k] * unit_motion(k, arm);
+  return velocity;
+}
+
+/// By how much a body with these rates turns in `dt` [time]: a rotation by 2 atan(ω dt / 2), without any rounding but that of products.
+template <int D> RVE_HD Tensor<D> turn_of(const double *rates, double dt)
+{
+  Tensor<D> gradient;
+  for (int b = 0; b < D; ++b) {
+    Vec<D> axis = Vec<D>::zero();
+    axis[b] = 1.0;
+    Vec<D> motion = Vec<D>::zero();
+    for (int k = D; k < FREEDOMS<D>; ++k) motion = motion + rates[k] * unit_motion(k, axis);
+    for (int a = 0; a < D; ++a) gradient(a, b) = dt * motion[a];
+  }
+  return midpoint_rotation(gradient);
+}
+
+/// x of A x = b in the freedoms that are free, those that are not keep theirs. Gauss' elimination with pivots.
+template <int D>
+RVE_HD void solve_free(const double *matrix, const double *right, int free, double *x)
+{
+  constexpr int S = FREEDOMS<D>;
+  double a[S][S + 1];
+  int freedom[S];
+  int count = 0;
+  for (int i = 0; i < S; ++i)
+    if (free >> i & 1) freedom[count++] = i;
+  for (int i = 0; i < count; ++i) {
+    const double *row = matrix + S * freedom[i];
+    double rest = right[freedom[i]];
+    for (int j = 0; j < S; ++j)
+      if (!(free >> j & 1)) rest -= row[j] * x[j];
+    for (int j = 0; j < count; ++j) a[i][j] = row[freedom[j]];
+    a[i][count] = rest;
+  }
+  for (int k = 0; k < count; ++k) {
+    int pivot = k;
+    for (int i = k + 1; i < count; ++i)
+      if (std::abs(a[i][k]) > std::abs(a[pivot][k])) pivot = i;
+    for (int j = k; j <= count; ++j) {
+      const double value = a[k][j];
+      a[k][j] = a[pivot][j];
+      a[pivot][j] = value;
+    }
+    for (int i = k + 1; i < count; ++i) {
+      const double factor = a[i][k] / a[k][k];
+      for (int j = k; j <= count; ++j) a[i][j] -= factor * a[k][j];
+    }
+  }
+  for (int k = count - 1; k >= 0; --k) {
+    double value = a[k][count];
+    for (int j = k + 1; j < count; ++j) value -= a[k][j] * x[freedom[j]];
+    x[freedom[k]] = value / a[k][k];
+  }
+}
+
+/// A convex body in its place.
+template <int D> struct RigidShape {
+  BodyForm form = BodyForm::Box;
+  int unused = 0;
+  Vec<D> centre = Vec<D>::zero();    ///< [length]
+  Vec<D> half = Vec<D>::
+      zero();    ///< half sizes along its own axes; of round ones the first is the radius [length]
+  Tensor<D> orientation = Tensor<D>::identity();    ///< its axes are the columns
+
+  /// Where a line enters and leaves the body.
+  struct Crossing {
+    double place[2];     ///< along the line [length]
+    Vec<D> normal[2];    ///< outward
+    double depth[2];     ///< there, behind the nearest of the other faces [length]
+  };
+
+  /// Of a line along a coordinate axis through `point`, places counted from there; false if they do not meet. Lines along a face
+  /// meet it if they are nearer than `tolerance` [length].
+  RVE_HD bool cross(const Vec<D> &point, int axis, double tolerance, Crossing &crossing) const
+  {
+    const Vec<D> start = transpose(orientation) * (point - centre);
+    Vec<D> direction;
+    for (int b = 0; b < D; ++b) direction[b] = orientation(axis, b);
+    constexpr int ROUND = -1;
+    crossing.place[0] = -1e300;
+    crossing.place[1] = 1e300;
+    int face[2] = {D, D};    // the flat one across an axis of the body, or ROUND
+    const auto narrow = [&](int end, double place, const Vec<D> &normal, int which) {
+      if (end == 0 ? place > crossing.place[0] : place < crossing.place[1]) {
+        crossing.place[end] = place;
+        crossing.normal[end] = orientation * normal;
+        face[end] = which;
+      }
+    };
+    for (int b = first_flat(); b < D; ++b) {
+      constexpr double PARALLEL = 1e-12;
+      if (std::abs(direction[b]) < PARALLEL) {
+        if (std::abs(start[b]) > half[b] + tolerance) return false;
+        continue;
+      }
+      const double to_low = (-half[b] - start[b]) / direction[b];
+      const double to_high = (half[b] - start[b]) / direction[b];
+      Vec<D> normal = Vec<D>::zero();
+      normal[b] = to_low < to_high ? -1.0 : 1.0;
+      narrow(0, to_low < to_high ? to_low : to_high, normal, b);
+      normal[b] = -normal[b];
+      narrow(1, to_low < to_high ? to_high : to_low, normal, b);
+    }
+    double square = 0.0, product = 0.0, distance = -half[0] * half[0];
+    for (int b = 0; b < first_flat(); ++b) {
+      square += direction[b] * direction[b];
+      product += direction[b] * start[b];
+      distance += start[b] * start[b];
+    }
+    if (first_flat() > 0 && square < 1e-24) {
+      if (distance > 2.0 * half[0] * tolerance) return false;
+    } else if (first_flat() > 0) {
+      const double root = product * product - square * distance;
+      if (!(root > 0.0)) return false;
+      for (int end = 0; end < 2; ++end) {
+        const double place = (-product + (end == 0 ? -1.0 : 1.0) * std::sqrt(root)) / square;
+        Vec<D> normal = Vec<D>::zero();
+        for (int b = 0; b < first_flat(); ++b)
+          normal[b] = (start[b] + place * direction[b]) / half[0];
+        narrow(end, place, normal, ROUND);
+      }
+    }
+    if (!(crossing.place[0] < crossing.place[1])) return false;
+    for (int end = 0; end < 2; ++end) {
+      double &depth = crossing.depth[end];
+      depth = 1e300;
+      double off_axis = 0.0;
+      for (int b = 0; b < D; ++b) {
+        const double place = start[b] + crossing.place[end] * direction[b];
+        const double below = half[b] - std::abs(place);
+        if (b < first_flat())
+          off_axis += place * place;
+        else if (b != face[end] && below < depth)
+          depth = below;
+      }
+      if (first_flat() == 0 || face[end] == ROUND) continue;
+      const double below = half[0] - std::sqrt(off_axis);
+      if (below < depth) depth = below;
+    }
+    return true;
+  }
+
+  /// Outward normal of the surface nearest to a point inside.
+  RVE_HD Vec<D> normal_at(const Vec<D> &point) const
+  {
+    const Vec<D> start = transpose(orientation) * (point - centre);
+    Vec<D> normal = Vec<D>::zero();
+    double depth = 1e300;
+    for (int b = first_flat(); b < D; ++b)
+      if (half[b] - std::abs(start[b]) < depth) {
+        depth = half[b] - std::abs(start[b]);
+        normal = Vec<D>::zero();
+        normal[b] = start[b] < 0.0 ? -1.0 : 1.0;
+      }
+    double square = 0.0;
+    for (int b = 0; b < first_flat(); ++b) square += start[b] * start[b];
+    const double distance = std::sqrt(square);
+    if (first_flat() > 0 && half[0] - distance < depth) {
+      normal = Vec<D>::zero();
+      if (distance > 0.0)
+        for (int b = 0; b < first_flat(); ++b) normal[b] = start[b] / distance;
+      else
+        normal[0] = 1.0;
+    }
+    return orientation * normal;
+  }
+
+  /// Radius of the sphere around it [length].
+  RVE_HD double radius() const
+  {
+    if (form == BodyForm::Ball) return half[0];
+    double square = 0.0;
+    for (int b = form == BodyForm::Cylinder ? 1 : 0; b < D; ++b) square += half[b] * half[b];
+    return std::sqrt(square);
+  }
+
+ private:
+  /// Axes of the body before this one are round, the others flat.
+  RVE_HD int first_flat() const
+  {
+    return form == BodyForm::Ball ? D : form == BodyForm::Cylinder ? 2 : 0;
+  }
+};
+
+/// What a step knows of a body that can turn, and what it finds out. Sums are integers, over all ranks.
+template <int D> struct RigidBodyStep {
+  static constexpr int S = FREEDOMS<D>;
+
+  int body;      ///< its number
+  int free;      ///< bit k: freedom k obeys forces; the others are prescribed
+  int is_new;    ///< there was no step before
+  int unused;
+  RigidShape<D> shape;
+  Vec<D> origin;    ///< about which it turns [length]
+  double
+      reach;    ///< radius of the body around its origin and a bit more, the unit of arms in the sums [length]
+  std::int64_t terms;    ///< more than there are contacts
+  double before[S];      ///< rates in the step before [length/time], [1/time]
+  double now
+      [S];    ///< without contact, then such that contacts are satisfied, then as they have moved the body
+  double impulse
+      [S];    ///< momentum with the forces of this step, without contact [mass length/time], [mass length²/time]
+  double inertia[S * S];
+
+  std::int64_t stiffness[S * S], target[S];    ///< what contacts add to inertia and impulse
+  std::int64_t felt_coarse[S],
+      felt_fine[S];    ///< impulse of the material on the body, in two parts
+  double felt[S];      ///< their sum [mass length/time], [mass length²/time]
+};
+
+}    // namespace mpm
+
+#endif
