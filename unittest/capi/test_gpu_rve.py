@@ -63,6 +63,14 @@ class Quantities(unittest.TestCase):
             self.assertEqual(len(kinds), d + 1)
             np.testing.assert_allclose(sum(batch[name] for name in kinds), batch["elastic"], rtol=1e-7)
 
+    def test_fabric_follows_trials_that_are_made_and_forgotten(self):
+        batch = gpu_rve.Batch([DISKS], **OPTIONS)
+        before = batch["fn_fabric_xx"]
+        batch.trial(np.diag([1.0, 0.999]), DT[2], 200)
+        self.assertNotEqual(batch["fn_fabric_xx"], before)
+        batch.revert()
+        self.assertEqual(batch["fn_fabric_xx"], before)
+
 
 class Batches(unittest.TestCase):
     def test_trials_leave_no_trace(self):

@@ -206,6 +206,7 @@ template <int D> class Batch {
       const bool failed = result.status & rve::status::Fatal;
       if (!failed) member.result = result;
       member.result.status = result.status;
+      member.contacts.reset();
       if (!keeps) member.tried = !failed;
       if (stresses) put_matrix<D>(member.result.stress, stresses, k);
       if (statuses) statuses[k] = result.status;
@@ -350,6 +351,8 @@ template <int D> class Batch {
     std::optional<rve::RveStateOf<D>> committed = {};
     std::optional<rve::ResultOf<D>> committed_result = {};
     rve::ResultOf<D> result = {};    ///< of what the engine has
+    /// The same, when it was asked for: one quantity of contacts costs as much as all of them.
+    mutable std::optional<rve::ContactMeasuresOf<D>> contacts = {};
   };
 
   std::unique_ptr<rve::EngineOf<D>> engine;
@@ -363,7 +366,8 @@ template <int D> class Batch {
   }
   double value_of(const macro::ContactQuantity &quantity, const Member &member) const
   {
-    return quantity.of(rve::contact_measures(engine->state(member.number)));
+    if (!member.contacts) member.contacts = rve::contact_measures(engine->state(member.number));
+    return quantity.of(*member.contacts);
   }
 
   static rve::DriveOf<D> resting()
@@ -392,6 +396,7 @@ template <int D> class Batch {
     engine->remove(member.number);
     member.number = number;
     member.result = *member.committed_result;
+    member.contacts.reset();
     member.tried = false;
   }
 

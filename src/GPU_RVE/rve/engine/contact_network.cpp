@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <utility>
 
 namespace rve {
@@ -214,18 +213,34 @@ template <int D>
 std::vector<PairOf<D>> remembered_pairs(const RveStateOf<D> &state,
                                         const std::vector<TouchingPairOf<D>> &contacts)
 {
-  std::map<std::pair<int, int>, PairOf<D>> history;
+  // from the lower number on, in their order
+  std::vector<PairOf<D>> known;
   with_law<D>(state.material, [&](const auto &law) {
     for (const PairOf<D> &pair : state.pairs) {
       PairOf<D> seen = pair;
-      if (pair.first > pair.second) law.to_pair(law.seen_from_partner(law.of_pair(pair)), seen);
-      history[std::minmax(pair.first, pair.second)] = seen;
+      if (pair.first > pair.second) {
+        law.to_pair(law.seen_from_partner(law.of_pair(pair)), seen);
+        std::swap(seen.first, seen.second);
+      }
+      known.push_back(seen);
     }
   });
+  const auto grains = [](const auto &pair) {
+    return std::make_pair(pair.first, pair.second);
+  };
+  std::sort(known.begin(), known.end(), [&](const PairOf<D> &x, const PairOf<D> &y) {
+    return grains(x) < grains(y);
+  });
   std::vector<PairOf<D>> pairs;
+  pairs.reserve(contacts.size());
   for (const TouchingPairOf<D> &contact : contacts) {
-    const auto entry = history.find({contact.first, contact.second});
-    pairs.push_back(entry == history.end() ? PairOf<D>{} : entry->second);
+    const auto place = std::lower_bound(
+        known.begin(), known.end(), contact, [&](const PairOf<D> &x, const TouchingPairOf<D> &y) {
+          return x.first != y.first ? x.first < y.first : x.second < y.second;
+        });
+    const bool found =
+        place != known.end() && place->first == contact.first && place->second == contact.second;
+    pairs.push_back(found ? *place : PairOf<D>{});
   }
   return pairs;
 }
