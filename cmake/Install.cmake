@@ -57,11 +57,11 @@ install(FILES "${config}/gpu_rve-config.cmake" "${config}/gpu_rve-config-version
 # Scripts name their packings relative to the folder `examples`, which is installed, and can be copied, as a whole; without what runs
 # have left in it.
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples" DESTINATION "${GPU_RVE_INSTALL_DATADIR}" COMPONENT lmp FILES_MATCHING
-  REGEX "/(__pycache__|out|study|small|ensemble|controls)$" EXCLUDE
+  REGEX "/(__pycache__|out|study|small|ensemble|controls|[^/]*\\.out)$" EXCLUDE
   REGEX "/(in\\.[^/]*|log\\.[0-9][^/]*|[^/]*\\.(md|py|sh|paths))$"
   REGEX "/restart/(fixes|results)$"
   REGEX "/packings/[^/]*\\.rve$"
-  REGEX "/reference/[^/]*\\.csv$")
+  REGEX "/(reference|element_tests|[^/]*\\.baseline)/[^/]*\\.csv$")
 install(CODE "file(CREATE_LINK examples/packings \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${GPU_RVE_INSTALL_DATADIR}/packings\" SYMBOLIC)"
   COMPONENT lmp)
 # what draws and converts the results, found from the examples as in the repository

@@ -9,25 +9,7 @@
 # ctest -L pictures uses it where it is, and skips those tests where it is not, unless GPU_RVE_REQUIRE_PICTURES=1.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
-modules="ovito==3.17.2 vtk==9.7.2 meshio==5.3.5 scikit-fem==12.0.2 oofem==2.6.0.dev1 cffi numpy"
-cache=${GPU_RVE_CACHE:-${XDG_CACHE_HOME:-$HOME/.cache}/gpu_rve}
-folder=$cache/pictures-python-$(echo "$modules" | cksum | cut -d ' ' -f 1)
-
-if [ -x "$folder/bin/python" ] && [ -f "$folder/complete" ]; then
-  echo "$folder/bin/python"
-  exit 0
-fi
-[ "${1:-}" != "--find" ] || exit 0
-
+. "$root/tools/venv.sh"
 # the system's Python, whose packages Debian has; what OVITO's libraries need besides
-. "$root/tools/packages.sh"
-install_packages python3 python3-venv libdbus-1-3 libegl1 libfontconfig1 libgl1 libglib2.0-0 libgssapi-krb5-2 libxkbcommon0 >&2
-python=/usr/bin/python3
-[ -x "$python" ] || python=python3
-mkdir -p "$cache"
-rm -rf "$folder"
-"$python" -m venv "$folder" >&2
-# shellcheck disable=SC2086  # a list of words
-"$folder/bin/python" -m pip install -q --disable-pip-version-check $modules >&2
-touch "$folder/complete"
-echo "$folder/bin/python"
+venv_of pictures "ovito==3.17.2 vtk==9.7.2 meshio==5.3.5 scikit-fem==12.0.2 oofem==2.6.0.dev1 cffi numpy" \
+  "python3 python3-venv libdbus-1-3 libegl1 libfontconfig1 libgl1 libglib2.0-0 libgssapi-krb5-2 libxkbcommon0" "${1:-}"
