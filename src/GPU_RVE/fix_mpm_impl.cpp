@@ -654,6 +654,12 @@ template <int D> void FixMpm::ImplOf<D>::solve(bool advance)
     load.point_index.clear();
     for (int a = 0; a < D; a++) load.traction[a] = traction.traction[a].evaluate(lmp);
     load.face = traction.face;
+    load.follows = traction.is_pressure;
+    if (load.follows) {
+      const double pressure = load.traction[0];
+      load.traction = Vec::zero();
+      load.traction[mpm::axis_of(load.face)] = -mpm::outward(load.face) * pressure;
+    }
     Region *region = traction.groupbit ? nullptr : domain->get_region_by_id(traction.id);
     if (region) region->prematch();
     for (int i = 0; i < atom->nlocal; i++) {
@@ -668,9 +674,9 @@ template <int D> void FixMpm::ImplOf<D>::solve(bool advance)
     if (loaded == 0 && comm->me == 0)
       error->warning(
           FLERR,
-          "Fix mpm {}: the region '{}' of a traction has no deformable points at step {}: the "
-          "traction acts on nothing",
-          fix->id, traction.id, update->ntimestep);
+          "Fix mpm {}: the region '{}' of a {} has no deformable points at step {}: the {} acts on "
+          "nothing",
+          fix->id, traction.id, traction.keyword(), update->ntimestep, traction.keyword());
   }
 
   try {

@@ -26,6 +26,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 using namespace LAMMPS_NS;
 
@@ -248,24 +249,38 @@ void read_round(ScriptWords &words, Said<3> &said)
 }
 
 /// Several loads may be on the same points.
-template <int D> void read_traction(ScriptWords &words, Said<D> &said)
+template <int D> void read_load(ScriptWords &words, Said<D> &said, const char *keyword)
 {
   MpmTraction<D> load;
+  load.is_pressure = std::strcmp(keyword, "pressure") == 0;
   load.id = words.peek();
   const bool is_region =
       said.lmp->domain->get_region_by_id(load.id) && said.lmp->group->find(load.id) < 0;
   if (is_region) words.next();
   load.groupbit = is_region ? 0 : words.groupbit("group");
-  words.about("traction " + load.id, true);
-  for (int a = 0; a < D; a++) load.traction[a] = words.value(TRACTIONS[a]);
+  words.about(fmt::format("{} {}", keyword, load.id), true);
+  if (load.is_pressure)
+    load.traction[0] = words.value("p");
+  else
+    for (int a = 0; a < D; a++) load.traction[a] = words.value(TRACTIONS[a]);
   said.settings.tractions.push_back(load);
   said.face = &said.settings.tractions.back().face;
-  said.owner = fmt::format("traction {} number {}", load.id, said.settings.tractions.size());
+  said.owner = fmt::format("{} {} number {}", keyword, load.id, said.settings.tractions.size());
+}
+
+template <int D> void read_traction(ScriptWords &words, Said<D> &said)
+{
+  read_load<D>(words, said, "traction");
+}
+
+template <int D> void read_pressure(ScriptWords &words, Said<D> &said)
+{
+  read_load<D>(words, said, "pressure");
 }
 
 template <int D> void read_face(ScriptWords &words, Said<D> &said)
 {
-  if (!said.face) words.refuse("face must follow a traction or a rigid body");
+  if (!said.face) words.refuse("face must follow a traction, a pressure or a rigid body");
   words.about(said.owner + " face");
   *said.face = read_side<D>(words);
   if (!said.options.rigid_bodies.empty() && said.face == &said.options.rigid_bodies.back().face)
@@ -389,6 +404,7 @@ constexpr ScriptKeyword<Said<D>> KEYWORDS[] = {
     {"pivot", D == 2 ? "x y" : "x y z", read_pivot<D>},
     {"turned", D == 2 ? "angle" : "x y z", read_turned<D>},
     {"traction", D == 2 ? "ID tx ty" : "ID tx ty tz", read_traction<D>},
+    {"pressure", "ID p", read_pressure<D>},
     {"face", D == 2 ? "xlo | xhi | ylo | yhi" : "xlo | xhi | ylo | yhi | zlo | zhi", read_face<D>},
     {"cfl", "warn error", read_cfl<D>},
     {"progress", "seconds", [](ScriptWords &words, Said<D> &said) {
@@ -471,9 +487,9 @@ template <int D> void MpmSettings<D>::find(LAMMPS *lmp)
   for (const auto &model : models) check_group("model", model.group, model.groupbit);
   for (const auto &load : tractions)
     if (load.groupbit) {
-      const int found = check_group("traction", load.id, load.groupbit);
+      const int found = check_group(load.keyword(), load.id, load.groupbit);
       if (lmp->group->count(found) == 0)
-        lmp->error->all(FLERR, "Fix mpm traction: group '{}' has no atoms", load.id);
+        lmp->error->all(FLERR, "Fix mpm {}: group '{}' has no atoms", load.keyword(), load.id);
     }
   for (auto &body : bodies)
     for (auto &rate : body.rates) rate.find(lmp, "Fix mpm", false);
@@ -483,7 +499,7 @@ template <int D> void MpmSettings<D>::find(LAMMPS *lmp)
   for (auto &load : tractions) {
     for (auto &component : load.traction) component.find(lmp, "Fix mpm", false);
     if (!load.groupbit && !lmp->domain->get_region_by_id(load.id))
-      lmp->error->all(FLERR, "Fix mpm traction: region '{}' does not exist", load.id);
+      lmp->error->all(FLERR, "Fix mpm {}: region '{}' does not exist", load.keyword(), load.id);
   }
 }
 

@@ -40,7 +40,10 @@ template <int D> struct MpmTraction {
   int groupbit;      // 0: a region
   std::string id;    // of group or region
   ScriptValue traction[D];
+  bool is_pressure;    // in traction[0], along the inward normal of the face
   mpm::Face face = D == 2 ? mpm::Face::YHi : mpm::Face::ZHi;
+
+  const char *keyword() const { return is_pressure ? "pressure" : "traction"; }
 };
 
 template <int D> struct MpmModel {

@@ -1064,7 +1064,7 @@ TEST(FixMpmErrors, SayWhatIsWrong)
        "Fix mpm: traction all number 2 face is given twice"},
       {scene + "fix soil all mpm 1.0 " + law + " separation yes", "must follow a rigid body"},
       {scene + "fix soil all mpm 1.0 " + law + " face yhi",
-       "must follow a traction or a rigid body"},
+       "must follow a traction, a pressure or a rigid body"},
       {scene + "fix soil all mpm 1.0 " + law + " traction lid 0 -1",
        "traction group 'lid' does not exist"},
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law + " rigid plat vx 0 vy 0 rough",

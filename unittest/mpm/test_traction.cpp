@@ -1,4 +1,4 @@
-// A traction on the free face of the points balances a uniform stress at every node, whatever the points per cell.
+// A traction on the free face of the points balances a uniform stress at every node, whatever the points per cell; a pressure follows the face.
 
 #include "scene.h"
 
@@ -146,4 +146,75 @@ TEST(GimpTraction, ReachesTheGhostRowAboveTheGrid)
     EXPECT_NEAR(total, -SURCHARGE * CELL, 1e-9 * SURCHARGE * CELL);
     EXPECT_NEAR(solver.node_force({{5, 11}})[1], -0.5 * SURCHARGE * lift, 1e-9 * SURCHARGE * CELL);
   }
+}
+
+namespace {
+
+/// Force on a point from pressures on some of its faces, by its momentum after a step.
+template <int D>
+mpm::Vec<D> force_of_pressures(const mpm::Tensor<D> &F, const std::vector<Face> &faces,
+                               double pressure)
+{
+  mpm_test::SceneOf<D> scene;
+  mpm::Vec<D> place, half, lo, hi;
+  for (int a = 0; a < D; ++a) {
+    place[a] = 0.53 + 0.01 * a;
+    half[a] = 0.02 + 0.01 * a;
+    lo[a] = 0.0;
+    hi[a] = 1.0;
+  }
+  const int p = scene.add(place, half, 2000.0);
+  scene.deformation_gradient[p] = F;
+  std::vector<mpm::TractionLoad<D>> loads;
+  for (const Face face : faces) {
+    mpm::TractionLoad<D> load{mpm::Vec<D>::zero(), face, true, {p}};
+    load.traction[mpm::axis_of(face)] = -mpm::outward(face) * pressure;
+    loads.push_back(load);
+  }
+  mpm::LinearElastic<D> law(1e-6, 0.3);    // next to nothing beside the pressure
+  mpm::MpmSolver<D> solver(mpm_test::grid_options_of<D>(lo, hi, CELL));
+  solver.set_models({&law});
+  solver.step(scene.view(), loads, TIME_STEP);
+  return (1.0 / TIME_STEP) * solver.totals(scene.view()).momentum;
+}
+
+/// Nanson: the area vector of a face, det(F) F^-T N A.
+template <int D> mpm::Vec<D> present_area(const mpm::Tensor<D> &F, Face face)
+{
+  double area = 1.0;
+  for (int a = 0; a < D; ++a)
+    if (a != mpm::axis_of(face)) area *= 2.0 * (0.02 + 0.01 * a);
+  mpm::Vec<D> initial = mpm::Vec<D>::zero();
+  initial[mpm::axis_of(face)] = mpm::outward(face) * area;
+  return rve::determinant(F) * (rve::transpose(rve::inverse(F)) * initial);
+}
+
+template <int D> void expect_that_pressures_follow(const mpm::Tensor<D> &F)
+{
+  const double tolerance = 1e-9 * SURCHARGE * CELL;
+  std::vector<Face> faces;
+  for (int k = 0; k < 2 * D; ++k) faces.push_back(static_cast<Face>(k));
+  for (const Face face : faces) {
+    const mpm::Vec<D> force = force_of_pressures<D>(F, {face}, SURCHARGE);
+    const mpm::Vec<D> expected = -SURCHARGE * present_area<D>(F, face);
+    for (int c = 0; c < D; ++c) EXPECT_NEAR(force[c], expected[c], tolerance);
+  }
+  const mpm::Vec<D> all_around = force_of_pressures<D>(F, faces, SURCHARGE);
+  for (int c = 0; c < D; ++c) EXPECT_NEAR(all_around[c], 0.0, tolerance);
+}
+
+}    // namespace
+
+TEST(Pressure, ActsOnThePresentAreaVectorOfAFaceThatIsStretchedShearedAndTurned)
+{
+  expect_that_pressures_follow<2>({{0.8, 0.5, -0.3, 1.1}});
+  expect_that_pressures_follow<3>({{0.8, 0.5, -0.2, -0.3, 1.1, 0.4, 0.2, -0.1, 0.9}});
+}
+
+TEST(Pressure, OfAFaceThatIsNotTurnedIsTheTraction)
+{
+  const mpm::Tensor<2> F{{0.7, 0.0, 0.0, 1.2}};
+  const mpm::Vec<2> force = force_of_pressures<2>(F, {Face::YHi}, SURCHARGE);
+  EXPECT_NEAR(force[1], -SURCHARGE * 0.04 * 0.7, 1e-9 * SURCHARGE * CELL);
+  EXPECT_EQ(force[0], 0.0);
 }

@@ -495,6 +495,7 @@ namespace {
           std::equal(loads.begin(), loads.end(), load_copy_.begin(),
                      [](const PointLoad<D> &a, const PointLoad<D> &b) {
                        return a.point == b.point && a.load == b.load && a.face == b.face &&
+                           a.follows == b.follows &&
                            std::equal(a.traction.component, a.traction.component + D,
                                       b.traction.component);
                      });

@@ -206,7 +206,8 @@ StepInput<D> MpmSolver<D>::input(const PointView<D> &points,
         return "traction on point index " + std::to_string(p) + ", allowed are 0 to " +
             std::to_string(points.count - 1);
       });
-      loads_.push_back({p, static_cast<int>(k), loads[k].face, loads[k].traction});
+      loads_.push_back(
+          {p, static_cast<int>(k), loads[k].face, loads[k].follows, loads[k].traction});
     }
   last_dt_ = dt;
   return {points,

@@ -44,10 +44,13 @@ template <int D> struct PointView {
 /// A traction vector [stress] on one face of the boxes of some local points.
 ///
 /// It acts per current extent of the face as it is seen along its own direction (load_extent), so that a vertical load on a surface
-/// that tilts stays a load per horizontal length or area. The list of loads is the same on all ranks; the points are not.
+/// that tilts stays a load per horizontal length or area. A load that follows acts along the present normal of the face, per its present
+/// extent: a pressure, of which `traction` is the vector before the deformation. The list of loads is the same on all ranks; the points
+/// are not.
 template <int D> struct TractionLoad {
   Vec<D> traction;
   Face face = Face::YHi;
+  bool follows = false;
   std::vector<int> point_index;
 };
 

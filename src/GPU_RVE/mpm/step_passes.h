@@ -109,6 +109,35 @@ template <int D> RVE_HD double load_extent(const StepView<D> &step, const PointL
   }
 }
 
+/// Force of a load [force]. One that follows acts on the present area vector of the face, A det(F) F^-T N of the initial one A N (Nanson):
+/// the column of cofactors of F that belongs to the normal.
+template <int D> RVE_HD Vec<D> load_force(const StepView<D> &step, const PointLoad<D> &load)
+{
+  Vec<D> force;
+  if (!load.follows) {
+    const double extent = load_extent(step, load);
+    for (int c = 0; c < D; ++c) force[c] = load.traction[c] * extent;
+    return force;
+  }
+  const int normal = axis_of(load.face);
+  const Vec<D> &half = step.points.half_size[load.point];
+  const Tensor<D> &F = step.points.deformation_gradient[load.point];
+  if constexpr (D == 2) {
+    const int tangent = 1 - normal;
+    const double length = 2.0 * half[tangent] * step.thickness;
+    force[normal] = load.traction[normal] * length * F(tangent, tangent);
+    force[tangent] = -(load.traction[normal] * length * F(normal, tangent));
+  } else {
+    const int s = (normal + 1) % 3, t = (normal + 2) % 3;
+    const double area = 4.0 * half[s] * half[t];
+    for (int c = 0; c < 3; ++c) {
+      const int a = (c + 1) % 3, b = (c + 2) % 3;
+      force[c] = load.traction[normal] * area * (F(a, s) * F(b, t) - F(b, s) * F(a, t));
+    }
+  }
+  return force;
+}
+
 constexpr int NUM_STAGES = 3;
 
 // ---- passes over points --------------------------------------------------------------------------------------------------------
@@ -168,8 +197,7 @@ template <int D> struct PrepareLoad : Pass<D> {
     } else if (!are_finite<D>(load.traction.component)) {
       tally.trouble(load.point, Trouble::Traction);
     } else if (bounds_forces) {
-      tally.raise(step.load_maximum(load.load),
-                  load_extent(step, load) * largest<D>(load.traction.component));
+      tally.raise(step.load_maximum(load.load), largest<D>(load_force(step, load).component));
     }
   }
 };
@@ -340,9 +368,9 @@ template <int D> struct ScatterLoad : Pass<D> {
     for (int a = 0; a < D; ++a)
       if (a == normal) support.axis[a] = across;
     support.locate(step.grid);
-    const double extent = load_extent(step, load);
+    const Vec<D> load_force_now = load_force(step, load);
     for (int c = 0; c < D; ++c) {
-      const double force = load.traction[c] * extent;
+      const double force = load_force_now[c];
       scatter<VECTOR_SUMS<D>>(
           support, scale, force,
           [&](const Place<D> &place) {

@@ -61,6 +61,7 @@ template <int D> struct PointLoad {
   int point;
   int load;    ///< index of its TractionLoad
   Face face;
+  bool follows;
   Vec<D> traction;    ///< [stress]
 };
 
