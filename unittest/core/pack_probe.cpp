@@ -34,11 +34,11 @@ template <class T> void apply_all(const T *x, const T *y, const T *z, T (*result
     result.store(results[k++]);
 }
 
-template <class T, class Number>
-void mask_records(const T *x, rve_test::PackRecord<Number> *records)
+template <class T, class Number, int K>
+void mask_records(const T *x, rve_test::PackRecord<Number, K> *records)
 {
   using Numbers = Pack<Number, 8>;
-  const auto record = load_records<rve_test::PackRecord<Numbers>, Numbers>(records);
+  const auto record = load_records<rve_test::PackRecord<Numbers, K>, Numbers>(records);
   PackTruth<Number, 8> keeps;
   convert_truth(Pack<T, 8>::load(x) >= Pack<T, 8>(T(0)), keeps);
   store_records<Numbers>(where(keeps, record), records);
@@ -46,18 +46,21 @@ void mask_records(const T *x, rve_test::PackRecord<Number> *records)
 }    // namespace
 
 namespace rve_test {
-void pack_mask_records(const float *x, PackRecord<double> *records)
-{
-  mask_records(x, records);
-}
-void pack_mask_records(const double *x, PackRecord<double> *records)
-{
-  mask_records(x, records);
-}
-void pack_mask_records(const float *x, PackRecord<float> *records)
-{
-  mask_records(x, records);
-}
+#define RVE_PACK_RECORDS(T, Number, K)                               \
+  void pack_mask_records(const T *x, PackRecord<Number, K> *records) \
+  {                                                                  \
+    mask_records(x, records);                                        \
+  }
+#define RVE_PACK_RECORDS_OF(K)        \
+  RVE_PACK_RECORDS(float, double, K)  \
+  RVE_PACK_RECORDS(double, double, K) \
+  RVE_PACK_RECORDS(float, float, K)
+RVE_PACK_RECORDS_OF(2)
+RVE_PACK_RECORDS_OF(3)
+RVE_PACK_RECORDS_OF(4)
+RVE_PACK_RECORDS_OF(5)
+#undef RVE_PACK_RECORDS_OF
+#undef RVE_PACK_RECORDS
 void pack_convert(const std::int64_t *x, double *y)
 {
   convert_all(x, y);

@@ -19,13 +19,19 @@ constexpr int PACK_OPERATIONS = 18;
 void pack_apply(const float *x, const float *y, const float *z, float (*results)[8]);
 void pack_apply(const double *x, const double *y, const double *z, double (*results)[8]);
 
-/// Where x < 0 nothing is left of a record of K = 3 numbers, else it comes back as it was.
-template <class T> struct PackRecord {
-  T first, second, third;
+/// Where x < 0 nothing is left of a record of K numbers, else it comes back as it was.
+template <class T, int K> struct PackRecord {
+  T number[K];
 };
-void pack_mask_records(const float *x, PackRecord<double> *records);
-void pack_mask_records(const double *x, PackRecord<double> *records);
-void pack_mask_records(const float *x, PackRecord<float> *records);
+#define RVE_PACK_RECORDS(K)                                                \
+  void pack_mask_records(const float *x, PackRecord<double, K> *records);  \
+  void pack_mask_records(const double *x, PackRecord<double, K> *records); \
+  void pack_mask_records(const float *x, PackRecord<float, K> *records);
+RVE_PACK_RECORDS(2)
+RVE_PACK_RECORDS(3)
+RVE_PACK_RECORDS(4)
+RVE_PACK_RECORDS(5)
+#undef RVE_PACK_RECORDS
 
 }    // namespace rve_test
 

@@ -186,26 +186,35 @@ TYPED_TEST(Packs, ComputeAsOneNumber)
 }
 
 /// Histories of several numbers: a pair that does not touch forgets all of them, its neighbours in the pack none.
-template <class T, class Number> void expect_masked_records()
+template <class T, class Number, int K> void expect_masked_records()
 {
   const T x[8] = {1, -1, -2, 0, 3, -4, 5, 6};
-  PackRecord<Number> records[9];
+  PackRecord<Number, K> records[9];
+  const auto number = [](int lane, int k) {
+    return Number(10 * k - 0.25 * lane + 1);
+  };
   for (int lane = 0; lane < 9; ++lane)
-    records[lane] = {Number(lane + 1), Number(-0.25 * lane), Number(100 + lane)};
+    for (int k = 0; k < K; ++k) records[lane].number[k] = number(lane, k);
 
   pack_mask_records(x, records);
 
-  for (int lane = 0; lane < 8; ++lane) {
-    const bool kept = x[lane] >= T(0);
-    EXPECT_EQ(records[lane].first, kept ? Number(lane + 1) : Number(0)) << lane;
-    EXPECT_EQ(records[lane].second, kept ? Number(-0.25 * lane) : Number(0)) << lane;
-    EXPECT_EQ(records[lane].third, kept ? Number(100 + lane) : Number(0)) << lane;
+  for (int lane = 0; lane < 9; ++lane) {
+    const bool kept = lane == 8 || x[lane] >= T(0);    // the last one is of the next pack
+    for (int k = 0; k < K; ++k)
+      EXPECT_EQ(records[lane].number[k], kept ? number(lane, k) : Number(0)) << lane << ' ' << k;
   }
-  EXPECT_EQ(records[8].first, Number(9));    // of the next pack
+}
+
+template <class T, class Number> void expect_masked_records_of_every_size()
+{
+  expect_masked_records<T, Number, 2>();
+  expect_masked_records<T, Number, 3>();
+  expect_masked_records<T, Number, 4>();
+  expect_masked_records<T, Number, 5>();
 }
 
 TYPED_TEST(Packs, RecordsOfNumbersAreMaskedLaneByLane)
 {
-  expect_masked_records<TypeParam, double>();
-  expect_masked_records<float, float>();
+  expect_masked_records_of_every_size<TypeParam, double>();
+  expect_masked_records_of_every_size<float, float>();
 }

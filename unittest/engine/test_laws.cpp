@@ -191,7 +191,10 @@ template <class Law> void expect_that_a_law_has_the_parameters_that_it_says()
         member == &MaterialNumbers::twisting_marshall)
       return !Law::has_rolling;
     if (member == &MaterialNumbers::normal_viscosity ||
-        member == &MaterialNumbers::tangential_viscosity)
+        member == &MaterialNumbers::tangential_viscosity ||
+        member == &MaterialNumbers::viscoelastic_damping ||
+        member == &MaterialNumbers::restitution_damping ||
+        member == &MaterialNumbers::mindlin_damping)
       return !Law::is_damped;
     return (member == &MaterialNumbers::friction ||
             member == &MaterialNumbers::tangential_stiffness) &&

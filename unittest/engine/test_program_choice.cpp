@@ -30,7 +30,8 @@ std::string name_of(Program program)
   return NAMES[static_cast<int>(program)];
 }
 
-constexpr ContactModel LINEAR = {ContactLaw::Linear, false}, ROLLING = {ContactLaw::Linear, true};
+constexpr ContactModel LINEAR = {ContactLaw::Linear, false}, ROLLING = {ContactLaw::Linear, true},
+                       HERTZ = {ContactLaw::Hertz, false};
 
 }    // namespace
 
@@ -47,6 +48,9 @@ TEST(ProgramChoice, IsTheLeanestProgramThatHasWhatACallNeeds)
                      {LINEAR, {true, true, false}, Program::General},
                      {LINEAR, {true, false, true}, Program::General},
                      {LINEAR, {true, true, true}, Program::General},
+                     {HERTZ, {true, false, false}, Program::PlainHertz},
+                     {HERTZ, {true, true, false}, Program::Hertz},
+                     {HERTZ, {true, false, true}, Program::Hertz},
                      {ROLLING, {false, false, false}, Program::Rolling},
                      {ROLLING, {true, false, false}, Program::Rolling},
                      {ROLLING, {true, true, true}, Program::Rolling}};

@@ -264,6 +264,10 @@ namespace {
                   m.viscoelastic_damping = 1e7;
                 }),
         paths);
+    std::vector<RveState> undamped = changed(two, hertz);
+    for (RveState &state : undamped) state.material.restitution_damping = 0.0;
+    undamped[0].material.mindlin_displacement = 3.0;
+    add("hertz_undamped", undamped, paths);
     const auto dmt = [](Material &m) {
       m.law = ContactLaw::Dmt;
       m.restitution_damping = 0.0;
@@ -397,6 +401,10 @@ namespace {
     add("rolling_and_twisting", of_law(ContactLaw::Linear, 0.0, true), paths);
     add("hertz", of_law(ContactLaw::Hertz, 1.0, false), servos).options.track_energy = true;
     add("hertz_rolling_and_twisting", of_law(ContactLaw::Hertz, 0.0, true), paths).turns = true;
+    std::vector<Spheres> undamped = of_law(ContactLaw::Hertz, 3.0, false);
+    for (Spheres &state : undamped) state.material.normal_viscosity = 0.0;
+    undamped[1].material.mindlin_displacement = 1.0;
+    add("hertz_undamped", undamped, paths);
     add("dmt", of_law(ContactLaw::Dmt, 2.0, false), paths);
     add("dmt_rolling_and_twisting", of_law(ContactLaw::Dmt, 3.0, true), paths);
     return all;

@@ -188,15 +188,22 @@ inline namespace RVE_ISA {
         act(1, step(), second, to_second);
         act(2, step(), third, to_third);
       } else {
-        using Other = decltype(view(0));
-        using Contact = decltype(look(step(), view(0)));
-        Other other[Scene::owned_pairs];
-        Contact contact[Scene::owned_pairs];
-        for (int k = 0; k < Scene::owned_pairs; ++k) {
-          other[k] = view(k);
-          contact[k] = look(step(), other[k]);
-        }
-        for (int k = 0; k < Scene::owned_pairs; ++k) act(k, step(), other[k], contact[k]);
+        static_assert(D != 3 || Scene::owned_pairs == 4,
+                      "made where they are: what is copied is long");
+        struct Slot {
+          decltype(view(0)) other;
+          decltype(look(step(), view(0))) contact;
+
+          RVE_INLINE Slot(int k, Step &step, View &view, Look &look) :
+              other(view(k)), contact(look(step(), other))
+          {
+          }
+        };
+        const Slot slot[] = {{0, step, view, look},
+                             {1, step, view, look},
+                             {2, step, view, look},
+                             {3, step, view, look}};
+        for (int k = 0; k < Scene::owned_pairs; ++k) act(k, step(), slot[k].other, slot[k].contact);
       }
     }
 

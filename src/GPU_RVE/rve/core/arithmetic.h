@@ -15,6 +15,7 @@ inline namespace RVE_ISA {
   using std::copysign;
   using std::fabs;
   using std::fma;
+  using std::sqrt;
 
   template <class T> RVE_INLINE T select(bool condition, T yes, T no)
   {

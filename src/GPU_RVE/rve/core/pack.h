@@ -214,10 +214,14 @@ inline namespace RVE_ISA {
   {
     return by_register(Simd<T>::larger, x, y);
   }
+  template <class T, int N> RVE_INLINE Pack<T, N> sqrt(const Pack<T, N> &x)
+  {
+    return by_register(Simd<T>::root, x);
+  }
   template <class T, int N>
   RVE_INLINE RootAndInverse<Pack<T, N>> root_and_inverse(const Pack<T, N> &x)
   {
-    const Pack<T, N> root = by_register(Simd<T>::root, x);
+    const Pack<T, N> root = sqrt(x);
     return {root, Pack<T, N>(T(1)) / root};
   }
   template <class T, int N> RVE_INLINE Pack<T, N> reciprocal(const Pack<T, N> &x)
@@ -361,6 +365,130 @@ inline namespace RVE_ISA {
     }
   }
 
+  // ---- two or four numbers behind one another per lane, and the lanes behind one another ---------------------------------------------
+
+  template <int N> RVE_INLINE void load_numbers(const float *from, Pack<float, N> (&x)[2])
+  {
+    for (int m = 0; m < N / 8; ++m, from += 16) {
+      const __m256 a = _mm256_loadu_ps(from), b = _mm256_loadu_ps(from + 8);
+      const __m256 outer = _mm256_permute2f128_ps(a, b, 0x20),    // lanes 0, 1 and 4, 5
+          inner = _mm256_permute2f128_ps(a, b, 0x31);
+      x[0].part[m] = _mm256_shuffle_ps(outer, inner, _MM_SHUFFLE(2, 0, 2, 0));
+      x[1].part[m] = _mm256_shuffle_ps(outer, inner, _MM_SHUFFLE(3, 1, 3, 1));
+    }
+  }
+
+  template <int N> RVE_INLINE void store_numbers(const Pack<float, N> (&x)[2], float *to)
+  {
+    for (int m = 0; m < N / 8; ++m, to += 16) {
+      const __m256 outer = _mm256_unpacklo_ps(x[0].part[m], x[1].part[m]),    // lanes 0, 1 and 4, 5
+          inner = _mm256_unpackhi_ps(x[0].part[m], x[1].part[m]);
+      _mm256_storeu_ps(to, _mm256_permute2f128_ps(outer, inner, 0x20));
+      _mm256_storeu_ps(to + 8, _mm256_permute2f128_ps(outer, inner, 0x31));
+    }
+  }
+
+  template <int N> RVE_INLINE void load_numbers(const double *from, Pack<double, N> (&x)[2])
+  {
+    for (int m = 0; m < N / 4; ++m, from += 8) {
+      const __m256d a = _mm256_loadu_pd(from), b = _mm256_loadu_pd(from + 4);
+      const __m256d even = _mm256_permute2f128_pd(a, b, 0x20),    // lanes 0 and 2
+          odd = _mm256_permute2f128_pd(a, b, 0x31);
+      x[0].part[m] = _mm256_unpacklo_pd(even, odd);
+      x[1].part[m] = _mm256_unpackhi_pd(even, odd);
+    }
+  }
+
+  template <int N> RVE_INLINE void store_numbers(const Pack<double, N> (&x)[2], double *to)
+  {
+    for (int m = 0; m < N / 4; ++m, to += 8) {
+      const __m256d even = _mm256_unpacklo_pd(x[0].part[m], x[1].part[m]),    // lanes 0 and 2
+          odd = _mm256_unpackhi_pd(x[0].part[m], x[1].part[m]);
+      _mm256_storeu_pd(to, _mm256_permute2f128_pd(even, odd, 0x20));
+      _mm256_storeu_pd(to + 4, _mm256_permute2f128_pd(even, odd, 0x31));
+    }
+  }
+
+  /// Four rows and four columns of each half.
+  RVE_INLINE void transpose(__m256 (&x)[4])
+  {
+    const __m256 a = _mm256_unpacklo_ps(x[0], x[1]), b = _mm256_unpacklo_ps(x[2], x[3]),
+                 c = _mm256_unpackhi_ps(x[0], x[1]), d = _mm256_unpackhi_ps(x[2], x[3]);
+    x[0] = _mm256_shuffle_ps(a, b, _MM_SHUFFLE(1, 0, 1, 0));
+    x[1] = _mm256_shuffle_ps(a, b, _MM_SHUFFLE(3, 2, 3, 2));
+    x[2] = _mm256_shuffle_ps(c, d, _MM_SHUFFLE(1, 0, 1, 0));
+    x[3] = _mm256_shuffle_ps(c, d, _MM_SHUFFLE(3, 2, 3, 2));
+  }
+  RVE_INLINE void transpose(__m256d (&x)[4])
+  {
+    const __m256d a = _mm256_unpacklo_pd(x[0], x[1]), b = _mm256_unpackhi_pd(x[0], x[1]),
+                  c = _mm256_unpacklo_pd(x[2], x[3]), d = _mm256_unpackhi_pd(x[2], x[3]);
+    x[0] = _mm256_permute2f128_pd(a, c, 0x20);
+    x[1] = _mm256_permute2f128_pd(b, d, 0x20);
+    x[2] = _mm256_permute2f128_pd(a, c, 0x31);
+    x[3] = _mm256_permute2f128_pd(b, d, 0x31);
+  }
+
+  template <int N> RVE_INLINE void load_numbers(const float *from, Pack<float, N> (&x)[4])
+  {
+    for (int m = 0; m < N / 8; ++m, from += 32) {
+      __m256 rows[4];    // lanes k and k + 4
+      for (int k = 0; k < 4; ++k)
+        rows[k] = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(from + 4 * k)),
+                                       _mm_loadu_ps(from + 4 * k + 16), 1);
+      transpose(rows);
+      for (int c = 0; c < 4; ++c) x[c].part[m] = rows[c];
+    }
+  }
+
+  template <int N> RVE_INLINE void store_numbers(const Pack<float, N> (&x)[4], float *to)
+  {
+    for (int m = 0; m < N / 8; ++m, to += 32) {
+      __m256 rows[4] = {x[0].part[m], x[1].part[m], x[2].part[m], x[3].part[m]};
+      transpose(rows);
+      for (int k = 0; k < 4; ++k) {
+        _mm_storeu_ps(to + 4 * k, _mm256_castps256_ps128(rows[k]));
+        _mm_storeu_ps(to + 4 * k + 16, _mm256_extractf128_ps(rows[k], 1));
+      }
+    }
+  }
+
+  template <int N> RVE_INLINE void load_numbers(const double *from, Pack<double, N> (&x)[4])
+  {
+    for (int m = 0; m < N / 4; ++m, from += 16) {
+      __m256d rows[4];
+      for (int k = 0; k < 4; ++k) rows[k] = _mm256_loadu_pd(from + 4 * k);
+      transpose(rows);
+      for (int c = 0; c < 4; ++c) x[c].part[m] = rows[c];
+    }
+  }
+
+  template <int N> RVE_INLINE void store_numbers(const Pack<double, N> (&x)[4], double *to)
+  {
+    for (int m = 0; m < N / 4; ++m, to += 16) {
+      __m256d rows[4] = {x[0].part[m], x[1].part[m], x[2].part[m], x[3].part[m]};
+      transpose(rows);
+      for (int k = 0; k < 4; ++k) _mm256_storeu_pd(to + 4 * k, rows[k]);
+    }
+  }
+
+  /// Any other number of them.
+  template <class T, int N, int K> RVE_INLINE void load_numbers(const T *from, Pack<T, N> (&x)[K])
+  {
+    T numbers[K][N];
+    for (int lane = 0; lane < N; ++lane)
+      for (int c = 0; c < K; ++c) numbers[c][lane] = from[lane * K + c];
+    for (int c = 0; c < K; ++c) x[c] = Pack<T, N>::load(numbers[c]);
+  }
+
+  template <class T, int N, int K> RVE_INLINE void store_numbers(const Pack<T, N> (&x)[K], T *to)
+  {
+    T numbers[K][N];
+    for (int c = 0; c < K; ++c) x[c].store(numbers[c]);
+    for (int lane = 0; lane < N; ++lane)
+      for (int c = 0; c < K; ++c) to[lane * K + c] = numbers[c][lane];
+  }
+
   // ---- records of K numbers, as records of K packs ----------------------------------------------------------------------------------
 
   /// Record: a P, a pack, or a struct of them. `single` has the records of the lanes, each of numbers of one type.
@@ -378,14 +506,8 @@ inline namespace RVE_ISA {
       constexpr int K = sizeof(Single) / sizeof(T);
       static_assert(sizeof(Single) == K * sizeof(T) && sizeof(Record) == K * sizeof(P),
                     "the same numbers in both");
-      T numbers[K][P::lanes];
-      for (int lane = 0; lane < P::lanes; ++lane) {
-        T one[K];
-        std::memcpy(one, single + lane, sizeof(one));
-        for (int c = 0; c < K; ++c) numbers[c][lane] = one[c];
-      }
       P packs[K];
-      for (int c = 0; c < K; ++c) packs[c] = P::load(numbers[c]);
+      load_numbers(reinterpret_cast<const T *>(single), packs);
       Record record;
       std::memcpy(&record, packs, sizeof(record));
       return record;
@@ -406,13 +528,7 @@ inline namespace RVE_ISA {
                     "the same numbers in both");
       P packs[K];
       std::memcpy(packs, &record, sizeof(record));
-      T numbers[K][P::lanes];
-      for (int c = 0; c < K; ++c) packs[c].store(numbers[c]);
-      for (int lane = 0; lane < P::lanes; ++lane) {
-        T one[K];
-        for (int c = 0; c < K; ++c) one[c] = numbers[c][lane];
-        std::memcpy(single + lane, one, sizeof(one));
-      }
+      store_numbers(packs, reinterpret_cast<T *>(single));
     }
   }
 

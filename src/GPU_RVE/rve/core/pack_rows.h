@@ -18,29 +18,17 @@ inline namespace RVE_ISA {
 
     template <class Row> RVE_INLINE void load(const Row &row)
     {
-      __m256 pair[4];
       for (int lane = 0; lane < 4; ++lane)
-        pair[lane] = _mm256_insertf128_ps(
+        column[lane] = _mm256_insertf128_ps(
             _mm256_castps128_ps256(_mm_loadu_ps(reinterpret_cast<const float *>(row(lane)))),
             _mm_loadu_ps(reinterpret_cast<const float *>(row(lane + 4))), 1);
-      const __m256 a = _mm256_unpacklo_ps(pair[0], pair[1]);
-      const __m256 b = _mm256_unpacklo_ps(pair[2], pair[3]);
-      const __m256 c = _mm256_unpackhi_ps(pair[0], pair[1]);
-      const __m256 d = _mm256_unpackhi_ps(pair[2], pair[3]);
-      column[0] = _mm256_shuffle_ps(a, b, 0x44);
-      column[1] = _mm256_shuffle_ps(a, b, 0xee);
-      column[2] = _mm256_shuffle_ps(c, d, 0x44);
-      column[3] = _mm256_shuffle_ps(c, d, 0xee);
+      transpose(column);
     }
 
     template <class Row> RVE_INLINE void store(const Row &row) const
     {
-      const __m256 a = _mm256_unpacklo_ps(column[0], column[1]);
-      const __m256 b = _mm256_unpackhi_ps(column[0], column[1]);
-      const __m256 c = _mm256_unpacklo_ps(column[2], column[3]);
-      const __m256 d = _mm256_unpackhi_ps(column[2], column[3]);
-      const __m256 pair[4] = {_mm256_shuffle_ps(a, c, 0x44), _mm256_shuffle_ps(a, c, 0xee),
-                              _mm256_shuffle_ps(b, d, 0x44), _mm256_shuffle_ps(b, d, 0xee)};
+      __m256 pair[4] = {column[0], column[1], column[2], column[3]};
+      transpose(pair);
       for (int lane = 0; lane < 4; ++lane) {
         _mm_store_ps(reinterpret_cast<float *>(row(lane)), _mm256_castps256_ps128(pair[lane]));
         _mm_store_ps(reinterpret_cast<float *>(row(lane + 4)),

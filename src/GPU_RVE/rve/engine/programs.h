@@ -26,6 +26,7 @@ namespace rve {
   program(Plain,        FrictionalSprings, false, true,  General)      \
   program(General,      DampedSprings,     true,  false, General)      \
   program(Rolling,      RollingSprings,    true,  false, Rolling)      \
+  program(PlainHertz,   UndampedHertz,     false, true,  Hertz)        \
   program(Hertz,        HertzMindlin,      true,  false, Hertz)        \
   program(HertzRolling, RollingHertz,      true,  false, HertzRolling) \
   program(Dmt,          DmtAdhesion,       true,  false, Dmt)          \
@@ -36,6 +37,7 @@ namespace rve {
   program(PlainSpheres,       FrictionalSphereSprings, false, true,  Spheres)            \
   program(Spheres,            SphereSprings,           true,  false, Spheres)            \
   program(SpheresRolling,     SphereRollingSprings,    true,  false, SpheresRolling)     \
+  program(PlainSphereHertz,   SphereUndampedHertz,    false, true,  SphereHertz)        \
   program(SphereHertz,        SphereHertzMindlin,      true,  false, SphereHertz)        \
   program(SphereHertzRolling, SphereRollingHertz,      true,  false, SphereHertzRolling) \
   program(SphereDmt,          SphereDmtAdhesion,       true,  false, SphereDmt)          \

@@ -16,6 +16,8 @@
 #include "rve/physics/laws/rolling_friction.h"
 #include "rve/physics/material.h"
 
+#include <type_traits>
+
 namespace rve {
 inline namespace RVE_ISA {
 
@@ -79,7 +81,8 @@ inline namespace RVE_ISA {
     }
   };
 
-  template <class NumberFormat, int Dimension = 2> struct HertzMindlin {
+  /// Damped: with dashpots, and with an arm of its own for the surface velocity (DiskContact).
+  template <class NumberFormat, int Dimension = 2, bool Damped = true> struct HertzMindlin {
     using Numbers = NumberFormat;
     static constexpr int D = Dimension;
     using Real = typename Numbers::Real;
@@ -90,11 +93,11 @@ inline namespace RVE_ISA {
     static constexpr ContactLaw contact_law = ContactLaw::Hertz;
     static constexpr bool has_friction = true;
     static constexpr bool has_rolling = false;
-    static constexpr bool is_damped = true;
+    static constexpr bool is_damped = Damped;
     static constexpr bool has_constant_moduli = false;
     static constexpr bool bounds_tangential_forces = true;
 
-    template <class OtherNumbers> using In = HertzMindlin<OtherNumbers, D>;
+    template <class OtherNumbers> using In = HertzMindlin<OtherNumbers, D, Damped>;
 
     static RVE_INLINE History seen_from_partner(const History &history)
     {
@@ -126,9 +129,23 @@ inline namespace RVE_ISA {
 
     Constants constants;
 
+    /// From constants in these or, for packs, in single numbers.
     template <class SomeConstants> RVE_INLINE void take(const SomeConstants &given)
     {
-      constants = given;
+      constants.normal_stiffness = Real(given.normal_stiffness);
+      constants.tangential_stiffness = Spring(given.tangential_stiffness);
+      constants.friction = Real(given.friction);
+      constants.keeps_displacement = Real(given.keeps_displacement);
+      constants.rescales = Real(given.rescales);
+      if constexpr (Damped) {
+        constants.velocity_damping = Real(given.velocity_damping);
+        constants.viscoelastic_damping = Real(given.viscoelastic_damping);
+        constants.restitution_damping = Real(given.restitution_damping);
+        constants.tangential_damping = Real(given.tangential_damping);
+        constants.velocity_arm = Real(given.velocity_arm);
+      } else {
+        constants.velocity_arm = Real(0.5);
+      }
     }
 
     RVE_INLINE Force evaluate(const ContactGeometry<Real, D> &contact,
@@ -144,8 +161,8 @@ inline namespace RVE_ISA {
                                             const GrainMotion<Real, D> &j,
                                             const Tensor<Real, D> &velocity_gradient, Real dt) const
     {
-      return GrainContact<Real, D>::template of<true>(contact, i, j, velocity_gradient,
-                                                      constants.velocity_arm, dt);
+      return GrainContact<Real, D>::template of<Damped>(contact, i, j, velocity_gradient,
+                                                        constants.velocity_arm, dt);
     }
 
     /// A contact without adhesion.
@@ -154,8 +171,8 @@ inline namespace RVE_ISA {
                             const History &history, Real dt) const
     {
       Force result;
-      const Real spring = press(contact.overlap, i.radius, j.radius, result);
-      const Real normal_force = spring - result.viscosity * moving.normal_velocity;
+      Real normal_force = press(contact.overlap, i.radius, j.radius, result);
+      if constexpr (Damped) normal_force = normal_force - result.viscosity * moving.normal_velocity;
       shear(contact, moving, normal_force, fabs(normal_force), history, dt, result);
       return result;
     }
@@ -170,11 +187,14 @@ inline namespace RVE_ISA {
                               Dissipation &heat) const
     {
       const double dt = static_cast<double>(time_step), vn = force.normal_velocity;
-      const double viscosity = static_cast<double>(force.viscosity);
-      heat.viscous += viscosity * vn * vn * dt;
+      double tangential_viscosity = 0.0;
+      if constexpr (Damped) {
+        const double viscosity = static_cast<double>(force.viscosity);
+        heat.viscous += viscosity * vn * vn * dt;
+        tangential_viscosity = static_cast<double>(constants.tangential_damping) * viscosity;
+      }
       heat.friction += static_cast<double>(force.taken_by_area);
-      dissipate_shear(force, static_cast<double>(force.stiffness),
-                      static_cast<double>(constants.tangential_damping) * viscosity, dt, heat);
+      dissipate_shear(force, static_cast<double>(force.stiffness), tangential_viscosity, dt, heat);
     }
 
     RVE_INLINE double elastic_energy(const ContactGeometry<Real, D> &contact,
@@ -222,6 +242,7 @@ inline namespace RVE_ISA {
     }
     RVE_INLINE ContactModuli viscosity(const ContactPlace &place) const
     {
+      if constexpr (!Damped) return {0.0, 0.0, 0.0};
       const double gamma = damping<double>(radius_at(place), place.radius_i, place.radius_j);
       return {gamma, slides() ? static_cast<double>(constants.tangential_damping) * gamma : 0.0,
               0.0};
@@ -255,10 +276,10 @@ inline namespace RVE_ISA {
     /// Contact radius and what follows from it. Returns the normal force of the spring.
     RVE_INLINE Real press(Real overlap, Real radius_i, Real radius_j, Force &result) const
     {
-      const Real a = std::sqrt(reduced(radius_i, radius_j) * overlap);
+      const Real a = sqrt(reduced(radius_i, radius_j) * overlap);
       result.contact_radius = a;
       result.stiffness = constants.tangential_stiffness * static_cast<Spring>(a);
-      result.viscosity = damping(a, radius_i, radius_j);
+      if constexpr (Damped) result.viscosity = damping(a, radius_i, radius_j);
       return constants.normal_stiffness * a * overlap;
     }
 
@@ -271,19 +292,25 @@ inline namespace RVE_ISA {
       // a displacement that is kept bears more where the contact has grown, and nothing is lost of a force that is
       Along<Spring, D> spring =
           sum_of_turned(moving.turned(history.tangential, contact.normal, dt));
-      if (constants.keeps_displacement > Real(0) && before > Spring(0))
-        spring = (a / before) * spring;
-      if (constants.rescales > Real(0) && a < before) spring = (a / before) * spring;
-      const double stiffness_before = static_cast<double>(constants.tangential_stiffness * before);
-      result.taken_by_area = static_cast<Real>(
-          energy_of_spring(in_numbers<double>(history.tangential), stiffness_before) -
-          energy_of_spring(in_numbers<double>(spring), static_cast<double>(result.stiffness)));
+      const auto touched = before > Spring(0), shrinks = a < before;
+      if (any(constants.keeps_displacement > Real(0)) && any(touched))
+        spring = along_select(touched, (a / before) * spring, spring);
+      if (any(constants.rescales > Real(0)) && any(shrinks))
+        spring = along_select(shrinks, (a / before) * spring, spring);
+      // for books, which are kept for one contact after the other
+      if constexpr (std::is_same_v<Truth<Real>, bool>) {
+        const double stiffness_before =
+            static_cast<double>(constants.tangential_stiffness * before);
+        result.taken_by_area = static_cast<Real>(
+            energy_of_spring(in_numbers<double>(history.tangential), stiffness_before) -
+            energy_of_spring(in_numbers<double>(spring), static_cast<double>(result.stiffness)));
+      }
 
       result.limiting_force = limiting_force;
-      TangentialSpring<Real, Spring, true, D> tangential;
+      TangentialSpring<Real, Spring, Damped, D> tangential;
       tangential.stiffness = decltype(tangential.stiffness)(result.stiffness);
       tangential.friction = constants.friction;
-      tangential.viscosity = constants.tangential_damping * result.viscosity;
+      if constexpr (Damped) tangential.viscosity = constants.tangential_damping * result.viscosity;
       moving.apply(contact.normal, normal_force,
                    tangential.advance(spring, moving.tangential_velocity, limiting_force, dt),
                    result);
@@ -291,8 +318,10 @@ inline namespace RVE_ISA {
   };
 
   /// The laws that programs have beside HertzMindlin of disks.
+  template <class Numbers> using UndampedHertz = HertzMindlin<Numbers, 2, false>;
   template <class Numbers> using RollingHertz = WithRolling<HertzMindlin<Numbers>>;
   template <class Numbers> using SphereHertzMindlin = HertzMindlin<Numbers, 3>;
+  template <class Numbers> using SphereUndampedHertz = HertzMindlin<Numbers, 3, false>;
   template <class Numbers> using SphereRollingHertz = WithRolling<SphereHertzMindlin<Numbers>>;
 
 }    // namespace RVE_ISA
