@@ -44,9 +44,6 @@ static constexpr double DT_WARNING = 0.95;
 // RVEs whose bound is computed exactly, on all ranks together: each takes some milliseconds
 static constexpr int MOST_EXACT_BOUNDS = 8;
 
-// Largest strain of a controlled axis per DEM step, unless the script gives servo_max_rate
-static constexpr double SERVO_STRAIN_PER_STEP = 5.0e-5;
-
 /* ---------------------------------------------------------------------- */
 
 std::unique_ptr<FixRve::Impl> FixRve::Impl::make(FixRve *fix, FixRveSettings settings)
@@ -789,7 +786,7 @@ template <int D>
 macro::PathStep FixRve::ImplOf<D>::path_step(int atom, const macro::RveClock &clock) const
 {
   return {clock.dt, clock.substeps, settings.servo_gain.value_or(points->servo_gain(slot[atom])),
-          settings.servo_max_rate.value_or(SERVO_STRAIN_PER_STEP / clock.dt)};
+          settings.servo_max_rate.value_or(macro::SERVO_STRAIN_PER_STEP / clock.dt)};
 }
 
 template <int D> void FixRve::ImplOf<D>::begin_paths(const macro::LoadPathsOf<D> &paths)
@@ -910,7 +907,7 @@ std::vector<rve::DriveOf<D>> FixRve::ImplOf<D>::drives(const std::vector<int> &a
     drive.dt = clock.dt;
     drive.substeps = clock.substeps;
     drive.servo_gain = settings.servo_gain.value_or(points->servo_gain(slot[atoms[k]]));
-    drive.servo_max_rate = settings.servo_max_rate.value_or(SERVO_STRAIN_PER_STEP / clock.dt);
+    drive.servo_max_rate = settings.servo_max_rate.value_or(macro::SERVO_STRAIN_PER_STEP / clock.dt);
   }
   return drives;
 }

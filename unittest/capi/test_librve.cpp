@@ -163,6 +163,20 @@ TEST(Librve, TrialsLeaveNoTrace)
   EXPECT_EQ(saved(plain.get()), state);
 }
 
+TEST(Librve, TrialsBeginFromWhatAnAdvanceHasLeft)
+{
+  const Batch batch = batch_of(DISKS, 1), plain = batch_of(DISKS, 1);
+  move(batch.get(), Kind::Trial, {0}, 5);
+  ASSERT_EQ(rve_revert(batch.get()), RVE_SUCCESS);
+  EXPECT_EQ(move(batch.get(), Kind::Advance, {0}, 0), move(plain.get(), Kind::Advance, {0}, 0));
+
+  move(batch.get(), Kind::Trial, {0}, 6);
+  const Numbers again = move(batch.get(), Kind::Trial, {0}, 1);
+
+  EXPECT_EQ(saved(batch.get()), saved(plain.get()));
+  EXPECT_EQ(again, move(plain.get(), Kind::Advance, {0}, 1));
+}
+
 TEST(Librve, AnRveDoesNotKnowItsBatch)
 {
   const Packing packing = read(DISKS);
@@ -190,6 +204,109 @@ TEST(Librve, RestoresWhatItSavedToTheBit)
     EXPECT_EQ(move(other.get(), Kind::Advance, {0, 1}, 2), went_on);
     EXPECT_EQ(saved(other.get()), later);
   }
+}
+
+TEST(Librve, APackingAsBytesIsTheWholeState)
+{
+  for (const std::string &file : {DISKS, SPHERES}) {
+    const Batch batch = batch_of(file, 1);
+    move(batch.get(), Kind::Advance, {0}, 1);
+    rve_packing *now = nullptr, *back = nullptr;
+    ASSERT_EQ(rve_batch_packing(batch.get(), 0, &now), RVE_SUCCESS);
+    const Packing owner(now, rve_packing_free);
+    std::size_t size = 0;
+    ASSERT_EQ(rve_packing_save(now, nullptr, 0, &size), RVE_SUCCESS);
+    std::vector<char> bytes(size);
+    ASSERT_EQ(rve_packing_save(now, bytes.data(), size, &size), RVE_SUCCESS) << rve_error();
+
+    ASSERT_EQ(rve_packing_restore(bytes.data(), size, &back), RVE_SUCCESS) << rve_error();
+    const Packing restored(back, rve_packing_free);
+    const Batch other = batch_of(file, 1);
+    ASSERT_EQ(rve_batch_set_packing(other.get(), 0, back), RVE_SUCCESS) << rve_error();
+
+    EXPECT_EQ(saved(other.get()), saved(batch.get()));
+    EXPECT_EQ(move(other.get(), Kind::Advance, {0}, 2), move(batch.get(), Kind::Advance, {0}, 2));
+    const std::vector<char> two = saved(batch_of(file, 2).get());
+    EXPECT_EQ(rve_packing_restore(two.data(), two.size(), &back), RVE_BAD_INPUT);
+    EXPECT_STREQ(rve_error(), "there are 2 saved RVEs; a packing is one");
+  }
+}
+
+namespace {
+
+constexpr std::size_t CALLS = 10;
+constexpr int STEPS_PER_CALL = 20;
+
+/// Columns syy, sxx, def_yy of all RVEs of a batch, before a path and after each call.
+Numbers follow(rve_batch *batch, const char *path, std::size_t calls = CALLS,
+               std::vector<std::uint32_t> *statuses = nullptr)
+{
+  const std::size_t n = rve_batch_size(batch);
+  Numbers table((calls + 1) * n * 3);
+  std::vector<std::uint32_t> words(n);
+  EXPECT_EQ(rve_follow_path(batch, nullptr, n, path, DT_DISKS, STEPS_PER_CALL, calls,
+                            "syy sxx def_yy", table.data(), words.data()),
+            RVE_SUCCESS)
+      << rve_error();
+  if (statuses) *statuses = words;
+  return table;
+}
+
+}    // namespace
+
+TEST(Librve, APathOfRatesIsAnAdvanceByTheirExponential)
+{
+  const Batch walked = batch_of(DISKS, 1), advanced = batch_of(DISKS, 1);
+  const Numbers table = follow(walked.get(), "stage rate yy -0.5 until time > 1");
+  const Numbers f = {1, 0, 0, std::exp(-0.5 * STEPS_PER_CALL * DT_DISKS)}, dt = {DT_DISKS};
+  const std::int32_t steps = STEPS_PER_CALL;
+  for (std::size_t call = 0; call < CALLS; ++call) {
+    Numbers stress(4);
+    ASSERT_EQ(rve_advance(advanced.get(), nullptr, 1, f.data(), dt.data(), &steps, stress.data(),
+                          nullptr),
+              RVE_SUCCESS);
+    // the exponential by a series
+    EXPECT_NEAR(table[3 * (call + 1)], stress[3], 1e-9 * std::fabs(stress[3]));
+  }
+}
+
+TEST(Librve, APathHoldsAStressAndEndsWhereItSays)
+{
+  const Batch batch = batch_of(DISKS, 2);
+  const std::size_t calls = 60;
+  const Numbers table = follow(batch.get(),
+                               "path one stage rate yy -0.1 stress xx -1e5 until strain yy < -1e-3 "
+                               "path two stage rate yy -0.1 rate xx 0 until time > 1",
+                               calls);
+  const double *last = &table[calls * 6];
+  EXPECT_NEAR(last[1], -1e5, 2e3);    // what the servo swings by
+  EXPECT_NEAR(last[2], std::exp(-1e-3), 0.1 * STEPS_PER_CALL * DT_DISKS);
+  EXPECT_LT(last[3 + 1], -1.02e5);    // the sides of the other do not move
+  EXPECT_EQ(Numbers(last, last + 3), Numbers(last - 6, last - 3));    // the first one has ended
+  EXPECT_NE(last[3], last[3 - 6]);
+}
+
+TEST(Librve, APathThatCannotBeChangesNothing)
+{
+  const Batch batch = batch_of(DISKS, 2);
+  const std::vector<char> state = saved(batch.get());
+  Numbers table(100);
+  const auto expect = [&](const char *path, double dt, int steps, const char *names,
+                          const std::string &text) {
+    EXPECT_EQ(
+        rve_follow_path(batch.get(), nullptr, 2, path, dt, steps, 2, names, table.data(), nullptr),
+        RVE_BAD_INPUT);
+    EXPECT_NE(std::string(rve_error()).find(text), std::string::npos) << rve_error();
+    EXPECT_EQ(saved(batch.get()), state);
+  };
+  expect("stage rate yy v_x until time > 1", DT_DISKS, 1, "p", "the path has v_x");
+  expect("stage rate yy 1 until time > 1", 0.0, 1, "p", "dt is 0; it must be positive");
+  expect("stage rate yy 1 until time > 1", DT_DISKS, 0, "p", "substeps is 0");
+  expect("stage rate yy 1 until time > 1", DT_DISKS, 1, "pea", "there is no");
+  expect("stage rat yy 1", DT_DISKS, 1, "p", "path:1");
+  // a shear in one call that no logarithm tells from another, in the second stage
+  expect("stage rate yy 0.1 until time > 1e-5 stage rate xy 1e9 until time > 1", DT_DISKS, 1, "p",
+         "");
 }
 
 TEST(Librve, DamagedOrForeignBytesAreRefusedAndChangeNothing)

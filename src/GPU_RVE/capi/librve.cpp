@@ -1,18 +1,24 @@
 #include "capi/librve.h"
 
 #include "capi/words.h"
+#include "macro/load_path.h"
 #include "macro/quantities.h"
 #include "rve/core/checksum.h"
 #include "rve/core/error.h"
 #include "rve/engine/contact_network.h"
+#include "rve/engine/files.h"
+#include "rve/engine/packing.h"
 #include "rve/engine/packing_io.h"
 
 #include <algorithm>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <new>
 #include <numeric>
 #include <optional>
+#include <sstream>
 #include <variant>
 
 using rve::require;
@@ -51,6 +57,14 @@ void require_pointer(const void *pointer, const char *name)
   require(pointer != nullptr, [&] {
     return std::string(name) + " is a null pointer";
   });
+}
+
+/// Text of a file that a loading path names.
+std::string text_of(const std::string &file)
+{
+  rve::require_readable(file, "file of a path");
+  std::ifstream stream(file);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 
 std::string text_or_empty(const char *text)
@@ -144,16 +158,92 @@ template <int D> std::vector<double> contact_table(const rve::RveStateOf<D> &sta
 
 }    // namespace
 
-// ---- batches --------------------------------------------------------------------------------------------------------------------
+// ---- bytes ------------------------------------------------------------------------------------------------------------------------
 
 namespace {
 
-/// The bytes of rve_save: this, then for each RVE the size of its record and the record.
+/// The bytes of rve_save and rve_packing_save: this, then for each RVE the size of its record and the record.
 struct SavedHeader {
   char magic[8];
   std::uint64_t dimension, count, bytes, checksum;
 };
 constexpr char SAVED_MAGIC[8] = {'l', 'i', 'b', 'r', 'v', 'e', ' ', '1'};
+
+/// Bytes of `count` RVEs, the k-th of which is state_of(k).
+template <int D, class StateOf> std::vector<char> saved(std::size_t count, const StateOf &state_of)
+{
+  std::vector<char> bytes(sizeof(SavedHeader));
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::vector<char> record = rve::serialize(state_of(k));
+    const std::uint64_t length = record.size();
+    const char *begin = reinterpret_cast<const char *>(&length);
+    bytes.insert(bytes.end(), begin, begin + sizeof(length));
+    bytes.insert(bytes.end(), record.begin(), record.end());
+  }
+  SavedHeader header{};
+  std::memcpy(header.magic, SAVED_MAGIC, sizeof(header.magic));
+  header.dimension = D;
+  header.count = count;
+  header.bytes = bytes.size();
+  header.checksum = rve::checksum_of(bytes.data() + sizeof(header), bytes.size() - sizeof(header));
+  std::memcpy(bytes.data(), &header, sizeof(header));
+  return bytes;
+}
+
+/// Throws InputError unless these are whole bytes of RVEs.
+SavedHeader header_of(const char *bytes, std::size_t size)
+{
+  SavedHeader header{};
+  require(size >= sizeof(header), "these are no saved RVEs: there are too few bytes");
+  std::memcpy(&header, bytes, sizeof(header));
+  require(std::memcmp(header.magic, SAVED_MAGIC, sizeof(SAVED_MAGIC)) == 0,
+          "these are no bytes of rve_save, or of another machine's byte order");
+  require(header.bytes == size &&
+              header.checksum == rve::checksum_of(bytes + sizeof(header), size - sizeof(header)),
+          "the saved RVEs are damaged");
+  return header;
+}
+
+template <int D>
+std::vector<rve::RveStateOf<D>> states_in(const char *bytes, const SavedHeader &header)
+{
+  std::vector<rve::RveStateOf<D>> states;
+  std::size_t place = sizeof(header);
+  for (std::size_t k = 0; k < header.count; ++k) {
+    std::uint64_t length = 0;
+    std::memcpy(&length, bytes + place, sizeof(length));
+    place += sizeof(length);
+    states.push_back(rve::deserialize<D>(bytes + place, length));
+    place += length;
+  }
+  return states;
+}
+
+template <int D> std::vector<char> saved_packing(const rve::RveStateOf<D> &state)
+{
+  return saved<D>(1, [&](std::size_t) -> const rve::RveStateOf<D> & {
+    return state;
+  });
+}
+
+/// Gives a caller bytes, or only their number.
+void give_bytes(const std::vector<char> &saved, void *bytes, std::size_t capacity,
+                std::size_t *size)
+{
+  *size = saved.size();
+  if (!bytes) return;
+  require(saved.size() <= capacity, [&] {
+    return "capacity is " + std::to_string(capacity) + " bytes; it must be at least " +
+        std::to_string(saved.size());
+  });
+  std::memcpy(bytes, saved.data(), saved.size());
+}
+
+}    // namespace
+
+// ---- batches --------------------------------------------------------------------------------------------------------------------
+
+namespace {
 
 template <int D> class Batch {
  public:
@@ -191,11 +281,7 @@ template <int D> class Batch {
       drives[k].deformation = matrix_at<D>(increments, k);
     }
     if (keeps)
-      require(std::none_of(members.begin(), members.end(),
-                           [](const Member &member) {
-                             return member.tried;
-                           }),
-              "an RVE has a trial, which must be committed or reverted before an advance");
+      begin_to_keep(which);
     else
       for (const std::size_t m : which) return_to_committed(members[m]);
     std::vector<rve::ResultOf<D>> results;
@@ -203,11 +289,8 @@ template <int D> class Batch {
     for (std::size_t k = 0; k < which.size(); ++k) {
       Member &member = members[which[k]];
       const rve::ResultOf<D> &result = results[k];
-      const bool failed = result.status & rve::status::Fatal;
-      if (!failed) member.result = result;
-      member.result.status = result.status;
-      member.contacts.reset();
-      if (!keeps) member.tried = !failed;
+      const bool took = take(member, result);
+      if (!keeps) member.tried = took;
       if (stresses) put_matrix<D>(member.result.stress, stresses, k);
       if (statuses) statuses[k] = result.status;
     }
@@ -217,10 +300,91 @@ template <int D> class Batch {
   {
     for (Member &member : members) {
       member.tried = false;
-      member.committed.reset();
-      member.committed_result.reset();
+      member.forget_committed();
     }
   }
+
+  void follow(const std::vector<std::size_t> &which, const std::string &text, double dt,
+              int substeps, std::size_t calls, const std::string &names, double *table,
+              std::uint32_t *statuses)
+  {
+    rve::require(dt > 0.0 && std::isfinite(dt), [&] {
+      return "dt is " + rve::number(dt) + "; it must be positive [time]";
+    });
+    require(substeps > 0, [&] {
+      return "substeps is " + std::to_string(substeps) + "; it must be at least 1";
+    });
+    const macro::LoadPathsOf<D> paths(macro::path_words(text, "path"), text_of);
+    require(paths.script_names().empty(), [&] {
+      return "the path has v_" + paths.script_names().front() + "; there are no variables here";
+    });
+    require(paths.size() == 1 || paths.size() == static_cast<int>(which.size()), [&] {
+      return "there are " + std::to_string(paths.size()) +
+          " paths; there must be 1, or one for each of the " + std::to_string(which.size()) +
+          " RVEs";
+    });
+    std::vector<std::string> quantities;
+    std::istringstream words(names);
+    for (std::string name; words >> name;) quantities.push_back(name);
+    begin_to_keep(which);
+
+    struct Walker {
+      macro::PathState<D> path;
+      double gain;
+      std::uint32_t status = 0;
+    };
+    std::vector<Walker> walkers(which.size());
+    for (std::size_t k = 0; k < which.size(); ++k) {
+      const Member &member = members[which[k]];
+      walkers[k].gain = rve::default_servo_gain(engine->state(member.number));
+      paths.begin(walkers[k].path, paths.size() == 1 ? 0 : static_cast<int>(k),
+                  member.result.deformation);
+    }
+    const auto step_of = [&](const Walker &walker) {
+      return macro::PathStep{dt, substeps, walker.gain, macro::SERVO_STRAIN_PER_STEP / dt};
+    };
+    const auto write_row = [&](std::size_t row) {
+      double *values = table + row * which.size() * quantities.size();
+      for (std::size_t k = 0; k < which.size(); ++k)
+        for (const std::string &name : quantities) quantity(name, {which[k]}, values++);
+    };
+    const auto walk = [&](std::size_t row) {
+      std::vector<std::size_t> walking, moved;
+      std::vector<rve::DriveOf<D>> drives;
+      for (std::size_t k = 0; k < which.size(); ++k) {
+        if (walkers[k].path.ended || walkers[k].status & rve::status::Fatal) continue;
+        walking.push_back(k);
+        moved.push_back(which[k]);
+        drives.push_back(paths.drive(walkers[k].path, step_of(walkers[k]), nullptr,
+                                     members[which[k]].result.deformation));
+      }
+      std::vector<rve::ResultOf<D>> results;
+      engine->advance(numbers_of(moved), drives, results);
+      for (std::size_t j = 0; j < walking.size(); ++j) {
+        Walker &walker = walkers[walking[j]];
+        walker.status = results[j].status;
+        if (take(members[moved[j]], results[j]))
+          paths.follow(walker.path, step_of(walker), results[j]);
+      }
+      write_row(row);
+    };
+    // a path may turn out to ask for what cannot be in one of its later stages
+    for (const std::size_t m : which) keep_committed(members[m]);
+    try {
+      write_row(0);
+      for (std::size_t call = 0; call < calls; ++call) walk(call + 1);
+    } catch (...) {
+      for (const std::size_t m : which) {
+        members[m].tried = true;
+        return_to_committed(members[m]);
+      }
+      throw;
+    }
+    for (const std::size_t m : which) members[m].forget_committed();
+    if (statuses)
+      for (std::size_t k = 0; k < which.size(); ++k) statuses[k] = walkers[k].status;
+  }
+
   void revert()
   {
     for (Member &member : members)
@@ -281,33 +445,15 @@ template <int D> class Batch {
 
   std::vector<char> save() const
   {
-    std::vector<char> bytes(sizeof(SavedHeader));
-    for (const Member &member : members) {
-      const std::vector<char> record =
-          rve::serialize(member.tried ? *member.committed : engine->state(member.number));
-      const std::uint64_t length = record.size();
-      const char *begin = reinterpret_cast<const char *>(&length);
-      bytes.insert(bytes.end(), begin, begin + sizeof(length));
-      bytes.insert(bytes.end(), record.begin(), record.end());
-    }
-    SavedHeader header{};
-    std::memcpy(header.magic, SAVED_MAGIC, sizeof(header.magic));
-    header.dimension = D;
-    header.count = members.size();
-    header.bytes = bytes.size();
-    header.checksum =
-        rve::checksum_of(bytes.data() + sizeof(header), bytes.size() - sizeof(header));
-    std::memcpy(bytes.data(), &header, sizeof(header));
-    return bytes;
+    return saved<D>(members.size(), [&](std::size_t k) {
+      const Member &member = members[k];
+      return member.tried ? *member.committed : engine->state(member.number);
+    });
   }
 
   void restore(const char *bytes, std::size_t size)
   {
-    SavedHeader header{};
-    require(size >= sizeof(header), "these are no saved RVEs: there are too few bytes");
-    std::memcpy(&header, bytes, sizeof(header));
-    require(std::memcmp(header.magic, SAVED_MAGIC, sizeof(SAVED_MAGIC)) == 0,
-            "these are no bytes of rve_save, or of another machine's byte order");
+    const SavedHeader header = header_of(bytes, size);
     require(header.dimension == D, [&] {
       return "these are RVEs of dimension " + std::to_string(header.dimension) +
           "; the batch has dimension " + std::to_string(D);
@@ -316,18 +462,7 @@ template <int D> class Batch {
       return "there are " + std::to_string(header.count) + " saved RVEs; the batch has " +
           std::to_string(members.size());
     });
-    require(header.bytes == size &&
-                header.checksum == rve::checksum_of(bytes + sizeof(header), size - sizeof(header)),
-            "the saved RVEs are damaged");
-    std::vector<rve::RveStateOf<D>> states;
-    std::size_t place = sizeof(header);
-    for (std::size_t k = 0; k < members.size(); ++k) {
-      std::uint64_t length = 0;
-      std::memcpy(&length, bytes + place, sizeof(length));
-      place += sizeof(length);
-      states.push_back(rve::deserialize<D>(bytes + place, length));
-      place += length;
-    }
+    const std::vector<rve::RveStateOf<D>> states = states_in<D>(bytes, header);
     // all come in before any goes
     std::vector<int> numbers;
     try {
@@ -353,6 +488,12 @@ template <int D> class Batch {
     rve::ResultOf<D> result = {};    ///< of what the engine has
     /// The same, when it was asked for: one quantity of contacts costs as much as all of them.
     mutable std::optional<rve::ContactMeasuresOf<D>> contacts = {};
+
+    void forget_committed()
+    {
+      committed.reset();
+      committed_result.reset();
+    }
   };
 
   std::unique_ptr<rve::EngineOf<D>> engine;
@@ -384,13 +525,38 @@ template <int D> class Batch {
     return numbers;
   }
 
+  /// Before RVEs are moved for good: what was kept for trials is not their committed state any more.
+  void begin_to_keep(const std::vector<std::size_t> &which)
+  {
+    require(std::none_of(members.begin(), members.end(),
+                         [](const Member &member) {
+                           return member.tried;
+                         }),
+            "an RVE has a trial, which must be committed or reverted before an advance");
+    for (const std::size_t m : which) members[m].forget_committed();
+  }
+
+  /// The answer of a call; false if the RVE failed, and stayed as it was.
+  static bool take(Member &member, const rve::ResultOf<D> &result)
+  {
+    const bool failed = result.status & rve::status::Fatal;
+    if (!failed) member.result = result;
+    member.result.status = result.status;
+    member.contacts.reset();
+    return !failed;
+  }
+
+  void keep_committed(Member &member)
+  {
+    if (member.committed) return;
+    member.committed = engine->state(member.number);
+    member.committed_result = member.result;
+  }
+
   /// Before a trial, and where one is forgotten.
   void return_to_committed(Member &member)
   {
-    if (!member.committed) {
-      member.committed = engine->state(member.number);
-      member.committed_result = member.result;
-    }
+    keep_committed(member);
     if (!member.tried) return;
     const int number = engine->add(*member.committed);
     engine->remove(member.number);
@@ -561,6 +727,35 @@ int rve_packing_copy(const rve_packing *packing, rve_packing **copy)
 void rve_packing_free(rve_packing *packing)
 {
   delete packing;
+}
+
+int rve_packing_save(const rve_packing *packing, void *bytes, size_t capacity, size_t *size)
+{
+  return guarded([&] {
+    require_pointer(packing, "packing");
+    require_pointer(size, "size");
+    const std::vector<char> all = std::visit(
+        [](const auto &state) {
+          return saved_packing(state);
+        },
+        packing->state);
+    give_bytes(all, bytes, capacity, size);
+  });
+}
+
+int rve_packing_restore(const void *bytes, size_t size, rve_packing **packing)
+{
+  return guarded([&] {
+    require_pointer(bytes, "bytes");
+    require_pointer(packing, "packing");
+    const char *begin = static_cast<const char *>(bytes);
+    const SavedHeader header = header_of(begin, size);
+    require(header.count == 1, [&] {
+      return "there are " + std::to_string(header.count) + " saved RVEs; a packing is one";
+    });
+    *packing = header.dimension == 3 ? new rve_packing{states_in<3>(begin, header).front()}
+                                     : new rve_packing{states_in<2>(begin, header).front()};
+  });
 }
 
 int rve_packing_dimension(const rve_packing *packing)
@@ -744,6 +939,22 @@ int rve_revert(rve_batch *batch)
   });
 }
 
+int rve_follow_path(rve_batch *batch, const size_t *which, size_t count, const char *path,
+                    double dt, int32_t substeps, size_t calls, const char *quantities,
+                    double *table, uint32_t *statuses)
+{
+  return guarded([&] {
+    require_pointer(batch, "batch");
+    require_pointer(path, "path");
+    require_pointer(quantities, "quantities");
+    require_pointer(table, "table");
+    const auto members = chosen(which, count, batch->size());
+    batch->visit([&](auto &one) {
+      one.follow(members, path, dt, substeps, calls, quantities, table, statuses);
+    });
+  });
+}
+
 uint32_t rve_status_fatal(void)
 {
   return rve::status::Fatal;
@@ -841,16 +1052,10 @@ int rve_save(rve_batch *batch, void *bytes, size_t capacity, size_t *size)
   return guarded([&] {
     require_pointer(batch, "batch");
     require_pointer(size, "size");
-    const std::vector<char> saved = batch->visit([](const auto &one) {
+    const std::vector<char> all = batch->visit([](const auto &one) {
       return one.save();
     });
-    *size = saved.size();
-    if (!bytes) return;
-    require(saved.size() <= capacity, [&] {
-      return "capacity is " + std::to_string(capacity) + " bytes; it must be at least " +
-          std::to_string(saved.size());
-    });
-    std::memcpy(bytes, saved.data(), saved.size());
+    give_bytes(all, bytes, capacity, size);
   });
 }
 

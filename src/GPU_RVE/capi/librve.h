@@ -35,7 +35,7 @@ extern "C" {
 /* The interface. The major number changes when a program that was written for an earlier one may have to change, the minor one when something
  * comes that was not there. */
 #define RVE_API_MAJOR 1
-#define RVE_API_MINOR 0
+#define RVE_API_MINOR 1
 
 enum {
   RVE_SUCCESS = 0,
@@ -66,6 +66,11 @@ RVE_API int rve_packing_write(const rve_packing *packing, const char *file);
 RVE_API int rve_packing_create(const char *recipe, rve_packing **packing);
 RVE_API int rve_packing_copy(const rve_packing *packing, rve_packing **copy);
 RVE_API void rve_packing_free(rve_packing *packing);
+/* The whole state as bytes, exact, for other processes and for a host's checkpoints: a file has no counters, energies and list of pairs, and bytes do.
+ * As rve_save() and rve_restore() of a batch: with bytes NULL only *size is set. Since 1.1. */
+RVE_API int rve_packing_save(const rve_packing *packing, void *bytes, size_t capacity,
+                             size_t *size);
+RVE_API int rve_packing_restore(const void *bytes, size_t size, rve_packing **packing);
 
 /* 2: disks, 3: spheres. */
 RVE_API int rve_packing_dimension(const rve_packing *packing);
@@ -125,6 +130,16 @@ RVE_API int rve_revert(rve_batch *batch);
 RVE_API int rve_advance(rve_batch *batch, const size_t *which, size_t count,
                         const double *increments, const double *dt, const int32_t *substeps,
                         double *stresses, uint32_t *statuses);
+/* Element tests: from its committed state each RVE follows a loading path of rates, strains and stresses, which a servo steers, in `calls` calls of `substeps`
+ * DEM steps of dt. Since 1.1.
+ *   path        the words of a path file (manual: fix rve, loading paths), without v_names: one path for all, or as many as `count`, one each, in that order
+ *   quantities  names of rve_quantity(), with blanks between them
+ *   table       (calls + 1, count, quantities) before the first call and after each; rows of an RVE whose path has ended, or that failed, repeat
+ *   statuses    (count), 0 for an RVE that is sound, or NULL; one that failed is at the end of the call before
+ * The states are committed. It is an error while RVEs have a trial. */
+RVE_API int rve_follow_path(rve_batch *batch, const size_t *which, size_t count, const char *path,
+                            double dt, int32_t substeps, size_t calls, const char *quantities,
+                            double *table, uint32_t *statuses);
 /* Which failures are fatal: the RVE stayed as it was. */
 RVE_API uint32_t rve_status_fatal(void);
 /* Words for a status: "overlap too large, no contacts"; "ok" for 0. Lives until the next call of this function by this thread. */

@@ -82,6 +82,9 @@ template <int D> struct PathState {
   double cycles() const { return 0.5 * reversals; }
 };
 
+/// Largest strain of a steered component in a DEM step, unless a user gives a largest rate [-].
+constexpr double SERVO_STRAIN_PER_STEP = 5.0e-5;
+
 /// Steps of a macro step, and what a servo needs.
 struct PathStep {
   double dt = 0.0;
