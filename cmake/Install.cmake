@@ -58,7 +58,8 @@ install(FILES "${config}/gpu_rve-config.cmake" "${config}/gpu_rve-config-version
 # have left in it.
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples" DESTINATION "${GPU_RVE_INSTALL_DATADIR}" COMPONENT lmp FILES_MATCHING
   REGEX "/(__pycache__|out|study|small|ensemble|controls|[^/]*\\.out)$" EXCLUDE
-  REGEX "/(in\\.[^/]*|log\\.[0-9][^/]*|[^/]*\\.(md|py|sh|paths))$"
+  REGEX "/(in\\.[^/]*|log\\.[0-9][^/]*|[^/]*\\.(md|py|sh|paths|ipynb|json|xml))$"
+  REGEX "/umat/[^/]*\\.cpp$"
   REGEX "/restart/(fixes|results)$"
   REGEX "/packings/[^/]*\\.rve$"
   REGEX "/(reference|element_tests|[^/]*\\.baseline)/[^/]*\\.csv$")

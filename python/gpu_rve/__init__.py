@@ -7,9 +7,10 @@ Units are consistent, those of the packings. Stresses and strains are tension (e
 names the value, its unit and the allowed range.
 """
 
+from . import element_tests
 from ._library import Error, api_version, release
 from .batch import Batch, status_text
 from .packing import Packing
 
-__all__ = ["Batch", "Error", "Packing", "api_version", "release", "status_text"]
+__all__ = ["Batch", "Error", "Packing", "api_version", "element_tests", "release", "status_text"]
 __version__ = release()

@@ -1,19 +1,24 @@
 """The shared library librve and its functions, by the header that lies beside it."""
 
+from __future__ import annotations
+
 import os
 import pathlib
 import re
+from typing import Any, Iterator, Mapping
 
-import cffi
+import cffi  # type: ignore[import-untyped]
+import numpy as np
 
 HERE = pathlib.Path(__file__).resolve().parent
+HOST_MEMORY = (1, 3)    # DLPack's kDLCPU and kDLCUDAHost
 
 
 class Error(Exception):
     """Wrong input, a lack of memory, or a failure of the library; the text is the library's."""
 
 
-def _places():
+def _places() -> Iterator[tuple[pathlib.Path, pathlib.Path]]:
     """Where library and header may be: those that the environment names (GPU_RVE_LIBRARY), beside this file, or a tree that is being developed."""
     if "GPU_RVE_LIBRARY" in os.environ:
         library = pathlib.Path(os.environ["GPU_RVE_LIBRARY"])
@@ -23,7 +28,7 @@ def _places():
     yield HERE / "librve.so", HERE / "librve.h"
 
 
-def _declarations(header):
+def _declarations(header: str) -> str:
     """What cffi can read of the header: without comments, directives of the preprocessor and what is for C++ only."""
     text = re.sub(r"/\*.*?\*/", "", header, flags=re.S)
     text = re.sub(r"#ifdef __cplusplus.*?#endif", "", text, flags=re.S)
@@ -31,7 +36,7 @@ def _declarations(header):
     return text.replace("RVE_API", "")
 
 
-def _load():
+def _load() -> tuple[Any, Any]:
     for library, header in _places():
         if not (library.exists() and header.exists()):
             continue
@@ -49,11 +54,11 @@ def _load():
 ffi, lib = _load()
 
 
-def text(pointer):
-    return ffi.string(pointer).decode("utf-8")
+def text(pointer: Any) -> str:
+    return str(ffi.string(pointer).decode("utf-8"))
 
 
-def check(code):
+def check(code: int) -> None:
     """Raises what the library says unless a call succeeded."""
     if code == lib.RVE_SUCCESS:
         return
@@ -63,7 +68,7 @@ def check(code):
     raise Error(message)
 
 
-def words(values):
+def words(values: Mapping[str, Any]) -> bytes:
     """Keywords and values as the library reads them: True and False are yes and no; what is None is left out."""
     parts = []
     for keyword, value in values.items():
@@ -75,16 +80,35 @@ def words(values):
     return " ".join(parts).encode("utf-8")
 
 
-def doubles(array):
+def doubles(array: np.ndarray) -> Any:
     """A NumPy array of float64 in C order as a pointer, without a copy."""
     return ffi.from_buffer("double[]", array, require_writable=False)
 
 
-def api_version():
+def numbers(values: Any, shape: tuple[int, ...], dtype: type = float) -> np.ndarray:
+    """Numbers of a caller as an array of this shape and C order; a copy only where they are not that already. Arrays of others come by DLPack."""
+    if not isinstance(values, np.ndarray) and hasattr(values, "__dlpack__"):
+        if values.__dlpack_device__()[0] not in HOST_MEMORY:
+            raise Error("the array is in the memory of a device; librve reads and writes the host's: copy it there first")
+        values = np.from_dlpack(values)
+    return np.ascontiguousarray(np.broadcast_to(np.asarray(values, dtype=dtype), shape))
+
+
+def saved_by(save: Any, pointer: Any) -> bytes:
+    """The bytes that a function of librve gives: how many there are, then they themselves."""
+    size = ffi.new("size_t *")
+    check(save(pointer, ffi.NULL, 0, size))
+    buffer = bytearray(size[0])
+    check(save(pointer, ffi.from_buffer(buffer), len(buffer), size))
+    return bytes(buffer)
+
+
+def api_version() -> tuple[int, int]:
     """(major, minor) of the library's interface."""
-    return divmod(lib.rve_api_version(), 1000)
+    major, minor = divmod(lib.rve_api_version(), 1000)
+    return major, minor
 
 
-def release():
+def release() -> str:
     """Release of GPU_RVE, as "0.1.0"."""
     return text(lib.rve_release())

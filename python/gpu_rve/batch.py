@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Iterable, Sequence
+from typing import Any, Iterable, Sequence
 
 import numpy as np
 
-from ._library import Error, check, doubles, ffi, lib, text, words
+from ._library import Error, check, doubles, ffi, lib, numbers, saved_by, text, words
 from .packing import Packing
 
 
@@ -28,7 +28,7 @@ class Batch:
         losses are counted)
     """
 
-    def __init__(self, packings: Sequence[Packing], **options):
+    def __init__(self, packings: Sequence[Packing], **options: float | str | bool):
         packings = list(packings)
         pointers = ffi.new("const rve_packing *[]", [packing._pointer for packing in packings])
         pointer = ffi.new("rve_batch **")
@@ -36,7 +36,7 @@ class Batch:
         self._pointer = ffi.gc(pointer[0], lib.rve_batch_free)
 
     def __len__(self) -> int:
-        return lib.rve_batch_size(self._pointer)
+        return int(lib.rve_batch_size(self._pointer))
 
     def __repr__(self) -> str:
         return f"<Batch of {len(self)} RVEs: {self.description}>"
@@ -44,39 +44,37 @@ class Batch:
     @property
     def dimension(self) -> int:
         """D: 2 for disks, 3 for spheres."""
-        return lib.rve_batch_dimension(self._pointer)
+        return int(lib.rve_batch_dimension(self._pointer))
 
     @property
     def description(self) -> str:
         """Device, number format, arithmetic: a line for a log."""
         return text(lib.rve_batch_description(self._pointer))
 
-    def _which(self, which):
+    def _which(self, which: Iterable[int] | None) -> tuple[Any, int]:
         """Pointer and number of those that are meant; all without `which`."""
         if which is None:
             return ffi.NULL, len(self)
-        numbers = np.ascontiguousarray(which, dtype=np.uintp).reshape(-1)
-        return ffi.new("size_t[]", numbers.tolist()), numbers.size
+        chosen = [int(k) for k in which]
+        return ffi.new("size_t[]", chosen), len(chosen)
 
     def time_steps(self, which: Iterable[int] | None = None) -> np.ndarray:
         """Lower bounds of the stable DEM time steps (n) [time]; a step should be at most 0.9 of it."""
-        numbers, n = self._which(which)
+        chosen, n = self._which(which)
         bounds = np.empty(n)
-        check(lib.rve_time_steps(self._pointer, numbers, n, doubles(bounds)))
+        check(lib.rve_time_steps(self._pointer, chosen, n, doubles(bounds)))
         return bounds
 
-    def _move(self, call, increments, dt, substeps, which):
-        numbers, n = self._which(which)
+    def _move(self, call: Any, increments: Any, dt: Any, substeps: Any, which: Iterable[int] | None) -> tuple[np.ndarray, np.ndarray]:
+        chosen, n = self._which(which)
         d = self.dimension
-        increments = np.ascontiguousarray(np.broadcast_to(np.asarray(increments, dtype=float), (n, d, d)))
-        dt = np.ascontiguousarray(np.broadcast_to(np.asarray(dt, dtype=float), (n,)))
-        steps = np.ascontiguousarray(np.broadcast_to(np.asarray(substeps, dtype=np.int32), (n,)))
+        f, times, steps = numbers(increments, (n, d, d)), numbers(dt, (n,)), numbers(substeps, (n,), np.int32)
         stresses, statuses = np.empty((n, d, d)), np.empty(n, dtype=np.uint32)
-        check(call(self._pointer, numbers, n, doubles(increments), doubles(dt), ffi.from_buffer("int32_t[]", steps), doubles(stresses),
+        check(call(self._pointer, chosen, n, doubles(f), doubles(times), ffi.from_buffer("int32_t[]", steps), doubles(stresses),
                    ffi.from_buffer("uint32_t[]", statuses)))
         return stresses, statuses
 
-    def trial(self, increments, dt, substeps, which: Iterable[int] | None = None) -> tuple[np.ndarray, np.ndarray]:
+    def trial(self, increments: Any, dt: Any, substeps: Any, which: Iterable[int] | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Deforms from the committed states: F becomes increment F in so many DEM steps.
 
         :param increments: of the deformation gradient (n, D, D), or (D, D) for all [-]
@@ -88,7 +86,7 @@ class Batch:
         """
         return self._move(lib.rve_trial, increments, dt, substeps, which)
 
-    def advance(self, increments, dt, substeps, which: Iterable[int] | None = None) -> tuple[np.ndarray, np.ndarray]:
+    def advance(self, increments: Any, dt: Any, substeps: Any, which: Iterable[int] | None = None) -> tuple[np.ndarray, np.ndarray]:
         """A trial that is committed at once, for hosts that never go back; keeps no copy. Parameters and answer as of :meth:`trial`."""
         return self._move(lib.rve_advance, increments, dt, substeps, which)
 
@@ -100,10 +98,30 @@ class Batch:
         """The last trials of all RVEs are forgotten."""
         check(lib.rve_revert(self._pointer))
 
+    def follow_path(self, path: str, dt: float, substeps: int, calls: int, quantities: Sequence[str],
+                    which: Iterable[int] | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Element tests: each RVE follows a loading path of rates, strains and stresses, which a servo steers; the states are committed.
+
+        :param path: the words of a path file (manual: fix rve, loading paths), ``"stage rate yy -0.1 stress xx -1e5"``: one path for all, or one for
+            each, in the order of `which`
+        :param dt: DEM time step [time]
+        :param substeps: DEM steps of a call; the servo knows where it is after each of them
+        :param calls: number of calls
+        :param quantities: names of what is wanted, as of :attr:`quantities` (Q)
+        :param which: numbers of the RVEs that are meant (n); all without
+        :return: table (calls + 1, n, Q), before the first call and after each; statuses (n). Rows of an RVE whose path has ended, or that
+            failed, repeat.
+        """
+        chosen, n = self._which(which)
+        table, statuses = np.empty((calls + 1, n, len(quantities))), np.empty(n, dtype=np.uint32)
+        check(lib.rve_follow_path(self._pointer, chosen, n, path.encode("utf-8"), dt, substeps, calls, " ".join(quantities).encode("utf-8"),
+                                  doubles(table), ffi.from_buffer("uint32_t[]", statuses)))
+        return table, statuses
+
     @staticmethod
     def failed(statuses: np.ndarray) -> np.ndarray:
         """Which of these statuses are fatal: their RVEs stayed as they were."""
-        return (np.asarray(statuses) & np.uint32(lib.rve_status_fatal())) != 0
+        return np.asarray((np.asarray(statuses) & np.uint32(lib.rve_status_fatal())) != 0)
 
     @property
     def quantities(self) -> list[str]:
@@ -117,9 +135,9 @@ class Batch:
 
     def quantity(self, name: str, which: Iterable[int] | None = None) -> np.ndarray:
         """A quantity of these RVEs (n), with their last trial if there is one."""
-        numbers, n = self._which(which)
+        chosen, n = self._which(which)
         values = np.empty(n)
-        check(lib.rve_quantity(self._pointer, name.encode(), numbers, n, doubles(values)))
+        check(lib.rve_quantity(self._pointer, name.encode(), chosen, n, doubles(values)))
         return values
 
     def affine_stiffness(self, which: Iterable[int] | None = None) -> np.ndarray:
@@ -127,13 +145,13 @@ class Batch:
 
         :return: (n, D, D, S): change of stress by strain, S = 3: xx, yy, xy, or S = 6: xx, yy, zz, xy, xz, yz; a strain xy is that of both xy and yx [stress]
         """
-        numbers, n = self._which(which)
+        chosen, n = self._which(which)
         d = self.dimension
         stiffness = np.empty((n, d, d, d * (d + 1) // 2))
-        check(lib.rve_affine_stiffness(self._pointer, numbers, n, doubles(stiffness)))
+        check(lib.rve_affine_stiffness(self._pointer, chosen, n, doubles(stiffness)))
         return stiffness
 
-    def tangents(self, strain_rates=None, which: Iterable[int] | None = None, **options) -> np.ndarray:
+    def tangents(self, strain_rates: Any = None, which: Iterable[int] | None = None, **options: float | str) -> np.ndarray:
         """Tangents of the RVEs as they are, by probing; the RVEs are not changed.
 
         :param strain_rates: present directions of straining (n, D, D), or (D, D) for all; needed with ``kind="loading"``
@@ -141,15 +159,15 @@ class Batch:
             ``most_steps``, ``tolerance``, ``damping``: those of the LAMMPS command compute rve/tangent
         :return: (n, S, S), S = 3: xx, yy, xy, or S = 6: xx, yy, zz, xy, xz, yz, of stress by engineering strain [stress]; NaN where none could be measured
         """
-        numbers, n = self._which(which)
+        chosen, n = self._which(which)
         d = self.dimension
         s = d * (d + 1) // 2
         rates = ffi.NULL
         if strain_rates is not None:
-            kept = np.ascontiguousarray(np.broadcast_to(np.asarray(strain_rates, dtype=float), (n, d, d)))
+            kept = numbers(strain_rates, (n, d, d))
             rates = doubles(kept)
         tangents, measured = np.empty((n, s, s)), np.empty(n, dtype=np.intc)
-        check(lib.rve_tangents(self._pointer, numbers, n, words(options), rates, doubles(tangents), ffi.from_buffer("int[]", measured)))
+        check(lib.rve_tangents(self._pointer, chosen, n, words(options), rates, doubles(tangents), ffi.from_buffer("int[]", measured)))
         tangents[measured == 0] = np.nan
         return tangents
 
@@ -165,15 +183,11 @@ class Batch:
 
     def save(self) -> bytes:
         """The committed states, exact, for restart files and other processes."""
-        size = ffi.new("size_t *")
-        check(lib.rve_save(self._pointer, ffi.NULL, 0, size))
-        buffer = bytearray(size[0])
-        check(lib.rve_save(self._pointer, ffi.from_buffer(buffer), len(buffer), size))
-        return bytes(buffer)
+        return saved_by(lib.rve_save, self._pointer)
 
     def restore(self, saved: bytes) -> None:
         """Takes states that :meth:`save` gave, as many as there are RVEs; they are committed."""
         check(lib.rve_restore(self._pointer, ffi.from_buffer(saved), len(saved)))
 
-    def __getstate__(self):
+    def __getstate__(self) -> object:
         raise Error("a batch cannot be pickled; save() gives its states as bytes")

@@ -7,7 +7,7 @@ import numpy as np
 from . import Batch, Packing, api_version, release
 
 
-def main():
+def main() -> int:
     print(f"gpu_rve {release()}, interface {'.'.join(map(str, api_version()))}")
     packing = Packing.create(shape="disk", grains=60, seed=1, radius=(0.0025, 0.005), kn=1e6, friction=0.5, density=2650.0, damping=0.3,
                              thickness=0.075, mass_depth=0.075, pressure=1e5)

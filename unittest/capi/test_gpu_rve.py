@@ -4,6 +4,7 @@
 """
 
 import pathlib
+import pickle
 import sys
 import tempfile
 import unittest
@@ -118,6 +119,42 @@ class Batches(unittest.TestCase):
         _, statuses = batch.trial(f, DT[2], 1)
         np.testing.assert_array_equal(batch.failed(statuses), [True, False])
         self.assertNotEqual(gpu_rve.status_text(statuses[0]), "ok")
+
+    def test_a_packing_can_be_pickled_to_the_bit(self):
+        batch = gpu_rve.Batch([SPHERES], **OPTIONS)
+        batch.advance(increments(3, 1, 0), DT[3], 20)
+        packing = pickle.loads(pickle.dumps(batch.packing(0)))
+        other = gpu_rve.Batch([SPHERES], **OPTIONS)
+        other.set_packing(0, packing)
+        self.assertEqual(other.save(), batch.save())
+
+    def test_arrays_of_others_come_by_dlpack(self):
+        class Foreign:
+            """An array of another library, which NumPy does not know."""
+
+            def __init__(self, array, device=1):
+                self.array, self.device = array, device
+
+            def __dlpack__(self, **options):
+                return self.array.__dlpack__(**options)
+
+            def __dlpack_device__(self):
+                return self.device, 0
+
+        f = increments(2, 2, 3)
+        plain, foreign = (gpu_rve.Batch([DISKS] * 2, **OPTIONS) for _ in range(2))
+        np.testing.assert_array_equal(foreign.advance(Foreign(f), DT[2], 10)[0], plain.advance(f, DT[2], 10)[0])
+        with self.assertRaisesRegex(gpu_rve.Error, "in the memory of a device"):
+            foreign.advance(Foreign(f, device=2), DT[2], 10)
+
+    def test_a_path_is_followed_to_its_end(self):
+        batch = gpu_rve.Batch([DISKS] * 2, **OPTIONS)
+        table, statuses = batch.follow_path("stage rate yy -0.5 until strain yy < -0.9e-3", DT[2], 20, 10, ["def_yy", "syy"], which=[1])
+        self.assertEqual(table.shape, (11, 1, 2))
+        self.assertFalse(statuses.any())
+        np.testing.assert_allclose(np.log(table[:, 0, 0]), -np.minimum(np.arange(11) * 2e-4, 1e-3), atol=1e-9)
+        self.assertEqual(table[-1, 0, 1], batch["syy"][1])
+        self.assertEqual(batch["substeps"][0], 0)
 
     def test_errors_name_what_is_wrong(self):
         batch = gpu_rve.Batch([DISKS], **OPTIONS)

@@ -1,0 +1,149 @@
+"""Element tests: the tests of a laboratory on RVEs, as functions that return arrays.
+
+Each takes one packing or several. They are tested together, and a column of the arrays is one of them. Batch.follow_path() takes any other path.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Sequence
+
+import numpy as np
+
+from .batch import Batch
+from .packing import Packing
+
+
+@dataclasses.dataclass(frozen=True)
+class Curves:
+    """What a test has found: arrays (rows + 1, n) of n packings, before the test and after each of its rows.
+
+    Strains are logarithms of stretches, and stresses and strains tension (extension) positive, but for `strain`, `p` and `q`.
+    """
+
+    strain: np.ndarray
+    """What is applied: axial compression, volumetric compression, or the shear strain [-]."""
+    p: np.ndarray
+    """Mean stress, compression positive [stress]."""
+    q: np.ndarray
+    """Deviatoric stress, as of the LAMMPS command compute rve/atom [stress]."""
+    volumetric_strain: np.ndarray
+    """Extension positive [-]."""
+    void_ratio: np.ndarray
+    """[-]"""
+    coordination: np.ndarray
+    """Mean number of contacts of a grain [-]."""
+    stress: np.ndarray
+    """Cauchy (rows + 1, n, D, D) [stress]."""
+    deformation: np.ndarray
+    """F since the beginning of the test (rows + 1, n, D, D) [-]."""
+    statuses: np.ndarray
+    """(n), 0 for an RVE that is sound; the rows of one that failed repeat."""
+    packings: tuple[Packing, ...]
+    """The RVEs at the end (n)."""
+
+    @property
+    def ratio(self) -> np.ndarray:
+        """q/p [-]."""
+        return self.q / self.p
+
+
+AXES = "xyz"
+
+
+def _run(packings: Packing | Sequence[Packing], rates: str, strain: float, rate: float, rows: int, step: float, options: dict[str, float | str | bool],
+         pressures: Sequence[float] | None = None) -> tuple[Batch, np.ndarray, dict[str, np.ndarray], np.ndarray]:
+    """Drives all packings along a path; `{p}` in `rates` is the pressure of each. Returns the batch, F since the beginning, quantities and statuses."""
+    for name, value in (("strain", strain), ("rate", rate), ("step", step)):
+        if not (value > 0.0 and math.isfinite(value)):
+            raise ValueError(f"{name} is {value}; it must be positive")
+    if rows < 1:
+        raise ValueError(f"rows is {rows}; it must be at least 1")
+    batch = Batch([packings] if isinstance(packings, Packing) else packings, **options)
+    d = batch.dimension
+    duration = strain / rate / rows
+    substeps = math.ceil(duration / (step * batch.time_steps().min()))
+    # an event that never comes: the number of rows ends the test
+    stage = f"stage {rates} until time > {2.0 * strain / rate!r} "
+    path = stage if pressures is None else "".join(f"path {k + 1} " + stage.replace("{p}", repr(-p)) for k, p in enumerate(pressures))
+    tensor = [f"{AXES[a]}{AXES[b]}" for a in range(d) for b in range(d)]
+    names = ["p", "q", "void_ratio", "coordination"] + ["s" + ab for ab in tensor] + ["def_" + ab for ab in tensor]
+    table, statuses = batch.follow_path(path, duration / substeps, substeps, rows, names)
+    values = dict(zip(names, np.moveaxis(table, 2, 0)))
+    stress = table[:, :, 4:4 + d * d].reshape(rows + 1, -1, d, d)
+    f = table[:, :, 4 + d * d:].reshape(rows + 1, -1, d, d)
+    values["stress"] = stress
+    return batch, f @ np.linalg.inv(f[0]), values, statuses
+
+
+def _curves(batch: Batch, f: np.ndarray, values: dict[str, np.ndarray], statuses: np.ndarray, strain: np.ndarray) -> Curves:
+    return Curves(strain=strain, p=values["p"], q=values["q"], volumetric_strain=np.log(np.linalg.det(f)), void_ratio=values["void_ratio"],
+                  coordination=values["coordination"], stress=values["stress"], deformation=f, statuses=statuses,
+                  packings=tuple(batch.packing(k) for k in range(len(batch))))
+
+
+def _pressures(packings: Packing | Sequence[Packing], pressure: float | None, options: dict[str, float | str | bool]) -> list[float]:
+    """The pressure of each test: what is given, or the mean stress of each packing."""
+    many = [packings] if isinstance(packings, Packing) else list(packings)
+    if pressure is not None:
+        return [pressure] * len(many)
+    return [float(p) for p in Batch(many, **options)["p"]]
+
+
+def compression(packings: Packing | Sequence[Packing], *, strain: float = 0.05, rate: float = 0.05, pressure: float | None = None, drained: bool = True,
+                rows: int = 200, step: float = 0.5, **options: float | str | bool) -> Curves:
+    """Biaxial compression of disks along y, or triaxial compression of spheres along z.
+
+    :param packings: one, or several (n)
+    :param strain: axial compression at the end [-]
+    :param rate: axial [1/time]
+    :param pressure: on the sides [stress]; without, the mean stress of each packing
+    :param drained: True: the sides bear the pressure; False: the volume stays as it is, and the sides of spheres bear equal stresses
+    :param rows: of the arrays, so many more than the first
+    :param step: DEM time step over the bound of the stable ones [-], at most 0.9
+    :param options: those of :class:`gpu_rve.Batch`
+    """
+    first = packings if isinstance(packings, Packing) else packings[0]
+    axis = AXES[first.dimension - 1]
+    sides = AXES[:first.dimension - 1]
+    if drained:
+        rates = f"rate {axis}{axis} {-rate!r} " + " ".join(f"stress {a}{a} {{p}}" for a in sides)
+    else:
+        rates = f"rate {axis}{axis} {-rate!r} rate volume 0" + (" stress xx-yy 0" if first.dimension == 3 else "")
+    answer = _run(packings, rates, strain, rate, rows, step, options, _pressures(packings, pressure, options) if drained else None)
+    return _curves(*answer, -np.log(answer[1][:, :, -1, -1]))
+
+
+def uniaxial(packings: Packing | Sequence[Packing], *, strain: float = 0.05, rate: float = 0.05, rows: int = 200, step: float = 0.5,
+             **options: float | str | bool) -> Curves:
+    """Compression along y (disks) or z (spheres) with sides that do not move, as in an oedometer. Parameters as of :func:`compression`."""
+    first = packings if isinstance(packings, Packing) else packings[0]
+    axis = AXES[first.dimension - 1]
+    answer = _run(packings, f"rate {axis}{axis} {-rate!r}", strain, rate, rows, step, options)
+    return _curves(*answer, -np.log(answer[1][:, :, -1, -1]))
+
+
+def isotropic(packings: Packing | Sequence[Packing], *, strain: float = 0.02, rate: float = 0.05, rows: int = 200, step: float = 0.5,
+              **options: float | str | bool) -> Curves:
+    """Compression alike in all directions. `strain` and `rate` are those of the volume, the rest as of :func:`compression`."""
+    first = packings if isinstance(packings, Packing) else packings[0]
+    each = -rate / first.dimension
+    rates = " ".join(f"rate {a}{a} {each!r}" for a in AXES[:first.dimension])
+    answer = _run(packings, rates, strain, rate, rows, step, options)
+    return _curves(*answer, -np.log(np.linalg.det(answer[1])))
+
+
+def shear(packings: Packing | Sequence[Packing], *, strain: float = 0.1, rate: float = 0.1, pressure: float | None = None, drained: bool = True,
+          rows: int = 200, step: float = 0.5, **options: float | str | bool) -> Curves:
+    """Simple shear along x, of planes whose normal is y.
+
+    :param pressure: on these planes [stress]; without, the mean stress of each packing. Other directions do not move.
+    :param drained: True: the planes bear the pressure; False: nothing but the shear moves
+
+    The other parameters as of :func:`compression`; `strain` and `rate` are those of L_xy.
+    """
+    rates = f"rate xy {rate!r}" + (" stress yy {p}" if drained else "")
+    answer = _run(packings, rates, strain, rate, rows, step, options, _pressures(packings, pressure, options) if drained else None)
+    f = answer[1]
+    return _curves(*answer, f[:, :, 0, 1] / f[:, :, 1, 1])
