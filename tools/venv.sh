@@ -1,15 +1,15 @@
 # For scripts that make a Python with modules of others, to be sourced:
 #
-#   venv_of <name> <modules> <packages> [--find]
+#   venv_of <name> <modules> <packages> [--find] [modules without what they depend on]
 #       prints the interpreter of a virtual environment with these modules of the package index that this machine's pip knows, in the cache folder that
 #       get_lammps.sh uses. Makes it if it is not there, with these packages of the system; with --find it then prints nothing.
 #
 # `root` is the folder of the repository.
 
 venv_of() {
-  name=$1 modules=$2 packages=$3 find=${4:-}
+  name=$1 modules=$2 packages=$3 find=${4:-} alone=${5:-}
   cache=${GPU_RVE_CACHE:-${XDG_CACHE_HOME:-$HOME/.cache}/gpu_rve}
-  folder=$cache/$name-python-$(echo "$modules" | cksum | cut -d ' ' -f 1)
+  folder=$cache/$name-python-$(echo "$modules $alone" | cksum | cut -d ' ' -f 1)
   if [ -x "$folder/bin/python" ] && [ -f "$folder/complete" ]; then
     echo "$folder/bin/python"
     return 0
@@ -25,6 +25,8 @@ venv_of() {
   "$python" -m venv "$folder" >&2
   # shellcheck disable=SC2086  # a list of words
   "$folder/bin/python" -m pip install -q --disable-pip-version-check $modules >&2
+  # shellcheck disable=SC2086  # a list of words
+  [ -z "$alone" ] || "$folder/bin/python" -m pip install -q --disable-pip-version-check --no-deps $alone >&2
   touch "$folder/complete"
   echo "$folder/bin/python"
 }

@@ -1,0 +1,40 @@
+"""The notebooks of examples/notebooks run, and print what they have stored: bits are the same everywhere, and so are printed numbers.
+
+    python3 test_notebooks.py <examples>        with gpu_rve, matplotlib, nbclient and ipykernel
+"""
+
+import copy
+import pathlib
+import sys
+import unittest
+
+import nbformat
+from nbclient import NotebookClient
+
+FOLDER = pathlib.Path(sys.argv.pop(1)).resolve() / "notebooks"
+LARGEST = 200_000    # bytes of a notebook with its pictures
+
+
+def printed(cell):
+    """Text of the outputs of a cell, and how many pictures there are."""
+    text = "".join(output.get("text", "") or output.get("data", {}).get("text/plain", "") for output in cell.outputs if "image/png" not in output.get("data", {}))
+    return text, sum("image/png" in output.get("data", {}) for output in cell.outputs)
+
+
+class Notebooks(unittest.TestCase):
+    def test_they_print_what_they_have_stored(self):
+        notebooks = sorted(FOLDER.glob("*.ipynb"))
+        self.assertTrue(notebooks)
+        for path in notebooks:
+            with self.subTest(path.name):
+                self.assertLess(path.stat().st_size, LARGEST)
+                stored = nbformat.read(path, as_version=4)
+                run = copy.deepcopy(stored)
+                NotebookClient(run, timeout=600, kernel_name="python3", resources={"metadata": {"path": str(FOLDER)}}).execute()
+                for before, after in zip(stored.cells, run.cells):
+                    if before.cell_type == "code":
+                        self.assertEqual(printed(after), printed(before), before.source)
+
+
+if __name__ == "__main__":
+    unittest.main()
