@@ -907,7 +907,8 @@ std::vector<rve::DriveOf<D>> FixRve::ImplOf<D>::drives(const std::vector<int> &a
     drive.dt = clock.dt;
     drive.substeps = clock.substeps;
     drive.servo_gain = settings.servo_gain.value_or(points->servo_gain(slot[atoms[k]]));
-    drive.servo_max_rate = settings.servo_max_rate.value_or(macro::SERVO_STRAIN_PER_STEP / clock.dt);
+    drive.servo_max_rate =
+        settings.servo_max_rate.value_or(macro::SERVO_STRAIN_PER_STEP / clock.dt);
   }
   return drives;
 }
