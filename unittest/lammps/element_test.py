@@ -1,6 +1,6 @@
 """element_test.py of the examples: the tests of a laboratory against their baseline and against what their paths say, its files as others read them, and what it refuses.
 
-    python3 element_test.py --lmp <lmp> <examples> <folder to write in>
+    python3 element_test.py <lmp> <examples> <folder to write in>
 """
 
 import csv
@@ -15,7 +15,7 @@ from unittest import mock
 import h5py
 import numpy as np
 
-LMP, EXAMPLES, FOLDER = sys.argv[2:5]
+LMP, EXAMPLES, FOLDER = sys.argv[1:4]
 SCRIPTS = os.path.join(EXAMPLES, "element_tests")
 shutil.rmtree(FOLDER, ignore_errors=True)
 os.makedirs(FOLDER)
