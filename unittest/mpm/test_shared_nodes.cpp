@@ -42,7 +42,7 @@ std::set<int> reached_nodes(Scene scene, ShapeFunction shape)
   mpm::LinearElastic<2> law(1e6, 0.3);
   solver.set_models({&law});
   std::vector<mpm::TractionLoad<2>> loads;
-  for (const Face face : ALL_FACES) loads.push_back({{{7.0, 1.0}}, face, {0}});
+  for (const Face face : ALL_FACES) loads.push_back({{{7.0, 1.0}}, face, false, {0}});
   solver.evaluate(scene.view(), loads, 1e-4);
   std::set<int> reached;
   const mpm::Grid<2> &grid = solver.grid();
