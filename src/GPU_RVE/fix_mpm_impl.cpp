@@ -123,18 +123,8 @@ template <int D> FixMpm::ImplOf<D>::ImplOf(FixMpm *_fix, int narg, char **arg) :
   fix->maxexchange = DOUBLES + layout.width() + num_columns();
 
   try {
-    mpm::Communication communication;
-    const MPI_Comm ranks = world;
-    communication.sum_over_ranks = [ranks](std::int64_t *data, std::size_t count) {
-      MPI_Allreduce(MPI_IN_PLACE, data, (int) count, MPI_INT64_T, MPI_SUM, ranks);
-    };
-    communication.ranks = comm->nprocs;
-    communication.rank = comm->me;
-    communication.max_over_ranks = [ranks](double *data, std::size_t count) {
-      MPI_Allreduce(MPI_IN_PLACE, data, (int) count, MPI_DOUBLE, MPI_MAX, ranks);
-    };
     std::string notice;
-    solver = std::make_unique<mpm::MpmSolver<D>>(settings.options, communication, &notice);
+    solver = std::make_unique<mpm::MpmSolver<D>>(settings.options, communication(), &notice);
     if (comm->me == 0) {
       utils::logmesg(lmp, "fix mpm {}: {}\n", fix->id, solver->description());
       if (!notice.empty()) utils::logmesg(lmp, "fix mpm {}: {}\n", fix->id, notice);
@@ -145,6 +135,21 @@ template <int D> FixMpm::ImplOf<D>::ImplOf(FixMpm *_fix, int narg, char **arg) :
   progress = std::make_unique<Progress>(lmp, fmt::format("fix mpm {}", fix->id),
                                         settings.progress_interval);
   body_displacement.assign(settings.bodies.size(), Vec::zero());
+}
+
+template <int D> mpm::Communication FixMpm::ImplOf<D>::communication() const
+{
+  mpm::Communication communication;
+  const MPI_Comm ranks = world;
+  communication.sum_over_ranks = [ranks](std::int64_t *data, std::size_t count) {
+    MPI_Allreduce(MPI_IN_PLACE, data, (int) count, MPI_INT64_T, MPI_SUM, ranks);
+  };
+  communication.ranks = comm->nprocs;
+  communication.rank = comm->me;
+  communication.max_over_ranks = [ranks](double *data, std::size_t count) {
+    MPI_Allreduce(MPI_IN_PLACE, data, (int) count, MPI_DOUBLE, MPI_MAX, ranks);
+  };
+  return communication;
 }
 
 template <int D> FixMpm::ImplOf<D>::~ImplOf()
@@ -1075,3 +1080,6 @@ template <int D> void FixMpm::ImplOf<D>::restart(const char *buf)
                    "displacement 0: {}",
                    fix->id, new_bodies);
 }
+
+template struct FixMpm::ImplOf<2>;
+template struct FixMpm::ImplOf<3>;

@@ -239,19 +239,21 @@ template <int D> struct FixMpm::ImplOf final : Impl {
 
   // in fix_mpm_in_situ.cpp
   void begin_in_situ(const std::vector<int> &made);
-  std::vector<macro::StressGoal> stresses_at_rest(const std::vector<int> &made,
-                                                  const macro::HeightProfile &ground,
-                                                  const macro::HeightProfile *k0_at_rest);
+  void begin_at_rest(const std::vector<int> &made);
+  void begin_by_components(const std::vector<int> &made);
+  macro::GroundAtRest ground_at_rest(const std::vector<int> &made);
   std::vector<macro::StressGoal> stresses_by_components(const std::vector<int> &made);
-  macro::HeightProfile profile(const std::vector<int> &made,
-                               const std::vector<double> &values) const;
-  macro::HeightProfile density_profile(const std::vector<int> &made) const;
-  macro::HeightProfile k0_profile(const std::vector<int> &made) const;
+  std::vector<double> densities(const std::vector<int> &made) const;
+  std::vector<double> stress_ratios(const std::vector<int> &made) const;
   macro::InSituReport bring_grains(const std::vector<int> &made,
                                    const std::vector<macro::StressGoal> &goals, double tolerance);
+  void take_stress(int i, const macro::StressGoal &goal);
+  void tell_of_grains(const macro::InSituReport &report, int rounds) const;
   void check_strength(const std::vector<int> &made);
   void report_in_situ();
+  double cell_volume() const;
 
+  mpm::Communication communication() const;
   void check_positions();
   void check_overlap();
   void check_volume(const std::vector<int> &made);

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <gtest/gtest.h>
 
+using macro::GroundAtRest;
 using macro::HeightProfile;
 using macro::InSituReport;
 using macro::StressGoal;
@@ -136,6 +137,62 @@ TEST(HeightProfile, NamesWhatIsWrong)
               HeightProfile(0.0, 1.0, {0.0, 1.0});
             }),
             "a profile over height needs a value of its lowest level");
+}
+
+// Two points in a level and one in the next: the mean, and rounds until densities stay.
+TEST(GroundAtRest, DensityAndStressAreFoundInRounds)
+{
+  GroundAtRest::Points points;
+  points.height = {0.5, 0.5, 1.5};
+  points.surface = {2.0, 2.0, 2.0};
+  points.surcharge = {100.0, 100.0, 100.0};
+  points.k0 = {0.5, 0.5, 0.6};
+  GroundAtRest ground(10.0, 1.0, 1, points, {1900.0, 2100.0, 1800.0}, {});
+
+  EXPECT_NEAR(ground.vertical_pressure(2), 100.0 + 10.0 * 0.5 * 1800.0, 1e-9);
+  EXPECT_NEAR(ground.vertical_pressure(0), 100.0 + 10.0 * (1800.0 + 0.5 * 2000.0), 1e-9);
+  EXPECT_FALSE(ground.settles({2000.0, 2100.0, 1800.0}, {}));
+  EXPECT_NEAR(ground.vertical_pressure(0), 100.0 + 10.0 * (1800.0 + 0.5 * 2050.0), 1e-9);
+  EXPECT_TRUE(ground.settles({2000.1, 2100.0, 1800.1}, {}));
+  EXPECT_NEAR(ground.density().at(0.5), 2050.0, 1e-9) << "that which the stress balances";
+  EXPECT_EQ(ground.rounds(), 2);
+  const StressGoal goal = ground.goal(2);
+  EXPECT_NEAR(goal.stress(0, 0), 0.6 * goal.stress(1, 1), 1e-9);
+  EXPECT_NEAR(goal.stress(2, 2), goal.stress(0, 0), 0.0);
+  EXPECT_TRUE(goal.steered[0][0]);
+}
+
+TEST(GroundAtRest, K0IsTheMeanThatTheGrainsOfALevelFind)
+{
+  GroundAtRest::Points points;
+  points.height = {0.5, 0.5};
+  points.surface = {1.0, 1.0};
+  points.surcharge = {0.0, 0.0};
+  GroundAtRest ground(10.0, 1.0, 2, points, {2000.0, 2000.0}, {});
+
+  EXPECT_FALSE(ground.goal(0).steered[0][0]) << "sides are held";
+  EXPECT_TRUE(ground.goal(0).steered[2][2]);
+  EXPECT_FALSE(ground.settles({2000.0, 2000.0}, {0.4, 0.5}));
+  EXPECT_TRUE(ground.goal(0).steered[0][0]);
+  EXPECT_NEAR(ground.goal(1).stress(1, 1), 0.45 * ground.goal(1).stress(2, 2), 1e-9);
+  EXPECT_TRUE(ground.settles({2000.0, 2000.0}, {0.45, 0.45}));
+}
+
+TEST(GroundAtRest, DensitiesThatDoNotSettleAreAnError)
+{
+  GroundAtRest::Points points;
+  points.height = points.surcharge = {0.5};
+  points.surface = {1.0};
+  points.k0 = {1.0};
+  GroundAtRest ground(10.0, 1.0, 1, points, {1000.0}, {});
+  double density = 1000.0;
+
+  EXPECT_EQ(
+      rve_test::message_of([&] {
+        while (!ground.settles({density *= 1.25}, {})) {}
+      }),
+      "density and stress of the RVEs do not settle: in round 10 the density of a level still "
+      "changes by 0.25 of itself");
 }
 
 TEST(InSitu, DisksAreBroughtToTheStressOfTheirDepthAndStayThere)

@@ -1,6 +1,7 @@
 #include "macro/in_situ.h"
 
 #include "rve/core/error.h"
+#include "rve/core/exact_sum.h"
 #include "rve/engine/packing.h"
 
 #include <algorithm>
@@ -21,6 +22,10 @@ namespace {
 
   // Mean force on a grain over mean contact force at rest [-]. The preparation of packings asks for as much at the end.
   constexpr double UNBALANCED_AT_REST = 1e-3;
+
+  // Of weight and density, and what a density may change by at the end.
+  constexpr int MOST_ROUNDS = 10;
+  constexpr double DENSITY_CHANGE = 1e-4;
 
   // Of the stability bound: contacts that form within a call are not in it yet.
   constexpr double SHARE_OF_BOUND = 0.8;
@@ -166,6 +171,50 @@ double HeightProfile::change_to(const HeightProfile &other) const
   return largest;
 }
 
+double HeightProfile::least() const
+{
+  return *std::min_element(values_.begin(), values_.end());
+}
+
+double HeightProfile::most() const
+{
+  return *std::max_element(values_.begin(), values_.end());
+}
+
+HeightProfile level_means(const std::vector<double> &height, const std::vector<double> &value,
+                          double thickness, const mpm::Communication &ranks)
+{
+  double extremes[3] = {-HUGE_VAL, -HUGE_VAL, 0.0};    // of -height, of height, of the values
+  for (std::size_t k = 0; k < height.size(); ++k) {
+    extremes[0] = std::fmax(extremes[0], -height[k]);
+    extremes[1] = std::fmax(extremes[1], height[k]);
+    extremes[2] = std::fmax(extremes[2], value[k]);
+  }
+  ranks.max_over_ranks(extremes, 3);
+  const double lowest = -extremes[0];
+  const double levels = std::round((extremes[1] - lowest) / thickness) + 1.0;
+  require(levels <= MOST_LEVELS, [&] {
+    return "heights of points are from " + number(lowest) + " to " + number(extremes[1]) +
+        " [length], more than " + number(MOST_LEVELS) + " levels of " + number(thickness) +
+        " [length], the width of a point";
+  });
+  const auto count = static_cast<std::size_t>(levels);
+  auto points = static_cast<std::int64_t>(height.size());
+  ranks.sum_over_ranks(&points, 1);
+  const rve::FixedScale scale(extremes[2], points);
+  std::vector<std::int64_t> sums(2 * count, 0);    // of values, and numbers of points
+  for (std::size_t k = 0; k < height.size(); ++k) {
+    const auto level = static_cast<std::size_t>(std::round((height[k] - lowest) / thickness));
+    sums[level] += scale.integer(value[k]);
+    ++sums[count + level];
+  }
+  ranks.sum_over_ranks(sums.data(), sums.size());
+  std::vector<double> means(count, 0.0);
+  for (std::size_t k = 0; k < count; ++k)
+    if (sums[count + k] > 0) means[k] = scale.real(sums[k]) / static_cast<double>(sums[count + k]);
+  return {lowest - 0.5 * thickness, thickness, means};
+}
+
 // ---- goals ----
 
 StressGoal StressGoal::at_rest(int vertical, double vertical_stress, double k0, bool lateral)
@@ -191,6 +240,54 @@ template <int D> StressGoal StressGoal::of(const rve::Tensor<double, D> &stress)
 
 template StressGoal StressGoal::of<2>(const rve::Tensor<double, 2> &);
 template StressGoal StressGoal::of<3>(const rve::Tensor<double, 3> &);
+
+// ---- ground at rest ----
+
+GroundAtRest::GroundAtRest(double gravity, double thickness, int vertical, Points points,
+                           const std::vector<double> &density, mpm::Communication ranks) :
+    gravity_(gravity),
+    thickness_(thickness), vertical_(vertical), points_(std::move(points)),
+    ranks_(std::move(ranks)), density_(level_means(points_.height, density, thickness_, ranks_))
+{
+}
+
+double GroundAtRest::vertical_pressure(std::size_t point) const
+{
+  return points_.surcharge[point] +
+      gravity_ * density_.between(points_.height[point], points_.surface[point]);
+}
+
+StressGoal GroundAtRest::goal(std::size_t point) const
+{
+  const double stress = -vertical_pressure(point);
+  if (!finds_k0()) return StressGoal::at_rest(vertical_, stress, points_.k0[point], true);
+  if (!k0_) return StressGoal::at_rest(vertical_, stress, 1.0, false);
+  return StressGoal::at_rest(vertical_, stress, k0_->at(points_.height[point]), true);
+}
+
+std::vector<StressGoal> GroundAtRest::goals() const
+{
+  std::vector<StressGoal> all;
+  for (std::size_t point = 0; point < points_.height.size(); ++point) all.push_back(goal(point));
+  return all;
+}
+
+bool GroundAtRest::settles(const std::vector<double> &density, const std::vector<double> &ratio)
+{
+  const HeightProfile now = level_means(points_.height, density, thickness_, ranks_);
+  const double change = density_.change_to(now);
+  // packings differ, and level ground has one lateral stress in a level: with it another round begins
+  const bool has_k0 = !finds_k0() || k0_;
+  if (!has_k0) k0_ = level_means(points_.height, ratio, thickness_, ranks_);
+  if (has_k0 && change <= DENSITY_CHANGE) return true;
+  require(rounds_ < MOST_ROUNDS, [&] {
+    return "density and stress of the RVEs do not settle: in round " + std::to_string(rounds_) +
+        " the density of a level still changes by " + number(change) + " of itself";
+  });
+  density_ = now;
+  ++rounds_;
+  return false;
+}
 
 // ---- RVEs ----
 
@@ -259,8 +356,6 @@ InSituReport bring_to_stress(RvePointsOf<D> &points, const std::vector<int> &slo
       if (way.is_held && is_there) {
         report.largest_error = std::fmax(report.largest_error, error_of(way.place));
         report.most_steps = std::max(report.most_steps, way.steps);
-        report.fewest_steps = report.fewest_steps > 0 ? std::min(report.fewest_steps, way.steps)
-                                                      : way.steps;
         continue;
       }
       if (way.steps >= MOST_STEPS)

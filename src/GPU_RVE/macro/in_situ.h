@@ -6,8 +6,10 @@
 #define MACRO_IN_SITU_H
 
 #include "macro/rve_points.h"
+#include "mpm/solver_options.h"
 
 #include <cstdint>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -22,7 +24,6 @@ class HeightProfile {
   /// one below. Throws InputError unless there are levels, their thickness is positive, and the lowest one has a value.
   HeightProfile(double lowest, double thickness, std::vector<double> values);
 
-  int count() const { return static_cast<int>(values_.size()); }
   double value(int level) const { return values_[level]; }
   /// Above the highest level its value goes on, and below the lowest.
   double at(double height) const { return values_[level_of(height)]; }
@@ -30,6 +31,8 @@ class HeightProfile {
   double between(double height, double upper) const;
   /// Largest change of a value to that of another profile with the same levels, over the value [-].
   double change_to(const HeightProfile &other) const;
+  double least() const;
+  double most() const;
 
  private:
   double lowest_, thickness_;
@@ -39,6 +42,12 @@ class HeightProfile {
   std::size_t level_of(double height) const;
   double integral_below(double height) const;
 };
+
+/// Means of a positive quantity over the points of each level, from the lowest point up; on all ranks the same, and for any number of them:
+/// sums of integers have no order. Throws InputError if there are more levels than MOST_LEVELS.
+constexpr double MOST_LEVELS = 1e7;
+HeightProfile level_means(const std::vector<double> &height, const std::vector<double> &value,
+                          double thickness, const mpm::Communication &ranks);
 
 /// The stress that an RVE shall have, in the axes of the continuum: those of disks have the first two. What is not steered keeps its strain.
 struct StressGoal {
@@ -53,10 +62,62 @@ struct StressGoal {
   template <int D> static StressGoal of(const rve::Tensor<double, D> &stress);
 };
 
+/// Ground at rest under its weight and a surcharge, the vertical stress
+///   sigma_v = -(surcharge + gravity * integral of the density up to the surface)
+/// and k0 times it along the other axes. RVEs under more stress are denser, so that stress and density are found in rounds: goals(), bring the
+/// RVEs there, settles(), until it says so. What has no RVEs needs no rounds.
+class GroundAtRest {
+ public:
+  struct Points {
+    std::vector<double> height, surface;    ///< [length]
+    std::vector<double> surcharge;          ///< [stress]
+    std::vector<double>
+        k0;    ///< lateral over vertical stress [-]; none: what grains find when their sides are held, in the mean of a level
+  };
+
+  /// `density` of the points [mass/length^3], in levels of the thickness [length]. `vertical`: 1 in the plane, 2 in space. Every rank must make
+  /// the same calls.
+  GroundAtRest(double gravity, double thickness, int vertical, Points points,
+               const std::vector<double> &density, mpm::Communication ranks);
+
+  /// Of a point [stress], compression positive.
+  double vertical_pressure(std::size_t point) const;
+  /// What its RVE shall have in this round.
+  StressGoal goal(std::size_t point) const;
+  std::vector<StressGoal> goals() const;
+  /// Whether these densities, which RVEs have now, are those that the goals rest upon, within 1e-4; takes them for the next round otherwise.
+  /// `ratio`, lateral over vertical stress, is looked at in the round that finds k0. Throws InputError if ten rounds do not settle it.
+  bool settles(const std::vector<double> &density, const std::vector<double> &ratio);
+
+  /// That the goals rest upon [mass/length^3].
+  const HeightProfile &density() const { return density_; }
+  /// That grains have found, if they were to.
+  const std::optional<HeightProfile> &found_k0() const { return k0_; }
+  int rounds() const { return rounds_; }
+
+ private:
+  double gravity_, thickness_;
+  int vertical_;
+  Points points_;
+  mpm::Communication ranks_;
+  HeightProfile density_;
+  std::optional<HeightProfile> k0_;
+  int rounds_ = 1;
+
+  bool finds_k0() const { return points_.k0.empty(); }
+};
+
 /// What it took.
 struct InSituReport {
-  std::int64_t fewest_steps = 0, most_steps = 0;    ///< DEM steps of an RVE
-  double largest_error = 0.0;                       ///< of a steered component [stress]
+  std::int64_t most_steps = 0;    ///< DEM steps of an RVE
+  double largest_error = 0.0;     ///< of a steered component [stress]
+
+  /// Of another round: steps add up.
+  void take(const InSituReport &next)
+  {
+    most_steps += next.most_steps;
+    largest_error = next.largest_error;
+  }
 };
 
 /// An RVE that cannot be brought to its stress. The message says which stress it has instead.
