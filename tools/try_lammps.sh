@@ -53,6 +53,9 @@ random_footing  random_footing          lmp -in in.random_footing -var h 1 -var 
 mirrored        random_footing          lmp -in in.random_footing -var h 1 -var grains 50 -var seeds 4 -var within 0.02 -var stop 5 -var ground mirrored
 tresca          strip_footing           lmp -in in.strip_footing -var law tresca -var h 0.5 -var duration 0.2
 mohr_coulomb    strip_footing           lmp -in in.strip_footing -var h 0.5 -var duration 0.2
+collapse        column_collapse         lmp -in in.column_collapse -var a 1 -var h 0.25 -var periods 0.5
+collapse_grains column_collapse         lmp -in in.column_collapse -var law rve -var a 1 -var h 0.5 -var grains 50 -var periods 0.2
+slope           slope                   lmp -in in.slope -var n 4 -var waves 5
 elastic         strip_footing           lmp -in in.strip_footing -var law elastic -var h 0.5 -var duration 0.2
 crosscheck      crosscheck              lmp -in in.prepare && lmp -in in.grains_in_rve -var start start.rve -var drive shear -var rate 0.05 -var out rve && lmp -in in.grains_in_lammps -var start start.data -var drive shear -var rate 0.05 -var out lammps && rm lammps.contacts lammps.grains
 states          validation              lmp -in in.element -var test biaxial -var steps 1000
