@@ -1,0 +1,274 @@
+// RVEs that open until no grains touch, as at a free surface, and are closed again: no stress from nothing, stress again where grains touch
+// again, and all energy on record.
+
+#include "macro/rve_points.h"
+
+#include "rve/engine/finite_strain.h"
+#include "support/small_packings.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+#include <vector>
+
+using macro::MacroStepOptions;
+using namespace rve_test;
+
+namespace {
+
+template <int D> using Points = macro::RvePointsOf<D>;
+template <int D> using Matrix = rve::Tensor<double, D>;
+template <int D> using Result = rve::ResultOf<D>;
+
+constexpr double RADIUS = 0.005, OVERLAP = 1e-3 * RADIUS;
+
+template <int D> Points<D> points_of(const rve::RveStateOf<D> &state)
+{
+  MacroStepOptions macro;
+  macro.most_copies = 2;
+  Points<D> points(rve::make_engine<D>(options_of_dimension(D)), nullptr, macro);
+  points.add({&state});
+  return points;
+}
+
+/// All axes stretch alike, by `strain` in so many DEM steps.
+template <int D> rve::DriveOf<D> swell(double strain, int steps)
+{
+  rve::DriveOf<D> drive;
+  drive.dt = DT_OF_SMALL_PACKINGS<D>;
+  drive.substeps = steps;
+  drive.deformation = (1.0 + strain) * Matrix<D>::identity();
+  return drive;
+}
+
+/// Equal grains in the densest lattice; every grain is in balance, whatever the overlap.
+template <int D> rve::RveStateOf<D> lattice()
+{
+  if constexpr (D == 3) {
+    return face_centred_cubic(spheres_material(), 3, RADIUS, OVERLAP);
+  } else {
+    constexpr int n = 6;
+    const double l = 2.0 * RADIUS - OVERLAP;
+    std::vector<double> x;
+    for (int row = 0; row < n; ++row)
+      for (int k = 0; k < n; ++k) {
+        x.push_back((k + 0.5 * (row % 2) + 0.25) * l);
+        x.push_back((row + 0.25) * l * std::sqrt(0.75));
+      }
+    return state_of(paper_material(), Matrix<2>{{n * l, 0.0, 0.0, n * l * std::sqrt(0.75)}},
+                    std::vector<double>(n * n, RADIUS), x);
+  }
+}
+
+/// Pressure of the lattice at a distance l of neighbours: k_n overlap on each of 6 or 12 sides of a grain [stress].
+template <int D> double lattice_pressure(const rve::Material &material, double l)
+{
+  const double overlap = 2.0 * RADIUS - l;
+  if (overlap <= 0.0) return 0.0;
+  if constexpr (D == 2)
+    return std::sqrt(3.0) * material.normal_stiffness * overlap / (l * material.thickness);
+  else
+    return face_centred_pressure(material, RADIUS, overlap);
+}
+
+/// What has been worked and is neither lost nor there [force length].
+template <int D> double missing(const Result<D> &r)
+{
+  return r.energy.work - r.energy.friction - r.energy.local_damping - r.energy.viscous -
+      r.kinetic_energy - r.elastic_energy;
+}
+
+/// A pair of grains that would touch in the cell times `stretch`, if they moved with it.
+struct Touch {
+  double stretch, distance, sum_of_radii;    // [-], and at stretch 1 [length]
+};
+
+template <int D> std::vector<Touch> touches(const rve::RveStateOf<D> &state)
+{
+  std::vector<Touch> all;
+  for (int i = 0; i < state.num_grains(); ++i)
+    for (int j = i + 1; j < state.num_grains(); ++j) {
+      rve::Vec<double, D> s;
+      for (int a = 0; a < D; ++a)
+        s[a] = std::ldexp(static_cast<double>(static_cast<std::int64_t>(
+                              state.fractional[D * j + a] - state.fractional[D * i + a])),
+                          -64);
+      const rve::Vec<double, D> b = state.cell * s;
+      const double distance = std::sqrt(dot(b, b)), radii = state.radius[i] + state.radius[j];
+      all.push_back({radii / distance, distance, radii});
+    }
+  std::sort(all.begin(), all.end(), [](const Touch &a, const Touch &b) {
+    return a.stretch > b.stretch;
+  });
+  return all;
+}
+
+/// Its list and what contacts remember are forgotten: it is another packing.
+template <int D> void forget_list(rve::RveStateOf<D> &state)
+{
+  state.pairs.clear();
+  state.list_fractional.clear();
+  state.list_cell = Matrix<D>::zero();
+}
+
+template <class Dimension> class OpenAndClosed : public testing::Test {
+};
+using Dimensions =
+    testing::Types<std::integral_constant<int, 2>, std::integral_constant<int, 3>>;
+TYPED_TEST_SUITE(OpenAndClosed, Dimensions);
+
+}    // namespace
+
+// There and back: at each distance of neighbours the stress is that of the overlap there, and zero beyond it. The work comes back.
+TYPED_TEST(OpenAndClosed, LatticeHasTheStressOfItsOverlapOnBothWays)
+{
+  constexpr int D = TypeParam::value;
+  const rve::RveStateOf<D> state = lattice<D>();
+  Points<D> points = points_of<D>(state);
+  const double p0 = lattice_pressure<D>(state.material, 2.0 * RADIUS - OVERLAP);
+  ASSERT_NEAR(points.point(0).result.mean_stress(), p0, 1e-9 * p0);
+  const double elastic = points.point(0).result.elastic_energy;
+
+  int open = 0;
+  for (int step = 0; step < 40; ++step) {
+    const double length_before = points.point(0).result.cell(0, 0);
+    const double strain = (step < 20 ? 1.0 : -1.0) * 1e-4;
+    // back to the same lengths
+    points.advance({0}, {swell<D>(step < 20 ? strain : 1.0 / (1.0 - strain) - 1.0, 20)});
+
+    const Result<D> &r = points.point(0).result;
+    EXPECT_EQ(r.cell(0, 0) > length_before, step < 20);
+    const double l = (2.0 * RADIUS - OVERLAP) * r.cell(0, 0) / state.cell(0, 0);
+    const double p = lattice_pressure<D>(state.material, l);
+    EXPECT_NEAR(r.mean_stress(), p, 1e-6 * p0) << step;
+    EXPECT_LE(r.deviatoric_stress(), 1e-6 * p0) << step;
+    if (p > 0.0) continue;
+    ++open;
+    EXPECT_EQ(rve::norm(r.stress), 0.0);
+    EXPECT_EQ(r.status, rve::status::NoContacts);
+    EXPECT_EQ(r.elastic_energy, 0.0);
+    EXPECT_NEAR(r.energy.work, -elastic, 1e-3 * elastic);    // what was stored
+  }
+
+  EXPECT_GT(open, 20);
+  EXPECT_NEAR(points.point(0).result.energy.work, 0.0, 1e-3 * elastic);
+  EXPECT_LE(points.point(0).result.kinetic_energy, 1e-6 * elastic);
+}
+
+// Nothing acts on grains that do not touch: they keep their velocities to the bit, and no work is done on them.
+TYPED_TEST(OpenAndClosed, GasKeepsItsMotionAndItsBooks)
+{
+  constexpr int D = TypeParam::value;
+  rve::RveStateOf<D> state = small_packing<D>();
+  for (double &r : state.radius) r *= 0.5;
+  forget_list<D>(state);
+  Random random(3);
+  for (double &c : state.velocity) c = random.uniform(-1e-2, 1e-2);
+  Points<D> points = points_of<D>(state);
+  const double kinetic = points.point(0).result.kinetic_energy;
+
+  for (int step = 0; step < 10; ++step) points.advance({0}, {swell<D>(1e-2, 10)});
+
+  const Result<D> &r = points.point(0).result;
+  EXPECT_EQ(r.status, rve::status::NoContacts);
+  EXPECT_EQ(rve::norm(r.stress), 0.0);
+  EXPECT_EQ(r.energy.work, 0.0);
+  EXPECT_EQ(r.energy.local_damping, 0.0);
+  EXPECT_EQ(r.kinetic_energy, kinetic);
+  EXPECT_TRUE(points.state(0).velocity == state.velocity);
+}
+
+// Grains at rest move with the cell until the first two touch, and then the stress is that of the overlaps which the cell gives them.
+TYPED_TEST(OpenAndClosed, PackingHasStressAgainWhereGrainsTouchAndNoJump)
+{
+  constexpr int D = TypeParam::value;
+  rve::RveStateOf<D> state = small_packing<D>();
+  state.cell = 1.02 * state.cell;
+  forget_list<D>(state);
+  const std::vector<Touch> pairs = touches<D>(state);
+  ASSERT_LT(pairs[0].stretch, 1.0);
+  ASSERT_GT(pairs[0].stretch, 0.98);
+  // apart from the first one by less than a step: the next ones would be moved by it
+  const double until = pairs[0].stretch * (1.0 + 1e-9);
+  Points<D> points = points_of<D>(state);
+
+  points.advance({0}, {swell<D>(until - 1.0, 200)});
+  const Result<D> before = points.point(0).result;
+  constexpr double STEP = 1e-6;
+  points.advance({0}, {swell<D>(-STEP, 1)});
+  const Result<D> after = points.point(0).result;
+
+  EXPECT_EQ(rve::norm(before.stress), 0.0);
+  EXPECT_EQ(before.status, rve::status::NoContacts);
+  EXPECT_EQ(before.energy.work, 0.0);
+  const double stretch = until * (1.0 - STEP);
+  double virial = 0.0;    // of p, force times branch
+  int contacts = 0;
+  for (const Touch &pair : pairs) {
+    const double overlap = pair.sum_of_radii - stretch * pair.distance;
+    if (overlap <= 0.0) break;
+    ++contacts;
+    virial += state.material.normal_stiffness * overlap * stretch * pair.distance;
+  }
+  const double depth = D == 2 ? state.material.thickness : 1.0;
+  const double pressure =
+      virial / (D * depth * std::pow(stretch, D) * state.cell_volume());
+  EXPECT_EQ(after.num_contacts, contacts);
+  EXPECT_GT(pressure, 0.0);
+  // the overlap is a difference of lengths, 1e-6 of them, in coordinates of 64 bits and radii of 53
+  EXPECT_NEAR(after.mean_stress(), pressure, 1e-6 * pressure);
+}
+
+// From pressure to a gas and back to pressure: all work is in springs, motion and losses, and while it is open none is done.
+TYPED_TEST(OpenAndClosed, PackingKeepsItsEnergyOnRecord)
+{
+  constexpr int D = TypeParam::value;
+  Points<D> points = points_of<D>(small_packing<D>());
+  const Result<D> begin = points.point(0).result;
+
+  int open = 0;
+  double work = 0.0, most = 0.0;
+  for (int step = 0; step < 400; ++step) {
+    points.advance({0}, {swell<D>(step < 200 ? 2e-4 : 1.0 / (1.0 + 2e-4) - 1.0, 50)});
+    const Result<D> &r = points.point(0).result;
+    most = std::max(most, std::fabs(r.energy.work));
+    EXPECT_NEAR(missing(r), missing(begin), 1e-2 * (begin.elastic_energy + most)) << step;
+    if (r.status == rve::status::NoContacts) {
+      ++open;
+      EXPECT_EQ(rve::norm(r.stress), 0.0);
+    }
+    work = r.energy.work;
+  }
+
+  EXPECT_GT(open, 100);
+  const Result<D> &end = points.point(0).result;
+  EXPECT_NEAR(end.void_ratio, begin.void_ratio, 1e-9);
+  // of other contacts, at the same density
+  EXPECT_GT(end.mean_stress(), 0.2 * begin.mean_stress());
+  EXPECT_LT(end.mean_stress(), 10.0 * begin.mean_stress());
+  EXPECT_GT(work, -begin.elastic_energy);
+}
+
+// A gas in a cell that becomes narrow is twice the gas.
+TYPED_TEST(OpenAndClosed, GasInANarrowCellHasNoStressFromItsCopies)
+{
+  constexpr int D = TypeParam::value;
+  rve::RveStateOf<D> state = small_packing<D>();
+  state.cell = 1.1 * state.cell;
+  forget_list<D>(state);
+  Points<D> points = points_of<D>(state);
+  rve::DriveOf<D> drive = swell<D>(0.0, 20);
+  drive.deformation(0, 0) = 0.99;
+  for (int a = 1; a < D; ++a) drive.deformation(a, a) = 1.05;
+
+  for (int step = 0; step < 200 && points.copies(0) == 1; ++step)
+    ASSERT_TRUE(points.advance({0}, {drive}).empty());
+
+  EXPECT_EQ(points.copies(0), 2);
+  const Result<D> &r = points.point(0).result;
+  EXPECT_EQ(r.status, rve::status::NoContacts);
+  EXPECT_EQ(rve::norm(r.stress), 0.0);
+  EXPECT_EQ(r.num_grains, 2 * state.num_grains());
+}
