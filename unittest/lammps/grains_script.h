@@ -57,6 +57,23 @@ variable rate atom -0.05*id
 inline const std::string FIX = "fix grains all rve " + PACKING + " threads 1 ";
 inline const std::string SHEAR = FIX + "dt 1e-4 drive velocity_gradient yy v_rate xy 0.1\n";
 
+/// A packing of 16 disks at 20 kPa, made by the first rank for all.
+inline std::string few_grains()
+{
+  static const std::string file = [] {
+    const std::string path = rve_test::temporary_path("few.rve");
+    int rank;
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    if (rank == 0)
+      Script(MPI_COMM_SELF) << BOX + "create_rve " + path +
+              " grains 16 seed 5 radius uniform 0.004 0.005 kn 1e6 friction 0.5 damping 0.3 "
+              "density 2650 pressure 2e4 thickness 0.075\n";
+    MPI_Barrier(MPI_COMM_WORLD);
+    return path;
+  }();
+  return file;
+}
+
 /// What the lines print in the log.
 inline std::string log_of(const std::string &lines)
 {

@@ -10,23 +10,6 @@ using namespace grains_script;
 
 namespace {
 
-/// 16 disks, made by the first rank for all.
-std::string few_grains()
-{
-  static const std::string file = [] {
-    const std::string path = rve_test::temporary_path("few.rve");
-    int rank;
-    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
-    if (rank == 0)
-      Script(MPI_COMM_SELF) << BOX + "create_rve " + path +
-              " grains 16 seed 5 radius uniform 0.004 0.005 kn 1e6 friction 0.5 damping 0.3 "
-              "density 2650 pressure 2e4 thickness 0.075\n";
-    MPI_Barrier(MPI_COMM_WORLD);
-    return path;
-  }();
-  return file;
-}
-
 /// Atoms 1 and 2 are stretched at constant area, 2 a little faster, the others stay. A DEM step is 5e-5 of time.
 std::string stretched(const std::string &words)
 {

@@ -115,8 +115,7 @@ template <int D> void forget_list(rve::RveStateOf<D> &state)
 
 template <class Dimension> class OpenAndClosed : public testing::Test {
 };
-using Dimensions =
-    testing::Types<std::integral_constant<int, 2>, std::integral_constant<int, 3>>;
+using Dimensions = testing::Types<std::integral_constant<int, 2>, std::integral_constant<int, 3>>;
 TYPED_TEST_SUITE(OpenAndClosed, Dimensions);
 
 }    // namespace
@@ -213,8 +212,7 @@ TYPED_TEST(OpenAndClosed, PackingHasStressAgainWhereGrainsTouchAndNoJump)
     virial += state.material.normal_stiffness * overlap * stretch * pair.distance;
   }
   const double depth = D == 2 ? state.material.thickness : 1.0;
-  const double pressure =
-      virial / (D * depth * std::pow(stretch, D) * state.cell_volume());
+  const double pressure = virial / (D * depth * std::pow(stretch, D) * state.cell_volume());
   EXPECT_EQ(after.num_contacts, contacts);
   EXPECT_GT(pressure, 0.0);
   // the overlap is a difference of lengths, 1e-6 of them, in coordinates of 64 bits and radii of 53
