@@ -84,7 +84,7 @@ void expect_same_medium(const ResultOf<D> &one, const ResultOf<D> &other, double
   EXPECT_LE(norm(other.deformation - one.deformation), 1e-12 * norm(one.deformation));
 }
 
-template <class Dimension> class Copies : public testing::Test {
+template <class Dimension> class Copies : public OnDeviceOf<testing::Test> {
 };
 using Dimensions = testing::Types<std::integral_constant<int, 2>, std::integral_constant<int, 3>>;
 TYPED_TEST_SUITE(Copies, Dimensions);

@@ -56,7 +56,7 @@ template <int D> void load_and_fail(Points<D> &points, const std::vector<int> &s
             slots);
 }
 
-template <class Dimension> class FreshRve : public testing::Test {
+template <class Dimension> class FreshRve : public OnDeviceOf<testing::Test> {
 };
 using Dimensions = testing::Types<std::integral_constant<int, 2>, std::integral_constant<int, 3>>;
 TYPED_TEST_SUITE(FreshRve, Dimensions);

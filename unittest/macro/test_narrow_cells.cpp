@@ -89,10 +89,12 @@ template <int D> bool same_bits(const Points<D> &a, int slot, const Points<D> &b
       a.copies(slot) == b.copies(other);
 }
 
-template <class Dimension> class NarrowCell : public testing::Test {
+template <class Dimension> class NarrowCell : public OnDeviceOf<testing::Test> {
 };
 using Dimensions = testing::Types<std::integral_constant<int, 2>, std::integral_constant<int, 3>>;
 TYPED_TEST_SUITE(NarrowCell, Dimensions);
+
+class NarrowCells : public OnDeviceOf<testing::Test> {};
 
 }    // namespace
 
@@ -268,7 +270,7 @@ TYPED_TEST(NarrowCell, TakesItsShadowAlongAndIsSampled)
 }
 
 // Copies that are still alike and near each other are one grain wide: more of them would tell nothing.
-TEST(NarrowCells, AreNotDoubledAgainOnceTheyAreOneGrainWide)
+TEST_F(NarrowCells, AreNotDoubledAgainOnceTheyAreOneGrainWide)
 {
   Points<2> points(rve::make_engine<2>(options_of_dimension(2, Format::Fast)), nullptr,
                    with_copies(8));
@@ -294,7 +296,7 @@ TEST(NarrowCells, AreNotDoubledAgainOnceTheyAreOneGrainWide)
 }
 
 // A column that is pulled long becomes narrow across two axes.
-TEST(NarrowCells, OfSpheresAreDoubledAcrossBothAxes)
+TEST_F(NarrowCells, OfSpheresAreDoubledAcrossBothAxes)
 {
   Points<3> points = points_of<3>(small_packing<3>(), with_copies(4));
   const double rate = 8e-5 / DT_OF_SMALL_PACKINGS<3>;

@@ -113,7 +113,7 @@ template <int D> void forget_list(rve::RveStateOf<D> &state)
   state.list_cell = Matrix<D>::zero();
 }
 
-template <class Dimension> class OpenAndClosed : public testing::Test {
+template <class Dimension> class OpenAndClosed : public OnDeviceOf<testing::Test> {
 };
 using Dimensions = testing::Types<std::integral_constant<int, 2>, std::integral_constant<int, 3>>;
 TYPED_TEST_SUITE(OpenAndClosed, Dimensions);

@@ -25,7 +25,7 @@ inline rve::Options device_options(rve::Format format)
 }
 
 /// Skipped where the device is a GPU and there is none.
-class OnDevice : public testing::TestWithParam<rve::Format> {
+template <class Test> class OnDeviceOf : public Test {
  protected:
   void SetUp() override
   {
@@ -38,6 +38,7 @@ class OnDevice : public testing::TestWithParam<rve::Format> {
     }
   }
 };
+using OnDevice = OnDeviceOf<testing::TestWithParam<rve::Format>>;
 
 }    // namespace rve_test
 

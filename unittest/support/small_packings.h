@@ -4,17 +4,16 @@
 #define RVE_UNITTEST_SUPPORT_SMALL_PACKINGS_H
 
 #include "rve/engine/packing.h"
+#include "support/on_device.h"
 #include "support/spheres.h"
 
 namespace rve_test {
 
+/// On the device of the test, with books of energy.
 inline rve::Options options_of_dimension(int dimension, rve::Format format = rve::Format::Double)
 {
-  rve::Options options;
+  rve::Options options = device_options(format);
   options.contacts.dimension = dimension;
-  options.format = format;
-  options.device = rve::Device::Cpu;
-  options.threads = 1;
   options.track_energy = true;
   return options;
 }
