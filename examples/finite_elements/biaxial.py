@@ -147,6 +147,12 @@ class Specimen:
         return residuals, -np.sum(inner[self.top]) / WIDTH
 
 
+def at_strains(file, strains):
+    """Axial stresses of a curve at these strains, between its rows by straight lines."""
+    curve = np.loadtxt(file, delimiter=",", skiprows=1)
+    return np.interp(strains, curve[:, 0], curve[:, 1])
+
+
 def main():
     folder = pathlib.Path(__file__).resolve().parent
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
@@ -162,6 +168,7 @@ def main():
     parser.add_argument("--tangent", choices=("consistent", "elastic"), default="consistent")
     parser.add_argument("--tolerance", type=float, default=1e-4, help="out of balance over the forces of the pressure [-]")
     parser.add_argument("--out", default="curve.csv")
+    parser.add_argument("--compare", help="a curve of the same specimen by the material point method (in.specimen)")
     arguments = parser.parse_args()
 
     packing = gpu_rve.Packing.read(arguments.packing)
@@ -184,6 +191,13 @@ def main():
         rows.append((strain, axial, len(residuals)))
         print(f"{k + 1:4d}  strain {strain:.4f}  axial stress {axial:11.1f} Pa  residuals " + " ".join(f"{r:.1e}" for r in residuals), flush=True)
     np.savetxt(arguments.out, rows, delimiter=",", header="axial strain [-],axial stress [Pa],iterations", comments="")
+    if arguments.compare:
+        # each increment is one of the height as it is
+        strains, axial = -np.log1p(-increment) * np.arange(1, len(rows) + 1), np.array(rows)[:, 1]
+        other = at_strains(arguments.compare, strains)
+        print("axial stress by the material point method over that by finite elements, minus one:")
+        for strain, difference in zip(strains, other / axial - 1):
+            print(f"      strain {strain:.4f}  {100 * difference:+.2f} %")
     print(f"{specimen.trials} trials of {specimen.points} RVEs, {time.perf_counter() - begin:.1f} s")
 
 
