@@ -35,7 +35,10 @@ set(sources "${PROJECT_SOURCE_DIR}/src/GPU_RVE")
 install(DIRECTORY "${sources}/cuda" "${sources}/rve" "${sources}/mpm" "${sources}/macro" "${sources}/field"
   DESTINATION "${GPU_RVE_INSTALL_INCLUDEDIR}" COMPONENT development
   FILES_MATCHING PATTERN "*.h")
-set(libraries rve_arithmetic rve_headers cuda_device rve_engine mpm macro field)
+set(libraries rve_arithmetic rve_headers cuda_device rve_engine mpm macro)
+if(GPU_RVE_FIELD)
+  list(APPEND libraries field)
+endif()
 if(GPU_RVE_WITH_CUDA)
   list(APPEND libraries rve_cuda rve_runtime_kernels)
 endif()
