@@ -17,9 +17,9 @@
 //   STATEV(2)  number of the trial that made this state; 0: the packing as it was read
 //   STATEV(3)  void ratio [-]; only if NSTATV is 3 or more
 //
-// The answer is a function of STATEV and of the increment, to the bit. An RVE keeps its committed state and, of each trial from it, the increment. A call with the
-// number of one of those trials tells that the host has accepted it: it becomes the committed state, made again if it is not the last one.
-// A host that goes back further is an error.
+// The answer is a function of STATEV and of the increment, to the bit. An RVE keeps its committed state and, of each trial from it, the increment.
+// A call with the number of one of those trials tells that the host has accepted it: it becomes the committed state, made again if it is not the
+// last one. A host that goes back further is an error.
 //
 // Stresses are tension positive, in the order 11, 22, 33, 12, 13, 23; shear strains are engineering strains. Spheres want NTENS 6; disks have no
 // stress out of the plane and want strains 33, 13, 23 that are zero (NTENS 4 or 6). An RVE that does not bear an increment asks for half of it by PNEWDT, and
@@ -297,8 +297,8 @@ Trial trial_of(const Call &call, const Settings &settings, int dimension, int te
   return trial;
 }
 
-/// The derivative of the stress of a trial by engineering strain, by differences (small strain), or of the Kirchhoff stress over J by the rate of deformation, in a
-/// frame that turns with the grains (finite strain), as the manual of Abaqus has it. False if an RVE does not bear a probe.
+/// The derivative of the stress of a trial by engineering strain, by differences (small strain), or of the Kirchhoff stress over J by the rate of
+/// deformation, in a frame that turns with the grains (finite strain), as the manual of Abaqus has it. False if an RVE does not bear a probe.
 bool consistent_tangent(Point &point, const Trial &trial, const Settings &settings,
                         const Matrix &stress, const std::vector<int> &which, int tensors,
                         double *tangent)

@@ -4,8 +4,8 @@
     python3 specimen.py             plane strain, disks: four quadrilaterals, 1 % of compression in 20 increments, 40 seconds
     python3 specimen.py --spheres   triaxial compression, spheres: a brick, 0.2 % in 8 increments, two minutes
 
-The sides bear a constant pressure, a smooth plate compresses the specimen from above. OOFEM's Newton iterations take the consistent tangent that the UMAT gives. Needs
-the packages oofem and numpy, and librve_umat.so (README.md).
+The sides bear a constant pressure, a smooth plate compresses the specimen from above. OOFEM's Newton iterations take the consistent tangent that the UMAT
+gives. Needs the packages oofem and numpy, and librve_umat.so (README.md).
 """
 
 import argparse
@@ -64,7 +64,7 @@ def deck(spheres, umat, packing, properties, pressure, strain, increments, cells
              f"ndofman {len(nodes)} nelem {len(elements)} ncrosssect 1 nmat 1 nbc {len(conditions)} nic 0 nltf 2 nset {len(sets)}"]
     parts += [f"node {k + 1} coords 3 {x!r} {y!r} {z!r}" for k, (x, y, z) in enumerate(nodes)]
     parts += elements
-    parts += [f"simplecs 1 thick 1.0 material 1 set 1",
+    parts += ["simplecs 1 thick 1.0 material 1 set 1",
               f'abaqususermaterial 1 d 2000 numstate 3 properties {words(properties)} umat "{umat}" name "{packing}"']
     parts += conditions
     parts += [f"PiecewiseLinFunction 1 t 2 0 {increments} f(t) 2 0 {increments}",

@@ -1,5 +1,5 @@
-"""The micro simulation of examples/precice in preCICE's Micro Manager: its own checks of a class, and its coupling loop with a participant of ours in place of libprecice,
-which neither Debian 12 nor PyPI has.
+"""The micro simulation of examples/precice in preCICE's Micro Manager: its own checks of a class, and its coupling loop with a participant of ours
+in place of libprecice, which neither Debian 12 nor PyPI has.
 
     python3 test_micro_manager.py <examples>        with gpu_rve and micro-manager-precice
 """
@@ -22,7 +22,8 @@ POINTS, WINDOWS, DT = 5, 3, 1e-3
 
 
 class Participant:
-    """What the Micro Manager calls of preCICE. A macro program that tries a wrong displacement gradient first in each time window, goes back, and then is right."""
+    """What the Micro Manager calls of preCICE. The macro program tries a wrong displacement gradient first in each time window, goes back, and then is
+    right."""
 
     def __init__(self, name, config, rank, size):
         self.window, self.iteration = 0, 0

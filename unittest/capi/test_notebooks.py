@@ -17,8 +17,9 @@ LARGEST = 200_000    # bytes of a notebook with its pictures
 
 def printed(cell):
     """Text of the outputs of a cell, and how many pictures there are."""
-    text = "".join(output.get("text", "") or output.get("data", {}).get("text/plain", "") for output in cell.outputs if "image/png" not in output.get("data", {}))
-    return text, sum("image/png" in output.get("data", {}) for output in cell.outputs)
+    pictures = [output for output in cell.outputs if "image/png" in output.get("data", {})]
+    texts = [output.get("text", "") or output.get("data", {}).get("text/plain", "") for output in cell.outputs if output not in pictures]
+    return "".join(texts), len(pictures)
 
 
 class Notebooks(unittest.TestCase):

@@ -28,8 +28,8 @@ class Specimen(unittest.TestCase):
         axial = [specimen.solve_increment(STRAIN, PRESSURE, lambda s, f, stress: s.consistent_tangent(f, stress, 1e-5), 1e-5, 40)[1]
                  for _ in range(INCREMENTS)]
         with tempfile.TemporaryDirectory() as folder:
-            subprocess.run([LMP, "-in", EXAMPLES / "finite_elements" / "in.specimen", "-var", "packing", PACKING, "-var", "strain", str(STRAIN * (INCREMENTS + 1)),
-                            "-screen", "none"], cwd=folder, check=True)
+            subprocess.run([LMP, "-in", EXAMPLES / "finite_elements" / "in.specimen", "-var", "packing", PACKING,
+                            "-var", "strain", str(STRAIN * (INCREMENTS + 1)), "-screen", "none"], cwd=folder, check=True)
             points = biaxial.at_strains(pathlib.Path(folder) / "curve.specimen", -np.log1p(-STRAIN) * np.arange(1, INCREMENTS + 1))
         # 0.02 %; a cell of half the size makes 0.05 % of difference, half the rate 0.02 %
         np.testing.assert_allclose(points, axial, rtol=1e-3)

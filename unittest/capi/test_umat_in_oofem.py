@@ -70,13 +70,14 @@ class Oofem(unittest.TestCase):
 
     def run_specimen(self, packing, **options):
         dt = DT[packing]
-        text = specimen.deck(packing == "S500", UMAT, packing, [SUBSTEPS * dt, dt, 1e-5, 0], PRESSURE, STRAIN * INCREMENTS, INCREMENTS, tolerance=1e-6, **options)
+        text = specimen.deck(packing == "S500", UMAT, packing, [SUBSTEPS * dt, dt, 1e-5, 0], PRESSURE, STRAIN * INCREMENTS, INCREMENTS, tolerance=1e-6,
+                             **options)
         analysis = specimen.Analysis(text)
         for _ in range(INCREMENTS + 1):
             analysis.step()
             yield analysis
 
-    def test_points_have_the_bits_of_gpu_rve(self):
+    def test_points_have_the_bits_of_gpu_rve_and_the_sides_bear_the_pressure(self):
         for name in ("A_h0075", "S500"):
             batch, strains = None, 0.0
             for analysis in self.run_specimen(name, cells=1):
@@ -90,11 +91,9 @@ class Oofem(unittest.TestCase):
                 for k, (row, column) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
                     if max(row, column) < batch.dimension:
                         np.testing.assert_array_equal(found[:, k], stress[:, row, column], f"{name} {k}")
-
-    def test_newton_converges_and_the_sides_bear_the_pressure(self):
-        for analysis in self.run_specimen("A_h0075", cells=2):
-            sides = analysis.stresses[:, 0].mean()
-            self.assertAlmostEqual(sides / -PRESSURE, 1.0, 6)
+                # an equilibrium, to the tolerance of Newton's iterations
+                for side in range(batch.dimension - 1):
+                    self.assertAlmostEqual(found[:, side].mean() / -PRESSURE, 1.0, 4)
 
     def test_a_uniform_specimen_is_one_rve(self):
         axial = [-analysis.stresses[:, 1].mean() for analysis in self.run_specimen("A_h0075", cells=2)]
