@@ -61,6 +61,7 @@ template <int D> macro::GroundAtRest FixMpm::ImplOf<D>::ground_at_rest(const std
   MPI_Allreduce(MPI_IN_PLACE, &top, 1, MPI_DOUBLE, MPI_MAX, world);
 
   typename macro::GroundAtRest::Points points;
+  points.finds_k0 = in_situ.is_at_rest;
   CollectiveError wrong_k0, without_grains;
   for (const int i : made) {
     points.height.push_back(atom->x[i][D - 1]);

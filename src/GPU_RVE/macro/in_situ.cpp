@@ -260,7 +260,7 @@ double GroundAtRest::vertical_pressure(std::size_t point) const
 StressGoal GroundAtRest::goal(std::size_t point) const
 {
   const double stress = -vertical_pressure(point);
-  if (!finds_k0()) return StressGoal::at_rest(vertical_, stress, points_.k0[point], true);
+  if (!points_.finds_k0) return StressGoal::at_rest(vertical_, stress, points_.k0[point], true);
   if (!k0_) return StressGoal::at_rest(vertical_, stress, 1.0, false);
   return StressGoal::at_rest(vertical_, stress, k0_->at(points_.height[point]), true);
 }
@@ -277,7 +277,7 @@ bool GroundAtRest::settles(const std::vector<double> &density, const std::vector
   const HeightProfile now = level_means(points_.height, density, thickness_, ranks_);
   const double change = density_.change_to(now);
   // packings differ, and level ground has one lateral stress in a level: with it another round begins
-  const bool has_k0 = !finds_k0() || k0_;
+  const bool has_k0 = !points_.finds_k0 || k0_;
   if (!has_k0) k0_ = level_means(points_.height, ratio, thickness_, ranks_);
   if (has_k0 && change <= DENSITY_CHANGE) return true;
   require(rounds_ < MOST_ROUNDS, [&] {

@@ -71,8 +71,9 @@ class GroundAtRest {
   struct Points {
     std::vector<double> height, surface;    ///< [length]
     std::vector<double> surcharge;          ///< [stress]
-    std::vector<double>
-        k0;    ///< lateral over vertical stress [-]; none: what grains find when their sides are held, in the mean of a level
+    std::vector<double> k0;    ///< lateral over vertical stress [-]; unused if grains find it
+    /// It is what grains find when their sides are held, in the mean of a level; the same on all ranks.
+    bool finds_k0 = false;
   };
 
   /// `density` of the points [mass/length^3], in levels of the thickness [length]. `vertical`: 1 in the plane, 2 in space. Every rank must make
@@ -103,8 +104,6 @@ class GroundAtRest {
   HeightProfile density_;
   std::optional<HeightProfile> k0_;
   int rounds_ = 1;
-
-  bool finds_k0() const { return points_.k0.empty(); }
 };
 
 /// What it took.
