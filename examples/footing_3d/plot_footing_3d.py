@@ -1,0 +1,79 @@
+#!/usr/bin/env python3
+"""Pressure over settlement of footings in space and in the plane, and the shape factors that follow.
+
+    python3 plot_footing_3d.py                     of the curves of model mohr_coulomb that are there
+    python3 plot_footing_3d.py --model rve
+    python3 plot_footing_3d.py --check             says by its exit status whether the order of the shapes is physical
+
+A bearing capacity here is the mean pressure over the last quarter of the settlement. Needs numpy, for pictures matplotlib.
+"""
+
+import argparse
+import pathlib
+import sys
+
+import numpy as np
+
+SHAPES = ("strip", "circle", "square")
+
+
+def capacities(model):
+    """{shape: (curve, capacity [Pa])}"""
+    found = {}
+    for shape in SHAPES:
+        path = pathlib.Path(f"curve.{model}_{shape}")
+        if path.exists():
+            curve = np.loadtxt(path)
+            found[shape] = curve, curve[curve[:, 0] > 0.75 * curve[-1, 0], 1].mean()
+    return found
+
+
+def formulas(phi):
+    """Of a strip under a surcharge of one, and shape factors of a square, by the friction angle [degrees]."""
+    angle = np.radians(phi)
+    passive = np.tan(np.pi / 4 + angle / 2)**2
+    return {"N_q (Prandtl, Reissner)": np.exp(np.pi * np.tan(angle)) * passive, "s_q Vesic": 1.0 + np.tan(angle), "s_q Meyerhof": 1.0 + 0.1 * passive}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--model", default="mohr_coulomb", help="mohr_coulomb or rve")
+    parser.add_argument("--phi", type=float, default=20.0, help="friction angle of the formulas [degrees]")
+    parser.add_argument("--surcharge", type=float, default=20000.0, help="[Pa]")
+    parser.add_argument("--check", action="store_true")
+    parser.add_argument("--out", default="footing_3d.png")
+    arguments = parser.parse_args()
+
+    found = capacities(arguments.model)
+    if not found:
+        sys.exit(f"there is no curve.{arguments.model}_*: run in.footing_3d")
+    for shape, (_, capacity) in found.items():
+        factor = f", shape factor {capacity / found['strip'][1]:.2f}" if "strip" in found and shape != "strip" else ""
+        print(f"{shape}: {capacity / 1000.0:.1f} kPa, {capacity / arguments.surcharge:.2f} times the surcharge{factor}")
+    for name, value in formulas(arguments.phi).items():
+        print(f"{name}: {value:.2f}")
+
+    if arguments.check:
+        strip = found["strip"][1] / arguments.surcharge / formulas(arguments.phi)["N_q (Prandtl, Reissner)"]
+        square = found["square"][1] / found["strip"][1]
+        # the footing holds the nodes of its edge, too, and so is wider by half a cell, a square one twice
+        sys.exit(0 if 0.9 < strip < 1.15 and 1.2 < square < 2.0 else "not what is expected")
+
+    import matplotlib
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+    figure, axis = plt.subplots(figsize=(5.2, 3.6))
+    for shape, (curve, _) in found.items():
+        axis.plot(curve[:, 0], curve[:, 1] / arguments.surcharge, label=shape)
+    if arguments.model == "mohr_coulomb":
+        axis.axhline(formulas(arguments.phi)["N_q (Prandtl, Reissner)"], color="gray", linestyle=":", label="strip, closed form")
+    axis.set_xlabel("settlement [m]")
+    axis.set_ylabel("pressure / surcharge [-]")
+    axis.grid(alpha=0.3)
+    axis.legend(frameon=False)
+    figure.tight_layout()
+    figure.savefig(arguments.out, dpi=110)
+
+
+if __name__ == "__main__":
+    main()
