@@ -290,7 +290,8 @@ TEST(Librve, APathThatCannotBeChangesNothing)
 {
   const Batch batch = batch_of(DISKS, 2);
   const std::vector<char> state = saved(batch.get());
-  Numbers table(100);
+  const Numbers untouched(100, 7.0);
+  Numbers table = untouched;
   const auto expect = [&](const char *path, double dt, int steps, const char *names,
                           const std::string &text) {
     EXPECT_EQ(
@@ -298,6 +299,7 @@ TEST(Librve, APathThatCannotBeChangesNothing)
         RVE_BAD_INPUT);
     EXPECT_NE(std::string(rve_error()).find(text), std::string::npos) << rve_error();
     EXPECT_EQ(saved(batch.get()), state);
+    EXPECT_EQ(table, untouched);
   };
   expect("stage rate yy v_x until time > 1", DT_DISKS, 1, "p", "the path has v_x");
   expect("stage rate yy 1 until time > 1", 0.0, 1, "p", "dt is 0; it must be positive");

@@ -308,7 +308,7 @@ template <int D> class Batch {
               int substeps, std::size_t calls, const std::string &names, double *table,
               std::uint32_t *statuses)
   {
-    rve::require(dt > 0.0 && std::isfinite(dt), [&] {
+    require(dt > 0.0 && std::isfinite(dt), [&] {
       return "dt is " + rve::number(dt) + "; it must be positive [time]";
     });
     require(substeps > 0, [&] {
@@ -343,10 +343,14 @@ template <int D> class Batch {
     const auto step_of = [&](const Walker &walker) {
       return macro::PathStep{dt, substeps, walker.gain, macro::SERVO_STRAIN_PER_STEP / dt};
     };
+    // a caller has all of it or nothing
+    std::vector<double> found((calls + 1) * which.size() * quantities.size()), column(which.size());
     const auto write_row = [&](std::size_t row) {
-      double *values = table + row * which.size() * quantities.size();
-      for (std::size_t k = 0; k < which.size(); ++k)
-        for (const std::string &name : quantities) quantity(name, {which[k]}, values++);
+      double *rows = found.data() + row * which.size() * quantities.size();
+      for (std::size_t j = 0; j < quantities.size(); ++j) {
+        quantity(quantities[j], which, column.data());
+        for (std::size_t k = 0; k < which.size(); ++k) rows[k * quantities.size() + j] = column[k];
+      }
     };
     const auto walk = [&](std::size_t row) {
       std::vector<std::size_t> walking, moved;
@@ -381,6 +385,7 @@ template <int D> class Batch {
       throw;
     }
     for (const std::size_t m : which) members[m].forget_committed();
+    std::copy(found.begin(), found.end(), table);
     if (statuses)
       for (std::size_t k = 0; k < which.size(); ++k) statuses[k] = walkers[k].status;
   }
