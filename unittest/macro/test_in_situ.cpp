@@ -168,6 +168,7 @@ TEST(GroundAtRest, K0IsTheMeanThatTheGrainsOfALevelFind)
   points.height = {0.5, 0.5};
   points.surface = {1.0, 1.0};
   points.surcharge = {0.0, 0.0};
+  points.finds_k0 = true;
   GroundAtRest ground(10.0, 1.0, 2, points, {2000.0, 2000.0}, {});
 
   EXPECT_FALSE(ground.goal(0).steered[0][0]) << "sides are held";
