@@ -74,13 +74,17 @@ inline std::string few_grains()
   return file;
 }
 
-/// What the lines print in the log.
+/// What the lines print in the log. For all ranks together: one of them writes it, and no one reads it before it is closed, or after the next one
+/// has begun.
 inline std::string log_of(const std::string &lines)
 {
   const std::string path = rve_test::temporary_path("log");
   Script script;
   script << "log " + path + "\n" + lines + "\nlog none";
-  return rve_test::text_of(path);
+  MPI_Barrier(MPI_COMM_WORLD);
+  const std::string text = rve_test::text_of(path);
+  MPI_Barrier(MPI_COMM_WORLD);
+  return text;
 }
 
 }    // namespace grains_script
