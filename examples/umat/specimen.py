@@ -2,7 +2,7 @@
 """A specimen of grains in OOFEM, a finite-element program of others, whose Abaqus interface calls rve_umat.cpp at its integration points.
 
     python3 specimen.py             plane strain, disks: four quadrilaterals, 1 % of compression in 20 increments, 40 seconds
-    python3 specimen.py --spheres   triaxial compression, spheres: a brick, 0.2 % in 8 increments, two minutes
+    python3 specimen.py --spheres   triaxial compression, spheres: a brick, 0.2 % in 8 increments, a quarter of a minute
 
 The sides bear a constant pressure, a smooth plate compresses the specimen from above. OOFEM's Newton iterations take the consistent tangent that the UMAT
 gives. Needs the packages oofem and numpy, and librve_umat.so (README.md).
