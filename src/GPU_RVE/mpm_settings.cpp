@@ -358,10 +358,17 @@ constexpr ScriptKeyword<Said<D>> KEYWORDS[] = {
          said.options.hi[a] = words.number(SIDES[2 * a + 1]);
        }
      }},
-    {"shape", "linear | gimp",
+    {"shape", "linear | gimp | cpgimp",
      [](ScriptWords &words, Said<D> &said) {
-       said.options.shape = words.choice<mpm::ShapeFunction>(
-           "", {{"linear", mpm::ShapeFunction::Linear}, {"gimp", mpm::ShapeFunction::Gimp}});
+       said.options.shape =
+           words.choice<mpm::ShapeFunction>("",
+                                            {{"linear", mpm::ShapeFunction::Linear},
+                                             {"gimp", mpm::ShapeFunction::Gimp},
+                                             {"cpgimp", mpm::ShapeFunction::Cpgimp}});
+     }},
+    {"dilation", "point | cell",
+     [](ScriptWords &words, Said<D> &said) {
+       said.options.mean_dilation = words.choice<bool>("", {{"point", false}, {"cell", true}});
      }},
     {"scheme", "musl | usavg",
      [](ScriptWords &words, Said<D> &said) {

@@ -1029,7 +1029,7 @@ TEST(FixMpmErrors, SayWhatIsWrong)
       {scene + "fix soil all mpm 1.0 " + law + " boundary xlo sticky",
        "boundary xlo is 'sticky'; it must be free, roller or fixed"},
       {scene + "fix soil all mpm 1.0 " + law + " shape cubic",
-       "shape is 'cubic'; it must be linear or gimp"},
+       "shape is 'cubic'; it must be linear, gimp or cpgimp"},
       {scene + "fix soil all mpm 1.0 " + law + " scheme usl",
        "scheme is 'usl'; it must be musl or usavg"},
       {scene + "fix soil all mpm 1.0 " + law + " device tpu",

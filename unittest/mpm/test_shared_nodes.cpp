@@ -73,7 +73,7 @@ std::vector<int> shared_nodes(const mpm::Grid<2> &grid, const std::vector<Scene>
   RankTeam(static_cast<int>(points.size())).run([&](int rank, const Communication &communication) {
     Scene mine = points[rank];
     SharedNodes shared(grid, communication, bodies, 1);
-    shared.find(mine.view());
+    shared.find(mine.view(), mpm::ShapeFunction::Gimp);
     found[rank] = shared.nodes();
   });
   for (const std::vector<int> &other : found) EXPECT_EQ(other, found[0]);
@@ -105,7 +105,7 @@ TEST(SharedNodes, BoxHoldsAllThatAPointAndItsLoadsReach)
           RankTeam(2).run([&](int rank, const Communication &communication) {
             Scene mine = rank == 0 ? scene : Scene();
             SharedNodes shared(grid, communication, {}, 1);
-            shared.find(mine.view());
+            shared.find(mine.view(), mpm::ShapeFunction::Gimp);
             box[rank] = shared.touched();
             EXPECT_EQ(shared.point_total(), 1);
           });
@@ -176,7 +176,7 @@ TEST(SharedNodes, ValuesComeFromTheFirstRankThatTouches)
   RankTeam(3).run([&](int rank, const Communication &communication) {
     Scene mine = points[rank];
     SharedNodes shared(grid, communication, {}, 1);
-    shared.find(mine.view());
+    shared.find(mine.view(), mpm::ShapeFunction::Gimp);
     const std::vector<Vec2> own(grid.node_count(), {{rank + 1.0, -0.0}});
     shared.everywhere(own.data(), all[rank]);
   });

@@ -458,6 +458,7 @@ namespace {
             send(deformation_gradient_, points.deformation_gradient, count);
         view_.points.velocity_gradient = send(velocity_gradient_, points.velocity_gradient, count);
         view_.support = support_.reserve(count);
+        if (view_.has_boxes()) view_.box = box_.reserve(count);
         view_.increment = increment_.room(count);
         send_stresses(points);
         is_ahead_ = false;
@@ -534,6 +535,7 @@ namespace {
     DeviceBuffer<int> model_, body_;
     std::vector<int> model_copy_, body_copy_;
     DeviceBuffer<Support<D>> support_;
+    DeviceBuffer<PointBox<D>> box_;
     HostBuffer<Tensor<D>> increment_;
     DeviceBuffer<PointLoad<D>> loads_;
     std::vector<PointLoad<D>> load_copy_;

@@ -34,6 +34,7 @@ template <int D, template <class> class Buffer> class GridArrays {
     view.damping_impulse = damping_impulse.reserve_zeros(nodes);
     view.force = force.reserve_zeros(nodes);
     view.velocity = velocity_.reserve_zeros(nodes);
+    view.cell_mean = cell_mean_.reserve_zeros(view.mean_dilation ? nodes : 1);
     view.velocity_change = velocity_change_.reserve_zeros(nodes);
   }
 
@@ -45,6 +46,7 @@ template <int D, template <class> class Buffer> class GridArrays {
   Buffer<std::uint8_t> sides_, on_body_, closed_;
   Buffer<std::uint16_t> contact_states_;
   Buffer<std::int64_t> sums_;
+  Buffer<double> cell_mean_;
   Buffer<Vec<D>> momentum_, momentum_end_, velocity_, velocity_change_;
 };
 

@@ -82,7 +82,59 @@ template <int D, class Visit> RVE_INLINE void each_node(const Visit &visit)
   }
 }
 
-/// Weights of a point inside the grid. half_size [length] matters for Gimp only.
+/// The box of a point in cells of the grid, as a step finds it at its start.
+template <int D> struct PointBox {
+  Vec<D> place;    ///< from the low sides
+  Vec<D> half;     ///< may be more than half a cell if it follows the deformation
+
+  /// Boxes of at most a cell that it consists of along an axis.
+  RVE_HD int parts(int axis) const
+  {
+    const double cells = 2.0 * half[axis] * (1.0 - 1e-9);
+    return cells > 1.0 ? static_cast<int>(std::ceil(cells)) : 1;
+  }
+};
+
+/// The box with the same second moments along the axes as the deformed box of the point, Σ_b (F_ab l_b)² = l_a², so that it neither
+/// knows a rotation of a square nor loses a stretch that turns. No larger than its place in the grid allows: it reaches half a cell
+/// beyond a side at most.
+template <int D>
+RVE_HD PointBox<D> deformed_box(const Grid<D> &grid, const double *position,
+                                const Vec<D> &half_size, const Tensor<D> &deformation)
+{
+  PointBox<D> box;
+  for (int a = 0; a < D; ++a) {
+    double square = 0.0;
+    for (int b = 0; b < D; ++b) {
+      const double edge = deformation(a, b) * half_size[b];
+      square += edge * edge;
+    }
+    box.place[a] = grid.scaled(position[a], a);
+    box.half[a] = std::sqrt(square) / grid.cell_size();
+    const double above = grid.cells(a) - box.place[a];
+    const double room = 0.5 + (above < box.place[a] ? above : box.place[a]);
+    if (box.half[a] > room) box.half[a] = room;
+  }
+  return box;
+}
+
+/// Weights of a part of a box; of the whole, if it is no larger than a cell.
+template <int D>
+RVE_HD Support<D> support_of(const Grid<D> &grid, const PointBox<D> &box, const int *part)
+{
+  Support<D> support;
+  for (int a = 0; a < D; ++a) {
+    const double half = box.half[a] / box.parts(a);
+    const double xi = box.place[a] - box.half[a] + (2 * part[a] + 1) * half;
+    support.axis[a] = gimp_weights(xi, half < 0.5 ? half : 0.5);
+  }
+  support.locate(grid);
+  for (int a = 1; a < D; ++a) support.stride[a - 1] = grid.stride(a);
+  support.per_cell = 1.0 / grid.cell_size();
+  return support;
+}
+
+/// Weights of a point inside the grid with a box of fixed size. half_size [length] does not matter for Linear.
 template <int D>
 RVE_HD Support<D> support_of(const Grid<D> &grid, ShapeFunction shape, const double *position,
                              const Vec<D> &half_size)
@@ -106,13 +158,12 @@ RVE_HD inline void add_to(std::int64_t *sums, std::size_t k, std::int64_t part)
   sums[k] += part;
 }
 
-/// Adds share(place) of `total` to component c of every node of the support, each share rounded once. What rounding leaves of
-/// the rounded total goes to the heaviest node: the nodes hold the total of the points to the last bit.
+/// Adds share(place) to component c of every node of the support, each share rounded once. What rounding leaves of a total that has
+/// been rounded goes to the heaviest node: the nodes hold the total of the points to the last bit.
 template <int C, int D, class Share, class Sums>
-RVE_HD void scatter(const Support<D> &support, const rve::FixedScale &scale, double total,
-                    const Share &share, Sums sums, int c)
+RVE_HD void scatter_integer(const Support<D> &support, const rve::FixedScale &scale,
+                            std::int64_t left, const Share &share, Sums sums, int c)
 {
-  std::int64_t left = scale.integer(total);
   each_node<D>([&](const Place<D> &place) RVE_INLINE_LAMBDA {
     const std::int64_t part = scale.integer(share(place));
     add_to(sums, static_cast<std::size_t>(support.node(place)) * C + c, part);
@@ -120,6 +171,14 @@ RVE_HD void scatter(const Support<D> &support, const rve::FixedScale &scale, dou
   });
   const int heaviest = support.node(support.heaviest());
   add_to(sums, static_cast<std::size_t>(heaviest) * C + c, left);
+}
+
+/// Adds shares of `total`, which is rounded here.
+template <int C, int D, class Share, class Sums>
+RVE_HD void scatter(const Support<D> &support, const rve::FixedScale &scale, double total,
+                    const Share &share, Sums sums, int c)
+{
+  scatter_integer<C>(support, scale, scale.integer(total), share, sums, c);
 }
 
 /// Σ_I N_I(x_p) field_I; `field` is an array over the nodes.

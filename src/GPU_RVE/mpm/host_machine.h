@@ -103,6 +103,8 @@ template <int D> class HostMachine {
     view_.body_velocity = input.body_velocity.data();
     view_.body_velocity_before = input.body_velocity_before.data();
     view_.rigid = input.rigid.data();
+    if (view_.has_boxes()) box_.resize(input.points.count);
+    view_.box = box_.data();
     view_.support = support_.data();
     view_.increment = increment_.data();
     maxima_.assign(view_.body_maximum(0), 0.0);
@@ -281,9 +283,16 @@ template <int D> class HostMachine {
     part.end_layer = 0;
     for (int p = mine.begin; p < mine.end; ++p) {
       if (view_.points.rigid_body[p] >= 0) continue;
-      const int layer = support_[p].axis[D - 1].first + 1;
+      int layer = support_[p].axis[D - 1].first + 1, end = layer + 3;
+      if (view_.has_boxes()) {
+        const PointBox<D> &box = box_[p];
+        const double place = box.place[D - 1], half = box.half[D - 1];
+        layer = std::max(0, std::min(layer, static_cast<int>(std::floor(place - half))));
+        end =
+            std::min(grid_.layers(), std::max(end, static_cast<int>(std::floor(place + half)) + 4));
+      }
       part.first_layer = std::min(part.first_layer, layer);
-      part.end_layer = std::max(part.end_layer, layer + 3);
+      part.end_layer = std::max(part.end_layer, end);
     }
     part.first_layer = std::min(part.first_layer, part.end_layer);
     const std::size_t nodes =
@@ -311,6 +320,7 @@ template <int D> class HostMachine {
   StepView<D> view_;
   GridArrays<D, HostArray> grid_arrays_;
   std::vector<Support<D>> support_;
+  std::vector<PointBox<D>> box_;
   std::vector<Tensor<D>> increment_;
   std::vector<double> maxima_;
   std::uint64_t first_trouble_ = FirstTrouble::NOWHERE;

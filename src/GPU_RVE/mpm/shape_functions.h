@@ -11,7 +11,8 @@
 
 namespace mpm {
 
-enum class ShapeFunction { Linear, Gimp };
+/// Linear: hat functions. Gimp: averaged over the box of the point at the beginning. Cpgimp: over a box that follows its deformation.
+enum class ShapeFunction { Linear, Gimp, Cpgimp };
 
 /// Values and slopes at three successive nodes.
 struct AxisWeights {

@@ -1,5 +1,6 @@
 #include "mpm/shared_nodes.h"
 
+#include "mpm/grid_transfer.h"
 #include "rve/core/threads.h"
 
 #include <algorithm>
@@ -24,7 +25,7 @@ SharedNodes<D>::SharedNodes(const Grid<D> &grid, Communication communication,
   }
 }
 
-template <int D> void SharedNodes<D>::find(const PointView<D> &points)
+template <int D> void SharedNodes<D>::find(const PointView<D> &points, ShapeFunction shape)
 {
   if (communication_.ranks == 1) {
     point_total_ = std::count_if(points.rigid_body, points.rigid_body + points.count, [](int body) {
@@ -48,6 +49,14 @@ template <int D> void SharedNodes<D>::find(const PointView<D> &points)
       for (int a = 0; a < D; ++a) {
         lo[a] = std::min(lo[a], points.position[p][a]);
         hi[a] = std::max(hi[a], points.position[p][a]);
+      }
+      if (shape != ShapeFunction::Cpgimp || !grid_.contains(points.position[p])) continue;
+      const PointBox<D> box = deformed_box(grid_, points.position[p], points.half_size[p],
+                                           points.deformation_gradient[p]);
+      for (int a = 0; a < D; ++a) {
+        const double beyond = std::max(0.0, box.half[a] - 0.5) * grid_.cell_size();
+        lo[a] = std::min(lo[a], points.position[p][a] - beyond);
+        hi[a] = std::max(hi[a], points.position[p][a] + beyond);
       }
     }
   }

@@ -35,7 +35,7 @@ template <int D> class SharedNodes {
               const std::vector<RigidBodyOptions> &bodies, int threads);
 
   /// Finds them for the positions at the start of a step. All ranks call it together.
-  void find(const PointView<D> &points);
+  void find(const PointView<D> &points, ShapeFunction shape);
 
   // as found
   /// Deformable points of all ranks.

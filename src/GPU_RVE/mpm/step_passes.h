@@ -91,6 +91,18 @@ template <int D> RVE_HD double force_bound_of(const StepView<D> &step, int p)
       largest<D>(points.body_force[p]);
 }
 
+/// What a point can put on a node, and what its pressure can put on those of others.
+template <int D, class Tally>
+RVE_HD void raise_force_bounds(const StepView<D> &step, int p, Tally &tally)
+{
+  // without its mean the stress is no larger than twice as much
+  const double factor = step.mean_dilation ? 2.0 : 1.0;
+  tally.raise(ForceBound, factor * force_bound_of(step, p));
+  if (!step.mean_dilation) return;
+  tally.raise(VolumeBound, step.points.volume[p]);
+  tally.raise(PressureBound, std::abs(trace(step.points.stress[p])) / D);
+}
+
 /// Area on which the traction acts [length²]: that of the face as it is seen along its own direction before the deformation. In the
 /// plane a face has a length |F_tt| times the initial one, and a thickness; in space the area is that of the parallelogram of its two
 /// edges.
@@ -166,11 +178,21 @@ template <int D> struct PreparePoint : Pass<D> {
       }
       return;
     }
-    step.support[p] = support_of(step.grid, step.shape, x, half);
+    if (step.has_boxes()) {
+      const Tensor<D> &F = points.deformation_gradient[p];
+      step.box[p] = deformed_box(step.grid, x, half, step.follows() ? F : Tensor<D>::identity());
+    }
+    if (step.follows()) {
+      const int whole[D] = {};
+      step.support[p] = support_of(step.grid, step.box[p], whole);
+    } else {
+      step.support[p] = support_of(step.grid, step.shape, x, half);
+    }
     const double m = points.mass[p];
     tally.raise(MassBound, m);
     tally.raise(MomentumBound, m * largest<D>(points.velocity[p]));
-    if (bounds_forces) tally.raise(ForceBound, force_bound_of(step, p));
+    if (bounds_forces) raise_force_bounds(step, p, tally);
+    if (step.mean_dilation) tally.raise(VolumeBound, points.volume[p]);
   }
 };
 
@@ -179,7 +201,7 @@ template <int D> struct BoundForces : Pass<D> {
   using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
   {
-    if (step.points.rigid_body[p] < 0) tally.raise(ForceBound, force_bound_of(step, p));
+    if (step.points.rigid_body[p] < 0) raise_force_bounds(step, p, tally);
   }
 };
 
@@ -202,6 +224,168 @@ template <int D> struct PrepareLoad : Pass<D> {
   }
 };
 
+/// One of the boxes that the box of a point consists of.
+template <int D> struct BoxPart {
+  int number = 0, count = 1;
+  int place[D] = {};    ///< along the axes
+
+  RVE_HD double share() const { return 1.0 / count; }
+  /// Of a total that all parts together have to the last bit.
+  RVE_HD std::int64_t integer(const rve::FixedScale &scale, double total) const
+  {
+    if (count == 1) return scale.integer(total);
+    return scale.integer(total * ((number + 1.0) / count)) -
+        scale.integer(total * (double(number) / count));
+  }
+};
+
+/// visit(support, part): once with the weights of the point, unless its box is larger than a cell.
+template <int D, class Visit>
+RVE_HD void each_part(const StepView<D> &step, int p, const Visit &visit)
+{
+  BoxPart<D> part;
+  if (step.follows())
+    for (int a = 0; a < D; ++a) part.count *= step.box[p].parts(a);
+  if (part.count == 1) {
+    visit(step.support[p], part);
+    return;
+  }
+  const PointBox<D> box = step.box[p];
+  for (; part.number < part.count; ++part.number) {
+    for (int a = 0, rest = part.number; a < D; ++a) {
+      part.place[a] = rest % box.parts(a);
+      rest /= box.parts(a);
+    }
+    visit(support_of(step.grid, box, part.place), part);
+  }
+}
+
+/// Σ_I N_I(x_p) field_I
+template <int D> RVE_HD Vec<D> gathered(const StepView<D> &step, int p, const Vec<D> *field)
+{
+  if (!step.follows()) return interpolate(step.support[p], field);
+  Vec<D> sum = Vec<D>::zero();
+  each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
+    sum = sum + part.share() * interpolate(support, field);
+  });
+  return sum;
+}
+
+/// Σ_I field_I ⊗ ∇N_I(x_p)
+template <int D>
+RVE_HD Tensor<D> gathered_gradient(const StepView<D> &step, int p, const Vec<D> *field)
+{
+  if (!step.follows()) return interpolate_gradient(step.support[p], field);
+  Tensor<D> sum = Tensor<D>::zero();
+  each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
+    sum = sum + part.share() * interpolate_gradient(support, field);
+  });
+  return sum;
+}
+
+/// visit(node, weight) for the cells that the box of a point covers, by the node below each, with the part of the box that is in it.
+/// With linear shape functions points have no extent: all is in one cell.
+template <int D, class Visit>
+RVE_HD void each_cell(const StepView<D> &step, int p, const Visit &visit)
+{
+  const PointBox<D> &box = step.box[p];
+  const bool has_extent = step.shape != ShapeFunction::Linear;
+  int first[D];
+  int count[D];
+  int total = 1;
+  for (int a = 0; a < D; ++a) {
+    const double half = has_extent ? box.half[a] : 0.0;
+    const int last_cell = step.grid.cells(a) - (has_extent ? 0 : 1);
+    int last = static_cast<int>(std::floor(box.place[a] + half));
+    first[a] = static_cast<int>(std::floor(box.place[a] - half));
+    if (last > last_cell) last = last_cell;
+    if (first[a] > last) first[a] = last;
+    count[a] = last - first[a] + 1;
+    total *= count[a];
+  }
+  for (int k = 0; k < total; ++k) {
+    Place<D> cell;
+    double weight = 1.0;
+    for (int a = 0, rest = k; a < D; ++a) {
+      cell[a] = first[a] + rest % count[a];
+      rest /= count[a];
+      if (!has_extent) continue;
+      const double low = box.place[a] - box.half[a], high = box.place[a] + box.half[a];
+      const double from = low > cell[a] ? low : cell[a];
+      const double to = high < cell[a] + 1.0 ? high : cell[a] + 1.0;
+      weight *= to > from ? (to - from) / (high - low) : 0.0;
+    }
+    if (weight > 0.0) visit(step.grid.node(cell), weight);
+  }
+}
+
+/// The mean of the cells of a point.
+template <int D> RVE_HD double mean_of_cells(const StepView<D> &step, int p)
+{
+  double mean = 0.0;
+  each_cell(step, p, [&](int node, double weight) {
+    mean += weight * step.cell_mean[node];
+  });
+  return mean;
+}
+
+/// Volume of the points in each cell, and volume times their pressure or their dilation.
+///
+/// Why: many points in a cell ask for more constraints of volume than its nodes have freedoms, and the material locks. With the mean of
+/// the cell it has one (Hughes 1980, Int. J. Numer. Meth. Engng 15, 1413). The mean pressure in the forces is what belongs to it:
+/// Σ_p V p tr(L)_mean = Σ_c V_c p_c tr(L)_c = Σ_p V p_mean tr(L), so that forces do the work of the stresses.
+template <int D> struct ScatterToCells : Pass<D> {
+  using Pass<D>::step;
+  static constexpr bool INERTIA = false, VECTORS = true;
+  bool is_dilation;    ///< else the pressure
+  rve::FixedScale volume_scale = {}, product_scale = {};
+
+  RVE_HD void begin()
+  {
+    const double volume = step.maximum[VolumeBound];
+    volume_scale = rve::FixedScale(volume, step.point_total);
+    product_scale = rve::FixedScale(
+        volume * step.maximum[is_dilation ? DilationBound : PressureBound], step.point_total);
+  }
+  template <class Sums> RVE_HD void operator()(int p, Sums, Sums sums) const
+  {
+    if (step.points.rigid_body[p] >= 0) return;
+    const double volume = step.points.volume[p];
+    const double value = is_dilation ? trace(step.points.velocity_gradient[p])
+                                     : trace(step.points.stress[p]) / D;
+    each_cell(step, p, [&](int node, double weight) {
+      const std::size_t k = VECTOR_SUMS<D> * static_cast<std::size_t>(node);
+      add_to(sums, k, volume_scale.integer(weight * volume));
+      add_to(sums, k + 1, product_scale.integer(weight * volume * value));
+    });
+  }
+};
+
+template <int D> struct MeanOfCell : Pass<D> {
+  using Pass<D>::step;
+  ScatterToCells<D> sums;
+
+  RVE_HD void begin() { sums.begin(); }
+  template <class Tally> RVE_HD void operator()(int n, Tally &) const
+  {
+    const std::int64_t *of_cell = step.vector_sums + VECTOR_SUMS<D> * static_cast<std::size_t>(n);
+    const double volume = sums.volume_scale.real(of_cell[0]);
+    step.cell_mean[n] = volume > 0.0 ? sums.product_scale.real(of_cell[1]) / volume : 0.0;
+  }
+};
+
+/// L of a point before its dilation is replaced by that of its cells.
+template <int D> struct GradientOfPoint : Pass<D> {
+  using Pass<D>::step;
+  template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
+  {
+    if (step.points.rigid_body[p] >= 0) return;
+    const Tensor<D> gradient = gathered_gradient(step, p, step.velocity);
+    step.points.velocity_gradient[p] = gradient;
+    tally.raise(DilationBound, std::abs(trace(gradient)));
+  }
+};
+
 /// Mass and momentum of a point to its nodes.
 template <int D> struct InertiaOfPoint {
   rve::FixedScale mass_scale, momentum_scale;
@@ -214,23 +398,26 @@ template <int D> struct InertiaOfPoint {
 
   template <class Sums> RVE_HD void to_nodes(const StepView<D> &step, int p, Sums sums) const
   {
-    const Support<D> &support = step.support[p];
     const double m = step.points.mass[p];
-    scatter<INERTIA_SUMS<D>>(
-        support, mass_scale, m,
-        [&](const Place<D> &place) {
-          return m * support.value(place);
-        },
-        sums, 0);
-    for (int c = 0; c < D; ++c) {
-      const double momentum = m * step.points.velocity[p][c];
-      scatter<INERTIA_SUMS<D>>(
-          support, momentum_scale, momentum,
+    each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
+      const double mass = m * part.share();
+      scatter_integer<INERTIA_SUMS<D>>(
+          support, mass_scale, part.integer(mass_scale, m),
           [&](const Place<D> &place) {
-            return momentum * support.value(place);
+            return mass * support.value(place);
           },
-          sums, 1 + c);
-    }
+          sums, 0);
+      for (int c = 0; c < D; ++c) {
+        const double whole = m * step.points.velocity[p][c];
+        const double momentum = whole * part.share();
+        scatter_integer<INERTIA_SUMS<D>>(
+            support, momentum_scale, part.integer(momentum_scale, whole),
+            [&](const Place<D> &place) {
+              return momentum * support.value(place);
+            },
+            sums, 1 + c);
+      }
+    });
   }
 };
 
@@ -242,28 +429,35 @@ template <int D> struct ForceOfPoint {
 
   template <class Sums> RVE_HD void to_nodes(const StepView<D> &step, int p, Sums sums) const
   {
-    const Support<D> &support = step.support[p];
-    const Tensor<D> stress_volume = (-step.points.volume[p]) * step.points.stress[p];
-    for (int c = 0; c < D; ++c) {
-      // Σ∇N = 0: the shares of the internal force add up to nothing, to the last bit
-      scatter<VECTOR_SUMS<D>>(
-          support, scale, 0.0,
-          [&](const Place<D> &place) {
-            const Vec<D> gradient = support.gradient(place);
-            double force = stress_volume(c, 0) * gradient[0];
-            for (int a = 1; a < D; ++a) force += stress_volume(c, a) * gradient[a];
-            return force;
-          },
-          sums, c);
-      const double body_force = step.points.body_force[p][c];
-      if (body_force != 0.0)
-        scatter<VECTOR_SUMS<D>>(
-            support, scale, body_force,
+    Tensor<D> stress = step.points.stress[p];
+    if (step.mean_dilation) {
+      const double change = mean_of_cells(step, p) - trace(stress) / D;
+      for (int a = 0; a < D; ++a) stress(a, a) += change;
+    }
+    each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
+      const Tensor<D> stress_volume = (-step.points.volume[p] * part.share()) * stress;
+      for (int c = 0; c < D; ++c) {
+        // Σ∇N = 0: the shares of the internal force add up to nothing, to the last bit
+        scatter_integer<VECTOR_SUMS<D>>(
+            support, scale, 0,
             [&](const Place<D> &place) {
-              return body_force * support.value(place);
+              const Vec<D> gradient = support.gradient(place);
+              double force = stress_volume(c, 0) * gradient[0];
+              for (int a = 1; a < D; ++a) force += stress_volume(c, a) * gradient[a];
+              return force;
             },
             sums, c);
-    }
+        const double whole = step.points.body_force[p][c];
+        const double body_force = whole * part.share();
+        if (whole != 0.0)
+          scatter_integer<VECTOR_SUMS<D>>(
+              support, scale, part.integer(scale, whole),
+              [&](const Place<D> &place) {
+                return body_force * support.value(place);
+              },
+              sums, c);
+      }
+    });
   }
 };
 
@@ -321,16 +515,18 @@ template <int D> struct ScatterMomentumAgain : Pass<D> {
   template <class Sums> RVE_HD void operator()(int p, Sums, Sums sums) const
   {
     if (step.points.rigid_body[p] >= 0) return;
-    const Support<D> &support = step.support[p];
-    for (int c = 0; c < D; ++c) {
-      const double momentum = step.points.mass[p] * step.points.velocity[p][c];
-      scatter<VECTOR_SUMS<D>>(
-          support, scale, momentum,
-          [&](const Place<D> &place) {
-            return momentum * support.value(place);
-          },
-          sums, c);
-    }
+    each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
+      for (int c = 0; c < D; ++c) {
+        const double whole = step.points.mass[p] * step.points.velocity[p][c];
+        const double momentum = whole * part.share();
+        scatter_integer<VECTOR_SUMS<D>>(
+            support, scale, part.integer(scale, whole),
+            [&](const Place<D> &place) {
+              return momentum * support.value(place);
+            },
+            sums, c);
+      }
+    });
   }
 };
 
@@ -356,7 +552,9 @@ template <int D> struct ScatterLoad : Pass<D> {
     const int normal = axis_of(load.face);
     const double face =
         step.points.position[p][normal] + outward(load.face) * step.points.half_size[p][normal];
-    const double xi = step.grid.scaled(face, normal);
+    const double xi = step.follows()
+        ? step.box[p].place[normal] + outward(load.face) * step.box[p].half[normal]
+        : step.grid.scaled(face, normal);
 
     // three rows that contain the face and lie within the ghost layer
     const int row = static_cast<int>(std::floor(xi));
@@ -364,20 +562,24 @@ template <int D> struct ScatterLoad : Pass<D> {
     AxisWeights across = {row < -1 ? -1 : row > highest ? highest : row, {}, {}};
     for (int b = 0; b < 3; ++b)
       across.value[b] = larger(0.0, 1.0 - std::abs(xi - (across.first + b)));
-    Support<D> support = step.support[p];
-    for (int a = 0; a < D; ++a)
-      if (a == normal) support.axis[a] = across;
-    support.locate(step.grid);
-    const Vec<D> load_force_now = load_force(step, load);
-    for (int c = 0; c < D; ++c) {
-      const double force = load_force_now[c];
-      scatter<VECTOR_SUMS<D>>(
-          support, scale, force,
-          [&](const Place<D> &place) {
-            return force * support.value(place);
-          },
-          sums, c);
-    }
+    const Vec<D> whole = load_force(step, load);
+    each_part(step, p, [&](const Support<D> &of_part, const BoxPart<D> &part) {
+      if (part.place[normal] != 0) return;    // one of those behind each other has the face
+      Support<D> support = of_part;
+      for (int a = 0; a < D; ++a)
+        if (a == normal) support.axis[a] = across;
+      support.locate(step.grid);
+      const double share = part.count == 1 ? 1.0 : part.share() * step.box[p].parts(normal);
+      for (int c = 0; c < D; ++c) {
+        const double force = whole[c] * share;
+        scatter<VECTOR_SUMS<D>>(
+            support, scale, force,
+            [&](const Place<D> &place) {
+              return force * support.value(place);
+            },
+            sums, c);
+      }
+    });
   }
 };
 
@@ -402,8 +604,8 @@ template <int D> struct AdvancePoint : Pass<D> {
       }
       return;
     }
-    const Vec<D> grid_velocity = interpolate(step.support[p], step.velocity);
-    const Vec<D> change = interpolate(step.support[p], step.velocity_change);
+    const Vec<D> grid_velocity = gathered(step, p, step.velocity);
+    const Vec<D> change = gathered(step, p, step.velocity_change);
     for (int c = 0; c < D; ++c) {
       x[c] += step.dt * grid_velocity[c];
       v[c] = step.flip * (v[c] + change[c]) + (1.0 - step.flip) * grid_velocity[c];
@@ -443,7 +645,14 @@ template <int D> struct StrainPoint : Pass<D> {
       points.velocity_gradient[p] = Tensor<D>::zero();
       return;
     }
-    const Tensor<D> gradient = interpolate_gradient(step.support[p], step.velocity);
+    Tensor<D> gradient;
+    if (step.mean_dilation) {
+      gradient = points.velocity_gradient[p];
+      const double change = (mean_of_cells(step, p) - trace(gradient)) / D;
+      for (int a = 0; a < D; ++a) gradient(a, a) += change;
+    } else {
+      gradient = gathered_gradient(step, p, step.velocity);
+    }
     const Tensor<D> increment = Tensor<D>::identity() + dt * gradient;
     const Tensor<D> deformation = increment * points.deformation_gradient[p];
     const double volume = points.initial_volume[p] * determinant(deformation);

@@ -36,9 +36,10 @@ template <int D, template <int> class Machine> class StepProgram final : public 
       strain(part, update);
       machine_.over_points(BoundForces<D>{machine_.view()});
       machine_.over_loads(PrepareLoad<D>{machine_.view(), true});
-      static_assert(ForceBound + 1 == NUM_MAXIMA, "and those of loads");
-      share_maxima(ForceBound, 1 + machine_.view().num_loads);
+      static_assert(ForceBound + 1 == NUM_MAXIMA && ForceBound == VolumeBound + 2, "with loads");
+      share_maxima(VolumeBound, 3 + machine_.view().num_loads);
       if (machine_.knows_at_once()) check_sums();
+      find_cell_means(false);
       scatter_with_loads(ScatterForces<D>{machine_.view()});
       machine_.over_nodes(NodeForce<D>{machine_.view()});
       balance();
@@ -102,7 +103,9 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     machine_.begin(input);
     machine_.over_points(PreparePoint<D>{machine_.view(), bounds_forces});
     machine_.over_loads(PrepareLoad<D>{machine_.view(), bounds_forces});
-    shared_.find(input.points);    // while a device prepares them
+    if (options_.shape == ShapeFunction::Cpgimp && communication_.ranks > 1)
+      machine_.fetch(input.points);    // boxes reach as far as points have been stretched
+    shared_.find(input.points, options_.shape);    // while a device prepares them
     machine_.take_shared(shared_);
     if (machine_.knows_at_once()) fail_on_trouble();
     share_maxima(0, machine_.view().num_maxima());
@@ -111,9 +114,19 @@ template <int D, template <int> class Machine> class StepProgram final : public 
 
   void find_forces()
   {
+    find_cell_means(false);
     scatter_with_loads(ScatterInertiaAndForces<D>{machine_.view()});
     machine_.over_nodes(NodeInertiaAndForce<D>{machine_.view()});
     balance();
+  }
+
+  /// Means over cells of dilation or pressure, where they are asked for.
+  void find_cell_means(bool of_dilation)
+  {
+    if (!options_.mean_dilation) return;
+    const ScatterToCells<D> sums{{machine_.view()}, of_dilation};
+    scatter(sums);
+    machine_.over_nodes(MeanOfCell<D>{{machine_.view()}, sums});
   }
 
   /// The momentum balance of the nodes under all conditions, and their velocities.
@@ -131,6 +144,11 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   void strain(double dt, const StressUpdate<D> &update)
   {
     machine_.over_nodes(NodeVelocity<D>{machine_.view()});
+    if (options_.mean_dilation) {
+      machine_.over_points(GradientOfPoint<D>{machine_.view()});
+      share_maxima(DilationBound, 1);
+      find_cell_means(true);
+    }
     machine_.over_points(StrainPoint<D>{machine_.view(), dt});
     machine_.settle();
     check_all();
@@ -224,6 +242,9 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     check_bound(view.maximum[MomentumBound], view.point_total, "momentum");
     check_bound(view.force_bound(), view.point_total, "force");
     check_bound(view.maximum[MomentumAgainBound], view.point_total, "momentum");
+    check_bound(view.maximum[VolumeBound] *
+                    larger(view.maximum[PressureBound], view.maximum[DilationBound]),
+                view.point_total, "volume times pressure or rate of dilation");
   }
 
   /// Everything that the machine can have found so far.

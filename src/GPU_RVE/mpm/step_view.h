@@ -41,7 +41,10 @@ enum Maximum {
   MomentumAgainBound,
   Unbalanced,
   ContactBound,    ///< of the terms of contacts with bodies that can turn, over what their sums have room for
-  ForceBound,    ///< those of loads follow
+  DilationBound,    ///< |tr L| [1/time]
+  VolumeBound,      ///< of a point [length³]
+  PressureBound,    ///< |tr σ / D| [stress]
+  ForceBound,       ///< those of loads follow
   NUM_MAXIMA
 };
 
@@ -69,7 +72,8 @@ template <int D> struct StepView {
   /// Without any array.
   StepView(const Grid<D> &grid_in, const SolverOptions<D> &options, bool shares_grid_in) :
       grid(grid_in), shape(options.shape), flip(options.flip), damping(options.damping),
-      thickness(options.thickness), boundary{grid_in, options.shape},
+      thickness(options.thickness),
+      mean_dilation(options.mean_dilation), boundary{grid_in, options.shape},
       num_bodies(static_cast<int>(options.rigid_bodies.size())), num_rigid(options.num_turning()),
       shares_grid(shares_grid_in)
   {
@@ -78,6 +82,7 @@ template <int D> struct StepView {
   Grid<D> grid;
   ShapeFunction shape;
   double flip, damping, thickness;
+  bool mean_dilation;    ///< then there are boxes of points and means of cells
   double dt = 0.0;
   BoundaryView<D> boundary;
   int num_bodies, num_models = 0, num_loads = 0;
@@ -96,6 +101,7 @@ template <int D> struct StepView {
 
   PointView<D> points;
   Support<D> *support = nullptr;          ///< per point
+  PointBox<D> *box = nullptr;             ///< per point, if has_boxes()
   Tensor<D> *increment = nullptr;         ///< per point: ΔF
   const PointLoad<D> *loads = nullptr;    ///< of this rank
   int num_point_loads = 0;
@@ -110,6 +116,10 @@ template <int D> struct StepView {
   Vec<D> *force = nullptr;              ///< [force]
   Vec<D> *velocity = nullptr;           ///< that the points see next [length/time]
   Vec<D> *velocity_change = nullptr;    ///< [length/time]
+  double *cell_mean = nullptr;          ///< of the cell above the node, if mean_dilation
+
+  RVE_HD bool follows() const { return shape == ShapeFunction::Cpgimp; }
+  RVE_HD bool has_boxes() const { return follows() || mean_dilation; }
 
   RVE_HD int load_maximum(int load) const { return NUM_MAXIMA + load; }
   RVE_HD int body_maximum(int body) const { return NUM_MAXIMA + num_loads + FACES<D> * body; }
@@ -125,6 +135,8 @@ template <int D> struct StepView {
   RVE_HD double force_bound() const
   {
     double bound = maximum[ForceBound];
+    // a point can get the mean pressure of its neighbours
+    if (mean_dilation) bound += maximum[VolumeBound] * maximum[PressureBound] / grid.cell_size();
     for (int k = 0; k < num_loads; ++k) bound += maximum[load_maximum(k)];
     return bound;
   }
