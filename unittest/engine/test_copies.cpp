@@ -112,7 +112,7 @@ TYPED_TEST(Copies, HaveTheForcesOfTheMediumWhateverFaceAContactGoesThrough)
   }
 }
 
-// While rounding has not grown: a sheared packing is chaotic.
+// As long as what parts them has not grown: a sheared packing is chaotic.
 TYPED_TEST(Copies, MoveAsTheMediumDoes)
 {
   constexpr int D = TypeParam::value;
@@ -122,10 +122,15 @@ TYPED_TEST(Copies, MoveAsTheMediumDoes)
   narrow.shear(200);
   wide.shear(200);
 
-  expect_same_medium(narrow.results[0], wide.results[0], 2.0, 1e-9);
+  expect_same_medium(narrow.results[0], wide.results[0], 2.0, 1e-8);
   const RveStateOf<D> end = wide.engine->state(0);
   const int n = state.num_grains();
-  for (int k = 0; k < D * n; ++k) EXPECT_NEAR(end.velocity[k], end.velocity[D * n + k], 1e-9);
+  double fastest = 0.0;
+  for (const double c : end.velocity) fastest = std::max(fastest, std::fabs(c));
+  for (int k = 0; k < D * n; ++k)
+    EXPECT_NEAR(end.velocity[k], end.velocity[D * n + k], 2.0 * PARTING * fastest);
+  // but not to the bit: they shall part
+  EXPECT_NE(end.velocity[0], end.velocity[D * n]);
 }
 
 TYPED_TEST(Copies, StandWhereTheCellIsNarrowest)

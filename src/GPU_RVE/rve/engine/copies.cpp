@@ -1,6 +1,7 @@
 #include "rve/engine/copies.h"
 
 #include "rve/core/error.h"
+#include "rve/core/splitmix64.h"
 #include "rve/physics/cell.h"
 #include "rve/physics/solid_cell.h"
 
@@ -152,6 +153,13 @@ template <int D> RveStateOf<D> side_by_side(const RveStateOf<D> &state)
   append_copy(wide.radius);
   append_copy(wide.velocity);
   append_copy(wide.spin);
+  for (int i = 0; i < n; ++i) {
+    const double change = PARTING * share_of(splitmix64(i));    // within half of it
+    for (int a = 0; a < D; ++a) {
+      wide.velocity[D * i + a] *= 1.0 - change;
+      wide.velocity[D * (i + n) + a] *= 1.0 + change;
+    }
+  }
 
   wide.energy.work *= 2.0;
   wide.energy.friction *= 2.0;
