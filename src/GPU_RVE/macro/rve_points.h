@@ -44,8 +44,9 @@ template <int D> struct RenewalOf {
   std::int64_t steps = 0;                              ///< DEM steps that brought it there
 };
 
-/// A fresh RVE is there when its stress is nearer than this to the wanted one, and its unbalanced force less than this, as shares; or
-/// after so many DEM steps, in so many of which its cell is strained by this at most in each.
+/// A fresh RVE has arrived when the components of its stress are nearer to the wanted ones than this share of their norm, and its unbalanced ratio
+/// is below this [-]; or after MOST_FRESH_STEPS. It is looked at every FRESH_STEPS_AT_ONCE DEM steps, none of which strains it by more than
+/// FRESH_STRAIN_PER_STEP [-].
 constexpr double FRESH_TOLERANCE = 1e-2;
 constexpr int MOST_FRESH_STEPS = 20000, FRESH_STEPS_AT_ONCE = 200;
 constexpr double FRESH_STRAIN_PER_STEP = 5e-5;
