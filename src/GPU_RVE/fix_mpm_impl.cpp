@@ -41,6 +41,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <sstream>
 
 using namespace LAMMPS_NS;
@@ -518,6 +519,7 @@ template <int D> void FixMpm::ImplOf<D>::setup_pre_force()
 
 template <int D> void FixMpm::ImplOf<D>::setup()
 {
+  test_waves();
   check_courant();
   check_time_step();
   solve(false);
@@ -747,6 +749,66 @@ template <int D> void FixMpm::ImplOf<D>::fill_output()
     }
   }
   output_is_old = false;
+}
+
+/* ---------------------------------------------------------------------- */
+
+/* ----------------------------------------------------------------------
+   wave speed of RVEs by the tangents of those whose bounds are the fastest: they decide the Courant number
+------------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::test_waves()
+{
+  for (FixRve *some : grains)
+    if (some) some->scale_waves(1.0);
+  if (settings.wave_tests == 0) return;
+  find_members();
+  std::vector<FixRve *> tested;
+  for (FixRve *source : grains) {
+    // another group may have RVEs of the same fix
+    if (!source || std::find(tested.begin(), tested.end(), source) != tested.end()) continue;
+    tested.push_back(source);
+    mpm::Constitutive<D> *law = source->template constitutive<D>();
+    law->expect_questions();
+    // the fastest of this rank, then of all ranks, equal ones by their IDs
+    struct Candidate {
+      double slowness, id;
+      bool operator<(const Candidate &other) const
+      {
+        return slowness != other.slowness ? slowness < other.slowness : id < other.id;
+      }
+    };
+    std::vector<Candidate> mine;
+    for (int i = 0; i < atom->nlocal; i++)
+      if (body[i] < 0 && grains[model[i]] == source)
+        mine.push_back({mass[i] / (law->p_wave_modulus(i) * volume[i]), (double) atom->tag[i]});
+    std::sort(mine.begin(), mine.end());
+    mine.resize(settings.wave_tests, {std::numeric_limits<double>::infinity(), 0.0});
+    std::vector<Candidate> all((std::size_t) comm->nprocs * mine.size());
+    MPI_Allgather(mine.data(), 2 * settings.wave_tests, MPI_DOUBLE, all.data(),
+                  2 * settings.wave_tests, MPI_DOUBLE, world);
+    std::sort(all.begin(), all.end());
+    std::vector<int> chosen;
+    for (int k = 0; k < settings.wave_tests; k++) {
+      if (std::isinf(all[k].slowness)) break;
+      for (int i = 0; i < atom->nlocal; i++)
+        if (atom->tag[i] == (tagint) all[k].id) chosen.push_back(i);
+    }
+    double share = source->measured_wave_share(chosen), largest;
+    MPI_Allreduce(&share, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
+    if (largest > 0.0) source->scale_waves(largest);
+    if (comm->me != 0) continue;
+    if (largest > 0.0)
+      utils::logmesg(lmp,
+                     "fix mpm {}: waves in the RVEs of fix {} have {:.3g} times the modulus that "
+                     "their contacts allow, by the tangents of the fastest ones\n",
+                     fix->id, source->id, largest);
+    else
+      error->warning(FLERR,
+                     "Fix mpm {}: no tangent of the RVEs of fix {} could be measured; wave speeds "
+                     "are the bound of their contacts",
+                     fix->id, source->id);
+  }
 }
 
 /* ---------------------------------------------------------------------- */

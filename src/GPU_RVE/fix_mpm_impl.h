@@ -257,6 +257,7 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   void check_positions();
   void check_overlap();
   void check_volume(const std::vector<int> &made);
+  void test_waves();
   void check_courant();
   void check_time_step();
   void solve(bool advance);

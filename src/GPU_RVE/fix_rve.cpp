@@ -426,6 +426,16 @@ template <int D> mpm::Constitutive<D> *FixRve::constitutive()
   }
 }
 
+double FixRve::measured_wave_share(const std::vector<int> &atoms) const
+{
+  return impl->measured_wave_share(atoms);
+}
+
+void FixRve::scale_waves(double share)
+{
+  impl->scale_waves(share);
+}
+
 template mpm::Constitutive<2> *FixRve::constitutive<2>();
 template mpm::Constitutive<3> *FixRve::constitutive<3>();
 

@@ -16,6 +16,7 @@
 #include "atom.h"
 #include "collective_error.h"
 #include "comm.h"
+#include "domain.h"
 #include "error.h"
 #include "group.h"
 #include "modify.h"
@@ -968,6 +969,24 @@ template <int D> double FixRve::ImplOf<D>::bytes() const
   double bytes = 0.0;
   for (const int i : atoms_with_rve()) bytes += points->bytes(slot[i]);
   return bytes;
+}
+
+template <int D> double FixRve::ImplOf<D>::measured_wave_share(const std::vector<int> &atoms) const
+{
+  if (atoms.empty()) return 0.0;
+  return guarded([&] {
+    const rve::Format format = settings.options.format;
+    macro::TangentProbesOf<D> probes(
+        fix->template empty_engine<D>(format),
+        macro::TangentOptions::of(format, macro::TangentKind::Elastic));
+    const auto state_of = [&](int atom) {
+      return points->state(slot[atom]);
+    };
+    if constexpr (D == 3)
+      if (fix->lmp->domain->dimension == 3)
+        return of_space->measured_wave_share(atoms, probes, state_of);
+    return of_plane.measured_wave_share(atoms, probes, state_of);
+  });
 }
 
 template <int D> double FixRve::ImplOf<D>::bulk_density(int atom) const

@@ -127,6 +127,9 @@ struct FixRve::Impl {
   /// As materials of a continuum; nullptr in space if they are of disks.
   virtual mpm::Constitutive<2> *material_of_plane() = 0;
   virtual mpm::Constitutive<3> *material_of_space() = 0;
+  /// Of those materials: modulus of waves that tangents of these atoms have at most, over the bound of their contacts; 0: none measured.
+  virtual double measured_wave_share(const std::vector<int> &atoms) const = 0;
+  virtual void scale_waves(double share) = 0;
   /// For LAMMPS: the grains of an RVE as a file.
   virtual void write_dump(int atom, const std::string &path) const = 0;
 
@@ -230,6 +233,12 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   bool all_paths_ended() const override;
   mpm::Constitutive<2> *material_of_plane() override { return &of_plane; }
   mpm::Constitutive<3> *material_of_space() override { return of_space.get(); }
+  double measured_wave_share(const std::vector<int> &atoms) const override;
+  void scale_waves(double share) override
+  {
+    of_plane.scale_waves(share);
+    if constexpr (D == 3) of_space->scale_waves(share);
+  }
   void write_dump(int atom, const std::string &path) const override;
 
   // for RveConstitutive
@@ -264,7 +273,7 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
  private:
   // as materials; disks are none in space
   macro::RveConstitutive<2, D> of_plane;
-  std::unique_ptr<mpm::Constitutive<3>> of_space;
+  std::unique_ptr<macro::RveConstitutive<3>> of_space;
   std::vector<int> slots;    // of the RVEs that advance, kept between calls
   bool warned_sharing = false, warned_tension = false;
   bool advised[rve::NUM_ADVICE_KINDS] = {};

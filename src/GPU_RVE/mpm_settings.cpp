@@ -349,6 +349,14 @@ template <int D> void read_cfl(ScriptWords &words, Said<D> &said)
                              rve::number(s.courant_error)));
 }
 
+template <int D> void read_wave_speed(ScriptWords &words, Said<D> &said)
+{
+  enum class Speed { Bound, Tangent };
+  const auto speed =
+      words.choice<Speed>("", {{"bound", Speed::Bound}, {"tangent", Speed::Tangent}});
+  said.settings.wave_tests = speed == Speed::Tangent ? words.integer("tangent", 1) : 0;
+}
+
 template <int D>
 constexpr ScriptKeyword<Said<D>> KEYWORDS[] = {
     {"domain", D == 2 ? "xlo xhi ylo yhi" : "xlo xhi ylo yhi zlo zhi",
@@ -414,6 +422,7 @@ constexpr ScriptKeyword<Said<D>> KEYWORDS[] = {
     {"pressure", "ID p", read_pressure<D>},
     {"face", D == 2 ? "xlo | xhi | ylo | yhi" : "xlo | xhi | ylo | yhi | zlo | zhi", read_face<D>},
     {"cfl", "warn error", read_cfl<D>},
+    {"wave_speed", "bound | tangent N", read_wave_speed<D>},
     {"progress", "seconds", [](ScriptWords &words, Said<D> &said) {
        said.settings.progress_interval = read_progress(words);
      }}};
@@ -517,7 +526,7 @@ std::string LAMMPS_NS::mpm_differences(const MpmWords &then, const MpmWords &now
 {
   // have no influence on results
   const auto is_aside = [](const std::string &about) {
-    return about == "device" || about == "progress" || about == "cfl" ||
+    return about == "device" || about == "progress" || about == "cfl" || about == "wave_speed" ||
         about.rfind("column ", 0) == 0;
   };
   const auto is_of_points = [](const std::string &about) {

@@ -84,6 +84,8 @@ template <int D> struct MpmSettings {
   mpm::Tensor<D> initial_stress = mpm::Tensor<D>::zero();    ///< of points without RVEs
   MpmInSitu<D> in_situ;
   double courant_warn = 0.9, courant_error = 1.0;
+  int wave_tests =
+      0;    ///< RVEs whose tangents give the wave speed at the beginning of a run; 0: the bound
   double progress_interval =
       60.0;    ///< wall time between lines about the progress [seconds]; 0: none
   MpmWords words;

@@ -710,6 +710,41 @@ TEST(FixMpmWithGrains, InitialStressIsThatOfTheRvesAndBalancesTheSurcharge)
   EXPECT_LT(script.fix()->compute_vector(3), 16 * 2650 / 1.10);
 }
 
+TEST(FixMpmWithGrains, WaveSpeedIsThatOfTheTangentsWhereItIsAskedFor)
+{
+  make_packing();
+  const auto modulus_of = [](const std::string &words, double &largest_stiffness) {
+    SoilScript script;
+    // softer across contacts than along them: the bound has k_n for both
+    script << points_in_box(4, 4) +
+            "timestep 0.005\nfix grains all rve test_fix_mpm.rve kt 1e5 drive mpm dt 1e-4 substeps "
+            "match device cpu threads 1\n"
+            "fix soil all mpm 1.0 model all rve grains " +
+            words + "\ncompute c all rve/tangent cxxxx cyyyy\nrun 0\n";
+    LAMMPS_NS::Compute *tangent = script.lmp->modify->get_compute_by_id("c");
+    tangent->compute_peratom();
+    if (script.lmp->atom->nlocal > 0)
+      largest_stiffness = std::max(tangent->array_atom[0][0], tangent->array_atom[0][1]);
+    // nothing moves: the Courant number is that of the wave
+    const double speed = script.fix()->compute_scalar() / 0.005;
+    return speed * speed * script.fix()->compute_vector(3) / 16.0;
+  };
+  double stiffness = 0.0;
+
+  const double bound = modulus_of("", stiffness);
+  const double measured = modulus_of("wave_speed tangent 3", stiffness);
+
+  EXPECT_LT(measured, 0.9 * bound);
+  // waves along x and y are not faster than the fastest, which is not far from them where the packing is nearly isotropic
+  if (stiffness > 0.0) {
+    EXPECT_GT(measured, 0.99 * stiffness);
+    EXPECT_LT(measured, 1.2 * stiffness);
+  }
+  // equal ones are chosen by their IDs, and more than there are RVEs are all
+  EXPECT_EQ(modulus_of("wave_speed tangent 100", stiffness), measured);
+  EXPECT_EQ(modulus_of("wave_speed bound", stiffness), bound);
+}
+
 TEST(FixMpmWithGrains, OtherGroupsHaveAnAnalyticLaw)
 {
   // the two upper rows have RVEs, the two lower ones a Mohr-Coulomb material: both carry the surcharge
@@ -982,6 +1017,8 @@ TEST(FixMpmErrors, SayWhatIsWrong)
   const std::vector<std::pair<std::string, std::string>> cases = {
       {scene + "fix soil all mpm 1.0 " + law + " cfl 1 1e300",
        "Fix mpm: cfl error is 1e300; it must be from -1e+30 to 1e+30"},
+      {scene + "fix soil all mpm 1.0 " + law + " wave_speed tangent 0", "wave_speed tangent is 0"},
+      {scene + "fix soil all mpm 1.0 " + law + " wave_speed 3", "wave_speed"},
       {scene + "fix soil all mpm 1.0 " + law + " cfl 1 100", "0 < warn <= error <= 10, got 1 100"},
       {scene + "fix soil all mpm 1.0 model all elastic 1e6 0.3 density 1e300",
        "Fix mpm: density is 1e300; it must be from -1e+30 to 1e+30"},

@@ -389,6 +389,33 @@ TEST(PWaveModulusOfSpheres, IsThatOfTheLatticeWhereItIsIsotropic)
   EXPECT_NEAR(macro::RveConstitutive<3>(owner).p_wave_modulus(0), c11, 1e-6 * c11);
 }
 
+TEST(PWaveModulusOfSpheres, ByATangentIsThatOfTheLattice)
+{
+  // k_t = 0.3 k_n: a centrosymmetric lattice moves affinely, waves along the diagonal of the cube are the fastest; the bound takes k_n for k_t
+  Spheres lattice = pressed_lattice();
+  lattice.material.tangential_stiffness = 0.3 * lattice.material.normal_stiffness;
+  Owner owner(lattice, 2);
+  macro::RveConstitutive<3> law(owner);
+  const double bound = law.p_wave_modulus(0);
+  const CubicConstants c = face_centred_constants(lattice.material, RADIUS);
+  const double fastest = std::fmax(std::fmax(c.c11, 0.5 * (c.c11 + c.c12) + c.c44),
+                                   (c.c11 + 2.0 * c.c12 + 4.0 * c.c44) / 3.0);
+  macro::TangentProbesOf<3> probes(
+      rve::make_engine<3>(sphere_options()),
+      macro::TangentOptions::of(rve::Format::Double, macro::TangentKind::Elastic));
+
+  const double share = law.measured_wave_share({0, 1}, probes, [&](int point) {
+    return owner.points.state(owner.slots[point]);
+  });
+
+  // constants are those without overlap, which is 1e-3 of the radius
+  EXPECT_NEAR(share * bound, fastest, 5e-3 * fastest);
+  EXPECT_LT(share, 0.9);
+  law.scale_waves(share);
+  EXPECT_NEAR(law.p_wave_modulus(1), share * bound, 1e-12 * bound);
+  EXPECT_EQ(law.measured_wave_share({}, probes, nullptr), 0.0);
+}
+
 TEST(PWaveModulusOfSpheres, BoundsTheAffineStiffnessInAllDirections)
 {
   // compressed along one axis, the fabric leans to it

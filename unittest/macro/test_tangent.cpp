@@ -151,6 +151,21 @@ TEST(Tangent, OfAnIsotropicSolidHasItsModuliAndWaves)
   expect_isotropic_solid<3>();
 }
 
+TEST(Tangent, ItsFastestWavesAreThoseOfIsotropicSolidsAndCubicCrystals)
+{
+  EXPECT_NEAR(wave_modulus(TangentOf<2>::isotropic(LAMBDA, MU)), LAMBDA + 2.0 * MU,
+              ROUNDING * LAMBDA);
+  EXPECT_NEAR(wave_modulus(TangentOf<3>::isotropic(LAMBDA, MU)), LAMBDA + 2.0 * MU,
+              ROUNDING * LAMBDA);
+  // C11 = 3, C12 = 1: with C44 below (C11 - C12)/2 waves along an axis are the fastest, C11, above it those along the diagonal of the cube,
+  // (C11 + 2 C12 + 4 C44)/3
+  auto cubic = TangentOf<3>::isotropic(1.0, 1.0);
+  for (int k = 3; k < 6; ++k) cubic.component[k][k] = 0.5;
+  EXPECT_NEAR(wave_modulus(cubic), 3.0, ROUNDING);
+  for (int k = 3; k < 6; ++k) cubic.component[k][k] = 2.0;
+  EXPECT_NEAR(wave_modulus(cubic), 13.0 / 3.0, ROUNDING);
+}
+
 TEST(Tangent, OfACubicCrystalHasItsIsotropicPartAndLeastEigenvalue)
 {
   // C11 = 3, C12 = 1, C44 = 0.5: eigenvalues C11 + 2 C12, C11 - C12 and 2 C44; Voigt's means lambda = (C11 + 4 C12 - 2 C44)/5,

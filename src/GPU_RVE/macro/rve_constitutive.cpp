@@ -1,5 +1,6 @@
 #include "macro/rve_constitutive.h"
 
+#include "macro/largest_eigenvalue.h"
 #include "rve/core/threads.h"
 #include "rve/engine/contact_laws.h"
 #include "rve/engine/substeps.h"
@@ -10,26 +11,6 @@
 namespace macro {
 
 namespace {
-
-  double largest_eigenvalue(const rve::Tensor2 &symmetric)
-  {
-    const double half_difference = 0.5 * (symmetric(0, 0) - symmetric(1, 1));
-    return 0.5 * rve::trace(symmetric) + std::hypot(half_difference, symmetric(0, 1));
-  }
-
-  // Smith 1961, "Eigenvalues of a symmetric 3 x 3 matrix", Comm. ACM 4, 168: m + 2 sqrt(p) cos(acos(q/p^1.5)/3) with the mean m of the
-  // diagonal, 6 p = |A - m|^2 and 2 q = det(A - m)
-  double largest_eigenvalue(const rve::Tensor3 &symmetric)
-  {
-    const double mean = rve::trace(symmetric) / 3.0;
-    const rve::Tensor3 deviator = symmetric - mean * rve::Tensor3::identity();
-    double squares = 0.0;
-    for (const double x : deviator.component) squares += x * x;
-    const double p = squares / 6.0, root = std::sqrt(p);
-    if (root == 0.0) return mean;
-    const double cosine = 0.5 * rve::determinant(deviator) / (p * root);
-    return mean + 2.0 * root * std::cos(std::acos(std::clamp(cosine, -1.0, 1.0)) / 3.0);
-  }
 
   // Voigt's bound: grains that move with the mean field give C = (1/V) sum l^2 (k_n nnnn + k_t n (1 - nn) n), and along any direction a
   // with a.n = c k_n c^4 + k_t c^2 (1 - c^2) <= max(k_n, k_t) c^2, whose mean is a.fabric a. Points move along the first D axes: so do
@@ -84,7 +65,29 @@ template <int D, int DimensionOfRves>
 double RveConstitutive<D, DimensionOfRves>::p_wave_modulus(int point_index) const
 {
   const auto &point = owner.point(point_index);
-  return p_wave_modulus_of<D, DimensionOfRves>(point.result, point.material);
+  return wave_share * p_wave_modulus_of<D, DimensionOfRves>(point.result, point.material);
+}
+
+template <int D, int DimensionOfRves>
+double
+RveConstitutive<D, DimensionOfRves>::measured_wave_share(const std::vector<int> &points,
+                                                         TangentProbesOf<DimensionOfRves> &probes,
+                                                         const State &state) const
+{
+  const auto answers = probes.probe(
+      static_cast<int>(points.size()),
+      [&](int k) {
+        return state(points[k]);
+      },
+      [](int) {
+        return rve::Tensor<double, DimensionOfRves>::zero();
+      });
+  double largest = 0.0;
+  for (std::size_t k = 0; k < points.size(); ++k)
+    if (answers[k].is_measured)
+      largest = std::max(
+          largest, wave_modulus(answers[k].tangent) / (p_wave_modulus(points[k]) / wave_share));
+  return largest;
 }
 
 template class RveConstitutive<2>;

@@ -4,8 +4,10 @@
 #define MACRO_RVE_CONSTITUTIVE_H
 
 #include "macro/rve_points.h"
+#include "macro/tangent_probes.h"
 #include "mpm/constitutive.h"
 
+#include <functional>
 #include <vector>
 
 namespace macro {
@@ -46,13 +48,23 @@ template <int D, int DimensionOfRves = D> class RveConstitutive : public mpm::Co
               rve::Tensor<double, D> *stress, mpm::MemoryRows memory) override;
 
   void expect_questions() override { owner.complete(); }
+  /// The bound that grains which move with the mean field give, times the share of scale_waves().
   double p_wave_modulus(int point_index) const override;
+
+  /// Of the RVE of a point.
+  using State = std::function<rve::RveStateOf<DimensionOfRves>(int point_index)>;
+  /// Largest modulus of waves that elastic tangents of these points have, over that bound of the point [-]; 0 if none could be measured. After
+  /// expect_questions().
+  double measured_wave_share(const std::vector<int> &points,
+                             TangentProbesOf<DimensionOfRves> &probes, const State &state) const;
+  void scale_waves(double share) { wave_share = share; }
 
  private:
   Owner &owner;
   // of update(), kept between calls
   std::vector<int> atoms;
   std::vector<Drive> drives;
+  double wave_share = 1.0;
 };
 
 }    // namespace macro

@@ -1,5 +1,7 @@
 #include "macro/tangent.h"
 
+#include "macro/largest_eigenvalue.h"
+
 #include "rve/core/pi.h"
 
 #include <algorithm>
@@ -293,6 +295,21 @@ double acoustic_determinant(const NominalTangentOf<D> &tangent, const rve::Vec<d
   return rve::determinant(acoustic);
 }
 
+template <int D> double wave_modulus(const TangentOf<D> &tangent)
+{
+  double largest = 0.0;
+  for (const rve::Vec<double, D> &n : directions<D>()) {
+    auto acoustic = rve::Tensor<double, D>::zero();
+    for (int i = 0; i < D; ++i)
+      for (int k = 0; k < D; ++k)
+        for (int j = 0; j < D; ++j)
+          for (int l = 0; l < D; ++l)
+            acoustic(i, k) += 0.5 * n[j] * (tangent(i, j, k, l) + tangent(k, l, i, j)) * n[l];
+    largest = std::max(largest, largest_eigenvalue(acoustic));
+  }
+  return largest;
+}
+
 template <int D> LeastAcousticOf<D> least_acoustic_determinant(const NominalTangentOf<D> &tangent)
 {
   constexpr int MOST_STARTS = 8;    // more minima than such a polynomial has in a half sphere
@@ -331,6 +348,7 @@ template <int D> LeastAcousticOf<D> least_acoustic_determinant(const NominalTang
   template double second_order_work(const TangentOf<D> &, const rve::Tensor<double, D> &);        \
   template double least_second_order_work(const TangentOf<D> &);                                  \
   template IsotropicPart isotropic_part(const TangentOf<D> &);                                    \
+  template double wave_modulus(const TangentOf<D> &);                                             \
   template double acoustic_determinant(const NominalTangentOf<D> &, const rve::Vec<double, D> &); \
   template LeastAcousticOf<D> least_acoustic_determinant(const NominalTangentOf<D> &);
 MACRO_TANGENT_OF(2)
