@@ -1,0 +1,15 @@
+#!/bin/sh
+# An example on its coarse grid against its closed form: the line of its output with "closed form: ...; ratio: ...".
+#
+#   closed_form.sh <lmp> <input script> <least ratio> <largest ratio> <options of lmp...>
+set -eu
+lmp=$1 script=$2 least=$3 largest=$4
+shift 4
+work=$(mktemp -d "${TMPDIR:-/tmp}/closed_form.XXXXXX")
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+"$lmp" -in "$script" "$@" > run.out 2>&1 || { tail -20 run.out; exit 1; }
+grep 'closed form: .*ratio: ' run.out || { tail -20 run.out; exit 1; }
+sed -n 's/.*closed form: .*ratio: \([0-9.]*\).*/\1/p' run.out |
+  awk -v least="$least" -v largest="$largest" '{n++; ok = $1 >= least && $1 <= largest} END {exit n == 1 && ok ? 0 : 1}' ||
+  { echo "the ratio must be from $least to $largest"; exit 1; }
