@@ -120,10 +120,21 @@ namespace {
     return P::STAGE > 0 && findings.first_trouble[0] != FirstTrouble::NOWHERE;
   }
 
-  template <class P>
+  /// Says so to the compiler where points have no boxes but those of fixed size: what the others need takes registers of kernels that are
+  /// run by default.
+  template <bool HasBoxes, class P> __device__ void leave_out_boxes(P &pass)
+  {
+    if constexpr (!HasBoxes) {
+      if (pass.step.shape != ShapeFunction::Linear) pass.step.shape = ShapeFunction::Gimp;
+      pass.step.mean_dilation = false;
+    }
+  }
+
+  template <bool HasBoxes, class P>
   __global__ void __launch_bounds__(BLOCK) over_items(P pass, int count, Findings findings)
   {
     if (is_halted<P>(findings)) return;
+    leave_out_boxes<HasBoxes>(pass);
     DeviceTally tally(findings, P::STAGE);
     pass.begin();
     const int i = blockIdx.x * BLOCK + threadIdx.x;
@@ -131,22 +142,24 @@ namespace {
     tally.flush();
   }
 
-  template <class P>
+  template <bool HasBoxes, class P>
   __global__ void __launch_bounds__(BLOCK)
       scatter_points(P pass, int count, Findings findings, SharedSums inertia, SharedSums vectors)
   {
     if (is_halted<P>(findings)) return;
+    leave_out_boxes<HasBoxes>(pass);
     const int p = blockIdx.x * BLOCK + threadIdx.x;
     if (p >= count) return;
     pass.begin();
     pass(p, inertia, vectors);
   }
 
-  template <class P>
+  template <bool HasBoxes, class P>
   __global__ void __launch_bounds__(BLOCK)
       scatter_point_loads(P pass, int count, Findings findings, SharedSums vectors)
   {
     if (is_halted<P>(findings)) return;
+    leave_out_boxes<HasBoxes>(pass);
     const int k = blockIdx.x * BLOCK + threadIdx.x;
     if (k >= count) return;
     pass.begin();
@@ -233,12 +246,21 @@ namespace {
       shared_on_device_ = shared_nodes_.upload(shared.nodes());
     }
 
-    template <class P> void over_points(const P &pass) { run(pass, count_); }
-    template <class P> void over_nodes(const P &pass) { run(pass, static_cast<int>(num_nodes_)); }
-    template <class P> void over_columns(const P &pass) { run(pass, pass.columns()); }
-    template <class P> void over_loads(const P &pass) { run(pass, view_.num_point_loads); }
-    template <class P> void over_shared(const P &pass) { run(pass, pass.count); }
-    template <class P> void over_bodies(const P &pass, int count) { run(pass, count); }
+    template <class P> void over_points(const P &pass)
+    {
+      if (view_.has_boxes())
+        run<true>(pass, count_);
+      else
+        run<false>(pass, count_);
+    }
+    template <class P> void over_nodes(const P &pass)
+    {
+      run<true>(pass, static_cast<int>(num_nodes_));
+    }
+    template <class P> void over_columns(const P &pass) { run<true>(pass, pass.columns()); }
+    template <class P> void over_loads(const P &pass) { run<true>(pass, view_.num_point_loads); }
+    template <class P> void over_shared(const P &pass) { run<true>(pass, pass.count); }
+    template <class P> void over_bodies(const P &pass, int count) { run<true>(pass, count); }
 
     /// Nothing is known before settle().
     static constexpr bool knows_at_once() { return false; }
@@ -300,16 +322,18 @@ namespace {
           cudaMemsetAsync(view_.inertia_sums + first, 0, (end - first) * sizeof(std::int64_t)),
           "zeros");
       if (count_ == 0) return;
-      scatter_points<<<blocks_for(count_), BLOCK>>>(
-          pass, count_, findings_, SharedSums{view_.inertia_sums}, SharedSums{view_.vector_sums});
+      const auto kernel = view_.has_boxes() ? scatter_points<true, P> : scatter_points<false, P>;
+      kernel<<<blocks_for(count_), BLOCK>>>(pass, count_, findings_, SharedSums{view_.inertia_sums},
+                                            SharedSums{view_.vector_sums});
       check_cuda(cudaGetLastError(), "launch of a pass over points");
     }
     template <class P> void scatter_loads(const P &pass)
     {
       const int count = view_.num_point_loads;
       if (count == 0) return;
-      scatter_point_loads<<<blocks_for(count), BLOCK>>>(pass, count, findings_,
-                                                        SharedSums{view_.vector_sums});
+      const auto kernel =
+          view_.has_boxes() ? scatter_point_loads<true, P> : scatter_point_loads<false, P>;
+      kernel<<<blocks_for(count), BLOCK>>>(pass, count, findings_, SharedSums{view_.vector_sums});
       check_cuda(cudaGetLastError(), "launch of a pass over loads");
     }
     /// In page-locked memory, written by the device.
@@ -375,10 +399,10 @@ namespace {
       return static_cast<unsigned>((count + BLOCK - 1) / BLOCK);
     }
 
-    template <class P> void run(const P &pass, int count)
+    template <bool HasBoxes, class P> void run(const P &pass, int count)
     {
       if (count == 0) return;
-      over_items<<<blocks_for(count), BLOCK>>>(pass, count, findings_);
+      over_items<HasBoxes><<<blocks_for(count), BLOCK>>>(pass, count, findings_);
       check_cuda(cudaGetLastError(), "launch of a pass");
     }
 
@@ -550,7 +574,7 @@ std::unique_ptr<StepRunner<D>> make_cuda_machine(const SolverOptions<D> &options
                                                  const Grid<D> &grid, std::string &obstacle)
 {
   const rve::CudaDevice device = rve::find_cuda_device(
-      options.device_number, reinterpret_cast<const void *>(&over_items<NodeVelocity<D>>));
+      options.device_number, reinterpret_cast<const void *>(&over_items<true, NodeVelocity<D>>));
   obstacle = device.obstacle;
   if (!obstacle.empty()) return nullptr;
   SolverOptions<D> own = options;
