@@ -75,7 +75,8 @@ def check(ending):
             numbers["roscoe"] - tolerance < numbers["angle"] < numbers["coulomb"] + tolerance)
 
 
-def draw(runs, path):
+def draw(runs, path, ratio_label, section):
+    """Curves of all runs, and of each the strain in a section: section(numbers) is x, height, strain, spacing and title."""
     import matplotlib
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
@@ -84,22 +85,28 @@ def draw(runs, path):
         curve = numbers["curve"]
         axes[0].plot(100 * curve[:, 0], curve[:, 2], label=ending)
         axes[1].plot(100 * curve[:, 0], 100 * curve[:, 3], label=ending)
-    for axis, label in zip(axes, ("$(\\sigma_1-\\sigma_3)/(\\sigma_1+\\sigma_3)$ [-]", "volumetric strain, dilation positive [%]")):
+    for axis, label in zip(axes, (ratio_label, "volumetric strain, dilation positive [%]")):
         axis.set_xlabel("axial strain [%]")
         axis.set_ylabel(label)
         axis.grid(alpha=0.3)
         axis.legend(frameon=False)
     for axis, (ending, numbers) in zip(axes[2:], runs.items()):
-        f = numbers["fields"]
-        marks = axis.scatter(f["x"], f["y"], c=f["eps_q"], s=(330.0 * numbers["spacing"] / 2.0)**2 / 5.0, marker="s", cmap="inferno", vmin=0.0, vmax=np.quantile(f["eps_q"], 0.98))
+        x, height, strain, spacing, title = section(numbers)
+        marks = axis.scatter(x, height, c=strain, s=(330.0 * spacing / 2.0)**2 / 5.0, marker="s", cmap="inferno", vmin=0.0, vmax=np.quantile(strain, 0.98))
         axis.set_aspect("equal")
         axis.set_xlim(-0.3, 1.3)
         axis.set_ylim(0.0, 2.05)
-        axis.set_title("{}: {:.0f}°".format(ending, numbers["angle"]), fontsize=9)
+        axis.set_title(ending + title, fontsize=9)
         axis.set_axis_off()
         figure.colorbar(marks, ax=axis, shrink=0.6, label="deviatoric strain [-]")
     figure.tight_layout()
     figure.savefig(path, dpi=110)
+
+
+def section_of(numbers):
+    """The whole specimen."""
+    f = numbers["fields"]
+    return f["x"], f["y"], f["eps_q"], numbers["spacing"], ": {:.0f}°".format(numbers["angle"])
 
 
 def main():
@@ -114,7 +121,7 @@ def main():
     runs = {ending: numbers_of(ending) for ending in endings}
     for ending, numbers in runs.items():
         say(ending, numbers)
-    draw(runs, arguments.out)
+    draw(runs, arguments.out, "$(\\sigma_1-\\sigma_3)/(\\sigma_1+\\sigma_3)$ [-]", section_of)
 
 
 if __name__ == "__main__":

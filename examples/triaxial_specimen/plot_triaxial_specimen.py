@@ -14,7 +14,7 @@ import sys
 import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "biaxial_specimen"))
-from plot_biaxial_specimen import WINDOW, read_fields  # noqa: E402
+from plot_biaxial_specimen import WINDOW, draw, read_fields  # noqa: E402
 
 
 def numbers_of(ending):
@@ -48,34 +48,12 @@ def check(rough, smooth):
     return strengths and r["peak"] > s["peak"] and r["bulge"] > 1.5 and abs(s["bulge"] - 1.0) < 0.5 * (r["bulge"] - 1.0)
 
 
-def draw(runs, path):
-    import matplotlib
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-    figure, axes = plt.subplots(1, 2 + len(runs), figsize=(6.5 + 2.6 * len(runs), 3.8), width_ratios=[1.2, 1.2] + [0.9] * len(runs))
-    for ending, numbers in runs.items():
-        curve = numbers["curve"]
-        axes[0].plot(100 * curve[:, 0], curve[:, 2], label=ending)
-        axes[1].plot(100 * curve[:, 0], 100 * curve[:, 3], label=ending)
-    for axis, label in zip(axes, ("q/p [-]", "volumetric strain, dilation positive [%]")):
-        axis.set_xlabel("axial strain [%]")
-        axis.set_ylabel(label)
-        axis.grid(alpha=0.3)
-        axis.legend(frameon=False)
-    for axis, (ending, numbers) in zip(axes[2:], runs.items()):
-        f = numbers["fields"]
-        y = f["y"] - f["uy"]
-        plane = np.abs(y - y[np.argmin(np.abs(y - 0.5))]) < 1e-6
-        spacing = np.cbrt(2.0 / len(y))
-        marks = axis.scatter(f["x"][plane], f["z"][plane], c=f["eps_q"][plane], s=(330.0 * spacing / 2.0)**2 / 5.0, marker="s", cmap="inferno", vmin=0.0)
-        axis.set_aspect("equal")
-        axis.set_xlim(-0.3, 1.3)
-        axis.set_ylim(0.0, 2.05)
-        axis.set_title(ending, fontsize=9)
-        axis.set_axis_off()
-        figure.colorbar(marks, ax=axis, shrink=0.6, label="deviatoric strain [-]")
-    figure.tight_layout()
-    figure.savefig(path, dpi=110)
+def section_of(numbers):
+    """The plane of points nearest to the middle."""
+    f = numbers["fields"]
+    y = f["y"] - f["uy"]
+    plane = np.abs(y - y[np.argmin(np.abs(y - 0.5))]) < 1e-6
+    return f["x"][plane], f["z"][plane], f["eps_q"][plane], np.cbrt(2.0 / len(y)), ""
 
 
 def main():
@@ -90,7 +68,7 @@ def main():
     runs = {ending: numbers_of(ending) for ending in endings}
     for ending, numbers in runs.items():
         say(ending, numbers)
-    draw(runs, arguments.out)
+    draw(runs, arguments.out, "q/p [-]", section_of)
 
 
 if __name__ == "__main__":
