@@ -18,20 +18,6 @@ std::string stretched(const std::string &words)
       " threads 1 dt 5e-5 drive velocity_gradient xx v_pull yy v_push " + words + "\n";
 }
 
-std::string log_of_ranks(const std::string &lines)
-{
-  // rank 0 writes it
-  const std::string path = rve_test::temporary_path("log");
-  {
-    Script script;
-    script << "log " + path + "\n" + lines + "\nlog none";
-  }
-  MPI_Barrier(MPI_COMM_WORLD);
-  const std::string text = rve_test::text_of(path);
-  MPI_Barrier(MPI_COMM_WORLD);
-  return text;
-}
-
 }    // namespace
 
 TEST(NarrowCell, IsContinuedByCopiesWhichAreCountedAndSaid)
@@ -49,7 +35,7 @@ TEST(NarrowCell, IsContinuedByCopiesWhichAreCountedAndSaid)
   EXPECT_EQ(script.fix_value("grains", 2), 0.0);
   for (const auto &[id, pressure] : p) EXPECT_GT(pressure, 0.0) << id;
 
-  const std::string log = log_of_ranks(stretched("") + "run 120");
+  const std::string log = log_of(stretched("") + "run 120");
   EXPECT_IN("is continued by up to 4 copies of it side by side, and then ends the run", log);
   const std::size_t first = log.find("the cell of the RVE of atom 2 has become too narrow at step"),
                     second =
@@ -88,7 +74,7 @@ TEST(PolicyFresh, GoesOnWithFreshRvesWhichAreCountedAndSaid)
   EXPECT_EQ(run.fix_value("grains", 2), 0.0);
   for (const auto &[id, pressure] : run.compute("p")) EXPECT_GT(pressure, 1e4) << id;
 
-  const std::string log = log_of_ranks(script + "run 20");
+  const std::string log = log_of(script + "run 20");
   EXPECT_IN("a fresh RVE takes its place", log);
   EXPECT_IN("the RVE of atom 2 failed at step 5: overlap too large; a fresh one of packing", log);
   EXPECT_IN("the RVE of atom 2 failed at step 15: overlap too large; a fresh one of packing", log);
