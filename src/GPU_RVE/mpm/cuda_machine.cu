@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <type_traits>
 
 namespace mpm {
 
@@ -276,9 +277,11 @@ namespace {
       is_ahead_ = true;
       const Watch watch(transfer_seconds_);
       motion_.receive(motion_size());
-      if (view_.num_rigid > 0)
-        std::memcpy(host_rigid_, motion_.room(motion_size()) + rigid_offset(),
+      if (view_.num_rigid > 0) {
+        static_assert(std::is_trivially_copyable_v<RigidBodyStep<D>>);
+        std::memcpy(static_cast<void *>(host_rigid_), motion_.room(motion_size()) + rigid_offset(),
                     view_.num_rigid * sizeof(*host_rigid_));
+      }
       const double *motion = motion_.room(motion_size()) + num_words();
       copy(host_points_.position.first, motion, 3 * static_cast<std::size_t>(count_));
       copy(host_points_.velocity.first, motion + rows(count_),
