@@ -24,8 +24,8 @@ class Batch:
 
     :param packings: one for each RVE; the same one may come many times
     :param options: ``format`` ("fast", "mixed" or "double"), ``arithmetic`` ("strict" or "relaxed"), ``device`` ("auto", "cpu" or "cuda"),
-        ``device_number``, ``threads`` (0: as OpenMP decides), ``block_size``, ``skin`` [length], ``overlap_limit`` [-], ``energy`` (True: work and
-        losses are counted)
+        ``device_number``, ``threads`` (0: as OpenMP decides), ``block_size``, ``skin`` [length], ``arms`` ("contact" or "lammps"), ``overlap_limit`` [-],
+        ``energy`` (True: work and losses are counted)
     """
 
     def __init__(self, packings: Sequence[Packing], **options: float | str | bool):
@@ -155,8 +155,9 @@ class Batch:
         """Tangents of the RVEs as they are, by probing; the RVEs are not changed.
 
         :param strain_rates: present directions of straining (n, D, D), or (D, D) for all; needed with ``kind="loading"``
-        :param options: ``kind`` ("elastic" or "loading"), ``probe``, ``lead``, ``spread``, ``strain_steps``, ``lead_steps``, ``look_steps``,
-            ``most_steps``, ``tolerance``, ``damping``: those of the LAMMPS command compute rve/tangent
+        :param options: ``kind`` ("elastic" or "loading"), ``format`` (of the copies that are probed; without, that of the batch), ``probe``, ``lead``,
+            ``spread``, ``strain_steps``, ``lead_steps``, ``look_steps``, ``most_steps``, ``tolerance``, ``damping``: those of the LAMMPS command
+            compute rve/tangent
         :return: (n, S, S), S = 3: xx, yy, xy, or S = 6: xx, yy, zz, xy, xz, yz, of stress by engineering strain [stress]; NaN where none could be measured
         """
         chosen, n = self._which(which)

@@ -32,14 +32,30 @@ class Packing:
         """Prepares a packing: a loose cloud that is compressed to a pressure, on one CPU thread, in seconds to minutes.
 
         :param radius: smallest and largest radius; uniform between them [length]
-        :param recipe: ``shape`` ("disk" or "sphere"), ``grains``, ``seed``, ``pressure`` [stress], ``k0``, ``void_ratio``, ``friction_prep``,
-            ``damping_prep``, ``tolerance``, ``contact`` ("hooke", "hertz", "dmt"), ``format``, and the parameters of the material: ``kn``, ``kt``
+        :param recipe: ``shape`` ("disk" or "sphere"), ``grains``, ``seed``, ``pressure`` [stress], ``k0`` (a number [-], or "rest": what the grains make
+            of it while their lateral strain is zero), ``void_ratio``, ``void_ratio_tolerance``, ``friction_prep``, ``damping_prep``, ``tolerance``,
+            ``contact`` ("hooke", "hertz", "dmt"), ``format``, ``device``, ``threads``, and the parameters of the material: ``kn``, ``kt``
             [force/length], ``friction``, ``density`` [mass/length^3], ``damping``, ...; as of the LAMMPS command create_rve
         """
         pointer = ffi.new("rve_packing **")
         recipe = {**recipe, "radius_min": radius[0], "radius_max": radius[1]}
         check(lib.rve_packing_create(words(recipe), pointer))
         return cls(pointer[0])
+
+    @classmethod
+    def read_library(cls, file: str | os.PathLike) -> list[Packing]:
+        """All packings of a library, in its order, or the one of a packing file."""
+        count = ffi.new("size_t *")
+        check(lib.rve_library_read(os.fsencode(file), ffi.NULL, 0, count))
+        pointers = ffi.new("rve_packing *[]", count[0])
+        check(lib.rve_library_read(os.fsencode(file), pointers, len(pointers), count))
+        return [cls(pointer) for pointer in pointers]
+
+    def image(self, number: int) -> Packing:
+        """The same grains in a mirror or turned by right angles: 0 to 7 of disks, 0 to 47 of spheres; 0 is the packing itself."""
+        pointer = ffi.new("rve_packing **")
+        check(lib.rve_packing_image(self._pointer, number, pointer))
+        return Packing(pointer[0])
 
     def copy(self) -> Packing:
         pointer = ffi.new("rve_packing **")

@@ -51,6 +51,24 @@ class Packings(unittest.TestCase):
         np.testing.assert_array_equal(back.positions, DISKS.positions)
 
 
+    def test_the_ground_is_laid_down_and_read_back_from_a_library(self):
+        recipe = {"grains": 60, "seed": 3, "radius": (0.0025, 0.005), "kn": 1e6, "friction": 0.5, "density": 2650.0, "damping": 0.3,
+                  "thickness": 0.075, "mass_depth": 0.075, "friction_prep": 0.3}
+        ground = gpu_rve.Packing.create(**recipe, pressure=2e4, k0="rest")
+        batch = gpu_rve.Batch([ground], **OPTIONS)
+        self.assertAlmostEqual(batch["syy"][0] / -2e4, 1.0, delta=1.1e-3)    # the recipe's tolerance
+        self.assertTrue(0.3 < batch["sxx"][0] / batch["syy"][0] < 0.8)    # Jaky: about 1 - sin(phi)
+        with tempfile.TemporaryDirectory() as folder:
+            ground.write(pathlib.Path(folder) / "ground.rve")
+            back, = gpu_rve.Packing.read_library(pathlib.Path(folder) / "ground.rve")
+        np.testing.assert_array_equal(back.positions, ground.positions)
+
+    def test_an_image_has_the_turned_stress(self):
+        turned, straight = (gpu_rve.Batch([packing], **OPTIONS) for packing in (DISKS.image(1), DISKS))
+        for to, of, sign in (("sxx", "syy", 1), ("syy", "sxx", 1), ("sxy", "sxy", -1)):
+            self.assertAlmostEqual(turned[to][0], sign * straight[of][0], delta=1e-9 * straight["p"][0])
+
+
 class Quantities(unittest.TestCase):
     def test_fabric_and_energies_of_contacts_are_those_of_the_answer(self):
         for packing, factor in ((DISKS, 4.0), (SPHERES, 7.5)):
@@ -163,6 +181,7 @@ class Batches(unittest.TestCase):
                 ("did you mean pairs", lambda: batch["pair"]),
                 ("nowhere.rve", lambda: gpu_rve.Packing.read("nowhere.rve")),
                 ("no parameter 'mu'", lambda: DISKS["mu"]),
+                ("must be a number or rest", lambda: gpu_rve.Packing.create(radius=(1, 2), k0="lest")),
                 ("the recipe lacks grains", lambda: gpu_rve.Packing.create(radius=(1, 2))),
                 ("must be below 1", lambda: batch.time_steps([1])),
                 ("of disks, and packing 1 of spheres", lambda: gpu_rve.Batch([DISKS, SPHERES])),

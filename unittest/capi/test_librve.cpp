@@ -4,11 +4,13 @@
 
 #include "rve/engine/engine.h"
 #include "rve/engine/packing_io.h"
+#include "rve/engine/packing_library.h"
 #include "rve/engine/stability.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <memory>
 #include <string>
@@ -400,6 +402,120 @@ TEST(Librve, PreparesAPackingFromWords)
   EXPECT_NEAR(quantity(batch.get(), "void_ratio", 0), rve_packing_void_ratio(packing), 1e-12);
 }
 
+namespace {
+
+Packing created(const std::string &recipe)
+{
+  rve_packing *packing = nullptr;
+  EXPECT_EQ(rve_packing_create(recipe.c_str(), &packing), RVE_SUCCESS) << rve_error();
+  return {packing, rve_packing_free};
+}
+
+Numbers array(const Packing &packing, const char *name, std::size_t count)
+{
+  Numbers values(count);
+  EXPECT_EQ(rve_packing_array(packing.get(), name, values.data(), count), RVE_SUCCESS)
+      << rve_error();
+  return values;
+}
+
+const std::string GROUND =
+    "grains 60 seed 3 radius uniform 0.0025 0.005 kn 1e6 friction 0.5 density 2650 damping 0.3 "
+    "thickness 0.075 mass_depth 0.075 friction_prep 0.3 ";
+
+}    // namespace
+
+// Earth pressure at rest of grains with an angle of friction of some 25 degrees: about 1 - sin(phi), Jaky 1944.
+TEST(Librve, GrainsFindTheirEarthPressureAtRest)
+{
+  const Packing rest = created(GROUND + "pressure 20e3 k0 rest");
+  // where the sides stop
+  const Packing before = created(GROUND + "pressure 1e3");
+  const Batch batch = batch_of({rest.get()});
+
+  EXPECT_NEAR(quantity(batch.get(), "syy", 0), -20e3, 21.0);    // the recipe's tolerance, 1e-3
+  EXPECT_NEAR(quantity(batch.get(), "sxx", 0) / quantity(batch.get(), "syy", 0), 0.55, 0.25);
+  const Numbers cell = array(rest, "cell", 4), first = array(before, "cell", 4);
+  EXPECT_EQ(cell[0], first[0]);
+  EXPECT_LT(cell[3], first[3]);
+}
+
+TEST(Librve, WordsOfAScriptGiveItsPacking)
+{
+  const Packing by_script = created(GROUND + "pressure 1e4");
+  std::string bounds = GROUND;
+  bounds.replace(bounds.find("radius uniform 0.0025 0.005"), 27,
+                 "radius_min 0.0025 radius_max 0.005");
+  const Packing by_bounds = created(bounds + "pressure 1e4 device cpu threads 2");
+  EXPECT_EQ(array(by_script, "position", 120), array(by_bounds, "position", 120));
+
+  const double wanted = rve_packing_void_ratio(by_script.get()) - 0.02;
+  std::string looked_for = GROUND;
+  looked_for.erase(looked_for.find("friction_prep 0.3 "));
+  const Packing met = created(looked_for + "pressure 1e4 void_ratio " + std::to_string(wanted) +
+                              " void_ratio_tolerance 0.005");
+  EXPECT_NEAR(rve_packing_void_ratio(met.get()), wanted, 0.005);
+}
+
+TEST(Librve, ReadsLibrariesAndImagesOfTheirPackings)
+{
+  rve::PackingLibrary library;
+  for (const std::uint64_t seed : {1, 2}) {
+    rve::RveState state = rve::read_packing(DISKS);
+    state.radius[0] *= 1.0 - 1e-3 * static_cast<double>(seed);
+    library.add({seed, state.void_ratio(), 0.0, 1.0, 0.0, state.num_grains()}, state);
+  }
+  const std::string file = testing::TempDir() + "test_librve.library";
+  rve::write_library(file, library);
+
+  std::size_t count = 0;
+  ASSERT_EQ(rve_library_read(file.c_str(), nullptr, 0, &count), RVE_SUCCESS) << rve_error();
+  ASSERT_EQ(count, 2u);
+  rve_packing *pointers[2] = {nullptr, nullptr};
+  EXPECT_EQ(rve_library_read(file.c_str(), pointers, 1, &count), RVE_BAD_INPUT);
+  EXPECT_STREQ(rve_error(), "capacity is 1 packings; it must be at least 2");
+  EXPECT_EQ(pointers[0], nullptr);
+  ASSERT_EQ(rve_library_read(file.c_str(), pointers, 2, &count), RVE_SUCCESS) << rve_error();
+  std::remove(file.c_str());
+  const Packing first(pointers[0], rve_packing_free), second(pointers[1], rve_packing_free);
+  EXPECT_EQ(rve_packing_void_ratio(first.get()), library.index[0].void_ratio);
+  EXPECT_EQ(rve_packing_void_ratio(second.get()), library.index[1].void_ratio);
+  ASSERT_EQ(rve_library_read(DISKS.c_str(), pointers, 2, &count), RVE_SUCCESS) << rve_error();
+  const Packing alone(pointers[0], rve_packing_free);
+  EXPECT_EQ(count, 1u);
+
+  // a mirror that reverses x: the same normal stresses, the other shear stress
+  rve_packing *seen = nullptr;
+  EXPECT_EQ(rve_packing_image(alone.get(), 8, &seen), RVE_BAD_INPUT);
+  EXPECT_NE(std::string(rve_error()).find("8"), std::string::npos) << rve_error();
+  ASSERT_EQ(rve_packing_image(alone.get(), 4, &seen), RVE_SUCCESS) << rve_error();
+  const Packing mirrored(seen, rve_packing_free);
+  const Batch batch = batch_of({alone.get(), mirrored.get()});
+  const double p = quantity(batch.get(), "p", 0);
+  for (const char *name : {"sxx", "syy"})
+    EXPECT_NEAR(quantity(batch.get(), name, 1), quantity(batch.get(), name, 0), 1e-9 * p);
+  EXPECT_NE(quantity(batch.get(), "sxy", 0), 0.0);
+  EXPECT_NEAR(quantity(batch.get(), "sxy", 1), -quantity(batch.get(), "sxy", 0), 1e-9 * p);
+}
+
+TEST(Librve, TangentsAreProbedInTheFormatThatIsAskedFor)
+{
+  const Batch fast = batch_of(DISKS, 1, "format fast device cpu threads 1"),
+              exact = batch_of(DISKS, 1, OPTIONS);
+  const auto tangent = [](const Batch &batch, const char *options) {
+    Numbers values(9);
+    EXPECT_EQ(rve_tangents(batch.get(), nullptr, 1, options, nullptr, values.data(), nullptr),
+              RVE_SUCCESS)
+        << rve_error();
+    return values;
+  };
+  const char *const words = "format double strain_steps 100 most_steps 500";
+  EXPECT_EQ(tangent(exact, words), tangent(exact, "strain_steps 100 most_steps 500"));
+  // the grains of the one have lost digits when they came into their engine
+  const Numbers of_fast = tangent(fast, words), of_exact = tangent(exact, words);
+  for (int k = 0; k < 9; ++k) EXPECT_NEAR(of_fast[k], of_exact[k], 0.02 * of_exact[0]);
+}
+
 TEST(Librve, ContactsGiveTheStressByLove)
 {
   const Packing packing = read(SPHERES);
@@ -437,6 +553,19 @@ TEST(Librve, WrongInputIsNamedAndThrowsNothing)
   expect(rve_packing_create("shape disk grains 60", &packing),
          "the recipe lacks radius_min, radius_max, density, pressure, kn");
   expect(rve_packing_create("shape cube", &packing), "shape is 'cube'; it must be disk or sphere");
+  expect(rve_packing_create("k0 lest", &packing), "k0 is 'lest'; it must be a number or rest");
+  expect(rve_packing_create("radius uniform 1", &packing), "radius has 2 of its 3 values");
+  expect(rve_packing_create("radius constant 1 2", &packing),
+         "radius is 'constant'; it must be uniform");
+  expect(rve_packing_create("radius uniform 1 x", &packing), "radius is 'x'; it must be a number");
+  expect(rve_packing_create("radius uniform 1 2 radius_min 1", &packing),
+         "radius and radius_min exclude each other");
+  expect(rve_packing_create((GROUND + "pressure 1e4 void_ratio 0.2").c_str(), &packing),
+         "friction_prep is 0.3, give one of them");
+  expect(rve_packing_create("shape sphere grains 60 radius uniform 1e-3 2e-3 density 2650 pressure "
+                            "1e4 contact hertz hertz_kn 1e9 rolling_friction 0.1",
+                            &packing),
+         "rolling_friction is 0.1 [-] without a kr");
   expect(rve_packing_create("frition 0.5", &packing), "did you mean friction");
   expect(rve_packing_parameter(disks.get(), "k_twist", &value), "no parameter 'k_twist'");
   expect(rve_packing_set_parameter(disks.get(), "kn", -1.0), "normal stiffness is -1");

@@ -8,6 +8,7 @@
 #include "rve/engine/contact_network.h"
 #include "rve/engine/files.h"
 #include "rve/engine/packing.h"
+#include "rve/engine/packing_image.h"
 #include "rve/engine/packing_io.h"
 
 #include <algorithm>
@@ -108,6 +109,13 @@ AnyState read_state(const char *file)
   const int dimension = rve::dimension_of_packing(file);
   if (dimension == 3) return rve::read_packing<3>(file);
   return rve::read_packing<2>(file);
+}
+
+template <int D> std::vector<AnyState> states_of_library(const char *file)
+{
+  rve::PackingLibraryOf<D> library = rve::read_library<D>(file);
+  return {std::make_move_iterator(library.packings.begin()),
+          std::make_move_iterator(library.packings.end())};
 }
 
 template <int D> AnyState prepare(const capi::Order &order)
@@ -255,7 +263,7 @@ template <int D> class Batch {
       return "packing " + std::to_string(k);
     });
     engine = rve::make_engine<D>(options);
-    format = options.format;
+    engine_options = options;
     for (const rve::RveStateOf<D> &state : copies) members.push_back({engine->add(state)});
     description = engine->description();
     evaluate();
@@ -419,10 +427,13 @@ template <int D> class Batch {
                 const double *strain_rates, double *tangents, int *measured)
   {
     constexpr int S = rve::Space<D>::strains;
-    const macro::TangentOptions options = capi::read_tangent_options(words, format);
+    const auto [format, options] = capi::read_tangent_options(words, engine_options.format);
     require(strain_rates || options.kind == macro::TangentKind::Elastic,
             "strain_rates is a null pointer; kind loading needs the directions of straining");
-    macro::TangentProbesOf<D> probes(engine->empty_with(engine->contacts()), options);
+    rve::Options of_copies = engine_options;
+    of_copies.format = format;
+    of_copies.arithmetic = rve::Arithmetic::Strict;
+    macro::TangentProbesOf<D> probes(rve::make_engine<D>(of_copies), options);
     const auto answers = probes.probe(
         static_cast<int>(which.size()),
         [&](int k) {
@@ -503,7 +514,7 @@ template <int D> class Batch {
 
   std::unique_ptr<rve::EngineOf<D>> engine;
   std::vector<Member> members;
-  rve::Format format;
+  rve::Options engine_options;
   std::string description;
 
   double value_of(const macro::Quantity &quantity, const Member &member) const
@@ -717,6 +728,41 @@ int rve_packing_create(const char *recipe, rve_packing **packing)
     require_pointer(packing, "packing");
     const capi::Order order = capi::read_recipe(text_or_empty(recipe));
     *packing = new rve_packing{order.dimension == 3 ? prepare<3>(order) : prepare<2>(order)};
+  });
+}
+
+int rve_library_read(const char *file, rve_packing **packings, size_t capacity, size_t *count)
+{
+  return guarded([&] {
+    require_pointer(file, "file");
+    require_pointer(count, "count");
+    std::vector<AnyState> states = rve::dimension_of_packing(file) == 3
+        ? states_of_library<3>(file)
+        : states_of_library<2>(file);
+    *count = states.size();
+    if (!packings) return;
+    require(states.size() <= capacity, [&] {
+      return "capacity is " + std::to_string(capacity) + " packings; it must be at least " +
+          std::to_string(states.size());
+    });
+    // a caller has all of them or none
+    std::vector<std::unique_ptr<rve_packing>> all;
+    for (AnyState &state : states)
+      all.push_back(std::make_unique<rve_packing>(rve_packing{std::move(state)}));
+    for (std::size_t k = 0; k < all.size(); ++k) packings[k] = all[k].release();
+  });
+}
+
+int rve_packing_image(const rve_packing *packing, int image, rve_packing **seen)
+{
+  return guarded([&] {
+    require_pointer(packing, "packing");
+    require_pointer(seen, "seen");
+    *seen = std::visit(
+        [&](const auto &state) {
+          return new rve_packing{rve::image_of(state, image)};
+        },
+        packing->state);
   });
 }
 

@@ -35,7 +35,7 @@ extern "C" {
 /* The interface. The major number changes when a program that was written for an earlier one may have to change, the minor one when something
  * comes that was not there. */
 #define RVE_API_MAJOR 1
-#define RVE_API_MINOR 1
+#define RVE_API_MINOR 2
 
 enum {
   RVE_SUCCESS = 0,
@@ -59,10 +59,21 @@ typedef struct rve_packing rve_packing;
 RVE_API int rve_packing_read(const char *file, rve_packing **packing);
 /* The file is written whole or not at all. Counters, energies and the list of pairs are not in it. */
 RVE_API int rve_packing_write(const rve_packing *packing, const char *file);
+/* All packings of a library, in its order, or the one of a packing file (manual: packing_file). `capacity` pointers have room; *count becomes the number
+ * that is needed, and it is an error if that is more. With packings NULL only *count is set. Each of them is freed by itself. Since 1.2. */
+RVE_API int rve_library_read(const char *file, rve_packing **packings, size_t capacity,
+                             size_t *count);
+/* The same grains in a mirror or turned by right angles, as good a sample of the material: image 0 to 7 of disks, 0 to 47 of spheres (manual: fix rve,
+ * packing_image); 0 is the packing itself. Since 1.2. */
+RVE_API int rve_packing_image(const rve_packing *packing, int image, rve_packing **seen);
 /* Prepares a packing: a loose cloud that is compressed to a pressure (manual: create_rve). Recipe: words and values as in that command,
- *   shape disk|sphere, grains N, seed N, radius_min x, radius_max x, pressure x, k0 x, void_ratio x, friction_prep x, damping_prep x,
- *   tolerance x, contact hooke|hertz|dmt, format fast|mixed|double, and the keywords of the material, kn, kt, friction, density, ...
- * Runs on one CPU thread, from seconds to minutes. */
+ *   shape disk|sphere, grains N, seed N, radius uniform lo hi (or radius_min x, radius_max x), pressure x, k0 x|rest, void_ratio x,
+ *   void_ratio_tolerance x, friction_prep x, damping_prep x, tolerance x, contact hooke|hertz|dmt, format fast|mixed|double|single,
+ *   device auto|cpu|cuda, threads N, and the keywords of the material, kn, kt, friction, density, ...
+ * With k0 rest the stress along the last axis is the pressure, and those along the others are what the grains make of it while their strain is zero.
+ * Without device and threads it runs on one CPU thread, from seconds to minutes. Radius uniform, k0 rest, void_ratio_tolerance, device and threads since 1.2.
+ * Words of create_rve that are not here: seeds, several pressures, friction_preps and void_ratios, and policy make a library, and a call makes one packing;
+ * those behind contact hooke, hertz or dmt are LAMMPS' (pair granular), here each number has its keyword: kn, hertz_kn, surface_energy, ... */
 RVE_API int rve_packing_create(const char *recipe, rve_packing **packing);
 RVE_API int rve_packing_copy(const rve_packing *packing, rve_packing **copy);
 RVE_API void rve_packing_free(rve_packing *packing);
@@ -97,8 +108,11 @@ typedef struct rve_batch rve_batch;
 
 /* RVEs that begin as copies of these packings, all of disks or all of spheres and of one contact law. Options: words and values,
  *   format fast|mixed|double, arithmetic strict|relaxed, device auto|cpu|cuda, device_number N, threads N (0: as OpenMP decides), block_size N,
- *   skin x [length], overlap_limit x [-], energy yes|no (whether work and losses are counted)
- * NULL or "": format mixed, device auto. */
+ *   skin x [length], arms contact|lammps (since 1.2), overlap_limit x [-], energy yes|no (whether work and losses are counted)
+ * NULL or "": format mixed, device auto.
+ * Words of fix rve that are not here: what a macro step is made of (drive, servo, path, dt, substeps, quiescent, stress, policy, copies, shadow, progress, preset,
+ * dump) is the program's own, by the functions below; which packing and image an RVE begins from is said by the packings; mass_scaling is a factor on the parameter
+ * mass_depth. */
 RVE_API int rve_batch_create(const rve_packing *const *packings, size_t count, const char *options,
                              rve_batch **batch);
 RVE_API void rve_batch_free(rve_batch *batch);
@@ -146,7 +160,8 @@ RVE_API uint32_t rve_status_fatal(void);
 RVE_API const char *rve_status_text(uint32_t status);
 
 /* A quantity of the states that the last trial or advance left, or of the committed ones before any (count): the names of compute rve/atom, "p", "q",
- * "void_ratio", "coordination", "fabric_xx", "kinetic", "work", "sliding", ... */
+ * "void_ratio", "coordination", "fabric_xx", "kinetic", "work", "sliding", ... Those that a fix has of an atom are not here: servo_error, path_..., inertial,
+ * copies, renewals. */
 RVE_API int rve_quantity(rve_batch *batch, const char *name, const size_t *which, size_t count,
                          double *values);
 /* Number of those names for grains of this dimension, and the k-th of them. */
@@ -160,8 +175,8 @@ RVE_API int rve_affine_stiffness(rve_batch *batch, const size_t *which, size_t c
                                  double *stiffness);
 
 /* Tangents of the RVEs as they are, by probing (manual: compute rve/tangent): copies take small strains and come to rest, thousands of DEM steps of each.
- * Options: words and values, kind elastic|loading, probe x, lead x, spread x, strain_steps N, lead_steps N, look_steps N, most_steps N,
- * tolerance x, damping x; NULL or "": kind elastic and what suits the number format.
+ * Options: words and values, kind elastic|loading, format fast|mixed|double|single of the copies (since 1.2; without, that of the batch), probe x, lead x,
+ * spread x, strain_steps N, lead_steps N, look_steps N, most_steps N, tolerance x, damping x; NULL or "": kind elastic and what suits the number format.
  *   strain_rates  (count, D, D) present direction of straining, for kind loading; NULL with kind elastic
  *   tangents      (count, S, S), S = 3: xx, yy, xy, or S = 6: xx, yy, zz, xy, xz, yz, of stress by engineering strain [stress]; zeros where the status of a
  *                 copy was fatal or there is no direction of straining

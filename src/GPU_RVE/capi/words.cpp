@@ -14,19 +14,20 @@ namespace capi {
 
 namespace {
 
-  /// A word and its value.
+  /// A word and its value, or values.
   struct Entry {
     std::string word, value;
+    std::vector<std::string> more = {};    ///< those behind the first one
 
     [[noreturn]] void refuse(const std::string &demand) const
     {
       throw rve::InputError(word + " is '" + value + "'; it must be " + demand);
     }
-    double number() const
+    double number(const char *demand = "a number") const
     {
       double x = 0.0;
       const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), x);
-      if (error != std::errc() || end != value.data() + value.size()) refuse("a number");
+      if (error != std::errc() || end != value.data() + value.size()) refuse(demand);
       return x;
     }
     template <class Integer = int> Integer integer() const
@@ -45,16 +46,28 @@ namespace {
       }
       refuse(demand);
     }
+    /// The word with one of the values behind the first.
+    Entry part(std::size_t k) const { return {word, more[k]}; }
   };
 
-  std::vector<Entry> entries(const std::string &text)
+  /// Words that have more than one value, and how many.
+  using Lengths = std::map<std::string, std::size_t>;
+
+  std::vector<Entry> entries(const std::string &text, const Lengths &lengths = {})
   {
     std::vector<Entry> all;
     std::istringstream stream(text);
-    for (Entry entry; stream >> entry.word; all.push_back(entry)) {
-      rve::require(static_cast<bool>(stream >> entry.value), entry.word + " has no value");
-      for (const Entry &other : all)
-        rve::require(other.word != entry.word, entry.word + " is given twice");
+    for (std::string word; stream >> word;) {
+      Entry entry{word, ""};
+      rve::require(static_cast<bool>(stream >> entry.value), word + " has no value");
+      const auto length = lengths.find(word);
+      for (std::size_t k = 1; length != lengths.end() && k < length->second; ++k)
+        rve::require(static_cast<bool>(stream >> entry.more.emplace_back()), [&] {
+          return word + " has " + std::to_string(k) + " of its " + std::to_string(length->second) +
+              " values";
+        });
+      for (const Entry &other : all) rve::require(other.word != word, word + " is given twice");
+      all.push_back(std::move(entry));
     }
     return all;
   }
@@ -87,6 +100,12 @@ namespace {
                                   {"single", rve::Format::Single}});
   }
 
+  rve::Device device_of(const Entry &e)
+  {
+    return e.choice<rve::Device>(
+        {{"auto", rve::Device::Auto}, {"cpu", rve::Device::Cpu}, {"cuda", rve::Device::Cuda}});
+  }
+
   const Table<rve::Options> OPTIONS = {
       {"format",
        [](const Entry &e, rve::Options &o) {
@@ -99,8 +118,7 @@ namespace {
        }},
       {"device",
        [](const Entry &e, rve::Options &o) {
-         o.device = e.choice<rve::Device>(
-             {{"auto", rve::Device::Auto}, {"cpu", rve::Device::Cpu}, {"cuda", rve::Device::Cuda}});
+         o.device = device_of(e);
        }},
       {"device_number",
        [](const Entry &e, rve::Options &o) {
@@ -118,6 +136,11 @@ namespace {
       {"skin",
        [](const Entry &e, rve::Options &o) {
          o.skin = e.number();
+       }},
+      {"arms",
+       [](const Entry &e, rve::Options &o) {
+         o.arms =
+             e.choice<rve::Arms>({{"contact", rve::Arms::Contact}, {"lammps", rve::Arms::Lammps}});
        }},
       {"overlap_limit",
        [](const Entry &e, rve::Options &o) {
@@ -139,6 +162,12 @@ namespace {
                                 [](const Entry &e, Order &o) {
                                   o.recipe.seed = e.integer<std::uint64_t>();
                                 }},
+                               {"radius",
+                                [](const Entry &e, Order &o) {
+                                  e.choice<bool>({{"uniform", true}});
+                                  o.recipe.radius_min = e.part(0).number();
+                                  o.recipe.radius_max = e.part(1).number();
+                                }},
                                {"radius_min",
                                 [](const Entry &e, Order &o) {
                                   o.recipe.radius_min = e.number();
@@ -153,11 +182,16 @@ namespace {
                                 }},
                                {"k0",
                                 [](const Entry &e, Order &o) {
-                                  o.recipe.k0 = e.number();
+                                  o.recipe.at_rest = e.value == "rest";
+                                  if (!o.recipe.at_rest) o.recipe.k0 = e.number("a number or rest");
                                 }},
                                {"void_ratio",
                                 [](const Entry &e, Order &o) {
                                   o.recipe.void_ratio = e.number();
+                                }},
+                               {"void_ratio_tolerance",
+                                [](const Entry &e, Order &o) {
+                                  o.recipe.void_ratio_tolerance = e.number();
                                 }},
                                {"friction_prep",
                                 [](const Entry &e, Order &o) {
@@ -175,6 +209,14 @@ namespace {
                                {"contact",
                                 [](const Entry &e, Order &o) {
                                   o.recipe.material.law = rve::contact_law_of(e.value);
+                                }},
+                               {"device",
+                                [](const Entry &e, Order &o) {
+                                  o.options.device = device_of(e);
+                                }},
+                               {"threads",
+                                [](const Entry &e, Order &o) {
+                                  o.options.threads = e.integer();
                                 }},
                                {"format", [](const Entry &e, Order &o) {
                                   o.options.format = format_of(e);
@@ -199,7 +241,7 @@ rve::Options read_options(const std::string &text)
   return options;
 }
 
-macro::TangentOptions read_tangent_options(const std::string &text, rve::Format format)
+TangentOrder read_tangent_options(const std::string &text, rve::Format format)
 {
   using Options = macro::TangentOptions;
   const std::vector<Entry> all = entries(text);
@@ -208,7 +250,12 @@ macro::TangentOptions read_tangent_options(const std::string &text, rve::Format 
     if (entry.word == "kind")
       kind = entry.choice<macro::TangentKind>(
           {{"elastic", macro::TangentKind::Elastic}, {"loading", macro::TangentKind::Loading}});
+    else if (entry.word == "format")
+      format = format_of(entry);
   const Table<Options> table = {{"kind",
+                                 [](const Entry &, Options &) {
+                                 }},
+                                {"format",
                                  [](const Entry &, Options &) {
                                  }},
                                 {"probe",
@@ -254,7 +301,7 @@ macro::TangentOptions read_tangent_options(const std::string &text, rve::Format 
     refuse_unknown(entry.word, known);
   }
   options.check("tangent");
-  return options;
+  return {format, options};
 }
 
 Order read_recipe(const std::string &text)
@@ -262,7 +309,7 @@ Order read_recipe(const std::string &text)
   Order order;
   order.options.device = rve::Device::Cpu;
   order.options.threads = 1;
-  const std::vector<Entry> all = entries(text);
+  const std::vector<Entry> all = entries(text, {{"radius", 3}});
   const auto has = [&](const std::string &word) {
     for (const Entry &entry : all)
       if (entry.word == word) return true;
@@ -281,17 +328,32 @@ Order read_recipe(const std::string &text)
     if (!named) refuse_unknown(entry.word, known);
     material.*named->member = entry.number();
   }
+  for (const std::string bound : {"radius_min", "radius_max"})
+    rve::require(!has("radius") || !has(bound), [&] {
+      return "radius and " + bound + " exclude each other: radius uniform lo hi gives both bounds";
+    });
   std::string missing;
-  for (const char *needed : {"grains", "radius_min", "radius_max", "density", "pressure"})
-    if (!has(needed)) missing += (missing.empty() ? "" : ", ") + std::string(needed);
+  for (const std::string needed : {"grains", "radius_min", "radius_max", "density", "pressure"})
+    if (!has(needed) && !(needed.rfind("radius", 0) == 0 && has("radius")))
+      missing += (missing.empty() ? "" : ", ") + needed;
   if (material.law == rve::ContactLaw::Linear && !has("kn"))
     missing += (missing.empty() ? "" : ", ") + std::string("kn");
   rve::require(missing.empty(), "the recipe lacks " + missing);
-  // as create_rve has it
+  // the rest is as create_rve has it
+  rve::require(!order.recipe.void_ratio || order.recipe.preparation_friction == 0.0, [&] {
+    return "void_ratio finds friction_prep itself; friction_prep is " +
+        rve::number(order.recipe.preparation_friction) + ", give one of them";
+  });
   if (material.law == rve::ContactLaw::Linear && !has("kt"))
     material.tangential_stiffness = material.normal_stiffness;
-  if (material.law == rve::ContactLaw::Linear && has("rolling_friction") && !has("kr"))
+  if (material.rolling_friction > 0.0 && !has("kr")) {
+    rve::require(material.law == rve::ContactLaw::Linear, [&] {
+      return "rolling_friction is " + rve::number(material.rolling_friction) +
+          " [-] without a kr [force/length], which contact " + rve::word_of(material.law) +
+          " does not say as kt does for hooke; it must be given, or 0";
+    });
     material.rolling_stiffness = material.tangential_stiffness;
+  }
   order.options.contacts = rve::contacts_of(material);
   order.options.contacts.dimension = order.dimension;
   return order;

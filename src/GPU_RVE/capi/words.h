@@ -14,8 +14,12 @@ namespace capi {
 /// Throws InputError with the word that is wrong.
 rve::Options read_options(const std::string &text);
 
-/// Of tangents by probing, with defaults for a number format.
-macro::TangentOptions read_tangent_options(const std::string &text, rve::Format format);
+struct TangentOrder {
+  rve::Format format;    ///< of the copies that are probed
+  macro::TangentOptions options;
+};
+/// Of tangents by probing, with defaults for the number format, which is `format` unless the words say otherwise.
+TangentOrder read_tangent_options(const std::string &text, rve::Format format);
 
 struct Order {
   int dimension = 2;
