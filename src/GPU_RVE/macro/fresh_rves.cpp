@@ -5,7 +5,6 @@
 #include "rve/core/error.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/packing.h"
-#include "rve/engine/servo_modes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -23,7 +22,20 @@ template <int D> struct RvePointsOf<D>::Fresh {
   int copies_before = 1;
   double gain = 0.0;
   rve::Counters of_packing;
-  bool is_under_way = false;
+
+  /// To the stress of the failed one. An open RVE has none: it is there after a call without a servo.
+  WayToStress<D> way(std::size_t place, double dt) const
+  {
+    rve::DriveOf<D> drive;
+    drive.substeps = FRESH_STEPS_AT_ONCE;
+    drive.dt = dt;
+    if (is_open) return {place, renewal.slot, drive, HUGE_VAL, HUGE_VAL};
+    drive = WayToStress<D>::servo(StressGoal::of<D>(goal), FRESH_STEPS_AT_ONCE);
+    drive.dt = dt;
+    drive.servo_gain = gain;
+    drive.servo_max_rate = FRESH_STRAIN_PER_STEP / dt;
+    return {place, renewal.slot, drive, FRESH_TOLERANCE * rve::norm(goal), FRESH_TOLERANCE};
+  }
 };
 
 /// Puts the next packing in place of the RVE. False if there is none left.
@@ -53,44 +65,27 @@ bool RvePointsOf<D>::begin_fresh(Fresh &fresh, const std::vector<rve::RveStateOf
   return false;
 }
 
-/// All that are under way together, in calls of some steps, until each is there or has failed.
-template <int D> void RvePointsOf<D>::bring_to_stress(std::vector<Fresh> &all, double dt)
+/// Each until it is there or has failed.
+template <int D>
+void RvePointsOf<D>::bring_to_stress(std::vector<Fresh> &all, const std::vector<Way> &ways)
 {
-  for (int steps = 0; steps < MOST_FRESH_STEPS; steps += FRESH_STEPS_AT_ONCE) {
-    std::vector<Fresh *> some;
-    std::vector<int> slots;
-    std::vector<rve::DriveOf<D>> drives;
-    for (Fresh &fresh : all) {
-      if (!fresh.is_under_way) continue;
-      some.push_back(&fresh);
-      slots.push_back(fresh.renewal.slot);
-      rve::DriveOf<D> drive;
-      drive.dt = dt;
-      drive.substeps = FRESH_STEPS_AT_ONCE;
-      if (!fresh.is_open) {
-        for (int a = 0; a < D; ++a)
-          for (int b = a; b < D; ++b) drive.controlled[a][b] = true;
-        drive.stress_goal = fresh.goal;
-        drive.servo_gain = fresh.gain;
-        drive.servo_max_rate = FRESH_STRAIN_PER_STEP / dt;
-      }
-      drives.push_back(drive);
-    }
-    if (some.empty()) return;
-    std::vector<rve::ResultOf<D>> results;
-    call_engine(slots, drives, results);
-    for (std::size_t k = 0; k < some.size(); ++k) {
-      Fresh &fresh = *some[k];
-      const rve::ResultOf<D> &result = results[k];
-      const bool has_failed = (result.status & rve::status::Fatal) != 0;
-      const bool is_last = steps + FRESH_STEPS_AT_ONCE >= MOST_FRESH_STEPS;
-      const bool is_there = fresh.is_open ||
-          (rve::servo_error(drives[k], result.stress) <= FRESH_TOLERANCE * rve::norm(fresh.goal) &&
-           result.unbalanced_ratio <= FRESH_TOLERANCE);
-      fresh.is_under_way = !has_failed && !is_there && !is_last;
-      if (!has_failed && !fresh.is_under_way) end_fresh(fresh);
-    }
-  }
+  std::vector<rve::ResultOf<D>> results;
+  lead(
+      ways,
+      [](const std::vector<Way> &some, const std::vector<int> &) {
+        std::vector<rve::DriveOf<D>> calls;
+        for (const Way &way : some) calls.push_back(way.drive);
+        return calls;
+      },
+      [&](const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &calls) {
+        call_engine(slots, calls, results);
+      },
+      [&](const Way &way, std::size_t k) {
+        if (results[k].status & rve::status::Fatal) return true;
+        if (!way.is_at_rest(results[k]) && way.steps < MOST_FRESH_STEPS) return false;
+        end_fresh(all[way.place]);
+        return true;
+      });
 }
 
 /// It goes on from where the failed one was: with its deformation, and the steps of both.
@@ -167,9 +162,11 @@ std::vector<RenewalOf<D>> RvePointsOf<D>::renew(const std::vector<int> &slots,
 
   // those that fail on the way try the next packing
   for (int trial = 0; trial < MOST_FRESH_TRIALS; ++trial) {
-    for (Fresh &fresh : all)
-      fresh.is_under_way = points[fresh.renewal.slot].frozen() && begin_fresh(fresh, packings);
-    bring_to_stress(all, dt);
+    std::vector<Way> ways;
+    for (std::size_t k = 0; k < all.size(); ++k)
+      if (points[slots[k]].frozen() && begin_fresh(all[k], packings))
+        ways.push_back(all[k].way(k, dt));
+    bring_to_stress(all, ways);
   }
 
   std::vector<RenewalOf<D>> renewals;

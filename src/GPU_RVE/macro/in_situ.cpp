@@ -30,26 +30,10 @@ namespace {
   // Of the stability bound: contacts that form within a call are not in it yet.
   constexpr double SHARE_OF_BOUND = 0.8;
 
-  /// On the way of one RVE.
-  template <int D> struct Way {
-    std::size_t place;        // among those given
-    rve::DriveOf<D> drive;    // of the servo
-    std::int64_t steps = 0;
+  template <int D> struct Way : WayToStress<D> {
     bool was_there = false;    // at the end of the last call
     bool is_held = false;      // the last call was without the servo
   };
-
-  template <int D> rve::DriveOf<D> servo_drive(const StressGoal &goal)
-  {
-    rve::DriveOf<D> drive;
-    drive.substeps = STEPS_PER_CALL;
-    for (int a = 0; a < D; ++a)
-      for (int b = a; b < D; ++b) {
-        drive.controlled[a][b] = goal.steered[a][b];
-        drive.stress_goal(a, b) = goal.stress(a, b);
-      }
-    return drive;
-  }
 
   /// Of the same cell for as many steps.
   template <int D> rve::DriveOf<D> held()
@@ -215,32 +199,6 @@ HeightProfile level_means(const std::vector<double> &height, const std::vector<d
   return {lowest - 0.5 * thickness, thickness, means};
 }
 
-// ---- goals ----
-
-StressGoal StressGoal::at_rest(int vertical, double vertical_stress, double k0, bool lateral)
-{
-  StressGoal goal;
-  for (int a = 0; a < 3; ++a) {
-    goal.stress(a, a) = (a == vertical ? 1.0 : k0) * vertical_stress;
-    for (int b = a; b < 3; ++b) goal.steered[a][b] = lateral || a != b || a == vertical;
-  }
-  return goal;
-}
-
-template <int D> StressGoal StressGoal::of(const rve::Tensor<double, D> &stress)
-{
-  StressGoal goal;
-  for (int a = 0; a < D; ++a)
-    for (int b = a; b < D; ++b) {
-      goal.stress(a, b) = goal.stress(b, a) = stress(a, b);
-      goal.steered[a][b] = true;
-    }
-  return goal;
-}
-
-template StressGoal StressGoal::of<2>(const rve::Tensor<double, 2> &);
-template StressGoal StressGoal::of<3>(const rve::Tensor<double, 3> &);
-
 // ---- ground at rest ----
 
 GroundAtRest::GroundAtRest(double gravity, double thickness, int vertical, Points points,
@@ -306,71 +264,59 @@ InSituReport bring_to_stress(RvePointsOf<D> &points, const std::vector<int> &slo
   points.set_options(
       MacroStepOptions());    // every DEM step is made, and the stress is that of the end
   Damping<D> damping(points, slots);
-  const auto error_of = [&](std::size_t place) {
-    const rve::Tensor<double, D> &stress = points.stress(slots[place]);
-    double largest = 0.0;
-    for (int a = 0; a < D; ++a)
-      for (int b = a; b < D; ++b)
-        if (goals[place].steered[a][b])
-          largest = std::fmax(
-              largest, std::fabs(0.5 * (stress(a, b) + stress(b, a)) - goals[place].stress(a, b)));
-    return largest;
-  };
 
   std::vector<Way<D>> ways;
   for (std::size_t k = 0; k < slots.size(); ++k) {
-    Way<D> way{k, servo_drive<D>(goals[k])};
+    Way<D> way{{k, slots[k], WayToStress<D>::servo(goals[k], STEPS_PER_CALL), tolerance,
+                UNBALANCED_AT_REST}};
     way.drive.servo_gain = points.servo_gain(slots[k]);
     const double pressure =
         std::fmax(pressure_of(goals[k], points.point(slots[k]).result), tolerance);
     way.drive.servo_max_rate = rve::default_compression_rate(points.state(slots[k]), pressure);
     ways.push_back(way);
   }
-  while (!ways.empty()) {
-    std::vector<int> some;
-    for (const Way<D> &way : ways) some.push_back(slots[way.place]);
-    const std::vector<double> bounds = points.bound_time_steps(some, dt / SHARE_OF_BOUND);
-    std::vector<rve::DriveOf<D>> drives;
-    for (std::size_t n = 0; n < ways.size(); ++n) {
-      drives.push_back(ways[n].is_held ? held<D>() : ways[n].drive);
-      drives.back().dt = bounds[n] > 0.0 ? std::min(dt, SHARE_OF_BOUND * bounds[n]) : dt;
+  const auto drives = [&](const std::vector<Way<D>> &some, const std::vector<int> &of_slots) {
+    const std::vector<double> bounds = points.bound_time_steps(of_slots, dt / SHARE_OF_BOUND);
+    std::vector<rve::DriveOf<D>> calls;
+    for (std::size_t k = 0; k < some.size(); ++k) {
+      calls.push_back(some[k].is_held ? held<D>() : some[k].drive);
+      calls.back().dt = bounds[k] > 0.0 ? std::min(dt, SHARE_OF_BOUND * bounds[k]) : dt;
     }
-    points.advance(some, drives);
-
-    std::size_t left = 0;
-    for (Way<D> &way : ways) {
-      const int slot = slots[way.place];
-      const rve::ResultOf<D> &result = points.point(slot).result;
-      way.steps += STEPS_PER_CALL;
-      const auto fail = [&](const std::string &what) {
-        points.set_options(options);
-        throw InSituError(
-            way.place,
-            "cannot be brought to the stress " + goal_in_words<D>(goals[way.place]) + " [stress] " +
-                names<D>() + ": " + what + "; it has " + in_words<D>(points.stress(slot)) +
-                " after " + std::to_string(way.steps) +
-                " DEM steps, and the unbalanced force ratio " + number(result.unbalanced_ratio));
-      };
-      if (points.frozen(slot)) fail(rve::describe_status(result.status));
-      const bool is_there = error_of(way.place) <= tolerance;
-      if (way.is_held && is_there) {
-        report.largest_error = std::fmax(report.largest_error, error_of(way.place));
-        report.most_steps = std::max(report.most_steps, way.steps);
-        continue;
-      }
-      if (way.steps >= MOST_STEPS)
-        fail(
-            "it did not come to rest within " + number(tolerance) +
-            " [stress] of it. Grains bear a ratio of lateral to vertical stress between the active "
-            "and the passive limit only; take another one, or a larger tolerance");
-      // twice in a row: a servo that swings passes through its goal
-      const bool is_at_rest = is_there && result.unbalanced_ratio <= UNBALANCED_AT_REST;
-      way.is_held = is_at_rest && way.was_there && !way.is_held;
-      way.was_there = is_at_rest;
-      ways[left++] = way;
+    return calls;
+  };
+  const auto has_ended = [&](Way<D> &way, std::size_t) {
+    const rve::ResultOf<D> &result = points.point(way.slot).result;
+    const auto fail = [&](const std::string &what) {
+      points.set_options(options);
+      throw InSituError(way.place,
+                        "cannot be brought to the stress " + goal_in_words<D>(goals[way.place]) +
+                            " [stress] " + names<D>() + ": " + what + "; it has " +
+                            in_words<D>(result.stress) + " after " + std::to_string(way.steps) +
+                            " DEM steps, and the unbalanced force ratio " +
+                            number(result.unbalanced_ratio));
+    };
+    if (points.frozen(way.slot)) fail(rve::describe_status(result.status));
+    if (way.is_held && way.has_stress(result)) {
+      report.largest_error = std::fmax(report.largest_error, way.error(result));
+      report.most_steps = std::max(report.most_steps, way.steps);
+      return true;
     }
-    ways.resize(left);
-  }
+    if (way.steps >= MOST_STEPS)
+      fail("it did not come to rest within " + number(tolerance) +
+           " [stress] of it. Grains bear a ratio of lateral to vertical stress between the active "
+           "and the passive limit only; take another one, or a larger tolerance");
+    // twice in a row: a servo that swings passes through its goal
+    const bool is_at_rest = way.is_at_rest(result);
+    way.is_held = is_at_rest && way.was_there && !way.is_held;
+    way.was_there = is_at_rest;
+    return false;
+  };
+  lead(
+      ways, drives,
+      [&](const std::vector<int> &of_slots, const std::vector<rve::DriveOf<D>> &calls) {
+        points.advance(of_slots, calls);
+      },
+      has_ended);
   damping.restore();
   points.begin_anew(slots);
   points.set_options(options);

@@ -6,6 +6,7 @@
 #define MACRO_IN_SITU_H
 
 #include "macro/rve_points.h"
+#include "macro/way_to_stress.h"
 #include "mpm/solver_options.h"
 
 #include <cstdint>
@@ -48,19 +49,6 @@ class HeightProfile {
 constexpr double MOST_LEVELS = 1e7;
 HeightProfile level_means(const std::vector<double> &height, const std::vector<double> &value,
                           double thickness, const mpm::Communication &ranks);
-
-/// The stress that an RVE shall have, in the axes of the continuum: those of disks have the first two. What is not steered keeps its strain.
-struct StressGoal {
-  rve::Tensor3 stress = rve::Tensor3::zero();    ///< Cauchy, tension positive [stress]
-  bool steered[3][3] = {};                       ///< on and above the diagonal
-
-  /// Earth at rest: the vertical stress along `vertical` (1 in the plane, 2 in space), `k0` times it along the others, no shear; without
-  /// `lateral` the sides are held, and the lateral stresses are what the grains make of it.
-  static StressGoal at_rest(int vertical, double vertical_stress, double k0, bool lateral);
-
-  /// Components of the symmetric tensor in the leading `dimension` axes.
-  template <int D> static StressGoal of(const rve::Tensor<double, D> &stress);
-};
 
 /// Ground at rest under its weight and a surcharge, the vertical stress
 ///   sigma_v = -(surcharge + gravity * integral of the density up to the surface)

@@ -5,6 +5,7 @@
 #define MACRO_RVE_POINTS_H
 
 #include "macro/load_path.h"
+#include "macro/way_to_stress.h"
 #include "rve/engine/advice.h"
 #include "rve/engine/affine_stiffness.h"
 #include "rve/engine/substeps.h"
@@ -290,8 +291,9 @@ template <int D> class RvePointsOf {
                       Answers &answers);
   bool widen(int slot);
   struct Fresh;
+  using Way = WayToStress<D>;
   bool begin_fresh(Fresh &fresh, const std::vector<rve::RveStateOf<D>> &packings);
-  void bring_to_stress(std::vector<Fresh> &all, double dt);
+  void bring_to_stress(std::vector<Fresh> &all, const std::vector<Way> &ways);
   void end_fresh(Fresh &fresh);
   void widen_shadows(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,
                      std::vector<rve::ResponseOf<D>> &responses);
