@@ -20,6 +20,7 @@
 #include "error.h"
 #include "rve/core/checksum.h"
 #include "rve/core/error.h"
+#include "rve/engine/no_padding.h"
 #include "update.h"
 
 #include <algorithm>
@@ -47,6 +48,11 @@ struct RestartHead {
     return rve::checksum_of(this, sizeof(RestartHead) - sizeof(checksum));
   }
 };
+static_assert(rve::has_no_padding(&RestartHead::version, &RestartHead::step, &RestartHead::dt,
+                                  &RestartHead::dt_auto, &RestartHead::dt_fraction,
+                                  &RestartHead::mass_scaling, &RestartHead::num_packings,
+                                  &RestartHead::packings, &RestartHead::length,
+                                  &RestartHead::checksum_of_account, &RestartHead::checksum));
 
 }    // namespace
 

@@ -20,6 +20,7 @@
 #include <numeric>
 #include <optional>
 #include <sstream>
+#include <type_traits>
 #include <variant>
 
 using rve::require;
@@ -175,6 +176,7 @@ struct SavedHeader {
   char magic[8];
   std::uint64_t dimension, count, bytes, checksum;
 };
+static_assert(std::has_unique_object_representations_v<SavedHeader>, "it is copied as bytes");
 constexpr char SAVED_MAGIC[8] = {'l', 'i', 'b', 'r', 'v', 'e', ' ', '1'};
 
 /// Bytes of `count` RVEs, the k-th of which is state_of(k).

@@ -14,6 +14,7 @@
 #include <sys/stat.h>
 #include <system_error>
 #include <thread>
+#include <type_traits>
 #include <unistd.h>
 
 namespace rve {
@@ -30,6 +31,7 @@ namespace {
     std::uint64_t key_size, name_size, code_size;
     std::uint64_t checksum;    ///< of what lies behind
   };
+  static_assert(std::has_unique_object_representations_v<FileHead>, "it is copied as bytes");
   constexpr char MARK[16] = "GPU_RVE kernel\n";
 
   std::string reason_of(int error)

@@ -4,6 +4,7 @@
 
 #include "rve/core/checksum.h"
 #include "rve/core/error.h"
+#include "rve/engine/no_padding.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -30,12 +31,47 @@ namespace {
     rve::ResultOf<D> result, rested;
   };
 
+  /// The head, and all that is part of it.
+  template <int D> constexpr bool is_without_padding()
+  {
+    using rve::Counters, rve::has_no_padding;
+    using Head = RecordHead<D>;
+    using Drive = rve::DriveOf<D>;
+    using Path = PathState<D>;
+    using Result = rve::ResultOf<D>;
+    using Energy = rve::EnergyLedger;
+    return has_no_padding(&Head::version, &Head::checksum, &Head::bytes, &Head::shadow_bytes,
+                          &Head::frozen, &Head::further_copies, &Head::asleep, &Head::renewals,
+                          &Head::contacts, &Head::most_contacts, &Head::grain_size,
+                          &Head::servo_gain, &Head::drive, &Head::servo_error, &Head::path,
+                          &Head::pending, &Head::shadow_stress, &Head::result, &Head::rested) &&
+        has_no_padding(&Drive::dt, &Drive::substeps, &Drive::unused, &Drive::deformation,
+                       &Drive::controlled, &Drive::unused_bytes, &Drive::stress_goal,
+                       &Drive::velocity_gradient, &Drive::servo_gain, &Drive::servo_max_rate,
+                       &Drive::modes, &Drive::num_modes, &Drive::modes_begin) &&
+        has_no_padding(&Path::path, &Path::stage, &Path::direction, &Path::limit, &Path::reversals,
+                       &Path::rounds, &Path::ended, &Path::steered, &Path::time, &Path::begin) &&
+        has_no_padding(&Result::status, &Result::unused, &Result::stress, &Result::cell,
+                       &Result::deformation, &Result::fabric, &Result::void_ratio,
+                       &Result::coordination_number, &Result::mechanical_coordination_number,
+                       &Result::sliding_fraction, &Result::unbalanced_ratio,
+                       &Result::kinetic_energy, &Result::elastic_energy, &Result::largest_overlap,
+                       &Result::mean_overlap, &Result::largest_contact_force,
+                       &Result::servo_velocity_gradient, &Result::num_grains, &Result::num_contacts,
+                       &Result::num_pairs, &Result::num_rattlers, &Result::counters,
+                       &Result::energy) &&
+        has_no_padding(&Counters::steps, &Counters::rebuilds, &Counters::lattice_reductions,
+                       &Counters::repeats) &&
+        has_no_padding(&Energy::work, &Energy::friction, &Energy::local_damping, &Energy::viscous);
+  }
+
   /// In doubles.
   template <int D> constexpr std::size_t head_size()
   {
     using Head = RecordHead<D>;
     static_assert(std::is_trivially_copyable<Head>::value, "the head is copied as bytes");
     static_assert(sizeof(Head) % sizeof(double) == 0, "the head is a whole number of doubles");
+    static_assert(is_without_padding<D>(), "all bytes of the head are set");
     return sizeof(Head) / sizeof(double);
   }
 
@@ -45,7 +81,7 @@ namespace {
   // of RVEs that are copies side by side, or took the place of another one: others keep the record that they always had
   template <int D> constexpr std::uint64_t VERSION_WITH_COPIES = RECORD_VERSION<D> + 1;
 
-  /// Of the bytes of a head, whatever lies between its members.
+  /// Of the bytes of a head.
   template <int D> std::uint64_t checksum_of_head(const double *record)
   {
     using Head = RecordHead<D>;
@@ -158,6 +194,10 @@ template <int D> int RvePointsOf<D>::add_record(const double *record, std::size_
   point.drive = head.drive;
   point.servo_error = head.servo_error;
   point.path = head.path;
+  // files of before have any bytes there
+  for (rve::ResultOf<D> *result : {&point.result, &point.rested}) result->unused = 0;
+  point.drive.unused = 0;
+  for (unsigned char &byte : point.drive.unused_bytes) byte = 0;
   point.pending = head.pending;
   point.shadow_stress = head.shadow_stress;
   // a script that asks for no shadows leaves those of a restart file behind

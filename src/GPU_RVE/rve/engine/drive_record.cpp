@@ -119,7 +119,7 @@ template <int D> bool needs_steering(const DriveOf<D> &drive)
 
 template <int D> DriveRecord<D> to_record(const DriveOf<D> &drive)
 {
-  DriveRecord<D> record;
+  DriveRecord<D> record = DriveRecord<D>();    // with the bytes behind its members
   record.dt = drive.dt;
   record.substeps = drive.substeps;
   record.segments = 1;

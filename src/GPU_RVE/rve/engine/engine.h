@@ -37,15 +37,17 @@ template <int D> struct DriveOf {
   using Matrix = Tensor<double, D>;
 
   double dt = 0.0;    ///< DEM time step [time], > 0
-  int substeps =
+  std::int32_t substeps =
       0;    ///< >= 0; 0 evaluates forces and results of the present configuration and changes nothing
+  std::int32_t unused = 0;    ///< drives and results are part of records that are copied as bytes
 
   /// Deformation increment of the call: H goes from H to deformation * H, exactly. Used when no stress is controlled.
   Matrix deformation = Matrix::identity();
 
   /// Stress servo. With any component controlled, `velocity_gradient` drives the others and `deformation` is ignored.
-  bool controlled[D][D] = {};             ///< none below the diagonal: the servo shears along x
-  Matrix stress_goal = Matrix::zero();    ///< Cauchy, tension positive [stress]
+  bool controlled[D][D] = {};    ///< none below the diagonal: the servo shears along x
+  unsigned char unused_bytes[7 - (D * D - 1) % 8] = {};
+  Matrix stress_goal = Matrix::zero();          ///< Cauchy, tension positive [stress]
   Matrix velocity_gradient = Matrix::zero();    ///< [1/time]
   double servo_gain =
       0.0;    ///< L changes by gain * dt * (goal - stress) per step [1/(stress time^2)]
@@ -76,6 +78,7 @@ template <int D> struct ResultOf {
   using Matrix = Tensor<double, D>;
 
   std::uint32_t status = status::Ok;
+  std::int32_t unused = 0;
   Matrix stress = Matrix::zero();             ///< Love, Cauchy, tension positive [stress]
   Matrix cell = Matrix::identity();           ///< H [length]
   Matrix deformation = Matrix::identity();    ///< F since the packing was made [-]

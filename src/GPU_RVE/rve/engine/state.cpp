@@ -278,6 +278,7 @@ namespace {
     std::uint64_t bytes;       // of the whole record
     std::uint64_t checksum;    // of everything behind the header
   };
+  static_assert(std::has_unique_object_representations_v<RecordHeader>, "it is copied as bytes");
 
   class RecordWriter {
    public:
