@@ -53,8 +53,10 @@ set(config "${PROJECT_BINARY_DIR}/cmake")
 configure_package_config_file("${CMAKE_CURRENT_LIST_DIR}/gpu_rve-config.cmake.in" "${config}/gpu_rve-config.cmake"
   INSTALL_DESTINATION "${GPU_RVE_INSTALL_CMAKEDIR}" PATH_VARS GPU_RVE_INSTALL_LIBDIR GPU_RVE_INSTALL_DATADIR)
 write_basic_package_version_file("${config}/gpu_rve-config-version.cmake" COMPATIBILITY SameMinorVersion)
-install(FILES "${config}/gpu_rve-config.cmake" "${config}/gpu_rve-config-version.cmake" "${CMAKE_CURRENT_LIST_DIR}/FindFFTW3.cmake"
-  DESTINATION "${GPU_RVE_INSTALL_CMAKEDIR}" COMPONENT development)
+foreach(component librve development)
+  install(FILES "${config}/gpu_rve-config.cmake" "${config}/gpu_rve-config-version.cmake" DESTINATION "${GPU_RVE_INSTALL_CMAKEDIR}" COMPONENT ${component})
+endforeach()
+install(FILES "${CMAKE_CURRENT_LIST_DIR}/FindFFTW3.cmake" DESTINATION "${GPU_RVE_INSTALL_CMAKEDIR}" COMPONENT development)
 
 # ---- examples, documents ----------------------------------------------------------------------------------------------------------
 # Scripts name their packings relative to the folder `examples`, which is installed, and can be copied, as a whole; without what runs
