@@ -536,7 +536,9 @@ template <int D> void FixMpm::ImplOf<D>::final_integrate()
   }
   const ModelTimes before = model_times();
   const double copied = solver->transfer_time();
-  if (update->ntimestep % COURANT_EVERY == 0) check_courant();
+  const bool must_test = settings.wave_every > 0 && update->ntimestep % settings.wave_every == 0;
+  if (must_test) test_waves();
+  if (must_test || update->ntimestep % COURANT_EVERY == 0) check_courant();
   // the next check will see the RVEs as this step leaves them
   if ((update->ntimestep + 1) % COURANT_EVERY == 0)
     for (FixRve *some : grains)
@@ -800,14 +802,14 @@ template <int D> void FixMpm::ImplOf<D>::test_waves()
     if (comm->me != 0) continue;
     if (largest > 0.0)
       utils::logmesg(lmp,
-                     "fix mpm {}: waves in the RVEs of fix {} have {:.3g} times the modulus that "
-                     "their contacts allow, by the tangents of the fastest ones\n",
-                     fix->id, source->id, largest);
+                     "fix mpm {}, step {}: waves in the RVEs of fix {} have {:.3g} times the "
+                     "modulus that their contacts allow, by the tangents of the fastest ones\n",
+                     fix->id, update->ntimestep, source->id, largest);
     else
       error->warning(FLERR,
-                     "Fix mpm {}: no tangent of the RVEs of fix {} could be measured; wave speeds "
-                     "are the bound of their contacts",
-                     fix->id, source->id);
+                     "Fix mpm {}, step {}: no tangent of the RVEs of fix {} could be measured; "
+                     "wave speeds are the bound of their contacts",
+                     fix->id, update->ntimestep, source->id);
   }
 }
 

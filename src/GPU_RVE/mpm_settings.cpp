@@ -355,6 +355,8 @@ template <int D> void read_wave_speed(ScriptWords &words, Said<D> &said)
   const auto speed =
       words.choice<Speed>("", {{"bound", Speed::Bound}, {"tangent", Speed::Tangent}});
   said.settings.wave_tests = speed == Speed::Tangent ? words.integer("tangent", 1) : 0;
+  said.settings.wave_every =
+      speed == Speed::Tangent && words.take("every") ? words.integer("tangent every", 1) : 0;
 }
 
 template <int D>
@@ -422,7 +424,7 @@ constexpr ScriptKeyword<Said<D>> KEYWORDS[] = {
     {"pressure", "ID p", read_pressure<D>},
     {"face", D == 2 ? "xlo | xhi | ylo | yhi" : "xlo | xhi | ylo | yhi | zlo | zhi", read_face<D>},
     {"cfl", "warn error", read_cfl<D>},
-    {"wave_speed", "bound | tangent N", read_wave_speed<D>},
+    {"wave_speed", "bound | tangent N [every M]", read_wave_speed<D>},
     {"progress", "seconds", [](ScriptWords &words, Said<D> &said) {
        said.settings.progress_interval = read_progress(words);
      }}};

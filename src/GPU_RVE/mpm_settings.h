@@ -86,6 +86,7 @@ template <int D> struct MpmSettings {
   double courant_warn = 0.9, courant_error = 1.0;
   int wave_tests =
       0;    ///< RVEs whose tangents give the wave speed at the beginning of a run; 0: the bound
+  int wave_every = 0;    ///< steps after which they are measured again; 0: not in this run
   double progress_interval =
       60.0;    ///< wall time between lines about the progress [seconds]; 0: none
   MpmWords words;

@@ -745,6 +745,36 @@ TEST(FixMpmWithGrains, WaveSpeedIsThatOfTheTangentsWhereItIsAskedFor)
   EXPECT_EQ(modulus_of("wave_speed bound", stiffness), bound);
 }
 
+// Under a surcharge of twice the pressure that they were prepared at, grains get more contacts, and waves other speeds.
+TEST(FixMpmWithGrains, WaveSpeedFollowsTheGrainsInARunWhereItIsAskedFor)
+{
+  make_packing();
+  const auto courant_after = [](const std::string &words, const std::string &runs,
+                                std::vector<double> &stresses) {
+    SoilScript script;
+    script << points_in_box(2, 2) +
+            "timestep 0.005\nfix grains all rve test_fix_mpm.rve kt 1e5 drive mpm dt 1e-4 substeps "
+            "match device cpu threads 1\n"
+            "region top block 0 2 1 2 -0.05 0.05 units box\ngroup surface region top\n"
+            "fix soil all mpm 1.0 model all rve grains boundary xlo roller boundary xhi roller "
+            "boundary ylo fixed traction surface 0 -40000 wave_speed " +
+            words + "\n" + runs;
+    for (const auto &point : script.points())
+      stresses.insert(stresses.end(), point.second.begin(), point.second.end());
+    return script.fix()->compute_scalar();
+  };
+  std::vector<double> once, followed, stopped;
+
+  const double at_the_start = courant_after("tangent 4", "run 40", once);
+  const double in_the_run = courant_after("tangent 4 every 20", "run 40", followed);
+  // the same grains at the beginning of a run
+  const double at_a_start = courant_after("tangent 4", "run 39\nrun 0", stopped);
+
+  EXPECT_EQ(in_the_run, at_a_start);
+  EXPECT_NE(in_the_run, at_the_start);
+  EXPECT_EQ(followed, once);    // nothing else depends on it
+}
+
 TEST(FixMpmWithGrains, OtherGroupsHaveAnAnalyticLaw)
 {
   // the two upper rows have RVEs, the two lower ones a Mohr-Coulomb material: both carry the surcharge
@@ -1018,6 +1048,8 @@ TEST(FixMpmErrors, SayWhatIsWrong)
       {scene + "fix soil all mpm 1.0 " + law + " cfl 1 1e300",
        "Fix mpm: cfl error is 1e300; it must be from -1e+30 to 1e+30"},
       {scene + "fix soil all mpm 1.0 " + law + " wave_speed tangent 0", "wave_speed tangent is 0"},
+      {scene + "fix soil all mpm 1.0 " + law + " wave_speed tangent 1 every 0",
+       "wave_speed tangent every is 0"},
       {scene + "fix soil all mpm 1.0 " + law + " wave_speed 3", "wave_speed"},
       {scene + "fix soil all mpm 1.0 " + law + " cfl 1 100", "0 < warn <= error <= 10, got 1 100"},
       {scene + "fix soil all mpm 1.0 model all elastic 1e6 0.3 density 1e300",
