@@ -72,7 +72,7 @@ install(CODE "file(CREATE_LINK examples/packings \"\$ENV{DESTDIR}\${CMAKE_INSTAL
   COMPONENT lmp)
 # what draws and converts the results, found from the examples as in the repository
 set(tools "${PROJECT_SOURCE_DIR}/tools")
-install(FILES "${tools}/dumps.py" "${tools}/plot_fields.py" "${tools}/to_paraview.py" DESTINATION "${GPU_RVE_INSTALL_DATADIR}/tools" COMPONENT lmp)
+install(FILES "${tools}/dumps.py" "${tools}/plot_fields.py" "${tools}/plot_instability.py" "${tools}/to_paraview.py" DESTINATION "${GPU_RVE_INSTALL_DATADIR}/tools" COMPONENT lmp)
 install(FILES "${PROJECT_SOURCE_DIR}/README.md" "${PROJECT_SOURCE_DIR}/LICENSE" "${PROJECT_SOURCE_DIR}/CITATION.cff"
   DESTINATION "${GPU_RVE_INSTALL_DOCDIR}" COMPONENT lmp)
 

@@ -1,14 +1,14 @@
 #!/bin/sh
 # The map of instability of the footing example, on a coarse grid: hardly a point has lost ellipticity early in the loading, many have at the peak, and those strain more
-# than the others from then on: footing_instability.sh <lmp> <examples/footing> <python> <folder to write in>
+# than the others from then on: footing_instability.sh <lmp> <examples/footing> <tools> <python> <folder to write in>
 set -eu
-lmp=$1 example=$2 python=$3 folder=$4
+lmp=$1 example=$2 tools=$3 python=$4 folder=$5
 rm -rf "$folder"
 mkdir -p "$folder"
 cd "$folder"
 "$lmp" -in "$example/in.footing" -var h 1 -var grains 100 -var d_end 0.2 -var frames 2 -var tangents yes -var pictures no -var device cpu -var out instability \
   -screen none > out 2>&1 || { tail -20 out log.lammps; exit 1; }
-"$python" "$example/plot_instability.py" > map
+"$python" "$tools/plot_instability.py" > map
 cat map
 [ -s instability.png ]
 # settlement, pressure, points with a tangent, second-order work lost, ellipticity lost, later strain over that of the others; of 16 points. Ellipticity is

@@ -1,0 +1,20 @@
+#!/bin/sh
+# The map of instability of the biaxial specimen, small: no point has lost ellipticity at a third of the peak's strain, a quarter of them has at the peak, and the bands that may form
+# are inclined as between Roscoe's and Coulomb's angles: biaxial_instability.sh <lmp> <examples/biaxial_specimen> <tools> <python> <folder to write in>
+set -eu
+lmp=$1 example=$2 tools=$3 python=$4 folder=$5
+rm -rf "$folder"
+mkdir -p "$folder"
+cd "$folder"
+"$lmp" -in "$example/in.biaxial_specimen" -var h 0.25 -var grains 100 -var packings 4 -var strain 0.0075 -var frames 2 -var tangents yes -var device cpu \
+  -var out instability -screen none > out 2>&1 || { tail -20 out log.lammps; exit 1; }
+"$python" "$tools/plot_instability.py" --of "axial strain" - "axial stress" kPa > map
+cat map
+[ -s instability.png ]
+# axial strain, axial stress, points with a tangent, second-order work lost, ellipticity lost, later strain over that of the others, inclination; of 32 points.
+# Ellipticity is lost where second-order work is (Hill 1958). 45 degrees are Roscoe's without dilation, 60 are Coulomb's with 30 degrees of friction.
+awk 'NR == 1 { next }
+     $4 < $5 || $3 < 24 { print "row " NR - 1; bad = 1 }
+     NR == 2 && $5 > 1 { print "lost too early"; bad = 1 }
+     NR == 3 && ($5 < 8 || $7 < 45 || $7 > 60) { print "not lost at the peak, or along other bands"; bad = 1 }
+     END { exit bad || NR != 3 }' map
