@@ -74,10 +74,15 @@ class Quantities(unittest.TestCase):
         for packing, factor in ((DISKS, 4.0), (SPHERES, 7.5)):
             d = packing.dimension
             batch = gpu_rve.Batch([packing] * 2, **OPTIONS)
-            batch.advance(increments(d, 2, 4), DT[d], 100)
+            batch.advance(increments(d, 2, 4)[[0, 0]], DT[d], 100)
+            packing_now = batch.packing(0).contacts()
             for ab in ("xx", "xy"):
                 trace = 1 / d if ab == "xx" else 0.0
                 np.testing.assert_allclose(batch[f"contact_fabric_{ab}"], factor * (batch[f"fabric_{ab}"] - trace), atol=1e-9)
+            slides = packing_now["sliding"]
+            strong = packing_now["normal_force"] > packing_now["normal_force"].mean()
+            np.testing.assert_allclose(batch["strong"], strong.mean(), rtol=1e-12)
+            np.testing.assert_allclose(batch["sliding_weak"], slides[~strong].mean(), rtol=1e-12)
             kinds = [name for name in batch.quantities if name.startswith("elastic_")]
             self.assertEqual(len(kinds), d + 1)
             np.testing.assert_allclose(sum(batch[name] for name in kinds), batch["elastic"], rtol=1e-7)

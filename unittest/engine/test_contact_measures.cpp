@@ -140,6 +140,40 @@ TEST(Fabric, OfGrainsThatDoNotTouchIsZero)
   EXPECT_EQ(measures.elastic_normal, 0.0);
 }
 
+TEST(Sliding, IsSharedByStrongAndWeakContacts)
+{
+  // 30 N along x, 10 N along y: the mean is 20 N. Of 16 each 2 and 4 have the tangential force that friction allows.
+  RveState state = rectangles(2.0 * RADIUS - 3e-5, 2.0 * RADIUS - 1e-5);
+  const double friction = state.material.friction;
+  ASSERT_GT(friction, 0.0);
+  for (int i = 0; i < 16; ++i) {
+    const int right = i / 4 * 4 + (i + 1) % 4, above = (i + 4) % 16;
+    state.pairs.push_back({i, right, friction * (i < 2 ? 30.0 : 29.0)});
+    state.pairs.push_back({i, above, friction * (i < 4 ? 10.0 : 9.0)});
+  }
+  const auto measures = contact_measures(state);
+
+  EXPECT_EQ(measures.strong, 0.5);
+  EXPECT_EQ(measures.sliding_strong, 2.0 / 16.0);
+  EXPECT_EQ(measures.sliding_weak, 4.0 / 16.0);
+}
+
+TEST(Sliding, IsThatOfTheEngineAndOfWeakContacts)
+{
+  // Radjai et al. 1998: in a sheared packing nearly all contacts that slide are weak
+  RveRig rig(paper_packing());
+  const Result &result = rig.strain(gradient(0, 1, 1.0), 2e-5, 500);
+  const auto measures = contact_measures(rig.state());
+
+  EXPECT_NEAR(measures.strong, 0.42, 0.08);
+  EXPECT_GT(measures.sliding_weak, 3.0 * measures.sliding_strong);
+  const double all =
+      measures.strong * measures.sliding_strong + (1.0 - measures.strong) * measures.sliding_weak;
+  EXPECT_GT(all, 0.02);
+  // a few contacts are within 1e-3 of the limit
+  EXPECT_NEAR(all, result.sliding_fraction, 5.0 / result.num_contacts);
+}
+
 TEST(ElasticEnergy, OfDisksIsThatOfTheEngineByKinds)
 {
   RveState state = paper_packing();

@@ -30,11 +30,31 @@ namespace {
   // Of n_i (T_jk n_k - T_kl n_k n_l n_j).
   template <int D> constexpr double SHARE_ACROSS = 1.0 / (D + 2);
 
-  template <int D> void add_fabric(const RveStateOf<D> &state, ContactMeasuresOf<D> &measures)
+  template <int D>
+  void add_sliding(const std::vector<SpringContactOf<D>> &contacts, ContactMeasuresOf<D> &measures)
+  {
+    double sum = 0.0;
+    for (const SpringContactOf<D> &contact : contacts) sum += contact.normal_force;
+    const auto count = static_cast<double>(contacts.size());
+    const double mean = sum / count;
+    double strong = 0.0, strong_that_slide = 0.0, weak_that_slide = 0.0;
+    for (const SpringContactOf<D> &contact : contacts) {
+      const bool is_strong = contact.normal_force > mean;
+      const bool slides = contact.mobilized_friction >= SLIDING;
+      strong += is_strong;
+      strong_that_slide += is_strong && slides;
+      weak_that_slide += !is_strong && slides;
+    }
+    measures.strong = strong / count;
+    if (strong > 0.0) measures.sliding_strong = strong_that_slide / strong;
+    // of equal forces all may be above a mean that is rounded
+    if (strong < count) measures.sliding_weak = weak_that_slide / (count - strong);
+  }
+
+  template <int D>
+  void add_fabric(const std::vector<SpringContactOf<D>> &contacts, ContactMeasuresOf<D> &measures)
   {
     using Matrix = Tensor<double, D>;
-    const std::vector<SpringContactOf<D>> contacts = find_spring_contacts(state);
-    if (contacts.empty()) return;
     const double share = 1.0 / static_cast<double>(contacts.size());
     Matrix normals = Matrix::zero();
     for (const SpringContactOf<D> &contact : contacts)
@@ -105,7 +125,10 @@ namespace {
 template <int D> ContactMeasuresOf<D> contact_measures(const RveStateOf<D> &state)
 {
   ContactMeasuresOf<D> measures;
-  add_fabric(state, measures);
+  const std::vector<SpringContactOf<D>> contacts = find_spring_contacts(state);
+  if (contacts.empty()) return measures;
+  add_fabric(contacts, measures);
+  add_sliding(contacts, measures);
   add_energies(state, measures);
   return measures;
 }

@@ -1,5 +1,5 @@
 // What the contacts of a state say on average: how normals, branches and forces are spread over directions, and which springs hold the elastic
-// energy. Found on the host in double precision, from what contact_network.h sees: springs, dashpots excluded.
+// energy, which contacts slide. Found on the host in double precision, from what contact_network.h sees: springs, dashpots excluded.
 
 #ifndef RVE_ENGINE_CONTACT_MEASURES_H
 #define RVE_ENGINE_CONTACT_MEASURES_H
@@ -24,6 +24,10 @@ template <int D> struct ContactMeasuresOf {
   Matrix tangential_force = Matrix::zero();    ///< T [-]
   double mean_branch = 0.0;                    ///< l, mean over directions [length]
   double mean_normal_force = 0.0;              ///< f, mean over directions [force]
+
+  /// Strong contacts bear more than the mean normal force of all contacts, weak ones do not (Radjai, Wolf, Jean and Moreau 1998, Phys. Rev. Lett. 80, 61). Their
+  /// share of all contacts, and the shares of each kind that slide (SLIDING of contact_network.h) [-]
+  double strong = 0.0, sliding_strong = 0.0, sliding_weak = 0.0;
 
   /// Energy of the springs by what they resist; a spring along the normal has that of the adhesion, too [force length]
   double elastic_normal = 0.0, elastic_tangential = 0.0, elastic_rolling = 0.0,
