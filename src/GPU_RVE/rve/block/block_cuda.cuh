@@ -266,13 +266,20 @@ inline namespace RVE_ISA {
     template <class T> RVE_DEVICE Shown<T> shown(T *array) { return {array}; }
 
    private:
+    /// Where a thread has several items, every second round of threads goes backwards: spheres are numbered by how much there is to do, and no
+    /// warp shall wait for one that has most twice. An item always has the same thread: some phases need no barrier for that.
     template <class F> static RVE_DEVICE void visit_all(int n, F f)
     {
-      for (int i = threadIdx.x; i < n; i += blockDim.x) {
-        if constexpr (ItemsPerThread == 2)
-          f(Item{i, 0});
-        else
-          f(i);
+      const int threads = blockDim.x, me = threadIdx.x;
+      if constexpr (ItemsPerThread == 1) {
+        for (int i = me; i < n; i += threads) f(i);
+      } else {
+        for (int i = me, hop = 2 * (threads - me) - 1; i < n; i += hop, hop = 2 * threads - hop) {
+          if constexpr (ItemsPerThread == 2)
+            f(Item{i, 0});
+          else
+            f(i);
+        }
       }
     }
 
@@ -289,11 +296,11 @@ inline namespace RVE_ISA {
         const int i = threadIdx.x;
         if (i < n) f(i);
       } else if constexpr (ItemsPerThread == 2) {
-        const int first = threadIdx.x, second = first + blockDim.x;
+        const int first = threadIdx.x, second = 2 * blockDim.x - 1 - first;
         if (first < n) f(Item{first, 0});
         if (second < n) f(Item{second, 1});
       } else {
-        for (int i = threadIdx.x; i < n; i += blockDim.x) f(i);
+        visit_all(n, f);
       }
     }
 
