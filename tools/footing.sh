@@ -2,7 +2,7 @@
 # From a fresh Debian 12 machine to the footing: installs what is missing, builds lmp with the package in it, runs
 # examples/footing/in.footing and draws its curve. Arguments go to lmp:
 #
-#   sh tools/footing.sh                  the default; the first time some eleven minutes on two cores, three more with the GPU's kernels
+#   sh tools/footing.sh                  the default; the first time some ten minutes on two cores, three more with the GPU's kernels
 #   sh tools/footing.sh -var h 0.25      a finer grid
 stages=5
 . "$(dirname "$0")/setup.sh"
