@@ -124,10 +124,9 @@ inline namespace RVE_ISA {
   {
     using Real = typename Scene::Real;
     using Sum = typename Scene::Sum;
-    const Truth<Real> touching = contact.overlap > Real(0);
     // in packs `where` does what the branch does for one pair; whole packs of spheres have nothing to do in their last slots
     if constexpr (std::is_same_v<Truth<Real>, bool> || Scene::D == 3) {
-      if (!any(touching)) {
+      if (!any(contact.overlap > Real(0))) {
         if constexpr (Scene::has_friction) {
           if constexpr (WithStress && Scene::books) sum.heat.friction += step.law.released(history);
           history = typename Scene::History();
@@ -135,6 +134,7 @@ inline namespace RVE_ISA {
         return;
       }
     }
+    const Truth<Real> touching = contact.overlap > Real(0);
     const auto force = pair_force(step, contact, grain_i, grain_j, history);
     if constexpr (Scene::has_friction) {
       Truth<typename Scene::Spring> keeps;
