@@ -1,6 +1,7 @@
 // Golden bits: whether the program still computes, to the last bit, what it computed when golden_bits.txt was written.
 //
-//   golden_bits [--device cpu|cuda] [--file FILE]     compares; tells what is different, and how much
+//   golden_bits [--device cpu|cuda] [--file FILE] [--only PART]
+//                                                     compares; tells what is different, and how much; of the runs with PART in their names
 //   golden_bits --renew "reason" [--file FILE]        writes what is different anew, with the reason
 //
 // A change of a bit is no error in itself, but never an accident: who means it renews the file, in the commit that changes the bits.
@@ -120,6 +121,7 @@ void tell_difference(const Record &stored, const Record &now)
 struct Arguments {
   golden::Device device = golden::Device::Cpu;
   std::string file = GOLDEN_BITS_FILE;
+  std::string part;    ///< of the names of the runs that are wanted
   bool renew = false;
   std::string reason;
 };
@@ -140,19 +142,24 @@ Arguments arguments_from(int argc, char **argv)
       arguments.device = device == "cuda" ? golden::Device::Cuda : golden::Device::Cpu;
     } else if (word == "--file") {
       arguments.file = value();
+    } else if (word == "--only") {
+      arguments.part = value();
     } else if (word == "--renew") {
       arguments.renew = true;
       arguments.reason = value();
       rve::require(!arguments.reason.empty() && arguments.reason.find('\n') == std::string::npos,
                    "--renew wants a reason of one line: why the bits are others");
     } else {
-      throw rve::InputError("'" + word +
-                            "' is no option; there are --device cpu|cuda, --file FILE and "
-                            "--renew \"reason\"");
+      throw rve::InputError(
+          "'" + word +
+          "' is no option; there are --device cpu|cuda, --file FILE, --only PART and "
+          "--renew \"reason\"");
     }
   }
-  rve::require(!arguments.renew || arguments.device == golden::Device::Cpu,
-               "golden bits are those of the CPU: --renew without --device cuda");
+  rve::require(!arguments.renew ||
+                   (arguments.device == golden::Device::Cpu && arguments.part.empty()),
+               "golden bits are those of the CPU, and all of them: --renew without --device cuda "
+               "and --only");
   return arguments;
 }
 
@@ -215,8 +222,10 @@ int run(const Arguments &arguments)
     }
   }
   std::map<std::string, Line> stored = read(arguments.file);
-  std::vector<Record> now = golden::device_records(arguments.device);
-  const bool on_host = arguments.device == golden::Device::Cpu;
+  std::vector<Record> now = golden::device_records(arguments.device, arguments.part);
+  rve::require(!now.empty() || arguments.part.empty(),
+               "no run has '" + arguments.part + "' in its name; names are in " + arguments.file);
+  const bool on_host = arguments.device == golden::Device::Cpu && arguments.part.empty();
   if (on_host) {
     const std::vector<Record> more = golden::host_records();
     now.insert(now.end(), more.begin(), more.end());

@@ -419,6 +419,11 @@ namespace {
       return {{0.8, -0.6, 0.0, 0.0, 0.0, -1.0, 0.6, 0.8, 0.0}};
   }
 
+  template <int D> std::string run_name(const SceneOf<D> &scene, Format format)
+  {
+    return "engine/" + scene.name + "/" + to_string(format) + "/";
+  }
+
   template <int D>
   void play(const SceneOf<D> &scene, Format format, rve::Device device,
             std::vector<Record> &records)
@@ -462,7 +467,7 @@ namespace {
       if (!(answer.status & status::Fatal)) responses.add(answer.num_contacts).add(answer.stress);
     }
 
-    const std::string name = "engine/" + scene.name + "/" + to_string(format) + "/";
+    const std::string name = run_name(scene, format);
     const ResultOf<D> &last = answers[0].result;
     records.push_back(record_of_states(name + "states", states));
     records.push_back({name + "results",
@@ -725,24 +730,30 @@ namespace {
 
 }    // namespace
 
-std::vector<Record> device_records(Device device)
+std::vector<Record> device_records(Device device, const std::string &part)
 {
   std::vector<Record> records;
+  const auto is_wanted = [&](const std::string &name) {
+    return name.find(part) != std::string::npos;
+  };
   const rve::Device of_engine = device == Device::Cuda ? rve::Device::Cuda : rve::Device::Cpu;
   std::vector<Format> formats = {Format::Fast, Format::Mixed, Format::Double};
   if (device == Device::Cpu) formats.push_back(Format::Single);
   for (const Scene &scene : scenes())
-    for (const Format format : formats) play(scene, format, of_engine, records);
+    for (const Format format : formats)
+      if (is_wanted(run_name(scene, format))) play(scene, format, of_engine, records);
   for (const SceneOf<3> &scene : sphere_scenes())
     for (const Format format : formats)
-      if (format != Format::Single) play(scene, format, of_engine, records);
-  for (const Format format : formats) prepare_packing(format, of_engine, records);
+      if (format != Format::Single && is_wanted(run_name(scene, format)))
+        play(scene, format, of_engine, records);
+  if (is_wanted("packing/"))
+    for (const Format format : formats) prepare_packing(format, of_engine, records);
   for (const mpm::Scheme scheme : {mpm::Scheme::Musl, mpm::Scheme::Usavg})
     for (const mpm::ShapeFunction shape : {mpm::ShapeFunction::Linear, mpm::ShapeFunction::Gimp})
-      play_mpm(scheme, shape, device, records);
+      if (is_wanted("mpm/")) play_mpm(scheme, shape, device, records);
   for (const mpm::Scheme scheme : {mpm::Scheme::Musl, mpm::Scheme::Usavg})
     for (const mpm::ShapeFunction shape : {mpm::ShapeFunction::Linear, mpm::ShapeFunction::Gimp})
-      play_mpm_in_space(scheme, shape, device, records);
+      if (is_wanted("mpm_in_space/")) play_mpm_in_space(scheme, shape, device, records);
   return records;
 }
 
