@@ -692,6 +692,45 @@ TEST_P(CpuAndCuda, GiveTheSameBitsWithoutFriction)
   expect_same_bits(on_cpu, on_gpu, actors);
 }
 
+/// Most make one step, and two make a hundred, of which one turns through several segments of its path.
+template <int D> std::vector<ActorOf<D>> few_with_many_steps(const RveStateOf<D> &state, double dt)
+{
+  auto strain = Tensor<double, D>::zero(), spin = strain;
+  strain(0, 0) = -2.0;
+  strain(0, 1) = 5.0;
+  spin(1, 0) = 0.05 / (100 * dt);
+  spin(0, 1) = -spin(1, 0);
+  std::vector<ActorOf<D>> actors;
+  for (int k = 0; k < 12; ++k)
+    actors.push_back({"one step", state, DriveOf<D>::constant_velocity_gradient(strain, dt, 1)});
+  for (const auto &gradient : {strain, strain + spin})
+    actors.push_back(
+        {"many steps", state, DriveOf<D>::constant_velocity_gradient(gradient, dt, 100)});
+  return actors;
+}
+
+template <int D>
+void expect_same_with_few_long_calls(Options options, const RveStateOf<D> &state, double dt)
+{
+  const auto actors = few_with_many_steps(state, dt);
+  options = with_contacts_of(actors, options);
+  const auto cpu = make_engine<D>(options);
+  options.device = Device::Cuda;
+  const auto gpu = make_engine<D>(options);
+  expect_same_bits(play(*cpu, actors, 3), play(*gpu, actors, 3), actors);
+}
+
+// a GPU prepares as many steps as most RVEs make, and blocks plan the others on the way
+TEST_P(CpuAndCuda, GiveTheSameBitsWhereFewRvesMakeManySteps)
+{
+  expect_same_with_few_long_calls(options_for(GetParam(), Device::Cpu, 0.0), packing_of_400(), DT);
+  Material material = dry_material();
+  material.thickness = material.mass_depth = 1.0;
+  Spheres spheres = disordered_spheres(material, 6, 1);
+  spheres.cell = 0.96 * spheres.cell;
+  expect_same_with_few_long_calls(options_for(GetParam(), Device::Cpu, 0.0), spheres, 1e-5);
+}
+
 TEST_P(CpuAndCuda, GiveTheSameBitsForEveryBlockSize)
 {
   const auto actors = short_scene();

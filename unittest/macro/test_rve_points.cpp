@@ -292,7 +292,7 @@ MacroStepOptions adaptive()
 MacroStepOptions sleepy()
 {
   MacroStepOptions macro = adaptive();
-  macro.quiescent_strain = 2e-5;
+  macro.quiescent_strain = 8e-5;    // ten macro steps of the strains below, which are worth a look
   return macro;
 }
 
@@ -490,7 +490,7 @@ TEST(QuiescentMacroSteps, LookOnlyAtThoseThatMaySleepWhateverIsAskedFor)
   int naps = 0, awake = 0;
   std::vector<bool> slept(RVES, false);
 
-  for (int step = 0; step < 40; ++step) {
+  for (int step = 0; step < 160; ++step) {
     brief.advance(slots, drives_of_sleepers(), false);
     full.advance(other_slots, drives_of_sleepers(), true);
     for (int k = 0; k < RVES; ++k) {
@@ -516,12 +516,27 @@ TEST(QuiescentMacroSteps, LookOnlyAtThoseThatMaySleepWhateverIsAskedFor)
   }
 }
 
+// What two macro steps of sleep save is less than a look costs.
+TEST(QuiescentMacroSteps, AreOnlyLookedForWhereTheySaveMoreThanALookCosts)
+{
+  MacroStepOptions macro = sleepy();
+  macro.quiescent_strain = 1.8e-5;    // 8e-6 in a macro step
+  Tally tally;
+  RvePoints points(std::make_unique<CountingEngine>(cpu_options(), tally), nullptr, macro);
+  const rve::RveState packing = rve_test::packing_of_400();
+  const std::vector<int> slots = points.add({&packing});
+  const int at_first = tally.elastic_results;
+  for (int step = 0; step < 10; ++step) points.advance(slots, {small_drive(4e-6)}, false);
+  EXPECT_FALSE(points.point(slots[0]).asleep());
+  EXPECT_EQ(tally.elastic_results, at_first);
+}
+
 TEST(QuiescentMacroSteps, TheRecordOfASleeperContinuesWithTheSameBits)
 {
   std::vector<int> slots;
   RvePoints points = three_points(slots, sleepy());
   RvePoints others(rve::make_engine(cpu_options()), nullptr, sleepy());
-  for (int step = 0; step < 11; ++step) points.advance(slots, drives_of_sleepers(), false);
+  for (int step = 0; step < 17; ++step) points.advance(slots, drives_of_sleepers(), false);
   ASSERT_TRUE(points.point(slots[1]).asleep());
   ASSERT_FALSE(same_bits(points.point(slots[1]).pending, Tensor2::identity()));
 

@@ -461,7 +461,18 @@ bool RvePointsOf<D>::may_sleep(const Point &point, const rve::DriveOf<D> &drive)
 {
   return options.quiescent_strain > 0.0 && !drive.has_servo() && drive.substeps > 0 &&
       point.last_steps().status == rve::status::Ok &&
-      rve::strain_size(drive.deformation * point.pending) < options.quiescent_strain;
+      rve::strain_size(drive.deformation * point.pending) < options.quiescent_strain &&
+      (point.asleep() || is_worth_a_look(point, drive));
+}
+
+/// Whether what it would sleep through at this rate costs more than the look that lets it sleep. Costs are in DEM steps: each macro step
+/// that it sleeps saves its own and what a call costs beside them.
+template <int D>
+bool RvePointsOf<D>::is_worth_a_look(const Point &point, const rve::DriveOf<D> &drive) const
+{
+  const double strain = rve::strain_size(drive.deformation);
+  const double saved = substeps_of(point, drive) + CALL_IN_STEPS;
+  return saved * options.quiescent_strain > LOOK_IN_STEPS * strain;
 }
 
 /// An RVE that still moves, or may start to, needs its DEM steps: so does one that cannot be looked at. One call for all that
@@ -511,17 +522,25 @@ template <int D>
 int RvePointsOf<D>::substeps_of(const Point &point, const rve::DriveOf<D> &drive) const
 {
   if (!options.adaptive || drive.substeps == 0 || drive.has_servo()) return drive.substeps;
-  return options.adaptive->of(rve::strain_size(drive.deformation), drive.dt,
-                              point.last_steps().mean_stress(), point.grain_size, point.material);
+  return substeps_of(point, drive, rve::PolarDecomposition(drive.deformation));
+}
+
+template <int D>
+int RvePointsOf<D>::substeps_of(const Point &point, const rve::DriveOf<D> &drive,
+                                const rve::PolarDecomposition<D> &polar) const
+{
+  return options.adaptive->of(rve::norm(polar.strain), drive.dt, point.last_steps().mean_stress(),
+                              point.grain_size, point.material);
 }
 
 /// Whether a rotation lets contacts slip, in as few DEM steps as the strain asks for. The overlap is that of its mean stress: what is
 /// known whatever the last advance was asked for.
-template <int D> bool RvePointsOf<D>::slips(const Point &point, const rve::DriveOf<D> &drive) const
+template <int D>
+bool RvePointsOf<D>::slips(const Point &point, const rve::DriveOf<D> &drive, double angle) const
 {
-  const double angle = rve::PolarDecomposition(drive.deformation).angle;
   const double pressure = std::fmax(point.last_steps().mean_stress(), 0.0);
   const double overlap = rve::contact_strain<D>(pressure, point.material, 0.5 * point.grain_size);
+  if (std::fabs(angle) <= TURN_OF_OVERLAP * overlap) return false;    // the slip is no larger
   const double slip = slip_of_rotation<D>(angle, drive.substeps, drive.dt, point.material,
                                           point.grain_size, overlap);
   return !(slip <= TURN_OF_OVERLAP * overlap);
@@ -543,9 +562,10 @@ void RvePointsOf<D>::turn(rve::EngineOf<D> &engine, const std::vector<int> &numb
   if (!some.empty()) engine.turn(some, rotations);
 }
 
-/// The drives of those that work, with what they slept through.
+/// The drives of those that work, with what they slept through; but under a servo, which takes no deformation. Returns whether one of them
+/// has slept and is under a servo.
 template <int D>
-void RvePointsOf<D>::plan_work(const std::vector<int> &slots,
+bool RvePointsOf<D>::plan_work(const std::vector<int> &slots,
                                const std::vector<rve::DriveOf<D>> &drives)
 {
   working.clear();
@@ -555,9 +575,10 @@ void RvePointsOf<D>::plan_work(const std::vector<int> &slots,
   working_slots.resize(count);
   working_drives.resize(count);
   must_turn.resize(count);
+  bool some_owe = false;
   {
     const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team)
+#pragma omp parallel for num_threads(work.team) reduction(|| : some_owe)
     for (int m = 0; m < count; ++m) {
       const int k = working[m];
       const Point &point = points[slots[k]];
@@ -565,12 +586,15 @@ void RvePointsOf<D>::plan_work(const std::vector<int> &slots,
       working_slots[m] = slots[k];
       drive = drives[k];
       must_turn[m] = 0;
-      if (drive.has_servo() || drive.substeps == 0) continue;
-      const bool wakes = !is_identity(point.pending);
+      const bool wakes = !is_identity(point.pending), has_servo = drive.has_servo();
+      some_owe = some_owe || (wakes && has_servo);
+      if (has_servo || drive.substeps == 0) continue;
       if (wakes) drive.deformation = drive.deformation * point.pending;
-      drive.substeps = substeps_of(point, drive);
-      must_turn[m] = (wakes && is_turned(point, drive.deformation)) ||
-          (options.adaptive && slips(point, drive));
+      must_turn[m] = wakes && is_turned(point, drive.deformation);
+      if (!options.adaptive) continue;
+      const rve::PolarDecomposition polar(drive.deformation);
+      drive.substeps = substeps_of(point, drive, polar);
+      must_turn[m] = must_turn[m] || slips(point, drive, polar.angle);
     }
   }
   turn(*engine, working_slots, working_drives, must_turn);
@@ -578,10 +602,10 @@ void RvePointsOf<D>::plan_work(const std::vector<int> &slots,
   for (int m = 0; m < count; ++m)
     if (must_turn[m])
       working_drives[m].substeps = substeps_of(points[working_slots[m]], working_drives[m]);
+  return some_owe;
 }
 
-/// A servo takes no deformation: what an RVE slept through under another drive is carried out before. Who fails there is frozen and
-/// works no more.
+/// What an RVE under a servo slept through under another drive is carried out before. Who fails there is frozen and works no more.
 template <int D> void RvePointsOf<D>::catch_up()
 {
   std::vector<int> slots;
@@ -684,8 +708,9 @@ void RvePointsOf<D>::advance_shadows(const std::vector<int> &slots,
     finer.push_back(drives[k]);
     finer.back().dt /= options.shadow_refinement;
     finer.back().substeps = substeps_of(point, drives[k]) * options.shadow_refinement;
-    turned.push_back(options.adaptive && !drives[k].has_servo() && drives[k].substeps > 0 &&
-                     slips(point, finer.back()));
+    turned.push_back(
+        options.adaptive && !drives[k].has_servo() && drives[k].substeps > 0 &&
+        slips(point, finer.back(), rve::PolarDecomposition(drives[k].deformation).angle));
   }
   if (numbers.empty()) return;
   turn(*shadows, numbers, finer, turned);
@@ -824,8 +849,7 @@ std::vector<int> RvePointsOf<D>::advance_by_plan(const std::vector<int> &slots,
     }
   }
 
-  plan_work(slots, drives);
-  catch_up();
+  if (plan_work(slots, drives)) catch_up();
   if (options.stress_from != StressFrom::End)
     advance_with_samples(working_slots, working_drives);
   else

@@ -225,6 +225,7 @@ void BatchEngine<D>::prepare(Call &call, const std::vector<int> &rves,
   call.rves = &rves;
   call.drives = records;
   int first_bad = count, largest = 0, longest = 0;
+  std::int64_t all_substeps = 0;
   double least_cost = std::numeric_limits<double>::max(), most_cost = 0.0;
   bool servo = false, steered = false, by_modes = false;
   {
@@ -232,8 +233,10 @@ void BatchEngine<D>::prepare(Call &call, const std::vector<int> &rves,
 #pragma omp parallel for num_threads(work.team) reduction(min                      \
                                                           : first_bad, least_cost) \
     reduction(max                                                                  \
-              : largest, longest, most_cost) reduction(||                          \
-                                                       : servo, steered, by_modes)
+              : largest, longest, most_cost) reduction(+                           \
+                                                       : all_substeps)             \
+        reduction(||                                                               \
+                  : servo, steered, by_modes)
     for (int k = 0; k < count; ++k) {
       try {
         check_slot(rves[k]);
@@ -245,6 +248,7 @@ void BatchEngine<D>::prepare(Call &call, const std::vector<int> &rves,
       records[k] = to_record(drives[k]);
       largest = std::max(largest, grains_of[rves[k]]);
       longest = std::max(longest, drives[k].substeps);
+      all_substeps += drives[k].substeps;
       const double cost = cost_of(rves[k], drives[k]);
       least_cost = std::min(least_cost, cost);
       most_cost = std::max(most_cost, cost);
@@ -271,6 +275,7 @@ void BatchEngine<D>::prepare(Call &call, const std::vector<int> &rves,
   }
   call.largest = largest;
   call.longest = longest;
+  call.mean = static_cast<double>(all_substeps) / count;
   call.pair_capacity = pair_capacity(largest);
   CallNeeds call_needs = needs;
   call_needs.books = needs.books || servo || kind == Answer::TimeStep;
@@ -285,20 +290,26 @@ template <int D> double BatchEngine<D>::cost_of(int rve, const DriveOf<D> &drive
 
 template <int D>
 void BatchEngine<D>::put_longest_first(Call &call, const std::vector<DriveOf<D>> &drives,
-                                       double most_cost) const
+                                       double most_cost)
 {
   // sorted roughly, in one pass: the last ones to run are short, and that is all that matters
   constexpr int classes = 256;
   const int count = static_cast<int>(call.rves->size());
-  const auto class_of = [&](int k) {
-    const double share = cost_of((*call.rves)[k], drives[k]) / most_cost;
-    return classes - 1 - static_cast<int>(share * (classes - 1));
-  };
-  std::vector<int> start(classes + 1, 0);
-  for (int k = 0; k < count; ++k) ++start[class_of(k) + 1];
-  std::partial_sum(start.begin(), start.end(), start.begin());
+  cost_class.resize(count);
+  {
+    const LightWork work(count, helpers(options));
+#pragma omp parallel for num_threads(work.team)
+    for (int k = 0; k < count; ++k) {
+      const double share = cost_of((*call.rves)[k], drives[k]) / most_cost;
+      cost_class[k] =
+          static_cast<unsigned char>(classes - 1 - static_cast<int>(share * (classes - 1)));
+    }
+  }
+  int start[classes + 1] = {};
+  for (int k = 0; k < count; ++k) ++start[cost_class[k] + 1];
+  std::partial_sum(start, start + classes + 1, start);
   call.order.resize(count);
-  for (int k = 0; k < count; ++k) call.order[start[class_of(k)]++] = k;
+  for (int k = 0; k < count; ++k) call.order[start[cost_class[k]]++] = k;
 }
 
 template <int D>

@@ -54,6 +54,7 @@ template <int D> class BatchEngine : public EngineOf<D> {
     std::vector<int> order;    ///< positions, the most expensive first; none: all cost the same
     int largest = 0;           ///< grains in the largest RVE
     int longest = 0;           ///< most substeps
+    double mean = 0.0;         ///< substeps
     int pair_capacity = 0;     ///< that workspaces must have at least
     Program program = Program::Plain;
     bool with_details = false;
@@ -90,7 +91,7 @@ template <int D> class BatchEngine : public EngineOf<D> {
   void prepare_repeat(int rve, const AnswerRecord<D> &answer);
   double cost_of(int rve, const DriveOf<D> &drive) const;
   /// With RVEs of unequal cost the last ones to run shall be short.
-  void put_longest_first(Call &call, const std::vector<DriveOf<D>> &drives, double most_cost) const;
+  void put_longest_first(Call &call, const std::vector<DriveOf<D>> &drives, double most_cost);
   /// What a call answers.
   enum class Answer { Short, Long, Longest, TimeStep };
   /// Checks and translates; sizes, order and program follow from the drives.
@@ -110,10 +111,11 @@ template <int D> class BatchEngine : public EngineOf<D> {
 
   std::vector<int> grains_of;    ///< by RVE; 0: the number is free
   std::vector<int> free_numbers;
-  CallNeeds needs;                         ///< of calls of all RVEs that have been added
-  int pairs_per_grain = 4;                 ///< capacity of the workspaces, grows on demand
-  std::vector<AnswerRecord<D>> mended;     ///< answers of a call that was repeated for some RVEs
-  std::vector<DetailRecord<D>> details;    ///< of the last call that wanted them
+  CallNeeds needs;                          ///< of calls of all RVEs that have been added
+  std::vector<unsigned char> cost_class;    ///< of the RVEs of a call
+  int pairs_per_grain = 4;                  ///< capacity of the workspaces, grows on demand
+  std::vector<AnswerRecord<D>> mended;      ///< answers of a call that was repeated for some RVEs
+  std::vector<DetailRecord<D>> details;     ///< of the last call that wanted them
 };
 
 }    // namespace rve

@@ -125,6 +125,7 @@ namespace {
       call.rves = &rves;
       call.largest = num_grains;
       call.longest = kPlanSteps;
+      call.mean = kPlanSteps;
       call.pair_capacity = this->pair_capacity(num_grains);
       call.program = this->usual_program();
       const Plan &plan = plan_for(call);
@@ -322,7 +323,7 @@ namespace {
 
     /// How a call is launched.
     struct Plan {
-      std::size_t count = 0;
+      bool fills_device = false;    ///< a multiprocessor has more than one RVE
       int largest = -1, pair_capacity = 0, steps_ahead = 0;
       Program program = Program::Plain;
       const void *kernel = nullptr, *prepare = nullptr;
@@ -336,13 +337,14 @@ namespace {
     /// The plan of the last call serves while the calls are alike.
     const Plan &plan_for(const Call &call)
     {
-      const int steps_ahead = std::max(1, std::min(call.longest, kPlanSteps));
-      if (last_plan.count == call.rves->size() && last_plan.largest == call.largest &&
+      const bool fills_device = this->fills_device(call);
+      const int steps_ahead = steps_to_prepare(call);
+      if (last_plan.fills_device == fills_device && last_plan.largest == call.largest &&
           last_plan.pair_capacity == call.pair_capacity && last_plan.program == call.program &&
           last_plan.steps_ahead == steps_ahead)
         return last_plan;
       Plan plan;
-      plan.count = call.rves->size();
+      plan.fills_device = fills_device;
       plan.largest = call.largest;
       plan.pair_capacity = call.pair_capacity;
       plan.program = call.program;
@@ -415,6 +417,21 @@ namespace {
       return handle_buffer.send(rves.size());
     }
 
+    /// Steps that are planned for each RVE before the blocks begin: those of an RVE of mean length, and as many more, since a block that has
+    /// to plan waits for one thread. The memory of all these plans is written and read for every RVE. A power of two: calls that follow each
+    /// other are alike.
+    static int steps_to_prepare(const Call &call)
+    {
+      int steps = 1;
+      while (steps < kPlanSteps && steps < call.longest && steps < 2.0 * call.mean) steps *= 2;
+      return std::max(1, std::min(steps, call.longest));
+    }
+
+    bool fills_device(const Call &call) const
+    {
+      return static_cast<int>(call.rves->size()) > device.multiProcessorCount;
+    }
+
     Residency residency_of(const Call &call, Program program) const
     {
       const auto serves = [&](Residency residency) {
@@ -425,8 +442,7 @@ namespace {
             (options.block_size <= shape->threads &&
              call.largest <= shape->items * options.block_size);
       };
-      const bool many = static_cast<int>(call.rves->size()) > device.multiProcessorCount;
-      const Residency small = many ? Residency::Many : Residency::Few;
+      const Residency small = fills_device(call) ? Residency::Many : Residency::Few;
       for (const Residency residency : {small, Residency::Large})
         if (serves(residency)) return residency;
       return Residency::Memory;

@@ -87,8 +87,10 @@ inline namespace RVE_ISA {
     if (has_drive) piece_of(call_of(me / of_drive).drive, me % of_drive) = drive;
     for (int r = me; r < count; r += threads) call_of(r).batch = batch;
     __syncthreads();
-    for (int r = me; r < count; r += threads)
+    for (int r = me; r < count; r += threads) {
       Begin::prepare(call_of(r), launch.rves[first + r].image, launch.pair_capacity);
+      call_of(r).plan_last = min(call_of(r).plan_last, steps);    // the block plans the others
+    }
     __syncthreads();
     for (int k = me; k < count * steps; k += threads)
       if (k % steps < call_of(k / steps).plan_last)
