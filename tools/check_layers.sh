@@ -33,7 +33,7 @@ room rve/algorithm "rve/algorithm rve/physics rve/core"
 room rve/engine "rve/engine cuda rve/algorithm rve/block rve/physics rve/core"
 room mpm "mpm cuda rve/core"
 room macro "macro mpm rve/engine rve/core"
-room capi "capi macro rve/engine rve/core"
+room capi "capi macro rve/engine cuda rve/core"
 room field "field rve/core"
 
 complain "styles see the interfaces of engine, mpm, macro and field, not the rooms below" <<END

@@ -609,6 +609,33 @@ TEST(Librve, WrongInputIsNamedAndThrowsNothing)
   rve_batch_free(nullptr);
 }
 
+TEST(Librve, ABatchOnCpuThreadsTakesNoArraysOfADevice)
+{
+  const Batch batch = batch_of(DISKS, 1);
+  const std::vector<char> state = saved(batch.get());
+  const Numbers increments = {1, 0, 0, 1}, dt = {DT_DISKS};
+  const std::int32_t substeps = 1;
+  // nothing may read or write it
+  double *const array = reinterpret_cast<double *>(8);
+  const auto expect = [](int code, const std::string &name) {
+    EXPECT_EQ(code, RVE_BAD_INPUT);
+    const std::string text = name + " may not be in the memory of a device: the batch is on 1 CPU ";
+    EXPECT_EQ(std::string(rve_error()).find(text), 0u) << rve_error();
+  };
+  EXPECT_EQ(rve_batch_device_number(batch.get()), -1);
+  EXPECT_EQ(rve_batch_device_number(nullptr), -1);
+  for (const auto call : {rve_trial_device, rve_advance_device})
+    expect(call(batch.get(), nullptr, 1, array, dt.data(), &substeps, array, nullptr),
+           "increments");
+  expect(rve_quantity_device(batch.get(), "p", nullptr, 1, array), "values");
+  expect(rve_affine_stiffness_device(batch.get(), nullptr, 1, array), "stiffness");
+  EXPECT_EQ(
+      rve_trial_device(batch.get(), nullptr, 1, nullptr, dt.data(), &substeps, array, nullptr),
+      RVE_BAD_INPUT);
+  EXPECT_STREQ(rve_error(), "increments is a null pointer");
+  EXPECT_EQ(saved(batch.get()), state);
+}
+
 TEST(Librve, QuantitiesAreThoseOfTheDimension)
 {
   const auto has = [](int dimension, const std::string &name) {

@@ -1,6 +1,7 @@
 #include "capi/librve.h"
 
 #include "capi/words.h"
+#include "cuda/device_arrays.h"
 #include "macro/load_path.h"
 #include "macro/quantities.h"
 #include "rve/core/checksum.h"
@@ -273,6 +274,7 @@ template <int D> class Batch {
 
   std::size_t size() const { return members.size(); }
   const char *text() const { return description.c_str(); }
+  int cuda_device() const { return engine->cuda_device(); }
 
   void time_steps(const std::vector<std::size_t> &which, double *dt)
   {
@@ -664,11 +666,74 @@ struct rve_batch {
   int dimension() const { return any.index() == 0 ? 2 : 3; }
 };
 
+// ---- arrays of callers: on the host, or on the device of a batch ------------------------------------------------------------------
+
 namespace {
+
+/// Where the arrays of numbers of a call may be.
+enum class Arrays { OnHost, OnEither };
+
+/// The device that an array is on; -1: the host. Throws InputError, which names the array, unless the batch can reach it.
+int device_of(const rve_batch &batch, Arrays arrays, const double *array, const char *name)
+{
+  if (arrays == Arrays::OnHost || !array) return -1;
+  const int device = rve_batch_device_number(&batch);
+  require(device >= 0, [&] {
+    return std::string(name) + " may not be in the memory of a device: the batch is on " +
+        rve_batch_description(&batch) + "; the function without _device serves it";
+  });
+  return rve::is_on_device(array, name, device) ? device : -1;
+}
+
+/// Numbers that a caller gives, as the host has them.
+class Given {
+ public:
+  Given(const rve_batch &batch, Arrays arrays, const double *array, const char *name,
+        std::size_t count) :
+      numbers(array)
+  {
+    const int device = device_of(batch, arrays, array, name);
+    if (device < 0) return;
+    copy.resize(count);
+    rve::copy_numbers(array, copy.data(), count, device);
+    numbers = copy.data();
+  }
+  Given(const Given &) = delete;
+  Given &operator=(const Given &) = delete;
+
+  const double *values() const { return numbers; }
+
+ private:
+  const double *numbers;
+  std::vector<double> copy;
+};
+
+/// Numbers that a caller is to receive: they are written on the host, and delivered in the end.
+class Wanted {
+ public:
+  Wanted(const rve_batch &batch, Arrays arrays, double *array_in, const char *name,
+         std::size_t count) :
+      array(array_in),
+      device(device_of(batch, arrays, array_in, name))
+  {
+    if (device >= 0) copy.resize(count);
+  }
+
+  double *room() { return device >= 0 ? copy.data() : array; }
+  void deliver() const
+  {
+    if (device >= 0) rve::copy_numbers(copy.data(), array, copy.size(), device);
+  }
+
+ private:
+  double *array;
+  int device;
+  std::vector<double> copy;
+};
 
 int move_batch(rve_batch *batch, const size_t *which, size_t count, const double *increments,
                const double *dt, const int32_t *substeps, double *stresses, uint32_t *statuses,
-               bool keeps)
+               bool keeps, Arrays arrays)
 {
   return guarded([&] {
     require_pointer(batch, "batch");
@@ -678,9 +743,45 @@ int move_batch(rve_batch *batch, const size_t *which, size_t count, const double
       require_pointer(substeps, "substeps");
     }
     const auto members = chosen(which, count, batch->size());
+    const std::size_t numbers = count * batch->dimension() * batch->dimension();
+    const Given given(*batch, arrays, increments, "increments", numbers);
+    Wanted wanted(*batch, arrays, stresses, "stresses", numbers);
     batch->visit([&](auto &one) {
-      one.run(members, increments, dt, substeps, stresses, statuses, keeps);
+      one.run(members, given.values(), dt, substeps, wanted.room(), statuses, keeps);
     });
+    wanted.deliver();
+  });
+}
+
+int tell_quantity(rve_batch *batch, const char *name, const size_t *which, size_t count,
+                  double *values, Arrays arrays)
+{
+  return guarded([&] {
+    require_pointer(batch, "batch");
+    require_pointer(name, "name");
+    require_pointer(values, "values");
+    const auto members = chosen(which, count, batch->size());
+    Wanted wanted(*batch, arrays, values, "values", count);
+    batch->visit([&](const auto &one) {
+      one.quantity(name, members, wanted.room());
+    });
+    wanted.deliver();
+  });
+}
+
+int tell_affine_stiffness(rve_batch *batch, const size_t *which, size_t count, double *stiffness,
+                          Arrays arrays)
+{
+  return guarded([&] {
+    require_pointer(batch, "batch");
+    require_pointer(stiffness, "stiffness");
+    const auto members = chosen(which, count, batch->size());
+    const std::size_t d = batch->dimension(), strains = d * (d + 1) / 2;
+    Wanted wanted(*batch, arrays, stiffness, "stiffness", count * d * d * strains);
+    batch->visit([&](auto &one) {
+      one.affine_stiffness(members, wanted.room());
+    });
+    wanted.deliver();
   });
 }
 
@@ -963,13 +1064,15 @@ int rve_time_steps(rve_batch *batch, const size_t *which, size_t count, double *
 int rve_trial(rve_batch *batch, const size_t *which, size_t count, const double *increments,
               const double *dt, const int32_t *substeps, double *stresses, uint32_t *statuses)
 {
-  return move_batch(batch, which, count, increments, dt, substeps, stresses, statuses, false);
+  return move_batch(batch, which, count, increments, dt, substeps, stresses, statuses, false,
+                    Arrays::OnHost);
 }
 
 int rve_advance(rve_batch *batch, const size_t *which, size_t count, const double *increments,
                 const double *dt, const int32_t *substeps, double *stresses, uint32_t *statuses)
 {
-  return move_batch(batch, which, count, increments, dt, substeps, stresses, statuses, true);
+  return move_batch(batch, which, count, increments, dt, substeps, stresses, statuses, true,
+                    Arrays::OnHost);
 }
 
 int rve_commit(rve_batch *batch)
@@ -1025,15 +1128,7 @@ const char *rve_status_text(uint32_t status)
 int rve_quantity(rve_batch *batch, const char *name, const size_t *which, size_t count,
                  double *values)
 {
-  return guarded([&] {
-    require_pointer(batch, "batch");
-    require_pointer(name, "name");
-    require_pointer(values, "values");
-    const auto members = chosen(which, count, batch->size());
-    batch->visit([&](const auto &one) {
-      one.quantity(name, members, values);
-    });
-  });
+  return tell_quantity(batch, name, which, count, values, Arrays::OnHost);
 }
 
 size_t rve_num_quantities(int dimension)
@@ -1049,14 +1144,7 @@ const char *rve_quantity_name(int dimension, size_t k)
 
 int rve_affine_stiffness(rve_batch *batch, const size_t *which, size_t count, double *stiffness)
 {
-  return guarded([&] {
-    require_pointer(batch, "batch");
-    require_pointer(stiffness, "stiffness");
-    const auto members = chosen(which, count, batch->size());
-    batch->visit([&](auto &one) {
-      one.affine_stiffness(members, stiffness);
-    });
-  });
+  return tell_affine_stiffness(batch, which, count, stiffness, Arrays::OnHost);
 }
 
 int rve_tangents(rve_batch *batch, const size_t *which, size_t count, const char *options,
@@ -1070,6 +1158,42 @@ int rve_tangents(rve_batch *batch, const size_t *which, size_t count, const char
       one.tangents(members, text_or_empty(options), strain_rates, tangents, measured);
     });
   });
+}
+
+int rve_batch_device_number(const rve_batch *batch)
+{
+  if (!batch) return -1;
+  return batch->visit([](const auto &one) {
+    return one.cuda_device();
+  });
+}
+
+int rve_trial_device(rve_batch *batch, const size_t *which, size_t count, const double *increments,
+                     const double *dt, const int32_t *substeps, double *stresses,
+                     uint32_t *statuses)
+{
+  return move_batch(batch, which, count, increments, dt, substeps, stresses, statuses, false,
+                    Arrays::OnEither);
+}
+
+int rve_advance_device(rve_batch *batch, const size_t *which, size_t count,
+                       const double *increments, const double *dt, const int32_t *substeps,
+                       double *stresses, uint32_t *statuses)
+{
+  return move_batch(batch, which, count, increments, dt, substeps, stresses, statuses, true,
+                    Arrays::OnEither);
+}
+
+int rve_quantity_device(rve_batch *batch, const char *name, const size_t *which, size_t count,
+                        double *values)
+{
+  return tell_quantity(batch, name, which, count, values, Arrays::OnEither);
+}
+
+int rve_affine_stiffness_device(rve_batch *batch, const size_t *which, size_t count,
+                                double *stiffness)
+{
+  return tell_affine_stiffness(batch, which, count, stiffness, Arrays::OnEither);
 }
 
 int rve_batch_packing(rve_batch *batch, size_t which, rve_packing **packing)

@@ -35,7 +35,7 @@ extern "C" {
 /* The interface. The major number changes when a program that was written for an earlier one may have to change, the minor one when something
  * comes that was not there. */
 #define RVE_API_MAJOR 1
-#define RVE_API_MINOR 2
+#define RVE_API_MINOR 3
 
 enum {
   RVE_SUCCESS = 0,
@@ -184,6 +184,26 @@ RVE_API int rve_affine_stiffness(rve_batch *batch, const size_t *which, size_t c
  * The RVEs are not changed. */
 RVE_API int rve_tangents(rve_batch *batch, const size_t *which, size_t count, const char *options,
                          const double *strain_rates, double *tangents, int *measured);
+
+/* ---- arrays in the memory of a GPU. Since 1.3 ---- */
+
+/* The CUDA device that the batch is on, as CUDA counts; -1 on CPU threads. */
+RVE_API int rve_batch_device_number(const rve_batch *batch);
+/* The functions of these names without _device, to the same bits, of a batch on a CUDA device: `increments`, `stresses`, `values` and `stiffness` may each be
+ * in the memory of that device or of the host. All else is on the host. It is an error, which names the array, if it is in the memory of another device, or
+ * if the batch is on CPU threads; then the array has not been touched.
+ * The arrays are read and written in the default stream of the device, and what is written is there on return. Work on them in streams that do not wait for
+ * that one, those that CUDA calls non-blocking, must have ended before the call. As after any call, the device of the batch is the current one of the thread. */
+RVE_API int rve_trial_device(rve_batch *batch, const size_t *which, size_t count,
+                             const double *increments, const double *dt, const int32_t *substeps,
+                             double *stresses, uint32_t *statuses);
+RVE_API int rve_advance_device(rve_batch *batch, const size_t *which, size_t count,
+                               const double *increments, const double *dt, const int32_t *substeps,
+                               double *stresses, uint32_t *statuses);
+RVE_API int rve_quantity_device(rve_batch *batch, const char *name, const size_t *which,
+                                size_t count, double *values);
+RVE_API int rve_affine_stiffness_device(rve_batch *batch, const size_t *which, size_t count,
+                                        double *stiffness);
 
 /* An RVE as it is: with its last trial, if there is one. */
 RVE_API int rve_batch_packing(rve_batch *batch, size_t which, rve_packing **packing);

@@ -110,6 +110,8 @@ namespace {
           (compiles ? "; its driver compiles kernels at their first use, once, in about 20 s" : "");
     }
 
+    int cuda_device() const override { return options.device_number; }
+
     /// Why it cannot advance the RVEs that it is made for, with a remedy; empty if it can.
     std::string obstacle() const
     {

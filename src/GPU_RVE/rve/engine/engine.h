@@ -192,6 +192,9 @@ template <int D> class EngineOf {
   /// Where the RVEs live, and what is free there; at most the bytes that the environment has in GPU_RVE_MEMORY_LIMIT.
   /// Throws InputError when that is no number.
   virtual Memory memory() const = 0;
+
+  /// The CUDA device that it is on, as CUDA counts; -1 on CPU threads.
+  virtual int cuda_device() const { return -1; }
 };
 using Engine = EngineOf<2>;
 
