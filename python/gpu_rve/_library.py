@@ -11,7 +11,6 @@ import cffi  # type: ignore[import-untyped]
 import numpy as np
 
 HERE = pathlib.Path(__file__).resolve().parent
-HOST_MEMORY = (1, 3)    # DLPack's kDLCPU and kDLCUDAHost
 
 
 class Error(Exception):
@@ -83,15 +82,6 @@ def words(values: Mapping[str, Any]) -> bytes:
 def doubles(array: np.ndarray) -> Any:
     """A NumPy array of float64 in C order as a pointer, without a copy."""
     return ffi.from_buffer("double[]", array, require_writable=False)
-
-
-def numbers(values: Any, shape: tuple[int, ...], dtype: type = float) -> np.ndarray:
-    """Numbers of a caller as an array of this shape and C order; a copy only where they are not that already. Arrays of others come by DLPack."""
-    if not isinstance(values, np.ndarray) and hasattr(values, "__dlpack__"):
-        if values.__dlpack_device__()[0] not in HOST_MEMORY:
-            raise Error("the array is in the memory of a device; librve reads and writes the host's: copy it there first")
-        values = np.from_dlpack(values)
-    return np.ascontiguousarray(np.broadcast_to(np.asarray(values, dtype=dtype), shape))
 
 
 def saved_by(save: Any, pointer: Any) -> bytes:

@@ -6,13 +6,18 @@ from typing import Any, Iterable, Sequence
 
 import numpy as np
 
-from ._library import Error, check, doubles, ffi, lib, numbers, saved_by, text, words
+from ._arrays import Found, found_doubles, is_on_device, numbers
+from ._library import Error, check, doubles, ffi, lib, saved_by, text, words
 from .packing import Packing
 
 
 def status_text(status: int) -> str:
     """Words for a status of an RVE: "overlap too large"; "ok" for 0."""
     return text(lib.rve_status_text(int(status)))
+
+
+def pointer_to(found: Found) -> Any:
+    return ffi.cast("double *", found.address)
 
 
 class Batch:
@@ -51,6 +56,17 @@ class Batch:
         """Device, number format, arithmetic: a line for a log."""
         return text(lib.rve_batch_description(self._pointer))
 
+    @property
+    def device_number(self) -> int | None:
+        """The CUDA device that the batch is on, as CUDA counts; None on CPU threads."""
+        number = int(lib.rve_batch_device_number(self._pointer))
+        return None if number < 0 else number
+
+    def _out(self, out: Any, shape: tuple[int, ...]) -> tuple[Any, Found]:
+        """What a caller is to receive, and where it is written: their own array, or a new one of NumPy."""
+        receives = np.empty(shape) if out is None else out
+        return receives, found_doubles(receives, "out", shape, self.device_number, writes=True)
+
     def _which(self, which: Iterable[int] | None) -> tuple[Any, int]:
         """Pointer and number of those that are meant; all without `which`."""
         if which is None:
@@ -65,30 +81,39 @@ class Batch:
         check(lib.rve_time_steps(self._pointer, chosen, n, doubles(bounds)))
         return bounds
 
-    def _move(self, call: Any, increments: Any, dt: Any, substeps: Any, which: Iterable[int] | None) -> tuple[np.ndarray, np.ndarray]:
+    def _move(self, call: Any, call_device: Any, increments: Any, dt: Any, substeps: Any, which: Iterable[int] | None,
+              out: Any) -> tuple[Any, np.ndarray]:
         chosen, n = self._which(which)
-        d = self.dimension
-        f, times, steps = numbers(increments, (n, d, d)), numbers(dt, (n,)), numbers(substeps, (n,), np.int32)
-        stresses, statuses = np.empty((n, d, d)), np.empty(n, dtype=np.uint32)
-        check(call(self._pointer, chosen, n, doubles(f), doubles(times), ffi.from_buffer("int32_t[]", steps), doubles(stresses),
-                   ffi.from_buffer("uint32_t[]", statuses)))
+        shape = (n, self.dimension, self.dimension)
+        f = increments if is_on_device(increments) else numbers(increments, "increments", shape)
+        given = found_doubles(f, "increments", shape, self.device_number, writes=False)
+        times, steps = numbers(dt, "dt", (n,)), numbers(substeps, "substeps", (n,), np.int32)
+        stresses, receives = self._out(out, shape)
+        statuses = np.empty(n, dtype=np.uint32)
+        check((call_device if given.on_device or receives.on_device else call)(
+            self._pointer, chosen, n, pointer_to(given), doubles(times), ffi.from_buffer("int32_t[]", steps), pointer_to(receives),
+            ffi.from_buffer("uint32_t[]", statuses)))
         return stresses, statuses
 
-    def trial(self, increments: Any, dt: Any, substeps: Any, which: Iterable[int] | None = None) -> tuple[np.ndarray, np.ndarray]:
+    def trial(self, increments: Any, dt: Any, substeps: Any, which: Iterable[int] | None = None, out: Any = None) -> tuple[Any, np.ndarray]:
         """Deforms from the committed states: F becomes increment F in so many DEM steps.
+
+        The arrays `increments` and `out` may each be in the memory of the batch's CUDA device, as arrays of any library that has DLPack: then they
+        are float64 in C order, and whole, (n, D, D).
 
         :param increments: of the deformation gradient (n, D, D), or (D, D) for all [-]
         :param dt: DEM time step (n), or one for all [time]
         :param substeps: number of DEM steps (n), or one for all; 0 with an increment of 1 evaluates the configuration as it is
         :param which: numbers of the RVEs that are meant (n); all without
-        :return: Cauchy stresses (n, D, D) [stress], and statuses (n), 0 for a sound RVE (:func:`status_text`); one that failed
-            (:meth:`failed`) has its committed state
+        :param out: array that receives the stresses, float64 in C order (n, D, D) [stress]; without it they are a new one of NumPy
+        :return: Cauchy stresses (n, D, D) [stress], which are `out` if it was given, and statuses (n), 0 for a sound RVE (:func:`status_text`);
+            one that failed (:meth:`failed`) has its committed state
         """
-        return self._move(lib.rve_trial, increments, dt, substeps, which)
+        return self._move(lib.rve_trial, lib.rve_trial_device, increments, dt, substeps, which, out)
 
-    def advance(self, increments: Any, dt: Any, substeps: Any, which: Iterable[int] | None = None) -> tuple[np.ndarray, np.ndarray]:
+    def advance(self, increments: Any, dt: Any, substeps: Any, which: Iterable[int] | None = None, out: Any = None) -> tuple[Any, np.ndarray]:
         """A trial that is committed at once, for hosts that never go back; keeps no copy. Parameters and answer as of :meth:`trial`."""
-        return self._move(lib.rve_advance, increments, dt, substeps, which)
+        return self._move(lib.rve_advance, lib.rve_advance_device, increments, dt, substeps, which, out)
 
     def commit(self) -> None:
         """The last trials of all RVEs become their committed states."""
@@ -133,22 +158,25 @@ class Batch:
         """A quantity of all RVEs (n), by the names of the LAMMPS command compute rve/atom: ``batch["p"]``."""
         return self.quantity(name)
 
-    def quantity(self, name: str, which: Iterable[int] | None = None) -> np.ndarray:
-        """A quantity of these RVEs (n), with their last trial if there is one."""
+    def quantity(self, name: str, which: Iterable[int] | None = None, out: Any = None) -> Any:
+        """A quantity of these RVEs (n), with their last trial if there is one. `out` as of :meth:`trial`, (n)."""
         chosen, n = self._which(which)
-        values = np.empty(n)
-        check(lib.rve_quantity(self._pointer, name.encode(), chosen, n, doubles(values)))
+        values, receives = self._out(out, (n,))
+        call = lib.rve_quantity_device if receives.on_device else lib.rve_quantity
+        check(call(self._pointer, name.encode(), chosen, n, pointer_to(receives)))
         return values
 
-    def affine_stiffness(self, which: Iterable[int] | None = None) -> np.ndarray:
+    def affine_stiffness(self, which: Iterable[int] | None = None, out: Any = None) -> Any:
         """Stiffness of the contacts with grains that move affinely: an upper bound of the elastic tangent, without a DEM step.
 
+        :param out: as of :meth:`trial`, (n, D, D, S)
         :return: (n, D, D, S): change of stress by strain, S = 3: xx, yy, xy, or S = 6: xx, yy, zz, xy, xz, yz; a strain xy is that of both xy and yx [stress]
         """
         chosen, n = self._which(which)
         d = self.dimension
-        stiffness = np.empty((n, d, d, d * (d + 1) // 2))
-        check(lib.rve_affine_stiffness(self._pointer, chosen, n, doubles(stiffness)))
+        stiffness, receives = self._out(out, (n, d, d, d * (d + 1) // 2))
+        call = lib.rve_affine_stiffness_device if receives.on_device else lib.rve_affine_stiffness
+        check(call(self._pointer, chosen, n, pointer_to(receives)))
         return stiffness
 
     def tangents(self, strain_rates: Any = None, which: Iterable[int] | None = None, **options: float | str) -> np.ndarray:
@@ -165,7 +193,7 @@ class Batch:
         s = d * (d + 1) // 2
         rates = ffi.NULL
         if strain_rates is not None:
-            kept = numbers(strain_rates, (n, d, d))
+            kept = numbers(strain_rates, "strain_rates", (n, d, d))
             rates = doubles(kept)
         tangents, measured = np.empty((n, s, s)), np.empty(n, dtype=np.intc)
         check(lib.rve_tangents(self._pointer, chosen, n, words(options), rates, doubles(tangents), ffi.from_buffer("int[]", measured)))

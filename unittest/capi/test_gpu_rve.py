@@ -3,6 +3,7 @@
     python3 test_gpu_rve.py <folder of the packings of the examples>
 """
 
+import ctypes
 import pathlib
 import pickle
 import sys
@@ -12,6 +13,7 @@ import unittest
 import numpy as np
 
 import gpu_rve
+from gpu_rve import _arrays
 
 PACKINGS = pathlib.Path(sys.argv.pop(1))
 DISKS, SPHERES = (gpu_rve.Packing.read(PACKINGS / name) for name in ("A_h0075.rve", "S500.rve"))
@@ -21,6 +23,43 @@ OPTIONS = {"format": "double", "device": "cpu", "threads": 1}
 
 def increments(dimension, n, seed):
     return np.eye(dimension) + 1e-4 * np.random.default_rng(seed).uniform(-1, 1, (n, dimension, dimension))
+
+
+new_capsule = ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_void_p)(("PyCapsule_New", ctypes.pythonapi))
+
+
+class Lender:
+    """An array of another library, which counts how often it was lent and given back. The numbers are NumPy's, from row `skip` on; what is said of them may
+    be wrong: the kind of memory, also in the capsule only (`says`), the type."""
+
+    def __init__(self, array, kind=1, number=0, says=None, says_strides=False, versioned=False, code=2, flags=0, major=1, skip=0):
+        self.array, self.kind, self.number, self.says = array, kind, number, says or (kind, number)
+        self.says_strides, self.versioned, self.code, self.flags, self.major, self.skip = says_strides, versioned, code, flags, major, skip
+        self.lent = self.returned = 0
+
+    def __dlpack_device__(self):
+        return self.says
+
+    def __dlpack__(self, stream=None, max_version=None):
+        if max_version and not self.versioned:
+            raise TypeError("from before there were versions")
+        a, ndim = self.array[self.skip:], self.array.ndim
+        self.shape = (ctypes.c_int64 * ndim)(*a.shape)
+        self.strides = (ctypes.c_int64 * ndim)(*(s // a.itemsize for s in a.strides)) if self.says_strides else None
+        tensor = _arrays.Tensor(self.array.ctypes.data, self.kind, self.number, ndim, self.code, 8 * a.itemsize, 1, self.shape, self.strides,
+                                self.skip * a.strides[0])
+        self.deleter = _arrays.Deleter(self.take_back)
+        name = b"dltensor_versioned" if max_version else b"dltensor"
+        if max_version:
+            self.managed = _arrays.VersionedTensor(self.major, 0, None, self.deleter, self.flags, tensor)
+        else:
+            self.managed = _arrays.ManagedTensor(tensor, None, self.deleter)
+        self.lent += 1
+        return new_capsule(ctypes.addressof(self.managed), name, None)
+
+    def take_back(self, address):
+        assert address == ctypes.addressof(self.managed)
+        self.returned += 1
 
 
 class Packings(unittest.TestCase):
@@ -169,6 +208,88 @@ class Batches(unittest.TestCase):
         np.testing.assert_array_equal(foreign.advance(Foreign(f), DT[2], 10)[0], plain.advance(f, DT[2], 10)[0])
         with self.assertRaisesRegex(gpu_rve.Error, "in the memory of a device"):
             foreign.advance(Foreign(f, device=2), DT[2], 10)
+
+    def test_stresses_go_where_the_caller_wants_them(self):
+        for packing in (DISKS, SPHERES):
+            d = packing.dimension
+            plain, other = (gpu_rve.Batch([packing] * 2, **OPTIONS) for _ in range(2))
+            history = np.zeros((3, 2, d, d))
+            for k in range(3):
+                answer, _ = other.advance(increments(d, 2, k), DT[d], 10, out=history[k])
+                self.assertTrue(np.shares_memory(answer, history))
+                np.testing.assert_array_equal(history[k], plain.advance(increments(d, 2, k), DT[d], 10)[0])
+            room = np.zeros((2, d, d))
+            self.assertIs(other.trial(increments(d, 2, 7), DT[d], 10, out=room)[0], room)
+            np.testing.assert_array_equal(room, plain.trial(increments(d, 2, 7), DT[d], 10)[0])
+            some, stiffness = np.zeros(1), np.zeros((2, d, d, d * (d + 1) // 2))
+            self.assertIs(other.quantity("p", [1], out=some), some)
+            self.assertIs(other.affine_stiffness(out=stiffness), stiffness)
+            self.assertEqual(some[0], other["p"][1])
+            np.testing.assert_array_equal(stiffness, other.affine_stiffness())
+
+    def test_arrays_of_others_are_read_and_written_where_they_are_and_given_back(self):
+        f = increments(2, 2, 3)
+        plain = gpu_rve.Batch([DISKS] * 2, **OPTIONS).advance(f, DT[2], 10)[0]
+        for versioned in (False, True):
+            for says_strides in (False, True):
+                room = np.zeros((3, 2, 2))
+                given = Lender(f, versioned=versioned, says_strides=says_strides)
+                wanted = Lender(room, versioned=versioned, says_strides=says_strides, skip=1)
+                answer, _ = gpu_rve.Batch([DISKS] * 2, **OPTIONS).advance(given, DT[2], 10, out=wanted)
+                self.assertIs(answer, wanted)
+                np.testing.assert_array_equal(room[1:], plain)
+                self.assertFalse(room[0].any())
+                for lender in (given, wanted):
+                    self.assertEqual((lender.lent, lender.returned), (1, 1))
+
+    def test_arrays_of_a_device_are_refused_before_they_are_touched(self):
+        batch = gpu_rve.Batch([DISKS] * 2, **OPTIONS)
+        self.assertIsNone(batch.device_number)
+        f, state = increments(2, 2, 3), batch.save()
+        for kind in (2, 13, 10):    # CUDA, CUDA managed, ROCm
+            elsewhere = Lender(f, kind=kind)
+            for name, work in (("increments", lambda: batch.advance(elsewhere, DT[2], 10)),
+                               ("dt", lambda: batch.advance(f, elsewhere, 10)),
+                               ("strain_rates", lambda: batch.tangents(elsewhere)),
+                               ("out", lambda: batch.advance(f, DT[2], 10, out=elsewhere)),
+                               ("out", lambda: batch.quantity("p", out=elsewhere))):
+                with self.assertRaisesRegex(gpu_rve.Error, f"^{name} is in the memory of a device"):
+                    work()
+            self.assertEqual(elsewhere.lent, 0)
+            # one whose capsule says so only
+            liar = Lender(f, kind=kind, says=(1, 0))
+            with self.assertRaisesRegex(gpu_rve.Error, "^out is in the memory of a device"):
+                batch.advance(f, DT[2], 10, out=liar)
+            self.assertEqual((liar.lent, liar.returned), (1, 1))
+        self.assertEqual(batch.save(), state)
+
+    def test_arrays_of_a_device_are_those_of_the_batch(self):
+        f = increments(2, 2, 3)
+        found = _arrays.found_doubles(Lender(f, kind=2, number=1), "out", f.shape, 1, True)
+        self.assertEqual((found.address, found.on_device), (f.ctypes.data, True))
+        for lender, message in ((Lender(f, kind=2), "CUDA device 0; it must be in that of CUDA device 1, where the batch is, or of the host"),
+                                (Lender(f, kind=10, number=1), "a device that is not CUDA's .DLPack's kind 10.; it must be in that of CUDA device 1")):
+            with self.assertRaisesRegex(gpu_rve.Error, f"^out is in the memory of {message}"):
+                _arrays.found_doubles(lender, "out", f.shape, 1, True)
+            self.assertEqual(lender.lent, 0)
+
+    def test_arrays_that_cannot_receive_are_refused_and_change_nothing(self):
+        batch = gpu_rve.Batch([DISKS] * 2, **OPTIONS)
+        f, state, room = increments(2, 2, 3), batch.save(), np.zeros((2, 2, 2))
+        fixed = room.copy()
+        fixed.flags.writeable = False
+        for out, message in ((room.astype(np.float32), "dtype float32; it must have float64"), (room.astype(int), "dtype int64"),
+                             (room.astype(">f8"), "dtype >f8"), (np.zeros((2, 2)), r"shape \(2, 2\); it must have \(2, 2, 2\)"),
+                             (room.T, r"strides \(8, 16, 32\) .bytes.; they must be \(32, 16, 8\)"),
+                             (np.zeros((2, 2, 4))[:, :, ::2], r"strides \(64, 32, 16\)"), (fixed, "read-only"), ([[0.0]], "type list"),
+                             (Lender(room.astype(np.float32)), "dtype float32"), (Lender(room, says_strides=True, code=1), "dtype uint64"),
+                             (Lender(room.T, says_strides=True), r"strides \(8, 16, 32\)"), (Lender(room, versioned=True, flags=1), "read-only"),
+                             (Lender(room, versioned=True, major=2), "tensor of DLPack 2")):
+            with self.subTest(message), self.assertRaisesRegex(gpu_rve.Error, f"^out (has|is)( of| an?)* .*{message}"):
+                batch.advance(f, DT[2], 10, out=out)
+            if isinstance(out, Lender):
+                self.assertEqual((out.lent, out.returned), (1, 1))
+        self.assertEqual(batch.save(), state)
 
     def test_a_path_is_followed_to_its_end(self):
         batch = gpu_rve.Batch([DISKS] * 2, **OPTIONS)
