@@ -623,7 +623,8 @@ template <int D> void FixMpm::ImplOf<D>::look_at_damping()
   for (int b = 0; b < (int) settings.bodies.size(); b++)
     largest = std::max(largest, magnitude(solver->body_reaction(b)));
   for (int side = 0; side < mpm::FACES<D>; side++)
-    if (settings.options.sides[side] != mpm::SideKind::Free)
+    if (settings.options.sides[side] != mpm::SideKind::Free ||
+        settings.options.dashpots[side].exist())
       largest = std::max(largest, magnitude(solver->side_reaction(static_cast<Face>(side))));
   damping_sum += magnitude(solver->damping_force());
   reaction_sum += largest;
@@ -661,14 +662,27 @@ template <int D> void FixMpm::ImplOf<D>::solve(bool advance)
     const MpmTraction<D> &traction = settings.tractions[k];
     mpm::TractionLoad<D> &load = loads[k];
     load.point_index.clear();
-    for (int a = 0; a < D; a++) load.traction[a] = traction.traction[a].evaluate(lmp);
+    load.of_point.clear();
     load.face = traction.face;
     load.follows = traction.is_pressure;
-    if (load.follows) {
-      const double pressure = load.traction[0];
-      load.traction = Vec::zero();
-      load.traction[mpm::axis_of(load.face)] = -mpm::outward(load.face) * pressure;
-    }
+    const auto as_vector = [&load](const Vec &given) {
+      if (!load.follows) return given;
+      Vec of_pressure = Vec::zero();
+      of_pressure[mpm::axis_of(load.face)] = -mpm::outward(load.face) * given[0];
+      return of_pressure;
+    };
+    const bool varies =
+        std::any_of(traction.traction, traction.traction + D, [](const ScriptValue &value) {
+          return value.per_atom;
+        });
+    std::vector<double> of_atoms[D];
+    Vec given = Vec::zero();
+    for (int a = 0; a < D; a++)
+      if (varies)
+        traction.traction[a].evaluate(lmp, fix->igroup, of_atoms[a]);
+      else
+        given[a] = traction.traction[a].evaluate(lmp);
+    load.traction = as_vector(given);
     Region *region = traction.groupbit ? nullptr : domain->get_region_by_id(traction.id);
     if (region) region->prematch();
     for (int i = 0; i < atom->nlocal; i++) {
@@ -676,6 +690,11 @@ template <int D> void FixMpm::ImplOf<D>::solve(bool advance)
       if (region ? body[i] < 0 && region->match(x[0], x[1], x[2])
                  : atom->mask[i] & traction.groupbit)
         load.point_index.push_back(i);
+    }
+    for (const int i : load.point_index) {
+      if (!varies) break;
+      for (int a = 0; a < D; a++) given[a] = of_atoms[a][i];
+      load.of_point.push_back(as_vector(given));
     }
     if (advance || traction.groupbit) continue;
     bigint loaded = load.point_index.size();

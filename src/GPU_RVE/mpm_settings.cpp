@@ -70,12 +70,30 @@ template <int D> mpm::Face read_side(ScriptWords &words)
 template <int D> void read_boundary(ScriptWords &words, Said<D> &said)
 {
   const std::string side = words.peek();
-  mpm::SideKind &kind = said.options.sides[(int) read_side<D>(words)];
+  const int index = (int) read_side<D>(words);
+  mpm::SideKind &kind = said.options.sides[index];
   words.about("boundary " + side);
-  kind = words.choice<mpm::SideKind>(side,
-                                     {{"free", mpm::SideKind::Free},
-                                      {"roller", mpm::SideKind::Roller},
-                                      {"fixed", mpm::SideKind::Fixed}});
+  enum { FREE, ROLLER, FIXED, ABSORBING };
+  const int choice = words.choice<int>(
+      side, {{"free", FREE}, {"roller", ROLLER}, {"fixed", FIXED}, {"absorbing", ABSORBING}});
+  kind = choice == ROLLER ? mpm::SideKind::Roller
+      : choice == FIXED   ? mpm::SideKind::Fixed
+                          : mpm::SideKind::Free;
+  if (choice != ABSORBING) return;
+
+  mpm::Dashpots &dashpots = said.options.dashpots[index];
+  const std::string what = side + " absorbing";
+  if (words.take("roller")) {
+    kind = mpm::SideKind::Roller;
+    dashpots.tangential = words.positive(what + " cs", "[length/time]");
+    return;
+  }
+  dashpots.normal = words.positive(what + " cp", "[length/time]");
+  dashpots.tangential = words.number(what + " cs");
+  if (!(dashpots.tangential >= 0.0 && dashpots.tangential < dashpots.normal))
+    words.refuse(fmt::format("boundary {} cs is {} [length/time]; it must be at least 0 and below "
+                             "cp, {}: shear waves are slower than compression waves",
+                             what, rve::number(dashpots.tangential), rve::number(dashpots.normal)));
 }
 
 template <int D> void read_model(ScriptWords &words, Said<D> &said)
@@ -400,8 +418,8 @@ constexpr ScriptKeyword<Said<D>> KEYWORDS[] = {
            {{"auto", mpm::Device::Auto}, {"cpu", mpm::Device::Cpu}, {"cuda", mpm::Device::Cuda}});
      }},
     {"boundary",
-     D == 2 ? "xlo | xhi | ylo | yhi free | roller | fixed"
-            : "xlo | xhi | ylo | yhi | zlo | zhi free | roller | fixed",
+     D == 2 ? "xlo | xhi | ylo | yhi free | roller | fixed | absorbing cp cs"
+            : "xlo | xhi | ylo | yhi | zlo | zhi free | roller | fixed | absorbing cp cs",
      read_boundary<D>},
     {"model", "group-ID rve fix-ID | law ...", read_model<D>},
     {"column", "name",
@@ -515,7 +533,7 @@ template <int D> void MpmSettings<D>::find(LAMMPS *lmp)
   if (in_situ.surface) in_situ.surface->find(lmp, "Fix mpm insitu");
   for (ScriptValue &component : in_situ.components) component.find(lmp, "Fix mpm insitu");
   for (auto &load : tractions) {
-    for (auto &component : load.traction) component.find(lmp, "Fix mpm", false);
+    for (auto &component : load.traction) component.find(lmp, "Fix mpm");
     if (!load.groupbit && !lmp->domain->get_region_by_id(load.id))
       lmp->error->all(FLERR, "Fix mpm {}: region '{}' does not exist", load.keyword(), load.id);
   }

@@ -26,6 +26,7 @@ struct Case {
   ShapeFunction shape;
   double damping;
   bool separation;
+  bool absorbing = false;
 };
 
 mpm::SolverOptions<2> options_for(const Case &what, mpm::Device device)
@@ -37,6 +38,10 @@ mpm::SolverOptions<2> options_for(const Case &what, mpm::Device device)
   options.flip = 0.99;
   options.sides = {mpm::SideKind::Roller, mpm::SideKind::Roller, mpm::SideKind::Fixed,
                    mpm::SideKind::Free};
+  if (what.absorbing) {    // dashpots beside a roller, and corners with a fixed and with an absorbing side
+    options.sides[1] = mpm::SideKind::Free;
+    options.dashpots = {{{0.0, 40.0}, {80.0, 40.0}, {}, {80.0, 0.0}}};
+  }
   options.rigid_bodies.resize(2);
   options.rigid_bodies[0].separation = what.separation;
   options.rigid_bodies[1].face = mpm::Face::XHi;
@@ -190,7 +195,9 @@ TEST_P(Backends, GiveTheSameBits)
 INSTANTIATE_TEST_SUITE_P(, Backends,
                          testing::Values(MUSL, Case{Scheme::Musl, ShapeFunction::Linear, 0.0, true},
                                          Case{Scheme::Usavg, ShapeFunction::Gimp, 0.1, true},
-                                         Case{Scheme::Usavg, ShapeFunction::Linear, 0.0, false}));
+                                         Case{Scheme::Usavg, ShapeFunction::Linear, 0.0, false},
+                                         Case{Scheme::Musl, ShapeFunction::Gimp, 0.1, false,
+                                              true}));
 
 TEST_F(OnDevice, OrderOfThePointsHasNoInfluence)
 {
@@ -336,25 +343,31 @@ TEST_F(OnDevice, SaysWhatIsWrongAsTheCpuDoes)
 TEST_F(OnDevice, GivesTheSameBitsInSpace)
 {
   using mpm_test::GroundInSpace;
-  for (const GroundInSpace::Method &method :
-       {GroundInSpace::Method{Scheme::Musl, ShapeFunction::Gimp, 0.1, 0.99, true, false},
-        GroundInSpace::Method{Scheme::Usavg, ShapeFunction::Gimp, 0.0, 1.0, false, true},
-        GroundInSpace::Method{Scheme::Usavg, ShapeFunction::Linear, 0.1, 0.99, true, true}}) {
-    std::vector<double> numbers[2];
-    mpm_test::SceneOf<3> scene[2];
-    for (const bool on_device : {false, true}) {
-      GroundInSpace ground(method);
-      ground.options.device = on_device ? mpm::Device::Cuda : mpm::Device::Cpu;
-      ground.options.threads = 2;
-      mpm::MpmSolver<3> solver = ground.solver();
-      solver.evaluate(ground.scene.view(), ground.loads, GroundInSpace::STEP);
-      for (int step = 0; step < 30; ++step)
-        solver.step(ground.scene.view(), ground.loads, GroundInSpace::STEP);
-      solver.fetch(ground.scene.view());
-      numbers[on_device] = ground.numbers(solver);
-      scene[on_device] = ground.scene;
+  for (const bool absorbing : {false, true})
+    for (const GroundInSpace::Method &method :
+         {GroundInSpace::Method{Scheme::Musl, ShapeFunction::Gimp, 0.1, 0.99, true, false},
+          GroundInSpace::Method{Scheme::Usavg, ShapeFunction::Gimp, 0.0, 1.0, false, true},
+          GroundInSpace::Method{Scheme::Usavg, ShapeFunction::Linear, 0.1, 0.99, true, true}}) {
+      std::vector<double> numbers[2];
+      mpm_test::SceneOf<3> scene[2];
+      for (const bool on_device : {false, true}) {
+        GroundInSpace ground(method);
+        ground.options.device = on_device ? mpm::Device::Cuda : mpm::Device::Cpu;
+        ground.options.threads = 2;
+        if (absorbing) {    // beside the roller in x, in place of the fixed side in y
+          ground.options.sides[2] = mpm::SideKind::Free;
+          ground.options.dashpots[0] = {0.0, 40.0};
+          ground.options.dashpots[2] = {80.0, 40.0};
+        }
+        mpm::MpmSolver<3> solver = ground.solver();
+        solver.evaluate(ground.scene.view(), ground.loads, GroundInSpace::STEP);
+        for (int step = 0; step < 30; ++step)
+          solver.step(ground.scene.view(), ground.loads, GroundInSpace::STEP);
+        solver.fetch(ground.scene.view());
+        numbers[on_device] = ground.numbers(solver);
+        scene[on_device] = ground.scene;
+      }
+      expect_same_points(scene[0], scene[1]);
+      EXPECT_TRUE(same_bits(numbers[0], numbers[1]));
     }
-    expect_same_points(scene[0], scene[1]);
-    EXPECT_TRUE(same_bits(numbers[0], numbers[1]));
-  }
 }

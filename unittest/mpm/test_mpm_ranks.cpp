@@ -27,6 +27,7 @@ struct Method {
   ShapeFunction shape;
   double damping;
   bool rough, separation;
+  bool absorbing = false;
 };
 
 /// Everything that a step changes, as bytes.
@@ -73,6 +74,11 @@ Outcome run(Scene &scene, const Method &method, int steps, int threads,
   options.shape = method.shape;
   options.sides = {mpm::SideKind::Roller, mpm::SideKind::Roller, mpm::SideKind::Fixed,
                    mpm::SideKind::Free};
+  if (method
+          .absorbing) {    // dashpots beside a roller, and corners with a fixed and with an absorbing side
+    options.sides[1] = options.sides[3] = mpm::SideKind::Free;
+    options.dashpots = {{{0.0, 40.0}, {80.0, 40.0}, {}, {80.0, 0.0}}};
+  }
   options.damping = method.damping;
   options.flip = 0.99;
   options.rigid_bodies.resize(3);
@@ -283,6 +289,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(Method{Scheme::Musl, ShapeFunction::Gimp, 0.1, true, false},
                     Method{Scheme::Usavg, ShapeFunction::Gimp, 0.1, true, true},
                     Method{Scheme::Musl, ShapeFunction::Gimp, 0.0, false, true},
+                    Method{Scheme::Musl, ShapeFunction::Gimp, 0.1, true, false, true},
                     Method{Scheme::Musl, ShapeFunction::Linear, 0.1, true, true},
                     Method{Scheme::Usavg, ShapeFunction::Linear, 0.0, false, false}));
 

@@ -1,19 +1,23 @@
 #include "mpm/boundary.h"
 
+#include <map>
+
 namespace mpm {
 
 template <int D>
 Boundary<D>::Boundary(const Grid<D> &grid, const std::array<SideKind, FACES<D>> &sides,
+                      const std::array<Dashpots, FACES<D>> &dashpots,
                       const std::vector<RigidBodyOptions> &bodies) :
     grid_(grid),
     options_(bodies), sides_(grid.node_count(), 0)
 {
+  std::map<int, AbsorbingNode<D>> absorbing;
   for (int side = 0; side < FACES<D>; ++side) {
     const SideKind kind = sides[side];
-    if (kind == SideKind::Free) continue;
+    if (kind == SideKind::Free && !dashpots[side].exist()) continue;
     const Face face = static_cast<Face>(side);
     const int axis = axis_of(face);
-    int bits = BoundaryView<D>::across(axis);
+    int bits = kind == SideKind::Free ? 0 : BoundaryView<D>::across(axis);
     if (kind == SideKind::Fixed) bits |= BoundaryView<D>::fixed_across(axis);
     const int last = grid.cells(axis);
     const bool is_low = outward(face) < 0.0;
@@ -23,9 +27,15 @@ Boundary<D>::Boundary(const Grid<D> &grid, const std::array<SideKind, FACES<D>> 
         const int node = grid.node(place);
         side_nodes_[side].push_back(node);
         sides_[node] = static_cast<std::uint8_t>(sides_[node] | bits);
+        if (!dashpots[side].exist()) continue;
+        AbsorbingNode<D> &at = absorbing.try_emplace(node).first->second;
+        at.node = node;
+        for (int c = 0; c < D; ++c)
+          at.speed[axis][c] = c == axis ? dashpots[side].normal : dashpots[side].tangential;
       }
     });
   }
+  for (const auto &[node, at] : absorbing) absorbing_.push_back(at);
 }
 
 template <int D> NodeBox<D> Boundary<D>::nodes_across(int axis) const

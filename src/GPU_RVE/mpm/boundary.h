@@ -24,6 +24,20 @@ namespace mpm {
 /// Free: no condition. Roller: no velocity normal to the side. Fixed: no velocity. They hold on the side and beyond it.
 enum class SideKind { Free, Roller, Fixed };
 
+/// Speeds of waves [length/time] that the dashpots of a side absorb, by their traction -ρ c v on its nodes; 0: no dashpot.
+struct Dashpots {
+  double normal = 0.0;        ///< compression waves; the side must be free
+  double tangential = 0.0;    ///< shear waves; the side must be free or a roller
+
+  bool exist() const { return normal != 0.0 || tangential != 0.0; }
+};
+
+/// A node with the dashpots of the sides that it belongs to.
+template <int D> struct AbsorbingNode {
+  int node;
+  Vec<D> speed[D];    ///< across each axis, of each component of the velocity [length/time]
+};
+
 /// How a rigid body touches the material.
 struct RigidBodyOptions {
   Face face = Face::YLo;    ///< the body's contact face; a footing presses with its lower one
@@ -139,10 +153,12 @@ template <int D> struct BoundaryView {
 template <int D> class Boundary {
  public:
   Boundary(const Grid<D> &grid, const std::array<SideKind, FACES<D>> &sides,
+           const std::array<Dashpots, FACES<D>> &dashpots,
            const std::vector<RigidBodyOptions> &bodies);
 
   /// Per node, for BoundaryView::sides.
   const std::vector<std::uint8_t> &sides() const { return sides_; }
+  const std::vector<AbsorbingNode<D>> &absorbing() const { return absorbing_; }
 
   /// Impulse [mass length/time] of the material on a body or a side, from what a BoundaryView recorded per node for that body, or
   /// for the axis of that side; always in the same order.
@@ -156,6 +172,7 @@ template <int D> class Boundary {
   Grid<D> grid_;
   std::vector<RigidBodyOptions> options_;
   std::vector<std::uint8_t> sides_;
+  std::vector<AbsorbingNode<D>> absorbing_;    ///< nodes ascending
   std::array<std::vector<int>, FACES<D>> side_nodes_;
 };
 

@@ -262,6 +262,8 @@ namespace {
     template <class P> void over_loads(const P &pass) { run<true>(pass, view_.num_point_loads); }
     template <class P> void over_shared(const P &pass) { run<true>(pass, pass.count); }
     template <class P> void over_bodies(const P &pass, int count) { run<true>(pass, count); }
+    template <class P> void over_absorbing(const P &pass) { run<true>(pass, absorbers().count); }
+    const Absorbers<D> &absorbers() const { return grid_arrays_.absorbers; }
 
     /// Nothing is known before settle().
     static constexpr bool knows_at_once() { return false; }
@@ -369,6 +371,10 @@ namespace {
     const Vec<D> *side_impulse(int axis)
     {
       return receive(grid_arrays_.side_impulse, D * num_nodes_) + axis * num_nodes_;
+    }
+    const Vec<D> *absorbed_impulse(int axis)
+    {
+      return receive(grid_arrays_.absorbed_impulse, D * num_nodes_) + axis * num_nodes_;
     }
     const Vec<D> *damping_impulse() { return receive(grid_arrays_.damping_impulse, num_nodes_); }
     const Vec<D> *node_force() { return receive(grid_arrays_.force, num_nodes_); }

@@ -36,15 +36,23 @@ template <int D, template <class> class Buffer> class GridArrays {
     view.velocity = velocity_.reserve_zeros(nodes);
     view.cell_mean = cell_mean_.reserve_zeros(view.mean_dilation ? nodes : 1);
     view.velocity_change = velocity_change_.reserve_zeros(nodes);
+    if (boundary.absorbing().empty()) return;
+    absorbers.nodes = absorbing_.upload(boundary.absorbing());
+    absorbers.count = static_cast<int>(boundary.absorbing().size());
+    absorbers.impulse = absorbed_impulse.reserve_zeros(D * nodes);
   }
+
+  Absorbers<D> absorbers;
 
   // what is asked for after a step, laid out as BoundaryView and StepView say
   Buffer<Vec<D>> side_impulse, body_impulse, damping_impulse, force;
+  Buffer<Vec<D>> absorbed_impulse;    ///< where there are absorbers
   Buffer<double> mass;
 
  private:
   Buffer<std::uint8_t> sides_, on_body_, closed_;
   Buffer<std::uint16_t> contact_states_;
+  Buffer<AbsorbingNode<D>> absorbing_;
   Buffer<std::int64_t> sums_;
   Buffer<double> cell_mean_;
   Buffer<Vec<D>> momentum_, momentum_end_, velocity_, velocity_change_;

@@ -7,9 +7,10 @@
 //   begin(input)                a step begins, with these points and loads
 //   take_shared(shared)         the nodes that this step shares with other ranks
 //   view()                      what passes work on
-//   over_points(pass), over_nodes, over_columns, over_loads, over_shared, over_bodies(pass, count)
+//   over_points(pass), over_nodes, over_columns, over_loads, over_shared, over_absorbing, over_bodies(pass, count)
 //                               pass(item, tally) for all items; tally.raise(k, value) and tally.trouble(point, what) tell what it finds,
 //                               tally.add(sum, part) adds to an integer
+//   absorbers()                 the nodes with dashpots
 //   scatter(pass)               pass(point, inertia, vectors) for all points, which adds to sums on nodes that begin with zero
 //   scatter_loads(pass)         pass(load, vectors) for all loads, which adds to those sums
 //   first_trouble(), maxima()   what passes have found: the first point with trouble, and largest values, by Maximum
@@ -21,7 +22,7 @@
 //   shared_nodes(), exchange_buffer(count)       for passes that pack and unpack what ranks exchange
 //   host_points(), fetch(points)                 brings to the host what only the machine has changed of the points
 //   points_changed()            the host has changed points in another way than by positions, velocities, forces, models and bodies
-//   body_impulse(body), side_impulse(axis), damping_impulse(), node_force(), node_mass(), unbalanced()
+//   body_impulse(body), side_impulse(axis), absorbed_impulse(axis), damping_impulse(), node_force(), node_mass(), unbalanced()
 //                               of the last step; the arrays are per node
 //   transfer_time(), description()
 //
@@ -133,6 +134,8 @@ template <int D> class HostMachine {
   template <class P> void over_loads(const P &pass) { run(pass, view_.num_point_loads); }
   template <class P> void over_shared(const P &pass) { run(pass, pass.count); }
   template <class P> void over_bodies(const P &pass, int count) { run(pass, count); }
+  template <class P> void over_absorbing(const P &pass) { run(pass, absorbers().count); }
+  const Absorbers<D> &absorbers() const { return grid_arrays_.absorbers; }
 
   /// What passes have found is known when they are done.
   static constexpr bool knows_at_once() { return true; }
@@ -204,6 +207,10 @@ template <int D> class HostMachine {
   const Vec<D> *side_impulse(int axis) const
   {
     return view_.boundary.side_impulse + static_cast<std::size_t>(axis) * grid_.node_count();
+  }
+  const Vec<D> *absorbed_impulse(int axis) const
+  {
+    return absorbers().impulse + static_cast<std::size_t>(axis) * grid_.node_count();
   }
   const Vec<D> *damping_impulse() const
   {

@@ -49,6 +49,19 @@ namespace {
             "flip fraction must be in [0, 1], got " + number(options.flip));
     require(options.damping >= 0.0 && options.damping < 1.0,
             "local damping must be in [0, 1), got " + number(options.damping));
+    for (int side = 0; side < FACES<D>; ++side) {
+      const Dashpots &dashpots = options.dashpots[side];
+      const SideKind kind = options.sides[side];
+      for (const double speed : {dashpots.normal, dashpots.tangential})
+        require(speed >= 0.0 && std::isfinite(speed), [&] {
+          return "speed of waves that a side absorbs must be at least 0, got " + number(speed) +
+              " [length/time]";
+        });
+      require(kind == SideKind::Free || dashpots.normal == 0.0,
+              "a side that holds the velocity across it cannot absorb waves that come across");
+      require(kind != SideKind::Fixed || dashpots.tangential == 0.0,
+              "a side that holds all velocities cannot absorb waves");
+    }
     rve::require_threads(options.threads);
     return options;
   }
@@ -201,13 +214,14 @@ StepInput<D> MpmSolver<D>::input(const PointView<D> &points,
   });
   loads_.clear();
   for (std::size_t k = 0; k < loads.size(); ++k)
-    for (const int p : loads[k].point_index) {
+    for (std::size_t n = 0; n < loads[k].point_index.size(); ++n) {
+      const int p = loads[k].point_index[n];
       require(p >= 0 && p < points.count, [&] {
         return "traction on point index " + std::to_string(p) + ", allowed are 0 to " +
             std::to_string(points.count - 1);
       });
-      loads_.push_back(
-          {p, static_cast<int>(k), loads[k].face, loads[k].follows, loads[k].traction});
+      loads_.push_back({p, static_cast<int>(k), loads[k].face, loads[k].follows,
+                        loads[k].of_point.empty() ? loads[k].traction : loads[k].of_point.at(n)});
     }
   last_dt_ = dt;
   return {points,
@@ -327,6 +341,8 @@ template <int D> double MpmSolver<D>::cfl_number(const PointView<D> &points, dou
          "has no wave speed, p-wave modulus " +
              number(models_.at(points.model[first])->p_wave_modulus(first)) + " [stress]");
   communication_.max_over_ranks(&fastest, 1);
+  for (const Dashpots &dashpots : options_.dashpots)
+    fastest = std::max({fastest, dashpots.normal, dashpots.tangential});
   return dt * fastest / grid_.cell_size();
 }
 

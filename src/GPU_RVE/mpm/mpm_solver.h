@@ -69,7 +69,7 @@ template <int D> class MpmSolver {
   void evaluate(const PointView<D> &points, const std::vector<TractionLoad<D>> &loads, double dt);
 
   /// dt max_p (c_p + |v_p|) / h with c = sqrt(M/ρ), M from the constitutive model and ρ = m/V. Above 1 the step is unstable;
-  /// nonlinear materials want 0.5.
+  /// nonlinear materials want 0.5. The speeds of dashpots of the sides count as well.
   double cfl_number(const PointView<D> &points, double dt) const;
 
   /// Force of the material on a rigid body in the last step or evaluation [force].

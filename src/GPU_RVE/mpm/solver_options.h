@@ -34,7 +34,8 @@ template <int D> struct SolverOptions {
   double flip = 1.0;    ///< 1: points receive velocity increments (FLIP), 0: grid velocities (PIC)
   bool mean_dilation = false;    ///< volumetric parts of strain and stress are means over cells
   double damping = 0.0;          ///< Cundall's local damping of nodes, in [0, 1)
-  std::array<SideKind, FACES<D>> sides{};    ///< in the order of Face; default free
+  std::array<SideKind, FACES<D>> sides{};       ///< in the order of Face; default free
+  std::array<Dashpots, FACES<D>> dashpots{};    ///< of the sides; default none
   std::vector<RigidBodyOptions> rigid_bodies;
   std::vector<std::string> rigid_body_names;    ///< for messages; one without a name has its number
   int threads = 1;                              ///< OpenMP threads; no influence on results

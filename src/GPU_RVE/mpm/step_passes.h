@@ -787,6 +787,36 @@ template <int D> struct NodeDamped : Pass<D> {
   }
 };
 
+/// Dashpots of the sides: a traction -ρ c v on each component of the velocity, across and along the side (Lysmer & Kuhlemeyer 1969,
+/// J. Eng. Mech. Div. ASCE 95, 859). They act on the momenta with the forces, before bodies and sides; what a side holds has none.
+///
+/// The share of a node in the area follows from its mass: material whose face is on the side has m = ρ A ∫ (1 - x/h) dx = ρ A h/2 there, for
+/// any points per cell, and half of it where the face ends or another side begins. So ρ A c v = (2 c/h) m v, without an area or a density.
+/// The velocity is that in the middle of the step, v = (p + p_end)/2m: p_end = p + f dt - β (p + p_end) with β = c dt/h takes the
+/// energy ρ c A v² dt of the node and never gives any. Beyond β = 1 it turns a node's velocity over, of which points see a part only: then
+/// they gain energy, and cfl_number() counts these speeds too.
+template <int D> struct AbsorbAtNode : Pass<D> {
+  using Pass<D>::step;
+  Absorbers<D> absorbers;
+
+  template <class Tally> RVE_HD void operator()(int k, Tally &) const
+  {
+    const AbsorbingNode<D> &at = absorbers.nodes[k];
+    const double per_speed = step.dt / step.grid.cell_size();
+    const Vec<D> &begin = step.momentum[at.node];
+    Vec<D> &end = step.momentum_end[at.node];
+    Vec<D> felt[D] = {};
+    for (int c = 0; c < D; ++c) {
+      if (step.boundary.held_by_side(at.node, c)) continue;
+      double beta = 0.0;
+      for (int a = 0; a < D; ++a) beta += per_speed * at.speed[a][c];
+      end[c] = (end[c] - beta * begin[c]) / (1.0 + beta);
+      for (int a = 0; a < D; ++a) felt[a][c] = per_speed * at.speed[a][c] * (begin[c] + end[c]);
+    }
+    for (int a = 0; a < D; ++a) absorbers.impulse[a * step.grid.node_count() + at.node] = felt[a];
+  }
+};
+
 /// The momentum of the second extrapolation.
 template <int D> struct NodeMomentumAgain : Pass<D> {
   using Pass<D>::step;

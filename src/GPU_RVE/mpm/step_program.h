@@ -18,7 +18,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
  public:
   StepProgram(const SolverOptions<D> &options, Communication communication, const Grid<D> &grid) :
       options_(options), communication_(std::move(communication)),
-      boundary_(grid, options.sides, options.rigid_bodies),
+      boundary_(grid, options.sides, options.dashpots, options.rigid_bodies),
       shared_(grid, communication_, options.rigid_bodies, options.threads),
       machine_(options, grid, boundary_, communication_.ranks)
   {
@@ -76,8 +76,14 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   }
   Vec<D> side_reaction(Face side) override
   {
-    return per_time(boundary_.side_impulse(
-        side, shared_.everywhere(machine_.side_impulse(axis_of(side)), vectors_)));
+    const int axis = axis_of(side);
+    Vec<D> impulse =
+        boundary_.side_impulse(side, shared_.everywhere(machine_.side_impulse(axis), vectors_));
+    if (options_.dashpots[static_cast<int>(side)].exist())
+      impulse = impulse +
+          boundary_.side_impulse(side,
+                                 shared_.everywhere(machine_.absorbed_impulse(axis), vectors_));
+    return per_time(impulse);
   }
   Vec<D> damping_force() override
   {
@@ -132,6 +138,8 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   /// The momentum balance of the nodes under all conditions, and their velocities.
   void balance()
   {
+    if (machine_.absorbers().count > 0)
+      machine_.over_absorbing(AbsorbAtNode<D>{{machine_.view()}, machine_.absorbers()});
     impose_bodies(Contact::Find, true);
     finish_bodies();
     machine_.over_nodes(NodeBalance<D>{machine_.view()});

@@ -68,6 +68,14 @@ template <int D> struct PointLoad {
   Vec<D> traction;    ///< [stress]
 };
 
+/// The nodes with dashpots, and what they take. Beside the view, of which every pass has a copy: most scenes have none.
+template <int D> struct Absorbers {
+  const AbsorbingNode<D> *nodes = nullptr;
+  int count = 0;
+  Vec<D> *impulse =
+      nullptr;    ///< per axis and node: to the side across that axis [mass length/time]
+};
+
 template <int D> struct StepView {
   /// Without any array.
   StepView(const Grid<D> &grid_in, const SolverOptions<D> &options, bool shares_grid_in) :
