@@ -55,6 +55,7 @@ tresca          strip_footing           lmp -in in.strip_footing -var law tresca
 mohr_coulomb    strip_footing           lmp -in in.strip_footing -var h 0.5 -var duration 0.2
 collapse        column_collapse         lmp -in in.column_collapse -var a 1 -var h 0.25 -var periods 0.5
 collapse_grains column_collapse         lmp -in in.column_collapse -var law rve -var a 1 -var h 0.5 -var grains 50 -var periods 0.2
+collapse_space  column_collapse         lmp -in in.column_collapse_3d -var h 0.25 -var periods 0.5
 slope           slope                   lmp -in in.slope -var n 4 -var waves 5
 elastic         strip_footing           lmp -in in.strip_footing -var law elastic -var h 0.5 -var duration 0.2
 crosscheck      crosscheck              lmp -in in.prepare && lmp -in in.grains_in_rve -var start start.rve -var drive shear -var rate 0.05 -var out rve && lmp -in in.grains_in_lammps -var start start.data -var drive shear -var rate 0.05 -var out lammps && rm lammps.contacts lammps.grains
