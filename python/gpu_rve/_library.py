@@ -47,7 +47,8 @@ def _load() -> tuple[Any, Any]:
         if found[0] != int(expected["MAJOR"]) or found[1] < int(expected["MINOR"]):
             raise ImportError(f"{library} has interface {found[0]}.{found[1]}; {header} is of {expected['MAJOR']}.{expected['MINOR']}")
         return ffi, lib
-    raise ImportError("librve was not found: " + ", ".join(str(library) for library, _ in _places()))
+    missing = [str(path) for places in _places() for path in places if not path.exists()]
+    raise ImportError("librve was not found: there is no " + ", no ".join(dict.fromkeys(missing)))
 
 
 ffi, lib = _load()
