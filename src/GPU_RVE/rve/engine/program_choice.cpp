@@ -77,8 +77,9 @@ Program richest_program(ContactLaw law, int dimension)
   const auto last = std::find_if(TABLE.rbegin(), TABLE.rend(), [&](const ProgramFeatures &one) {
     return one.contacts.law == law && one.contacts.dimension == dimension;
   });
-  require(last != TABLE.rend(),
-          std::string("there is no program for the contact law ") + word_of(law));
+  require(last != TABLE.rend(), [&] {
+    return std::string("there is no program for the contact law ") + word_of(law);
+  });
   return last->memory;
 }
 
