@@ -113,13 +113,13 @@ inline macro::TangentOf<3> of_cubes(const Springs &s)
       cubic_tangent<3>(s.normal / LATTICE_DISTANCE, 0.0, 0.5 * kt / LATTICE_DISTANCE),
       s.force / (LATTICE_DISTANCE * LATTICE_DISTANCE));
 }
-inline macro::TangentOf<3> of_face_centred_cubes(const Springs &s)
+inline macro::TangentOf<3> of_face_centred_cubes(const Springs &s,
+                                                 double distance = LATTICE_DISTANCE)
 {
-  const double kt = s.tangential - s.force / LATTICE_DISTANCE,
-               factor = std::sqrt(0.5) / LATTICE_DISTANCE;
+  const double kt = s.tangential - s.force / distance, factor = std::sqrt(0.5) / distance;
   return under_pressure(cubic_tangent<3>(2.0 * factor * (s.normal + kt), factor * (s.normal - kt),
                                          factor * (s.normal + kt)),
-                        2.0 * std::sqrt(2.0) * s.force / (LATTICE_DISTANCE * LATTICE_DISTANCE));
+                        2.0 * std::sqrt(2.0) * s.force / (distance * distance));
 }
 
 }    // namespace rve_test
