@@ -252,10 +252,10 @@ def run(tests, folder, paths, out, options):
 
 
 def energy_error(test):
-    """Work that is neither stored nor lost, over all work that was put in and taken out [-]."""
+    """Work that is neither stored nor lost, the largest over the rows, over all work that was put in and taken out [-]."""
     change = {name: test.columns[name] - test.columns[name][0] for name in PLAIN[-6:]}
     left = change["work"] - sum(change[name] for name in PLAIN[-5:])
-    return abs(left[-1]) / max(np.abs(np.diff(test.columns["work"])).sum(), np.finfo(float).tiny)
+    return np.abs(left).max() / max(np.abs(np.diff(test.columns["work"])).sum(), np.finfo(float).tiny)
 
 
 def write_csv(test, file):

@@ -34,6 +34,11 @@ def columns(out, name):
     return {column: np.array([float(row[column]) for row in rows]) for column in rows[0]}
 
 
+def energy_errors(said):
+    """Of each test: the largest over its rows."""
+    return {name: float(error) for name, error in re.findall(r"^(\w+): .* energy error (\S+)$", said, re.M)}
+
+
 def grainlearning_reads(file, pressure, kind):
     """Inputs, outputs and contact parameters, by the reader of GrainLearning for its neural networks, which uses TensorFlow for other things."""
     others = ["tensorflow", "tensorflow.keras", "wandb", "yaml"]
@@ -56,7 +61,7 @@ class Laboratory(unittest.TestCase):
         self.assertIn("9 tests, 0 that failed or differ", self.said)
 
     def test_each_goes_the_way_that_its_path_says(self):
-        tests = {name: columns(self.out, name) for name in ("k0", "drained", "undrained", "constant_p", "constant_b", "cyclic")}
+        tests = {name: columns(self.out, name) for name in ("k0", "drained", "undrained", "constant_p", "constant_b")}
         self.assertLess(np.abs(tests["k0"]["e_x"]).max(), 1e-12)
         for name in ("k0", "drained", "undrained", "constant_p", "constant_b"):
             self.assertAlmostEqual(tests[name]["axial"][-1], 0.02, delta=1e-4)    # a step of the events is 8e-5
@@ -67,7 +72,6 @@ class Laboratory(unittest.TestCase):
         s = tests["constant_b"]
         b = (s["s_yy"] - s["s_xx"]) / (s["s_zz"] - s["s_xx"])
         self.assertLess(np.abs(b[10:] - 0.5).max(), 0.05)
-        self.assertEqual(tests["cyclic"]["path_cycles"][-1], 3.0)
         # anisotropies of contacts and forces grow along the largest compression; what q/p is made of, 2/5 (a_c + a_n + 3/2 a_t), is not far from it
         # (Guo and Zhao 2013, Comput. Geotech. 47, 1), with |f_t| in place of the direction of f_t: an upper bound of its part
         d = tests["drained"]
@@ -76,11 +80,58 @@ class Laboratory(unittest.TestCase):
         self.assertGreater(d["a_n"][-1], 0.5)
         self.assertAlmostEqual(0.4 * (d["a_c"][-1] + d["a_n"][-1]) / ratio, 0.85, delta=0.15)
 
-    def test_work_is_stored_or_lost_on_every_path(self):
-        errors = {name: float(error) for name, error in re.findall(r"^(\w+): .* energy error (\S+)$", self.said, re.M)}
+    def test_isotropic_stresses_are_their_goals(self):
+        s = columns(self.out, "isotropic")
+        step = 2e-4    # a step's mean stress meets the goal of its end, so that its end is half a step before the ramp
+        steered = (s["time"] > 0.0) & (s["time"] < 0.04 + 0.5 * step)
+        goal = np.where(steered, 1e5 + 2e5 * (s["time"] + 0.5 * step) / 0.04, np.where(s["time"] > 0.0, 3e5, 1e5))
+        for name in ("s_xx", "s_yy", "s_zz"):
+            self.assertLess(np.abs(s[name] / -goal - 1.0).max(), 1e-3, name)
+
+    def test_the_circle_keeps_its_radius_and_p_and_closes(self):
+        s = {name: values[columns(self.out, "circular")["path_stage"] == 2] for name, values in columns(self.out, "circular").items()}
+        normal = np.stack([s["s_xx"], s["s_yy"], s["s_zz"]])
+        deviator = normal - normal.mean(axis=0)
+        self.assertLess(np.abs(np.linalg.norm(deviator, axis=0) / 2.4495e4 - 1.0).max(), 0.02)
+        self.assertLess(np.abs(s["p"] / 1e5 - 1.0).max(), 0.01)
+        # in the plane of the deviators, along x and across it
+        angle = np.unwrap(np.arctan2((deviator[1] - deviator[2]) / np.sqrt(2.0), np.sqrt(1.5) * deviator[0]))
+        # it begins with the first row of its stage, and ends half a step of the path ahead
+        self.assertGreaterEqual(abs(angle[-1] - angle[0]), 2.0 * np.pi)
+        self.assertAlmostEqual(abs(angle[-1] - angle[0]), 2.0 * np.pi, delta=2.0 * np.pi * 2e-4 / 0.06)
+
+    def test_q_goes_from_limit_to_limit(self):
+        s = columns(self.out, "cyclic")
+        self.assertEqual(s["path_cycles"][-1], 3.0)
+        self.assertGreaterEqual(len(s["time"]), 100)
+        q = 0.5 * (s["s_xx"] + s["s_yy"]) - s["s_zz"]
+        turns = np.flatnonzero(np.diff(s["path_cycles"])) + 1
+        self.assertEqual(len(turns), 6)
+        begins = np.concatenate([[0], turns])
+        for k, (first, last) in enumerate(zip(begins, turns)):    # upwards first
+            limit, reached = (6e4, q[first:last + 1].max()) if k % 2 == 0 else (-3e4, q[first:last + 1].min())
+            self.assertAlmostEqual(reached, limit, delta=0.05 * 9e4)
+
+    def test_work_is_stored_or_lost_on_every_path_at_any_time(self):
+        errors = energy_errors(self.said)
         self.assertEqual(len(errors), 9)
         for name, error in errors.items():
             self.assertLess(error, 1e-3, name)
+
+    def test_work_of_cycles_between_limits_of_strain_is_stored_or_lost(self):
+        table, out = os.path.join(FOLDER, "cycles.csv"), os.path.join(FOLDER, "cycles")
+        with open(table, "w", encoding="utf-8") as stream:
+            stream.write("name,path,packing\ncycles,cycles," + os.path.join(os.path.abspath(EXAMPLES), "packings", "S500.rve") + "\n")
+        with open(os.path.join(FOLDER, "cycles.paths"), "w", encoding="utf-8") as stream:
+            stream.write("path cycles stage rate xy 0.1 stress xx -1e5 stress yy -1e5 stress zz -1e5 reverse strain xy -1e-3 1e-3 until cycles > 2\n")
+        code, said = element_test(table, "--out", out, "--update", "--without", "hdf5", "--without", "picture")
+        self.assertEqual(code, 0, said)
+        s = columns(out, "cycles")
+        step = 0.1 * 2e-4    # strain of a step, after which events are looked at; a row is after five
+        self.assertAlmostEqual(s["e_xy"].max(), 1e-3, delta=5 * step)
+        self.assertAlmostEqual(s["e_xy"].min(), -1e-3, delta=5 * step)
+        self.assertGreater(s["loss_friction"][-1], 0.5 * s["work"][-1])
+        self.assertLess(energy_errors(said)["cycles"], 1e-3)
 
     def test_the_file_of_all_is_read_by_h5py_and_by_grainlearning(self):
         file = os.path.join(self.out, "tests.h5")
