@@ -107,6 +107,48 @@ TEST(PathsOfFixRve, ContinueFromARestartFileBitForBit)
   }
 }
 
+// A row lies between two ends of steps, and the paths go on behind the last one. Strains are those of the table, shear to what the stretch of a step makes
+// of it; p is within a per cent, which the bends of a table cost a servo.
+TEST(PathsOfFixRve, FollowTablesFromFiles)
+{
+  const std::string strains = written("strains.csv",
+                                      "# of a test\ntime, yy, gamma\n0, 0, 0\n0.001, -1e-3, 0\n"
+                                      "0.0012, -1e-3, 1e-3\n0.004, 5e-4, 2e-3\n"),
+                    stresses = written("stresses.txt", "0 1e5\n0.03 1.1e5\n0.06 1.05e5\n");
+  const std::string paths =
+      written("paths_of_tables",
+              "path strains stage strain yy table " + strains + " yy strain xy table " + strains +
+                  " 3 until time > 0.0059\npath pressure stage rate xx-yy 0 stress p table " +
+                  stresses + " 2 until time > 0.08\n");
+  const std::string fix = ATOMS + COLUMNS + "variable way atom 1+(id>2)\n" + FIX + "dt 5e-5 path ";
+  GrainsScript script;
+  script << fix + paths + " path_variable v_way path_end halt";
+  const auto expect_strains = [&](double yy, double gamma) {
+    for (const int id : {1, 2}) {
+      EXPECT_NEAR(std::log(script.compute("yy").at(id)), yy, 1e-13);
+      EXPECT_NEAR(script.compute("xy").at(id) / script.compute("yy").at(id), gamma, 1e-3 * gamma);
+    }
+  };
+
+  script << "run 1";
+  expect_strains(-5e-4, 0.0);
+  script << "run 2";
+  expect_strains(-1e-3 + 0.3 / 2.8 * 1.5e-3, 1e-3 + 0.3 / 2.8 * 1e-3);
+  script << "run 5";
+  expect_strains(5e-4, 2e-3);
+  script << "run 52";
+  EXPECT_EQ(script.compute("ended").at(1), 1.0);
+  expect_strains(5e-4, 2e-3);
+  for (const int id : {3, 4}) EXPECT_NEAR(script.compute("p").at(id), 1.1e5, 0.01 * 1.1e5);
+  script << "run 1000";
+  EXPECT_EQ(script.lmp->update->ntimestep, 160);
+  for (const int id : {3, 4}) EXPECT_NEAR(script.compute("p").at(id), 1.05e5, 0.01 * 1.05e5);
+
+  EXPECT_IN("has no column 'zz'; it must be a number from 2 to 3, or one of yy gamma",
+            message_of(fix + "stage strain yy table " + strains + " zz"));
+  EXPECT_IN("no_such_table", message_of(fix + "stage strain yy table no_such_table 2"));
+}
+
 TEST(PathsOfFixRve, AreTheDriveAndServoThatTheyStandFor)
 {
   GrainsScript path, drive, servo, stage;

@@ -188,6 +188,37 @@ TEST(PathTable, RefusesWhatIsNoTable)
   expect_in("no rows", message("# nothing\n"));
 }
 
+// sin of 30, 90, 150 and 270 degrees, at the end of a step of stresses and strains and in the middle of one of rates
+TEST(PathWave, HasItsMeanAmplitudePeriodAndPhaseInDegrees)
+{
+  const auto paths =
+      paths_of("stage stress p wave 1e5 2e4 0.12 30 stress xx-yy 0 rate zz wave 3 0.5 0.12"
+               " stage strain xx wave 0 1e-3 0.12 90");
+  const PathStep step{1e-3, 20, 1.0, 1.0};    // a sixth of the period
+  const rve::Tensor3 one = rve::Tensor3::identity();
+  PathState<3> state;
+  paths.begin(state, 0, one);
+  const auto drive_at = [&](double time) {
+    state.time = time;
+    return paths.drive(state, step, nullptr, one);
+  };
+  const auto p_at_end = [&](double time) {
+    return -rve::trace(drive_at(time - 0.02).stress_goal) / 3.0;
+  };
+
+  EXPECT_NEAR(p_at_end(0.02), 1.2e5, 1e-9 * 1e5);
+  EXPECT_NEAR(p_at_end(0.04), 1.1e5, 1e-9 * 1e5);
+  EXPECT_NEAR(p_at_end(0.08), 0.8e5, 1e-9 * 1e5);
+  EXPECT_NEAR(p_at_end(0.14), 1.2e5, 1e-9 * 1e5);
+  EXPECT_NEAR(drive_at(0.0).velocity_gradient(2, 2), 3.25, 1e-12);
+  EXPECT_NEAR(drive_at(0.02).velocity_gradient(2, 2), 3.5, 1e-12);
+  EXPECT_NEAR(drive_at(0.08).velocity_gradient(2, 2), 2.5, 1e-12);
+
+  state.stage = 1;    // the strain that is wanted, all of it in this step, for the cell has none
+  EXPECT_NEAR(drive_at(0.1).velocity_gradient(0, 0), 1e-3 / 0.02, 1e-12);
+  EXPECT_NEAR(drive_at(0.04).velocity_gradient(0, 0), -1e-3 / 0.02, 1e-12);
+}
+
 TEST(LoadPath, NamesWhatIsWrong)
 {
   expect_in("paths:2: the stage has 2 conditions on 3 components (xx yy zz)",
@@ -609,6 +640,47 @@ TEST(LoadPath, EventsEndAndRepeatStages)
   EXPECT_EQ(state.stage, 3);
 }
 
+// V = (1 + e) V_s, so that 1 + e follows det F; a limit is passed by one step at most.
+TEST(LoadPath, VoidRatioAndStressRatioEndStagesFromBothSides)
+{
+  const auto paths =
+      paths_of("stage rate zz -0.5 stress p 1e5 stress xx-yy 0 until ratio > 0.6 "
+               "stage rate zz 0.5 stress p 1e5 stress xx-yy 0 until ratio < 0.3 "
+               "stage rate volume -0.5 rate xx-yy 0 rate xx-zz 0 until void_ratio < 0.55 "
+               "stage rate volume 0.5 rate xx-yy 0 rate xx-zz 0 until void_ratio > 0.552");
+  Laboratory<3> laboratory(packing_of_spheres(), 1, paths);
+  const double before = 1.0 + laboratory.result().void_ratio;
+  const double of_a_step = 0.5 * laboratory.step.dt * laboratory.step.substeps * before;
+  ASSERT_GT(before, 1.553);
+  std::vector<rve::ResultOf<3>> ends, last;
+  rve::ResultOf<3> one_before = laboratory.result();
+  int stage = 0;
+
+  laboratory.finish(3000, [&] {
+    if (laboratory.path().stage != stage || laboratory.path().ended) {
+      ends.push_back(laboratory.result());
+      last.push_back(one_before);
+      stage = laboratory.path().stage;
+    }
+    one_before = laboratory.result();
+  });
+
+  const auto ratio = [](const rve::ResultOf<3> &result) {
+    return result.deviatoric_stress() / result.mean_stress();
+  };
+  ASSERT_EQ(ends.size(), 4u);
+  EXPECT_GE(ratio(ends[0]), 0.6);
+  EXPECT_LT(ratio(last[0]), 0.6);
+  EXPECT_LE(ratio(ends[1]), 0.3);
+  EXPECT_GT(ratio(last[1]), 0.3);
+  EXPECT_LE(ends[2].void_ratio, 0.55);
+  EXPECT_GT(ends[2].void_ratio, 0.55 - of_a_step);
+  EXPECT_GE(ends[3].void_ratio, 0.552);
+  EXPECT_LT(ends[3].void_ratio, 0.552 + of_a_step);
+  for (const auto &end : ends)
+    EXPECT_NEAR((1.0 + end.void_ratio) / before, rve::determinant(end.deformation), 1e-9);
+}
+
 // Strains are those since their stage began.
 TEST(LoadPath, StrainsOfStagesAddUp)
 {
@@ -638,6 +710,42 @@ TEST(LoadPath, FollowsTablesOfStrain)
     // what the stretch of the step makes of the shear that is there
     ASSERT_NEAR(f(0, 1) / f(1, 1), table.at(2, time), 1e-3 * table.at(2, time));
   });
+}
+
+// The servo integrates twice, and an array of stiffness K swings under it with omega^2 = 3 G K, because p grows by 3 K with the rate of its mode: a goal
+// that bends by a slope leaves this slope over omega behind. Within a macro step the goal stands still.
+TEST(LoadPath, FollowsTablesOfStress)
+{
+  const std::string text = "time p\n0 P\n0.005 Q\n0.02 P\n";
+  const Spheres start = lattice();
+  const double p = face_centred_pressure(start.material, RADIUS, OVERLAP), top = 1.05 * p;
+  std::string rows = text;
+  for (const auto &[name, value] : {std::pair{"P", p}, {"Q", top}, {"P", p}})
+    rows.replace(rows.find(std::string(" ") + name + "\n") + 1, 1, std::to_string(value));
+  const auto paths =
+      paths_of("stage stress p table t.csv p stress xx-yy 0 stress xx-zz 0 until time > 0.03",
+               [&](const std::string &) {
+                 return rows;
+               });
+  const macro::PathTable table(rows, "t.csv");
+  Laboratory<3> laboratory(start, 1, paths);
+  const CubicConstants c = constants_under_pressure(start.material);
+  const double omega = std::sqrt(laboratory.step.servo_gain * (c.c11 + 2.0 * c.c12)),
+               slope = (top - p) / 0.005,
+               of_a_step = slope * laboratory.step.dt * laboratory.step.substeps;
+  double off = 0.0, highest = 0.0;
+
+  laboratory.finish(2000, [&] {
+    const double now = laboratory.result().mean_stress();
+    off = std::max(off, std::fabs(now - table.at(1, laboratory.path().time)));
+    highest = std::max(highest, now);
+  });
+
+  EXPECT_LT(off,
+            4.0 / 3.0 * slope / omega + of_a_step);    // the bend at the top is of 4/3 of the slope
+  EXPECT_LT(off, 0.1 * (top - p));
+  EXPECT_NEAR(highest, top, slope / omega + of_a_step);
+  EXPECT_NEAR(laboratory.result().mean_stress(), p, 1e-3 * (top - p));
 }
 
 // ---- what a path must not depend on ----
