@@ -748,6 +748,84 @@ TEST(LoadPath, FollowsTablesOfStress)
   EXPECT_NEAR(laboratory.result().mean_stress(), p, 1e-3 * (top - p));
 }
 
+// ---- the gain of the servo ----
+
+// The default gain does not know the springs. At the same pressure grains with springs a hundred times as stiff converge as fast, by the servo's own
+// period and by the number of steps, because the stable one falls as the period does; constants of the arrays differ by their overlaps, 5e-4.
+TEST(ServoGain, ConvergesInTheSameNumberOfPeriodsWhateverTheStiffness)
+{
+  std::vector<double> errors[2];
+  double gain[2], radians[2];
+  for (int k = 0; k < 2; ++k) {
+    const double stiffer = k == 0 ? 1.0 : 100.0;
+    const Spheres start = lattice(stiffer);
+    const double p = face_centred_pressure(start.material, RADIUS, OVERLAP / stiffer),
+                 more = 0.01 * p;
+    const auto paths =
+        paths_of("stage stress p " + std::to_string(p + more) + " stress xx-yy 0 stress xx-zz 0");
+    Laboratory<3> laboratory(start, 1, paths, rve::Format::Double, 1);
+    const CubicConstants c = constants_under_pressure(start.material, OVERLAP / stiffer);
+    gain[k] = laboratory.step.servo_gain;
+    radians[k] =
+        std::sqrt(gain[k] * (c.c11 + 2.0 * c.c12)) * laboratory.step.dt * laboratory.step.substeps;
+    for (int n = 0; n < 800; ++n) {
+      laboratory.advance();
+      errors[k].push_back((laboratory.result().mean_stress() - p - more) / more);
+    }
+  }
+
+  EXPECT_NEAR(gain[1] / gain[0], 1.0, 1e-3);
+  EXPECT_NEAR(radians[1] / radians[0], 1.0, 1e-3);
+  const auto settled =
+      [&](int k) {    // after that the error is below a thousandth [radians of the servo]
+        std::size_t n = errors[k].size();
+        while (n > 0 && std::fabs(errors[k][n - 1]) < 1e-3) --n;
+        EXPECT_LT(n, errors[k].size());
+        return n * radians[k];
+      };
+  EXPECT_NEAR(settled(1), settled(0), radians[0] + 1e-3 * settled(0));
+  EXPECT_LT(settled(0),
+            400.0);    // what ServoModes.ConvergeInAnyIsotropicElasticMaterial finds at most
+  double off = 0.0;
+  for (std::size_t n = 0; n < errors[0].size(); ++n)
+    off = std::max(off, std::fabs(errors[1][n] - errors[0][n]));
+  EXPECT_LT(off, 1e-3 * settled(0));    // in phase, to what their periods differ by
+}
+
+// A sheared packing, anisotropic, with a part of its contacts sliding: the stress meets its goal the better the slower it is strained.
+TEST(ServoGain, MeetsTheStressOfASlidingPackingTheBetterTheSlowerItIs)
+{
+  double off[2], mean[2];
+  for (int k = 0; k < 2; ++k) {
+    const std::string rate = k == 0 ? "0.5" : "0.1";
+    const auto paths =
+        paths_of("stage rate zz -0.5 stress xx -1e5 stress yy -1e5 until strain zz < -0.003 "
+                 "stage rate zz -" +
+                 rate + " stress xx -1e5 stress yy -1e5 until strain zz < -0.003");
+    Laboratory<3> laboratory(packing_of_spheres(), 1, paths);
+    double sum = 0.0, sliding = 1.0, ratio = 10.0;
+    int steps = 0;
+    off[k] = 0.0;
+    laboratory.finish(4000, [&] {
+      const rve::ResultOf<3> &result = laboratory.result();
+      if (laboratory.path().stage == 0 || laboratory.path().time < 0.001) return;
+      for (int a = 0; a < 2; ++a) {
+        const double error = result.stress(a, a) + 1e5;
+        off[k] = std::max(off[k], std::fabs(error));
+        sum += error * error;
+      }
+      ++steps;
+      sliding = std::min(sliding, result.sliding_fraction);
+      ratio = std::min(ratio, result.deviatoric_stress() / result.mean_stress());
+    });
+    mean[k] = std::sqrt(sum / (2 * steps));
+    EXPECT_GT(sliding, 0.05);
+    EXPECT_GT(ratio, 0.8);
+  }
+  EXPECT_LT(mean[1], 0.5 * mean[0]);
+  EXPECT_LT(off[1], 0.005 * 1e5);
+}
+
 // ---- what a path must not depend on ----
 
 namespace {
