@@ -5,9 +5,11 @@
     python3 ../../tools/plot_instability.py [--frames frames.instability] [--curve curve.instability] [--out instability.png]
 
 A map for each frame with tangents: points that have lost ellipticity (a band may form; the stroke lies along it), those that have lost second-order work only, and the
-deviatoric strain of the last frame. Prints how many points have lost what, how much of the strain that follows is theirs, and how the bands that may form are inclined to x, in
-the mean of their absolute values. Needs numpy and matplotlib (Debian:
-python3-numpy, python3-matplotlib).
+deviatoric strain of the last frame. Prints how many points have lost what, and how the bands that may form are inclined to x, in the mean of their absolute values.
+
+Then, whether those that have lost ellipticity strain more afterwards: the mean of their later strain over that of the others, beside two controls. By chance: what as many points
+drawn at random exceed in one of a hundred draws. By strain: the same ratio for as many points that have strained most until now. And the rank correlation of the least acoustic
+determinant, with its sign changed, and the later strain. Needs numpy and matplotlib (Debian: python3-numpy, python3-matplotlib).
 """
 
 import argparse
@@ -28,9 +30,41 @@ COLOURS = {"stable": "0.88", "second-order work lost": "#e0a030", "ellipticity l
 MOST_NONLINEARITY = 0.5    # RVEs that rearrange under the probe itself have no tangent
 
 
-def kinds(frame):
-    """For each point with a tangent: 0 stable, 1 second-order work lost along some strain, 2 ellipticity lost."""
-    return np.where(frame["acoustic"] <= 0.0, 2, np.where(frame["work2_least"] <= 0.0, 1, 0))
+DRAWS = 10000    # of points at random: the hundredth part is known to a tenth
+
+
+def lost_work(frame):
+    """Points where some strain needs no second-order work."""
+    return frame["work2_least"] <= 0.0
+
+
+def lost_ellipticity(frame):
+    """Points where a band may form. Hill (1958): they have lost second-order work, too; neither is derived from the other here."""
+    return frame["acoustic"] <= 0.0
+
+
+def ratio_of_means(values, chosen):
+    """Of the mean of the chosen ones to that of the others."""
+    return values[chosen].mean() / values[~chosen].mean()
+
+
+def ranks(values):
+    return np.argsort(np.argsort(values)).astype(float)
+
+
+def foresight(frame, last):
+    """Of the points with a tangent: later strain of those that have lost ellipticity over that of the others; what as many points at random exceed in one of a hundred
+    draws; the ratio of as many points that have strained most until now; rank correlation of loss and later strain. NaN where nothing is to be compared."""
+    known = has_tangent(frame)
+    lost, now, later = lost_ellipticity(frame)[known], frame["eps_q"][known], (last["eps_q"] - frame["eps_q"])[known]
+    if frame is last or not lost.any() or lost.all():
+        return 4 * (np.nan,)
+    random = np.random.default_rng(1)
+    drawn = [ratio_of_means(later, random.permutation(lost)) for _ in range(DRAWS)]
+    most = np.zeros_like(lost)
+    most[np.argsort(-now, kind="stable")[:lost.sum()]] = True
+    return (ratio_of_means(later, lost), np.quantile(drawn, 0.99), ratio_of_means(later, most),
+            np.corrcoef(ranks(-frame["acoustic"][known]), ranks(later))[0, 1])
 
 
 def has_tangent(frame):
@@ -49,7 +83,7 @@ def inclination(frame, bands):
 
 def draw_map(axes, frame, side):
     known = has_tangent(frame)
-    kind = kinds(frame)
+    kind = np.where(lost_ellipticity(frame), 2, np.where(lost_work(frame), 1, 0))
     corners = dumps.domains(frame, side)
     axes.add_collection(matplotlib.collections.PolyCollection(corners[frame["measured"] > 0.0], facecolor="white", edgecolor="0.8", linewidth=0.4))
     axes.add_collection(matplotlib.collections.PolyCollection(corners[known], facecolor=np.array(list(COLOURS.values()), dtype=object)[kind[known]].tolist(),
@@ -103,14 +137,13 @@ def main():
     axes[0].legend(handles=[matplotlib.patches.Patch(color=colour, label=label) for label, colour in COLOURS.items()], loc="lower right", fontsize=7)
     figure.tight_layout()
     figure.savefig(options.out, dpi=90)
-    print(f"{name} [{unit}]  {of_load} [{unit_of_load}]  points with a tangent  second-order work lost  ellipticity lost  later strain of the lost, over that of the others"
-          "  inclination of the bands [deg]")
+    print(f"{name} [{unit}]  {of_load} [{unit_of_load}]  points with a tangent  second-order work lost  ellipticity lost  later strain of the latter, over that of the others"
+          "  by chance  by strain  rank correlation  inclination of the bands [deg]")
     for frame, where, load in zip(measured, places, loads):
-        known, kind = has_tangent(frame), kinds(frame)
-        later = last["eps_q"] - frame["eps_q"]
-        lost, others = known & (kind == 2), known & (kind < 2)
-        ratio = later[lost].mean() / later[others].mean() if lost.any() and others.any() and frame is not last else np.nan
-        print(f"{where:8.3f} {load:12.1f} {known.sum():10d} {(known & (kind >= 1)).sum():14d} {lost.sum():14d} {ratio:14.2f} {inclination(frame, lost):14.1f}")
+        known = has_tangent(frame)
+        work, ellipticity = known & lost_work(frame), known & lost_ellipticity(frame)
+        compared = "".join(f"{value:8.2f}" for value in foresight(frame, last))
+        print(f"{where:8.3f} {load:12.1f} {known.sum():10d} {work.sum():14d} {ellipticity.sum():14d} {compared} {inclination(frame, ellipticity):14.1f}")
 
 
 if __name__ == "__main__":

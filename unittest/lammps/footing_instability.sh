@@ -1,6 +1,5 @@
 #!/bin/sh
-# The map of instability of the footing example, on a coarse grid: hardly a point has lost ellipticity early in the loading, many have at the peak, and those strain more
-# than the others from then on: footing_instability.sh <lmp> <examples/footing> <tools> <python> <folder to write in>
+# The map of instability of the footing example, on a coarse grid: hardly a point has lost ellipticity early in the loading, and a quarter has at the peak: footing_instability.sh <lmp> <examples/footing> <tools> <python> <folder to write in>
 set -eu
 lmp=$1 example=$2 tools=$3 python=$4 folder=$5
 rm -rf "$folder"
@@ -11,10 +10,11 @@ cd "$folder"
 "$python" "$tools/plot_instability.py" > map
 cat map
 [ -s instability.png ]
-# settlement, pressure, points with a tangent, second-order work lost, ellipticity lost, later strain over that of the others; of 16 points. Ellipticity is
-# lost where second-order work is (Hill 1958).
+# settlement, pressure, points with a tangent, second-order work lost, ellipticity lost, later strain over that of the others, by chance, by present strain, rank correlation; of
+# 16 points. The two losses are counted apart: by Hill (1958) ellipticity is not lost by more points than second-order work. Of so few points the later strain shows nothing: as many
+# drawn at random exceed 2.49 in one of a hundred draws, and the lost ones have 2.23. What is asked for is that the controls are there, positive numbers, where points are lost.
 awk 'NR == 1 { next }
      $4 < $5 || $3 < 12 { print "row " NR - 1; bad = 1 }
      NR == 2 && $5 > 1 { print "lost too early"; bad = 1 }
-     NR == 3 && ($5 < 4 || $6 < 1.3) { print "not lost at the peak, or no strain follows"; bad = 1 }
+     NR == 3 && ($5 < 4 || !($6 > 0 && $7 > 0 && $8 > 0)) { print "not lost at the peak, or nothing beside it"; bad = 1 }
      END { exit bad || NR != 4 }' map
