@@ -14,6 +14,7 @@ import argparse
 import glob
 import hashlib
 import json
+import math
 import os
 import subprocess
 import sys
@@ -26,7 +27,6 @@ REPOSITORY = os.path.dirname(os.path.dirname(HERE))
 AXES = "xyz"
 SCALARS = ["void_ratio", "coordination", "sliding", "unbalanced", "kinetic", "elastic", "work", "loss_friction", "loss_damping", "loss_viscous"]
 OF_CONTACTS = ["branch_fabric", "fn_fabric", "ft_fabric"]    # with --contacts
-CHUNK = 64    # paths of a chunk
 # Samples between two looks at the stable time step, which cost as much as a hundred DEM steps. With half of the bound a packing may become four times as stiff in between.
 SAMPLES_OF_STEP = 20
 
@@ -51,42 +51,75 @@ def size(tensor):
     return np.sqrt(np.einsum("...ab,...ab", tensor, tensor))
 
 
+def sum_of_squares(tensor):
+    """Of the components of a list, row by row: in the order in which numpy's einsum has added them on all paths so far, so that paths keep their bits."""
+    f = [x * x for x in tensor]
+    if len(f) == 4:
+        return (f[0] + f[2]) + (f[1] + f[3])
+    return ((f[0] + (f[2] + (f[4] + f[6]))) + f[8]) + (f[1] + (f[3] + (f[5] + f[7])))
+
+
 class Path:
-    """Random strains, by the numbers of a path alone: `rates` (samples, D, D) are the strains from sample to sample, symmetric."""
+    """Random strains, by the numbers of a path alone: straight pieces with `directions` (pieces, D, D), symmetric and of size 1, for so many samples, `counts`. `steps` are the
+    strains from one sample of a piece to the next."""
 
     def __init__(self, seed, number, dimension, options):
         self.random = np.random.Generator(np.random.PCG64(np.random.SeedSequence(entropy=seed, spawn_key=(number,))))
         self.dimension, self.options = dimension, options
         self.share = self.random.uniform(size=len(options.vary))    # of the ranges of parameters
-        strain, direction, left = np.zeros((dimension, dimension)), None, 0.0
-        rates, self.reversals = [], 0
-        while len(rates) < options.samples:
-            if left < 0.5 * options.strain:
-                direction, turned, left = self.next_piece(strain, direction)
-                self.reversals += turned
-            rates.append(options.strain * direction)
-            strain = strain + rates[-1]
-            left -= options.strain
-        self.rates = np.array(rates)
+        # Lists and floats: a tensor is too small for numpy to be quick with it.
+        strain, direction, missing = [0.0] * dimension**2, None, options.samples
+        directions, self.counts, self.reversals = [], [], 0
+        while missing:
+            direction, turned, samples = self.next_piece(strain, direction)
+            self.reversals += turned
+            samples = min(samples, missing)
+            missing -= samples
+            for k, x in enumerate(direction):
+                step, total = options.strain * x, strain[k]
+                for _ in range(samples):    # as the strain of a material adds up
+                    total += step
+                strain[k] = total
+            directions.append(direction)
+            self.counts.append(samples)
+        self.directions = np.array(directions).reshape(-1, dimension, dimension)
+        self.steps = options.strain * self.directions
+
+    @property
+    def rates(self):
+        """Strains from sample to sample (samples, D, D)."""
+        return np.repeat(self.steps, self.counts, axis=0)
 
     def next_piece(self, strain, before):
-        """Direction of size 1, whether it is a reversal, and length. Strains stay within their limits: a piece that would leave them is drawn again."""
-        options = self.options
+        """Direction of size 1, whether it is a reversal, and number of samples. Strains stay within their limits: a piece that would leave them is drawn again."""
+        options, n = self.options, self.dimension
         while True:
-            length = options.strain * max(1, round(self.random.exponential(options.piece / options.strain)))
+            samples = max(1, round(self.random.exponential(options.piece / options.strain)))
+            length = options.strain * samples
             turned = before is not None and self.random.uniform() < options.reversals
             if turned:
-                direction = -before
+                direction = [-x for x in before]
             else:
-                drawn = self.random.normal(size=(self.dimension, self.dimension))
-                drawn = 0.5 * (drawn + drawn.T)
-                deviator = drawn - np.trace(drawn) / self.dimension * np.eye(self.dimension)
-                direction = deviator / size(deviator) + options.volumetric * self.random.normal() / np.sqrt(self.dimension) * np.eye(self.dimension)
-                direction /= size(direction)
-            end = strain + length * direction
-            volume = np.trace(end)
-            if abs(volume) <= options.most_volume and size(end - volume / self.dimension * np.eye(self.dimension)) <= options.most_shear:
-                return direction, turned, length
+                drawn = self.random.normal(size=(n, n)).ravel().tolist()
+                drawn = [0.5 * (drawn[n * a + b] + drawn[n * b + a]) for a in range(n) for b in range(n)]
+                deviator = deviator_of(drawn, n)
+                norm, part = math.sqrt(sum_of_squares(deviator)), options.volumetric * self.random.normal() / math.sqrt(n)
+                direction = [x / norm for x in deviator]
+                for k in range(0, n * n, n + 1):
+                    direction[k] += part
+                norm = math.sqrt(sum_of_squares(direction))
+                direction = [x / norm for x in direction]
+            end = [x + length * y for x, y in zip(strain, direction)]
+            if abs(sum(end[::n + 1])) <= options.most_volume and math.sqrt(sum_of_squares(deviator_of(end, n))) <= options.most_shear:
+                return direction, turned, samples
+
+
+def deviator_of(tensor, n):
+    """Of n x n components, row by row."""
+    mean, deviator = sum(tensor[::n + 1]) / n, list(tensor)
+    for k in range(0, n * n, n + 1):
+        deviator[k] -= mean
+    return deviator
 
 
 def exponential(strain):
@@ -95,31 +128,88 @@ def exponential(strain):
     return np.einsum("nab,nb,ncb->nac", vectors, np.exp(values), vectors)
 
 
-def look(batch, dimension, contacts):
-    """What there is of each RVE."""
+def components(batch, name):
+    """A tensor with all its components (n, D, D)."""
+    axes = AXES[:batch.dimension]
+    return np.stack([batch[f"{name}{a}{b}"] for a in axes for b in axes], axis=1).reshape(-1, batch.dimension, batch.dimension)
+
+
+def look(batch, contacts):
+    """What there is of each RVE, but for its stress, which a call that moves it answers."""
     data = {name: batch[name] for name in SCALARS + (["branch_mean", "fn_mean"] if contacts else [])}
     for tensor in ["fabric"] + (OF_CONTACTS if contacts else []):
-        data[tensor] = np.stack([batch[f"{tensor}_{ab}"] for ab in symmetric(dimension)], axis=1)
-    data["stress"] = np.stack([batch[f"s{a}{b}"] for a in AXES[:dimension] for b in AXES[:dimension]], axis=1).reshape(-1, dimension, dimension)
-    data["deformation_gradient"] = np.stack([batch[f"def_{a}{b}"] for a in AXES[:dimension] for b in AXES[:dimension]], axis=1).reshape(-1, dimension, dimension)
+        data[tensor] = np.stack([batch[f"{tensor}_{ab}"] for ab in symmetric(batch.dimension)], axis=1)
+    data["deformation_gradient"] = components(batch, "def_")
     return data
 
 
-def slow_steps(batch, options, packings, rates, dt):
-    """How many DEM steps of dt keep the inertial number of the strain below its limit: I = |D| d sqrt(rho/p)."""
-    p = np.maximum(batch["p"], options.least_pressure)
-    diameter = np.array([2.0 * np.mean(packing.radii) for packing in packings])
-    density = np.array([packing["density"] for packing in packings])
-    if batch.dimension == 2:
-        density = density * np.array([packing["mass_depth"] / packing["thickness"] for packing in packings])
-    most_rate = options.inertia / (diameter * np.sqrt(density / p))
-    return np.maximum(1, np.ceil(size(rates) / (most_rate * dt))).astype(np.int32)
+class Increments:
+    """Of many paths, sample by sample. A piece has one increment however many samples it has."""
+
+    def __init__(self, paths):
+        steps = np.concatenate([path.steps for path in paths])
+        self.of_piece, self.size_of_piece = exponential(steps), size(steps)
+        pieces = np.split(np.arange(len(steps)), np.cumsum([len(path.counts) for path in paths])[:-1])
+        self.piece = np.array([np.repeat(own, path.counts) for own, path in zip(pieces, paths)], dtype=np.int32).T.copy()    # (samples, paths)
+
+    def of_sample(self, sample):
+        """Of the deformation gradients (paths, D, D), and sizes of the strains (paths)."""
+        piece = self.piece[sample]
+        return self.of_piece[piece], self.size_of_piece[piece]
 
 
-def run_batch(gpu_rve, originals, paths, options):
+class Grains:
+    """What of its packing limits the rate of an RVE; it does not change on the way."""
+
+    def __init__(self, batch, packings, diameter):
+        self.diameter = diameter
+        self.density = np.array([packing["density"] for packing in packings])
+        if batch.dimension == 2:
+            self.density = self.density * np.array([packing["mass_depth"] / packing["thickness"] for packing in packings])
+
+    def slow_steps(self, pressure, strain, dt, options):
+        """How many DEM steps of dt keep the inertial number of the strain below its limit: I = |D| d sqrt(rho/p)."""
+        p = np.maximum(pressure, options.least_pressure)
+        most_rate = options.inertia / (self.diameter * np.sqrt(self.density / p))
+        return np.maximum(1, np.ceil(strain / (most_rate * dt))).astype(np.int32)
+
+
+class Progress:
+    """Says where a data set is, at once and then every ten seconds, also into a log."""
+
+    EVERY = 10.0    # [s]
+
+    def __init__(self, options):
+        self.options, self.begin, self.paths = options, time.perf_counter(), 0
+        self.said = self.begin - self.EVERY
+
+    def seconds(self):
+        return time.perf_counter() - self.begin
+
+    def say(self, line):
+        self.said = time.perf_counter()
+        print(line, flush=True)
+
+    def begin_batch(self, n):
+        self.of_batch = n
+        self.say(f"{n} of {self.options.paths} paths begin")
+
+    def end_sample(self, sample):
+        if time.perf_counter() - self.said >= self.EVERY:
+            self.say(f"sample {sample} of {self.options.samples} of {self.of_batch} paths, {self.to_go(self.paths + self.of_batch * sample / self.options.samples)}")
+
+    def end_batch(self):
+        self.paths += self.of_batch
+        self.say(f"{self.paths} of {self.options.paths} paths, {self.to_go(self.paths)}")
+
+    def to_go(self, done):
+        return f"{self.seconds():.0f} s, {self.seconds() / done * (self.options.paths - done):.0f} s to go"
+
+
+def run_batch(gpu_rve, originals, paths, options, progress):
     """Data (paths, samples + 1, ...), sound samples of each path, status of each, and the DEM steps of all."""
-    dimension, n = originals[0].dimension, len(paths)
-    packings = []
+    n, packings = len(paths), []
+    of_original = np.array([2.0 * np.mean(packing.radii) for packing in originals])
     for path, number in paths:
         packing = originals[number % len(originals)].copy()
         for (keyword, low, high), share in zip(options.vary, path.share):
@@ -128,26 +218,37 @@ def run_batch(gpu_rve, originals, paths, options):
                 packing["kt"] = packing["kn"]
         packings.append(packing)
     batch = gpu_rve.Batch(packings, format=options.format, device=options.device, threads=options.threads, energy=True)
+    grains = Grains(batch, packings, of_original[[number % len(originals) for _, number in paths]])
+    increments = Increments([path for path, _ in paths])
     data, sound, status, total = {}, np.zeros(n, dtype=np.int32), np.zeros(n, dtype=np.uint32), 0
     running = np.ones(n, dtype=bool)
+    stress, pressure = components(batch, "s"), batch["p"]
     for sample in range(options.samples + 1):
         if sample:
-            rates = np.array([path.rates[sample - 1] for path, _ in paths])
+            increment, strain = increments.of_sample(sample - 1)
             if sample % SAMPLES_OF_STEP == 1:
                 dt = 0.5 * batch.time_steps()
-            steps = slow_steps(batch, options, packings, rates, dt)
-            which = np.flatnonzero(running)
-            if not len(which):
+            steps = grains.slow_steps(pressure, strain, dt, options)
+            if running.all():    # without a list of them, which costs more than all quantities
+                stress, status = batch.advance(increment, dt, steps)
+                total += int(steps.sum())
+                running = ~batch.failed(status)
+            elif running.any():
+                which = np.flatnonzero(running)
+                stress[which], status[which] = batch.advance(increment[which], dt[which], steps[which], which)
+                total += int(steps[which].sum())
+                running[which] = ~batch.failed(status[which])
+            else:
                 break
-            _, statuses = batch.advance(exponential(rates)[which], dt[which], steps[which], which)
-            status[which] = statuses
-            total += int(steps[which].sum())
-            running[which] = ~batch.failed(statuses)
-        found = look(batch, dimension, options.contacts)
+            pressure = batch["p"]
+        found = look(batch, options.contacts)
+        found["stress"] = stress
         for name, values in found.items():
             rows = data.setdefault(name, np.full((n, options.samples + 1) + values.shape[1:], np.nan))
             rows[running, sample] = values[running]
         sound[running] = sample + 1
+        if sample:
+            progress.end_sample(sample)
     parameters = np.array([[packing[keyword] for keyword, _, _ in options.vary] for packing in packings]).reshape(n, -1)
     return data, sound, status, parameters, batch.description, total
 
@@ -183,6 +284,7 @@ def new_parser():
     parser.add_argument("--least_pressure", type=float, default=1e3, help="below it the inertial number is that at this pressure (default: 1e3)")
     parser.add_argument("--contacts", action="store_true", help="fabric of branches and forces, too: a millisecond of a core for each sample")
     parser.add_argument("--batch", type=int, default=4096, help="RVEs that are advanced together (default: 4096)")
+    parser.add_argument("--chunk", type=int, default=64, help="paths of a chunk of the file (default: 64)")
     parser.add_argument("--format", default="mixed", choices=["fast", "mixed", "double"])
     parser.add_argument("--device", default="auto", choices=["auto", "cpu", "cuda"])
     parser.add_argument("--threads", type=int, default=0, help="CPU threads (default: 0, as OpenMP decides)")
@@ -192,7 +294,7 @@ def new_parser():
 
 def check(options):
     """Ends the script with what is wrong."""
-    for name, least in (("paths", 1), ("samples", 1), ("batch", 1), ("first", 0), ("seed", 0), ("threads", 0)):
+    for name, least in (("paths", 1), ("samples", 1), ("batch", 1), ("chunk", 1), ("first", 0), ("seed", 0), ("threads", 0)):
         if getattr(options, name) < least:
             sys.exit(f"make_data_set: --{name} is {getattr(options, name)}; it must be {least} or more")
     for name in ("strain", "piece", "most_volume", "most_shear", "inertia", "least_pressure"):
@@ -227,29 +329,28 @@ def main():
     dimension = originals[0].dimension
     if any(packing.dimension != dimension for packing in originals):
         sys.exit("make_data_set: the packings are of disks and of spheres; they must be of one kind")
-    begin, steps, failed, reversals = time.perf_counter(), 0, 0, 0
+    progress, steps, failed, reversals = Progress(options), 0, 0, 0
     part = options.out + ".part"
     with h5py.File(part, "w") as file:
         for first in range(0, options.paths, options.batch):
             numbers = range(options.first + first, options.first + min(first + options.batch, options.paths))
+            progress.begin_batch(len(numbers))
             paths = [(Path(options.seed, number, dimension, options), number) for number in numbers]
-            data, sound, status, parameters, description, steps_of_batch = run_batch(gpu_rve, originals, paths, options)
+            data, sound, status, parameters, description, steps_of_batch = run_batch(gpu_rve, originals, paths, options, progress)
             data.update(length=sound, status=status, number=np.array(numbers, dtype=np.int64), parameters=parameters,
                         reversals=np.array([path.reversals for path, _ in paths], dtype=np.int32),
                         packing=np.array([number % len(originals) for number in numbers], dtype=np.int32))
             for name, values in data.items():
                 if name not in file:
                     kind = options.digits if values.dtype.kind == "f" else values.dtype
-                    file.create_dataset(name, shape=(options.paths,) + values.shape[1:], dtype=kind, chunks=(min(CHUNK, options.paths),) + values.shape[1:]
+                    file.create_dataset(name, shape=(options.paths,) + values.shape[1:], dtype=kind, chunks=(min(options.chunk, options.paths),) + values.shape[1:]
                                         if values.size else None, compression="gzip" if values.size else None, shuffle=bool(values.size), fletcher32=bool(values.size))
                 if values.size:
                     file[name][first:first + len(values)] = values
             steps += steps_of_batch
             failed += int((sound <= options.samples).sum())
             reversals += int(data["reversals"].sum())
-            seconds = time.perf_counter() - begin
-            done = first + len(paths)
-            print(f"{done} of {options.paths} paths, {seconds:.0f} s, {seconds / done * (options.paths - done):.0f} s to go", flush=True)
+            progress.end_batch()
         for name in file:
             if name.endswith("fabric"):
                 file[name].attrs["components"] = symmetric(dimension)
@@ -263,10 +364,10 @@ def main():
             file[f"packings/{k}"].attrs["sha256"] = hashlib.sha256(text.encode()).hexdigest()
             file[f"packings/{k}"].attrs["name"] = os.path.basename(packing)
         file.attrs.update(format="gpu_rve paths 1", made_by="GPU_RVE, examples/data_sets/make_data_set.py", release=gpu_rve.release(), commit=commit(), engine=description,
-                          seed=options.seed, settings=json.dumps({key: value for key, value in vars(options).items() if key not in ("packing", "out")}),
+                          seed=options.seed, settings=json.dumps({**{key: value for key, value in vars(options).items() if key != "out"}, "packing": [os.path.basename(name) for name in options.packing]}),
                           command=" ".join(words), numpy=np.__version__, h5py=h5py.__version__)
     os.replace(part, options.out)
-    seconds = time.perf_counter() - begin
+    seconds = progress.seconds()
     print(f"{options.out}: {options.paths} paths of {options.samples} samples, {reversals} reversals, {failed} paths that ended before, {os.path.getsize(options.out) / 1e6:.1f} MB; "
           f"{steps / 1e6:.2f} million DEM steps of an RVE in {seconds:.1f} s, {3600 * options.paths / seconds:.0f} paths an hour; {description}")
 

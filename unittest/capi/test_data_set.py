@@ -43,12 +43,14 @@ WORDS = ["--samples", "60", "--piece", "2e-3", "--packing", *PACKINGS, "--vary",
 class Paths(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        code, said, cls.file = make("paths", "--paths", "7", "--threads", "1", *WORDS)
-        assert code == 0, said
+        code, cls.said, cls.file = make("paths", "--paths", "7", "--threads", "1", *WORDS)
+        assert code == 0, cls.said
         cls.data = arrays(cls.file)
 
     def test_do_not_depend_on_batches_threads_and_parts(self):
-        for name, words, rows in (("batches", ["--paths", "7", "--batch", "3", "--threads", "2"], slice(0, 7)), ("part", ["--paths", "3", "--first", "4"], slice(4, 7))):
+        # chunks of two paths: batches of three begin and end within one, and seven end within one
+        for name, words, rows in (("batches", ["--paths", "7", "--batch", "3", "--threads", "2", "--chunk", "2"], slice(0, 7)),
+                                  ("part", ["--paths", "3", "--first", "4", "--chunk", "1"], slice(4, 7))):
             code, said, file = make(name, *words, *WORDS)
             self.assertEqual(code, 0, said)
             other = arrays(file)
@@ -104,6 +106,62 @@ class Paths(unittest.TestCase):
         self.assertLess((np.abs(left[:, -1]) / through).max(), 1e-3)
         self.assertGreater(change["loss_friction"][:, -1].min(), 0.0)
 
+    def test_say_how_far_they_are_from_the_first_line_on(self):
+        # into a log, too: what is said here goes through a pipe
+        lines = self.said.splitlines()
+        self.assertEqual(lines[0], "7 of 7 paths begin")
+        self.assertTrue(any(line.startswith("7 of 7 paths, ") for line in lines), self.said)
+
+    def test_cross_chunks(self):
+        # more paths than the default chunk has, in batches that do not divide it
+        words = ["--samples", "2", "--seed", "7", "--packing", PACKINGS[0]]
+        files = []
+        for name, more in (("one_chunk", ["--chunk", "70"]), ("chunks", ["--batch", "33"])):
+            code, said, file = make(name, "--paths", "70", *words, *more)
+            self.assertEqual(code, 0, said)
+            files.append(file)
+        with h5py.File(files[1]) as data:
+            self.assertEqual(data["stress"].chunks, (64, 3, 2, 2))
+        one, other = map(arrays, files)
+        for key, values in one.items():
+            self.assertEqual(len(values), 70)
+            np.testing.assert_array_equal(values, other[key], err_msg=key)
+
+    def test_have_checksums(self):
+        # a byte in the middle of a chunk changes: h5py refuses to read it, and not the other chunks
+        code, said, file = make("torn", "--paths", "2", "--samples", "2", "--chunk", "1", "--packing", PACKINGS[0])
+        self.assertEqual(code, 0, said)
+        with h5py.File(file) as data:
+            self.assertTrue(all(data[name].fletcher32 for name in data if isinstance(data[name], h5py.Dataset) and data[name].size))
+            chunk = data["stress"].id.get_chunk_info(1)
+        with open(file, "r+b") as stream:
+            stream.seek(chunk.byte_offset + chunk.size // 2)
+            byte = stream.read(1)[0]
+            stream.seek(-1, os.SEEK_CUR)
+            stream.write(bytes([byte ^ 1]))
+        with h5py.File(file) as data:
+            self.assertTrue(np.isfinite(data["stress"][0]).all())
+            with self.assertRaises(OSError):
+                data["stress"][1]
+
+    def test_are_those_of_the_textbook_way(self):
+        # the first piece from its random numbers by tensors of numpy, but for rounding, in the plane and in space
+        options = make_data_set.new_parser().parse_args(["--most_volume", "1", "--most_shear", "1"])    # the first draw is within the limits
+        for dimension in (2, 3):
+            path = make_data_set.Path(5, 11, dimension, options)
+            self.assertEqual(sum(path.counts), options.samples)
+            self.assertEqual(path.rates.shape, (options.samples, dimension, dimension))
+            np.testing.assert_array_equal(path.directions, np.swapaxes(path.directions, 1, 2))
+            np.testing.assert_allclose(make_data_set.size(path.directions), 1.0, rtol=1e-15 * dimension**2)
+            random = np.random.Generator(np.random.PCG64(np.random.SeedSequence(entropy=5, spawn_key=(11,))))
+            random.uniform(size=0)
+            length = max(1, round(random.exponential(options.piece / options.strain)))
+            drawn = random.normal(size=(dimension, dimension))
+            deviator = 0.5 * (drawn + drawn.T) - np.trace(drawn) / dimension * np.eye(dimension)
+            first = deviator / np.linalg.norm(deviator) + options.volumetric * random.normal() / np.sqrt(dimension) * np.eye(dimension)
+            np.testing.assert_allclose(path.directions[0], first / np.linalg.norm(first), atol=1e-14)
+            self.assertEqual(path.counts[0], length)
+
     def test_say_where_they_are_from(self):
         with h5py.File(self.file) as data:
             self.assertEqual(data.attrs["seed"], 7)
@@ -111,6 +169,10 @@ class Paths(unittest.TestCase):
             self.assertTrue(data.attrs["commit"])
             self.assertEqual(data["stress"].chunks, (7, 61, 2, 2))
             self.assertEqual(data["stress"].compression, "gzip")
+            settings = json.loads(data.attrs["settings"])
+            self.assertEqual(settings["packing"], [os.path.basename(name) for name in PACKINGS])
+            self.assertEqual([data[f"packings/{k}"].attrs["name"] for k in range(2)], settings["packing"])
+            self.assertEqual(settings["samples"], 60)
             self.assertEqual(list(data["fn_fabric"].attrs["components"]), ["xx", "yy", "xy"])
         np.testing.assert_array_equal(self.data["packing"], np.arange(7) % 2)
         self.assertTrue(np.all((self.data["parameters"] >= 0.2) & (self.data["parameters"] <= 0.6)))
@@ -133,7 +195,7 @@ class Failures(unittest.TestCase):
             self.assertTrue(np.isnan(data["stress"][k, data["length"][k]:]).all())
 
     def test_are_said_before_anything_runs(self):
-        for words, message in ((["--paths", "0"], "--paths is 0; it must be 1 or more"), (["--reversals", "1"], "it must be from 0 to below 1"),
+        for words, message in ((["--paths", "0"], "--paths is 0; it must be 1 or more"), (["--chunk", "0"], "--chunk is 0; it must be 1 or more"), (["--reversals", "1"], "it must be from 0 to below 1"),
                                (["--vary", "fiction", "0", "1"], "fiction"), (["--vary", "friction", "-1", "1"], "friction"),
                                (["--most_volume", "1e-4"], "no path stays within less"), (["--packing", "no.rve"], "no.rve")):
             code, said, file = make("wrong", *words)
