@@ -189,6 +189,62 @@ TEST(ElasticEnergy, OfDisksIsThatOfTheEngineByKinds)
               result.elastic_energy, 1e-7 * result.elastic_energy);    // the engine adds integers
 }
 
+TEST(ElasticEnergy, OfRollingIsThatOfItsSprings)
+{
+  // 16 springs of k_r stretched to 3 N, and 16 to -2 N; normal forces of 20 N allow 4 N. E = f^2 / (2 k_r)
+  RveState state = rectangles(2.0 * RADIUS - 2e-5, 2.0 * RADIUS - 2e-5);
+  state.material.rolling_stiffness = 5e5;
+  state.material.rolling_friction = 0.2;
+  for (int i = 0; i < 16; ++i)
+    for (const bool above : {false, true}) {
+      Pair pair{i, above ? (i + 4) % 16 : i / 4 * 4 + (i + 1) % 4, 0.0};
+      pair.rolling_force = above ? -2.0 : 3.0;
+      state.pairs.push_back(pair);
+    }
+  const auto measures = contact_measures(state);
+
+  const double expected = 16 * (9.0 + 4.0) / (2.0 * 5e5);
+  EXPECT_NEAR(measures.elastic_rolling, expected, 1e-9 * expected);
+  EXPECT_EQ(measures.elastic_tangential, 0.0);
+}
+
+TEST(ElasticEnergy, OfTurningSpheresIsThatOfTheirSprings)
+{
+  // The contacts along x of an array, 64 of them, with 20 N: f_r^2 / (2 k_r) of 1.5 N across the normal, and m^2 / (2 k_q) of a moment of 1 mN m. After Marshall k_q = k_t R d / 2 at
+  // the overlap d, and what is remembered is the moment M of the angle M / (k_t R^2 / 2).
+  for (const double marshall : {0.0, 1.0}) {
+    SCOPED_TRACE(marshall);
+    const double overlap = 2e-5, reduced_radius = 0.5 * RADIUS;
+    Spheres state = boxes({{overlap, -1e-3, -1e-3}});
+    state.material.rolling_stiffness = 4e5;
+    state.material.rolling_friction = 0.2;
+    state.material.twisting_marshall = marshall;
+    double remembered = 1e-3, energy = remembered * remembered / (2.0 * 2.0);
+    if (marshall == 0.0) {
+      state.material.twisting_stiffness = 2.0;
+      state.material.twisting_friction = 1e-3;    // 20 mN m
+    } else {
+      remembered = 0.05;
+      const double kt = state.material.tangential_stiffness;
+      const double angle = remembered / (0.5 * kt * reduced_radius * reduced_radius);
+      energy = 0.5 * (0.5 * kt * reduced_radius * overlap) * angle * angle;
+    }
+    for (int i = 0; i < 64; ++i) {
+      PairOf<3> pair{i, i / 4 * 4 + (i + 1) % 4, Vec<double, 3>::zero()};
+      pair.rolling_force = {{0.0, 1.2, -0.9}};
+      pair.twisting_moment = remembered;
+      state.pairs.push_back(pair);
+    }
+    const auto measures = contact_measures(state);
+
+    const double rolling = 64 * 1.5 * 1.5 / (2.0 * 4e5);
+    EXPECT_NEAR(measures.elastic_rolling, rolling, 1e-9 * rolling);
+    EXPECT_NEAR(measures.elastic_twisting, 64 * energy,
+                1e-8 * 64 * energy);    // the overlap is a difference
+    EXPECT_EQ(measures.elastic_tangential, 0.0);
+  }
+}
+
 TEST(ElasticEnergy, OfSpheresIsThatOfTheEngineByKindsInEveryLaw)
 {
   struct Case {

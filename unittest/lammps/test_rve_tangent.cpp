@@ -15,7 +15,8 @@ using namespace grains_script;
 namespace {
 
 const std::string COLUMNS = "cxxxx cxxyy cxyxy cyyxy young poisson shear anisotropy work2 "
-                            "work2_least acoustic normal_x normal_y measured nonlinearity ";
+                            "work2_least acoustic normal_x normal_y measured nonlinearity "
+                            "lambda unrest steps contact_changes ";
 
 const std::string SCENE =
     FOUR_ATOMS + SHEAR + "group two id 1 3\ncompute c two rve/tangent " + COLUMNS + "\nrun 20";
@@ -35,14 +36,15 @@ class Look : public Script {
   }
 };
 
-macro::ProbedTangentOf<2> tangent_of(const std::string &path)
+template <int D> macro::ProbedTangentOf<D> tangent_of(const std::string &path)
 {
-  const rve::RveState state = rve::read_packing(path);
+  const rve::RveStateOf<D> state = rve::read_packing<D>(path);
   rve::Options options;
   options.format = rve::Format::Double;
   options.device = rve::Device::Cpu;
-  macro::TangentProbesOf<2> probes(
-      rve::make_engine(options),
+  options.contacts = rve::contacts_of(state);
+  macro::TangentProbesOf<D> probes(
+      rve::make_engine<D>(options),
       macro::TangentOptions::of(rve::Format::Double, macro::TangentKind::Elastic));
   return probes.probe(
       1,
@@ -50,7 +52,7 @@ macro::ProbedTangentOf<2> tangent_of(const std::string &path)
         return state;
       },
       [](int) {
-        return rve::Tensor2::zero();
+        return rve::Tensor<double, D>::zero();
       })[0];
 }
 
@@ -66,7 +68,7 @@ TEST(RveTangent, IsThatOfTheRveOfEachAtomAndOfNoOther)
 
   const auto rows = script.of("c");
 
-  const macro::ProbedTangentOf<2> expected = tangent_of(path);
+  const macro::ProbedTangentOf<2> expected = tangent_of<2>(path);
   const auto &tangent = expected.tangent;
   const std::vector<double> &row = rows.at(3);
   EXPECT_EQ(row[0], tangent(0, 0, 0, 0));
@@ -89,6 +91,12 @@ TEST(RveTangent, IsThatOfTheRveOfEachAtomAndOfNoOther)
   EXPECT_EQ(row[12], acoustic.normal[1]);
   EXPECT_EQ(row[13], 1.0);
   EXPECT_EQ(row[14], expected.nonlinearity);
+  EXPECT_EQ(row[15], part.lambda);
+  EXPECT_EQ(row[16], expected.unrest);
+  EXPECT_LT(row[16], 1e-5);    // the default tolerance
+  EXPECT_EQ(row[17], expected.steps);
+  EXPECT_GE(row[17], 500.0);    // those of a strain, at the least
+  EXPECT_EQ(row[18], expected.changed_contacts);
 
   EXPECT_NE(rows.at(1), row);
   EXPECT_EQ(rows.at(2), std::vector<double>(row.size(), 0.0));
@@ -120,8 +128,41 @@ TEST(RveTangent, OfSpheresHasAllComponents)
   EXPECT_NEAR(row[1], cubic(1, 1, 2, 2), tolerance);
   EXPECT_NEAR(row[2], cubic(1, 2, 1, 2), tolerance);
   EXPECT_NEAR(row[3], 0.0, tolerance);
+  // a cubic lattice has several directions that are alike: one of them, of a normal of size 1
   EXPECT_LE(std::fabs(row[4]), 1.0);
   EXPECT_EQ(row[5], 1.0);
+}
+
+TEST(RveTangent, OfSpheresIsThatOfTheRveOfEachAtom)
+{
+  // a lattice that a strain of four components has made unlike in all directions
+  const std::string lattice = file_of_rank("sheared.rve"), path = file_of_rank("state.rve");
+  rve::write_packing(lattice,
+                     rve_test::face_centred_cubic(rve_test::of_spheres(rve_test::linear_springs()),
+                                                  2, rve_test::LATTICE_RADIUS,
+                                                  rve_test::LATTICE_OVERLAP));
+  Look script(MPI_COMM_SELF);
+  script << FOUR_ATOMS + "fix grains all rve " + lattice +
+          " threads 1 dt auto drive velocity_gradient xx -0.02 zz v_rate xy 0.005 xz 0.01\n"
+          "compute c all rve/tangent czzzz cyyxz normal_x normal_y normal_z acoustic lambda shear "
+          "unrest steps contact_changes work2_least nonlinearity\nrun 20\n"
+          "write_rve grains atom 3 file " +
+          path + " format rve";
+  const std::vector<double> row = script.of("c").at(3);
+
+  const auto expected = tangent_of<3>(path);
+  const auto part = macro::isotropic_part(expected.tangent);
+  const auto acoustic = macro::least_acoustic_determinant(
+      macro::NominalTangentOf<3>(expected.tangent, expected.stress));
+  EXPECT_EQ(row,
+            (std::vector<double>{expected.tangent(2, 2, 2, 2), expected.tangent(1, 1, 0, 2),
+                                 acoustic.normal[0], acoustic.normal[1], acoustic.normal[2],
+                                 acoustic.determinant, part.lambda, part.shear, expected.unrest,
+                                 double(expected.steps), double(expected.changed_contacts),
+                                 macro::least_second_order_work(expected.tangent),
+                                 expected.nonlinearity}));
+  EXPECT_NEAR(row[2] * row[2] + row[3] * row[3] + row[4] * row[4], 1.0, 1e-12);
+  EXPECT_NE(row[1], 0.0);
 }
 
 TEST(RveTangent, ChangesNothingOfTheRun)
