@@ -89,7 +89,7 @@ class DeviceArrays:
                     ("increments has shape", lambda: batch.advance(self.to_device(f[0]), DT[d], 1)),
                     ("increments has strides", lambda: batch.advance(self.to_device(np.zeros((d, d, COUNT))).swapaxes(0, 2), DT[d], 1)),
                     ("out has dtype int64", lambda: batch.advance(good, DT[d], 1, out=self.to_device(np.zeros((COUNT, d, d), np.int64)))),
-                    ("out has shape", lambda: batch.advance(good, DT[d], 1, which=[0, 1], out=room)),
+                    ("out has shape", lambda: batch.advance(self.to_device(f[:2]), DT[d], 1, which=[0, 1], out=room)),
                     ("dt is in the memory of a device", lambda: batch.advance(good, self.to_device(np.full(COUNT, DT[d])), 1)),
                     ("increments is in the memory of a device, and the batch is on CPU", lambda: on_cpu.advance(good, DT[d], 1)),
                     ("out is in the memory of a device, and the batch is on CPU", lambda: on_cpu.advance(f, DT[d], 1, out=room))):
