@@ -7,8 +7,8 @@
 
 Quadrilaterals of eight nodes with four points each (Guo and Zhao 2014, Int. J. Numer. Methods Eng. 99, 789), in plane strain of disks. The specimen of 50 by
 100 mm stands on a plate, its sides bear a constant pressure, and a plate compresses it from above. The equilibrium of an increment is found
-from the committed states of all RVEs: each iteration is one trial, and three more for the derivatives of the stress; they are committed when forces are in
-balance. Needs the packages gpu_rve, scikit-fem and numpy.
+from the committed states of all RVEs: each iteration is one trial, and four more for the derivatives of the stress; the last one is accepted when forces are in
+balance. All points are one law, gpu_rve.SmallStrainModel, on the flat arrays of programs that ask for all of them at once. Needs the packages gpu_rve, scikit-fem and numpy.
 """
 
 import argparse
@@ -22,7 +22,8 @@ from skfem.helpers import grad
 import gpu_rve
 
 WIDTH, HEIGHT = 0.05, 0.1    # [m]
-STRAINS = np.array([[[1, 0], [0, 0]], [[0, 0], [0, 1]], [[0, 0.5], [0.5, 0]]], dtype=float)    # xx, yy, engineering xy
+PLANE = [0, 1, 3]    # xx, yy, sqrt(2) xy of Mandel's vectors; disks have no zz
+ROOT_TWO = np.sqrt(2.0)
 
 
 class Specimen:
@@ -36,11 +37,12 @@ class Specimen:
         self.basis = skfem.Basis(self.mesh, self.element, intorder=3)
         self.sides = skfem.FacetBasis(self.mesh, self.element, facets="sides", intorder=3)
         self.points = self.basis.X.shape[1] * self.mesh.nelements
-        self.batch = gpu_rve.Batch([packing] * self.points, **options)
-        # about so many DEM steps for an increment of axial strain at this rate
-        self.rate, self.substeps = rate, substeps
+        # so many DEM steps for an increment of axial strain at this rate; lengths are those at its beginning
+        self.model = gpu_rve.SmallStrainModel([packing] * self.points, substeps, rotates=True, **options)
+        self.batch = self.model.batch
+        self.rate = rate
         self.displacement = self.basis.zeros()
-        self.trials = 0
+        self.history = {name: np.zeros(self.points * length) for name, length in self.model.history_dim.items()}
         self.top = self.basis.get_dofs("top").all("u^2")
         self.held = np.concatenate([self.basis.get_dofs("bottom").all("u^2"), self.top])
         if rough:
@@ -54,22 +56,27 @@ class Specimen:
         g = np.asarray(self.basis.interpolate(u).grad)    # (2, 2, elements, points)
         return np.moveaxis(g.reshape(2, 2, -1), 2, 0) + np.eye(2)
 
-    def stresses(self, f):
-        """Cauchy's, from the committed states (n, 2, 2); none if an RVE does not bear this."""
-        self.trials += 1
-        stress, statuses = self.batch.trial(f, self.dt, self.substeps)
-        return None if self.batch.failed(statuses).any() else stress
+    def evaluate(self, f, tangent=None):
+        """Stresses of a trial from the accepted states, Mandel's (n, 4); what the law would remember of it is kept until the trial is accepted."""
+        stress = np.zeros(self.points * 4)
+        self.tried = {name: values.copy() for name, values in self.history.items()}
+        self.model.evaluate(0.0, self.increment, (f - np.eye(2)).ravel(), stress, tangent, self.tried)
+        return stress.reshape(-1, 4)
 
-    def consistent_tangent(self, f, stress, probe):
-        """Derivative of the trial's stress by engineering strain (n, 3, 3), by differences."""
-        columns = []
-        for strain in STRAINS:
-            probed = self.stresses((np.eye(2) + probe * strain) @ f)
-            if probed is None:
-                raise RuntimeError("an RVE does not bear a probe of its stress")
-            change = probed - stress
-            columns.append(np.stack([change[:, 0, 0], change[:, 1, 1], 0.5 * (change[:, 0, 1] + change[:, 1, 0])], axis=1) / probe)
-        return np.stack(columns, axis=2)
+    def stresses(self, f):
+        """Cauchy's (n, 2, 2); none if an RVE does not bear this."""
+        try:
+            xx, yy, _, xy = self.evaluate(f).T
+        except gpu_rve.TrialFailed:
+            return None
+        return np.stack([np.stack([xx, xy / ROOT_TWO]), np.stack([xy / ROOT_TWO, yy])]).transpose(2, 0, 1)
+
+    def consistent_tangent(self, f):
+        """Derivative of the trial's stress by engineering strain (n, 3, 3)."""
+        tangent = np.zeros(self.points * 16)
+        self.evaluate(f, tangent)
+        to_shear = np.array([1.0, 1.0, ROOT_TWO])
+        return tangent.reshape(-1, 4, 4)[:, PLANE][:, :, PLANE] / np.outer(to_shear, to_shear)
 
     def fields(self, values):
         """Numbers at points as scikit-fem has them: (..., elements, points)."""
@@ -121,7 +128,7 @@ class Specimen:
     def solve_increment(self, strain, pressure, tangent_of, tolerance, most):
         """Newton's iterations; returns the residuals over the forces of the pressure, and the axial stress. A step that makes the residual grow is
         halved: stresses of grains have kinks where contacts begin to slide."""
-        self.dt = strain / self.rate / self.substeps
+        self.increment = strain / self.rate
         u, plates = self.basis.zeros(), self.basis.zeros()
         plates[self.top] = -strain * HEIGHT
         f, stress, lack, _, _ = self.balance(u, pressure)
@@ -141,8 +148,8 @@ class Specimen:
             u = u + 0.5**halvings * change
             f, stress, lack, residual, inner = found
             residuals.append(residual)
-        # the last trial is that of the equilibrium
-        self.batch.commit()
+        # the last trial is that of the equilibrium: with this history the next one begins from it
+        self.history = self.tried
         self.displacement += u
         return residuals, -np.sum(inner[self.top]) / WIDTH
 
@@ -180,7 +187,7 @@ def main():
     if dt > 0.9 * bound:
         raise SystemExit(f"the DEM time step would be {dt:.3g} s; it must be at most {0.9 * bound:.3g} s: use more --substeps or a larger --rate")
     if arguments.tangent == "consistent":
-        tangent_of = lambda s, f, stress: s.consistent_tangent(f, stress, 1e-5)
+        tangent_of = lambda s, f, stress: s.consistent_tangent(f)
     else:
         elastic = specimen.batch.tangents()
         tangent_of = lambda s, f, stress: elastic
@@ -198,7 +205,7 @@ def main():
         print("axial stress by the material point method over that by finite elements, minus one:")
         for strain, difference in zip(strains, other / axial - 1):
             print(f"      strain {strain:.4f}  {100 * difference:+.2f} %")
-    print(f"{specimen.trials} trials of {specimen.points} RVEs, {time.perf_counter() - begin:.1f} s")
+    print(f"{specimen.model.trials} trials of {specimen.points} RVEs, {time.perf_counter() - begin:.1f} s")
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ from . import element_tests
 from ._library import Error, api_version, release
 from .batch import Batch, status_text
 from .packing import Packing
+from .small_strain import SmallStrainModel, TrialFailed
 
-__all__ = ["Batch", "Error", "Packing", "api_version", "element_tests", "release", "status_text"]
+__all__ = ["Batch", "Error", "Packing", "SmallStrainModel", "TrialFailed", "api_version", "element_tests", "release", "status_text"]
 __version__ = release()

@@ -21,7 +21,7 @@ OPTIONS = {"format": "double", "device": "cpu", "threads": 2}
 
 
 def consistent(specimen, f, stress):
-    return specimen.consistent_tangent(f, stress, 1e-5)
+    return specimen.consistent_tangent(f)
 
 
 def run(columns, rows, increments, tangent_of=consistent, rough=False, tolerance=1e-6):

@@ -135,6 +135,88 @@ class Quantities(unittest.TestCase):
         self.assertEqual(batch["fn_fabric_xx"], before)
 
 
+class SmallStrains(unittest.TestCase):
+    """The law of all points of a host on flat arrays."""
+
+    def model(self, packing, **options):
+        return gpu_rve.SmallStrainModel([packing] * 2, 30, **options, **OPTIONS)
+
+    def evaluate(self, model, gradients, history=None, tangent=True, del_t=None):
+        d, s = model.geometric_dim, model.stress_strain_dim
+        stress, matrices = np.full(2 * s, 7.0), np.full(2 * s * s, 7.0)
+        model.evaluate(0.0, del_t or 30 * DT[d], gradients.ravel(), stress, matrices if tangent else None, history)
+        return stress.reshape(2, s), matrices.reshape(2, s, s)
+
+    def mandel(self, tensors):
+        """Of symmetric tensors (n, D, D); of disks with a zz of 0."""
+        t, d = 0.5 * (tensors + tensors.swapaxes(1, 2)), tensors.shape[1]
+        if d == 2:
+            return np.stack([t[:, 0, 0], t[:, 1, 1], 0 * t[:, 0, 0], np.sqrt(2) * t[:, 0, 1]], axis=1)
+        return np.stack([t[:, 0, 0], t[:, 1, 1], t[:, 2, 2], *(np.sqrt(2) * t[:, a, b] for a, b in ((0, 1), (0, 2), (1, 2)))], axis=1)
+
+    def test_stresses_are_those_of_a_trial(self):
+        for packing in (DISKS, SPHERES):
+            d = packing.dimension
+            gradients = increments(d, 2, 3) - np.eye(d)
+            for rotates, f in ((False, 0.5 * (gradients + gradients.swapaxes(1, 2))), (True, gradients)):
+                batch, model = gpu_rve.Batch([packing] * 2, **OPTIONS), self.model(packing, rotates=rotates)
+                expected = self.mandel(batch.trial(np.eye(d) + f, DT[d], 30)[0])
+                for tangent in (False, True):
+                    # but for the rounding of a mean of xy and yx
+                    np.testing.assert_allclose(self.evaluate(model, gradients, tangent=tangent)[0], expected, rtol=1e-14, atol=1e-14 * np.abs(expected).max())
+                # the trial of the tangent's point is the last one
+                model.update()
+                batch.commit()
+                self.assertEqual(model.batch.save(), batch.save())
+                np.testing.assert_allclose(model.stress().reshape(expected.shape), expected, rtol=1e-6, atol=1e-6 * np.abs(expected).max())
+                self.assertEqual(model.batch.save(), batch.save())
+
+    def test_tangents_are_differences_of_stresses(self):
+        for packing in (DISKS, SPHERES):
+            d = packing.dimension
+            gradients, model = increments(d, 2, 4) - np.eye(d), self.model(packing)
+            stress, tangent = self.evaluate(model, gradients)
+            for a, b in ((0, 0), (d - 1, d - 1), (0, 1)):
+                strain = np.zeros((1, d, d))
+                strain[0, a, b] += 0.5e-5
+                strain[0, b, a] += 0.5e-5
+                difference = self.evaluate(model, gradients + strain)[0] - stress
+                # strains to 1e-16 of 1, over 1e-5; contacts are as stiff for one as for the other
+                np.testing.assert_allclose(tangent @ self.mandel(strain)[0], difference, atol=1e-6 * np.abs(difference).max())
+            if d == 2:
+                self.assertFalse(tangent[:, 2].any() or tangent[:, :, 2].any() or stress[:, 2].any())
+
+    def test_the_history_says_what_is_accepted(self):
+        d, first, second = 2, *(increments(2, 2, seed) - np.eye(2) for seed in (5, 6))
+        model, plain = self.model(DISKS, rotates=True), gpu_rve.Batch([DISKS] * 2, **OPTIONS)
+        begin = {"trial": np.zeros(2)}
+        tried = [{"trial": begin["trial"].copy()} for _ in range(3)]
+        self.evaluate(model, second, tried[0])
+        self.evaluate(model, first, tried[1])    # again from the beginning
+        accepted = {"trial": tried[1]["trial"].copy()}
+        plain.advance(np.eye(2) + first, DT[d], 30)
+        answer, _ = self.evaluate(model, second, accepted)
+        self.assertEqual(model.batch.save(), plain.save())
+        np.testing.assert_allclose(answer, self.mandel(plain.trial(np.eye(2) + second, DT[d], 30)[0]), rtol=1e-14, atol=1e-9)
+        for gone in (begin, tried[0], {"trial": np.array([2.0, 3.0])}):
+            with self.assertRaisesRegex(gpu_rve.Error, "there are the committed state 2 and the last trial 3"):
+                self.evaluate(model, second, gone)
+
+    def test_what_an_rve_does_not_bear_is_told_and_forgotten(self):
+        model = self.model(DISKS)
+        state, history = model.batch.save(), {"trial": np.zeros(2)}
+        with self.assertRaisesRegex(gpu_rve.TrialFailed, "^2 of 2 RVEs do not bear the increment; RVE 0: "):
+            self.evaluate(model, np.tile(-0.9 * np.eye(2), (2, 1, 1)), history, tangent=False)
+        model.update()
+        self.assertEqual(model.batch.save(), state)
+        self.assertFalse(history["trial"].any())
+        self.evaluate(model, np.zeros((2, 2, 2)), history)
+        with self.assertRaisesRegex(gpu_rve.Error, "grad_del_u has 4 numbers; of 2 points it must have 8"):
+            self.evaluate(model, np.zeros((2, 2)))
+        with self.assertRaisesRegex(gpu_rve.Error, "del_t is -1"):
+            self.evaluate(model, np.zeros((2, 2, 2)), del_t=-1.0)
+
+
 class Batches(unittest.TestCase):
     def test_trials_leave_no_trace(self):
         for packing in (DISKS, SPHERES):
