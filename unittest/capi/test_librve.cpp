@@ -143,40 +143,44 @@ TEST(Librve, AdvancesDisksAndSpheresToTheBitsOfTheEngine)
 
 TEST(Librve, TrialsLeaveNoTrace)
 {
-  const Batch tried = batch_of(DISKS, 2), plain = batch_of(DISKS, 2);
-  for (int k = 0; k < 3; ++k) {
-    move(tried.get(), Kind::Trial, {0, 1}, 50 + k);
-    const Numbers once = move(tried.get(), Kind::Trial, {0, 1}, k);
-    move(tried.get(), Kind::Trial, {1}, 70 + k);
-    const Numbers twice = move(tried.get(), Kind::Trial, {0, 1}, k);
-    EXPECT_EQ(once, twice);
-    EXPECT_EQ(twice, move(plain.get(), Kind::Advance, {0, 1}, k));
-    ASSERT_EQ(rve_commit(tried.get()), RVE_SUCCESS);
-    EXPECT_EQ(saved(tried.get()), saved(plain.get()));
+  for (const std::string &file : {DISKS, SPHERES}) {
+    const Batch tried = batch_of(file, 2), plain = batch_of(file, 2);
+    for (int k = 0; k < 3; ++k) {
+      move(tried.get(), Kind::Trial, {0, 1}, 50 + k);
+      const Numbers once = move(tried.get(), Kind::Trial, {0, 1}, k);
+      move(tried.get(), Kind::Trial, {1}, 70 + k);
+      const Numbers twice = move(tried.get(), Kind::Trial, {0, 1}, k);
+      EXPECT_EQ(once, twice);
+      EXPECT_EQ(twice, move(plain.get(), Kind::Advance, {0, 1}, k));
+      ASSERT_EQ(rve_commit(tried.get()), RVE_SUCCESS);
+      EXPECT_EQ(saved(tried.get()), saved(plain.get()));
+    }
+    // one that is forgotten
+    const double before = quantity(plain.get(), "p", 0);
+    const std::vector<char> state = saved(plain.get());
+    move(plain.get(), Kind::Trial, {0}, 9);
+    EXPECT_EQ(saved(plain.get()), state);    // of what is committed
+    EXPECT_NE(quantity(plain.get(), "p", 0), before);
+    ASSERT_EQ(rve_revert(plain.get()), RVE_SUCCESS);
+    EXPECT_EQ(quantity(plain.get(), "p", 0), before);
+    EXPECT_EQ(saved(plain.get()), state);
   }
-  // one that is forgotten
-  const double before = quantity(plain.get(), "p", 0);
-  const std::vector<char> state = saved(plain.get());
-  move(plain.get(), Kind::Trial, {0}, 9);
-  EXPECT_EQ(saved(plain.get()), state);    // of what is committed
-  EXPECT_NE(quantity(plain.get(), "p", 0), before);
-  ASSERT_EQ(rve_revert(plain.get()), RVE_SUCCESS);
-  EXPECT_EQ(quantity(plain.get(), "p", 0), before);
-  EXPECT_EQ(saved(plain.get()), state);
 }
 
 TEST(Librve, TrialsBeginFromWhatAnAdvanceHasLeft)
 {
-  const Batch batch = batch_of(DISKS, 1), plain = batch_of(DISKS, 1);
-  move(batch.get(), Kind::Trial, {0}, 5);
-  ASSERT_EQ(rve_revert(batch.get()), RVE_SUCCESS);
-  EXPECT_EQ(move(batch.get(), Kind::Advance, {0}, 0), move(plain.get(), Kind::Advance, {0}, 0));
+  for (const std::string &file : {DISKS, SPHERES}) {
+    const Batch batch = batch_of(file, 1), plain = batch_of(file, 1);
+    move(batch.get(), Kind::Trial, {0}, 5);
+    ASSERT_EQ(rve_revert(batch.get()), RVE_SUCCESS);
+    EXPECT_EQ(move(batch.get(), Kind::Advance, {0}, 0), move(plain.get(), Kind::Advance, {0}, 0));
 
-  move(batch.get(), Kind::Trial, {0}, 6);
-  const Numbers again = move(batch.get(), Kind::Trial, {0}, 1);
+    move(batch.get(), Kind::Trial, {0}, 6);
+    const Numbers again = move(batch.get(), Kind::Trial, {0}, 1);
 
-  EXPECT_EQ(saved(batch.get()), saved(plain.get()));
-  EXPECT_EQ(again, move(plain.get(), Kind::Advance, {0}, 1));
+    EXPECT_EQ(saved(batch.get()), saved(plain.get()));
+    EXPECT_EQ(again, move(plain.get(), Kind::Advance, {0}, 1));
+  }
 }
 
 TEST(Librve, AnRveDoesNotKnowItsBatch)
@@ -363,6 +367,33 @@ TEST(Librve, BatchesWorkInThreadsOfTheirOwn)
   work(alone.get());
   EXPECT_EQ(saved(one.get()), saved(alone.get()));
   EXPECT_EQ(saved(other.get()), saved(alone.get()));
+}
+
+// Four threads that make batches of two threads each, try, save and fail: no batch sees another, and each thread reads its own error.
+TEST(Librve, ThreadsShareNothing)
+{
+  const char *const options = "format double device cpu threads 2";
+  const auto work = [&](int number, std::vector<char> *bytes) {
+    const Batch batch = batch_of(number % 2 == 0 ? DISKS : SPHERES, 2, options);
+    const std::string wrong = "of_thread_" + std::to_string(number);
+    for (int k = 0; k < 3; ++k) {
+      move(batch.get(), Kind::Trial, {0, 1}, 10 * number + k);
+      double none = 0.0;
+      EXPECT_EQ(rve_quantity(batch.get(), wrong.c_str(), nullptr, 2, &none), RVE_BAD_INPUT);
+      EXPECT_EQ(rve_commit(batch.get()), RVE_SUCCESS);
+      const std::vector<char> now = saved(batch.get());
+      EXPECT_EQ(rve_quantity(batch.get(), wrong.c_str(), nullptr, 2, &none), RVE_BAD_INPUT);
+      EXPECT_NE(std::string(rve_error()).find("'" + wrong + "'"), std::string::npos)
+          << rve_error();
+      *bytes = now;
+    }
+  };
+  std::vector<std::vector<char>> together(4), alone(4);
+  std::vector<std::thread> threads;
+  for (int k = 0; k < 4; ++k) threads.emplace_back(work, k, &together[k]);
+  for (std::thread &thread : threads) thread.join();
+  for (int k = 0; k < 4; ++k) work(k, &alone[k]);
+  EXPECT_EQ(together, alone);
 }
 
 TEST(Librve, AffineStiffnessBoundsTheFirstStepOfARest)
@@ -646,4 +677,66 @@ TEST(Librve, QuantitiesAreThoseOfTheDimension)
   EXPECT_TRUE(has(2, "sxx") && has(3, "sxx") && has(3, "szz"));
   EXPECT_FALSE(has(2, "szz"));
   EXPECT_STREQ(rve_quantity_name(2, 1000), "");
+  for (const int dimension : {-1, 0, 1, 4, 7}) {
+    EXPECT_EQ(rve_num_quantities(dimension), 0u) << dimension;
+    EXPECT_EQ(rve_quantity_name(dimension, 0), nullptr) << dimension;
+  }
+}
+
+TEST(Librve, EveryQuantityHasANumber)
+{
+  for (const std::string &file : {DISKS, SPHERES}) {
+    const Batch batch = batch_of(file, 2);
+    move(batch.get(), Kind::Advance, {0, 1}, 1);
+    const int d = rve_batch_dimension(batch.get());
+    ASSERT_GT(rve_num_quantities(d), 0u);
+    for (std::size_t k = 0; k < rve_num_quantities(d); ++k) {
+      Numbers values(2, NAN);
+      EXPECT_EQ(
+          rve_quantity(batch.get(), rve_quantity_name(d, k), nullptr, 2, values.data()),
+          RVE_SUCCESS)
+          << rve_error();
+      for (const double value : values)
+        EXPECT_TRUE(std::isfinite(value)) << rve_quantity_name(d, k) << " of dimension " << d;
+    }
+  }
+}
+
+TEST(Librve, APackingFileReturnsWhatWasWritten)
+{
+  for (const std::string &file : {DISKS, SPHERES}) {
+    const Batch batch = batch_of(file, 1);
+    move(batch.get(), Kind::Advance, {0}, 1);
+    rve_packing *now = nullptr;
+    ASSERT_EQ(rve_batch_packing(batch.get(), 0, &now), RVE_SUCCESS);
+    const Packing written(now, rve_packing_free);
+    ASSERT_EQ(rve_packing_set_parameter(now, "friction", 0.3), RVE_SUCCESS) << rve_error();
+    const std::string name = testing::TempDir() + "test_librve.rve";
+    ASSERT_EQ(rve_packing_write(now, name.c_str()), RVE_SUCCESS) << rve_error();
+
+    const Packing back = read(name);
+
+    std::remove(name.c_str());
+    const int d = rve_packing_dimension(now);
+    const std::size_t n = rve_packing_grains(now), spins = d == 2 ? n : 3 * n;
+    ASSERT_EQ(rve_packing_grains(back.get()), n);
+    ASSERT_EQ(rve_packing_dimension(back.get()), d);
+    const auto expect_same = [&](const char *values, std::size_t count) {
+      EXPECT_EQ(array(back, values, count), array(written, values, count)) << values;
+    };
+    expect_same("cell", d * d);
+    expect_same("radius", n);
+    expect_same("position", d * n);
+    expect_same("velocity", d * n);
+    expect_same("spin", spins);
+    double friction = 0.0;
+    ASSERT_EQ(rve_packing_parameter(back.get(), "friction", &friction), RVE_SUCCESS);
+    EXPECT_EQ(friction, 0.3);
+    std::size_t contacts = 0, contacts_back = 0;
+    ASSERT_EQ(rve_packing_contacts(now, &contacts), RVE_SUCCESS);
+    ASSERT_EQ(rve_packing_contacts(back.get(), &contacts_back), RVE_SUCCESS);
+    EXPECT_EQ(contacts_back, contacts);
+    EXPECT_EQ(rve_packing_write(now, "nowhere/at.rve"), RVE_BAD_INPUT);
+    EXPECT_NE(std::string(rve_error()).find("nowhere/at.rve"), std::string::npos) << rve_error();
+  }
 }

@@ -1133,11 +1133,12 @@ int rve_quantity(rve_batch *batch, const char *name, const size_t *which, size_t
 
 size_t rve_num_quantities(int dimension)
 {
-  return macro::quantity_names(dimension).size();
+  return dimension == 2 || dimension == 3 ? macro::quantity_names(dimension).size() : 0;
 }
 
 const char *rve_quantity_name(int dimension, size_t k)
 {
+  if (dimension != 2 && dimension != 3) return nullptr;
   const auto &names = macro::quantity_names(dimension);
   return k < names.size() ? names[k] : "";
 }

@@ -164,7 +164,7 @@ RVE_API const char *rve_status_text(uint32_t status);
  * copies, renewals. */
 RVE_API int rve_quantity(rve_batch *batch, const char *name, const size_t *which, size_t count,
                          double *values);
-/* Number of those names for grains of this dimension, and the k-th of them. */
+/* Number of those names for grains of this dimension, 2 or 3, and the k-th of them, "" beyond the last; 0 and NULL of any other dimension. */
 RVE_API size_t rve_num_quantities(int dimension);
 RVE_API const char *rve_quantity_name(int dimension, size_t k);
 
