@@ -58,6 +58,7 @@ class Packing:
         return Packing(pointer[0])
 
     def copy(self) -> Packing:
+        """Another packing with the same state, to the bit: what is done to the one is not seen by the other."""
         pointer = ffi.new("rve_packing **")
         check(lib.rve_packing_copy(self._pointer, pointer))
         return Packing(pointer[0])

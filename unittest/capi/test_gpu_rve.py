@@ -108,6 +108,67 @@ class Packings(unittest.TestCase):
             self.assertAlmostEqual(turned[to][0], sign * straight[of][0], delta=1e-9 * straight["p"][0])
 
 
+class Arrays(unittest.TestCase):
+    def test_arrays_of_callers_are_read_where_they_are(self):
+        f = increments(2, 3, 0)
+        self.assertTrue(np.shares_memory(_arrays.numbers(f, "increments", f.shape), f))
+        steps = np.arange(3, dtype=np.int32)
+        self.assertTrue(np.shares_memory(_arrays.numbers(steps, "substeps", (3,), np.int32), steps))
+
+        class Foreign:
+            """An array of another library in the memory of the host."""
+
+            def __dlpack__(self, **options):
+                return f.__dlpack__(**options)
+
+            def __dlpack_device__(self):
+                return 1, 0
+
+        self.assertTrue(np.shares_memory(_arrays.numbers(Foreign(), "increments", f.shape), f))
+        for other in (f.astype(np.float32), f.swapaxes(1, 2), f[:1]):    # what is not as librve wants it is copied
+            found = _arrays.numbers(other, "increments", f.shape)
+            self.assertFalse(np.shares_memory(found, f))
+            np.testing.assert_array_equal(found, np.broadcast_to(other, f.shape))
+
+    def test_arrays_of_a_packing_are_copies(self):
+        for packing in (DISKS, SPHERES):
+            before = packing.save()
+            for array in (packing.positions, packing.velocities, packing.spins, packing.radii, packing.cell, packing.contacts()["force"]):
+                array[...] = -1.0
+            self.assertEqual(packing.save(), before)
+            self.assertTrue(np.all(packing.radii > 0.0))
+
+
+class Pictures(unittest.TestCase):
+    def setUp(self):
+        try:
+            import matplotlib
+        except ImportError as error:
+            self.skipTest(str(error))
+        matplotlib.use("agg")
+        from gpu_rve import plot
+        self.plot = plot
+
+    def test_each_contact_is_a_line_and_each_disk_a_circle(self):
+        from matplotlib.collections import EllipseCollection, LineCollection
+        for packing in (DISKS, SPHERES):
+            axes = self.plot.force_chains(packing)
+            lines, = (c for c in axes.collections if isinstance(c, LineCollection))    # those in space are such, too
+            axes.figure.canvas.draw()
+            self.assertEqual(len(lines.get_linewidths()), len(packing.contacts()["grains"]))
+            self.assertEqual(len(lines.get_segments()), len(packing.contacts()["grains"]))
+            # the edges of the cell
+            self.assertEqual(len(axes.lines), {2: 4, 3: 12}[packing.dimension])
+        axes = self.plot.grains(DISKS)
+        circles, = (c for c in axes.collections if isinstance(c, EllipseCollection))
+        self.assertEqual(len(circles.get_offsets()), DISKS.grains)
+        self.assertEqual(len(self.plot.grains(DISKS, forces=False).collections), 1)
+
+    def test_spheres_are_not_drawn_as_disks(self):
+        with self.assertRaisesRegex(ValueError, "the packing is of spheres: force_chains"):
+            self.plot.grains(SPHERES)
+
+
 class Quantities(unittest.TestCase):
     def test_fabric_and_energies_of_contacts_are_those_of_the_answer(self):
         for packing, factor in ((DISKS, 4.0), (SPHERES, 7.5)):
