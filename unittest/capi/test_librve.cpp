@@ -11,6 +11,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <string>
@@ -276,6 +277,80 @@ TEST(Librve, APathOfRatesIsAnAdvanceByTheirExponential)
   }
 }
 
+namespace {
+
+/// What a host sees of a batch that makes trials, advances, paths and tangents, and is saved and restored on the way.
+std::vector<Numbers> answers_of(const std::string &file, const std::string &options)
+{
+  const Batch batch = batch_of(file, 2, options.c_str());
+  const int d = rve_batch_dimension(batch.get());
+  std::vector<Numbers> answers;
+  move(batch.get(), Kind::Trial, {0, 1}, 7);
+  answers.push_back(move(batch.get(), Kind::Trial, {0, 1}, 1));
+  EXPECT_EQ(rve_commit(batch.get()), RVE_SUCCESS);
+  const std::vector<char> bytes = saved(batch.get());
+  // the same state on CPU threads
+  const Batch on_cpu = batch_of(file, 2, OPTIONS);
+  EXPECT_EQ(rve_restore(on_cpu.get(), bytes.data(), bytes.size()), RVE_SUCCESS) << rve_error();
+  answers.push_back(move(on_cpu.get(), Kind::Advance, {0, 1}, 2));
+  answers.push_back(move(batch.get(), Kind::Advance, {1}, 3));
+  EXPECT_EQ(rve_restore(batch.get(), bytes.data(), bytes.size()), RVE_SUCCESS) << rve_error();
+  answers.push_back(move(batch.get(), Kind::Advance, {0, 1}, 2));
+  EXPECT_EQ(answers.back(), answers[1]);
+  const std::size_t calls = 4;
+  Numbers table((calls + 1) * 2 * 2), tangents(2 * (d == 2 ? 9 : 36));
+  EXPECT_EQ(rve_follow_path(batch.get(), nullptr, 2,
+                            "stage rate yy -0.1 stress xx -1e5 until time > 1",
+                            d == 2 ? DT_DISKS : DT_SPHERES, STEPS_PER_CALL, calls, "syy void_ratio",
+                            table.data(), nullptr),
+            RVE_SUCCESS)
+      << rve_error();
+  answers.push_back(table);
+  EXPECT_EQ(rve_tangents(batch.get(), nullptr, 2, "strain_steps 100 most_steps 500", nullptr,
+                         tangents.data(), nullptr),
+            RVE_SUCCESS)
+      << rve_error();
+  answers.push_back(tangents);
+  return answers;
+}
+
+void expect_the_same_answers(const std::string &options)
+{
+  for (const std::string &file : {DISKS, SPHERES}) {
+    const std::vector<Numbers> expected = answers_of(file, OPTIONS),
+                               found = answers_of(file, options);
+    ASSERT_EQ(found.size(), expected.size());
+    for (std::size_t k = 0; k < found.size();
+         ++k)    // NaN, of a tangent that was not found, is as good
+      EXPECT_EQ(0,
+                std::memcmp(found[k].data(), expected[k].data(), sizeof(double) * found[k].size()))
+          << "answer " << k << " of " << file << " with " << options;
+  }
+}
+
+}    // namespace
+
+TEST(Librve, AnswersHaveTheSameBitsWithAnyNumberOfThreads)
+{
+  expect_the_same_answers("format double device cpu threads 2");
+}
+
+TEST(Librve, AnswersHaveTheSameBitsOnAGpu)
+{
+  const char *const options = "format double arithmetic strict device cuda";
+  const Packing packing = read(DISKS);
+  const rve_packing *const pointer = packing.get();
+  rve_batch *batch = nullptr;
+  const int code = rve_batch_create(&pointer, 1, options, &batch);
+  const Batch owner(batch, rve_batch_free);
+  if (code != RVE_SUCCESS) {
+    const char *const required = std::getenv("GPU_RVE_REQUIRE_CUDA");
+    ASSERT_TRUE(required == nullptr || std::string(required) != "1") << rve_error();
+    GTEST_SKIP() << rve_error();
+  }
+  expect_the_same_answers(options);
+}
+
 TEST(Librve, APathHoldsAStressAndEndsWhereItSays)
 {
   const Batch batch = batch_of(DISKS, 2);
@@ -383,8 +458,7 @@ TEST(Librve, ThreadsShareNothing)
       EXPECT_EQ(rve_commit(batch.get()), RVE_SUCCESS);
       const std::vector<char> now = saved(batch.get());
       EXPECT_EQ(rve_quantity(batch.get(), wrong.c_str(), nullptr, 2, &none), RVE_BAD_INPUT);
-      EXPECT_NE(std::string(rve_error()).find("'" + wrong + "'"), std::string::npos)
-          << rve_error();
+      EXPECT_NE(std::string(rve_error()).find("'" + wrong + "'"), std::string::npos) << rve_error();
       *bytes = now;
     }
   };
@@ -692,9 +766,8 @@ TEST(Librve, EveryQuantityHasANumber)
     ASSERT_GT(rve_num_quantities(d), 0u);
     for (std::size_t k = 0; k < rve_num_quantities(d); ++k) {
       Numbers values(2, NAN);
-      EXPECT_EQ(
-          rve_quantity(batch.get(), rve_quantity_name(d, k), nullptr, 2, values.data()),
-          RVE_SUCCESS)
+      EXPECT_EQ(rve_quantity(batch.get(), rve_quantity_name(d, k), nullptr, 2, values.data()),
+                RVE_SUCCESS)
           << rve_error();
       for (const double value : values)
         EXPECT_TRUE(std::isfinite(value)) << rve_quantity_name(d, k) << " of dimension " << d;
