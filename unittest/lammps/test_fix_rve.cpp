@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <limits>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -94,6 +95,36 @@ TEST(FixRve, ServoHoldsItsStressUnderCompression)
           "compute s all rve/atom sxx\nrun 200";
 
   EXPECT_NEAR(script.per_atom("s", 0), -1e5, 2e3);
+}
+
+TEST(FixRve, ServoRatesAreThoseOfTheDeformation)
+{
+  // In a macro step of one DEM step, d ln F/dt of a steered component is the rate that the servo had reached before it. F is multiplied by 1 + a + a^2/2 with
+  // a = rate dt, whose logarithm is a - a^3/6.
+  constexpr double DT = 5e-6;
+  struct Case {
+    std::string packing, component, drive, stress;
+  };
+  for (const Case &c : {Case{PACKING, "yy", "xx 0.02", "-1.2e5"},
+                        {EXAMPLE_PACKINGS "/S500.rve", "zz", "xx 0.02 yy -0.01", "-1.2e5"}}) {
+    SCOPED_TRACE(c.component);
+    GrainsScript script;
+    script << FOUR_ATOMS + "timestep 5e-6\nfix grains all rve " + c.packing +
+            " threads 1 dt 5e-6 substeps 1 drive velocity_gradient " + c.drive + " servo " +
+            c.component + " " + c.stress + "\ncompute f all rve/atom def_" + c.component +
+            "\ncompute servo all rve/atom servo_" + c.component +
+            "\ncompute x all rve/atom servo_xx\nrun 20";
+    for (int step = 0; step < 5; ++step) {
+      const double before = script.per_atom("f", 0), servo = script.per_atom("servo", 0);
+      script << "run 1";
+      const double rate = std::log(script.per_atom("f", 0) / before) / DT;
+      const double rounding = 4.0 * std::numeric_limits<double>::epsilon() / DT;
+      EXPECT_NEAR(rate, servo, std::fabs(servo) * servo * servo * DT * DT / 4.0 + rounding);
+      EXPECT_LT(servo, -1e-3);    // it compresses
+      EXPECT_NE(script.per_atom("servo", 0), servo);
+      EXPECT_EQ(script.per_atom("x", 0), 0.02);    // given, not steered
+    }
+  }
 }
 
 TEST(FixRve, PackingVariableChoosesPerAtom)
