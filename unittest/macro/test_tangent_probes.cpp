@@ -273,6 +273,27 @@ TEST(TangentProbes, ElasticTangentIsThatOfASmallStrainInARun)
     EXPECT_NEAR(change.component[k], expected.component[k], 1e-4 * rve::norm(expected));
 }
 
+TEST(TangentProbes, ElasticTangentOfSpheresIsThatOfASmallStrainInARun)
+{
+  State<3> state = rve::read_packing<3>(std::string(RVE_PACKINGS_DIR) + "/S500.rve");
+  state.material.local_damping = 0.7;
+  constexpr double DT = 3e-6;
+  constexpr int AWHILE = 6000;    // a wave crosses the cell some seventy times
+  SphereRig rig(state);
+  const rve::ResultOf<3> rest = rig.strain(Tensor3::zero(), DT, AWHILE);
+  const TangentOf<3> tangent = probe(rig.state(), elastic()).tangent;
+  // a ten-thousandth of the overlap, at which no contact slides
+  const double size = 1e-4 * rest.mean_overlap;
+  ASSERT_GT(rest.coordination_number, 4.0);
+  ASSERT_GT(size, 1e-9);
+  const Tensor3 strain = size * Tensor3{{-0.3, 0.2, -0.4, 0.2, 0.5, 0.1, -0.4, 0.1, 0.4}};
+  rig.strain((1.0 / (DT * 500)) * strain, DT, 500);
+  const Tensor3 change = rig.strain(Tensor3::zero(), DT, AWHILE).stress - rest.stress;
+  const Tensor3 expected = tangent(strain);
+  for (int k = 0; k < 9; ++k)
+    EXPECT_NEAR(change.component[k], expected.component[k], 1e-4 * rve::norm(expected));
+}
+
 TEST(TangentProbes, LoadingTangentNeedsALead)
 {
   // At rest contacts have left the limit of friction. The page's disks have 16 % of nonlinearity without a lead and 0.9 % with that of 0.1, 18 times less; these are
