@@ -470,9 +470,10 @@ bool RvePointsOf<D>::may_sleep(const Point &point, const rve::DriveOf<D> &drive)
 template <int D>
 bool RvePointsOf<D>::is_worth_a_look(const Point &point, const rve::DriveOf<D> &drive) const
 {
-  const double strain = rve::strain_size(drive.deformation);
-  const double saved = substeps_of(point, drive) + CALL_IN_STEPS;
-  return saved * options.quiescent_strain > LOOK_IN_STEPS * strain;
+  const rve::PolarDecomposition polar(drive.deformation);
+  const int substeps = options.adaptive ? substeps_of(point, drive, polar) : drive.substeps;
+  return (substeps + CALL_IN_STEPS) * options.quiescent_strain >
+      LOOK_IN_STEPS * rve::norm(polar.strain);
 }
 
 /// An RVE that still moves, or may start to, needs its DEM steps: so does one that cannot be looked at. One call for all that
