@@ -632,6 +632,128 @@ namespace {
                         {"unbalanced", solver.max_unbalanced_force()}}});
   }
 
+  /// What a scene of play_mpm_feature is about.
+  enum class MpmFeature { BoxesThatFollow, MeanDilation, DrivenBody, AbsorbingSides };
+
+  /// A layer of frictional ground, with that in it which the scenes above have not: boxes that follow points which are stretched over several cells
+  /// and sheared; means of the volumetric parts over cells, with several points in each; a box that falls on the layer askew, driven by its weight and
+  /// the contact alone; sides that waves leave through.
+  template <int D>
+  void play_mpm_feature(MpmFeature feature, Device device, std::vector<Record> &records)
+  {
+    constexpr double CELL = 0.1, STEP = 4e-4, DENSITY = 2000.0, YOUNG = 10e6;
+    constexpr int STEPS = 40;
+    const auto corner = [](double across, double height) {
+      mpm::Vec<D> place;
+      for (int a = 0; a < D; ++a) place[a] = a == D - 1 ? height : across;
+      return place;
+    };
+    mpm::SolverOptions<D> options =
+        mpm_test::grid_options_of<D>(corner(0.0, 0.0), corner(1.0, 1.0), CELL);
+    for (int side = 0; side < mpm::FACES<D> - 1; ++side)
+      options.sides[side] = mpm::SideKind::Roller;
+    options.flip = 0.99;
+    options.threads = 2;
+    options.device = device == Device::Cuda ? mpm::Device::Cuda : mpm::Device::Cpu;
+
+    mpm_test::SceneOf<D> scene;
+    scene.add_block(corner(0.0, 0.0), corner(1.0, 0.5), 0.5 * CELL, DENSITY);
+    const int ground = scene.size();
+    Random random(7);
+    for (int p = 0; p < ground; ++p) {
+      for (int a = 0; a < D; ++a) scene.velocity[3 * p + a] = random.uniform(-0.05, 0.05);
+      scene.stress[p] = -20e3 * mpm::Tensor<D>::identity();
+    }
+
+    std::string name = D == 2 ? "mpm_features/plane/" : "mpm_features/space/";
+    if (feature == MpmFeature::BoxesThatFollow) {
+      name += "boxes_that_follow/";
+      options.shape = mpm::ShapeFunction::Cpgimp;
+      for (int p = 0; p < ground; ++p) {
+        mpm::Tensor<D> &F = scene.deformation_gradient[p];
+        for (int k = 0; k < D * D; ++k) F.component[k] = random.uniform(-0.4, 0.4);
+        for (int a = 0; a < D; ++a)
+          F(a, a) = a == 0 ? random.uniform(1.5, 3.0) : random.uniform(0.7, 1.0);
+        scene.volume[p] = determinant(F) * scene.initial_volume[p];
+      }
+    } else if (feature == MpmFeature::MeanDilation) {
+      name += "mean_dilation/";
+      options.mean_dilation = true;
+      options.scheme = mpm::Scheme::Usavg;
+    } else if (feature == MpmFeature::DrivenBody) {
+      name += "driven_body/";
+      scene.add_block(corner(0.3, 0.5), corner(0.6, 0.8), CELL, DENSITY);
+      options.rigid_bodies.resize(1);
+      mpm::RigidBodyOptions &body = options.rigid_bodies[0];
+      body.form = mpm::BodyForm::Box;
+      body.rough = false;
+      body.separation = true;
+      body.friction = 0.4;
+      body.free = (1 << mpm::FREEDOMS<D>) -1;
+      body.turned[0] = 0.1;    // about x in space: it lands on an edge
+      for (int p = ground; p < scene.size(); ++p) {
+        scene.rigid_body[p] = 0;
+        scene.velocity[3 * p] = 0.5;
+        scene.velocity[3 * p + D - 1] = -1.0;
+        scene.body_force[3 * p + D - 1] = -9.81 * scene.mass[p];
+      }
+    } else {
+      name += "absorbing_sides/";
+      // of the layer: E (1 - ν)/((1 + ν)(1 - 2ν)) = 1.35 E and E/(2 (1 + ν)) over the density
+      const mpm::Dashpots of_layer = {std::sqrt(1.35 * YOUNG / DENSITY),
+                                      std::sqrt(YOUNG / 2.6 / DENSITY)};
+      for (int side = 0; side < 2; ++side) {
+        options.sides[side] = mpm::SideKind::Free;
+        options.dashpots[side] = of_layer;
+      }
+      options.dashpots[2 * (D - 1)] = {
+          0.0, of_layer.tangential};    // under the layer, which lies on a roller
+    }
+
+    mpm::MohrCoulomb<D> law(YOUNG, 0.3, 2e3, 30.0,
+                            5.0);    // libm: its angles, and those of a body that turns
+    scene.begin_memory(law);
+    mpm::MpmSolver<D> solver(options);
+    solver.set_models({&law});
+    for (int step = 0; step < STEPS; ++step) solver.step(scene.view(), {}, STEP);
+    solver.fetch(scene.view());
+
+    BitHash hash;
+    hash.add(scene.position).add(scene.velocity).add(scene.volume).add(scene.stress);
+    hash.add(scene.deformation_gradient).add(scene.velocity_gradient).add(scene.memory);
+    double pressure = 0.0, plastic = 0.0;
+    for (int p = 0; p < ground; ++p) {
+      pressure -= trace(scene.stress[p]) / D / ground;
+      plastic += scene.row(p)[mpm::MohrCoulomb<D>::PlasticStrain] / ground;
+    }
+    records.push_back({name + "points",
+                       hash.value(),
+                       {{"mean_pressure", pressure},
+                        {"mean_plastic_strain", plastic},
+                        {"sum_of_positions", sum_of(scene.position)},
+                        {"sum_of_velocities", sum_of(scene.velocity)}}});
+    BitHash forces;
+    const double unbalanced = solver.max_unbalanced_force();
+    forces.add(unbalanced);
+    for (int side = 0; side < mpm::FACES<D>; ++side)
+      forces.add(solver.side_reaction(static_cast<mpm::Face>(side)));
+    std::vector<std::pair<std::string, double>> numbers = {
+        {"unbalanced", unbalanced}, {"side_reaction", solver.side_reaction(mpm::Face::XLo)[0]}};
+    if (feature == MpmFeature::DrivenBody) {
+      forces.add(solver.body_reaction(0)).add(solver.rigid_bodies().record(0));
+      numbers.push_back({"reaction", solver.body_reaction(0)[D - 1]});
+      numbers.push_back({"spin", solver.rigid_bodies().rates(0)[D]});
+    }
+    records.push_back({name + "forces", forces.value(), numbers});
+  }
+
+  template <int D> void play_mpm_features(Device device, std::vector<Record> &records)
+  {
+    for (const MpmFeature feature : {MpmFeature::BoxesThatFollow, MpmFeature::MeanDilation,
+                                     MpmFeature::DrivenBody, MpmFeature::AbsorbingSides})
+      play_mpm_feature<D>(feature, device, records);
+  }
+
   // ---- what the host computes ----
 
   void bounds_and_images(std::vector<Record> &records)
@@ -754,6 +876,10 @@ std::vector<Record> device_records(Device device, const std::string &part)
   for (const mpm::Scheme scheme : {mpm::Scheme::Musl, mpm::Scheme::Usavg})
     for (const mpm::ShapeFunction shape : {mpm::ShapeFunction::Linear, mpm::ShapeFunction::Gimp})
       if (is_wanted("mpm_in_space/")) play_mpm_in_space(scheme, shape, device, records);
+  if (is_wanted("mpm_features/")) {
+    play_mpm_features<2>(device, records);
+    play_mpm_features<3>(device, records);
+  }
   return records;
 }
 
