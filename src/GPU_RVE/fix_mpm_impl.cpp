@@ -59,6 +59,10 @@ constexpr int COURANT_EVERY = 20;    // steps between two checks of the Courant 
 constexpr int DAMPING_EVERY =
     50;    // steps between two looks at what local damping takes from reactions
 constexpr double DAMPING_WARN = 0.01;    // of the largest reaction
+constexpr double WRONG_SPEED =
+    2.0;    // of a side that absorbs waves, over that of its points, or the reverse
+// the least speed of waves in RVEs over the bound of their contacts: disks prepared with a friction of 0.5 have 0.54 of the modulus
+constexpr double BOUND_OF_GRAINS = 0.73;
 
 constexpr std::size_t HEAD_FIRST = 3;    // numbers before the state in the head of a restart file
 
@@ -522,6 +526,7 @@ template <int D> void FixMpm::ImplOf<D>::setup()
   test_waves();
   check_courant();
   check_time_step();
+  check_absorbing_sides();
   solve(false);
   if (is_in_situ) report_in_situ();
   if (!has_grains()) progress->begin();
@@ -607,6 +612,75 @@ template <int D> void FixMpm::ImplOf<D>::check_time_step()
       fix->id, courant, update->nsteps, courant * update->nsteps, update->dt,
       update->dt_default ? ", the default of LAMMPS: set it with the command timestep" : "",
       courant > 0.0 ? 0.5 * update->dt / courant : 0.0);
+}
+
+/* ----------------------------------------------------------------------
+   dashpots of n times the impedance send back (n - 1)/(n + 1) of the stress of a wave: a third with n = 2 or 1/2. Less is a matter of
+   judgement, since a side may stand for another material than that beside it
+------------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::check_absorbing_sides()
+{
+  constexpr int KINDS = 2, SPEEDS = KINDS * mpm::FACES<D>;    // of each side compression and shear
+  if (warned_sides ||
+      std::none_of(settings.options.dashpots.begin(), settings.options.dashpots.end(),
+                   [](const mpm::Dashpots &some) {
+                     return some.exist();
+                   }))
+    return;
+  find_members();
+  bring_back();
+  std::vector<mpm::Constitutive<D> *> laws;
+  for (std::size_t k = 0; k < settings.models.size(); k++) {
+    laws.push_back(grains[k] ? grains[k]->template constitutive<D>()
+                             : settings.models[k].law.get());
+    laws.back()->expect_questions();
+  }
+  // of the points within a cell of the side: the largest speed and, with its sign changed, the least
+  double most[SPEEDS], least[SPEEDS];
+  std::fill_n(most, SPEEDS, 0.0);
+  std::fill_n(least, SPEEDS, -std::numeric_limits<double>::infinity());
+  const double h = settings.options.cell_size;
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (body[i] >= 0) continue;
+    for (int side = 0; side < mpm::FACES<D>; side++) {
+      if (!settings.options.dashpots[side].exist()) continue;
+      const int axis = side / 2;
+      const double away = side % 2 ? settings.options.hi[axis] - atom->x[i][axis]
+                                   : atom->x[i][axis] - settings.options.lo[axis];
+      if (away > h) continue;
+      const double moduli[KINDS] = {laws[model[i]]->p_wave_modulus(i),
+                                    laws[model[i]]->shear_modulus(i)};
+      for (int kind = 0; kind < KINDS; kind++) {
+        if (!(moduli[kind] > 0.0)) continue;    // a gas, or not known
+        const double speed = std::sqrt(moduli[kind] * volume[i] / mass[i]);
+        double &largest = most[KINDS * side + kind], &smallest = least[KINDS * side + kind];
+        largest = std::max(largest, speed);
+        smallest = std::max(smallest, -(grains[model[i]] ? BOUND_OF_GRAINS * speed : speed));
+      }
+    }
+  }
+  double all[2 * SPEEDS], mine[2 * SPEEDS];
+  std::copy_n(most, SPEEDS, mine);
+  std::copy_n(least, SPEEDS, mine + SPEEDS);
+  MPI_Allreduce(mine, all, 2 * SPEEDS, MPI_DOUBLE, MPI_MAX, world);
+  for (int k = 0; k < SPEEDS; k++) {
+    const mpm::Dashpots &dashpots = settings.options.dashpots[k / KINDS];
+    const double given = k % KINDS == 0 ? dashpots.normal : dashpots.tangential;
+    if (given == 0.0 || all[k] == 0.0) continue;
+    const double low = -all[SPEEDS + k] / WRONG_SPEED, high = WRONG_SPEED * all[k];
+    if (given >= low && given <= high) continue;
+    warned_sides = true;
+    if (comm->me == 0)
+      error->warning(
+          FLERR,
+          "Fix mpm {}: boundary {} absorbing {} is {} [length/time]; expected is a speed between "
+          "{:.4g} and {:.4g}, since {} waves of the points within a cell of that side have {:.4g} "
+          "to {:.4g}: it sends back more than a third of their stress",
+          fix->id, MpmSettings<D>::name_of_side(k / KINDS), k % KINDS == 0 ? "cp" : "cs",
+          rve::number(given), low, high, k % KINDS == 0 ? "compression" : "shear",
+          WRONG_SPEED * low, all[k]);
+  }
 }
 
 /* ----------------------------------------------------------------------

@@ -139,7 +139,7 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   std::vector<FixRve *> grains;    // per model; nullptr: an analytic law
   double courant = 0.0;
   double restart_step = 0.0;    // of the head of a restart file
-  bool warned = false, warned_damping = false;
+  bool warned = false, warned_damping = false, warned_sides = false;
   std::vector<Vec> body_displacement;
   std::vector<int> turning;                   // bodies that can turn
   std::vector<mpm::TractionLoad<D>> loads;    // of this step
@@ -260,6 +260,7 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   void test_waves();
   void check_courant();
   void check_time_step();
+  void check_absorbing_sides();
   void solve(bool advance);
   void fill_output();
   void look_at_damping();

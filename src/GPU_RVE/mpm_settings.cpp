@@ -499,6 +499,11 @@ template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, cha
   return settings;
 }
 
+template <int D> const char *MpmSettings<D>::name_of_side(int side)
+{
+  return SIDES[side];
+}
+
 template <int D> double MpmSettings<D>::width_of_point() const
 {
   return D == 2 ? std::sqrt(initial_volume) : std::cbrt(initial_volume);

@@ -94,6 +94,9 @@ template <int D> struct MpmSettings {
   /// Reads `fix ID group mpm ...`; errors end in error->all.
   static MpmSettings parse(LAMMPS *lmp, int narg, char **arg);
 
+  /// As the keyword *boundary* has it, in the order of mpm::Face.
+  static const char *name_of_side(int side);
+
   /// Of a new point, which is a square or a cube [length].
   double width_of_point() const;
 

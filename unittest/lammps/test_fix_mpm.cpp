@@ -682,6 +682,31 @@ void make_packing()
             "friction 0.5 density 2650 damping 0.3 thickness 0.075\n";
 }
 
+// The bound of the contacts is above the speed of waves in an RVE, by 1/sqrt(0.54) = 1.36 at most.
+TEST(FixMpmWithGrains, SpeedsOfAbsorbingSidesAreComparedWithTheBoundOfTheContacts)
+{
+  make_packing();
+  const std::string path = file_of_rank("log");
+  const std::string scene = points_in_box(4, 4) + "timestep 0.005\nlog " + path +
+      "\nfix grains all rve test_fix_mpm.rve drive mpm dt 1e-4 substeps match device cpu threads "
+      "1\nfix soil all mpm 1.0 model all rve grains boundary xhi roller boundary ylo fixed ";
+  SoilScript script(MPI_COMM_SELF);
+  script << scene + "\nrun 0\n";
+  // points at rest: their Courant number is c dt/h
+  const double bound = script.lmp->modify->get_fix_by_id("soil")->compute_scalar() / 0.005;
+  ASSERT_GT(bound, 10.0);
+  ASSERT_LT(bound, 1000.0);
+  for (const double share : {0.3, 0.45, 1.0, 1.9, 2.1}) {
+    const std::string cp = std::to_string(share * bound);
+    SoilScript(MPI_COMM_SELF) << scene + "boundary xlo absorbing " + cp + " 1\nrun 0\nlog none\n";
+    const bool warns =
+        rve_test::text_of(path).find("boundary xlo absorbing cp is") != std::string::npos;
+    EXPECT_EQ(warns, share < 0.73 / 2.0 || share > 2.0) << share;
+    EXPECT_EQ(rve_test::text_of(path).find("absorbing cs is"), std::string::npos)
+        << "RVEs do not tell it";
+  }
+}
+
 TEST(FixMpmWithGrains, InitialStressIsThatOfTheRvesAndBalancesTheSurcharge)
 {
   make_packing();
@@ -1275,6 +1300,33 @@ TEST(FixMpmWarnings, SayWhatIsProbablyNotMeant)
            run,
        ""},
       {scene + fix + run + "change_box all y final 0 7" + run, ""},
+      // c_p = sqrt(1.346 E/rho) = 25.9, c_s = sqrt(E/2.6/rho) = 13.9; twice or half of it sends back a third
+      {scene + fix + " boundary xlo absorbing 26 14 boundary xhi absorbing 51 7" + run, ""},
+      {scene + fix + " boundary xlo absorbing 53 14" + run,
+       "Fix mpm soil: boundary xlo absorbing cp is 53 [length/time]; expected is a speed between "
+       "12.97 and 51.89, since compression waves of the points within a cell of that side have "
+       "25.94 to 25.94: it sends back more than a third of their stress"},
+      {scene + fix + " boundary xhi absorbing 12 7" + run,
+       "boundary xhi absorbing cp is 12 [length/time]; expected is a speed between 12.97 and "
+       "51.89"},
+      {scene + fix + " boundary ylo absorbing roller 6" + run,
+       "boundary ylo absorbing cs is 6 [length/time]; expected is a speed between 6.934 and 27.74, "
+       "since shear waves"},
+      {scene + fix + " boundary ylo absorbing 26 0" + run, ""},
+      // beside xlo are two layers, and beside ylo one; four times the speed in the stiff one
+      {scene +
+           "group stiff id 1 2 3 4 5 6 7 8\ngroup soft subtract all stiff\n"
+           "fix soil all mpm 1.0 model stiff elastic 1.6e7 0.3 model soft elastic 1.0e6 0.3 "
+           "density 2000 boundary xlo absorbing 60 30 boundary ylo absorbing 200 100" +
+           run,
+       ""},
+      {scene +
+           "group stiff id 1 2 3 4\ngroup soft subtract all stiff\n"
+           "fix soil all mpm 1.0 model stiff elastic 1.6e7 0.3 model soft elastic 1.0e6 0.3 "
+           "density 2000 boundary ylo absorbing 30 14" +
+           run,
+       "boundary ylo absorbing cp is 30 [length/time]; expected is a speed between 51.89 and "
+       "207.5"},
       {scene + fix + run + "velocity all set 0.1 0 0" + run, ""}};
   const std::string path = file_of_rank("log");
   for (const auto &one : cases) {

@@ -63,6 +63,9 @@ template <int D> class Constitutive {
 
   /// Modulus of plane compression waves, ρ c² [stress], an upper estimate for the current state: the CFL check uses it.
   virtual double p_wave_modulus(int point_index) const = 0;
+
+  /// Modulus of shear waves, ρ c² [stress], where the law knows it without a measurement; else 0.
+  virtual double shear_modulus(int /*point_index*/) const { return 0.0; }
 };
 
 }    // namespace mpm

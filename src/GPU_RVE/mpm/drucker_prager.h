@@ -36,6 +36,7 @@ template <int D> class DruckerPrager : public Constitutive<D> {
   void begin_memory(const Tensor &stress, double *memory) const override;
   std::string doubt_about(const Tensor &stress) const override;
   double p_wave_modulus(int point_index) const override;
+  double shear_modulus(int /*point_index*/) const override { return shear_modulus_; }
 
   /// f of a point's stress [stress]; positive outside.
   double yield(const Tensor &stress, const double *memory) const;

@@ -24,6 +24,7 @@ template <int D> class LinearElastic : public Constitutive<D> {
               rve::Tensor<double, D> *stress, MemoryRows memory) override;
   bool takes_parts() const override { return true; }
   double p_wave_modulus(int point_index) const override;
+  double shear_modulus(int /*point_index*/) const override { return shear_modulus_; }
 
  private:
   double lame_first_;       ///< λ [stress]

@@ -100,6 +100,7 @@ template <int D> class MohrCoulomb : public Constitutive<D> {
   void begin_memory(const Tensor &stress, double *memory) const override;
   std::string doubt_about(const Tensor &stress) const override;
   double p_wave_modulus(int point_index) const override;
+  double shear_modulus(int /*point_index*/) const override { return return_.shear_modulus; }
 
   /// The yield function k σ1 - σ3 - s of a point's stress [stress]; positive outside.
   double yield(const Tensor &stress, const double *memory) const;
