@@ -40,9 +40,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <sstream>
+#include <unordered_map>
 
 using namespace LAMMPS_NS;
 using mpm::Face;
@@ -153,6 +155,22 @@ template <int D> mpm::Communication FixMpm::ImplOf<D>::communication() const
   communication.rank = comm->me;
   communication.max_over_ranks = [ranks](double *data, std::size_t count) {
     MPI_Allreduce(MPI_IN_PLACE, data, (int) count, MPI_DOUBLE, MPI_MAX, ranks);
+  };
+  communication.exchange = [ranks](const std::vector<mpm::Message> &messages) {
+    std::vector<MPI_Request> requests;
+    requests.reserve(2 * messages.size());
+    const auto next = [&requests]() -> MPI_Request * {
+      return &requests.emplace_back(MPI_REQUEST_NULL);
+    };
+    for (const mpm::Message &message : messages)
+      if (message.received_count > 0)
+        MPI_Irecv(message.received, (int) message.received_count, MPI_INT64_T, message.rank, 0,
+                  ranks, next());
+    for (const mpm::Message &message : messages)
+      if (message.sent_count > 0)
+        MPI_Isend(message.sent, (int) message.sent_count, MPI_INT64_T, message.rank, 0, ranks,
+                  next());
+    MPI_Waitall((int) requests.size(), requests.data(), MPI_STATUSES_IGNORE);
   };
   return communication;
 }
@@ -381,6 +399,59 @@ template <int D> void FixMpm::ImplOf<D>::check_overlap()
 }
 
 /* ----------------------------------------------------------------------
+   what the boxes of points take of a cell
+------------------------------------------------------------------------- */
+
+namespace {
+
+struct CellShare {
+  std::int64_t id = 0;    // of the cell in the whole grid
+  double by_new = 0.0, by_all = 0.0;
+};
+
+/// Sums over all ranks, each on one rank, which the cell's number says.
+std::vector<CellShare> summed_over_ranks(MPI_Comm world,
+                                         const std::unordered_map<std::int64_t, CellShare> &own)
+{
+  int num_ranks;
+  MPI_Comm_size(world, &num_ranks);
+  std::vector<std::vector<CellShare>> to(num_ranks);
+  for (const auto &[id, cell] : own) to[id % num_ranks].push_back(cell);
+  std::vector<CellShare> sent, received;
+  std::vector<int> counts, starts, from_counts(num_ranks), from_starts;
+  for (const std::vector<CellShare> &cells : to) {
+    starts.push_back((int) (sent.size() * sizeof(CellShare)));
+    counts.push_back((int) (cells.size() * sizeof(CellShare)));
+    sent.insert(sent.end(), cells.begin(), cells.end());
+  }
+  MPI_Alltoall(counts.data(), 1, MPI_INT, from_counts.data(), 1, MPI_INT, world);
+  int bytes = 0;
+  for (const int count : from_counts) {
+    from_starts.push_back(bytes);
+    bytes += count;
+  }
+  received.resize(bytes / sizeof(CellShare));
+  MPI_Alltoallv(sent.data(), counts.data(), starts.data(), MPI_BYTE, received.data(),
+                from_counts.data(), from_starts.data(), MPI_BYTE, world);
+  // ranks in their order, so that sums are the same from run to run
+  std::stable_sort(received.begin(), received.end(), [](const CellShare &a, const CellShare &b) {
+    return a.id < b.id;
+  });
+  std::vector<CellShare> sums;
+  for (const CellShare &cell : received) {
+    if (sums.empty() || sums.back().id != cell.id) {
+      sums.push_back(cell);
+      continue;
+    }
+    sums.back().by_new += cell.by_new;
+    sums.back().by_all += cell.by_all;
+  }
+  return sums;
+}
+
+}    // namespace
+
+/* ----------------------------------------------------------------------
    boxes of points that do not overlap fill no cell more than once: looked at where new points are, beside each other or on top of those
    that were there
 ------------------------------------------------------------------------- */
@@ -392,10 +463,8 @@ template <int D> void FixMpm::ImplOf<D>::check_volume(const std::vector<int> &ma
   if (total == 0) return;
   const mpm::Grid<D> &grid = solver->grid();
   const double h = grid.cell_size();
-  std::size_t num_cells = 1;
-  for (int a = 0; a < D; a++) num_cells *= grid.cells(a);
-  std::vector<double> filled(2 * num_cells, 0.0);    // shares of cells: by new points, and by all
-  const auto fill = [&](int i, std::size_t from) {
+  std::unordered_map<std::int64_t, CellShare> filled;    // cells that points of this rank reach
+  const auto fill = [&](int i, double CellShare::*by) {
     // a deformed box has the volume of its point, and its sides the ratio of the stretches along the axes
     const Tensor &f = deformation_gradient[i];
     double boxed = 1.0;
@@ -414,34 +483,33 @@ template <int D> void FixMpm::ImplOf<D>::check_volume(const std::vector<int> &ma
     }
     cells.for_each([&](const mpm::Place<D> &cell) {
       double share = 1.0;
-      std::size_t index = 0;
-      for (int a = D - 1; a >= 0; a--) {
+      for (int a = D - 1; a >= 0; a--)
         share *= std::max(0.0, std::min(high[a], cell[a] + 1.0) - std::max(low[a], 1.0 * cell[a]));
-        index = index * grid.cells(a) + cell[a];
-      }
-      filled[from + index] += share;
+      CellShare &of_cell = filled[grid.id(cell)];
+      of_cell.id = grid.id(cell);
+      of_cell.*by += share;
     });
   };
-  for (const int i : made) fill(i, 0);
+  for (const int i : made) fill(i, &CellShare::by_new);
   bigint deformable = 0;
   for (int i = 0; i < atom->nlocal; i++) {
     if (body[i] >= 0) continue;
-    fill(i, num_cells);
+    fill(i, &CellShare::by_all);
     deformable++;
   }
-  MPI_Allreduce(MPI_IN_PLACE, filled.data(), (int) filled.size(), MPI_DOUBLE, MPI_SUM, world);
   MPI_Allreduce(MPI_IN_PLACE, &deformable, 1, MPI_LMP_BIGINT, MPI_SUM, world);
-  bigint cells = 0, over = 0;
+  bigint found[2] = {0, 0}, &cells = found[0], &over = found[1];
   double fullest = 0.0;
-  for (std::size_t k = 0; k < num_cells; k++) {
-    const double by_new = filled[k], by_all = filled[num_cells + k];
-    if (!(by_new > 1e-6)) continue;
+  for (const CellShare &cell : summed_over_ranks(world, filled)) {
+    if (!(cell.by_new > 1e-6)) continue;
     cells++;
     // what old points alone have too much of is not the new ones' doing
-    if (!(by_all > FULL && by_new > FULL - 1.0)) continue;
+    if (!(cell.by_all > FULL && cell.by_new > FULL - 1.0)) continue;
     over++;
-    fullest = std::max(fullest, by_all);
+    fullest = std::max(fullest, cell.by_all);
   }
+  MPI_Allreduce(MPI_IN_PLACE, found, 2, MPI_LMP_BIGINT, MPI_SUM, world);
+  MPI_Allreduce(MPI_IN_PLACE, &fullest, 1, MPI_DOUBLE, MPI_MAX, world);
   if (over == 0) return;
   const bool are_all_new = total == deformable;
   const std::string text =
@@ -529,7 +597,27 @@ template <int D> void FixMpm::ImplOf<D>::setup()
   check_absorbing_sides();
   solve(false);
   if (is_in_situ) report_in_situ();
+  tell_parts();
   if (!has_grains()) progress->begin();
+}
+
+/* ----------------------------------------------------------------------
+   what the ranks hold of the grid; once, since it changes little
+------------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::tell_parts()
+{
+  if (said_parts) return;
+  said_parts = true;
+  int extremes[2] = {solver->held_nodes(), -solver->held_nodes()};
+  MPI_Allreduce(MPI_IN_PLACE, extremes, 2, MPI_INT, MPI_MAX, world);
+  const int most = extremes[0], least = -extremes[1];
+  if (comm->me != 0) return;
+  const std::string each = least == most ? fmt::format("{}", most)
+                                         : fmt::format("{} to {}", least, most);
+  utils::logmesg(lmp, "fix mpm {}: {} {} of {:.0f} nodes of the grid\n", fix->id,
+                 comm->nprocs == 1 ? "this rank holds" : "each rank holds", each,
+                 solver->grid().all().count());
 }
 
 template <int D> void FixMpm::ImplOf<D>::final_integrate()
@@ -985,8 +1073,9 @@ template <int D> bool FixMpm::ImplOf<D>::reads_results() const
 
 template <int D> double FixMpm::ImplOf<D>::bytes() const
 {
-  const auto nodes = (double) solver->grid().node_count();
-  return sizeof(double) * ((double) atom->nmax * fix->maxexchange + 10.0 * D * nodes);
+  // arrays of GridArrays: sums, mass, six vectors, impulses per axis and per body, and bytes
+  const double of_node = 3.0 + 8.0 * D + D * D + D * (double) settings.bodies.size();
+  return sizeof(double) * ((double) atom->nmax * fix->maxexchange + of_node * solver->held_nodes());
 }
 
 /* ----------------------------------------------------------------------

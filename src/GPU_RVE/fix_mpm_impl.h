@@ -149,6 +149,7 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   std::uint64_t positions_then = 0;
   double box_then[2 * D] = {};
   bool said_overlap = false;
+  bool said_parts = false;
   double times[TIMES] = {};                        // wall time of this run [seconds]
   double damping_sum = 0.0, reaction_sum = 0.0;    // of looks in this run [force]
   double weight_of_cell =
@@ -256,6 +257,7 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   mpm::Communication communication() const;
   void check_positions();
   void check_overlap();
+  void tell_parts();
   void check_volume(const std::vector<int> &made);
   void test_waves();
   void check_courant();

@@ -6,6 +6,8 @@
 #include "mpm/linear_elastic.h"
 #include "mpm/mpm_solver.h"
 
+#include <algorithm>
+#include <atomic>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
@@ -177,10 +179,11 @@ inline std::array<mpm::SideKind, 4> box_open_above()
 /// their next call, as MPI_Abort would, and run() throws it.
 class RankTeam {
  public:
-  explicit RankTeam(int ranks) : ranks_(ranks), values_(ranks), sizes_(ranks) {}
+  explicit RankTeam(int ranks) : ranks_(ranks), values_(ranks), sizes_(ranks), messages_(ranks) {}
 
-  /// Integers that each rank has given to sums so far, and calls of both kinds.
+  /// Integers that each rank has given to sums so far, those in messages of all ranks, and calls of all kinds.
   std::size_t words_summed() const { return words_summed_; }
+  std::size_t words_sent() const { return words_sent_; }
   std::size_t calls() const { return calls_; }
 
   template <class Work> void run(const Work &work)
@@ -201,6 +204,9 @@ class RankTeam {
           reduce(rank, data, n, [](double a, double b) {
             return a > b ? a : b;
           });
+        };
+        communication.exchange = [this, rank](const std::vector<mpm::Message> &messages) {
+          exchange(rank, messages);
         };
         try {
           work(rank, communication);
@@ -235,6 +241,24 @@ class RankTeam {
     std::copy(result.begin(), result.end(), data);
   }
 
+  void exchange(int rank, const std::vector<mpm::Message> &messages)
+  {
+    if (rank == 0) ++calls_;
+    messages_[rank] = &messages;
+    barrier();
+    for (const mpm::Message &mine : messages) {
+      const mpm::Message *theirs = nullptr;
+      for (const mpm::Message &message : *messages_.at(mine.rank))
+        if (message.rank == rank) theirs = &message;
+      if (!theirs || theirs->sent_count != mine.received_count ||
+          theirs->received_count != mine.sent_count)
+        throw std::logic_error("ranks expect other messages than are sent");
+      std::copy_n(theirs->sent, theirs->sent_count, mine.received);
+      words_sent_ += mine.sent_count;
+    }
+    barrier();
+  }
+
   void barrier()
   {
     std::unique_lock<std::mutex> lock(mutex_);
@@ -255,7 +279,9 @@ class RankTeam {
   int ranks_;
   std::vector<void *> values_;
   std::vector<std::size_t> sizes_;
+  std::vector<const std::vector<mpm::Message> *> messages_;
   std::size_t words_summed_ = 0, calls_ = 0;
+  std::atomic<std::size_t> words_sent_{0};
   std::exception_ptr problem_;
   std::mutex mutex_;
   std::condition_variable all_here_;

@@ -371,3 +371,57 @@ TEST_F(OnDevice, GivesTheSameBitsInSpace)
       EXPECT_TRUE(same_bits(numbers[0], numbers[1]));
     }
 }
+
+/// Blocks that are drawn apart until their boxes reach over several cells, on a grid of 1.6 billion nodes.
+TEST_F(OnDevice, HoldsThePartThatBoxesReachWhichFollowTheDeformation)
+{
+  constexpr double MIDDLE = 400.0, RATE = 20.0;
+  for (const Scheme scheme : {Scheme::Musl, Scheme::Usavg})
+    for (const int ranks : {1, 2}) {
+      mpm::SolverOptions<2> options =
+          mpm_test::grid_options({{0.0, 0.0}}, {{2000.0, 2000.0}}, CELL);
+      options.scheme = scheme;
+      options.shape = ShapeFunction::Cpgimp;
+      options.mean_dilation = true;
+      options.threads = 2;
+      Scene all;
+      for (const double x : {MIDDLE, MIDDLE + 1.0})
+        all.add_block({{x - 0.3, 5.0}}, {{x + 0.3, 5.3}}, 0.5 * CELL, 2000.0);
+      for (int p = 0; p < all.size(); ++p)
+        all.velocity[3 * p] =
+            RATE * (all.position[3 * p] - (p < all.size() / 2 ? MIDDLE : MIDDLE + 1.0));
+      std::vector<Scene> parts[2];
+      std::vector<int> held[2];
+      for (const bool on_device : {false, true}) {
+        options.device = on_device ? mpm::Device::Cuda : mpm::Device::Cpu;
+        parts[on_device].resize(ranks);
+        held[on_device].resize(ranks);
+        mpm_test::RankTeam(ranks).run([&](int rank, const Communication &communication) {
+          std::vector<int> mine;
+          for (int p = 0; p < all.size(); ++p)
+            if (ranks == 1 || rank == (p < all.size() / 2 ? 0 : 1)) mine.push_back(p);
+          Scene scene = all.selected(mine);
+          mpm::LinearElastic<2> law(1e5, 0.0);
+          MpmSolver solver(options, communication);
+          solver.set_models({&law});
+          for (int step = 0; step < 300; ++step) {
+            solver.step(scene.view(), {}, DT);
+            if (step % 50 == 7) solver.evaluate(scene.view(), {}, DT);
+            if (step % 100 == 60) solver.fetch(scene.view());
+          }
+          held[on_device][rank] = solver.held_nodes();
+          solver.fetch(scene.view());
+          parts[on_device][rank] = scene;
+        });
+      }
+      double stretch = 0.0;
+      for (int rank = 0; rank < ranks; ++rank) {
+        expect_same_points(parts[0][rank], parts[1][rank]);
+        for (const auto &F : parts[0][rank].deformation_gradient)
+          stretch = std::max(stretch, F(0, 0));
+        EXPECT_GE(held[1][rank], held[0][rank]) << "the device knows the largest box only";
+        EXPECT_LT(held[1][rank], 20000);
+      }
+      EXPECT_GT(stretch, 2.0) << "boxes of several parts";
+    }
+}

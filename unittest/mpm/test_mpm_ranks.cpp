@@ -313,15 +313,17 @@ TEST(Exchange, OfTwoHalvesIsThatOfTheColumnsBetween)
       solver.set_models({&law});
       for (int step = 0; step < steps; ++step) solver.step(part.view(), {}, STEP);
     });
-    return std::array<std::size_t, 2>{team.words_summed(), team.calls()};
+    return std::array<std::size_t, 3>{team.words_summed(), team.words_sent(), team.calls()};
   };
 
   const auto one = words_of(1), two = words_of(2);
 
-  // five sums on a node at the start of a step and two for its end; with them the number of points and two boxes
-  constexpr int COLUMNS = 4 + 2, ROWS = 23;
-  EXPECT_EQ(two[0] - one[0], 7u * COLUMNS * ROWS + 1 + 4 * 2);
-  EXPECT_EQ(two[1] - one[1], 5u) << "boxes, bounds, sums, bounds, sums";
+  // the number of points and two boxes; five sums on a node at the start of a step and two for its end, on the columns that one has
+  // touched and the other one needs, each way
+  constexpr int COLUMNS = 4 + 1, ROWS = 23;
+  EXPECT_EQ(two[0] - one[0], 1u + 4 * 2);
+  EXPECT_EQ(two[1] - one[1], 2u * 7u * COLUMNS * ROWS);
+  EXPECT_EQ(two[2] - one[2], 5u) << "boxes, bounds, sums, bounds, sums";
 }
 
 TEST(Exchange, EndsWithTheErrorOfARankWhosePointHasNoPlace)

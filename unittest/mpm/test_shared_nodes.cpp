@@ -4,7 +4,8 @@
 
 #include "mpm/shared_nodes.h"
 
-#include <cstring>
+#include <algorithm>
+#include <cstdint>
 #include <gtest/gtest.h>
 #include <random>
 #include <set>
@@ -65,19 +66,41 @@ std::vector<double> places(int cells)
   return list;
 }
 
-/// The shared nodes of boxes of points [lo x, hi x] x [lo y, hi y], one box per rank, as rank 0 finds them.
-std::vector<int> shared_nodes(const mpm::Grid<2> &grid, const std::vector<Scene> &points,
-                              const std::vector<mpm::RigidBodyOptions> &bodies = {})
+/// Numbers in the whole grid of the nodes in whose sums each rank takes part with others, and whether all that a rank gives is what the
+/// others take.
+std::vector<std::set<int>> shared_nodes(const mpm::Grid<2> &grid, const std::vector<Scene> &points,
+                                        const std::vector<mpm::RigidBodyOptions> &bodies = {})
 {
-  std::vector<std::vector<int>> found(points.size());
+  std::vector<std::set<int>> found(points.size());
+  std::vector<std::vector<std::int64_t>> given(points.size() * points.size()), taken(given);
   RankTeam(static_cast<int>(points.size())).run([&](int rank, const Communication &communication) {
     Scene mine = points[rank];
     SharedNodes shared(grid, communication, bodies, 1);
     shared.find(mine.view(), mpm::ShapeFunction::Gimp);
-    found[rank] = shared.nodes();
+    std::size_t gives = 0, takes = 0;
+    const auto move = [&](const std::vector<int> &from, std::size_t &next, std::size_t count,
+                          std::vector<std::int64_t> &to) {
+      for (const std::size_t end = next + count; next < end; ++next) {
+        to.push_back(grid.id(shared.part().place(from.at(next))));
+        found[rank].insert(static_cast<int>(to.back()));
+      }
+    };
+    for (const mpm::Neighbour &other : shared.neighbours()) {
+      move(shared.given(), gives, other.given, given[rank * points.size() + other.rank]);
+      move(shared.taken(), takes, other.taken, taken[other.rank * points.size() + rank]);
+    }
+    EXPECT_EQ(gives, shared.given().size());
+    EXPECT_EQ(takes, shared.taken().size());
   });
-  for (const std::vector<int> &other : found) EXPECT_EQ(other, found[0]);
-  return found[0];
+  EXPECT_EQ(given, taken);
+  return found;
+}
+
+bool are_empty(const std::vector<std::set<int>> &all)
+{
+  return std::all_of(all.begin(), all.end(), [](const std::set<int> &one) {
+    return one.empty();
+  });
 }
 
 Scene points_at(const std::vector<Vec2> &places)
@@ -120,6 +143,33 @@ TEST(SharedNodes, BoxHoldsAllThatAPointAndItsLoadsReach)
   }
 }
 
+TEST(SharedNodes, BoxOfTheLargestDeformedBoxHoldsThoseOfAllPoints)
+{
+  // where the deformation is known on a device only
+  const mpm::Grid<2> grid({{0.0, 0.0}}, {{60 * H, 60 * H}}, H);
+  Scene scene = points_at({{{20.3 * H, 25.1 * H}}, {{27.5 * H, 30.9 * H}}, {{0.2 * H, 28.0 * H}}});
+  scene.deformation_gradient = {
+      {{7.0, 0.5, 0.2, 0.3}}, {{0.4, 0.0, 3.0, 9.0}}, {{4.0, 0.0, 0.0, 1.0}}};
+  double largest = 0.0;
+  for (int p = 0; p < scene.size(); ++p)
+    for (int a = 0; a < 2; ++a)
+      largest = std::max(
+          largest, mpm::deformed_half(grid, scene.half_size[p], scene.deformation_gradient[p], a));
+  const auto box_of = [&](double half_boxes) {
+    SharedNodes shared(grid, {}, {}, 1);
+    shared.find(scene.view(), ShapeFunction::Cpgimp, half_boxes);
+    return shared.touched();
+  };
+  const mpm::NodeBox<2> exact = box_of(SharedNodes::FROM_POINTS), safe = box_of(largest),
+                        small = box_of(0.5);
+
+  EXPECT_EQ(common(exact, safe).count(), exact.count());
+  EXPECT_LT(common(exact, small).count(), exact.count());
+  EXPECT_EQ(small.end[0], 27 + 4);
+  EXPECT_GE(exact.end[1], 30 + 4 + 4) << "a box of nine cells";
+  EXPECT_EQ(safe.first[0], -1) << "no box reaches beyond the ghosts";
+}
+
 TEST(SharedNodes, AreAFewColumnsBetweenTwoHalves)
 {
   // centres of the cells (6, j) and (7, j); their points reach columns 5 to 8 and 6 to 9, and loads one more
@@ -129,16 +179,35 @@ TEST(SharedNodes, AreAFewColumnsBetweenTwoHalves)
   mpm::RigidBodyOptions across_y, across_x;
   across_x.face = Face::XHi;
 
-  const std::vector<int> nodes = shared_nodes(grid, halves);
+  const auto nodes = shared_nodes(grid, halves);
 
-  std::vector<int> expected;
+  std::set<int> expected;
   for (int j = -1; j <= 11; ++j)
-    for (int i = 6; i <= 9; ++i) expected.push_back(grid.node({{i, j}}));
-  EXPECT_EQ(nodes, expected);
-  EXPECT_EQ(shared_nodes(grid, halves, {across_y}), expected)
+    for (int i = 6; i <= 9; ++i) expected.insert(grid.node({{i, j}}));
+  EXPECT_EQ(nodes, std::vector<std::set<int>>(2, expected));
+  EXPECT_EQ(shared_nodes(grid, halves, {across_y}), nodes)
       << "both have all rows: a face between rows adds none";
-  EXPECT_EQ(shared_nodes(grid, halves, {across_x, across_y, across_x}).size(), 13u * (4 + 4))
-      << "two bodies tie three columns together";
+  for (const auto &of_rank : shared_nodes(grid, halves, {across_x, across_y, across_x}))
+    EXPECT_EQ(of_rank.size(), 13u * (4 + 4)) << "two bodies tie three columns together";
+}
+
+TEST(SharedNodes, AreThoseOfNeighboursOnly)
+{
+  // four ranks in a row: nothing that concerns the last two is known to the first
+  const mpm::Grid<2> grid({{0.0, 0.0}}, {{80 * H, 10 * H}}, H);
+  std::vector<Scene> parts;
+  for (int rank = 0; rank < 4; ++rank)
+    parts.push_back(
+        points_at({{{(20 * rank + 0.5) * H, 0.5 * H}}, {{(20 * rank + 19.5) * H, 9.5 * H}}}));
+  const auto nodes = shared_nodes(grid, parts);
+
+  for (int rank = 0; rank < 4; ++rank) {
+    EXPECT_EQ(nodes[rank].size(), 13u * 4 * (rank == 0 || rank == 3 ? 1 : 2));
+    for (const int node : nodes[rank]) {
+      EXPECT_GE(grid.place(node)[0], 20 * rank - 1);
+      EXPECT_LE(grid.place(node)[0], 20 * rank + 22);
+    }
+  }
 }
 
 TEST(SharedNodes, AreNoneOfOneRankOrFarApart)
@@ -148,10 +217,10 @@ TEST(SharedNodes, AreNoneOfOneRankOrFarApart)
   Scene rigid = left;
   rigid.rigid_body[0] = 0;
 
-  EXPECT_TRUE(shared_nodes(grid, {left}).empty());
-  EXPECT_TRUE(shared_nodes(grid, {left, right}).empty());
-  EXPECT_TRUE(shared_nodes(grid, {left, Scene(), rigid}).empty());
-  EXPECT_FALSE(shared_nodes(grid, {left, Scene(), left}).empty());
+  EXPECT_TRUE(are_empty(shared_nodes(grid, {left})));
+  EXPECT_TRUE(are_empty(shared_nodes(grid, {left, right})));
+  EXPECT_TRUE(are_empty(shared_nodes(grid, {left, Scene(), rigid})));
+  EXPECT_FALSE(are_empty(shared_nodes(grid, {left, Scene(), left})));
 }
 
 TEST(SharedNodes, AreFoundForPointsWithoutAPlace)
@@ -160,11 +229,12 @@ TEST(SharedNodes, AreFoundForPointsWithoutAPlace)
   const double nan = std::nan("");
   const Scene good = points_at({{{0.5 * H, 0.5 * H}}});
 
-  EXPECT_TRUE(shared_nodes(grid, {good, points_at({{{nan, 0.0}}})}).empty());
+  EXPECT_TRUE(are_empty(shared_nodes(grid, {good, points_at({{{nan, 0.0}}})})));
   EXPECT_EQ(shared_nodes(grid, {good, points_at({{{0.5 * H, 0.5 * H}}, {{nan, nan}}})}),
             shared_nodes(grid, {good, good}));
-  EXPECT_FALSE(
-      shared_nodes(grid, {good, points_at({{{-HUGE_VAL, 1e300}}, {{HUGE_VAL, -1e300}}})}).empty());
+  EXPECT_TRUE(are_empty(
+      shared_nodes(grid, {good, points_at({{{-HUGE_VAL, 1e300}}, {{HUGE_VAL, -1e300}}})})))
+      << "what is outside of the grid ends the step, and touches nothing";
 }
 
 TEST(SharedNodes, ValuesComeFromTheFirstRankThatTouches)
@@ -172,22 +242,35 @@ TEST(SharedNodes, ValuesComeFromTheFirstRankThatTouches)
   const mpm::Grid<2> grid({{0.0, 0.0}}, {{20 * H, 10 * H}}, H);
   const std::vector<Scene> points = {points_at({{{1.5 * H, 1.5 * H}}}), Scene(),
                                      points_at({{{3.5 * H, 1.5 * H}}})};
-  std::vector<std::vector<Vec2>> all(points.size());
+  std::vector<std::vector<mpm::NodeValue<2, Vec2>>> all(points.size());
+  std::vector<Vec2> between(points.size());
   RankTeam(3).run([&](int rank, const Communication &communication) {
     Scene mine = points[rank];
     SharedNodes shared(grid, communication, {}, 1);
     shared.find(mine.view(), mpm::ShapeFunction::Gimp);
-    const std::vector<Vec2> own(grid.node_count(), {{rank + 1.0, -0.0}});
-    shared.everywhere(own.data(), all[rank]);
+    const std::vector<Vec2> own(shared.part().node_count(), {{rank + 1.0, -0.0}});
+    all[rank] = shared.everywhere(own.data(), grid.all());
+    between[rank] = shared.at(own.data(), {{3, 2}});
+    EXPECT_EQ(shared.at(own.data(), {{12, 2}})[0], 0.0) << "nobody is there";
+    std::size_t pieces = 0;
+    shared.each_layer([&](const mpm::NodeBox<2> &box) {
+      pieces += shared.everywhere(own.data(), box).size();
+    });
+    EXPECT_EQ(pieces, all[rank].size());
   });
 
-  for (const std::vector<Vec2> &values : all)
-    for (int j = -1; j <= grid.cells(1) + 1; ++j)
-      for (int i = -1; i <= grid.cells(0) + 1; ++i) {
-        // columns 0 to 4 of rank 0, 2 to 6 of rank 2
-        const bool touched = j >= 0 && j <= 4 && i >= 0 && i <= 6;
-        const Vec2 &value = values[grid.node({{i, j}})];
-        EXPECT_EQ(value[0], !touched ? 0.0 : i <= 4 ? 1.0 : 3.0);
-        EXPECT_EQ(std::signbit(value[1]), touched) << "bits, not numbers";
-      }
+  for (const auto &values : all) {
+    ASSERT_EQ(values.size(), 7u * 5u) << "columns 0 to 4 of rank 0, 2 to 6 of rank 2";
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const int i = static_cast<int>(k % 7), j = static_cast<int>(k / 7);
+      EXPECT_EQ(values[k].place[0], i);
+      EXPECT_EQ(values[k].place[1], j);
+      EXPECT_EQ(values[k].value[0], i <= 4 ? 1.0 : 3.0);
+      EXPECT_TRUE(std::signbit(values[k].value[1])) << "bits, not numbers";
+    }
+  }
+  for (const Vec2 &value : between) {
+    EXPECT_EQ(value[0], 1.0);
+    EXPECT_TRUE(std::signbit(value[1]));
+  }
 }

@@ -75,7 +75,7 @@ template <class T> class DeviceBuffer {
   T *reserve_zeros(std::size_t count)
   {
     reserve(count);
-    check_cuda(cudaMemsetAsync(memory, 0, count * sizeof(T)), "zeros");
+    if (count > 0) check_cuda(cudaMemsetAsync(memory, 0, count * sizeof(T)), "zeros");
     return memory;
   }
 

@@ -1,6 +1,8 @@
 #include "mpm/boundary.h"
 
+#include <algorithm>
 #include <map>
+#include <utility>
 
 namespace mpm {
 
@@ -9,65 +11,96 @@ Boundary<D>::Boundary(const Grid<D> &grid, const std::array<SideKind, FACES<D>> 
                       const std::array<Dashpots, FACES<D>> &dashpots,
                       const std::vector<RigidBodyOptions> &bodies) :
     grid_(grid),
-    options_(bodies), sides_(grid.node_count(), 0)
+    sides_(sides), dashpots_(dashpots), options_(bodies)
 {
-  std::map<int, AbsorbingNode<D>> absorbing;
-  for (int side = 0; side < FACES<D>; ++side) {
-    const SideKind kind = sides[side];
-    if (kind == SideKind::Free && !dashpots[side].exist()) continue;
-    const Face face = static_cast<Face>(side);
-    const int axis = axis_of(face);
-    int bits = kind == SideKind::Free ? 0 : BoundaryView<D>::across(axis);
-    if (kind == SideKind::Fixed) bits |= BoundaryView<D>::fixed_across(axis);
-    const int last = grid.cells(axis);
-    const bool is_low = outward(face) < 0.0;
-    nodes_across(axis).for_each([&](Place<D> place) {
-      for (const int across : {is_low ? -1 : last, is_low ? 0 : last + 1}) {
-        place[axis] = across;
-        const int node = grid.node(place);
-        side_nodes_[side].push_back(node);
-        sides_[node] = static_cast<std::uint8_t>(sides_[node] | bits);
-        if (!dashpots[side].exist()) continue;
-        AbsorbingNode<D> &at = absorbing.try_emplace(node).first->second;
-        at.node = node;
-        for (int c = 0; c < D; ++c)
-          at.speed[axis][c] = c == axis ? dashpots[side].normal : dashpots[side].tangential;
-      }
-    });
-  }
-  for (const auto &[node, at] : absorbing) absorbing_.push_back(at);
 }
 
-template <int D> NodeBox<D> Boundary<D>::nodes_across(int axis) const
+template <int D> NodeBox<D> Boundary<D>::nodes_of(Face side) const
 {
-  NodeBox<D> box;
-  for (int a = 0; a < D; ++a) {
-    box.first[a] = a == axis ? 0 : -1;
-    box.end[a] = a == axis ? 1 : grid_.cells(a) + 2;
-  }
+  NodeBox<D> box = grid_.all();
+  const int axis = axis_of(side);
+  if (outward(side) < 0.0)
+    box.end[axis] = box.first[axis] + 2;
+  else
+    box.first[axis] = box.end[axis] - 2;
   return box;
 }
 
-template <int D> Vec<D> Boundary<D>::body_impulse(int body, const Vec<D> *felt) const
+template <int D> std::vector<std::uint8_t> Boundary<D>::sides(const Grid<D> &part) const
 {
-  const Face face = options_[body].face;
-  const int normal = axis_of(face);
-  const int rows = grid_.nodes(normal);
-  Vec<D> sum = Vec<D>::zero();
-  nodes_across(normal).for_each([&](Place<D> place) {
-    for (int k = 0; k < rows; ++k) {
-      place[normal] = outward(face) < 0.0 ? k - 1 : rows - 2 - k;    // into the body
-      sum = sum - felt[grid_.node(place)];
-    }
+  std::vector<std::uint8_t> of_nodes(part.node_count(), 0);
+  for (int side = 0; side < FACES<D>; ++side) {
+    if (sides_[side] == SideKind::Free) continue;
+    const Face face = static_cast<Face>(side);
+    const int axis = axis_of(face);
+    int bits = BoundaryView<D>::across(axis);
+    if (sides_[side] == SideKind::Fixed) bits |= BoundaryView<D>::fixed_across(axis);
+    common(part.held(), nodes_of(face)).for_each([&](const Place<D> &place) {
+      std::uint8_t &of_node = of_nodes[part.node(place)];
+      of_node = static_cast<std::uint8_t>(of_node | bits);
+    });
+  }
+  return of_nodes;
+}
+
+template <int D> bool Boundary<D>::absorbs() const
+{
+  return std::any_of(dashpots_.begin(), dashpots_.end(), [](const Dashpots &dashpots) {
+    return dashpots.exist();
   });
+}
+
+template <int D> std::vector<AbsorbingNode<D>> Boundary<D>::absorbing(const Grid<D> &part) const
+{
+  std::map<int, AbsorbingNode<D>> found;
+  for (int side = 0; side < FACES<D>; ++side) {
+    const Dashpots &dashpots = dashpots_[side];
+    if (!dashpots.exist()) continue;
+    const Face face = static_cast<Face>(side);
+    const int axis = axis_of(face);
+    common(part.held(), nodes_of(face)).for_each([&](const Place<D> &place) {
+      const int node = part.node(place);
+      AbsorbingNode<D> &at = found.try_emplace(node).first->second;
+      at.node = node;
+      for (int c = 0; c < D; ++c)
+        at.speed[axis][c] = c == axis ? dashpots.normal : dashpots.tangential;
+    });
+  }
+  std::vector<AbsorbingNode<D>> nodes;
+  for (const auto &[node, at] : found) nodes.push_back(at);
+  return nodes;
+}
+
+/// Line by line along the axis, those beside each other along the first of the other axes one after the other.
+template <int D> Vec<D> Boundary<D>::sum_along(int axis, bool downwards, const Impulses &felt) const
+{
+  std::vector<std::pair<std::int64_t, const Vec<D> *>> ordered;
+  ordered.reserve(felt.size());
+  for (const NodeValue<D, Vec<D>> &at : felt) {
+    std::int64_t order = 0;
+    for (int a = D - 1; a >= 0; --a)
+      if (a != axis) order = order * (grid_.cells(a) + 3) + (at.place[a] + 1);
+    const int row = downwards ? grid_.cells(axis) + 1 - at.place[axis] : at.place[axis] + 1;
+    ordered.emplace_back(order * (grid_.cells(axis) + 3) + row, &at.value);
+  }
+  std::sort(ordered.begin(), ordered.end(), [](const auto &one, const auto &other) {
+    return one.first < other.first;
+  });
+  Vec<D> sum = Vec<D>::zero();
+  for (const auto &[order, value] : ordered) sum = sum + *value;
   return sum;
 }
 
-template <int D> Vec<D> Boundary<D>::side_impulse(Face side, const Vec<D> *felt) const
+/// Into the body. The sum of the impulses on the nodes has the other sign, and the same bits.
+template <int D> Vec<D> Boundary<D>::body_impulse(int body, const Impulses &felt) const
 {
-  Vec<D> sum = Vec<D>::zero();
-  for (const int node : side_nodes_[static_cast<int>(side)]) sum = sum + felt[node];
-  return sum;
+  const Face face = options_[body].face;
+  return Vec<D>::zero() - sum_along(axis_of(face), outward(face) > 0.0, felt);
+}
+
+template <int D> Vec<D> Boundary<D>::side_impulse(Face side, const Impulses &felt) const
+{
+  return sum_along(axis_of(side), false, felt);
 }
 
 template class Boundary<2>;

@@ -91,8 +91,8 @@ template <int D> struct BoundaryView {
   {
     return held_by_side(node, axis) || (on_body[node] >> axis & 1) != 0;
   }
-  /// Columns of nodes along an axis, one for each node across it; and along any axis, or more.
-  RVE_HD int columns_across(int axis) const { return grid.node_count() / grid.nodes(axis); }
+  /// Columns of held nodes along an axis, one for each node across it; and along any axis, or more.
+  RVE_HD int columns_across(int axis) const { return grid.lines_along(axis); }
   RVE_HD int columns() const
   {
     int most = 0;
@@ -149,31 +149,42 @@ template <int D> struct BoundaryView {
                           Vec<D> *momentum) const;
 };
 
-/// Owns the tables of the conditions, and adds the impulses up.
+/// A node of the whole grid with a value.
+template <int D, class T> struct NodeValue {
+  Place<D> place;
+  T value;
+};
+
+/// What the conditions say of the nodes of a part of the grid, and the impulses added up.
 template <int D> class Boundary {
  public:
+  using Impulses = std::vector<NodeValue<D, Vec<D>>>;    ///< of nodes in any order
+
   Boundary(const Grid<D> &grid, const std::array<SideKind, FACES<D>> &sides,
            const std::array<Dashpots, FACES<D>> &dashpots,
            const std::vector<RigidBodyOptions> &bodies);
 
-  /// Per node, for BoundaryView::sides.
-  const std::vector<std::uint8_t> &sides() const { return sides_; }
-  const std::vector<AbsorbingNode<D>> &absorbing() const { return absorbing_; }
+  /// Per node that is held, for BoundaryView::sides.
+  std::vector<std::uint8_t> sides(const Grid<D> &part) const;
+  /// Those that are held; nodes ascending.
+  std::vector<AbsorbingNode<D>> absorbing(const Grid<D> &part) const;
+  bool absorbs() const;
 
-  /// Impulse [mass length/time] of the material on a body or a side, from what a BoundaryView recorded per node for that body, or
-  /// for the axis of that side; always in the same order.
-  Vec<D> body_impulse(int body, const Vec<D> *felt) const;
-  Vec<D> side_impulse(Face side, const Vec<D> *felt) const;
+  /// The nodes of the whole grid on a side and beyond it.
+  NodeBox<D> nodes_of(Face side) const;
+
+  /// Impulse [mass length/time] of the material on a body, or on a side, from what a BoundaryView recorded for that body, or for the
+  /// axis of that side on nodes_of() it. Always summed in the same order; nodes without an impulse may be left out.
+  Vec<D> body_impulse(int body, const Impulses &felt) const;
+  Vec<D> side_impulse(Face side, const Impulses &felt) const;
 
  private:
-  /// A node of each line of nodes across an axis.
-  NodeBox<D> nodes_across(int axis) const;
+  Vec<D> sum_along(int axis, bool downwards, const Impulses &felt) const;
 
   Grid<D> grid_;
+  std::array<SideKind, FACES<D>> sides_;
+  std::array<Dashpots, FACES<D>> dashpots_;
   std::vector<RigidBodyOptions> options_;
-  std::vector<std::uint8_t> sides_;
-  std::vector<AbsorbingNode<D>> absorbing_;    ///< nodes ascending
-  std::array<std::vector<int>, FACES<D>> side_nodes_;
 };
 
 // ---- implementation -----------------------------------------------------------------------------------------------------------
@@ -237,7 +248,7 @@ RVE_HD void BoundaryView<D>::impose_body(int body, const RigidBodyOptions &optio
   const int inner = static_cast<int>(outside < 0.0 ? std::ceil(face) : std::floor(face));
   double outer_share = std::abs(inner - face);
   if (shape == ShapeFunction::Linear) outer_share = outer_share < 0.5 ? 0.0 : 1.0;
-  const int last_row = grid.cells(normal) + 1;
+  const int first_row = grid.first(normal), last_row = grid.last(normal);
 
   // columns under the body, and on which lateral faces of it they are
   Place<D> place = Place<D>::zero();
@@ -248,7 +259,7 @@ RVE_HD void BoundaryView<D>::impose_body(int body, const RigidBodyOptions &optio
   double radius = 1e9;
   for (int a = 0, rest = column; a < D; ++a) {
     if (a == normal) continue;
-    place[a] = rest % grid.nodes(a) - 1;
+    place[a] = rest % grid.nodes(a) + grid.first(a);
     rest /= grid.nodes(a);
     const double left = grid.scaled(state.lo[a], a);
     const double right = grid.scaled(state.hi[a], a);
@@ -274,8 +285,8 @@ RVE_HD void BoundaryView<D>::impose_body(int body, const RigidBodyOptions &optio
     place[normal] = row;
     return grid.node(place);
   };
-  const auto on_grid = [&](int row) {
-    return row >= -1 && row <= last_row;
+  const auto is_held = [&](int row) {    // there is no mass elsewhere
+    return row >= first_row && row <= last_row;
   };
   const auto set_on_body = [&](int node, int axis) {
     on_body[node] = static_cast<std::uint8_t>(on_body[node] | 1 << axis);
@@ -295,8 +306,8 @@ RVE_HD void BoundaryView<D>::impose_body(int body, const RigidBodyOptions &optio
   for (int k = 0; k < 2; ++k) {
     pair.share[k] = share[k];
     pair.used[k] = share[k] > SAME_PLACE;
-    if (pair.used[k] && !on_grid(row[k])) reachable = false;
-    pair.node[k] = on_grid(row[k]) ? node_at(row[k]) : 0;
+    if (pair.used[k] && !is_held(row[k])) reachable = false;
+    pair.node[k] = is_held(row[k]) ? node_at(row[k]) : 0;
   }
 
   if (reachable) {
@@ -326,8 +337,8 @@ RVE_HD void BoundaryView<D>::impose_body(int body, const RigidBodyOptions &optio
 
   // the inside of the body, and its lateral faces
   int inside = pair.used[0] ? inner + inwards : inner;
-  inside = inside < -1 ? -1 : inside > last_row ? last_row : inside;
-  for (; on_grid(inside); inside += inwards) {
+  inside = inside < first_row ? first_row : inside > last_row ? last_row : inside;
+  for (; is_held(inside); inside += inwards) {
     if ((back - inside) * inwards < -SAME_PLACE || (inside - face) * inwards < -SAME_PLACE) break;
     const int node = node_at(inside);
     if (!(mass[node] > 0.0)) continue;

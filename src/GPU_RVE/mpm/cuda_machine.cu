@@ -169,18 +169,14 @@ namespace {
 
   template <int D> class CudaMachine {
    public:
-    CudaMachine(const SolverOptions<D> &options, const Grid<D> &grid, const Boundary<D> &boundary,
-                int ranks) :
-        device_number_(options.device_number),
-        threads_(rve::usable_threads(options.threads)), view_(grid, options, ranks > 1),
-        num_nodes_(grid.node_count())
+    CudaMachine(const SolverOptions<D> &options, const Grid<D> &grid, int ranks) :
+        device_number_(options.device_number), threads_(rve::usable_threads(options.threads)),
+        view_(grid.part({}), options, ranks > 1)
     {
       use_device();
       cudaDeviceProp device;
       check_cuda(cudaGetDeviceProperties(&device, device_number_), "device properties");
       name_ = device.name;
-
-      grid_arrays_.wire(view_, boundary);
     }
 
     void begin(const StepInput<D> &input)
@@ -233,8 +229,13 @@ namespace {
       return host_points_;
     }
 
-    void take_shared(const SharedNodes<D> &shared)
+    void take_part(const SharedNodes<D> &shared, const Boundary<D> &boundary)
     {
+      if (shared.part_edition() != part_edition_) {
+        part_edition_ = shared.part_edition();
+        grid_arrays_.wire(view_, shared.part(), boundary);
+        num_nodes_ = view_.grid.node_count();
+      }
       view_.point_total = shared.point_total();
       view_.touched = shared.touched();
       if (view_.num_rigid > 0 && view_.shares_grid) {
@@ -244,7 +245,8 @@ namespace {
       }
       if (shared.edition() == shared_edition_) return;
       shared_edition_ = shared.edition();
-      shared_on_device_ = shared_nodes_.upload(shared.nodes());
+      given_on_device_ = given_nodes_.upload(shared.given());
+      taken_on_device_ = taken_nodes_.upload(shared.taken());
     }
 
     template <class P> void over_points(const P &pass)
@@ -314,7 +316,8 @@ namespace {
                  "upload of maxima");
     }
 
-    const int *shared_nodes() const { return shared_on_device_; }
+    const int *given_nodes() const { return given_on_device_; }
+    const int *taken_nodes() const { return taken_on_device_; }
     /// In page-locked memory, which passes reach too: a few kilobytes are there sooner than by a copy.
     std::int64_t *exchange_buffer(std::size_t count) { return exchange_.room(count); }
 
@@ -323,10 +326,10 @@ namespace {
       const std::size_t middle = INERTIA_SUMS<D> * num_nodes_;
       const std::size_t first = P::INERTIA ? 0 : middle;
       const std::size_t end = P::VECTORS ? middle + VECTOR_SUMS<D> * num_nodes_ : middle;
+      if (num_nodes_ == 0 || count_ == 0) return;
       check_cuda(
           cudaMemsetAsync(view_.inertia_sums + first, 0, (end - first) * sizeof(std::int64_t)),
           "zeros");
-      if (count_ == 0) return;
       const auto kernel = view_.has_boxes() ? scatter_points<true, P> : scatter_points<false, P>;
       kernel<<<blocks_for(count_), BLOCK>>>(pass, count_, findings_, SharedSums{view_.inertia_sums},
                                             SharedSums{view_.vector_sums});
@@ -540,17 +543,17 @@ namespace {
 
     int device_number_, threads_;
     StepView<D> view_;
-    std::size_t num_nodes_;
+    std::size_t num_nodes_ = 0;    ///< of the part
     std::string name_;
     double transfer_seconds_ = 0.0;
 
     GridArrays<D, DeviceBuffer> grid_arrays_;
 
     // with other ranks
-    DeviceBuffer<int> shared_nodes_;
+    DeviceBuffer<int> given_nodes_, taken_nodes_;
     DeviceBuffer<NodeBox<D>> lower_touched_;
-    const int *shared_on_device_ = nullptr;
-    int shared_edition_ = 0;
+    const int *given_on_device_ = nullptr, *taken_on_device_ = nullptr;
+    int shared_edition_ = 0, part_edition_ = 0;
     HostBuffer<std::int64_t> exchange_;
     HostBuffer<double> shared_maxima_;
 

@@ -2,6 +2,9 @@
 //
 // A point inside the box reaches at most one cell width beyond it (half size of a GIMP domain <= half a cell), so
 // one layer holds every node that it can touch.
+//
+// Storage is for a box of nodes, the part of the grid that a rank holds: node numbers count in it. Cells, coordinates and places are those
+// of the whole grid.
 
 #ifndef MPM_GRID_H
 #define MPM_GRID_H
@@ -14,6 +17,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <string>
 
 namespace mpm {
@@ -46,10 +50,65 @@ RVE_HD inline double outward(Face face)
   return static_cast<int>(face) % 2 == 0 ? -1.0 : 1.0;
 }
 
+template <int D> class Grid;
+
+/// A block of nodes of a grid: along each axis from `first` to before `end`, numbered as for Grid::node().
+template <int D> struct NodeBox {
+  Place<D> first = Place<D>::zero();
+  Place<D> end = Place<D>::zero();
+
+  bool is_empty() const
+  {
+    for (int a = 0; a < D; ++a)
+      if (first[a] >= end[a]) return true;
+    return false;
+  }
+  RVE_HD bool contains(const Place<D> &place) const
+  {
+    for (int a = 0; a < D; ++a)
+      if (place[a] < first[a] || place[a] >= end[a]) return false;
+    return true;
+  }
+  RVE_HD bool contains(const Grid<D> &grid, int node) const { return contains(grid.place(node)); }
+
+  /// How many; as a real number, since boxes of large grids have more nodes than an integer counts.
+  double count() const
+  {
+    double count = 1.0;
+    for (int a = 0; a < D; ++a) count *= first[a] < end[a] ? end[a] - first[a] : 0;
+    return count;
+  }
+
+  /// visit(place) for all nodes, those along the first axis one after the other.
+  template <class Visit> void for_each(const Visit &visit) const
+  {
+    if (is_empty()) return;
+    Place<D> place = first;
+    for (int a = 0; a < D;) {
+      visit(place);
+      for (a = 0; a < D && ++place[a] == end[a]; ++a) place[a] = first[a];
+    }
+  }
+};
+
+/// The nodes in both boxes.
+template <int D> NodeBox<D> common(const NodeBox<D> &one, const NodeBox<D> &other)
+{
+  NodeBox<D> box;
+  for (int a = 0; a < D; ++a) {
+    box.first[a] = one.first[a] > other.first[a] ? one.first[a] : other.first[a];
+    box.end[a] = one.end[a] < other.end[a] ? one.end[a] : other.end[a];
+  }
+  return box;
+}
+
 template <int D> class Grid {
  public:
+  /// Nodes that can be held, fewer than this.
+  static constexpr double MOST_NODES = 2e8;
+
   /// Box [lo, hi] [length] in cells of `cell_size` [length]; all extents must be whole numbers of cells
-  /// (to 1e-6 cells), or rve::InputError.
+  /// (to 1e-6 cells), or rve::InputError. Holds all nodes, or none if they are too many: then ask for a part().
   Grid(const Vec<D> &lo, const Vec<D> &hi, double cell_size) :
       lo_(lo), hi_(hi), cell_size_(cell_size)
   {
@@ -69,9 +128,38 @@ template <int D> class Grid {
                    "grid extent in " + axis + " must be a whole number of cells, got " +
                        number(hi[a] - lo[a]) + " / " + number(cell_size) + " = " + number(cells));
     }
-    double count = 1.0;
-    for (int a = 0; a < D; ++a) count *= nodes(a);
-    rve::require(count < 2e8, "grid must have fewer than 200000000 nodes, got " + number(count));
+    if (all().count() < MOST_NODES) *this = part(all());
+  }
+
+  /// All nodes of the grid, ghosts included.
+  NodeBox<D> all() const
+  {
+    NodeBox<D> box;
+    for (int a = 0; a < D; ++a) {
+      box.first[a] = -1;
+      box.end[a] = cells_[a] + 2;
+    }
+    return box;
+  }
+  /// The same grid, holding the nodes of a box: of all() and fewer than MOST_NODES.
+  Grid part(const NodeBox<D> &box) const
+  {
+    Grid grid = *this;
+    for (int a = 0; a < D; ++a) {
+      grid.first_[a] = box.is_empty() ? 0 : box.first[a];
+      grid.held_[a] = box.is_empty() ? 0 : box.end[a] - box.first[a];
+    }
+    return grid;
+  }
+  /// The nodes that are held.
+  NodeBox<D> held() const
+  {
+    NodeBox<D> box;
+    for (int a = 0; a < D; ++a) {
+      box.first[a] = first(a);
+      box.end[a] = last(a) + 1;
+    }
+    return box;
   }
 
   RVE_HD double cell_size() const { return cell_size_; }
@@ -80,14 +168,18 @@ template <int D> class Grid {
 
   /// Number of cells along an axis; its nodes are -1 (ghost), 0 ... cells, cells + 1 (ghost).
   RVE_HD int cells(int axis) const { return cells_[axis]; }
-  RVE_HD int nodes(int axis) const { return cells_[axis] + 3; }
+
+  /// Of the nodes that are held along an axis: how many, and the places of the first and the last one.
+  RVE_HD int nodes(int axis) const { return held_[axis]; }
+  RVE_HD int first(int axis) const { return first_[axis]; }
+  RVE_HD int last(int axis) const { return first_[axis] + held_[axis] - 1; }
   RVE_HD int node_count() const { return stride(D); }
 
-  /// Storage index of a node, numbered from -1 to cells + 1 along each axis.
+  /// Storage index of a node that is held, by its place: from -1 to cells + 1 along each axis.
   RVE_HD int node(const Place<D> &place) const
   {
-    int index = place[D - 1] + 1;
-    for (int a = D - 2; a >= 0; --a) index = index * nodes(a) + (place[a] + 1);
+    int index = place[D - 1] - first_[D - 1];
+    for (int a = D - 2; a >= 0; --a) index = index * nodes(a) + (place[a] - first_[a]);
     return index;
   }
   /// The place of a node with this storage index.
@@ -95,10 +187,10 @@ template <int D> class Grid {
   {
     Place<D> place;
     for (int a = 0; a < D - 1; ++a) {
-      place[a] = node % nodes(a) - 1;
+      place[a] = node % nodes(a) + first_[a];
       node /= nodes(a);
     }
-    place[D - 1] = node - 1;
+    place[D - 1] = node + first_[D - 1];
     return place;
   }
   /// By how much the storage index grows from a node to the next one along an axis.
@@ -108,9 +200,34 @@ template <int D> class Grid {
     for (int a = 0; a < axis; ++a) stride *= nodes(a);
     return stride;
   }
+  /// Lines of held nodes along an axis.
+  RVE_HD int lines_along(int axis) const
+  {
+    int lines = 1;
+    for (int a = 0; a < D; ++a)
+      if (a != axis) lines *= nodes(a);
+    return lines;
+  }
   /// Nodes with the same place along the last axis follow each other in storage: a layer.
   int layers() const { return nodes(D - 1); }
   int layer_size() const { return stride(D - 1); }
+
+  /// The number of a place among all() nodes, in the order of storage.
+  std::int64_t id(const Place<D> &place) const
+  {
+    std::int64_t id = 0;
+    for (int a = D - 1; a >= 0; --a) id = id * (cells_[a] + 3) + (place[a] + 1);
+    return id;
+  }
+  Place<D> place_of_id(std::int64_t id) const
+  {
+    Place<D> place;
+    for (int a = 0; a < D; ++a) {
+      place[a] = static_cast<int>(id % (cells_[a] + 3)) - 1;
+      id /= cells_[a] + 3;
+    }
+    return place;
+  }
 
   /// Coordinate in cell widths from the low side.
   RVE_HD double scaled(double coordinate, int axis) const
@@ -129,37 +246,7 @@ template <int D> class Grid {
   Vec<D> lo_, hi_;
   double cell_size_;
   int cells_[D];
-};
-
-/// A block of nodes of a grid: along each axis from `first` to before `end`, numbered as for Grid::node().
-template <int D> struct NodeBox {
-  Place<D> first = Place<D>::zero();
-  Place<D> end = Place<D>::zero();
-
-  bool is_empty() const
-  {
-    for (int a = 0; a < D; ++a)
-      if (first[a] >= end[a]) return true;
-    return false;
-  }
-  RVE_HD bool contains(const Grid<D> &grid, int node) const
-  {
-    const Place<D> place = grid.place(node);
-    for (int a = 0; a < D; ++a)
-      if (place[a] < first[a] || place[a] >= end[a]) return false;
-    return true;
-  }
-
-  /// visit(place) for all nodes, those along the first axis one after the other.
-  template <class Visit> void for_each(const Visit &visit) const
-  {
-    if (is_empty()) return;
-    Place<D> place = first;
-    for (int a = 0; a < D;) {
-      visit(place);
-      for (a = 0; a < D && ++place[a] == end[a]; ++a) place[a] = first[a];
-    }
-  }
+  int first_[D] = {}, held_[D] = {};
 };
 
 }    // namespace mpm

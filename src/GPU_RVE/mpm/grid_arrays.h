@@ -1,4 +1,4 @@
-// The arrays on the nodes of the grid that a machine owns, in its own kind of memory, and where a StepView finds them.
+// The arrays on the nodes that a machine holds, in its own kind of memory, and where a StepView finds them.
 
 #ifndef MPM_GRID_ARRAYS_H
 #define MPM_GRID_ARRAYS_H
@@ -8,18 +8,20 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace mpm {
 
 /// `Buffer<T>` has upload(std::vector<T>) and reserve_zeros(count), which return where the passes find its elements.
 template <int D, template <class> class Buffer> class GridArrays {
  public:
-  /// Makes them for the grid and the bodies of a view, which then has them.
-  void wire(StepView<D> &view, const Boundary<D> &boundary)
+  /// Makes them for a part of the grid and the bodies of a view, which then has them. Nothing of before is kept: no step needs it.
+  void wire(StepView<D> &view, const Grid<D> &part, const Boundary<D> &boundary)
   {
+    view.grid = view.boundary.grid = part;
     const std::size_t nodes = view.grid.node_count();
     const std::size_t bodies = view.num_bodies;
-    view.boundary.sides = sides_.upload(boundary.sides());
+    view.boundary.sides = sides_.upload(boundary.sides(part));
     view.boundary.on_body = on_body_.reserve_zeros(nodes);
     // no array is empty
     view.boundary.closed = closed_.reserve_zeros(bodies * view.boundary.columns() + 1);
@@ -36,9 +38,10 @@ template <int D, template <class> class Buffer> class GridArrays {
     view.velocity = velocity_.reserve_zeros(nodes);
     view.cell_mean = cell_mean_.reserve_zeros(view.mean_dilation ? nodes : 1);
     view.velocity_change = velocity_change_.reserve_zeros(nodes);
-    if (boundary.absorbing().empty()) return;
-    absorbers.nodes = absorbing_.upload(boundary.absorbing());
-    absorbers.count = static_cast<int>(boundary.absorbing().size());
+    if (!boundary.absorbs()) return;
+    const std::vector<AbsorbingNode<D>> absorbing = boundary.absorbing(part);
+    absorbers.nodes = absorbing_.upload(absorbing);
+    absorbers.count = static_cast<int>(absorbing.size());
     absorbers.impulse = absorbed_impulse.reserve_zeros(D * nodes);
   }
 

@@ -95,22 +95,29 @@ template <int D> struct PointBox {
   }
 };
 
-/// The box with the same second moments along the axes as the deformed box of the point, Σ_b (F_ab l_b)² = l_a², so that it neither
-/// knows a rotation of a square nor loses a stretch that turns. No larger than its place in the grid allows: it reaches half a cell
-/// beyond a side at most.
+/// Half size along an axis, in cells, of the box with the same second moments along the axes as the deformed box of a point,
+/// Σ_b (F_ab l_b)² = l_a², so that it neither knows a rotation of a square nor loses a stretch that turns.
+template <int D>
+RVE_HD double deformed_half(const Grid<D> &grid, const Vec<D> &half_size,
+                            const Tensor<D> &deformation, int axis)
+{
+  double square = 0.0;
+  for (int b = 0; b < D; ++b) {
+    const double edge = deformation(axis, b) * half_size[b];
+    square += edge * edge;
+  }
+  return std::sqrt(square) / grid.cell_size();
+}
+
+/// That box, no larger than its place in the grid allows: it reaches half a cell beyond a side at most.
 template <int D>
 RVE_HD PointBox<D> deformed_box(const Grid<D> &grid, const double *position,
                                 const Vec<D> &half_size, const Tensor<D> &deformation)
 {
   PointBox<D> box;
   for (int a = 0; a < D; ++a) {
-    double square = 0.0;
-    for (int b = 0; b < D; ++b) {
-      const double edge = deformation(a, b) * half_size[b];
-      square += edge * edge;
-    }
     box.place[a] = grid.scaled(position[a], a);
-    box.half[a] = std::sqrt(square) / grid.cell_size();
+    box.half[a] = deformed_half(grid, half_size, deformation, a);
     const double above = grid.cells(a) - box.place[a];
     const double room = 0.5 + (above < box.place[a] ? above : box.place[a]);
     if (box.half[a] > room) box.half[a] = room;

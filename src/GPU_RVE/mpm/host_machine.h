@@ -2,10 +2,10 @@
 //
 // A time step is written once, as a sequence of passes (step_program.h), each of which says what one point, node, column of nodes or load
 // does (step_passes.h). It runs on CPU threads (HostMachine) or on a CUDA device (CudaMachine in cuda_machine.cu). A Machine owns the
-// arrays of the grid, is made of (options, grid, boundary, number of ranks), and offers
+// arrays of its part of the grid, is made of (options, grid, number of ranks), and offers
 //
 //   begin(input)                a step begins, with these points and loads
-//   take_shared(shared)         the nodes that this step shares with other ranks
+//   take_part(shared, boundary)     the nodes that this rank holds in this step, and what it shares with other ranks
 //   view()                      what passes work on
 //   over_points(pass), over_nodes, over_columns, over_loads, over_shared, over_absorbing, over_bodies(pass, count)
 //                               pass(item, tally) for all items; tally.raise(k, value) and tally.trouble(point, what) tell what it finds,
@@ -19,11 +19,11 @@
 //   wait()                      passes are done
 //   settle()                    and findings, increments, positions, velocities and rigid bodies are known to the host
 //   increments(), stresses_changed()             ΔF of the points, for their laws, which run on the host; the laws are done
-//   shared_nodes(), exchange_buffer(count)       for passes that pack and unpack what ranks exchange
+//   given_nodes(), taken_nodes(), exchange_buffer(count)    for passes that pack and unpack what ranks exchange
 //   host_points(), fetch(points)                 brings to the host what only the machine has changed of the points
 //   points_changed()            the host has changed points in another way than by positions, velocities, forces, models and bodies
 //   body_impulse(body), side_impulse(axis), absorbed_impulse(axis), damping_impulse(), node_force(), node_mass(), unbalanced()
-//                               of the last step; the arrays are per node
+//                               of the last step; the arrays are per node of the part
 //   transfer_time(), description()
 //
 // The contract that gives the same bits on all machines:
@@ -67,9 +67,11 @@ template <class T> class HostArray {
     values_ = values;
     return values_.data();
   }
+  /// Gives memory back that a larger part of the grid had.
   T *reserve_zeros(std::size_t count)
   {
-    values_.assign(count, T());
+    std::vector<T>().swap(values_);
+    values_.resize(count);
     return values_.data();
   }
 
@@ -80,13 +82,10 @@ template <class T> class HostArray {
 /// Points stay where the caller has them.
 template <int D> class HostMachine {
  public:
-  HostMachine(const SolverOptions<D> &options, const Grid<D> &grid, const Boundary<D> &boundary,
-              int ranks) :
-      grid_(grid),
-      threads_(rve::usable_threads(options.threads)), view_(grid, options, ranks > 1),
+  HostMachine(const SolverOptions<D> &options, const Grid<D> &grid, int ranks) :
+      threads_(rve::usable_threads(options.threads)), view_(grid.part({}), options, ranks > 1),
       tallies_(threads_), partial_(threads_)
   {
-    grid_arrays_.wire(view_, boundary);
   }
 
   /// A step begins.
@@ -117,19 +116,21 @@ template <int D> class HostMachine {
   const StepView<D> &view() const { return view_; }
   const PointView<D> &host_points() const { return view_.points; }
 
-  /// What this step shares with other ranks.
-  void take_shared(const SharedNodes<D> &shared)
+  /// What this rank holds in this step, and what it shares with other ranks.
+  void take_part(const SharedNodes<D> &shared, const Boundary<D> &boundary)
   {
+    if (shared.part_edition() != part_edition_) grid_arrays_.wire(view_, shared.part(), boundary);
+    part_edition_ = shared.part_edition();
     view_.point_total = shared.point_total();
     view_.touched = shared.touched();
     lower_touched_ = shared.lower_touched();
     view_.lower_touched = lower_touched_.data();
     view_.num_lower = static_cast<int>(lower_touched_.size());
-    shared_nodes_ = &shared.nodes();
+    shared_ = &shared;
   }
 
   template <class P> void over_points(const P &pass) { run(pass, view_.points.count); }
-  template <class P> void over_nodes(const P &pass) { run(pass, grid_.node_count()); }
+  template <class P> void over_nodes(const P &pass) { run(pass, view_.grid.node_count()); }
   template <class P> void over_columns(const P &pass) { run(pass, pass.columns()); }
   template <class P> void over_loads(const P &pass) { run(pass, view_.num_point_loads); }
   template <class P> void over_shared(const P &pass) { run(pass, pass.count); }
@@ -168,12 +169,13 @@ template <int D> class HostMachine {
       make_room(part, mine, P::INERTIA, P::VECTORS);
       P own = pass;
       own.begin();
-      const std::size_t offset = static_cast<std::size_t>(part.first_layer) * grid_.layer_size();
+      const std::size_t offset =
+          static_cast<std::size_t>(part.first_layer) * view_.grid.layer_size();
       const PartialSums inertia{part.inertia.data(), INERTIA_SUMS<D> * offset};
       const PartialSums vectors{part.vectors.data(), VECTOR_SUMS<D> * offset};
       for (int p = mine.begin; p < mine.end; ++p) own(p, inertia, vectors);
 #pragma omp barrier
-      const rve::ThreadShare layers(grid_.layers());
+      const rve::ThreadShare layers(view_.grid.layers());
       for (int layer = layers.begin; layer < layers.end; ++layer) {
         if (P::INERTIA) merge(layer, INERTIA_SUMS<D>, &Partial::inertia, view_.inertia_sums);
         if (P::VECTORS) merge(layer, VECTOR_SUMS<D>, &Partial::vectors, view_.vector_sums);
@@ -188,9 +190,13 @@ template <int D> class HostMachine {
   }
 
   /// The shared nodes, where passes can read them.
-  const int *shared_nodes() const
+  const int *given_nodes() const
   {
-    return shared_nodes_->data();
+    return shared_->given().data();
+  }
+  const int *taken_nodes() const
+  {
+    return shared_->taken().data();
   }
   /// Room for what ranks exchange, until it is asked for again.
   std::int64_t *exchange_buffer(std::size_t count)
@@ -202,15 +208,15 @@ template <int D> class HostMachine {
   // of the last step, per node
   const Vec<D> *body_impulse(int body) const
   {
-    return view_.boundary.body_impulse + static_cast<std::size_t>(body) * grid_.node_count();
+    return view_.boundary.body_impulse + static_cast<std::size_t>(body) * view_.grid.node_count();
   }
   const Vec<D> *side_impulse(int axis) const
   {
-    return view_.boundary.side_impulse + static_cast<std::size_t>(axis) * grid_.node_count();
+    return view_.boundary.side_impulse + static_cast<std::size_t>(axis) * view_.grid.node_count();
   }
   const Vec<D> *absorbed_impulse(int axis) const
   {
-    return absorbers().impulse + static_cast<std::size_t>(axis) * grid_.node_count();
+    return absorbers().impulse + static_cast<std::size_t>(axis) * view_.grid.node_count();
   }
   const Vec<D> *damping_impulse() const
   {
@@ -286,24 +292,26 @@ template <int D> class HostMachine {
 
   void make_room(Partial &part, const rve::ThreadShare &mine, bool inertia, bool vectors)
   {
-    part.first_layer = grid_.layers();
+    part.first_layer = view_.grid.layers();
     part.end_layer = 0;
     for (int p = mine.begin; p < mine.end; ++p) {
       if (view_.points.rigid_body[p] >= 0) continue;
-      int layer = support_[p].axis[D - 1].first + 1, end = layer + 3;
+      const int first = view_.grid.first(D - 1);    // of the part, whose layers count from 0
+      int layer = support_[p].axis[D - 1].first - first, end = layer + 3;
       if (view_.has_boxes()) {
         const PointBox<D> &box = box_[p];
         const double place = box.place[D - 1], half = box.half[D - 1];
-        layer = std::max(0, std::min(layer, static_cast<int>(std::floor(place - half))));
-        end =
-            std::min(grid_.layers(), std::max(end, static_cast<int>(std::floor(place + half)) + 4));
+        layer =
+            std::max(0, std::min(layer, static_cast<int>(std::floor(place - half)) - 1 - first));
+        end = std::min(view_.grid.layers(),
+                       std::max(end, static_cast<int>(std::floor(place + half)) + 3 - first));
       }
       part.first_layer = std::min(part.first_layer, layer);
       part.end_layer = std::max(part.end_layer, end);
     }
     part.first_layer = std::min(part.first_layer, part.end_layer);
     const std::size_t nodes =
-        static_cast<std::size_t>(part.end_layer - part.first_layer) * grid_.layer_size();
+        static_cast<std::size_t>(part.end_layer - part.first_layer) * view_.grid.layer_size();
     if (inertia) part.inertia.assign(INERTIA_SUMS<D> * nodes, 0);
     if (vectors) part.vectors.assign(VECTOR_SUMS<D> * nodes, 0);
   }
@@ -312,7 +320,7 @@ template <int D> class HostMachine {
   void merge(int layer, int components, std::vector<std::int64_t> Partial::*sums,
              std::int64_t *total) const
   {
-    const std::size_t size = static_cast<std::size_t>(components) * grid_.layer_size();
+    const std::size_t size = static_cast<std::size_t>(components) * view_.grid.layer_size();
     std::int64_t *into = total + layer * size;
     std::fill_n(into, size, 0);
     for (const Partial &part : partial_) {
@@ -322,7 +330,6 @@ template <int D> class HostMachine {
     }
   }
 
-  Grid<D> grid_;
   int threads_;
   StepView<D> view_;
   GridArrays<D, HostArray> grid_arrays_;
@@ -333,7 +340,8 @@ template <int D> class HostMachine {
   std::uint64_t first_trouble_ = FirstTrouble::NOWHERE;
   std::vector<Tally> tallies_;
   std::vector<Partial> partial_;
-  const std::vector<int> *shared_nodes_ = nullptr;
+  const SharedNodes<D> *shared_ = nullptr;
+  int part_edition_ = 0;
   std::vector<NodeBox<D>> lower_touched_;
   std::vector<std::int64_t> exchange_;
 };

@@ -2,8 +2,9 @@
 //
 // Knows nothing of LAMMPS, MPI, CUDA or grains. Points belong to the caller; sums on the nodes of the grid are integers, and over all
 // ranks where several need them, so that results have the same bits for any number of ranks and threads and any order of the points.
+// A rank holds the part of the grid around its points (shared_nodes.h).
 // Every rank must make the same calls, questions for nodes, reactions and totals included: a call may communicate through the
-// two functions in Communication.
+// functions in Communication.
 
 #ifndef MPM_MPM_SOLVER_H
 #define MPM_MPM_SOLVER_H
@@ -88,11 +89,10 @@ template <int D> class MpmSolver {
 
   const Grid<D> &grid() const { return grid_; }
   /// Internal plus external force on a node in the last step or evaluation [force].
-  Vec<D> node_force(const Place<D> &place) const
-  {
-    return runner_->node_force()[grid_.node(place)];
-  }
-  double node_mass(const Place<D> &place) const { return runner_->node_mass()[grid_.node(place)]; }
+  Vec<D> node_force(const Place<D> &place) const { return runner_->node_force(place); }
+  double node_mass(const Place<D> &place) const { return runner_->node_mass(place); }
+  /// Nodes of the grid that this rank has memory for and passes over: those around its points in the last step or evaluation.
+  int held_nodes() const { return runner_->held_nodes(); }
 
   /// With a device, a step leaves deformation gradients, volumes and velocity gradients there: this brings those arrays up to date.
   void fetch(const PointView<D> &points) const { runner_->fetch(points); }

@@ -47,7 +47,7 @@ RVE_HD void each_contact(const StepView<D> &step, const RigidBodyStep<D> &body, 
   const double radius = body.shape.radius() + SAME_PLACE * cell;
   for (int a = 0, rest = column; a < D; ++a) {
     if (a == axis) continue;
-    place[a] = rest % grid.nodes(a) - 1;
+    place[a] = rest % grid.nodes(a) + grid.first(a);
     rest /= grid.nodes(a);
     point[a] = grid.lo(a) + place[a] * cell;
     if (!(std::abs(point[a] - body.shape.centre[a]) <= radius)) return;
@@ -55,7 +55,8 @@ RVE_HD void each_contact(const StepView<D> &step, const RigidBodyStep<D> &body, 
   typename RigidShape<D>::Crossing crossing;
   if (!body.shape.cross(point, axis, SAME_PLACE * cell, crossing)) return;
 
-  const int last_row = grid.cells(axis) + 1;
+  const int first_row = grid.first(axis),
+            last_row = grid.last(axis);    // there is no mass elsewhere
   const auto is_steepest = [&](const Vec<D> &normal) {
     for (int a = 0; a < D; ++a)
       if (a < axis ? std::abs(normal[a]) >= std::abs(normal[axis])
@@ -79,7 +80,7 @@ RVE_HD void each_contact(const StepView<D> &step, const RigidBodyStep<D> &body, 
   int inside[2];    // rows of the nodes inside that are on no other contact
   for (int end = 0; end < 2; ++end) {
     const double face =
-        face_pair::clamped(crossing.place[end] / cell, -2.0 - last_row, 2.0 * last_row + 2.0);
+        face_pair::clamped(crossing.place[end] / cell, first_row - 2.0, last_row + 2.0);
     const int inwards = end == 0 ? 1 : -1;
     const int inner = static_cast<int>(end == 0 ? std::ceil(face) : std::floor(face));
     inside[end] = inner;
@@ -96,7 +97,7 @@ RVE_HD void each_contact(const StepView<D> &step, const RigidBodyStep<D> &body, 
     for (int k = 0; k < 2; ++k) {
       if (!(share[k] > SAME_PLACE)) continue;
       const int row = inner - k * inwards;
-      if (row < -1 || row > last_row) {
+      if (row < first_row || row > last_row) {
         reachable = false;
         break;
       }
@@ -105,7 +106,7 @@ RVE_HD void each_contact(const StepView<D> &step, const RigidBodyStep<D> &body, 
     }
     if (reachable) visit(contact);
   }
-  const int first = inside[0] < -1 ? -1 : inside[0];
+  const int first = inside[0] < first_row ? first_row : inside[0];
   const int last = inside[1] > last_row ? last_row : inside[1];
   for (int row = first; row <= last; ++row) {
     Vec<D> here = point;

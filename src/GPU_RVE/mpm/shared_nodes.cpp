@@ -1,11 +1,13 @@
 #include "mpm/shared_nodes.h"
 
 #include "mpm/grid_transfer.h"
+#include "rve/core/error.h"
 #include "rve/core/threads.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
 #include <utility>
 
 namespace mpm {
@@ -15,26 +17,26 @@ SharedNodes<D>::SharedNodes(const Grid<D> &grid, Communication communication,
                             const std::vector<RigidBodyOptions> &bodies, int threads) :
     grid_(grid),
     communication_(std::move(communication)), threads_(rve::usable_threads(threads)),
-    touched_(communication_.ranks)
+    touched_(communication_.ranks), part_(grid.part({}))
 {
   for (const RigidBodyOptions &body : bodies) {
     if (body.form == BodyForm::Face)
-      ++margin_[axis_of(body.face)];
+      ++reach_[axis_of(body.face)];
     else
-      for (int &margin : margin_) margin += 2;
+      for (int &reach : reach_) reach += 2;
   }
 }
 
-template <int D> void SharedNodes<D>::find(const PointView<D> &points, ShapeFunction shape)
+template <int D>
+void SharedNodes<D>::find(const PointView<D> &points, ShapeFunction shape, double half_boxes)
 {
-  if (communication_.ranks == 1) {
-    point_total_ = std::count_if(points.rigid_body, points.rigid_body + points.count, [](int body) {
-      return body < 0;
-    });
-    return;
-  }
-
   constexpr double INFINITE = std::numeric_limits<double>::infinity();
+  const auto beyond = [](double half) {
+    return std::max(0.0, half - 0.5);    // of what a box of a cell reaches
+  };
+  const bool asks_points = shape == ShapeFunction::Cpgimp && half_boxes == FROM_POINTS;
+  const double beyond_all = shape == ShapeFunction::Cpgimp ? beyond(half_boxes) * grid_.cell_size()
+                                                           : 0.0;
   double lo[D], hi[D];
   std::fill_n(lo, D, INFINITE);
   std::fill_n(hi, D, -INFINITE);
@@ -45,18 +47,19 @@ template <int D> void SharedNodes<D>::find(const PointView<D> &points, ShapeFunc
     for (int p = 0; p < points.count; ++p) {
       if (points.rigid_body[p] >= 0) continue;
       ++count;
-      // a position that is not a number leaves them alone, in this order of arguments
-      for (int a = 0; a < D; ++a) {
-        lo[a] = std::min(lo[a], points.position[p][a]);
-        hi[a] = std::max(hi[a], points.position[p][a]);
+      // points that are elsewhere, or nowhere, end the step on their rank
+      const double *x = points.position[p];
+      if (!grid_.contains(x)) continue;
+      double more[D];
+      std::fill_n(more, D, beyond_all);
+      if (asks_points) {
+        const PointBox<D> box =
+            deformed_box(grid_, x, points.half_size[p], points.deformation_gradient[p]);
+        for (int a = 0; a < D; ++a) more[a] = beyond(box.half[a]) * grid_.cell_size();
       }
-      if (shape != ShapeFunction::Cpgimp || !grid_.contains(points.position[p])) continue;
-      const PointBox<D> box = deformed_box(grid_, points.position[p], points.half_size[p],
-                                           points.deformation_gradient[p]);
       for (int a = 0; a < D; ++a) {
-        const double beyond = std::max(0.0, box.half[a] - 0.5) * grid_.cell_size();
-        lo[a] = std::min(lo[a], points.position[p][a] - beyond);
-        hi[a] = std::max(hi[a], points.position[p][a] + beyond);
+        lo[a] = std::min(lo[a], x[a] - more[a]);
+        hi[a] = std::max(hi[a], x[a] + more[a]);
       }
     }
   }
@@ -69,7 +72,7 @@ template <int D> void SharedNodes<D>::find(const PointView<D> &points, ShapeFunc
     corners[a] = own.first[a];
     corners[D + a] = own.end[a];
   }
-  communication_.sum_over_ranks(words.data(), words.size());
+  if (communication_.ranks > 1) communication_.sum_over_ranks(words.data(), words.size());
   point_total_ = words[0];
   words[0] = 0;
   if (words == words_) return;
@@ -80,12 +83,13 @@ template <int D> void SharedNodes<D>::find(const PointView<D> &points, ShapeFunc
       touched_[rank].first[a] = static_cast<int>(corners[a]);
       touched_[rank].end[a] = static_cast<int>(corners[D + a]);
     }
+  require_room();
+  hold();
   list_nodes();
 }
 
 /// With xi the coordinate in cells, weights reach from node floor(xi) - 1 to floor(xi) + 2 (support_of). Loads are on faces at most
-/// half a cell away and have three rows, from floor(xi) - 1 to floor(xi) + 3 (ScatterLoad). Points outside of the grid, or without
-/// a place, end the step on their rank: any box will do for them.
+/// half a cell away and have three rows, from floor(xi) - 1 to floor(xi) + 3 (ScatterLoad).
 template <int D> NodeBox<D> SharedNodes<D>::box_around(const double *lo, const double *hi) const
 {
   for (int a = 0; a < D; ++a)
@@ -102,35 +106,89 @@ template <int D> NodeBox<D> SharedNodes<D>::box_around(const double *lo, const d
   return box;
 }
 
+template <int D> NodeBox<D> SharedNodes<D>::wider(const NodeBox<D> &box, const int *margin) const
+{
+  if (box.is_empty()) return {};
+  NodeBox<D> result = box;
+  for (int a = 0; a < D; ++a) {
+    result.first[a] -= margin[a];
+    result.end[a] += margin[a];
+  }
+  return common(result, grid_.all());
+}
+
+template <int D> NodeBox<D> SharedNodes<D>::to_hold(int rank) const
+{
+  int margin[D];
+  std::fill_n(margin, D, MARGIN);
+  return wider(needed(rank), margin);
+}
+
+/// Of all ranks, so that all of them end together.
+template <int D> void SharedNodes<D>::require_room() const
+{
+  using rve::number;
+  for (int rank = 0; rank < communication_.ranks; ++rank) {
+    const NodeBox<D> box = to_hold(rank);
+    rve::require(box.count() < Grid<D>::MOST_NODES, [&] {
+      std::string extents, nodes;
+      for (int a = 0; a < D; ++a) {
+        const double cell = grid_.cell_size();
+        extents += std::string(a == 0 ? "" : ", ") + "xyz"[a] + " from " +
+            number(grid_.lo(a) + box.first[a] * cell) + " to " +
+            number(grid_.lo(a) + (box.end[a] - 1) * cell);
+        nodes += (a == 0 ? "" : " x ") + std::to_string(box.end[a] - box.first[a]);
+      }
+      return "rank " + std::to_string(rank) + " of " + std::to_string(communication_.ranks) +
+          " has points that need " + nodes + " nodes of the grid, " + extents +
+          " [length]; a rank can hold fewer than " + number(Grid<D>::MOST_NODES) +
+          ": use more ranks, divide the domain among them so that each has points in a smaller "
+          "box, "
+          "or use larger cells";
+    });
+  }
+}
+
+/// What is held beyond the needed box costs passes and memory, and what was needed once need not be held for ever.
+template <int D> void SharedNodes<D>::hold()
+{
+  const NodeBox<D> box = needed(communication_.rank);
+  const NodeBox<D> fresh = to_hold(communication_.rank), held = part_.held();
+  const bool is_there = box.is_empty() || common(box, held).count() == box.count();
+  if (is_there && !(held.count() > 2.0 * fresh.count())) return;
+  part_ = grid_.part(fresh);
+  ++part_edition_;
+}
+
 template <int D> void SharedNodes<D>::list_nodes()
 {
-  std::vector<char> is_shared(grid_.node_count(), 0);
-  for (int a = 0; a < communication_.ranks; ++a)
-    for (int b = 0; b < communication_.ranks; ++b) {
-      if (a == b || touched_[a].is_empty()) continue;
-      NodeBox<D> common;
-      for (int axis = 0; axis < D; ++axis) {
-        common.first[axis] =
-            std::max(touched_[a].first[axis] - margin_[axis], touched_[b].first[axis]);
-        common.end[axis] = std::min(touched_[a].end[axis] + margin_[axis], touched_[b].end[axis]);
-      }
-      common.for_each([&](const Place<D> &place) {
-        is_shared[grid_.node(place)] = 1;
-      });
-    }
-  std::vector<int> nodes;
-  for (int node = 0; node < grid_.node_count(); ++node)
-    if (is_shared[node]) nodes.push_back(node);
-  if (nodes == nodes_) return;
-  nodes_ = std::move(nodes);
+  const int own = communication_.rank;
+  std::vector<int> given, taken;
+  neighbours_.clear();
+  const auto add = [&](const NodeBox<D> &box, std::vector<int> &list) {
+    const std::size_t before = list.size();
+    box.for_each([&](const Place<D> &place) {
+      list.push_back(part_.node(place));
+    });
+    return list.size() - before;
+  };
+  for (int rank = 0; rank < communication_.ranks; ++rank) {
+    if (rank == own || touched_[rank].is_empty() || touched().is_empty()) continue;
+    const std::size_t to = add(common(touched(), needed(rank)), given);
+    const std::size_t from = add(common(touched_[rank], needed(own)), taken);
+    if (to + from > 0) neighbours_.push_back({rank, to, from});
+  }
+  if (given == given_ && taken == taken_) return;
+  given_ = std::move(given);
+  taken_ = std::move(taken);
   ++edition_;
 }
 
-template <int D> bool SharedNodes<D>::is_first_to_touch(int node) const
+template <int D> bool SharedNodes<D>::is_first_to_touch(const Place<D> &place) const
 {
   return std::none_of(touched_.begin(), touched_.begin() + communication_.rank,
                       [&](const NodeBox<D> &lower) {
-                        return lower.contains(grid_, node);
+                        return lower.contains(place);
                       });
 }
 

@@ -57,7 +57,17 @@ template <int D> struct SolverOptions {
   }
 };
 
-/// In place over all ranks; the defaults are right for one rank.
+/// What this rank sends to another one and what it gets from there.
+struct Message {
+  int rank;    ///< the other one
+  const std::int64_t *sent;
+  std::size_t sent_count;
+  std::int64_t *received;
+  std::size_t received_count;
+};
+
+/// Sums and largest values in place over all ranks, and messages between pairs of them. All ranks make the same calls, and the numbers at
+/// both ends of a message agree; one without numbers is not there. The defaults are right for one rank.
 struct Communication {
   int ranks = 1;
   int rank = 0;    ///< this one, below ranks
@@ -66,6 +76,9 @@ struct Communication {
   };
   std::function<void(double *data, std::size_t count)> max_over_ranks = [](double *, std::size_t) {
   };
+  std::function<void(const std::vector<Message> &messages)> exchange =
+      [](const std::vector<Message> &) {
+      };
 };
 
 }    // namespace mpm

@@ -662,6 +662,9 @@ template <int D> struct StrainPoint : Pass<D> {
     step.increment[p] = increment;
     if (!(determinant(increment) > 0.0 && volume > 0.0 && std::isfinite(volume)))
       tally.trouble(p, Trouble::Inverted);
+    if (step.follows())
+      for (int a = 0; a < D; ++a)
+        tally.raise(BoxBound, deformed_half(step.grid, points.half_size[p], deformation, a));
   }
 };
 
@@ -868,8 +871,8 @@ template <int D> struct ImposeBody : Pass<D> {
 
 // ---- passes over the nodes that ranks share --------------------------------------------------------------------------------------
 
-/// What nodes of a list have in their sums, to and from a buffer: component c of the k-th node is number c * count + k. The
-/// ranks do this together, whatever one of them has found.
+/// What nodes of a list have in their sums, to and from a buffer, one node after the other. The ranks do this together, whatever one of
+/// them has found.
 template <int D> struct ListedSums : Pass<D> {
   using Pass<D>::step;
   static constexpr int STAGE = 0;
@@ -878,7 +881,7 @@ template <int D> struct ListedSums : Pass<D> {
   bool has_inertia, has_vectors;
   std::int64_t *buffer;
 
-  int components() const
+  RVE_HD int components() const
   {
     return (has_inertia ? INERTIA_SUMS<D> : 0) + (has_vectors ? VECTOR_SUMS<D> : 0);
   }
@@ -887,10 +890,10 @@ template <int D> struct ListedSums : Pass<D> {
   template <class Move> RVE_HD void each(int k, const Move &move) const
   {
     const auto n = static_cast<std::size_t>(nodes[k]);
-    std::int64_t *place = buffer + k;
-    for (int c = 0; has_inertia && c < INERTIA_SUMS<D>; ++c, place += count)
+    std::int64_t *place = buffer + static_cast<std::size_t>(k) * components();
+    for (int c = 0; has_inertia && c < INERTIA_SUMS<D>; ++c, ++place)
       move(step.inertia_sums[INERTIA_SUMS<D> * n + c], *place);
-    for (int c = 0; has_vectors && c < VECTOR_SUMS<D>; ++c, place += count)
+    for (int c = 0; has_vectors && c < VECTOR_SUMS<D>; ++c, ++place)
       move(step.vector_sums[VECTOR_SUMS<D> * n + c], *place);
   }
 };
@@ -904,11 +907,12 @@ template <int D> struct PackSums : ListedSums<D> {
   }
 };
 
+/// Adds, since a node may be in the list for several ranks.
 template <int D> struct UnpackSums : ListedSums<D> {
-  template <class Tally> RVE_HD void operator()(int k, Tally &) const
+  template <class Tally> RVE_HD void operator()(int k, Tally &tally) const
   {
-    this->each(k, [](std::int64_t &sum, std::int64_t &place) {
-      sum = place;
+    this->each(k, [&](std::int64_t &sum, std::int64_t &place) {
+      tally.add(&sum, place);
     });
   }
 };

@@ -17,10 +17,10 @@ namespace mpm {
 template <int D, template <int> class Machine> class StepProgram final : public StepRunner<D> {
  public:
   StepProgram(const SolverOptions<D> &options, Communication communication, const Grid<D> &grid) :
-      options_(options), communication_(std::move(communication)),
+      options_(options), communication_(std::move(communication)), whole_(grid),
       boundary_(grid, options.sides, options.dashpots, options.rigid_bodies),
       shared_(grid, communication_, options.rigid_bodies, options.threads),
-      machine_(options, grid, boundary_, communication_.ranks)
+      machine_(options, grid, communication_.ranks)
   {
   }
 
@@ -66,39 +66,53 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     check_all();
   }
 
-  void fetch(const PointView<D> &points) override { machine_.fetch(points); }
-  void points_changed() override { machine_.points_changed(); }
+  void fetch(const PointView<D> &points) override
+  {
+    machine_.fetch(points);
+    half_boxes_ = SharedNodes<D>::FROM_POINTS;
+  }
+  void points_changed() override
+  {
+    machine_.points_changed();
+    half_boxes_ = SharedNodes<D>::FROM_POINTS;
+  }
 
   Vec<D> body_reaction(int body) override
   {
-    return per_time(
-        boundary_.body_impulse(body, shared_.everywhere(machine_.body_impulse(body), vectors_)));
+    return per_time(boundary_.body_impulse(
+        body, shared_.everywhere(machine_.body_impulse(body), whole_.all())));
   }
   Vec<D> side_reaction(Face side) override
   {
     const int axis = axis_of(side);
+    const NodeBox<D> nodes = boundary_.nodes_of(side);
     Vec<D> impulse =
-        boundary_.side_impulse(side, shared_.everywhere(machine_.side_impulse(axis), vectors_));
+        boundary_.side_impulse(side, shared_.everywhere(machine_.side_impulse(axis), nodes));
     if (options_.dashpots[static_cast<int>(side)].exist())
       impulse = impulse +
-          boundary_.side_impulse(side,
-                                 shared_.everywhere(machine_.absorbed_impulse(axis), vectors_));
+          boundary_.side_impulse(side, shared_.everywhere(machine_.absorbed_impulse(axis), nodes));
     return per_time(impulse);
   }
   Vec<D> damping_force() override
   {
     Vec<D> sum = Vec<D>::zero();
     if (!(options_.damping > 0.0)) return sum;
-    const Vec<D> *impulse = shared_.everywhere(machine_.damping_impulse(), vectors_);
-    for (int n = 0; n < machine_.view().grid.node_count(); ++n) sum = sum + impulse[n];
+    const Vec<D> *impulse = machine_.damping_impulse();
+    shared_.each_layer([&](const NodeBox<D> &layer) {
+      for (const auto &at : shared_.everywhere(impulse, layer)) sum = sum + at.value;
+    });
     return per_time(sum);
   }
   double max_unbalanced_force() override { return machine_.unbalanced(); }
-  const Vec<D> *node_force() override
+  Vec<D> node_force(const Place<D> &place) override
   {
-    return shared_.everywhere(machine_.node_force(), vectors_);
+    return shared_.at(machine_.node_force(), place);
   }
-  const double *node_mass() override { return shared_.everywhere(machine_.node_mass(), scalars_); }
+  double node_mass(const Place<D> &place) override
+  {
+    return shared_.at(machine_.node_mass(), place);
+  }
+  int held_nodes() const override { return shared_.part().node_count(); }
   double transfer_time() const override { return machine_.transfer_time(); }
   std::string description() const override { return machine_.description(); }
 
@@ -107,12 +121,12 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   void prepare(const StepInput<D> &input, bool bounds_forces)
   {
     machine_.begin(input);
+    if (input.points.count != point_count_) half_boxes_ = SharedNodes<D>::FROM_POINTS;
+    point_count_ = input.points.count;
+    shared_.find(input.points, options_.shape, half_boxes_);
+    machine_.take_part(shared_, boundary_);
     machine_.over_points(PreparePoint<D>{machine_.view(), bounds_forces});
     machine_.over_loads(PrepareLoad<D>{machine_.view(), bounds_forces});
-    if (options_.shape == ShapeFunction::Cpgimp && communication_.ranks > 1)
-      machine_.fetch(input.points);    // boxes reach as far as points have been stretched
-    shared_.find(input.points, options_.shape);    // while a device prepares them
-    machine_.take_shared(shared_);
     if (machine_.knows_at_once()) fail_on_trouble();
     share_maxima(0, machine_.view().num_maxima());
     if (machine_.knows_at_once()) check_all();
@@ -160,6 +174,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     machine_.over_points(StrainPoint<D>{machine_.view(), dt});
     machine_.settle();
     check_all();
+    if (!machine_.knows_at_once()) half_boxes_ = machine_.maxima()[BoxBound];
     update(machine_.increments(), dt);
     machine_.stresses_changed();
   }
@@ -218,17 +233,33 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     share_sums(P::INERTIA, true);
   }
 
-  /// Sums over all ranks, where that matters to more than one of them.
+  /// Sums over all ranks, where that matters to this one.
   void share_sums(bool inertia, bool vectors)
   {
-    const int count = static_cast<int>(shared_.nodes().size());
-    if (count == 0) return;
-    ListedSums<D> sums{machine_.view(), machine_.shared_nodes(), count, inertia, vectors, nullptr};
-    const std::size_t size = static_cast<std::size_t>(sums.components()) * count;
-    sums.buffer = machine_.exchange_buffer(size);
+    if (communication_.ranks == 1) return;
+    ListedSums<D> sums{machine_.view(),
+                       machine_.given_nodes(),
+                       static_cast<int>(shared_.given().size()),
+                       inertia,
+                       vectors,
+                       nullptr};
+    const std::size_t width = sums.components();
+    const std::size_t given = shared_.given().size(), taken = shared_.taken().size();
+    std::int64_t *buffer = machine_.exchange_buffer(width * (given + taken));
+    sums.buffer = buffer;
     machine_.over_shared(PackSums<D>{sums});
     machine_.wait();
-    communication_.sum_over_ranks(sums.buffer, size);
+    messages_.clear();
+    std::int64_t *sent = buffer, *received = buffer + width * given;
+    for (const Neighbour &other : shared_.neighbours()) {
+      messages_.push_back({other.rank, sent, width * other.given, received, width * other.taken});
+      sent += width * other.given;
+      received += width * other.taken;
+    }
+    communication_.exchange(messages_);
+    sums.nodes = machine_.taken_nodes();
+    sums.count = static_cast<int>(taken);
+    sums.buffer = buffer + width * given;
     machine_.over_shared(UnpackSums<D>{sums});
   }
 
@@ -278,11 +309,14 @@ template <int D, template <int> class Machine> class StepProgram final : public 
 
   SolverOptions<D> options_;
   Communication communication_;
+  Grid<D> whole_;
   Boundary<D> boundary_;
   SharedNodes<D> shared_;
   Machine<D> machine_;
-  std::vector<Vec<D>> vectors_;    ///< of all ranks, per node: what was asked for last
-  std::vector<double> scalars_;
+  std::vector<Message> messages_;
+  /// Of the largest box of a point, in cells, where the machine alone knows the deformation: as of the last strains.
+  double half_boxes_ = SharedNodes<D>::FROM_POINTS;
+  int point_count_ = -1;    ///< in the last step
 };
 
 }    // namespace mpm

@@ -49,8 +49,11 @@ template <int D> class StepRunner {
   virtual Vec<D> side_reaction(Face side) = 0;
   virtual Vec<D> damping_force() = 0;
   virtual double max_unbalanced_force() = 0;
-  virtual const Vec<D> *node_force() = 0;
-  virtual const double *node_mass() = 0;
+  virtual Vec<D> node_force(const Place<D> &place) = 0;
+  virtual double node_mass(const Place<D> &place) = 0;
+
+  /// Of the grid, on this rank.
+  virtual int held_nodes() const = 0;
 
   /// Wall time so far in copies from and to a device [seconds].
   virtual double transfer_time() const = 0;

@@ -41,6 +41,7 @@ enum Maximum {
   MomentumAgainBound,
   Unbalanced,
   ContactBound,    ///< of the terms of contacts with bodies that can turn, over what their sums have room for
+  BoxBound,    ///< half size of boxes that follow the deformation, after strains; of this rank [cells]
   DilationBound,    ///< |tr L| [1/time]
   VolumeBound,      ///< of a point [length³]
   PressureBound,    ///< |tr σ / D| [stress]
@@ -87,7 +88,7 @@ template <int D> struct StepView {
   {
   }
 
-  Grid<D> grid;
+  Grid<D> grid;    ///< the part that this rank holds
   ShapeFunction shape;
   double flip, damping, thickness;
   bool mean_dilation;    ///< then there are boxes of points and means of cells
