@@ -280,10 +280,13 @@ TEST(RankPart, HasALimitThatAllRanksNameTogether)
       mpm::LinearElastic<2> law(1e6, 0.3);
       MpmSolver<2> solver(options, communication);
       solver.set_models({&law});
-      try {
-        solver.step(part.view(), {}, 1e-3);
-      } catch (const rve::InputError &problem) {
-        message[rank] = problem.what();
+      for (int attempt = 0; attempt < 2; ++attempt) {
+        message[rank].clear();
+        try {
+          solver.step(part.view(), {}, 1e-3);
+        } catch (const rve::InputError &problem) {
+          message[rank] = problem.what();
+        }
       }
     });
     return message;

@@ -103,7 +103,8 @@ template <class T> class DeviceBuffer {
   const T *receive(std::size_t count)
   {
     T *host = room(count);
-    check_cuda(cudaMemcpy(host, memory, count * sizeof(T), cudaMemcpyDeviceToHost), "download");
+    if (count > 0)
+      check_cuda(cudaMemcpy(host, memory, count * sizeof(T), cudaMemcpyDeviceToHost), "download");
     return host;
   }
 

@@ -76,14 +76,15 @@ void SharedNodes<D>::find(const PointView<D> &points, ShapeFunction shape, doubl
   point_total_ = words[0];
   words[0] = 0;
   if (words == words_) return;
-  words_ = std::move(words);
   for (int rank = 0; rank < communication_.ranks; ++rank)
     for (int a = 0; a < D; ++a) {
-      const std::int64_t *corners = &words_[1 + 2 * D * rank];
+      const std::int64_t *corners = &words[1 + 2 * D * rank];
       touched_[rank].first[a] = static_cast<int>(corners[a]);
       touched_[rank].end[a] = static_cast<int>(corners[D + a]);
     }
+  words_.clear();    // should there be no room, the next call finds none either
   require_room();
+  words_ = std::move(words);
   hold();
   list_nodes();
 }
