@@ -10,7 +10,11 @@ install_packages() {
   echo "== installing:$missing"
   as_root=""
   [ "$(id -u)" = 0 ] || as_root=sudo
-  $as_root apt-get -q update
-  # shellcheck disable=SC2086  # a list of words
-  $as_root env DEBIAN_FRONTEND=noninteractive apt-get -q -y install --no-install-recommends $missing
+  # one process at a time, as apt refuses a second one
+  (
+    if command -v flock >/dev/null; then flock 9; fi
+    $as_root apt-get -q update
+    # shellcheck disable=SC2086  # a list of words
+    $as_root env DEBIAN_FRONTEND=noninteractive apt-get -q -y install --no-install-recommends $missing
+  ) 9>"${TMPDIR:-/tmp}/gpu_rve_packages.$(id -u)"
 }
