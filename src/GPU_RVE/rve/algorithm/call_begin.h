@@ -110,7 +110,7 @@ inline namespace RVE_ISA {
         if (continued)
           Stored::take_pairs(call, shared, i, stored);
         else
-          shared.response[i].list_position = stored.list_position;
+          list_position_of(shared, i) = stored.list_position;
       });
       if (call.fatal()) return;
       if (call.batch.track_energy)
@@ -153,7 +153,7 @@ inline namespace RVE_ISA {
       block.for_each(n, [&](Item i) {
         typename Stored::StoredGrain stored;
         Stored::read_pairs(from.partner, from.history, i, n, stored);
-        stored.list_position = call.shared.response[i].list_position;
+        stored.list_position = list_position_of(call.shared, i);
         Stored::take_pairs(call, call.shared, i, stored);
       });
     }

@@ -52,7 +52,7 @@ inline namespace RVE_ISA {
   };
 
   /// What a DEM step needs to know of the cell.
-  template <class Numbers, int D> struct alignas(16) StepPlan {
+  template <class Numbers, int D> struct alignas(16) PlanOfCell {
     Tensor<typename Numbers::Wide, D> to_length;      ///< fraction units to internal lengths
     Tensor<typename Numbers::Wide, D> to_fraction;    ///< velocity to fraction units in a step
     Tensor<typename Numbers::Real, D> gradient;       ///< L [1/time]
@@ -60,6 +60,12 @@ inline namespace RVE_ISA {
     float allowed_squared;    ///< displacement since the list was built [internal length^2]
     std::int32_t special;     ///< the strain alone demands a new list, or the lattice a reduction
     double volume;            ///< det H [length^D]
+  };
+  template <class Numbers, int D> struct StepPlan : PlanOfCell<Numbers, D> {
+  };
+  template <class Numbers> struct StepPlan<Numbers, 3> : PlanOfCell<Numbers, 3> {
+    /// As far as this along each axis no grain has left the list, whatever the direction [32-bit fraction units].
+    std::uint32_t safe_box;
   };
   template <class Scene> using PlanOf = StepPlan<typename Scene::Numbers, Scene::D>;
 

@@ -190,6 +190,7 @@ inline namespace RVE_ISA {
       grains.for_slots(
           i,
           [&]() RVE_INLINE_LAMBDA {
+            if constexpr (kRereads<Block, Scene>) block.reread();
             return step_constants<Here>(call.law, plan);
           },
           [&](int k) RVE_INLINE_LAMBDA {
@@ -249,7 +250,7 @@ inline namespace RVE_ISA {
           using Here = typename Grains::template SceneOf<std::decay_t<decltype(i)>>;
           auto sum = begin_sum<Here>(grains.largest_of(i));
           add_owned(i, sum);
-          grains.keep_forces(i, sum.own, sum.largest_force);
+          grains.keep_forces(block, shared, i, sum.own, sum.largest_force);
         });
         // they ride along with the grains: no phase of their own
         grains.for_each_grain(item, num_extra, [&](Item i) RVE_INLINE_LAMBDA {

@@ -154,6 +154,27 @@ inline namespace RVE_ISA {
     }
   };
 
+  /// What partners see of spheres: their records serve their owners too.
+  template <class Scene, class T> class SeenMember {
+    SeenArray<Scene, T> member;
+
+   public:
+    RVE_INLINE explicit SeenMember(SeenArray<Scene, T> array) : member(array) {}
+    RVE_INLINE T &operator[](int i) { return member[i]; }
+    RVE_INLINE void load(int) {}
+    RVE_INLINE void keep(int i, const T &x) { member[i] = x; }
+    RVE_INLINE void publish(int i, const T &x) { member[i] = x; }
+  };
+  template <class Scene> struct SeenSpheres {
+    SeenMotion<Scene> *array;
+
+    RVE_INLINE explicit SeenSpheres(SeenMotion<Scene> *records) : array(records) {}
+    RVE_INLINE SeenMotion<Scene> &operator[](int i) { return array[i]; }
+    RVE_INLINE void load(int) {}
+    RVE_INLINE void keep(int i, const MotionOf<Scene> &x) { array[i] = x; }
+    RVE_INLINE void publish(int i, const MotionOf<Scene> &x) { array[i] = x; }
+  };
+
   /// The grains of a block, of which a thread of a GPU keeps its own in registers from step to step.
   template <class Block, class Scene> struct GrainItems {
     template <class T> using Resident = typename Block::template Resident<T>;
@@ -162,19 +183,25 @@ inline namespace RVE_ISA {
     using Sums = Vec<typename Scene::Sum, Scene::freedoms>;
     /// What others see of a grain.
     template <class T>
-    using Seen = std::conditional_t<kFewRegisters<Block, Scene>, typename Block::template Shown<T>,
-                                    Resident<T>>;
-    template <class T> static RVE_INLINE Seen<T> seen(Block &block, T *array)
+    using Seen = std::conditional_t<Scene::D == 2, Resident<T>, SeenMember<Scene, T>>;
+    template <class T> static RVE_INLINE Resident<T> seen(Block &block, T *array)
     {
-      if constexpr (kFewRegisters<Block, Scene>)
-        return block.shown(array);
-      else
-        return block.resident(array);
+      return block.resident(array);
+    }
+    template <class T, std::size_t Stride>
+    static RVE_INLINE SeenMember<Scene, T> seen(Block &, MemberArray<T, Stride> array)
+    {
+      return SeenMember<Scene, T>(array);
+    }
+    static RVE_INLINE SeenSpheres<Scene> seen(Block &, SphereRecord<Numbers> *records)
+    {
+      return SeenSpheres<Scene>(records);
     }
     /// The scene in the numbers of an item of a phase: here an item is one grain.
     template <class SomeItem> using SceneOf = Scene;
 
-    Seen<MotionOf<Scene>> motion;                       ///< published
+    std::conditional_t<Scene::D == 2, Resident<MotionOf<Scene>>, SeenSpheres<Scene>>
+        motion;                                         ///< published
     Seen<Spin<typename Scene::Real, Scene::D>> spin;    ///< published
     Seen<typename Scene::Wide> radius;
     Resident<Sums> own;
@@ -245,7 +272,7 @@ inline namespace RVE_ISA {
 
     RVE_INLINE GrainResponseOf<Scene> response(const SharedView<Scene> &shared, Item i)
     {
-      return shared.response[i];
+      return response_of(shared, i);
     }
 
     /// What the pair in slot k remembers: can be read and written.
@@ -283,9 +310,15 @@ inline namespace RVE_ISA {
     }
 
     /// What the pairs that grain i owns have given.
-    RVE_INLINE void keep_forces(Item i, const Sums &force, typename Scene::Real largest)
+    RVE_INLINE void keep_forces(Block &block, const SharedView<Scene> &shared, Item i,
+                                const Sums &force, typename Scene::Real largest)
     {
-      own.keep(i, force);
+      if constexpr (kSumsOnChip<Block, Scene>) {
+        add_force(block, shared, i, force);
+        own.keep(i, Sums());
+      } else {
+        own.keep(i, force);
+      }
       largest_force.keep(i, largest);
     }
 

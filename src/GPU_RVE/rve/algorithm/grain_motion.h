@@ -16,6 +16,7 @@ inline namespace RVE_ISA {
     Tensor<typename Numbers::Wide, D> to_fraction;       ///< velocity to fraction units in a step
     Tensor<typename Leading::Real, D> list_to_length;    ///< 32-bit fraction units to lengths
     typename Leading::Real allowed_squared;    ///< displacement since the list was built [length^2]
+    std::uint32_t safe_box;                    ///< of StepPlan, in space
     typename Numbers::Real
         alpha;    ///< of local damping, below zero for that which knows no axes [-]
 
@@ -24,8 +25,18 @@ inline namespace RVE_ISA {
     RVE_INLINE MoveConstants(const Constants &constants, Number damping) :
         to_fraction(constants.to_fraction.template as<typename Numbers::Wide>()),
         list_to_length(constants.list_to_length.template as<typename Leading::Real>()),
-        allowed_squared(constants.allowed_squared), alpha(damping)
+        allowed_squared(constants.allowed_squared), safe_box(safe_box_of(constants)), alpha(damping)
     {
+    }
+
+   private:
+    template <class Constants>
+    static RVE_INLINE std::uint32_t safe_box_of(const Constants &constants)
+    {
+      if constexpr (D == 3)
+        return constants.safe_box;
+      else
+        return 0;
     }
   };
 
@@ -92,6 +103,12 @@ inline namespace RVE_ISA {
     using Leading = typename Numbers::Leading;
     Vec<typename Leading::Coordinate, D> now;
     for (int a = 0; a < D; ++a) now[a] = leading_bits(motion.position[a]);
+    if constexpr (D == 3 && std::is_same_v<typename Leading::Real, float>) {
+      bool inside = true;
+      for (int a = 0; a < D; ++a)
+        inside = inside && now[a] - response.list_position[a] + step.safe_box <= 2 * step.safe_box;
+      if (inside) return false;
+    }
     const Vec<typename Leading::Real, D> moved =
         step.list_to_length * fractional_difference<Leading>(now, response.list_position);
     return dot(moved, moved) > step.allowed_squared;

@@ -20,7 +20,7 @@ inline namespace RVE_ISA {
     /// Reduces the lattice if it is due, builds the list of step k from call.pairs into call.pairs, and plans anew.
     static RVE_COLD void renew(Block block, CallState<Scene> &call, int k)
     {
-      MotionOf<Scene> *motion = call.shared.motion;
+      SeenMotion<Scene> *motion = call.shared.motion;
       // a quarter of the cell in one step is no motion of a grain any more
       const Wide quarter_cell = static_cast<Wide>(0.25 / Scene::fraction_unit);
       const Tensor<Wide, Scene::D> to_fraction = call.planned(k).to_fraction;
@@ -95,8 +95,7 @@ inline namespace RVE_ISA {
           call.pairs.history[k * n + here] = call.work.fresh.history[k * n + i];
         }
         for (int a = 0; a < Scene::D; ++a)
-          call.shared.response[i].list_position[a] =
-              leading_bits(call.shared.motion[i].position[a]);
+          list_position_of(call.shared, i)[a] = leading_bits(call.shared.motion[i].position[a]);
       });
       StoredGrains<Block, Scene>::fill_partner_radius(block, call.shared, n);
       if (call.num_extra > 0)
@@ -142,9 +141,7 @@ inline namespace RVE_ISA {
       });
       const SharedView<Scene> &shared = call.shared;
       move_to_places(block, n, work, shared.motion);
-      move_to_places(block, n, work, shared.spin);
-      move_to_places(block, n, work, shared.radius);
-      move_to_places(block, n, work, shared.response);
+      move_to_places(block, n, work, shared.list_position);
       move_to_places(block, n, work, shared.largest_force);
     }
 

@@ -115,14 +115,20 @@ inline namespace RVE_ISA {
     template <int N> RVE_INLINE View<N> view(PackItem<N> i)
     {
       View<N> grains;
-      load_row(
+      load_seen(
           [&](int lane) {
             return this->motion.array + i.first + lane;
           },
-          grains.motion.position, grains.motion.velocity);
-      grains.spin = load_records<Spin<typename Packed<N>::Real, D>, typename Packed<N>::Real>(
-          this->spin.array + i.first);
-      grains.radius = Packed<N>::Wide::load(this->radius.array + i.first);
+          grains);
+      if constexpr (D == 2) {
+        grains.spin = load_records<Spin<typename Packed<N>::Real, D>, typename Packed<N>::Real>(
+            this->spin.array + i.first);
+        grains.radius = Packed<N>::Wide::load(this->radius.array + i.first);
+      } else {
+        grains.radius = load_each<typename Packed<N>::Wide>([&](int lane) {
+          return this->motion[i.first + lane].radius;
+        });
+      }
       return grains;
     }
 
@@ -130,19 +136,12 @@ inline namespace RVE_ISA {
     {
       const std::int32_t *partner = this->partners.slot[k].array + i.first;
       View<N> grains;
-      load_row(
+      load_seen(
           [&](int lane) {
             return shared.motion + partner[lane];
           },
-          grains.motion.position, grains.motion.velocity);
-      if constexpr (D == 2)
-        grains.spin = gather<typename Scene::Real, N>(shared.spin, partner);
-      else
-        load_three(
-            [&](int lane) {
-              return shared.spin + partner[lane];
-            },
-            grains.spin);
+          grains);
+      if constexpr (D == 2) grains.spin = gather<typename Scene::Real, N>(shared.spin, partner);
       grains.radius = Packed<N>::Wide::load(this->partners.radius_in[k].array + i.first);
       return grains;
     }
@@ -151,14 +150,29 @@ inline namespace RVE_ISA {
     RVE_INLINE GrainResponse<Packed<N>, D> response(const Shared &shared, PackItem<N> i)
     {
       GrainResponse<Packed<N>, D> response;
-      Vec<typename Packed<N>::Real, 2> units;
-      load_row(
-          [&](int lane) {
-            return shared.response + i.first + lane;
-          },
-          units, response.list_position);
-      response.velocity_unit = units[0];
-      response.spin_unit = units[1];
+      if constexpr (D == 2) {
+        Vec<typename Packed<N>::Real, 2> units;
+        load_row(
+            [&](int lane) {
+              return shared.response + i.first + lane;
+            },
+            units, response.list_position);
+        response.velocity_unit = units[0];
+        response.spin_unit = units[1];
+      } else {
+        using Real = typename Packed<N>::Real;
+        response.velocity_unit = load_each<Real>([&](int lane) {
+          return this->motion[i.first + lane].velocity_unit;
+        });
+        response.spin_unit = load_each<Real>([&](int lane) {
+          return this->motion[i.first + lane].spin_unit;
+        });
+        load_three(
+            [&](int lane) {
+              return shared.list_position + i.first + lane;
+            },
+            response.list_position);
+      }
       return response;
     }
 
@@ -231,7 +245,7 @@ inline namespace RVE_ISA {
     }
 
     template <int N>
-    RVE_INLINE void keep_forces(PackItem<N> i, const PackedSums<N> &force,
+    RVE_INLINE void keep_forces(Block &, const Shared &, PackItem<N> i, const PackedSums<N> &force,
                                 const typename Packed<N>::Real &largest)
     {
       add_to_row(
@@ -254,17 +268,72 @@ inline namespace RVE_ISA {
     template <int N>
     RVE_INLINE void publish_motion(PackItem<N> i, const Motion<Packed<N>, D> &motion)
     {
-      store_row(
-          [&](int lane) {
-            return this->motion.array + i.first + lane;
-          },
-          motion.position, motion.velocity);
+      if constexpr (D == 2) {
+        store_row(
+            [&](int lane) {
+              return this->motion.array + i.first + lane;
+            },
+            motion.position, motion.velocity);
+      } else {
+        store_three(
+            [&](int lane) {
+              return &this->motion[i.first + lane].position;
+            },
+            motion.position);
+        store_three(
+            [&](int lane) {
+              return &this->motion[i.first + lane].velocity;
+            },
+            motion.velocity);
+      }
     }
 
     template <int N>
     RVE_INLINE void publish_spin(PackItem<N> i, const Spin<typename Packed<N>::Real, D> &spin)
     {
-      store_records<typename Packed<N>::Real>(spin, this->spin.array + i.first);
+      if constexpr (D == 2)
+        store_records<typename Packed<N>::Real>(spin, this->spin.array + i.first);
+      else
+        store_three(
+            [&](int lane) {
+              return &this->spin[i.first + lane];
+            },
+            spin);
+    }
+
+   private:
+    /// Of disks position and velocity, of spheres the spin as well.
+    template <class Row, class SomeView>
+    static RVE_INLINE void load_seen(const Row &row, SomeView &grains)
+    {
+      if constexpr (D == 2) {
+        load_row(row, grains.motion.position, grains.motion.velocity);
+      } else {
+        load_three(
+            [&](int lane) {
+              return &row(lane)->position;
+            },
+            grains.motion.position);
+        load_three(
+            [&](int lane) {
+              return &row(lane)->velocity;
+            },
+            grains.motion.velocity);
+        load_three(
+            [&](int lane) {
+              return &row(lane)->spin;
+            },
+            grains.spin);
+      }
+    }
+
+    template <class PackOfNumbers, class Number>
+    static RVE_INLINE PackOfNumbers load_each(Number number)
+    {
+      constexpr int count = PackOfNumbers::lanes;
+      decltype(number(0)) each[count];
+      for (int lane = 0; lane < count; ++lane) each[lane] = number(lane);
+      return PackOfNumbers::load(each);
     }
   };
 

@@ -175,7 +175,7 @@ inline namespace RVE_ISA {
           else    // they are zero, and stay there
             grains.history[k].publish(i, typename Scene::History());
         }
-        shared.response[i] = Stored::response_of(call, grains.radius[i], stored.list_position);
+        set_response(shared, i, Stored::response_of(call, grains.radius[i], stored.list_position));
       });
       block.own_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
         grains.partners.look_at_all(shared, i);
@@ -458,7 +458,7 @@ inline namespace RVE_ISA {
               grains.own.load(i);
             }
             ViewOf<Scene> grain = grains.view(i);
-            if (moved) kick_item(grains, i, shared.response[i], alpha, grain);
+            if (moved) kick_item(grains, i, response_of(shared, i), alpha, grain);
             image.position[i] = grain.motion.position;
             image.velocity[i] = to_user * grain.motion.velocity;
             image.spin[i] = grain.spin;
@@ -466,7 +466,7 @@ inline namespace RVE_ISA {
               for (int k = 0; k < Scene::owned_pairs; ++k)
                 image.history[k * num_grains + i] = history_to_user(grains.history[k][i]);
             if (relisted) {
-              image.list_position[i] = shared.response[i].list_position;
+              image.list_position[i] = list_position_of(shared, i);
               if constexpr (Scene::D == 3) {
                 image.number[i] = call.work.number[i];
                 image.radius[i] =

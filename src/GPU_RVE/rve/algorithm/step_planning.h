@@ -93,8 +93,24 @@ inline namespace RVE_ISA {
       const double allowed = (1.0 - 1e-5) * per_length *
           allowed_displacement(cell, call.list_cell, call.header.largest_radius, call.skin);
       plan.allowed_squared = static_cast<float>(allowed * allowed);
+      if constexpr (Scene::D == 3) plan.safe_box = safe_box(plan.list_to_length, allowed);
       plan.special = !(allowed > 0.0) || is_lattice_step_due(cell);
       plan.volume = determinant(cell);
+    }
+
+   private:
+    /// A corner of the box is no farther away than `allowed`: along an internal axis it is no farther than the sum of what its three edges
+    /// give. A little less covers the rounding of the exact answer, which is computed outside of the box.
+    static RVE_INLINE std::uint32_t safe_box(const Tensor<float, 3> &to_length, double allowed)
+    {
+      double corner = 0.0;
+      for (int a = 0; a < 3; ++a) {
+        double along = 0.0;
+        for (int b = 0; b < 3; ++b) along += std::fabs(static_cast<double>(to_length(a, b)));
+        corner += along * along;
+      }
+      const double box = allowed > 0.0 ? 0.999 * allowed / std::sqrt(corner) : 0.0;
+      return static_cast<std::uint32_t>(box < 0x1p30 ? box : 0x1p30);
     }
   };
 

@@ -105,7 +105,7 @@ inline namespace RVE_ISA {
         shared.partner[k * n + i] = stored.partner[k];
         shared.history[k * n + i] = internal_history(call, stored.history[k]);
       }
-      shared.response[i] = response_of(call, shared.radius[i], stored.list_position);
+      set_response(shared, i, response_of(call, shared.radius[i], stored.list_position));
     }
 
     static RVE_COLD void copy_history(Block block, CallState<Scene> &call, PairView<Scene> from,

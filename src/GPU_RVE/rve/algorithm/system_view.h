@@ -120,18 +120,63 @@ inline namespace RVE_ISA {
   template <class Number>
   constexpr std::size_t kRecordAlignment = alignof(Number) > 16 ? alignof(Number) : 16;
 
-  /// In space three words and three words would become eight, aligned to sixteen bytes.
-  template <class Coordinate>
-  constexpr std::size_t kMotionAlignment = alignof(Coordinate) > 8 ? alignof(Coordinate) : 8;
-
-  /// Where a grain is and how fast it moves relative to the mean field: what its partners read of it.
+  /// Where a grain is and how fast it moves relative to the mean field. In the plane its partners read it as it is.
   template <class Numbers, int D>
   struct alignas(D == 2 ? kRecordAlignment<typename Numbers::Coordinate>
-                        : kMotionAlignment<typename Numbers::Coordinate>) Motion {
+                        : alignof(typename Numbers::Coordinate)) Motion {
     Vec<typename Numbers::Coordinate, D> position;    ///< fractions of the cell
     Vec<typename Numbers::Real, D> velocity;          ///< peculiar [internal length/time]
   };
   template <class Scene> using MotionOf = Motion<typename Scene::Numbers, Scene::D>;
+
+  /// Sixteen bytes, or none.
+  template <bool Some> struct Spare {
+  };
+  template <> struct Spare<true> {
+    std::uint32_t unused[4];
+  };
+
+  /// Bytes of a SphereRecord that are used.
+  template <class Numbers>
+  constexpr std::size_t kUsedOfSphere = 3 * sizeof(typename Numbers::Coordinate) +
+      sizeof(typename Numbers::Wide) + 8 * sizeof(typename Numbers::Real);
+
+  /// What the partners of a sphere read of it, and how it answers forces, in pieces that are read at a time: the first one says whether
+  /// they touch. An odd number of pieces: the spheres of a row then lie in all banks of a GPU's memory on chip.
+  template <class Numbers>
+  struct alignas(16) SphereRecord : Spare<kUsedOfSphere<Numbers> / 16 % 2 == 0> {
+    Vec<typename Numbers::Coordinate, 3> position;      ///< of Motion
+    typename Numbers::Wide radius;                      ///< [internal length]
+    Vec<typename Numbers::Real, 3> velocity;            ///< of Motion
+    Vec<typename Numbers::Real, 3> spin;                ///< [1/time]
+    typename Numbers::Real velocity_unit, spin_unit;    ///< of GrainResponse
+
+    RVE_INLINE operator Motion<Numbers, 3>() const { return {position, velocity}; }
+    RVE_INLINE void operator=(const Motion<Numbers, 3> &motion)
+    {
+      position = motion.position;
+      velocity = motion.velocity;
+    }
+  };
+
+  /// A member of the records of an array, as an array of numbers or vectors of its own.
+  template <class T, std::size_t Stride> class MemberArray {
+    char *first;
+
+   public:
+    MemberArray() = default;
+    RVE_INLINE explicit MemberArray(T &of_first) : first(reinterpret_cast<char *>(&of_first)) {}
+    RVE_INLINE T &operator[](int i) const { return *reinterpret_cast<T *>(first + i * Stride); }
+  };
+
+  /// What others see of a grain: in the plane each in an array of its own.
+  template <class Scene, class T>
+  using SeenArray =
+      std::conditional_t<Scene::D == 2, T *,
+                         MemberArray<T, sizeof(SphereRecord<typename Scene::Numbers>)>>;
+  template <class Scene>
+  using SeenMotion =
+      std::conditional_t<Scene::D == 2, MotionOf<Scene>, SphereRecord<typename Scene::Numbers>>;
 
   /// Whether velocity and spin are numbers.
   template <int D, class Real>
@@ -147,7 +192,8 @@ inline namespace RVE_ISA {
   /// How a grain answers forces, and where it was when the list was built. Only the grain itself reads it, once a step: it is not worth
   /// registers.
   template <class Numbers, int D>
-  struct alignas(kRecordAlignment<typename Numbers::Real>) GrainResponse {
+  struct alignas(D == 2 ? kRecordAlignment<typename Numbers::Real>
+                        : alignof(typename Numbers::Real)) GrainResponse {
     typename Numbers::Real velocity_unit;    ///< dt/m: velocity that one force unit gives in a step
     typename Numbers::Real spin_unit;        ///< dt/I: spin that one torque unit gives in a step
     Vec<typename Numbers::Leading::Coordinate, D>
@@ -165,14 +211,16 @@ inline namespace RVE_ISA {
 
   /// What the steps work on; on chip on the GPU.
   template <class Scene> struct SharedView {
-    MotionOf<Scene> *motion;
-    Spin<typename Scene::Real, Scene::D> *spin;
-    typename Scene::Wide *radius;    ///< [internal length]
+    SeenMotion<Scene> *motion;
+    SeenArray<Scene, Spin<typename Scene::Real, Scene::D>> spin;
+    SeenArray<Scene, typename Scene::Wide> radius;    ///< [internal length]
     /// Components of the force and of the torque from partners that own the pair.
     typename Scene::Sum *force[Scene::freedoms];
     Vec<typename Scene::Sum, Scene::freedoms> *own;    ///< force and torque from owned pairs
     typename Scene::Real *largest_force;    ///< that counts, of an owned contact in this call
-    GrainResponseOf<Scene> *response;
+    GrainResponseOf<Scene>
+        *response;    ///< in the plane; in space the record of a sphere has it, but for
+    Vec<typename Scene::Leading::Coordinate, Scene::D> *list_position;
     std::int32_t *partner;    ///< (Scene::owned_pairs, N) own number: slot is free
     typename Scene::Wide *
         partner_radius;    ///< (Scene::owned_pairs, N) minus the own one: slot is free, it never touches.
@@ -180,9 +228,48 @@ inline namespace RVE_ISA {
     typename Scene::History *history;    ///< (Scene::owned_pairs, N)
   };
 
+  /// Where grain i was when the list was built.
+  template <class Scene>
+  RVE_INLINE Vec<typename Scene::Leading::Coordinate, Scene::D> &
+  list_position_of(const SharedView<Scene> &shared, int i)
+  {
+    if constexpr (Scene::D == 2)
+      return shared.response[i].list_position;
+    else
+      return shared.list_position[i];
+  }
+
+  template <class Scene>
+  RVE_INLINE GrainResponseOf<Scene> response_of(const SharedView<Scene> &shared, int i)
+  {
+    if constexpr (Scene::D == 2)
+      return shared.response[i];
+    else
+      return {shared.motion[i].velocity_unit, shared.motion[i].spin_unit, shared.list_position[i]};
+  }
+
+  template <class Scene>
+  RVE_INLINE void set_response(const SharedView<Scene> &shared, int i,
+                               const GrainResponseOf<Scene> &response)
+  {
+    if constexpr (Scene::D == 2) {
+      shared.response[i] = response;
+    } else {
+      shared.motion[i].velocity_unit = response.velocity_unit;
+      shared.motion[i].spin_unit = response.spin_unit;
+      shared.list_position[i] = response.list_position;
+    }
+  }
+
   /// Whether the threads of a GPU keep in registers only what they alone need: two grains in space are too much for them.
   template <class Block, class Scene>
   constexpr bool kFewRegisters = Block::kInRegisters &&Scene::D == 3;
+  /// Whether they add what a grain gets from its own pairs to what it gets from others, too, at once, and read what is the same for all
+  /// pairs again for each: both cost less than that fewer RVEs share a multiprocessor, or than what is spilled when they do.
+  template <class Block, class Scene>
+  constexpr bool kSumsOnChip = kFewRegisters<Block, Scene> && sizeof(typename Scene::Sum) == 4;
+  template <class Block, class Scene>
+  constexpr bool kRereads = kFewRegisters<Block, Scene> && sizeof(typename Scene::Wide) == 4;
 
   /// For the slot of grain i that holds partner j.
   template <class Scene>
@@ -204,10 +291,19 @@ inline namespace RVE_ISA {
     SharedView<Scene> view;
     for (int k = 0; k < Scene::freedoms; ++k)
       view.force[k] = chip.template take<typename Scene::Sum>(capacity);
-    view.motion = chip.template take<MotionOf<Scene>>(seen);
-    view.spin = chip.template take<Spin<typename Scene::Real, Scene::D>>(seen);
-    view.response = chip.template take<GrainResponseOf<Scene>>(capacity);
-    view.radius = chip.template take<typename Scene::Wide>(seen);
+    view.motion = chip.template take<SeenMotion<Scene>>(seen);
+    if constexpr (Scene::D == 2) {
+      view.spin = chip.template take<Spin<typename Scene::Real, Scene::D>>(seen);
+      view.response = chip.template take<GrainResponseOf<Scene>>(capacity);
+      view.radius = chip.template take<typename Scene::Wide>(seen);
+      view.list_position = nullptr;
+    } else {
+      view.spin = SeenArray<Scene, Spin<typename Scene::Real, Scene::D>>(view.motion->spin);
+      view.radius = SeenArray<Scene, typename Scene::Wide>(view.motion->radius);
+      view.response = nullptr;
+      view.list_position =
+          chip.template take<Vec<typename Scene::Leading::Coordinate, Scene::D>>(capacity);
+    }
     view.own = beside.template take<Vec<typename Scene::Sum, Scene::freedoms>>(num_grains);
     view.largest_force = beside.template take<typename Scene::Real>(num_grains);
     view.partner = beside.template take<std::int32_t>(Scene::owned_pairs * num_grains);
@@ -261,7 +357,7 @@ inline namespace RVE_ISA {
   }
 
   /// Arrays of doubles over grains in a workspace. In the steps packs of grains have their forces there (packed_grains.h).
-  template <int D> constexpr int kScratch = D == 2 ? 5 : 9;
+  template <int D> constexpr int kScratch = D == 2 ? 5 : 14;
 
   /// Room to build a list in, and for what is needed rarely. One per block, not per RVE.
   template <class Scene> struct WorkspaceView {

@@ -102,7 +102,7 @@ inline namespace RVE_ISA {
 
   /// Sorts the grains into the grid: cell_start, cell_grain (ascending within a cell), cell_of.
   template <class Block, class Scene>
-  RVE_HD void sort_into_grid(Block &block, const MotionOf<Scene> *motion,
+  RVE_HD void sort_into_grid(Block &block, const SeenMotion<Scene> *motion,
                              const WorkspaceView<Scene> &work, int num_grains,
                              const SearchGrid<Scene::D> &grid)
   {
@@ -162,11 +162,11 @@ inline namespace RVE_ISA {
   /// Builds the list of all pairs with |b| < R + skin, assigns owners and carries the contact history over: `old` pairs in,
   /// work.fresh out; in space work.load has how many of a grain's own pairs touch. Lengths in the units of `cell` and `radius`.
   template <class Block, class Scene>
-  RVE_HD ListSizes build_list(Block &block, const MotionOf<Scene> *motion,
-                              const typename Scene::Wide *radius, const WorkspaceView<Scene> &work,
-                              int num_grains, const Tensor<double, Scene::D> &cell,
-                              double largest_radius, double skin, const PairView<Scene> &old,
-                              int num_old_extra)
+  RVE_HD ListSizes build_list(Block &block, const SeenMotion<Scene> *motion,
+                              SeenArray<Scene, typename Scene::Wide> radius,
+                              const WorkspaceView<Scene> &work, int num_grains,
+                              const Tensor<double, Scene::D> &cell, double largest_radius,
+                              double skin, const PairView<Scene> &old, int num_old_extra)
   {
     const PairView<Scene> fresh = work.fresh;
     using Item = typename Block::Item;

@@ -204,6 +204,9 @@ inline namespace RVE_ISA {
       return total;
     }
 
+    /// What was read from memory before is not kept in registers: it is read again.
+    static RVE_DEVICE void reread() { asm volatile("" ::: "memory"); }
+
     RVE_DEVICE void accumulate(std::int32_t *sum, std::int32_t v) { atomicAdd(sum, v); }
     RVE_DEVICE std::int32_t collect(std::int32_t *sum)
     {

@@ -73,8 +73,9 @@ RVE_HD constexpr bool same_shape(const BlockShape &one, const BlockShape &other)
 /// Disks: a thread per grain. More RVEs on a multiprocessor hide latencies, fewer spill less. Without histories `double` has registers for
 /// two as well: what they spill is not of the steps. Measured on an H200 with 400 disks.
 ///
-/// Spheres: two grains of a thread, which has twice the registers then: what would be spilled costs more than that fewer threads wait for
-/// each other. In `double` their histories pass by. Measured on an H200 with 1000 spheres.
+/// Spheres: two grains of a thread. In `fast` two RVEs of a multiprocessor hide what one waits for. In `mixed` a thread has twice the registers:
+/// what would be spilled costs more than that fewer threads wait for each other. In `double` histories pass by. Measured on an H200 with 1000
+/// spheres.
 template <class Scene> RVE_HD constexpr BlockShape block_shape(Residency residency)
 {
   const bool wide = sizeof(typename Scene::Wide) > 4, all_wide = sizeof(typename Scene::Real) > 4;
@@ -93,11 +94,11 @@ template <class Scene> RVE_HD constexpr BlockShape block_shape(Residency residen
     if (all_wide) return {0, 512, 1};
     switch (residency) {
       case Residency::Many:
-        return {2, 256, 2};
+        return {2, 256, wide ? 2 : 4};
       case Residency::Few:
         return {wide ? 2 : 1, wide ? 512 : 1024, 1};
       case Residency::Large:
-        return {2, 512, 1};
+        return {2, 512, wide ? 1 : 2};
       default:
         return {0, kLargeBlock, 1};
     }
