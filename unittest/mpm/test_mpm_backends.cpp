@@ -375,7 +375,7 @@ TEST_F(OnDevice, GivesTheSameBitsInSpace)
 /// Blocks that are drawn apart until their boxes reach over several cells, on a grid of 1.6 billion nodes.
 TEST_F(OnDevice, HoldsThePartThatBoxesReachWhichFollowTheDeformation)
 {
-  constexpr double MIDDLE = 400.0, RATE = 20.0;
+  constexpr double MIDDLE = 400.0, RATE = 30.0;
   for (const Scheme scheme : {Scheme::Musl, Scheme::Usavg})
     for (const int ranks : {1, 2}) {
       mpm::SolverOptions<2> options =

@@ -32,12 +32,11 @@ template <int D> struct RigidContact {
 constexpr double LEAST_DEPTH = 0.25;
 
 /// visit(contact) for the contacts of a body on one line of nodes along an axis, in their order.
-template <int D, class Visit>
-RVE_HD void each_contact(const StepView<D> &step, const RigidBodyStep<D> &body, int axis,
-                         int column, const Visit &visit)
+template <int axis, int D, class Visit>
+RVE_HD void each_contact_along(const StepView<D> &step, const RigidBodyStep<D> &body, int column,
+                               const Visit &visit)
 {
   using face_pair::SAME_PLACE;
-  if (axis < 0 || axis >= D) return;    // compilers warn of what no caller does
   const Grid<D> &grid = step.grid;
   const double cell = grid.cell_size();
   Place<D> place;
@@ -117,6 +116,19 @@ RVE_HD void each_contact(const StepView<D> &step, const RigidBodyStep<D> &body, 
     add_node(contact, row, 1.0);
     visit(contact);
   }
+}
+
+/// The axis is a constant for the compiler: with one in a variable nvcc 13.0 lost the components of points along it, on the device.
+template <int D, class Visit>
+RVE_HD void each_contact(const StepView<D> &step, const RigidBodyStep<D> &body, int axis,
+                         int column, const Visit &visit)
+{
+  if (axis == 0)
+    each_contact_along<0>(step, body, column, visit);
+  else if (D == 2 || axis == 1)
+    each_contact_along<1>(step, body, column, visit);
+  else
+    each_contact_along<D - 1>(step, body, column, visit);
 }
 
 /// What becomes of a contact. Slides: the material keeps its velocity along the surface but for friction.
