@@ -9,6 +9,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -298,8 +299,11 @@ inline namespace RVE_ISA {
       view.radius = chip.template take<typename Scene::Wide>(seen);
       view.list_position = nullptr;
     } else {
-      view.spin = SeenArray<Scene, Spin<typename Scene::Real, Scene::D>>(view.motion->spin);
-      view.radius = SeenArray<Scene, typename Scene::Wide>(view.motion->radius);
+      // what is only measured has no records
+      if constexpr (!std::is_same_v<OnChip, Measure>) {
+        view.spin = SeenArray<Scene, Spin<typename Scene::Real, Scene::D>>(view.motion->spin);
+        view.radius = SeenArray<Scene, typename Scene::Wide>(view.motion->radius);
+      }
       view.response = nullptr;
       view.list_position =
           chip.template take<Vec<typename Scene::Leading::Coordinate, Scene::D>>(capacity);
