@@ -213,13 +213,25 @@ template <int D> void read_body_form(ScriptWords &words, Said<D> &said)
     body.form = words.choice<mpm::BodyForm>("",
                                             {{"face", mpm::BodyForm::Face},
                                              {"box", mpm::BodyForm::Box},
-                                             {"ball", mpm::BodyForm::Ball}});
+                                             {"ball", mpm::BodyForm::Ball},
+                                             {"convex", mpm::BodyForm::Convex}});
   else
     body.form = words.choice<mpm::BodyForm>("",
                                             {{"face", mpm::BodyForm::Face},
                                              {"box", mpm::BodyForm::Box},
                                              {"ball", mpm::BodyForm::Ball},
-                                             {"cylinder", mpm::BodyForm::Cylinder}});
+                                             {"cylinder", mpm::BodyForm::Cylinder},
+                                             {"convex", mpm::BodyForm::Convex}});
+  if (body.form != mpm::BodyForm::Convex) return;
+  auto &of_bodies = said.options.rigid_body_vertices;
+  of_bodies.resize(said.options.rigid_bodies.size());
+  of_bodies.back().resize(words.whole("convex", D + 1, mpm::MOST_VERTICES));
+  int number = 0;
+  for (mpm::Vec<D> &vertex : of_bodies.back()) {
+    ++number;
+    for (int a = 0; a < D; a++)
+      vertex[a] = words.number(fmt::format("convex {}{}", AXES[a], number));
+  }
 }
 
 template <int D> void read_spin(ScriptWords &words, Said<D> &said)
@@ -256,7 +268,8 @@ template <int D> void check_forms(LAMMPS *lmp, const Said<D> &said)
     if (misplaced.empty()) continue;
     lmp->error->all(FLERR, "Fix mpm rigid {}: {} is for a body of form {}",
                     said.settings.bodies[b].group, misplaced,
-                    has_face ? (D == 2 ? "box or ball" : "box, ball or cylinder") : "face");
+                    has_face ? (D == 2 ? "box, ball or convex" : "box, ball, cylinder or convex")
+                             : "face");
   }
 }
 
@@ -434,7 +447,10 @@ constexpr ScriptKeyword<Said<D>> KEYWORDS[] = {
     {"points_per_cell", "value", read_volume<D>},
     {"rigid", rigid_form<D>(), read_rigid<D>},
     {"separation", "yes | no", read_separation<D>},
-    {"form", D == 2 ? "face | box | ball" : "face | box | ball | cylinder", read_body_form<D>},
+    {"form",
+     D == 2 ? "face | box | ball | convex N x1 y1 ... xN yN"
+            : "face | box | ball | cylinder | convex N x1 y1 z1 ... xN yN zN",
+     read_body_form<D>},
     {"spin", D == 2 ? "value | free" : "value | free value | free value | free", read_spin<D>},
     {"pivot", D == 2 ? "x y" : "x y z", read_pivot<D>},
     {"turned", D == 2 ? "angle" : "x y z", read_turned<D>},

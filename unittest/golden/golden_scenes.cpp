@@ -633,11 +633,16 @@ namespace {
   }
 
   /// What a scene of play_mpm_feature is about.
-  enum class MpmFeature { BoxesThatFollow, MeanDilation, DrivenBody, AbsorbingSides };
+  enum class MpmFeature { BoxesThatFollow, MeanDilation, DrivenBody, AbsorbingSides, ConvexBody };
+
+  bool has_body(MpmFeature feature)
+  {
+    return feature == MpmFeature::DrivenBody || feature == MpmFeature::ConvexBody;
+  }
 
   /// A layer of frictional ground, with that in it which the scenes above have not: boxes that follow points which are stretched over several cells
   /// and sheared; means of the volumetric parts over cells, with several points in each; a box that falls on the layer askew, driven by its weight and
-  /// the contact alone; sides that waves leave through.
+  /// the contact alone, and a triangle or tetrahedron that comes on its tip; sides that waves leave through.
   template <int D>
   void play_mpm_feature(MpmFeature feature, Device device, std::vector<Record> &records)
   {
@@ -680,12 +685,22 @@ namespace {
       name += "mean_dilation/";
       options.mean_dilation = true;
       options.scheme = mpm::Scheme::Usavg;
-    } else if (feature == MpmFeature::DrivenBody) {
-      name += "driven_body/";
+    } else if (has_body(feature)) {
+      name += feature == MpmFeature::ConvexBody ? "convex_body/" : "driven_body/";
       scene.add_block(corner(0.3, 0.5), corner(0.6, 0.8), CELL, DENSITY);
       options.rigid_bodies.resize(1);
       mpm::RigidBodyOptions &body = options.rigid_bodies[0];
       body.form = mpm::BodyForm::Box;
+      if (feature == MpmFeature::ConvexBody) {
+        body.form = mpm::BodyForm::Convex;
+        if constexpr (D == 2)
+          options.rigid_body_vertices = {{{{0.43, 0.45}}, {{0.72, 0.87}}, {{0.21, 0.83}}}};
+        else
+          options.rigid_body_vertices = {{{{0.43, 0.43, 0.28}},
+                                          {{0.75, 0.5, 0.87}},
+                                          {{0.3, 0.75, 0.85}},
+                                          {{0.25, 0.2, 0.83}}}};
+      }
       body.rough = false;
       body.separation = true;
       body.friction = 0.4;
@@ -739,7 +754,7 @@ namespace {
       forces.add(solver.side_reaction(static_cast<mpm::Face>(side)));
     std::vector<std::pair<std::string, double>> numbers = {
         {"unbalanced", unbalanced}, {"side_reaction", solver.side_reaction(mpm::Face::XLo)[0]}};
-    if (feature == MpmFeature::DrivenBody) {
+    if (has_body(feature)) {
       forces.add(solver.body_reaction(0)).add(solver.rigid_bodies().record(0));
       numbers.push_back({"reaction", solver.body_reaction(0)[D - 1]});
       numbers.push_back({"spin", solver.rigid_bodies().rates(0)[D]});
@@ -749,8 +764,9 @@ namespace {
 
   template <int D> void play_mpm_features(Device device, std::vector<Record> &records)
   {
-    for (const MpmFeature feature : {MpmFeature::BoxesThatFollow, MpmFeature::MeanDilation,
-                                     MpmFeature::DrivenBody, MpmFeature::AbsorbingSides})
+    for (const MpmFeature feature :
+         {MpmFeature::BoxesThatFollow, MpmFeature::MeanDilation, MpmFeature::DrivenBody,
+          MpmFeature::AbsorbingSides, MpmFeature::ConvexBody})
       play_mpm_feature<D>(feature, device, records);
   }
 

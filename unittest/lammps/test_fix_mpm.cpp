@@ -602,11 +602,19 @@ std::string ball_and_wall()
 // of the vector: the ball's velocity, spin, angle and torque come behind damping
 constexpr int BALL = 4 + 2 * 4 + TIMES + DAMPING;
 
-TEST(FixMpmBodies, FreeBallAndTurningWallHaveTheSameBitsOnRanksAndAfterARestart)
+/// A wedge with the points of the ball in its place.
+std::string wedge_and_wall()
+{
+  std::string scene = ball_and_wall();
+  const std::string ball = "form ball";
+  return scene.replace(scene.find(ball), ball.size(), "form convex 3 4 8.5 7 8.5 5.7 5.6");
+}
+
+void expect_same_bits_on_ranks_and_after_a_restart(const std::string &bodies)
 {
   SoilScript together, alone(MPI_COMM_SELF);
-  together << "processors 1 * 1\n" + ball_and_wall() + "run 120\n";
-  alone << ball_and_wall() + "run 120\n";
+  together << "processors 1 * 1\n" + bodies + "run 120\n";
+  alone << bodies + "run 120\n";
   const auto vector_of = [](SoilScript &script) {
     std::vector<double> all;
     for (int k = 0; k < script.fix()->size_vector; k++)
@@ -621,8 +629,8 @@ TEST(FixMpmBodies, FreeBallAndTurningWallHaveTheSameBitsOnRanksAndAfterARestart)
 
   const std::string path = "test_fix_mpm_bodies.restart";
   SoilScript first;
-  first << "processors 1 * 1\n" + ball_and_wall() + "run 70\nwrite_restart " + path + "\n";
-  const std::string scene = ball_and_wall();
+  first << "processors 1 * 1\n" + bodies + "run 70\nwrite_restart " + path + "\n";
+  const std::string &scene = bodies;
   SoilScript second;
   second << "read_restart " + path +
           "\npair_style none\ncomm_modify cutoff 1.0\nneighbor 0.5 bin\n"
@@ -631,6 +639,16 @@ TEST(FixMpmBodies, FreeBallAndTurningWallHaveTheSameBitsOnRanksAndAfterARestart)
   EXPECT_EQ(second.points(), alone.points());
   EXPECT_EQ(vector_of(second), vector_of(alone));
   if (second.lmp->comm->me == 0) std::remove(path.c_str());
+}
+
+TEST(FixMpmBodies, FreeBallAndTurningWallHaveTheSameBitsOnRanksAndAfterARestart)
+{
+  expect_same_bits_on_ranks_and_after_a_restart(ball_and_wall());
+}
+
+TEST(FixMpmBodies, FreeWedgeAndTurningWallHaveTheSameBitsOnRanksAndAfterARestart)
+{
+  expect_same_bits_on_ranks_and_after_a_restart(wedge_and_wall());
 }
 
 TEST(FixMpmBodies, BlockRestsOnTheGroundWithItsWeight)
@@ -1189,10 +1207,23 @@ TEST(FixMpmErrors, SayWhatIsWrong)
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law + " rigid plate vx 0 vy 0 glued",
        "rigid contact is 'glued'; it must be smooth, rough or friction"},
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law + " rigid plate vx 0 vy free rough",
-       "Fix mpm rigid plate: free is for a body of form box or ball"},
+       "Fix mpm rigid plate: free is for a body of form box, ball or convex"},
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
            " rigid plate vx 0 vy 0 rough form box face yhi",
        "Fix mpm rigid plate: face is for a body of form face"},
+      {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
+           " rigid plate vx 0 vy 0 rough form convex 2 0 0 1 0",
+       "form convex is 2; it must be at least 3"},
+      {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
+           " rigid plate vx 0 vy 0 rough form convex 3 0 0 1 0 0 nan",
+       "form convex y3 is 'nan'; it must be a number"},
+      {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
+           " rigid plate vx 0 vy 0 rough form convex 3 0 0 2 0 1",
+       "form convex y3 has no value; the command ends there; it must read: form face | box | ball "
+       "| convex N x1 y1 ... xN yN"},
+      {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
+           " rigid plate vx 0 vy 0 rough form convex 3 0 0 1 1 2 2\nrun 0",
+       "rigid body plate has vertices in one line"},
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
            " rigid plate vx 0 vy 0 friction 0 form ball",
        "friction"},

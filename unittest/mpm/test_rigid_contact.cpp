@@ -10,7 +10,10 @@
 #include <cstring>
 #include <gtest/gtest.h>
 #include <map>
+#include <memory>
 #include <random>
+#include <utility>
+#include <vector>
 
 using mpm::BodyForm;
 using mpm::MpmSolver;
@@ -71,6 +74,40 @@ template <int D> struct BodyOnLayer {
   }
 };
 
+/// The corners of a box.
+template <int D> std::vector<Vec<D>> corners_of_box(const Vec<D> &lo, const Vec<D> &hi)
+{
+  std::vector<Vec<D>> corners;
+  for (int corner = 0; corner < 1 << D; ++corner) {
+    Vec<D> place;
+    for (int a = 0; a < D; ++a) place[a] = corner >> a & 1 ? hi[a] : lo[a];
+    corners.push_back(place);
+  }
+  return corners;
+}
+
+/// The middles of the faces of a box: a rhombus or an octahedron.
+template <int D> std::vector<Vec<D>> middles_of_faces(const Vec<D> &lo, const Vec<D> &hi)
+{
+  std::vector<Vec<D>> middles;
+  for (int face = 0; face < 2 * D; ++face) {
+    middles.push_back(0.5 * (lo + hi));
+    middles.back()[face / 2] = face % 2 == 0 ? lo[face / 2] : hi[face / 2];
+  }
+  return middles;
+}
+
+/// A shape gets the half spaces of vertices that are counted from its centre, along its axes.
+template <int D> void set_vertices(mpm::RigidShape<D> &shape, const std::vector<Vec<D>> &vertices)
+{
+  const mpm::ConvexHull<D> hull = mpm::convex_hull(vertices, "body");
+  shape.form = BodyForm::Convex;
+  shape.centre = shape.centre + shape.orientation * hull.middle;
+  shape.half = hull.half;
+  shape.num_half_spaces = static_cast<int>(hull.sides.size());
+  for (int k = 0; k < shape.num_half_spaces; ++k) shape.half_space[k] = hull.sides[k].plane;
+}
+
 /// Directions and places at random.
 template <int D> struct Random {
   std::mt19937 generator{11};
@@ -90,6 +127,11 @@ template <int D> struct Random {
     double rates[mpm::FREEDOMS<D>];
     for (double &rate : rates) rate = 2.0 * number(generator);
     shape.orientation = mpm::turn_of<D>(rates, 1.0);
+    if (form == BodyForm::Convex) {
+      std::vector<Vec<D>> vertices;
+      for (int k = 0; k < 12; ++k) vertices.push_back(1.5 * vector());
+      set_vertices(shape, vertices);
+    }
     return shape;
   }
 };
@@ -138,6 +180,74 @@ TEST(RigidShape, LinesEnterAndLeaveAConvexBodyThroughSupportingPlanes)
   expect_lines_meet_the_surface<3>(BodyForm::Box);
   expect_lines_meet_the_surface<3>(BodyForm::Ball);
   expect_lines_meet_the_surface<3>(BodyForm::Cylinder);
+  expect_lines_meet_the_surface<2>(BodyForm::Convex);
+  expect_lines_meet_the_surface<3>(BodyForm::Convex);
+}
+
+namespace {
+
+template <int D> void expect_corners_of_a_box_are_the_box()
+{
+  Random<D> random;
+  int met = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    mpm::RigidShape<D> box = random.shape(BodyForm::Box), convex = box;
+    if (trial % 4 == 0) box.orientation = convex.orientation = mpm::Tensor<D>::identity();
+    set_vertices(convex, corners_of_box(-1.0 * box.half, box.half));
+    EXPECT_EQ(convex.num_half_spaces, 2 * D);
+    EXPECT_NEAR(convex.radius(), box.radius(), 1e-14);
+    const Vec<D> start = box.centre + 1.2 * random.vector();
+    typename mpm::RigidShape<D>::Crossing one, other;
+    const bool meets = box.cross(start, trial % D, 1e-9, one);
+    ASSERT_EQ(convex.cross(start, trial % D, 1e-9, other), meets);
+    EXPECT_LE(std::sqrt(dot(box.normal_at(start) - convex.normal_at(start),
+                            box.normal_at(start) - convex.normal_at(start))),
+              1e-12);
+    if (!meets) continue;
+    ++met;
+    for (int end = 0; end < 2; ++end) {
+      // along a line a face that is nearly parallel to it has a place of a larger error
+      const double steep = std::abs(one.normal[end][trial % D]);
+      EXPECT_NEAR(other.place[end], one.place[end], 1e-13 / steep);
+      for (int a = 0; a < D; ++a) EXPECT_NEAR(other.normal[end][a], one.normal[end][a], 1e-13);
+      EXPECT_NEAR(other.depth[end], one.depth[end], 1e-13 / steep);
+    }
+  }
+  EXPECT_GT(met, 500);
+}
+
+}    // namespace
+
+TEST(RigidShape, OfTheCornersOfABoxIsTheBox)
+{
+  expect_corners_of_a_box_are_the_box<2>();
+  expect_corners_of_a_box_are_the_box<3>();
+}
+
+TEST(RigidShape, PolygonOfManySidesIsADisk)
+{
+  constexpr int SIDES = 48;
+  mpm::RigidShape<2> disk, polygon;
+  disk.form = BodyForm::Ball;
+  disk.half = {{1.0, 1.0}};
+  std::vector<Vec<2>> vertices;
+  for (int k = 0; k < SIDES; ++k) {
+    const double angle = 2.0 * std::acos(-1.0) * (k + 0.5) / SIDES;
+    vertices.push_back({{std::cos(angle), std::sin(angle)}});
+  }
+  set_vertices(polygon, vertices);
+  const double half_side = std::acos(-1.0) / SIDES;
+  for (double x : {std::sin(half_side), 0.0, 0.1, 0.217, 0.31, 0.422, -0.5, -0.64}) {
+    mpm::RigidShape<2>::Crossing round, flat;
+    ASSERT_TRUE(disk.cross({{x, 0.0}}, 1, 1e-9, round));
+    ASSERT_TRUE(polygon.cross({{x, 0.0}}, 1, 1e-9, flat));
+    for (int end = 0; end < 2; ++end) {
+      EXPECT_NEAR(flat.place[end], round.place[end],
+                  (1.0 - std::cos(half_side)) / std::abs(flat.normal[end][1]) + 1e-12);
+      EXPECT_GE(dot(flat.normal[end], round.normal[end]), std::cos(1.1 * half_side));
+      EXPECT_GT(flat.depth[end], 0.2) << "there are no edges, on a vertex neither";
+    }
+  }
 }
 
 namespace {
@@ -208,11 +318,12 @@ TEST(TurningBody, NodesInARoughBodyHaveItsVelocityAndItsSpin)
 TEST(TurningBody, BoxOnTheWholeWidthPressesAsTheBodyWithAFaceDoes)
 {
   for (const bool rough : {false, true}) {
-    double reaction[2], stress[2];
-    for (const BodyForm form : {BodyForm::Face, BodyForm::Box}) {
+    double reaction[3], stress[3];
+    for (const BodyForm form : {BodyForm::Face, BodyForm::Box, BodyForm::Convex}) {
       BodyOnLayer<2> set(0.4, 0.8, 0.4);
       set.options.rigid_bodies[0].form = form;
       set.options.rigid_bodies[0].rough = rough;
+      set.options.rigid_body_vertices = {corners_of_box<2>({{0.0, 0.8}}, {{0.4, 1.0}})};
       set.add_body({{0.0, 0.8}}, {{0.4, 1.0}}, DENSITY);
       MpmSolver<2> solver(set.options);
       solver.set_models({&set.law});
@@ -222,13 +333,15 @@ TEST(TurningBody, BoxOnTheWholeWidthPressesAsTheBodyWithAFaceDoes)
       else
         solver.rigid_bodies().set_rates(0, rates);
       for (int step = 0; step < 300; ++step) solver.step(set.scene.view(), {}, TIME_STEP);
-      const int k = form == BodyForm::Face ? 0 : 1;
+      const int k = form == BodyForm::Face ? 0 : form == BodyForm::Box ? 1 : 2;
       reaction[k] = solver.body_reaction(0)[1];
       stress[k] = set.scene.stress[0](1, 1);
     }
     EXPECT_GT(reaction[0], 0.0);
-    EXPECT_NEAR(reaction[1], reaction[0], 1e-9 * reaction[0]);
-    EXPECT_NEAR(stress[1], stress[0], -1e-9 * stress[0]);
+    for (const int k : {1, 2}) {
+      EXPECT_NEAR(reaction[k], reaction[0], 1e-9 * reaction[0]);
+      EXPECT_NEAR(stress[k], stress[0], -1e-9 * stress[0]);
+    }
   }
 }
 
@@ -281,9 +394,11 @@ TEST(FreeBody, LighterThanTheMaterialBelowItIsStableToo)
 
 namespace {
 
-/// A block on a stiff layer, thrown along it, under a gravity that is inclined by `slope`.
+/// A block on a stiff layer, thrown along it, under a gravity that is inclined by `slope`. Of the form Convex a wedge that lies on its longest
+/// face, or with the corners of the block.
 template <int D>
-double deceleration_on_plane(double friction, double slope, double speed, bool slides = true)
+double deceleration_on_plane(double friction, double slope, double speed, bool slides = true,
+                             BodyForm form = BodyForm::Box, bool is_wedge = true)
 {
   BodyOnLayer<D> set(1.6, 0.3, 0.5);
   set.options.rigid_bodies[0].rough = false;
@@ -296,7 +411,19 @@ double deceleration_on_plane(double friction, double slope, double speed, bool s
   Vec<D> lo = corner<D>(0.6, 0.3), hi = corner<D>(1.0, 0.6);
   lo[0] = 0.2;
   hi[0] = 0.6;
-  set.add_body(lo, hi, 8000.0);
+  set.options.rigid_bodies[0].form = form;
+  if (form == BodyForm::Convex && is_wedge) {
+    if constexpr (D == 2) {    // 0.7 wide, 0.35 high
+      set.options.rigid_body_vertices = {{{{0.25, 0.3}}, {{0.95, 0.3}}, {{0.6, 0.65}}}};
+      set.scene.add_block({{0.25, 0.3}}, {{0.95, 0.7}}, 0.05, 8000.0, [](double x, double y) {
+        return y - 0.3 + std::abs(x - 0.6) < 0.35;
+      });
+      for (int p = set.num_deformable; p < set.scene.size(); ++p) set.scene.rigid_body[p] = 0;
+    }
+  } else {
+    set.options.rigid_body_vertices = {corners_of_box(lo, hi)};
+    set.add_body(lo, hi, 8000.0);
+  }
   Vec<D> gravity = (-GRAVITY * std::cos(slope)) * up<D>();
   gravity[0] = GRAVITY * std::sin(slope);
   set.set_gravity(gravity);
@@ -329,6 +456,27 @@ TEST(FrictionalContact, SlidingBlockDeceleratesByTheCoefficientTimesGravity)
               0.05 * friction * GRAVITY);
 }
 
+TEST(FrictionalContact, BlockOfItsCornersSlidesAsTheBox)
+{
+  for (const double slope : {0.0, 0.3})
+    EXPECT_NEAR(deceleration_on_plane<2>(0.3, slope, 2.0, true, BodyForm::Convex, false),
+                deceleration_on_plane<2>(0.3, slope, 2.0), 1e-9 * GRAVITY)
+        << "round-off of 400 steps";
+  EXPECT_NEAR(deceleration_on_plane<3>(0.3, 0.0, 2.0, true, BodyForm::Convex, false),
+              deceleration_on_plane<3>(0.3, 0.0, 2.0), 1e-9 * GRAVITY);
+}
+
+TEST(FrictionalContact, WedgeOnAnInclineSlidesOrSticksAsCoulombSays)
+{
+  const double slope = 0.4, along = GRAVITY * std::sin(slope), across = GRAVITY * std::cos(slope);
+  const double slippery = 0.2, sticky = 0.6;    // tan 0.4 = 0.42
+  EXPECT_NEAR(deceleration_on_plane<2>(slippery, slope, 1.0, true, BodyForm::Convex),
+              slippery * across - along, 0.02 * slippery * across);
+  EXPECT_NEAR(deceleration_on_plane<2>(sticky, slope, 0.0, false, BodyForm::Convex), 0.0,
+              0.1 * along)
+      << "it bounces in the beginning, by which it slips a little";
+}
+
 TEST(FrictionalContact, BlockOnAnInclineSlidesOrSticksAsCoulombSays)
 {
   const double slope = 0.4, along = GRAVITY * std::sin(slope), across = GRAVITY * std::cos(slope);
@@ -357,6 +505,7 @@ template <int D> void expect_momentum_is_conserved(BodyForm form, bool rough, do
   scene.add_block(corner<D>(0.4, 0.4), corner<D>(0.9, 0.8), 0.5 * CELL, DENSITY);
   const int deformable = scene.size();
   Vec<D> lo = corner<D>(0.6, 0.85), hi = corner<D>(1.0, 1.15);
+  options.rigid_body_vertices = {middles_of_faces(corner<D>(0.6, 0.75), hi)};
   scene.add_block(lo, hi, 0.5 * CELL, DENSITY);
   double mass = 0.0;
   for (int p = deformable; p < scene.size(); ++p) {
@@ -393,6 +542,8 @@ TEST(FreeBody, ExchangesMomentumWithTheMaterialToRoundOff)
   expect_momentum_is_conserved<2>(BodyForm::Ball, false, 0.4);
   expect_momentum_is_conserved<3>(BodyForm::Box, false, 0.4);
   expect_momentum_is_conserved<3>(BodyForm::Cylinder, false, 0.0);
+  expect_momentum_is_conserved<2>(BodyForm::Convex, false, 0.4);
+  expect_momentum_is_conserved<3>(BodyForm::Convex, false, 0.4);
 }
 
 TEST(FreeBody, FallsFreelyAndPrecessesWithoutContact)
@@ -490,6 +641,131 @@ TEST(FreeBody, HingedAtItsFootSwingsLikeAPhysicalPendulum)
 
 namespace {
 
+/// Presses a body of the given vertices, which fill points down to the top of a layer, 1.6 wide and 0.8 high.
+struct Press {
+  BodyOnLayer<2> set{1.6, 0.8, 0.8};
+  std::unique_ptr<MpmSolver<2>> solver;
+
+  Press(BodyForm form, std::vector<Vec<2>> vertices, const Vec<2> &lo, const Vec<2> &hi,
+        double from = 0.0)
+  {
+    SceneOf<2> right;
+    for (int p = 0; p < set.scene.size(); ++p)
+      if (set.scene.position[3 * p] > from)
+        right.add({{set.scene.position[3 * p], set.scene.position[3 * p + 1]}},
+                  set.scene.half_size[p], DENSITY);
+    set.scene = right;
+    set.num_deformable = right.size();
+    set.options.lo[0] = from;
+    set.options.rigid_bodies[0].form = form;
+    set.options.rigid_bodies[0].rough = false;
+    set.options.rigid_bodies[0].separation = true;
+    set.options.rigid_body_vertices = {std::move(vertices)};
+    set.options.damping = 0.1;
+    set.add_body(lo, hi, DENSITY);
+    solver = std::make_unique<MpmSolver<2>>(set.options);
+    solver->set_models({&set.law});
+  }
+  Vec<2> force_at(double speed, int steps)
+  {
+    const double rates[] = {0.0, -speed, 0.0};
+    solver->rigid_bodies().set_rates(0, rates);
+    for (int step = 0; step < steps; ++step) solver->step(set.scene.view(), {}, TIME_STEP);
+    return solver->body_reaction(0);
+  }
+};
+
+}    // namespace
+
+TEST(ConvexBody, SymmetricWedgeFeelsNoHorizontalForceAndNoTorque)
+{
+  for (const double height : {0.2, 0.3, 0.5}) {    // 56, 45 and 31 degrees from the vertical
+    Press press(BodyForm::Convex, {{{0.5, 0.8 + height}}, {{0.8, 0.8}}, {{1.1, 0.8 + height}}},
+                {{0.6, 0.9}}, {{1.0, 1.1}});
+    double largest = 0.0;
+    for (int part = 0; part < 20; ++part) {
+      const Vec<2> force = press.force_at(0.5, 30);
+      largest = std::max(largest, force[1]);
+      EXPECT_NEAR(force[0], 0.0, 1e-8 * largest) << "round-off grows with the steps";
+      EXPECT_NEAR(press.solver->body_torque(0)[0], 0.0, 1e-8 * largest);
+    }
+    EXPECT_GT(largest, 1e4) << "it has sunk in by a cell and a half";
+  }
+}
+
+TEST(ConvexBody, HalfOfAWedgeAtAPlaneOfSymmetryFeelsHalfOfTheForce)
+{
+  Press whole(BodyForm::Convex, {{{0.5, 1.0}}, {{0.8, 0.8}}, {{1.1, 1.0}}}, {{0.6, 0.9}},
+              {{1.0, 1.0}});
+  Press half(BodyForm::Convex, {{{0.8, 1.0}}, {{0.8, 0.8}}, {{1.1, 1.0}}}, {{0.8, 0.9}},
+             {{1.0, 1.0}}, 0.8);
+  for (int part = 0; part < 5; ++part) {    // a cell and a half deep in the end
+    const double all = whole.force_at(0.2, 300)[1];
+    EXPECT_GT(all, 1e4);
+    // mass that points spread to behind the plane of symmetry stays there
+    EXPECT_NEAR(half.force_at(0.2, 300)[1], 0.5 * all, 0.005 * all);
+  }
+}
+
+TEST(ConvexBody, PlaceOfASharpTipOnTheGridDoesNotPushItAside)
+{
+  // 18 degrees from the vertical: near the tip both faces have the same nodes
+  for (const double shift : {0.0, 0.02, 0.05, 0.08}) {
+    const double x = 0.8 + shift;
+    Press press(BodyForm::Convex, {{{x - 0.2, 1.4}}, {{x, 0.8}}, {{x + 0.2, 1.4}}},
+                {{x - 0.1, 1.2}}, {{x + 0.1, 1.4}});
+    double aside = 0.0, down = 0.0;
+    for (int part = 0; part < 60; ++part) {
+      const Vec<2> force = press.force_at(0.5, 20);
+      aside += force[0] * force[0];
+      down += force[1] * force[1];
+    }
+    EXPECT_LT(std::sqrt(aside), 0.02 * std::sqrt(down)) << shift;
+  }
+}
+
+TEST(ConvexBody, PolygonOf24SidesPressesAsTheDiskAround)
+{
+  const double radius = 0.4, pi = std::acos(-1.0), depth = 0.1;
+  std::vector<Vec<2>> vertices;
+  for (int k = 0; k < 24; ++k)    // one at the bottom
+    vertices.push_back({{0.8 + radius * std::sin(2.0 * pi * k / 24),
+                         0.8 + radius - radius * std::cos(2.0 * pi * k / 24)}});
+  const double speed = 0.2;
+  const int steps = static_cast<int>(std::lround(depth / speed / TIME_STEP));
+  Press disk(BodyForm::Ball, {}, {{0.4, 0.8}}, {{1.2, 1.6}});
+  Press polygon(BodyForm::Convex, vertices, {{0.4, 0.8}}, {{1.2, 1.6}});
+
+  const double round = disk.force_at(speed, steps)[1];
+  const double flat = polygon.force_at(speed, steps)[1];
+
+  // the polygon is nowhere farther inside than this, and the force grows with the depth
+  const double inside = radius * (1.0 - std::cos(pi / 24));
+  EXPECT_GT(round, 1e4);
+  EXPECT_NEAR(flat, round, inside / depth * round);
+}
+
+TEST(ConvexBody, RefusesPointsThatAreElsewhereAndBodiesThatAreTooThin)
+{
+  const auto message = [](std::vector<Vec<2>> vertices) {
+    try {
+      Press(BodyForm::Convex, std::move(vertices), {{0.6, 0.8}}, {{1.0, 1.2}}).force_at(0.1, 1);
+    } catch (const rve::InputError &problem) {
+      return std::string(problem.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(message({{{0.6, 0.8}}, {{1.0, 0.8}}, {{0.8, 1.2}}}), "");
+  EXPECT_EQ(message({{{0.6, 1.1}}, {{1.0, 1.1}}, {{0.8, 1.5}}}),
+            "rigid body 0 has points whose center of mass, 0.8 1, is 0.1 outside of its vertices; "
+            "allowed is half a cell, 0.05 [length]");
+  EXPECT_EQ(message({{{0.6, 0.8}}, {{1.0, 1.2}}, {{0.95, 1.25}}, {{0.55, 0.85}}}),
+            "rigid body 0 must be as wide as a cell at least, from each face to the vertex "
+            "opposite, 0.1, got 0.0707106781 [length]");
+}
+
+namespace {
+
 template <int D> struct RankOutcome {
   std::map<std::int64_t, std::vector<double>> point;
   std::vector<double> numbers;
@@ -526,6 +802,8 @@ template <int D> struct TwoBodies {
     lo[0] = 0.1;
     hi[0] = 0.3;
     scene.add_block(lo, hi, CELL, DENSITY);
+    options.rigid_body_vertices = {middles_of_faces(corner<D>(0.45, 0.42), corner<D>(0.95, 0.9)),
+                                   {}};
     for (int p = 0; p < scene.size(); ++p) {
       scene.rigid_body[p] = p < ground ? -1 : p < end ? 0 : 1;
       for (int a = 0; a < D; ++a) scene.velocity[3 * p + a] = 0.05 * std::sin(1.7 * p + a);
@@ -600,11 +878,15 @@ TEST(TurningBody, HasTheSameBitsForAnyNumberOfRanksAndThreads)
   expect_same_bits<2>(BodyForm::Ball, 60);
   expect_same_bits<2>(BodyForm::Box, 60);
   expect_same_bits<3>(BodyForm::Cylinder, 8);
+  expect_same_bits<2>(BodyForm::Convex, 60);
+  expect_same_bits<3>(BodyForm::Convex, 8);
 }
 
-TEST(TurningBody, ContinuesFromItsRecordToTheBit)
+namespace {
+
+void expect_to_continue_from_record(BodyForm form)
 {
-  const TwoBodies<2> set(BodyForm::Ball);
+  const TwoBodies<2> set(form);
   const auto make = [&](mpm::LinearElastic<2> &law) {
     auto solver = std::make_unique<MpmSolver<2>>(set.options);
     solver->set_models({&law});
@@ -628,6 +910,14 @@ TEST(TurningBody, ContinuesFromItsRecordToTheBit)
   EXPECT_EQ(whole.position, again.position);
   EXPECT_EQ(whole.velocity, again.velocity);
   EXPECT_EQ(one->rigid_bodies().record(0), second->rigid_bodies().record(0));
+}
+
+}    // namespace
+
+TEST(TurningBody, ContinuesFromItsRecordToTheBit)
+{
+  expect_to_continue_from_record(BodyForm::Ball);
+  expect_to_continue_from_record(BodyForm::Convex);
 }
 
 TEST(TurningBody, RefusesWhatItCannotBe)
@@ -655,6 +945,8 @@ TEST(TurningBody, RefusesWhatItCannotBe)
   EXPECT_EQ(message(body),
             "rigid body block must have a coefficient of friction of at least 0, got -0.1");
   body.friction = 0.0;
+  body.form = BodyForm::Convex;
+  EXPECT_EQ(message(body), "rigid body block must have 3 to 128 vertices, got 0");
   body.form = BodyForm::Face;
   body.free = 1;
   EXPECT_EQ(message(body),

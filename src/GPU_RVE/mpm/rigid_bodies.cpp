@@ -89,6 +89,21 @@ namespace {
       }
   }
 
+  /// By how much [length] a face at `distance` from the centre goes on, which is none if it is not on a side of the grid nor a little beyond it.
+  template <int D>
+  double beyond_side(const SolverOptions<D> &options, const Vec<D> &centre, const Vec<D> &normal,
+                     double distance)
+  {
+    const double cell = options.cell_size, near = face_pair::SAME_PLACE * cell;
+    for (int a = 0; a < D; ++a) {
+      if (!(std::abs(normal[a]) > 1.0 - 1e-9)) continue;
+      const double face = centre[a] + normal[a] * distance;
+      const double beyond = normal[a] < 0.0 ? options.lo[a] - face : face - options.hi[a];
+      if (beyond > -near && beyond < 2.0 * cell) return 2.0 * cell - beyond;
+    }
+    return 0.0;
+  }
+
 }    // namespace
 
 template <int D> RigidBodies<D>::RigidBodies(const SolverOptions<D> &options) : options_(options)
@@ -111,9 +126,28 @@ template <int D> RigidBodies<D>::RigidBodies(const SolverOptions<D> &options) : 
       continue;
     }
     bodies_.push_back(b);
+    hulls_.push_back(body.form == BodyForm::Convex ? hull_of(b) : ConvexHull<D>());
   }
   states_.resize(bodies_.size());
   prescribed_.assign(bodies_.size(), {});
+}
+
+/// Along the axes of the body.
+template <int D> ConvexHull<D> RigidBodies<D>::hull_of(int body) const
+{
+  std::vector<Vec<D>> vertices;
+  if (body < static_cast<int>(options_.rigid_body_vertices.size()))
+    vertices = options_.rigid_body_vertices[body];
+  const Tensor<D> to_body = transpose(rotation_by<D>(options_.rigid_bodies[body].turned));
+  for (Vec<D> &vertex : vertices) vertex = to_body * vertex;
+  const ConvexHull<D> hull = convex_hull(vertices, options_.name_of_body(body));
+  const double cell = options_.cell_size, width = hull.least_width();
+  require(width >= (1.0 - 1e-6) * cell, [&] {
+    return options_.name_of_body(body) +
+        " must be as wide as a cell at least, from each face to the vertex opposite, " +
+        number(cell) + ", got " + number(width) + " [length]";
+  });
+  return hull;
 }
 
 template <int D> void RigidBodies<D>::set_rates(int body, const double *rates)
@@ -126,7 +160,7 @@ template <int D> void RigidBodies<D>::set_rates(int body, const double *rates)
   std::copy_n(rates, S, prescribed_.at(index_.at(body)).begin());
 }
 
-/// The form fits the boxes of the points along the axes of the body.
+/// The form fits the boxes of the points along the axes of the body, or has its vertices.
 template <int D>
 void RigidBodies<D>::make(int k, const PointView<D> &points, const Communication &communication)
 {
@@ -157,6 +191,10 @@ void RigidBodies<D>::make(int k, const PointView<D> &points, const Communication
     middle[a] = 0.5 * (extent[D + a] - extent[a]);
     body.half[a] = 0.5 * (extent[D + a] + extent[a]);
   }
+  if (options.form == BodyForm::Convex) {
+    middle = hulls_[k].middle;
+    body.half = hulls_[k].half;
+  }
   const double cell = options_.cell_size;
   for (int a = 0; a < D; ++a)
     require(2.0 * body.half[a] >= (1.0 - 1e-6) * cell, [&] {
@@ -172,6 +210,17 @@ void RigidBodies<D>::make(int k, const PointView<D> &points, const Communication
   Vec<D> mass_centre = middle;
   if (moments[0] > 0.0)
     for (int a = 0; a < D; ++a) mass_centre[a] += moments[1 + a] / moments[0];
+  for (const auto &side : hulls_[k].sides) {
+    const double outside =
+        dot(side.plane.normal, to_body * (mass_centre - middle)) - side.plane.distance;
+    require(outside <= 0.5 * cell, [&] {
+      std::string place;
+      for (int a = 0; a < D; ++a) place += (a == 0 ? "" : " ") + number(mass_centre[a]);
+      return options_.name_of_body(b) + " has points whose center of mass, " + place + ", is " +
+          number(outside) + " outside of its vertices; allowed is half a cell, " +
+          number(0.5 * cell) + " [length]";
+    });
+  }
   require(options.free == 0 || moments[0] > 0.0, [&] {
     return options_.name_of_body(b) + " is driven by forces: its points must have mass";
   });
@@ -236,7 +285,10 @@ std::vector<RigidBodyStep<D>> &RigidBodies<D>::steps(const PointView<D> &points,
     step.shape.centre = body.origin + body.orientation * body.centre;
     step.origin = body.origin;
     const double cell = options_.cell_size;
-    widen_at_sides(step.shape);
+    if (options.form == BodyForm::Convex)
+      set_half_spaces(static_cast<int>(k), step.shape);
+    else
+      widen_at_sides(step.shape);
     step.reach = std::sqrt(dot(body.centre, body.centre)) + 2.0 * step.shape.radius() + 2.0 * cell;
     // lines through the box around the body along each axis have two contacts each, and all nodes inside one
     const double across = 2.0 * step.shape.radius() / cell + 3.0;
@@ -255,21 +307,36 @@ std::vector<RigidBodyStep<D>> &RigidBodies<D>::steps(const PointView<D> &points,
 /// A flat face on a side of the grid, or beyond it, is no edge of the body: there it goes on, by two cells.
 template <int D> void RigidBodies<D>::widen_at_sides(RigidShape<D> &shape) const
 {
-  const double cell = options_.cell_size, near = face_pair::SAME_PLACE * cell;
   const int first = shape.form == BodyForm::Box ? 0 : shape.form == BodyForm::Cylinder ? 2 : D;
   for (int b = first; b < D; ++b)
     for (const double end : {-1.0, 1.0}) {
       const Vec<D> normal = end * column(shape.orientation, b);
-      for (int a = 0; a < D; ++a) {
-        if (!(std::abs(normal[a]) > 1.0 - 1e-9)) continue;
-        const double face = shape.centre[a] + normal[a] * shape.half[b];
-        const double beyond = normal[a] < 0.0 ? options_.lo[a] - face : face - options_.hi[a];
-        if (!(beyond > -near && beyond < 2.0 * cell)) continue;
-        const double more = 0.5 * (2.0 * cell - beyond);
-        shape.half[b] += more;
-        shape.centre = shape.centre + more * normal;
-      }
+      const double more = 0.5 * beyond_side(options_, shape.centre, normal, shape.half[b]);
+      if (more == 0.0) continue;
+      shape.half[b] += more;
+      shape.centre = shape.centre + more * normal;
     }
+}
+
+/// Those of the vertices, which go on beyond sides of the grid as flat faces of other forms do.
+template <int D> void RigidBodies<D>::set_half_spaces(int k, RigidShape<D> &shape) const
+{
+  ConvexHull<D> hull = hulls_[k];
+  for (std::size_t side = 0; side < hulls_[k].sides.size(); ++side) {
+    const HalfSpace<D> &plane = hull.sides[side].plane;
+    const double more =
+        beyond_side(options_, shape.centre, shape.orientation * plane.normal, plane.distance);
+    if (more != 0.0) hull.extend(side, more);
+  }
+  require(hull.sides.size() <= MOST_HALF_SPACES, [&] {
+    return options_.name_of_body(bodies_[k]) + " must have at most " +
+        std::to_string(MOST_HALF_SPACES) +
+        " faces with those in which it goes on beyond sides of the grid, got " +
+        std::to_string(hull.sides.size());
+  });
+  shape.half = hull.half;
+  shape.num_half_spaces = static_cast<int>(hull.sides.size());
+  for (int n = 0; n < shape.num_half_spaces; ++n) shape.half_space[n] = hull.sides[n].plane;
 }
 
 /// Momentum of the bodies that forces drive, and the rates that they would have without contact. About an origin that moves with

@@ -1,11 +1,12 @@
 // The rigid bodies that can turn, between steps: place, turn, rates, and the inertia of those that forces drive.
 //
-// A body is made of its points once, when it is first seen: its form fits the boxes of the points, their masses give its inertia, and
-// their velocities those with which a free body begins. From then on the points follow the body. Forces on the points act on it.
+// A body is made of its points once, when it is first seen: its form fits the boxes of the points or has vertices of its own, their masses
+// give its inertia, and their velocities those with which a free body begins. From then on the points follow the body. Forces on the points act on it.
 
 #ifndef MPM_RIGID_BODIES_H
 #define MPM_RIGID_BODIES_H
 
+#include "mpm/convex_hull.h"
 #include "mpm/points.h"
 #include "mpm/solver_options.h"
 
@@ -64,11 +65,14 @@ template <int D> class RigidBodies {
   const State &state(int body) const { return states_.at(index_.at(body)); }
   void make(int k, const PointView<D> &points, const Communication &communication);
   void widen_at_sides(RigidShape<D> &shape) const;
+  void set_half_spaces(int k, RigidShape<D> &shape) const;
+  ConvexHull<D> hull_of(int body) const;
   void add_forces(const PointView<D> &points, double dt, const Communication &communication);
 
   SolverOptions<D> options_;
-  std::vector<int> index_;     ///< of each body among those that can turn, or -1
-  std::vector<int> bodies_;    ///< those that can turn
+  std::vector<int> index_;              ///< of each body among those that can turn, or -1
+  std::vector<int> bodies_;             ///< those that can turn
+  std::vector<ConvexHull<D>> hulls_;    ///< of those of the form Convex, along the body's axes
   std::vector<State> states_;
   std::vector<std::array<double, S>> prescribed_;
   std::vector<RigidBodyStep<D>> steps_;

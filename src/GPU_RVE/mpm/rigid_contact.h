@@ -31,6 +31,9 @@ template <int D> struct RigidContact {
 /// Depth behind the other faces from which on a line counts, in cells.
 constexpr double LEAST_DEPTH = 0.25;
 
+/// Of the sum of the normals of two faces, from which on they enclose a tip and are not opposite faces.
+constexpr double TIP = 1e-3;
+
 /// visit(contact) for the contacts of a body on one line of nodes along an axis, in their order.
 template <int axis, int D, class Visit>
 RVE_HD void each_contact_along(const StepView<D> &step, const RigidBodyStep<D> &body, int column,
@@ -75,6 +78,30 @@ RVE_HD void each_contact_along(const StepView<D> &step, const RigidBodyStep<D> &
     arm[axis] += row * cell;
     contact.arm = contact.arm + share * arm;
   };
+
+  if (body.shape.form == BodyForm::Convex && is_steepest(crossing.normal[0]) &&
+      is_steepest(crossing.normal[1])) {
+    // near a tip both faces would take the same nodes, one after the other: they have one contact, which a wedge feels as its tip
+    const Vec<D> both = crossing.normal[0] + crossing.normal[1];
+    const double length = std::sqrt(dot(both, both));
+    const bool shares_nodes =
+        std::ceil(crossing.place[0] / cell) >= std::floor(crossing.place[1] / cell);
+    if (shares_nodes && length > TIP) {
+      const double middle = 0.5 * (crossing.place[0] + crossing.place[1]) / cell;
+      if (!(middle > first_row && middle < last_row) ||
+          crossing.depth[0] < (LEAST_DEPTH - SAME_PLACE) * cell ||
+          crossing.depth[1] < (LEAST_DEPTH - SAME_PLACE) * cell)
+        return;
+      RigidContact<D> contact = {0, {}, {}, 2 * axis, (1.0 / length) * both, Vec<D>::zero()};
+      const int row = static_cast<int>(std::floor(middle));
+      double share = middle - row;
+      if (step.shape == ShapeFunction::Linear) share = share < 0.5 ? 0.0 : 1.0;
+      if (1.0 - share > SAME_PLACE) add_node(contact, row, 1.0 - share);
+      if (share > SAME_PLACE) add_node(contact, row + 1, share);
+      visit(contact);
+      return;
+    }
+  }
 
   int inside[2];    // rows of the nodes inside that are on no other contact
   for (int end = 0; end < 2; ++end) {

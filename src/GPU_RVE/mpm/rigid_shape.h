@@ -13,8 +13,8 @@ namespace mpm {
 
 /// Face: the box around the points, which does not turn and presses with one of its faces (BoundaryView::impose_body). The others
 /// are convex bodies with contact on their whole surface, which can turn. Ball: in the plane a disk. Cylinder: in space, its axis is the
-/// third one of the body.
-enum class BodyForm { Face, Box, Ball, Cylinder };
+/// third one of the body. Convex: what half spaces have in common.
+enum class BodyForm { Face, Box, Ball, Cylinder, Convex };
 
 template <int D> constexpr int FREEDOMS = rve::Space<D>::freedoms;
 
@@ -96,14 +96,24 @@ RVE_HD void solve_free(const double *matrix, const double *right, int free, doub
   }
 }
 
+/// All that is on the inner side of a plane, whose normal points outward.
+template <int D> struct HalfSpace {
+  Vec<D> normal;      ///< a unit vector along the axes of a body
+  double distance;    ///< of the plane from the centre of the body, along the normal [length]
+};
+
+/// Of one body.
+constexpr int MOST_HALF_SPACES = 64;
+
 /// A convex body in its place.
 template <int D> struct RigidShape {
   BodyForm form = BodyForm::Box;
-  int unused = 0;
+  int num_half_spaces = 0;           ///< of the form Convex
   Vec<D> centre = Vec<D>::zero();    ///< [length]
   Vec<D> half = Vec<D>::
       zero();    ///< half sizes along its own axes; of round ones the first is the radius [length]
   Tensor<D> orientation = Tensor<D>::identity();    ///< its axes are the columns
+  HalfSpace<D> half_space[MOST_HALF_SPACES] = {};
 
   /// Where a line enters and leaves the body.
   struct Crossing {
@@ -119,6 +129,7 @@ template <int D> struct RigidShape {
     const Vec<D> start = transpose(orientation) * (point - centre);
     Vec<D> direction;
     for (int b = 0; b < D; ++b) direction[b] = orientation(axis, b);
+    if (form == BodyForm::Convex) return cross_planes(start, direction, tolerance, crossing);
     constexpr int ROUND = -1;
     crossing.place[0] = -1e300;
     crossing.place[1] = 1e300;
@@ -131,7 +142,6 @@ template <int D> struct RigidShape {
       }
     };
     for (int b = first_flat(); b < D; ++b) {
-      constexpr double PARALLEL = 1e-12;
       if (std::abs(direction[b]) < PARALLEL) {
         if (std::abs(start[b]) > half[b] + tolerance) return false;
         continue;
@@ -187,6 +197,7 @@ template <int D> struct RigidShape {
   RVE_HD Vec<D> normal_at(const Vec<D> &point) const
   {
     const Vec<D> start = transpose(orientation) * (point - centre);
+    if (form == BodyForm::Convex) return orientation * normal_of_planes(start);
     Vec<D> normal = Vec<D>::zero();
     double depth = 1e300;
     for (int b = first_flat(); b < D; ++b)
@@ -222,6 +233,91 @@ template <int D> struct RigidShape {
   RVE_HD int first_flat() const
   {
     return form == BodyForm::Ball ? D : form == BodyForm::Cylinder ? 2 : 0;
+  }
+
+  static constexpr double PARALLEL = 1e-12;    // sine of an angle
+
+  /// `cross` of the form Convex, along its axes.
+  RVE_HD bool cross_planes(const Vec<D> &start, const Vec<D> &direction, double tolerance,
+                           Crossing &crossing) const
+  {
+    crossing.place[0] = -1e300;
+    crossing.place[1] = 1e300;
+    int face[2] = {-1, -1};
+    for (int k = 0; k < num_half_spaces; ++k) {
+      const double slope = dot(half_space[k].normal, direction);
+      const double above = dot(half_space[k].normal, start) - half_space[k].distance;
+      if (std::abs(slope) < PARALLEL) {
+        if (above > tolerance) return false;
+        continue;
+      }
+      const double place = -above / slope;
+      if (slope < 0.0 && place > crossing.place[0]) {
+        crossing.place[0] = place;
+        face[0] = k;
+      } else if (slope > 0.0 && place < crossing.place[1]) {
+        crossing.place[1] = place;
+        face[1] = k;
+      }
+    }
+    if (face[0] < 0 || face[1] < 0 || !(crossing.place[0] < crossing.place[1])) return false;
+    const double same = SAME_DEPTH * radius();
+    for (int end = 0; end < 2; ++end) {
+      const Vec<D> &normal = half_space[face[end]].normal;
+      const Vec<D> place = start + crossing.place[end] * direction;
+      const double outward = end == 0 ? -1.0 : 1.0;
+      const bool is_steep = outward * dot(normal, direction) > STEEP;
+      Vec<D> sum = normal;
+      double &depth = crossing.depth[end];
+      depth = 1e300;
+      for (int k = 0; k < num_half_spaces; ++k) {
+        if (k == face[end]) continue;
+        const Vec<D> &other = half_space[k].normal;
+        double below = half_space[k].distance - dot(other, place);
+        // a face that the lines of this axis meet as well: a line at the edge meets both
+        if (is_steep && outward * dot(other, direction) > STEEP) {
+          if (below < same) sum = sum + other;
+          continue;
+        }
+        if (!is_behind_edge(normal, other, below)) continue;
+        if (below < depth) depth = below;
+      }
+      crossing.normal[end] = orientation * ((1.0 / std::sqrt(dot(sum, sum))) * sum);
+    }
+    return true;
+  }
+
+  static constexpr double SAME_DEPTH = 1e-9;    // over the size of the body
+  static constexpr double STEEP = 0.7072;       // along an axis: one of two at a right angle
+
+  /// Whether the depth behind a plane is one behind an edge, and how much of it. Faces whose normals are up to 45 degrees apart are on the
+  /// way to a round body, which has no edges; from there to a right angle there is more and more of an edge. A face opposite has none.
+  RVE_HD bool is_behind_edge(const Vec<D> &normal, const Vec<D> &other, double &below) const
+  {
+    constexpr double ROUND = 0.3;    // 1 - cos of 45.6 degrees
+    const double turn = 1.0 - dot(normal, other);
+    if (turn <= ROUND || turn > 2.0 - 1e-12) return false;
+    if (turn < 1.0) below *= (1.0 - ROUND) / (turn - ROUND);
+    return true;
+  }
+
+  /// `normal_at` of the form Convex, along its axes. Where several faces are nearest it is their mean, so that symmetric bodies are symmetric.
+  RVE_HD Vec<D> normal_of_planes(const Vec<D> &start) const
+  {
+    const double same = SAME_DEPTH * radius();
+    double depth = 1e300;
+    Vec<D> first = Vec<D>::zero(), sum = Vec<D>::zero();
+    for (int k = 0; k < num_half_spaces; ++k) {
+      const double below = half_space[k].distance - dot(half_space[k].normal, start);
+      if (below < depth - same) {
+        depth = below;
+        first = sum = half_space[k].normal;
+      } else if (below < depth + same) {
+        sum = sum + half_space[k].normal;
+      }
+    }
+    const double length = std::sqrt(dot(sum, sum));
+    return length > 0.5 ? (1.0 / length) * sum : first;    // else between opposite faces
   }
 };
 

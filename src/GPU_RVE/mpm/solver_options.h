@@ -37,6 +37,8 @@ template <int D> struct SolverOptions {
   std::array<SideKind, FACES<D>> sides{};       ///< in the order of Face; default free
   std::array<Dashpots, FACES<D>> dashpots{};    ///< of the sides; default none
   std::vector<RigidBodyOptions> rigid_bodies;
+  /// Of each body of the form Convex, where it is made; bodies at the end that are of other forms may be left out [length].
+  std::vector<std::vector<Vec<D>>> rigid_body_vertices;
   std::vector<std::string> rigid_body_names;    ///< for messages; one without a name has its number
   int threads = 1;                              ///< OpenMP threads; no influence on results
   Device device = Device::Cpu;                  ///< no influence on results
