@@ -43,8 +43,6 @@ class BlockInRegisters : public BlockSerial {
     std::memset(static_cast<void *>(copy.value.data()), GARBAGE, CAPACITY * sizeof(T));
     return copy;
   }
-
-  template <class T> using Shown = BlockSerial::Resident<T>;
 };
 
 /// With two grains of a thread: the first one's thread takes what is shared out to both.

@@ -257,7 +257,6 @@ inline namespace RVE_ISA {
       RVE_DEVICE void publish(int item, const T &x) { array[item] = x; }
     };
     template <class T> using Resident = Copy<T, ItemsPerThread>;
-    template <class T> using Shown = Copy<T, 0>;
 
     template <class T> RVE_DEVICE Resident<T> resident(T *array)
     {
@@ -266,7 +265,6 @@ inline namespace RVE_ISA {
       copy.array = array;
       return copy;
     }
-    template <class T> RVE_DEVICE Shown<T> shown(T *array) { return {array}; }
 
    private:
     /// Where a thread has several items, every second round of threads goes backwards: spheres are numbered by how much there is to do, and no

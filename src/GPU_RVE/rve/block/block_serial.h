@@ -171,9 +171,6 @@ inline namespace RVE_ISA {
     };
 
     template <class T> RVE_INLINE Resident<T> resident(T *array) { return Resident<T>{array}; }
-    /// The same for what stays in its array.
-    template <class T> using Shown = Resident<T>;
-    template <class T> RVE_INLINE Shown<T> shown(T *array) { return {array}; }
   };
 
 }    // namespace RVE_ISA
