@@ -3,6 +3,7 @@
 
     python3 plot_footing_3d.py                     of the curves of model mohr_coulomb that are there
     python3 plot_footing_3d.py --model rve
+    python3 plot_footing_3d.py --model tresca      of runs without friction and surcharge (README.md): pressure over cohesion beside N_c
     python3 plot_footing_3d.py --check             says by its exit status whether the order of the shapes is physical
 
 A bearing capacity here is the mean pressure over the last quarter of the settlement. Needs numpy, for pictures matplotlib.
@@ -15,6 +16,8 @@ import sys
 import numpy as np
 
 SHAPES = ("strip", "circle", "square")
+# pressure over cohesion of Tresca's ground: Prandtl; Eason & Shield 1960 (Z. Angew. Math. Phys. 11, 33), rough circle
+TRESCA = {"strip": 2.0 + np.pi, "circle": 6.05}
 
 
 def capacities(model):
@@ -37,7 +40,8 @@ def formulas(phi):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--model", default="mohr_coulomb", help="mohr_coulomb or rve")
+    parser.add_argument("--model", default="mohr_coulomb", help="mohr_coulomb, rve or tresca")
+    parser.add_argument("--cohesion", type=float, default=10000.0, help="of Tresca's ground [Pa]")
     parser.add_argument("--phi", type=float, default=20.0, help="friction angle of the formulas [degrees]")
     parser.add_argument("--surcharge", type=float, default=20000.0, help="[Pa]")
     parser.add_argument("--check", action="store_true")
@@ -47,6 +51,14 @@ def main():
     found = capacities(arguments.model)
     if not found:
         sys.exit(f"there is no curve.{arguments.model}_*: run in.footing_3d")
+    if arguments.model == "tresca":
+        ratios = {shape: capacity / arguments.cohesion / TRESCA[shape] for shape, (_, capacity) in found.items() if shape in TRESCA}
+        for shape, ratio in ratios.items():
+            print(f"{shape}: N_c {ratio * TRESCA[shape]:.2f}, {ratio:.3f} of the closed form, {TRESCA[shape]:.2f}")
+        # Eight cells in the half width: the footing acts half a cell wider, by 6 % in one direction and 13 % in two, and the staircase of nodes within
+        # a circle takes some of it away. A factor beyond N_c that is no larger than these and 6 % is allowed.
+        within = ratios.keys() >= TRESCA.keys() and 0.97 < ratios["strip"] < 1.0625 * 1.06 and 0.97 < ratios["circle"] < 1.129
+        sys.exit(0 if within or not arguments.check else "not what is expected")
     for shape, (_, capacity) in found.items():
         factor = f", shape factor {capacity / found['strip'][1]:.2f}" if "strip" in found and shape != "strip" else ""
         print(f"{shape}: {capacity / 1000.0:.1f} kPa, {capacity / arguments.surcharge:.2f} times the surcharge{factor}")

@@ -20,5 +20,9 @@ case $example in
     check rough smooth ;;
   footing_3d)
     for shape in square strip; do run -var shape $shape -var length 3 -var d_end 0.1; done
-    check ;;
+    check
+    for shape in circle strip; do
+      run -var shape $shape -var out tresca_$shape -var phi 0 -var cohesion 10000 -var qs 0 -var d_end 0.06 -var length 2 -var h 0.125
+    done
+    check --model tresca ;;
 esac
