@@ -165,38 +165,41 @@ template <int D> SceneOf<D> affine_block(const mpm::Tensor<D> &gradient)
   return scene;
 }
 
-}    // namespace
-
-TEST(MeanDilation, LeavesAUniformGradientAsItIs)
+template <int D> void expect_uniform_gradient_is_left(const mpm::Tensor<D> &gradient)
 {
-  const mpm::Tensor<2> gradient = {{0.2, -0.1, 0.3, 0.4}};
   for (const bool mean : {false, true}) {
-    SceneOf<2> scene = affine_block(gradient);
-    mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.2}}, CELL);
+    SceneOf<D> scene = affine_block<D>(gradient);
+    mpm::SolverOptions<D> options =
+        mpm_test::grid_options_of<D>(uniform<D>(0.0), uniform<D>(1.2), CELL);
     options.mean_dilation = mean;
-    mpm::LinearElastic<2> law(YOUNG, 0.3);
-    MpmSolver<2> solver(options);
+    mpm::LinearElastic<D> law(YOUNG, 0.3);
+    MpmSolver<D> solver(options);
     solver.set_models({&law});
     solver.step(scene.view(), {}, 1e-6);
+    int inside = 0;
     for (int p = 0; p < scene.size(); ++p) {
-      const double *x = &scene.position[3 * p];
-      if (std::max(std::abs(x[0] - 0.6), std::abs(x[1] - 0.6)) > 0.1) continue;
-      for (int k = 0; k < 4; ++k)
+      double away = 0.0;
+      for (int a = 0; a < D; ++a) away = std::max(away, std::abs(scene.position[3 * p + a] - 0.6));
+      if (away > 0.1) continue;
+      ++inside;
+      for (int k = 0; k < D * D; ++k)
         EXPECT_NEAR(scene.velocity_gradient[p].component[k], gradient.component[k], 1e-6);
     }
+    EXPECT_GE(inside, 1 << 2 * D);
   }
 }
 
-TEST(MeanDilation, IsTheSameForAllPointsOfACellAndKeepsTheVolumeOfTheCell)
+template <int D> void expect_one_dilation_in_a_cell()
 {
   for (const bool mean : {false, true}) {
-    SceneOf<2> scene;
-    scene.add_block({{0.4, 0.4}}, {{0.8, 0.8}}, 0.5 * CELL, DENSITY);
+    SceneOf<D> scene;
+    scene.add_block(uniform<D>(0.4), uniform<D>(0.8), 0.5 * CELL, DENSITY);
     for (int p = 0; p < 3 * scene.size(); ++p) scene.velocity[p] = 0.1 * std::sin(2.3 * p);
-    mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.2}}, CELL);
+    mpm::SolverOptions<D> options =
+        mpm_test::grid_options_of<D>(uniform<D>(0.0), uniform<D>(1.2), CELL);
     options.mean_dilation = mean;
-    mpm::LinearElastic<2> law(YOUNG, 0.3);
-    MpmSolver<2> solver(options);
+    mpm::LinearElastic<D> law(YOUNG, 0.3);
+    MpmSolver<D> solver(options);
     solver.set_models({&law});
     const std::vector<double> start = scene.position;
     solver.step(scene.view(), {}, 1e-6);
@@ -204,7 +207,7 @@ TEST(MeanDilation, IsTheSameForAllPointsOfACellAndKeepsTheVolumeOfTheCell)
     for (int p = 0; p < scene.size(); ++p)
       for (int q = 0; q < p; ++q) {
         bool same_cell = true;
-        for (int a = 0; a < 2; ++a)
+        for (int a = 0; a < D; ++a)
           same_cell = same_cell &&
               std::floor(start[3 * p + a] / CELL) == std::floor(start[3 * q + a] / CELL);
         if (same_cell)
@@ -220,62 +223,93 @@ TEST(MeanDilation, IsTheSameForAllPointsOfACellAndKeepsTheVolumeOfTheCell)
   }
 }
 
-TEST(MeanDilation, ForcesDoTheWorkOfTheStresses)
+/// Power of the nodal forces on a velocity field of the nodes = -Σ V σ : L, with the L that the law gets; a quadratic field.
+template <int D> void expect_forces_do_the_work_of_stresses()
 {
-  // power of the nodal forces on a velocity field of the nodes = -Σ V σ : L, with the L that the law gets; a quadratic field
-  SceneOf<2> scene;
-  scene.add_block({{0.4, 0.4}}, {{0.8, 0.8}}, 0.5 * CELL, DENSITY);
-  for (int p = 0; p < scene.size(); ++p) {
-    const double shear = 1e5 * std::sin(0.9 * p);
-    scene.stress[p] = {{1e5 * std::cos(1.9 * p), shear, shear, -2e5 * std::cos(0.3 * p)}};
-  }
-  mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.2}}, CELL);
+  SceneOf<D> scene;
+  scene.add_block(uniform<D>(0.4), uniform<D>(0.8), 0.5 * CELL, DENSITY);
+  for (int p = 0; p < scene.size(); ++p)
+    for (int a = 0; a < D; ++a) {
+      scene.stress[p](a, a) = 1e5 * std::cos(1.9 * p + 1.3 * a);
+      for (int b = 0; b < a; ++b)
+        scene.stress[p](a, b) = scene.stress[p](b, a) = 1e5 * std::sin(0.9 * p + a + 0.7 * b);
+    }
+  mpm::SolverOptions<D> options =
+      mpm_test::grid_options_of<D>(uniform<D>(0.0), uniform<D>(1.2), CELL);
   options.mean_dilation = true;
-  mpm::LinearElastic<2> law(YOUNG, 0.3);
-  MpmSolver<2> solver(options);
+  mpm::LinearElastic<D> law(YOUNG, 0.3);
+  MpmSolver<D> solver(options);
   solver.set_models({&law});
-  const std::vector<rve::Tensor2> stress = scene.stress;
+  const std::vector<mpm::Tensor<D>> stress = scene.stress;
   solver.evaluate(scene.view(), {}, 1e-9);
 
   double of_forces = 0.0;
-  const mpm::Grid<2> &grid = solver.grid();
-  mpm::NodeBox<2> nodes;
-  nodes.first = {{-1, -1}};
-  nodes.end = {{grid.cells(0) + 2, grid.cells(1) + 2}};
-  const auto field = [&](const mpm::Place<2> &place) {
-    const double x = place[0] * CELL - 0.6, y = place[1] * CELL - 0.6;
-    return Vec<2>{{0.3 * x * x - 0.2 * x * y + 0.1 * y, 0.4 * y * y + 0.5 * x}};
+  const mpm::Grid<D> &grid = solver.grid();
+  mpm::NodeBox<D> nodes;
+  for (int a = 0; a < D; ++a) {
+    nodes.first[a] = -1;
+    nodes.end[a] = grid.cells(a) + 2;
+  }
+  const auto field = [&](const mpm::Place<D> &place) {
+    Vec<D> velocity;
+    for (int a = 0; a < D; ++a) {
+      const double x = place[a] * CELL - 0.6, y = place[(a + 1) % D] * CELL - 0.6;
+      velocity[a] = (0.3 + 0.1 * a) * x * x - 0.2 * x * y + (0.1 + 0.4 * a) * y;
+    }
+    return velocity;
   };
-  nodes.for_each([&](const mpm::Place<2> &place) {
+  nodes.for_each([&](const mpm::Place<D> &place) {
     of_forces += dot(solver.node_force(place), field(place));
   });
 
-  // the same by hand: cells hold four whole boxes each
+  // the same by hand: cells hold whole boxes, two along each axis
   double of_stresses = 0.0;
-  std::vector<double> dilation(scene.size()), volume(grid.node_count(), 0.0),
-      sum(grid.node_count(), 0.0);
-  std::vector<rve::Tensor2> gradient(scene.size());
+  std::vector<double> volume(grid.node_count(), 0.0), sum(grid.node_count(), 0.0);
+  std::vector<mpm::Tensor<D>> gradient(scene.size());
   const auto cell_of = [&](int p) {
-    return grid.node({{static_cast<int>(std::floor(scene.position[3 * p] / CELL)),
-                       static_cast<int>(std::floor(scene.position[3 * p + 1] / CELL))}});
+    mpm::Place<D> place;
+    for (int a = 0; a < D; ++a)
+      place[a] = static_cast<int>(std::floor(scene.position[3 * p + a] / CELL));
+    return grid.node(place);
   };
   for (int p = 0; p < scene.size(); ++p) {
-    const mpm::Support<2> support =
+    const mpm::Support<D> support =
         mpm::support_of(grid, ShapeFunction::Gimp, &scene.position[3 * p], scene.half_size[p]);
-    gradient[p] = rve::Tensor2::zero();
-    mpm::each_node<2>([&](const mpm::Place<2> &at) {
+    gradient[p] = mpm::Tensor<D>::zero();
+    mpm::each_node<D>([&](const mpm::Place<D> &at) {
       gradient[p] = gradient[p] + dyad(field(grid.place(support.node(at))), support.gradient(at));
     });
     volume[cell_of(p)] += scene.volume[p];
     sum[cell_of(p)] += scene.volume[p] * trace(gradient[p]);
   }
   for (int p = 0; p < scene.size(); ++p) {
-    const double change = 0.5 * (sum[cell_of(p)] / volume[cell_of(p)] - trace(gradient[p]));
-    for (int a = 0; a < 2; ++a) gradient[p](a, a) += change;
-    for (int k = 0; k < 4; ++k)
+    const double change = (sum[cell_of(p)] / volume[cell_of(p)] - trace(gradient[p])) / D;
+    for (int a = 0; a < D; ++a) gradient[p](a, a) += change;
+    for (int k = 0; k < D * D; ++k)
       of_stresses += scene.volume[p] * stress[p].component[k] * gradient[p].component[k];
   }
+  EXPECT_GT(std::abs(of_stresses), 1.0);
   EXPECT_NEAR(of_forces, -of_stresses, 1e-10 * std::abs(of_stresses));
+}
+
+}    // namespace
+
+TEST(MeanDilation, LeavesAUniformGradientAsItIs)
+{
+  expect_uniform_gradient_is_left<2>({{0.2, -0.1, 0.3, 0.4}});
+  expect_uniform_gradient_is_left<3>({{0.2, -0.1, 0.3, 0.4, -0.3, 0.1, -0.2, 0.25, 0.15}});
+}
+
+TEST(MeanDilation, IsTheSameForAllPointsOfACellAndKeepsTheVolumeOfTheCell)
+{
+  expect_one_dilation_in_a_cell<2>();
+  expect_one_dilation_in_a_cell<3>();
+}
+
+TEST(MeanDilation, ForcesDoTheWorkOfTheStresses)
+{
+  expect_forces_do_the_work_of_stresses<2>();
+  expect_forces_do_the_work_of_stresses<3>();
 }
 
 namespace {
