@@ -630,12 +630,11 @@ void expect_same_bits_on_ranks_and_after_a_restart(const std::string &bodies)
   const std::string path = "test_fix_mpm_bodies.restart";
   SoilScript first;
   first << "processors 1 * 1\n" + bodies + "run 70\nwrite_restart " + path + "\n";
-  const std::string &scene = bodies;
   SoilScript second;
   second << "read_restart " + path +
           "\npair_style none\ncomm_modify cutoff 1.0\nneighbor 0.5 bin\n"
           "neigh_modify every 5 delay 0 check no\nthermo_modify lost error\n" +
-          scene.substr(scene.find("timestep")) + "run 50\n";
+          bodies.substr(bodies.find("timestep")) + "run 50\n";
   EXPECT_EQ(second.points(), alone.points());
   EXPECT_EQ(vector_of(second), vector_of(alone));
   if (second.lmp->comm->me == 0) std::remove(path.c_str());

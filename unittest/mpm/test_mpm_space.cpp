@@ -316,7 +316,7 @@ TEST(ColumnInSpace, CompressedByAThirdOfItsHeightHasTheClosedForm)
   EXPECT_LT(fine, 5e-3);
   for (int axis = 0; axis < 2; ++axis) EXPECT_NEAR(error(8, axis), coarse, 1e-9);
 
-  // boxes that follow the stretch of their points leave no gaps: a full order more, as in the plane
+  // boxes that follow their points do not overlap where the column is compressed: a full order more, as in the plane
   const Errors followed = errors(8, 2, mpm::ShapeFunction::Cpgimp),
                finer = errors(16, 2, mpm::ShapeFunction::Cpgimp);
   printf("column in space, boxes that follow: place %.3e %.3e, order %.2f; stress %.3e %.3e, order "
