@@ -199,11 +199,21 @@ void read_twisting(ScriptWords &words, Contact &contact)
   contact.material[&rve::Material::twisting_friction] = words.number("twisting mu_twist");
 }
 
+void read_reach(ScriptWords &words, Contact &contact)
+{
+  if (*contact.material.law != rve::ContactLaw::Dmt)
+    words.refuse(fmt::format("contact {} has no reach; only the attraction of dmt reaches beyond "
+                             "touching",
+                             rve::word_of(*contact.material.law)));
+  contact.material[&rve::Material::adhesion_reach] = words.number("reach");
+}
+
 constexpr ScriptKeyword<Contact> PARTS[] = {
     {"tangential", "linear_history k_t x_gammat mu", read_tangential},
     {"damping", "velocity", read_damping},
     {"rolling", "sds k_roll gamma_roll mu_roll", read_rolling},
-    {"twisting", "sds k_twist gamma_twist mu_twist, or marshall", read_twisting}};
+    {"twisting", "sds k_twist gamma_twist mu_twist, or marshall", read_twisting},
+    {"reach", "h, of dmt: how far apart grains attract each other", read_reach}};
 
 /// Gives all that *contact* can say: what it does not say is 0.
 void read_contact(ScriptWords &words, MaterialWords &material)
@@ -215,7 +225,7 @@ void read_contact(ScriptWords &words, MaterialWords &material)
       "eta_n hertz/material E eta_n nu or dmt E eta_n nu cohesion, tangential mindlin, "
       "mindlin/force, mindlin_rescale or mindlin_rescale/force k_t x_gammat mu [damping "
       "viscoelastic, velocity or coeff_restitution] [rolling sds k_roll gamma_roll "
-      "mu_roll] [twisting sds k_twist gamma_twist mu_twist or marshall]");
+      "mu_roll] [twisting sds k_twist gamma_twist mu_twist or marshall] [reach h]");
   for (const rve::MaterialParameter &parameter : rve::MATERIAL_PARAMETERS)
     if (parameter.of_contact()) material[parameter.member] = 0.0;
   Contact contact{material};

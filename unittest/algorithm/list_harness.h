@@ -36,8 +36,9 @@ template <class Scene> struct BuildList {
       motion[i].position = view.position[i];
     });
 
-    const rve::ListSizes sizes = rve::build_list(block, motion, view.radius, work, n, cell,
-                                                 largest_radius, skin, old, view.header->num_extra);
+    const rve::ListSizes sizes =
+        rve::build_list(block, motion, view.radius, work, n, cell, 2.0 * largest_radius, 0.0, skin,
+                        old, view.header->num_extra);
 
     block.once([&] {
       *num_pairs = sizes.num_pairs;

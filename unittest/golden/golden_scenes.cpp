@@ -275,6 +275,13 @@ namespace {
       m.surface_energy = 100.0;
     };
     add("dmt", changed(changed(two, hertz), dmt), servos).options.track_energy = true;
+    add("dmt_reach",
+        changed(changed(changed(two, hertz), dmt),
+                [](Material &m) {
+                  m.adhesion_reach = 4e-4;
+                }),
+        servos)
+        .options.track_energy = true;
     add("hertz_rolling", changed(changed(two, hertz), rolling), servos).options.track_energy = true;
     add("dmt_rolling", changed(changed(changed(two, hertz), dmt), rolling), servos)
         .options.track_energy = true;
@@ -407,6 +414,9 @@ namespace {
     add("hertz_undamped", undamped, paths);
     add("dmt", of_law(ContactLaw::Dmt, 2.0, false), paths);
     add("dmt_rolling_and_twisting", of_law(ContactLaw::Dmt, 3.0, true), paths);
+    std::vector<Spheres> reaching = of_law(ContactLaw::Dmt, 1.0, true);
+    for (Spheres &state : reaching) state.material.adhesion_reach = 4e-4;
+    add("dmt_reach", reaching, servos).options.track_energy = true;
     return all;
   }
 

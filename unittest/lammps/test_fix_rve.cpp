@@ -414,7 +414,9 @@ TEST(RollingResistance, RestartContinuesBitForBit)
         "contact hertz 2e9 0.7 tangential mindlin 1.7e9 0.5 0.5 damping coeff_restitution "
         "rolling sds 5e5 0 0.1",
         "contact dmt 4e9 5 0.25 20 tangential mindlin NULL 0.5 0.5 damping velocity "
-        "rolling sds 5e5 0 0.1"}) {
+        "rolling sds 5e5 0 0.1",
+        "contact dmt 4e9 5 0.25 20 tangential mindlin NULL 0.5 0.5 damping velocity "
+        "rolling sds 5e5 0 0.1 reach 3e-4"}) {
     SCOPED_TRACE(material);
     GrainsScript whole, first, second;
     whole << FOUR_ATOMS + FIX + shear + material + "\nrun 40";
@@ -1252,6 +1254,8 @@ TEST(ContactWords, WhatLammpsHasAndRvesHaveNotIsNamed)
   EXPECT_IN("contact has no limit_damping; of pair_style granular it has tangential, damping, "
             "rolling and twisting",
             message_with(hooke + history + "limit_damping"));
+  EXPECT_IN("contact hooke has no reach; only the attraction of dmt reaches beyond touching",
+            message_with(hooke + history + "reach 1e-4"));
   EXPECT_IN("contact has no tangential model", message_with(hooke + "damping velocity"));
   EXPECT_IN("contact has rolling twice",
             message_with(hooke + history + "rolling none rolling none"));

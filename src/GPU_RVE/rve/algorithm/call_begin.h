@@ -49,7 +49,7 @@ inline namespace RVE_ISA {
       if (!call.has_servo())
         call.path = CellPath<Scene::D>(call.cell, increment, drive.substeps, drive.dt);
       call.supplied = call.friction_loss = call.damping_loss = call.viscous_loss = 0.0;
-      const int length_bits = CallUnits::length_bits(header.largest_radius);
+      const int length_bits = CallUnits::length_bits(contact_range<Scene>(header));
       call.units.length = power_of_two(length_bits);
       call.units.per_length = power_of_two(-length_bits);
       call.mass_factor =
@@ -80,12 +80,12 @@ inline namespace RVE_ISA {
                                    call.work.extra_second, call.work.extra_history};
     }
 
-    /// Behind the last grain one that touches none: so far inside another would have to come (internal lengths: radii are below 1/2).
+    /// Behind the last grain one that touches none.
     static RVE_INLINE void hide_grain(const SharedView<Scene> &shared, int num_grains)
     {
       shared.motion[num_grains] = MotionOf<Scene>();
       shared.spin[num_grains] = Spin<Real, Scene::D>();
-      shared.radius[num_grains] = typename Scene::Wide(-1024);
+      shared.radius[num_grains] = kRadiusOfNobody<Scene>;
     }
 
     /// Whether the first steps may take the grains from the image themselves: nothing else wants to see them before.

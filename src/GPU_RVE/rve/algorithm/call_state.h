@@ -26,10 +26,10 @@ inline namespace RVE_ISA {
     double force_limit;      ///< forces that count above it may make sums overflow [internal force]
     double contact_force;    ///< 64-bit units in |f| or an energy of one [1/internal unit]
 
-    /// The largest arm is below half of it.
-    static RVE_INLINE int length_bits(double largest_radius)
+    /// Longer than the branch of any contact, so that arms are below half of it.
+    static RVE_INLINE int length_bits(double contact_range)
     {
-      return floor_log2(largest_radius) + 2;
+      return floor_log2(contact_range) + 1;
     }
 
     /// 2^neighbor_bits grains and more find room around the largest one, so that many contacts at the limit still fit
@@ -50,6 +50,12 @@ inline namespace RVE_ISA {
       contact_force = power_of_two(room);
     }
   };
+
+  /// From centre to centre of the farthest grains that may act on each other [length].
+  template <class Scene> RVE_INLINE double contact_range(const ImageHeader<Scene::D> &header)
+  {
+    return 2.0 * header.largest_radius + Scene::Law::reach(header.material);
+  }
 
   /// What a DEM step needs to know of the cell.
   template <class Numbers, int D> struct alignas(16) PlanOfCell {

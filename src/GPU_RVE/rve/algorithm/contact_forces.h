@@ -40,7 +40,8 @@ inline namespace RVE_ISA {
     return step;
   }
 
-  /// Where the two grains of a pair are to each other; they touch when the overlap is positive.
+  /// Where the two grains of a pair are to each other; they touch when the overlap is positive, and the law says whether they act on each
+  /// other.
   template <class Scene>
   RVE_INLINE ContactGeometry<typename Scene::Real, Scene::D>
   pair_geometry(const StepConstants<Scene> &step, const ViewOf<Scene> &i, const ViewOf<Scene> &j)
@@ -126,7 +127,7 @@ inline namespace RVE_ISA {
     using Sum = typename Scene::Sum;
     // in packs `where` does what the branch does for one pair; whole packs of spheres have nothing to do in their last slots
     if constexpr (std::is_same_v<Truth<Real>, bool> || Scene::D == 3) {
-      if (!any(contact.overlap > Real(0))) {
+      if (!any(step.law.acts(contact))) {
         if constexpr (Scene::has_friction) {
           if constexpr (WithStress && Scene::books) sum.heat.friction += step.law.released(history);
           history = typename Scene::History();
@@ -134,28 +135,35 @@ inline namespace RVE_ISA {
         return;
       }
     }
-    const Truth<Real> touching = contact.overlap > Real(0);
+    const Truth<Real> acting = step.law.acts(contact);
+    if constexpr (Scene::Law::has_reach) {
+      static_assert(std::is_same_v<Truth<Real>, bool>, "packs of grains have no law with a reach");
+      if (!(contact.overlap > Real(0))) {
+        if constexpr (WithStress && Scene::books) sum.heat.friction += step.law.released(history);
+        history = typename Scene::History();
+      }
+    }
     const auto force = pair_force(step, contact, grain_i, grain_j, history);
     if constexpr (Scene::has_friction) {
       Truth<typename Scene::Spring> keeps;
-      convert_truth(touching, keeps);
+      convert_truth(acting, keeps);
       history = where(keeps, force.history());
     }
-    sum.largest_force = larger(sum.largest_force, where(touching, fabs(force.normal_force)));
+    sum.largest_force = larger(sum.largest_force, where(acting, fabs(force.normal_force)));
     if constexpr (Scene::books) {
       if (call.header.all_forces_count)
         sum.largest_force =
-            select(touching, Scene::Law::largest(force, sum.largest_force), sum.largest_force);
+            select(acting, Scene::Law::largest(force, sum.largest_force), sum.largest_force);
     }
     constexpr int D = Scene::D;
     Vec<Sum, Scene::freedoms> on_j;
     Vec<Sum, Scene::spins> torque_i;
-    for (int a = 0; a < D; ++a) round_to(where(touching, -force.force[a]), on_j[a]);
+    for (int a = 0; a < D; ++a) round_to(where(acting, -force.force[a]), on_j[a]);
     for (int k = 0; k < Scene::spins; ++k) {
       on_j[D + k] = torque_i[k] = Sum(0);
       if constexpr (Scene::has_friction) {
-        round_to(where(touching, spin_component(force.torque_j, k)), on_j[D + k]);
-        round_to(where(touching, spin_component(force.torque_i, k)), torque_i[k]);
+        round_to(where(acting, spin_component(force.torque_j, k)), on_j[D + k]);
+        round_to(where(acting, spin_component(force.torque_i, k)), torque_i[k]);
       }
     }
     for (int a = 0; a < D; ++a) sum.own[a] = wrapping_difference(sum.own[a], on_j[a]);

@@ -28,8 +28,7 @@ inline namespace RVE_ISA {
       const ViewOf<Scene> one{shared.motion[first], shared.spin[first], shared.radius[first]};
       const ViewOf<Scene> other{shared.motion[second], shared.spin[second], shared.radius[second]};
       const auto contact = pair_geometry(step, one, other);
-      if (contact.overlap > typename Scene::Real(0))
-        visit(first, second, one, other, contact, history);
+      if (step.law.acts(contact)) visit(first, second, one, other, contact, history);
     };
     for (int k = 0; k < Scene::owned_pairs; ++k) {
       const int j = call.pairs.partner[k * n + i];

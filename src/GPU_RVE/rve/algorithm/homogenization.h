@@ -198,7 +198,8 @@ inline namespace RVE_ISA {
                            block.add(&work.contact_count[second], 1);
                            const auto force = law.force.template as<double>();
                            const auto normal = contact.normal.template as<double>();
-                           const double overlap = static_cast<double>(contact.overlap);
+                           // of those that reach each other without touching none
+                           const double overlap = larger(static_cast<double>(contact.overlap), 0.0);
                            const auto term = [&](int m, double x) {
                              std::int64_t units_of_x;
                              round_to(x, units_of_x);

@@ -60,15 +60,16 @@ inline namespace RVE_ISA {
     static RVE_COLD void rebuild(Block block, CallState<Scene> &call, PairView<Scene> old,
                                  Tensor<double, Scene::D> cell)
     {
-      const double largest_radius = call.header.largest_radius;
+      const double range = contact_range<Scene>(call.header),
+                   reach = Scene::Law::reach(call.header.material);
       // the wrapped difference is the nearest image only within half of the smallest width; a NaN fails the comparison too
-      const bool wide_enough = 0.5 * smallest_width(cell) > 2.0 * largest_radius + call.skin;
+      const bool wide_enough = 0.5 * smallest_width(cell) > range + call.skin;
       ListSizes sizes{0, 0};
       const double per_length = call.units.per_length;
       if (wide_enough)
         sizes = build_list(block, call.shared.motion, call.shared.radius, call.work,
-                           call.num_grains, per_length * cell, per_length * largest_radius,
-                           per_length * call.skin, old, call.num_extra);
+                           call.num_grains, per_length * cell, per_length * range,
+                           per_length * reach, per_length * call.skin, old, call.num_extra);
       block.once([&] {
         if (!wide_enough) {
           call.status |= determinant(cell) == determinant(cell) ? status::CellTooNarrow

@@ -69,14 +69,18 @@ inline namespace RVE_ISA {
   /// Springs or dashpots: both are quadratic forms of the same stretches.
   enum class ModuliKind { Springs, Dashpots };
 
-  /// Of a contact in units of the script, at a place in lengths that are so many of the script's.
+  /// Of a contact in units of the script, at a place in lengths that are so many of the script's. A spring that pulls less the longer it is
+  /// makes no frequency larger, and counts as none.
   template <class Law>
   RVE_INLINE ContactModuli moduli_at(const Law &law, ModuliKind kind, double length,
                                      const ContactPlace &place)
   {
     const ContactPlace there{length * place.overlap, length * place.radius_i,
                              length * place.radius_j};
-    return kind == ModuliKind::Springs ? law.stiffness(there) : law.viscosity(there);
+    ContactModuli moduli = kind == ModuliKind::Springs ? law.stiffness(there)
+                                                       : law.viscosity(there);
+    if constexpr (Law::has_reach) moduli.normal = larger(moduli.normal, 0.0);
+    return moduli;
   }
 
   /// Bound of the largest eigenvalue of M^-1 K, of the network and of one contact that may come, in units of `largest` over the mass of a

@@ -91,7 +91,7 @@ inline namespace RVE_ISA {
       plan.list_to_length = fraction_to_length<FastNumbers>(internal);
       // a little less than allowed covers the rounding of the displacements
       const double allowed = (1.0 - 1e-5) * per_length *
-          allowed_displacement(cell, call.list_cell, call.header.largest_radius, call.skin);
+          allowed_displacement(cell, call.list_cell, contact_range<Scene>(call.header), call.skin);
       plan.allowed_squared = static_cast<float>(allowed * allowed);
       if constexpr (Scene::D == 3) plan.safe_box = safe_box(plan.list_to_length, allowed);
       plan.special = !(allowed > 0.0) || is_lattice_step_due(cell);

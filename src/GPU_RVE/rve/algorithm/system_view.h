@@ -272,11 +272,16 @@ inline namespace RVE_ISA {
   template <class Block, class Scene>
   constexpr bool kRereads = kFewRegisters<Block, Scene> && sizeof(typename Scene::Wide) == 4;
 
+  /// With it no grain is in anyone's reach: radii are below 1/2 and laws reach no farther than one [internal length].
+  template <class Scene>
+  constexpr typename Scene::Wide kRadiusOfNobody = typename Scene::Wide(-1024);
+
   /// For the slot of grain i that holds partner j.
   template <class Scene>
   RVE_INLINE typename Scene::Wide radius_of_partner(const SharedView<Scene> &shared, int i, int j)
   {
-    return j == i ? -shared.radius[i] : shared.radius[j];
+    const auto nobody = Scene::Law::has_reach ? kRadiusOfNobody<Scene> : -shared.radius[i];
+    return j == i ? nobody : shared.radius[j];
   }
 
   /// In the order of what the chip is for: sums that many add to, then what partners read anywhere, then what the threads of a

@@ -14,17 +14,17 @@ inline namespace RVE_ISA {
 
   /// How far a grain may have moved relative to the mean field since the list was built [length].
   ///
-  /// A pair that is not listed had |b| >= R + skin then. Now b' = G b + u_j - u_i with G = H H_list^-1, so that
-  /// |b'| >= s (R + skin) - 2 u with s the smallest stretch of G. It cannot touch while 2 u <= s skin - (1 - s) R. In
+  /// A pair that is not listed had |b| >= R + skin then, R the distance at which it acts. Now b' = G b + u_j - u_i with G = H H_list^-1, so
+  /// that |b'| >= s (R + skin) - 2 u with s the smallest stretch of G. It cannot act while 2 u <= s skin - (1 - s) R. In
   /// compression the largest R decides; in expansion the smallest, for which nothing is counted on.
   /// Negative: the strain alone demands a new list.
   template <int D>
   RVE_INLINE double allowed_displacement(const Tensor<double, D> &cell,
-                                         const Tensor<double, D> &list_cell, double largest_radius,
+                                         const Tensor<double, D> &list_cell, double contact_range,
                                          double skin)
   {
     const double stretch = smallest_stretch(cell * inverse(list_cell));
-    const double lost = stretch < 1.0 ? (1.0 - stretch) * 2.0 * largest_radius : 0.0;
+    const double lost = stretch < 1.0 ? (1.0 - stretch) * contact_range : 0.0;
     return 0.5 * (stretch * skin - lost);
   }
 
@@ -159,21 +159,22 @@ inline namespace RVE_ISA {
     int num_pairs, num_extra;
   };
 
-  /// Builds the list of all pairs with |b| < R + skin, assigns owners and carries the contact history over: `old` pairs in,
+  /// Builds the list of all pairs with |b| < r_i + r_j + reach + skin, assigns owners and carries the contact history over: `old` pairs in,
   /// work.fresh out; in space work.load has how many of a grain's own pairs touch. Lengths in the units of `cell` and `radius`.
   template <class Block, class Scene>
   RVE_HD ListSizes build_list(Block &block, const SeenMotion<Scene> *motion,
                               SeenArray<Scene, typename Scene::Wide> radius,
                               const WorkspaceView<Scene> &work, int num_grains,
-                              const Tensor<double, Scene::D> &cell, double largest_radius,
-                              double skin, const PairView<Scene> &old, int num_old_extra)
+                              const Tensor<double, Scene::D> &cell, double contact_range,
+                              double reach, double skin, const PairView<Scene> &old,
+                              int num_old_extra)
   {
     const PairView<Scene> fresh = work.fresh;
     using Item = typename Block::Item;
     using Wide = typename Scene::Wide;
-    const SearchGrid<Scene::D> grid(cell, 2.0 * largest_radius + skin, work.cell_capacity);
+    const SearchGrid<Scene::D> grid(cell, contact_range + skin, work.cell_capacity);
     const Tensor<Wide, Scene::D> to_length = fraction_to_length<typename Scene::Numbers>(cell);
-    const Wide margin = static_cast<Wide>(skin);
+    const Wide margin = static_cast<Wide>(reach + skin);
     sort_into_grid(block, motion, work, num_grains, grid);
 
     const auto for_each_owned = [&](int i, auto take) {

@@ -88,9 +88,12 @@ template <int D> int BatchEngine<D>::add(const RveStateOf<D> &state)
 {
   state.check();
   const auto [smallest, largest] = std::minmax_element(state.radius.begin(), state.radius.end());
-  require(neighbor_bits<D>(*smallest, *largest) <= LARGEST_NEIGHBOR_BITS,
-          "the largest grain must be at most " + number(LARGEST_SIZE_RATIO<D>) +
-              " times as large as the smallest, got " + number(*largest / *smallest));
+  require(neighbor_bits<D>(*smallest, *largest, state.material) <= LARGEST_NEIGHBOR_BITS,
+          [&, this] {
+            return "the largest grain must be at most " +
+                number(largest_size_ratio<D>(reach_of(state.material) > 0.0)) +
+                " times as large as the smallest, got " + number(*largest / *smallest);
+          });
   require_contacts(contacts_of(state));
   const int n = state.num_grains();
   const bool is_new = free_numbers.empty();

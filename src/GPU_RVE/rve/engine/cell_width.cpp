@@ -1,6 +1,7 @@
 #include "rve/engine/cell_width.h"
 
 #include "rve/algorithm/image.h"
+#include "rve/engine/contact_laws.h"
 #include "rve/physics/cell.h"
 #include "rve/physics/solid_cell.h"
 
@@ -16,7 +17,8 @@ std::array<double, D> least_share_of_widths(const RveStateOf<D> &state, double s
   const double largest = *std::max_element(state.radius.begin(), state.radius.end());
   const double mean =
       std::accumulate(state.radius.begin(), state.radius.end(), 0.0) / state.num_grains();
-  const double cutoff = 2.0 * largest + (skin > 0.0 ? skin : kDefaultSkinShare * mean);
+  const double cutoff =
+      2.0 * largest + reach_of(state.material) + (skin > 0.0 ? skin : kDefaultSkinShare * mean);
   std::array<double, D> shares;
   for (int a = 0; a < D; ++a) shares[a] = 2.0 * cutoff / perpendicular_width(state.cell, a);
   return shares;

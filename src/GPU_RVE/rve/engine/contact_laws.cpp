@@ -14,6 +14,13 @@ namespace {
 
 }    // namespace
 
+double reach_of(const Material &material)
+{
+  return with_law(material, [&](const auto &law) {
+    return law.reach(material);
+  });
+}
+
 template <int D> double contact_strain(double pressure, const Material &material, double radius)
 {
   return with_law<D>(material, [&](const auto &law) {

@@ -46,6 +46,9 @@ template <int D = 2, class Work> auto with_law(const Material &material, const W
 #undef RVE_WITH_LAW
 }
 
+/// How far beyond touching grains act on each other [length].
+double reach_of(const Material &material);
+
 /// Overlap over diameter of two equal grains that press each other with p h times their diameter, or spheres with p times its square: p h / k_n
 /// and p d / k_n of linear springs. About the mean of a packing, of disks from 0.9 of it for frictionless and stiff grains to 0.6 at 0.1, and
 /// a quarter more for loose packings.

@@ -97,18 +97,18 @@ namespace {
   }
 
   template <int D>
-  void add_if_touching(const RveStateOf<D> &state, int i, int j,
-                       std::vector<TouchingPairOf<D>> &contacts)
+  void add_if_acting(const RveStateOf<D> &state, double reach, int i, int j,
+                     std::vector<TouchingPairOf<D>> &contacts)
   {
     const Vec<double, D> branch = branch_vector(state, i, j);
-    const double reach = state.radius[i] + state.radius[j];
+    const double sum_of_radii = state.radius[i] + state.radius[j];
     double squares = branch[0] * branch[0];
     for (int a = 1; a < D; ++a) squares += branch[a] * branch[a];
     // most grains of a bin are far apart, which needs no root; the margin leaves the last digits to the root
-    if (squares > 1.001 * reach * reach) return;
+    if (squares > 1.001 * (sum_of_radii + reach) * (sum_of_radii + reach)) return;
     const double distance = length(branch);
-    const double overlap = reach - distance;
-    if (overlap > 0.0 && distance > 0.0)
+    const double overlap = sum_of_radii - distance;
+    if (overlap > -reach && distance > 0.0)
       contacts.push_back({i, j, branch, (1.0 / distance) * branch, overlap});
   }
 
@@ -190,16 +190,18 @@ template <int D> std::vector<TouchingPairOf<D>> find_contacts(const RveStateOf<D
 {
   std::vector<TouchingPairOf<D>> contacts;
   if (state.radius.empty()) return contacts;
-  const double contact_distance = 2.0 * *std::max_element(state.radius.begin(), state.radius.end());
+  const double reach = reach_of(state.material);
+  const double contact_distance =
+      2.0 * *std::max_element(state.radius.begin(), state.radius.end()) + reach;
   const Bins<D> bins(state, contact_distance);
   for (int i = 0; i < state.num_grains(); ++i) {
     if (!bins.usable()) {
-      for (int j = i + 1; j < state.num_grains(); ++j) add_if_touching(state, i, j, contacts);
+      for (int j = i + 1; j < state.num_grains(); ++j) add_if_acting(state, reach, i, j, contacts);
       continue;
     }
     const std::size_t begin = contacts.size();
     bins.for_each_near(bins.place(state, i), [&](int j) {
-      if (j > i) add_if_touching(state, i, j, contacts);
+      if (j > i) add_if_acting(state, reach, i, j, contacts);
     });
     std::sort(contacts.begin() + begin, contacts.end(),
               [](const TouchingPairOf<D> &x, const TouchingPairOf<D> &y) {

@@ -4,6 +4,7 @@
 #ifndef RVE_ENGINE_FORCE_BOUNDS_H
 #define RVE_ENGINE_FORCE_BOUNDS_H
 
+#include "rve/engine/contact_laws.h"
 #include "rve/engine/state.h"
 
 namespace rve {
@@ -11,13 +12,24 @@ namespace rve {
 /// More neighbours than 2^8 would let the two limbs of a sum in `double` overflow.
 constexpr int LARGEST_NEIGHBOR_BITS = 8;
 
-/// Largest over smallest radius that always has no more [-].
-template <int D> constexpr double LARGEST_SIZE_RATIO = D == 2 ? 60.0 : 6.6;
+/// Largest over smallest radius that always has no more [-], of grains that act on each other beyond touching or not.
+template <int D> constexpr double largest_size_ratio(bool has_reach)
+{
+  return D == 2 ? (has_reach ? 15.0 : 60.0) : (has_reach ? 2.8 : 6.6);
+}
 
 /// Bits for the number of the smallest grains that touch the largest one; at most one more than are allowed.
 template <int D> int neighbor_bits(double smallest_radius, double largest_radius);
 template <> int neighbor_bits<2>(double smallest_radius, double largest_radius);
 template <> int neighbor_bits<3>(double smallest_radius, double largest_radius);
+
+/// The same of those that act on it. A reach of up to the smallest radius makes the layer around the largest grain in which their centres lie
+/// no more than four times as full.
+template <int D>
+int neighbor_bits(double smallest_radius, double largest_radius, const Material &material)
+{
+  return neighbor_bits<D>(smallest_radius, largest_radius) + (reach_of(material) > 0.0 ? 2 : 0);
+}
 
 /// Whether contacts have dashpots.
 bool is_viscous(const Material &material);

@@ -132,7 +132,7 @@ namespace {
     for (double r : stored.radius) sum += r;
     header.mean_radius = sum / n;
     header.solid_volume = stored.solid_volume();
-    header.neighbor_bits = neighbor_bits<D>(*smallest, *largest);
+    header.neighbor_bits = neighbor_bits<D>(*smallest, *largest, state.material);
     header.largest_contact_force = state.largest_contact_force;
     header.steps = state.counters.steps;
     header.rebuilds = state.counters.rebuilds;

@@ -39,7 +39,10 @@ namespace {
   {
     return with_law<D>(state.material, [&](const auto &law) {
       const auto moduli_at = [law, kind](const ContactPlace &place) {
-        return kind == Kind::Springs ? law.stiffness(place) : law.viscosity(place);
+        ContactModuli moduli = kind == Kind::Springs ? law.stiffness(place) : law.viscosity(place);
+        // an attraction that falls with the distance makes no frequency larger
+        moduli.normal = std::max(moduli.normal, 0.0);
+        return moduli;
       };
       Moduli all;
       double overlap = coming_overlap;

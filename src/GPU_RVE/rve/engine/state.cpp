@@ -197,27 +197,40 @@ namespace {
         require_positive(modulus / mass, std::string(what) + " over the mass" + whose, "[1/time]");
   }
 
-  void require_width(double width, const std::string &where, double largest_radius)
+  // It shall be a range and no wall, and not so far that grains of the second row are in it, for which the sums have no room.
+  void check_reach(const Material &material, double smallest_radius)
   {
-    const double least = 4.0 * largest_radius;
+    constexpr double LEAST_SHARE = 1e-6;
+    const double reach = reach_of(material);
+    require(reach == 0.0 || (reach >= LEAST_SHARE * smallest_radius && reach <= smallest_radius),
+            [&] {
+              return "the reach of the adhesion is " + number(reach) +
+                  " [length]; it must be 0, or between 1e-6 and 1 times the smallest radius, " +
+                  number(LEAST_SHARE * smallest_radius) + " and " + number(smallest_radius);
+            });
+  }
+
+  void require_width(double width, const std::string &where, double contact_range)
+  {
+    const double least = 2.0 * contact_range;
     require(width > least,
             "cell width " + where + " is " + number(width) +
                 " [length]; it must exceed twice the largest contact distance, " + number(least) +
                 ": use more grains, or a smaller ratio of largest to smallest radius");
   }
 
-  void check_cell(const Tensor2 &cell, double largest_radius)
+  void check_cell(const Tensor2 &cell, double contact_range)
   {
     require_finite(cell, "the cell matrix", "[length]");
     require_positive(determinant(cell), "cell area (determinant of the cell matrix)", "[length^2]");
     for (int a = 0; a < 2; ++a) {
       const int other = 1 - a;
       const double width = determinant(cell) / std::hypot(cell(0, other), cell(1, other));
-      require_width(width, "perpendicular to cell vector " + std::to_string(other), largest_radius);
+      require_width(width, "perpendicular to cell vector " + std::to_string(other), contact_range);
     }
   }
 
-  void check_cell(const Tensor3 &cell, double largest_radius)
+  void check_cell(const Tensor3 &cell, double contact_range)
   {
     require_finite(cell, "the cell matrix", "[length]");
     require_positive(determinant(cell), "cell volume (determinant of the cell matrix)",
@@ -225,7 +238,7 @@ namespace {
     for (int a = 0; a < 3; ++a) {
       require_width(perpendicular_width(cell, a),
                     "between the faces that cell vector " + std::to_string(a) + " connects",
-                    largest_radius);
+                    contact_range);
     }
   }
 
@@ -510,6 +523,7 @@ template <int D> void RveStateOf<D>::check_sizes() const
         "[length]");
   const auto [smallest, largest] = std::minmax_element(radius.begin(), radius.end());
   for (const double r : {*smallest, *largest}) check_grain<D>(material, r);
+  check_reach(material, *smallest);
 }
 
 template <int D> void RveStateOf<D>::check() const
@@ -534,7 +548,7 @@ template <int D> void RveStateOf<D>::check() const
       require_finite(spin[SPINS * i + k], of_grain("spin"), "[1/time]");
     largest_radius = std::max(largest_radius, radius[i]);
   }
-  check_cell(cell, largest_radius);
+  check_cell(cell, 2.0 * largest_radius + reach_of(material));
   require_finite(deformation, "the deformation gradient", "[-]");
   require_positive(determinant(deformation), "determinant of the deformation gradient", "[-]");
 

@@ -56,6 +56,8 @@ struct MaterialNumbers {
       objective_damping;    ///< 1: local damping looks at whole vectors, 0: at their components [-]
   double
       twisting_marshall;    ///< 1: friction over the area of contact resists twisting; 0: k_q and mu_q do [-]
+  double
+      adhesion_reach;    ///< h, how far apart grains attract each other [length]; 0: while they touch
 };
 
 /// Nothing yet, for disks of unit thickness.
@@ -139,7 +141,34 @@ constexpr MaterialParameter MATERIAL_PARAMETERS[] = {
     {"twisting_viscosity", "gamma_twist", "twisting viscosity", "[force length time]", MaterialRange::NotNegative, OF_ALL_LAWS, true, &MaterialNumbers::twisting_viscosity, 3, true},
     {"objective_damping", "damping_objective", "choice of objective local damping", "[-]", MaterialRange::Switch, OF_GRAINS, true, &MaterialNumbers::objective_damping, 3, true},
     {"twisting_marshall", "twisting_marshall", "choice of twisting resistance by friction", "[-]", MaterialRange::Switch, OF_ALL_LAWS, true, &MaterialNumbers::twisting_marshall, 3, true},
+    {"adhesion_reach", "adhesion_reach", "reach of the adhesion", "[length]", MaterialRange::NotNegative, of_law(ContactLaw::Dmt), true, &MaterialNumbers::adhesion_reach, 0, true},
     // clang-format on
+};
+
+/// The power of a quantity in a unit as the table writes it: of length in "[force time/length]" -1.
+constexpr int power_in(const char *unit, const char *quantity)
+{
+  int sign = 1, power = 0;
+  for (const char *place = unit; *place != 0; ++place) {
+    if (*place == '/') sign = -1;
+    const char *behind = place, *letter = quantity;
+    for (; *letter != 0 && *behind == *letter; ++letter) ++behind;
+    if (*letter == 0) power += sign * (*behind == '^' ? behind[1] - '0' : 1);
+  }
+  return power;
+}
+
+constexpr const char *unit_of(MaterialMember member)
+{
+  for (const MaterialParameter &parameter : MATERIAL_PARAMETERS)
+    if (parameter.member == member) return parameter.unit;
+  return "";
+}
+
+/// Powers of the units of force and length in a parameter.
+template <MaterialMember member> struct UnitOf {
+  static constexpr int force = power_in(unit_of(member), "force"),
+                       length = power_in(unit_of(member), "length");
 };
 
 }    // namespace rve

@@ -1,8 +1,12 @@
 // Adhesion after Derjaguin, Muller and Toporov (1975), J. Colloid Interface Sci. 53, 314: a constant attraction beside Hertz' contact.
 //
 // As LAMMPS' `pair granular dmt`: f_n = k_n a d - f_a - gamma v_n with f_a = 4 pi w R, w the surface energy and R the reduced radius, and
-// friction that is a share of |k_n a d + f_a|, what the spring and the attraction press together. The attraction acts while grains touch
-// and reaches no farther: two grains are pulled apart by f_a, at an overlap of zero.
+// friction that is a share of |k_n a d + f_a|, what the spring and the attraction press together.
+//
+// In LAMMPS the attraction ends where the grains part. Here it may reach a distance h beyond, over which it falls to zero in a line, as of
+// van der Waals' forces that are cut off or of a film: f_n = -f_a (1 + d/h) at -h < d < 0 (Luding 2008, Granular Matter 10, 235, and Singh
+// et al. 2014, Phys. Rev. E 90, 022202, "reversible adhesion"). No friction and no dashpot acts at a distance. Two grains that come
+// together jump into contact, two that are pulled apart let go at d = -h, after the work f_a h/2 beyond that of the contact.
 
 #ifndef RVE_PHYSICS_LAWS_DMT_ADHESION_H
 #define RVE_PHYSICS_LAWS_DMT_ADHESION_H
@@ -15,14 +19,25 @@ inline namespace RVE_ISA {
 
   template <class Numbers, int D = 2> struct alignas(16) DmtConstants : HertzConstants<Numbers, D> {
     typename Numbers::Real attraction;    ///< f_a / R [force/length]
+    typename Numbers::Real reach;         ///< h [length]
+    typename Numbers::Real per_reach;     ///< [1/length]; zero without reach
 
     template <class Parameters>
     RVE_INLINE void set(const Parameters &parameters, const LawUnits &units, double arm)
     {
+      using Real = typename Numbers::Real;
+      using Of = MaterialNumbers;
       HertzConstants<Numbers, D>::set(parameters, units, arm);
-      attraction = static_cast<typename Numbers::Real>(4.0 * kPi * parameters.surface_energy *
-                                                       (units.length * units.per_force));
+      attraction = static_cast<Real>(4.0 * kPi * units.internal<&Of::surface_energy>(parameters));
+      const double h = units.internal<&Of::adhesion_reach>(parameters);
+      reach = static_cast<Real>(h);
+      per_reach = static_cast<Real>(h > 0.0 ? 1.0 / h : 0.0);
     }
+  };
+
+  template <class Real, class Spring, int D>
+  struct DmtContactForce : MindlinContactForce<Real, Spring, D> {
+    Real pull;    ///< f_a [force]
   };
 
   template <class NumberFormat, int Dimension = 2>
@@ -31,20 +46,33 @@ inline namespace RVE_ISA {
     static constexpr int D = Dimension;
     using Real = typename NumberFormat::Real;
     using History = typename Hertz::History;
-    using Force = typename Hertz::Force;
+    using Force = DmtContactForce<Real, typename NumberFormat::Spring, D>;
     using Constants = DmtConstants<NumberFormat, D>;
     static constexpr ContactLaw contact_law = ContactLaw::Dmt;
     // where spring and attraction cancel, friction is there all the same
     static constexpr bool bounds_tangential_forces = false;
+    static constexpr bool has_reach = true;
 
     template <class OtherNumbers> using In = DmtAdhesion<OtherNumbers, D>;
 
-    Real attraction;    ///< f_a / R [force/length]
+    Real attraction;          ///< f_a / R [force/length]
+    Real range, per_range;    ///< h [length], and its reciprocal
 
     template <class SomeConstants> RVE_INLINE void take(const SomeConstants &given)
     {
       Hertz::take(given);
       attraction = given.attraction;
+      range = given.reach;
+      per_range = given.per_reach;
+    }
+
+    template <class Parameters> static RVE_INLINE double reach(const Parameters &parameters)
+    {
+      return parameters.adhesion_reach;
+    }
+    template <class Contact> RVE_INLINE bool acts(const Contact &contact) const
+    {
+      return contact.overlap > -range;
     }
 
     RVE_INLINE Force evaluate(const ContactGeometry<Real, D> &contact,
@@ -59,20 +87,32 @@ inline namespace RVE_ISA {
                             const GrainMotion<Real, D> &j, const GrainContact<Real, D> &moving,
                             const History &history, Real dt) const
     {
+      const bool touching = contact.overlap > Real(0);
       Force result;
-      const Real spring = this->press(contact.overlap, i.radius, j.radius, result);
-      const Real pull = attraction * reduced(i.radius, j.radius);
+      const Real overlap = touching ? contact.overlap : Real(0);
+      const Real spring = this->press(overlap, i.radius, j.radius, result);
+      result.pull = attraction * reduced(i.radius, j.radius);
+      if (!touching) result.viscosity = Real(0);
+      const Real pull = touching ? result.pull : share_apart(contact.overlap) * result.pull;
       const Real normal_force = (spring - pull) - result.viscosity * moving.normal_velocity;
-      this->shear(contact, moving, normal_force, spring + pull, history, dt, result);
+      this->shear(contact, moving, normal_force, touching ? spring + pull : Real(0), history, dt,
+                  result);
+      result.sliding = result.sliding && touching;
       return result;
     }
 
     RVE_INLINE double elastic_energy(const ContactGeometry<Real, D> &contact,
                                      const Force &force) const
     {
+      const double of_reach = 0.5 * static_cast<double>(force.pull) * static_cast<double>(range);
+      if (!(contact.overlap > Real(0))) {
+        const double share = static_cast<double>(share_apart(contact.overlap));
+        return -of_reach * share * share;
+      }
       const double a = static_cast<double>(force.contact_radius);
       // f_a d, with R d = a^2
-      return Hertz::elastic_energy(contact, force) - static_cast<double>(attraction) * a * a;
+      return Hertz::elastic_energy(contact, force) - static_cast<double>(attraction) * a * a -
+          of_reach;
     }
 
     RVE_INLINE double spring_force(const ContactPlace &place) const
@@ -83,13 +123,37 @@ inline namespace RVE_ISA {
     {
       return Hertz::spring_force(place) + pull_at(place);
     }
-    using Hertz::limiting_force;
-    RVE_INLINE double limiting_force(const ContactPlace &place) const { return force_scale(place); }
+    static RVE_INLINE Real limiting_force(const Force &force) { return force.limiting_force; }
+    RVE_INLINE double limiting_force(const ContactPlace &place) const
+    {
+      return place.overlap > 0.0 ? force_scale(place) : 0.0;
+    }
+    /// An attraction that falls with the distance has a negative stiffness.
+    RVE_INLINE ContactModuli stiffness(const ContactPlace &place) const
+    {
+      if (place.overlap > 0.0 || !(range > Real(0))) return Hertz::stiffness(place);
+      return {-full_pull(place) * static_cast<double>(per_range), 0.0, 0.0};
+    }
+    RVE_INLINE ContactModuli viscosity(const ContactPlace &place) const
+    {
+      if (place.overlap > 0.0 || !(range > Real(0))) return Hertz::viscosity(place);
+      return {0.0, 0.0, 0.0};
+    }
 
    private:
-    RVE_INLINE double pull_at(const ContactPlace &place) const
+    /// 1 + d/h.
+    template <class Number> RVE_INLINE Number share_apart(Number overlap) const
+    {
+      return Number(1) + overlap * static_cast<Number>(per_range);
+    }
+    RVE_INLINE double full_pull(const ContactPlace &place) const
     {
       return static_cast<double>(attraction) * reduced(place.radius_i, place.radius_j);
+    }
+    RVE_INLINE double pull_at(const ContactPlace &place) const
+    {
+      return place.overlap > 0.0 ? full_pull(place)
+                                 : larger(share_apart(place.overlap), 0.0) * full_pull(place);
     }
   };
 

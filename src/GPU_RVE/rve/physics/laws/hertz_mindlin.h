@@ -43,21 +43,22 @@ inline namespace RVE_ISA {
     RVE_INLINE void set(const Parameters &parameters, const LawUnits &units, double arm)
     {
       using Real = typename Numbers::Real;
-      const double length = units.length, stress_unit = length * length * units.per_force;
-      normal_stiffness = static_cast<Real>(parameters.hertz_stiffness * stress_unit);
+      using Of = MaterialNumbers;
+      normal_stiffness = static_cast<Real>(units.internal<&Of::hertz_stiffness>(parameters));
       tangential_stiffness =
-          static_cast<typename Numbers::Spring>(parameters.mindlin_stiffness * stress_unit);
-      friction = static_cast<Real>(parameters.friction);
-      tangential_damping = static_cast<Real>(parameters.mindlin_damping);
+          static_cast<typename Numbers::Spring>(units.internal<&Of::mindlin_stiffness>(parameters));
+      friction = static_cast<Real>(units.internal<&Of::friction>(parameters));
+      tangential_damping = static_cast<Real>(units.internal<&Of::mindlin_damping>(parameters));
       velocity_arm = static_cast<Real>(arm);
       const int kept = static_cast<int>(parameters.mindlin_displacement);
       keeps_displacement = Real(kept & 1);
       rescales = Real(kept >> 1);
 
-      const double viscosity_unit = length * units.per_force;
+      // of what depends on the mass, which has no unit of its own
+      const double length = units.length, viscosity_unit = length * units.per_force;
       const double mass_unit = times_power<D>(
           GrainShape<D>::volume * parameters.density * parameters.mass_depth, length);
-      velocity_damping = static_cast<Real>(parameters.normal_viscosity * viscosity_unit);
+      velocity_damping = static_cast<Real>(units.internal<&Of::normal_viscosity>(parameters));
       viscoelastic_damping =
           static_cast<Real>(parameters.viscoelastic_damping * mass_unit * length * viscosity_unit);
       restitution_damping = static_cast<Real>(
@@ -82,7 +83,8 @@ inline namespace RVE_ISA {
   };
 
   /// Damped: with dashpots, and with an arm of its own for the surface velocity (DiskContact).
-  template <class NumberFormat, int Dimension = 2, bool Damped = true> struct HertzMindlin {
+  template <class NumberFormat, int Dimension = 2, bool Damped = true>
+  struct HertzMindlin : TouchingGrains {
     using Numbers = NumberFormat;
     static constexpr int D = Dimension;
     using Real = typename Numbers::Real;
@@ -257,7 +259,7 @@ inline namespace RVE_ISA {
    protected:
     RVE_INLINE double radius_at(const ContactPlace &place) const
     {
-      return std::sqrt(reduced(place.radius_i, place.radius_j) * place.overlap);
+      return std::sqrt(reduced(place.radius_i, place.radius_j) * larger(place.overlap, 0.0));
     }
 
     RVE_INLINE bool slides() const { return constants.friction > Real(0); }

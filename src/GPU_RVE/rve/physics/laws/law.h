@@ -16,6 +16,9 @@
 //   contact_law                of which materials it is (physics/material.h)
 //   has_friction, has_rolling, is_damped
 //                              what it has, so that programs leave out what needs it
+//   has_reach, reach(parameters), acts(contact)
+//                              how far beyond touching there are forces [length], and whether there are any: TouchingGrains for laws whose
+//                              forces end where the grains part. What a pair remembers always ends there
 //   evaluate(contact, i, j, velocity_gradient, history, dt)
 //                              the force: a ContactForce or a struct that begins as one. dt of zero evaluates again without advancing
 //                              the history. Exchanging the grains changes signs and nothing else, to the last bit. In two parts, for
@@ -46,6 +49,7 @@
 
 #include "rve/core/arithmetic.h"
 #include "rve/core/vec.h"
+#include "rve/physics/material.h"
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -84,6 +88,38 @@ inline namespace RVE_ISA {
 
     /// Of the script.
     static RVE_INLINE constexpr LawUnits same() { return {1.0, 1.0}; }
+
+    /// A parameter of a material in these units. Which powers of them it has, the table of parameters says.
+    template <MaterialMember member, class Parameters>
+    RVE_INLINE double internal(const Parameters &parameters) const
+    {
+      using Unit = UnitOf<member>;
+      return parameters.*member *
+          (times_integer_power<Unit::force>(per_force) *
+           times_integer_power<-Unit::length>(length));
+    }
+
+   private:
+    template <int exponent> static RVE_INLINE double times_integer_power(double x)
+    {
+      double product = 1.0;
+      for (int k = 0; k < (exponent < 0 ? -exponent : exponent); ++k) product *= x;
+      return exponent < 0 ? 1.0 / product : product;
+    }
+  };
+
+  /// Of a law whose grains act on each other while they touch.
+  struct TouchingGrains {
+    static constexpr bool has_reach = false;
+
+    template <class Parameters> static RVE_INLINE constexpr double reach(const Parameters &)
+    {
+      return 0.0;
+    }
+    template <class Contact> static RVE_INLINE auto acts(const Contact &contact)
+    {
+      return contact.overlap > decltype(contact.overlap)(0);
+    }
   };
 
   /// Where two grains are to each other, as far as the moduli of a contact depend on it [length].

@@ -19,18 +19,18 @@ inline namespace RVE_ISA {
     typename Numbers::Real dt;    ///< zero evaluates without advancing the history [time]
     typename Numbers::Real normal_viscosity, tangential_viscosity, velocity_arm;
 
-    /// `parameters` has k_n, k_t [force/length], mu, gamma_n and gamma_t [force time/length].
     template <class Parameters>
     RVE_INLINE void set(const Parameters &parameters, const LawUnits &units, double arm)
     {
-      const double stiffness_unit = units.length * units.per_force;
       using Real = typename Numbers::Real;
-      using Spring = typename Numbers::Spring;
-      normal_stiffness = static_cast<Real>(parameters.normal_stiffness * stiffness_unit);
-      normal_viscosity = static_cast<Real>(parameters.normal_viscosity * stiffness_unit);
-      tangential_stiffness = static_cast<Spring>(parameters.tangential_stiffness * stiffness_unit);
-      friction = static_cast<Real>(parameters.friction);
-      tangential_viscosity = static_cast<Real>(parameters.tangential_viscosity * stiffness_unit);
+      using Of = MaterialNumbers;
+      normal_stiffness = static_cast<Real>(units.internal<&Of::normal_stiffness>(parameters));
+      normal_viscosity = static_cast<Real>(units.internal<&Of::normal_viscosity>(parameters));
+      tangential_stiffness = static_cast<typename Numbers::Spring>(
+          units.internal<&Of::tangential_stiffness>(parameters));
+      friction = static_cast<Real>(units.internal<&Of::friction>(parameters));
+      tangential_viscosity =
+          static_cast<Real>(units.internal<&Of::tangential_viscosity>(parameters));
       velocity_arm = static_cast<Real>(arm);
     }
   };
@@ -40,7 +40,7 @@ inline namespace RVE_ISA {
   /// Damped: with dashpots, and with an arm of its own for the surface velocity (DiskContact).
   /// Frictional: compiled in only for scenes that have friction. Without, the law is that with a coefficient of zero.
   template <class NumberFormat, bool Damped, bool Frictional = true, int Dimension = 2>
-  struct LinearFrictionLaw {
+  struct LinearFrictionLaw : TouchingGrains {
     using Numbers = NumberFormat;
     static constexpr int D = Dimension;
     using Real = typename Numbers::Real;

@@ -319,30 +319,32 @@ inline namespace RVE_ISA {
       TurningConstants<typename Contact::Numbers, Contact::D> {
     using Numbers = typename Contact::Numbers;
 
-    /// Beside those of the contact law, `parameters` has k_r [force/length], mu_r and gamma_r [force time/length], k_q [force length],
-    /// mu_q [length] and gamma_q [force length time], and whether friction resists twisting.
     template <class Parameters>
     RVE_INLINE void set(const Parameters &parameters, const LawUnits &units, double arm)
     {
       using Real = typename Numbers::Real;
       using Spring = typename Numbers::Spring;
-      const double stiffness_unit = units.length * units.per_force;
+      using Of = MaterialNumbers;
       Contact::Constants::set(parameters, units, arm);
       // without a spring there is no force to limit, and without a limit no use for a dashpot
-      this->rolling_stiffness = static_cast<Spring>(parameters.rolling_stiffness * stiffness_unit);
-      this->rolling_friction =
-          static_cast<Real>(parameters.rolling_stiffness > 0.0 ? parameters.rolling_friction : 0.0);
+      this->rolling_stiffness =
+          static_cast<Spring>(units.internal<&Of::rolling_stiffness>(parameters));
+      this->rolling_friction = static_cast<Real>(
+          parameters.rolling_stiffness > 0.0 ? units.internal<&Of::rolling_friction>(parameters)
+                                             : 0.0);
       this->rolling_viscosity = static_cast<Real>(
-          this->rolling_friction > Real(0) ? parameters.rolling_viscosity * stiffness_unit : 0.0);
+          this->rolling_friction > Real(0) ? units.internal<&Of::rolling_viscosity>(parameters)
+                                           : 0.0);
       if constexpr (Contact::D == 3) {
-        const double moment_unit = units.per_force / units.length;
         this->twists_by_friction = static_cast<Real>(parameters.twisting_marshall);
-        this->twisting_stiffness = static_cast<Spring>(parameters.twisting_stiffness * moment_unit);
+        this->twisting_stiffness =
+            static_cast<Spring>(units.internal<&Of::twisting_stiffness>(parameters));
         this->twisting_friction = static_cast<Real>(
-            parameters.twisting_stiffness > 0.0 ? parameters.twisting_friction / units.length
+            parameters.twisting_stiffness > 0.0 ? units.internal<&Of::twisting_friction>(parameters)
                                                 : 0.0);
         this->twisting_viscosity = static_cast<Real>(
-            this->twisting_friction > Real(0) ? parameters.twisting_viscosity * moment_unit : 0.0);
+            this->twisting_friction > Real(0) ? units.internal<&Of::twisting_viscosity>(parameters)
+                                              : 0.0);
       }
     }
   };
@@ -404,13 +406,13 @@ inline namespace RVE_ISA {
     RVE_INLINE ContactModuli stiffness(const ContactPlace &place) const
     {
       ContactModuli moduli = Contact::stiffness(place);
-      resistance.add_stiffness(place, moduli);
+      if (touches(place)) resistance.add_stiffness(place, moduli);
       return moduli;
     }
     RVE_INLINE ContactModuli viscosity(const ContactPlace &place) const
     {
       ContactModuli dashpots = Contact::viscosity(place);
-      resistance.add_viscosity(place, dashpots);
+      if (touches(place)) resistance.add_viscosity(place, dashpots);
       return dashpots;
     }
 
@@ -430,6 +432,12 @@ inline namespace RVE_ISA {
       Force result;
       static_cast<typename Contact::Force &>(result) =
           Contact::answer(contact, i, j, moving, history.contact, dt);
+      if constexpr (Contact::has_reach) {
+        if (!(contact.overlap > Real(0))) {
+          result.turned = typename Resistance::Answer();
+          return result;
+        }
+      }
       result.turned =
           resistance.advance(static_cast<const Contact &>(*this), result, history.turning, contact,
                              moving, i, j, Contact::limiting_force(result), dt);
@@ -464,6 +472,13 @@ inline namespace RVE_ISA {
     RVE_INLINE double twisting_share(const ContactPlace &place) const
     {
       return resistance.template twisting_share<Contact>(place);
+    }
+
+   private:
+    /// Grains that do not touch resist no turning.
+    static RVE_INLINE bool touches(const ContactPlace &place)
+    {
+      return !Contact::has_reach || place.overlap > 0.0;
     }
   };
 
