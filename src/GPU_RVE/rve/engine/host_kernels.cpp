@@ -65,6 +65,14 @@ inline namespace RVE_ISA {
     program.run(answer, detail);
   }
 
+  /// The program that does the work of another one: the same bits, from the one whose calls begin alike and which has all that the others have,
+  /// where fewer compilations are worth more than speed.
+#if defined(RVE_RICH_PROGRAMS_ONLY)
+  template <Program program> constexpr Program kWorker = ProgramTraits<program>::prepared_like;
+#else
+  template <Program program> constexpr Program kWorker = program;
+#endif
+
   template <Program program, class Numbers, int D>
   void run_program_of(char *image, const DriveRecord<D> &drive, const SteeringRecord<D> *steering,
                       const BatchConstants &batch, const HostWorkspace &memory,
@@ -82,10 +90,10 @@ inline namespace RVE_ISA {
                AnswerRecord<D> &answer, DetailRecord<D> *detail)
   {
     switch (program) {
-#define RVE_ADVANCE(name, law, books, small, prepared)                                           \
-  case Program::name:                                                                            \
-    return run_program_of<Program::name, Numbers>(image, drive, steering, batch, memory, answer, \
-                                                  detail);
+#define RVE_ADVANCE(name, law, books, small, prepared)                                            \
+  case Program::name:                                                                             \
+    return run_program_of<kWorker<Program::name>, Numbers>(image, drive, steering, batch, memory, \
+                                                           answer, detail);
       RVE_PROGRAMS(RVE_ADVANCE)
 #undef RVE_ADVANCE
     }
@@ -108,7 +116,7 @@ inline namespace RVE_ISA {
     switch (program) {
 #define RVE_SIZES(name, law, books, small, prepared) \
   case Program::name:                                \
-    return sizes_of<Program::name, Numbers, D>(num_grains, pair_capacity);
+    return sizes_of<kWorker<Program::name>, Numbers, D>(num_grains, pair_capacity);
       RVE_PROGRAMS(RVE_SIZES)
 #undef RVE_SIZES
     }
