@@ -288,6 +288,59 @@ TEST(AdhesionAtADistance, DoesNotDependOnTheListOfNeighbours)
   EXPECT_EQ(ends[0].spin, ends[1].spin);
 }
 
+TEST(AdhesionAtADistance, IsFoundWhenALivingRveGetsIt)
+{
+  // its list was built for contacts without a reach
+  Material without = sticky_with_everything();
+  without.adhesion_reach = 0.0;
+  const Spheres state = disordered_spheres(without, 6, 7);
+  const auto engine = make_engine<3>(options_for(state));
+  const int rve = engine->add(state);
+  const std::vector<DriveOf<3>> shear{DriveOf<3>::constant_velocity_gradient(
+      Tensor3{{-2.0, 3.0, 1.0, 0.0, 1.0, -2.0, 0.0, 0.0, 0.5}}, 2e-6, 100)};
+  std::vector<ResultOf<3>> before, after, fresh;
+  engine->advance({rve}, shear, before);
+  Spheres changed = engine->state(rve);
+  changed.material.adhesion_reach = REACH;
+  engine->set_material(rve, changed.material);
+  engine->advance({rve}, shear, after);
+  const auto other = make_engine<3>(options_for(changed));
+  other->add(changed);
+  other->advance({0}, shear, fresh);
+
+  EXPECT_GT(after[0].num_contacts, 1.2 * before[0].num_contacts);
+  EXPECT_EQ(serialize(engine->state(rve)), serialize(other->state(0)));
+  const Spheres end = engine->state(rve);
+  EXPECT_EQ(find_contacts(end).size(), static_cast<std::size_t>(after[0].num_contacts));
+}
+
+TEST(ListOfARecord, IsNotTrustedWithALargerSkinThanItWasBuiltFor)
+{
+  const Spheres state = disordered_spheres(sticky_with_everything(), 6, 7);
+  const Tensor3 stretch{{-4.0, 2.0, 0.0, 0.0, -3.0, 0.0, 0.0, 1.0, -5.0}};
+  Options narrow = options_for(state), wide = options_for(state);
+  narrow.skin = 5e-5;
+  wide.skin = 2e-3;
+  SphereRig first(state, narrow), whole(state, wide);
+  first.strain(stretch, 2e-6, 50);
+  whole.strain(stretch, 2e-6, 50);
+  const std::vector<char> record = serialize(first.state());
+  SphereRig again(deserialize<3>(record.data(), record.size()), wide);
+  again.strain(stretch, 2e-6, 2000);
+  whole.strain(stretch, 2e-6, 2000);
+  EXPECT_EQ(again.state().fractional, whole.state().fractional);
+  EXPECT_EQ(again.state().velocity, whole.state().velocity);
+  // one that claims to have been built for that skin misses contacts
+  Spheres claims = deserialize<3>(record.data(), record.size());
+  claims.list_margin = wide.skin + REACH;
+  SphereRig deceived(claims, wide);
+  deceived.strain(stretch, 2e-6, 2000);
+  EXPECT_NE(deceived.state().fractional, whole.state().fractional);
+  // and with the skin that it was built for it is
+  const std::vector<char> same = serialize(SphereRig(first.state(), narrow).state());
+  EXPECT_EQ(same, record);
+}
+
 TEST(AdhesionAtADistance, BoundsNoTimeStep)
 {
   // in reach of each other, but not in touch: only the contact that may come counts, as where all are apart

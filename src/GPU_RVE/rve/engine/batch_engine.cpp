@@ -3,6 +3,7 @@
 #include "rve/core/error.h"
 #include "rve/core/threads.h"
 #include "rve/engine/answers.h"
+#include "rve/engine/cell_width.h"
 #include "rve/engine/drive_record.h"
 #include "rve/engine/force_bounds.h"
 #include "rve/physics/laws/law.h"
@@ -98,9 +99,7 @@ template <int D> int BatchEngine<D>::add(const RveStateOf<D> &state)
   const int n = state.num_grains();
   const bool is_new = free_numbers.empty();
   const int rve = is_new ? static_cast<int>(grains_of.size()) : free_numbers.back();
-  put_image(rve,
-            build_image(options.format, state, initial_extra_capacity<D>(n),
-                        memory_layout));    // may find no memory
+  put_image(rve, image_of(state));
   if (is_new) {
     grains_of.push_back(n);
   } else {
@@ -128,24 +127,64 @@ template <int D> int BatchEngine<D>::size() const
   return static_cast<int>(grains_of.size() - free_numbers.size());
 }
 
+namespace {
+
+  /// Of lists with the skin of the mean radius, for contacts that do not reach farther.
+  template <int D> double default_list_margin(const RveStateOf<D> &state)
+  {
+    return list_margin_of(state, 0.0) - reach_of(state.material);
+  }
+
+}    // namespace
+
+template <int D> StateImage BatchEngine<D>::image_of(const RveStateOf<D> &state) const
+{
+  const auto with = [&](const RveStateOf<D> &one) {
+    return build_image(options.format, one, initial_extra_capacity<D>(one.num_grains()),
+                       memory_layout);    // may find no memory
+  };
+  if (state.list_fractional.empty()) return with(state);
+  const double has = state.list_margin > 0.0 ? state.list_margin : default_list_margin(state);
+  // radii are rounded to the format
+  constexpr double ROUNDING = 1e-6;
+  if (has >= (1.0 - ROUNDING) * list_margin_of(state, options.skin)) return with(state);
+  RveStateOf<D> without_list = state;
+  without_list.list_fractional.clear();
+  without_list.list_cell = Tensor<double, D>::zero();
+  return with(without_list);
+}
+
 template <int D> RveStateOf<D> BatchEngine<D>::state(int rve) const
 {
   check_slot(rve);
-  return read_image<D>(options.format, get_image(rve), memory_layout);
+  RveStateOf<D> state = read_image<D>(options.format, get_image(rve), memory_layout);
+  if (!state.list_fractional.empty()) {
+    const double margin = list_margin_of(state, options.skin);
+    state.list_margin = margin == default_list_margin(state) ? 0.0 : margin;
+  }
+  return state;
 }
 
 template <int D> void BatchEngine<D>::set_material(int rve, const Material &material)
 {
   check_slot(rve);
-  RveStateOf<D> probe = state(rve);
+  const RveStateOf<D> before = state(rve);
+  RveStateOf<D> probe = before;
   probe.material = material;
   probe.check();
   ContactModel need = contacts_of(material);
   need.dimension = D;
   require_contacts(need);
-  ImageHeader<D> header = get_header(rve);
-  set_material_in(header, material);
-  put_header(rve, header);
+  const bool lists_serve = reach_of(material) == reach_of(before.material);
+  if (lists_serve) {
+    ImageHeader<D> header = get_header(rve);
+    set_material_in(header, material);
+    put_header(rve, header);
+  } else {
+    const StateImage image = image_of(probe);
+    drop_image(rve);
+    put_image(rve, image);
+  }
   note_needs(material);
 }
 

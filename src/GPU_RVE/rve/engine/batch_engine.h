@@ -37,6 +37,8 @@ template <int D> class BatchEngine : public EngineOf<D> {
  protected:
   /// An engine of the same kind, on the same device.
   virtual std::unique_ptr<BatchEngine> make_alike(const Options &other) const = 0;
+  /// Of a state, without a list that was built for a smaller skin or reach: it may lack pairs that this engine counts on.
+  StateImage image_of(const RveStateOf<D> &state) const;
   /// Where the image of an RVE lives is the backend's business. `rve` is free on put and used otherwise.
   virtual void put_image(int rve, const StateImage &image) = 0;
   virtual StateImage get_image(int rve) const = 0;

@@ -11,14 +11,18 @@
 
 namespace rve {
 
+template <int D> double list_margin_of(const RveStateOf<D> &state, double skin)
+{
+  const double mean =
+      std::accumulate(state.radius.begin(), state.radius.end(), 0.0) / state.num_grains();
+  return reach_of(state.material) + (skin > 0.0 ? skin : kDefaultSkinShare * mean);
+}
+
 template <int D>
 std::array<double, D> least_share_of_widths(const RveStateOf<D> &state, double skin)
 {
   const double largest = *std::max_element(state.radius.begin(), state.radius.end());
-  const double mean =
-      std::accumulate(state.radius.begin(), state.radius.end(), 0.0) / state.num_grains();
-  const double cutoff =
-      2.0 * largest + reach_of(state.material) + (skin > 0.0 ? skin : kDefaultSkinShare * mean);
+  const double cutoff = 2.0 * largest + list_margin_of(state, skin);
   std::array<double, D> shares;
   for (int a = 0; a < D; ++a) shares[a] = 2.0 * cutoff / perpendicular_width(state.cell, a);
   return shares;
@@ -33,6 +37,8 @@ template <int D> double grains_across(const RveStateOf<D> &state)
   return least / (2.0 * (D == 2 ? std::sqrt(mean) : std::cbrt(mean)));
 }
 
+template double list_margin_of(const RveStateOf<2> &, double);
+template double list_margin_of(const RveStateOf<3> &, double);
 template std::array<double, 2> least_share_of_widths<2>(const RveStateOf<2> &, double);
 template std::array<double, 3> least_share_of_widths<3>(const RveStateOf<3> &, double);
 template double grains_across(const RveStateOf<2> &);

@@ -1,4 +1,4 @@
-// How wide a periodic cell must be for its grains. Host only.
+// How wide a periodic cell must be for its grains, and a list of neighbours. Host only.
 
 #ifndef RVE_ENGINE_CELL_WIDTH_H
 #define RVE_ENGINE_CELL_WIDTH_H
@@ -14,6 +14,9 @@ namespace rve {
 /// `skin` as in Options [length].
 template <int D>
 std::array<double, D> least_share_of_widths(const RveStateOf<D> &state, double skin);
+
+/// How far apart, beyond touching, grains are that a list has: the reach of the law and the skin, as in Options [length].
+template <int D> double list_margin_of(const RveStateOf<D> &state, double skin);
 
 /// The least width of the cell over the mean size of its grains, that of disks with their mean area or of spheres with their mean volume [-].
 template <int D> double grains_across(const RveStateOf<D> &state);

@@ -410,11 +410,17 @@ namespace {
     archive(state.energy);
   }
 
-  template <int D, class Archive, class SomeMaterial>
-  void visit_later_parameters(Archive &archive, SomeMaterial &material)
+  template <int D> void visit_later_parameters(RecordWriter &writer, const Material &material)
   {
     for (const MaterialMember member : parameters_of(material.law, D, true))
-      archive(material.*member);
+      writer(material.*member);
+  }
+
+  // Records of before end where the parameters of their time did.
+  template <int D> void visit_later_parameters(RecordReader &reader, Material &material)
+  {
+    for (const MaterialMember member : parameters_of(material.law, D, true))
+      if (reader.remaining() > 0) reader(material.*member);
   }
 
   template <int D> bool has_later_parameters(const Material &material)
@@ -566,6 +572,7 @@ template <int D> void RveStateOf<D>::check() const
   }
   if (has_list || !list_fractional.empty())
     require_count(list_fractional.size(), D * n, "list coordinates");
+  require_not_negative(list_margin, "the margin of the list of neighbours", "[length]");
   require_finite(servo_velocity_gradient, "the servo velocity gradient", "[1/time]");
   require_not_negative(largest_contact_force, "largest contact force", "[force]");
   require(counters.steps >= 0 && counters.rebuilds >= 0 && counters.lattice_reductions >= 0 &&
@@ -583,7 +590,9 @@ template <int D> std::vector<char> serialize(const RveStateOf<D> &state)
     writer(std::vector<char>(word.begin(), word.end()));
   }
   visit<D>(writer, state);
-  if (has_later_parameters<D>(state.material)) visit_later_parameters<D>(writer, state.material);
+  if (has_later_parameters<D>(state.material) || state.list_margin != 0.0)
+    visit_later_parameters<D>(writer, state.material);
+  if (state.list_margin != 0.0) writer(state.list_margin);
   RecordHeader header{};
   header.magic = MAGIC;
   header.version = D == 3 ? VERSION_OF_SPHERES : says_law ? VERSION_WITH_LAW : VERSION;
@@ -625,7 +634,8 @@ template <int D> RveStateOf<D> deserialize(const char *data, std::size_t size)
   visit<D>(reader, state);
   if (reader.remaining() > 0) {
     visit_later_parameters<D>(reader, state.material);
-    require(has_later_parameters<D>(state.material),
+    if (reader.remaining() > 0) reader(state.list_margin);
+    require(has_later_parameters<D>(state.material) || state.list_margin != 0.0,
             "RVE record is damaged: it has parameters that are all zero");
   }
   require(reader.remaining() == 0, "RVE record is damaged: bytes are left over");

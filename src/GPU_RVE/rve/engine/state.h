@@ -150,6 +150,8 @@ template <int D> struct RveStateOf {
   Tensor<double, D> list_cell =
       Tensor<double, D>::zero();                 ///< H when the list was built; zero: no list yet
   std::vector<std::uint64_t> list_fractional;    ///< (N, D) s when the list was built, or empty
+  double list_margin =
+      0.0;    ///< how far apart grains are at most that it has [length]; 0: as list_margin_of() without a skin and a reach
 
   /// (N) Grain numbers in the order in which the engine keeps them, or empty: then it chooses one that puts neighbours next to
   /// each other. Kept so that a restart continues bit for bit.
