@@ -137,10 +137,12 @@ template <int D> struct TwoBodies {
   }
 
   RankOutcome<D> run(SceneOf<D> &points, int steps, int threads,
-                     const mpm::Communication &communication) const
+                     const mpm::Communication &communication,
+                     mpm::Device device = mpm::Device::Cpu) const
   {
     mpm::SolverOptions<D> own = options;
     own.threads = threads;
+    own.device = device;
     mpm::LinearElastic<D> law(YOUNG, 0.3);
     const auto solver = make_solver(law, own, communication);
     RankOutcome<D> outcome;
