@@ -442,3 +442,146 @@ TEST(PressedFooting, SinksInAndTiltsAsAForceOutOfItsMiddleAndTheGroundWant)
     EXPECT_NEAR(other.moment, 1.0, 0.005);
   }
 }
+
+TEST(PressedFooting, BoxAndCylinderPressAsBodiesWithAFaceDo)
+{
+  // a line of nodes meets a box from a quarter of a cell behind its edge on, and a body with a face from its edge on
+  constexpr int DEPTH = 9, HALF = 3;
+  for (const bool round : {false, true}) {
+    double force[2];
+    for (const bool turns : {false, true}) {
+      const double half = turns ? HALF + 0.26 : HALF;
+      Scene scene;
+      scene.add_block({{0.0, 0.0, 0.0}}, {{DEPTH, DEPTH, DEPTH}}, 1.0, DENSITY);
+      const int soil = scene.size();
+      for (const double place : {0.5 - half, half - 0.5})
+        for (const double height : {0.5, 1.5})
+          scene.add({{place, place, DEPTH + height}}, {{0.5, 0.5, 0.5}}, DENSITY);
+      for (int p = soil; p < scene.size(); ++p) scene.rigid_body[p] = 0;
+      mpm::SolverOptions<3> options =
+          mpm_test::grid_options_of<3>(Vec3::zero(), {{DEPTH, DEPTH, DEPTH + 3.0}}, 1.0);
+      options.sides.fill(SideKind::Roller);
+      options.sides[5] = SideKind::Free;
+      options.damping = 0.1;
+      options.rigid_bodies.resize(1);
+      mpm::RigidBodyOptions &body = options.rigid_bodies[0];
+      body.face = Face::ZLo;
+      body.rough = false;
+      if (turns)
+        body.form = round ? BodyForm::Cylinder : BodyForm::Box;
+      else
+        body.round = round;
+      mpm::LinearElastic<3> law(1e6, 0.25);
+      MpmSolver<3> solver(options);
+      solver.set_models({&law});
+      const double rates[6] = {0.0, 0.0, -1e-3};
+      if (turns)
+        solver.rigid_bodies().set_rates(0, rates);
+      else
+        solver.set_body_velocity(0, {{0.0, 0.0, rates[2]}});
+      for (int step = 0; step < 100; ++step) solver.step(scene.view(), {}, 0.015);
+      force[turns] = solver.body_reaction(0)[2];
+    }
+    EXPECT_GT(force[0], 1e3);
+    EXPECT_NEAR(force[1], force[0], 1e-9 * force[0]) << (round ? "round" : "square");
+  }
+}
+
+namespace {
+
+/// A ball of the radius of four cells on a layer, under a gravity that is inclined by `slope` as soon as it rests.
+struct BallOnLayer {
+  static constexpr double RADIUS = 0.4;
+  double acceleration, spin;    ///< mean of its centre [m/s²], and about the axis of rolling [1/s²]
+  double normal;                ///< mean normal force over the mass [m/s²]
+  double inertia;               ///< over m R²
+
+  BallOnLayer(double friction, double slope)
+  {
+    const double half = 0.5 * CELL;
+    const Vec3 middle = {{1.5 * RADIUS, 0.0, 0.3 + RADIUS}};
+    Scene scene;
+    scene.add_block({{0.0, 0.0, 0.0}}, {{2.0, 0.5, 0.3}}, CELL, DENSITY);
+    const int layer = scene.size();
+    const Vec3 corner = {{RADIUS, RADIUS, RADIUS}};
+    scene.add_block(middle - corner, middle + corner, half, 6000.0,
+                    [&](double x, double y, double z) {
+                      const Vec3 arm = Vec3{{x, y, z}} - middle;
+                      return dot(arm, arm) < RADIUS * RADIUS;
+                    });
+    double mass = 0.0, moment = 0.0;
+    for (int p = layer; p < scene.size(); ++p) {
+      scene.rigid_body[p] = 0;
+      const Vec3 arm = at(scene.position, p) - middle;
+      mass += scene.mass[p];
+      moment += scene.mass[p] * (arm[0] * arm[0] + arm[2] * arm[2] + half * half / 6.0);
+    }
+    inertia = moment / (mass * RADIUS * RADIUS);
+    const auto pull = [&](double along) {
+      for (int p = layer; p < scene.size(); ++p)
+        set(scene.body_force, p, GRAVITY * scene.mass[p] * Vec3{{along, 0.0, -std::cos(slope)}});
+    };
+    mpm::SolverOptions<3> options =
+        mpm_test::grid_options_of<3>(Vec3::zero(), {{2.0, 0.5, 1.6}}, CELL);
+    options.sides.fill(SideKind::Roller);    // y = 0 is a plane of symmetry
+    options.sides[4] = SideKind::Fixed;
+    options.sides[5] = SideKind::Free;
+    options.flip = 0.9;
+    options.damping = 0.7;
+    options.rigid_bodies.resize(1);
+    mpm::RigidBodyOptions &body = options.rigid_bodies[0];
+    body.form = BodyForm::Ball;
+    body.rough = false;
+    body.friction = friction;
+    body.free = 1 | 1 << 2 | 1 << 4;    // in the plane
+    mpm::LinearElastic<3> law(YOUNG, 0.3);
+    pull(0.0);
+    MpmSolver<3> damped(options);
+    damped.set_models({&law});
+    for (int step = 0; step < 300; ++step) damped.step(scene.view(), {}, TIME_STEP);
+
+    options.damping = 0.0;
+    MpmSolver<3> solver(options);
+    solver.set_models({&law});
+    solver.rigid_bodies().set_record(0, damped.rigid_bodies().record(0).data());
+    pull(std::sin(slope));
+    const int settle = 100, steps = 300;
+    double sum = 0.0, before[2] = {};
+    const double *rates = nullptr;
+    for (int step = 0; step < settle + steps; ++step) {
+      solver.step(scene.view(), {}, TIME_STEP);
+      rates = solver.rigid_bodies().rates(0);
+      if (step < settle) {
+        before[0] = rates[0];
+        before[1] = rates[4];
+      } else {
+        sum += solver.body_reaction(0)[2];
+      }
+    }
+    acceleration = (rates[0] - before[0]) / (steps * TIME_STEP);
+    spin = (rates[4] - before[1]) / (steps * TIME_STEP);
+    normal = sum / (steps * mass);
+  }
+};
+
+}    // namespace
+
+TEST(Ball, GlidesSlidesOrRollsDownAnInclineAsCoulombSays)
+{
+  // g sin β; with friction that it overcomes g sin β - μ N/m, and its spin grows by μ N R/I; else it rolls with g sin β/(1 + I/m R²)
+  const double slope = 0.3, down = GRAVITY * std::sin(slope);
+  const BallOnLayer glides(0.0, slope), slides(0.06, slope), rolls(0.6, slope);
+  const double sliding = down - 0.06 * slides.normal;
+  const double spinning = 0.06 * slides.normal / (slides.inertia * BallOnLayer::RADIUS);
+  const double rolling = down / (1.0 + rolls.inertia);
+  printf("ball: glides %.3f (%.3f), slides %.3f (%.3f) spin %.3f (%.3f), rolls %.3f (%.3f) spin "
+         "%.3f\n",
+         glides.acceleration, down, slides.acceleration, sliding, slides.spin, spinning,
+         rolls.acceleration, rolling, rolls.spin);
+  EXPECT_NEAR(glides.spin, 0.0, 1e-9);
+  EXPECT_NEAR(glides.acceleration, down, 0.03 * down) << "it rests on a few lines of nodes";
+  EXPECT_NEAR(slides.acceleration, sliding, 0.03 * sliding);
+  EXPECT_NEAR(slides.spin, spinning, 0.03 * spinning);
+  EXPECT_NEAR(rolls.acceleration, rolling, 0.15 * rolling) << "on its way of half a cell";
+  EXPECT_GT(rolls.spin, 1.1 * slides.spin);
+}
