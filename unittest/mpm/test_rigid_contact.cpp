@@ -771,7 +771,7 @@ TEST(TurningBody, ContinuesFromItsRecordToTheBit)
   expect_to_continue_from_record<2>(BodyForm::Ball, 20);
   expect_to_continue_from_record<2>(BodyForm::Convex, 20);
   for (const BodyForm form : {BodyForm::Box, BodyForm::Ball, BodyForm::Cylinder, BodyForm::Convex})
-    expect_to_continue_from_record<3>(form, 10);
+    expect_to_continue_from_record<3>(form, 5);
 }
 
 TEST(TurningBody, RefusesWhatItCannotBe)
