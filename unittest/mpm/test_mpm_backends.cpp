@@ -1,6 +1,7 @@
 // The same bits from CPU threads and from a CUDA device. Skips where there is no device, unless GPU_RVE_REQUIRE_CUDA=1.
 
 #include "scene.h"
+#include "turning_bodies.h"
 
 #include "ground_in_space.h"
 #include "mpm/mohr_coulomb.h"
@@ -10,6 +11,7 @@
 #include <functional>
 #include <gtest/gtest.h>
 #include <random>
+#include <string>
 
 using mpm::Communication;
 using MpmSolver = mpm::MpmSolver<2>;
@@ -370,6 +372,47 @@ TEST_F(OnDevice, GivesTheSameBitsInSpace)
       expect_same_points(scene[0], scene[1]);
       EXPECT_TRUE(same_bits(numbers[0], numbers[1]));
     }
+}
+
+namespace {
+
+template <int D> void expect_same_bits_of_turning_bodies(mpm::BodyForm form, int steps)
+{
+  const mpm_test::turning::TwoBodies<D> set(form);
+  using Outcome = mpm_test::turning::RankOutcome<D>;
+  mpm_test::SceneOf<D> of_cpu = set.scene, of_device = set.scene;
+  const Outcome cpu = set.run(of_cpu, steps, 2, {});
+  const Outcome cuda = set.run(of_device, steps, 2, {}, mpm::Device::Cuda);
+  const std::string name =
+      "form " + std::to_string(static_cast<int>(form)) + ", D = " + std::to_string(D);
+  ASSERT_NE(cpu.numbers.back(), 0.0) << name;
+  EXPECT_TRUE(same_bits(cpu.numbers, cuda.numbers)) << name;
+  EXPECT_TRUE(cpu.point == cuda.point) << name;
+
+  // the first of two ranks on the CPU, the other one on the device
+  std::vector<Outcome> of_rank(2);
+  mpm_test::RankTeam(2).run([&](int rank, const Communication &communication) {
+    std::vector<int> mine;
+    for (int p = 0; p < set.scene.size(); ++p)
+      if ((set.scene.position[3 * p] < 0.7 ? 0 : 1) == rank) mine.push_back(p);
+    mpm_test::SceneOf<D> part = set.scene.selected(mine);
+    of_rank[rank] =
+        set.run(part, steps, 1, communication, rank == 0 ? mpm::Device::Cpu : mpm::Device::Cuda);
+  });
+  of_rank[0].point.merge(of_rank[1].point);
+  EXPECT_TRUE(cpu.point == of_rank[0].point) << name;
+  for (const Outcome &one : of_rank) EXPECT_TRUE(same_bits(cpu.numbers, one.numbers)) << name;
+}
+
+}    // namespace
+
+TEST_F(OnDevice, GivesTheSameBitsWithBodiesThatTurn)
+{
+  for (const mpm::BodyForm form : {mpm::BodyForm::Box, mpm::BodyForm::Ball, mpm::BodyForm::Convex})
+    expect_same_bits_of_turning_bodies<2>(form, 60);
+  for (const mpm::BodyForm form :
+       {mpm::BodyForm::Box, mpm::BodyForm::Ball, mpm::BodyForm::Cylinder, mpm::BodyForm::Convex})
+    expect_same_bits_of_turning_bodies<3>(form, 20);
 }
 
 /// Blocks that are drawn apart until their boxes reach over several cells, on a grid of 1.6 billion nodes.

@@ -1,6 +1,6 @@
 // Rigid bodies that can turn, and those that forces drive: geometry, motion, contact and exchange of momentum.
 
-#include "scene.h"
+#include "turning_bodies.h"
 
 #include "mpm/rigid_contact.h"
 
@@ -15,87 +15,10 @@
 #include <utility>
 #include <vector>
 
-using mpm::BodyForm;
-using mpm::MpmSolver;
-using mpm::Vec;
+using namespace mpm_test::turning;
 using mpm_test::SceneOf;
 
 namespace {
-
-constexpr double CELL = 0.1;
-constexpr double DENSITY = 2000.0;
-constexpr double YOUNG = 10e6;
-constexpr double TIME_STEP = 5e-4;    // CFL 0.41
-constexpr double GRAVITY = 9.81;
-
-template <int D> constexpr int ALL_FREE = (1 << mpm::FREEDOMS<D>) -1;
-
-template <int D> Vec<D> up()
-{
-  Vec<D> axis = Vec<D>::zero();
-  axis[D - 1] = 1.0;
-  return axis;
-}
-
-template <int D> Vec<D> corner(double across, double height)
-{
-  Vec<D> place;
-  for (int a = 0; a < D; ++a) place[a] = a == D - 1 ? height : across;
-  return place;
-}
-
-/// A layer that fills a box with rollers on its sides and a fixed or smooth bottom, and a body of points on it.
-template <int D> struct BodyOnLayer {
-  SceneOf<D> scene;
-  mpm::LinearElastic<D> law{YOUNG, 0.3};
-  mpm::SolverOptions<D> options;
-  int num_deformable = 0;
-
-  BodyOnLayer(double width, double height, double room)
-  {
-    options =
-        mpm_test::grid_options_of<D>(corner<D>(0.0, 0.0), corner<D>(width, height + room), CELL);
-    for (int side = 0; side < mpm::FACES<D> - 1; ++side)
-      options.sides[side] = mpm::SideKind::Roller;
-    options.rigid_bodies.resize(1);
-    options.rigid_bodies[0].form = BodyForm::Box;
-    scene.add_block(corner<D>(0.0, 0.0), corner<D>(width, height), CELL, DENSITY);
-    num_deformable = scene.size();
-  }
-  void add_body(const Vec<D> &lo, const Vec<D> &hi, double density)
-  {
-    scene.add_block(lo, hi, CELL, density);
-    for (int p = num_deformable; p < scene.size(); ++p) scene.rigid_body[p] = 0;
-  }
-  void set_gravity(const Vec<D> &gravity)
-  {
-    for (int p = num_deformable; p < scene.size(); ++p)
-      for (int a = 0; a < D; ++a) scene.body_force[3 * p + a] = scene.mass[p] * gravity[a];
-  }
-};
-
-/// The corners of a box.
-template <int D> std::vector<Vec<D>> corners_of_box(const Vec<D> &lo, const Vec<D> &hi)
-{
-  std::vector<Vec<D>> corners;
-  for (int corner = 0; corner < 1 << D; ++corner) {
-    Vec<D> place;
-    for (int a = 0; a < D; ++a) place[a] = corner >> a & 1 ? hi[a] : lo[a];
-    corners.push_back(place);
-  }
-  return corners;
-}
-
-/// The middles of the faces of a box: a rhombus or an octahedron.
-template <int D> std::vector<Vec<D>> middles_of_faces(const Vec<D> &lo, const Vec<D> &hi)
-{
-  std::vector<Vec<D>> middles;
-  for (int face = 0; face < 2 * D; ++face) {
-    middles.push_back(0.5 * (lo + hi));
-    middles.back()[face / 2] = face % 2 == 0 ? lo[face / 2] : hi[face / 2];
-  }
-  return middles;
-}
 
 /// A shape gets the half spaces of vertices that are counted from its centre, along its axes.
 template <int D> void set_vertices(mpm::RigidShape<D> &shape, const std::vector<Vec<D>> &vertices)
@@ -766,81 +689,6 @@ TEST(ConvexBody, RefusesPointsThatAreElsewhereAndBodiesThatAreTooThin)
 
 namespace {
 
-template <int D> struct RankOutcome {
-  std::map<std::int64_t, std::vector<double>> point;
-  std::vector<double> numbers;
-};
-
-/// A frictional ball or box that forces drive, spinning and tilted, falls on ground with an inclined rough wall, which turns.
-template <int D> struct TwoBodies {
-  SceneOf<D> scene;
-  mpm::SolverOptions<D> options;
-
-  explicit TwoBodies(BodyForm form)
-  {
-    options = mpm_test::grid_options_of<D>(corner<D>(0.0, 0.0), corner<D>(1.2, 1.2), CELL);
-    for (int side = 0; side < mpm::FACES<D> - 1; ++side)
-      options.sides[side] = mpm::SideKind::Roller;
-    options.damping = 0.05;
-    options.flip = 0.99;
-    options.rigid_bodies.resize(2);
-    mpm::RigidBodyOptions &free = options.rigid_bodies[0], &wall = options.rigid_bodies[1];
-    free.form = form;
-    free.rough = false;
-    free.friction = 0.4;
-    free.free = ALL_FREE<D>;
-    free.turned[0] = 0.3;
-    wall.form = BodyForm::Box;
-    wall.separation = true;
-    wall.has_pivot = true;
-    wall.turned[D == 2 ? 0 : 1] = -0.2;
-    scene.add_block(corner<D>(0.0, 0.0), corner<D>(1.2, 0.5), 0.5 * CELL, DENSITY);
-    const int ground = scene.size();
-    scene.add_block(corner<D>(0.5, 0.5), corner<D>(0.9, 0.8), 0.5 * CELL, DENSITY);
-    const int end = scene.size();
-    Vec<D> lo = corner<D>(0.2, 0.2), hi = corner<D>(1.0, 0.7);
-    lo[0] = 0.1;
-    hi[0] = 0.3;
-    scene.add_block(lo, hi, CELL, DENSITY);
-    options.rigid_body_vertices = {middles_of_faces(corner<D>(0.45, 0.42), corner<D>(0.95, 0.9)),
-                                   {}};
-    for (int p = 0; p < scene.size(); ++p) {
-      scene.rigid_body[p] = p < ground ? -1 : p < end ? 0 : 1;
-      for (int a = 0; a < D; ++a) scene.velocity[3 * p + a] = 0.05 * std::sin(1.7 * p + a);
-      scene.body_force[3 * p + D - 1] = -GRAVITY * scene.mass[p];
-    }
-  }
-
-  RankOutcome<D> run(SceneOf<D> &points, int steps, int threads,
-                     const mpm::Communication &communication) const
-  {
-    mpm::SolverOptions<D> own = options;
-    own.threads = threads;
-    mpm::LinearElastic<D> law(YOUNG, 0.3);
-    MpmSolver<D> solver(own, communication);
-    solver.set_models({&law});
-    double rates[mpm::FREEDOMS<D>] = {0.05};
-    rates[D == 2 ? 2 : 4] = 0.2;
-    solver.rigid_bodies().set_rates(1, rates);
-    RankOutcome<D> outcome;
-    for (int step = 0; step < steps; ++step) {
-      solver.step(points.view(), {}, TIME_STEP);
-      for (const int b : {0, 1}) {
-        const std::vector<double> record = solver.rigid_bodies().record(b);
-        outcome.numbers.insert(outcome.numbers.end(), record.begin(), record.end());
-        for (int a = 0; a < D; ++a) outcome.numbers.push_back(solver.body_reaction(b)[a]);
-      }
-    }
-    for (int p = 0; p < points.size(); ++p) {
-      std::vector<double> &row = outcome.point[points.id[p]];
-      row.assign(&points.position[3 * p], &points.position[3 * p] + 3);
-      row.insert(row.end(), &points.velocity[3 * p], &points.velocity[3 * p] + 3);
-      row.insert(row.end(), points.stress[p].component, points.stress[p].component + D * D);
-    }
-    return outcome;
-  }
-};
-
 template <int D> void expect_same_bits(BodyForm form, int steps)
 {
   const TwoBodies<D> set(form);
@@ -884,40 +732,46 @@ TEST(TurningBody, HasTheSameBitsForAnyNumberOfRanksAndThreads)
 
 namespace {
 
-void expect_to_continue_from_record(BodyForm form)
+template <int D> void expect_to_continue_from_record(BodyForm form, int steps)
 {
-  const TwoBodies<2> set(form);
-  const auto make = [&](mpm::LinearElastic<2> &law) {
-    auto solver = std::make_unique<MpmSolver<2>>(set.options);
-    solver->set_models({&law});
-    const double rates[] = {0.05, 0.0, 0.2};
-    solver->rigid_bodies().set_rates(1, rates);
-    return solver;
+  const TwoBodies<D> set(form);
+  mpm::LinearElastic<D> law(YOUNG, 0.3);
+  bool touches[2] = {false, false};
+  const auto advance = [&](MpmSolver<D> &solver, SceneOf<D> &scene, int count) {
+    for (int step = 0; step < count; ++step) {
+      solver.step(scene.view(), {}, TIME_STEP);
+      for (const int b : {0, 1}) touches[b] = touches[b] || solver.body_reaction(b)[D - 1] != 0.0;
+    }
   };
-  mpm::LinearElastic<2> law(YOUNG, 0.3);
-  mpm_test::Scene whole = set.scene;
-  const auto one = make(law);
-  for (int step = 0; step < 40; ++step) one->step(whole.view(), {}, TIME_STEP);
-  mpm_test::Scene again = set.scene;
-  auto first = make(law);
-  for (int step = 0; step < 25; ++step) first->step(again.view(), {}, TIME_STEP);
+  SceneOf<D> whole = set.scene, again = set.scene;
+  const auto one = set.solver(law), first = set.solver(law), second = set.solver(law);
+  advance(*one, whole, 2 * steps);
+  advance(*first, again, steps);
 
-  const auto second = make(law);
   for (const int b : {0, 1})
     second->rigid_bodies().set_record(b, first->rigid_bodies().record(b).data());
-  for (int step = 25; step < 40; ++step) second->step(again.view(), {}, TIME_STEP);
+  touches[0] = touches[1] = false;
+  advance(*second, again, steps);
 
   EXPECT_EQ(whole.position, again.position);
   EXPECT_EQ(whole.velocity, again.velocity);
-  EXPECT_EQ(one->rigid_bodies().record(0), second->rigid_bodies().record(0));
+  for (const int b : {0, 1}) {
+    EXPECT_EQ(one->rigid_bodies().record(b), second->rigid_bodies().record(b));
+    for (int a = 0; a < D; ++a)
+      EXPECT_EQ(one->body_reaction(b)[a], second->body_reaction(b)[a]) << "body " << b;
+    EXPECT_TRUE(touches[b]) << "body " << b << " of the form " << static_cast<int>(form)
+                            << ", D = " << D;
+  }
 }
 
 }    // namespace
 
 TEST(TurningBody, ContinuesFromItsRecordToTheBit)
 {
-  expect_to_continue_from_record(BodyForm::Ball);
-  expect_to_continue_from_record(BodyForm::Convex);
+  expect_to_continue_from_record<2>(BodyForm::Ball, 20);
+  expect_to_continue_from_record<2>(BodyForm::Convex, 20);
+  for (const BodyForm form : {BodyForm::Box, BodyForm::Ball, BodyForm::Cylinder, BodyForm::Convex})
+    expect_to_continue_from_record<3>(form, 5);
 }
 
 TEST(TurningBody, RefusesWhatItCannotBe)
