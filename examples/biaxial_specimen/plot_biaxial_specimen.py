@@ -5,7 +5,8 @@
     python3 plot_biaxial_specimen.py --check smooth        prints the numbers and says by its exit status whether they are physical
 
 The angle of a band to the least principal stress, which is horizontal, lies between 45 deg + psi/2 (Roscoe) and 45 deg + phi/2 (Coulomb), with the mobilized
-angles at the peak: sin phi = (s1 - s3) / (s1 + s3), sin psi = - d eps_v / d gamma of the specimen. Needs numpy, for pictures matplotlib.
+angles at the peak: sin phi = (s1 - s3) / (s1 + s3), sin psi = - d eps_v / d gamma of the specimen. The angle comes from a line through the centres of the band in the
+columns of points, before the deformation, its error from their scatter. Needs numpy, for pictures matplotlib.
 """
 
 import argparse
@@ -14,7 +15,9 @@ import sys
 
 import numpy as np
 
-WINDOW = 7    # rows of a curve over which slopes are taken
+WINDOW = 7             # rows of a curve over which slopes are taken
+WINDOW_ACROSS = 2.0    # points to each side of a band
+LEAST_COLUMNS = 5      # of points, for the angle of a band
 
 
 def read_fields(path):
@@ -25,20 +28,72 @@ def read_fields(path):
     return dict(zip(lines[0].split(), values.T))
 
 
-def band_angle(x, y, strain, spacing):
-    """Inclination [deg] of the straight strip, two points wide, with the largest mean strain, and this mean over that of all points.
-    Strips that cross less than half of the width do not count."""
-    width = x.max() - x.min()
-    best = (0.0, 0.0)
-    for degrees in np.arange(30.0, 76.0, 1.0):
+def strip_of(x, y, strain, spacing):
+    """Slope and height at x = 0 of the straight strip, two points wide and across half of the width at least, that stands out most of the mean."""
+    width = np.ptp(x) + spacing
+    excess = strain - strain.mean()
+    best = (-np.inf, 0.0, 0.0)
+    for degrees in np.arange(30.0, 76.0, 2.0):
         for sign in (-1.0, 1.0):
             a = np.radians(degrees)
             along, across = np.cos(a) * x + sign * np.sin(a) * y, -sign * np.sin(a) * x + np.cos(a) * y
-            for offset in np.arange(across.min(), across.max(), 0.5 * spacing):
-                inside = np.abs(across - offset) < spacing
-                if inside.any() and np.ptp(along[inside]) * np.cos(a) > 0.5 * width:
-                    best = max(best, (strain[inside].mean(), degrees))
-    return best[1], best[0] / strain.mean()
+            for offset in np.arange(across.min(), across.max(), 0.25 * spacing):
+                weight = np.clip(2.0 - np.abs(across - offset) / spacing, 0.0, 1.0)
+                inside = weight > 0.0
+                if not inside.any() or np.ptp(along[inside]) * np.cos(a) < 0.5 * width:
+                    continue
+                best = max(best, ((weight * excess).sum() / np.sqrt((weight**2).sum()), sign * np.tan(a), offset / np.cos(a)))
+    return best[1:]
+
+
+def band_of(x, y, strain, spacing):
+    """Inclination [deg] of the shear band, its standard error [deg], and the mean strain two points across it over that of all points.
+
+    From the strip that stands out most: in each column of points the centre of the strain above its median, two points to both sides of the band, and a line through
+    these centres, again until it stays. Columns in which a plate cuts this window are left out. The scatter of the centres about the line gives the error."""
+    slope, height = strip_of(x, y, strain, spacing)
+    column = np.floor(x / spacing + 1e-6).astype(int)
+    middle = (np.arange(column.max() + 1) + 0.5) * spacing
+    excess = np.clip(strain - np.median(strain), 0.0, None)
+    top = y.max() + 0.5 * spacing
+    error = np.inf
+    for _ in range(50):
+        centre, reach = height + slope * middle, WINDOW_ACROSS * spacing * np.hypot(1.0, slope)
+        above = y - centre[column]
+        weight = np.clip((reach - np.abs(above)) / spacing + 0.5, 0.0, 1.0) * excess
+        total = np.bincount(column, weight)
+        whole = (total > 0.0) & (centre - reach > -0.25 * spacing) & (centre + reach < top + 0.25 * spacing)
+        if whole.sum() < LEAST_COLUMNS:
+            error = np.inf
+            break
+        off = np.bincount(column, weight * above)[whole] / total[whole]
+        place = middle[whole] - middle[whole].mean()
+        turn = (place * off).sum() / (place**2).sum()
+        rest = off - off.mean() - turn * place
+        error = np.sqrt((rest**2).sum() / (len(rest) - 2) / (place**2).sum()) / (1.0 + slope**2)
+        height, slope = height + off.mean() - turn * middle[whole].mean(), slope + turn
+        if abs(turn) < 1e-6:
+            break
+    inside = np.abs(y - height - slope * x) < spacing * np.hypot(1.0, slope)
+    contrast = strain[inside].mean() / strain.mean() if inside.any() else 0.0
+    return np.degrees(np.arctan(abs(slope))), np.degrees(error), contrast
+
+
+def measured_bands(spacing=0.1, count=24, scatter=0.35):
+    """Mean and standard deviation of the error of the angle [deg] for bands of known angles, 47 to 62 deg, and the root mean square of their own estimates.
+    They are Gaussian with a standard deviation of one point; the strain of each point scatters by a factor."""
+    draw_of = np.random.default_rng(1)
+    columns = round(1.0 / spacing)
+    x, y = ((axis.ravel() + 0.5) * spacing for axis in np.meshgrid(np.arange(columns), np.arange(2 * columns)))
+    errors, estimates = [], []
+    for _ in range(count):
+        angle, height, sign = draw_of.uniform(47.0, 62.0), draw_of.uniform(0.75, 1.25), draw_of.choice([-1.0, 1.0])
+        across = (y - height - sign * np.tan(np.radians(angle)) * (x - 0.5)) * np.cos(np.radians(angle)) / spacing
+        strain = np.exp(-0.5 * across**2 + scatter * draw_of.standard_normal(len(x))) + 0.03 * np.exp(0.8 * draw_of.standard_normal(len(x)))
+        found, error, _ = band_of(x, y, strain, spacing)
+        errors.append(found - angle)
+        estimates.append(error)
+    return np.mean(errors), np.std(errors), np.sqrt(np.mean(np.square(estimates)))
 
 
 def numbers_of(ending):
@@ -54,25 +109,28 @@ def numbers_of(ending):
     lo, hi = max(0, peak - WINDOW), min(len(axial) - 1, peak + WINDOW)
     dilation = (volume[hi] - volume[lo]) / (shear[hi] - shear[lo])
     spacing = np.sqrt(1.0 * 2.0 / len(fields["x"]))
-    angle, contrast = band_angle(fields["x"] - fields["ux"], fields["y"] - fields["uy"], fields["eps_q"], spacing)
+    angle, error, contrast = band_of(fields["x"] - fields["ux"], fields["y"] - fields["uy"], fields["eps_q"], spacing)
     phi, psi = np.degrees(np.arcsin(smooth.max())), np.degrees(np.arcsin(dilation))
     return {"curve": curve, "fields": fields, "peak": smooth.max(), "peak_strain": axial[peak], "end": mobilized[-2 * WINDOW:].mean(), "phi": phi, "psi": psi,
-            "roscoe": 45.0 + 0.5 * psi, "coulomb": 45.0 + 0.5 * phi, "angle": angle, "contrast": contrast, "spacing": spacing}
+            "roscoe": 45.0 + 0.5 * psi, "coulomb": 45.0 + 0.5 * phi, "angle": angle, "error": error, "contrast": contrast, "spacing": spacing}
 
 
 def say(ending, numbers):
-    print("{}: peak (s1-s3)/(s1+s3) {peak:.3f} at {peak_strain:.3f}, {end:.3f} at the end; phi {phi:.1f} deg, psi {psi:.1f} deg; band at {angle:.0f} deg with {contrast:.1f} "
-          "times the mean strain (Roscoe {roscoe:.1f} deg, Coulomb {coulomb:.1f} deg)".format(ending, **numbers))
+    band = "{angle:.1f} +- {error:.1f} deg" if np.isfinite(numbers["error"]) else "about {angle:.0f} deg, which too few columns cross for a measurement,"
+    print(("{}: peak (s1-s3)/(s1+s3) {peak:.3f} at {peak_strain:.3f}, {end:.3f} at the end; phi {phi:.1f} deg, psi {psi:.1f} deg; band at " + band + " with {contrast:.1f} "
+           "times the mean strain (Roscoe {roscoe:.1f} deg, Coulomb {coulomb:.1f} deg)").format(ending, **numbers))
 
 
 def check(ending):
-    """Softens, and in a band between the angles of Roscoe and Coulomb, within what a band two points wide leaves open."""
+    """Softens, and in a band between the angles of Roscoe and Coulomb, within twice the error of its measurement: its own estimate, or that of
+    bands of known angles if that is larger."""
     numbers = numbers_of(ending)
     say(ending, numbers)
-    # a strip of two points over the width of the specimen
-    tolerance = np.degrees(2.0 * numbers["spacing"])
-    return (numbers["end"] < numbers["peak"] and numbers["contrast"] > 1.3 and numbers["psi"] > 0.0 and
-            numbers["roscoe"] - tolerance < numbers["angle"] < numbers["coulomb"] + tolerance)
+    mean, deviation, estimate = measured_bands(numbers["spacing"])
+    print(f"bands of known angles: error {mean:.2f} deg in the mean, standard deviation {deviation:.2f} deg, estimated as {estimate:.2f} deg")
+    tolerance = 2.0 * max(numbers["error"], deviation)
+    return (abs(mean) < 0.5 * deviation and deviation < 1.0 and numbers["end"] < numbers["peak"] and numbers["contrast"] > 1.3 and numbers["psi"] > 0.0 and
+            numbers["error"] < 1.5 and numbers["roscoe"] - tolerance < numbers["angle"] < numbers["coulomb"] + tolerance)
 
 
 def draw(runs, path, ratio_label, section):
@@ -106,7 +164,8 @@ def draw(runs, path, ratio_label, section):
 def section_of(numbers):
     """The whole specimen."""
     f = numbers["fields"]
-    return f["x"], f["y"], f["eps_q"], numbers["spacing"], ": {:.0f}°".format(numbers["angle"])
+    title = ": {angle:.1f}° ± {error:.1f}°" if np.isfinite(numbers["error"]) else ""
+    return f["x"], f["y"], f["eps_q"], numbers["spacing"], title.format(**numbers)
 
 
 def main():

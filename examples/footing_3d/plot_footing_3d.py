@@ -55,9 +55,8 @@ def main():
         ratios = {shape: capacity / arguments.cohesion / TRESCA[shape] for shape, (_, capacity) in found.items() if shape in TRESCA}
         for shape, ratio in ratios.items():
             print(f"{shape}: N_c {ratio * TRESCA[shape]:.2f}, {ratio:.3f} of the closed form, {TRESCA[shape]:.2f}")
-        # Eight cells in the half width: the footing acts half a cell wider, by 6 % in one direction and 13 % in two, and the staircase of nodes within
-        # a circle takes some of it away. The circle may exceed N_c by as much, the strip by 6 % more.
-        within = ratios.keys() >= TRESCA.keys() and 0.97 < ratios["strip"] < 1.0625 * 1.06 and 0.97 < ratios["circle"] < 1.129
+        # With 8.5 cells in the half width, at 0.1 m/s, the strip has 0.984 and the circle 0.958. An edge half a cell further out would add 6 and 12 %.
+        within = ratios.keys() >= TRESCA.keys() and 0.95 < ratios["strip"] < 1.02 and 0.93 < ratios["circle"] < 1.02
         sys.exit(0 if within or not arguments.check else "not what is expected")
     for shape, (_, capacity) in found.items():
         factor = f", shape factor {capacity / found['strip'][1]:.2f}" if "strip" in found and shape != "strip" else ""
@@ -68,8 +67,8 @@ def main():
     if arguments.check:
         strip = found["strip"][1] / arguments.surcharge / formulas(arguments.phi)["N_q (Prandtl, Reissner)"]
         square = found["square"][1] / found["strip"][1]
-        # the footing holds the nodes of its edge, too, and so is wider by half a cell, a square one twice
-        sys.exit(0 if 0.9 < strip < 1.15 and 1.2 < square < 2.0 else "not what is expected")
+        # not associated flow: below Prandtl's; the factor of the square is about that of handbooks
+        sys.exit(0 if 0.85 < strip < 1.0 and 1.1 < square < 1.45 else "not what is expected")
 
     import matplotlib
     matplotlib.use("Agg")

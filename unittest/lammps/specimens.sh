@@ -13,16 +13,17 @@ check() { "$python" "$folder/plot_$example.py" --check "$@"; }
 
 case $example in
   biaxial_specimen)
-    run -var h 0.125 -var grains 100 -var packings 4 -var strain 0.04
+    run -var grains 100 -var packings 4 -var strain 0.04 -var seed 301    # whose band crosses the specimen
     check smooth ;;
   triaxial_specimen)
     for plates in rough smooth; do run -var plates $plates -var grains 80 -var packings 2 -var strain 0.04 -var rate 0.8; done
     check rough smooth ;;
   footing_3d)
-    for shape in square strip; do run -var shape $shape -var length 3 -var d_end 0.1; done
+    run -var shape square -var length 3 -var d_end 0.1
+    run -var shape strip -var length 6 -var d_end 0.1
     check
-    for shape in circle strip; do
-      run -var shape $shape -var out tresca_$shape -var phi 0 -var cohesion 10000 -var qs 0 -var d_end 0.06 -var length 2 -var h 0.125
-    done
+    tresca="-var pic 0.001 -var phi 0 -var cohesion 10000 -var qs 0 -var d_end 0.03 -var h 0.125"
+    run -var shape circle -var length 2 -var out tresca_circle $tresca
+    run -var shape strip -var out tresca_strip $tresca
     check --model tresca ;;
 esac
