@@ -60,8 +60,8 @@ namespace {
     });
   }
 
-  using Stretch =
-      std::array<double, 6>;    // derivative of a stretch by (x, y, w)_first, (x, y, w)_second
+  // derivative of a stretch by (x, y, w)_first, (x, y, w)_second
+  using Stretch = std::array<double, 6>;
 
   Stretch normal_stretch(const TouchingPair &contact)
   {
@@ -302,8 +302,8 @@ namespace {
 
     const std::size_t n = matrix.size();
     std::vector<std::vector<double>> basis(1, std::vector<double>(n));
-    std::uint64_t pseudo_random =
-        0x9e3779b97f4a7c15u;    // deterministic, and orthogonal to no symmetric mode
+    // deterministic, and orthogonal to no symmetric mode
+    std::uint64_t pseudo_random = 0x9e3779b97f4a7c15u;
     for (double &x : basis[0]) {
       pseudo_random = pseudo_random * 6364136223846793005u + 1442695040888963407u;
       x = static_cast<double>(pseudo_random >> 11) * 0x1p-53 - 0.5;
@@ -326,8 +326,8 @@ namespace {
       largest = largest_eigenvalue(diagonal, off);
       steady = largest - previous <= TOLERANCE * largest ? steady + 1 : 0;
       const double norm = std::sqrt(dot(next, next));
-      const bool invariant =
-          norm <= 1e-14 * largest;    // the basis spans an invariant subspace: exact
+      // the basis spans an invariant subspace: exact
+      const bool invariant = norm <= 1e-14 * largest;
       if (steady >= STEADY_STEPS || invariant) break;
       off.push_back(norm);
       basis.push_back(next);
