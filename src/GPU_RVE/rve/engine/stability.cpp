@@ -180,8 +180,8 @@ namespace {
       }
       for (const TouchingPairOf<3> &contact : contacts) {
         const double first = state.radius[contact.first], second = state.radius[contact.second];
-        arms.push_back({Arms{1.0 - 0.5 * contact.overlap / first, second / (first + second)},
-                        Arms{1.0 - 0.5 * contact.overlap / second, first / (first + second)}});
+        arms.push_back({LeverArms{1.0 - 0.5 * contact.overlap / first, second / (first + second)},
+                        LeverArms{1.0 - 0.5 * contact.overlap / second, first / (first + second)}});
       }
     }
 
@@ -192,7 +192,8 @@ namespace {
       std::fill(y.begin(), y.end(), 0.0);
       for (std::size_t c = 0; c < contacts.size(); ++c) {
         const Vec<double, 3> &n = contacts[c].normal;
-        const Motion one = motion(x, contacts[c].first), other = motion(x, contacts[c].second);
+        const Displacement one = displacement(x, contacts[c].first),
+                           other = displacement(x, contacts[c].second);
         const auto &[of_one, of_other] = arms[c];
 
         const Vec<double, 3> approach = other.place - one.place;
@@ -218,19 +219,19 @@ namespace {
       double translation, rotation;
     };
     // over the radius: the distance to the contact, and the reduced radius
-    struct Arms {
+    struct LeverArms {
       double contact, rolling;
     };
-    struct Motion {
+    struct Displacement {
       Vec<double, 3> place, turn;
     };
 
     const std::vector<TouchingPairOf<3>> &contacts;
     const std::vector<ContactModuli> &moduli;
     std::vector<InverseRootMass> inverse_root_mass;
-    std::vector<std::array<Arms, 2>> arms;
+    std::vector<std::array<LeverArms, 2>> arms;
 
-    Motion motion(const std::vector<double> &x, int i) const
+    Displacement displacement(const std::vector<double> &x, int i) const
     {
       const double *of = &x[6 * static_cast<std::size_t>(i)];
       return {inverse_root_mass[i].translation * Vec<double, 3>{{of[0], of[1], of[2]}},
