@@ -162,7 +162,7 @@ RVE_HD void each_contact(const StepView<D> &step, const RigidBodyStep<D> &body, 
 enum class Touch { Open, Slides, Sticks };
 
 /// A contact with the momenta that meet there.
-template <int D> struct ContactMotion {
+template <int D> struct RigidContactMotion {
   /// Effective: of the impulse that changes the velocity at the contact by one [mass].
   double mass = 0.0;
   Vec<D> normal;    ///< within what the sides of the grid leave free, a unit vector
@@ -300,7 +300,7 @@ template <int D> struct GatherContacts : ContactPass<D> {
     const ContactScales<D> scales(step, body);
     each_contact(step, body, this->axis, column, [&](const RigidContact<D> &contact) {
       if (!this->counts(contact)) return;
-      ContactMotion<D> motion;
+      RigidContactMotion<D> motion;
       if (!motion.find(step, body, contact, step.momentum_end, step.momentum)) return;
       const Touch touch = motion.touch(this->options, step.flip);
       if (touch == Touch::Open) return;
@@ -367,7 +367,7 @@ template <int D> struct ImposeContacts : ContactPass<D> {
     each_contact(step, body, this->axis, column, [&](const RigidContact<D> &contact) {
       std::uint16_t &state = states[contact.node[0]];
       const int bit = 2 * contact.slot;
-      ContactMotion<D> motion;
+      RigidContactMotion<D> motion;
       Touch touch = Touch::Open;
       if (motion.find(step, body, contact, step.momentum_end, balances ? step.momentum : nullptr))
         touch = how == Contact::Find ? motion.touch(this->options, step.flip)
