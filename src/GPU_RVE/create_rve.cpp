@@ -37,7 +37,7 @@ namespace {
 constexpr bigint MOST_GRAINS = 100000000;
 constexpr int FEWEST_GRAINS = 100;
 
-struct Order {
+struct PackingRequest {
   std::string path;
   int dimension = 2;    ///< of the grains: 2 for disks, 3 for spheres
   rve::PackingRecipe recipe;
@@ -60,7 +60,7 @@ struct Order {
   std::vector<rve::PackingRecipe> recipes() const;
 };
 
-std::vector<rve::PackingRecipe> Order::recipes() const
+std::vector<rve::PackingRecipe> PackingRequest::recipes() const
 {
   std::vector<rve::PackingRecipe> goals;
   for (const double friction : frictions) {
@@ -83,90 +83,90 @@ std::vector<rve::PackingRecipe> Order::recipes() const
   return all;
 }
 
-constexpr ScriptKeyword<Order> KEYWORDS[] = {
+constexpr ScriptKeyword<PackingRequest> KEYWORDS[] = {
     {"shape", "disk | sphere",
-     [](ScriptWords &words, Order &order) {
-       order.dimension = words.choice<int>("", {{"disk", 2}, {"sphere", 3}});
+     [](ScriptWords &words, PackingRequest &request) {
+       request.dimension = words.choice<int>("", {{"disk", 2}, {"sphere", 3}});
      }},
     {"grains", "N",
-     [](ScriptWords &words, Order &order) {
-       order.recipe.num_grains = words.integer("", INT_MIN);
+     [](ScriptWords &words, PackingRequest &request) {
+       request.recipe.num_grains = words.integer("", INT_MIN);
      }},
     {"seed", "N",
-     [](ScriptWords &words, Order &order) {
-       order.recipe.seed = words.whole("", 0, MAXBIGINT);
+     [](ScriptWords &words, PackingRequest &request) {
+       request.recipe.seed = words.whole("", 0, MAXBIGINT);
      }},
     {"seeds", "first N",
-     [](ScriptWords &words, Order &order) {
-       order.recipe.seed = words.whole("first", 0, MAXBIGINT);
-       order.num_seeds = words.integer("number", 1);
+     [](ScriptWords &words, PackingRequest &request) {
+       request.recipe.seed = words.whole("first", 0, MAXBIGINT);
+       request.num_seeds = words.integer("number", 1);
      }},
     {"radius", "uniform lo hi",
-     [](ScriptWords &words, Order &order) {
+     [](ScriptWords &words, PackingRequest &request) {
        if (!words.take("uniform"))
          words.refuse(fmt::format("radius is '{}'; it must be uniform lo hi", words.next()));
-       order.recipe.radius_min = words.number("lo");
-       order.recipe.radius_max = words.number("hi");
+       request.recipe.radius_min = words.number("lo");
+       request.recipe.radius_max = words.number("hi");
      }},
     {"pressure", "value ...",
-     [](ScriptWords &words, Order &order) {
-       order.pressures = words.numbers();
+     [](ScriptWords &words, PackingRequest &request) {
+       request.pressures = words.numbers();
      }},
     {"k0", "value | rest",
-     [](ScriptWords &words, Order &order) {
-       order.recipe.at_rest = words.take("rest");
-       if (!order.recipe.at_rest) order.recipe.k0 = words.number();
+     [](ScriptWords &words, PackingRequest &request) {
+       request.recipe.at_rest = words.take("rest");
+       if (!request.recipe.at_rest) request.recipe.k0 = words.number();
      }},
     {"void_ratio", "value ...",
-     [](ScriptWords &words, Order &order) {
-       order.void_ratios = words.numbers();
+     [](ScriptWords &words, PackingRequest &request) {
+       request.void_ratios = words.numbers();
      }},
     {"friction_prep", "value ...",
-     [](ScriptWords &words, Order &order) {
-       order.frictions = words.numbers();
+     [](ScriptWords &words, PackingRequest &request) {
+       request.frictions = words.numbers();
      }},
     {"void_ratio_tolerance", "value",
-     [](ScriptWords &words, Order &order) {
-       order.recipe.void_ratio_tolerance = words.number();
+     [](ScriptWords &words, PackingRequest &request) {
+       request.recipe.void_ratio_tolerance = words.number();
      }},
     {"damping_prep", "value",
-     [](ScriptWords &words, Order &order) {
-       order.recipe.preparation_damping = words.number();
+     [](ScriptWords &words, PackingRequest &request) {
+       request.recipe.preparation_damping = words.number();
      }},
     {"tolerance", "value",
-     [](ScriptWords &words, Order &order) {
-       order.recipe.stress_tolerance = order.recipe.unbalanced_tolerance = words.number();
+     [](ScriptWords &words, PackingRequest &request) {
+       request.recipe.stress_tolerance = request.recipe.unbalanced_tolerance = words.number();
      }},
     {"format", "fast | mixed | double | single",
-     [](ScriptWords &words, Order &order) {
-       order.options.format = read_format(words);
+     [](ScriptWords &words, PackingRequest &request) {
+       request.options.format = read_format(words);
      }},
     {"threads", "N",
-     [](ScriptWords &words, Order &order) {
-       order.options.threads = words.integer("", INT_MIN);
-       order.threads_given = true;
+     [](ScriptWords &words, PackingRequest &request) {
+       request.options.threads = words.integer("", INT_MIN);
+       request.threads_given = true;
      }},
     {"device", "auto | cpu | cuda",
-     [](ScriptWords &words, Order &order) {
-       order.options.device = read_device(words);
-       order.device_given = true;
+     [](ScriptWords &words, PackingRequest &request) {
+       request.options.device = read_device(words);
+       request.device_given = true;
      }},
-    {"policy", "stop | skip", [](ScriptWords &words, Order &order) {
-       order.skip = words.choice<bool>("", {{"stop", false}, {"skip", true}});
+    {"policy", "stop | skip", [](ScriptWords &words, PackingRequest &request) {
+       request.skip = words.choice<bool>("", {{"stop", false}, {"skip", true}});
      }}};
 
-Order parse(LAMMPS *lmp, int narg, char **arg)
+PackingRequest parse(LAMMPS *lmp, int narg, char **arg)
 {
   Error *error = lmp->error;
   ScriptWords words(lmp, "create_rve", narg, arg, 0);
-  Order order;
-  rve::PackingRecipe &recipe = order.recipe;
+  PackingRequest request;
+  rve::PackingRecipe &recipe = request.recipe;
   MaterialWords material;
-  order.path = words.next("file");
+  request.path = words.next("file");
   words.set_keywords(material_keywords());
   words.add_keywords(names_of(KEYWORDS));
   while (words.next_keyword())
-    if (!material.read(words)) words.read(KEYWORDS, order);
+    if (!material.read(words)) words.read(KEYWORDS, request);
   if (words.has("seed") && words.has("seeds"))
     error->all(FLERR, "create_rve: seed and seeds exclude each other");
   std::string missing;
@@ -176,37 +176,37 @@ Order parse(LAMMPS *lmp, int narg, char **arg)
   if (!missing.empty()) error->all(FLERR, "create_rve: {} must be given", missing);
 
   for (const char *of_disks : {"thickness", "mass_depth"})
-    if (order.dimension == 3 && words.has(of_disks))
+    if (request.dimension == 3 && words.has(of_disks))
       error->all(FLERR, "create_rve: spheres have no {}; it is for shape disk", of_disks);
 
   // grains with the stiffness of their normal spring in the tangent too, unless said otherwise
   std::optional<double> &kt = material[&rve::Material::tangential_stiffness];
   if (!kt) kt = material[&rve::Material::normal_stiffness];
   material.apply(recipe.material);
-  order.options.contacts = rve::contacts_of(recipe.material);
-  order.options.contacts.dimension = order.dimension;
-  if (order.is_library()) {
+  request.options.contacts = rve::contacts_of(recipe.material);
+  request.options.contacts.dimension = request.dimension;
+  if (request.is_library()) {
     // all of them are in the memory at once, and then the text of their file
     const bigint most = MOST_GRAINS / std::max(recipe.num_grains, FEWEST_GRAINS);
-    if (order.num_packings() > most)
+    if (request.num_packings() > most)
       error->all(FLERR,
                  "create_rve: a library of {} packings with {} grains each is too large; it can "
                  "have at most {} of them, {} grains in all, which take tens of GB: use fewer "
                  "seeds, or make several libraries",
-                 order.num_packings(), recipe.num_grains, most, MOST_GRAINS);
-    return order;
+                 request.num_packings(), recipe.num_grains, most, MOST_GRAINS);
+    return request;
   }
 
-  if (!order.void_ratios.empty() && !order.frictions.empty() && order.frictions[0] > 0.0)
+  if (!request.void_ratios.empty() && !request.frictions.empty() && request.frictions[0] > 0.0)
     error->all(FLERR, "create_rve: void_ratio finds friction_prep itself; give one of them");
-  if (order.skip) error->all(FLERR, "create_rve: policy skip is for libraries");
-  recipe.pressure = order.pressures[0];
-  if (!order.void_ratios.empty()) recipe.void_ratio = order.void_ratios[0];
-  if (!order.frictions.empty()) recipe.preparation_friction = order.frictions[0];
+  if (request.skip) error->all(FLERR, "create_rve: policy skip is for libraries");
+  recipe.pressure = request.pressures[0];
+  if (!request.void_ratios.empty()) recipe.void_ratio = request.void_ratios[0];
+  if (!request.frictions.empty()) recipe.preparation_friction = request.frictions[0];
   // one RVE: a CPU thread is as fast as anything
-  if (!order.device_given) order.options.device = rve::Device::Cpu;
-  if (!order.threads_given) order.options.threads = 1;
-  return order;
+  if (!request.device_given) request.options.device = rve::Device::Cpu;
+  if (!request.threads_given) request.options.threads = 1;
+  return request;
 }
 
 /// The screen and the log file of a long work show what has been done, and keep it if the program is ended.
@@ -217,10 +217,10 @@ void say(LAMMPS *lmp, const std::string &line)
 }
 
 /// At the highest of the pressures.
-template <int D> void warn_of_overlap(LAMMPS *lmp, const Order &order)
+template <int D> void warn_of_overlap(LAMMPS *lmp, const PackingRequest &request)
 {
-  rve::PackingRecipe recipe = order.recipe;
-  recipe.pressure = *std::max_element(order.pressures.begin(), order.pressures.end());
+  rve::PackingRecipe recipe = request.recipe;
+  recipe.pressure = *std::max_element(request.pressures.begin(), request.pressures.end());
   const double strain = rve::contact_strain<D>(recipe);
   // beyond the largest one it is an error
   if (strain <= rve::SMALL_CONTACT_STRAIN || strain > rve::LARGEST_CONTACT_STRAIN) return;
@@ -244,11 +244,12 @@ template <int D> void warn_of_overlap(LAMMPS *lmp, const Order &order)
                       D == 2 ? " or thickness" : "");
 }
 
-template <int D> void make_packing(LAMMPS *lmp, const Order &order, rve::EngineOf<D> &engine)
+template <int D>
+void make_packing(LAMMPS *lmp, const PackingRequest &request, rve::EngineOf<D> &engine)
 {
   say(lmp,
-      fmt::format("create_rve {}: {} grains, seed {}, {}\n", order.path, order.recipe.num_grains,
-                  order.recipe.seed, engine.description()));
+      fmt::format("create_rve {}: {} grains, seed {}, {}\n", request.path,
+                  request.recipe.num_grains, request.recipe.seed, engine.description()));
   int lines = 0;
   double k0 = 1.0;
   const auto progress = [&](const rve::PackingReport &r) {
@@ -261,24 +262,25 @@ template <int D> void make_packing(LAMMPS *lmp, const Order &order, rve::EngineO
                     r.phase, r.preparation_friction, r.pressure + 0.0, r.void_ratio,
                     r.coordination_number, r.unbalanced_ratio));
   };
-  const rve::RveStateOf<D> state = rve::generate_packing(order.recipe, engine, progress);
-  rve::write_packing(order.path, state);
+  const rve::RveStateOf<D> state = rve::generate_packing(request.recipe, engine, progress);
+  rve::write_packing(request.path, state);
   utils::logmesg(
-      lmp, "create_rve {}: written, void ratio {:.5f}{}\n", order.path, state.void_ratio(),
-      order.recipe.at_rest ? fmt::format(", lateral over vertical stress {:.4f}", k0) : "");
+      lmp, "create_rve {}: written, void ratio {:.5f}{}\n", request.path, state.void_ratio(),
+      request.recipe.at_rest ? fmt::format(", lateral over vertical stress {:.4f}", k0) : "");
 }
 
 /* ----------------------------------------------------------------------
    all packings in one batch; a line for each one that is ready
 ------------------------------------------------------------------------- */
 
-template <int D> void make_library(LAMMPS *lmp, const Order &order, rve::EngineOf<D> &engine)
+template <int D>
+void make_library(LAMMPS *lmp, const PackingRequest &request, rve::EngineOf<D> &engine)
 {
-  const std::vector<rve::PackingRecipe> recipes = order.recipes();
+  const std::vector<rve::PackingRecipe> recipes = request.recipes();
   say(lmp,
-      fmt::format("create_rve {}: library of {} packings, {} grains each, {}\n", order.path,
-                  recipes.size(), order.recipe.num_grains, engine.description()));
-  const bool has_stresses = order.pressures.size() > 1 || order.recipe.at_rest;
+      fmt::format("create_rve {}: library of {} packings, {} grains each, {}\n", request.path,
+                  recipes.size(), request.recipe.num_grains, engine.description()));
+  const bool has_stresses = request.pressures.size() > 1 || request.recipe.at_rest;
   std::size_t num_ready = 0;
   const auto progress = [&](std::size_t k, const rve::PackingReport &report,
                             const rve::PreparedPackingOf<D> &packing) {
@@ -313,7 +315,7 @@ template <int D> void make_library(LAMMPS *lmp, const Order &order, rve::EngineO
       library.add(row, std::move(packing.state));
     } else {
       failures += fmt::format("\n  seed {}{}: {}", recipes[k].seed,
-                              order.pressures.size() > 1
+                              request.pressures.size() > 1
                                   ? fmt::format(", pressure {}", rve::number(recipes[k].pressure))
                                   : "",
                               packing.failure);
@@ -323,28 +325,28 @@ template <int D> void make_library(LAMMPS *lmp, const Order &order, rve::EngineO
     const std::string message =
         fmt::format("{} of {} packings cannot be prepared:{}",
                     packings.size() - library.packings.size(), packings.size(), failures);
-    rve::require(order.skip && !library.packings.empty(), message);
+    rve::require(request.skip && !library.packings.empty(), message);
     lmp->error->warning(FLERR, "create_rve: {}", message);
   }
-  rve::write_library(order.path, library);
+  rve::write_library(request.path, library);
   const auto [least, most] = std::minmax_element(library.index.begin(), library.index.end(),
                                                  [](const auto &a, const auto &b) {
                                                    return a.void_ratio < b.void_ratio;
                                                  });
   utils::logmesg(lmp, "create_rve {}: written, {} packings, void ratios from {:.5f} to {:.5f}\n",
-                 order.path, library.packings.size(), least->void_ratio, most->void_ratio);
+                 request.path, library.packings.size(), least->void_ratio, most->void_ratio);
 }
 
-template <int D> void make(LAMMPS *lmp, const Order &order)
+template <int D> void make(LAMMPS *lmp, const PackingRequest &request)
 {
-  warn_of_overlap<D>(lmp, order);
+  warn_of_overlap<D>(lmp, request);
   std::string notice;
-  const auto engine = rve::make_engine<D>(order.options, &notice);
+  const auto engine = rve::make_engine<D>(request.options, &notice);
   if (!notice.empty()) utils::logmesg(lmp, "create_rve: {}\n", notice);
-  if (order.is_library())
-    make_library(lmp, order, *engine);
+  if (request.is_library())
+    make_library(lmp, request, *engine);
   else
-    make_packing(lmp, order, *engine);
+    make_packing(lmp, request, *engine);
 }
 
 }    // namespace
@@ -356,17 +358,17 @@ template <int D> void make(LAMMPS *lmp, const Order &order)
 void CreateRve::command(int narg, char **arg)
 {
   require_mechanical_units(lmp, "create_rve");
-  Order order = parse(lmp, narg, arg);
-  order.options.log = [this](const std::string &line) {
+  PackingRequest request = parse(lmp, narg, arg);
+  request.options.log = [this](const std::string &line) {
     say(lmp, fmt::format("create_rve: {}\n", line));
   };
 
   const std::string failure = on_rank_zero(world, [&]() {
-    rve::require_writable(order.path);    // before the work, not after it
-    if (order.dimension == 2)
-      make<2>(lmp, order);
+    rve::require_writable(request.path);    // before the work, not after it
+    if (request.dimension == 2)
+      make<2>(lmp, request);
     else
-      make<3>(lmp, order);
+      make<3>(lmp, request);
   });
   if (!failure.empty()) error->all(FLERR, "create_rve: {}", failure);
 }

@@ -58,11 +58,11 @@ constexpr int RESTART_VERSION = 7;
 const std::string STATE_OF = "state of ";
 
 constexpr int COURANT_EVERY = 20;    // steps between two checks of the Courant number
-constexpr int DAMPING_EVERY =
-    50;    // steps between two looks at what local damping takes from reactions
+// steps between two looks at what local damping takes from reactions
+constexpr int DAMPING_EVERY = 50;
 constexpr double DAMPING_WARN = 0.01;    // of the largest reaction
-constexpr double WRONG_SPEED =
-    2.0;    // of a side that absorbs waves, over that of its points, or the reverse
+// of a side that absorbs waves, over that of its points, or the reverse
+constexpr double WRONG_SPEED = 2.0;
 // the least speed of waves in RVEs over the bound of their contacts: disks prepared with a friction of 0.5 have 0.54 of the modulus
 constexpr double BOUND_OF_GRAINS = 0.73;
 
@@ -84,13 +84,13 @@ bool is_same_sum(double a, double b)
   return memcmp(&a, &b, sizeof(a)) == 0;
 }
 
-constexpr double COURANT_SMALL =
-    1e-4;    // below, in a million steps a wave passes a hundred cells at most
-constexpr double FULL =
-    1.3;    // area of the points in a cell over that of the cell, above which it is too much
+// below it, in a million steps a wave passes a hundred cells at most
+constexpr double COURANT_SMALL = 1e-4;
+// area of the points in a cell over that of the cell, above which it is too much
+constexpr double FULL = 1.3;
 
-constexpr double LONG_RUN =
-    1.0;    // wall time of a run that is worth a line about its parts [seconds]
+// wall time of a run that is worth a line about its parts [seconds]
+constexpr double LONG_RUN = 1.0;
 
 /// In the plane area.
 template <int D> constexpr const char *volume_word()
@@ -895,8 +895,8 @@ template <int D> void FixMpm::ImplOf<D>::solve(bool advance)
   } catch (const LAMMPSException &) {
     throw;    // an error of fix rve says all there is to say
   } catch (const std::exception &problem) {
-    error->one(FLERR, "Fix mpm, step {}: {}", update->ntimestep,
-               problem.what());    // perhaps on one rank only
+    // perhaps on one rank only
+    error->one(FLERR, "Fix mpm, step {}: {}", update->ntimestep, problem.what());
   }
 }
 

@@ -152,8 +152,8 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   bool said_parts = false;
   double times[TIMES] = {};                        // wall time of this run [seconds]
   double damping_sum = 0.0, reaction_sum = 0.0;    // of looks in this run [force]
-  double weight_of_cell =
-      0.0;    // of new points with a stress in situ, until their forces have been looked at [force]
+  // of new points with a stress in situ, until their forces have been looked at [force]
+  double weight_of_cell = 0.0;
   bool is_in_situ = false;       // such points have been made
   bool output_is_old = false;    // rows of the per-atom output are those of an earlier step
 

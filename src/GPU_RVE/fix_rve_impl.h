@@ -102,7 +102,8 @@ struct FixRve::Impl {
   enum class Check {
     EveryStep,    ///< of RVEs with many more contacts than at their last check
     Interval,     ///< of all
-    Run    ///< of all, before and after a run: only what is not stable counts, so that a divided run is the whole one
+    /// Of all, before and after a run: only what is not stable counts, so that a divided run is the whole one.
+    Run
   };
   /// The network stiffens with its contacts: warns, fails, or lowers an automatic step; collective.
   virtual void recheck_time_step(Check check) = 0;

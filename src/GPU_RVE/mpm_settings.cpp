@@ -32,11 +32,11 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-constexpr double LARGEST =
-    1e30;    // of any number: products of two, and sums of many, are still numbers
+// of any number: products of two, and sums of many, are still numbers
+constexpr double LARGEST = 1e30;
 
-constexpr double MAX_COURANT =
-    10.0;    // the estimate for RVEs is an upper bound, if no larger one than that
+// the estimate for RVEs is an upper bound, if no larger one than that
+constexpr double MAX_COURANT = 10.0;
 
 /// What keywords refer to: *face* and *separation* to the load or body before them.
 template <int D> struct Said {
@@ -45,8 +45,8 @@ template <int D> struct Said {
   mpm::SolverOptions<D> &options = settings.options;
   mpm::Face *face = nullptr;
   std::string owner{};
-  std::vector<std::string> needs_face{},
-      needs_form{};    ///< of each body, the last keyword that does
+  /// Of each body, the last keyword that needs a face, or a form.
+  std::vector<std::string> needs_face{}, needs_form{};
 };
 
 constexpr const char *SIDES[] = {"xlo", "xhi", "ylo", "yhi", "zlo", "zhi"};    // as mpm::Face

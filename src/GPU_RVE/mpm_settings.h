@@ -61,8 +61,8 @@ template <int D> struct MpmInSitu {
   ScriptValue k0;             ///< lateral over vertical stress [-]
   bool is_at_rest = false;    ///< in place of k0: RVEs find it without lateral strain
   ScriptValue surcharge;      ///< on the surface, compression positive [stress]
-  std::optional<ScriptValue>
-      surface;    ///< its height above a point [length]; the top of the points
+  /// Its height above a point [length]; the top of the points.
+  std::optional<ScriptValue> surface;
   std::vector<ScriptValue> components;    ///< in the order of *stress*, or none
   std::optional<double> tolerance;        ///< of the stress of RVEs [stress]
 
@@ -84,11 +84,11 @@ template <int D> struct MpmSettings {
   mpm::Tensor<D> initial_stress = mpm::Tensor<D>::zero();    ///< of points without RVEs
   MpmInSitu<D> in_situ;
   double courant_warn = 0.9, courant_error = 1.0;
-  int wave_tests =
-      0;    ///< RVEs whose tangents give the wave speed at the beginning of a run; 0: the bound
+  /// RVEs whose tangents give the wave speed at the beginning of a run; 0: the bound.
+  int wave_tests = 0;
   int wave_every = 0;    ///< steps after which they are measured again; 0: not in this run
-  double progress_interval =
-      60.0;    ///< wall time between lines about the progress [seconds]; 0: none
+  /// Wall time between lines about the progress [seconds]; 0: none.
+  double progress_interval = 60.0;
   MpmWords words;
 
   /// Reads `fix ID group mpm ...`; errors end in error->all.

@@ -26,7 +26,8 @@ struct LammpsKind {
   int version;        ///< yyyymmdd
   int atom_id;        ///< size of atom IDs: 4, or 8 with LAMMPS_SIZES bigbig [bytes]
   int step_number;    ///< size of step numbers: 8, or 4 with LAMMPS_SIZES smallsmall [bytes]
-  int mpi;    ///< size of a communicator, by which the families of MPI libraries differ: 8 Open MPI, 4 MPICH; 0 without MPI [bytes]
+  /// Size of a communicator, by which the families of MPI libraries differ: 8 Open MPI, 4 MPICH; 0 without MPI [bytes].
+  int mpi;
 };
 
 /// The LAMMPS that this code is compiled for.

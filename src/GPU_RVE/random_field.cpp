@@ -36,7 +36,7 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-struct Order {
+struct FieldRequest {
   int groupbit = 0;
   double *property = nullptr;    ///< of the local atoms
   std::string name;
@@ -66,7 +66,7 @@ double *find_property(LAMMPS *lmp, const std::string &word)
 
 /// What the keywords say; the grid and the ellipse are made of several of them.
 struct Said {
-  Order order;
+  FieldRequest request;
   std::optional<field::Vec> lengths, spacing, lo, hi;
   double angle = 0.0;
 };
@@ -79,7 +79,7 @@ field::Vec read_pair(ScriptWords &words, const char *first, const char *second)
 
 void read_covariance(ScriptWords &words, Said &said)
 {
-  field::Covariance &covariance = said.order.covariance;
+  field::Covariance &covariance = said.request.covariance;
   if (words.take("exponential"))
     covariance.function = field::Exponential{};
   else if (words.take("gaussian"))
@@ -93,7 +93,7 @@ void read_covariance(ScriptWords &words, Said &said)
 
 void read_marginal(ScriptWords &words, Said &said)
 {
-  field::Marginal &marginal = said.order.marginal;
+  field::Marginal &marginal = said.request.marginal;
   const auto two = [&](const char *first, const char *second) {
     return read_pair(words, first, second);
   };
@@ -140,7 +140,7 @@ constexpr ScriptKeyword<Said> KEYWORDS[] = {
      read_marginal},
     {"interpolation", "linear | nearest",
      [](ScriptWords &words, Said &said) {
-       said.order.interpolation =
+       said.request.interpolation =
            words.choice<field::InterpolationKind>("",
                                                   {{"linear", field::InterpolationKind::Linear},
                                                    {"nearest", field::InterpolationKind::Nearest}});
@@ -148,25 +148,25 @@ constexpr ScriptKeyword<Said> KEYWORDS[] = {
     {"bounds", "lo hi",
      [](ScriptWords &words, Said &said) {
        const field::Vec bounds = read_pair(words, "lo", "hi");
-       said.order.bounds = field::Interval(bounds[0], bounds[1]);
+       said.request.bounds = field::Interval(bounds[0], bounds[1]);
      }},
     {"seed", "N",
      [](ScriptWords &words, Said &said) {
-       said.order.seed = words.whole("", 0, MAXBIGINT);
+       said.request.seed = words.whole("", 0, MAXBIGINT);
      }},
     {"max_points", "N", [](ScriptWords &words, Said &said) {
-       said.order.max_points = words.whole("", 4, MAXBIGINT);
+       said.request.max_points = words.whole("", 4, MAXBIGINT);
      }}};
 
-Order parse(LAMMPS *lmp, int narg, char **arg)
+FieldRequest parse(LAMMPS *lmp, int narg, char **arg)
 {
   Error *error = lmp->error;
   ScriptWords words(lmp, "random_field", narg, arg, 0);
   Said said;
-  Order &order = said.order;
-  order.groupbit = words.groupbit("group");
-  order.name = words.next("property");
-  order.property = find_property(lmp, order.name);
+  FieldRequest &request = said.request;
+  request.groupbit = words.groupbit("group");
+  request.name = words.next("property");
+  request.property = find_property(lmp, request.name);
 
   words.set_keywords(names_of(KEYWORDS));
   while (words.next_keyword()) words.read(KEYWORDS, said);
@@ -177,17 +177,17 @@ Order parse(LAMMPS *lmp, int narg, char **arg)
     error->all(FLERR, "random_field: the box is triclinic; give the domain of the field");
   const field::Vec lo{lmp->domain->boxlo[0], lmp->domain->boxlo[1]};
   const field::Vec hi{lmp->domain->boxhi[0], lmp->domain->boxhi[1]};
-  order.covariance.anisotropy = field::Anisotropy(*said.lengths, said.angle);
-  order.grid = field::Grid::covering(said.lo.value_or(lo), said.hi.value_or(hi), *said.spacing);
-  return order;
+  request.covariance.anisotropy = field::Anisotropy(*said.lengths, said.angle);
+  request.grid = field::Grid::covering(said.lo.value_or(lo), said.hi.value_or(hi), *said.spacing);
+  return request;
 }
 
-void report(LAMMPS *lmp, const Order &order, const field::CirculantEmbedding &embedding)
+void report(LAMMPS *lmp, const FieldRequest &request, const field::CirculantEmbedding &embedding)
 {
   const field::TorusReport &first = embedding.trials().front(), &last = embedding.trials().back();
   utils::logmesg(lmp, "random_field {}: {} covariance on {} nodes, torus of {} points, seed {}\n",
-                 order.name, order.covariance.name(), field::to_string(order.grid.nodes),
-                 field::to_string(last.points), order.seed);
+                 request.name, request.covariance.name(), field::to_string(request.grid.nodes),
+                 field::to_string(last.points), request.seed);
   if (first.num_negative > 0)
     utils::logmesg(lmp,
                    "  a torus of {} points has {} negative eigenvalues, smallest {:.3g}, largest "
@@ -202,35 +202,35 @@ void report(LAMMPS *lmp, const Order &order, const field::CirculantEmbedding &em
 }
 
 /// Values at the local atoms of the group, all checked before the first one is stored.
-void store(LAMMPS *lmp, const Order &order, const std::vector<double> &nodes)
+void store(LAMMPS *lmp, const FieldRequest &request, const std::vector<double> &nodes)
 {
   const Atom *atom = lmp->atom;
-  const field::Interpolation interpolation(order.interpolation, order.grid, order.covariance);
+  const field::Interpolation interpolation(request.interpolation, request.grid, request.covariance);
   std::vector<double> values(atom->nlocal, 0.0);
   CollectiveError outside, out_of_bounds;
   double extremes[2] = {-HUGE_VAL, -HUGE_VAL};    // -min, max
   const auto evaluate = [&](const auto &marginal) {
     for (int i = 0; i < atom->nlocal; i++) {
-      if (!(atom->mask[i] & order.groupbit)) continue;
+      if (!(atom->mask[i] & request.groupbit)) continue;
       double x[3] = {atom->x[i][0], atom->x[i][1], atom->x[i][2]};
       lmp->domain->remap(x);    // through periodic sides
       const field::Vec position{x[0], x[1]};
-      if (!order.grid.contains(position)) {
+      if (!request.grid.contains(position)) {
         outside.add(atom->tag[i], {x[0], x[1], 0.0});
         continue;
       }
       const double value = marginal(interpolation.value(nodes, position));
       values[i] = value;
-      if (order.bounds && !order.bounds->contains(value))
+      if (request.bounds && !request.bounds->contains(value))
         out_of_bounds.add(atom->tag[i], {x[0], x[1], value});
       extremes[0] = std::fmax(extremes[0], -value);
       extremes[1] = std::fmax(extremes[1], value);
     }
   };
-  std::visit(evaluate, order.marginal);
+  std::visit(evaluate, request.marginal);
 
   outside.raise_if_any(lmp, [&](bigint count, tagint id, const CollectiveError::Values &at) {
-    const field::Grid &grid = order.grid;
+    const field::Grid &grid = request.grid;
     return fmt::format("random_field: atom {} at ({:.8g}, {:.8g}) is outside of the domain, x from "
                        "{:.8g} to {:.8g} and y from {:.8g} to {:.8g} ({} atoms are)",
                        id, at[0], at[1], grid.origin[0], grid.origin[0] + grid.extent(0),
@@ -240,7 +240,7 @@ void store(LAMMPS *lmp, const Order &order, const std::vector<double> &nodes)
     return fmt::format(
         "random_field: the value {:.8g} of atom {} at ({:.8g}, {:.8g}) is outside of "
         "the bounds {} ({} atoms are)",
-        at[2], id, at[0], at[1], order.bounds->to_string(), count);
+        at[2], id, at[0], at[1], request.bounds->to_string(), count);
   });
 
   double sums[3] = {0.0, 0.0, 0.0}, all[3], range[2];
@@ -248,8 +248,8 @@ void store(LAMMPS *lmp, const Order &order, const std::vector<double> &nodes)
   // in a power of two near the largest value, so that no square overflows
   const int exponent = std::ilogb(std::fmax(std::fabs(range[0]), std::fabs(range[1])));
   for (int i = 0; i < atom->nlocal; i++) {
-    if (!(atom->mask[i] & order.groupbit)) continue;
-    order.property[i] = values[i];
+    if (!(atom->mask[i] & request.groupbit)) continue;
+    request.property[i] = values[i];
     const double scaled = std::scalbn(values[i], -exponent);
     sums[0] += 1.0;
     sums[1] += scaled;
@@ -282,25 +282,25 @@ void RandomField::command(int narg, char **arg)
   if (domain->dimension != 2)
     error->all(FLERR, "random_field: dimension is {}; it must be 2", domain->dimension);
   if (!atom->tag_enable) error->all(FLERR, "random_field: atoms must have IDs");
-  std::optional<Order> order;
+  std::optional<FieldRequest> request;
   try {
-    order = parse(lmp, narg, arg);
+    request = parse(lmp, narg, arg);
   } catch (const rve::InputError &e) {
     error->all(FLERR, "random_field: {}", e.what());
   }
 
   std::vector<double> nodes;
   const std::string failure = on_rank_zero(world, [&]() {
-    field::CirculantEmbedding embedding(order->grid, order->covariance, order->max_points);
-    report(lmp, *order, embedding);
-    nodes = embedding.sample(order->seed);
+    field::CirculantEmbedding embedding(request->grid, request->covariance, request->max_points);
+    report(lmp, *request, embedding);
+    nodes = embedding.sample(request->seed);
   });
   if (!failure.empty()) error->all(FLERR, "random_field: {}", failure);
 
-  nodes.resize(field::total(order->grid.nodes));
+  nodes.resize(field::total(request->grid.nodes));
   constexpr std::size_t CHUNK = 1 << 30;    // MPI counts in int
   for (std::size_t begin = 0; begin < nodes.size(); begin += CHUNK)
     MPI_Bcast(&nodes[begin], static_cast<int>(std::min(CHUNK, nodes.size() - begin)), MPI_DOUBLE, 0,
               world);
-  store(lmp, *order, nodes);
+  store(lmp, *request, nodes);
 }

@@ -23,7 +23,8 @@ namespace LAMMPS_NS {
 struct RankResources {
   int rank, ranks;    ///< on this machine
   int cores;          ///< that this rank may use, shared with no other rank
-  int bound_ranks;    ///< of this machine that may use one core only, where there are several for each rank; 0 with OMP_NUM_THREADS
+  /// Of this machine that may use one core only, where there are several for each rank; 0 with OMP_NUM_THREADS.
+  int bound_ranks;
 
   /// Collective.
   explicit RankResources(MPI_Comm world);

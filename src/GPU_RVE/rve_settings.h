@@ -55,8 +55,8 @@ enum class RvePolicy { Stop, Freeze, Fresh };
 /// Which packing an atom gets: by number, or, by one or several of these, by stress, by void ratio and by a random draw; and which image of it.
 struct PackingChoice {
   ScriptValue number;
-  std::optional<int>
-      seed;    ///< of a random draw, among those of the stress and of the void ratio if they are given
+  /// Of a random draw, among those of the stress and of the void ratio if they are given.
+  std::optional<int> seed;
   std::optional<ScriptValue> stress;    ///< vertical, compression positive [stress]
   std::optional<ScriptValue> void_ratio;
   double tolerance = 0.0;    ///< of the void ratio [-]
@@ -116,8 +116,8 @@ struct FixRveSettings {
   bool threads_given = false;
   RvePolicy policy = RvePolicy::Stop;
 
-  double progress_interval =
-      60.0;    ///< wall time between lines about the progress [seconds]; 0: none
+  /// Wall time between lines about the progress [seconds]; 0: none.
+  double progress_interval = 60.0;
 
   int dump_interval = 0;
   std::string dump_prefix;

@@ -29,31 +29,31 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-struct Order {
+struct FileRequest {
   tagint id = 0;
   std::string path;
   bool native = false;
 };
 
-constexpr ScriptKeyword<Order> KEYWORDS[] = {
+constexpr ScriptKeyword<FileRequest> KEYWORDS[] = {
     {"atom", "ID",
-     [](ScriptWords &words, Order &order) {
-       order.id = words.whole("ID", 1, MAXTAGINT);
+     [](ScriptWords &words, FileRequest &request) {
+       request.id = words.whole("ID", 1, MAXTAGINT);
      }},
     {"file", "path",
-     [](ScriptWords &words, Order &order) {
-       order.path = words.next();
+     [](ScriptWords &words, FileRequest &request) {
+       request.path = words.next();
      }},
-    {"format", "rve | lammps", [](ScriptWords &words, Order &order) {
-       order.native = words.choice<bool>("", {{"rve", true}, {"lammps", false}});
+    {"format", "rve | lammps", [](ScriptWords &words, FileRequest &request) {
+       request.native = words.choice<bool>("", {{"rve", true}, {"lammps", false}});
      }}};
 
-template <int D> void write(const Order &order, const rve::RveStateOf<D> &state)
+template <int D> void write(const FileRequest &request, const rve::RveStateOf<D> &state)
 {
-  if (order.native)
-    rve::write_packing(order.path, state);
+  if (request.native)
+    rve::write_packing(request.path, state);
   else
-    rve::write_lammps_data(order.path, state);
+    rve::write_lammps_data(request.path, state);
 }
 
 }    // namespace
@@ -66,9 +66,9 @@ void WriteRve::command(int narg, char **arg)
   auto *fix = dynamic_cast<FixRve *>(modify->get_fix_by_id(fix_id));
   if (!fix) error->all(FLERR, "write_rve: there is no fix {} of style rve", fix_id);
 
-  Order order;
+  FileRequest request;
   words.set_keywords(names_of(KEYWORDS));
-  while (words.next_keyword()) words.read(KEYWORDS, order);
+  while (words.next_keyword()) words.read(KEYWORDS, request);
   for (const char *needed : {"atom", "file"})
     if (!words.has(needed)) error->all(FLERR, "write_rve: no {} is given", needed);
 
@@ -76,18 +76,18 @@ void WriteRve::command(int narg, char **arg)
   int mine = 0, found;
   std::string failure;
   for (int i = 0; i < atom->nlocal; i++) {
-    if (atom->tag[i] != order.id || fix->slot(i) < 0) continue;
+    if (atom->tag[i] != request.id || fix->slot(i) < 0) continue;
     mine = 1;
     try {
       if (fix->dimension() == 2)
-        write(order, fix->state<2>(i));
+        write(request, fix->state<2>(i));
       else
-        write(order, fix->state<3>(i));
+        write(request, fix->state<3>(i));
     } catch (const rve::InputError &e) {
       failure = fmt::format("write_rve: {}", e.what());
     }
   }
   error_if_any(lmp, failure);
   MPI_Allreduce(&mine, &found, 1, MPI_INT, MPI_MAX, world);
-  if (!found) error->all(FLERR, "write_rve: atom {} has no RVE of fix {}", order.id, fix_id);
+  if (!found) error->all(FLERR, "write_rve: atom {} has no RVE of fix {}", request.id, fix_id);
 }

@@ -10,8 +10,8 @@ namespace rve {
 struct CudaDevice {
   int number = -1;         ///< as CUDA counts
   std::string obstacle;    ///< why there is none, with a remedy; empty when there is one
-  bool compiles =
-      false;    ///< its driver makes the code from text, when a kernel is used for the first time
+  /// Its driver makes the code from text, when a kernel is used for the first time.
+  bool compiles = false;
 };
 
 /// The device of a rank of this machine: ranks take in turn the cards that the program has code for. `kernel` is one of those that

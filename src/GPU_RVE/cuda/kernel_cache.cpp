@@ -22,8 +22,8 @@ namespace rve {
 namespace {
 
   constexpr mode_t FOR_NOBODY_ELSE = 0700;
-  constexpr std::size_t LARGEST_FILE = std::size_t(256)
-      << 20;    ///< [bytes]; kernels have less than one
+  /// 256 MiB [bytes]; kernels have less than one.
+  constexpr std::size_t LARGEST_FILE = std::size_t(256) << 20;
 
   /// At the beginning of a file; behind it key, name and code.
   struct FileHead {

@@ -16,8 +16,8 @@ struct DeviceHeader {
 
 struct DeviceCode {
   std::string kernel;    ///< the name that it has in the code
-  std::string
-      code;    ///< of the machine, for an architecture, or text (PTX) that the driver compiles
+  /// Of the machine, for an architecture, or text (PTX) that the driver compiles.
+  std::string code;
   std::string text;    ///< (PTX) that the code was made of, to look at; not kept in a cache
 };
 

@@ -22,8 +22,8 @@ struct TorusReport {
   std::int64_t num_rounded = 0;     ///< from -tolerance to 0: zero but for rounding
   double smallest = 0.0, largest = 0.0;
   double tolerance = 0.0;    ///< what is rounding of the transform
-  double covariance_error =
-      0.0;    ///< bound of what setting `num_rounded` eigenvalues to zero changes in any covariance
+  /// Bound of what setting `num_rounded` eigenvalues to zero changes in any covariance.
+  double covariance_error = 0.0;
 };
 
 class CirculantEmbedding {
@@ -53,8 +53,8 @@ class CirculantEmbedding {
 
   Grid grid_;
   RealFft fft_;
-  std::vector<double>
-      root_;    ///< sqrt(lambda) / (number of points), for the wave numbers that fft_ keeps
+  /// sqrt(lambda) / (number of points), for the wave numbers that fft_ keeps.
+  std::vector<double> root_;
   std::vector<TorusReport> trials_;
 };
 

@@ -261,8 +261,8 @@ InSituReport bring_to_stress(RvePointsOf<D> &points, const std::vector<int> &slo
   if (slots.empty()) return report;
 
   const MacroStepOptions options = points.macro_step();
-  points.set_options(
-      MacroStepOptions());    // every DEM step is made, and the stress is that of the end
+  // every DEM step is made, and the stress is that of the end
+  points.set_options(MacroStepOptions());
   Damping<D> damping(points, slots);
 
   std::vector<Way<D>> ways;

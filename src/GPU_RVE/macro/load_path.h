@@ -58,8 +58,8 @@ class PathTable {
 struct PathValue {
   enum class Kind { Constant, Script, Ramp, Wave, Table };
   Kind kind = Kind::Constant;
-  double number[4] =
-      {};           ///< by kind: value; from, to, time; mean, amplitude, period, phase [rad]
+  /// By kind: value; from, to, time; mean, amplitude, period, phase [rad].
+  double number[4] = {};
   int index = 0;    ///< of a script value, or the column of a table
   std::shared_ptr<const PathTable> table;
 

@@ -415,8 +415,8 @@ void RvePointsOf<D>::call_and_widen(const std::vector<int> &slots,
 template <int D> struct RvePointsOf<D>::Macro {
   int slot;
   rve::DriveOf<D> drive;
-  int parts = 1, first_steps = 0,
-      spacing = 0;                // DEM steps of the first part, and of each other one
+  // DEM steps of the first part, and of each other one
+  int parts = 1, first_steps = 0, spacing = 0;
   std::vector<Matrix> samples;    // of stress, at the end of each part
   bool failed = false;
 

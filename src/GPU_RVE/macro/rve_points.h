@@ -23,24 +23,24 @@ enum class StressFrom { End, Average, Regression };
 
 /// What may stand between a macro step and the DEM steps of an RVE; as given here, nothing does.
 struct MacroStepOptions {
-  std::optional<rve::AdaptiveSubsteps>
-      adaptive;    ///< number of DEM steps by strain; not with a servo
-  double quiescent_strain =
-      0.0;    ///< an RVE that strains less since its last DEM step is skipped; 0: none is
+  /// Number of DEM steps by strain; not with a servo.
+  std::optional<rve::AdaptiveSubsteps> adaptive;
+  /// An RVE that strains less since its last DEM step is skipped; 0: none is.
+  double quiescent_strain = 0.0;
   StressFrom stress_from = StressFrom::End;
-  int stress_samples =
-      1;    ///< of an average or a regression, the last one at the end of the macro step
+  /// Of an average or a regression, the last one at the end of the macro step.
+  int stress_samples = 1;
   int stress_spacing = 1;       ///< DEM steps between samples
   int shadow_refinement = 4;    ///< DEM steps of a shadow per step of its RVE
-  int most_copies =
-      1;    ///< of an RVE side by side, where its cell becomes too narrow; a power of two
+  /// Of an RVE side by side, where its cell becomes too narrow; a power of two.
+  int most_copies = 1;
 };
 
 /// What became of an RVE that failed, when a fresh one was to take its place.
 template <int D> struct RenewalOf {
   int slot = -1;
-  int packing =
-      -1;    ///< of which it is; -1: none came to rest, and the RVE stays as it was, frozen
+  /// Of which it is; -1: none came to rest, and the RVE stays as it was, frozen.
+  int packing = -1;
   double void_ratio_before = 0.0, void_ratio = 0.0;    ///< [-]
   rve::Tensor<double, D> stress_before, stress;        ///< [stress]
   std::int64_t steps = 0;                              ///< DEM steps that brought it there
@@ -86,7 +86,8 @@ template <int D> class RvePointsOf {
   enum class State : char {
     Empty,    ///< there is no RVE
     Awake,    ///< made DEM steps
-    Asleep,    ///< was skipped: `result` is that of the affine RVE, `rested` that of its last DEM step
+    /// Was skipped: `result` is that of the affine RVE, `rested` that of its last DEM step.
+    Asleep,
     Frozen    ///< failed once and is not advanced any more
   };
 
@@ -95,18 +96,18 @@ template <int D> class RvePointsOf {
     State state = State::Empty;
     bool stale = false;           ///< `result` is of an earlier advance, but for stress and status
     std::int32_t contacts = 0;    ///< after its last DEM steps
-    std::int32_t most_contacts =
-        0;    ///< with more of them the bound of its time step has to be looked at again
+    /// With more of them the bound of its time step has to be looked at again.
+    std::int32_t most_contacts = 0;
     double grain_size = 0.0;                ///< rve::grain_size [length]
     Matrix pending = Matrix::identity();    ///< deformation since its last DEM step
     rve::Material material;
-    rve::ResultOf<D>
-        result;    ///< of the last advance that succeeded; its status is that of the last advance
+    /// Of the last advance that succeeded; its status is that of the last advance.
+    rve::ResultOf<D> result;
 
     double servo_gain = 0.0;      ///< default of its stress servo [1/(stress time^2)]
     double out_of_reach = 0.0;    ///< stress that its servo lacked when last asked [stress]
-    rve::DriveOf<D>
-        drive;    ///< of its last DEM steps, without modes; none so far if it has no substeps
+    /// Of its last DEM steps, without modes; none so far if it has no substeps.
+    rve::DriveOf<D> drive;
     double servo_error = 0.0;    ///< after them [stress]
     PathState<D> path;
 

@@ -189,8 +189,8 @@ template <int D> int RvePointsOf<D>::add_record(const double *record, std::size_
   point.contacts = head.contacts;
   point.most_contacts = head.most_contacts;
   point.grain_size = head.grain_size;
-  point.servo_gain =
-      head.servo_gain;    // of the radii that the packing had, before a format rounded them
+  // of the radii that the packing had, before a format rounded them
+  point.servo_gain = head.servo_gain;
   point.drive = head.drive;
   point.servo_error = head.servo_error;
   point.path = head.path;

@@ -17,8 +17,10 @@ namespace macro {
 
 /// Which response is meant.
 enum class TangentKind {
-  Elastic,    ///< contacts stick and do not roll off, and strains of both signs give the same stiffness
-  Loading    ///< contacts have their friction; that of strains close to the present direction of straining
+  /// Contacts stick and do not roll off, and strains of both signs give the same stiffness.
+  Elastic,
+  /// Contacts have their friction; that of strains close to the present direction of straining.
+  Loading
 };
 
 /// Strains are given over the mean overlap of contacts (overlap over sum of radii), the strain that contacts already have: so they mean the same
@@ -26,14 +28,14 @@ enum class TangentKind {
 struct TangentOptions {
   TangentKind kind = TangentKind::Elastic;
   double probe = 0.0;    ///< strain of a clone over the mean overlap [-]
-  double lead =
-      0.0;    ///< loading: strain before the probes, along the present direction, over the mean overlap [-]
+  /// Loading: strain before the probes, along the present direction, over the mean overlap [-].
+  double lead = 0.0;
   double spread = 0.1;       ///< loading: how far probes leave that direction, over their size [-]
   int strain_steps = 500;    ///< DEM steps in which a clone is strained by a probe
   int lead_steps = 10000;    ///< and by the lead
   int look_steps = 500;      ///< DEM steps between looks at how far the clones are from rest
-  int most_steps =
-      50000;    ///< DEM steps in which clones may come to rest, then they are taken as they are
+  /// DEM steps in which clones may come to rest, then they are taken as they are.
+  int most_steps = 50000;
   double tolerance = 1e-5;    ///< unbalanced forces at rest over what a probe changes forces by [-]
   double damping = 0.7;       ///< local damping of the clones [-]
 
@@ -48,12 +50,12 @@ template <int D> struct ProbedTangentOf {
   using Matrix = rve::Tensor<double, D>;
 
   std::uint32_t status = rve::status::Ok;    ///< of all clones together
-  bool is_measured =
-      false;    ///< not if a clone failed, or if a direction of straining is needed and there is none: all else is zero then
+  /// Not if a clone failed, or if a direction of straining is needed and there is none: all else is zero then.
+  bool is_measured = false;
   TangentOf<D> tangent;
   Matrix stress = Matrix::zero();    ///< of the RVE at rest, where the tangent is measured [stress]
-  Matrix strain_rate =
-      Matrix::zero();    ///< the direction of straining that was asked for, of size 1; zero: none
+  /// The direction of straining that was asked for, of size 1; zero: none.
+  Matrix strain_rate = Matrix::zero();
   /// Of the stress along that direction: C : strain_rate, or measured along it where contacts slide [stress]
   Matrix response = Matrix::zero();
   double unrest = 0.0;    ///< largest of the clones, as the tolerance [-]

@@ -75,8 +75,8 @@ template <int D> struct BoundaryView {
   const std::uint8_t *sides = nullptr;    ///< per node, as above
   std::uint8_t *on_body = nullptr;    ///< per node: bit a if a body has a condition on component a
   std::uint8_t *closed = nullptr;     ///< per body and column: the face is in contact
-  std::uint16_t *contact_states =
-      nullptr;    ///< per body that can turn and node: two bits a contact, as Touch says
+  /// Per body that can turn and node: two bits a contact, as Touch says.
+  std::uint16_t *contact_states = nullptr;
 
   // Impulses [mass length/time] that the material gave, for the reactions
   Vec<D> *side_impulse = nullptr;    ///< per axis and node: to the side across that axis

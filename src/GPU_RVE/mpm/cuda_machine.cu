@@ -388,8 +388,8 @@ namespace {
     std::string description() const { return name_; }
 
    private:
-    static constexpr std::size_t ALIGNMENT =
-        4;    // doubles: arrays in one buffer begin at multiples
+    // doubles: arrays in one buffer begin at multiples
+    static constexpr std::size_t ALIGNMENT = 4;
 
     /// Adds the wall time of a scope.
     class Watch {

@@ -159,8 +159,8 @@ template <int D> class HostMachine {
   template <class P> void scatter(const P &pass)
   {
     const int count = view_.points.count;
-    for (Partial &part : partial_)
-      part.first_layer = part.end_layer = 0;    // a team may be smaller
+    // a team may be smaller
+    for (Partial &part : partial_) part.first_layer = part.end_layer = 0;
     const rve::LightWork work(count, threads_);
 #pragma omp parallel num_threads(work.team)
     {

@@ -52,8 +52,8 @@ template <int D> struct TractionLoad {
   Face face = Face::YHi;
   bool follows = false;
   std::vector<int> point_index;
-  std::vector<Vec<D>>
-      of_point{};    ///< in place of `traction`, where it varies: of each in point_index
+  /// In place of `traction`, where it varies: of each in point_index.
+  std::vector<Vec<D>> of_point{};
 };
 
 /// A point that the solver cannot treat: outside the grid, inverted, not finite. The message names its id and position.

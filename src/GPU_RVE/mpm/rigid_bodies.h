@@ -52,8 +52,8 @@ template <int D> class RigidBodies {
   struct State {
     bool is_made = false, has_moved = false;
     Vec<D> origin = Vec<D>::zero();    ///< about which it turns [length]
-    Vec<D> centre =
-        Vec<D>::zero();    ///< of the form, from the origin along the body's axes [length]
+    /// Of the form, from the origin along the body's axes [length].
+    Vec<D> centre = Vec<D>::zero();
     Vec<D> half = Vec<D>::zero();           ///< [length]
     Vec<D> mass_centre = Vec<D>::zero();    ///< from the origin along the body's axes [length]
     Tensor<D> orientation = Tensor<D>::identity();

@@ -57,8 +57,8 @@ RVE_HD void each_contact_along(const StepView<D> &step, const RigidBodyStep<D> &
   typename RigidShape<D>::Crossing crossing;
   if (!body.shape.cross(point, axis, SAME_PLACE * cell, crossing)) return;
 
-  const int first_row = grid.first(axis),
-            last_row = grid.last(axis);    // there is no mass elsewhere
+  // there is no mass elsewhere
+  const int first_row = grid.first(axis), last_row = grid.last(axis);
   const auto is_steepest = [&](const Vec<D> &normal) {
     for (int a = 0; a < D; ++a)
       if (a < axis ? std::abs(normal[a]) >= std::abs(normal[axis])
@@ -162,12 +162,12 @@ RVE_HD void each_contact(const StepView<D> &step, const RigidBodyStep<D> &body, 
 enum class Touch { Open, Slides, Sticks };
 
 /// A contact with the momenta that meet there.
-template <int D> struct ContactMotion {
-  double mass =
-      0.0;    ///< effective: of the impulse that changes the velocity at the contact by one [mass]
+template <int D> struct RigidContactMotion {
+  /// Effective: of the impulse that changes the velocity at the contact by one [mass].
+  double mass = 0.0;
   Vec<D> normal;    ///< within what the sides of the grid leave free, a unit vector
-  Vec<D> approach,
-      approach_before;    ///< of the body to the material, now and before the forces [length/time]
+  /// Of the body to the material, now and before the forces [length/time].
+  Vec<D> approach, approach_before;
 
   /// False if there is nothing to push.
   RVE_HD bool find(const StepView<D> &step, const RigidBodyStep<D> &body,
@@ -300,7 +300,7 @@ template <int D> struct GatherContacts : ContactPass<D> {
     const ContactScales<D> scales(step, body);
     each_contact(step, body, this->axis, column, [&](const RigidContact<D> &contact) {
       if (!this->counts(contact)) return;
-      ContactMotion<D> motion;
+      RigidContactMotion<D> motion;
       if (!motion.find(step, body, contact, step.momentum_end, step.momentum)) return;
       const Touch touch = motion.touch(this->options, step.flip);
       if (touch == Touch::Open) return;
@@ -367,7 +367,7 @@ template <int D> struct ImposeContacts : ContactPass<D> {
     each_contact(step, body, this->axis, column, [&](const RigidContact<D> &contact) {
       std::uint16_t &state = states[contact.node[0]];
       const int bit = 2 * contact.slot;
-      ContactMotion<D> motion;
+      RigidContactMotion<D> motion;
       Touch touch = Touch::Open;
       if (motion.find(step, body, contact, step.momentum_end, balances ? step.momentum : nullptr))
         touch = how == Contact::Find ? motion.touch(this->options, step.flip)

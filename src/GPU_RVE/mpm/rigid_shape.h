@@ -110,8 +110,8 @@ template <int D> struct RigidShape {
   BodyForm form = BodyForm::Box;
   int num_half_spaces = 0;           ///< of the form Convex
   Vec<D> centre = Vec<D>::zero();    ///< [length]
-  Vec<D> half = Vec<D>::
-      zero();    ///< half sizes along its own axes; of round ones the first is the radius [length]
+  /// Half sizes along its own axes; of round ones the first is the radius [length].
+  Vec<D> half = Vec<D>::zero();
   Tensor<D> orientation = Tensor<D>::identity();    ///< its axes are the columns
   HalfSpace<D> half_space[MOST_HALF_SPACES] = {};
 
@@ -331,20 +331,20 @@ template <int D> struct RigidBodyStep {
   int unused;
   RigidShape<D> shape;
   Vec<D> origin;    ///< about which it turns [length]
-  double
-      reach;    ///< radius of the body around its origin and a bit more, the unit of arms in the sums [length]
+  /// Radius of the body around its origin and a bit more, the unit of arms in the sums [length].
+  double reach;
   std::int64_t terms;    ///< more than there are contacts
   double before[S];      ///< rates in the step before [length/time], [1/time]
-  double now
-      [S];    ///< without contact, then such that contacts are satisfied, then as they have moved the body
-  double impulse
-      [S];    ///< momentum with the forces of this step, without contact [mass length/time], [mass length²/time]
+  /// Without contact, then such that contacts are satisfied, then as they have moved the body.
+  double now[S];
+  /// Momentum with the forces of this step, without contact [mass length/time], [mass length²/time].
+  double impulse[S];
   double inertia[S * S];
 
   std::int64_t stiffness[S * S], target[S];    ///< what contacts add to inertia and impulse
-  std::int64_t felt_coarse[S],
-      felt_fine[S];    ///< impulse of the material on the body, in two parts
-  double felt[S];      ///< their sum [mass length/time], [mass length²/time]
+  /// Impulse of the material on the body, in two parts.
+  std::int64_t felt_coarse[S], felt_fine[S];
+  double felt[S];    ///< their sum [mass length/time], [mass length²/time]
 };
 
 }    // namespace mpm

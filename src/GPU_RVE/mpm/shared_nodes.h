@@ -87,8 +87,8 @@ template <int D> class SharedNodes {
   template <class Visit> void each_layer(const Visit &visit) const;
 
  private:
-  static constexpr int MARGIN =
-      1;    ///< cells that points may move, at least, until another part is held
+  /// Cells that points may move, at least, until another part is held.
+  static constexpr int MARGIN = 1;
   static constexpr double MOST_AT_ONCE = 1 << 20;    ///< nodes
 
   NodeBox<D> box_around(const double *lo, const double *hi) const;

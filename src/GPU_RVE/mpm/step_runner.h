@@ -16,8 +16,8 @@ template <int D> struct StepInput {
   const std::vector<PointLoad<D>> &loads;
   int num_loads, num_models;
   const std::vector<Vec<D>> &body_velocity;    ///< [length/time]
-  const std::vector<Vec<D>>
-      &body_velocity_before;               ///< in the step before; not a number: there was none
+  /// In the step before; not a number: there was none.
+  const std::vector<Vec<D>> &body_velocity_before;
   std::vector<RigidBodyStep<D>> &rigid;    ///< bodies that can turn, before the step and after it
   double dt;                               ///< [time]
 };

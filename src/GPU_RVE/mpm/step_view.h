@@ -40,8 +40,10 @@ enum Maximum {
   MomentumBound,
   MomentumAgainBound,
   Unbalanced,
-  ContactBound,    ///< of the terms of contacts with bodies that can turn, over what their sums have room for
-  BoxBound,    ///< half size of boxes that follow the deformation, after strains; of this rank [cells]
+  /// Of the terms of contacts with bodies that can turn, over what their sums have room for.
+  ContactBound,
+  /// Half size of boxes that follow the deformation, after strains; of this rank [cells].
+  BoxBound,
   DilationBound,    ///< |tr L| [1/time]
   VolumeBound,      ///< of a point [length³]
   PressureBound,    ///< |tr σ / D| [stress]
@@ -73,8 +75,8 @@ template <int D> struct PointLoad {
 template <int D> struct Absorbers {
   const AbsorbingNode<D> *nodes = nullptr;
   int count = 0;
-  Vec<D> *impulse =
-      nullptr;    ///< per axis and node: to the side across that axis [mass length/time]
+  /// Per axis and node: to the side across that axis [mass length/time].
+  Vec<D> *impulse = nullptr;
 };
 
 template <int D> struct StepView {
@@ -98,12 +100,12 @@ template <int D> struct StepView {
   int num_rigid;    ///< of the bodies, those that can turn
   RigidBodyStep<D> *rigid = nullptr;
   const Vec<D> *body_velocity = nullptr;    ///< per rigid body [length/time]
-  const Vec<D> *body_velocity_before =
-      nullptr;                     ///< in the step before; not a number: there was none
+  /// In the step before; not a number: there was none.
+  const Vec<D> *body_velocity_before = nullptr;
   std::int64_t point_total = 0;    ///< deformable points of all ranks
   bool shares_grid;                ///< with other ranks
-  NodeBox<D>
-      touched;    ///< if so: the nodes that this rank's points reach, where it knows everything
+  /// If it shares the grid: the nodes that this rank's points reach, where it knows everything.
+  NodeBox<D> touched;
   const NodeBox<D> *lower_touched = nullptr;    ///< the same of each rank before this one
   int num_lower = 0;
   const double *maximum = nullptr;    ///< by Maximum, and on; of all ranks

@@ -21,8 +21,8 @@ inline namespace RVE_ISA {
   /// Internal units, and what follows from the choice of the force unit.
   struct CallUnits {
     double length, per_length;    ///< one internal length [length], and its reciprocal
-    double force,
-        per_force;    ///< one internal force: 1 of the integer sums [force], and its reciprocal
+    /// One internal force: 1 of the integer sums [force], and its reciprocal.
+    double force, per_force;
     double force_limit;      ///< forces that count above it may make sums overflow [internal force]
     double contact_force;    ///< 64-bit units in |f| or an energy of one [1/internal unit]
 
@@ -88,23 +88,23 @@ inline namespace RVE_ISA {
     // how far it has come
     std::uint32_t status;
     std::int32_t num_extra, needed_pairs, num_rebuilds, num_reductions;
-    Tensor<double, Scene::D>
-        cell;    ///< H: with a servo of the present step, else at start and end of the call
+    /// H: with a servo of the present step, else at start and end of the call.
+    Tensor<double, Scene::D> cell;
     Tensor<double, Scene::D> list_cell, deformation, servo_gradient;
     CellPath<Scene::D> path;
     double end_per_volume;    ///< 1 / (det H times thickness) at the end [1/length^3]
-    ImageProgress<Scene::D>
-        after;    ///< a sound call, but for its largest force; with a servo or a ledger from the last step on
+    /// As after a sound call, but for its largest force; with a servo or a ledger from the last step on.
+    ImageProgress<Scene::D> after;
     double supplied, friction_loss, damping_loss, viscous_loss;    ///< in this call [force length]
 
     // constants of the call
     CallUnits units;
     double mass_factor;    ///< mass / radius^D [mass/length^D]
-    double
-        velocity_factor;    ///< dt/m of a unit radius, in internal units of force, length and velocity
+    /// dt/m of a unit radius, in internal units of force, length and velocity.
+    double velocity_factor;
     double skin, expected_force;
-    float
-        sound_force;    ///< below it all is well with the largest force on any grain [internal force]
+    /// Below it all is well with the largest force on any grain [internal force].
+    float sound_force;
     typename Scene::Law::Constants law;
     typename Scene::Real alpha;    ///< of local damping, below zero for that which knows no axes
 

@@ -200,8 +200,8 @@ inline namespace RVE_ISA {
     /// The scene in the numbers of an item of a phase: here an item is one grain.
     template <class SomeItem> using SceneOf = Scene;
 
-    std::conditional_t<Scene::D == 2, Resident<MotionOf<Scene>>, SeenSpheres<Scene>>
-        motion;                                         ///< published
+    /// Published.
+    std::conditional_t<Scene::D == 2, Resident<MotionOf<Scene>>, SeenSpheres<Scene>> motion;
     Seen<Spin<typename Scene::Real, Scene::D>> spin;    ///< published
     Seen<typename Scene::Wide> radius;
     Resident<Sums> own;

@@ -17,8 +17,8 @@ inline namespace RVE_ISA {
     Tensor<typename Leading::Real, D> list_to_length;    ///< 32-bit fraction units to lengths
     typename Leading::Real allowed_squared;    ///< displacement since the list was built [length^2]
     std::uint32_t safe_box;                    ///< of StepPlan, in space
-    typename Numbers::Real
-        alpha;    ///< of local damping, below zero for that which knows no axes [-]
+    /// Of local damping, below zero for that which knows no axes [-].
+    typename Numbers::Real alpha;
 
     /// From a StepPlan, or from these in single numbers.
     template <class Constants, class Number>

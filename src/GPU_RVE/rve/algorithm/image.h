@@ -52,8 +52,8 @@ template <int D> struct ImageHeader : ImageProgress<D> {
   std::int32_t extra_capacity;
   MaterialNumbers material;
   double largest_radius, mean_radius, solid_volume;
-  double obliquity,
-      inverse_obliquity;    ///< bounds what a contact adds to a sum, over its force that counts
+  /// Bounds what a contact adds to a sum, over its force that counts.
+  double obliquity, inverse_obliquity;
   std::int32_t neighbor_bits;    ///< 2^neighbor_bits grains and more find room around the largest
   std::int32_t all_forces_count;    ///< 0: the normal one alone, the others are bounded by friction
 };
@@ -69,8 +69,8 @@ template <int D> struct alignas(16) DriveRecord {
 /// A direction in which a servo changes the velocity gradient by what a sum of stresses lacks. Sums run over all components.
 template <int D> struct alignas(16) SteeredMode {
   double rate[Space<D>::components];    ///< velocity gradient of amplitude one [-]
-  double dual[Space<
-      D>::components];    ///< dual : L is the amplitude [-]; zero for all other modes, and for what is prescribed
+  /// dual : L is the amplitude [-]; zero for all other modes, and for what is prescribed.
+  double dual[Space<D>::components];
   double stress[Space<D>::components];    ///< stress : sigma is what has the goal [-]
   double goal;                            ///< [stress]
   double gain, max_rate;                  ///< of the amplitude [1/(stress time^2)], [1/time]
@@ -78,8 +78,8 @@ template <int D> struct alignas(16) SteeredMode {
 
 template <int D> struct alignas(16) SteeredModes {
   std::int32_t count;
-  std::int32_t
-      begin;    ///< the call begins with amplitudes zero, not with those of the call before
+  /// The call begins with amplitudes zero, not with those of the call before.
+  std::int32_t begin;
   SteeredMode<D> mode[Space<D>::strains];
 };
 
@@ -89,8 +89,8 @@ template <int D> struct alignas(16) SteeringRecord {
   std::int32_t controlled[Space<D>::components];
   double stress_goal[Space<D>::components], velocity_gradient[Space<D>::components];
   double servo_gain, servo_max_rate;
-  const SteeredModes<D>
-      *modes;    ///< where the kernel reads them, in place of controlled components; or null
+  /// Where the kernel reads them, in place of controlled components; or null.
+  const SteeredModes<D> *modes;
 };
 
 /// What every call answers. After a fatal status only `status`, `expected_force` and the `needed_` sizes hold, and the image is
@@ -115,8 +115,8 @@ constexpr std::int32_t kStiffnessDetail = 1, kTimeStepDetail = 2;
 template <int D> struct DetailRecord {
   ImageProgress<D> progress;    ///< after the call
   std::int32_t num_grains, num_contacts, num_sliding, num_pairs;
-  std::int32_t num_rattlers,
-      num_single;    ///< grains with fewer than two contacts; with exactly one
+  /// Grains with fewer than two contacts; with exactly one.
+  std::int32_t num_rattlers, num_single;
   double fabric[Space<D>::components];
   double grain_force_sum, contact_force_sum;
   double largest_overlap, overlap_sum;

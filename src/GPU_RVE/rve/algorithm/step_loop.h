@@ -274,8 +274,9 @@ inline namespace RVE_ISA {
             if (!call.steering.controlled[c])
               call.servo_gradient.component[c] = prescribed.component[c];
         const Tensor<double, Scene::D> small = call.drive.dt * call.servo_gradient;
-        const Tensor<double, Scene::D> growth = Tensor<double, Scene::D>::identity() + small +
-            0.5 * (small * small);    // exp to third order
+        // exp to third order
+        const Tensor<double, Scene::D> growth =
+            Tensor<double, Scene::D>::identity() + small + 0.5 * (small * small);
         call.cell = growth * call.cell;
         call.deformation = growth * call.deformation;
       });

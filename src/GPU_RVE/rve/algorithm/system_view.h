@@ -72,8 +72,8 @@ inline namespace RVE_ISA {
   template <class Scene> struct ImageView {
     ImageHeader<Scene::D> *header;
     Vec<typename Scene::Coordinate, Scene::D> *position;
-    Vec<std::uint32_t, Scene::D>
-        *list_position;    ///< leading bits of the positions when the list was built
+    /// Leading bits of the positions when the list was built.
+    Vec<std::uint32_t, Scene::D> *list_position;
     Vec<typename Scene::Real, Scene::D> *velocity;
     Spin<typename Scene::Real, Scene::D> *spin;
     typename Scene::Wide *radius;
@@ -197,8 +197,8 @@ inline namespace RVE_ISA {
                         : alignof(typename Numbers::Real)) GrainResponse {
     typename Numbers::Real velocity_unit;    ///< dt/m: velocity that one force unit gives in a step
     typename Numbers::Real spin_unit;        ///< dt/I: spin that one torque unit gives in a step
-    Vec<typename Numbers::Leading::Coordinate, D>
-        list_position;    ///< leading bits of the position when the list was built
+    /// Leading bits of the position when the list was built.
+    Vec<typename Numbers::Leading::Coordinate, D> list_position;
   };
   template <class Scene> using GrainResponseOf = GrainResponse<typename Scene::Numbers, Scene::D>;
 
@@ -219,13 +219,13 @@ inline namespace RVE_ISA {
     typename Scene::Sum *force[Scene::freedoms];
     Vec<typename Scene::Sum, Scene::freedoms> *own;    ///< force and torque from owned pairs
     typename Scene::Real *largest_force;    ///< that counts, of an owned contact in this call
-    GrainResponseOf<Scene>
-        *response;    ///< in the plane; in space the record of a sphere has it, but for
+    /// In the plane. In space the record of a sphere has it, but for `list_position`.
+    GrainResponseOf<Scene> *response;
+    /// In space.
     Vec<typename Scene::Leading::Coordinate, Scene::D> *list_position;
     std::int32_t *partner;    ///< (Scene::owned_pairs, N) own number: slot is free
-    typename Scene::Wide *
-        partner_radius;    ///< (Scene::owned_pairs, N) minus the own one: slot is free, it never touches.
-                           ///< Not used where it is in registers
+    /// (Scene::owned_pairs, N) minus the own one: slot is free, it never touches. Not used where it is in registers.
+    typename Scene::Wide *partner_radius;
     typename Scene::History *history;    ///< (Scene::owned_pairs, N)
   };
 

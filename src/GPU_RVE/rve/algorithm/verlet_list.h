@@ -124,16 +124,16 @@ inline namespace RVE_ISA {
       const int c = work.cell_of[i];
       work.cell_grain[work.cell_start[c] + block.fetch_add(&work.cell_fill[c], 1)] = i;
     });
-    block.for_each(
-        num_cells, [&](Item c) {    // the order of arrival is chance, the order of numbers is not
-          for (int m = work.cell_start[c] + 1; m < work.cell_start[c + 1]; ++m) {
-            const int grain = work.cell_grain[m];
-            int hole = m;
-            for (; hole > work.cell_start[c] && work.cell_grain[hole - 1] > grain; --hole)
-              work.cell_grain[hole] = work.cell_grain[hole - 1];
-            work.cell_grain[hole] = grain;
-          }
-        });
+    // the order of arrival is chance, the order of numbers is not
+    block.for_each(num_cells, [&](Item c) {
+      for (int m = work.cell_start[c] + 1; m < work.cell_start[c + 1]; ++m) {
+        const int grain = work.cell_grain[m];
+        int hole = m;
+        for (; hole > work.cell_start[c] && work.cell_grain[hole - 1] > grain; --hole)
+          work.cell_grain[hole] = work.cell_grain[hole - 1];
+        work.cell_grain[hole] = grain;
+      }
+    });
   }
 
   /// The history that the old list holds for the pair of i and j, as i sees it, or zero.

@@ -27,9 +27,8 @@ inline namespace RVE_ISA {
       int exponent = 0;
       std::frexp(bound * static_cast<double>(terms), &exponent);    // bound * terms < 2^exponent
       exponent = 62 - exponent;
-      exponent = exponent < -1000 ? -1000
-          : exponent > 1000       ? 1000
-                                  : exponent;    // 2^±1000 are normal
+      // 2^±1000 are normal
+      exponent = exponent < -1000 ? -1000 : exponent > 1000 ? 1000 : exponent;
       per_unit_ = std::ldexp(1.0, exponent);
       unit_ = std::ldexp(1.0, -exponent);
     }

@@ -12,8 +12,8 @@ inline namespace RVE_ISA {
 
   /// 32-bit fractions, fp32 everywhere.
   struct FastNumbers {
-    using Leading =
-        FastNumbers;    ///< for the leading 32 bits of coordinates, which show how far a grain has gone
+    /// For the leading 32 bits of coordinates, which show how far a grain has gone.
+    using Leading = FastNumbers;
     using Coordinate = std::uint32_t;
     using SignedCoordinate = std::int32_t;
     using Wide = float;                                            ///< branch vector and gap

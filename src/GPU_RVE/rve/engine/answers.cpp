@@ -29,8 +29,8 @@ void to_result(const AnswerRecord<D> &answer, const DetailRecord<D> &record, Res
   result.num_rattlers = record.num_rattlers;
   result.void_ratio = determinant(result.cell) / record.solid_volume - 1.0;
   result.coordination_number = 2.0 * contacts / n;
-  const int carrying =
-      n - record.num_rattlers;    // Thornton: contacts of grains with a single one do not count
+  // Thornton: contacts of grains with a single one do not count
+  const int carrying = n - record.num_rattlers;
   result.mechanical_coordination_number =
       carrying > 0 ? (2.0 * contacts - record.num_single) / carrying : 0.0;
   result.sliding_fraction = contacts > 0 ? static_cast<double>(record.num_sliding) / contacts : 0.0;

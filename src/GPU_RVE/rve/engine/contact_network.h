@@ -41,16 +41,16 @@ std::vector<PairOf<D>> remembered_pairs(const RveStateOf<D> &state,
 template <int D> struct SpringForcesOf;
 
 template <> struct SpringForcesOf<2> {
-  double
-      tangential;    ///< on the first grain along t = (-n_y, n_x), n from first to second [force]
+  /// On the first grain along t = (-n_y, n_x), n from first to second [force].
+  double tangential;
   double rolling;    ///< moment on the first grain over the reduced radius [force]
 };
 using SpringForces = SpringForcesOf<2>;
 
 template <> struct SpringForcesOf<3> {
   Vec<double, 3> tangential;    ///< on the first grain, across the normal [force]
-  Vec<double, 3>
-      rolling;        ///< n x this is the moment on the first grain over the reduced radius [force]
+  /// n x this is the moment on the first grain over the reduced radius [force].
+  Vec<double, 3> rolling;
   double twisting;    ///< moment on the first grain along n [force length]
 };
 
@@ -67,8 +67,8 @@ template <int D> struct SpringContactOf {
   double normal_force;    ///< of the springs, repulsion positive [force]
   SpringForcesOf<D> springs;
   Vec<double, D> force_on_first;    ///< -f_n n and the tangential force [force]
-  double
-      mobilized_friction;    ///< |f_t| over what friction allows, 1 where it slides; 1 without friction [-]
+  /// |f_t| over what friction allows, 1 where it slides; 1 without friction [-].
+  double mobilized_friction;
 };
 using SpringContact = SpringContactOf<2>;
 

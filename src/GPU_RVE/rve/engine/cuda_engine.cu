@@ -19,8 +19,8 @@ namespace {
   constexpr int LARGEST_BLOCK = 1024;
   constexpr int kMostPreparedTogether = 16;           ///< calls that one block prepares
   constexpr std::size_t kPrepareMemory = 32 << 10;    ///< bytes that it may have on chip
-  constexpr std::size_t kReserved =
-      1024;    ///< bytes of a block on chip that CUDA keeps for itself
+  /// Bytes of a block on chip that CUDA keeps for itself.
+  constexpr std::size_t kReserved = 1024;
 
   /// RVEs are cut from pieces of 64 MB, and the first launch takes memory for its code and its threads' stacks [bytes].
   constexpr std::size_t kSlack = std::size_t(256) << 20;

@@ -53,7 +53,8 @@ inline namespace RVE_ISA {
     };
     const int me = threadIdx.x, threads = blockDim.x;
 #if __CUDA_ARCH__ >= 900
-    cudaTriggerProgrammaticLaunchCompletion();    // the next kernel waits where it needs what is prepared here
+    // the next kernel waits where it needs what is prepared here
+    cudaTriggerProgrammaticLaunchCompletion();
 #endif
     if (me == 0 && first == 0) *launch.queue = 0;
     // the drives come over the bus: in rows, and asked for before anything else is waited for

@@ -37,8 +37,8 @@ template <int D> struct DriveOf {
   using Matrix = Tensor<double, D>;
 
   double dt = 0.0;    ///< DEM time step [time], > 0
-  std::int32_t substeps =
-      0;    ///< >= 0; 0 evaluates forces and results of the present configuration and changes nothing
+  /// >= 0; 0 evaluates forces and results of the present configuration and changes nothing.
+  std::int32_t substeps = 0;
   std::int32_t unused = 0;    ///< drives and results are part of records that are copied as bytes
 
   /// Deformation increment of the call: H goes from H to deformation * H, exactly. Used when no stress is controlled.
@@ -49,8 +49,8 @@ template <int D> struct DriveOf {
   unsigned char unused_bytes[7 - (D * D - 1) % 8] = {};
   Matrix stress_goal = Matrix::zero();          ///< Cauchy, tension positive [stress]
   Matrix velocity_gradient = Matrix::zero();    ///< [1/time]
-  double servo_gain =
-      0.0;    ///< L changes by gain * dt * (goal - stress) per step [1/(stress time^2)]
+  /// L changes by gain * dt * (goal - stress) per step [1/(stress time^2)].
+  double servo_gain = 0.0;
   double servo_max_rate = 0.5;    ///< bound of a controlled component of L [1/time]
 
   /// Modes to steer in place of components; `velocity_gradient` is what they are added to. They live as long as the call.
@@ -85,15 +85,15 @@ template <int D> struct ResultOf {
   Matrix fabric = Matrix::zero();             ///< mean of n (x) n over contacts [-], trace 1
   double void_ratio = 0.0;             ///< cell volume / solid volume - 1, areas in the plane [-]
   double coordination_number = 0.0;    ///< 2 N_c / N [-]
-  double mechanical_coordination_number =
-      0.0;                          ///< without rattlers (grains with fewer than two contacts) [-]
-  double sliding_fraction = 0.0;    ///< share of contacts at the Coulomb limit [-]
-  double unbalanced_ratio = 0.0;    ///< mean |grain force| / mean |contact force| [-]
-  double kinetic_energy = 0.0;      ///< of peculiar velocities and spins [force length]
-  double elastic_energy = 0.0;      ///< stored in contact springs [force length]
-  double largest_overlap = 0.0;     ///< overlap / sum of radii [-]
-  double mean_overlap = 0.0;        ///< over contacts, overlap / sum of radii [-]
-  double largest_contact_force = 0.0;                 ///< [force]
+  /// Without rattlers (grains with fewer than two contacts) [-].
+  double mechanical_coordination_number = 0.0;
+  double sliding_fraction = 0.0;         ///< share of contacts at the Coulomb limit [-]
+  double unbalanced_ratio = 0.0;         ///< mean |grain force| / mean |contact force| [-]
+  double kinetic_energy = 0.0;           ///< of peculiar velocities and spins [force length]
+  double elastic_energy = 0.0;           ///< stored in contact springs [force length]
+  double largest_overlap = 0.0;          ///< overlap / sum of radii [-]
+  double mean_overlap = 0.0;             ///< over contacts, overlap / sum of radii [-]
+  double largest_contact_force = 0.0;    ///< [force]
   Matrix servo_velocity_gradient = Matrix::zero();    ///< L at the end of the call [1/time]
   std::int32_t num_grains = 0;
   std::int32_t num_contacts = 0;
@@ -120,8 +120,8 @@ using ElasticResult = ElasticResultOf<2>;
 template <int D> struct ResponseOf {
   std::uint32_t status = status::Ok;
   std::int32_t num_contacts = 0;
-  Tensor<double, D> stress =
-      Tensor<double, D>::zero();    ///< Love, Cauchy, tension positive [stress]
+  /// Love, Cauchy, tension positive [stress].
+  Tensor<double, D> stress = Tensor<double, D>::zero();
 };
 using Response = ResponseOf<2>;
 

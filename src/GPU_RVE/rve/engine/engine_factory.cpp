@@ -26,8 +26,8 @@ std::unique_ptr<EngineOf<D>> make_engine(const Options &options, std::string *no
   require(!only_on_cpu || options.device != Device::Cuda,
           "the number format single is for studies and exists on CPUs only");
   if (options.device == Device::Cpu) return make_host_engine<D>(options);
-  const bool required =
-      cuda_required();    // a word that says neither yes nor no is wrong with a device too
+  // a word that says neither yes nor no is wrong with a device too
+  const bool required = cuda_required();
   require(!required || !only_on_cpu,
           cuda_requirement() +
               " forbids the CPU, and the number format single exists on CPUs only; use fast, mixed "

@@ -32,8 +32,8 @@ class OutputFile {
  private:
   std::string path;      // as given, for messages
   std::string target;    // behind symbolic links
-  std::string
-      temporary;    // beside the target; empty: the target is a device or a fifo, or has been written
+  // beside the target; empty: the target is a device or a fifo, or has been written
+  std::string temporary;
   int descriptor = -1;
   bool regular = true;
 

@@ -34,20 +34,20 @@ inline namespace RVE_ISA {
   };
   // a format for studies is not made fast, and books are kept for one grain after the other
   template <Program program, class Scene>
-  using Way = std::conditional_t<ProgramTraits<program>::small_blocks && !Scene::books &&
-                                     !std::is_same_v<typename Scene::Numbers, SingleNumbers>,
-                                 InPacks<Scene>, OneByOne<Scene>>;
+  using Traversal = std::conditional_t<ProgramTraits<program>::small_blocks && !Scene::books &&
+                                           !std::is_same_v<typename Scene::Numbers, SingleNumbers>,
+                                       InPacks<Scene>, OneByOne<Scene>>;
 #else
-  template <Program, class Scene> using Way = OneByOne<Scene>;
+  template <Program, class Scene> using Traversal = OneByOne<Scene>;
 #endif
 
-  template <class Scene, class Way>
+  template <class Scene, class Traversal>
   void run_program(char *image, const DriveRecord<Scene::D> &drive,
                    const SteeringRecord<Scene::D> *steering, const BatchConstants &batch,
                    const HostWorkspace &memory, AnswerRecord<Scene::D> &answer,
                    DetailRecord<Scene::D> *detail)
   {
-    using Block = typename Way::Block;
+    using Block = typename Traversal::Block;
     const auto &header = *reinterpret_cast<const ImageHeader<Scene::D> *>(image);
     Block block;
     const auto shared = carve_shared<Scene>(memory.shared, header.num_grains, Block::kInRegisters);
@@ -61,7 +61,7 @@ inline namespace RVE_ISA {
     Begin::prepare(call, image, memory.pair_capacity);
     for (int t = 0; t < call.plan_last; ++t) Planning::plan_step(call, t, 1);
     Begin::set_views(call, header.num_grains, shared, memory.workspace, memory.pair_capacity);
-    RveProgram<Block, Scene, typename Way::Grains> program(block, call, shared);
+    RveProgram<Block, Scene, typename Traversal::Grains> program(block, call, shared);
     program.run(answer, detail);
   }
 
@@ -80,8 +80,8 @@ inline namespace RVE_ISA {
   {
     using Scene = ProgramScene<program, Numbers>;
     if constexpr (Scene::D == D)
-      run_program<Scene, Way<program, Scene>>(image, drive, steering, batch, memory, answer,
-                                              detail);
+      run_program<Scene, Traversal<program, Scene>>(image, drive, steering, batch, memory, answer,
+                                                    detail);
   }
 
   template <int D, class Numbers>

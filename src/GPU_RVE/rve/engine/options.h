@@ -31,12 +31,12 @@ struct Options {
   Device device = Device::Auto;
   Arms arms = Arms::Contact;
   int threads = 0;    ///< CPU threads; 0: as OpenMP decides (OMP_NUM_THREADS)
-  int device_number =
-      0;    ///< CUDA device, the local rank; beyond the last one it begins with the first again
+  /// CUDA device, the local rank; beyond the last one it begins with the first again.
+  int device_number = 0;
   int block_size = 0;    ///< CUDA threads per block; 0: chosen from the number of grains
   double skin = 0.0;     ///< of the Verlet list [length]; 0: a share of the mean radius
-  double overlap_limit =
-      0.5;    ///< overlap / smaller radius beyond which an RVE fails [-], in (0, 1)
+  /// Overlap / smaller radius beyond which an RVE fails [-], in (0, 1).
+  double overlap_limit = 0.5;
   bool track_energy = false;    ///< fill EnergyLedger; costs a stress sum per step
   /// Takes lines about kernels that are compiled at run time; without it they go to the standard error.
   std::function<void(const std::string &)> log = {};

@@ -672,8 +672,8 @@ template <int D> void forget_past(RveStateOf<D> &state)
 template <int D> RveStateOf<D> loose_cloud(const PackingRecipe &recipe)
 {
   check_recipe<D>(recipe);
-  std::mt19937_64 random(
-      recipe.seed);    // its output is fixed by the C++ standard; that of the distributions is not
+  // its output is fixed by the C++ standard; that of the distributions is not
+  std::mt19937_64 random(recipe.seed);
   const auto uniform = [&random] {
     return static_cast<double>(random() >> 11) * 0x1p-53;
   };

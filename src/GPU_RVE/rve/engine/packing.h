@@ -16,8 +16,8 @@ namespace rve {
 
 /// What to prepare and how. A zero time step, gain or rate is chosen by the recipe.
 struct PackingRecipe {
-  Material
-      material;    ///< final one; its friction and its rolling resistance are set when the packing is ready
+  /// Final one; its friction and its rolling resistance are set when the packing is ready.
+  Material material;
   double pressure = 0.0;    ///< goal of -sigma of each axis [stress], > 0
   /// Lateral over vertical stress [-]: unless it is 1, the pressure is that of the vertical axis, the last one, and the goal of the others is
   /// k0 times that. Grains must bear it with the final friction.
@@ -63,8 +63,8 @@ constexpr double LARGEST_CONTACT_STRAIN = 0.05;
 /// A line for the log, every few hundred steps.
 struct PackingReport {
   std::int64_t step;    ///< since the cloud was made, over all attempts
-  const char *
-      phase;    ///< "compression", "settling", "overconsolidation", "unloading", "anisotropic load" or "load at rest"
+  /// "compression", "settling", "overconsolidation", "unloading", "anisotropic load" or "load at rest".
+  const char *phase;
   double preparation_friction;    ///< [-]
   double pressure;                ///< mean stress, compression positive [stress]
   double void_ratio;              ///< [-]

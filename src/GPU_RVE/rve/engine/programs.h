@@ -20,6 +20,12 @@ namespace rve {
 /// (engine/program_choice.h). They give the same bits where a scene needs no more than the lesser one has. Frictionless: of RVEs without
 /// friction and without tangential forces. The last one of a contact law has rolling resistance, that of
 /// spheres resistance to twisting, too.
+///
+/// Number format, arithmetic and residency are no columns but loops elsewhere. CMakeLists.txt makes the CUDA units of a line: fast, mixed
+/// and double, strict, and fast, relaxed. It also makes the CPU units: one of host_kernels.cpp for each dimension, format (single for disks
+/// only) and instruction set, strict. CudaPrograms has the CUDA kernels of an engine's format and arithmetic. runtime_kernels.cpp compiles
+/// those that the build left to the run. make_program_kernels (cuda_kernels.cuh) makes a kernel for each residency that a line has: grains in
+/// registers, for the block sizes that block_shape (cuda_kernels.h) gives to a scene, or in memory, for any number.
 // clang-format off
 #define RVE_PLANE_PROGRAMS(program)                                    \
   program(Frictionless, NormalSprings,     false, true,  General)      \

@@ -38,10 +38,10 @@ template <int D> double sum_of(const ComponentSum<D> &factors, const Tensor<doub
 
 template <int D> struct ServoModesOf {
   std::vector<ServoModeOf<D>> modes;    ///< one for each stress
-  std::vector<Tensor<double, D>>
-      unit_rates;    ///< columns of E^+: L that has one of the rates, and no amplitude
-  std::vector<Tensor<double, D>>
-      unit_stresses;    ///< columns of C^+: sigma that has one of the stresses
+  /// Columns of E^+: L that has one of the rates, and no amplitude.
+  std::vector<Tensor<double, D>> unit_rates;
+  /// Columns of C^+: sigma that has one of the stresses.
+  std::vector<Tensor<double, D>> unit_stresses;
 
   /// Throws InputError unless rates and stresses are together as many as components, and determine the motion.
   ServoModesOf(const std::vector<ComponentSum<D>> &rates,

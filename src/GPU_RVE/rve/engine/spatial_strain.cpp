@@ -86,8 +86,8 @@ Tensor3 exponential(const Tensor3 &a)
     part = 0.5 * part;
     ++halvings;
   }
-  Tensor3 less_one =
-      Tensor3::zero();    // exp - 1, whose digits an identity beside it would cut off
+  // exp - 1, whose digits an identity beside it would cut off
+  Tensor3 less_one = Tensor3::zero();
   for (int k = TERMS; k >= 1; --k) less_one = (1.0 / k) * (part * (Tensor3::identity() + less_one));
   for (; halvings > 0; --halvings) less_one = 2.0 * less_one + less_one * less_one;
   return Tensor3::identity() + less_one;

@@ -60,8 +60,8 @@ namespace {
     });
   }
 
-  using Stretch =
-      std::array<double, 6>;    // derivative of a stretch by (x, y, w)_first, (x, y, w)_second
+  // derivative of a stretch by (x, y, w)_first, (x, y, w)_second
+  using Stretch = std::array<double, 6>;
 
   Stretch normal_stretch(const TouchingPair &contact)
   {
@@ -180,8 +180,8 @@ namespace {
       }
       for (const TouchingPairOf<3> &contact : contacts) {
         const double first = state.radius[contact.first], second = state.radius[contact.second];
-        arms.push_back({Arms{1.0 - 0.5 * contact.overlap / first, second / (first + second)},
-                        Arms{1.0 - 0.5 * contact.overlap / second, first / (first + second)}});
+        arms.push_back({LeverArms{1.0 - 0.5 * contact.overlap / first, second / (first + second)},
+                        LeverArms{1.0 - 0.5 * contact.overlap / second, first / (first + second)}});
       }
     }
 
@@ -192,7 +192,8 @@ namespace {
       std::fill(y.begin(), y.end(), 0.0);
       for (std::size_t c = 0; c < contacts.size(); ++c) {
         const Vec<double, 3> &n = contacts[c].normal;
-        const Motion one = motion(x, contacts[c].first), other = motion(x, contacts[c].second);
+        const Displacement one = displacement(x, contacts[c].first),
+                           other = displacement(x, contacts[c].second);
         const auto &[of_one, of_other] = arms[c];
 
         const Vec<double, 3> approach = other.place - one.place;
@@ -218,19 +219,19 @@ namespace {
       double translation, rotation;
     };
     // over the radius: the distance to the contact, and the reduced radius
-    struct Arms {
+    struct LeverArms {
       double contact, rolling;
     };
-    struct Motion {
+    struct Displacement {
       Vec<double, 3> place, turn;
     };
 
     const std::vector<TouchingPairOf<3>> &contacts;
     const std::vector<ContactModuli> &moduli;
     std::vector<InverseRootMass> inverse_root_mass;
-    std::vector<std::array<Arms, 2>> arms;
+    std::vector<std::array<LeverArms, 2>> arms;
 
-    Motion motion(const std::vector<double> &x, int i) const
+    Displacement displacement(const std::vector<double> &x, int i) const
     {
       const double *of = &x[6 * static_cast<std::size_t>(i)];
       return {inverse_root_mass[i].translation * Vec<double, 3>{{of[0], of[1], of[2]}},
@@ -302,8 +303,8 @@ namespace {
 
     const std::size_t n = matrix.size();
     std::vector<std::vector<double>> basis(1, std::vector<double>(n));
-    std::uint64_t pseudo_random =
-        0x9e3779b97f4a7c15u;    // deterministic, and orthogonal to no symmetric mode
+    // deterministic, and orthogonal to no symmetric mode
+    std::uint64_t pseudo_random = 0x9e3779b97f4a7c15u;
     for (double &x : basis[0]) {
       pseudo_random = pseudo_random * 6364136223846793005u + 1442695040888963407u;
       x = static_cast<double>(pseudo_random >> 11) * 0x1p-53 - 0.5;
@@ -326,8 +327,8 @@ namespace {
       largest = largest_eigenvalue(diagonal, off);
       steady = largest - previous <= TOLERANCE * largest ? steady + 1 : 0;
       const double norm = std::sqrt(dot(next, next));
-      const bool invariant =
-          norm <= 1e-14 * largest;    // the basis spans an invariant subspace: exact
+      // the basis spans an invariant subspace: exact
+      const bool invariant = norm <= 1e-14 * largest;
       if (steady >= STEADY_STEPS || invariant) break;
       off.push_back(norm);
       basis.push_back(next);

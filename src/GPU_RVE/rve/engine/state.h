@@ -25,10 +25,10 @@ template <int D> struct PairOf;
 template <> struct PairOf<2> {
   std::int32_t first;
   std::int32_t second;
-  double
-      tangential_force;    ///< history; force on `first` along t = (-n_y, n_x), n from first to second [force]
-  double rolling_force =
-      0.0;    ///< history; moment on `first` over the reduced radius r_1 r_2 / (r_1 + r_2) [force]
+  /// History; force on `first` along t = (-n_y, n_x), n from first to second [force].
+  double tangential_force;
+  /// History; moment on `first` over the reduced radius r_1 r_2 / (r_1 + r_2) [force].
+  double rolling_force = 0.0;
   double contact_radius = 0.0;    ///< history; at which the tangential force was [length]
 };
 
@@ -69,8 +69,8 @@ template <> struct RememberedNumber<3> {
   PairVector vector;           ///< or nullptr: a scalar
   int component;               ///< of the vector; -1: a scalar
   SpatialPairMember scalar;    ///< or nullptr
-  bool is_mirrored =
-      false;    ///< a scalar that changes its sign in a mirror; vectors turn with the RVE
+  /// A scalar that changes its sign in a mirror; vectors turn with the RVE.
+  bool is_mirrored = false;
 
   double &of(PairOf<3> &pair) const { return vector ? (pair.*vector)[component] : pair.*scalar; }
   double of(const PairOf<3> &pair) const
@@ -135,32 +135,32 @@ struct EnergyLedger {
 /// plane that a grain can turn in: one in the plane.
 template <int D> struct RveStateOf {
   Material material;
-  Tensor<double, D> cell =
-      Tensor<double, D>::identity();    ///< H, columns are the cell vectors [length]
-  Tensor<double, D> deformation =
-      Tensor<double, D>::identity();    ///< F since the packing was made [-]
+  /// H, columns are the cell vectors [length].
+  Tensor<double, D> cell = Tensor<double, D>::identity();
+  /// F since the packing was made [-].
+  Tensor<double, D> deformation = Tensor<double, D>::identity();
 
   std::vector<double> radius;               ///< (N) [length]
   std::vector<std::uint64_t> fractional;    ///< (N, D) s * 2^64
   std::vector<double> velocity;             ///< (N, D) peculiar velocity c = v - L x [length/time]
   std::vector<double> spin;    ///< (N, spins) angular velocity, counter-clockwise [1/time]
 
-  std::vector<PairOf<D>>
-      pairs;    ///< Verlet list with contact history; may be empty (it is then built)
-  Tensor<double, D> list_cell =
-      Tensor<double, D>::zero();                 ///< H when the list was built; zero: no list yet
+  /// Verlet list with contact history; may be empty (it is then built).
+  std::vector<PairOf<D>> pairs;
+  /// H when the list was built; zero: no list yet.
+  Tensor<double, D> list_cell = Tensor<double, D>::zero();
   std::vector<std::uint64_t> list_fractional;    ///< (N, D) s when the list was built, or empty
-  double list_margin =
-      0.0;    ///< how far apart grains are at most that it has [length]; 0: as list_margin_of() without a skin and a reach
+  /// How far apart grains are at most that it has [length]; 0: as list_margin_of() without a skin and a reach.
+  double list_margin = 0.0;
 
   /// (N) Grain numbers in the order in which the engine keeps them, or empty: then it chooses one that puts neighbours next to
   /// each other. Kept so that a restart continues bit for bit.
   std::vector<std::int32_t> order;
 
-  Tensor<double, D> servo_velocity_gradient =
-      Tensor<double, D>::zero();    ///< L of the stress servo at the end of the last call [1/time]
-  double largest_contact_force =
-      0.0;    ///< of the last call; sets the scale of the force integers [force]
+  /// L of the stress servo at the end of the last call [1/time].
+  Tensor<double, D> servo_velocity_gradient = Tensor<double, D>::zero();
+  /// Of the last call; sets the scale of the force integers [force].
+  double largest_contact_force = 0.0;
   Counters counters;
   EnergyLedger energy;
 

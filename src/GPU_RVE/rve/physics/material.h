@@ -29,12 +29,12 @@ struct MaterialNumbers {
   double normal_stiffness;        ///< k_n [force/length]
   double tangential_stiffness;    ///< k_t [force/length]
   double friction;                ///< Coulomb coefficient mu [-]
-  double
-      rolling_stiffness;      ///< k_r, of the rolling displacement [force/length]; 0: no resistance
-  double rolling_friction;    ///< mu_r, rolling force at most mu_r f_n [-]; 0: no resistance
-  double density;             ///< of the grain material [mass/length^3]
-  double local_damping;       ///< Cundall's alpha_d of equation (4) [-]
-  double normal_viscosity;    ///< gamma_n, LAMMPS `damping velocity` [force time/length]
+  /// k_r, of the rolling displacement [force/length]; 0: no resistance.
+  double rolling_stiffness;
+  double rolling_friction;        ///< mu_r, rolling force at most mu_r f_n [-]; 0: no resistance
+  double density;                 ///< of the grain material [mass/length^3]
+  double local_damping;           ///< Cundall's alpha_d of equation (4) [-]
+  double normal_viscosity;        ///< gamma_n, LAMMPS `damping velocity` [force time/length]
   double tangential_viscosity;    ///< gamma_t [force time/length]
   double thickness;               ///< of the disks, enters the stress volume only [length]
   double mass_depth;              ///< out-of-plane depth that the mass is counted for [length]
@@ -48,16 +48,16 @@ struct MaterialNumbers {
   double mindlin_displacement;
   double surface_energy;        ///< w of the attraction 4 pi w R [force/length]
   double twisting_stiffness;    ///< k_q, of the twisting angle [force length]; 0: no resistance
-  double
-      twisting_friction;    ///< mu_q, twisting moment at most mu_q times what limits friction [length]; 0: no resistance
+  /// mu_q, twisting moment at most mu_q times what limits friction [length]; 0: no resistance.
+  double twisting_friction;
   double rolling_viscosity;     ///< gamma_r, of the rolling velocity [force time/length]
   double twisting_viscosity;    ///< gamma_q, of the twisting velocity [force length time]
-  double
-      objective_damping;    ///< 1: local damping looks at whole vectors, 0: at their components [-]
-  double
-      twisting_marshall;    ///< 1: friction over the area of contact resists twisting; 0: k_q and mu_q do [-]
-  double
-      adhesion_reach;    ///< h, how far apart grains attract each other [length]; 0: while they touch
+  /// 1: local damping looks at whole vectors, 0: at their components [-].
+  double objective_damping;
+  /// 1: friction over the area of contact resists twisting; 0: k_q and mu_q do [-].
+  double twisting_marshall;
+  /// h, how far apart grains attract each other [length]; 0: while they touch.
+  double adhesion_reach;
 };
 
 /// Nothing yet, for disks of unit thickness.
@@ -71,7 +71,8 @@ struct Material : MaterialNumbers {
 enum class MaterialRange {
   Positive,       ///< above 0
   NotNegative,    ///< 0 and above
-  Friction,    ///< 0 to 1e10: beyond it forces along contacts have no digits in common with those across them
+  /// 0 to 1e10: beyond it forces along contacts have no digits in common with those across them.
+  Friction,
   Fraction,    ///< [0, 1)
   Choice,      ///< 0, 1, 2 or 3
   Switch       ///< 0 or 1
@@ -98,8 +99,8 @@ struct MaterialParameter {
   const char *unit;
   MaterialRange range;
   LawSet laws;
-  bool
-      optional;    ///< in packing files: written when it or another one is not zero, and zero where it is not given
+  /// In packing files: written when it or another one is not zero, and zero where it is not given.
+  bool optional;
   MaterialMember member;
   int dimension = 0;    ///< of the grains that may have it; 0: disks and spheres
   /// Came when there were files and records already: these have it only where it is not zero.

@@ -12,8 +12,8 @@ inline namespace RVE_ISA {
   template <class Real, class History> struct TangentialForce {
     Real force;        ///< on grain i along t = (-n_y, n_x) [force]
     History spring;    ///< part of it that the spring carries on to the next step [force]
-    History
-        slipped;    ///< spring force that the Coulomb limit took away; zero when sticking [force]
+    /// Spring force that the Coulomb limit took away; zero when sticking [force].
+    History slipped;
     Truth<History> sliding;    ///< at the Coulomb limit
   };
 

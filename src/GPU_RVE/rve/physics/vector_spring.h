@@ -62,8 +62,8 @@ inline namespace RVE_ISA {
   template <class Real, class History> struct VectorForce {
     Vec<Real, 3> force;        ///< on grain i [force]
     Vec<History, 3> spring;    ///< part of it that the spring carries on to the next step [force]
-    Vec<History, 3>
-        slipped;    ///< spring force that the limit took away; zero when sticking [force]
+    /// Spring force that the limit took away; zero when sticking [force].
+    Vec<History, 3> slipped;
     Truth<History> sliding;    ///< at the limit
   };
 

@@ -73,8 +73,8 @@ inline namespace RVE_ISA {
     Spring stiffness;       ///< k_t a [force/length]
     Real viscosity;         ///< gamma [force time/length]
     Real limiting_force;    ///< of which friction allows a share [force]
-    Real
-        taken_by_area;    ///< energy that the spring lost while the contact radius changed [force length]
+    /// Energy that the spring lost while the contact radius changed [force length].
+    Real taken_by_area;
 
     RVE_INLINE MindlinHistory<Spring, D> history() const
     {

@@ -29,8 +29,8 @@ inline namespace RVE_ISA {
   /// moments R f_r on grain i and -R f_r on grain j, and no force. A rigid rotation has equal spins and gives none. Under exchange of the
   /// grains v_r and f_r change sign exactly.
   template <class Real, class Spring, int D> struct TurningResistance {
-    LinearTangential<Real, Spring, true>
-        rolling;    ///< k_r [force/length], mu_r [-], gamma_r [force time/length]
+    /// k_r [force/length], mu_r [-], gamma_r [force time/length].
+    LinearTangential<Real, Spring, true> rolling;
 
     using History = Spring;    ///< f_r [force]
 
@@ -121,10 +121,10 @@ inline namespace RVE_ISA {
   /// gamma_q = gamma_t a^2/2 and mu_q = 2/3 mu a, with a^2 = R d at an overlap d. The angle is remembered, as the moment that it has at a
   /// depth d/R of one; the moment now is the `share` k_t a^2 of it.
   template <class Real, class Spring> struct TurningResistance<Real, Spring, 3> {
-    VectorSpring<Real, Spring, true>
-        rolling;    ///< k_r [force/length], mu_r [-], gamma_r [force time/length]
-    LinearTangential<Real, Spring, true>
-        twisting;               ///< k_q [force length], mu_q [length], gamma_q [force length time]
+    /// k_r [force/length], mu_r [-], gamma_r [force time/length].
+    VectorSpring<Real, Spring, true> rolling;
+    /// k_q [force length], mu_q [length], gamma_q [force length time].
+    LinearTangential<Real, Spring, true> twisting;
     Real twists_by_friction;    ///< 1: after Marshall
 
     using History = SphereTurning<Spring>;
