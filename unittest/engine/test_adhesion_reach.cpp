@@ -62,15 +62,7 @@ template <class State> Options options_for(const State &state, Format format = F
 /// 4^3 spheres in a simple cubic array with gaps between them.
 Spheres cubic_with_gaps(const Material &material, double gap)
 {
-  constexpr int M = 4;
-  const double spacing = 2.0 * RADIUS + gap;
-  std::vector<double> x;
-  for (int i = 0; i < M; ++i)
-    for (int j = 0; j < M; ++j)
-      for (int k = 0; k < M; ++k)
-        for (const int number : {i, j, k}) x.push_back(spacing * (number + 0.5));
-  return spheres(material, (M * spacing) * Tensor3::identity(),
-                 std::vector<double>(M * M * M, RADIUS), x);
+  return simple_cubic(material, 4, RADIUS, -gap);
 }
 
 /// Two spheres with a gap along x that part with a velocity.

@@ -87,19 +87,6 @@ Spheres approaching(const Material &material, double v_n, double v_t)
   return state;
 }
 
-/// m^3 spheres in a simple cubic array.
-Spheres simple_cubic(const Material &material, int m, double overlap)
-{
-  const double spacing = 2.0 * RADIUS - overlap;
-  std::vector<double> x;
-  for (int i = 0; i < m; ++i)
-    for (int j = 0; j < m; ++j)
-      for (int k = 0; k < m; ++k)
-        for (const int number : {i, j, k}) x.push_back(spacing * (number + 0.5));
-  return spheres(material, (m * spacing) * Tensor3::identity(),
-                 std::vector<double>(m * m * m, RADIUS), x);
-}
-
 }    // namespace
 
 TEST(SphereImpact, OfHertzHasTheOverlapForceAndDurationOfItsClosedForm)
@@ -171,7 +158,7 @@ TEST(SphereTurning, IsSlowedDownByTheLimitsOfRollingAndTwisting)
       material.rolling_stiffness = 1e6;
       material.twisting_stiffness = 20.0;
       const double overlap = 5e-6;
-      Spheres state = simple_cubic(material, 4, overlap);
+      Spheres state = simple_cubic(material, 4, RADIUS, overlap);
       const double spin = 50.0;
       for (int i = 0; i < state.num_grains(); ++i)
         state.spin[3 * i + (twists ? 0 : 2)] = i / 16 % 2 ? -spin : spin;
@@ -205,7 +192,7 @@ TEST(SphereTurning, DashpotsSlowItDownExponentially)
     material.twisting_stiffness = 1e-5;
     material.rolling_friction = 1e3;
     material.twisting_friction = 1.0;
-    Spheres state = simple_cubic(material, 4, 5e-6);
+    Spheres state = simple_cubic(material, 4, RADIUS, 5e-6);
     const double spin = 50.0;
     for (int i = 0; i < state.num_grains(); ++i)
       state.spin[3 * i + (twists ? 0 : 2)] = i / 16 % 2 ? -spin : spin;
@@ -300,14 +287,14 @@ TEST(SimpleCubic, OfAdhesiveSpheresIsPulledApartByItsPullOffForce)
   const double pull_off = 4.0 * kPi * material.surface_energy * REDUCED_RADIUS;
   // about to part: no spring is left
   const double overlap = 1e-10 * RADIUS, distance = 2.0 * RADIUS - overlap;
-  Spheres state = simple_cubic(material, 4, overlap);
+  Spheres state = simple_cubic(material, 4, RADIUS, overlap);
   const ResultOf<3> parting = SphereRig(state, options_for(state)).advance(DriveOf<3>());
   EXPECT_NEAR(parting.mean_stress(), -pull_off / (distance * distance),
               1e-6 * pull_off / (distance * distance));
   // as deep as spring and attraction balance
   const double rest =
       std::pow(pull_off / (material.hertz_stiffness * std::sqrt(REDUCED_RADIUS)), 2.0 / 3.0);
-  state = simple_cubic(material, 4, rest);
+  state = simple_cubic(material, 4, RADIUS, rest);
   const ResultOf<3> resting = SphereRig(state, options_for(state)).advance(DriveOf<3>());
   EXPECT_NEAR(resting.mean_stress(), 0.0, 1e-9 * pull_off / (distance * distance));
 }
@@ -518,7 +505,7 @@ TEST(SphereLaws, TwistingOfDisksIsAnError)
       }),
       "twisting stiffness is 2 [force length], and the contact law hooke of disks has no such "
       "parameter");
-  Spheres spheres = simple_cubic(with_resistance(material_of(ContactLaw::Linear)), 4, 1e-6);
+  Spheres spheres = simple_cubic(with_resistance(material_of(ContactLaw::Linear)), 4, RADIUS, 1e-6);
   spheres.check();
   spheres.material.twisting_friction = -1.0;
   EXPECT_EQ(message_of([&] {

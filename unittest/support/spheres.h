@@ -93,6 +93,19 @@ inline CubicConstants face_centred_constants(const rve::Material &material, doub
   return {factor * (kn + kt), 0.5 * factor * (kn - kt), 0.5 * factor * (kn + kt)};
 }
 
+/// m^3 spheres of radius r in a simple cubic array; with an overlap below zero there are gaps between them.
+inline Spheres simple_cubic(const rve::Material &material, int m, double r, double overlap)
+{
+  const double spacing = 2.0 * r - overlap;
+  std::vector<double> x;
+  for (int i = 0; i < m; ++i)
+    for (int j = 0; j < m; ++j)
+      for (int k = 0; k < m; ++k)
+        for (const int number : {i, j, k}) x.push_back(spacing * (number + 0.5));
+  return spheres(material, (m * spacing) * rve::Tensor3::identity(),
+                 std::vector<double>(m * m * m, r), x);
+}
+
 /// A jittered cubic array of m^3 spheres that touch here and there, in motion.
 inline Spheres disordered_spheres(const rve::Material &material, int m, unsigned seed)
 {
