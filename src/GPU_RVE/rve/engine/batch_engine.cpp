@@ -168,19 +168,18 @@ template <int D> RveStateOf<D> BatchEngine<D>::state(int rve) const
 template <int D> void BatchEngine<D>::set_material(int rve, const Material &material)
 {
   check_slot(rve);
-  const RveStateOf<D> before = state(rve);
-  RveStateOf<D> probe = before;
+  RveStateOf<D> probe = state(rve);
+  const double reach_before = reach_of(probe.material);
   probe.material = material;
   probe.check();
   ContactModel need = contacts_of(material);
   need.dimension = D;
   require_contacts(need);
-  const bool lists_serve = reach_of(material) == reach_of(before.material);
-  if (lists_serve) {
+  if (reach_of(material) == reach_before) {
     ImageHeader<D> header = get_header(rve);
     set_material_in(header, material);
     put_header(rve, header);
-  } else {
+  } else {    // neither its list nor the room of its sums serves
     const StateImage image = image_of(probe);
     drop_image(rve);
     put_image(rve, image);
