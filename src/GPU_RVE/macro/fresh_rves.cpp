@@ -54,8 +54,7 @@ bool RvePointsOf<D>::begin_fresh(Fresh &fresh, const std::vector<rve::RveStateOf
       if (stretch > 1.0) {
         state.cell = stretch * state.cell;
         state.pairs.clear();
-        state.list_fractional.clear();
-        state.list_cell = Matrix::zero();
+        state.forget_list();
       }
     }
     fresh.of_packing = state.counters;

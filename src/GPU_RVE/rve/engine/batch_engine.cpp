@@ -149,8 +149,7 @@ template <int D> StateImage BatchEngine<D>::image_of(const RveStateOf<D> &state)
   constexpr double ROUNDING = 1e-6;
   if (has >= (1.0 - ROUNDING) * list_margin_of(state, options.skin)) return with(state);
   RveStateOf<D> without_list = state;
-  without_list.list_fractional.clear();
-  without_list.list_cell = Tensor<double, D>::zero();
+  without_list.forget_list();
   return with(without_list);
 }
 

@@ -17,14 +17,15 @@ template <int D> struct TouchingPairOf {
   int second;
   Vec<double, D> branch;    ///< x_second - x_first, nearest image [length]
   Vec<double, D> normal;    ///< unit, first to second
-  double overlap;           ///< r_first + r_second - |branch| > 0 [length]
+  /// r_first + r_second - |branch|; below zero of grains in reach that do not touch [length].
+  double overlap;
 };
 using TouchingPair = TouchingPairOf<2>;
 
 template <int D>
 ContactPlace place_of(const RveStateOf<D> &state, const TouchingPairOf<D> &contact);
 
-/// All contacts of the state, ordered by first, then second. O(N) where the cell is at least three contact distances wide,
+/// All contacts of the state, pairs whose grains act on each other, ordered by first, then second. O(N) where the cell is at least three contact distances wide,
 /// O(N^2) below. Grains with coinciding centres are skipped: they have no normal.
 template <int D> std::vector<TouchingPairOf<D>> find_contacts(const RveStateOf<D> &state);
 

@@ -142,8 +142,7 @@ template <int D> RveStateOf<D> side_by_side(const RveStateOf<D> &state)
       pairs.push_back(pair);
     }
   wide.pairs = std::move(pairs);
-  wide.list_cell = Tensor<double, D>::zero();
-  wide.list_fractional.clear();
+  wide.forget_list();
   wide.order.clear();
 
   for (int a = 0; a < D; ++a) wide.cell(a, axis) *= 2.0;

@@ -170,6 +170,14 @@ template <int D> struct RveStateOf {
   double void_ratio() const { return cell_volume() / solid_volume() - 1.0; }    ///< [-]
   double mass() const;                                                          ///< [mass]
 
+  /// The next call builds a list. What pairs remember stays.
+  void forget_list()
+  {
+    list_cell = Tensor<double, D>::zero();
+    list_fractional.clear();
+    list_margin = 0.0;
+  }
+
   /// Whether a pair remembers that it was rolled, or twisted.
   bool has_rolling_forces() const;
 
