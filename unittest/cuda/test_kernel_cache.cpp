@@ -321,7 +321,7 @@ TEST(KernelCache, ThatIsSwitchedOffKeepsNothingAndDoesNotComplain)
   DeviceCode kernel;
   EXPECT_FALSE(cache.load(KEY, kernel));
   EXPECT_EQ(cache.obstacle(), "");
-  EXPECT_FALSE(KernelCache::Turn(cache).is_mine());
+  EXPECT_FALSE(KernelCache::Turn(cache, KEY).is_mine());
 }
 
 // ---- many processes ------------------------------------------------------------------------------------------------------------
@@ -355,7 +355,7 @@ TEST_F(KernelCacheProcesses, CompileOneAfterTheOther)
     KernelCache cache(folder);
     DeviceCode kernel;
     if (!cache.load(KEY, kernel)) {
-      const KernelCache::Turn turn(cache);
+      const KernelCache::Turn turn(cache, KEY);
       if (!cache.load(KEY, kernel)) {
         std::ofstream(compilations, std::ios::app) << "x" << std::flush;
         std::this_thread::sleep_for(std::chrono::milliseconds(200));
@@ -377,18 +377,19 @@ TEST_F(KernelCacheProcesses, ThatAreKilledOrHangHoldNobodyForever)
   ASSERT_GE(child, 0);
   if (child == 0) {
     const KernelCache cache(folder);
-    const KernelCache::Turn turn(cache);
+    const KernelCache::Turn turn(cache, KEY);
     if (::write(ready[1], "x", 1) != 1) _exit(1);
     for (;;) pause();
   }
   char word;
   ASSERT_EQ(::read(ready[0], &word, 1), 1);
   const KernelCache cache(folder);
-  EXPECT_FALSE(KernelCache::Turn(cache, 0.1).is_mine());    // it hangs: 0.1 s, and on
+  EXPECT_FALSE(KernelCache::Turn(cache, KEY, 0.1).is_mine());    // it hangs: 0.1 s, and on
+  EXPECT_TRUE(KernelCache::Turn(cache, "another kernel", 0.1).is_mine());
   kill(child, SIGKILL);
   int status = 0;
   waitpid(child, &status, 0);
-  EXPECT_TRUE(KernelCache::Turn(cache).is_mine());
+  EXPECT_TRUE(KernelCache::Turn(cache, KEY).is_mine());
   close(ready[0]);
   close(ready[1]);
 }

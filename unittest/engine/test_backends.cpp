@@ -335,7 +335,7 @@ void expect_eventful(const OutcomeOf<D> &outcome, const std::vector<ActorOf<D>> 
 
 // ---- instruction sets -------------------------------------------------------------------------------------------------------
 
-#if defined(RVE_WITH_X86_64_V3)
+#if defined(RVE_WITH_X86_64_V3) && !defined(RVE_WITHOUT_BASELINE)
 
 /// A state advanced by one build of the kernels: image and answers.
 struct KernelRun {
@@ -397,7 +397,7 @@ bool same_records(const KernelRun &x, const KernelRun &y)
 
 TEST_P(Backends, InstructionSetsGiveTheSameBits)
 {
-#if defined(RVE_WITH_X86_64_V3)
+#if defined(RVE_WITH_X86_64_V3) && !defined(RVE_WITHOUT_BASELINE)
   if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma") ||
       !__builtin_cpu_supports("bmi2"))
     GTEST_SKIP() << "this CPU has no x86-64-v3";

@@ -180,8 +180,11 @@ void project(rve::RollingHistory<Contact, rve::SphereTurning<double>> &history, 
   project(history.turning.rolling, n);
 }
 
+/// Largest values over grains, components and steps, of forces (0) and torques (1), and what the contacts did.
 struct Comparison {
-  double most = 0.0, error = 0.0, most_torque = 0.0, torque_error = 0.0;
+  double most[2] = {0.0, 0.0};
+  std::vector<double> errors[2];       // of the steps
+  double of_digits[2] = {0.0, 0.0};    // by another last digit of places and velocities
   int sliding = 0, sticking = 0, rolled = 0, twisted = 0;
 };
 
@@ -229,25 +232,77 @@ void add_contacts(const Law &law, const Grains &grains, const std::vector<Grain>
     }
 }
 
+/// The same with another last digit of each number that forces depend on; of places the last one that an image across the box has.
+std::vector<Grain> with_other_last_digits(std::vector<Grain> grains, rve_test::Random &random)
+{
+  const double width = BOX_MATRIX(0, 0), digit_of_image = std::nextafter(width, 1.0) - width;
+  const auto sign = [&] {
+    return random.uniform(-1.0, 1.0) < 0.0 ? -1.0 : 1.0;
+  };
+  for (Grain &grain : grains)
+    for (int a = 0; a < 3; ++a) {
+      grain.place[a] += sign() * digit_of_image;
+      for (Vector *vector : {&grain.velocity, &grain.spin})
+        (*vector)[a] = std::nextafter((*vector)[a], sign() * 1e300);
+    }
+  return grains;
+}
+
+void raise(double &largest, const Vector &difference)
+{
+  for (int a = 0; a < 3; ++a) largest = std::fmax(largest, std::fabs(difference[a]));
+}
+
 template <class Law> Comparison compare(const Law &law, GranularScript &lammps, int steps)
 {
+  using Histories = std::map<std::pair<int, int>, typename Law::History>;
+  using Forces = std::vector<std::array<Vector, 2>>;
   const Grains grains = random_grains();
-  std::map<std::pair<int, int>, typename Law::History> histories;
+  const Forces nothing(NUM_GRAINS, {Vector::zero(), Vector::zero()});
+  constexpr int kTwins = 8;
+  Histories histories, twin_histories[kTwins];
+  rve_test::Random random(21);
   Comparison compared;
   for (int step = 0; step < steps; ++step) {
     const std::vector<Grain> at = lammps.next_step();
-    std::vector<std::array<Vector, 2>> sum(NUM_GRAINS, {Vector::zero(), Vector::zero()});
-    add_contacts(law, grains, at, histories, sum, compared);
-    for (int i = 0; i < NUM_GRAINS; ++i)
-      for (int a = 0; a < 3; ++a) {
-        compared.most = std::fmax(compared.most, std::fabs(at[i].force[a]));
-        compared.most_torque = std::fmax(compared.most_torque, std::fabs(at[i].torque[a]));
-        compared.error = std::fmax(compared.error, std::fabs(sum[i][0][a] - at[i].force[a]));
-        compared.torque_error =
-            std::fmax(compared.torque_error, std::fabs(sum[i][1][a] - at[i].torque[a]));
+    Forces found = nothing;
+    add_contacts(law, grains, at, histories, found, compared);
+    for (int kind = 0; kind < 2; ++kind) {
+      double error = 0.0;
+      for (int i = 0; i < NUM_GRAINS; ++i) {
+        const Vector &expected = kind ? at[i].torque : at[i].force;
+        raise(compared.most[kind], expected);
+        raise(error, found[i][kind] - expected);
       }
+      compared.errors[kind].push_back(error);
+    }
+    for (Histories &twin : twin_histories) {
+      Forces other = nothing;
+      Comparison uncounted;
+      add_contacts(law, grains, with_other_last_digits(at, random), twin, other, uncounted);
+      for (int i = 0; i < NUM_GRAINS; ++i)
+        for (int kind = 0; kind < 2; ++kind)
+          raise(compared.of_digits[kind], other[i][kind] - found[i][kind]);
+    }
   }
   return compared;
+}
+
+/// What differs is rounding: 1e-12 of the largest force and torque, or what the last digit of places and velocities decides where that is
+/// more. It is more for a displacement that is kept over the root of an overlap that is nearly nothing. In a step of a hundred LAMMPS leaves in
+/// the history what lies along the normal: it is below 1e-10 of the force of sliding then.
+void expect_the_same_but_for_rounding(Comparison compared)
+{
+  for (int kind = 0; kind < 2; ++kind) {
+    SCOPED_TRACE(kind ? "torques" : "forces");
+    const double most = compared.most[kind], of_digits = compared.of_digits[kind];
+    EXPECT_GT(most, 0.0);
+    EXPECT_LT(of_digits, 1e-10 * most) << "the bound says nothing";
+    std::vector<double> &errors = compared.errors[kind];
+    std::sort(errors.begin(), errors.end());
+    EXPECT_LT(errors[(errors.size() - 1) * 99 / 100], std::fmax(1e-12 * most, of_digits));
+    EXPECT_LT(errors.back(), std::fmax(1e-10 * most, of_digits));
+  }
 }
 
 template <class Work> void with_law_of_lammps(const Material &material, const Work &work)
@@ -277,9 +332,7 @@ TEST_P(GranularSpheres, HaveTheForcesOfLammpsInTheFirstStep)
   with_law_of_lammps(lammps.material(words), [&](const auto &law) {
     const Comparison compared = compare(law, lammps, 1);
     EXPECT_GT(compared.sliding + compared.sticking, 20);
-    EXPECT_GT(compared.most_torque, 0.0);
-    EXPECT_LT(compared.error, 1e-12 * compared.most);
-    EXPECT_LT(compared.torque_error, 1e-12 * compared.most_torque);
+    expect_the_same_but_for_rounding(compared);
   });
 }
 
@@ -296,9 +349,7 @@ TEST_P(GranularSpheres, HaveTheForcesOfLammpsWithHistoriesAsItProjectsThem)
     };
     EXPECT_TRUE(!has("rolling") || compared.rolled > 100);
     EXPECT_TRUE(!has("twisting") || compared.twisted > 100);
-    // 1e-13 of an overlap are lost with the digits of places; over the root of a small one a displacement that is kept makes more of it
-    EXPECT_LT(compared.error, 1e-11 * compared.most);
-    EXPECT_LT(compared.torque_error, 1e-11 * compared.most_torque);
+    expect_the_same_but_for_rounding(compared);
   });
 }
 

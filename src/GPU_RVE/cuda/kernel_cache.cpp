@@ -10,7 +10,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <system_error>
 #include <thread>
@@ -243,7 +242,8 @@ void KernelCache::store(const std::string &key, const DeviceCode &kernel)
   refuse("/" + name + ": " + reason_of(error));
 }
 
-KernelCache::Turn::Turn(const KernelCache &cache, double seconds) : descriptor_(-1)
+KernelCache::Turn::Turn(const KernelCache &cache, const std::string &key, double seconds) :
+    descriptor_(-1)
 {
   if (cache.descriptor_ < 0) return;
   descriptor_ = ::openat(cache.descriptor_, "lock",
@@ -255,11 +255,20 @@ KernelCache::Turn::Turn(const KernelCache &cache, double seconds) : descriptor_(
     descriptor_ = -1;
     return;
   }
+  // a byte of the file for each kernel, at the place that the hash of its key says: the file stays empty, and there are no others to clear
+  // away. The lock belongs to the descriptor, not to the process, so that threads wait for each other too.
+  struct flock byte = {};
+  byte.l_type = F_WRLCK;
+  byte.l_whence = SEEK_SET;
+  byte.l_start =
+      static_cast<off_t>(checksum_of(key.data(), key.size()) >> 2);    // no place is below zero
+  byte.l_len = 1;
   // asked for again and again: a wait in the kernel could not be ended
   const auto begin = WallClock::now();
   for (;;) {
-    is_mine_ = ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0;
-    if (is_mine_ || (errno != EWOULDBLOCK && errno != EINTR) || seconds_since(begin) > seconds)
+    is_mine_ = ::fcntl(descriptor_, F_OFD_SETLK, &byte) == 0;
+    if (is_mine_ || (errno != EAGAIN && errno != EACCES && errno != EINTR) ||
+        seconds_since(begin) > seconds)
       return;
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }

@@ -33,11 +33,11 @@ class KernelCache {
 
   void store(const std::string &key, const DeviceCode &kernel);
 
-  /// While it lives, other processes that make one wait, at most for `seconds`: a process may hang, and a file system may know no
-  /// locks.
+  /// While it lives, others that make one for the same key wait, at most for `seconds`: a process may hang, and a file system may know no
+  /// locks. Those for other keys do not wait.
   class Turn {
    public:
-    explicit Turn(const KernelCache &cache, double seconds = 300.0);
+    Turn(const KernelCache &cache, const std::string &key, double seconds = 300.0);
     ~Turn();
     Turn(const Turn &) = delete;
     Turn &operator=(const Turn &) = delete;

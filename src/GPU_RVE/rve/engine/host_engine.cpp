@@ -1,5 +1,6 @@
 #include "rve/engine/host_engine.h"
 
+#include "rve/core/error.h"
 #include "rve/core/threads.h"
 #include "rve/engine/batch_engine.h"
 #include "rve/engine/host_kernels.h"
@@ -29,7 +30,11 @@ namespace {
 #if defined(RVE_WITH_X86_64_V3)
     if (has_x86_64_v3()) return host_kernel<InstructionSet::v3, D>(format);
 #endif
+#if defined(RVE_WITHOUT_BASELINE)
+    throw InputError("this build with sanitizers is for CPUs with AVX2, FMA and BMI2");
+#else
     return host_kernel<InstructionSet::baseline, D>(format);
+#endif
   }
 
   /// What the kernel says programs may take without swapping [bytes]; 0 where it says nothing.

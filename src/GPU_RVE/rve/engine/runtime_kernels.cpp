@@ -82,7 +82,7 @@ DeviceCode compiled_kernel(const KernelName &name, int capability, const Nvrtc &
   DeviceCode compiled;
   if (cache.load(key, compiled)) return compiled;
   // one of the ranks of a machine compiles, the others find what it has kept
-  const KernelCache::Turn turn(cache);
+  const KernelCache::Turn turn(cache, key);
   if (cache.load(key, compiled)) return compiled;
   if (!cache.obstacle().empty())
     log("no compiled kernel is taken from the cache: " + cache.obstacle());
