@@ -271,10 +271,11 @@ inline namespace RVE_ISA {
     /// warp shall wait for one that has most twice. An item always has the same thread: some phases need no barrier for that.
     template <class F> static RVE_DEVICE void visit_all(int n, F f)
     {
-      const int threads = blockDim.x, me = threadIdx.x;
       if constexpr (ItemsPerThread == 1) {
-        for (int i = me; i < n; i += threads) f(i);
+        // without names for its place: they would be kept in registers
+        for (int i = threadIdx.x; i < n; i += blockDim.x) f(i);
       } else {
+        const int threads = blockDim.x, me = threadIdx.x;
         for (int i = me, hop = 2 * (threads - me) - 1; i < n; i += hop, hop = 2 * threads - hop) {
           if constexpr (ItemsPerThread == 2)
             f(Item{i, 0});

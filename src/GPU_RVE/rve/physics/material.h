@@ -168,6 +168,7 @@ constexpr const char *unit_of(MaterialMember member)
 
 /// Powers of the units of force and length in a parameter.
 template <MaterialMember member> struct UnitOf {
+  static_assert(unit_of(member)[0] != 0, "it is not in the table of parameters");
   static constexpr int force = power_in(unit_of(member), "force"),
                        length = power_in(unit_of(member), "length");
 };
