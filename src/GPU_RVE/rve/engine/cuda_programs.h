@@ -57,7 +57,8 @@ class CudaPrograms {
     Shape shape;
     Sizes sizes;
     Program prepared_like;
-    bool ahead;    ///< compiled with this program
+    bool small_blocks;    ///< has kernels for them (programs.h)
+    bool ahead;           ///< compiled with this program
   };
   const Format format;
   const Arithmetic arithmetic;
