@@ -32,7 +32,8 @@ struct Scene {
   RveState state;
   double shear;    ///< in the call [-]
   int substeps;
-  double skin;    ///< [length]; 0: the default
+  double skin;                   ///< [length]; 0: the default
+  double overlap_limit = 0.5;    ///< over the smaller radius
 };
 
 KernelRun run_kernel(const HostKernel<2> &kernel, Program kind, const StateImage &image,
@@ -53,7 +54,8 @@ KernelRun run_kernel(const HostKernel<2> &kernel, Program kind, const StateImage
   std::memset(static_cast<void *>(&run.answer), 0, sizeof(run.answer));
   std::memset(static_cast<void *>(&run.detail), 0, sizeof(run.detail));
   run.image = image;
-  kernel.advance(run.image.bytes.data(), drive, nullptr, BatchConstants{scene.skin, 0.5, 0.5, 0, 1},
+  kernel.advance(run.image.bytes.data(), drive, nullptr,
+                 BatchConstants{scene.skin, scene.overlap_limit, 0.5, 0, 1},
                  {shared.data(), workspace.data(), pair_capacity}, kind, run.answer, &run.detail);
   return run;
 }
@@ -233,6 +235,26 @@ TEST_P(PackedGrains, SaturationBoundaryHasTheSameVerdict)
 
   EXPECT_GE(saturated, 1);
   EXPECT_GE(fine, 3);
+}
+
+TEST_P(PackedGrains, ContactsBeyondTheLimitOfOverlapsAreCountedAlike)
+{
+  const Format format = GetParam();
+  int crushed = 0, sound = 0;
+  for (const double limit : {0.05, 0.1, 0.2, 0.3, 0.4}) {
+    SCOPED_TRACE(limit);
+    const Scene scene{crowd(33, 4), 0.0, 1, 0.0, limit};
+    const StateImage image = build_image(format, scene.state, 4000, Program::General);
+
+    const KernelRun one_by_one = run_one_by_one(format, image, scene);
+    const KernelRun packed =
+        run_kernel(host_kernel<InstructionSet::v3, 2>(format), Program::Plain, image, scene);
+
+    EXPECT_TRUE(same_bits(one_by_one, packed));
+    ++((packed.answer.status & status::OverlapTooLarge) ? crushed : sound);
+  }
+  EXPECT_GT(crushed, 0);
+  EXPECT_GT(sound, 0);
 }
 
 #endif

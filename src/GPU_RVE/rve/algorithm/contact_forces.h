@@ -8,6 +8,7 @@
 #include "rve/algorithm/call_state.h"
 #include "rve/algorithm/grain_items.h"
 #include "rve/core/integer_sums.h"
+#include "rve/core/pack_item.h"
 #include "rve/core/status.h"
 #include "rve/physics/contact_geometry.h"
 #include "rve/physics/laws/law.h"
@@ -67,14 +68,15 @@ inline namespace RVE_ISA {
 
   /// Adds the Love terms of one contact, each rounded as its force was: a branch is no longer than one internal length.
   template <class Numbers, int D>
-  RVE_INLINE void add_love_term(const Vec<typename Numbers::Real, D> &force,
+  RVE_INLINE void add_love_term(const Truth<typename Numbers::Real> &acting,
+                                const Vec<typename Numbers::Real, D> &force,
                                 const Vec<typename Numbers::Real, D> &branch,
                                 Vec<typename Numbers::Sum, Space<D>::components> &sum)
   {
     const auto stress = love_term(force, branch);
     for (int k = 0; k < Space<D>::components; ++k) {
       typename Numbers::Sum units;
-      round_to(stress.component[k], units);
+      round_to(where(acting, stress.component[k]), units);
       sum[k] = wrapping_sum(sum[k], units);
     }
   }
@@ -171,11 +173,10 @@ inline namespace RVE_ISA {
       sum.own[D + k] = wrapping_sum(sum.own[D + k], torque_i[k]);
     add_to_j(on_j);
     if constexpr (WithStress) {
-      add_love_term<typename Scene::Numbers, D>(force.force, contact.branch, sum.stress);
+      add_love_term<typename Scene::Numbers, D>(acting, force.force, contact.branch, sum.stress);
       const Real ri = static_cast<Real>(grain_i.radius), rj = static_cast<Real>(grain_j.radius);
-      const bool crushed = !(contact.overlap <= overlap_limit * (ri < rj ? ri : rj));
-      ++sum.contacts;
-      sum.crushed += crushed ? 1 : 0;
+      sum.contacts += count(acting);
+      sum.crushed += count_without(acting, contact.overlap <= overlap_limit * smaller(ri, rj));
     }
     if constexpr (WithStress && Scene::books) step.law.dissipate(contact, force, step.dt, sum.heat);
   }
@@ -203,7 +204,8 @@ inline namespace RVE_ISA {
           },
           [&](int k) RVE_INLINE_LAMBDA {
             // each when it is needed: the sums of the stress leave few registers
-            if constexpr (WithStress) grains.load_pair(shared, k, i);
+            if constexpr (WithStress && !IsPack<std::decay_t<decltype(i)>>::value)
+              grains.load_pair(shared, k, i);
             return grains.view_partner(shared, k, i);
           },
           [&](const auto &step, const auto &other) RVE_INLINE_LAMBDA {
@@ -231,24 +233,51 @@ inline namespace RVE_ISA {
     };
 
     if constexpr (WithStress) {
-      block.template survey_items<StressSums<Scene::D>::count, typename Scene::Sum>(
+      using Sums = StressSums<Scene::D>;
+      block.template survey_items<Sums::count, typename Scene::Sum>(
           num_grains,
-          [&](Item i, typename Scene::Sum *term, float &largest) RVE_INLINE_LAMBDA {
-            auto sum = begin_sum<Scene>(grains.largest_force[i]);
-            add_owned(i, sum);
-            grains.own.keep(i, sum.own);
-            // with the grain of the same number: what is lost is added up in the order of the grains
-            for (int m = i; m < num_extra; m += num_grains) add_extra(m, sum);
-            grains.largest_force.keep(i, sum.largest_force);
-            for (int k = 0; k < Scene::components; ++k) term[k] = sum.stress[k];
-            term[StressSums<Scene::D>::contacts] = sum.contacts;
-            term[StressSums<Scene::D>::crushed] = sum.crushed;
-            const float mine = soundness(grains.view(i), sum.largest_force);
-            largest = mine > largest ? mine : largest;
-            if constexpr (Scene::books) {
-              const int number = call.number_of(i);
-              call.work.scratch[number] = sum.heat.friction;
-              call.work.scratch[num_grains + number] = sum.heat.viscous;
+          [&](const auto item, auto *term, float &largest) RVE_INLINE_LAMBDA {
+            if constexpr (IsPack<std::decay_t<decltype(item)>>::value) {
+              const auto add_terms = [&](const auto &sum) RVE_INLINE_LAMBDA {
+                for (int k = 0; k < Scene::components; ++k)
+                  term[k] = wrapping_sum(term[k], total(sum.stress[k]));
+                term[Sums::contacts] += sum.contacts;
+                term[Sums::crushed] += sum.crushed;
+              };
+              grains.for_parts(item, [&](const auto i) RVE_INLINE_LAMBDA {
+                using Here = typename Grains::template SceneOf<std::decay_t<decltype(i)>>;
+                auto sum = begin_sum<Here>(grains.largest_of(i));
+                add_owned(i, sum);
+                grains.keep_forces(block, shared, i, sum.own, sum.largest_force);
+                add_terms(sum);
+              });
+              grains.for_each_grain(item, num_grains, [&](Item i) RVE_INLINE_LAMBDA {
+                if (i < num_extra) {
+                  auto sum = begin_sum<Scene>(grains.largest_force[i]);
+                  for (int m = i; m < num_extra; m += num_grains) add_extra(m, sum);
+                  grains.largest_force.keep(i, sum.largest_force);
+                  add_terms(sum);
+                }
+                largest = larger(largest, soundness(grains.view(i), grains.largest_force[i]));
+              });
+            } else {
+              const Item i = item;
+              auto sum = begin_sum<Scene>(grains.largest_force[i]);
+              add_owned(i, sum);
+              grains.own.keep(i, sum.own);
+              // with the grain of the same number: what is lost is added up in the order of the grains
+              for (int m = i; m < num_extra; m += num_grains) add_extra(m, sum);
+              grains.largest_force.keep(i, sum.largest_force);
+              for (int k = 0; k < Scene::components; ++k) term[k] = sum.stress[k];
+              term[Sums::contacts] = sum.contacts;
+              term[Sums::crushed] = sum.crushed;
+              const float mine = soundness(grains.view(i), sum.largest_force);
+              largest = mine > largest ? mine : largest;
+              if constexpr (Scene::books) {
+                const int number = call.number_of(i);
+                call.work.scratch[number] = sum.heat.friction;
+                call.work.scratch[num_grains + number] = sum.heat.viscous;
+              }
             }
           },
           call.survey);

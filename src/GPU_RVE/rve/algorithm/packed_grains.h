@@ -96,6 +96,16 @@ inline namespace RVE_ISA {
       rows[i] = Row();
     }
 
+    /// Leaves what packs have given to a grain where single grains have it, after forces that no move takes.
+    RVE_INLINE void leave_forces(int i, bool in_pack)
+    {
+      Sums sums;
+      for (int k = 0; k < Scene::freedoms; ++k) sums[k] = rows[i].sum[k];
+      if (!in_pack)
+        for (int k = 0; k < Scene::freedoms; ++k) sums[k] = wrapping_sum(sums[k], this->own[i][k]);
+      this->own.keep(i, sums);
+    }
+
     RVE_INLINE Sums collect(Block &block, const Shared &shared, int i)
     {
       Sums sums = One::collect(block, shared, i);

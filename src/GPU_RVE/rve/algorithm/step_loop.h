@@ -22,6 +22,9 @@
 #include "rve/algorithm/grain_motion.h"
 #include "rve/algorithm/homogenization.h"
 #include "rve/algorithm/stress_servo.h"
+#include "rve/core/pack_item.h"
+
+#include <type_traits>
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -185,12 +188,32 @@ inline namespace RVE_ISA {
     /// The forces of step k with their Love sums, left in call.survey.
     RVE_INLINE Dissipation surveyed_forces(Grains &grains, int k)
     {
-      block.own_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
-        grains.load_itself(i);
-      });
       Dissipation heat{0.0, 0.0};
-      contact_forces<true>(block, grains, shared, call, num_grains, call.planned(k), heat);
+      if constexpr (std::is_same_v<StepGrains, Grains>) {
+        block.own_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
+          grains.load_itself(i);
+        });
+        contact_forces<true>(block, grains, shared, call, num_grains, call.planned(k), heat);
+      } else {
+        survey_in_packs(call.planned(k));
+      }
       return heat;
+    }
+
+    /// Leaves all where single grains have it, in the same arrays. Not in the program itself, whose steps would be compiled to less.
+    RVE_COLD void survey_in_packs(const PlanOf<Scene> &plan)
+    {
+      StepGrains packs(block, shared, call.work, num_grains);
+      block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
+        packs.load(shared, i);
+      });
+      Dissipation none{0.0, 0.0};
+      contact_forces<true>(block, packs, shared, call, num_grains, plan, none);
+      block.own_items(num_grains, [&](const auto item) RVE_INLINE_LAMBDA {
+        packs.for_each_grain(item, num_grains, [&](Item i) RVE_INLINE_LAMBDA {
+          packs.leave_forces(i, IsPack<std::decay_t<decltype(item)>>::value);
+        });
+      });
     }
 
     RVE_INLINE void save(Grains &grains)

@@ -20,7 +20,7 @@
 //   own_items(n, f)         as for_items, but f(item) neither reads nor writes what another item does before the next phase: no barrier
 //   survey_items<M, Term>(n, f, survey)    f(item, Term *term, float &largest) adds to the item's terms, 32-bit or 64-bit
 //                           integers, and raises `largest`, which is not negative; leaves the sums over the items and the largest
-//                           number where all threads can read them
+//                           number where all threads can read them. A PackItem gets 64-bit integers
 //
 // The contract that makes one text correct on both:
 //   1. a variable declared outside a phase is uniform: every thread holds the same value;
@@ -73,12 +73,7 @@ inline namespace RVE_ISA {
     RVE_INLINE void survey_items(int n, F f, Survey<M> &survey)
     {
       survey = Survey<M>{};
-      for (int i = 0; i < n; ++i) {
-        Term term[M] = {};
-        f(i, term, survey.largest);
-        for (int m = 0; m < M; ++m)
-          survey.sum[m] = wrapping_sum(survey.sum[m], static_cast<std::int64_t>(term[m]));
-      }
+      for (int i = 0; i < n; ++i) add_to_survey<M, Term>(i, f, survey);
     }
 
     /// f(k) for those of 0 ... count - 1 that are the share of resident item i of n.
@@ -171,6 +166,16 @@ inline namespace RVE_ISA {
     };
 
     template <class T> RVE_INLINE Resident<T> resident(T *array) { return Resident<T>{array}; }
+
+   protected:
+    template <int M, class Term, class F>
+    static RVE_INLINE void add_to_survey(int i, F &f, Survey<M> &survey)
+    {
+      Term term[M] = {};
+      f(i, static_cast<Term *>(term), survey.largest);
+      for (int m = 0; m < M; ++m)
+        survey.sum[m] = wrapping_sum(survey.sum[m], static_cast<std::int64_t>(term[m]));
+    }
   };
 
 }    // namespace RVE_ISA

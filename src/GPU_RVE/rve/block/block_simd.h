@@ -32,6 +32,17 @@ inline namespace RVE_ISA {
 
     template <class F> RVE_INLINE void own_items(int n, F f) { for_items(n, f); }
 
+    /// A pack adds to the sums themselves.
+    template <int M, class Term, class F>
+    RVE_INLINE void survey_items(int n, F f, Survey<M> &survey)
+    {
+      survey = Survey<M>{};
+      int i = 0;
+      if constexpr (std::is_invocable_v<F, Pack, std::int64_t *, float &>)
+        for (; i + Lanes <= n; i += Lanes) f(Pack{i}, survey.sum, survey.largest);
+      for (; i < n; ++i) add_to_survey<M, Term>(i, f, survey);
+    }
+
     template <class F> RVE_INLINE bool any_item(int n, F f)
     {
       bool result = false;

@@ -40,6 +40,15 @@ inline namespace RVE_ISA {
   {
     return condition;
   }
+  /// For how many it holds; and the other one does not.
+  RVE_INLINE int count(bool condition)
+  {
+    return condition ? 1 : 0;
+  }
+  RVE_INLINE int count_without(bool condition, bool other)
+  {
+    return condition && !other ? 1 : 0;
+  }
 
   /// The same truth for numbers of another width.
   RVE_INLINE void convert_truth(bool x, bool &y)

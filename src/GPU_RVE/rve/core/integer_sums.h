@@ -24,6 +24,12 @@ inline namespace RVE_ISA {
     return static_cast<Integer>(static_cast<Bits>(x) - static_cast<Bits>(y));
   }
 
+  /// What a sum, or a pack of sums, adds to one of 64 bits.
+  template <class Integer> RVE_INLINE std::int64_t total(Integer x)
+  {
+    return static_cast<std::int64_t>(x);
+  }
+
   template <int M> struct IntegerSums {
     std::int64_t value[M];
     RVE_INLINE std::int64_t operator[](int m) const { return value[m]; }

@@ -6,6 +6,7 @@
 
 #include "rve/core/arithmetic.h"
 #include "rve/core/fixed_point.h"
+#include "rve/core/integer_sums.h"
 #include "rve/core/vec.h"
 
 #include <cstdint>
@@ -279,6 +280,25 @@ inline namespace RVE_ISA {
   template <class T, int N> RVE_INLINE bool any(const PackTruth<T, N> &condition)
   {
     return signs(condition) != 0;
+  }
+  template <class T, int N> RVE_INLINE int count(const PackTruth<T, N> &condition)
+  {
+    return __builtin_popcount(signs(condition));
+  }
+  template <class T, int N>
+  RVE_INLINE int count_without(const PackTruth<T, N> &condition, const PackTruth<T, N> &other)
+  {
+    return __builtin_popcount(signs(condition) & ~signs(other));
+  }
+
+  /// The sum of all lanes.
+  template <class T, int N> RVE_INLINE std::int64_t total(const Pack<T, N> &x)
+  {
+    T lane[N];
+    x.store(lane);
+    std::int64_t sum = 0;
+    for (int k = 0; k < N; ++k) sum = wrapping_sum(sum, static_cast<std::int64_t>(lane[k]));
+    return sum;
   }
 
   /// Integers wrap.
