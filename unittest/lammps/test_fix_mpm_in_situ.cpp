@@ -124,6 +124,34 @@ std::string soil(const std::string &model, const std::string &in_situ)
 
 const std::string AT_REST = "insitu gravity 9.81 k0 0.5 surcharge 5000";
 
+/// The same in space: 2 by 1 by 6 cells; ranks divide z.
+const std::string GROUND_IN_SPACE = R"(units si
+boundary f f f
+atom_style sphere
+processors 1 1 *
+region box block 0 1 0 0.5 0 4
+create_box 1 box
+lattice sc 0.5 origin 0.5 0.5 0.5
+region ground block 0 1 0 0.5 0 3 units box
+create_atoms 1 region ground
+)";
+const std::string SETTINGS_IN_SPACE = R"(region surface block 0 1 0 0.5 2.5 3 units box
+group surface region surface
+neighbor 0.5 bin
+comm_modify cutoff 0.5
+timestep 0.001
+fix gravity all gravity 9.81 vector 0 0 -1
+)";
+
+std::string soil_in_space(const std::string &model, const std::string &in_situ)
+{
+  return "fix soil all mpm 0.5 device cpu model all " + model +
+      " boundary xlo roller boundary xhi roller boundary ylo roller boundary yhi roller boundary "
+      "zlo fixed traction surface 0 0 -5000 " +
+      in_situ + "\n";
+}
+enum { UZ_3D = COLUMNS + 2, SXX_3D = COLUMNS + 4, SYY_3D, SZZ_3D };
+
 }    // namespace
 
 TEST(FixMpmInSitu, WeightSurchargeAndReactionsBalanceForAnyLaw)
@@ -145,6 +173,51 @@ TEST(FixMpmInSitu, WeightSurchargeAndReactionsBalanceForAnyLaw)
     // of the weight of a cell: sums on the grid are rounded
     EXPECT_LT(script.fix_value("soil", UNBALANCED), 1e-9 * 1800 * GRAVITY * 0.25) << law;
   }
+}
+
+TEST(FixMpmInSituInSpace, WeightSurchargeAndReactionsBalanceForAnyLaw)
+{
+  for (const char *law :
+       {"elastic 1e7 0.3", "mohr_coulomb 1e7 0.3 0 30 0", "drucker_prager 1e7 0.3 1000 30 0"}) {
+    SoilScript script;
+    script << GROUND_IN_SPACE + SETTINGS_IN_SPACE + soil_in_space(law, "density 1800 " + AT_REST) +
+            "run 100\n";
+
+    for (const auto &[id, row] : script.points()) {
+      const double vertical = SURCHARGE + 1800 * GRAVITY * (3.0 - row[Z]);
+      EXPECT_NEAR(row[SZZ_3D], -vertical, 1e-9 * vertical) << law;
+      EXPECT_NEAR(row[SXX_3D], -0.5 * vertical, 1e-9 * vertical) << law;
+      EXPECT_NEAR(row[SYY_3D], -0.5 * vertical, 1e-9 * vertical) << law;
+      EXPECT_NEAR(row[UZ_3D], 0.0, 1e-12) << law;
+    }
+    EXPECT_LT(script.fix_value("soil", UNBALANCED), 1e-9 * 1800 * GRAVITY * 0.125) << law;
+  }
+}
+
+/// Each RVE has the density of its own packing: all have the same here, so that stress and weight agree.
+TEST(FixMpmInSituInSpace, GrainsStayAtRestToTheSameBitsOnRanksAndAfterARestart)
+{
+  const std::string grains =
+      "fix grains all rve " + spheres() + " drive mpm threads 1 device cpu\n";
+  const std::string fixes = SETTINGS_IN_SPACE + grains +
+      soil_in_space("rve grains", "insitu gravity 9.81 k0 0.6 surcharge 5000");
+  SoilScript together, alone(MPI_COMM_SELF), first, second;
+  together << GROUND_IN_SPACE + fixes + "run 30\n";
+  alone << GROUND_IN_SPACE + fixes + "run 30\n";
+  first << GROUND_IN_SPACE + fixes + "run 10\nwrite_restart test_in_situ.restart\n";
+  second << "processors 1 1 *\nread_restart test_in_situ.restart\npair_style none\n" + fixes +
+          "run 20\n";
+
+  EXPECT_EQ(together.points(), alone.points());
+  EXPECT_EQ(second.points(), alone.points());
+  EXPECT_LT(alone.fix_value("soil", UNBALANCED), 1e-3 * 1500 * GRAVITY * 0.125);
+  double farthest = 0.0;
+  for (const auto &[id, row] : alone.points()) {
+    farthest = std::max(farthest, std::abs(row[UZ_3D]));
+    EXPECT_NEAR(row[SXX_3D], 0.6 * row[SZZ_3D], 5e-3 * std::abs(row[SZZ_3D])) << id;
+  }
+  // without the stress it would fall 4.4 mm in this time
+  EXPECT_LT(farthest, 1e-3 * 0.5 * GRAVITY * 0.03 * 0.03);
 }
 
 /// Absorbing sides hold nothing: the reaction of the initial stress is a pressure, which grows with the depth of a point.
