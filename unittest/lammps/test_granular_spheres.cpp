@@ -12,6 +12,7 @@
 #include "rve/engine/contact_laws.h"
 #include "rve/engine/contact_model.h"
 #include "support/random.h"
+#include "support/rounding.h"
 #include "support/spheres.h"
 
 #include <algorithm>
@@ -173,11 +174,9 @@ void project(rve::RollingHistory<Contact, rve::SphereTurning<double>> &history, 
   project(history.turning.rolling, n);
 }
 
-/// Largest values over grains, components and steps, of forces (0) and torques (1), and what the contacts did.
+/// Of forces (0) and torques (1), and what the contacts did.
 struct Comparison {
-  double most[2] = {0.0, 0.0};
-  std::vector<double> errors[2];       // of the steps
-  double of_digits[2] = {0.0, 0.0};    // by another last digit of places and velocities
+  rve_test::RoundingErrors of[2];
   int sliding = 0, sticking = 0, rolled = 0, twisted = 0;
 };
 
@@ -228,15 +227,12 @@ void add_contacts(const Law &law, const Grains &grains, const std::vector<Grain>
 /// The same with another last digit of each number that forces depend on; of places the last one that an image across the box has.
 std::vector<Grain> with_other_last_digits(std::vector<Grain> grains, rve_test::Random &random)
 {
-  const double width = BOX_MATRIX(0, 0), digit_of_image = std::nextafter(width, 1.0) - width;
-  const auto sign = [&] {
-    return random.uniform(-1.0, 1.0) < 0.0 ? -1.0 : 1.0;
-  };
+  const double digit_of_image = std::nextafter(WIDTH, 1.0) - WIDTH;
   for (Grain &grain : grains)
     for (int a = 0; a < 3; ++a) {
-      grain.place[a] += sign() * digit_of_image;
+      grain.place[a] = rve_test::with_another_digit(grain.place[a], digit_of_image, random);
       for (Vector *vector : {&grain.velocity, &grain.spin})
-        (*vector)[a] = std::nextafter((*vector)[a], sign() * 1e300);
+        (*vector)[a] = rve_test::with_another_last_digit((*vector)[a], random);
     }
   return grains;
 }
@@ -264,10 +260,10 @@ template <class Law> Comparison compare(const Law &law, GranularScript &lammps, 
       double error = 0.0;
       for (int i = 0; i < NUM_GRAINS; ++i) {
         const Vector &expected = kind ? at[i].torque : at[i].force;
-        raise(compared.most[kind], expected);
+        raise(compared.of[kind].most, expected);
         raise(error, found[i][kind] - expected);
       }
-      compared.errors[kind].push_back(error);
+      compared.of[kind].errors.push_back(error);
     }
     for (Histories &twin : twin_histories) {
       Forces other = nothing;
@@ -275,26 +271,17 @@ template <class Law> Comparison compare(const Law &law, GranularScript &lammps, 
       add_contacts(law, grains, with_other_last_digits(at, random), twin, other, uncounted);
       for (int i = 0; i < NUM_GRAINS; ++i)
         for (int kind = 0; kind < 2; ++kind)
-          raise(compared.of_digits[kind], other[i][kind] - found[i][kind]);
+          raise(compared.of[kind].of_digits, other[i][kind] - found[i][kind]);
     }
   }
   return compared;
 }
 
-/// What differs is rounding: 1e-12 of the largest force and torque, or what the last digit of places and velocities decides where that is
-/// more. It is more for a displacement that is kept over the root of an overlap that is nearly nothing. In a step of a hundred LAMMPS leaves in
-/// the history what lies along the normal: it is below 1e-10 of the force of sliding then.
-void expect_the_same_but_for_rounding(Comparison compared)
+void expect_rounding_only(const Comparison &compared, double bound)
 {
   for (int kind = 0; kind < 2; ++kind) {
     SCOPED_TRACE(kind ? "torques" : "forces");
-    const double most = compared.most[kind], of_digits = compared.of_digits[kind];
-    EXPECT_GT(most, 0.0);
-    EXPECT_LT(of_digits, 1e-10 * most) << "the bound says nothing";
-    std::vector<double> &errors = compared.errors[kind];
-    std::sort(errors.begin(), errors.end());
-    EXPECT_LT(errors[(errors.size() - 1) * 99 / 100], std::fmax(1e-12 * most, of_digits));
-    EXPECT_LT(errors.back(), std::fmax(1e-10 * most, of_digits));
+    rve_test::expect_rounding_only(compared.of[kind], bound);
   }
 }
 
@@ -325,7 +312,7 @@ TEST_P(GranularSpheres, HaveTheForcesOfLammpsInTheFirstStep)
   with_law_of_lammps(lammps.material(words), [&](const auto &law) {
     const Comparison compared = compare(law, lammps, 1);
     EXPECT_GT(compared.sliding + compared.sticking, 20);
-    expect_the_same_but_for_rounding(compared);
+    expect_rounding_only(compared, 1e-12);
   });
 }
 
@@ -342,7 +329,7 @@ TEST_P(GranularSpheres, HaveTheForcesOfLammpsWithHistoriesAsItProjectsThem)
     };
     EXPECT_TRUE(!has("rolling") || compared.rolled > 100);
     EXPECT_TRUE(!has("twisting") || compared.twisted > 100);
-    expect_the_same_but_for_rounding(compared);
+    expect_rounding_only(compared, 1e-11);
   });
 }
 
