@@ -27,7 +27,7 @@ def bound(case, fraction, roof):
     if fraction >= NEARLY_FULL:
         return roof["details"]["bound"]
     if case.get("feature", "plain") not in ("plain", "long_answer"):
-        return "the general program, without a kernel for many RVEs"
+        return "a program with more arithmetic, or work of one thread in each step"
     if case["rves"] < roof["details"]["resident_rves"] or case.get("launches", 1) == case["rves"]:
         return "latency: fewer RVEs at a time than the device holds"
     if case["substeps"] <= FEW_STEPS:

@@ -98,7 +98,7 @@ namespace {
   };
 
   template <int D>
-  std::vector<Visit<D>> visits(const RveStateOf<D> &packing, double dt, bool general)
+  std::vector<Visit<D>> visits(const RveStateOf<D> &packing, double dt, bool general, bool steered)
   {
     const auto small = strained<D>(dt, {0.0, 1e-3, 0.0}, 20);
     std::vector<Visit<D>> all = {
@@ -116,12 +116,12 @@ namespace {
         {"a cell that becomes too narrow", two_grains(packing),
          strained<D>(dt, {0.0, 0.0, -0.7}, 20), status::CellTooNarrow}};
     all[1].drive.deformation(1, 0) = -0.04;
+    if (general || steered) all.push_back({"servo", packing, servo(packing, dt, 20), status::Ok});
     if (general) {
       RveStateOf<D> viscous = packing;
       viscous.material.normal_viscosity = 1.0;
       if (packing.material.law == rve::ContactLaw::Linear)
         viscous.material.tangential_viscosity = 1.0;
-      all.push_back({"servo", packing, servo(packing, dt, 20), status::Ok});
       all.push_back({"dashpots", viscous, small, status::Ok});
     }
     if (packing.material.rolling_friction > 0.0) {
@@ -153,11 +153,12 @@ namespace {
 
   /// All visits in one call, among ordinary RVEs so that there are `total`, with the long and with the short answer.
   template <int D>
-  void visit(rve::Options options, const RveStateOf<D> &packing, double time_step, int total)
+  void visit(rve::Options options, const RveStateOf<D> &packing, double time_step, int total,
+             bool steered)
   {
     options.contacts = rve::contacts_of(packing);
     const auto engine = rve::make_engine<D>(options);
-    const std::vector<Visit<D>> all = visits(packing, time_step, options.track_energy);
+    const std::vector<Visit<D>> all = visits(packing, time_step, options.track_energy, steered);
     std::vector<int> rves;
     std::vector<DriveOf<D>> drives;
     for (const Visit<D> &one : all) {
@@ -223,8 +224,9 @@ template <int D>
 void visit_all_paths(const rve::Options &options, const RveStateOf<D> &packing, double time_step,
                      int many, const std::string &program)
 {
-  visit(options, packing, time_step, FEW);
-  if (!options.track_energy) visit(options, packing, time_step, many);
+  const bool steered = program == "steered";
+  visit(options, packing, time_step, FEW, steered);
+  if (many > 0) visit(options, packing, time_step, many, steered);
   overflow(options, packing, time_step);
   std::printf("sanitize %s, block size %d, %s program%s: all paths taken\n",
               rve::to_string(options.format).c_str(), options.block_size, program.c_str(),

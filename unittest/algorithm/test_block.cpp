@@ -313,6 +313,7 @@ struct CollectFromItems {
   std::int64_t *sums;             // (count + 1, 2)
   int *any_above, *any_at_all;    // (count + 1) whether a size is above 1e3, or above -1
   rve::Survey<2> *survey;         // where all threads can read it
+  std::int64_t *added;            // (3) sums, and what one thread makes of them
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
     using Item = typename Block::Item;
@@ -339,11 +340,24 @@ struct CollectFromItems {
         term[0] += numbers[i];
         term[1] += size[i] > 1e3f ? -i : 1;
       });
+      block.template add_up_items<2, std::int64_t>(
+          count,
+          [&](Item i, std::int64_t *term) {
+            term[0] += numbers[i];
+            term[1] += size[i] > 1e3f ? -i : 1;
+          },
+          added,
+          [&] {
+            added[2] += added[0] - added[1];
+          });
       block.for_each(count + 1, [&](Item i) {
         largest[i] = survey->largest;
         any_above[i] = above ? 1 : 0;
         any_at_all[i] = at_all ? 1 : 0;
-        for (int m = 0; m < 2; ++m) sums[2 * i + m] = total[m] == survey->sum[m] ? total[m] : -1;
+        const bool same = added[2] == (round + 1) * (total[0] - total[1]);
+        for (int m = 0; m < 2; ++m)
+          sums[2 * i + m] = same && total[m] == survey->sum[m] && total[m] == added[m] ? total[m]
+                                                                                       : -1;
       });
     }
   }
@@ -640,10 +654,12 @@ TEST_F(Block, CollectivesOverResidentItemsTellEveryThreadTheSame)
           at_all(std::vector<int>(count + 1, -1));
       BlockArray<rve::Survey<2>> survey(
           std::vector<rve::Survey<2>>{rve::Survey<2>{{-1, -1}, -1.0f}});
+      BlockArray<std::int64_t> added(std::vector<std::int64_t>(3, 0));
 
       run_block(threads,
                 CollectFromItems{count, size_array.data(), number_array.data(), maxima.data(),
-                                 sums.data(), above.data(), at_all.data(), survey.data()},
+                                 sums.data(), above.data(), at_all.data(), survey.data(),
+                                 added.data()},
                 in_registers);
 
       for (const float x : maxima.values()) ASSERT_EQ(x, largest);

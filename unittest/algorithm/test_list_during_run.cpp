@@ -109,7 +109,8 @@ TEST(AllowedDisplacement, KeepsUnlistedPairsApartForAnyStrain)
   for (int sample = 0; sample < 200000; ++sample) {
     Tensor2 g = Tensor2::identity();
     for (double &x : g.component) x += random.uniform(-0.06, 0.06);
-    const double allowed = allowed_displacement(g * list_cell, list_cell, 2.0 * largest, skin);
+    const double allowed =
+        allowed_displacement(g * list_cell, inverse(list_cell), 2.0 * largest, skin);
     if (allowed <= 0.0) continue;    // a new list at once
     const double sum = random.integer(0, 1) ? 2.0 * smallest
                                             : random.uniform(2.0 * smallest, 2.0 * largest);

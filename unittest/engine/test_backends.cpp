@@ -426,7 +426,8 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
                      {"with dashpots and energy", viscous, nullptr, Program::General},
                      {"with rolling resistance", rolling, nullptr, Program::Rolling},
                      {"with rolling resistance and a servo", rolling, &servo, Program::Rolling},
-                     {"with a servo", state, &servo, Program::General}};
+                     {"with a servo", state, &servo, Program::Steered},
+                     {"with a servo and dashpots", viscous, &servo, Program::General}};
 
   for (const auto &one : cases) {
     SCOPED_TRACE(one.name);

@@ -429,17 +429,17 @@ template <template <class> class Law> void check_in_all_formats()
 }    // namespace
 
 TEST(LawsOfThePrograms, HaveTheirParametersAndAreTheSameFromBothGrains){
-#define RVE_CHECK(name, law, books, small, prepared) \
-  {                                                  \
-    SCOPED_TRACE(#name);                             \
-    check_in_all_formats<law>();                     \
+#define RVE_CHECK(name, law, books, prepared) \
+  {                                           \
+    SCOPED_TRACE(#name);                      \
+    check_in_all_formats<law>();              \
   }
     RVE_PROGRAMS(RVE_CHECK)
 #undef RVE_CHECK
 }
 
 TEST(LawsOfThePrograms, BalanceTheEnergyOfAContactThatSlidesAndRolls){
-#define RVE_CHECK(name, law, books, small, prepared)                                      \
+#define RVE_CHECK(name, law, books, prepared)                                             \
   {                                                                                       \
     SCOPED_TRACE(#name);                                                                  \
     expect_that_energy_is_balanced<law<DoubleNumbers>>(law<DoubleNumbers>::has_friction); \
@@ -459,7 +459,7 @@ TEST(LawsOfThePrograms, BalanceTheEnergyOfTwistingAfterMarshall)
 }
 
 TEST(LawsOfThePrograms, ModuliAreThoseOfTheirForces){
-#define RVE_CHECK(name, law, books, small, prepared)                           \
+#define RVE_CHECK(name, law, books, prepared)                                  \
   {                                                                            \
     SCOPED_TRACE(#name);                                                       \
     expect_that_the_stiffness_is_the_slope_of_the_force<law<DoubleNumbers>>(); \
@@ -471,7 +471,7 @@ TEST(LawsOfThePrograms, ModuliAreThoseOfTheirForces){
 
 TEST(LawsOfThePrograms, ProgramsThatArePreparedAlikeHaveTheSameMemory)
 {
-#define RVE_CHECK(name, law, books, small, prepared)                                           \
+#define RVE_CHECK(name, law, books, prepared)                                                  \
   {                                                                                            \
     using Own = ProgramScene<Program::name, MixedNumbers>;                                     \
     using Preparing = ProgramScene<ProgramTraits<Program::name>::prepared_like, MixedNumbers>; \

@@ -3,6 +3,7 @@
 #include "rve/core/status.h"
 #include "rve/engine/batch_engine.h"
 #include "rve/engine/host_kernels.h"
+#include "rve/engine/packing.h"
 #include "support/packings.h"
 
 #include <gtest/gtest.h>
@@ -34,7 +35,25 @@ struct Scene {
   int substeps;
   double skin;                   ///< [length]; 0: the default
   double overlap_limit = 0.5;    ///< over the smaller radius
+  bool servo = false;            ///< holds the pressure of 100 kPa, in place of the shear
 };
+
+/// Of the program that has packs.
+Program packed_program(const Scene &scene)
+{
+  return scene.servo ? Program::Steered : Program::Plain;
+}
+
+SteeringRecord<2> steering_of(const Scene &scene)
+{
+  SteeringRecord<2> steering = SteeringRecord<2>();
+  steering.controlled[0] = steering.controlled[3] = 1;
+  steering.stress_goal[0] = steering.stress_goal[3] = -1e5;
+  steering.velocity_gradient[1] = 5.0;
+  steering.servo_gain = default_servo_gain(scene.state);
+  steering.servo_max_rate = 20.0;
+  return steering;
+}
 
 KernelRun run_kernel(const HostKernel<2> &kernel, Program kind, const StateImage &image,
                      const Scene &scene)
@@ -49,12 +68,13 @@ KernelRun run_kernel(const HostKernel<2> &kernel, Program kind, const StateImage
   drive.substeps = scene.substeps;
   drive.segments = 1;
   drive.deformation[0] = drive.deformation[3] = 1.0;
-  drive.deformation[1] = scene.shear;
+  drive.deformation[1] = scene.servo ? 0.0 : scene.shear;
+  const SteeringRecord<2> steering = steering_of(scene);
   KernelRun run;
   std::memset(static_cast<void *>(&run.answer), 0, sizeof(run.answer));
   std::memset(static_cast<void *>(&run.detail), 0, sizeof(run.detail));
   run.image = image;
-  kernel.advance(run.image.bytes.data(), drive, nullptr,
+  kernel.advance(run.image.bytes.data(), drive, scene.servo ? &steering : nullptr,
                  BatchConstants{scene.skin, scene.overlap_limit, 0.5, 0, 1},
                  {shared.data(), workspace.data(), pair_capacity}, kind, run.answer, &run.detail);
   return run;
@@ -66,7 +86,8 @@ KernelRun run_one_by_one(Format format, const StateImage &image, const Scene &sc
 #if defined(RVE_WITHOUT_BASELINE)
   return run_kernel(host_kernel<InstructionSet::v3, 2>(format), Program::General, image, scene);
 #else
-  return run_kernel(host_kernel<InstructionSet::baseline, 2>(format), Program::Plain, image, scene);
+  return run_kernel(host_kernel<InstructionSet::baseline, 2>(format), packed_program(scene), image,
+                    scene);
 #endif
 }
 
@@ -95,8 +116,8 @@ class PackedGrains : public ::testing::TestWithParam<Format> {
     KernelRun one_by_one;
     for (int call = 0; call < calls; ++call) {
       one_by_one = run_one_by_one(format, image, scene);
-      const KernelRun packed =
-          run_kernel(host_kernel<InstructionSet::v3, 2>(format), Program::Plain, image, scene);
+      const KernelRun packed = run_kernel(host_kernel<InstructionSet::v3, 2>(format),
+                                          packed_program(scene), image, scene);
       // never in packs
       const KernelRun general =
           run_kernel(host_kernel<InstructionSet::v3, 2>(format), Program::General, image, scene);
@@ -169,6 +190,23 @@ TEST_P(PackedGrains, ExtraPairsBeyondTheSlots)
   const KernelRun last = expect_same_bits({sheared_packing(), 0.05, 100, 9e-3}, 2);
 
   EXPECT_GT(last.detail.progress.num_extra, 400);    // more extra pairs than grains
+}
+
+TEST_P(PackedGrains, ServoThatSteersByTheStressOfEveryStep)
+{
+  // with new lists, and with more extra pairs than grains
+  for (const double skin : {0.0, 9e-3}) {
+    SCOPED_TRACE(skin);
+    const KernelRun last = expect_same_bits({sheared_packing(), 0.0, 300, skin, 0.5, true}, 2);
+
+    EXPECT_NE(last.detail.progress.servo_velocity_gradient[0], 0.0);
+    EXPECT_EQ(last.detail.progress.servo_velocity_gradient[1], 5.0);
+    EXPECT_GT(last.detail.num_sliding, 10);
+    if (skin == 0.0)
+      EXPECT_GE(last.detail.progress.rebuilds, 2);
+    else
+      EXPECT_GT(last.detail.progress.num_extra, 400);
+  }
 }
 
 TEST_P(PackedGrains, AnyNumberOfGrains)

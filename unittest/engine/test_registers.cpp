@@ -5,6 +5,7 @@
 #include "rve/block/block_serial.h"
 #include "rve/core/status.h"
 #include "rve/engine/batch_engine.h"
+#include "rve/engine/packing.h"
 #include "rve/engine/program_scenes.h"
 #include "support/packings.h"
 #include "support/spheres.h"
@@ -66,7 +67,8 @@ template <int D> struct RveRun {
 /// One call, in memory full of garbage.
 template <class Block, class Scene>
 void advance(RveRun<Scene::D> &run, const DriveRecord<Scene::D> &drive, bool with_details,
-             double skin = 0.0, bool with_ledger = false)
+             double skin = 0.0, bool with_ledger = false,
+             const SteeringRecord<Scene::D> &steering = SteeringRecord<Scene::D>())
 {
   char *image = run.image.bytes.data();
   const int n = run.image.num_grains, pair_capacity = 32 * n;
@@ -80,7 +82,7 @@ void advance(RveRun<Scene::D> &run, const DriveRecord<Scene::D> &drive, bool wit
   std::memset(static_cast<void *>(&call), GARBAGE, sizeof(call));
   std::memcpy(&call.header, image, sizeof(ImageHeader<Scene::D>));
   call.drive = drive;
-  call.steering = SteeringRecord<Scene::D>();
+  call.steering = steering;
   call.batch = BatchConstants{skin, 0.5, 0.5, with_ledger, 1};
   Begin::prepare(call, image, pair_capacity);
   for (int t = 0; t < call.plan_last; ++t) Planning::plan_step(call, t, 1);
@@ -209,6 +211,39 @@ TYPED_TEST(Registers, FrictionlessProgramGivesTheBitsOfArraysWithACoefficientOfZ
   }
   const RveState end = state_of<TypeParam>(arrays, Program::General);
   EXPECT_GT(end.counters.rebuilds, 10);
+}
+
+TYPED_TEST(Registers, SteeredAndGeneralProgramsGiveTheBitsOfArraysWithAServo)
+{
+  RveRun<2> arrays = disks<TypeParam>(0.5), steered = arrays, general = arrays;
+  SteeringRecord<2> steering = SteeringRecord<2>();
+  steering.controlled[0] = 1;
+  steering.stress_goal[0] = -1e5;
+  steering.velocity_gradient[1] = steering.velocity_gradient[3] = -3.0;
+  steering.servo_gain = default_servo_gain(packing_of_400());
+  steering.servo_max_rate = 20.0;
+  for (const int substeps : {10, 300, 1, 0, 70}) {
+    SCOPED_TRACE(substeps);
+    const DriveRecord<2> drive = shear<2>(0.0, substeps, DISK_DT);
+    const bool with_details = substeps == 300;
+
+    advance<BlockSerial, ProgramScene<Program::Steered, TypeParam>>(arrays, drive, with_details,
+                                                                    0.0, false, steering);
+    advance<BlockInRegisters, ProgramScene<Program::Steered, TypeParam>>(
+        steered, drive, with_details, 0.0, false, steering);
+    advance<BlockInRegisters, ProgramScene<Program::General, TypeParam>>(
+        general, drive, with_details, 0.0, false, steering);
+
+    EXPECT_EQ(arrays.answer.status & status::Fatal, 0u) << describe_status(arrays.answer.status);
+    expect_same_bits<TypeParam>(steered, arrays, Program::General);
+    expect_same_bits<TypeParam>(general, arrays, Program::General);
+  }
+  const RveState end = state_of<TypeParam>(arrays, Program::General);
+  EXPECT_GT(end.counters.rebuilds, 3);
+  EXPECT_NE(end.servo_velocity_gradient(0, 0), 0.0);
+  // nothing is said of energy where no ledger is kept
+  EXPECT_EQ(end.energy.friction, 0.0);
+  EXPECT_EQ(end.energy.work, 0.0);
 }
 
 TEST(SpheresInRegisters, GiveTheBitsOfArrays)

@@ -48,7 +48,7 @@ inline namespace RVE_ISA {
       }
       if (!call.has_servo())
         call.path = CellPath<Scene::D>(call.cell, increment, drive.substeps, drive.dt);
-      call.supplied = call.friction_loss = call.damping_loss = call.viscous_loss = 0.0;
+      call.supplied = 0.0;
       const int length_bits = CallUnits::length_bits(contact_range<Scene>(header));
       call.units.length = power_of_two(length_bits);
       call.units.per_length = power_of_two(-length_bits);
@@ -58,7 +58,7 @@ inline namespace RVE_ISA {
       call.expected_force = header.largest_contact_force;
       call.plan_first = 1;
       call.plan_last = 0;
-      Progress::note_progress(call, 0.0);
+      Progress::note_progress(call, {});
       if (call.num_extra > pair_capacity) {
         call.status = status::ListFull;
         call.needed_pairs = call.num_extra;
@@ -113,10 +113,6 @@ inline namespace RVE_ISA {
           list_position_of(shared, i) = stored.list_position;
       });
       if (call.fatal()) return;
-      if (call.batch.track_energy)
-        block.for_each(n, [&](Item i) {
-          call.work.damping[i] = 0.0;
-        });
       if (!continued) {
         find_list_and_scale(block, call,
                             call.header.list_valid != 0 ? call.image_pairs() : call.pairs);

@@ -31,7 +31,7 @@ inline namespace RVE_ISA {
   template <class Scene> struct CallProgress {
 
     /// What a sound call will have changed, as far as that is known: with a servo the present cell. By one thread.
-    static RVE_INLINE void note_progress(PreparedCall<Scene> &call, double damped)
+    static RVE_INLINE void note_progress(PreparedCall<Scene> &call, const EnergyLoss &lost)
     {
       const ImageHeader<Scene::D> &before = call.header;
       const DriveRecord<Scene::D> &drive = call.drive;
@@ -51,9 +51,9 @@ inline namespace RVE_ISA {
       after.lattice_reductions = before.lattice_reductions + call.num_reductions;
       after.repeats = before.repeats;
       after.work = before.work + call.supplied;
-      after.friction_loss = before.friction_loss + call.friction_loss;
-      after.damping_loss = before.damping_loss + damped;
-      after.viscous_loss = before.viscous_loss + call.viscous_loss;
+      after.friction_loss = before.friction_loss + lost.friction;
+      after.damping_loss = before.damping_loss + lost.damping;
+      after.viscous_loss = before.viscous_loss + lost.viscous;
       call.end_per_volume = per_volume(call, determinant(cell));
     }
 

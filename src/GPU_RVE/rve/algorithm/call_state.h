@@ -75,6 +75,11 @@ inline namespace RVE_ISA {
   };
   template <class Scene> using PlanOf = StepPlan<typename Scene::Numbers, Scene::D>;
 
+  /// What an RVE has lost in a call [force length].
+  struct EnergyLoss {
+    double damping = 0.0, friction = 0.0, viscous = 0.0;
+  };
+
   /// What a call begins with, and how far it has come, without what belongs to the block. A GPU prepares it for all RVEs of a call
   /// in a kernel of its own; the block that advances an RVE takes a copy, up to the entries of the plan that are not made.
   template <class Scene> struct PreparedCall {
@@ -95,7 +100,7 @@ inline namespace RVE_ISA {
     double end_per_volume;    ///< 1 / (det H times thickness) at the end [1/length^3]
     /// As after a sound call, but for its largest force; with a servo or a ledger from the last step on.
     ImageProgress<Scene::D> after;
-    double supplied, friction_loss, damping_loss, viscous_loss;    ///< in this call [force length]
+    double supplied;    ///< work of the mean field in this call [force length]
 
     // constants of the call
     CallUnits units;
@@ -128,6 +133,8 @@ inline namespace RVE_ISA {
       for (int k = 0; k < Scene::components; ++k) has = has || steering.controlled[k];
       return has || steering.modes;
     }
+    /// Whether work and losses of the steps are added up.
+    RVE_INLINE bool keeps_ledger() const { return batch.track_energy && drive.substeps > 0; }
     RVE_INLINE const PlanOf<Scene> &planned(int step) const { return plan[step - plan_first]; }
     /// Whether list and force scale of the call before serve on.
     RVE_INLINE bool is_continued() const
@@ -146,6 +153,7 @@ inline namespace RVE_ISA {
     /// Of the last forces for which it was wanted: Love sums, and the largest force that counted in the call [internal force], infinite
     /// where a number is not finite.
     Survey<StressSums<Scene::D>::count> survey;
+    Tensor<double, Scene::D> list_inverse;    ///< of list_cell, for a servo
     SharedView<Scene> shared;
     WorkspaceView<Scene> work;
     PairView<Scene> pairs;    ///< of this call: owned ones in `shared`, extra ones in `work`

@@ -116,9 +116,16 @@ inline namespace RVE_ISA {
             {0.0, 0.0}};
   }
 
+  /// What is wanted beside the forces.
+  enum class Wanted {
+    Nothing,
+    LoveSums,    ///< in the steps of programs that keep books
+    Survey       ///< of the last forces of a call: Love sums, contacts, soundness
+  };
+
   /// Computes a pair, or a pack of pairs: advances its history, adds its force to `sum` of grain i, and hands what grain j gets to
   /// add_to_j(force and torque).
-  template <bool WithStress, class Scene, class Call, class History, class AddToOther>
+  template <Wanted wanted, class Scene, class Call, class History, class AddToOther>
   RVE_INLINE void add_pair(const Call &call, const StepConstants<Scene> &step,
                            const ViewOf<Scene> &grain_i, const ViewOf<Scene> &grain_j,
                            const ContactGeometry<typename Scene::Real, Scene::D> &contact,
@@ -127,23 +134,23 @@ inline namespace RVE_ISA {
   {
     using Real = typename Scene::Real;
     using Sum = typename Scene::Sum;
+    constexpr bool with_stress = wanted != Wanted::Nothing;
+    const auto release = [&] RVE_INLINE_LAMBDA {
+      if constexpr (with_stress && Scene::books)
+        if (call.keeps_ledger()) sum.heat.friction += step.law.released(history);
+      history = typename Scene::History();
+    };
     // in packs `where` does what the branch does for one pair; whole packs of spheres have nothing to do in their last slots
     if constexpr (std::is_same_v<Truth<Real>, bool> || Scene::D == 3) {
       if (!any(step.law.acts(contact))) {
-        if constexpr (Scene::has_friction) {
-          if constexpr (WithStress && Scene::books) sum.heat.friction += step.law.released(history);
-          history = typename Scene::History();
-        }
+        if constexpr (Scene::has_friction) release();
         return;
       }
     }
     const Truth<Real> acting = step.law.acts(contact);
     if constexpr (Scene::Law::has_reach) {
       static_assert(std::is_same_v<Truth<Real>, bool>, "packs of grains have no law with a reach");
-      if (!(contact.overlap > Real(0))) {
-        if constexpr (WithStress && Scene::books) sum.heat.friction += step.law.released(history);
-        history = typename Scene::History();
-      }
+      if (!(contact.overlap > Real(0))) release();
     }
     const auto force = pair_force(step, contact, grain_i, grain_j, history);
     if constexpr (Scene::has_friction) {
@@ -172,26 +179,33 @@ inline namespace RVE_ISA {
     for (int k = 0; k < Scene::spins; ++k)
       sum.own[D + k] = wrapping_sum(sum.own[D + k], torque_i[k]);
     add_to_j(on_j);
-    if constexpr (WithStress) {
+    if constexpr (with_stress)
       add_love_term<typename Scene::Numbers, D>(acting, force.force, contact.branch, sum.stress);
+    if constexpr (wanted == Wanted::Survey) {
       const Real ri = static_cast<Real>(grain_i.radius), rj = static_cast<Real>(grain_j.radius);
       sum.contacts += count(acting);
       sum.crushed += count_without(acting, contact.overlap <= overlap_limit * smaller(ri, rj));
     }
-    if constexpr (WithStress && Scene::books) step.law.dissipate(contact, force, step.dt, sum.heat);
+    if constexpr (with_stress && Scene::books)
+      if (call.keeps_ledger()) step.law.dissipate(contact, force, step.dt, sum.heat);
   }
 
-  /// All owned and extra pairs of the RVE. WithStress: fills call.survey, and `grains` have loaded themselves but not their pairs.
-  template <bool WithStress, class Block, class Scene, class Grains>
+  struct Nothing {
+    RVE_INLINE void operator()() const {}
+  };
+
+  /// All owned and extra pairs of the RVE. When more than forces is wanted, `grains` have loaded themselves but not their pairs, and
+  /// call.survey is filled. With Love sums alone then() is called by one thread when they are there.
+  template <Wanted wanted, class Block, class Scene, class Grains, class Then = Nothing>
   RVE_INLINE void contact_forces(Block &block, Grains &grains, const SharedView<Scene> &shared,
                                  CallState<Scene> &call, int num_grains, const PlanOf<Scene> &plan,
-                                 Dissipation &heat)
+                                 Then then = Then())
   {
     using Item = typename Block::Item;
     using Numbers = typename Scene::Numbers;
     const int num_extra = call.num_extra;
-    const auto overlap_limit =
-        static_cast<typename Scene::Real>(WithStress ? call.batch.overlap_limit : 0.0);
+    const auto overlap_limit = static_cast<typename Scene::Real>(
+        wanted == Wanted::Survey ? call.batch.overlap_limit : 0.0);
     // the pairs that grain i owns, or a pack of grains
     const auto add_owned = [&](const auto i, auto &sum) RVE_INLINE_LAMBDA {
       using Here = typename Grains::template SceneOf<std::decay_t<decltype(i)>>;
@@ -204,7 +218,7 @@ inline namespace RVE_ISA {
           },
           [&](int k) RVE_INLINE_LAMBDA {
             // each when it is needed: the sums of the stress leave few registers
-            if constexpr (WithStress && !IsPack<std::decay_t<decltype(i)>>::value)
+            if constexpr (wanted != Wanted::Nothing && !IsPack<std::decay_t<decltype(i)>>::value)
               grains.load_pair(shared, k, i);
             return grains.view_partner(shared, k, i);
           },
@@ -212,7 +226,7 @@ inline namespace RVE_ISA {
             return pair_geometry(step, me, other);
           },
           [&](int k, const auto &step, const auto &other, const auto &contact) RVE_INLINE_LAMBDA {
-            add_pair<WithStress>(
+            add_pair<wanted>(
                 call, step, me, other, contact, static_cast<typename Here::Real>(overlap_limit),
                 grains.history_of(k, i), sum, [&](const auto &force) RVE_INLINE_LAMBDA {
                   grains.add_to_partner(block, shared, k, i, force);
@@ -225,59 +239,85 @@ inline namespace RVE_ISA {
       const auto one = view_grain(shared, first), other = view_grain(shared, second);
       const auto step = step_constants<Scene>(call.law, plan);
       sum.own = Vec<typename Scene::Sum, Scene::freedoms>::zero();
-      add_pair<WithStress>(call, step, one, other, pair_geometry(step, one, other), overlap_limit,
-                           pairs.extra_history[m], sum, [&](const auto &force) RVE_INLINE_LAMBDA {
-                             add_force(block, shared, second, force);
-                           });
+      add_pair<wanted>(call, step, one, other, pair_geometry(step, one, other), overlap_limit,
+                       pairs.extra_history[m], sum, [&](const auto &force) RVE_INLINE_LAMBDA {
+                         add_force(block, shared, second, force);
+                       });
       add_force(block, shared, first, sum.own);
     };
 
-    if constexpr (WithStress) {
-      using Sums = StressSums<Scene::D>;
+    // the pairs of a grain, and the extra ones that go with its number: what is lost is added up by the numbers of grains
+    const auto add_all = [&](Item i) RVE_INLINE_LAMBDA {
+      auto sum = begin_sum<Scene>(grains.largest_force[i]);
+      add_owned(i, sum);
+      grains.own.keep(i, sum.own);
+      for (int m = i; m < num_extra; m += num_grains) add_extra(m, sum);
+      grains.largest_force.keep(i, sum.largest_force);
+      if constexpr (Scene::books)
+        if (call.keeps_ledger()) {
+          const int number = call.number_of(i);
+          call.work.friction[number] += sum.heat.friction;
+          call.work.viscous[number] += sum.heat.viscous;
+        }
+      return sum;
+    };
+
+    using Sums = StressSums<Scene::D>;
+    // to the terms of a pack or of a grain
+    const auto add_terms = [&](const auto &sum, auto *term) RVE_INLINE_LAMBDA {
+      for (int k = 0; k < Scene::components; ++k)
+        term[k] = wrapping_sum(term[k], total(sum.stress[k]));
+      if constexpr (wanted == Wanted::Survey) {
+        term[Sums::contacts] += sum.contacts;
+        term[Sums::crushed] += sum.crushed;
+      }
+    };
+    const auto add_pack = [&](const auto item, std::int64_t *term) RVE_INLINE_LAMBDA {
+      grains.for_parts(item, [&](const auto i) RVE_INLINE_LAMBDA {
+        using Here = typename Grains::template SceneOf<std::decay_t<decltype(i)>>;
+        auto sum = begin_sum<Here>(grains.largest_of(i));
+        add_owned(i, sum);
+        grains.keep_forces(block, shared, i, sum.own, sum.largest_force);
+        add_terms(sum, term);
+      });
+      grains.for_each_grain(item, num_extra, [&](Item i) RVE_INLINE_LAMBDA {
+        auto sum = begin_sum<Scene>(grains.largest_force[i]);
+        for (int m = i; m < num_extra; m += num_grains) add_extra(m, sum);
+        grains.largest_force.keep(i, sum.largest_force);
+        add_terms(sum, term);
+      });
+    };
+
+    if constexpr (wanted == Wanted::LoveSums) {
+      block.template add_up_items<Scene::components, typename Scene::Sum>(
+          num_grains,
+          [&](const auto item, auto *term) RVE_INLINE_LAMBDA {
+            if constexpr (IsPack<std::decay_t<decltype(item)>>::value) {
+              add_pack(item, term);
+            } else {
+              const auto sum = add_all(item);
+              for (int k = 0; k < Scene::components; ++k) term[k] = sum.stress[k];
+              grains.save_with_forces(item);
+            }
+          },
+          call.survey.sum, then);
+    } else if constexpr (wanted == Wanted::Survey) {
       block.template survey_items<Sums::count, typename Scene::Sum>(
           num_grains,
           [&](const auto item, auto *term, float &largest) RVE_INLINE_LAMBDA {
             if constexpr (IsPack<std::decay_t<decltype(item)>>::value) {
-              const auto add_terms = [&](const auto &sum) RVE_INLINE_LAMBDA {
-                for (int k = 0; k < Scene::components; ++k)
-                  term[k] = wrapping_sum(term[k], total(sum.stress[k]));
-                term[Sums::contacts] += sum.contacts;
-                term[Sums::crushed] += sum.crushed;
-              };
-              grains.for_parts(item, [&](const auto i) RVE_INLINE_LAMBDA {
-                using Here = typename Grains::template SceneOf<std::decay_t<decltype(i)>>;
-                auto sum = begin_sum<Here>(grains.largest_of(i));
-                add_owned(i, sum);
-                grains.keep_forces(block, shared, i, sum.own, sum.largest_force);
-                add_terms(sum);
-              });
+              add_pack(item, term);
               grains.for_each_grain(item, num_grains, [&](Item i) RVE_INLINE_LAMBDA {
-                if (i < num_extra) {
-                  auto sum = begin_sum<Scene>(grains.largest_force[i]);
-                  for (int m = i; m < num_extra; m += num_grains) add_extra(m, sum);
-                  grains.largest_force.keep(i, sum.largest_force);
-                  add_terms(sum);
-                }
                 largest = larger(largest, soundness(grains.view(i), grains.largest_force[i]));
               });
             } else {
               const Item i = item;
-              auto sum = begin_sum<Scene>(grains.largest_force[i]);
-              add_owned(i, sum);
-              grains.own.keep(i, sum.own);
-              // with the grain of the same number: what is lost is added up in the order of the grains
-              for (int m = i; m < num_extra; m += num_grains) add_extra(m, sum);
-              grains.largest_force.keep(i, sum.largest_force);
+              const auto sum = add_all(i);
               for (int k = 0; k < Scene::components; ++k) term[k] = sum.stress[k];
               term[Sums::contacts] = sum.contacts;
               term[Sums::crushed] = sum.crushed;
               const float mine = soundness(grains.view(i), sum.largest_force);
               largest = mine > largest ? mine : largest;
-              if constexpr (Scene::books) {
-                const int number = call.number_of(i);
-                call.work.scratch[number] = sum.heat.friction;
-                call.work.scratch[num_grains + number] = sum.heat.viscous;
-              }
             }
           },
           call.survey);
@@ -298,10 +338,6 @@ inline namespace RVE_ISA {
           grains.largest_force.keep(i, sum.largest_force);
         });
       });
-    }
-    if constexpr (WithStress && Scene::books) {
-      heat.friction += block.sum_array(num_grains, call.work.scratch);
-      heat.viscous += block.sum_array(num_grains, call.work.scratch + num_grains);
     }
   }
 

@@ -259,6 +259,20 @@ inline namespace RVE_ISA {
         for (int k = 0; k < Scene::owned_pairs; ++k) history[k].save(i);
     }
 
+    /// For a move: with the forces, without the pairs.
+    RVE_INLINE void load_with_forces(Item i)
+    {
+      load_itself(i);
+      own.load(i);
+    }
+
+    /// After forces, for a move that loads them.
+    RVE_INLINE void save_with_forces(Item i)
+    {
+      save(i);
+      own.save(i);
+    }
+
     // ---- what the phases of a step ask for --------------------------------------------------------------------------------------
 
     RVE_INLINE ViewOf<Scene> view(Item i) { return {motion[i], spin[i], radius[i]}; }
@@ -282,15 +296,24 @@ inline namespace RVE_ISA {
 
     /// act(k, step, other, look(step, other)) for the slots of grain i and the partners view(k) in them; step() reads what is the same for
     /// all pairs. Once for each pair: read for all, it would occupy registers; read after the branch of pairs that touch, it would be
-    /// waited for.
+    /// waited for. Without friction there are registers for it.
     template <class Step, class View, class Look, class Act>
     RVE_INLINE void for_slots(Item, Step step, View view, Look look, Act act)
     {
-      RVE_UNROLL
-      for (int k = 0; k < Scene::owned_pairs; ++k) {
-        const auto other = view(k);
+      if constexpr (Scene::has_friction) {
+        RVE_UNROLL
+        for (int k = 0; k < Scene::owned_pairs; ++k) {
+          const auto other = view(k);
+          const auto here = step();
+          act(k, here, other, look(here, other));
+        }
+      } else {
         const auto here = step();
-        act(k, here, other, look(here, other));
+        RVE_UNROLL
+        for (int k = 0; k < Scene::owned_pairs; ++k) {
+          const auto other = view(k);
+          act(k, here, other, look(here, other));
+        }
       }
     }
 

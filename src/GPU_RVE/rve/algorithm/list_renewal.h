@@ -80,8 +80,9 @@ inline namespace RVE_ISA {
         call.needed_pairs = sizes.num_pairs;
         call.num_extra = sizes.num_extra;
         call.list_cell = cell;
+        if constexpr (Scene::steers) call.list_inverse = inverse(cell);
         ++call.num_rebuilds;
-        CallProgress<Scene>::note_progress(call, 0.0);
+        CallProgress<Scene>::note_progress(call, {});
       });
       if (call.fatal()) return;
       const int n = call.num_grains;

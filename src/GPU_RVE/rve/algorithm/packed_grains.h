@@ -55,7 +55,7 @@ inline namespace RVE_ISA {
     template <int N> using Packed = PackNumbers<typename Scene::Numbers, N>;
     template <int N> using View = GrainView<Packed<N>, D>;
     template <int N> using PackedSums = Vec<Pack<Sum, N>, Scene::freedoms>;
-    static_assert(!Scene::books, "books are kept for one grain after the other");
+    static_assert(!Scene::books, "a ledger is kept for one grain after the other");
 
     /// What pairs of packs give to their partners and packs get from their own pairs, a row per grain. A move takes all of it, so
     /// that a stretch of steps leaves zeros: it ends with a move.
@@ -83,10 +83,12 @@ inline namespace RVE_ISA {
     using One::history_of;
     using One::keep_forces;
     using One::largest_of;
+    using One::load_with_forces;
     using One::publish_motion;
     using One::publish_spin;
     using One::response;
     using One::save;
+    using One::save_with_forces;
     using One::view;
     using One::view_partner;
 
@@ -121,6 +123,7 @@ inline namespace RVE_ISA {
       for (int k = i.first; k < i.first + N; ++k) rows[k] = Row();
     }
     template <int N> RVE_INLINE void save(PackItem<N>) {}
+    template <int N> RVE_INLINE void load_with_forces(PackItem<N>) {}
 
     template <int N> RVE_INLINE View<N> view(PackItem<N> i)
     {

@@ -10,10 +10,16 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// A contact law in a number format, and whether the program keeps books: servo, energy ledger, a unit of forces that looks at all
-  /// of them, and the bound of the time step. What a scene does not need takes no registers of its programs, and leaves their bits.
+  /// What a program does beside steps along a path.
+  enum class Books {
+    None,
+    Servo,
+    All    ///< servo, energy ledger, a unit of forces that looks at all of them, and the bound of the time step
+  };
+
+  /// A contact law in a number format, and the books of the program. What a scene does not need takes no registers of its programs, and leaves their bits.
   /// Everything in algorithm/ takes such a Scene. Which ones there are: engine/programs.h.
-  template <class ContactLaw, bool Books>
+  template <class ContactLaw, Books kept>
   struct SceneOf : ContactLaw::Numbers, Space<ContactLaw::D> {
     using Law = ContactLaw;
     using Numbers = typename Law::Numbers;
@@ -22,11 +28,11 @@ inline namespace RVE_ISA {
     static constexpr int owned_pairs = PairCounts<D>::owned;
     static constexpr bool has_friction = Law::has_friction;
     static constexpr bool has_rolling = Law::has_rolling;
-    static constexpr bool books = Books;
+    static constexpr bool steers = kept != Books::None;
+    static constexpr bool books = kept == Books::All;
 
     /// The same scene in other numbers.
-    template <class OtherNumbers>
-    using In = SceneOf<typename Law::template In<OtherNumbers>, Books>;
+    template <class OtherNumbers> using In = SceneOf<typename Law::template In<OtherNumbers>, kept>;
   };
 
 }    // namespace RVE_ISA

@@ -77,15 +77,12 @@ inline namespace RVE_ISA {
     }
 
    private:
-    RVE_INLINE bool has_servo() const { return Scene::books && call.has_servo(); }
-    RVE_INLINE bool has_ledger() const
-    {
-      return Scene::books && call.drive.substeps > 0 &&
-          (call.has_servo() || call.batch.track_energy);
-    }
+    RVE_INLINE bool has_servo() const { return Scene::steers && call.has_servo(); }
+    RVE_INLINE bool has_ledger() const { return Scene::books && call.keeps_ledger(); }
+    /// Whether Love sums of every step are wanted.
     RVE_INLINE bool has_books() const
     {
-      return Scene::books && call.drive.substeps > 0 && call.batch.track_energy;
+      return Scene::steers && call.drive.substeps > 0 && (has_servo() || has_ledger());
     }
     /// Without substeps the forces of the present configuration are asked for.
     RVE_INLINE bool evaluates() const { return call.drive.substeps == 0; }
@@ -96,14 +93,15 @@ inline namespace RVE_ISA {
     /// All steps but the forces of the last one. `direct`: the grains are in the image only.
     RVE_INLINE void run_steps(bool direct)
     {
+      if constexpr (Scene::steers)
+        if (has_books()) {
+          run_with_books();
+          return;
+        }
       const int last = last_step();
       bool moved = evaluates();
       for (int k = 1;;) {
-        const bool grows = has_servo() && !moved, counts = has_books() && !moved;
-        if (counts && k == 1) survey_start();
-        if (grows) grow_by_servo();
-        if (grows || k > call.plan_last) Planning::make_plan(block, call, k);
-        if (counts) add_half_of_work(call.planned(k));
+        if (k > call.plan_last) Planning::make_plan(block, call, k);
         k = run_planned(k, moved, direct);
         direct = false;
         // the grains of step k have moved; its forces are missing
@@ -113,13 +111,7 @@ inline namespace RVE_ISA {
           if (call.fatal()) return;
         }
         if (k == last) return;
-        if (has_ledger()) {
-          forces_with_books(k);
-          moved = false;
-          ++k;
-        } else if (!needs_renewal) {
-          Planning::make_plan(block, call, k);
-        }
+        if (!needs_renewal) Planning::make_plan(block, call, k);
       }
     }
 
@@ -130,15 +122,14 @@ inline namespace RVE_ISA {
     {
       // read here, not kept from the beginning of the call: then it has a register
       const int n = *const_cast<const volatile std::int32_t *>(&call.num_grains);
-      const int first = call.plan_first, stop = has_ledger() ? k : last_step();
-      const int end = (stop < call.plan_last ? stop : call.plan_last) - first;
+      const int first = call.plan_first, last = last_step();
+      const int end = (last < call.plan_last ? last : call.plan_last) - first;
       StepGrains grains(block, shared, call.work, num_grains);
       if (Block::kInRegisters && direct)
         fetch(grains);
       else
         block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
           grains.load(shared, i);
-          if constexpr (Scene::books) grains.own.load(i);    // of a step that was surveyed
         });
       int t = k - first;
       for (bool kicks = k > 1;; kicks = true, ++t) {
@@ -152,8 +143,7 @@ inline namespace RVE_ISA {
         }
         if (t == end) break;
         moved = false;
-        Dissipation none{0.0, 0.0};
-        contact_forces<false>(block, grains, shared, call, n, plan, none);
+        contact_forces<Wanted::Nothing>(block, grains, shared, call, n, plan);
       }
       block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
         grains.save(i);
@@ -185,19 +175,17 @@ inline namespace RVE_ISA {
       });
     }
 
-    /// The forces of step k with their Love sums, left in call.survey.
-    RVE_INLINE Dissipation surveyed_forces(Grains &grains, int k)
+    /// The forces of step k with all that the end of a call wants to know of them, left in call.survey.
+    RVE_INLINE void surveyed_forces(Grains &grains, int k)
     {
-      Dissipation heat{0.0, 0.0};
       if constexpr (std::is_same_v<StepGrains, Grains>) {
         block.own_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
           grains.load_itself(i);
         });
-        contact_forces<true>(block, grains, shared, call, num_grains, call.planned(k), heat);
+        contact_forces<Wanted::Survey>(block, grains, shared, call, num_grains, call.planned(k));
       } else {
         survey_in_packs(call.planned(k));
       }
-      return heat;
     }
 
     /// Leaves all where single grains have it, in the same arrays. Not in the program itself, whose steps would be compiled to less.
@@ -207,8 +195,7 @@ inline namespace RVE_ISA {
       block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
         packs.load(shared, i);
       });
-      Dissipation none{0.0, 0.0};
-      contact_forces<true>(block, packs, shared, call, num_grains, plan, none);
+      contact_forces<Wanted::Survey>(block, packs, shared, call, num_grains, plan);
       block.own_items(num_grains, [&](const auto item) RVE_INLINE_LAMBDA {
         packs.for_each_grain(item, num_grains, [&](Item i) RVE_INLINE_LAMBDA {
           packs.leave_forces(i, IsPack<std::decay_t<decltype(item)>>::value);
@@ -219,122 +206,181 @@ inline namespace RVE_ISA {
     RVE_INLINE void save(Grains &grains)
     {
       block.own_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
-        grains.save(i);
-        grains.own.save(i);
+        grains.save_with_forces(i);
       });
     }
 
-    /// With a servo or a ledger the sums of every step are wanted.
-    RVE_INLINE void forces_with_books(int k)
+    // ---- with a servo or a ledger: Love sums of every step ----------------------------------------------------------------------
+
+    /// All steps but the forces of the last one. The work of the first half of a step wants the stress before it: with a ledger a step 0
+    /// has forces, and nothing else.
+    RVE_INLINE void run_with_books()
     {
-      Grains grains(block, shared, num_grains);
-      const Dissipation heat = surveyed_forces(grains, k);
-      save(grains);
-      keep_books(call.planned(k), heat);
-      if (has_servo()) steer(call.planned(k).volume);
+      const bool ledger = has_ledger(), servo = has_servo();
+      const int last = last_step();
+      if (ledger) {
+        begin_step_zero();
+      } else {
+        block.once([&] {
+          grow_by_servo();
+          call.list_inverse = inverse(call.list_cell);
+        });
+        begin_step(1, ledger, servo);
+      }
+      begin_stretch();
+      for (int k = ledger ? 0 : 1;; ++k) {
+        if (k > 0) {
+          StepGrains grains(block, shared, call.work, num_grains);
+          block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
+            grains.load_with_forces(i);
+          });
+          if (move(grains, call.planned(k), num_grains, k > 1) || call.planned(k).special) {
+            Renewal::renew(block, call, k);
+            if (call.fatal()) return;
+            begin_stretch();
+          }
+          if (k == last) return;
+        }
+        // anew: what threads without a grain have shall not seem alive from step to step
+        StepGrains grains(block, shared, call.work, num_grains);
+        block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
+          grains.load_with_forces(i);
+        });
+        contact_forces<Wanted::LoveSums>(block, grains, shared, call, num_grains, call.planned(k),
+                                         [&] {
+                                           if (k > 0) keep_books(k, ledger, servo);
+                                           if (servo) grow_by_servo();
+                                         });
+        if (k == 0) end_step_zero();
+        begin_step(k + 1, ledger, servo);
+      }
     }
 
-    RVE_INLINE void keep_books(const PlanOf<Scene> &plan, const Dissipation &heat)
+    /// Of steps whose grains are loaded for each phase anew: what packs of grains need beside them.
+    RVE_INLINE void begin_stretch()
     {
-      block.once([&] {
-        const double energy = call.units.force * call.units.length;
-        call.friction_loss += energy * heat.friction;
-        call.viscous_loss += energy * heat.viscous;
-      });
-      if (has_books()) add_half_of_work(plan);
+      if constexpr (!std::is_same_v<StepGrains, Grains>) {
+        StepGrains grains(block, shared, call.work, num_grains);
+        block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
+          grains.load(shared, i);
+        });
+      }
+    }
+
+    /// After the forces of step k. By one thread.
+    RVE_INLINE void keep_books(int k, bool ledger, bool servo)
+    {
+      const PlanOf<Scene> &plan = call.planned(k);
+      if (ledger) add_half_of_work(plan);
+      if (servo) steer(plan.volume);
     }
 
     /// The work of the mean field in a step is that of the mean of the stresses before and after: half of it, with the stress that the
-    /// last forces had, after the forces of a step and before those of the next one.
+    /// last forces had, after the forces of a step and before those of the next one. By one thread.
     RVE_INLINE void add_half_of_work(const PlanOf<Scene> &plan)
     {
+      double power = 0.0;
+      for (int c = 0; c < Scene::components; ++c)
+        power += static_cast<double>(call.survey.sum[c]) *
+            static_cast<double>(plan.gradient.component[c]);
+      call.supplied +=
+          0.5 * (call.units.force * call.units.length) * power * static_cast<double>(call.law.dt);
+    }
+
+    /// Plans step k, whose cell is known, and adds the first half of its work.
+    RVE_INLINE void begin_step(int k, bool ledger, bool servo)
+    {
+      if (servo) {
+        Planning::plan_servo_step(block, call, k, [&] {
+          if (ledger) add_half_of_work(call.plan[0]);
+        });
+        return;
+      }
+      if (k > call.plan_last) Planning::make_plan(block, call, k);
       block.once([&] {
-        double power = 0.0;
-        for (int c = 0; c < Scene::components; ++c)
-          power += static_cast<double>(call.survey.sum[c]) *
-              static_cast<double>(plan.gradient.component[c]);
-        call.supplied +=
-            0.5 * (call.units.force * call.units.length) * power * static_cast<double>(call.law.dt);
+        add_half_of_work(call.planned(k));
       });
     }
 
-    /// Leaves the Love sums of the configuration before the first step in call.survey, and everything else as it was.
-    RVE_INLINE void survey_start()
+    /// Prepares forces of the configuration before the first step. They leave their Love sums in call.survey, and everything else shall be
+    /// as it was.
+    RVE_INLINE void begin_step_zero()
     {
       Stored::copy_history(block, call, call.pairs, call.work.fresh);
       block.once([&] {
         call.plan[0] = PlanOf<Scene>();
         call.plan[0].to_length =
             fraction_to_length<typename Scene::Numbers>(call.units.per_length * call.cell);
-        call.plan_first = 1;
-        call.plan_last = 0;    // the steps are planned anew
+        call.plan_first = call.plan_last = 0;    // the steps are planned anew
+        call.list_inverse = inverse(call.list_cell);
         call.law.dt = Real(0);
       });
-      Grains grains(block, shared, num_grains);
-      surveyed_forces(grains, 1);
+    }
+
+    RVE_INLINE void end_step_zero()
+    {
       Stored::copy_history(block, call, call.work.fresh, call.pairs);
       block.for_each(num_grains, [&](Item i) {
         for (int k = 0; k < Scene::freedoms; ++k) shared.force[k][i] = Sum(0);
         shared.largest_force[i] = Real(0);
+        call.work.damping[i] = call.work.friction[i] = call.work.viscous[i] = 0.0;
       });
       block.once([&] {
         call.law.dt = static_cast<Real>(call.drive.dt);
       });
     }
 
+    /// By one thread.
     RVE_INLINE void grow_by_servo()
     {
-      block.once([&] {
-        const Tensor<double, Scene::D> prescribed =
-            load_tensor<Scene::D>(call.steering.velocity_gradient);
-        if (call.steering.modes)
-          call.servo_gradient = gradient_of_modes(*call.steering.modes, prescribed,
-                                                  [&](const SteeredMode<Scene::D> &mode) {
-                                                    return amplitude_in(mode, call.servo_gradient);
-                                                  });
-        else
-          for (int c = 0; c < Scene::components; ++c)
-            if (!call.steering.controlled[c])
-              call.servo_gradient.component[c] = prescribed.component[c];
-        const Tensor<double, Scene::D> small = call.drive.dt * call.servo_gradient;
-        // exp to third order
-        const Tensor<double, Scene::D> growth =
-            Tensor<double, Scene::D>::identity() + small + 0.5 * (small * small);
-        call.cell = growth * call.cell;
-        call.deformation = growth * call.deformation;
-      });
+      const Tensor<double, Scene::D> prescribed =
+          load_tensor<Scene::D>(call.steering.velocity_gradient);
+      if (call.steering.modes)
+        call.servo_gradient = gradient_of_modes(*call.steering.modes, prescribed,
+                                                [&](const SteeredMode<Scene::D> &mode) {
+                                                  return amplitude_in(mode, call.servo_gradient);
+                                                });
+      else
+        for (int c = 0; c < Scene::components; ++c)
+          if (!call.steering.controlled[c])
+            call.servo_gradient.component[c] = prescribed.component[c];
+      const Tensor<double, Scene::D> small = call.drive.dt * call.servo_gradient;
+      // exp to third order
+      const Tensor<double, Scene::D> growth =
+          Tensor<double, Scene::D>::identity() + small + 0.5 * (small * small);
+      call.cell = growth * call.cell;
+      call.deformation = growth * call.deformation;
     }
 
+    /// By one thread.
     RVE_INLINE void steer(double volume)
     {
-      block.once([&] {
-        const SteeringRecord<Scene::D> &steering = call.steering;
-        const double per_volume = Progress::per_volume(call, volume);
-        const auto stress = [&](int c) {
-          return stress_component(call, per_volume, c);
-        };
-        if (steering.modes) {
-          call.servo_gradient = gradient_of_modes(
-              *steering.modes, load_tensor<Scene::D>(steering.velocity_gradient),
-              [&](const SteeredMode<Scene::D> &mode) {
-                double now = 0.0;
-                for (int c = 0; c < Scene::components; ++c) now += mode.stress[c] * stress(c);
-                return steer_rate(amplitude_in(mode, call.servo_gradient), now, mode.goal,
-                                  mode.gain, call.drive.dt, mode.max_rate);
-              });
-          return;
+      const SteeringRecord<Scene::D> &steering = call.steering;
+      const double per_volume = Progress::per_volume(call, volume);
+      const auto stress = [&](int c) {
+        return stress_component(call, per_volume, c);
+      };
+      if (steering.modes) {
+        call.servo_gradient = gradient_of_modes(
+            *steering.modes, load_tensor<Scene::D>(steering.velocity_gradient),
+            [&](const SteeredMode<Scene::D> &mode) {
+              double now = 0.0;
+              for (int c = 0; c < Scene::components; ++c) now += mode.stress[c] * stress(c);
+              return steer_rate(amplitude_in(mode, call.servo_gradient), now, mode.goal, mode.gain,
+                                call.drive.dt, mode.max_rate);
+            });
+        return;
+      }
+      for (int c = 0; c < Scene::components; ++c)
+        if (steering.controlled[c]) {
+          // both components of a shear
+          const int row = c / Scene::D, column = c % Scene::D;
+          const double now = row == column ? stress(c)
+                                           : 0.5 * (stress(c) + stress(column * Scene::D + row));
+          call.servo_gradient.component[c] =
+              steer_rate(call.servo_gradient.component[c], now, steering.stress_goal[c],
+                         steering.servo_gain, call.drive.dt, steering.servo_max_rate);
         }
-        for (int c = 0; c < Scene::components; ++c)
-          if (steering.controlled[c]) {
-            // both components of a shear
-            const int row = c / Scene::D, column = c % Scene::D;
-            const double now = row == column ? stress(c)
-                                             : 0.5 * (stress(c) + stress(column * Scene::D + row));
-            call.servo_gradient.component[c] =
-                steer_rate(call.servo_gradient.component[c], now, steering.stress_goal[c],
-                           steering.servo_gain, call.drive.dt, steering.servo_max_rate);
-          }
-      });
     }
 
     /// Kick of a grain, or of a pack of them, by the forces that the last phase left.
@@ -398,21 +444,21 @@ inline namespace RVE_ISA {
       };
       {
         Grains grains(block, shared, num_grains);
-        const Dissipation heat = surveyed_forces(grains, last_step());
+        surveyed_forces(grains, last_step());
         word = End::judge(call);
         // the cell of a servo is known in the end only
         if (has_servo() && !(determinant(call.cell) > 0.0)) word |= status::NonFinite;
         // as nearly always: nothing else wants to see the grains
-        if (Block::kInRegisters && !evaluates() && !has_ledger() && !detail &&
+        if (Block::kInRegisters && !evaluates() && !has_books() && !detail &&
             !(word & status::Fatal) && End::is_sound(call)) {
           store<true>(grains, End::kConclusions, conclude);
           return;
         }
         save(grains);
-        if (has_ledger()) {
-          keep_books(call.planned(last_step()), heat);
-          if (has_servo()) steer(call.planned(last_step()).volume);
-        }
+        if (has_books())
+          block.once([&] {
+            keep_books(last_step(), has_ledger(), has_servo());
+          });
       }
       if (evaluates()) Stored::copy_history(block, call, call.work.fresh, call.pairs);
       if (!(word & status::Fatal) && !End::is_sound(call)) word |= End::find_trouble(block, call);
@@ -422,13 +468,18 @@ inline namespace RVE_ISA {
       }
       if (detail) look_again(*detail);
       Grains grains(block, shared, num_grains);
-      if (has_ledger()) {
+      if (has_books()) {
         // the work of damping is complete with the last kick
         store<false>(grains, 0, conclude);
-        const double damped =
-            call.batch.track_energy ? block.sum_array(num_grains, call.work.damping) : 0.0;
+        EnergyLoss lost;
+        if (has_ledger()) {
+          const double energy = call.units.force * call.units.length;
+          lost.damping = block.sum_array(num_grains, call.work.damping);
+          lost.friction = energy * block.sum_array(num_grains, call.work.friction);
+          lost.viscous = energy * block.sum_array(num_grains, call.work.viscous);
+        }
         block.once([&] {
-          Progress::note_progress(call, damped);
+          Progress::note_progress(call, lost);
         });
         block.for_each(End::kConclusions, conclude);
       } else {

@@ -58,10 +58,13 @@ inline namespace RVE_ISA {
     /// Entry t of a plan that starts with step `first`.
     static RVE_INLINE void plan_step(PreparedCall<Scene> &call, int t, int first)
     {
-      PlanOf<Scene> &plan = call.plan[t];
+      if (call.has_servo()) {
+        plan_servo_motion(call);
+        plan_list(call, call.plan[0], call.cell, inverse(call.list_cell));
+        return;
+      }
       Tensor<double, Scene::D> cell = call.cell, rate = Tensor<double, Scene::D>::zero();
-      const bool on_path = !call.has_servo() && call.drive.substeps > 0;
-      if (on_path) {
+      if (call.drive.substeps > 0) {
         CellPath<Scene::D> path = call.path;
         if constexpr (Scene::D == 2) {
           cell = path.cell(first + t);
@@ -77,28 +80,67 @@ inline namespace RVE_ISA {
         }
       }
       const Tensor<double, Scene::D> inverse_cell = inverse(cell);
-      Tensor<double, Scene::D> gradient = call.has_servo() ? call.servo_gradient
-                                                           : rate * inverse_cell;
-      // as on a path, the change of a branch in the step over the branch at its end: (1 - exp(-L dt))/dt
-      if constexpr (Scene::D == 3)
-        if (call.has_servo()) gradient = gradient - (0.5 * call.drive.dt) * (gradient * gradient);
-      const double per_length = call.units.per_length;
-      const Tensor<double, Scene::D> internal = per_length * cell;
-      plan.to_length = fraction_to_length<typename Scene::Numbers>(internal);
-      plan.to_fraction = ((call.drive.dt * call.units.length / Scene::fraction_unit) * inverse_cell)
-                             .template as<Wide>();
-      plan.gradient = gradient.template as<Real>();
-      plan.list_to_length = fraction_to_length<FastNumbers>(internal);
-      // a little less than allowed covers the rounding of the displacements
-      const double allowed = (1.0 - 1e-5) * per_length *
-          allowed_displacement(cell, call.list_cell, contact_range<Scene>(call.header), call.skin);
-      plan.allowed_squared = static_cast<float>(allowed * allowed);
-      if constexpr (Scene::D == 3) plan.safe_box = safe_box(plan.list_to_length, allowed);
-      plan.special = !(allowed > 0.0) || is_lattice_step_due(cell);
-      plan.volume = determinant(cell);
+      plan_motion(call, call.plan[t], cell, inverse_cell, rate * inverse_cell);
+      plan_list(call, call.plan[t], cell, inverse(call.list_cell));
+    }
+
+    /// Step k of a servo, whose cell and rate are known; f() after its motion is planned, by the same thread. Another one plans the list
+    /// meanwhile.
+    template <class F>
+    static RVE_INLINE void plan_servo_step(Block &block, CallState<Scene> &call, int k, F f)
+    {
+      block.for_each(
+          1,
+          [&](Item) {
+            plan_servo_motion(call);
+            call.plan_first = call.plan_last = k;
+            f();
+          },
+          [&] {
+            plan_list(call, call.plan[0], call.cell, call.list_inverse);
+          });
     }
 
    private:
+    /// What moves of grains and their contacts need to know of the only step that is planned with a servo.
+    static RVE_INLINE void plan_servo_motion(PreparedCall<Scene> &call)
+    {
+      const Tensor<double, Scene::D> cell = call.cell;
+      Tensor<double, Scene::D> gradient = call.servo_gradient;
+      // as on a path, the change of a branch in the step over the branch at its end: (1 - exp(-L dt))/dt
+      if constexpr (Scene::D == 3)
+        gradient = gradient - (0.5 * call.drive.dt) * (gradient * gradient);
+      plan_motion(call, call.plan[0], cell, inverse(cell), gradient);
+    }
+
+    /// What moves of grains and their contacts need to know.
+    static RVE_INLINE void plan_motion(const PreparedCall<Scene> &call, PlanOf<Scene> &plan,
+                                       const Tensor<double, Scene::D> &cell,
+                                       const Tensor<double, Scene::D> &inverse_cell,
+                                       const Tensor<double, Scene::D> &gradient)
+    {
+      plan.to_length = fraction_to_length<typename Scene::Numbers>(call.units.per_length * cell);
+      plan.to_fraction = ((call.drive.dt * call.units.length / Scene::fraction_unit) * inverse_cell)
+                             .template as<Wide>();
+      plan.gradient = gradient.template as<Real>();
+      plan.volume = determinant(cell);
+    }
+
+    /// How far grains may go with the present list, and whether the cell allows it.
+    static RVE_INLINE void plan_list(const PreparedCall<Scene> &call, PlanOf<Scene> &plan,
+                                     const Tensor<double, Scene::D> &cell,
+                                     const Tensor<double, Scene::D> &list_inverse)
+    {
+      const double per_length = call.units.per_length;
+      plan.list_to_length = fraction_to_length<FastNumbers>(per_length * cell);
+      // a little less than allowed covers the rounding of the displacements
+      const double allowed = (1.0 - 1e-5) * per_length *
+          allowed_displacement(cell, list_inverse, contact_range<Scene>(call.header), call.skin);
+      plan.allowed_squared = static_cast<float>(allowed * allowed);
+      if constexpr (Scene::D == 3) plan.safe_box = safe_box(plan.list_to_length, allowed);
+      plan.special = !(allowed > 0.0) || is_lattice_step_due(cell);
+    }
+
     /// A corner of the box is no farther away than `allowed`: along an internal axis it is no farther than the sum of what its three edges
     /// give. A little less covers the rounding of the exact answer, which is computed outside of the box.
     static RVE_INLINE std::uint32_t safe_box(const Tensor<float, 3> &to_length, double allowed)

@@ -386,8 +386,10 @@ inline namespace RVE_ISA {
     std::int32_t *received_count;    ///< (N)
     std::int32_t *excess_start;      ///< (N + 1)
     std::int32_t *contact_count;     ///< (N)
-    std::int32_t *number;     ///< (N) as that of the image, of an RVE in space with a new list
-    double *damping;          ///< (N) work of local damping in this call [force length]
+    std::int32_t *number;    ///< (N) as that of the image, of an RVE in space with a new list
+    /// (N) Energy that each grain lost in this call, by its number, in local damping [force length], and with its pairs in friction and
+    /// in dashpots [internal].
+    double *damping, *friction, *viscous;
     double *scratch;          ///< (kScratch<D>, N) terms of sums and maxima over grains
     PairView<Scene> fresh;    ///< the list that is being built
     std::int32_t *extra_first, *extra_second;    ///< (pair_capacity) extra pairs of this call
@@ -418,6 +420,8 @@ inline namespace RVE_ISA {
     view.number = nullptr;
     if constexpr (Scene::D == 3) view.number = carver.template take<std::int32_t>(num_grains);
     view.damping = carver.template take<double>(num_grains);
+    view.friction = carver.template take<double>(num_grains);
+    view.viscous = carver.template take<double>(num_grains);
     view.scratch =
         carver.template take<double>(static_cast<std::size_t>(kScratch<Scene::D>) * num_grains);
     PairView<Scene> &fresh = view.fresh;

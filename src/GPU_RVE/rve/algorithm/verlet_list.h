@@ -20,10 +20,10 @@ inline namespace RVE_ISA {
   /// Negative: the strain alone demands a new list.
   template <int D>
   RVE_INLINE double allowed_displacement(const Tensor<double, D> &cell,
-                                         const Tensor<double, D> &list_cell, double contact_range,
-                                         double skin)
+                                         const Tensor<double, D> &list_inverse,
+                                         double contact_range, double skin)
   {
-    const double stretch = smallest_stretch(cell * inverse(list_cell));
+    const double stretch = smallest_stretch(cell * list_inverse);
     const double lost = stretch < 1.0 ? (1.0 - stretch) * contact_range : 0.0;
     return 0.5 * (stretch * skin - lost);
   }

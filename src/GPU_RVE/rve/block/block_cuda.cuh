@@ -178,6 +178,32 @@ inline namespace RVE_ISA {
       __syncthreads();
     }
 
+    /// One warp adds up what the warps have: the thread that goes on has it without another barrier.
+    template <int M, class Term, class F, class Then>
+    RVE_DEVICE void add_up_items(int n, F f, std::int64_t *sum, Then then)
+    {
+      using Own = std::conditional_t<ItemsPerThread == 1, Term, std::int64_t>;
+      Own own[M];
+      for (int m = 0; m < M; ++m) own[m] = 0;
+      visit_items(n, [&](Item i) RVE_INLINE_LAMBDA {
+        Term term[M];
+        for (int m = 0; m < M; ++m) term[m] = 0;
+        f(i, term);
+        for (int m = 0; m < M; ++m) own[m] += term[m];
+      });
+      sum_in_warps<M>(own);
+      if (warp() == 0) {
+        // instructions that one warp alone runs are waited for, the more of them the longer
+#pragma unroll 1
+        for (int m = 0; m < M; ++m) {
+          const long long total = sum_over_warps(m);
+          if (lane() == 0) sum[m] = total;
+        }
+        if (lane() == 0) then();
+      }
+      __syncthreads();
+    }
+
     RVE_DEVICE int exclusive_scan(int *a, int n)
     {
       const int threads = blockDim.x, me = threadIdx.x;
@@ -205,9 +231,15 @@ inline namespace RVE_ISA {
     }
 
     /// What was read from memory before is not kept in registers: it is read again.
-    static RVE_DEVICE void reread() { asm volatile("" ::: "memory"); }
+    static RVE_DEVICE void reread()
+    {
+      asm volatile("" ::: "memory");
+    }
 
-    RVE_DEVICE void accumulate(std::int32_t *sum, std::int32_t v) { atomicAdd(sum, v); }
+    RVE_DEVICE void accumulate(std::int32_t *sum, std::int32_t v)
+    {
+      atomicAdd(sum, v);
+    }
     RVE_DEVICE std::int32_t collect(std::int32_t *sum)
     {
       const std::int32_t total = *sum;
@@ -231,9 +263,18 @@ inline namespace RVE_ISA {
           static_cast<std::int64_t>(static_cast<unsigned>(limb.x));
     }
 
-    RVE_DEVICE void add(std::int32_t *p, std::int32_t v) { atomicAdd(p, v); }
-    RVE_DEVICE int fetch_add(int *p, int v) { return atomicAdd(p, v); }
-    RVE_DEVICE void fetch_min(int *p, int v) { atomicMin(p, v); }
+    RVE_DEVICE void add(std::int32_t *p, std::int32_t v)
+    {
+      atomicAdd(p, v);
+    }
+    RVE_DEVICE int fetch_add(int *p, int v)
+    {
+      return atomicAdd(p, v);
+    }
+    RVE_DEVICE void fetch_min(int *p, int v)
+    {
+      atomicMin(p, v);
+    }
 
     template <class T, int Count> struct Copy {
       T value[Count];
@@ -306,9 +347,18 @@ inline namespace RVE_ISA {
       }
     }
 
-    static RVE_DEVICE int lane() { return threadIdx.x % 32; }
-    static RVE_DEVICE int warp() { return threadIdx.x / 32; }
-    static RVE_DEVICE int num_warps() { return (blockDim.x + 31) / 32; }
+    static RVE_DEVICE int lane()
+    {
+      return threadIdx.x % 32;
+    }
+    static RVE_DEVICE int warp()
+    {
+      return threadIdx.x / 32;
+    }
+    static RVE_DEVICE int num_warps()
+    {
+      return (blockDim.x + 31) / 32;
+    }
     /// Of this thread's warp: the last one may have fewer than 32.
     static RVE_DEVICE int lanes_here()
     {

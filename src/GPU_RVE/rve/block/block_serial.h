@@ -21,6 +21,7 @@
 //   survey_items<M, Term>(n, f, survey)    f(item, Term *term, float &largest) adds to the item's terms, 32-bit or 64-bit
 //                           integers, and raises `largest`, which is not negative; leaves the sums over the items and the largest
 //                           number where all threads can read them. A PackItem gets 64-bit integers
+//   add_up_items<M, Term>(n, f, sum, then)    f(item, Term *term) alike; leaves the sums in `sum`; then() by one thread when they are there
 //
 // The contract that makes one text correct on both:
 //   1. a variable declared outside a phase is uniform: every thread holds the same value;
@@ -74,6 +75,13 @@ inline namespace RVE_ISA {
     {
       survey = Survey<M>{};
       for (int i = 0; i < n; ++i) add_to_survey<M, Term>(i, f, survey);
+    }
+    template <int M, class Term, class F, class Then>
+    RVE_INLINE void add_up_items(int n, F f, std::int64_t *sum, Then then)
+    {
+      for (int m = 0; m < M; ++m) sum[m] = 0;
+      for (int i = 0; i < n; ++i) add_terms<M, Term>(i, f, sum);
+      then();
     }
 
     /// f(k) for those of 0 ... count - 1 that are the share of resident item i of n.
@@ -168,6 +176,14 @@ inline namespace RVE_ISA {
     template <class T> RVE_INLINE Resident<T> resident(T *array) { return Resident<T>{array}; }
 
    protected:
+    template <int M, class Term, class F>
+    static RVE_INLINE void add_terms(int i, F &f, std::int64_t *sum)
+    {
+      Term term[M] = {};
+      f(i, static_cast<Term *>(term));
+      for (int m = 0; m < M; ++m) sum[m] = wrapping_sum(sum[m], static_cast<std::int64_t>(term[m]));
+    }
+
     template <int M, class Term, class F>
     static RVE_INLINE void add_to_survey(int i, F &f, Survey<M> &survey)
     {

@@ -43,6 +43,17 @@ inline namespace RVE_ISA {
       for (; i < n; ++i) add_to_survey<M, Term>(i, f, survey);
     }
 
+    template <int M, class Term, class F, class Then>
+    RVE_INLINE void add_up_items(int n, F f, std::int64_t *sum, Then then)
+    {
+      for (int m = 0; m < M; ++m) sum[m] = 0;
+      int i = 0;
+      if constexpr (std::is_invocable_v<F, Pack, std::int64_t *>)
+        for (; i + Lanes <= n; i += Lanes) f(Pack{i}, sum);
+      for (; i < n; ++i) add_terms<M, Term>(i, f, sum);
+      then();
+    }
+
     template <class F> RVE_INLINE bool any_item(int n, F f)
     {
       bool result = false;

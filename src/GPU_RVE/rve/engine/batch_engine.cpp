@@ -318,7 +318,8 @@ void BatchEngine<D>::prepare(Call &call, const std::vector<int> &rves,
   call.mean = static_cast<double>(all_substeps) / count;
   call.pair_capacity = pair_capacity(largest);
   CallNeeds call_needs = needs;
-  call_needs.books = needs.books || servo || kind == Answer::TimeStep;
+  call_needs.servo = servo;
+  call_needs.books = needs.books || kind == Answer::TimeStep;
   call.program = choose_program(memory_layout, call_needs);
   if (least_cost < most_cost) put_longest_first(call, drives, most_cost);
 }

@@ -25,8 +25,8 @@ template <Program program> auto law_of_script(const Material &material)
 /// work(law) of the material of disks or spheres, with all that the law may have, in `double` and in units of the script.
 template <int D = 2, class Work> auto with_law(const Material &material, const Work &work)
 {
-#define RVE_WITH_LAW(name, law, books, small, prepared) \
-  case Program::name:                                   \
+#define RVE_WITH_LAW(name, law, books, prepared) \
+  case Program::name:                            \
     return work(law_of_script<Program::prepared>(material));
   if constexpr (D == 2) {
     switch (richest_program(material.law, D)) {

@@ -65,8 +65,8 @@ namespace {
   template <int D, class Numbers> TurnFunction<D> turn_function(Program memory)
   {
     switch (memory) {
-#define RVE_TURN(name, law, books, small, prepared) \
-  case Program::name:                               \
+#define RVE_TURN(name, law, books, prepared) \
+  case Program::name:                        \
     return turn_scene<D, ProgramScene<Program::prepared, Numbers>>();
       RVE_PROGRAMS(RVE_TURN)
 #undef RVE_TURN

@@ -256,7 +256,7 @@ inline namespace RVE_ISA {
     const auto place = [&](Residency residency, const void *function) {
       kernel[static_cast<int>(residency)] = function;
     };
-    if constexpr (Traits::small_blocks && block_shape<Scene>(Residency::Many).items > 0) {
+    if constexpr (block_shape<Scene>(Residency::Many).items > 0) {
       place(Residency::Many, address_of(advance_many<program, Numbers>));
       if constexpr (same_shape(block_shape<Scene>(Residency::Few),
                                block_shape<Scene>(Residency::Many)))

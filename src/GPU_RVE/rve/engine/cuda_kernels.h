@@ -70,8 +70,8 @@ RVE_HD constexpr bool same_shape(const BlockShape &one, const BlockShape &other)
   return one.items == other.items && one.threads == other.threads && one.sharers == other.sharers;
 }
 
-/// Disks: a thread per grain. More RVEs on a multiprocessor hide latencies, fewer spill less. Without histories `double` has registers for
-/// two as well: what they spill is not of the steps. Measured on an H200 with 400 disks.
+/// Disks: a thread per grain. More RVEs on a multiprocessor hide latencies, fewer spill less: with all books two are faster than three. Without
+/// histories `double` has registers for two as well: what they spill is not of the steps. Measured on an H200 and an H100 with 400 disks.
 ///
 /// Spheres: two grains of a thread. In `fast` two RVEs of a multiprocessor hide what one waits for. In `mixed` a thread has twice the registers:
 /// what would be spilled costs more than that fewer threads wait for each other. In `double` histories pass by. Measured on an H200 with 1000
@@ -80,11 +80,12 @@ template <class Scene> RVE_HD constexpr BlockShape block_shape(Residency residen
 {
   const bool wide = sizeof(typename Scene::Wide) > 4, all_wide = sizeof(typename Scene::Real) > 4;
   if constexpr (Scene::D == 2) {
+    const int sharers = all_wide && Scene::has_friction ? 1 : (wide || Scene::books ? 2 : 3);
     switch (residency) {
       case Residency::Many:
-        return {1, kSmallBlock, !wide ? 3 : (!all_wide || !Scene::has_friction ? 2 : 1)};
-      case Residency::Few:
-        return {1, kSmallBlock, 1};
+        return {1, kSmallBlock, sharers};
+      case Residency::Few:    // with all books a kernel less, which takes long to compile
+        return {1, kSmallBlock, Scene::books ? sharers : 1};
       case Residency::Large:
         return {1, kLargeBlock, 1};
       default:

@@ -53,7 +53,6 @@ template <class Numbers, Format format_, Arithmetic arithmetic_> void CudaProgra
     Entry &entry = entries[static_cast<int>(Program::name)];                                 \
     entry.prepared_like = ProgramTraits<Program::name>::prepared_like;                       \
     entry.shape = block_shape<ProgramScene<Program::name, Numbers>>;                         \
-    entry.small_blocks = ProgramTraits<Program::name>::small_blocks;                         \
     entry.sizes =                                                                            \
         kernel_sizes<ProgramScene<ProgramTraits<Program::name>::prepared_like, Numbers>>;    \
     entry.kernels = cuda_kernels<Program::name, format_, arithmetic_>();                     \
@@ -100,9 +99,7 @@ std::optional<BlockShape> CudaPrograms::shape(Program program, Residency residen
 {
   const Entry &entry = of(program);
   const BlockShape shape = entry.shape(residency);
-  const bool small = residency == Residency::Many || residency == Residency::Few;
-  const bool has = residency == Residency::Memory ||
-      (shape.items > 0 && (entry.small_blocks || !small));
+  const bool has = residency == Residency::Memory || shape.items > 0;
   return has ? std::optional<BlockShape>(shape) : std::nullopt;
 }
 

@@ -18,7 +18,7 @@ namespace rve {
 /// Those that CMake's translation units have (cuda_program.cu.in). None of a program that is compiled at run time.
 template <Program program, Format format, Arithmetic arithmetic> ProgramKernels cuda_kernels();
 
-#define RVE_DECLARE_KERNELS(name, law, books, small, prepared)                                 \
+#define RVE_DECLARE_KERNELS(name, law, books, prepared)                                        \
   template <> ProgramKernels cuda_kernels<Program::name, Format::Fast, Arithmetic::Strict>();  \
   template <> ProgramKernels cuda_kernels<Program::name, Format::Fast, Arithmetic::Relaxed>(); \
   template <> ProgramKernels cuda_kernels<Program::name, Format::Mixed, Arithmetic::Strict>(); \
@@ -57,8 +57,7 @@ class CudaPrograms {
     Shape shape;
     Sizes sizes;
     Program prepared_like;
-    bool small_blocks;    ///< has kernels for them (programs.h)
-    bool ahead;           ///< compiled with this program
+    bool ahead;    ///< compiled with this program
   };
   const Format format;
   const Arithmetic arithmetic;

@@ -32,13 +32,13 @@ inline namespace RVE_ISA {
     using Block = BlockSimd<kPackedGrains>;
     using Grains = PackedGrains<Block, Scene>;
   };
-  // a format for studies is not made fast, and books are kept for one grain after the other
-  template <Program program, class Scene>
-  using Traversal = std::conditional_t<ProgramTraits<program>::small_blocks && !Scene::books &&
-                                           !std::is_same_v<typename Scene::Numbers, SingleNumbers>,
-                                       InPacks<Scene>, OneByOne<Scene>>;
+  // a format for studies is not made fast, and a ledger is kept for one grain after the other
+  template <class Scene>
+  using Traversal =
+      std::conditional_t<!Scene::books && !std::is_same_v<typename Scene::Numbers, SingleNumbers>,
+                         InPacks<Scene>, OneByOne<Scene>>;
 #else
-  template <Program, class Scene> using Traversal = OneByOne<Scene>;
+  template <class Scene> using Traversal = OneByOne<Scene>;
 #endif
 
   template <class Scene, class Traversal>
@@ -80,8 +80,7 @@ inline namespace RVE_ISA {
   {
     using Scene = ProgramScene<program, Numbers>;
     if constexpr (Scene::D == D)
-      run_program<Scene, Traversal<program, Scene>>(image, drive, steering, batch, memory, answer,
-                                                    detail);
+      run_program<Scene, Traversal<Scene>>(image, drive, steering, batch, memory, answer, detail);
   }
 
   template <int D, class Numbers>
@@ -90,7 +89,7 @@ inline namespace RVE_ISA {
                AnswerRecord<D> &answer, DetailRecord<D> *detail)
   {
     switch (program) {
-#define RVE_ADVANCE(name, law, books, small, prepared)                                            \
+#define RVE_ADVANCE(name, law, books, prepared)                                                   \
   case Program::name:                                                                             \
     return run_program_of<kWorker<Program::name>, Numbers>(image, drive, steering, batch, memory, \
                                                            answer, detail);
@@ -114,8 +113,8 @@ inline namespace RVE_ISA {
   HostWorkspaceSizes workspace_sizes(int num_grains, int pair_capacity, Program program)
   {
     switch (program) {
-#define RVE_SIZES(name, law, books, small, prepared) \
-  case Program::name:                                \
+#define RVE_SIZES(name, law, books, prepared) \
+  case Program::name:                         \
     return sizes_of<kWorker<Program::name>, Numbers, D>(num_grains, pair_capacity);
       RVE_PROGRAMS(RVE_SIZES)
 #undef RVE_SIZES

@@ -16,12 +16,12 @@ namespace {
   {
     using Law = typename Scene::Law;
     return {{Law::contact_law, Law::has_rolling, Scene::D},
-            {Law::has_friction, Law::is_damped, Scene::books},
+            {Law::has_friction, Law::is_damped, Scene::steers, Scene::books},
             memory};
   }
 
   constexpr std::array<ProgramFeatures, kNumPrograms> TABLE = {{
-#define RVE_FEATURES(name, law, books, small, prepared) \
+#define RVE_FEATURES(name, law, books, prepared) \
   features_of_scene<ProgramScene<Program::name, MixedNumbers>>(Program::prepared),
       RVE_PROGRAMS(RVE_FEATURES)
 #undef RVE_FEATURES
@@ -30,10 +30,10 @@ namespace {
   constexpr bool has_all(const CallNeeds &has, const CallNeeds &needs)
   {
     return (has.friction || !needs.friction) && (has.dashpots || !needs.dashpots) &&
-        (has.books || !needs.books);
+        (has.servo || !needs.servo) && (has.books || !needs.books);
   }
 
-#define RVE_CHECK(name, law, books, small, prepared)                                    \
+#define RVE_CHECK(name, law, books, prepared)                                           \
   static_assert(std::is_same_v<ProgramScene<Program::name, MixedNumbers>::History,      \
                                ProgramScene<Program::prepared, MixedNumbers>::History>, \
                 "programs that are prepared alike have the same memory of an RVE");

@@ -12,7 +12,8 @@ namespace rve {
 struct CallNeeds {
   bool friction = false;
   bool dashpots = false;
-  bool books = false;
+  bool servo = false;
+  bool books = false;    ///< all of them (Books::All)
 };
 
 /// What a program has.

@@ -14,11 +14,10 @@ inline namespace RVE_ISA {
 
   template <Program> struct ProgramTraits;
 
-#define RVE_PROGRAM_TRAITS(name, law, has_books, small, prepared)            \
-  template <> struct ProgramTraits<Program::name> {                          \
-    template <class Numbers> using Scene = SceneOf<law<Numbers>, has_books>; \
-    static constexpr bool small_blocks = small;                              \
-    static constexpr Program prepared_like = Program::prepared;              \
+#define RVE_PROGRAM_TRAITS(name, law, kept, prepared)                          \
+  template <> struct ProgramTraits<Program::name> {                            \
+    template <class Numbers> using Scene = SceneOf<law<Numbers>, Books::kept>; \
+    static constexpr Program prepared_like = Program::prepared;                \
   };
   RVE_PROGRAMS(RVE_PROGRAM_TRAITS)
 #undef RVE_PROGRAM_TRAITS

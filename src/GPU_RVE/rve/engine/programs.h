@@ -6,13 +6,11 @@
 
 namespace rve {
 
-/// program(name, law, books, small, prepared)
+/// program(name, law, books, prepared)
 ///
 /// law:      of physics/laws, in a number format: it says for which contact law it is, and whether it has friction, dashpots and rolling
 ///           resistance;
-/// books:    servo, energy ledger, all forces in the unit of forces, bound of the time step (algorithm/scene.h);
-/// small:    CUDA kernels for small blocks too, with registers for several RVEs on a multiprocessor, and packs of grains on a CPU:
-///           for what is run most, since they are long compilations;
+/// books:    None, Servo, or All (algorithm/scene.h);
 /// prepared: the program of the same contact law whose calls begin alike, with the same memory of an RVE: its kernel prepares them. It has
 ///           all that one of these programs has.
 ///
@@ -27,36 +25,39 @@ namespace rve {
 /// those that the build left to the run. make_program_kernels (cuda_kernels.cuh) makes a kernel for each residency that a line has: grains in
 /// registers, for the block sizes that block_shape (cuda_kernels.h) gives to a scene, or in memory, for any number.
 // clang-format off
-#define RVE_PLANE_PROGRAMS(program)                                    \
-  program(Frictionless, NormalSprings,     false, true,  General)      \
-  program(Plain,        FrictionalSprings, false, true,  General)      \
-  program(General,      DampedSprings,     true,  false, General)      \
-  program(Rolling,      RollingSprings,    true,  false, Rolling)      \
-  program(PlainHertz,   UndampedHertz,     false, true,  Hertz)        \
-  program(Hertz,        HertzMindlin,      true,  false, Hertz)        \
-  program(HertzRolling, RollingHertz,      true,  false, HertzRolling) \
-  program(Dmt,          DmtAdhesion,       true,  false, Dmt)          \
-  program(DmtRolling,   RollingDmt,        true,  false, DmtRolling)
+#define RVE_PLANE_PROGRAMS(program)                             \
+  program(Frictionless, NormalSprings,     None,  General)      \
+  program(Plain,        FrictionalSprings, None,  General)      \
+  program(Steered,      FrictionalSprings, Servo, General)      \
+  program(General,      DampedSprings,     All,   General)      \
+  program(Rolling,      RollingSprings,    All,   Rolling)      \
+  program(PlainHertz,   UndampedHertz,     None,  Hertz)        \
+  program(Hertz,        HertzMindlin,      All,   Hertz)        \
+  program(HertzRolling, RollingHertz,      All,   HertzRolling) \
+  program(Dmt,          DmtAdhesion,       All,   Dmt)          \
+  program(DmtRolling,   RollingDmt,        All,   DmtRolling)
 
 // of spheres
-#define RVE_SPATIAL_PROGRAMS(program)                                                    \
-  program(PlainSpheres,       FrictionalSphereSprings, false, true,  Spheres)            \
-  program(Spheres,            SphereSprings,           true,  false, Spheres)            \
-  program(SpheresRolling,     SphereRollingSprings,    true,  false, SpheresRolling)     \
-  program(PlainSphereHertz,   SphereUndampedHertz,    false, true,  SphereHertz)        \
-  program(SphereHertz,        SphereHertzMindlin,      true,  false, SphereHertz)        \
-  program(SphereHertzRolling, SphereRollingHertz,      true,  false, SphereHertzRolling) \
-  program(SphereDmt,          SphereDmtAdhesion,       true,  false, SphereDmt)          \
-  program(SphereDmtRolling,   SphereRollingDmt,        true,  false, SphereDmtRolling)
+#define RVE_SPATIAL_PROGRAMS(program)                                             \
+  program(PlainSpheres,       FrictionalSphereSprings, None,  Spheres)            \
+  program(SteeredSpheres,     FrictionalSphereSprings, Servo, Spheres)            \
+  program(Spheres,            SphereSprings,           All,   Spheres)            \
+  program(SpheresRolling,     SphereRollingSprings,    All,   SpheresRolling)     \
+  program(PlainSphereHertz,   SphereUndampedHertz,     None,  SphereHertz)        \
+  program(SteeredSphereHertz, SphereUndampedHertz,     Servo, SphereHertz)        \
+  program(SphereHertz,        SphereHertzMindlin,      All,   SphereHertz)        \
+  program(SphereHertzRolling, SphereRollingHertz,      All,   SphereHertzRolling) \
+  program(SphereDmt,          SphereDmtAdhesion,       All,   SphereDmt)          \
+  program(SphereDmtRolling,   SphereRollingDmt,        All,   SphereDmtRolling)
 // clang-format on
 
 #define RVE_PROGRAMS(program) RVE_PLANE_PROGRAMS(program) RVE_SPATIAL_PROGRAMS(program)
 
-#define RVE_PROGRAM_NAME(name, law, books, small, prepared) name,
+#define RVE_PROGRAM_NAME(name, law, books, prepared) name,
 enum class Program { RVE_PROGRAMS(RVE_PROGRAM_NAME) };
 #undef RVE_PROGRAM_NAME
 
-#define RVE_PROGRAM_COUNT(name, law, books, small, prepared) +1
+#define RVE_PROGRAM_COUNT(name, law, books, prepared) +1
 constexpr int kNumPrograms = 0 RVE_PROGRAMS(RVE_PROGRAM_COUNT);
 #undef RVE_PROGRAM_COUNT
 

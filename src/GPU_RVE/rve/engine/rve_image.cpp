@@ -238,7 +238,7 @@ namespace {
   template <int D, class Numbers, class Work> auto with_numbers(Program program, const Work &work)
   {
     switch (program) {
-#define RVE_WITH_PROGRAM(name, law, books, small, prepared)         \
+#define RVE_WITH_PROGRAM(name, law, books, prepared)                \
   case Program::name:                                               \
     if constexpr (ProgramScene<Program::prepared, Numbers>::D == D) \
       return work(ProgramScene<Program::prepared, Numbers>());      \
