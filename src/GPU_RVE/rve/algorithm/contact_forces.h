@@ -124,9 +124,9 @@ inline namespace RVE_ISA {
   };
 
   /// Computes a pair, or a pack of pairs: advances its history, adds its force to `sum` of grain i, and hands what grain j gets to
-  /// add_to_j(force and torque).
+  /// add_to_j(force and torque). keeps_ledger: what is lost is asked for, in programs with all books.
   template <Wanted wanted, class Scene, class Call, class History, class AddToOther>
-  RVE_INLINE void add_pair(const Call &call, const StepConstants<Scene> &step,
+  RVE_INLINE void add_pair(const Call &call, bool keeps_ledger, const StepConstants<Scene> &step,
                            const ViewOf<Scene> &grain_i, const ViewOf<Scene> &grain_j,
                            const ContactGeometry<typename Scene::Real, Scene::D> &contact,
                            typename Scene::Real overlap_limit, History &&history,
@@ -137,7 +137,7 @@ inline namespace RVE_ISA {
     constexpr bool with_stress = wanted != Wanted::Nothing;
     const auto release = [&] RVE_INLINE_LAMBDA {
       if constexpr (with_stress && Scene::books)
-        if (call.keeps_ledger()) sum.heat.friction += step.law.released(history);
+        if (keeps_ledger) sum.heat.friction += step.law.released(history);
       history = typename Scene::History();
     };
     // in packs `where` does what the branch does for one pair; whole packs of spheres have nothing to do in their last slots
@@ -187,7 +187,7 @@ inline namespace RVE_ISA {
       sum.crushed += count_without(acting, contact.overlap <= overlap_limit * smaller(ri, rj));
     }
     if constexpr (with_stress && Scene::books)
-      if (call.keeps_ledger()) step.law.dissipate(contact, force, step.dt, sum.heat);
+      if (keeps_ledger) step.law.dissipate(contact, force, step.dt, sum.heat);
   }
 
   struct Nothing {
@@ -204,6 +204,7 @@ inline namespace RVE_ISA {
     using Item = typename Block::Item;
     using Numbers = typename Scene::Numbers;
     const int num_extra = call.num_extra;
+    const bool keeps_ledger = wanted != Wanted::Nothing && Scene::books && call.keeps_ledger();
     const auto overlap_limit = static_cast<typename Scene::Real>(
         wanted == Wanted::Survey ? call.batch.overlap_limit : 0.0);
     // the pairs that grain i owns, or a pack of grains
@@ -226,11 +227,12 @@ inline namespace RVE_ISA {
             return pair_geometry(step, me, other);
           },
           [&](int k, const auto &step, const auto &other, const auto &contact) RVE_INLINE_LAMBDA {
-            add_pair<wanted>(
-                call, step, me, other, contact, static_cast<typename Here::Real>(overlap_limit),
-                grains.history_of(k, i), sum, [&](const auto &force) RVE_INLINE_LAMBDA {
-                  grains.add_to_partner(block, shared, k, i, force);
-                });
+            add_pair<wanted>(call, keeps_ledger, step, me, other, contact,
+                             static_cast<typename Here::Real>(overlap_limit),
+                             grains.history_of(k, i), sum,
+                             [&](const auto &force) RVE_INLINE_LAMBDA {
+                               grains.add_to_partner(block, shared, k, i, force);
+                             });
           });
     };
     const auto add_extra = [&](int m, GrainSum<Numbers, Scene::D> &sum) RVE_INLINE_LAMBDA {
@@ -239,8 +241,9 @@ inline namespace RVE_ISA {
       const auto one = view_grain(shared, first), other = view_grain(shared, second);
       const auto step = step_constants<Scene>(call.law, plan);
       sum.own = Vec<typename Scene::Sum, Scene::freedoms>::zero();
-      add_pair<wanted>(call, step, one, other, pair_geometry(step, one, other), overlap_limit,
-                       pairs.extra_history[m], sum, [&](const auto &force) RVE_INLINE_LAMBDA {
+      add_pair<wanted>(call, keeps_ledger, step, one, other, pair_geometry(step, one, other),
+                       overlap_limit, pairs.extra_history[m], sum,
+                       [&](const auto &force) RVE_INLINE_LAMBDA {
                          add_force(block, shared, second, force);
                        });
       add_force(block, shared, first, sum.own);
@@ -254,7 +257,7 @@ inline namespace RVE_ISA {
       for (int m = i; m < num_extra; m += num_grains) add_extra(m, sum);
       grains.largest_force.keep(i, sum.largest_force);
       if constexpr (Scene::books)
-        if (call.keeps_ledger()) {
+        if (keeps_ledger) {
           const int number = call.number_of(i);
           call.work.friction[number] += sum.heat.friction;
           call.work.viscous[number] += sum.heat.viscous;

@@ -17,8 +17,8 @@ inline namespace RVE_ISA {
     All    ///< servo, energy ledger, a unit of forces that looks at all of them, and the bound of the time step
   };
 
-  /// A contact law in a number format, and the books of the program. What a scene does not need takes no registers of its programs, and leaves their bits.
-  /// Everything in algorithm/ takes such a Scene. Which ones there are: engine/programs.h.
+  /// A contact law in a number format, and the books of the program. What a scene does not need takes no registers of its programs, and
+  /// leaves their bits. Everything in algorithm/ takes such a Scene. Which ones there are: engine/programs.h.
   template <class ContactLaw, Books kept>
   struct SceneOf : ContactLaw::Numbers, Space<ContactLaw::D> {
     using Law = ContactLaw;

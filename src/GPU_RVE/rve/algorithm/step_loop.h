@@ -214,7 +214,7 @@ inline namespace RVE_ISA {
 
     /// All steps but the forces of the last one. The work of the first half of a step wants the stress before it: with a ledger a step 0
     /// has forces, and nothing else.
-    RVE_INLINE void run_with_books()
+    RVE_APART void run_with_books()
     {
       const bool ledger = has_ledger(), servo = has_servo();
       const int last = last_step();
