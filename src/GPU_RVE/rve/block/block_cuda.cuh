@@ -11,6 +11,7 @@
 #include <type_traits>
 
 #define RVE_DEVICE __device__ __forceinline__
+#define RVE_ROLLED _Pragma("unroll 1")
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -192,15 +193,14 @@ inline namespace RVE_ISA {
         for (int m = 0; m < M; ++m) own[m] += term[m];
       });
       sum_in_warps<M>(own);
-      if (warp() == 0) {
-        // instructions that one warp alone runs are waited for, the more of them the longer
-#pragma unroll 1
-        for (int m = 0; m < M; ++m) {
-          const long long total = sum_over_warps(m);
-          if (lane() == 0) sum[m] = total;
-        }
-        if (lane() == 0) then();
+      // instructions that one warp alone runs are waited for, the more of them the longer
+      const int sums = warp() == 0 ? M : 0;
+      RVE_ROLLED
+      for (int m = 0; m < sums; ++m) {
+        const long long total = sum_over_warps(m);
+        if (lane() == 0) sum[m] = total;
       }
+      if (threadIdx.x == 0) then();
       __syncthreads();
     }
 
@@ -231,15 +231,9 @@ inline namespace RVE_ISA {
     }
 
     /// What was read from memory before is not kept in registers: it is read again.
-    static RVE_DEVICE void reread()
-    {
-      asm volatile("" ::: "memory");
-    }
+    static RVE_DEVICE void reread() { asm volatile("" ::: "memory"); }
 
-    RVE_DEVICE void accumulate(std::int32_t *sum, std::int32_t v)
-    {
-      atomicAdd(sum, v);
-    }
+    RVE_DEVICE void accumulate(std::int32_t *sum, std::int32_t v) { atomicAdd(sum, v); }
     RVE_DEVICE std::int32_t collect(std::int32_t *sum)
     {
       const std::int32_t total = *sum;
@@ -263,18 +257,9 @@ inline namespace RVE_ISA {
           static_cast<std::int64_t>(static_cast<unsigned>(limb.x));
     }
 
-    RVE_DEVICE void add(std::int32_t *p, std::int32_t v)
-    {
-      atomicAdd(p, v);
-    }
-    RVE_DEVICE int fetch_add(int *p, int v)
-    {
-      return atomicAdd(p, v);
-    }
-    RVE_DEVICE void fetch_min(int *p, int v)
-    {
-      atomicMin(p, v);
-    }
+    RVE_DEVICE void add(std::int32_t *p, std::int32_t v) { atomicAdd(p, v); }
+    RVE_DEVICE int fetch_add(int *p, int v) { return atomicAdd(p, v); }
+    RVE_DEVICE void fetch_min(int *p, int v) { atomicMin(p, v); }
 
     template <class T, int Count> struct Copy {
       T value[Count];
@@ -347,18 +332,9 @@ inline namespace RVE_ISA {
       }
     }
 
-    static RVE_DEVICE int lane()
-    {
-      return threadIdx.x % 32;
-    }
-    static RVE_DEVICE int warp()
-    {
-      return threadIdx.x / 32;
-    }
-    static RVE_DEVICE int num_warps()
-    {
-      return (blockDim.x + 31) / 32;
-    }
+    static RVE_DEVICE int lane() { return threadIdx.x % 32; }
+    static RVE_DEVICE int warp() { return threadIdx.x / 32; }
+    static RVE_DEVICE int num_warps() { return (blockDim.x + 31) / 32; }
     /// Of this thread's warp: the last one may have fewer than 32.
     static RVE_DEVICE int lanes_here()
     {
