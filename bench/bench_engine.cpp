@@ -714,19 +714,13 @@ void visit_all_paths(Bench<D> &bench, const Precision &precision, int block, int
   }
 }
 
-/// On a GPU each way to keep grains, and each number format. Relaxed arithmetic has the same text.
 template <int D> void run_sanitize(Bench<D> &bench)
 {
-  for (const Precision precision : bench.precisions()) {
-    if (precision.arithmetic == Arithmetic::Relaxed) continue;
-    std::vector<int> blocks = {0};
-    if (bench.arguments.cuda) {
-      blocks = {REGISTERS<D>};
-      if (precision.format == Format::Fast) blocks.insert(blocks.end(), {64, 1024});
-    }
+  const std::vector<int> blocks = bench.arguments.cuda ? std::vector<int>{64, REGISTERS<D>, 1024}
+                                                       : std::vector<int>{0};
+  for (const Precision precision : bench.precisions())
     for (const int block : blocks)
       visit_all_paths(bench, precision, block, 400, visited_programs<D>());
-  }
 }
 
 /// For racecheck, which takes very long: each way to keep grains, and each number format. What is left of a step without friction

@@ -851,15 +851,13 @@ std::vector<int> RvePointsOf<D>::advance_by_plan(const std::vector<int> &slots,
   }
 
   if (plan_work(slots, drives)) catch_up();
-  std::vector<int> failed;
-  if (options.stress_from != StressFrom::End) {
+  if (options.stress_from != StressFrom::End)
     advance_with_samples(working_slots, working_drives);
-  } else {
-    failed = advance_plainly(working_slots, working_drives);
-    // as nearly always: thousands of points need not be asked
-    if (failed.empty() && working_slots.size() == working.size()) return failed;
-    failed.clear();
-  }
+  else if (advance_plainly(working_slots, working_drives).empty() &&
+           working_slots.size() == working.size())
+    return {};    // as nearly always: thousands of points need not be asked
+
+  std::vector<int> failed;
   for (const int k : working)
     if (points[slots[k]].frozen()) failed.push_back(slots[k]);
   return failed;

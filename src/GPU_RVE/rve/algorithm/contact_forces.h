@@ -135,7 +135,7 @@ inline namespace RVE_ISA {
     using Real = typename Scene::Real;
     using Sum = typename Scene::Sum;
     constexpr bool with_stress = wanted != Wanted::Nothing;
-    const auto release = [&] RVE_INLINE_LAMBDA {
+    const auto release = [&]() RVE_INLINE_LAMBDA {
       if constexpr (with_stress && Scene::books)
         if (keeps_ledger) sum.heat.friction += step.law.released(history);
       history = typename Scene::History();
@@ -266,7 +266,7 @@ inline namespace RVE_ISA {
     };
 
     using Sums = StressSums<Scene::D>;
-    // to the terms of a pack or of a grain
+    // to the terms of a pack, integers of 64 bits
     const auto add_terms = [&](const auto &sum, auto *term) RVE_INLINE_LAMBDA {
       for (int k = 0; k < Scene::components; ++k)
         term[k] = wrapping_sum(term[k], total(sum.stress[k]));
