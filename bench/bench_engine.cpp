@@ -2,7 +2,7 @@
 // answer are timed. Writes JSON rows (doc/performance.rst). Nothing is asserted about times; a failed RVE ends the experiment.
 //
 //   bench_engine <packing.rve> <output.json> [--device cpu|cuda] [--suite quick|full|core|paper|substeps|grains|queue|features|memory|
-//                sanitize|races|profile] [--seconds S] [--rves N[,N...]]
+//                sanitize|races|profile] [--seconds S] [--rves N[,N...]] [--part K/N]
 
 #include "bench_packings.h"
 #include "bench_report.h"
@@ -20,6 +20,7 @@
 #include <map>
 #include <sstream>
 #include <thread>
+#include <tuple>
 
 namespace {
 
@@ -69,8 +70,9 @@ double seconds_since(Clock::time_point start)
 struct Arguments {
   std::string packing, output, suite = "quick";
   bool cuda = false;
-  double seconds = 0.5;     // of a case, about
-  std::vector<int> rves;    // instead of the numbers that the core and memory experiments take
+  double seconds = 0.5;       // of a case, about
+  std::vector<int> rves;      // instead of the numbers that the core and memory experiments take
+  int part = 0, parts = 1;    // of the suites for sanitizers, which processes share out among them
 };
 
 struct Precision {
@@ -88,6 +90,7 @@ template <int D> struct Bench {
   rve::RveStateOf<D> packing;
   Report report;
   std::string gpu;    // its name, short; empty on a CPU
+  int visits = 0;     // of programs for sanitizers, in all parts
 
   int cores() const { return static_cast<int>(std::thread::hardware_concurrency()); }
   int many() const { return arguments.cuda ? (D == 2 ? 9600 : 6000) : 8 * cores(); }
@@ -699,18 +702,19 @@ template <int D> constexpr int REGISTERS = D == 2 ? 416 : 512;
 
 /// Not a measurement: every path of the programs once, for compute-sanitizer. Throws when a path was not taken.
 template <int D>
-void visit_all_paths(Bench<D> &bench, const Precision &precision, int block, int many,
-                     const std::vector<std::string> &programs)
+void visit_all_paths(Bench<D> &bench, const Precision &precision, int block,
+                     const bench::Company &company, const std::vector<std::string> &programs)
 {
   for (const std::string &program : programs) {
+    if (bench.visits++ % bench.arguments.parts != bench.arguments.part) continue;
     rve::Options options = options_for(bench, precision, bench.cores());
     options.block_size = block;
     options.track_energy = program != "plain" && program != "frictionless" && program != "steered";
     const rve::RveStateOf<D> packing = with_feature(bench.packing, program);
+    bench::Company in = company;
     // what has all books takes long under a sanitizer, and has one kernel for many
-    const bool all = !options.track_energy || block == REGISTERS<D>;
-    bench::visit_all_paths(options, packing, shearing_of(packing).time_step, all ? many : 0,
-                           program);
+    if (options.track_energy && block != REGISTERS<D>) in = {true, 0, company.is_light};
+    bench::visit_all_paths(options, packing, shearing_of(packing).time_step, in, program);
   }
 }
 
@@ -720,21 +724,21 @@ template <int D> void run_sanitize(Bench<D> &bench)
                                                        : std::vector<int>{0};
   for (const Precision precision : bench.precisions())
     for (const int block : blocks)
-      visit_all_paths(bench, precision, block, 400, visited_programs<D>());
+      visit_all_paths(bench, precision, block, {true, 400, false}, visited_programs<D>());
 }
 
-/// For racecheck, which takes very long: each way to keep grains, and each number format. What is left of a step without friction
-/// is the same in all of them.
+/// For racecheck, which takes very long: each way to keep grains with each program in one number format, and each format with the programs that
+/// differ most. What a thread reads and writes on chip is the same in every arithmetic.
 template <int D> void run_races(Bench<D> &bench)
 {
-  const int block = REGISTERS<D>;
+  const bench::Company in_registers = {false, 140, true}, in_memory = {true, 0, true};
   for (const Precision precision : bench.precisions()) {
     if (precision.arithmetic == Arithmetic::Relaxed) continue;
     const bool fast = precision.format == Format::Fast;
     for (const std::string &program : visited_programs<D>()) {
-      if (program != "frictionless" || fast)
-        visit_all_paths(bench, precision, block, 140, {program});
-      if (fast) visit_all_paths(bench, precision, 64, 140, {program});
+      if (fast || program == "plain" || program == "general")
+        visit_all_paths(bench, precision, REGISTERS<D>, in_registers, {program});
+      if (fast) visit_all_paths(bench, precision, 64, in_memory, {program});
     }
   }
 }
@@ -805,11 +809,21 @@ std::vector<int> positive_integers(const std::string &option, const std::string 
   return numbers;
 }
 
+/// K - 1 and N of "K/N".
+std::pair<int, int> part_of_parts(const std::string &option, const std::string &word)
+{
+  int part = 0, parts = 0, used = 0;
+  const int read = std::sscanf(word.c_str(), "%d/%d%n", &part, &parts, &used);
+  rve::require(read == 2 && used == static_cast<int>(word.size()) && 1 <= part && part <= parts,
+               option + " must be K/N with K from 1 to N, got " + word);
+  return {part - 1, parts};
+}
+
 Arguments parse(int argc, char **argv)
 {
   rve::require(argc >= 3,
                "usage: bench_engine <packing.rve> <output.json> [--device cpu|cuda] [--suite " +
-                   words_of_suites() + "] [--seconds S] [--rves N,...]");
+                   words_of_suites() + "] [--seconds S] [--rves N,...] [--part K/N]");
   Arguments arguments;
   arguments.packing = argv[1];
   arguments.output = argv[2];
@@ -826,6 +840,8 @@ Arguments parse(int argc, char **argv)
       arguments.seconds = positive_number(option, word);
     } else if (option == "--rves") {
       arguments.rves = positive_integers(option, word);
+    } else if (option == "--part") {
+      std::tie(arguments.part, arguments.parts) = part_of_parts(option, word);
     } else {
       throw rve::InputError("unknown option " + option);
     }

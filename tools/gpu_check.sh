@@ -38,13 +38,29 @@ done
 # what the CPU engine computed when they were stored
 [ -x "$bin/golden_bits" ] && step "golden bits" "$bin/golden_bits" --device cuda --file "$root/unittest/golden/golden_bits.txt"
 
-# a small batch with rebuilds, lists that overflow, lattice reduction and failures, in all formats, programs and kernels
+# a small batch with rebuilds, lists that overflow, lattice reduction and failures, in all formats, programs and kernels. The batch is shared out
+# among processes: most of the time a sanitizer rewrites kernels on a core of the host
+parts=$(($(nproc) / 2))
+[ "$parts" -ge 1 ] || parts=1
+sanitize() { # sanitize <tool> <suite> <packing>
+  logs=$(mktemp -d) || return 1
+  shared_out=
+  for part in $(seq "$parts"); do
+    compute-sanitizer --tool "$1" --error-exitcode 1 "$bin/bench_engine" "examples/packings/$3.rve" /dev/null --device cuda --suite "$2" \
+      --part "$part/$parts" >"$logs/$part" 2>&1 &
+    shared_out="$shared_out $!"
+  done
+  clean=0
+  for process in $shared_out; do wait "$process" || clean=1; done
+  cat "$logs"/*
+  rm -rf "$logs"
+  return $clean
+}
 if command -v compute-sanitizer >/dev/null; then
   for tool in memcheck synccheck initcheck racecheck; do
     case $tool in racecheck) batch=races ;; *) batch=sanitize ;; esac    # racecheck takes very long
     for packing in A_h0075 S1000; do    # disks and spheres
-      step "compute-sanitizer $tool, $packing" compute-sanitizer --tool $tool --error-exitcode 1 \
-        "$bin/bench_engine" examples/packings/$packing.rve /dev/null --device cuda --suite $batch
+      step "compute-sanitizer $tool, $packing" sanitize $tool $batch $packing
     done
   done
 else
