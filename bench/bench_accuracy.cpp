@@ -525,11 +525,6 @@ struct Errors {
   double before = 1.0;     // share of the scene before bifurcation, mean over packings
 };
 
-template <int D> double mean_stress(const Tensor<double, D> &stress)
-{
-  return -(1.0 / D) * trace(stress);
-}
-
 template <int D> double stress_ratio(const Tensor<double, D> &stress)
 {
   ResultOf<D> result;

@@ -277,8 +277,9 @@ TEST(PointsOfSpheres, TakeANewMaterial)
 TEST(SlipOfRotationOfSpheres, IsTheRotationInOneStepAndLessWhereGrainsFollow)
 {
   const rve::Material material = spheres_material();
-  const double all = macro::slip_of_rotation<3>(1e-3, 1, DT, material, 2.0 * RADIUS, 1e-3);
-  const double some = macro::slip_of_rotation<3>(1e-3, 1000, DT, material, 2.0 * RADIUS, 1e-3);
+  const macro::ContactResponse<3> response(material, 2.0 * RADIUS);
+  const double all = response.slip_of_rotation(1e-3, 1, DT, 1e-3, material);
+  const double some = response.slip_of_rotation(1e-3, 1000, DT, 1e-3, material);
 
   EXPECT_EQ(all, 1e-3);
   EXPECT_LT(some, 0.1 * all);

@@ -71,8 +71,8 @@ namespace {
 template <int D> std::vector<int> RvePointsOf<D>::used_slots() const
 {
   std::vector<int> slots;
-  for (int slot = 0; slot < static_cast<int>(points.size()); ++slot)
-    if (points[slot].state != State::Empty) slots.push_back(slot);
+  for (int slot = 0; slot < points.size(); ++slot)
+    if (points.unheard(slot).state != State::Empty) slots.push_back(slot);
   return slots;
 }
 
@@ -101,7 +101,7 @@ rve::ContactModel RvePointsOf<D>::contacts_with(const NewMaterials &materials) c
   rve::ContactModel all = present;
   for (const int slot : slots) {
     const rve::ContactModel one =
-        rve::contacts_of(materials[slot] ? *materials[slot] : points[slot].material);
+        rve::contacts_of(materials[slot] ? *materials[slot] : material(slot));
     if (slot == slots.front() && one.law != present.law) all = {one.law, false, D};
     rve::require(one.law == all.law, [&] {
       return std::string("some RVEs would have contact law ") + rve::word_of(all.law) +
@@ -124,7 +124,8 @@ void RvePointsOf<D>::move_to(const rve::ContactModel &contacts, const NewMateria
   States old(points.size()), old_shadows(points.size());    // by slot
   for (const int slot : used_slots()) {
     old[slot] = engine->state(slot);
-    if (points[slot].shadow >= 0) old_shadows[slot] = shadows->state(points[slot].shadow);
+    const int shadow = points.unheard(slot).shadow;
+    if (shadow >= 0) old_shadows[slot] = shadows->state(shadow);
   }
   const auto changed = [&](States states) {
     for (std::size_t slot = 0; slot < states.size(); ++slot) {

@@ -47,7 +47,7 @@ bool RvePointsOf<D>::begin_fresh(Fresh &fresh, const std::vector<rve::RveStateOf
     fresh.renewal.packing = fresh.candidates.back();
     fresh.candidates.pop_back();
     rve::RveStateOf<D> state = packings[fresh.renewal.packing];
-    state.material = points[slot].material;
+    state.material = points.at(slot).material;
     if (fresh.is_open) {
       const double stretch =
           std::pow((1.0 + fresh.renewal.void_ratio_before) / (1.0 + state.void_ratio()), 1.0 / D);
@@ -136,7 +136,7 @@ std::vector<RenewalOf<D>> RvePointsOf<D>::renew(const std::vector<int> &slots,
   std::vector<Fresh> all(slots.size());
   for (std::size_t k = 0; k < slots.size(); ++k) {
     Fresh &fresh = all[k];
-    const Point &point = points[slots[k]];
+    const Point &point = points.at(slots[k]);
     fresh.renewal.slot = slots[k];
     fresh.before = engine->state(slots[k]);
     fresh.renewal.void_ratio_before = point.result.void_ratio;
@@ -163,7 +163,7 @@ std::vector<RenewalOf<D>> RvePointsOf<D>::renew(const std::vector<int> &slots,
   for (int trial = 0; trial < MOST_FRESH_TRIALS; ++trial) {
     std::vector<Way> ways;
     for (std::size_t k = 0; k < all.size(); ++k)
-      if (points[slots[k]].frozen() && begin_fresh(all[k], packings))
+      if (points.at(slots[k]).frozen() && begin_fresh(all[k], packings))
         ways.push_back(all[k].way(k, dt));
     bring_to_stress(all, ways);
   }
@@ -171,7 +171,7 @@ std::vector<RenewalOf<D>> RvePointsOf<D>::renew(const std::vector<int> &slots,
   std::vector<RenewalOf<D>> renewals;
   for (std::size_t k = 0; k < slots.size(); ++k) {
     Fresh &fresh = all[k];
-    if (points[slots[k]].frozen()) {    // as it was
+    if (points.at(slots[k]).frozen()) {    // as it was
       replace(*engine, slots[k], fresh.before);
       points[slots[k]].copies = fresh.copies_before;
       fresh.renewal.packing = -1;

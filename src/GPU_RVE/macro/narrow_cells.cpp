@@ -33,9 +33,9 @@ template <int D> bool RvePointsOf<D>::has_room_for_copies(int num_grains) const
   const int wanted = 2 * num_grains;
   int of_copies = 1, largest = 0;
   for (const int other : used_slots()) {
-    if (points[other].copies == 1) continue;
+    if (copies(other) == 1) continue;
     ++of_copies;
-    largest = std::max(largest, points[other].result.num_grains);
+    largest = std::max(largest, points.unheard(other).result.num_grains);
   }
   double bytes = static_cast<double>(engine->bytes_per_rve(wanted)) -
       static_cast<double>(engine->bytes_per_rve(num_grains));
@@ -76,7 +76,7 @@ void RvePointsOf<D>::widen_shadows(const std::vector<int> &slots,
                                    std::vector<rve::ResponseOf<D>> &responses)
 {
   for (std::size_t k = 0; k < slots.size(); ++k) {
-    const Point &point = points[slots[k]];
+    const Point &point = points.unheard(slots[k]);
     while (responses[k].status & rve::status::CellTooNarrow) {
       const rve::RveStateOf<D> state = shadows->state(point.shadow);
       const int copies = state.num_grains() * point.copies / engine->state(slots[k]).num_grains();

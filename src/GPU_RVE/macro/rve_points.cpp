@@ -44,23 +44,6 @@ namespace {
 
 }    // namespace
 
-template <int D>
-double slip_of_rotation(double angle, int substeps, double dt, const rve::Material &material,
-                        double grain_size, double contact_strain)
-{
-  // a moment of inertia against Z contacts with k_t r (r spin), Z = D + 1 of an isostatic packing with friction; in space the spin is along
-  // a contact's normal in part, and two thirds of it move the surface
-  constexpr double CONTACTS = D == 2 ? 3.0 : 4.0 * 2.0 / 3.0;
-  using Shape = rve::GrainShape<D>;
-  const double mass =
-      rve::times_power<D>(material.density * material.mass_depth * Shape::volume, 0.5 * grain_size);
-  const double stiffness =
-      rve::moduli_at_strain<D>(contact_strain, material, 0.5 * grain_size).tangential;
-  const double frequency = std::sqrt(1.0 / Shape::inertia * CONTACTS * stiffness / mass);
-  const double steps_of_lag = std::fmax(1.0, 1.0 / (frequency * dt));
-  return std::fabs(angle) * std::fmin(1.0, steps_of_lag / substeps);
-}
-
 template <int D> double RvePointsOf<D>::Point::strain_rate() const
 {
   if (drive.substeps == 0) return 0.0;
@@ -75,6 +58,35 @@ template <int D> void RvePointsOf<D>::Point::note(const rve::DriveOf<D> &last)
   drive = last;
   drive.modes = nullptr;    // they live elsewhere
   servo_error = last.has_servo() ? rve::servo_error(last, result.stress) : 0.0;
+}
+
+template <int D>
+void RvePointsOf<D>::Point::hear(const rve::ResponseOf<D> &response, const rve::DriveOf<D> &last)
+{
+  state = State::Awake;
+  result.status = response.status;
+  result.stress = response.stress;
+  stale = true;
+  contacts = response.num_contacts;
+  look.reset();
+  if (last.substeps == 0) return;
+  pending = Matrix::identity();
+  note(last);
+}
+
+template <int D> PointFront<D> RvePointsOf<D>::Point::front() const
+{
+  PointFront<D> front;
+  front.is_current = true;
+  if (state == State::Empty) return front;
+  front.state = state;
+  front.owes = !is_identity(pending);
+  front.most_contacts = most_contacts;
+  front.response = {result.status, contacts, result.stress};
+  front.pressure = last_steps().mean_stress();
+  front.of_contacts = ContactResponse<D>(material, grain_size);
+  front.drive = drive;
+  return front;
 }
 
 template <int D> void RvePointsOf<D>::Point::take_details(const rve::ResultOf<D> &look)
@@ -100,14 +112,15 @@ rve::DriveOf<D> RvePointsOf<D>::path_drive(int slot, const LoadPathsOf<D> &paths
 {
   // strains are known when an advance was with details
   const Matrix now = paths.needs_details() ? point(slot).result.deformation : Matrix::identity();
-  return paths.drive(points[slot].path, step, script, now);
+  return paths.drive(path(slot), step, script, now);
 }
 
 template <int D>
 void RvePointsOf<D>::follow_path(int slot, const LoadPathsOf<D> &paths, const PathStep &step)
 {
-  if (points[slot].frozen()) return;
-  const rve::ResultOf<D> &result = paths.needs_details() ? point(slot).result : points[slot].result;
+  if (frozen(slot)) return;
+  const rve::ResultOf<D> &result = paths.needs_details() ? point(slot).result
+                                                         : points.at(slot).result;
   paths.follow(points[slot].path, step, result);
 }
 
@@ -143,13 +156,15 @@ template <int D> double RvePointsOf<D>::Point::shadow_deviation() const
 template <int D>
 typename RvePointsOf<D>::Point &RvePointsOf<D>::settle(int slot, const rve::RveStateOf<D> &state)
 {
-  if (slot >= static_cast<int>(points.size())) points.resize(slot + 1);
-  record_sizes.assign(points.size(), 0);
-  points[slot] = Point();
-  points[slot].state = State::Awake;
-  points[slot].material = state.material;
-  points[slot].servo_gain = rve::default_servo_gain(state);
-  return points[slot];
+  points.grow_to(slot + 1);
+  record_sizes.resize(points.size());
+  record_sizes[slot] = 0;
+  Point &point = points[slot];
+  point = Point();
+  point.state = State::Awake;
+  point.material = state.material;
+  point.servo_gain = rve::default_servo_gain(state);
+  return point;
 }
 
 template <int D>
@@ -186,7 +201,7 @@ template <int D> void RvePointsOf<D>::evaluate_new(const std::vector<int> &slots
 template <int D> void RvePointsOf<D>::begin_anew(const std::vector<int> &slots)
 {
   for (const int slot : slots) {
-    const bool has_shadow = points[slot].shadow >= 0;
+    const bool has_shadow = points.at(slot).shadow >= 0;
     rve::RveStateOf<D> state = engine->state(slot);
     rve::forget_past(state);
     remove(slot);
@@ -288,12 +303,11 @@ void RvePointsOf<D>::set_materials_in_place(const std::vector<int> &slots,
   try {
     for (; done < slots.size(); ++done) {
       engine->set_material(slots[done], materials[done]);
-      const int shadow = points[slots[done]].shadow;
+      const int shadow = points.unheard(slots[done]).shadow;
       if (shadow >= 0) shadows->set_material(shadow, materials[done]);
     }
   } catch (...) {
-    for (std::size_t k = 0; k < done; ++k)
-      engine->set_material(slots[k], points[slots[k]].material);
+    for (std::size_t k = 0; k < done; ++k) engine->set_material(slots[k], material(slots[k]));
     throw;
   }
 }
@@ -366,7 +380,7 @@ void RvePointsOf<D>::call_engine_apart(const std::vector<int> &slots,
     std::vector<int> some_slots;
     std::vector<rve::DriveOf<D>> some_drives;
     for (std::size_t k = 0; k < slots.size(); ++k) {
-      if ((points[slots[k]].copies > 1) != of_copies) continue;
+      if ((copies(slots[k]) > 1) != of_copies) continue;
       places.push_back(k);
       some_slots.push_back(slots[k]);
       some_drives.push_back(drives[k]);
@@ -385,19 +399,19 @@ void RvePointsOf<D>::call_and_widen(const std::vector<int> &slots,
                                     const std::vector<rve::DriveOf<D>> &drives, Answers &answers)
 {
   call_engine(slots, drives, answers);
+  widen_and_repeat(slots, drives, answers);
+}
+
+template <int D>
+template <class Answers>
+void RvePointsOf<D>::widen_and_repeat(const std::vector<int> &slots,
+                                      const std::vector<rve::DriveOf<D>> &drives, Answers &answers)
+{
   if (options.most_copies == 1) return;
-  const int count = static_cast<int>(slots.size());
-  bool any_narrow = false;
-  {
-    const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team) reduction(|| : any_narrow)
-    for (int k = 0; k < count; ++k)
-      any_narrow = any_narrow || (answers[k].status & rve::status::CellTooNarrow) != 0;
-  }
-  while (any_narrow) {
+  for (bool any_narrow = true; any_narrow;) {
     std::vector<int> places, some_slots;
     std::vector<rve::DriveOf<D>> some_drives;
-    for (int k = 0; k < count; ++k) {
+    for (int k = 0; k < static_cast<int>(slots.size()); ++k) {
       if (!(answers[k].status & rve::status::CellTooNarrow) || !widen(slots[k])) continue;
       places.push_back(k);
       some_slots.push_back(slots[k]);
@@ -456,22 +470,21 @@ template <int D> struct RvePointsOf<D>::Macro {
 };
 
 /// Whether the strain since its last DEM steps is too small for others. It sleeps if it is at rest as well.
-template <int D>
-bool RvePointsOf<D>::may_sleep(const Point &point, const rve::DriveOf<D> &drive) const
+template <int D> bool RvePointsOf<D>::may_sleep(int slot, const rve::DriveOf<D> &drive) const
 {
+  const Point &point = points.at(slot);
   return options.quiescent_strain > 0.0 && !drive.has_servo() && drive.substeps > 0 &&
       point.last_steps().status == rve::status::Ok &&
       rve::strain_size(drive.deformation * point.pending) < options.quiescent_strain &&
-      (point.asleep() || is_worth_a_look(point, drive));
+      (point.asleep() || is_worth_a_look(slot, drive));
 }
 
 /// Whether what it would sleep through at this rate costs more than the look that lets it sleep. Costs are in DEM steps: each macro step
 /// that it sleeps saves its own and what a call costs beside them.
-template <int D>
-bool RvePointsOf<D>::is_worth_a_look(const Point &point, const rve::DriveOf<D> &drive) const
+template <int D> bool RvePointsOf<D>::is_worth_a_look(int slot, const rve::DriveOf<D> &drive) const
 {
   const rve::PolarDecomposition polar(drive.deformation);
-  const int substeps = options.adaptive ? substeps_of(point, drive, polar) : drive.substeps;
+  const int substeps = options.adaptive ? substeps_of(slot, drive, polar) : drive.substeps;
   return (substeps + CALL_IN_STEPS) * options.quiescent_strain >
       LOOK_IN_STEPS * rve::norm(polar.strain);
 }
@@ -482,7 +495,7 @@ template <int D> void RvePointsOf<D>::look_at_sleepers(const std::vector<int> &s
 {
   std::vector<int> some;
   for (std::size_t k = 0; k < slots.size(); ++k)
-    if (parts[k] == Part::Sleeps && !points[slots[k]].look) some.push_back(slots[k]);
+    if (parts[k] == Part::Sleeps && !points.at(slots[k]).look) some.push_back(slots[k]);
   if (!some.empty()) {
     std::vector<rve::ElasticResultOf<D>> looks;
     call_engine(some, drives_at_rest(some.size()), looks);
@@ -499,7 +512,7 @@ template <int D> void RvePointsOf<D>::look_at_sleepers(const std::vector<int> &s
     }
   }
   for (std::size_t k = 0; k < slots.size(); ++k)
-    if (parts[k] == Part::Sleeps && !points[slots[k]].look->is_at_rest) parts[k] = Part::Works;
+    if (parts[k] == Part::Sleeps && !points.at(slots[k]).look->is_at_rest) parts[k] = Part::Works;
 }
 
 /// sigma + C:eps, turned with the RVE; cell, deformation and void ratio follow. The rest is that of the last DEM step.
@@ -519,31 +532,32 @@ template <int D> void RvePointsOf<D>::answer_asleep(Point &point, const Matrix &
   result.void_ratio = (1.0 + point.rested.void_ratio) * rve::determinant(pending) - 1.0;
 }
 
-template <int D>
-int RvePointsOf<D>::substeps_of(const Point &point, const rve::DriveOf<D> &drive) const
+template <int D> int RvePointsOf<D>::substeps_of(int slot, const rve::DriveOf<D> &drive) const
 {
   if (!options.adaptive || drive.substeps == 0 || drive.has_servo()) return drive.substeps;
-  return substeps_of(point, drive, rve::PolarDecomposition(drive.deformation));
+  return substeps_of(slot, drive, rve::PolarDecomposition(drive.deformation));
 }
 
 template <int D>
-int RvePointsOf<D>::substeps_of(const Point &point, const rve::DriveOf<D> &drive,
+int RvePointsOf<D>::substeps_of(int slot, const rve::DriveOf<D> &drive,
                                 const rve::PolarDecomposition<D> &polar) const
 {
-  return options.adaptive->of(rve::norm(polar.strain), drive.dt, point.last_steps().mean_stress(),
-                              point.grain_size, point.material);
+  const PointFront<D> &front = points.front(slot);
+  return options.adaptive->of(rve::norm(polar.strain), drive.dt, front.pressure,
+                              front.of_contacts.grain_size(), front.of_contacts.density());
 }
 
 /// Whether a rotation lets contacts slip, in as few DEM steps as the strain asks for. The overlap is that of its mean stress: what is
 /// known whatever the last advance was asked for.
 template <int D>
-bool RvePointsOf<D>::slips(const Point &point, const rve::DriveOf<D> &drive, double angle) const
+bool RvePointsOf<D>::slips(int slot, const rve::DriveOf<D> &drive, double angle) const
 {
-  const double pressure = std::fmax(point.last_steps().mean_stress(), 0.0);
-  const double overlap = rve::contact_strain<D>(pressure, point.material, 0.5 * point.grain_size);
+  const PointFront<D> &front = points.front(slot);
+  const double overlap =
+      front.of_contacts.contact_strain(std::fmax(front.pressure, 0.0), material(slot));
   if (std::fabs(angle) <= TURN_OF_OVERLAP * overlap) return false;    // the slip is no larger
-  const double slip = slip_of_rotation<D>(angle, drive.substeps, drive.dt, point.material,
-                                          point.grain_size, overlap);
+  const double slip =
+      front.of_contacts.slip_of_rotation(angle, drive.substeps, drive.dt, overlap, material(slot));
   return !(slip <= TURN_OF_OVERLAP * overlap);
 }
 
@@ -563,46 +577,71 @@ void RvePointsOf<D>::turn(rve::EngineOf<D> &engine, const std::vector<int> &numb
   if (!some.empty()) engine.turn(some, rotations);
 }
 
+/// What each RVE does. Returns whether all work.
+template <int D>
+bool RvePointsOf<D>::plan_parts(const std::vector<int> &slots,
+                                const std::vector<rve::DriveOf<D>> &drives)
+{
+  const int count = static_cast<int>(slots.size());
+  parts.resize(count);
+  bool all_work = true;
+  const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team) reduction(&& : all_work)
+  for (int k = 0; k < count; ++k) {
+    parts[k] = frozen(slots[k])          ? Part::Nothing
+        : may_sleep(slots[k], drives[k]) ? Part::Sleeps
+                                         : Part::Works;
+    all_work = all_work && parts[k] == Part::Works;
+  }
+  return all_work;
+}
+
 /// The drives of those that work, with what they slept through; but under a servo, which takes no deformation. Returns whether one of them
 /// has slept and is under a servo.
 template <int D>
 bool RvePointsOf<D>::plan_work(const std::vector<int> &slots,
-                               const std::vector<rve::DriveOf<D>> &drives)
+                               const std::vector<rve::DriveOf<D>> &drives, bool all_work)
 {
   working.clear();
-  for (std::size_t k = 0; k < slots.size(); ++k)
-    if (parts[k] == Part::Works) working.push_back(static_cast<int>(k));
-  const int count = static_cast<int>(working.size());
+  if (!all_work)
+    for (std::size_t k = 0; k < slots.size(); ++k)
+      if (parts[k] == Part::Works) working.push_back(static_cast<int>(k));
+  const int count = static_cast<int>(all_work ? slots.size() : working.size());
   working_slots.resize(count);
   working_drives.resize(count);
   must_turn.resize(count);
-  bool some_owe = false;
+  bool some_owe = false, some_turn = false;
   {
-    const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team) reduction(|| : some_owe)
+    // not light: a decomposition takes longer than all else that is done for a point
+    const int team = rve::team_for(count, threads);
+#pragma omp parallel for num_threads(team) reduction(|| : some_owe, some_turn)
     for (int m = 0; m < count; ++m) {
-      const int k = working[m];
-      const Point &point = points[slots[k]];
+      const int k = all_work ? m : working[m], slot = slots[k];
       rve::DriveOf<D> &drive = working_drives[m];
-      working_slots[m] = slots[k];
+      working_slots[m] = slot;
       drive = drives[k];
       must_turn[m] = 0;
-      const bool wakes = !is_identity(point.pending), has_servo = drive.has_servo();
+      const bool wakes = points.front(slot).owes, has_servo = drive.has_servo();
       some_owe = some_owe || (wakes && has_servo);
       if (has_servo || drive.substeps == 0) continue;
-      if (wakes) drive.deformation = drive.deformation * point.pending;
-      must_turn[m] = wakes && is_turned(point, drive.deformation);
-      if (!options.adaptive) continue;
-      const rve::PolarDecomposition polar(drive.deformation);
-      drive.substeps = substeps_of(point, drive, polar);
-      must_turn[m] = must_turn[m] || slips(point, drive, polar.angle);
+      if (wakes) {
+        const Point &point = points.at(slot);
+        drive.deformation = drive.deformation * point.pending;
+        must_turn[m] = is_turned(point, drive.deformation);
+      }
+      if (options.adaptive) {
+        const rve::PolarDecomposition polar(drive.deformation);
+        drive.substeps = substeps_of(slot, drive, polar);
+        must_turn[m] = must_turn[m] || slips(slot, drive, polar.angle);
+      }
+      some_turn = some_turn || must_turn[m];
     }
   }
+  if (!some_turn) return some_owe;
   turn(*engine, working_slots, working_drives, must_turn);
   // the strain of what is left, to its last digit
   for (int m = 0; m < count; ++m)
-    if (must_turn[m])
-      working_drives[m].substeps = substeps_of(points[working_slots[m]], working_drives[m]);
+    if (must_turn[m]) working_drives[m].substeps = substeps_of(working_slots[m], working_drives[m]);
   return some_owe;
 }
 
@@ -614,7 +653,7 @@ template <int D> void RvePointsOf<D>::catch_up()
   must_turn.clear();
   for (std::size_t m = 0; m < working_slots.size(); ++m) {
     const rve::DriveOf<D> &wanted = working_drives[m];
-    const Point &point = points[working_slots[m]];
+    const Point &point = points.at(working_slots[m]);
     if (!wanted.has_servo() || is_identity(point.pending)) continue;
     rve::DriveOf<D> drive;
     drive.dt = wanted.dt;
@@ -638,7 +677,7 @@ template <int D> void RvePointsOf<D>::catch_up()
   }
   std::size_t left = 0;
   for (std::size_t m = 0; m < working_slots.size(); ++m) {
-    if (points[working_slots[m]].frozen()) continue;
+    if (frozen(working_slots[m])) continue;
     working_slots[left] = working_slots[m];
     working_drives[left++] = working_drives[m];
   }
@@ -702,16 +741,16 @@ void RvePointsOf<D>::advance_shadows(const std::vector<int> &slots,
   std::vector<rve::DriveOf<D>> finer;
   std::vector<char> turned;
   for (std::size_t k = 0; k < slots.size(); ++k) {
-    const Point &point = points[slots[k]];
+    const Point &point = points.at(slots[k]);
     if (point.shadow < 0 || point.frozen()) continue;
     originals.push_back(slots[k]);
     numbers.push_back(point.shadow);
     finer.push_back(drives[k]);
     finer.back().dt /= options.shadow_refinement;
-    finer.back().substeps = substeps_of(point, drives[k]) * options.shadow_refinement;
+    finer.back().substeps = substeps_of(slots[k], drives[k]) * options.shadow_refinement;
     turned.push_back(
         options.adaptive && !drives[k].has_servo() && drives[k].substeps > 0 &&
-        slips(point, finer.back(), rve::PolarDecomposition(drives[k].deformation).angle));
+        slips(slots[k], finer.back(), rve::PolarDecomposition(drives[k].deformation).angle));
   }
   if (numbers.empty()) return;
   turn(*shadows, numbers, finer, turned);
@@ -760,8 +799,8 @@ template <int D> bool RvePointsOf<D>::is_plain(const std::vector<int> &slots) co
   const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team) reduction(&& : plain)
   for (int k = 0; k < count; ++k) {
-    const Point &point = points[slots[k]];
-    plain = plain && point.state == State::Awake && is_identity(point.pending);
+    const PointFront<D> &front = points.front(slots[k]);
+    plain = plain && front.state == State::Awake && !front.owes;
   }
   return plain;
 }
@@ -772,43 +811,52 @@ std::vector<int> RvePointsOf<D>::advance_plainly(const std::vector<int> &slots,
 {
   const int count = static_cast<int>(slots.size());
   if (count == 0) return {};
-  call_and_widen(slots, drives, responses);
+  call_engine(slots, drives, responses);
   record_sizes.assign(points.size(), 0);
 
-  int num_failed = 0;
-  bool stiffened = false;
-  const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team) reduction(+ : num_failed) reduction(|| : stiffened)
-  for (int k = 0; k < count; ++k) {
-    Point &point = points[slots[k]];
-    point.state = State::Awake;
-    point.result.status = responses[k].status;
-    if (responses[k].status & rve::status::Fatal) {
-      point.state = State::Frozen;
-      ++num_failed;
-      continue;
+  const auto has_failed = [&](int k) {
+    return (responses[k].status & rve::status::Fatal) != 0;
+  };
+  bool any_failed = false, stiffened = false;
+  const auto take = [&](int k) {
+    points.answered(slots[k], responses[k], drives[k]);
+    return responses[k].num_contacts > points.front(slots[k]).most_contacts;
+  };
+  {
+    const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team) reduction(|| : any_failed, stiffened)
+    for (int k = 0; k < count; ++k) {
+      if (has_failed(k))
+        any_failed = true;
+      else
+        stiffened = take(k) || stiffened;
     }
-    point.result.stress = responses[k].stress;
-    point.stale = true;
-    point.contacts = responses[k].num_contacts;
-    stiffened = stiffened || point.contacts > point.most_contacts;
-    point.look.reset();
-    if (drives[k].substeps == 0) continue;
-    point.pending = Matrix::identity();
-    point.note(drives[k]);
   }
   any_stiffened = any_stiffened || stiffened;
-  std::vector<int> failed;
-  for (int k = 0; num_failed > 0 && k < count; ++k)
-    if (points[slots[k]].frozen()) failed.push_back(slots[k]);
+  if (!any_failed) return {};
+
+  std::vector<int> failed, in_trouble;
+  for (int k = 0; k < count; ++k)
+    if (has_failed(k)) in_trouble.push_back(k);
+  widen_and_repeat(slots, drives, responses);
+  for (const int k : in_trouble) {
+    if (!has_failed(k)) {
+      any_stiffened = take(k) || any_stiffened;
+      continue;
+    }
+    Point &point = points[slots[k]];
+    point.state = State::Frozen;
+    point.result.status = responses[k].status;
+    failed.push_back(slots[k]);
+  }
   return failed;
 }
 
 template <int D> void RvePointsOf<D>::complete() const
 {
   stale_slots.clear();
-  for (int slot = 0; slot < static_cast<int>(points.size()); ++slot)
-    if (points[slot].stale) stale_slots.push_back(slot);
+  for (int slot = 0; slot < points.size(); ++slot)
+    if (points.is_stale(slot)) stale_slots.push_back(slot);
   const int count = static_cast<int>(stale_slots.size());
   if (count == 0) return;
   // whoever looks in every step does so at thousands: no memory is asked for each time, and threads share the copies
@@ -827,39 +875,32 @@ template <int D>
 std::vector<int> RvePointsOf<D>::advance_by_plan(const std::vector<int> &slots,
                                                  const std::vector<rve::DriveOf<D>> &drives)
 {
-  const int count = static_cast<int>(slots.size());
   record_sizes.assign(points.size(), 0);
-  parts.resize(count);
-  {
-    const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team)
-    for (int k = 0; k < count; ++k) {
-      const Point &point = points[slots[k]];
-      parts[k] = point.frozen()         ? Part::Nothing
-          : may_sleep(point, drives[k]) ? Part::Sleeps
-                                        : Part::Works;
-    }
-  }
-  if (options.quiescent_strain > 0.0) {
+  bool all_work = plan_parts(slots, drives);
+  if (!all_work && options.quiescent_strain > 0.0) {
     look_at_sleepers(slots);
+    const int count = static_cast<int>(slots.size());
     const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team)
-    for (int k = 0; k < count; ++k) {
-      Point &point = points[slots[k]];
-      if (parts[k] == Part::Sleeps) answer_asleep(point, drives[k].deformation * point.pending);
-    }
+    for (int k = 0; k < count; ++k)
+      if (parts[k] == Part::Sleeps) {
+        Point &point = points[slots[k]];
+        answer_asleep(point, drives[k].deformation * point.pending);
+      }
   }
 
-  if (plan_work(slots, drives)) catch_up();
+  const bool some_owe = plan_work(slots, drives, all_work);
+  const std::size_t planned = working_slots.size();
+  if (some_owe) catch_up();
   if (options.stress_from != StressFrom::End)
     advance_with_samples(working_slots, working_drives);
   else if (advance_plainly(working_slots, working_drives).empty() &&
-           working_slots.size() == working.size())
+           working_slots.size() == planned)
     return {};    // as nearly always: thousands of points need not be asked
 
   std::vector<int> failed;
-  for (const int k : working)
-    if (points[slots[k]].frozen()) failed.push_back(slots[k]);
+  for (std::size_t k = 0; k < slots.size(); ++k)
+    if ((all_work || parts[k] == Part::Works) && frozen(slots[k])) failed.push_back(slots[k]);
   return failed;
 }
 
@@ -892,8 +933,6 @@ void RvePointsOf<D>::advance_with_samples(const std::vector<int> &slots,
   }
 }
 
-template double slip_of_rotation<2>(double, int, double, const rve::Material &, double, double);
-template double slip_of_rotation<3>(double, int, double, const rve::Material &, double, double);
 template class RvePointsOf<2>;
 template class RvePointsOf<3>;
 // for fresh_rves.cpp

@@ -5,6 +5,7 @@
 #define MACRO_RVE_POINTS_H
 
 #include "macro/load_path.h"
+#include "macro/point_table.h"
 #include "macro/way_to_stress.h"
 #include "rve/engine/advice.h"
 #include "rve/engine/affine_stiffness.h"
@@ -71,28 +72,13 @@ constexpr double CONTACT_GROWTH = 0.1, CONTACT_GROWTH_PER_GRAIN = 0.02;
 /// of the normal force at k_t = k_n.
 constexpr double TURN_OF_OVERLAP = 1e-2;
 
-/// Largest slip by a rotation by `angle` in `substeps` steps of dt, as an angle [rad]: the whole rotation, if the grains do not follow
-/// at all. Grains that all spin alike in a cell that does not turn go to and fro with w = sqrt(2 Z k_t/m), k_t at the overlap over diameter, and lag
-/// behind a rotation at a constant rate by that rate over w; the first step finds them at rest.
-template <int D>
-double slip_of_rotation(double angle, int substeps, double dt, const rve::Material &material,
-                        double grain_size, double contact_strain);
-
 template <int D> class RvePointsOf {
  public:
   using Matrix = rve::Tensor<double, D>;
 
-  /// Of a slot: what its RVE did in the last macro step.
-  enum class State : char {
-    Empty,    ///< there is no RVE
-    Awake,    ///< made DEM steps
-    /// Was skipped: `result` is that of the affine RVE, `rested` that of its last DEM step.
-    Asleep,
-    Frozen    ///< failed once and is not advanced any more
-  };
+  using State = PointState;
 
   struct Point {
-    // what every macro step asks for, side by side: thousands of points are more than caches hold
     State state = State::Empty;
     bool stale = false;           ///< `result` is of an earlier advance, but for stress and status
     std::int32_t contacts = 0;    ///< after its last DEM steps
@@ -133,6 +119,9 @@ template <int D> class RvePointsOf {
     double strain_rate() const;
     /// Its last DEM steps were these, and `result` has their stress.
     void note(const rve::DriveOf<D> &last);
+    /// A sound answer to this drive.
+    void hear(const rve::ResponseOf<D> &response, const rve::DriveOf<D> &last);
+    PointFront<D> front() const;
     /// D itself, in the axes of the present; zero before its first steps [1/time]
     Matrix rate_of_deformation() const;
     /// What a look at it finds. Its stress may be a mean, and its status is that of its last steps.
@@ -201,8 +190,8 @@ template <int D> class RvePointsOf {
 
   const Point &point(int slot) const
   {
-    if (points[slot].stale) complete();
-    return points[slot];
+    if (points.is_stale(slot)) complete();
+    return points.at(slot);
   }
   /// Lower bounds of the stable DEM time steps, sharp below `enough` (rve::EngineOf<D>).
   std::vector<double> bound_time_steps(const std::vector<int> &slots, double enough) const;
@@ -214,29 +203,31 @@ template <int D> class RvePointsOf {
   /// whether one of them has.
   bool has_stiffened(int slot) const
   {
-    return !points[slot].frozen() && points[slot].contacts > points[slot].most_contacts;
+    const PointFront<D> &front = points.front(slot);
+    return front.state != State::Frozen && front.response.num_contacts > front.most_contacts;
   }
   bool any_has_stiffened() const { return any_stiffened; }
   // what is always up to date
-  const Matrix &stress(int slot) const { return points[slot].result.stress; }
-  const rve::Material &material(int slot) const { return points[slot].material; }
+  const Matrix &stress(int slot) const { return points.front(slot).response.stress; }
+  const rve::Material &material(int slot) const { return points.unheard(slot).material; }
   /// Whether time has passed for it, here or before it came here.
   bool has_advanced(int slot) const
   {
-    return points[slot].drive.substeps > 0 || points[slot].asleep();
+    const PointFront<D> &front = points.front(slot);
+    return front.drive.substeps > 0 || front.state == State::Asleep;
   }
-  bool frozen(int slot) const { return points[slot].frozen(); }
-  int copies(int slot) const { return points[slot].copies; }
-  int renewals(int slot) const { return points[slot].renewals; }
-  double servo_gain(int slot) const { return points[slot].servo_gain; }
+  bool frozen(int slot) const { return points.front(slot).state == State::Frozen; }
+  int copies(int slot) const { return points.unheard(slot).copies; }
+  int renewals(int slot) const { return points.unheard(slot).renewals; }
+  double servo_gain(int slot) const { return points.unheard(slot).servo_gain; }
   /// The next step of an RVE that is on one of these paths, for advance(), and what comes of it there.
   rve::DriveOf<D> path_drive(int slot, const LoadPathsOf<D> &paths, const PathStep &step,
                              const double *script) const;
   void follow_path(int slot, const LoadPathsOf<D> &paths, const PathStep &step);
   PathState<D> &path(int slot) { return points[slot].path; }
-  const PathState<D> &path(int slot) const { return points[slot].path; }
+  const PathState<D> &path(int slot) const { return points.unheard(slot).path; }
   /// Largest difference between a steered stress and its goal, after the last DEM steps [stress]
-  double servo_error(int slot) const { return points[slot].servo_error; }
+  double servo_error(int slot) const { return points.at(slot).servo_error; }
   rve::RveStateOf<D> state(int slot) const { return engine->state(slot); }
   std::string description() const { return engine->description(); }
   int size() const { return engine->size(); }
@@ -245,7 +236,10 @@ template <int D> class RvePointsOf {
   /// Memory that `count` further RVEs take, of the first of these numbers of grains, with as many shadows as they may get, and calls
   /// of all that are then there [bytes]. An estimate: lists may grow.
   double bytes_for(const std::vector<int> &grains, int count, int num_shadows) const;
-  double bytes(int slot) const { return engine->bytes_per_rve(points[slot].result.num_grains); }
+  double bytes(int slot) const
+  {
+    return engine->bytes_per_rve(points.unheard(slot).result.num_grains);
+  }
 
   /// Everything of one RVE as doubles.
   std::vector<double> record(int slot) const;
@@ -266,7 +260,7 @@ template <int D> class RvePointsOf {
   std::vector<int> widened;      ///< slots, since they were taken
   double seconds = 0.0, seconds_for_shadows = 0.0;
   mutable double seconds_in_engine = 0.0;
-  mutable std::vector<Point> points;        // by slot
+  mutable PointTable<D, Point> points;      // by slot
   mutable std::vector<int> record_sizes;    // by slot; 0: not known
   // of complete(), kept between calls
   mutable std::vector<int> stale_slots;
@@ -282,7 +276,7 @@ template <int D> class RvePointsOf {
   std::vector<rve::ResponseOf<D>> responses;
   // of advance_by_plan
   std::vector<Part> parts;     // of each slot that is given
-  std::vector<int> working;    // places of those that work among them
+  std::vector<int> working;    // places of those that work among them, unless all do
   std::vector<int> working_slots;
   std::vector<rve::DriveOf<D>> working_drives;
   std::vector<char> must_turn;    // as working_slots
@@ -296,6 +290,9 @@ template <int D> class RvePointsOf {
   template <class Answers>
   void call_and_widen(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,
                       Answers &answers);
+  template <class Answers>
+  void widen_and_repeat(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,
+                        Answers &answers);
   bool widen(int slot);
   struct Fresh;
   using Way = WayToStress<D>;
@@ -326,18 +323,20 @@ template <int D> class RvePointsOf {
   void move_to(const rve::ContactModel &contacts, const NewMaterials &materials);
   void set_materials_in_place(const std::vector<int> &slots,
                               const std::vector<rve::Material> &materials);
-  bool may_sleep(const Point &point, const rve::DriveOf<D> &drive) const;
-  int substeps_of(const Point &point, const rve::DriveOf<D> &drive) const;
+  bool may_sleep(int slot, const rve::DriveOf<D> &drive) const;
+  int substeps_of(int slot, const rve::DriveOf<D> &drive) const;
   /// Adaptive ones of a drive without servo, whose deformation is decomposed.
-  int substeps_of(const Point &point, const rve::DriveOf<D> &drive,
+  int substeps_of(int slot, const rve::DriveOf<D> &drive,
                   const rve::PolarDecomposition<D> &polar) const;
   void look_at_sleepers(const std::vector<int> &slots);
   void answer_asleep(Point &point, const Matrix &pending) const;
   static void turn(rve::EngineOf<D> &engine, const std::vector<int> &numbers,
                    std::vector<rve::DriveOf<D>> &drives, const std::vector<char> &must_turn);
-  bool slips(const Point &point, const rve::DriveOf<D> &drive, double angle) const;
-  bool is_worth_a_look(const Point &point, const rve::DriveOf<D> &drive) const;
-  bool plan_work(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives);
+  bool slips(int slot, const rve::DriveOf<D> &drive, double angle) const;
+  bool is_worth_a_look(int slot, const rve::DriveOf<D> &drive) const;
+  bool plan_parts(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives);
+  bool plan_work(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,
+                 bool all_work);
   void catch_up();
   void run(std::vector<Macro> &macros);
   void advance_shadows(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives);

@@ -216,11 +216,12 @@ template <int D> int RvePointsOf<D>::record_bound(int slot) const
   // per grain: radius, coordinates, velocities, spins, list coordinates, place; the rest generously, with room for as many pairs again
   constexpr int of_grain = 1 + 3 * D + rve::Space<D>::spins + 1;
   constexpr int of_pair = sizeof(rve::PairOf<D>) / sizeof(double);
-  const rve::ResultOf<D> &result = points[slot].result;
+  const Point &point = points.unheard(slot);
+  const rve::ResultOf<D> &result = point.result;
   const int of_state = of_grain * result.num_grains +
       2 * of_pair * std::max(result.num_pairs, result.num_grains) + 256;
-  const int times = std::max(1, options.most_copies / points[slot].copies);    // it may yet become
-  return static_cast<int>(head_size<D>()) + (points[slot].shadow >= 0 ? 2 : 1) * times * of_state;
+  const int times = std::max(1, options.most_copies / point.copies);    // it may yet become
+  return static_cast<int>(head_size<D>()) + (point.shadow >= 0 ? 2 : 1) * times * of_state;
 }
 
 template std::vector<double> RvePointsOf<2>::record(int) const;

@@ -73,6 +73,12 @@ template <int D> struct DriveOf {
 };
 using Drive = DriveOf<2>;
 
+/// p = tr(stress)/D, compression positive [stress]
+template <int D> double mean_stress(const Tensor<double, D> &stress)
+{
+  return -(1.0 / D) * trace(stress);
+}
+
 /// Homogenised answer of one RVE after a call. Stress and fabric are full tensors.
 template <int D> struct ResultOf {
   using Matrix = Tensor<double, D>;
@@ -102,8 +108,8 @@ template <int D> struct ResultOf {
   Counters counters;
   EnergyLedger energy;
 
-  /// p = tr(stress)/D, compression positive [stress]
-  double mean_stress() const { return -(1.0 / D) * trace(stress); }
+  /// p [stress]
+  double mean_stress() const { return rve::mean_stress(stress); }
   /// q = sqrt(s'_ij s'_ij / 2) in the plane, equation (25b), n = 2; sqrt(3/2 s'_ij s'_ij) in space, n = 3 [stress]
   double deviatoric_stress() const;
 };

@@ -19,25 +19,30 @@ template <int D> double grain_size(const ResultOf<D> &result)
 template <int D>
 double inertial_number(const ResultOf<D> &result, const Material &material, double rate)
 {
-  return inertial_number(result.mean_stress(), grain_size(result), material, rate);
+  return inertial_number(result.mean_stress(), grain_size(result), inertial_density(material),
+                         rate);
 }
 
-double inertial_number(double mean_stress, double grain_size, const Material &material, double rate)
+double inertial_density(const Material &material)
+{
+  return material.density * material.mass_depth / material.thickness;
+}
+
+double inertial_number(double mean_stress, double grain_size, double density, double rate)
 {
   if (rate == 0.0) return 0.0;
   if (!(mean_stress > 0.0)) return std::numeric_limits<double>::infinity();
-  const double density = material.density * material.mass_depth / material.thickness;
   return rate * grain_size * std::sqrt(density / mean_stress);
 }
 
 int AdaptiveSubsteps::of(double strain, double dt, double mean_stress, double grain_size,
-                         const Material &material) const
+                         double density) const
 {
   double wanted = strain / strain_per_step;
   // n dt is the time that the RVE has for the strain
   if (mean_stress > 0.0)
     wanted = std::max(wanted,
-                      rve::inertial_number(mean_stress, grain_size, material, strain / dt) /
+                      rve::inertial_number(mean_stress, grain_size, density, strain / dt) /
                           inertial_number);
   // a strain or a pressure that overflows asks for all of them
   if (!(wanted < most)) return most;

@@ -15,8 +15,11 @@ template <int D> double grain_size(const ResultOf<D> &result);
 /// zero at rest. `rate` is |D| [1/time].
 template <int D>
 double inertial_number(const ResultOf<D> &result, const Material &material, double rate);
-double inertial_number(double mean_stress, double grain_size, const Material &material,
-                       double rate);
+
+/// rho of inertial numbers [mass/length^3]
+double inertial_density(const Material &material);
+/// Of this rho.
+double inertial_number(double mean_stress, double grain_size, double density, double rate);
 
 /// Substeps by the strain of the macro step: as few as keep the strain of a DEM step and the inertial number, in the time of the
 /// RVE, below their bounds.
@@ -26,9 +29,8 @@ struct AdaptiveSubsteps {
   int most = 0;                    ///< bound of the number, > 0
 
   /// For an increment of this strain_size() with DEM steps of dt, from the mean stress that the RVE answered last. An RVE without
-  /// pressure has no inertial number: the strain per step decides.
-  int of(double strain, double dt, double mean_stress, double grain_size,
-         const Material &material) const;
+  /// pressure has no inertial number: the strain per step decides. `density` is inertial_density().
+  int of(double strain, double dt, double mean_stress, double grain_size, double density) const;
 };
 
 }    // namespace rve

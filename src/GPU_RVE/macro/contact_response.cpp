@@ -1,0 +1,58 @@
+#include "macro/contact_response.h"
+
+#include "rve/engine/contact_laws.h"
+#include "rve/engine/substeps.h"
+
+#include <cmath>
+
+namespace macro {
+
+template <int D>
+ContactResponse<D>::ContactResponse(const rve::Material &material, double grain_size) :
+    grain_size_(grain_size), density_(rve::inertial_density(material)),
+    has_constant_moduli_(rve::with_law<D>(material, [](const auto &law) {
+      return law.has_constant_moduli;
+    }))
+{
+  if (!has_constant_moduli_) return;
+  depth_ = D == 2 ? material.thickness : grain_size;
+  stiffness_ = rve::moduli_at_strain<D>(0.0, material, 0.5 * grain_size).normal;
+  frequency_ = frequency_at(0.0, material);
+}
+
+template <int D>
+double ContactResponse<D>::contact_strain(double pressure, const rve::Material &material) const
+{
+  return has_constant_moduli_ ? pressure * depth_ / stiffness_
+                              : rve::contact_strain<D>(pressure, material, 0.5 * grain_size_);
+}
+
+template <int D>
+double ContactResponse<D>::frequency_at(double contact_strain, const rve::Material &material) const
+{
+  // a moment of inertia against Z contacts with k_t r (r spin), Z = D + 1 of an isostatic packing with friction; in space the spin is along
+  // a contact's normal in part, and two thirds of it move the surface
+  constexpr double CONTACTS = D == 2 ? 3.0 : 4.0 * 2.0 / 3.0;
+  using Shape = rve::GrainShape<D>;
+  const double radius = 0.5 * grain_size_;
+  const double mass =
+      rve::times_power<D>(material.density * material.mass_depth * Shape::volume, radius);
+  const double stiffness = rve::moduli_at_strain<D>(contact_strain, material, radius).tangential;
+  return std::sqrt(1.0 / Shape::inertia * CONTACTS * stiffness / mass);
+}
+
+template <int D>
+double ContactResponse<D>::slip_of_rotation(double angle, int substeps, double dt,
+                                            double contact_strain,
+                                            const rve::Material &material) const
+{
+  const double frequency = has_constant_moduli_ ? frequency_
+                                                : frequency_at(contact_strain, material);
+  const double steps_of_lag = std::fmax(1.0, 1.0 / (frequency * dt));
+  return std::fabs(angle) * std::fmin(1.0, steps_of_lag / substeps);
+}
+
+template class ContactResponse<2>;
+template class ContactResponse<3>;
+
+}    // namespace macro

@@ -1,0 +1,108 @@
+// The points behind RVEs, by slot, in two parts: all of a point, and its front, what every macro step asks of it and tells it. Thousands of whole
+// points are more than caches hold, and fronts are not.
+//
+// What DEM steps answer is written into fronts alone. A point hears of it when somebody looks at it.
+
+#ifndef MACRO_POINT_TABLE_H
+#define MACRO_POINT_TABLE_H
+
+#include "macro/contact_response.h"
+#include "rve/engine/engine.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace macro {
+
+/// Of a slot: what its RVE did in the last macro step.
+enum class PointState : char {
+  Empty,    ///< there is no RVE
+  Awake,    ///< made DEM steps
+  /// Was skipped: `result` is that of the affine RVE, `rested` that of its last DEM step.
+  Asleep,
+  Frozen    ///< failed once and is not advanced any more
+};
+
+template <int D> struct PointFront {
+  PointState state = PointState::Empty;
+  bool is_current = false;    ///< it says what the point says
+  bool is_ahead = false;      ///< the point has not heard of the last answer
+  bool owes = false;          ///< a deformation is pending
+  std::int32_t most_contacts = 0;
+  rve::ResponseOf<D> response;       ///< of the last advance
+  double pressure = 0.0;             ///< mean stress of the last DEM steps [stress]
+  ContactResponse<D> of_contacts;    ///< of its material and grains
+  rve::DriveOf<D> drive;             ///< while ahead: of the last DEM steps
+};
+
+/// Different slots may be asked for by different threads. A reference to a point that may change is kept no longer than until fronts are asked
+/// for.
+template <int D, class Point> class PointTable {
+ public:
+  using Front = PointFront<D>;
+
+  int size() const { return static_cast<int>(points_.size()); }
+  /// Keeps those that are there.
+  void grow_to(int size)
+  {
+    if (size <= this->size()) return;
+    points_.resize(size);
+    fronts_.resize(size);
+  }
+
+  /// To be changed.
+  Point &operator[](int slot)
+  {
+    tell(slot);
+    fronts_[slot].is_current = false;
+    return points_[slot];
+  }
+  const Point &at(int slot) const
+  {
+    tell(slot);
+    return points_[slot];
+  }
+
+  const Front &front(int slot) const
+  {
+    Front &front = fronts_[slot];
+    if (!front.is_current) front = points_[slot].front();
+    return front;
+  }
+  /// Of what no answer changes.
+  const Point &unheard(int slot) const { return points_[slot]; }
+  /// Whether its result is not whole.
+  bool is_stale(int slot) const { return fronts_[slot].is_ahead || points_[slot].stale; }
+
+  /// After a sound answer to this drive.
+  void answered(int slot, const rve::ResponseOf<D> &response, const rve::DriveOf<D> &drive)
+  {
+    Front &front = fronts_[slot];
+    if (!front.is_current || drive.substeps == 0) {
+      (*this)[slot].hear(response, drive);
+      return;
+    }
+    front.state = PointState::Awake;
+    front.owes = false;
+    front.response = response;
+    front.pressure = rve::mean_stress(response.stress);
+    front.drive = drive;
+    front.is_ahead = true;
+  }
+
+ private:
+  mutable std::vector<Point> points_;
+  mutable std::vector<Front> fronts_;
+
+  void tell(int slot) const
+  {
+    Front &front = fronts_[slot];
+    if (!front.is_ahead) return;
+    front.is_ahead = false;
+    points_[slot].hear(front.response, front.drive);
+  }
+};
+
+}    // namespace macro
+
+#endif
