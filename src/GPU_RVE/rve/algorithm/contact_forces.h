@@ -195,7 +195,8 @@ inline namespace RVE_ISA {
   };
 
   /// All owned and extra pairs of the RVE. When more than forces is wanted, `grains` have loaded themselves but not their pairs, and
-  /// call.survey is filled. With Love sums alone then() is called by one thread when they are there.
+  /// call.survey is filled; with kHoldsUniforms they are loaded and saved here. With Love sums alone then() is called by one thread when
+  /// they are there.
   template <Wanted wanted, class Block, class Scene, class Grains, class Then = Nothing>
   RVE_INLINE void contact_forces(Block &block, Grains &grains, const SharedView<Scene> &shared,
                                  CallState<Scene> &call, int num_grains, const PlanOf<Scene> &plan,
@@ -207,6 +208,14 @@ inline namespace RVE_ISA {
     const bool keeps_ledger = wanted != Wanted::Nothing && Scene::books && call.keeps_ledger();
     const auto overlap_limit = static_cast<typename Scene::Real>(
         wanted == Wanted::Survey ? call.batch.overlap_limit : 0.0);
+    constexpr bool holds = kHoldsUniforms<Block, Scene>;
+    // in the steps: what all pairs want to know
+    const auto held = [&]() RVE_INLINE_LAMBDA {
+      if constexpr (holds && wanted == Wanted::Nothing)
+        return block.uniform(step_constants<Scene>(call.law, plan));
+      else
+        return 0;
+    }();
     // the pairs that grain i owns, or a pack of grains
     const auto add_owned = [&](const auto i, auto &sum) RVE_INLINE_LAMBDA {
       using Here = typename Grains::template SceneOf<std::decay_t<decltype(i)>>;
@@ -214,8 +223,12 @@ inline namespace RVE_ISA {
       grains.for_slots(
           i,
           [&]() RVE_INLINE_LAMBDA {
-            if constexpr (kRereads<Block, Scene>) block.reread();
-            return step_constants<Here>(call.law, plan);
+            if constexpr (holds && wanted == Wanted::Nothing) {
+              return held;
+            } else {
+              if constexpr (kRereads<Block, Scene>) block.reread();
+              return step_constants<Here>(call.law, plan);
+            }
           },
           [&](int k) RVE_INLINE_LAMBDA {
             // each when it is needed: the sums of the stress leave few registers
@@ -251,9 +264,13 @@ inline namespace RVE_ISA {
 
     // the pairs of a grain, and the extra ones that go with its number: what is lost is added up by the numbers of grains
     const auto add_all = [&](Item i) RVE_INLINE_LAMBDA {
+      if constexpr (holds && wanted == Wanted::Survey) grains.load_itself(i);
       auto sum = begin_sum<Scene>(grains.largest_force[i]);
       add_owned(i, sum);
-      grains.own.keep(i, sum.own);
+      if constexpr (holds)
+        grains.keep_forces(block, shared, i, sum.own, sum.largest_force);
+      else
+        grains.own.keep(i, sum.own);
       for (int m = i; m < num_extra; m += num_grains) add_extra(m, sum);
       grains.largest_force.keep(i, sum.largest_force);
       if constexpr (Scene::books)
@@ -305,25 +322,29 @@ inline namespace RVE_ISA {
           },
           call.survey.sum, then);
     } else if constexpr (wanted == Wanted::Survey) {
-      block.template survey_items<Sums::count, typename Scene::Sum>(
-          num_grains,
-          [&](const auto item, auto *term, float &largest) RVE_INLINE_LAMBDA {
-            if constexpr (IsPack<std::decay_t<decltype(item)>>::value) {
-              add_pack(item, term);
-              grains.for_each_grain(item, num_grains, [&](Item i) RVE_INLINE_LAMBDA {
-                largest = larger(largest, soundness(grains.view(i), grains.largest_force[i]));
-              });
-            } else {
-              const Item i = item;
-              const auto sum = add_all(i);
-              for (int k = 0; k < Scene::components; ++k) term[k] = sum.stress[k];
-              term[Sums::contacts] = sum.contacts;
-              term[Sums::crushed] = sum.crushed;
-              const float mine = soundness(grains.view(i), sum.largest_force);
-              largest = mine > largest ? mine : largest;
-            }
-          },
-          call.survey);
+      const auto survey = [&](const auto item, auto *term, float &largest) RVE_INLINE_LAMBDA {
+        if constexpr (IsPack<std::decay_t<decltype(item)>>::value) {
+          add_pack(item, term);
+          grains.for_each_grain(item, num_grains, [&](Item i) RVE_INLINE_LAMBDA {
+            largest = larger(largest, soundness(grains.view(i), grains.largest_force[i]));
+          });
+        } else {
+          const Item i = item;
+          const auto sum = add_all(i);
+          for (int k = 0; k < Scene::components; ++k) term[k] = sum.stress[k];
+          term[Sums::contacts] = sum.contacts;
+          term[Sums::crushed] = sum.crushed;
+          if constexpr (holds) grains.save(i);    // its forces are on chip
+          const float mine = soundness(grains.view(i), sum.largest_force);
+          largest = mine > largest ? mine : largest;
+        }
+      };
+      if constexpr (holds)
+        block.template survey_items_in_turn<Sums::count, typename Scene::Sum>(num_grains, survey,
+                                                                              call.survey);
+      else
+        block.template survey_items<Sums::count, typename Scene::Sum>(num_grains, survey,
+                                                                      call.survey);
     } else {
       block.for_items(num_grains, [&](const auto item) RVE_INLINE_LAMBDA {
         grains.for_parts(item, [&](const auto i) RVE_INLINE_LAMBDA {

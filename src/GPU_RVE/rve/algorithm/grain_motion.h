@@ -94,6 +94,20 @@ inline namespace RVE_ISA {
     for (int a = 0; a < D; ++a) drift<Numbers>(motion.position[a], displacement[a]);
   }
 
+  /// Whether a grain is so near to where it was when the list was built that it has not left the list, whatever the direction.
+  template <class Numbers, int D>
+  RVE_INLINE bool is_in_safe_box(const MoveConstants<Numbers, D> &step,
+                                 const Motion<Numbers, D> &motion,
+                                 const GrainResponse<Numbers, D> &response)
+  {
+    bool inside = true;
+    for (int a = 0; a < D; ++a)
+      inside = inside &&
+          leading_bits(motion.position[a]) - response.list_position[a] + step.safe_box <=
+              2 * step.safe_box;
+    return inside;
+  }
+
   /// Whether a grain has left the safety of the list, by its displacement since that was built, without that of the mean field.
   template <class Numbers, int D>
   RVE_INLINE Truth<typename Numbers::Leading::Real>
@@ -103,12 +117,8 @@ inline namespace RVE_ISA {
     using Leading = typename Numbers::Leading;
     Vec<typename Leading::Coordinate, D> now;
     for (int a = 0; a < D; ++a) now[a] = leading_bits(motion.position[a]);
-    if constexpr (D == 3 && std::is_same_v<typename Leading::Real, float>) {
-      bool inside = true;
-      for (int a = 0; a < D; ++a)
-        inside = inside && now[a] - response.list_position[a] + step.safe_box <= 2 * step.safe_box;
-      if (inside) return false;
-    }
+    if constexpr (D == 3 && std::is_same_v<typename Leading::Real, float>)
+      if (is_in_safe_box(step, motion, response)) return false;
     const Vec<typename Leading::Real, D> moved =
         step.list_to_length * fractional_difference<Leading>(now, response.list_position);
     return dot(moved, moved) > step.allowed_squared;

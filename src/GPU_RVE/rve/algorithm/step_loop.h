@@ -179,9 +179,10 @@ inline namespace RVE_ISA {
     RVE_INLINE void surveyed_forces(Grains &grains, int k)
     {
       if constexpr (std::is_same_v<StepGrains, Grains>) {
-        block.own_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
-          grains.load_itself(i);
-        });
+        if constexpr (!kHoldsUniforms<Block, Scene>)
+          block.own_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
+            grains.load_itself(i);
+          });
         contact_forces<Wanted::Survey>(block, grains, shared, call, num_grains, call.planned(k));
       } else {
         survey_in_packs(call.planned(k));
@@ -427,7 +428,15 @@ inline namespace RVE_ISA {
         if (kick_first) kick_item(grains, i, response, step.alpha, grain);
         drift_grain(step, grain.motion);
         grains.publish_motion(i, grain.motion);
-        return any(has_left_list(step, grain.motion, response));
+        if constexpr (kHoldsUniforms<Block, Scene>) {
+          if (is_in_safe_box(step, grain.motion, response)) return false;
+          // what only few grains want is not kept for all of them
+          block.reread();
+          const MoveConstants<typename Scene::Numbers, Scene::D> exact(plan, Real(0));
+          return has_left_list(exact, grain.motion, response);
+        } else {
+          return any(has_left_list(step, grain.motion, response));
+        }
       });
     }
 
@@ -446,6 +455,16 @@ inline namespace RVE_ISA {
         Grains grains(block, shared, num_grains);
         surveyed_forces(grains, last_step());
         word = End::judge(call);
+        // by one way through the code, which shall be little: nobody looks at details here
+        if constexpr (kHoldsUniforms<Block, Scene>) {
+          if (evaluates() || (word & status::Fatal) || !End::is_sound(call))
+            word = settle(block, call, word);
+          if (word & status::Fatal)
+            fail(word, answer);
+          else
+            store<false>(grains, End::kConclusions, conclude);
+          return;
+        }
         // the cell of a servo is known in the end only
         if (has_servo() && !(determinant(call.cell) > 0.0)) word |= status::NonFinite;
         // as nearly always: nothing else wants to see the grains
@@ -490,6 +509,14 @@ inline namespace RVE_ISA {
                    detail->progress);
     }
 
+    /// What is left to do where forces were only asked for, or where something may be wrong: returns the status.
+    static RVE_COLD std::uint32_t settle(Block block, CallState<Scene> &call, std::uint32_t word)
+    {
+      if (call.drive.substeps == 0) Stored::copy_history(block, call, call.work.fresh, call.pairs);
+      if (!(word & status::Fatal) && !End::is_sound(call)) word |= End::find_trouble(block, call);
+      return word;
+    }
+
     RVE_INLINE void fail(std::uint32_t word, AnswerRecord<Scene::D> &answer)
     {
       block.once([&] {
@@ -525,33 +552,36 @@ inline namespace RVE_ISA {
       };
       const bool moved = !evaluates();
       const bool relisted = call.num_rebuilds > 0;
-      block.for_items(
-          num_grains,
-          [&](Item i) RVE_INLINE_LAMBDA {
-            if (!Loaded) {
-              grains.load(shared, i);
-              grains.own.load(i);
-            }
-            ViewOf<Scene> grain = grains.view(i);
-            if (moved) kick_item(grains, i, response_of(shared, i), alpha, grain);
-            image.position[i] = grain.motion.position;
-            image.velocity[i] = to_user * grain.motion.velocity;
-            image.spin[i] = grain.spin;
-            if (Scene::has_friction)
-              for (int k = 0; k < Scene::owned_pairs; ++k)
-                image.history[k * num_grains + i] = history_to_user(grains.history[k][i]);
-            if (relisted) {
-              image.list_position[i] = list_position_of(shared, i);
-              if constexpr (Scene::D == 3) {
-                image.number[i] = call.work.number[i];
-                image.radius[i] =
-                    static_cast<typename Scene::Wide>(call.units.length) * grain.radius;
-              }
-              for (int k = 0; k < Scene::owned_pairs; ++k)
-                image.partner[k * num_grains + i] = grains.partners.in_slot(k, i);
-            }
-          },
-          num_parts, parts);
+      const auto store_item = [&](Item i) RVE_INLINE_LAMBDA {
+        if (!Loaded) {
+          grains.load(shared, i);
+          if constexpr (kHoldsUniforms<Block, Scene>)
+            grains.own.keep(i, typename Grains::Sums());    // on chip
+          else
+            grains.own.load(i);
+        }
+        ViewOf<Scene> grain = grains.view(i);
+        if (moved) kick_item(grains, i, response_of(shared, i), alpha, grain);
+        image.position[i] = grain.motion.position;
+        image.velocity[i] = to_user * grain.motion.velocity;
+        image.spin[i] = grain.spin;
+        if (Scene::has_friction)
+          for (int k = 0; k < Scene::owned_pairs; ++k)
+            image.history[k * num_grains + i] = history_to_user(grains.history[k][i]);
+        if (relisted) {
+          image.list_position[i] = list_position_of(shared, i);
+          if constexpr (Scene::D == 3) {
+            image.number[i] = call.work.number[i];
+            image.radius[i] = static_cast<typename Scene::Wide>(call.units.length) * grain.radius;
+          }
+          for (int k = 0; k < Scene::owned_pairs; ++k)
+            image.partner[k * num_grains + i] = grains.partners.in_slot(k, i);
+        }
+      };
+      if constexpr (kHoldsUniforms<Block, Scene>)
+        block.for_items_in_turn(num_grains, store_item, num_parts, parts);
+      else
+        block.for_items(num_grains, store_item, num_parts, parts);
       const int num_extra = call.num_extra;
       if (num_extra > 0)
         block.for_each(num_extra, [&](Item m) {

@@ -26,7 +26,7 @@ inline namespace RVE_ISA {
     {
       if (call.has_servo()) return call.cell;
       CellPath<Scene::D> path = call.path;
-      return path.cell(k);
+      return cell_on(path, k);
     }
 
     /// How many steps from `first` on can be planned.
@@ -49,7 +49,7 @@ inline namespace RVE_ISA {
       });
       block.once([&] {
         if (!call.has_servo() && call.drive.segments > 1)
-          call.path.cell(Scene::D == 2 ? first : first - 1);
+          cell_on(call.path, Scene::D == 2 ? first : first - 1);
         call.plan_first = first;
         call.plan_last = first + count - 1;
       });
@@ -72,9 +72,9 @@ inline namespace RVE_ISA {
         } else {
           // a step around a corner of the path goes straight from cell to cell: with the rate behind the corner a pair that turns with the
           // cell would slip, always the same way where the axis leans to its normal
-          const Tensor<double, Scene::D> before = path.cell(first + t - 1);
+          const Tensor<double, Scene::D> before = cell_on(path, first + t - 1);
           const int segment = path.present_segment();
-          cell = path.cell(first + t);
+          cell = cell_on(path, first + t);
           rate = path.present_segment() == segment ? path.cell_rate()
                                                    : (1.0 / call.drive.dt) * (cell - before);
         }
@@ -102,6 +102,15 @@ inline namespace RVE_ISA {
     }
 
    private:
+    static RVE_INLINE Tensor<double, Scene::D> cell_on(CellPath<Scene::D> &path, int step)
+    {
+      // else it would take more registers than anything else in the kernel
+      if constexpr (kHoldsUniforms<Block, Scene>)
+        return path.cell_apart(step);
+      else
+        return path.cell(step);
+    }
+
     /// What moves of grains and their contacts need to know of the only step that is planned with a servo.
     static RVE_INLINE void plan_servo_motion(PreparedCall<Scene> &call)
     {

@@ -5,6 +5,7 @@
 #ifndef RVE_BLOCK_BLOCK_CUDA_CUH
 #define RVE_BLOCK_BLOCK_CUDA_CUH
 
+#include "rve/core/config.h"
 #include "rve/core/integer_sums.h"
 
 #include <cstdint>
@@ -46,6 +47,8 @@ inline namespace RVE_ISA {
    public:
     using Item = std::conditional_t<ItemsPerThread == 2, ItemOfThread, int>;
     static constexpr bool kInRegisters = ItemsPerThread > 0;
+    /// A thread with one item has registers enough: the compiler would leave uniforms there.
+    static constexpr bool kHasUniforms = ItemsPerThread == 2;
     RVE_DEVICE explicit BlockCuda(CudaScratch &scratch_in) : scratch(scratch_in) {}
 
     template <class F> RVE_DEVICE void for_each(int n, F f)
@@ -70,6 +73,13 @@ inline namespace RVE_ISA {
     template <class F, class G> RVE_DEVICE void for_items(int n, F f, int m, G g)
     {
       visit_items(n, f);
+      for (int k = blockDim.x - 1 - threadIdx.x; k < m; k += blockDim.x) g(k);
+      __syncthreads();
+    }
+
+    template <class F, class G> RVE_DEVICE void for_items_in_turn(int n, F f, int m, G g)
+    {
+      visit_in_turn(n, f);
       for (int k = blockDim.x - 1 - threadIdx.x; k < m; k += blockDim.x) g(k);
       __syncthreads();
     }
@@ -145,12 +155,32 @@ inline namespace RVE_ISA {
     template <int M, class Term, class F>
     RVE_DEVICE void survey_items(int n, F f, Survey<M> &survey)
     {
+      survey_visited<M, Term>(
+          [&](auto g) {
+            visit_items(n, g);
+          },
+          f, survey);
+    }
+    template <int M, class Term, class F>
+    RVE_DEVICE void survey_items_in_turn(int n, F f, Survey<M> &survey)
+    {
+      survey_visited<M, Term>(
+          [&](auto g) {
+            visit_in_turn(n, g);
+          },
+          f, survey);
+    }
+
+    /// visit(g) calls g(item) for the items of a thread.
+    template <int M, class Term, class Visit, class F>
+    RVE_DEVICE void survey_visited(Visit visit, F f, Survey<M> &survey)
+    {
       constexpr bool one_item = ItemsPerThread == 1;
       using Sum = std::conditional_t<one_item, Term, std::int64_t>;
       Sum sum[M];
       float largest = 0.0f;
       for (int m = 0; m < M; ++m) sum[m] = 0;
-      visit_items(n, [&](Item i) RVE_INLINE_LAMBDA {
+      visit([&](Item i) RVE_INLINE_LAMBDA {
         if constexpr (one_item) {
           f(i, sum, largest);
         } else {
@@ -210,7 +240,9 @@ inline namespace RVE_ISA {
       const int share = (n + threads - 1) / threads;
       const int first = min(me * share, n), last = min(first + share, n);
       int mine = 0;
-      for (int i = first; i < last; ++i) mine += a[i];
+      one_by_one(first, last, [&](int i) {
+        mine += a[i];
+      });
       scratch.scan[me] = mine;
       __syncthreads();
       for (int offset = 1; offset < threads; offset *= 2) {
@@ -221,17 +253,35 @@ inline namespace RVE_ISA {
       }
       const int total = scratch.scan[threads - 1];
       int before = scratch.scan[me] - mine;
-      for (int i = first; i < last; ++i) {
+      one_by_one(first, last, [&](int i) {
         const int x = a[i];
         a[i] = before;
         before += x;
-      }
+      });
       __syncthreads();
       return total;
     }
 
     /// What was read from memory before is not kept in registers: it is read again.
     static RVE_DEVICE void reread() { asm volatile("" ::: "memory"); }
+
+    /// x, which is the same for all threads, in the registers that a warp has once, beside those of its threads: products take them as an
+    /// operand. The compiler (CUDA 13.0) leaves it there on three conditions. It must see that the threads of the warp are together: here
+    /// it is told so. The kernel must be small, with all that it calls: up to about 15,000 instructions. And nothing that it calls may want
+    /// more than about 160 registers. Else x takes ordinary registers, and what was there is spilled: bench/kernel_resources.py shows it.
+    template <class T> static RVE_DEVICE T uniform(const T &x)
+    {
+      constexpr int words = sizeof(T) / sizeof(unsigned);
+      static_assert(words * sizeof(unsigned) == sizeof(T), "whole words");
+      unsigned word[words];
+      memcpy(word, &x, sizeof(T));
+      __syncwarp();
+      RVE_UNROLL
+      for (int m = 0; m < words; ++m) { word[m] = __reduce_or_sync(0xffffffffu, word[m]); }
+      T same;
+      memcpy(&same, word, sizeof(T));
+      return same;
+    }
 
     RVE_DEVICE void accumulate(std::int32_t *sum, std::int32_t v) { atomicAdd(sum, v); }
     RVE_DEVICE std::int32_t collect(std::int32_t *sum)
@@ -302,12 +352,27 @@ inline namespace RVE_ISA {
         for (int i = threadIdx.x; i < n; i += blockDim.x) f(i);
       } else {
         const int threads = blockDim.x, me = threadIdx.x;
-        for (int i = me, hop = 2 * (threads - me) - 1; i < n; i += hop, hop = 2 * threads - hop) {
-          if constexpr (ItemsPerThread == 2)
+        if constexpr (ItemsPerThread == 2) {
+          // a small kernel: uniform()
+          RVE_ROLLED
+          for (int i = me, hop = 2 * (threads - me) - 1; i < n; i += hop, hop = 2 * threads - hop) {
             f(Item{i, 0});
-          else
+          }
+        } else {
+          for (int i = me, hop = 2 * (threads - me) - 1; i < n; i += hop, hop = 2 * threads - hop)
             f(i);
         }
+      }
+    }
+
+    template <class F> static RVE_DEVICE void one_by_one(int first, int last, F f)
+    {
+      if constexpr (ItemsPerThread == 2) {
+        // as in visit_all
+        RVE_ROLLED
+        for (int i = first; i < last; ++i) { f(i); }
+      } else {
+        for (int i = first; i < last; ++i) f(i);
       }
     }
 
@@ -329,6 +394,21 @@ inline namespace RVE_ISA {
         if (second < n) f(Item{second, 1});
       } else {
         visit_all(n, f);
+      }
+    }
+
+    /// f(item) for resident items, which all have the place of the first one in registers while it is their turn.
+    template <class F> static RVE_DEVICE void visit_in_turn(int n, F f)
+    {
+      if constexpr (ItemsPerThread == 2) {
+        const int first = threadIdx.x, second = 2 * blockDim.x - 1 - first;
+        RVE_ROLLED
+        for (int turn = 0; turn < 2; ++turn) {
+          const int i = turn == 0 ? first : second;
+          if (i < n) f(Item{i, 0});
+        }
+      } else {
+        visit_items(n, f);
       }
     }
 

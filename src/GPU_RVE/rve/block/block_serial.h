@@ -21,6 +21,8 @@
 //   survey_items<M, Term>(n, f, survey)    f(item, Term *term, float &largest) adds to the item's terms, 32-bit or 64-bit
 //                           integers, and raises `largest`, which is not negative; leaves the sums over the items and the largest
 //                           number where all threads can read them. A PackItem gets 64-bit integers
+//   for_items_in_turn, survey_items_in_turn    as these, where a GPU's thread shall take its items one after the other by the same code
+//   uniform(x)              x, which is the same for all threads; a GPU keeps it once for many of them (kHasUniforms)
 //   add_up_items<M, Term>(n, f, sum, then)    f(item, Term *term) alike; leaves the sums in `sum`; then() by one thread when they are there
 //
 // The contract that makes one text correct on both:
@@ -46,6 +48,7 @@ inline namespace RVE_ISA {
     using Item = int;
     /// Whether resident items live in registers.
     static constexpr bool kInRegisters = false;
+    static constexpr bool kHasUniforms = false;
 
     template <class F> RVE_INLINE void for_each(int n, F f)
     {
@@ -64,6 +67,10 @@ inline namespace RVE_ISA {
       for_each(n, f);
       for (int k = 0; k < m; ++k) g(k);
     }
+    template <class F, class G> RVE_INLINE void for_items_in_turn(int n, F f, int m, G g)
+    {
+      for_items(n, f, m, g);
+    }
     template <class F> RVE_INLINE bool any_item(int n, F f) { return any(n, f); }
     template <int M, class F> RVE_INLINE IntegerSums<M> sum_items(int n, F f)
     {
@@ -76,6 +83,12 @@ inline namespace RVE_ISA {
       survey = Survey<M>{};
       for (int i = 0; i < n; ++i) add_to_survey<M, Term>(i, f, survey);
     }
+    template <int M, class Term, class F>
+    RVE_INLINE void survey_items_in_turn(int n, F f, Survey<M> &survey)
+    {
+      survey_items<M, Term>(n, f, survey);
+    }
+    template <class T> static RVE_INLINE T uniform(const T &x) { return x; }
     template <int M, class Term, class F, class Then>
     RVE_INLINE void add_up_items(int n, F f, std::int64_t *sum, Then then)
     {

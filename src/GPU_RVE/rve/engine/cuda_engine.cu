@@ -326,6 +326,7 @@ namespace {
     /// How a call is launched.
     struct Plan {
       bool fills_device = false;    ///< a multiprocessor has more than one RVE
+      bool with_details = false;
       int largest = -1, pair_capacity = 0, steps_ahead = 0;
       Program program = Program::Plain;
       const void *kernel = nullptr, *prepare = nullptr;
@@ -341,12 +342,13 @@ namespace {
     {
       const bool fills_device = this->fills_device(call);
       const int steps_ahead = steps_to_prepare(call);
-      if (last_plan.fills_device == fills_device && last_plan.largest == call.largest &&
-          last_plan.pair_capacity == call.pair_capacity && last_plan.program == call.program &&
-          last_plan.steps_ahead == steps_ahead)
+      if (last_plan.fills_device == fills_device && last_plan.with_details == call.with_details &&
+          last_plan.largest == call.largest && last_plan.pair_capacity == call.pair_capacity &&
+          last_plan.program == call.program && last_plan.steps_ahead == steps_ahead)
         return last_plan;
       Plan plan;
       plan.fills_device = fills_device;
+      plan.with_details = call.with_details;
       plan.largest = call.largest;
       plan.pair_capacity = call.pair_capacity;
       plan.program = call.program;
@@ -439,13 +441,14 @@ namespace {
       const auto serves = [&](Residency residency) {
         const auto shape = programs.shape(program, residency);
         if (!shape || shape->items == 0 || call.largest > shape->capacity()) return false;
+        if (call.with_details && shape->lean) return false;
         // with threads of the user's choice
         return options.block_size == 0 ||
             (options.block_size <= shape->threads &&
              call.largest <= shape->items * options.block_size);
       };
       const Residency small = fills_device(call) ? Residency::Many : Residency::Few;
-      for (const Residency residency : {small, Residency::Large})
+      for (const Residency residency : {small, Residency::Large, Residency::Few})
         if (serves(residency)) return residency;
       return Residency::Memory;
     }

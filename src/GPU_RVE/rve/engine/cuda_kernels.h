@@ -63,6 +63,8 @@ constexpr int kLargeBlock = 1024;
 /// have registers for.
 struct BlockShape {
   int items, threads, sharers;
+  /// Without what looks at details: the kernel is small, which BlockCuda::uniform wants. A call with details takes another residency.
+  bool lean = false;
   RVE_HD constexpr int capacity() const { return items * threads; }
 };
 RVE_HD constexpr bool same_shape(const BlockShape &one, const BlockShape &other)
@@ -93,13 +95,14 @@ template <class Scene> RVE_HD constexpr BlockShape block_shape(Residency residen
     }
   } else {
     if (all_wide) return {0, 512, 1};
+    const bool lean = !wide && !Scene::steers;
     switch (residency) {
       case Residency::Many:
-        return {2, 256, wide ? 2 : 4};
+        return {2, 256, wide ? 2 : 4, lean};
       case Residency::Few:
         return {wide ? 2 : 1, wide ? 512 : 1024, 1};
       case Residency::Large:
-        return {2, 512, wide ? 1 : 2};
+        return {2, 512, wide ? 1 : 2, lean};
       default:
         return {0, kLargeBlock, 1};
     }

@@ -46,6 +46,9 @@ inline namespace RVE_ISA {
       return (left + along * (right - left)) * start;
     }
 
+    /// The same, for those who have no registers for it.
+    RVE_COLD Matrix cell_apart(int step) { return cell(step); }
+
     /// Which of the straight lines cell() was on last.
     RVE_INLINE int present_segment() const { return segment; }
 
