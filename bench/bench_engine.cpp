@@ -2,7 +2,7 @@
 // answer are timed. Writes JSON rows (doc/performance.rst). Nothing is asserted about times; a failed RVE ends the experiment.
 //
 //   bench_engine <packing.rve> <output.json> [--device cpu|cuda] [--suite quick|full|core|paper|substeps|grains|queue|features|memory|
-//                sanitize|races|profile] [--seconds S] [--rves N[,N...]] [--part K/N]
+//                sanitize|races|profile] [--seconds S] [--rves N[,N...]] [--format fast|mixed|double] [--threads N] [--part K/N]
 
 #include "bench_packings.h"
 #include "bench_report.h"
@@ -72,6 +72,8 @@ struct Arguments {
   bool cuda = false;
   double seconds = 0.5;       // of a case, about
   std::vector<int> rves;      // instead of the numbers that the core and memory experiments take
+  std::string format;         // of the numbers; empty: all
+  int threads = 0;            // of a GPU's block; 0: the engine chooses
   int part = 0, parts = 1;    // of the suites for sanitizers, which processes share out among them
 };
 
@@ -100,6 +102,12 @@ template <int D> struct Bench {
                                   {Format::Mixed, Arithmetic::Strict},
                                   {Format::Double, Arithmetic::Strict}};
     if (arguments.cuda) all.insert(all.begin(), {Format::Fast, Arithmetic::Relaxed});
+    if (!arguments.format.empty())
+      all.erase(std::remove_if(all.begin(), all.end(),
+                               [this](const Precision &one) {
+                                 return rve::to_string(one.format) != arguments.format;
+                               }),
+                all.end());
     return all;
   }
   /// The quickest and the default one.
@@ -115,6 +123,7 @@ template <int D> rve::Options options_for(const Bench<D> &bench, Precision preci
   options.format = precision.format;
   options.arithmetic = precision.arithmetic;
   options.device = bench.arguments.cuda ? rve::Device::Cuda : rve::Device::Cpu;
+  options.block_size = bench.arguments.threads;
   options.threads = bench.arguments.cuda ? 0 : (rves == 1 ? 1 : bench.cores());
   return options;
 }
@@ -823,7 +832,8 @@ Arguments parse(int argc, char **argv)
 {
   rve::require(argc >= 3,
                "usage: bench_engine <packing.rve> <output.json> [--device cpu|cuda] [--suite " +
-                   words_of_suites() + "] [--seconds S] [--rves N,...] [--part K/N]");
+                   words_of_suites() +
+                   "] [--seconds S] [--rves N,...] [--format F] [--threads N] [--part K/N]");
   Arguments arguments;
   arguments.packing = argv[1];
   arguments.output = argv[2];
@@ -840,6 +850,12 @@ Arguments parse(int argc, char **argv)
       arguments.seconds = positive_number(option, word);
     } else if (option == "--rves") {
       arguments.rves = positive_integers(option, word);
+    } else if (option == "--format") {
+      rve::require(word == "fast" || word == "mixed" || word == "double",
+                   "--format must be fast, mixed or double, got " + word);
+      arguments.format = word;
+    } else if (option == "--threads") {
+      arguments.threads = positive_integers(option, word).front();
     } else if (option == "--part") {
       std::tie(arguments.part, arguments.parts) = part_of_parts(option, word);
     } else {

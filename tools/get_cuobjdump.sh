@@ -1,6 +1,6 @@
 #!/bin/sh
-# Prints the path of cuobjdump: the one of the CUDA toolkit or, where the toolkit came without it, that of the Python package index, which is
-# put into a virtual environment in build/cuobjdump.
+# Prints the path of cuobjdump, which has nvdisasm beside it: that of the CUDA toolkit or, where the toolkit came without it, that of the Python
+# package index, which is put into a virtual environment in build/cuobjdump.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 for found in "${CUOBJDUMP:-}" "$(command -v cuobjdump || true)" /usr/local/cuda/bin/cuobjdump; do
@@ -8,14 +8,14 @@ for found in "${CUOBJDUMP:-}" "$(command -v cuobjdump || true)" /usr/local/cuda/
 done
 folder=$root/build/cuobjdump
 program() { find "$folder" -name cuobjdump -type f 2>/dev/null | head -n 1; }
-if [ -z "$(program)" ]; then
+if [ -z "$(program)" ] || [ ! -e "$(dirname "$(program)")/nvdisasm" ]; then
   . "$root/tools/packages.sh"
   # Debian's own Python, which has the package for virtual environments
   python=$(command -v /usr/bin/python3 || command -v python3)
   install_packages python3-venv >&2
   rm -rf "$folder"
   "$python" -m venv "$folder" >&2
-  "$folder/bin/python" -m pip install -q --disable-pip-version-check nvidia-cuda-cuobjdump >&2
-  chmod +x "$(program)"
+  "$folder/bin/python" -m pip install -q --disable-pip-version-check nvidia-cuda-cuobjdump nvidia-cuda-nvdisasm >&2
+  chmod +x "$(program)" "$(dirname "$(program)")/nvdisasm"
 fi
 program

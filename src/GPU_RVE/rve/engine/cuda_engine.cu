@@ -441,16 +441,19 @@ namespace {
       const auto serves = [&](Residency residency) {
         const auto shape = programs.shape(program, residency);
         if (!shape || shape->items == 0 || call.largest > shape->capacity()) return false;
-        if (call.with_details && shape->lean) return false;
+        // uniform registers want whole warps
+        if (shape->lean && (call.with_details || options.block_size % 32 != 0)) return false;
         // with threads of the user's choice
         return options.block_size == 0 ||
             (options.block_size <= shape->threads &&
              call.largest <= shape->items * options.block_size);
       };
       const Residency small = fills_device(call) ? Residency::Many : Residency::Few;
-      for (const Residency residency : {small, Residency::Large, Residency::Few})
+      for (const Residency residency : {small, Residency::Large})
         if (serves(residency)) return residency;
-      return Residency::Memory;
+      // where the kernels for many RVEs know no details
+      const auto usual = programs.shape(program, small);
+      return usual && usual->lean && serves(Residency::Few) ? Residency::Few : Residency::Memory;
     }
 
     /// As few threads as can have all grains. Where they are in memory, a thread per grain while that is possible; beyond that all threads

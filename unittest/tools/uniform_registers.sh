@@ -1,0 +1,22 @@
+#!/bin/sh
+# The kernels that hold what all pairs share in the registers of whole warps (BlockCuda::uniform) have it there: products read it from them. If such a
+# kernel grows, the compiler silently takes the registers of threads instead, and spills others, which costs a sixth of the speed.
+#   sh uniform_registers.sh <bench_kernels>
+set -eu
+fail() { echo "uniform_registers: $*"; exit 1; }
+cuobjdump=${CUOBJDUMP:-$(command -v cuobjdump || echo /usr/local/cuda/bin/cuobjdump)}
+[ -x "$cuobjdump" ] || { echo "uniform_registers: skipped, there is no cuobjdump"; exit 77; }
+PATH=$(dirname "$cuobjdump"):$PATH
+command -v nvdisasm >/dev/null || { echo "uniform_registers: skipped, there is no nvdisasm"; exit 77; }
+kept=$(mktemp -d)
+trap 'rm -rf "$kept"' EXIT
+for program in PlainSpheres PlainSphereHertz; do
+  said=$("$1" --capability 90 --program $program --format fast --kernel advance_many --keep "$kept") || { echo "uniform_registers: skipped: $said"; exit 77; }
+  # what another compiler does is not known
+  case $said in *"NVRTC 13.0 "*) ;; *) echo "uniform_registers: skipped, the limits are those of NVRTC 13.0: $said"; exit 77 ;; esac
+  # of the cell and its rate 18 numbers, and what the law has, for each of eight pairs
+  products=$(nvdisasm -c "$kept"/*.cubin | grep -cE '\bF(FMA|MUL|ADD)\b.*\bUR[0-9]' || true)
+  [ "$products" -ge 150 ] || fail "of $program $products products read a register of the warp; 150 and more do while the kernel is small"
+  echo "uniform_registers: $program: $products products"
+  rm "$kept"/*
+done
