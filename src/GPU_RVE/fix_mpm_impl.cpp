@@ -839,9 +839,11 @@ template <int D> void FixMpm::ImplOf<D>::solve(bool advance)
         });
     std::vector<double> of_atoms[D];
     Vec given = Vec::zero();
+    // a formula is evaluated atom by atom: where it is asked for only
+    const int igroup = traction.groupbit ? lmp->group->find(traction.id) : fix->igroup;
     for (int a = 0; a < D; a++)
       if (varies)
-        traction.traction[a].evaluate(lmp, fix->igroup, of_atoms[a]);
+        traction.traction[a].evaluate(lmp, igroup, of_atoms[a]);
       else
         given[a] = traction.traction[a].evaluate(lmp);
     load.traction = as_vector(given);
