@@ -706,48 +706,54 @@ template <int D> std::vector<std::string> visited_programs()
   return {"plain", "steered", "general", "rolling", "hertz"};
 }
 
-/// Threads of a block whose grains are in registers.
-template <int D> constexpr int REGISTERS = D == 2 ? 416 : 512;
+/// Threads of a block whose grains are in registers, where many RVEs share a multiprocessor.
+template <int D> constexpr int REGISTERS = D == 2 ? 416 : 256;
 
 /// Not a measurement: every path of the programs once, for compute-sanitizer. Throws when a path was not taken.
 template <int D>
-void visit_all_paths(Bench<D> &bench, const Precision &precision, int block,
-                     const bench::Company &company, const std::vector<std::string> &programs)
+void visit_all_paths(Bench<D> &bench, const rve::RveStateOf<D> &packing, const Precision &precision,
+                     int block, const bench::Company &company,
+                     const std::vector<std::string> &programs)
 {
   for (const std::string &program : programs) {
     if (bench.visits++ % bench.arguments.parts != bench.arguments.part) continue;
     rve::Options options = options_for(bench, precision, bench.cores());
     options.block_size = block;
     options.track_energy = program != "plain" && program != "frictionless" && program != "steered";
-    const rve::RveStateOf<D> packing = with_feature(bench.packing, program);
+    const rve::RveStateOf<D> grains = with_feature(packing, program);
     bench::Company in = company;
     // what has all books takes long under a sanitizer, and has one kernel for many
     if (options.track_energy && block != REGISTERS<D>) in = {true, 0, company.is_light};
-    bench::visit_all_paths(options, packing, shearing_of(packing).time_step, in, program);
+    bench::visit_all_paths(options, grains, shearing_of(grains).time_step, in, program);
   }
 }
 
+/// Spheres have a kernel more, and take longer: of fewer grains.
 template <int D> void run_sanitize(Bench<D> &bench)
 {
-  const std::vector<int> blocks = bench.arguments.cuda ? std::vector<int>{64, REGISTERS<D>, 1024}
-                                                       : std::vector<int>{0};
+  const auto packing = D == 2 ? bench.packing : bench::packing_of(bench.packing, 200);
+  std::vector<int> blocks = {0};
+  if (bench.arguments.cuda)
+    blocks = D == 2 ? std::vector<int>{64, REGISTERS<D>, 1024}
+                    : std::vector<int>{64, REGISTERS<D>, 512, 1024};
   for (const Precision precision : bench.precisions())
     for (const int block : blocks)
-      visit_all_paths(bench, precision, block, {true, 400, false}, visited_programs<D>());
+      visit_all_paths(bench, packing, precision, block, {true, 400, false}, visited_programs<D>());
 }
 
 /// For racecheck, which takes very long: each way to keep grains with each program in one number format, and each format with the programs that
-/// differ most. What a thread reads and writes on chip is the same in every arithmetic.
+/// differ most. What a thread reads and writes on chip is the same in every arithmetic, and for every number of grains.
 template <int D> void run_races(Bench<D> &bench)
 {
+  const auto packing = bench::packing_of(bench.packing, D == 2 ? 60 : 200);
   const bench::Company in_registers = {false, 140, true}, in_memory = {true, 0, true};
   for (const Precision precision : bench.precisions()) {
     if (precision.arithmetic == Arithmetic::Relaxed) continue;
     const bool fast = precision.format == Format::Fast;
     for (const std::string &program : visited_programs<D>()) {
       if (fast || program == "plain" || program == "general")
-        visit_all_paths(bench, precision, REGISTERS<D>, in_registers, {program});
-      if (fast) visit_all_paths(bench, precision, 64, in_memory, {program});
+        visit_all_paths(bench, packing, precision, REGISTERS<D>, in_registers, {program});
+      if (fast) visit_all_paths(bench, packing, precision, 64, in_memory, {program});
     }
   }
 }
