@@ -69,8 +69,10 @@ template <int D, class Point> class PointTable {
     if (!front.is_current) front = points_[slot].front();
     return front;
   }
-  /// Of what no answer changes.
+  /// For what no answer changes.
   const Point &unheard(int slot) const { return points_[slot]; }
+  /// To change what neither answers nor fronts have.
+  Point &unheard(int slot) { return points_[slot]; }
   /// Whether its result is not whole.
   bool is_stale(int slot) const { return fronts_[slot].is_ahead || points_[slot].stale; }
 

@@ -121,7 +121,7 @@ void RvePointsOf<D>::follow_path(int slot, const LoadPathsOf<D> &paths, const Pa
   if (frozen(slot)) return;
   const rve::ResultOf<D> &result = paths.needs_details() ? point(slot).result
                                                          : points.at(slot).result;
-  paths.follow(points[slot].path, step, result);
+  paths.follow(path(slot), step, result);
 }
 
 template <int D> rve::Tensor<double, D> RvePointsOf<D>::Point::rate_of_deformation() const
@@ -876,7 +876,7 @@ std::vector<int> RvePointsOf<D>::advance_by_plan(const std::vector<int> &slots,
                                                  const std::vector<rve::DriveOf<D>> &drives)
 {
   record_sizes.assign(points.size(), 0);
-  bool all_work = plan_parts(slots, drives);
+  const bool all_work = plan_parts(slots, drives);
   if (!all_work && options.quiescent_strain > 0.0) {
     look_at_sleepers(slots);
     const int count = static_cast<int>(slots.size());

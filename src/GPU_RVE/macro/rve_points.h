@@ -224,7 +224,7 @@ template <int D> class RvePointsOf {
   rve::DriveOf<D> path_drive(int slot, const LoadPathsOf<D> &paths, const PathStep &step,
                              const double *script) const;
   void follow_path(int slot, const LoadPathsOf<D> &paths, const PathStep &step);
-  PathState<D> &path(int slot) { return points[slot].path; }
+  PathState<D> &path(int slot) { return points.unheard(slot).path; }
   const PathState<D> &path(int slot) const { return points.unheard(slot).path; }
   /// Largest difference between a steered stress and its goal, after the last DEM steps [stress]
   double servo_error(int slot) const { return points.at(slot).servo_error; }
