@@ -274,7 +274,7 @@ inline namespace RVE_ISA {
   /// Whether what is the same for all pairs of a step is read once for a warp instead. Where it is, kernels must be small (BlockCuda::uniform):
   /// the end of a call takes the grains of a thread in turn, and details are for another residency.
   template <class Block, class Scene>
-  constexpr bool kHoldsUniforms = kRereads<Block, Scene> &&Block::kHasUniforms && !Scene::steers;
+  constexpr bool kHoldsUniforms = kFewRegisters<Block, Scene> &&Block::kHasUniforms && !Scene::steers;
 
   /// With it no grain is in anyone's reach: radii are below 1/2 and laws reach no farther than one [internal length].
   template <class Scene>

@@ -95,12 +95,12 @@ template <class Scene> RVE_HD constexpr BlockShape block_shape(Residency residen
     }
   } else {
     if (all_wide) return {0, 512, 1};
-    const bool lean = !wide && !Scene::steers;
+    const bool lean = !Scene::steers;
     switch (residency) {
       case Residency::Many:
         return {2, 256, wide ? 2 : 4, lean};
       case Residency::Few:
-        return {wide ? 2 : 1, wide ? 512 : 1024, 1};
+        return {wide ? 2 : 1, wide ? 512 : 1024, 1, wide && lean};
       case Residency::Large:
         return {2, 512, wide ? 1 : 2, lean};
       default:
