@@ -32,7 +32,7 @@ static constexpr std::size_t MOST_NOTES = 8;
 
 template <int D>
 void FixRve::ImplOf<D>::report(const std::vector<int> &failed, const std::vector<int> &atoms,
-                               const std::vector<Drive> &drives) const
+                               double dt_dem, bool is_new) const
 {
   if (failed.empty()) return;
   for (std::size_t k = 0; k < atoms.size(); ++k) {
@@ -43,12 +43,10 @@ void FixRve::ImplOf<D>::report(const std::vector<int> &failed, const std::vector
         "fix rve: RVE of atom {} failed at step {}: {} (before: largest overlap {} of the sum of "
         "radii, void ratio {}, DEM time step {}{})",
         fix->atom->tag[i], fix->update->ntimestep, rve::describe_status(result.status),
-        rve::number(result.largest_overlap), rve::number(result.void_ratio),
-        rve::number(drives.empty() ? clock(fix->update->dt).dt : drives[k].dt),
+        rve::number(result.largest_overlap), rve::number(result.void_ratio), rve::number(dt_dem),
         point(i).copies > 1 ? fmt::format(", {} copies side by side", point(i).copies) : "");
     // a packing that fails before its first step has no better one
-    if (settings.policy == RvePolicy::Stop ||
-        (settings.policy == RvePolicy::Fresh && drives.empty()))
+    if (settings.policy == RvePolicy::Stop || (settings.policy == RvePolicy::Fresh && is_new))
       fix->error->one(FLERR,
                       message + rve::remedy_of_status(result.status) +
                           "; with policy freeze the run goes on without this RVE");
@@ -157,13 +155,13 @@ void FixRve::Impl::say_notes()
                                of_all.size() - MOST_NOTES));
 }
 
-template void FixRve::ImplOf<2>::report(const std::vector<int> &, const std::vector<int> &,
-                                        const std::vector<Drive> &) const;
+template void FixRve::ImplOf<2>::report(const std::vector<int> &, const std::vector<int> &, double,
+                                        bool) const;
 template std::vector<int> FixRve::ImplOf<2>::renew(const std::vector<int> &,
                                                    const std::vector<int> &);
 template std::vector<int> FixRve::ImplOf<3>::renew(const std::vector<int> &,
                                                    const std::vector<int> &);
 template void FixRve::ImplOf<2>::note_copies(const std::vector<int> &);
-template void FixRve::ImplOf<3>::report(const std::vector<int> &, const std::vector<int> &,
-                                        const std::vector<Drive> &) const;
+template void FixRve::ImplOf<3>::report(const std::vector<int> &, const std::vector<int> &, double,
+                                        bool) const;
 template void FixRve::ImplOf<3>::note_copies(const std::vector<int> &);

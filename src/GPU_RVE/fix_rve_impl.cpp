@@ -237,13 +237,13 @@ template <int D> void FixRve::ImplOf<D>::recheck_time_step(Check check)
     if (fix->comm->nprocs > 1) MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, fix->world);
     if (!any) return;
   }
-  std::vector<int> atoms = advancing_atoms();
-  if (check == Check::EveryStep)
-    atoms.erase(std::remove_if(atoms.begin(), atoms.end(),
-                               [this](int i) {
-                                 return !points->has_stiffened(slot[i]);
-                               }),
-                atoms.end());
+  std::vector<int> atoms;
+  if (check != Check::EveryStep) {
+    atoms = advancing_atoms();
+  } else {
+    for (const int i : atoms_with_rve())
+      if (points->has_stiffened(slot[i])) atoms.push_back(i);
+  }
   // a divided run must be the whole one: looks between its parts leave no trace
   if (check != Check::Run) points->note_check(slots_of(atoms));
   const double used = settings.dt_auto ? dt : clock(fix->update->dt).dt;
@@ -379,7 +379,7 @@ template <int D> void FixRve::ImplOf<D>::attach()
       sums[1] += static_cast<bigint>(points->bytes(slots[k]));
     }
     note_copies(atoms);
-    report(failed, atoms, {});
+    report(failed, atoms, clock(fix->update->dt).dt, true);
   });
   MPI_Allreduce(sums, all_sums, 2, MPI_LMP_BIGINT, MPI_SUM, fix->world);
   if (fix->comm->me == 0)
@@ -534,36 +534,56 @@ template <int D> FixRve::Impl::ShadowReport FixRve::ImplOf<D>::shadow_report() c
 template <int D> void FixRve::ImplOf<D>::advise(bool at_start)
 {
   constexpr int KINDS = rve::NUM_ADVICE_KINDS;
-  double worst[KINDS] = {}, worst_of_all[KINDS];
-  int beyond[KINDS] = {}, all_beyond[KINDS];
-  tagint id[KINDS], lowest[KINDS];
-  std::string message[KINDS];
-  std::fill_n(id, KINDS, MAXTAGINT);
-  for (const int i : atoms_with_rve()) {
-    const typename Points::Point &point = this->point(i);
-    if (point.frozen()) continue;
-    rve::DriveRates motion;
-    motion.strain_rate = point.strain_rate();
-    motion.dt = point.drive.dt;
-    motion.applied_strain = rve::strain_size(point.result.deformation);
-    std::vector<rve::Advice> list =
-        rve::advice(settings.options.format, point.last_steps(), point.material, motion);
-    if (at_start)
-      for (const rve::Advice &friction : rve::advice_on_friction(point.material))
-        list.push_back(friction);
-    else
-      for (const rve::Advice &servo : points->advice_on_servo(slot[i])) list.push_back(servo);
-    for (const rve::Advice &advice : list) {
-      const int kind = static_cast<int>(advice.kind);
-      ++beyond[kind];
-      const tagint tag = fix->atom->tag[i];
-      if (advice.severity() < worst[kind] || (advice.severity() == worst[kind] && tag > id[kind]))
-        continue;
-      worst[kind] = advice.severity();
+  struct Judgement {
+    double worst[KINDS] = {};
+    int beyond[KINDS] = {};
+    tagint id[KINDS];
+    std::string message[KINDS];
+
+    Judgement() { std::fill_n(id, KINDS, MAXTAGINT); }
+    /// Of equal ones that with the lowest id.
+    bool is_worse(int kind, double severity, tagint tag) const
+    {
+      return severity > worst[kind] || (severity == worst[kind] && tag <= id[kind]);
+    }
+    void take(int kind, double severity, tagint tag, const std::string &words)
+    {
+      if (!is_worse(kind, severity, tag)) return;
+      worst[kind] = severity;
       id[kind] = tag;
-      message[kind] = advice.message;
+      message[kind] = words;
+    }
+  };
+  complete();
+  const std::vector<int> atoms = atoms_with_rve();
+  const int count = static_cast<int>(atoms.size());
+  Judgement mine;
+  {
+    const rve::LightWork work(count, threads());
+#pragma omp parallel num_threads(work.team)
+    {
+      Judgement some;
+#pragma omp for
+      for (int k = 0; k < count; ++k) {
+        const tagint tag = fix->atom->tag[atoms[k]];
+        for (const rve::Advice &advice : advice_on(atoms[k], at_start)) {
+          const int kind = static_cast<int>(advice.kind);
+          ++some.beyond[kind];
+          some.take(kind, advice.severity(), tag, advice.message);
+        }
+      }
+#pragma omp critical(advice_on_rves)
+      for (int kind = 0; kind < KINDS; ++kind) {
+        mine.beyond[kind] += some.beyond[kind];
+        if (some.beyond[kind] > 0)
+          mine.take(kind, some.worst[kind], some.id[kind], some.message[kind]);
+      }
     }
   }
+  double worst_of_all[KINDS];
+  int all_beyond[KINDS];
+  tagint lowest[KINDS];
+  auto &[worst, beyond, id, message] = mine;
   MPI_Allreduce(worst, worst_of_all, KINDS, MPI_DOUBLE, MPI_MAX, fix->world);
   MPI_Allreduce(beyond, all_beyond, KINDS, MPI_INT, MPI_SUM, fix->world);
   for (int kind = 0; kind < KINDS; ++kind)
@@ -581,6 +601,27 @@ template <int D> void FixRve::ImplOf<D>::advise(bool at_start)
                             : "",
                         fix->update->ntimestep, message[kind]);
   }
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <int D> std::vector<rve::Advice> FixRve::ImplOf<D>::advice_on(int atom, bool at_start)
+{
+  const typename Points::Point &point = this->point(atom);
+  if (point.frozen()) return {};
+  rve::DriveRates motion;
+  motion.strain_rate = point.strain_rate();
+  motion.dt = point.drive.dt;
+  motion.applied_strain = rve::strain_size(point.result.deformation);
+  std::vector<rve::Advice> list =
+      rve::advice(settings.options.format, point.last_steps(), point.material, motion);
+  if (at_start) {
+    for (rve::Advice &friction : rve::advice_on_friction(point.material))
+      list.push_back(std::move(friction));
+  } else if (point.drive.has_servo() || point.out_of_reach > 0.0) {
+    for (rve::Advice &servo : points->advice_on_servo(slot[atom])) list.push_back(std::move(servo));
+  }
+  return list;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -746,7 +787,33 @@ void FixRve::ImplOf<D>::advance(const std::vector<int> &atoms, const std::vector
     ++num_advances;
     note_copies(atoms);
     if (settings.policy == RvePolicy::Fresh) failed = renew(failed, atoms);
-    report(failed, atoms, drives);
+    report(failed, atoms, drives.empty() ? 0.0 : drives.front().dt, false);
+  });
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <int D>
+bool FixRve::ImplOf<D>::advance(const std::vector<int> &atoms,
+                                macro::MacroIncrementsOf<D> &increments)
+{
+  const int count = static_cast<int>(atoms.size());
+  slots.resize(count);
+  for (int k = 0; k < count; ++k) slots[k] = slot[atoms[k]];
+  return guarded([&] {
+    const double start = platform::walltime();
+    std::vector<int> places;
+    const bool has_advanced = points->advance(slots, increments, wants_details(), places);
+    wall_time += platform::walltime() - start;
+    if (!has_advanced) return false;
+    ++num_advances;
+    note_copies(atoms);
+    std::vector<int> failed;
+    for (const int place : places) failed.push_back(slots[place]);
+    if (settings.policy == RvePolicy::Fresh) failed = renew(failed, atoms);
+    report(failed, atoms, increments.dt, false);
+    for (const int place : places) increments.take_stress(place, stress(atoms[place]));
+    return true;
   });
 }
 

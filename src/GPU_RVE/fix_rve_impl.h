@@ -245,6 +245,7 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   // for RveConstitutive
   macro::RveClock clock(double lammps_dt) const override { return Impl::clock(lammps_dt); }
   void advance(const std::vector<int> &atoms, const std::vector<Drive> &drives) override;
+  bool advance(const std::vector<int> &atoms, macro::MacroIncrementsOf<D> &increments) override;
   const Matrix &stress(int atom) const override { return points->stress(slot[atom]); }
   const typename Points::Point &point(int atom) const override
   {
@@ -309,10 +310,12 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   };
   /// The least stable time step of RVEs, if it is below `enough`; collective.
   LeastBound least_time_step(const std::vector<int> &atoms, double enough);
+  /// What limits the RVE of an atom is beyond.
+  std::vector<rve::Advice> advice_on(int atom, bool at_start);
   void check(const Matrix &tensor, const char *what, const char *unit, int atom) const;
-  /// `drives` as atoms; none: nothing has been advanced.
-  void report(const std::vector<int> &failed, const std::vector<int> &atoms,
-              const std::vector<Drive> &drives) const;
+  /// `is_new`: nothing has been advanced yet.
+  void report(const std::vector<int> &failed, const std::vector<int> &atoms, double dt_dem,
+              bool is_new) const;
   /// Fresh RVEs in place of those that failed; returns those that could not be replaced.
   std::vector<int> renew(const std::vector<int> &failed, const std::vector<int> &atoms);
   /// Of RVEs that became copies side by side.

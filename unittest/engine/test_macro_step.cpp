@@ -11,6 +11,7 @@
 
 #include <cstring>
 #include <gtest/gtest.h>
+#include <random>
 
 using namespace rve;
 using namespace rve_test;
@@ -69,6 +70,49 @@ TEST(FiniteStrain, RotationAndStretchComeBack)
       EXPECT_NEAR(polar.strain.component[k], 0.1 * SOME_STRAIN.component[k], 1e-15);
     EXPECT_LT(strain_size(plane_rotation(angle)), 1e-15);
   }
+}
+
+namespace {
+
+/// Strains of several sizes and rotations by several angles, in directions drawn at random.
+template <int D, class F> void for_increments(const F &f)
+{
+  std::mt19937 numbers(4711);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  for (const double strain : {0.0, 1e-7, 1e-5, 1e-3, 0.02, 0.3})
+    for (const double angle : {0.0, 1e-9, 1e-6, 1e-3, 0.1, 0.4, 1.5, 3.0})
+      for (int direction = 0; direction < 20; ++direction) {
+        auto stretch = rve::Tensor<double, D>::zero();
+        for (int a = 0; a < D; ++a)
+          for (int b = a; b < D; ++b) stretch(a, b) = stretch(b, a) = uniform(numbers);
+        stretch = rve::Tensor<double, D>::identity() + (strain / rve::norm(stretch)) * stretch;
+        if constexpr (D == 2) {
+          f(plane_rotation(angle) * stretch, strain, angle);
+        } else {
+          rve::Vec<double, 3> axis{{uniform(numbers), uniform(numbers), uniform(numbers)}};
+          axis = (angle / std::sqrt(rve::dot(axis, axis))) * axis;
+          f(rve::spatial_rotation(axis) * stretch, strain, angle);
+        }
+      }
+}
+
+template <int D> void expect_sizes_of_increments()
+{
+  for_increments<D>([](const rve::Tensor<double, D> &increment, double strain, double angle) {
+    // F has rounding errors of 1e-16
+    EXPECT_NEAR(strain_size(increment), strain, 2e-15 + 1e-12 * strain) << strain << " " << angle;
+    const double bound = rve::bound_of_rotation(increment);
+    EXPECT_GE(bound, angle - 1e-15) << strain;
+    if (angle <= 0.1 && strain <= 1e-3) EXPECT_LE(bound, 1.2 * angle + 1e-15) << strain;
+  });
+}
+
+}    // namespace
+
+TEST(FiniteStrain, SizeOfTheStrainAndBoundOfTheRotationNeedNoDecomposition)
+{
+  expect_sizes_of_increments<2>();
+  expect_sizes_of_increments<3>();
 }
 
 TEST(FiniteStrain, PartsOfAnIncrementAreThePathOfTheEngine)

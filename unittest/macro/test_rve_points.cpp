@@ -236,7 +236,7 @@ namespace {
 
 /// RVEs that were asked for each kind of answer, and turned.
 struct Tally {
-  int responses = 0, results = 0, elastic_results = 0, turned = 0;
+  int responses = 0, results = 0, elastic_results = 0, increments = 0, turned = 0;
 };
 
 /// An engine that counts what it is asked for.
@@ -276,6 +276,12 @@ class CountingEngine final : public rve_test::ForwardingEngine {
   {
     tally.responses += static_cast<int>(rves.size());
     engine->advance(rves, drives, responses);
+  }
+  bool advance(const std::vector<int> &rves, rve::IncrementCallOf<2> &call) override
+  {
+    if (!engine->advance(rves, call)) return false;
+    tally.increments += static_cast<int>(rves.size());
+    return true;
   }
 
  private:
@@ -618,4 +624,137 @@ TEST(MacroStepsByPlan, AFrozenRveLeavesTheOthersWhatTheyHad)
   for (const int k : {0, 2})
     EXPECT_EQ(rve::serialize(with.state(slots[k])), rve::serialize(alone.state(other_slots[k])));
   EXPECT_TRUE(with.frozen(slots[1]));
+}
+
+// ---- by increments ----------------------------------------------------------------------------------------------------------
+
+namespace {
+
+/// The increments of drives, and the stresses that come back.
+class Increments final : public macro::MacroIncrementsOf<2> {
+ public:
+  explicit Increments(const std::vector<rve::Drive> &drives) :
+      stresses(drives.size(), Tensor2::zero()), drives_(drives)
+  {
+    dt = drives.front().dt;
+    substeps = drives.front().substeps;
+  }
+  Tensor2 increment(int place) const override { return drives_[place].deformation; }
+  void take_stress(int place, const Tensor2 &stress) override { stresses[place] = stress; }
+
+  std::vector<Tensor2> stresses;
+
+ private:
+  const std::vector<rve::Drive> &drives_;
+};
+
+/// One RVE strains; the second turns more than contacts would bear in a step or two; the third does both.
+std::vector<rve::Drive> drives_that_turn()
+{
+  return {small_drive(2e-5), small_drive(1e-6, 2e-3), small_drive(-8e-6, -1e-3)};
+}
+
+}    // namespace
+
+TEST(MacroIncrements, HaveTheBitsOfTheDrives)
+{
+  const rve::RveState packing = rve_test::packing_of_400();
+  for (const MacroStepOptions &macro : {MacroStepOptions(), adaptive()})
+    for (const bool with_details : {false, true}) {
+      Tally tally;
+      RvePoints by_increments(std::make_unique<CountingEngine>(cpu_options(), tally), nullptr,
+                              macro);
+      const std::vector<int> slots =
+          by_increments.add(std::vector<const rve::RveState *>(RVES, &packing));
+      std::vector<int> other_slots;
+      RvePoints by_drives = three_points(other_slots, macro);
+      const std::vector<rve::Drive> drives = drives_that_turn();
+
+      for (int step = 0; step < 10; ++step) {
+        Increments increments(drives);
+        std::vector<int> failed;
+        ASSERT_TRUE(by_increments.advance(slots, increments, with_details, failed));
+        EXPECT_TRUE(failed.empty());
+        by_drives.advance(other_slots, drives, with_details);
+        for (int k = 0; k < RVES; ++k)
+          EXPECT_TRUE(same_bits(increments.stresses[k], by_drives.stress(other_slots[k])));
+      }
+
+      EXPECT_EQ(tally.increments, 10 * RVES);
+      EXPECT_EQ(tally.responses, 0);
+      if (macro.adaptive) EXPECT_GE(tally.turned, 10);
+      for (int k = 0; k < RVES; ++k) {
+        EXPECT_EQ(rve::serialize(by_increments.state(slots[k])),
+                  rve::serialize(by_drives.state(other_slots[k])));
+        expect_same_point(by_increments.point(slots[k]), by_drives.point(other_slots[k]));
+        EXPECT_TRUE(
+            same_bits(by_increments.point(slots[k]).drive, by_drives.point(other_slots[k]).drive));
+      }
+    }
+}
+
+// What one of them cannot say by itself is for a call of drives, and nothing has happened.
+TEST(MacroIncrements, AreNotTakenWhereMoreStandsBetween)
+{
+  MacroStepOptions averaged;
+  averaged.stress_from = macro::StressFrom::Average;
+  averaged.stress_samples = 2;
+  std::vector<rve::Drive> folded = drives_that_turn(), turned = drives_that_turn();
+  folded[1].deformation = Tensor2{{1.0, 0.0, 0.0, -1.0}};
+  turned[2].deformation = rve::plane_rotation(0.3);    // in several segments
+  const std::pair<MacroStepOptions, std::vector<rve::Drive>> cases[] = {
+      {sleepy(), drives_that_turn()},
+      {averaged, drives_that_turn()},
+      {MacroStepOptions(), folded},
+      {MacroStepOptions(), turned}};
+  for (const auto &[macro, drives] : cases) {
+    std::vector<int> slots, failed;
+    RvePoints points = three_points(slots, macro);
+    const std::vector<double> before = points.record(slots[0]);
+    Increments increments(drives);
+    EXPECT_FALSE(points.advance(slots, increments, false, failed));
+    const std::vector<double> after = points.record(slots[0]);
+    ASSERT_EQ(after.size(), before.size());
+    EXPECT_EQ(std::memcmp(after.data(), before.data(), after.size() * sizeof(double)), 0);
+  }
+}
+
+TEST(MacroIncrements, FailuresAreNamedAndRestFromThenOn)
+{
+  Tally tally;
+  RvePoints by_increments(std::make_unique<CountingEngine>(cpu_options(), tally), nullptr,
+                          MacroStepOptions());
+  const rve::RveState packing = rve_test::packing_of_400();
+  const std::vector<int> slots =
+      by_increments.add(std::vector<const rve::RveState *>(RVES, &packing));
+  std::vector<int> other_slots;
+  RvePoints by_drives = three_points(other_slots);
+  std::vector<rve::Drive> crush = drives_that_turn();
+  crush[1].deformation = 0.4 * Tensor2::identity();
+  const Tensor2 stress_before = by_increments.stress(slots[1]);
+
+  Increments first(crush);
+  std::vector<int> failed;
+  ASSERT_TRUE(by_increments.advance(slots, first, false, failed));
+  EXPECT_EQ(failed, std::vector<int>{1});
+  by_drives.advance(other_slots, crush, false);
+  EXPECT_TRUE(by_increments.frozen(slots[1]));
+  EXPECT_EQ(by_increments.point(slots[1]).result.status,
+            by_drives.point(other_slots[1]).result.status);
+
+  const std::vector<rve::Drive> drives = drives_that_turn();
+  for (int step = 0; step < 3; ++step) {
+    Increments increments(drives);
+    failed.clear();
+    ASSERT_TRUE(by_increments.advance(slots, increments, false, failed));
+    EXPECT_TRUE(failed.empty());
+    by_drives.advance(other_slots, drives, false);
+    for (int k = 0; k < RVES; ++k)
+      EXPECT_TRUE(same_bits(increments.stresses[k], by_drives.stress(other_slots[k])));
+    EXPECT_TRUE(same_bits(increments.stresses[1], stress_before));
+  }
+  EXPECT_EQ(tally.increments, RVES + 3 * (RVES - 1));
+  for (const int k : {0, 2})
+    EXPECT_EQ(rve::serialize(by_increments.state(slots[k])),
+              rve::serialize(by_drives.state(other_slots[k])));
 }

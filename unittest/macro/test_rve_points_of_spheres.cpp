@@ -307,6 +307,11 @@ class Owner final : public macro::RveOwner<3> {
   {
     points.advance(atoms, drives, false);
   }
+  bool advance(const std::vector<int> &atoms, macro::MacroIncrementsOf<3> &increments) override
+  {
+    std::vector<int> failed;
+    return points.advance(atoms, increments, false, failed);
+  }
   const Tensor3 &stress(int atom) const override { return points.stress(atom); }
   const Points::Point &point(int atom) const override { return points.point(atom); }
   void complete() override { points.complete(); }

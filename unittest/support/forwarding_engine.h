@@ -45,6 +45,10 @@ class ForwardingEngine : public rve::Engine {
   {
     engine->advance(rves, drives, responses);
   }
+  bool advance(const std::vector<int> &rves, rve::IncrementCallOf<2> &call) override
+  {
+    return engine->advance(rves, call);
+  }
   void bound_time_steps(const std::vector<int> &rves, double enough,
                         std::vector<double> &bounds) override
   {

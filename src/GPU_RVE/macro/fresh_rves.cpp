@@ -116,7 +116,7 @@ template <int D> void RvePointsOf<D>::end_fresh(Fresh &fresh)
   point.grain_size = rve::grain_size(point.result);
   point.contacts = point.result.num_contacts;
   point.most_contacts = -1;    // its bound of the time step has not been looked at
-  any_stiffened = true;
+  note_stiffening(renewal.slot);
   point.drive = rve::DriveOf<D>();
   point.servo_error = point.out_of_reach = 0.0;
   point.rested = rve::ResultOf<D>();

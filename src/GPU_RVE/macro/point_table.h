@@ -9,6 +9,7 @@
 #include "macro/contact_response.h"
 #include "rve/engine/engine.h"
 
+#include <atomic>
 #include <cstdint>
 #include <vector>
 
@@ -25,14 +26,33 @@ enum class PointState : char {
 
 template <int D> struct PointFront {
   PointState state = PointState::Empty;
-  bool is_current = false;    ///< it says what the point says
-  bool is_ahead = false;      ///< the point has not heard of the last answer
-  bool owes = false;          ///< a deformation is pending
+  bool is_current = false;      ///< it says what the point says
+  bool is_ahead = false;        ///< the point has not heard of the last answer
+  bool owes = false;            ///< a deformation is pending
+  bool by_increment = false;    ///< while ahead: `increment` drove the last DEM steps
   std::int32_t most_contacts = 0;
+  std::int32_t substeps = 0;         ///< of the last DEM steps; 0: none so far
   rve::ResponseOf<D> response;       ///< of the last advance
   double pressure = 0.0;             ///< mean stress of the last DEM steps [stress]
   ContactResponse<D> of_contacts;    ///< of its material and grains
-  rve::DriveOf<D> drive;             ///< while ahead: of the last DEM steps
+  rve::IncrementOf<D> increment;
+};
+
+/// That any thread may set.
+class SharedFlag {
+ public:
+  explicit SharedFlag(bool value) : is_set_(value) {}
+  SharedFlag(SharedFlag &&other) noexcept : is_set_(other.is_set()) {}
+
+  bool is_set() const { return is_set_.load(std::memory_order_relaxed); }
+  /// Threads that find it as it shall be do not take it from each other's caches.
+  void set(bool value)
+  {
+    if (is_set() != value) is_set_.store(value, std::memory_order_relaxed);
+  }
+
+ private:
+  std::atomic<bool> is_set_;
 };
 
 /// Different slots may be asked for by different threads. A reference to a point that may change is kept no longer than until fronts are asked
@@ -48,11 +68,13 @@ template <int D, class Point> class PointTable {
     if (size <= this->size()) return;
     points_.resize(size);
     fronts_.resize(size);
+    drives_.resize(size);
   }
 
   /// To be changed.
   Point &operator[](int slot)
   {
+    note_stale();
     tell(slot);
     fronts_[slot].is_current = false;
     return points_[slot];
@@ -75,6 +97,9 @@ template <int D, class Point> class PointTable {
   Point &unheard(int slot) { return points_[slot]; }
   /// Whether its result is not whole.
   bool is_stale(int slot) const { return fronts_[slot].is_ahead || points_[slot].stale; }
+  /// Whether there may be one like that, since this was denied.
+  bool any_stale() const { return any_stale_.is_set(); }
+  void deny_stale() const { any_stale_.set(false); }
 
   /// After a sound answer to this drive.
   void answered(int slot, const rve::ResponseOf<D> &response, const rve::DriveOf<D> &drive)
@@ -84,24 +109,51 @@ template <int D, class Point> class PointTable {
       (*this)[slot].hear(response, drive);
       return;
     }
-    front.state = PointState::Awake;
-    front.owes = false;
-    front.response = response;
-    front.pressure = rve::mean_stress(response.stress);
-    front.drive = drive;
-    front.is_ahead = true;
+    note_stale();
+    take(front, response, drive.substeps);
+    front.by_increment = false;
+    drives_[slot] = drive;
+  }
+  void answered(int slot, const rve::ResponseOf<D> &response, const rve::IncrementOf<D> &increment)
+  {
+    Front &front = fronts_[slot];
+    if (!front.is_current || increment.substeps == 0) {
+      (*this)[slot].hear(response, increment.drive());
+      return;
+    }
+    note_stale();
+    take(front, response, increment.substeps);
+    front.by_increment = true;
+    front.increment = increment;
   }
 
  private:
   mutable std::vector<Point> points_;
   mutable std::vector<Front> fronts_;
+  /// While fronts are ahead: of the last DEM steps, unless they were by an increment.
+  mutable std::vector<rve::DriveOf<D>> drives_;
+
+  mutable SharedFlag any_stale_{true};
+
+  void note_stale() { any_stale_.set(true); }
+
+  static void take(Front &front, const rve::ResponseOf<D> &response, std::int32_t substeps)
+  {
+    front.state = PointState::Awake;
+    front.owes = false;
+    front.is_ahead = true;
+    front.substeps = substeps;
+    front.response = response;
+    front.pressure = rve::mean_stress(response.stress);
+  }
 
   void tell(int slot) const
   {
     Front &front = fronts_[slot];
     if (!front.is_ahead) return;
     front.is_ahead = false;
-    points_[slot].hear(front.response, front.drive);
+    points_[slot].hear(front.response,
+                       front.by_increment ? front.increment.drive() : drives_[slot]);
   }
 };
 

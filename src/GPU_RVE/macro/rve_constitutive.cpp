@@ -35,19 +35,52 @@ namespace {
 
 }    // namespace
 
+/// Of points of D dimensions.
+template <int D, int DimensionOfRves>
+class RveConstitutive<D, DimensionOfRves>::Increments final :
+    public MacroIncrementsOf<DimensionOfRves> {
+  using Matrix = rve::Tensor<double, DimensionOfRves>;
+
+ public:
+  Increments(const std::vector<int> &atoms, const rve::Tensor<double, D> *increment_of,
+             rve::Tensor<double, D> *stress_of) :
+      atoms_(atoms),
+      increment_of_(increment_of), stress_of_(stress_of)
+  {
+  }
+
+  Matrix increment(int place) const override
+  {
+    return rve::in_plane_strain<DimensionOfRves>(increment_of_[atoms_[place]]);
+  }
+  void take_stress(int place, const Matrix &stress) override
+  {
+    stress_of_[atoms_[place]] = rve::leading_components<D>(stress);
+  }
+
+ private:
+  const std::vector<int> &atoms_;
+  const rve::Tensor<double, D> *increment_of_;
+  rve::Tensor<double, D> *stress_of_;
+};
+
 template <int D, int DimensionOfRves>
 void RveConstitutive<D, DimensionOfRves>::update(
     int count, const int *point_index, const rve::Tensor<double, D> *deformation_increment,
     double dt, rve::Tensor<double, D> *stress, mpm::MemoryRows /*memory*/)
 {
   const RveClock clock = owner.clock(dt);
-  atoms.resize(count);
+  atoms.assign(point_index, point_index + count);
+  Increments increments(atoms, deformation_increment, stress);
+  increments.dt = clock.dt;
+  increments.substeps = clock.substeps;
+  if (owner.advance(atoms, increments)) return;
+
   drives.resize(count);
   {
     const rve::LightWork work(count, owner.threads());
 #pragma omp parallel for num_threads(work.team)
     for (int k = 0; k < count; ++k) {
-      atoms[k] = point_index[k];
       drives[k].dt = clock.dt;
       drives[k].substeps = clock.substeps;
       drives[k].deformation =

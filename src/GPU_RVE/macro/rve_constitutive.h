@@ -27,6 +27,8 @@ template <int D> class RveOwner {
   virtual Clock clock(double dt) const = 0;
   virtual void advance(const std::vector<int> &atoms,
                        const std::vector<rve::DriveOf<D>> &drives) = 0;
+  /// The same by increments alone, in fewer passes over the points. False: nothing has happened, and it is for the other one.
+  virtual bool advance(const std::vector<int> &atoms, MacroIncrementsOf<D> &increments) = 0;
   virtual const rve::Tensor<double, D> &stress(int atom) const = 0;
   /// Complete, and safe to ask for from several threads after complete().
   virtual const typename RvePointsOf<D>::Point &point(int atom) const = 0;
@@ -60,6 +62,8 @@ template <int D, int DimensionOfRves = D> class RveConstitutive : public mpm::Co
   void scale_waves(double share) { wave_share = share; }
 
  private:
+  class Increments;
+
   Owner &owner;
   // of update(), kept between calls
   std::vector<int> atoms;

@@ -85,7 +85,7 @@ template <int D> PointFront<D> RvePointsOf<D>::Point::front() const
   front.response = {result.status, contacts, result.stress};
   front.pressure = last_steps().mean_stress();
   front.of_contacts = ContactResponse<D>(material, grain_size);
-  front.drive = drive;
+  front.substeps = drive.substeps;
   return front;
 }
 
@@ -159,6 +159,8 @@ typename RvePointsOf<D>::Point &RvePointsOf<D>::settle(int slot, const rve::RveS
   points.grow_to(slot + 1);
   record_sizes.resize(points.size());
   record_sizes[slot] = 0;
+  may_be_stiffer.resize(points.size());
+  may_be_stiffer[slot] = 1;
   Point &point = points[slot];
   point = Point();
   point.state = State::Awake;
@@ -233,8 +235,11 @@ template <int D> std::vector<rve::Advice> RvePointsOf<D>::advice_on_servo(int sl
 
 template <int D> void RvePointsOf<D>::note_check(const std::vector<int> &slots)
 {
-  for (const int slot : slots) expect_contacts(points[slot]);
-  any_stiffened = false;
+  for (const int slot : slots) {
+    expect_contacts(points[slot]);
+    may_be_stiffer[slot] = 0;
+  }
+  any_stiffened.set(false);
 }
 
 template <int D>
@@ -483,10 +488,9 @@ template <int D> bool RvePointsOf<D>::may_sleep(int slot, const rve::DriveOf<D> 
 /// that it sleeps saves its own and what a call costs beside them.
 template <int D> bool RvePointsOf<D>::is_worth_a_look(int slot, const rve::DriveOf<D> &drive) const
 {
-  const rve::PolarDecomposition polar(drive.deformation);
-  const int substeps = options.adaptive ? substeps_of(slot, drive, polar) : drive.substeps;
-  return (substeps + CALL_IN_STEPS) * options.quiescent_strain >
-      LOOK_IN_STEPS * rve::norm(polar.strain);
+  const double strain = rve::strain_size(drive.deformation);
+  const int substeps = options.adaptive ? substeps_of(slot, strain, drive.dt) : drive.substeps;
+  return (substeps + CALL_IN_STEPS) * options.quiescent_strain > LOOK_IN_STEPS * strain;
 }
 
 /// An RVE that still moves, or may start to, needs its DEM steps: so does one that cannot be looked at. One call for all that
@@ -535,30 +539,30 @@ template <int D> void RvePointsOf<D>::answer_asleep(Point &point, const Matrix &
 template <int D> int RvePointsOf<D>::substeps_of(int slot, const rve::DriveOf<D> &drive) const
 {
   if (!options.adaptive || drive.substeps == 0 || drive.has_servo()) return drive.substeps;
-  return substeps_of(slot, drive, rve::PolarDecomposition(drive.deformation));
+  return substeps_of(slot, rve::strain_size(drive.deformation), drive.dt);
 }
 
-template <int D>
-int RvePointsOf<D>::substeps_of(int slot, const rve::DriveOf<D> &drive,
-                                const rve::PolarDecomposition<D> &polar) const
+template <int D> int RvePointsOf<D>::substeps_of(int slot, double strain, double dt) const
 {
   const PointFront<D> &front = points.front(slot);
-  return options.adaptive->of(rve::norm(polar.strain), drive.dt, front.pressure,
-                              front.of_contacts.grain_size(), front.of_contacts.density());
+  return options.adaptive->of(strain, dt, front.pressure, front.of_contacts.grain_size(),
+                              front.of_contacts.density());
 }
 
 /// Whether a rotation lets contacts slip, in as few DEM steps as the strain asks for. The overlap is that of its mean stress: what is
 /// known whatever the last advance was asked for.
 template <int D>
-bool RvePointsOf<D>::slips(int slot, const rve::DriveOf<D> &drive, double angle) const
+bool RvePointsOf<D>::slips(int slot, const Matrix &increment, double dt, int substeps) const
 {
   const PointFront<D> &front = points.front(slot);
   const double overlap =
       front.of_contacts.contact_strain(std::fmax(front.pressure, 0.0), material(slot));
-  if (std::fabs(angle) <= TURN_OF_OVERLAP * overlap) return false;    // the slip is no larger
-  const double slip =
-      front.of_contacts.slip_of_rotation(angle, drive.substeps, drive.dt, overlap, material(slot));
-  return !(slip <= TURN_OF_OVERLAP * overlap);
+  const double limit = TURN_OF_OVERLAP * overlap;    // the slip is no larger than the angle
+  if (rve::bound_of_rotation(increment) <= limit) return false;
+  const double angle = rve::PolarDecomposition(increment).angle;
+  if (std::fabs(angle) <= limit) return false;
+  return !(front.of_contacts.slip_of_rotation(angle, substeps, dt, overlap, material(slot)) <=
+           limit);
 }
 
 /// Carries out rotations that grains could not follow: the drives keep the stretch.
@@ -612,9 +616,8 @@ bool RvePointsOf<D>::plan_work(const std::vector<int> &slots,
   must_turn.resize(count);
   bool some_owe = false, some_turn = false;
   {
-    // not light: a decomposition takes longer than all else that is done for a point
-    const int team = rve::team_for(count, threads);
-#pragma omp parallel for num_threads(team) reduction(|| : some_owe, some_turn)
+    const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team) reduction(|| : some_owe, some_turn)
     for (int m = 0; m < count; ++m) {
       const int k = all_work ? m : working[m], slot = slots[k];
       rve::DriveOf<D> &drive = working_drives[m];
@@ -630,9 +633,8 @@ bool RvePointsOf<D>::plan_work(const std::vector<int> &slots,
         must_turn[m] = is_turned(point, drive.deformation);
       }
       if (options.adaptive) {
-        const rve::PolarDecomposition polar(drive.deformation);
-        drive.substeps = substeps_of(slot, drive, polar);
-        must_turn[m] = must_turn[m] || slips(slot, drive, polar.angle);
+        drive.substeps = substeps_of(slot, drive);
+        must_turn[m] = must_turn[m] || slips(slot, drive.deformation, drive.dt, drive.substeps);
       }
       some_turn = some_turn || must_turn[m];
     }
@@ -724,7 +726,7 @@ template <int D> void RvePointsOf<D>::run(std::vector<Macro> &macros)
         macro.failed = (responses[k].status & rve::status::Fatal) != 0;
         if (macro.failed) continue;
         point.contacts = responses[k].num_contacts;
-        any_stiffened = any_stiffened || point.contacts > point.most_contacts;
+        if (point.contacts > point.most_contacts) note_stiffening(macro.slot);
         macro.samples.push_back(responses[k].stress);
         point.result.stress = macro.parts == 1 ? responses[k].stress
                                                : macro.stress(options.stress_from);
@@ -750,7 +752,7 @@ void RvePointsOf<D>::advance_shadows(const std::vector<int> &slots,
     finer.back().substeps = substeps_of(slots[k], drives[k]) * options.shadow_refinement;
     turned.push_back(
         options.adaptive && !drives[k].has_servo() && drives[k].substeps > 0 &&
-        slips(slots[k], finer.back(), rve::PolarDecomposition(drives[k].deformation).angle));
+        slips(slots[k], drives[k].deformation, finer.back().dt, finer.back().substeps));
   }
   if (numbers.empty()) return;
   turn(*shadows, numbers, finer, turned);
@@ -786,6 +788,168 @@ std::vector<int> RvePointsOf<D>::advance(const std::vector<int> &slots,
 }
 
 /* ----------------------------------------------------------------------
+   as in nearly all macro steps of nearly all problems: RVEs that are awake, each driven by an increment.
+   what is done for each of them counts: it is planned, translated and answered while a core has it in its cache
+------------------------------------------------------------------------- */
+
+template <int D> class RvePointsOf<D>::IncrementCall final : public rve::IncrementCallOf<D> {
+ public:
+  IncrementCall(RvePointsOf &owner, MacroIncrementsOf<D> &macro, bool of_all) :
+      owner_(owner), macro_(macro), of_all_(of_all)
+  {
+  }
+
+  bool give(int begin, int end, rve::IncrementOf<D> *increments) override
+  {
+    for (int m = begin; m < end; ++m)
+      if (!plan(owner_.call_slots[m], macro_.increment(place(m)), increments[m - begin]))
+        return false;
+    return true;
+  }
+
+  void begin() override
+  {
+    if (!turned_.empty()) owner_.engine->turn(turned_, rotations_);
+  }
+
+  void take(int begin, int end, const rve::IncrementOf<D> *increments,
+            const rve::ResponseOf<D> *responses) override
+  {
+    for (int m = begin; m < end; ++m) take_one(m, increments[m - begin], responses[m - begin]);
+  }
+  /// Of one that fails another answer may follow.
+  void take_one(int m, const rve::IncrementOf<D> &increment, const rve::ResponseOf<D> &response)
+  {
+    if (response.status & rve::status::Fatal) {
+#pragma omp critical(rves_that_failed)
+      failed.push_back({m, increment, response});
+      return;
+    }
+    const int slot = owner_.call_slots[m];
+    owner_.points.answered(slot, response, increment);
+    if (response.num_contacts > owner_.points.front(slot).most_contacts)
+      owner_.note_stiffening(slot);
+    macro_.take_stress(place(m), response.stress);
+  }
+
+  int place(int m) const
+  {
+    return of_all_ ? m : owner_.call_places[m];
+  }
+
+  struct Failure {
+    int m;
+    rve::IncrementOf<D> increment;
+    rve::ResponseOf<D> response;
+  };
+  std::vector<Failure> failed;
+
+ private:
+  bool plan(int slot, const Matrix &deformation, rve::IncrementOf<D> &increment)
+  {
+    const PointFront<D> &front = owner_.points.front(slot);
+    if (front.state != State::Awake || front.owes) return false;
+    increment.dt = macro_.dt;
+    increment.substeps = macro_.substeps;
+    increment.deformation = deformation;
+    // what cannot be said of it is for others to say
+    if (!owner_.options.adaptive || macro_.substeps == 0 || !rve::finite(deformation)) return true;
+    increment.substeps = owner_.substeps_of(slot, rve::strain_size(deformation), macro_.dt);
+    if (owner_.slips(slot, deformation, macro_.dt, increment.substeps)) turn(slot, increment);
+    return true;
+  }
+
+  /// The increment keeps the stretch.
+  void turn(int slot, rve::IncrementOf<D> &increment)
+  {
+    const Matrix rotation = rve::PolarDecomposition(increment.deformation).rotation;
+    increment.deformation = increment.deformation * rve::transpose(rotation);
+    // the strain of what is left, to its last digit
+    increment.substeps =
+        owner_.substeps_of(slot, rve::strain_size(increment.deformation), macro_.dt);
+#pragma omp critical(rves_that_turn)
+    {
+      turned_.push_back(slot);
+      rotations_.push_back(rotation);
+    }
+  }
+
+  RvePointsOf &owner_;
+  MacroIncrementsOf<D> &macro_;
+  const bool of_all_;
+  // grains could not follow these
+  std::vector<int> turned_;
+  std::vector<Matrix> rotations_;
+};
+
+template <int D>
+bool RvePointsOf<D>::advance(const std::vector<int> &slots, MacroIncrementsOf<D> &increments,
+                             bool with_details, std::vector<int> &failed)
+{
+  if (options.quiescent_strain > 0.0 || options.stress_from != StressFrom::End || any_copies ||
+      shadows || slots.empty())
+    return false;
+  const auto start = rve::WallClock::now();
+  const int count = static_cast<int>(slots.size());
+  call_slots.clear();
+  call_places.clear();
+  if (!any_rests) {
+    call_slots = slots;
+  } else {
+    for (int k = 0; k < count; ++k) {
+      if (frozen(slots[k])) {
+        increments.take_stress(k, stress(slots[k]));
+        continue;
+      }
+      call_slots.push_back(slots[k]);
+      call_places.push_back(k);
+    }
+  }
+  IncrementCall call(*this, increments, !any_rests);
+  const auto engine_start = rve::WallClock::now();
+  const bool has_advanced = engine->advance(call_slots, call);
+  seconds_in_engine += rve::seconds_since(engine_start);
+  if (!has_advanced) {
+    any_rests = any_rests || std::any_of(slots.begin(), slots.end(), [&](int slot) {
+                  return frozen(slot);
+                });
+    return false;
+  }
+  record_sizes.assign(points.size(), 0);
+  if (!call.failed.empty()) end_failures(call, failed);
+  if (with_details) complete();
+  seconds += rve::seconds_since(start);
+  return true;
+}
+
+/// Those that failed go on as copies side by side, if that helps, or are frozen.
+template <int D> void RvePointsOf<D>::end_failures(IncrementCall &call, std::vector<int> &failed)
+{
+  auto in_trouble = std::exchange(call.failed, {});
+  std::sort(in_trouble.begin(), in_trouble.end(), [](const auto &one, const auto &other) {
+    return one.m < other.m;
+  });
+  std::vector<int> slots;
+  std::vector<rve::DriveOf<D>> drives;
+  std::vector<rve::ResponseOf<D>> answers;
+  for (const auto &one : in_trouble) {
+    slots.push_back(call_slots[one.m]);
+    drives.push_back(one.increment.drive());
+    answers.push_back(one.response);
+  }
+  widen_and_repeat(slots, drives, answers);
+  for (std::size_t k = 0; k < slots.size(); ++k)
+    call.take_one(in_trouble[k].m, in_trouble[k].increment, answers[k]);
+  for (const auto &one : call.failed) {
+    Point &point = points[call_slots[one.m]];
+    point.state = State::Frozen;
+    point.result.status = one.response.status;
+    any_rests = true;
+    failed.push_back(call.place(one.m));
+  }
+}
+
+/* ----------------------------------------------------------------------
    nothing stands between macro steps and DEM steps: one call of the engine, with the drives as they are.
    thousands of RVEs get there in every step, and what is done for each of them counts
 ------------------------------------------------------------------------- */
@@ -817,22 +981,21 @@ std::vector<int> RvePointsOf<D>::advance_plainly(const std::vector<int> &slots,
   const auto has_failed = [&](int k) {
     return (responses[k].status & rve::status::Fatal) != 0;
   };
-  bool any_failed = false, stiffened = false;
+  bool any_failed = false;
   const auto take = [&](int k) {
     points.answered(slots[k], responses[k], drives[k]);
-    return responses[k].num_contacts > points.front(slots[k]).most_contacts;
+    if (responses[k].num_contacts > points.front(slots[k]).most_contacts) note_stiffening(slots[k]);
   };
   {
     const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team) reduction(|| : any_failed, stiffened)
+#pragma omp parallel for num_threads(work.team) reduction(|| : any_failed)
     for (int k = 0; k < count; ++k) {
       if (has_failed(k))
         any_failed = true;
       else
-        stiffened = take(k) || stiffened;
+        take(k);
     }
   }
-  any_stiffened = any_stiffened || stiffened;
   if (!any_failed) return {};
 
   std::vector<int> failed, in_trouble;
@@ -841,7 +1004,7 @@ std::vector<int> RvePointsOf<D>::advance_plainly(const std::vector<int> &slots,
   widen_and_repeat(slots, drives, responses);
   for (const int k : in_trouble) {
     if (!has_failed(k)) {
-      any_stiffened = take(k) || any_stiffened;
+      take(k);
       continue;
     }
     Point &point = points[slots[k]];
@@ -854,11 +1017,15 @@ std::vector<int> RvePointsOf<D>::advance_plainly(const std::vector<int> &slots,
 
 template <int D> void RvePointsOf<D>::complete() const
 {
+  if (!points.any_stale()) return;
   stale_slots.clear();
   for (int slot = 0; slot < points.size(); ++slot)
     if (points.is_stale(slot)) stale_slots.push_back(slot);
   const int count = static_cast<int>(stale_slots.size());
-  if (count == 0) return;
+  if (count == 0) {
+    points.deny_stale();
+    return;
+  }
   // whoever looks in every step does so at thousands: no memory is asked for each time, and threads share the copies
   if (static_cast<int>(resting.size()) != count) resting = drives_at_rest(count);
   call_engine(stale_slots, resting, looks);
@@ -869,6 +1036,7 @@ template <int D> void RvePointsOf<D>::complete() const
     point.stale = false;
     if (!(looks[k].status & rve::status::Fatal)) point.take_details(looks[k]);
   }
+  points.deny_stale();
 }
 
 template <int D>

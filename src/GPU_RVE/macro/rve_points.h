@@ -37,6 +37,18 @@ struct MacroStepOptions {
   int most_copies = 1;
 };
 
+/// Deformation increments of a macro step, and who takes the stresses that answer them. Several threads ask at once, for different RVEs.
+template <int D> class MacroIncrementsOf {
+ public:
+  virtual ~MacroIncrementsOf() = default;
+  /// Of the RVE at a place of the step; the same whenever it is asked for.
+  virtual rve::Tensor<double, D> increment(int place) const = 0;
+  virtual void take_stress(int place, const rve::Tensor<double, D> &stress) = 0;
+
+  double dt = 0.0;     ///< DEM time step [time]
+  int substeps = 0;    ///< unless they are adaptive
+};
+
 /// What became of an RVE that failed, when a fresh one was to take its place.
 template <int D> struct RenewalOf {
   int slot = -1;
@@ -155,6 +167,11 @@ template <int D> class RvePointsOf {
   /// another unit.
   std::vector<int> advance(const std::vector<int> &slots,
                            const std::vector<rve::DriveOf<D>> &drives, bool with_details = true);
+  /// The same by increments, for thousands of RVEs in one pass before the engine's call and one behind it. False: nothing has happened, since
+  /// more stands between this macro step and DEM steps, and it is for the other advance(). `failed` gets the places in `slots` of those that
+  /// failed.
+  bool advance(const std::vector<int> &slots, MacroIncrementsOf<D> &increments, bool with_details,
+               std::vector<int> &failed);
   /// Completes the results of all points that an advance left without details.
   void complete() const;
   /// Those whose cells have become too narrow since this was asked last, and go on as copies of themselves side by side.
@@ -203,10 +220,11 @@ template <int D> class RvePointsOf {
   /// whether one of them has.
   bool has_stiffened(int slot) const
   {
+    if (!may_be_stiffer[slot]) return false;
     const PointFront<D> &front = points.front(slot);
     return front.state != State::Frozen && front.response.num_contacts > front.most_contacts;
   }
-  bool any_has_stiffened() const { return any_stiffened; }
+  bool any_has_stiffened() const { return any_stiffened.is_set(); }
   // what is always up to date
   const Matrix &stress(int slot) const { return points.front(slot).response.stress; }
   const rve::Material &material(int slot) const { return points.unheard(slot).material; }
@@ -214,7 +232,7 @@ template <int D> class RvePointsOf {
   bool has_advanced(int slot) const
   {
     const PointFront<D> &front = points.front(slot);
-    return front.drive.substeps > 0 || front.state == State::Asleep;
+    return front.substeps > 0 || front.state == State::Asleep;
   }
   bool frozen(int slot) const { return points.front(slot).state == State::Frozen; }
   int copies(int slot) const { return points.unheard(slot).copies; }
@@ -255,9 +273,11 @@ template <int D> class RvePointsOf {
   std::unique_ptr<rve::EngineOf<D>> engine, shadows;
   MacroStepOptions options;
   int threads;
-  bool any_stiffened = false;    ///< since the last look at bounds
-  bool any_copies = false;       ///< some RVE is as many as copies, or was
-  std::vector<int> widened;      ///< slots, since they were taken
+  SharedFlag any_stiffened{false};    ///< since the last look at bounds
+  /// By slot: whether it may have_stiffened(). Small, where few have and all are asked.
+  std::vector<char> may_be_stiffer;
+  bool any_copies = false;     ///< some RVE is as many as copies, or was
+  std::vector<int> widened;    ///< slots, since they were taken
   double seconds = 0.0, seconds_for_shadows = 0.0;
   mutable double seconds_in_engine = 0.0;
   mutable PointTable<D, Point> points;      // by slot
@@ -267,7 +287,12 @@ template <int D> class RvePointsOf {
   mutable std::vector<rve::DriveOf<D>> resting;
   mutable std::vector<rve::ResultOf<D>> looks;
 
-  struct Macro;    // a macro step of one RVE
+  struct Macro;           // a macro step of one RVE
+  class IncrementCall;    // of the engine
+
+  // of the advance by increments, kept between calls
+  std::vector<int> call_places, call_slots;
+  bool any_rests = false;    ///< an RVE is frozen: calls are not of all RVEs
 
   /// What an RVE does in a macro step.
   enum class Part : char { Nothing, Sleeps, Works };
@@ -303,11 +328,18 @@ template <int D> class RvePointsOf {
                      std::vector<rve::ResponseOf<D>> &responses);
   bool has_room_for_copies(int num_grains) const;
   static bool replace(rve::EngineOf<D> &engine, int number, const rve::RveStateOf<D> &state);
+  /// Of different slots by several threads.
+  void note_stiffening(int slot)
+  {
+    may_be_stiffer[slot] = 1;
+    any_stiffened.set(true);
+  }
   bool is_plain(const std::vector<int> &slots) const;
   std::vector<int> advance_plainly(const std::vector<int> &slots,
                                    const std::vector<rve::DriveOf<D>> &drives);
   std::vector<int> advance_by_plan(const std::vector<int> &slots,
                                    const std::vector<rve::DriveOf<D>> &drives);
+  void end_failures(IncrementCall &call, std::vector<int> &failed);
   void advance_with_samples(const std::vector<int> &slots,
                             const std::vector<rve::DriveOf<D>> &drives);
 
@@ -325,14 +357,13 @@ template <int D> class RvePointsOf {
                               const std::vector<rve::Material> &materials);
   bool may_sleep(int slot, const rve::DriveOf<D> &drive) const;
   int substeps_of(int slot, const rve::DriveOf<D> &drive) const;
-  /// Adaptive ones of a drive without servo, whose deformation is decomposed.
-  int substeps_of(int slot, const rve::DriveOf<D> &drive,
-                  const rve::PolarDecomposition<D> &polar) const;
+  /// Adaptive ones, for an increment of this strain_size().
+  int substeps_of(int slot, double strain, double dt) const;
   void look_at_sleepers(const std::vector<int> &slots);
   void answer_asleep(Point &point, const Matrix &pending) const;
   static void turn(rve::EngineOf<D> &engine, const std::vector<int> &numbers,
                    std::vector<rve::DriveOf<D>> &drives, const std::vector<char> &must_turn);
-  bool slips(int slot, const rve::DriveOf<D> &drive, double angle) const;
+  bool slips(int slot, const Matrix &increment, double dt, int substeps) const;
   bool is_worth_a_look(int slot, const rve::DriveOf<D> &drive) const;
   bool plan_parts(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives);
   bool plan_work(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,

@@ -29,6 +29,29 @@ namespace {
     return options.threads > 0 ? options.threads : omp_get_max_threads();
   }
 
+  /// RVEs whose increments and answers stay in the caches of a core.
+  constexpr int RVES_OF_PART = 64;
+
+  /// The present thread's share of `count` items, in parts: f(begin, end).
+  template <class F> void for_parts(int count, const F &f)
+  {
+    const ThreadShare mine(count);
+    for (int begin = mine.begin; begin < mine.end; begin += RVES_OF_PART)
+      f(begin, std::min(begin + RVES_OF_PART, mine.end));
+  }
+
+  template <int D> ResponseOf<D> to_response(const AnswerRecord<D> &answer)
+  {
+    return {answer.status, answer.num_contacts, load_tensor<D>(answer.stress)};
+  }
+
+  template <int D> auto among(const std::vector<DriveOf<D>> &drives)
+  {
+    return [&drives](std::size_t place) {
+      return drives[place];
+    };
+  }
+
   BatchConstants to_constants(const Options &options)
   {
     require(std::isfinite(options.skin) && options.skin >= 0.0,
@@ -230,9 +253,14 @@ template <int D> Memory BatchEngine<D>::memory() const
   return memory;
 }
 
+template <int D> bool BatchEngine<D>::is_there(int rve) const
+{
+  return rve >= 0 && rve < static_cast<int>(grains_of.size()) && grains_of[rve] > 0;
+}
+
 template <int D> void BatchEngine<D>::check_slot(int rve) const
 {
-  require(rve >= 0 && rve < static_cast<int>(grains_of.size()) && grains_of[rve] > 0, [&] {
+  require(is_there(rve), [&] {
     return "there is no RVE with number " + std::to_string(rve);
   });
 }
@@ -264,37 +292,36 @@ void BatchEngine<D>::prepare(Call &call, const std::vector<int> &rves,
   DriveRecord<D> *records = room_for_drives(count);
   call.rves = &rves;
   call.drives = records;
-  int first_bad = count, largest = 0, longest = 0;
-  std::int64_t all_substeps = 0;
-  double least_cost = std::numeric_limits<double>::max(), most_cost = 0.0;
+  costs.resize(count);
+  Extent extent;
+  int first_bad = count;
   bool servo = false, steered = false, by_modes = false;
   {
     const LightWork work(count, helpers(options));
-#pragma omp parallel for num_threads(work.team) reduction(min                      \
-                                                          : first_bad, least_cost) \
-    reduction(max                                                                  \
-              : largest, longest, most_cost) reduction(+                           \
-                                                       : all_substeps)             \
-        reduction(||                                                               \
-                  : servo, steered, by_modes)
-    for (int k = 0; k < count; ++k) {
-      try {
-        check_slot(rves[k]);
-        check(drives[k]);
-      } catch (const InputError &) {
-        first_bad = std::min(first_bad, k);
-        continue;
+#pragma omp parallel num_threads(work.team) reduction(min          \
+                                                      : first_bad) \
+    reduction(||                                                   \
+              : servo, steered, by_modes)
+    {
+      Extent mine;
+#pragma omp for
+      for (int k = 0; k < count; ++k) {
+        try {
+          check_slot(rves[k]);
+          check(drives[k]);
+        } catch (const InputError &) {
+          first_bad = std::min(first_bad, k);
+          continue;
+        }
+        records[k] = to_record(drives[k]);
+        costs[k] = cost_of(grains_of[rves[k]], drives[k].substeps);
+        mine.add(grains_of[rves[k]], drives[k].substeps);
+        servo = servo || drives[k].has_servo();
+        steered = steered || needs_steering(drives[k]);
+        by_modes = by_modes || drives[k].num_modes > 0;
       }
-      records[k] = to_record(drives[k]);
-      largest = std::max(largest, grains_of[rves[k]]);
-      longest = std::max(longest, drives[k].substeps);
-      all_substeps += drives[k].substeps;
-      const double cost = cost_of(rves[k], drives[k]);
-      least_cost = std::min(least_cost, cost);
-      most_cost = std::max(most_cost, cost);
-      servo = servo || drives[k].has_servo();
-      steered = steered || needs_steering(drives[k]);
-      by_modes = by_modes || drives[k].num_modes > 0;
+#pragma omp critical(extent_of_a_call)
+      extent.add(mine);
     }
   }
   if (first_bad < count) {    // says what is wrong
@@ -313,76 +340,88 @@ void BatchEngine<D>::prepare(Call &call, const std::vector<int> &rves,
       call.steering[k].modes = &call.modes[k];
     }
   }
-  call.largest = largest;
-  call.longest = longest;
-  call.mean = static_cast<double>(all_substeps) / count;
-  call.pair_capacity = pair_capacity(largest);
+  plan(call, extent, servo, kind);
+}
+
+template <int D>
+void BatchEngine<D>::plan(Call &call, const Extent &extent, bool servo, Answer kind)
+{
+  call.largest = extent.largest;
+  call.longest = extent.longest;
+  call.mean = static_cast<double>(extent.steps) / static_cast<double>(call.rves->size());
+  call.pair_capacity = pair_capacity(extent.largest);
   CallNeeds call_needs = needs;
   call_needs.servo = servo;
   call_needs.books = needs.books || kind == Answer::TimeStep;
   call.program = choose_program(memory_layout, call_needs);
-  if (least_cost < most_cost) put_longest_first(call, drives, most_cost);
+  call.constants = constants;
+  if (extent.least_cost < extent.most_cost) put_longest_first(call, extent.most_cost);
 }
 
-template <int D> double BatchEngine<D>::cost_of(int rve, const DriveOf<D> &drive) const
+template <int D> void BatchEngine<D>::put_longest_first(Call &call, double most_cost)
 {
-  return static_cast<double>(drive.substeps) * grains_of[rve];
-}
-
-template <int D>
-void BatchEngine<D>::put_longest_first(Call &call, const std::vector<DriveOf<D>> &drives,
-                                       double most_cost)
-{
-  // sorted roughly, in one pass: the last ones to run are short, and that is all that matters
+  // sorted roughly, by counting: the last ones to run are short, and that is all that matters
   constexpr int classes = 256;
   const int count = static_cast<int>(call.rves->size());
   cost_class.resize(count);
+  order.resize(count);
+  const LightWork work(count, helpers(options));
+  class_begin.assign(static_cast<std::size_t>(classes) * work.team, 0);
+#pragma omp parallel num_threads(work.team)
   {
-    const LightWork work(count, helpers(options));
-#pragma omp parallel for num_threads(work.team)
-    for (int k = 0; k < count; ++k) {
-      const double share = cost_of((*call.rves)[k], drives[k]) / most_cost;
+    const ThreadShare mine(count);
+    int *const begin = &class_begin[static_cast<std::size_t>(classes) * this_thread()];
+    for (int k = mine.begin; k < mine.end; ++k) {
+      const double share = costs[k] / most_cost;
       cost_class[k] =
           static_cast<unsigned char>(classes - 1 - static_cast<int>(share * (classes - 1)));
+      ++begin[cost_class[k]];
     }
+#pragma omp barrier
+#pragma omp single
+    {
+      int next = 0;
+      for (int c = 0; c < classes; ++c)
+        for (int thread = 0; thread < team_size(); ++thread) {
+          int &first = class_begin[static_cast<std::size_t>(classes) * thread + c];
+          next += std::exchange(first, next);
+        }
+    }
+    for (int k = mine.begin; k < mine.end; ++k) order[begin[cost_class[k]]++] = k;
   }
-  int start[classes + 1] = {};
-  for (int k = 0; k < count; ++k) ++start[cost_class[k] + 1];
-  std::partial_sum(start, start + classes + 1, start);
-  call.order.resize(count);
-  for (int k = 0; k < count; ++k) call.order[start[cost_class[k]]++] = k;
+  call.order = &order;
 }
 
 template <int D>
-const AnswerRecord<D> *BatchEngine<D>::start(const std::vector<int> &rves,
-                                             const std::vector<DriveOf<D>> &drives, Answer kind)
+typename BatchEngine<D>::Answers BatchEngine<D>::start(const std::vector<int> &rves,
+                                                       const std::vector<DriveOf<D>> &drives,
+                                                       Answer kind)
 {
   require(rves.size() == drives.size(),
           "one drive per RVE is needed: " + std::to_string(rves.size()) + " RVEs, " +
               std::to_string(drives.size()) + " drives");
-  if (rves.empty()) return nullptr;
+  if (rves.empty()) return {};
   Call call;
   prepare(call, rves, drives, kind);
   call.with_details = kind != Answer::Short;
-  call.constants = constants;
   if (kind == Answer::Longest) call.constants.extra_detail = kStiffnessDetail;
   if (kind == Answer::TimeStep) call.constants.extra_detail = kTimeStepDetail;
-  return launch(call, details);
+  return launch(call);
 }
 
 template <int D>
-const AnswerRecord<D> *BatchEngine<D>::repeat(const std::vector<int> &rves,
-                                              const std::vector<DriveOf<D>> &drives,
-                                              const AnswerRecord<D> *answers, Answer kind)
+typename BatchEngine<D>::Answers BatchEngine<D>::repeat(const std::vector<int> &rves,
+                                                        const DriveAt &drive_at,
+                                                        const Answers &first, Answer kind)
 {
-  const bool with_details = kind != Answer::Short;
-  mended.assign(answers, answers + rves.size());
-  std::vector<DetailRecord<D>> all_details;    // `details` are those of the last start
-  if (with_details) all_details = details;
+  const std::size_t count = rves.size();
+  mended.assign(first.answers, first.answers + count);
+  mended_details.clear();
+  if (first.details) mended_details.assign(first.details, first.details + count);
   std::map<std::size_t, ImageHeader<D>> before;    // of the RVEs whose call is repeated
   for (int round = 0; round < MAX_REPEATS; ++round) {
     std::vector<std::size_t> again;
-    for (std::size_t k = 0; k < rves.size(); ++k)
+    for (std::size_t k = 0; k < count; ++k)
       if (must_repeat(mended[k])) again.push_back(k);
     if (again.empty()) break;
     std::vector<int> some_rves;
@@ -391,25 +430,24 @@ const AnswerRecord<D> *BatchEngine<D>::repeat(const std::vector<int> &rves,
       before.emplace(k, get_header(rves[k]));
       prepare_repeat(rves[k], mended[k]);
       some_rves.push_back(rves[k]);
-      some_drives.push_back(drives[k]);
+      some_drives.push_back(drive_at(k));
     }
-    const AnswerRecord<D> *some_answers = start(some_rves, some_drives, kind);
+    const Answers some = start(some_rves, some_drives, kind);
     for (std::size_t m = 0; m < again.size(); ++m) {
-      mended[again[m]] = some_answers[m];
-      if (with_details) all_details[again[m]] = details[m];
+      mended[again[m]] = some.answers[m];
+      if (some.details) mended_details[again[m]] = some.details[m];
     }
   }
-  if (with_details) details = std::move(all_details);
 
   // a call that fails in the end leaves no trace of its repeats either
-  for (const auto &[k, first] : before) {
+  for (const auto &[k, header_before] : before) {
     if (!(mended[k].status & status::Fatal)) continue;
     ImageHeader<D> header = get_header(rves[k]);
-    header.repeats = first.repeats;
-    header.largest_contact_force = first.largest_contact_force;
+    header.repeats = header_before.repeats;
+    header.largest_contact_force = header_before.largest_contact_force;
     put_header(rves[k], header);
   }
-  return mended.data();
+  return {mended.data(), first.details ? mended_details.data() : nullptr};
 }
 
 template <int D>
@@ -418,16 +456,25 @@ void BatchEngine<D>::advance_with_details(const std::vector<int> &rves,
                                           const std::vector<DriveOf<D>> &drives, Answer kind,
                                           std::vector<AnyResult> &results)
 {
-  const AnswerRecord<D> *answers = start(rves, drives, kind);
+  Answers all = start(rves, drives, kind);
   const int count = static_cast<int>(rves.size());
-  if (std::any_of(answers, answers + count, must_repeat<D>))
-    answers = repeat(rves, drives, answers, kind);
-  for (int k = 0; k < count; ++k)
-    if (answers[k].status & status::Fatal) details[k] = details_of(get_header(rves[k]));
+  if (std::any_of(all.answers, all.answers + count, must_repeat<D>))
+    all = repeat(rves, among(drives), all, kind);
   results.resize(count);
-  const LightWork work(count, helpers(options));
-#pragma omp parallel for num_threads(work.team)
-  for (int k = 0; k < count; ++k) to_result(answers[k], details[k], results[k]);
+  bool any_failed = false;
+  {
+    const LightWork work(count, helpers(options));
+#pragma omp parallel for num_threads(work.team) reduction(|| : any_failed)
+    for (int k = 0; k < count; ++k) {
+      if (all.answers[k].status & status::Fatal)
+        any_failed = true;
+      else
+        to_result(all.answers[k], all.details[k], results[k]);
+    }
+  }
+  for (int k = 0; any_failed && k < count; ++k)
+    if (all.answers[k].status & status::Fatal)
+      to_result(all.answers[k], details_of(get_header(rves[k])), results[k]);
 }
 
 template <int D>
@@ -453,20 +500,20 @@ void BatchEngine<D>::bound_time_steps(const std::vector<int> &rves, double enoug
   DriveOf<D> look;
   look.dt = enough;
   const std::vector<DriveOf<D>> drives(rves.size(), look);
-  const AnswerRecord<D> *answers = start(rves, drives, Answer::TimeStep);
+  Answers all = start(rves, drives, Answer::TimeStep);
   const std::size_t count = rves.size();
-  if (std::any_of(answers, answers + count, must_repeat<D>))
-    answers = repeat(rves, drives, answers, Answer::TimeStep);
+  if (std::any_of(all.answers, all.answers + count, must_repeat<D>))
+    all = repeat(rves, among(drives), all, Answer::TimeStep);
   bounds.resize(count);
   for (std::size_t k = 0; k < count; ++k)
-    bounds[k] = answers[k].status & status::Fatal ? 0.0 : details[k].stiffness[0];
+    bounds[k] = all.answers[k].status & status::Fatal ? 0.0 : all.details[k].stiffness[0];
 }
 
 template <int D>
 void BatchEngine<D>::advance(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,
                              std::vector<ResponseOf<D>> &responses)
 {
-  const AnswerRecord<D> *answers = start(rves, drives, Answer::Short);
+  Answers all = start(rves, drives, Answer::Short);
   const int count = static_cast<int>(rves.size());
   responses.resize(count);
   const auto respond = [&] {
@@ -474,15 +521,91 @@ void BatchEngine<D>::advance(const std::vector<int> &rves, const std::vector<Dri
     const LightWork work(count, helpers(options));
 #pragma omp parallel for num_threads(work.team) reduction(|| : unfinished)
     for (int k = 0; k < count; ++k) {
-      responses[k] = {answers[k].status, answers[k].num_contacts,
-                      load_tensor<D>(answers[k].stress)};
-      unfinished = unfinished || must_repeat(answers[k]);
+      responses[k] = to_response(all.answers[k]);
+      unfinished = unfinished || must_repeat(all.answers[k]);
     }
     return unfinished;
   };
   if (!respond()) return;
-  answers = repeat(rves, drives, answers, Answer::Short);
+  all = repeat(rves, among(drives), all, Answer::Short);
   respond();
+}
+
+template <int D>
+bool BatchEngine<D>::advance(const std::vector<int> &rves, IncrementCallOf<D> &caller)
+{
+  const int count = static_cast<int>(rves.size());
+  if (count == 0) return true;
+  Call call;
+  DriveRecord<D> *records = room_for_drives(count);
+  call.rves = &rves;
+  call.drives = records;
+  costs.resize(count);
+  increments.resize(count);
+  Extent extent;
+  bool all_serve = true;
+  {
+    const LightWork work(count, helpers(options));
+#pragma omp parallel num_threads(work.team) reduction(&& : all_serve)
+    {
+      Extent mine;
+      for_parts(count, [&](int begin, int end) {
+        all_serve = all_serve && caller.give(begin, end, &increments[begin]);
+        for (int k = begin; all_serve && k < end; ++k) {
+          const IncrementOf<D> &one = increments[k];
+          all_serve = is_there(rves[k]) && is_simple(one);
+          if (!all_serve) break;
+          records[k] = to_record(one);
+          costs[k] = cost_of(grains_of[rves[k]], one.substeps);
+          mine.add(grains_of[rves[k]], one.substeps);
+        }
+      });
+#pragma omp critical(extent_of_a_call)
+      extent.add(mine);
+    }
+  }
+  if (!all_serve) return false;
+  plan(call, extent, false, Answer::Short);
+  caller.begin();
+
+  const Answers first = launch(call);
+  std::vector<int> again;
+  {
+    const LightWork work(count, helpers(options));
+#pragma omp parallel num_threads(work.team)
+    for_parts(count, [&](int begin, int end) {
+      ResponseOf<D> some[RVES_OF_PART];
+      bool is_whole = true;
+      for (int k = begin; k < end; ++k) {
+        some[k - begin] = to_response(first.answers[k]);
+        is_whole = is_whole && !must_repeat(first.answers[k]);
+      }
+      if (is_whole) {
+        caller.take(begin, end, &increments[begin], some);
+        return;
+      }
+      for (int k = begin; k < end; ++k) {
+        if (!must_repeat(first.answers[k])) {
+          caller.take(k, k + 1, &increments[k], &some[k - begin]);
+          continue;
+        }
+#pragma omp critical(calls_to_repeat)
+        again.push_back(k);
+      }
+    });
+  }
+  if (again.empty()) return true;
+  const Answers last = repeat(
+      rves,
+      [this](std::size_t place) {
+        return increments[place].drive();
+      },
+      first, Answer::Short);
+  for (const int k : again) {
+    const ResponseOf<D> one = to_response(last.answers[k]);
+    caller.take(k, k + 1, &increments[k], &one);
+  }
+  return true;
 }
 
 template class BatchEngine<2>;

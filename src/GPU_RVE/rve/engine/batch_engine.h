@@ -9,6 +9,10 @@
 #include "rve/engine/program_choice.h"
 #include "rve/engine/rve_image.h"
 
+#include <algorithm>
+#include <functional>
+#include <limits>
+
 namespace rve {
 
 template <int D> class BatchEngine : public EngineOf<D> {
@@ -29,6 +33,7 @@ template <int D> class BatchEngine : public EngineOf<D> {
                std::vector<ElasticResultOf<D>> &results) override;
   void advance(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,
                std::vector<ResponseOf<D>> &responses) override;
+  bool advance(const std::vector<int> &rves, IncrementCallOf<D> &call) override;
   void bound_time_steps(const std::vector<int> &rves, double enough,
                         std::vector<double> &bounds) override;
   std::size_t bytes_per_rve(int num_grains) const override;
@@ -53,11 +58,12 @@ template <int D> class BatchEngine : public EngineOf<D> {
     const DriveRecord<D> *drives = nullptr;     ///< in room_for_drives()
     std::vector<SteeringRecord<D>> steering;    ///< as many as RVEs, or none; they point at `modes`
     std::vector<SteeredModes<D>> modes;         ///< as many as RVEs, or none
-    std::vector<int> order;    ///< positions, the most expensive first; none: all cost the same
-    int largest = 0;           ///< grains in the largest RVE
-    int longest = 0;           ///< most substeps
-    double mean = 0.0;         ///< substeps
-    int pair_capacity = 0;     ///< that workspaces must have at least
+    const std::vector<int> *order =
+        nullptr;              ///< places, the most expensive first; null: all cost the same
+    int largest = 0;          ///< grains in the largest RVE
+    int longest = 0;          ///< most substeps
+    double mean = 0.0;        ///< substeps
+    int pair_capacity = 0;    ///< that workspaces must have at least
     Program program = Program::Plain;
     bool with_details = false;
     BatchConstants constants;
@@ -65,10 +71,14 @@ template <int D> class BatchEngine : public EngineOf<D> {
 
   /// Where the drives of the next launch shall be written, and not read. What was there before may be lost.
   virtual DriveRecord<D> *room_for_drives(std::size_t count) = 0;
-  /// Runs the block program once for each RVE. Returns the answers, valid until the next launch. `details` are filled when they
-  /// are wanted.
-  virtual const AnswerRecord<D> *launch(const Call &call,
-                                        std::vector<DetailRecord<D>> &details) = 0;
+  /// As many as RVEs of a call, valid until the next one.
+  struct Answers {
+    const AnswerRecord<D> *answers = nullptr;
+    const DetailRecord<D> *details =
+        nullptr;    ///< where they are wanted; of no meaning for an RVE that failed
+  };
+  /// Runs the block program once for each RVE.
+  virtual Answers launch(const Call &call) = 0;
   /// memory() without the limit of the environment.
   virtual Memory backend_memory() const = 0;
 
@@ -86,26 +96,51 @@ template <int D> class BatchEngine : public EngineOf<D> {
   const Program memory_layout;
 
  private:
+  bool is_there(int rve) const;
   void check_slot(int rve) const;
   /// Notes what an RVE needs of its calls.
   void note_needs(const Material &material);
   void require_contacts(const ContactModel &needed) const;
   void prepare_repeat(int rve, const AnswerRecord<D> &answer);
-  double cost_of(int rve, const DriveOf<D> &drive) const;
-  /// With RVEs of unequal cost the last ones to run shall be short.
-  void put_longest_first(Call &call, const std::vector<DriveOf<D>> &drives, double most_cost);
   /// What a call answers.
   enum class Answer { Short, Long, Longest, TimeStep };
+  /// What the drives of a call make of it.
+  struct Extent {
+    int largest = 0, longest = 0;    ///< grains, DEM steps
+    std::int64_t steps = 0;          ///< of all
+    double least_cost = std::numeric_limits<double>::max(),
+           most_cost = 0.0;    ///< steps times grains
+
+    void add(int grains, int substeps)
+    {
+      const double cost = cost_of(grains, substeps);
+      add({grains, substeps, substeps, cost, cost});
+    }
+    void add(const Extent &other)
+    {
+      largest = std::max(largest, other.largest);
+      longest = std::max(longest, other.longest);
+      steps += other.steps;
+      least_cost = std::min(least_cost, other.least_cost);
+      most_cost = std::max(most_cost, other.most_cost);
+    }
+  };
+  static double cost_of(int grains, int substeps) { return static_cast<double>(substeps) * grains; }
+  /// Sizes, order and program; `costs` are there.
+  void plan(Call &call, const Extent &extent, bool servo, Answer kind);
+  /// With RVEs of unequal cost the last ones to run shall be short.
+  void put_longest_first(Call &call, double most_cost);
   /// Checks and translates; sizes, order and program follow from the drives.
   void prepare(Call &call, const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,
                Answer kind);
-  /// One call without repeats. Returns the answers, valid until the next call; `details` has them, if wanted.
-  const AnswerRecord<D> *start(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,
-                               Answer kind);
+  /// One call without repeats.
+  Answers start(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives, Answer kind);
+  /// The drive at a place of a call.
+  using DriveAt = std::function<DriveOf<D>(std::size_t place)>;
   /// Repeats what has to be, with longer lists or another scale of forces, of a call that has been started. Returns the answers
   /// that hold.
-  const AnswerRecord<D> *repeat(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,
-                                const AnswerRecord<D> *answers, Answer kind);
+  Answers repeat(const std::vector<int> &rves, const DriveAt &drive_at, const Answers &first,
+                 Answer kind);
   /// The long answers of a call, or the longest.
   template <class AnyResult>
   void advance_with_details(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,
@@ -113,11 +148,16 @@ template <int D> class BatchEngine : public EngineOf<D> {
 
   std::vector<int> grains_of;    ///< by RVE; 0: the number is free
   std::vector<int> free_numbers;
-  CallNeeds needs;                          ///< of calls of all RVEs that have been added
-  std::vector<unsigned char> cost_class;    ///< of the RVEs of a call
-  int pairs_per_grain = 4;                  ///< capacity of the workspaces, grows on demand
-  std::vector<AnswerRecord<D>> mended;      ///< answers of a call that was repeated for some RVEs
-  std::vector<DetailRecord<D>> details;     ///< of the last call that wanted them
+  CallNeeds needs;    ///< of calls of all RVEs that have been added
+  // of the RVEs of a call
+  std::vector<double> costs;
+  std::vector<unsigned char> cost_class;
+  std::vector<int> order, class_begin;
+  std::vector<IncrementOf<D>> increments;
+  int pairs_per_grain = 4;    ///< capacity of the workspaces, grows on demand
+  // of a call that was repeated for some RVEs
+  std::vector<AnswerRecord<D>> mended;
+  std::vector<DetailRecord<D>> mended_details;
 };
 
 }    // namespace rve

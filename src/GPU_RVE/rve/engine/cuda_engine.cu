@@ -11,6 +11,8 @@
 #include "rve/engine/runtime_kernels.h"
 
 #include <algorithm>
+#include <map>
+#include <tuple>
 
 namespace rve {
 
@@ -90,6 +92,7 @@ namespace {
     using Base = BatchEngine<D>;
     using Base::memory_layout;
     using Base::options;
+    using typename Base::Answers;
     using typename Base::Call;
 
    public:
@@ -218,6 +221,8 @@ namespace {
     {
       use_device();
       const std::size_t count = rves.size();
+      // of the turn before; the next launch waits for this one
+      check_cuda(cudaStreamSynchronize(nullptr), "rotation of RVEs");
       TurnRecord<D> *turns = turn_buffer.room(count);
       for (std::size_t k = 0; k < count; ++k) {
         turns[k].rve = handle_of(rves[k]);
@@ -227,7 +232,6 @@ namespace {
       turn_function<D>(options.format, memory_layout)<<<static_cast<unsigned>(count), threads>>>(
           turn_buffer.send(count));
       check_cuda(cudaGetLastError(), "launch of the rotation of RVEs");
-      check_cuda(cudaStreamSynchronize(nullptr), "rotation of RVEs");
     }
 
     DriveRecord<D> *room_for_drives(std::size_t count) override
@@ -236,7 +240,7 @@ namespace {
       return drives.room(count);
     }
 
-    const AnswerRecord<D> *launch(const Call &call, std::vector<DetailRecord<D>> &details) override
+    Answers launch(const Call &call) override
     {
       use_device();
       const int count = static_cast<int>(call.rves->size());
@@ -246,7 +250,7 @@ namespace {
       record.rves = handles_of(*call.rves);
       record.drives = call.drives;
       record.steering = call.steering.empty() ? nullptr : upload_steering(call);
-      record.order = call.order.empty() ? nullptr : order_buffer.upload(call.order);
+      record.order = call.order ? order_buffer.upload(*call.order) : nullptr;
       record.answers = answers.room(count);
       // an RVE that fails writes no details
       record.details = call.with_details ? detail_buffer.reserve_zeros(count) : nullptr;
@@ -290,11 +294,7 @@ namespace {
                  "launch of the RVE kernel");
       check_cuda(cudaGetLastError(), "launch of the RVE kernel");
       check_cuda(cudaStreamSynchronize(nullptr), "RVE kernel");
-      if (call.with_details) {
-        const DetailRecord<D> *first = detail_buffer.receive(count);
-        details.assign(first, first + count);
-      }
-      return record.answers;
+      return {record.answers, call.with_details ? detail_buffer.receive(count) : nullptr};
     }
 
    private:
@@ -323,36 +323,66 @@ namespace {
       check_cuda(cudaSetDevice(options.device_number), "choice of the device");
     }
 
-    /// How a call is launched.
+    /// What decides how a call is launched.
+    struct CallKind {
+      bool fills_device;    ///< a multiprocessor has more than one RVE
+      bool with_details;
+      int largest, pair_capacity, steps_ahead;
+      Program program;
+
+      auto all() const
+      {
+        return std::tie(fills_device, with_details, largest, pair_capacity, steps_ahead, program);
+      }
+      bool operator<(const CallKind &other) const { return all() < other.all(); }
+    };
+
+    /// How it is launched.
     struct Plan {
-      bool fills_device = false;    ///< a multiprocessor has more than one RVE
-      bool with_details = false;
-      int largest = -1, pair_capacity = 0, steps_ahead = 0;
-      Program program = Program::Plain;
       const void *kernel = nullptr, *prepare = nullptr;
       KernelSizes sizes;
+      int steps_ahead = 0;
       int block = 0, blocks = 0;        ///< threads, and blocks that the device holds at a time
       bool waits = false;               ///< the kernel waits itself for the calls to be prepared
       std::size_t dynamic = 0;          ///< bytes on chip
       std::size_t overflow_size = 0;    ///< bytes of a workspace for what does not fit there
+      int share_on_chip = 0;            ///< of the memory on chip, for both kernels [percent]
     };
 
-    /// The plan of the last call serves while the calls are alike.
+    /// Calls of a few kinds alternate: looks at some RVEs between the steps of all.
     const Plan &plan_for(const Call &call)
     {
-      const bool fills_device = this->fills_device(call);
-      const int steps_ahead = steps_to_prepare(call);
-      if (last_plan.fills_device == fills_device && last_plan.with_details == call.with_details &&
-          last_plan.largest == call.largest && last_plan.pair_capacity == call.pair_capacity &&
-          last_plan.program == call.program && last_plan.steps_ahead == steps_ahead)
-        return last_plan;
+      const CallKind kind{this->fills_device(call), call.with_details,      call.largest,
+                          call.pair_capacity,       steps_to_prepare(call), call.program};
+      const auto [at, is_new] = plans.try_emplace(kind);
+      if (is_new) {
+        try {
+          at->second = plan_of(call, kind);
+        } catch (...) {
+          plans.erase(at);
+          throw;
+        }
+      }
+      const Plan &plan = at->second;
+      if (&plan == plan_in_use) return plan;
+      plan_in_use = nullptr;
+      check_cuda(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
+                                      static_cast<int>(plan.dynamic)),
+                 "shared memory of the kernel");
+      // multiprocessors divide their memory anew only when they are empty: the same for both kernels of a call
+      const void *const both[] = {plan.prepare, plan.kernel};
+      for (const void *kernel : both)
+        check_cuda(cudaFuncSetAttribute(kernel, cudaFuncAttributePreferredSharedMemoryCarveout,
+                                        plan.share_on_chip),
+                   "division of the memory on chip");
+      plan_in_use = &plan;
+      return plan;
+    }
+
+    Plan plan_of(const Call &call, const CallKind &kind)
+    {
       Plan plan;
-      plan.fills_device = fills_device;
-      plan.with_details = call.with_details;
-      plan.largest = call.largest;
-      plan.pair_capacity = call.pair_capacity;
-      plan.program = call.program;
-      plan.steps_ahead = steps_ahead;
+      plan.steps_ahead = kind.steps_ahead;
       const Program program = programs.usable(call.program);
       plan.prepare = programs.prepare(program);
       cudaFuncAttributes attributes;
@@ -361,7 +391,7 @@ namespace {
         plan.kernel = programs.advance(program, residency);
         plan.block = block_size(*programs.shape(program, residency), call.largest);
         plan.sizes =
-            programs.sizes(program, residency, call.largest, call.pair_capacity, steps_ahead);
+            programs.sizes(program, residency, call.largest, call.pair_capacity, plan.steps_ahead);
         plan.dynamic = plan.sizes.shared;
         check_cuda(cudaFuncGetAttributes(&attributes, plan.kernel), "attributes of the kernel");
         most = device.sharedMemPerBlockOptin - attributes.sharedSizeBytes - kReserved;
@@ -383,6 +413,7 @@ namespace {
       check_cuda(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
                                       static_cast<int>(plan.dynamic)),
                  "shared memory of the kernel");
+      plan_in_use = nullptr;    // the kernel may be its
       int blocks_per_sm = 0;
       check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks_per_sm, plan.kernel,
                                                                plan.block, plan.dynamic),
@@ -390,18 +421,13 @@ namespace {
       require(blocks_per_sm > 0,
               "no thread block of " + std::to_string(plan.block) + " threads fits on this device");
       plan.blocks = blocks_per_sm * device.multiProcessorCount;
-      // multiprocessors divide their memory anew only when they are empty: the same for both kernels of a call
       const std::size_t on_chip =
           blocks_per_sm * (plan.dynamic + attributes.sharedSizeBytes + kReserved);
-      const int share = static_cast<int>((100 * on_chip + device.sharedMemPerMultiprocessor - 1) /
-                                         device.sharedMemPerMultiprocessor);
-      const void *const both[] = {plan.prepare, plan.kernel};
-      for (const void *kernel : both)
-        check_cuda(cudaFuncSetAttribute(kernel, cudaFuncAttributePreferredSharedMemoryCarveout,
-                                        std::min(share, 100)),
-                   "division of the memory on chip");
-      last_plan = plan;
-      return last_plan;
+      plan.share_on_chip =
+          std::min(100,
+                   static_cast<int>((100 * on_chip + device.sharedMemPerMultiprocessor - 1) /
+                                    device.sharedMemPerMultiprocessor));
+      return plan;
     }
 
     RveHandle handle_of(int rve) const
@@ -479,9 +505,10 @@ namespace {
     const CudaPrograms programs;
     DeviceArena arena;
     std::vector<Placed> images;
-    Plan last_plan;
-    bool images_moved = true;    ///< since the handles were uploaded
-    std::vector<int> handled;    ///< RVEs whose handles are on the device
+    std::map<CallKind, Plan> plans;
+    const Plan *plan_in_use = nullptr;    ///< whose attributes its kernels have
+    bool images_moved = true;             ///< since the handles were uploaded
+    std::vector<int> handled;             ///< RVEs whose handles are on the device
     DeviceBuffer<RveHandle> handle_buffer;
     DeviceBuffer<SteeringRecord<D>> steering_buffer;
     DeviceBuffer<SteeredModes<D>> modes_buffer;

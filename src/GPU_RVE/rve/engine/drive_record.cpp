@@ -117,14 +117,34 @@ template <int D> bool needs_steering(const DriveOf<D> &drive)
   return drive.has_servo() || !turns_little(drive.deformation);
 }
 
+template <int D> bool is_simple(const IncrementOf<D> &increment)
+{
+  const bool has_time = increment.substeps == 0 ||
+      (increment.substeps > 0 && std::isfinite(increment.dt) && increment.dt > 0.0);
+  const Tensor<double, D> &f = increment.deformation;
+  return has_time && finite(f) && determinant(f) > 0.0 && turns_little(f);
+}
+
+namespace {
+  template <int D, class AnyDrive> DriveRecord<D> record_of(const AnyDrive &drive)
+  {
+    DriveRecord<D> record = DriveRecord<D>();    // with the bytes behind its members
+    record.dt = drive.dt;
+    record.substeps = drive.substeps;
+    record.segments = 1;
+    store_tensor(drive.deformation, record.deformation);
+    return record;
+  }
+}    // namespace
+
 template <int D> DriveRecord<D> to_record(const DriveOf<D> &drive)
 {
-  DriveRecord<D> record = DriveRecord<D>();    // with the bytes behind its members
-  record.dt = drive.dt;
-  record.substeps = drive.substeps;
-  record.segments = 1;
-  store_tensor(drive.deformation, record.deformation);
-  return record;
+  return record_of<D>(drive);
+}
+
+template <int D> DriveRecord<D> to_record(const IncrementOf<D> &increment)
+{
+  return record_of<D>(increment);
 }
 
 template <int D> SteeringRecord<D> to_steering(const DriveOf<D> &drive, DriveRecord<D> &record)
@@ -165,13 +185,17 @@ template <int D> SteeredModes<D> to_modes(const DriveOf<D> &drive)
 
 template void check(const DriveOf<2> &);
 template bool needs_steering(const DriveOf<2> &);
+template bool is_simple(const IncrementOf<2> &);
 template DriveRecord<2> to_record(const DriveOf<2> &);
+template DriveRecord<2> to_record(const IncrementOf<2> &);
 template SteeringRecord<2> to_steering(const DriveOf<2> &, DriveRecord<2> &);
 template SteeredModes<2> to_modes(const DriveOf<2> &);
 
 template void check(const DriveOf<3> &);
 template bool needs_steering(const DriveOf<3> &);
+template bool is_simple(const IncrementOf<3> &);
 template DriveRecord<3> to_record(const DriveOf<3> &);
+template DriveRecord<3> to_record(const IncrementOf<3> &);
 template SteeringRecord<3> to_steering(const DriveOf<3> &, DriveRecord<3> &);
 template SteeredModes<3> to_modes(const DriveOf<3> &);
 

@@ -14,8 +14,12 @@ template <int D> void check(const DriveOf<D> &drive);
 /// Whether a drive needs a SteeringRecord<2>: for a servo, or to turn the RVE in several segments.
 template <int D> bool needs_steering(const DriveOf<D> &drive);
 
+/// Whether check() finds nothing, and nothing is to be steered.
+template <int D> bool is_simple(const IncrementOf<D> &increment);
+
 /// Of a path in one segment.
 template <int D> DriveRecord<D> to_record(const DriveOf<D> &drive);
+template <int D> DriveRecord<D> to_record(const IncrementOf<D> &increment);
 
 /// The rest of a drive. Sets the number of segments in its record.
 template <int D> SteeringRecord<D> to_steering(const DriveOf<D> &drive, DriveRecord<D> &record);

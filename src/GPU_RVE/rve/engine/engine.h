@@ -131,6 +131,36 @@ template <int D> struct ResponseOf {
 };
 using Response = ResponseOf<2>;
 
+/// A drive by a deformation increment alone, as DriveOf has it.
+template <int D> struct IncrementOf {
+  double dt = 0.0;
+  std::int32_t substeps = 0;
+  std::int32_t unused = 0;
+  Tensor<double, D> deformation = Tensor<double, D>::identity();
+
+  DriveOf<D> drive() const
+  {
+    DriveOf<D> drive;
+    drive.dt = dt;
+    drive.substeps = substeps;
+    drive.deformation = deformation;
+    return drive;
+  }
+};
+
+/// Who gives the increments of a call and takes its answers, some RVEs at a time, while they are in caches: what macro steps ask of thousands of
+/// RVEs. Several threads ask at once, for different RVEs.
+template <int D> class IncrementCallOf {
+ public:
+  virtual ~IncrementCallOf() = default;
+  /// Writes increments[0] and on for the RVEs from `begin` to `end` - 1 of the call. False: one of them cannot be driven so, and there is no call.
+  virtual bool give(int begin, int end, IncrementOf<D> *increments) = 0;
+  /// All have been given, and will be driven so: the last occasion to turn RVEs before.
+  virtual void begin() = 0;
+  virtual void take(int begin, int end, const IncrementOf<D> *increments,
+                    const ResponseOf<D> *responses) = 0;
+};
+
 /// The memory in which an engine keeps its RVEs.
 struct Memory {
   std::string name;         ///< engines on one machine that give the same name share it
@@ -178,6 +208,10 @@ template <int D> class EngineOf {
   /// The same motion with the short answer. A Result of the same configuration is had by a call with no substeps.
   virtual void advance(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,
                        std::vector<ResponseOf<D>> &responses) = 0;
+
+  /// The same with short answers and increments alone. False: nothing has happened, since one of the increments is none for a call like this; that
+  /// is the caller's to find out, by the other calls.
+  virtual bool advance(const std::vector<int> &rves, IncrementCallOf<D> &call) = 0;
 
   /// Lower bounds of the stable time steps of RVEs as they are (rve::stable_time_step of their states), found where they live [time]:
   /// within a few percent where they are below `enough`, and as loose as may be above. 0 where none was found. They depend on the

@@ -66,6 +66,7 @@ namespace {
     using Base = BatchEngine<D>;
     using Base::memory_layout;
     using Base::options;
+    using typename Base::Answers;
     using typename Base::Call;
 
    public:
@@ -144,7 +145,7 @@ namespace {
       return drives.data();
     }
 
-    const AnswerRecord<D> *launch(const Call &call, std::vector<DetailRecord<D>> &details) override
+    Answers launch(const Call &call) override
     {
       const int count = static_cast<int>(call.rves->size());
       answers.assign(count, AnswerRecord<D>());
@@ -153,7 +154,7 @@ namespace {
           kernel.workspace_sizes(call.largest, call.pair_capacity, call.program);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(std::min(num_threads, std::max(count, 1)))
       for (int m = 0; m < count; ++m) {
-        const int k = call.order.empty() ? m : call.order[m];
+        const int k = call.order ? (*call.order)[m] : m;
         const HostWorkspace workspace =
             memory[omp_get_thread_num()].prepare(sizes, call.pair_capacity);
         kernel.advance(images[(*call.rves)[k]].bytes.data(), call.drives[k],
@@ -161,7 +162,7 @@ namespace {
                        workspace, call.program, answers[k],
                        call.with_details ? &details[k] : nullptr);
       }
-      return answers.data();
+      return {answers.data(), call.with_details ? details.data() : nullptr};
     }
 
    private:
@@ -171,6 +172,7 @@ namespace {
     std::vector<StateImage> images;
     std::vector<DriveRecord<D>> drives;
     std::vector<AnswerRecord<D>> answers;
+    std::vector<DetailRecord<D>> details;
   };
 
 }    // namespace
