@@ -121,9 +121,17 @@ inline namespace RVE_ISA {
   template <class Number>
   constexpr std::size_t kRecordAlignment = alignof(Number) > 16 ? alignof(Number) : 16;
 
+  /// Of Motion in the plane: that of the coordinates where more would leave a gap behind each record. With a gap the positions of `mixed` would
+  /// lie in half of the banks of a GPU's memory on chip.
+  template <class Numbers>
+  constexpr std::size_t kMotionAlignment =
+      (sizeof(typename Numbers::Coordinate) + sizeof(typename Numbers::Real)) % 8 == 0
+      ? kRecordAlignment<typename Numbers::Coordinate>
+      : alignof(typename Numbers::Coordinate);
+
   /// Where a grain is and how fast it moves relative to the mean field. In the plane its partners read it as it is.
   template <class Numbers, int D>
-  struct alignas(D == 2 ? kRecordAlignment<typename Numbers::Coordinate>
+  struct alignas(D == 2 ? kMotionAlignment<Numbers>
                         : alignof(typename Numbers::Coordinate)) Motion {
     Vec<typename Numbers::Coordinate, D> position;    ///< fractions of the cell
     Vec<typename Numbers::Real, D> velocity;          ///< peculiar [internal length/time]
