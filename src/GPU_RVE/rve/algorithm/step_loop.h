@@ -135,8 +135,7 @@ inline namespace RVE_ISA {
       for (bool kicks = k > 1;; kicks = true, ++t) {
         const PlanOf<Scene> &plan = call.plan[t];
         if (!moved) {
-          const bool expired = move(grains, plan, n, kicks);
-          if (expired || plan.special) {
+          if (move(grains, plan, n, kicks)) {
             t = ~t;    // a flag of its own would take a register through all steps
             break;
           }
@@ -235,7 +234,7 @@ inline namespace RVE_ISA {
           block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
             grains.load_with_forces(i);
           });
-          if (move(grains, call.planned(k), num_grains, k > 1) || call.planned(k).special) {
+          if (move(grains, call.planned(k), num_grains, k > 1)) {
             Renewal::renew(block, call, k);
             if (call.fatal()) return;
             begin_stretch();
@@ -416,7 +415,8 @@ inline namespace RVE_ISA {
       call.work.damping[call.number_of(i)] += lost;
     }
 
-    /// Kick of the step before, then drift in the present cell. Returns whether a grain has left the safety of the list.
+    /// Kick of the step before, then drift in the present cell. Returns whether a grain has left the safety of the list, or the step allows none
+    /// to be in it.
     RVE_INLINE bool move(StepGrains &grains, const PlanOf<Scene> &plan, int n, bool kick_first)
     {
       const MoveConstants<typename Scene::Numbers, Scene::D> constants(plan, call.alpha);
@@ -428,12 +428,12 @@ inline namespace RVE_ISA {
         if (kick_first) kick_item(grains, i, response, step.alpha, grain);
         drift_grain(step, grain.motion);
         grains.publish_motion(i, grain.motion);
-        if constexpr (kHoldsUniforms<Block, Scene>) {
+        if constexpr (kHoldsUniforms<Block, Scene> || (Block::kInRegisters && Scene::D == 2)) {
           if (is_in_safe_box(step, grain.motion, response)) return false;
           // what only few grains want is not kept for all of them
           block.reread();
           const MoveConstants<typename Scene::Numbers, Scene::D> exact(plan, Real(0));
-          return has_left_list(exact, grain.motion, response);
+          return squared_displacement(exact, grain.motion, response) > exact.allowed_squared;
         } else {
           return any(has_left_list(step, grain.motion, response));
         }

@@ -22,6 +22,7 @@
 //                           integers, and raises `largest`, which is not negative; leaves the sums over the items and the largest
 //                           number where all threads can read them. A PackItem gets 64-bit integers
 //   for_items_in_turn, survey_items_in_turn    as these, where a GPU's thread shall take its items one after the other by the same code
+//   reread()                what was read from memory before is read again; nothing on a CPU
 //   uniform(x)              x, which is the same for all threads; a GPU keeps it once for many of them (kHasUniforms)
 //   add_up_items<M, Term>(n, f, sum, then)    f(item, Term *term) alike; leaves the sums in `sum`; then() by one thread when they are there
 //
@@ -88,6 +89,7 @@ inline namespace RVE_ISA {
     {
       survey_items<M, Term>(n, f, survey);
     }
+    static RVE_INLINE void reread() {}
     template <class T> static RVE_INLINE T uniform(const T &x) { return x; }
     template <int M, class Term, class F, class Then>
     RVE_INLINE void add_up_items(int n, F f, std::int64_t *sum, Then then)
