@@ -110,23 +110,22 @@ inline namespace RVE_ISA {
     return 1.0 / x;
   }
 
-  /// The smaller and the larger of two numbers that are not NaN and not zeros of different sign.
+  /// The smaller and the larger of two numbers that are not NaN and not zeros of different sign. A GPU has an instruction for `float`; of
+  /// doubles fmin and fmax would look for NaN as well, and with y a NaN they would hide it.
   template <class Real> RVE_INLINE Real smaller(Real x, Real y)
   {
 #if defined(__CUDA_ARCH__)
-    return fmin(x, y);
-#else
-    return x < y ? x : y;
+    if constexpr (sizeof(Real) == 4) return fmin(x, y);
 #endif
+    return x < y ? x : y;
   }
 
   template <class Real> RVE_INLINE Real larger(Real x, Real y)
   {
 #if defined(__CUDA_ARCH__)
-    return fmax(x, y);
-#else
-    return x > y ? x : y;
+    if constexpr (sizeof(Real) == 4) return fmax(x, y);
 #endif
+    return x > y ? x : y;
   }
 
 }    // namespace RVE_ISA
