@@ -284,6 +284,11 @@ inline namespace RVE_ISA {
   template <class Block, class Scene>
   constexpr bool kHoldsUniforms = kRereads<Block, Scene> &&Block::kHasUniforms && !Scene::steers;
 
+  /// Whether threads without a grain take part in the steps, as nobody: then no phase is in a branch, at whose end the registers of both ways
+  /// would have to be made the same ones.
+  template <class Block, class Scene>
+  constexpr bool kFillsPlaces = Block::kInRegisters &&Scene::D == 2;
+
   /// With it no grain is in anyone's reach: radii are below 1/2 and laws reach no farther than one [internal length].
   template <class Scene>
   constexpr typename Scene::Wide kRadiusOfNobody = typename Scene::Wide(-1024);
