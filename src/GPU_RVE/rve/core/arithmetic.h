@@ -128,6 +128,16 @@ inline namespace RVE_ISA {
     return x > y ? x : y;
   }
 
+  /// x, or what has its sign and the magnitude `limit` where that is smaller than |x|.
+  template <class Real> RVE_INLINE Real within(const Real &limit, const Real &x)
+  {
+#if defined(__CUDA_ARCH__)
+    // of doubles: the magnitude itself would cost a sum
+    if constexpr (sizeof(Real) == 8) return select(fabs(x) < limit, x, copysign(limit, x));
+#endif
+    return copysign(smaller(fabs(x), limit), x);
+  }
+
 }    // namespace RVE_ISA
 }    // namespace rve
 
