@@ -158,14 +158,14 @@ inline namespace RVE_ISA {
     static RVE_INLINE std::uint32_t safe_box(const Tensor<float, Scene::D> &to_length,
                                              double allowed)
     {
-      double corner = 0.0;
+      float corner = 0.0f;
       for (int a = 0; a < Scene::D; ++a) {
-        double along = 0.0;
-        for (int b = 0; b < Scene::D; ++b) along += std::fabs(static_cast<double>(to_length(a, b)));
+        float along = 0.0f;
+        for (int b = 0; b < Scene::D; ++b) along += std::fabs(to_length(a, b));
         corner += along * along;
       }
-      const double box = 0.999 * allowed / std::sqrt(corner);
-      return static_cast<std::uint32_t>(box < 0x1p30 ? box : 0x1p30);
+      const float box = 0.999f * static_cast<float>(allowed) / std::sqrt(corner);
+      return static_cast<std::uint32_t>(box < 0x1p30f ? box : 0x1p30f);
     }
   };
 

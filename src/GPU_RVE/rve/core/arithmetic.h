@@ -128,6 +128,17 @@ inline namespace RVE_ISA {
     return x > y ? x : y;
   }
 
+  /// x - y where the condition holds, x elsewhere.
+  template <class Condition, class Real>
+  RVE_INLINE Real difference_where(const Condition &condition, const Real &x, const Real &y)
+  {
+#if defined(__CUDA_ARCH__)
+    return select(condition, x - y, x);    // one instruction, under the condition
+#else
+    return x - where(condition, y);
+#endif
+  }
+
   /// x, or what has its sign and the magnitude `limit` where that is smaller than |x|.
   template <class Real> RVE_INLINE Real within(const Real &limit, const Real &x)
   {
