@@ -304,6 +304,33 @@ std::vector<ItemState> item_states(int count)
   return states;
 }
 
+/// Phases over places: those of items, and those of threads that have none. An item counts two, and so does a place without one.
+struct VisitPlaces {
+  int count;
+  int *visits;    ///< (places)
+  int *found;     ///< (2) whether the last item is in a place, and whether nobody's is
+  template <class Block> RVE_HD void operator()(Block &block, char *) const
+  {
+    using Item = typename Block::Item;
+    block.for_empty_places(count, [&](Item i) {
+      visits[i] += 1;
+    });
+    block.for_places(count, [&](Item i) {
+      visits[i] += i < count ? 2 : 1;
+    });
+    const bool last = block.any_place(count, [&](Item i) {
+      return i == count - 1;
+    });
+    const bool before_all = block.any_place(count, [&](Item i) {
+      return i < 0;
+    });
+    block.once([&] {
+      found[0] = last ? 1 : 0;
+      found[1] = before_all ? 1 : 0;
+    });
+  }
+};
+
 /// The collectives over resident items; the answers are stored by every item, and by one more.
 struct CollectFromItems {
   int count;
@@ -625,6 +652,26 @@ TEST_F(Block, ResidentNumbersLiveAcrossPhasesAndArePublishedAndSaved)
       for (int k = 0; k < 3; ++k) ASSERT_EQ(saved[i].slots[k], expected[i].slots[k]);
       ASSERT_EQ(seen[i], expected[count - 1 - i].number + expected[count - 1 - i].slots[2]);
     }
+  });
+}
+
+TEST_F(Block, PlacesAreThoseOfAllItemsAndOfThreadsWithoutOne)
+{
+  for_resident_sizes([](int threads, int count, bool in_registers) {
+    const int places = std::max(threads, count);
+    BlockArray<int> visits(std::vector<int>(places, 0)), found(std::vector<int>(2, -1));
+
+    run_block(threads, VisitPlaces{count, visits.data(), found.data()}, in_registers);
+
+    const auto result = visits.values();
+    for (int i = 0; i < count; ++i) ASSERT_EQ(result[i], 2);
+    // by a block that has such threads, in both phases
+    for (int i = count; i < places; ++i) {
+      ASSERT_EQ(result[i], result.back());
+      ASSERT_NE(result[i], 1);
+    }
+    EXPECT_EQ(found.values()[0], count > 0 ? 1 : 0);
+    EXPECT_EQ(found.values()[1], 0);
   });
 }
 

@@ -38,6 +38,18 @@ class BlockInRegisters : public BlockSerial {
     void publish(int item, const T &x) { value[item] = array[item] = x; }
   };
 
+  /// There are threads without a grain.
+  template <class F> void for_places(int, F f) { for_items(CAPACITY, f); }
+  template <class F> bool any_place(int, F f) { return any_item(CAPACITY, f); }
+  template <class F> static void for_empty_places(int n, F f)
+  {
+    for (int i = n; i < CAPACITY; ++i) f(i);
+  }
+  template <class F> static void share_out(int i, int n, int count, F f)
+  {
+    if (i < n) BlockSerial::share_out(i, n, count, f);
+  }
+
   template <class T> Resident<T> resident(T *array)
   {
     Resident<T> copy{array, std::vector<T>(CAPACITY)};

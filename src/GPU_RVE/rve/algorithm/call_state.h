@@ -58,20 +58,17 @@ inline namespace RVE_ISA {
   }
 
   /// What a DEM step needs to know of the cell.
-  template <class Numbers, int D> struct alignas(16) PlanOfCell {
+  template <class Numbers, int D> struct alignas(16) StepPlan {
     Tensor<typename Numbers::Wide, D> to_length;      ///< fraction units to internal lengths
     Tensor<typename Numbers::Wide, D> to_fraction;    ///< velocity to fraction units in a step
     Tensor<typename Numbers::Real, D> gradient;       ///< L [1/time]
     Tensor<float, D> list_to_length;                  ///< 32-bit fraction units to internal lengths
-    float allowed_squared;    ///< displacement since the list was built [internal length^2]
-    std::int32_t special;     ///< the strain alone demands a new list, or the lattice a reduction
-    double volume;            ///< det H [length^D]
-  };
-  template <class Numbers, int D> struct StepPlan : PlanOfCell<Numbers, D> {
-  };
-  template <class Numbers> struct StepPlan<Numbers, 3> : PlanOfCell<Numbers, 3> {
-    /// As far as this along each axis no grain has left the list, whatever the direction [32-bit fraction units].
+    /// Displacement since the list was built [internal length^2]. Below zero, so that no grain is within it: the strain alone demands a new
+    /// list, or the lattice a reduction.
+    float allowed_squared;
+    /// Less far than this along each axis no grain has left the list, whatever the direction [32-bit fraction units].
     std::uint32_t safe_box;
+    double volume;    ///< det H [length^D]
   };
   template <class Scene> using PlanOf = StepPlan<typename Scene::Numbers, Scene::D>;
 

@@ -194,17 +194,17 @@ inline namespace RVE_ISA {
     RVE_INLINE void operator()() const {}
   };
 
-  /// All owned and extra pairs of the RVE. When more than forces is wanted, `grains` have loaded themselves but not their pairs, and
-  /// call.survey is filled; with kHoldsUniforms they are loaded and saved here. With Love sums alone then() is called by one thread when
-  /// they are there.
+  /// All owned and extra pairs of the RVE. `law` and `num_extra` are those of the call, or copies in registers. When more than forces is wanted,
+  /// `grains` have loaded themselves but not their pairs, and call.survey is filled; with kHoldsUniforms they are loaded and saved here. With
+  /// Love sums alone then() is called by one thread when they are there.
   template <Wanted wanted, class Block, class Scene, class Grains, class Then = Nothing>
   RVE_INLINE void contact_forces(Block &block, Grains &grains, const SharedView<Scene> &shared,
-                                 CallState<Scene> &call, int num_grains, const PlanOf<Scene> &plan,
+                                 CallState<Scene> &call, const typename Scene::Law::Constants &law,
+                                 int num_grains, const PlanOf<Scene> &plan, int num_extra,
                                  Then then = Then())
   {
     using Item = typename Block::Item;
     using Numbers = typename Scene::Numbers;
-    const int num_extra = call.num_extra;
     const bool keeps_ledger = wanted != Wanted::Nothing && Scene::books && call.keeps_ledger();
     const auto overlap_limit = static_cast<typename Scene::Real>(
         wanted == Wanted::Survey ? call.batch.overlap_limit : 0.0);
@@ -212,7 +212,7 @@ inline namespace RVE_ISA {
     // in the steps: what all pairs want to know
     const auto held = [&]() RVE_INLINE_LAMBDA {
       if constexpr (holds && wanted == Wanted::Nothing)
-        return block.uniform(step_constants<Scene>(call.law, plan));
+        return block.uniform(step_constants<Scene>(law, plan));
       else
         return 0;
     }();
@@ -227,7 +227,7 @@ inline namespace RVE_ISA {
               return held;
             } else {
               if constexpr (kRereads<Block, Scene>) block.reread();
-              return step_constants<Here>(call.law, plan);
+              return step_constants<Here>(law, plan);
             }
           },
           [&](int k) RVE_INLINE_LAMBDA {
@@ -252,7 +252,7 @@ inline namespace RVE_ISA {
       const PairView<Scene> &pairs = call.pairs;
       const int first = pairs.extra_first[m], second = pairs.extra_second[m];
       const auto one = view_grain(shared, first), other = view_grain(shared, second);
-      const auto step = step_constants<Scene>(call.law, plan);
+      const auto step = step_constants<Scene>(law, plan);
       sum.own = Vec<typename Scene::Sum, Scene::freedoms>::zero();
       add_pair<wanted>(call, keeps_ledger, step, one, other, pair_geometry(step, one, other),
                        overlap_limit, pairs.extra_history[m], sum,
@@ -346,7 +346,7 @@ inline namespace RVE_ISA {
         block.template survey_items<Sums::count, typename Scene::Sum>(num_grains, survey,
                                                                       call.survey);
     } else {
-      block.for_items(num_grains, [&](const auto item) RVE_INLINE_LAMBDA {
+      const auto step_item = [&](const auto item) RVE_INLINE_LAMBDA {
         grains.for_parts(item, [&](const auto i) RVE_INLINE_LAMBDA {
           using Here = typename Grains::template SceneOf<std::decay_t<decltype(i)>>;
           auto sum = begin_sum<Here>(grains.largest_of(i));
@@ -361,7 +361,11 @@ inline namespace RVE_ISA {
           });
           grains.largest_force.keep(i, sum.largest_force);
         });
-      });
+      };
+      if constexpr (kFillsPlaces<Block, Scene>)
+        block.for_places(num_grains, step_item);
+      else
+        block.for_items(num_grains, step_item);
     }
   }
 

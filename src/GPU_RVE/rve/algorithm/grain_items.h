@@ -80,6 +80,19 @@ inline namespace RVE_ISA {
       for (int k = 0; k < Scene::owned_pairs; ++k) look_at(shared, k, i);
     }
 
+    /// Of nobody.
+    RVE_INLINE void have_none(Item i)
+    {
+      const typename Scene::Wide nobody = kRadiusOfNobody<Scene>;
+      for (int k = 0; k < Scene::owned_pairs; ++k) {
+        slot[k].keep(i, i);
+        radius_in[k].keep(i, nobody);
+      }
+    }
+
+    /// The addresses of what is seen of a partner, kept through all steps, would take more registers than there are.
+    RVE_INLINE void forget_addresses(int k, Item i) { slot[k].keep(i, Block::anew(slot[k][i])); }
+
     /// Own number: the slot is free.
     RVE_INLINE std::int32_t in_slot(int k, Item i) { return slot[k][i]; }
     /// The grain that is to be seen as the partner in slot k.
@@ -251,6 +264,21 @@ inline namespace RVE_ISA {
       partners.load_slot(shared, k, i);
     }
 
+    /// In a place without a grain, of disks: one that touches none and rests where it is. Its thread then steps as all others do.
+    RVE_INLINE void be_nobody(const SharedView<Scene> &shared, Item i)
+    {
+      const typename Scene::Wide nobody = kRadiusOfNobody<Scene>;
+      motion.keep(i, MotionOf<Scene>());
+      spin.keep(i, Spin<typename Scene::Real, Scene::D>());
+      radius.keep(i, nobody);
+      own.keep(i, Sums());
+      largest_force.keep(i, typename Scene::Real(0));
+      partners.have_none(i);
+      for (int k = 0; k < Scene::owned_pairs; ++k) history[k].keep(i, typename Scene::History());
+      for (int k = 0; k < Scene::freedoms; ++k) shared.force[k][i] = typename Scene::Sum(0);
+      set_response(shared, i, GrainResponseOf<Scene>());
+    }
+
     /// All but `own`; what is published is there already.
     RVE_INLINE void save(Item i)
     {
@@ -280,6 +308,7 @@ inline namespace RVE_ISA {
     /// The partner in slot k.
     RVE_INLINE ViewOf<Scene> view_partner(const SharedView<Scene> &shared, int k, Item i)
     {
+      if constexpr (kFillsPlaces<Block, Scene>) partners.forget_addresses(k, i);
       const int j = partners.seen(k, i);
       return {shared.motion[j], shared.spin[j], partners.radius(shared, k, i)};
     }
@@ -296,11 +325,12 @@ inline namespace RVE_ISA {
 
     /// act(k, step, other, look(step, other)) for the slots of grain i and the partners view(k) in them; step() reads what is the same for
     /// all pairs. Once for each pair: read for all, it would occupy registers; read after the branch of pairs that touch, it would be
-    /// waited for. Without friction there are registers for it.
+    /// waited for. Without friction there are registers for it, and on a GPU for disks in numbers of 32 bits.
     template <class Step, class View, class Look, class Act>
     RVE_INLINE void for_slots(Item, Step step, View view, Look look, Act act)
     {
-      if constexpr (Scene::has_friction) {
+      constexpr bool once = kFillsPlaces<Block, Scene> && sizeof(typename Scene::Real) == 4;
+      if constexpr (Scene::has_friction && !once) {
         RVE_UNROLL
         for (int k = 0; k < Scene::owned_pairs; ++k) {
           const auto other = view(k);

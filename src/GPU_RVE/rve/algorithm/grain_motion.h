@@ -16,7 +16,7 @@ inline namespace RVE_ISA {
     Tensor<typename Numbers::Wide, D> to_fraction;       ///< velocity to fraction units in a step
     Tensor<typename Leading::Real, D> list_to_length;    ///< 32-bit fraction units to lengths
     typename Leading::Real allowed_squared;    ///< displacement since the list was built [length^2]
-    std::uint32_t safe_box;                    ///< of StepPlan, in space
+    std::uint32_t safe_box;                    ///< of StepPlan
     /// Of local damping, below zero for that which knows no axes [-].
     typename Numbers::Real alpha;
 
@@ -25,18 +25,8 @@ inline namespace RVE_ISA {
     RVE_INLINE MoveConstants(const Constants &constants, Number damping) :
         to_fraction(constants.to_fraction.template as<typename Numbers::Wide>()),
         list_to_length(constants.list_to_length.template as<typename Leading::Real>()),
-        allowed_squared(constants.allowed_squared), safe_box(safe_box_of(constants)), alpha(damping)
+        allowed_squared(constants.allowed_squared), safe_box(constants.safe_box), alpha(damping)
     {
-    }
-
-   private:
-    template <class Constants>
-    static RVE_INLINE std::uint32_t safe_box_of(const Constants &constants)
-    {
-      if constexpr (D == 3)
-        return constants.safe_box;
-      else
-        return 0;
     }
   };
 
@@ -103,25 +93,34 @@ inline namespace RVE_ISA {
     bool inside = true;
     for (int a = 0; a < D; ++a)
       inside = inside &&
-          leading_bits(motion.position[a]) - response.list_position[a] + step.safe_box <=
+          leading_bits(motion.position[a]) - response.list_position[a] + step.safe_box <
               2 * step.safe_box;
     return inside;
   }
 
-  /// Whether a grain has left the safety of the list, by its displacement since that was built, without that of the mean field.
+  /// Displacement of a grain since the list was built, without that of the mean field [length^2].
+  template <class Numbers, int D>
+  RVE_INLINE typename Numbers::Leading::Real
+  squared_displacement(const MoveConstants<Numbers, D> &step, const Motion<Numbers, D> &motion,
+                       const GrainResponse<Numbers, D> &response)
+  {
+    using Leading = typename Numbers::Leading;
+    Vec<typename Leading::Coordinate, D> now;
+    for (int a = 0; a < D; ++a) now[a] = leading_bits(motion.position[a]);
+    const Vec<typename Leading::Real, D> moved =
+        step.list_to_length * fractional_difference<Leading>(now, response.list_position);
+    return dot(moved, moved);
+  }
+
+  /// Whether a grain has left the safety of the list.
   template <class Numbers, int D>
   RVE_INLINE Truth<typename Numbers::Leading::Real>
   has_left_list(const MoveConstants<Numbers, D> &step, const Motion<Numbers, D> &motion,
                 const GrainResponse<Numbers, D> &response)
   {
-    using Leading = typename Numbers::Leading;
-    Vec<typename Leading::Coordinate, D> now;
-    for (int a = 0; a < D; ++a) now[a] = leading_bits(motion.position[a]);
-    if constexpr (D == 3 && std::is_same_v<typename Leading::Real, float>)
+    if constexpr (std::is_same_v<typename Numbers::Leading::Real, float>)
       if (is_in_safe_box(step, motion, response)) return false;
-    const Vec<typename Leading::Real, D> moved =
-        step.list_to_length * fractional_difference<Leading>(now, response.list_position);
-    return dot(moved, moved) > step.allowed_squared;
+    return squared_displacement(step, motion, response) > step.allowed_squared;
   }
 
 }    // namespace RVE_ISA

@@ -131,25 +131,51 @@ inline namespace RVE_ISA {
         block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
           grains.load(shared, i);
         });
+      if constexpr (kFillsPlaces<Block, Scene>)
+        block.for_empty_places(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
+          grains.be_nobody(shared, i);
+        });
       int t = k - first;
-      for (bool kicks = k > 1;; kicks = true, ++t) {
-        const PlanOf<Scene> &plan = call.plan[t];
-        if (!moved) {
-          const bool expired = move(grains, plan, n, kicks);
-          if (expired || plan.special) {
-            t = ~t;    // a flag of its own would take a register through all steps
-            break;
+      if constexpr (kFillsPlaces<Block, Scene>) {
+        t = step_in_places(grains, t, end, n, moved, k > 1);
+      } else {
+        for (bool kicks = k > 1;; kicks = true, ++t) {
+          const PlanOf<Scene> &plan = call.plan[t];
+          if (!moved) {
+            if (move<false>(grains, plan, call.alpha, n, kicks)) {
+              t = ~t;    // a flag of its own would take a register through all steps
+              break;
+            }
           }
+          if (t == end) break;
+          moved = false;
+          contact_forces<Wanted::Nothing>(block, grains, shared, call, call.law, n, plan,
+                                          call.num_extra);
         }
-        if (t == end) break;
-        moved = false;
-        contact_forces<Wanted::Nothing>(block, grains, shared, call, n, plan);
       }
       block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
         grains.save(i);
       });
       needs_renewal = t < 0;
       return first + (needs_renewal ? ~t : t);
+    }
+
+    /// The steps of disks in registers: the forces of entry t of the plan, after its move if that is not made, up to the move of entry `end`.
+    /// Returns the entry of the last move, or its complement if the list does not serve any more. The first move stands before the loop,
+    /// which has no branch but around pairs that do not touch; what all steps read of the call is in registers.
+    RVE_INLINE int step_in_places(StepGrains &grains, int t, int end, int n, bool moved, bool kicks)
+    {
+      const PlanOf<Scene> *plan = call.plan + t;
+      const auto law = call.law;
+      const Real alpha = call.alpha;
+      const int num_extra = call.num_extra;
+      if (!moved && move<true>(grains, *plan, alpha, n, kicks)) return ~t;
+      for (int left = end - t; left > 0; --left) {
+        contact_forces<Wanted::Nothing>(block, grains, shared, call, law, n, *plan, num_extra);
+        ++plan;
+        if (move<true>(grains, *plan, alpha, n, true)) return ~(end - left + 1);
+      }
+      return end;
     }
 
     /// From the image to where the steps want the grains, in internal units.
@@ -183,7 +209,8 @@ inline namespace RVE_ISA {
           block.own_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
             grains.load_itself(i);
           });
-        contact_forces<Wanted::Survey>(block, grains, shared, call, num_grains, call.planned(k));
+        contact_forces<Wanted::Survey>(block, grains, shared, call, call.law, num_grains,
+                                       call.planned(k), call.num_extra);
       } else {
         survey_in_packs(call.planned(k));
       }
@@ -196,7 +223,8 @@ inline namespace RVE_ISA {
       block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
         packs.load(shared, i);
       });
-      contact_forces<Wanted::Survey>(block, packs, shared, call, num_grains, plan);
+      contact_forces<Wanted::Survey>(block, packs, shared, call, call.law, num_grains, plan,
+                                     call.num_extra);
       block.own_items(num_grains, [&](const auto item) RVE_INLINE_LAMBDA {
         packs.for_each_grain(item, num_grains, [&](Item i) RVE_INLINE_LAMBDA {
           packs.leave_forces(i, IsPack<std::decay_t<decltype(item)>>::value);
@@ -235,7 +263,7 @@ inline namespace RVE_ISA {
           block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
             grains.load_with_forces(i);
           });
-          if (move(grains, call.planned(k), num_grains, k > 1) || call.planned(k).special) {
+          if (move<false>(grains, call.planned(k), call.alpha, num_grains, k > 1)) {
             Renewal::renew(block, call, k);
             if (call.fatal()) return;
             begin_stretch();
@@ -247,8 +275,8 @@ inline namespace RVE_ISA {
         block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
           grains.load_with_forces(i);
         });
-        contact_forces<Wanted::LoveSums>(block, grains, shared, call, num_grains, call.planned(k),
-                                         [&] {
+        contact_forces<Wanted::LoveSums>(block, grains, shared, call, call.law, num_grains,
+                                         call.planned(k), call.num_extra, [&] {
                                            if (k > 0) keep_books(k, ledger, servo);
                                            if (servo) grow_by_servo();
                                          });
@@ -416,11 +444,14 @@ inline namespace RVE_ISA {
       call.work.damping[call.number_of(i)] += lost;
     }
 
-    /// Kick of the step before, then drift in the present cell. Returns whether a grain has left the safety of the list.
-    RVE_INLINE bool move(StepGrains &grains, const PlanOf<Scene> &plan, int n, bool kick_first)
+    /// Kick of the step before, then drift in the present cell. Returns whether a grain has left the safety of the list, or the step allows none
+    /// to be in it. InPlaces: threads without a grain move nobody.
+    template <bool InPlaces>
+    RVE_INLINE bool move(StepGrains &grains, const PlanOf<Scene> &plan, Real alpha, int n,
+                         bool kick_first)
     {
-      const MoveConstants<typename Scene::Numbers, Scene::D> constants(plan, call.alpha);
-      return block.any_item(n, [&](const auto i) RVE_INLINE_LAMBDA {
+      const MoveConstants<typename Scene::Numbers, Scene::D> constants(plan, alpha);
+      const auto move_item = [&](const auto i) RVE_INLINE_LAMBDA {
         using Here = typename StepGrains::template SceneOf<std::decay_t<decltype(i)>>;
         const MoveConstants<typename Here::Numbers, Here::D> step(constants, constants.alpha);
         auto grain = grains.view(i);
@@ -428,16 +459,22 @@ inline namespace RVE_ISA {
         if (kick_first) kick_item(grains, i, response, step.alpha, grain);
         drift_grain(step, grain.motion);
         grains.publish_motion(i, grain.motion);
-        if constexpr (kHoldsUniforms<Block, Scene>) {
-          if (is_in_safe_box(step, grain.motion, response)) return false;
+        if constexpr (kHoldsUniforms<Block, Scene> || (Block::kInRegisters && Scene::D == 2)) {
+          // numbers, of which a GPU makes a predicate; of a truth in two branches it makes a number
+          if (is_in_safe_box(step, grain.motion, response)) return 0;
           // what only few grains want is not kept for all of them
           block.reread();
           const MoveConstants<typename Scene::Numbers, Scene::D> exact(plan, Real(0));
-          return has_left_list(exact, grain.motion, response);
+          return squared_displacement(exact, grain.motion, response) > exact.allowed_squared ? 1
+                                                                                             : 0;
         } else {
           return any(has_left_list(step, grain.motion, response));
         }
-      });
+      };
+      if constexpr (InPlaces)
+        return block.any_place(n, move_item);
+      else
+        return block.any_item(n, move_item);
     }
 
     // ---- the end of a call ------------------------------------------------------------------------------------------------------

@@ -41,9 +41,6 @@ inline namespace RVE_ISA {
     static RVE_COLD void make_plan(Block block, CallState<Scene> &call, int first)
     {
       const int count = steps_to_plan(call, first);
-      // threads may still be looking whether the step that they have just moved was special
-      block.once([] {
-      });
       block.for_each(count, [&](Item t) {
         plan_step(call, t, first);
       });
@@ -141,27 +138,34 @@ inline namespace RVE_ISA {
                                      const Tensor<double, Scene::D> &list_inverse)
     {
       const double per_length = call.units.per_length;
-      plan.list_to_length = fraction_to_length<FastNumbers>(per_length * cell);
       // a little less than allowed covers the rounding of the displacements
       const double allowed = (1.0 - 1e-5) * per_length *
           allowed_displacement(cell, list_inverse, contact_range<Scene>(call.header), call.skin);
-      plan.allowed_squared = static_cast<float>(allowed * allowed);
-      if constexpr (Scene::D == 3) plan.safe_box = safe_box(plan.list_to_length, allowed);
-      plan.special = !(allowed > 0.0) || is_lattice_step_due(cell);
+      if (allowed > 0.0 && !is_lattice_step_due(cell)) {
+        plan.list_to_length = fraction_to_length<FastNumbers>(per_length * cell);
+        plan.allowed_squared = static_cast<float>(allowed * allowed);
+        plan.safe_box = safe_box(plan.list_to_length, allowed);
+      } else {
+        // lengths of zero are beyond it; those of a cell that is not finite would not be
+        plan.list_to_length = Tensor<float, Scene::D>::zero();
+        plan.allowed_squared = -1.0f;
+        plan.safe_box = 0;
+      }
     }
 
-    /// A corner of the box is no farther away than `allowed`: along an internal axis it is no farther than the sum of what its three edges
-    /// give. A little less covers the rounding of the exact answer, which is computed outside of the box.
-    static RVE_INLINE std::uint32_t safe_box(const Tensor<float, 3> &to_length, double allowed)
+    /// A corner of the box is no farther away than `allowed`: along an internal axis it is no farther than the sum of what its edges give. A
+    /// little less covers the rounding of the exact answer, which is computed outside of the box.
+    static RVE_INLINE std::uint32_t safe_box(const Tensor<float, Scene::D> &to_length,
+                                             double allowed)
     {
-      double corner = 0.0;
-      for (int a = 0; a < 3; ++a) {
-        double along = 0.0;
-        for (int b = 0; b < 3; ++b) along += std::fabs(static_cast<double>(to_length(a, b)));
+      float corner = 0.0f;
+      for (int a = 0; a < Scene::D; ++a) {
+        float along = 0.0f;
+        for (int b = 0; b < Scene::D; ++b) along += std::fabs(to_length(a, b));
         corner += along * along;
       }
-      const double box = allowed > 0.0 ? 0.999 * allowed / std::sqrt(corner) : 0.0;
-      return static_cast<std::uint32_t>(box < 0x1p30 ? box : 0x1p30);
+      const float box = 0.999f * static_cast<float>(allowed) / std::sqrt(corner);
+      return static_cast<std::uint32_t>(box < 0x1p30f ? box : 0x1p30f);
     }
   };
 

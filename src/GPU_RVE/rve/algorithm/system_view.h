@@ -121,9 +121,17 @@ inline namespace RVE_ISA {
   template <class Number>
   constexpr std::size_t kRecordAlignment = alignof(Number) > 16 ? alignof(Number) : 16;
 
+  /// Of Motion in the plane: that of the coordinates where more would leave a gap behind each record. With a gap the positions of `mixed` would
+  /// lie in half of the banks of a GPU's memory on chip.
+  template <class Numbers>
+  constexpr std::size_t kMotionAlignment =
+      (sizeof(typename Numbers::Coordinate) + sizeof(typename Numbers::Real)) % 8 == 0
+      ? kRecordAlignment<typename Numbers::Coordinate>
+      : alignof(typename Numbers::Coordinate);
+
   /// Where a grain is and how fast it moves relative to the mean field. In the plane its partners read it as it is.
   template <class Numbers, int D>
-  struct alignas(D == 2 ? kRecordAlignment<typename Numbers::Coordinate>
+  struct alignas(D == 2 ? kMotionAlignment<Numbers>
                         : alignof(typename Numbers::Coordinate)) Motion {
     Vec<typename Numbers::Coordinate, D> position;    ///< fractions of the cell
     Vec<typename Numbers::Real, D> velocity;          ///< peculiar [internal length/time]
@@ -275,6 +283,11 @@ inline namespace RVE_ISA {
   /// the end of a call takes the grains of a thread in turn, and details are for another residency.
   template <class Block, class Scene>
   constexpr bool kHoldsUniforms = kFewRegisters<Block, Scene> &&Block::kHasUniforms && !Scene::steers;
+
+  /// Whether threads without a grain take part in the steps, as nobody: then no phase is in a branch, at whose end the registers of both ways
+  /// would have to be made the same ones.
+  template <class Block, class Scene>
+  constexpr bool kFillsPlaces = Block::kInRegisters &&Scene::D == 2;
 
   /// With it no grain is in anyone's reach: radii are below 1/2 and laws reach no farther than one [internal length].
   template <class Scene>

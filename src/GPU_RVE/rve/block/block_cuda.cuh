@@ -108,6 +108,29 @@ inline namespace RVE_ISA {
       return __syncthreads_or(mine) != 0;
     }
 
+    template <class F> RVE_DEVICE void for_places(int n, F f)
+    {
+      visit_places(n, f);
+      __syncthreads();
+    }
+
+    template <class F> RVE_DEVICE bool any_place(int n, F f)
+    {
+      int mine = 0;
+      visit_places(n, [&](Item i) RVE_INLINE_LAMBDA {
+        mine = f(i) | mine;
+      });
+      return __syncthreads_or(mine) != 0;
+    }
+
+    template <class F> static RVE_DEVICE void for_empty_places(int n, F f)
+    {
+      if constexpr (ItemsPerThread == 1) {
+        const int i = threadIdx.x;
+        if (i >= n) f(i);
+      }
+    }
+
     RVE_DEVICE double sum_array(int n, const double *a)
     {
       return reduce(n, a, [](double x, double y) {
@@ -144,10 +167,11 @@ inline namespace RVE_ISA {
 
     template <class F> RVE_DEVICE void own_items(int n, F f) { visit_items(n, f); }
 
-    /// With two items of a thread they are the share of the first.
+    /// With two items of a thread they are the share of the first. Places without an item have none.
     template <class F> static RVE_DEVICE void share_out(Item i, int n, int count, F f)
     {
       if (register_of(i) != 0) return;
+      if (ItemsPerThread == 1 && i >= n) return;
       const int stride = ItemsPerThread == 2 ? min(n, static_cast<int>(blockDim.x)) : n;
       for (int k = i; k < count; k += stride) f(k);
     }
@@ -264,6 +288,13 @@ inline namespace RVE_ISA {
 
     /// What was read from memory before is not kept in registers: it is read again.
     static RVE_DEVICE void reread() { asm volatile("" ::: "memory"); }
+
+    /// x, of which the compiler knows nothing: what follows from it is not kept in registers from step to step.
+    static RVE_DEVICE int anew(int x)
+    {
+      asm("" : "+r"(x));
+      return x;
+    }
 
     /// x, which is the same for all threads, in the registers that a warp has once, beside those of its threads: products take them as an
     /// operand. The compiler (CUDA 13.0) leaves it there on three conditions. It must see that the threads of the warp are together: here
@@ -395,6 +426,15 @@ inline namespace RVE_ISA {
       } else {
         visit_all(n, f);
       }
+    }
+
+    /// f(place) for the items that a thread has registers for. With two of them each is in a branch of its own anyway.
+    template <class F> static RVE_DEVICE void visit_places(int n, F f)
+    {
+      if constexpr (ItemsPerThread == 1)
+        f(static_cast<int>(threadIdx.x));
+      else
+        visit_items(n, f);
     }
 
     /// f(item) for resident items, which all have the place of the first one in registers while it is their turn.

@@ -17,11 +17,15 @@
 //   for_items, any_item, sum_items<M>    as for_each, any, sum_integers, over the items of resident arrays, and only over them
 //       A phase whose f takes `const auto i` may also get a PackItem, several items at a time (block/block_simd.h)
 //   for_items(n, f, m, g)   and g(0) ... g(m - 1) meanwhile, by those who most often have no item
+//   for_places(n, f), any_place(n, f)    as for_items, any_item, and f(place) as well where a GPU's thread has registers for an item and none in
+//       them: without a branch around f. for_empty_places(n, f) is for those places alone, and ends in no barrier
 //   own_items(n, f)         as for_items, but f(item) neither reads nor writes what another item does before the next phase: no barrier
 //   survey_items<M, Term>(n, f, survey)    f(item, Term *term, float &largest) adds to the item's terms, 32-bit or 64-bit
 //                           integers, and raises `largest`, which is not negative; leaves the sums over the items and the largest
 //                           number where all threads can read them. A PackItem gets 64-bit integers
 //   for_items_in_turn, survey_items_in_turn    as these, where a GPU's thread shall take its items one after the other by the same code
+//   reread()                what was read from memory before is read again; nothing on a CPU
+//   anew(x)                 x; on a GPU what follows from it is computed again, not kept
 //   uniform(x)              x, which is the same for all threads; a GPU keeps it once for many of them (kHasUniforms)
 //   add_up_items<M, Term>(n, f, sum, then)    f(item, Term *term) alike; leaves the sums in `sum`; then() by one thread when they are there
 //
@@ -72,6 +76,9 @@ inline namespace RVE_ISA {
       for_items(n, f, m, g);
     }
     template <class F> RVE_INLINE bool any_item(int n, F f) { return any(n, f); }
+    template <class F> RVE_INLINE void for_places(int n, F f) { for_items(n, f); }
+    template <class F> RVE_INLINE bool any_place(int n, F f) { return any_item(n, f); }
+    template <class F> static RVE_INLINE void for_empty_places(int, F) {}
     template <int M, class F> RVE_INLINE IntegerSums<M> sum_items(int n, F f)
     {
       return sum_integers<M>(n, f);
@@ -88,6 +95,8 @@ inline namespace RVE_ISA {
     {
       survey_items<M, Term>(n, f, survey);
     }
+    static RVE_INLINE void reread() {}
+    static RVE_INLINE int anew(int x) { return x; }
     template <class T> static RVE_INLINE T uniform(const T &x) { return x; }
     template <int M, class Term, class F, class Then>
     RVE_INLINE void add_up_items(int n, F f, std::int64_t *sum, Then then)

@@ -32,6 +32,9 @@ inline namespace RVE_ISA {
 
     template <class F> RVE_INLINE void own_items(int n, F f) { for_items(n, f); }
 
+    template <class F> RVE_INLINE void for_places(int n, F f) { for_items(n, f); }
+    template <class F> RVE_INLINE bool any_place(int n, F f) { return any_item(n, f); }
+
     /// A pack adds to the sums themselves.
     template <int M, class Term, class F>
     RVE_INLINE void survey_items(int n, F f, Survey<M> &survey)

@@ -110,23 +110,43 @@ inline namespace RVE_ISA {
     return 1.0 / x;
   }
 
-  /// The smaller and the larger of two numbers that are not NaN and not zeros of different sign.
+  /// The smaller and the larger of two numbers that are not NaN and not zeros of different sign. A GPU has an instruction for `float`; of
+  /// doubles fmin and fmax would look for NaN as well, and with y a NaN they would hide it.
   template <class Real> RVE_INLINE Real smaller(Real x, Real y)
   {
 #if defined(__CUDA_ARCH__)
-    return fmin(x, y);
-#else
-    return x < y ? x : y;
+    if constexpr (sizeof(Real) == 4) return fmin(x, y);
 #endif
+    return x < y ? x : y;
   }
 
   template <class Real> RVE_INLINE Real larger(Real x, Real y)
   {
 #if defined(__CUDA_ARCH__)
-    return fmax(x, y);
-#else
-    return x > y ? x : y;
+    if constexpr (sizeof(Real) == 4) return fmax(x, y);
 #endif
+    return x > y ? x : y;
+  }
+
+  /// x - y where the condition holds, x elsewhere.
+  template <class Condition, class Real>
+  RVE_INLINE Real difference_where(const Condition &condition, const Real &x, const Real &y)
+  {
+#if defined(__CUDA_ARCH__)
+    return select(condition, x - y, x);    // one instruction, under the condition
+#else
+    return x - where(condition, y);
+#endif
+  }
+
+  /// x, or what has its sign and the magnitude `limit` where that is smaller than |x|.
+  template <class Real> RVE_INLINE Real within(const Real &limit, const Real &x)
+  {
+#if defined(__CUDA_ARCH__)
+    // of doubles: the magnitude itself would cost a sum
+    if constexpr (sizeof(Real) == 8) return select(fabs(x) < limit, x, copysign(limit, x));
+#endif
+    return copysign(smaller(fabs(x), limit), x);
   }
 
 }    // namespace RVE_ISA

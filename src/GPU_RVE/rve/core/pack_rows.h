@@ -1,5 +1,6 @@
 // Rows of memory to packs and back: a record of four numbers per grain, of which a pack wants the first ones of all its lanes, the second
-// ones and so on. `row(lane)` is the address of a record, aligned to 16 bytes. For translation units compiled for x86-64-v3.
+// ones and so on. `row(lane)` is the address of a record; one of four words of 32 bits is aligned to 16 bytes. For translation units compiled
+// for x86-64-v3.
 
 #ifndef RVE_CORE_PACK_ROWS_H
 #define RVE_CORE_PACK_ROWS_H
@@ -57,7 +58,7 @@ inline namespace RVE_ISA {
       const __m256d even = _mm256_unpacklo_pd(first, second);
       const __m256d odd = _mm256_unpackhi_pd(first, second);
       const auto put = [&](int lane, __m128d words) {
-        _mm_store_pd(reinterpret_cast<double *>(row(lane)) + offset, words);
+        _mm_storeu_pd(reinterpret_cast<double *>(row(lane)) + offset, words);
       };
       put(0, _mm256_castpd256_pd128(even));
       put(1, _mm256_castpd256_pd128(odd));

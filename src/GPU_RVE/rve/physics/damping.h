@@ -15,7 +15,7 @@ inline namespace RVE_ISA {
   template <class Real> RVE_INLINE Real locally_damped(Real alpha, Real increment, Real velocity)
   {
     const Real loss = copysign(alpha * fabs(increment), velocity);
-    return increment - select(velocity != Real(0), loss, Real(0));
+    return difference_where(velocity != Real(0), increment, loss);
   }
 
   /// The same of a whole vector: a (1 - alpha sign(a . v)), which damps the part along the velocity as above and turns with the axes. It

@@ -39,7 +39,7 @@ inline namespace RVE_ISA {
       }
       const History limit = static_cast<History>(friction * fabs(normal_force));
       const History magnitude = smaller(fabs(trial), limit);
-      const History capped = copysign(magnitude, trial);
+      const History capped = within(limit, trial);
       TangentialForce<Real, History> result;
       result.force = static_cast<Real>(capped);
       result.sliding = magnitude >= limit;
