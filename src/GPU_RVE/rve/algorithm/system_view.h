@@ -282,7 +282,8 @@ inline namespace RVE_ISA {
   /// Whether what is the same for all pairs of a step is read once for a warp instead. Where it is, kernels must be small (BlockCuda::uniform):
   /// the end of a call takes the grains of a thread in turn, and details are for another residency.
   template <class Block, class Scene>
-  constexpr bool kHoldsUniforms = kFewRegisters<Block, Scene> &&Block::kHasUniforms && !Scene::steers;
+  constexpr bool kHoldsUniforms =
+      kFewRegisters<Block, Scene> &&Block::kHasUniforms && !Scene::steers;
 
   /// Whether threads without a grain take part in the steps, as nobody: then no phase is in a branch, at whose end the registers of both ways
   /// would have to be made the same ones.
