@@ -6,7 +6,8 @@
     python3 plot_footing_3d.py --model tresca      of runs without friction and surcharge (README.md): pressure over cohesion beside N_c
     python3 plot_footing_3d.py --check             says by its exit status whether the order of the shapes is physical
 
-A bearing capacity here is the mean pressure over the last quarter of the settlement. Needs numpy, for pictures matplotlib.
+A bearing capacity here is the mean pressure over the last quarter of the settlement. Where the fields of the square are there, too, the strain in
+its plane of symmetry is drawn beside the curves. Needs numpy, for pictures matplotlib.
 """
 
 import argparse
@@ -29,6 +30,25 @@ def capacities(model):
             curve = np.loadtxt(path)
             found[shape] = curve, curve[curve[:, 0] > 0.75 * curve[-1, 0], 1].mean()
     return found
+
+
+def draw_strain(figure, axis, path):
+    """Deviatoric strain of the points nearest to the plane y = 0, where they are at the end."""
+    from matplotlib.colors import LogNorm
+    with open(path, encoding="utf-8") as file:
+        names = next(line for line in file if line.startswith("ITEM: ATOMS")).split()[2:]
+        points = dict(zip(names, np.loadtxt(file).T))
+    before = points["y"] - points["uy"]
+    near = before < 1.5 * before.min()
+    size = 2.0 * before.min()    # of a cell
+    inches = axis.get_window_extent().width / figure.dpi
+    width = 72.0 * inches * size / np.ptp(points["x"][near])
+    painted = axis.scatter(points["x"][near], points["z"][near], c=np.maximum(points["eps_q"][near], 1e-3), s=width**2, marker="s", linewidths=0,
+                           norm=LogNorm(1e-3, 1.0), cmap="cividis")
+    figure.colorbar(painted, ax=axis, label="deviatoric strain under the square [-]", shrink=0.8)
+    axis.set_aspect("equal")
+    axis.set_xlabel("x [m]")
+    axis.set_ylabel("z [m]")
 
 
 def formulas(phi):
@@ -73,7 +93,12 @@ def main():
     import matplotlib
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
-    figure, axis = plt.subplots(figsize=(5.2, 3.6))
+    fields = pathlib.Path(f"fields.{arguments.model}_square")
+    if fields.exists():
+        figure, (axis, beside) = plt.subplots(1, 2, figsize=(10.4, 3.8), layout="constrained")
+        draw_strain(figure, beside, fields)
+    else:
+        figure, axis = plt.subplots(figsize=(5.2, 3.6), layout="constrained")
     for shape, (curve, _) in found.items():
         axis.plot(curve[:, 0], curve[:, 1] / arguments.surcharge, label=shape)
     if arguments.model == "mohr_coulomb":
@@ -82,7 +107,6 @@ def main():
     axis.set_ylabel("pressure / surcharge [-]")
     axis.grid(alpha=0.3)
     axis.legend(frameon=False)
-    figure.tight_layout()
     figure.savefig(arguments.out, dpi=110)
 
 
