@@ -123,6 +123,57 @@ TYPED_TEST(NarrowCell, GoesOnAsTheMediumThatHadTheWideCellBefore)
   EXPECT_NEAR(one.void_ratio, other.void_ratio, 1e-12);
 }
 
+namespace {
+
+/// The same increment for all.
+template <int D> class Increments final : public macro::MacroIncrementsOf<D> {
+ public:
+  Increments(const rve::DriveOf<D> &drive, int count) :
+      stresses(count, Matrix<D>::zero()), deformation_(drive.deformation)
+  {
+    this->dt = drive.dt;
+    this->substeps = drive.substeps;
+  }
+  Matrix<D> increment(int) const override { return deformation_; }
+  void take_stress(int place, const Matrix<D> &stress) override { stresses[place] = stress; }
+
+  std::vector<Matrix<D>> stresses;
+
+ private:
+  const Matrix<D> deformation_;
+};
+
+}    // namespace
+
+// Beside others in one advance, by increments as by drives.
+TYPED_TEST(NarrowCell, GoesOnBesideThoseThatAreNotNarrow)
+{
+  constexpr int D = TypeParam::value;
+  const rve::RveStateOf<D> narrow = stretched_packing<D>(), &wide = small_packing<D>();
+  const std::vector<const rve::RveStateOf<D> *> states{&wide, &narrow, &wide};
+  Points<D> by_increments(rve::make_engine<D>(options_of_dimension(D)), nullptr, with_copies(2));
+  Points<D> by_drives(rve::make_engine<D>(options_of_dimension(D)), nullptr, with_copies(2));
+  const std::vector<int> slots = by_increments.add(states);
+  ASSERT_EQ(by_drives.add(states), slots);
+  const rve::DriveOf<D> drive = drive_of<D>(stretch<D>());
+
+  for (int step = 0; step < 12; ++step) {
+    Increments<D> increments(drive, 3);
+    std::vector<int> failed;
+    ASSERT_TRUE(by_increments.advance(slots, increments, false, failed));
+    EXPECT_TRUE(failed.empty());
+    by_drives.advance(slots, {drive, drive, drive}, false);
+    for (int k = 0; k < 3; ++k)
+      EXPECT_EQ(
+          std::memcmp(&increments.stresses[k], &by_drives.stress(slots[k]), sizeof(Matrix<D>)), 0)
+          << step << " " << k;
+  }
+
+  EXPECT_EQ(by_increments.copies(slots[1]), 2);
+  EXPECT_EQ(by_increments.take_widened(), std::vector<int>{slots[1]});
+  for (const int slot : slots) EXPECT_TRUE(same_bits<D>(by_increments, slot, by_drives, slot));
+}
+
 // Work is found in springs, motion, friction and damping, as well before as after.
 TYPED_TEST(NarrowCell, KeepsItsEnergyPerVolume)
 {

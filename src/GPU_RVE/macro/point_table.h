@@ -75,6 +75,7 @@ template <int D, class Point> class PointTable {
   Point &operator[](int slot)
   {
     note_stale();
+    is_changed_.set(true);
     tell(slot);
     fronts_[slot].is_current = false;
     return points_[slot];
@@ -100,6 +101,9 @@ template <int D, class Point> class PointTable {
   /// Whether there may be one like that, since this was denied.
   bool any_stale() const { return any_stale_.is_set(); }
   void deny_stale() const { any_stale_.set(false); }
+  /// Whether more may have changed than answers say, since this was denied.
+  bool is_changed() const { return is_changed_.is_set(); }
+  void deny_change() { is_changed_.set(false); }
 
   /// After a sound answer to this drive.
   void answered(int slot, const rve::ResponseOf<D> &response, const rve::DriveOf<D> &drive)
@@ -134,6 +138,7 @@ template <int D, class Point> class PointTable {
   mutable std::vector<rve::DriveOf<D>> drives_;
 
   mutable SharedFlag any_stale_{true};
+  SharedFlag is_changed_{true};
 
   void note_stale() { any_stale_.set(true); }
 

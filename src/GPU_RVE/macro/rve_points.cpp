@@ -886,40 +886,77 @@ template <int D>
 bool RvePointsOf<D>::advance(const std::vector<int> &slots, MacroIncrementsOf<D> &increments,
                              bool with_details, std::vector<int> &failed)
 {
-  if (options.quiescent_strain > 0.0 || options.stress_from != StressFrom::End || any_copies ||
-      shadows || slots.empty())
+  if (options.quiescent_strain > 0.0 || options.stress_from != StressFrom::End || shadows ||
+      slots.empty())
     return false;
   const auto start = rve::WallClock::now();
+  if (points.is_changed()) find_those_apart();
   const int count = static_cast<int>(slots.size());
   call_slots.clear();
   call_places.clear();
-  if (!any_rests) {
+  std::vector<int> apart;    // places
+  if (!any_is_apart) {
     call_slots = slots;
   } else {
     for (int k = 0; k < count; ++k) {
-      if (frozen(slots[k])) {
-        increments.take_stress(k, stress(slots[k]));
+      if (is_apart[slots[k]]) {
+        apart.push_back(k);
         continue;
       }
       call_slots.push_back(slots[k]);
       call_places.push_back(k);
     }
   }
-  IncrementCall call(*this, increments, !any_rests);
+  IncrementCall call(*this, increments, !any_is_apart);
   const auto engine_start = rve::WallClock::now();
   const bool has_advanced = engine->advance(call_slots, call);
   seconds_in_engine += rve::seconds_since(engine_start);
-  if (!has_advanced) {
-    any_rests = any_rests || std::any_of(slots.begin(), slots.end(), [&](int slot) {
-                  return frozen(slot);
-                });
-    return false;
-  }
+  if (!has_advanced) return false;
   record_sizes.assign(points.size(), 0);
   if (!call.failed.empty()) end_failures(call, failed);
+  if (!apart.empty()) advance_copies(slots, apart, increments, failed);
   if (with_details) complete();
   seconds += rve::seconds_since(start);
   return true;
+}
+
+template <int D> void RvePointsOf<D>::find_those_apart()
+{
+  const int count = points.size();
+  is_apart.resize(count);
+  bool any = false;
+  const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team) reduction(|| : any)
+  for (int slot = 0; slot < count; ++slot) {
+    is_apart[slot] = frozen(slot) || copies(slot) > 1;
+    any = any || is_apart[slot];
+  }
+  any_is_apart = any;
+  points.deny_change();
+}
+
+/// Of those at these places that are not frozen: a call of their own, by drives. They are few.
+template <int D>
+void RvePointsOf<D>::advance_copies(const std::vector<int> &slots, const std::vector<int> &places,
+                                    MacroIncrementsOf<D> &increments, std::vector<int> &failed)
+{
+  std::vector<int> some;
+  std::vector<rve::DriveOf<D>> drives;
+  for (const int place : places) {
+    if (frozen(slots[place])) continue;
+    some.push_back(slots[place]);
+    rve::DriveOf<D> &drive = drives.emplace_back();
+    drive.dt = increments.dt;
+    drive.substeps = increments.substeps;
+    drive.deformation = increments.increment(place);
+  }
+  if (!some.empty()) {
+    const std::vector<int> lost = is_plain(some) ? advance_plainly(some, drives)
+                                                 : advance_by_plan(some, drives);
+    for (const int place : places)
+      if (std::find(lost.begin(), lost.end(), slots[place]) != lost.end()) failed.push_back(place);
+  }
+  for (const int place : places) increments.take_stress(place, stress(slots[place]));
 }
 
 /// Those that failed go on as copies side by side, if that helps, or are frozen.
@@ -944,7 +981,6 @@ template <int D> void RvePointsOf<D>::end_failures(IncrementCall &call, std::vec
     Point &point = points[call_slots[one.m]];
     point.state = State::Frozen;
     point.result.status = one.response.status;
-    any_rests = true;
     failed.push_back(call.place(one.m));
   }
 }

@@ -292,7 +292,9 @@ template <int D> class RvePointsOf {
 
   // of the advance by increments, kept between calls
   std::vector<int> call_places, call_slots;
-  bool any_rests = false;    ///< an RVE is frozen: calls are not of all RVEs
+  /// By slot: whether it rests, or is as many as copies, which have calls of their own; and whether one of them does or is.
+  std::vector<char> is_apart;
+  bool any_is_apart = false;
 
   /// What an RVE does in a macro step.
   enum class Part : char { Nothing, Sleeps, Works };
@@ -339,7 +341,10 @@ template <int D> class RvePointsOf {
                                    const std::vector<rve::DriveOf<D>> &drives);
   std::vector<int> advance_by_plan(const std::vector<int> &slots,
                                    const std::vector<rve::DriveOf<D>> &drives);
+  void find_those_apart();
   void end_failures(IncrementCall &call, std::vector<int> &failed);
+  void advance_copies(const std::vector<int> &slots, const std::vector<int> &places,
+                      MacroIncrementsOf<D> &increments, std::vector<int> &failed);
   void advance_with_samples(const std::vector<int> &slots,
                             const std::vector<rve::DriveOf<D>> &drives);
 
