@@ -30,8 +30,8 @@ ADAPTIVE = "substeps adaptive 1e-5 1e-3 50"
 FRESH = ADAPTIVE + " policy fresh"
 ON_WALL = "-var law rve -var phi 28.7 -var packing ../packings/A20_h0075.rve -var cells 32"
 COLUMN = '-var law rve -var h 0.05 -var ppc 2 -var grains 400 -var keywords "policy fresh"'
-# more PIC than by default: at the edge of a footing that has sunk by two cells points begin to move by themselves with less
 ROLLING = COLUMN.replace("policy fresh", "policy fresh kr 5e5 rolling_friction 0.2")
+# more PIC than by default: at the edge of a footing that has sunk by two cells points begin to move by themselves with less
 IN_SPACE = f'-var model rve -var h 0.1 -var grains 500 -var pic 0.05 -var keywords "{FRESH}"'
 # example/name: script and its variables
 PROBLEMS = {

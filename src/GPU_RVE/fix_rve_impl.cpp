@@ -541,14 +541,10 @@ template <int D> void FixRve::ImplOf<D>::advise(bool at_start)
     std::string message[KINDS];
 
     Judgement() { std::fill_n(id, KINDS, MAXTAGINT); }
-    /// Of equal ones that with the lowest id.
-    bool is_worse(int kind, double severity, tagint tag) const
-    {
-      return severity > worst[kind] || (severity == worst[kind] && tag <= id[kind]);
-    }
+    /// The worst of a kind; of equal ones that with the lowest id.
     void take(int kind, double severity, tagint tag, const std::string &words)
     {
-      if (!is_worse(kind, severity, tag)) return;
+      if (severity < worst[kind] || (severity == worst[kind] && tag > id[kind])) return;
       worst[kind] = severity;
       id[kind] = tag;
       message[kind] = words;

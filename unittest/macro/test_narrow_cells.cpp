@@ -6,6 +6,7 @@
 #include "rve/engine/copies.h"
 #include "rve/engine/finite_strain.h"
 #include "support/environment.h"
+#include "support/increments.h"
 #include "support/messages.h"
 #include "support/small_packings.h"
 
@@ -123,28 +124,6 @@ TYPED_TEST(NarrowCell, GoesOnAsTheMediumThatHadTheWideCellBefore)
   EXPECT_NEAR(one.void_ratio, other.void_ratio, 1e-12);
 }
 
-namespace {
-
-/// The same increment for all.
-template <int D> class Increments final : public macro::MacroIncrementsOf<D> {
- public:
-  Increments(const rve::DriveOf<D> &drive, int count) :
-      stresses(count, Matrix<D>::zero()), deformation_(drive.deformation)
-  {
-    this->dt = drive.dt;
-    this->substeps = drive.substeps;
-  }
-  Matrix<D> increment(int) const override { return deformation_; }
-  void take_stress(int place, const Matrix<D> &stress) override { stresses[place] = stress; }
-
-  std::vector<Matrix<D>> stresses;
-
- private:
-  const Matrix<D> deformation_;
-};
-
-}    // namespace
-
 // Beside others in one advance, by increments as by drives.
 TYPED_TEST(NarrowCell, GoesOnBesideThoseThatAreNotNarrow)
 {
@@ -155,14 +134,14 @@ TYPED_TEST(NarrowCell, GoesOnBesideThoseThatAreNotNarrow)
   Points<D> by_drives(rve::make_engine<D>(options_of_dimension(D)), nullptr, with_copies(2));
   const std::vector<int> slots = by_increments.add(states);
   ASSERT_EQ(by_drives.add(states), slots);
-  const rve::DriveOf<D> drive = drive_of<D>(stretch<D>());
+  const std::vector<rve::DriveOf<D>> drives(states.size(), drive_of<D>(stretch<D>()));
 
   for (int step = 0; step < 12; ++step) {
-    Increments<D> increments(drive, 3);
+    IncrementsOf<D> increments(drives);
     std::vector<int> failed;
     ASSERT_TRUE(by_increments.advance(slots, increments, false, failed));
     EXPECT_TRUE(failed.empty());
-    by_drives.advance(slots, {drive, drive, drive}, false);
+    by_drives.advance(slots, drives, false);
     for (int k = 0; k < 3; ++k)
       EXPECT_EQ(
           std::memcmp(&increments.stresses[k], &by_drives.stress(slots[k]), sizeof(Matrix<D>)), 0)

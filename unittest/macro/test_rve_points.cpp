@@ -6,6 +6,7 @@
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/packing.h"
 #include "support/forwarding_engine.h"
+#include "support/increments.h"
 #include "support/lattice.h"
 #include "support/packings.h"
 
@@ -630,23 +631,7 @@ TEST(MacroStepsByPlan, AFrozenRveLeavesTheOthersWhatTheyHad)
 
 namespace {
 
-/// The increments of drives, and the stresses that come back.
-class Increments final : public macro::MacroIncrementsOf<2> {
- public:
-  explicit Increments(const std::vector<rve::Drive> &drives) :
-      stresses(drives.size(), Tensor2::zero()), drives_(drives)
-  {
-    dt = drives.front().dt;
-    substeps = drives.front().substeps;
-  }
-  Tensor2 increment(int place) const override { return drives_[place].deformation; }
-  void take_stress(int place, const Tensor2 &stress) override { stresses[place] = stress; }
-
-  std::vector<Tensor2> stresses;
-
- private:
-  const std::vector<rve::Drive> &drives_;
-};
+using Increments = rve_test::IncrementsOf<2>;
 
 /// One RVE strains; the second turns more than contacts would bear in a step or two; the third does both.
 std::vector<rve::Drive> drives_that_turn()

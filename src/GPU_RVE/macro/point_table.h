@@ -86,6 +86,13 @@ template <int D, class Point> class PointTable {
     return points_[slot];
   }
 
+  /// For what no front has of the last answer.
+  Point &told(int slot)
+  {
+    tell(slot);
+    return points_[slot];
+  }
+
   const Front &front(int slot) const
   {
     Front &front = fronts_[slot];

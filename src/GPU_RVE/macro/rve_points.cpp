@@ -28,6 +28,14 @@ namespace {
              TURN_OF_OVERLAP * point.last_steps().mean_overlap);
   }
 
+  /// Leaves the stretch of an increment, and returns the rotation that it had.
+  template <int D> rve::Tensor<double, D> take_rotation(rve::Tensor<double, D> &increment)
+  {
+    const rve::Tensor<double, D> rotation = rve::PolarDecomposition(increment).rotation;
+    increment = increment * rve::transpose(rotation);
+    return rotation;
+  }
+
   /// The bound of the time step is that of the present contacts.
   template <class Point> void expect_contacts(Point &point)
   {
@@ -575,8 +583,7 @@ void RvePointsOf<D>::turn(rve::EngineOf<D> &engine, const std::vector<int> &numb
   for (std::size_t m = 0; m < numbers.size(); ++m) {
     if (!must_turn[m]) continue;
     some.push_back(numbers[m]);
-    rotations.push_back(rve::PolarDecomposition(drives[m].deformation).rotation);
-    drives[m].deformation = drives[m].deformation * rve::transpose(rotations.back());
+    rotations.push_back(take_rotation(drives[m].deformation));
   }
   if (!some.empty()) engine.turn(some, rotations);
 }
@@ -859,11 +866,9 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
     return true;
   }
 
-  /// The increment keeps the stretch.
   void turn(int slot, rve::IncrementOf<D> &increment)
   {
-    const Matrix rotation = rve::PolarDecomposition(increment.deformation).rotation;
-    increment.deformation = increment.deformation * rve::transpose(rotation);
+    const Matrix rotation = take_rotation(increment.deformation);
     // the strain of what is left, to its last digit
     increment.substeps =
         owner_.substeps_of(slot, rve::strain_size(increment.deformation), macro_.dt);
@@ -914,7 +919,7 @@ bool RvePointsOf<D>::advance(const std::vector<int> &slots, MacroIncrementsOf<D>
   if (!has_advanced) return false;
   record_sizes.assign(points.size(), 0);
   if (!call.failed.empty()) end_failures(call, failed);
-  if (!apart.empty()) advance_copies(slots, apart, increments, failed);
+  if (!apart.empty()) advance_those_apart(slots, apart, increments, failed);
   if (with_details) complete();
   seconds += rve::seconds_since(start);
   return true;
@@ -937,8 +942,9 @@ template <int D> void RvePointsOf<D>::find_those_apart()
 
 /// Of those at these places that are not frozen: a call of their own, by drives. They are few.
 template <int D>
-void RvePointsOf<D>::advance_copies(const std::vector<int> &slots, const std::vector<int> &places,
-                                    MacroIncrementsOf<D> &increments, std::vector<int> &failed)
+void RvePointsOf<D>::advance_those_apart(const std::vector<int> &slots,
+                                         const std::vector<int> &places,
+                                         MacroIncrementsOf<D> &increments, std::vector<int> &failed)
 {
   std::vector<int> some;
   std::vector<rve::DriveOf<D>> drives;
@@ -1068,7 +1074,7 @@ template <int D> void RvePointsOf<D>::complete() const
   const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team)
   for (int k = 0; k < count; ++k) {
-    Point &point = points[stale_slots[k]];
+    Point &point = points.told(stale_slots[k]);
     point.stale = false;
     if (!(looks[k].status & rve::status::Fatal)) point.take_details(looks[k]);
   }

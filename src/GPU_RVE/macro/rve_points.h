@@ -343,8 +343,8 @@ template <int D> class RvePointsOf {
                                    const std::vector<rve::DriveOf<D>> &drives);
   void find_those_apart();
   void end_failures(IncrementCall &call, std::vector<int> &failed);
-  void advance_copies(const std::vector<int> &slots, const std::vector<int> &places,
-                      MacroIncrementsOf<D> &increments, std::vector<int> &failed);
+  void advance_those_apart(const std::vector<int> &slots, const std::vector<int> &places,
+                           MacroIncrementsOf<D> &increments, std::vector<int> &failed);
   void advance_with_samples(const std::vector<int> &slots,
                             const std::vector<rve::DriveOf<D>> &drives);
 

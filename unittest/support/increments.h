@@ -1,0 +1,35 @@
+// Increments of a macro step for tests.
+
+#ifndef SUPPORT_INCREMENTS_H
+#define SUPPORT_INCREMENTS_H
+
+#include "macro/rve_points.h"
+
+#include <utility>
+#include <vector>
+
+namespace rve_test {
+
+/// The increments of drives, all with the time step and the number of steps of the first, and the stresses that come back.
+template <int D> class IncrementsOf final : public macro::MacroIncrementsOf<D> {
+  using Matrix = rve::Tensor<double, D>;
+
+ public:
+  explicit IncrementsOf(std::vector<rve::DriveOf<D>> drives) :
+      stresses(drives.size(), Matrix::zero()), drives_(std::move(drives))
+  {
+    this->dt = drives_.front().dt;
+    this->substeps = drives_.front().substeps;
+  }
+  Matrix increment(int place) const override { return drives_[place].deformation; }
+  void take_stress(int place, const Matrix &stress) override { stresses[place] = stress; }
+
+  std::vector<Matrix> stresses;
+
+ private:
+  const std::vector<rve::DriveOf<D>> drives_;
+};
+
+}    // namespace rve_test
+
+#endif
