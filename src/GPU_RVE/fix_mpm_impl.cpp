@@ -58,6 +58,8 @@ constexpr int RESTART_VERSION = 7;
 const std::string STATE_OF = "state of ";
 
 constexpr int COURANT_EVERY = 20;    // steps between two checks of the Courant number
+// RVEs have to be looked at for it: behind the steps after which they have been looked at for checks of their own, by default
+constexpr int COURANT_OF_GRAINS_EVERY = 100;
 // steps between two looks at what local damping takes from reactions
 constexpr int DAMPING_EVERY = 50;
 constexpr double DAMPING_WARN = 0.01;    // of the largest reaction
@@ -631,11 +633,10 @@ template <int D> void FixMpm::ImplOf<D>::final_integrate()
   const double copied = solver->transfer_time();
   const bool must_test = settings.wave_every > 0 && update->ntimestep % settings.wave_every == 0;
   if (must_test) test_waves();
-  if (must_test || update->ntimestep % COURANT_EVERY == 0) check_courant();
-  // the next check will see the RVEs as this step leaves them
-  if ((update->ntimestep + 1) % COURANT_EVERY == 0)
-    for (FixRve *some : grains)
-      if (some) some->expect_look();
+  const bool is_due = has_grains() ? (update->ntimestep - 1) % COURANT_OF_GRAINS_EVERY == 0 &&
+          update->ntimestep > update->firststep + 1
+                                   : update->ntimestep % COURANT_EVERY == 0;
+  if (must_test || is_due) check_courant();
   solve(true);
   output_is_old = true;
   if (update->ntimestep % DAMPING_EVERY == 0) look_at_damping();
@@ -1086,6 +1087,7 @@ template <int D> double FixMpm::ImplOf<D>::bytes() const
 
 template <int D> void FixMpm::ImplOf<D>::grow_arrays(int nmax)
 {
+  if (solver) solver->settle();    // stresses that come go to where the arrays were
   for_each_array([=](auto &array) {
     array.resize(nmax);
   });

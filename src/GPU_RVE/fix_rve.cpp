@@ -205,8 +205,10 @@ void FixRve::end_of_step()
 {
   const auto &settings = impl->settings;
   const bigint step = update->ntimestep;
-  impl->look_is_expected = false;
-  impl->say_notes();
+  if (!impl->checks_wait) {
+    impl->settle();
+    impl->say_notes();
+  }
   if (settings.path.halts && impl->all_paths_ended()) {
     impl->is_halted = true;
     timer->force_timeout();
@@ -216,7 +218,8 @@ void FixRve::end_of_step()
   });
   if (settings.dt_check_interval) {
     const bool due = step % settings.dt_check_interval == 0;
-    impl->recheck_time_step(due ? Impl::Check::Interval : Impl::Check::EveryStep);
+    if (due || !impl->checks_wait)
+      impl->recheck_time_step(due ? Impl::Check::Interval : Impl::Check::EveryStep);
     if (due) impl->advise(false);
   }
   if (!settings.dump_interval || step % settings.dump_interval) return;
@@ -232,6 +235,7 @@ void FixRve::end_of_step()
 
 void FixRve::post_run()
 {
+  impl->check_behind_advance();
   // a run may be shorter than the interval of checks
   const int interval = impl->settings.dt_check_interval;
   if (interval && update->ntimestep % interval) {
@@ -391,11 +395,6 @@ template const rve::ResultOf<3> &FixRve::result<3>(int) const;
 template rve::RveStateOf<2> FixRve::state<2>(int) const;
 template rve::RveStateOf<3> FixRve::state<3>(int) const;
 
-void FixRve::expect_look()
-{
-  impl->look_is_expected = true;
-}
-
 bool FixRve::reads_results() const
 {
   for (const auto *components : {&impl->settings.velocity_gradient, &impl->settings.stress_goal})
@@ -464,12 +463,14 @@ void FixRve::grow_arrays(int nmax)
 
 void FixRve::copy_arrays(int i, int j, int delflag)
 {
+  impl->settle();    // RVEs under way answer to the slots of their atoms
   if (delflag && impl->slot[j] >= 0) impl->remove(j);
   impl->slot[j] = impl->slot[i];
 }
 
 void FixRve::set_arrays(int i)
 {
+  impl->settle();
   impl->slot[i] = -1;
 }
 

@@ -42,7 +42,7 @@ void FixRve::ImplOf<D>::report(const std::vector<int> &failed, const std::vector
     const std::string message = fmt::format(
         "fix rve: RVE of atom {} failed at step {}: {} (before: largest overlap {} of the sum of "
         "radii, void ratio {}, DEM time step {}{})",
-        fix->atom->tag[i], fix->update->ntimestep, rve::describe_status(result.status),
+        fix->atom->tag[i], told_step(), rve::describe_status(result.status),
         rve::number(result.largest_overlap), rve::number(result.void_ratio), rve::number(dt_dem),
         point(i).copies > 1 ? fmt::format(", {} copies side by side", point(i).copies) : "");
     // a packing that fails before its first step has no better one
@@ -62,16 +62,16 @@ void FixRve::ImplOf<D>::report(const std::vector<int> &failed, const std::vector
 
 template <int D> void FixRve::ImplOf<D>::note_copies(const std::vector<int> &atoms)
 {
-  const std::vector<int> widened = points->take_widened();
+  const std::vector<int> widened = points.as_they_are().take_widened();
   if (widened.empty()) return;
   for (const int i : atoms) {
     if (std::find(widened.begin(), widened.end(), slot[i]) == widened.end()) continue;
     const auto &result = points->point(slot[i]).result;
-    notes.push_back({fix->atom->tag[i],
-                     fmt::format("the cell of the RVE of atom {} has become too narrow at step {}; "
-                                 "it goes on as {} copies side by side, of {} grains",
-                                 fix->atom->tag[i], fix->update->ntimestep, points->copies(slot[i]),
-                                 result.num_grains)});
+    notes.push_back(
+        {fix->atom->tag[i],
+         fmt::format("the cell of the RVE of atom {} has become too narrow at step {}; "
+                     "it goes on as {} copies side by side, of {} grains",
+                     fix->atom->tag[i], told_step(), points->copies(slot[i]), result.num_grains)});
   }
 }
 
@@ -108,7 +108,7 @@ std::vector<int> FixRve::ImplOf<D>::renew(const std::vector<int> &failed,
         {id,
          fmt::format("the RVE of atom {} failed at step {}: {}; a fresh one of {} takes its place "
                      "after {} DEM steps: stress {}, void ratio {} (was {})",
-                     id, fix->update->ntimestep, rve::describe_status(reasons[k]),
+                     id, told_step(), rve::describe_status(reasons[k]),
                      packings.name(renewal.packing), renewal.steps, stresses,
                      rve::number(renewal.void_ratio), rve::number(renewal.void_ratio_before))});
   }

@@ -42,6 +42,9 @@ using namespace LAMMPS_NS;
 // of the stability bound: where a given time step is warned of
 static constexpr double DT_WARNING = 0.95;
 
+// One of so many checks at the interval looks for steps that are to be warned of, which takes closer bounds of all RVEs
+static constexpr int CHECKS_FOR_ONE_WITH_WARNINGS = 10;
+
 // RVEs whose bound is computed exactly, on all ranks together: each takes some milliseconds
 static constexpr int MOST_EXACT_BOUNDS = 8;
 
@@ -99,6 +102,9 @@ template <int D> void FixRve::ImplOf<D>::make_engine()
     problem = fmt::format("fix rve: {}", e.what());
   }
   error_if_any(problem);    // perhaps of some ranks only: more of them than devices
+  int on_device = points->cuda_device() >= 0 ? 1 : 0, on_all;
+  MPI_Allreduce(&on_device, &on_all, 1, MPI_INT, MPI_MIN, fix->world);
+  all_on_devices = on_all == 1;
 
   int has_notice = notice.empty() ? 0 : 1, with_notice;
   MPI_Allreduce(&has_notice, &with_notice, 1, MPI_INT, MPI_SUM, fix->world);
@@ -163,7 +169,7 @@ FixRve::ImplOf<D>::least_time_step(const std::vector<int> &atoms, double enough)
   std::vector<double> bounds;
   std::string problem;
   try {
-    bounds = points->bound_time_steps(some, enough);
+    bounds = points.as_they_are().bound_time_steps(some, enough);
   } catch (const rve::InputError &e) {
     problem = fmt::format("fix rve: {}", e.what());
   }
@@ -209,7 +215,7 @@ FixRve::ImplOf<D>::least_time_step(const std::vector<int> &atoms, double enough)
   std::vector<tagint> whose;
   for (const Candidate &candidate : candidates) {
     if (candidate.place < 0) continue;
-    states.push_back(points->state(some[candidate.place]));
+    states.push_back(points.as_they_are().state(some[candidate.place]));
     whose.push_back(candidate.atom);
   }
   const int count = static_cast<int>(states.size());
@@ -233,35 +239,37 @@ FixRve::ImplOf<D>::least_time_step(const std::vector<int> &atoms, double enough)
 template <int D> void FixRve::ImplOf<D>::recheck_time_step(Check check)
 {
   if (check == Check::EveryStep) {
-    int mine = points->any_has_stiffened() ? 1 : 0, any = mine;
+    settle();
+    int mine = points.as_they_are().any_has_stiffened() ? 1 : 0, any = mine;
     if (fix->comm->nprocs > 1) MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, fix->world);
     if (!any) return;
   }
   std::vector<int> atoms;
-  if (check != Check::EveryStep) {
-    atoms = advancing_atoms();
+  if (check == Check::EveryStep) {
+    for (int i = 0; i < fix->atom->nlocal; i++)
+      if (slot[i] >= 0 && points.as_they_are().has_stiffened(slot[i])) atoms.push_back(i);
   } else {
-    for (const int i : atoms_with_rve())
-      if (points->has_stiffened(slot[i])) atoms.push_back(i);
+    atoms = advancing_atoms();
   }
   // a divided run must be the whole one: looks between its parts leave no trace
-  if (check != Check::Run) points->note_check(slots_of(atoms));
+  if (check != Check::Run) points.as_they_are().note_check(slots_of(atoms));
   const double used = settings.dt_auto ? dt : clock(fix->update->dt).dt;
   // what nobody would hear of need not be known
-  const bool silent = check == Check::Run || (!settings.dt_auto && warned_dt);
+  const bool between_warnings = check == Check::Interval &&
+      fix->update->ntimestep % (CHECKS_FOR_ONE_WITH_WARNINGS * settings.dt_check_interval) != 0;
+  const bool silent = check == Check::Run || (!settings.dt_auto && (warned_dt || between_warnings));
   const double margin = silent ? 1.0 : DT_WARNING;
   const LeastBound least = least_time_step(atoms, used / margin);
   if (!(used > margin * least.dt)) return;
 
   if (!settings.dt_auto) {
-    check_time_step(
-        used, least.dt,
-        fmt::format("the RVE of atom {} at step {}", least.atom, fix->update->ntimestep));
+    check_time_step(used, least.dt,
+                    fmt::format("the RVE of atom {} at step {}", least.atom, told_step()));
   } else {
     dt = settings.dt_fraction * least.dt;
     if (fix->comm->me == 0)
       utils::logmesg(fix->lmp, "fix rve {}: DEM time step is now {} (step {}, RVE of atom {})\n",
-                     fix->id, rve::number(dt), fix->update->ntimestep, least.atom);
+                     fix->id, rve::number(dt), told_step(), least.atom);
   }
 }
 
@@ -336,7 +344,7 @@ void FixRve::Impl::fail(const std::string &problem, int atom) const
 {
   fix->error->one(FLERR, "fix rve {}: {}step {}: {}", fix->id,
                   atom >= 0 ? fmt::format("RVE of atom {}, ", fix->atom->tag[atom]) : "",
-                  fix->update->ntimestep, problem);
+                  told_step(), problem);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -745,17 +753,18 @@ void FixRve::ImplOf<D>::check(const Matrix &tensor, const char *what, const char
 
 /* ---------------------------------------------------------------------- */
 
+/// What others read they ask for when they do: most output is not of RVEs.
 template <int D> bool FixRve::ImplOf<D>::wants_details() const
 {
   const int interval = settings.dt_check_interval;
   const auto &paths = settings.path.of<D>();
-  return look_is_expected || (paths && paths->needs_details()) ||
-      (interval && fix->update->ntimestep % interval == 0) || state_may_be_read(fix->lmp);
+  return (paths && paths->needs_details()) || (interval && fix->update->ntimestep % interval == 0);
 }
 
 template <int D>
 void FixRve::ImplOf<D>::advance(const std::vector<int> &atoms, const std::vector<Drive> &drives)
 {
+  settle();
   const int count = static_cast<int>(atoms.size());
   int first_bad = count;
   slots.resize(count);
@@ -787,30 +796,117 @@ void FixRve::ImplOf<D>::advance(const std::vector<int> &atoms, const std::vector
   });
 }
 
-/* ---------------------------------------------------------------------- */
+/* ----------------------------------------------------------------------
+   a device advances the RVEs while LAMMPS ends this step and begins the next, unless somebody looks at them before. All ranks decide alike
+------------------------------------------------------------------------- */
 
 template <int D>
-bool FixRve::ImplOf<D>::advance(const std::vector<int> &atoms,
-                                macro::MacroIncrementsOf<D> &increments)
+bool FixRve::ImplOf<D>::begin_advance(const std::vector<int> &atoms,
+                                      macro::MacroIncrementsOf<D> &increments)
 {
+  settle();
+  const bool with_details = wants_details();
+  checks_wait = all_on_devices && !with_details;
+  step_of_advance = fix->update->ntimestep;
   const int count = static_cast<int>(atoms.size());
   slots.resize(count);
   for (int k = 0; k < count; ++k) slots[k] = slot[atoms[k]];
   return guarded([&] {
     const double start = platform::walltime();
-    std::vector<int> places;
-    const bool has_advanced = points->advance(slots, increments, wants_details(), places);
+    if (!points.as_they_are().begin_advance(slots, increments)) return false;
     wall_time += platform::walltime() - start;
-    if (!has_advanced) return false;
     ++num_advances;
-    note_copies(atoms);
-    std::vector<int> failed;
-    for (const int place : places) failed.push_back(slots[place]);
-    if (settings.policy == RvePolicy::Fresh) failed = renew(failed, atoms);
-    report(failed, atoms, increments.dt, false);
-    for (const int place : places) increments.take_stress(place, stress(atoms[place]));
+    under_way = {&atoms, &increments};
+    if (checks_wait) return true;
+    settle();
+    const double complete_start = platform::walltime();
+    if (with_details) points->complete();
+    wall_time += platform::walltime() - complete_start;
     return true;
   });
+}
+
+template <int D> bool FixRve::ImplOf<D>::is_as_before(const std::vector<int> &atoms)
+{
+  const int count = static_cast<int>(atoms.size());
+  bool same = count == static_cast<int>(slots.size());
+  for (int k = 0; same && k < count; ++k) same = slots[k] == slot[atoms[k]];
+  return same && points.as_they_are().is_as_before(slots, atoms);
+}
+
+template <int D>
+bool FixRve::ImplOf<D>::plan_there(const std::vector<int> &atoms, bool is_as_before,
+                                   const rve::PointsOnDevice &there,
+                                   macro::MacroIncrementsOf<D> &increments)
+{
+  settle();
+  if (!is_as_before) {
+    const int count = static_cast<int>(atoms.size());
+    slots.resize(count);
+    for (int k = 0; k < count; ++k) slots[k] = slot[atoms[k]];
+  }
+  planned = {&atoms, &increments};
+  return guarded([&] {
+    return points.as_they_are().plan_there(slots, atoms, is_as_before, there, increments);
+  });
+}
+
+template <int D> bool FixRve::ImplOf<D>::can_advance_there()
+{
+  return guarded([&] {
+    return points.as_they_are().can_advance_there();
+  });
+}
+
+/// Details are for who asks for them.
+template <int D> void FixRve::ImplOf<D>::begin_advance_there()
+{
+  checks_wait = all_on_devices && !wants_details();
+  step_of_advance = fix->update->ntimestep;
+  guarded([&] {
+    const double start = platform::walltime();
+    points.as_they_are().begin_advance_there();
+    wall_time += platform::walltime() - start;
+  });
+  ++num_advances;
+  under_way = planned;
+}
+
+template <int D> void FixRve::ImplOf<D>::settle()
+{
+  if (!is_under_way()) return;
+  const UnderWay advance = std::exchange(under_way, {});
+  const bool was_told_later = std::exchange(is_told_later, true);
+  guarded([&] {
+    const double start = platform::walltime();
+    const std::vector<int> places = points.as_they_are().end_advance();
+    wall_time += platform::walltime() - start;
+    note_copies(*advance.atoms);
+    std::vector<int> failed;
+    for (const int place : places) failed.push_back(slots[place]);
+    if (settings.policy == RvePolicy::Fresh) failed = renew(failed, *advance.atoms);
+    report(failed, *advance.atoms, advance.increments->dt, false);
+    for (const int place : places)
+      advance.increments->take_stress(place, stress((*advance.atoms)[place]));
+  });
+  is_told_later = was_told_later;
+}
+
+/// With half of a strain before the forces and half behind them a step meets itself, and its end is not yet reached.
+template <int D> void FixRve::ImplOf<D>::meet()
+{
+  settle();
+  if (fix->update->ntimestep != step_of_advance) check_behind_advance();
+}
+
+template <int D> void FixRve::ImplOf<D>::check_behind_advance()
+{
+  settle();
+  if (!std::exchange(checks_wait, false)) return;
+  is_told_later = true;
+  say_notes();
+  if (settings.dt_check_interval) recheck_time_step(Check::EveryStep);
+  is_told_later = false;
 }
 
 /* ---------------------------------------------------------------------- */

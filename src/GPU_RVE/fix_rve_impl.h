@@ -25,6 +25,7 @@
 #include "progress.h"
 #include "rve_packings.h"
 #include "rve_settings.h"
+#include "update.h"
 
 #include <cstdio>
 #include <exception>
@@ -42,12 +43,13 @@ struct FixRve::Impl {
   FixRve *fix;
   const int dimension;    // of the RVEs: 2 for disks, 3 for spheres
   FixRveSettings settings;
-  double dt;                        // DEM time step, or its upper limit where substeps are matched
-  std::vector<int> slot;            // per atom: RVE in the engine, or -1
-  bool look_is_expected = false;    // somebody said that the results of this step shall be complete
-  double restart_step = 0.0;        // of the head of a restart file
-  bool is_material = false;         // fix mpm has asked for it
-  bool is_halted = false;           // the run ends because all paths have
+  double dt;                // DEM time step, or its upper limit where substeps are matched
+  std::vector<int> slot;    // per atom: RVE in the engine, or -1
+  bool checks_wait =
+      false;    // what ranks tell each other of this step they tell in the next, in meet()
+  double restart_step = 0.0;    // of the head of a restart file
+  bool is_material = false;     // fix mpm has asked for it
+  bool is_halted = false;       // the run ends because all paths have
   Progress progress;
 
   /// That of the RVEs that the packings make.
@@ -65,6 +67,10 @@ struct FixRve::Impl {
                                               double tolerance) = 0;
   /// All RVEs make what the script asks for in this LAMMPS step.
   virtual void advance_by_script() = 0;
+  /// Ends an advance that is under way, on this rank alone.
+  virtual void settle() = 0;
+  /// Notes of the last step and the check of its time step, if they wait; collective.
+  virtual void check_behind_advance() = 0;
 
   // What changes of RVEs that are there; all collective. A restart file has a head of this fix: what its RVEs were made with.
   virtual void write_restart_head(FILE *fp) const = 0;
@@ -166,6 +172,9 @@ struct FixRve::Impl {
 
  protected:
   bool warned_dt = false;
+  bigint step_of_advance = -1;    // the last one that did not wait for its RVEs
+  bool is_told_later = false;     // what is said is about that step
+  bigint told_step() const { return is_told_later ? step_of_advance : fix->update->ntimestep; }
   struct Note {
     tagint atom;
     std::string text;
@@ -188,11 +197,32 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   using Points = macro::RvePointsOf<D>;
   using Matrix = rve::Tensor<double, D>;
 
+  /// What all others see of the RVEs: none that is under way.
+  class SettledPoints {
+   public:
+    explicit SettledPoints(ImplOf &_owner) : owner(_owner) {}
+    void operator=(std::unique_ptr<Points> _points) { points = std::move(_points); }
+    Points *operator->() const { return get(); }
+    Points &operator*() const { return *get(); }
+    /// For halves of advances, and for what does not depend on answers.
+    Points &as_they_are() const { return *points; }
+
+   private:
+    Points *get() const
+    {
+      owner.settle();
+      points->hear();
+      return points.get();
+    }
+    ImplOf &owner;
+    std::unique_ptr<Points> points;
+  };
+
   RvePackingsOf<D> packings;
-  std::unique_ptr<Points> points;
+  SettledPoints points;
 
   ImplOf(FixRve *_fix, FixRveSettings _settings) :
-      Impl(_fix, std::move(_settings), D), of_plane(*this)
+      Impl(_fix, std::move(_settings), D), points(*this), of_plane(*this)
   {
     if constexpr (D == 3) of_space = std::make_unique<macro::RveConstitutive<3>>(*this);
   }
@@ -204,6 +234,7 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
                                       const std::vector<macro::StressGoal> &goals,
                                       double tolerance) override;
   void advance_by_script() override;
+  void check_behind_advance() override;
   void write_restart_head(FILE *fp) const override;
   void read_restart_head(const char *buf) override;
   void modify(int narg, char **arg) override;
@@ -219,7 +250,7 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   {
     return {points->shadow_time(), points->total_time()};
   }
-  double engine_time() const override { return points->engine_time(); }
+  double engine_time() const override { return points.as_they_are().engine_time(); }
   void advise(bool at_start) override;
   void recheck_time_step(Check check) override;
   double dem_steps() const override;
@@ -245,7 +276,18 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   // for RveConstitutive
   macro::RveClock clock(double lammps_dt) const override { return Impl::clock(lammps_dt); }
   void advance(const std::vector<int> &atoms, const std::vector<Drive> &drives) override;
-  bool advance(const std::vector<int> &atoms, macro::MacroIncrementsOf<D> &increments) override;
+  bool begin_advance(const std::vector<int> &atoms,
+                     macro::MacroIncrementsOf<D> &increments) override;
+  void settle() override;
+  bool is_under_way() const override { return under_way.increments != nullptr; }
+  bool is_as_before(const std::vector<int> &atoms) override;
+  bool plan_there(const std::vector<int> &atoms, bool is_as_before,
+                  const rve::PointsOnDevice &there,
+                  macro::MacroIncrementsOf<D> &increments) override;
+  bool can_advance_there() override;
+  void begin_advance_there() override;
+  bool stresses_are_there() const override { return points.as_they_are().stresses_are_there(); }
+  void meet() override;
   const Matrix &stress(int atom) const override { return points->stress(slot[atom]); }
   const typename Points::Point &point(int atom) const override
   {
@@ -276,7 +318,14 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   // as materials; disks are none in space
   macro::RveConstitutive<2, D> of_plane;
   std::unique_ptr<macro::RveConstitutive<3>> of_space;
-  std::vector<int> slots;    // of the RVEs that advance, kept between calls
+  std::vector<int>
+      slots;    // of the RVEs that advance, kept between calls and while they are under way
+  struct UnderWay {
+    const std::vector<int> *atoms = nullptr;
+    macro::MacroIncrementsOf<D> *increments = nullptr;
+  };
+  UnderWay under_way, planned;
+  bool all_on_devices = false;    // the RVEs of all ranks
   bool warned_sharing = false, warned_tension = false;
   bool advised[rve::NUM_ADVICE_KINDS] = {};
   double wall_time = 0.0;

@@ -278,9 +278,9 @@ class CountingEngine final : public rve_test::ForwardingEngine {
     tally.responses += static_cast<int>(rves.size());
     engine->advance(rves, drives, responses);
   }
-  bool advance(const std::vector<int> &rves, rve::IncrementCallOf<2> &call) override
+  bool begin_advance(const std::vector<int> &rves, rve::IncrementCallOf<2> &call) override
   {
-    if (!engine->advance(rves, call)) return false;
+    if (!engine->begin_advance(rves, call)) return false;
     tally.increments += static_cast<int>(rves.size());
     return true;
   }

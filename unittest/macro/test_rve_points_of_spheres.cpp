@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstring>
 #include <memory>
+#include <utility>
 
 using macro::MacroStepOptions;
 using rve::Tensor2;
@@ -307,11 +308,27 @@ class Owner final : public macro::RveOwner<3> {
   {
     points.advance(atoms, drives, false);
   }
-  bool advance(const std::vector<int> &atoms, macro::MacroIncrementsOf<3> &increments) override
+  bool begin_advance(const std::vector<int> &atoms,
+                     macro::MacroIncrementsOf<3> &increments) override
   {
-    std::vector<int> failed;
-    return points.advance(atoms, increments, false, failed);
+    under_way = points.begin_advance(atoms, increments);
+    return under_way;
   }
+  void settle() override
+  {
+    if (std::exchange(under_way, false)) points.end_advance();
+  }
+  bool is_under_way() const override { return under_way; }
+  bool is_as_before(const std::vector<int> &) override { return false; }
+  bool plan_there(const std::vector<int> &, bool, const rve::PointsOnDevice &,
+                  macro::MacroIncrementsOf<3> &) override
+  {
+    return false;
+  }
+  bool can_advance_there() override { return false; }
+  void begin_advance_there() override {}
+  bool stresses_are_there() const override { return false; }
+  void meet() override {}
   const Tensor3 &stress(int atom) const override { return points.stress(atom); }
   const Points::Point &point(int atom) const override { return points.point(atom); }
   void complete() override { points.complete(); }
@@ -319,6 +336,7 @@ class Owner final : public macro::RveOwner<3> {
 
   std::vector<int> slots;
   Points points;
+  bool under_way = false;
 };
 
 /// d sigma_xx / d eps_xx of grains that move with the mean field, along a direction [stress].

@@ -45,10 +45,11 @@ class ForwardingEngine : public rve::Engine {
   {
     engine->advance(rves, drives, responses);
   }
-  bool advance(const std::vector<int> &rves, rve::IncrementCallOf<2> &call) override
+  bool begin_advance(const std::vector<int> &rves, rve::IncrementCallOf<2> &call) override
   {
-    return engine->advance(rves, call);
+    return engine->begin_advance(rves, call);
   }
+  void end_advance() override { engine->end_advance(); }
   void bound_time_steps(const std::vector<int> &rves, double enough,
                         std::vector<double> &bounds) override
   {

@@ -108,10 +108,44 @@ template <class T> class DeviceBuffer {
     return host;
   }
 
+  /// The same for `count` elements from `first` on, of at most as many as room() was asked for. Waits for its own stream alone: the kernels that
+  /// write them have been waited for.
+  const T *receive_beside(cudaStream_t stream, std::size_t first, std::size_t count)
+  {
+    T *host = room(first + count) + first;
+    if (count == 0) return host;
+    check_cuda(
+        cudaMemcpyAsync(host, memory + first, count * sizeof(T), cudaMemcpyDeviceToHost, stream),
+        "download beside kernels");
+    check_cuda(cudaStreamSynchronize(stream), "download beside kernels");
+    return host;
+  }
+
  private:
   T *memory = nullptr;
   std::size_t capacity = 0;
   HostBuffer<T> staging;
+};
+
+/// A stream that does not wait for the default one, nor that for it.
+class SideStream {
+ public:
+  SideStream() = default;
+  SideStream(const SideStream &) = delete;
+  SideStream &operator=(const SideStream &) = delete;
+  ~SideStream()
+  {
+    if (stream) cudaStreamDestroy(stream);
+  }
+  operator cudaStream_t()
+  {
+    if (!stream)
+      check_cuda(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking), "a stream for copies");
+    return stream;
+  }
+
+ private:
+  cudaStream_t stream = nullptr;
 };
 
 /// Pieces of device memory for RVE images, cut from large slabs: thousands of RVEs come and go without a cudaMalloc each.

@@ -155,6 +155,7 @@ void RvePointsOf<D>::move_to(const rve::ContactModel &contacts, const NewMateria
       if (of_shadows[slot]) points[slot].shadow = shadows->add(*of_shadows[slot]);
   };
   engine = std::move(other);
+  device_knows = has_refused = false;
   shadows = std::move(other_shadows);
   try {
     put(fresh, fresh_shadows);

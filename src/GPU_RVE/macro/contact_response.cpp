@@ -15,15 +15,15 @@ ContactResponse<D>::ContactResponse(const rve::Material &material, double grain_
     }))
 {
   if (!has_constant_moduli_) return;
-  depth_ = D == 2 ? material.thickness : grain_size;
-  stiffness_ = rve::moduli_at_strain<D>(0.0, material, 0.5 * grain_size).normal;
-  frequency_ = frequency_at(0.0, material);
+  linear_.depth = D == 2 ? material.thickness : grain_size;
+  linear_.stiffness = rve::moduli_at_strain<D>(0.0, material, 0.5 * grain_size).normal;
+  linear_.frequency = frequency_at(0.0, material);
 }
 
 template <int D>
 double ContactResponse<D>::contact_strain(double pressure, const rve::Material &material) const
 {
-  return has_constant_moduli_ ? pressure * depth_ / stiffness_
+  return has_constant_moduli_ ? linear_.strain(pressure)
                               : rve::contact_strain<D>(pressure, material, 0.5 * grain_size_);
 }
 
@@ -46,10 +46,9 @@ double ContactResponse<D>::slip_of_rotation(double angle, int substeps, double d
                                             double contact_strain,
                                             const rve::Material &material) const
 {
-  const double frequency = has_constant_moduli_ ? frequency_
-                                                : frequency_at(contact_strain, material);
-  const double steps_of_lag = std::fmax(1.0, 1.0 / (frequency * dt));
-  return std::fabs(angle) * std::fmin(1.0, steps_of_lag / substeps);
+  return rve::slip_of_rotation(angle, substeps, dt,
+                               has_constant_moduli_ ? linear_.frequency
+                                                    : frequency_at(contact_strain, material));
 }
 
 template class ContactResponse<2>;

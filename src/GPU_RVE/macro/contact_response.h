@@ -5,6 +5,7 @@
 #define MACRO_CONTACT_RESPONSE_H
 
 #include "rve/engine/engine.h"
+#include "rve/engine/increment_plan.h"
 
 namespace macro {
 
@@ -17,9 +18,8 @@ template <int D> class ContactResponse {
   /// rve::contact_strain(). The material is that of the constructor.
   double contact_strain(double pressure, const rve::Material &material) const;
 
-  /// Largest slip by a rotation by `angle` in `substeps` steps of dt, as an angle [rad]: the whole rotation, if the grains do not follow
-  /// at all. Grains that all spin alike in a cell that does not turn go to and fro with w = sqrt(2 Z k_t/m), k_t at the overlap over diameter, and
-  /// lag behind a rotation at a constant rate by that rate over w; the first step finds them at rest.
+  /// rve::slip_of_rotation() at this overlap. Grains that all spin alike in a cell that does not turn go to and fro with w = sqrt(2 Z k_t/m), k_t at
+  /// the overlap over diameter.
   double slip_of_rotation(double angle, int substeps, double dt, double contact_strain,
                           const rve::Material &material) const;
 
@@ -27,14 +27,14 @@ template <int D> class ContactResponse {
   double density() const { return density_; }
   /// rve::grain_size() [length]
   double grain_size() const { return grain_size_; }
+  /// Whether linear() is all there is to say.
+  bool is_linear() const { return has_constant_moduli_; }
+  const rve::LinearContacts &linear() const { return linear_; }
 
  private:
   double grain_size_ = 0.0, density_ = 0.0;
   bool has_constant_moduli_ = false;
-  // with constant moduli
-  double depth_ = 0.0;        ///< that a pressure acts on, per diameter of a grain [length]
-  double stiffness_ = 0.0;    ///< of the normal springs [force/length]
-  double frequency_ = 0.0;    ///< w [1/time]
+  rve::LinearContacts linear_;    ///< with constant moduli
 
   double frequency_at(double contact_strain, const rve::Material &material) const;
 };

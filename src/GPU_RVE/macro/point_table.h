@@ -99,6 +99,13 @@ template <int D, class Point> class PointTable {
     if (!front.is_current) front = points_[slot].front();
     return front;
   }
+  /// Of its next look at the bound of the time step: a number that plans ask for, and no answer changes.
+  void expect_contacts(int slot, std::int32_t most)
+  {
+    points_[slot].most_contacts = most;
+    if (fronts_[slot].is_current) fronts_[slot].most_contacts = most;
+  }
+
   /// For what no answer changes.
   const Point &unheard(int slot) const { return points_[slot]; }
   /// To change what neither answers nor fronts have.

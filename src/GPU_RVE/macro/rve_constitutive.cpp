@@ -67,22 +67,27 @@ class RveConstitutive<D, DimensionOfRves>::Increments final :
 template <int D, int DimensionOfRves>
 void RveConstitutive<D, DimensionOfRves>::update(
     int count, const int *point_index, const rve::Tensor<double, D> *deformation_increment,
+    double dt, rve::Tensor<double, D> *stress, mpm::MemoryRows memory)
+{
+  if (begin_update(count, point_index, deformation_increment, dt, stress, memory)) settle();
+}
+
+template <int D, int DimensionOfRves>
+bool RveConstitutive<D, DimensionOfRves>::begin_update(
+    int count, const int *point_index, const rve::Tensor<double, D> *deformation_increment,
     double dt, rve::Tensor<double, D> *stress, mpm::MemoryRows /*memory*/)
 {
-  const RveClock clock = owner.clock(dt);
-  atoms.assign(point_index, point_index + count);
-  Increments increments(atoms, deformation_increment, stress);
-  increments.dt = clock.dt;
-  increments.substeps = clock.substeps;
-  if (owner.advance(atoms, increments)) return;
+  is_as_before = false;
+  begin_increments(count, point_index, deformation_increment, dt, stress);
+  if (owner.begin_advance(atoms, *increments)) return owner.is_under_way();
 
   drives.resize(count);
   {
     const rve::LightWork work(count, owner.threads());
 #pragma omp parallel for num_threads(work.team)
     for (int k = 0; k < count; ++k) {
-      drives[k].dt = clock.dt;
-      drives[k].substeps = clock.substeps;
+      drives[k].dt = increments->dt;
+      drives[k].substeps = increments->substeps;
       drives[k].deformation =
           rve::in_plane_strain<DimensionOfRves>(deformation_increment[atoms[k]]);
     }
@@ -92,6 +97,50 @@ void RveConstitutive<D, DimensionOfRves>::update(
 #pragma omp parallel for num_threads(work.team)
   for (int k = 0; k < count; ++k)
     stress[atoms[k]] = rve::leading_components<D>(owner.stress(atoms[k]));
+  return false;
+}
+
+template <int D, int DimensionOfRves>
+void RveConstitutive<D, DimensionOfRves>::begin_increments(
+    int count, const int *point_index, const rve::Tensor<double, D> *increment_of, double dt,
+    rve::Tensor<double, D> *stress_of)
+{
+  owner.settle();    // groups may share their RVEs' owner
+  const RveClock clock = owner.clock(dt);
+  if (!is_as_before) atoms.assign(point_index, point_index + count);
+  increments = std::make_shared<Increments>(atoms, increment_of, stress_of);
+  increments->dt = clock.dt;
+  increments->substeps = clock.substeps;
+}
+
+template <int D, int DimensionOfRves>
+bool RveConstitutive<D, DimensionOfRves>::plan_update_there(int count, const int *point_index,
+                                                            const mpm::DeviceArrays<D> &arrays,
+                                                            double dt,
+                                                            rve::Tensor<double, D> *stress)
+{
+  if (arrays.device < 0) return false;
+  begin_increments(count, point_index, nullptr, dt, stress);
+  rve::PointsOnDevice there;
+  there.device = arrays.device;
+  there.dimension = D;
+  // tensors are nothing but their components
+  there.increment = reinterpret_cast<const double *>(arrays.deformation_increment);
+  there.stress = reinterpret_cast<double *>(arrays.stress);
+  return owner.plan_there(atoms, is_as_before, there, *increments);
+}
+
+template <int D, int DimensionOfRves>
+void RveConstitutive<D, DimensionOfRves>::expect_update(int count, const int *point_index)
+{
+  is_as_before = count == static_cast<int>(atoms.size()) &&
+      std::equal(atoms.begin(), atoms.end(), point_index) && owner.is_as_before(atoms);
+}
+
+template <int D, int DimensionOfRves> void RveConstitutive<D, DimensionOfRves>::bring_stresses()
+{
+  const int count = static_cast<int>(atoms.size());
+  for (int k = 0; k < count; ++k) increments->take_stress(k, owner.stress(atoms[k]));
 }
 
 template <int D, int DimensionOfRves>

@@ -8,6 +8,7 @@
 #include "mpm/constitutive.h"
 
 #include <functional>
+#include <memory>
 #include <vector>
 
 namespace macro {
@@ -27,8 +28,22 @@ template <int D> class RveOwner {
   virtual Clock clock(double dt) const = 0;
   virtual void advance(const std::vector<int> &atoms,
                        const std::vector<rve::DriveOf<D>> &drives) = 0;
-  /// The same by increments alone, in fewer passes over the points. False: nothing has happened, and it is for the other one.
-  virtual bool advance(const std::vector<int> &atoms, MacroIncrementsOf<D> &increments) = 0;
+  /// The same by increments alone, in fewer passes over the points, and perhaps not to its end: `atoms` and `increments` live until settle().
+  /// False: nothing has happened, and it is for the other one.
+  virtual bool begin_advance(const std::vector<int> &atoms, MacroIncrementsOf<D> &increments) = 0;
+  /// Ends an advance that is under way.
+  virtual void settle() = 0;
+  virtual bool is_under_way() const = 0;
+  /// Whether an advance of these would be one of the same RVEs as the last one on a device.
+  virtual bool is_as_before(const std::vector<int> &atoms) = 0;
+  /// The same where increments and stresses are on a device: RvePointsOf::plan_there() and on. `atoms` are the places of their points there.
+  virtual bool plan_there(const std::vector<int> &atoms, bool is_as_before,
+                          const rve::PointsOnDevice &there, MacroIncrementsOf<D> &increments) = 0;
+  virtual bool can_advance_there() = 0;
+  virtual void begin_advance_there() = 0;
+  virtual bool stresses_are_there() const = 0;
+  /// mpm::Constitutive::meet()
+  virtual void meet() = 0;
   virtual const rve::Tensor<double, D> &stress(int atom) const = 0;
   /// Complete, and safe to ask for from several threads after complete().
   virtual const typename RvePointsOf<D>::Point &point(int atom) const = 0;
@@ -48,6 +63,18 @@ template <int D, int DimensionOfRves = D> class RveConstitutive : public mpm::Co
   void update(int count, const int *point_index,
               const rve::Tensor<double, D> *deformation_increment, double dt,
               rve::Tensor<double, D> *stress, mpm::MemoryRows memory) override;
+  bool begin_update(int count, const int *point_index,
+                    const rve::Tensor<double, D> *deformation_increment, double dt,
+                    rve::Tensor<double, D> *stress, mpm::MemoryRows memory) override;
+  void expect_update(int count, const int *point_index) override;
+  bool plan_update_there(int count, const int *point_index, const mpm::DeviceArrays<D> &arrays,
+                         double dt, rve::Tensor<double, D> *stress) override;
+  bool can_update_there() override { return owner.can_advance_there(); }
+  void begin_update_there() override { owner.begin_advance_there(); }
+  bool stresses_are_there() const override { return owner.stresses_are_there(); }
+  void bring_stresses() override;
+  void settle() override { owner.settle(); }
+  void meet() override { owner.meet(); }
 
   void expect_questions() override { owner.complete(); }
   /// The bound that grains which move with the mean field give, times the share of scale_waves().
@@ -63,10 +90,15 @@ template <int D, int DimensionOfRves = D> class RveConstitutive : public mpm::Co
 
  private:
   class Increments;
+  void begin_increments(int count, const int *point_index,
+                        const rve::Tensor<double, D> *increment_of, double dt,
+                        rve::Tensor<double, D> *stress_of);
 
   Owner &owner;
-  // of update(), kept between calls
+  // of update(), kept between calls; the first two while an advance is under way
   std::vector<int> atoms;
+  std::shared_ptr<Increments> increments;
+  bool is_as_before = false;    ///< the update that is expected
   std::vector<Drive> drives;
   double wave_share = 1.0;
 };

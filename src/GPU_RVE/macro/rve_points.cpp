@@ -25,7 +25,7 @@ namespace {
   bool is_turned(const Point &point, const rve::Tensor<double, D> &deformation)
   {
     return !(std::fabs(rve::PolarDecomposition(deformation).angle) <=
-             TURN_OF_OVERLAP * point.last_steps().mean_overlap);
+             rve::TURN_OF_OVERLAP * point.last_steps().mean_overlap);
   }
 
   /// Leaves the stretch of an increment, and returns the rotation that it had.
@@ -36,12 +36,11 @@ namespace {
     return rotation;
   }
 
-  /// The bound of the time step is that of the present contacts.
-  template <class Point> void expect_contacts(Point &point)
+  /// Contacts with which the bound of the time step that has just been looked at does not hold any more.
+  template <class Point> std::int32_t too_many_contacts(const Point &point)
   {
-    point.most_contacts =
-        static_cast<std::int32_t>((1.0 + CONTACT_GROWTH) * point.contacts +
-                                  CONTACT_GROWTH_PER_GRAIN * point.result.num_grains);
+    return static_cast<std::int32_t>((1.0 + CONTACT_GROWTH) * point.contacts +
+                                     CONTACT_GROWTH_PER_GRAIN * point.result.num_grains);
   }
 
   /// What a default gain of the servo is proportional to, of what a material says.
@@ -204,7 +203,7 @@ template <int D> void RvePointsOf<D>::evaluate_new(const std::vector<int> &slots
     point.result = results[k];
     point.grain_size = rve::grain_size(point.result);
     point.contacts = point.result.num_contacts;
-    expect_contacts(point);
+    point.most_contacts = too_many_contacts(point);
   }
 }
 
@@ -244,10 +243,23 @@ template <int D> std::vector<rve::Advice> RvePointsOf<D>::advice_on_servo(int sl
 template <int D> void RvePointsOf<D>::note_check(const std::vector<int> &slots)
 {
   for (const int slot : slots) {
-    expect_contacts(points[slot]);
+    points.expect_contacts(slot, too_many_contacts(points.at(slot)));
     may_be_stiffer[slot] = 0;
   }
   any_stiffened.set(false);
+  // the plan of a device knows those of its call by their places
+  constexpr std::size_t FEW = 16;
+  if (!device_knows) return;
+  if (slots.size() > FEW) {
+    device_knows = false;
+    return;
+  }
+  for (const int slot : slots) {
+    const auto at = std::find(device_call.rves.begin(), device_call.rves.end(), slot);
+    if (at != device_call.rves.end())
+      engine->device_calls()->expect_contacts(static_cast<int>(at - device_call.rves.begin()),
+                                              points.front(slot).most_contacts);
+  }
 }
 
 template <int D>
@@ -306,6 +318,7 @@ template <int D> void RvePointsOf<D>::set_options(const MacroStepOptions &_optio
   const int refinement = options.shadow_refinement;
   options = _options;
   options.shadow_refinement = refinement;
+  device_knows = has_refused = false;
 }
 
 template <int D>
@@ -497,7 +510,9 @@ template <int D> bool RvePointsOf<D>::may_sleep(int slot, const rve::DriveOf<D> 
 template <int D> bool RvePointsOf<D>::is_worth_a_look(int slot, const rve::DriveOf<D> &drive) const
 {
   const double strain = rve::strain_size(drive.deformation);
-  const int substeps = options.adaptive ? substeps_of(slot, strain, drive.dt) : drive.substeps;
+  const int substeps = options.adaptive
+      ? substeps_of(slot, strain, drive.dt, points.front(slot).pressure)
+      : drive.substeps;
   return (substeps + CALL_IN_STEPS) * options.quiescent_strain > LOOK_IN_STEPS * strain;
 }
 
@@ -547,25 +562,26 @@ template <int D> void RvePointsOf<D>::answer_asleep(Point &point, const Matrix &
 template <int D> int RvePointsOf<D>::substeps_of(int slot, const rve::DriveOf<D> &drive) const
 {
   if (!options.adaptive || drive.substeps == 0 || drive.has_servo()) return drive.substeps;
-  return substeps_of(slot, rve::strain_size(drive.deformation), drive.dt);
+  return substeps_of(slot, rve::strain_size(drive.deformation), drive.dt,
+                     points.front(slot).pressure);
 }
 
-template <int D> int RvePointsOf<D>::substeps_of(int slot, double strain, double dt) const
+template <int D>
+int RvePointsOf<D>::substeps_of(int slot, double strain, double dt, double pressure) const
 {
-  const PointFront<D> &front = points.front(slot);
-  return options.adaptive->of(strain, dt, front.pressure, front.of_contacts.grain_size(),
-                              front.of_contacts.density());
+  const ContactResponse<D> &contacts = points.front(slot).of_contacts;
+  return options.adaptive->of(strain, dt, pressure, contacts.grain_size(), contacts.density());
 }
 
 /// Whether a rotation lets contacts slip, in as few DEM steps as the strain asks for. The overlap is that of its mean stress: what is
 /// known whatever the last advance was asked for.
 template <int D>
-bool RvePointsOf<D>::slips(int slot, const Matrix &increment, double dt, int substeps) const
+bool RvePointsOf<D>::slips(int slot, const Matrix &increment, double dt, int substeps,
+                           double pressure) const
 {
   const PointFront<D> &front = points.front(slot);
-  const double overlap =
-      front.of_contacts.contact_strain(std::fmax(front.pressure, 0.0), material(slot));
-  const double limit = TURN_OF_OVERLAP * overlap;    // the slip is no larger than the angle
+  const double overlap = front.of_contacts.contact_strain(std::fmax(pressure, 0.0), material(slot));
+  const double limit = rve::TURN_OF_OVERLAP * overlap;    // the slip is no larger than the angle
   if (rve::bound_of_rotation(increment) <= limit) return false;
   const double angle = rve::PolarDecomposition(increment).angle;
   if (std::fabs(angle) <= limit) return false;
@@ -641,7 +657,8 @@ bool RvePointsOf<D>::plan_work(const std::vector<int> &slots,
       }
       if (options.adaptive) {
         drive.substeps = substeps_of(slot, drive);
-        must_turn[m] = must_turn[m] || slips(slot, drive.deformation, drive.dt, drive.substeps);
+        must_turn[m] = must_turn[m] ||
+            slips(slot, drive.deformation, drive.dt, drive.substeps, points.front(slot).pressure);
       }
       some_turn = some_turn || must_turn[m];
     }
@@ -757,9 +774,9 @@ void RvePointsOf<D>::advance_shadows(const std::vector<int> &slots,
     finer.push_back(drives[k]);
     finer.back().dt /= options.shadow_refinement;
     finer.back().substeps = substeps_of(slots[k], drives[k]) * options.shadow_refinement;
-    turned.push_back(
-        options.adaptive && !drives[k].has_servo() && drives[k].substeps > 0 &&
-        slips(slots[k], drives[k].deformation, finer.back().dt, finer.back().substeps));
+    turned.push_back(options.adaptive && !drives[k].has_servo() && drives[k].substeps > 0 &&
+                     slips(slots[k], drives[k].deformation, finer.back().dt, finer.back().substeps,
+                           points.front(slots[k]).pressure));
   }
   if (numbers.empty()) return;
   turn(*shadows, numbers, finer, turned);
@@ -780,6 +797,8 @@ std::vector<int> RvePointsOf<D>::advance(const std::vector<int> &slots,
                                          const std::vector<rve::DriveOf<D>> &drives,
                                          bool with_details)
 {
+  hear();
+  device_knows = false;
   const auto start = rve::WallClock::now();
   const std::vector<int> failed = is_plain(slots) ? advance_plainly(slots, drives)
                                                   : advance_by_plan(slots, drives);
@@ -861,17 +880,16 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
     increment.deformation = deformation;
     // what cannot be said of it is for others to say
     if (!owner_.options.adaptive || macro_.substeps == 0 || !rve::finite(deformation)) return true;
-    increment.substeps = owner_.substeps_of(slot, rve::strain_size(deformation), macro_.dt);
-    if (owner_.slips(slot, deformation, macro_.dt, increment.substeps)) turn(slot, increment);
+    increment.substeps =
+        owner_.substeps_of(slot, rve::strain_size(deformation), macro_.dt, front.pressure);
+    if (owner_.slips(slot, deformation, macro_.dt, increment.substeps, front.pressure))
+      turn(slot, increment);
     return true;
   }
 
   void turn(int slot, rve::IncrementOf<D> &increment)
   {
-    const Matrix rotation = take_rotation(increment.deformation);
-    // the strain of what is left, to its last digit
-    increment.substeps =
-        owner_.substeps_of(slot, rve::strain_size(increment.deformation), macro_.dt);
+    const Matrix rotation = owner_.turn(slot, increment, owner_.points.front(slot).pressure);
 #pragma omp critical(rves_that_turn)
     {
       turned_.push_back(slot);
@@ -887,10 +905,23 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   std::vector<Matrix> rotations_;
 };
 
+/// Leaves the stretch of an increment, whose rotation the RVE is to be turned by: returns it.
 template <int D>
-bool RvePointsOf<D>::advance(const std::vector<int> &slots, MacroIncrementsOf<D> &increments,
-                             bool with_details, std::vector<int> &failed)
+rve::Tensor<double, D> RvePointsOf<D>::turn(int slot, rve::IncrementOf<D> &increment,
+                                            double pressure) const
 {
+  const Matrix rotation = take_rotation(increment.deformation);
+  // the strain of what is left, to its last digit
+  increment.substeps =
+      substeps_of(slot, rve::strain_size(increment.deformation), increment.dt, pressure);
+  return rotation;
+}
+
+template <int D>
+bool RvePointsOf<D>::begin_advance(const std::vector<int> &slots, MacroIncrementsOf<D> &increments)
+{
+  hear();
+  device_knows = false;
   if (options.quiescent_strain > 0.0 || options.stress_from != StressFrom::End || shadows ||
       slots.empty())
     return false;
@@ -899,27 +930,208 @@ bool RvePointsOf<D>::advance(const std::vector<int> &slots, MacroIncrementsOf<D>
   const int count = static_cast<int>(slots.size());
   call_slots.clear();
   call_places.clear();
-  std::vector<int> apart;    // places
+  places_apart.clear();
   if (!any_is_apart) {
     call_slots = slots;
   } else {
     for (int k = 0; k < count; ++k) {
       if (is_apart[slots[k]]) {
-        apart.push_back(k);
+        places_apart.push_back(k);
         continue;
       }
       call_slots.push_back(slots[k]);
       call_places.push_back(k);
     }
   }
-  IncrementCall call(*this, increments, !any_is_apart);
+  auto call = std::make_shared<IncrementCall>(*this, increments, !any_is_apart);
   const auto engine_start = rve::WallClock::now();
-  const bool has_advanced = engine->advance(call_slots, call);
+  const bool has_begun = engine->begin_advance(call_slots, *call);
   seconds_in_engine += rve::seconds_since(engine_start);
-  if (!has_advanced) return false;
+  if (!has_begun) return false;
   record_sizes.assign(points.size(), 0);
-  if (!call.failed.empty()) end_failures(call, failed);
-  if (!apart.empty()) advance_those_apart(slots, apart, increments, failed);
+  under_way = {&slots, &increments, std::move(call)};
+  seconds += rve::seconds_since(start);
+  return true;
+}
+
+template <int D> std::vector<int> RvePointsOf<D>::end_advance()
+{
+  const auto start = rve::WallClock::now();
+  UnderWay advance = std::exchange(under_way, {});
+  std::vector<int> failed;
+  stiffened_places.clear();
+  stresses_there = !advance.call && engine->device_calls()->end(stiffened_places);
+  if (advance.call) {
+    engine->end_advance();
+  } else if (!stresses_there) {
+    is_unheard = false;
+    advance.call = std::make_shared<IncrementCall>(*this, *advance.increments, call_places.empty());
+    engine->device_calls()->hear(*advance.call);
+    device_knows = false;
+  } else {
+    hear_of(stiffened_places);
+  }
+  seconds_in_engine += rve::seconds_since(start);
+  if (advance.call && !advance.call->failed.empty()) end_failures(*advance.call, failed);
+  if (!places_apart.empty())
+    advance_those_apart(*advance.slots, places_apart, *advance.increments, failed);
+  seconds += rve::seconds_since(start);
+  return failed;
+}
+
+/* ----------------------------------------------------------------------
+   the same where a device has the increments and wants the stresses: the host decides only who is turned, and hears of the answers when somebody
+   looks at points, or when one of them is no sound answer
+------------------------------------------------------------------------- */
+
+/// Whether all of these that advance are as a plan of the device takes them: then device_call has them. Stresses of those that are frozen stay on the
+/// device as they are.
+template <int D>
+bool RvePointsOf<D>::find_planned(const std::vector<int> &slots, const std::vector<int> &point_of)
+{
+  if (points.is_changed()) find_those_apart();
+  planned_slots = slots;
+  planned_points = point_of;
+  call_slots = slots;
+  call_places.clear();
+  device_call.point_of = point_of;
+  if (any_is_apart) {
+    call_slots.clear();
+    device_call.point_of.clear();
+    for (int k = 0; k < static_cast<int>(slots.size()); ++k) {
+      if (frozen(slots[k])) continue;
+      call_slots.push_back(slots[k]);
+      call_places.push_back(k);
+      device_call.point_of.push_back(point_of[k]);
+    }
+  }
+  device_call.rves = call_slots;
+  const int count = static_cast<int>(call_slots.size());
+  device_call.planned.resize(count);
+  bool all_serve = count > 0;
+  const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team) reduction(&& : all_serve)
+  for (int k = 0; k < count; ++k) {
+    const int slot = call_slots[k];
+    const PointFront<D> &front = points.front(slot);
+    const ContactResponse<D> &contacts = front.of_contacts;
+    all_serve = all_serve && front.state == State::Awake && !front.owes && copies(slot) == 1 &&
+        (contacts.is_linear() || !options.adaptive);
+    rve::PlannedRve &planned = device_call.planned[k];
+    planned.pressure = front.pressure;
+    planned.grain_size = contacts.grain_size();
+    planned.density = contacts.density();
+    planned.contacts = contacts.linear();
+    planned.most_contacts = front.most_contacts;
+  }
+  return all_serve;
+}
+
+template <int D>
+bool RvePointsOf<D>::plan_there(const std::vector<int> &slots, const std::vector<int> &point_of,
+                                bool is_as_before, const rve::PointsOnDevice &there,
+                                MacroIncrementsOf<D> &increments)
+{
+  if (!engine->device_calls() || there.device < 0 || there.device != engine->cuda_device() ||
+      options.quiescent_strain > 0.0 || options.stress_from != StressFrom::End || shadows ||
+      slots.empty() || increments.substeps == 0)
+    return false;
+  const auto start = rve::WallClock::now();
+  const bool nothing_new = !points.is_changed() && is_as_before;
+  if (nothing_new && has_refused) return false;
+  device_call.is_new = !nothing_new || !device_knows;
+  if (device_call.is_new) {
+    hear();
+    device_knows = false;
+    has_refused = !find_planned(slots, point_of);
+    if (has_refused) return false;
+  }
+  device_call.points = there;
+  device_call.dt = increments.dt;
+  device_call.substeps = increments.substeps;
+  device_call.adaptive = options.adaptive;
+  engine->device_calls()->plan(device_call);
+  device_knows = true;
+  planned_increments = &increments;
+  seconds += rve::seconds_since(start);
+  return true;
+}
+
+template <int D> bool RvePointsOf<D>::can_advance_there()
+{
+  if (!engine->device_calls()->take_plan(questions)) return false;
+  turned_slots.clear();
+  rotations.clear();
+  std::size_t decided = 0;
+  for (const rve::IncrementInQuestion<D> &question : questions) {
+    const int slot = device_call.rves[question.place];
+    rve::IncrementInQuestion<D> decision = question;
+    rve::IncrementOf<D> &increment = decision.increment;
+    if (!slips(slot, increment.deformation, increment.dt, increment.substeps, question.pressure))
+      continue;
+    turned_slots.push_back(slot);
+    rotations.push_back(turn(slot, increment, question.pressure));
+    questions[decided++] = decision;
+  }
+  questions.resize(decided);
+  return true;
+}
+
+template <int D> void RvePointsOf<D>::begin_advance_there()
+{
+  const auto start = rve::WallClock::now();
+  if (!turned_slots.empty()) engine->turn(turned_slots, rotations);
+  engine->device_calls()->begin(questions);
+  is_unheard = true;
+  record_sizes.assign(points.size(), 0);
+  places_apart.clear();
+  under_way = {&planned_slots, planned_increments, nullptr};
+  const double took = rve::seconds_since(start);
+  seconds_in_engine += took;
+  seconds += took;
+}
+
+namespace {
+  /// For who wants answers and no stresses.
+  template <int D> class NoIncrements final : public MacroIncrementsOf<D> {
+   public:
+    rve::Tensor<double, D> increment(int) const override
+    {
+      return rve::Tensor<double, D>::identity();
+    }
+    void take_stress(int, const rve::Tensor<double, D> &) override {}
+  };
+}    // namespace
+
+/// Of those at some places, or of all where they are many.
+template <int D> void RvePointsOf<D>::hear_of(const std::vector<int> &places)
+{
+  constexpr int MANY = 16;
+  if (places.size() >= MANY) {
+    hear();
+    return;
+  }
+  NoIncrements<D> none;
+  IncrementCall call(*this, none, true);
+  for (const int place : places) engine->device_calls()->hear_of(place, call);
+}
+
+template <int D> void RvePointsOf<D>::hear()
+{
+  if (!is_unheard) return;
+  is_unheard = false;
+  NoIncrements<D> none;
+  IncrementCall call(*this, none, true);
+  engine->device_calls()->hear(call);
+}
+
+template <int D>
+bool RvePointsOf<D>::advance(const std::vector<int> &slots, MacroIncrementsOf<D> &increments,
+                             bool with_details, std::vector<int> &failed)
+{
+  if (!begin_advance(slots, increments)) return false;
+  failed = end_advance();
+  const auto start = rve::WallClock::now();
   if (with_details) complete();
   seconds += rve::seconds_since(start);
   return true;

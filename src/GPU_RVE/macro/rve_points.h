@@ -9,6 +9,7 @@
 #include "macro/way_to_stress.h"
 #include "rve/engine/advice.h"
 #include "rve/engine/affine_stiffness.h"
+#include "rve/engine/device_calls.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/substeps.h"
 
@@ -78,11 +79,6 @@ constexpr double LOOK_IN_STEPS = 30.0, CALL_IN_STEPS = 3.0;
 /// Growth of the number of contacts that asks for a look at the bound of the time step: by this share of them and of the grains. The
 /// first tells in a packing, the second in a gas, where a few contacts more mean nothing yet.
 constexpr double CONTACT_GROWTH = 0.1, CONTACT_GROWTH_PER_GRAIN = 0.02;
-
-/// Slip of contacts by a rotation that grains do not follow, over the mean overlap over sum of radii, above which an RVE is turned
-/// rigidly [-]. A cell that turns by an angle in a few DEM steps lets contacts slip by it, since grains do not spin yet: a hundredth
-/// of the normal force at k_t = k_n.
-constexpr double TURN_OF_OVERLAP = 1e-2;
 
 template <int D> class RvePointsOf {
  public:
@@ -167,9 +163,30 @@ template <int D> class RvePointsOf {
   /// another unit.
   std::vector<int> advance(const std::vector<int> &slots,
                            const std::vector<rve::DriveOf<D>> &drives, bool with_details = true);
-  /// The same by increments, for thousands of RVEs in one pass before the engine's call and one behind it. False: nothing has happened, since
-  /// more stands between this macro step and DEM steps, and it is for the other advance(). `failed` gets the places in `slots` of those that
-  /// failed.
+  /// The same by increments, for thousands of RVEs in one pass before the engine's call and one behind it, in two halves: a GPU works between
+  /// them. False: nothing has happened, since more stands between this macro step and DEM steps, and it is for the other advance(). `slots`
+  /// and `increments` live until end_advance(), and nothing else may be asked before.
+  bool begin_advance(const std::vector<int> &slots, MacroIncrementsOf<D> &increments);
+  /// Gives the places in `slots` of those that failed.
+  std::vector<int> end_advance();
+  /// The same where increments and stresses of points are in the memory of the engine's device: `point_of` says which are those of the slots, and
+  /// `increments` has their time step and takes stresses where RVEs fail. The plan is behind what the device has been told before; when that has
+  /// been waited for, it may be that not all can advance so. Then nothing has happened, and it is for the other halves.
+  bool plan_there(const std::vector<int> &slots, const std::vector<int> &point_of,
+                  bool is_as_before, const rve::PointsOnDevice &there,
+                  MacroIncrementsOf<D> &increments);
+  /// Whether slots and points are those of the last plan.
+  bool is_as_before(const std::vector<int> &slots, const std::vector<int> &point_of) const
+  {
+    return planned_slots == slots && planned_points == point_of;
+  }
+  bool can_advance_there();
+  void begin_advance_there();
+  /// Whether the stresses of the last advance are all on the device; otherwise the increments have taken all of them.
+  bool stresses_are_there() const { return stresses_there; }
+  /// What the device answered in the last advance, for who looks at points: before all but the halves of advances.
+  void hear();
+  /// Both halves.
   bool advance(const std::vector<int> &slots, MacroIncrementsOf<D> &increments, bool with_details,
                std::vector<int> &failed);
   /// Completes the results of all points that an advance left without details.
@@ -251,6 +268,8 @@ template <int D> class RvePointsOf {
   int size() const { return engine->size(); }
   /// Where the RVEs live. Their shadows live on the same device.
   rve::Memory memory() const { return engine->memory(); }
+  /// rve::EngineOf::cuda_device()
+  int cuda_device() const { return engine->cuda_device(); }
   /// Memory that `count` further RVEs take, of the first of these numbers of grains, with as many shadows as they may get, and calls
   /// of all that are then there [bytes]. An estimate: lists may grow.
   double bytes_for(const std::vector<int> &grains, int count, int num_shadows) const;
@@ -291,7 +310,26 @@ template <int D> class RvePointsOf {
   class IncrementCall;    // of the engine
 
   // of the advance by increments, kept between calls
-  std::vector<int> call_places, call_slots;
+  std::vector<int> call_places, call_slots, places_apart;
+  /// Between the halves of an advance.
+  struct UnderWay {
+    const std::vector<int> *slots = nullptr;
+    MacroIncrementsOf<D> *increments = nullptr;
+    std::shared_ptr<IncrementCall> call;    ///< none: on the device
+  };
+  UnderWay under_way;
+  // of advances on the device
+  std::vector<int> planned_slots,
+      planned_points;                  ///< of the last plan, with those that are frozen
+  rve::DeviceCallOf<D> device_call;    ///< its rves are call_slots
+  std::vector<rve::IncrementInQuestion<D>> questions;    ///< and then what has been decided
+  std::vector<int> turned_slots, stiffened_places;
+  std::vector<Matrix> rotations;
+  MacroIncrementsOf<D> *planned_increments = nullptr;
+  bool device_knows = false;      ///< what plans ask of RVEs
+  bool has_refused = false;       ///< the RVEs of the last plan are none for a device
+  bool is_unheard = false;        ///< what the device answered last
+  bool stresses_there = false;    ///< of the last advance
   /// By slot: whether it rests, or is as many as copies, which have calls of their own; and whether one of them does or is.
   std::vector<char> is_apart;
   bool any_is_apart = false;
@@ -362,13 +400,16 @@ template <int D> class RvePointsOf {
                               const std::vector<rve::Material> &materials);
   bool may_sleep(int slot, const rve::DriveOf<D> &drive) const;
   int substeps_of(int slot, const rve::DriveOf<D> &drive) const;
-  /// Adaptive ones, for an increment of this strain_size().
-  int substeps_of(int slot, double strain, double dt) const;
+  /// Adaptive ones, for an increment of this strain_size() and a mean stress of the last DEM steps.
+  int substeps_of(int slot, double strain, double dt, double pressure) const;
   void look_at_sleepers(const std::vector<int> &slots);
   void answer_asleep(Point &point, const Matrix &pending) const;
+  Matrix turn(int slot, rve::IncrementOf<D> &increment, double pressure) const;
   static void turn(rve::EngineOf<D> &engine, const std::vector<int> &numbers,
                    std::vector<rve::DriveOf<D>> &drives, const std::vector<char> &must_turn);
-  bool slips(int slot, const Matrix &increment, double dt, int substeps) const;
+  bool slips(int slot, const Matrix &increment, double dt, int substeps, double pressure) const;
+  bool find_planned(const std::vector<int> &slots, const std::vector<int> &point_of);
+  void hear_of(const std::vector<int> &places);
   bool is_worth_a_look(int slot, const rve::DriveOf<D> &drive) const;
   bool plan_parts(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives);
   bool plan_work(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,

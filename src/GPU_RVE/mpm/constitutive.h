@@ -29,6 +29,13 @@ struct MemoryRows {
   double *operator[](int p) const { return first + static_cast<std::ptrdiff_t>(p) * width; }
 };
 
+/// Of all local points, in the memory of a CUDA device.
+template <int D> struct DeviceArrays {
+  int device = -1;    ///< as CUDA counts; -1: there are none
+  const rve::Tensor<double, D> *deformation_increment = nullptr;
+  rve::Tensor<double, D> *stress = nullptr;
+};
+
 /// A law of points in D dimensions.
 template <int D> class Constitutive {
  public:
@@ -54,6 +61,37 @@ template <int D> class Constitutive {
   virtual void update(int count, const int *point_index,
                       const rve::Tensor<double, D> *deformation_increment, double dt,
                       rve::Tensor<double, D> *stress, MemoryRows memory) = 0;
+
+  /// The same, of which the rest may be done by settle(): a device works meanwhile, and the arrays stay where they are. Returns whether anything
+  /// is left to be done.
+  virtual bool begin_update(int count, const int *point_index,
+                            const rve::Tensor<double, D> *deformation_increment, double dt,
+                            rve::Tensor<double, D> *stress, MemoryRows memory)
+  {
+    update(count, point_index, deformation_increment, dt, stress, memory);
+    return false;
+  }
+  /// Ends what begin_update() has left.
+  virtual void settle() {}
+  /// An update of these points comes later in this step: what does not depend on the increments can be found out now, while a device has something
+  /// to do.
+  virtual void expect_update(int /*count*/, const int * /*point_index*/) {}
+  /// The same where the arrays are in the memory of a device, while none of the points of that device has another law. plan_update_there() has the
+  /// device plan it, if that can be; when that has been done, can_update_there() says whether it can go so, and begin_update_there()
+  /// begins it. `stress` is the array of the host, for stresses that come another way: settle() ends the update, and if then not
+  /// stresses_are_there(), on the device, bring_stresses() makes them those of the host.
+  virtual bool plan_update_there(int /*count*/, const int * /*point_index*/,
+                                 const DeviceArrays<D> & /*arrays*/, double /*dt*/,
+                                 rve::Tensor<double, D> * /*stress*/)
+  {
+    return false;
+  }
+  virtual bool can_update_there() { return false; }
+  virtual void begin_update_there() {}
+  virtual bool stresses_are_there() const { return false; }
+  virtual void bring_stresses() {}
+  /// All ranks are in the same place, in a step behind the last update, and have settled: what they have to tell each other can be told.
+  virtual void meet() {}
 
   /// Whether update() may be called for parts of the points at the same time, from several threads.
   virtual bool takes_parts() const { return false; }

@@ -1,9 +1,9 @@
 // Runs the passes of a time step (step_passes.h) on a CUDA device, with the arrays of points and grid in its memory.
 //
-// Host and device share the points as follows. Positions and velocities are brought back after every step, and taken anew when the
-// caller's differ from what was brought back; forces when they differ from those of before. Stresses belong to the host, where the
-// constitutive models are, and ΔF is written to page-locked memory for them. Deformation gradients, volumes and velocity gradients
-// stay on the device until fetch().
+// Host and device share the points as follows. Positions and velocities are brought back in every step while the laws are at work, and taken
+// anew when the caller's differ from what was brought back; forces when they differ from those of before. Laws that run on the host get ΔF and
+// give stresses in every step; those of laws that run on the device stay there until fetch(), and so do deformation gradients, volumes
+// and velocity gradients.
 
 #include "mpm/cuda_machine.h"
 
@@ -24,6 +24,7 @@ namespace mpm {
 using rve::check_cuda;
 using rve::DeviceBuffer;
 using rve::HostBuffer;
+using rve::SideStream;
 
 namespace {
 
@@ -225,6 +226,7 @@ namespace {
     /// With all that the device knows of them: asked for when something is wrong.
     const PointView<D> &host_points()
     {
+      bring_motion();
       fetch(host_points_);
       return host_points_;
     }
@@ -274,19 +276,28 @@ namespace {
     {
       check_cuda(cudaStreamSynchronize(nullptr), "a step of the material point method");
     }
-    /// Waits for the device; then findings, increments and motion are on the host. Strains may have changed on the device.
+    /// Waits for the device; then findings and increments are on the host. Strains and motion may have changed on the device.
     void settle()
     {
       wait();
-      is_ahead_ = true;
+      is_ahead_ = motion_is_ahead_ = true;
       const Watch watch(transfer_seconds_);
-      motion_.receive(motion_size());
+      motion_.room(motion_size());    // for all, before a part is received
+      motion_.receive(num_words());
       if (view_.num_rigid > 0) {
         static_assert(std::is_trivially_copyable_v<RigidBodyStep<D>>);
         std::memcpy(static_cast<void *>(host_rigid_), motion_.room(motion_size()) + rigid_offset(),
                     view_.num_rigid * sizeof(*host_rigid_));
       }
-      const double *motion = motion_.room(motion_size()) + num_words();
+    }
+    /// After settle(), while the device may be doing something else.
+    void bring_motion()
+    {
+      if (!motion_is_ahead_) return;
+      motion_is_ahead_ = false;
+      use_device();
+      const Watch watch(transfer_seconds_);
+      const double *motion = motion_.receive_beside(beside_, num_words(), 2 * rows(count_));
       copy(host_points_.position.first, motion, 3 * static_cast<std::size_t>(count_));
       copy(host_points_.velocity.first, motion + rows(count_),
            3 * static_cast<std::size_t>(count_));
@@ -344,13 +355,22 @@ namespace {
       kernel<<<blocks_for(count), BLOCK>>>(pass, count, findings_, SharedSums{view_.vector_sums});
       check_cuda(cudaGetLastError(), "launch of a pass over loads");
     }
-    /// In page-locked memory, written by the device.
-    const Tensor<D> *increments() const { return view_.increment; }
+    const Tensor<D> *increments()
+    {
+      const Watch watch(transfer_seconds_);
+      return receive(increment_, count_);
+    }
+    DeviceArrays<D> device_arrays() const
+    {
+      return {device_number_, view_.increment, view_.points.stress};
+    }
+    void stresses_come() { stresses_are_ahead_ = true; }
 
     void stresses_changed()
     {
       use_device();    // the models may have used another one
       const Watch watch(transfer_seconds_);
+      stresses_are_ahead_ = false;
       send_stresses(host_points_);
     }
 
@@ -362,6 +382,8 @@ namespace {
       copy(points.deformation_gradient, deformation_gradient_.receive(count_), count_);
       copy(points.velocity_gradient, velocity_gradient_.receive(count_), count_);
       copy(points.volume, volume_.receive(count_), count_);
+      if (stresses_are_ahead_) copy(points.stress, stress_.receive(count_), count_);
+      stresses_are_ahead_ = false;
       is_ahead_ = false;
     }
     void points_changed() { points_are_old_ = true; }
@@ -495,7 +517,7 @@ namespace {
         view_.points.velocity_gradient = send(velocity_gradient_, points.velocity_gradient, count);
         view_.support = support_.reserve(count);
         if (view_.has_boxes()) view_.box = box_.reserve(count);
-        view_.increment = increment_.room(count);
+        view_.increment = increment_.reserve(count);
         send_stresses(points);
         is_ahead_ = false;
         points_are_old_ = false;
@@ -560,10 +582,13 @@ namespace {
     // points
     int count_ = -1;    ///< that are on the device
     PointView<D> host_points_;
-    bool points_are_old_ = true;     ///< on the device
-    bool motion_is_old_ = true;      ///< on the device
-    bool is_ahead_ = false;          ///< the device knows more of strains and volumes than the host
-    DeviceBuffer<double> motion_;    ///< findings, rigid bodies, positions, velocities
+    bool points_are_old_ = true;    ///< on the device
+    bool motion_is_old_ = true;     ///< on the device
+    bool is_ahead_ = false;         ///< the device knows more of strains and volumes than the host
+    bool stresses_are_ahead_ = false;    ///< and of stresses
+    bool motion_is_ahead_ = false;       ///< and of positions and velocities
+    SideStream beside_;                  ///< for copies while RVEs advance
+    DeviceBuffer<double> motion_;        ///< findings, rigid bodies, positions, velocities
     RigidBodyStep<D> *host_rigid_ = nullptr;
     DeviceBuffer<double> body_force_, point_mass_, volume_, initial_volume_;
     DeviceBuffer<Vec<D>> half_size_;
@@ -572,7 +597,7 @@ namespace {
     std::vector<int> model_copy_, body_copy_;
     DeviceBuffer<Support<D>> support_;
     DeviceBuffer<PointBox<D>> box_;
-    HostBuffer<Tensor<D>> increment_;
+    DeviceBuffer<Tensor<D>> increment_;
     DeviceBuffer<PointLoad<D>> loads_;
     std::vector<PointLoad<D>> load_copy_;
     Findings findings_ = {};

@@ -17,8 +17,10 @@
 //   share_maxima(communication, first, count)    takes the largest of all ranks
 //   knows_at_once()             whether findings are known when a pass returns; if not, settle() brings them
 //   wait()                      passes are done
-//   settle()                    and findings, increments, positions, velocities and rigid bodies are known to the host
-//   increments(), stresses_changed()             ΔF of the points, for their laws, which run on the host; the laws are done
+//   settle()                    and findings, increments and rigid bodies are known to the host
+//   bring_motion()              and positions and velocities; what others have begun on the device goes on
+//   increments(), stresses_changed()             ΔF of the points, for laws that run on the host; the laws are done
+//   device_arrays(), stresses_come()             for laws that run on the device, if there is one; they have begun
 //   given_nodes(), taken_nodes(), exchange_buffer(count)    for passes that pack and unpack what ranks exchange
 //   host_points(), fetch(points)                 brings to the host what only the machine has changed of the points
 //   points_changed()            the host has changed points in another way than by positions, velocities, forces, models and bodies
@@ -142,6 +144,9 @@ template <int D> class HostMachine {
   static constexpr bool knows_at_once() { return true; }
   void wait() {}
   void settle() {}
+  void bring_motion() {}
+  static DeviceArrays<D> device_arrays() { return {}; }
+  void stresses_come() {}
   std::uint64_t first_trouble() const { return first_trouble_; }
   /// By Maximum.
   const double *maxima() const { return maxima_.data(); }

@@ -238,9 +238,7 @@ template <int D>
 void MpmSolver<D>::step(const PointView<D> &points, const std::vector<TractionLoad<D>> &loads,
                         double dt)
 {
-  runner_->step(input(points, loads, dt), [&](const Tensor<D> *increment, double part) {
-    advance_stress(points, increment, part);
-  });
+  runner_->step(input(points, loads, dt), stress_update(points));
   body_velocity_before_ = body_velocity_;
   rigid_.advance(dt);
   check_points(points);
@@ -250,7 +248,32 @@ template <int D>
 void MpmSolver<D>::evaluate(const PointView<D> &points, const std::vector<TractionLoad<D>> &loads,
                             double dt)
 {
-  runner_->evaluate(input(points, loads, dt));
+  runner_->evaluate(input(points, loads, dt), stress_update(points));
+}
+
+/// Valid as long as `points`.
+template <int D> StressUpdate<D> MpmSolver<D>::stress_update(const PointView<D> &points)
+{
+  return {[&](const Tensor<D> *increment, double part) {
+            return advance_stress(points, increment, part);
+          },
+          [&] {
+            list_points(points);
+            time_models([](Constitutive<D> &model, const std::vector<int> &list) {
+              model.expect_update(static_cast<int>(list.size()), list.data());
+            });
+          },
+          [&](const DeviceArrays<D> &arrays, double part) {
+            return plan_stress_there(points, arrays, part);
+          },
+          [this] {
+            return begin_stress_there();
+          },
+          [this] {
+            const bool came = settle_stress();
+            for (Constitutive<D> *model : models_) model->meet();
+            return came;
+          }};
 }
 
 /// Refuses what a step left behind and the next one could not begin with.
@@ -281,12 +304,82 @@ template <int D> void MpmSolver<D>::list_points(const PointView<D> &points)
   listed_model_.assign(points.model, points.model + points.count);
   listed_body_.assign(points.rigid_body, points.rigid_body + points.count);
   points_of_model_.assign(models_.size(), {});
-  for (int p = 0; p < points.count; ++p)
-    if (points.rigid_body[p] < 0) points_of_model_[points.model[p]].push_back(p);
+  for (int p = 0; p < points.count; ++p) {
+    const int model = points.model[p];
+    // one that is not there has not been refused yet
+    if (points.rigid_body[p] < 0 && model >= 0 && model < static_cast<int>(models_.size()))
+      points_of_model_[model].push_back(p);
+  }
+}
+
+/// work(model) of all that have points.
+template <int D> template <class Work> void MpmSolver<D>::time_models(const Work &work) const
+{
+  for (std::size_t k = 0; k < models_.size(); ++k) {
+    if (points_of_model_[k].empty()) continue;
+    const auto start = rve::WallClock::now();
+    work(*models_[k], points_of_model_[k]);
+    model_seconds_[k] += rve::seconds_since(start);
+  }
 }
 
 template <int D>
-void MpmSolver<D>::advance_stress(const PointView<D> &points, const Tensor<D> *increment, double dt)
+bool MpmSolver<D>::plan_stress_there(const PointView<D> &points, const DeviceArrays<D> &arrays,
+                                     double dt)
+{
+  if (arrays.device < 0) return false;
+  bool any = false, all = true;
+  time_models([&](Constitutive<D> &model, const std::vector<int> &list) {
+    any = true;
+    all = all &&
+        model.plan_update_there(static_cast<int>(list.size()), list.data(), arrays, dt,
+                                points.stress);
+  });
+  return any && all;
+}
+
+template <int D> bool MpmSolver<D>::begin_stress_there()
+{
+  bool all = true;
+  time_models([&](Constitutive<D> &model, const std::vector<int> &) {
+    all = all && model.can_update_there();
+  });
+  if (!all) return false;
+  time_models([&](Constitutive<D> &model, const std::vector<int> &) {
+    model.begin_update_there();
+  });
+  stresses_come_ = stresses_there_ = true;
+  return true;
+}
+
+template <int D> bool MpmSolver<D>::settle_stress() const
+{
+  if (!stresses_come_) return false;
+  stresses_come_ = false;
+  for (std::size_t k = 0; k < models_.size(); ++k) {
+    const auto start = rve::WallClock::now();
+    models_[k]->settle();
+    model_seconds_[k] += rve::seconds_since(start);
+  }
+  if (!std::exchange(stresses_there_, false)) return true;
+  bool all = true;
+  time_models([&](Constitutive<D> &model, const std::vector<int> &) {
+    all = all && model.stresses_are_there();
+  });
+  if (all) return false;
+  time_models([&](Constitutive<D> &model, const std::vector<int> &) {
+    model.bring_stresses();
+  });
+  return true;
+}
+
+template <int D> void MpmSolver<D>::settle() const
+{
+  if (settle_stress()) runner_->stresses_came();
+}
+
+template <int D>
+bool MpmSolver<D>::advance_stress(const PointView<D> &points, const Tensor<D> *increment, double dt)
 {
   list_points(points);
   const MemoryRows memory{points.memory, points.memory_width};
@@ -295,8 +388,9 @@ void MpmSolver<D>::advance_stress(const PointView<D> &points, const Tensor<D> *i
     const std::vector<int> &list = points_of_model_[k];
     const auto start = rve::WallClock::now();
     if (!model.takes_parts()) {
-      model.update(static_cast<int>(list.size()), list.data(), increment, dt, points.stress,
-                   memory);
+      if (model.begin_update(static_cast<int>(list.size()), list.data(), increment, dt,
+                             points.stress, memory))
+        stresses_come_ = true;
       model_seconds_[k] += rve::seconds_since(start);
       continue;
     }
@@ -310,6 +404,7 @@ void MpmSolver<D>::advance_stress(const PointView<D> &points, const Tensor<D> *i
     }
     model_seconds_[k] += rve::seconds_since(start);
   }
+  return stresses_come_;
 }
 
 template <int D> double MpmSolver<D>::cfl_number(const PointView<D> &points, double dt) const

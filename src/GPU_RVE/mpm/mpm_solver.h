@@ -95,7 +95,14 @@ template <int D> class MpmSolver {
   int held_nodes() const { return runner_->held_nodes(); }
 
   /// With a device, a step leaves deformation gradients, volumes and velocity gradients there: this brings those arrays up to date.
-  void fetch(const PointView<D> &points) const { runner_->fetch(points); }
+  void fetch(const PointView<D> &points) const
+  {
+    settle();
+    runner_->fetch(points);
+  }
+  /// A step does not wait for stresses that a device computes. The next one does, and whoever reads those of the points calls this before:
+  /// with fetch() they are up to date, too. Of this rank alone.
+  void settle() const;
   /// The arrays, which must be up to date, have been or will be changed before the next call. Positions, velocities and body
   /// forces may change without being announced; so may models and rigid bodies.
   void points_changed() { runner_->points_changed(); }
@@ -111,7 +118,12 @@ template <int D> class MpmSolver {
  private:
   StepInput<D> input(const PointView<D> &points, const std::vector<TractionLoad<D>> &loads,
                      double dt);
-  void advance_stress(const PointView<D> &points, const Tensor<D> *increment, double dt);
+  StressUpdate<D> stress_update(const PointView<D> &points);
+  bool advance_stress(const PointView<D> &points, const Tensor<D> *increment, double dt);
+  bool plan_stress_there(const PointView<D> &points, const DeviceArrays<D> &arrays, double dt);
+  bool begin_stress_there();
+  bool settle_stress() const;
+  template <class Work> void time_models(const Work &work) const;
   void list_points(const PointView<D> &points);
   void check_points(const PointView<D> &points) const;
 
@@ -120,8 +132,10 @@ template <int D> class MpmSolver {
   Grid<D> grid_;
   std::unique_ptr<StepRunner<D>> runner_;
   std::vector<Constitutive<D> *> models_;
-  std::vector<double> model_seconds_;
-  int memory_width_ = 0;    ///< doubles that the rows of memory need
+  mutable std::vector<double> model_seconds_;
+  mutable bool stresses_come_ = false;     ///< a model has not been waited for
+  mutable bool stresses_there_ = false;    ///< and what comes comes to the device
+  int memory_width_ = 0;                   ///< doubles that the rows of memory need
   std::vector<Vec<D>> body_velocity_, body_velocity_before_;
   RigidBodies<D> rigid_;
   double last_dt_ = 0.0;    ///< of the last step or evaluation

@@ -28,12 +28,13 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   {
     const bool usavg = options_.scheme == Scheme::Usavg;
     const double part = usavg ? 0.5 * input.dt : input.dt;
-    prepare(input, !usavg);
+    prepare(input, update, !usavg);
     if (usavg) {
       scatter(ScatterInertia<D>{machine_.view()});
       machine_.over_nodes(NodeInertia<D>{machine_.view()});
       impose_bodies(Contact::Find, false);
       strain(part, update);
+      settle_stress(update);
       machine_.over_points(BoundForces<D>{machine_.view()});
       machine_.over_loads(PrepareLoad<D>{machine_.view(), true});
       static_assert(ForceBound + 1 == NUM_MAXIMA && ForceBound == VolumeBound + 2, "with loads");
@@ -57,14 +58,16 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     strain(part, update);
   }
 
-  void evaluate(const StepInput<D> &input) override
+  void evaluate(const StepInput<D> &input, const StressUpdate<D> &update) override
   {
-    prepare(input, true);
+    prepare(input, update, true);
     find_forces();
     share_maxima(Unbalanced, 2);
     machine_.settle();
     check_all();
   }
+
+  void stresses_came() override { machine_.stresses_changed(); }
 
   void fetch(const PointView<D> &points) override
   {
@@ -118,13 +121,15 @@ template <int D, template <int> class Machine> class StepProgram final : public 
 
  private:
   /// Checks, weights and bounds of all points.
-  void prepare(const StepInput<D> &input, bool bounds_forces)
+  void prepare(const StepInput<D> &input, const StressUpdate<D> &update, bool bounds_forces)
   {
     machine_.begin(input);
     if (input.points.count != point_count_) half_boxes_ = SharedNodes<D>::FROM_POINTS;
     point_count_ = input.points.count;
     shared_.find(input.points, options_.shape, half_boxes_);
     machine_.take_part(shared_, boundary_);
+    update.expect();
+    settle_stress(update);
     machine_.over_points(PreparePoint<D>{machine_.view(), bounds_forces});
     machine_.over_loads(PrepareLoad<D>{machine_.view(), bounds_forces});
     if (machine_.knows_at_once()) fail_on_trouble();
@@ -172,11 +177,22 @@ template <int D, template <int> class Machine> class StepProgram final : public 
       find_cell_means(true);
     }
     machine_.over_points(StrainPoint<D>{machine_.view(), dt});
+    const bool is_planned = update.plan_there(machine_.device_arrays(), dt);
     machine_.settle();
     check_all();
     if (!machine_.knows_at_once()) half_boxes_ = machine_.maxima()[BoxBound];
-    update(machine_.increments(), dt);
-    machine_.stresses_changed();
+    if (is_planned && update.begin_there()) {
+      machine_.stresses_come();
+      machine_.bring_motion();    // meanwhile
+      return;
+    }
+    const bool come_later = update.begin(machine_.increments(), dt);
+    machine_.bring_motion();
+    if (!come_later) machine_.stresses_changed();
+  }
+  void settle_stress(const StressUpdate<D> &update)
+  {
+    if (update.settle()) machine_.stresses_changed();
   }
 
   void impose_bodies(Contact contact, bool balances)

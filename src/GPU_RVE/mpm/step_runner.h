@@ -22,8 +22,18 @@ template <int D> struct StepInput {
   double dt;                               ///< [time]
 };
 
-/// Advances the stresses of the points by ΔF of each, over a time [time].
-template <int D> using StressUpdate = std::function<void(const Tensor<D> *increment, double dt)>;
+/// How the stresses of the points follow.
+template <int D> struct StressUpdate {
+  /// Advances them by ΔF of each, over a time [time]; perhaps they are there behind settle() only. Returns whether it is so.
+  std::function<bool(const Tensor<D> *increment, double dt)> begin;
+  /// An advance comes later in this step.
+  std::function<void()> expect;
+  /// The same with arrays of a device, which is told so; and, when the device has done what it was told, whether it has begun.
+  std::function<bool(const DeviceArrays<D> &arrays, double dt)> plan_there;
+  std::function<bool()> begin_there;
+  /// All stresses are there when it returns. All ranks ask at the same time. Returns whether the host has other ones than before.
+  std::function<bool()> settle;
+};
 
 /// Throws a PointError for the point and the trouble of a FirstTrouble key.
 template <int D>
@@ -38,7 +48,9 @@ template <int D> class StepRunner {
   virtual ~StepRunner() = default;
 
   virtual void step(const StepInput<D> &input, const StressUpdate<D> &update) = 0;
-  virtual void evaluate(const StepInput<D> &input) = 0;
+  virtual void evaluate(const StepInput<D> &input, const StressUpdate<D> &update) = 0;
+  /// Stresses that a step had not waited for are there.
+  virtual void stresses_came() = 0;
 
   /// Brings all arrays of the points up to date that only the machine has changed.
   virtual void fetch(const PointView<D> &points) = 0;

@@ -15,6 +15,7 @@
 #include <map>
 #include <numeric>
 #include <omp.h>
+#include <utility>
 
 namespace rve {
 
@@ -38,11 +39,6 @@ namespace {
     const ThreadShare mine(count);
     for (int begin = mine.begin; begin < mine.end; begin += RVES_OF_PART)
       f(begin, std::min(begin + RVES_OF_PART, mine.end));
-  }
-
-  template <int D> ResponseOf<D> to_response(const AnswerRecord<D> &answer)
-  {
-    return {answer.status, answer.num_contacts, load_tensor<D>(answer.stress)};
   }
 
   template <int D> auto among(const std::vector<DriveOf<D>> &drives)
@@ -265,6 +261,16 @@ template <int D> void BatchEngine<D>::check_slot(int rve) const
   });
 }
 
+template <int D> ResponseOf<D> BatchEngine<D>::to_response(const AnswerRecord<D> &answer)
+{
+  return {answer.status, answer.num_contacts, load_tensor<D>(answer.stress)};
+}
+
+template <int D> void BatchEngine<D>::require_nothing_under_way() const
+{
+  require(!under_way.caller, "a call of the engine is under way, and there can be one at a time");
+}
+
 template <int D> void BatchEngine<D>::prepare_repeat(int rve, const AnswerRecord<D> &result)
 {
   ImageHeader<D> header = get_header(rve);
@@ -358,6 +364,21 @@ void BatchEngine<D>::plan(Call &call, const Extent &extent, bool servo, Answer k
   if (extent.least_cost < extent.most_cost) put_longest_first(call, extent.most_cost);
 }
 
+template <int D>
+typename BatchEngine<D>::Call BatchEngine<D>::call_of_increments(const std::vector<int> &rves,
+                                                                 int largest, int longest,
+                                                                 std::int64_t steps)
+{
+  Call call;
+  call.rves = &rves;
+  Extent extent;
+  extent.largest = largest;
+  extent.longest = longest;
+  extent.steps = steps;
+  plan(call, extent, false, Answer::Short);
+  return call;
+}
+
 template <int D> void BatchEngine<D>::put_longest_first(Call &call, double most_cost)
 {
   // sorted roughly, by counting: the last ones to run are short, and that is all that matters
@@ -401,6 +422,7 @@ typename BatchEngine<D>::Answers BatchEngine<D>::start(const std::vector<int> &r
           "one drive per RVE is needed: " + std::to_string(rves.size()) + " RVEs, " +
               std::to_string(drives.size()) + " drives");
   if (rves.empty()) return {};
+  require_nothing_under_way();
   Call call;
   prepare(call, rves, drives, kind);
   call.with_details = kind != Answer::Short;
@@ -532,8 +554,9 @@ void BatchEngine<D>::advance(const std::vector<int> &rves, const std::vector<Dri
 }
 
 template <int D>
-bool BatchEngine<D>::advance(const std::vector<int> &rves, IncrementCallOf<D> &caller)
+bool BatchEngine<D>::begin_advance(const std::vector<int> &rves, IncrementCallOf<D> &caller)
 {
+  require_nothing_under_way();
   const int count = static_cast<int>(rves.size());
   if (count == 0) return true;
   Call call;
@@ -568,7 +591,24 @@ bool BatchEngine<D>::advance(const std::vector<int> &rves, IncrementCallOf<D> &c
   plan(call, extent, false, Answer::Short);
   caller.begin();
 
-  const Answers first = launch(call);
+  const Answers first = begin_launch(call);
+  under_way = {&rves, &caller, first};
+  return true;
+}
+
+template <int D> void BatchEngine<D>::end_advance()
+{
+  if (!under_way.caller) return;
+  const UnderWay call = std::exchange(under_way, {});
+  end_launch();
+  answer(*call.rves, *call.caller, call.answers);
+}
+
+template <int D>
+void BatchEngine<D>::answer(const std::vector<int> &rves, IncrementCallOf<D> &caller,
+                            const Answers &first)
+{
+  const int count = static_cast<int>(rves.size());
   std::vector<int> again;
   {
     const LightWork work(count, helpers(options));
@@ -594,7 +634,7 @@ bool BatchEngine<D>::advance(const std::vector<int> &rves, IncrementCallOf<D> &c
       }
     });
   }
-  if (again.empty()) return true;
+  if (again.empty()) return;
   const Answers last = repeat(
       rves,
       [this](std::size_t place) {
@@ -605,7 +645,6 @@ bool BatchEngine<D>::advance(const std::vector<int> &rves, IncrementCallOf<D> &c
     const ResponseOf<D> one = to_response(last.answers[k]);
     caller.take(k, k + 1, &increments[k], &one);
   }
-  return true;
 }
 
 template class BatchEngine<2>;

@@ -33,7 +33,9 @@ template <int D> class BatchEngine : public EngineOf<D> {
                std::vector<ElasticResultOf<D>> &results) override;
   void advance(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,
                std::vector<ResponseOf<D>> &responses) override;
-  bool advance(const std::vector<int> &rves, IncrementCallOf<D> &call) override;
+  using EngineOf<D>::advance;
+  bool begin_advance(const std::vector<int> &rves, IncrementCallOf<D> &call) override;
+  void end_advance() override;
   void bound_time_steps(const std::vector<int> &rves, double enough,
                         std::vector<double> &bounds) override;
   std::size_t bytes_per_rve(int num_grains) const override;
@@ -79,6 +81,9 @@ template <int D> class BatchEngine : public EngineOf<D> {
   };
   /// Runs the block program once for each RVE.
   virtual Answers launch(const Call &call) = 0;
+  /// The same without details, which may return before the answers are there: they are behind end_launch().
+  virtual Answers begin_launch(const Call &call) { return launch(call); }
+  virtual void end_launch() {}
   /// memory() without the limit of the environment.
   virtual Memory backend_memory() const = 0;
 
@@ -89,6 +94,17 @@ template <int D> class BatchEngine : public EngineOf<D> {
   /// What this class keeps of calls, per RVE [bytes].
   static constexpr std::size_t BYTES_PER_ANSWER = sizeof(AnswerRecord<D>) +
       sizeof(DetailRecord<D>) + sizeof(ElasticResultOf<D>) + sizeof(DriveOf<D>);
+
+  /// Gives the answers of a call by `increments`, and repeats it where that must be.
+  void answer(const std::vector<int> &rves, IncrementCallOf<D> &caller, const Answers &first);
+  /// A call by increments that are elsewhere: RVEs of at most so many grains, the most DEM steps of one and the sum of all.
+  Call call_of_increments(const std::vector<int> &rves, int largest, int longest,
+                          std::int64_t steps);
+  int grains(int rve) const { return grains_of[rve]; }
+  static ResponseOf<D> to_response(const AnswerRecord<D> &answer);
+  void require_nothing_under_way() const;
+
+  std::vector<IncrementOf<D>> increments;    ///< of the last call by them
 
   const Options options;
   const BatchConstants constants;
@@ -153,7 +169,13 @@ template <int D> class BatchEngine : public EngineOf<D> {
   std::vector<double> costs;
   std::vector<unsigned char> cost_class;
   std::vector<int> order, class_begin;
-  std::vector<IncrementOf<D>> increments;
+  /// A call by increments between its halves.
+  struct UnderWay {
+    const std::vector<int> *rves = nullptr;
+    IncrementCallOf<D> *caller = nullptr;    ///< none: there is no such call
+    Answers answers;
+  };
+  UnderWay under_way;
   int pairs_per_grain = 4;    ///< capacity of the workspaces, grows on demand
   // of a call that was repeated for some RVEs
   std::vector<AnswerRecord<D>> mended;

@@ -6,7 +6,10 @@
 #include "rve/block/block_cuda.cuh"
 #include "rve/core/error.h"
 #include "rve/engine/batch_engine.h"
+#include "rve/engine/cuda_increments.cuh"
 #include "rve/engine/cuda_programs.h"
+#include "rve/engine/device_calls.h"
+#include "rve/engine/drive_record.h"
 #include "rve/engine/program_scenes.h"
 #include "rve/engine/runtime_kernels.h"
 
@@ -88,7 +91,7 @@ namespace {
     }
   }
 
-  template <int D> class CudaEngine final : public BatchEngine<D> {
+  template <int D> class CudaEngine final : public BatchEngine<D>, public DeviceCallsOf<D> {
     using Base = BatchEngine<D>;
     using Base::memory_layout;
     using Base::options;
@@ -114,6 +117,152 @@ namespace {
     }
 
     int cuda_device() const override { return options.device_number; }
+
+    DeviceCallsOf<D> *device_calls() override { return this; }
+
+    // ---- calls whose increments and stresses are on the device -----------------------------------------------------------------
+
+    void plan(const DeviceCallOf<D> &call) override
+    {
+      this->require_nothing_under_way();
+      use_device();
+      device_call = &call;
+      const int count = static_cast<int>(call.rves.size());
+      IncrementLaunch<D> &launch = increments_of_call;
+      launch.rves = handles_of(call.rves);
+      if (call.is_new) {
+        launch.point_of = point_buffer.upload(call.point_of);
+        launch.planned = planned_buffer.upload(call.planned);
+        launch.count = count;
+        int smallest = 0;
+        for (int k = 0; k < count; ++k) {
+          const int grains = this->grains(call.rves[k]);
+          smallest = k == 0 ? grains : std::min(smallest, grains);
+          largest_of_call = k == 0 ? grains : std::max(largest_of_call, grains);
+        }
+        has_order = call.adaptive.has_value() || smallest < largest_of_call;
+      }
+      launch.points = call.points;
+      launch.dt = call.dt;
+      launch.substeps = call.substeps;
+      launch.is_adaptive = call.adaptive.has_value();
+      if (call.adaptive) launch.adaptive = *call.adaptive;
+      launch.most_cost =
+          static_cast<double>(launch.is_adaptive ? launch.adaptive.most : launch.substeps) *
+          largest_of_call;
+      // the call before may not have been heard yet
+      launch.drives = planned_drives[1 - drives_in_use].reserve(count);
+      launch.classes = has_order ? class_buffer.reserve(count) : nullptr;
+      launch.order = has_order ? planned_order_buffer.reserve(count) : nullptr;
+      launch.cost_classes = has_order ? cost_class_buffer.reserve_zeros(1) : nullptr;
+      launch.findings = findings_buffer.reserve_zeros(1);
+      launch.questions = question_buffer.room(kMostQuestions);
+      const unsigned blocks = rounded_up(count, kIncrementBlock) / kIncrementBlock;
+      plan_increments<D><<<blocks, kIncrementBlock>>>(launch);
+      if (has_order)
+        order_increments<D>
+            <<<rounded_up(count, kCostClasses) / kCostClasses, kCostClasses>>>(launch);
+      check_cuda(cudaGetLastError(), "launch of a plan");
+      bring_findings();
+    }
+
+    bool take_plan(std::vector<IncrementInQuestion<D>> &questions) override
+    {
+      const CallFindings &found = *findings_buffer.room(1);
+      questions.clear();
+      if (found.refused > 0 || found.questions > kMostQuestions) return false;
+      const QuestionRecord<D> *records = question_buffer.room(kMostQuestions);
+      for (int q = 0; q < found.questions; ++q) {
+        IncrementInQuestion<D> &question = questions.emplace_back();
+        question.place = records[q].place;
+        question.pressure = records[q].pressure;
+        question.increment.dt = increments_of_call.dt;
+        question.increment.substeps = records[q].substeps;
+        question.increment.deformation = load_tensor<D>(records[q].deformation);
+      }
+      return true;
+    }
+
+    void begin(const std::vector<IncrementInQuestion<D>> &decided) override
+    {
+      use_device();
+      IncrementLaunch<D> &launch = increments_of_call;
+      drives_in_use = 1 - drives_in_use;
+      const CallFindings found = *findings_buffer.room(1);
+      int longest = found.longest;
+      const int num_decided = static_cast<int>(decided.size());
+      if (num_decided > 0) {
+        DecidedRecord<D> *records = decided_buffer.room(num_decided);
+        for (int m = 0; m < num_decided; ++m) {
+          records[m] = {decided[m].place, 0, to_record(decided[m].increment)};
+          longest = std::max(longest, decided[m].increment.substeps);
+        }
+        decide_increments<D>
+            <<<rounded_up(num_decided, kIncrementBlock) / kIncrementBlock, kIncrementBlock>>>(
+                decided_buffer.send(num_decided), num_decided, launch.drives);
+        check_cuda(cudaGetLastError(), "launch of a decision");
+      }
+      const Call call = this->call_of_increments(device_call->rves, largest_of_call, longest,
+                                                 static_cast<std::int64_t>(found.steps));
+      LaunchRecord<D> record;
+      record.drives = launch.drives;
+      record.order = launch.order;
+      record.answers = planned_answers[drives_in_use].reserve(launch.count);
+      run(call, record);
+      launch.answers = record.answers;
+      launch.stiffened = stiffened_buffer.room(this->MOST_STIFFENED);
+      take_answers<D>
+          <<<rounded_up(launch.count, kIncrementBlock) / kIncrementBlock, kIncrementBlock>>>(
+              launch);
+      check_cuda(cudaGetLastError(), "launch of the answers");
+      bring_findings();
+    }
+
+    bool end(std::vector<int> &stiffened) override
+    {
+      end_launch();
+      const CallFindings &found = *findings_buffer.room(1);
+      const int *places = increments_of_call.stiffened;
+      stiffened.assign(places, places + std::min(found.stiffened, this->MOST_STIFFENED));
+      return found.unfinished == 0;
+    }
+
+    void hear(IncrementCallOf<D> &caller) override
+    {
+      use_device();
+      const std::size_t count = device_call->rves.size();
+      const DriveRecord<D> *records = planned_drives[drives_in_use].receive(count);
+      this->increments.resize(count);
+      for (std::size_t k = 0; k < count; ++k) this->increments[k] = increment_of(records[k]);
+      this->answer(device_call->rves, caller,
+                   {planned_answers[drives_in_use].receive(count), nullptr});
+    }
+
+    void hear_of(int place, IncrementCallOf<D> &caller) override
+    {
+      use_device();
+      const std::size_t count = device_call->rves.size();
+      const auto bring = [place, count](auto &buffer, auto &record) {
+        check_cuda(cudaMemcpy(&record, buffer.reserve(count) + place, sizeof(record),
+                              cudaMemcpyDeviceToHost),
+                   "download of an answer");
+      };
+      DriveRecord<D> drive;
+      AnswerRecord<D> answer;
+      bring(planned_drives[drives_in_use], drive);
+      bring(planned_answers[drives_in_use], answer);
+      const IncrementOf<D> increment = increment_of(drive);
+      const ResponseOf<D> response = this->to_response(answer);
+      caller.take(place, place + 1, &increment, &response);
+    }
+
+    void expect_contacts(int place, std::int32_t most) override
+    {
+      use_device();
+      check_cuda(cudaMemcpy(&increments_of_call.planned[place].most_contacts, &most, sizeof(most),
+                            cudaMemcpyHostToDevice),
+                 "upload of a number of contacts");
+    }
 
     /// Why it cannot advance the RVEs that it is made for, with a remedy; empty if it can.
     std::string obstacle() const
@@ -242,16 +391,38 @@ namespace {
 
     Answers launch(const Call &call) override
     {
+      const Answers answers = begin_launch(call);
+      end_launch();
+      return {answers.answers,
+              call.with_details ? detail_buffer.receive(call.rves->size()) : nullptr};
+    }
+
+    Answers begin_launch(const Call &call) override
+    {
       use_device();
+      LaunchRecord<D> record;
+      record.drives = call.drives;
+      record.order = call.order ? order_buffer.upload(*call.order) : nullptr;
+      record.answers = answers.room(call.rves->size());
+      run(call, record);
+      return {record.answers, nullptr};
+    }
+
+    void end_launch() override
+    {
+      use_device();
+      check_cuda(cudaStreamSynchronize(nullptr), "RVE kernel");
+    }
+
+   private:
+    /// Launches the kernels of a call, with drives, order and answers as the record has them.
+    void run(const Call &call, LaunchRecord<D> &record)
+    {
       const int count = static_cast<int>(call.rves->size());
       const Plan plan = plan_for(call);
 
-      LaunchRecord<D> record;
       record.rves = handles_of(*call.rves);
-      record.drives = call.drives;
       record.steering = call.steering.empty() ? nullptr : upload_steering(call);
-      record.order = call.order ? order_buffer.upload(*call.order) : nullptr;
-      record.answers = answers.room(count);
       // an RVE that fails writes no details
       record.details = call.with_details ? detail_buffer.reserve_zeros(count) : nullptr;
       record.count = count;
@@ -293,11 +464,25 @@ namespace {
       check_cuda(cudaLaunchKernelExC(&launched, plan.kernel, arguments),
                  "launch of the RVE kernel");
       check_cuda(cudaGetLastError(), "launch of the RVE kernel");
-      check_cuda(cudaStreamSynchronize(nullptr), "RVE kernel");
-      return {record.answers, call.with_details ? detail_buffer.receive(count) : nullptr};
     }
 
-   private:
+    static IncrementOf<D> increment_of(const DriveRecord<D> &record)
+    {
+      IncrementOf<D> increment;
+      increment.dt = record.dt;
+      increment.substeps = record.substeps;
+      increment.deformation = load_tensor<D>(record.deformation);
+      return increment;
+    }
+
+    /// What kernels have found so far, for when they have been waited for.
+    void bring_findings()
+    {
+      check_cuda(cudaMemcpyAsync(findings_buffer.room(1), increments_of_call.findings,
+                                 sizeof(CallFindings), cudaMemcpyDeviceToHost),
+                 "download of findings");
+    }
+
     /// On the device, where the modes of a servo lie elsewhere.
     const SteeringRecord<D> *upload_steering(const Call &call)
     {
@@ -519,6 +704,23 @@ namespace {
     HostBuffer<AnswerRecord<D>> answers;
     DeviceBuffer<DetailRecord<D>> detail_buffer;
     DeviceBuffer<char> prepared_buffer, workspace_buffer;
+
+    // of calls whose increments are on the device
+    const DeviceCallOf<D> *device_call = nullptr;
+    IncrementLaunch<D> increments_of_call = {};
+    int largest_of_call = 0;
+    bool has_order = false;
+    int drives_in_use = 0;    ///< of the call that has begun last
+    DeviceBuffer<DriveRecord<D>> planned_drives[2];
+    DeviceBuffer<int> point_buffer, planned_order_buffer;
+    DeviceBuffer<PlannedRve> planned_buffer;
+    DeviceBuffer<unsigned char> class_buffer;
+    DeviceBuffer<CostClasses> cost_class_buffer;
+    DeviceBuffer<CallFindings> findings_buffer;
+    HostBuffer<QuestionRecord<D>> question_buffer;
+    DeviceBuffer<DecidedRecord<D>> decided_buffer;
+    DeviceBuffer<AnswerRecord<D>> planned_answers[2];
+    HostBuffer<int> stiffened_buffer;
   };
 
 }    // namespace

@@ -3,6 +3,7 @@
 #include "rve/core/error.h"
 #include "rve/engine/dimension_words.h"
 #include "rve/engine/finite_strain.h"
+#include "rve/engine/increment_plan.h"
 #include "rve/engine/spatial_strain.h"
 
 #include <algorithm>
@@ -12,18 +13,10 @@
 namespace rve {
 
 namespace {
-  /// Segments of a macro increment that rotates by `angle`: at most 0.01 rad each, so that the chord through the rotation
-  /// loses at most 2.5e-5 of the area on its way.
-  constexpr double LARGEST_TURN = 0.01;
+  /// Of at most LARGEST_TURN each.
   int path_segments(double angle)
   {
     return std::max(1, static_cast<int>(std::ceil(std::fabs(angle) / LARGEST_TURN)));
-  }
-
-  bool turns_little(const Tensor2 &f)
-  {
-    const double twice_cosine = f(0, 0) + f(1, 1), twice_sine = f(1, 0) - f(0, 1);
-    return std::fabs(twice_sine) < LARGEST_TURN * twice_cosine;
   }
 
   /// Polar decomposition F = R U in the plane, in as many segments as it turns.
@@ -33,13 +26,6 @@ namespace {
     record.segments = path_segments(angle);
     store_tensor(plane_rotation(angle / record.segments), steering.rotation);
     store_tensor(plane_rotation(-angle) * f - Tensor2::identity(), steering.stretch);
-  }
-
-  bool turns_little(const Tensor3 &f)
-  {
-    const Vec<double, 3> twice_sine{{f(2, 1) - f(1, 2), f(0, 2) - f(2, 0), f(1, 0) - f(0, 1)}};
-    // 1 + 2 cos of the angle is the trace of a rotation
-    return std::sqrt(dot(twice_sine, twice_sine)) < LARGEST_TURN * (trace(f) - 1.0);
   }
 
   void split_path(const Tensor3 &f, DriveRecord<3> &record, SteeringRecord<3> &steering)
@@ -121,8 +107,7 @@ template <int D> bool is_simple(const IncrementOf<D> &increment)
 {
   const bool has_time = increment.substeps == 0 ||
       (increment.substeps > 0 && std::isfinite(increment.dt) && increment.dt > 0.0);
-  const Tensor<double, D> &f = increment.deformation;
-  return has_time && finite(f) && determinant(f) > 0.0 && turns_little(f);
+  return has_time && is_simple(increment.deformation);
 }
 
 namespace {

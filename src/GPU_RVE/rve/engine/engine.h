@@ -161,6 +161,8 @@ template <int D> class IncrementCallOf {
                     const ResponseOf<D> *responses) = 0;
 };
 
+template <int D> class DeviceCallsOf;    // rve/engine/device_calls.h
+
 /// The memory in which an engine keeps its RVEs.
 struct Memory {
   std::string name;         ///< engines on one machine that give the same name share it
@@ -209,9 +211,18 @@ template <int D> class EngineOf {
   virtual void advance(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,
                        std::vector<ResponseOf<D>> &responses) = 0;
 
-  /// The same with short answers and increments alone. False: nothing has happened, since one of the increments is none for a call like this; that
-  /// is the caller's to find out, by the other calls.
-  virtual bool advance(const std::vector<int> &rves, IncrementCallOf<D> &call) = 0;
+  /// The same with short answers and increments alone, in two halves, between which a GPU works while its caller does something else. False:
+  /// nothing has happened, since one of the increments is none for a call like this; that is the caller's to find out, by the other calls.
+  /// `rves` and `call` live until end_advance(), which gives the answers; nothing else may be asked of the engine before.
+  virtual bool begin_advance(const std::vector<int> &rves, IncrementCallOf<D> &call) = 0;
+  virtual void end_advance() = 0;
+  /// Both halves.
+  bool advance(const std::vector<int> &rves, IncrementCallOf<D> &call)
+  {
+    if (!begin_advance(rves, call)) return false;
+    end_advance();
+    return true;
+  }
 
   /// Lower bounds of the stable time steps of RVEs as they are (rve::stable_time_step of their states), found where they live [time]:
   /// within a few percent where they are below `enough`, and as loose as may be above. 0 where none was found. They depend on the
@@ -232,6 +243,9 @@ template <int D> class EngineOf {
   /// Where the RVEs live, and what is free there; at most the bytes that the environment has in GPU_RVE_MEMORY_LIMIT.
   /// Throws InputError when that is no number.
   virtual Memory memory() const = 0;
+
+  /// For points on its device; null: none are served.
+  virtual DeviceCallsOf<D> *device_calls() { return nullptr; }
 
   /// The CUDA device that it is on, as CUDA counts; -1 on CPU threads.
   virtual int cuda_device() const { return -1; }

@@ -1,4 +1,4 @@
-// Rotation and stretch of a deformation increment, on the host.
+// Rotation and stretch of a deformation increment; what is small of both on a device, too.
 
 #ifndef RVE_ENGINE_FINITE_STRAIN_H
 #define RVE_ENGINE_FINITE_STRAIN_H
@@ -48,7 +48,7 @@ template <> struct PolarDecomposition<3> : SpatialPolarDecomposition {
 template <int D> PolarDecomposition(const Tensor<double, D> &) -> PolarDecomposition<D>;
 
 /// sqrt(a_ij a_ij)
-template <int D> double norm(const Tensor<double, D> &a)
+template <int D> RVE_HD double norm(const Tensor<double, D> &a)
 {
   double sum = 0.0;
   for (const double x : a.component) sum += x * x;
@@ -57,7 +57,7 @@ template <int D> double norm(const Tensor<double, D> &a)
 
 /// Size of the strain in a deformation increment, |U - 1| [-]: zero for a rotation. In the plane from the sum and the difference of the
 /// principal stretches.
-inline double strain_size(const Tensor2 &f)
+RVE_HD inline double strain_size(const Tensor2 &f)
 {
   const double sum = std::sqrt((f(0, 0) + f(1, 1)) * (f(0, 0) + f(1, 1)) +
                                (f(1, 0) - f(0, 1)) * (f(1, 0) - f(0, 1)));
@@ -66,33 +66,47 @@ inline double strain_size(const Tensor2 &f)
   return std::sqrt(0.5 * ((sum - 2.0) * (sum - 2.0) + square_of_difference));
 }
 
-/// In space, for the small strains of macro steps, from the series of U = sqrt(1 + 2E), E = (F^T F - 1)/2, to twelve digits.
-inline double strain_size(const Tensor3 &f)
+/// In space, for the small strains of macro steps, from the series of U = sqrt(1 + 2E), E = (F^T F - 1)/2, to twelve digits. False: it is no small
+/// strain.
+RVE_HD inline bool find_strain_size(const Tensor3 &f, double &size)
 {
   constexpr double SMALL = 1e-3;
   const Tensor3 green = 0.5 * (transpose(f) * f - Tensor3::identity());
-  if (!(norm(green) < SMALL)) return norm(PolarDecomposition(f).strain);
+  if (!(norm(green) < SMALL)) return false;
   const Tensor3 square = green * green;
-  return norm(green - 0.5 * square + 0.5 * (square * green) - 0.625 * (square * square));
+  size = norm(green - 0.5 * square + 0.5 * (square * green) - 0.625 * (square * square));
+  return true;
 }
+RVE_HD inline bool find_strain_size(const Tensor2 &f, double &size)
+{
+  size = strain_size(f);
+  return true;
+}
+
+inline double strain_size(const Tensor3 &f)
+{
+  double size;
+  return find_strain_size(f, size) ? size : norm(PolarDecomposition(f).strain);
+}
+
+constexpr double NO_BOUND = std::numeric_limits<double>::infinity();
 
 /// No less than the angle of the rotation in a deformation increment, and not much more than it where both are small [rad]; infinite where
 /// that is not seen without a decomposition.
-inline double bound_of_rotation(const Tensor2 &f)
+RVE_HD inline double bound_of_rotation(const Tensor2 &f)
 {
   const double twice_cosine = f(0, 0) + f(1, 1), twice_sine = f(1, 0) - f(0, 1);
-  return twice_cosine > 0.0 ? std::fabs(twice_sine) / twice_cosine
-                            : std::numeric_limits<double>::infinity();
+  return twice_cosine > 0.0 ? std::fabs(twice_sine) / twice_cosine : NO_BOUND;
 }
 
 /// The axis of F - F^T = R - R^T + (R - 1)(U - 1) - (U - 1)(R - 1)^T is no shorter than 2 sin(angle) - sqrt(2) angle |U - 1|, which is
 /// angle/0.55 for an angle below 0.45 and |U - 1| below 1/40.
-inline double bound_of_rotation(const Tensor3 &f)
+RVE_HD inline double bound_of_rotation(const Tensor3 &f)
 {
   const Vec<double, 3> axis{{f(2, 1) - f(1, 2), f(0, 2) - f(2, 0), f(1, 0) - f(0, 1)}};
   // |U - 1| is about half of the norm, and adds at most sqrt(3) |U - 1| to the trace 1 + 2 cos(angle)
   const bool turns_little = trace(f) > 2.85 && norm(transpose(f) * f - Tensor3::identity()) < 0.05;
-  return turns_little ? 0.55 * std::sqrt(dot(axis, axis)) : std::numeric_limits<double>::infinity();
+  return turns_little ? 0.55 * std::sqrt(dot(axis, axis)) : NO_BOUND;
 }
 
 /// The deformation after a share of the increment, 0 to 1: R^share (1 + share (U - 1)), the path that the engine takes.

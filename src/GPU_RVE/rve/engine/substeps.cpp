@@ -2,9 +2,7 @@
 
 #include "rve/physics/grain_shape.h"
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace rve {
 
@@ -26,27 +24,6 @@ double inertial_number(const ResultOf<D> &result, const Material &material, doub
 double inertial_density(const Material &material)
 {
   return material.density * material.mass_depth / material.thickness;
-}
-
-double inertial_number(double mean_stress, double grain_size, double density, double rate)
-{
-  if (rate == 0.0) return 0.0;
-  if (!(mean_stress > 0.0)) return std::numeric_limits<double>::infinity();
-  return rate * grain_size * std::sqrt(density / mean_stress);
-}
-
-int AdaptiveSubsteps::of(double strain, double dt, double mean_stress, double grain_size,
-                         double density) const
-{
-  double wanted = strain / strain_per_step;
-  // n dt is the time that the RVE has for the strain
-  if (mean_stress > 0.0)
-    wanted = std::max(wanted,
-                      rve::inertial_number(mean_stress, grain_size, density, strain / dt) /
-                          inertial_number);
-  // a strain or a pressure that overflows asks for all of them
-  if (!(wanted < most)) return most;
-  return static_cast<int>(std::fmax(std::ceil(wanted), 1.0));
 }
 
 template double grain_size(const ResultOf<2> &);

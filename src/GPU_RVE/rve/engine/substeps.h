@@ -3,7 +3,11 @@
 #ifndef RVE_ENGINE_SUBSTEPS_H
 #define RVE_ENGINE_SUBSTEPS_H
 
+#include "rve/core/config.h"
 #include "rve/engine/engine.h"
+
+#include <cmath>
+#include <limits>
 
 namespace rve {
 
@@ -18,8 +22,16 @@ double inertial_number(const ResultOf<D> &result, const Material &material, doub
 
 /// rho of inertial numbers [mass/length^3]
 double inertial_density(const Material &material);
+constexpr double WITHOUT_PRESSURE = std::numeric_limits<double>::infinity();
+
 /// Of this rho.
-double inertial_number(double mean_stress, double grain_size, double density, double rate);
+RVE_HD inline double inertial_number(double mean_stress, double grain_size, double density,
+                                     double rate)
+{
+  if (rate == 0.0) return 0.0;
+  if (!(mean_stress > 0.0)) return WITHOUT_PRESSURE;
+  return rate * grain_size * std::sqrt(density / mean_stress);
+}
 
 /// Substeps by the strain of the macro step: as few as keep the strain of a DEM step and the inertial number, in the time of the
 /// RVE, below their bounds.
@@ -30,7 +42,20 @@ struct AdaptiveSubsteps {
 
   /// For an increment of this strain_size() with DEM steps of dt, from the mean stress that the RVE answered last. An RVE without
   /// pressure has no inertial number: the strain per step decides. `density` is inertial_density().
-  int of(double strain, double dt, double mean_stress, double grain_size, double density) const;
+  RVE_HD int of(double strain, double dt, double mean_stress, double grain_size,
+                double density) const
+  {
+    double wanted = strain / strain_per_step;
+    // n dt is the time that the RVE has for the strain
+    if (mean_stress > 0.0) {
+      const double by_inertia =
+          rve::inertial_number(mean_stress, grain_size, density, strain / dt) / inertial_number;
+      wanted = wanted < by_inertia ? by_inertia : wanted;
+    }
+    // a strain or a pressure that overflows asks for all of them
+    if (!(wanted < most)) return most;
+    return static_cast<int>(std::fmax(std::ceil(wanted), 1.0));
+  }
 };
 
 }    // namespace rve

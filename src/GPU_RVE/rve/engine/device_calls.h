@@ -1,0 +1,68 @@
+// Calls of an engine whose increments and stresses lie in the memory of its CUDA device: planned, made and answered there, while the host is told
+// only what it has to decide. What it does not ask for it need not hear.
+
+#ifndef RVE_ENGINE_DEVICE_CALLS_H
+#define RVE_ENGINE_DEVICE_CALLS_H
+
+#include "rve/engine/engine.h"
+#include "rve/engine/increment_plan.h"
+
+#include <optional>
+#include <vector>
+
+namespace rve {
+
+/// Tensors of points in the memory of a CUDA device, one after the other.
+struct PointsOnDevice {
+  int device = -1;    ///< as CUDA counts; -1: there are none
+  /// Of the tensors: that of the RVEs, or 2 over spheres, which are in plane strain then.
+  int dimension = 0;
+  const double *increment = nullptr;    ///< deformation increments [-]
+  double *stress = nullptr;             ///< [stress]
+};
+
+/// What one call shall do. It lives until the call has been heard, or another one has begun.
+template <int D> struct DeviceCallOf {
+  PointsOnDevice points;
+  std::vector<int> rves;
+  std::vector<int> point_of;    ///< of each of them, among the tensors
+  double dt = 0.0;              ///< DEM time step [time]
+  int substeps = 0;             ///< unless they are adaptive
+  std::optional<AdaptiveSubsteps> adaptive;
+  std::vector<PlannedRve> planned;    ///< of each of them; as it was when the call was new
+  bool is_new = true;                 ///< RVEs, points or plans are not those of the call before
+};
+
+/// For which the plan of the device is not enough.
+template <int D> struct IncrementInQuestion {
+  int place = 0;    ///< in the call
+  double pressure = 0.0;
+  IncrementOf<D> increment;
+};
+
+template <int D> class DeviceCallsOf {
+ public:
+  virtual ~DeviceCallsOf() = default;
+
+  /// Has the device plan a call behind all that it has been told before.
+  virtual void plan(const DeviceCallOf<D> &call) = 0;
+  /// When the device has been waited for: whether all RVEs can go so. `questions` are those for which the host has to decide.
+  virtual bool take_plan(std::vector<IncrementInQuestion<D>> &questions) = 0;
+  /// Begins the call, with other increments for some RVEs. The stresses are where those of the points are, in the order of what the device is
+  /// told.
+  virtual void begin(const std::vector<IncrementInQuestion<D>> &decided) = 0;
+  /// Waits for the call. Whether all RVEs have answered, so that nobody must hear of it. `stiffened` are the places of those that have more contacts
+  /// than their plans expect, or MOST_STIFFENED of them.
+  virtual bool end(std::vector<int> &stiffened) = 0;
+  static constexpr int MOST_STIFFENED = 64;
+  /// The answers of the call that has ended last, as EngineOf::end_advance() gives them; some RVEs may repeat it before.
+  virtual void hear(IncrementCallOf<D> &call) = 0;
+  /// The sound answer at one place alone.
+  virtual void hear_of(int place, IncrementCallOf<D> &call) = 0;
+  /// Another PlannedRve::most_contacts.
+  virtual void expect_contacts(int place, std::int32_t most) = 0;
+};
+
+}    // namespace rve
+
+#endif

@@ -1,0 +1,96 @@
+// How a deformation increment becomes DEM steps of an RVE: one text for the host and for a device, to the same bits on both.
+
+#ifndef RVE_ENGINE_INCREMENT_PLAN_H
+#define RVE_ENGINE_INCREMENT_PLAN_H
+
+#include "rve/engine/finite_strain.h"
+#include "rve/engine/substeps.h"
+
+#include <cmath>
+#include <cstdint>
+
+namespace rve {
+
+/// Slip of contacts by a rotation that grains do not follow, over the mean overlap over sum of radii, above which an RVE is turned
+/// rigidly [-]. A cell that turns by an angle in a few DEM steps lets contacts slip by it, since grains do not spin yet: a hundredth
+/// of the normal force at k_t = k_n.
+constexpr double TURN_OF_OVERLAP = 1e-2;
+
+/// Segments of a macro increment that rotates by more than this turn one after the other [rad]: the chord through the rotation
+/// loses at most 2.5e-5 of the area on its way.
+constexpr double LARGEST_TURN = 0.01;
+
+RVE_HD inline bool turns_little(const Tensor2 &f)
+{
+  const double twice_cosine = f(0, 0) + f(1, 1), twice_sine = f(1, 0) - f(0, 1);
+  return std::fabs(twice_sine) < LARGEST_TURN * twice_cosine;
+}
+
+RVE_HD inline bool turns_little(const Tensor3 &f)
+{
+  const Vec<double, 3> twice_sine{{f(2, 1) - f(1, 2), f(0, 2) - f(2, 0), f(1, 0) - f(0, 1)}};
+  // 1 + 2 cos of the angle is the trace of a rotation
+  return std::sqrt(dot(twice_sine, twice_sine)) < LARGEST_TURN * (trace(f) - 1.0);
+}
+
+/// Whether it is a deformation that takes one segment.
+template <int D> RVE_HD bool is_simple(const Tensor<double, D> &f)
+{
+  return finite(f) && determinant(f) > 0.0 && turns_little(f);
+}
+
+/// How the mean grain of an RVE gives way whose contacts have constant moduli.
+struct LinearContacts {
+  double depth = 0.0;        ///< that a pressure acts on, per diameter of a grain [length]
+  double stiffness = 0.0;    ///< of the normal springs [force/length]
+  double frequency =
+      0.0;    ///< of grains that all spin alike in a cell that does not turn [1/time]
+
+  /// rve::contact_strain()
+  RVE_HD double strain(double pressure) const { return pressure * depth / stiffness; }
+};
+
+/// Largest slip by a rotation by `angle` in `substeps` steps of dt, as an angle [rad]: the whole rotation, if the grains do not follow
+/// at all. Grains lag behind a rotation at a constant rate by that rate over their frequency; the first step finds them at rest.
+RVE_HD inline double slip_of_rotation(double angle, int substeps, double dt, double frequency)
+{
+  const double steps_of_lag = std::fmax(1.0, 1.0 / (frequency * dt));
+  return std::fabs(angle) * std::fmin(1.0, steps_of_lag / substeps);
+}
+
+/// What a plan asks of an RVE.
+struct PlannedRve {
+  double pressure = 0.0;      ///< mean stress of its last DEM steps [stress]
+  double grain_size = 0.0;    ///< rve::grain_size() [length]
+  double density = 0.0;       ///< rve::inertial_density() [mass/length^3]
+  LinearContacts contacts;
+  /// With more of them the bound of its time step has to be looked at again.
+  std::int32_t most_contacts = 0;
+  std::int32_t unused = 0;
+};
+
+enum class PlanKind {
+  Simple,      ///< so many DEM steps
+  Question,    ///< perhaps it must be turned before: that takes a decomposition
+  Refused      ///< it takes more than an increment
+};
+
+/// The plan of a macro step with adaptive substeps, of contacts with constant moduli.
+template <int D>
+RVE_HD PlanKind plan_increment(const Tensor<double, D> &f, const PlannedRve &rve,
+                               const AdaptiveSubsteps &adaptive, double dt, int &substeps)
+{
+  double strain;
+  if (!is_simple(f) || !find_strain_size(f, strain)) return PlanKind::Refused;
+  substeps = adaptive.of(strain, dt, rve.pressure, rve.grain_size, rve.density);
+  const double limit = TURN_OF_OVERLAP * rve.contacts.strain(std::fmax(rve.pressure, 0.0));
+  // no less than the angle, in which the last digit may be another one
+  const double angle = (1.0 + 1e-12) * bound_of_rotation(f);
+  return angle <= limit || slip_of_rotation(angle, substeps, dt, rve.contacts.frequency) <= limit
+      ? PlanKind::Simple
+      : PlanKind::Question;
+}
+
+}    // namespace rve
+
+#endif

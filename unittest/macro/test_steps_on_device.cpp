@@ -1,0 +1,292 @@
+// Steps of a continuum over RVEs have the same bits where increments and stresses stay on a GPU, where the host waits for nothing that it does not
+// need, and on CPU threads: with substeps that are matched or adaptive, RVEs that are turned, looked at, have stiffened, repeat a call or fail.
+
+#include "macro/rve_constitutive.h"
+#include "mpm/mpm_solver.h"
+#include "mpm/scene.h"
+#include "support/lattice.h"
+#include "support/on_device.h"
+#include "support/packings.h"
+#include "support/spheres.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <memory>
+#include <utility>
+#include <vector>
+
+using namespace macro;
+using namespace rve_test;
+
+namespace {
+
+constexpr double H = 0.1, DT = 5e-4, DEM_DT = 1e-4;
+
+template <class T> bool same_bits(const T &a, const T &b)
+{
+  return std::memcmp(&a, &b, sizeof(T)) == 0;
+}
+
+/// What fix rve does with its RVEs, whose slots are the places of their points. Those that fail are frozen.
+template <int D> class Owner final : public RveOwner<D> {
+ public:
+  using Points = RvePointsOf<D>;
+
+  Owner(const std::vector<const rve::RveStateOf<D> *> &states, const rve::Options &options,
+        const MacroStepOptions &macro) :
+      points_(rve::make_engine<D>(options), nullptr, macro)
+  {
+    points_.add(states);
+  }
+
+  /// Settled, and heard of.
+  Points &points()
+  {
+    settle();
+    points_.hear();
+    return points_;
+  }
+
+  RveClock clock(double dt) const override
+  {
+    return {DEM_DT, static_cast<int>(std::lround(dt / DEM_DT))};
+  }
+  void advance(const std::vector<int> &atoms, const std::vector<rve::DriveOf<D>> &drives) override
+  {
+    points().advance(atoms, drives, false);
+  }
+  bool begin_advance(const std::vector<int> &atoms, MacroIncrementsOf<D> &increments) override
+  {
+    settle();
+    if (!points_.begin_advance(atoms, increments)) return false;
+    begin(atoms, increments);
+    return true;
+  }
+  bool is_as_before(const std::vector<int> &atoms) override
+  {
+    return points_.is_as_before(atoms, atoms);
+  }
+  bool plan_there(const std::vector<int> &atoms, bool is_as_before,
+                  const rve::PointsOnDevice &there, MacroIncrementsOf<D> &increments) override
+  {
+    settle();
+    atoms_ = &atoms;
+    planned_ = &increments;
+    return points_.plan_there(atoms, atoms, is_as_before, there, increments);
+  }
+  bool can_advance_there() override { return points_.can_advance_there(); }
+  void begin_advance_there() override
+  {
+    points_.begin_advance_there();
+    begin(*atoms_, *planned_);
+    ++advances_there;
+  }
+  bool stresses_are_there() const override { return points_.stresses_are_there(); }
+  void settle() override
+  {
+    if (!under_way_) return;
+    MacroIncrementsOf<D> &increments = *std::exchange(under_way_, nullptr);
+    for (const int place : points_.end_advance()) {
+      ++failures;
+      increments.take_stress(place, points_.stress((*atoms_)[place]));
+    }
+    if (points_.any_has_stiffened()) ++times_stiffened;
+  }
+  bool is_under_way() const override { return under_way_; }
+  void meet() override
+  {
+    if (!points_.any_has_stiffened()) return;
+    std::vector<int> stiffened;
+    for (const int slot : *atoms_)
+      if (points_.has_stiffened(slot)) stiffened.push_back(slot);
+    points_.note_check(stiffened);
+  }
+  const rve::Tensor<double, D> &stress(int atom) const override
+  {
+    return const_cast<Owner *>(this)->points().stress(atom);
+  }
+  const typename Points::Point &point(int atom) const override
+  {
+    return const_cast<Owner *>(this)->points().point(atom);
+  }
+  void complete() override { points().complete(); }
+  int threads() const override { return 2; }
+
+  int advances_there = 0, failures = 0, times_stiffened = 0;
+
+ private:
+  void begin(const std::vector<int> &atoms, MacroIncrementsOf<D> &increments)
+  {
+    atoms_ = &atoms;
+    under_way_ = &increments;
+  }
+
+  Points points_;
+  const std::vector<int> *atoms_ = nullptr;
+  MacroIncrementsOf<D> *planned_ = nullptr, *under_way_ = nullptr;
+};
+
+/// A free block that turns, shears and shrinks, the more so the farther from its left side.
+mpm_test::Scene turning_block(double shrinking)
+{
+  mpm_test::Scene scene;
+  scene.add_block({{0.5, 0.5}}, {{0.9, 0.8}}, 0.5 * H, 2000.0);
+  for (int p = 0; p < scene.size(); ++p) {
+    const double x = scene.position[3 * p] - 0.7, y = scene.position[3 * p + 1] - 0.65;
+    scene.velocity[3 * p] = -shrinking * x * (1.0 + x) - 1.2 * y;
+    scene.velocity[3 * p + 1] = 0.8 * x - shrinking * y;
+  }
+  return scene;
+}
+
+/// A block and its RVEs, on the CPU or on the device.
+template <int D> struct Block {
+  mpm_test::Scene scene;
+  Owner<D> owner;
+  RveConstitutive<2, D> law;
+  mpm::MpmSolver<2> solver;
+
+  Block(const rve::RveStateOf<D> &state, double shrinking, rve::Device device, rve::Format format,
+        const MacroStepOptions &macro, double overlap_limit, mpm::Scheme scheme) :
+      scene(turning_block(shrinking)),
+      owner(std::vector<const rve::RveStateOf<D> *>(scene.size(), &state),
+            options_of(state, device, format, overlap_limit), macro),
+      law(owner), solver(options_of(device, scheme))
+  {
+    solver.set_models({&law});
+    for (int p = 0; p < scene.size(); ++p)
+      scene.stress[p] = rve::leading_components<2>(owner.stress(p));
+  }
+
+  static rve::Options options_of(const rve::RveStateOf<D> &state, rve::Device device,
+                                 rve::Format format, double overlap_limit)
+  {
+    rve::Options options = cpu_options(format, 2);
+    options.device = device;
+    options.overlap_limit = overlap_limit;
+    options.contacts = rve::contacts_of(state);
+    return options;
+  }
+  static mpm::SolverOptions<2> options_of(rve::Device device, mpm::Scheme scheme)
+  {
+    auto options = mpm_test::grid_options({{0.0, 0.0}}, {{1.4, 1.4}}, H);
+    options.scheme = scheme;
+    options.flip = 0.99;
+    options.threads = 2;
+    options.device = device == rve::Device::Cuda ? mpm::Device::Cuda : mpm::Device::Cpu;
+    return options;
+  }
+
+  void steps(int number)
+  {
+    for (int step = 0; step < number; ++step) solver.step(scene.view(), {}, DT);
+  }
+};
+
+template <int D> void expect_same(Block<D> &one, Block<D> &other, bool looks_at_rves)
+{
+  one.solver.fetch(one.scene.view());
+  other.solver.fetch(other.scene.view());
+  for (int p = 0; p < one.scene.size(); ++p) {
+    EXPECT_TRUE(same_bits(one.scene.position[3 * p], other.scene.position[3 * p]));
+    EXPECT_TRUE(same_bits(one.scene.deformation_gradient[p], other.scene.deformation_gradient[p]));
+    ASSERT_TRUE(same_bits(one.scene.stress[p], other.scene.stress[p])) << "point " << p;
+    if (!looks_at_rves) continue;
+    const auto &a = one.owner.point(p), &b = other.owner.point(p);
+    EXPECT_TRUE(same_bits(a.result.stress, b.result.stress));
+    EXPECT_TRUE(same_bits(a.result.cell, b.result.cell));
+    EXPECT_TRUE(same_bits(a.result.counters, b.result.counters));
+    EXPECT_TRUE(same_bits(a.drive.deformation, b.drive.deformation));
+    EXPECT_EQ(a.drive.substeps, b.drive.substeps);
+    EXPECT_EQ(a.state, b.state);
+    EXPECT_EQ(a.contacts, b.contacts);
+    EXPECT_EQ(a.most_contacts, b.most_contacts);
+  }
+}
+
+MacroStepOptions adaptive()
+{
+  MacroStepOptions macro;
+  macro.adaptive = rve::AdaptiveSubsteps{2e-5, 1e-3, 40};
+  return macro;
+}
+
+template <int D>
+void expect_same_course(const rve::RveStateOf<D> &state, rve::Format format, double shrinking,
+                        const MacroStepOptions &macro, double overlap_limit = 0.2,
+                        mpm::Scheme scheme = mpm::Scheme::Musl)
+{
+  Block<D> here(state, shrinking, rve::Device::Cpu, format, macro, overlap_limit, scheme);
+  Block<D> there(state, shrinking, DEVICE, format, macro, overlap_limit, scheme);
+  int steps = 0;
+  for (const int some : {1, 6, 1, 12, 20}) {
+    here.steps(some);
+    there.steps(some);
+    steps += some;
+    expect_same(here, there, some != 6);
+    if (testing::Test::HasFatalFailure()) return;
+  }
+  EXPECT_EQ(here.owner.failures, there.owner.failures);
+  const bool shall_fail = overlap_limit < 0.1;
+  EXPECT_EQ(there.owner.failures > 0, shall_fail);
+  EXPECT_EQ(there.owner.times_stiffened > 0, shall_fail);
+  if (DEVICE != rve::Device::Cuda || macro.quiescent_strain > 0.0) return;
+  EXPECT_EQ(there.owner.advances_there, scheme == mpm::Scheme::Usavg ? 2 * steps : steps);
+}
+
+}    // namespace
+
+class StepsOnDevice : public OnDevice {};
+
+TEST_P(StepsOnDevice, HaveTheBitsOfTheCpuWithMatchedSubsteps)
+{
+  expect_same_course(packing_of_400(), GetParam(), 0.5, {});
+}
+
+TEST_P(StepsOnDevice, HaveThemWithAdaptiveSubstepsAndTurns)
+{
+  expect_same_course(packing_of_400(), GetParam(), 0.5, adaptive());
+}
+
+TEST_P(StepsOnDevice, HaveThemWithHalfOfTheStrainBeforeTheForces)
+{
+  expect_same_course(packing_of_400(), GetParam(), 0.5, adaptive(), 0.2, mpm::Scheme::Usavg);
+}
+
+TEST_P(StepsOnDevice, HaveThemBeyondRvesThatFail)
+{
+  // they are gases at first, and too dense in the end
+  rve::RveState loose = packing_of_400();
+  loose.cell = 1.02 * loose.cell;
+  loose.pairs.clear();
+  loose.forget_list();
+  expect_same_course(loose, GetParam(), 8.0, adaptive(), 0.05);
+}
+
+TEST_P(StepsOnDevice, HaveThemWhereRvesMaySleep)
+{
+  MacroStepOptions sleepy = adaptive();
+  sleepy.quiescent_strain = 1e-4;
+  expect_same_course(packing_of_400(), GetParam(), 0.01, sleepy);
+}
+
+TEST_P(StepsOnDevice, HaveThemOverSpheresInPlaneStrain)
+{
+  rve::Material material = spheres_material();
+  material.normal_stiffness = material.tangential_stiffness =
+      1e4;    // stable with the step of disks
+  Spheres lattice = face_centred_cubic(material, 2, 0.005, 2e-5);
+  expect_same_course<3>(lattice, GetParam(), 0.5, adaptive());
+  lattice.material.law = rve::ContactLaw::Hertz;
+  lattice.material.normal_stiffness = lattice.material.tangential_stiffness = 0.0;
+  lattice.material.hertz_stiffness = 2e7;
+  lattice.material.mindlin_stiffness = 1.7e7;
+  expect_same_course<3>(lattice, GetParam(), 0.5, {});
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, StepsOnDevice, testing::ValuesIn(ALL_FORMATS),
+                         [](const auto &format) {
+                           return rve::to_string(format.param);
+                         });
