@@ -678,6 +678,45 @@ TEST(MacroIncrements, HaveTheBitsOfTheDrives)
     }
 }
 
+TEST(MacroIncrements, LetRvesSleepAsDrivesDo)
+{
+  const rve::RveState packing = rve_test::packing_of_400();
+  MacroStepOptions matched = sleepy();
+  matched.adaptive.reset();
+  for (const MacroStepOptions &macro : {sleepy(), matched}) {
+    Tally tally;
+    RvePoints by_increments(std::make_unique<CountingEngine>(cpu_options(), tally), nullptr, macro);
+    const std::vector<int> slots =
+        by_increments.add(std::vector<const rve::RveState *>(RVES, &packing));
+    std::vector<int> other_slots;
+    RvePoints by_drives = three_points(other_slots, macro);
+    const std::vector<rve::Drive> drives = drives_of_sleepers();
+
+    int slept = 0;
+    for (int step = 0; step < 40; ++step) {
+      Increments increments(drives);
+      std::vector<int> failed;
+      ASSERT_TRUE(by_increments.advance(slots, increments, step % 7 == 0, failed));
+      by_drives.advance(other_slots, drives, step % 5 == 0);
+      for (int k = 0; k < RVES; ++k) {
+        EXPECT_TRUE(same_bits(increments.stresses[k], by_drives.stress(other_slots[k])));
+        const RvePoints::Point &one = by_increments.point(slots[k]),
+                               &other = by_drives.point(other_slots[k]);
+        EXPECT_EQ(one.state, other.state);
+        EXPECT_TRUE(same_bits(one.pending, other.pending));
+        expect_same_point(one, other);
+        slept += one.asleep() ? 1 : 0;
+      }
+    }
+    EXPECT_GT(slept, 40);
+    EXPECT_LT(tally.increments, 40 * RVES - slept + 1);
+    EXPECT_EQ(tally.responses, 0);
+    for (int k = 0; k < RVES; ++k)
+      EXPECT_EQ(rve::serialize(by_increments.state(slots[k])),
+                rve::serialize(by_drives.state(other_slots[k])));
+  }
+}
+
 // What one of them cannot say by itself is for a call of drives, and nothing has happened.
 TEST(MacroIncrements, AreNotTakenWhereMoreStandsBetween)
 {
@@ -688,10 +727,7 @@ TEST(MacroIncrements, AreNotTakenWhereMoreStandsBetween)
   folded[1].deformation = Tensor2{{1.0, 0.0, 0.0, -1.0}};
   turned[2].deformation = rve::plane_rotation(0.3);    // in several segments
   const std::pair<MacroStepOptions, std::vector<rve::Drive>> cases[] = {
-      {sleepy(), drives_that_turn()},
-      {averaged, drives_that_turn()},
-      {MacroStepOptions(), folded},
-      {MacroStepOptions(), turned}};
+      {averaged, drives_that_turn()}, {MacroStepOptions(), folded}, {MacroStepOptions(), turned}};
   for (const auto &[macro, drives] : cases) {
     std::vector<int> slots, failed;
     RvePoints points = three_points(slots, macro);

@@ -7,7 +7,9 @@
 #define MACRO_POINT_TABLE_H
 
 #include "macro/contact_response.h"
+#include "rve/engine/affine_stiffness.h"
 #include "rve/engine/engine.h"
+#include "rve/engine/finite_strain.h"
 
 #include <atomic>
 #include <cstdint>
@@ -24,12 +26,34 @@ enum class PointState : char {
   Frozen    ///< failed once and is not advanced any more
 };
 
+/// Of an RVE that sleeps: what its stress follows from.
+template <int D> struct Sleep {
+  using Matrix = rve::Tensor<double, D>;
+
+  Matrix pending = Matrix::identity();    ///< deformation since its last DEM step
+  Matrix stress = Matrix::zero();         ///< of that step [stress]
+  rve::AffineStiffnessOf<D> stiffness;
+
+  /// sigma + C:eps, turned with the RVE.
+  Matrix stress_at(const rve::PolarDecomposition<D> &polar) const
+  {
+    return polar.rotation * (stress + stiffness(polar.strain)) * rve::transpose(polar.rotation);
+  }
+};
+
+/// What a point has not heard of, of which its front is ahead.
+enum class Unheard : char {
+  Drive,        ///< drove the last DEM steps
+  Increment,    ///< did: PointFront::increment
+  Sleep         ///< it sleeps on
+};
+
 template <int D> struct PointFront {
   PointState state = PointState::Empty;
-  bool is_current = false;      ///< it says what the point says
-  bool is_ahead = false;        ///< the point has not heard of the last answer
-  bool owes = false;            ///< a deformation is pending
-  bool by_increment = false;    ///< while ahead: `increment` drove the last DEM steps
+  bool is_current = false;             ///< it says what the point says
+  bool is_ahead = false;               ///< the point has not heard of the last answer
+  bool owes = false;                   ///< a deformation is pending
+  Unheard unheard = Unheard::Drive;    ///< while ahead
   std::int32_t most_contacts = 0;
   std::int32_t substeps = 0;         ///< of the last DEM steps; 0: none so far
   rve::ResponseOf<D> response;       ///< of the last advance
@@ -69,6 +93,7 @@ template <int D, class Point> class PointTable {
     points_.resize(size);
     fronts_.resize(size);
     drives_.resize(size);
+    sleeps_.resize(size);
   }
 
   /// To be changed.
@@ -84,6 +109,37 @@ template <int D, class Point> class PointTable {
   {
     tell(slot);
     return points_[slot];
+  }
+
+  /// Whether the last thing that happened to it is that it sleeps, as sleep() has it.
+  bool sleeps_on(int slot) const
+  {
+    return fronts_[slot].is_ahead && fronts_[slot].unheard == Unheard::Sleep;
+  }
+  /// Of one that sleeps, or has been looked at and shall.
+  const Sleep<D> &sleep(int slot)
+  {
+    if (!sleeps_on(slot)) {
+      tell(slot);
+      sleeps_[slot] = points_[slot].sleep();
+    }
+    return sleeps_[slot];
+  }
+  /// Deformation since its last DEM step.
+  const rve::Tensor<double, D> &pending(int slot) const
+  {
+    return sleeps_on(slot) ? sleeps_[slot].pending : at(slot).pending;
+  }
+  /// It sleeps on with this deformation, behind sleep().
+  void slept(int slot, const rve::Tensor<double, D> &pending, const rve::Tensor<double, D> &stress)
+  {
+    Front &front = fronts_[slot];
+    front.state = PointState::Asleep;
+    front.owes = true;
+    front.is_ahead = true;
+    front.unheard = Unheard::Sleep;
+    front.response.stress = stress;
+    sleeps_[slot].pending = pending;
   }
 
   /// For what no front has of the last answer.
@@ -111,7 +167,10 @@ template <int D, class Point> class PointTable {
   /// To change what neither answers nor fronts have.
   Point &unheard(int slot) { return points_[slot]; }
   /// Whether its result is not whole.
-  bool is_stale(int slot) const { return fronts_[slot].is_ahead || points_[slot].stale; }
+  bool is_stale(int slot) const
+  {
+    return (fronts_[slot].is_ahead && !sleeps_on(slot)) || points_[slot].stale;
+  }
   /// Whether there may be one like that, since this was denied.
   bool any_stale() const { return any_stale_.is_set(); }
   void deny_stale() const { any_stale_.set(false); }
@@ -129,7 +188,7 @@ template <int D, class Point> class PointTable {
     }
     note_stale();
     take(front, response, drive.substeps);
-    front.by_increment = false;
+    front.unheard = Unheard::Drive;
     drives_[slot] = drive;
   }
   void answered(int slot, const rve::ResponseOf<D> &response, const rve::IncrementOf<D> &increment)
@@ -141,7 +200,7 @@ template <int D, class Point> class PointTable {
     }
     note_stale();
     take(front, response, increment.substeps);
-    front.by_increment = true;
+    front.unheard = Unheard::Increment;
     front.increment = increment;
   }
 
@@ -150,6 +209,7 @@ template <int D, class Point> class PointTable {
   mutable std::vector<Front> fronts_;
   /// While fronts are ahead: of the last DEM steps, unless they were by an increment.
   mutable std::vector<rve::DriveOf<D>> drives_;
+  std::vector<Sleep<D>> sleeps_;    ///< of those that sleep
 
   mutable SharedFlag any_stale_{true};
   SharedFlag is_changed_{true};
@@ -171,8 +231,12 @@ template <int D, class Point> class PointTable {
     Front &front = fronts_[slot];
     if (!front.is_ahead) return;
     front.is_ahead = false;
-    points_[slot].hear(front.response,
-                       front.by_increment ? front.increment.drive() : drives_[slot]);
+    if (front.unheard == Unheard::Sleep)
+      points_[slot].sleep_on(sleeps_[slot]);
+    else
+      points_[slot].hear(front.response,
+                         front.unheard == Unheard::Increment ? front.increment.drive()
+                                                             : drives_[slot]);
   }
 };
 

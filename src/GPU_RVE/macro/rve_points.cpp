@@ -37,10 +37,10 @@ namespace {
   }
 
   /// Contacts with which the bound of the time step that has just been looked at does not hold any more.
-  template <class Point> std::int32_t too_many_contacts(const Point &point)
+  std::int32_t too_many_contacts(std::int32_t contacts, std::int32_t num_grains)
   {
-    return static_cast<std::int32_t>((1.0 + CONTACT_GROWTH) * point.contacts +
-                                     CONTACT_GROWTH_PER_GRAIN * point.result.num_grains);
+    return static_cast<std::int32_t>((1.0 + CONTACT_GROWTH) * contacts +
+                                     CONTACT_GROWTH_PER_GRAIN * num_grains);
   }
 
   /// What a default gain of the servo is proportional to, of what a material says.
@@ -79,6 +79,25 @@ void RvePointsOf<D>::Point::hear(const rve::ResponseOf<D> &response, const rve::
   if (last.substeps == 0) return;
   pending = Matrix::identity();
   note(last);
+}
+
+template <int D> Sleep<D> RvePointsOf<D>::Point::sleep() const
+{
+  return {pending, last_steps().stress, look->stiffness};
+}
+
+template <int D> void RvePointsOf<D>::Point::sleep_on(const Sleep<D> &sleep)
+{
+  if (!asleep()) rested = result;
+  state = State::Asleep;
+  pending = sleep.pending;
+  const rve::PolarDecomposition polar(pending);
+  result = rested;
+  result.stress = sleep.stress_at(polar);
+  result.fabric = polar.rotation * rested.fabric * rve::transpose(polar.rotation);
+  result.cell = pending * rested.cell;
+  result.deformation = pending * rested.deformation;
+  result.void_ratio = (1.0 + rested.void_ratio) * rve::determinant(pending) - 1.0;
 }
 
 template <int D> PointFront<D> RvePointsOf<D>::Point::front() const
@@ -203,7 +222,7 @@ template <int D> void RvePointsOf<D>::evaluate_new(const std::vector<int> &slots
     point.result = results[k];
     point.grain_size = rve::grain_size(point.result);
     point.contacts = point.result.num_contacts;
-    point.most_contacts = too_many_contacts(point);
+    point.most_contacts = too_many_contacts(point.contacts, point.result.num_grains);
   }
 }
 
@@ -243,7 +262,9 @@ template <int D> std::vector<rve::Advice> RvePointsOf<D>::advice_on_servo(int sl
 template <int D> void RvePointsOf<D>::note_check(const std::vector<int> &slots)
 {
   for (const int slot : slots) {
-    points.expect_contacts(slot, too_many_contacts(points.at(slot)));
+    points.expect_contacts(slot,
+                           too_many_contacts(points.front(slot).response.num_contacts,
+                                             points.unheard(slot).result.num_grains));
     may_be_stiffer[slot] = 0;
   }
   any_stiffened.set(false);
@@ -318,7 +339,7 @@ template <int D> void RvePointsOf<D>::set_options(const MacroStepOptions &_optio
   const int refinement = options.shadow_refinement;
   options = _options;
   options.shadow_refinement = refinement;
-  device_knows = has_refused = false;
+  device_knows = has_refused = some_sleep = false;
 }
 
 template <int D>
@@ -372,7 +393,7 @@ void RvePointsOf<D>::set_materials(const std::vector<int> &slots,
     }
     point.rested = look;
     point.look = {look.unbalanced_ratio <= QUIET_UNBALANCED_RATIO, looks[k].stiffness};
-    answer_asleep(point, point.pending);
+    point.sleep_on(point.sleep());
   }
 }
 
@@ -502,18 +523,40 @@ template <int D> bool RvePointsOf<D>::may_sleep(int slot, const rve::DriveOf<D> 
   return options.quiescent_strain > 0.0 && !drive.has_servo() && drive.substeps > 0 &&
       point.last_steps().status == rve::status::Ok &&
       rve::strain_size(drive.deformation * point.pending) < options.quiescent_strain &&
-      (point.asleep() || is_worth_a_look(slot, drive));
+      (point.asleep() ||
+       is_worth_a_look(slot, rve::strain_size(drive.deformation), drive.dt, drive.substeps));
 }
 
-/// Whether what it would sleep through at this rate costs more than the look that lets it sleep. Costs are in DEM steps: each macro step
-/// that it sleeps saves its own and what a call costs beside them.
-template <int D> bool RvePointsOf<D>::is_worth_a_look(int slot, const rve::DriveOf<D> &drive) const
+template <int D>
+bool RvePointsOf<D>::is_worth_a_look(int slot, double strain, double dt, int substeps) const
 {
-  const double strain = rve::strain_size(drive.deformation);
-  const int substeps = options.adaptive
-      ? substeps_of(slot, strain, drive.dt, points.front(slot).pressure)
-      : drive.substeps;
-  return (substeps + CALL_IN_STEPS) * options.quiescent_strain > LOOK_IN_STEPS * strain;
+  if (options.adaptive) substeps = substeps_of(slot, strain, dt, points.front(slot).pressure);
+  return rve::is_worth_a_look(strain, substeps, options.quiescent_strain);
+}
+
+/// The same of an increment alone. Of one that is awake its front knows all.
+template <int D>
+bool RvePointsOf<D>::may_sleep(int slot, const Matrix &increment, double dt, int substeps) const
+{
+  const PointFront<D> &front = points.front(slot);
+  const double strain = rve::strain_size(increment);
+  if (front.state == State::Awake && !front.owes)
+    return front.response.status == rve::status::Ok && strain < options.quiescent_strain &&
+        is_worth_a_look(slot, strain, dt, substeps);
+  return front.response.status == rve::status::Ok &&
+      rve::strain_size(increment * points.pending(slot)) < options.quiescent_strain &&
+      (front.state == State::Asleep || is_worth_a_look(slot, strain, dt, substeps));
+}
+
+/// Through an increment; returns its stress.
+template <int D> rve::Tensor<double, D> RvePointsOf<D>::sleep_on(int slot, const Matrix &increment)
+{
+  points.front(slot);    // is current from here on
+  const Sleep<D> &sleep = points.sleep(slot);
+  const Matrix pending = increment * sleep.pending;
+  const Matrix stress = sleep.stress_at(rve::PolarDecomposition<D>(pending));
+  points.slept(slot, pending, stress);
+  return stress;
 }
 
 /// An RVE that still moves, or may start to, needs its DEM steps: so does one that cannot be looked at. One call for all that
@@ -522,7 +565,8 @@ template <int D> void RvePointsOf<D>::look_at_sleepers(const std::vector<int> &s
 {
   std::vector<int> some;
   for (std::size_t k = 0; k < slots.size(); ++k)
-    if (parts[k] == Part::Sleeps && !points.at(slots[k]).look) some.push_back(slots[k]);
+    if (parts[k] == Part::Sleeps && !points.sleeps_on(slots[k]) && !points.at(slots[k]).look)
+      some.push_back(slots[k]);
   if (!some.empty()) {
     std::vector<rve::ElasticResultOf<D>> looks;
     call_engine(some, drives_at_rest(some.size()), looks);
@@ -530,7 +574,7 @@ template <int D> void RvePointsOf<D>::look_at_sleepers(const std::vector<int> &s
     const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team)
     for (int m = 0; m < count; ++m) {
-      Point &point = points[some[m]];
+      Point &point = points.told(some[m]);
       const rve::ResultOf<D> &result = looks[m].result;
       const bool failed = (result.status & rve::status::Fatal) != 0;
       point.look = {!failed && result.unbalanced_ratio <= QUIET_UNBALANCED_RATIO,
@@ -539,24 +583,9 @@ template <int D> void RvePointsOf<D>::look_at_sleepers(const std::vector<int> &s
     }
   }
   for (std::size_t k = 0; k < slots.size(); ++k)
-    if (parts[k] == Part::Sleeps && !points.at(slots[k]).look->is_at_rest) parts[k] = Part::Works;
-}
-
-/// sigma + C:eps, turned with the RVE; cell, deformation and void ratio follow. The rest is that of the last DEM step.
-template <int D> void RvePointsOf<D>::answer_asleep(Point &point, const Matrix &pending) const
-{
-  if (!point.asleep()) point.rested = point.result;
-  point.state = State::Asleep;
-  point.pending = pending;
-  const rve::PolarDecomposition polar(pending);
-  rve::ResultOf<D> &result = point.result;
-  result = point.rested;
-  result.stress = polar.rotation * (point.rested.stress + point.look->stiffness(polar.strain)) *
-      rve::transpose(polar.rotation);
-  result.fabric = polar.rotation * point.rested.fabric * rve::transpose(polar.rotation);
-  result.cell = pending * point.rested.cell;
-  result.deformation = pending * point.rested.deformation;
-  result.void_ratio = (1.0 + point.rested.void_ratio) * rve::determinant(pending) - 1.0;
+    if (parts[k] == Part::Sleeps && !points.sleeps_on(slots[k]) &&
+        !points.at(slots[k]).look->is_at_rest)
+      parts[k] = Part::Works;
 }
 
 template <int D> int RvePointsOf<D>::substeps_of(int slot, const rve::DriveOf<D> &drive) const
@@ -874,16 +903,26 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   bool plan(int slot, const Matrix &deformation, rve::IncrementOf<D> &increment)
   {
     const PointFront<D> &front = owner_.points.front(slot);
-    if (front.state != State::Awake || front.owes) return false;
+    if (front.state != State::Awake && front.state != State::Asleep) return false;
     increment.dt = macro_.dt;
     increment.substeps = macro_.substeps;
     increment.deformation = deformation;
     // what cannot be said of it is for others to say
-    if (!owner_.options.adaptive || macro_.substeps == 0 || !rve::finite(deformation)) return true;
-    increment.substeps =
-        owner_.substeps_of(slot, rve::strain_size(deformation), macro_.dt, front.pressure);
-    if (owner_.slips(slot, deformation, macro_.dt, increment.substeps, front.pressure))
-      turn(slot, increment);
+    if (macro_.substeps == 0) return !front.owes;
+    if (!rve::finite(deformation)) return true;
+    bool must_turn = false;
+    if (front.owes) {
+      const Point &point = owner_.points.at(slot);
+      increment.deformation = deformation * point.pending;
+      must_turn = is_turned(point, increment.deformation);
+    }
+    if (owner_.options.adaptive) {
+      increment.substeps = owner_.substeps_of(slot, rve::strain_size(increment.deformation),
+                                              macro_.dt, front.pressure);
+      must_turn = must_turn ||
+          owner_.slips(slot, increment.deformation, macro_.dt, increment.substeps, front.pressure);
+    }
+    if (must_turn) turn(slot, increment);
     return true;
   }
 
@@ -912,8 +951,9 @@ rve::Tensor<double, D> RvePointsOf<D>::turn(int slot, rve::IncrementOf<D> &incre
 {
   const Matrix rotation = take_rotation(increment.deformation);
   // the strain of what is left, to its last digit
-  increment.substeps =
-      substeps_of(slot, rve::strain_size(increment.deformation), increment.dt, pressure);
+  if (options.adaptive)
+    increment.substeps =
+        substeps_of(slot, rve::strain_size(increment.deformation), increment.dt, pressure);
   return rotation;
 }
 
@@ -922,16 +962,16 @@ bool RvePointsOf<D>::begin_advance(const std::vector<int> &slots, MacroIncrement
 {
   hear();
   device_knows = false;
-  if (options.quiescent_strain > 0.0 || options.stress_from != StressFrom::End || shadows ||
-      slots.empty())
-    return false;
+  if (options.stress_from != StressFrom::End || shadows || slots.empty()) return false;
   const auto start = rve::WallClock::now();
   if (points.is_changed()) find_those_apart();
   const int count = static_cast<int>(slots.size());
   call_slots.clear();
   call_places.clear();
   places_apart.clear();
-  if (!any_is_apart) {
+  const bool any_sleeps = find_sleepers(slots, increments);
+  const bool of_all = !any_is_apart && !any_sleeps;
+  if (of_all) {
     call_slots = slots;
   } else {
     for (int k = 0; k < count; ++k) {
@@ -939,19 +979,54 @@ bool RvePointsOf<D>::begin_advance(const std::vector<int> &slots, MacroIncrement
         places_apart.push_back(k);
         continue;
       }
+      if (any_sleeps && parts[k] == Part::Sleeps) continue;
       call_slots.push_back(slots[k]);
       call_places.push_back(k);
     }
   }
-  auto call = std::make_shared<IncrementCall>(*this, increments, !any_is_apart);
+  auto call = std::make_shared<IncrementCall>(*this, increments, of_all);
   const auto engine_start = rve::WallClock::now();
   const bool has_begun = engine->begin_advance(call_slots, *call);
   seconds_in_engine += rve::seconds_since(engine_start);
   if (!has_begun) return false;
+  if (any_sleeps) {
+    const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team)
+    for (int k = 0; k < count; ++k) {
+      if (parts[k] != Part::Sleeps) continue;
+      increments.take_stress(k, sleep_on(slots[k], increments.increment(k)));
+    }
+  }
   record_sizes.assign(points.size(), 0);
   under_way = {&slots, &increments, std::move(call)};
   seconds += rve::seconds_since(start);
   return true;
+}
+
+/// Which of those that are not apart sleep in this step; whether there are any.
+template <int D>
+bool RvePointsOf<D>::find_sleepers(const std::vector<int> &slots,
+                                   const MacroIncrementsOf<D> &increments)
+{
+  some_sleep = false;
+  if (!(options.quiescent_strain > 0.0) || increments.substeps == 0) return false;
+  const int count = static_cast<int>(slots.size());
+  parts.resize(count);
+  bool any_may = false;
+  {
+    const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team) reduction(|| : any_may)
+    for (int k = 0; k < count; ++k) {
+      const bool may = !is_apart[slots[k]] &&
+          may_sleep(slots[k], increments.increment(k), increments.dt, increments.substeps);
+      parts[k] = may ? Part::Sleeps : Part::Works;
+      any_may = any_may || may;
+    }
+  }
+  if (!any_may) return false;
+  some_sleep = true;
+  look_at_sleepers(slots);
+  return std::find(parts.begin(), parts.end(), Part::Sleeps) != parts.end();
 }
 
 template <int D> std::vector<int> RvePointsOf<D>::end_advance()
@@ -1023,6 +1098,7 @@ bool RvePointsOf<D>::find_planned(const std::vector<int> &slots, const std::vect
     planned.density = contacts.density();
     planned.contacts = contacts.linear();
     planned.most_contacts = front.most_contacts;
+    planned.status = front.response.status;
   }
   return all_serve;
 }
@@ -1033,8 +1109,8 @@ bool RvePointsOf<D>::plan_there(const std::vector<int> &slots, const std::vector
                                 MacroIncrementsOf<D> &increments)
 {
   if (!engine->device_calls() || there.device < 0 || there.device != engine->cuda_device() ||
-      options.quiescent_strain > 0.0 || options.stress_from != StressFrom::End || shadows ||
-      slots.empty() || increments.substeps == 0)
+      options.stress_from != StressFrom::End || shadows || slots.empty() ||
+      increments.substeps == 0 || some_sleep)
     return false;
   const auto start = rve::WallClock::now();
   const bool nothing_new = !points.is_changed() && is_as_before;
@@ -1047,9 +1123,11 @@ bool RvePointsOf<D>::plan_there(const std::vector<int> &slots, const std::vector
     if (has_refused) return false;
   }
   device_call.points = there;
-  device_call.dt = increments.dt;
-  device_call.substeps = increments.substeps;
-  device_call.adaptive = options.adaptive;
+  device_call.options.dt = increments.dt;
+  device_call.options.substeps = increments.substeps;
+  device_call.options.is_adaptive = options.adaptive ? 1 : 0;
+  if (options.adaptive) device_call.options.adaptive = *options.adaptive;
+  device_call.options.quiescent_strain = options.quiescent_strain;
   engine->device_calls()->plan(device_call);
   device_knows = true;
   planned_increments = &increments;
@@ -1305,10 +1383,7 @@ std::vector<int> RvePointsOf<D>::advance_by_plan(const std::vector<int> &slots,
     const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team)
     for (int k = 0; k < count; ++k)
-      if (parts[k] == Part::Sleeps) {
-        Point &point = points[slots[k]];
-        answer_asleep(point, drives[k].deformation * point.pending);
-      }
+      if (parts[k] == Part::Sleeps) sleep_on(slots[k], drives[k].deformation);
   }
 
   const bool some_owe = plan_work(slots, drives, all_work);

@@ -72,10 +72,6 @@ constexpr int MOST_FRESH_TRIALS = 3;
 /// Mean unbalanced force over mean contact force below which an RVE is at rest and may be skipped [-].
 constexpr double QUIET_UNBALANCED_RATIO = 1e-2;
 
-/// What a look at an RVE costs, in which it answers all and its affine stiffness, and what a call costs beside its steps, in DEM steps: measured
-/// with 19,200 RVEs of 400 disks on an H200.
-constexpr double LOOK_IN_STEPS = 30.0, CALL_IN_STEPS = 3.0;
-
 /// Growth of the number of contacts that asks for a look at the bound of the time step: by this share of them and of the grains. The
 /// first tells in a packing, the second in a gas, where a few contacts more mean nothing yet.
 constexpr double CONTACT_GROWTH = 0.1, CONTACT_GROWTH_PER_GRAIN = 0.02;
@@ -129,6 +125,10 @@ template <int D> class RvePointsOf {
     void note(const rve::DriveOf<D> &last);
     /// A sound answer to this drive.
     void hear(const rve::ResponseOf<D> &response, const rve::DriveOf<D> &last);
+    /// It sleeps, or sleeps on: cell, deformation and void ratio follow. The rest is that of the last DEM step.
+    void sleep_on(const Sleep<D> &sleep);
+    /// Of one that sleeps, or has been looked at.
+    Sleep<D> sleep() const;
     PointFront<D> front() const;
     /// D itself, in the axes of the present; zero before its first steps [1/time]
     Matrix rate_of_deformation() const;
@@ -328,6 +328,7 @@ template <int D> class RvePointsOf {
   MacroIncrementsOf<D> *planned_increments = nullptr;
   bool device_knows = false;      ///< what plans ask of RVEs
   bool has_refused = false;       ///< the RVEs of the last plan are none for a device
+  bool some_sleep = false;        ///< or were looked at before, in the last advance by increments
   bool is_unheard = false;        ///< what the device answered last
   bool stresses_there = false;    ///< of the last advance
   /// By slot: whether it rests, or is as many as copies, which have calls of their own; and whether one of them does or is.
@@ -399,18 +400,20 @@ template <int D> class RvePointsOf {
   void set_materials_in_place(const std::vector<int> &slots,
                               const std::vector<rve::Material> &materials);
   bool may_sleep(int slot, const rve::DriveOf<D> &drive) const;
+  bool may_sleep(int slot, const Matrix &increment, double dt, int substeps) const;
+  bool find_sleepers(const std::vector<int> &slots, const MacroIncrementsOf<D> &increments);
   int substeps_of(int slot, const rve::DriveOf<D> &drive) const;
   /// Adaptive ones, for an increment of this strain_size() and a mean stress of the last DEM steps.
   int substeps_of(int slot, double strain, double dt, double pressure) const;
   void look_at_sleepers(const std::vector<int> &slots);
-  void answer_asleep(Point &point, const Matrix &pending) const;
+  Matrix sleep_on(int slot, const Matrix &increment);
   Matrix turn(int slot, rve::IncrementOf<D> &increment, double pressure) const;
   static void turn(rve::EngineOf<D> &engine, const std::vector<int> &numbers,
                    std::vector<rve::DriveOf<D>> &drives, const std::vector<char> &must_turn);
   bool slips(int slot, const Matrix &increment, double dt, int substeps, double pressure) const;
   bool find_planned(const std::vector<int> &slots, const std::vector<int> &point_of);
   void hear_of(const std::vector<int> &places);
-  bool is_worth_a_look(int slot, const rve::DriveOf<D> &drive) const;
+  bool is_worth_a_look(int slot, double strain, double dt, int substeps) const;
   bool plan_parts(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives);
   bool plan_work(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,
                  bool all_work);

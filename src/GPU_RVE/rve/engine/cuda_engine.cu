@@ -140,15 +140,12 @@ namespace {
           smallest = k == 0 ? grains : std::min(smallest, grains);
           largest_of_call = k == 0 ? grains : std::max(largest_of_call, grains);
         }
-        has_order = call.adaptive.has_value() || smallest < largest_of_call;
+        has_order = call.options.is_adaptive || smallest < largest_of_call;
       }
       launch.points = call.points;
-      launch.dt = call.dt;
-      launch.substeps = call.substeps;
-      launch.is_adaptive = call.adaptive.has_value();
-      if (call.adaptive) launch.adaptive = *call.adaptive;
-      launch.most_cost =
-          static_cast<double>(launch.is_adaptive ? launch.adaptive.most : launch.substeps) *
+      launch.options = call.options;
+      launch.most_cost = static_cast<double>(call.options.is_adaptive ? call.options.adaptive.most
+                                                                      : call.options.substeps) *
           largest_of_call;
       // the call before may not have been heard yet
       launch.drives = planned_drives[1 - drives_in_use].reserve(count);
@@ -176,7 +173,7 @@ namespace {
         IncrementInQuestion<D> &question = questions.emplace_back();
         question.place = records[q].place;
         question.pressure = records[q].pressure;
-        question.increment.dt = increments_of_call.dt;
+        question.increment.dt = increments_of_call.options.dt;
         question.increment.substeps = records[q].substeps;
         question.increment.deformation = load_tensor<D>(records[q].deformation);
       }

@@ -41,10 +41,7 @@ template <int D> struct IncrementLaunch {
   const int *point_of;      ///< (count)
   PlannedRve *planned;      ///< (count)
   int count;
-  double dt;
-  int substeps;
-  bool is_adaptive;
-  AdaptiveSubsteps adaptive;
+  PlanOptions options;
   double most_cost;          ///< DEM steps times grains
   DriveRecord<D> *drives;    ///< (count)
   unsigned char *classes;    ///< (count), or null: all cost the same
@@ -78,10 +75,8 @@ __global__ void __launch_bounds__(kIncrementBlock) plan_increments(const Increme
   const int k = blockIdx.x * kIncrementBlock + threadIdx.x;
   if (k < launch.count) {
     const Tensor<double, D> f = increment_of_point(launch, k);
-    int substeps = launch.substeps;
-    PlanKind kind = is_simple(f) ? PlanKind::Simple : PlanKind::Refused;
-    if (launch.is_adaptive)
-      kind = plan_increment(f, launch.planned[k], launch.adaptive, launch.dt, substeps);
+    int substeps;
+    const PlanKind kind = plan_increment(f, launch.planned[k], launch.options, substeps);
     if (kind == PlanKind::Refused) atomicAdd(&launch.findings->refused, 1);
     if (kind == PlanKind::Question) {
       const int q = atomicAdd(&launch.findings->questions, 1);
@@ -91,7 +86,7 @@ __global__ void __launch_bounds__(kIncrementBlock) plan_increments(const Increme
         launch.questions[q] = question;
       }
     }
-    DriveRecord<D> drive = {launch.dt, substeps, 1, {}};
+    DriveRecord<D> drive = {launch.options.dt, substeps, 1, {}};
     store_tensor(f, drive.deformation);
     launch.drives[k] = drive;
     atomicMax(&longest, substeps);
@@ -167,6 +162,7 @@ __global__ void __launch_bounds__(kIncrementBlock) take_answers(const IncrementL
   }
   const Tensor<double, D> stress = load_tensor<D>(answer.stress);
   launch.planned[k].pressure = -(1.0 / D) * trace(stress);
+  launch.planned[k].status = answer.status;
   if (answer.num_contacts > launch.planned[k].most_contacts) {
     const int m = atomicAdd(&launch.findings->stiffened, 1);
     if (m < DeviceCallsOf<D>::MOST_STIFFENED) launch.stiffened[m] = k;

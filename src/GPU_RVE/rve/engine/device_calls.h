@@ -7,7 +7,6 @@
 #include "rve/engine/engine.h"
 #include "rve/engine/increment_plan.h"
 
-#include <optional>
 #include <vector>
 
 namespace rve {
@@ -26,9 +25,7 @@ template <int D> struct DeviceCallOf {
   PointsOnDevice points;
   std::vector<int> rves;
   std::vector<int> point_of;    ///< of each of them, among the tensors
-  double dt = 0.0;              ///< DEM time step [time]
-  int substeps = 0;             ///< unless they are adaptive
-  std::optional<AdaptiveSubsteps> adaptive;
+  PlanOptions options;
   std::vector<PlannedRve> planned;    ///< of each of them; as it was when the call was new
   bool is_new = true;                 ///< RVEs, points or plans are not those of the call before
 };
