@@ -1010,6 +1010,7 @@ bool RvePointsOf<D>::find_sleepers(const std::vector<int> &slots,
 {
   some_sleep = false;
   if (!(options.quiescent_strain > 0.0) || increments.substeps == 0) return false;
+  has_refused = false;    // those that slept may be awake
   const int count = static_cast<int>(slots.size());
   parts.resize(count);
   bool any_may = false;
