@@ -426,9 +426,7 @@ constexpr ScriptKeyword<Said<D>> KEYWORDS[] = {
      }},
     {"device", "auto | cpu | cuda",
      [](ScriptWords &words, Said<D> &said) {
-       said.options.device = words.choice<mpm::Device>(
-           "",
-           {{"auto", mpm::Device::Auto}, {"cpu", mpm::Device::Cpu}, {"cuda", mpm::Device::Cuda}});
+       said.options.device = read_device(words);
      }},
     {"boundary",
      D == 2 ? "xlo | xhi | ylo | yhi free | roller | fixed | absorbing cp cs"

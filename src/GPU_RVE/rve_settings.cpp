@@ -478,12 +478,6 @@ rve::Format LAMMPS_NS::read_format(ScriptWords &words)
                                     {"single", rve::Format::Single}});
 }
 
-rve::Device LAMMPS_NS::read_device(ScriptWords &words)
-{
-  return words.choice<rve::Device>(
-      "", {{"auto", rve::Device::Auto}, {"cpu", rve::Device::Cpu}, {"cuda", rve::Device::Cuda}});
-}
-
 /* ---------------------------------------------------------------------- */
 
 std::string LAMMPS_NS::packing_failure(const std::string &file, const rve::InputError &e)

@@ -39,7 +39,6 @@ rve::Words fix_rve_keywords();
 std::string packing_failure(const std::string &file, const rve::InputError &e);
 
 rve::Format read_format(ScriptWords &words);
-rve::Device read_device(ScriptWords &words);
 
 /// A script value for one component of a tensor.
 struct TensorComponent {

@@ -16,6 +16,7 @@
 #ifndef LMP_SCRIPT_WORDS_H
 #define LMP_SCRIPT_WORDS_H
 
+#include "cuda/device.h"
 #include "rve/core/suggestion.h"
 
 #include <initializer_list>
@@ -173,6 +174,9 @@ class ScriptWords {
   std::string text_from(int begin) const;
   void end_keyword();
 };
+
+/// auto, cpu or cuda.
+rve::Device read_device(ScriptWords &words);
 
 }    // namespace LAMMPS_NS
 

@@ -175,7 +175,7 @@ template <int D> struct Block {
     options.scheme = scheme;
     options.flip = 0.99;
     options.threads = 2;
-    options.device = device == rve::Device::Cuda ? mpm::Device::Cuda : mpm::Device::Cpu;
+    options.device = device;
     return options;
   }
 

@@ -3,6 +3,7 @@
 #ifndef MPM_SOLVER_OPTIONS_H
 #define MPM_SOLVER_OPTIONS_H
 
+#include "cuda/device.h"
 #include "mpm/boundary.h"
 #include "mpm/grid.h"
 #include "mpm/shape_functions.h"
@@ -21,8 +22,7 @@ namespace mpm {
 /// 649; Bardenhagen 2002, J. Comput. Phys. 180, 383): conserves energy better, calls the constitutive model twice.
 enum class Scheme { Musl, Usavg };
 
-/// Where the points are advanced. Auto: on a CUDA device if there is one.
-enum class Device { Auto, Cpu, Cuda };
+using rve::Device;
 
 template <int D> struct SolverOptions {
   Vec<D> lo = Vec<D>::zero();    ///< domain [length]

@@ -3,6 +3,7 @@
 #ifndef RVE_ENGINE_OPTIONS_H
 #define RVE_ENGINE_OPTIONS_H
 
+#include "cuda/device.h"
 #include "rve/engine/contact_model.h"
 
 #include <functional>
@@ -13,8 +14,6 @@ namespace rve {
 /// Number format: `fast` 32-bit positions and fp32; `mixed` 64-bit positions, fp64 gap and history, fp32 rest;
 /// `double` 64-bit positions, fp64; `single` fp32 everywhere, as the paper, for the study of what it loses, of disks on CPUs.
 enum class Format { Fast, Mixed, Double, Single };
-
-enum class Device { Auto, Cpu, Cuda };
 
 /// Lever arms of a contact. Contact: r - overlap/2 for surface velocity and torque (objective, equation (11)).
 /// Lammps: r for the velocity, r - overlap/2 for the torque, as `pair granular`; not objective, for cross-checks only.
