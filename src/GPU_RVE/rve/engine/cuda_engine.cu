@@ -283,7 +283,8 @@ namespace {
       const std::size_t count = num_rves;
       return count *
           (plan.sizes.prepared + sizeof(RveHandle) + sizeof(SteeringRecord<D>) + sizeof(int) +
-           sizeof(DetailRecord<D>) + 256 /* an RVE begins at a multiple of that */) +
+           sizeof(DetailRecord<D>) + BYTES_PLANNED +
+           256 /* an RVE begins at a multiple of that */) +
           static_cast<std::size_t>(std::min(num_rves, plan.blocks)) *
           (aligned(plan.sizes.workspace) + plan.overflow_size) +
           kSlack;
@@ -703,6 +704,8 @@ namespace {
     DeviceBuffer<char> prepared_buffer, workspace_buffer;
 
     // of calls whose increments are on the device
+    static constexpr std::size_t BYTES_PLANNED = 2 * sizeof(DriveRecord<D>) +
+        2 * sizeof(AnswerRecord<D>) + sizeof(PlannedRve) + 2 * sizeof(int) + 1;    ///< per RVE
     const DeviceCallOf<D> *device_call = nullptr;
     IncrementLaunch<D> increments_of_call = {};
     int largest_of_call = 0;
