@@ -93,8 +93,6 @@ class FixRve : public Fix {
                                       double tolerance);
   // grain density / (1 + void ratio) [mass/length^3]
   double bulk_density(int) const;
-  // the results of this step will be asked for: without that it costs a call of the engine, unless it is a step with output
-  void expect_look();
   // whether variables of drive or servo, evaluated in each step, may read fixes or computes
   bool reads_results() const;
   // wall time in calls of the engine so far [seconds]

@@ -29,7 +29,6 @@
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/packing_io.h"
 #include "rve/engine/stability.h"
-#include "state_readers.h"
 #include "update.h"
 
 #include <algorithm>

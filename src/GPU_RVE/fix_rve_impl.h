@@ -45,8 +45,8 @@ struct FixRve::Impl {
   FixRveSettings settings;
   double dt;                // DEM time step, or its upper limit where substeps are matched
   std::vector<int> slot;    // per atom: RVE in the engine, or -1
-  bool checks_wait =
-      false;    // what ranks tell each other of this step they tell in the next, in meet()
+  // what ranks tell each other of this step they tell in the next, in meet()
+  bool checks_wait = false;
   double restart_step = 0.0;    // of the head of a restart file
   bool is_material = false;     // fix mpm has asked for it
   bool is_halted = false;       // the run ends because all paths have
@@ -318,8 +318,8 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   // as materials; disks are none in space
   macro::RveConstitutive<2, D> of_plane;
   std::unique_ptr<macro::RveConstitutive<3>> of_space;
-  std::vector<int>
-      slots;    // of the RVEs that advance, kept between calls and while they are under way
+  // of the RVEs that advance, kept between calls and while they are under way
+  std::vector<int> slots;
   struct UnderWay {
     const std::vector<int> *atoms = nullptr;
     macro::MacroIncrementsOf<D> *increments = nullptr;

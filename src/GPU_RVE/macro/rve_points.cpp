@@ -519,12 +519,8 @@ template <int D> struct RvePointsOf<D>::Macro {
 /// Whether the strain since its last DEM steps is too small for others. It sleeps if it is at rest as well.
 template <int D> bool RvePointsOf<D>::may_sleep(int slot, const rve::DriveOf<D> &drive) const
 {
-  const Point &point = points.at(slot);
   return options.quiescent_strain > 0.0 && !drive.has_servo() && drive.substeps > 0 &&
-      point.last_steps().status == rve::status::Ok &&
-      rve::strain_size(drive.deformation * point.pending) < options.quiescent_strain &&
-      (point.asleep() ||
-       is_worth_a_look(slot, rve::strain_size(drive.deformation), drive.dt, drive.substeps));
+      may_sleep(slot, drive.deformation, drive.dt, drive.substeps);
 }
 
 template <int D>
@@ -540,11 +536,8 @@ bool RvePointsOf<D>::may_sleep(int slot, const Matrix &increment, double dt, int
 {
   const PointFront<D> &front = points.front(slot);
   const double strain = rve::strain_size(increment);
-  if (front.state == State::Awake && !front.owes)
-    return front.response.status == rve::status::Ok && strain < options.quiescent_strain &&
-        is_worth_a_look(slot, strain, dt, substeps);
-  return front.response.status == rve::status::Ok &&
-      rve::strain_size(increment * points.pending(slot)) < options.quiescent_strain &&
+  const double of_all = front.owes ? rve::strain_size(increment * points.pending(slot)) : strain;
+  return front.response.status == rve::status::Ok && of_all < options.quiescent_strain &&
       (front.state == State::Asleep || is_worth_a_look(slot, strain, dt, substeps));
 }
 
