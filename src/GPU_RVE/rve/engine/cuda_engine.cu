@@ -129,7 +129,9 @@ namespace {
       device_call = &call;
       const int count = static_cast<int>(call.rves.size());
       IncrementLaunch<D> &launch = increments_of_call;
+      if (call.is_new) handled_call = false;
       launch.rves = handles_of(call.rves);
+      handled_call = true;
       if (call.is_new) {
         launch.point_of = point_buffer.upload(call.point_of);
         launch.planned = planned_buffer.upload(call.planned);
@@ -151,7 +153,6 @@ namespace {
       launch.drives = planned_drives[1 - drives_in_use].reserve(count);
       launch.classes = has_order ? class_buffer.reserve(count) : nullptr;
       launch.order = has_order ? planned_order_buffer.reserve(count) : nullptr;
-      launch.cost_classes = has_order ? cost_class_buffer.reserve_zeros(1) : nullptr;
       launch.findings = findings_buffer.reserve_zeros(1);
       launch.questions = question_buffer.room(kMostQuestions);
       const unsigned blocks = rounded_up(count, kIncrementBlock) / kIncrementBlock;
@@ -477,7 +478,7 @@ namespace {
     void bring_findings()
     {
       check_cuda(cudaMemcpyAsync(findings_buffer.room(1), increments_of_call.findings,
-                                 sizeof(CallFindings), cudaMemcpyDeviceToHost),
+                                 kToldFindings, cudaMemcpyDeviceToHost),
                  "download of findings");
     }
 
@@ -622,7 +623,10 @@ namespace {
     /// Where the RVEs of a call live, on the device. Those of the last call serve while nothing has moved.
     const RveHandle *handles_of(const std::vector<int> &rves)
     {
-      if (!images_moved && rves == handled) return handle_buffer.reserve(rves.size());
+      const bool is_call = device_call && &rves == &device_call->rves;
+      if (!images_moved && ((is_call && handled_call) || rves == handled))
+        return handle_buffer.reserve(rves.size());
+      handled_call = false;
       RveHandle *handles = handle_buffer.room(rves.size());
       for (std::size_t k = 0; k < rves.size(); ++k) handles[k] = handle_of(rves[k]);
       handled = rves;
@@ -710,12 +714,12 @@ namespace {
     IncrementLaunch<D> increments_of_call = {};
     int largest_of_call = 0;
     bool has_order = false;
-    int drives_in_use = 0;    ///< of the call that has begun last
+    bool handled_call = false;    ///< the handles on the device are those of device_call
+    int drives_in_use = 0;        ///< of the call that has begun last
     DeviceBuffer<DriveRecord<D>> planned_drives[2];
     DeviceBuffer<int> point_buffer, planned_order_buffer;
     DeviceBuffer<PlannedRve> planned_buffer;
     DeviceBuffer<unsigned char> class_buffer;
-    DeviceBuffer<CostClasses> cost_class_buffer;
     DeviceBuffer<CallFindings> findings_buffer;
     HostBuffer<QuestionRecord<D>> question_buffer;
     DeviceBuffer<DecidedRecord<D>> decided_buffer;

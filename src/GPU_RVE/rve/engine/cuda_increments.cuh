@@ -7,9 +7,14 @@
 #include "rve/engine/cuda_kernels.h"
 #include "rve/engine/device_calls.h"
 
+#include <cstddef>
+
 namespace rve {
 
-/// What plan and answers find.
+/// RVEs are sorted by their costs into so many classes.
+constexpr int kCostClasses = 256;
+
+/// What plan and answers find, from zeros. The host is told what comes before the classes.
 struct CallFindings {
   unsigned long long steps;    ///< of all RVEs
   int longest;                 ///< most DEM steps of one
@@ -18,13 +23,9 @@ struct CallFindings {
   int unfinished;    ///< RVEs that have failed or must repeat the call
   int stiffened;     ///< RVEs with more contacts than their plan expects
   int unused;
+  int class_size[kCostClasses], class_taken[kCostClasses];
 };
-
-/// RVEs are sorted by their costs into so many classes.
-constexpr int kCostClasses = 256;
-struct CostClasses {
-  int size[kCostClasses], taken[kCostClasses];
-};
+constexpr std::size_t kToldFindings = offsetof(CallFindings, class_size);
 
 /// More are for the host as a whole.
 constexpr int kMostQuestions = 4096;
@@ -46,7 +47,6 @@ template <int D> struct IncrementLaunch {
   DriveRecord<D> *drives;    ///< (count)
   unsigned char *classes;    ///< (count), or null: all cost the same
   int *order;                ///< (count)
-  CostClasses *cost_classes;
   CallFindings *findings;
   QuestionRecord<D> *questions;      ///< (kMostQuestions), of the host
   const AnswerRecord<D> *answers;    ///< (count)
@@ -106,7 +106,7 @@ __global__ void __launch_bounds__(kIncrementBlock) plan_increments(const Increme
   }
   if (!launch.classes) return;
   for (int c = threadIdx.x; c < kCostClasses; c += kIncrementBlock)
-    if (sizes[c] > 0) atomicAdd(&launch.cost_classes->size[c], sizes[c]);
+    if (sizes[c] > 0) atomicAdd(&launch.findings->class_size[c], sizes[c]);
 }
 
 /// The most expensive ones first. Within a class the order is anybody's: no result depends on it.
@@ -115,7 +115,7 @@ __global__ void __launch_bounds__(kCostClasses) order_increments(const Increment
 {
   __shared__ int begin[kCostClasses];    // of the class behind
   const int me = threadIdx.x;
-  begin[me] = launch.cost_classes->size[me];
+  begin[me] = launch.findings->class_size[me];
   __syncthreads();
   for (int distance = 1; distance < kCostClasses; distance *= 2) {
     const int before = me >= distance ? begin[me - distance] : 0;
@@ -130,7 +130,7 @@ __global__ void __launch_bounds__(kCostClasses) order_increments(const Increment
   const unsigned together = __match_any_sync(__activemask(), c);
   const int leader = __ffs(together) - 1, lane = me % 32;
   int first = 0;
-  if (lane == leader) first = atomicAdd(&launch.cost_classes->taken[c], __popc(together));
+  if (lane == leader) first = atomicAdd(&launch.findings->class_taken[c], __popc(together));
   first = __shfl_sync(together, first, leader);
   const int mine = __popc(together & ((1u << lane) - 1u));
   launch.order[(c > 0 ? begin[c - 1] : 0) + first + mine] = k;
