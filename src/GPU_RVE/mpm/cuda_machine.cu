@@ -459,16 +459,13 @@ namespace {
     }
     std::size_t motion_size() const { return count_ < 0 ? 0 : num_words() + 2 * rows(count_); }
 
-    /// Threads to copy or compare so many bytes: a core does 256 of them while it does a point of another job.
-    int team_to_move(std::size_t bytes) const
-    {
-      return rve::team_for(static_cast<int>(bytes / 256), threads_);
-    }
+    /// Of copies and comparisons, in pieces that take about as long as a point of another job.
+    static int pieces(std::size_t bytes) { return static_cast<int>(bytes / 256); }
     /// Copies `count` things.
     template <class T> void copy(T *to, const T *from, std::size_t count) const
     {
-      const int team = team_to_move(count * sizeof(T));
-#pragma omp parallel num_threads(team)
+      const rve::LightWork work(pieces(count * sizeof(T)), threads_);
+#pragma omp parallel num_threads(work.team)
       {
         const rve::ThreadShare mine(static_cast<int>(count));
         std::copy(from + mine.begin, from + mine.end, to + mine.begin);
@@ -477,9 +474,9 @@ namespace {
     /// Whether two arrays have the same bytes.
     template <class T> bool is_same(const T *one, const T *other, std::size_t count) const
     {
-      const int team = team_to_move(count * sizeof(T));
+      const rve::LightWork work(pieces(count * sizeof(T)), threads_);
       bool same = true;
-#pragma omp parallel num_threads(team) reduction(&& : same)
+#pragma omp parallel num_threads(work.team) reduction(&& : same)
       {
         const rve::ThreadShare mine(static_cast<int>(count));
         same = mine.begin == mine.end ||
