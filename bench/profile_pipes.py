@@ -16,6 +16,7 @@ import os
 import pathlib
 import re
 import subprocess
+import sys
 
 from compare_lammps import dimension_of, number_of_grains
 from kernel_resources import programs
@@ -45,7 +46,10 @@ def profile(program, packing):
     table = csv.DictReader(line for line in text.splitlines() if line.startswith('"'))
     kernels, names = {}, programs()
     for row in table:
-        name = re.search(r"(relaxed)?\W*advance_[a-z_]+<.*?Program\)(\d+).*?(\w+)Numbers", row["Kernel Name"])
+        # as ncu writes it: relaxed::advance_many<1, relaxed::FastNumbers>, or with (rve::Program)1
+        name = re.search(r"(relaxed)?\W*advance_[a-z_]+<(?:\([^)]*\))?(\d+),\s*(?:\w+::)*(\w+)Numbers", row["Kernel Name"])
+        if not name:
+            sys.exit(f"profile_pipes: no program and number format in the name of a kernel, {row['Kernel Name']}")
         values = kernels.setdefault((names[int(name.group(2))], name.group(3).lower(), name.group(1) or "strict"), {})
         values[row["Metric Name"]] = float(row["Metric Value"].replace(",", "")) * NANO.get(row["Metric Unit"], 1.0)
     return kernels
