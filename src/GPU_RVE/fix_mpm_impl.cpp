@@ -642,14 +642,17 @@ template <int D> void FixMpm::ImplOf<D>::final_integrate()
   if (update->ntimestep % DAMPING_EVERY == 0) look_at_damping();
   const double solved = platform::walltime();
   const double copied_in_step = solver->transfer_time() - copied;
+  const ModelTimes when_solved = model_times();
   if (state_may_be_read(lmp)) fill_output();
   const double filled = platform::walltime();
   const ModelTimes after = model_times();
   const double engine = after.engine - before.engine;
   const double models = after.models - before.models;
   const double whole = filled - start;
-  // columns, copies from and to a device, and what stands between points and RVEs
-  const double transfers = filled - solved + copied_in_step + models - engine;
+  // of columns, without the RVEs that they wait for
+  const double columns = filled - solved - (after.models - when_solved.models);
+  // and copies from and to a device, and what stands between points and RVEs
+  const double transfers = columns + copied_in_step + models - engine;
   times[TIME_RVE] += engine;
   times[TIME_TRANSFERS] += transfers;
   times[TIME_MPM] += whole - transfers - engine;

@@ -279,11 +279,10 @@ namespace {
     /// Waits for the device; then findings and increments are on the host. Strains and motion may have changed on the device.
     void settle()
     {
+      motion_.room(motion_size());    // for all, before a part is received
+      motion_.receive_behind(num_words());
       wait();
       is_ahead_ = motion_is_ahead_ = true;
-      const Watch watch(transfer_seconds_);
-      motion_.room(motion_size());    // for all, before a part is received
-      motion_.receive(num_words());
       if (view_.num_rigid > 0) {
         static_assert(std::is_trivially_copyable_v<RigidBodyStep<D>>);
         std::memcpy(static_cast<void *>(host_rigid_), motion_.room(motion_size()) + rigid_offset(),
