@@ -631,8 +631,8 @@ template <int D> std::vector<rve::Advice> FixRve::ImplOf<D>::advice_on(int atom,
 
 template <int D> std::vector<int> FixRve::ImplOf<D>::slots_of(const std::vector<int> &atoms) const
 {
-  std::vector<int> some;
-  for (const int i : atoms) some.push_back(slot[i]);
+  std::vector<int> some(atoms.size());
+  for (std::size_t k = 0; k < atoms.size(); ++k) some[k] = slot[atoms[k]];
   return some;
 }
 
@@ -807,9 +807,7 @@ bool FixRve::ImplOf<D>::begin_advance(const std::vector<int> &atoms,
   const bool with_details = wants_details();
   checks_wait = all_on_devices && !with_details;
   step_of_advance = fix->update->ntimestep;
-  const int count = static_cast<int>(atoms.size());
-  slots.resize(count);
-  for (int k = 0; k < count; ++k) slots[k] = slot[atoms[k]];
+  slots = slots_of(atoms);
   return guarded([&] {
     const double start = platform::walltime();
     if (!points.as_they_are().begin_advance(slots, increments)) return false;
@@ -839,11 +837,7 @@ bool FixRve::ImplOf<D>::plan_there(const std::vector<int> &atoms, bool is_as_bef
                                    macro::MacroIncrementsOf<D> &increments)
 {
   settle();
-  if (!is_as_before) {
-    const int count = static_cast<int>(atoms.size());
-    slots.resize(count);
-    for (int k = 0; k < count; ++k) slots[k] = slot[atoms[k]];
-  }
+  if (!is_as_before) slots = slots_of(atoms);
   planned = {&atoms, &increments};
   return guarded([&] {
     return points.as_they_are().plan_there(slots, atoms, is_as_before, there, increments);
