@@ -108,7 +108,7 @@ template <class T> class DeviceBuffer {
     return host;
   }
 
-  /// The same without waiting: it is there when the kernels that were launched have been waited for.
+  /// As receive(), without waiting: it is there when the kernels that were launched have been waited for.
   const T *receive_behind(std::size_t count)
   {
     T *host = room(count);
@@ -117,8 +117,8 @@ template <class T> class DeviceBuffer {
     return host;
   }
 
-  /// The same for `count` elements from `first` on, of at most as many as room() was asked for. Waits for its own stream alone: the kernels that
-  /// write them have been waited for.
+  /// As receive(), for `count` elements from `first` on, of at most as many as room() was asked for. Waits for its own stream alone: the kernels
+  /// that write them have been waited for.
   const T *receive_beside(cudaStream_t stream, std::size_t first, std::size_t count)
   {
     T *host = room(first + count) + first;
