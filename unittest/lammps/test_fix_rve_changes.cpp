@@ -237,7 +237,7 @@ TEST(FixModify, WakesRvesWithWhatTheySleptThrough)
     GrainsScript script;
     script << FOUR_ATOMS + slow + "compute f all rve/atom def_yy def_xx\nrun 10";
     EXPECT_EQ(script.fix_value(14), 4.0);
-    EXPECT_EQ(script.fix_value(3), 0.0);
+    EXPECT_EQ(script.fix_value(3), 4 * 10.0);
 
     script << "fix_modify grains servo_max_rate 1e-9 quiescent none " +
             (change == "quiescent none" ? std::string("drive none") : change) + "\nrun 1";

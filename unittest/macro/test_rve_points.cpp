@@ -513,9 +513,11 @@ TEST(QuiescentMacroSteps, LookOnlyAtThoseThatMaySleepWhateverIsAskedFor)
   EXPECT_GT(naps, 8);
   EXPECT_GT(tally.turned, 2);
   EXPECT_EQ(tally.turned, other_tally.turned);
-  EXPECT_EQ(tally.responses, awake);
+  // a look is the long answer of a step that is made anyway
+  EXPECT_EQ(tally.responses + tally.elastic_results, awake);
   EXPECT_EQ(tally.results, at_first.results);
   EXPECT_GE(tally.elastic_results, naps);
+  EXPECT_LT(tally.elastic_results, 2 * naps);
   EXPECT_EQ(tally.elastic_results, other_tally.elastic_results);
   for (int k = 0; k < RVES; ++k) {
     EXPECT_EQ(rve::serialize(brief.state(slots[k])), rve::serialize(full.state(other_slots[k])));
@@ -538,29 +540,36 @@ TEST(QuiescentMacroSteps, AreOnlyLookedForWhereTheySaveMoreThanALookCosts)
   EXPECT_EQ(tally.elastic_results, at_first);
 }
 
+// Of one that sleeps, that has just been looked at, that is about to wake.
 TEST(QuiescentMacroSteps, TheRecordOfASleeperContinuesWithTheSameBits)
 {
-  std::vector<int> slots;
-  RvePoints points = three_points(slots, sleepy());
-  RvePoints others(rve::make_engine(cpu_options()), nullptr, sleepy());
-  for (int step = 0; step < 17; ++step) points.advance(slots, drives_of_sleepers(), false);
-  ASSERT_TRUE(points.point(slots[1]).asleep());
-  ASSERT_FALSE(same_bits(points.point(slots[1]).pending, Tensor2::identity()));
+  bool has_slept = false, has_rested = false;
+  for (int before = 1; before < 26; ++before) {
+    std::vector<int> slots;
+    RvePoints points = three_points(slots, sleepy());
+    RvePoints others(rve::make_engine(cpu_options()), nullptr, sleepy());
+    for (int step = 0; step < before; ++step) points.advance(slots, drives_of_sleepers(), false);
+    has_slept = has_slept || points.point(slots[1]).rest() == rve::Rest::Sleeps;
+    has_rested = has_rested || points.point(slots[1]).rest() == rve::Rest::Rests;
 
-  std::vector<int> other_slots;
-  for (const int slot : slots) {
-    const std::vector<double> record = points.record(slot);
-    other_slots.push_back(others.add_record(record.data(), record.size()));
-  }
+    std::vector<int> other_slots;
+    for (const int slot : slots) {
+      const std::vector<double> record = points.record(slot);
+      other_slots.push_back(others.add_record(record.data(), record.size()));
+      EXPECT_EQ(others.point(other_slots.back()).rest(), points.point(slot).rest());
+    }
 
-  for (int step = 0; step < 20; ++step) {
-    points.advance(slots, drives_of_sleepers(), false);
-    others.advance(other_slots, drives_of_sleepers(), false);
+    for (int step = 0; step < 20; ++step) {
+      points.advance(slots, drives_of_sleepers(), false);
+      others.advance(other_slots, drives_of_sleepers(), false);
+      for (int k = 0; k < RVES; ++k)
+        EXPECT_TRUE(same_bits(points.stress(slots[k]), others.stress(other_slots[k]))) << step;
+    }
     for (int k = 0; k < RVES; ++k)
-      EXPECT_TRUE(same_bits(points.stress(slots[k]), others.stress(other_slots[k]))) << step;
+      expect_same_point(points.point(slots[k]), others.point(other_slots[k]));
   }
-  for (int k = 0; k < RVES; ++k)
-    expect_same_point(points.point(slots[k]), others.point(other_slots[k]));
+  EXPECT_TRUE(has_slept);
+  EXPECT_TRUE(has_rested);
 }
 
 TEST(MacroStepsByPlan, DoNotDependOnThreadsAndNameThoseThatFailInOrder)

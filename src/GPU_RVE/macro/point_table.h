@@ -7,9 +7,8 @@
 #define MACRO_POINT_TABLE_H
 
 #include "macro/contact_response.h"
-#include "rve/engine/affine_stiffness.h"
 #include "rve/engine/engine.h"
-#include "rve/engine/finite_strain.h"
+#include "rve/engine/sleep.h"
 
 #include <atomic>
 #include <cstdint>
@@ -24,21 +23,6 @@ enum class PointState : char {
   /// Was skipped: `result` is that of the affine RVE, `rested` that of its last DEM step.
   Asleep,
   Frozen    ///< failed once and is not advanced any more
-};
-
-/// Of an RVE that sleeps: what its stress follows from.
-template <int D> struct Sleep {
-  using Matrix = rve::Tensor<double, D>;
-
-  Matrix pending = Matrix::identity();    ///< deformation since its last DEM step
-  Matrix stress = Matrix::zero();         ///< of that step [stress]
-  rve::AffineStiffnessOf<D> stiffness;
-
-  /// sigma + C:eps, turned with the RVE.
-  Matrix stress_at(const rve::PolarDecomposition<D> &polar) const
-  {
-    return polar.rotation * (stress + stiffness(polar.strain)) * rve::transpose(polar.rotation);
-  }
 };
 
 /// What a point has not heard of, of which its front is ahead.
@@ -117,7 +101,7 @@ template <int D, class Point> class PointTable {
     return fronts_[slot].is_ahead && fronts_[slot].unheard == Unheard::Sleep;
   }
   /// Of one that sleeps, or has been looked at and shall.
-  const Sleep<D> &sleep(int slot)
+  const rve::SleepOf<D> &sleep(int slot)
   {
     if (!sleeps_on(slot)) {
       tell(slot);
@@ -209,7 +193,7 @@ template <int D, class Point> class PointTable {
   mutable std::vector<Front> fronts_;
   /// While fronts are ahead: of the last DEM steps, unless they were by an increment.
   mutable std::vector<rve::DriveOf<D>> drives_;
-  std::vector<Sleep<D>> sleeps_;    ///< of those that sleep
+  std::vector<rve::SleepOf<D>> sleeps_;    ///< of those that sleep
 
   mutable SharedFlag any_stale_{true};
   SharedFlag is_changed_{true};

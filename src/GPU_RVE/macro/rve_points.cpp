@@ -21,11 +21,10 @@ namespace {
   }
 
   /// Whether an RVE that wakes with this deformation must be turned rigidly.
-  template <class Point, int D>
-  bool is_turned(const Point &point, const rve::Tensor<double, D> &deformation)
+  template <int D> bool is_turned(double mean_overlap, const rve::Tensor<double, D> &deformation)
   {
     return !(std::fabs(rve::PolarDecomposition(deformation).angle) <=
-             rve::TURN_OF_OVERLAP * point.last_steps().mean_overlap);
+             rve::TURN_OF_OVERLAP * mean_overlap);
   }
 
   /// Leaves the stretch of an increment, and returns the rotation that it had.
@@ -41,6 +40,17 @@ namespace {
   {
     return static_cast<std::int32_t>((1.0 + CONTACT_GROWTH) * contacts +
                                      CONTACT_GROWTH_PER_GRAIN * num_grains);
+  }
+
+  template <int D> typename RvePointsOf<D>::Point::Look look_of(const rve::LookOf<D> &look)
+  {
+    return {look.is_at_rest, look.mean_overlap, look.stiffness};
+  }
+
+  template <int D> typename RvePointsOf<D>::Point::Look look_of(const rve::ElasticResultOf<D> &look)
+  {
+    return {look.result.unbalanced_ratio <= rve::QUIET_UNBALANCED_RATIO, look.result.mean_overlap,
+            look.stiffness};
   }
 
   /// What a default gain of the servo is proportional to, of what a material says.
@@ -81,20 +91,34 @@ void RvePointsOf<D>::Point::hear(const rve::ResponseOf<D> &response, const rve::
   note(last);
 }
 
-template <int D> Sleep<D> RvePointsOf<D>::Point::sleep() const
+template <int D> rve::SleepOf<D> RvePointsOf<D>::Point::sleep() const
 {
-  return {pending, last_steps().stress, look->stiffness};
+  return {pending, last_steps().stress,
+          look && look->stiffness ? *look->stiffness : rve::AffineStiffnessOf<D>(), mean_overlap()};
 }
 
-template <int D> void RvePointsOf<D>::Point::sleep_on(const Sleep<D> &sleep)
+template <int D> rve::Rest RvePointsOf<D>::Point::rest() const
+{
+  const bool is_at_rest = look && look->is_at_rest;
+  if (asleep()) return is_at_rest ? rve::Rest::Sleeps : rve::Rest::Wakes;
+  return is_at_rest ? rve::Rest::Rests : look ? rve::Rest::Moves : rve::Rest::Unknown;
+}
+
+template <int D> void RvePointsOf<D>::Point::sleep_on(const rve::SleepOf<D> &sleep)
 {
   if (!asleep()) rested = result;
   state = State::Asleep;
   pending = sleep.pending;
-  const rve::PolarDecomposition polar(pending);
+  result.stress = sleep.stress_after(pending);
+  follow_pending();
+}
+
+template <int D> void RvePointsOf<D>::Point::follow_pending()
+{
+  const Matrix stress = result.stress, rotation = rve::rotation_of(pending);
   result = rested;
-  result.stress = sleep.stress_at(polar);
-  result.fabric = polar.rotation * rested.fabric * rve::transpose(polar.rotation);
+  result.stress = stress;
+  result.fabric = rotation * rested.fabric * rve::transpose(rotation);
   result.cell = pending * rested.cell;
   result.deformation = pending * rested.deformation;
   result.void_ratio = (1.0 + rested.void_ratio) * rve::determinant(pending) - 1.0;
@@ -117,12 +141,14 @@ template <int D> PointFront<D> RvePointsOf<D>::Point::front() const
 
 template <int D> void RvePointsOf<D>::Point::take_details(const rve::ResultOf<D> &look)
 {
-  const Matrix stress = result.stress;
-  const std::uint32_t status = result.status;
-  result = look;
-  result.stress = stress;
-  result.status = status;
+  rve::ResultOf<D> &last = asleep() ? rested : result;
+  const Matrix stress = last.stress;
+  const std::uint32_t status = last.status;
+  last = look;
+  last.stress = stress;
+  last.status = status;
   stale = false;
+  if (asleep()) follow_pending();
 }
 
 template <int D> std::vector<rve::DriveOf<D>> RvePointsOf<D>::drives_at_rest(std::size_t count)
@@ -339,7 +365,7 @@ template <int D> void RvePointsOf<D>::set_options(const MacroStepOptions &_optio
   const int refinement = options.shadow_refinement;
   options = _options;
   options.shadow_refinement = refinement;
-  device_knows = has_refused = some_sleep = false;
+  device_knows = has_refused = false;
 }
 
 template <int D>
@@ -392,7 +418,7 @@ void RvePointsOf<D>::set_materials(const std::vector<int> &slots,
       continue;
     }
     point.rested = look;
-    point.look = {look.unbalanced_ratio <= QUIET_UNBALANCED_RATIO, looks[k].stiffness};
+    point.look = look_of<D>(looks[k]);
     point.sleep_on(point.sleep());
   }
 }
@@ -516,13 +542,6 @@ template <int D> struct RvePointsOf<D>::Macro {
   }
 };
 
-/// Whether the strain since its last DEM steps is too small for others. It sleeps if it is at rest as well.
-template <int D> bool RvePointsOf<D>::may_sleep(int slot, const rve::DriveOf<D> &drive) const
-{
-  return options.quiescent_strain > 0.0 && !drive.has_servo() && drive.substeps > 0 &&
-      may_sleep(slot, drive.deformation, drive.dt, drive.substeps);
-}
-
 template <int D>
 bool RvePointsOf<D>::is_worth_a_look(int slot, double strain, double dt, int substeps) const
 {
@@ -530,55 +549,58 @@ bool RvePointsOf<D>::is_worth_a_look(int slot, double strain, double dt, int sub
   return rve::is_worth_a_look(strain, substeps, options.quiescent_strain);
 }
 
-/// The same of an increment alone. Of one that is awake its front knows all.
+/// What an RVE does that is not frozen.
 template <int D>
-bool RvePointsOf<D>::may_sleep(int slot, const Matrix &increment, double dt, int substeps) const
+typename RvePointsOf<D>::Part RvePointsOf<D>::part_of(int slot, const rve::DriveOf<D> &drive) const
+{
+  if (!(options.quiescent_strain > 0.0) || drive.has_servo() || drive.substeps == 0)
+    return Part::Works;
+  return part_of(slot, drive.deformation, drive.dt, drive.substeps);
+}
+
+/// The same of an increment alone: it sleeps where the strain since its last DEM steps is too small for others, and a look at their end has found
+/// it at rest.
+template <int D>
+typename RvePointsOf<D>::Part RvePointsOf<D>::part_of(int slot, const Matrix &increment, double dt,
+                                                      int substeps) const
 {
   const PointFront<D> &front = points.front(slot);
-  const double strain = rve::strain_size(increment);
-  const double of_all = front.owes ? rve::strain_size(increment * points.pending(slot)) : strain;
-  return front.response.status == rve::status::Ok && of_all < options.quiescent_strain &&
-      (front.state == State::Asleep || is_worth_a_look(slot, strain, dt, substeps));
+  const double limit = options.quiescent_strain, strain = rve::strain_size(increment);
+  if (front.response.status != rve::status::Ok || !(strain < limit)) return Part::Works;
+  const rve::Rest rest = points.sleeps_on(slot) ? rve::Rest::Sleeps : points.at(slot).rest();
+  if (rve::may_sleep_on(rest) &&
+      (!front.owes || rve::strain_size(increment * points.pending(slot)) < limit))
+    return Part::Sleeps;
+  return rve::may_be_looked_at(rest) && is_worth_a_look(slot, strain, dt, substeps)
+      ? Part::WorksAndIsLookedAt
+      : Part::Works;
 }
 
 /// Through an increment; returns its stress.
 template <int D> rve::Tensor<double, D> RvePointsOf<D>::sleep_on(int slot, const Matrix &increment)
 {
+  return sleep_until(slot, increment * points.pending(slot));
+}
+
+template <int D> rve::Tensor<double, D> RvePointsOf<D>::sleep_until(int slot, const Matrix &pending)
+{
   points.front(slot);    // is current from here on
-  const Sleep<D> &sleep = points.sleep(slot);
-  const Matrix pending = increment * sleep.pending;
-  const Matrix stress = sleep.stress_at(rve::PolarDecomposition<D>(pending));
+  const Matrix stress = points.sleep(slot).stress_after(pending);
   points.slept(slot, pending, stress);
   return stress;
 }
 
-/// An RVE that still moves, or may start to, needs its DEM steps: so does one that cannot be looked at. One call for all that
-/// were not looked at since their last DEM steps; their results are complete then.
-template <int D> void RvePointsOf<D>::look_at_sleepers(const std::vector<int> &slots)
+/// Those that came with a record and rest have not brought their stiffness.
+template <int D> void RvePointsOf<D>::complete_looks(const std::vector<int> &slots)
 {
   std::vector<int> some;
-  for (std::size_t k = 0; k < slots.size(); ++k)
-    if (parts[k] == Part::Sleeps && !points.sleeps_on(slots[k]) && !points.at(slots[k]).look)
-      some.push_back(slots[k]);
-  if (!some.empty()) {
-    std::vector<rve::ElasticResultOf<D>> looks;
-    call_engine(some, drives_at_rest(some.size()), looks);
-    const int count = static_cast<int>(some.size());
-    const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team)
-    for (int m = 0; m < count; ++m) {
-      Point &point = points.told(some[m]);
-      const rve::ResultOf<D> &result = looks[m].result;
-      const bool failed = (result.status & rve::status::Fatal) != 0;
-      point.look = {!failed && result.unbalanced_ratio <= QUIET_UNBALANCED_RATIO,
-                    looks[m].stiffness};
-      if (!failed && point.stale) point.take_details(result);
-    }
-  }
-  for (std::size_t k = 0; k < slots.size(); ++k)
-    if (parts[k] == Part::Sleeps && !points.sleeps_on(slots[k]) &&
-        !points.at(slots[k]).look->is_at_rest)
-      parts[k] = Part::Works;
+  for (const int slot : slots)
+    if (const auto &look = points.at(slot).look; look && !look->is_whole()) some.push_back(slot);
+  if (some.empty()) return;
+  std::vector<rve::ElasticResultOf<D>> found;
+  call_engine(some, drives_at_rest(some.size()), found);
+  for (std::size_t m = 0; m < some.size(); ++m)
+    points.told(some[m]).look->stiffness = found[m].stiffness;
 }
 
 template <int D> int RvePointsOf<D>::substeps_of(int slot, const rve::DriveOf<D> &drive) const
@@ -637,10 +659,8 @@ bool RvePointsOf<D>::plan_parts(const std::vector<int> &slots,
   const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team) reduction(&& : all_work)
   for (int k = 0; k < count; ++k) {
-    parts[k] = frozen(slots[k])          ? Part::Nothing
-        : may_sleep(slots[k], drives[k]) ? Part::Sleeps
-                                         : Part::Works;
-    all_work = all_work && parts[k] == Part::Works;
+    parts[k] = frozen(slots[k]) ? Part::Nothing : part_of(slots[k], drives[k]);
+    all_work = all_work && works(parts[k]);
   }
   return all_work;
 }
@@ -654,11 +674,12 @@ bool RvePointsOf<D>::plan_work(const std::vector<int> &slots,
   working.clear();
   if (!all_work)
     for (std::size_t k = 0; k < slots.size(); ++k)
-      if (parts[k] == Part::Works) working.push_back(static_cast<int>(k));
+      if (works(parts[k])) working.push_back(static_cast<int>(k));
   const int count = static_cast<int>(all_work ? slots.size() : working.size());
   working_slots.resize(count);
   working_drives.resize(count);
   must_turn.resize(count);
+  is_looked_at.resize(count);
   bool some_owe = false, some_turn = false;
   {
     const rve::LightWork work(count, threads);
@@ -669,13 +690,14 @@ bool RvePointsOf<D>::plan_work(const std::vector<int> &slots,
       working_slots[m] = slot;
       drive = drives[k];
       must_turn[m] = 0;
+      is_looked_at[m] = parts[k] == Part::WorksAndIsLookedAt;
       const bool wakes = points.front(slot).owes, has_servo = drive.has_servo();
       some_owe = some_owe || (wakes && has_servo);
       if (has_servo || drive.substeps == 0) continue;
       if (wakes) {
         const Point &point = points.at(slot);
         drive.deformation = drive.deformation * point.pending;
-        must_turn[m] = is_turned(point, drive.deformation);
+        must_turn[m] = is_turned(point.mean_overlap(), drive.deformation);
       }
       if (options.adaptive) {
         drive.substeps = substeps_of(slot, drive);
@@ -709,7 +731,7 @@ template <int D> void RvePointsOf<D>::catch_up()
     drive.deformation = point.pending;
     slots.push_back(working_slots[m]);
     drives.push_back(drive);
-    must_turn.push_back(is_turned(point, point.pending));
+    must_turn.push_back(is_turned(point.mean_overlap(), point.pending));
   }
   if (slots.empty()) return;
   turn(*engine, slots, drives, must_turn);
@@ -727,10 +749,12 @@ template <int D> void RvePointsOf<D>::catch_up()
   for (std::size_t m = 0; m < working_slots.size(); ++m) {
     if (frozen(working_slots[m])) continue;
     working_slots[left] = working_slots[m];
+    is_looked_at[left] = is_looked_at[m];
     working_drives[left++] = working_drives[m];
   }
   working_slots.resize(left);
   working_drives.resize(left);
+  is_looked_at.resize(left);
 }
 
 /// All parts of all macro steps, the n-th parts of all RVEs at once.
@@ -842,16 +866,21 @@ std::vector<int> RvePointsOf<D>::advance(const std::vector<int> &slots,
 
 template <int D> class RvePointsOf<D>::IncrementCall final : public rve::IncrementCallOf<D> {
  public:
-  IncrementCall(RvePointsOf &owner, MacroIncrementsOf<D> &macro, bool of_all) :
-      owner_(owner), macro_(macro), of_all_(of_all)
+  /// has_parts: `parts` are those of the step.
+  IncrementCall(RvePointsOf &owner, MacroIncrementsOf<D> &macro, bool of_all,
+                bool has_parts = false) :
+      owner_(owner),
+      macro_(macro), of_all_(of_all), has_parts_(has_parts)
   {
   }
 
   bool give(int begin, int end, rve::IncrementOf<D> *increments) override
   {
-    for (int m = begin; m < end; ++m)
-      if (!plan(owner_.call_slots[m], macro_.increment(place(m)), increments[m - begin]))
-        return false;
+    for (int m = begin; m < end; ++m) {
+      rve::IncrementOf<D> &increment = increments[m - begin];
+      if (!plan(owner_.call_slots[m], macro_.increment(place(m)), increment)) return false;
+      increment.is_looked_at = has_parts_ && owner_.parts[place(m)] == Part::WorksAndIsLookedAt;
+    }
     return true;
   }
 
@@ -863,7 +892,17 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   void take(int begin, int end, const rve::IncrementOf<D> *increments,
             const rve::ResponseOf<D> *responses) override
   {
-    for (int m = begin; m < end; ++m) take_one(m, increments[m - begin], responses[m - begin]);
+    for (int m = begin; m < end; ++m)
+      if (increments[m - begin].substeps != rve::BEFORE_THE_CALL)
+        take_one(m, increments[m - begin], responses[m - begin]);
+  }
+  void take_look(int m, const rve::LookOf<D> &look) override
+  {
+    owner_.points.told(owner_.call_slots[m]).look = look_of<D>(look);
+  }
+  void take_sleep(int m, const Matrix &pending) override
+  {
+    macro_.take_stress(place(m), owner_.sleep_until(owner_.call_slots[m], pending));
   }
   /// Of one that fails another answer may follow.
   void take_one(int m, const rve::IncrementOf<D> &increment, const rve::ResponseOf<D> &response)
@@ -907,7 +946,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
     if (front.owes) {
       const Point &point = owner_.points.at(slot);
       increment.deformation = deformation * point.pending;
-      must_turn = is_turned(point, increment.deformation);
+      must_turn = is_turned(point.mean_overlap(), increment.deformation);
     }
     if (owner_.options.adaptive) {
       increment.substeps = owner_.substeps_of(slot, rve::strain_size(increment.deformation),
@@ -931,7 +970,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
 
   RvePointsOf &owner_;
   MacroIncrementsOf<D> &macro_;
-  const bool of_all_;
+  const bool of_all_, has_parts_;
   // grains could not follow these
   std::vector<int> turned_;
   std::vector<Matrix> rotations_;
@@ -962,8 +1001,11 @@ bool RvePointsOf<D>::begin_advance(const std::vector<int> &slots, MacroIncrement
   call_slots.clear();
   call_places.clear();
   places_apart.clear();
-  const bool any_sleeps = find_sleepers(slots, increments);
-  const bool of_all = !any_is_apart && !any_sleeps;
+  const bool has_parts = find_sleepers(slots, increments);
+  const bool any_sleep =
+      has_parts && std::find(parts.begin(), parts.end(), Part::Sleeps) != parts.end();
+  if (any_sleep) complete_looks(those_that_sleep(slots));
+  const bool of_all = !any_is_apart && !any_sleep;
   if (of_all) {
     call_slots = slots;
   } else {
@@ -972,17 +1014,17 @@ bool RvePointsOf<D>::begin_advance(const std::vector<int> &slots, MacroIncrement
         places_apart.push_back(k);
         continue;
       }
-      if (any_sleeps && parts[k] == Part::Sleeps) continue;
+      if (any_sleep && parts[k] == Part::Sleeps) continue;
       call_slots.push_back(slots[k]);
       call_places.push_back(k);
     }
   }
-  auto call = std::make_shared<IncrementCall>(*this, increments, of_all);
+  auto call = std::make_shared<IncrementCall>(*this, increments, of_all, has_parts);
   const auto engine_start = rve::WallClock::now();
   const bool has_begun = engine->begin_advance(call_slots, *call);
   seconds_in_engine += rve::seconds_since(engine_start);
   if (!has_begun) return false;
-  if (any_sleeps) {
+  if (any_sleep) {
     const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team)
     for (int k = 0; k < count; ++k) {
@@ -996,31 +1038,34 @@ bool RvePointsOf<D>::begin_advance(const std::vector<int> &slots, MacroIncrement
   return true;
 }
 
-/// Which of those that are not apart sleep in this step; whether there are any.
+/// What those that are not apart do in this step: whether there is any but work.
 template <int D>
 bool RvePointsOf<D>::find_sleepers(const std::vector<int> &slots,
                                    const MacroIncrementsOf<D> &increments)
 {
-  some_sleep = false;
   if (!(options.quiescent_strain > 0.0) || increments.substeps == 0) return false;
-  has_refused = false;    // those that slept may be awake
   const int count = static_cast<int>(slots.size());
   parts.resize(count);
-  bool any_may = false;
-  {
-    const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team) reduction(|| : any_may)
-    for (int k = 0; k < count; ++k) {
-      const bool may = !is_apart[slots[k]] &&
-          may_sleep(slots[k], increments.increment(k), increments.dt, increments.substeps);
-      parts[k] = may ? Part::Sleeps : Part::Works;
-      any_may = any_may || may;
-    }
+  bool any = false;
+  const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team) reduction(|| : any)
+  for (int k = 0; k < count; ++k) {
+    parts[k] = is_apart[slots[k]]
+        ? Part::Works
+        : part_of(slots[k], increments.increment(k), increments.dt, increments.substeps);
+    any = any || parts[k] != Part::Works;
   }
-  if (!any_may) return false;
-  some_sleep = true;
-  look_at_sleepers(slots);
-  return std::find(parts.begin(), parts.end(), Part::Sleeps) != parts.end();
+  return any;
+}
+
+/// Slots whose RVEs sleep in this step.
+template <int D>
+std::vector<int> RvePointsOf<D>::those_that_sleep(const std::vector<int> &slots) const
+{
+  std::vector<int> some;
+  for (std::size_t k = 0; k < slots.size(); ++k)
+    if (parts[k] == Part::Sleeps && !points.sleeps_on(slots[k])) some.push_back(slots[k]);
+  return some;
 }
 
 template <int D> std::vector<int> RvePointsOf<D>::end_advance()
@@ -1075,6 +1120,7 @@ bool RvePointsOf<D>::find_planned(const std::vector<int> &slots, const std::vect
     }
   }
   device_call.rves = call_slots;
+  find_resting();
   const int count = static_cast<int>(call_slots.size());
   device_call.planned.resize(count);
   bool all_serve = count > 0;
@@ -1084,7 +1130,9 @@ bool RvePointsOf<D>::find_planned(const std::vector<int> &slots, const std::vect
     const int slot = call_slots[k];
     const PointFront<D> &front = points.front(slot);
     const ContactResponse<D> &contacts = front.of_contacts;
-    all_serve = all_serve && front.state == State::Awake && !front.owes && copies(slot) == 1 &&
+    const bool is_as_planned = front.state == State::Asleep ||
+        (front.state == State::Awake && !front.owes);
+    all_serve = all_serve && is_as_planned && copies(slot) == 1 &&
         (contacts.is_linear() || !options.adaptive);
     rve::PlannedRve &planned = device_call.planned[k];
     planned.pressure = front.pressure;
@@ -1097,6 +1145,18 @@ bool RvePointsOf<D>::find_planned(const std::vector<int> &slots, const std::vect
   return all_serve;
 }
 
+/// Of those that advance: what is known of their rest.
+template <int D> void RvePointsOf<D>::find_resting()
+{
+  device_call.resting.clear();
+  complete_looks(call_slots);
+  for (std::size_t k = 0; k < call_slots.size(); ++k) {
+    const rve::Rest rest = points.at(call_slots[k]).rest();
+    if (rest != rve::Rest::Unknown)
+      device_call.resting.push_back({static_cast<int>(k), rest, points.sleep(call_slots[k])});
+  }
+}
+
 template <int D>
 bool RvePointsOf<D>::plan_there(const std::vector<int> &slots, const std::vector<int> &point_of,
                                 bool is_as_before, const rve::PointsOnDevice &there,
@@ -1104,7 +1164,7 @@ bool RvePointsOf<D>::plan_there(const std::vector<int> &slots, const std::vector
 {
   if (!engine->device_calls() || there.device < 0 || there.device != engine->cuda_device() ||
       options.stress_from != StressFrom::End || shadows || slots.empty() ||
-      increments.substeps == 0 || some_sleep)
+      increments.substeps == 0)
     return false;
   const auto start = rve::WallClock::now();
   const bool nothing_new = !points.is_changed() && is_as_before;
@@ -1139,8 +1199,11 @@ template <int D> bool RvePointsOf<D>::can_advance_there()
     const int slot = device_call.rves[question.place];
     rve::IncrementInQuestion<D> decision = question;
     rve::IncrementOf<D> &increment = decision.increment;
-    if (!slips(slot, increment.deformation, increment.dt, increment.substeps, question.pressure))
-      continue;
+    const bool must_turn =
+        (question.owes && is_turned(question.mean_overlap, increment.deformation)) ||
+        (options.adaptive &&
+         slips(slot, increment.deformation, increment.dt, increment.substeps, question.pressure));
+    if (!must_turn) continue;
     turned_slots.push_back(slot);
     rotations.push_back(turn(slot, increment, question.pressure));
     questions[decided++] = decision;
@@ -1297,11 +1360,18 @@ template <int D> bool RvePointsOf<D>::is_plain(const std::vector<int> &slots) co
 
 template <int D>
 std::vector<int> RvePointsOf<D>::advance_plainly(const std::vector<int> &slots,
-                                                 const std::vector<rve::DriveOf<D>> &drives)
+                                                 const std::vector<rve::DriveOf<D>> &drives,
+                                                 const std::vector<char> &looked_at)
 {
   const int count = static_cast<int>(slots.size());
   if (count == 0) return {};
-  call_engine(slots, drives, responses);
+  std::vector<int> looked_places;
+  for (std::size_t k = 0; k < looked_at.size(); ++k)
+    if (looked_at[k]) looked_places.push_back(static_cast<int>(k));
+  if (looked_places.empty())
+    call_engine(slots, drives, responses);
+  else
+    call_and_look(slots, drives, looked_at);
   record_sizes.assign(points.size(), 0);
 
   const auto has_failed = [&](int k) {
@@ -1322,6 +1392,9 @@ std::vector<int> RvePointsOf<D>::advance_plainly(const std::vector<int> &slots,
         take(k);
     }
   }
+  for (std::size_t m = 0; m < looked_places.size(); ++m)
+    if (!has_failed(looked_places[m]))
+      points.told(slots[looked_places[m]]).look = look_of<D>(found_looks[m]);
   if (!any_failed) return {};
 
   std::vector<int> failed, in_trouble;
@@ -1339,6 +1412,31 @@ std::vector<int> RvePointsOf<D>::advance_plainly(const std::vector<int> &slots,
     failed.push_back(slots[k]);
   }
   return failed;
+}
+
+/// Those that shall be looked at have the longest answer, in a call of their own.
+template <int D>
+void RvePointsOf<D>::call_and_look(const std::vector<int> &slots,
+                                   const std::vector<rve::DriveOf<D>> &drives,
+                                   const std::vector<char> &looked_at)
+{
+  std::vector<int> some_slots[2], some_places[2];
+  std::vector<rve::DriveOf<D>> some_drives[2];
+  for (std::size_t k = 0; k < slots.size(); ++k) {
+    const int looked = looked_at[k] ? 1 : 0;
+    some_slots[looked].push_back(slots[k]);
+    some_places[looked].push_back(static_cast<int>(k));
+    some_drives[looked].push_back(drives[k]);
+  }
+  responses.resize(slots.size());
+  std::vector<rve::ResponseOf<D>> of_others;
+  if (!some_slots[0].empty()) call_engine(some_slots[0], some_drives[0], of_others);
+  call_engine(some_slots[1], some_drives[1], found_looks);
+  for (std::size_t m = 0; m < of_others.size(); ++m) responses[some_places[0][m]] = of_others[m];
+  for (std::size_t m = 0; m < found_looks.size(); ++m) {
+    const rve::ResultOf<D> &result = found_looks[m].result;
+    responses[some_places[1][m]] = {result.status, result.num_contacts, result.stress};
+  }
 }
 
 template <int D> void RvePointsOf<D>::complete() const
@@ -1372,7 +1470,7 @@ std::vector<int> RvePointsOf<D>::advance_by_plan(const std::vector<int> &slots,
   record_sizes.assign(points.size(), 0);
   const bool all_work = plan_parts(slots, drives);
   if (!all_work && options.quiescent_strain > 0.0) {
-    look_at_sleepers(slots);
+    complete_looks(those_that_sleep(slots));
     const int count = static_cast<int>(slots.size());
     const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team)
@@ -1385,13 +1483,13 @@ std::vector<int> RvePointsOf<D>::advance_by_plan(const std::vector<int> &slots,
   if (some_owe) catch_up();
   if (options.stress_from != StressFrom::End)
     advance_with_samples(working_slots, working_drives);
-  else if (advance_plainly(working_slots, working_drives).empty() &&
+  else if (advance_plainly(working_slots, working_drives, is_looked_at).empty() &&
            working_slots.size() == planned)
     return {};    // as nearly always: thousands of points need not be asked
 
   std::vector<int> failed;
   for (std::size_t k = 0; k < slots.size(); ++k)
-    if ((all_work || parts[k] == Part::Works) && frozen(slots[k])) failed.push_back(slots[k]);
+    if ((all_work || works(parts[k])) && frozen(slots[k])) failed.push_back(slots[k]);
   return failed;
 }
 
@@ -1422,6 +1520,21 @@ void RvePointsOf<D>::advance_with_samples(const std::vector<int> &slots,
     point.pending = Matrix::identity();
     point.note(macro.drive);
   }
+  look_at_working();
+}
+
+/// A look of its own, at those that shall be looked at after their last DEM steps.
+template <int D> void RvePointsOf<D>::look_at_working()
+{
+  std::vector<int> some;
+  for (std::size_t m = 0; m < working_slots.size(); ++m)
+    if (is_looked_at[m] && !frozen(working_slots[m])) some.push_back(working_slots[m]);
+  if (some.empty()) return;
+  std::vector<rve::ElasticResultOf<D>> found;
+  call_engine(some, drives_at_rest(some.size()), found);
+  for (std::size_t m = 0; m < some.size(); ++m)
+    if (!(found[m].result.status & rve::status::Fatal))
+      points.told(some[m]).look = look_of<D>(found[m]);
 }
 
 template class RvePointsOf<2>;

@@ -69,9 +69,6 @@ constexpr double FRESH_STRAIN_PER_STEP = 5e-5;
 /// Packings that are tried for one.
 constexpr int MOST_FRESH_TRIALS = 3;
 
-/// Mean unbalanced force over mean contact force below which an RVE is at rest and may be skipped [-].
-constexpr double QUIET_UNBALANCED_RATIO = 1e-2;
-
 /// Growth of the number of contacts that asks for a look at the bound of the time step: by this share of them and of the grains. The
 /// first tells in a packing, the second in a gas, where a few contacts more mean nothing yet.
 constexpr double CONTACT_GROWTH = 0.1, CONTACT_GROWTH_PER_GRAIN = 0.02;
@@ -106,10 +103,15 @@ template <int D> class RvePointsOf {
 
     rve::ResultOf<D> rested;    ///< while asleep: of its last DEM step
 
-    /// Of its last DEM steps, once the next strain was too small for others. The same whatever the advance was asked for.
+    /// At the end of its last DEM steps, if their strain was so small that the RVE may sleep when the next one is, too. The same whatever the
+    /// advance was asked for.
     struct Look {
       bool is_at_rest;
-      rve::AffineStiffnessOf<D> stiffness;
+      double mean_overlap;    ///< [-]
+      /// Not known of one that came with a record, until it is wanted: it is that of the configuration.
+      std::optional<rve::AffineStiffnessOf<D>> stiffness;
+
+      bool is_whole() const { return !is_at_rest || stiffness; }
     };
     std::optional<Look> look;
 
@@ -119,6 +121,8 @@ template <int D> class RvePointsOf {
     bool asleep() const { return state == State::Asleep; }
     bool frozen() const { return state == State::Frozen; }
     const rve::ResultOf<D> &last_steps() const { return asleep() ? rested : result; }
+    /// Over contacts, overlap / sum of radii, after its last DEM steps [-].
+    double mean_overlap() const { return look ? look->mean_overlap : last_steps().mean_overlap; }
     /// |D| in the RVE's own time, of its last DEM steps [1/time]
     double strain_rate() const;
     /// Its last DEM steps were these, and `result` has their stress.
@@ -126,13 +130,16 @@ template <int D> class RvePointsOf {
     /// A sound answer to this drive.
     void hear(const rve::ResponseOf<D> &response, const rve::DriveOf<D> &last);
     /// It sleeps, or sleeps on: cell, deformation and void ratio follow. The rest is that of the last DEM step.
-    void sleep_on(const Sleep<D> &sleep);
+    void sleep_on(const rve::SleepOf<D> &sleep);
+    /// What follows the pending deformation, from `rested`; but its stress.
+    void follow_pending();
     /// Of one that sleeps, or has been looked at.
-    Sleep<D> sleep() const;
+    rve::SleepOf<D> sleep() const;
+    rve::Rest rest() const;
     PointFront<D> front() const;
     /// D itself, in the axes of the present; zero before its first steps [1/time]
     Matrix rate_of_deformation() const;
-    /// What a look at it finds. Its stress may be a mean, and its status is that of its last steps.
+    /// What its configuration says, which is that of its last steps. Their stress may be a mean, and their status stays.
     void take_details(const rve::ResultOf<D> &look);
     /// |stress - stress of the shadow| over the larger of both [-]
     double shadow_deviation() const;
@@ -328,7 +335,6 @@ template <int D> class RvePointsOf {
   MacroIncrementsOf<D> *planned_increments = nullptr;
   bool device_knows = false;      ///< what plans ask of RVEs
   bool has_refused = false;       ///< the RVEs of the last plan are none for a device
-  bool some_sleep = false;        ///< or were looked at before, in the last advance by increments
   bool is_unheard = false;        ///< what the device answered last
   bool stresses_there = false;    ///< of the last advance
   /// By slot: whether it rests, or is as many as copies, which have calls of their own; and whether one of them does or is.
@@ -336,16 +342,23 @@ template <int D> class RvePointsOf {
   bool any_is_apart = false;
 
   /// What an RVE does in a macro step.
-  enum class Part : char { Nothing, Sleeps, Works };
+  enum class Part : char {
+    Nothing,
+    Sleeps,
+    Works,
+    WorksAndIsLookedAt    ///< at its end
+  };
+  static bool works(Part part) { return part == Part::Works || part == Part::WorksAndIsLookedAt; }
 
   // of advance_plainly, kept between calls
   std::vector<rve::ResponseOf<D>> responses;
+  std::vector<rve::ElasticResultOf<D>> found_looks;    ///< of those that are looked at
   // of advance_by_plan
   std::vector<Part> parts;     // of each slot that is given
   std::vector<int> working;    // places of those that work among them, unless all do
   std::vector<int> working_slots;
   std::vector<rve::DriveOf<D>> working_drives;
-  std::vector<char> must_turn;    // as working_slots
+  std::vector<char> must_turn, is_looked_at;    // as working_slots
 
   template <class Answers>
   void call_engine(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,
@@ -377,7 +390,10 @@ template <int D> class RvePointsOf {
   }
   bool is_plain(const std::vector<int> &slots) const;
   std::vector<int> advance_plainly(const std::vector<int> &slots,
-                                   const std::vector<rve::DriveOf<D>> &drives);
+                                   const std::vector<rve::DriveOf<D>> &drives,
+                                   const std::vector<char> &looked_at = {});
+  void call_and_look(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,
+                     const std::vector<char> &looked_at);
   std::vector<int> advance_by_plan(const std::vector<int> &slots,
                                    const std::vector<rve::DriveOf<D>> &drives);
   void find_those_apart();
@@ -399,18 +415,22 @@ template <int D> class RvePointsOf {
   void move_to(const rve::ContactModel &contacts, const NewMaterials &materials);
   void set_materials_in_place(const std::vector<int> &slots,
                               const std::vector<rve::Material> &materials);
-  bool may_sleep(int slot, const rve::DriveOf<D> &drive) const;
-  bool may_sleep(int slot, const Matrix &increment, double dt, int substeps) const;
+  Part part_of(int slot, const rve::DriveOf<D> &drive) const;
+  Part part_of(int slot, const Matrix &increment, double dt, int substeps) const;
+  void complete_looks(const std::vector<int> &slots);
   bool find_sleepers(const std::vector<int> &slots, const MacroIncrementsOf<D> &increments);
   int substeps_of(int slot, const rve::DriveOf<D> &drive) const;
   /// Adaptive ones, for an increment of this strain_size() and a mean stress of the last DEM steps.
   int substeps_of(int slot, double strain, double dt, double pressure) const;
-  void look_at_sleepers(const std::vector<int> &slots);
   Matrix sleep_on(int slot, const Matrix &increment);
+  Matrix sleep_until(int slot, const Matrix &pending);
+  std::vector<int> those_that_sleep(const std::vector<int> &slots) const;
+  void look_at_working();
   Matrix turn(int slot, rve::IncrementOf<D> &increment, double pressure) const;
   static void turn(rve::EngineOf<D> &engine, const std::vector<int> &numbers,
                    std::vector<rve::DriveOf<D>> &drives, const std::vector<char> &must_turn);
   bool slips(int slot, const Matrix &increment, double dt, int substeps, double pressure) const;
+  void find_resting();
   bool find_planned(const std::vector<int> &slots, const std::vector<int> &point_of);
   void hear_of(const std::vector<int> &places);
   bool is_worth_a_look(int slot, double strain, double dt, int substeps) const;

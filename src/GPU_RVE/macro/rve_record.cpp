@@ -9,7 +9,9 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
+#include <iterator>
 #include <limits>
+#include <optional>
 #include <type_traits>
 
 namespace macro {
@@ -21,7 +23,7 @@ namespace {
     std::uint64_t version;
     std::uint64_t checksum;    // of the head, with zero in this place; the states have their own
     std::uint64_t bytes, shadow_bytes;    // of the states
-    std::uint32_t frozen, further_copies, asleep, renewals;
+    std::uint32_t frozen, further_copies, rest, renewals;
     std::int32_t contacts, most_contacts;
     double grain_size, servo_gain;
     rve::DriveOf<D> drive;
@@ -41,7 +43,7 @@ namespace {
     using Result = rve::ResultOf<D>;
     using Energy = rve::EnergyLedger;
     return has_no_padding(&Head::version, &Head::checksum, &Head::bytes, &Head::shadow_bytes,
-                          &Head::frozen, &Head::further_copies, &Head::asleep, &Head::renewals,
+                          &Head::frozen, &Head::further_copies, &Head::rest, &Head::renewals,
                           &Head::contacts, &Head::most_contacts, &Head::grain_size,
                           &Head::servo_gain, &Head::drive, &Head::servo_error, &Head::path,
                           &Head::pending, &Head::shadow_stress, &Head::result, &Head::rested) &&
@@ -77,9 +79,15 @@ namespace {
 
   // "rve pt", and a number that changes with the layout; "rve sp" of spheres
   template <int D>
-  constexpr std::uint64_t RECORD_VERSION = D == 2 ? 0x7276652070740005u : 0x7276652073700002u;
+  constexpr std::uint64_t RECORD_VERSION = D == 2 ? 0x7276652070740007u : 0x7276652073700004u;
   // of RVEs that are copies side by side, or took the place of another one: others keep the record that they always had
   template <int D> constexpr std::uint64_t VERSION_WITH_COPIES = RECORD_VERSION<D> + 1;
+  // the two before said whether an RVE sleeps, and not what looks had found
+  template <int D> constexpr std::uint64_t OLDEST_VERSION = RECORD_VERSION<D> - 2;
+
+  /// Rest in heads, where those of before have 0 and 1.
+  constexpr rve::Rest RESTS[] = {rve::Rest::Unknown, rve::Rest::Sleeps, rve::Rest::Rests,
+                                 rve::Rest::Moves, rve::Rest::Wakes};
 
   /// Of the bytes of a head.
   template <int D> std::uint64_t checksum_of_head(const double *record)
@@ -119,7 +127,8 @@ template <int D> std::vector<double> RvePointsOf<D>::record(int slot) const
   head.bytes = state.size();
   head.shadow_bytes = shadow.size();
   head.frozen = point.frozen() ? 1 : 0;
-  head.asleep = point.asleep() ? 1 : 0;
+  head.rest = static_cast<std::uint32_t>(
+      std::find(std::begin(RESTS), std::end(RESTS), point.rest()) - std::begin(RESTS));
   head.further_copies = static_cast<std::uint32_t>(point.copies - 1);
   head.renewals = static_cast<std::uint32_t>(point.renewals);
   head.contacts = point.contacts;
@@ -154,10 +163,10 @@ template <int D> int RvePointsOf<D>::add_record(const double *record, std::size_
   require_whole(size > head_size<D>(), "that is less than its head");
   RecordHead<D> head;
   std::memcpy(static_cast<void *>(&head), record, sizeof(head));
-  const bool is_known = head.version == RECORD_VERSION<D> || head.version == VERSION_WITH_COPIES<D>;
+  const bool is_known = head.version >= OLDEST_VERSION<D> && head.version <= VERSION_WITH_COPIES<D>;
   rve::require(is_known || head.version >> 16 != RECORD_VERSION<D> >> 16, [&] {
     return "its record has version " + std::to_string(head.version & 0xffff) +
-        "; this program reads versions " + std::to_string(RECORD_VERSION<D> & 0xffff) + " and " +
+        "; this program reads versions " + std::to_string(OLDEST_VERSION<D> & 0xffff) + " to " +
         std::to_string(VERSION_WITH_COPIES<D> & 0xffff);
   });
   require_whole(is_known, "it does not begin as one");
@@ -173,6 +182,7 @@ template <int D> int RvePointsOf<D>::add_record(const double *record, std::size_
   require_whole(head.renewals <= most && copies <= most && (copies & (copies - 1)) == 0 &&
                     static_cast<std::uint64_t>(state.num_grains()) % copies == 0,
                 "its grains are not so many copies");
+  require_whole(head.rest < std::size(RESTS), "it is neither awake nor asleep");
   std::optional<rve::RveStateOf<D>> shadow;
   if (of_shadow > 0) shadow = state_from<D>(record + head_size<D>() + of_state, head.shadow_bytes);
 
@@ -182,7 +192,11 @@ template <int D> int RvePointsOf<D>::add_record(const double *record, std::size_
   Point &point = settle(slot, state);
   point.result = head.result;
   point.rested = head.rested;
-  point.state = head.frozen ? State::Frozen : head.asleep ? State::Asleep : State::Awake;
+  const rve::Rest rest = RESTS[head.rest];
+  point.state = head.frozen ? State::Frozen : rve::owes(rest) ? State::Asleep : State::Awake;
+  if (rest != rve::Rest::Unknown)
+    point.look = {rest == rve::Rest::Sleeps || rest == rve::Rest::Rests,
+                  point.last_steps().mean_overlap, std::nullopt};
   point.copies = static_cast<std::int32_t>(copies);
   point.renewals = static_cast<std::int32_t>(head.renewals);
   any_copies = any_copies || copies > 1;

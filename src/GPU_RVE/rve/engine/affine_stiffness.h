@@ -17,7 +17,7 @@ template <int D> struct AffineStiffnessOf {
   double component[Space<D>::components][Space<D>::strains] = {};
 
   /// Stress increment of a symmetric strain [stress].
-  Tensor<double, D> operator()(const Tensor<double, D> &strain) const
+  RVE_HD Tensor<double, D> operator()(const Tensor<double, D> &strain) const
   {
     Tensor<double, D> stress;
     for (int k = 0; k < Space<D>::components; ++k) {
@@ -32,6 +32,16 @@ template <int D> struct AffineStiffnessOf {
   }
 };
 using AffineStiffness = AffineStiffnessOf<2>;
+
+/// Mean unbalanced force over mean contact force below which an RVE is at rest and may be skipped [-].
+constexpr double QUIET_UNBALANCED_RATIO = 1e-2;
+
+/// What a look at an RVE finds, at the end of DEM steps.
+template <int D> struct LookOf {
+  bool is_at_rest = false;
+  double mean_overlap = 0.0;    ///< over contacts, overlap / sum of radii [-]
+  AffineStiffnessOf<D> stiffness;
+};
 
 }    // namespace rve
 

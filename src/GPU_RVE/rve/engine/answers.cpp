@@ -34,13 +34,11 @@ void to_result(const AnswerRecord<D> &answer, const DetailRecord<D> &record, Res
   result.mechanical_coordination_number =
       carrying > 0 ? (2.0 * contacts - record.num_single) / carrying : 0.0;
   result.sliding_fraction = contacts > 0 ? static_cast<double>(record.num_sliding) / contacts : 0.0;
-  result.unbalanced_ratio = record.contact_force_sum > 0.0
-      ? (record.grain_force_sum / n) / (record.contact_force_sum / contacts)
-      : 0.0;
+  result.unbalanced_ratio = unbalanced_ratio(record);
   result.kinetic_energy = record.kinetic_energy;
   result.elastic_energy = record.elastic_energy;
   result.largest_overlap = record.largest_overlap;
-  result.mean_overlap = contacts > 0 ? record.overlap_sum / contacts : 0.0;
+  result.mean_overlap = mean_overlap(record);
   result.largest_contact_force = record.largest_contact_force;
   result.counters = {after.steps, after.rebuilds, after.lattice_reductions, after.repeats};
   result.energy = {after.work, after.friction_loss, after.damping_loss, after.viscous_loss};

@@ -365,9 +365,9 @@ void BatchEngine<D>::plan(Call &call, const Extent &extent, bool servo, Answer k
 }
 
 template <int D>
-typename BatchEngine<D>::Call BatchEngine<D>::call_of_increments(const std::vector<int> &rves,
-                                                                 int largest, int longest,
-                                                                 std::int64_t steps)
+typename BatchEngine<D>::Call
+BatchEngine<D>::call_of_increments(const std::vector<int> &rves, int largest, int longest,
+                                   std::int64_t steps, int num_details)
 {
   Call call;
   call.rves = &rves;
@@ -376,7 +376,15 @@ typename BatchEngine<D>::Call BatchEngine<D>::call_of_increments(const std::vect
   extent.longest = longest;
   extent.steps = steps;
   plan(call, extent, false, Answer::Short);
+  if (num_details > 0) ask_for_looks(call, num_details);
   return call;
+}
+
+template <int D> void BatchEngine<D>::ask_for_looks(Call &call, int num_details)
+{
+  call.with_details = true;
+  call.num_details = num_details;
+  call.constants.extra_detail = kStiffnessDetail;
 }
 
 template <int D> void BatchEngine<D>::put_longest_first(Call &call, double most_cost)
@@ -438,8 +446,8 @@ typename BatchEngine<D>::Answers BatchEngine<D>::repeat(const std::vector<int> &
 {
   const std::size_t count = rves.size();
   mended.assign(first.answers, first.answers + count);
-  mended_details.clear();
-  if (first.details) mended_details.assign(first.details, first.details + count);
+  mended_details.assign(kind == Answer::Short ? 0 : count, DetailRecord<D>());
+  if (first.details) std::copy_n(first.details, count, mended_details.begin());
   std::map<std::size_t, ImageHeader<D>> before;    // of the RVEs whose call is repeated
   for (int round = 0; round < MAX_REPEATS; ++round) {
     std::vector<std::size_t> again;
@@ -469,7 +477,7 @@ typename BatchEngine<D>::Answers BatchEngine<D>::repeat(const std::vector<int> &
     header.largest_contact_force = header_before.largest_contact_force;
     put_header(rves[k], header);
   }
-  return {mended.data(), first.details ? mended_details.data() : nullptr};
+  return {mended.data(), kind == Answer::Short ? nullptr : mended_details.data()};
 }
 
 template <int D>
@@ -589,11 +597,25 @@ bool BatchEngine<D>::begin_advance(const std::vector<int> &rves, IncrementCallOf
   }
   if (!all_serve) return false;
   plan(call, extent, false, Answer::Short);
+  number_looks(call);
   caller.begin();
 
   const Answers first = begin_launch(call);
   under_way = {&rves, &caller, first};
   return true;
+}
+
+/// Which details are those of which RVE, if increments ask for looks.
+template <int D> void BatchEngine<D>::number_looks(Call &call)
+{
+  detail_of.clear();
+  int looks = 0;
+  for (const IncrementOf<D> &one : increments) looks += one.is_looked_at;
+  if (looks == 0) return;
+  looks = 0;
+  for (const IncrementOf<D> &one : increments) detail_of.push_back(one.is_looked_at ? looks++ : -1);
+  ask_for_looks(call, looks);
+  call.detail_of = &detail_of;
 }
 
 template <int D> void BatchEngine<D>::end_advance()
@@ -634,16 +656,42 @@ void BatchEngine<D>::answer(const std::vector<int> &rves, IncrementCallOf<D> &ca
       }
     });
   }
+  if (first.details) {
+    const LightWork work(count, helpers(options));
+#pragma omp parallel for num_threads(work.team)
+    for (int k = 0; k < count; ++k)
+      if (increments[k].is_looked_at && is_sound(first.answers[k]))
+        caller.take_look(k, to_look(first.details[detail_of[k]]));
+  }
   if (again.empty()) return;
+  const bool looks = std::any_of(again.begin(), again.end(), [this](int k) {
+    return increments[k].is_looked_at;
+  });
   const Answers last = repeat(
       rves,
       [this](std::size_t place) {
         return increments[place].drive();
       },
-      first, Answer::Short);
+      {first.answers, nullptr}, looks ? Answer::Longest : Answer::Short);
   for (const int k : again) {
     const ResponseOf<D> one = to_response(last.answers[k]);
     caller.take(k, k + 1, &increments[k], &one);
+    if (increments[k].is_looked_at && is_sound(last.answers[k]))
+      caller.take_look(k, to_look(last.details[k]));
+  }
+}
+
+template <int D>
+void BatchEngine<D>::tell_rest(int count, const Rest *rest, const SleepOf<D> *sleeps,
+                               IncrementCallOf<D> &caller) const
+{
+  const LightWork work(count, helpers(options));
+#pragma omp parallel for num_threads(work.team)
+  for (int k = 0; k < count; ++k) {
+    if (rest[k] == Rest::Unknown) continue;
+    const SleepOf<D> &sleep = sleeps[k];
+    caller.take_look(k, {rest[k] != Rest::Moves, sleep.mean_overlap, sleep.stiffness});
+    if (owes(rest[k])) caller.take_sleep(k, sleep.pending);
   }
 }
 

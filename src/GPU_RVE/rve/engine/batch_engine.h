@@ -8,6 +8,7 @@
 #include "rve/engine/engine.h"
 #include "rve/engine/program_choice.h"
 #include "rve/engine/rve_image.h"
+#include "rve/engine/sleep.h"
 
 #include <algorithm>
 #include <functional>
@@ -68,12 +69,15 @@ template <int D> class BatchEngine : public EngineOf<D> {
     int pair_capacity = 0;    ///< that workspaces must have at least
     Program program = Program::Plain;
     bool with_details = false;
+    /// By place, where not all are asked for details: which ones of so many are its; -1: none.
+    const std::vector<int> *detail_of = nullptr;
+    int num_details = 0;
     BatchConstants constants;
   };
 
   /// Where the drives of the next launch shall be written, and not read. What was there before may be lost.
   virtual DriveRecord<D> *room_for_drives(std::size_t count) = 0;
-  /// As many as RVEs of a call, valid until the next one.
+  /// As many as RVEs of a call, valid until the next one; details as many as are asked for them.
   struct Answers {
     const AnswerRecord<D> *answers = nullptr;
     const DetailRecord<D> *details =
@@ -81,7 +85,7 @@ template <int D> class BatchEngine : public EngineOf<D> {
   };
   /// Runs the block program once for each RVE.
   virtual Answers launch(const Call &call) = 0;
-  /// The same without details, which may return before the answers are there: they are behind end_launch().
+  /// The same, which may return before the answers are there: they are behind end_launch().
   virtual Answers begin_launch(const Call &call) { return launch(call); }
   virtual void end_launch() {}
   /// memory() without the limit of the environment.
@@ -95,16 +99,23 @@ template <int D> class BatchEngine : public EngineOf<D> {
   static constexpr std::size_t BYTES_PER_ANSWER = sizeof(AnswerRecord<D>) +
       sizeof(DetailRecord<D>) + sizeof(ElasticResultOf<D>) + sizeof(DriveOf<D>);
 
-  /// Gives the answers of a call by `increments`, and repeats it where that must be.
+  /// Gives the answers of a call by `increments`, and repeats it where that must be. Looks are those of details in the order of detail_of, if there
+  /// are any, and of calls that are repeated.
   void answer(const std::vector<int> &rves, IncrementCallOf<D> &caller, const Answers &first);
-  /// A call by increments that are elsewhere: RVEs of at most so many grains, the most DEM steps of one and the sum of all.
+  /// What is known of the rest of the RVEs of such a call, behind answer().
+  void tell_rest(int count, const Rest *rest, const SleepOf<D> *sleeps,
+                 IncrementCallOf<D> &caller) const;
+  /// A call by increments that are elsewhere: RVEs of at most so many grains, the most DEM steps of one and the sum of all. So many are asked for
+  /// details.
   Call call_of_increments(const std::vector<int> &rves, int largest, int longest,
-                          std::int64_t steps);
+                          std::int64_t steps, int num_details);
+  static void ask_for_looks(Call &call, int num_details);
   int grains(int rve) const { return grains_of[rve]; }
   static ResponseOf<D> to_response(const AnswerRecord<D> &answer);
   void require_nothing_under_way() const;
 
   std::vector<IncrementOf<D>> increments;    ///< of the last call by them
+  std::vector<int> detail_of;                ///< of the last call by them that asked for looks
 
   const Options options;
   const BatchConstants constants;
@@ -149,6 +160,7 @@ template <int D> class BatchEngine : public EngineOf<D> {
   /// Checks and translates; sizes, order and program follow from the drives.
   void prepare(Call &call, const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,
                Answer kind);
+  void number_looks(Call &call);
   /// One call without repeats.
   Answers start(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives, Answer kind);
   /// The drive at a place of a call.

@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <map>
 #include <tuple>
+#include <utility>
 
 namespace rve {
 
@@ -142,8 +143,11 @@ namespace {
           smallest = k == 0 ? grains : std::min(smallest, grains);
           largest_of_call = k == 0 ? grains : std::max(largest_of_call, grains);
         }
-        has_order = call.options.is_adaptive || smallest < largest_of_call;
+        are_alike = smallest == largest_of_call;
+        place_those_resting(call.resting, count);
       }
+      may_sleep = call.options.quiescent_strain > 0.0 || has_resting;
+      const bool has_order = may_sleep || call.options.is_adaptive || !are_alike;
       launch.points = call.points;
       launch.options = call.options;
       launch.most_cost = static_cast<double>(call.options.is_adaptive ? call.options.adaptive.most
@@ -151,6 +155,10 @@ namespace {
           largest_of_call;
       // the call before may not have been heard yet
       launch.drives = planned_drives[1 - drives_in_use].reserve(count);
+      launch.drives_before = planned_drives[drives_in_use].reserve(count);
+      launch.rest = may_sleep ? rest_buffer.reserve(count) : nullptr;
+      launch.sleeps = may_sleep ? sleep_buffer.reserve(count) : nullptr;
+      launch.detail_of = may_sleep ? detail_of_buffer.reserve(count) : nullptr;
       launch.classes = has_order ? class_buffer.reserve(count) : nullptr;
       launch.order = has_order ? planned_order_buffer.reserve(count) : nullptr;
       launch.findings = findings_buffer.reserve_zeros(1);
@@ -174,6 +182,8 @@ namespace {
         IncrementInQuestion<D> &question = questions.emplace_back();
         question.place = records[q].place;
         question.pressure = records[q].pressure;
+        question.owes = records[q].owes != 0;
+        question.mean_overlap = records[q].mean_overlap;
         question.increment.dt = increments_of_call.options.dt;
         question.increment.substeps = records[q].substeps;
         question.increment.deformation = load_tensor<D>(records[q].deformation);
@@ -200,14 +210,22 @@ namespace {
                 decided_buffer.send(num_decided), num_decided, launch.drives);
         check_cuda(cudaGetLastError(), "launch of a decision");
       }
-      const Call call = this->call_of_increments(device_call->rves, largest_of_call, longest,
-                                                 static_cast<std::int64_t>(found.steps));
-      LaunchRecord<D> record;
-      record.drives = launch.drives;
-      record.order = launch.order;
-      record.answers = planned_answers[drives_in_use].reserve(launch.count);
-      run(call, record);
-      launch.answers = record.answers;
+      launch.answers = planned_answers[drives_in_use].reserve(launch.count);
+      launch.answers_before = planned_answers[1 - drives_in_use].reserve(launch.count);
+      launch.details = found.looks > 0 ? detail_buffer.reserve(launch.count) : nullptr;
+      const int launched = launch.count - found.sleeping;
+      if (launched > 0) {
+        Call call = this->call_of_increments(device_call->rves, largest_of_call, longest,
+                                             static_cast<std::int64_t>(found.steps), found.looks);
+        call.mean *= static_cast<double>(launch.count) / launched;
+        LaunchRecord<D> record;
+        record.drives = launch.drives;
+        record.order = launch.order;
+        record.answers = launch.answers;
+        record.detail_of = launch.detail_of;
+        record.launched = launched;
+        run(call, record);
+      }
       launch.stiffened = stiffened_buffer.room(this->MOST_STIFFENED);
       take_answers<D>
           <<<rounded_up(launch.count, kIncrementBlock) / kIncrementBlock, kIncrementBlock>>>(
@@ -230,10 +248,17 @@ namespace {
       use_device();
       const std::size_t count = device_call->rves.size();
       const DriveRecord<D> *records = planned_drives[drives_in_use].receive(count);
+      const int *detail_of = may_sleep ? detail_of_buffer.receive(count) : nullptr;
       this->increments.resize(count);
-      for (std::size_t k = 0; k < count; ++k) this->increments[k] = increment_of(records[k]);
+      for (std::size_t k = 0; k < count; ++k) {
+        this->increments[k] = increment_of(records[k]);
+        this->increments[k].is_looked_at = detail_of && detail_of[k] >= 0;
+      }
       this->answer(device_call->rves, caller,
                    {planned_answers[drives_in_use].receive(count), nullptr});
+      if (!may_sleep) return;
+      this->tell_rest(static_cast<int>(count), rest_buffer.receive(count),
+                      sleep_buffer.receive(count), caller);
     }
 
     void hear_of(int place, IncrementCallOf<D> &caller) override
@@ -392,8 +417,7 @@ namespace {
     {
       const Answers answers = begin_launch(call);
       end_launch();
-      return {answers.answers,
-              call.with_details ? detail_buffer.receive(call.rves->size()) : nullptr};
+      return answers;
     }
 
     Answers begin_launch(const Call &call) override
@@ -403,18 +427,42 @@ namespace {
       record.drives = call.drives;
       record.order = call.order ? order_buffer.upload(*call.order) : nullptr;
       record.answers = answers.room(call.rves->size());
+      record.detail_of = call.detail_of ? asked_buffer.upload(*call.detail_of) : nullptr;
+      record.launched = static_cast<int>(call.rves->size());
       run(call, record);
-      return {record.answers, nullptr};
+      details_to_receive = call.with_details ? num_details(call) : 0;
+      return {record.answers, call.with_details ? detail_buffer.room(details_to_receive) : nullptr};
     }
 
     void end_launch() override
     {
       use_device();
       check_cuda(cudaStreamSynchronize(nullptr), "RVE kernel");
+      if (const int count = std::exchange(details_to_receive, 0)) detail_buffer.receive(count);
     }
 
    private:
-    /// Launches the kernels of a call, with drives, order and answers as the record has them.
+    static int num_details(const Call &call)
+    {
+      return call.num_details > 0 ? call.num_details : static_cast<int>(call.rves->size());
+    }
+
+    /// Of a new call. None but these rests.
+    void place_those_resting(const std::vector<RestingRve<D>> &resting, int count)
+    {
+      const int number = static_cast<int>(resting.size());
+      has_resting = number > 0;
+      rest_buffer.reserve_zeros(count);
+      if (!has_resting) return;
+      const RestingRve<D> *records = resting_buffer.upload(resting);
+      place_resting<D><<<rounded_up(number, kIncrementBlock) / kIncrementBlock, kIncrementBlock>>>(
+          records, number, rest_buffer.reserve(count), sleep_buffer.reserve(count),
+          planned_drives[drives_in_use].reserve(count),
+          planned_answers[drives_in_use].reserve(count));
+      check_cuda(cudaGetLastError(), "launch of a note of those that rest");
+    }
+
+    /// Launches the kernels of a call, with drives, order, answers and places of details as the record has them.
     void run(const Call &call, LaunchRecord<D> &record)
     {
       const int count = static_cast<int>(call.rves->size());
@@ -423,7 +471,7 @@ namespace {
       record.rves = handles_of(*call.rves);
       record.steering = call.steering.empty() ? nullptr : upload_steering(call);
       // an RVE that fails writes no details
-      record.details = call.with_details ? detail_buffer.reserve_zeros(count) : nullptr;
+      record.details = call.with_details ? detail_buffer.reserve_zeros(num_details(call)) : nullptr;
       record.count = count;
       record.queue = queue_buffer.reserve(1);
       record.prepared_size = plan.sizes.prepared;
@@ -432,7 +480,7 @@ namespace {
       record.chip_size = plan.dynamic;
       record.overflow = aligned(plan.sizes.workspace);
       record.memory_stride = record.overflow + plan.overflow_size;
-      const int resident = std::min(count, plan.blocks);
+      const int resident = std::min(record.launched, plan.blocks);
       record.memory = workspace_buffer.reserve(record.memory_stride * resident);
       record.pair_capacity = call.pair_capacity;
       record.prepared_together = std::max(
@@ -536,8 +584,12 @@ namespace {
     /// Calls of a few kinds alternate: looks at some RVEs between the steps of all.
     const Plan &plan_for(const Call &call)
     {
-      const CallKind kind{this->fills_device(call), call.with_details,      call.largest,
-                          call.pair_capacity,       steps_to_prepare(call), call.program};
+      const CallKind kind{this->fills_device(call),
+                          call.with_details && has_lean_kernels(call.program),
+                          call.largest,
+                          call.pair_capacity,
+                          steps_to_prepare(call),
+                          call.program};
       const auto [at, is_new] = plans.try_emplace(kind);
       if (is_new) {
         try {
@@ -644,6 +696,13 @@ namespace {
       return std::max(1, std::min(steps, call.longest));
     }
 
+    /// Whether some of its kernels know no details.
+    bool has_lean_kernels(Program program) const
+    {
+      const auto shape = programs.shape(programs.usable(program), Residency::Large);
+      return !shape || shape->lean;
+    }
+
     bool fills_device(const Call &call) const
     {
       return static_cast<int>(call.rves->size()) > device.multiProcessorCount;
@@ -705,15 +764,21 @@ namespace {
     HostBuffer<DriveRecord<D>> drives{cudaHostAllocWriteCombined};    // nothing reads them here
     HostBuffer<AnswerRecord<D>> answers;
     DeviceBuffer<DetailRecord<D>> detail_buffer;
+    DeviceBuffer<int>
+        asked_buffer;    ///< whose details those are, of calls that do not ask for all
     DeviceBuffer<char> prepared_buffer, workspace_buffer;
 
     // of calls whose increments are on the device
     static constexpr std::size_t BYTES_PLANNED = 2 * sizeof(DriveRecord<D>) +
-        2 * sizeof(AnswerRecord<D>) + sizeof(PlannedRve) + 2 * sizeof(int) + 1;    ///< per RVE
+        2 * sizeof(AnswerRecord<D>) + sizeof(PlannedRve) + sizeof(SleepOf<D>) + sizeof(Rest) +
+        3 * sizeof(int) + 1;    ///< per RVE
     const DeviceCallOf<D> *device_call = nullptr;
     IncrementLaunch<D> increments_of_call = {};
     int largest_of_call = 0;
-    bool has_order = false;
+    bool are_alike = false;      ///< RVEs of device_call, in their grains
+    bool has_resting = false;    ///< some of them rested when it was new
+    bool may_sleep = false;      ///< some of them rest, or may
+    int details_to_receive = 0;
     bool handled_call = false;    ///< the handles on the device are those of device_call
     int drives_in_use = 0;        ///< of the call that has begun last
     DeviceBuffer<DriveRecord<D>> planned_drives[2];
@@ -724,6 +789,10 @@ namespace {
     HostBuffer<QuestionRecord<D>> question_buffer;
     DeviceBuffer<DecidedRecord<D>> decided_buffer;
     DeviceBuffer<AnswerRecord<D>> planned_answers[2];
+    DeviceBuffer<Rest> rest_buffer;
+    DeviceBuffer<SleepOf<D>> sleep_buffer;
+    DeviceBuffer<int> detail_of_buffer;
+    DeviceBuffer<RestingRve<D>> resting_buffer;
     HostBuffer<int> stiffened_buffer;
   };
 

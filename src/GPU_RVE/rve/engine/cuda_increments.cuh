@@ -4,6 +4,7 @@
 #ifndef RVE_ENGINE_CUDA_INCREMENTS_CUH
 #define RVE_ENGINE_CUDA_INCREMENTS_CUH
 
+#include "rve/engine/answers.h"
 #include "rve/engine/cuda_kernels.h"
 #include "rve/engine/device_calls.h"
 
@@ -11,8 +12,8 @@
 
 namespace rve {
 
-/// RVEs are sorted by their costs into so many classes.
-constexpr int kCostClasses = 256;
+/// RVEs are sorted by their costs into so many classes. The last one has those that sleep.
+constexpr int kCostClasses = 256, kSleepers = kCostClasses - 1;
 
 /// What plan and answers find, from zeros. The host is told what comes before the classes.
 struct CallFindings {
@@ -22,6 +23,8 @@ struct CallFindings {
   int questions;
   int unfinished;    ///< RVEs that have failed or must repeat the call
   int stiffened;     ///< RVEs with more contacts than their plan expects
+  int sleeping;      ///< RVEs that make no steps
+  int looks;         ///< RVEs that are looked at
   int unused;
   int class_size[kCostClasses], class_taken[kCostClasses];
 };
@@ -31,8 +34,8 @@ constexpr std::size_t kToldFindings = offsetof(CallFindings, class_size);
 constexpr int kMostQuestions = 4096;
 
 template <int D> struct QuestionRecord {
-  int place, substeps;
-  double pressure;
+  int place, substeps, owes, unused;
+  double pressure, mean_overlap;
   double deformation[Space<D>::components];
 };
 
@@ -43,14 +46,22 @@ template <int D> struct IncrementLaunch {
   PlannedRve *planned;      ///< (count)
   int count;
   PlanOptions options;
-  double most_cost;          ///< DEM steps times grains
-  DriveRecord<D> *drives;    ///< (count)
+  double most_cost;                       ///< DEM steps times grains
+  DriveRecord<D> *drives;                 ///< (count)
+  const DriveRecord<D> *drives_before;    ///< (count) of the call before
+  /// (count) What is known of their rest, of the deformations that they sleep through, and whose details are whose (LaunchRecord); null: none sleeps,
+  /// and none may.
+  Rest *rest;
+  SleepOf<D> *sleeps;
+  int *detail_of;
+  const DetailRecord<D> *details;
   unsigned char *classes;    ///< (count), or null: all cost the same
   int *order;                ///< (count)
   CallFindings *findings;
-  QuestionRecord<D> *questions;      ///< (kMostQuestions), of the host
-  const AnswerRecord<D> *answers;    ///< (count)
-  int *stiffened;                    ///< (MOST_STIFFENED) places, of the host
+  QuestionRecord<D> *questions;             ///< (kMostQuestions), of the host
+  AnswerRecord<D> *answers;                 ///< (count)
+  const AnswerRecord<D> *answers_before;    ///< (count) of the call before
+  int *stiffened;                           ///< (MOST_STIFFENED) places, of the host
 };
 
 constexpr int kIncrementBlock = 128;
@@ -67,42 +78,54 @@ RVE_HD inline Tensor<double, D> increment_of_point(const IncrementLaunch<D> &lau
 template <int D>
 __global__ void __launch_bounds__(kIncrementBlock) plan_increments(const IncrementLaunch<D> launch)
 {
-  __shared__ int longest, steps;
+  __shared__ int longest, steps, sleeping;
   __shared__ int sizes[kCostClasses];
-  if (threadIdx.x == 0) longest = steps = 0;
+  if (threadIdx.x == 0) longest = steps = sleeping = 0;
   for (int c = threadIdx.x; c < kCostClasses; c += kIncrementBlock) sizes[c] = 0;
   __syncthreads();
   const int k = blockIdx.x * kIncrementBlock + threadIdx.x;
   if (k < launch.count) {
     const Tensor<double, D> f = increment_of_point(launch, k);
-    int substeps;
-    const PlanKind kind = plan_increment(f, launch.planned[k], launch.options, substeps);
-    if (kind == PlanKind::Refused) atomicAdd(&launch.findings->refused, 1);
-    if (kind == PlanKind::Question) {
+    const Rest rest = launch.rest ? launch.rest[k] : Rest::Unknown;
+    const IncrementPlan<D> plan =
+        plan_increment(f, launch.planned[k], rest, launch.sleeps + k, launch.options);
+    const bool sleeps = plan.kind == PlanKind::Sleeps;
+    if (plan.kind == PlanKind::Refused) atomicAdd(&launch.findings->refused, 1);
+    if (plan.kind == PlanKind::Question) {
       const int q = atomicAdd(&launch.findings->questions, 1);
       if (q < kMostQuestions) {
-        QuestionRecord<D> question = {k, substeps, launch.planned[k].pressure, {}};
-        store_tensor(f, question.deformation);
+        QuestionRecord<D> question = {k,
+                                      plan.substeps,
+                                      owes(rest),
+                                      0,
+                                      launch.planned[k].pressure,
+                                      owes(rest) ? launch.sleeps[k].mean_overlap : 0.0,
+                                      {}};
+        store_tensor(plan.deformation, question.deformation);
         launch.questions[q] = question;
       }
     }
-    DriveRecord<D> drive = {launch.options.dt, substeps, 1, {}};
-    store_tensor(f, drive.deformation);
+    if (launch.rest)
+      launch.detail_of[k] = plan.is_looked_at ? atomicAdd(&launch.findings->looks, 1) : -1;
+    DriveRecord<D> drive = {launch.options.dt, plan.substeps, 1, {}};
+    store_tensor(plan.deformation, drive.deformation);
     launch.drives[k] = drive;
-    atomicMax(&longest, substeps);
-    atomicAdd(&steps, substeps);
+    if (sleeps) atomicAdd(&sleeping, 1);
+    atomicMax(&longest, plan.substeps);
+    atomicAdd(&steps, plan.substeps);
     if (launch.classes) {
-      const double share =
-          static_cast<double>(substeps) * launch.rves[k].num_grains / launch.most_cost;
-      const int c = kCostClasses - 1 - static_cast<int>(share * (kCostClasses - 1));
-      launch.classes[k] = static_cast<unsigned char>(c < 0 ? 0 : c);
-      atomicAdd(&sizes[c < 0 ? 0 : c], 1);
+      const double cost = plan.substeps + (plan.is_looked_at ? LOOK_IN_STEPS : 0.0);
+      const double share = std::fmin(cost * launch.rves[k].num_grains / launch.most_cost, 1.0);
+      const int c = sleeps ? kSleepers : kSleepers - 1 - static_cast<int>(share * (kSleepers - 1));
+      launch.classes[k] = static_cast<unsigned char>(c);
+      atomicAdd(&sizes[c], 1);
     }
   }
   __syncthreads();
   if (threadIdx.x == 0) {
     atomicMax(&launch.findings->longest, longest);
     atomicAdd(&launch.findings->steps, static_cast<unsigned long long>(steps));
+    if (sleeping > 0) atomicAdd(&launch.findings->sleeping, sleeping);
   }
   if (!launch.classes) return;
   for (int c = threadIdx.x; c < kCostClasses; c += kIncrementBlock)
@@ -151,28 +174,78 @@ __global__ void decide_increments(const DecidedRecord<D> *decided, int count,
 }
 
 template <int D>
-__global__ void __launch_bounds__(kIncrementBlock) take_answers(const IncrementLaunch<D> launch)
+RVE_DEVICE void give_stress(const IncrementLaunch<D> &launch, int place,
+                            const Tensor<double, D> &stress)
 {
-  const int k = blockIdx.x * kIncrementBlock + threadIdx.x;
-  if (k >= launch.count) return;
-  const AnswerRecord<D> answer = launch.answers[k];
-  if (answer.status & (status::Fatal | status::ListFull | status::ForceSaturated)) {
-    atomicAdd(&launch.findings->unfinished, 1);
-    return;
-  }
-  const Tensor<double, D> stress = load_tensor<D>(answer.stress);
-  launch.planned[k].pressure = -(1.0 / D) * trace(stress);
-  launch.planned[k].status = answer.status;
-  if (answer.num_contacts > launch.planned[k].most_contacts) {
-    const int m = atomicAdd(&launch.findings->stiffened, 1);
-    if (m < DeviceCallsOf<D>::MOST_STIFFENED) launch.stiffened[m] = k;
-  }
-  const std::size_t point = launch.point_of[k];
+  const std::size_t point = launch.point_of[place];
   if (launch.points.dimension == D)
     store_tensor(stress, launch.points.stress + Space<D>::components * point);
   else
     store_tensor(leading_components<2>(stress),
                  launch.points.stress + Space<2>::components * point);
+}
+
+/// It sleeps on. What it answered to its last DEM steps stays with it.
+template <int D> RVE_DEVICE void sleep_on(const IncrementLaunch<D> &launch, int place)
+{
+  SleepOf<D> &sleep = launch.sleeps[place];
+  sleep.pending = load_tensor<D>(launch.drives[place].deformation);
+  launch.rest[place] = Rest::Sleeps;
+  launch.drives[place] = launch.drives_before[place];
+  launch.answers[place] = launch.answers_before[place];
+  give_stress(launch, place, sleep.stress_after(sleep.pending));
+}
+
+/// What is known of its rest after DEM steps with this stress.
+template <int D>
+RVE_DEVICE Rest rest_after(const IncrementLaunch<D> &launch, int place,
+                           const Tensor<double, D> &stress)
+{
+  const int mine = launch.detail_of[place];
+  if (mine < 0) return Rest::Unknown;
+  const LookOf<D> look = to_look(launch.details[mine]);
+  launch.sleeps[place] = {Tensor<double, D>::identity(), stress, look.stiffness, look.mean_overlap};
+  return look.is_at_rest ? Rest::Rests : Rest::Moves;
+}
+
+template <int D>
+__global__ void __launch_bounds__(kIncrementBlock) take_answers(const IncrementLaunch<D> launch)
+{
+  const int k = blockIdx.x * kIncrementBlock + threadIdx.x;
+  if (k >= launch.count) return;
+  if (launch.rest && launch.drives[k].substeps == 0) {
+    sleep_on(launch, k);
+    return;
+  }
+  const AnswerRecord<D> answer = launch.answers[k];
+  if (!is_sound(answer)) {
+    atomicAdd(&launch.findings->unfinished, 1);
+    if (launch.rest) launch.rest[k] = Rest::Unknown;
+    return;
+  }
+  const Tensor<double, D> stress = load_tensor<D>(answer.stress);
+  launch.planned[k].pressure = -(1.0 / D) * trace(stress);
+  launch.planned[k].status = answer.status;
+  if (launch.rest) launch.rest[k] = rest_after(launch, k, stress);
+  if (answer.num_contacts > launch.planned[k].most_contacts) {
+    const int m = atomicAdd(&launch.findings->stiffened, 1);
+    if (m < DeviceCallsOf<D>::MOST_STIFFENED) launch.stiffened[m] = k;
+  }
+  give_stress(launch, k, stress);
+}
+
+/// What a new call knows of those that have been looked at or sleep.
+template <int D>
+__global__ void place_resting(const RestingRve<D> *resting, int count, Rest *rest,
+                              SleepOf<D> *sleeps, DriveRecord<D> *drives, AnswerRecord<D> *answers)
+{
+  const int m = blockIdx.x * blockDim.x + threadIdx.x;
+  if (m >= count) return;
+  const int k = resting[m].place;
+  rest[k] = resting[m].rest;
+  sleeps[k] = resting[m].sleep;
+  drives[k].substeps = BEFORE_THE_CALL;
+  answers[k].status = status::Ok;
 }
 
 }    // namespace rve

@@ -116,8 +116,17 @@ inline namespace RVE_ISA {
   /// The place in the call of an entry of the queue; -1: there is none any more.
   template <int D> RVE_DEVICE int place_of(const LaunchRecord<D> &launch, int entry)
   {
-    if (entry >= launch.count) return -1;
+    if (entry >= launch.launched) return -1;
     return launch.order ? launch.order[entry] : entry;
+  }
+
+  /// Room for the details of the RVE at a place; null: nobody asks.
+  template <int D> RVE_DEVICE DetailRecord<D> *detail_at(const LaunchRecord<D> &launch, int place)
+  {
+    if (!launch.details || !launch.detail_of)
+      return launch.details ? launch.details + place : nullptr;
+    const int mine = launch.detail_of[place];
+    return mine < 0 ? nullptr : launch.details + mine;
   }
 
   /// The RVE of an entry that some block will take soon, and its prepared call.
@@ -198,7 +207,7 @@ inline namespace RVE_ISA {
         });
       }
       RveProgram<Block, Scene> program(block, call, Capacity > 0 ? shared : call.shared);
-      program.run(launch.answers[place], launch.details ? launch.details + place : nullptr);
+      program.run(launch.answers[place], detail_at(launch, place));
     }
   }
 

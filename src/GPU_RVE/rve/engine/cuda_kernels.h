@@ -24,10 +24,11 @@ template <int D> struct LaunchRecord {
   const SteeringRecord<D> *steering;    ///< (count), or null
   const int *order;            ///< (count) positions in the call, longest first; null: as they come
   AnswerRecord<D> *answers;    ///< (count)
-  DetailRecord<D> *details;    ///< (count), or null
-  int count;
-  int *queue;                   ///< next entry of `order` to take; preparing sets it to 0
-  char *prepared;               ///< (count) PreparedCall with the plan of some steps
+  DetailRecord<D> *details;    ///< (count), or as many as detail_of says, or null
+  const int *detail_of;        ///< (count) which of them is whose, -1: none; null: each has its own
+  int count, launched;         ///< those launched are the first ones of `order`
+  int *queue;                  ///< next entry of `order` to take; preparing sets it to 0
+  char *prepared;              ///< (count) PreparedCall with the plan of some steps
   std::size_t prepared_size;    ///< of one
   int steps_ahead;              ///< that are planned
   int prepared_together;        ///< calls that one block prepares

@@ -1,11 +1,12 @@
 // Calls of an engine whose increments and stresses lie in the memory of its CUDA device: planned, made and answered there, while the host is told
-// only what it has to decide. What it does not ask for it need not hear.
+// only what it has to decide. What it does not ask for it need not hear. RVEs that rest fall asleep there, sleep and wake.
 
 #ifndef RVE_ENGINE_DEVICE_CALLS_H
 #define RVE_ENGINE_DEVICE_CALLS_H
 
 #include "rve/engine/engine.h"
 #include "rve/engine/increment_plan.h"
+#include "rve/engine/sleep.h"
 
 #include <vector>
 
@@ -20,20 +21,33 @@ struct PointsOnDevice {
   double *stress = nullptr;             ///< [stress]
 };
 
+/// Of an RVE that has been looked at or sleeps, when a call is new.
+template <int D> struct RestingRve {
+  int place = 0;    ///< in the call
+  Rest rest = Rest::Unknown;
+  SleepOf<D> sleep;    ///< no stiffness where it moves
+};
+
+/// IncrementOf::substeps of one that has slept since before the call was new: what it answered then is not known here.
+constexpr std::int32_t BEFORE_THE_CALL = -1;
+
 /// What one call shall do. It lives until the call has been heard, or another one has begun.
 template <int D> struct DeviceCallOf {
   PointsOnDevice points;
   std::vector<int> rves;
   std::vector<int> point_of;    ///< of each of them, among the tensors
   PlanOptions options;
-  std::vector<PlannedRve> planned;    ///< of each of them; as it was when the call was new
-  bool is_new = true;                 ///< RVEs, points or plans are not those of the call before
+  std::vector<PlannedRve> planned;       ///< of each of them; as it was when the call was new
+  std::vector<RestingRve<D>> resting;    ///< the same; the others have not been looked at
+  bool is_new = true;                    ///< RVEs, points or plans are not those of the call before
 };
 
 /// For which the plan of the device is not enough.
 template <int D> struct IncrementInQuestion {
   int place = 0;    ///< in the call
   double pressure = 0.0;
+  bool owes = false;            ///< it has slept, and the increment has what was pending
+  double mean_overlap = 0.0;    ///< where it has, of its last DEM steps [-]
   IncrementOf<D> increment;
 };
 
@@ -52,7 +66,8 @@ template <int D> class DeviceCallsOf {
   /// than their plans expect, or MOST_STIFFENED of them.
   virtual bool end(std::vector<int> &stiffened) = 0;
   static constexpr int MOST_STIFFENED = 64;
-  /// The answers of the call that has ended last, as EngineOf::end_advance() gives them; some RVEs may repeat it before.
+  /// The answers of the call that has ended last, as EngineOf::end_advance() gives them; some RVEs may repeat it before. Of one that sleeps it is
+  /// the answer to its last DEM steps, and IncrementCallOf::take_sleep() says what is pending since.
   virtual void hear(IncrementCallOf<D> &call) = 0;
   /// The sound answer at one place alone.
   virtual void hear_of(int place, IncrementCallOf<D> &call) = 0;

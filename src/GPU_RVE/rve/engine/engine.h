@@ -135,7 +135,8 @@ using Response = ResponseOf<2>;
 template <int D> struct IncrementOf {
   double dt = 0.0;
   std::int32_t substeps = 0;
-  std::int32_t unused = 0;
+  std::int32_t is_looked_at =
+      0;    ///< at its end, whether the RVE rests: IncrementCallOf::take_look
   Tensor<double, D> deformation = Tensor<double, D>::identity();
 
   DriveOf<D> drive() const
@@ -159,6 +160,10 @@ template <int D> class IncrementCallOf {
   virtual void begin() = 0;
   virtual void take(int begin, int end, const IncrementOf<D> *increments,
                     const ResponseOf<D> *responses) = 0;
+  /// Behind a sound answer to an increment that asks for it.
+  virtual void take_look(int /*place*/, const LookOf<D> & /*look*/) {}
+  /// Instead of DEM steps the RVE has slept, until this deformation is pending (rve/engine/device_calls.h). Behind a look.
+  virtual void take_sleep(int /*place*/, const Tensor<double, D> & /*pending*/) {}
 };
 
 template <int D> class DeviceCallsOf;    // rve/engine/device_calls.h

@@ -47,6 +47,25 @@ template <> struct PolarDecomposition<3> : SpatialPolarDecomposition {
 };
 template <int D> PolarDecomposition(const Tensor<double, D> &) -> PolarDecomposition<D>;
 
+/// R of F = R U in the plane, det F > 0, without angles: on a device to the same bits.
+RVE_HD inline Tensor2 rotation_of(const Tensor2 &f)
+{
+  const double twice_cosine = f(0, 0) + f(1, 1), twice_sine = f(1, 0) - f(0, 1);
+  const double length = std::sqrt(twice_cosine * twice_cosine + twice_sine * twice_sine);
+  const double c = twice_cosine / length, s = twice_sine / length;
+  return Tensor2{{c, -s, s, c}};
+}
+
+/// Both, where nobody asks for the angle.
+template <int D> struct RotationAndStrain {
+  Tensor<double, D> rotation, strain;
+
+  RVE_HD explicit RotationAndStrain(const Tensor<double, D> &f) :
+      rotation(rotation_of(f)), strain(biot_strain(f, rotation))
+  {
+  }
+};
+
 /// sqrt(a_ij a_ij)
 template <int D> RVE_HD double norm(const Tensor<double, D> &a)
 {

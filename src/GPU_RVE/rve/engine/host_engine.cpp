@@ -149,7 +149,14 @@ namespace {
     {
       const int count = static_cast<int>(call.rves->size());
       answers.assign(count, AnswerRecord<D>());
-      if (call.with_details) details.assign(count, DetailRecord<D>());
+      if (call.with_details)
+        details.assign(call.detail_of ? call.num_details : count, DetailRecord<D>());
+      const auto detail_of = [&](int k) -> DetailRecord<D> * {
+        if (!call.with_details) return nullptr;
+        if (!call.detail_of) return &details[k];
+        const int mine = (*call.detail_of)[k];
+        return mine < 0 ? nullptr : &details[mine];
+      };
       const HostWorkspaceSizes sizes =
           kernel.workspace_sizes(call.largest, call.pair_capacity, call.program);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(std::min(num_threads, std::max(count, 1)))
@@ -159,8 +166,7 @@ namespace {
             memory[omp_get_thread_num()].prepare(sizes, call.pair_capacity);
         kernel.advance(images[(*call.rves)[k]].bytes.data(), call.drives[k],
                        call.steering.empty() ? nullptr : &call.steering[k], call.constants,
-                       workspace, call.program, answers[k],
-                       call.with_details ? &details[k] : nullptr);
+                       workspace, call.program, answers[k], detail_of(k));
       }
       return {answers.data(), call.with_details ? details.data() : nullptr};
     }

@@ -4,6 +4,7 @@
 #define RVE_ENGINE_INCREMENT_PLAN_H
 
 #include "rve/engine/finite_strain.h"
+#include "rve/engine/sleep.h"
 #include "rve/engine/substeps.h"
 
 #include <cmath>
@@ -69,7 +70,7 @@ struct PlannedRve {
   std::uint32_t status = 0;    ///< of its last DEM steps
 };
 
-/// What a look at an RVE costs, in which it answers all and its affine stiffness, and what a call costs beside its steps, in DEM steps: measured
+/// What a look at an RVE costs at the end of its DEM steps, with its affine stiffness, and what a call costs beside its steps, in DEM steps: measured
 /// with 19,200 RVEs of 400 disks on an H200.
 constexpr double LOOK_IN_STEPS = 30.0, CALL_IN_STEPS = 3.0;
 
@@ -83,6 +84,7 @@ RVE_HD inline bool is_worth_a_look(double strain, int substeps, double limit)
 enum class PlanKind {
   Simple,      ///< so many DEM steps
   Question,    ///< perhaps it must be turned before: that takes a decomposition
+  Sleeps,      ///< no DEM steps
   Refused      ///< it takes more than an increment
 };
 
@@ -93,32 +95,65 @@ struct PlanOptions {
   std::int32_t is_adaptive = 0;
   AdaptiveSubsteps adaptive;
   double quiescent_strain = 0.0;    ///< below it an RVE may sleep; 0: none does
+
+  RVE_HD int substeps_of(double strain, const PlannedRve &rve) const
+  {
+    return is_adaptive ? adaptive.of(strain, dt, rve.pressure, rve.grain_size, rve.density)
+                       : substeps;
+  }
 };
 
-/// The plan of a macro step of an RVE that is awake. Adaptive substeps are for contacts with constant moduli.
+template <int D> struct IncrementPlan {
+  PlanKind kind = PlanKind::Refused;
+  int substeps = 0;
+  bool is_looked_at = false;    ///< at the end of its steps
+  /// With what it has slept through.
+  Tensor<double, D> deformation;
+};
+
+/// The plan of a macro step of an RVE. `sleep` is read where the RVE owes a deformation. Adaptive substeps are for contacts with constant moduli.
 template <int D>
-RVE_HD PlanKind plan_increment(const Tensor<double, D> &f, const PlannedRve &rve,
-                               const PlanOptions &options, int &substeps)
+RVE_HD IncrementPlan<D> plan_increment(const Tensor<double, D> &f, const PlannedRve &rve, Rest rest,
+                                       const SleepOf<D> *sleep, const PlanOptions &options)
 {
-  substeps = options.substeps;
-  if (!is_simple(f)) return PlanKind::Refused;
-  const bool may_sleep = options.quiescent_strain > 0.0;
-  if (!options.is_adaptive && !may_sleep) return PlanKind::Simple;
-  double strain;
-  if (!find_strain_size(f, strain)) return PlanKind::Refused;
-  if (options.is_adaptive)
-    substeps = options.adaptive.of(strain, options.dt, rve.pressure, rve.grain_size, rve.density);
-  if (may_sleep && rve.status == 0 && strain < options.quiescent_strain &&
-      is_worth_a_look(strain, substeps, options.quiescent_strain))
-    return PlanKind::Refused;
-  if (!options.is_adaptive) return PlanKind::Simple;
-  const double limit = TURN_OF_OVERLAP * rve.contacts.strain(std::fmax(rve.pressure, 0.0));
+  IncrementPlan<D> plan;
+  plan.deformation = f;
+  plan.substeps = options.substeps;
+  if (!is_simple(f)) return plan;
+  const bool owing = owes(rest), may_sleep = options.quiescent_strain > 0.0;
+  double strain = 0.0, of_all = 0.0;
+  if (options.is_adaptive || may_sleep) {
+    if (!find_strain_size(f, strain)) return plan;
+    of_all = strain;
+  }
+  if (owing) {
+    plan.deformation = f * sleep->pending;
+    if (!find_strain_size(plan.deformation, of_all)) return plan;
+  }
+  if (may_sleep && rve.status == 0 && strain < options.quiescent_strain) {
+    if (may_sleep_on(rest) && of_all < options.quiescent_strain) {
+      plan.kind = PlanKind::Sleeps;
+      plan.substeps = 0;
+      return plan;
+    }
+    plan.is_looked_at = may_be_looked_at(rest) &&
+        is_worth_a_look(strain, options.substeps_of(strain, rve), options.quiescent_strain);
+  }
+  // it may have turned by any angle, which is taken from it
+  if (owing && !(finite(plan.deformation) && determinant(plan.deformation) > 0.0)) return plan;
+  if (options.is_adaptive) plan.substeps = options.substeps_of(of_all, rve);
+  plan.kind = PlanKind::Simple;
+  if (!owing && !options.is_adaptive) return plan;
   // no less than the angle, in which the last digit may be another one
-  const double angle = (1.0 + 1e-12) * bound_of_rotation(f);
-  return angle <= limit ||
-          slip_of_rotation(angle, substeps, options.dt, rve.contacts.frequency) <= limit
-      ? PlanKind::Simple
-      : PlanKind::Question;
+  const double angle = (1.0 + 1e-12) * bound_of_rotation(plan.deformation);
+  if (owing && !(angle <= TURN_OF_OVERLAP * sleep->mean_overlap)) plan.kind = PlanKind::Question;
+  if (options.is_adaptive) {
+    const double limit = TURN_OF_OVERLAP * rve.contacts.strain(std::fmax(rve.pressure, 0.0));
+    if (!(angle <= limit ||
+          slip_of_rotation(angle, plan.substeps, options.dt, rve.contacts.frequency) <= limit))
+      plan.kind = PlanKind::Question;
+  }
+  return plan;
 }
 
 }    // namespace rve

@@ -12,13 +12,6 @@ namespace {
     return Tensor3{{0.0, -v[2], v[1], v[2], 0.0, -v[0], -v[1], v[0], 0.0}};
   }
 
-  double largest_component(const Tensor3 &t)
-  {
-    double largest = 0.0;
-    for (const double x : t.component) largest = std::fmax(largest, std::fabs(x));
-    return largest;
-  }
-
 }    // namespace
 
 Tensor3 spatial_rotation(const Vec<double, 3> &turn)
@@ -62,18 +55,9 @@ Vec<double, 3> rotation_vector(const Tensor3 &rotation)
   return sine > 0.0 ? (2.0 * std::atan2(sine, w) / sine) * v : v;
 }
 
-SpatialPolarDecomposition::SpatialPolarDecomposition(const Tensor3 &f) : rotation(f)
+SpatialPolarDecomposition::SpatialPolarDecomposition(const Tensor3 &f) :
+    rotation(rotation_of(f)), turn(rotation_vector(rotation)), strain(biot_strain(f, rotation))
 {
-  constexpr int MOST = 100;    // 2^100 of stretch; a handful for any increment
-  for (int k = 0; k < MOST; ++k) {
-    const Tensor3 next = 0.5 * (rotation + transpose(inverse(rotation)));
-    const double change = largest_component(next - rotation);
-    rotation = next;
-    if (!(change > 1e-15)) break;    // a NaN ends here too
-  }
-  turn = rotation_vector(rotation);
-  const Tensor3 stretch = transpose(rotation) * f;
-  strain = 0.5 * (stretch + transpose(stretch)) - Tensor3::identity();
 }
 
 Tensor3 exponential(const Tensor3 &a)

@@ -1,10 +1,12 @@
-// Rotation and stretch of a deformation increment in space, and what a constant velocity gradient makes of a cell; on the host. finite_strain.h
-// has those of the plane, and what is alike in both.
+// Rotation and stretch of a deformation increment in space, and what a constant velocity gradient makes of a cell. finite_strain.h has those of the
+// plane, and what is alike in both.
 
 #ifndef RVE_ENGINE_SPATIAL_STRAIN_H
 #define RVE_ENGINE_SPATIAL_STRAIN_H
 
 #include "rve/core/tensor.h"
+
+#include <cmath>
 
 namespace rve {
 
@@ -14,8 +16,37 @@ Tensor3 spatial_rotation(const Vec<double, 3> &turn);
 /// Direction and angle of a rotation, as one vector: the angle is its length, in [0, pi] [rad]. At pi its sign is anybody's.
 Vec<double, 3> rotation_vector(const Tensor3 &rotation);
 
-/// F = R U, det F > 0. By Newton's iteration R <- (R + R^-T)/2 (Higham 1986, "Computing the polar decomposition, with applications", SIAM
-/// J. Sci. Stat. Comput. 7), which doubles its digits in each step.
+RVE_HD inline double largest_component(const Tensor3 &t)
+{
+  double largest = 0.0;
+  for (const double x : t.component) largest = std::fmax(largest, std::fabs(x));
+  return largest;
+}
+
+/// R of F = R U, det F > 0. By Newton's iteration R <- (R + R^-T)/2 (Higham 1986, "Computing the polar decomposition, with applications", SIAM
+/// J. Sci. Stat. Comput. 7), which doubles its digits in each step. On a device to the same bits.
+RVE_HD inline Tensor3 rotation_of(const Tensor3 &f)
+{
+  constexpr int MOST = 100;    // 2^100 of stretch; a handful for any increment
+  Tensor3 rotation = f;
+  for (int k = 0; k < MOST; ++k) {
+    const Tensor3 next = 0.5 * (rotation + transpose(inverse(rotation)));
+    const double change = largest_component(next - rotation);
+    rotation = next;
+    if (!(change > 1e-15)) break;    // a NaN ends here too
+  }
+  return rotation;
+}
+
+/// Biot's U - 1 where F = R U, symmetric to the last bit [-].
+template <int D>
+RVE_HD Tensor<double, D> biot_strain(const Tensor<double, D> &f, const Tensor<double, D> &rotation)
+{
+  const Tensor<double, D> stretch = transpose(rotation) * f;
+  return 0.5 * (stretch + transpose(stretch)) - Tensor<double, D>::identity();
+}
+
+/// F = R U, det F > 0.
 struct SpatialPolarDecomposition {
   Tensor3 rotation;       ///< R
   Vec<double, 3> turn;    ///< of R: rotation_vector [rad]
