@@ -44,6 +44,9 @@ static constexpr double DT_WARNING = 0.95;
 // One of so many checks at the interval looks for steps that are to be warned of, which takes closer bounds of all RVEs
 static constexpr int CHECKS_FOR_ONE_WITH_WARNINGS = 10;
 
+// Where the DEM step is given, those that have stiffened are looked at behind every such step
+static constexpr int STEPS_TO_STIFFEN = 10;
+
 // RVEs whose bound is computed exactly, on all ranks together: each takes some milliseconds
 static constexpr int MOST_EXACT_BOUNDS = 8;
 
@@ -238,6 +241,8 @@ FixRve::ImplOf<D>::least_time_step(const std::vector<int> &atoms, double enough)
 template <int D> void FixRve::ImplOf<D>::recheck_time_step(Check check)
 {
   if (check == Check::EveryStep) {
+    // an automatic step follows at once; a given one can wait, and one call looks at those of several steps
+    if (!settings.dt_auto && told_step() % STEPS_TO_STIFFEN != 0) return;
     settle();
     int mine = points.as_they_are().any_has_stiffened() ? 1 : 0, any = mine;
     if (fix->comm->nprocs > 1) MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, fix->world);

@@ -100,6 +100,9 @@ template <int D, class Point> class PointTable {
   {
     return fronts_[slot].is_ahead && fronts_[slot].unheard == Unheard::Sleep;
   }
+  /// Whether it has not heard of the last answer, or sleep.
+  bool is_ahead(int slot) const { return fronts_[slot].is_ahead; }
+  rve::Rest rest(int slot) const { return sleeps_on(slot) ? rve::Rest::Sleeps : at(slot).rest(); }
   /// Of one that sleeps, or has been looked at and shall.
   const rve::SleepOf<D> &sleep(int slot)
   {

@@ -294,19 +294,13 @@ template <int D> void RvePointsOf<D>::note_check(const std::vector<int> &slots)
     may_be_stiffer[slot] = 0;
   }
   any_stiffened.set(false);
-  // the plan of a device knows those of its call by their places
-  constexpr std::size_t FEW = 16;
   if (!device_knows) return;
-  if (slots.size() > FEW) {
-    device_knows = false;
-    return;
-  }
-  for (const int slot : slots) {
-    const auto at = std::find(device_call.rves.begin(), device_call.rves.end(), slot);
-    if (at != device_call.rves.end())
-      engine->device_calls()->expect_contacts(static_cast<int>(at - device_call.rves.begin()),
-                                              points.front(slot).most_contacts);
-  }
+  // the plan of a device knows those of its call by their places
+  std::vector<rve::ExpectedContacts> expected;
+  for (const int slot : slots)
+    if (const int place = place_of_slot[slot]; place >= 0)
+      expected.push_back({place, points.front(slot).most_contacts});
+  engine->device_calls()->expect_contacts(expected);
 }
 
 template <int D>
@@ -567,7 +561,7 @@ typename RvePointsOf<D>::Part RvePointsOf<D>::part_of(int slot, const Matrix &in
   const PointFront<D> &front = points.front(slot);
   const double limit = options.quiescent_strain, strain = rve::strain_size(increment);
   if (front.response.status != rve::status::Ok || !(strain < limit)) return Part::Works;
-  const rve::Rest rest = points.sleeps_on(slot) ? rve::Rest::Sleeps : points.at(slot).rest();
+  const rve::Rest rest = points.rest(slot);
   if (rve::may_sleep_on(rest) &&
       (!front.owes || rve::strain_size(increment * points.pending(slot)) < limit))
     return Part::Sleeps;
@@ -595,7 +589,8 @@ template <int D> void RvePointsOf<D>::complete_looks(const std::vector<int> &slo
 {
   std::vector<int> some;
   for (const int slot : slots)
-    if (const auto &look = points.at(slot).look; look && !look->is_whole()) some.push_back(slot);
+    if (!points.is_ahead(slot) && points.at(slot).look && !points.at(slot).look->is_whole())
+      some.push_back(slot);
   if (some.empty()) return;
   std::vector<rve::ElasticResultOf<D>> found;
   call_engine(some, drives_at_rest(some.size()), found);
@@ -1083,7 +1078,7 @@ template <int D> std::vector<int> RvePointsOf<D>::end_advance()
     engine->device_calls()->hear(*advance.call);
     device_knows = false;
   } else {
-    hear_of(stiffened_places);
+    hear_of_stiffened();
   }
   seconds_in_engine += rve::seconds_since(start);
   if (advance.call && !advance.call->failed.empty()) end_failures(*advance.call, failed);
@@ -1122,6 +1117,8 @@ bool RvePointsOf<D>::find_planned(const std::vector<int> &slots, const std::vect
   device_call.rves = call_slots;
   find_resting();
   const int count = static_cast<int>(call_slots.size());
+  place_of_slot.assign(points.size(), -1);
+  for (int k = 0; k < count; ++k) place_of_slot[call_slots[k]] = k;
   device_call.planned.resize(count);
   bool all_serve = count > 0;
   const rve::LightWork work(count, threads);
@@ -1149,12 +1146,26 @@ bool RvePointsOf<D>::find_planned(const std::vector<int> &slots, const std::vect
 template <int D> void RvePointsOf<D>::find_resting()
 {
   device_call.resting.clear();
+  if (!(options.quiescent_strain > 0.0) && !any_owes()) return;
   complete_looks(call_slots);
-  for (std::size_t k = 0; k < call_slots.size(); ++k) {
-    const rve::Rest rest = points.at(call_slots[k]).rest();
-    if (rest != rve::Rest::Unknown)
-      device_call.resting.push_back({static_cast<int>(k), rest, points.sleep(call_slots[k])});
+  const int count = static_cast<int>(call_slots.size());
+  rests.resize(count);
+  {
+    const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team)
+    for (int k = 0; k < count; ++k) rests[k] = points.rest(call_slots[k]);
   }
+  for (int k = 0; k < count; ++k)
+    if (rests[k] != rve::Rest::Unknown)
+      device_call.resting.push_back({k, rests[k], points.sleep(call_slots[k])});
+}
+
+/// Whether one of those that advance still owes a deformation, though none may sleep any more.
+template <int D> bool RvePointsOf<D>::any_owes() const
+{
+  return std::any_of(call_slots.begin(), call_slots.end(), [this](int slot) {
+    return points.front(slot).owes;
+  });
 }
 
 template <int D>
@@ -1238,17 +1249,25 @@ namespace {
   };
 }    // namespace
 
-/// Of those at some places, or of all where they are many.
-template <int D> void RvePointsOf<D>::hear_of(const std::vector<int> &places)
+/// Of those that have stiffened and are not known to have, or of all where they are many.
+template <int D> void RvePointsOf<D>::hear_of_stiffened()
 {
   constexpr int MANY = 16;
-  if (places.size() >= MANY) {
+  const bool are_all = stiffened_places.size() < rve::DeviceCallsOf<D>::MOST_STIFFENED;
+  const auto is_known = [this](int place) {
+    return has_stiffened(device_call.rves[place]);
+  };
+  if (are_all)
+    stiffened_places.erase(
+        std::remove_if(stiffened_places.begin(), stiffened_places.end(), is_known),
+        stiffened_places.end());
+  if (stiffened_places.size() >= MANY) {
     hear();
     return;
   }
   NoIncrements<D> none;
   IncrementCall call(*this, none, true);
-  for (const int place : places) engine->device_calls()->hear_of(place, call);
+  for (const int place : stiffened_places) engine->device_calls()->hear_of(place, call);
 }
 
 template <int D> void RvePointsOf<D>::hear()

@@ -329,8 +329,10 @@ template <int D> class RvePointsOf {
   std::vector<int> planned_slots,
       planned_points;                  ///< of the last plan, with those that are frozen
   rve::DeviceCallOf<D> device_call;    ///< its rves are call_slots
+  std::vector<int> place_of_slot;      ///< in it; -1: none
   std::vector<rve::IncrementInQuestion<D>> questions;    ///< and then what has been decided
   std::vector<int> turned_slots, stiffened_places;
+  std::vector<rve::Rest> rests;
   std::vector<Matrix> rotations;
   MacroIncrementsOf<D> *planned_increments = nullptr;
   bool device_knows = false;      ///< what plans ask of RVEs
@@ -431,8 +433,9 @@ template <int D> class RvePointsOf {
                    std::vector<rve::DriveOf<D>> &drives, const std::vector<char> &must_turn);
   bool slips(int slot, const Matrix &increment, double dt, int substeps, double pressure) const;
   void find_resting();
+  bool any_owes() const;
   bool find_planned(const std::vector<int> &slots, const std::vector<int> &point_of);
-  void hear_of(const std::vector<int> &places);
+  void hear_of_stiffened();
   bool is_worth_a_look(int slot, double strain, double dt, int substeps) const;
   bool plan_parts(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives);
   bool plan_work(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,

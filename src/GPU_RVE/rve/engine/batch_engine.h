@@ -99,6 +99,14 @@ template <int D> class BatchEngine : public EngineOf<D> {
   static constexpr std::size_t BYTES_PER_ANSWER = sizeof(AnswerRecord<D>) +
       sizeof(DetailRecord<D>) + sizeof(ElasticResultOf<D>) + sizeof(DriveOf<D>);
 
+  /// What a call answers.
+  enum class Answer { Short, Long, Longest, TimeStep };
+  /// The drive at a place of a call.
+  using DriveAt = std::function<DriveOf<D>(std::size_t place)>;
+  /// Repeats what has to be, with longer lists or another scale of forces, of a call that has been started. Returns the answers
+  /// that hold.
+  Answers repeat(const std::vector<int> &rves, const DriveAt &drive_at, const Answers &first,
+                 Answer kind);
   /// Gives the answers of a call by `increments`, and repeats it where that must be. Looks are those of details in the order of detail_of, if there
   /// are any, and of calls that are repeated.
   void answer(const std::vector<int> &rves, IncrementCallOf<D> &caller, const Answers &first);
@@ -129,8 +137,6 @@ template <int D> class BatchEngine : public EngineOf<D> {
   void note_needs(const Material &material);
   void require_contacts(const ContactModel &needed) const;
   void prepare_repeat(int rve, const AnswerRecord<D> &answer);
-  /// What a call answers.
-  enum class Answer { Short, Long, Longest, TimeStep };
   /// What the drives of a call make of it.
   struct Extent {
     int largest = 0, longest = 0;    ///< grains, DEM steps
@@ -163,12 +169,6 @@ template <int D> class BatchEngine : public EngineOf<D> {
   void number_looks(Call &call);
   /// One call without repeats.
   Answers start(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives, Answer kind);
-  /// The drive at a place of a call.
-  using DriveAt = std::function<DriveOf<D>(std::size_t place)>;
-  /// Repeats what has to be, with longer lists or another scale of forces, of a call that has been started. Returns the answers
-  /// that hold.
-  Answers repeat(const std::vector<int> &rves, const DriveAt &drive_at, const Answers &first,
-                 Answer kind);
   /// The long answers of a call, or the longest.
   template <class AnyResult>
   void advance_with_details(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,

@@ -227,6 +227,7 @@ namespace {
         run(call, record);
       }
       launch.stiffened = stiffened_buffer.room(this->MOST_STIFFENED);
+      launch.unfinished = unfinished_buffer.room(kMostUnfinished);
       take_answers<D>
           <<<rounded_up(launch.count, kIncrementBlock) / kIncrementBlock, kIncrementBlock>>>(
               launch);
@@ -238,9 +239,11 @@ namespace {
     {
       end_launch();
       const CallFindings &found = *findings_buffer.room(1);
+      int unfinished = found.unfinished;
+      if (unfinished > 0 && unfinished <= kMostUnfinished) unfinished = repeat_some(unfinished);
       const int *places = increments_of_call.stiffened;
       stiffened.assign(places, places + std::min(found.stiffened, this->MOST_STIFFENED));
-      return found.unfinished == 0;
+      return unfinished == 0;
     }
 
     void hear(IncrementCallOf<D> &caller) override
@@ -264,27 +267,22 @@ namespace {
     void hear_of(int place, IncrementCallOf<D> &caller) override
     {
       use_device();
-      const std::size_t count = device_call->rves.size();
-      const auto bring = [place, count](auto &buffer, auto &record) {
-        check_cuda(cudaMemcpy(&record, buffer.reserve(count) + place, sizeof(record),
-                              cudaMemcpyDeviceToHost),
-                   "download of an answer");
-      };
-      DriveRecord<D> drive;
-      AnswerRecord<D> answer;
-      bring(planned_drives[drives_in_use], drive);
-      bring(planned_answers[drives_in_use], answer);
-      const IncrementOf<D> increment = increment_of(drive);
-      const ResponseOf<D> response = this->to_response(answer);
+      const IncrementOf<D> increment = increment_of(bring(increments_of_call.drives + place));
+      const ResponseOf<D> response = this->to_response(bring(increments_of_call.answers + place));
       caller.take(place, place + 1, &increment, &response);
     }
 
-    void expect_contacts(int place, std::int32_t most) override
+    void expect_contacts(const std::vector<ExpectedContacts> &expected) override
     {
       use_device();
-      check_cuda(cudaMemcpy(&increments_of_call.planned[place].most_contacts, &most, sizeof(most),
-                            cudaMemcpyHostToDevice),
-                 "upload of a number of contacts");
+      const int count = static_cast<int>(expected.size());
+      if (count == 0) return;
+      // of the numbers before; nobody waits for these
+      check_cuda(cudaStreamSynchronize(nullptr), "upload of numbers of contacts");
+      rve::expect_contacts<<<rounded_up(count, kIncrementBlock) / kIncrementBlock,
+                             kIncrementBlock>>>(expected_buffer.upload(expected), count,
+                                                increments_of_call.planned);
+      check_cuda(cudaGetLastError(), "launch of a note of contacts");
     }
 
     /// Why it cannot advance the RVEs that it is made for, with a remedy; empty if it can.
@@ -511,6 +509,61 @@ namespace {
       check_cuda(cudaLaunchKernelExC(&launched, plan.kernel, arguments),
                  "launch of the RVE kernel");
       check_cuda(cudaGetLastError(), "launch of the RVE kernel");
+    }
+
+    template <class Record> static Record bring(const Record *from)
+    {
+      Record record;
+      check_cuda(cudaMemcpy(&record, from, sizeof(record), cudaMemcpyDeviceToHost),
+                 "download of an answer");
+      return record;
+    }
+
+    /// Has RVEs whose call must be repeated do so. Returns how many have not finished then.
+    int repeat_some(int count)
+    {
+      const IncrementLaunch<D> &launch = increments_of_call;
+      std::vector<int> places(launch.unfinished, launch.unfinished + count), rves;
+      std::sort(places.begin(), places.end());
+      std::vector<AnswerRecord<D>> first;
+      std::vector<DriveOf<D>> drives;
+      std::vector<char> is_looked_at;
+      for (const int place : places) {
+        const AnswerRecord<D> answer = bring(launch.answers + place);
+        if (!must_repeat(answer)) continue;
+        first.push_back(answer);
+        drives.push_back(increment_of(bring(launch.drives + place)).drive());
+        is_looked_at.push_back(launch.rest && bring(launch.detail_of + place) >= 0);
+        places[rves.size()] = place;
+        rves.push_back(device_call->rves[place]);
+      }
+      const int repeats = static_cast<int>(rves.size());
+      if (repeats == 0) return count;
+      const bool looks =
+          std::find(is_looked_at.begin(), is_looked_at.end(), 1) != is_looked_at.end();
+      const Answers last = this->repeat(
+          rves,
+          [&drives](std::size_t m) {
+            return drives[m];
+          },
+          {first.data(), nullptr}, looks ? Base::Answer::Longest : Base::Answer::Short);
+      RepeatedRecord<D> *records = repeated_buffer.room(repeats);
+      int finished = 0;
+      for (int m = 0; m < repeats; ++m) {
+        if (!is_sound(last.answers[m])) continue;
+        RepeatedRecord<D> record = {places[m], is_looked_at[m], last.answers[m], {}};
+        if (is_looked_at[m]) record.details = last.details[m];
+        records[finished++] = record;
+      }
+      if (finished > 0) {
+        take_repeated<D>
+            <<<rounded_up(finished, kIncrementBlock) / kIncrementBlock, kIncrementBlock>>>(
+                launch, repeated_buffer.send(finished), finished);
+        check_cuda(cudaGetLastError(), "launch of repeated answers");
+        bring_findings();
+        check_cuda(cudaStreamSynchronize(nullptr), "repeated calls");
+      }
+      return count - finished;
     }
 
     static IncrementOf<D> increment_of(const DriveRecord<D> &record)
@@ -793,7 +846,9 @@ namespace {
     DeviceBuffer<SleepOf<D>> sleep_buffer;
     DeviceBuffer<int> detail_of_buffer;
     DeviceBuffer<RestingRve<D>> resting_buffer;
-    HostBuffer<int> stiffened_buffer;
+    DeviceBuffer<ExpectedContacts> expected_buffer;
+    HostBuffer<int> stiffened_buffer, unfinished_buffer;
+    DeviceBuffer<RepeatedRecord<D>> repeated_buffer;
   };
 
 }    // namespace

@@ -30,6 +30,9 @@ struct CallFindings {
 };
 constexpr std::size_t kToldFindings = offsetof(CallFindings, class_size);
 
+/// More that have not finished are for the host as a whole.
+constexpr int kMostUnfinished = 64;
+
 /// More are for the host as a whole.
 constexpr int kMostQuestions = 4096;
 
@@ -54,7 +57,7 @@ template <int D> struct IncrementLaunch {
   Rest *rest;
   SleepOf<D> *sleeps;
   int *detail_of;
-  const DetailRecord<D> *details;
+  DetailRecord<D> *details;
   unsigned char *classes;    ///< (count), or null: all cost the same
   int *order;                ///< (count)
   CallFindings *findings;
@@ -62,6 +65,7 @@ template <int D> struct IncrementLaunch {
   AnswerRecord<D> *answers;                 ///< (count)
   const AnswerRecord<D> *answers_before;    ///< (count) of the call before
   int *stiffened;                           ///< (MOST_STIFFENED) places, of the host
+  int *unfinished;                          ///< (kMostUnfinished) the same
 };
 
 constexpr int kIncrementBlock = 128;
@@ -208,18 +212,12 @@ RVE_DEVICE Rest rest_after(const IncrementLaunch<D> &launch, int place,
   return look.is_at_rest ? Rest::Rests : Rest::Moves;
 }
 
-template <int D>
-__global__ void __launch_bounds__(kIncrementBlock) take_answers(const IncrementLaunch<D> launch)
+template <int D> RVE_DEVICE void take_answer(const IncrementLaunch<D> &launch, int k)
 {
-  const int k = blockIdx.x * kIncrementBlock + threadIdx.x;
-  if (k >= launch.count) return;
-  if (launch.rest && launch.drives[k].substeps == 0) {
-    sleep_on(launch, k);
-    return;
-  }
   const AnswerRecord<D> answer = launch.answers[k];
   if (!is_sound(answer)) {
-    atomicAdd(&launch.findings->unfinished, 1);
+    const int m = atomicAdd(&launch.findings->unfinished, 1);
+    if (m < kMostUnfinished) launch.unfinished[m] = k;
     if (launch.rest) launch.rest[k] = Rest::Unknown;
     return;
   }
@@ -232,6 +230,43 @@ __global__ void __launch_bounds__(kIncrementBlock) take_answers(const IncrementL
     if (m < DeviceCallsOf<D>::MOST_STIFFENED) launch.stiffened[m] = k;
   }
   give_stress(launch, k, stress);
+}
+
+__global__ inline void expect_contacts(const ExpectedContacts *expected, int count,
+                                       PlannedRve *planned)
+{
+  const int m = blockIdx.x * blockDim.x + threadIdx.x;
+  if (m < count) planned[expected[m].place].most_contacts = expected[m].most;
+}
+
+template <int D>
+__global__ void __launch_bounds__(kIncrementBlock) take_answers(const IncrementLaunch<D> launch)
+{
+  const int k = blockIdx.x * kIncrementBlock + threadIdx.x;
+  if (k >= launch.count) return;
+  if (launch.rest && launch.drives[k].substeps == 0)
+    sleep_on(launch, k);
+  else
+    take_answer(launch, k);
+}
+
+/// The answer of an RVE that has repeated its call.
+template <int D> struct RepeatedRecord {
+  int place, has_details;
+  AnswerRecord<D> answer;
+  DetailRecord<D> details;
+};
+
+template <int D>
+__global__ void take_repeated(const IncrementLaunch<D> launch, const RepeatedRecord<D> *repeated,
+                              int count)
+{
+  const int m = blockIdx.x * blockDim.x + threadIdx.x;
+  if (m >= count) return;
+  const int k = repeated[m].place;
+  launch.answers[k] = repeated[m].answer;
+  if (repeated[m].has_details) launch.details[launch.detail_of[k]] = repeated[m].details;
+  take_answer(launch, k);
 }
 
 /// What a new call knows of those that have been looked at or sleep.

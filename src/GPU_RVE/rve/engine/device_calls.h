@@ -51,6 +51,11 @@ template <int D> struct IncrementInQuestion {
   IncrementOf<D> increment;
 };
 
+/// Another PlannedRve::most_contacts.
+struct ExpectedContacts {
+  std::int32_t place, most;
+};
+
 template <int D> class DeviceCallsOf {
  public:
   virtual ~DeviceCallsOf() = default;
@@ -71,8 +76,7 @@ template <int D> class DeviceCallsOf {
   virtual void hear(IncrementCallOf<D> &call) = 0;
   /// The sound answer at one place alone.
   virtual void hear_of(int place, IncrementCallOf<D> &call) = 0;
-  /// Another PlannedRve::most_contacts.
-  virtual void expect_contacts(int place, std::int32_t most) = 0;
+  virtual void expect_contacts(const std::vector<ExpectedContacts> &expected) = 0;
 };
 
 }    // namespace rve
