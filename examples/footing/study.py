@@ -77,6 +77,7 @@ def cases():
         ("adaptive", f"keywords '{adaptive}'"),
         ("adaptive_coarse", "keywords 'substeps adaptive 1e-4 1e-3'"),
         ("quiescent", "keywords 'quiescent 1e-6'"),
+        ("quiescent_coarse", "keywords 'quiescent 2e-5'"),
         ("adaptive_50", f"keywords '{adaptive} 50'"),
         ("adaptive_10", f"keywords '{adaptive} 10'"),
         ("adaptive_quiescent", f"keywords '{adaptive} 10 quiescent 2e-5'"),
@@ -86,6 +87,8 @@ def cases():
     made += [
         Case("half_adaptive", "adaptive_whole", f"keywords '{adaptive} 50'", base="half", what="adaptive substeps, at most 50"),
         Case("full_adaptive", "adaptive_whole", f"domain full keywords '{adaptive} 50'", base="full", what="adaptive substeps, at most 50"),
+        Case("half_quiescent", "quiescent_whole", "keywords 'quiescent 2e-5'", base="half", what="RVEs skipped up to a strain of 2e-5"),
+        Case("full_quiescent", "quiescent_whole", "domain full keywords 'quiescent 2e-5'", base="full", what="RVEs skipped up to a strain of 2e-5"),
         Case("cpu", "cpu", "device cpu", base="half", what="all CPU cores, no GPU"),
     ]
     # several ranks: the full footing, and a domain that grows with them
