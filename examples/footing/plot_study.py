@@ -157,14 +157,14 @@ def draw_peaks(options, records):
 
 
 def draw_times(options, records):
-    whole = [name for name in ("half", "half_adaptive", "full", "full_adaptive", "cpu") if name in records]
+    whole = [name for name in ("half", "half_adaptive", "half_quiescent", "full", "full_adaptive", "full_quiescent", "cpu") if name in records]
     rank_groups = [(group, sorted((r for r in records.values() if group in r["groups"] and r["base"] in records), key=lambda r: r["log"]["ranks"]))
                    for group in ("strong", "weak", "uneven")]
     rank_groups = [(group, some) for group, some in rank_groups if len(some) > 1]
     if not whole and not rank_groups:
         return
     panels = 2 if rank_groups else 1
-    figure, axes = plt.subplots(1, panels, figsize=(6.5 * panels, 4.5 if rank_groups else 2.8), constrained_layout=True, squeeze=False)
+    figure, axes = plt.subplots(1, panels, figsize=(6.5 * panels, 4.5 if rank_groups else 1.2 + 0.4 * len(whole)), constrained_layout=True, squeeze=False)
     axes = axes[0]
     left = [0.0] * len(whole)
     for part, label in (("rve_s", "RVEs"), ("mpm_s", "MPM"), ("transfers_s", "transfers"), ("lammps_s", "LAMMPS"), ("output_s", "output")):
