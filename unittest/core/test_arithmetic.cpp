@@ -20,6 +20,32 @@ template <class Real> struct Numbers {
   Real root, inverse, reciprocal;
 };
 
+/// The quotient of each x and y, and the root of it.
+template <class Real> struct Quotient {
+  Real quotient, root;
+};
+template <class Real> struct Divide {
+  int count;
+  const Real *x, *y;
+  Quotient<Real> *answers;
+  template <class Block> RVE_HD void operator()(Block &block, char *) const
+  {
+    block.for_each(count, [&](typename Block::Item i) {
+      answers[i] = {quotient(x[i], y[i]), root(x[i])};
+    });
+  }
+};
+
+template <class Real>
+std::vector<Quotient<Real>> divide(const std::vector<Real> &x, const std::vector<Real> &y)
+{
+  const int count = static_cast<int>(x.size());
+  BlockArray<Real> numerator(x), denominator(y);
+  BlockArray<Quotient<Real>> answers{std::vector<Quotient<Real>>(count)};
+  run_block(1024, Divide<Real>{count, numerator.data(), denominator.data(), answers.data()});
+  return answers.values();
+}
+
 /// Evaluates the functions for each x.
 template <class Real> struct Evaluate {
   int count;
@@ -119,6 +145,37 @@ TEST_F(Arithmetic, RootAndQuotientsInFp64AreThoseOfTheHost)
     const double root = std::sqrt(x[k]);
     ASSERT_TRUE(same_bits(answers[k], Numbers<double>{root, 1.0 / root, 1.0 / x[k]})) << x[k];
   }
+}
+
+template <class Real> void expect_quotients_of_the_host(int most)
+{
+  Random random(3);
+  std::vector<Real> x(1000000), y(x.size());
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    x[k] = static_cast<Real>(std::ldexp(random.uniform(1.0, 2.0), random.integer(-most, most)));
+    // half of them near one another, as in two steps
+    const double factor = k % 2 ? random.uniform(0.999, 1.001)
+                                : std::ldexp(random.uniform(1.0, 2.0), random.integer(-30, 30));
+    y[k] = static_cast<Real>(factor) * x[k];
+  }
+  x[0] = Real(0);
+
+  const auto answers = divide(x, y);
+
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    ASSERT_EQ(answers[k].quotient, x[k] / y[k]) << std::hexfloat << x[k] << " / " << y[k];
+    ASSERT_EQ(answers[k].root, std::sqrt(x[k])) << std::hexfloat << x[k];
+  }
+}
+
+TEST_F(Arithmetic, QuotientsInFp32AreThoseOfTheHost)
+{
+  expect_quotients_of_the_host<float>(60);
+}
+
+TEST_F(Arithmetic, QuotientsInFp64AreThoseOfTheHost)
+{
+  expect_quotients_of_the_host<double>(300);
 }
 
 TEST_F(Arithmetic, SmallerAndLargerPickOneOfTheTwo)

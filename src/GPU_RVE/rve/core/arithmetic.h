@@ -110,6 +110,59 @@ inline namespace RVE_ISA {
     return 1.0 / x;
   }
 
+  /// x/y, IEEE rounded; y as above, and the quotient, too, or zero. On a GPU without the path for other numbers, which would be a call: all
+  /// registers of a kernel stand back for it.
+  RVE_INLINE float quotient(float x, float y)
+  {
+#if defined(__CUDA_ARCH__)
+    const float inverse = reciprocal(y);
+    float result = x * inverse;
+#if !defined(RVE_RELAXED)
+    result = fmaf(inverse, fmaf(-y, result, x), result);
+#endif
+    return fmaf(inverse, fmaf(-y, result, x), result);
+#else
+    return x / y;
+#endif
+  }
+
+  RVE_INLINE double quotient(double x, double y)
+  {
+#if defined(__CUDA_ARCH__)
+    double inverse;
+    asm("rcp.approx.ftz.f64 %0, %1;" : "=d"(inverse) : "d"(y));
+    const double error = ::fma(-y, inverse, 1.0);
+    inverse = ::fma(inverse, ::fma(error, error, error), inverse);
+    inverse = ::fma(inverse, ::fma(-y, inverse, 1.0), inverse);
+    const double result = x * inverse;
+    return ::fma(inverse, ::fma(-y, result, x), result);
+#else
+    return x / y;
+#endif
+  }
+
+  /// sqrt(x), IEEE rounded; x as above, or zero.
+  RVE_INLINE float root(float x)
+  {
+#if defined(__CUDA_ARCH__) && defined(RVE_RELAXED)
+    float result;
+    asm("sqrt.approx.ftz.f32 %0, %1;" : "=f"(result) : "f"(x));
+    return result;
+#elif defined(__CUDA_ARCH__)
+    float guess;
+    asm("rsqrt.approx.ftz.f32 %0, %1;" : "=f"(guess) : "f"(fmaxf(x, 0x1p-126f)));
+    const float first = x * guess;
+    return fmaf(fmaf(-first, first, x), 0.5f * guess, first);
+#else
+    return std::sqrt(x);
+#endif
+  }
+
+  RVE_INLINE double root(double x)
+  {
+    return std::sqrt(x);
+  }
+
   /// The smaller and the larger of two numbers that are not NaN and not zeros of different sign. A GPU has an instruction for `float`; of
   /// doubles fmin and fmax would look for NaN as well, and with y a NaN they would hide it.
   template <class Real> RVE_INLINE Real smaller(Real x, Real y)

@@ -229,6 +229,14 @@ inline namespace RVE_ISA {
   {
     return Pack<T, N>(T(1)) / x;
   }
+  template <class T, int N> RVE_INLINE Pack<T, N> quotient(const Pack<T, N> &x, const Pack<T, N> &y)
+  {
+    return x / y;
+  }
+  template <class T, int N> RVE_INLINE Pack<T, N> root(const Pack<T, N> &x)
+  {
+    return sqrt(x);
+  }
 
   // comparisons as in C++: with a NaN only != is true
   template <class T, int N>

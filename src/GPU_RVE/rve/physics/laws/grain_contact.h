@@ -30,21 +30,6 @@ inline namespace RVE_ISA {
     return Number(-1) * along;
   }
 
-  /// What lies along a contact, by a condition.
-  template <class Number, class Condition>
-  RVE_INLINE Number along_select(const Condition &condition, const Number &yes, const Number &no)
-  {
-    return select(condition, yes, no);
-  }
-  template <class Number, class Condition>
-  RVE_INLINE Vec<Number, 3> along_select(const Condition &condition, const Vec<Number, 3> &yes,
-                                         const Vec<Number, 3> &no)
-  {
-    Vec<Number, 3> chosen;
-    for (int a = 0; a < 3; ++a) chosen[a] = select(condition, yes[a], no[a]);
-    return chosen;
-  }
-
   /// A force along a contact after its turn.
   template <class Number> RVE_INLINE Number sum_of_turned(const Number &turned)
   {

@@ -278,7 +278,7 @@ inline namespace RVE_ISA {
     /// Contact radius and what follows from it. Returns the normal force of the spring.
     RVE_INLINE Real press(Real overlap, Real radius_i, Real radius_j, Force &result) const
     {
-      const Real a = sqrt(reduced(radius_i, radius_j) * overlap);
+      const Real a = root(reduced(radius_i, radius_j) * overlap);
       result.contact_radius = a;
       result.stiffness = constants.tangential_stiffness * static_cast<Spring>(a);
       if constexpr (Damped) result.viscosity = damping(a, radius_i, radius_j);
@@ -294,11 +294,13 @@ inline namespace RVE_ISA {
       // a displacement that is kept bears more where the contact has grown, and nothing is lost of a force that is
       Along<Spring, D> spring =
           sum_of_turned(moving.turned(history.tangential, contact.normal, dt));
-      const auto touched = before > Spring(0), shrinks = a < before;
-      if (any(constants.keeps_displacement > Real(0)) && any(touched))
-        spring = along_select(touched, (a / before) * spring, spring);
-      if (any(constants.rescales > Real(0)) && any(shrinks))
-        spring = along_select(shrinks, (a / before) * spring, spring);
+      const bool keeps = any(constants.keeps_displacement > Real(0)),
+                 rescales = any(constants.rescales > Real(0));
+      if (keeps || rescales) {
+        const Spring growth = quotient(a, before);
+        if (keeps) spring = select(before > Spring(0), growth, Spring(1)) * spring;
+        if (rescales) spring = select(a < before, growth, Spring(1)) * spring;
+      }
       // for books, which are kept for one contact after the other
       if constexpr (std::is_same_v<Truth<Real>, bool>) {
         const double stiffness_before =
