@@ -194,14 +194,26 @@ inline namespace RVE_ISA {
     RVE_INLINE void operator()() const {}
   };
 
-  /// All owned and extra pairs of the RVE. `law` and `num_extra` are those of the call, or copies in registers. When more than forces is wanted,
-  /// `grains` have loaded themselves but not their pairs, and call.survey is filled; with kHoldsUniforms they are loaded and saved here. With
-  /// Love sums alone then() is called by one thread when they are there.
-  template <Wanted wanted, class Block, class Scene, class Grains, class Then = Nothing>
+  /// With kHoldsUniforms what all pairs of a step want to know, for contact_forces. To be made before the grains move: whether the compiler leaves
+  /// a number in a register of the warp hangs on how often it is read in how many instructions (CUDA 13.0), and the fewer the better.
+  template <class Scene, class Block, class LawConstants>
+  RVE_INLINE auto held_constants(Block &block, const LawConstants &law, const PlanOf<Scene> &plan)
+  {
+    if constexpr (kHoldsUniforms<Block, Scene>)
+      return block.uniform(step_constants<Scene>(law, plan));
+    else
+      return Nothing();
+  }
+
+  /// All owned and extra pairs of the RVE. `law` and `num_extra` are those of the call, or copies in registers, and `held` is of held_constants, for
+  /// forces alone. When more than forces is wanted, `grains` have loaded themselves but not their pairs, and call.survey is filled; with
+  /// kHoldsUniforms they are loaded and saved here. With Love sums alone then() is called by one thread when they are there.
+  template <Wanted wanted, class Block, class Scene, class Grains, class Held = Nothing,
+            class Then = Nothing>
   RVE_INLINE void contact_forces(Block &block, Grains &grains, const SharedView<Scene> &shared,
                                  CallState<Scene> &call, const typename Scene::Law::Constants &law,
                                  int num_grains, const PlanOf<Scene> &plan, int num_extra,
-                                 Then then = Then())
+                                 const Held &held = Held(), Then then = Then())
   {
     using Item = typename Block::Item;
     using Numbers = typename Scene::Numbers;
@@ -209,13 +221,6 @@ inline namespace RVE_ISA {
     const auto overlap_limit = static_cast<typename Scene::Real>(
         wanted == Wanted::Survey ? call.batch.overlap_limit : 0.0);
     constexpr bool holds = kHoldsUniforms<Block, Scene>;
-    // in the steps: what all pairs want to know
-    const auto held = [&]() RVE_INLINE_LAMBDA {
-      if constexpr (holds && wanted == Wanted::Nothing)
-        return block.uniform(step_constants<Scene>(law, plan));
-      else
-        return 0;
-    }();
     // the pairs that grain i owns, or a pack of grains
     const auto add_owned = [&](const auto i, auto &sum) RVE_INLINE_LAMBDA {
       using Here = typename Grains::template SceneOf<std::decay_t<decltype(i)>>;

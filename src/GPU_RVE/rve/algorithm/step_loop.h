@@ -141,6 +141,7 @@ inline namespace RVE_ISA {
       } else {
         for (bool kicks = k > 1;; kicks = true, ++t) {
           const PlanOf<Scene> &plan = call.plan[t];
+          const auto held = held_constants<Scene>(block, call.law, plan);
           if (!moved) {
             if (move<false>(grains, plan, call.alpha, n, kicks)) {
               t = ~t;    // a flag of its own would take a register through all steps
@@ -150,7 +151,7 @@ inline namespace RVE_ISA {
           if (t == end) break;
           moved = false;
           contact_forces<Wanted::Nothing>(block, grains, shared, call, call.law, n, plan,
-                                          call.num_extra);
+                                          call.num_extra, held);
         }
       }
       block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
@@ -276,7 +277,7 @@ inline namespace RVE_ISA {
           grains.load_with_forces(i);
         });
         contact_forces<Wanted::LoveSums>(block, grains, shared, call, call.law, num_grains,
-                                         call.planned(k), call.num_extra, [&] {
+                                         call.planned(k), call.num_extra, Nothing(), [&] {
                                            if (k > 0) keep_books(k, ledger, servo);
                                            if (servo) grow_by_servo();
                                          });

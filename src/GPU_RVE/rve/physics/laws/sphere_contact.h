@@ -31,7 +31,7 @@ inline namespace RVE_ISA {
       moving.normal_velocity = dot(velocity, n);
       const Vec<Real, 3> across = fma(-moving.normal_velocity, n, velocity);
       moving.turn.tilt = (dt * contact.curvature) * across;
-      moving.turn.twist = (Real(0.5) * dt) * dot(i.spin + j.spin, n);
+      moving.turn.twist = Real(0.5) * (dt * dot(i.spin + j.spin, n));
       // sums of two products, not fma: they must not depend on the order of the grains
       const Vec<Real, 3> surface = arms.i * i.spin + arms.j * j.spin;
       const Vec<Real, 3> turning = cross(surface, middle_normal(n, moving.turn));
