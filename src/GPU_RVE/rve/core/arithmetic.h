@@ -22,6 +22,13 @@ inline namespace RVE_ISA {
     return condition ? yes : no;
   }
 
+  /// Whether sums of products may be fused in another order, where that makes less of them. Of spheres: disks take no other form.
+#if defined(RVE_RELAXED)
+  constexpr bool kIsRelaxed = true;
+#else
+  constexpr bool kIsRelaxed = false;
+#endif
+
   /// From 1 to the next number.
   template <class T> constexpr double kEpsilon = 0x1p-52;
   template <> constexpr double kEpsilon<float> = 0x1p-23;

@@ -105,6 +105,15 @@ inline namespace RVE_ISA {
     return v;
   }
 
+  /// x y + z
+  template <class T, int D>
+  RVE_INLINE Vec<T, D> fma(const Tensor<T, D> &x, const Vec<T, D> &y, Vec<T, D> z)
+  {
+    for (int a = 0; a < D; ++a)
+      for (int k = 0; k < D; ++k) z[a] = fma(x(a, k), y[k], z[a]);
+    return z;
+  }
+
   template <class T, int D> RVE_INLINE Tensor<T, D> transpose(const Tensor<T, D> &x)
   {
     Tensor<T, D> t;

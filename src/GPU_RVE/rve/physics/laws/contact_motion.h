@@ -27,7 +27,9 @@ inline namespace RVE_ISA {
                                                      const GrainMotion<Real, D> &j,
                                                      const Tensor<Real, D> &velocity_gradient)
     {
-      return (j.velocity - i.velocity) + velocity_gradient * contact.branch;
+      const Vec<Real, D> difference = j.velocity - i.velocity;
+      if constexpr (kIsRelaxed && D == 3) return fma(velocity_gradient, contact.branch, difference);
+      return difference + velocity_gradient * contact.branch;
     }
 
     /// Sets those of torques, and returns those of the surface velocity.

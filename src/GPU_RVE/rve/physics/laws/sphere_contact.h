@@ -34,8 +34,19 @@ inline namespace RVE_ISA {
       moving.turn.twist = Real(0.5) * (dt * dot(i.spin + j.spin, n));
       // sums of two products, not fma: they must not depend on the order of the grains
       const Vec<Real, 3> surface = arms.i * i.spin + arms.j * j.spin;
-      const Vec<Real, 3> turning = cross(surface, middle_normal(n, moving.turn));
-      moving.tangential_velocity = across - fma(-dot(turning, n), n, turning);
+      const Vec<Real, 3> middle = middle_normal(n, moving.turn);
+      if constexpr (kIsRelaxed) {
+        // out of the plane by less than its rounding: by half of the angle of the step times what goes across. What a pair remembers
+        // falls back into the plane in the next step
+        for (int a = 0; a < 3; ++a) {
+          const int b = (a + 1) % 3, c = (a + 2) % 3;
+          moving.tangential_velocity[a] =
+              fma(surface[c], middle[b], fma(-surface[b], middle[c], across[a]));
+        }
+      } else {
+        const Vec<Real, 3> turning = cross(surface, middle);
+        moving.tangential_velocity = across - fma(-dot(turning, n), n, turning);
+      }
       return moving;
     }
 
