@@ -194,15 +194,24 @@ inline namespace RVE_ISA {
     RVE_INLINE void operator()() const {}
   };
 
-  /// With kHoldsUniforms what all pairs of a step want to know, for contact_forces. To be made before the grains move: whether the compiler leaves
-  /// a number in a register of the warp hangs on how often it is read in how many instructions (CUDA 13.0), and the fewer the better.
+  /// What a step reads again and again, with kHoldsUniforms from registers of the warp. To be made before the grains move: whether the compiler
+  /// leaves a number there hangs on how often it is read in how many instructions (CUDA 13.0), and seldom is better.
+  template <class Scene> struct HeldConstants {
+    StepConstants<Scene> step;
+    std::int32_t num_grains;
+  };
+  /// Without: the pairs read the rest where it is.
+  struct HeldCount {
+    std::int32_t num_grains;
+  };
   template <class Scene, class Block, class LawConstants>
-  RVE_INLINE auto held_constants(Block &block, const LawConstants &law, const PlanOf<Scene> &plan)
+  RVE_INLINE auto held_constants(Block &block, const LawConstants &law, const PlanOf<Scene> &plan,
+                                 std::int32_t num_grains)
   {
     if constexpr (kHoldsUniforms<Block, Scene>)
-      return block.uniform(step_constants<Scene>(law, plan));
+      return block.uniform(HeldConstants<Scene>{step_constants<Scene>(law, plan), num_grains});
     else
-      return Nothing();
+      return HeldCount{num_grains};
   }
 
   /// All owned and extra pairs of the RVE. `law` and `num_extra` are those of the call, or copies in registers, and `held` is of held_constants, for
@@ -229,7 +238,7 @@ inline namespace RVE_ISA {
           i,
           [&]() RVE_INLINE_LAMBDA {
             if constexpr (holds && wanted == Wanted::Nothing) {
-              return held;
+              return held.step;
             } else {
               if constexpr (kRereads<Block, Scene>) block.reread();
               return step_constants<Here>(law, plan);

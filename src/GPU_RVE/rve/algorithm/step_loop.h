@@ -141,17 +141,17 @@ inline namespace RVE_ISA {
       } else {
         for (bool kicks = k > 1;; kicks = true, ++t) {
           const PlanOf<Scene> &plan = call.plan[t];
-          const auto held = held_constants<Scene>(block, call.law, plan);
+          const auto held = held_constants<Scene>(block, call.law, plan, n);
           if (!moved) {
-            if (move<false>(grains, plan, call.alpha, n, kicks)) {
+            if (move<false>(grains, plan, call.alpha, held.num_grains, kicks)) {
               t = ~t;    // a flag of its own would take a register through all steps
               break;
             }
           }
           if (t == end) break;
           moved = false;
-          contact_forces<Wanted::Nothing>(block, grains, shared, call, call.law, n, plan,
-                                          call.num_extra, held);
+          contact_forces<Wanted::Nothing>(block, grains, shared, call, call.law, held.num_grains,
+                                          plan, call.num_extra, held);
         }
       }
       block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {

@@ -420,7 +420,7 @@ inline namespace RVE_ISA {
         const int i = threadIdx.x;
         if (i < n) f(i);
       } else if constexpr (ItemsPerThread == 2) {
-        const int first = threadIdx.x, second = 2 * blockDim.x - 1 - first;
+        const int first = place_again(), second = 2 * blockDim.x - 1 - first;
         if (first < n) f(Item{first, 0});
         if (second < n) f(Item{second, 1});
       } else {
@@ -450,6 +450,14 @@ inline namespace RVE_ISA {
       } else {
         visit_items(n, f);
       }
+    }
+
+    /// threadIdx.x, read anew: the addresses of a second item, kept from step to step, would be spilled.
+    static RVE_DEVICE int place_again()
+    {
+      int place;
+      asm volatile("mov.u32 %0, %%tid.x;" : "=r"(place));
+      return place;
     }
 
     static RVE_DEVICE int lane() { return threadIdx.x % 32; }
