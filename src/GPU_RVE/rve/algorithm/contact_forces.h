@@ -238,6 +238,7 @@ inline namespace RVE_ISA {
           i,
           [&]() RVE_INLINE_LAMBDA {
             if constexpr (holds && wanted == Wanted::Nothing) {
+              block.assume(held.step.dt > 0);    // forces without a step are surveyed
               return held.step;
             } else {
               if constexpr (kRereads<Block, Scene>) block.reread();

@@ -314,6 +314,9 @@ inline namespace RVE_ISA {
       return same;
     }
 
+    /// What the compiler may take for granted.
+    static RVE_DEVICE void assume(bool condition) { __builtin_assume(condition); }
+
     RVE_DEVICE void accumulate(std::int32_t *sum, std::int32_t v) { atomicAdd(sum, v); }
     RVE_DEVICE std::int32_t collect(std::int32_t *sum)
     {

@@ -46,16 +46,16 @@ inline namespace RVE_ISA {
   template <class Real, class History>
   RVE_INLINE TurnedForce<Real, History>
   turned_with_contact(const Vec<History, 3> &force, const Vec<Real, 3> &normal,
-                      const ContactTurn<Real> &turn, const Truth<Real> &moves)
+                      const Vec<Real, 3> &middle, Real twist, const Truth<Real> &moves)
   {
     const Vec<Real, 3> h = force.template as<Real>();
     // out of the plane by the rounding of the normal, too
     const Real lift = select(moves, dot(normal, h), Real(0));
-    const Real shrink = Real(-0.5) * turn.twist * turn.twist;
-    const Vec<Real, 3> aside = cross(normal, h), middle = middle_normal(normal, turn);
+    const Real shrink = Real(-0.5) * twist * twist;
+    const Vec<Real, 3> aside = cross(normal, h);
     TurnedForce<Real, History> turned{force, {}};
     for (int a = 0; a < 3; ++a)
-      turned.change[a] = fma(turn.twist, aside[a], fma(shrink, h[a], -(lift * middle[a])));
+      turned.change[a] = fma(twist, aside[a], fma(shrink, h[a], -(lift * middle[a])));
     return turned;
   }
 

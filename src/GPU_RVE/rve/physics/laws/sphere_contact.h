@@ -11,6 +11,7 @@ inline namespace RVE_ISA {
 
   template <class Real> struct SphereContact : ContactMotion<Real, 3> {
     ContactTurn<Real> turn;    ///< in the step
+    Vec<Real, 3> middle;       ///< normal of its middle
 
     /// In a step of dt. Spins move the surfaces across the normal of the middle of the step, as the branch has moved: with that of its end a
     /// pair that turns as one would slip by the square of the angle of a step, always the same way where the axis leans to the normal. In
@@ -30,11 +31,16 @@ inline namespace RVE_ISA {
           contact.overlap, i.radius, j.radius, velocity_arm);
       moving.normal_velocity = dot(velocity, n);
       const Vec<Real, 3> across = fma(-moving.normal_velocity, n, velocity);
-      moving.turn.tilt = (dt * contact.curvature) * across;
+      const Real angle = dt * contact.curvature;
+      moving.turn.tilt = angle * across;
+      if constexpr (kIsRelaxed)
+        moving.middle = fma(Real(-0.5) * angle, across, n);
+      else
+        moving.middle = middle_normal(n, moving.turn);
       moving.turn.twist = Real(0.5) * (dt * dot(i.spin + j.spin, n));
       // sums of two products, not fma: they must not depend on the order of the grains
       const Vec<Real, 3> surface = arms.i * i.spin + arms.j * j.spin;
-      const Vec<Real, 3> middle = middle_normal(n, moving.turn);
+      const Vec<Real, 3> &middle = moving.middle;
       if constexpr (kIsRelaxed) {
         // out of the plane by less than its rounding: by half of the angle of the step times what goes across. What a pair remembers
         // falls back into the plane in the next step
@@ -55,7 +61,7 @@ inline namespace RVE_ISA {
     RVE_INLINE TurnedForce<Real, Number> turned(const Vec<Number, 3> &history,
                                                 const Vec<Real, 3> &n, Real dt) const
     {
-      return turned_with_contact(history, n, turn, Truth<Real>(dt > Real(0)));
+      return turned_with_contact(history, n, middle, turn.twist, Truth<Real>(dt > Real(0)));
     }
 
     /// The answer of a law with friction.
