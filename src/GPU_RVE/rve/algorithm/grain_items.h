@@ -188,6 +188,21 @@ inline namespace RVE_ISA {
     RVE_INLINE void publish(int i, const MotionOf<Scene> &x) { array[i] = x; }
   };
 
+  /// The largest force on any grain of a thread, in one register: nobody asks for that on a single one.
+  template <class Block, class Real> struct LargestOfThread {
+    Real largest;
+    Real *array;
+
+    RVE_INLINE LargestOfThread(Block &, Real *of_grains) : largest(0), array(of_grains) {}
+    RVE_INLINE Real &operator[](typename Block::Item) { return largest; }
+    RVE_INLINE void load(typename Block::Item i)
+    {
+      largest = Block::is_first(i) ? array[i] : larger(largest, array[i]);
+    }
+    RVE_INLINE void save(typename Block::Item i) { array[i] = largest; }
+    RVE_INLINE void keep(typename Block::Item, const Real &x) { largest = x; }
+  };
+
   /// The grains of a block, of which a thread of a GPU keeps its own in registers from step to step.
   template <class Block, class Scene> struct GrainItems {
     template <class T> using Resident = typename Block::template Resident<T>;
@@ -210,6 +225,13 @@ inline namespace RVE_ISA {
     {
       return SeenSpheres<Scene>(records);
     }
+    static RVE_INLINE auto largest_of_each(Block &block, typename Scene::Real *array)
+    {
+      if constexpr (kHoldsUniforms<Block, Scene>)
+        return LargestOfThread<Block, typename Scene::Real>(block, array);
+      else
+        return block.resident(array);
+    }
     /// The scene in the numbers of an item of a phase: here an item is one grain.
     template <class SomeItem> using SceneOf = Scene;
 
@@ -218,7 +240,9 @@ inline namespace RVE_ISA {
     Seen<Spin<typename Scene::Real, Scene::D>> spin;    ///< published
     Seen<typename Scene::Wide> radius;
     Resident<Sums> own;
-    Resident<typename Scene::Real> largest_force;
+    std::conditional_t<kHoldsUniforms<Block, Scene>, LargestOfThread<Block, typename Scene::Real>,
+                       Resident<typename Scene::Real>>
+        largest_force;
     std::conditional_t<kFewRegisters<Block, Scene>, PackedPartners<Block, Scene>,
                        PartnersInSlots<Block, Scene>>
         partners;
@@ -227,7 +251,7 @@ inline namespace RVE_ISA {
     RVE_INLINE GrainItems(Block &block, const SharedView<Scene> &shared, int n) :
         motion(seen(block, shared.motion)), spin(seen(block, shared.spin)),
         radius(seen(block, shared.radius)), own(block.resident(shared.own)),
-        largest_force(block.resident(shared.largest_force)), partners(block, shared, n)
+        largest_force(largest_of_each(block, shared.largest_force)), partners(block, shared, n)
     {
       for (int k = 0; k < Scene::owned_pairs; ++k)
         history[k] = block.resident(shared.history + k * n);

@@ -99,6 +99,9 @@ inline namespace RVE_ISA {
       return __syncthreads_or(mine) != 0;
     }
 
+    /// Of the items of a thread.
+    static RVE_DEVICE bool is_first(Item item) { return register_of(item) == 0; }
+
     template <class F> RVE_DEVICE bool any_item(int n, F f)
     {
       bool mine = false;
