@@ -1,8 +1,8 @@
 // Throughput of the engine on the device at hand: copies of a packing of disks or of spheres are sheared, and whole calls with the short
 // answer are timed. Writes JSON rows (doc/performance.rst). Nothing is asserted about times; a failed RVE ends the experiment.
 //
-//   bench_engine <packing.rve> <output.json> [--device cpu|cuda] [--suite quick|full|core|paper|substeps|grains|queue|features|memory|
-//                sanitize|races|profile] [--seconds S] [--rves N[,N...]] [--format fast|mixed|double] [--threads N] [--part K/N]
+//   bench_engine <packing.rve> <output.json> [--device cpu|cuda] [--suite quick|full|core|paper|substeps|grains|queue|features|rebuilds|
+//                memory|sanitize|races|profile] [--seconds S] [--rves N[,N...]] [--format fast|mixed|double] [--threads N] [--part K/N]
 
 #include "bench_packings.h"
 #include "bench_report.h"
@@ -782,6 +782,7 @@ template <int D> const std::map<std::string, std::vector<Experiment<D>>> &suites
       {"grains", {run_grains<D>}},
       {"queue", {run_queue<D>}},
       {"features", {run_features<D>, run_rebuilds<D>}},
+      {"rebuilds", {run_rebuilds<D>}},
       {"memory", {run_memory<D>}},
       {"sanitize", {run_sanitize<D>}},
       {"races", {run_races<D>}},
