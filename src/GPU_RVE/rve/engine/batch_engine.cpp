@@ -690,7 +690,7 @@ void BatchEngine<D>::tell_rest(int count, const Rest *rest, const SleepOf<D> *sl
   for (int k = 0; k < count; ++k) {
     if (rest[k] == Rest::Unknown) continue;
     const SleepOf<D> &sleep = sleeps[k];
-    caller.take_look(k, {rest[k] != Rest::Moves, sleep.mean_overlap, sleep.stiffness});
+    caller.take_look(k, {may_sleep_on(rest[k]), sleep.mean_overlap, sleep.stiffness});
     if (owes(rest[k])) caller.take_sleep(k, sleep.pending);
   }
 }
