@@ -157,7 +157,7 @@ namespace {
       launch.drives = planned_drives[1 - drives_in_use].reserve(count);
       launch.drives_before = planned_drives[drives_in_use].reserve(count);
       launch.rest = may_sleep ? rest_buffer.reserve(count) : nullptr;
-      launch.sleeps = may_sleep ? sleep_buffer.reserve(count) : nullptr;
+      launch.sleeps = may_sleep ? sleep_buffer.reserve_clean(count) : nullptr;
       launch.detail_of = may_sleep ? detail_of_buffer.reserve(count) : nullptr;
       launch.classes = has_order ? class_buffer.reserve(count) : nullptr;
       launch.order = has_order ? planned_order_buffer.reserve(count) : nullptr;
@@ -454,7 +454,7 @@ namespace {
       if (!has_resting) return;
       const RestingRve<D> *records = resting_buffer.upload(resting);
       place_resting<D><<<rounded_up(number, kIncrementBlock) / kIncrementBlock, kIncrementBlock>>>(
-          records, number, rest_buffer.reserve(count), sleep_buffer.reserve(count),
+          records, number, rest_buffer.reserve(count), sleep_buffer.reserve_clean(count),
           planned_drives[drives_in_use].reserve(count),
           planned_answers[drives_in_use].reserve(count));
       check_cuda(cudaGetLastError(), "launch of a note of those that rest");
