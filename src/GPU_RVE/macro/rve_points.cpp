@@ -536,13 +536,6 @@ template <int D> struct RvePointsOf<D>::Macro {
   }
 };
 
-template <int D>
-bool RvePointsOf<D>::is_worth_a_look(int slot, double strain, double dt, int substeps) const
-{
-  if (options.adaptive) substeps = substeps_of(slot, strain, dt, points.front(slot).pressure);
-  return rve::is_worth_a_look(strain, substeps, options.quiescent_strain);
-}
-
 /// What an RVE does that is not frozen.
 template <int D>
 typename RvePointsOf<D>::Part RvePointsOf<D>::part_of(int slot, const rve::DriveOf<D> &drive) const
@@ -560,14 +553,19 @@ typename RvePointsOf<D>::Part RvePointsOf<D>::part_of(int slot, const Matrix &in
 {
   const PointFront<D> &front = points.front(slot);
   const double limit = options.quiescent_strain, strain = rve::strain_size(increment);
+  // most strain by more
   if (front.response.status != rve::status::Ok || !(strain < limit)) return Part::Works;
-  const rve::Rest rest = points.rest(slot);
-  if (rve::may_sleep_on(rest) &&
-      (!front.owes || rve::strain_size(increment * points.pending(slot)) < limit))
-    return Part::Sleeps;
-  return rve::may_be_looked_at(rest) && is_worth_a_look(slot, strain, dt, substeps)
-      ? Part::WorksAndIsLookedAt
-      : Part::Works;
+  const double of_all = front.owes ? rve::strain_size(increment * points.pending(slot)) : strain;
+  switch (rve::skipping_of(points.rest(slot), strain, of_all, limit, [&] {
+    return options.adaptive ? substeps_of(slot, strain, dt, front.pressure) : substeps;
+  })) {
+    case rve::Skipping::Sleep:
+      return Part::Sleeps;
+    case rve::Skipping::Look:
+      return Part::WorksAndIsLookedAt;
+    default:
+      return Part::Works;
+  }
 }
 
 /// Through an increment; returns its stress.

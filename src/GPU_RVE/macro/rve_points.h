@@ -436,7 +436,6 @@ template <int D> class RvePointsOf {
   bool any_owes() const;
   bool find_planned(const std::vector<int> &slots, const std::vector<int> &point_of);
   void hear_of_stiffened();
-  bool is_worth_a_look(int slot, double strain, double dt, int substeps) const;
   bool plan_parts(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives);
   bool plan_work(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,
                  bool all_work);

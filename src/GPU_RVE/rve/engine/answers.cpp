@@ -1,15 +1,6 @@
 #include "rve/engine/answers.h"
 
-#include "rve/core/status.h"
-
-#include <cstring>
-
 namespace rve {
-
-template <int D> bool must_repeat(const AnswerRecord<D> &answer)
-{
-  return (answer.status & (status::ListFull | status::ForceSaturated)) != 0;
-}
 
 template <int D>
 void to_result(const AnswerRecord<D> &answer, const DetailRecord<D> &record, ResultOf<D> &result)
@@ -49,8 +40,7 @@ void to_result(const AnswerRecord<D> &answer, const DetailRecord<D> &record,
                ElasticResultOf<D> &result)
 {
   to_result(answer, record, result.result);
-  static_assert(sizeof(result.stiffness.component) == sizeof(record.stiffness), "all of it");
-  std::memcpy(result.stiffness.component, record.stiffness, sizeof(record.stiffness));
+  result.stiffness = stiffness_of(record);
 }
 
 template <int D> DetailRecord<D> details_of(const ImageHeader<D> &header)
@@ -62,12 +52,10 @@ template <int D> DetailRecord<D> details_of(const ImageHeader<D> &header)
   return record;
 }
 
-template bool must_repeat(const AnswerRecord<2> &);
 template void to_result(const AnswerRecord<2> &, const DetailRecord<2> &, ResultOf<2> &);
 template void to_result(const AnswerRecord<2> &, const DetailRecord<2> &, ElasticResultOf<2> &);
 template DetailRecord<2> details_of(const ImageHeader<2> &);
 
-template bool must_repeat(const AnswerRecord<3> &);
 template void to_result(const AnswerRecord<3> &, const DetailRecord<3> &, ResultOf<3> &);
 template void to_result(const AnswerRecord<3> &, const DetailRecord<3> &, ElasticResultOf<3> &);
 template DetailRecord<3> details_of(const ImageHeader<3> &);

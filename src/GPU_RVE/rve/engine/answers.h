@@ -4,17 +4,21 @@
 #define RVE_ENGINE_ANSWERS_H
 
 #include "rve/algorithm/image.h"
+#include "rve/core/status.h"
 #include "rve/engine/engine.h"
 
 namespace rve {
 
 /// Whether a call did not succeed for a reason that the engine can mend.
-template <int D> bool must_repeat(const AnswerRecord<D> &answer);
+template <int D> RVE_HD bool must_repeat(const AnswerRecord<D> &answer)
+{
+  return (answer.status & (status::ListFull | status::ForceSaturated)) != 0;
+}
 
 /// Whether it is the answer to its drive.
 template <int D> RVE_HD bool is_sound(const AnswerRecord<D> &answer)
 {
-  return (answer.status & (status::Fatal | status::ListFull | status::ForceSaturated)) == 0;
+  return (answer.status & status::Fatal) == 0 && !must_repeat(answer);
 }
 
 template <int D>
@@ -37,16 +41,21 @@ template <int D> RVE_HD double mean_overlap(const DetailRecord<D> &record)
   return record.num_contacts > 0 ? record.overlap_sum / record.num_contacts : 0.0;
 }
 
+/// Of details that were asked for it.
+template <int D> RVE_HD AffineStiffnessOf<D> stiffness_of(const DetailRecord<D> &record)
+{
+  AffineStiffnessOf<D> stiffness;
+  int m = 0;
+  for (auto &row : stiffness.component)
+    for (double &component : row) component = record.stiffness[m++];
+  return stiffness;
+}
+
 /// What a look at the end of DEM steps finds, whose details have the stiffness.
 template <int D> RVE_HD LookOf<D> to_look(const DetailRecord<D> &record)
 {
-  LookOf<D> look;
-  look.is_at_rest = unbalanced_ratio(record) <= QUIET_UNBALANCED_RATIO;
-  look.mean_overlap = mean_overlap(record);
-  int m = 0;
-  for (auto &row : look.stiffness.component)
-    for (double &component : row) component = record.stiffness[m++];
-  return look;
+  return {unbalanced_ratio(record) <= QUIET_UNBALANCED_RATIO, mean_overlap(record),
+          stiffness_of(record)};
 }
 
 /// Of an RVE whose call failed: as it was before.

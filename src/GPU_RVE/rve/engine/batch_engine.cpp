@@ -610,10 +610,8 @@ template <int D> void BatchEngine<D>::number_looks(Call &call)
 {
   detail_of.clear();
   int looks = 0;
-  for (const IncrementOf<D> &one : increments) looks += one.is_looked_at;
-  if (looks == 0) return;
-  looks = 0;
   for (const IncrementOf<D> &one : increments) detail_of.push_back(one.is_looked_at ? looks++ : -1);
+  if (looks == 0) return;
   ask_for_looks(call, looks);
   call.detail_of = &detail_of;
 }

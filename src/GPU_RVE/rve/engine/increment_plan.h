@@ -81,6 +81,24 @@ RVE_HD inline bool is_worth_a_look(double strain, int substeps, double limit)
   return (substeps + CALL_IN_STEPS) * limit > LOOK_IN_STEPS * strain;
 }
 
+/// What *quiescent* makes of a macro step of an RVE.
+enum class Skipping {
+  None,
+  Look,    ///< its DEM steps end with a look
+  Sleep    ///< it makes none
+};
+
+/// From the strain of the step and of all since its last DEM steps, for an RVE that has answered without trouble. `substeps()`: those of the step.
+template <class Substeps>
+RVE_HD Skipping skipping_of(Rest rest, double strain, double of_all, double limit,
+                            const Substeps &substeps)
+{
+  if (!(strain < limit)) return Skipping::None;
+  if (may_sleep_on(rest) && of_all < limit) return Skipping::Sleep;
+  return may_be_looked_at(rest) && is_worth_a_look(strain, substeps(), limit) ? Skipping::Look
+                                                                              : Skipping::None;
+}
+
 enum class PlanKind {
   Simple,      ///< so many DEM steps
   Question,    ///< perhaps it must be turned before: that takes a decomposition
@@ -130,14 +148,16 @@ RVE_HD IncrementPlan<D> plan_increment(const Tensor<double, D> &f, const Planned
     plan.deformation = f * sleep->pending;
     if (!find_strain_size(plan.deformation, of_all)) return plan;
   }
-  if (may_sleep && rve.status == 0 && strain < options.quiescent_strain) {
-    if (may_sleep_on(rest) && of_all < options.quiescent_strain) {
+  if (may_sleep && rve.status == 0) {
+    const Skipping skipping = skipping_of(rest, strain, of_all, options.quiescent_strain, [&] {
+      return options.substeps_of(strain, rve);
+    });
+    if (skipping == Skipping::Sleep) {
       plan.kind = PlanKind::Sleeps;
       plan.substeps = 0;
       return plan;
     }
-    plan.is_looked_at = may_be_looked_at(rest) &&
-        is_worth_a_look(strain, options.substeps_of(strain, rve), options.quiescent_strain);
+    plan.is_looked_at = skipping == Skipping::Look;
   }
   // it may have turned by any angle, which is taken from it
   if (owing && !(finite(plan.deformation) && determinant(plan.deformation) > 0.0)) return plan;
