@@ -294,7 +294,8 @@ template <int D> void RvePointsOf<D>::note_check(const std::vector<int> &slots)
     may_be_stiffer[slot] = 0;
   }
   any_stiffened.set(false);
-  if (!device_knows) return;
+  // where RVEs have come or gone the next plan is new, and has these numbers
+  if (!device_knows || points.is_changed()) return;
   // the plan of a device knows those of its call by their places
   std::vector<rve::ExpectedContacts> expected;
   for (const int slot : slots)
