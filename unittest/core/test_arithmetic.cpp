@@ -136,14 +136,30 @@ TEST_F(Arithmetic, RootAndQuotientsInFp32AreRoundedFarFromOne)
 TEST_F(Arithmetic, RootAndQuotientsInFp64AreThoseOfTheHost)
 {
   Random random(2);
-  std::vector<double> x(100000);
+  std::vector<double> x(1000000);
   for (double &value : x) value = std::ldexp(random.uniform(1.0, 2.0), random.integer(-60, 60));
+  // beside powers of two: where all bits of a root are ones, an iteration for its reciprocal rounds the wrong way most easily
+  for (int n = -60; n <= 60; ++n) {
+    double below = std::ldexp(1.0, n), above = below;
+    for (int ulp = 0; ulp < 32; ++ulp) {
+      x.push_back(below = std::nextafter(below, 0.0));
+      x.push_back(above);
+      above = std::nextafter(above, 2.0 * above);
+    }
+  }
+  // and beside squares, whose roots are short
+  for (int k = 1; k <= 4096; ++k) {
+    const double square = static_cast<double>(k) * k;
+    for (const double value : {std::nextafter(square, 0.0), square, std::nextafter(square, 1e9)})
+      x.push_back(value);
+  }
 
   const auto answers = evaluate(x);
 
   for (std::size_t k = 0; k < x.size(); ++k) {
     const double root = std::sqrt(x[k]);
-    ASSERT_TRUE(same_bits(answers[k], Numbers<double>{root, 1.0 / root, 1.0 / x[k]})) << x[k];
+    ASSERT_TRUE(same_bits(answers[k], Numbers<double>{root, 1.0 / root, 1.0 / x[k]}))
+        << std::hexfloat << x[k];
   }
 }
 

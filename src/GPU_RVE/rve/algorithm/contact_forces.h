@@ -234,6 +234,9 @@ inline namespace RVE_ISA {
     const auto add_owned = [&](const auto i, auto &sum) RVE_INLINE_LAMBDA {
       using Here = typename Grains::template SceneOf<std::decay_t<decltype(i)>>;
       const auto me = grains.view(i);
+      constexpr bool passes = kHistoryPasses<Block, Scene>;
+      if constexpr (wanted != Wanted::Nothing && passes)
+        for (int k = 0; k < Scene::owned_pairs; ++k) grains.load_pair(shared, k, i);
       grains.for_slots(
           i,
           [&]() RVE_INLINE_LAMBDA {
@@ -247,7 +250,8 @@ inline namespace RVE_ISA {
           },
           [&](int k) RVE_INLINE_LAMBDA {
             // each when it is needed: the sums of the stress leave few registers
-            if constexpr (wanted != Wanted::Nothing && !IsPack<std::decay_t<decltype(i)>>::value)
+            if constexpr (wanted != Wanted::Nothing && !passes &&
+                          !IsPack<std::decay_t<decltype(i)>>::value)
               grains.load_pair(shared, k, i);
             return grains.view_partner(shared, k, i);
           },

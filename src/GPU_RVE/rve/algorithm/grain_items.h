@@ -203,6 +203,52 @@ inline namespace RVE_ISA {
     RVE_INLINE void keep(typename Block::Item, const Real &x) { largest = x; }
   };
 
+  /// What the pairs of one slot remember, where it passes by the threads of a GPU: each number in a row of its own, of which a warp reads
+  /// whole lines.
+  template <class History, class Number> class PassingHistory {
+    static constexpr int kNumbers = sizeof(History) / sizeof(Number);
+    static_assert(kNumbers * sizeof(Number) == sizeof(History), "numbers and nothing else");
+    Number *first;
+    int next;    ///< from one row to the next
+    History *array;
+
+   public:
+    PassingHistory() = default;
+    RVE_INLINE PassingHistory(Number *row, int stride, History *of_grains) :
+        first(row), next(stride), array(of_grains)
+    {
+    }
+
+    RVE_INLINE History operator[](int i) const
+    {
+      History x;
+      for (int m = 0; m < kNumbers; ++m) reinterpret_cast<Number *>(&x)[m] = first[m * next + i];
+      return x;
+    }
+    RVE_INLINE void keep(int i, const History &x)
+    {
+      for (int m = 0; m < kNumbers; ++m)
+        first[m * next + i] = reinterpret_cast<const Number *>(&x)[m];
+    }
+    RVE_INLINE void load(int i) { keep(i, array[i]); }
+    RVE_INLINE void save(int i) { array[i] = (*this)[i]; }
+    RVE_INLINE void publish(int i, const History &x)
+    {
+      keep(i, x);
+      array[i] = x;
+    }
+  };
+
+  /// Of one pair, read ahead: to be read and written.
+  template <class History, class Number> struct PassingPair {
+    const History &before;
+    PassingHistory<History, Number> &rows;
+    int i;
+
+    RVE_INLINE operator const History &() const { return before; }
+    RVE_INLINE void operator=(const History &x) const { rows.keep(i, x); }
+  };
+
   /// The grains of a block, of which a thread of a GPU keeps its own in registers from step to step.
   template <class Block, class Scene> struct GrainItems {
     template <class T> using Resident = typename Block::template Resident<T>;
@@ -246,7 +292,13 @@ inline namespace RVE_ISA {
     std::conditional_t<kFewRegisters<Block, Scene>, PackedPartners<Block, Scene>,
                        PartnersInSlots<Block, Scene>>
         partners;
-    Resident<typename Scene::History> history[Scene::owned_pairs];
+    using ItsHistory =
+        std::conditional_t<kHistoryPasses<Block, Scene>,
+                           PassingHistory<typename Scene::History, typename Scene::Spring>,
+                           Resident<typename Scene::History>>;
+    ItsHistory history[Scene::owned_pairs];
+    /// Of the slot that is computed, with kHistoryPasses.
+    typename Scene::History read_ahead;
 
     RVE_INLINE GrainItems(Block &block, const SharedView<Scene> &shared, int n) :
         motion(seen(block, shared.motion)), spin(seen(block, shared.spin)),
@@ -254,7 +306,11 @@ inline namespace RVE_ISA {
         largest_force(largest_of_each(block, shared.largest_force)), partners(block, shared, n)
     {
       for (int k = 0; k < Scene::owned_pairs; ++k)
-        history[k] = block.resident(shared.history + k * n);
+        if constexpr (kHistoryPasses<Block, Scene>)
+          history[k] = {shared.passing + k * shared.capacity, Scene::owned_pairs * shared.capacity,
+                        shared.history + k * n};
+        else
+          history[k] = block.resident(shared.history + k * n);
     }
 
     /// With room that only packs of grains need.
@@ -343,7 +399,14 @@ inline namespace RVE_ISA {
     }
 
     /// What the pair in slot k remembers: can be read and written.
-    RVE_INLINE typename Scene::History &history_of(int k, Item i) { return history[k][i]; }
+    RVE_INLINE decltype(auto) history_of(int k, Item i)
+    {
+      if constexpr (kHistoryPasses<Block, Scene>)
+        return PassingPair<typename Scene::History, typename Scene::Spring>{read_ahead, history[k],
+                                                                            i};
+      else
+        return history[k][i];
+    }
 
     RVE_INLINE typename Scene::Real largest_of(Item i) { return largest_force[i]; }
 
@@ -351,8 +414,21 @@ inline namespace RVE_ISA {
     /// all pairs. Once for each pair: read for all, it would occupy registers; read after the branch of pairs that touch, it would be
     /// waited for. Without friction there are registers for it, and on a GPU for disks in numbers of 32 bits.
     template <class Step, class View, class Look, class Act>
-    RVE_INLINE void for_slots(Item, Step step, View view, Look look, Act act)
+    RVE_INLINE void for_slots(Item i, Step step, View view, Look look, Act act)
     {
+      if constexpr (kHistoryPasses<Block, Scene>) {
+        // what a pair remembers is asked for while the one before is computed
+        typename Scene::History next = history[0][i];
+        RVE_UNROLL
+        for (int k = 0; k < Scene::owned_pairs; ++k) {
+          read_ahead = next;
+          if (k + 1 < Scene::owned_pairs) next = history[k + 1][i];
+          const auto other = view(k);
+          const auto here = step();
+          act(k, here, other, look(here, other));
+        }
+        return;
+      }
       constexpr bool once = kFillsPlaces<Block, Scene> && sizeof(typename Scene::Real) == 4;
       if constexpr (Scene::has_friction && !once) {
         RVE_UNROLL

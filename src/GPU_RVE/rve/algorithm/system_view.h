@@ -235,6 +235,9 @@ inline namespace RVE_ISA {
     /// (Scene::owned_pairs, N) minus the own one: slot is free, it never touches. Not used where it is in registers.
     typename Scene::Wide *partner_radius;
     typename Scene::History *history;    ///< (Scene::owned_pairs, N)
+    /// With kHistoryPasses: (numbers of a History, Scene::owned_pairs, capacity) what the steps have of it.
+    typename Scene::Spring *passing;
+    int capacity;    ///< in grains
   };
 
   /// Where grain i was when the list was built.
@@ -275,8 +278,7 @@ inline namespace RVE_ISA {
   constexpr bool kFewRegisters = Block::kInRegisters &&Scene::D == 3;
   /// Whether they add what a grain gets from its own pairs to what it gets from others, too, at once, and read what is the same for all
   /// pairs again for each: both cost less than that fewer RVEs share a multiprocessor, or than what is spilled when they do.
-  template <class Block, class Scene>
-  constexpr bool kSumsOnChip = kFewRegisters<Block, Scene> && sizeof(typename Scene::Sum) == 4;
+  template <class Block, class Scene> constexpr bool kSumsOnChip = kFewRegisters<Block, Scene>;
   template <class Block, class Scene>
   constexpr bool kRereads = kFewRegisters<Block, Scene> && sizeof(typename Scene::Wide) == 4;
   /// Whether what is the same for all pairs of a step is read once for a warp instead. Where it is, kernels must be small (BlockCuda::uniform):
@@ -284,6 +286,10 @@ inline namespace RVE_ISA {
   template <class Block, class Scene>
   constexpr bool kHoldsUniforms =
       kFewRegisters<Block, Scene> &&Block::kHasUniforms && !Scene::steers;
+
+  /// Whether what pairs remember passes by: each step reads it from memory and writes it back.
+  template <class Block, class Scene>
+  constexpr bool kHistoryPasses = kFewRegisters<Block, Scene> && sizeof(typename Scene::Real) == 8;
 
   /// Whether threads without a grain take part in the steps, as nobody: then no phase is in a branch, at whose end the registers of both ways
   /// would have to be made the same ones.
@@ -338,6 +344,13 @@ inline namespace RVE_ISA {
     view.partner_radius = in_registers
         ? nullptr
         : beside.template take<typename Scene::Wide>(Scene::owned_pairs * num_grains);
+    view.passing = nullptr;
+    if constexpr (Scene::D == 3 && sizeof(typename Scene::Real) == 8)
+      if (in_registers)
+        view.passing = beside.template take<typename Scene::Spring>(
+            sizeof(typename Scene::History) / sizeof(typename Scene::Spring) * Scene::owned_pairs *
+            capacity);
+    view.capacity = capacity;
     return view;
   }
 

@@ -92,8 +92,19 @@ inline namespace RVE_ISA {
 
   RVE_INLINE RootAndInverse<double> root_and_inverse(double x)
   {
+#if defined(__CUDA_ARCH__)
+    // as above: the paths for other numbers would be calls
+    double inverse;
+    asm("rsqrt.approx.ftz.f64 %0, %1;" : "=d"(inverse) : "d"(x));
+    const double error = ::fma(x, -(inverse * inverse), 1.0);
+    inverse = ::fma(::fma(error, 0.375, 0.5), error * inverse, inverse);
+    const double first = x * inverse;
+    const double root = ::fma(::fma(-first, first, x), 0.5 * inverse, first);
+    return {root, ::fma(inverse, ::fma(-root, inverse, 1.0), inverse)};
+#else
     const double root = std::sqrt(x);
     return {root, 1.0 / root};
+#endif
   }
 
   /// 1/x, IEEE rounded; x as above.

@@ -95,8 +95,8 @@ template <class Scene> RVE_HD constexpr BlockShape block_shape(Residency residen
         return {0, kLargeBlock, 1};
     }
   } else {
-    if (all_wide) return {0, 512, 1};
     const bool lean = !Scene::steers;
+    if (all_wide && !lean) return {0, 512, 1};
     switch (residency) {
       case Residency::Many:
         return {2, 256, wide ? 2 : 4, lean};
@@ -105,7 +105,7 @@ template <class Scene> RVE_HD constexpr BlockShape block_shape(Residency residen
       case Residency::Large:
         return {2, 512, wide ? 1 : 2, lean};
       default:
-        return {0, kLargeBlock, 1};
+        return {0, all_wide ? 512 : kLargeBlock, 1};
     }
   }
 }

@@ -24,11 +24,12 @@ namespace {
     return word && says_yes("GPU_RVE_KERNELS_AT_RUN_TIME", word);
   }
 
-  template <class Scene>
+  /// Of kernels of Lean, whose RVEs have the memory that Scene needs.
+  template <class Lean, class Scene>
   KernelSizes kernel_sizes(Residency residency, int num_grains, int pair_capacity, int steps_ahead)
   {
     KernelSizes sizes = {};
-    const int capacity = block_shape<Scene>(residency).capacity();
+    const int capacity = block_shape<Lean>(residency).capacity();
     if (capacity == 0) {
       sizes.shared = shared_size<Scene>(num_grains, false);
     } else if (Scene::D == 2) {
@@ -54,7 +55,8 @@ template <class Numbers, Format format_, Arithmetic arithmetic_> void CudaProgra
     entry.prepared_like = ProgramTraits<Program::name>::prepared_like;                       \
     entry.shape = block_shape<ProgramScene<Program::name, Numbers>>;                         \
     entry.sizes =                                                                            \
-        kernel_sizes<ProgramScene<ProgramTraits<Program::name>::prepared_like, Numbers>>;    \
+        kernel_sizes<ProgramScene<Program::name, Numbers>,                                   \
+                     ProgramScene<ProgramTraits<Program::name>::prepared_like, Numbers>>;    \
     entry.kernels = cuda_kernels<Program::name, format_, arithmetic_>();                     \
     entry.ahead =                                                                            \
         !none_ahead && entry.kernels.kernel[static_cast<int>(Residency::Memory)] != nullptr; \
