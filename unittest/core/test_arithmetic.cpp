@@ -175,6 +175,13 @@ template <class Real> void expect_quotients_of_the_host(int most)
     y[k] = static_cast<Real>(factor) * x[k];
   }
   x[0] = Real(0);
+  // divisors beside powers of two
+  Real below = Real(1), above = Real(1);
+  for (std::size_t k = 1; k < 1000; k += 2) {
+    y[k] = below = std::nextafter(below, Real(0));
+    y[k + 1] = above = std::nextafter(above, Real(2));
+    if (k % 4 == 1) x[k] = x[k + 1] = Real(1);
+  }
 
   const auto answers = divide(x, y);
 

@@ -93,10 +93,16 @@ inline namespace RVE_ISA {
                                                                                  : kInfinity;
   }
 
+  /// Whether torques on a grain from its own pairs are added up as they are, and rounded once. That hangs on the order of the pairs, and so does
+  /// relaxed arithmetic of spheres anyway. Forces have to be rounded one by one: those on both grains are opposite to the last bit.
+  template <int D> constexpr bool kRoundsTorquesOnce = kIsRelaxed &&D == 3;
+
   /// What gathers while a grain's pairs are computed.
   template <class Numbers, int D> struct GrainSum {
     Vec<typename Numbers::Sum, Space<D>::freedoms> own;    ///< force and torque on the owner
-    typename Numbers::Real largest_force;                  ///< that counts for the unit of forces
+    /// kRoundsTorquesOnce: in place of that of `own`, until round_torque.
+    Vec<typename Numbers::Real, Space<D>::spins> torque;
+    typename Numbers::Real largest_force;    ///< that counts for the unit of forces
     Vec<typename Numbers::Sum, Space<D>::components> stress;    ///< Love terms, with the stress
     std::int32_t contacts, crushed;                             ///< with the stress
     Dissipation heat;    ///< with the stress, in programs that keep books
@@ -109,11 +115,18 @@ inline namespace RVE_ISA {
   {
     using Sum = typename Scene::Sum;
     return {Vec<Sum, Scene::freedoms>::zero(),
+            Vec<typename Scene::Real, Scene::spins>::zero(),
             largest_force,
             Vec<Sum, Scene::components>::zero(),
             0,
             0,
             {0.0, 0.0}};
+  }
+
+  template <class Numbers, int D> RVE_INLINE void round_torque(GrainSum<Numbers, D> &sum)
+  {
+    if constexpr (kRoundsTorquesOnce<D>)
+      for (int k = 0; k < Space<D>::spins; ++k) round_to(sum.torque[k], sum.own[D + k]);
   }
 
   /// What is wanted beside the forces.
@@ -172,12 +185,17 @@ inline namespace RVE_ISA {
       on_j[D + k] = torque_i[k] = Sum(0);
       if constexpr (Scene::has_friction) {
         round_to(where(acting, spin_component(force.torque_j, k)), on_j[D + k]);
-        round_to(where(acting, spin_component(force.torque_i, k)), torque_i[k]);
+        const Real mine = where(acting, spin_component(force.torque_i, k));
+        if constexpr (kRoundsTorquesOnce<D>)
+          sum.torque[k] = sum.torque[k] + mine;
+        else
+          round_to(mine, torque_i[k]);
       }
     }
     for (int a = 0; a < D; ++a) sum.own[a] = wrapping_difference(sum.own[a], on_j[a]);
-    for (int k = 0; k < Scene::spins; ++k)
-      sum.own[D + k] = wrapping_sum(sum.own[D + k], torque_i[k]);
+    if constexpr (!kRoundsTorquesOnce<D>)
+      for (int k = 0; k < Scene::spins; ++k)
+        sum.own[D + k] = wrapping_sum(sum.own[D + k], torque_i[k]);
     add_to_j(on_j);
     if constexpr (with_stress)
       add_love_term<typename Scene::Numbers, D>(acting, force.force, contact.branch, sum.stress);
@@ -273,11 +291,13 @@ inline namespace RVE_ISA {
       const auto one = view_grain(shared, first), other = view_grain(shared, second);
       const auto step = step_constants<Scene>(law, plan);
       sum.own = Vec<typename Scene::Sum, Scene::freedoms>::zero();
+      sum.torque = Vec<typename Scene::Real, Scene::spins>::zero();
       add_pair<wanted>(call, keeps_ledger, step, one, other, pair_geometry(step, one, other),
                        overlap_limit, pairs.extra_history[m], sum,
                        [&](const auto &force) RVE_INLINE_LAMBDA {
                          add_force(block, shared, second, force);
                        });
+      round_torque(sum);
       add_force(block, shared, first, sum.own);
     };
 
@@ -286,6 +306,7 @@ inline namespace RVE_ISA {
       if constexpr (holds && wanted == Wanted::Survey) grains.load_itself(i);
       auto sum = begin_sum<Scene>(grains.largest_force[i]);
       add_owned(i, sum);
+      round_torque(sum);
       if constexpr (holds)
         grains.keep_forces(block, shared, i, sum.own, sum.largest_force);
       else
@@ -316,6 +337,7 @@ inline namespace RVE_ISA {
         using Here = typename Grains::template SceneOf<std::decay_t<decltype(i)>>;
         auto sum = begin_sum<Here>(grains.largest_of(i));
         add_owned(i, sum);
+        round_torque(sum);
         grains.keep_forces(block, shared, i, sum.own, sum.largest_force);
         add_terms(sum, term);
       });
@@ -370,6 +392,7 @@ inline namespace RVE_ISA {
           using Here = typename Grains::template SceneOf<std::decay_t<decltype(i)>>;
           auto sum = begin_sum<Here>(grains.largest_of(i));
           add_owned(i, sum);
+          round_torque(sum);
           grains.keep_forces(block, shared, i, sum.own, sum.largest_force);
         });
         // they ride along with the grains: no phase of their own

@@ -481,11 +481,26 @@ inline namespace RVE_ISA {
       return collect_force(block, shared, own[i], i);
     }
 
+    /// With kFewRegisters, after a kick and a drift: the whole record, in the pieces that it is read in. What is as it was is written, too: a
+    /// compiler that sees that leaves gaps in a piece, and has to write its parts.
+    RVE_INLINE void publish(const SharedView<Scene> &shared, Item i, const ViewOf<Scene> &grain,
+                            const GrainResponseOf<Scene> &response)
+    {
+      SpherePieces<Numbers> &pieces = shared.motion[i];
+      pieces = SpherePieces<Numbers>{grain.motion.position,
+                                     Block::anew(grain.radius),
+                                     grain.motion.velocity,
+                                     grain.spin,
+                                     Block::anew(response.velocity_unit),
+                                     Block::anew(response.spin_unit)};
+    }
+
     RVE_INLINE void publish_motion(Item i, const MotionOf<Scene> &x) { motion.publish(i, x); }
 
     /// Without friction no other grain asks for it.
     RVE_INLINE void publish_spin(Item i, const Spin<typename Scene::Real, Scene::D> &x)
     {
+      if constexpr (kFewRegisters<Block, Scene>) return;    // with all else
       if constexpr (Scene::has_friction)
         spin.publish(i, x);
       else

@@ -58,15 +58,17 @@ inline namespace RVE_ISA {
         return increment;
       }
     }
+    constexpr bool by_sign = kIsRelaxed && D == 3;
     for (int a = 0; a < D; ++a) {
       increment.velocity[a] = static_cast<Real>(force[a]) * response.velocity_unit;
-      grain.motion.velocity[a] = kick(grain.motion.velocity[a], increment.velocity[a], alpha);
+      grain.motion.velocity[a] =
+          kick<by_sign>(grain.motion.velocity[a], increment.velocity[a], alpha);
     }
     for (int k = 0; k < Space<D>::spins; ++k) {
       Real &spin = spin_component(grain.spin, k), &added = spin_component(increment.spin, k);
       if constexpr (Turns) {
         added = static_cast<Real>(force[D + k]) * response.spin_unit;
-        spin = kick(spin, added, alpha);
+        spin = kick<by_sign>(spin, added, alpha);
       } else {
         added = Real(0);
         spin = spin + Real(0);    // as by a torque of zero: -0 turns into 0

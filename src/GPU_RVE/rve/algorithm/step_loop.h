@@ -459,7 +459,10 @@ inline namespace RVE_ISA {
         const auto response = grains.response(shared, i);
         if (kick_first) kick_item(grains, i, response, step.alpha, grain);
         drift_grain(step, grain.motion);
-        grains.publish_motion(i, grain.motion);
+        if constexpr (kFewRegisters<Block, Scene>)
+          grains.publish(shared, i, grain, response);
+        else
+          grains.publish_motion(i, grain.motion);
         if constexpr (kHoldsUniforms<Block, Scene> || (Block::kInRegisters && Scene::D == 2)) {
           // numbers, of which a GPU makes a predicate; of a truth in two branches it makes a number
           if (is_in_safe_box(step, grain.motion, response)) return 0;

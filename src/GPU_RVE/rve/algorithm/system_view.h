@@ -150,10 +150,9 @@ inline namespace RVE_ISA {
   constexpr std::size_t kUsedOfSphere = 3 * sizeof(typename Numbers::Coordinate) +
       sizeof(typename Numbers::Wide) + 8 * sizeof(typename Numbers::Real);
 
-  /// What the partners of a sphere read of it, and how it answers forces, in pieces that are read at a time: the first one says whether
-  /// they touch. An odd number of pieces: the spheres of a row then lie in all banks of a GPU's memory on chip.
-  template <class Numbers>
-  struct alignas(16) SphereRecord : Spare<kUsedOfSphere<Numbers> / 16 % 2 == 0> {
+  /// What the partners of a sphere read of it, and how it answers forces, in pieces that are read and written at a time: the first one says
+  /// whether they touch.
+  template <class Numbers> struct alignas(16) SpherePieces {
     Vec<typename Numbers::Coordinate, 3> position;      ///< of Motion
     typename Numbers::Wide radius;                      ///< [internal length]
     Vec<typename Numbers::Real, 3> velocity;            ///< of Motion
@@ -166,6 +165,14 @@ inline namespace RVE_ISA {
       position = motion.position;
       velocity = motion.velocity;
     }
+  };
+
+  /// An odd number of pieces: the spheres of a row then lie in all banks of a GPU's memory on chip.
+  template <class Numbers>
+  struct alignas(16) SphereRecord :
+      SpherePieces<Numbers>,
+      Spare<kUsedOfSphere<Numbers> / 16 % 2 == 0> {
+    using SpherePieces<Numbers>::operator=;
   };
 
   /// A member of the records of an array, as an array of numbers or vectors of its own.

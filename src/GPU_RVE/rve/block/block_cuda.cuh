@@ -298,6 +298,16 @@ inline namespace RVE_ISA {
       asm("" : "+r"(x));
       return x;
     }
+    static RVE_DEVICE float anew(float x)
+    {
+      asm("" : "+f"(x));
+      return x;
+    }
+    static RVE_DEVICE double anew(double x)
+    {
+      asm("" : "+d"(x));
+      return x;
+    }
 
     /// x, which is the same for all threads, in the registers that a warp has once, beside those of its threads: products take them as an
     /// operand. The compiler (CUDA 13.0) leaves it there on three conditions. It must see that the threads of the warp are together: here

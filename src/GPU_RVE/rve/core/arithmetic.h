@@ -63,6 +63,18 @@ inline namespace RVE_ISA {
     y = x;
   }
 
+#if defined(__CUDA_ARCH__)
+  /// 1/y of y > 0, IEEE rounded, from what is nearly it. An iteration rounds all of them but one in each binade (P. W. Markstein, IBM J. Res.
+  /// Dev. 34 (1990) 111): where all digits of y are ones, 1/y is a little more than the middle of two numbers.
+  RVE_INLINE double rounded_inverse(double y, double nearly)
+  {
+    const double inverse = ::fma(nearly, ::fma(-y, nearly, 1.0), nearly);
+    const int high = __double2hiint(y), all = __double2loint(y) & (high | 0xfff00000);
+    // 2^-n (2 - 2^-52) has 2^(n - 1) (1 + 2^-52)
+    return all == -1 ? __hiloint2double(0x7fdfffff - high, 1) : inverse;
+  }
+#endif
+
   /// A length and its reciprocal from the squared length.
   template <class Real> struct RootAndInverse {
     Real root, inverse;
@@ -100,7 +112,7 @@ inline namespace RVE_ISA {
     inverse = ::fma(::fma(error, 0.375, 0.5), error * inverse, inverse);
     const double first = x * inverse;
     const double root = ::fma(::fma(-first, first, x), 0.5 * inverse, first);
-    return {root, ::fma(inverse, ::fma(-root, inverse, 1.0), inverse)};
+    return {root, rounded_inverse(root, inverse)};
 #else
     const double root = std::sqrt(x);
     return {root, 1.0 / root};
@@ -151,7 +163,7 @@ inline namespace RVE_ISA {
     asm("rcp.approx.ftz.f64 %0, %1;" : "=d"(inverse) : "d"(y));
     const double error = ::fma(-y, inverse, 1.0);
     inverse = ::fma(inverse, ::fma(error, error, error), inverse);
-    inverse = ::fma(inverse, ::fma(-y, inverse, 1.0), inverse);
+    inverse = rounded_inverse(y, inverse);
     const double result = x * inverse;
     return ::fma(inverse, ::fma(-y, result, x), result);
 #else

@@ -12,9 +12,13 @@ inline namespace RVE_ISA {
   /// Equation (4) on one component of an acceleration, or of the velocity increment that it makes: a - alpha |a| sign(v), v the
   /// velocity at the full step, sign(0) = 0. The signs are never multiplied as numbers: a product could underflow and change
   /// the answer with the units. Without a branch.
-  template <class Real> RVE_INLINE Real locally_damped(Real alpha, Real increment, Real velocity)
+  ///
+  /// BySign: of a velocity of exactly zero the sign bit decides. What rests without a force stays at rest all the same.
+  template <bool BySign = false, class Real>
+  RVE_INLINE Real locally_damped(Real alpha, Real increment, Real velocity)
   {
     const Real loss = copysign(alpha * fabs(increment), velocity);
+    if constexpr (BySign) return increment - loss;
     return difference_where(velocity != Real(0), increment, loss);
   }
 

@@ -13,9 +13,10 @@ inline namespace RVE_ISA {
 
   /// One velocity component after a step, equations (3a) and (4): `increment` is dt F/m, and damping looks at the velocity
   /// at the full step.
-  template <class Real> RVE_INLINE Real kick(Real velocity, Real increment, Real alpha)
+  template <bool BySign = false, class Real>
+  RVE_INLINE Real kick(Real velocity, Real increment, Real alpha)
   {
-    return velocity + locally_damped(alpha, increment, velocity + Real(0.5) * increment);
+    return velocity + locally_damped<BySign>(alpha, increment, velocity + Real(0.5) * increment);
   }
 
   /// The same of a vector, with damping that knows no axes.
