@@ -258,11 +258,16 @@ TYPED_TEST(Registers, SteeredAndGeneralProgramsGiveTheBitsOfArraysWithAServo)
   EXPECT_EQ(end.energy.work, 0.0);
 }
 
-TEST(SpheresInRegisters, GiveTheBitsOfArrays)
+// in double, what pairs remember passes by in rows
+template <class Numbers> class SpheresInRegisters : public ::testing::Test {
+};
+TYPED_TEST_SUITE(SpheresInRegisters, Formats);
+
+TYPED_TEST(SpheresInRegisters, GiveTheBitsOfArrays)
 {
-  using Scene = ProgramScene<Program::Spheres, MixedNumbers>;
-  RveRun<3> arrays = run_of<MixedNumbers>(disordered_spheres(spheres_material(), 7, 1),
-                                          Program::Spheres),
+  using Scene = ProgramScene<Program::Spheres, TypeParam>;
+  RveRun<3> arrays =
+                run_of<TypeParam>(disordered_spheres(spheres_material(), 7, 1), Program::Spheres),
             registers = arrays;
   const auto drives = calls<3>(SPHERE_DT);
 
@@ -274,13 +279,13 @@ TEST(SpheresInRegisters, GiveTheBitsOfArrays)
 
     EXPECT_EQ(arrays.answer.status & status::Fatal, 0u) << describe_status(arrays.answer.status);
     EXPECT_GT(arrays.answer.num_contacts, 100);
-    expect_same_bits<MixedNumbers>(registers, arrays, Program::Spheres);
+    expect_same_bits<TypeParam>(registers, arrays, Program::Spheres);
   }
-  const Spheres end = state_of<MixedNumbers>(arrays, Program::Spheres);
+  const Spheres end = state_of<TypeParam>(arrays, Program::Spheres);
   EXPECT_GT(end.counters.rebuilds, 10);
 }
 
-TEST(SpheresInRegisters, TwoOfAThreadAddUpLossesOfExtraPairsInTheOrderOfGrains)
+TEST(TwoSpheresOfAThread, AddUpLossesOfExtraPairsInTheOrderOfGrains)
 {
   using Scene = ProgramScene<Program::Spheres, MixedNumbers>;
   const Spheres begin = disordered_spheres(spheres_material(), 6, 2);

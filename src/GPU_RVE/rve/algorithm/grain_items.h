@@ -466,7 +466,7 @@ inline namespace RVE_ISA {
     RVE_INLINE void keep_forces(Block &block, const SharedView<Scene> &shared, Item i,
                                 const Sums &force, typename Scene::Real largest)
     {
-      if constexpr (kSumsOnChip<Block, Scene>) {
+      if constexpr (kFewRegisters<Block, Scene>) {
         add_force(block, shared, i, force);
         own.keep(i, Sums());
       } else {

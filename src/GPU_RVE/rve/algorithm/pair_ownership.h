@@ -48,7 +48,10 @@ inline namespace RVE_ISA {
   {
     using Item = typename Block::Item;
     const int nobody = 0x7fffffff;
+    // whose offers are taken in a round, and what the next round will need: so a round has two phases. The grid is not needed any more
+    std::int32_t *accepted = work.accepted, *next = work.cell_fill;
     bool overloaded = block.any(num_grains, [&](Item i) {
+      accepted[i] = nobody;
       work.load[i] = work.row_start[i + 1] - work.row_start[i];
       work.received_count[i] = 0;
       for (int entry = work.row_start[i]; entry < work.row_start[i + 1]; ++entry)
@@ -57,26 +60,27 @@ inline namespace RVE_ISA {
     });
     for (int round = 0; overloaded && round < max_rounds; ++round) {
       block.for_each(num_grains, [&](Item i) {
-        work.accepted[i] = nobody;
-      });
-      block.for_each(num_grains, [&](Item i) {
+        next[i] = nobody;
         work.proposal[i] = offer(work, i, round);
         if (work.proposal[i] >= 0)
-          block.fetch_min(&work.accepted[work.row_partner[work.proposal[i]]], i);
+          block.fetch_min(&accepted[work.row_partner[work.proposal[i]]], i);
       });
       overloaded = block.any(num_grains, [&](Item i) {
-        if (work.accepted[i] != nobody) {
-          work.received[work.received_count[i] * num_grains + i] = work.accepted[i];
+        if (accepted[i] != nobody) {
+          work.received[work.received_count[i] * num_grains + i] = accepted[i];
           ++work.received_count[i];
           ++work.load[i];
         }
         const int entry = work.proposal[i];
-        if (entry >= 0 && work.accepted[work.row_partner[entry]] == i) {
+        if (entry >= 0 && accepted[work.row_partner[entry]] == i) {
           work.row_given[entry] = 1;
           --work.load[i];
         }
         return work.load[i] > Scene::owned_pairs;
       });
+      std::int32_t *const now = next;
+      next = accepted;
+      accepted = now;
     }
   }
 

@@ -280,12 +280,12 @@ inline namespace RVE_ISA {
     }
   }
 
-  /// Whether the threads of a GPU keep in registers only what they alone need: two grains in space are too much for them.
+  /// Whether the threads of a GPU keep in registers only what they alone need: two grains in space are too much for them. They add what a grain
+  /// gets from its own pairs to what it gets from others at once, on chip.
   template <class Block, class Scene>
   constexpr bool kFewRegisters = Block::kInRegisters &&Scene::D == 3;
-  /// Whether they add what a grain gets from its own pairs to what it gets from others, too, at once, and read what is the same for all
-  /// pairs again for each: both cost less than that fewer RVEs share a multiprocessor, or than what is spilled when they do.
-  template <class Block, class Scene> constexpr bool kSumsOnChip = kFewRegisters<Block, Scene>;
+  /// Whether they read what is the same for all pairs again for each: it costs less than that fewer RVEs share a multiprocessor, or than what is
+  /// spilled when they do.
   template <class Block, class Scene>
   constexpr bool kRereads = kFewRegisters<Block, Scene> && sizeof(typename Scene::Wide) == 4;
   /// Whether what is the same for all pairs of a step is read once for a warp instead. Where it is, kernels must be small (BlockCuda::uniform):

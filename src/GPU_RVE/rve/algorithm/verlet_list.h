@@ -190,9 +190,14 @@ inline namespace RVE_ISA {
       });
     };
 
+    // the partners that a grain finds while it counts them, as many as there is room for: nobody needs it now
+    auto *const found = reinterpret_cast<std::int32_t *>(work.scratch);
+    constexpr int kFound =
+        kScratch<Scene::D> * static_cast<int>(sizeof(double) / sizeof(std::int32_t));
     block.for_each(num_grains, [&](Item i) {
       int count = 0;
-      for_each_owned(i, [&](int) {
+      for_each_owned(i, [&](int j) {
+        if (count < kFound) found[count * num_grains + i] = j;
         ++count;
       });
       work.row_start[i] = count;
@@ -204,9 +209,13 @@ inline namespace RVE_ISA {
     });
     block.for_each(num_grains, [&](Item i) {
       int entry = work.row_start[i];
-      for_each_owned(i, [&](int j) {
-        work.row_partner[entry++] = j;
-      });
+      const int count = work.row_start[i + 1] - entry;
+      if (count <= kFound)
+        for (int m = 0; m < count; ++m) work.row_partner[entry + m] = found[m * num_grains + i];
+      else
+        for_each_owned(i, [&](int j) {
+          work.row_partner[entry++] = j;
+        });
     });
 
     balance_ownership(block, work, num_grains, 64);
@@ -245,18 +254,22 @@ inline namespace RVE_ISA {
             fractional_difference<typename Scene::Numbers>(motion[j].position, motion[i].position);
         return j != i && gap_squared(branch, radius[i] + radius[j]) > Wide(0);
       };
-      const auto ahead = [&](int k) {
+      int rank[Scene::owned_pairs], touching = 0;
+      for (int k = 0; k < Scene::owned_pairs; ++k) {
         const int partner = fresh.partner[k * num_grains + i], distance = partner - i;
-        const int rank = distance > 0 ? distance : distance + num_grains;
-        return Scene::D == 3 && !touches(partner) ? rank + num_grains : rank;
-      };
-      if constexpr (Scene::D == 3) {
-        work.load[i] = 0;
-        for (int k = 0; k < slot; ++k)
-          work.load[i] += touches(fresh.partner[k * num_grains + i]) ? 1 : 0;
+        rank[k] = distance > 0 ? distance : distance + num_grains;
+        if constexpr (Scene::D == 3) {
+          const bool touch = touches(partner);
+          touching += touch ? 1 : 0;
+          rank[k] += touch ? 0 : num_grains;
+        }
       }
+      if constexpr (Scene::D == 3) work.load[i] = touching;
       for (int k = 1; k < Scene::owned_pairs; ++k)
-        for (int m = k; m > 0 && ahead(m) < ahead(m - 1); --m) {
+        for (int m = k; m > 0 && rank[m] < rank[m - 1]; --m) {
+          const int ahead = rank[m];
+          rank[m] = rank[m - 1];
+          rank[m - 1] = ahead;
           const int here = m * num_grains + i, before = here - num_grains;
           const int partner = fresh.partner[here];
           const typename Scene::History history = fresh.history[here];

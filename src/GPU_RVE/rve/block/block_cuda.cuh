@@ -22,7 +22,7 @@ inline namespace RVE_ISA {
     union {
       double chunk[256];
       long long sum[16][32];    ///< by warp
-      int scan[1024];
+      int scan[32];             ///< by warp
     };
     int largest[32];    ///< by warp
   };
@@ -270,16 +270,22 @@ inline namespace RVE_ISA {
       one_by_one(first, last, [&](int i) {
         mine += a[i];
       });
-      scratch.scan[me] = mine;
-      __syncthreads();
-      for (int offset = 1; offset < threads; offset *= 2) {
-        const int left = me >= offset ? scratch.scan[me - offset] : 0;
-        __syncthreads();
-        scratch.scan[me] += left;
-        __syncthreads();
+      // those of a warp up to this one, then those of the warps before
+      int up_to = mine;
+      // rolled loops, for a small kernel: uniform()
+      RVE_ROLLED
+      for (int offset = 1; offset < 32; offset *= 2) {
+        const int left = __shfl_up_sync(active_lanes(), up_to, offset);
+        if (lane() >= offset) up_to += left;
       }
-      const int total = scratch.scan[threads - 1];
-      int before = scratch.scan[me] - mine;
+      if (lane() == lanes_here() - 1) scratch.scan[warp()] = up_to;
+      __syncthreads();
+      int total = 0, before = up_to - mine;
+      RVE_ROLLED
+      for (int w = 0; w < num_warps(); ++w) {
+        if (w == warp()) before += total;
+        total += scratch.scan[w];
+      }
       one_by_one(first, last, [&](int i) {
         const int x = a[i];
         a[i] = before;

@@ -96,7 +96,7 @@ inline namespace RVE_ISA {
       survey_items<M, Term>(n, f, survey);
     }
     static RVE_INLINE void reread() {}
-    static RVE_INLINE int anew(int x) { return x; }
+    template <class T> static RVE_INLINE T anew(T x) { return x; }
     template <class T> static RVE_INLINE T uniform(const T &x) { return x; }
     template <int M, class Term, class F, class Then>
     RVE_INLINE void add_up_items(int n, F f, std::int64_t *sum, Then then)

@@ -167,7 +167,6 @@ inline namespace RVE_ISA {
     __shared__ int grains_in_views;      // what the views of the block are made for
     using Block = BlockCuda<shape.items>;
     static_assert(shape.lean == kHoldsUniforms<Block, Scene>, "without details, or with them");
-    static_assert(!shape.lean || kSumsOnChip<Block, Scene>, "as the end of a call has it");
     using Begin = CallBegin<Block, Scene>;
     char *memory = launch.memory + blockIdx.x * launch.memory_stride;
     Block block(scratch);
