@@ -416,23 +416,18 @@ inline namespace RVE_ISA {
     template <class Step, class View, class Look, class Act>
     RVE_INLINE void for_slots(Item i, Step step, View view, Look look, Act act)
     {
-      if constexpr (kHistoryPasses<Block, Scene>) {
-        // what a pair remembers is asked for while the one before is computed
-        typename Scene::History next = history[0][i];
-        RVE_UNROLL
-        for (int k = 0; k < Scene::owned_pairs; ++k) {
-          read_ahead = next;
-          if (k + 1 < Scene::owned_pairs) next = history[k + 1][i];
-          const auto other = view(k);
-          const auto here = step();
-          act(k, here, other, look(here, other));
-        }
-        return;
-      }
       constexpr bool once = kFillsPlaces<Block, Scene> && sizeof(typename Scene::Real) == 4;
+      constexpr bool passes = kHistoryPasses<Block, Scene>;
       if constexpr (Scene::has_friction && !once) {
+        // what a pair remembers is asked for while the one before is computed
+        [[maybe_unused]] typename Scene::History next;
+        if constexpr (passes) next = history[0][i];
         RVE_UNROLL
         for (int k = 0; k < Scene::owned_pairs; ++k) {
+          if constexpr (passes) {
+            read_ahead = next;
+            if (k + 1 < Scene::owned_pairs) next = history[k + 1][i];
+          }
           const auto other = view(k);
           const auto here = step();
           act(k, here, other, look(here, other));
