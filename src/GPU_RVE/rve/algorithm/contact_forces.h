@@ -284,6 +284,7 @@ inline namespace RVE_ISA {
                                grains.add_to_partner(block, shared, k, i, force);
                              });
           });
+      round_torque(sum);
     };
     const auto add_extra = [&](int m, GrainSum<Numbers, Scene::D> &sum) RVE_INLINE_LAMBDA {
       const PairView<Scene> &pairs = call.pairs;
@@ -306,7 +307,6 @@ inline namespace RVE_ISA {
       if constexpr (holds && wanted == Wanted::Survey) grains.load_itself(i);
       auto sum = begin_sum<Scene>(grains.largest_force[i]);
       add_owned(i, sum);
-      round_torque(sum);
       if constexpr (holds)
         grains.keep_forces(block, shared, i, sum.own, sum.largest_force);
       else
@@ -337,7 +337,6 @@ inline namespace RVE_ISA {
         using Here = typename Grains::template SceneOf<std::decay_t<decltype(i)>>;
         auto sum = begin_sum<Here>(grains.largest_of(i));
         add_owned(i, sum);
-        round_torque(sum);
         grains.keep_forces(block, shared, i, sum.own, sum.largest_force);
         add_terms(sum, term);
       });
@@ -392,7 +391,6 @@ inline namespace RVE_ISA {
           using Here = typename Grains::template SceneOf<std::decay_t<decltype(i)>>;
           auto sum = begin_sum<Here>(grains.largest_of(i));
           add_owned(i, sum);
-          round_torque(sum);
           grains.keep_forces(block, shared, i, sum.own, sum.largest_force);
         });
         // they ride along with the grains: no phase of their own

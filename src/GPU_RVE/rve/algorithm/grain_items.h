@@ -232,11 +232,6 @@ inline namespace RVE_ISA {
     }
     RVE_INLINE void load(int i) { keep(i, array[i]); }
     RVE_INLINE void save(int i) { array[i] = (*this)[i]; }
-    RVE_INLINE void publish(int i, const History &x)
-    {
-      keep(i, x);
-      array[i] = x;
-    }
   };
 
   /// Of one pair, read ahead: to be read and written.

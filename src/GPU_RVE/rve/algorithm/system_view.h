@@ -294,9 +294,11 @@ inline namespace RVE_ISA {
   constexpr bool kHoldsUniforms =
       kFewRegisters<Block, Scene> &&Block::kHasUniforms && !Scene::steers;
 
-  /// Whether what pairs remember passes by: each step reads it from memory and writes it back.
+  /// Whether what pairs remember passes by their threads: each step reads it from memory and writes it back, since registers are too few.
+  template <class Scene>
+  constexpr bool kHistoryIsTooLong = Scene::D == 3 && sizeof(typename Scene::Real) == 8;
   template <class Block, class Scene>
-  constexpr bool kHistoryPasses = kFewRegisters<Block, Scene> && sizeof(typename Scene::Real) == 8;
+  constexpr bool kHistoryPasses = Block::kInRegisters &&kHistoryIsTooLong<Scene>;
 
   /// Whether threads without a grain take part in the steps, as nobody: then no phase is in a branch, at whose end the registers of both ways
   /// would have to be made the same ones.
@@ -352,7 +354,7 @@ inline namespace RVE_ISA {
         ? nullptr
         : beside.template take<typename Scene::Wide>(Scene::owned_pairs * num_grains);
     view.passing = nullptr;
-    if constexpr (Scene::D == 3 && sizeof(typename Scene::Real) == 8)
+    if constexpr (kHistoryIsTooLong<Scene>)
       if (in_registers)
         view.passing = beside.template take<typename Scene::Spring>(
             sizeof(typename Scene::History) / sizeof(typename Scene::Spring) * Scene::owned_pairs *
