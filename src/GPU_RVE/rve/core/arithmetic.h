@@ -140,7 +140,7 @@ inline namespace RVE_ISA {
     return 1.0 / x;
   }
 
-  /// x/y, IEEE rounded; y as above, and the quotient, too, or zero. On a GPU without the path for other numbers, which would be a call: all
+  /// x/y of y > 0, IEEE rounded; y as above, and the quotient, too, or zero. On a GPU without the path for other numbers, which would be a call: all
   /// registers of a kernel stand back for it.
   RVE_INLINE float quotient(float x, float y)
   {
