@@ -229,15 +229,16 @@ template <class Integer> struct AccumulateAndCollect {
   {
     auto *sums = reinterpret_cast<Integer *>(fast_memory);
     block.for_each(num_sums, [&](typename Block::Item a) {
-      sums[a] = Integer(0);
+      Block::begin_sum(sums, num_sums, a);
     });
     for (int round = 0; round < 3; ++round) {
       if (round < 2)
         block.for_each(count, [&](typename Block::Item i) {
-          block.accumulate(&sums[i % num_sums], round == 0 ? numbers[i] : numbers[count - 1 - i]);
+          block.accumulate(sums, num_sums, i % num_sums,
+                           round == 0 ? numbers[i] : numbers[count - 1 - i]);
         });
       block.for_each(num_sums, [&](typename Block::Item a) {
-        collected[round * num_sums + a] = block.collect(&sums[a]);
+        collected[round * num_sums + a] = block.collect(sums, num_sums, a);
       });
     }
   }

@@ -1,6 +1,7 @@
 // Root, quotient, minimum and maximum: IEEE rounded, the same bits on every backend.
 
 #include "rve/core/arithmetic.h"
+#include "rve/core/fixed_point.h"
 #include "support/block_runner.h"
 #include "support/random.h"
 
@@ -9,6 +10,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <vector>
 
 using namespace rve;
@@ -56,6 +58,18 @@ template <class Real> struct Evaluate {
     block.for_each(count, [&](typename Block::Item i) {
       const auto both = root_and_inverse(x[i]);
       answers[i] = {both.root, both.inverse, reciprocal(x[i])};
+    });
+  }
+};
+
+struct ToDouble {
+  int count;
+  const std::int64_t *integers;
+  double *answers;
+  template <class Block> RVE_HD void operator()(Block &block, char *) const
+  {
+    block.for_each(count, [&](typename Block::Item i) {
+      answers[i] = to_real<double>(integers[i]);
     });
   }
 };
@@ -210,4 +224,36 @@ TEST_F(Arithmetic, SmallerAndLargerPickOneOfTheTwo)
     }
   EXPECT_EQ(smaller(-1.5, 2.0), -1.5);
   EXPECT_EQ(larger(-1.5, 2.0), 2.0);
+}
+
+TEST_F(Arithmetic, IntegersOf64BitsAreRoundedAsOnTheHost)
+{
+  Random random(4);
+  std::vector<std::int64_t> integers = {0, std::numeric_limits<std::int64_t>::max(),
+                                        std::numeric_limits<std::int64_t>::min()};
+  // of all lengths, and beside powers of two; those of more than 53 bits lie between two numbers, many of them half way
+  for (int n = 0; n < 63; ++n) {
+    const std::uint64_t power = std::uint64_t(1) << n;
+    for (int sample = 0; sample < 10000; ++sample) {
+      const std::uint64_t digits = (random.bits() & (power - 1)) | power;
+      const std::uint64_t half = n > 53 ? std::uint64_t(1) << (n - 53) : 0;
+      integers.push_back(static_cast<std::int64_t>(digits));
+      integers.push_back(
+          static_cast<std::int64_t>(half > 0 ? (digits & ~(2 * half - 1)) | half : power));
+    }
+    for (std::int64_t beside = -2; beside <= 2; ++beside)
+      integers.push_back(static_cast<std::int64_t>(power + static_cast<std::uint64_t>(beside)));
+  }
+  const std::size_t positive = integers.size();
+  for (std::size_t k = 0; k < positive; ++k)
+    integers.push_back(static_cast<std::int64_t>(-static_cast<std::uint64_t>(integers[k])));
+  const int count = static_cast<int>(integers.size());
+  BlockArray<std::int64_t> array(integers);
+  BlockArray<double> answers{std::vector<double>(count)};
+
+  run_block(1024, ToDouble{count, array.data(), answers.data()});
+
+  const std::vector<double> rounded = answers.values();
+  for (int k = 0; k < count; ++k)
+    ASSERT_EQ(rounded[k], static_cast<double>(integers[k])) << integers[k];
 }

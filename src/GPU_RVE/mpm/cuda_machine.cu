@@ -116,6 +116,16 @@ namespace {
     double best_[NUM_MAXIMA];
   };
 
+  /// Kernels of a step follow each other closely: the blocks of the next one are put in place while those of the one before are at work, and
+  /// wait here until all that it does can be seen. Each kernel that is launched so has to call it first, on every way.
+  __device__ inline void follow()
+  {
+#if __CUDA_ARCH__ >= 900
+    cudaTriggerProgrammaticLaunchCompletion();
+    cudaGridDependencySynchronize();
+#endif
+  }
+
   /// A point that cannot begin the step has no weights: nothing that needs them is done any more.
   template <class P> __device__ bool is_halted(const Findings &findings)
   {
@@ -135,6 +145,7 @@ namespace {
   template <bool HasBoxes, class P>
   __global__ void __launch_bounds__(BLOCK) over_items(P pass, int count, Findings findings)
   {
+    follow();
     if (is_halted<P>(findings)) return;
     leave_out_boxes<HasBoxes>(pass);
     DeviceTally tally(findings, P::STAGE);
@@ -148,6 +159,7 @@ namespace {
   __global__ void __launch_bounds__(BLOCK)
       scatter_points(P pass, int count, Findings findings, SharedSums inertia, SharedSums vectors)
   {
+    follow();
     if (is_halted<P>(findings)) return;
     leave_out_boxes<HasBoxes>(pass);
     const int p = blockIdx.x * BLOCK + threadIdx.x;
@@ -160,12 +172,20 @@ namespace {
   __global__ void __launch_bounds__(BLOCK)
       scatter_point_loads(P pass, int count, Findings findings, SharedSums vectors)
   {
+    follow();
     if (is_halted<P>(findings)) return;
     leave_out_boxes<HasBoxes>(pass);
     const int k = blockIdx.x * BLOCK + threadIdx.x;
     if (k >= count) return;
     pass.begin();
     pass(k, vectors);
+  }
+
+  __global__ void __launch_bounds__(BLOCK) set_to_zero(std::int64_t *sums, std::size_t count)
+  {
+    follow();
+    const std::size_t k = blockIdx.x * static_cast<std::size_t>(BLOCK) + threadIdx.x;
+    if (k < count) sums[k] = 0;
   }
 
   template <int D> class CudaMachine {
@@ -178,6 +198,9 @@ namespace {
       cudaDeviceProp device;
       check_cuda(cudaGetDeviceProperties(&device, device_number_), "device properties");
       name_ = device.name;
+      cudaFuncAttributes attributes;
+      check_cuda(cudaFuncGetAttributes(&attributes, set_to_zero), "attributes of a pass");
+      follows_ = device.major >= 9 && attributes.ptxVersion >= 90;
     }
 
     void begin(const StepInput<D> &input)
@@ -337,22 +360,16 @@ namespace {
       const std::size_t first = P::INERTIA ? 0 : middle;
       const std::size_t end = P::VECTORS ? middle + VECTOR_SUMS<D> * num_nodes_ : middle;
       if (num_nodes_ == 0 || count_ == 0) return;
-      check_cuda(
-          cudaMemsetAsync(view_.inertia_sums + first, 0, (end - first) * sizeof(std::int64_t)),
-          "zeros");
-      const auto kernel = view_.has_boxes() ? scatter_points<true, P> : scatter_points<false, P>;
-      kernel<<<blocks_for(count_), BLOCK>>>(pass, count_, findings_, SharedSums{view_.inertia_sums},
-                                            SharedSums{view_.vector_sums});
-      check_cuda(cudaGetLastError(), "launch of a pass over points");
+      launch(set_to_zero, end - first, view_.inertia_sums + first, end - first);
+      launch(view_.has_boxes() ? scatter_points<true, P> : scatter_points<false, P>, count_, pass,
+             count_, findings_, SharedSums{view_.inertia_sums}, SharedSums{view_.vector_sums});
     }
     template <class P> void scatter_loads(const P &pass)
     {
       const int count = view_.num_point_loads;
       if (count == 0) return;
-      const auto kernel =
-          view_.has_boxes() ? scatter_point_loads<true, P> : scatter_point_loads<false, P>;
-      kernel<<<blocks_for(count), BLOCK>>>(pass, count, findings_, SharedSums{view_.vector_sums});
-      check_cuda(cudaGetLastError(), "launch of a pass over loads");
+      launch(view_.has_boxes() ? scatter_point_loads<true, P> : scatter_point_loads<false, P>,
+             count, pass, count, findings_, SharedSums{view_.vector_sums});
     }
     const Tensor<D> *increments()
     {
@@ -427,16 +444,25 @@ namespace {
 
     void use_device() const { check_cuda(cudaSetDevice(device_number_), "choice of the device"); }
 
-    static unsigned blocks_for(int count)
+    /// A kernel that calls follow(), of a thread for each of `count` items.
+    template <class... Parameters>
+    void launch(void (*kernel)(Parameters...), std::size_t count, Parameters... arguments) const
     {
-      return static_cast<unsigned>((count + BLOCK - 1) / BLOCK);
+      cudaLaunchAttribute closely;
+      closely.id = cudaLaunchAttributeProgrammaticStreamSerialization;
+      closely.val.programmaticStreamSerializationAllowed = follows_;
+      cudaLaunchConfig_t launched = {};
+      launched.gridDim = static_cast<unsigned>((count + BLOCK - 1) / BLOCK);
+      launched.blockDim = BLOCK;
+      launched.attrs = &closely;
+      launched.numAttrs = 1;
+      check_cuda(cudaLaunchKernelEx(&launched, kernel, arguments...), "launch of a pass");
     }
 
     template <bool HasBoxes, class P> void run(const P &pass, int count)
     {
       if (count == 0) return;
-      over_items<HasBoxes><<<blocks_for(count), BLOCK>>>(pass, count, findings_);
-      check_cuda(cudaGetLastError(), "launch of a pass");
+      launch(over_items<HasBoxes, P>, count, pass, count, findings_);
     }
 
     /// Doubles of an array of rows of three, and of all that comes before the motion in its buffer.
@@ -563,6 +589,7 @@ namespace {
     StepView<D> view_;
     std::size_t num_nodes_ = 0;    ///< of the part
     std::string name_;
+    bool follows_ = false;    ///< kernels may be in place before they may begin
     double transfer_seconds_ = 0.0;
 
     GridArrays<D, DeviceBuffer> grid_arrays_;

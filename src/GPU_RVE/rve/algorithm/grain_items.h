@@ -30,7 +30,7 @@ inline namespace RVE_ISA {
                             const Vec<typename Scene::Sum, Scene::freedoms> &force)
   {
     constexpr int count = Scene::has_friction ? Scene::freedoms : Scene::D;
-    for (int k = 0; k < count; ++k) block.accumulate(&shared.force[k][i], force[k]);
+    for (int k = 0; k < count; ++k) block.accumulate(shared.force[k], shared.capacity, i, force[k]);
   }
 
   /// Force and torque on grain i: from the pairs that it owns, and those of others, of which zero is left.
@@ -43,7 +43,7 @@ inline namespace RVE_ISA {
     Vec<Sum, Scene::freedoms> sum;
     for (int k = 0; k < Scene::freedoms; ++k)
       sum[k] = k < Scene::D || Scene::has_friction
-          ? wrapping_sum(own[k], block.collect(&shared.force[k][i]))
+          ? wrapping_sum(own[k], block.collect(shared.force[k], shared.capacity, i))
           : Sum(0);
     return sum;
   }
@@ -350,7 +350,8 @@ inline namespace RVE_ISA {
       largest_force.keep(i, typename Scene::Real(0));
       partners.have_none(i);
       for (int k = 0; k < Scene::owned_pairs; ++k) history[k].keep(i, typename Scene::History());
-      for (int k = 0; k < Scene::freedoms; ++k) shared.force[k][i] = typename Scene::Sum(0);
+      for (int k = 0; k < Scene::freedoms; ++k)
+        Block::begin_sum(shared.force[k], shared.capacity, i);
       set_response(shared, i, GrainResponseOf<Scene>());
     }
 

@@ -105,7 +105,7 @@ inline namespace RVE_ISA {
     block.for_each(n, [&](Item i) {
       const double r = static_cast<double>(shared.radius[i]);
       arrays.weight[i] = arrays.value[i] = 1.0 / (r * r);
-      for (int k = 0; k < 6; ++k) arrays.block[k * n + i] = 0;
+      for (int k = 0; k < 6; ++k) Block::begin_sum(arrays.block + k * n, n, i);
     });
     // of a contact between the two lightest grains, or of the lightest that rolls on any other
     const double lightest = block.max_array(n, arrays.value);
@@ -181,7 +181,7 @@ inline namespace RVE_ISA {
                 for (int k = 0; k < 6; ++k) {
                   std::int64_t units;
                   round_to(per_unit * term[k], units);
-                  block.accumulate(&arrays.block[k * n + grain[side]], units);
+                  block.accumulate(arrays.block + k * n, n, grain[side], units);
                 }
               }
             });
@@ -189,7 +189,7 @@ inline namespace RVE_ISA {
       block.for_each(n, [&](Item i) {
         double a[6];
         for (int k = 0; k < 6; ++k)
-          a[k] = unit * static_cast<double>(block.collect(&arrays.block[k * n + i]));
+          a[k] = unit * static_cast<double>(block.collect(arrays.block + k * n, n, i));
         const double r = static_cast<double>(shared.radius[i]);
         arrays.value[i] = largest_eigenvalue(a) / (r * r);
       });
@@ -234,7 +234,7 @@ inline namespace RVE_ISA {
     const double coming_deep = coming_overlap(block, call, step, arrays.value);
     block.for_each(n, [&](Item i) {
       arrays.value[i] = inverse_mass(static_cast<double>(shared.radius[i]));
-      for (int k = 0; k < 12; ++k) arrays.block[k * n + i] = 0;
+      for (int k = 0; k < 12; ++k) Block::begin_sum(arrays.block + k * n, n, i);
     });
     const double lightest = block.max_array(n, arrays.value);
     block.for_each(n, [&](Item i) {
@@ -272,8 +272,8 @@ inline namespace RVE_ISA {
                   round_to(per_unit * (moduli.normal * nn + moduli.tangential * across),
                            translation);
                   round_to(per_unit * (turning * across + twisting * nn), rotation);
-                  block.accumulate(&arrays.block[k * n + grain[side]], translation);
-                  block.accumulate(&arrays.block[(6 + k) * n + grain[side]], rotation);
+                  block.accumulate(arrays.block + k * n, n, grain[side], translation);
+                  block.accumulate(arrays.block + (6 + k) * n, n, grain[side], rotation);
                 }
             }
           });
@@ -283,7 +283,7 @@ inline namespace RVE_ISA {
       for (int part = 0; part < 2; ++part) {
         double a[6];
         for (int k = 0; k < 6; ++k)
-          a[k] = unit * static_cast<double>(block.collect(&arrays.block[(6 * part + k) * n + i]));
+          a[k] = unit * static_cast<double>(block.collect(arrays.block + (6 * part + k) * n, n, i));
         // xx, xy, xz, yy, yz, zz
         const double q = (a[0] + a[3] + a[5]) * (1.0 / 3.0);
         const double x = a[0] - q, y = a[3] - q, z = a[5] - q;

@@ -42,7 +42,6 @@ inline namespace RVE_ISA {
     using Real = typename Scene::Real;
     using Wide = typename Scene::Wide;
 
-    using Sum = typename Scene::Sum;
     using Begin = CallBegin<Block, Scene>;
     using Planning = StepPlanning<Block, Scene>;
     using Renewal = ListRenewal<Block, Scene>;
@@ -351,7 +350,8 @@ inline namespace RVE_ISA {
     {
       Stored::copy_history(block, call, call.work.fresh, call.pairs);
       block.for_each(num_grains, [&](Item i) {
-        for (int k = 0; k < Scene::freedoms; ++k) shared.force[k][i] = Sum(0);
+        for (int k = 0; k < Scene::freedoms; ++k)
+          Block::begin_sum(shared.force[k], shared.capacity, i);
         shared.largest_force[i] = Real(0);
         call.work.damping[i] = call.work.friction[i] = call.work.viscous[i] = 0.0;
       });

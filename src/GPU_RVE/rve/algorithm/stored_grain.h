@@ -60,11 +60,11 @@ inline namespace RVE_ISA {
                                       const SharedView<Scene> &shared, int i,
                                       const StoredGrain &stored)
     {
-      using Sum = typename Scene::Sum;
       const Wide radius = static_cast<Wide>(call.units.per_length) * stored.radius;
       shared.spin[i] = stored.spin;
       shared.radius[i] = radius;
-      for (int k = 0; k < Scene::freedoms; ++k) shared.force[k][i] = Sum(0);
+      for (int k = 0; k < Scene::freedoms; ++k)
+        Block::begin_sum(shared.force[k], shared.capacity, i);
       return radius;
     }
 

@@ -336,28 +336,32 @@ inline namespace RVE_ISA {
     /// What the compiler may take for granted.
     static RVE_DEVICE void assume(bool condition) { __builtin_assume(condition); }
 
-    RVE_DEVICE void accumulate(std::int32_t *sum, std::int32_t v) { atomicAdd(sum, v); }
-    RVE_DEVICE std::int32_t collect(std::int32_t *sum)
+    static RVE_DEVICE void begin_sum(std::int32_t *sums, int, int i) { sums[i] = 0; }
+    RVE_DEVICE void accumulate(std::int32_t *sums, int, int i, std::int32_t v)
     {
-      const std::int32_t total = *sum;
-      *sum = 0;
-      return total;
+      atomicAdd(sums + i, v);
     }
+    RVE_DEVICE std::int32_t collect(std::int32_t *sums, int, int i) { return taken(sums + i); }
 
     /// 64-bit atomics on shared memory are compare-and-swap loops. Two limbs, 24 bits and the rest, add up without carries: up
-    /// to 256 terms of less than 2^55 / 256.
-    RVE_DEVICE void accumulate(std::int64_t *sum, std::int64_t v)
+    /// to 256 terms of less than 2^55 / 256. Each has a row of its own: side by side, the limbs of many sums would meet in half of the banks.
+    static RVE_DEVICE void begin_sum(std::int64_t *sums, int room, int i)
     {
-      auto *limb = reinterpret_cast<int *>(sum);
-      atomicAdd(limb, static_cast<int>(v) & 0xffffff);
-      atomicAdd(limb + 1, static_cast<int>(v >> 24));
+      auto *limbs = reinterpret_cast<int *>(sums);
+      limbs[i] = limbs[room + i] = 0;
     }
-    RVE_DEVICE std::int64_t collect(std::int64_t *sum)
+    RVE_DEVICE void accumulate(std::int64_t *sums, int room, int i, std::int64_t v)
     {
-      const int2 limb = *reinterpret_cast<int2 *>(sum);
-      *sum = 0;
-      return (static_cast<std::int64_t>(limb.y) << 24) +
-          static_cast<std::int64_t>(static_cast<unsigned>(limb.x));
+      auto *limbs = reinterpret_cast<int *>(sums);
+      atomicAdd(limbs + i, static_cast<int>(v) & 0xffffff);
+      atomicAdd(limbs + room + i, static_cast<int>(v >> 24));
+    }
+    RVE_DEVICE std::int64_t collect(std::int64_t *sums, int room, int i)
+    {
+      auto *limbs = reinterpret_cast<int *>(sums);
+      const int low = taken(limbs + i), high = taken(limbs + room + i);
+      return (static_cast<std::int64_t>(high) << 24) +
+          static_cast<std::int64_t>(static_cast<unsigned>(low));
     }
 
     RVE_DEVICE void add(std::int32_t *p, std::int32_t v) { atomicAdd(p, v); }
@@ -480,6 +484,16 @@ inline namespace RVE_ISA {
       int place;
       asm volatile("mov.u32 %0, %%tid.x;" : "=r"(place));
       return place;
+    }
+
+    /// What was there, of which zero is left.
+    static RVE_DEVICE int taken(int *sum)
+    {
+      // on chip in one access, where reading it and a zero are two
+      if constexpr (kInRegisters) return atomicExch(sum, 0);
+      const int total = *sum;
+      *sum = 0;
+      return total;
     }
 
     static RVE_DEVICE int lane() { return threadIdx.x % 32; }

@@ -12,7 +12,8 @@
 //   sum_integers<M>(n, f)   f(item, std::int64_t *term) adds to term[0..M-1]; returns the M sums, exact
 //   exclusive_scan(a, n)    in place; returns the total
 //   add(p, v), fetch_min(p, v), fetch_add(p, v)    integer accumulation from inside a phase
-//   accumulate(p, v)        adds to a sum that nothing but accumulate and collect touches; collect(p) takes it and leaves zero
+//   accumulate(sums, room, i, v)   adds to the i-th sum of an array with room for so many, which lies as a block wants it: nothing else touches
+//       it but collect(sums, room, i), which takes the sum and leaves zero, and begin_sum(sums, room, i)
 //   resident(array)         an item's own numbers in array[item], which may live in registers across phases
 //   for_items, any_item, sum_items<M>    as for_each, any, sum_integers, over the items of resident arrays, and only over them
 //       A phase whose f takes `const auto i` may also get a PackItem, several items at a time (block/block_simd.h)
@@ -159,16 +160,19 @@ inline namespace RVE_ISA {
       return total;
     }
 
-    /// Adds to a sum that only accumulate() and collect() touch.
-    template <class Integer> RVE_INLINE void accumulate(Integer *sum, Integer v)
+    template <class Integer> static RVE_INLINE void begin_sum(Integer *sums, int /*room*/, int i)
     {
-      *sum = wrapping_sum(*sum, v);
+      sums[i] = 0;
     }
-    /// Takes the sum and leaves zero.
-    template <class Integer> RVE_INLINE Integer collect(Integer *sum)
+    template <class Integer>
+    RVE_INLINE void accumulate(Integer *sums, int /*room*/, int i, Integer v)
     {
-      const Integer total = *sum;
-      *sum = 0;
+      sums[i] = wrapping_sum(sums[i], v);
+    }
+    template <class Integer> RVE_INLINE Integer collect(Integer *sums, int /*room*/, int i)
+    {
+      const Integer total = sums[i];
+      sums[i] = 0;
       return total;
     }
 

@@ -53,6 +53,23 @@ inline namespace RVE_ISA {
     round_to(static_cast<double>(x), q);
   }
 
+  /// The nearest number, ties to even, on both sides the same.
+  template <class Real, class Integer> RVE_INLINE Real to_real(const Integer &q)
+  {
+#if defined(__CUDA_ARCH__)
+    if constexpr (std::is_same_v<Integer, std::int64_t>) {
+      // A conversion of 64 bits waits for a narrow pipe. Instead each half stands in the digits of a number that begins with a power of
+      // two. The difference is exact, too: the sum alone is rounded.
+      constexpr int two_to_84 = 0x45300000, two_to_52 = 0x43300000;
+      const int high = static_cast<int>(q >> 32), low = static_cast<int>(q);
+      const double upper = __hiloint2double(two_to_84, high ^ static_cast<int>(0x80000000u)),
+                   lower = __hiloint2double(two_to_52, low);
+      return static_cast<Real>((upper - (0x1p84 + 0x1p63 + 0x1p52)) + lower);
+    }
+#endif
+    return static_cast<Real>(q);
+  }
+
   /// Nearest-image difference of two fractions, in units of fraction_unit: the wrapped subtraction is the minimum image.
   template <class Numbers>
   RVE_INLINE typename Numbers::Wide nearest_image(typename Numbers::Coordinate to,
@@ -62,7 +79,7 @@ inline namespace RVE_ISA {
       const float difference = to.value - from.value;
       return difference - std::nearbyint(difference);
     } else {
-      return static_cast<typename Numbers::Wide>(
+      return to_real<typename Numbers::Wide>(
           static_cast<typename Numbers::SignedCoordinate>(to - from));
     }
   }
