@@ -1,0 +1,529 @@
+// Macro steps in which each RVE is driven by a deformation increment: planned and answered by the host, or on a device that has the increments.
+
+#include "macro/rve_points.h"
+
+#include "macro/rigid_turns.h"
+#include "rve/core/threads.h"
+#include "rve/core/wall_time.h"
+#include "rve/engine/finite_strain.h"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+namespace macro {
+
+/* ----------------------------------------------------------------------
+   as in nearly all macro steps of nearly all problems: RVEs that are awake, each driven by an increment.
+   what is done for each of them counts: it is planned, translated and answered while a core has it in its cache
+------------------------------------------------------------------------- */
+
+template <int D> class RvePointsOf<D>::IncrementCall final : public rve::IncrementCallOf<D> {
+ public:
+  /// has_parts: `parts` are those of the step.
+  IncrementCall(RvePointsOf &owner, MacroIncrementsOf<D> &macro, bool of_all,
+                bool has_parts = false) :
+      owner_(owner),
+      macro_(macro), of_all_(of_all), has_parts_(has_parts)
+  {
+  }
+
+  bool give(int begin, int end, rve::IncrementOf<D> *increments) override
+  {
+    for (int m = begin; m < end; ++m) {
+      rve::IncrementOf<D> &increment = increments[m - begin];
+      if (!plan(owner_.call_slots[m], macro_.increment(place(m)), increment)) return false;
+      increment.is_looked_at = has_parts_ && owner_.parts[place(m)] == Part::WorksAndIsLookedAt;
+    }
+    return true;
+  }
+
+  void begin() override
+  {
+    if (!turned_.empty()) owner_.engine->turn(turned_, rotations_);
+  }
+
+  void take(int begin, int end, const rve::IncrementOf<D> *increments,
+            const rve::ResponseOf<D> *responses) override
+  {
+    for (int m = begin; m < end; ++m)
+      if (increments[m - begin].substeps != rve::BEFORE_THE_CALL)
+        take_one(m, increments[m - begin], responses[m - begin]);
+  }
+  void take_look(int m, const rve::LookOf<D> &look) override
+  {
+    owner_.points.told(owner_.call_slots[m]).look =
+        typename Point::Look{look.is_at_rest, look.mean_overlap, look.stiffness};
+  }
+  void take_sleep(int m, const Matrix &pending) override
+  {
+    macro_.take_stress(place(m), owner_.sleep_until(owner_.call_slots[m], pending));
+  }
+  /// Of one that fails another answer may follow.
+  void take_one(int m, const rve::IncrementOf<D> &increment, const rve::ResponseOf<D> &response)
+  {
+    if (response.status & rve::status::Fatal) {
+#pragma omp critical(rves_that_failed)
+      failed.push_back({m, increment, response});
+      return;
+    }
+    const int slot = owner_.call_slots[m];
+    owner_.points.answered(slot, response, increment);
+    if (response.num_contacts > owner_.points.front(slot).most_contacts)
+      owner_.note_stiffening(slot);
+    macro_.take_stress(place(m), response.stress);
+  }
+
+  int place(int m) const
+  {
+    return of_all_ ? m : owner_.call_places[m];
+  }
+
+  struct Failure {
+    int m;
+    rve::IncrementOf<D> increment;
+    rve::ResponseOf<D> response;
+  };
+  std::vector<Failure> failed;
+
+ private:
+  bool plan(int slot, const Matrix &deformation, rve::IncrementOf<D> &increment)
+  {
+    const PointFront<D> &front = owner_.points.front(slot);
+    if (front.state != State::Awake && front.state != State::Asleep) return false;
+    increment.dt = macro_.dt;
+    increment.substeps = macro_.substeps;
+    increment.deformation = deformation;
+    // what cannot be said of it is for others to say
+    if (macro_.substeps == 0) return !front.owes;
+    if (!rve::finite(deformation)) return true;
+    bool must_turn = false;
+    if (front.owes) {
+      const Point &point = owner_.points.at(slot);
+      increment.deformation = deformation * point.pending;
+      must_turn = is_turned(point.mean_overlap(), increment.deformation);
+    }
+    if (owner_.options.adaptive) {
+      increment.substeps = owner_.substeps_of(slot, rve::strain_size(increment.deformation),
+                                              macro_.dt, front.pressure);
+      must_turn = must_turn ||
+          owner_.slips(slot, increment.deformation, macro_.dt, increment.substeps, front.pressure);
+    }
+    if (must_turn) turn(slot, increment);
+    return true;
+  }
+
+  void turn(int slot, rve::IncrementOf<D> &increment)
+  {
+    const Matrix rotation = owner_.turn(slot, increment, owner_.points.front(slot).pressure);
+#pragma omp critical(rves_that_turn)
+    {
+      turned_.push_back(slot);
+      rotations_.push_back(rotation);
+    }
+  }
+
+  RvePointsOf &owner_;
+  MacroIncrementsOf<D> &macro_;
+  const bool of_all_, has_parts_;
+  // grains could not follow these
+  std::vector<int> turned_;
+  std::vector<Matrix> rotations_;
+};
+
+/// Leaves the stretch of an increment, whose rotation the RVE is to be turned by: returns it.
+template <int D>
+rve::Tensor<double, D> RvePointsOf<D>::turn(int slot, rve::IncrementOf<D> &increment,
+                                            double pressure) const
+{
+  const Matrix rotation = take_rotation(increment.deformation);
+  // the strain of what is left, to its last digit
+  if (options.adaptive)
+    increment.substeps =
+        substeps_of(slot, rve::strain_size(increment.deformation), increment.dt, pressure);
+  return rotation;
+}
+
+template <int D>
+bool RvePointsOf<D>::begin_advance(const std::vector<int> &slots, MacroIncrementsOf<D> &increments)
+{
+  hear();
+  device_knows = false;
+  if (options.stress_from != StressFrom::End || shadows || slots.empty()) return false;
+  const auto start = rve::WallClock::now();
+  if (points.is_changed()) find_those_apart();
+  const int count = static_cast<int>(slots.size());
+  call_slots.clear();
+  call_places.clear();
+  places_apart.clear();
+  const bool has_parts = find_sleepers(slots, increments);
+  const bool any_sleep =
+      has_parts && std::find(parts.begin(), parts.end(), Part::Sleeps) != parts.end();
+  if (any_sleep) complete_looks(those_that_sleep(slots));
+  const bool of_all = !any_is_apart && !any_sleep;
+  if (of_all) {
+    call_slots = slots;
+  } else {
+    for (int k = 0; k < count; ++k) {
+      if (is_apart[slots[k]]) {
+        places_apart.push_back(k);
+        continue;
+      }
+      if (any_sleep && parts[k] == Part::Sleeps) continue;
+      call_slots.push_back(slots[k]);
+      call_places.push_back(k);
+    }
+  }
+  auto call = std::make_shared<IncrementCall>(*this, increments, of_all, has_parts);
+  const auto engine_start = rve::WallClock::now();
+  const bool has_begun = engine->begin_advance(call_slots, *call);
+  seconds_in_engine += rve::seconds_since(engine_start);
+  if (!has_begun) return false;
+  if (any_sleep) {
+    const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team)
+    for (int k = 0; k < count; ++k) {
+      if (parts[k] != Part::Sleeps) continue;
+      increments.take_stress(k, sleep_on(slots[k], increments.increment(k)));
+    }
+  }
+  record_sizes.assign(points.size(), 0);
+  under_way = {&slots, &increments, std::move(call)};
+  seconds += rve::seconds_since(start);
+  return true;
+}
+
+/// What those that are not apart do in this step: whether there is any but work.
+template <int D>
+bool RvePointsOf<D>::find_sleepers(const std::vector<int> &slots,
+                                   const MacroIncrementsOf<D> &increments)
+{
+  if (!(options.quiescent_strain > 0.0) || increments.substeps == 0) return false;
+  const int count = static_cast<int>(slots.size());
+  parts.resize(count);
+  bool any = false;
+  const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team) reduction(|| : any)
+  for (int k = 0; k < count; ++k) {
+    parts[k] = is_apart[slots[k]]
+        ? Part::Works
+        : part_of(slots[k], increments.increment(k), increments.dt, increments.substeps);
+    any = any || parts[k] != Part::Works;
+  }
+  return any;
+}
+
+template <int D> std::vector<int> RvePointsOf<D>::end_advance()
+{
+  const auto start = rve::WallClock::now();
+  UnderWay advance = std::exchange(under_way, {});
+  std::vector<int> failed;
+  stiffened_places.clear();
+  stresses_there = !advance.call && engine->device_calls()->end(stiffened_places);
+  if (advance.call) {
+    engine->end_advance();
+  } else if (!stresses_there) {
+    is_unheard = false;
+    advance.call = std::make_shared<IncrementCall>(*this, *advance.increments, call_places.empty());
+    engine->device_calls()->hear(*advance.call);
+    device_knows = false;
+  } else {
+    hear_of_stiffened();
+  }
+  seconds_in_engine += rve::seconds_since(start);
+  if (advance.call && !advance.call->failed.empty()) end_failures(*advance.call, failed);
+  if (!places_apart.empty())
+    advance_those_apart(*advance.slots, places_apart, *advance.increments, failed);
+  seconds += rve::seconds_since(start);
+  return failed;
+}
+
+/* ----------------------------------------------------------------------
+   the same where a device has the increments and wants the stresses: the host decides only who is turned, and hears of the answers when somebody
+   looks at points, or when one of them is no sound answer
+------------------------------------------------------------------------- */
+
+/// Whether all of these that advance are as a plan of the device takes them: then device_call has them. Stresses of those that are frozen stay on the
+/// device as they are.
+template <int D>
+bool RvePointsOf<D>::find_planned(const std::vector<int> &slots, const std::vector<int> &point_of)
+{
+  if (points.is_changed()) find_those_apart();
+  planned_slots = slots;
+  planned_points = point_of;
+  call_slots = slots;
+  call_places.clear();
+  device_call.point_of = point_of;
+  if (any_is_apart) {
+    call_slots.clear();
+    device_call.point_of.clear();
+    for (int k = 0; k < static_cast<int>(slots.size()); ++k) {
+      if (frozen(slots[k])) continue;
+      call_slots.push_back(slots[k]);
+      call_places.push_back(k);
+      device_call.point_of.push_back(point_of[k]);
+    }
+  }
+  device_call.rves = call_slots;
+  find_resting();
+  const int count = static_cast<int>(call_slots.size());
+  place_of_slot.assign(points.size(), -1);
+  for (int k = 0; k < count; ++k) place_of_slot[call_slots[k]] = k;
+  device_call.planned.resize(count);
+  bool all_serve = count > 0;
+  const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team) reduction(&& : all_serve)
+  for (int k = 0; k < count; ++k) {
+    const int slot = call_slots[k];
+    const PointFront<D> &front = points.front(slot);
+    const ContactResponse<D> &contacts = front.of_contacts;
+    const bool is_as_planned = front.state == State::Asleep ||
+        (front.state == State::Awake && !front.owes);
+    all_serve = all_serve && is_as_planned && copies(slot) == 1 &&
+        (contacts.is_linear() || !options.adaptive);
+    rve::PlannedRve &planned = device_call.planned[k];
+    planned.pressure = front.pressure;
+    planned.grain_size = contacts.grain_size();
+    planned.density = contacts.density();
+    planned.contacts = contacts.linear();
+    planned.most_contacts = front.most_contacts;
+    planned.status = front.response.status;
+  }
+  return all_serve;
+}
+
+/// Of those that advance: what is known of their rest.
+template <int D> void RvePointsOf<D>::find_resting()
+{
+  device_call.resting.clear();
+  if (!(options.quiescent_strain > 0.0) && !any_owes()) return;
+  complete_looks(call_slots);
+  const int count = static_cast<int>(call_slots.size());
+  rests.resize(count);
+  {
+    const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team)
+    for (int k = 0; k < count; ++k) rests[k] = points.rest(call_slots[k]);
+  }
+  for (int k = 0; k < count; ++k)
+    if (rests[k] != rve::Rest::Unknown)
+      device_call.resting.push_back({k, rests[k], points.sleep(call_slots[k])});
+}
+
+/// Whether one of those that advance still owes a deformation, though none may sleep any more.
+template <int D> bool RvePointsOf<D>::any_owes() const
+{
+  return std::any_of(call_slots.begin(), call_slots.end(), [this](int slot) {
+    return points.front(slot).owes;
+  });
+}
+
+template <int D>
+bool RvePointsOf<D>::plan_there(const std::vector<int> &slots, const std::vector<int> &point_of,
+                                bool is_as_before, const rve::PointsOnDevice &there,
+                                MacroIncrementsOf<D> &increments)
+{
+  if (!engine->device_calls() || there.device < 0 || there.device != engine->cuda_device() ||
+      options.stress_from != StressFrom::End || shadows || slots.empty() ||
+      increments.substeps == 0)
+    return false;
+  const auto start = rve::WallClock::now();
+  const bool nothing_new = !points.is_changed() && is_as_before;
+  if (nothing_new && has_refused) return false;
+  device_call.is_new = !nothing_new || !device_knows;
+  if (device_call.is_new) {
+    hear();
+    device_knows = false;
+    has_refused = !find_planned(slots, point_of);
+    if (has_refused) return false;
+  }
+  device_call.points = there;
+  device_call.options.dt = increments.dt;
+  device_call.options.substeps = increments.substeps;
+  device_call.options.is_adaptive = options.adaptive ? 1 : 0;
+  if (options.adaptive) device_call.options.adaptive = *options.adaptive;
+  device_call.options.quiescent_strain = options.quiescent_strain;
+  engine->device_calls()->plan(device_call);
+  device_knows = true;
+  planned_increments = &increments;
+  seconds += rve::seconds_since(start);
+  return true;
+}
+
+template <int D> bool RvePointsOf<D>::can_advance_there()
+{
+  if (!engine->device_calls()->take_plan(questions)) return false;
+  turned_slots.clear();
+  rotations.clear();
+  std::size_t decided = 0;
+  for (const rve::IncrementInQuestion<D> &question : questions) {
+    const int slot = device_call.rves[question.place];
+    rve::IncrementInQuestion<D> decision = question;
+    rve::IncrementOf<D> &increment = decision.increment;
+    const bool must_turn =
+        (question.owes && is_turned(question.mean_overlap, increment.deformation)) ||
+        (options.adaptive &&
+         slips(slot, increment.deformation, increment.dt, increment.substeps, question.pressure));
+    if (!must_turn) continue;
+    turned_slots.push_back(slot);
+    rotations.push_back(turn(slot, increment, question.pressure));
+    questions[decided++] = decision;
+  }
+  questions.resize(decided);
+  return true;
+}
+
+template <int D> void RvePointsOf<D>::begin_advance_there()
+{
+  const auto start = rve::WallClock::now();
+  if (!turned_slots.empty()) engine->turn(turned_slots, rotations);
+  engine->device_calls()->begin(questions);
+  is_unheard = true;
+  record_sizes.assign(points.size(), 0);
+  places_apart.clear();
+  under_way = {&planned_slots, planned_increments, nullptr};
+  const double took = rve::seconds_since(start);
+  seconds_in_engine += took;
+  seconds += took;
+}
+
+namespace {
+  /// For who wants answers and no stresses.
+  template <int D> class NoIncrements final : public MacroIncrementsOf<D> {
+   public:
+    rve::Tensor<double, D> increment(int) const override
+    {
+      return rve::Tensor<double, D>::identity();
+    }
+    void take_stress(int, const rve::Tensor<double, D> &) override {}
+  };
+}    // namespace
+
+/// Of those that have stiffened and are not known to have, or of all where they are many.
+template <int D> void RvePointsOf<D>::hear_of_stiffened()
+{
+  constexpr int MANY = 16;
+  const bool are_all = stiffened_places.size() < rve::DeviceCallsOf<D>::MOST_STIFFENED;
+  const auto is_known = [this](int place) {
+    return has_stiffened(device_call.rves[place]);
+  };
+  if (are_all)
+    stiffened_places.erase(
+        std::remove_if(stiffened_places.begin(), stiffened_places.end(), is_known),
+        stiffened_places.end());
+  if (stiffened_places.size() >= MANY) {
+    hear();
+    return;
+  }
+  NoIncrements<D> none;
+  IncrementCall call(*this, none, true);
+  for (const int place : stiffened_places) engine->device_calls()->hear_of(place, call);
+}
+
+template <int D> void RvePointsOf<D>::hear()
+{
+  if (!is_unheard) return;
+  is_unheard = false;
+  NoIncrements<D> none;
+  IncrementCall call(*this, none, true);
+  engine->device_calls()->hear(call);
+}
+
+template <int D>
+bool RvePointsOf<D>::advance(const std::vector<int> &slots, MacroIncrementsOf<D> &increments,
+                             bool with_details, std::vector<int> &failed)
+{
+  if (!begin_advance(slots, increments)) return false;
+  failed = end_advance();
+  const auto start = rve::WallClock::now();
+  if (with_details) complete();
+  seconds += rve::seconds_since(start);
+  return true;
+}
+
+template <int D> void RvePointsOf<D>::find_those_apart()
+{
+  const int count = points.size();
+  is_apart.resize(count);
+  bool any = false;
+  const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team) reduction(|| : any)
+  for (int slot = 0; slot < count; ++slot) {
+    is_apart[slot] = frozen(slot) || copies(slot) > 1;
+    any = any || is_apart[slot];
+  }
+  any_is_apart = any;
+  points.deny_change();
+}
+
+/// Of those at these places that are not frozen: a call of their own, by drives. They are few.
+template <int D>
+void RvePointsOf<D>::advance_those_apart(const std::vector<int> &slots,
+                                         const std::vector<int> &places,
+                                         MacroIncrementsOf<D> &increments, std::vector<int> &failed)
+{
+  std::vector<int> some;
+  std::vector<rve::DriveOf<D>> drives;
+  for (const int place : places) {
+    if (frozen(slots[place])) continue;
+    some.push_back(slots[place]);
+    rve::DriveOf<D> &drive = drives.emplace_back();
+    drive.dt = increments.dt;
+    drive.substeps = increments.substeps;
+    drive.deformation = increments.increment(place);
+  }
+  if (!some.empty()) {
+    const std::vector<int> lost = is_plain(some) ? advance_plainly(some, drives)
+                                                 : advance_by_plan(some, drives);
+    for (const int place : places)
+      if (std::find(lost.begin(), lost.end(), slots[place]) != lost.end()) failed.push_back(place);
+  }
+  for (const int place : places) increments.take_stress(place, stress(slots[place]));
+}
+
+/// Those that failed go on as copies side by side, if that helps, or are frozen.
+template <int D> void RvePointsOf<D>::end_failures(IncrementCall &call, std::vector<int> &failed)
+{
+  auto in_trouble = std::exchange(call.failed, {});
+  std::sort(in_trouble.begin(), in_trouble.end(), [](const auto &one, const auto &other) {
+    return one.m < other.m;
+  });
+  std::vector<int> slots;
+  std::vector<rve::DriveOf<D>> drives;
+  std::vector<rve::ResponseOf<D>> answers;
+  for (const auto &one : in_trouble) {
+    slots.push_back(call_slots[one.m]);
+    drives.push_back(one.increment.drive());
+    answers.push_back(one.response);
+  }
+  widen_and_repeat(slots, drives, answers);
+  for (std::size_t k = 0; k < slots.size(); ++k)
+    call.take_one(in_trouble[k].m, in_trouble[k].increment, answers[k]);
+  for (const auto &one : call.failed) {
+    Point &point = points[call_slots[one.m]];
+    point.state = State::Frozen;
+    point.result.status = one.response.status;
+    failed.push_back(call.place(one.m));
+  }
+}
+
+template bool RvePointsOf<2>::begin_advance(const std::vector<int> &, MacroIncrementsOf<2> &);
+template bool RvePointsOf<3>::begin_advance(const std::vector<int> &, MacroIncrementsOf<3> &);
+template std::vector<int> RvePointsOf<2>::end_advance();
+template std::vector<int> RvePointsOf<3>::end_advance();
+template bool RvePointsOf<2>::advance(const std::vector<int> &, MacroIncrementsOf<2> &, bool,
+                                      std::vector<int> &);
+template bool RvePointsOf<3>::advance(const std::vector<int> &, MacroIncrementsOf<3> &, bool,
+                                      std::vector<int> &);
+template bool RvePointsOf<2>::plan_there(const std::vector<int> &, const std::vector<int> &, bool,
+                                         const rve::PointsOnDevice &, MacroIncrementsOf<2> &);
+template bool RvePointsOf<3>::plan_there(const std::vector<int> &, const std::vector<int> &, bool,
+                                         const rve::PointsOnDevice &, MacroIncrementsOf<3> &);
+template bool RvePointsOf<2>::can_advance_there();
+template bool RvePointsOf<3>::can_advance_there();
+template void RvePointsOf<2>::begin_advance_there();
+template void RvePointsOf<3>::begin_advance_there();
+template void RvePointsOf<2>::hear();
+template void RvePointsOf<3>::hear();
+
+}    // namespace macro
