@@ -1,4 +1,4 @@
-// Root, quotient, minimum and maximum: IEEE rounded, the same bits on every backend.
+// Root, quotient, minimum, maximum and numbers from integers: IEEE rounded, the same bits on every backend.
 
 #include "rve/core/arithmetic.h"
 #include "rve/core/fixed_point.h"

@@ -9,6 +9,7 @@
 
 #include "cuda/cuda_device.h"
 #include "cuda/device_buffer.cuh"
+#include "cuda/early_launch.cuh"
 #include "mpm/grid_arrays.h"
 #include "mpm/shared_nodes.h"
 #include "mpm/step_program.h"
@@ -200,7 +201,7 @@ namespace {
       name_ = device.name;
       cudaFuncAttributes attributes;
       check_cuda(cudaFuncGetAttributes(&attributes, set_to_zero), "attributes of a pass");
-      follows_ = device.major >= 9 && attributes.ptxVersion >= 90;
+      follows_ = rve::waits_itself(device.major, attributes);
     }
 
     void begin(const StepInput<D> &input)
@@ -446,11 +447,10 @@ namespace {
 
     /// A kernel that calls follow(), of a thread for each of `count` items.
     template <class... Parameters>
-    void launch(void (*kernel)(Parameters...), std::size_t count, Parameters... arguments) const
+    void launch(void (*kernel)(Parameters...), std::size_t count,
+                const Parameters &...arguments) const
     {
-      cudaLaunchAttribute closely;
-      closely.id = cudaLaunchAttributeProgrammaticStreamSerialization;
-      closely.val.programmaticStreamSerializationAllowed = follows_;
+      cudaLaunchAttribute closely = rve::in_place_early(follows_);
       cudaLaunchConfig_t launched = {};
       launched.gridDim = static_cast<unsigned>((count + BLOCK - 1) / BLOCK);
       launched.blockDim = BLOCK;

@@ -2,6 +2,7 @@
 
 #include "cuda/cuda_device.h"
 #include "cuda/device_buffer.cuh"
+#include "cuda/early_launch.cuh"
 #include "rve/algorithm/rigid_turn.h"
 #include "rve/block/block_cuda.cuh"
 #include "rve/core/error.h"
@@ -497,9 +498,7 @@ namespace {
       check_cuda(cudaLaunchKernelExC(&prepared, plan.prepare, arguments),
                  "launch of the kernel that prepares calls");
       // its blocks are put in place while the last calls are prepared, and wait there
-      cudaLaunchAttribute early;
-      early.id = cudaLaunchAttributeProgrammaticStreamSerialization;
-      early.val.programmaticStreamSerializationAllowed = plan.waits;
+      cudaLaunchAttribute early = in_place_early(plan.waits);
       cudaLaunchConfig_t launched = {};
       launched.gridDim = resident;
       launched.blockDim = plan.block;
@@ -697,8 +696,7 @@ namespace {
         plan.dynamic = most / 16 * 16;
         plan.overflow_size = aligned(plan.sizes.shared);
       }
-      // compiled from older text it does not, on a card that could
-      plan.waits = device.major >= 9 && attributes.ptxVersion >= 90;
+      plan.waits = waits_itself(device.major, attributes);
       check_cuda(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
                                       static_cast<int>(plan.dynamic)),
                  "shared memory of the kernel");

@@ -34,7 +34,7 @@ inline namespace RVE_ISA {
       const Real angle = dt * contact.curvature;
       moving.turn.tilt = angle * across;
       if constexpr (kIsRelaxed)
-        moving.middle = fma(-(Real(0.5) * (dt * contact.curvature)), across, n);
+        moving.middle = fma(-(Real(0.5) * angle), across, n);
       else
         moving.middle = middle_normal(n, moving.turn);
       moving.turn.twist = Real(0.5) * (dt * dot(i.spin + j.spin, n));
