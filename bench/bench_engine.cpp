@@ -70,8 +70,9 @@ double seconds_since(Clock::time_point start)
 struct Arguments {
   std::string packing, output, suite = "quick";
   bool cuda = false;
-  double seconds = 0.5;       // of a case, about
-  std::vector<int> rves;      // instead of the numbers that the core and memory experiments take
+  double seconds = 0.5;    // of a case, about
+  std::vector<int>
+      rves;    // instead of the numbers that experiments take; the last one where they take one
   std::string format;         // of the numbers; empty: all
   int threads = 0;            // of a GPU's block; 0: the engine chooses
   int part = 0, parts = 1;    // of the suites for sanitizers, which processes share out among them
@@ -95,7 +96,11 @@ template <int D> struct Bench {
   int visits = 0;     // of programs for sanitizers, in all parts
 
   int cores() const { return static_cast<int>(std::thread::hardware_concurrency()); }
-  int many() const { return arguments.cuda ? (D == 2 ? 9600 : 6000) : 8 * cores(); }
+  int many() const
+  {
+    if (!arguments.rves.empty()) return arguments.rves.back();
+    return arguments.cuda ? (D == 2 ? 9600 : 6000) : 8 * cores();
+  }
   std::vector<Precision> precisions() const
   {
     std::vector<Precision> all = {{Format::Fast, Arithmetic::Strict},
@@ -231,10 +236,13 @@ template <int D> Measured measure(const Batch<D> &batch, int substeps, double se
                  seconds);
 }
 
-/// "hooke", "hertz rolling"
-std::string words_of(const rve::ContactModel &contacts)
+/// "hooke", "hertz rolling", "hertz mindlin/force"
+std::string words_of(const rve::ContactModel &contacts, const rve::Material &material)
 {
-  return std::string(word_of(contacts.law)) + (contacts.rolling ? " rolling" : "");
+  const bool keeps_force =
+      contacts.law == rve::ContactLaw::Hertz && material.mindlin_displacement == 0.0;
+  return std::string(word_of(contacts.law)) + (contacts.rolling ? " rolling" : "") +
+      (keeps_force ? " mindlin/force" : "");
 }
 
 template <int D>
@@ -255,7 +263,7 @@ json case_of(const Bench<D> &bench, const std::string &experiment, const Batch<D
                {"format", to_string(options.format)},
                {"arithmetic", options.arithmetic == Arithmetic::Relaxed ? "relaxed" : "strict"},
                {"substeps", substeps}};
-  if (D == 3) keys["law"] = words_of(options.contacts);
+  if (D == 3) keys["law"] = words_of(options.contacts, batch.material);
   if (!bench.arguments.cuda)
     keys["threads"] = options.threads;
   else if (options.block_size > 0)
@@ -309,12 +317,16 @@ void record(Bench<D> &bench, const json &keys, const Measured &m, const std::str
 
 // ---------------------------------------------------------------------------------------------------------- experiments
 
-/// The packing, and of spheres the same with Hertz' contacts: of disks they are for few, and their speed is not followed.
+/// The packing, and of spheres the same with Hertz' contacts that keep a displacement (*mindlin*) or a force: of disks they are for few, and
+/// their speed is not followed.
 template <int D> std::vector<rve::RveStateOf<D>> packings_by_law(const Bench<D> &bench)
 {
   std::vector<rve::RveStateOf<D>> packings = {bench.packing};
   if (D == 3 && bench.packing.material.law == rve::ContactLaw::Linear)
-    packings.push_back(bench::with_hertz_contacts(bench.packing));
+    for (const double displacement : {1.0, 0.0}) {
+      packings.push_back(bench::with_hertz_contacts(bench.packing));
+      packings.back().material.mindlin_displacement = displacement;
+    }
   return packings;
 }
 
@@ -596,6 +608,22 @@ template <int D> void run_features(Bench<D> &bench)
     }
 }
 
+/// Throughput over the skin of the lists: a thin one has fewer pairs that do not touch, and lists that do not live long.
+template <int D> void run_skins(Bench<D> &bench)
+{
+  const int substeps = 1000;
+  for (const Precision precision : bench.two_precisions())
+    for (const double share : {0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15}) {
+      rve::Options options = options_for(bench, precision, bench.many());
+      options.skin = share * bench::mean_radius(bench.packing);
+      const Batch<D> batch(options, bench.packing, bench.many());
+      json keys = case_of(bench, "skins", batch, substeps);
+      keys["skin_over_mean_radius"] = share;
+      record(bench, keys, measure(batch, substeps, bench.arguments.seconds),
+             "skin " + rve::number(share));
+    }
+}
+
 /// What a rebuild of the lists costs, in steps: a skin so thin that there are many of them against the usual one.
 template <int D> void run_rebuilds(Bench<D> &bench)
 {
@@ -783,6 +811,7 @@ template <int D> const std::map<std::string, std::vector<Experiment<D>>> &suites
       {"queue", {run_queue<D>}},
       {"features", {run_features<D>, run_rebuilds<D>}},
       {"rebuilds", {run_rebuilds<D>}},
+      {"skins", {run_skins<D>}},
       {"memory", {run_memory<D>}},
       {"sanitize", {run_sanitize<D>}},
       {"races", {run_races<D>}},

@@ -209,6 +209,7 @@ template <class Law> void expect_that_a_law_has_the_parameters_that_it_says()
         member == &MaterialNumbers::restitution_damping ||
         member == &MaterialNumbers::mindlin_damping)
       return !Law::is_damped;
+    if (member == &MaterialNumbers::mindlin_displacement) return !Law::has_rescaling;
     return (member == &MaterialNumbers::friction ||
             member == &MaterialNumbers::tangential_stiffness) &&
         !Law::has_friction;

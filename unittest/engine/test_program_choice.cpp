@@ -40,28 +40,33 @@ TEST(ProgramChoice, IsTheLeanestProgramThatHasWhatACallNeeds)
 {
   struct {
     ContactModel contacts;
-    CallNeeds needs;    // friction, dashpots, servo, all books
+    CallNeeds needs;    // friction, dashpots, rescaling, servo, all books
     Program expected;
-  } const cases[] = {{LINEAR, {false, false, false, false}, Program::Frictionless},
-                     {LINEAR, {true, false, false, false}, Program::Plain},
-                     {LINEAR, {false, false, true, false}, Program::Steered},
-                     {LINEAR, {true, false, true, false}, Program::Steered},
-                     {LINEAR, {false, true, false, false}, Program::General},
-                     {LINEAR, {false, false, false, true}, Program::General},
-                     {LINEAR, {true, true, true, false}, Program::General},
-                     {LINEAR, {true, false, true, true}, Program::General},
-                     {LINEAR, {true, true, true, true}, Program::General},
-                     {HERTZ, {true, false, false, false}, Program::PlainHertz},
-                     {HERTZ, {true, true, false, false}, Program::Hertz},
-                     {HERTZ, {true, false, true, false}, Program::Hertz},
-                     {HERTZ, {true, false, false, true}, Program::Hertz},
-                     {HERTZ_SPHERES, {true, false, true, false}, Program::SteeredSphereHertz},
-                     {ROLLING, {false, false, false, false}, Program::Rolling},
-                     {ROLLING, {true, false, true, false}, Program::Rolling},
-                     {ROLLING, {true, true, true, true}, Program::Rolling}};
+  } const cases[] = {
+      {LINEAR, {false, false, false, false, false}, Program::Frictionless},
+      {LINEAR, {true, false, false, false, false}, Program::Plain},
+      {LINEAR, {false, false, false, true, false}, Program::Steered},
+      {LINEAR, {true, false, false, true, false}, Program::Steered},
+      {LINEAR, {false, true, false, false, false}, Program::General},
+      {LINEAR, {false, false, false, false, true}, Program::General},
+      {LINEAR, {true, true, false, true, false}, Program::General},
+      {LINEAR, {true, false, false, true, true}, Program::General},
+      {LINEAR, {true, true, false, true, true}, Program::General},
+      {HERTZ, {true, false, false, false, false}, Program::PlainHertz},
+      {HERTZ, {true, true, false, false, false}, Program::Hertz},
+      {HERTZ, {true, false, false, true, false}, Program::Hertz},
+      {HERTZ, {true, false, false, false, true}, Program::Hertz},
+      {HERTZ_SPHERES, {true, false, false, false, false}, Program::SphereMindlinForce},
+      {HERTZ_SPHERES, {true, false, true, false, false}, Program::PlainSphereHertz},
+      {HERTZ_SPHERES, {true, false, false, true, false}, Program::SteeredSphereHertz},
+      {HERTZ_SPHERES, {true, true, false, false, false}, Program::SphereHertz},
+      {ROLLING, {false, false, false, false, false}, Program::Rolling},
+      {ROLLING, {true, false, false, true, false}, Program::Rolling},
+      {ROLLING, {true, true, false, true, true}, Program::Rolling}};
   for (const auto &one : cases) {
     SCOPED_TRACE(to_string(one.contacts) + (one.needs.friction ? ", friction" : "") +
-                 (one.needs.dashpots ? ", dashpots" : "") + (one.needs.servo ? ", servo" : "") +
+                 (one.needs.dashpots ? ", dashpots" : "") +
+                 (one.needs.rescaling ? ", rescaling" : "") + (one.needs.servo ? ", servo" : "") +
                  (one.needs.books ? ", books" : ""));
 
     const Program program = choose_program(memory_program(one.contacts), one.needs);
@@ -84,17 +89,22 @@ TEST(ProgramChoice, ServesAllNeedsOfTheContactLawsThatThereAre)
     EXPECT_TRUE(most.books);
     for (const bool friction : {false, true})
       for (const bool dashpots : {false, true})
-        for (const bool servo : {false, true})
-          for (const bool books : {false, true}) {
-            if ((friction && !most.friction) || (dashpots && !most.dashpots)) continue;
-            const Program chosen = choose_program(memory, {friction, dashpots, servo, books});
-            const CallNeeds has = features_of(chosen).has;
-            EXPECT_EQ(features_of(chosen).memory, memory);
-            EXPECT_TRUE(has.friction || !friction);
-            EXPECT_TRUE(has.dashpots || !dashpots);
-            EXPECT_TRUE(has.servo || !servo);
-            EXPECT_TRUE(has.books || !books);
-          }
+        for (const bool rescaling : {false, true})
+          for (const bool servo : {false, true})
+            for (const bool books : {false, true}) {
+              if ((friction && !most.friction) || (dashpots && !most.dashpots) ||
+                  (rescaling && !most.rescaling))
+                continue;
+              const Program chosen =
+                  choose_program(memory, {friction, dashpots, rescaling, servo, books});
+              const CallNeeds has = features_of(chosen).has;
+              EXPECT_EQ(features_of(chosen).memory, memory);
+              EXPECT_TRUE(has.friction || !friction);
+              EXPECT_TRUE(has.dashpots || !dashpots);
+              EXPECT_TRUE(has.rescaling || !rescaling);
+              EXPECT_TRUE(has.servo || !servo);
+              EXPECT_TRUE(has.books || !books);
+            }
   }
 }
 

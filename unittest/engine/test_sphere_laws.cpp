@@ -462,6 +462,42 @@ TEST(SphereLaws, WithoutDashpotsAndBooksGiveTheBitsOfTheProgramThatHasThem)
       }
 }
 
+/// Where all RVEs of an engine keep tangential forces, whatever their contacts do, a program serves that asks for no contact radius: beside one
+/// that keeps displacements the same RVE has the other one.
+TEST(SphereLaws, KeptForcesGiveTheBitsOfTheProgramThatRescalesThem)
+{
+  for (const Format format : FORMATS) {
+    Material material = with_friction(material_of(ContactLaw::Hertz));
+    material.mindlin_displacement = 0.0;
+    const Spheres state = disordered_spheres(material, 6, 7);
+    Spheres companion = state;
+    companion.material.mindlin_displacement = 1.0;
+    std::vector<std::vector<char>> ends;
+    for (const bool company : {false, true}) {
+      const auto engine = make_engine<3>(options_for(state, format));
+      const int rve = engine->add(state);
+      if (company) engine->add(companion);
+      const DriveOf<3> drive = DriveOf<3>::constant_velocity_gradient(shear(), DT, 150);
+      for (int call = 0; call < 4; ++call) {
+        std::vector<ResultOf<3>> results;
+        engine->advance({rve}, {drive}, results);
+        EXPECT_GT(results[0].sliding_fraction, 0.0);
+      }
+      const Spheres end = engine->state(rve);
+      EXPECT_GE(end.counters.rebuilds, 3);
+      int remembered = 0, touching = 0;
+      for (const PairOf<3> &pair : end.pairs) {
+        remembered += pair.contact_radius > 0.0;
+        touching += dot(pair.tangential_force, pair.tangential_force) > 0.0;
+      }
+      EXPECT_EQ(remembered, touching);
+      EXPECT_GT(touching, 50);
+      ends.push_back(serialize(end));
+    }
+    EXPECT_TRUE(ends[0] == ends[1]) << to_string(format);
+  }
+}
+
 TEST(SphereLaws, TimeStepIsBoundedByTwisting)
 {
   // two spheres that twist on each other: w^2 = 2 k_q / I, far above all else

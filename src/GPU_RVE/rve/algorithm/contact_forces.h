@@ -148,10 +148,16 @@ inline namespace RVE_ISA {
     using Real = typename Scene::Real;
     using Sum = typename Scene::Sum;
     constexpr bool with_stress = wanted != Wanted::Nothing;
+    const auto remember = [&](const typename Scene::History &now) RVE_INLINE_LAMBDA {
+      if constexpr (wanted == Wanted::Survey)
+        history = now;
+      else
+        history = Scene::Law::between_looks(now, history);
+    };
     const auto release = [&]() RVE_INLINE_LAMBDA {
       if constexpr (with_stress && Scene::books)
         if (keeps_ledger) sum.heat.friction += step.law.released(history);
-      history = typename Scene::History();
+      remember(typename Scene::History());
     };
     // in packs `where` does what the branch does for one pair; whole packs of spheres have nothing to do in their last slots
     if constexpr (std::is_same_v<Truth<Real>, bool> || Scene::D == 3) {
@@ -169,7 +175,7 @@ inline namespace RVE_ISA {
     if constexpr (Scene::has_friction) {
       Truth<typename Scene::Spring> keeps;
       convert_truth(acting, keeps);
-      history = where(keeps, force.history());
+      remember(where(keeps, force.history()));
     }
     sum.largest_force = larger(sum.largest_force, where(acting, fabs(force.normal_force)));
     if constexpr (Scene::books) {

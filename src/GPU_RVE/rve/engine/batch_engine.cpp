@@ -102,6 +102,8 @@ template <int D> void BatchEngine<D>::note_needs(const Material &material)
   needs.dashpots = needs.dashpots || is_viscous(material);
   needs.books = needs.books || all_forces_count(material);
   needs.friction = needs.friction || material.friction > 0.0;
+  needs.rescaling = needs.rescaling ||
+      (features_of(memory_layout).has.rescaling && material.mindlin_displacement != 0.0);
 }
 
 template <int D> int BatchEngine<D>::add(const RveStateOf<D> &state)

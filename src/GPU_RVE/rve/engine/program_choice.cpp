@@ -16,7 +16,7 @@ namespace {
   {
     using Law = typename Scene::Law;
     return {{Law::contact_law, Law::has_rolling, Scene::D},
-            {Law::has_friction, Law::is_damped, Scene::steers, Scene::books},
+            {Law::has_friction, Law::is_damped, Law::has_rescaling, Scene::steers, Scene::books},
             memory};
   }
 
@@ -30,7 +30,8 @@ namespace {
   constexpr bool has_all(const CallNeeds &has, const CallNeeds &needs)
   {
     return (has.friction || !needs.friction) && (has.dashpots || !needs.dashpots) &&
-        (has.servo || !needs.servo) && (has.books || !needs.books);
+        (has.rescaling || !needs.rescaling) && (has.servo || !needs.servo) &&
+        (has.books || !needs.books);
   }
 
 #define RVE_CHECK(name, law, books, prepared)                                           \

@@ -12,6 +12,7 @@ namespace rve {
 struct CallNeeds {
   bool friction = false;
   bool dashpots = false;
+  bool rescaling = false;    ///< of springs whose contacts grow or shrink (has_rescaling of a law)
   bool servo = false;
   bool books = false;    ///< all of them (Books::All)
 };

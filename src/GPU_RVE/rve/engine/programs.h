@@ -43,6 +43,7 @@ namespace rve {
   program(SteeredSpheres,     FrictionalSphereSprings, Servo, Spheres)            \
   program(Spheres,            SphereSprings,           All,   Spheres)            \
   program(SpheresRolling,     SphereRollingSprings,    All,   SpheresRolling)     \
+  program(SphereMindlinForce, SphereMindlinForce,      None,  SphereHertz)        \
   program(PlainSphereHertz,   SphereUndampedHertz,     None,  SphereHertz)        \
   program(SteeredSphereHertz, SphereUndampedHertz,     Servo, SphereHertz)        \
   program(SphereHertz,        SphereHertzMindlin,      All,   SphereHertz)        \

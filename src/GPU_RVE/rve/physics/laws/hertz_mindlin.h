@@ -82,8 +82,9 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// Damped: with dashpots, and with an arm of its own for the surface velocity (DiskContact).
-  template <class NumberFormat, int Dimension = 2, bool Damped = true>
+  /// Damped: with dashpots, and with an arm of its own for the surface velocity (DiskContact). Rescaling: where springs change with the contact
+  /// radius, as with all variants but `mindlin/force`. Without, the radius of the history waits for the last look of a call.
+  template <class NumberFormat, int Dimension = 2, bool Damped = true, bool Rescaling = true>
   struct HertzMindlin : TouchingGrains {
     using Numbers = NumberFormat;
     static constexpr int D = Dimension;
@@ -96,10 +97,11 @@ inline namespace RVE_ISA {
     static constexpr bool has_friction = true;
     static constexpr bool has_rolling = false;
     static constexpr bool is_damped = Damped;
+    static constexpr bool has_rescaling = Rescaling;
     static constexpr bool has_constant_moduli = false;
     static constexpr bool bounds_tangential_forces = true;
 
-    template <class OtherNumbers> using In = HertzMindlin<OtherNumbers, D, Damped>;
+    template <class OtherNumbers> using In = HertzMindlin<OtherNumbers, D, Damped, Rescaling>;
 
     static RVE_INLINE History seen_from_partner(const History &history)
     {
@@ -118,6 +120,10 @@ inline namespace RVE_ISA {
     {
       return {static_cast<Spring>(force) * history.tangential,
               static_cast<Spring>(length) * history.contact_radius};
+    }
+    static RVE_INLINE History between_looks(const History &now, const History &before)
+    {
+      return {now.tangential, Rescaling ? now.contact_radius : before.contact_radius};
     }
     template <class Pair> static History of_pair(const Pair &pair)
     {
@@ -294,8 +300,8 @@ inline namespace RVE_ISA {
       // a displacement that is kept bears more where the contact has grown, and nothing is lost of a force that is
       Along<Spring, D> spring =
           sum_of_turned(moving.turned(history.tangential, contact.normal, dt));
-      const bool keeps = any(constants.keeps_displacement > Real(0)),
-                 rescales = any(constants.rescales > Real(0));
+      const bool keeps = Rescaling && any(constants.keeps_displacement > Real(0)),
+                 rescales = Rescaling && any(constants.rescales > Real(0));
       if (keeps || rescales) {
         const Spring growth = quotient(a, before);
         if (keeps) spring = select(before > Spring(0), growth, Spring(1)) * spring;
@@ -326,6 +332,7 @@ inline namespace RVE_ISA {
   template <class Numbers> using RollingHertz = WithRolling<HertzMindlin<Numbers>>;
   template <class Numbers> using SphereHertzMindlin = HertzMindlin<Numbers, 3>;
   template <class Numbers> using SphereUndampedHertz = HertzMindlin<Numbers, 3, false>;
+  template <class Numbers> using SphereMindlinForce = HertzMindlin<Numbers, 3, false, false>;
   template <class Numbers> using SphereRollingHertz = WithRolling<SphereHertzMindlin<Numbers>>;
 
 }    // namespace RVE_ISA

@@ -52,6 +52,7 @@ inline namespace RVE_ISA {
     static constexpr bool has_friction = Frictional;
     static constexpr bool has_rolling = false;
     static constexpr bool is_damped = Damped;
+    static constexpr bool has_rescaling = false;
     static constexpr bool has_constant_moduli = true;
     static constexpr bool bounds_tangential_forces = true;
 
@@ -72,6 +73,10 @@ inline namespace RVE_ISA {
     static RVE_INLINE History in_units(const History &history, double force, double)
     {
       return static_cast<Spring>(force) * history;
+    }
+    static RVE_INLINE const History &between_looks(const History &now, const History &)
+    {
+      return now;
     }
     template <class Pair> static History of_pair(const Pair &pair)
     {
