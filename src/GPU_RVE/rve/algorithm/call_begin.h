@@ -54,7 +54,7 @@ inline namespace RVE_ISA {
       call.units.per_length = power_of_two(-length_bits);
       call.mass_factor =
           header.material.density * GrainShape<Scene::D>::volume * header.material.mass_depth;
-      call.skin = batch.skin > 0.0 ? batch.skin : kDefaultSkinShare * header.mean_radius;
+      call.skin = batch.skin > 0.0 ? batch.skin : kDefaultSkinShare<Scene::D> * header.mean_radius;
       call.expected_force = header.largest_contact_force;
       call.plan_first = 1;
       call.plan_last = 0;

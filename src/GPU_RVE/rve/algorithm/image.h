@@ -22,14 +22,14 @@ template <> struct PairCounts<2> {
 };
 
 template <> struct PairCounts<3> {
-  /// Of 1000 spheres and a skin of a tenth of their radius all pairs find a place; five of a grain would cost a tenth of the speed.
+  /// Of 1000 spheres and a skin of a tenth of their radius nearly all pairs find a place; five of a grain would cost a tenth of the speed.
   static constexpr int owned = 4;
   static constexpr int listed_at_first = 8, grains_per_extra_at_first = 8;
 };
 
-/// Skin of the list that the user left open, as a share of the mean radius: wide enough that a quasi-static packing lives
-/// on one list for hundreds of steps, narrow enough that few of the listed pairs do not touch.
-constexpr double kDefaultSkinShare = 0.1;
+/// Skin of the list that the user left open, as a share of the mean radius: wide enough that a quasi-static packing lives on one list for
+/// hundreds of steps, narrow enough that few of the listed pairs do not touch. Spheres have more of these, and lists that live longer.
+template <int D> constexpr double kDefaultSkinShare = D == 2 ? 0.1 : 0.05;
 
 /// Steps that are planned at a time.
 constexpr int kPlanSteps = 32;

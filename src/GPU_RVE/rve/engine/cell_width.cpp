@@ -15,7 +15,7 @@ template <int D> double list_margin_of(const RveStateOf<D> &state, double skin)
 {
   const double mean =
       std::accumulate(state.radius.begin(), state.radius.end(), 0.0) / state.num_grains();
-  return reach_of(state.material) + (skin > 0.0 ? skin : kDefaultSkinShare * mean);
+  return reach_of(state.material) + (skin > 0.0 ? skin : kDefaultSkinShare<D> * mean);
 }
 
 template <int D>
