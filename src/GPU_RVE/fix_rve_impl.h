@@ -286,7 +286,13 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
                   macro::MacroIncrementsOf<D> &increments) override;
   bool can_advance_there() override;
   void begin_advance_there() override;
+  void begin_advance_ahead() override;
   bool stresses_are_there() const override { return points.as_they_are().stresses_are_there(); }
+  const std::int32_t *unfinished_there() const override
+  {
+    return points.as_they_are().unfinished_there();
+  }
+  bool were_unfinished() const override { return points.as_they_are().were_unfinished(); }
   void meet() override;
   const Matrix &stress(int atom) const override { return points->stress(slot[atom]); }
   const typename Points::Point &point(int atom) const override

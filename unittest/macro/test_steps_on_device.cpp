@@ -83,7 +83,17 @@ template <int D> class Owner final : public RveOwner<D> {
     begin(*atoms_, *planned_);
     ++advances_there;
   }
+  void begin_advance_ahead() override
+  {
+    if (points_.begin_advance_ahead()) ++advances_ahead;
+  }
   bool stresses_are_there() const override { return points_.stresses_are_there(); }
+  const std::int32_t *unfinished_there() const override { return points_.unfinished_there(); }
+  bool were_unfinished() const override
+  {
+    if (points_.were_unfinished()) ++times_unfinished;
+    return points_.were_unfinished();
+  }
   void settle() override
   {
     if (!under_way_) return;
@@ -114,7 +124,8 @@ template <int D> class Owner final : public RveOwner<D> {
   void complete() override { points().complete(); }
   int threads() const override { return 2; }
 
-  int advances_there = 0, failures = 0, times_stiffened = 0;
+  int advances_there = 0, advances_ahead = 0, failures = 0, times_stiffened = 0;
+  mutable int times_unfinished = 0;
 
  private:
   void begin(const std::vector<int> &atoms, MacroIncrementsOf<D> &increments)
@@ -132,18 +143,19 @@ template <int D> class Owner final : public RveOwner<D> {
 struct Motion {
   double shrinking, shearing = 0.2;    ///< rates [1/time]
   double density = 2000.0;             ///< [mass/length^3]
+  double turning = 1.0;                ///< rate [1/time]
 };
 
 /// A free block that turns, shears and shrinks, the more so the farther from its left side.
 mpm_test::Scene turning_block(const Motion &motion)
 {
-  const double shrinking = motion.shrinking, shearing = motion.shearing;
+  const double shrinking = motion.shrinking, shearing = motion.shearing, turning = motion.turning;
   mpm_test::Scene scene;
   scene.add_block({{0.5, 0.5}}, {{0.9, 0.8}}, 0.5 * H, motion.density);
   for (int p = 0; p < scene.size(); ++p) {
     const double x = scene.position[3 * p] - 0.7, y = scene.position[3 * p + 1] - 0.65;
-    scene.velocity[3 * p] = -shrinking * x * (1.0 + x) - (1.0 + shearing) * y;
-    scene.velocity[3 * p + 1] = (1.0 - shearing) * x - shrinking * y;
+    scene.velocity[3 * p] = -shrinking * x * (1.0 + x) - (turning + shearing) * y;
+    scene.velocity[3 * p + 1] = (turning - shearing) * x - shrinking * y;
   }
   return scene;
 }
@@ -260,7 +272,16 @@ void expect_same_course(const rve::RveStateOf<D> &state, rve::Format format, con
   EXPECT_EQ(there.owner.failures > 0, shall_fail);
   EXPECT_EQ(there.owner.times_stiffened > 0, shall_fail);
   if (DEVICE != rve::Device::Cuda) return;
-  EXPECT_EQ(there.owner.advances_there, scheme == mpm::Scheme::Usavg ? 2 * steps : steps);
+  const int updates = scheme == mpm::Scheme::Usavg ? 2 * steps : steps;
+  // what nobody has to be asked for begins before the host has heard of the plan
+  EXPECT_EQ(there.owner.advances_ahead,
+            macro.adaptive || macro.quiescent_strain > 0.0 ? 0 : updates);
+  if (motion.turning * DT < rve::LARGEST_TURN) {
+    EXPECT_EQ(there.owner.advances_there, updates);
+  } else {
+    EXPECT_LT(there.owner.advances_there, updates);
+  }
+  EXPECT_TRUE(!shall_fail || there.owner.times_unfinished > 0);
 }
 
 }    // namespace
@@ -270,6 +291,13 @@ class StepsOnDevice : public OnDevice {};
 TEST_P(StepsOnDevice, HaveTheBitsOfTheCpuWithMatchedSubsteps)
 {
   expect_same_course(packing_of_400(), GetParam(), {0.5}, {});
+}
+
+// An increment that turns so far takes several segments, which the host plans: the RVEs that the device has begun with have not moved.
+TEST_P(StepsOnDevice, HaveThemWhereTheHostPlansSomeSteps)
+{
+  expect_same_course(packing_of_400(), GetParam(), {0.5, 0.2, 1e7, 1.001 * rve::LARGEST_TURN / DT},
+                     {});
 }
 
 TEST_P(StepsOnDevice, HaveThemWithAdaptiveSubstepsAndTurns)
@@ -290,6 +318,8 @@ TEST_P(StepsOnDevice, HaveThemBeyondRvesThatFail)
   loose.pairs.clear();
   loose.forget_list();
   expect_same_course(loose, GetParam(), {8.0}, adaptive(), 0.05);
+  // passes of the next step that were begun ahead are halted
+  expect_same_course(loose, GetParam(), {8.0}, {}, 0.05);
 }
 
 // They fall asleep, turn by more than contacts bear, wake in some ten steps, and are looked at again.

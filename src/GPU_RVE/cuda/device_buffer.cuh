@@ -108,15 +108,6 @@ template <class T> class DeviceBuffer {
     return host;
   }
 
-  /// As receive(), without waiting: it is there when the kernels that were launched have been waited for.
-  const T *receive_behind(std::size_t count)
-  {
-    T *host = room(count);
-    check_cuda(cudaMemcpyAsync(host, memory, count * sizeof(T), cudaMemcpyDeviceToHost),
-               "download behind kernels");
-    return host;
-  }
-
   /// As receive(), for `count` elements from `first` on, of at most as many as room() was asked for. Waits for its own stream alone: the kernels
   /// that write them have been waited for.
   const T *receive_beside(cudaStream_t stream, std::size_t first, std::size_t count)
@@ -155,6 +146,31 @@ class SideStream {
 
  private:
   cudaStream_t stream = nullptr;
+};
+
+/// A place in the default stream, to be waited for while the device goes on behind it.
+class Milestone {
+ public:
+  Milestone() = default;
+  Milestone(const Milestone &) = delete;
+  Milestone &operator=(const Milestone &) = delete;
+  ~Milestone()
+  {
+    if (event) cudaEventDestroy(event);
+  }
+
+  /// Here: behind all that the device has been told.
+  void set()
+  {
+    if (!event)
+      check_cuda(cudaEventCreateWithFlags(&event, cudaEventDisableTiming), "an event to wait for");
+    check_cuda(cudaEventRecord(event, nullptr), "record of an event");
+  }
+  /// Errors are those of `what` the device does before it.
+  void wait(const char *what) const { check_cuda(cudaEventSynchronize(event), what); }
+
+ private:
+  cudaEvent_t event = nullptr;
 };
 
 /// Pieces of device memory for RVE images, cut from large slabs: thousands of RVEs come and go without a cudaMalloc each.

@@ -220,6 +220,7 @@ template <int D> std::vector<int> RvePointsOf<D>::end_advance()
   std::vector<int> failed;
   stiffened_places.clear();
   stresses_there = !advance.call && engine->device_calls()->end(stiffened_places);
+  some_unfinished = !advance.call && engine->device_calls()->were_unfinished();
   if (advance.call) {
     engine->end_advance();
   } else if (!stresses_there) {
@@ -348,6 +349,22 @@ bool RvePointsOf<D>::plan_there(const std::vector<int> &slots, const std::vector
   planned_increments = &increments;
   seconds += rve::seconds_since(start);
   return true;
+}
+
+template <int D> bool RvePointsOf<D>::begin_advance_ahead()
+{
+  const auto start = rve::WallClock::now();
+  const bool has_begun = engine->device_calls()->begin_ahead();
+  const double took = rve::seconds_since(start);
+  seconds_in_engine += took;
+  seconds += took;
+  return has_begun;
+}
+
+template <int D> const std::int32_t *RvePointsOf<D>::unfinished_there() const
+{
+  const bool goes_on_there = under_way.slots && !under_way.call;
+  return goes_on_there ? engine->device_calls()->unfinished_there() : nullptr;
 }
 
 template <int D> bool RvePointsOf<D>::can_advance_there()
@@ -519,6 +536,10 @@ template bool RvePointsOf<2>::plan_there(const std::vector<int> &, const std::ve
                                          const rve::PointsOnDevice &, MacroIncrementsOf<2> &);
 template bool RvePointsOf<3>::plan_there(const std::vector<int> &, const std::vector<int> &, bool,
                                          const rve::PointsOnDevice &, MacroIncrementsOf<3> &);
+template bool RvePointsOf<2>::begin_advance_ahead();
+template bool RvePointsOf<3>::begin_advance_ahead();
+template const std::int32_t *RvePointsOf<2>::unfinished_there() const;
+template const std::int32_t *RvePointsOf<3>::unfinished_there() const;
 template bool RvePointsOf<2>::can_advance_there();
 template bool RvePointsOf<3>::can_advance_there();
 template void RvePointsOf<2>::begin_advance_there();

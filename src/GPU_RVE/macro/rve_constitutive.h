@@ -41,7 +41,10 @@ template <int D> class RveOwner {
                           const rve::PointsOnDevice &there, MacroIncrementsOf<D> &increments) = 0;
   virtual bool can_advance_there() = 0;
   virtual void begin_advance_there() = 0;
+  virtual void begin_advance_ahead() {}
   virtual bool stresses_are_there() const = 0;
+  virtual const std::int32_t *unfinished_there() const { return nullptr; }
+  virtual bool were_unfinished() const { return false; }
   /// mpm::Constitutive::meet()
   virtual void meet() = 0;
   virtual const rve::Tensor<double, D> &stress(int atom) const = 0;
@@ -71,7 +74,10 @@ template <int D, int DimensionOfRves = D> class RveConstitutive : public mpm::Co
                          double dt, rve::Tensor<double, D> *stress) override;
   bool can_update_there() override { return owner.can_advance_there(); }
   void begin_update_there() override { owner.begin_advance_there(); }
+  void begin_update_ahead() override { owner.begin_advance_ahead(); }
   bool stresses_are_there() const override { return owner.stresses_are_there(); }
+  const std::int32_t *unfinished_there() const override { return owner.unfinished_there(); }
+  bool were_unfinished() const override { return owner.were_unfinished(); }
   void bring_stresses() override;
   void settle() override { owner.settle(); }
   void meet() override { owner.meet(); }

@@ -189,6 +189,13 @@ template <int D> class RvePointsOf {
   }
   bool can_advance_there();
   void begin_advance_there();
+  /// Begins a planned advance before the device has been waited for, where its plan asks nothing. It goes on if then can_advance_there(). Returns
+  /// whether it has begun.
+  bool begin_advance_ahead();
+  /// In the memory of the device: above zero when an advance that is under way has ended there and end_advance() has to see to some. Null: none is.
+  const std::int32_t *unfinished_there() const;
+  /// Whether it had to in the last one.
+  bool were_unfinished() const { return some_unfinished; }
   /// Whether the stresses of the last advance are all on the device; otherwise the increments have taken all of them.
   bool stresses_are_there() const { return stresses_there; }
   /// What the device answered in the last advance, for who looks at points: before all but the halves of advances.
@@ -335,10 +342,10 @@ template <int D> class RvePointsOf {
   std::vector<rve::Rest> rests;
   std::vector<Matrix> rotations;
   MacroIncrementsOf<D> *planned_increments = nullptr;
-  bool device_knows = false;      ///< what plans ask of RVEs
-  bool has_refused = false;       ///< the RVEs of the last plan are none for a device
-  bool is_unheard = false;        ///< what the device answered last
-  bool stresses_there = false;    ///< of the last advance
+  bool device_knows = false;    ///< what plans ask of RVEs
+  bool has_refused = false;     ///< the RVEs of the last plan are none for a device
+  bool is_unheard = false;      ///< what the device answered last
+  bool stresses_there = false, some_unfinished = false;    ///< of the last advance
   /// By slot: whether it rests, or is as many as copies, which have calls of their own; and whether one of them does or is.
   std::vector<char> is_apart;
   bool any_is_apart = false;

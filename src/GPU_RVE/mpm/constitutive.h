@@ -8,6 +8,7 @@
 #include "rve/core/tensor.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -88,7 +89,13 @@ template <int D> class Constitutive {
   }
   virtual bool can_update_there() { return false; }
   virtual void begin_update_there() {}
+  /// In between, where no other law has points: may have the device begin what it has planned. If then not can_update_there(), no point has moved.
+  virtual void begin_update_ahead() {}
   virtual bool stresses_are_there() const { return false; }
+  /// In the memory of the device, while an update goes on there: above zero when it has ended and its stresses are not all there, which settle() sees to.
+  virtual const std::int32_t *unfinished_there() const { return nullptr; }
+  /// Whether it had to.
+  virtual bool were_unfinished() const { return false; }
   virtual void bring_stresses() {}
   /// All ranks are in the same place, in a step behind the last update, and have settled: what they have to tell each other can be told.
   virtual void meet() {}

@@ -19,11 +19,14 @@
 #include <algorithm>
 #include <cstring>
 #include <type_traits>
+#include <utility>
 
 namespace mpm {
 
 using rve::check_cuda;
+using rve::copy_few;
 using rve::DeviceBuffer;
+using rve::follow;
 using rve::HostBuffer;
 using rve::SideStream;
 
@@ -66,6 +69,7 @@ namespace {
   struct Findings {
     double *maxima;
     std::uint64_t *first_trouble;    ///< of each stage
+    const std::int32_t *halt;        ///< of CudaMachine::halt_where()
   };
 
   /// What one thread finds: the maxima that all points have part in are kept in registers.
@@ -117,19 +121,10 @@ namespace {
     double best_[NUM_MAXIMA];
   };
 
-  /// Kernels of a step follow each other closely: the blocks of the next one are put in place while those of the one before are at work, and
-  /// wait here until all that it does can be seen. Each kernel that is launched so has to call it first, on every way.
-  __device__ inline void follow()
-  {
-#if __CUDA_ARCH__ >= 900
-    cudaTriggerProgrammaticLaunchCompletion();
-    cudaGridDependencySynchronize();
-#endif
-  }
-
   /// A point that cannot begin the step has no weights: nothing that needs them is done any more.
   template <class P> __device__ bool is_halted(const Findings &findings)
   {
+    if (findings.halt && *findings.halt > 0) return true;
     return P::STAGE > 0 && findings.first_trouble[0] != FirstTrouble::NOWHERE;
   }
 
@@ -233,10 +228,13 @@ namespace {
       host_rigid_ = input.rigid.data();
       if (view_.num_rigid > 0)
         std::memcpy(words + rigid_offset(), host_rigid_, view_.num_rigid * sizeof(*host_rigid_));
-      double *first = motion_.send(motion_is_old_ ? motion_size() : num_words());
-      motion_is_old_ = false;
+      double *first = motion_.reserve(motion_size());
+      if (std::exchange(motion_is_old_, false))
+        motion_.send(motion_size());
+      else
+        launch(copy_few<double>, num_words(), words, first, num_words());
 
-      findings_ = {first, reinterpret_cast<std::uint64_t *>(first + view_.num_maxima())};
+      findings_ = {first, reinterpret_cast<std::uint64_t *>(first + view_.num_maxima()), nullptr};
       view_.maximum = first;
       view_.body_velocity =
           reinterpret_cast<const Vec<D> *>(first + view_.num_maxima() + NUM_STAGES);
@@ -300,12 +298,17 @@ namespace {
     {
       check_cuda(cudaStreamSynchronize(nullptr), "a step of the material point method");
     }
+    void halt_where(const std::int32_t *flag) { findings_.halt = flag; }
+    void ask()
+    {
+      launch(copy_few<double>, num_words(), findings_.maxima, motion_.room(motion_size()),
+             num_words());
+      asked_.set();
+    }
     /// Waits for the device; then findings and increments are on the host. Strains and motion may have changed on the device.
     void settle()
     {
-      motion_.room(motion_size());    // for all, before a part is received
-      motion_.receive_behind(num_words());
-      wait();
+      asked_.wait("a step of the material point method");
       is_ahead_ = motion_is_ahead_ = true;
       if (view_.num_rigid > 0) {
         static_assert(std::is_trivially_copyable_v<RigidBodyStep<D>>);
@@ -448,7 +451,7 @@ namespace {
     /// A kernel that calls follow(), of a thread for each of `count` items.
     template <class... Parameters>
     void launch(void (*kernel)(Parameters...), std::size_t count,
-                const Parameters &...arguments) const
+                const std::common_type_t<Parameters> &...arguments) const
     {
       cudaLaunchAttribute closely = rve::in_place_early(follows_);
       cudaLaunchConfig_t launched = {};
@@ -611,7 +614,8 @@ namespace {
     bool stresses_are_ahead_ = false;    ///< and of stresses
     bool motion_is_ahead_ = false;       ///< and of positions and velocities
     SideStream beside_;                  ///< for copies while RVEs advance
-    DeviceBuffer<double> motion_;        ///< findings, rigid bodies, positions, velocities
+    rve::Milestone asked_;
+    DeviceBuffer<double> motion_;    ///< findings, rigid bodies, positions, velocities
     RigidBodyStep<D> *host_rigid_ = nullptr;
     DeviceBuffer<double> body_force_, point_mass_, volume_, initial_volume_;
     DeviceBuffer<Vec<D>> half_size_;

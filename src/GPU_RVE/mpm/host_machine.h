@@ -17,7 +17,10 @@
 //   share_maxima(communication, first, count)    takes the largest of all ranks
 //   knows_at_once()             whether findings are known when a pass returns; if not, settle() brings them
 //   wait()                      passes are done
-//   settle()                    and findings, increments and rigid bodies are known to the host
+//   ask(), settle()             and findings, increments and rigid bodies are asked for, and known to the host; in between others may tell the
+//                               device more
+//   halt_where(flag)            passes from now on change nothing if it is above zero when their turn comes; it lies in the memory of the
+//                               device. Null: they go. Only where findings are not known at once
 //   bring_motion()              and positions and velocities; what others have begun on the device goes on
 //   increments(), stresses_changed()             ΔF of the points, for laws that run on the host; the laws are done
 //   device_arrays(), stresses_come()             for laws that run on the device, if there is one; they have begun
@@ -143,6 +146,8 @@ template <int D> class HostMachine {
   /// What passes have found is known when they are done.
   static constexpr bool knows_at_once() { return true; }
   void wait() {}
+  void halt_where(const std::int32_t *) {}
+  void ask() {}
   void settle() {}
   void bring_motion() {}
   static DeviceArrays<D> device_arrays() { return {}; }

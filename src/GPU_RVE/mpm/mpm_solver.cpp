@@ -270,10 +270,33 @@ template <int D> StressUpdate<D> MpmSolver<D>::stress_update(const PointView<D> 
             return begin_stress_there();
           },
           [this] {
-            const bool came = settle_stress();
+            if (only_model())
+              time_models([](Constitutive<D> &one, const std::vector<int> &) {
+                one.begin_update_ahead();
+              });
+          },
+          [this]() -> const std::int32_t * {
+            const Constitutive<D> *model = stresses_come_ && stresses_there_ ? only_model()
+                                                                             : nullptr;
+            return model ? model->unfinished_there() : nullptr;
+          },
+          [this] {
+            const Arrival arrival = settle_stress();
             for (Constitutive<D> *model : models_) model->meet();
-            return came;
+            return arrival;
           }};
+}
+
+/// The one that has points; null: there are none, or several.
+template <int D> Constitutive<D> *MpmSolver<D>::only_model() const
+{
+  Constitutive<D> *only = nullptr;
+  for (std::size_t k = 0; k < models_.size(); ++k) {
+    if (points_of_model_[k].empty()) continue;
+    if (only) return nullptr;
+    only = models_[k];
+  }
+  return only;
 }
 
 /// Refuses what a step left behind and the next one could not begin with.
@@ -352,30 +375,31 @@ template <int D> bool MpmSolver<D>::begin_stress_there()
   return true;
 }
 
-template <int D> bool MpmSolver<D>::settle_stress() const
+template <int D> Arrival MpmSolver<D>::settle_stress() const
 {
-  if (!stresses_come_) return false;
+  if (!stresses_come_) return Arrival::AsToldBefore;
   stresses_come_ = false;
   for (std::size_t k = 0; k < models_.size(); ++k) {
     const auto start = rve::WallClock::now();
     models_[k]->settle();
     model_seconds_[k] += rve::seconds_since(start);
   }
-  if (!std::exchange(stresses_there_, false)) return true;
-  bool all = true;
+  if (!std::exchange(stresses_there_, false)) return Arrival::OnHost;
+  bool all = true, helped = false;
   time_models([&](Constitutive<D> &model, const std::vector<int> &) {
     all = all && model.stresses_are_there();
+    helped = helped || model.were_unfinished();
   });
-  if (all) return false;
+  if (all) return helped ? Arrival::WithHelp : Arrival::AsToldBefore;
   time_models([&](Constitutive<D> &model, const std::vector<int> &) {
     model.bring_stresses();
   });
-  return true;
+  return Arrival::OnHost;
 }
 
 template <int D> void MpmSolver<D>::settle() const
 {
-  if (settle_stress()) runner_->stresses_came();
+  if (settle_stress() == Arrival::OnHost) runner_->stresses_came();
 }
 
 template <int D>

@@ -122,7 +122,8 @@ template <int D> class MpmSolver {
   bool advance_stress(const PointView<D> &points, const Tensor<D> *increment, double dt);
   bool plan_stress_there(const PointView<D> &points, const DeviceArrays<D> &arrays, double dt);
   bool begin_stress_there();
-  bool settle_stress() const;
+  Constitutive<D> *only_model() const;
+  Arrival settle_stress() const;
   template <class Work> void time_models(const Work &work) const;
   void list_points(const PointView<D> &points);
   void check_points(const PointView<D> &points) const;

@@ -28,12 +28,15 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   {
     const bool usavg = options_.scheme == Scheme::Usavg;
     const double part = usavg ? 0.5 * input.dt : input.dt;
-    prepare(input, update, !usavg);
+    begin(input, update);
     if (usavg) {
+      settle_stress(update);
+      prepare(false);
       scatter(ScatterInertia<D>{machine_.view()});
       machine_.over_nodes(NodeInertia<D>{machine_.view()});
       impose_bodies(Contact::Find, false);
-      strain(part, update);
+      find_strains(part);
+      begin_stress(part, update);
       settle_stress(update);
       machine_.over_points(BoundForces<D>{machine_.view()});
       machine_.over_loads(PrepareLoad<D>{machine_.view(), true});
@@ -44,25 +47,25 @@ template <int D, template <int> class Machine> class StepProgram final : public 
       scatter_with_loads(ScatterForces<D>{machine_.view()});
       machine_.over_nodes(NodeForce<D>{machine_.view()});
       balance();
+      move(part);
     } else {
-      find_forces();
+      behind_stress(update, [&] {
+        prepare(true);
+        find_forces();
+        move(part);
+      });
     }
-    machine_.over_points(AdvancePoint<D>{machine_.view()});
-    if (machine_.knows_at_once()) fail_on_trouble();
-    static_assert(ContactBound == MomentumAgainBound + 2, "all at once");
-    share_maxima(MomentumAgainBound, 3);
-    if (machine_.knows_at_once()) check_sums();
-    scatter(ScatterMomentumAgain<D>{machine_.view()});
-    machine_.over_nodes(NodeMomentumAgain<D>{machine_.view()});
-    impose_bodies(Contact::Keep, false);
-    strain(part, update);
+    begin_stress(part, update);
   }
 
   void evaluate(const StepInput<D> &input, const StressUpdate<D> &update) override
   {
-    prepare(input, update, true);
+    begin(input, update);
+    settle_stress(update);
+    prepare(true);
     find_forces();
     share_maxima(Unbalanced, 2);
+    machine_.ask();
     machine_.settle();
     check_all();
   }
@@ -120,8 +123,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   std::string description() const override { return machine_.description(); }
 
  private:
-  /// Checks, weights and bounds of all points.
-  void prepare(const StepInput<D> &input, const StressUpdate<D> &update, bool bounds_forces)
+  void begin(const StepInput<D> &input, const StressUpdate<D> &update)
   {
     machine_.begin(input);
     if (input.points.count != point_count_) half_boxes_ = SharedNodes<D>::FROM_POINTS;
@@ -129,7 +131,26 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     shared_.find(input.points, options_.shape, half_boxes_);
     machine_.take_part(shared_, boundary_);
     update.expect();
-    settle_stress(update);
+  }
+
+  /// The passes that need the stresses which come. A device is told them before the host has heard of these, to be halted if it has to see to some
+  /// stresses; then they are made once more. Not where ranks exchange sums in between.
+  template <class Passes> void behind_stress(const StressUpdate<D> &update, const Passes &passes)
+  {
+    const std::int32_t *unfinished = communication_.ranks == 1 && !machine_.knows_at_once()
+        ? update.unfinished_there()
+        : nullptr;
+    if (unfinished) {
+      machine_.halt_where(unfinished);
+      passes();
+      machine_.halt_where(nullptr);
+    }
+    if (settle_stress(update) != Arrival::AsToldBefore || !unfinished) passes();
+  }
+
+  /// Checks, weights and bounds of all points.
+  void prepare(bool bounds_forces)
+  {
     machine_.over_points(PreparePoint<D>{machine_.view(), bounds_forces});
     machine_.over_loads(PrepareLoad<D>{machine_.view(), bounds_forces});
     if (machine_.knows_at_once()) fail_on_trouble();
@@ -143,6 +164,20 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     scatter_with_loads(ScatterInertiaAndForces<D>{machine_.view()});
     machine_.over_nodes(NodeInertiaAndForce<D>{machine_.view()});
     balance();
+  }
+
+  /// Points move with the grid, and the strains of the end follow from their momenta.
+  void move(double dt)
+  {
+    machine_.over_points(AdvancePoint<D>{machine_.view()});
+    if (machine_.knows_at_once()) fail_on_trouble();
+    static_assert(ContactBound == MomentumAgainBound + 2, "all at once");
+    share_maxima(MomentumAgainBound, 3);
+    if (machine_.knows_at_once()) check_sums();
+    scatter(ScatterMomentumAgain<D>{machine_.view()});
+    machine_.over_nodes(NodeMomentumAgain<D>{machine_.view()});
+    impose_bodies(Contact::Keep, false);
+    find_strains(dt);
   }
 
   /// Means over cells of dilation or pressure, where they are asked for.
@@ -167,8 +202,8 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     machine_.over_nodes(NodeDamped<D>{machine_.view()});
   }
 
-  /// Strains from the momenta at the end, which bodies have been imposed on, and the stresses that they give.
-  void strain(double dt, const StressUpdate<D> &update)
+  /// Strains from momenta that bodies have been imposed on.
+  void find_strains(double dt)
   {
     machine_.over_nodes(NodeVelocity<D>{machine_.view()});
     if (options_.mean_dilation) {
@@ -177,7 +212,13 @@ template <int D, template <int> class Machine> class StepProgram final : public 
       find_cell_means(true);
     }
     machine_.over_points(StrainPoint<D>{machine_.view(), dt});
+  }
+  /// The stresses that strains over dt give.
+  void begin_stress(double dt, const StressUpdate<D> &update)
+  {
     const bool is_planned = update.plan_there(machine_.device_arrays(), dt);
+    machine_.ask();
+    if (is_planned) update.begin_ahead();
     machine_.settle();
     check_all();
     if (!machine_.knows_at_once()) half_boxes_ = machine_.maxima()[BoxBound];
@@ -190,9 +231,11 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     machine_.bring_motion();
     if (!come_later) machine_.stresses_changed();
   }
-  void settle_stress(const StressUpdate<D> &update)
+  Arrival settle_stress(const StressUpdate<D> &update)
   {
-    if (update.settle()) machine_.stresses_changed();
+    const Arrival arrival = update.settle();
+    if (arrival == Arrival::OnHost) machine_.stresses_changed();
+    return arrival;
   }
 
   void impose_bodies(Contact contact, bool balances)

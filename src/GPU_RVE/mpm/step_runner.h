@@ -5,6 +5,7 @@
 
 #include "mpm/step_view.h"
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -22,6 +23,13 @@ template <int D> struct StepInput {
   double dt;                               ///< [time]
 };
 
+/// How stresses came that had not been waited for.
+enum class Arrival {
+  AsToldBefore,    ///< or there were none
+  WithHelp,        ///< to the device, where the host had to see to some
+  OnHost           ///< the host has other ones than before
+};
+
 /// How the stresses of the points follow.
 template <int D> struct StressUpdate {
   /// Advances them by ΔF of each, over a time [time]; perhaps they are there behind settle() only. Returns whether it is so.
@@ -31,8 +39,12 @@ template <int D> struct StressUpdate {
   /// The same with arrays of a device, which is told so; and, when the device has done what it was told, whether it has begun.
   std::function<bool(const DeviceArrays<D> &arrays, double dt)> plan_there;
   std::function<bool()> begin_there;
-  /// All stresses are there when it returns. All ranks ask at the same time. Returns whether the host has other ones than before.
-  std::function<bool()> settle;
+  /// In between: it may begin before the device has done so. No return value: begin_there() says what came of it.
+  std::function<void()> begin_ahead;
+  /// In the memory of the device: above zero when all that it was told is done and stresses are not all there. Null: that cannot be known there.
+  std::function<const std::int32_t *()> unfinished_there;
+  /// All stresses are there when it returns. All ranks ask at the same time.
+  std::function<Arrival()> settle;
 };
 
 /// Throws a PointError for the point and the trouble of a FirstTrouble key.

@@ -170,14 +170,33 @@ namespace {
         order_increments<D>
             <<<rounded_up(count, kCostClasses) / kCostClasses, kCostClasses>>>(launch);
       check_cuda(cudaGetLastError(), "launch of a plan");
-      bring_findings();
+      is_begun = false;
+      bring_findings(plan_told);
+    }
+
+    bool begin_ahead() override
+    {
+      const IncrementLaunch<D> &launch = increments_of_call;
+      if (may_sleep || launch.options.is_adaptive) return false;
+      CallFindings all_go = {};
+      all_go.longest = launch.options.substeps;
+      all_go.steps = static_cast<unsigned long long>(launch.count) * launch.options.substeps;
+      begin_planned(all_go, all_go.longest, &launch.findings->refused);
+      is_begun = true;
+      return true;
     }
 
     bool take_plan(std::vector<IncrementInQuestion<D>> &questions) override
     {
-      const CallFindings &found = *findings_buffer.room(1);
+      const CallFindings &found = *plan_told.room(1);
       questions.clear();
-      if (found.refused > 0 || found.questions > kMostQuestions) return false;
+      if (found.refused > 0 || found.questions > kMostQuestions) {
+        if (std::exchange(is_begun, false)) {
+          wait_for_answers();
+          drives_in_use = 1 - drives_in_use;    // as if it had not begun
+        }
+        return false;
+      }
       const QuestionRecord<D> *records = question_buffer.room(kMostQuestions);
       for (int q = 0; q < found.questions; ++q) {
         IncrementInQuestion<D> &question = questions.emplace_back();
@@ -194,10 +213,10 @@ namespace {
 
     void begin(const std::vector<IncrementInQuestion<D>> &decided) override
     {
+      if (std::exchange(is_begun, false)) return;
       use_device();
-      IncrementLaunch<D> &launch = increments_of_call;
-      drives_in_use = 1 - drives_in_use;
-      const CallFindings found = *findings_buffer.room(1);
+      const IncrementLaunch<D> &launch = increments_of_call;
+      const CallFindings found = *plan_told.room(1);
       int longest = found.longest;
       const int num_decided = static_cast<int>(decided.size());
       if (num_decided > 0) {
@@ -211,41 +230,26 @@ namespace {
                 decided_buffer.send(num_decided), num_decided, launch.drives);
         check_cuda(cudaGetLastError(), "launch of a decision");
       }
-      launch.answers = planned_answers[drives_in_use].reserve(launch.count);
-      launch.answers_before = planned_answers[1 - drives_in_use].reserve(launch.count);
-      launch.details = found.looks > 0 ? detail_buffer.reserve(launch.count) : nullptr;
-      const int launched = launch.count - found.sleeping;
-      if (launched > 0) {
-        Call call = this->call_of_increments(device_call->rves, largest_of_call, longest,
-                                             static_cast<std::int64_t>(found.steps), found.looks);
-        call.mean *= static_cast<double>(launch.count) / launched;
-        LaunchRecord<D> record;
-        record.drives = launch.drives;
-        record.order = launch.order;
-        record.answers = launch.answers;
-        record.detail_of = launch.detail_of;
-        record.launched = launched;
-        run(call, record);
-      }
-      launch.stiffened = stiffened_buffer.room(this->MOST_STIFFENED);
-      launch.unfinished = unfinished_buffer.room(kMostUnfinished);
-      take_answers<D>
-          <<<rounded_up(launch.count, kIncrementBlock) / kIncrementBlock, kIncrementBlock>>>(
-              launch);
-      check_cuda(cudaGetLastError(), "launch of the answers");
-      bring_findings();
+      begin_planned(found, longest, nullptr);
     }
 
     bool end(std::vector<int> &stiffened) override
     {
-      end_launch();
-      const CallFindings &found = *findings_buffer.room(1);
+      wait_for_answers();
+      const CallFindings &found = *answers_told.room(1);
       int unfinished = found.unfinished;
+      some_unfinished = unfinished > 0;
       if (unfinished > 0 && unfinished <= kMostUnfinished) unfinished = repeat_some(unfinished);
       const int *places = increments_of_call.stiffened;
       stiffened.assign(places, places + std::min(found.stiffened, this->MOST_STIFFENED));
       return unfinished == 0;
     }
+
+    const std::int32_t *unfinished_there() const override
+    {
+      return &increments_of_call.findings->unfinished;
+    }
+    bool were_unfinished() const override { return some_unfinished; }
 
     void hear(IncrementCallOf<D> &caller) override
     {
@@ -428,6 +432,7 @@ namespace {
       record.answers = answers.room(call.rves->size());
       record.detail_of = call.detail_of ? asked_buffer.upload(*call.detail_of) : nullptr;
       record.launched = static_cast<int>(call.rves->size());
+      record.hold = nullptr;
       run(call, record);
       details_to_receive = call.with_details ? num_details(call) : 0;
       return {record.answers, call.with_details ? detail_buffer.room(details_to_receive) : nullptr};
@@ -459,6 +464,45 @@ namespace {
           planned_drives[drives_in_use].reserve(count),
           planned_answers[drives_in_use].reserve(count));
       check_cuda(cudaGetLastError(), "launch of a note of those that rest");
+    }
+
+    /// Launches a planned call and what takes its answers, by what the plan found, or will find.
+    void begin_planned(const CallFindings &found, int longest, const int *hold)
+    {
+      use_device();
+      IncrementLaunch<D> &launch = increments_of_call;
+      drives_in_use = 1 - drives_in_use;
+      launch.answers = planned_answers[drives_in_use].reserve(launch.count);
+      launch.answers_before = planned_answers[1 - drives_in_use].reserve(launch.count);
+      launch.details = found.looks > 0 ? detail_buffer.reserve(launch.count) : nullptr;
+      const int launched = launch.count - found.sleeping;
+      if (launched > 0) {
+        Call call = this->call_of_increments(device_call->rves, largest_of_call, longest,
+                                             static_cast<std::int64_t>(found.steps), found.looks);
+        call.mean *= static_cast<double>(launch.count) / launched;
+        LaunchRecord<D> record;
+        record.drives = launch.drives;
+        record.order = launch.order;
+        record.answers = launch.answers;
+        record.detail_of = launch.detail_of;
+        record.launched = launched;
+        record.hold = hold;
+        run(call, record);
+      }
+      launch.stiffened = stiffened_buffer.room(this->MOST_STIFFENED);
+      launch.unfinished = unfinished_buffer.room(kMostUnfinished);
+      take_answers<D>
+          <<<rounded_up(launch.count, kIncrementBlock) / kIncrementBlock, kIncrementBlock>>>(
+              launch);
+      check_cuda(cudaGetLastError(), "launch of the answers");
+      bring_findings(answers_told);
+      answers_are_told.set();
+    }
+
+    void wait_for_answers()
+    {
+      use_device();
+      answers_are_told.wait("RVE kernel");
     }
 
     /// Launches the kernels of a call, with drives, order, answers and places of details as the record has them.
@@ -559,7 +603,7 @@ namespace {
             <<<rounded_up(finished, kIncrementBlock) / kIncrementBlock, kIncrementBlock>>>(
                 launch, repeated_buffer.send(finished), finished);
         check_cuda(cudaGetLastError(), "launch of repeated answers");
-        bring_findings();
+        bring_findings(answers_told);
         check_cuda(cudaStreamSynchronize(nullptr), "repeated calls");
       }
       return count - finished;
@@ -575,11 +619,12 @@ namespace {
     }
 
     /// What kernels have found so far, for when they have been waited for.
-    void bring_findings()
+    void bring_findings(HostBuffer<CallFindings> &to)
     {
-      check_cuda(cudaMemcpyAsync(findings_buffer.room(1), increments_of_call.findings,
-                                 kToldFindings, cudaMemcpyDeviceToHost),
-                 "download of findings");
+      constexpr int words = kToldFindings / sizeof(int);
+      copy_few<<<1, words>>>(reinterpret_cast<const int *>(increments_of_call.findings),
+                             reinterpret_cast<int *>(to.room(1)), words);
+      check_cuda(cudaGetLastError(), "download of findings");
     }
 
     /// On the device, where the modes of a servo lie elsewhere.
@@ -837,6 +882,10 @@ namespace {
     DeviceBuffer<PlannedRve> planned_buffer;
     DeviceBuffer<unsigned char> class_buffer;
     DeviceBuffer<CallFindings> findings_buffer;
+    HostBuffer<CallFindings> plan_told, answers_told;    ///< to the host
+    Milestone answers_are_told;
+    bool is_begun = false;           ///< before its plan was looked at
+    bool some_unfinished = false;    ///< in the last call
     HostBuffer<QuestionRecord<D>> question_buffer;
     DeviceBuffer<DecidedRecord<D>> decided_buffer;
     DeviceBuffer<AnswerRecord<D>> planned_answers[2];

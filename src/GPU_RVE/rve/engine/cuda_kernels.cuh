@@ -90,6 +90,8 @@ inline namespace RVE_ISA {
     __syncthreads();
     for (int r = me; r < count; r += threads) {
       Begin::prepare(call_of(r), launch.rves[first + r].image, launch.pair_capacity);
+      if (launch.hold && *launch.hold > 0)
+        call_of(r).status |= status::NonFinite;                   // is not heard
       call_of(r).plan_last = min(call_of(r).plan_last, steps);    // the block plans the others
     }
     __syncthreads();

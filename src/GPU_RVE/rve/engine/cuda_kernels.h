@@ -28,6 +28,7 @@ template <int D> struct LaunchRecord {
   const int *detail_of;        ///< (count) which of them is whose, -1: none; null: each has its own
   int count, launched;         ///< those launched are the first ones of `order`
   int *queue;                  ///< next entry of `order` to take; preparing sets it to 0
+  const int *hold;             ///< if above zero no RVE moves, all fail; null: they go
   char *prepared;              ///< (count) PreparedCall with the plan of some steps
   std::size_t prepared_size;    ///< of one
   int steps_ahead;              ///< that are planned

@@ -62,7 +62,10 @@ template <int D> class DeviceCallsOf {
 
   /// Has the device plan a call behind all that it has been told before.
   virtual void plan(const DeviceCallOf<D> &call) = 0;
-  /// When the device has been waited for: whether all RVEs can go so. `questions` are those for which the host has to decide.
+  /// Begins the call before anybody has looked at the plan, where that asks nothing: without adaptive substeps and sleep. No RVE moves if the plan
+  /// refuses one. Returns whether it has begun; then begin() has nothing to do.
+  virtual bool begin_ahead() = 0;
+  /// When the device has planned: whether all RVEs can go so. `questions` are those for which the host has to decide.
   virtual bool take_plan(std::vector<IncrementInQuestion<D>> &questions) = 0;
   /// Begins the call, with other increments for some RVEs. The stresses are where those of the points are, in the order of what the device is
   /// told.
@@ -71,6 +74,11 @@ template <int D> class DeviceCallsOf {
   /// than their plans expect, or MOST_STIFFENED of them.
   virtual bool end(std::vector<int> &stiffened) = 0;
   static constexpr int MOST_STIFFENED = 64;
+  /// In the memory of the device: above zero when the call has ended there and RVEs have not finished, which end() has to see to. What is told the
+  /// device behind the call can ask for it.
+  virtual const std::int32_t *unfinished_there() const = 0;
+  /// Whether it was so in the last call that has ended.
+  virtual bool were_unfinished() const = 0;
   /// The answers of the call that has ended last, as EngineOf::end_advance() gives them; some RVEs may repeat it before. Of one that sleeps it is
   /// the answer to its last DEM steps, and IncrementCallOf::take_sleep() says what is pending since.
   virtual void hear(IncrementCallOf<D> &call) = 0;
