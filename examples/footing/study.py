@@ -84,6 +84,12 @@ def cases():
         ("fast", "format fast"), ("double", "format double"), ("draft", "preset draft"), ("standard", "preset standard"),
     ]
     made += [Case(name, "knobs", f"{short} {words}", base="short", what=words) for name, words in knobs]
+    # what differs in the seventh digit of the friction of grains, and no more: how far peaks of the same ground lie apart
+    for k in range(1, 7):
+        friction = f"mu 0.500000{k}"
+        made.append(Case(f"twin_{k}", "twins", f"{short} {friction}", base="short", what=friction))
+        made.append(Case(f"adaptive_twin_{k}", "twins", f"{short} {friction} keywords '{adaptive} 50'", base="adaptive_50",
+                         what=f"{friction}, adaptive substeps, at most 50"))
     made += [
         Case("half_adaptive", "adaptive_whole", f"keywords '{adaptive} 50'", base="half", what="adaptive substeps, at most 50"),
         Case("full_adaptive", "adaptive_whole", f"domain full keywords '{adaptive} 50'", base="full", what="adaptive substeps, at most 50"),

@@ -116,6 +116,44 @@ TEST(FiniteStrain, SizeOfTheStrainAndBoundOfTheRotationNeedNoDecomposition)
   expect_sizes_of_increments<3>();
 }
 
+TEST(FiniteStrain, AnglesNeedNoFunctionsOfALibrary)
+{
+  for (int k = 0; k <= 1000; ++k) {
+    const double angle = 0.001 * k * rve::kPi;
+    const double exact = std::atan2(std::sin(angle), std::cos(angle));
+    // a digit for the series, and one for each time that the angle is halved
+    EXPECT_NEAR(rve::angle_of(std::sin(angle), std::cos(angle)), exact,
+                (exact < 0.1 ? 3e-16 : 1e-15) * exact);
+  }
+  EXPECT_EQ(rve::angle_of(1e-12, 1.0), 1e-12);
+  EXPECT_EQ(rve::angle_of(0.0, -1.0), rve::kPi);
+}
+
+namespace {
+template <int D> void expect_that_rotations_are_taken()
+{
+  for_increments<D>([](const rve::Tensor<double, D> &increment, double strain, double angle) {
+    rve::Tensor<double, D> stretch = increment;
+    const rve::Tensor<double, D> rotation = rve::take_rotation(stretch);
+
+    EXPECT_NEAR(rve::angle_of_rotation(rotation), angle, 4e-15) << strain;
+    const rve::Tensor<double, D> lost = stretch * rotation - increment;
+    for (int a = 0; a < D; ++a)
+      for (int b = 0; b < D; ++b) {
+        EXPECT_NEAR(stretch(a, b), stretch(b, a), 2e-15) << strain << " " << angle;
+        EXPECT_NEAR(lost(a, b), 0.0, 2e-15) << strain << " " << angle;
+      }
+    EXPECT_NEAR(strain_size(stretch), strain, 2e-15 + 1e-12 * strain) << angle;
+  });
+}
+}    // namespace
+
+TEST(FiniteStrain, TakingTheRotationLeavesTheStretch)
+{
+  expect_that_rotations_are_taken<2>();
+  expect_that_rotations_are_taken<3>();
+}
+
 TEST(FiniteStrain, PartsOfAnIncrementAreThePathOfTheEngine)
 {
   // a gas keeps its fractional coordinates: the cell alone tells the path

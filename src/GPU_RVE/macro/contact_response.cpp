@@ -42,13 +42,9 @@ double ContactResponse<D>::frequency_at(double contact_strain, const rve::Materi
 }
 
 template <int D>
-double ContactResponse<D>::slip_of_rotation(double angle, int substeps, double dt,
-                                            double contact_strain,
-                                            const rve::Material &material) const
+double ContactResponse<D>::frequency(double contact_strain, const rve::Material &material) const
 {
-  return rve::slip_of_rotation(angle, substeps, dt,
-                               has_constant_moduli_ ? linear_.frequency
-                                                    : frequency_at(contact_strain, material));
+  return has_constant_moduli_ ? linear_.frequency : frequency_at(contact_strain, material);
 }
 
 template class ContactResponse<2>;

@@ -18,10 +18,9 @@ template <int D> class ContactResponse {
   /// rve::contact_strain(). The material is that of the constructor.
   double contact_strain(double pressure, const rve::Material &material) const;
 
-  /// rve::slip_of_rotation() at this overlap. Grains that all spin alike in a cell that does not turn go to and fro with w = sqrt(2 Z k_t/m), k_t at
-  /// the overlap over diameter.
-  double slip_of_rotation(double angle, int substeps, double dt, double contact_strain,
-                          const rve::Material &material) const;
+  /// With which grains that all spin alike in a cell that does not turn go to and fro at this overlap, w = sqrt(2 Z k_t/m), k_t at the overlap over
+  /// diameter [1/time].
+  double frequency(double contact_strain, const rve::Material &material) const;
 
   /// That enters inertial numbers, of rve::inertial_density() [mass/length^3]
   double density() const { return density_; }

@@ -2,7 +2,6 @@
 
 #include "macro/rve_points.h"
 
-#include "macro/rigid_turns.h"
 #include "rve/core/threads.h"
 #include "rve/core/wall_time.h"
 #include "rve/engine/finite_strain.h"
@@ -101,7 +100,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
     if (front.owes) {
       const Point &point = owner_.points.at(slot);
       increment.deformation = deformation * point.pending;
-      must_turn = is_turned(point.mean_overlap(), increment.deformation);
+      must_turn = rve::is_turned(point.mean_overlap(), increment.deformation);
     }
     if (owner_.options.adaptive) {
       increment.substeps = owner_.substeps_of(slot, rve::strain_size(increment.deformation),
@@ -136,7 +135,7 @@ template <int D>
 rve::Tensor<double, D> RvePointsOf<D>::turn(int slot, rve::IncrementOf<D> &increment,
                                             double pressure) const
 {
-  const Matrix rotation = take_rotation(increment.deformation);
+  const Matrix rotation = rve::take_rotation(increment.deformation);
   // the strain of what is left, to its last digit
   if (options.adaptive)
     increment.substeps =
@@ -240,8 +239,8 @@ template <int D> std::vector<int> RvePointsOf<D>::end_advance()
 }
 
 /* ----------------------------------------------------------------------
-   the same where a device has the increments and wants the stresses: the host decides only who is turned, and hears of the answers when somebody
-   looks at points, or when one of them is no sound answer
+   the same where a device has the increments and wants the stresses: the host hears of the answers when somebody looks at points, or when one of
+   them is no sound answer
 ------------------------------------------------------------------------- */
 
 /// Whether all of these that advance are as a plan of the device takes them: then device_call has them. Stresses of those that are frozen stay on the
@@ -369,32 +368,13 @@ template <int D> const std::int32_t *RvePointsOf<D>::unfinished_there() const
 
 template <int D> bool RvePointsOf<D>::can_advance_there()
 {
-  if (!engine->device_calls()->take_plan(questions)) return false;
-  turned_slots.clear();
-  rotations.clear();
-  std::size_t decided = 0;
-  for (const rve::IncrementInQuestion<D> &question : questions) {
-    const int slot = device_call.rves[question.place];
-    rve::IncrementInQuestion<D> decision = question;
-    rve::IncrementOf<D> &increment = decision.increment;
-    const bool must_turn =
-        (question.owes && is_turned(question.mean_overlap, increment.deformation)) ||
-        (options.adaptive &&
-         slips(slot, increment.deformation, increment.dt, increment.substeps, question.pressure));
-    if (!must_turn) continue;
-    turned_slots.push_back(slot);
-    rotations.push_back(turn(slot, increment, question.pressure));
-    questions[decided++] = decision;
-  }
-  questions.resize(decided);
-  return true;
+  return engine->device_calls()->take_plan();
 }
 
 template <int D> void RvePointsOf<D>::begin_advance_there()
 {
   const auto start = rve::WallClock::now();
-  if (!turned_slots.empty()) engine->turn(turned_slots, rotations);
-  engine->device_calls()->begin(questions);
+  engine->device_calls()->begin();
   is_unheard = true;
   record_sizes.assign(points.size(), 0);
   places_apart.clear();

@@ -1,6 +1,5 @@
 #include "macro/rve_points.h"
 
-#include "macro/rigid_turns.h"
 #include "rve/core/error.h"
 #include "rve/core/threads.h"
 #include "rve/core/wall_time.h"
@@ -610,12 +609,9 @@ bool RvePointsOf<D>::slips(int slot, const Matrix &increment, double dt, int sub
 {
   const PointFront<D> &front = points.front(slot);
   const double overlap = front.of_contacts.contact_strain(std::fmax(pressure, 0.0), material(slot));
-  const double limit = rve::TURN_OF_OVERLAP * overlap;    // the slip is no larger than the angle
-  if (rve::bound_of_rotation(increment) <= limit) return false;
-  const double angle = rve::PolarDecomposition(increment).angle;
-  if (std::fabs(angle) <= limit) return false;
-  return !(front.of_contacts.slip_of_rotation(angle, substeps, dt, overlap, material(slot)) <=
-           limit);
+  return rve::slips(increment, substeps, dt, overlap, [&] {
+    return front.of_contacts.frequency(overlap, material(slot));
+  });
 }
 
 /// Carries out rotations that grains could not follow: the drives keep the stretch.
@@ -628,7 +624,7 @@ void RvePointsOf<D>::turn(rve::EngineOf<D> &engine, const std::vector<int> &numb
   for (std::size_t m = 0; m < numbers.size(); ++m) {
     if (!must_turn[m]) continue;
     some.push_back(numbers[m]);
-    rotations.push_back(take_rotation(drives[m].deformation));
+    rotations.push_back(rve::take_rotation(drives[m].deformation));
   }
   if (!some.empty()) engine.turn(some, rotations);
 }
@@ -682,7 +678,7 @@ bool RvePointsOf<D>::plan_work(const std::vector<int> &slots,
       if (wakes) {
         const Point &point = points.at(slot);
         drive.deformation = drive.deformation * point.pending;
-        must_turn[m] = is_turned(point.mean_overlap(), drive.deformation);
+        must_turn[m] = rve::is_turned(point.mean_overlap(), drive.deformation);
       }
       if (options.adaptive) {
         drive.substeps = substeps_of(slot, drive);
@@ -716,7 +712,7 @@ template <int D> void RvePointsOf<D>::catch_up()
     drive.deformation = point.pending;
     slots.push_back(working_slots[m]);
     drives.push_back(drive);
-    must_turn.push_back(is_turned(point.mean_overlap(), point.pending));
+    must_turn.push_back(rve::is_turned(point.mean_overlap(), point.pending));
   }
   if (slots.empty()) return;
   turn(*engine, slots, drives, must_turn);

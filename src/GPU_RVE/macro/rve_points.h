@@ -337,10 +337,8 @@ template <int D> class RvePointsOf {
       planned_points;                  ///< of the last plan, with those that are frozen
   rve::DeviceCallOf<D> device_call;    ///< its rves are call_slots
   std::vector<int> place_of_slot;      ///< in it; -1: none
-  std::vector<rve::IncrementInQuestion<D>> questions;    ///< and then what has been decided
-  std::vector<int> turned_slots, stiffened_places;
+  std::vector<int> stiffened_places;
   std::vector<rve::Rest> rests;
-  std::vector<Matrix> rotations;
   MacroIncrementsOf<D> *planned_increments = nullptr;
   bool device_knows = false;    ///< what plans ask of RVEs
   bool has_refused = false;     ///< the RVEs of the last plan are none for a device

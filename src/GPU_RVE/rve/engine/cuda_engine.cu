@@ -42,23 +42,29 @@ namespace {
     return (size + 255) / 256 * 256;
   }
 
-  template <int D> struct TurnRecord {
-    RveHandle rve;
-    double rotation[Space<D>::components];
+  template <int D> struct TurnList {
+    const TurnRecord<D> *turns;
+    int count;
+    /// In the memory of the device, where the number is known there alone; and above zero if none shall be turned. Or null.
+    const int *count_there, *hold;
   };
 
-  /// Turns an RVE rigidly, in a block of any size. All of it lies in front of the histories: with rolling resistance, too.
-  template <class Scene> __global__ void turn_rves(const TurnRecord<Scene::D> *turns)
+  /// Turns RVEs rigidly, one after the other in each block of any size. All of one lies in front of the histories: with rolling resistance, too.
+  template <class Scene> __global__ void turn_rves(const TurnList<Scene::D> list)
   {
     __shared__ CudaScratch scratch;
     BlockCuda<0> block(scratch);
-    const TurnRecord<Scene::D> turn = turns[blockIdx.x];
-    turn_rigidly(block,
-                 carve_image<Scene>(turn.rve.image, turn.rve.num_grains, turn.rve.extra_capacity),
-                 load_tensor<Scene::D>(turn.rotation));
+    if (list.hold && *list.hold > 0) return;
+    const int count = list.count_there ? *list.count_there : list.count;
+    for (int k = blockIdx.x; k < count; k += gridDim.x) {
+      const TurnRecord<Scene::D> turn = list.turns[k];
+      turn_rigidly(block,
+                   carve_image<Scene>(turn.rve.image, turn.rve.num_grains, turn.rve.extra_capacity),
+                   load_tensor<Scene::D>(turn.rotation));
+    }
   }
 
-  template <int D> using TurnFunction = void (*)(const TurnRecord<D> *);
+  template <int D> using TurnFunction = void (*)(TurnList<D>);
 
   /// None for RVEs of the other dimension.
   template <int D, class Scene> TurnFunction<D> turn_scene()
@@ -131,7 +137,10 @@ namespace {
       device_call = &call;
       const int count = static_cast<int>(call.rves.size());
       IncrementLaunch<D> &launch = increments_of_call;
-      if (call.is_new) handled_call = false;
+      if (call.is_new) {
+        handled_call = false;
+        steps_before = 0;
+      }
       launch.rves = handles_of(call.rves);
       handled_call = true;
       if (call.is_new) {
@@ -163,7 +172,7 @@ namespace {
       launch.classes = has_order ? class_buffer.reserve(count) : nullptr;
       launch.order = has_order ? planned_order_buffer.reserve(count) : nullptr;
       launch.findings = findings_buffer.reserve_zeros(1);
-      launch.questions = question_buffer.room(kMostQuestions);
+      launch.turns = planned_turns.reserve(count);
       const unsigned blocks = rounded_up(count, kIncrementBlock) / kIncrementBlock;
       plan_increments<D><<<blocks, kIncrementBlock>>>(launch);
       if (has_order)
@@ -176,61 +185,36 @@ namespace {
 
     bool begin_ahead() override
     {
-      const IncrementLaunch<D> &launch = increments_of_call;
-      if (may_sleep || launch.options.is_adaptive) return false;
-      CallFindings all_go = {};
-      all_go.longest = launch.options.substeps;
-      all_go.steps = static_cast<unsigned long long>(launch.count) * launch.options.substeps;
-      begin_planned(all_go, all_go.longest, &launch.findings->refused);
+      const PlanOptions &asked = increments_of_call.options;
+      const bool knows_steps = !asked.is_adaptive || steps_before > 0;
+      if (may_sleep || !knows_steps) return false;
+      CallFindings expected = {};
+      expected.longest = asked.is_adaptive ? asked.adaptive.most : asked.substeps;
+      expected.steps = asked.is_adaptive
+          ? steps_before
+          : static_cast<unsigned long long>(increments_of_call.count) * asked.substeps;
+      begin_planned(expected, &increments_of_call.findings->refused);
       is_begun = true;
       return true;
     }
 
-    bool take_plan(std::vector<IncrementInQuestion<D>> &questions) override
+    bool take_plan() override
     {
       const CallFindings &found = *plan_told.room(1);
-      questions.clear();
-      if (found.refused > 0 || found.questions > kMostQuestions) {
-        if (std::exchange(is_begun, false)) {
-          wait_for_answers();
-          drives_in_use = 1 - drives_in_use;    // as if it had not begun
-        }
-        return false;
+      if (found.refused == 0) {
+        steps_before = found.steps;
+        return true;
       }
-      const QuestionRecord<D> *records = question_buffer.room(kMostQuestions);
-      for (int q = 0; q < found.questions; ++q) {
-        IncrementInQuestion<D> &question = questions.emplace_back();
-        question.place = records[q].place;
-        question.pressure = records[q].pressure;
-        question.owes = records[q].owes != 0;
-        question.mean_overlap = records[q].mean_overlap;
-        question.increment.dt = increments_of_call.options.dt;
-        question.increment.substeps = records[q].substeps;
-        question.increment.deformation = load_tensor<D>(records[q].deformation);
+      if (std::exchange(is_begun, false)) {
+        wait_for_answers();
+        drives_in_use = 1 - drives_in_use;    // as if it had not begun
       }
-      return true;
+      return false;
     }
 
-    void begin(const std::vector<IncrementInQuestion<D>> &decided) override
+    void begin() override
     {
-      if (std::exchange(is_begun, false)) return;
-      use_device();
-      const IncrementLaunch<D> &launch = increments_of_call;
-      const CallFindings found = *plan_told.room(1);
-      int longest = found.longest;
-      const int num_decided = static_cast<int>(decided.size());
-      if (num_decided > 0) {
-        DecidedRecord<D> *records = decided_buffer.room(num_decided);
-        for (int m = 0; m < num_decided; ++m) {
-          records[m] = {decided[m].place, 0, to_record(decided[m].increment)};
-          longest = std::max(longest, decided[m].increment.substeps);
-        }
-        decide_increments<D>
-            <<<rounded_up(num_decided, kIncrementBlock) / kIncrementBlock, kIncrementBlock>>>(
-                decided_buffer.send(num_decided), num_decided, launch.drives);
-        check_cuda(cudaGetLastError(), "launch of a decision");
-      }
-      begin_planned(found, longest, nullptr);
+      if (!std::exchange(is_begun, false)) begin_planned(*plan_told.room(1), nullptr);
     }
 
     bool end(std::vector<int> &stiffened) override
@@ -404,10 +388,7 @@ namespace {
         turns[k].rve = handle_of(rves[k]);
         store_tensor(rotations[k], turns[k].rotation);
       }
-      constexpr int threads = 128;
-      turn_function<D>(options.format, memory_layout)<<<static_cast<unsigned>(count), threads>>>(
-          turn_buffer.send(count));
-      check_cuda(cudaGetLastError(), "launch of the rotation of RVEs");
+      launch_turns({turn_buffer.send(count), static_cast<int>(count), nullptr, nullptr});
     }
 
     DriveRecord<D> *room_for_drives(std::size_t count) override
@@ -467,7 +448,7 @@ namespace {
     }
 
     /// Launches a planned call and what takes its answers, by what the plan found, or will find.
-    void begin_planned(const CallFindings &found, int longest, const int *hold)
+    void begin_planned(const CallFindings &found, const int *hold)
     {
       use_device();
       IncrementLaunch<D> &launch = increments_of_call;
@@ -475,9 +456,11 @@ namespace {
       launch.answers = planned_answers[drives_in_use].reserve(launch.count);
       launch.answers_before = planned_answers[1 - drives_in_use].reserve(launch.count);
       launch.details = found.looks > 0 ? detail_buffer.reserve(launch.count) : nullptr;
+      if (may_sleep || launch.options.is_adaptive)
+        launch_turns({launch.turns, launch.count, &launch.findings->turned, hold});
       const int launched = launch.count - found.sleeping;
       if (launched > 0) {
-        Call call = this->call_of_increments(device_call->rves, largest_of_call, longest,
+        Call call = this->call_of_increments(device_call->rves, largest_of_call, found.longest,
                                              static_cast<std::int64_t>(found.steps), found.looks);
         call.mean *= static_cast<double>(launch.count) / launched;
         LaunchRecord<D> record;
@@ -497,6 +480,15 @@ namespace {
       check_cuda(cudaGetLastError(), "launch of the answers");
       bring_findings(answers_told);
       answers_are_told.set();
+    }
+
+    void launch_turns(const TurnList<D> &list)
+    {
+      constexpr int threads = 128;
+      const int blocks = list.count_there ? std::min(list.count, 4 * device.multiProcessorCount)
+                                          : list.count;
+      turn_function<D>(options.format, memory_layout)<<<blocks, threads>>>(list);
+      check_cuda(cudaGetLastError(), "launch of the rotation of RVEs");
     }
 
     void wait_for_answers()
@@ -867,7 +859,7 @@ namespace {
     // of calls whose increments are on the device
     static constexpr std::size_t BYTES_PLANNED = 2 * sizeof(DriveRecord<D>) +
         2 * sizeof(AnswerRecord<D>) + sizeof(PlannedRve) + sizeof(SleepOf<D>) + sizeof(Rest) +
-        3 * sizeof(int) + 1;    ///< per RVE
+        sizeof(TurnRecord<D>) + 3 * sizeof(int) + 1;    ///< per RVE
     const DeviceCallOf<D> *device_call = nullptr;
     IncrementLaunch<D> increments_of_call = {};
     int largest_of_call = 0;
@@ -884,10 +876,11 @@ namespace {
     DeviceBuffer<CallFindings> findings_buffer;
     HostBuffer<CallFindings> plan_told, answers_told;    ///< to the host
     Milestone answers_are_told;
-    bool is_begun = false;           ///< before its plan was looked at
+    bool is_begun = false;    ///< before its plan was looked at
+    /// Of all RVEs in the last plan; 0: it was another call's.
+    unsigned long long steps_before = 0;
     bool some_unfinished = false;    ///< in the last call
-    HostBuffer<QuestionRecord<D>> question_buffer;
-    DeviceBuffer<DecidedRecord<D>> decided_buffer;
+    DeviceBuffer<TurnRecord<D>> planned_turns;
     DeviceBuffer<AnswerRecord<D>> planned_answers[2];
     DeviceBuffer<Rest> rest_buffer;
     DeviceBuffer<SleepOf<D>> sleep_buffer;

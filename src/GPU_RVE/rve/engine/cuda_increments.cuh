@@ -20,11 +20,11 @@ struct CallFindings {
   unsigned long long steps;    ///< of all RVEs
   int longest;                 ///< most DEM steps of one
   int refused;                 ///< RVEs that take more than an increment
-  int questions;
-  int unfinished;    ///< RVEs that have failed or must repeat the call
-  int stiffened;     ///< RVEs with more contacts than their plan expects
-  int sleeping;      ///< RVEs that make no steps
-  int looks;         ///< RVEs that are looked at
+  int turned;                  ///< RVEs that are turned before
+  int unfinished;              ///< RVEs that have failed or must repeat the call
+  int stiffened;               ///< RVEs with more contacts than their plan expects
+  int sleeping;                ///< RVEs that make no steps
+  int looks;                   ///< RVEs that are looked at
   int unused;
   int class_size[kCostClasses], class_taken[kCostClasses];
 };
@@ -33,13 +33,10 @@ constexpr std::size_t kToldFindings = offsetof(CallFindings, class_size);
 /// More that have not finished are for the host as a whole.
 constexpr int kMostUnfinished = 64;
 
-/// More are for the host as a whole.
-constexpr int kMostQuestions = 4096;
-
-template <int D> struct QuestionRecord {
-  int place, substeps, owes, unused;
-  double pressure, mean_overlap;
-  double deformation[Space<D>::components];
+/// An RVE and how it is turned.
+template <int D> struct TurnRecord {
+  RveHandle rve;
+  double rotation[Space<D>::components];
 };
 
 template <int D> struct IncrementLaunch {
@@ -61,7 +58,7 @@ template <int D> struct IncrementLaunch {
   unsigned char *classes;    ///< (count), or null: all cost the same
   int *order;                ///< (count)
   CallFindings *findings;
-  QuestionRecord<D> *questions;             ///< (kMostQuestions), of the host
+  TurnRecord<D> *turns;                     ///< (count), of which `findings` has the number
   AnswerRecord<D> *answers;                 ///< (count)
   const AnswerRecord<D> *answers_before;    ///< (count) of the call before
   int *stiffened;                           ///< (MOST_STIFFENED) places, of the host
@@ -95,19 +92,10 @@ __global__ void __launch_bounds__(kIncrementBlock) plan_increments(const Increme
         plan_increment(f, launch.planned[k], rest, launch.sleeps + k, launch.options);
     const bool sleeps = plan.kind == PlanKind::Sleeps;
     if (plan.kind == PlanKind::Refused) atomicAdd(&launch.findings->refused, 1);
-    if (plan.kind == PlanKind::Question) {
-      const int q = atomicAdd(&launch.findings->questions, 1);
-      if (q < kMostQuestions) {
-        QuestionRecord<D> question = {k,
-                                      plan.substeps,
-                                      owes(rest),
-                                      0,
-                                      launch.planned[k].pressure,
-                                      owes(rest) ? launch.sleeps[k].mean_overlap : 0.0,
-                                      {}};
-        store_tensor(plan.deformation, question.deformation);
-        launch.questions[q] = question;
-      }
+    if (plan.kind == PlanKind::Turned) {
+      TurnRecord<D> &turn = launch.turns[atomicAdd(&launch.findings->turned, 1)];
+      turn.rve = launch.rves[k];
+      store_tensor(plan.rotation, turn.rotation);
     }
     if (launch.rest)
       launch.detail_of[k] = plan.is_looked_at ? atomicAdd(&launch.findings->looks, 1) : -1;
@@ -161,20 +149,6 @@ __global__ void __launch_bounds__(kCostClasses) order_increments(const Increment
   first = __shfl_sync(together, first, leader);
   const int mine = __popc(together & ((1u << lane) - 1u));
   launch.order[(c > 0 ? begin[c - 1] : 0) + first + mine] = k;
-}
-
-/// What the host has decided otherwise.
-template <int D> struct DecidedRecord {
-  int place, unused;
-  DriveRecord<D> drive;
-};
-
-template <int D>
-__global__ void decide_increments(const DecidedRecord<D> *decided, int count,
-                                  DriveRecord<D> *drives)
-{
-  const int m = blockIdx.x * blockDim.x + threadIdx.x;
-  if (m < count) drives[decided[m].place] = decided[m].drive;
 }
 
 template <int D>

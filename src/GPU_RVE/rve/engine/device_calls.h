@@ -1,5 +1,5 @@
-// Calls of an engine whose increments and stresses lie in the memory of its CUDA device: planned, made and answered there, while the host is told
-// only what it has to decide. What it does not ask for it need not hear. RVEs that rest fall asleep there, sleep and wake.
+// Calls of an engine whose increments and stresses lie in the memory of its CUDA device: planned, made and answered there. What the host does not ask
+// for it need not hear. RVEs that rest fall asleep there, sleep and wake.
 
 #ifndef RVE_ENGINE_DEVICE_CALLS_H
 #define RVE_ENGINE_DEVICE_CALLS_H
@@ -42,15 +42,6 @@ template <int D> struct DeviceCallOf {
   bool is_new = true;                    ///< RVEs, points or plans are not those of the call before
 };
 
-/// For which the plan of the device is not enough.
-template <int D> struct IncrementInQuestion {
-  int place = 0;    ///< in the call
-  double pressure = 0.0;
-  bool owes = false;            ///< it has slept, and the increment has what was pending
-  double mean_overlap = 0.0;    ///< where it has, of its last DEM steps [-]
-  IncrementOf<D> increment;
-};
-
 /// Another PlannedRve::most_contacts.
 struct ExpectedContacts {
   std::int32_t place, most;
@@ -62,14 +53,13 @@ template <int D> class DeviceCallsOf {
 
   /// Has the device plan a call behind all that it has been told before.
   virtual void plan(const DeviceCallOf<D> &call) = 0;
-  /// Begins the call before anybody has looked at the plan, where that asks nothing: without adaptive substeps and sleep. No RVE moves if the plan
-  /// refuses one. Returns whether it has begun; then begin() has nothing to do.
+  /// Begins the call before anybody has looked at the plan, where it makes no difference which RVEs there are: if none may sleep. No RVE moves or
+  /// turns if the plan refuses one. Returns whether it has begun; then begin() has nothing to do.
   virtual bool begin_ahead() = 0;
-  /// When the device has planned: whether all RVEs can go so. `questions` are those for which the host has to decide.
-  virtual bool take_plan(std::vector<IncrementInQuestion<D>> &questions) = 0;
-  /// Begins the call, with other increments for some RVEs. The stresses are where those of the points are, in the order of what the device is
-  /// told.
-  virtual void begin(const std::vector<IncrementInQuestion<D>> &decided) = 0;
+  /// When the device has planned: whether all RVEs can go so.
+  virtual bool take_plan() = 0;
+  /// Begins the call. The stresses are where those of the points are, in the order of what the device is told.
+  virtual void begin() = 0;
   /// Waits for the call. Whether all RVEs have answered, so that nobody must hear of it. `stiffened` are the places of those that have more contacts
   /// than their plans expect, or MOST_STIFFENED of them.
   virtual bool end(std::vector<int> &stiffened) = 0;

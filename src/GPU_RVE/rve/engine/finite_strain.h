@@ -56,6 +56,18 @@ RVE_HD inline Tensor2 rotation_of(const Tensor2 &f)
   return Tensor2{{c, -s, s, c}};
 }
 
+/// The angle that a rotation turns by, in [0, pi] [rad]: on a device to the same bits.
+RVE_HD inline double angle_of_rotation(const Tensor2 &r)
+{
+  return angle_of(std::fabs(r(1, 0)), r(0, 0));
+}
+/// In space from its axis, as long as twice the sine.
+RVE_HD inline double angle_of_rotation(const Tensor3 &r)
+{
+  const Vec<double, 3> axis{{r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1)}};
+  return angle_of(0.5 * std::sqrt(dot(axis, axis)), 0.5 * (trace(r) - 1.0));
+}
+
 /// Both, where nobody asks for the angle.
 template <int D> struct RotationAndStrain {
   Tensor<double, D> rotation, strain;
@@ -72,6 +84,14 @@ template <int D> RVE_HD double norm(const Tensor<double, D> &a)
   double sum = 0.0;
   for (const double x : a.component) sum += x * x;
   return std::sqrt(sum);
+}
+
+/// Leaves the stretch of an increment, and returns the rotation that it had.
+template <int D> RVE_HD Tensor<double, D> take_rotation(Tensor<double, D> &increment)
+{
+  const Tensor<double, D> rotation = rotation_of(increment);
+  increment = increment * transpose(rotation);
+  return rotation;
 }
 
 /// Size of the strain in a deformation increment, |U - 1| [-]: zero for a rotation. In the plane from the sum and the difference of the

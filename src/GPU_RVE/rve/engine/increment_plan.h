@@ -59,6 +59,24 @@ RVE_HD inline double slip_of_rotation(double angle, int substeps, double dt, dou
   return std::fabs(angle) * std::fmin(1.0, steps_of_lag / substeps);
 }
 
+/// Whether an RVE that wakes with this deformation must be turned rigidly.
+template <int D> RVE_HD bool is_turned(double mean_overlap, const Tensor<double, D> &deformation)
+{
+  return !(angle_of_rotation(rotation_of(deformation)) <= TURN_OF_OVERLAP * mean_overlap);
+}
+
+/// Whether a rotation lets contacts of this mean overlap slip too far, in as few DEM steps as the strain asks for: the RVE is turned rigidly then, too.
+/// frequency(): as in slip_of_rotation().
+template <int D, class Frequency>
+RVE_HD bool slips(const Tensor<double, D> &increment, int substeps, double dt, double mean_overlap,
+                  const Frequency &frequency)
+{
+  const double limit = TURN_OF_OVERLAP * mean_overlap;    // the slip is no larger than the angle
+  if (bound_of_rotation(increment) <= limit) return false;
+  const double angle = angle_of_rotation(rotation_of(increment));
+  return !(angle <= limit || slip_of_rotation(angle, substeps, dt, frequency()) <= limit);
+}
+
 /// What a plan asks of an RVE.
 struct PlannedRve {
   double pressure = 0.0;      ///< mean stress of its last DEM steps [stress]
@@ -100,10 +118,10 @@ RVE_HD Skipping skipping_of(Rest rest, double strain, double of_all, double limi
 }
 
 enum class PlanKind {
-  Simple,      ///< so many DEM steps
-  Question,    ///< perhaps it must be turned before: that takes a decomposition
-  Sleeps,      ///< no DEM steps
-  Refused      ///< it takes more than an increment
+  Simple,    ///< so many DEM steps
+  Turned,    ///< the same when it has been turned rigidly
+  Sleeps,    ///< no DEM steps
+  Refused    ///< it takes more than an increment
 };
 
 /// What is the same for all RVEs of a step.
@@ -125,8 +143,8 @@ template <int D> struct IncrementPlan {
   PlanKind kind = PlanKind::Refused;
   int substeps = 0;
   bool is_looked_at = false;    ///< at the end of its steps
-  /// With what it has slept through.
-  Tensor<double, D> deformation;
+  /// With what it has slept through; where it is turned without `rotation`.
+  Tensor<double, D> deformation, rotation;
 };
 
 /// The plan of a macro step of an RVE. `sleep` is read where the RVE owes a deformation. Adaptive substeps are for contacts with constant moduli.
@@ -164,15 +182,23 @@ RVE_HD IncrementPlan<D> plan_increment(const Tensor<double, D> &f, const Planned
   if (options.is_adaptive) plan.substeps = options.substeps_of(of_all, rve);
   plan.kind = PlanKind::Simple;
   if (!owing && !options.is_adaptive) return plan;
-  // no less than the angle, in which the last digit may be another one
-  const double angle = (1.0 + 1e-12) * bound_of_rotation(plan.deformation);
-  if (owing && !(angle <= TURN_OF_OVERLAP * sleep->mean_overlap)) plan.kind = PlanKind::Question;
-  if (options.is_adaptive) {
-    const double limit = TURN_OF_OVERLAP * rve.contacts.strain(std::fmax(rve.pressure, 0.0));
-    if (!(angle <= limit ||
-          slip_of_rotation(angle, plan.substeps, options.dt, rve.contacts.frequency) <= limit))
-      plan.kind = PlanKind::Question;
-  }
+  const double pressure = std::fmax(rve.pressure, 0.0);
+  const auto frequency = [&rve] {
+    return rve.contacts.frequency;
+  };
+  if (!(owing && is_turned(sleep->mean_overlap, plan.deformation)) &&
+      !(options.is_adaptive &&
+        slips(plan.deformation, plan.substeps, options.dt, rve.contacts.strain(pressure),
+              frequency)))
+    return plan;
+  plan.kind = PlanKind::Turned;
+  plan.rotation = take_rotation(plan.deformation);
+  if (!options.is_adaptive) return plan;
+  // the strain of what is left, to its last digit
+  if (find_strain_size(plan.deformation, of_all))
+    plan.substeps = options.substeps_of(of_all, rve);
+  else
+    plan.kind = PlanKind::Refused;
   return plan;
 }
 

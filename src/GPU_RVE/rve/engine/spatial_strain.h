@@ -4,6 +4,7 @@
 #ifndef RVE_ENGINE_SPATIAL_STRAIN_H
 #define RVE_ENGINE_SPATIAL_STRAIN_H
 
+#include "rve/core/pi.h"
 #include "rve/core/tensor.h"
 
 #include <cmath>
@@ -36,6 +37,29 @@ RVE_HD inline Tensor3 rotation_of(const Tensor3 &f)
     if (!(change > 1e-15)) break;    // a NaN ends here too
   }
   return rotation;
+}
+
+/// The angle in [0, pi] of this sine and cosine, whose squares have a sum of one [rad]: on a device to the same bits. Halved until the series of the
+/// arcsine has its last digit.
+RVE_HD inline double angle_of(double sine, double cosine)
+{
+  constexpr double SMALL = 0.1;
+  const bool is_obtuse = cosine < 0.0;
+  if (is_obtuse) cosine = -cosine;
+  double doublings = 1.0;
+  while (sine > SMALL) {
+    cosine = std::sqrt(0.5 * (1.0 + cosine));
+    sine = 0.5 * sine / cosine;
+    doublings *= 2.0;
+  }
+  // 1/6, 3/40, 15/336, ...: each term is (2n - 1)^2/(2n (2n + 1)) of the one before
+  const double square = sine * sine;
+  double term = sine, sum = sine;
+  for (int n = 1; n <= 8; ++n) {
+    term = term * square * ((2.0 * n - 1.0) * (2.0 * n - 1.0) / (2.0 * n * (2.0 * n + 1.0)));
+    sum += term;
+  }
+  return is_obtuse ? kPi - doublings * sum : doublings * sum;
 }
 
 /// Biot's U - 1 where F = R U, symmetric to the last bit [-].
