@@ -343,8 +343,8 @@ template <int D> void run_core(Bench<D> &bench)
         for (const int substeps : {10, 2000}) {
           const Batch<D> batch(options_for(bench, precision, count), packing, count);
           record(bench, case_of(bench, "core", batch, substeps),
-                 measure(batch, substeps, bench.arguments.seconds), word_of(packing.material.law),
-                 conditions_of(batch));
+                 measure(batch, substeps, bench.arguments.seconds),
+                 words_of(batch.options.contacts, batch.material), conditions_of(batch));
         }
       const Batch<D> one(options_for(bench, precision, 1), packing, 1);
       json keys = case_of(bench, "core", one, 0);

@@ -90,6 +90,13 @@ def cases():
         made.append(Case(f"twin_{k}", "twins", f"{short} {friction}", base="short", what=friction))
         made.append(Case(f"adaptive_twin_{k}", "twins", f"{short} {friction} keywords '{adaptive} 50'", base="adaptive_50",
                          what=f"{friction}, adaptive substeps, at most 50"))
+    made.append(Case("full_short", "full_twins", f"{short} domain full", what="the full domain up to 0.25 m"))
+    made.append(Case("full_adaptive_short", "full_twins", f"{short} domain full keywords '{adaptive} 50'", base="full_short", what="adaptive substeps, at most 50"))
+    for k in range(1, 5):
+        friction = f"mu 0.500000{k}"
+        made.append(Case(f"full_twin_{k}", "full_twins", f"{short} domain full {friction}", base="full_short", what=friction))
+        made.append(Case(f"full_adaptive_twin_{k}", "full_twins", f"{short} domain full {friction} keywords '{adaptive} 50'", base="full_adaptive_short",
+                         what=f"{friction}, adaptive substeps, at most 50"))
     made += [
         Case("half_adaptive", "adaptive_whole", f"keywords '{adaptive} 50'", base="half", what="adaptive substeps, at most 50"),
         Case("full_adaptive", "adaptive_whole", f"domain full keywords '{adaptive} 50'", base="full", what="adaptive substeps, at most 50"),
