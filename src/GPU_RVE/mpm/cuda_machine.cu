@@ -344,13 +344,10 @@ namespace {
       if (communication.ranks == 1 || count == 0) return;
       double *shared = shared_maxima_.room(count);
       double *on_device = findings_.maxima + first;
-      const std::size_t size = count * sizeof(double);
-      check_cuda(cudaMemcpyAsync(shared, on_device, size, cudaMemcpyDeviceToHost),
-                 "download of maxima");
+      launch(copy_few<double>, count, on_device, shared, count);
       wait();
       communication.max_over_ranks(shared, count);
-      check_cuda(cudaMemcpyAsync(on_device, shared, size, cudaMemcpyHostToDevice),
-                 "upload of maxima");
+      launch(copy_few<double>, count, shared, on_device, count);
     }
 
     const int *given_nodes() const { return given_on_device_; }
