@@ -3,7 +3,8 @@
 
 LAMMPS has one RVE per core, as it would have one per MPI rank: the RVEs know nothing of each other, so the ranks are separate processes that
 start together. The two codes run in turn, so that a machine whose speed drifts treats them alike; the ratio is the median over the rounds. LAMMPS has the
-contact law, time step and rate of shear of the engine; spheres run with linear springs and with the law of Hertz and Mindlin.
+contact law, time step and rate of shear of the engine; spheres run with linear springs and with the law of Hertz and Mindlin, which keeps
+displacements or forces.
 
     python3 bench/compare_lammps.py --bin build/host/bin --packing examples/packings/A_h0075.rve --out bench/results/lammps-ratio-<machine>.json
     python3 bench/compare_lammps.py --bin build/host/bin --packing examples/packings/S1000.rve --rves-per-core 1 --out bench/results/lammps-ratio-spheres-cpu.json
@@ -39,8 +40,8 @@ def run(command, copies=1, **keywords):
 
 def lammps_rate(lmp, data, steps, cores, folder, dimension, law, conditions):
     """Steps of all RVEs in a second, each at the speed that LAMMPS reports for it."""
-    tangential = {"hooke": "linear_history", "hertz": "mindlin"}[law]
-    contacts = f"{law} {conditions['normal_stiffness']} 0.0 tangential {tangential} {conditions['tangential_stiffness']} 0.0 0.5 damping velocity"
+    normal, tangential = {"hooke": ("hooke", "linear_history"), "hertz": ("hertz", "mindlin"), "hertz mindlin/force": ("hertz", "mindlin/force")}[law]
+    contacts = f"{normal} {conditions['normal_stiffness']} 0.0 tangential {tangential} {conditions['tangential_stiffness']} 0.0 0.5 damping velocity"
     command = [lmp, "-in", HERE / "in.granular_element", "-var", "data", data, "-var", "steps", steps, "-var", "dimension", dimension,
                "-var", "contacts", contacts, "-var", "rate", conditions["strain_rate"], "-var", "dt", conditions["time_step"], "-log", "none"]
     loops = [re.search(r"Loop time of (\S+) on 1 procs for (\d+) steps", text) for text in run(command, cores, cwd=folder)]

@@ -61,7 +61,7 @@ def rows_of(kernels, grains, dimension, gpu):
         case = {"device": gpu, "code": "gpu_rve", "scene": "element", "experiment": "profile", "dim": dimension, "grains": grains,
                 "rves": RVES[dimension], "format": name, "arithmetic": arithmetic, "substeps": STEPS, "program": program}
         if dimension == 3:
-            case["law"] = "hertz" if "hertz" in program else "hooke"
+            case["law"] = "hertz mindlin/force" if "mindlinforce" in program else "hertz" if "hertz" in program else "hooke"
 
         def add(metric, value, unit, **details):
             rows.append({"case": case, "metric": metric, "value": value, "unit": unit, **({"details": details} if details else {})})
