@@ -10,7 +10,7 @@ PATH=$(dirname "$cuobjdump"):$PATH
 command -v nvdisasm >/dev/null || { echo "uniform_registers: skipped, there is no nvdisasm"; exit 77; }
 kept=$(mktemp -d)
 trap 'rm -rf "$kept"' EXIT
-for kernel in PlainSpheres:fast PlainSphereHertz:fast PlainSpheres:mixed PlainSphereHertz:mixed; do
+for kernel in PlainSpheres:fast SphereMindlinForce:fast PlainSphereHertz:fast PlainSpheres:mixed SphereMindlinForce:mixed PlainSphereHertz:mixed; do
   program=${kernel%:*} format=${kernel#*:}
   said=$("$1" --capability 90 --program $program --format $format --kernel advance_many --keep "$kept") || { echo "uniform_registers: skipped: $said"; exit 77; }
   # what another compiler does is not known
