@@ -70,11 +70,10 @@ double seconds_since(Clock::time_point start)
 struct Arguments {
   std::string packing, output, suite = "quick";
   bool cuda = false;
-  double seconds = 0.5;    // of a case, about
-  std::vector<int>
-      rves;    // instead of the numbers that experiments take; the last one where they take one
-  std::string format;         // of the numbers; empty: all
-  int threads = 0;            // of a GPU's block; 0: the engine chooses
+  double seconds = 0.5;     // of a case, about
+  std::vector<int> rves;    // instead of those that experiments take; the last where they take one
+  std::string format;       // of the numbers; empty: all
+  int threads = 0;          // of a GPU's block; 0: the engine chooses
   int part = 0, parts = 1;    // of the suites for sanitizers, which processes share out among them
 };
 

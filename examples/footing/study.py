@@ -85,18 +85,14 @@ def cases():
     ]
     made += [Case(name, "knobs", f"{short} {words}", base="short", what=words) for name, words in knobs]
     # what differs in the seventh digit of the friction of grains, and no more: how far peaks of the same ground lie apart
-    for k in range(1, 7):
-        friction = f"mu 0.500000{k}"
-        made.append(Case(f"twin_{k}", "twins", f"{short} {friction}", base="short", what=friction))
-        made.append(Case(f"adaptive_twin_{k}", "twins", f"{short} {friction} keywords '{adaptive} 50'", base="adaptive_50",
-                         what=f"{friction}, adaptive substeps, at most 50"))
     made.append(Case("full_short", "full_twins", f"{short} domain full", what="the full domain up to 0.25 m"))
     made.append(Case("full_adaptive_short", "full_twins", f"{short} domain full keywords '{adaptive} 50'", base="full_short", what="adaptive substeps, at most 50"))
-    for k in range(1, 5):
-        friction = f"mu 0.500000{k}"
-        made.append(Case(f"full_twin_{k}", "full_twins", f"{short} domain full {friction}", base="full_short", what=friction))
-        made.append(Case(f"full_adaptive_twin_{k}", "full_twins", f"{short} domain full {friction} keywords '{adaptive} 50'", base="full_adaptive_short",
-                         what=f"{friction}, adaptive substeps, at most 50"))
+    for full, number, words, fixed, few in (("", 6, short, "short", "adaptive_50"), ("full_", 4, f"{short} domain full", "full_short", "full_adaptive_short")):
+        for k in range(1, number + 1):
+            friction = f"mu 0.500000{k}"
+            made.append(Case(f"{full}twin_{k}", f"{full}twins", f"{words} {friction}", base=fixed, what=friction))
+            made.append(Case(f"{full}adaptive_twin_{k}", f"{full}twins", f"{words} {friction} keywords '{adaptive} 50'", base=few,
+                             what=f"{friction}, adaptive substeps, at most 50"))
     made += [
         Case("half_adaptive", "adaptive_whole", f"keywords '{adaptive} 50'", base="half", what="adaptive substeps, at most 50"),
         Case("full_adaptive", "adaptive_whole", f"domain full keywords '{adaptive} 50'", base="full", what="adaptive substeps, at most 50"),

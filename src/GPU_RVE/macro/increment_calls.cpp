@@ -96,25 +96,25 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
     // what cannot be said of it is for others to say
     if (macro_.substeps == 0) return !front.owes;
     if (!rve::finite(deformation)) return true;
-    bool must_turn = false;
-    if (front.owes) {
-      const Point &point = owner_.points.at(slot);
-      increment.deformation = deformation * point.pending;
-      must_turn = rve::is_turned(point.mean_overlap(), increment.deformation);
-    }
-    if (owner_.options.adaptive) {
-      increment.substeps = owner_.substeps_of(slot, rve::strain_size(increment.deformation),
-                                              macro_.dt, front.pressure);
-      must_turn = must_turn ||
-          owner_.slips(slot, increment.deformation, macro_.dt, increment.substeps, front.pressure);
-    }
-    if (must_turn) turn(slot, increment);
+    if (front.owes) increment.deformation = deformation * owner_.points.at(slot).pending;
+    find_substeps(slot, increment);
+    if (owner_.needs_turn(slot, increment.deformation, macro_.dt, increment.substeps))
+      turn(slot, increment);
     return true;
   }
 
+  void find_substeps(int slot, rve::IncrementOf<D> &increment) const
+  {
+    if (owner_.options.adaptive)
+      increment.substeps =
+          owner_.substeps_of(slot, rve::strain_size(increment.deformation), macro_.dt);
+  }
+
+  /// Leaves the stretch of an increment.
   void turn(int slot, rve::IncrementOf<D> &increment)
   {
-    const Matrix rotation = owner_.turn(slot, increment, owner_.points.front(slot).pressure);
+    const Matrix rotation = rve::take_rotation(increment.deformation);
+    find_substeps(slot, increment);    // by the strain of what is left, to its last digit
 #pragma omp critical(rves_that_turn)
     {
       turned_.push_back(slot);
@@ -129,19 +129,6 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   std::vector<int> turned_;
   std::vector<Matrix> rotations_;
 };
-
-/// Leaves the stretch of an increment, whose rotation the RVE is to be turned by: returns it.
-template <int D>
-rve::Tensor<double, D> RvePointsOf<D>::turn(int slot, rve::IncrementOf<D> &increment,
-                                            double pressure) const
-{
-  const Matrix rotation = rve::take_rotation(increment.deformation);
-  // the strain of what is left, to its last digit
-  if (options.adaptive)
-    increment.substeps =
-        substeps_of(slot, rve::strain_size(increment.deformation), increment.dt, pressure);
-  return rotation;
-}
 
 template <int D>
 bool RvePointsOf<D>::begin_advance(const std::vector<int> &slots, MacroIncrementsOf<D> &increments)

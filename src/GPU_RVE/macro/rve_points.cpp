@@ -538,7 +538,7 @@ typename RvePointsOf<D>::Part RvePointsOf<D>::part_of(int slot, const Matrix &in
   if (front.response.status != rve::status::Ok || !(strain < limit)) return Part::Works;
   const double of_all = front.owes ? rve::strain_size(increment * points.pending(slot)) : strain;
   switch (rve::skipping_of(points.rest(slot), strain, of_all, limit, [&] {
-    return options.adaptive ? substeps_of(slot, strain, dt, front.pressure) : substeps;
+    return options.adaptive ? substeps_of(slot, strain, dt) : substeps;
   })) {
     case rve::Skipping::Sleep:
       return Part::Sleeps;
@@ -590,28 +590,35 @@ template <int D> void RvePointsOf<D>::complete_looks(const std::vector<int> &slo
 template <int D> int RvePointsOf<D>::substeps_of(int slot, const rve::DriveOf<D> &drive) const
 {
   if (!options.adaptive || drive.substeps == 0 || drive.has_servo()) return drive.substeps;
-  return substeps_of(slot, rve::strain_size(drive.deformation), drive.dt,
-                     points.front(slot).pressure);
+  return substeps_of(slot, rve::strain_size(drive.deformation), drive.dt);
 }
 
-template <int D>
-int RvePointsOf<D>::substeps_of(int slot, double strain, double dt, double pressure) const
+template <int D> int RvePointsOf<D>::substeps_of(int slot, double strain, double dt) const
 {
-  const ContactResponse<D> &contacts = points.front(slot).of_contacts;
-  return options.adaptive->of(strain, dt, pressure, contacts.grain_size(), contacts.density());
+  const PointFront<D> &front = points.front(slot);
+  return options.adaptive->of(strain, dt, front.pressure, front.of_contacts.grain_size(),
+                              front.of_contacts.density());
 }
 
 /// Whether a rotation lets contacts slip, in as few DEM steps as the strain asks for. The overlap is that of its mean stress: what is
 /// known whatever the last advance was asked for.
 template <int D>
-bool RvePointsOf<D>::slips(int slot, const Matrix &increment, double dt, int substeps,
-                           double pressure) const
+bool RvePointsOf<D>::slips(int slot, const Matrix &increment, double dt, int substeps) const
 {
   const PointFront<D> &front = points.front(slot);
-  const double overlap = front.of_contacts.contact_strain(std::fmax(pressure, 0.0), material(slot));
+  const double overlap =
+      front.of_contacts.contact_strain(std::fmax(front.pressure, 0.0), material(slot));
   return rve::slips(increment, substeps, dt, overlap, [&] {
     return front.of_contacts.frequency(overlap, material(slot));
   });
+}
+
+/// Whether it must be turned rigidly before an increment, which has what it owes.
+template <int D>
+bool RvePointsOf<D>::needs_turn(int slot, const Matrix &increment, double dt, int substeps) const
+{
+  return (points.front(slot).owes && rve::is_turned(points.at(slot).mean_overlap(), increment)) ||
+      (options.adaptive && slips(slot, increment, dt, substeps));
 }
 
 /// Carries out rotations that grains could not follow: the drives keep the stretch.
@@ -675,16 +682,9 @@ bool RvePointsOf<D>::plan_work(const std::vector<int> &slots,
       const bool wakes = points.front(slot).owes, has_servo = drive.has_servo();
       some_owe = some_owe || (wakes && has_servo);
       if (has_servo || drive.substeps == 0) continue;
-      if (wakes) {
-        const Point &point = points.at(slot);
-        drive.deformation = drive.deformation * point.pending;
-        must_turn[m] = rve::is_turned(point.mean_overlap(), drive.deformation);
-      }
-      if (options.adaptive) {
-        drive.substeps = substeps_of(slot, drive);
-        must_turn[m] = must_turn[m] ||
-            slips(slot, drive.deformation, drive.dt, drive.substeps, points.front(slot).pressure);
-      }
+      if (wakes) drive.deformation = drive.deformation * points.at(slot).pending;
+      drive.substeps = substeps_of(slot, drive);
+      must_turn[m] = needs_turn(slot, drive.deformation, drive.dt, drive.substeps);
       some_turn = some_turn || must_turn[m];
     }
   }
@@ -801,9 +801,9 @@ void RvePointsOf<D>::advance_shadows(const std::vector<int> &slots,
     finer.push_back(drives[k]);
     finer.back().dt /= options.shadow_refinement;
     finer.back().substeps = substeps_of(slots[k], drives[k]) * options.shadow_refinement;
-    turned.push_back(options.adaptive && !drives[k].has_servo() && drives[k].substeps > 0 &&
-                     slips(slots[k], drives[k].deformation, finer.back().dt, finer.back().substeps,
-                           points.front(slots[k]).pressure));
+    turned.push_back(
+        options.adaptive && !drives[k].has_servo() && drives[k].substeps > 0 &&
+        slips(slots[k], drives[k].deformation, finer.back().dt, finer.back().substeps));
   }
   if (numbers.empty()) return;
   turn(*shadows, numbers, finer, turned);

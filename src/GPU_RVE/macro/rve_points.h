@@ -427,16 +427,16 @@ template <int D> class RvePointsOf {
   void complete_looks(const std::vector<int> &slots);
   bool find_sleepers(const std::vector<int> &slots, const MacroIncrementsOf<D> &increments);
   int substeps_of(int slot, const rve::DriveOf<D> &drive) const;
-  /// Adaptive ones, for an increment of this strain_size() and a mean stress of the last DEM steps.
-  int substeps_of(int slot, double strain, double dt, double pressure) const;
+  /// Adaptive ones, for an increment of this strain_size().
+  int substeps_of(int slot, double strain, double dt) const;
   Matrix sleep_on(int slot, const Matrix &increment);
   Matrix sleep_until(int slot, const Matrix &pending);
   std::vector<int> those_that_sleep(const std::vector<int> &slots) const;
   void look_at_working();
-  Matrix turn(int slot, rve::IncrementOf<D> &increment, double pressure) const;
   static void turn(rve::EngineOf<D> &engine, const std::vector<int> &numbers,
                    std::vector<rve::DriveOf<D>> &drives, const std::vector<char> &must_turn);
-  bool slips(int slot, const Matrix &increment, double dt, int substeps, double pressure) const;
+  bool slips(int slot, const Matrix &increment, double dt, int substeps) const;
+  bool needs_turn(int slot, const Matrix &increment, double dt, int substeps) const;
   void find_resting();
   bool any_owes() const;
   bool find_planned(const std::vector<int> &slots, const std::vector<int> &point_of);

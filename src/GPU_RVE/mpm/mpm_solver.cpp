@@ -377,7 +377,7 @@ template <int D> bool MpmSolver<D>::begin_stress_there()
 
 template <int D> Arrival MpmSolver<D>::settle_stress() const
 {
-  if (!stresses_come_) return Arrival::AsToldBefore;
+  if (!stresses_come_) return Arrival::ByThemselves;
   stresses_come_ = false;
   for (std::size_t k = 0; k < models_.size(); ++k) {
     const auto start = rve::WallClock::now();
@@ -390,7 +390,7 @@ template <int D> Arrival MpmSolver<D>::settle_stress() const
     all = all && model.stresses_are_there();
     helped = helped || model.were_unfinished();
   });
-  if (all) return helped ? Arrival::WithHelp : Arrival::AsToldBefore;
+  if (all) return helped ? Arrival::WithHelp : Arrival::ByThemselves;
   time_models([&](Constitutive<D> &model, const std::vector<int> &) {
     model.bring_stresses();
   });

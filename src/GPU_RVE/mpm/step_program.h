@@ -145,7 +145,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
       passes();
       machine_.halt_where(nullptr);
     }
-    if (settle_stress(update) != Arrival::AsToldBefore || !unfinished) passes();
+    if (settle_stress(update) != Arrival::ByThemselves || !unfinished) passes();
   }
 
   /// Checks, weights and bounds of all points.

@@ -25,7 +25,7 @@ template <int D> struct StepInput {
 
 /// How stresses came that had not been waited for.
 enum class Arrival {
-  AsToldBefore,    ///< or there were none
+  ByThemselves,    ///< to the device, or there were none
   WithHelp,        ///< to the device, where the host had to see to some
   OnHost           ///< the host has other ones than before
 };

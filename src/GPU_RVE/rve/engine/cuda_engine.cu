@@ -10,7 +10,6 @@
 #include "rve/engine/cuda_increments.cuh"
 #include "rve/engine/cuda_programs.h"
 #include "rve/engine/device_calls.h"
-#include "rve/engine/drive_record.h"
 #include "rve/engine/program_scenes.h"
 #include "rve/engine/runtime_kernels.h"
 
