@@ -82,8 +82,9 @@ template <bool OneItemPerThread, class Program>
 __global__ void __launch_bounds__(1024) program_kernel(Program program)
 {
   __shared__ __align__(16) char fast_memory[kFastMemory];
-  __shared__ rve::CudaScratch scratch;
-  rve::BlockCuda<OneItemPerThread> block(scratch);
+  using Block = rve::BlockCuda<OneItemPerThread>;
+  __shared__ typename Block::Scratch scratch;
+  Block block(scratch);
   program(block, fast_memory);
 }
 

@@ -13,8 +13,8 @@ inline namespace RVE_ISA {
   template <class Numbers, int D> struct MoveConstants {
     using Leading = typename Numbers::Leading;
 
-    Tensor<typename Numbers::Wide, D> to_fraction;       ///< velocity to fraction units in a step
-    Tensor<typename Leading::Real, D> list_to_length;    ///< 32-bit fraction units to lengths
+    Tensor<typename Numbers::Wide, D> to_fraction;    ///< velocity to fraction units in a step
+    Tensor<typename Leading::Real, D> leading_to_length;    ///< 32-bit fraction units to lengths
     typename Leading::Real allowed_squared;    ///< displacement since the list was built [length^2]
     std::uint32_t safe_box;                    ///< of StepPlan
     /// Of local damping, below zero for that which knows no axes [-].
@@ -24,9 +24,14 @@ inline namespace RVE_ISA {
     template <class Constants, class Number>
     RVE_INLINE MoveConstants(const Constants &constants, Number damping) :
         to_fraction(constants.to_fraction.template as<typename Numbers::Wide>()),
-        list_to_length(constants.list_to_length.template as<typename Leading::Real>()),
+        leading_to_length(constants.list_to_length().template as<typename Leading::Real>()),
         allowed_squared(constants.allowed_squared), safe_box(constants.safe_box), alpha(damping)
     {
+    }
+
+    RVE_INLINE const Tensor<typename Leading::Real, D> &list_to_length() const
+    {
+      return leading_to_length;
     }
   };
 
@@ -110,7 +115,7 @@ inline namespace RVE_ISA {
     Vec<typename Leading::Coordinate, D> now;
     for (int a = 0; a < D; ++a) now[a] = leading_bits(motion.position[a]);
     const Vec<typename Leading::Real, D> moved =
-        step.list_to_length * fractional_difference<Leading>(now, response.list_position);
+        step.leading_to_length * fractional_difference<Leading>(now, response.list_position);
     return dot(moved, moved);
   }
 

@@ -31,8 +31,8 @@ template <> struct PairCounts<3> {
 /// hundreds of steps, narrow enough that few of the listed pairs do not touch. Spheres have more of these, and lists that live longer.
 template <int D> constexpr double kDefaultSkinShare = D == 2 ? 0.1 : 0.05;
 
-/// Steps that are planned at a time.
-constexpr int kPlanSteps = 32;
+/// Steps of a call that are planned before it begins, at most.
+constexpr int kStepsAhead = 32;
 
 /// What a call changes of an RVE beside its grains.
 template <int D> struct alignas(16) ImageProgress {

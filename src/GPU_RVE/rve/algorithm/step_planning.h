@@ -34,7 +34,7 @@ inline namespace RVE_ISA {
     {
       const int left = call.drive.substeps - first + 1;
       if (call.has_servo() || left < 1) return 1;
-      return left < kPlanSteps ? left : kPlanSteps;
+      return left < kPlanSteps<Scene> ? left : kPlanSteps<Scene>;
     }
 
     /// Plans the steps from `first` on, as far as they can be known.
@@ -141,16 +141,12 @@ inline namespace RVE_ISA {
       // a little less than allowed covers the rounding of the displacements
       const double allowed = (1.0 - 1e-5) * per_length *
           allowed_displacement(cell, list_inverse, contact_range<Scene>(call.header), call.skin);
-      if (allowed > 0.0 && !is_lattice_step_due(cell)) {
-        plan.list_to_length = fraction_to_length<FastNumbers>(per_length * cell);
-        plan.allowed_squared = static_cast<float>(allowed * allowed);
-        plan.safe_box = safe_box(plan.list_to_length, allowed);
-      } else {
-        // lengths of zero are beyond it; those of a cell that is not finite would not be
-        plan.list_to_length = Tensor<float, Scene::D>::zero();
-        plan.allowed_squared = -1.0f;
-        plan.safe_box = 0;
-      }
+      const bool serves = allowed > 0.0 && !is_lattice_step_due(cell);
+      const Tensor<float, Scene::D> lengths = fraction_to_length<FastNumbers>(per_length * cell);
+      plan.set_list_to_length(lengths);
+      // all lengths are beyond -1 but those of a cell that is not finite, and a call does not end soundly with it
+      plan.allowed_squared = serves ? static_cast<float>(allowed * allowed) : -1.0f;
+      plan.safe_box = serves ? safe_box(lengths, allowed) : 0;
     }
 
     /// A corner of the box is no farther away than `allowed`: along an internal axis it is no farther than the sum of what its edges give. A

@@ -17,14 +17,15 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Shared memory of the collectives.
-  struct CudaScratch {
+  /// Shared memory of the collectives of a block with so many warps at most.
+  template <int Warps> struct CudaScratch {
+    static constexpr int kChunks = 8 * Warps;
     union {
-      double chunk[256];
-      long long sum[16][32];    ///< by warp
-      int scan[32];             ///< by warp
+      double chunk[kChunks];
+      long long sum[16][Warps];
+      int scan[Warps];
     };
-    int largest[32];    ///< by warp
+    int largest[Warps];
   };
 
   /// One of the items of a thread. Which of them is known when the program is compiled: registers have no addresses.
@@ -41,15 +42,16 @@ inline namespace RVE_ISA {
     return item.place;
   }
 
-  /// ItemsPerThread: 1 or 2, a phase over resident items has no more of them for each thread of the block, which keeps them in registers;
+  /// Of a block with `MostThreads` at most. ItemsPerThread: 1 or 2, a phase over resident items has no more of them for each thread of the block, which keeps them in registers;
   /// 0: any number, in memory.
-  template <int ItemsPerThread> class BlockCuda {
+  template <int ItemsPerThread, int MostThreads = 1024> class BlockCuda {
    public:
+    using Scratch = CudaScratch<MostThreads / 32>;
     using Item = std::conditional_t<ItemsPerThread == 2, ItemOfThread, int>;
     static constexpr bool kInRegisters = ItemsPerThread > 0;
     /// A thread with one item has registers enough: the compiler would leave uniforms there.
     static constexpr bool kHasUniforms = ItemsPerThread == 2;
-    RVE_DEVICE explicit BlockCuda(CudaScratch &scratch_in) : scratch(scratch_in) {}
+    RVE_DEVICE explicit BlockCuda(Scratch &scratch_in) : scratch(scratch_in) {}
 
     template <class F> RVE_DEVICE void for_each(int n, F f)
     {
@@ -567,8 +569,8 @@ inline namespace RVE_ISA {
     {
       double total = 0.0;
       const int num_chunks = (n + 31) / 32;
-      for (int base = 0; base < num_chunks; base += 256) {
-        const int count = min(256, num_chunks - base);
+      for (int base = 0; base < num_chunks; base += Scratch::kChunks) {
+        const int count = min(Scratch::kChunks, num_chunks - base);
         for (int c = threadIdx.x; c < count; c += blockDim.x) {
           double x = 0.0;
           for (int i = (base + c) * 32; i < n && i < (base + c + 1) * 32; ++i)
@@ -582,7 +584,7 @@ inline namespace RVE_ISA {
       return total;
     }
 
-    CudaScratch &scratch;
+    Scratch &scratch;
   };
 
 }    // namespace RVE_ISA

@@ -51,8 +51,9 @@ namespace {
   /// Turns RVEs rigidly, one after the other in each block of any size. All of one lies in front of the histories: with rolling resistance, too.
   template <class Scene> __global__ void turn_rves(const TurnList<Scene::D> list)
   {
-    __shared__ CudaScratch scratch;
-    BlockCuda<0> block(scratch);
+    using Block = BlockCuda<0>;
+    __shared__ Block::Scratch scratch;
+    Block block(scratch);
     if (list.hold && *list.hold > 0) return;
     const int count = list.count_there ? *list.count_there : list.count;
     for (int k = blockIdx.x; k < count; k += gridDim.x) {
@@ -287,8 +288,8 @@ namespace {
       Call call;
       call.rves = &rves;
       call.largest = num_grains;
-      call.longest = kPlanSteps;
-      call.mean = kPlanSteps;
+      call.longest = kStepsAhead;
+      call.mean = kStepsAhead;
       call.pair_capacity = this->pair_capacity(num_grains);
       call.program = this->usual_program();
       const Plan &plan = plan_for(call);
@@ -779,7 +780,7 @@ namespace {
     static int steps_to_prepare(const Call &call)
     {
       int steps = 1;
-      while (steps < kPlanSteps && steps < call.longest && steps < 2.0 * call.mean) steps *= 2;
+      while (steps < kStepsAhead && steps < call.longest && steps < 2.0 * call.mean) steps *= 2;
       return std::max(1, std::min(steps, call.longest));
     }
 

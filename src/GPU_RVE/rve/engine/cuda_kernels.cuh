@@ -162,12 +162,12 @@ inline namespace RVE_ISA {
     constexpr BlockShape shape = block_shape<Scene>(residency);
     constexpr int Capacity = shape.capacity();
     extern __shared__ __align__(16) char on_chip[];
-    __shared__ CudaScratch scratch;
     __shared__ CallState<Scene> call;
     __shared__ int entry, next_entry;    // of the queue
     __shared__ int place;                // of the entry, in the call
     __shared__ int grains_in_views;      // what the views of the block are made for
-    using Block = BlockCuda<shape.items>;
+    using Block = BlockCuda<shape.items, shape.threads>;
+    __shared__ typename Block::Scratch scratch;
     static_assert(shape.lean == kHoldsUniforms<Block, Scene>, "without details, or with them");
     using Begin = CallBegin<Block, Scene>;
     char *memory = launch.memory + blockIdx.x * launch.memory_stride;
