@@ -10,6 +10,7 @@
 #include "cuda/cuda_device.h"
 #include "cuda/device_buffer.cuh"
 #include "cuda/early_launch.cuh"
+#include "mpm/cuda_rank_mail.cuh"
 #include "mpm/grid_arrays.h"
 #include "mpm/shared_nodes.h"
 #include "mpm/step_program.h"
@@ -33,6 +34,8 @@ using rve::SideStream;
 namespace {
 
   constexpr int BLOCK = 128;    // threads; a few thousand points do not fill a device anyway
+  constexpr int MAIL_BLOCK = 512;
+  static_assert(MAIL_BLOCK >= MailPlaces::MOST_MAXIMA, "a thread for each");
 
   /// Sums on nodes that all threads add to.
   struct SharedSums {
@@ -177,6 +180,30 @@ namespace {
     pass(k, vectors);
   }
 
+  /// Sums over all ranks, for those who touch the nodes: all lists in one block.
+  template <int D>
+  __global__ void __launch_bounds__(MAIL_BLOCK)
+      meet_for_node_sums(MailPlaces mail, std::uint64_t round, MailPartners partners,
+                         ListedSums<D> given, ListedSums<D> taken, Findings findings)
+  {
+    follow();
+    if (findings.halt && *findings.halt > 0) return;
+    DeviceTally tally(findings, 0);
+    const auto pass_of = [](auto pass, int k, std::int64_t *place) {
+      pass.nodes += k;
+      pass.buffer = place;
+      return pass;
+    };
+    meet_for_sums(
+        mail, round, partners, given.components(),
+        [&](int k, std::int64_t *place) {
+          pass_of(PackSums<D>{given}, k, place)(0, tally);
+        },
+        [&](int k, std::int64_t *place) {
+          pass_of(UnpackSums<D>{taken}, k, place)(0, tally);
+        });
+  }
+
   __global__ void __launch_bounds__(BLOCK) set_to_zero(std::int64_t *sums, std::size_t count)
   {
     follow();
@@ -186,9 +213,11 @@ namespace {
 
   template <int D> class CudaMachine {
    public:
-    CudaMachine(const SolverOptions<D> &options, const Grid<D> &grid, int ranks) :
-        device_number_(options.device_number), threads_(rve::usable_threads(options.threads)),
-        view_(grid.part({}), options, ranks > 1)
+    CudaMachine(const SolverOptions<D> &options, const Grid<D> &grid,
+                const Communication &communication) :
+        device_number_(options.device_number),
+        threads_(rve::usable_threads(options.threads)),
+        view_(grid.part({}), options, communication.ranks > 1)
     {
       use_device();
       cudaDeviceProp device;
@@ -197,6 +226,7 @@ namespace {
       cudaFuncAttributes attributes;
       check_cuda(cudaFuncGetAttributes(&attributes, set_to_zero), "attributes of a pass");
       follows_ = rve::waits_itself(device.major, attributes);
+      mail_.open(communication, device.uuid);
     }
 
     void begin(const StepInput<D> &input)
@@ -262,6 +292,10 @@ namespace {
       }
       view_.point_total = shared.point_total();
       view_.touched = shared.touched();
+      // the same on all ranks
+      ranks_meet_there_ = mail_.is_open() && view_.num_maxima() <= MailPlaces::MOST_MAXIMA &&
+          shared.most_given() * (INERTIA_SUMS<D> + VECTOR_SUMS<D>) <=
+              MailPlaces::letter(mail_.places().ranks);
       if (view_.num_rigid > 0 && view_.shares_grid) {
         const std::vector<NodeBox<D>> lower = shared.lower_touched();
         view_.num_lower = static_cast<int>(lower.size());
@@ -309,6 +343,7 @@ namespace {
     void settle()
     {
       asked_.wait("a step of the material point method");
+      if (mail_.is_left()) throw std::runtime_error("another rank has ended");
       is_ahead_ = motion_is_ahead_ = true;
       if (view_.num_rigid > 0) {
         static_assert(std::is_trivially_copyable_v<RigidBodyStep<D>>);
@@ -342,13 +377,39 @@ namespace {
     void share_maxima(const Communication &communication, int first, int count)
     {
       if (communication.ranks == 1 || count == 0) return;
-      double *shared = shared_maxima_.room(count);
       double *on_device = findings_.maxima + first;
+      if (ranks_meet_there_) {
+        launch_blocks(meet_for_maxima<double>, 1, MAIL_BLOCK, mail_.places(), mail_.next_round(),
+                      findings_.halt, on_device, count);
+        return;
+      }
+      double *shared = shared_maxima_.room(count);
       launch(copy_few<double>, count, on_device, shared, count);
       wait();
       communication.max_over_ranks(shared, count);
       launch(copy_few<double>, count, shared, on_device, count);
     }
+
+    /// Whether ranks exchange bounds and sums there in this step, without their hosts.
+    bool ranks_meet_there() const { return ranks_meet_there_; }
+    void meet_for_sums(ListedSums<D> given, const SharedNodes<D> &shared)
+    {
+      ListedSums<D> taken = given;
+      taken.nodes = taken_on_device_;
+      taken.count = static_cast<int>(shared.taken().size());
+      MailPartners partners = {};
+      int given_end = 0, taken_end = 0;
+      for (const Neighbour &other : shared.neighbours())
+        partners.partner[partners.count++] = {other.rank,
+                                              given_end += static_cast<int>(other.given),
+                                              taken_end += static_cast<int>(other.taken)};
+      launch_blocks(meet_for_node_sums<D>, 1, MAIL_BLOCK, mail_.places(), mail_.next_round(),
+                    partners, given, taken, findings_);
+    }
+    std::uint64_t rounds() const { return mail_.rounds(); }
+    void return_to(std::uint64_t rounds) { mail_.return_to(rounds); }
+    /// Nobody shall wait for this rank any more, nor its device for others.
+    void leave_ranks() { mail_.leave(); }
 
     const int *given_nodes() const { return given_on_device_; }
     const int *taken_nodes() const { return taken_on_device_; }
@@ -424,7 +485,10 @@ namespace {
     double unbalanced() { return motion_size() > 0 ? maxima()[Unbalanced] : 0.0; }
 
     double transfer_time() const { return transfer_seconds_; }
-    std::string description() const { return name_; }
+    std::string description() const
+    {
+      return name_ + (mail_.is_open() ? ", ranks exchange sums on their GPUs" : "");
+    }
 
    private:
     // doubles: arrays in one buffer begin at multiples
@@ -450,10 +514,17 @@ namespace {
     void launch(void (*kernel)(Parameters...), std::size_t count,
                 const std::common_type_t<Parameters> &...arguments) const
     {
+      launch_blocks(kernel, static_cast<unsigned>((count + BLOCK - 1) / BLOCK), BLOCK,
+                    arguments...);
+    }
+    template <class... Parameters>
+    void launch_blocks(void (*kernel)(Parameters...), unsigned blocks, unsigned threads,
+                       const std::common_type_t<Parameters> &...arguments) const
+    {
       cudaLaunchAttribute closely = rve::in_place_early(follows_);
       cudaLaunchConfig_t launched = {};
-      launched.gridDim = static_cast<unsigned>((count + BLOCK - 1) / BLOCK);
-      launched.blockDim = BLOCK;
+      launched.gridDim = blocks;
+      launched.blockDim = threads;
       launched.attrs = &closely;
       launched.numAttrs = 1;
       check_cuda(cudaLaunchKernelEx(&launched, kernel, arguments...), "launch of a pass");
@@ -601,6 +672,8 @@ namespace {
     int shared_edition_ = 0, part_edition_ = 0;
     HostBuffer<std::int64_t> exchange_;
     HostBuffer<double> shared_maxima_;
+    RankMail mail_;
+    bool ranks_meet_there_ = false;
 
     // points
     int count_ = -1;    ///< that are on the device

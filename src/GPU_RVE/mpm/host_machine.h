@@ -40,6 +40,7 @@
 #define MPM_HOST_MACHINE_H
 
 #include "mpm/grid_arrays.h"
+#include "mpm/rank_devices.h"
 #include "mpm/shared_nodes.h"
 #include "mpm/solver_options.h"
 #include "mpm/step_passes.h"
@@ -87,10 +88,12 @@ template <class T> class HostArray {
 /// Points stay where the caller has them.
 template <int D> class HostMachine {
  public:
-  HostMachine(const SolverOptions<D> &options, const Grid<D> &grid, int ranks) :
-      threads_(rve::usable_threads(options.threads)), view_(grid.part({}), options, ranks > 1),
-      tallies_(threads_), partial_(threads_)
+  HostMachine(const SolverOptions<D> &options, const Grid<D> &grid,
+              const Communication &communication) :
+      threads_(rve::usable_threads(options.threads)),
+      view_(grid.part({}), options, communication.ranks > 1), tallies_(threads_), partial_(threads_)
   {
+    each_rank_has_its_device(communication, DeviceName{});    // others may ask
   }
 
   /// A step begins.
@@ -159,6 +162,11 @@ template <int D> class HostMachine {
   {
     communication.max_over_ranks(maxima_.data() + first, count);
   }
+  static constexpr bool ranks_meet_there() { return false; }
+  void meet_for_sums(const ListedSums<D> &, const SharedNodes<D> &) {}
+  static constexpr std::uint64_t rounds() { return 0; }
+  void return_to(std::uint64_t) {}
+  void leave_ranks() {}
 
   const Tensor<D> *increments() const { return increment_.data(); }
   void stresses_changed() {}

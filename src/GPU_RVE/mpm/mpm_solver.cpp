@@ -281,9 +281,10 @@ template <int D> StressUpdate<D> MpmSolver<D>::stress_update(const PointView<D> 
             return model ? model->unfinished_there() : nullptr;
           },
           [this] {
-            const Arrival arrival = settle_stress();
+            return settle_stress();
+          },
+          [this] {
             for (Constitutive<D> *model : models_) model->meet();
-            return arrival;
           }};
 }
 

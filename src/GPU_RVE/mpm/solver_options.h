@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -81,6 +82,10 @@ struct Communication {
   std::function<void(const std::vector<Message> &messages)> exchange =
       [](const std::vector<Message> &) {
       };
+  /// Memory that all ranks have in common, so many bytes, zeros at first. Null on all of them where it cannot be: on several computers.
+  std::function<std::shared_ptr<void>(std::size_t bytes)> shared_memory = [](std::size_t) {
+    return std::shared_ptr<void>();
+  };
 };
 
 }    // namespace mpm

@@ -20,7 +20,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
       options_(options), communication_(std::move(communication)), whole_(grid),
       boundary_(grid, options.sides, options.dashpots, options.rigid_bodies),
       shared_(grid, communication_, options.rigid_bodies, options.threads),
-      machine_(options, grid, communication_.ranks)
+      machine_(options, grid, communication_)
   {
   }
 
@@ -134,19 +134,32 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   }
 
   /// The passes that need the stresses which come. A device is told them before the host has heard of these, to be halted if it has to see to some
-  /// stresses; then they are made once more. Not where ranks exchange sums in between.
+  /// stresses; then they are made once more. Not where hosts exchange sums in between.
   template <class Passes> void behind_stress(const StressUpdate<D> &update, const Passes &passes)
   {
-    const std::int32_t *unfinished = communication_.ranks == 1 && !machine_.knows_at_once()
-        ? update.unfinished_there()
-        : nullptr;
+    const bool needs_no_host = !machine_.knows_at_once() &&
+        (communication_.ranks == 1 || (machine_.ranks_meet_there() && !has_free_bodies()));
+    const std::int32_t *unfinished = needs_no_host ? update.unfinished_there() : nullptr;
+    const auto rounds = machine_.rounds();
     if (unfinished) {
       machine_.halt_where(unfinished);
       passes();
       machine_.halt_where(nullptr);
     }
-    if (settle_stress(update) != Arrival::ByThemselves || !unfinished) passes();
+    try {
+      if (arrive(update) != Arrival::ByThemselves || !unfinished) {
+        machine_.return_to(rounds);
+        passes();
+      }
+      // devices of other ranks may wait for these passes: not before them
+      update.meet();
+    } catch (...) {
+      machine_.leave_ranks();
+      throw;
+    }
   }
+  /// What these feel is added up by hosts.
+  bool has_free_bodies() const { return machine_.view().num_rigid > 0; }
 
   /// Checks, weights and bounds of all points.
   void prepare(bool bounds_forces)
@@ -231,11 +244,16 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     machine_.bring_motion();
     if (!come_later) machine_.stresses_changed();
   }
-  Arrival settle_stress(const StressUpdate<D> &update)
+  Arrival arrive(const StressUpdate<D> &update)
   {
     const Arrival arrival = update.settle();
     if (arrival == Arrival::OnHost) machine_.stresses_changed();
     return arrival;
+  }
+  void settle_stress(const StressUpdate<D> &update)
+  {
+    arrive(update);
+    update.meet();
   }
 
   void impose_bodies(Contact contact, bool balances)
@@ -302,6 +320,10 @@ template <int D, template <int> class Machine> class StepProgram final : public 
                        inertia,
                        vectors,
                        nullptr};
+    if (machine_.ranks_meet_there()) {
+      machine_.meet_for_sums(sums, shared_);
+      return;
+    }
     const std::size_t width = sums.components();
     const std::size_t given = shared_.given().size(), taken = shared_.taken().size();
     std::int64_t *buffer = machine_.exchange_buffer(width * (given + taken));

@@ -43,8 +43,10 @@ template <int D> struct StressUpdate {
   std::function<void()> begin_ahead;
   /// In the memory of the device: above zero when all that it was told is done and stresses are not all there. Null: that cannot be known there.
   std::function<const std::int32_t *()> unfinished_there;
-  /// All stresses are there when it returns. All ranks ask at the same time.
+  /// All stresses are there when it returns.
   std::function<Arrival()> settle;
+  /// Behind it: what ranks tell each other of the stresses. All of them call it together.
+  std::function<void()> meet;
 };
 
 /// Throws a PointError for the point and the trouble of a FirstTrouble key.

@@ -1,0 +1,147 @@
+// Mail between the GPUs of ranks: here each rank is a stream of one GPU, whose kernels run beside each other and wait for each other.
+
+#include "cuda/device_buffer.cuh"
+#include "mpm/cuda_rank_mail.cuh"
+#include "support/block_runner.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+namespace {
+
+using mpm::MailPartners;
+using mpm::MailPlaces;
+using rve::HostBuffer;
+using rve::SideStream;
+
+constexpr int RANKS = 3, THREADS = 512;
+
+/// Memory as all ranks have it in common, and a stream for each.
+class RankMailTest : public rve_test::BlockTest {
+ protected:
+  void SetUp() override
+  {
+    rve_test::BlockTest::SetUp();
+    if (IsSkipped() || HasFatalFailure()) return;
+    memory = common.room(MailPlaces::size(RANKS));
+    std::memset(memory, 0, MailPlaces::size(RANKS));
+  }
+  MailPlaces places(int rank) const { return {memory, RANKS, rank}; }
+  void wait()
+  {
+    for (SideStream &stream : streams) rve_test::check_cuda(cudaStreamSynchronize(stream));
+  }
+
+  HostBuffer<char> common;
+  char *memory = nullptr;
+  SideStream streams[RANKS];
+};
+
+// numbers that any rank may have the largest of, in rounds that no host waits for
+TEST_F(RankMailTest, MaximaAreThoseOfAllRanksInEveryRound)
+{
+  const int count = 20, rounds = 100;
+  const auto value = [](int rank, int round, int k) {
+    return static_cast<double>((rank * 31 + round * 17 + k * 7) % 101) - 50.0;
+  };
+  HostBuffer<double> numbers[RANKS];
+  for (int rank = 0; rank < RANKS; ++rank) {
+    double *mine = numbers[rank].room(rounds * count);
+    for (int round = 0; round < rounds; ++round)
+      for (int k = 0; k < count; ++k) mine[round * count + k] = value(rank, round, k);
+  }
+  for (int round = 0; round < rounds; ++round)
+    for (int rank = 0; rank < RANKS; ++rank)
+      mpm::meet_for_maxima<<<1, THREADS, 0, streams[rank]>>>(
+          places(rank), round + 1, nullptr, numbers[rank].room(1) + round * count, count);
+  wait();
+  for (int round = 0; round < rounds; ++round)
+    for (int k = 0; k < count; ++k) {
+      const double most = std::max({value(0, round, k), value(1, round, k), value(2, round, k)});
+      for (int rank = 0; rank < RANKS; ++rank)
+        ASSERT_EQ(numbers[rank].room(1)[round * count + k], most)
+            << "rank " << rank << ", round " << round << ", number " << k;
+    }
+}
+
+/// Rank r gives r + 1 nodes to each other rank, two numbers for each, and adds up what it gets.
+__global__ void give_and_take(MailPlaces mail, std::uint64_t round, MailPartners partners,
+                              unsigned long long *sum)
+{
+  mpm::meet_for_sums(
+      mail, round, partners, 2,
+      [&](int k, std::int64_t *place) {
+        place[0] = 1000 * mail.rank + k;
+        place[1] = static_cast<std::int64_t>(round);
+      },
+      [&](int, std::int64_t *place) {
+        atomicAdd(sum, static_cast<unsigned long long>(place[0] + 1000000 * place[1]));
+      });
+}
+
+TEST_F(RankMailTest, SumsAreThoseThatOthersGive)
+{
+  const int rounds = 100;
+  HostBuffer<unsigned long long> sums;
+  unsigned long long *sum = sums.room(RANKS);
+  std::fill_n(sum, RANKS, 0ull);
+  for (int round = 1; round <= rounds; ++round)
+    for (int rank = 0; rank < RANKS; ++rank) {
+      MailPartners partners = {};
+      int given = 0, taken = 0;
+      for (int other = 0; other < RANKS; ++other)
+        if (other != rank)
+          partners.partner[partners.count++] = {other, given += rank + 1, taken += other + 1};
+      give_and_take<<<1, THREADS, 0, streams[rank]>>>(places(rank), round, partners, sum + rank);
+    }
+  wait();
+  const auto first_for = [](int from, int to) {    // of the list of nodes that a rank gives
+    return (from + 1) * (to < from ? to : to - 1);
+  };
+  for (int rank = 0; rank < RANKS; ++rank) {
+    unsigned long long expected = 0;
+    for (int other = 0; other < RANKS; ++other)
+      for (int k = 0; other != rank && k < other + 1; ++k)
+        for (int round = 1; round <= rounds; ++round)
+          expected += 1000 * other + first_for(other, rank) + k + 1000000ull * round;
+    EXPECT_EQ(sum[rank], expected) << "rank " << rank;
+  }
+}
+
+// a rank that the host has to help makes its passes again: kernels that are halted leave nothing, and others wait
+TEST_F(RankMailTest, HaltedRankMeetsOthersLater)
+{
+  HostBuffer<double> numbers;
+  double *number = numbers.room(RANKS);
+  HostBuffer<std::int32_t> flags;
+  std::int32_t *halt = flags.room(1);
+  *halt = 1;
+  for (int rank = 0; rank < RANKS; ++rank) {
+    number[rank] = 10.0 + rank;
+    mpm::meet_for_maxima<<<1, THREADS, 0, streams[rank]>>>(
+        places(rank), 1, rank == 2 ? halt : nullptr, number + rank, 1);
+  }
+  rve_test::check_cuda(cudaStreamSynchronize(streams[2]));
+  EXPECT_EQ(number[2], 12.0);
+  EXPECT_EQ(cudaStreamQuery(streams[0]), cudaErrorNotReady);
+  mpm::meet_for_maxima<<<1, THREADS, 0, streams[2]>>>(places(2), 1, nullptr, number + 2, 1);
+  wait();
+  for (int rank = 0; rank < RANKS; ++rank) EXPECT_EQ(number[rank], 12.0);
+}
+
+TEST_F(RankMailTest, NobodyWaitsForRanksThatHaveLeft)
+{
+  HostBuffer<double> numbers;
+  double *number = numbers.room(1);
+  *number = 1.0;
+  mpm::meet_for_maxima<<<1, THREADS, 0, streams[0]>>>(places(0), 1, nullptr, number, 1);
+  EXPECT_EQ(cudaStreamQuery(streams[0]), cudaErrorNotReady);
+  *static_cast<volatile std::uint64_t *>(MailPlaces::left(memory)) = 1;
+  rve_test::check_cuda(cudaStreamSynchronize(streams[0]));
+}
+
+}    // namespace
