@@ -166,10 +166,18 @@ bool ScriptWords::starts_number() const
 const char *ScriptWords::next(const std::string &part)
 {
   if (!empty()) return arg[position++];
-  const std::string form = current.keyword.empty()
-      ? ""
-      : fmt::format("; it must read: {} {}", current.keyword, current.form);
-  refuse(fmt::format("{} has no value; the command ends there{}", label(part), form));
+  refuse(fmt::format("{} has no value; the command ends there{}", label(part), form_in_words()));
+}
+
+std::string ScriptWords::form_in_words() const
+{
+  if (current.keyword.empty()) return "";
+  return fmt::format("; it must read: {} {}", current.keyword, current.form);
+}
+
+std::string ScriptWords::alternatives_in_words() const
+{
+  return current.form.find(" | ") == std::string::npos ? "" : form_in_words();
 }
 
 double ScriptWords::limited(const std::string &part, const char *word) const
@@ -185,7 +193,8 @@ double ScriptWords::number(const std::string &part)
 {
   const char *word = next(part);
   if (!utils::is_double(word))
-    refuse(fmt::format("{} is '{}'; it must be a number", label(part), word));
+    refuse(fmt::format("{} is '{}'; it must be a number{}", label(part), word,
+                       alternatives_in_words()));
   return limited(part, word);
 }
 
@@ -218,7 +227,8 @@ long long ScriptWords::whole(const std::string &part, long long least, long long
 {
   const char *word = next(part);
   if (!utils::is_integer(word))
-    refuse(fmt::format("{} is '{}'; it must be a whole number", label(part), word));
+    refuse(fmt::format("{} is '{}'; it must be a whole number{}", label(part), word,
+                       alternatives_in_words()));
   const bigint value = utils::bnumeric(FLERR, word, false, lmp);
   if (value < least)
     refuse(fmt::format("{} is {}; it must be at least {}", label(part), value, least));

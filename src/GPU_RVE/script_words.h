@@ -170,6 +170,9 @@ class ScriptWords {
   int first = 0, values_at = 0;    // word of the keyword, and of its values
 
   std::string label(const std::string &part) const;
+  // what a message ends with: how the keyword must read, always or where a word may stand in place of a number
+  std::string form_in_words() const;
+  std::string alternatives_in_words() const;
   double limited(const std::string &part, const char *word) const;
   std::string text_from(int begin) const;
   void end_keyword();

@@ -1288,6 +1288,10 @@ TEST(FixRveMessage, UnknownKeyword)
   EXPECT_IN("fix rve: threads is '1.5'; it must be a whole number",
             message_of(FOUR_ATOMS + "fix grains all rve " + PACKING + " threads 1.5\n"));
   EXPECT_IN(
+      "fix rve: substeps is 'adaptiv'; it must be a whole number; it must read: substeps N | match "
+      "| adaptive strain inertia [most]",
+      message_of(FOUR_ATOMS + FIX + "substeps adaptiv 1e-5 1e-3\n"));
+  EXPECT_IN(
       "drive velocity_gradient yy is 'rate'; it must be a number or v_name of a variable; did "
       "you mean v_rate?",
       message_of(FOUR_ATOMS + FIX + "drive velocity_gradient yy rate\n"));
