@@ -86,13 +86,17 @@ def cases():
     made += [Case(name, "knobs", f"{short} {words}", base="short", what=words) for name, words in knobs]
     # what differs in the seventh digit of the friction of grains, and no more: how far peaks of the same ground lie apart
     made.append(Case("full_short", "full_twins", f"{short} domain full", what="the full domain up to 0.25 m"))
-    made.append(Case("full_adaptive_short", "full_twins", f"{short} domain full keywords '{adaptive} 50'", base="full_short", what="adaptive substeps, at most 50"))
-    for full, number, words, fixed, few in (("", 6, short, "short", "adaptive_50"), ("full_", 4, f"{short} domain full", "full_short", "full_adaptive_short")):
+    few = {("", 50): "adaptive_50", ("", 10): "adaptive_10", ("full_", 50): "full_adaptive_short", ("full_", 10): "full_adaptive_10_short"}
+    for most in (50, 10):
+        made.append(Case(few["full_", most], "full_twins", f"{short} domain full keywords '{adaptive} {most}'", base="full_short",
+                         what=f"adaptive substeps, at most {most}"))
+    for full, number, words, fixed in (("", 6, short, "short"), ("full_", 4, f"{short} domain full", "full_short")):
         for k in range(1, number + 1):
             friction = f"mu 0.500000{k}"
             made.append(Case(f"{full}twin_{k}", f"{full}twins", f"{words} {friction}", base=fixed, what=friction))
-            made.append(Case(f"{full}adaptive_twin_{k}", f"{full}twins", f"{words} {friction} keywords '{adaptive} 50'", base=few,
-                             what=f"{friction}, adaptive substeps, at most 50"))
+            for most, name in ((50, "adaptive_twin"), (10, "adaptive_10_twin")):
+                made.append(Case(f"{full}{name}_{k}", f"{full}twins", f"{words} {friction} keywords '{adaptive} {most}'", base=few[full, most],
+                                 what=f"{friction}, adaptive substeps, at most {most}"))
     made += [
         Case("half_adaptive", "adaptive_whole", f"keywords '{adaptive} 50'", base="half", what="adaptive substeps, at most 50"),
         Case("full_adaptive", "adaptive_whole", f"domain full keywords '{adaptive} 50'", base="full", what="adaptive substeps, at most 50"),

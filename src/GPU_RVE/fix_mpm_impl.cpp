@@ -35,6 +35,7 @@
 #include "modify.h"
 #include "region.h"
 #include "timer.h"
+#include "universe.h"
 #include "update.h"
 #include "variable.h"
 
@@ -206,9 +207,11 @@ template <int D> mpm::Communication FixMpm::ImplOf<D>::communication() const
                   next());
     MPI_Waitall((int) requests.size(), requests.data(), MPI_STATUSES_IGNORE);
   };
-  communication.shared_memory = [ranks](std::size_t bytes) {
-    return memory_in_common(ranks, bytes);
-  };
+  // ranks of several partitions may use the same devices, which then cannot wait for each other
+  if (universe->nworlds == 1)
+    communication.shared_memory = [ranks](std::size_t bytes) {
+      return memory_in_common(ranks, bytes);
+    };
   return communication;
 }
 

@@ -19,6 +19,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <stdexcept>
 #include <type_traits>
 #include <utility>
 
@@ -343,7 +344,7 @@ namespace {
     void settle()
     {
       asked_.wait("a step of the material point method");
-      if (mail_.is_left()) throw std::runtime_error("another rank has ended");
+      if (mail_.is_left()) throw std::runtime_error("another rank has failed in this step");
       is_ahead_ = motion_is_ahead_ = true;
       if (view_.num_rigid > 0) {
         static_assert(std::is_trivially_copyable_v<RigidBodyStep<D>>);
