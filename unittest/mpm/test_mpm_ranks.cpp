@@ -1,5 +1,6 @@
 // The same bits for any number of ranks and threads and any order of the points.
 
+#include "mpm/rank_devices.h"
 #include "scene.h"
 
 #include <algorithm>
@@ -342,4 +343,24 @@ TEST(Exchange, EndsWithTheErrorOfARankWhosePointHasNoPlace)
     };
     EXPECT_THROW(spoilt_run(), mpm::PointError);
   }
+}
+
+// GPUs of ranks wait for each other only if no two ranks have the same one, and none is without
+TEST(RankDevices, AreTheirOwnWhereEachRankHasAnotherOne)
+{
+  const auto answer_of = [](const std::vector<mpm::DeviceName> &names) {
+    std::vector<char> answers(names.size());
+    mpm_test::RankTeam(static_cast<int>(names.size()))
+        .run([&](int rank, const mpm::Communication &communication) {
+          answers[rank] = mpm::each_rank_has_its_device(communication, names[rank]);
+        });
+    for (const char answer : answers) EXPECT_EQ(answer, answers[0]) << "all ranks know the same";
+    return answers[0] != 0;
+  };
+  const mpm::DeviceName one = {3, -5}, another = {3, 7}, none = {};
+  EXPECT_TRUE(answer_of({one, another}));
+  EXPECT_TRUE(answer_of({one}));
+  EXPECT_FALSE(answer_of({one, another, one}));
+  EXPECT_FALSE(answer_of({one, none, another}));
+  EXPECT_FALSE(answer_of({none, none}));
 }
