@@ -18,6 +18,7 @@
 
 #include "formulas.h"
 #include "mpm/measures.h"
+#include "rank_resources.h"
 #include "restart_record.h"
 #include "rve/core/checksum.h"
 #include "rve/core/suggestion.h"
@@ -99,38 +100,6 @@ constexpr double LONG_RUN = 1.0;
 template <int D> constexpr const char *volume_word()
 {
   return D == 2 ? "area" : "volume";
-}
-
-/// Of all these ranks, zeros; null on all of them if they are on several computers. They free it together.
-std::shared_ptr<void> memory_in_common(MPI_Comm ranks, std::size_t bytes)
-{
-  MPI_Comm neighbours;
-  MPI_Comm_split_type(ranks, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &neighbours);
-  int all = 0, here = 0, me = 0;
-  MPI_Comm_size(ranks, &all);
-  MPI_Comm_size(neighbours, &here);
-  MPI_Comm_rank(neighbours, &me);
-  if (here < all) {
-    MPI_Comm_free(&neighbours);
-    return {};
-  }
-  // a container may have little of it
-  MPI_Comm_set_errhandler(neighbours, MPI_ERRORS_RETURN);
-  MPI_Win window;
-  void *memory = nullptr;
-  int failed = MPI_Win_allocate_shared(me == 0 ? (MPI_Aint) bytes : 0, 1, MPI_INFO_NULL, neighbours,
-                                       &memory, &window) != MPI_SUCCESS;
-  MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPI_INT, MPI_MAX, ranks);
-  if (failed) return {};
-  MPI_Aint size = 0;
-  int unit = 0;
-  MPI_Win_shared_query(window, 0, &size, &unit, &memory);
-  if (me == 0) memset(memory, 0, bytes);
-  MPI_Barrier(neighbours);
-  return std::shared_ptr<void>(memory, [window, neighbours](void *) mutable {
-    MPI_Win_free(&window);
-    MPI_Comm_free(&neighbours);
-  });
 }
 
 }    // namespace

@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <cstring>
 #include <omp.h>
 #include <sched.h>
 #include <unistd.h>
@@ -65,4 +66,37 @@ RankResources::RankResources(MPI_Comm world)
 int RankResources::threads() const
 {
   return threads_are_given() ? omp_get_max_threads() : cores;
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::shared_ptr<void> LAMMPS_NS::memory_in_common(MPI_Comm ranks, std::size_t bytes)
+{
+  MPI_Comm neighbours;
+  MPI_Comm_split_type(ranks, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &neighbours);
+  int all = 0, here = 0, me = 0;
+  MPI_Comm_size(ranks, &all);
+  MPI_Comm_size(neighbours, &here);
+  MPI_Comm_rank(neighbours, &me);
+  if (here < all) {
+    MPI_Comm_free(&neighbours);
+    return {};
+  }
+  // a container may have little of it
+  MPI_Comm_set_errhandler(neighbours, MPI_ERRORS_RETURN);
+  MPI_Win window;
+  void *memory = nullptr;
+  int failed = MPI_Win_allocate_shared(me == 0 ? (MPI_Aint) bytes : 0, 1, MPI_INFO_NULL, neighbours,
+                                       &memory, &window) != MPI_SUCCESS;
+  MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPI_INT, MPI_MAX, ranks);
+  if (failed) return {};
+  MPI_Aint size = 0;
+  int unit = 0;
+  MPI_Win_shared_query(window, 0, &size, &unit, &memory);
+  if (me == 0) memset(memory, 0, bytes);
+  MPI_Barrier(neighbours);
+  return std::shared_ptr<void>(memory, [window, neighbours](void *) mutable {
+    MPI_Win_free(&window);
+    MPI_Comm_free(&neighbours);
+  });
 }

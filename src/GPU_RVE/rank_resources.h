@@ -11,11 +11,13 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// This rank among those that share its machine, and the threads that are its own.
+// This rank among those that share its machine, the threads that are its own, and memory that all have in common.
 
 #ifndef LMP_RANK_RESOURCES_H
 #define LMP_RANK_RESOURCES_H
 
+#include <cstddef>
+#include <memory>
 #include <mpi.h>
 
 namespace LAMMPS_NS {
@@ -32,6 +34,10 @@ struct RankResources {
   /// What OMP_NUM_THREADS says, or the own cores. (LAMMPS itself takes one thread where the environment says nothing.)
   int threads() const;
 };
+
+/// Of all these ranks, so many bytes, zeros at first; null on all of them if they are on several machines, or there is no room. Collective, and they
+/// free it together.
+std::shared_ptr<void> memory_in_common(MPI_Comm ranks, std::size_t bytes);
 
 }    // namespace LAMMPS_NS
 

@@ -116,21 +116,28 @@ __device__ void meet_for_sums(const MailPlaces &mail, std::uint64_t round,
                               const MailPartners &partners, std::size_t width, const Give &give,
                               const Take &take)
 {
-  for (int n = 0, first = 0; n < partners.count; ++n) {
-    const MailPartner &to = partners.partner[n];
-    std::int64_t *letter = mail.place_of_letter(mail.rank, to.rank, round);
-    for (int k = first + threadIdx.x; k < to.given_end; k += blockDim.x)
-      give(k, letter + (k - first) * width);
-    first = to.given_end;
-  }
+  const auto each_node = [&](int MailPartner::*end, const auto &letter_of, const auto &act) {
+    for (int n = 0, first = 0; n < partners.count; ++n) {
+      const MailPartner &other = partners.partner[n];
+      std::int64_t *letter = letter_of(other.rank);
+      for (int k = first + threadIdx.x; k < other.*end; k += blockDim.x)
+        act(k, letter + (k - first) * width);
+      first = other.*end;
+    }
+  };
+  each_node(
+      &MailPartner::given_end,
+      [&](int to) {
+        return mail.place_of_letter(mail.rank, to, round);
+      },
+      give);
   mail.meet(round);
-  for (int n = 0, first = 0; n < partners.count; ++n) {
-    const MailPartner &from = partners.partner[n];
-    std::int64_t *letter = mail.place_of_letter(from.rank, mail.rank, round);
-    for (int k = first + threadIdx.x; k < from.taken_end; k += blockDim.x)
-      take(k, letter + (k - first) * width);
-    first = from.taken_end;
-  }
+  each_node(
+      &MailPartner::taken_end,
+      [&](int from) {
+        return mail.place_of_letter(from, mail.rank, round);
+      },
+      take);
 }
 
 /// The mail of this rank, if there can be any: all ranks on one computer, each with a GPU of its own.

@@ -179,15 +179,19 @@ template <int D> void SharedNodes<D>::list_nodes()
     const std::size_t from = add(common(touched_[rank], needed(own)), taken);
     if (to + from > 0) neighbours_.push_back({rank, to, from});
   }
-  most_given_ = 0.0;
-  for (int from = 0; from < communication_.ranks; ++from)
-    for (int to = 0; to < communication_.ranks; ++to)
-      if (to != from)
-        most_given_ = std::max(most_given_, common(touched_[from], needed(to)).count());
   if (given == given_ && taken == taken_) return;
   given_ = std::move(given);
   taken_ = std::move(taken);
   ++edition_;
+}
+
+template <int D> double SharedNodes<D>::most_given() const
+{
+  double most = 0.0;
+  for (int from = 0; from < communication_.ranks; ++from)
+    for (int to = 0; to < communication_.ranks; ++to)
+      if (to != from) most = std::max(most, common(touched_[from], needed(to)).count());
+  return most;
 }
 
 template <int D> bool SharedNodes<D>::is_first_to_touch(const Place<D> &place) const

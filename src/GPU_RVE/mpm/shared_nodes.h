@@ -75,7 +75,8 @@ template <int D> class SharedNodes {
   /// Number of these lists: another one for other lists.
   int edition() const { return edition_; }
   /// The most nodes whose sums go from one rank to another one, of all ranks: a number that all of them know.
-  double most_given() const { return most_given_; }
+  /// For few ranks: it looks at all pairs of them.
+  double most_given() const;
 
   /// The values of all nodes in a box that are not zero bits, by the order of Grid::id(), from those of each rank in the nodes that it
   /// has touched. All ranks call it together, with the same box. `own` is per node of the part.
@@ -114,7 +115,6 @@ template <int D> class SharedNodes {
   std::vector<Neighbour> neighbours_;
   std::vector<int> given_, taken_;
   int edition_ = 0;
-  double most_given_ = 0.0;
 };
 
 template <int D>
