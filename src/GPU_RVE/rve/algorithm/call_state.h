@@ -89,11 +89,12 @@ inline namespace RVE_ISA {
   template <class Scene> using PlanOf = StepPlan<typename Scene::Numbers, Scene::D>;
 
   /// Steps that are planned at a time. The threads of a GPU put their grains down between two plans: with 128 in place of 32 steps `mixed` gains
-  /// 5 % on an H200. Spheres in `fast` have room on chip for 64, which two RVEs share or four small ones, and gain 2 %. Disks in `fast`
-  /// lose 4 % with 64.
+  /// 5 % on an H200. Of spheres in `fast` four small RVEs have room on chip for 64 each; where fewer share it, plans are longer
+  /// (plan_steps_beside). Disks in `fast` lose 4 % with 64.
   template <class Scene>
-  constexpr int kPlanSteps = sizeof(typename Scene::Wide) > 4 ? 128 : (Scene::D == 3 ? 64 : 32);
-  static_assert(kStepsAhead <= 32, "there is room for those that are planned ahead");
+  constexpr int kPlanSteps = Scene::plan_steps > 0
+      ? Scene::plan_steps
+      : (sizeof(typename Scene::Wide) > 4 ? 128 : (Scene::D == 3 ? 64 : 32));
 
   /// What an RVE has lost in a call [force length].
   struct EnergyLoss {
@@ -133,6 +134,7 @@ inline namespace RVE_ISA {
     typename Scene::Law::Constants law;
     typename Scene::Real alpha;    ///< of local damping, below zero for that which knows no axes
 
+    static_assert(kStepsAhead <= kPlanSteps<Scene>, "there is room for those planned ahead");
     std::int32_t plan_first, plan_last;       ///< steps that are planned
     PlanOf<Scene> plan[kPlanSteps<Scene>];    ///< at the end
 

@@ -30,9 +30,15 @@ inline namespace RVE_ISA {
     static constexpr bool has_rolling = Law::has_rolling;
     static constexpr bool steers = kept != Books::None;
     static constexpr bool books = kept == Books::All;
+    static constexpr int plan_steps = 0;    ///< kPlanSteps, where it is another than usual
 
     /// The same scene in other numbers.
     template <class OtherNumbers> using In = SceneOf<typename Law::template In<OtherNumbers>, kept>;
+  };
+
+  /// The same scene where there is room for longer plans.
+  template <class Scene, int steps> struct WithPlan : Scene {
+    static constexpr int plan_steps = steps;
   };
 
 }    // namespace RVE_ISA
