@@ -12,7 +12,7 @@
 ------------------------------------------------------------------------- */
 
 // What a long run owes to who waits for it: lines in the log, how far it is and when it will end, and an end in good order when a signal
-// asks for it. They cost a reduction of two numbers per step and change no result.
+// asks for it. They cost several ranks a reduction of three numbers in some steps, and change no result.
 
 #ifndef LMP_PROGRESS_H
 #define LMP_PROGRESS_H

@@ -17,6 +17,7 @@
 #include "error.h"
 #include "lammps.h"
 #include "output.h"
+#include "platform.h"
 #include "timer.h"
 #include "update.h"
 
@@ -28,6 +29,10 @@
 using namespace LAMMPS_NS;
 
 namespace {
+
+// between two questions of several ranks, if steps take as long as those before
+constexpr double LONGEST_WAIT = 0.05;    // seconds
+constexpr int MOST_STEPS = 16;
 
 constexpr int SIGNALS[] = {SIGTERM, SIGINT};
 constexpr int COUNT = 2;
@@ -103,14 +108,23 @@ RunSignals::~RunSignals()
 
 void RunSignals::begin()
 {
+  interval = steps_left = 1;
   watch();
 }
 
 bool RunSignals::step_done(bool rank_zero_says)
 {
   watch();    // runs with `pre no` have no setup
-  int said[] = {lmp->comm->me == 0 && rank_zero_says ? 1 : 0, noted};
-  if (lmp->comm->nprocs > 1) MPI_Allreduce(MPI_IN_PLACE, said, 2, MPI_INT, MPI_MAX, lmp->world);
+  const bool alone = lmp->comm->nprocs == 1;
+  if (!alone && --steps_left > 0) return false;
+  const double now = platform::walltime();
+  const auto waited = static_cast<int>(std::min(1e6 * (now - asked), 1e9));    // microseconds
+  asked = now;
+  int said[] = {lmp->comm->me == 0 && rank_zero_says ? 1 : 0, noted, waited};
+  if (!alone) MPI_Allreduce(MPI_IN_PLACE, said, 3, MPI_INT, MPI_MAX, lmp->world);
+  const double steps_in_time = interval * (1e6 * LONGEST_WAIT) / std::max(said[2], 1);
+  interval = std::clamp(static_cast<int>(std::min(steps_in_time, 2.0 * interval)), 1, MOST_STEPS);
+  steps_left = interval;
   // noted on all ranks, for the end: this one may have got none
   noted = said[1];
   if (said[1]) lmp->timer->force_timeout();

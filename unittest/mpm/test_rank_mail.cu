@@ -29,8 +29,10 @@ class RankMailTest : public rve_test::BlockTest {
     if (IsSkipped() || HasFatalFailure()) return;
     memory = common.room(MailPlaces::size(RANKS));
     std::memset(memory, 0, MailPlaces::size(RANKS));
+    rounds = rounds_of_ranks.reserve_zeros(RANKS);
+    rve_test::check_cuda(cudaStreamSynchronize(nullptr));
   }
-  MailPlaces places(int rank) const { return {memory, RANKS, rank}; }
+  MailPlaces places(int rank) const { return {memory, rounds + rank, RANKS, rank}; }
   void wait()
   {
     for (SideStream &stream : streams) rve_test::check_cuda(cudaStreamSynchronize(stream));
@@ -38,6 +40,8 @@ class RankMailTest : public rve_test::BlockTest {
 
   HostBuffer<char> common;
   char *memory = nullptr;
+  rve::DeviceBuffer<std::uint64_t> rounds_of_ranks;
+  std::uint64_t *rounds = nullptr;
   SideStream streams[RANKS];
 };
 
@@ -57,7 +61,7 @@ TEST_F(RankMailTest, MaximaAreThoseOfAllRanksInEveryRound)
   for (int round = 0; round < rounds; ++round)
     for (int rank = 0; rank < RANKS; ++rank)
       mpm::meet_for_maxima<<<1, THREADS, 0, streams[rank]>>>(
-          places(rank), round + 1, nullptr, numbers[rank].room(1) + round * count, count);
+          places(rank), nullptr, numbers[rank].room(1) + round * count, count);
   wait();
   for (int round = 0; round < rounds; ++round)
     for (int k = 0; k < count; ++k) {
@@ -69,14 +73,14 @@ TEST_F(RankMailTest, MaximaAreThoseOfAllRanksInEveryRound)
 }
 
 /// Rank r gives r + 1 nodes to each other rank, two numbers for each, and adds up what it gets.
-__global__ void give_and_take(MailPlaces mail, std::uint64_t round, MailPartners partners,
+__global__ void give_and_take(MailPlaces mail, int round, MailPartners partners,
                               unsigned long long *sum)
 {
   mpm::meet_for_sums(
-      mail, round, partners, 2,
+      mail, partners, 2,
       [&](int k, std::int64_t *place) {
         place[0] = 1000 * mail.rank + k;
-        place[1] = static_cast<std::int64_t>(round);
+        place[1] = round;
       },
       [&](int, std::int64_t *place) {
         atomicAdd(sum, static_cast<unsigned long long>(place[0] + 1000000 * place[1]));
@@ -122,13 +126,13 @@ TEST_F(RankMailTest, HaltedRankMeetsOthersLater)
   *halt = 1;
   for (int rank = 0; rank < RANKS; ++rank) {
     number[rank] = 10.0 + rank;
-    mpm::meet_for_maxima<<<1, THREADS, 0, streams[rank]>>>(
-        places(rank), 1, rank == 2 ? halt : nullptr, number + rank, 1);
+    mpm::meet_for_maxima<<<1, THREADS, 0, streams[rank]>>>(places(rank), rank == 2 ? halt : nullptr,
+                                                           number + rank, 1);
   }
   rve_test::check_cuda(cudaStreamSynchronize(streams[2]));
   EXPECT_EQ(number[2], 12.0);
   EXPECT_EQ(cudaStreamQuery(streams[0]), cudaErrorNotReady);
-  mpm::meet_for_maxima<<<1, THREADS, 0, streams[2]>>>(places(2), 1, nullptr, number + 2, 1);
+  mpm::meet_for_maxima<<<1, THREADS, 0, streams[2]>>>(places(2), nullptr, number + 2, 1);
   wait();
   for (int rank = 0; rank < RANKS; ++rank) EXPECT_EQ(number[rank], 12.0);
 }
@@ -138,7 +142,7 @@ TEST_F(RankMailTest, NobodyWaitsForRanksThatHaveLeft)
   HostBuffer<double> numbers;
   double *number = numbers.room(1);
   *number = 1.0;
-  mpm::meet_for_maxima<<<1, THREADS, 0, streams[0]>>>(places(0), 1, nullptr, number, 1);
+  mpm::meet_for_maxima<<<1, THREADS, 0, streams[0]>>>(places(0), nullptr, number, 1);
   EXPECT_EQ(cudaStreamQuery(streams[0]), cudaErrorNotReady);
   *static_cast<volatile std::uint64_t *>(MailPlaces::left(memory)) = 1;
   rve_test::check_cuda(cudaStreamSynchronize(streams[0]));

@@ -10,6 +10,7 @@
 #include "cuda/cuda_device.h"
 #include "cuda/device_buffer.cuh"
 #include "cuda/early_launch.cuh"
+#include "cuda/launch_list.cuh"
 #include "mpm/cuda_rank_mail.cuh"
 #include "mpm/grid_arrays.h"
 #include "mpm/shared_nodes.h"
@@ -18,6 +19,7 @@
 #include "rve/core/wall_time.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 #include <stdexcept>
 #include <type_traits>
@@ -30,6 +32,7 @@ using rve::copy_few;
 using rve::DeviceBuffer;
 using rve::follow;
 using rve::HostBuffer;
+using rve::LaunchList;
 using rve::SideStream;
 
 namespace {
@@ -184,8 +187,8 @@ namespace {
   /// Sums over all ranks, for those who touch the nodes: all lists in one block.
   template <int D>
   __global__ void __launch_bounds__(MAIL_BLOCK)
-      meet_for_node_sums(MailPlaces mail, std::uint64_t round, MailPartners partners,
-                         ListedSums<D> given, ListedSums<D> taken, Findings findings)
+      meet_for_node_sums(MailPlaces mail, MailPartners partners, ListedSums<D> given,
+                         ListedSums<D> taken, Findings findings)
   {
     follow();
     if (findings.halt && *findings.halt > 0) return;
@@ -196,7 +199,7 @@ namespace {
       return pass;
     };
     meet_for_sums(
-        mail, round, partners, given.components(),
+        mail, partners, given.components(),
         [&](int k, std::int64_t *place) {
           pass_of(PackSums<D>{given}, k, place)(0, tally);
         },
@@ -226,7 +229,7 @@ namespace {
       name_ = device.name;
       cudaFuncAttributes attributes;
       check_cuda(cudaFuncGetAttributes(&attributes, set_to_zero), "attributes of a pass");
-      follows_ = rve::waits_itself(device.major, attributes);
+      passes_.set_early(rve::waits_itself(device.major, attributes));
       mail_.open(communication, device.uuid);
     }
 
@@ -234,6 +237,7 @@ namespace {
     {
       use_device();
       const Watch watch(transfer_seconds_);
+      passes_.forget();    // of a step that has failed
       host_points_ = input.points;
       view_.dt = input.dt;
       view_.num_models = input.num_models;
@@ -329,8 +333,11 @@ namespace {
     /// Nothing is known before settle().
     static constexpr bool knows_at_once() { return false; }
 
-    void wait() const
+    /// The device begins with what it was told; before anything else is done with what that works on.
+    void hand_over() { passes_.hand_over("passes of the material point method"); }
+    void wait()
     {
+      hand_over();
       check_cuda(cudaStreamSynchronize(nullptr), "a step of the material point method");
     }
     void halt_where(const std::int32_t *flag) { findings_.halt = flag; }
@@ -338,6 +345,7 @@ namespace {
     {
       launch(copy_few<double>, num_words(), findings_.maxima, motion_.room(motion_size()),
              num_words());
+      hand_over();
       asked_.set();
     }
     /// Waits for the device; then findings and increments are on the host. Strains and motion may have changed on the device.
@@ -360,9 +368,11 @@ namespace {
       use_device();
       const Watch watch(transfer_seconds_);
       const double *motion = motion_.receive_beside(beside_, num_words(), 2 * rows(count_));
-      copy(host_points_.position.first, motion, 3 * static_cast<std::size_t>(count_));
-      copy(host_points_.velocity.first, motion + rows(count_),
-           3 * static_cast<std::size_t>(count_));
+      const double *velocities = motion + rows(count_);
+      share_out(3 * static_cast<std::size_t>(count_), 2 * sizeof(double), [&](int begin, int end) {
+        std::copy(motion + begin, motion + end, host_points_.position.first + begin);
+        std::copy(velocities + begin, velocities + end, host_points_.velocity.first + begin);
+      });
     }
     std::uint64_t first_trouble()
     {
@@ -380,10 +390,11 @@ namespace {
       if (communication.ranks == 1 || count == 0) return;
       double *on_device = findings_.maxima + first;
       if (ranks_meet_there_) {
-        launch_blocks(meet_for_maxima<double>, 1, MAIL_BLOCK, mail_.places(), mail_.next_round(),
-                      findings_.halt, on_device, count);
+        passes_.add(meet_for_maxima<double>, 1, MAIL_BLOCK, mail_.places(), findings_.halt,
+                    on_device, count);
         return;
       }
+      hand_over();
       double *shared = shared_maxima_.room(count);
       launch(copy_few<double>, count, on_device, shared, count);
       wait();
@@ -404,18 +415,20 @@ namespace {
         partners.partner[partners.count++] = {other.rank,
                                               given_end += static_cast<int>(other.given),
                                               taken_end += static_cast<int>(other.taken)};
-      launch_blocks(meet_for_node_sums<D>, 1, MAIL_BLOCK, mail_.places(), mail_.next_round(),
-                    partners, given, taken, findings_);
+      passes_.add(meet_for_node_sums<D>, 1, MAIL_BLOCK, mail_.places(), partners, given, taken,
+                  findings_);
     }
-    std::uint64_t rounds() const { return mail_.rounds(); }
-    void return_to(std::uint64_t rounds) { mail_.return_to(rounds); }
     /// Nobody shall wait for this rank any more, nor its device for others.
     void leave_ranks() { mail_.leave(); }
 
     const int *given_nodes() const { return given_on_device_; }
     const int *taken_nodes() const { return taken_on_device_; }
     /// In page-locked memory, which passes reach too: a few kilobytes are there sooner than by a copy.
-    std::int64_t *exchange_buffer(std::size_t count) { return exchange_.room(count); }
+    std::int64_t *exchange_buffer(std::size_t count)
+    {
+      hand_over();
+      return exchange_.room(count);
+    }
 
     template <class P> void scatter(const P &pass)
     {
@@ -439,8 +452,9 @@ namespace {
       const Watch watch(transfer_seconds_);
       return receive(increment_, count_);
     }
-    DeviceArrays<D> device_arrays() const
+    DeviceArrays<D> device_arrays()
     {
+      hand_over();
       return {device_number_, view_.increment, view_.points.stress};
     }
     void stresses_come() { stresses_are_ahead_ = true; }
@@ -513,22 +527,9 @@ namespace {
     /// A kernel that calls follow(), of a thread for each of `count` items.
     template <class... Parameters>
     void launch(void (*kernel)(Parameters...), std::size_t count,
-                const std::common_type_t<Parameters> &...arguments) const
+                const std::common_type_t<Parameters> &...arguments)
     {
-      launch_blocks(kernel, static_cast<unsigned>((count + BLOCK - 1) / BLOCK), BLOCK,
-                    arguments...);
-    }
-    template <class... Parameters>
-    void launch_blocks(void (*kernel)(Parameters...), unsigned blocks, unsigned threads,
-                       const std::common_type_t<Parameters> &...arguments) const
-    {
-      cudaLaunchAttribute closely = rve::in_place_early(follows_);
-      cudaLaunchConfig_t launched = {};
-      launched.gridDim = blocks;
-      launched.blockDim = threads;
-      launched.attrs = &closely;
-      launched.numAttrs = 1;
-      check_cuda(cudaLaunchKernelEx(&launched, kernel, arguments...), "launch of a pass");
+      passes_.add(kernel, static_cast<unsigned>((count + BLOCK - 1) / BLOCK), BLOCK, arguments...);
     }
 
     template <bool HasBoxes, class P> void run(const P &pass, int count)
@@ -558,33 +559,32 @@ namespace {
 
     /// Of copies and comparisons, in pieces that take about as long as a point of another job.
     static int pieces(std::size_t bytes) { return static_cast<int>(bytes / 256); }
-    /// Copies `count` things.
-    template <class T> void copy(T *to, const T *from, std::size_t count) const
+    /// share(begin, end) for parts of `count` things of so many bytes, by a team.
+    template <class Share> void share_out(std::size_t count, std::size_t bytes, Share share) const
     {
-      const rve::LightWork work(pieces(count * sizeof(T)), threads_);
+      const rve::LightWork work(pieces(count * bytes), threads_);
 #pragma omp parallel num_threads(work.team)
       {
         const rve::ThreadShare mine(static_cast<int>(count));
-        std::copy(from + mine.begin, from + mine.end, to + mine.begin);
+        if (mine.begin < mine.end) share(mine.begin, mine.end);
       }
     }
-    /// Whether two arrays have the same bytes.
-    template <class T> bool is_same(const T *one, const T *other, std::size_t count) const
+    /// Copies `count` things.
+    template <class T> void copy(T *to, const T *from, std::size_t count) const
     {
-      const rve::LightWork work(pieces(count * sizeof(T)), threads_);
-      bool same = true;
-#pragma omp parallel num_threads(work.team) reduction(&& : same)
-      {
-        const rve::ThreadShare mine(static_cast<int>(count));
-        same = mine.begin == mine.end ||
-            std::memcmp(one + mine.begin, other + mine.begin,
-                        (mine.end - mine.begin) * sizeof(T)) == 0;
-      }
-      return same;
+      share_out(count, sizeof(T), [=](int begin, int end) {
+        std::copy(from + begin, from + end, to + begin);
+      });
+    }
+    /// Whether some of two arrays have the same bytes.
+    template <class T> static bool is_same(const T *one, const T *other, int begin, int end)
+    {
+      return std::memcmp(one + begin, other + begin, (end - begin) * sizeof(T)) == 0;
     }
 
-    template <class T> const T *receive(DeviceBuffer<T> &buffer, std::size_t count) const
+    template <class T> const T *receive(DeviceBuffer<T> &buffer, std::size_t count)
     {
+      hand_over();
       use_device();
       return buffer.receive(count);
     }
@@ -616,24 +616,39 @@ namespace {
         is_ahead_ = false;
         points_are_old_ = false;
       }
-      if (all || !is_same(points.model, model_copy_.data(), count)) {
+      // what the host may have changed, and seldom has: one team compares all of it
+      const std::size_t size = 3 * static_cast<std::size_t>(count);
+      double *motion = motion_.room(motion_size()) + num_words();
+      double *velocities = motion + rows(count), *force = body_force_.room(size);
+      bool other_kinds = all, other_force = all;
+      motion_is_old_ = all || other_words;
+      if (!all) {
+        const int *model = model_copy_.data(), *body = body_copy_.data();
+        std::atomic<bool> kinds_differ = false, force_differs = false, motion_differs = false;
+        share_out(count, 2 * sizeof(int) + 9 * sizeof(double), [&](int begin, int end) {
+          if (!is_same(points.model, model, begin, end) ||
+              !is_same(points.rigid_body, body, begin, end))
+            kinds_differ = true;
+          if (!is_same<double>(points.body_force.first, force, 3 * begin, 3 * end))
+            force_differs = true;
+          if (!is_same<double>(points.position.first, motion, 3 * begin, 3 * end) ||
+              !is_same<double>(points.velocity.first, velocities, 3 * begin, 3 * end))
+            motion_differs = true;
+        });
+        other_kinds = kinds_differ;
+        other_force = force_differs;
+        motion_is_old_ = motion_is_old_ || motion_differs;
+      }
+      if (other_kinds) {
         model_copy_.assign(points.model, points.model + count);
         view_.points.model = send(model_, model_copy_.data(), count);
-      }
-      if (all || !is_same(points.rigid_body, body_copy_.data(), count)) {
         body_copy_.assign(points.rigid_body, points.rigid_body + count);
         view_.points.rigid_body = send(body_, body_copy_.data(), count);
       }
-
-      const std::size_t size = 3 * static_cast<std::size_t>(count);
-      if (all || !is_same(points.body_force.first, body_force_.room(size), size))
-        view_.points.body_force = {send(body_force_, points.body_force.first, size)};
-      double *motion = motion_.room(motion_size()) + num_words();
-      motion_is_old_ = all || other_words || !is_same(points.position.first, motion, size) ||
-          !is_same(points.velocity.first, motion + rows(count), size);
+      if (other_force) view_.points.body_force = {send(body_force_, points.body_force.first, size)};
       if (!motion_is_old_) return;
       copy(motion, points.position.first, size);
-      copy(motion + rows(count), points.velocity.first, size);
+      copy(velocities, points.velocity.first, size);
     }
 
     void send_stresses(const PointView<D> &points)
@@ -661,7 +676,7 @@ namespace {
     StepView<D> view_;
     std::size_t num_nodes_ = 0;    ///< of the part
     std::string name_;
-    bool follows_ = false;    ///< kernels may be in place before they may begin
+    LaunchList passes_;
     double transfer_seconds_ = 0.0;
 
     GridArrays<D, DeviceBuffer> grid_arrays_;

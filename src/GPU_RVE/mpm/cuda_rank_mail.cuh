@@ -5,6 +5,7 @@
 #ifndef MPM_CUDA_RANK_MAIL_CUH
 #define MPM_CUDA_RANK_MAIL_CUH
 
+#include "cuda/device_buffer.cuh"
 #include "cuda/early_launch.cuh"
 #include "mpm/rank_devices.h"
 
@@ -24,7 +25,8 @@ struct MailPlaces {
   static constexpr int MOST_RANKS = 16, MOST_MAXIMA = 256;
 
   char *memory;
-  int ranks, rank;    ///< all, and this one
+  std::uint64_t *rounds;    ///< so far, of this rank; in the memory of its device
+  int ranks, rank;          ///< all, and this one
 
   /// Integers from one rank to another one, at most: all letters have 16 MiB.
   static __host__ __device__ std::size_t letter(int ranks)
@@ -60,13 +62,18 @@ struct MailPlaces {
     return first + ((2 * from + round % 2) * static_cast<std::size_t>(ranks) + to) * letter(ranks);
   }
 
-  /// All threads of the only block: what they have left can be taken, and what others have left in this round is there.
+  /// All threads of the only block begin the next round.
+  __device__ std::uint64_t begin_round() const { return *rounds + 1; }
+  /// All of them: what they have left can be taken, and what others have left in this round is there.
   __device__ void meet(std::uint64_t round) const
   {
     using Flag = cuda::atomic_ref<std::uint64_t, cuda::thread_scope_system>;
     __threadfence_system();
     __syncthreads();
-    if (threadIdx.x == 0) Flag(told(rank)).store(round, cuda::memory_order_release);
+    if (threadIdx.x == 0) {
+      *rounds = round;    // all have read it
+      Flag(told(rank)).store(round, cuda::memory_order_release);
+    }
     if (threadIdx.x < ranks) {
       const Flag other(told(threadIdx.x)), is_left(*left(memory));
       while (other.load(cuda::memory_order_acquire) < round &&
@@ -81,13 +88,14 @@ struct MailPlaces {
   static __host__ __device__ std::size_t flags(int ranks) { return FLAG * (1 + ranks); }
 };
 
-/// Maxima over all ranks, in place.
+/// Maxima over all ranks, in place. Passes that are halted have no rounds: those that are made in their place have them.
 template <class Number>
-__global__ void meet_for_maxima(MailPlaces mail, std::uint64_t round, const std::int32_t *halt,
-                                Number *maxima, int count)
+__global__ void meet_for_maxima(MailPlaces mail, const std::int32_t *halt, Number *maxima,
+                                int count)
 {
   rve::follow();
   if (halt && *halt > 0) return;
+  const std::uint64_t round = mail.begin_round();
   const int k = threadIdx.x;
   if (k < count) mail.maxima(mail.rank, round)[k] = maxima[k];
   mail.meet(round);
@@ -112,10 +120,10 @@ struct MailPartners {
 /// give(k, place) leaves the sums of the k-th node that is given, of `width` integers each, and take(k, place) adds those of the k-th one that is
 /// taken.
 template <class Give, class Take>
-__device__ void meet_for_sums(const MailPlaces &mail, std::uint64_t round,
-                              const MailPartners &partners, std::size_t width, const Give &give,
-                              const Take &take)
+__device__ void meet_for_sums(const MailPlaces &mail, const MailPartners &partners,
+                              std::size_t width, const Give &give, const Take &take)
 {
+  const std::uint64_t round = mail.begin_round();
   const auto each_node = [&](int MailPartner::*end, const auto &letter_of, const auto &act) {
     for (int n = 0, first = 0; n < partners.count; ++n) {
       const MailPartner &other = partners.partner[n];
@@ -172,7 +180,7 @@ class RankMail {
     cudaGetLastError();
     communication.max_over_ranks(&failed, 1);
     if (failed == 0.0)
-      places_ = {static_cast<char *>(there), ranks, communication.rank};
+      places_ = {static_cast<char *>(there), rounds_.reserve_zeros(1), ranks, communication.rank};
     else if (is_registered)
       cudaHostUnregister(memory_.get());
   }
@@ -186,12 +194,6 @@ class RankMail {
   bool is_left() const { return is_open() && *flag_of_leaving() > 0; }
   const MailPlaces &places() const { return places_; }
 
-  /// The next round.
-  std::uint64_t next_round() { return ++round_; }
-  /// Those so far, and back to these: passes that a rank makes again are in the rounds in which others make them once.
-  std::uint64_t rounds() const { return round_; }
-  void return_to(std::uint64_t rounds) { round_ = rounds; }
-
  private:
   volatile std::uint64_t *flag_of_leaving() const
   {
@@ -200,7 +202,7 @@ class RankMail {
 
   std::shared_ptr<void> memory_;
   MailPlaces places_ = {};
-  std::uint64_t round_ = 0;
+  rve::DeviceBuffer<std::uint64_t> rounds_;
 };
 
 }    // namespace mpm

@@ -148,6 +148,7 @@ template <int D> class HostMachine {
 
   /// What passes have found is known when they are done.
   static constexpr bool knows_at_once() { return true; }
+  void hand_over() {}
   void wait() {}
   void halt_where(const std::int32_t *) {}
   void ask() {}
@@ -164,8 +165,6 @@ template <int D> class HostMachine {
   }
   static constexpr bool ranks_meet_there() { return false; }
   void meet_for_sums(const ListedSums<D> &, const SharedNodes<D> &) {}
-  static constexpr std::uint64_t rounds() { return 0; }
-  void return_to(std::uint64_t) {}
   void leave_ranks() {}
 
   const Tensor<D> *increments() const { return increment_.data(); }

@@ -1,0 +1,197 @@
+// Kernels that are handed over to a device together: as one graph where the same ones come again and again, which takes the host a few
+// microseconds for all of them, where each launch takes that.
+
+#ifndef CUDA_LAUNCH_LIST_CUH
+#define CUDA_LAUNCH_LIST_CUH
+
+#include "cuda/device_buffer.cuh"
+#include "cuda/early_launch.cuh"
+
+#include <cuda_runtime.h>
+
+#include <array>
+#include <cstddef>
+#include <cstring>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace rve {
+
+/// Kernels of the default stream, in their order, none of which has begun before hand_over(). All call follow() first.
+class LaunchList {
+ public:
+  LaunchList() = default;
+  LaunchList(const LaunchList &) = delete;
+  LaunchList &operator=(const LaunchList &) = delete;
+
+  /// Whether a kernel may be in place before the one in front has ended (waits_itself).
+  void set_early(bool early) { early_ = early; }
+
+  template <class... Parameters>
+  void add(void (*kernel)(Parameters...), unsigned blocks, unsigned threads,
+           const std::common_type_t<Parameters> &...arguments)
+  {
+    now_.launches.push_back({reinterpret_cast<const void *>(kernel), blocks, threads,
+                             now_.places.size(), sizeof...(Parameters)});
+    (add_argument(arguments), ...);
+  }
+
+  /// `what` they are, for an error.
+  void hand_over(const char *what)
+  {
+    if (now_.launches.empty()) return;
+    Kept *const kept = now_.launches.size() < WORTH_A_GRAPH ? nullptr : kept_like_this();
+    if (kept && !kept->graph && makes_graphs_) kept->graph = graph_of(kept->list);
+    if (kept && kept->graph) {
+      ++graphs_;
+      check_cuda(cudaGraphLaunch(kept->graph, nullptr), what);
+    } else {
+      check_cuda(launch_all(now_, nullptr), what);
+      if (!kept && now_.launches.size() >= WORTH_A_GRAPH) keep();
+    }
+    now_.clear();
+  }
+
+  /// Those that have not been handed over are not wanted.
+  void forget() { now_.clear(); }
+
+  /// How often a graph has been launched so far.
+  long graphs() const { return graphs_; }
+
+ private:
+  /// Launches from which on a graph takes the host less.
+  static constexpr std::size_t WORTH_A_GRAPH = 4;
+
+  struct Launch {
+    const void *kernel;
+    unsigned blocks, threads;
+    std::size_t first, count;    ///< arguments
+
+    bool operator==(const Launch &other) const
+    {
+      return kernel == other.kernel && blocks == other.blocks && threads == other.threads &&
+          first == other.first && count == other.count;
+    }
+  };
+  /// The bytes of all arguments, and where each of them begins.
+  struct List {
+    std::vector<Launch> launches;
+    std::vector<std::size_t> places;
+    std::vector<unsigned char> bytes;
+
+    void clear()
+    {
+      launches.clear();
+      places.clear();
+      bytes.clear();
+    }
+    bool operator==(const List &other) const
+    {
+      return launches == other.launches && places == other.places &&
+          bytes.size() == other.bytes.size() &&
+          std::memcmp(bytes.data(), other.bytes.data(), bytes.size()) == 0;
+    }
+  };
+  class Graph {
+   public:
+    Graph() = default;
+    explicit Graph(cudaGraphExec_t graph) : graph_(graph) {}
+    Graph(const Graph &) = delete;
+    Graph &operator=(Graph &&other) noexcept
+    {
+      std::swap(graph_, other.graph_);
+      return *this;
+    }
+    ~Graph()
+    {
+      if (graph_) cudaGraphExecDestroy(graph_);
+    }
+    operator cudaGraphExec_t() const { return graph_; }
+
+   private:
+    cudaGraphExec_t graph_ = nullptr;
+  };
+  /// A list that has been handed over, and a graph of it from the second time on.
+  struct Kept {
+    List list;
+    Graph graph;
+  };
+
+  template <class Argument> void add_argument(const Argument &argument)
+  {
+    static_assert(std::is_trivially_copyable_v<Argument>, "as a kernel gets it");
+    constexpr std::size_t alignment = 16;
+    static_assert(alignof(Argument) <= alignment);
+    const std::size_t place = (now_.bytes.size() + alignment - 1) / alignment * alignment;
+    now_.places.push_back(place);
+    now_.bytes.resize(place + sizeof(Argument));
+    std::memcpy(&now_.bytes[place], &argument, sizeof(Argument));
+  }
+
+  /// Null: there is none.
+  Kept *kept_like_this()
+  {
+    for (Kept &kept : kept_)
+      if (kept.list == now_) return &kept;
+    return nullptr;
+  }
+  /// In place of the one that has been kept for longest.
+  void keep()
+  {
+    Kept &kept = kept_[oldest_];
+    oldest_ = (oldest_ + 1) % kept_.size();
+    kept.graph = Graph();
+    kept.list = now_;
+  }
+
+  cudaError_t launch_all(List &list, cudaStream_t stream) const
+  {
+    std::vector<void *> arguments;
+    for (const std::size_t place : list.places) arguments.push_back(&list.bytes[place]);
+    for (const Launch &launch : list.launches) {
+      cudaLaunchAttribute closely = in_place_early(early_);
+      cudaLaunchConfig_t launched = {};
+      launched.gridDim = launch.blocks;
+      launched.blockDim = launch.threads;
+      launched.stream = stream;
+      launched.attrs = &closely;
+      launched.numAttrs = 1;
+      const cudaError_t error =
+          cudaLaunchKernelExC(&launched, launch.kernel, arguments.data() + launch.first);
+      if (error != cudaSuccess) return error;
+    }
+    return cudaSuccess;
+  }
+
+  /// Nothing where the driver makes none: then no other list is tried.
+  Graph graph_of(List &list)
+  {
+    const auto ask = [this](cudaError_t error) {
+      makes_graphs_ = makes_graphs_ && error == cudaSuccess;
+    };
+    // the default stream cannot be recorded
+    cudaGraph_t recorded = nullptr;
+    cudaGraphExec_t graph = nullptr;
+    ask(cudaStreamBeginCapture(recorder_, cudaStreamCaptureModeThreadLocal));
+    if (makes_graphs_) {
+      ask(launch_all(list, recorder_));
+      ask(cudaStreamEndCapture(recorder_, &recorded));
+    }
+    if (makes_graphs_) ask(cudaGraphInstantiate(&graph, recorded, 0));
+    if (recorded) cudaGraphDestroy(recorded);
+    if (!makes_graphs_) cudaGetLastError();
+    return Graph(graph);
+  }
+
+  List now_;
+  std::array<Kept, 4> kept_;
+  std::size_t oldest_ = 0;
+  bool early_ = false, makes_graphs_ = true;
+  long graphs_ = 0;
+  SideStream recorder_;
+};
+
+}    // namespace rve
+
+#endif
