@@ -178,7 +178,7 @@ class LaunchList {
       ask(launch_all(list, recorder_));
       ask(cudaStreamEndCapture(recorder_, &recorded));
     }
-    if (makes_graphs_) ask(cudaGraphInstantiate(&graph, recorded, 0));
+    if (makes_graphs_) ask(cudaGraphInstantiateWithFlags(&graph, recorded, 0));
     if (recorded) cudaGraphDestroy(recorded);
     if (!makes_graphs_) cudaGetLastError();
     return Graph(graph);
