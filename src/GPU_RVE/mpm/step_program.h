@@ -140,17 +140,17 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     const bool needs_no_host = !machine_.knows_at_once() &&
         (communication_.ranks == 1 || (machine_.ranks_meet_there() && !has_free_bodies()));
     const std::int32_t *unfinished = needs_no_host ? update.unfinished_there() : nullptr;
-    if (unfinished) {
-      machine_.halt_where(unfinished);
+    const auto tell = [&] {
       passes();
       machine_.hand_over();
+    };
+    if (unfinished) {
+      machine_.halt_where(unfinished);
+      tell();
       machine_.halt_where(nullptr);
     }
     try {
-      if (arrive(update) != Arrival::ByThemselves || !unfinished) {
-        passes();
-        machine_.hand_over();
-      }
+      if (arrive(update) != Arrival::ByThemselves || !unfinished) tell();
       // devices of other ranks may wait for these passes: not before them
       update.meet();
     } catch (...) {
