@@ -68,7 +68,7 @@ FOOTING = (
 
 # not on every device
 FOOTING_ON = {"cpu": (("single", "format", "format single"),),
-              "cuda": (("fast, relaxed", "arithmetic", "format fast arithmetic relaxed"),)}
+              "cuda": (("fast, relaxed", "arithmetic", "format fast arithmetic relaxed"), ("mixed, relaxed", "arithmetic", "arithmetic relaxed"))}
 
 
 def run(command, folder, **more):

@@ -176,9 +176,10 @@ template <int D> std::vector<Setting> settings(bool cuda)
 
   list.push_back({"fast", "format", Format::Fast});
   list.push_back({"double", "format", Format::Double});
-  if (cuda)
+  if (cuda) {
     list.push_back({"fast, relaxed", "arithmetic", Format::Fast, Arithmetic::Relaxed});
-  else if (D == 2)    // where it exists
+    list.push_back({"mixed, relaxed", "arithmetic", Format::Mixed, Arithmetic::Relaxed});
+  } else if (D == 2)    // where it exists
     list.push_back({"single", "format", Format::Single});
   for (const double fraction : {0.1, 0.2, 0.45, 0.7})
     list.push_back({"dt " + number(fraction), "dt", Format::Mixed, strict, fraction});

@@ -114,6 +114,14 @@ template <int D> struct Bench {
                 all.end());
     return all;
   }
+  /// With what is chosen seldom: its kernels are compiled when they are run.
+  std::vector<Precision> all_precisions() const
+  {
+    std::vector<Precision> all = precisions();
+    if (arguments.cuda && (arguments.format.empty() || arguments.format == "mixed"))
+      all.push_back({Format::Mixed, Arithmetic::Relaxed});
+    return all;
+  }
   /// The quickest and the default one.
   std::vector<Precision> two_precisions() const
   {
@@ -337,7 +345,7 @@ template <int D> void run_core(Bench<D> &bench)
     counts = bench.arguments.cuda ? std::vector<int>{1, 132, bench.many()}
                                   : std::vector<int>{1, bench.many()};
   for (const rve::RveStateOf<D> &packing : packings_by_law(bench))
-    for (const Precision precision : bench.precisions()) {
+    for (const Precision precision : bench.all_precisions()) {
       for (const int count : counts)
         for (const int substeps : {10, 2000}) {
           const Batch<D> batch(options_for(bench, precision, count), packing, count);

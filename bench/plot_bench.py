@@ -17,8 +17,8 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-LABELS = {("fast", "relaxed"): "fast, relaxed", ("fast", "strict"): "fast", ("mixed", "strict"): "mixed", ("double", "strict"): "double"}
-STYLES = dict(zip(LABELS, ("o-", "s-", "^-", "v-")))
+LABELS = {("fast", "relaxed"): "fast, relaxed", ("fast", "strict"): "fast", ("mixed", "strict"): "mixed", ("mixed", "relaxed"): "mixed, relaxed", ("double", "strict"): "double"}
+STYLES = dict(zip(LABELS, ("o-", "s-", "^-", "D-", "v-")))
 
 
 def curves(report, experiment, key, metric="rve_steps_per_second"):

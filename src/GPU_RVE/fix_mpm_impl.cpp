@@ -286,23 +286,50 @@ template <int D> std::uint64_t FixMpm::ImplOf<D>::sum_of_positions() const
 template <int D> void FixMpm::ImplOf<D>::find_members()
 {
   const int nlocal = atom->nlocal;
+  const tagint *const tag = atom->tag;
+  const int *const mask = atom->mask;
+  bool are_as_before = members_are_known && (int) ids.size() == nlocal;
   ids.resize(nlocal);
   model.resize(nlocal);
   body.resize(nlocal);
-  const rve::LightWork work(nlocal, settings.options.threads);
-#pragma omp parallel for num_threads(work.team)
-  for (int i = 0; i < nlocal; i++) {
-    ids[i] = atom->tag[i];
-    model[i] = body[i] = -1;
-    for (int k = 0; k < (int) settings.models.size(); k++)
-      if (atom->mask[i] & settings.models[k].groupbit) model[i] = k;
-    for (int k = 0; k < (int) settings.bodies.size(); k++)
-      if (atom->mask[i] & settings.bodies[k].groupbit) body[i] = k;
+  // in each step: without branches, some at a time
+  constexpr int SOME = 256;
+  const auto number = [mask](const auto &groups, int first, int count, int *found) {
+    int last[SOME];
+    std::fill_n(last, count, -1);
+    for (int k = 0; k < (int) groups.size(); k++) {
+      const int bit = groups[k].groupbit;
+      for (int i = 0; i < count; i++) last[i] = mask[first + i] & bit ? k : last[i];
+    }
+    const bool same = std::equal(last, last + count, found + first);
+    std::copy_n(last, count, found + first);
+    return same;
+  };
+  {
+    const rve::LightWork work(nlocal, settings.options.threads);
+#pragma omp parallel num_threads(work.team) reduction(&& : are_as_before)
+    {
+      const rve::ThreadShare mine(nlocal);
+      for (int first = mine.begin; first < mine.end; first += SOME) {
+        const int count = std::min(SOME, mine.end - first);
+        bool same = number(settings.models, first, count, model.data());
+        same &= number(settings.bodies, first, count, body.data());
+        for (int i = first; i < first + count; i++) {
+          same &= ids[i] == tag[i];
+          ids[i] = tag[i];
+        }
+        are_as_before = are_as_before && same;
+      }
+    }
+  }
+  if (are_as_before) return;
     // groups change between runs, and dynamic ones in a run
+#pragma omp parallel for num_threads(rve::team_for(nlocal, settings.options.threads))
+  for (int i = 0; i < nlocal; i++)
     if (body[i] < 0 && model[i] >= 0 && volume0[i] > 0.0 &&
         remembering[i] != law_of_model[model[i]])
       begin_memory(i);
-  }
+  members_are_known = true;
 }
 
 template <int D> mpm::PointView<D> FixMpm::ImplOf<D>::points()

@@ -196,6 +196,7 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   // made anew whenever they are needed: they follow from groups
   std::vector<std::int64_t> ids;
   std::vector<int> model, body;
+  bool members_are_known = false;    // all that follows from these, too
 
   /// The arrays that only a device has changed are those of the last step again.
   void bring_back() { solver->fetch(points()); }
@@ -205,6 +206,7 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   {
     bring_back();
     solver->points_changed();
+    members_are_known = false;
   }
 
   /// With the first `num_memory` doubles of its row of memory.

@@ -109,9 +109,9 @@ TEST(Failure, WrongOptionsAndNumbersAreRefused)
   Options negative_skin = cpu_options(), no_limit = cpu_options();
   negative_skin.skin = -1e-3;
   no_limit.overlap_limit = 1.5;
-  Options relaxed_mixed = cpu_options(Format::Mixed), relaxed_on_cpu = cpu_options(Format::Fast);
-  relaxed_mixed.device = Device::Auto;
-  relaxed_mixed.arithmetic = relaxed_on_cpu.arithmetic = Arithmetic::Relaxed;
+  Options relaxed_double = cpu_options(Format::Double), relaxed_on_cpu = cpu_options(Format::Fast);
+  relaxed_double.device = Device::Auto;
+  relaxed_double.arithmetic = relaxed_on_cpu.arithmetic = Arithmetic::Relaxed;
   RveRig rig(paper_gas());
   std::vector<Result> results;
 
@@ -124,9 +124,9 @@ TEST(Failure, WrongOptionsAndNumbersAreRefused)
                        }),
                        "(0, 1), got 1.5"));
   EXPECT_EQ(message_of([&] {
-              make_engine(relaxed_mixed);
+              make_engine(relaxed_double);
             }),
-            "relaxed arithmetic exists for the number format fast only, got mixed");
+            "relaxed arithmetic exists for the number formats fast and mixed, got double");
   EXPECT_EQ(message_of([&] {
               make_engine(relaxed_on_cpu);
             }),

@@ -159,7 +159,7 @@ TEST_P(Frictionless, EveryKernelGivesTheBitsOfTheCpu)
 // Approximate roots err by 2^-22 of a distance, of which overlaps are a thousandth.
 TEST_P(Frictionless, RelaxedStressIsWithinTheErrorOfARoot)
 {
-  if (GetParam() != Format::Fast) GTEST_SKIP() << "fast only has relaxed arithmetic";
+  if (GetParam() == Format::Double) GTEST_SKIP() << "double has no relaxed arithmetic";
   const RveState state = without_friction();
   Options options = device_options(GetParam());
   options.arithmetic = Arithmetic::Relaxed;

@@ -35,6 +35,7 @@ std::vector<Line> lines_to_compile()
   const Line formats[] = {{Program::General, Format::Fast, Arithmetic::Strict},
                           {Program::General, Format::Fast, Arithmetic::Relaxed},
                           {Program::General, Format::Mixed, Arithmetic::Strict},
+                          {Program::General, Format::Mixed, Arithmetic::Relaxed},
                           {Program::General, Format::Double, Arithmetic::Strict}};
   std::vector<Line> lines(std::begin(formats), std::end(formats));
   for (int k = 0; k < kNumPrograms; ++k) {

@@ -13,6 +13,7 @@
 #include <cstdlib>
 #include <limits>
 #include <map>
+#include <new>
 #include <numeric>
 #include <omp.h>
 #include <utility>
@@ -314,19 +315,22 @@ void BatchEngine<D>::prepare(Call &call, const std::vector<int> &rves,
       Extent mine;
 #pragma omp for
       for (int k = 0; k < count; ++k) {
-        try {
-          check_slot(rves[k]);
-          check(drives[k]);
-        } catch (const InputError &) {
-          first_bad = std::min(first_bad, k);
-          continue;
+        const DriveOf<D> &drive = drives[k];
+        if (!is_there(rves[k]) || !is_simple(drive)) {
+          try {
+            check_slot(rves[k]);
+            check(drive);
+          } catch (const InputError &) {
+            first_bad = std::min(first_bad, k);
+            continue;
+          }
+          servo = servo || drive.has_servo();
+          steered = steered || needs_steering(drive);
+          by_modes = by_modes || drive.num_modes > 0;
         }
-        records[k] = to_record(drives[k]);
-        costs[k] = cost_of(grains_of[rves[k]], drives[k].substeps);
-        mine.add(grains_of[rves[k]], drives[k].substeps);
-        servo = servo || drives[k].has_servo();
-        steered = steered || needs_steering(drives[k]);
-        by_modes = by_modes || drives[k].num_modes > 0;
+        new (records + k) DriveRecord<D>(to_record(drive));
+        costs[k] = cost_of(grains_of[rves[k]], drive.substeps);
+        mine.add(grains_of[rves[k]], drive.substeps);
       }
 #pragma omp critical(extent_of_a_call)
       extent.add(mine);
@@ -531,11 +535,11 @@ void BatchEngine<D>::bound_time_steps(const std::vector<int> &rves, double enoug
           "a sufficient time step must be positive and finite, got " + number(enough) + " [time]");
   DriveOf<D> look;
   look.dt = enough;
-  const std::vector<DriveOf<D>> drives(rves.size(), look);
-  Answers all = start(rves, drives, Answer::TimeStep);
+  looks.assign(rves.size(), look);
+  Answers all = start(rves, looks, Answer::TimeStep);
   const std::size_t count = rves.size();
   if (std::any_of(all.answers, all.answers + count, must_repeat<D>))
-    all = repeat(rves, among(drives), all, Answer::TimeStep);
+    all = repeat(rves, among(looks), all, Answer::TimeStep);
   bounds.resize(count);
   for (std::size_t k = 0; k < count; ++k)
     bounds[k] = all.answers[k].status & status::Fatal ? 0.0 : all.details[k].stiffness[0];
@@ -588,7 +592,7 @@ bool BatchEngine<D>::begin_advance(const std::vector<int> &rves, IncrementCallOf
           const IncrementOf<D> &one = increments[k];
           all_serve = is_there(rves[k]) && is_simple(one);
           if (!all_serve) break;
-          records[k] = to_record(one);
+          new (records + k) DriveRecord<D>(to_record(one));
           costs[k] = cost_of(grains_of[rves[k]], one.substeps);
           mine.add(grains_of[rves[k]], one.substeps);
         }

@@ -69,10 +69,13 @@ CudaPrograms::CudaPrograms(const Options &options, int capability_in) :
     format(options.format), arithmetic(options.arithmetic), capability(capability_in),
     log(options.log)
 {
-  if (format == Format::Fast && arithmetic == Arithmetic::Relaxed)
+  const bool relaxed = arithmetic == Arithmetic::Relaxed;
+  if (format == Format::Fast && relaxed)
     fill<FastNumbers, Format::Fast, Arithmetic::Relaxed>();
   else if (format == Format::Fast)
     fill<FastNumbers, Format::Fast, Arithmetic::Strict>();
+  else if (format == Format::Mixed && relaxed)
+    fill<MixedNumbers, Format::Mixed, Arithmetic::Relaxed>();
   else if (format == Format::Mixed)
     fill<MixedNumbers, Format::Mixed, Arithmetic::Strict>();
   else
@@ -83,6 +86,7 @@ std::string CudaPrograms::obstacle(Program memory, const std::string &to_compili
 {
   if (of(memory).ahead || to_compiling.empty()) return "";
   return "kernels for RVEs with " + to_string(features_of(memory).contacts) +
+      (arithmetic == Arithmetic::Relaxed ? " in relaxed arithmetic" : "") +
       " are compiled while the program runs, and cannot be: " + to_compiling;
 }
 

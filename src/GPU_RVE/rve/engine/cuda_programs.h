@@ -18,10 +18,11 @@ namespace rve {
 /// Those that CMake's translation units have (cuda_program.cu.in). None of a program that is compiled at run time.
 template <Program program, Format format, Arithmetic arithmetic> ProgramKernels cuda_kernels();
 
-#define RVE_DECLARE_KERNELS(name, law, books, prepared)                                        \
-  template <> ProgramKernels cuda_kernels<Program::name, Format::Fast, Arithmetic::Strict>();  \
-  template <> ProgramKernels cuda_kernels<Program::name, Format::Fast, Arithmetic::Relaxed>(); \
-  template <> ProgramKernels cuda_kernels<Program::name, Format::Mixed, Arithmetic::Strict>(); \
+#define RVE_DECLARE_KERNELS(name, law, books, prepared)                                         \
+  template <> ProgramKernels cuda_kernels<Program::name, Format::Fast, Arithmetic::Strict>();   \
+  template <> ProgramKernels cuda_kernels<Program::name, Format::Fast, Arithmetic::Relaxed>();  \
+  template <> ProgramKernels cuda_kernels<Program::name, Format::Mixed, Arithmetic::Strict>();  \
+  template <> ProgramKernels cuda_kernels<Program::name, Format::Mixed, Arithmetic::Relaxed>(); \
   template <> ProgramKernels cuda_kernels<Program::name, Format::Double, Arithmetic::Strict>();
 RVE_PROGRAMS(RVE_DECLARE_KERNELS)
 #undef RVE_DECLARE_KERNELS

@@ -103,11 +103,42 @@ template <int D> bool needs_steering(const DriveOf<D> &drive)
   return drive.has_servo() || !turns_little(drive.deformation);
 }
 
+namespace {
+  /// Whether is_simple() cannot but hold, since F is so near the identity, as most are; quicker than that, by two thirds where a processor has no
+  /// fma. With sums below s of what is in a row of F - 1 the diagonal dominates, hence the determinant is positive (Levy and Desplanques); and
+  /// of the axial vector of turns_little() the length is below D s, the trace of F above D (1 - s).
+  template <int D> bool is_nearly_identity(const Tensor<double, D> &f)
+  {
+    constexpr double small = 0.5 * LARGEST_TURN / (1.0 + LARGEST_TURN);
+    bool is = true;
+    for (int a = 0; a < D; ++a) {
+      double row = 0.0;
+      for (int b = 0; b < D; ++b) row += std::fabs(f(a, b) - (a == b ? 1.0 : 0.0));
+      is &= row < small;
+    }
+    return is;
+  }
+
+  /// Of a drive or an increment that steers nothing.
+  template <class AnyDrive> bool is_short_path(const AnyDrive &drive)
+  {
+    const bool has_time = drive.substeps == 0 ||
+        (drive.substeps > 0 && std::isfinite(drive.dt) && drive.dt > 0.0);
+    return has_time && (is_nearly_identity(drive.deformation) || is_simple(drive.deformation));
+  }
+}    // namespace
+
+template <int D> bool is_simple(const DriveOf<D> &drive)
+{
+  bool controls = drive.num_modes != 0;
+  for (int a = 0; a < D; ++a)
+    for (int b = 0; b < D; ++b) controls |= drive.controlled[a][b];
+  return !controls && is_short_path(drive);
+}
+
 template <int D> bool is_simple(const IncrementOf<D> &increment)
 {
-  const bool has_time = increment.substeps == 0 ||
-      (increment.substeps > 0 && std::isfinite(increment.dt) && increment.dt > 0.0);
-  return has_time && is_simple(increment.deformation);
+  return is_short_path(increment);
 }
 
 namespace {
@@ -170,6 +201,7 @@ template <int D> SteeredModes<D> to_modes(const DriveOf<D> &drive)
 
 template void check(const DriveOf<2> &);
 template bool needs_steering(const DriveOf<2> &);
+template bool is_simple(const DriveOf<2> &);
 template bool is_simple(const IncrementOf<2> &);
 template DriveRecord<2> to_record(const DriveOf<2> &);
 template DriveRecord<2> to_record(const IncrementOf<2> &);
@@ -178,6 +210,7 @@ template SteeredModes<2> to_modes(const DriveOf<2> &);
 
 template void check(const DriveOf<3> &);
 template bool needs_steering(const DriveOf<3> &);
+template bool is_simple(const DriveOf<3> &);
 template bool is_simple(const IncrementOf<3> &);
 template DriveRecord<3> to_record(const DriveOf<3> &);
 template DriveRecord<3> to_record(const IncrementOf<3> &);

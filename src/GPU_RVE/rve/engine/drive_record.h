@@ -14,10 +14,11 @@ template <int D> void check(const DriveOf<D> &drive);
 /// Whether a drive needs a SteeringRecord<2>: for a servo, or to turn the RVE in several segments.
 template <int D> bool needs_steering(const DriveOf<D> &drive);
 
-/// Whether check() finds nothing, and nothing is to be steered.
+/// Whether check() finds nothing, and nothing is to be steered: what most drives are, and quicker to see.
+template <int D> bool is_simple(const DriveOf<D> &drive);
 template <int D> bool is_simple(const IncrementOf<D> &increment);
 
-/// Of a path in one segment.
+/// Of a path in one segment. Quick where the record is made in its place (new), not elsewhere and copied.
 template <int D> DriveRecord<D> to_record(const DriveOf<D> &drive);
 template <int D> DriveRecord<D> to_record(const IncrementOf<D> &increment);
 

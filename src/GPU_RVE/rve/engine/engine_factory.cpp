@@ -15,8 +15,9 @@ template <int D>
 std::unique_ptr<EngineOf<D>> make_engine(const Options &options, std::string *notice)
 {
   if (notice) notice->clear();
-  require(options.arithmetic == Arithmetic::Strict || options.format == Format::Fast,
-          "relaxed arithmetic exists for the number format fast only, got " +
+  require(options.arithmetic == Arithmetic::Strict || options.format == Format::Fast ||
+              options.format == Format::Mixed,
+          "relaxed arithmetic exists for the number formats fast and mixed, got " +
               to_string(options.format));
   require(options.arithmetic == Arithmetic::Strict || options.device != Device::Cpu,
           "relaxed arithmetic needs a CUDA device: on a CPU it gains nothing");
