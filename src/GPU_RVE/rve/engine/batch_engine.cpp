@@ -535,11 +535,11 @@ void BatchEngine<D>::bound_time_steps(const std::vector<int> &rves, double enoug
           "a sufficient time step must be positive and finite, got " + number(enough) + " [time]");
   DriveOf<D> look;
   look.dt = enough;
-  looks.assign(rves.size(), look);
-  Answers all = start(rves, looks, Answer::TimeStep);
+  drives_of_look.assign(rves.size(), look);
+  Answers all = start(rves, drives_of_look, Answer::TimeStep);
   const std::size_t count = rves.size();
   if (std::any_of(all.answers, all.answers + count, must_repeat<D>))
-    all = repeat(rves, among(looks), all, Answer::TimeStep);
+    all = repeat(rves, among(drives_of_look), all, Answer::TimeStep);
   bounds.resize(count);
   for (std::size_t k = 0; k < count; ++k)
     bounds[k] = all.answers[k].status & status::Fatal ? 0.0 : all.details[k].stiffness[0];
