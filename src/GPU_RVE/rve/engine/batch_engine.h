@@ -181,8 +181,8 @@ template <int D> class BatchEngine : public EngineOf<D> {
   std::vector<double> costs;
   std::vector<unsigned char> cost_class;
   std::vector<int> order, class_begin;
-  std::vector<DriveOf<D>>
-      drives_of_look;    ///< that finds time steps: megabytes, kept from one to the next
+  /// That finds time steps: megabytes, kept from one to the next.
+  std::vector<DriveOf<D>> drives_of_look;
   /// A call by increments between its halves.
   struct UnderWay {
     const std::vector<int> *rves = nullptr;
