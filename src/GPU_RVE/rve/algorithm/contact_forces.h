@@ -152,7 +152,7 @@ inline namespace RVE_ISA {
       if constexpr (wanted == Wanted::Survey)
         history = now;
       else
-        history = Scene::Law::between_looks(now);
+        history = Scene::Law::between_looks(now, history);
     };
     const auto release = [&]() RVE_INLINE_LAMBDA {
       if constexpr (with_stress && Scene::books)

@@ -335,11 +335,7 @@ inline namespace RVE_ISA {
 
     RVE_INLINE void load_pair(const SharedView<Scene> &shared, int k, Item i)
     {
-      if constexpr (Scene::has_friction) {
-        history[k].load(i);
-        if constexpr (!kHistoryPasses<Block, Scene>)
-          history[k].keep(i, Scene::Law::between_looks(history[k][i]));
-      }
+      if (Scene::has_friction) history[k].load(i);
       partners.load_slot(shared, k, i);
     }
 

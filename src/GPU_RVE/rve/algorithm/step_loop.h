@@ -190,8 +190,7 @@ inline namespace RVE_ISA {
         grains.partners.publish(i, stored.partner);
         for (int k = 0; k < Scene::owned_pairs; ++k) {
           if constexpr (Scene::has_friction)
-            grains.history[k].keep(
-                i, Scene::Law::between_looks(Stored::internal_history(call, stored.history[k])));
+            grains.history[k].keep(i, Stored::internal_history(call, stored.history[k]));
           else    // they are zero, and stay there
             grains.history[k].publish(i, typename Scene::History());
         }

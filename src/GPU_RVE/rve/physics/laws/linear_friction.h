@@ -74,7 +74,10 @@ inline namespace RVE_ISA {
     {
       return static_cast<Spring>(force) * history;
     }
-    static RVE_INLINE const History &between_looks(const History &history) { return history; }
+    static RVE_INLINE const History &between_looks(const History &now, const History &)
+    {
+      return now;
+    }
     template <class Pair> static History of_pair(const Pair &pair)
     {
       return in_numbers<Spring>(pair.tangential_force);
