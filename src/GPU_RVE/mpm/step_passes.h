@@ -27,6 +27,14 @@ template <int D> RVE_HD double largest(const double *component)
   return result;
 }
 
+/// A vector of its D components.
+template <int D> RVE_HD Vec<D> first_of(const double *component)
+{
+  Vec<D> vector;
+  for (int a = 0; a < D; ++a) vector[a] = component[a];
+  return vector;
+}
+
 /// Whether D components are finite numbers.
 template <int D> RVE_HD bool are_finite(const double *component)
 {
@@ -247,7 +255,9 @@ RVE_HD void each_part(const StepView<D> &step, int p, const Visit &visit)
   if (step.follows())
     for (int a = 0; a < D; ++a) part.count *= step.box[p].parts(a);
   if (part.count == 1) {
-    visit(step.support[p], part);
+    // a copy, here and where points give to nodes: a thread of a GPU reads what lies in memory anew behind each addition to it
+    const Support<D> support = step.support[p];
+    visit(support, part);
     return;
   }
   const PointBox<D> box = step.box[p];
@@ -399,6 +409,7 @@ template <int D> struct InertiaOfPoint {
   template <class Sums> RVE_HD void to_nodes(const StepView<D> &step, int p, Sums sums) const
   {
     const double m = step.points.mass[p];
+    const Vec<D> velocity = first_of<D>(step.points.velocity[p]);
     each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
       const double mass = m * part.share();
       scatter_integer<INERTIA_SUMS<D>>(
@@ -408,7 +419,7 @@ template <int D> struct InertiaOfPoint {
           },
           sums, 0);
       for (int c = 0; c < D; ++c) {
-        const double whole = m * step.points.velocity[p][c];
+        const double whole = m * velocity[c];
         const double momentum = whole * part.share();
         scatter_integer<INERTIA_SUMS<D>>(
             support, momentum_scale, part.integer(momentum_scale, whole),
@@ -434,8 +445,10 @@ template <int D> struct ForceOfPoint {
       const double change = mean_of_cells(step, p) - trace(stress) / D;
       for (int a = 0; a < D; ++a) stress(a, a) += change;
     }
+    const double volume = step.points.volume[p];
+    const Vec<D> force_of_body = first_of<D>(step.points.body_force[p]);
     each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
-      const Tensor<D> stress_volume = (-step.points.volume[p] * part.share()) * stress;
+      const Tensor<D> stress_volume = (-volume * part.share()) * stress;
       for (int c = 0; c < D; ++c) {
         // Σ∇N = 0: the shares of the internal force add up to nothing, to the last bit
         scatter_integer<VECTOR_SUMS<D>>(
@@ -447,7 +460,7 @@ template <int D> struct ForceOfPoint {
               return force;
             },
             sums, c);
-        const double whole = step.points.body_force[p][c];
+        const double whole = force_of_body[c];
         const double body_force = whole * part.share();
         if (whole != 0.0)
           scatter_integer<VECTOR_SUMS<D>>(
@@ -515,9 +528,11 @@ template <int D> struct ScatterMomentumAgain : Pass<D> {
   template <class Sums> RVE_HD void operator()(int p, Sums, Sums sums) const
   {
     if (step.points.rigid_body[p] >= 0) return;
+    const double m = step.points.mass[p];
+    const Vec<D> velocity = first_of<D>(step.points.velocity[p]);
     each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
       for (int c = 0; c < D; ++c) {
-        const double whole = step.points.mass[p] * step.points.velocity[p][c];
+        const double whole = m * velocity[c];
         const double momentum = whole * part.share();
         scatter_integer<VECTOR_SUMS<D>>(
             support, scale, part.integer(scale, whole),
