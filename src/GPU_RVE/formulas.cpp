@@ -16,7 +16,6 @@
 #include "info.h"
 #include "input.h"
 #include "lammps.h"
-#include "utils.h"
 #include "variable.h"
 
 #include <cctype>
@@ -66,7 +65,9 @@ class Formulas {
   /// the variable has one.
   std::string text(int index)
   {
-    const std::string info = utils::trim(Info(lmp_).get_variable_info(index));
+    std::string info = Info(lmp_).get_variable_info(index);
+    // utils::trim looks for patterns, and this is asked in each step
+    info.erase(info.find_last_not_of(" \t\r\n") + 1);
     const std::size_t begin = info.find("def =");
     if (begin == std::string::npos) return "unknown";
     const bool has_value = variables_->equalstyle(index);

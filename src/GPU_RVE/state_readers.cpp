@@ -23,7 +23,8 @@
 #include "modify.h"
 #include "output.h"
 #include "update.h"
-#include "utils.h"
+
+#include <cstring>
 
 using namespace LAMMPS_NS;
 
@@ -58,13 +59,17 @@ bool LAMMPS_NS::state_may_be_read(LAMMPS *lmp)
   const bigint step = lmp->update->ntimestep;
   if (step == lmp->update->laststep || step == lmp->output->next) return true;
   for (const Fix *fix : lmp->modify->get_fix_list()) {
-    if (utils::strmatch(fix->style, "^mpm$") || utils::strmatch(fix->style, "^rve$") ||
-        utils::strmatch(fix->style, "^gravity")) {
+    // not by patterns, which LAMMPS reads anew each time: this is asked in each step
+    const auto begins = [fix](const char *word) {
+      return std::strncmp(fix->style, word, std::strlen(word)) == 0;
+    };
+    if (std::strcmp(fix->style, "mpm") == 0 || std::strcmp(fix->style, "rve") == 0 ||
+        begins("gravity")) {
       if (reads_by_variables(fix, lmp)) return true;
       continue;
     }
     // weighs atoms before it deals them out, in the beginning of a step
-    if (utils::strmatch(fix->style, "^balance")) {
+    if (begins("balance")) {
       if (fix->force_reneighbor && step + 1 >= fix->next_reneighbor) return true;
       continue;
     }
