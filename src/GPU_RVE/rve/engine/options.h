@@ -20,7 +20,7 @@ enum class Format { Fast, Mixed, Double, Single };
 enum class Arms { Contact, Lammps };
 
 /// Strict: IEEE operations, the same bits on CPU and GPU. Relaxed: approximate root and quotient and contracted operations, for
-/// `fast` on a GPU only.
+/// `fast` and `mixed` on a GPU only.
 enum class Arithmetic { Strict, Relaxed };
 
 struct Options {
