@@ -76,6 +76,10 @@ int run(int count, char **words)
     std::fprintf(stderr, "%s\n", obstacle.c_str());
     return 1;
   }
+  if (options.count("cache") && options.count("keep")) {
+    std::fprintf(stderr, "--keep wants the text of kernels, which --cache does not have\n");
+    return 1;
+  }
   KernelCache cache(options["cache"]);
   if (!cache.obstacle().empty()) std::fprintf(stderr, "%s\n", cache.obstacle().c_str());
   const int capability = options.count("capability") ? std::atoi(options["capability"].c_str())

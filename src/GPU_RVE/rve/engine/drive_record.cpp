@@ -119,8 +119,8 @@ namespace {
     return is;
   }
 
-  /// Of a drive or an increment that steers nothing.
-  template <class AnyDrive> bool is_short_path(const AnyDrive &drive)
+  /// A drive without a servo, or an increment.
+  template <class AnyDrive> bool is_unsteered(const AnyDrive &drive)
   {
     const bool has_time = drive.substeps == 0 ||
         (drive.substeps > 0 && std::isfinite(drive.dt) && drive.dt > 0.0);
@@ -133,12 +133,12 @@ template <int D> bool is_simple(const DriveOf<D> &drive)
   bool controls = drive.num_modes != 0;
   for (int a = 0; a < D; ++a)
     for (int b = 0; b < D; ++b) controls |= drive.controlled[a][b];
-  return !controls && is_short_path(drive);
+  return !controls && is_unsteered(drive);
 }
 
 template <int D> bool is_simple(const IncrementOf<D> &increment)
 {
-  return is_short_path(increment);
+  return is_unsteered(increment);
 }
 
 namespace {
