@@ -34,6 +34,8 @@ class BlockInRegisters : public BlockSerial {
     T &operator[](int item) { return value[item]; }
     void load(int item) { value[item] = array[item]; }
     void save(int item) { array[item] = value[item]; }
+    void load_whole(int item) { load(item); }
+    void save_whole(int item) { save(item); }
     void keep(int item, const T &x) { value[item] = x; }
     void publish(int item, const T &x) { value[item] = array[item] = x; }
   };

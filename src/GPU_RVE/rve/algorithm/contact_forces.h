@@ -66,21 +66,6 @@ inline namespace RVE_ISA {
     return step.law.evaluate(contact, motion_i, motion_j, step.gradient, history, step.dt);
   }
 
-  /// Adds the Love terms of one contact, each rounded as its force was: a branch is no longer than one internal length.
-  template <class Numbers, int D>
-  RVE_INLINE void add_love_term(const Truth<typename Numbers::Real> &acting,
-                                const Vec<typename Numbers::Real, D> &force,
-                                const Vec<typename Numbers::Real, D> &branch,
-                                Vec<typename Numbers::Sum, Space<D>::components> &sum)
-  {
-    const auto stress = love_term(force, branch);
-    for (int k = 0; k < Space<D>::components; ++k) {
-      typename Numbers::Sum units;
-      round_to(where(acting, stress.component[k]), units);
-      sum[k] = wrapping_sum(sum[k], units);
-    }
-  }
-
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
   /// What a survey shall say of a grain: its largest force, if it is sound.
@@ -93,19 +78,22 @@ inline namespace RVE_ISA {
                                                                                  : kInfinity;
   }
 
-  /// Whether torques on a grain from its own pairs are added up as they are, and rounded once. That hangs on the order of the pairs, and so does
-  /// relaxed arithmetic of spheres anyway. Forces have to be rounded one by one: those on both grains are opposite to the last bit.
-  template <int D> constexpr bool kRoundsTorquesOnce = kIsRelaxed &&D == 3;
+  /// Whether torques on a grain from its own pairs, and their Love terms, are added up as they are, and rounded once. That hangs on the order
+  /// of the pairs, and so does relaxed arithmetic of spheres anyway. Forces have to be rounded one by one: those on both grains are opposite to
+  /// the last bit.
+  template <int D> constexpr bool kRoundsOnce = kIsRelaxed &&D == 3;
 
   /// What gathers while a grain's pairs are computed.
   template <class Numbers, int D> struct GrainSum {
     Vec<typename Numbers::Sum, Space<D>::freedoms> own;    ///< force and torque on the owner
-    /// kRoundsTorquesOnce: in place of that of `own`, until round_torque.
+    /// kRoundsOnce: in place of that of `own`, until round_torque.
     Vec<typename Numbers::Real, Space<D>::spins> torque;
     typename Numbers::Real largest_force;    ///< that counts for the unit of forces
     Vec<typename Numbers::Sum, Space<D>::components> stress;    ///< Love terms, with the stress
-    std::int32_t contacts, crushed;                             ///< with the stress
-    Dissipation heat;    ///< with the stress, in programs that keep books
+    /// kRoundsOnce: in place of `stress`, until round_love.
+    Vec<typename Numbers::Real, Space<D>::components> love;
+    std::int32_t contacts, crushed;    ///< with the stress
+    Dissipation heat;                  ///< with the stress, in programs that keep books
   };
 
   /// Nothing yet, after contact forces up to a largest one.
@@ -118,15 +106,30 @@ inline namespace RVE_ISA {
             Vec<typename Scene::Real, Scene::spins>::zero(),
             largest_force,
             Vec<Sum, Scene::components>::zero(),
+            Vec<typename Scene::Real, Scene::components>::zero(),
             0,
             0,
             {0.0, 0.0}};
   }
 
-  template <class Numbers, int D> RVE_INLINE void round_torque(GrainSum<Numbers, D> &sum)
+  /// Adds the Love terms of one contact, in the unit of forces: a branch is no longer than one internal length.
+  template <class Numbers, int D>
+  RVE_INLINE void add_love_term(const Truth<typename Numbers::Real> &acting,
+                                const Vec<typename Numbers::Real, D> &force,
+                                const Vec<typename Numbers::Real, D> &branch,
+                                GrainSum<Numbers, D> &sum)
   {
-    if constexpr (kRoundsTorquesOnce<D>)
-      for (int k = 0; k < Space<D>::spins; ++k) round_to(sum.torque[k], sum.own[D + k]);
+    const auto stress = love_term(force, branch);
+    for (int k = 0; k < Space<D>::components; ++k) {
+      const auto mine = where(acting, stress.component[k]);
+      if constexpr (kRoundsOnce<D>) {
+        sum.love[k] = sum.love[k] + mine;
+      } else {
+        typename Numbers::Sum units;
+        round_to(mine, units);
+        sum.stress[k] = wrapping_sum(sum.stress[k], units);
+      }
+    }
   }
 
   /// What is wanted beside the forces.
@@ -135,6 +138,19 @@ inline namespace RVE_ISA {
     LoveSums,    ///< in the steps of programs that keep books
     Survey       ///< of the last forces of a call: Love sums, contacts, soundness
   };
+
+  template <class Numbers, int D> RVE_INLINE void round_torque(GrainSum<Numbers, D> &sum)
+  {
+    if constexpr (kRoundsOnce<D>)
+      for (int k = 0; k < Space<D>::spins; ++k) round_to(sum.torque[k], sum.own[D + k]);
+  }
+
+  /// Love terms into integers.
+  template <class Numbers, int D> RVE_INLINE void round_love(GrainSum<Numbers, D> &sum)
+  {
+    if constexpr (kRoundsOnce<D>)
+      for (int k = 0; k < Space<D>::components; ++k) round_to(sum.love[k], sum.stress[k]);
+  }
 
   /// Computes a pair, or a pack of pairs: advances its history, adds its force to `sum` of grain i, and hands what grain j gets to
   /// add_to_j(force and torque). keeps_ledger: what is lost is asked for, in programs with all books.
@@ -152,7 +168,7 @@ inline namespace RVE_ISA {
       if constexpr (wanted == Wanted::Survey)
         history = now;
       else
-        history = Scene::Law::between_looks(now, history);
+        history = Scene::Law::between_looks(now);
     };
     const auto release = [&]() RVE_INLINE_LAMBDA {
       if constexpr (with_stress && Scene::books)
@@ -192,19 +208,19 @@ inline namespace RVE_ISA {
       if constexpr (Scene::has_friction) {
         round_to(where(acting, spin_component(force.torque_j, k)), on_j[D + k]);
         const Real mine = where(acting, spin_component(force.torque_i, k));
-        if constexpr (kRoundsTorquesOnce<D>)
+        if constexpr (kRoundsOnce<D>)
           sum.torque[k] = sum.torque[k] + mine;
         else
           round_to(mine, torque_i[k]);
       }
     }
     for (int a = 0; a < D; ++a) sum.own[a] = wrapping_difference(sum.own[a], on_j[a]);
-    if constexpr (!kRoundsTorquesOnce<D>)
+    if constexpr (!kRoundsOnce<D>)
       for (int k = 0; k < Scene::spins; ++k)
         sum.own[D + k] = wrapping_sum(sum.own[D + k], torque_i[k]);
     add_to_j(on_j);
     if constexpr (with_stress)
-      add_love_term<typename Scene::Numbers, D>(acting, force.force, contact.branch, sum.stress);
+      add_love_term<typename Scene::Numbers, D>(acting, force.force, contact.branch, sum);
     if constexpr (wanted == Wanted::Survey) {
       const Real ri = static_cast<Real>(grain_i.radius), rj = static_cast<Real>(grain_j.radius);
       sum.contacts += count(acting);
@@ -289,6 +305,8 @@ inline namespace RVE_ISA {
                              [&](const auto &force) RVE_INLINE_LAMBDA {
                                grains.add_to_partner(block, shared, k, i, force);
                              });
+            // on its way while the next one is computed: there are no registers for all
+            if constexpr (holds && wanted == Wanted::Survey) grains.save_pair(k, i);
           });
       round_torque(sum);
     };
@@ -319,6 +337,7 @@ inline namespace RVE_ISA {
         grains.own.keep(i, sum.own);
       for (int m = i; m < num_extra; m += num_grains) add_extra(m, sum);
       grains.largest_force.keep(i, sum.largest_force);
+      if constexpr (!holds || wanted != Wanted::Survey) round_love(sum);
       if constexpr (Scene::books)
         if (keeps_ledger) {
           const int number = call.number_of(i);
@@ -344,12 +363,14 @@ inline namespace RVE_ISA {
         auto sum = begin_sum<Here>(grains.largest_of(i));
         add_owned(i, sum);
         grains.keep_forces(block, shared, i, sum.own, sum.largest_force);
+        round_love(sum);
         add_terms(sum, term);
       });
       grains.for_each_grain(item, num_extra, [&](Item i) RVE_INLINE_LAMBDA {
         auto sum = begin_sum<Scene>(grains.largest_force[i]);
         for (int m = i; m < num_extra; m += num_grains) add_extra(m, sum);
         grains.largest_force.keep(i, sum.largest_force);
+        round_love(sum);
         add_terms(sum, term);
       });
     };
@@ -368,6 +389,8 @@ inline namespace RVE_ISA {
           },
           call.survey.sum, then);
     } else if constexpr (wanted == Wanted::Survey) {
+      // where a thread takes its grains in turn it rounds once for all of them: sums of 64 bits would not have registers
+      GrainSum<Numbers, Scene::D> of_thread = begin_sum<Scene>(typename Scene::Real(0));
       const auto survey = [&](const auto item, auto *term, float &largest) RVE_INLINE_LAMBDA {
         if constexpr (IsPack<std::decay_t<decltype(item)>>::value) {
           add_pack(item, term);
@@ -378,16 +401,22 @@ inline namespace RVE_ISA {
           const Item i = item;
           const auto sum = add_all(i);
           for (int k = 0; k < Scene::components; ++k) term[k] = sum.stress[k];
+          if constexpr (holds && kRoundsOnce<Scene::D>) of_thread.love = of_thread.love + sum.love;
           term[Sums::contacts] = sum.contacts;
           term[Sums::crushed] = sum.crushed;
-          if constexpr (holds) grains.save(i);    // its forces are on chip
+          if constexpr (holds) grains.save_itself(i);    // its forces are on chip
           const float mine = soundness(grains.view(i), sum.largest_force);
           largest = mine > largest ? mine : largest;
         }
       };
       if constexpr (holds)
-        block.template survey_items_in_turn<Sums::count, typename Scene::Sum>(num_grains, survey,
-                                                                              call.survey);
+        block.template survey_items_in_turn<Sums::count, typename Scene::Sum>(
+            num_grains, survey,
+            [&](auto *term) RVE_INLINE_LAMBDA {
+              round_love(of_thread);
+              for (int k = 0; k < Scene::components; ++k) term[k] = of_thread.stress[k];
+            },
+            call.survey);
       else
         block.template survey_items<Sums::count, typename Scene::Sum>(num_grains, survey,
                                                                       call.survey);

@@ -230,8 +230,8 @@ inline namespace RVE_ISA {
       for (int m = 0; m < kNumbers; ++m)
         first[m * next + i] = reinterpret_cast<const Number *>(&x)[m];
     }
-    RVE_INLINE void load(int i) { keep(i, array[i]); }
-    RVE_INLINE void save(int i) { array[i] = (*this)[i]; }
+    RVE_INLINE void load_whole(int i) { keep(i, array[i]); }
+    RVE_INLINE void save_whole(int i) { array[i] = (*this)[i]; }
   };
 
   /// Of one pair, read ahead: to be read and written.
@@ -324,6 +324,15 @@ inline namespace RVE_ISA {
       for (int k = 0; k < Scene::owned_pairs; ++k) load_pair(shared, k, i);
     }
 
+    /// To registers, for steps: without what none of them asks for.
+    RVE_INLINE void load_for_steps(const SharedView<Scene> &shared, Item i)
+    {
+      load(shared, i);
+      if constexpr (Scene::has_friction && !kHistoryPasses<Block, Scene>)
+        for (int k = 0; k < Scene::owned_pairs; ++k)
+          history[k].keep(i, Scene::Law::between_looks(history[k][i]));
+    }
+
     RVE_INLINE void load_itself(Item i)
     {
       motion.load(i);
@@ -335,7 +344,7 @@ inline namespace RVE_ISA {
 
     RVE_INLINE void load_pair(const SharedView<Scene> &shared, int k, Item i)
     {
-      if (Scene::has_friction) history[k].load(i);
+      if (Scene::has_friction) history[k].load_whole(i);
       partners.load_slot(shared, k, i);
     }
 
@@ -358,9 +367,13 @@ inline namespace RVE_ISA {
     /// All but `own`; what is published is there already.
     RVE_INLINE void save(Item i)
     {
-      largest_force.save(i);
-      if (Scene::has_friction)
-        for (int k = 0; k < Scene::owned_pairs; ++k) history[k].save(i);
+      save_itself(i);
+      for (int k = 0; k < Scene::owned_pairs; ++k) save_pair(k, i);
+    }
+    RVE_INLINE void save_itself(Item i) { largest_force.save(i); }
+    RVE_INLINE void save_pair(int k, Item i)
+    {
+      if (Scene::has_friction) history[k].save_whole(i);
     }
 
     /// For a move: with the forces, without the pairs.

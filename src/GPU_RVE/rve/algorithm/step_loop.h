@@ -97,8 +97,12 @@ inline namespace RVE_ISA {
           run_with_books();
           return;
         }
+      if (evaluates()) {
+        if (call.plan_last < 1) Planning::make_plan(block, call, 1);
+        return;
+      }
       const int last = last_step();
-      bool moved = evaluates();
+      bool moved = false;
       for (int k = 1;;) {
         if (k > call.plan_last) Planning::make_plan(block, call, k);
         k = run_planned(k, moved, direct);
@@ -128,7 +132,10 @@ inline namespace RVE_ISA {
         fetch(grains);
       else
         block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
-          grains.load(shared, i);
+          if constexpr (Block::kInRegisters)
+            grains.load_for_steps(shared, i);
+          else
+            grains.load(shared, i);
         });
       if constexpr (kFillsPlaces<Block, Scene>)
         block.for_empty_places(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
@@ -190,7 +197,8 @@ inline namespace RVE_ISA {
         grains.partners.publish(i, stored.partner);
         for (int k = 0; k < Scene::owned_pairs; ++k) {
           if constexpr (Scene::has_friction)
-            grains.history[k].keep(i, Stored::internal_history(call, stored.history[k]));
+            grains.history[k].keep(
+                i, Scene::Law::between_looks(Stored::internal_history(call, stored.history[k])));
           else    // they are zero, and stay there
             grains.history[k].publish(i, typename Scene::History());
         }
@@ -608,7 +616,8 @@ inline namespace RVE_ISA {
         image.spin[i] = grain.spin;
         if (Scene::has_friction)
           for (int k = 0; k < Scene::owned_pairs; ++k)
-            image.history[k * num_grains + i] = history_to_user(grains.history[k][i]);
+            Block::write_whole(image.history[k * num_grains + i],
+                               history_to_user(grains.history[k][i]));
         if (relisted) {
           image.list_position[i] = list_position_of(shared, i);
           if constexpr (Scene::D == 3) {

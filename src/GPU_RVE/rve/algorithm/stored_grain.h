@@ -44,7 +44,7 @@ inline namespace RVE_ISA {
     {
       for (int k = 0; k < Scene::owned_pairs; ++k) {
         stored.partner[k] = partner[k * num_grains + i];
-        stored.history[k] = history[k * num_grains + i];
+        stored.history[k] = Block::read_whole(history[k * num_grains + i]);
       }
     }
 

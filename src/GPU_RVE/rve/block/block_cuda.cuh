@@ -188,37 +188,47 @@ inline namespace RVE_ISA {
           [&](auto g) {
             visit_items(n, g);
           },
-          f, survey);
+          f,
+          [](Term *) {
+          },
+          survey);
     }
-    template <int M, class Term, class F>
-    RVE_DEVICE void survey_items_in_turn(int n, F f, Survey<M> &survey)
+    template <int M, class Term, class F, class Rest>
+    RVE_DEVICE void survey_items_in_turn(int n, F f, Rest rest, Survey<M> &survey)
     {
       survey_visited<M, Term>(
           [&](auto g) {
             visit_in_turn(n, g);
           },
-          f, survey);
+          f, rest, survey);
     }
 
-    /// visit(g) calls g(item) for the items of a thread.
-    template <int M, class Term, class Visit, class F>
-    RVE_DEVICE void survey_visited(Visit visit, F f, Survey<M> &survey)
+    /// visit(g) calls g(item) for the items of a thread, which then adds the rest.
+    template <int M, class Term, class Visit, class F, class Rest>
+    RVE_DEVICE void survey_visited(Visit visit, F f, Rest rest, Survey<M> &survey)
     {
       constexpr bool one_item = ItemsPerThread == 1;
       using Sum = std::conditional_t<one_item, Term, std::int64_t>;
       Sum sum[M];
       float largest = 0.0f;
       for (int m = 0; m < M; ++m) sum[m] = 0;
-      visit([&](Item i) RVE_INLINE_LAMBDA {
+      // to terms of 32 bits, of which several can be more
+      const auto add = [&](auto g) RVE_INLINE_LAMBDA {
         if constexpr (one_item) {
-          f(i, sum, largest);
+          g(sum);
         } else {
           Term term[M];
           for (int m = 0; m < M; ++m) term[m] = 0;
-          f(i, term, largest);
+          g(term);
           for (int m = 0; m < M; ++m) sum[m] += term[m];
         }
+      };
+      visit([&](Item i) RVE_INLINE_LAMBDA {
+        add([&](Term *term) RVE_INLINE_LAMBDA {
+          f(i, term, largest);
+        });
       });
+      add(rest);
       // the bits are ordered as the numbers are, which are not negative
       const int of_warp = __reduce_max_sync(active_lanes(), __float_as_int(largest));
       if (lane() == 0) scratch.largest[warp()] = of_warp;
@@ -335,6 +345,47 @@ inline namespace RVE_ISA {
       return same;
     }
 
+    template <class T> static RVE_DEVICE T read_whole(const T &element)
+    {
+      if constexpr (sizeof(T) % sizeof(Piece) != 0) {
+        return element;
+      } else {
+        T x;
+        const auto &pieces = reinterpret_cast<const PiecesOf<T> &>(element);
+        const PiecesOf<T> copy = pieces;
+        memcpy(&x, &copy, sizeof(T));
+        return x;
+      }
+    }
+    template <class T> static RVE_DEVICE void write_whole(T &element, const T &x)
+    {
+      if constexpr (sizeof(T) % sizeof(Piece) != 0) {
+        element = x;
+      } else {
+        PiecesOf<T> copy;
+        memcpy(&copy, &x, sizeof(T));
+        reinterpret_cast<PiecesOf<T> &>(element) = copy;
+      }
+    }
+
+    /// x, in other registers than where it is: pieces of 16 bytes want four in a row, and what lives through all steps should not have to lie
+    /// like that. The compiler does not know that the zero is one.
+    template <class T> static RVE_DEVICE T in_other_registers(const T &x)
+    {
+      if constexpr (sizeof(T) % sizeof(Piece) != 0) {
+        return x;
+      } else {
+        PiecesOf<T> copy;
+        memcpy(&copy, &x, sizeof(T));
+        const unsigned zero = blockDim.y - 1;
+        for (Piece &piece : copy.piece)
+          for (unsigned &word : piece.word) word ^= zero;
+        T y;
+        memcpy(&y, &copy, sizeof(T));
+        return y;
+      }
+    }
+
     /// What the compiler may take for granted.
     static RVE_DEVICE void assume(bool condition) { __builtin_assume(condition); }
 
@@ -376,6 +427,14 @@ inline namespace RVE_ISA {
       RVE_DEVICE T &operator[](Item item) { return value[register_of(item)]; }
       RVE_DEVICE void load(Item item) { value[register_of(item)] = array[item]; }
       RVE_DEVICE void save(Item item) { array[item] = value[register_of(item)]; }
+      RVE_DEVICE void load_whole(Item item)
+      {
+        value[register_of(item)] = in_other_registers(read_whole(array[item]));
+      }
+      RVE_DEVICE void save_whole(Item item)
+      {
+        write_whole(array[item], in_other_registers(value[register_of(item)]));
+      }
       RVE_DEVICE void keep(Item item, const T &x) { value[register_of(item)] = x; }
       RVE_DEVICE void publish(Item item, const T &x)
       {
@@ -388,6 +447,8 @@ inline namespace RVE_ISA {
       RVE_DEVICE T &operator[](int item) { return array[item]; }
       RVE_DEVICE void load(int) {}
       RVE_DEVICE void save(int) {}
+      RVE_DEVICE void load_whole(int) {}
+      RVE_DEVICE void save_whole(int) {}
       RVE_DEVICE void keep(int item, const T &x) { array[item] = x; }
       RVE_DEVICE void publish(int item, const T &x) { array[item] = x; }
     };
@@ -402,6 +463,14 @@ inline namespace RVE_ISA {
     }
 
    private:
+    /// What is read or written at a time. The arrays of an RVE begin at multiples of that.
+    struct alignas(16) Piece {
+      unsigned word[4];
+    };
+    template <class T> struct PiecesOf {
+      Piece piece[sizeof(T) / sizeof(Piece)];
+    };
+
     /// Where a thread has several items, every second round of threads goes backwards: spheres are numbered by how much there is to do, and no
     /// warp shall wait for one that has most twice. An item always has the same thread: some phases need no barrier for that.
     template <class F> static RVE_DEVICE void visit_all(int n, F f)

@@ -24,9 +24,11 @@
 //   survey_items<M, Term>(n, f, survey)    f(item, Term *term, float &largest) adds to the item's terms, 32-bit or 64-bit
 //                           integers, and raises `largest`, which is not negative; leaves the sums over the items and the largest
 //                           number where all threads can read them. A PackItem gets 64-bit integers
-//   for_items_in_turn, survey_items_in_turn    as these, where a GPU's thread shall take its items one after the other by the same code
+//   for_items_in_turn, survey_items_in_turn    as these, where a GPU's thread shall take its items one after the other by the same code. Behind
+//                           its last one rest(Term *term) of a survey adds what it has kept beside
 //   reread()                what was read from memory before is read again; nothing on a CPU
 //   anew(x)                 x; on a GPU what follows from it is computed again, not kept
+//   read_whole(a[i]), write_whole(a[i], x)    of an array in the memory of an RVE: a GPU moves 16 bytes at a time, where elements have 16, 32, ...
 //   uniform(x)              x, which is the same for all threads; a GPU keeps it once for many of them (kHasUniforms)
 //   add_up_items<M, Term>(n, f, sum, then)    f(item, Term *term) alike; leaves the sums in `sum`; then() by one thread when they are there
 //
@@ -91,14 +93,20 @@ inline namespace RVE_ISA {
       survey = Survey<M>{};
       for (int i = 0; i < n; ++i) add_to_survey<M, Term>(i, f, survey);
     }
-    template <int M, class Term, class F>
-    RVE_INLINE void survey_items_in_turn(int n, F f, Survey<M> &survey)
+    template <int M, class Term, class F, class Rest>
+    RVE_INLINE void survey_items_in_turn(int n, F f, Rest rest, Survey<M> &survey)
     {
       survey_items<M, Term>(n, f, survey);
+      const auto add_rest = [&](int, Term *term) RVE_INLINE_LAMBDA {
+        rest(term);
+      };
+      add_terms<M, Term>(n, add_rest, survey.sum);
     }
     static RVE_INLINE void reread() {}
     template <class T> static RVE_INLINE T anew(T x) { return x; }
     template <class T> static RVE_INLINE T uniform(const T &x) { return x; }
+    template <class T> static RVE_INLINE T read_whole(const T &element) { return element; }
+    template <class T> static RVE_INLINE void write_whole(T &element, const T &x) { element = x; }
     template <int M, class Term, class F, class Then>
     RVE_INLINE void add_up_items(int n, F f, std::int64_t *sum, Then then)
     {
@@ -189,12 +197,14 @@ inline namespace RVE_ISA {
     }
 
     /// An item's own numbers in arrays[item], which it may keep in registers across phases: between load and save it may keep
-    /// another value, and only publish shows the others what it does. Here it is the array itself.
+    /// another value, and only publish shows the others what it does. load_whole, save_whole: as read_whole. Here it is the array itself.
     template <class T> struct Resident {
       T *array;
       RVE_INLINE T &operator[](int item) const { return array[item]; }
       RVE_INLINE void load(int) const {}
       RVE_INLINE void save(int) const {}
+      RVE_INLINE void load_whole(int) const {}
+      RVE_INLINE void save_whole(int) const {}
       RVE_INLINE void keep(int item, const T &value) const { array[item] = value; }
       RVE_INLINE void publish(int item, const T &value) const { array[item] = value; }
     };
@@ -203,7 +213,7 @@ inline namespace RVE_ISA {
 
    protected:
     template <int M, class Term, class F>
-    static RVE_INLINE void add_terms(int i, F &f, std::int64_t *sum)
+    static RVE_INLINE void add_terms(int i, const F &f, std::int64_t *sum)
     {
       Term term[M] = {};
       f(i, static_cast<Term *>(term));

@@ -83,7 +83,7 @@ inline namespace RVE_ISA {
   };
 
   /// Damped: with dashpots, and with an arm of its own for the surface velocity (DiskContact). Rescaling: where springs change with the contact
-  /// radius, as with all variants but `mindlin/force`. Without, the radius of the history waits for the last look of a call.
+  /// radius, as with all variants but `mindlin/force`. Without, no step asks for the radius of the history, and the last look of a call puts it there.
   template <class NumberFormat, int Dimension = 2, bool Damped = true, bool Rescaling = true>
   struct HertzMindlin : TouchingGrains {
     using Numbers = NumberFormat;
@@ -121,9 +121,9 @@ inline namespace RVE_ISA {
       return {static_cast<Spring>(force) * history.tangential,
               static_cast<Spring>(length) * history.contact_radius};
     }
-    static RVE_INLINE History between_looks(const History &now, const History &before)
+    static RVE_INLINE History between_looks(const History &history)
     {
-      return {now.tangential, Rescaling ? now.contact_radius : before.contact_radius};
+      return {history.tangential, Rescaling ? history.contact_radius : Spring(0)};
     }
     template <class Pair> static History of_pair(const Pair &pair)
     {

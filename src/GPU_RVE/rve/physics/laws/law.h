@@ -12,8 +12,8 @@
 //                              made. seen_from_partner(history): as its other grain sees it; in_units(history, force, length): with each
 //                              number multiplied by its unit; of_pair, to_pair: what a Pair of engine/state.h has of it; of
 //                              spheres turned(history, rotation): after a rigid rotation of the RVE
-//   between_looks(now, before) what has to be remembered from step to step: where no step asks for a part of `now`, that of `before`, until
-//                              the last look of a call
+//   between_looks(history)     what has to be remembered from step to step: a part that no step asks for is zero, until the last look of a
+//                              call
 //   tangential_force(history)  on the first grain
 //   contact_law                of which materials it is (physics/material.h)
 //   has_friction, has_rolling, has_rescaling, is_damped

@@ -74,10 +74,7 @@ inline namespace RVE_ISA {
     {
       return static_cast<Spring>(force) * history;
     }
-    static RVE_INLINE const History &between_looks(const History &now, const History &)
-    {
-      return now;
-    }
+    static RVE_INLINE const History &between_looks(const History &history) { return history; }
     template <class Pair> static History of_pair(const Pair &pair)
     {
       return in_numbers<Spring>(pair.tangential_force);

@@ -376,9 +376,9 @@ inline namespace RVE_ISA {
       return {Contact::turned(history.contact, rotation),
               Resistance::turned(history.turning, rotation)};
     }
-    static RVE_INLINE History between_looks(const History &now, const History &before)
+    static RVE_INLINE History between_looks(const History &history)
     {
-      return {Contact::between_looks(now.contact, before.contact), now.turning};
+      return {Contact::between_looks(history.contact), history.turning};
     }
     static RVE_INLINE Along<Spring, D> tangential_force(const History &history)
     {
