@@ -90,10 +90,12 @@ namespace {
 
     RVE_HD void raise(int k, double value)
     {
-      if (k >= NUM_MAXIMA)
+      if (k >= NUM_MAXIMA) {
         raise_together(maxima_ + k, value);
-      else if (value > best_[k])
+      } else if (value > best_[k]) {
         best_[k] = value;
+        has_best_ = true;
+      }
     }
 
     RVE_HD void trouble(int p, Trouble what)
@@ -111,14 +113,19 @@ namespace {
       add_to(SharedSums{sum}, 0, part);
     }
 
-    /// All threads of a warp at once.
+    /// All threads of a warp at once. Bits of doubles that are not negative are ordered as they are, their halves one after the other.
     __device__ void flush()
     {
+      constexpr unsigned all = 0xffffffffu;
+      if (!__any_sync(all, has_best_)) return;
       for (int k = 0; k < NUM_MAXIMA; ++k) {
-        double best = best_[k];
-        for (int distance = 16; distance > 0; distance /= 2)
-          best = larger(best, __shfl_xor_sync(0xffffffffu, best, distance));
-        if (threadIdx.x % 32 == 0 && best > 0.0) raise_together(maxima_ + k, best);
+        if (!__any_sync(all, best_[k] > 0.0)) continue;
+        const unsigned mine = __double2hiint(best_[k]), high = __reduce_max_sync(all, mine);
+        const unsigned low = __reduce_max_sync(
+            all, mine == high ? static_cast<unsigned>(__double2loint(best_[k])) : 0u);
+        if (threadIdx.x % 32 == 0)
+          raise_together(maxima_ + k,
+                         __hiloint2double(static_cast<int>(high), static_cast<int>(low)));
       }
     }
 
@@ -126,6 +133,7 @@ namespace {
     double *maxima_;
     std::uint64_t *first_trouble_;
     double best_[NUM_MAXIMA];
+    bool has_best_ = false;
   };
 
   /// A point that cannot begin the step has no weights: nothing that needs them is done any more.

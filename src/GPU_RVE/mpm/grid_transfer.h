@@ -165,18 +165,20 @@ RVE_HD inline void add_to(std::int64_t *sums, std::size_t k, std::int64_t part)
   sums[k] += part;
 }
 
-/// Adds share(place) to component c of every node of the support, each share rounded once. What rounding leaves of a total that has
-/// been rounded goes to the heaviest node: the nodes hold the total of the points to the last bit.
+/// Adds share(place) to component c of every node of the support, each share rounded once; the heaviest node gets what they leave of a total
+/// that has been rounded: the nodes hold the total of the points to the last bit.
 template <int C, int D, class Share, class Sums>
 RVE_HD void scatter_integer(const Support<D> &support, const rve::FixedScale &scale,
                             std::int64_t left, const Share &share, Sums sums, int c)
 {
+  const int heaviest = support.node(support.heaviest());
   each_node<D>([&](const Place<D> &place) RVE_INLINE_LAMBDA {
+    const int node = support.node(place);
+    if (node == heaviest) return;
     const std::int64_t part = scale.integer(share(place));
-    add_to(sums, static_cast<std::size_t>(support.node(place)) * C + c, part);
+    add_to(sums, static_cast<std::size_t>(node) * C + c, part);
     left -= part;
   });
-  const int heaviest = support.node(support.heaviest());
   add_to(sums, static_cast<std::size_t>(heaviest) * C + c, left);
 }
 

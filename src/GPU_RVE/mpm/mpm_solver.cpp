@@ -307,7 +307,9 @@ template <int D> void MpmSolver<D>::check_points(const PointView<D> &points) con
   const rve::LightWork work(points.count, options_.threads);
 #pragma omp parallel for num_threads(work.team) reduction(min : first)
   for (int p = 0; p < points.count; ++p) {
-    const Trouble trouble = state_trouble(grid_, points, p);
+    const Trouble trouble =
+        state_trouble(grid_, first_of<D>(points.position[p]), first_of<D>(points.velocity[p]),
+                      points.stress[p], points.rigid_body[p] >= 0);
     if (trouble != Trouble::None) first = std::min(first, FirstTrouble::key(p, trouble));
   }
   if (first != FirstTrouble::NOWHERE)

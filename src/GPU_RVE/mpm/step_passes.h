@@ -43,40 +43,60 @@ template <int D> RVE_HD bool are_finite(const double *component)
   return true;
 }
 
-/// What would be undefined behaviour or nonsense further on, before a step or after it.
+/// What a step begins with at a point, read at once: a thread of a GPU waits for memory once.
+template <int D> struct PointAtStart {
+  Vec<D> position, velocity, half_size, body_force;
+  Tensor<D> stress;
+  double mass, volume;
+  int rigid_body, model;
+
+  RVE_HD PointAtStart(const PointView<D> &points, int p) :
+      position(first_of<D>(points.position[p])), velocity(first_of<D>(points.velocity[p])),
+      half_size(points.half_size[p]), body_force(first_of<D>(points.body_force[p])),
+      stress(points.stress[p]), mass(points.mass[p]), volume(points.volume[p]),
+      rigid_body(points.rigid_body[p]), model(points.model[p])
+  {
+  }
+};
+
+/// What would be undefined behaviour or nonsense further on, before a step or after it. The last assignment wins, and there is no branch:
+/// behind one, a GPU would begin to read what it asks for.
 template <int D>
-RVE_HD Trouble state_trouble(const Grid<D> &grid, const PointView<D> &points, int p)
+RVE_HD Trouble state_trouble(const Grid<D> &grid, const Vec<D> &position, const Vec<D> &velocity,
+                             const Tensor<D> &stress, bool is_rigid)
 {
-  const double *x = points.position[p];
-  const double *v = points.velocity[p];
-  if (!are_finite<D>(x)) return Trouble::Position;
-  if (points.rigid_body[p] >= 0) return Trouble::None;
-  if (!grid.contains(x)) return Trouble::Outside;
-  if (!are_finite<D>(v)) return Trouble::Velocity;
-  if (!finite(points.stress[p])) return Trouble::Stress;
-  return Trouble::None;
+  Trouble trouble = finite(stress) ? Trouble::None : Trouble::Stress;
+  trouble = are_finite<D>(velocity.component) ? trouble : Trouble::Velocity;
+  trouble = grid.contains(position.component) ? trouble : Trouble::Outside;
+  trouble = is_rigid ? Trouble::None : trouble;
+  return are_finite<D>(position.component) ? trouble : Trouble::Position;
 }
 
 constexpr double SIZE_TOLERANCE = 1e-6;    // of a half size that should be at most h/2, relative
 
-/// What is wrong with a point that shall begin a step.
+/// What is wrong with a point that shall begin a step. As in state_trouble, the last assignment wins.
 template <int D>
-RVE_HD Trouble input_trouble(const Grid<D> &grid, const PointView<D> &points, int num_bodies,
-                             int num_models, int p)
+RVE_HD Trouble input_trouble(const Grid<D> &grid, const PointAtStart<D> &point, int num_bodies,
+                             int num_models)
 {
-  const Trouble trouble = state_trouble(grid, points, p);
-  if (trouble != Trouble::None) return trouble;
-  const Vec<D> &half = points.half_size[p];
+  const bool is_rigid = point.rigid_body >= 0;
+  const auto is_positive = [](double x) {
+    return x > 0.0 && std::isfinite(x);
+  };
+  Trouble trouble = are_finite<D>(point.body_force.component) ? Trouble::None : Trouble::BodyForce;
+  trouble = is_positive(point.volume) ? trouble : Trouble::Volume;
+  trouble = is_positive(point.mass) ? trouble : Trouble::Mass;
+  trouble = point.model >= 0 && point.model < num_models ? trouble : Trouble::UnknownModel;
+  trouble = is_rigid ? Trouble::None : trouble;
+  trouble = point.rigid_body < num_bodies ? trouble : Trouble::UnknownBody;
+  bool has_size = true;
   for (int a = 0; a < D; ++a)
-    if (!(half[a] > 0.0 && half[a] <= 0.5 * grid.cell_size() * (1.0 + SIZE_TOLERANCE)))
-      return Trouble::HalfSize;
-  if (points.rigid_body[p] >= num_bodies) return Trouble::UnknownBody;
-  if (points.rigid_body[p] >= 0) return Trouble::None;
-  if (points.model[p] < 0 || points.model[p] >= num_models) return Trouble::UnknownModel;
-  if (!(points.mass[p] > 0.0 && std::isfinite(points.mass[p]))) return Trouble::Mass;
-  if (!(points.volume[p] > 0.0 && std::isfinite(points.volume[p]))) return Trouble::Volume;
-  if (!are_finite<D>(points.body_force[p])) return Trouble::BodyForce;
-  return Trouble::None;
+    has_size = has_size && point.half_size[a] > 0.0 &&
+        point.half_size[a] <= 0.5 * grid.cell_size() * (1.0 + SIZE_TOLERANCE);
+  trouble = has_size ? trouble : Trouble::HalfSize;
+  const Trouble of_state =
+      state_trouble(grid, point.position, point.velocity, point.stress, is_rigid);
+  return of_state == Trouble::None ? trouble : of_state;
 }
 
 /// Bound of the internal force components that a point can put on a node: |V σ·∇N| with |∂N| <= 1/h [force].
@@ -92,23 +112,20 @@ RVE_HD double internal_force_bound(const Tensor<D> &stress, double volume, doubl
   return volume / cell_size * largest_row;
 }
 
-template <int D> RVE_HD double force_bound_of(const StepView<D> &step, int p)
-{
-  const PointView<D> &points = step.points;
-  return internal_force_bound(points.stress[p], points.volume[p], step.grid.cell_size()) +
-      largest<D>(points.body_force[p]);
-}
-
 /// What a point can put on a node, and what its pressure can put on those of others.
 template <int D, class Tally>
-RVE_HD void raise_force_bounds(const StepView<D> &step, int p, Tally &tally)
+RVE_HD void raise_force_bounds(const StepView<D> &step, const Tensor<D> &stress, double volume,
+                               const double *body_force, Tally &tally)
 {
   // without its mean the stress is no larger than twice as much
   const double factor = step.mean_dilation ? 2.0 : 1.0;
-  tally.raise(ForceBound, factor * force_bound_of(step, p));
+  tally.raise(
+      ForceBound,
+      factor *
+          (internal_force_bound(stress, volume, step.grid.cell_size()) + largest<D>(body_force)));
   if (!step.mean_dilation) return;
-  tally.raise(VolumeBound, step.points.volume[p]);
-  tally.raise(PressureBound, std::abs(trace(step.points.stress[p])) / D);
+  tally.raise(VolumeBound, volume);
+  tally.raise(PressureBound, std::abs(trace(stress)) / D);
 }
 
 /// Area on which the traction acts [length²]: that of the face as it is seen along its own direction before the deformation. In the
@@ -170,15 +187,15 @@ template <int D> struct PreparePoint : Pass<D> {
 
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
   {
-    const PointView<D> &points = step.points;
-    const Trouble trouble = input_trouble(step.grid, points, step.num_bodies, step.num_models, p);
+    const PointAtStart<D> point(step.points, p);
+    const Trouble trouble = input_trouble(step.grid, point, step.num_bodies, step.num_models);
     if (trouble != Trouble::None) {
       tally.trouble(p, trouble);
       return;
     }
-    const double *x = points.position[p];
-    const Vec<D> &half = points.half_size[p];
-    const int body = points.rigid_body[p];
+    const double *x = point.position.component;
+    const Vec<D> &half = point.half_size;
+    const int body = point.rigid_body;
     if (body >= 0) {
       for (int a = 0; a < D; ++a) {
         tally.raise(step.body_maximum(body) + a, half[a] - x[a]);
@@ -187,7 +204,7 @@ template <int D> struct PreparePoint : Pass<D> {
       return;
     }
     if (step.has_boxes()) {
-      const Tensor<D> &F = points.deformation_gradient[p];
+      const Tensor<D> &F = step.points.deformation_gradient[p];
       step.box[p] = deformed_box(step.grid, x, half, step.follows() ? F : Tensor<D>::identity());
     }
     if (step.follows()) {
@@ -196,11 +213,11 @@ template <int D> struct PreparePoint : Pass<D> {
     } else {
       step.support[p] = support_of(step.grid, step.shape, x, half);
     }
-    const double m = points.mass[p];
-    tally.raise(MassBound, m);
-    tally.raise(MomentumBound, m * largest<D>(points.velocity[p]));
-    if (bounds_forces) raise_force_bounds(step, p, tally);
-    if (step.mean_dilation) tally.raise(VolumeBound, points.volume[p]);
+    tally.raise(MassBound, point.mass);
+    tally.raise(MomentumBound, point.mass * largest<D>(point.velocity.component));
+    if (bounds_forces)
+      raise_force_bounds(step, point.stress, point.volume, point.body_force.component, tally);
+    if (step.mean_dilation) tally.raise(VolumeBound, point.volume);
   }
 };
 
@@ -209,7 +226,9 @@ template <int D> struct BoundForces : Pass<D> {
   using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
   {
-    if (step.points.rigid_body[p] < 0) raise_force_bounds(step, p, tally);
+    const PointView<D> &points = step.points;
+    if (points.rigid_body[p] < 0)
+      raise_force_bounds(step, points.stress[p], points.volume[p], points.body_force[p], tally);
   }
 };
 
