@@ -8,6 +8,7 @@
 #include "mpm/step_runner.h"
 #include "rve/core/error.h"
 
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -85,19 +86,16 @@ template <int D, template <int> class Machine> class StepProgram final : public 
 
   Vec<D> body_reaction(int body) override
   {
-    return per_time(boundary_.body_impulse(
-        body, shared_.everywhere(machine_.body_impulse(body), whole_.all())));
+    return known_in(body_reactions_, body, [&] {
+      return per_time(boundary_.body_impulse(
+          body, shared_.everywhere(machine_.body_impulse(body), whole_.all())));
+    });
   }
   Vec<D> side_reaction(Face side) override
   {
-    const int axis = axis_of(side);
-    const NodeBox<D> nodes = boundary_.nodes_of(side);
-    Vec<D> impulse =
-        boundary_.side_impulse(side, shared_.everywhere(machine_.side_impulse(axis), nodes));
-    if (options_.dashpots[static_cast<int>(side)].exist())
-      impulse = impulse +
-          boundary_.side_impulse(side, shared_.everywhere(machine_.absorbed_impulse(axis), nodes));
-    return per_time(impulse);
+    return known_in(side_reactions_, static_cast<int>(side), [&] {
+      return find_side_reaction(side);
+    });
   }
   Vec<D> damping_force() override
   {
@@ -123,8 +121,30 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   std::string description() const override { return machine_.description(); }
 
  private:
+  /// Asked for component by component, and by several who write them.
+  template <class Find>
+  static Vec<D> known_in(std::map<int, Vec<D>> &known, int which, const Find &find)
+  {
+    const auto at = known.find(which);
+    return at != known.end() ? at->second : known[which] = find();
+  }
+
+  Vec<D> find_side_reaction(Face side)
+  {
+    const int axis = axis_of(side);
+    const NodeBox<D> nodes = boundary_.nodes_of(side);
+    Vec<D> impulse =
+        boundary_.side_impulse(side, shared_.everywhere(machine_.side_impulse(axis), nodes));
+    if (options_.dashpots[static_cast<int>(side)].exist())
+      impulse = impulse +
+          boundary_.side_impulse(side, shared_.everywhere(machine_.absorbed_impulse(axis), nodes));
+    return per_time(impulse);
+  }
+
   void begin(const StepInput<D> &input, const StressUpdate<D> &update)
   {
+    body_reactions_.clear();
+    side_reactions_.clear();
     machine_.begin(input);
     if (input.points.count != point_count_) half_boxes_ = SharedNodes<D>::FROM_POINTS;
     point_count_ = input.points.count;
@@ -395,6 +415,8 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   SharedNodes<D> shared_;
   Machine<D> machine_;
   std::vector<Message> messages_;
+  std::map<int, Vec<D>> body_reactions_,
+      side_reactions_;    ///< that were asked for since the last step
   /// Of the largest box of a point, in cells, where the machine alone knows the deformation: as of the last strains.
   double half_boxes_ = SharedNodes<D>::FROM_POINTS;
   int point_count_ = -1;    ///< in the last step
