@@ -267,20 +267,29 @@ template <int D> std::vector<rve::Advice> RvePointsOf<D>::advice_on_servo(int sl
 
 template <int D> void RvePointsOf<D>::note_check(const std::vector<int> &slots)
 {
-  for (const int slot : slots) {
-    points.expect_contacts(slot,
-                           too_many_contacts(points.front(slot).response.num_contacts,
-                                             points.unheard(slot).result.num_grains));
-    may_be_stiffer[slot] = 0;
+  // where RVEs have come or gone the next plan is new, and has these numbers
+  const bool tells_device = device_knows && !points.is_changed();
+  const int count = static_cast<int>(slots.size());
+  std::vector<rve::ExpectedContacts> expected(tells_device ? count : 0);
+  {
+    const rve::LightWork work(count, threads);
+#pragma omp parallel for num_threads(work.team)
+    for (int k = 0; k < count; ++k) {
+      const int slot = slots[k];
+      const std::int32_t most = too_many_contacts(points.front(slot).response.num_contacts,
+                                                  points.unheard(slot).result.num_grains);
+      points.expect_contacts(slot, most);
+      may_be_stiffer[slot] = 0;
+      // the plan of a device knows those of its call by their places
+      if (tells_device) expected[k] = {place_of_slot[slot], most};
+    }
   }
   any_stiffened.set(false);
-  // where RVEs have come or gone the next plan is new, and has these numbers
-  if (!device_knows || points.is_changed()) return;
-  // the plan of a device knows those of its call by their places
-  std::vector<rve::ExpectedContacts> expected;
-  for (const int slot : slots)
-    if (const int place = place_of_slot[slot]; place >= 0)
-      expected.push_back({place, points.front(slot).most_contacts});
+  if (!tells_device) return;
+  const auto is_elsewhere = [](const rve::ExpectedContacts &one) {
+    return one.place < 0;
+  };
+  expected.erase(std::remove_if(expected.begin(), expected.end(), is_elsewhere), expected.end());
   engine->device_calls()->expect_contacts(expected);
 }
 

@@ -535,13 +535,17 @@ void BatchEngine<D>::bound_time_steps(const std::vector<int> &rves, double enoug
           "a sufficient time step must be positive and finite, got " + number(enough) + " [time]");
   DriveOf<D> look;
   look.dt = enough;
-  drives_of_look.assign(rves.size(), look);
+  // they are many bytes, and mostly those of the look before
+  if (!drives_of_look.empty() && drives_of_look.front().dt != enough) drives_of_look.clear();
+  drives_of_look.resize(rves.size(), look);
   Answers all = start(rves, drives_of_look, Answer::TimeStep);
-  const std::size_t count = rves.size();
+  const int count = static_cast<int>(rves.size());
   if (std::any_of(all.answers, all.answers + count, must_repeat<D>))
     all = repeat(rves, among(drives_of_look), all, Answer::TimeStep);
   bounds.resize(count);
-  for (std::size_t k = 0; k < count; ++k)
+  const LightWork work(count, helpers(options));
+#pragma omp parallel for num_threads(work.team)
+  for (int k = 0; k < count; ++k)
     bounds[k] = all.answers[k].status & status::Fatal ? 0.0 : all.details[k].stiffness[0];
 }
 
