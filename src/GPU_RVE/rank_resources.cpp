@@ -68,6 +68,11 @@ int RankResources::threads() const
   return threads_are_given() ? omp_get_max_threads() : cores;
 }
 
+int RankResources::threads_beside_gpu() const
+{
+  return threads_are_given() ? omp_get_max_threads() : std::max(1, cores / 2);
+}
+
 /* ---------------------------------------------------------------------- */
 
 std::shared_ptr<void> LAMMPS_NS::memory_in_common(MPI_Comm ranks, std::size_t bytes)

@@ -33,6 +33,8 @@ struct RankResources {
 
   /// What OMP_NUM_THREADS says, or the own cores. (LAMMPS itself takes one thread where the environment says nothing.)
   int threads() const;
+  /// For what is left to the host where a GPU advances RVEs: what OMP_NUM_THREADS says, or half of the own cores.
+  int threads_beside_gpu() const;
 };
 
 /// Of all these ranks, so many bytes, zeros at first; null on all of them if they are on several machines, or there is no room. Collective, and they

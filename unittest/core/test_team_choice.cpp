@@ -127,4 +127,17 @@ TEST(LightWork, FewItemsAreForOneThread)
   EXPECT_EQ(rve::LightWork(512, 1).team, 1);
 }
 
+TEST(LightWork, HasNoMoreThreadsThanATeamMayHaveBesideAGpu)
+{
+  const int before = rve::most_in_a_team().exchange(3);
+  EXPECT_EQ(rve::team_for(512, 8), 3);
+  EXPECT_EQ(rve::team_for(512, 2), 2);
+  EXPECT_EQ(rve::team_for(511, 8), 1);
+  for (int loop = 0; loop < 1000; ++loop) {
+    const rve::LightWork work(512, 8);
+    EXPECT_TRUE(work.team == 1 || work.team == 3) << work.team;
+  }
+  rve::most_in_a_team() = before;
+}
+
 }    // namespace

@@ -7,6 +7,7 @@
 #include "rve/core/team_choice.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <string>
 
@@ -37,12 +38,20 @@ inline int usable_threads(int requested)
 #endif
 }
 
+/// The most threads that team_for() gives, in this process. Beside a GPU, which does what is long, all of them wait for the next loop of
+/// microseconds most of the time, and spin; where they take all cores of a machine, each loop now and then waits for a thread that has none.
+inline std::atomic<int> &most_in_a_team()
+{
+  static std::atomic<int> most{MOST_THREADS};
+  return most;
+}
+
 /// Threads for so many points, nodes or RVEs: all, or one where waking the others would take longer than the work. Nothing between:
 /// where a team is smaller than the one before, libgomp ends the threads that are left over and creates new ones for the next.
 inline int team_for(int items, int threads)
 {
   constexpr int WORTH_A_TEAM = 512;
-  return items < WORTH_A_TEAM ? 1 : threads;
+  return items < WORTH_A_TEAM ? 1 : std::min(threads, most_in_a_team().load());
 }
 
 /// A loop of light work over points, nodes or RVEs, for as long as this lives. `team` threads do it: one for few items, as in team_for(),
