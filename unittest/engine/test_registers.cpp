@@ -287,6 +287,40 @@ TYPED_TEST(SpheresInRegisters, GiveTheBitsOfArrays)
   EXPECT_GT(end.counters.rebuilds, 10);
 }
 
+// their program has no contact radius from step to step
+TYPED_TEST(SpheresInRegisters, OfHertzThatKeepForcesHaveTheBitsOfAllBooks)
+{
+  using All = ProgramScene<Program::SphereHertz, TypeParam>;
+  using Own = ProgramScene<Program::SphereMindlinForce, TypeParam>;
+  Material material = spheres_material();
+  material.law = ContactLaw::Hertz;
+  // as stiff as the springs where spheres of 4 mm overlap by a hundredth of their radius
+  const double contact_radius = std::sqrt(2e-3 * 4e-5);
+  material.hertz_stiffness = material.normal_stiffness / contact_radius;
+  material.mindlin_stiffness = material.tangential_stiffness / contact_radius;
+  material.mindlin_displacement = 0.0;
+  RveRun<3> all = run_of<TypeParam>(disordered_spheres(material, 7, 1), Program::SphereHertz),
+            arrays = all, registers = all, two = all;
+
+  for (const DriveRecord<3> &drive : calls<3>(SPHERE_DT)) {
+    SCOPED_TRACE(drive.substeps);
+    advance<BlockSerial, All>(all, drive, false);
+    advance<BlockSerial, Own>(arrays, drive, false);
+    advance<BlockInRegisters, Own>(registers, drive, false);
+    advance<BlockOfTwo, Own>(two, drive, false);
+
+    EXPECT_EQ(all.answer.status & status::Fatal, 0u) << describe_status(all.answer.status);
+    for (const RveRun<3> *run : {&arrays, &registers, &two})
+      expect_same_bits<TypeParam>(*run, all, Program::SphereHertz);
+    const Spheres now = state_of<TypeParam>(registers, Program::SphereHertz);
+    EXPECT_GT(std::count_if(now.pairs.begin(), now.pairs.end(),
+                            [](const PairOf<3> &pair) {
+                              return pair.contact_radius > 0.0;
+                            }),
+              100);
+  }
+}
+
 TEST(TwoSpheresOfAThread, AddUpLossesOfExtraPairsInTheOrderOfGrains)
 {
   using Scene = ProgramScene<Program::Spheres, MixedNumbers>;

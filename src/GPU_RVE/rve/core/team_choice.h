@@ -9,7 +9,8 @@
 
 namespace rve {
 
-/// Counts loops in windows. One thread begins; the first loop after a change wakes threads and is not representative.
+/// Counts loops in windows, and knows the paces of both ways by a mean of their last ones. One thread begins; the first loop after a change
+/// wakes threads and is not representative.
 class TeamChoice {
  public:
   /// Whether the next loop is for one thread.
@@ -37,11 +38,25 @@ class TeamChoice {
   static constexpr int LEAST_LOOPS = 8;    ///< of a trial that is given up for its pace
   /// The other way must be faster by so much; and is as clearly slower when a trial is given up.
   static constexpr double BETTER = 0.9, CLEARLY_WORSE = 4.0;
+  /// Share of a window in what is known, if it was slower than that, or faster. A thread that does not run for milliseconds, once in a
+  /// thousand loops, makes a window slow in which it happens: one window shall not decide.
+  static constexpr double SLOWER = 0.125, FASTER = 0.25;
   /// A trial is paid for by so many times of what it lost; and comes no sooner than after so many windows.
   static constexpr double REST = 100.0;
   static constexpr int LEAST_REST = 16;
 
   double pace() const { return seconds_ / items_; }    ///< of the present window [s per item]
+  double &known(bool alone) { return known_[alone ? 0 : 1]; }
+
+  /// From the present window. All there is to know, if it was the first or a trial that was given up.
+  void learn(bool is_all)
+  {
+    double &known_pace = known(alone_);
+    if (is_all || known_pace == 0.0)
+      known_pace = pace();
+    else
+      known_pace += (pace() > known_pace ? SLOWER : FASTER) * (pace() - known_pace);
+  }
 
   void begin_window()
   {
@@ -59,7 +74,7 @@ class TeamChoice {
   {
     patience_ -= seconds;
     if (loops_ < WINDOW) return;
-    usual_ = pace();
+    learn(false);
     window_seconds_ = seconds_;
     begin_window();
     if (patience_ > 0.0) return;
@@ -69,15 +84,14 @@ class TeamChoice {
 
   void go_on_trying()
   {
-    const bool is_slow = (loops_ >= LEAST_LOOPS && pace() > CLEARLY_WORSE * usual_) ||
+    const double usual = known(!alone_);
+    const bool is_slow = (loops_ >= LEAST_LOOPS && pace() > CLEARLY_WORSE * usual) ||
         waking_seconds_ + seconds_ > CLEARLY_WORSE * window_seconds_;
     if (loops_ < WINDOW && !is_slow) return;
-    const double lost = std::max(waking_seconds_ + seconds_ - usual_ * items_, 0.0);
+    const double lost = std::max(waking_seconds_ + seconds_ - usual * items_, 0.0);
     patience_ = std::max(REST * lost, LEAST_REST * window_seconds_);
-    if (!is_slow && pace() < BETTER * usual_)
-      usual_ = pace();
-    else
-      change();
+    if (loops_ > 0) learn(loops_ < WINDOW);    // none where waking the team took too long
+    if (is_slow || known(alone_) >= BETTER * usual) change();
     trial_ = false;
     begin_window();
   }
@@ -85,8 +99,9 @@ class TeamChoice {
   bool alone_ = true, trial_ = false, has_changed_ = true;
   int loops_ = 0;
   double items_ = 0.0, seconds_ = 0.0, waking_seconds_ = 0.0;    ///< of the present window
-  double usual_ = 0.0;             ///< pace of the last window that was no trial [s per item]
-  double window_seconds_ = 0.0;    ///< its length
+  /// Paces of one thread and of the team; 0: not known yet [s per item].
+  double known_[2] = {0.0, 0.0};
+  double window_seconds_ = 0.0;    ///< length of the last window that was no trial
   double patience_ = 0.0;          ///< light work until the next trial [s]
 };
 
