@@ -22,7 +22,7 @@ template <> struct PairCounts<2> {
 };
 
 template <> struct PairCounts<3> {
-  /// Of 1000 spheres and a skin of a tenth of their radius nearly all pairs find a place; five of a grain would cost a tenth of the speed.
+  /// Of 1000 spheres and a skin of a tenth of their radius, or less, nearly all pairs find a place; five of a grain would cost a tenth of the speed.
   static constexpr int owned = 4;
   static constexpr int listed_at_first = 8, grains_per_extra_at_first = 8;
 };
