@@ -337,7 +337,7 @@ inline namespace RVE_ISA {
         grains.own.keep(i, sum.own);
       for (int m = i; m < num_extra; m += num_grains) add_extra(m, sum);
       grains.largest_force.keep(i, sum.largest_force);
-      if constexpr (!holds || wanted != Wanted::Survey) round_love(sum);
+      round_love(sum);
       if constexpr (Scene::books)
         if (keeps_ledger) {
           const int number = call.number_of(i);
@@ -389,8 +389,10 @@ inline namespace RVE_ISA {
           },
           call.survey.sum, then);
     } else if constexpr (wanted == Wanted::Survey) {
-      // where a thread takes its grains in turn it rounds once for all of them: sums of 64 bits would not have registers
-      GrainSum<Numbers, Scene::D> of_thread = begin_sum<Scene>(typename Scene::Real(0));
+      // Where a thread takes its grains in turn, sums of 64 bits have no registers. Without forces beyond their limit, which are told of, those
+      // of two grains have 32.
+      constexpr bool adds_up = holds && kRoundsOnce<Scene::D>;
+      auto of_thread = Vec<typename Scene::Sum, Scene::components>::zero();
       const auto survey = [&](const auto item, auto *term, float &largest) RVE_INLINE_LAMBDA {
         if constexpr (IsPack<std::decay_t<decltype(item)>>::value) {
           add_pack(item, term);
@@ -400,8 +402,11 @@ inline namespace RVE_ISA {
         } else {
           const Item i = item;
           const auto sum = add_all(i);
-          for (int k = 0; k < Scene::components; ++k) term[k] = sum.stress[k];
-          if constexpr (holds && kRoundsOnce<Scene::D>) of_thread.love = of_thread.love + sum.love;
+          for (int k = 0; k < Scene::components; ++k)
+            if constexpr (adds_up)
+              of_thread[k] = wrapping_sum(of_thread[k], sum.stress[k]);
+            else
+              term[k] = sum.stress[k];
           term[Sums::contacts] = sum.contacts;
           term[Sums::crushed] = sum.crushed;
           if constexpr (holds) grains.save_itself(i);    // its forces are on chip
@@ -413,8 +418,8 @@ inline namespace RVE_ISA {
         block.template survey_items_in_turn<Sums::count, typename Scene::Sum>(
             num_grains, survey,
             [&](auto *term) RVE_INLINE_LAMBDA {
-              round_love(of_thread);
-              for (int k = 0; k < Scene::components; ++k) term[k] = of_thread.stress[k];
+              if constexpr (adds_up)
+                for (int k = 0; k < Scene::components; ++k) term[k] = of_thread[k];
             },
             call.survey);
       else
