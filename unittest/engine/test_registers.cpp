@@ -71,6 +71,13 @@ class BlockOfTwo : public BlockInRegisters {
   }
 };
 
+/// Of kernels that hold in uniform registers what is the same for all pairs: one thread, which takes the grains in turn.
+struct BlockOfUniforms : BlockInRegisters {
+  static constexpr bool kHasUniforms = true;
+  static bool is_first(int i) { return i == 0; }
+  static void assume(bool) {}
+};
+
 /// An RVE under one program.
 template <int D> struct RveRun {
   StateImage image;
@@ -287,6 +294,24 @@ TYPED_TEST(SpheresInRegisters, GiveTheBitsOfArrays)
   EXPECT_GT(end.counters.rebuilds, 10);
 }
 
+TYPED_TEST(SpheresInRegisters, OfThreadsThatTakeThemInTurnGiveTheBitsOfArrays)
+{
+  using Scene = ProgramScene<Program::PlainSpheres, TypeParam>;
+  static_assert(kHoldsUniforms<BlockOfUniforms, Scene>);
+  RveRun<3> arrays =
+                run_of<TypeParam>(disordered_spheres(spheres_material(), 7, 1), Program::Spheres),
+            uniforms = arrays;
+
+  for (const DriveRecord<3> &drive : calls<3>(SPHERE_DT)) {
+    SCOPED_TRACE(drive.substeps);
+    advance<BlockSerial, Scene>(arrays, drive, false);
+    advance<BlockOfUniforms, Scene>(uniforms, drive, false);
+
+    EXPECT_EQ(arrays.answer.status & status::Fatal, 0u) << describe_status(arrays.answer.status);
+    expect_same_bits<TypeParam>(uniforms, arrays, Program::Spheres);
+  }
+}
+
 // their program has no contact radius from step to step
 TYPED_TEST(SpheresInRegisters, OfHertzThatKeepForcesHaveTheBitsOfAllBooks)
 {
@@ -300,7 +325,7 @@ TYPED_TEST(SpheresInRegisters, OfHertzThatKeepForcesHaveTheBitsOfAllBooks)
   material.mindlin_stiffness = material.tangential_stiffness / contact_radius;
   material.mindlin_displacement = 0.0;
   RveRun<3> all = run_of<TypeParam>(disordered_spheres(material, 7, 1), Program::SphereHertz),
-            arrays = all, registers = all, two = all;
+            arrays = all, registers = all, two = all, uniforms = all;
 
   for (const DriveRecord<3> &drive : calls<3>(SPHERE_DT)) {
     SCOPED_TRACE(drive.substeps);
@@ -308,9 +333,10 @@ TYPED_TEST(SpheresInRegisters, OfHertzThatKeepForcesHaveTheBitsOfAllBooks)
     advance<BlockSerial, Own>(arrays, drive, false);
     advance<BlockInRegisters, Own>(registers, drive, false);
     advance<BlockOfTwo, Own>(two, drive, false);
+    advance<BlockOfUniforms, Own>(uniforms, drive, false);
 
     EXPECT_EQ(all.answer.status & status::Fatal, 0u) << describe_status(all.answer.status);
-    for (const RveRun<3> *run : {&arrays, &registers, &two})
+    for (const RveRun<3> *run : {&arrays, &registers, &two, &uniforms})
       expect_same_bits<TypeParam>(*run, all, Program::SphereHertz);
     const Spheres now = state_of<TypeParam>(registers, Program::SphereHertz);
     EXPECT_GT(std::count_if(now.pairs.begin(), now.pairs.end(),
