@@ -104,8 +104,9 @@ template <int D> void FixRve::ImplOf<D>::make_engine()
     problem = fmt::format("fix rve: {}", e.what());
   }
   error_if_any(problem);    // perhaps of some ranks only: more of them than devices
-  if (points->cuda_device() >= 0 && !settings.threads_given)
-    rve::most_in_a_team() = share.threads_beside_gpu();
+  // what a fix before this one has chosen does not last: beside an engine on the CPU teams of two sizes would alternate
+  const bool is_beside_gpu = points->cuda_device() >= 0 && !settings.threads_given;
+  rve::most_in_a_team() = is_beside_gpu ? share.threads_beside_gpu() : rve::MOST_THREADS;
   int on_device = points->cuda_device() >= 0 ? 1 : 0, on_all;
   MPI_Allreduce(&on_device, &on_all, 1, MPI_INT, MPI_MIN, fix->world);
   all_on_devices = on_all == 1;

@@ -70,7 +70,7 @@ int RankResources::threads() const
 
 int RankResources::threads_beside_gpu() const
 {
-  return threads_are_given() ? omp_get_max_threads() : std::max(1, cores / 2);
+  return threads_are_given() ? threads() : std::max(1, cores / 2);
 }
 
 /* ---------------------------------------------------------------------- */

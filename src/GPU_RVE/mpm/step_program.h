@@ -415,8 +415,8 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   SharedNodes<D> shared_;
   Machine<D> machine_;
   std::vector<Message> messages_;
-  std::map<int, Vec<D>> body_reactions_,
-      side_reactions_;    ///< that were asked for since the last step
+  /// That were asked for since the last step.
+  std::map<int, Vec<D>> body_reactions_, side_reactions_;
   /// Of the largest box of a point, in cells, where the machine alone knows the deformation: as of the last strains.
   double half_boxes_ = SharedNodes<D>::FROM_POINTS;
   int point_count_ = -1;    ///< in the last step
