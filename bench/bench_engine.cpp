@@ -9,6 +9,7 @@
 #include "sanitizer_batch.h"
 
 #include "rve/core/error.h"
+#include "rve/core/threads.h"
 #include "rve/engine/packing_io.h"
 #include "rve/engine/stability.h"
 
@@ -137,6 +138,8 @@ template <int D> rve::Options options_for(const Bench<D> &bench, Precision preci
   options.device = bench.arguments.cuda ? rve::Device::Cuda : rve::Device::Cpu;
   options.block_size = bench.arguments.threads;
   options.threads = bench.arguments.cuda ? 0 : (rves == 1 ? 1 : bench.cores());
+  // as beside LAMMPS (threads_beside_gpu)
+  if (bench.arguments.cuda) rve::most_in_a_team() = std::max(1, bench.cores() / 2);
   return options;
 }
 

@@ -189,12 +189,13 @@ struct SumIntegers {
 
 struct Scan {
   int count;
-  int *numbers, *totals;
+  int *numbers, *totals, *starts;    // (count), (count + 1), (count + 1)
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
     const int total = block.exclusive_scan(numbers, count);
+    const int same = block.scan_to_starts(starts, count);
     block.for_each(count + 1, [&](typename Block::Item i) {
-      totals[i] = total;
+      totals[i] = total == same ? total : -2;
     });
   }
 };
@@ -521,15 +522,19 @@ TEST_F(Block, ExclusiveScanReplacesEachNumberByTheSumOfThoseBefore)
     std::vector<int> numbers(count);
     for (int &x : numbers) x = random.integer(0, 9);
     BlockArray<int> array(numbers), totals(std::vector<int>(count + 1, -1));
+    numbers.push_back(-7);
+    BlockArray<int> starts(numbers);
 
-    run_block(threads, Scan{count, array.data(), totals.data()});
+    run_block(threads, Scan{count, array.data(), totals.data(), starts.data()});
 
-    const auto result = array.values();
+    const auto result = array.values(), with_total = starts.values();
     int before = 0;
     for (int i = 0; i < count; ++i) {
       ASSERT_EQ(result[i], before);
+      ASSERT_EQ(with_total[i], before);
       before += numbers[i];
     }
+    ASSERT_EQ(with_total[count], before);
     for (const int total : totals.values()) ASSERT_EQ(total, before);
   });
 }

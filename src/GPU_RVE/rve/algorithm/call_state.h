@@ -118,7 +118,8 @@ inline namespace RVE_ISA {
     Tensor<double, Scene::D> cell;
     Tensor<double, Scene::D> list_cell, deformation, servo_gradient;
     CellPath<Scene::D> path;
-    double end_per_volume;    ///< 1 / (det H times thickness) at the end [1/length^3]
+    /// 1 / (det H times thickness) at the end, with a servo in the present step [1/length^3]
+    double end_per_volume;
     /// As after a sound call, but for its largest force; with a servo or a ledger from the last step on.
     ImageProgress<Scene::D> after;
     double supplied;    ///< work of the mean field in this call [force length]

@@ -26,24 +26,24 @@ inline namespace RVE_ISA {
   template <class Scene> RVE_INLINE int offer(const WorkspaceView<Scene> &work, int i, int round)
   {
     if (work.load[i] <= Scene::owned_pairs) return -1;
-    const int first = work.row_start[i], count = work.row_start[i + 1] - first;
+    const int first = work.row_start[i], end = work.row_start[i + 1];
     int best = -1, best_load = Scene::owned_pairs + 1;
-    for (int m = 0; m < count; ++m) {
-      const int entry = first + (m + round) % count;
-      if (work.row_given[entry]) continue;
-      const int j = work.row_partner[entry];
-      if (work.received_count[j] < Scene::owned_pairs && work.load[j] < best_load) {
+    for (int m = first, entry = first + round % (end - first); m < end; ++m) {
+      const int j = work.row_partner[entry], load = work.load[j];
+      if (!work.row_given[entry] && work.received_count[j] < Scene::owned_pairs &&
+          load < best_load) {
         best = entry;
-        best_load = work.load[j];
+        best_load = load;
       }
+      entry = entry + 1 < end ? entry + 1 : first;
     }
     return best;
   }
 
   /// Rounds of offers until no grain is overloaded, at most `max_rounds`. In: row_start, row_partner. Out: row_given, received,
-  /// received_count, load.
+  /// received_count, load. Returns whether no grain is overloaded.
   template <class Block, class Scene>
-  RVE_HD void balance_ownership(Block &block, const WorkspaceView<Scene> &work, int num_grains,
+  RVE_HD bool balance_ownership(Block &block, const WorkspaceView<Scene> &work, int num_grains,
                                 int max_rounds)
   {
     using Item = typename Block::Item;
@@ -82,6 +82,7 @@ inline namespace RVE_ISA {
       next = accepted;
       accepted = now;
     }
+    return !overloaded;
   }
 
 }    // namespace RVE_ISA

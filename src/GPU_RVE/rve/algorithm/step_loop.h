@@ -309,7 +309,7 @@ inline namespace RVE_ISA {
     {
       const PlanOf<Scene> &plan = call.planned(k);
       if (ledger) add_half_of_work(plan);
-      if (servo) steer(plan.volume);
+      if (servo) steer();
     }
 
     /// The work of the mean field in a step is that of the mean of the stresses before and after: half of it, with the stress that the
@@ -380,8 +380,9 @@ inline namespace RVE_ISA {
                                                 });
       else
         for (int c = 0; c < Scene::components; ++c)
-          if (!call.steering.controlled[c])
-            call.servo_gradient.component[c] = prescribed.component[c];
+          call.servo_gradient.component[c] = call.steering.controlled[c]
+              ? call.servo_gradient.component[c]
+              : prescribed.component[c];
       const Tensor<double, Scene::D> small = call.drive.dt * call.servo_gradient;
       // exp to third order
       const Tensor<double, Scene::D> growth =
@@ -391,12 +392,11 @@ inline namespace RVE_ISA {
     }
 
     /// By one thread.
-    RVE_INLINE void steer(double volume)
+    RVE_INLINE void steer()
     {
       const SteeringRecord<Scene::D> &steering = call.steering;
-      const double per_volume = Progress::per_volume(call, volume);
       const auto stress = [&](int c) {
-        return stress_component(call, per_volume, c);
+        return stress_component(call, call.end_per_volume, c);
       };
       if (steering.modes) {
         call.servo_gradient = gradient_of_modes(
@@ -409,16 +409,19 @@ inline namespace RVE_ISA {
             });
         return;
       }
-      for (int c = 0; c < Scene::components; ++c)
-        if (steering.controlled[c]) {
-          // both components of a shear
-          const int row = c / Scene::D, column = c % Scene::D;
-          const double now = row == column ? stress(c)
-                                           : 0.5 * (stress(c) + stress(column * Scene::D + row));
-          call.servo_gradient.component[c] =
-              steer_rate(call.servo_gradient.component[c], now, steering.stress_goal[c],
-                         steering.servo_gain, call.drive.dt, steering.servo_max_rate);
-        }
+      // without a branch: no component waits for another one
+      Tensor<double, Scene::D> gradient = call.servo_gradient;
+      for (int c = 0; c < Scene::components; ++c) {
+        // both components of a shear
+        const int row = c / Scene::D, column = c % Scene::D;
+        const double now = row == column ? stress(c)
+                                         : 0.5 * (stress(c) + stress(column * Scene::D + row));
+        const double rate = gradient.component[c],
+                     steered = steer_rate(rate, now, steering.stress_goal[c], steering.servo_gain,
+                                          call.drive.dt, steering.servo_max_rate);
+        gradient.component[c] = steering.controlled[c] ? steered : rate;
+      }
+      call.servo_gradient = gradient;
     }
 
     /// Kick of a grain, or of a pack of them, by the forces that the last phase left.

@@ -3,7 +3,7 @@
 #ifndef RVE_ALGORITHM_STEP_PLANNING_H
 #define RVE_ALGORITHM_STEP_PLANNING_H
 
-#include "rve/algorithm/call_state.h"
+#include "rve/algorithm/call_progress.h"
 #include "rve/algorithm/verlet_list.h"
 
 namespace rve {
@@ -117,6 +117,7 @@ inline namespace RVE_ISA {
       if constexpr (Scene::D == 3)
         gradient = gradient - (0.5 * call.drive.dt) * (gradient * gradient);
       plan_motion(call, call.plan[0], cell, inverse(cell), gradient);
+      call.end_per_volume = CallProgress<Scene>::per_volume(call, call.plan[0].volume);
     }
 
     /// What moves of grains and their contacts need to know.

@@ -70,8 +70,9 @@ inline namespace RVE_ISA {
       return cell;
     }
 
-    /// Calls visit(cell) once for each cell that may hold neighbours of the points in `home`.
-    template <class Visit> RVE_INLINE void around(int home, Visit visit) const
+    /// Calls visit(layer, first, count) for the rows of cells that may hold neighbours of the points in `home`: `count` cells of the row whose
+    /// first cell is `layer`, from the cell `first` of it on, and behind its last cell from its first one on.
+    template <class Visit> RVE_INLINE void rows_around(int home, Visit visit) const
     {
       int place[D];
       for (int a = 0; a + 1 < D; ++a) {
@@ -79,23 +80,22 @@ inline namespace RVE_ISA {
         home /= count[a];
       }
       place[D - 1] = home;
-      around_along<D - 1>(place, 0, visit);
+      rows_along<D - 1>(place, 0, visit);
     }
 
    private:
     /// Of the cells in layer `layer` of the axes after this one.
     template <int Axis, class Visit>
-    RVE_INLINE void around_along(const int (&place)[D], int layer, Visit &visit) const
+    RVE_INLINE void rows_along(const int (&place)[D], int layer, Visit &visit) const
     {
       const int n = count[Axis], reach = n < 3 ? n : 3;
-      for (int d = 0; d < reach; ++d) {
-        // modulo n, without a division for each cell
-        const int next = place[Axis] + d - 1;
-        const int cell = layer * n + (next < 0 ? next + n : next < n ? next : next - n);
-        if constexpr (Axis > 0)
-          around_along<Axis - 1>(place, cell, visit);
-        else
-          visit(cell);
+      // modulo n, without a division
+      const int before = place[Axis] == 0 ? n - 1 : place[Axis] - 1;
+      if constexpr (Axis == 0) {
+        visit(layer * n, before, reach);
+      } else {
+        for (int d = 0, next = before; d < reach; ++d, next = next + 1 < n ? next + 1 : 0)
+          rows_along<Axis - 1>(place, layer * n + next, visit);
       }
     }
   };
@@ -116,10 +116,7 @@ inline namespace RVE_ISA {
       work.cell_of[i] = grid.index(motion[i].position);
       block.add(&work.cell_start[work.cell_of[i]], 1);
     });
-    block.exclusive_scan(work.cell_start, num_cells);
-    block.once([&] {
-      work.cell_start[num_cells] = num_grains;
-    });
+    block.scan_to_starts(work.cell_start, num_cells);
     block.for_each(num_grains, [&](Item i) {
       const int c = work.cell_of[i];
       work.cell_grain[work.cell_start[c] + block.fetch_add(&work.cell_fill[c], 1)] = i;
@@ -136,16 +133,20 @@ inline namespace RVE_ISA {
     });
   }
 
-  /// The history that the old list holds for the pair of i and j, as i sees it, or zero.
+  /// The history that the old list holds for the pair of i and j, as i sees it, or zero. All partners are read before the first look at one.
   template <class Scene>
   RVE_INLINE typename Scene::History old_history(const PairView<Scene> &old, int num_grains,
                                                  int num_old_extra, int i, int j)
   {
+    int mine = -1, others = -1;
     for (int k = 0; k < Scene::owned_pairs; ++k) {
-      if (old.partner[k * num_grains + i] == j) return old.history[k * num_grains + i];
-      if (old.partner[k * num_grains + j] == i)
-        return Scene::Law::seen_from_partner(old.history[k * num_grains + j]);
+      const int of_mine = old.partner[k * num_grains + i],
+                of_other = old.partner[k * num_grains + j];
+      if (of_mine == j) mine = k * num_grains + i;
+      if (of_other == i) others = k * num_grains + j;
     }
+    if (mine >= 0) return old.history[mine];
+    if (others >= 0) return Scene::Law::seen_from_partner(old.history[others]);
     for (int m = 0; m < num_old_extra; ++m) {
       if (old.extra_first[m] == i && old.extra_second[m] == j) return old.extra_history[m];
       if (old.extra_first[m] == j && old.extra_second[m] == i)
@@ -178,9 +179,16 @@ inline namespace RVE_ISA {
     sort_into_grid(block, motion, work, num_grains, grid);
 
     const auto for_each_owned = [&](int i, auto take) {
-      grid.around(work.cell_of[i], [&](int c) {
-        for (int m = work.cell_start[c]; m < work.cell_start[c + 1]; ++m) {
-          const int j = work.cell_grain[m];
+      grid.rows_around(work.cell_of[i], [&](int layer, int first, int reach) {
+        // the grains of a row of cells lie one behind the other
+        const std::int32_t *const start = work.cell_start + layer;
+        const int end = start[grid.count[0]], length = end - start[0], beyond = first + reach;
+        const int begin = start[first];
+        const int candidates = beyond <= grid.count[0]
+            ? start[beyond] - begin
+            : end - begin + start[beyond - grid.count[0]] - start[0];
+        for (int m = begin; m < begin + candidates; ++m) {
+          const int j = work.cell_grain[m < end ? m : m - length];
           if (j == i || !owns_first(i, j)) continue;
           const Vec<Wide, Scene::D> branch = to_length *
               fractional_difference<typename Scene::Numbers>(motion[j].position,
@@ -202,11 +210,8 @@ inline namespace RVE_ISA {
       });
       work.row_start[i] = count;
     });
-    const int num_pairs = block.exclusive_scan(work.row_start, num_grains);
+    const int num_pairs = block.scan_to_starts(work.row_start, num_grains);
     if (num_pairs > work.pair_capacity) return ListSizes{num_pairs, 0};
-    block.once([&] {
-      work.row_start[num_grains] = num_pairs;
-    });
     block.for_each(num_grains, [&](Item i) {
       int entry = work.row_start[i];
       const int count = work.row_start[i + 1] - entry;
@@ -218,66 +223,60 @@ inline namespace RVE_ISA {
         });
     });
 
-    balance_ownership(block, work, num_grains, 64);
-
+    int num_extra = 0;
+    if (!balance_ownership(block, work, num_grains, 64)) {
+      block.for_each(num_grains, [&](Item i) {
+        work.excess_start[i] = work.load[i] > Scene::owned_pairs ? work.load[i] - Scene::owned_pairs
+                                                                 : 0;
+      });
+      num_extra = block.exclusive_scan(work.excess_start, num_grains);
+    }
     block.for_each(num_grains, [&](Item i) {
-      work.excess_start[i] = work.load[i] > Scene::owned_pairs ? work.load[i] - Scene::owned_pairs
-                                                               : 0;
-    });
-    const int num_extra = block.exclusive_scan(work.excess_start, num_grains);
-    block.for_each(num_grains, [&](Item i) {
-      int slot = 0, extra = work.excess_start[i];
+      // ascending in the distance of the numbers, free slots last: neighbouring threads then read neighbouring grains. In space those that
+      // touch first, so that many threads have nothing to do in the last slots (ListRenewal::order_grains)
+      int partner[Scene::owned_pairs], rank[Scene::owned_pairs];
+      for (int k = 0; k < Scene::owned_pairs; ++k) {
+        partner[k] = i;
+        rank[k] = 0x7fffffff;
+      }
+      int owned = 0, touching = 0, extra = num_extra > 0 ? work.excess_start[i] : 0;
       const auto place = [&](int j) {
-        const auto history = old_history(old, num_grains, num_old_extra, i, j);
-        if (slot < Scene::owned_pairs) {
-          fresh.partner[slot * num_grains + i] = j;
-          fresh.history[slot * num_grains + i] = history;
-          ++slot;
+        if (owned++ < Scene::owned_pairs) {
+          int other = j, its_rank = j > i ? j - i : j - i + num_grains;
+          if constexpr (Scene::D == 3) {
+            const Vec<Wide, Scene::D> branch = to_length *
+                fractional_difference<typename Scene::Numbers>(motion[j].position,
+                                                               motion[i].position);
+            const bool touches = gap_squared(branch, radius[i] + radius[j]) > Wide(0);
+            touching += touches ? 1 : 0;
+            its_rank += touches ? 0 : num_grains;
+          }
+          // into its place among those that are there
+          for (int k = 0; k < Scene::owned_pairs; ++k)
+            if (its_rank < rank[k]) {
+              const int next_rank = rank[k], next = partner[k];
+              rank[k] = its_rank;
+              partner[k] = other;
+              its_rank = next_rank;
+              other = next;
+            }
         } else {
           fresh.extra_first[extra] = i;
           fresh.extra_second[extra] = j;
-          fresh.extra_history[extra] = history;
+          fresh.extra_history[extra] = old_history(old, num_grains, num_old_extra, i, j);
           ++extra;
         }
       };
       for (int m = 0; m < work.received_count[i]; ++m) place(work.received[m * num_grains + i]);
       for (int entry = work.row_start[i]; entry < work.row_start[i + 1]; ++entry)
         if (!work.row_given[entry]) place(work.row_partner[entry]);
-      for (; slot < Scene::owned_pairs; ++slot) {
-        fresh.partner[slot * num_grains + i] = i;
-        fresh.history[slot * num_grains + i] = typename Scene::History();
-      }
-      // ascending in the distance of the numbers, free slots last: neighbouring threads then read neighbouring grains. In space those that
-      // touch first, so that many threads have nothing to do in the last slots (ListRenewal::order_grains)
-      const auto touches = [&](int j) {
-        const Vec<Wide, Scene::D> branch = to_length *
-            fractional_difference<typename Scene::Numbers>(motion[j].position, motion[i].position);
-        return j != i && gap_squared(branch, radius[i] + radius[j]) > Wide(0);
-      };
-      int rank[Scene::owned_pairs], touching = 0;
       for (int k = 0; k < Scene::owned_pairs; ++k) {
-        const int partner = fresh.partner[k * num_grains + i], distance = partner - i;
-        rank[k] = distance > 0 ? distance : distance + num_grains;
-        if constexpr (Scene::D == 3) {
-          const bool touch = touches(partner);
-          touching += touch ? 1 : 0;
-          rank[k] += touch ? 0 : num_grains;
-        }
+        const int j = partner[k];
+        fresh.partner[k * num_grains + i] = j;
+        fresh.history[k * num_grains + i] =
+            j == i ? typename Scene::History() : old_history(old, num_grains, num_old_extra, i, j);
       }
       if constexpr (Scene::D == 3) work.load[i] = touching;
-      for (int k = 1; k < Scene::owned_pairs; ++k)
-        for (int m = k; m > 0 && rank[m] < rank[m - 1]; --m) {
-          const int ahead = rank[m];
-          rank[m] = rank[m - 1];
-          rank[m - 1] = ahead;
-          const int here = m * num_grains + i, before = here - num_grains;
-          const int partner = fresh.partner[here];
-          const typename Scene::History history = fresh.history[here];
-          fresh.partner[here] = fresh.partner[before];
-          fresh.history[here] = fresh.history[before];
-          fresh.partner[before] = partner;
-          fresh.history[before] = history;
-        }
     });
     return ListSizes{num_pairs, num_extra};
   }

@@ -262,47 +262,31 @@ inline namespace RVE_ISA {
         for (int m = 0; m < M; ++m) own[m] += term[m];
       });
       sum_in_warps<M>(own);
-      // instructions that one warp alone runs are waited for, the more of them the longer
-      const int sums = warp() == 0 ? M : 0;
-      RVE_ROLLED
-      for (int m = 0; m < sums; ++m) {
-        const long long total = sum_over_warps(m);
-        if (lane() == 0) sum[m] = total;
+      // what one warp alone does all others wait for
+      if (warp() == 0) {
+        if (lanes_here() == 32)
+          sums_over_warps<M>(sum);
+        else
+          for (int m = 0; m < M; ++m) {
+            const long long total = sum_over_warps(m);
+            if (lane() == 0) sum[m] = total;
+          }
+        __syncwarp(active_lanes());
+        if (lane() == 0) then();
       }
-      if (threadIdx.x == 0) then();
       __syncthreads();
     }
 
     RVE_DEVICE int exclusive_scan(int *a, int n)
     {
-      const int threads = blockDim.x, me = threadIdx.x;
-      const int share = (n + threads - 1) / threads;
-      const int first = min(me * share, n), last = min(first + share, n);
-      int mine = 0;
-      one_by_one(first, last, [&](int i) {
-        mine += a[i];
-      });
-      // those of a warp up to this one, then those of the warps before
-      int up_to = mine;
-      // rolled loops, for a small kernel: uniform()
-      RVE_ROLLED
-      for (int offset = 1; offset < 32; offset *= 2) {
-        const int left = __shfl_up_sync(active_lanes(), up_to, offset);
-        if (lane() >= offset) up_to += left;
-      }
-      if (lane() == lanes_here() - 1) scratch.scan[warp()] = up_to;
+      const int total = scan(a, n);
       __syncthreads();
-      int total = 0, before = up_to - mine;
-      RVE_ROLLED
-      for (int w = 0; w < num_warps(); ++w) {
-        if (w == warp()) before += total;
-        total += scratch.scan[w];
-      }
-      one_by_one(first, last, [&](int i) {
-        const int x = a[i];
-        a[i] = before;
-        before += x;
-      });
+      return total;
+    }
+    RVE_DEVICE int scan_to_starts(int *a, int n)
+    {
+      const int total = scan(a, n);
+      if (threadIdx.x == 0) a[n] = total;
       __syncthreads();
       return total;
     }
@@ -620,6 +604,59 @@ inline namespace RVE_ISA {
       std::int64_t mine = 0;
       for (int w = lane(); w < num_warps(); w += lanes_here()) mine += scratch.sum[m][w];
       return sum_of_warp(active_lanes(), mine);
+    }
+
+    /// Of what sum_in_warps has left, by a whole warp: four sums at a time, eight lanes for each.
+    template <int M> RVE_DEVICE void sums_over_warps(std::int64_t *sum)
+    {
+      const int warps = num_warps(), mine = lane() / 8, first = lane() % 8;
+      RVE_ROLLED
+      for (int m = mine; m - mine < M; m += 4) {
+        long long total = 0;
+        if (m < M)
+          for (int w = first; w < warps; w += 8) total += scratch.sum[m][w];
+        for (int apart = 4; apart > 0; apart /= 2)
+          total += __shfl_xor_sync(0xffffffffu, total, apart);
+        if (m < M && first == 0) sum[m] = total;
+      }
+    }
+
+    /// exclusive_scan without the barrier at its end.
+    RVE_DEVICE int scan(int *a, int n)
+    {
+      const int threads = blockDim.x, me = threadIdx.x;
+      const int share = (n + threads - 1) / threads;
+      const int first = min(me * share, n), last = min(first + share, n);
+      int mine = 0;
+      one_by_one(first, last, [&](int i) {
+        mine += a[i];
+      });
+      // those of a warp up to this one, then those of the warps before
+      int up_to = mine;
+      // rolled loops, for a small kernel: uniform()
+      RVE_ROLLED
+      for (int offset = 1; offset < 32; offset *= 2) {
+        const int left = __shfl_up_sync(active_lanes(), up_to, offset);
+        if (lane() >= offset) up_to += left;
+      }
+      if (lane() == lanes_here() - 1) scratch.scan[warp()] = up_to;
+      __syncthreads();
+      // those of the warps in each warp anew: another barrier would take longer
+      const int warps = num_warps();
+      const unsigned active = active_lanes();
+      int total = 0, before = up_to - mine;
+      RVE_ROLLED
+      for (int w = 0; w < warps; w += lanes_here()) {
+        const int of_warp = w + lane() < warps ? scratch.scan[w + lane()] : 0;
+        before += __reduce_add_sync(active, w + lane() < warp() ? of_warp : 0);
+        total += __reduce_add_sync(active, of_warp);
+      }
+      one_by_one(first, last, [&](int i) {
+        const int x = a[i];
+        a[i] = before;
+        before += x;
+      });
+      return total;
     }
 
     /// Sums over the threads of the block.

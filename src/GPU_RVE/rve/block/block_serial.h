@@ -11,6 +11,7 @@
 //   max_array(n, a)         largest of the n doubles of an array, or 0
 //   sum_integers<M>(n, f)   f(item, std::int64_t *term) adds to term[0..M-1]; returns the M sums, exact
 //   exclusive_scan(a, n)    in place; returns the total
+//   scan_to_starts(a, n)    the same, and a[n] becomes the total
 //   add(p, v), fetch_min(p, v), fetch_add(p, v)    integer accumulation from inside a phase
 //   accumulate(sums, room, i, v)   adds to the i-th sum of an array with room for so many, which lies as a block wants it: nothing else touches
 //       it but collect(sums, room, i), which takes the sum and leaves zero, and begin_sum(sums, room, i)
@@ -167,6 +168,8 @@ inline namespace RVE_ISA {
       }
       return total;
     }
+
+    RVE_INLINE int scan_to_starts(int *a, int n) { return a[n] = exclusive_scan(a, n); }
 
     template <class Integer> static RVE_INLINE void begin_sum(Integer *sums, int /*room*/, int i)
     {

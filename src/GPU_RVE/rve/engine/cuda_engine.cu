@@ -521,6 +521,9 @@ namespace {
       record.prepared_together = std::max(
           1,
           std::min(kMostPreparedTogether, static_cast<int>(kPrepareMemory / record.prepared_size)));
+      const int preparing = (count + record.prepared_together - 1) / record.prepared_together;
+      record.ready = ready_buffer.reserve_clean(preparing);
+      record.turn = ++turn_of_launch;
       // a thread for each step that is planned, and for each piece of a drive
       const int threads = rounded_up(
           record.prepared_together * std::min(16, std::max(kThreadsPerCall<D>, plan.steps_ahead)),
@@ -528,12 +531,12 @@ namespace {
       BatchConstants constants = call.constants;
       void *arguments[] = {&record, &constants};
       cudaLaunchConfig_t prepared = {};
-      prepared.gridDim = (count + record.prepared_together - 1) / record.prepared_together;
+      prepared.gridDim = preparing;
       prepared.blockDim = threads;
       prepared.dynamicSmemBytes = record.prepared_together * record.prepared_size;
       check_cuda(cudaLaunchKernelExC(&prepared, plan.prepare, arguments),
                  "launch of the kernel that prepares calls");
-      // its blocks are put in place while the last calls are prepared, and wait there
+      // its blocks are put in place while the last calls are prepared, and each begins when its own one is
       cudaLaunchAttribute early = in_place_early(plan.waits);
       cudaLaunchConfig_t launched = {};
       launched.gridDim = resident;
@@ -855,6 +858,8 @@ namespace {
     DeviceBuffer<int>
         asked_buffer;    ///< whose details those are, of calls that do not ask for all
     DeviceBuffer<char> prepared_buffer, workspace_buffer;
+    DeviceBuffer<unsigned> ready_buffer;
+    unsigned turn_of_launch = 0;
 
     // of calls whose increments are on the device
     static constexpr std::size_t BYTES_PLANNED = 2 * sizeof(DriveRecord<D>) +

@@ -36,6 +36,23 @@ inline namespace RVE_ISA {
   template <Program program, class Numbers>
   using LaunchOf = LaunchRecord<ProgramScene<program, Numbers>::D>;
 
+  /// That the calls of this block are prepared: all that was written before a fence of its threads. By one of them.
+  template <int D> RVE_DEVICE void tell_ready(const LaunchRecord<D> &launch)
+  {
+    asm volatile("st.release.gpu.global.u32 [%0], %1;" ::"l"(launch.ready + blockIdx.x),
+                 "r"(launch.turn)
+                 : "memory");
+  }
+  /// Waits until the call at a place is prepared. By one thread, in front of a barrier.
+  template <int D> RVE_DEVICE void wait_until_ready(const LaunchRecord<D> &launch, int place)
+  {
+    const unsigned *const word = launch.ready + place / launch.prepared_together;
+    unsigned turn;
+    do {
+      asm volatile("ld.acquire.gpu.global.u32 %0, [%1];" : "=r"(turn) : "l"(word) : "memory");
+    } while (turn != launch.turn);
+  }
+
   /// Begins all calls, ahead of the blocks: what one thread does alone for its RVE, the others of a block would wait for. A
   /// block has `launch.prepared_together` calls, on chip.
   template <Program program, class Numbers>
@@ -53,7 +70,7 @@ inline namespace RVE_ISA {
     };
     const int me = threadIdx.x, threads = blockDim.x;
 #if __CUDA_ARCH__ >= 900
-    // the next kernel waits where it needs what is prepared here
+    // the next kernel waits where it needs what is prepared here: tell_ready()
     cudaTriggerProgrammaticLaunchCompletion();
 #endif
     if (me == 0 && first == 0) *launch.queue = 0;
@@ -104,6 +121,9 @@ inline namespace RVE_ISA {
     for (int w = me; w < static_cast<int>(count * launch.prepared_size / sizeof(FourWords));
          w += threads)
       to[w] = reinterpret_cast<const FourWords *>(on_chip)[w];
+    __threadfence();
+    __syncthreads();
+    if (me == 0) tell_ready(launch);
   }
 
   /// Into the cache, from where it is read a few microseconds later.
@@ -187,10 +207,8 @@ inline namespace RVE_ISA {
     using Begin = CallBegin<Block, Scene>;
     char *memory = launch.memory + blockIdx.x * launch.memory_stride;
     Block block(scratch);
-#if __CUDA_ARCH__ >= 900
-    cudaGridDependencySynchronize();    // until all calls are prepared
-#endif
     block.once([&] {
+      wait_until_ready(launch, 0);    // and the queue is at its beginning
       next_entry = atomicAdd(launch.queue, 1);
       grains_in_views = -1;
     });
@@ -198,8 +216,14 @@ inline namespace RVE_ISA {
       block.once([&] {
         entry = next_entry;
         place = place_of(launch, entry);
+        if (place >= 0) wait_until_ready(launch, place);
       });
-      if (place < 0) return;
+      if (place < 0) {
+#if __CUDA_ARCH__ >= 900
+        cudaGridDependencySynchronize();    // what comes behind this kernel comes behind the other one, too
+#endif
+        return;
+      }
       const auto *from = reinterpret_cast<const FourWords *>(&prepared_call<Scene>(launch, place));
       auto *to = reinterpret_cast<FourWords *>(static_cast<PreparedCall<Scene> *>(&call));
       block.for_each(

@@ -33,7 +33,9 @@ template <int D> struct LaunchRecord {
   std::size_t prepared_size;    ///< of one
   int steps_ahead;              ///< that are planned
   int prepared_together;        ///< calls that one block prepares
-  char *memory;                 ///< a workspace per resident block
+  unsigned *ready;    ///< (count / prepared_together) `turn` when the calls of a block are prepared
+  unsigned turn;      ///< of this launch: another one than that of all before
+  char *memory;       ///< a workspace per resident block
   std::size_t memory_stride;
   std::size_t chip_size;    ///< bytes on chip for RVEs of any number of grains
   std::size_t overflow;     ///< offset of what does not fit there, in the workspace
