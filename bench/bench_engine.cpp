@@ -138,8 +138,6 @@ template <int D> rve::Options options_for(const Bench<D> &bench, Precision preci
   options.device = bench.arguments.cuda ? rve::Device::Cuda : rve::Device::Cpu;
   options.block_size = bench.arguments.threads;
   options.threads = bench.arguments.cuda ? 0 : (rves == 1 ? 1 : bench.cores());
-  // as beside LAMMPS (threads_beside_gpu)
-  if (bench.arguments.cuda) rve::most_in_a_team() = std::max(1, bench.cores() / 2);
   return options;
 }
 
@@ -957,6 +955,8 @@ template <int D> void meet_the_device(Bench<D> &bench)
 template <int D> int run(const Arguments &arguments, const Report &report)
 {
   Bench<D> bench{arguments, rve::read_packing<D>(arguments.packing), report, ""};
+  // as beside LAMMPS (RankResources::threads_beside_gpu)
+  if (arguments.cuda) rve::most_in_a_team() = std::max(1, bench.cores() / 2);
   meet_the_device(bench);
   int failed = 0;
   for (const Experiment<D> experiment : suites<D>().at(arguments.suite)) {
