@@ -812,7 +812,7 @@ namespace {
              call.largest <= shape->items * options.block_size);
       };
       const Residency small = fills_device(call) ? Residency::Many : Residency::Few;
-      for (const Residency residency : {small, Residency::Large})
+      for (const Residency residency : {small, Residency::Large, Residency::Largest})
         if (serves(residency)) return residency;
       // where the kernels for many RVEs know no details
       const auto usual = programs.shape(program, small);

@@ -36,7 +36,7 @@ inline namespace RVE_ISA {
   template <Program program, class Numbers>
   using LaunchOf = LaunchRecord<ProgramScene<program, Numbers>::D>;
 
-  /// That the calls of this block are prepared: all that was written before a fence of its threads. By one of them.
+  /// That the calls of this block are prepared, to whoever waits for it: all that its threads wrote in front of a barrier. By one of them.
   template <int D> RVE_DEVICE void tell_ready(const LaunchRecord<D> &launch)
   {
     asm volatile("st.release.gpu.global.u32 [%0], %1;" ::"l"(launch.ready + blockIdx.x),
@@ -121,7 +121,6 @@ inline namespace RVE_ISA {
     for (int w = me; w < static_cast<int>(count * launch.prepared_size / sizeof(FourWords));
          w += threads)
       to[w] = reinterpret_cast<const FourWords *>(on_chip)[w];
-    __threadfence();
     __syncthreads();
     if (me == 0) tell_ready(launch);
   }
@@ -183,7 +182,7 @@ inline namespace RVE_ISA {
 #if __CUDA_ARCH__ == 900 || __CUDA_ARCH__ == 1000 || __CUDA_ARCH__ == 1030
     if (Scene::D == 3 && sizeof(typename Scene::Wide) == 4) {
       if (residency == Residency::Large) return 176;
-      if (residency == Residency::Few) return 256;
+      if (residency == Residency::Few || residency == Residency::Largest) return 256;
     }
 #endif
     return 0;
@@ -208,7 +207,7 @@ inline namespace RVE_ISA {
     char *memory = launch.memory + blockIdx.x * launch.memory_stride;
     Block block(scratch);
     block.once([&] {
-      wait_until_ready(launch, 0);    // and the queue is at its beginning
+      wait_until_ready(launch, 0);    // the first calls, and the queue is at its beginning
       next_entry = atomicAdd(launch.queue, 1);
       grains_in_views = -1;
     });
@@ -216,7 +215,7 @@ inline namespace RVE_ISA {
       block.once([&] {
         entry = next_entry;
         place = place_of(launch, entry);
-        if (place >= 0) wait_until_ready(launch, place);
+        if (place >= launch.prepared_together) wait_until_ready(launch, place);
       });
       if (place < 0) {
 #if __CUDA_ARCH__ >= 900
@@ -282,6 +281,15 @@ inline namespace RVE_ISA {
   }
 
   template <Program program, class Numbers>
+  __global__ void __launch_bounds__((kShape<program, Numbers, Residency::Largest>.threads),
+                                    (kShape<program, Numbers, Residency::Largest>.sharers))
+      advance_largest(const __grid_constant__ LaunchOf<program, Numbers> launch,
+                      const __grid_constant__ BatchConstants batch)
+  {
+    advance_rves<ProgramScene<program, Numbers>, Residency::Largest>(launch, batch);
+  }
+
+  template <Program program, class Numbers>
   __global__ void __launch_bounds__((kShape<program, Numbers, Residency::Memory>.threads),
                                     (kShape<program, Numbers, Residency::Memory>.sharers))
       advance_in_memory(const __grid_constant__ LaunchOf<program, Numbers> launch,
@@ -317,6 +325,8 @@ inline namespace RVE_ISA {
     }
     if constexpr (block_shape<Scene>(Residency::Large).items > 0)
       place(Residency::Large, address_of(advance_large<program, Numbers>));
+    if constexpr (block_shape<Scene>(Residency::Largest).items > 0)
+      place(Residency::Largest, address_of(advance_largest<program, Numbers>));
     place(Residency::Memory, address_of(advance_in_memory<program, Numbers>));
     if constexpr (Traits::prepared_like == program)
       kernels.prepare = address_of(prepare_calls<program, Numbers>);

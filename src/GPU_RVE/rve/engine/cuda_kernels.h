@@ -56,10 +56,11 @@ struct KernelSizes {
 enum class Residency {
   Many,     ///< small RVEs, registers for several of them on a multiprocessor
   Few,      ///< registers for one: the RVEs do not fill the device anyway
-  Large,    ///< up to 1024 grains
-  Memory    ///< any number of grains
+  Large,      ///< up to 1024 grains
+  Largest,    ///< up to 2048 spheres in `fast`, one RVE on a multiprocessor
+  Memory      ///< any number of grains
 };
-constexpr int kNumResidencies = 4;
+constexpr int kNumResidencies = 5;
 constexpr int kSmallBlock = 416;
 constexpr int kLargeBlock = 1024;
 
@@ -107,6 +108,9 @@ template <class Scene> RVE_HD constexpr BlockShape block_shape(Residency residen
         return {wide ? 2 : 1, wide ? 512 : 1024, 1, wide && lean};
       case Residency::Large:
         return {2, 512, wide ? 1 : 2, lean};
+      case Residency::Largest:
+        if (wide) return {0, 512, 1};
+        return {2, kLargeBlock, 1, lean};
       default:
         return {0, all_wide ? 512 : kLargeBlock, 1};
     }

@@ -15,7 +15,7 @@ namespace {
 
   /// In the order of Residency.
   constexpr const char *ADVANCE[kNumResidencies] = {"advance_many", "advance_few", "advance_large",
-                                                    "advance_in_memory"};
+                                                    "advance_largest", "advance_in_memory"};
 
   /// For tests: kernels that were compiled ahead are left alone.
   bool all_at_run_time()
