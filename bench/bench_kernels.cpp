@@ -21,8 +21,8 @@ using namespace rve;
 
 namespace {
 
-constexpr const char *KERNELS[] = {"advance_many", "advance_few", "advance_large",
-                                   "advance_in_memory", "prepare_calls"};
+constexpr const char *KERNELS[] = {"advance_many",    "advance_few",       "advance_large",
+                                   "advance_largest", "advance_in_memory", "prepare_calls"};
 constexpr Format FORMATS[] = {Format::Fast, Format::Mixed, Format::Double};
 constexpr const char *FORMAT_NAMES[] = {"fast", "mixed", "double"};
 

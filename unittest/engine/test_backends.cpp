@@ -172,6 +172,23 @@ std::vector<ActorOf<3>> spheres_scene(bool viscous, int substeps = 300)
                Tensor3{{0.5, 12.0, -4.0, 20.0, 0.8, -15.0, 0.0, 7.0, -1.0}}, dt, substeps / 2)}};
 }
 
+/// So many spheres, cubed, on a path; so many RVEs of them.
+std::vector<ActorOf<3>> spheres_on_paths(int side, int count)
+{
+  Material material = dry_material();
+  material.thickness = material.mass_depth = 1.0;
+  std::vector<ActorOf<3>> actors;
+  for (int k = 0; k < count; ++k) {
+    Spheres state = disordered_spheres(material, side, 1 + k);
+    state.cell = 0.96 * state.cell;
+    actors.push_back(
+        {std::to_string(side * side * side) + " spheres, " + std::to_string(k), state,
+         DriveOf<3>::constant_velocity_gradient(
+             Tensor3{{0.5, 12.0, -4.0, 20.0, 0.8, -15.0, 0.0, 7.0, -1.0}}, 1e-5, 150)});
+  }
+  return actors;
+}
+
 /// Few steps for what is slow: a single thread of a GPU.
 std::vector<Actor> short_scene()
 {
@@ -237,6 +254,36 @@ void expect_same_bits(const OutcomeOf<D> &x, const OutcomeOf<D> &y,
     EXPECT_EQ(std::memcmp(x.states[k].data(), y.states[k].data(), x.states[k].size()), 0)
         << actors[k].name << ": states differ";
   }
+}
+
+/// States after calls with the short answer, which have kernels of their own on a GPU, with the answers of all.
+template <int D> struct BriefOutcomeOf {
+  std::vector<RveStateOf<D>> states;
+  std::vector<std::vector<char>> answers;    // by actor
+};
+template <int D>
+BriefOutcomeOf<D> play_briefly(EngineOf<D> &engine, const std::vector<ActorOf<D>> &actors,
+                               int calls)
+{
+  BriefOutcomeOf<D> outcome;
+  outcome.answers.resize(actors.size());
+  std::vector<int> rves;
+  std::vector<DriveOf<D>> drives;
+  for (const ActorOf<D> &actor : actors) {
+    rves.push_back(engine.add(actor.state));
+    drives.push_back(actor.drive);
+  }
+  std::vector<ResponseOf<D>> responses;
+  for (int call = 0; call < calls; ++call) {
+    engine.advance(rves, drives, responses);
+    for (std::size_t k = 0; k < actors.size(); ++k) {
+      append(outcome.answers[k], responses[k].status);
+      append(outcome.answers[k], responses[k].num_contacts);
+      append(outcome.answers[k], responses[k].stress);
+    }
+  }
+  for (const int rve : rves) outcome.states.push_back(engine.state(rve));
+  return outcome;
 }
 
 /// The same calls answered by Results of one engine and by Responses of the other: the same status, contacts, stress and
@@ -579,6 +626,28 @@ TEST_P(CpuAndCuda, GiveTheSameSpheresForEveryBlockSize)
     options.block_size = threads;
 
     expect_same_bits(on_cpu, play(*make_engine<3>(options), actors, 3), actors);
+  }
+}
+
+// many small RVEs, and one of each size that is kept in another way: with registers for one or two grains in a thread, in some formats or in
+// none, or passing by
+TEST_P(CpuAndCuda, GiveTheSameSpheresOfAllSizes)
+{
+  for (const int side : {4, 6, 9, 11, 13}) {
+    const auto actors = spheres_on_paths(side, side == 4 ? 140 : 1);
+    Options options =
+        with_contacts_of(actors, options_for(GetParam(), Device::Cpu, WIDE_SKIN_OF_SPHERES));
+    const auto on_cpu = play_briefly(*make_engine<3>(options), actors, 6);
+    options.device = Device::Cuda;
+    const auto on_gpu = play_briefly(*make_engine<3>(options), actors, 6);
+
+    for (std::size_t k = 0; k < actors.size(); ++k) {
+      SCOPED_TRACE(actors[k].name);
+      EXPECT_TRUE(on_cpu.answers[k] == on_gpu.answers[k]);
+      EXPECT_TRUE(serialize(on_cpu.states[k]) == serialize(on_gpu.states[k]));
+    }
+    EXPECT_GE(on_cpu.states[0].counters.rebuilds, 20);
+    EXPECT_GE(on_cpu.states[0].counters.lattice_reductions, 1);
   }
 }
 

@@ -312,6 +312,63 @@ TYPED_TEST(SpheresInRegisters, OfThreadsThatTakeThemInTurnGiveTheBitsOfArrays)
   }
 }
 
+template <class Numbers, Program program>
+void expect_that_spheres_may_pass_by(const Material &material, bool with_ledger = false,
+                                     const SteeringRecord<3> &steering = SteeringRecord<3>())
+{
+  using Scene = ProgramScene<program, Numbers>;
+  constexpr Program memory = ProgramTraits<program>::prepared_like;
+  RveRun<3> stay = run_of<Numbers>(disordered_spheres(material, 7, 1), memory), pass = stay;
+
+  for (const bool with_details : {false, true})
+    for (const DriveRecord<3> &drive : calls<3>(SPHERE_DT)) {
+      SCOPED_TRACE(drive.substeps);
+      advance<BlockSerial, Scene>(stay, drive, with_details, 0.0, with_ledger, steering);
+      advance<BlockSerial, InMemory<Scene>>(pass, drive, with_details, 0.0, with_ledger, steering);
+
+      EXPECT_EQ(stay.answer.status & status::Fatal, 0u) << describe_status(stay.answer.status);
+      EXPECT_GT(stay.answer.num_contacts, 100);
+      expect_same_bits<Numbers>(pass, stay, memory);
+    }
+  EXPECT_GT(state_of<Numbers>(stay, memory).counters.rebuilds, 10);
+}
+
+SteeringRecord<3> servo_of_spheres()
+{
+  SteeringRecord<3> steering = SteeringRecord<3>();
+  steering.controlled[0] = steering.controlled[4] = 1;
+  steering.stress_goal[0] = steering.stress_goal[4] = -1e5;
+  steering.velocity_gradient[1] = 100.0;
+  steering.velocity_gradient[8] = -10.0;
+  steering.servo_gain = default_servo_gain(disordered_spheres(spheres_material(), 7, 1));
+  steering.servo_max_rate = 100.0;
+  return steering;
+}
+
+TYPED_TEST(SpheresInRegisters, ThatPassByHaveTheBitsOfThoseThatStay)
+{
+  expect_that_spheres_may_pass_by<TypeParam, Program::PlainSpheres>(spheres_material());
+}
+
+TYPED_TEST(SpheresInRegisters, ThatPassByWithAServoHaveTheBitsOfThoseThatStay)
+{
+  expect_that_spheres_may_pass_by<TypeParam, Program::SteeredSpheres>(spheres_material(), false,
+                                                                      servo_of_spheres());
+}
+
+// histories of springs, rolling and twisting, what friction and dashpots take, and a servo
+TYPED_TEST(SpheresInRegisters, ThatPassByWithAllBooksHaveTheBitsOfThoseThatStay)
+{
+  Material material = spheres_material();
+  material.normal_viscosity = 3.0;
+  material.tangential_viscosity = 1.5;
+  material.rolling_stiffness = material.twisting_stiffness = 0.5 * material.normal_stiffness;
+  material.rolling_friction = material.twisting_friction = 0.1;
+  for (const bool servo : {false, true})
+    expect_that_spheres_may_pass_by<TypeParam, Program::SpheresRolling>(
+        material, true, servo ? servo_of_spheres() : SteeringRecord<3>());
+}
+
 // their program has no contact radius from step to step
 TYPED_TEST(SpheresInRegisters, OfHertzThatKeepForcesHaveTheBitsOfAllBooks)
 {
@@ -325,7 +382,7 @@ TYPED_TEST(SpheresInRegisters, OfHertzThatKeepForcesHaveTheBitsOfAllBooks)
   material.mindlin_stiffness = material.tangential_stiffness / contact_radius;
   material.mindlin_displacement = 0.0;
   RveRun<3> all = run_of<TypeParam>(disordered_spheres(material, 7, 1), Program::SphereHertz),
-            arrays = all, registers = all, two = all, uniforms = all;
+            arrays = all, registers = all, two = all, uniforms = all, pass = all;
 
   for (const DriveRecord<3> &drive : calls<3>(SPHERE_DT)) {
     SCOPED_TRACE(drive.substeps);
@@ -334,9 +391,10 @@ TYPED_TEST(SpheresInRegisters, OfHertzThatKeepForcesHaveTheBitsOfAllBooks)
     advance<BlockInRegisters, Own>(registers, drive, false);
     advance<BlockOfTwo, Own>(two, drive, false);
     advance<BlockOfUniforms, Own>(uniforms, drive, false);
+    advance<BlockSerial, InMemory<Own>>(pass, drive, false);
 
     EXPECT_EQ(all.answer.status & status::Fatal, 0u) << describe_status(all.answer.status);
-    for (const RveRun<3> *run : {&arrays, &registers, &two, &uniforms})
+    for (const RveRun<3> *run : {&arrays, &registers, &two, &uniforms, &pass})
       expect_same_bits<TypeParam>(*run, all, Program::SphereHertz);
     const Spheres now = state_of<TypeParam>(registers, Program::SphereHertz);
     EXPECT_GT(std::count_if(now.pairs.begin(), now.pairs.end(),

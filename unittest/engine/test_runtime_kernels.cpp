@@ -115,6 +115,8 @@ TEST_F(RuntimeKernels, AreThereForBlocksOfAllSizes)
 {
   for (const char *kernel : {"advance_many", "advance_large", "advance_in_memory"})
     expect_compiled(kernel, {Program::Plain, Format::Fast, Arithmetic::Strict});
+  for (const char *kernel : {"advance_largest", "advance_in_memory"})
+    expect_compiled(kernel, {Program::PlainSpheres, Format::Fast, Arithmetic::Strict});
 }
 
 TEST_F(RuntimeKernels, AreCompiledOnceAndFoundTheNextTime)

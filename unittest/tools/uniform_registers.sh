@@ -10,14 +10,16 @@ PATH=$(dirname "$cuobjdump"):$PATH
 command -v nvdisasm >/dev/null || { echo "uniform_registers: skipped, there is no nvdisasm"; exit 77; }
 kept=$(mktemp -d)
 trap 'rm -rf "$kept"' EXIT
-for kernel in PlainSpheres:fast SphereMindlinForce:fast PlainSphereHertz:fast PlainSpheres:mixed SphereMindlinForce:mixed PlainSphereHertz:mixed; do
-  program=${kernel%:*} format=${kernel#*:}
-  said=$("$1" --capability 90 --program $program --format $format --kernel advance_many --keep "$kept") || { echo "uniform_registers: skipped: $said"; exit 77; }
+for kernel in many:PlainSpheres:fast many:SphereMindlinForce:fast many:PlainSphereHertz:fast many:PlainSpheres:mixed many:SphereMindlinForce:mixed \
+  many:PlainSphereHertz:mixed largest:PlainSpheres:fast; do
+  name=${kernel%%:*} format=${kernel##*:}
+  program=${kernel#*:} program=${program%:*}
+  said=$("$1" --capability 90 --program $program --format $format --kernel advance_$name --keep "$kept") || { echo "uniform_registers: skipped: $said"; exit 77; }
   # what another compiler does is not known
   case $said in *"NVRTC 13.0 "*) ;; *) echo "uniform_registers: skipped, the limits are those of NVRTC 13.0: $said"; exit 77 ;; esac
   # of the cell and its rate 18 numbers, and what the law has, for each of eight pairs
   products=$(nvdisasm -c "$kept"/*.cubin | grep -cE '\b[DF](FMA|MUL|ADD)\b.*\bUR[0-9]' || true)
-  [ "$products" -ge 150 ] || fail "of $program in $format $products products read a register of the warp; 150 and more do while the kernel is small"
-  echo "uniform_registers: $program in $format: $products products"
+  [ "$products" -ge 150 ] || fail "of $name of $program in $format $products products read a register of the warp; 150 and more do while the kernel is small"
+  echo "uniform_registers: $name of $program in $format: $products products"
   rm "$kept"/*
 done

@@ -6,7 +6,7 @@
 #define RVE_ALGORITHM_CONTACT_FORCES_H
 
 #include "rve/algorithm/call_state.h"
-#include "rve/algorithm/grain_items.h"
+#include "rve/algorithm/passing_grains.h"
 #include "rve/core/integer_sums.h"
 #include "rve/core/pack_item.h"
 #include "rve/core/status.h"
@@ -274,8 +274,11 @@ inline namespace RVE_ISA {
     const auto add_owned = [&](const auto i, auto &sum) RVE_INLINE_LAMBDA {
       using Here = typename Grains::template SceneOf<std::decay_t<decltype(i)>>;
       const auto me = grains.view(i);
-      constexpr bool passes = kHistoryPasses<Block, Scene>;
-      if constexpr (wanted != Wanted::Nothing && passes)
+      // those of InMemory stay loaded from step to step
+      constexpr bool loads_pairs = wanted == Wanted::Survey ||
+          (wanted == Wanted::LoveSums && !Scene::in_memory);
+      constexpr bool pass = kHistoryPasses<Block, Scene> || Scene::in_memory;
+      if constexpr (loads_pairs && pass)
         for (int k = 0; k < Scene::owned_pairs; ++k) grains.load_pair(shared, k, i);
       grains.for_slots(
           i,
@@ -290,8 +293,7 @@ inline namespace RVE_ISA {
           },
           [&](int k) RVE_INLINE_LAMBDA {
             // each when it is needed: the sums of the stress leave few registers
-            if constexpr (wanted != Wanted::Nothing && !passes &&
-                          !IsPack<std::decay_t<decltype(i)>>::value)
+            if constexpr (loads_pairs && !pass && !IsPack<std::decay_t<decltype(i)>>::value)
               grains.load_pair(shared, k, i);
             return grains.view_partner(shared, k, i);
           },
@@ -329,14 +331,14 @@ inline namespace RVE_ISA {
     // the pairs of a grain, and the extra ones that go with its number: what is lost is added up by the numbers of grains
     const auto add_all = [&](Item i) RVE_INLINE_LAMBDA {
       if constexpr (holds && wanted == Wanted::Survey) grains.load_itself(i);
-      auto sum = begin_sum<Scene>(grains.largest_force[i]);
+      auto sum = begin_sum<Scene>(grains.largest_of(i));
       add_owned(i, sum);
-      if constexpr (holds)
+      if constexpr (holds || Scene::in_memory)
         grains.keep_forces(block, shared, i, sum.own, sum.largest_force);
       else
         grains.own.keep(i, sum.own);
       for (int m = i; m < num_extra; m += num_grains) add_extra(m, sum);
-      grains.largest_force.keep(i, sum.largest_force);
+      grains.keep_largest(i, sum.largest_force);
       round_love(sum);
       if constexpr (Scene::books)
         if (keeps_ledger) {
@@ -367,9 +369,9 @@ inline namespace RVE_ISA {
         add_terms(sum, term);
       });
       grains.for_each_grain(item, num_extra, [&](Item i) RVE_INLINE_LAMBDA {
-        auto sum = begin_sum<Scene>(grains.largest_force[i]);
+        auto sum = begin_sum<Scene>(grains.largest_of(i));
         for (int m = i; m < num_extra; m += num_grains) add_extra(m, sum);
-        grains.largest_force.keep(i, sum.largest_force);
+        grains.keep_largest(i, sum.largest_force);
         round_love(sum);
         add_terms(sum, term);
       });
@@ -397,7 +399,7 @@ inline namespace RVE_ISA {
         if constexpr (IsPack<std::decay_t<decltype(item)>>::value) {
           add_pack(item, term);
           grains.for_each_grain(item, num_grains, [&](Item i) RVE_INLINE_LAMBDA {
-            largest = larger(largest, soundness(grains.view(i), grains.largest_force[i]));
+            largest = larger(largest, soundness(grains.view(i), grains.largest_of(i)));
           });
         } else {
           const Item i = item;
@@ -435,11 +437,11 @@ inline namespace RVE_ISA {
         });
         // they ride along with the grains: no phase of their own
         grains.for_each_grain(item, num_extra, [&](Item i) RVE_INLINE_LAMBDA {
-          auto sum = begin_sum<Scene>(grains.largest_force[i]);
+          auto sum = begin_sum<Scene>(grains.largest_of(i));
           block.share_out(i, num_grains, num_extra, [&](int m) RVE_INLINE_LAMBDA {
             add_extra(m, sum);
           });
-          grains.largest_force.keep(i, sum.largest_force);
+          grains.keep_largest(i, sum.largest_force);
         });
       };
       if constexpr (kFillsPlaces<Block, Scene>)

@@ -63,7 +63,7 @@ inline namespace RVE_ISA {
     static RVE_COLD void estimate_force(Block block, CallState<Scene> &call, PairView<Scene> pairs)
     {
       const ImageHeader<Scene::D> &header = call.header;
-      const SeenMotion<Scene> *motion = call.shared.motion;
+      const SeenMotions<Scene> motion = call.shared.motion;
       const int n = call.num_grains;
       const double length = call.units.length;
       const auto to_length =

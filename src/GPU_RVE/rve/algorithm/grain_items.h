@@ -383,6 +383,15 @@ inline namespace RVE_ISA {
       own.load(i);
     }
 
+    /// Where they are not on chip.
+    RVE_INLINE void load_forces(Item i)
+    {
+      if constexpr (kHoldsUniforms<Block, Scene>)
+        own.keep(i, Sums());
+      else
+        own.load(i);
+    }
+
     /// After forces, for a move that loads them.
     RVE_INLINE void save_with_forces(Item i)
     {
@@ -417,7 +426,14 @@ inline namespace RVE_ISA {
         return history[k][i];
     }
 
+    RVE_INLINE typename Scene::History remembered(int k, Item i) { return history[k][i]; }
+    RVE_INLINE std::int32_t partner_in_slot(int k, Item i) { return partners.in_slot(k, i); }
+
     RVE_INLINE typename Scene::Real largest_of(Item i) { return largest_force[i]; }
+    RVE_INLINE void keep_largest(Item i, typename Scene::Real force)
+    {
+      largest_force.keep(i, force);
+    }
 
     /// act(k, step, other, look(step, other)) for the slots of grain i and the partners view(k) in them; step() reads what is the same for
     /// all pairs. Once for each pair: read for all, it would occupy registers; read after the branch of pairs that touch, it would be

@@ -20,7 +20,7 @@ inline namespace RVE_ISA {
     /// Reduces the lattice if it is due, builds the list of step k from call.pairs into call.pairs, and plans anew.
     static RVE_COLD void renew(Block block, CallState<Scene> &call, int k)
     {
-      SeenMotion<Scene> *motion = call.shared.motion;
+      const SeenMotions<Scene> motion = call.shared.motion;
       // a quarter of the cell in one step is no motion of a grain any more
       const Wide quarter_cell = static_cast<Wide>(0.25 / Scene::fraction_unit);
       const Tensor<Wide, Scene::D> to_fraction = call.planned(k).to_fraction;
@@ -142,7 +142,12 @@ inline namespace RVE_ISA {
         work.number[i] = work.accepted[i];
       });
       const SharedView<Scene> &shared = call.shared;
-      move_to_places(block, n, work, shared.motion);
+      if constexpr (Scene::in_memory) {
+        move_to_places(block, n, work, shared.motion.place);
+        move_to_places(block, n, work, shared.motion.course);
+      } else {
+        move_to_places(block, n, work, shared.motion);
+      }
       move_to_places(block, n, work, shared.list_position);
       move_to_places(block, n, work, shared.largest_force);
     }

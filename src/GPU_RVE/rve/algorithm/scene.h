@@ -30,7 +30,8 @@ inline namespace RVE_ISA {
     static constexpr bool has_rolling = Law::has_rolling;
     static constexpr bool steers = kept != Books::None;
     static constexpr bool books = kept == Books::All;
-    static constexpr int plan_steps = 0;    ///< kPlanSteps, where it is another than usual
+    static constexpr int plan_steps = 0;        ///< kPlanSteps, where it is another than usual
+    static constexpr bool in_memory = false;    ///< InMemory
 
     /// The same scene in other numbers.
     template <class OtherNumbers> using In = SceneOf<typename Law::template In<OtherNumbers>, kept>;
@@ -39,6 +40,13 @@ inline namespace RVE_ISA {
   /// The same scene where there is room for longer plans.
   template <class Scene, int steps> struct WithPlan : Scene {
     static constexpr int plan_steps = steps;
+  };
+
+  /// The same scene, of spheres, for blocks that have registers for none of them: what does not fit on chip passes by in each step
+  /// (algorithm/passing_grains.h).
+  template <class Scene> struct InMemory : Scene {
+    static_assert(Scene::D == 3, "spheres");
+    static constexpr bool in_memory = true;
   };
 
 }    // namespace RVE_ISA

@@ -36,8 +36,7 @@ inline namespace RVE_ISA {
   }
 
   /// StepGrains: how the steps take their grains, one by one or in packs as well. All else takes them one by one.
-  template <class Block, class Scene, class StepGrains = GrainItems<Block, Scene>>
-  class RveProgram {
+  template <class Block, class Scene, class StepGrains = GrainsOf<Block, Scene>> class RveProgram {
     using Item = typename Block::Item;
     using Real = typename Scene::Real;
     using Wide = typename Scene::Wide;
@@ -48,7 +47,7 @@ inline namespace RVE_ISA {
     using Stored = StoredGrains<Block, Scene>;
     using Progress = CallProgress<Scene>;
     using End = CallEnd<Block, Scene>;
-    using Grains = GrainItems<Block, Scene>;
+    using Grains = GrainsOf<Block, Scene>;
 
    public:
     /// The call is prepared and has its views, of which `shared` is one.
@@ -128,15 +127,20 @@ inline namespace RVE_ISA {
       const int first = call.plan_first, last = last_step();
       const int end = (last < call.plan_last ? last : call.plan_last) - first;
       StepGrains grains(block, shared, call.work, num_grains);
-      if (Block::kInRegisters && direct)
-        fetch(grains);
-      else
-        block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
-          if constexpr (Block::kInRegisters)
-            grains.load_for_steps(shared, i);
-          else
-            grains.load(shared, i);
-        });
+      const auto load = [&](const auto i) RVE_INLINE_LAMBDA {
+        if constexpr (Block::kInRegisters)
+          grains.load_for_steps(shared, i);
+        else
+          grains.load(shared, i);
+      };
+      if constexpr (Block::kInRegisters) {
+        if (direct)
+          fetch(grains);
+        else
+          block.own_items(num_grains, load);
+      } else {
+        block.own_items(num_grains, load);
+      }
       if constexpr (kFillsPlaces<Block, Scene>)
         block.for_empty_places(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
           grains.be_nobody(shared, i);
@@ -243,7 +247,10 @@ inline namespace RVE_ISA {
     RVE_INLINE void save(Grains &grains)
     {
       block.own_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
-        grains.save_with_forces(i);
+        if constexpr (Scene::in_memory)
+          grains.save(i);
+        else
+          grains.save_with_forces(i);
       });
     }
 
@@ -272,11 +279,15 @@ inline namespace RVE_ISA {
             grains.load_with_forces(i);
           });
           if (move<false>(grains, call.planned(k), call.alpha, num_grains, k > 1)) {
+            end_stretch();
             Renewal::renew(block, call, k);
             if (call.fatal()) return;
             begin_stretch();
           }
-          if (k == last) return;
+          if (k == last) {
+            end_stretch();
+            return;
+          }
         }
         // anew: what threads without a grain have shall not seem alive from step to step
         StepGrains grains(block, shared, call.work, num_grains);
@@ -288,18 +299,34 @@ inline namespace RVE_ISA {
                                            if (k > 0) keep_books(k, ledger, servo);
                                            if (servo) grow_by_servo();
                                          });
-        if (k == 0) end_step_zero();
+        if (k == 0) {
+          end_step_zero();
+          if constexpr (Scene::in_memory) begin_stretch();
+        }
         begin_step(k + 1, ledger, servo);
       }
     }
 
-    /// Of steps whose grains are loaded for each phase anew: what packs of grains need beside them.
+    /// Of steps whose grains are loaded for each phase anew: what packs of grains need beside them, and pairs that pass by.
     RVE_INLINE void begin_stretch()
     {
-      if constexpr (!std::is_same_v<StepGrains, Grains>) {
+      if constexpr (!std::is_same_v<StepGrains, Grains> || Scene::in_memory) {
         StepGrains grains(block, shared, call.work, num_grains);
         block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
           grains.load(shared, i);
+        });
+      }
+    }
+    /// The pairs back to where all others look for them.
+    RVE_INLINE void end_stretch()
+    {
+      if constexpr (Scene::in_memory) {
+        StepGrains grains(block, shared, call.work, num_grains);
+        block.own_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
+          grains.load_with_forces(i);
+        });
+        block.own_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
+          grains.save(i);
         });
       }
     }
@@ -470,7 +497,7 @@ inline namespace RVE_ISA {
         const auto response = grains.response(shared, i);
         if (kick_first) kick_item(grains, i, response, step.alpha, grain);
         drift_grain(step, grain.motion);
-        if constexpr (kFewRegisters<Block, Scene>)
+        if constexpr (kFewRegisters<Block, Scene> || Scene::in_memory)
           grains.publish(shared, i, grain, response);
         else
           grains.publish_motion(i, grain.motion);
@@ -576,12 +603,23 @@ inline namespace RVE_ISA {
       });
     }
 
+    /// Force and torque on grain i, which are left where the last kick asks for them.
+    RVE_INLINE typename Grains::Sums collect_own(Item i)
+    {
+      if constexpr (Scene::in_memory) {
+        const auto force = collect_force(block, shared, typename Grains::Sums(), i);
+        add_force(block, shared, i, force);
+        return force;
+      } else {
+        return shared.own[i] = collect_force(block, shared, shared.own[i], i);
+      }
+    }
+
     RVE_INLINE void look_again(DetailRecord<Scene::D> &detail)
     {
       double *force_size = call.work.scratch + 3 * num_grains;
       block.for_items(num_grains, [&](Item i) {
-        const auto own = collect_force(block, shared, shared.own[i], i);
-        shared.own[i] = own;
+        const auto own = collect_own(i);
         double squared = static_cast<double>(own[0]) * static_cast<double>(own[0]);
         for (int a = 1; a < Scene::D; ++a)
           squared += static_cast<double>(own[a]) * static_cast<double>(own[a]);
@@ -607,10 +645,7 @@ inline namespace RVE_ISA {
       const auto store_item = [&](Item i) RVE_INLINE_LAMBDA {
         if (!Loaded) {
           grains.load(shared, i);
-          if constexpr (kHoldsUniforms<Block, Scene>)
-            grains.own.keep(i, typename Grains::Sums());    // on chip
-          else
-            grains.own.load(i);
+          grains.load_forces(i);
         }
         ViewOf<Scene> grain = grains.view(i);
         if (moved) kick_item(grains, i, response_of(shared, i), alpha, grain);
@@ -620,7 +655,7 @@ inline namespace RVE_ISA {
         if (Scene::has_friction)
           for (int k = 0; k < Scene::owned_pairs; ++k)
             Block::write_whole(image.history[k * num_grains + i],
-                               history_to_user(grains.history[k][i]));
+                               history_to_user(grains.remembered(k, i)));
         if (relisted) {
           image.list_position[i] = list_position_of(shared, i);
           if constexpr (Scene::D == 3) {
@@ -628,7 +663,7 @@ inline namespace RVE_ISA {
             image.radius[i] = static_cast<typename Scene::Wide>(call.units.length) * grain.radius;
           }
           for (int k = 0; k < Scene::owned_pairs; ++k)
-            image.partner[k * num_grains + i] = grains.partners.in_slot(k, i);
+            image.partner[k * num_grains + i] = grains.partner_in_slot(k, i);
         }
       };
       if constexpr (kHoldsUniforms<Block, Scene>)

@@ -89,7 +89,7 @@ inline namespace RVE_ISA {
     static RVE_INLINE void fill_partner_radius(Block &block, const SharedView<Scene> &shared,
                                                int num_grains)
     {
-      if constexpr (!Block::kInRegisters)
+      if constexpr (!Block::kInRegisters && !Scene::in_memory)
         block.for_each(num_grains, [&](Item i) {
           for (int m = i; m < Scene::owned_pairs * num_grains; m += num_grains)
             shared.partner_radius[m] = radius_of_partner(shared, i, shared.partner[m]);

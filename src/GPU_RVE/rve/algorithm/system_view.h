@@ -175,6 +175,41 @@ inline namespace RVE_ISA {
     using SpherePieces<Numbers>::operator=;
   };
 
+  /// The pieces of a sphere with InMemory, in two arrays: what says whether two of them touch, and the rest.
+  template <class Numbers> struct alignas(16) SpherePlace {
+    Vec<typename Numbers::Coordinate, 3> position;
+    typename Numbers::Wide radius;
+  };
+  template <class Numbers> struct alignas(16) SphereCourse {
+    Vec<typename Numbers::Real, 3> velocity;
+    Spin<typename Numbers::Real, 3> spin;
+    typename Numbers::Real velocity_unit, spin_unit;
+  };
+  /// One of them.
+  template <class Numbers> struct SphereInParts {
+    Vec<typename Numbers::Coordinate, 3> &position;
+    typename Numbers::Wide &radius;
+    Vec<typename Numbers::Real, 3> &velocity;
+    typename Numbers::Real &velocity_unit, &spin_unit;
+
+    RVE_INLINE operator Motion<Numbers, 3>() const { return {position, velocity}; }
+    RVE_INLINE void operator=(const Motion<Numbers, 3> &motion) const
+    {
+      position = motion.position;
+      velocity = motion.velocity;
+    }
+  };
+  template <class Numbers> struct SpheresInParts {
+    SpherePlace<Numbers> *place;
+    SphereCourse<Numbers> *course;
+
+    RVE_INLINE SphereInParts<Numbers> operator[](int i) const
+    {
+      return {place[i].position, place[i].radius, course[i].velocity, course[i].velocity_unit,
+              course[i].spin_unit};
+    }
+  };
+
   /// A member of the records of an array, as an array of numbers or vectors of its own.
   template <class T, std::size_t Stride> class MemberArray {
     char *first;
@@ -187,12 +222,20 @@ inline namespace RVE_ISA {
 
   /// What others see of a grain: in the plane each in an array of its own.
   template <class Scene, class T>
-  using SeenArray =
-      std::conditional_t<Scene::D == 2, T *,
-                         MemberArray<T, sizeof(SphereRecord<typename Scene::Numbers>)>>;
+  constexpr std::size_t kSeenStride = !Scene::in_memory
+      ? sizeof(SphereRecord<typename Scene::Numbers>)
+      : (std::is_same_v<T, Spin<typename Scene::Real, 3>>
+             ? sizeof(SphereCourse<typename Scene::Numbers>)
+             : sizeof(SpherePlace<typename Scene::Numbers>));
+  template <class Scene, class T>
+  using SeenArray = std::conditional_t<Scene::D == 2, T *, MemberArray<T, kSeenStride<Scene, T>>>;
   template <class Scene>
   using SeenMotion =
       std::conditional_t<Scene::D == 2, MotionOf<Scene>, SphereRecord<typename Scene::Numbers>>;
+  /// Motion of all grains, and what lies beside it.
+  template <class Scene>
+  using SeenMotions = std::conditional_t<Scene::in_memory, SpheresInParts<typename Scene::Numbers>,
+                                         SeenMotion<Scene> *>;
 
   /// Whether velocity and spin are numbers.
   template <int D, class Real>
@@ -225,9 +268,16 @@ inline namespace RVE_ISA {
     typename Scene::History *extra_history;
   };
 
+  /// What InMemory has beside all others.
+  template <bool InMemory> struct PairWords {
+  };
+  template <> struct PairWords<true> {
+    std::int32_t *partner_word;    ///< (Scene::owned_pairs, N) as PassingPairs has it
+  };
+
   /// What the steps work on; on chip on the GPU.
-  template <class Scene> struct SharedView {
-    SeenMotion<Scene> *motion;
+  template <class Scene> struct SharedView : PairWords<Scene::in_memory> {
+    SeenMotions<Scene> motion;
     SeenArray<Scene, Spin<typename Scene::Real, Scene::D>> spin;
     SeenArray<Scene, typename Scene::Wide> radius;    ///< [internal length]
     /// Components of the force and of the torque from partners that own the pair.
@@ -242,7 +292,7 @@ inline namespace RVE_ISA {
     /// (Scene::owned_pairs, N) minus the own one: slot is free, it never touches. Not used where it is in registers.
     typename Scene::Wide *partner_radius;
     typename Scene::History *history;    ///< (Scene::owned_pairs, N)
-    /// With kHistoryPasses: (numbers of a History, Scene::owned_pairs, capacity) what the steps have of it.
+    /// With kHistoryPasses or InMemory: (numbers of a History, Scene::owned_pairs, capacity) what the steps have of it.
     typename Scene::Spring *passing;
     int capacity;    ///< in grains
   };
@@ -330,35 +380,50 @@ inline namespace RVE_ISA {
     SharedView<Scene> view;
     for (int k = 0; k < Scene::freedoms; ++k)
       view.force[k] = chip.template take<typename Scene::Sum>(capacity);
-    view.motion = chip.template take<SeenMotion<Scene>>(seen);
+    if constexpr (Scene::in_memory)
+      view.motion.place = chip.template take<SpherePlace<typename Scene::Numbers>>(seen);
+    else
+      view.motion = chip.template take<SeenMotion<Scene>>(seen);
     if constexpr (Scene::D == 2) {
       view.spin = chip.template take<Spin<typename Scene::Real, Scene::D>>(seen);
       view.response = chip.template take<GrainResponseOf<Scene>>(capacity);
       view.radius = chip.template take<typename Scene::Wide>(seen);
       view.list_position = nullptr;
     } else {
-      // what is only measured has no records
-      if constexpr (!std::is_same_v<OnChip, Measure>) {
-        view.spin = SeenArray<Scene, Spin<typename Scene::Real, Scene::D>>(view.motion->spin);
-        view.radius = SeenArray<Scene, typename Scene::Wide>(view.motion->radius);
-      }
       view.response = nullptr;
       view.list_position =
           chip.template take<Vec<typename Scene::Leading::Coordinate, Scene::D>>(capacity);
+      using SpinArray = SeenArray<Scene, Spin<typename Scene::Real, Scene::D>>;
+      using RadiusArray = SeenArray<Scene, typename Scene::Wide>;
+      // what is only measured has no records
+      constexpr bool there = !std::is_same_v<OnChip, Measure>;
+      if constexpr (Scene::in_memory) {
+        view.motion.course = chip.template take<SphereCourse<typename Scene::Numbers>>(seen);
+        if constexpr (there) {
+          view.spin = SpinArray(view.motion.course->spin);
+          view.radius = RadiusArray(view.motion.place->radius);
+        }
+      } else if constexpr (there) {
+        view.spin = SpinArray(view.motion->spin);
+        view.radius = RadiusArray(view.motion->radius);
+      }
     }
-    view.own = beside.template take<Vec<typename Scene::Sum, Scene::freedoms>>(num_grains);
+    view.own = Scene::in_memory
+        ? nullptr
+        : beside.template take<Vec<typename Scene::Sum, Scene::freedoms>>(num_grains);
     view.largest_force = beside.template take<typename Scene::Real>(num_grains);
     view.partner = beside.template take<std::int32_t>(Scene::owned_pairs * num_grains);
+    if constexpr (Scene::in_memory)
+      view.partner_word = beside.template take<std::int32_t>(Scene::owned_pairs * num_grains);
+    view.passing = nullptr;
+    if (Scene::in_memory || (kHistoryIsTooLong<Scene> && in_registers))
+      view.passing = beside.template take<typename Scene::Spring>(sizeof(typename Scene::History) /
+                                                                  sizeof(typename Scene::Spring) *
+                                                                  Scene::owned_pairs * capacity);
     view.history = beside.template take<typename Scene::History>(Scene::owned_pairs * num_grains);
-    view.partner_radius = in_registers
+    view.partner_radius = in_registers || Scene::in_memory
         ? nullptr
         : beside.template take<typename Scene::Wide>(Scene::owned_pairs * num_grains);
-    view.passing = nullptr;
-    if constexpr (kHistoryIsTooLong<Scene>)
-      if (in_registers)
-        view.passing = beside.template take<typename Scene::Spring>(
-            sizeof(typename Scene::History) / sizeof(typename Scene::Spring) * Scene::owned_pairs *
-            capacity);
     view.capacity = capacity;
     return view;
   }

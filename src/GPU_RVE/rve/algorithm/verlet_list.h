@@ -102,7 +102,7 @@ inline namespace RVE_ISA {
 
   /// Sorts the grains into the grid: cell_start, cell_grain (ascending within a cell), cell_of.
   template <class Block, class Scene>
-  RVE_HD void sort_into_grid(Block &block, const SeenMotion<Scene> *motion,
+  RVE_HD void sort_into_grid(Block &block, const SeenMotions<Scene> &motion,
                              const WorkspaceView<Scene> &work, int num_grains,
                              const SearchGrid<Scene::D> &grid)
   {
@@ -163,7 +163,7 @@ inline namespace RVE_ISA {
   /// Builds the list of all pairs with |b| < r_i + r_j + reach + skin, assigns owners and carries the contact history over: `old` pairs in,
   /// work.fresh out; in space work.load has how many of a grain's own pairs touch. Lengths in the units of `cell` and `radius`.
   template <class Block, class Scene>
-  RVE_HD ListSizes build_list(Block &block, const SeenMotion<Scene> *motion,
+  RVE_HD ListSizes build_list(Block &block, const SeenMotions<Scene> &motion,
                               SeenArray<Scene, typename Scene::Wide> radius,
                               const WorkspaceView<Scene> &work, int num_grains,
                               const Tensor<double, Scene::D> &cell, double contact_range,

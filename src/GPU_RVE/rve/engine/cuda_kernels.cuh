@@ -179,6 +179,8 @@ inline namespace RVE_ISA {
   /// 1 % more than with 64 on an H200; one alone for 256: 1.5 %. Cards with less than 200 KB have not.
   template <class Scene, Residency residency> RVE_HD constexpr int plan_steps_beside()
   {
+    // there the chip has more to hold than it has room for
+    if (residency == Residency::Memory && Scene::D == 3) return kStepsAhead;
 #if __CUDA_ARCH__ == 900 || __CUDA_ARCH__ == 1000 || __CUDA_ARCH__ == 1030
     if (Scene::D == 3 && sizeof(typename Scene::Wide) == 4) {
       if (residency == Residency::Large) return 176;
@@ -192,7 +194,8 @@ inline namespace RVE_ISA {
   RVE_DEVICE void advance_rves(const LaunchRecord<PlainScene::D> &launch,
                                const BatchConstants &batch)
   {
-    using Scene = WithPlan<PlainScene, plan_steps_beside<PlainScene, residency>()>;
+    using Scene =
+        PlacedScene<WithPlan<PlainScene, plan_steps_beside<PlainScene, residency>()>, residency>;
     constexpr BlockShape shape = block_shape<Scene>(residency);
     constexpr int Capacity = shape.capacity();
     extern __shared__ __align__(16) char on_chip[];

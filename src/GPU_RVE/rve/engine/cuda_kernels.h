@@ -4,10 +4,12 @@
 #define RVE_ENGINE_CUDA_KERNELS_H
 
 #include "rve/algorithm/image.h"
+#include "rve/algorithm/scene.h"
 #include "rve/core/config.h"
 #include "rve/engine/programs.h"
 
 #include <cstddef>
+#include <type_traits>
 
 namespace rve {
 
@@ -54,8 +56,8 @@ struct KernelSizes {
 
 /// How a kernel keeps what the grains' threads work with, and for which blocks it is made (block_shape).
 enum class Residency {
-  Many,     ///< small RVEs, registers for several of them on a multiprocessor
-  Few,      ///< registers for one: the RVEs do not fill the device anyway
+  Many,       ///< small RVEs, registers for several of them on a multiprocessor
+  Few,        ///< registers for one: the RVEs do not fill the device anyway
   Large,      ///< up to 1024 grains
   Largest,    ///< up to 2048 spheres in `fast`, one RVE on a multiprocessor
   Memory      ///< any number of grains
@@ -112,10 +114,15 @@ template <class Scene> RVE_HD constexpr BlockShape block_shape(Residency residen
         if (wide) return {0, 512, 1};
         return {2, kLargeBlock, 1, lean};
       default:
-        return {0, all_wide ? 512 : kLargeBlock, 1};
+        return {0, 512, 1};
     }
   }
 }
+
+/// A scene as a residency has it.
+template <class Scene, Residency residency>
+using PlacedScene =
+    std::conditional_t<residency == Residency::Memory && Scene::D == 3, InMemory<Scene>, Scene>;
 
 /// Kernels of one program, functions of (LaunchRecord, BatchConstants).
 struct ProgramKernels {

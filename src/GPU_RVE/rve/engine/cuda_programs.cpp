@@ -31,7 +31,7 @@ namespace {
     KernelSizes sizes = {};
     const int capacity = block_shape<Lean>(residency).capacity();
     if (capacity == 0) {
-      sizes.shared = shared_size<Scene>(num_grains, false);
+      sizes.shared = shared_size<PlacedScene<Lean, Residency::Memory>>(num_grains, false);
     } else if (Scene::D == 2) {
       sizes.shared = shared_size<Scene>(capacity, true);
     } else {

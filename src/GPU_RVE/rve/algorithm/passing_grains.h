@@ -1,0 +1,259 @@
+// Spheres of a block that has registers for none of them, and whose chip has no room for all that the steps ask for (InMemory): as
+// algorithm/grain_items.h, how they are loaded, stored and summed up. In each step all of it passes by, so it is made little: forces on a grain
+// are added up in one place, its record lies in two parts of whole pieces, of which partners that do not touch read only the first, a
+// partner's radius is read where the partner is, and what a pair remembers is neither read nor written while it is nothing. Each number of a
+// history has a row of its own, of which a warp reads whole lines.
+
+#ifndef RVE_ALGORITHM_PASSING_GRAINS_H
+#define RVE_ALGORITHM_PASSING_GRAINS_H
+
+#include "rve/algorithm/grain_items.h"
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  /// The pairs that grains own, in steps: a word for each slot says who the partner is and whether the pair remembers anything. Zero else.
+  template <class Scene> class PassingPairs {
+    using History = typename Scene::History;
+    using Number = typename Scene::Spring;
+    static constexpr int kSlots = Scene::owned_pairs;
+    static constexpr int kNumbers = Scene::has_friction ? sizeof(History) / sizeof(Number) : 0;
+    static_assert(kNumbers == 0 || kNumbers * sizeof(Number) == sizeof(History),
+                  "numbers and nothing else");
+    static constexpr std::int32_t kRemembers = 1 << 30;
+
+    SharedView<Scene> shared;
+    std::int32_t word[kSlots];    ///< of the grain that is computed
+    History before;               ///< of its pair that is computed
+
+   public:
+    RVE_INLINE explicit PassingPairs(const SharedView<Scene> &view) : shared(view) {}
+
+    // ---- from and to the arrays of all ------------------------------------------------------------------------------------------
+
+    RVE_INLINE void load(int k, int i)
+    {
+      bool remembers = false;
+      if constexpr (kNumbers > 0) {
+        const History stored = shared.history[place(k, i)];
+        remembers = is_something(stored);
+        if (remembers) keep(k, i, stored);
+      }
+      const std::int32_t partner = shared.partner[place(k, i)];
+      shared.partner_word[place(k, i)] = remembers ? partner | kRemembers : partner;
+    }
+
+    RVE_INLINE void save(int k, int i) const
+    {
+      if constexpr (kNumbers > 0) shared.history[place(k, i)] = remembered(k, i);
+    }
+
+    RVE_INLINE History remembered(int k, int i) const
+    {
+      return ask(k, i, shared.partner_word[place(k, i)]);
+    }
+
+    /// Own number: the slot is free.
+    RVE_INLINE std::int32_t in_slot(int k, int i) const
+    {
+      return shared.partner_word[place(k, i)] & ~kRemembers;
+    }
+
+    // ---- of the grain that is computed ------------------------------------------------------------------------------------------
+
+    /// All words before its first pair.
+    RVE_INLINE void look_at(int i)
+    {
+      for (int k = 0; k < kSlots; ++k) word[k] = shared.partner_word[place(k, i)];
+    }
+    RVE_INLINE int partner(int k) const { return word[k] & ~kRemembers; }
+    RVE_INLINE History ask(int k, int i) const { return ask(k, i, word[k]); }
+    RVE_INLINE void turn_to(const History &asked) { before = asked; }
+
+    /// What the pair in slot k remembers, to be read and written.
+    struct Memory {
+      PassingPairs &pairs;
+      int k, i;
+
+      RVE_INLINE operator const History &() const { return pairs.before; }
+      RVE_INLINE void operator=(const History &x) const { pairs.remember(k, i, x); }
+    };
+
+   private:
+    RVE_INLINE int place(int k, int i) const { return k * shared.capacity + i; }
+
+    RVE_INLINE History ask(int k, int i, std::int32_t its_word) const
+    {
+      History x = History();
+      if ((its_word & kRemembers) != 0)
+        for (int m = 0; m < kNumbers; ++m)
+          reinterpret_cast<Number *>(&x)[m] = shared.passing[place(m * kSlots + k, i)];
+      return x;
+    }
+
+    RVE_INLINE void keep(int k, int i, const History &x)
+    {
+      for (int m = 0; m < kNumbers; ++m)
+        shared.passing[place(m * kSlots + k, i)] = reinterpret_cast<const Number *>(&x)[m];
+    }
+
+    RVE_INLINE void remember(int k, int i, const History &x)
+    {
+      const bool something = is_something(x);
+      if (something) keep(k, i, x);
+      if (something != ((word[k] & kRemembers) != 0))
+        shared.partner_word[place(k, i)] = word[k] ^ kRemembers;
+    }
+
+    static RVE_INLINE bool is_something(const History &x)
+    {
+      bool something = false;
+      for (int m = 0; m < kNumbers; ++m)
+        something = something || reinterpret_cast<const Number *>(&x)[m] != Number(0);
+      return something;
+    }
+  };
+
+  template <class Block, class Scene> class PassingGrains {
+    using Item = typename Block::Item;
+    using Numbers = typename Scene::Numbers;
+    using Real = typename Scene::Real;
+    using Shared = SharedView<Scene>;
+
+    SpheresInParts<Numbers> sphere;
+    PassingPairs<Scene> pairs;
+    Real *largest_of_grain;
+    Real largest;    ///< on any grain of a thread: nobody asks for that on a single one
+
+    RVE_INLINE ViewOf<Scene> view_of(int i) const
+    {
+      const auto place = Block::read_whole(sphere.place[i]);
+      const auto course = Block::read_whole(sphere.course[i]);
+      return {{place.position, course.velocity}, course.spin, place.radius};
+    }
+
+   public:
+    using Sums = Vec<typename Scene::Sum, Scene::freedoms>;
+    template <class SomeItem> using SceneOf = Scene;
+
+    RVE_INLINE PassingGrains(Block &, const Shared &shared, int) :
+        sphere(shared.motion), pairs(shared), largest_of_grain(shared.largest_force), largest(0)
+    {
+    }
+    RVE_INLINE PassingGrains(Block &block, const Shared &shared, const WorkspaceView<Scene> &,
+                             int n) :
+        PassingGrains(block, shared, n)
+    {
+    }
+
+    // ---- from and to where all others have them ---------------------------------------------------------------------------------
+
+    RVE_INLINE void load(const Shared &shared, Item i)
+    {
+      load_itself(i);
+      for (int k = 0; k < Scene::owned_pairs; ++k) load_pair(shared, k, i);
+    }
+    RVE_INLINE void load_itself(Item i) { largest = larger(largest, largest_of_grain[i]); }
+    RVE_INLINE void load_pair(const Shared &, int k, Item i) { pairs.load(k, i); }
+    RVE_INLINE void save(Item i)
+    {
+      save_with_forces(i);
+      for (int k = 0; k < Scene::owned_pairs; ++k) pairs.save(k, i);
+    }
+    /// Forces are where they are added up, and pairs where they pass by.
+    RVE_INLINE void load_forces(Item) {}
+    RVE_INLINE void load_with_forces(Item i) { load_itself(i); }
+    RVE_INLINE void save_with_forces(Item i) { largest_of_grain[i] = largest; }
+
+    // ---- what the phases of a step ask for --------------------------------------------------------------------------------------
+
+    RVE_INLINE ViewOf<Scene> view(Item i) const { return view_of(i); }
+
+    RVE_INLINE ViewOf<Scene> view_partner(const Shared &, int k, Item i) const
+    {
+      const int j = pairs.partner(k);
+      ViewOf<Scene> other = view_of(j);
+      if (j == i) other.radius = Scene::Law::has_reach ? kRadiusOfNobody<Scene> : -other.radius;
+      return other;
+    }
+
+    RVE_INLINE GrainResponseOf<Scene> response(const Shared &shared, Item i) const
+    {
+      const auto course = Block::read_whole(sphere.course[i]);
+      return {course.velocity_unit, course.spin_unit, shared.list_position[i]};
+    }
+
+    RVE_INLINE auto history_of(int k, Item i)
+    {
+      return typename PassingPairs<Scene>::Memory{pairs, k, i};
+    }
+    RVE_INLINE typename Scene::History remembered(int k, Item i) const
+    {
+      return pairs.remembered(k, i);
+    }
+    RVE_INLINE std::int32_t partner_in_slot(int k, Item i) const { return pairs.in_slot(k, i); }
+
+    RVE_INLINE Real largest_of(Item) const { return largest; }
+    RVE_INLINE void keep_largest(Item, Real force) { largest = force; }
+
+    /// As of GrainItems: what a pair remembers is asked for while the one before is computed. A partner is not: what partners read that do not
+    /// touch then costs more than waiting (measured on an H200).
+    template <class Step, class View, class Look, class Act>
+    RVE_INLINE void for_slots(Item i, Step step, View view, Look look, Act act)
+    {
+      pairs.look_at(i);
+      typename Scene::History next = pairs.ask(0, i);
+      RVE_UNROLL
+      for (int k = 0; k < Scene::owned_pairs; ++k) {
+        pairs.turn_to(next);
+        if (k + 1 < Scene::owned_pairs) next = pairs.ask(k + 1, i);
+        const auto other = view(k);
+        const auto here = step();
+        act(k, here, other, look(here, other));
+      }
+    }
+
+    template <class F> RVE_INLINE void for_parts(Item i, F f) { f(i); }
+    template <class F> RVE_INLINE void for_each_grain(Item i, int end, F f)
+    {
+      if (i < end) f(i);
+    }
+
+    RVE_INLINE void add_to_partner(Block &block, const Shared &shared, int k, Item,
+                                   const Sums &force)
+    {
+      add_force(block, shared, pairs.partner(k), force);
+    }
+    RVE_INLINE void keep_forces(Block &block, const Shared &shared, Item i, const Sums &force,
+                                Real largest_now)
+    {
+      add_force(block, shared, i, force);
+      largest = largest_now;
+    }
+    RVE_INLINE Sums collect(Block &block, const Shared &shared, Item i) const
+    {
+      return collect_force(block, shared, Sums(), i);
+    }
+
+    /// After a kick and a drift: all of the record.
+    RVE_INLINE void publish(const Shared &, Item i, const ViewOf<Scene> &grain,
+                            const GrainResponseOf<Scene> &response)
+    {
+      Block::write_whole(sphere.place[i],
+                         SpherePlace<Numbers>{grain.motion.position, grain.radius});
+      Block::write_whole(sphere.course[i],
+                         SphereCourse<Numbers>{grain.motion.velocity, grain.spin,
+                                               response.velocity_unit, response.spin_unit});
+    }
+    RVE_INLINE void publish_spin(Item, const Spin<Real, Scene::D> &) {}    // with all else
+  };
+
+  /// Grains one by one, as a scene has them.
+  template <class Block, class Scene>
+  using GrainsOf =
+      std::conditional_t<Scene::in_memory, PassingGrains<Block, Scene>, GrainItems<Block, Scene>>;
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif
