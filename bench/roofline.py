@@ -14,15 +14,20 @@ import pathlib
 import sys
 
 NEARLY_FULL = 0.65            # of a pipe: blocks wait for each other at barriers
-GRAINS_OF_A_THREAD = {2: 1, 3: 2}    # at most, in registers; a block has 1024 threads
 FEW_STEPS = 25                # of a call, whose other work then matters
+
+
+def grains_in_registers(case):
+    """Of a block, at most (block_shape in cuda_kernels.h): one in a thread, of spheres two, where threads have enough of them."""
+    threads = case["threads"] if isinstance(case.get("threads"), int) else 1024
+    if case["dim"] == 2:
+        return threads
+    return 2 * (threads if case["format"] == "fast" else min(threads, 512))
 
 
 def bound(case, fraction, roof):
     """What keeps a case from being quicker; doc/src/performance.rst says how that is known."""
-    threads = case.get("threads")
-    in_registers = GRAINS_OF_A_THREAD[case["dim"]] * (threads if isinstance(threads, int) else 1024)
-    if case["grains"] > in_registers:
+    if case["grains"] > grains_in_registers(case):
         return "grains that are not in registers"
     if fraction >= NEARLY_FULL:
         return roof["details"]["bound"]
