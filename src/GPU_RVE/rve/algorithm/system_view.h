@@ -380,10 +380,12 @@ inline namespace RVE_ISA {
     SharedView<Scene> view;
     for (int k = 0; k < Scene::freedoms; ++k)
       view.force[k] = chip.template take<typename Scene::Sum>(capacity);
-    if constexpr (Scene::in_memory)
+    if constexpr (Scene::in_memory) {
       view.motion.place = chip.template take<SpherePlace<typename Scene::Numbers>>(seen);
-    else
+      view.motion.course = chip.template take<SphereCourse<typename Scene::Numbers>>(seen);
+    } else {
       view.motion = chip.template take<SeenMotion<Scene>>(seen);
+    }
     if constexpr (Scene::D == 2) {
       view.spin = chip.template take<Spin<typename Scene::Real, Scene::D>>(seen);
       view.response = chip.template take<GrainResponseOf<Scene>>(capacity);
@@ -397,12 +399,9 @@ inline namespace RVE_ISA {
       using RadiusArray = SeenArray<Scene, typename Scene::Wide>;
       // what is only measured has no records
       constexpr bool there = !std::is_same_v<OnChip, Measure>;
-      if constexpr (Scene::in_memory) {
-        view.motion.course = chip.template take<SphereCourse<typename Scene::Numbers>>(seen);
-        if constexpr (there) {
-          view.spin = SpinArray(view.motion.course->spin);
-          view.radius = RadiusArray(view.motion.place->radius);
-        }
+      if constexpr (there && Scene::in_memory) {
+        view.spin = SpinArray(view.motion.course->spin);
+        view.radius = RadiusArray(view.motion.place->radius);
       } else if constexpr (there) {
         view.spin = SpinArray(view.motion->spin);
         view.radius = RadiusArray(view.motion->radius);
