@@ -467,12 +467,13 @@ template <int D> void run_grains(Bench<D> &bench)
     packings.push_back(std::async(std::launch::async, [&bench, grains] {
       return bench::packing_of(bench.packing, grains);
     }));
-  // long calls; on a GPU of 132 multiprocessors one RVE of 8000 grains on each, or several of fewer
-  const int total = bench.arguments.cuda ? 132 * 8000 : 10000 * bench.cores();
+  // on a GPU of 132 multiprocessors long calls of one RVE of 8000 grains on each, or of several that are smaller
+  const int fewest = bench.arguments.cuda ? 132 : 2;
+  const int total = bench.arguments.cuda ? fewest * 8000 : 10000 * bench.cores();
   const int substeps = bench.arguments.cuda ? 2000 : 20;
   for (std::size_t k = 0; k < sizes.size(); ++k) {
     const rve::RveStateOf<D> packing = packings[k].get();
-    const int count = std::max(bench.arguments.cuda ? 132 : 2, total / sizes[k]);
+    const int count = std::max(fewest, total / sizes[k]);
     for (const Precision precision : bench.precisions()) {
       const Batch<D> batch(options_for(bench, precision, count), packing, count);
       const json keys = case_of(bench, "grains", batch, substeps);

@@ -216,16 +216,26 @@ template <int D> Options with_contacts_of(const std::vector<ActorOf<D>> &actors,
   return options;
 }
 
+/// Who is on stage, and what to do in each call.
+template <int D> struct CastOf {
+  std::vector<int> rves;
+  std::vector<DriveOf<D>> drives;
+};
+template <int D> CastOf<D> enter(EngineOf<D> &engine, const std::vector<ActorOf<D>> &actors)
+{
+  CastOf<D> cast;
+  for (const ActorOf<D> &actor : actors) {
+    cast.rves.push_back(engine.add(actor.state));
+    cast.drives.push_back(actor.drive);
+  }
+  return cast;
+}
+
 template <int D>
 OutcomeOf<D> play(EngineOf<D> &engine, const std::vector<ActorOf<D>> &actors, int calls)
 {
   OutcomeOf<D> outcome;
-  std::vector<int> rves;
-  std::vector<DriveOf<D>> drives;
-  for (const ActorOf<D> &actor : actors) {
-    rves.push_back(engine.add(actor.state));
-    drives.push_back(actor.drive);
-  }
+  const auto [rves, drives] = enter(engine, actors);
   std::vector<ElasticResultOf<D>> answers;
   for (int call = 0; call < calls; ++call) {
     engine.advance(rves, drives, answers);
@@ -266,12 +276,7 @@ BriefOutcomeOf<D> play_briefly(EngineOf<D> &engine, const std::vector<ActorOf<D>
 {
   BriefOutcomeOf<D> outcome;
   outcome.answers.resize(actors.size());
-  std::vector<int> rves;
-  std::vector<DriveOf<D>> drives;
-  for (const ActorOf<D> &actor : actors) {
-    rves.push_back(engine.add(actor.state));
-    drives.push_back(actor.drive);
-  }
+  const auto [rves, drives] = enter(engine, actors);
   std::vector<ResponseOf<D>> responses;
   for (int call = 0; call < calls; ++call) {
     engine.advance(rves, drives, responses);
@@ -292,13 +297,8 @@ void expect_short_answers(Engine &full, Engine &brief, std::vector<Actor> actors
   Actor crushed{"crushed", packing_of_400(),
                 Drive::constant_velocity_gradient(Tensor2{{-20.0, 0.0, 0.0, -20.0}}, DT, 600)};
   actors.push_back(crushed);
-  std::vector<int> of_full, of_brief;
-  std::vector<Drive> drives;
-  for (const Actor &actor : actors) {
-    of_full.push_back(full.add(actor.state));
-    of_brief.push_back(brief.add(actor.state));
-    drives.push_back(actor.drive);
-  }
+  const auto [of_full, drives] = enter(full, actors);
+  const std::vector<int> of_brief = enter(brief, actors).rves;
   std::vector<Result> results;
   std::vector<Response> responses(1);    // of another size than the batch
   for (int call = 0; call < 3; ++call) {

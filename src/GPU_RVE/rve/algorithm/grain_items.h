@@ -214,9 +214,20 @@ inline namespace RVE_ISA {
 
    public:
     PassingHistory() = default;
-    RVE_INLINE PassingHistory(Number *row, int stride, History *of_grains) :
-        first(row), next(stride), array(of_grains)
+    /// Of slot k of so many grains.
+    template <class Scene>
+    RVE_INLINE PassingHistory(const SharedView<Scene> &shared, int k, int num_grains) :
+        first(shared.passing + k * shared.capacity), next(Scene::owned_pairs * shared.capacity),
+        array(shared.history + k * num_grains)
     {
+    }
+
+    static RVE_INLINE bool is_something(const History &x)
+    {
+      bool something = false;
+      for (int m = 0; m < kNumbers; ++m)
+        something = something || reinterpret_cast<const Number *>(&x)[m] != Number(0);
+      return something;
     }
 
     RVE_INLINE History operator[](int i) const
@@ -302,8 +313,7 @@ inline namespace RVE_ISA {
     {
       for (int k = 0; k < Scene::owned_pairs; ++k)
         if constexpr (kHistoryPasses<Block, Scene>)
-          history[k] = {shared.passing + k * shared.capacity, Scene::owned_pairs * shared.capacity,
-                        shared.history + k * n};
+          history[k] = ItsHistory(shared, k, n);
         else
           history[k] = block.resident(shared.history + k * n);
     }

@@ -14,12 +14,10 @@ inline namespace RVE_ISA {
 
   /// The pairs that grains own, in steps: a word for each slot says who the partner is and whether the pair remembers anything. Zero else.
   template <class Scene> class PassingPairs {
+    static_assert(Scene::has_friction, "pairs remember something");
     using History = typename Scene::History;
-    using Number = typename Scene::Spring;
+    using Rows = PassingHistory<History, typename Scene::Spring>;
     static constexpr int kSlots = Scene::owned_pairs;
-    static constexpr int kNumbers = Scene::has_friction ? sizeof(History) / sizeof(Number) : 0;
-    static_assert(kNumbers == 0 || kNumbers * sizeof(Number) == sizeof(History),
-                  "numbers and nothing else");
     static constexpr std::int32_t kRemembers = 1 << 30;
 
     SharedView<Scene> shared;
@@ -33,20 +31,14 @@ inline namespace RVE_ISA {
 
     RVE_INLINE void load(int k, int i)
     {
-      bool remembers = false;
-      if constexpr (kNumbers > 0) {
-        const History stored = shared.history[place(k, i)];
-        remembers = is_something(stored);
-        if (remembers) keep(k, i, stored);
-      }
+      const History stored = shared.history[place(k, i)];
+      const bool remembers = Rows::is_something(stored);
+      if (remembers) rows(k).keep(i, stored);
       const std::int32_t partner = shared.partner[place(k, i)];
       shared.partner_word[place(k, i)] = remembers ? partner | kRemembers : partner;
     }
 
-    RVE_INLINE void save(int k, int i) const
-    {
-      if constexpr (kNumbers > 0) shared.history[place(k, i)] = remembered(k, i);
-    }
+    RVE_INLINE void save(int k, int i) const { shared.history[place(k, i)] = remembered(k, i); }
 
     RVE_INLINE History remembered(int k, int i) const
     {
@@ -82,35 +74,19 @@ inline namespace RVE_ISA {
    private:
     RVE_INLINE int place(int k, int i) const { return k * shared.capacity + i; }
 
+    RVE_INLINE Rows rows(int k) const { return Rows(shared, k, shared.capacity); }
+
     RVE_INLINE History ask(int k, int i, std::int32_t its_word) const
     {
-      History x = History();
-      if ((its_word & kRemembers) != 0)
-        for (int m = 0; m < kNumbers; ++m)
-          reinterpret_cast<Number *>(&x)[m] = shared.passing[place(m * kSlots + k, i)];
-      return x;
-    }
-
-    RVE_INLINE void keep(int k, int i, const History &x)
-    {
-      for (int m = 0; m < kNumbers; ++m)
-        shared.passing[place(m * kSlots + k, i)] = reinterpret_cast<const Number *>(&x)[m];
+      return (its_word & kRemembers) != 0 ? rows(k)[i] : History();
     }
 
     RVE_INLINE void remember(int k, int i, const History &x)
     {
-      const bool something = is_something(x);
-      if (something) keep(k, i, x);
+      const bool something = Rows::is_something(x);
+      if (something) rows(k).keep(i, x);
       if (something != ((word[k] & kRemembers) != 0))
         shared.partner_word[place(k, i)] = word[k] ^ kRemembers;
-    }
-
-    static RVE_INLINE bool is_something(const History &x)
-    {
-      bool something = false;
-      for (int m = 0; m < kNumbers; ++m)
-        something = something || reinterpret_cast<const Number *>(&x)[m] != Number(0);
-      return something;
     }
   };
 
@@ -124,13 +100,6 @@ inline namespace RVE_ISA {
     PassingPairs<Scene> pairs;
     Real *largest_of_grain;
     Real largest;    ///< on any grain of a thread: nobody asks for that on a single one
-
-    RVE_INLINE ViewOf<Scene> view_of(int i) const
-    {
-      const auto place = Block::read_whole(sphere.place[i]);
-      const auto course = Block::read_whole(sphere.course[i]);
-      return {{place.position, course.velocity}, course.spin, place.radius};
-    }
 
    public:
     using Sums = Vec<typename Scene::Sum, Scene::freedoms>;
@@ -158,6 +127,10 @@ inline namespace RVE_ISA {
     RVE_INLINE void save(Item i)
     {
       save_with_forces(i);
+      save_pairs(i);
+    }
+    RVE_INLINE void save_pairs(Item i)
+    {
       for (int k = 0; k < Scene::owned_pairs; ++k) pairs.save(k, i);
     }
     /// Forces are where they are added up, and pairs where they pass by.
@@ -167,12 +140,17 @@ inline namespace RVE_ISA {
 
     // ---- what the phases of a step ask for --------------------------------------------------------------------------------------
 
-    RVE_INLINE ViewOf<Scene> view(Item i) const { return view_of(i); }
+    RVE_INLINE ViewOf<Scene> view(int i) const
+    {
+      const auto place = Block::read_whole(sphere.place[i]);
+      const auto course = Block::read_whole(sphere.course[i]);
+      return {{place.position, course.velocity}, course.spin, place.radius};
+    }
 
     RVE_INLINE ViewOf<Scene> view_partner(const Shared &, int k, Item i) const
     {
       const int j = pairs.partner(k);
-      ViewOf<Scene> other = view_of(j);
+      ViewOf<Scene> other = view(j);
       if (j == i) other.radius = Scene::Law::has_reach ? kRadiusOfNobody<Scene> : -other.radius;
       return other;
     }

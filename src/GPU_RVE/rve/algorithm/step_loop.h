@@ -323,10 +323,7 @@ inline namespace RVE_ISA {
       if constexpr (Scene::in_memory) {
         StepGrains grains(block, shared, call.work, num_grains);
         block.own_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
-          grains.load_with_forces(i);
-        });
-        block.own_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
-          grains.save(i);
+          grains.save_pairs(i);
         });
       }
     }

@@ -188,7 +188,6 @@ inline namespace RVE_ISA {
   /// One of them.
   template <class Numbers> struct SphereInParts {
     Vec<typename Numbers::Coordinate, 3> &position;
-    typename Numbers::Wide &radius;
     Vec<typename Numbers::Real, 3> &velocity;
     typename Numbers::Real &velocity_unit, &spin_unit;
 
@@ -205,8 +204,7 @@ inline namespace RVE_ISA {
 
     RVE_INLINE SphereInParts<Numbers> operator[](int i) const
     {
-      return {place[i].position, place[i].radius, course[i].velocity, course[i].velocity_unit,
-              course[i].spin_unit};
+      return {place[i].position, course[i].velocity, course[i].velocity_unit, course[i].spin_unit};
     }
   };
 

@@ -84,7 +84,7 @@ RVE_HD constexpr bool same_shape(const BlockShape &one, const BlockShape &other)
 ///
 /// Spheres: two grains of a thread. In `fast` two RVEs of a multiprocessor hide what one waits for. In `mixed` a thread has twice the registers:
 /// what would be spilled costs more than that fewer threads wait for each other. In `double` histories would not fit even there: they pass by
-/// (kHistoryPasses), and programs with books keep all in memory. Measured on an H200 with 1000 spheres.
+/// (kHistoryPasses), and all of a grain does in programs with books (InMemory). Measured on an H200 with 1000 spheres.
 template <class Scene> RVE_HD constexpr BlockShape block_shape(Residency residency)
 {
   const bool wide = sizeof(typename Scene::Wide) > 4, all_wide = sizeof(typename Scene::Real) > 4;
