@@ -82,9 +82,9 @@ RVE_HD constexpr bool same_shape(const BlockShape &one, const BlockShape &other)
 /// Disks: a thread per grain. More RVEs on a multiprocessor hide latencies, fewer spill less: with all books two are faster than three. Without
 /// histories `double` has registers for two as well: what they spill is not of the steps. Measured on an H200 and an H100 with 400 disks.
 ///
-/// Spheres: two grains of a thread. In `fast` two RVEs of a multiprocessor hide what one waits for. In `mixed` a thread has twice the registers:
-/// what would be spilled costs more than that fewer threads wait for each other. In `double` histories would not fit even there: they pass by
-/// (kHistoryPasses), and all of a grain does in programs with books (InMemory). Measured on an H200 with 1000 spheres.
+/// Spheres: two grains of a thread. In `fast` two RVEs of a multiprocessor hide what one waits for. In `mixed` and in programs with books a thread
+/// has twice the registers: what would be spilled costs more than that fewer threads wait for each other. In `double` histories would not fit
+/// even there: they pass by (kHistoryPasses), and all of a grain does in programs with books (InMemory). Measured on an H200 with 1000 spheres.
 template <class Scene> RVE_HD constexpr BlockShape block_shape(Residency residency)
 {
   const bool wide = sizeof(typename Scene::Wide) > 4, all_wide = sizeof(typename Scene::Real) > 4;
@@ -105,11 +105,11 @@ template <class Scene> RVE_HD constexpr BlockShape block_shape(Residency residen
     if (all_wide && !lean) return {0, 512, 1};
     switch (residency) {
       case Residency::Many:
-        return {2, 256, wide ? 2 : 4, lean};
+        return {2, 256, wide || !lean ? 2 : 4, lean};
       case Residency::Few:
         return {wide ? 2 : 1, wide ? 512 : 1024, 1, wide && lean};
       case Residency::Large:
-        return {2, 512, wide ? 1 : 2, lean};
+        return {2, 512, wide || !lean ? 1 : 2, lean};
       case Residency::Largest:
         if (wide) return {0, 512, 1};
         return {2, kLargeBlock, 1, lean};
