@@ -200,6 +200,47 @@ struct Scan {
   }
 };
 
+/// Three numbers of a grain, of another size and alignment than one.
+struct Triple {
+  double number[3];
+};
+
+/// Puts items in the order of their keys, those of the same key as they were.
+struct OrderByKey {
+  static constexpr int KEYS = 4;
+  int count;
+  const int *keys;
+  int *places, *order, *counts;    // (count), (count), (KEYS)
+  Triple *triples;
+  int *numbers;
+  char *room;
+  template <class Block> RVE_HD void operator()(Block &block, char *) const
+  {
+    int first = 0;
+    for (int key = 0; key < KEYS; ++key) {
+      const int found = block.rank(
+          count,
+          [&](int i) {
+            return keys[i] == key;
+          },
+          [&](int i, int rank) {
+            places[i] = first + rank;
+            order[first + rank] = i;
+          });
+      first += found;
+      block.once([&] {
+        counts[key] = found;
+      });
+    }
+    block.reorder(
+        count,
+        [&](int i) {
+          return places[i];
+        },
+        room, triples, numbers);
+  }
+};
+
 /// Many items add to one number.
 struct AddToCounters {
   static constexpr int COUNTERS = 5;
@@ -536,6 +577,46 @@ TEST_F(Block, ExclusiveScanReplacesEachNumberByTheSumOfThoseBefore)
     }
     ASSERT_EQ(with_total[count], before);
     for (const int total : totals.values()) ASSERT_EQ(total, before);
+  });
+}
+
+TEST_F(Block, ItemsAreOrderedByAKeyWithAllArraysAndKeepTheirOrderWithinIt)
+{
+  for_resident_sizes([](int threads, int count, bool in_registers) {
+    Random random(5);
+    std::vector<int> keys(count), sorted(count), numbers(count), counts(OrderByKey::KEYS, 0);
+    std::vector<Triple> triples(count);
+    for (int i = 0; i < count; ++i) {
+      keys[i] = random.integer(0, OrderByKey::KEYS - 1);
+      ++counts[keys[i]];
+      sorted[i] = i;
+      numbers[i] = 7 * i + 1;
+      triples[i] = {{0.5 * i, i + 0.25, -1.0 * i}};
+    }
+    std::stable_sort(sorted.begin(), sorted.end(), [&](int a, int b) {
+      return keys[a] < keys[b];
+    });
+    BlockArray<int> key_array(keys), places(std::vector<int>(count, -1)),
+        order(std::vector<int>(count, -1)), found(std::vector<int>(OrderByKey::KEYS, -1)),
+        number_array(numbers);
+    BlockArray<Triple> triple_array(triples);
+    BlockArray<double> room(std::vector<double>(4 * count + 1, 0.0));
+
+    run_block(threads,
+              OrderByKey{count, key_array.data(), places.data(), order.data(), found.data(),
+                         triple_array.data(), number_array.data(),
+                         reinterpret_cast<char *>(room.data())},
+              in_registers);
+
+    EXPECT_EQ(found.values(), counts);
+    EXPECT_EQ(order.values(), sorted);
+    const auto ordered = number_array.values(), place = places.values();
+    const auto moved = triple_array.values();
+    for (int k = 0; k < count; ++k) {
+      ASSERT_EQ(place[sorted[k]], k);
+      ASSERT_EQ(ordered[k], numbers[sorted[k]]);
+      for (int m = 0; m < 3; ++m) ASSERT_EQ(moved[k].number[m], triples[sorted[k]].number[m]);
+    }
   });
 }
 

@@ -181,10 +181,10 @@ inline namespace RVE_ISA {
     WorkspaceView<Scene> work;
     PairView<Scene> pairs;    ///< of this call: owned ones in `shared`, extra ones in `work`
 
-    /// In the RveState, of grain i: a new list of spheres orders them anew.
+    /// In the RveState, of grain i: a new list orders the grains anew.
     RVE_INLINE std::int32_t number_of(int i) const
     {
-      return Scene::D == 3 && this->num_rebuilds > 0 ? work.number[i] : this->image.number[i];
+      return this->num_rebuilds > 0 ? work.number[i] : this->image.number[i];
     }
 
     /// The pairs that the image holds, as arrays.

@@ -309,6 +309,16 @@ inline namespace RVE_ISA {
                              });
             // on its way while the next one is computed: there are no registers for all
             if constexpr (holds && wanted == Wanted::Survey) grains.save_pair(k, i);
+          },
+          // where pairs are loaded when they are needed, none is known yet
+          [&](int k) RVE_INLINE_LAMBDA {
+            if constexpr (Scene::D != 2 || wanted == Wanted::Survey)
+              return true;
+            else if constexpr (wanted == Wanted::Nothing ||
+                               IsPack<std::decay_t<decltype(i)>>::value)
+              return grains.is_taken(k, i);
+            else
+              return shared.partner[k * num_grains + i] != i;
           });
       round_torque(sum);
     };

@@ -438,6 +438,7 @@ inline namespace RVE_ISA {
 
     RVE_INLINE typename Scene::History remembered(int k, Item i) { return history[k][i]; }
     RVE_INLINE std::int32_t partner_in_slot(int k, Item i) { return partners.in_slot(k, i); }
+    RVE_INLINE bool is_taken(int k, Item i) { return partner_in_slot(k, i) != i; }
 
     RVE_INLINE typename Scene::Real largest_of(Item i) { return largest_force[i]; }
     RVE_INLINE void keep_largest(Item i, typename Scene::Real force)
@@ -447,9 +448,11 @@ inline namespace RVE_ISA {
 
     /// act(k, step, other, look(step, other)) for the slots of grain i and the partners view(k) in them; step() reads what is the same for
     /// all pairs. Once for each pair: read for all, it would occupy registers; read after the branch of pairs that touch, it would be
-    /// waited for. Without friction there are registers for it, and on a GPU for disks in numbers of 32 bits.
-    template <class Step, class View, class Look, class Act>
-    RVE_INLINE void for_slots(Item i, Step step, View view, Look look, Act act)
+    /// waited for. Without friction there are registers for it, and on a GPU for disks in numbers of 32 bits. The last slot is left out where
+    /// is_taken(slot) says no: in the steps of disks for whole warps, whose numbers are in that order (ListRenewal). The others seldom are
+    /// free, and asking costs more than it spares.
+    template <class Step, class View, class Look, class Act, class IsTaken>
+    RVE_INLINE void for_slots(Item i, Step step, View view, Look look, Act act, IsTaken is_taken)
     {
       constexpr bool once = kFillsPlaces<Block, Scene> && sizeof(typename Scene::Real) == 4;
       constexpr bool passes = kHistoryPasses<Block, Scene>;
@@ -459,6 +462,7 @@ inline namespace RVE_ISA {
         if constexpr (passes) next = history[0][i];
         RVE_UNROLL
         for (int k = 0; k < Scene::owned_pairs; ++k) {
+          if (k + 1 == Scene::owned_pairs && !is_taken(k)) continue;
           if constexpr (passes) {
             read_ahead = next;
             if (k + 1 < Scene::owned_pairs) next = history[k + 1][i];
@@ -471,6 +475,7 @@ inline namespace RVE_ISA {
         const auto here = step();
         RVE_UNROLL
         for (int k = 0; k < Scene::owned_pairs; ++k) {
+          if (k + 1 == Scene::owned_pairs && !is_taken(k)) continue;
           const auto other = view(k);
           act(k, here, other, look(here, other));
         }

@@ -81,6 +81,7 @@ inline namespace RVE_ISA {
     using One::for_parts;
     using One::for_slots;
     using One::history_of;
+    using One::is_taken;
     using One::keep_forces;
     using One::largest_of;
     using One::load_with_forces;
@@ -159,6 +160,13 @@ inline namespace RVE_ISA {
       return grains;
     }
 
+    /// Whether one of the grains has a pair in slot k.
+    template <int N> RVE_INLINE bool is_taken(int k, PackItem<N> i)
+    {
+      using Wide = typename Packed<N>::Wide;
+      return any(Wide::load(this->partners.radius_in[k].array + i.first) > Wide(0));
+    }
+
     template <int N>
     RVE_INLINE GrainResponse<Packed<N>, D> response(const Shared &shared, PackItem<N> i)
     {
@@ -200,8 +208,9 @@ inline namespace RVE_ISA {
     }
 
     /// One stage for all slots before the next: what one pair waits for, roots and quotients, passes while others are served.
-    template <int N, class Step, class View, class Look, class Act>
-    RVE_INLINE void for_slots(PackItem<N>, Step step, View view, Look look, Act act)
+    template <int N, class Step, class View, class Look, class Act, class IsTaken>
+    RVE_INLINE void for_slots(PackItem<N>, Step step, View view, Look look, Act act,
+                              IsTaken is_taken)
     {
       if constexpr (D == 2) {
         static_assert(D != 2 || Scene::owned_pairs == 3, "variables, not arrays: registers");
@@ -209,6 +218,11 @@ inline namespace RVE_ISA {
         const auto to_first = look(step(), first);
         const auto second = view(1);
         const auto to_second = look(step(), second);
+        if (!is_taken(2)) {
+          act(0, step(), first, to_first);
+          act(1, step(), second, to_second);
+          return;
+        }
         const auto third = view(2);
         const auto to_third = look(step(), third);
         act(0, step(), first, to_first);

@@ -176,8 +176,8 @@ inline namespace RVE_ISA {
 
     /// As of GrainItems: what a pair remembers is asked for while the one before is computed. A partner is not: what partners read that do not
     /// touch then costs more than waiting (measured on an H200).
-    template <class Step, class View, class Look, class Act>
-    RVE_INLINE void for_slots(Item i, Step step, View view, Look look, Act act)
+    template <class Step, class View, class Look, class Act, class IsTaken>
+    RVE_INLINE void for_slots(Item i, Step step, View view, Look look, Act act, IsTaken)
     {
       pairs.look_at(i);
       typename Scene::History next = pairs.ask(0, i);

@@ -655,10 +655,8 @@ inline namespace RVE_ISA {
                                history_to_user(grains.remembered(k, i)));
         if (relisted) {
           image.list_position[i] = list_position_of(shared, i);
-          if constexpr (Scene::D == 3) {
-            image.number[i] = call.work.number[i];
-            image.radius[i] = static_cast<typename Scene::Wide>(call.units.length) * grain.radius;
-          }
+          image.number[i] = call.work.number[i];
+          image.radius[i] = static_cast<typename Scene::Wide>(call.units.length) * grain.radius;
           for (int k = 0; k < Scene::owned_pairs; ++k)
             image.partner[k * num_grains + i] = grains.partner_in_slot(k, i);
         }

@@ -468,7 +468,7 @@ inline namespace RVE_ISA {
   }
 
   /// Arrays of doubles over grains in a workspace. In the steps packs of grains have their forces there (packed_grains.h).
-  template <int D> constexpr int kScratch = D == 2 ? 5 : 14;
+  template <int D> constexpr int kScratch = D == 2 ? 8 : 14;
 
   /// Room to build a list in, and for what is needed rarely. One per block, not per RVE.
   template <class Scene> struct WorkspaceView {
@@ -488,7 +488,7 @@ inline namespace RVE_ISA {
     std::int32_t *received_count;    ///< (N)
     std::int32_t *excess_start;      ///< (N + 1)
     std::int32_t *contact_count;     ///< (N)
-    std::int32_t *number;    ///< (N) as that of the image, of an RVE in space with a new list
+    std::int32_t *number;            ///< (N) as that of the image, of an RVE with a new list
     /// (N) Energy that each grain lost in this call, by its number, in local damping [force length], and with its pairs in friction and
     /// in dashpots [internal].
     double *damping, *friction, *viscous;
@@ -519,8 +519,7 @@ inline namespace RVE_ISA {
     view.received_count = carver.template take<std::int32_t>(num_grains);
     view.excess_start = carver.template take<std::int32_t>(num_grains + 1);
     view.contact_count = carver.template take<std::int32_t>(num_grains);
-    view.number = nullptr;
-    if constexpr (Scene::D == 3) view.number = carver.template take<std::int32_t>(num_grains);
+    view.number = carver.template take<std::int32_t>(num_grains);
     view.damping = carver.template take<double>(num_grains);
     view.friction = carver.template take<double>(num_grains);
     view.viscous = carver.template take<double>(num_grains);

@@ -161,7 +161,7 @@ inline namespace RVE_ISA {
   };
 
   /// Builds the list of all pairs with |b| < r_i + r_j + reach + skin, assigns owners and carries the contact history over: `old` pairs in,
-  /// work.fresh out; in space work.load has how many of a grain's own pairs touch. Lengths in the units of `cell` and `radius`.
+  /// work.fresh out; work.load has how many pairs a grain owns, of spheres how many of these touch. Lengths in the units of `cell` and `radius`.
   template <class Block, class Scene>
   RVE_HD ListSizes build_list(Block &block, const SeenMotions<Scene> &motion,
                               SeenArray<Scene, typename Scene::Wide> radius,
@@ -276,7 +276,8 @@ inline namespace RVE_ISA {
         fresh.history[k * num_grains + i] =
             j == i ? typename Scene::History() : old_history(old, num_grains, num_old_extra, i, j);
       }
-      if constexpr (Scene::D == 3) work.load[i] = touching;
+      work.load[i] = Scene::D == 3 ? touching
+                                   : (owned < Scene::owned_pairs ? owned : Scene::owned_pairs);
     });
     return ListSizes{num_pairs, num_extra};
   }

@@ -291,6 +291,40 @@ inline namespace RVE_ISA {
       return total;
     }
 
+    template <class Is, class Take> RVE_DEVICE int rank(int n, Is is_one, Take take)
+    {
+      const int count = scan(
+          n,
+          [&](int i) {
+            return is_one(i) ? 1 : 0;
+          },
+          [&](int i, int before, int mine) {
+            if (mine > 0) take(i, before);
+          });
+      __syncthreads();
+      return count;
+    }
+
+    template <class Place, class... T>
+    RVE_DEVICE void reorder(int n, Place place, void *room, T *...array)
+    {
+      if constexpr (ItemsPerThread == 1) {
+        // each thread has one of each array meanwhile
+        const int i = threadIdx.x;
+        carry(i < n ? i : -1, i < n ? place(i) : 0, array...);
+        __syncthreads();
+      } else {
+        for_each(n, [&](int i) {
+          char *moved = static_cast<char *>(room);
+          ((reinterpret_cast<T *>(moved)[place(i)] = array[i], moved += sizeof(T) * n), ...);
+        });
+        for_each(n, [&](int i) {
+          const char *moved = static_cast<const char *>(room);
+          ((array[i] = reinterpret_cast<const T *>(moved)[i], moved += sizeof(T) * n), ...);
+        });
+      }
+    }
+
     /// What was read from memory before is not kept in registers: it is read again.
     static RVE_DEVICE void reread() { asm volatile("" ::: "memory"); }
 
@@ -621,15 +655,41 @@ inline namespace RVE_ISA {
       }
     }
 
+    /// Nothing, or number `from` of the first array and of the others to number `to`, when all threads have theirs.
+    static RVE_DEVICE void carry(int /*from*/, int /*to*/)
+    {
+      __syncthreads();
+    }
+    template <class T, class... Others>
+    static RVE_DEVICE void carry(int from, int to, T *array, Others *...others)
+    {
+      T held = {};
+      if (from >= 0) held = array[from];
+      carry(from, to, others...);
+      if (from >= 0) array[to] = held;
+    }
+
     /// exclusive_scan without the barrier at its end.
     RVE_DEVICE int scan(int *a, int n)
+    {
+      return scan(
+          n,
+          [&](int i) {
+            return a[i];
+          },
+          [&](int i, int before, int /*mine*/) {
+            a[i] = before;
+          });
+    }
+    /// put(i, sum of the numbers of the items before, its own) for each item; without a barrier at the end.
+    template <class Number, class Put> RVE_DEVICE int scan(int n, Number number, Put put)
     {
       const int threads = blockDim.x, me = threadIdx.x;
       const int share = (n + threads - 1) / threads;
       const int first = min(me * share, n), last = min(first + share, n);
       int mine = 0;
       one_by_one(first, last, [&](int i) {
-        mine += a[i];
+        mine += number(i);
       });
       // those of a warp up to this one, then those of the warps before
       int up_to = mine;
@@ -652,8 +712,8 @@ inline namespace RVE_ISA {
         total += __reduce_add_sync(active, of_warp);
       }
       one_by_one(first, last, [&](int i) {
-        const int x = a[i];
-        a[i] = before;
+        const int x = number(i);
+        put(i, before, x);
         before += x;
       });
       return total;
