@@ -541,6 +541,27 @@ TEST_P(Backends, ShortAnswerIsThatOfTheResultAndTheMotionIsTheSame)
   }
 }
 
+// Nobody knows the forces of a gas before its first collision. Where they are beyond the range of the sums, what overlaps then is no sign of
+// crushed grains.
+TEST_P(Backends, GasWhoseFirstForcesAreBeyondTheRangeIsRepeatedAndGoesOn)
+{
+  RveState gas = triangular_packing(dry_material(), 6, 8, 0.0037, 1);
+  gas.cell = 1.7 * gas.cell;
+  gas.material.friction = 0.0;
+  shake(gas, 1.0, 4);
+  const Drive drive = Drive::constant_velocity_gradient(Tensor2{{0.5, 12.0, -4.0, 0.8}}, DT, 190);
+  const auto engine = make_engine(options_for(GetParam(), Device::Cpu));
+  const int rve = engine->add(gas);
+
+  std::vector<Result> results;
+  engine->advance({rve}, {drive}, results);
+
+  EXPECT_EQ(results[0].status & status::Fatal, 0u) << describe_status(results[0].status);
+  const RveState end = engine->state(rve);
+  EXPECT_EQ(end.counters.steps, 190);
+  EXPECT_GT(end.counters.repeats, 0);
+}
+
 TEST_P(Backends, RvesThatNeedMoreDoNotChangeABitOfTheOthers)
 {
   // a servo or a dashpot anywhere in the batch takes another build of the block program, and a turning one another path

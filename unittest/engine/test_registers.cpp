@@ -369,6 +369,19 @@ TYPED_TEST(SpheresInRegisters, ThatPassByWithAllBooksHaveTheBitsOfThoseThatStay)
         material, true, servo ? servo_of_spheres() : SteeringRecord<3>());
 }
 
+// a pair that is in reach and does not touch forgets before its force is computed
+TYPED_TEST(SpheresInRegisters, ThatPassByWithinReachHaveTheBitsOfThoseThatStay)
+{
+  Material material = spheres_material();
+  material.law = ContactLaw::Dmt;
+  const double contact_radius = std::sqrt(2e-3 * 4e-5);
+  material.hertz_stiffness = material.normal_stiffness / contact_radius;
+  material.mindlin_stiffness = material.tangential_stiffness / contact_radius;
+  material.surface_energy = 5.0;
+  material.adhesion_reach = 4e-4;
+  expect_that_spheres_may_pass_by<TypeParam, Program::SphereDmt>(material, true);
+}
+
 // their program has no contact radius from step to step
 TYPED_TEST(SpheresInRegisters, OfHertzThatKeepForcesHaveTheBitsOfAllBooks)
 {

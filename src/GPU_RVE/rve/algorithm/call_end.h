@@ -31,20 +31,17 @@ inline namespace RVE_ISA {
       return word;
     }
 
-    /// Troubles of grains, exactly.
-    static RVE_COLD std::uint32_t find_trouble(Block block, const CallState<Scene> &call)
+    /// The status of a call with what is known of it, and troubles of grains, exactly. After a force beyond the range overlaps are wrong, too:
+    /// the call is repeated.
+    static RVE_COLD std::uint32_t find_trouble(Block block, const CallState<Scene> &call,
+                                               std::uint32_t word)
     {
+      if ((word & status::Fatal & ~status::OverlapTooLarge) != 0 || is_sound(call)) return word;
       const SharedView<Scene> &shared = call.shared;
-      const Real limit = static_cast<Real>(call.units.force_limit),
-                 crushing = static_cast<Real>(ForceUnits<Block, Scene>::crushing_force(call));
+      const Real crushing = static_cast<Real>(ForceUnits<Block, Scene>::crushing_force(call));
       // the largest force is then that of a normal spring
       const bool springs_only = !Scene::Law::has_normal_dashpot(call.header.material) &&
           !(Scene::books && call.header.all_forces_count);
-      std::uint32_t word = status::Ok;
-      if (block.any(call.num_grains, [&](Item i) {
-            return !(shared.largest_force[i] <= limit);
-          }))
-        word |= status::ForceSaturated;
       if (block.any(call.num_grains, [&](Item i) {
             return springs_only && shared.largest_force[i] > crushing;
           }))
@@ -53,6 +50,8 @@ inline namespace RVE_ISA {
             return !moves_soundly<Scene::D>(shared.motion[i].velocity, shared.spin[i]);
           }))
         word |= status::NonFinite;
+      if (ForceUnits<Block, Scene>::is_saturated(block, call))
+        word = (word | status::ForceSaturated) & ~status::OverlapTooLarge;
       return word;
     }
 

@@ -100,6 +100,15 @@ inline namespace RVE_ISA {
       return law_of_script<Scene>(call).spring_force(deep) * call.units.per_force;
     }
 
+    /// Whether a force of this call was beyond the range of the sums, so that all that came of it is wrong. Of grains that are put down.
+    static RVE_INLINE bool is_saturated(Block &block, const CallState<Scene> &call)
+    {
+      const Real limit = static_cast<Real>(call.units.force_limit);
+      return block.any(call.num_grains, [&](Item i) {
+        return !(call.shared.largest_force[i] <= limit);
+      });
+    }
+
    private:
     /// Of two equal grains [force], lengths in units of the script.
     static RVE_INLINE double force_scale(const PreparedCall<Scene> &call, double overlap,

@@ -245,14 +245,18 @@ inline namespace RVE_ISA {
     RVE_INLINE void save_whole(int i) { array[i] = (*this)[i]; }
   };
 
-  /// Of one pair, read ahead: to be read and written.
+  /// Of one pair, read ahead: to be read and written, and then to be read as it was written.
   template <class History, class Number> struct PassingPair {
-    const History &before;
+    History &before;
     PassingHistory<History, Number> &rows;
     int i;
 
     RVE_INLINE operator const History &() const { return before; }
-    RVE_INLINE void operator=(const History &x) const { rows.keep(i, x); }
+    RVE_INLINE void operator=(const History &x) const
+    {
+      before = x;
+      rows.keep(i, x);
+    }
   };
 
   /// The grains of a block, of which a thread of a GPU keeps its own in registers from step to step.

@@ -4,6 +4,7 @@
 #define RVE_ALGORITHM_LIST_RENEWAL_H
 
 #include "rve/algorithm/call_progress.h"
+#include "rve/algorithm/force_units.h"
 #include "rve/algorithm/step_planning.h"
 #include "rve/algorithm/stored_grain.h"
 #include "rve/algorithm/verlet_list.h"
@@ -31,8 +32,9 @@ inline namespace RVE_ISA {
         return !stable;
       });
       if (unstable) {
+        const bool saturated = ForceUnits<Block, Scene>::is_saturated(block, call);
         block.once([&] {
-          call.status |= status::Unstable;
+          call.status |= saturated ? status::ForceSaturated : status::Unstable;
         });
         return;
       }

@@ -62,7 +62,7 @@ inline namespace RVE_ISA {
     RVE_INLINE History ask(int k, int i) const { return ask(k, i, word[k]); }
     RVE_INLINE void turn_to(const History &asked) { before = asked; }
 
-    /// What the pair in slot k remembers, to be read and written.
+    /// What the pair in slot k remembers, to be read and written, and then to be read as it was written.
     struct Memory {
       PassingPairs &pairs;
       int k, i;
@@ -85,8 +85,11 @@ inline namespace RVE_ISA {
     {
       const bool something = Rows::is_something(x);
       if (something) rows(k).keep(i, x);
-      if (something != ((word[k] & kRemembers) != 0))
-        shared.partner_word[place(k, i)] = word[k] ^ kRemembers;
+      before = x;
+      if (something != ((word[k] & kRemembers) != 0)) {
+        word[k] ^= kRemembers;
+        shared.partner_word[place(k, i)] = word[k];
+      }
     }
   };
 

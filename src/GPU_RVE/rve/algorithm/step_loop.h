@@ -556,7 +556,7 @@ inline namespace RVE_ISA {
           });
       }
       if (evaluates()) Stored::copy_history(block, call, call.work.fresh, call.pairs);
-      if (!(word & status::Fatal) && !End::is_sound(call)) word |= End::find_trouble(block, call);
+      word = End::find_trouble(block, call, word);
       if (word & status::Fatal) {
         fail(word, answer);
         return;
@@ -589,7 +589,7 @@ inline namespace RVE_ISA {
     static RVE_COLD std::uint32_t settle(Block block, CallState<Scene> &call, std::uint32_t word)
     {
       if (call.drive.substeps == 0) Stored::copy_history(block, call, call.work.fresh, call.pairs);
-      if (!(word & status::Fatal) && !End::is_sound(call)) word |= End::find_trouble(block, call);
+      word = End::find_trouble(block, call, word);
       return word;
     }
 
