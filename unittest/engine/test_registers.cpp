@@ -333,6 +333,17 @@ void expect_that_spheres_may_pass_by(const Material &material, bool with_ledger 
   EXPECT_GT(state_of<Numbers>(stay, memory).counters.rebuilds, 10);
 }
 
+/// As stiff as the springs where spheres of 4 mm overlap by a hundredth of their radius.
+Material hertz_material(ContactLaw law)
+{
+  Material material = spheres_material();
+  material.law = law;
+  const double contact_radius = std::sqrt(2e-3 * 4e-5);
+  material.hertz_stiffness = material.normal_stiffness / contact_radius;
+  material.mindlin_stiffness = material.tangential_stiffness / contact_radius;
+  return material;
+}
+
 SteeringRecord<3> servo_of_spheres()
 {
   SteeringRecord<3> steering = SteeringRecord<3>();
@@ -372,11 +383,7 @@ TYPED_TEST(SpheresInRegisters, ThatPassByWithAllBooksHaveTheBitsOfThoseThatStay)
 // a pair that is in reach and does not touch forgets before its force is computed
 TYPED_TEST(SpheresInRegisters, ThatPassByWithinReachHaveTheBitsOfThoseThatStay)
 {
-  Material material = spheres_material();
-  material.law = ContactLaw::Dmt;
-  const double contact_radius = std::sqrt(2e-3 * 4e-5);
-  material.hertz_stiffness = material.normal_stiffness / contact_radius;
-  material.mindlin_stiffness = material.tangential_stiffness / contact_radius;
+  Material material = hertz_material(ContactLaw::Dmt);
   material.surface_energy = 5.0;
   material.adhesion_reach = 4e-4;
   expect_that_spheres_may_pass_by<TypeParam, Program::SphereDmt>(material, true);
@@ -387,12 +394,7 @@ TYPED_TEST(SpheresInRegisters, OfHertzThatKeepForcesHaveTheBitsOfAllBooks)
 {
   using All = ProgramScene<Program::SphereHertz, TypeParam>;
   using Own = ProgramScene<Program::SphereMindlinForce, TypeParam>;
-  Material material = spheres_material();
-  material.law = ContactLaw::Hertz;
-  // as stiff as the springs where spheres of 4 mm overlap by a hundredth of their radius
-  const double contact_radius = std::sqrt(2e-3 * 4e-5);
-  material.hertz_stiffness = material.normal_stiffness / contact_radius;
-  material.mindlin_stiffness = material.tangential_stiffness / contact_radius;
+  Material material = hertz_material(ContactLaw::Hertz);
   material.mindlin_displacement = 0.0;
   RveRun<3> all = run_of<TypeParam>(disordered_spheres(material, 7, 1), Program::SphereHertz),
             arrays = all, registers = all, two = all, uniforms = all, pass = all;
