@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -439,7 +440,19 @@ TEST(RollingResistance, NativeFileReadsBackAsTheSameState)
 
   again << FOUR_ATOMS + "fix grains all rve " + path + " drive none\n";
 
-  EXPECT_EQ(again.state(4), script.state(1));
+  // contacts are written in the order of their owners, which a list gives them, and the file has no list
+  const auto with_contacts_in_order = [](const std::string &state) {
+    std::istringstream text(state.substr(0, state.rfind("\nchecksum")));
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(text, line);) lines.push_back(line);
+    const auto contacts = std::find_if(lines.begin(), lines.end(), [](const std::string &line) {
+      return line.rfind("contacts ", 0) == 0;
+    });
+    EXPECT_GT(lines.end() - contacts, 500);
+    std::sort(contacts, lines.end());
+    return lines;
+  };
+  EXPECT_EQ(with_contacts_in_order(again.state(4)), with_contacts_in_order(script.state(1)));
 }
 
 TEST(RollingResistance, OfTheScriptCountsInTheStableTimeStep)
