@@ -36,9 +36,14 @@ template <class Scene> struct BuildList {
       motion[i].position = view.position[i];
     });
 
+    const rve::Vec<double, 2> width{
+        {rve::perpendicular_width(cell, 0), rve::perpendicular_width(cell, 1)}};
+    const rve::SearchGrid<2> grid(width, 2.0 * largest_radius + skin, work.cell_capacity);
     const rve::ListSizes sizes =
-        rve::build_list(block, motion, view.radius, work, n, cell, 2.0 * largest_radius, 0.0, skin,
-                        old, view.header->num_extra);
+        rve::build_list(block, motion, view.radius, work, n, cell, grid, 0.0, skin, old,
+                        view.header->num_extra, [&](const rve::ListSizes &known) {
+                          view.header->num_extra = known.num_extra;
+                        });
 
     block.once([&] {
       *num_pairs = sizes.num_pairs;
@@ -53,9 +58,6 @@ template <class Scene> struct BuildList {
       view.extra_first[m] = fresh.extra_first[m];
       view.extra_second[m] = fresh.extra_second[m];
       view.extra_history[m] = fresh.extra_history[m];
-    });
-    block.once([&] {
-      view.header->num_extra = sizes.num_extra;
     });
   }
 };

@@ -210,28 +210,21 @@ struct OrderByKey {
   static constexpr int KEYS = 4;
   int count;
   const int *keys;
-  int *places, *order, *counts;    // (count), (count), (KEYS)
+  int *places, *order;    // (count), (count)
   Triple *triples;
   int *numbers;
   char *room;
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
-    int first = 0;
-    for (int key = 0; key < KEYS; ++key) {
-      const int found = block.rank(
-          count,
-          [&](int i) {
-            return keys[i] == key;
-          },
-          [&](int i, int rank) {
-            places[i] = first + rank;
-            order[first + rank] = i;
-          });
-      first += found;
-      block.once([&] {
-        counts[key] = found;
-      });
-    }
+    block.template order_by_class<KEYS>(
+        count,
+        [&](int i) {
+          return keys[i];
+        },
+        [&](int i, int place) {
+          places[i] = place;
+          order[place] = i;
+        });
     block.reorder(
         count,
         [&](int i) {
@@ -584,11 +577,10 @@ TEST_F(Block, ItemsAreOrderedByAKeyWithAllArraysAndKeepTheirOrderWithinIt)
 {
   for_resident_sizes([](int threads, int count, bool in_registers) {
     Random random(5);
-    std::vector<int> keys(count), sorted(count), numbers(count), counts(OrderByKey::KEYS, 0);
+    std::vector<int> keys(count), sorted(count), numbers(count);
     std::vector<Triple> triples(count);
     for (int i = 0; i < count; ++i) {
       keys[i] = random.integer(0, OrderByKey::KEYS - 1);
-      ++counts[keys[i]];
       sorted[i] = i;
       numbers[i] = 7 * i + 1;
       triples[i] = {{0.5 * i, i + 0.25, -1.0 * i}};
@@ -597,18 +589,15 @@ TEST_F(Block, ItemsAreOrderedByAKeyWithAllArraysAndKeepTheirOrderWithinIt)
       return keys[a] < keys[b];
     });
     BlockArray<int> key_array(keys), places(std::vector<int>(count, -1)),
-        order(std::vector<int>(count, -1)), found(std::vector<int>(OrderByKey::KEYS, -1)),
-        number_array(numbers);
+        order(std::vector<int>(count, -1)), number_array(numbers);
     BlockArray<Triple> triple_array(triples);
     BlockArray<double> room(std::vector<double>(4 * count + 1, 0.0));
 
     run_block(threads,
-              OrderByKey{count, key_array.data(), places.data(), order.data(), found.data(),
-                         triple_array.data(), number_array.data(),
-                         reinterpret_cast<char *>(room.data())},
+              OrderByKey{count, key_array.data(), places.data(), order.data(), triple_array.data(),
+                         number_array.data(), reinterpret_cast<char *>(room.data())},
               in_registers);
 
-    EXPECT_EQ(found.values(), counts);
     EXPECT_EQ(order.values(), sorted);
     const auto ordered = number_array.values(), place = places.values();
     const auto moved = triple_array.values();

@@ -76,6 +76,23 @@ TYPED_TEST(VerletList, HoldsAllPairsWithinTheSkinAndNoOther)
     }
 }
 
+/// Grains that lie nine deep, so that some own more pairs than there is room for beside those of the others.
+TYPED_TEST(VerletList, HoldsAllPairsOfGrainsThatOwnMoreThanMostDo)
+{
+  const int n = 257, room = rve::kScratch<2> * sizeof(double) / sizeof(std::int32_t);
+  const auto grains = throw_grains(SHAPES[1].cell, n, 3.0, 9.0, 0.4, 11);
+  for (const int threads : block_sizes()) {
+    SCOPED_TRACE(std::to_string(threads) + " threads");
+    ListHarness<TypeParam> list(grains.cell, grains.radius, grains.fractional, 0.4);
+
+    const int num_pairs = list.build(threads);
+
+    ASSERT_GT(num_pairs, room * n);
+    expect_all_pairs(list, num_pairs, TestFixture::doubt * 6.0);
+    if (this->HasFatalFailure()) return;
+  }
+}
+
 TYPED_TEST(VerletList, FollowsGrainsAndCellFromBuildToBuild)
 {
   auto grains = throw_grains(SHAPES[0].cell, 200, 2.0, 0.85, 0.3, 5);

@@ -83,8 +83,7 @@ __global__ void __launch_bounds__(1024) program_kernel(Program program)
 {
   __shared__ __align__(16) char fast_memory[kFastMemory];
   using Block = rve::BlockCuda<OneItemPerThread>;
-  __shared__ typename Block::Scratch scratch;
-  Block block(scratch);
+  Block block;
   program(block, fast_memory);
 }
 

@@ -31,12 +31,17 @@ inline namespace RVE_ISA {
       return word;
     }
 
+    /// Whether the grains are to be asked. Not after other troubles; but what seems crushed may be a force beyond the range.
+    static RVE_INLINE bool needs_look(const CallState<Scene> &call, std::uint32_t word)
+    {
+      return (word & status::Fatal & ~status::OverlapTooLarge) == 0 && !is_sound(call);
+    }
+
     /// The status of a call with what is known of it, and troubles of grains, exactly. After a force beyond the range overlaps are wrong, too:
     /// the call is repeated.
     static RVE_COLD std::uint32_t find_trouble(Block block, const CallState<Scene> &call,
                                                std::uint32_t word)
     {
-      if ((word & status::Fatal & ~status::OverlapTooLarge) != 0 || is_sound(call)) return word;
       const SharedView<Scene> &shared = call.shared;
       const Real crushing = static_cast<Real>(ForceUnits<Block, Scene>::crushing_force(call));
       // the largest force is then that of a normal spring

@@ -38,8 +38,9 @@ inline namespace RVE_ISA {
         });
         return;
       }
+      Tensor<double, Scene::D> cell = Planning::cell_of_step(call, k);
       for (int guard = 0; guard < 8; ++guard) {
-        const auto change = lattice_step(Planning::cell_of_step(call, k));
+        const auto change = lattice_step(cell);
         if (change.axis < 0) break;
         block.for_each(call.num_grains, [&](Item i) {
           motion[i].position = apply_lattice_step(motion[i].position, change);
@@ -53,8 +54,9 @@ inline namespace RVE_ISA {
             });
           ++call.num_reductions;
         });
+        cell = Planning::cell_of_step(call, k);
       }
-      rebuild(block, call, call.pairs, Planning::cell_of_step(call, k));
+      rebuild(block, call, call.pairs, cell);
       if (!call.fatal()) Planning::make_plan(block, call, k);
     }
 
@@ -62,32 +64,41 @@ inline namespace RVE_ISA {
     static RVE_COLD void rebuild(Block block, CallState<Scene> &call, PairView<Scene> old,
                                  Tensor<double, Scene::D> cell)
     {
+      const int n = call.num_grains;
       const double range = contact_range<Scene>(call.header),
                    reach = Scene::Law::reach(call.header.material);
+      Vec<double, Scene::D> width;
+      for (int a = 0; a < Scene::D; ++a) width[a] = perpendicular_width(cell, a);
+      double smallest = width[0];
+      for (int a = 1; a < Scene::D; ++a) smallest = width[a] < smallest ? width[a] : smallest;
       // the wrapped difference is the nearest image only within half of the smallest width; a NaN fails the comparison too
-      const bool wide_enough = 0.5 * smallest_width(cell) > range + call.skin;
-      ListSizes sizes{0, 0};
-      const double per_length = call.units.per_length;
-      if (wide_enough)
-        sizes = build_list(block, call.shared.motion, call.shared.radius, call.work,
-                           call.num_grains, per_length * cell, per_length * range,
-                           per_length * reach, per_length * call.skin, old, call.num_extra);
-      block.once([&] {
-        if (!wide_enough) {
+      if (!(0.5 * smallest > range + call.skin)) {
+        block.once([&] {
           call.status |= determinant(cell) == determinant(cell) ? status::CellTooNarrow
                                                                 : status::NonFinite;
-          return;
-        }
-        if (sizes.num_pairs > call.work.pair_capacity) call.status |= status::ListFull;
-        call.needed_pairs = sizes.num_pairs;
-        call.num_extra = sizes.num_extra;
-        call.list_cell = cell;
-        if constexpr (Scene::steers) call.list_inverse = inverse(cell);
-        ++call.num_rebuilds;
-        CallProgress<Scene>::note_progress(call, {});
-      });
-      if (call.fatal()) return;
-      const int n = call.num_grains;
+        });
+        return;
+      }
+      const SearchGrid<Scene::D> grid(width, range + call.skin, call.work.cell_capacity);
+      const double per_length = call.units.per_length;
+      const ListSizes sizes =
+          build_list(block, call.shared.motion, call.shared.radius, call.work, n, per_length * cell,
+                     grid, per_length * reach, per_length * call.skin, old, call.num_extra,
+                     [&](const ListSizes &known) {
+                       call.needed_pairs = known.num_pairs;
+                       call.num_extra = known.num_extra;
+                       call.list_cell = cell;
+                       if constexpr (Scene::steers) call.list_inverse = inverse(cell);
+                       ++call.num_rebuilds;
+                       CallProgress<Scene>::note_progress(call, {});
+                     });
+      if (sizes.num_pairs > call.work.pair_capacity) {
+        block.once([&] {
+          call.status |= status::ListFull;
+          call.needed_pairs = sizes.num_pairs;
+        });
+        return;
+      }
       order_grains(block, call);
       const auto place = [&](int i) {
         return call.work.proposal[i];
@@ -103,8 +114,8 @@ inline namespace RVE_ISA {
           list_position_of(call.shared, i)[a] = leading_bits(call.shared.motion[i].position[a]);
       });
       StoredGrains<Block, Scene>::fill_partner_radius(block, call.shared, n);
-      if (call.num_extra > 0)
-        block.for_each(call.num_extra, [&](Item m) {
+      if (sizes.num_extra > 0)
+        block.for_each(sizes.num_extra, [&](Item m) {
           call.pairs.extra_first[m] = place(call.work.fresh.extra_first[m]);
           call.pairs.extra_second[m] = place(call.work.fresh.extra_second[m]);
           call.pairs.extra_history[m] = call.work.fresh.extra_history[m];
@@ -125,18 +136,16 @@ inline namespace RVE_ISA {
         return Scene::D == 2 ? work.cell_grain[m] : m;
       };
       const std::int32_t *number = call.num_rebuilds == 1 ? call.image.number : work.number;
-      int first = 0;
-      for (int load = Scene::owned_pairs; load >= 0; --load)
-        first += block.rank(
-            n,
-            [&](int m) {
-              return work.load[grain_at(m)] == load;
-            },
-            [&](int m, int rank) {
-              const int i = grain_at(m);
-              work.proposal[i] = first + rank;
-              work.accepted[first + rank] = number[i];
-            });
+      block.template order_by_class<Scene::owned_pairs + 1>(
+          n,
+          [&](int m) {
+            return Scene::owned_pairs - work.load[grain_at(m)];
+          },
+          [&](int m, int place) {
+            const int i = grain_at(m);
+            work.proposal[i] = place;
+            work.accepted[place] = number[i];
+          });
       const auto reorder = [&](auto *...array) {
         static_assert((sizeof(*array) + ...) <= kScratch<Scene::D> * sizeof(double) &&
                           ((alignof(std::decay_t<decltype(*array)>) <= 16) && ...),

@@ -556,7 +556,7 @@ inline namespace RVE_ISA {
           });
       }
       if (evaluates()) Stored::copy_history(block, call, call.work.fresh, call.pairs);
-      word = End::find_trouble(block, call, word);
+      if (End::needs_look(call, word)) word = End::find_trouble(block, call, word);
       if (word & status::Fatal) {
         fail(word, answer);
         return;
@@ -589,8 +589,7 @@ inline namespace RVE_ISA {
     static RVE_COLD std::uint32_t settle(Block block, CallState<Scene> &call, std::uint32_t word)
     {
       if (call.drive.substeps == 0) Stored::copy_history(block, call, call.work.fresh, call.pairs);
-      word = End::find_trouble(block, call, word);
-      return word;
+      return End::needs_look(call, word) ? End::find_trouble(block, call, word) : word;
     }
 
     RVE_INLINE void fail(std::uint32_t word, AnswerRecord<Scene::D> &answer)

@@ -472,21 +472,23 @@ inline namespace RVE_ISA {
 
   /// Room to build a list in, and for what is needed rarely. One per block, not per RVE.
   template <class Scene> struct WorkspaceView {
-    int pair_capacity;               ///< of the rows
-    int cell_capacity;               ///< of the search grid
-    std::int32_t *cell_start;        ///< (cell_capacity + 1)
-    std::int32_t *cell_fill;         ///< (cell_capacity)
-    std::int32_t *cell_of;           ///< (N)
-    std::int32_t *cell_grain;        ///< (N)
-    std::int32_t *row_start;         ///< (N + 1) pairs by their first owner
-    std::int32_t *row_partner;       ///< (pair_capacity)
-    std::int32_t *row_given;         ///< (pair_capacity) 1: given away to the partner
-    std::int32_t *load;              ///< (N) pairs owned now
-    std::int32_t *proposal;          ///< (N) entry of the own row that is offered, or -1
-    std::int32_t *accepted;          ///< (N) grain whose offer is taken
+    int pair_capacity;           ///< of the rows
+    int cell_capacity;           ///< of the search grid
+    std::int32_t *cell_start;    ///< (cell_capacity + 1)
+    std::int32_t *cell_of;       ///< (N)
+    std::int32_t *cell_grain;    ///< (N)
+    // by places in the grid, until the owners of pairs are known (build_list)
+    std::int32_t *row_count;      ///< (N) pairs of the first owner, less those that are given away
+    std::int32_t *row_start;      ///< (N) where rows are long: the first of them
+    std::int32_t *row_partner;    ///< (pair_capacity) and their partners
+    std::int32_t *load;           ///< (N) pairs owned now
+    std::int32_t *proposal;       ///< (N) which pair of the own row is offered, or -1
+    std::int32_t *accepted;       ///< (N) grain whose offer is taken, less with each round
+    std::int32_t *overloaded;     ///< (N) grains with too many pairs
+    std::int32_t *num_overloaded;    ///< (2) how many they are in even rounds, and in odd ones
     std::int32_t *received;          ///< (Scene::owned_pairs, N) grains that gave a pair
     std::int32_t *received_count;    ///< (N)
-    std::int32_t *excess_start;      ///< (N + 1)
+    std::int32_t *excess_start;      ///< (N)
     std::int32_t *contact_count;     ///< (N)
     std::int32_t *number;            ///< (N) as that of the image, of an RVE with a new list
     /// (N) Energy that each grain lost in this call, by its number, in local damping [force length], and with its pairs in friction and
@@ -506,18 +508,19 @@ inline namespace RVE_ISA {
     view.pair_capacity = pair_capacity;
     view.cell_capacity = num_grains + 64;
     view.cell_start = carver.template take<std::int32_t>(view.cell_capacity + 1);
-    view.cell_fill = carver.template take<std::int32_t>(view.cell_capacity);
     view.cell_of = carver.template take<std::int32_t>(num_grains);
     view.cell_grain = carver.template take<std::int32_t>(num_grains);
-    view.row_start = carver.template take<std::int32_t>(num_grains + 1);
+    view.row_count = carver.template take<std::int32_t>(num_grains);
+    view.row_start = carver.template take<std::int32_t>(num_grains);
     view.row_partner = carver.template take<std::int32_t>(pair_capacity);
-    view.row_given = carver.template take<std::int32_t>(pair_capacity);
     view.load = carver.template take<std::int32_t>(num_grains);
     view.proposal = carver.template take<std::int32_t>(num_grains);
     view.accepted = carver.template take<std::int32_t>(num_grains);
+    view.overloaded = carver.template take<std::int32_t>(num_grains);
+    view.num_overloaded = carver.template take<std::int32_t>(2);
     view.received = carver.template take<std::int32_t>(Scene::owned_pairs * num_grains);
     view.received_count = carver.template take<std::int32_t>(num_grains);
-    view.excess_start = carver.template take<std::int32_t>(num_grains + 1);
+    view.excess_start = carver.template take<std::int32_t>(num_grains);
     view.contact_count = carver.template take<std::int32_t>(num_grains);
     view.number = carver.template take<std::int32_t>(num_grains);
     view.damping = carver.template take<double>(num_grains);

@@ -33,10 +33,11 @@ inline namespace RVE_ISA {
   template <int D> struct SearchGrid {
     int count[D];
 
-    RVE_INLINE SearchGrid(const Tensor<double, D> &cell, double cutoff, int capacity)
+    /// width: of the periodic cell, perpendicular to its faces.
+    RVE_INLINE SearchGrid(const Vec<double, D> &width, double cutoff, int capacity)
     {
       for (int a = 0; a < D; ++a) {
-        const double fit = perpendicular_width(cell, a) / (cutoff * (1.0 + 1e-6));
+        const double fit = width[a] / (cutoff * (1.0 + 1e-6));
         count[a] = fit < 1.0 ? 1 : (fit > 1024.0 ? 1024 : static_cast<int>(fit));
       }
       // a product of large counts has more than 31 bits in space
@@ -70,9 +71,18 @@ inline namespace RVE_ISA {
       return cell;
     }
 
-    /// Calls visit(layer, first, count) for the rows of cells that may hold neighbours of the points in `home`: `count` cells of the row whose
-    /// first cell is `layer`, from the cell `first` of it on, and behind its last cell from its first one on.
-    template <class Visit> RVE_INLINE void rows_around(int home, Visit visit) const
+    /// Whether no cell is twice a neighbour of another one, so that each of two neighbours lies either ahead of the other or behind it.
+    RVE_INLINE bool has_sides() const
+    {
+      bool wide = true;
+      for (int a = 0; a < D; ++a) wide = wide && count[a] >= 3;
+      return wide;
+    }
+
+    /// Calls visit(layer, first, count, own) for the rows of cells that may hold neighbours of the points in `home`: `count` cells of the row whose
+    /// first cell is `layer`, from the cell `first` of it on, and behind its last cell from its first one on. `ahead`: only of those that lie
+    /// ahead of `home`, which is the first cell of the first row then, its `own`. With has_sides() alone.
+    template <class Visit> RVE_INLINE void rows_around(int home, bool ahead, Visit visit) const
     {
       int place[D];
       for (int a = 0; a + 1 < D; ++a) {
@@ -80,73 +90,86 @@ inline namespace RVE_ISA {
         home /= count[a];
       }
       place[D - 1] = home;
-      rows_along<D - 1>(place, 0, visit);
+      rows_along<D - 1>(place, 0, ahead, visit);
     }
 
    private:
     /// Of the cells in layer `layer` of the axes after this one.
     template <int Axis, class Visit>
-    RVE_INLINE void rows_along(const int (&place)[D], int layer, Visit &visit) const
+    RVE_INLINE void rows_along(const int (&place)[D], int layer, bool ahead, Visit &visit) const
     {
       const int n = count[Axis], reach = n < 3 ? n : 3;
       // modulo n, without a division
       const int before = place[Axis] == 0 ? n - 1 : place[Axis] - 1;
       if constexpr (Axis == 0) {
-        visit(layer * n, before, reach);
+        visit(layer * n, ahead ? place[0] : before, ahead ? 2 : reach, ahead);
       } else {
-        for (int d = 0, next = before; d < reach; ++d, next = next + 1 < n ? next + 1 : 0)
-          rows_along<Axis - 1>(place, layer * n + next, visit);
+        const int first = ahead ? 1 : 0;
+        for (int d = first, next = ahead ? place[Axis] : before; d < reach;
+             ++d, next = next + 1 < n ? next + 1 : 0)
+          rows_along<Axis - 1>(place, layer * n + next, ahead && d == first, visit);
       }
     }
   };
 
-  /// Sorts the grains into the grid: cell_start, cell_grain (ascending within a cell), cell_of.
-  template <class Block, class Scene>
+  /// Sorts the grains into the grid: cell_start, cell_grain (ascending within a cell), cell_of. aside() by one thread meanwhile.
+  template <class Block, class Scene, class Aside>
   RVE_HD void sort_into_grid(Block &block, const SeenMotions<Scene> &motion,
                              const WorkspaceView<Scene> &work, int num_grains,
-                             const SearchGrid<Scene::D> &grid)
+                             const SearchGrid<Scene::D> &grid, Aside aside)
   {
     using Item = typename Block::Item;
     const int num_cells = grid.size();
-    block.for_each(num_cells, [&](Item c) {
-      work.cell_start[c] = 0;
-      work.cell_fill[c] = 0;
-    });
+    // nobody needs them now
+    std::int32_t *const arrival = work.load, *const arrived = work.proposal;
+    block.for_each(
+        num_cells,
+        [&](Item c) {
+          work.cell_start[c] = 0;
+        },
+        aside);
     block.for_each(num_grains, [&](Item i) {
-      work.cell_of[i] = grid.index(motion[i].position);
-      block.add(&work.cell_start[work.cell_of[i]], 1);
+      const int c = grid.index(motion[i].position);
+      work.cell_of[i] = c;
+      arrival[i] = block.fetch_add(&work.cell_start[c], 1);
     });
     block.scan_to_starts(work.cell_start, num_cells);
     block.for_each(num_grains, [&](Item i) {
-      const int c = work.cell_of[i];
-      work.cell_grain[work.cell_start[c] + block.fetch_add(&work.cell_fill[c], 1)] = i;
+      arrived[work.cell_start[work.cell_of[i]] + arrival[i]] = i;
     });
     // the order of arrival is chance, the order of numbers is not
-    block.for_each(num_cells, [&](Item c) {
-      for (int m = work.cell_start[c] + 1; m < work.cell_start[c + 1]; ++m) {
-        const int grain = work.cell_grain[m];
-        int hole = m;
-        for (; hole > work.cell_start[c] && work.cell_grain[hole - 1] > grain; --hole)
-          work.cell_grain[hole] = work.cell_grain[hole - 1];
-        work.cell_grain[hole] = grain;
-      }
+    block.for_each(num_grains, [&](Item i) {
+      const int c = work.cell_of[i], first = work.cell_start[c], end = work.cell_start[c + 1];
+      int place = first;
+      for (int m = first; m < end; ++m) place += arrived[m] < i ? 1 : 0;
+      work.cell_grain[place] = i;
     });
   }
 
-  /// The history that the old list holds for the pair of i and j, as i sees it, or zero. All partners are read before the first look at one.
+  /// Where an old list has the pair of two grains: a slot of the one that asks, or of the other one. -1: in none.
+  struct OldSlot {
+    int mine, others;
+  };
   template <class Scene>
-  RVE_INLINE typename Scene::History old_history(const PairView<Scene> &old, int num_grains,
-                                                 int num_old_extra, int i, int j)
+  RVE_INLINE OldSlot old_slot(const PairView<Scene> &old, int num_grains, int i, int j)
   {
-    int mine = -1, others = -1;
+    OldSlot slot{-1, -1};
     for (int k = 0; k < Scene::owned_pairs; ++k) {
       const int of_mine = old.partner[k * num_grains + i],
                 of_other = old.partner[k * num_grains + j];
-      if (of_mine == j) mine = k * num_grains + i;
-      if (of_other == i) others = k * num_grains + j;
+      if (of_mine == j) slot.mine = k * num_grains + i;
+      if (of_other == i) slot.others = k * num_grains + j;
     }
-    if (mine >= 0) return old.history[mine];
-    if (others >= 0) return Scene::Law::seen_from_partner(old.history[others]);
+    return slot;
+  }
+
+  /// The history that the old list holds for the pair of i and j, as i sees it, or zero.
+  template <class Scene>
+  RVE_INLINE typename Scene::History old_history(const PairView<Scene> &old, OldSlot slot,
+                                                 int num_old_extra, int i, int j)
+  {
+    if (slot.mine >= 0) return old.history[slot.mine];
+    if (slot.others >= 0) return Scene::Law::seen_from_partner(old.history[slot.others]);
     for (int m = 0; m < num_old_extra; ++m) {
       if (old.extra_first[m] == i && old.extra_second[m] == j) return old.extra_history[m];
       if (old.extra_first[m] == j && old.extra_second[m] == i)
@@ -161,125 +184,152 @@ inline namespace RVE_ISA {
   };
 
   /// Builds the list of all pairs with |b| < r_i + r_j + reach + skin, assigns owners and carries the contact history over: `old` pairs in,
-  /// work.fresh out; work.load has how many pairs a grain owns, of spheres how many of these touch. Lengths in the units of `cell` and `radius`.
-  template <class Block, class Scene>
+  /// work.fresh out; work.load has how many pairs a grain owns, of spheres how many of these touch. Lengths in the units of `cell` and `radius`;
+  /// the cells of `grid` are as wide as the list reaches. aside(sizes) by one thread when they are known, and all others do something.
+  ///
+  /// Until the owners are known a grain is called by its place in the grid: those of neighbouring threads look at the same others.
+  template <class Block, class Scene, class Aside>
   RVE_HD ListSizes build_list(Block &block, const SeenMotions<Scene> &motion,
                               SeenArray<Scene, typename Scene::Wide> radius,
                               const WorkspaceView<Scene> &work, int num_grains,
-                              const Tensor<double, Scene::D> &cell, double contact_range,
-                              double reach, double skin, const PairView<Scene> &old,
-                              int num_old_extra)
+                              const Tensor<double, Scene::D> &cell,
+                              const SearchGrid<Scene::D> &grid, double reach, double skin,
+                              const PairView<Scene> &old, int num_old_extra, Aside aside)
   {
     const PairView<Scene> fresh = work.fresh;
     using Item = typename Block::Item;
     using Wide = typename Scene::Wide;
-    const SearchGrid<Scene::D> grid(cell, contact_range + skin, work.cell_capacity);
     const Tensor<Wide, Scene::D> to_length = fraction_to_length<typename Scene::Numbers>(cell);
     const Wide margin = static_cast<Wide>(reach + skin);
-    sort_into_grid(block, motion, work, num_grains, grid);
+    sort_into_grid(block, motion, work, num_grains, grid, [&] {
+      clear_overloaded(work);
+    });
 
-    const auto for_each_owned = [&](int i, auto take) {
-      grid.rows_around(work.cell_of[i], [&](int layer, int first, int reach) {
+    const auto branch_between = [&](int i, int j) {
+      return to_length *
+          fractional_difference<typename Scene::Numbers>(motion[j].position, motion[i].position);
+    };
+    // take(q) for the places q of the grains whose pairs with the one at place p are its own at first
+    const bool has_sides = grid.has_sides();
+    const auto for_each_owned = [&](int p, auto take) {
+      const int i = work.cell_grain[p];
+      const Wide within = radius[i] + margin;
+      grid.rows_around(work.cell_of[i], has_sides, [&](int layer, int first, int reach, bool own) {
         // the grains of a row of cells lie one behind the other
         const std::int32_t *const start = work.cell_start + layer;
         const int end = start[grid.count[0]], length = end - start[0], beyond = first + reach;
-        const int begin = start[first];
-        const int candidates = beyond <= grid.count[0]
-            ? start[beyond] - begin
-            : end - begin + start[beyond - grid.count[0]] - start[0];
-        for (int m = begin; m < begin + candidates; ++m) {
-          const int j = work.cell_grain[m < end ? m : m - length];
-          if (j == i || !owns_first(i, j)) continue;
-          const Vec<Wide, Scene::D> branch = to_length *
-              fractional_difference<typename Scene::Numbers>(motion[j].position,
-                                                             motion[i].position);
-          if (gap_squared(branch, radius[i] + radius[j] + margin) > Wide(0)) take(j);
+        const int last = beyond <= grid.count[0] ? start[beyond]
+                                                 : length + start[beyond - grid.count[0]];
+        for (int m = own ? p + 1 : start[first]; m < last; ++m) {
+          const int q = m < end ? m : m - length;
+          if (!has_sides && !owns_first(p, q, num_grains)) continue;
+          const int j = work.cell_grain[q];
+          if (gap_squared(branch_between(i, j), within + radius[j]) > Wide(0)) take(q);
         }
       });
     };
 
-    // the partners that a grain finds while it counts them, as many as there is room for: nobody needs it now
-    auto *const found = reinterpret_cast<std::int32_t *>(work.scratch);
-    constexpr int kFound =
+    // side by side where all have room for theirs, in memory that nobody needs now
+    PairRows rows{reinterpret_cast<std::int32_t *>(work.scratch), nullptr, num_grains};
+    constexpr int room =
         kScratch<Scene::D> * static_cast<int>(sizeof(double) / sizeof(std::int32_t));
-    block.for_each(num_grains, [&](Item i) {
-      int count = 0;
-      for_each_owned(i, [&](int j) {
-        if (count < kFound) found[count * num_grains + i] = j;
-        ++count;
-      });
-      work.row_start[i] = count;
-    });
-    const int num_pairs = block.scan_to_starts(work.row_start, num_grains);
-    if (num_pairs > work.pair_capacity) return ListSizes{num_pairs, 0};
-    block.for_each(num_grains, [&](Item i) {
-      int entry = work.row_start[i];
-      const int count = work.row_start[i + 1] - entry;
-      if (count <= kFound)
-        for (int m = 0; m < count; ++m) work.row_partner[entry + m] = found[m * num_grains + i];
-      else
-        for_each_owned(i, [&](int j) {
-          work.row_partner[entry++] = j;
+    enum { Pairs, WithoutRoom, Count };
+    const auto found =
+        block.template sum_integers<Count>(num_grains, [&](Item p, std::int64_t *term) {
+          int count = 0;
+          for_each_owned(p, [&](int q) {
+            if (count < room) rows.partner[rows.entry(p, count)] = q;
+            ++count;
+          });
+          begin_ownership(block, work, p, count);
+          term[Pairs] += count;
+          term[WithoutRoom] += count > room ? 1 : 0;
         });
-    });
+    const int num_pairs = static_cast<int>(found[Pairs]);
+    if (num_pairs > work.pair_capacity) return ListSizes{num_pairs, 0};
+    if (found[WithoutRoom] > 0) {
+      block.for_each(num_grains, [&](Item p) {
+        work.row_start[p] = work.row_count[p];
+      });
+      block.exclusive_scan(work.row_start, num_grains);
+      rows = PairRows{work.row_partner, work.row_start, 1};
+      block.for_each(num_grains, [&](Item p) {
+        int count = 0;
+        for_each_owned(p, [&](int q) {
+          rows.partner[rows.entry(p, count++)] = q;
+        });
+      });
+    }
 
     int num_extra = 0;
-    if (!balance_ownership(block, work, num_grains, 64)) {
-      block.for_each(num_grains, [&](Item i) {
-        work.excess_start[i] = work.load[i] > Scene::owned_pairs ? work.load[i] - Scene::owned_pairs
+    if (!balance_ownership(block, work, rows, num_grains, 64)) {
+      block.for_each(num_grains, [&](Item p) {
+        work.excess_start[p] = work.load[p] > Scene::owned_pairs ? work.load[p] - Scene::owned_pairs
                                                                  : 0;
       });
       num_extra = block.exclusive_scan(work.excess_start, num_grains);
     }
-    block.for_each(num_grains, [&](Item i) {
-      // ascending in the distance of the numbers, free slots last: neighbouring threads then read neighbouring grains. In space those that
-      // touch first, so that many threads have nothing to do in the last slots (ListRenewal::order_grains)
-      int partner[Scene::owned_pairs], rank[Scene::owned_pairs];
-      for (int k = 0; k < Scene::owned_pairs; ++k) {
-        partner[k] = i;
-        rank[k] = 0x7fffffff;
-      }
-      int owned = 0, touching = 0, extra = num_extra > 0 ? work.excess_start[i] : 0;
-      const auto place = [&](int j) {
-        if (owned++ < Scene::owned_pairs) {
-          int other = j, its_rank = j > i ? j - i : j - i + num_grains;
-          if constexpr (Scene::D == 3) {
-            const Vec<Wide, Scene::D> branch = to_length *
-                fractional_difference<typename Scene::Numbers>(motion[j].position,
-                                                               motion[i].position);
-            const bool touches = gap_squared(branch, radius[i] + radius[j]) > Wide(0);
-            touching += touches ? 1 : 0;
-            its_rank += touches ? 0 : num_grains;
-          }
-          // into its place among those that are there
-          for (int k = 0; k < Scene::owned_pairs; ++k)
-            if (its_rank < rank[k]) {
-              const int next_rank = rank[k], next = partner[k];
-              rank[k] = its_rank;
-              partner[k] = other;
-              its_rank = next_rank;
-              other = next;
-            }
-        } else {
-          fresh.extra_first[extra] = i;
-          fresh.extra_second[extra] = j;
-          fresh.extra_history[extra] = old_history(old, num_grains, num_old_extra, i, j);
-          ++extra;
-        }
+    const ListSizes sizes{num_pairs, num_extra};
+    const auto settle = [&](Item p) {
+      const int i = work.cell_grain[p];
+      const int received = work.received_count[p], owned = received + work.row_count[p];
+      const auto place_of_partner = [&](int m) {
+        return m < received ? work.received[m * num_grains + p]
+                            : rows.partner[rows.entry(p, m - received)];
       };
-      for (int m = 0; m < work.received_count[i]; ++m) place(work.received[m * num_grains + i]);
-      for (int entry = work.row_start[i]; entry < work.row_start[i + 1]; ++entry)
-        if (!work.row_given[entry]) place(work.row_partner[entry]);
+      // all are on their way before the first one is looked at: here, and with each of what follows
+      int partner[Scene::owned_pairs], rank[Scene::owned_pairs];
+      for (int k = 0; k < Scene::owned_pairs; ++k) partner[k] = k < owned ? place_of_partner(k) : p;
+      for (int k = 0; k < Scene::owned_pairs; ++k) {
+        rank[k] = k < owned ? ahead(p, partner[k], num_grains) : 0x7fffffff;
+        partner[k] = k < owned ? work.cell_grain[partner[k]] : i;
+      }
+      int touching = 0;
+      // without these braces NVRTC 13.0 forgets the next declaration
+      if constexpr (Scene::D == 3) {
+        for (int k = 0; k < Scene::owned_pairs; ++k) {
+          const int j = partner[k];
+          const bool touches =
+              k < owned && gap_squared(branch_between(i, j), radius[i] + radius[j]) > Wide(0);
+          touching += touches ? 1 : 0;
+          rank[k] += k < owned && !touches ? num_grains : 0;
+        }
+      }
+      // ascending in how far ahead they are in the grid, free slots last: neighbouring threads then read neighbouring grains. In space those
+      // that touch first, so that many threads have nothing to do in the last slots (ListRenewal::order_grains)
+      for (int k = 1; k < Scene::owned_pairs; ++k)
+        for (int m = k; m > 0; --m) {
+          const bool swaps = rank[m] < rank[m - 1];
+          const int first_rank = rank[m - 1], first = partner[m - 1];
+          rank[m - 1] = swaps ? rank[m] : first_rank;
+          partner[m - 1] = swaps ? partner[m] : first;
+          rank[m] = swaps ? first_rank : rank[m];
+          partner[m] = swaps ? first : partner[m];
+        }
+      OldSlot slots[Scene::owned_pairs];
+      for (int k = 0; k < Scene::owned_pairs; ++k)
+        slots[k] = old_slot(old, num_grains, i, partner[k]);
       for (int k = 0; k < Scene::owned_pairs; ++k) {
         const int j = partner[k];
         fresh.partner[k * num_grains + i] = j;
         fresh.history[k * num_grains + i] =
-            j == i ? typename Scene::History() : old_history(old, num_grains, num_old_extra, i, j);
+            j == i ? typename Scene::History() : old_history(old, slots[k], num_old_extra, i, j);
+      }
+      for (int m = Scene::owned_pairs; m < owned; ++m) {
+        const int j = work.cell_grain[place_of_partner(m)],
+                  extra = work.excess_start[p] + m - Scene::owned_pairs;
+        fresh.extra_first[extra] = i;
+        fresh.extra_second[extra] = j;
+        fresh.extra_history[extra] =
+            old_history(old, old_slot(old, num_grains, i, j), num_old_extra, i, j);
       }
       work.load[i] = Scene::D == 3 ? touching
                                    : (owned < Scene::owned_pairs ? owned : Scene::owned_pairs);
+    };
+    block.for_each(num_grains, settle, [&] {
+      aside(sizes);
     });
-    return ListSizes{num_pairs, num_extra};
+    return sizes;
   }
 
 }    // namespace RVE_ISA

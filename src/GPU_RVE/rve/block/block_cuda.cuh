@@ -5,6 +5,7 @@
 #ifndef RVE_BLOCK_BLOCK_CUDA_CUH
 #define RVE_BLOCK_BLOCK_CUDA_CUH
 
+#include "rve/block/reorder.h"
 #include "rve/core/config.h"
 #include "rve/core/integer_sums.h"
 
@@ -23,7 +24,7 @@ inline namespace RVE_ISA {
     union {
       double chunk[kChunks];
       long long sum[16][Warps];
-      int scan[Warps];
+      int scan[Warps], of_class[2][Warps][16];
     };
     int largest[Warps];
   };
@@ -46,12 +47,10 @@ inline namespace RVE_ISA {
   /// 0: any number, in memory.
   template <int ItemsPerThread, int MostThreads = 1024> class BlockCuda {
    public:
-    using Scratch = CudaScratch<MostThreads / 32>;
     using Item = std::conditional_t<ItemsPerThread == 2, ItemOfThread, int>;
     static constexpr bool kInRegisters = ItemsPerThread > 0;
     /// A thread with one item has registers enough: the compiler would leave uniforms there.
     static constexpr bool kHasUniforms = ItemsPerThread == 2;
-    RVE_DEVICE explicit BlockCuda(Scratch &scratch_in) : scratch(scratch_in) {}
 
     template <class F> RVE_DEVICE void for_each(int n, F f)
     {
@@ -230,15 +229,15 @@ inline namespace RVE_ISA {
       });
       add(rest);
       // the bits are ordered as the numbers are, which are not negative
-      const int of_warp = __reduce_max_sync(active_lanes(), __float_as_int(largest));
-      if (lane() == 0) scratch.largest[warp()] = of_warp;
+      const int of_warp = __reduce_max_sync(kAllLanes, __float_as_int(largest));
+      if (lane() == 0) scratch().largest[warp()] = of_warp;
       sum_in_warps<M>(sum);
       for (int m = warp(); m <= M; m += num_warps()) {
         if (m == M) {
           int most = 0;
           for (int w = lane(); w < num_warps(); w += lanes_here())
-            most = max(most, scratch.largest[w]);
-          most = __reduce_max_sync(active_lanes(), most);
+            most = max(most, scratch().largest[w]);
+          most = __reduce_max_sync(kAllLanes, most);
           if (lane() == 0) survey.largest = __int_as_float(most);
         } else {
           const long long total = sum_over_warps(m);
@@ -271,7 +270,7 @@ inline namespace RVE_ISA {
             const long long total = sum_over_warps(m);
             if (lane() == 0) sum[m] = total;
           }
-        __syncwarp(active_lanes());
+        __syncwarp();
         if (lane() == 0) then();
       }
       __syncthreads();
@@ -291,18 +290,36 @@ inline namespace RVE_ISA {
       return total;
     }
 
-    template <class Is, class Take> RVE_DEVICE int rank(int n, Is is_one, Take take)
+    template <int Classes, class ClassOf, class Take>
+    RVE_DEVICE void order_by_class(int n, ClassOf class_of, Take take)
     {
-      const int count = scan(
-          n,
-          [&](int i) {
-            return is_one(i) ? 1 : 0;
-          },
-          [&](int i, int before, int mine) {
-            if (mine > 0) take(i, before);
-          });
+      static_assert(Classes <= 16, "CudaScratch::of_class has room for 16 classes");
+      const int lanes = lanes_here(), warps = num_warps(), mine = warp();
+      int *const count = scratch().of_class[0][mine], *const next = scratch().of_class[1][mine];
+      for (int k = lane(); k < Classes; k += lanes) count[k] = 0;
+      __syncwarp();
+      class_by_class(n, class_of, count, [](int, int) {
+      });
       __syncthreads();
-      return count;
+      // the first place of each class in this warp's items: behind all of the classes before, and those of its own in the warps before
+      for (int k = lane(); k < Classes; k += lanes) {
+        int all = 0;
+        for (int w = 0; w < warps; ++w) all += scratch().of_class[0][w][k];
+        next[k] = all;
+      }
+      __syncwarp();
+      int last = 0;
+      while (last + lanes < Classes) last += lanes;
+      for (int k = last + lane(); k >= 0; k -= lanes) {
+        int first = 0;
+        for (int w = 0; w < mine && k < Classes; ++w) first += scratch().of_class[0][w][k];
+        for (int lesser = 0; lesser < k && k < Classes; ++lesser) first += next[lesser];
+        __syncwarp();
+        if (k < Classes) next[k] = first;
+        __syncwarp();
+      }
+      class_by_class(n, class_of, next, take);
+      __syncthreads();
     }
 
     template <class Place, class... T>
@@ -314,14 +331,7 @@ inline namespace RVE_ISA {
         carry(i < n ? i : -1, i < n ? place(i) : 0, array...);
         __syncthreads();
       } else {
-        for_each(n, [&](int i) {
-          char *moved = static_cast<char *>(room);
-          ((reinterpret_cast<T *>(moved)[place(i)] = array[i], moved += sizeof(T) * n), ...);
-        });
-        for_each(n, [&](int i) {
-          const char *moved = static_cast<const char *>(room);
-          ((array[i] = reinterpret_cast<const T *>(moved)[i], moved += sizeof(T) * n), ...);
-        });
+        reorder_by_room(*this, n, place, room, array...);
       }
     }
 
@@ -357,7 +367,7 @@ inline namespace RVE_ISA {
       memcpy(word, &x, sizeof(T));
       __syncwarp();
       RVE_UNROLL
-      for (int m = 0; m < words; ++m) { word[m] = __reduce_or_sync(0xffffffffu, word[m]); }
+      for (int m = 0; m < words; ++m) { word[m] = __reduce_or_sync(kAllLanes, word[m]); }
       T same;
       memcpy(&same, word, sizeof(T));
       return same;
@@ -435,9 +445,9 @@ inline namespace RVE_ISA {
           static_cast<std::int64_t>(static_cast<unsigned>(low));
     }
 
-    RVE_DEVICE void add(std::int32_t *p, std::int32_t v) { atomicAdd(p, v); }
-    RVE_DEVICE int fetch_add(int *p, int v) { return atomicAdd(p, v); }
-    RVE_DEVICE void fetch_min(int *p, int v) { atomicMin(p, v); }
+    static RVE_DEVICE void add(std::int32_t *p, std::int32_t v) { atomicAdd(p, v); }
+    static RVE_DEVICE int fetch_add(int *p, int v) { return atomicAdd(p, v); }
+    static RVE_DEVICE void fetch_min(int *p, int v) { atomicMin(p, v); }
 
     template <class T, int Count> struct Copy {
       T value[Count];
@@ -481,6 +491,8 @@ inline namespace RVE_ISA {
     }
 
    private:
+    using Scratch = CudaScratch<MostThreads / 32>;
+
     /// What is read or written at a time. The arrays of an RVE begin at multiples of that.
     struct alignas(16) Piece {
       unsigned word[4];
@@ -585,6 +597,13 @@ inline namespace RVE_ISA {
       return total;
     }
 
+    /// A block is a thread block: what it is handed to needs no pointer to it.
+    static RVE_DEVICE Scratch &scratch()
+    {
+      __shared__ Scratch memory;
+      return memory;
+    }
+
     static RVE_DEVICE int lane() { return threadIdx.x % 32; }
     static RVE_DEVICE int warp() { return threadIdx.x / 32; }
     static RVE_DEVICE int num_warps() { return (blockDim.x + 31) / 32; }
@@ -593,41 +612,39 @@ inline namespace RVE_ISA {
     {
       return min(32, static_cast<int>(blockDim.x) - 32 * warp());
     }
-    static RVE_DEVICE unsigned active_lanes()
-    {
-      return lanes_here() == 32 ? 0xffffffffu : (1u << lanes_here()) - 1u;
-    }
+    /// All lanes of a warp. Those that are not there count as lanes that have ended, which nobody waits for; a mask that is not known when the
+    /// program is compiled takes ten instructions of each exchange.
+    static constexpr unsigned kAllLanes = 0xffffffffu;
 
     /// Sum over the threads of a warp: three limbs whose sums fit into 32 bits.
-    static RVE_DEVICE long long sum_of_warp(unsigned active, std::int64_t term)
+    static RVE_DEVICE long long sum_of_warp(std::int64_t term)
     {
       const unsigned low = static_cast<unsigned>(term) & 0x7ffffffu,
                      middle = static_cast<unsigned>(term >> 27) & 0x7ffffffu;
       const int high = static_cast<int>(term >> 54);
-      return static_cast<long long>(__reduce_add_sync(active, low)) +
-          (static_cast<long long>(__reduce_add_sync(active, middle)) << 27) +
-          static_cast<long long>(static_cast<unsigned long long>(__reduce_add_sync(active, high))
+      return static_cast<long long>(__reduce_add_sync(kAllLanes, low)) +
+          (static_cast<long long>(__reduce_add_sync(kAllLanes, middle)) << 27) +
+          static_cast<long long>(static_cast<unsigned long long>(__reduce_add_sync(kAllLanes, high))
                                  << 54);
     }
 
     /// Two limbs.
-    static RVE_DEVICE long long sum_of_warp(unsigned active, std::int32_t term)
+    static RVE_DEVICE long long sum_of_warp(std::int32_t term)
     {
       const unsigned low = static_cast<unsigned>(term) & 0xffffu;
       const int high = term >> 16;
-      return static_cast<long long>(__reduce_add_sync(active, low)) +
-          65536ll * __reduce_add_sync(active, high);
+      return static_cast<long long>(__reduce_add_sync(kAllLanes, low)) +
+          65536ll * __reduce_add_sync(kAllLanes, high);
     }
 
-    /// Sums over the threads of each warp, in scratch.sum.
+    /// Sums over the threads of each warp, in scratch().sum.
     template <int M, class Term> RVE_DEVICE void sum_in_warps(const Term *term)
     {
       static_assert(M <= 16, "CudaScratch::sum holds 16 numbers");
-      const unsigned active = active_lanes();
 #pragma unroll
       for (int m = 0; m < M; ++m) {
-        const long long sum = sum_of_warp(active, term[m]);
-        if (lane() == 0) scratch.sum[m][warp()] = sum;
+        const long long sum = sum_of_warp(term[m]);
+        if (lane() == 0) scratch().sum[m][warp()] = sum;
       }
       __syncthreads();
     }
@@ -636,8 +653,8 @@ inline namespace RVE_ISA {
     RVE_DEVICE long long sum_over_warps(int m)
     {
       std::int64_t mine = 0;
-      for (int w = lane(); w < num_warps(); w += lanes_here()) mine += scratch.sum[m][w];
-      return sum_of_warp(active_lanes(), mine);
+      for (int w = lane(); w < num_warps(); w += lanes_here()) mine += scratch().sum[m][w];
+      return sum_of_warp(mine);
     }
 
     /// Of what sum_in_warps has left, by a whole warp: four sums at a time, eight lanes for each.
@@ -648,9 +665,9 @@ inline namespace RVE_ISA {
       for (int m = mine; m - mine < M; m += 4) {
         long long total = 0;
         if (m < M)
-          for (int w = first; w < warps; w += 8) total += scratch.sum[m][w];
+          for (int w = first; w < warps; w += 8) total += scratch().sum[m][w];
         for (int apart = 4; apart > 0; apart /= 2)
-          total += __shfl_xor_sync(0xffffffffu, total, apart);
+          total += __shfl_xor_sync(kAllLanes, total, apart);
         if (m < M && first == 0) sum[m] = total;
       }
     }
@@ -669,54 +686,91 @@ inline namespace RVE_ISA {
       if (from >= 0) array[to] = held;
     }
 
-    /// exclusive_scan without the barrier at its end.
-    RVE_DEVICE int scan(int *a, int n)
+    /// visit(item, number) with number[class of the item], which is one more for the next item of the class. Each warp has items in a row, and
+    /// numbers of its own.
+    template <class ClassOf, class Visit>
+    static RVE_DEVICE void class_by_class(int n, ClassOf class_of, int *number, Visit visit)
     {
-      return scan(
-          n,
-          [&](int i) {
-            return a[i];
-          },
-          [&](int i, int before, int /*mine*/) {
-            a[i] = before;
-          });
+      const int threads = blockDim.x, lanes = lanes_here(), in_turn = 32 * num_warps();
+      // most often without a division
+      const int turns = n <= threads ? 1 : (n + in_turn - 1) / in_turn;
+      const int begin = 32 * turns * warp(), end = min(begin + 32 * turns, n);
+      RVE_ROLLED
+      for (int first = begin; first < end; first += lanes) {
+        const int i = first + lane();
+        const int here = i < end ? class_of(i) : -1;
+        const unsigned same = __match_any_sync(kAllLanes, here);
+        const int before = __popc(same & ((1u << lane()) - 1u));
+        const int number_here = here >= 0 ? number[here] : 0;
+        __syncwarp();
+        if (here >= 0) {
+          visit(i, number_here + before);
+          if (before == 0) number[here] = number_here + __popc(same);
+        }
+        __syncwarp();
+      }
     }
-    /// put(i, sum of the numbers of the items before, its own) for each item; without a barrier at the end.
-    template <class Number, class Put> RVE_DEVICE int scan(int n, Number number, Put put)
+
+    /// The items of a thread where they follow each other.
+    struct Share {
+      int first, last;
+    };
+    static RVE_DEVICE Share share_of(int n)
     {
       const int threads = blockDim.x, me = threadIdx.x;
-      const int share = (n + threads - 1) / threads;
-      const int first = min(me * share, n), last = min(first + share, n);
-      int mine = 0;
-      one_by_one(first, last, [&](int i) {
-        mine += number(i);
-      });
-      // those of a warp up to this one, then those of the warps before
-      int up_to = mine;
+      // most often without a division
+      const int share = n <= threads ? 1 : (n + threads - 1) / threads;
+      const int first = min(me * share, n);
+      return {first, min(first + share, n)};
+    }
+
+    /// Sum of the numbers of this warp's threads up to this one.
+    static RVE_DEVICE int sum_of_lanes_up_to(int x)
+    {
       // rolled loops, for a small kernel: uniform()
       RVE_ROLLED
       for (int offset = 1; offset < 32; offset *= 2) {
-        const int left = __shfl_up_sync(active_lanes(), up_to, offset);
-        if (lane() >= offset) up_to += left;
+        const int left = __shfl_up_sync(kAllLanes, x, offset);
+        if (lane() >= offset) x += left;
       }
-      if (lane() == lanes_here() - 1) scratch.scan[warp()] = up_to;
+      return x;
+    }
+
+    /// Of the numbers that warps have: the sum of those of the warps before, and of all. In each thread anew: another barrier would take longer.
+    struct WarpCounts {
+      int before, all;
+    };
+    static RVE_DEVICE WarpCounts sums_before_warp(const int *of_warps)
+    {
+      const int warps = num_warps(), mine = warp();
+      WarpCounts counts = {0, 0};
+      for (int w = 0; w < warps; ++w) {
+        const int of_warp = of_warps[w];
+        counts.before += w < mine ? of_warp : 0;
+        counts.all += of_warp;
+      }
+      return counts;
+    }
+
+    /// a[i] becomes the sum of the numbers of the items before. Without a barrier at the end.
+    RVE_DEVICE int scan(int *a, int n)
+    {
+      const Share share = share_of(n);
+      int mine = 0;
+      one_by_one(share.first, share.last, [&](int i) {
+        mine += a[i];
+      });
+      const int up_to = sum_of_lanes_up_to(mine);
+      if (lane() == lanes_here() - 1) scratch().scan[warp()] = up_to;
       __syncthreads();
-      // those of the warps in each warp anew: another barrier would take longer
-      const int warps = num_warps();
-      const unsigned active = active_lanes();
-      int total = 0, before = up_to - mine;
-      RVE_ROLLED
-      for (int w = 0; w < warps; w += lanes_here()) {
-        const int of_warp = w + lane() < warps ? scratch.scan[w + lane()] : 0;
-        before += __reduce_add_sync(active, w + lane() < warp() ? of_warp : 0);
-        total += __reduce_add_sync(active, of_warp);
-      }
-      one_by_one(first, last, [&](int i) {
-        const int x = number(i);
-        put(i, before, x);
+      const WarpCounts counts = sums_before_warp(scratch().scan);
+      int before = counts.before + up_to - mine;
+      one_by_one(share.first, share.last, [&](int i) {
+        const int x = a[i];
+        a[i] = before;
         before += x;
       });
-      return total;
+      return counts.all;
     }
 
     /// Sums over the threads of the block.
@@ -741,16 +795,14 @@ inline namespace RVE_ISA {
           double x = 0.0;
           for (int i = (base + c) * 32; i < n && i < (base + c + 1) * 32; ++i)
             x = operation(x, a[i]);
-          scratch.chunk[c] = x;
+          scratch().chunk[c] = x;
         }
         __syncthreads();
-        for (int c = 0; c < count; ++c) total = operation(total, scratch.chunk[c]);
+        for (int c = 0; c < count; ++c) total = operation(total, scratch().chunk[c]);
         __syncthreads();
       }
       return total;
     }
-
-    Scratch &scratch;
   };
 
 }    // namespace RVE_ISA

@@ -12,9 +12,10 @@
 //   sum_integers<M>(n, f)   f(item, std::int64_t *term) adds to term[0..M-1]; returns the M sums, exact
 //   exclusive_scan(a, n)    in place; returns the total
 //   scan_to_starts(a, n)    the same, and a[n] becomes the total
-//   rank(n, is_one, take)   a phase: take(item, rank) for the items of which is_one(item) says so; returns how many they are
-//   reorder(n, place, room, a...)    a phase: a[place(item)] = a[item] for all items at once; `room` holds that of all arrays, which follow in it
-//                           one another, those that are aligned most first
+//   order_by_class<Classes>(n, class_of, take)    a phase: take(item, place) with places for the items of class 0 first, then for those of class 1, ...;
+//                           those of a class keep their order
+//   reorder(n, place, room, a...)    a phase: a[place(item)] = a[item] for all resident items at once; `room` holds that of all arrays, which
+//                           follow in it one another, those that are aligned most first
 //   add(p, v), fetch_min(p, v), fetch_add(p, v)    integer accumulation from inside a phase
 //   accumulate(sums, room, i, v)   adds to the i-th sum of an array with room for so many, which lies as a block wants it: nothing else touches
 //       it but collect(sums, room, i), which takes the sum and leaves zero, and begin_sum(sums, room, i)
@@ -45,6 +46,7 @@
 #ifndef RVE_BLOCK_BLOCK_SERIAL_H
 #define RVE_BLOCK_BLOCK_SERIAL_H
 
+#include "rve/block/reorder.h"
 #include "rve/core/integer_sums.h"
 
 #include <cstddef>
@@ -174,25 +176,19 @@ inline namespace RVE_ISA {
 
     RVE_INLINE int scan_to_starts(int *a, int n) { return a[n] = exclusive_scan(a, n); }
 
-    template <class Is, class Take> RVE_INLINE int rank(int n, Is is_one, Take take)
+    template <int Classes, class ClassOf, class Take>
+    RVE_INLINE void order_by_class(int n, ClassOf class_of, Take take)
     {
-      int count = 0;
-      for (int i = 0; i < n; ++i)
-        if (is_one(i)) take(i, count++);
-      return count;
+      int next[Classes + 1] = {};
+      for (int i = 0; i < n; ++i) ++next[class_of(i) + 1];
+      for (int k = 1; k < Classes; ++k) next[k] += next[k - 1];
+      for (int i = 0; i < n; ++i) take(i, next[class_of(i)]++);
     }
 
     template <class Place, class... T>
     RVE_INLINE void reorder(int n, Place place, void *room, T *...array)
     {
-      for (int i = 0; i < n; ++i) {
-        char *moved = static_cast<char *>(room);
-        ((reinterpret_cast<T *>(moved)[place(i)] = array[i], moved += sizeof(T) * n), ...);
-      }
-      for (int i = 0; i < n; ++i) {
-        const char *moved = static_cast<const char *>(room);
-        ((array[i] = reinterpret_cast<const T *>(moved)[i], moved += sizeof(T) * n), ...);
-      }
+      reorder_by_room(*this, n, place, room, array...);
     }
 
     template <class Integer> static RVE_INLINE void begin_sum(Integer *sums, int /*room*/, int i)

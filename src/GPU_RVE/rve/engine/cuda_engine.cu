@@ -52,8 +52,7 @@ namespace {
   template <class Scene> __global__ void turn_rves(const TurnList<Scene::D> list)
   {
     using Block = BlockCuda<0>;
-    __shared__ Block::Scratch scratch;
-    Block block(scratch);
+    Block block;
     if (list.hold && *list.hold > 0) return;
     const int count = list.count_there ? *list.count_there : list.count;
     for (int k = blockIdx.x; k < count; k += gridDim.x) {
