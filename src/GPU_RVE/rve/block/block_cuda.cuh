@@ -24,7 +24,7 @@ inline namespace RVE_ISA {
     union {
       double chunk[kChunks];
       long long sum[16][Warps];
-      int scan[Warps], of_class[2][Warps][16];
+      int scan[Warps], of_class[16][Warps];
     };
     int largest[Warps];
   };
@@ -294,29 +294,24 @@ inline namespace RVE_ISA {
     RVE_DEVICE void order_by_class(int n, ClassOf class_of, Take take)
     {
       static_assert(Classes <= 16, "CudaScratch::of_class has room for 16 classes");
-      const int lanes = lanes_here(), warps = num_warps(), mine = warp();
-      int *const count = scratch().of_class[0][mine], *const next = scratch().of_class[1][mine];
-      for (int k = lane(); k < Classes; k += lanes) count[k] = 0;
-      __syncwarp();
-      class_by_class(n, class_of, count, [](int, int) {
+      // by all lanes: with __syncwarp() here spheres would have no uniforms (uniform())
+      int next[Classes];
+#pragma unroll
+      for (int k = 0; k < Classes; ++k) next[k] = 0;
+      class_by_class(n, class_of, next, [](int, int) {
       });
+      if (lane() == 0) {
+#pragma unroll
+        for (int k = 0; k < Classes; ++k) scratch().of_class[k][warp()] = next[k];
+      }
       __syncthreads();
       // the first place of each class in this warp's items: behind all of the classes before, and those of its own in the warps before
-      for (int k = lane(); k < Classes; k += lanes) {
-        int all = 0;
-        for (int w = 0; w < warps; ++w) all += scratch().of_class[0][w][k];
-        next[k] = all;
-      }
-      __syncwarp();
-      int last = 0;
-      while (last + lanes < Classes) last += lanes;
-      for (int k = last + lane(); k >= 0; k -= lanes) {
-        int first = 0;
-        for (int w = 0; w < mine && k < Classes; ++w) first += scratch().of_class[0][w][k];
-        for (int lesser = 0; lesser < k && k < Classes; ++lesser) first += next[lesser];
-        __syncwarp();
-        if (k < Classes) next[k] = first;
-        __syncwarp();
+      int first = 0;
+#pragma unroll
+      for (int k = 0; k < Classes; ++k) {
+        const WarpCounts counts = sums_before_warp(scratch().of_class[k]);
+        next[k] = first + counts.before;
+        first += counts.all;
       }
       class_by_class(n, class_of, next, take);
       __syncthreads();
@@ -336,7 +331,10 @@ inline namespace RVE_ISA {
     }
 
     /// What was read from memory before is not kept in registers: it is read again.
-    static RVE_DEVICE void reread() { asm volatile("" ::: "memory"); }
+    static RVE_DEVICE void reread()
+    {
+      asm volatile("" ::: "memory");
+    }
 
     /// x, of which the compiler knows nothing: what follows from it is not kept in registers from step to step.
     static RVE_DEVICE int anew(int x)
@@ -415,14 +413,23 @@ inline namespace RVE_ISA {
     }
 
     /// What the compiler may take for granted.
-    static RVE_DEVICE void assume(bool condition) { __builtin_assume(condition); }
+    static RVE_DEVICE void assume(bool condition)
+    {
+      __builtin_assume(condition);
+    }
 
-    static RVE_DEVICE void begin_sum(std::int32_t *sums, int, int i) { sums[i] = 0; }
+    static RVE_DEVICE void begin_sum(std::int32_t *sums, int, int i)
+    {
+      sums[i] = 0;
+    }
     RVE_DEVICE void accumulate(std::int32_t *sums, int, int i, std::int32_t v)
     {
       atomicAdd(sums + i, v);
     }
-    RVE_DEVICE std::int32_t collect(std::int32_t *sums, int, int i) { return taken(sums + i); }
+    RVE_DEVICE std::int32_t collect(std::int32_t *sums, int, int i)
+    {
+      return taken(sums + i);
+    }
 
     /// 64-bit atomics on shared memory are compare-and-swap loops. Two limbs, 24 bits and the rest, add up without carries: up
     /// to 256 terms of less than 2^55 / 256. Each has a row of its own: side by side, the limbs of many sums would meet in half of the banks.
@@ -445,9 +452,18 @@ inline namespace RVE_ISA {
           static_cast<std::int64_t>(static_cast<unsigned>(low));
     }
 
-    static RVE_DEVICE void add(std::int32_t *p, std::int32_t v) { atomicAdd(p, v); }
-    static RVE_DEVICE int fetch_add(int *p, int v) { return atomicAdd(p, v); }
-    static RVE_DEVICE void fetch_min(int *p, int v) { atomicMin(p, v); }
+    static RVE_DEVICE void add(std::int32_t *p, std::int32_t v)
+    {
+      atomicAdd(p, v);
+    }
+    static RVE_DEVICE int fetch_add(int *p, int v)
+    {
+      return atomicAdd(p, v);
+    }
+    static RVE_DEVICE void fetch_min(int *p, int v)
+    {
+      atomicMin(p, v);
+    }
 
     template <class T, int Count> struct Copy {
       T value[Count];
@@ -604,9 +620,18 @@ inline namespace RVE_ISA {
       return memory;
     }
 
-    static RVE_DEVICE int lane() { return threadIdx.x % 32; }
-    static RVE_DEVICE int warp() { return threadIdx.x / 32; }
-    static RVE_DEVICE int num_warps() { return (blockDim.x + 31) / 32; }
+    static RVE_DEVICE int lane()
+    {
+      return threadIdx.x % 32;
+    }
+    static RVE_DEVICE int warp()
+    {
+      return threadIdx.x / 32;
+    }
+    static RVE_DEVICE int num_warps()
+    {
+      return (blockDim.x + 31) / 32;
+    }
     /// Of this thread's warp: the last one may have fewer than 32.
     static RVE_DEVICE int lanes_here()
     {
@@ -686,28 +711,29 @@ inline namespace RVE_ISA {
       if (from >= 0) array[to] = held;
     }
 
-    /// visit(item, number) with number[class of the item], which is one more for the next item of the class. Each warp has items in a row, and
-    /// numbers of its own.
-    template <class ClassOf, class Visit>
-    static RVE_DEVICE void class_by_class(int n, ClassOf class_of, int *number, Visit visit)
+    /// visit(item, number[its class]), after which that number is one more for the next item of the class. Each warp has items in a row, and
+    /// numbers of its own, of which all lanes know all.
+    template <int Classes, class ClassOf, class Visit>
+    static RVE_DEVICE void class_by_class(int n, ClassOf class_of, int (&number)[Classes],
+                                          Visit visit)
     {
       const int threads = blockDim.x, lanes = lanes_here(), in_turn = 32 * num_warps();
       // most often without a division
       const int turns = n <= threads ? 1 : (n + in_turn - 1) / in_turn;
       const int begin = 32 * turns * warp(), end = min(begin + 32 * turns, n);
+      const unsigned before = (1u << lane()) - 1u;
       RVE_ROLLED
       for (int first = begin; first < end; first += lanes) {
         const int i = first + lane();
         const int here = i < end ? class_of(i) : -1;
-        const unsigned same = __match_any_sync(kAllLanes, here);
-        const int before = __popc(same & ((1u << lane()) - 1u));
-        const int number_here = here >= 0 ? number[here] : 0;
-        __syncwarp();
-        if (here >= 0) {
-          visit(i, number_here + before);
-          if (before == 0) number[here] = number_here + __popc(same);
+        int mine = 0;
+#pragma unroll
+        for (int k = 0; k < Classes; ++k) {
+          const unsigned same = __ballot_sync(kAllLanes, here == k);
+          mine = here == k ? number[k] + __popc(same & before) : mine;
+          number[k] += __popc(same);
         }
-        __syncwarp();
+        if (here >= 0) visit(i, mine);
       }
     }
 
@@ -744,6 +770,7 @@ inline namespace RVE_ISA {
     {
       const int warps = num_warps(), mine = warp();
       WarpCounts counts = {0, 0};
+      RVE_ROLLED
       for (int w = 0; w < warps; ++w) {
         const int of_warp = of_warps[w];
         counts.before += w < mine ? of_warp : 0;
