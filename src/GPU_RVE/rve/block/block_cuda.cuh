@@ -296,18 +296,18 @@ inline namespace RVE_ISA {
       static_assert(Classes <= 16, "CudaScratch::of_class has room for 16 classes");
       // by all lanes: with __syncwarp() here spheres would have no uniforms (uniform())
       int next[Classes];
-#pragma unroll
-      for (int k = 0; k < Classes; ++k) next[k] = 0;
+      RVE_UNROLL
+      for (int k = 0; k < Classes; ++k) { next[k] = 0; }
       class_by_class(n, class_of, next, [](int, int) {
       });
       if (lane() == 0) {
-#pragma unroll
-        for (int k = 0; k < Classes; ++k) scratch().of_class[k][warp()] = next[k];
+        RVE_UNROLL
+        for (int k = 0; k < Classes; ++k) { scratch().of_class[k][warp()] = next[k]; }
       }
       __syncthreads();
       // the first place of each class in this warp's items: behind all of the classes before, and those of its own in the warps before
       int first = 0;
-#pragma unroll
+      RVE_UNROLL
       for (int k = 0; k < Classes; ++k) {
         const WarpCounts counts = sums_before_warp(scratch().of_class[k]);
         next[k] = first + counts.before;
@@ -331,10 +331,7 @@ inline namespace RVE_ISA {
     }
 
     /// What was read from memory before is not kept in registers: it is read again.
-    static RVE_DEVICE void reread()
-    {
-      asm volatile("" ::: "memory");
-    }
+    static RVE_DEVICE void reread() { asm volatile("" ::: "memory"); }
 
     /// x, of which the compiler knows nothing: what follows from it is not kept in registers from step to step.
     static RVE_DEVICE int anew(int x)
@@ -413,23 +410,14 @@ inline namespace RVE_ISA {
     }
 
     /// What the compiler may take for granted.
-    static RVE_DEVICE void assume(bool condition)
-    {
-      __builtin_assume(condition);
-    }
+    static RVE_DEVICE void assume(bool condition) { __builtin_assume(condition); }
 
-    static RVE_DEVICE void begin_sum(std::int32_t *sums, int, int i)
-    {
-      sums[i] = 0;
-    }
+    static RVE_DEVICE void begin_sum(std::int32_t *sums, int, int i) { sums[i] = 0; }
     RVE_DEVICE void accumulate(std::int32_t *sums, int, int i, std::int32_t v)
     {
       atomicAdd(sums + i, v);
     }
-    RVE_DEVICE std::int32_t collect(std::int32_t *sums, int, int i)
-    {
-      return taken(sums + i);
-    }
+    RVE_DEVICE std::int32_t collect(std::int32_t *sums, int, int i) { return taken(sums + i); }
 
     /// 64-bit atomics on shared memory are compare-and-swap loops. Two limbs, 24 bits and the rest, add up without carries: up
     /// to 256 terms of less than 2^55 / 256. Each has a row of its own: side by side, the limbs of many sums would meet in half of the banks.
@@ -452,18 +440,9 @@ inline namespace RVE_ISA {
           static_cast<std::int64_t>(static_cast<unsigned>(low));
     }
 
-    static RVE_DEVICE void add(std::int32_t *p, std::int32_t v)
-    {
-      atomicAdd(p, v);
-    }
-    static RVE_DEVICE int fetch_add(int *p, int v)
-    {
-      return atomicAdd(p, v);
-    }
-    static RVE_DEVICE void fetch_min(int *p, int v)
-    {
-      atomicMin(p, v);
-    }
+    static RVE_DEVICE void add(std::int32_t *p, std::int32_t v) { atomicAdd(p, v); }
+    static RVE_DEVICE int fetch_add(int *p, int v) { return atomicAdd(p, v); }
+    static RVE_DEVICE void fetch_min(int *p, int v) { atomicMin(p, v); }
 
     template <class T, int Count> struct Copy {
       T value[Count];
@@ -620,18 +599,9 @@ inline namespace RVE_ISA {
       return memory;
     }
 
-    static RVE_DEVICE int lane()
-    {
-      return threadIdx.x % 32;
-    }
-    static RVE_DEVICE int warp()
-    {
-      return threadIdx.x / 32;
-    }
-    static RVE_DEVICE int num_warps()
-    {
-      return (blockDim.x + 31) / 32;
-    }
+    static RVE_DEVICE int lane() { return threadIdx.x % 32; }
+    static RVE_DEVICE int warp() { return threadIdx.x / 32; }
+    static RVE_DEVICE int num_warps() { return (blockDim.x + 31) / 32; }
     /// Of this thread's warp: the last one may have fewer than 32.
     static RVE_DEVICE int lanes_here()
     {
@@ -727,7 +697,7 @@ inline namespace RVE_ISA {
         const int i = first + lane();
         const int here = i < end ? class_of(i) : -1;
         int mine = 0;
-#pragma unroll
+        RVE_UNROLL
         for (int k = 0; k < Classes; ++k) {
           const unsigned same = __ballot_sync(kAllLanes, here == k);
           mine = here == k ? number[k] + __popc(same & before) : mine;
