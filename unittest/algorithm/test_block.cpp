@@ -137,13 +137,19 @@ struct AnyIsSet {
   int count;
   const int *flags;
   int *answers;    // one per item: every thread must have the same
+  int *asides;
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
-    const bool answer = block.any(count, [&](typename Block::Item i) {
+    const auto is_set = [&](typename Block::Item i) {
       return flags[i] != 0;
+    };
+    const bool answer = block.any(count, is_set);
+    const bool the_same = block.any(count, is_set, [&] {
+      ++*asides;
     });
+    const int seen = *asides;
     block.for_each(count, [&](typename Block::Item i) {
-      answers[i] = answer ? 1 : 0;
+      answers[i] = answer == the_same && seen == 1 ? (answer ? 1 : 0) : -1;
     });
   }
 };
@@ -403,6 +409,9 @@ struct CollectFromItems {
         term[0] += numbers[i];
         term[1] += size[i] > 1e3f ? -i : 1;
       });
+      block.begin_add_up();
+      block.once([] {
+      });
       block.template add_up_items<2, std::int64_t>(
           count,
           [&](Item i, std::int64_t *term) {
@@ -485,9 +494,10 @@ TEST_F(Block, AnyTellsEveryThreadOfASingleItem)
       std::vector<int> flags(count, 0);
       if (set >= 0 && set < count) flags[set] = 1;
       const int expected = set >= 0 && set < count ? 1 : 0;
-      BlockArray<int> array(flags), answers(std::vector<int>(count, -1));
+      BlockArray<int> array(flags), answers(std::vector<int>(count, -1)),
+          asides(std::vector<int>(1, 0));
 
-      run_block(threads, AnyIsSet{count, array.data(), answers.data()});
+      run_block(threads, AnyIsSet{count, array.data(), answers.data(), asides.data()});
 
       for (const int answer : answers.values()) ASSERT_EQ(answer, expected);
     }

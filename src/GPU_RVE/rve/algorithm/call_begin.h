@@ -139,7 +139,12 @@ inline namespace RVE_ISA {
     static RVE_COLD void find_list_and_scale(Block block, CallState<Scene> &call,
                                              PairView<Scene> from)
     {
-      if (!call.header.list_valid) Renewal::rebuild(block, call, call.image_pairs(), call.cell);
+      if (!call.header.list_valid) {
+        block.once([&] {
+          Renewal::set_out(call, call.cell);
+        });
+        Renewal::rebuild(block, call, call.image_pairs());
+      }
       if (call.fatal()) return;
       if (!(call.header.largest_contact_force > 0.0)) Units::estimate_force(block, call, from);
       block.once([&] {

@@ -7,6 +7,7 @@
 #define RVE_ALGORITHM_CALL_STATE_H
 
 #include "rve/algorithm/scene.h"
+#include "rve/algorithm/search_grid.h"
 #include "rve/algorithm/system_view.h"
 #include "rve/core/integer_sums.h"
 #include "rve/core/status.h"
@@ -182,6 +183,8 @@ inline namespace RVE_ISA {
     /// Of this call: owned ones in `shared`, extra ones in `work`. Aligned, whatever is before: 8 bytes further on the steps of disks in `fast`
     /// had two more spilled numbers (nvcc 13.0), and took 4 % longer.
     alignas(16) PairView<Scene> pairs;
+    SearchGrid<Scene::D> list_grid;    ///< of the list that is built
+    bool list_fits;                    ///< into the cell
 
     /// In the RveState, of grain i: a new list orders the grains anew.
     RVE_INLINE std::int32_t number_of(int i) const

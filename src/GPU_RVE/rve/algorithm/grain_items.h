@@ -373,8 +373,7 @@ inline namespace RVE_ISA {
       largest_force.keep(i, typename Scene::Real(0));
       partners.have_none(i);
       for (int k = 0; k < Scene::owned_pairs; ++k) history[k].keep(i, typename Scene::History());
-      for (int k = 0; k < Scene::freedoms; ++k)
-        Block::begin_sum(shared.force[k], shared.capacity, i);
+      clear_sums<Block>(shared, i);
       set_response(shared, i, GrainResponseOf<Scene>());
     }
 

@@ -21,16 +21,23 @@ inline namespace RVE_ISA {
     /// Reduces the lattice if it is due, builds the list of step k from call.pairs into call.pairs, and plans anew.
     static RVE_COLD void renew(Block block, CallState<Scene> &call, int k)
     {
-      const SeenMotions<Scene> motion = call.shared.motion;
+      const SeenMotions<Scene> motion = at_known_places<Block>(call.shared).motion;
       // a quarter of the cell in one step is no motion of a grain any more
       const Wide quarter_cell = static_cast<Wide>(0.25 / Scene::fraction_unit);
       const Tensor<Wide, Scene::D> to_fraction = call.planned(k).to_fraction;
-      const bool unstable = block.any(call.num_grains, [&](Item i) {
-        const Vec<Wide, Scene::D> move = to_fraction * motion[i].velocity.template as<Wide>();
-        bool stable = true;
-        for (int a = 0; a < Scene::D; ++a) stable = stable && std::fabs(move[a]) <= quarter_cell;
-        return !stable;
-      });
+      const bool leans = call.planned(k).allowed_squared < 0.0f;
+      const bool unstable = block.any(
+          call.num_grains,
+          [&](Item i) {
+            const Vec<Wide, Scene::D> move = to_fraction * motion[i].velocity.template as<Wide>();
+            bool stable = true;
+            for (int a = 0; a < Scene::D; ++a)
+              stable = stable && std::fabs(move[a]) <= quarter_cell;
+            return !stable;
+          },
+          [&] {
+            set_out(call, Planning::cell_of_step(call, k));
+          });
       if (unstable) {
         const bool saturated = ForceUnits<Block, Scene>::is_saturated(block, call);
         block.once([&] {
@@ -38,9 +45,100 @@ inline namespace RVE_ISA {
         });
         return;
       }
-      Tensor<double, Scene::D> cell = Planning::cell_of_step(call, k);
+      if (leans) reduce_lattice(block, call, k);
+      rebuild(block, call, call.pairs);
+      if (!call.fatal()) Planning::make_plan(block, call, k);
+    }
+
+    /// For the list of this cell: what is the same for all grains. By one thread.
+    static RVE_INLINE void set_out(CallState<Scene> &call, const Tensor<double, Scene::D> &cell)
+    {
+      const double range = contact_range<Scene>(call.header);
+      Vec<double, Scene::D> width;
+      for (int a = 0; a < Scene::D; ++a) width[a] = perpendicular_width(cell, a);
+      double smallest = width[0];
+      for (int a = 1; a < Scene::D; ++a) smallest = width[a] < smallest ? width[a] : smallest;
+      call.list_cell = cell;
+      // the wrapped difference is the nearest image only within half of the smallest width; a NaN fails the comparison too
+      call.list_fits = 0.5 * smallest > range + call.skin;
+      if (call.list_fits)
+        call.list_grid = SearchGrid<Scene::D>(width, range + call.skin, call.work.cell_capacity);
+    }
+
+    /// Builds the list of the present positions in the cell that is set out; call.pairs has it afterwards. Contact history comes from the `old`
+    /// pairs.
+    static RVE_COLD void rebuild(Block block, CallState<Scene> &call, PairView<Scene> old)
+    {
+      const int n = call.num_grains;
+      if (!call.list_fits) {
+        block.once([&] {
+          const double volume = determinant(call.list_cell);
+          call.status |= volume == volume ? status::CellTooNarrow : status::NonFinite;
+        });
+        return;
+      }
+      const SharedView<Scene> shared = at_known_places<Block>(call.shared);
+      const WorkspaceView<Scene> work = workspace_of(call, shared);
+      const double reach = Scene::Law::reach(call.header.material);
+      const SearchGrid<Scene::D> grid = call.list_grid;
+      const double per_length = call.units.per_length;
+      const ListSizes sizes =
+          build_list(block, shared.motion, shared.radius, work, n, per_length * call.list_cell,
+                     grid, per_length * reach, per_length * call.skin, old, call.num_extra,
+                     [&](const ListSizes &known) {
+                       call.needed_pairs = known.num_pairs;
+                       call.num_extra = known.num_extra;
+                       if constexpr (Scene::steers) call.list_inverse = inverse(call.list_cell);
+                       ++call.num_rebuilds;
+                       CallProgress<Scene>::note_progress(call, {});
+                     });
+      if (sizes.num_pairs > work.pair_capacity) {
+        block.once([&] {
+          call.status |= status::ListFull;
+          call.needed_pairs = sizes.num_pairs;
+        });
+        return;
+      }
+      order_grains(block, call, shared, work);
+      const auto place = [&](int i) {
+        return work.proposal[i];
+      };
+      block.for_each(n, [&](Item i) {
+        work.number[i] = work.excess_start[i];
+        if constexpr (Block::kCapacity > 0) clear_sums<Block>(shared, i);
+        const int here = place(i);
+        for (int k = 0; k < Scene::owned_pairs; ++k) {
+          call.pairs.partner[k * n + here] = place(work.fresh.partner[k * n + i]);
+          call.pairs.history[k * n + here] = work.fresh.history[k * n + i];
+        }
+        for (int a = 0; a < Scene::D; ++a)
+          list_position_of(shared, i)[a] = leading_bits(shared.motion[i].position[a]);
+      });
+      StoredGrains<Block, Scene>::fill_partner_radius(block, shared, n);
+      if (sizes.num_extra > 0)
+        block.for_each(sizes.num_extra, [&](Item m) {
+          call.pairs.extra_first[m] = place(work.fresh.extra_first[m]);
+          call.pairs.extra_second[m] = place(work.fresh.extra_second[m]);
+          call.pairs.extra_history[m] = work.fresh.extra_history[m];
+        });
+    }
+
+   private:
+    /// Zero is to be left where forces are added up.
+    static RVE_INLINE WorkspaceView<Scene> workspace_of(CallState<Scene> &call,
+                                                        const SharedView<Scene> &shared)
+    {
+      WorkspaceView<Scene> work = call.work;
+      if constexpr (Block::kCapacity > 0) build_on_chip(work, shared, call.plan, Block::kCapacity);
+      return work;
+    }
+
+    /// The cell of step k is set out anew if it changes. Where the plan of the step has no complaint it does not.
+    static RVE_COLD void reduce_lattice(Block block, CallState<Scene> &call, int k)
+    {
+      const SeenMotions<Scene> motion = at_known_places<Block>(call.shared).motion;
       for (int guard = 0; guard < 8; ++guard) {
-        const auto change = lattice_step(cell);
+        const auto change = lattice_step(call.list_cell);
         if (change.axis < 0) break;
         block.for_each(call.num_grains, [&](Item i) {
           motion[i].position = apply_lattice_step(motion[i].position, change);
@@ -53,85 +151,21 @@ inline namespace RVE_ISA {
               return apply_lattice_step(start, change);
             });
           ++call.num_reductions;
+          set_out(call, Planning::cell_of_step(call, k));
         });
-        cell = Planning::cell_of_step(call, k);
       }
-      rebuild(block, call, call.pairs, cell);
-      if (!call.fatal()) Planning::make_plan(block, call, k);
     }
 
-    /// Builds the list of the present positions; call.pairs has it afterwards. Contact history comes from the `old` pairs.
-    static RVE_COLD void rebuild(Block block, CallState<Scene> &call, PairView<Scene> old,
-                                 Tensor<double, Scene::D> cell)
-    {
-      const int n = call.num_grains;
-      const double range = contact_range<Scene>(call.header),
-                   reach = Scene::Law::reach(call.header.material);
-      Vec<double, Scene::D> width;
-      for (int a = 0; a < Scene::D; ++a) width[a] = perpendicular_width(cell, a);
-      double smallest = width[0];
-      for (int a = 1; a < Scene::D; ++a) smallest = width[a] < smallest ? width[a] : smallest;
-      // the wrapped difference is the nearest image only within half of the smallest width; a NaN fails the comparison too
-      if (!(0.5 * smallest > range + call.skin)) {
-        block.once([&] {
-          call.status |= determinant(cell) == determinant(cell) ? status::CellTooNarrow
-                                                                : status::NonFinite;
-        });
-        return;
-      }
-      const SearchGrid<Scene::D> grid(width, range + call.skin, call.work.cell_capacity);
-      const double per_length = call.units.per_length;
-      const ListSizes sizes =
-          build_list(block, call.shared.motion, call.shared.radius, call.work, n, per_length * cell,
-                     grid, per_length * reach, per_length * call.skin, old, call.num_extra,
-                     [&](const ListSizes &known) {
-                       call.needed_pairs = known.num_pairs;
-                       call.num_extra = known.num_extra;
-                       call.list_cell = cell;
-                       if constexpr (Scene::steers) call.list_inverse = inverse(cell);
-                       ++call.num_rebuilds;
-                       CallProgress<Scene>::note_progress(call, {});
-                     });
-      if (sizes.num_pairs > call.work.pair_capacity) {
-        block.once([&] {
-          call.status |= status::ListFull;
-          call.needed_pairs = sizes.num_pairs;
-        });
-        return;
-      }
-      order_grains(block, call);
-      const auto place = [&](int i) {
-        return call.work.proposal[i];
-      };
-      block.for_each(n, [&](Item i) {
-        call.work.number[i] = call.work.accepted[i];
-        const int here = place(i);
-        for (int k = 0; k < Scene::owned_pairs; ++k) {
-          call.pairs.partner[k * n + here] = place(call.work.fresh.partner[k * n + i]);
-          call.pairs.history[k * n + here] = call.work.fresh.history[k * n + i];
-        }
-        for (int a = 0; a < Scene::D; ++a)
-          list_position_of(call.shared, i)[a] = leading_bits(call.shared.motion[i].position[a]);
-      });
-      StoredGrains<Block, Scene>::fill_partner_radius(block, call.shared, n);
-      if (sizes.num_extra > 0)
-        block.for_each(sizes.num_extra, [&](Item m) {
-          call.pairs.extra_first[m] = place(call.work.fresh.extra_first[m]);
-          call.pairs.extra_second[m] = place(call.work.fresh.extra_second[m]);
-          call.pairs.extra_history[m] = call.work.fresh.extra_history[m];
-        });
-    }
-
-   private:
     /// Numbers the grains anew: those that own most pairs first, of spheres most pairs that touch. The threads of a warp, or the lanes of a
     /// pack, then have nothing to do in the same slots, and skip them together: a quarter of all contacts of spheres, a sixth of those of
     /// disks. Disks that own as many pairs are numbered row by row of the search grid, so that neighbouring threads still read neighbouring
     /// grains after many lists. work.proposal has the new places; the pairs are still to be moved. The image keeps its order until the call
     /// ends soundly.
-    static RVE_COLD void order_grains(Block block, CallState<Scene> &call)
+    static RVE_INLINE void order_grains(Block &block, CallState<Scene> &call,
+                                        const SharedView<Scene> &shared,
+                                        const WorkspaceView<Scene> &work)
     {
       const int n = call.num_grains;
-      const WorkspaceView<Scene> &work = call.work;
       const auto grain_at = [&](int m) {
         return Scene::D == 2 ? work.cell_grain[m] : m;
       };
@@ -139,12 +173,12 @@ inline namespace RVE_ISA {
       block.template order_by_class<Scene::owned_pairs + 1>(
           n,
           [&](int m) {
-            return Scene::owned_pairs - work.load[grain_at(m)];
+            return Scene::owned_pairs - work.load[m];
           },
           [&](int m, int place) {
             const int i = grain_at(m);
             work.proposal[i] = place;
-            work.accepted[place] = number[i];
+            work.excess_start[place] = number[i];    // nobody needs that any more
           });
       const auto reorder = [&](auto *...array) {
         static_assert((sizeof(*array) + ...) <= kScratch<Scene::D> * sizeof(double) &&
@@ -157,7 +191,6 @@ inline namespace RVE_ISA {
             },
             work.scratch, array...);
       };
-      const SharedView<Scene> &shared = call.shared;
       if constexpr (Scene::D == 2) {
         reorder(shared.response, shared.motion);
         reorder(shared.radius, shared.spin, shared.largest_force);

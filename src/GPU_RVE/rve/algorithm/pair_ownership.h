@@ -28,12 +28,18 @@ inline namespace RVE_ISA {
     return i != j && (there < n || (there == n && i < j));
   }
 
-  /// The partners in the pairs that grains own at first, less those that are given away: work.row_count of them for each.
+  /// The partners in the pairs that a grain owns at first, less those that are given away.
+  struct PairRow {
+    std::int32_t *first;
+    int stride;    ///< from one to the next
+    RVE_INLINE std::int32_t &operator[](int m) const { return first[m * stride]; }
+  };
+  /// Of all grains: work.count[i].in_row() for grain i.
   struct PairRows {
     std::int32_t *partner;
     const std::int32_t *start;    ///< (N) entry of a grain's first partner; null: its number
-    int stride;                   ///< from one to the next
-    RVE_INLINE int entry(int i, int m) const { return (start ? start[i] : i) + m * stride; }
+    int stride;
+    RVE_INLINE PairRow of(int i) const { return {partner + (start ? start[i] : i), stride}; }
   };
 
   /// Before begin_ownership. By one thread.
@@ -46,8 +52,8 @@ inline namespace RVE_ISA {
   template <class Block, class Scene>
   RVE_INLINE void begin_ownership(Block &block, const WorkspaceView<Scene> &work, int i, int count)
   {
-    work.row_count[i] = work.load[i] = count;
-    work.received_count[i] = 0;
+    static_assert(Scene::owned_pairs < (1 << PairCount::kReceivedBits), "room for those received");
+    work.count[i] = PairCount::of_row(count);
     work.accepted[i] = 0x7fffffff;
     if (count > Scene::owned_pairs)
       work.overloaded[block.fetch_add(&work.num_overloaded[0], 1)] = i;
@@ -61,35 +67,34 @@ inline namespace RVE_ISA {
   template <class Scene>
   RVE_INLINE Offer offer(const WorkspaceView<Scene> &work, const PairRows &rows, int i, int round)
   {
-    const int count = work.row_count[i];
+    const int count = work.count[i].in_row();
+    const PairRow row = rows.of(i);
     Offer best{-1, -1};
     int best_load = Scene::owned_pairs + 1;
-    // some at a time: all others wait, and what is read is far away
-    constexpr int together = 4;
+    // some at a time, without a branch: all others wait, and what is read is far away
+    constexpr int together = 2 * Scene::owned_pairs;
     int which = round < count || count == 0 ? round : round % count;
     for (int m = 0; m < count; m += together) {
       Offer next[together];
-      int load[together], received[together];
+      PairCount its[together];
       for (int t = 0; t < together; ++t) {
-        next[t] = Offer{which, m + t < count ? rows.partner[rows.entry(i, which)] : i};
+        next[t] = Offer{which, row[m + t < count ? which : 0]};
         which = which + 1 < count ? which + 1 : 0;
       }
+      for (int t = 0; t < together; ++t) its[t] = work.count[next[t].partner];
       for (int t = 0; t < together; ++t) {
-        load[t] = work.load[next[t].partner];
-        received[t] = work.received_count[next[t].partner];
+        const bool is_better =
+            m + t < count && its[t].received() < Scene::owned_pairs && its[t].owned() < best_load;
+        best.which = is_better ? next[t].which : best.which;
+        best.partner = is_better ? next[t].partner : best.partner;
+        best_load = is_better ? its[t].owned() : best_load;
       }
-      // the grain itself is overloaded
-      for (int t = 0; t < together; ++t)
-        if (received[t] < Scene::owned_pairs && load[t] < best_load) {
-          best = next[t];
-          best_load = load[t];
-        }
     }
     return best;
   }
 
   /// Rounds of offers until no grain is overloaded, at most `max_rounds`. In: the rows, and what begin_ownership has left. Out: the rows,
-  /// received, received_count, load. Returns whether no grain is overloaded.
+  /// received, count. Returns whether no grain is overloaded.
   ///
   /// Only overloaded grains do something, and few are. In what order they are listed is chance, and has no influence: who gets an offer is not
   /// overloaded, and has one offer taken at most.
@@ -97,9 +102,9 @@ inline namespace RVE_ISA {
   RVE_HD bool balance_ownership(Block &block, const WorkspaceView<Scene> &work,
                                 const PairRows &rows, int num_grains, int max_rounds)
   {
-    // the grid is not needed any more, nor are contacts counted now
-    std::int32_t *const asked = work.cell_of;
-    std::int32_t *overloaded = work.overloaded, *next = work.contact_count;
+    // the grid is not needed any more
+    std::int32_t *const asked = work.cell_start;
+    std::int32_t *overloaded = work.overloaded, *next = work.cell_of;
     int count = work.num_overloaded[0];
     for (int round = 0; count > 0 && round < max_rounds; ++round) {
       // offers of later rounds are smaller: what has been taken needs not be cleared
@@ -119,20 +124,19 @@ inline namespace RVE_ISA {
           });
       block.for_each(count, [&](int m) {
         const int i = overloaded[m], which = work.proposal[i], j = asked[i];
-        int load = work.load[i];
+        PairCount mine = work.count[i];
         if (which >= 0 && work.accepted[j] == sooner + i) {
-          const int received = work.received_count[j], its_load = work.load[j] + 1,
-                    left = work.row_count[i] - 1;
+          const PairCount its = work.count[j], its_next = its.with_one_more_received();
+          mine = mine.with_one_less_in_row();
           // the last one takes its place
-          rows.partner[rows.entry(i, which)] = rows.partner[rows.entry(i, left)];
-          work.received[received * num_grains + j] = i;
-          work.received_count[j] = received + 1;
-          work.load[j] = its_load;
-          work.row_count[i] = left;
-          work.load[i] = --load;
-          if (its_load > Scene::owned_pairs) next[block.fetch_add(num_next, 1)] = j;
+          const PairRow row = rows.of(i);
+          row[which] = row[mine.in_row()];
+          work.received[its.received() * num_grains + j] = i;
+          work.count[j] = its_next;
+          work.count[i] = mine;
+          if (its_next.owned() > Scene::owned_pairs) next[block.fetch_add(num_next, 1)] = j;
         }
-        if (load > Scene::owned_pairs) next[block.fetch_add(num_next, 1)] = i;
+        if (mine.owned() > Scene::owned_pairs) next[block.fetch_add(num_next, 1)] = i;
       });
       count = *num_next;
       std::int32_t *const now = next;

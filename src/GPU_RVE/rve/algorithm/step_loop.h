@@ -262,6 +262,7 @@ inline namespace RVE_ISA {
     {
       const bool ledger = has_ledger(), servo = has_servo();
       const int last = last_step();
+      block.begin_add_up();
       if (ledger) {
         begin_step_zero();
       } else {
@@ -274,6 +275,7 @@ inline namespace RVE_ISA {
       begin_stretch();
       for (int k = ledger ? 0 : 1;; ++k) {
         if (k > 0) {
+          block.begin_add_up();
           StepGrains grains(block, shared, call.work, num_grains);
           block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
             grains.load_with_forces(i);
@@ -382,8 +384,7 @@ inline namespace RVE_ISA {
     {
       Stored::copy_history(block, call, call.work.fresh, call.pairs);
       block.for_each(num_grains, [&](Item i) {
-        for (int k = 0; k < Scene::freedoms; ++k)
-          Block::begin_sum(shared.force[k], shared.capacity, i);
+        clear_sums<Block>(shared, i);
         shared.largest_force[i] = Real(0);
         call.work.damping[i] = call.work.friction[i] = call.work.viscous[i] = 0.0;
       });

@@ -63,8 +63,7 @@ inline namespace RVE_ISA {
       const Wide radius = static_cast<Wide>(call.units.per_length) * stored.radius;
       shared.spin[i] = stored.spin;
       shared.radius[i] = radius;
-      for (int k = 0; k < Scene::freedoms; ++k)
-        Block::begin_sum(shared.force[k], shared.capacity, i);
+      clear_sums<Block>(shared, i);
       return radius;
     }
 

@@ -456,6 +456,26 @@ inline namespace RVE_ISA {
     return measure.size();
   }
 
+  /// The view that a block has, for work that is rare: what lies at places on chip that are known when the program is compiled is said to lie there.
+  template <class Block, class Scene>
+  RVE_INLINE SharedView<Scene> at_known_places(const SharedView<Scene> &shared)
+  {
+    if constexpr (Block::kCapacity == 0) {
+      return shared;
+    } else if constexpr (Scene::D == 2) {
+      return carve_shared<Scene>(Block::chip(), Block::kCapacity, true);
+    } else {
+      SharedView<Scene> view =
+          carve_shared_beside<Scene>(Block::chip(), Block::kCapacity, nullptr, 0);
+      view.own = shared.own;
+      view.largest_force = shared.largest_force;
+      view.partner = shared.partner;
+      view.passing = shared.passing;
+      view.history = shared.history;
+      return view;
+    }
+  }
+
   /// Bytes on chip and beside it of carve_shared_beside.
   struct DividedSize {
     std::size_t on_chip, beside;
@@ -466,6 +486,19 @@ inline namespace RVE_ISA {
     lay_out_shared<Scene>(on_chip, beside, capacity, num_grains, true);
     return {on_chip.size(), beside.size()};
   }
+
+  /// How many pairs a grain owns, in one number: those of its row, and those that others gave to it.
+  struct PairCount {
+    std::int32_t packed;
+    static constexpr int kReceivedBits = 4;
+
+    static RVE_INLINE PairCount of_row(int count) { return {count << kReceivedBits}; }
+    RVE_INLINE int in_row() const { return packed >> kReceivedBits; }
+    RVE_INLINE int received() const { return packed & ((1 << kReceivedBits) - 1); }
+    RVE_INLINE int owned() const { return in_row() + received(); }
+    RVE_INLINE PairCount with_one_more_received() const { return {packed + 1}; }
+    RVE_INLINE PairCount with_one_less_in_row() const { return {packed - (1 << kReceivedBits)}; }
+  };
 
   /// Arrays of doubles over grains in a workspace. In the steps packs of grains have their forces there (packed_grains.h).
   template <int D> constexpr int kScratch = D == 2 ? 8 : 14;
@@ -478,16 +511,15 @@ inline namespace RVE_ISA {
     std::int32_t *cell_of;       ///< (N)
     std::int32_t *cell_grain;    ///< (N)
     // by places in the grid, until the owners of pairs are known (build_list)
-    std::int32_t *row_count;      ///< (N) pairs of the first owner, less those that are given away
-    std::int32_t *row_start;      ///< (N) where rows are long: the first of them
-    std::int32_t *row_partner;    ///< (pair_capacity) and their partners
-    std::int32_t *load;           ///< (N) pairs owned now
-    std::int32_t *proposal;       ///< (N) which pair of the own row is offered, or -1
-    std::int32_t *accepted;       ///< (N) grain whose offer is taken, less with each round
-    std::int32_t *overloaded;     ///< (N) grains with too many pairs
+    PairCount *count;                ///< (N) pairs owned now
+    std::int32_t *row_start;         ///< (N) where rows are long: the first pair of them
+    std::int32_t *row_partner;       ///< (pair_capacity) and their partners
+    std::int32_t *load;              ///< (N) what grains are ordered by
+    std::int32_t *proposal;          ///< (N) which pair of the own row is offered, or -1
+    std::int32_t *accepted;          ///< (N) grain whose offer is taken, less with each round
+    std::int32_t *overloaded;        ///< (N) grains with too many pairs
     std::int32_t *num_overloaded;    ///< (2) how many they are in even rounds, and in odd ones
     std::int32_t *received;          ///< (Scene::owned_pairs, N) grains that gave a pair
-    std::int32_t *received_count;    ///< (N)
     std::int32_t *excess_start;      ///< (N)
     std::int32_t *contact_count;     ///< (N)
     std::int32_t *number;            ///< (N) as that of the image, of an RVE with a new list
@@ -500,17 +532,23 @@ inline namespace RVE_ISA {
     typename Scene::History *extra_history;
   };
 
+  /// Cells of a search grid for so many grains, at most.
+  RVE_INLINE constexpr int cell_capacity(int num_grains)
+  {
+    return num_grains + 64;
+  }
+
   template <class Scene, class Carving>
   RVE_INLINE WorkspaceView<Scene> lay_out_workspace(Carving &carver, int num_grains,
                                                     int pair_capacity)
   {
     WorkspaceView<Scene> view;
     view.pair_capacity = pair_capacity;
-    view.cell_capacity = num_grains + 64;
+    view.cell_capacity = cell_capacity(num_grains);
     view.cell_start = carver.template take<std::int32_t>(view.cell_capacity + 1);
     view.cell_of = carver.template take<std::int32_t>(num_grains);
     view.cell_grain = carver.template take<std::int32_t>(num_grains);
-    view.row_count = carver.template take<std::int32_t>(num_grains);
+    view.count = carver.template take<PairCount>(num_grains);
     view.row_start = carver.template take<std::int32_t>(num_grains);
     view.row_partner = carver.template take<std::int32_t>(pair_capacity);
     view.load = carver.template take<std::int32_t>(num_grains);
@@ -519,7 +557,6 @@ inline namespace RVE_ISA {
     view.overloaded = carver.template take<std::int32_t>(num_grains);
     view.num_overloaded = carver.template take<std::int32_t>(2);
     view.received = carver.template take<std::int32_t>(Scene::owned_pairs * num_grains);
-    view.received_count = carver.template take<std::int32_t>(num_grains);
     view.excess_start = carver.template take<std::int32_t>(num_grains);
     view.contact_count = carver.template take<std::int32_t>(num_grains);
     view.number = carver.template take<std::int32_t>(num_grains);
@@ -545,6 +582,55 @@ inline namespace RVE_ISA {
   {
     Carver carver(memory);
     return lay_out_workspace<Scene>(carver, num_grains, pair_capacity);
+  }
+
+  /// Memory that is lent: arrays from it while they fit, and else those that are there anyway.
+  class LentRoom {
+   public:
+    RVE_INLINE LentRoom(void *first, std::size_t size_in) :
+        next(static_cast<char *>(first)), left(size_in)
+    {
+    }
+    template <class T> RVE_INLINE void take(T *&array, std::size_t count)
+    {
+      const std::size_t size = (count * sizeof(T) + 15) / 16 * 16;
+      if (size > left) return;
+      array = reinterpret_cast<T *>(next);
+      next += size;
+      left -= size;
+    }
+
+   private:
+    char *next;
+    std::size_t left;
+  };
+
+  /// Puts what grains ask of each other while a list is built on the chip, in a view of so many of them at most: where forces are added up, where
+  /// disks keep those of their own pairs, and where steps are planned. Nobody needs that room then. Zero is to be left of the sums (clear_sums).
+  template <class Scene, class Plan>
+  RVE_INLINE void build_on_chip(WorkspaceView<Scene> &work, const SharedView<Scene> &shared,
+                                Plan &plan, int capacity)
+  {
+    LentRoom sums(shared.force[0], Scene::freedoms * capacity * sizeof(typename Scene::Sum));
+    sums.take(work.accepted, capacity);
+    sums.take(work.count, capacity);
+    sums.take(work.overloaded, capacity);
+    // in space it is in memory
+    LentRoom own(shared.own, Scene::D == 2 ? capacity * sizeof(*shared.own) : 0);
+    LentRoom &room = Scene::D == 2 ? own : sums;
+    room.take(work.num_overloaded, 2);
+    room.take(work.cell_start, cell_capacity(capacity) + 1);
+    room.take(work.cell_grain, capacity);
+    LentRoom plans(&plan, sizeof(plan));
+    plans.take(work.proposal, capacity);
+    plans.take(work.cell_of, capacity);
+    work.load = work.accepted;    // when all pairs have owners
+  }
+
+  template <class Block, class Scene>
+  RVE_INLINE void clear_sums(const SharedView<Scene> &shared, int i)
+  {
+    for (int k = 0; k < Scene::freedoms; ++k) Block::begin_sum(shared.force[k], shared.capacity, i);
   }
 
   /// Numbers of 8 bytes per grain behind a workspace, for what is asked for rarely.

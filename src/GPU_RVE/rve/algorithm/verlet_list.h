@@ -4,6 +4,7 @@
 #define RVE_ALGORITHM_VERLET_LIST_H
 
 #include "rve/algorithm/pair_ownership.h"
+#include "rve/algorithm/search_grid.h"
 #include "rve/algorithm/system_view.h"
 #include "rve/physics/cell.h"
 #include "rve/physics/contact_geometry.h"
@@ -28,90 +29,6 @@ inline namespace RVE_ISA {
     return 0.5 * (stretch * skin - lost);
   }
 
-  /// Regular grid in fractional space whose cells are at least `cutoff` wide. Along an axis with fewer than three cells every
-  /// cell is a neighbour of every other.
-  template <int D> struct SearchGrid {
-    int count[D];
-
-    /// width: of the periodic cell, perpendicular to its faces.
-    RVE_INLINE SearchGrid(const Vec<double, D> &width, double cutoff, int capacity)
-    {
-      for (int a = 0; a < D; ++a) {
-        const double fit = width[a] / (cutoff * (1.0 + 1e-6));
-        count[a] = fit < 1.0 ? 1 : (fit > 1024.0 ? 1024 : static_cast<int>(fit));
-      }
-      // a product of large counts has more than 31 bits in space
-      while (size<std::int64_t>() > capacity) {
-        int most = count[0];
-        for (int a = 1; a < D; ++a) most = count[a] > most ? count[a] : most;
-        // the last of the axes with the most, without an index that is not known: the counts shall be in registers
-        bool is_less = false;
-        for (int a = D - 1; a >= 0; --a) {
-          const bool is_this = !is_less && count[a] == most;
-          count[a] -= is_this ? 1 : 0;
-          is_less = is_less || is_this;
-        }
-      }
-    }
-
-    template <class Integer = int> RVE_INLINE Integer size() const
-    {
-      Integer product = 1;
-      for (int a = 0; a < D; ++a) product *= count[a];
-      return product;
-    }
-
-    /// x runs fastest.
-    template <class Coordinate> RVE_INLINE int index(const Vec<Coordinate, D> &s) const
-    {
-      int cell = 0;
-      for (int a = D - 1; a >= 0; --a)
-        cell = cell * count[a] +
-            static_cast<int>((static_cast<std::uint64_t>(leading_bits(s[a])) * count[a]) >> 32);
-      return cell;
-    }
-
-    /// Whether no cell is twice a neighbour of another one, so that each of two neighbours lies either ahead of the other or behind it.
-    RVE_INLINE bool has_sides() const
-    {
-      bool wide = true;
-      for (int a = 0; a < D; ++a) wide = wide && count[a] >= 3;
-      return wide;
-    }
-
-    /// Calls visit(layer, first, count, own) for the rows of cells that may hold neighbours of the points in `home`: `count` cells of the row whose
-    /// first cell is `layer`, from the cell `first` of it on, and behind its last cell from its first one on. `ahead`: only of those that lie
-    /// ahead of `home`, which is the first cell of the first row then, its `own`. With has_sides() alone.
-    template <class Visit> RVE_INLINE void rows_around(int home, bool ahead, Visit visit) const
-    {
-      int place[D];
-      for (int a = 0; a + 1 < D; ++a) {
-        place[a] = home % count[a];
-        home /= count[a];
-      }
-      place[D - 1] = home;
-      rows_along<D - 1>(place, 0, ahead, visit);
-    }
-
-   private:
-    /// Of the cells in layer `layer` of the axes after this one.
-    template <int Axis, class Visit>
-    RVE_INLINE void rows_along(const int (&place)[D], int layer, bool ahead, Visit &visit) const
-    {
-      const int n = count[Axis], reach = n < 3 ? n : 3;
-      // modulo n, without a division
-      const int before = place[Axis] == 0 ? n - 1 : place[Axis] - 1;
-      if constexpr (Axis == 0) {
-        visit(layer * n, ahead ? place[0] : before, ahead ? 2 : reach, ahead);
-      } else {
-        const int first = ahead ? 1 : 0;
-        for (int d = first, next = ahead ? place[Axis] : before; d < reach;
-             ++d, next = next + 1 < n ? next + 1 : 0)
-          rows_along<Axis - 1>(place, layer * n + next, ahead && d == first, visit);
-      }
-    }
-  };
-
   /// Sorts the grains into the grid: cell_start, cell_grain (ascending within a cell), cell_of. aside() by one thread meanwhile.
   template <class Block, class Scene, class Aside>
   RVE_HD void sort_into_grid(Block &block, const SeenMotions<Scene> &motion,
@@ -121,7 +38,7 @@ inline namespace RVE_ISA {
     using Item = typename Block::Item;
     const int num_cells = grid.size();
     // nobody needs them now
-    std::int32_t *const arrival = work.load, *const arrived = work.proposal;
+    std::int32_t *const arrival = work.accepted, *const arrived = work.overloaded;
     block.for_each(
         num_cells,
         [&](Item c) {
@@ -184,8 +101,9 @@ inline namespace RVE_ISA {
   };
 
   /// Builds the list of all pairs with |b| < r_i + r_j + reach + skin, assigns owners and carries the contact history over: `old` pairs in,
-  /// work.fresh out; work.load has how many pairs a grain owns, of spheres how many of these touch. Lengths in the units of `cell` and `radius`;
-  /// the cells of `grid` are as wide as the list reaches. aside(sizes) by one thread when they are known, and all others do something.
+  /// work.fresh out. work.load has how many pairs a disk owns, by its place in the grid; of spheres how many of these touch, by their numbers.
+  /// Lengths in the units of `cell` and `radius`; the cells of `grid` are as wide as the list reaches. aside(sizes) by one thread when they are
+  /// known, and all others do something.
   ///
   /// Until the owners are known a grain is called by its place in the grid: those of neighbouring threads look at the same others.
   template <class Block, class Scene, class Aside>
@@ -205,40 +123,56 @@ inline namespace RVE_ISA {
       clear_overloaded(work);
     });
 
-    const auto branch_between = [&](int i, int j) {
-      return to_length *
-          fractional_difference<typename Scene::Numbers>(motion[j].position, motion[i].position);
+    using Point = Vec<typename Scene::Coordinate, Scene::D>;
+    const auto branch_between = [&](const Point &here, int j) {
+      return to_length * fractional_difference<typename Scene::Numbers>(motion[j].position, here);
     };
     // take(q) for the places q of the grains whose pairs with the one at place p are its own at first
     const bool has_sides = grid.has_sides();
     const auto for_each_owned = [&](int p, auto take) {
       const int i = work.cell_grain[p];
       const Wide within = radius[i] + margin;
-      grid.rows_around(work.cell_of[i], has_sides, [&](int layer, int first, int reach, bool own) {
+      const Point here = motion[i].position;
+      grid.rows_around(here, has_sides, [&](int layer, int first, int reach, bool own) {
         // the grains of a row of cells lie one behind the other
         const std::int32_t *const start = work.cell_start + layer;
         const int end = start[grid.count[0]], length = end - start[0], beyond = first + reach;
         const int last = beyond <= grid.count[0] ? start[beyond]
                                                  : length + start[beyond - grid.count[0]];
-        for (int m = own ? p + 1 : start[first]; m < last; ++m) {
-          const int q = m < end ? m : m - length;
-          if (!has_sides && !owns_first(p, q, num_grains)) continue;
-          const int j = work.cell_grain[q];
-          if (gap_squared(branch_between(i, j), within + radius[j]) > Wide(0)) take(q);
+        constexpr int together = Block::kOnTheWay;
+        for (int m = own ? p + 1 : start[first]; m < last; m += together) {
+          int place[together];
+          bool is_near[together];
+          for (int t = 0; t < together; ++t) {
+            const int q = m + t < end ? m + t : m + t - length;
+            place[t] = m + t < last ? q : p;
+          }
+          for (int t = 0; t < together; ++t) {
+            const int j = work.cell_grain[place[t]];
+            is_near[t] =
+                gap_squared(branch_between(here, j), within + radius[j]) > Wide(0) && m + t < last;
+          }
+          if (!has_sides)
+            for (int t = 0; t < together; ++t)
+              is_near[t] = is_near[t] && owns_first(p, place[t], num_grains);
+          for (int t = 0; t < together; ++t)
+            if (is_near[t]) take(place[t]);
         }
       });
     };
 
     // side by side where all have room for theirs, in memory that nobody needs now
-    PairRows rows{reinterpret_cast<std::int32_t *>(work.scratch), nullptr, num_grains};
+    std::int32_t *const side_by_side = reinterpret_cast<std::int32_t *>(work.scratch);
     constexpr int room =
         kScratch<Scene::D> * static_cast<int>(sizeof(double) / sizeof(std::int32_t));
     enum { Pairs, WithoutRoom, Count };
     const auto found =
         block.template sum_integers<Count>(num_grains, [&](Item p, std::int64_t *term) {
           int count = 0;
+          std::int32_t *next = side_by_side + p;
           for_each_owned(p, [&](int q) {
-            if (count < room) rows.partner[rows.entry(p, count)] = q;
+            if (count < room) *next = q;
+            next += num_grains;
             ++count;
           });
           begin_ownership(block, work, p, count);
@@ -247,16 +181,17 @@ inline namespace RVE_ISA {
         });
     const int num_pairs = static_cast<int>(found[Pairs]);
     if (num_pairs > work.pair_capacity) return ListSizes{num_pairs, 0};
+    PairRows rows{side_by_side, nullptr, num_grains};
     if (found[WithoutRoom] > 0) {
       block.for_each(num_grains, [&](Item p) {
-        work.row_start[p] = work.row_count[p];
+        work.row_start[p] = work.count[p].in_row();
       });
       block.exclusive_scan(work.row_start, num_grains);
       rows = PairRows{work.row_partner, work.row_start, 1};
       block.for_each(num_grains, [&](Item p) {
-        int count = 0;
+        std::int32_t *next = work.row_partner + work.row_start[p];
         for_each_owned(p, [&](int q) {
-          rows.partner[rows.entry(p, count++)] = q;
+          *next++ = q;
         });
       });
     }
@@ -264,18 +199,18 @@ inline namespace RVE_ISA {
     int num_extra = 0;
     if (!balance_ownership(block, work, rows, num_grains, 64)) {
       block.for_each(num_grains, [&](Item p) {
-        work.excess_start[p] = work.load[p] > Scene::owned_pairs ? work.load[p] - Scene::owned_pairs
-                                                                 : 0;
+        const int owned = work.count[p].owned();
+        work.excess_start[p] = owned > Scene::owned_pairs ? owned - Scene::owned_pairs : 0;
       });
       num_extra = block.exclusive_scan(work.excess_start, num_grains);
     }
     const ListSizes sizes{num_pairs, num_extra};
     const auto settle = [&](Item p) {
       const int i = work.cell_grain[p];
-      const int received = work.received_count[p], owned = received + work.row_count[p];
+      const int received = work.count[p].received(), owned = work.count[p].owned();
+      const PairRow row = rows.of(p);
       const auto place_of_partner = [&](int m) {
-        return m < received ? work.received[m * num_grains + p]
-                            : rows.partner[rows.entry(p, m - received)];
+        return m < received ? work.received[m * num_grains + p] : row[m - received];
       };
       // all are on their way before the first one is looked at: here, and with each of what follows
       int partner[Scene::owned_pairs], rank[Scene::owned_pairs];
@@ -287,10 +222,11 @@ inline namespace RVE_ISA {
       int touching = 0;
       // without these braces NVRTC 13.0 forgets the next declaration
       if constexpr (Scene::D == 3) {
+        const Point here = motion[i].position;
         for (int k = 0; k < Scene::owned_pairs; ++k) {
           const int j = partner[k];
           const bool touches =
-              k < owned && gap_squared(branch_between(i, j), radius[i] + radius[j]) > Wide(0);
+              k < owned && gap_squared(branch_between(here, j), radius[i] + radius[j]) > Wide(0);
           touching += touches ? 1 : 0;
           rank[k] += k < owned && !touches ? num_grains : 0;
         }
@@ -323,8 +259,10 @@ inline namespace RVE_ISA {
         fresh.extra_history[extra] =
             old_history(old, old_slot(old, num_grains, i, j), num_old_extra, i, j);
       }
-      work.load[i] = Scene::D == 3 ? touching
-                                   : (owned < Scene::owned_pairs ? owned : Scene::owned_pairs);
+      if constexpr (Scene::D == 2)
+        work.load[p] = owned < Scene::owned_pairs ? owned : Scene::owned_pairs;
+      else
+        work.load[i] = touching;
     };
     block.for_each(num_grains, settle, [&] {
       aside(sizes);

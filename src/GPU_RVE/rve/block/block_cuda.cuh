@@ -49,6 +49,8 @@ inline namespace RVE_ISA {
    public:
     using Item = std::conditional_t<ItemsPerThread == 2, ItemOfThread, int>;
     static constexpr bool kInRegisters = ItemsPerThread > 0;
+    static constexpr int kOnTheWay = 4;
+    static constexpr int kCapacity = ItemsPerThread * MostThreads;
     /// A thread with one item has registers enough: the compiler would leave uniforms there.
     static constexpr bool kHasUniforms = ItemsPerThread == 2;
 
@@ -98,6 +100,12 @@ inline namespace RVE_ISA {
         mine = f(i) | mine;
       });
       return __syncthreads_or(mine) != 0;
+    }
+
+    template <class F, class Aside> RVE_DEVICE bool any(int n, F f, Aside aside)
+    {
+      do_aside(aside);
+      return any(n, f);
     }
 
     /// Of the items of a thread.
@@ -247,7 +255,12 @@ inline namespace RVE_ISA {
       __syncthreads();
     }
 
-    /// One warp adds up what the warps have: the thread that goes on has it without another barrier.
+    static RVE_DEVICE void begin_add_up()
+    {
+      for (int k = threadIdx.x; k < kTotals; k += blockDim.x) totals()[k] = 0;
+    }
+
+    /// Each warp adds what it has to the totals on chip, in limbs that add up without carries: no other phase is needed until one thread knows them.
     template <int M, class Term, class F, class Then>
     RVE_DEVICE void add_up_items(int n, F f, std::int64_t *sum, Then then)
     {
@@ -260,18 +273,22 @@ inline namespace RVE_ISA {
         f(i, term);
         for (int m = 0; m < M; ++m) own[m] += term[m];
       });
-      sum_in_warps<M>(own);
-      // what one warp alone does all others wait for
-      if (warp() == 0) {
-        if (lanes_here() == 32)
-          sums_over_warps<M>(sum);
-        else
-          for (int m = 0; m < M; ++m) {
-            const long long total = sum_over_warps(m);
-            if (lane() == 0) sum[m] = total;
-          }
-        __syncwarp();
-        if (lane() == 0) then();
+      constexpr int limbs = kLimbs<Own>;
+      static_assert(M * limbs <= kTotals, "a total for each limb");
+      int of_warp[M * limbs];
+      RVE_UNROLL
+      for (int m = 0; m < M; ++m) { add_limbs_of_warp(own[m], of_warp + m * limbs); }
+      const int lanes = lanes_here();
+      for (int k = lane(); k < M * limbs; k += lanes) {
+        int mine = 0;
+        RVE_UNROLL
+        for (int m = 0; m < M * limbs; ++m) { mine = m == k ? of_warp[m] : mine; }
+        atomicAdd(totals() + k, mine);
+      }
+      __syncthreads();
+      if (threadIdx.x == 0) {
+        sum_of_totals<M, Own>(sum);
+        then();
       }
       __syncthreads();
     }
@@ -298,8 +315,17 @@ inline namespace RVE_ISA {
       int next[Classes];
       RVE_UNROLL
       for (int k = 0; k < Classes; ++k) { next[k] = 0; }
-      class_by_class(n, class_of, next, [](int, int) {
-      });
+      // asked for once where a thread has one item
+      int first_class = -1;
+      class_by_class(
+          n,
+          [&](int i) {
+            first_class = class_of(i);
+            return first_class;
+          },
+          next,
+          [](int, int) {
+          });
       if (lane() == 0) {
         RVE_UNROLL
         for (int k = 0; k < Classes; ++k) { scratch().of_class[k][warp()] = next[k]; }
@@ -313,7 +339,12 @@ inline namespace RVE_ISA {
         next[k] = first + counts.before;
         first += counts.all;
       }
-      class_by_class(n, class_of, next, take);
+      class_by_class(
+          n,
+          [&](int i) {
+            return n <= static_cast<int>(blockDim.x) ? first_class : class_of(i);
+          },
+          next, take);
       __syncthreads();
     }
 
@@ -328,6 +359,12 @@ inline namespace RVE_ISA {
       } else {
         reorder_by_room(*this, n, place, room, array...);
       }
+    }
+
+    static RVE_DEVICE char *chip()
+    {
+      extern __shared__ __align__(16) char on_chip[];
+      return on_chip;
     }
 
     /// What was read from memory before is not kept in registers: it is read again.
@@ -530,7 +567,7 @@ inline namespace RVE_ISA {
     }
 
     /// By the thread that most often has no item.
-    template <class Aside> RVE_DEVICE void do_aside(Aside aside)
+    template <class Aside> static RVE_DEVICE void do_aside(Aside aside)
     {
       if (threadIdx.x == blockDim.x - 1) aside();
     }
@@ -652,18 +689,38 @@ inline namespace RVE_ISA {
       return sum_of_warp(mine);
     }
 
-    /// Of what sum_in_warps has left, by a whole warp: four sums at a time, eight lanes for each.
-    template <int M> RVE_DEVICE void sums_over_warps(std::int64_t *sum)
+    /// Limbs of a term of add_up_items: of so many bits but for the last one that those of 1024 threads add up in 32.
+    template <class Own> static constexpr int kLimbs = sizeof(Own) > 4 ? 3 : 2;
+    template <class Own> static constexpr int kLimbBits = sizeof(Own) > 4 ? 22 : 16;
+    static constexpr int kTotals = 32;
+    static RVE_DEVICE int *totals()
     {
-      const int warps = num_warps(), mine = lane() / 8, first = lane() % 8;
-      RVE_ROLLED
-      for (int m = mine; m - mine < M; m += 4) {
-        long long total = 0;
-        if (m < M)
-          for (int w = first; w < warps; w += 8) total += scratch().sum[m][w];
-        for (int apart = 4; apart > 0; apart /= 2)
-          total += __shfl_xor_sync(kAllLanes, total, apart);
-        if (m < M && first == 0) sum[m] = total;
+      __shared__ int memory[kTotals];
+      return memory;
+    }
+
+    template <class Own> static RVE_DEVICE void add_limbs_of_warp(Own term, int *of_warp)
+    {
+      constexpr int last = kLimbs<Own> - 1, bits = kLimbBits<Own>;
+      RVE_UNROLL
+      for (int k = 0; k < last; ++k) {
+        const unsigned limb = static_cast<unsigned>(term >> (k * bits)) & ((1u << bits) - 1u);
+        of_warp[k] = static_cast<int>(__reduce_add_sync(kAllLanes, limb));
+      }
+      of_warp[last] = __reduce_add_sync(kAllLanes, static_cast<int>(term >> (last * bits)));
+    }
+
+    template <int M, class Own> static RVE_DEVICE void sum_of_totals(std::int64_t *sum)
+    {
+      constexpr int last = kLimbs<Own> - 1, bits = kLimbBits<Own>;
+      RVE_UNROLL
+      for (int m = 0; m < M; ++m) {
+        const int *const limb = totals() + m * kLimbs<Own>;
+        std::uint64_t total = static_cast<std::uint64_t>(static_cast<std::int64_t>(limb[last]))
+            << (last * bits);
+        for (int k = 0; k < last; ++k)
+          total += static_cast<std::uint64_t>(static_cast<unsigned>(limb[k])) << (k * bits);
+        sum[m] = static_cast<std::int64_t>(total);
       }
     }
 
@@ -732,21 +789,22 @@ inline namespace RVE_ISA {
       return x;
     }
 
-    /// Of the numbers that warps have: the sum of those of the warps before, and of all. In each thread anew: another barrier would take longer.
+    /// Of the numbers that warps have: the sum of those of the warps before, and of all. In each warp anew: another barrier would take longer.
     struct WarpCounts {
       int before, all;
     };
     static RVE_DEVICE WarpCounts sums_before_warp(const int *of_warps)
     {
-      const int warps = num_warps(), mine = warp();
+      const int warps = num_warps(), mine = warp(), lanes = lanes_here();
       WarpCounts counts = {0, 0};
       RVE_ROLLED
-      for (int w = 0; w < warps; ++w) {
+      for (int w = lane(); w < warps; w += lanes) {
         const int of_warp = of_warps[w];
         counts.before += w < mine ? of_warp : 0;
         counts.all += of_warp;
       }
-      return counts;
+      return {__reduce_add_sync(kAllLanes, counts.before),
+              __reduce_add_sync(kAllLanes, counts.all)};
     }
 
     /// a[i] becomes the sum of the numbers of the items before. Without a barrier at the end.

@@ -7,6 +7,7 @@
 //   for_each(n, f, aside)   the same, and aside() by one thread meanwhile
 //   once(f)                 f() by one thread; ends in a barrier
 //   any(n, f)               a phase that returns whether f(item) was true for any item
+//   any(n, f, aside)        the same, and aside() by one thread meanwhile
 //   sum_array(n, a)         sum of the n doubles of an array, in an order that does not depend on the number of threads
 //   max_array(n, a)         largest of the n doubles of an array, or 0
 //   sum_integers<M>(n, f)   f(item, std::int64_t *term) adds to term[0..M-1]; returns the M sums, exact
@@ -35,7 +36,8 @@
 //   anew(x)                 x; on a GPU what follows from it is computed again, not kept
 //   read_whole(a[i]), write_whole(a[i], x)    of an array in the memory of an RVE: a GPU moves 16 bytes at a time, where elements have 16, 32, ...
 //   uniform(x)              x, which is the same for all threads; a GPU keeps it once for many of them (kHasUniforms)
-//   add_up_items<M, Term>(n, f, sum, then)    f(item, Term *term) alike; leaves the sums in `sum`; then() by one thread when they are there
+//   add_up_items<M, Term>(n, f, sum, then)    f(item, Term *term) alike; leaves the sums in `sum`; then() by one thread when they are there. Behind
+//                           begin_add_up() and a barrier, each time
 //
 // The contract that makes one text correct on both:
 //   1. a variable declared outside a phase is uniform: every thread holds the same value;
@@ -62,6 +64,10 @@ inline namespace RVE_ISA {
     /// Whether resident items live in registers.
     static constexpr bool kInRegisters = false;
     static constexpr bool kHasUniforms = false;
+    /// Resident items at most where arrays lie on a chip at places that are known when the program is compiled, from chip() on; 0: they do not.
+    static constexpr int kCapacity = 0;
+    /// How much of what a loop reads should be on its way at a time, where each would be waited for.
+    static constexpr int kOnTheWay = 1;
 
     template <class F> RVE_INLINE void for_each(int n, F f)
     {
@@ -113,6 +119,7 @@ inline namespace RVE_ISA {
     template <class T> static RVE_INLINE T uniform(const T &x) { return x; }
     template <class T> static RVE_INLINE T read_whole(const T &element) { return element; }
     template <class T> static RVE_INLINE void write_whole(T &element, const T &x) { element = x; }
+    static RVE_INLINE void begin_add_up() {}
     template <int M, class Term, class F, class Then>
     RVE_INLINE void add_up_items(int n, F f, std::int64_t *sum, Then then)
     {
@@ -134,6 +141,12 @@ inline namespace RVE_ISA {
       bool result = false;
       for (int i = 0; i < n; ++i) result = f(i) | result;
       return result;
+    }
+
+    template <class F, class Aside> RVE_INLINE bool any(int n, F f, Aside aside)
+    {
+      aside();
+      return any(n, f);
     }
 
     /// Chunks of 32 items, each summed in order, then the chunks in order: BlockCuda does the same.

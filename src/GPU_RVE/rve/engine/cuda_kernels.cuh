@@ -314,8 +314,8 @@ inline namespace RVE_ISA {
   {
     using Traits = ProgramTraits<program>;
     using Scene = ProgramScene<program, Numbers>;
-    static_assert(sizeof(CallState<Scene>) ==
-                      sizeof(CallState<ProgramScene<Traits::prepared_like, Numbers>>),
+    static_assert(sizeof(PreparedCall<Scene>) ==
+                      sizeof(PreparedCall<ProgramScene<Traits::prepared_like, Numbers>>),
                   "calls are prepared alike");
     ProgramKernels kernels = {};
     auto &kernel = kernels.kernel;

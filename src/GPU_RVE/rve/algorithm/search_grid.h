@@ -1,0 +1,104 @@
+// The grid by which a Verlet list finds pairs.
+
+#ifndef RVE_ALGORITHM_SEARCH_GRID_H
+#define RVE_ALGORITHM_SEARCH_GRID_H
+
+#include "rve/core/config.h"
+#include "rve/core/fixed_point.h"
+#include "rve/core/vec.h"
+
+#include <cstdint>
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  /// Regular grid in fractional space whose cells are at least `cutoff` wide. Along an axis with fewer than three cells every
+  /// cell is a neighbour of every other.
+  template <int D> struct SearchGrid {
+    int count[D];
+
+    SearchGrid() = default;
+    /// width: of the periodic cell, perpendicular to its faces.
+    RVE_INLINE SearchGrid(const Vec<double, D> &width, double cutoff, int capacity)
+    {
+      for (int a = 0; a < D; ++a) {
+        const double fit = width[a] / (cutoff * (1.0 + 1e-6));
+        count[a] = fit < 1.0 ? 1 : (fit > 1024.0 ? 1024 : static_cast<int>(fit));
+      }
+      // a product of large counts has more than 31 bits in space
+      while (size<std::int64_t>() > capacity) {
+        int most = count[0];
+        for (int a = 1; a < D; ++a) most = count[a] > most ? count[a] : most;
+        // the last of the axes with the most, without an index that is not known: the counts shall be in registers
+        bool is_less = false;
+        for (int a = D - 1; a >= 0; --a) {
+          const bool is_this = !is_less && count[a] == most;
+          count[a] -= is_this ? 1 : 0;
+          is_less = is_less || is_this;
+        }
+      }
+    }
+
+    template <class Integer = int> RVE_INLINE Integer size() const
+    {
+      Integer product = 1;
+      for (int a = 0; a < D; ++a) product *= count[a];
+      return product;
+    }
+
+    /// In which cell along axis a a point lies.
+    template <class Coordinate> RVE_INLINE int place(const Vec<Coordinate, D> &s, int a) const
+    {
+      return static_cast<int>((static_cast<std::uint64_t>(leading_bits(s[a])) * count[a]) >> 32);
+    }
+
+    /// x runs fastest.
+    template <class Coordinate> RVE_INLINE int index(const Vec<Coordinate, D> &s) const
+    {
+      int cell = 0;
+      for (int a = D - 1; a >= 0; --a) cell = cell * count[a] + place(s, a);
+      return cell;
+    }
+
+    /// Whether no cell is twice a neighbour of another one, so that each of two neighbours lies either ahead of the other or behind it.
+    RVE_INLINE bool has_sides() const
+    {
+      bool wide = true;
+      for (int a = 0; a < D; ++a) wide = wide && count[a] >= 3;
+      return wide;
+    }
+
+    /// Calls visit(layer, first, count, own) for the rows of cells that may hold neighbours of a point: `count` cells of the row whose first cell is
+    /// `layer`, from the cell `first` of it on, and behind its last cell from its first one on. `ahead`: only of those that lie ahead of the cell of
+    /// the point, which is the first cell of the first row then, its `own`. With has_sides() alone.
+    template <class Coordinate, class Visit>
+    RVE_INLINE void rows_around(const Vec<Coordinate, D> &point, bool ahead, Visit visit) const
+    {
+      int home[D];
+      for (int a = 0; a < D; ++a) home[a] = place(point, a);
+      rows_along<D - 1>(home, 0, ahead, visit);
+    }
+
+   private:
+    /// Of the cells in layer `layer` of the axes after this one.
+    template <int Axis, class Visit>
+    RVE_INLINE void rows_along(const int (&home)[D], int layer, bool ahead, Visit &visit) const
+    {
+      const int n = count[Axis], reach = n < 3 ? n : 3;
+      // modulo n, without a division
+      const int before = home[Axis] == 0 ? n - 1 : home[Axis] - 1;
+      if constexpr (Axis == 0) {
+        visit(layer * n, ahead ? home[0] : before, ahead ? 2 : reach, ahead);
+      } else {
+        const int first = ahead ? 1 : 0;
+        for (int d = first, next = ahead ? home[Axis] : before; d < reach;
+             ++d, next = next + 1 < n ? next + 1 : 0)
+          rows_along<Axis - 1>(home, layer * n + next, ahead && d == first, visit);
+      }
+    }
+  };
+
+}    // namespace RVE_ISA
+}    // namespace rve
+
+#endif
