@@ -27,6 +27,10 @@ constexpr int GARBAGE = 0x7f;    // in every byte: numbers of 1e38 and more
 class BlockInRegisters : public BlockSerial {
  public:
   static constexpr bool kInRegisters = true;
+  // lists are built on the chip, where the steps have their sums and plans
+  static constexpr int kCapacity = CAPACITY;
+  static inline char *present_chip = nullptr;    ///< of the call that is made
+  static char *chip() { return present_chip; }
 
   template <class T> struct Resident {
     T *array;
@@ -97,6 +101,7 @@ void advance(RveRun<Scene::D> &run, const DriveRecord<Scene::D> &drive, bool wit
   std::vector<char> chip(shared_size<Scene>(capacity, Block::kInRegisters), GARBAGE),
       workspace(workspace_size<Scene>(n, pair_capacity), GARBAGE);
   const SharedView<Scene> shared = carve_shared<Scene>(chip.data(), capacity, Block::kInRegisters);
+  BlockInRegisters::present_chip = chip.data();
   using Begin = CallBegin<Block, Scene>;
   using Planning = StepPlanning<Block, Scene>;
   CallState<Scene> call;
