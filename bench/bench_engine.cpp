@@ -597,7 +597,7 @@ template <int D> void run_features(Bench<D> &bench)
   const int substeps = 200;
   const double seconds = bench.arguments.seconds;
   const std::vector<std::string> few = D == 2
-      ? std::vector<std::string>{"plain", "frictionless"}
+      ? std::vector<std::string>{"plain", "frictionless", "servo"}
       : std::vector<std::string>{"plain", "rolling", "hertz"},
                                  all = D == 2
       ? std::vector<std::string>{"plain", "frictionless", "viscous",    "rolling",

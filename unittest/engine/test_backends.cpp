@@ -641,12 +641,34 @@ TEST_P(CpuAndCuda, GiveTheSameSpheresForEveryBlockSize)
   const auto on_cpu = play(*make_engine<3>(options), actors, 3);
 
   options.device = Device::Cuda;
-  for (const int threads : {32, 96, 256, 512, 1024}) {
+  for (const int threads : {32, 96, 100, 256, 512, 1024}) {
     SCOPED_TRACE(std::to_string(threads) + " threads");
     options.block_size = threads;
 
     expect_same_bits(on_cpu, play(*make_engine<3>(options), actors, 3), actors);
   }
+}
+
+// more than multiprocessors, and all small: some with a servo and some without in one call, and one with fewer grains than a warp has threads
+TEST_P(CpuAndCuda, GiveTheSameBitsWhereManyRvesHaveAServo)
+{
+  auto actors = full_scene(false);
+  actors.erase(std::find_if(actors.begin(), actors.end(), [](const Actor &actor) {
+    return actor.state.num_grains() > 1000;
+  }));
+  const RveState few = triangular_packing(dry_material(), 4, 6, 0.0037, 1);
+  actors.push_back({"few grains with servo", few, biaxial_shear(few, 40.0, 200)});
+  const RveState small = triangular_packing(dry_material(), 6, 8, 0.0037, 5);
+  while (actors.size() < 150)
+    actors.push_back({"one of many with servo", small,
+                      biaxial_shear(small, 40.0, 40 + static_cast<int>(actors.size()))});
+  const auto cpu = make_engine(options_for(GetParam(), Device::Cpu, WIDE_SKIN));
+  const auto gpu = make_engine(options_for(GetParam(), Device::Cuda, WIDE_SKIN));
+
+  const Outcome on_cpu = play(*cpu, actors, 4), on_gpu = play(*gpu, actors, 4);
+
+  expect_same_bits(on_cpu, on_gpu, actors);
+  EXPECT_GT(on_gpu.last[0].counters.rebuilds, 10);
 }
 
 // many small RVEs, and one of each size that is kept in another way: with registers for one or two grains in a thread, in some formats or in
@@ -831,7 +853,7 @@ TEST_P(CpuAndCuda, GiveTheSameBitsForEveryBlockSize)
   const double skin = 1e-3;
   const Outcome on_cpu = play(*make_engine(options_for(GetParam(), Device::Cpu, skin)), actors, 3);
 
-  for (const int threads : {1, 32, 96, 128, 256, 1024}) {
+  for (const int threads : {1, 32, 96, 100, 128, 208, 256, 1024}) {
     SCOPED_TRACE(std::to_string(threads) + " threads");
     Options options = options_for(GetParam(), Device::Cuda, skin);
     options.block_size = threads;

@@ -64,9 +64,13 @@ class BlockInRegisters : public BlockSerial {
   }
 };
 
-/// With two grains of a thread: the first one's thread takes what is shared out to both.
+/// With two grains of a thread: the first one's thread takes what is shared out to both, and each grain is in a branch of its own, so that there
+/// are no places without one.
 class BlockOfTwo : public BlockInRegisters {
  public:
+  template <class F> void for_places(int n, F f) { for_items(n, f); }
+  template <class F> bool any_place(int n, F f) { return any_item(n, f); }
+  template <class F> static void for_empty_places(int, F) {}
   template <class F> static void share_out(int i, int n, int count, F f)
   {
     const int threads = (n + 1) / 2;
@@ -241,7 +245,7 @@ TYPED_TEST(Registers, FrictionlessProgramGivesTheBitsOfArraysWithACoefficientOfZ
 
 TYPED_TEST(Registers, SteeredAndGeneralProgramsGiveTheBitsOfArraysWithAServo)
 {
-  RveRun<2> arrays = disks<TypeParam>(0.5), steered = arrays, general = arrays;
+  RveRun<2> arrays = disks<TypeParam>(0.5), steered = arrays, two = arrays, general = arrays;
   SteeringRecord<2> steering = SteeringRecord<2>();
   steering.controlled[0] = 1;
   steering.stress_goal[0] = -1e5;
@@ -257,11 +261,14 @@ TYPED_TEST(Registers, SteeredAndGeneralProgramsGiveTheBitsOfArraysWithAServo)
                                                                     0.0, false, steering);
     advance<BlockInRegisters, ProgramScene<Program::Steered, TypeParam>>(
         steered, drive, with_details, 0.0, false, steering);
+    advance<BlockOfTwo, ProgramScene<Program::Steered, TypeParam>>(two, drive, with_details, 0.0,
+                                                                   false, steering);
     advance<BlockInRegisters, ProgramScene<Program::General, TypeParam>>(
         general, drive, with_details, 0.0, false, steering);
 
     EXPECT_EQ(arrays.answer.status & status::Fatal, 0u) << describe_status(arrays.answer.status);
     expect_same_bits<TypeParam>(steered, arrays, Program::General);
+    expect_same_bits<TypeParam>(two, arrays, Program::General);
     expect_same_bits<TypeParam>(general, arrays, Program::General);
   }
   const RveState end = state_of<TypeParam>(arrays, Program::General);

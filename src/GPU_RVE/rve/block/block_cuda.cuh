@@ -44,13 +44,14 @@ inline namespace RVE_ISA {
   }
 
   /// Of a block with `MostThreads` at most. ItemsPerThread: 1 or 2, a phase over resident items has no more of them for each thread of the block, which keeps them in registers;
-  /// 0: any number, in memory.
-  template <int ItemsPerThread, int MostThreads = 1024> class BlockCuda {
+  /// 0: any number, in memory. What lies on chip has room for `Capacity` items.
+  template <int ItemsPerThread, int MostThreads = 1024, int Capacity = ItemsPerThread *MostThreads>
+  class BlockCuda {
    public:
     using Item = std::conditional_t<ItemsPerThread == 2, ItemOfThread, int>;
     static constexpr bool kInRegisters = ItemsPerThread > 0;
     static constexpr int kOnTheWay = 4;
-    static constexpr int kCapacity = ItemsPerThread * MostThreads;
+    static constexpr int kCapacity = Capacity;
     /// A thread with one item has registers enough: the compiler would leave uniforms there.
     static constexpr bool kHasUniforms = ItemsPerThread == 2;
 
@@ -273,21 +274,21 @@ inline namespace RVE_ISA {
         f(i, term);
         for (int m = 0; m < M; ++m) own[m] += term[m];
       });
-      constexpr int limbs = kLimbs<Own>;
+      // of a thread's one or two terms of 32 bits all limbs but the first have 17
+      using Limbed = std::conditional_t<(ItemsPerThread > 0), Term, std::int64_t>;
+      constexpr int limbs = kLimbs<Limbed>;
       static_assert(M * limbs <= kTotals, "a total for each limb");
       int of_warp[M * limbs];
       RVE_UNROLL
-      for (int m = 0; m < M; ++m) { add_limbs_of_warp(own[m], of_warp + m * limbs); }
-      const int lanes = lanes_here();
-      for (int k = lane(); k < M * limbs; k += lanes) {
-        int mine = 0;
+      for (int m = 0; m < M; ++m) { add_limbs_of_warp<Limbed>(own[m], of_warp + m * limbs); }
+      if (lane() == 0) {
         RVE_UNROLL
-        for (int m = 0; m < M * limbs; ++m) { mine = m == k ? of_warp[m] : mine; }
-        atomicAdd(totals() + k, mine);
+        for (int m = 0; m < M * limbs; ++m) { atomicAdd(totals() + m, of_warp[m]); }
       }
       __syncthreads();
       if (threadIdx.x == 0) {
-        sum_of_totals<M, Own>(sum);
+        sum_of_totals<M, Limbed>(sum);
+        reread();    // the sums: kept, they would be spilled
         then();
       }
       __syncthreads();
@@ -690,8 +691,8 @@ inline namespace RVE_ISA {
     }
 
     /// Limbs of a term of add_up_items: of so many bits but for the last one that those of 1024 threads add up in 32.
-    template <class Own> static constexpr int kLimbs = sizeof(Own) > 4 ? 3 : 2;
-    template <class Own> static constexpr int kLimbBits = sizeof(Own) > 4 ? 22 : 16;
+    template <class Limbed> static constexpr int kLimbs = sizeof(Limbed) > 4 ? 3 : 2;
+    template <class Limbed> static constexpr int kLimbBits = sizeof(Limbed) > 4 ? 22 : 16;
     static constexpr int kTotals = 32;
     static RVE_DEVICE int *totals()
     {
@@ -699,9 +700,10 @@ inline namespace RVE_ISA {
       return memory;
     }
 
-    template <class Own> static RVE_DEVICE void add_limbs_of_warp(Own term, int *of_warp)
+    template <class Limbed, class Own>
+    static RVE_DEVICE void add_limbs_of_warp(Own term, int *of_warp)
     {
-      constexpr int last = kLimbs<Own> - 1, bits = kLimbBits<Own>;
+      constexpr int last = kLimbs<Limbed> - 1, bits = kLimbBits<Limbed>;
       RVE_UNROLL
       for (int k = 0; k < last; ++k) {
         const unsigned limb = static_cast<unsigned>(term >> (k * bits)) & ((1u << bits) - 1u);
@@ -710,12 +712,12 @@ inline namespace RVE_ISA {
       of_warp[last] = __reduce_add_sync(kAllLanes, static_cast<int>(term >> (last * bits)));
     }
 
-    template <int M, class Own> static RVE_DEVICE void sum_of_totals(std::int64_t *sum)
+    template <int M, class Limbed> static RVE_DEVICE void sum_of_totals(std::int64_t *sum)
     {
-      constexpr int last = kLimbs<Own> - 1, bits = kLimbBits<Own>;
+      constexpr int last = kLimbs<Limbed> - 1, bits = kLimbBits<Limbed>;
       RVE_UNROLL
       for (int m = 0; m < M; ++m) {
-        const int *const limb = totals() + m * kLimbs<Own>;
+        const int *const limb = totals() + m * kLimbs<Limbed>;
         std::uint64_t total = static_cast<std::uint64_t>(static_cast<std::int64_t>(limb[last]))
             << (last * bits);
         for (int k = 0; k < last; ++k)

@@ -803,8 +803,9 @@ namespace {
       const auto serves = [&](Residency residency) {
         const auto shape = programs.shape(program, residency);
         if (!shape || shape->items == 0 || call.largest > shape->capacity()) return false;
-        // uniform registers want whole warps
-        if (shape->lean && (call.with_details || options.block_size % 32 != 0)) return false;
+        if (shape->lean && call.with_details) return false;
+        // of a warp that is not whole, with two items of a thread, sums end in an illegal instruction (CUDA 13.0)
+        if (shape->items == 2 && options.block_size % 32 != 0) return false;
         // with threads of the user's choice
         return options.block_size == 0 ||
             (options.block_size <= shape->threads &&

@@ -177,11 +177,13 @@ inline namespace RVE_ISA {
 
   /// Steps that blocks of a residency plan at a time; 0: as many as usual. Of spheres in `fast` two RVEs of 1000 have room on chip for 176 steps each:
   /// 1 % more than with 64 on an H200; one alone for 256: 1.5 %. Three RVEs of disks in `fast` have room for 64 steps each, which takes 3 % less than
-  /// 32, and one alone for 256: 5 %. A servo plans one step at a time. Cards with less than 200 KB have not.
+  /// 32, and one alone for 256: 5 %. Cards with less than 200 KB have not. A servo plans one step at a time: the room of more is for other RVEs.
   template <class Scene, Residency residency> RVE_HD constexpr int plan_steps_beside()
   {
     // there the chip has more to hold than it has room for
     if (residency == Residency::Memory && Scene::D == 3) return kStepsAhead;
+    if (residency == Residency::Many && Scene::D == 2 && Scene::steers && !Scene::books)
+      return kStepsAhead;
 #if __CUDA_ARCH__ == 900 || __CUDA_ARCH__ == 1000 || __CUDA_ARCH__ == 1030
     if (Scene::D == 2 && sizeof(typename Scene::Wide) == 4 && (Scene::books || !Scene::steers)) {
       if (residency == Residency::Many) return 64;
@@ -208,7 +210,7 @@ inline namespace RVE_ISA {
     __shared__ int entry, next_entry;    // of the queue
     __shared__ int place;                // of the entry, in the call
     __shared__ int grains_in_views;      // what the views of the block are made for
-    using Block = BlockCuda<shape.items, shape.threads>;
+    using Block = BlockCuda<shape.items, shape.threads, Capacity>;
     static_assert(shape.lean == kHoldsUniforms<Block, Scene>, "without details, or with them");
     using Begin = CallBegin<Block, Scene>;
     char *memory = launch.memory + blockIdx.x * launch.memory_stride;
