@@ -57,6 +57,10 @@ sanitize() { # sanitize <tool> <suite> <packing>
   return $clean
 }
 if command -v compute-sanitizer >/dev/null; then
+  # what the threads of a block do together; what items of a phase do is watched on a CPU, too (preset host-tsan)
+  for test in test_block_Cuda test_verlet_list_Cuda test_pair_ownership_Cuda; do
+    step "compute-sanitizer racecheck, $test" compute-sanitizer --tool racecheck --error-exitcode 1 "$bin/$test" --gtest_brief=1
+  done
   for tool in memcheck synccheck initcheck racecheck; do
     case $tool in racecheck) batch=races ;; *) batch=sanitize ;; esac    # racecheck takes very long
     for packing in A_h0075 S1000; do    # disks and spheres

@@ -317,8 +317,11 @@ inline namespace RVE_ISA {
             else if constexpr (wanted == Wanted::Nothing ||
                                IsPack<std::decay_t<decltype(i)>>::value)
               return grains.is_taken(k, i);
-            else
-              return shared.partner[k * num_grains + i] != i;
+            else if (shared.partner[k * num_grains + i] != i)
+              return true;
+            // saved with the others, what the register held before would count as a spring that is released: of an array it is nothing
+            if constexpr (Block::kInRegisters) grains.forget_pair(k, i);
+            return false;
           });
       round_torque(sum);
     };

@@ -440,6 +440,8 @@ inline namespace RVE_ISA {
     }
 
     RVE_INLINE typename Scene::History remembered(int k, Item i) { return history[k][i]; }
+    /// Of a free slot: nothing is remembered.
+    RVE_INLINE void forget_pair(int k, Item i) { history[k].keep(i, typename Scene::History()); }
     RVE_INLINE std::int32_t partner_in_slot(int k, Item i) { return partners.in_slot(k, i); }
     RVE_INLINE bool is_taken(int k, Item i) { return partner_in_slot(k, i) != i; }
 

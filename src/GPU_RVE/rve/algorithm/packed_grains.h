@@ -80,6 +80,7 @@ inline namespace RVE_ISA {
     using One::for_each_grain;
     using One::for_parts;
     using One::for_slots;
+    using One::forget_pair;
     using One::history_of;
     using One::is_taken;
     using One::keep_forces;

@@ -1,0 +1,94 @@
+// A phase of the block program may do its items in any order and at the same time: done by several threads, whatever they meet in, it leaves
+// the bits that a loop leaves. Built with GPU_RVE_SANITIZE=thread each access is watched, too.
+
+#include "support/block_in_threads.h"
+#include "support/rve_run.h"
+
+#include <algorithm>
+
+using namespace rve;
+using namespace rve_test;
+
+namespace {
+
+/// Grains in arrays, and grains in registers, whose lists are built on chip.
+using ArraysInThreads = InThreads<BlockSerial>;
+using RegistersInThreads = InThreads<BlockOfTwo>;
+
+template <class Scene, class Threads>
+void expect_the_bits_of_loops(RveRun<Scene::D> loops, Program memory,
+                              const std::vector<DriveRecord<Scene::D>> &drives,
+                              std::int64_t least_rebuilds, bool with_ledger = false,
+                              const SteeringRecord<Scene::D> &steering = {}, double skin = 0.0)
+{
+  using Numbers = typename Scene::Numbers;
+  RveRun<Scene::D> threads = loops;
+  for (std::size_t k = 0; k < drives.size(); ++k) {
+    SCOPED_TRACE(k);
+    const bool with_details = k % 2 == 1;
+    advance<BlockSerial, Scene>(loops, drives[k], with_details, skin, with_ledger, steering);
+    advance<Threads, Scene>(threads, drives[k], with_details, skin, with_ledger, steering);
+
+    EXPECT_EQ(loops.answer.status & status::Fatal, 0u) << describe_status(loops.answer.status);
+    expect_same_bits<Numbers>(threads, loops, memory);
+  }
+  EXPECT_GE(state_of<Numbers>(loops, memory).counters.rebuilds, least_rebuilds);
+}
+
+template <class Numbers> class Phases : public testing::Test {
+};
+TYPED_TEST_SUITE(Phases, Formats);
+
+SteeringRecord<2> servo_of_disks()
+{
+  SteeringRecord<2> steering = SteeringRecord<2>();
+  steering.controlled[0] = 1;
+  steering.stress_goal[0] = -1e5;
+  steering.velocity_gradient[1] = steering.velocity_gradient[3] = -3.0;
+  steering.servo_gain = default_servo_gain(packing_of_400());
+  steering.servo_max_rate = 20.0;
+  return steering;
+}
+
+}    // namespace
+
+TYPED_TEST(Phases, OfDisksMayBeDoneInThreads)
+{
+  using Scene = ProgramScene<Program::Plain, TypeParam>;
+  const auto begin = disks<TypeParam>(0.5);
+  expect_the_bits_of_loops<Scene, ArraysInThreads>(begin, Program::General, calls<2>(DISK_DT), 3);
+  expect_the_bits_of_loops<Scene, RegistersInThreads>(begin, Program::General, calls<2>(DISK_DT),
+                                                      3);
+}
+
+TYPED_TEST(Phases, OfDisksWithAServoMayBeDoneInThreads)
+{
+  using Scene = ProgramScene<Program::Steered, TypeParam>;
+  const std::vector<DriveRecord<2>> drives = {shear<2>(0.0, 10, DISK_DT),
+                                              shear<2>(0.0, 300, DISK_DT)};
+  expect_the_bits_of_loops<Scene, RegistersInThreads>(disks<TypeParam>(0.5), Program::General,
+                                                      drives, 3, false, servo_of_disks());
+}
+
+TYPED_TEST(Phases, OfDisksWithAllBooksMayBeDoneInThreads)
+{
+  using Scene = ProgramScene<Program::General, TypeParam>;
+  const std::vector<DriveRecord<2>> drives = {shear<2>(0.0, 10, DISK_DT),
+                                              shear<2>(0.0, 200, DISK_DT)};
+  expect_the_bits_of_loops<Scene, RegistersInThreads>(disks<TypeParam>(0.5), Program::General,
+                                                      drives, 1, true, servo_of_disks());
+}
+
+// with a skin so wide that grains have more pairs than they may own. In `double`, and in memory, a thread of a GPU has what it read last of a
+// pair for itself, where these threads share it: they take the arrays.
+TYPED_TEST(Phases, OfSpheresMayBeDoneInThreads)
+{
+  using Scene = ProgramScene<Program::Spheres, TypeParam>;
+  using Threads = std::conditional_t<kHistoryIsTooLong<Scene>, ArraysInThreads, RegistersInThreads>;
+  const Spheres grains = disordered_spheres(spheres_material(), 6, 2);
+  const double wide = 2.0 * *std::min_element(grains.radius.begin(), grains.radius.end());
+  const auto begin = run_of<TypeParam>(grains, Program::Spheres);
+  expect_the_bits_of_loops<Scene, Threads>(begin, Program::Spheres, calls<3>(SPHERE_DT), 10, true);
+  expect_the_bits_of_loops<Scene, Threads>(begin, Program::Spheres, calls<3>(SPHERE_DT), 1, false,
+                                           {}, wide);
+}

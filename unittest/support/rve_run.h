@@ -1,0 +1,204 @@
+// One call of the block program in memory full of garbage, on a CPU: by one thread that visits arrays, or by stand-ins for a thread block of a GPU,
+// which keep an item's own numbers beside the arrays. These begin as garbage, so that it shows what a program takes for loaded, kept or
+// published and is not.
+
+#ifndef SUPPORT_RVE_RUN_H
+#define SUPPORT_RVE_RUN_H
+
+#include "rve/algorithm/step_loop.h"
+#include "rve/block/block_serial.h"
+#include "rve/core/status.h"
+#include "rve/engine/batch_engine.h"
+#include "rve/engine/packing.h"
+#include "rve/engine/program_scenes.h"
+#include "support/packings.h"
+#include "support/spheres.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <vector>
+
+namespace rve_test {
+
+using namespace rve;
+
+constexpr int CAPACITY = 416;    // of the block, in grains
+constexpr int GARBAGE = 0x7f;    // in every byte: numbers of 1e38 and more
+
+class BlockInRegisters : public BlockSerial {
+ public:
+  static constexpr bool kInRegisters = true;
+  // lists are built on the chip, where the steps have their sums and plans
+  static constexpr int kCapacity = CAPACITY;
+  static inline char *present_chip = nullptr;    ///< of the call that is made
+  static char *chip() { return present_chip; }
+
+  template <class T> struct Resident {
+    T *array;
+    std::vector<T> value;    ///< each is in a register of the item's thread
+    T &operator[](int item) { return value[item]; }
+    void load(int item) { value[item] = array[item]; }
+    void save(int item) { array[item] = value[item]; }
+    void load_whole(int item) { load(item); }
+    void save_whole(int item) { save(item); }
+    void keep(int item, const T &x) { value[item] = x; }
+    void publish(int item, const T &x) { value[item] = array[item] = x; }
+  };
+
+  /// There are threads without a grain.
+  template <class F> void for_places(int, F f) { for_items(CAPACITY, f); }
+  template <class F> bool any_place(int, F f) { return any_item(CAPACITY, f); }
+  template <class F> static void for_empty_places(int n, F f)
+  {
+    for (int i = n; i < CAPACITY; ++i) f(i);
+  }
+  template <class F> static void share_out(int i, int n, int count, F f)
+  {
+    if (i < n) BlockSerial::share_out(i, n, count, f);
+  }
+
+  template <class T> Resident<T> resident(T *array)
+  {
+    Resident<T> copy{array, std::vector<T>(CAPACITY)};
+    std::memset(static_cast<void *>(copy.value.data()), GARBAGE, CAPACITY * sizeof(T));
+    return copy;
+  }
+};
+
+/// With two grains of a thread: the first one's thread takes what is shared out to both, and each grain is in a branch of its own, so that there
+/// are no places without one.
+class BlockOfTwo : public BlockInRegisters {
+ public:
+  template <class F> void for_places(int n, F f) { for_items(n, f); }
+  template <class F> bool any_place(int n, F f) { return any_item(n, f); }
+  template <class F> static void for_empty_places(int, F) {}
+  template <class F> static void share_out(int i, int n, int count, F f)
+  {
+    const int threads = (n + 1) / 2;
+    if (i < threads)
+      for (int k = i; k < count; k += threads) f(k);
+  }
+};
+
+/// Of kernels that hold in uniform registers what is the same for all pairs: one thread, which takes the grains in turn.
+struct BlockOfUniforms : BlockInRegisters {
+  static constexpr bool kHasUniforms = true;
+  static bool is_first(int i) { return i == 0; }
+  static void assume(bool) {}
+};
+
+/// An RVE under one program.
+template <int D> struct RveRun {
+  StateImage image;
+  AnswerRecord<D> answer = {};
+  DetailRecord<D> detail = {};
+};
+
+/// One call, in memory full of garbage.
+template <class Block, class Scene>
+void advance(RveRun<Scene::D> &run, const DriveRecord<Scene::D> &drive, bool with_details,
+             double skin = 0.0, bool with_ledger = false,
+             const SteeringRecord<Scene::D> &steering = SteeringRecord<Scene::D>())
+{
+  char *image = run.image.bytes.data();
+  const int n = run.image.num_grains, pair_capacity = 32 * n;
+  const int capacity = Block::kInRegisters ? CAPACITY : n;
+  std::vector<char> chip(shared_size<Scene>(capacity, Block::kInRegisters), GARBAGE),
+      workspace(workspace_size<Scene>(n, pair_capacity), GARBAGE);
+  const SharedView<Scene> shared = carve_shared<Scene>(chip.data(), capacity, Block::kInRegisters);
+  BlockInRegisters::present_chip = chip.data();
+  using Begin = CallBegin<Block, Scene>;
+  using Planning = StepPlanning<Block, Scene>;
+  CallState<Scene> call;
+  std::memset(static_cast<void *>(&call), GARBAGE, sizeof(call));
+  std::memcpy(&call.header, image, sizeof(ImageHeader<Scene::D>));
+  call.drive = drive;
+  call.steering = steering;
+  call.batch = BatchConstants{skin, 0.5, 0.5, with_ledger, 1};
+  Begin::prepare(call, image, pair_capacity);
+  for (int t = 0; t < call.plan_last; ++t) Planning::plan_step(call, t, 1);
+  Begin::set_views(call, n, shared, workspace.data(), pair_capacity);
+  std::memset(static_cast<void *>(&run.answer), 0, sizeof(run.answer));
+  std::memset(static_cast<void *>(&run.detail), 0, sizeof(run.detail));
+  Block block;
+  RveProgram<Block, Scene> program(block, call, shared);
+  program.run(run.answer, with_details ? &run.detail : nullptr);
+}
+
+template <int D> DriveRecord<D> shear(double strain, int substeps, double dt)
+{
+  DriveRecord<D> drive = DriveRecord<D>();
+  drive.dt = dt;
+  drive.substeps = substeps;
+  drive.segments = 1;
+  Tensor<double, D> deformation = Tensor<double, D>::identity();
+  deformation(0, 1) = strain;
+  store_tensor(deformation, drive.deformation);
+  return drive;
+}
+
+/// Short and long calls, with new lists and without, and a look without steps.
+template <int D> std::vector<DriveRecord<D>> calls(double dt)
+{
+  return {shear<D>(1e-4, 10, dt), shear<D>(0.05, 300, dt), shear<D>(1e-4, 1, dt),
+          shear<D>(0.0, 0, dt),   shear<D>(0.02, 70, dt),  shear<D>(0.0, 5, dt)};
+}
+
+template <class Numbers> constexpr rve::Format format_of();
+template <> constexpr rve::Format format_of<FastNumbers>()
+{
+  return rve::Format::Fast;
+}
+template <> constexpr rve::Format format_of<MixedNumbers>()
+{
+  return rve::Format::Mixed;
+}
+template <> constexpr rve::Format format_of<DoubleNumbers>()
+{
+  return rve::Format::Double;
+}
+
+/// Of a state whose forces fit into the scale of the first call: nobody repeats it here.
+template <class Numbers, int D> RveRun<D> run_of(RveStateOf<D> state, Program memory)
+{
+  state.largest_contact_force = 1e4;
+  return RveRun<D>{build_image(format_of<Numbers>(), state, 2000, memory)};
+}
+
+template <class Numbers> RveRun<2> disks(double friction)
+{
+  RveState state = packing_of_400();
+  shake(state, 0.2, 5);
+  state.material.friction = friction;
+  return run_of<Numbers>(state, Program::General);
+}
+
+template <class Numbers, int D> RveStateOf<D> state_of(const RveRun<D> &run, Program memory)
+{
+  return read_image<D>(format_of<Numbers>(), run.image, memory);
+}
+
+/// What a caller sees. States, not images: a zero history may have a sign.
+template <class Numbers, int D>
+void expect_same_bits(const RveRun<D> &run, const RveRun<D> &expected, Program memory)
+{
+  EXPECT_EQ(std::memcmp(&run.answer, &expected.answer, sizeof(run.answer)), 0);
+  EXPECT_EQ(std::memcmp(&run.detail, &expected.detail, sizeof(run.detail)), 0);
+  EXPECT_EQ(serialize(state_of<Numbers>(run, memory)),
+            serialize(state_of<Numbers>(expected, memory)));
+}
+
+/// Time step of the disks of the examples, and of spheres that are as stiff.
+constexpr double DISK_DT = 5e-5, SPHERE_DT = 2e-6;
+
+#if defined(__SANITIZE_ADDRESS__)
+// What is in registers is one text for all formats; each of them takes a compiler with sanitizers minutes.
+using Formats = testing::Types<MixedNumbers>;
+#else
+using Formats = testing::Types<FastNumbers, MixedNumbers, DoubleNumbers>;
+#endif
+
+}    // namespace rve_test
+
+#endif
