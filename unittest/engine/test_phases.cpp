@@ -39,17 +39,6 @@ template <class Numbers> class Phases : public testing::Test {
 };
 TYPED_TEST_SUITE(Phases, Formats);
 
-SteeringRecord<2> servo_of_disks()
-{
-  SteeringRecord<2> steering = SteeringRecord<2>();
-  steering.controlled[0] = 1;
-  steering.stress_goal[0] = -1e5;
-  steering.velocity_gradient[1] = steering.velocity_gradient[3] = -3.0;
-  steering.servo_gain = default_servo_gain(packing_of_400());
-  steering.servo_max_rate = 20.0;
-  return steering;
-}
-
 }    // namespace
 
 TYPED_TEST(Phases, OfDisksMayBeDoneInThreads)

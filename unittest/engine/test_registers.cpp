@@ -60,12 +60,7 @@ TYPED_TEST(Registers, FrictionlessProgramGivesTheBitsOfArraysWithACoefficientOfZ
 TYPED_TEST(Registers, SteeredAndGeneralProgramsGiveTheBitsOfArraysWithAServo)
 {
   RveRun<2> arrays = disks<TypeParam>(0.5), steered = arrays, two = arrays, general = arrays;
-  SteeringRecord<2> steering = SteeringRecord<2>();
-  steering.controlled[0] = 1;
-  steering.stress_goal[0] = -1e5;
-  steering.velocity_gradient[1] = steering.velocity_gradient[3] = -3.0;
-  steering.servo_gain = default_servo_gain(packing_of_400());
-  steering.servo_max_rate = 20.0;
+  const SteeringRecord<2> steering = servo_of_disks();
   for (const int substeps : {10, 300, 1, 0, 70}) {
     SCOPED_TRACE(substeps);
     const DriveRecord<2> drive = shear<2>(0.0, substeps, DISK_DT);

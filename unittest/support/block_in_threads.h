@@ -120,13 +120,8 @@ template <class Base> class InThreads : public Base {
 
   template <class F> bool any(int n, F f)
   {
-    bool of_thread[Team::SIZE] = {};
-    share(n, [&](int i, int t) {
-      of_thread[t] = f(i) | of_thread[t];
+    return any(n, f, [] {
     });
-    bool result = false;
-    for (const bool one : of_thread) result = result || one;
-    return result;
   }
   template <class F, class Aside> bool any(int n, F f, Aside aside)
   {

@@ -192,6 +192,18 @@ void expect_same_bits(const RveRun<D> &run, const RveRun<D> &expected, Program m
 /// Time step of the disks of the examples, and of spheres that are as stiff.
 constexpr double DISK_DT = 5e-5, SPHERE_DT = 2e-6;
 
+/// Of disks(): a pressure across, while they are sheared and compressed along the other axis.
+inline SteeringRecord<2> servo_of_disks()
+{
+  SteeringRecord<2> steering = SteeringRecord<2>();
+  steering.controlled[0] = 1;
+  steering.stress_goal[0] = -1e5;
+  steering.velocity_gradient[1] = steering.velocity_gradient[3] = -3.0;
+  steering.servo_gain = default_servo_gain(packing_of_400());
+  steering.servo_max_rate = 20.0;
+  return steering;
+}
+
 #if defined(__SANITIZE_ADDRESS__)
 // What is in registers is one text for all formats; each of them takes a compiler with sanitizers minutes.
 using Formats = testing::Types<MixedNumbers>;

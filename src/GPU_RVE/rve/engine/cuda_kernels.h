@@ -73,8 +73,8 @@ struct BlockShape {
   int items, threads, sharers;
   /// Without what looks at details: the kernel is small, which BlockCuda::uniform wants. A call with details takes another residency.
   bool lean = false;
-  int most_grains =
-      0;    ///< that have room on chip, where they are fewer than those of all threads
+  /// That have room on chip, where they are fewer than those of all threads.
+  int most_grains = 0;
   RVE_HD constexpr int capacity() const { return most_grains > 0 ? most_grains : items * threads; }
 };
 RVE_HD constexpr bool same_shape(const BlockShape &one, const BlockShape &other)
