@@ -753,6 +753,9 @@ template <int D> std::vector<std::string> visited_programs()
 /// Threads of a block whose grains are in registers, where many RVEs share a multiprocessor.
 template <int D> constexpr int REGISTERS = D == 2 ? 416 : 256;
 
+/// The same for disks some of which have a servo: each thread has two.
+constexpr int STEERED = 224;
+
 /// Not a measurement: every path of the programs once, for compute-sanitizer. Throws when a path was not taken.
 template <int D>
 void visit_all_paths(Bench<D> &bench, const rve::RveStateOf<D> &packing, const Precision &precision,
@@ -783,6 +786,9 @@ template <int D> void run_sanitize(Bench<D> &bench)
   for (const Precision precision : bench.precisions())
     for (const int block : blocks)
       visit_all_paths(bench, packing, precision, block, {true, 400, false}, visited_programs<D>());
+  if (D == 3) return;
+  for (const Precision precision : bench.precisions())
+    visit_all_paths(bench, packing, precision, STEERED, {true, 400, false}, {"steered"});
 }
 
 /// For racecheck, which takes very long: each way to keep grains with each program in one number format, and each format with the programs that
@@ -799,6 +805,7 @@ template <int D> void run_races(Bench<D> &bench)
         visit_all_paths(bench, packing, precision, REGISTERS<D>, in_registers, {program});
       if (fast) visit_all_paths(bench, packing, precision, 64, in_memory, {program});
     }
+    if (D == 2) visit_all_paths(bench, packing, precision, STEERED, in_registers, {"steered"});
   }
 }
 
