@@ -486,28 +486,33 @@ template <int D> void run_grains(Bench<D> &bench)
   }
 }
 
-/// Numbers from `mean`/10.5 to 20 times that, evenly spread and well mixed (multiples of the golden ratio): their mean is `mean`.
+/// Each RVE takes `steps_at(place)` steps; the places are evenly spread from 0 to 1 and well mixed (multiples of the golden ratio).
+template <int D, class StepsAt>
+std::vector<rve::DriveOf<D>> mixed_drives(const Shearing<D> &shearing, int count,
+                                          const StepsAt &steps_at)
+{
+  std::vector<rve::DriveOf<D>> drives;
+  for (int k = 0; k < count; ++k)
+    drives.push_back(shearing.drive(steps_at(std::fmod(0.6180339887498949 * (k + 1), 1.0))));
+  return drives;
+}
+
+/// Numbers of steps from `mean`/10.5 to 20 times that, evenly spread: their mean is `mean`.
 template <int D>
 std::vector<rve::DriveOf<D>> unequal_drives(const Shearing<D> &shearing, int count, double mean)
 {
   const double least = mean / 10.5;
-  std::vector<rve::DriveOf<D>> drives;
-  for (int k = 0; k < count; ++k) {
-    const double place = std::fmod(0.6180339887498949 * (k + 1), 1.0);
-    drives.push_back(shearing.drive(static_cast<int>(std::lround(least * (1.0 + 19.0 * place)))));
-  }
-  return drives;
+  return mixed_drives(shearing, count, [least](double place) {
+    return static_cast<int>(std::lround(least * (1.0 + 19.0 * place)));
+  });
 }
 
 /// As adaptive substeps have them: of each hundred RVEs one takes 50 steps, every other one takes one, and the rest none; their mean is one.
 template <int D> std::vector<rve::DriveOf<D>> drives_of_few(const Shearing<D> &shearing, int count)
 {
-  std::vector<rve::DriveOf<D>> drives;
-  for (int k = 0; k < count; ++k) {
-    const double place = std::fmod(0.6180339887498949 * (k + 1), 1.0);
-    drives.push_back(shearing.drive(place > 0.99 ? 50 : place > 0.49 ? 1 : 0));
-  }
-  return drives;
+  return mixed_drives(shearing, count, [](double place) {
+    return place > 0.99 ? 50 : place > 0.49 ? 1 : 0;
+  });
 }
 
 /// As many steps in all, shared as equally as whole numbers allow.
@@ -806,7 +811,7 @@ template <int D> void run_sanitize(Bench<D> &bench)
     visit_all_paths(bench, packing, precision, STEERED, {true, 400, false}, {"steered"});
 }
 
-/// For racecheck, which takes very long: each way to keep grains with each program in one number format, and each format with the programs that
+/// For racecheck, which takes long: each way to keep grains with each program in one number format, and each format with the programs that
 /// differ most. What a thread reads and writes on chip is the same in every arithmetic, and for every number of grains.
 template <int D> void run_races(Bench<D> &bench)
 {

@@ -40,10 +40,9 @@ done
 
 # a small batch with rebuilds, lists that overflow, lattice reduction and failures, in all formats, programs and kernels. The batch is shared out
 # among processes: most of the time a sanitizer rewrites kernels on a core of the host. Racecheck keeps the GPU itself busy, and processes
-# take turns there: one after the other it ends in seven minutes (a second to 44 each), ten at a time did not in five
+# take turns there: one case after the other takes seven minutes in all, and ten processes at a time had not ended in five
 sanitize() { # sanitize <tool> <suite> <packing>
-  parts=$(($(nproc) / 2))
-  [ "$parts" -ge 1 ] && [ "$1" != racecheck ] || parts=1
+  case $1 in racecheck) parts=1 ;; *) parts=$((($(nproc) + 1) / 2)) ;; esac
   logs=$(mktemp -d) || return 1
   shared_out=
   for part in $(seq "$parts"); do
