@@ -20,6 +20,7 @@
 
 With --floor packings of three stiffnesses are held at rest in each number format, for the unbalanced force that remains: nothing else.
 With --presets the packings are made and the three presets are run over the element tests, for their costs beside each other: nothing else.
+With --skipping the same is done of adaptive substeps with and without quiescent.
 
 The last form draws doc/src/figures/accuracy_pareto-... . Needs numpy and matplotlib (Debian: python3-numpy, python3-matplotlib).
 """
@@ -195,7 +196,8 @@ def command_of(options, binaries, out):
     return (f"python3 bench/accuracy.py --bin {in_repository(binaries)} --out {in_repository(out)} --device {options.device} "
                          f"--copies {options.copies}" + (" --shape sphere" if options.shape == "sphere" else "")
                          + (f" --grains {options.grains}" if options.grains else "") + (f" --scenes {options.scenes}" if options.scenes else "")
-                         + (" --floor" if options.floor else "") + (" --presets" if options.presets else "") + (" --no-footing" if options.no_footing else ""))
+                         + (" --floor" if options.floor else "") + (" --presets" if options.presets else "")
+                         + (" --skipping" if options.skipping else "") + (" --no-footing" if options.no_footing else ""))
 
 
 def save(report, out):
@@ -224,15 +226,15 @@ def measure(options):
         run([binaries / "bench_accuracy", out, *many, "--floor", "--device", options.device, *machine], folder)
         return save({**json.loads(out.read_text()), "command": command_of(options, binaries, out)}, out)
     packings = make_packings(binaries / "lmp", folder, options.shape, grains)
-    if options.device == "cpu" and options.shape == "disk" and not options.presets:
+    if options.device == "cpu" and options.shape == "disk" and not options.presets and not options.skipping:
         run([sys.executable, REPOSITORY / "examples" / "crosscheck" / "crosscheck.py", "--short", "--lmp", binaries / "lmp", "--dir",
              folder / "crosscheck"], folder)
     scenes = ["--scenes", options.scenes] if options.scenes else []
-    only = ["--presets"] if options.presets else []
+    only = ["--presets"] if options.presets else ["--skipping"] if options.skipping else []
     run([binaries / "bench_accuracy", out, *packings, "--device", options.device, "--copies", options.copies, *scenes, *only, *machine], folder)
     report = json.loads(out.read_text())
     report["command"] = command_of(options, binaries, out)
-    if options.presets:
+    if only:
         return save(report, out)
     swept = report["rows"]
     report["rows"] = swept + presets(swept)
@@ -312,6 +314,7 @@ def main():
     parser.add_argument("--machine", help="words for the machine (default: the engine's)")
     parser.add_argument("--scenes", metavar="A,B", help="these element tests only; a planted defect that only others find is then no failure")
     parser.add_argument("--presets", action="store_true", help="what the presets cost beside each other, and nothing else")
+    parser.add_argument("--skipping", action="store_true", help="what adaptive substeps cost with and without quiescent, and nothing else")
     parser.add_argument("--floor", action="store_true", help="the unbalanced force of packings at rest, and nothing else")
     parser.add_argument("--no-footing", action="store_true")
     parser.add_argument("--only-grains", action="store_true", help="compare numbers of grains, and nothing else")

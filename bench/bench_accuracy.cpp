@@ -2,11 +2,12 @@
 // packings are all of disks or all of spheres.
 //
 //   bench_accuracy <output.json> <packing.rve> [<packing.rve> ...] [--device cpu|cuda] [--copies N] [--machine words] [--scenes a,b]
-//                  [--short] [--ensemble] [--presets] [--floor]
+//                  [--short] [--ensemble] [--presets] [--skipping] [--floor]
 //
 // With --ensemble packings of several numbers of grains are compared, in the mean and in their scatter: nothing else.
 // With --presets only the three presets run, for what they cost beside each other: no errors. So many copies of the packings can fill a
-// device. What fix rve has of host threads is there then, too.
+// device.
+// With --skipping adaptive substeps run with and without *quiescent*, for what skipping saves: no errors.
 // With --floor packings are held at rest in each number format, for the unbalanced force that remains and the pressure that it changes.
 //
 // A packing of grains is chaotic: beyond some strain the smallest difference grows until two runs agree in the mean only. Twins are therefore
@@ -14,10 +15,11 @@
 // point by point; afterwards only means over the packings are compared. The packings are one batch; `copies` of each
 // fill a GPU. Planted defects, which must stand out, show that the scenes would find them.
 //
-// Cost is CPU time of the one thread, or wall time where a GPU works. Between macro steps a fixed piece of work is timed too, and
+// Cost is CPU time of the one thread, or wall time where a GPU works, with all threads of the host. Between macro steps a fixed piece of work is timed too, and
 // ratios of costs are ratios of times over it: what else the machine does at the moment slows both.
 
 #include "bench_report.h"
+#include "steps_on_device.h"
 
 #include "macro/rve_points.h"
 #include "rve/core/error.h"
@@ -37,6 +39,7 @@
 #include <iterator>
 #include <map>
 #include <omp.h>
+#include <optional>
 #include <random>
 #include <sstream>
 
@@ -247,6 +250,7 @@ template <int D> using Curve = std::vector<Tensor<double, D>>;
 template <int D> struct Outcome {
   std::vector<Curve<D>> curves;    // of each packing
   double seconds = 0.0;            // for all packings and copies
+  double looking = 0.0;            // of these, for macro steps that end with details
   double pace = 1.0;               // mean time of the fixed piece of work meanwhile [s]
   double dem_steps = 0.0;          // of one packing, mean
   std::string failure;             // words of the status; empty if all went well
@@ -364,8 +368,18 @@ template <int D> class Pace {
   double seconds = 0.0;
 };
 
+/// As fix rve does, but for the bound of their time steps.
+template <int D> void note_stiffened(macro::RvePointsOf<D> &points, const std::vector<int> &slots)
+{
+  if (!points.any_has_stiffened()) return;
+  std::vector<int> stiffened;
+  for (const int slot : slots)
+    if (points.has_stiffened(slot)) stiffened.push_back(slot);
+  points.note_check(stiffened);
+}
+
 /// Through the layer that fix rve uses, so that its knobs are these, and as it does: details are asked for when the bound is looked at,
-/// and in the end.
+/// and in the end; on a GPU, where it is driven by increments alone, these and the stresses are there.
 template <int D>
 Outcome<D> run_points(const Scene<D> &scene, const std::vector<RveStateOf<D>> &packings,
                       const Setting &setting, const Machine &machine)
@@ -375,10 +389,14 @@ Outcome<D> run_points(const Scene<D> &scene, const std::vector<RveStateOf<D>> &p
   for (const RveStateOf<D> &packing : packings) states.push_back(prepared(packing, setting));
   Options options = options_for<D>(setting, machine);
   options.contacts = contacts_of(states);
-  macro::RvePointsOf<D> points(make_engine<D>(options), nullptr, setting.macro, machine.threads);
+  auto engine = make_engine<D>(options);
+  const int device = scene.servo ? -1 : engine->cuda_device();
+  macro::RvePointsOf<D> points(std::move(engine), nullptr, setting.macro, machine.threads);
   for (int copy = 0; copy < machine.copies; ++copy)
     for (const RveStateOf<D> &state : states) copies.push_back(&state);
   const std::vector<int> slots = points.add(copies);
+  std::optional<bench::StepsOnDevice<D>> there;
+  if (device >= 0) there.emplace(points, slots, device);
 
   const auto bound = [&] {
     double least = HUGE_VAL;
@@ -408,20 +426,29 @@ Outcome<D> run_points(const Scene<D> &scene, const std::vector<RveStateOf<D>> &p
         if (scene.servo) drives[k].servo_gain = points.servo_gain(slots[k]);
         if (setting.macro.adaptive) drives[k].dt = dt;
       }
+      if (there) there->set_increment(drives[0].deformation, drives[0].dt, drives[0].substeps);
       gradient_before = gradient;
       dt_before = dt;
     }
+    const bool with_details = checks || step + 1 == scene.steps;
+    std::vector<int> failed;
     const double start = now(machine);
-    const std::vector<int> failed =
-        points.advance(slots, drives, checks || step + 1 == scene.steps);
-    outcome.seconds += now(machine) - start;
+    const bool is_there = there && there->advance(with_details, failed);
+    if (!is_there) failed = points.advance(slots, drives, with_details);
+    note_stiffened(points, slots);
+    const double took = now(machine) - start;
+    outcome.seconds += took;
+    if (with_details) outcome.looking += took;
     if (!failed.empty()) {
       outcome.failure = describe_status(points.point(failed[0]).result.status);
       return outcome;
     }
+    const std::vector<Tensor<double, D>> stresses = is_there ? there->stresses(packings.size())
+                                                             : std::vector<Tensor<double, D>>();
     for (std::size_t k = 0; k < packings.size(); ++k)
-      outcome.curves[k].push_back(points.stress(slots[k]));
+      outcome.curves[k].push_back(is_there ? stresses[k] : points.stress(slots[k]));
   }
+  points.hear();
   outcome.pace = pace.mean();
   for (std::size_t k = 0; k < packings.size(); ++k)
     outcome.dem_steps += static_cast<double>(points.point(slots[k]).last_steps().counters.steps -
@@ -728,7 +755,8 @@ double difference_from_cpu(const std::vector<RveStateOf<D>> &packings, const Mac
 struct Arguments {
   std::string output, machine, scenes;
   std::vector<std::string> packings;
-  bool cuda = false, brief = false, ensemble = false, presets = false, floor = false;
+  bool cuda = false, brief = false, ensemble = false, presets = false, floor = false,
+       skipping = false;
   int copies = 1;
 };
 
@@ -757,6 +785,8 @@ Arguments parse(int argc, char **argv)
       arguments.presets = true;
     else if (word == "--floor")
       arguments.floor = true;
+    else if (word == "--skipping")
+      arguments.skipping = true;
     else if (arguments.output.empty())
       arguments.output = word;
     else
@@ -765,7 +795,7 @@ Arguments parse(int argc, char **argv)
   require(!arguments.packings.empty() && arguments.copies > 0,
           "usage: bench_accuracy <output.json> <packing.rve> ... [--device cpu|cuda] [--copies N] "
           "[--machine words] [--scenes a,b] [--short] [--ensemble] [--presets] "
-          "[--floor]");
+          "[--skipping] [--floor]");
   return arguments;
 }
 
@@ -974,10 +1004,65 @@ void compare_costs_of_presets(const std::vector<RveStateOf<D>> &packings,
   report.write();
 }
 
+/// What *quiescent* costs or saves beside the same substeps without it, scene by scene. Each runs twice, in turn; the faster one counts.
+template <int D>
+void compare_costs_of_skipping(const std::vector<RveStateOf<D>> &packings,
+                               const std::vector<RveStateOf<D>> &sheared_packings,
+                               const Arguments &arguments, const Machine &machine,
+                               bench::Report &report)
+{
+  constexpr int MACRO_STEPS = 400;
+  std::vector<Setting> some = {{"adaptive 1e-6 1e-3", "substeps"}};
+  some[0].macro = adaptive(1e-6, 1e-3);
+  for (const Setting &setting : settings<D>(arguments.cuda))
+    if (setting.knob == "quiescent") some.push_back(setting);
+  for (Scene<D> scene : scenes<D>()) {
+    if (!is_wanted(scene, arguments.scenes) || !fits(some[0], scene)) continue;
+    scene.steps = std::min(scene.steps, MACRO_STEPS);
+    const std::vector<RveStateOf<D>> &start = scene.slow ? sheared_packings : packings;
+    std::vector<Outcome<D>> outcomes;
+    for (const bool again : {false, true})
+      for (std::size_t s = 0; s < some.size(); ++s) {
+        Outcome<D> outcome = run(scene, start, some[s], machine);
+        require(outcome.failure.empty(),
+                some[s].name + " fails in " + scene.name + ": " + outcome.failure);
+        if (!again)
+          outcomes.push_back(std::move(outcome));
+        else if (outcome.cost() < outcomes[s].cost())
+          outcomes[s] = std::move(outcome);
+      }
+    const double rves = static_cast<double>(start.size()) * machine.copies;
+    for (std::size_t s = 0; s < some.size(); ++s) {
+      const double speedup = outcomes[0].cost() / outcomes[s].cost();
+      report.add({{"device", arguments.cuda ? "cuda" : "cpu-1"},
+                  {"code", "gpu_rve"},
+                  {"scene", scene.name},
+                  {"dim", D},
+                  {"grains", packings[0].num_grains()},
+                  {"rves", rves},
+                  {"format", to_string(some[s].format)},
+                  {"setting", some[s].name}},
+                 "quiescent_speedup", speedup, "-",
+                 {{"dem_steps", outcomes[s].dem_steps},
+                  {"macro_steps", scene.steps},
+                  {"seconds_per_macro_step", outcomes[s].seconds / scene.steps},
+                  {"seconds_with_details", outcomes[s].looking / scene.steps}});
+      std::printf("%-11s %5.0f RVEs %-20s %8.1f us per macro step (%.1f with details), %6.2f DEM "
+                  "steps in it, %.3f "
+                  "times as fast\n",
+                  scene.name.c_str(), rves, some[s].name.c_str(),
+                  1e6 * outcomes[s].seconds / scene.steps, 1e6 * outcomes[s].looking / scene.steps,
+                  outcomes[s].dem_steps / scene.steps, speedup);
+      std::fflush(stdout);
+    }
+    report.write();
+  }
+}
+
 template <int D> int run(const Arguments &arguments, bench::Report report)
 {
   const Machine machine{arguments.cuda ? Device::Cuda : Device::Cpu, arguments.copies,
-                        arguments.cuda && arguments.presets ? omp_get_max_threads() : 1};
+                        arguments.cuda ? omp_get_max_threads() : 1};
   const std::string engine = make_engine<D>(options_for<D>(Setting(), machine))->description();
   report.set_machine(arguments.machine.empty() ? engine.substr(0, engine.find(','))
                                                : arguments.machine);
@@ -995,6 +1080,10 @@ template <int D> int run(const Arguments &arguments, bench::Report report)
   for (const RveStateOf<D> &packing : packings) sheared_packings.push_back(sheared(packing));
   if (arguments.presets) {
     compare_costs_of_presets(packings, sheared_packings, arguments, machine, report);
+    return 0;
+  }
+  if (arguments.skipping) {
+    compare_costs_of_skipping(packings, sheared_packings, arguments, machine, report);
     return 0;
   }
 

@@ -208,8 +208,16 @@ long calls_in_repeat(double seconds, double seconds_per_call, double strain_of_c
 
 /// One call to begin with, one to see how long it takes, and then the repeats.
 template <template <int> class Answer = rve::ResponseOf, int D>
-Measured measure(const Batch<D> &batch, const std::vector<rve::DriveOf<D>> &drives, double seconds)
+Measured measure(const Batch<D> &batch, const std::vector<rve::DriveOf<D>> &of_all, double seconds)
 {
+  // whom no step is asked of is in no call, as those that sleep are in none of fix rve
+  std::vector<int> rves;
+  std::vector<rve::DriveOf<D>> drives;
+  for (std::size_t k = 0; k < of_all.size(); ++k) {
+    if (of_all[k].substeps == 0) continue;
+    rves.push_back(batch.rves[k]);
+    drives.push_back(of_all[k]);
+  }
   long steps = 0;
   int longest = 1;
   for (const rve::DriveOf<D> &drive : drives) {
@@ -217,8 +225,8 @@ Measured measure(const Batch<D> &batch, const std::vector<rve::DriveOf<D>> &driv
     longest = std::max(longest, drive.substeps);
   }
   std::vector<Answer<D>> answers;
-  time_calls(*batch.engine, batch.rves, drives, 1, answers);
-  const double estimate = time_calls(*batch.engine, batch.rves, drives, 1, answers);
+  time_calls(*batch.engine, rves, drives, 1, answers);
+  const double estimate = time_calls(*batch.engine, rves, drives, 1, answers);
   const rve::Counters before = batch.look().counters;
   Measured measured;
   measured.calls = calls_in_repeat(seconds, estimate, batch.shearing.strain_of(longest));
@@ -226,7 +234,7 @@ Measured measure(const Batch<D> &batch, const std::vector<rve::DriveOf<D>> &driv
   std::vector<double> rates(REPEATS);
   double all_seconds = 0.0;
   for (double &rate : rates) {
-    const double took = time_calls(*batch.engine, batch.rves, drives, measured.calls, answers);
+    const double took = time_calls(*batch.engine, rves, drives, measured.calls, answers);
     rate = steps_of_repeat / took;
     all_seconds += took;
   }

@@ -273,7 +273,7 @@ void expect_same_course(const rve::RveStateOf<D> &state, rve::Format format, con
   EXPECT_EQ(there.owner.times_stiffened > 0, shall_fail);
   if (DEVICE != rve::Device::Cuda) return;
   const int updates = scheme == mpm::Scheme::Usavg ? 2 * steps : steps;
-  // where none may sleep calls begin before the host has seen their plan; adaptive ones when it knows about how many steps they make
+  // where all work calls begin before the host has seen their plan; adaptive ones when it knows about how many steps they make
   const int ahead = there.owner.advances_ahead;
   if (macro.quiescent_strain > 0.0)
     EXPECT_EQ(ahead, 0);
@@ -287,6 +287,14 @@ void expect_same_course(const rve::RveStateOf<D> &state, rve::Format format, con
     EXPECT_LT(there.owner.advances_there, updates);
   }
   EXPECT_TRUE(!shall_fail || there.owner.times_unfinished > 0);
+}
+
+/// All velocities become so many times as large.
+template <int D> void slow_down(Block<D> &block, double share)
+{
+  block.solver.fetch(block.scene.view());
+  for (double &v : block.scene.velocity) v *= share;
+  block.solver.points_changed();
 }
 
 }    // namespace
@@ -334,6 +342,46 @@ TEST_P(StepsOnDevice, HaveThemWhereRvesSleep)
   MacroStepOptions matched = sleepy();
   matched.adaptive.reset();
   expect_same_course(packing_of_400(), GetParam(), SLOW, matched);
+}
+
+// Calls begin before the host has seen their plan as long as all work. When some are looked at or sleep, what has begun has not moved them.
+TEST_P(StepsOnDevice, HaveThemWhereRvesFallAsleepThatWereExpectedToWork)
+{
+  const rve::RveState state = packing_of_400();
+  const auto fast = [&](rve::Device device) {
+    return std::make_unique<Block<2>>(state, Motion{0.5}, device, GetParam(), sleepy(), 0.2,
+                                      mpm::Scheme::Musl);
+  };
+  const auto here = fast(rve::Device::Cpu), there = fast(DEVICE);
+  here->steps(14);
+  there->steps(14);
+  slow_down(*here, 0.005);
+  slow_down(*there, 0.005);
+  const int ahead = there->owner.advances_ahead;
+  const auto count_of = [&](const auto &is_one) {
+    int count = 0;
+    for (int p = 0; p < here->scene.size(); ++p) count += is_one(here->owner.point(p).rest());
+    return count;
+  };
+  here->steps(1);
+  there->steps(1);
+  expect_same(*here, *there, true);
+  EXPECT_GT(count_of([](rve::Rest rest) {
+              return rest != rve::Rest::Unknown;
+            }),
+            0);
+  if (DEVICE == rve::Device::Cuda) {
+    EXPECT_GT(ahead, 0);
+    EXPECT_EQ(there->owner.advances_ahead, ahead + 1);
+  }
+  here->steps(40);
+  there->steps(40);
+  expect_same(*here, *there, true);
+  EXPECT_GT(count_of([](rve::Rest rest) {
+              return rest == rve::Rest::Sleeps;
+            }),
+            0);
+  if (DEVICE == rve::Device::Cuda) { EXPECT_EQ(there->owner.advances_there, 55); }
 }
 
 TEST_P(StepsOnDevice, HaveThemOverSpheresInPlaneStrain)

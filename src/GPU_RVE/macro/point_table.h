@@ -102,7 +102,12 @@ template <int D, class Point> class PointTable {
   }
   /// Whether it has not heard of the last answer, or sleep.
   bool is_ahead(int slot) const { return fronts_[slot].is_ahead; }
-  rve::Rest rest(int slot) const { return sleeps_on(slot) ? rve::Rest::Sleeps : at(slot).rest(); }
+  /// Of one that has not heard of its last answer nothing is known: a look would have told it.
+  rve::Rest rest(int slot) const
+  {
+    if (!fronts_[slot].is_ahead) return points_[slot].rest();
+    return sleeps_on(slot) ? rve::Rest::Sleeps : rve::Rest::Unknown;
+  }
   /// Of one that sleeps, or has been looked at and shall.
   const rve::SleepOf<D> &sleep(int slot)
   {

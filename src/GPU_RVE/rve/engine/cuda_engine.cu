@@ -139,6 +139,7 @@ namespace {
       if (call.is_new) {
         handled_call = false;
         steps_before = 0;
+        plans_not_held = 0;
       }
       launch.rves = handles_of(call.rves);
       handled_call = true;
@@ -186,13 +187,15 @@ namespace {
     {
       const PlanOptions &asked = increments_of_call.options;
       const bool knows_steps = !asked.is_adaptive || steps_before > 0;
-      if (may_sleep || !knows_steps) return false;
+      // who has been looked at in vain is not looked at in the next step
+      constexpr int AS_EXPECTED = 8;
+      if (!knows_steps || (may_sleep && plans_not_held < AS_EXPECTED)) return false;
       CallFindings expected = {};
       expected.longest = asked.is_adaptive ? asked.adaptive.most : asked.substeps;
       expected.steps = asked.is_adaptive
           ? steps_before
           : static_cast<unsigned long long>(increments_of_call.count) * asked.substeps;
-      begin_planned(expected, &increments_of_call.findings->refused);
+      begin_planned(expected, &increments_of_call.findings->held);
       is_begun = true;
       return true;
     }
@@ -200,15 +203,13 @@ namespace {
     bool take_plan() override
     {
       const CallFindings &found = *plan_told.room(1);
-      if (found.refused == 0) {
-        steps_before = found.steps;
-        return true;
-      }
-      if (std::exchange(is_begun, false)) {
+      if (found.held && std::exchange(is_begun, false)) {
         wait_for_answers();
         drives_in_use = 1 - drives_in_use;    // as if it had not begun
       }
-      return false;
+      steps_before = found.steps;
+      plans_not_held = found.held ? 0 : plans_not_held + 1;
+      return found.refused == 0;
     }
 
     void begin() override
@@ -451,6 +452,7 @@ namespace {
     {
       use_device();
       IncrementLaunch<D> &launch = increments_of_call;
+      launch.hold = hold;
       drives_in_use = 1 - drives_in_use;
       launch.answers = planned_answers[drives_in_use].reserve(launch.count);
       launch.answers_before = planned_answers[1 - drives_in_use].reserve(launch.count);
@@ -884,6 +886,7 @@ namespace {
     bool is_begun = false;    ///< before its plan was looked at
     /// Of all RVEs in the last plan; 0: it was another call's.
     unsigned long long steps_before = 0;
+    int plans_not_held = 0;          ///< the last ones of this call: CallFindings::held
     bool some_unfinished = false;    ///< in the last call
     DeviceBuffer<TurnRecord<D>> planned_turns;
     DeviceBuffer<AnswerRecord<D>> planned_answers[2];

@@ -25,7 +25,7 @@ struct CallFindings {
   int stiffened;               ///< RVEs with more contacts than their plan expects
   int sleeping;                ///< RVEs that make no steps
   int looks;                   ///< RVEs that are looked at
-  int unused;
+  int held;                    ///< above zero: RVEs are refused, make no steps or are looked at
   int class_size[kCostClasses], class_taken[kCostClasses];
 };
 constexpr std::size_t kToldFindings = offsetof(CallFindings, class_size);
@@ -61,6 +61,7 @@ template <int D> struct IncrementLaunch {
   TurnRecord<D> *turns;                     ///< (count), of which `findings` has the number
   AnswerRecord<D> *answers;                 ///< (count)
   const AnswerRecord<D> *answers_before;    ///< (count) of the call before
+  const int *hold;                          ///< above zero when kernels get there: no answers
   int *stiffened;                           ///< (MOST_STIFFENED) places, of the host
   int *unfinished;                          ///< (kMostUnfinished) the same
 };
@@ -79,9 +80,9 @@ RVE_HD inline Tensor<double, D> increment_of_point(const IncrementLaunch<D> &lau
 template <int D>
 __global__ void __launch_bounds__(kIncrementBlock) plan_increments(const IncrementLaunch<D> launch)
 {
-  __shared__ int longest, steps, sleeping;
+  __shared__ int longest, steps, sleeping, held;
   __shared__ int sizes[kCostClasses];
-  if (threadIdx.x == 0) longest = steps = sleeping = 0;
+  if (threadIdx.x == 0) longest = steps = sleeping = held = 0;
   for (int c = threadIdx.x; c < kCostClasses; c += kIncrementBlock) sizes[c] = 0;
   __syncthreads();
   const int k = blockIdx.x * kIncrementBlock + threadIdx.x;
@@ -103,6 +104,7 @@ __global__ void __launch_bounds__(kIncrementBlock) plan_increments(const Increme
     store_tensor(plan.deformation, drive.deformation);
     launch.drives[k] = drive;
     if (sleeps) atomicAdd(&sleeping, 1);
+    if (sleeps || plan.is_looked_at || plan.kind == PlanKind::Refused) atomicOr(&held, 1);
     atomicMax(&longest, plan.substeps);
     atomicAdd(&steps, plan.substeps);
     if (launch.classes) {
@@ -118,6 +120,7 @@ __global__ void __launch_bounds__(kIncrementBlock) plan_increments(const Increme
     atomicMax(&launch.findings->longest, longest);
     atomicAdd(&launch.findings->steps, static_cast<unsigned long long>(steps));
     if (sleeping > 0) atomicAdd(&launch.findings->sleeping, sleeping);
+    if (held) atomicOr(&launch.findings->held, 1);
   }
   if (!launch.classes) return;
   for (int c = threadIdx.x; c < kCostClasses; c += kIncrementBlock)
@@ -217,7 +220,7 @@ template <int D>
 __global__ void __launch_bounds__(kIncrementBlock) take_answers(const IncrementLaunch<D> launch)
 {
   const int k = blockIdx.x * kIncrementBlock + threadIdx.x;
-  if (k >= launch.count) return;
+  if (k >= launch.count || (launch.hold && *launch.hold > 0)) return;
   if (launch.rest && launch.drives[k].substeps == 0)
     sleep_on(launch, k);
   else

@@ -53,8 +53,9 @@ template <int D> class DeviceCallsOf {
 
   /// Has the device plan a call behind all that it has been told before.
   virtual void plan(const DeviceCallOf<D> &call) = 0;
-  /// Begins the call before anybody has looked at the plan, where it makes no difference which RVEs there are: if none may sleep. No RVE moves or
-  /// turns if the plan refuses one. Returns whether it has begun; then begin() has nothing to do.
+  /// Begins the call before anybody has looked at the plan, where it is expected to find nothing but RVEs that make steps. No RVE moves or turns if
+  /// it refuses one, or if one sleeps or is looked at: then it has not begun. Returns whether it has; if the plan is as expected, begin() has
+  /// nothing to do.
   virtual bool begin_ahead() = 0;
   /// When the device has planned: whether all RVEs can go so.
   virtual bool take_plan() = 0;

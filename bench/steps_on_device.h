@@ -1,0 +1,111 @@
+// Macro steps of a batch whose increments and stresses lie in the memory of a GPU, as fix rve makes them under the points of fix mpm.
+
+#ifndef BENCH_STEPS_ON_DEVICE_H
+#define BENCH_STEPS_ON_DEVICE_H
+
+#include "macro/rve_points.h"
+
+#if defined(GPU_RVE_WITH_CUDA)
+#include "cuda/device_buffer.cuh"
+#include "rve/core/space.h"
+#endif
+
+#include <cstddef>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+namespace bench {
+
+#if defined(GPU_RVE_WITH_CUDA)
+
+/// Points and slots are another's.
+template <int D> class StepsOnDevice {
+  using Matrix = rve::Tensor<double, D>;
+
+ public:
+  StepsOnDevice(macro::RvePointsOf<D> &points, const std::vector<int> &slots, int device) :
+      points_(points), slots_(slots), places_(slots.size())
+  {
+    std::iota(places_.begin(), places_.end(), 0);
+    there_.device = device;
+    there_.dimension = D;
+    there_.stress = stresses_.reserve(COMPONENTS * slots.size());
+  }
+
+  /// The same increment for all from here on; `dt` and `substeps` as fix rve tells them.
+  void set_increment(const Matrix &increment, double dt, int substeps)
+  {
+    increments_.all = increment;
+    increments_.dt = dt;
+    increments_.substeps = substeps;
+    double *numbers = deformations_.room(COMPONENTS * slots_.size());
+    for (std::size_t k = 0; k < slots_.size(); ++k)
+      rve::store_tensor(increment, numbers + COMPONENTS * k);
+    there_.increment = deformations_.send(COMPONENTS * slots_.size());
+    rve::check_cuda(cudaDeviceSynchronize(), "upload of increments");
+  }
+
+  /// As RvePointsOf::advance(). False: nothing has happened, and it is for that one.
+  bool advance(bool with_details, std::vector<int> &failed)
+  {
+    const bool is_as_before = points_.is_as_before(slots_, places_);
+    if (!points_.plan_there(slots_, places_, is_as_before, there_, increments_)) return false;
+    points_.begin_advance_ahead();
+    rve::check_cuda(cudaStreamSynchronize(nullptr), "plan of a macro step");
+    if (!points_.can_advance_there()) return false;
+    points_.begin_advance_there();
+    failed.clear();
+    for (const int place : points_.end_advance()) failed.push_back(slots_[place]);
+    if (with_details) {
+      points_.hear();
+      points_.complete();
+    }
+    return true;
+  }
+
+  /// Of the first points, after advance().
+  std::vector<Matrix> stresses(std::size_t count)
+  {
+    std::vector<Matrix> first;
+    const bool are_there = points_.stresses_are_there();
+    const double *numbers = are_there ? stresses_.receive(COMPONENTS * count) : nullptr;
+    for (std::size_t k = 0; k < count; ++k)
+      first.push_back(are_there ? rve::load_tensor<D>(numbers + COMPONENTS * k)
+                                : points_.stress(slots_[k]));
+    return first;
+  }
+
+ private:
+  static constexpr std::size_t COMPONENTS = rve::Space<D>::components;
+
+  struct Increments final : macro::MacroIncrementsOf<D> {
+    Matrix all = Matrix::identity();
+    Matrix increment(int /*place*/) const override { return all; }
+    void take_stress(int /*place*/, const Matrix & /*stress*/) override {}
+  };
+
+  macro::RvePointsOf<D> &points_;
+  const std::vector<int> &slots_;
+  std::vector<int> places_;
+  rve::PointsOnDevice there_;
+  Increments increments_;
+  rve::DeviceBuffer<double> deformations_, stresses_;
+};
+
+#else
+
+/// None is there.
+template <int D> class StepsOnDevice {
+ public:
+  StepsOnDevice(macro::RvePointsOf<D> &, const std::vector<int> &, int) {}
+  void set_increment(const rve::Tensor<double, D> &, double, int) {}
+  bool advance(bool, std::vector<int> &) { return false; }
+  std::vector<rve::Tensor<double, D>> stresses(std::size_t) { return {}; }
+};
+
+#endif
+
+}    // namespace bench
+
+#endif
