@@ -226,11 +226,11 @@ def measure(options):
         run([binaries / "bench_accuracy", out, *many, "--floor", "--device", options.device, *machine], folder)
         return save({**json.loads(out.read_text()), "command": command_of(options, binaries, out)}, out)
     packings = make_packings(binaries / "lmp", folder, options.shape, grains)
-    if options.device == "cpu" and options.shape == "disk" and not options.presets and not options.skipping:
+    only = ["--presets"] if options.presets else ["--skipping"] if options.skipping else []
+    if options.device == "cpu" and options.shape == "disk" and not only:
         run([sys.executable, REPOSITORY / "examples" / "crosscheck" / "crosscheck.py", "--short", "--lmp", binaries / "lmp", "--dir",
              folder / "crosscheck"], folder)
     scenes = ["--scenes", options.scenes] if options.scenes else []
-    only = ["--presets"] if options.presets else ["--skipping"] if options.skipping else []
     run([binaries / "bench_accuracy", out, *packings, "--device", options.device, "--copies", options.copies, *scenes, *only, *machine], folder)
     report = json.loads(out.read_text())
     report["command"] = command_of(options, binaries, out)

@@ -5,8 +5,7 @@
 //                  [--short] [--ensemble] [--presets] [--skipping] [--floor]
 //
 // With --ensemble packings of several numbers of grains are compared, in the mean and in their scatter: nothing else.
-// With --presets only the three presets run, for what they cost beside each other: no errors. So many copies of the packings can fill a
-// device.
+// With --presets only the three presets run, for what they cost beside each other: no errors. So many copies of the packings can fill a device.
 // With --skipping adaptive substeps run with and without *quiescent*, for what skipping saves: no errors.
 // With --floor packings are held at rest in each number format, for the unbalanced force that remains and the pressure that it changes.
 //
@@ -15,8 +14,8 @@
 // point by point; afterwards only means over the packings are compared. The packings are one batch; `copies` of each
 // fill a GPU. Planted defects, which must stand out, show that the scenes would find them.
 //
-// Cost is CPU time of the one thread, or wall time where a GPU works, with all threads of the host. Between macro steps a fixed piece of work is timed too, and
-// ratios of costs are ratios of times over it: what else the machine does at the moment slows both.
+// Cost is CPU time of the one thread, or wall time where a GPU works, with all threads of the host. Between macro steps a fixed piece of
+// work is timed too, and ratios of costs are ratios of times over it: what else the machine does at the moment slows both.
 
 #include "bench_report.h"
 #include "steps_on_device.h"

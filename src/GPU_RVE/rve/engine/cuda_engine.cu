@@ -187,7 +187,7 @@ namespace {
     {
       const PlanOptions &asked = increments_of_call.options;
       const bool knows_steps = !asked.is_adaptive || steps_before > 0;
-      // who has been looked at in vain is not looked at in the next step
+      // one such plan says little: who has been looked at in vain is not looked at in the next step
       constexpr int AS_EXPECTED = 8;
       if (!knows_steps || (may_sleep && plans_not_held < AS_EXPECTED)) return false;
       CallFindings expected = {};
