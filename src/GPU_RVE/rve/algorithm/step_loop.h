@@ -333,19 +333,28 @@ inline namespace RVE_ISA {
     /// After the forces of step k. By one thread.
     RVE_INLINE void keep_books(int k, bool ledger, bool servo)
     {
-      const PlanOf<Scene> &plan = call.planned(k);
-      if (ledger) add_half_of_work(plan);
+      if (ledger) add_half_of_work(call.planned(k).gradient.template as<double>());
       if (servo) steer();
     }
 
-    /// The work of the mean field in a step is that of the mean of the stresses before and after: half of it, with the stress that the
-    /// last forces had, after the forces of a step and before those of the next one. By one thread.
-    RVE_INLINE void add_half_of_work(const PlanOf<Scene> &plan)
+    /// Velocity gradient of a planned step over the cell before the step, L (I - dt L)^-1. The plan
+    /// has L, over the cell after the step; a servo in the plane has one for both [1/time].
+    RVE_INLINE Tensor<double, Scene::D> gradient_before(const PlanOf<Scene> &plan) const
+    {
+      const auto after = plan.gradient.template as<double>();
+      if (Scene::D == 2 && has_servo()) return after;
+      return after *
+          inverse(Tensor<double, Scene::D>::identity() - static_cast<double>(call.law.dt) * after);
+    }
+
+    /// Adds half of the work of the mean field in a step: that of the last forces, on branches that
+    /// grow by `gradient`. Half of a step is done by the forces before it and half by those after
+    /// it, each on its own branches; a rigid rotation then does no work. By one thread.
+    RVE_INLINE void add_half_of_work(const Tensor<double, Scene::D> &gradient)
     {
       double power = 0.0;
       for (int c = 0; c < Scene::components; ++c)
-        power += static_cast<double>(call.survey.sum[c]) *
-            static_cast<double>(plan.gradient.component[c]);
+        power += static_cast<double>(call.survey.sum[c]) * gradient.component[c];
       call.supplied +=
           0.5 * (call.units.force * call.units.length) * power * static_cast<double>(call.law.dt);
     }
@@ -355,13 +364,13 @@ inline namespace RVE_ISA {
     {
       if (servo) {
         Planning::plan_servo_step(block, call, k, [&] {
-          if (ledger) add_half_of_work(call.plan[0]);
+          if (ledger) add_half_of_work(gradient_before(call.plan[0]));
         });
         return;
       }
       if (k > call.plan_last) Planning::make_plan(block, call, k);
       block.once([&] {
-        add_half_of_work(call.planned(k));
+        add_half_of_work(gradient_before(call.planned(k)));
       });
     }
 

@@ -45,8 +45,7 @@ inline namespace RVE_ISA {
         plan_step(call, t, first);
       });
       block.once([&] {
-        if (!call.has_servo() && call.drive.segments > 1)
-          cell_on(call.path, Scene::D == 2 ? first : first - 1);
+        if (!call.has_servo() && call.drive.segments > 1) cell_on(call.path, first - 1);
         call.plan_first = first;
         call.plan_last = first + count - 1;
       });
@@ -63,18 +62,15 @@ inline namespace RVE_ISA {
       Tensor<double, Scene::D> cell = call.cell, rate = Tensor<double, Scene::D>::zero();
       if (call.drive.substeps > 0) {
         CellPath<Scene::D> path = call.path;
-        if constexpr (Scene::D == 2) {
-          cell = path.cell(first + t);
-          rate = path.cell_rate();
-        } else {
-          // a step around a corner of the path goes straight from cell to cell: with the rate behind the corner a pair that turns with the
-          // cell would slip, always the same way where the axis leans to its normal
-          const Tensor<double, Scene::D> before = cell_on(path, first + t - 1);
-          const int segment = path.present_segment();
-          cell = cell_on(path, first + t);
-          rate = path.present_segment() == segment ? path.cell_rate()
-                                                   : (1.0 / call.drive.dt) * (cell - before);
-        }
+        const bool has_corners = call.drive.segments > 1;
+        const Tensor<double, Scene::D> before = has_corners ? cell_on(path, first + t - 1) : cell;
+        const int segment = path.present_segment();
+        cell = cell_on(path, first + t);
+        // A step around a corner of the path goes straight from cell to cell. With the rate of the
+        // next segment a pair that turns with the cell would slip, always in the same direction
+        // where the axis leans to its normal, and a rotation would do work.
+        rate = path.present_segment() == segment ? path.cell_rate()
+                                                 : (1.0 / call.drive.dt) * (cell - before);
       }
       const Tensor<double, Scene::D> inverse_cell = inverse(cell);
       plan_motion(call, call.plan[t], cell, inverse_cell, rate * inverse_cell);
