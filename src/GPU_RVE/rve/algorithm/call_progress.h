@@ -5,17 +5,25 @@
 
 #include "rve/algorithm/call_state.h"
 
+#include <cstring>
+
 namespace rve {
 inline namespace RVE_ISA {
+
+  /// Copies word number `k` of a plain struct.
+  template <class Word, class T> RVE_INLINE void copy_word(const T &from, T &to, int k)
+  {
+    static_assert(sizeof(T) % sizeof(Word) == 0, "a whole number of words");
+    // not std::memcpy, which NVRTC does not have
+    memcpy(reinterpret_cast<char *>(&to) + k * sizeof(Word),
+           reinterpret_cast<const char *>(&from) + k * sizeof(Word), sizeof(Word));
+  }
 
   /// Copies a plain struct by many threads, word by word.
   template <class Block, class T> RVE_INLINE void copy_words(Block &block, const T &from, T &to)
   {
-    static_assert(sizeof(T) % 4 == 0, "a whole number of words");
-    const auto *source = reinterpret_cast<const std::int32_t *>(&from);
-    auto *target = reinterpret_cast<std::int32_t *>(&to);
-    block.for_each(static_cast<int>(sizeof(T) / 4), [&](typename Block::Item w) {
-      target[w] = source[w];
+    block.for_each(static_cast<int>(sizeof(T) / sizeof(std::int32_t)), [&](typename Block::Item w) {
+      copy_word<std::int32_t>(from, to, w);
     });
   }
 
