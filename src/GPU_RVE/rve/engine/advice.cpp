@@ -115,6 +115,30 @@ std::vector<Advice> advice_on_servo(const ResultOf<D> &result, const DriveOf<D> 
                "tension), or a larger servo_max_rate"}};
 }
 
+template <int D> EnergyTerms energy_terms(const ResultOf<D> &result)
+{
+  const EnergyLedger &ledger = result.energy;
+  return {result.kinetic_energy + result.elastic_energy, result.kinetic_energy, ledger.work,
+          ledger.friction + ledger.local_damping + ledger.viscous};
+}
+
+std::vector<Advice> advice_on_energy(const EnergyTerms &before, const EnergyTerms &now)
+{
+  // rounding of the stored energy is no gap
+  constexpr double ROUNDING = 1e-5;
+  const double gap = std::fabs(now.constant() - before.constant());
+  const double turnover = std::fabs(now.supplied - before.supplied) +
+      std::fabs(now.lost - before.lost) + std::max(before.kinetic, now.kinetic) +
+      ROUNDING / ENERGY_BALANCE_GAP * std::max(before.stored, now.stored);
+  if (!(gap > ENERGY_BALANCE_GAP * turnover)) return {};
+  return {{AdviceKind::OpenBalance, gap / turnover, ENERGY_BALANCE_GAP,
+           "the energy balance is open by " + rounded(gap / turnover) +
+               " of the energy supplied and lost in this run, above " +
+               rounded(ENERGY_BALANCE_GAP) +
+               ": the DEM time step is too long for its collisions or dashpots, and losses are "
+               "wrong; use a smaller fraction, as in dt auto 0.1"}};
+}
+
 template <int D>
 std::vector<Advice> advice(Format format, const ResultOf<D> &result, const Material &material,
                            const DriveRates &motion)
@@ -198,6 +222,8 @@ template std::vector<Advice> advice(Format, const ResultOf<2> &, const Material 
                                     const DriveRates &);
 template std::vector<Advice> advice(Format, const ResultOf<3> &, const Material &,
                                     const DriveRates &);
+template EnergyTerms energy_terms(const ResultOf<2> &);
+template EnergyTerms energy_terms(const ResultOf<3> &);
 template double stress_out_of_reach(const ResultOf<2> &, const DriveOf<2> &, double);
 template double stress_out_of_reach(const ResultOf<3> &, const DriveOf<3> &, double);
 template std::vector<Advice> advice_on_servo(const ResultOf<2> &, const DriveOf<2> &, double,

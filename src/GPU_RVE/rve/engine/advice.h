@@ -20,9 +20,10 @@ enum class AdviceKind {
   LargeOverlap,
   NoContacts,
   LargeFriction,
-  GoalOutOfReach
+  GoalOutOfReach,
+  OpenBalance
 };
-constexpr int NUM_ADVICE_KINDS = 9;
+constexpr int NUM_ADVICE_KINDS = 10;
 
 struct Advice {
   AdviceKind kind;
@@ -69,6 +70,27 @@ constexpr double LARGEST_MEAN_OVERLAP = 0.03;
 
 /// Friction coefficients of what grains are made of are below 1 [-]; an angle in degrees is above 2.
 constexpr double LARGEST_USUAL_FRICTION = 2.0;
+
+/// Gap of the energy balance, over the energy that was supplied, the energy that was lost and the
+/// kinetic energy, above which the losses of the ledger are wrong [-].
+constexpr double ENERGY_BALANCE_GAP = 0.05;
+
+/// Terms of the energy balance of an RVE at a moment [force length].
+struct EnergyTerms {
+  double stored = 0.0;      ///< kinetic and elastic energy
+  double kinetic = 0.0;     ///< kinetic energy
+  double supplied = 0.0;    ///< work since the packing was made
+  double lost = 0.0;        ///< losses since then
+
+  /// Constant in time but for the error of the time step.
+  double constant() const { return stored - supplied + lost; }
+};
+
+template <int D> EnergyTerms energy_terms(const ResultOf<D> &result);
+
+/// Reports an energy balance that has opened since `before`: collisions are then shorter than a few
+/// time steps, or dashpots too stiff for them, and the losses that the ledger adds up are wrong.
+std::vector<Advice> advice_on_energy(const EnergyTerms &before, const EnergyTerms &now);
 
 /// All limits that this answer is beyond. No contacts, no overlap to judge.
 template <int D>
