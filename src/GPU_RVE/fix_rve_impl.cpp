@@ -44,9 +44,6 @@ static constexpr double DT_WARNING = 0.95;
 // One of so many checks at the interval looks for steps that are to be warned of, which takes closer bounds of all RVEs
 static constexpr int CHECKS_FOR_ONE_WITH_WARNINGS = 10;
 
-// Where the DEM step is given, those that have stiffened are looked at behind every such step
-static constexpr int STEPS_TO_STIFFEN = 10;
-
 // RVEs whose bound is computed exactly, on all ranks together: each takes some milliseconds
 static constexpr int MOST_EXACT_BOUNDS = 8;
 
@@ -238,30 +235,35 @@ FixRve::ImplOf<D>::least_time_step(const std::vector<int> &atoms, double enough)
 }
 
 /* ----------------------------------------------------------------------
-   frozen RVEs do not advance
+   RVEs that a check of this kind covers. RVEs that have stiffened are checked after every step.
+   An automatic step is not checked where runs begin and end: a divided run must have the bits of
+   the whole run. Frozen RVEs do not advance.
 ------------------------------------------------------------------------- */
+
+template <int D> std::vector<int> FixRve::ImplOf<D>::atoms_to_check(Check check)
+{
+  if (check == Check::Interval) return advancing_atoms();
+  if (check == Check::Run) return settings.dt_auto ? std::vector<int>() : advancing_atoms();
+  settle();
+  std::vector<int> atoms;
+  if (points.as_they_are().any_has_stiffened())
+    for (int i = 0; i < fix->atom->nlocal; i++)
+      if (slot[i] >= 0 && points.as_they_are().has_stiffened(slot[i])) atoms.push_back(i);
+  return atoms;
+}
+
+/* ---------------------------------------------------------------------- */
 
 template <int D> void FixRve::ImplOf<D>::recheck_time_step(Check check)
 {
-  if (check == Check::EveryStep) {
-    // an automatic step follows at once; a given one can wait, and one call looks at those of several steps
-    if (!settings.dt_auto && told_step() % STEPS_TO_STIFFEN != 0) return;
-    settle();
-    int mine = points.as_they_are().any_has_stiffened() ? 1 : 0, any = mine;
-    if (fix->comm->nprocs > 1) MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, fix->world);
-    if (!any) return;
-  }
-  std::vector<int> atoms;
-  if (check == Check::EveryStep) {
-    for (int i = 0; i < fix->atom->nlocal; i++)
-      if (slot[i] >= 0 && points.as_they_are().has_stiffened(slot[i])) atoms.push_back(i);
-  } else {
-    atoms = advancing_atoms();
-  }
-  // a divided run must be the whole one: looks between its parts leave no trace
+  const std::vector<int> atoms = atoms_to_check(check);
+  int mine = atoms.empty() ? 0 : 1, any = mine;
+  if (fix->comm->nprocs > 1) MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, fix->world);
+  if (!any) return;
+  // a divided run must have the bits of the whole run: checks at its parts' ends leave no trace
   if (check != Check::Run) points.as_they_are().note_check(slots_of(atoms));
   const double used = settings.dt_auto ? dt : clock(fix->update->dt).dt;
-  // what nobody would hear of need not be known
+  // only an error can follow: RVEs near the bound need not be found
   const bool between_warnings = check == Check::Interval &&
       fix->update->ntimestep % (CHECKS_FOR_ONE_WITH_WARNINGS * settings.dt_check_interval) != 0;
   const bool silent = check == Check::Run || (!settings.dt_auto && (warned_dt || between_warnings));
@@ -272,12 +274,20 @@ template <int D> void FixRve::ImplOf<D>::recheck_time_step(Check check)
   if (!settings.dt_auto) {
     check_time_step(used, least.dt,
                     fmt::format("the RVE of atom {} at step {}", least.atom, told_step()));
-  } else {
-    dt = settings.dt_fraction * least.dt;
-    if (fix->comm->me == 0)
-      utils::logmesg(fix->lmp, "fix rve {}: DEM time step is now {} (step {}, RVE of atom {})\n",
-                     fix->id, rve::number(dt), told_step(), least.atom);
+    return;
   }
+  dt = settings.dt_fraction * least.dt;
+  if (fix->comm->me) return;
+  utils::logmesg(fix->lmp, "fix rve {}: DEM time step is now {} (step {}, RVE of atom {})\n",
+                 fix->id, rve::number(dt), told_step(), least.atom);
+  if (used > least.dt && !std::exchange(warned_dt, true))
+    fix->error->warning(
+        FLERR,
+        "fix rve: in step {} the DEM time step {} [time] was above the stability bound {} [time] "
+        "of the RVE of atom {}, which stiffened within one step; use a smaller timestep, or "
+        "dt auto with less than {}",
+        told_step(), rve::number(used), rve::number(least.dt), least.atom,
+        rve::number(settings.dt_fraction));
 }
 
 /* ----------------------------------------------------------------------
@@ -632,6 +642,9 @@ template <int D> std::vector<rve::Advice> FixRve::ImplOf<D>::advice_on(int atom,
   } else if (point.drive.has_servo() || point.out_of_reach > 0.0) {
     for (rve::Advice &servo : points->advice_on_servo(slot[atom])) list.push_back(std::move(servo));
   }
+  if (settings.options.track_energy)
+    for (rve::Advice &energy : points->advice_on_energy(slot[atom], at_start))
+      list.push_back(std::move(energy));
   return list;
 }
 

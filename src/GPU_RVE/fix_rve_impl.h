@@ -106,12 +106,12 @@ struct FixRve::Impl {
   virtual void advise(bool at_start) = 0;
   /// When the DEM time step is looked at again.
   enum class Check {
-    EveryStep,    ///< of RVEs with many more contacts than at their last check
-    Interval,     ///< of all
-    /// Of all, before and after a run: only what is not stable counts, so that a divided run is the whole one.
+    EveryStep,    ///< of RVEs that have stiffened since their last check
+    Interval,     ///< of all RVEs
+    /// Of all RVEs, before and after a run, if the step was given: it fails only above the bound.
     Run
   };
-  /// The network stiffens with its contacts: warns, fails, or lowers an automatic step; collective.
+  /// Checks the bound again: warns, fails, or lowers an automatic step; collective.
   virtual void recheck_time_step(Check check) = 0;
 
   /// DEM steps of the RVEs of this rank since their packings were read.
@@ -252,6 +252,7 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   }
   double engine_time() const override { return points.as_they_are().engine_time(); }
   void advise(bool at_start) override;
+  std::vector<int> atoms_to_check(Check check);
   void recheck_time_step(Check check) override;
   double dem_steps() const override;
   double vector_component(int n) const override;

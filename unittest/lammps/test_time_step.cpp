@@ -1,6 +1,7 @@
 // The DEM time step of fix rve through LAMMPS scripts: whose stability bound counts, and when it is looked at. Alone and on several
 // ranks.
 
+#include "engine/test_states.h"
 #include "fix_rve.h"
 #include "rve/core/threads.h"
 #include "rve/engine/packing_io.h"
@@ -90,6 +91,41 @@ std::string two_packings(const std::string &rest)
       " packing_variable v_second threads 1 substeps 10 " + rest + "\n";
 }
 
+/// Disks with Hertz' contacts, which stiffen when pressed, at a nearly constant number of contacts.
+/// The packing is made once by each rank.
+std::string hertz_packing()
+{
+  static const std::string path = [] {
+    const std::string made = file_of_rank("hertz.rve");
+    Script script(MPI_COMM_SELF);
+    script << "units si\ncreate_rve " + made +
+            " grains 60 seed 3 radius uniform 0.0025 0.005 density 2650 damping 0.3 pressure 2e4 "
+            "thickness 0.075 contact hertz 5e9 0.0 tangential mindlin/force 4e9 0.5 0.5 "
+            "damping velocity";
+    return made;
+  }();
+  return path;
+}
+
+/// One RVE of Hertz' contacts, compressed for 40 steps and then held.
+std::string hertz_compressed(const std::string &words)
+{
+  return "units si\ndimension 2\nboundary p p p\natom_style atomic\n"
+         "region box block 0 1 0 1 -0.5 0.5\ncreate_box 1 box\nmass 1 1.0\ntimestep 2e-4\n"
+         "create_atoms 1 single 0.5 0.5 0\nvariable rate equal -3*(step<40)\n"
+         "fix grains all rve " +
+      hertz_packing() + " threads 1 drive velocity_gradient xx v_rate yy v_rate " + words +
+      "\ncompute pressure all rve/atom p\ncompute kinetic all rve/atom kinetic\n";
+}
+
+/// Step that a message names as "at step N:" or "at step N;".
+long step_in(const std::string &message)
+{
+  const std::string before = "at step ";
+  const std::size_t place = message.find(before);
+  return place == std::string::npos ? -1 : std::stol(message.substr(place + before.size()));
+}
+
 /// The second RVE is made dense.
 const std::string COMPRESS = "variable rate atom -0.5*(id-1)\n";
 
@@ -152,6 +188,64 @@ TEST(TimeStep, FollowsNewContactsBeforeTheNextCheckIsDue)
 
   EXPECT_LT(script.step(), 0.9 * at_first);
   EXPECT_LE(script.step(), script.bound(2));
+}
+
+// Hertz' contacts stiffen at a constant number of contacts. Before, an automatic step followed only
+// at the next interval, and the held packing kept a kinetic energy of 0.06 J.
+TEST(TimeStep, FollowsContactsThatStiffenBeforeTheNextCheckIsDue)
+{
+  TimeStepScript script(MPI_COMM_SELF), checked_every_step(MPI_COMM_SELF);
+  script << hertz_compressed("dt auto 0.9 dt_check 1000");
+  checked_every_step << hertz_compressed("dt auto 0.9 dt_check 1");
+  const double at_first = script.step();
+
+  for (int k = 0; k < 8; ++k) {
+    script << "run 10";
+    EXPECT_LE(script.step(), script.bound(1)) << "after run " << k;
+  }
+  checked_every_step << "run 80";
+
+  EXPECT_LT(script.step(), 0.9 * at_first);
+  EXPECT_NEAR(script.bound(1) / checked_every_step.bound(1), 1.0, 1e-3);
+  EXPECT_NEAR(script.compute("pressure")[1] / checked_every_step.compute("pressure")[1], 1.0, 1e-3);
+  EXPECT_LT(script.compute("kinetic")[1], 1e-6);
+}
+
+TEST(TimeStep, OfADividedRunOfHertzContactsIsThatOfTheWhole)
+{
+  TimeStepScript whole(MPI_COMM_SELF), parts(MPI_COMM_SELF);
+
+  whole << hertz_compressed("dt auto 0.9") + "run 60";
+  parts << hertz_compressed("dt auto 0.9") + "run 17\nrun 20\nrun 23";
+
+  EXPECT_EQ(whole.step(), parts.step());
+  EXPECT_EQ(rve::serialize(whole.state(1)), rve::serialize(parts.state(1)));
+}
+
+// A given step ends the run in the step in which it becomes too large, whatever the interval.
+TEST(TimeStep, OfTheUserEndsTheRunAsSoonAsContactsHaveStiffened)
+{
+  TimeStepScript probe(MPI_COMM_SELF);
+  probe << hertz_compressed("dt auto 0.9");
+  const std::string dt = "dt " + std::to_string(1e9 * probe.step()) + "e-9 ";
+
+  const std::string late = message_of(hertz_compressed(dt + "dt_check 1000") + "run 40"),
+                    soon = message_of(hertz_compressed(dt + "dt_check 1") + "run 40");
+
+  EXPECT_IN("is above the stability bound", late);
+  EXPECT_GT(step_in(soon), 0);
+  // the contact force may grow by a third between two checks
+  EXPECT_LE(step_in(late), step_in(soon) + 3);
+}
+
+// So many DEM steps to a LAMMPS step that contacts stiffen far within one.
+TEST(TimeStep, WarnsWhereContactsStiffenWithinOneStep)
+{
+  {
+    Script script(MPI_COMM_SELF, file_of_rank("log.within"));
+    script << hertz_compressed("dt auto 0.9") + "timestep 2e-3\nrun 10";
+  }
+  EXPECT_IN("which stiffened within one step", text_of(file_of_rank("log.within")));
 }
 
 TEST(TimeStep, DoesNotDependOnRanks)
@@ -220,4 +314,33 @@ TEST(TimeStep, OfAFailureIsTheStepThatWasUsed)
 
   EXPECT_IN("overlap too large", message);
   EXPECT_IN("DEM time step 9.0909", message);
+}
+
+/// The log of a run in which two equal disks with dashpots collide at an angle, with this time step.
+static std::string log_of_collision(const std::string &dt)
+{
+  rve::Material material = rve_test::paper_material();
+  material.local_damping = 0.0;
+  material.normal_viscosity = 300.0;
+  material.tangential_viscosity = 200.0;
+  rve::RveState state = rve_test::approaching_disks(0.005, material, 0.1);
+  state.velocity[3] = 0.05;
+  state.velocity[1] = -0.05;
+  const std::string packing = file_of_rank("disks.rve"), log = file_of_rank("log.balance");
+  rve::write_packing(packing, state);
+  {
+    Script script(MPI_COMM_SELF, log);
+    script << TWO_ATOMS + "fix grains all rve " + packing + " threads 1 energy yes dt " + dt +
+            " drive velocity_gradient xx 0\nrun 40";
+  }
+  return text_of(log);
+}
+
+// A contact of so few steps loses energy that no dashpot took: the ledger says so.
+TEST(TimeStep, WarnsOfAnEnergyBalanceThatIsOpen)
+{
+  const std::string warning = "the energy balance is open";
+
+  EXPECT_IN(warning, log_of_collision("auto 0.9"));
+  EXPECT_EQ(log_of_collision("auto 0.05").find(warning), std::string::npos);
 }

@@ -86,7 +86,7 @@ template <int D> bool same_bits(const Points<D> &a, int slot, const Points<D> &b
   return rve::serialize(a.state(slot)) == rve::serialize(b.state(other)) &&
       std::memcmp(&a.stress(slot), &b.stress(other), sizeof(Matrix<D>)) == 0 &&
       a.point(slot).contacts == b.point(other).contacts &&
-      a.point(slot).most_contacts == b.point(other).most_contacts &&
+      a.point(slot).limit.num_contacts == b.point(other).limit.num_contacts &&
       a.copies(slot) == b.copies(other);
 }
 

@@ -225,7 +225,10 @@ template <int D> void expect_same(Block<D> &one, Block<D> &other, bool looks_at_
     EXPECT_TRUE(same_bits(a.pending, b.pending));
     EXPECT_EQ(a.result.mean_overlap, b.result.mean_overlap);
     EXPECT_EQ(a.contacts, b.contacts);
-    EXPECT_EQ(a.most_contacts, b.most_contacts);
+    EXPECT_EQ(a.peak_force, b.peak_force);
+    EXPECT_EQ(a.limit.num_contacts, b.limit.num_contacts);
+    EXPECT_EQ(a.limit.peak_force, b.limit.peak_force);
+    EXPECT_EQ(a.limit.pressure, b.limit.pressure);
   }
 }
 

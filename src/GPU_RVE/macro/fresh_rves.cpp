@@ -115,13 +115,15 @@ template <int D> void RvePointsOf<D>::end_fresh(Fresh &fresh)
   point.servo_gain = fresh.gain;
   point.grain_size = rve::grain_size(point.result);
   point.contacts = point.result.num_contacts;
-  point.most_contacts = -1;    // its bound of the time step has not been looked at
+  point.peak_force = point.result.peak_force;
+  point.limit = rve::StiffeningLimit();    // always exceeded: its time-step bound was not checked
   note_stiffening(renewal.slot);
   point.drive = rve::DriveOf<D>();
   point.servo_error = point.out_of_reach = 0.0;
   point.rested = rve::ResultOf<D>();
   point.pending = Matrix::identity();
   point.look.reset();
+  point.energy_at_start.reset();
   ++point.renewals;
   renewal.stress = point.result.stress;
   renewal.void_ratio = point.result.void_ratio;

@@ -68,7 +68,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
     }
     const int slot = owner_.call_slots[m];
     owner_.points.answered(slot, response, increment);
-    if (response.num_contacts > owner_.points.front(slot).most_contacts)
+    if (owner_.points.front(slot).limit.is_exceeded(rve::stiffness_measures(response)))
       owner_.note_stiffening(slot);
     macro_.take_stress(place(m), response.stress);
   }
@@ -273,7 +273,7 @@ bool RvePointsOf<D>::find_planned(const std::vector<int> &slots, const std::vect
     planned.grain_size = contacts.grain_size();
     planned.density = contacts.density();
     planned.contacts = contacts.linear();
-    planned.most_contacts = front.most_contacts;
+    planned.limit = front.limit;
     planned.status = front.response.status;
   }
   return all_serve;

@@ -59,8 +59,9 @@ template <int D> bool RvePointsOf<D>::widen(int slot)
   any_copies = true;
   point.copies *= 2;
   point.contacts *= 2;
-  point.most_contacts *= 2;
+  point.limit.num_contacts *= 2;
   point.look.reset();
+  point.energy_at_start.reset();
   widened.push_back(slot);
   std::vector<rve::ResultOf<D>> looks;
   engine->advance({slot}, drives_at_rest(1), looks);

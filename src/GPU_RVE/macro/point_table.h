@@ -38,12 +38,17 @@ template <int D> struct PointFront {
   bool is_ahead = false;               ///< the point has not heard of the last answer
   bool owes = false;                   ///< a deformation is pending
   Unheard unheard = Unheard::Drive;    ///< while ahead
-  std::int32_t most_contacts = 0;
-  std::int32_t substeps = 0;         ///< of the last DEM steps; 0: none so far
-  rve::ResponseOf<D> response;       ///< of the last advance
-  double pressure = 0.0;             ///< mean stress of the last DEM steps [stress]
-  ContactResponse<D> of_contacts;    ///< of its material and grains
+  std::int32_t substeps = 0;           ///< of the last DEM steps; 0: none so far
+  rve::StiffeningLimit limit;          ///< beyond which the time-step bound is checked again
+  rve::ResponseOf<D> response;         ///< of the last advance
+  double pressure = 0.0;               ///< mean stress of the last DEM steps [stress]
+  ContactResponse<D> of_contacts;      ///< of its material and grains
   rve::IncrementOf<D> increment;
+
+  rve::StiffnessMeasures stiffness() const
+  {
+    return {response.num_contacts, response.peak_force, pressure};
+  }
 };
 
 /// That any thread may set.
@@ -147,11 +152,11 @@ template <int D, class Point> class PointTable {
     if (!front.is_current) front = points_[slot].front();
     return front;
   }
-  /// Of its next look at the bound of the time step: a number that plans ask for, and no answer changes.
-  void expect_contacts(int slot, std::int32_t most)
+  /// Sets the limit beyond which the time-step bound is checked again. Results do not change it.
+  void set_limit(int slot, const rve::StiffeningLimit &limit)
   {
-    points_[slot].most_contacts = most;
-    if (fronts_[slot].is_current) fronts_[slot].most_contacts = most;
+    points_[slot].limit = limit;
+    if (fronts_[slot].is_current) fronts_[slot].limit = limit;
   }
 
   /// For what no answer changes.

@@ -20,13 +20,6 @@ namespace {
     return std::equal(std::begin(f.component), std::end(f.component), one.component);
   }
 
-  /// Contacts with which the bound of the time step that has just been looked at does not hold any more.
-  std::int32_t too_many_contacts(std::int32_t contacts, std::int32_t num_grains)
-  {
-    return static_cast<std::int32_t>((1.0 + CONTACT_GROWTH) * contacts +
-                                     CONTACT_GROWTH_PER_GRAIN * num_grains);
-  }
-
   template <int D> typename RvePointsOf<D>::Point::Look look_of(const rve::ElasticResultOf<D> &look)
   {
     return {look.result.unbalanced_ratio <= rve::QUIET_UNBALANCED_RATIO, look.result.mean_overlap,
@@ -65,6 +58,7 @@ void RvePointsOf<D>::Point::hear(const rve::ResponseOf<D> &response, const rve::
   result.stress = response.stress;
   stale = true;
   contacts = response.num_contacts;
+  peak_force = response.peak_force;
   look.reset();
   if (last.substeps == 0) return;
   pending = Matrix::identity();
@@ -111,8 +105,8 @@ template <int D> PointFront<D> RvePointsOf<D>::Point::front() const
   if (state == State::Empty) return front;
   front.state = state;
   front.owes = !is_identity(pending);
-  front.most_contacts = most_contacts;
-  front.response = {result.status, contacts, result.stress};
+  front.limit = limit;
+  front.response = {result.status, contacts, peak_force, result.stress};
   front.pressure = last_steps().mean_stress();
   front.of_contacts = ContactResponse<D>(material, grain_size);
   front.substeps = drive.substeps;
@@ -228,8 +222,17 @@ template <int D> void RvePointsOf<D>::evaluate_new(const std::vector<int> &slots
     point.result = results[k];
     point.grain_size = rve::grain_size(point.result);
     point.contacts = point.result.num_contacts;
-    point.most_contacts = too_many_contacts(point.contacts, point.result.num_grains);
+    point.peak_force = point.result.peak_force;
+    limit_stiffening(slots[k]);
   }
+}
+
+template <int D> void RvePointsOf<D>::limit_stiffening(int slot)
+{
+  const PointFront<D> &front = points.front(slot);
+  points.set_limit(slot,
+                   rve::stiffening_limit(front.stiffness(), points.unheard(slot).result.num_grains,
+                                         front.of_contacts.is_linear()));
 }
 
 template <int D> void RvePointsOf<D>::begin_anew(const std::vector<int> &slots)
@@ -256,6 +259,15 @@ std::vector<double> RvePointsOf<D>::bound_time_steps(const std::vector<int> &slo
   return bounds;
 }
 
+template <int D> std::vector<rve::Advice> RvePointsOf<D>::advice_on_energy(int slot, bool at_start)
+{
+  const Point &point = this->point(slot);
+  std::optional<rve::EnergyTerms> &begin = points.unheard(slot).energy_at_start;
+  if (at_start) begin = rve::energy_terms(point.last_steps());
+  if (!begin) return {};
+  return rve::advice_on_energy(*begin, rve::energy_terms(point.last_steps()));
+}
+
 template <int D> std::vector<rve::Advice> RvePointsOf<D>::advice_on_servo(int slot)
 {
   Point &point = points[slot];
@@ -270,27 +282,25 @@ template <int D> void RvePointsOf<D>::note_check(const std::vector<int> &slots)
   // where RVEs have come or gone the next plan is new, and has these numbers
   const bool tells_device = device_knows && !points.is_changed();
   const int count = static_cast<int>(slots.size());
-  std::vector<rve::ExpectedContacts> expected(tells_device ? count : 0);
+  std::vector<rve::NewLimit> limits(tells_device ? count : 0);
   {
     const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team)
     for (int k = 0; k < count; ++k) {
       const int slot = slots[k];
-      const std::int32_t most = too_many_contacts(points.front(slot).response.num_contacts,
-                                                  points.unheard(slot).result.num_grains);
-      points.expect_contacts(slot, most);
+      limit_stiffening(slot);
       may_be_stiffer[slot] = 0;
       // the plan of a device knows those of its call by their places
-      if (tells_device) expected[k] = {place_of_slot[slot], most};
+      if (tells_device) limits[k] = {place_of_slot[slot], points.front(slot).limit};
     }
   }
   any_stiffened.set(false);
   if (!tells_device) return;
-  const auto is_elsewhere = [](const rve::ExpectedContacts &one) {
+  const auto is_elsewhere = [](const rve::NewLimit &one) {
     return one.place < 0;
   };
-  expected.erase(std::remove_if(expected.begin(), expected.end(), is_elsewhere), expected.end());
-  engine->device_calls()->expect_contacts(expected);
+  limits.erase(std::remove_if(limits.begin(), limits.end(), is_elsewhere), limits.end());
+  engine->device_calls()->set_limits(limits);
 }
 
 template <int D>
@@ -786,7 +796,9 @@ template <int D> void RvePointsOf<D>::run(std::vector<Macro> &macros)
         macro.failed = (responses[k].status & rve::status::Fatal) != 0;
         if (macro.failed) continue;
         point.contacts = responses[k].num_contacts;
-        if (point.contacts > point.most_contacts) note_stiffening(macro.slot);
+        point.peak_force = responses[k].peak_force;
+        if (point.limit.is_exceeded(rve::stiffness_measures(responses[k])))
+          note_stiffening(macro.slot);
         macro.samples.push_back(responses[k].stress);
         point.result.stress = macro.parts == 1 ? responses[k].stress
                                                : macro.stress(options.stress_from);
@@ -891,7 +903,8 @@ std::vector<int> RvePointsOf<D>::advance_plainly(const std::vector<int> &slots,
   bool any_failed = false;
   const auto take = [&](int k) {
     points.answered(slots[k], responses[k], drives[k]);
-    if (responses[k].num_contacts > points.front(slots[k]).most_contacts) note_stiffening(slots[k]);
+    if (points.front(slots[k]).limit.is_exceeded(rve::stiffness_measures(responses[k])))
+      note_stiffening(slots[k]);
   };
   {
     const rve::LightWork work(count, threads);
@@ -946,7 +959,8 @@ void RvePointsOf<D>::call_and_look(const std::vector<int> &slots,
   for (std::size_t m = 0; m < of_others.size(); ++m) responses[some_places[0][m]] = of_others[m];
   for (std::size_t m = 0; m < found_looks.size(); ++m) {
     const rve::ResultOf<D> &result = found_looks[m].result;
-    responses[some_places[1][m]] = {result.status, result.num_contacts, result.stress};
+    responses[some_places[1][m]] = {result.status, result.num_contacts, result.peak_force,
+                                    result.stress};
   }
 }
 

@@ -69,10 +69,6 @@ constexpr double FRESH_STRAIN_PER_STEP = 5e-5;
 /// Packings that are tried for one.
 constexpr int MOST_FRESH_TRIALS = 3;
 
-/// Growth of the number of contacts that asks for a look at the bound of the time step: by this share of them and of the grains. The
-/// first tells in a packing, the second in a gas, where a few contacts more mean nothing yet.
-constexpr double CONTACT_GROWTH = 0.1, CONTACT_GROWTH_PER_GRAIN = 0.02;
-
 template <int D> class RvePointsOf {
  public:
   using Matrix = rve::Tensor<double, D>;
@@ -81,11 +77,11 @@ template <int D> class RvePointsOf {
 
   struct Point {
     State state = State::Empty;
-    bool stale = false;           ///< `result` is of an earlier advance, but for stress and status
-    std::int32_t contacts = 0;    ///< after its last DEM steps
-    /// With more of them the bound of its time step has to be looked at again.
-    std::int32_t most_contacts = 0;
-    double grain_size = 0.0;                ///< rve::grain_size [length]
+    bool stale = false;            ///< `result` is of an earlier advance, but for stress and status
+    std::int32_t contacts = 0;     ///< after its last DEM steps
+    double peak_force = 0.0;       ///< largest contact force of its last DEM steps [force]
+    rve::StiffeningLimit limit;    ///< beyond which its time-step bound is checked again
+    double grain_size = 0.0;       ///< rve::grain_size [length]
     Matrix pending = Matrix::identity();    ///< deformation since its last DEM step
     rve::Material material;
     /// Of the last advance that succeeded; its status is that of the last advance.
@@ -93,6 +89,8 @@ template <int D> class RvePointsOf {
 
     double servo_gain = 0.0;      ///< default of its stress servo [1/(stress time^2)]
     double out_of_reach = 0.0;    ///< stress that its servo lacked when last asked [stress]
+    /// Terms of its energy balance when a run began, if it began here.
+    std::optional<rve::EnergyTerms> energy_at_start;
     /// Of its last DEM steps, without modes; none so far if it has no substeps.
     rve::DriveOf<D> drive;
     double servo_error = 0.0;    ///< after them [stress]
@@ -245,16 +243,18 @@ template <int D> class RvePointsOf {
   std::vector<double> bound_time_steps(const std::vector<int> &slots, double enough) const;
   /// Their bounds have been looked at, and those of all that have stiffened.
   void note_check(const std::vector<int> &slots);
+  /// Advice on its energy balance since the last call with `at_start`, which only notes its terms.
+  std::vector<rve::Advice> advice_on_energy(int slot, bool at_start);
   /// Whether its servo has come no nearer to its goal since the last time that this was asked.
   std::vector<rve::Advice> advice_on_servo(int slot);
-  /// Whether it has got so many contacts since the last look at its bound that its time step may not be stable any more; and
-  /// whether one of them has.
+  /// True if the RVE has stiffened beyond its limit since its time-step bound was checked.
   bool has_stiffened(int slot) const
   {
     if (!may_be_stiffer[slot]) return false;
     const PointFront<D> &front = points.front(slot);
-    return front.state != State::Frozen && front.response.num_contacts > front.most_contacts;
+    return front.state != State::Frozen && front.limit.is_exceeded(front.stiffness());
   }
+  /// True if an RVE has.
   bool any_has_stiffened() const { return any_stiffened.is_set(); }
   // what is always up to date
   const Matrix &stress(int slot) const { return points.front(slot).response.stress; }
@@ -390,6 +390,7 @@ template <int D> class RvePointsOf {
   bool has_room_for_copies(int num_grains) const;
   static bool replace(rve::EngineOf<D> &engine, int number, const rve::RveStateOf<D> &state);
   /// Of different slots by several threads.
+  void limit_stiffening(int slot);
   void note_stiffening(int slot)
   {
     may_be_stiffer[slot] = 1;

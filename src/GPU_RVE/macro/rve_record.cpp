@@ -24,7 +24,8 @@ namespace {
     std::uint64_t checksum;    // of the head, with zero in this place; the states have their own
     std::uint64_t bytes, shadow_bytes;    // of the states
     std::uint32_t frozen, further_copies, rest, renewals;
-    std::int32_t contacts, most_contacts;
+    std::int32_t contacts, limit_contacts;
+    double peak_force, limit_force, limit_pressure;
     double grain_size, servo_gain;
     rve::DriveOf<D> drive;
     double servo_error;
@@ -44,7 +45,8 @@ namespace {
     using Energy = rve::EnergyLedger;
     return has_no_padding(&Head::version, &Head::checksum, &Head::bytes, &Head::shadow_bytes,
                           &Head::frozen, &Head::further_copies, &Head::rest, &Head::renewals,
-                          &Head::contacts, &Head::most_contacts, &Head::grain_size,
+                          &Head::contacts, &Head::limit_contacts, &Head::peak_force,
+                          &Head::limit_force, &Head::limit_pressure, &Head::grain_size,
                           &Head::servo_gain, &Head::drive, &Head::servo_error, &Head::path,
                           &Head::pending, &Head::shadow_stress, &Head::result, &Head::rested) &&
         has_no_padding(&Drive::dt, &Drive::substeps, &Drive::unused, &Drive::deformation,
@@ -58,7 +60,7 @@ namespace {
                        &Result::coordination_number, &Result::mechanical_coordination_number,
                        &Result::sliding_fraction, &Result::unbalanced_ratio,
                        &Result::kinetic_energy, &Result::elastic_energy, &Result::largest_overlap,
-                       &Result::mean_overlap, &Result::largest_contact_force,
+                       &Result::mean_overlap, &Result::largest_contact_force, &Result::peak_force,
                        &Result::servo_velocity_gradient, &Result::num_grains, &Result::num_contacts,
                        &Result::num_pairs, &Result::num_rattlers, &Result::counters,
                        &Result::energy) &&
@@ -79,13 +81,10 @@ namespace {
 
   // "rve pt", and a number that changes with the layout; "rve sp" of spheres
   template <int D>
-  constexpr std::uint64_t RECORD_VERSION = D == 2 ? 0x7276652070740007u : 0x7276652073700004u;
+  constexpr std::uint64_t RECORD_VERSION = D == 2 ? 0x7276652070740009u : 0x7276652073700006u;
   // of RVEs that are copies side by side, or took the place of another one: others keep the record that they always had
   template <int D> constexpr std::uint64_t VERSION_WITH_COPIES = RECORD_VERSION<D> + 1;
-  // the two before said whether an RVE sleeps, and not what looks had found
-  template <int D> constexpr std::uint64_t OLDEST_VERSION = RECORD_VERSION<D> - 2;
-
-  /// Rest in heads, where those of before have 0 and 1.
+  /// Values of Rest in a head.
   constexpr rve::Rest RESTS[] = {rve::Rest::Unknown, rve::Rest::Sleeps, rve::Rest::Rests,
                                  rve::Rest::Moves, rve::Rest::Wakes};
 
@@ -132,7 +131,10 @@ template <int D> std::vector<double> RvePointsOf<D>::record(int slot) const
   head.further_copies = static_cast<std::uint32_t>(point.copies - 1);
   head.renewals = static_cast<std::uint32_t>(point.renewals);
   head.contacts = point.contacts;
-  head.most_contacts = point.most_contacts;
+  head.peak_force = point.peak_force;
+  head.limit_contacts = point.limit.num_contacts;
+  head.limit_force = point.limit.peak_force;
+  head.limit_pressure = point.limit.pressure;
   head.grain_size = point.grain_size;
   head.servo_gain = point.servo_gain;
   head.drive = point.drive;
@@ -163,10 +165,10 @@ template <int D> int RvePointsOf<D>::add_record(const double *record, std::size_
   require_whole(size > head_size<D>(), "that is less than its head");
   RecordHead<D> head;
   std::memcpy(static_cast<void *>(&head), record, sizeof(head));
-  const bool is_known = head.version >= OLDEST_VERSION<D> && head.version <= VERSION_WITH_COPIES<D>;
+  const bool is_known = head.version >= RECORD_VERSION<D> && head.version <= VERSION_WITH_COPIES<D>;
   rve::require(is_known || head.version >> 16 != RECORD_VERSION<D> >> 16, [&] {
     return "its record has version " + std::to_string(head.version & 0xffff) +
-        "; this program reads versions " + std::to_string(OLDEST_VERSION<D> & 0xffff) + " to " +
+        "; this program reads versions " + std::to_string(RECORD_VERSION<D> & 0xffff) + " to " +
         std::to_string(VERSION_WITH_COPIES<D> & 0xffff);
   });
   require_whole(is_known, "it does not begin as one");
@@ -201,17 +203,14 @@ template <int D> int RvePointsOf<D>::add_record(const double *record, std::size_
   point.renewals = static_cast<std::int32_t>(head.renewals);
   any_copies = any_copies || copies > 1;
   point.contacts = head.contacts;
-  point.most_contacts = head.most_contacts;
+  point.peak_force = head.peak_force;
+  point.limit = {head.limit_contacts, head.limit_force, head.limit_pressure};
   point.grain_size = head.grain_size;
   // of the radii that the packing had, before a format rounded them
   point.servo_gain = head.servo_gain;
   point.drive = head.drive;
   point.servo_error = head.servo_error;
   point.path = head.path;
-  // files of before have any bytes there
-  for (rve::ResultOf<D> *result : {&point.result, &point.rested}) result->unused = 0;
-  point.drive.unused = 0;
-  for (unsigned char &byte : point.drive.unused_bytes) byte = 0;
   point.pending = head.pending;
   point.shadow_stress = head.shadow_stress;
   // a script that asks for no shadows leaves those of a restart file behind

@@ -60,6 +60,12 @@ inline namespace RVE_ISA {
       return word;
     }
 
+    /// Largest contact force of the call [force].
+    static RVE_INLINE double peak_force(const CallState<Scene> &call)
+    {
+      return call.units.force * static_cast<double>(call.survey.largest);
+    }
+
     /// What is to be written in the end beside the grains of a sound call: the words of its progress, the components of the
     /// stress, and the rest of the answer.
     static constexpr int kProgressWords = sizeof(ImageProgress<Scene::D>) / sizeof(std::int64_t);
@@ -72,14 +78,12 @@ inline namespace RVE_ISA {
       if (part < kProgressWords) {
         constexpr int of_largest_force =
             offsetof(ImageProgress<Scene::D>, largest_contact_force) / sizeof(std::int64_t);
-        auto *to = reinterpret_cast<std::int64_t *>(
-            static_cast<ImageProgress<Scene::D> *>(call.image.header));
         // an evaluation sets the force scale only where there is none yet: it must not change what follows
         if (part != of_largest_force)
-          to[part] = reinterpret_cast<const std::int64_t *>(&call.after)[part];
+          copy_word<std::int64_t>(call.after,
+                                  *static_cast<ImageProgress<Scene::D> *>(call.image.header), part);
         else if (call.drive.substeps > 0 || call.header.largest_contact_force == 0.0)
-          call.image.header->largest_contact_force =
-              call.units.force * static_cast<double>(call.survey.largest);
+          call.image.header->largest_contact_force = peak_force(call);
       } else if (part < kProgressWords + Scene::components) {
         const int k = part - kProgressWords;
         answer.stress[k] = stress_component(call, call.end_per_volume, k);
@@ -88,6 +92,7 @@ inline namespace RVE_ISA {
         answer.needed_extra = call.num_extra;
         answer.needed_pairs = call.needed_pairs;
         answer.expected_force = call.expected_force;
+        answer.peak_force = peak_force(call);
         answer.num_contacts =
             static_cast<std::int32_t>(call.survey.sum[StressSums<Scene::D>::contacts]);
       }
@@ -102,6 +107,7 @@ inline namespace RVE_ISA {
       answer.needed_pairs = call.needed_pairs;
       answer.expected_force = call.expected_force;
       answer.num_contacts = 0;
+      answer.peak_force = 0.0;
       store_tensor(Tensor<double, Scene::D>::zero(), answer.stress);
     }
   };

@@ -101,6 +101,7 @@ template <int D> struct AnswerRecord {
   std::int32_t needed_extra;    ///< extra pairs that a rebuild wanted to store
   std::int32_t needed_pairs;    ///< pairs that a rebuild found
   double expected_force;        ///< that the force scale of this call was made for [force]
+  double peak_force;    ///< largest contact force of the call that sets the force scale [force]
   double stress[Space<D>::components];    ///< Love, tension positive [stress]
 };
 

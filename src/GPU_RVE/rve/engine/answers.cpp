@@ -31,6 +31,7 @@ void to_result(const AnswerRecord<D> &answer, const DetailRecord<D> &record, Res
   result.largest_overlap = record.largest_overlap;
   result.mean_overlap = mean_overlap(record);
   result.largest_contact_force = record.largest_contact_force;
+  result.peak_force = answer.peak_force;
   result.counters = {after.steps, after.rebuilds, after.lattice_reductions, after.repeats};
   result.energy = {after.work, after.friction_loss, after.damping_loss, after.viscous_loss};
 }

@@ -266,7 +266,7 @@ template <int D> void BatchEngine<D>::check_slot(int rve) const
 
 template <int D> ResponseOf<D> BatchEngine<D>::to_response(const AnswerRecord<D> &answer)
 {
-  return {answer.status, answer.num_contacts, load_tensor<D>(answer.stress)};
+  return {answer.status, answer.num_contacts, answer.peak_force, load_tensor<D>(answer.stress)};
 }
 
 template <int D> void BatchEngine<D>::require_nothing_under_way() const

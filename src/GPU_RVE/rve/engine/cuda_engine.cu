@@ -261,16 +261,15 @@ namespace {
       caller.take(place, place + 1, &increment, &response);
     }
 
-    void expect_contacts(const std::vector<ExpectedContacts> &expected) override
+    void set_limits(const std::vector<NewLimit> &limits) override
     {
       use_device();
-      const int count = static_cast<int>(expected.size());
+      const int count = static_cast<int>(limits.size());
       if (count == 0) return;
       // of the numbers before; nobody waits for these
       check_cuda(cudaStreamSynchronize(nullptr), "upload of numbers of contacts");
-      rve::expect_contacts<<<rounded_up(count, kIncrementBlock) / kIncrementBlock,
-                             kIncrementBlock>>>(expected_buffer.upload(expected), count,
-                                                increments_of_call.planned);
+      rve::set_limits<<<rounded_up(count, kIncrementBlock) / kIncrementBlock, kIncrementBlock>>>(
+          limits_buffer.upload(limits), count, increments_of_call.planned);
       check_cuda(cudaGetLastError(), "launch of a note of contacts");
     }
 
@@ -894,7 +893,7 @@ namespace {
     DeviceBuffer<SleepOf<D>> sleep_buffer;
     DeviceBuffer<int> detail_of_buffer;
     DeviceBuffer<RestingRve<D>> resting_buffer;
-    DeviceBuffer<ExpectedContacts> expected_buffer;
+    DeviceBuffer<NewLimit> limits_buffer;
     HostBuffer<int> stiffened_buffer, unfinished_buffer;
     DeviceBuffer<RepeatedRecord<D>> repeated_buffer;
   };

@@ -22,7 +22,7 @@ struct CallFindings {
   int refused;                 ///< RVEs that take more than an increment
   int turned;                  ///< RVEs that are turned before
   int unfinished;              ///< RVEs that have failed or must repeat the call
-  int stiffened;               ///< RVEs with more contacts than their plan expects
+  int stiffened;               ///< RVEs that exceed the limit of their plan
   int sleeping;                ///< RVEs that make no steps
   int looks;                   ///< RVEs that are looked at
   int held;                    ///< above zero: RVEs are refused, make no steps or are looked at
@@ -202,18 +202,19 @@ template <int D> RVE_DEVICE void take_answer(const IncrementLaunch<D> &launch, i
   launch.planned[k].pressure = -(1.0 / D) * trace(stress);
   launch.planned[k].status = answer.status;
   if (launch.rest) launch.rest[k] = rest_after(launch, k, stress);
-  if (answer.num_contacts > launch.planned[k].most_contacts) {
+  const StiffnessMeasures now = {answer.num_contacts, answer.peak_force,
+                                 launch.planned[k].pressure};
+  if (launch.planned[k].limit.is_exceeded(now)) {
     const int m = atomicAdd(&launch.findings->stiffened, 1);
     if (m < DeviceCallsOf<D>::MOST_STIFFENED) launch.stiffened[m] = k;
   }
   give_stress(launch, k, stress);
 }
 
-__global__ inline void expect_contacts(const ExpectedContacts *expected, int count,
-                                       PlannedRve *planned)
+__global__ inline void set_limits(const NewLimit *limits, int count, PlannedRve *planned)
 {
   const int m = blockIdx.x * blockDim.x + threadIdx.x;
-  if (m < count) planned[expected[m].place].most_contacts = expected[m].most;
+  if (m < count) planned[limits[m].place].limit = limits[m].limit;
 }
 
 template <int D>

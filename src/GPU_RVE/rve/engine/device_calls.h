@@ -42,9 +42,10 @@ template <int D> struct DeviceCallOf {
   bool is_new = true;                    ///< RVEs, points or plans are not those of the call before
 };
 
-/// Another PlannedRve::most_contacts.
-struct ExpectedContacts {
-  std::int32_t place, most;
+/// A new PlannedRve::limit.
+struct NewLimit {
+  std::int32_t place;
+  StiffeningLimit limit;
 };
 
 template <int D> class DeviceCallsOf {
@@ -61,8 +62,8 @@ template <int D> class DeviceCallsOf {
   virtual bool take_plan() = 0;
   /// Begins the call. The stresses are where those of the points are, in the order of what the device is told.
   virtual void begin() = 0;
-  /// Waits for the call. Whether all RVEs have answered, so that nobody must hear of it. `stiffened` are the places of those that have more contacts
-  /// than their plans expect, or MOST_STIFFENED of them.
+  /// Waits for the call. Whether all RVEs have answered, so that nobody must hear of it. `stiffened` are the places of those that exceed the
+  /// limits of their plans, or MOST_STIFFENED of them.
   virtual bool end(std::vector<int> &stiffened) = 0;
   static constexpr int MOST_STIFFENED = 64;
   /// In the memory of the device: above zero when the call has ended there and RVEs have not finished, which end() has to see to. What is told the
@@ -75,7 +76,7 @@ template <int D> class DeviceCallsOf {
   virtual void hear(IncrementCallOf<D> &call) = 0;
   /// The sound answer at one place alone.
   virtual void hear_of(int place, IncrementCallOf<D> &call) = 0;
-  virtual void expect_contacts(const std::vector<ExpectedContacts> &expected) = 0;
+  virtual void set_limits(const std::vector<NewLimit> &limits) = 0;
 };
 
 }    // namespace rve

@@ -10,6 +10,7 @@
 #include "rve/engine/affine_stiffness.h"
 #include "rve/engine/options.h"
 #include "rve/engine/state.h"
+#include "rve/engine/stiffening.h"
 
 #include <cstdint>
 #include <memory>
@@ -100,6 +101,7 @@ template <int D> struct ResultOf {
   double largest_overlap = 0.0;          ///< overlap / sum of radii [-]
   double mean_overlap = 0.0;             ///< over contacts, overlap / sum of radii [-]
   double largest_contact_force = 0.0;    ///< [force]
+  double peak_force = 0.0;               ///< largest contact force of the call [force]
   Matrix servo_velocity_gradient = Matrix::zero();    ///< L at the end of the call [1/time]
   std::int32_t num_grains = 0;
   std::int32_t num_contacts = 0;
@@ -126,10 +128,16 @@ using ElasticResult = ElasticResultOf<2>;
 template <int D> struct ResponseOf {
   std::uint32_t status = status::Ok;
   std::int32_t num_contacts = 0;
+  double peak_force = 0.0;    ///< largest contact force of the call [force]
   /// Love, Cauchy, tension positive [stress].
   Tensor<double, D> stress = Tensor<double, D>::zero();
 };
 using Response = ResponseOf<2>;
+
+template <int D> StiffnessMeasures stiffness_measures(const ResponseOf<D> &response)
+{
+  return {response.num_contacts, response.peak_force, mean_stress(response.stress)};
+}
 
 /// A drive by a deformation increment alone, as DriveOf has it.
 template <int D> struct IncrementOf {

@@ -5,6 +5,7 @@
 
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/sleep.h"
+#include "rve/engine/stiffening.h"
 #include "rve/engine/substeps.h"
 
 #include <cmath>
@@ -83,8 +84,7 @@ struct PlannedRve {
   double grain_size = 0.0;    ///< rve::grain_size() [length]
   double density = 0.0;       ///< rve::inertial_density() [mass/length^3]
   LinearContacts contacts;
-  /// With more of them the bound of its time step has to be looked at again.
-  std::int32_t most_contacts = 0;
+  StiffeningLimit limit;
   std::uint32_t status = 0;    ///< of its last DEM steps
 };
 

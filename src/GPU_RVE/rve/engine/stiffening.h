@@ -1,0 +1,58 @@
+// When the stiffness of an RVE has grown so far that the bound of its time step must be checked
+// again. The same test runs on the host and on a device.
+
+#ifndef RVE_ENGINE_STIFFENING_H
+#define RVE_ENGINE_STIFFENING_H
+
+#include "rve/core/config.h"
+
+#include <cstdint>
+#include <limits>
+
+namespace rve {
+
+/// What the stiffness of a packing grows with.
+struct StiffnessMeasures {
+  std::int32_t num_contacts = 0;
+  double peak_force = 0.0;    ///< largest contact force of the last call [force]
+  double pressure = 0.0;      ///< mean stress, compression positive [stress]
+};
+
+/// Measures above which the time-step bound of an RVE is checked again.
+///
+/// The largest eigenvalue of a packing grows with the number of contacts and with their moduli. A
+/// modulus of Hertz' law grows with the cube root of the force. Contacts and moduli may grow by a
+/// tenth each: together the eigenvalue grows by a fifth, and the bound falls by a tenth, which is
+/// what `dt auto` leaves at first.
+struct StiffeningLimit {
+  std::int32_t num_contacts = -1;
+  double peak_force = -1.0;    ///< [force]
+  double pressure = -1.0;      ///< [stress]
+
+  RVE_HD bool is_exceeded(const StiffnessMeasures &now) const
+  {
+    return now.num_contacts > num_contacts || now.peak_force > peak_force ||
+        now.pressure > pressure;
+  }
+};
+
+/// Allowed growth of the number of contacts, as a share of them and of the grains. The second share
+/// matters in a packing with few contacts, where one contact more is a large share.
+constexpr double CONTACT_GROWTH = 0.1, CONTACT_GROWTH_PER_GRAIN = 0.02;
+/// Allowed growth of forces where moduli depend on them: a tenth of a modulus of Hertz' law.
+constexpr double FORCE_GROWTH = 1.1 * 1.1 * 1.1;
+
+/// Limit for an RVE whose bound has just been checked. With constant moduli only contacts count.
+inline StiffeningLimit stiffening_limit(const StiffnessMeasures &now, std::int32_t num_grains,
+                                        bool has_constant_moduli)
+{
+  constexpr double NONE = std::numeric_limits<double>::infinity();
+  return {static_cast<std::int32_t>((1.0 + CONTACT_GROWTH) * now.num_contacts +
+                                    CONTACT_GROWTH_PER_GRAIN * num_grains),
+          has_constant_moduli ? NONE : FORCE_GROWTH * now.peak_force,
+          has_constant_moduli ? NONE : FORCE_GROWTH * (now.pressure > 0.0 ? now.pressure : 0.0)};
+}
+
+}    // namespace rve
+
+#endif
