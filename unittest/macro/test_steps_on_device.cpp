@@ -273,7 +273,10 @@ void expect_same_course(const rve::RveStateOf<D> &state, rve::Format format, con
   EXPECT_EQ(here.owner.failures, there.owner.failures);
   const bool shall_fail = overlap_limit < 0.1;
   EXPECT_EQ(there.owner.failures > 0, shall_fail);
-  EXPECT_EQ(there.owner.times_stiffened > 0, shall_fail);
+  // contacts of Hertz' law stiffen when pressed; linear ones where many close
+  const bool shall_stiffen = shall_fail || state.material.law == rve::ContactLaw::Hertz;
+  EXPECT_EQ(there.owner.times_stiffened > 0, shall_stiffen);
+  EXPECT_EQ(here.owner.times_stiffened > 0, shall_stiffen);
   if (DEVICE != rve::Device::Cuda) return;
   const int updates = scheme == mpm::Scheme::Usavg ? 2 * steps : steps;
   // where all work calls begin before the host has seen their plan; adaptive ones when it knows about how many steps they make

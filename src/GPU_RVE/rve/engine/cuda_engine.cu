@@ -812,7 +812,12 @@ namespace {
             (options.block_size <= shape->threads &&
              call.largest <= shape->items * options.block_size);
       };
-      const Residency small = fills_device(call) ? Residency::Many : Residency::Few;
+      // A few RVEs take the kernel for many if it is loaded and theirs is not: compiling it takes
+      // seconds to half a minute, which a few calls, such as time-step checks, do not gain back.
+      const bool takes_many = fills_device(call) ||
+          (programs.is_at_hand(program, Residency::Many) &&
+           !programs.is_at_hand(program, Residency::Few));
+      const Residency small = takes_many ? Residency::Many : Residency::Few;
       for (const Residency residency : {small, Residency::Large, Residency::Largest})
         if (serves(residency)) return residency;
       // where the kernels for many RVEs know no details

@@ -115,6 +115,12 @@ const void *CudaPrograms::advance(Program program, Residency residency) const
   return of(program).ahead ? of(program).kernels.kernel[place] : compiled(ADVANCE[place], program);
 }
 
+bool CudaPrograms::is_at_hand(Program program, Residency residency) const
+{
+  const char *kernel = ADVANCE[static_cast<int>(residency)];
+  return of(program).ahead || is_loaded({kernel, program, format, arithmetic}, capability);
+}
+
 const void *CudaPrograms::prepare(Program program) const
 {
   const Program like = of(program).prepared_like;

@@ -46,6 +46,8 @@ class CudaPrograms {
   /// Kernels of a usable program, as a launch takes them: a function of (LaunchRecord, BatchConstants), or its handle.
   const void *advance(Program program, Residency residency) const;
   const void *prepare(Program program) const;
+  /// True if advance() need not compile or load the kernel.
+  bool is_at_hand(Program program, Residency residency) const;
 
   KernelSizes sizes(Program program, Residency residency, int num_grains, int pair_capacity,
                     int steps_ahead) const;

@@ -61,6 +61,23 @@ namespace {
         "#include \"rve/engine/cuda_kernels.cuh\"\n";
   }
 
+  /// Name and compute capability of a kernel.
+  using LoadedKey = std::pair<std::string, int>;
+
+  LoadedKey key_of(const KernelName &name, int capability)
+  {
+    // relaxed kernels have the names of strict ones
+    return {to_string(name) + (name.arithmetic == Arithmetic::Relaxed ? ", relaxed" : ""),
+            capability};
+  }
+
+  /// The kernels of this process.
+  std::map<LoadedKey, const void *> &loaded_kernels()
+  {
+    static std::map<LoadedKey, const void *> loaded;
+    return loaded;
+  }
+
 }    // namespace
 
 std::string to_string(const KernelName &name)
@@ -101,13 +118,16 @@ std::string runtime_kernels_obstacle()
   return obstacle.empty() ? Nvrtc::of_this_machine().obstacle() : obstacle;
 }
 
+bool is_loaded(const KernelName &name, int capability)
+{
+  return loaded_kernels().count(key_of(name, capability)) > 0;
+}
+
 const void *runtime_kernel(const KernelName &name, int capability,
                            const std::function<void(const std::string &)> &log)
 {
-  static std::map<std::pair<std::string, int>, const void *> loaded;
-  // relaxed kernels have the names of strict ones
-  const std::pair<std::string, int> key(
-      to_string(name) + (name.arithmetic == Arithmetic::Relaxed ? ", relaxed" : ""), capability);
+  auto &loaded = loaded_kernels();
+  const LoadedKey key = key_of(name, capability);
   const auto found = loaded.find(key);
   if (found != loaded.end()) return found->second;
   const std::string obstacle = runtime_kernels_obstacle();

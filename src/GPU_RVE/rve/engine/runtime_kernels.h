@@ -32,6 +32,9 @@ DeviceCode compiled_kernel(const KernelName &name, int capability, const Nvrtc &
 /// Why kernels cannot be compiled at run time here, with a remedy; empty if they can.
 std::string runtime_kernels_obstacle();
 
+/// True if runtime_kernel() has the kernel without compiling or loading it.
+bool is_loaded(const KernelName &name, int capability);
+
 /// A handle that launches take in the place of a function, on the present device, which has this compute capability. Compiled and loaded
 /// at most once in a process. Lines about it go to `log` or, if that is empty, to the standard error.
 const void *runtime_kernel(const KernelName &name, int capability,
