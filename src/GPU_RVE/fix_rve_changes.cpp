@@ -31,7 +31,7 @@
 using namespace LAMMPS_NS;
 
 // Of what restart files hold: raise it with every change of that. Files before version 3 had no number.
-static constexpr int RESTART_VERSION = 5;
+static constexpr int RESTART_VERSION = 6;
 
 namespace {
 

@@ -107,3 +107,45 @@ TEST(PolicyFresh, IsContinuedFromARestartFileToTheSameBits)
   EXPECT_EQ(second.fix_value("grains", 18), 2.0);
   EXPECT_EQ(states(whole), states(second));
 }
+
+// LAMMPS moves no record of a restart file when it deletes atoms
+TEST(RestartRecords, FollowTheirAtomsWhenOthersAreDeletedBeforeTheFix)
+{
+  const std::string file = rve_test::temporary_path("restart");
+  const std::string columns = "compute c all rve/atom syy\n";
+  Script first, rest;
+  first << FOUR_ATOMS + SHEAR + columns + "run 5\nwrite_restart " + file;
+  Script::Values expected = first.compute("c");
+  expected.erase(2);
+  const std::string read =
+      "read_restart " + file + "\nvariable rate atom -0.05*id\ngroup pit id 2\n";
+
+  rest << read + "delete_atoms group pit compress no\n" + SHEAR + columns + "run 0";
+
+  EXPECT_EQ(rest.compute("c"), expected);
+  EXPECT_IN("delete_atoms renumbers unless it has compress no",
+            message_of(read + "delete_atoms group pit\n" + SHEAR));
+}
+
+TEST(RestartRecords, ThatLammpsHasDroppedAreSaid)
+{
+  const std::string file = rve_test::temporary_path("restart");
+  Script first;
+  first << FOUR_ATOMS + SHEAR + "run 5\nwrite_restart " + file;
+  const std::string read = "read_restart " + file + "\nvariable rate atom -0.05*id\n";
+
+  EXPECT_IN("begins without records of a restart file", log_of(read + "run 0\n" + SHEAR));
+  EXPECT_EQ(log_of(read + SHEAR + "run 0").find("without records"), std::string::npos);
+}
+
+TEST(RestartRecords, OfAtomsThatHadNoRveAreSaid)
+{
+  const std::string file = rve_test::temporary_path("restart");
+  Script first;
+  std::string some = SHEAR;
+  some.replace(some.find("all"), 3, "some");
+  first << FOUR_ATOMS + "group some id 1 2\n" + some + "run 5\nwrite_restart " + file;
+
+  EXPECT_IN("2 atoms of the group had no RVE when the restart file was written",
+            log_of("read_restart " + file + "\nvariable rate atom -0.05*id\n" + SHEAR + "run 0"));
+}
