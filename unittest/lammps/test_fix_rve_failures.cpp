@@ -2,6 +2,9 @@
 
 #include "grains_script.h"
 
+#include <cstdio>
+#include <unistd.h>
+
 #include <gtest/gtest.h>
 
 #include <string>
@@ -106,6 +109,26 @@ TEST(PolicyFresh, IsContinuedFromARestartFileToTheSameBits)
   EXPECT_EQ(whole.fix_value("grains", 18), 2.0);
   EXPECT_EQ(second.fix_value("grains", 18), 2.0);
   EXPECT_EQ(states(whole), states(second));
+}
+
+TEST(FailureAtTheStart, SaysWhatThePackingHas)
+{
+  const std::string message =
+      message_of(FOUR_ATOMS + FIX + "dt 1e-4 overlap_limit 1e-9 drive none\nrun 1");
+
+  EXPECT_IN("failed at step 0: overlap too large (its packing: largest overlap 0.0236", message);
+  EXPECT_IN("of the sum of radii, overlap_limit 1e-09 [radius], void ratio 0.161", message);
+}
+
+TEST(PackingFiles, ThatAreALoopOfLinksAreNamed)
+{
+  const std::string link = file_of_rank("loop");
+  std::remove(link.c_str());
+  ASSERT_EQ(symlink(link.c_str(), link.c_str()), 0);
+
+  EXPECT_IN("cannot open packing file " + link + ": Too many levels of symbolic links",
+            message_of(FOUR_ATOMS + "fix grains all rve " + link + " dt 1e-4 drive none"));
+  std::remove(link.c_str());
 }
 
 // LAMMPS moves no record of a restart file when it deletes atoms
