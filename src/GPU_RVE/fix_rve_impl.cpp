@@ -981,7 +981,7 @@ template <int D> void FixRve::ImplOf<D>::begin_paths(const macro::LoadPathsOf<D>
       fix->error->one(FLERR,
                       "fix rve {}: path_variable is {} for atom {}; it must be a whole number from "
                       "1 to {}, the number of paths",
-                      fix->id, rve::number(number), fix->atom->tag[i], paths.size());
+                      fix->id, number, fix->atom->tag[i], paths.size());
     paths.begin(state, static_cast<int>(number) - 1, point(i).result.deformation);
   }
 }

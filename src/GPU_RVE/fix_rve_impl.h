@@ -340,6 +340,7 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   double mass_scaling_of_rves = 1.0;
   std::vector<std::string> changes;    // "friction 0.5 -> 0.3"
   bool time_step_is_old = false;       // chosen or checked for other RVEs
+  bool path_has_changed = false;       // from that of the restart file
 
   /// Ends with error->all if so many further RVEs, of these numbers of grains, do not fit into the memory that is free; collective.
   void check_memory(const std::vector<int> &grains);
@@ -355,6 +356,8 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   std::vector<Drive> drives(const std::vector<int> &atoms);
   void advance_on_paths(const macro::LoadPathsOf<D> &paths);
   void begin_paths(const macro::LoadPathsOf<D> &paths);
+  /// RVEs that have ended another path continue on this one.
+  void resume_paths(const macro::LoadPathsOf<D> &paths);
   macro::PathStep path_step(int atom, const macro::RveClock &clock) const;
   /// Leaves so many shadows, of those that choose_shadows() would choose first; collective.
   void remove_shadows(int number);
