@@ -15,6 +15,7 @@
 
 #include "fix_rve.h"
 #include "no_pairs.h"
+#include "restart_record.h"
 #include "unit_styles.h"
 
 #include "atom.h"
@@ -49,6 +50,7 @@ FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
   create_attribute = 1;
   // an error in here ends the constructor, and then nobody calls the destructor
   impl = Impl::make(this, narg, arg);
+  warn_of_dropped_records(lmp, fmt::format("Fix mpm {}", id));
 
   FixMpm::grow_arrays(atom->nmax);
   for (int i = 0; i < atom->nlocal; i++) FixMpm::set_arrays(i);

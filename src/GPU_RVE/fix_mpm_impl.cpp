@@ -54,7 +54,7 @@ using mpm::Face;
 namespace {
 
 // Of what restart files hold of points and bodies: raise it with every change of that. Files before version 3 had no number.
-constexpr int RESTART_VERSION = 7;
+constexpr int RESTART_VERSION = 8;
 
 // What a line of the head of a restart file begins with that names the state variables of a law.
 const std::string STATE_OF = "state of ";
@@ -114,7 +114,7 @@ std::unique_ptr<FixMpm::Impl> FixMpm::Impl::make(FixMpm *fix, int narg, char **a
 
 template <int D> FixMpm::ImplOf<D>::ImplOf(FixMpm *_fix, int narg, char **arg) : Impl(_fix)
 {
-  static_assert(RESTART_VERSION == 7 && DOUBLES == (D == 2 ? 20 : 37),
+  static_assert(RESTART_VERSION == 8 && DOUBLES == (D == 2 ? 20 : 37),
                 "restart files change: raise their version");
   settings = MpmSettings<D>::parse(lmp, narg, arg);
   const Tensor &initial = settings.initial_stress;
@@ -1172,9 +1172,8 @@ template <int D> int FixMpm::ImplOf<D>::pack_restart(int i, double *buf)
 {
   bring_back();
   const int size = size_restart(i);
-  buf[0] = size;    // how far other fixes skip
-  buf[1] = (double) update->ntimestep;
-  pack(i, buf + 2, num_remembered(i));
+  RestartRecords::write_header(lmp, i, size, buf);
+  pack(i, buf + RestartRecords::HEADER, num_remembered(i));
   buf[size - 1] = sum_of(buf, size - 1);
   return size;
 }
@@ -1182,7 +1181,7 @@ template <int D> int FixMpm::ImplOf<D>::pack_restart(int i, double *buf)
 template <int D> void FixMpm::ImplOf<D>::unpack_restart(int i, int nth)
 {
   take_over();
-  const auto [extra, size] = restart_record(lmp, "Fix mpm", i, nth, 1);
+  const auto [extra, size] = records.of(lmp, "Fix mpm", i, nth, restart_step);
   const auto damaged = [&](const std::string &how) {
     error->one(
         FLERR,
@@ -1191,13 +1190,8 @@ template <int D> void FixMpm::ImplOf<D>::unpack_restart(int i, int nth)
   };
   if (!is_same_sum(extra[size - 1], sum_of(extra, size - 1)))
     damaged("its checksum is not that of its numbers");
-  if (size < 3 + DOUBLES) damaged(fmt::format("it has {} numbers, not {}", size, 3 + DOUBLES));
-  if (extra[1] != restart_step)
-    error->one(FLERR,
-               "Fix mpm: atom {} is of step {}, the head of the restart files of step {}: they "
-               "were not written at once. Use those before",
-               atom->tag[i], extra[1], restart_step);
-  unpack(i, extra + 2, 0);
+  if (size < RECORD) damaged(fmt::format("it has {} numbers, not {}", size, RECORD));
+  unpack(i, extra + RestartRecords::HEADER, 0);
   double &law = remembering[i];
   int num_memory = 0;
   if (law != NO_LAW) {
@@ -1207,20 +1201,21 @@ template <int D> void FixMpm::ImplOf<D>::unpack_restart(int i, int nth)
     num_memory = size_in_file[in_file];
     law = law_of_file[in_file];
   }
-  if (size != 3 + DOUBLES + num_memory)
-    damaged(fmt::format("it has {} numbers, not {}", size, 3 + DOUBLES + num_memory));
+  if (size != RECORD + num_memory)
+    damaged(fmt::format("it has {} numbers, not {}", size, RECORD + num_memory));
   // what another law remembered is of no use
-  if (law != NO_LAW) std::copy_n(extra + 2 + DOUBLES, num_memory, memory_of(i));
+  if (law != NO_LAW)
+    std::copy_n(extra + RestartRecords::HEADER + DOUBLES, num_memory, memory_of(i));
 }
 
 template <int D> int FixMpm::ImplOf<D>::size_restart(int i) const
 {
-  return 3 + DOUBLES + num_remembered(i);    // size, step, the point, checksum
+  return RECORD + num_remembered(i);
 }
 
 template <int D> int FixMpm::ImplOf<D>::maxsize_restart() const
 {
-  return 3 + DOUBLES + layout.width();
+  return RECORD + layout.width();
 }
 
 /* ----------------------------------------------------------------------

@@ -25,6 +25,7 @@
 #include "mpm_settings.h"
 #include "pointers.h"
 #include "progress.h"
+#include "restart_record.h"
 
 #include <memory>
 #include <string>
@@ -139,6 +140,7 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   std::vector<FixRve *> grains;    // per model; nullptr: an analytic law
   double courant = 0.0;
   double restart_step = 0.0;    // of the head of a restart file
+  RestartRecords records;
   bool warned = false, warned_damping = false, warned_sides = false;
   std::vector<Vec> body_displacement;
   std::vector<int> turning;                   // bodies that can turn
@@ -216,6 +218,8 @@ template <int D> struct FixMpm::ImplOf final : Impl {
 
   // without its row of memory
   static constexpr int DOUBLES = (2 * sizeof(Vec) + 3 * sizeof(Tensor)) / sizeof(double) + 4;
+  // of a restart file: header, the point and a checksum, without its row of memory
+  static constexpr int RECORD = RestartRecords::HEADER + DOUBLES + 1;
 
   /// State variables that a point has now.
   int num_remembered(int i) const

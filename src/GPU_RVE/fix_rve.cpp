@@ -79,6 +79,7 @@ FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
     error->all(FLERR, "fix rve needs a 2d system (its grains are disks), but the dimension is {}",
                domain->dimension);
   impl = Impl::make(this, std::move(settings));
+  warn_of_dropped_records(lmp, fmt::format("fix rve {}", id));
   impl->read_packings();
   impl->make_engine();
 
@@ -475,7 +476,7 @@ void FixRve::set_arrays(int i)
 }
 
 /* ----------------------------------------------------------------------
-   buf[0] = number of values, buf[1] = step, then the record of the RVE if there is one
+   the header of records, then the record of the RVE if there is one
 ------------------------------------------------------------------------- */
 
 int FixRve::pack_exchange(int i, double *buf)
@@ -492,7 +493,7 @@ int FixRve::pack_exchange(int i, double *buf)
 int FixRve::unpack_exchange(int nlocal, double *buf)
 {
   const int size = static_cast<int>(buf[0]);
-  impl->take_in(nlocal, buf + Impl::PER_ATOM, size - Impl::PER_ATOM);
+  impl->take_in(nlocal, buf + RestartRecords::HEADER, size - RestartRecords::HEADER);
   return size;
 }
 
@@ -505,29 +506,24 @@ int FixRve::pack_restart(int i, double *buf)
           return impl->record(i);
         },
         i);
-  buf[0] = static_cast<double>(Impl::PER_ATOM + record.size());
-  buf[1] = static_cast<double>(update->ntimestep);
-  std::copy(record.begin(), record.end(), buf + Impl::PER_ATOM);
-  return Impl::PER_ATOM + static_cast<int>(record.size());
+  const int size = RestartRecords::HEADER + static_cast<int>(record.size());
+  RestartRecords::write_header(lmp, i, size, buf);
+  std::copy(record.begin(), record.end(), buf + RestartRecords::HEADER);
+  return size;
 }
 
 void FixRve::unpack_restart(int nlocal, int nth)
 {
   const RestartRecord record =
-      restart_record(lmp, fmt::format("fix rve {}", id), nlocal, nth, Impl::PER_ATOM);
-  const double step = record.values[1];
-  if (step != impl->restart_step)
-    error->one(FLERR,
-               "fix rve: the RVE of atom {} is of step {}, the head of the restart files of step "
-               "{}: they were not written at once, or are damaged. Use those before",
-               atom->tag[nlocal], step, impl->restart_step);
-  impl->take_in(nlocal, record.values + Impl::PER_ATOM, record.size - Impl::PER_ATOM);
+      impl->records.of(lmp, fmt::format("fix rve {}", id), nlocal, nth, impl->restart_step);
+  impl->take_in(nlocal, record.values + RestartRecords::HEADER,
+                record.size - RestartRecords::HEADER);
 }
 
 int FixRve::size_restart(int i)
 {
-  if (impl->slot[i] < 0) return Impl::PER_ATOM;
-  return Impl::PER_ATOM +
+  if (impl->slot[i] < 0) return RestartRecords::HEADER;
+  return RestartRecords::HEADER +
       impl->guarded(
           [&] {
             return impl->record_size(i);
@@ -537,7 +533,7 @@ int FixRve::size_restart(int i)
 
 int FixRve::maxsize_restart()
 {
-  int mine = Impl::PER_ATOM, most;
+  int mine = RestartRecords::HEADER, most;
   for (int i = 0; i < atom->nlocal; i++) mine = MAX(mine, size_restart(i));
   MPI_Allreduce(&mine, &most, 1, MPI_INT, MPI_MAX, world);
   return most;

@@ -31,7 +31,7 @@
 using namespace LAMMPS_NS;
 
 // Of what restart files hold: raise it with every change of that. Files before version 3 had no number.
-static constexpr int RESTART_VERSION = 5;
+static constexpr int RESTART_VERSION = 6;
 
 namespace {
 
@@ -151,6 +151,7 @@ template <int D> void FixRve::ImplOf<D>::read_restart_head(const char *buf)
     begin = end + 1;
   }
   changes = differences(account, settings.account());
+  path_has_changed = account["path"] != settings.path.text;
 
   if (head.num_packings != static_cast<std::uint64_t>(packings.size()) ||
       head.packings != packings.identity()) {
@@ -224,11 +225,26 @@ template <int D> void FixRve::ImplOf<D>::adopt_restart()
   for (const std::string &change : change_materials(settings.material, mass_scaling_of_rves))
     changes.push_back(change);
   if (time_step_is_old) choose_time_step();
+  if (path_has_changed && settings.path.any()) resume_paths(*settings.path.of<D>());
   if (fix->comm->me == 0 && !changes.empty())
     utils::logmesg(fix->lmp,
                    "fix rve {}: continues the run that wrote the restart file with changes: {}\n",
                    fix->id, joined(changes));
   changes.clear();
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <int D> void FixRve::ImplOf<D>::resume_paths(const macro::LoadPathsOf<D> &paths)
+{
+  points->complete();
+  for (const int i : atoms_with_rve())
+    if (points->path(slot[i]).path >= 0)
+      guarded(
+          [&] {
+            paths.resume(points->path(slot[i]), point(i).result);
+          },
+          i);
 }
 
 /* ----------------------------------------------------------------------
@@ -408,6 +424,7 @@ template <int D> void FixRve::ImplOf<D>::warn_of_loss() const
 template void FixRve::ImplOf<2>::write_restart_head(FILE *) const;
 template void FixRve::ImplOf<2>::read_restart_head(const char *);
 template void FixRve::ImplOf<2>::adopt_restart();
+template void FixRve::ImplOf<2>::resume_paths(const macro::LoadPaths &);
 template std::vector<std::string> FixRve::ImplOf<2>::change_materials(const MaterialWords &,
                                                                       double);
 template void FixRve::ImplOf<2>::choose_time_step();
@@ -416,6 +433,7 @@ template void FixRve::ImplOf<2>::warn_of_loss() const;
 template void FixRve::ImplOf<3>::write_restart_head(FILE *) const;
 template void FixRve::ImplOf<3>::read_restart_head(const char *);
 template void FixRve::ImplOf<3>::adopt_restart();
+template void FixRve::ImplOf<3>::resume_paths(const macro::LoadPathsOf<3> &);
 template std::vector<std::string> FixRve::ImplOf<3>::change_materials(const MaterialWords &,
                                                                       double);
 template void FixRve::ImplOf<3>::choose_time_step();

@@ -19,6 +19,7 @@
 #include "comm.h"
 #include "error.h"
 #include "rve/core/error.h"
+#include "rve/engine/contact_network.h"
 #include "update.h"
 
 #include <algorithm>
@@ -27,6 +28,16 @@ using namespace LAMMPS_NS;
 
 // Lines about RVEs in one step, beyond which their number is said
 static constexpr std::size_t MOST_NOTES = 8;
+
+/// Of the sum of radii.
+template <int D> static double largest_overlap(const rve::RveStateOf<D> &state)
+{
+  double largest = 0.0;
+  for (const rve::TouchingPairOf<D> &pair : rve::find_contacts(state))
+    largest =
+        std::max(largest, pair.overlap / (state.radius[pair.first] + state.radius[pair.second]));
+  return largest;
+}
 
 /* ---------------------------------------------------------------------- */
 
@@ -39,11 +50,15 @@ void FixRve::ImplOf<D>::report(const std::vector<int> &failed, const std::vector
     const int i = atoms[k];
     if (std::find(failed.begin(), failed.end(), slot[i]) == failed.end()) continue;
     const rve::ResultOf<D> &result = point(i).result;
+    // a call that fails leaves the state before it; of a packing this is the state that failed
+    const double overlap = is_new ? largest_overlap(state(i)) : result.largest_overlap;
+    const double void_ratio = is_new ? state(i).void_ratio() : result.void_ratio;
     const std::string message = fmt::format(
-        "fix rve: RVE of atom {} failed at step {}: {} (before: largest overlap {} of the sum of "
-        "radii, void ratio {}, DEM time step {}{})",
+        "fix rve: RVE of atom {} failed at step {}: {} ({}: largest overlap {} of the sum of "
+        "radii, overlap_limit {} [radius], void ratio {}, DEM time step {}{})",
         fix->atom->tag[i], told_step(), rve::describe_status(result.status),
-        rve::number(result.largest_overlap), rve::number(result.void_ratio), rve::number(dt_dem),
+        is_new ? "its packing" : "before", rve::number(overlap),
+        rve::number(settings.options.overlap_limit), rve::number(void_ratio), rve::number(dt_dem),
         point(i).copies > 1 ? fmt::format(", {} copies side by side", point(i).copies) : "");
     // a packing that fails before its first step has no better one
     if (settings.policy == RvePolicy::Stop || (settings.policy == RvePolicy::Fresh && is_new))

@@ -378,6 +378,7 @@ void FixRve::Impl::find_variables()
 
 template <int D> void FixRve::ImplOf<D>::attach()
 {
+  const bool is_continued = continues;
   adopt_restart();
   const Atom *atom = fix->atom;
   std::vector<int> atoms;
@@ -386,6 +387,12 @@ template <int D> void FixRve::ImplOf<D>::attach()
   bigint mine = atoms.size(), total;
   MPI_Allreduce(&mine, &total, 1, MPI_LMP_BIGINT, MPI_SUM, fix->world);
   if (total == 0) return;
+  if (is_continued && fix->comm->me == 0)
+    utils::logmesg(
+        fix->lmp,
+        "fix rve {}: {} atoms of the group had no RVE when the restart file was written; "
+        "their RVEs begin from packings\n",
+        fix->id, total);
 
   const std::vector<const State *> states = packings.choose(fix->lmp, fix->igroup, settings, atoms);
   bigint sums[2] = {0, 0}, all_sums[2];
@@ -741,9 +748,9 @@ template <int D> double FixRve::ImplOf<D>::dem_steps() const
 
 template <int D> void FixRve::ImplOf<D>::set_exchange_size()
 {
-  int mine = PER_ATOM, most;
+  int mine = RestartRecords::HEADER, most;
   for (const int i : atoms_with_rve()) {
-    const int bound = PER_ATOM + points->record_bound(slot[i]);
+    const int bound = RestartRecords::HEADER + points->record_bound(slot[i]);
     mine = std::max(mine, bound);
     if (settings.policy != RvePolicy::Fresh) continue;
     // another packing may take its place, and it may have more grains
@@ -987,7 +994,7 @@ template <int D> void FixRve::ImplOf<D>::begin_paths(const macro::LoadPathsOf<D>
       fix->error->one(FLERR,
                       "fix rve {}: path_variable is {} for atom {}; it must be a whole number from "
                       "1 to {}, the number of paths",
-                      fix->id, rve::number(number), fix->atom->tag[i], paths.size());
+                      fix->id, number, fix->atom->tag[i], paths.size());
     paths.begin(state, static_cast<int>(number) - 1, point(i).result.deformation);
   }
 }

@@ -23,6 +23,7 @@
 #include "macro/rve_constitutive.h"
 #include "macro/rve_points.h"
 #include "progress.h"
+#include "restart_record.h"
 #include "rve_packings.h"
 #include "rve_settings.h"
 #include "update.h"
@@ -37,9 +38,6 @@ namespace LAMMPS_NS {
 
 /// What LAMMPS' hooks ask of the RVEs, whatever their dimension, and what does not depend on it.
 struct FixRve::Impl {
-  // values that an atom without an RVE has in the buffers of LAMMPS: their number, and the step
-  static constexpr int PER_ATOM = 2;
-
   FixRve *fix;
   const int dimension;    // of the RVEs: 2 for disks, 3 for spheres
   FixRveSettings settings;
@@ -48,8 +46,9 @@ struct FixRve::Impl {
   // what ranks tell each other of this step they tell in the next, in meet()
   bool checks_wait = false;
   double restart_step = 0.0;    // of the head of a restart file
-  bool is_material = false;     // fix mpm has asked for it
-  bool is_halted = false;       // the run ends because all paths have
+  RestartRecords records;
+  bool is_material = false;    // fix mpm has asked for it
+  bool is_halted = false;      // the run ends because all paths have
   Progress progress;
 
   /// That of the RVEs that the packings make.
@@ -342,6 +341,7 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   double mass_scaling_of_rves = 1.0;
   std::vector<std::string> changes;    // "friction 0.5 -> 0.3"
   bool time_step_is_old = false;       // chosen or checked for other RVEs
+  bool path_has_changed = false;       // from that of the restart file
 
   /// Ends with error->all if so many further RVEs, of these numbers of grains, do not fit into the memory that is free; collective.
   void check_memory(const std::vector<int> &grains);
@@ -357,6 +357,8 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   std::vector<Drive> drives(const std::vector<int> &atoms);
   void advance_on_paths(const macro::LoadPathsOf<D> &paths);
   void begin_paths(const macro::LoadPathsOf<D> &paths);
+  /// RVEs that have ended another path continue on this one.
+  void resume_paths(const macro::LoadPathsOf<D> &paths);
   macro::PathStep path_step(int atom, const macro::RveClock &clock) const;
   /// Leaves so many shadows, of those that choose_shadows() would choose first; collective.
   void remove_shadows(int number);

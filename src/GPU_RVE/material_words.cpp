@@ -48,7 +48,7 @@ void read_hertz(ScriptWords &words, Contact &contact)
 
 void read_elastic_constants(ScriptWords &words, Contact &contact)
 {
-  contact.youngs = words.number("E");
+  contact.youngs = words.positive("E", "[stress]");
   contact.eta_n = words.number("eta_n");
   const double nu = words.number("nu");
   if (!(nu > -1.0 && nu <= 0.5))

@@ -483,7 +483,8 @@ rve::Format LAMMPS_NS::read_format(ScriptWords &words)
 std::string LAMMPS_NS::packing_failure(const std::string &file, const rve::InputError &e)
 {
   const std::string message = e.what();
-  if (!fs::exists(file)) return message + where_packings_come_from(file);
+  std::error_code unknown;    // a loop of links, for one
+  if (!fs::exists(file, unknown) && !unknown) return message + where_packings_come_from(file);
   return (message.find(file) != std::string::npos ? "" : file + ": ") + message;
 }
 

@@ -114,6 +114,36 @@ TEST(LooseCloud, WrongRecipesAreNamed)
             0u);
 }
 
+// The overlap at the pressure is sought by a search that such stiffnesses never end.
+TEST(Packing, AWrongMaterialIsAnErrorBeforeAnythingRuns)
+{
+  PackingRecipe recipe = paper_recipe(100, 20e3);
+  recipe.material = Material();
+  recipe.material.law = ContactLaw::Hertz;
+  recipe.material.density = 2650.0;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const double stiffness : {-1e6, 0.0, nan}) {
+    recipe.material.hertz_stiffness = stiffness;
+    try {
+      contact_strain(recipe);
+      ADD_FAILURE() << stiffness;
+    } catch (const InputError &e) {
+      EXPECT_EQ(std::string(e.what()).find("Hertz' stiffness is "), 0u) << e.what();
+    }
+  }
+}
+
+TEST(Packing, ARatioOfStressesThatGrainsDoNotBearIsNamed)
+{
+  const auto engine = cpu_engine();
+  PackingRecipe recipe = paper_recipe(60, 20e3);
+  recipe.k0 = 0.05;
+
+  EXPECT_NE(
+      message_of(recipe, *engine).find("use a k0 nearer 1 than 0.05, which grains of friction"),
+      std::string::npos);
+}
+
 // The default thickness of 1 with numbers in SI units: discs would fill the plane.
 TEST(Packing, GrainsThatWouldOverlapTooMuchAreAnErrorBeforeAnythingRuns)
 {

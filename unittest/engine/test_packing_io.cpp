@@ -457,6 +457,30 @@ TEST(PackingFile, WhatIsNoFileIsRefusedWithTheReason)
   std::remove(fifo.c_str());
 }
 
+TEST(PackingFile, IsReadWithAByteOrderMarkAndRefusedIfItIsNotText)
+{
+  const std::string path = temporary_path("packing.rve");
+  const RveState state = crowded_state(20, 3);
+  write_packing(path, state);
+  const std::string text = text_of(path);
+  const auto message_with = [&](const std::string &other) {
+    std::ofstream(path, std::ios::binary) << other;
+    return message_of([&] {
+      read_packing(path);
+    });
+  };
+  std::string binary = text, old = text;
+  binary[binary.find('\n') + 3] = '\0';
+  for (char &letter : old)
+    if (letter == '\n') letter = '\r';
+
+  EXPECT_EQ(message_with("\xEF\xBB\xBF" + text), "no error");
+  EXPECT_EQ(message_with(binary),
+            path + ":2: the line has a byte 0; the file must be plain text, not binary or UTF-16");
+  EXPECT_EQ(message_with(old),
+            path + ":1: the line has a carriage return inside; lines must end with a line feed");
+}
+
 TEST(PackingFile, FailedWriteLeavesTheOldFile)
 {
   const std::string path = temporary_path("kept.rve");

@@ -442,10 +442,10 @@ std::string bytes_of(double value)
 /// Where the head of a fix mpm begins in a restart file: version, length, a checksum, step.
 std::size_t place_of_head(const std::string &text, double step)
 {
-  std::size_t place = text.find(bytes_of(-7.0));
+  std::size_t place = text.find(bytes_of(-8.0));
   while (place != std::string::npos &&
          text.compare(place + 3 * sizeof(double), sizeof(double), bytes_of(step)) != 0)
-    place = text.find(bytes_of(-7.0), place + 1);
+    place = text.find(bytes_of(-8.0), place + 1);
   EXPECT_NE(place, std::string::npos);
   return place;
 }
@@ -469,16 +469,16 @@ TEST(FixMpm, RestartFileOfAnotherVersionIsRefused)
         << other.replace(place, sizeof(double), bytes_of(version));
     return message_of(read);
   };
-  const std::string newer = message_with(-8.0), none = message_with(1.0), torn = message_with(-7.5);
+  const std::string newer = message_with(-9.0), none = message_with(1.0), torn = message_with(-8.5);
   std::remove(path.c_str());
 
-  EXPECT_NE(newer.find("the points in the restart file have version 8; this fix reads version 7"),
+  EXPECT_NE(newer.find("the points in the restart file have version 9; this fix reads version 8"),
             std::string::npos)
       << newer;
-  EXPECT_NE(none.find("have version 1 or 2, without a number; this fix reads version 7"),
+  EXPECT_NE(none.find("have version 1 or 2, without a number; this fix reads version 8"),
             std::string::npos)
       << none;
-  EXPECT_NE(torn.find("is damaged: it begins with -7.5 instead of the version -7"),
+  EXPECT_NE(torn.find("is damaged: it begins with -8.5 instead of the version -8"),
             std::string::npos)
       << torn;
 }
@@ -495,7 +495,7 @@ TEST(FixMpm, FlippedBitsOfRestartFilesAreRefused)
   const std::size_t head = place_of_head(text, 3.0);
   double length;
   std::memcpy(&length, &text[head + sizeof(double)], sizeof(length));
-  const auto record = text.find(bytes_of(23.0) + bytes_of(3.0));    // of an atom: numbers, step
+  const auto record = text.find(bytes_of(27.0) + bytes_of(3.0));    // of an atom: numbers, step
   ASSERT_NE(record, std::string::npos);
 
   // every bit of the versions, lengths and sizes, every seventh of the rest
@@ -511,7 +511,7 @@ TEST(FixMpm, FlippedBitsOfRestartFilesAreRefused)
     return silent;
   };
   EXPECT_EQ(count_silent(head, head + (std::size_t) length * sizeof(double)), 0);
-  EXPECT_EQ(count_silent(record, record + 23 * sizeof(double)), 0);
+  EXPECT_EQ(count_silent(record, record + 27 * sizeof(double)), 0);
   std::remove(path.c_str());
 }
 
@@ -581,6 +581,31 @@ TEST(FixMpm, RestartFilesOfDifferentStepsAreRefused)
   EXPECT_NE(message.find("is of step 5, the head of the restart files of step 10"),
             std::string::npos)
       << message;
+}
+
+TEST(FixMpm, RecordsFollowTheirAtomsWhenOthersAreDeletedBeforeTheFix)
+{
+  const std::string command = elastic_footing(), path = "test_fix_mpm_deleted.restart";
+  const std::string fix = command.substr(command.find("fix soil"));
+  SoilScript first;
+  first << command + "run 120\nwrite_restart " + path + "\n";
+  const std::string read = "read_restart " + path +
+      "\npair_style none\ncomm_modify cutoff 1.0\nneighbor 0.5 bin\ngroup pit id 3 12 20\n";
+  Script::Rows expected = first.points();
+  for (const tagint id : {3, 12, 20}) expected.erase(id);
+
+  SoilScript rest;
+  rest << read + "delete_atoms group pit compress no\n" + fix + "run 0\n";
+  const Script::Rows points = rest.points();
+
+  ASSERT_EQ(points.size(), expected.size());
+  // stresses begin at column 4 behind positions and velocities
+  for (const auto &[id, row] : points)
+    for (int k = 0; k < 8; ++k) EXPECT_EQ(row[k], expected[id][k]) << "atom " << id << ", " << k;
+  EXPECT_NE(message_of(read + "delete_atoms group pit\n" + fix).find("got other IDs"),
+            std::string::npos);
+  MPI_Barrier(MPI_COMM_WORLD);
+  if (!rest.lmp->comm->me) std::remove(path.c_str());
 }
 
 /// A plate pressed into 16 points with RVEs of 60 grains. The row of points that the plate pushes starts just above the

@@ -226,7 +226,7 @@ TEST(FixRve, RestartFileOfAnotherVersionIsRefused)
   first << FOUR_ATOMS + SHEAR + "run 5\nwrite_restart " + file;
   std::string text = text_of(file);
   // version with a minus, step
-  const double head[] = {-5.0, 5.0}, older[] = {-4.0, 5.0}, newer[] = {-6.0, 5.0},
+  const double head[] = {-6.0, 5.0}, older[] = {-5.0, 5.0}, newer[] = {-7.0, 5.0},
                none[] = {1e-4, 5.0};
   const std::size_t place =
       text.find(std::string(reinterpret_cast<const char *>(head), sizeof(head)));
@@ -237,9 +237,9 @@ TEST(FixRve, RestartFileOfAnotherVersionIsRefused)
     return message_of("read_restart " + file + "\nvariable rate atom -0.05*id\n" + SHEAR);
   };
 
-  EXPECT_IN("have version 4; this fix reads version 5", message_with(older));
-  EXPECT_IN("have version 6; this fix reads version 5", message_with(newer));
-  EXPECT_IN("have version 1 or 2, without a number; this fix reads version 5", message_with(none));
+  EXPECT_IN("have version 5; this fix reads version 6", message_with(older));
+  EXPECT_IN("have version 7; this fix reads version 6", message_with(newer));
+  EXPECT_IN("have version 1 or 2, without a number; this fix reads version 6", message_with(none));
 }
 
 TEST(FixRve, ClearAndRunAgainGivesTheSame)

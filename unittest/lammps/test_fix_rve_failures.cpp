@@ -2,6 +2,9 @@
 
 #include "grains_script.h"
 
+#include <cstdio>
+#include <unistd.h>
+
 #include <gtest/gtest.h>
 
 #include <string>
@@ -106,4 +109,66 @@ TEST(PolicyFresh, IsContinuedFromARestartFileToTheSameBits)
   EXPECT_EQ(whole.fix_value("grains", 18), 2.0);
   EXPECT_EQ(second.fix_value("grains", 18), 2.0);
   EXPECT_EQ(states(whole), states(second));
+}
+
+TEST(FailureAtTheStart, SaysWhatThePackingHas)
+{
+  const std::string message =
+      message_of(FOUR_ATOMS + FIX + "dt 1e-4 overlap_limit 1e-9 drive none\nrun 1");
+
+  EXPECT_IN("failed at step 0: overlap too large (its packing: largest overlap 0.0236", message);
+  EXPECT_IN("of the sum of radii, overlap_limit 1e-09 [radius], void ratio 0.161", message);
+}
+
+TEST(PackingFiles, ThatAreALoopOfLinksAreNamed)
+{
+  const std::string link = file_of_rank("loop");
+  std::remove(link.c_str());
+  ASSERT_EQ(symlink(link.c_str(), link.c_str()), 0);
+
+  EXPECT_IN("cannot open packing file " + link + ": Too many levels of symbolic links",
+            message_of(FOUR_ATOMS + "fix grains all rve " + link + " dt 1e-4 drive none"));
+  std::remove(link.c_str());
+}
+
+// LAMMPS moves no record of a restart file when it deletes atoms
+TEST(RestartRecords, FollowTheirAtomsWhenOthersAreDeletedBeforeTheFix)
+{
+  const std::string file = rve_test::temporary_path("restart");
+  const std::string columns = "compute c all rve/atom syy\n";
+  Script first, rest;
+  first << FOUR_ATOMS + SHEAR + columns + "run 5\nwrite_restart " + file;
+  Script::Values expected = first.compute("c");
+  expected.erase(2);
+  const std::string read =
+      "read_restart " + file + "\nvariable rate atom -0.05*id\ngroup pit id 2\n";
+
+  rest << read + "delete_atoms group pit compress no\n" + SHEAR + columns + "run 0";
+
+  EXPECT_EQ(rest.compute("c"), expected);
+  EXPECT_IN("delete_atoms renumbers unless it has compress no",
+            message_of(read + "delete_atoms group pit\n" + SHEAR));
+}
+
+TEST(RestartRecords, ThatLammpsHasDroppedAreSaid)
+{
+  const std::string file = rve_test::temporary_path("restart");
+  Script first;
+  first << FOUR_ATOMS + SHEAR + "run 5\nwrite_restart " + file;
+  const std::string read = "read_restart " + file + "\nvariable rate atom -0.05*id\n";
+
+  EXPECT_IN("begins without records of a restart file", log_of(read + "run 0\n" + SHEAR));
+  EXPECT_EQ(log_of(read + SHEAR + "run 0").find("without records"), std::string::npos);
+}
+
+TEST(RestartRecords, OfAtomsThatHadNoRveAreSaid)
+{
+  const std::string file = rve_test::temporary_path("restart");
+  Script first;
+  std::string some = SHEAR;
+  some.replace(some.find("all"), 3, "some");
+  first << FOUR_ATOMS + "group some id 1 2\n" + some + "run 5\nwrite_restart " + file;
+
+  EXPECT_IN("2 atoms of the group had no RVE when the restart file was written",
+            log_of("read_restart " + file + "\nvariable rate atom -0.05*id\n" + SHEAR + "run 0"));
 }

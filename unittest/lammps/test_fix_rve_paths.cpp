@@ -107,6 +107,36 @@ TEST(PathsOfFixRve, ContinueFromARestartFileBitForBit)
   }
 }
 
+TEST(PathsOfFixRve, ThatHaveEndedContinueWhereTheScriptOfAContinuedRunChangesThem)
+{
+  const std::string file = temporary_path("restart_of_ended_paths");
+  const std::string fix = STEP + FIX + "dt 5e-5 path ",
+                    path = "stage rate yy -0.1 until time > 0.001";
+  Script first;
+  first << FOUR_ATOMS + fix + path + "\nrun 5\nwrite_restart " + file + "\nclear";
+  const auto rest = [&](const std::string &words) {
+    Script script;
+    script << "read_restart " + file + "\n" + fix + words + "\n" + COLUMNS + "run 4";
+    return std::map<std::string, double>{{"ended", script.compute("ended").at(1)},
+                                         {"stage", script.compute("stage").at(1)},
+                                         {"time", script.compute("time").at(1)},
+                                         {"yy", std::log(script.compute("yy").at(1))}};
+  };
+
+  auto same = rest(path), longer = rest("stage rate yy -0.1 until time > 0.002"),
+       second = rest(path + " stage rate yy 0.1 until time > 1");
+
+  EXPECT_EQ(same["ended"], 1.0);
+  EXPECT_NEAR(same["yy"], -1e-4, 1e-9);
+  EXPECT_EQ(longer["ended"], 1.0);
+  EXPECT_EQ(longer["stage"], 1.0);
+  EXPECT_NEAR(longer["time"], 0.002, 1e-12);
+  EXPECT_NEAR(longer["yy"], -2e-4, 1e-9);
+  EXPECT_EQ(second["ended"], 0.0);
+  EXPECT_EQ(second["stage"], 2.0);
+  EXPECT_NEAR(second["yy"], 1e-4, 1e-9);
+}
+
 // A row lies between two ends of steps, and the paths go on behind the last one. Strains are those of the table, shear to what the stretch of a step makes
 // of it; p is within a per cent, which the bends of a table cost a servo.
 TEST(PathsOfFixRve, FollowTablesFromFiles)
@@ -178,6 +208,10 @@ TEST(PathsOfFixRve, SayWhatIsWrong)
             message_of(begin + "path " + written("wrong", "# too few\nstage rate volume 1\n")));
   EXPECT_IN("path_variable is 2 for atom 2; it must be a whole number from 1 to 1",
             message_of(begin + "path stage rate yy 1 path_variable v_number\nrun 1"));
+  EXPECT_IN("path_variable is 1.0000000001 for atom 1; it must be a whole number from 1 to 1",
+            message_of("variable near atom 1.0000000001\n" + begin +
+                       "path stage rate yy 1 "
+                       "path_variable v_near\nrun 1"));
   EXPECT_IN("variable nowhere does not exist",
             message_of(begin + "path stage rate yy v_nowhere\nrun 1"));
   EXPECT_IN("the value of yy in stage 1 of its path is inf; it must be a finite number",

@@ -188,6 +188,89 @@ TEST(PathTable, RefusesWhatIsNoTable)
   expect_in("no rows", message("# nothing\n"));
 }
 
+TEST(PathTable, ReadsTheLineEndsAndMarksOfOtherSystems)
+{
+  for (const char *text : {"0 0\n0.02 -0.002\n",
+                           "\xEF\xBB\xBF"
+                           "0 0\n0.02 -0.002\n",
+                           "0 0\r\n0.02 -0.002\r\n", "0 0\r0.02 -0.002\r", "0\t0\n0.02\t-0.002"})
+    EXPECT_EQ(macro::PathTable(text, "t.csv").at(1, 0.01), -0.001) << text;
+  EXPECT_EQ(
+      macro::PathTable("time [s], axial strain [-]\n0, 1\n", "t.csv").column("axial strain [-]"),
+      1);
+}
+
+TEST(PathTable, NamesTheLineOfWhatItCannotRead)
+{
+  const auto message = [](const std::string &text) {
+    try {
+      const macro::PathTable table(text, "t.csv");
+    } catch (const InputError &e) {
+      return std::string(e.what());
+    }
+    return std::string("none");
+  };
+  expect_in("t.csv:1: '02 -0' is not a finite number; a row has commas between its numbers, or "
+            "blanks, and decimals have a point",
+            message("0,02 -0,002\n"));
+  expect_in("t.csv:2: the row has 4 numbers, others have 2", message("0 0\n0,02,-0,002\n"));
+  expect_in("t.csv:1: '0s' is not a finite number", message("0s 0\n0.02 -0.002\n"));
+  expect_in("t.csv:1: '\"0\"' is not a finite number", message("\"0\" \"0\"\n1 0\n"));
+  expect_in("t.csv:1: 'nan' is not a finite number", message("nan 0\n1 0\n"));
+  expect_in("t.csv:1: '1e400' is not a finite number", message("1e400 0\n1 0\n"));
+  expect_in("t.csv:1: '\xE2\x88\x92"
+            "1' is not a finite number",
+            message("\xE2\x88\x92"
+                    "1 0\n1 0\n"));
+  expect_in("t.csv:2: 's' is not a finite number", message("t e\ns -\n0 0\n"));
+  expect_in("t.csv:2: the row has 2 numbers, and there are 4 names", message("t [s] e [-]\n0 0\n"));
+  expect_in("t.csv:1: two columns have the name 'e'", message("t e e\n0 1 2\n"));
+  expect_in("t.csv:1: '2' is a number among names", message("t 2\n0 1\n"));
+  expect_in("t.csv:2: a field before or after a comma is empty", message("0,0\n1,,2\n"));
+  expect_in("t.csv:3: the line has a byte 0", message(std::string("0 0\r1 0\r2\0", 11)));
+}
+
+TEST(LoadPath, RefusesABinaryFileWithTheLine)
+{
+  try {
+    macro::path_words(std::string("stage\nrate \0zz", 14), "p.txt");
+    FAIL();
+  } catch (const InputError &e) {
+    expect_in("p.txt:2: the line has a byte 0; the file must be plain text", e.what());
+  }
+}
+
+TEST(LoadPath, ContinuesAtItsPlaceOnAnotherPath)
+{
+  const std::string first = "stage rate zz -0.1 until time > 0.02 repeat 1 1";
+  const auto ended = [&] {
+    const auto paths = paths_of(first);
+    PathState<3> state;
+    paths.begin(state, 0, rve::Tensor3::identity());
+    const PathStep step{1e-3, 20, 1.0, 1.0};
+    for (int k = 0; k < 2; ++k) paths.follow(state, step, rve::ResultOf<3>());
+    EXPECT_EQ(state.ended, 1);
+    return state;
+  };
+  const auto resumed = [&](const std::string &path) {
+    PathState<3> state = ended();
+    paths_of(path).resume(state, rve::ResultOf<3>());
+    return state;
+  };
+
+  EXPECT_EQ(resumed(first).ended, 1);
+  const PathState<3> longer = resumed("stage rate zz -0.1 until time > 0.04 repeat 1 1"),
+                     second = resumed(first + " stage rate zz 0.1 until time > 0.04");
+  EXPECT_EQ(longer.ended, 0);
+  EXPECT_EQ(longer.stage, 0);
+  EXPECT_EQ(longer.time, 0.02);
+  EXPECT_EQ(second.ended, 0);
+  EXPECT_EQ(second.stage, 1);
+  EXPECT_EQ(second.time, 0.0);
+  PathState<3> in_second = second;
+  EXPECT_THROW(paths_of(first).resume(in_second, rve::ResultOf<3>()), InputError);
+}
+
 // sin of 30, 90, 150 and 270 degrees, at the end of a step of stresses and strains and in the middle of one of rates
 TEST(PathWave, HasItsMeanAmplitudePeriodAndPhaseInDegrees)
 {
@@ -237,6 +320,17 @@ TEST(LoadPath, NamesWhatIsWrong)
   expect_in("there is no t.csv", message_of("stage rate zz table t.csv 2"));
   expect_in("leave nothing", message_of("stage rate volume 0 rate xx-yy 0 stress p 1"));
   expect_in("at least one stage", message_of("# nothing"));
+  expect_in("is 1.0000000001; it must be a whole number",
+            message_of("stage repeat 1.0000000001 1"));
+  expect_in("paths:1: the stage ends by cycles, and nothing reverses it",
+            message_of("stage rate zz 1 until cycles > 2"));
+  expect_in("radius of the circle is 30000 [stress], and a normal stress would be a tension, which "
+            "grains without cohesion do not carry; it must be at most 24494.8974",
+            message_of("stage circle 2e4 3e4 0.01"));
+  expect_in("the goal of stress xx goes up to 5 [stress], a tension",
+            message_of("stage stress xx ramp -1e5 5 1"));
+  expect_in("the goal of p goes down to -10000 [stress]",
+            message_of("stage stress p wave 1e4 2e4 1 stress xx-yy 0 rate zz 0"));
 }
 
 TEST(LoadPath, InAScriptEndsAtTheFirstWordThatIsNotItsOwn)

@@ -3,6 +3,7 @@
 #include "rve/core/error.h"
 #include "rve/core/pi.h"
 #include "rve/core/suggestion.h"
+#include "rve/engine/files.h"
 
 #include <algorithm>
 #include <cctype>
@@ -28,6 +29,42 @@ namespace {
   {
     double value;
     return read_number(word, value);
+  }
+
+  /// Fields of a row of a table: what stands between commas, if there are any, or else words.
+  std::vector<std::string> fields_of(const std::string &row)
+  {
+    std::vector<std::string> fields;
+    const bool has_commas = row.find(',') != std::string::npos;
+    std::istringstream parts(row);
+    std::string field;
+    if (!has_commas) {
+      while (parts >> field) fields.push_back(field);
+      return fields;
+    }
+    constexpr const char *BLANK = " \t\v\f";
+    std::size_t begin = 0, end;
+    do {
+      end = std::min(row.find(',', begin), row.size());
+      field = row.substr(begin, end - begin);
+      const std::size_t first = field.find_first_not_of(BLANK);
+      rve::require(first != std::string::npos, "a field before or after a comma is empty");
+      fields.push_back(field.substr(first, field.find_last_not_of(BLANK) - first + 1));
+      begin = end + 1;
+    } while (end < row.size());
+    return fields;
+  }
+
+  /// Whether the first field of a table is meant as a number, although it may be none: "0s", "1d-3", "\"0\"", "nan".
+  bool begins_like_a_number(const std::string &word)
+  {
+    std::string lower;
+    for (const char letter : word)
+      lower += static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
+    for (const char *sign : {"\"", "'", "+", "-", "\xE2\x88\x92", "\xE2\x80\x93"})    // dashes
+      if (lower.rfind(sign, 0) == 0) lower.erase(0, std::string(sign).size());
+    return lower == "nan" || lower == "inf" || lower == "infinity" ||
+        (!lower.empty() && (lower[0] == '.' || std::isdigit(static_cast<unsigned char>(lower[0]))));
   }
 
   /// What a limit in time may lack by rounding of sums of steps [-].
@@ -68,7 +105,7 @@ namespace {
 std::vector<PathWord> path_words(const std::string &text, const std::string &file)
 {
   std::vector<PathWord> words;
-  std::istringstream lines(text);
+  std::istringstream lines(rve::plain_text(text, file));
   std::string line, word;
   for (int number = 1; std::getline(lines, line); ++number) {
     std::istringstream rest(line.substr(0, line.find('#')));
@@ -81,35 +118,62 @@ std::vector<PathWord> path_words(const std::string &text, const std::string &fil
 
 PathTable::PathTable(const std::string &text, const std::string &name) : file(name)
 {
-  std::istringstream lines(text);
-  std::string line, word;
+  std::istringstream lines(rve::plain_text(text, file));
+  std::string line;
   for (int number = 1; std::getline(lines, line); ++number) {
-    const auto refuse = [&](bool sound, const std::string &message) {
-      rve::require(sound, file + ":" + std::to_string(number) + ": " + message);
-    };
-    std::replace(line.begin(), line.end(), ',', ' ');
-    std::istringstream rest(line.substr(0, line.find('#')));
-    std::vector<std::string> row;
-    while (rest >> word) row.push_back(word);
-    if (row.empty()) continue;
-    if (columns.empty() && names.empty() && !is_number(row.front())) {
-      names = row;
-      continue;
-    }
-    if (columns.empty()) columns.resize(row.size());
-    refuse(row.size() >= 2, "a row of a table has a time and at least one value");
-    refuse(row.size() == columns.size() && (names.empty() || row.size() == names.size()),
-           "the row has " + std::to_string(row.size()) + " numbers, others have " +
-               std::to_string(names.empty() ? columns.size() : names.size()));
-    for (std::size_t c = 0; c < row.size(); ++c) {
-      double value;
-      refuse(read_number(row[c], value), "'" + row[c] + "' is not a finite number");
-      refuse(c > 0 || columns[0].empty() || value > columns[0].back(),
-             "the time " + row[c] + " is not after that of the row before");
-      columns[c].push_back(value);
+    try {
+      const std::vector<std::string> row = fields_of(line.substr(0, line.find('#')));
+      if (row.empty()) continue;
+      rve::require(row.size() >= 2, "a row of a table has a time and at least one value");
+      if (columns.empty() && names.empty() && !begins_like_a_number(row.front()))
+        read_names(row);
+      else
+        read_numbers(row);
+    } catch (const rve::InputError &e) {
+      throw rve::InputError(file + ":" + std::to_string(number) + ": " + e.what());
     }
   }
   rve::require(!columns.empty(), file + " has no rows of numbers");
+}
+
+void PathTable::read_names(const std::vector<std::string> &row)
+{
+  for (std::size_t c = 0; c < row.size(); ++c) {
+    rve::require(!is_number(row[c]),
+                 "'" + row[c] +
+                     "' is a number among names; a first row has names only, or numbers");
+    rve::require(std::find(row.begin(), row.begin() + c, row[c]) == row.begin() + c,
+                 "two columns have the name '" + row[c] + "'");
+  }
+  names = row;
+}
+
+void PathTable::read_numbers(const std::vector<std::string> &row)
+{
+  if (columns.empty()) {
+    rve::require(names.empty() || row.size() == names.size(), [&] {
+      return "the row has " + std::to_string(row.size()) + " numbers, and there are " +
+          std::to_string(names.size()) +
+          " names of columns; names with blanks or units need commas between them";
+    });
+    columns.resize(row.size());
+  }
+  rve::require(row.size() == columns.size(), [&] {
+    return "the row has " + std::to_string(row.size()) + " numbers, others have " +
+        std::to_string(columns.size());
+  });
+  for (std::size_t c = 0; c < row.size(); ++c) {
+    double value;
+    rve::require(read_number(row[c], value), [&] {
+      return "'" + row[c] + "' is not a finite number" +
+          (row[c].find(' ') == std::string::npos
+               ? ""
+               : "; a row has commas between its numbers, or blanks, and decimals have a point");
+    });
+    rve::require(c > 0 || columns[0].empty() || value > columns[0].back(),
+                 "the time " + row[c] + " is not after that of the row before");
+    columns[c].push_back(value);
+  }
 }
 
 int PathTable::column(const std::string &word) const
@@ -129,6 +193,12 @@ int PathTable::column(const std::string &word) const
   return static_cast<int>(value) - 1;
 }
 
+std::pair<double, double> PathTable::range(int column) const
+{
+  const auto [least, most] = std::minmax_element(columns[column].begin(), columns[column].end());
+  return {*least, *most};
+}
+
 double PathTable::at(int column, double time) const
 {
   const std::vector<double> &times = columns[0], &values = columns[column];
@@ -137,6 +207,22 @@ double PathTable::at(int column, double time) const
   if (above == static_cast<std::ptrdiff_t>(times.size())) return values.back();
   const double share = (time - times[above - 1]) / (times[above] - times[above - 1]);
   return values[above - 1] + share * (values[above] - values[above - 1]);
+}
+
+std::pair<double, double> PathValue::range() const
+{
+  switch (kind) {
+    case Kind::Script:
+      return {0.0, 0.0};
+    case Kind::Ramp:
+      return std::minmax(number[0], number[1]);
+    case Kind::Wave:
+      return {number[0] - std::fabs(number[1]), number[0] + std::fabs(number[1])};
+    case Kind::Table:
+      return table->range(index);
+    default:
+      return {number[0], number[0]};
+  }
 }
 
 double PathValue::at(double time, const double *script) const
@@ -247,10 +333,11 @@ template <int D> class LoadPathsOf<D>::Reader {
   }
   int whole(const std::string &what, int least, int most)
   {
+    const std::string word = peek();
     const double value = number(what);
     if (!(value >= least && value <= most) || value != std::floor(value))
-      refuse(what + " is " + rve::number(value) + "; it must be a whole number from " +
-             std::to_string(least) + " to " + std::to_string(most));
+      refuse(what + " is " + word + "; it must be a whole number from " + std::to_string(least) +
+             " to " + std::to_string(most));
     return static_cast<int>(value);
   }
 
@@ -427,15 +514,17 @@ template <int D> class LoadPathsOf<D>::Reader {
     const std::string text = peek();
     const Sum sum = quantity(of);
     const PathValue of_time = value("the value of " + text);
-    if (of == Of::Stress && of_time.kind == PathValue::Kind::Constant) {
+    if (of == Of::Stress) {
+      const auto [least, most] = of_time.range();
       const int c = component(text);
-      if (c >= 0 && c < D && of_time.number[0] > 0.0)
-        refuse("the goal of stress " + text + " is " + rve::number(of_time.number[0]) +
+      if (c >= 0 && c < D && most > 0.0)
+        refuse("the goal of stress " + text + (of_time.is_constant() ? " is " : " goes up to ") +
+               rve::number(most) +
                " [stress], a tension, and grains without cohesion carry none; it must be at most "
                "0, because stresses are negative in compression");
-      if (text == "p" && of_time.number[0] < 0.0)
-        refuse("the goal of p is " + rve::number(of_time.number[0]) +
-               " [stress]; it must be at least 0, because p is a pressure");
+      if (text == "p" && least < 0.0)
+        refuse("the goal of p " + std::string(of_time.is_constant() ? "is " : "goes down to ") +
+               rve::number(least) + " [stress]; it must be at least 0, because p is a pressure");
     }
     add(of, sum, of_time, text);
   }
@@ -464,6 +553,13 @@ template <int D> class LoadPathsOf<D>::Reader {
     const double p = positive("p of the circle", "[stress]"),
                  radius = positive("radius of the circle", "[stress]"),
                  period = positive("period of the circle", "[time]");
+    // of disks a normal stress goes up by the radius, of spheres by that of the circle in the deviatoric plane
+    const double largest = p * (D == 2 ? 1.0 : std::sqrt(1.5));
+    if (radius > largest)
+      refuse("radius of the circle is " + rve::number(radius) +
+             " [stress], and a normal stress would be a tension, which grains without cohesion do "
+             "not carry; it must be at most " +
+             rve::number(largest) + (D == 2 ? ", which is p" : ", which is p sqrt(3/2)"));
     PathValue wave;
     wave.kind = PathValue::Kind::Wave;
     wave.number[2] = period;
@@ -547,6 +643,11 @@ template <int D> class LoadPathsOf<D>::Reader {
     std::vector<Sum> rates, stresses;
     for (const Condition &condition : last.motion) rates.push_back(condition.sum);
     for (const Condition &condition : last.stresses) stresses.push_back(condition.sum);
+    for (const Event &event : last.events)
+      if (event.measure.of == Of::Cycles && last.reversed.empty())
+        throw rve::InputError(last.where +
+                              ": the stage ends by cycles, and nothing reverses it; it "
+                              "needs 'reverse strain' or 'reverse stress', too");
     const std::size_t given = rates.size() + stresses.size();
     for (const auto *list : {&rates, &stresses})
       for (const Sum &sum : *list)
@@ -701,14 +802,27 @@ void LoadPathsOf<D>::follow(PathState<D> &state, const PathStep &step,
       ++state.reversals;
     }
   }
-  for (const Event &event : stage.events) {
+  if (has_event(state, result)) next_stage(state, result.deformation);
+}
+
+template <int D>
+bool LoadPathsOf<D>::has_event(const PathState<D> &state, const rve::ResultOf<D> &result) const
+{
+  const Stage &stage = paths[state.path].stages[state.stage];
+  return std::any_of(stage.events.begin(), stage.events.end(), [&](const Event &event) {
     const double now = measured(event.measure, state, result);
     const double slack = event.measure.of == Of::Time ? ROUNDING_OF_TIME * event.limit : 0.0;
-    if (event.below ? now <= event.limit : now >= event.limit - slack) {
-      next_stage(state, result.deformation);
-      return;
-    }
-  }
+    return event.below ? now <= event.limit : now >= event.limit - slack;
+  });
+}
+
+template <int D>
+void LoadPathsOf<D>::resume(PathState<D> &state, const rve::ResultOf<D> &result) const
+{
+  check(state);
+  if (!state.ended) return;
+  state.ended = 0;
+  if (has_event(state, result)) next_stage(state, result.deformation);
 }
 
 template <int D>
@@ -716,12 +830,12 @@ void LoadPathsOf<D>::next_stage(PathState<D> &state, const Matrix &deformation) 
 {
   const Stage &stage = paths[state.path].stages[state.stage];
   const bool again = state.rounds + 1 < stage.times;
-  if (stage.times > 1) state.rounds = again ? state.rounds + 1 : 0;
   const int next = again ? stage.back_to : state.stage + 1;
-  if (next == num_stages(state.path)) {
+  if (next == num_stages(state.path)) {    // its rounds stay, for resume()
     state.ended = 1;
     return;
   }
+  if (stage.times > 1) state.rounds = again ? state.rounds + 1 : 0;
   state.stage = next;
   state.direction = 1;
   state.limit = state.reversals = 0;

@@ -25,6 +25,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace macro {
@@ -39,7 +40,8 @@ std::vector<PathWord> path_words(const std::string &text, const std::string &fil
 /// Text of a file that a path names; throws InputError.
 using ReadPathFile = std::function<std::string(const std::string &file)>;
 
-/// Columns of numbers over the first one, time, with straight lines between rows and the last value beyond the ends.
+/// Columns of numbers over the first one, time, with straight lines between rows and the last value beyond the ends. Commas or blanks
+/// separate the numbers of a row; a byte-order mark and the line ends of other systems do not matter.
 class PathTable {
  public:
   /// Throws InputError unless these are rows of numbers with growing times; a first row of words gives the columns names.
@@ -47,11 +49,16 @@ class PathTable {
   /// Column by its name, or its number from 2 on.
   int column(const std::string &word) const;
   double at(int column, double time) const;
+  /// Least and largest value of a column.
+  std::pair<double, double> range(int column) const;
 
  private:
   std::string file;
   std::vector<std::string> names;
   std::vector<std::vector<double>> columns;    // the first one is time
+
+  void read_names(const std::vector<std::string> &row);
+  void read_numbers(const std::vector<std::string> &row);
 };
 
 /// A number of a path, as a function of the time since its stage began.
@@ -63,7 +70,10 @@ struct PathValue {
   int index = 0;    ///< of a script value, or the column of a table
   std::shared_ptr<const PathTable> table;
 
+  bool is_constant() const { return kind == Kind::Constant; }
   double at(double time, const double *script) const;
+  /// Least and largest value at any time; zeros for a script value.
+  std::pair<double, double> range() const;
 };
 
 /// Where an RVE is on its path; it travels with the RVE.
@@ -120,6 +130,9 @@ template <int D> class LoadPathsOf {
                         const Matrix &deformation) const;
   /// That step is done; `result` has at least the stress, and cell and deformation if needs_details().
   void follow(PathState<D> &state, const PathStep &step, const rve::ResultOf<D> &result) const;
+  /// Takes an RVE to its place on this path if another path led it there. If that path has ended, this one continues with the last stage,
+  /// or with the stage after it if an event of that stage has happened. `result` as of follow(). Throws InputError without such a stage.
+  void resume(PathState<D> &state, const rve::ResultOf<D> &result) const;
 
  private:
   using Sum = rve::ComponentSum<D>;
@@ -160,6 +173,7 @@ template <int D> class LoadPathsOf {
 
   static double measured(const Measure &measure, const PathState<D> &state,
                          const rve::ResultOf<D> &result);
+  bool has_event(const PathState<D> &state, const rve::ResultOf<D> &result) const;
   void next_stage(PathState<D> &state, const Matrix &deformation) const;
 };
 using LoadPaths = LoadPathsOf<2>;

@@ -131,4 +131,27 @@ void require_readable(const std::string &path, const std::string &what)
   if (::access(path.c_str(), R_OK) != 0) refuse(reason_of(errno));
 }
 
+std::string plain_text(const std::string &text, const std::string &file)
+{
+  const std::string mark = "\xEF\xBB\xBF";
+  std::string plain;
+  plain.reserve(text.size());
+  int line = 1;
+  for (std::size_t k = text.compare(0, mark.size(), mark) == 0 ? mark.size() : 0; k < text.size();
+       ++k) {
+    char letter = text[k];
+    if (letter == '\0')
+      throw InputError(
+          file + ":" + std::to_string(line) +
+          ": the line has a byte 0; the file must be plain text, not binary or UTF-16");
+    if (letter == '\r') {
+      letter = '\n';
+      if (k + 1 < text.size() && text[k + 1] == '\n') ++k;
+    }
+    if (letter == '\n') ++line;
+    plain += letter;
+  }
+  return plain;
+}
+
 }    // namespace rve

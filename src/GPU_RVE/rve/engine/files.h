@@ -47,6 +47,10 @@ void require_writable(const std::string &path);
 /// need not have an end. `what` names it, "packing file".
 void require_readable(const std::string &path, const std::string &what);
 
+/// Returns the text of a file with a line feed at the end of each line, whichever system wrote it (CR, CR LF), and without a byte-order
+/// mark. Throws InputError, which begins with `file` and the line, if a byte is 0, as in binary files and in UTF-16.
+std::string plain_text(const std::string &text, const std::string &file);
+
 }    // namespace rve
 
 #endif

@@ -121,6 +121,16 @@ namespace {
     in_range(recipe.radius_max, recipe.radius_min, LARGEST, "largest grain radius [length]");
   }
 
+  /// The search for an overlap at a pressure ends only for forces that grow with it.
+  template <int D> void check_material(const PackingRecipe &recipe)
+  {
+    RveStateOf<D> grains;
+    grains.material = recipe.material;
+    grains.radius = recipe.radii;
+    if (grains.radius.empty()) grains.radius = {recipe.radius_min, recipe.radius_max};
+    grains.check_sizes();
+  }
+
   double mean_radius(const PackingRecipe &recipe)
   {
     if (recipe.radii.empty()) return 0.5 * (recipe.radius_min + recipe.radius_max);
@@ -398,6 +408,14 @@ namespace {
     return vertical == 0.0 ? 0.0 : (trace(stress) - vertical) / ((D - 1) * vertical);
   }
 
+  /// What helps if grains fail under unequal stresses.
+  std::string remedy_of_ratio(const Leg &leg, const std::string &before)
+  {
+    if (leg.k0 == 1.0) return "";
+    return before + " a k0 nearer 1 than " + number(leg.k0) + ", which grains of friction " +
+        number(leg.friction) + " may not bear";
+  }
+
   /// The preparation of one packing, call by call of an engine that others use too.
   template <int D> class Preparation {
    public:
@@ -432,7 +450,7 @@ namespace {
             " steps: " + describe_status(result.status) + " (pressure " +
             number(result.mean_stress() + 0.0) + " [stress], void ratio " +
             number(result.void_ratio) + ", " + std::to_string(result.num_grains) + " grains)" +
-            remedy_of_status(result.status);
+            remedy_of_status(result.status) + remedy_of_ratio(leg, "; use");
       });
       const PackingReport report{steps,
                                  leg.phase,
@@ -456,9 +474,7 @@ namespace {
             " (tolerance " + number(recipe.stress_tolerance) + "), unbalanced force ratio " +
             number(result.unbalanced_ratio) + " (tolerance " + number(recipe.unbalanced_tolerance) +
             "); use a larger tolerance, another damping_prep, or another seed" +
-            (leg.k0 == 1.0 ? ""
-                           : ", or a k0 nearer 1 than " + number(leg.k0) +
-                     ", which grains of friction " + number(leg.friction) + " may not bear");
+            remedy_of_ratio(leg, ", or");
       });
       return report;
     }
@@ -640,6 +656,8 @@ namespace {
 
 template <int D> double contact_strain(const PackingRecipe &recipe)
 {
+  check_recipe<D>(recipe);
+  check_material<D>(recipe);
   return contact_strain<D>(recipe.pressure, recipe.material, mean_radius(recipe));
 }
 

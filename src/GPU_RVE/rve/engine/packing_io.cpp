@@ -204,9 +204,21 @@ namespace {
           return false;
         }
         ++line;
+        make_plain();
         split(text, words);
       } while (words.empty());
       return true;
+    }
+
+    /// A line at a time: libraries may be larger than the memory.
+    void make_plain()
+    {
+      if (line == 1 && text.compare(0, 3, "\xEF\xBB\xBF") == 0) text.erase(0, 3);
+      if (text.find('\0') != std::string::npos)
+        fail("the line has a byte 0; the file must be plain text, not binary or UTF-16");
+      const std::size_t carriage_return = text.find('\r');
+      if (carriage_return != std::string::npos && carriage_return + 1 < text.size())
+        fail("the line has a carriage return inside; lines must end with a line feed");
     }
 
     template <class T> bool convert(std::size_t k, T &value) const
