@@ -596,16 +596,17 @@ template <int D> void FixMpm::ImplOf<D>::setup_pre_force()
           : source      ? stress_of<D>(*source, i)
                         : settings.initial_stress;
       if (!rigid) begin_memory(i);
-      if (settings.density > 0.0)
-        mass[i] = settings.density * settings.initial_volume;
+      if (given_density(i) > 0.0)
+        mass[i] = given_density(i) * settings.initial_volume;
       else if (source)
         mass[i] = source->bulk_density(i) * settings.initial_volume;
       else if (rigid)
         mass[i] = atom->rmass ? atom->rmass[i] : atom->mass[atom->type[i]];
       else
         error->one(FLERR,
-                   "Fix mpm: atom {} has no RVE, so the keyword density must give a value > 0",
-                   atom->tag[i]);
+                   "Fix mpm: atom {} has no RVE, so the keyword density must give its model, {}, a "
+                   "value > 0",
+                   atom->tag[i], settings.models[model[i]].group);
     }
   }
   if (settings.in_situ.given) begin_in_situ(made);

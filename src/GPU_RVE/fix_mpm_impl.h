@@ -229,6 +229,13 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   };
   ModelTimes model_times() const;
 
+  /// Density that the script gives a point [mass/length^3]; 0: none.
+  double given_density(int i) const
+  {
+    return body[i] >= 0 ? settings.density_of(settings.bodies[body[i]])
+                        : settings.density_of(settings.models[model[i]]);
+  }
+
   // fix rve speaks of the progress of scenes with grains, and of its RVEs
   bool has_grains() const;
 
@@ -247,6 +254,8 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   macro::GroundAtRest ground_at_rest(const std::vector<int> &made);
   std::vector<macro::StressGoal> stresses_by_components(const std::vector<int> &made);
   std::vector<double> densities(const std::vector<int> &made) const;
+  macro::HeightProfile density_of_grains(const std::vector<int> &made,
+                                         const macro::GroundAtRest &ground) const;
   std::vector<double> stress_ratios(const std::vector<int> &made) const;
   macro::InSituReport bring_grains(const std::vector<int> &made,
                                    const std::vector<macro::StressGoal> &goals, double tolerance);

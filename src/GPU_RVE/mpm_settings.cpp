@@ -38,13 +38,16 @@ constexpr double LARGEST = 1e30;
 // the estimate for RVEs is an upper bound, if no larger one than that
 constexpr double MAX_COURANT = 10.0;
 
-/// What keywords refer to: *face* and *separation* to the load or body before them.
+/// What keywords refer to: *face* and *separation* to the load or body before them, *density* to the model or body.
 template <int D> struct Said {
   LAMMPS *lmp;
   MpmSettings<D> &settings;
   mpm::SolverOptions<D> &options = settings.options;
   mpm::Face *face = nullptr;
   std::string owner{};
+  /// Subject of *density*, and the value of the preceding model or body; null before the first one.
+  std::string density_owner{};
+  std::optional<double> *density = nullptr;
   /// Of each body, the last keyword that needs a face, or a form.
   std::vector<std::string> needs_face{}, needs_form{};
 };
@@ -121,16 +124,45 @@ template <int D> void read_model(ScriptWords &words, Said<D> &said)
     model.law = entry.make(arguments.data());
   }
   said.settings.models.push_back(model);
+  said.density_owner = "model " + model.group;
+  said.density = &said.settings.models.back().density;
 }
 
 template <int D> void read_density(ScriptWords &words, Said<D> &said)
 {
-  said.settings.density = 0.0;
-  if (words.take("rve")) return;
-  said.settings.density = words.number();
-  if (!(said.settings.density > 0.0))
-    words.refuse(fmt::format("density is {} [mass/length^3]; it must be greater than 0, or rve",
-                             rve::number(said.settings.density)));
+  const std::string subject = said.density ? said.density_owner + " density" : "density";
+  words.about(subject);
+  double density = 0.0;
+  if (!words.take("rve")) {
+    density = words.number();
+    if (!(density > 0.0))
+      words.refuse(fmt::format("{} is {} [mass/length^3]; it must be greater than 0, or rve",
+                               subject, rve::number(density)));
+  }
+  if (said.density)
+    *said.density = density;
+  else
+    said.settings.density = density;
+}
+
+/// A density that is the only one applies to all points, wherever it stands; returns its subject, or "".
+template <int D> std::string share_density(const ScriptWords &words, MpmSettings<D> &settings)
+{
+  std::string subject;
+  for (const auto &given : words.given()) {
+    if (given.keyword != "density") continue;
+    if (!subject.empty()) return "";
+    subject = given.subject;
+  }
+  const auto share = [&](auto &owners) {
+    for (auto &owner : owners) {
+      settings.density = owner.density.value_or(settings.density);
+      owner.density.reset();
+    }
+  };
+  share(settings.models);
+  share(settings.bodies);
+  return subject;
 }
 
 /// The volume of a point, in the plane its area, or how many share a cell: two ways to say the same.
@@ -169,6 +201,8 @@ template <int D> void read_rigid(ScriptWords &words, Said<D> &said)
   said.owner = "rigid " + body.group;
   words.about(said.owner);
   said.settings.bodies.push_back(body);
+  said.density_owner = said.owner;
+  said.density = &said.settings.bodies.back().density;
   said.options.rigid_bodies.emplace_back();
   said.options.rigid_body_names.push_back(body.group);
   said.needs_face.emplace_back();
@@ -505,8 +539,9 @@ template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, cha
   } catch (const rve::InputError &problem) {
     lmp->error->all(FLERR, "Fix mpm: {}", problem.what());
   }
+  const std::string only_density = share_density(words, settings);
   for (const auto &given : words.given())
-    settings.words.emplace_back(given.subject,
+    settings.words.emplace_back(given.subject == only_density ? "density" : given.subject,
                                 given.keyword == "points_per_cell"
                                     ? fmt::format("{:.17g}", settings.initial_volume)
                                     : given.values);
@@ -569,7 +604,8 @@ std::string LAMMPS_NS::mpm_differences(const MpmWords &then, const MpmWords &now
         about.rfind("column ", 0) == 0;
   };
   const auto is_of_points = [](const std::string &about) {
-    return about == "volume" || about == "density" || about == "stress" || about == "insitu";
+    return about == "volume" || about == "density" || about == "stress" || about == "insitu" ||
+        utils::strmatch(about, "^\\S+ \\S+ density$");    // of a model or body
   };
   // the values of one keyword, of all loads on the same points together
   const auto said = [](const MpmWords &words, const std::string &about) {

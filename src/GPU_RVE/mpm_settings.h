@@ -34,6 +34,7 @@ template <int D> struct MpmRigidBody {
   int groupbit;
   /// Velocity, then spin; those that forces drive are in the options.
   ScriptValue rates[mpm::FREEDOMS<D>];
+  std::optional<double> density;    ///< [mass/length^3]; 0 or none: of the atoms
 };
 
 template <int D> struct MpmTraction {
@@ -52,6 +53,7 @@ template <int D> struct MpmModel {
   std::string word;                             ///< rve, or that of an analytic law
   std::string fix_rve;                          ///< whose RVEs are the model, or
   std::shared_ptr<mpm::Constitutive<D>> law;    ///< an analytic one
+  std::optional<double> density;                ///< [mass/length^3]; 0 or none: of the RVEs
 };
 
 /// The stress in which ground is found: what its weight and a surcharge demand at rest, or the components of the stress at each point.
@@ -79,8 +81,9 @@ template <int D> struct MpmSettings {
   std::vector<MpmTraction<D>> tractions;
   std::vector<MpmModel<D>> models;
   std::vector<std::string> columns;    ///< state variables in the output
-  double density = 0.0;                ///< [mass/length^3]; 0: of the RVE
-  double initial_volume = 0.0;         ///< of a point, in the plane its area [length^D]
+  /// Density of models and bodies that have none of their own [mass/length^3]; 0: of the RVEs.
+  double density = 0.0;
+  double initial_volume = 0.0;    ///< of a point, in the plane its area [length^D]
   mpm::Tensor<D> initial_stress = mpm::Tensor<D>::zero();    ///< of points without RVEs
   MpmInSitu<D> in_situ;
   double courant_warn = 0.9, courant_error = 1.0;
@@ -99,6 +102,10 @@ template <int D> struct MpmSettings {
 
   /// Of a new point, which is a square or a cube [length].
   double width_of_point() const;
+
+  /// Density that the script gives the points of a model or body [mass/length^3]; 0: none.
+  double density_of(const MpmModel<D> &model) const { return model.density.value_or(density); }
+  double density_of(const MpmRigidBody<D> &body) const { return body.density.value_or(density); }
 
   /// Looks up the variables, groups and regions, which may change between runs.
   void find(LAMMPS *lmp);

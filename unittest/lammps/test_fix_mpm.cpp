@@ -227,6 +227,58 @@ TEST(FixMpm, MassesPerTypeServeAsWellAsMassesPerPoint)
   EXPECT_EQ(script.fix()->compute_vector(3), 9 * 1000.0);
 }
 
+TEST(FixMpm, DensityIsThatOfAllPointsOrOfTheModelBeforeIt)
+{
+  // masses of four rows of four points: two of each model
+  const auto masses = [](const std::string &models) {
+    SoilScript script;
+    script << points_in_box(4, 4) +
+            "region low block 0 4 0 2 -0.05 0.05 units box\ngroup low region low\n"
+            "group high subtract all low\ntimestep 0.001\nfix soil all mpm 1.0 " +
+            models + "\nrun 0\n";
+    std::set<double> rows[2];
+    for (const auto &point : script.points())
+      rows[point.second[1] > 2.0].insert(point.second[4 + 10]);
+    return std::make_pair(rows[0], rows[1]);
+  };
+  const std::string low = "model low elastic 1e6 0.3 ", high = "model high elastic 1e6 0.2 ";
+  const auto pair = [](double a, double b) {
+    return std::make_pair(std::set<double>{a}, std::set<double>{b});
+  };
+
+  EXPECT_EQ(masses(low + high + "density 1800"), pair(1800, 1800));
+  EXPECT_EQ(masses(low + "density 1800 " + high), pair(1800, 1800));
+  EXPECT_EQ(masses("density 1800 " + low + high), pair(1800, 1800));
+  EXPECT_EQ(masses(low + "density 2000 " + high + "density 1800"), pair(2000, 1800));
+  EXPECT_EQ(masses(low + "damping 0.1 density 2000 " + high + "flip 0.9 density 1800"),
+            pair(2000, 1800));
+  EXPECT_EQ(masses("density 1800 " + low + "density 2000 " + high), pair(2000, 1800));
+}
+
+TEST(FixMpm, ABodyHasADensityOfItsOwn)
+{
+  // a free block on nothing falls; its mass is that of its four atoms, or what density says
+  const auto mass = [](const std::string &words) {
+    SoilScript script;
+    script << points_in_box(4, 2, 6) +
+            "region block block 1 3 4 6 -0.05 0.05 units box\ncreate_atoms 2 region block\n"
+            "group ground type 1\ngroup block type 2\nset group all diameter 1.0\n"
+            "set group block density 700\ntimestep 0.001\n"
+            "fix soil all mpm 1.0 model ground elastic 1e6 0.3 density 2000 "
+            "rigid block vx 0 vy free friction 0.5 form box " +
+            words + "\nrun 0\n";
+    double sum = 0.0, all;
+    for (int i = 0; i < script.lmp->atom->nlocal; i++)
+      if (script.lmp->atom->type[i] == 2) sum += script.lmp->atom->rmass[i];
+    MPI_Allreduce(&sum, &all, 1, MPI_DOUBLE, MPI_SUM, script.lmp->world);
+    return all;
+  };
+
+  EXPECT_NEAR(mass(""), 4 * 2000.0, 1e-9) << "the only density";
+  EXPECT_NEAR(mass("density 2500"), 4 * 2500.0, 1e-9);
+  EXPECT_NEAR(mass("density rve"), 4 * 700.0 * M_PI / 6.0, 1e-9) << "of the atoms";
+}
+
 TEST(FixMpm, TractionOnARegionIsTractionOnItsPoints)
 {
   std::string on_region = elastic_footing();
@@ -1245,9 +1297,18 @@ TEST(FixMpmErrors, SayWhatIsWrong)
       {scene + "fix soil all mpm 1.0 " + law + "\nvelocity all set 0 500 0\nrun 10",
        "is outside of the grid, x from 0 to 2, y from 0 to 4"},
       {scene + "fix soil all mpm 1.0 model all elastic 1.0e6 0.3 density -2000",
-       "density is -2000 [mass/length^3]; it must be greater than 0, or rve"},
+       "model all density is -2000 [mass/length^3]; it must be greater than 0, or rve"},
       {scene + "fix soil all mpm 1.0 model all elastic 1.0e6 0.3\nrun 0",
-       "keyword density must give a value > 0"},
+       "keyword density must give its model, all, a value > 0"},
+      {scene +
+           "group low id 1\nfix soil all mpm 1.0 model all elastic 1e6 0.3 density 1800 "
+           "model low elastic 1e6 0.3 density rve\nrun 0",
+       "atom 1 has no RVE, so the keyword density must give its model, low, a value > 0"},
+      {scene + "fix soil all mpm 1.0 " + law + " flip 1 density 1800",
+       "Fix mpm: model all density is given twice, as 'density 2000' and as 'density 1800'; give "
+       "it once"},
+      {scene + "fix soil all mpm 1.0 density 2000 density 1800 model all elastic 1e6 0.3",
+       "Fix mpm: density is given twice"},
       {scene + "fix soil all mpm 1.0 " + law + "\nrun_style respa 1\nrun 0", "respa"},
       {scene + "fix soil all mpm 1.0 model nobody elastic 1.0e6 0.3 density 2000",
        "group 'nobody' does not exist"},
