@@ -46,6 +46,7 @@ struct FixMpm::Impl : protected Pointers {
   virtual void setup() = 0;
   virtual void final_integrate() = 0;
   virtual void post_run() = 0;
+  virtual void modify_models(int narg, char **arg) = 0;
   virtual double scalar() const = 0;
   virtual double vector_component(int n) = 0;
   virtual bool reads_results() const = 0;
@@ -87,6 +88,7 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   void setup() override;
   void final_integrate() override;
   void post_run() override;
+  void modify_models(int narg, char **arg) override;
   double scalar() const override { return courant; }
   double vector_component(int n) override;
   bool reads_results() const override;
@@ -136,7 +138,8 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   MpmSettings<D> settings;
   std::unique_ptr<mpm::MpmSolver<D>> solver;
   std::unique_ptr<Progress> progress;
-  std::vector<FixRve *> grains;    // per model; nullptr: an analytic law
+  std::vector<FixRve *> grains;                // per model; nullptr: an analytic law
+  std::vector<mpm::Constitutive<D> *> laws;    // per model, those of the solver
   double courant = 0.0;
   double restart_step = 0.0;    // of the head of a restart file
   bool warned = false, warned_damping = false, warned_sides = false;
@@ -280,6 +283,8 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   void tell_damping();
   void report_times() const;
   void find_law(const std::string &word, const std::string &names);
+  void change_models(const std::vector<MpmModel<D>> &wanted, const std::string &when);
+  void continue_modification(const MpmWords &then, const std::string &words);
 };
 
 }    // namespace LAMMPS_NS
