@@ -144,6 +144,12 @@ void FixMpm::post_run()
   impl->post_run();
 }
 
+int FixMpm::modify_param(int narg, char **arg)
+{
+  impl->modify_models(narg, arg);
+  return narg;
+}
+
 double FixMpm::compute_scalar()
 {
   return impl->scalar();

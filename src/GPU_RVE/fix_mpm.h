@@ -42,6 +42,7 @@ class FixMpm : public Fix {
   void final_integrate() override;
   void post_run() override;
 
+  int modify_param(int, char **) override;
   double compute_scalar() override;
   double compute_vector(int) override;
   double memory_usage() override;

@@ -47,6 +47,7 @@
 #include <limits>
 #include <sstream>
 #include <unordered_map>
+#include <utility>
 
 using namespace LAMMPS_NS;
 using mpm::Face;
@@ -58,6 +59,8 @@ constexpr int RESTART_VERSION = 8;
 
 // What a line of the head of a restart file begins with that names the state variables of a law.
 const std::string STATE_OF = "state of ";
+// What comes before the words of a fix_modify of a model that is not as its fix has defined it. Files have it if there is one.
+const std::string MODIFIED = "fix_modify";
 
 constexpr int COURANT_EVERY = 20;    // steps between two checks of the Courant number
 // RVEs have to be looked at for it: behind the steps after which they have been looked at for checks of their own, by default
@@ -361,7 +364,7 @@ template <int D> mpm::PointView<D> FixMpm::ImplOf<D>::points()
 template <int D> void FixMpm::ImplOf<D>::find_models()
 {
   settings.find(lmp);
-  std::vector<mpm::Constitutive<D> *> laws;
+  laws.clear();
   grains.clear();
   for (const MpmModel<D> &model : settings.models) {
     grains.push_back(nullptr);
@@ -377,6 +380,62 @@ template <int D> void FixMpm::ImplOf<D>::find_models()
   }
   solver->set_models(laws);
   warned = false;
+}
+
+/* ----------------------------------------------------------------------
+   fix_modify: points keep what their law remembers, and their stress until the next step
+------------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::modify_models(int narg, char **arg)
+{
+  change_models(settings.modified_models(lmp, narg, arg),
+                fmt::format("from step {} on", update->ntimestep));
+}
+
+template <int D>
+void FixMpm::ImplOf<D>::change_models(const std::vector<MpmModel<D>> &wanted,
+                                      const std::string &when)
+{
+  bring_back();
+  const std::vector<MpmModel<D>> before = std::exchange(settings.models, wanted);
+  for (std::size_t k = 0; k < wanted.size(); k++) {
+    if (k < laws.size() && wanted[k].law) laws[k] = wanted[k].law.get();
+    const std::string changes = parameter_changes(before[k], wanted[k]);
+    if (comm->me == 0 && !changes.empty())
+      utils::logmesg(lmp, "fix mpm {}: {} model {} {} has {}\n", fix->id, when, wanted[k].group,
+                     wanted[k].word, changes);
+  }
+  if (!laws.empty()) solver->set_models(laws);
+}
+
+/* ----------------------------------------------------------------------
+   of the run that has written the restart file, if the fix defines the model as that run did; if not, it is the new definition that counts
+------------------------------------------------------------------------- */
+
+template <int D>
+void FixMpm::ImplOf<D>::continue_modification(const MpmWords &then, const std::string &words)
+{
+  std::vector<std::string> list = utils::split_words(words);
+  const std::string about = "model " + list.at(1);
+  const auto of_model = [&](const MpmWords &all) {
+    MpmWords one;
+    for (const auto &entry : all)
+      if (entry.first == about) one.push_back(entry);
+    return one;
+  };
+  const MpmWords now = of_model(settings.words);
+  if (now.empty() || !mpm_differences(of_model(then), now, false).empty()) {
+    if (comm->me == 0)
+      error->warning(FLERR,
+                     "Fix mpm {}: {} is not defined as in the run before, and begins without what "
+                     "fix_modify has changed of it, {}",
+                     fix->id, about, words);
+    return;
+  }
+  std::vector<char *> arg;
+  for (std::string &word : list) arg.push_back(word.data());
+  change_models(settings.modified_models(lmp, (int) arg.size(), arg.data()),
+                "as fix_modify had it,");
 }
 
 /// Low and high sides of LAMMPS' box, axis by axis.
@@ -596,16 +655,17 @@ template <int D> void FixMpm::ImplOf<D>::setup_pre_force()
           : source      ? stress_of<D>(*source, i)
                         : settings.initial_stress;
       if (!rigid) begin_memory(i);
-      if (settings.density > 0.0)
-        mass[i] = settings.density * settings.initial_volume;
+      if (given_density(i) > 0.0)
+        mass[i] = given_density(i) * settings.initial_volume;
       else if (source)
         mass[i] = source->bulk_density(i) * settings.initial_volume;
       else if (rigid)
         mass[i] = atom->rmass ? atom->rmass[i] : atom->mass[atom->type[i]];
       else
         error->one(FLERR,
-                   "Fix mpm: atom {} has no RVE, so the keyword density must give a value > 0",
-                   atom->tag[i]);
+                   "Fix mpm: atom {} has no RVE, so the keyword density must give its model, {}, a "
+                   "value > 0",
+                   atom->tag[i], settings.models[model[i]].group);
     }
   }
   if (settings.in_situ.given) begin_in_situ(made);
@@ -756,12 +816,7 @@ template <int D> void FixMpm::ImplOf<D>::check_absorbing_sides()
     return;
   find_members();
   bring_back();
-  std::vector<mpm::Constitutive<D> *> laws;
-  for (std::size_t k = 0; k < settings.models.size(); k++) {
-    laws.push_back(grains[k] ? grains[k]->template constitutive<D>()
-                             : settings.models[k].law.get());
-    laws.back()->expect_questions();
-  }
+  for (mpm::Constitutive<D> *law : laws) law->expect_questions();
   // of the points within a cell of the side: the largest speed and, with its sign changed, the least
   double most[SPEEDS], least[SPEEDS];
   std::fill_n(most, SPEEDS, 0.0);
@@ -1230,6 +1285,8 @@ template <int D> void FixMpm::ImplOf<D>::write_restart(FILE *fp) const
   for (const auto &[about, values] : settings.words) text += about + "\n" + values + "\n";
   for (int k = 0; k < layout.num_laws(); k++)
     text += STATE_OF + layout.word(k) + "\n" + layout.names(k) + "\n";
+  for (const MpmModel<D> &model : settings.models)
+    if (model.is_modified) text += MODIFIED + "\n" + modification(model) + "\n";
   std::vector<double> head(HEAD_FIRST);
   const std::size_t bodies = settings.bodies.size();
   head.insert(head.end(), {(double) update->ntimestep, (double) bodies});
@@ -1317,7 +1374,8 @@ template <int D> void FixMpm::ImplOf<D>::restart(const char *buf)
   const auto length = (std::size_t) *state++;
   std::istringstream text(std::string(reinterpret_cast<const char *>(state), length));
   MpmWords then;
-  std::vector<std::string> groups;    // of the bodies
+  std::vector<std::string> groups;           // of the bodies
+  std::vector<std::string> modifications;    // of models
   law_of_file.clear();
   size_in_file.clear();
   for (std::string about, values; std::getline(text, about) && std::getline(text, values);) {
@@ -1325,9 +1383,15 @@ template <int D> void FixMpm::ImplOf<D>::restart(const char *buf)
       find_law(about.substr(STATE_OF.size()), values);
       continue;
     }
+    if (about == MODIFIED) {
+      modifications.push_back(values);
+      continue;
+    }
     then.emplace_back(about, values);
     if (utils::strmatch(about, "^rigid \\S+$")) groups.push_back(about.substr(strlen("rigid ")));
   }
+
+  for (const std::string &words : modifications) continue_modification(then, words);
 
   // a body is that with the same group
   std::string new_bodies;

@@ -47,6 +47,7 @@ struct FixMpm::Impl : protected Pointers {
   virtual void setup() = 0;
   virtual void final_integrate() = 0;
   virtual void post_run() = 0;
+  virtual void modify_models(int narg, char **arg) = 0;
   virtual double scalar() const = 0;
   virtual double vector_component(int n) = 0;
   virtual bool reads_results() const = 0;
@@ -88,6 +89,7 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   void setup() override;
   void final_integrate() override;
   void post_run() override;
+  void modify_models(int narg, char **arg) override;
   double scalar() const override { return courant; }
   double vector_component(int n) override;
   bool reads_results() const override;
@@ -137,7 +139,8 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   MpmSettings<D> settings;
   std::unique_ptr<mpm::MpmSolver<D>> solver;
   std::unique_ptr<Progress> progress;
-  std::vector<FixRve *> grains;    // per model; nullptr: an analytic law
+  std::vector<FixRve *> grains;                // per model; nullptr: an analytic law
+  std::vector<mpm::Constitutive<D> *> laws;    // per model, those of the solver
   double courant = 0.0;
   double restart_step = 0.0;    // of the head of a restart file
   RestartRecords records;
@@ -233,6 +236,13 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   };
   ModelTimes model_times() const;
 
+  /// Density that the script gives a point [mass/length^3]; 0: none.
+  double given_density(int i) const
+  {
+    return body[i] >= 0 ? settings.density_of(settings.bodies[body[i]])
+                        : settings.density_of(settings.models[model[i]]);
+  }
+
   // fix rve speaks of the progress of scenes with grains, and of its RVEs
   bool has_grains() const;
 
@@ -251,6 +261,8 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   macro::GroundAtRest ground_at_rest(const std::vector<int> &made);
   std::vector<macro::StressGoal> stresses_by_components(const std::vector<int> &made);
   std::vector<double> densities(const std::vector<int> &made) const;
+  macro::HeightProfile density_of_grains(const std::vector<int> &made,
+                                         const macro::GroundAtRest &ground) const;
   std::vector<double> stress_ratios(const std::vector<int> &made) const;
   macro::InSituReport bring_grains(const std::vector<int> &made,
                                    const std::vector<macro::StressGoal> &goals, double tolerance);
@@ -275,6 +287,8 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   void tell_damping();
   void report_times() const;
   void find_law(const std::string &word, const std::string &names);
+  void change_models(const std::vector<MpmModel<D>> &wanted, const std::string &when);
+  void continue_modification(const MpmWords &then, const std::string &words);
 };
 
 }    // namespace LAMMPS_NS

@@ -106,11 +106,33 @@ std::vector<double> FixMpm::ImplOf<D>::densities(const std::vector<int> &made) c
 {
   std::vector<double> values;
   for (const int i : made)
-    values.push_back(settings.density > 0.0 ? settings.density : grains[model[i]]->bulk_density(i));
+    values.push_back(given_density(i) > 0.0 ? given_density(i) : grains[model[i]]->bulk_density(i));
   return values;
 }
 
-/// Lateral over vertical stress of RVEs.
+/// Density over height of the points whose density is that of their RVEs: the mean of those of a level; collective.
+template <int D>
+macro::HeightProfile FixMpm::ImplOf<D>::density_of_grains(const std::vector<int> &made,
+                                                          const macro::GroundAtRest &ground) const
+{
+  const auto is_given = [&](const MpmModel<D> &some) {
+    return settings.density_of(some) > 0.0;
+  };
+  if (std::none_of(settings.models.begin(), settings.models.end(), is_given))
+    return ground.density();
+  std::vector<double> height, value;
+  for (const int i : made) {
+    if (given_density(i) > 0.0) continue;
+    height.push_back(atom->x[i][D - 1]);
+    value.push_back(grains[model[i]]->bulk_density(i));
+  }
+  bigint total = height.size();
+  MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+  if (total == 0) return ground.density();
+  return macro::level_means(height, value, settings.width_of_point(), communication());
+}
+
+/// Lateral over vertical stress of points that all have RVEs.
 template <int D>
 std::vector<double> FixMpm::ImplOf<D>::stress_ratios(const std::vector<int> &made) const
 {
@@ -211,7 +233,7 @@ template <int D> void FixMpm::ImplOf<D>::begin_by_components(const std::vector<i
   for (std::size_t n = 0; n < made.size(); n++) {
     const int i = made[n];
     take_stress(i, goals[n]);
-    if (!(settings.density > 0.0))
+    if (!(given_density(i) > 0.0))
       mass[i] = grains[model[i]]->bulk_density(i) * settings.initial_volume;
   }
   weight_of_cell = 0.0;
@@ -228,18 +250,21 @@ template <int D> void FixMpm::ImplOf<D>::begin_at_rest(const std::vector<int> &m
   if (has_grains()) {
     try {
       do report.take(bring_grains(made, ground.goals(), tolerance));
-      while (!ground.settles(densities(made), stress_ratios(made)));
+      while (!ground.settles(densities(made),
+                             settings.in_situ.is_at_rest ? stress_ratios(made)
+                                                         : std::vector<double>()));
     } catch (const rve::InputError &problem) {
       error->all(FLERR, "Fix mpm insitu: {}", problem.what());
     }
   }
+  const macro::HeightProfile of_grains = density_of_grains(made, ground);
   for (std::size_t n = 0; n < made.size(); n++) {
     const int i = made[n];
     const macro::StressGoal goal = ground.goal(n);
     take_stress(i, goal);
     // the weight that the stress balances
-    if (!(settings.density > 0.0))
-      mass[i] = ground.density().at(atom->x[i][D - 1]) * settings.initial_volume;
+    if (!(given_density(i) > 0.0))
+      mass[i] = of_grains.at(atom->x[i][D - 1]) * settings.initial_volume;
     // the stress across the plane is a lateral one too
     const int place = D == 2 && !grains[model[i]]
         ? layout.place((int) remembering[i], "out_of_plane_stress")

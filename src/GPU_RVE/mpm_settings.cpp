@@ -38,13 +38,16 @@ constexpr double LARGEST = 1e30;
 // the estimate for RVEs is an upper bound, if no larger one than that
 constexpr double MAX_COURANT = 10.0;
 
-/// What keywords refer to: *face* and *separation* to the load or body before them.
+/// What keywords refer to: *face* and *separation* to the load or body before them, *density* to the model or body.
 template <int D> struct Said {
   LAMMPS *lmp;
   MpmSettings<D> &settings;
   mpm::SolverOptions<D> &options = settings.options;
   mpm::Face *face = nullptr;
   std::string owner{};
+  /// Subject of *density*, and the value of the preceding model or body; null before the first one.
+  std::string density_owner{};
+  std::optional<double> *density = nullptr;
   /// Of each body, the last keyword that needs a face, or a form.
   std::vector<std::string> needs_face{}, needs_form{};
 };
@@ -96,6 +99,33 @@ template <int D> void read_boundary(ScriptWords &words, Said<D> &said)
                              what, rve::number(dashpots.tangential), rve::number(dashpots.normal)));
 }
 
+template <int D> const mpm::LawEntry<D> &entry_of(const MpmModel<D> &model)
+{
+  const auto &table = mpm::law_table<D>();
+  return *std::find_if(table.begin(), table.end(), [&](const mpm::LawEntry<D> &entry) {
+    return entry.word == model.word;
+  });
+}
+
+/// The arguments of the law of a model, in which its strength is reduced.
+template <int D> std::vector<double> reduced_arguments(const MpmModel<D> &model)
+{
+  std::vector<double> arguments = model.arguments;
+  if (model.strength_reduction != 1.0)
+    entry_of(model).reduce_strength(arguments.data(), model.strength_reduction);
+  return arguments;
+}
+
+template <int D> void read_parameters(ScriptWords &words, MpmModel<D> &model)
+{
+  const mpm::LawEntry<D> &entry = entry_of(model);
+  model.arguments.clear();
+  model.strength_reduction = 1.0;
+  for (const std::string &name : entry.arguments)
+    model.arguments.push_back(words.number(entry.word + " " + name));
+  model.law = entry.make(model.arguments.data());
+}
+
 template <int D> void read_model(ScriptWords &words, Said<D> &said)
 {
   std::string form = "group-ID rve fix-ID";    // or a law of the table
@@ -111,26 +141,50 @@ template <int D> void read_model(ScriptWords &words, Said<D> &said)
   words.about("model " + model.group);
   const int choice = words.choice("law", choices);
   model.word = choices[choice];
-  if (choice == 0) {
+  if (choice == 0)
     model.fix_rve = words.next("rve fix ID");
-  } else {
-    const mpm::LawEntry<D> &entry = mpm::law_table<D>()[choice - 1];
-    std::vector<double> arguments;
-    for (const std::string &name : entry.arguments)
-      arguments.push_back(words.number(entry.word + " " + name));
-    model.law = entry.make(arguments.data());
-  }
+  else
+    read_parameters(words, model);
   said.settings.models.push_back(model);
+  said.density_owner = "model " + model.group;
+  said.density = &said.settings.models.back().density;
 }
 
 template <int D> void read_density(ScriptWords &words, Said<D> &said)
 {
-  said.settings.density = 0.0;
-  if (words.take("rve")) return;
-  said.settings.density = words.number();
-  if (!(said.settings.density > 0.0))
-    words.refuse(fmt::format("density is {} [mass/length^3]; it must be greater than 0, or rve",
-                             rve::number(said.settings.density)));
+  const std::string subject = said.density ? said.density_owner + " density" : "density";
+  words.about(subject);
+  double density = 0.0;
+  if (!words.take("rve")) {
+    density = words.number();
+    if (!(density > 0.0))
+      words.refuse(fmt::format("{} is {} [mass/length^3]; it must be greater than 0, or rve",
+                               subject, rve::number(density)));
+  }
+  if (said.density)
+    *said.density = density;
+  else
+    said.settings.density = density;
+}
+
+/// A density that is the only one applies to all points, wherever it stands; returns its subject, or "".
+template <int D> std::string share_density(const ScriptWords &words, MpmSettings<D> &settings)
+{
+  std::string subject;
+  for (const auto &given : words.given()) {
+    if (given.keyword != "density") continue;
+    if (!subject.empty()) return "";
+    subject = given.subject;
+  }
+  const auto share = [&](auto &owners) {
+    for (auto &owner : owners) {
+      settings.density = owner.density.value_or(settings.density);
+      owner.density.reset();
+    }
+  };
+  share(settings.models);
+  share(settings.bodies);
+  return subject;
 }
 
 /// The volume of a point, in the plane its area, or how many share a cell: two ways to say the same.
@@ -169,6 +223,8 @@ template <int D> void read_rigid(ScriptWords &words, Said<D> &said)
   said.owner = "rigid " + body.group;
   words.about(said.owner);
   said.settings.bodies.push_back(body);
+  said.density_owner = said.owner;
+  said.density = &said.settings.bodies.back().density;
   said.options.rigid_bodies.emplace_back();
   said.options.rigid_body_names.push_back(body.group);
   said.needs_face.emplace_back();
@@ -461,6 +517,62 @@ constexpr ScriptKeyword<Said<D>> KEYWORDS[] = {
        said.settings.progress_interval = read_progress(words);
      }}};
 
+/// The model of a group that fix_modify names; an error if fix_modify cannot change it.
+template <int D> MpmModel<D> &model_to_modify(ScriptWords &words, std::vector<MpmModel<D>> &models)
+{
+  const std::string group = words.next("group");
+  words.about(words.keyword() + " " + group);
+  rve::Words groups;
+  for (MpmModel<D> &model : models) {
+    groups.emplace_back(model.group);
+    if (model.group != group) continue;
+    if (!model.law)
+      words.refuse(fmt::format("the model of group '{}' is the RVEs of fix {}; change these with "
+                               "fix_modify {}",
+                               group, model.fix_rve, model.fix_rve));
+    model.is_modified = true;
+    return model;
+  }
+  words.refuse(fmt::format("the fix has no model of group '{}'{}", group,
+                           rve::did_you_mean(group, groups, "its models are those of")));
+}
+
+template <int D> void modify_model(ScriptWords &words, std::vector<MpmModel<D>> &models)
+{
+  MpmModel<D> &model = model_to_modify(words, models);
+  const std::string law = words.next("law");
+  if (law != model.word)
+    words.refuse(fmt::format(
+        "the model of group '{}' has the law {}, and fix_modify gives this law other parameters, "
+        "not another law, '{}'; a point changes its law when it changes its group: define the fix "
+        "with a model of each law",
+        model.group, model.word, law));
+  words.set_form("group-ID " + law + " " + utils::join_words(entry_of(model).arguments, " "));
+  read_parameters(words, model);
+}
+
+// factors of safety are near 1
+constexpr double LEAST_REDUCTION = 0.01, MOST_REDUCTION = 100.0;
+
+template <int D> void modify_strength(ScriptWords &words, std::vector<MpmModel<D>> &models)
+{
+  MpmModel<D> &model = model_to_modify(words, models);
+  if (!entry_of(model).reduce_strength)
+    words.refuse(fmt::format("the law of group '{}' is {}, which has no strength to be reduced",
+                             model.group, model.word));
+  const double factor = words.number(model.group);
+  if (!(factor >= LEAST_REDUCTION && factor <= MOST_REDUCTION))
+    words.refuse(fmt::format("strength_reduction {} is {} [-]; it must be from {} to {}",
+                             model.group, rve::number(factor), LEAST_REDUCTION, MOST_REDUCTION));
+  model.strength_reduction = factor;
+  model.law = entry_of(model).make(reduced_arguments(model).data());
+}
+
+template <int D>
+constexpr ScriptKeyword<std::vector<MpmModel<D>>> KEYWORDS_OF_MODIFY[] = {
+    {"model", "group-ID law ...", modify_model<D>},
+    {"strength_reduction", "group-ID factor", modify_strength<D>}};
+
 constexpr ScriptKeyword<Said<3>> KEYWORDS_OF_SPACE[] = {{"round", "yes | no", read_round}};
 
 void read_of_space(ScriptWords &, Said<2> &) {}
@@ -505,13 +617,57 @@ template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, cha
   } catch (const rve::InputError &problem) {
     lmp->error->all(FLERR, "Fix mpm: {}", problem.what());
   }
+  const std::string only_density = share_density(words, settings);
   for (const auto &given : words.given())
-    settings.words.emplace_back(given.subject,
+    settings.words.emplace_back(given.subject == only_density ? "density" : given.subject,
                                 given.keyword == "points_per_cell"
                                     ? fmt::format("{:.17g}", settings.initial_volume)
                                     : given.values);
   return settings;
 }
+
+template <int D>
+std::vector<MpmModel<D>> MpmSettings<D>::modified_models(LAMMPS *lmp, int narg, char **arg) const
+{
+  ScriptWords words(lmp, "Fix_modify of fix mpm", narg, arg, 0);
+  words.limit_numbers(LARGEST);
+  words.set_keywords(names_of(KEYWORDS_OF_MODIFY<D>));
+  std::vector<MpmModel<D>> wanted = models;
+  try {
+    while (words.next_keyword()) words.read(KEYWORDS_OF_MODIFY<D>, wanted);
+  } catch (const rve::InputError &problem) {
+    words.refuse(problem.what());
+  }
+  return wanted;
+}
+
+template <int D> std::string LAMMPS_NS::modification(const MpmModel<D> &model)
+{
+  if (!model.is_modified) return "";
+  std::string text = fmt::format("model {} {}", model.group, model.word);
+  for (const double argument : model.arguments) text += fmt::format(" {:.17g}", argument);
+  if (model.strength_reduction != 1.0)
+    text += fmt::format(" strength_reduction {} {:.17g}", model.group, model.strength_reduction);
+  return text;
+}
+
+template <int D>
+std::string LAMMPS_NS::parameter_changes(const MpmModel<D> &before, const MpmModel<D> &now)
+{
+  if (!now.law) return "";
+  const std::vector<double> then = reduced_arguments(before), after = reduced_arguments(now);
+  std::string text;
+  for (std::size_t k = 0; k < after.size(); k++)
+    if (then[k] != after[k])
+      text += fmt::format("{}{} {} -> {}", text.empty() ? "" : ", ", entry_of(now).arguments[k],
+                          rve::number(then[k]), rve::number(after[k]));
+  return text;
+}
+
+template std::string LAMMPS_NS::modification(const MpmModel<2> &);
+template std::string LAMMPS_NS::modification(const MpmModel<3> &);
+template std::string LAMMPS_NS::parameter_changes(const MpmModel<2> &, const MpmModel<2> &);
+template std::string LAMMPS_NS::parameter_changes(const MpmModel<3> &, const MpmModel<3> &);
 
 template <int D> const char *MpmSettings<D>::name_of_side(int side)
 {
@@ -569,7 +725,8 @@ std::string LAMMPS_NS::mpm_differences(const MpmWords &then, const MpmWords &now
         about.rfind("column ", 0) == 0;
   };
   const auto is_of_points = [](const std::string &about) {
-    return about == "volume" || about == "density" || about == "stress" || about == "insitu";
+    return about == "volume" || about == "density" || about == "stress" || about == "insitu" ||
+        utils::strmatch(about, "^\\S+ \\S+ density$");    // of a model or body
   };
   // the values of one keyword, of all loads on the same points together
   const auto said = [](const MpmWords &words, const std::string &about) {

@@ -34,6 +34,7 @@ template <int D> struct MpmRigidBody {
   int groupbit;
   /// Velocity, then spin; those that forces drive are in the options.
   ScriptValue rates[mpm::FREEDOMS<D>];
+  std::optional<double> density;    ///< [mass/length^3]; 0 or none: of the atoms
 };
 
 template <int D> struct MpmTraction {
@@ -52,6 +53,10 @@ template <int D> struct MpmModel {
   std::string word;                             ///< rve, or that of an analytic law
   std::string fix_rve;                          ///< whose RVEs are the model, or
   std::shared_ptr<mpm::Constitutive<D>> law;    ///< an analytic one
+  std::vector<double> arguments;                ///< of the law, without strength_reduction
+  double strength_reduction = 1.0;              ///< factor by which the strength is divided [-]
+  bool is_modified = false;                     ///< by fix_modify
+  std::optional<double> density;                ///< [mass/length^3]; 0 or none: of the RVEs
 };
 
 /// The stress in which ground is found: what its weight and a surcharge demand at rest, or the components of the stress at each point.
@@ -79,8 +84,9 @@ template <int D> struct MpmSettings {
   std::vector<MpmTraction<D>> tractions;
   std::vector<MpmModel<D>> models;
   std::vector<std::string> columns;    ///< state variables in the output
-  double density = 0.0;                ///< [mass/length^3]; 0: of the RVE
-  double initial_volume = 0.0;         ///< of a point, in the plane its area [length^D]
+  /// Density of models and bodies that have none of their own [mass/length^3]; 0: of the RVEs.
+  double density = 0.0;
+  double initial_volume = 0.0;    ///< of a point, in the plane its area [length^D]
   mpm::Tensor<D> initial_stress = mpm::Tensor<D>::zero();    ///< of points without RVEs
   MpmInSitu<D> in_situ;
   double courant_warn = 0.9, courant_error = 1.0;
@@ -94,15 +100,28 @@ template <int D> struct MpmSettings {
   /// Reads `fix ID group mpm ...`; errors end in error->all.
   static MpmSettings parse(LAMMPS *lmp, int narg, char **arg);
 
+  /// The models with what `fix_modify ID ...` says; errors end in error->all.
+  std::vector<MpmModel<D>> modified_models(LAMMPS *lmp, int narg, char **arg) const;
+
   /// As the keyword *boundary* has it, in the order of mpm::Face.
   static const char *name_of_side(int side);
 
   /// Of a new point, which is a square or a cube [length].
   double width_of_point() const;
 
+  /// Density that the script gives the points of a model or body [mass/length^3]; 0: none.
+  double density_of(const MpmModel<D> &model) const { return model.density.value_or(density); }
+  double density_of(const MpmRigidBody<D> &body) const { return body.density.value_or(density); }
+
   /// Looks up the variables, groups and regions, which may change between runs.
   void find(LAMMPS *lmp);
 };
+
+/// Words of a fix_modify that gives a model that is defined by the fix what this one has, or "" if it has no other.
+template <int D> std::string modification(const MpmModel<D> &model);
+
+/// "c 1000 -> 800, phi 30 -> 24.79" for the parameters that the law of a model has now, and "" if all are the same.
+template <int D> std::string parameter_changes(const MpmModel<D> &before, const MpmModel<D> &now);
 
 /// What has another value in `now` than in `then`, as "damping 0.05 -> 0, ...", or "" for nothing: of what points keep that exist (their
 /// volume, mass and stress at the beginning), or of the rest.

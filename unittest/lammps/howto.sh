@@ -52,6 +52,11 @@ keep_last
 within "$(last 4)" 0.155 0.17 "void ratio of the dense sand"
 within "$(last 5)" 0.235 0.25 "void ratio of the loose sand"
 
+run in.factor_of_safety
+moved() { sed -n "s/^factor $1: the slope moves by \\(.*\\) m$/\\1/p" run.out; }
+within "$(moved 1.5)" 0 0.01 "motion of a slope at its factor of safety [m]"
+within "$(moved 1.6)" 0.05 10 "motion beyond it [m]"
+
 run in.grains -var grains 50
 keep_last
 within "$(last 2)" 0.25 0.5 "q/p of eight packings"

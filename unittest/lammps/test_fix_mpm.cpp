@@ -4,6 +4,7 @@
 #include "atom.h"
 #include "comm.h"
 #include "domain.h"
+#include "exceptions.h"
 #include "fix.h"
 #include "lammps.h"
 #include "modify.h"
@@ -227,6 +228,58 @@ TEST(FixMpm, MassesPerTypeServeAsWellAsMassesPerPoint)
   EXPECT_EQ(script.fix()->compute_vector(3), 9 * 1000.0);
 }
 
+TEST(FixMpm, DensityIsThatOfAllPointsOrOfTheModelBeforeIt)
+{
+  // masses of four rows of four points: two of each model
+  const auto masses = [](const std::string &models) {
+    SoilScript script;
+    script << points_in_box(4, 4) +
+            "region low block 0 4 0 2 -0.05 0.05 units box\ngroup low region low\n"
+            "group high subtract all low\ntimestep 0.001\nfix soil all mpm 1.0 " +
+            models + "\nrun 0\n";
+    std::set<double> rows[2];
+    for (const auto &point : script.points())
+      rows[point.second[1] > 2.0].insert(point.second[4 + 10]);
+    return std::make_pair(rows[0], rows[1]);
+  };
+  const std::string low = "model low elastic 1e6 0.3 ", high = "model high elastic 1e6 0.2 ";
+  const auto pair = [](double a, double b) {
+    return std::make_pair(std::set<double>{a}, std::set<double>{b});
+  };
+
+  EXPECT_EQ(masses(low + high + "density 1800"), pair(1800, 1800));
+  EXPECT_EQ(masses(low + "density 1800 " + high), pair(1800, 1800));
+  EXPECT_EQ(masses("density 1800 " + low + high), pair(1800, 1800));
+  EXPECT_EQ(masses(low + "density 2000 " + high + "density 1800"), pair(2000, 1800));
+  EXPECT_EQ(masses(low + "damping 0.1 density 2000 " + high + "flip 0.9 density 1800"),
+            pair(2000, 1800));
+  EXPECT_EQ(masses("density 1800 " + low + "density 2000 " + high), pair(2000, 1800));
+}
+
+TEST(FixMpm, ABodyHasADensityOfItsOwn)
+{
+  // a free block on nothing falls; its mass is that of its four atoms, or what density says
+  const auto mass = [](const std::string &words) {
+    SoilScript script;
+    script << points_in_box(4, 2, 6) +
+            "region block block 1 3 4 6 -0.05 0.05 units box\ncreate_atoms 2 region block\n"
+            "group ground type 1\ngroup block type 2\nset group all diameter 1.0\n"
+            "set group block density 700\ntimestep 0.001\n"
+            "fix soil all mpm 1.0 model ground elastic 1e6 0.3 density 2000 "
+            "rigid block vx 0 vy free friction 0.5 form box " +
+            words + "\nrun 0\n";
+    double sum = 0.0, all;
+    for (int i = 0; i < script.lmp->atom->nlocal; i++)
+      if (script.lmp->atom->type[i] == 2) sum += script.lmp->atom->rmass[i];
+    MPI_Allreduce(&sum, &all, 1, MPI_DOUBLE, MPI_SUM, script.lmp->world);
+    return all;
+  };
+
+  EXPECT_NEAR(mass(""), 4 * 2000.0, 1e-9) << "the only density";
+  EXPECT_NEAR(mass("density 2500"), 4 * 2500.0, 1e-9);
+  EXPECT_NEAR(mass("density rve"), 4 * 700.0 * M_PI / 6.0, 1e-9) << "of the atoms";
+}
+
 TEST(FixMpm, TractionOnARegionIsTractionOnItsPoints)
 {
   std::string on_region = elastic_footing();
@@ -406,6 +459,188 @@ TEST(FixMpmMohrCoulomb, RestartContinuesBitForBit)
   EXPECT_EQ(whole.points(), second.points());
   MPI_Barrier(MPI_COMM_WORLD);
   std::remove("test_fix_mpm_mc.restart");
+}
+
+void make_packing()
+{
+  SoilScript script;
+  script << "units si\ndimension 2\nregion box block 0 1 0 1 -0.1 0.1\ncreate_box 1 box\n"
+            "create_rve test_fix_mpm.rve grains 60 seed 1 radius uniform 0.0025 0.005 pressure "
+            "20000 kn 1e6 kt 1e6 "
+            "friction 0.5 density 2650 damping 0.3 thickness 0.075\n";
+}
+
+/// A specimen without lateral stress, 4 wide and 8 high, under a smooth plate that comes down: it yields everywhere after 300 steps.
+std::string specimen_under_a_plate(const std::string &law)
+{
+  std::string scene = points_in_box(8, 8);
+  const std::string everywhere = "region ground block 0 8 0 8";
+  return scene.replace(scene.find(everywhere), everywhere.size(), "region ground block 0 4 0 8") +
+      "region plate block 0 6 8 9 -0.05 0.05 units box\ncreate_atoms 2 region plate\n"
+      "set type 2 diameter 1.0\ngroup ground type 1\ngroup plate type 2\ntimestep 0.005\n"
+      "fix soil all mpm 1.0 model ground " +
+      law +
+      " density 2000 boundary xlo roller boundary ylo roller damping 0.2 "
+      "rigid plate vx 0 vy -0.02 smooth\n";
+}
+
+/// Largest and least yield function of the ground, of cohesion and friction divided by `factor`, over the uniaxial strength.
+std::pair<double, double> yield_of_ground(SoilScript &script, const std::string &law,
+                                          double cohesion, double degrees, double factor)
+{
+  constexpr int SXX = 4 + 3, SYY = 4 + 4, SXY = 4 + 5, SZZ = 4 + 15;
+  const double c = cohesion / factor;
+  const double phi = std::atan(std::tan(degrees * M_PI / 180.0) / factor), sine = std::sin(phi);
+  std::pair<double, double> range(-1e300, 1e300);
+  for (const auto &[id, row] : script.points()) {
+    if (row[1] > 8.0 - 0.1 || row[SZZ] == 0.0) continue;
+    const double sxx = row[SXX], syy = row[SYY], sxy = row[SXY], szz = row[SZZ];
+    double f;
+    if (law == "mohr_coulomb") {
+      const double k = (1.0 + sine) / (1.0 - sine), mean = 0.5 * (sxx + syy);
+      const double radius = std::hypot(0.5 * (sxx - syy), sxy);
+      f = (k * std::max(mean + radius, szz) - std::min(mean - radius, szz)) /
+              (2.0 * c * std::sqrt(k)) -
+          1.0;
+    } else {
+      const double p = (sxx + syy + szz) / 3.0;
+      const double j2 =
+          0.5 * ((sxx - p) * (sxx - p) + (syy - p) * (syy - p) + (szz - p) * (szz - p)) + sxy * sxy;
+      const double scale = std::sqrt(3.0) * (3.0 - sine);
+      f = (std::sqrt(j2) + 2.0 * sine / scale * 3.0 * p) / (6.0 * c * std::cos(phi) / scale) - 1.0;
+    }
+    range = {std::max(range.first, f), std::min(range.second, f)};
+  }
+  return range;
+}
+
+TEST(FixMpmModify, StrengthFallsWithTheFactorAndTheStateIsKept)
+{
+  for (const std::string law : {"mohr_coulomb", "drucker_prager"}) {
+    SoilScript script;
+    script << specimen_under_a_plate(law + " 1e7 0.3 1e4 30 10") + "run 600\n";
+    const auto expect_yield = [&](double factor) {
+      const auto [most, least] = yield_of_ground(script, law, 1e4, 30.0, factor);
+      EXPECT_NEAR(most, 0.0, 1e-6) << law << " over " << factor;
+      EXPECT_NEAR(least, 0.0, 5e-2) << law << " over " << factor;
+    };
+    expect_yield(1.0);
+    const double reaction = script.fix()->compute_vector(5);
+    double plastic = 0.0;
+    for (const auto &[id, row] : script.points()) plastic = std::max(plastic, row[4 + 16]);
+
+    script << "fix_modify soil strength_reduction ground 1.5\nrun 800\n";
+    expect_yield(1.5);
+    EXPECT_LT(script.fix()->compute_vector(5), 0.7 * reaction);
+    for (const auto &[id, row] : script.points()) {
+      if (row[4 + 16] == 0.0) continue;
+      EXPECT_GT(row[4 + 16], 0.5 * plastic) << "it goes on from there";
+    }
+    // of the strength that the fix has, not of the last one; a run without setup has the new law, too
+    script << "fix_modify soil strength_reduction ground 2\nrun 800 pre no\n";
+    expect_yield(2.0);
+    script << "fix_modify soil model ground " + law + " 1e7 0.3 5e3 30 10\nrun 800\n";
+    const auto [most, least] = yield_of_ground(script, law, 5e3, 30.0, 1.0);
+    EXPECT_NEAR(most, 0.0, 1e-6);
+  }
+}
+
+TEST(FixMpmModify, FactorOneIsTheFixItself)
+{
+  const std::string scene = specimen_under_a_plate("mohr_coulomb 1e7 0.3 1e4 30 10");
+  SoilScript plain, modified;
+  plain << scene + "run 400\n";
+  modified << scene +
+          "fix_modify soil strength_reduction ground 3\nfix_modify soil strength_reduction ground "
+          "1\nrun 400\n";
+  EXPECT_EQ(plain.points(), modified.points());
+}
+
+TEST(FixMpmModify, ARestartContinuesBitForBitWithTheReducedStrength)
+{
+  const std::string scene = specimen_under_a_plate("mohr_coulomb 1e7 0.3 1e4 30 10");
+  const std::string fix = scene.substr(scene.find("fix soil"));
+  const std::string modify =
+      "fix_modify soil model ground mohr_coulomb 1e7 0.3 9e3 30 10 strength_reduction ground 1.5\n";
+  const std::string path = "test_fix_mpm_modify.restart";
+  const std::string log = rve_test::temporary_path("log.modify");
+  SoilScript whole, first;
+  whole << scene + "run 400\n" + modify + "run 100\n";
+  first << scene + "run 400\n" + modify + "run 40\nwrite_restart " + path + "\n";
+  const auto continued = [&](const std::string &with) {
+    SoilScript second;
+    second << "log " + log + "\nread_restart " + path +
+            "\npair_style none\ncomm_modify cutoff 1.0\nneighbor 0.5 bin\n"
+            "neigh_modify every 5 delay 0 check no\ntimestep 0.005\n" +
+            with + "run 60\nlog none\n";
+    MPI_Barrier(MPI_COMM_WORLD);
+    return std::make_pair(second.points(), rve_test::text_of(log));
+  };
+
+  const auto same = continued(fix);
+  EXPECT_EQ(whole.points(), same.first);
+  EXPECT_NE(same.second.find("as fix_modify had it, model ground mohr_coulomb has c 10000 -> 6000"),
+            std::string::npos)
+      << same.second;
+  EXPECT_EQ(same.second.find("continued with"), std::string::npos) << same.second;
+
+  // a fix that defines the model otherwise is obeyed
+  std::string other = fix;
+  other.replace(other.find("1e4"), 3, "2e4");
+  const auto defined = continued(other);
+  EXPECT_NE(defined.first, same.first);
+  EXPECT_NE(defined.second.find("model ground is not defined as in the run before, and begins "
+                                "without what fix_modify has changed of it"),
+            std::string::npos)
+      << defined.second;
+  MPI_Barrier(MPI_COMM_WORLD);
+  std::remove(path.c_str());
+}
+
+TEST(FixMpmModify, RefusedWordsLeaveEverythingAsItWas)
+{
+  make_packing();
+  MPI_Barrier(MPI_COMM_WORLD);
+  const std::string scene = points_in_box(4, 4) +
+      "group low id 1 2 3 4\ngroup mid id 5 6 7 8\ngroup top id 9 10 11 12 13 14 15 16\n"
+      "timestep 0.001\n"
+      "fix grains low rve test_fix_mpm.rve drive mpm dt 1e-4 substeps match device cpu threads 1\n"
+      "fix soil all mpm 1.0 model low rve grains model mid elastic 1e6 0.3 model top mohr_coulomb "
+      "1e6 0.3 1e3 30 0 density 2000\n";
+  const std::string right = "strength_reduction top 1.2 ";
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"strength_reduction top 0",
+       "Fix_modify of fix mpm: strength_reduction top is 0 [-]; it must be from 0.01 to 100"},
+      {"strength_reduction top 1e5", "strength_reduction top is 100000 [-]"},
+      {"strength_reduction top nan", "it must be a number"},
+      {right + "strength_reduction mid 1.2",
+       "the law of group 'mid' is elastic, which has no strength to be reduced"},
+      {right + "strength_reduction low 1.2",
+       "the model of group 'low' is the RVEs of fix grains; change these with fix_modify grains"},
+      {right + "strength_reduction tpo 1.2",
+       "the fix has no model of group 'tpo'; did you mean top?"},
+      {right + "strength_reduction top 1.3", "strength_reduction top is given twice"},
+      {right + "model top elastic 1e6 0.3",
+       "the model of group 'top' has the law mohr_coulomb, and fix_modify gives this law other "
+       "parameters, not another law, 'elastic'"},
+      {right + "model top mohr_coulomb 1e6 0.3 1e3 95 0", "friction angle must be in [0, 90)"},
+      {right + "model top mohr_coulomb 1e6 0.3 1e3 30", "psi has no value"},
+      {right + "damping 0.1", "damping"}};
+  SoilScript plain(MPI_COMM_SELF);
+  plain << scene + "run 5\n";
+  for (const auto &[words, part] : cases) {
+    SoilScript script(MPI_COMM_SELF);
+    script << scene;
+    std::string message;
+    try {
+      script << "fix_modify soil " + words + "\n";
+    } catch (const LAMMPSException &problem) {
+      message = problem.what();
+    }
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+    script << "run 5\n";
+    EXPECT_EQ(script.points(), plain.points()) << words;
+  }
 }
 
 TEST(FixMpm, RanksGiveTheSameBits)
@@ -713,15 +948,6 @@ std::string footing_on_grains()
       "xhi roller "
       "boundary ylo fixed "
       "damping 0.05 rigid plate vx 0 vy -0.3 rough traction surface 0 -20000\n";
-}
-
-void make_packing()
-{
-  SoilScript script;
-  script << "units si\ndimension 2\nregion box block 0 1 0 1 -0.1 0.1\ncreate_box 1 box\n"
-            "create_rve test_fix_mpm.rve grains 60 seed 1 radius uniform 0.0025 0.005 pressure "
-            "20000 kn 1e6 kt 1e6 "
-            "friction 0.5 density 2650 damping 0.3 thickness 0.075\n";
 }
 
 // The bound of the contacts is above the speed of waves in an RVE, by 1/sqrt(0.54) = 1.36 at most.
@@ -1270,9 +1496,18 @@ TEST(FixMpmErrors, SayWhatIsWrong)
       {scene + "fix soil all mpm 1.0 " + law + "\nvelocity all set 0 500 0\nrun 10",
        "is outside of the grid, x from 0 to 2, y from 0 to 4"},
       {scene + "fix soil all mpm 1.0 model all elastic 1.0e6 0.3 density -2000",
-       "density is -2000 [mass/length^3]; it must be greater than 0, or rve"},
+       "model all density is -2000 [mass/length^3]; it must be greater than 0, or rve"},
       {scene + "fix soil all mpm 1.0 model all elastic 1.0e6 0.3\nrun 0",
-       "keyword density must give a value > 0"},
+       "keyword density must give its model, all, a value > 0"},
+      {scene +
+           "group low id 1\nfix soil all mpm 1.0 model all elastic 1e6 0.3 density 1800 "
+           "model low elastic 1e6 0.3 density rve\nrun 0",
+       "atom 1 has no RVE, so the keyword density must give its model, low, a value > 0"},
+      {scene + "fix soil all mpm 1.0 " + law + " flip 1 density 1800",
+       "Fix mpm: model all density is given twice, as 'density 2000' and as 'density 1800'; give "
+       "it once"},
+      {scene + "fix soil all mpm 1.0 density 2000 density 1800 model all elastic 1e6 0.3",
+       "Fix mpm: density is given twice"},
       {scene + "fix soil all mpm 1.0 " + law + "\nrun_style respa 1\nrun 0", "respa"},
       {scene + "fix soil all mpm 1.0 model nobody elastic 1.0e6 0.3 density 2000",
        "group 'nobody' does not exist"},

@@ -16,7 +16,7 @@ namespace {
 constexpr double GRAVITY = 9.81, SURCHARGE = 5000.0;
 
 /// Global vector of the fix.
-enum { UNBALANCED = 1, KINETIC = 3 };
+enum { UNBALANCED = 1, KINETIC = 3, MASS };
 
 class SoilScript : public Script {
  public:
@@ -173,6 +173,61 @@ TEST(FixMpmInSitu, WeightSurchargeAndReactionsBalanceForAnyLaw)
     // of the weight of a cell: sums on the grid are rounded
     EXPECT_LT(script.fix_value("soil", UNBALANCED), 1e-9 * 1800 * GRAVITY * 0.25) << law;
   }
+}
+
+/// Ground of two layers of 1.5 m, "lower" and "upper".
+const std::string LAYERS = GROUND +
+    "region lower block 0 1 0 1.5 -0.05 0.05 units box\n"
+    "group lower region lower\ngroup upper subtract all lower\n" +
+    WEIGHT;
+
+std::string layered_soil(const std::string &models)
+{
+  return "fix soil all mpm 0.5 device cpu " + models +
+      " boundary xlo roller boundary xhi roller boundary ylo fixed traction surface 0 -5000 " +
+      AT_REST + "\n";
+}
+
+TEST(FixMpmInSitu, LayersOfDifferentDensityBearTheWeightAboveThem)
+{
+  const double lower = 2100.0, upper = 1500.0;
+  for (const char *models :
+       {"model lower elastic 2e7 0.3 density 2100 model upper mohr_coulomb 1e7 0.3 0 30 0 density "
+        "1500",
+        "density 1500 model lower elastic 2e7 0.3 density 2100 model upper elastic 1e7 0.3"}) {
+    SoilScript script;
+    script << LAYERS + layered_soil(models) + "run 100\n";
+
+    for (const auto &[id, row] : script.points()) {
+      const double depth = 3.0 - row[Y];
+      const double vertical =
+          SURCHARGE + GRAVITY * (depth < 1.5 ? upper * depth : upper * 1.5 + lower * (depth - 1.5));
+      EXPECT_NEAR(row[SYY_2D], -vertical, 1e-9 * vertical) << models;
+      EXPECT_NEAR(row[SXX_2D], -0.5 * vertical, 1e-9 * vertical) << models;
+      EXPECT_NEAR(row[RHO_2D], depth < 1.5 ? upper : lower, 1e-6) << models;
+      EXPECT_NEAR(row[UY_2D], 0.0, 1e-12) << models;
+    }
+    EXPECT_NEAR(script.fix_value("soil", MASS), 1.5 * (lower + upper), 1e-9) << models;
+    EXPECT_LT(script.fix_value("soil", UNBALANCED), 1e-9 * lower * GRAVITY * 0.25) << models;
+  }
+}
+
+TEST(FixMpmInSitu, ALayerOfGrainsHasItsOwnDensityBesideThatOfALaw)
+{
+  SoilScript script;
+  script << LAYERS + grains() +
+          layered_soil("model upper rve grains density rve model lower elastic 1e7 0.3 density "
+                       "2200") +
+          "compute e all rve/atom void_ratio\nrun 0\n";
+
+  std::map<double, double> mean;    // of the two points of a level
+  const auto void_ratios = script.compute("e");
+  const auto points = script.points();
+  for (const auto &[id, row] : points)
+    mean[row[Y]] += row[Y] < 1.5 ? 0.5 * 2200.0 : 0.5 * 2650.0 / (1.0 + void_ratios.at(id));
+  for (const auto &[id, row] : points)
+    EXPECT_NEAR(row[RHO_2D], mean.at(row[Y]), row[Y] < 1.5 ? 1e-6 : 1.01e-4 * mean.at(row[Y]));
+  EXPECT_LT(script.fix_value("soil", UNBALANCED), 1e-3 * 2200 * GRAVITY * 0.25);
 }
 
 TEST(FixMpmInSituInSpace, WeightSurchargeAndReactionsBalanceForAnyLaw)

@@ -3,6 +3,7 @@
 #include "mpm/drucker_prager.h"
 #include "mpm/linear_elastic.h"
 #include "mpm/mohr_coulomb.h"
+#include "mpm/strength_parameters.h"
 
 namespace mpm {
 
@@ -18,12 +19,14 @@ template <int D> std::vector<LawEntry<D>> &law_table()
        {"E", "nu", "c", "phi", "psi"},
        [](const double *a) -> std::shared_ptr<Constitutive<D>> {
          return std::make_shared<MohrCoulomb<D>>(a[0], a[1], a[2], a[3], a[4]);
-       }},
+       },
+       reduce_cohesion_and_friction},
       {"drucker_prager",
        {"E", "nu", "c", "phi", "psi"},
        [](const double *a) -> std::shared_ptr<Constitutive<D>> {
          return std::make_shared<DruckerPrager<D>>(a[0], a[1], a[2], a[3], a[4]);
-       }},
+       },
+       reduce_cohesion_and_friction},
   };
   return table;
 }

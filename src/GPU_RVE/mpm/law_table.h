@@ -16,6 +16,8 @@ template <int D> struct LawEntry {
   std::vector<std::string> arguments;    ///< numbers, in the order of a script: their names
   /// The law with these arguments; rve::InputError where they are wrong.
   std::shared_ptr<Constitutive<D>> (*make)(const double *arguments);
+  /// Divides the strength in the arguments by a factor above 0; null: the law has no strength.
+  void (*reduce_strength)(double *arguments, double factor) = nullptr;
 };
 
 /// The laws that there are in D dimensions. A program may add laws of its own before it reads scripts.

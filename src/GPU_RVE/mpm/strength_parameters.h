@@ -37,6 +37,18 @@ inline void require_strength(double young_modulus, double poisson_ratio, double 
           "cohesion and friction angle must not both be 0: the material would have no strength");
 }
 
+/// Divides the cohesion c and tan(phi) of the arguments E, nu, c, phi, psi by a factor above 0. The dilation angle psi stays, unless it
+/// would be above the new phi: then it is phi.
+inline void reduce_cohesion_and_friction(double *arguments, double factor)
+{
+  enum { COHESION = 2, FRICTION, DILATION };
+  constexpr double DEGREE = rve::kPi / 180.0;
+  double &friction = arguments[FRICTION];
+  arguments[COHESION] /= factor;
+  friction = std::atan(std::tan(friction * DEGREE) / factor) / DEGREE;
+  arguments[DILATION] = std::fmin(arguments[DILATION], friction);
+}
+
 /// The stress out of a plane, tension positive, and the accumulated plastic strain, sqrt(2/3 dε^p:dε^p) of the deviator.
 inline StateVariables plastic_state_variables(int dimension)
 {
