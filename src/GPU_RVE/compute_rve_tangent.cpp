@@ -14,6 +14,7 @@
 #include "compute_rve_tangent.h"
 
 #include "atom.h"
+#include "collective_error.h"
 #include "error.h"
 #include "fix_rve.h"
 #include "macro/tangent_probes.h"
@@ -252,7 +253,7 @@ ComputeRveTangent::ComputeRveTangent(LAMMPS *lmp, int narg, char **arg) :
         words.refuse(fmt::format("{} is of kind loading, and its kind is elastic", keyword));
   try {
     settings.options().check(who);
-  } catch (const rve::InputError &problem) {
+  } catch (const rve::InputError &problem) {    // on all ranks: they have the same words
     error->all(FLERR, problem.what());
   }
 
@@ -275,11 +276,9 @@ void ComputeRveTangent::init()
   impl->fix = FixRve::find(lmp, impl->settings.fix_id, std::string("compute rve/tangent ") + id);
   require_columns_of(*impl->fix, lmp, "compute rve/tangent", id, impl->quantities);
   // whether there is an engine for the clones is known before anything runs
-  try {
+  collectively(lmp, std::string("compute rve/tangent ") + id, [&] {
     impl->rows({});
-  } catch (const rve::InputError &problem) {
-    error->all(FLERR, "compute rve/tangent {}: {}", id, problem.what());
-  }
+  });
 }
 
 /* ---------------------------------------------------------------------- */
@@ -303,12 +302,12 @@ void ComputeRveTangent::compute_peratom()
     std::fill(row, row + columns, 0.0);
     if ((atom->mask[i] & groupbit) && impl->fix->slot(i) >= 0) atoms.push_back(i);
   }
-  std::vector<double> values;
-  try {
-    values = impl->rows(atoms);
-  } catch (const std::exception &problem) {
-    error->one(FLERR, "compute rve/tangent {}: {}", id, problem.what());
-  }
+  const auto who = [&] {
+    return fmt::format("compute rve/tangent {}, step {}", id, update->ntimestep);
+  };
+  const std::vector<double> values = on_this_rank(lmp, who, [&] {
+    return impl->rows(atoms);
+  });
   auto value = values.begin();
   for (const int i : atoms) {
     std::copy(value, value + columns, columns == 1 ? &vector_atom[i] : array_atom[i]);

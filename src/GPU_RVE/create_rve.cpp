@@ -13,6 +13,8 @@
 
 #include "create_rve.h"
 
+#include "collective_error.h"
+
 #include "error.h"
 #include "on_rank_zero.h"
 #include "rve/core/error.h"
@@ -358,7 +360,10 @@ template <int D> void make(LAMMPS *lmp, const PackingRequest &request)
 void CreateRve::command(int narg, char **arg)
 {
   require_mechanical_units(lmp, "create_rve");
-  PackingRequest request = parse(lmp, narg, arg);
+  PackingRequest request;
+  collectively(lmp, "create_rve", [&] {
+    request = parse(lmp, narg, arg);
+  });
   request.options.log = [this](const std::string &line) {
     say(lmp, fmt::format("create_rve: {}\n", line));
   };

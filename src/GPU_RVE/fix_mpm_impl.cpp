@@ -30,7 +30,6 @@
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
-#include "exceptions.h"
 #include "group.h"
 #include "memory.h"
 #include "modify.h"
@@ -136,15 +135,14 @@ template <int D> FixMpm::ImplOf<D>::ImplOf(FixMpm *_fix, int narg, char **arg) :
       PER_TURNING * (int) turning.size();
   fix->maxexchange = DOUBLES + layout.width() + num_columns();
 
-  try {
-    std::string notice;
+  // its collective calls come after all ranks have agreed that none has failed (raise_on_all)
+  std::string notice;
+  collectively(lmp, "Fix mpm", [&] {
     solver = std::make_unique<mpm::MpmSolver<D>>(settings.options, communication(), &notice);
-    if (comm->me == 0) {
-      utils::logmesg(lmp, "fix mpm {}: {}\n", fix->id, solver->description());
-      if (!notice.empty()) utils::logmesg(lmp, "fix mpm {}: {}\n", fix->id, notice);
-    }
-  } catch (const std::exception &problem) {
-    error->all(FLERR, "Fix mpm: {}", problem.what());
+  });
+  if (comm->me == 0) {
+    utils::logmesg(lmp, "fix mpm {}: {}\n", fix->id, solver->description());
+    if (!notice.empty()) utils::logmesg(lmp, "fix mpm {}: {}\n", fix->id, notice);
   }
   progress = std::make_unique<Progress>(lmp, fmt::format("fix mpm {}", fix->id),
                                         settings.progress_interval);
@@ -160,6 +158,9 @@ template <int D> mpm::Communication FixMpm::ImplOf<D>::communication() const
   };
   communication.ranks = comm->nprocs;
   communication.rank = comm->me;
+  communication.raise_on_all = [lmp = lmp](const std::string &problem) {
+    error_if_any(lmp, problem.empty() ? "" : "Fix mpm: " + problem);
+  };
   communication.max_over_ranks = [ranks](double *data, std::size_t count) {
     MPI_Allreduce(MPI_IN_PLACE, data, (int) count, MPI_DOUBLE, MPI_MAX, ranks);
   };
@@ -964,7 +965,7 @@ template <int D> void FixMpm::ImplOf<D>::solve(bool advance)
           fix->id, traction.id, traction.keyword(), update->ntimestep, traction.keyword());
   }
 
-  try {
+  guarded([&] {
     for (std::size_t b = 0; b < settings.bodies.size(); b++) {
       double rates[mpm::FREEDOMS<D>];
       for (int k = 0; k < mpm::FREEDOMS<D>; k++)
@@ -987,12 +988,7 @@ template <int D> void FixMpm::ImplOf<D>::solve(bool advance)
       for (const int b : turning)
         for (int a = 0; a < D; a++)
           body_displacement[b][a] += update->dt * solver->rigid_bodies().rates(b)[a];
-  } catch (const LAMMPSException &) {
-    throw;    // an error of fix rve says all there is to say
-  } catch (const std::exception &problem) {
-    // perhaps on one rank only
-    error->one(FLERR, "Fix mpm, step {}: {}", update->ntimestep, problem.what());
-  }
+  });
 }
 
 /* ---------------------------------------------------------------------- */
@@ -1094,13 +1090,9 @@ template <int D> void FixMpm::ImplOf<D>::test_waves()
 template <int D> void FixMpm::ImplOf<D>::check_courant()
 {
   find_members();
-  try {
+  guarded([&] {
     courant = solver->cfl_number(points(), update->dt);
-  } catch (const LAMMPSException &) {
-    throw;
-  } catch (const std::exception &problem) {
-    error->one(FLERR, "Fix mpm, step {}: {}", update->ntimestep, problem.what());
-  }
+  });
   const double limit = settings.courant_error;
   if (courant > limit)
     error->all(FLERR,

@@ -18,6 +18,7 @@
 
 #include "fix_mpm.h"
 
+#include "collective_error.h"
 #include "fix_rve.h"
 #include "macro/in_situ.h"
 #include "mpm/memory_layout.h"
@@ -26,6 +27,7 @@
 #include "pointers.h"
 #include "progress.h"
 #include "restart_record.h"
+#include "update.h"
 
 #include <memory>
 #include <string>
@@ -66,6 +68,16 @@ struct FixMpm::Impl : protected Pointers {
 
  protected:
   explicit Impl(FixMpm *_fix) : Pointers(_fix->lmp), fix(_fix) {}
+  /// Runs work(). If it throws, this rank ends with an error that names the fix and the step.
+  template <class Work> void guarded(const Work &work) const
+  {
+    on_this_rank(
+        lmp,
+        [&] {
+          return fmt::format("Fix mpm {}, step {}", fix->id, update->ntimestep);
+        },
+        work);
+  }
 };
 
 /// The stress of an RVE in a continuum of D dimensions. In the plane that of spheres has components across it.

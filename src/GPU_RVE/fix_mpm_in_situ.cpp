@@ -248,14 +248,12 @@ template <int D> void FixMpm::ImplOf<D>::begin_at_rest(const std::vector<int> &m
       ERROR_OF_WEIGHT * ground.density().value(0) * gravity * h);
   macro::InSituReport report;
   if (has_grains()) {
-    try {
+    guarded([&] {
       do report.take(bring_grains(made, ground.goals(), tolerance));
       while (!ground.settles(densities(made),
                              settings.in_situ.is_at_rest ? stress_ratios(made)
                                                          : std::vector<double>()));
-    } catch (const rve::InputError &problem) {
-      error->all(FLERR, "Fix mpm insitu: {}", problem.what());
-    }
+    });
   }
   const macro::HeightProfile of_grains = density_of_grains(made, ground);
   for (std::size_t n = 0; n < made.size(); n++) {

@@ -176,18 +176,12 @@ void FixRve::check_dump_files() const
 {
   const auto &settings = impl->settings;
   if (!settings.dump_interval) return;
-  std::string failure;
-  for (const int i : impl->atoms_with_rve()) {
-    if (std::find(settings.dump_atoms.begin(), settings.dump_atoms.end(), atom->tag[i]) ==
-        settings.dump_atoms.end())
-      continue;
-    try {
-      rve::require_writable(impl->dump_file(atom->tag[i], update->ntimestep));
-    } catch (const rve::InputError &e) {
-      failure = fmt::format("fix rve {}: dump: {}", id, e.what());
-    }
-  }
-  error_if_any(lmp, failure);
+  collectively(lmp, fmt::format("fix rve {}: dump", id), [&] {
+    for (const int i : impl->atoms_with_rve())
+      if (std::find(settings.dump_atoms.begin(), settings.dump_atoms.end(), atom->tag[i]) !=
+          settings.dump_atoms.end())
+        rve::require_writable(impl->dump_file(atom->tag[i], update->ntimestep));
+  });
 }
 
 /* ----------------------------------------------------------------------
@@ -236,6 +230,7 @@ void FixRve::end_of_step()
 
 void FixRve::post_run()
 {
+  impl->has_run = impl->has_run || update->nsteps > 0;
   impl->check_behind_advance();
   // a run may be shorter than the interval of checks
   const int interval = impl->settings.dt_check_interval;

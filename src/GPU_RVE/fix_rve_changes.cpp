@@ -195,13 +195,9 @@ template <int D> void FixRve::ImplOf<D>::read_restart_head(const char *buf)
   settings.mass_scaling = scaling;
   if (unsaid.any() || scaling != scaling_before) {
     // of RVEs that are made later
-    std::string problem;
-    try {
+    collectively(fix->lmp, fmt::format("fix rve {}", fix->id), [&] {
       packings.change(unsaid, scaling, scaling_before);
-    } catch (const std::exception &e) {
-      problem = fmt::format("fix rve {}: {}", fix->id, e.what());
-    }
-    error_if_any(problem);
+    });
   }
   continues = true;
 
@@ -222,6 +218,7 @@ template <int D> void FixRve::ImplOf<D>::adopt_restart()
 {
   if (!continues) return;
   continues = false;
+  has_run = true;
   for (const std::string &change : change_materials(settings.material, mass_scaling_of_rves))
     changes.push_back(change);
   if (time_step_is_old) choose_time_step();
@@ -265,15 +262,17 @@ std::vector<std::string> FixRve::ImplOf<D>::change_materials(const MaterialWords
   std::fill_n(&range[0][0], 4 * NUM_PARAMETERS, -HUGE_VAL);
   const rve::ContactLaw law_before = points->contacts().law;
   int with_other_law = 0;
-  std::string problem;
-  for (const int i : atoms_with_rve()) {
-    const rve::Material before = points->material(slot[i]);
-    rve::Material after = before;
-    try {
-      change_material(after, words, mass_scaling, mass_scaling_before);
-    } catch (const rve::InputError &e) {
-      problem = fmt::format("fix rve {}: {}", fix->id, e.what());
+  const std::string who = fmt::format("fix rve {}", fix->id);
+  std::vector<rve::Material> wanted;
+  collectively(fix->lmp, who, [&] {
+    for (const int i : atoms_with_rve()) {
+      wanted.push_back(points->material(slot[i]));
+      change_material(wanted.back(), words, mass_scaling, mass_scaling_before);
     }
+  });
+  std::size_t next = 0;
+  for (const int i : atoms_with_rve()) {
+    const rve::Material before = points->material(slot[i]), after = wanted[next++];
     bool differs = after.law != before.law;
     if (differs) ++with_other_law;
     for (int k = 0; k < NUM_PARAMETERS; ++k) {
@@ -289,14 +288,10 @@ std::vector<std::string> FixRve::ImplOf<D>::change_materials(const MaterialWords
     changed.push_back(slot[i]);
     materials.push_back(after);
   }
-  error_if_any(problem);
-  try {
+  collectively(fix->lmp, who, [&] {
     if (!changed.empty()) points->set_materials(changed, materials);
     points->expect(packings.contacts());    // of RVEs that are made later
-  } catch (const std::exception &e) {
-    problem = fmt::format("fix rve {}: {}", fix->id, e.what());
-  }
-  error_if_any(problem);
+  });
 
   MPI_Allreduce(MPI_IN_PLACE, range, 4 * NUM_PARAMETERS, MPI_DOUBLE, MPI_MAX, fix->world);
   MPI_Allreduce(MPI_IN_PLACE, count, NUM_PARAMETERS, MPI_INT, MPI_SUM, fix->world);
@@ -358,7 +353,39 @@ template <int D> void FixRve::ImplOf<D>::choose_time_step()
 template <int D> void FixRve::ImplOf<D>::modify(int narg, char **arg)
 {
   adopt_restart();
-  FixRveSettings wanted = settings.modified(fix->lmp, narg, arg);
+  const FixRveSettings wanted = settings.modified(fix->lmp, narg, arg);
+  const std::vector<int> atoms = atoms_with_rve(), slots = slots_of(atoms);
+  const FixRveSettings settings_before = settings;
+  const RvePackingsOf<D> packings_before = packings;
+  const double dt_before = dt;
+  const bool was_warned = warned_dt;
+  std::vector<rve::Material> materials;
+  std::vector<macro::PathState<D>> paths;
+  for (const int one : slots) {
+    materials.push_back(points->material(one));
+    paths.push_back(points->path(one));
+  }
+  try {
+    apply(wanted);
+  } catch (const LAMMPSException &) {
+    // a caller that goes on has what it had before
+    settings = settings_before;
+    packings = packings_before;
+    dt = dt_before;
+    warned_dt = was_warned;
+    points->set_options(settings.macro_step);
+    points->set_materials(slots, materials);
+    for (std::size_t k = 0; k < slots.size(); ++k) points->path(slots[k]) = paths[k];
+    time_step_is_old = false;
+    find_variables();
+    throw;
+  }
+}
+
+/* ---------------------------------------------------------------------- */
+
+template <int D> void FixRve::ImplOf<D>::apply(FixRveSettings wanted)
+{
   const MaterialWords words = wanted.material;
   const double scaling_before = settings.mass_scaling.value_or(1.0);
   const double scaling = wanted.mass_scaling.value_or(scaling_before);
@@ -376,13 +403,9 @@ template <int D> void FixRve::ImplOf<D>::modify(int narg, char **arg)
   settings = wanted;
   find_variables();
   if (words.any() || scaling != scaling_before) {
-    std::string problem;
-    try {
+    collectively(fix->lmp, fmt::format("fix_modify of fix rve {}", fix->id), [&] {
       packings.change(words, scaling, scaling_before);
-    } catch (const std::exception &e) {
-      problem = fmt::format("fix_modify of fix rve {}: {}", fix->id, e.what());
-    }
-    error_if_any(problem);
+    });
     for (const std::string &change : change_materials(words, scaling_before))
       list.push_back(change);
     time_step_is_old = true;
@@ -404,21 +427,14 @@ template <int D> void FixRve::ImplOf<D>::modify(int narg, char **arg)
 
 template <int D> void FixRve::ImplOf<D>::warn_of_loss() const
 {
-  if (!fix->update) return;
-  double mine[2] = {0.0, 0.0}, all[2];
-  for (const int i : atoms_with_rve()) {
-    // whatever the engine says now, a destructor has no errors
-    mine[0] += points->has_advanced(slot[i]) ? 1.0 : 0.0;
-    mine[1] += 1.0;
-  }
-  MPI_Allreduce(mine, all, 2, MPI_DOUBLE, MPI_SUM, fix->world);
-  if (all[0] == 0.0 || fix->comm->me) return;
+  // no communication: a rank may be alone here, after an error
+  if (!fix->update || fix->comm->me != 0 || !has_run) return;
   fix->error->warning(
       FLERR,
-      "fix rve {} is deleted, and with it {} RVEs that have advanced: a new fix rve "
+      "fix rve {} is deleted, and with it its RVEs, which have advanced: a new fix rve "
       "begins with packings. To change drive, servo, time step or material of "
       "RVEs and keep them, use fix_modify {}",
-      fix->id, all[1], fix->id);
+      fix->id, fix->id);
 }
 
 template void FixRve::ImplOf<2>::write_restart_head(FILE *) const;
@@ -429,6 +445,7 @@ template std::vector<std::string> FixRve::ImplOf<2>::change_materials(const Mate
                                                                       double);
 template void FixRve::ImplOf<2>::choose_time_step();
 template void FixRve::ImplOf<2>::modify(int, char **);
+template void FixRve::ImplOf<2>::apply(FixRveSettings);
 template void FixRve::ImplOf<2>::warn_of_loss() const;
 template void FixRve::ImplOf<3>::write_restart_head(FILE *) const;
 template void FixRve::ImplOf<3>::read_restart_head(const char *);
@@ -438,4 +455,5 @@ template std::vector<std::string> FixRve::ImplOf<3>::change_materials(const Mate
                                                                       double);
 template void FixRve::ImplOf<3>::choose_time_step();
 template void FixRve::ImplOf<3>::modify(int, char **);
+template void FixRve::ImplOf<3>::apply(FixRveSettings);
 template void FixRve::ImplOf<3>::warn_of_loss() const;

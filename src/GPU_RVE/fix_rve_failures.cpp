@@ -23,6 +23,8 @@
 #include "update.h"
 
 #include <algorithm>
+#include <sstream>
+#include <utility>
 
 using namespace LAMMPS_NS;
 
@@ -43,7 +45,7 @@ template <int D> static double largest_overlap(const rve::RveStateOf<D> &state)
 
 template <int D>
 void FixRve::ImplOf<D>::report(const std::vector<int> &failed, const std::vector<int> &atoms,
-                               double dt_dem, bool is_new) const
+                               double dt_dem, bool is_new)
 {
   if (failed.empty()) return;
   for (std::size_t k = 0; k < atoms.size(); ++k) {
@@ -54,7 +56,7 @@ void FixRve::ImplOf<D>::report(const std::vector<int> &failed, const std::vector
     const double overlap = is_new ? largest_overlap(state(i)) : result.largest_overlap;
     const double void_ratio = is_new ? state(i).void_ratio() : result.void_ratio;
     const std::string message = fmt::format(
-        "fix rve: RVE of atom {} failed at step {}: {} ({}: largest overlap {} of the sum of "
+        "RVE of atom {} failed at step {}: {} ({}: largest overlap {} of the sum of "
         "radii, overlap_limit {} [radius], void ratio {}, DEM time step {}{})",
         fix->atom->tag[i], told_step(), rve::describe_status(result.status),
         is_new ? "its packing" : "before", rve::number(overlap),
@@ -63,13 +65,13 @@ void FixRve::ImplOf<D>::report(const std::vector<int> &failed, const std::vector
     // a packing that fails before its first step has no better one
     if (settings.policy == RvePolicy::Stop || (settings.policy == RvePolicy::Fresh && is_new))
       fix->error->one(FLERR,
-                      message + rve::remedy_of_status(result.status) +
+                      "fix rve: " + message + rve::remedy_of_status(result.status) +
                           "; with policy freeze the run goes on without this RVE");
-    fix->error->warning(FLERR,
-                        message +
-                            (settings.policy == RvePolicy::Fresh
-                                 ? "; none of the packings can take its place, and it is frozen"
-                                 : "; it is frozen"));
+    notes.push_back({fix->atom->tag[i], NoteKind::Warning,
+                     message +
+                         (settings.policy == RvePolicy::Fresh
+                              ? "; none of the packings can take its place, and it is frozen"
+                              : "; it is frozen")});
   }
 }
 
@@ -83,7 +85,7 @@ template <int D> void FixRve::ImplOf<D>::note_copies(const std::vector<int> &ato
     if (std::find(widened.begin(), widened.end(), slot[i]) == widened.end()) continue;
     const auto &result = points->point(slot[i]).result;
     notes.push_back(
-        {fix->atom->tag[i],
+        {fix->atom->tag[i], NoteKind::Line,
          fmt::format("the cell of the RVE of atom {} has become too narrow at step {}; "
                      "it goes on as {} copies side by side, of {} grains",
                      fix->atom->tag[i], told_step(), points->copies(slot[i]), result.num_grains)});
@@ -120,7 +122,7 @@ std::vector<int> FixRve::ImplOf<D>::renew(const std::vector<int> &failed,
                                 rve::number(renewal.stress_before(a, b)));
     const tagint id = fix->atom->tag[*atom];
     notes.push_back(
-        {id,
+        {id, NoteKind::Line,
          fmt::format("the RVE of atom {} failed at step {}: {}; a fresh one of {} takes its place "
                      "after {} DEM steps: stress {}, void ratio {} (was {})",
                      id, told_step(), rve::describe_status(reasons[k]),
@@ -139,7 +141,8 @@ void FixRve::Impl::say_notes()
   const int me = fix->comm->me, ranks = fix->comm->nprocs;
   const MPI_Comm world = fix->world;
   std::string text;
-  for (const Note &note : notes) text += fmt::format("{} {}\n", note.atom, note.text);
+  for (const Note &note : notes)
+    text += fmt::format("{} {} {}\n", note.atom, static_cast<int>(note.kind), note.text);
   notes.clear();
   int length = static_cast<int>(text.size()), total = length;
   if (ranks > 1) MPI_Allreduce(&length, &total, 1, MPI_INT, MPI_SUM, world);
@@ -153,30 +156,41 @@ void FixRve::Impl::say_notes()
   if (me != 0) return;
 
   std::vector<Note> of_all;
-  for (std::size_t begin = 0; begin < all.size();) {
-    const std::size_t blank = all.find(' ', begin), end = all.find('\n', begin);
-    of_all.push_back({static_cast<tagint>(std::stoll(all.substr(begin, blank - begin))),
-                      all.substr(blank + 1, end - blank - 1)});
-    begin = end + 1;
+  std::istringstream lines(all);
+  std::string line;
+  while (std::getline(lines, line)) {
+    const std::size_t first = line.find(' '), second = line.find(' ', first + 1);
+    const int kind = std::stoi(line.substr(first + 1, second - first - 1));
+    of_all.push_back({static_cast<tagint>(std::stoll(line.substr(0, first))),
+                      static_cast<NoteKind>(kind), line.substr(second + 1)});
   }
   std::stable_sort(of_all.begin(), of_all.end(), [](const Note &a, const Note &b) {
     return a.atom < b.atom;
   });
-  for (std::size_t k = 0; k < std::min(of_all.size(), MOST_NOTES); ++k)
-    utils::logmesg(fix->lmp, fmt::format("fix rve {}: {}\n", fix->id, of_all[k].text));
+  for (std::size_t k = 0; k < std::min(of_all.size(), MOST_NOTES); ++k) print(of_all[k]);
   if (of_all.size() > MOST_NOTES)
     utils::logmesg(fix->lmp,
-                   fmt::format("fix rve {}: so it is with {} other RVEs in this step\n", fix->id,
-                               of_all.size() - MOST_NOTES));
+                   fmt::format("fix rve {}: and similar notes for {} more RVEs in this step\n",
+                               fix->id, of_all.size() - MOST_NOTES));
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRve::Impl::print(const Note &note)
+{
+  if (note.kind == NoteKind::Line)
+    utils::logmesg(fix->lmp, fmt::format("fix rve {}: {}\n", fix->id, note.text));
+  else if (note.kind == NoteKind::Warning || !std::exchange(printed_tension, true))
+    fix->error->warning(FLERR, fmt::format("fix rve {}: {}", fix->id, note.text));
 }
 
 template void FixRve::ImplOf<2>::report(const std::vector<int> &, const std::vector<int> &, double,
-                                        bool) const;
+                                        bool);
 template std::vector<int> FixRve::ImplOf<2>::renew(const std::vector<int> &,
                                                    const std::vector<int> &);
 template std::vector<int> FixRve::ImplOf<3>::renew(const std::vector<int> &,
                                                    const std::vector<int> &);
 template void FixRve::ImplOf<2>::note_copies(const std::vector<int> &);
 template void FixRve::ImplOf<3>::report(const std::vector<int> &, const std::vector<int> &, double,
-                                        bool) const;
+                                        bool);
 template void FixRve::ImplOf<3>::note_copies(const std::vector<int> &);

@@ -14,7 +14,6 @@
 #include "fix_rve_impl.h"
 
 #include "atom.h"
-#include "collective_error.h"
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
@@ -84,8 +83,9 @@ template <int D> void FixRve::ImplOf<D>::make_engine()
     utils::logmesg(fix->lmp, fmt::format("fix rve {}: {}\n", fix->id, line));
     utils::flush_buffers(fix->lmp);
   };
-  std::string notice, problem;
-  try {
+  std::string notice;
+  // perhaps on some ranks only: there may be fewer devices than ranks
+  collectively(fix->lmp, "fix rve", [&] {
     settings.options.contacts = packings.contacts();
     auto engine = rve::make_engine<D>(settings.options, &notice);
     std::unique_ptr<rve::EngineOf<D>> shadows;
@@ -97,10 +97,7 @@ template <int D> void FixRve::ImplOf<D>::make_engine()
     }
     points = std::make_unique<Points>(std::move(engine), std::move(shadows), settings.macro_step,
                                       threads());
-  } catch (const std::exception &e) {
-    problem = fmt::format("fix rve: {}", e.what());
-  }
-  error_if_any(problem);    // perhaps of some ranks only: more of them than devices
+  });
   // what a fix before this one has chosen does not last: beside an engine on the CPU teams of two sizes would alternate
   const bool is_beside_gpu = points->cuda_device() >= 0 && !settings.threads_given;
   rve::most_in_a_team() = is_beside_gpu ? share.threads_beside_gpu() : rve::MOST_THREADS;
@@ -125,13 +122,6 @@ template <int D> void FixRve::ImplOf<D>::make_engine()
     fix->error->warning(
         FLERR, "fix rve: {} of {} MPI ranks have no CUDA device; their RVEs are on CPU threads",
         with_notice, fix->comm->nprocs);
-}
-
-/* ---------------------------------------------------------------------- */
-
-void FixRve::Impl::error_if_any(std::string message) const
-{
-  LAMMPS_NS::error_if_any(fix->lmp, std::move(message));
 }
 
 /* ----------------------------------------------------------------------
@@ -169,13 +159,10 @@ FixRve::ImplOf<D>::least_time_step(const std::vector<int> &atoms, double enough)
   const tagint *tag = fix->atom->tag;
   const std::vector<int> some = slots_of(atoms);
   std::vector<double> bounds;
-  std::string problem;
-  try {
+  const std::string who = fmt::format("fix rve {}: time step at step {}", fix->id, told_step());
+  collectively(fix->lmp, who, [&] {
     bounds = points.as_they_are().bound_time_steps(some, enough);
-  } catch (const rve::InputError &e) {
-    problem = fmt::format("fix rve: {}", e.what());
-  }
-  error_if_any(problem);
+  });
 
   // all RVEs may be alike: the others are no further below the least one of these than the bounds are sharp, and a check has that margin
   struct Candidate {
@@ -215,11 +202,13 @@ FixRve::ImplOf<D>::least_time_step(const std::vector<int> &atoms, double enough)
 
   std::vector<State> states;
   std::vector<tagint> whose;
-  for (const Candidate &candidate : candidates) {
-    if (candidate.place < 0) continue;
-    states.push_back(points.as_they_are().state(some[candidate.place]));
-    whose.push_back(candidate.atom);
-  }
+  collectively(fix->lmp, who, [&] {
+    for (const Candidate &candidate : candidates) {
+      if (candidate.place < 0) continue;
+      states.push_back(points.as_they_are().state(some[candidate.place]));
+      whose.push_back(candidate.atom);
+    }
+  });
   const int count = static_cast<int>(states.size());
   std::vector<double> exact(count);
 #pragma omp parallel for schedule(dynamic) num_threads(std::max(1, std::min(count, threads())))
@@ -300,11 +289,9 @@ template <int D> void FixRve::ImplOf<D>::check_memory(const std::vector<int> &gr
   constexpr double MB = 1048576.0;
   const int mine = static_cast<int>(grains.size());
   rve::Memory memory;
-  try {
+  collectively(fix->lmp, "fix rve", [&] {
     memory = points->memory();
-  } catch (const std::exception &e) {
-    fix->error->all(FLERR, "fix rve: {}", e.what());
-  }
+  });
   MPI_Comm node, sharers;
   MPI_Comm_split_type(fix->world, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &node);
   const std::size_t color = std::hash<std::string>()(memory.name) % MAXSMALLINT;
@@ -352,16 +339,16 @@ template <int D> void FixRve::ImplOf<D>::check_memory(const std::vector<int> &gr
   }
   MPI_Comm_free(&sharers);
 
-  error_if_any(message);
+  error_if_any(fix->lmp, message);
 }
 
 /* ---------------------------------------------------------------------- */
 
-void FixRve::Impl::fail(const std::string &problem, int atom) const
+std::string FixRve::Impl::place_of_failure(int atom) const
 {
-  fix->error->one(FLERR, "fix rve {}: {}step {}: {}", fix->id,
-                  atom >= 0 ? fmt::format("RVE of atom {}, ", fix->atom->tag[atom]) : "",
-                  told_step(), problem);
+  return fmt::format("fix rve {}: {}step {}", fix->id,
+                     atom >= 0 ? fmt::format("RVE of atom {}, ", fix->atom->tag[atom]) : "",
+                     told_step());
 }
 
 /* ---------------------------------------------------------------------- */
@@ -620,14 +607,18 @@ template <int D> void FixRve::ImplOf<D>::advise(bool at_start)
   for (int kind = 0; kind < KINDS; ++kind) {
     if (all_beyond[kind] == 0 || advised[kind]) continue;
     advised[kind] = true;
-    // the rank that has the RVE speaks
-    if (id[kind] != lowest[kind]) continue;
-    fix->error->warning(FLERR, "fix rve: in the RVE of atom {}{} at step {}, {}", lowest[kind],
-                        all_beyond[kind] > 1
-                            ? fmt::format(" (and {} other{})", all_beyond[kind] - 1,
-                                          all_beyond[kind] > 2 ? "s" : "")
-                            : "",
-                        fix->update->ntimestep, message[kind]);
+    const std::string text = first_message(
+        fix->lmp,
+        id[kind] != lowest[kind]
+            ? ""
+            : fmt::format("fix rve: in the RVE of atom {}{} at step {}, {}", lowest[kind],
+                          all_beyond[kind] > 1
+                              ? fmt::format(" (and {} other{})", all_beyond[kind] - 1,
+                                            all_beyond[kind] > 2 ? "s" : "")
+                              : "",
+                          fix->update->ntimestep, message[kind]));
+    // the log file belongs to rank 0
+    if (fix->comm->me == 0) fix->error->warning(FLERR, text);
   }
 }
 
@@ -950,7 +941,7 @@ macro::InSituReport FixRve::ImplOf<D>::bring_to_stress(const std::vector<int> &a
     try {
       return macro::bring_to_stress(*points, slots_of(atoms), goals, tolerance, dt);
     } catch (const macro::InSituError &problem) {
-      fail(problem.what(), atoms[problem.place()]);
+      fix->error->one(FLERR, "{}: {}", place_of_failure(atoms[problem.place()]), problem.what());
     }
   });
 }
@@ -1083,13 +1074,13 @@ std::vector<rve::DriveOf<D>> FixRve::ImplOf<D>::drives(const std::vector<int> &a
       drives[k].stress_goal(goal.row, goal.column) = stress;
       if (!(goal.row == goal.column && stress > 0.0) || warned_tension) continue;
       warned_tension = true;
-      fix->error->warning(FLERR,
-                          "fix rve {}: the goal of servo {} is {} [stress] for atom {} at step {}, "
-                          "a tension, and grains without cohesion carry none: the cell opens "
-                          "without end; it should be at most 0, because stresses are negative in "
-                          "compression",
-                          fix->id, rve_component_name(goal.row, goal.column), rve::number(stress),
-                          fix->atom->tag[atoms[k]], fix->update->ntimestep);
+      notes.push_back(
+          {fix->atom->tag[atoms[k]], NoteKind::Tension,
+           fmt::format("the goal of servo {} is {} [stress] for atom {} at step {}, a tension, and "
+                       "grains without cohesion carry none: the cell opens without end; it should "
+                       "be at most 0, because stresses are negative in compression",
+                       rve_component_name(goal.row, goal.column), rve::number(stress),
+                       fix->atom->tag[atoms[k]], fix->update->ntimestep)});
     }
   }
   for (std::size_t k = 0; k < atoms.size(); ++k) {

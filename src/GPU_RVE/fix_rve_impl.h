@@ -18,7 +18,7 @@
 
 #include "fix_rve.h"
 
-#include "exceptions.h"
+#include "collective_error.h"
 #include "macro/in_situ.h"
 #include "macro/rve_constitutive.h"
 #include "macro/rve_points.h"
@@ -49,6 +49,7 @@ struct FixRve::Impl {
   RestartRecords records;
   bool is_material = false;    // fix mpm has asked for it
   bool is_halted = false;      // the run ends because all paths have
+  bool has_run = false;        // RVEs have advanced, here or before a restart
   Progress progress;
 
   /// That of the RVEs that the packings make.
@@ -139,8 +140,6 @@ struct FixRve::Impl {
   /// For LAMMPS: the grains of an RVE as a file.
   virtual void write_dump(int atom, const std::string &path) const = 0;
 
-  /// Ends with error->all if a rank has a message, with that of the first one; collective.
-  void error_if_any(std::string message) const;
   /// Looks up the variables of drive and servo.
   void find_variables();
   std::vector<int> atoms_with_rve() const;
@@ -157,16 +156,16 @@ struct FixRve::Impl {
     return fmt::format("{}.{}.{}.data", settings.dump_prefix, id, step);
   }
 
-  /// work(), whose problems end in an error that names the fix, the step and, unless it is -1, the atom.
+  /// Returns work(). If it throws, this rank ends with an error that names the fix, the step and,
+  /// unless it is -1, the atom.
   template <class Work> auto guarded(const Work &work, int atom = -1) const -> decltype(work())
   {
-    try {
-      return work();
-    } catch (const LAMMPSException &) {
-      throw;
-    } catch (const std::exception &problem) {
-      fail(problem.what(), atom);
-    }
+    return on_this_rank(
+        fix->lmp,
+        [&] {
+          return place_of_failure(atom);
+        },
+        work);
   }
 
  protected:
@@ -174,18 +173,25 @@ struct FixRve::Impl {
   bigint step_of_advance = -1;    // the last one that did not wait for its RVEs
   bool is_told_later = false;     // what is said is about that step
   bigint told_step() const { return is_told_later ? step_of_advance : fix->update->ntimestep; }
+  /// How rank 0 reports a note: in the log, as a warning, or as a warning once.
+  enum class NoteKind { Line, Warning, Tension };
   struct Note {
     tagint atom;
+    NoteKind kind;
     std::string text;
   };
   std::vector<Note> notes;    // of this rank
+  bool printed_tension = false;
+  /// On rank 0.
+  void print(const Note &note);
 
   Impl(FixRve *_fix, FixRveSettings _settings, int _dimension) :
       fix(_fix), dimension(_dimension), settings(std::move(_settings)), dt(settings.dt),
       progress(fix->lmp, fmt::format("fix rve {}", fix->id), settings.progress_interval)
   {
   }
-  [[noreturn]] void fail(const std::string &problem, int atom) const;
+  /// "fix rve ID: RVE of atom 3, step 10"; without an atom if it is -1.
+  std::string place_of_failure(int atom) const;
   void check_time_step(double used, double bound, const std::string &whose);
 };
 
@@ -210,7 +216,9 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
     Points *get() const
     {
       owner.settle();
-      points->hear();
+      owner.guarded([this] {
+        points->hear();
+      });
       return points.get();
     }
     ImplOf &owner;
@@ -237,6 +245,8 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   void write_restart_head(FILE *fp) const override;
   void read_restart_head(const char *buf) override;
   void modify(int narg, char **arg) override;
+  /// Changes the settings, materials and paths. What it has changed stays if it ends with an error.
+  void apply(FixRveSettings wanted);
   void warn_of_loss() const override;
   void remove(int atom) override { points->remove(slot[atom]); }
   std::vector<double> record(int atom) const override { return points->record(slot[atom]); }
@@ -373,7 +383,7 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   void check(const Matrix &tensor, const char *what, const char *unit, int atom) const;
   /// `is_new`: nothing has been advanced yet.
   void report(const std::vector<int> &failed, const std::vector<int> &atoms, double dt_dem,
-              bool is_new) const;
+              bool is_new);
   /// Fresh RVEs in place of those that failed; returns those that could not be replaced.
   std::vector<int> renew(const std::vector<int> &failed, const std::vector<int> &atoms);
   /// Of RVEs that became copies side by side.

@@ -13,6 +13,7 @@
 
 #include "mpm_settings.h"
 
+#include "collective_error.h"
 #include "mpm/law_table.h"
 #include "progress.h"
 #include "rank_resources.h"
@@ -611,7 +612,7 @@ template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, cha
 
   words.set_keywords(names_of(KEYWORDS<D>));
   if (D == 3) words.add_keywords(names_of(KEYWORDS_OF_SPACE));
-  try {
+  collectively(lmp, "Fix mpm", [&] {
     Said<D> said{lmp, settings};
     while (words.next_keyword())
       if (!words.read(KEYWORDS<D>, said)) read_of_space(words, said);
@@ -622,9 +623,7 @@ template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, cha
       lmp->error->all(
           FLERR, "Fix mpm volume of a point must be in (0, {}] (one cell), got {} [distance^{}]",
           volume_of_cell(options), settings.initial_volume, D);
-  } catch (const rve::InputError &problem) {
-    lmp->error->all(FLERR, "Fix mpm: {}", problem.what());
-  }
+  });
   const std::string only_density = share_density(words, settings);
   for (const auto &given : words.given())
     settings.words.emplace_back(given.subject == only_density ? "density" : given.subject,
@@ -641,11 +640,9 @@ std::vector<MpmModel<D>> MpmSettings<D>::modified_models(LAMMPS *lmp, int narg, 
   words.limit_numbers(LARGEST);
   words.set_keywords(names_of(KEYWORDS_OF_MODIFY<D>));
   std::vector<MpmModel<D>> wanted = models;
-  try {
+  collectively(lmp, "Fix_modify of fix mpm", [&] {
     while (words.next_keyword()) words.read(KEYWORDS_OF_MODIFY<D>, wanted);
-  } catch (const rve::InputError &problem) {
-    words.refuse(problem.what());
-  }
+  });
   return wanted;
 }
 

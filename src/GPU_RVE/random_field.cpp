@@ -286,11 +286,9 @@ void RandomField::command(int narg, char **arg)
     error->all(FLERR, "random_field: dimension is {}; it must be 2", domain->dimension);
   if (!atom->tag_enable) error->all(FLERR, "random_field: atoms must have IDs");
   std::optional<FieldRequest> request;
-  try {
+  collectively(lmp, "random_field", [&] {
     request = parse(lmp, narg, arg);
-  } catch (const rve::InputError &e) {
-    error->all(FLERR, "random_field: {}", e.what());
-  }
+  });
 
   std::vector<double> nodes;
   const std::string failure = on_rank_zero(world, [&]() {
@@ -300,7 +298,10 @@ void RandomField::command(int narg, char **arg)
   });
   if (!failure.empty()) error->all(FLERR, "random_field: {}", failure);
 
-  nodes.resize(field::total(request->grid.nodes));
+  // a large field may not fit into the memory of some ranks
+  collectively(lmp, "random_field", [&] {
+    nodes.resize(field::total(request->grid.nodes));
+  });
   constexpr std::size_t CHUNK = 1 << 30;    // MPI counts in int
   for (std::size_t begin = 0; begin < nodes.size(); begin += CHUNK)
     MPI_Bcast(&nodes[begin], static_cast<int>(std::min(CHUNK, nodes.size() - begin)), MPI_DOUBLE, 0,

@@ -94,7 +94,11 @@ std::shared_ptr<void> LAMMPS_NS::memory_in_common(MPI_Comm ranks, std::size_t by
   int failed = MPI_Win_allocate_shared(me == 0 ? (MPI_Aint) bytes : 0, 1, MPI_INFO_NULL, neighbours,
                                        &memory, &window) != MPI_SUCCESS;
   MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPI_INT, MPI_MAX, ranks);
-  if (failed) return {};
+  MPI_Comm_set_errhandler(neighbours, MPI_ERRORS_ARE_FATAL);
+  if (failed) {
+    MPI_Comm_free(&neighbours);
+    return {};
+  }
   MPI_Aint size = 0;
   int unit = 0;
   MPI_Win_shared_query(window, 0, &size, &unit, &memory);

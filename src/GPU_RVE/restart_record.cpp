@@ -13,6 +13,8 @@
 
 #include "restart_record.h"
 
+#include "rve/core/checksum.h"
+
 #include "atom.h"
 #include "comm.h"
 #include "domain.h"
@@ -30,6 +32,26 @@ namespace {
 
 // of the box and of the coordinates: what positions may differ by when read_restart wraps an atom
 constexpr double ROUNDING = 1e-9;
+
+/// Checksum of a header, as a whole number that a double holds exactly.
+double header_sum(const double *header)
+{
+  const std::size_t bytes = (RestartRecords::HEADER - 1) * sizeof(double);
+  return static_cast<double>(rve::checksum_of(header, bytes) >> 12);
+}
+
+bool is_damaged(const double *header)
+{
+  return header[RestartRecords::HEADER - 1] != header_sum(header);
+}
+
+[[noreturn]] void throw_damaged(LAMMPS *lmp, const std::string &whose, tagint id)
+{
+  lmp->error->one(FLERR,
+                  "{}: the record of atom {} in the restart file is damaged: the checksum of its "
+                  "header does not match. Use an earlier file",
+                  whose, id);
+}
 
 /// Record number nth of a row, and where its part begins that cannot be right.
 struct Part {
@@ -66,6 +88,7 @@ void RestartRecords::write_header(LAMMPS *lmp, int i, int size, double *buf)
   buf[1] = static_cast<double>(lmp->update->ntimestep);
   buf[2] = static_cast<double>(lmp->atom->tag[i]);
   lmp->domain->unmap(lmp->atom->x[i], lmp->atom->image[i], buf + 3);
+  buf[HEADER - 1] = header_sum(buf);
 }
 
 /* ---------------------------------------------------------------------- */
@@ -78,27 +101,29 @@ RestartRecord RestartRecords::of(LAMMPS *lmp, const std::string &whose, int i, i
   if (num_rows < 0) count_rows(lmp);
   Part part;
   if (i < num_rows) part = part_of_row(atom, i, nth);
-  if (i >= num_rows || part.bad >= 0 || part.record.values[2] != static_cast<double>(id)) {
+  // not replaced by a search: memory after the rows may still have records of a file read before
+  if (part.bad >= 0)
+    error->one(
+        FLERR,
+        "{}: the record of atom {} in the restart file is damaged: part {} of it says that it "
+        "has {} numbers, and {} are left. Use an earlier file. If atoms were created since "
+        "read_restart, create them after this fix",
+        whose, id, part.bad + 1, part.size, part.left);
+  if (i >= num_rows || part.record.values[2] != static_cast<double>(id)) {
+    if (i < num_rows && is_damaged(part.record.values)) throw_damaged(lmp, whose, id);
     if (row_of_id.empty()) find_rows(lmp, nth, step);
     const auto found = row_of_id.find(id);
-    if (found != row_of_id.end())
-      part = part_of_row(atom, found->second, nth);
-    else if (i < num_rows && part.bad >= 0)
-      error->one(
-          FLERR,
-          "{}: the record of atom {} in the restart file is damaged: part {} of it says that it "
-          "has {} numbers, and {} are left. Use an earlier file. If atoms were created since "
-          "read_restart, create them after this fix",
-          whose, id, part.bad + 1, part.size, part.left);
-    else
+    if (found == row_of_id.end())
       error->one(
           FLERR,
           "{}: the record of atom {} is not in the restart file, or on another MPI rank: the atom "
           "was created or moved, or got another ID, since read_restart, or the file is "
           "damaged. Define the fix directly after read_restart, and change atoms after it",
           whose, id);
+    part = part_of_row(atom, found->second, nth);
   }
   const double *values = part.record.values;
+  if (is_damaged(values)) throw_damaged(lmp, whose, id);
   if (values[1] != step)
     error->one(FLERR,
                "{}: the record of atom {} is of step {}, the head of the restart files of step {}: "
@@ -140,7 +165,7 @@ void RestartRecords::find_rows(LAMMPS *lmp, int nth, double step)
 {
   for (int row = 0; row < num_rows; row++) {
     const Part part = part_of_row(lmp->atom, row, nth);
-    if (part.bad >= 0) continue;
+    if (part.bad >= 0 || is_damaged(part.record.values)) continue;
     const double id = part.record.values[2];
     if (part.record.values[1] != step || !(id >= 1.0 && id <= static_cast<double>(MAXTAGINT)))
       continue;

@@ -115,9 +115,13 @@ template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &
     MPI_Bcast(&size, 1, MPI_INT, 0, lmp->world);
     image.resize(size);
     MPI_Bcast(image.data(), size, MPI_CHAR, 0, lmp->world);
-    packings.push_back(rve::deserialize<D>(image.data(), image.size()));
-    void_ratios.push_back(packings.back().void_ratio());
   }
+  collectively(lmp, "fix rve", [&] {
+    for (const auto &image : state_images) {
+      packings.push_back(rve::deserialize<D>(image.data(), image.size()));
+      void_ratios.push_back(packings.back().void_ratio());
+    }
+  });
   const auto &choice = settings.choice;
   make_pools(lmp, choice.stress.has_value());
   if (count > 1 && choice.number.variable.empty() && !choice.is_by_property())
@@ -148,11 +152,9 @@ template <int D> void RvePackingsOf<D>::make_pools(LAMMPS *lmp, bool by_stress)
   std::vector<double> stresses;
   for (const State &packing : packings)
     stresses.push_back(-rve::spring_stress(packing)(D - 1, D - 1));
-  try {
+  collectively(lmp, "fix rve: packing_stress cannot choose", [&] {
     levels.emplace(stresses);
-  } catch (const rve::InputError &e) {
-    lmp->error->all(FLERR, "fix rve: packing_stress cannot choose: {}", e.what());
-  }
+  });
   for (int level = 0; level < levels->count(); ++level) add_pool(levels->packings(level));
 }
 

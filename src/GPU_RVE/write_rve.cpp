@@ -74,20 +74,16 @@ void WriteRve::command(int narg, char **arg)
 
   fix->attach();
   int mine = 0, found;
-  std::string failure;
-  for (int i = 0; i < atom->nlocal; i++) {
-    if (atom->tag[i] != request.id || fix->slot(i) < 0) continue;
-    mine = 1;
-    try {
+  collectively(lmp, "write_rve", [&] {
+    for (int i = 0; i < atom->nlocal; i++) {
+      if (atom->tag[i] != request.id || fix->slot(i) < 0) continue;
+      mine = 1;
       if (fix->dimension() == 2)
         write(request, fix->state<2>(i));
       else
         write(request, fix->state<3>(i));
-    } catch (const rve::InputError &e) {
-      failure = fmt::format("write_rve: {}", e.what());
     }
-  }
-  error_if_any(lmp, failure);
+  });
   MPI_Allreduce(&mine, &found, 1, MPI_INT, MPI_MAX, world);
   if (!found) error->all(FLERR, "write_rve: atom {} has no RVE of fix {}", request.id, fix_id);
 }

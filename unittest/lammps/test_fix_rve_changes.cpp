@@ -302,7 +302,8 @@ TEST(FixModify, RefusesWhatCannotBeChangedAndSaysWhy)
 TEST(Unfix, OfRvesThatHaveAdvancedIsWarnedOf)
 {
   const std::string run = FOUR_ATOMS + SHEAR + "run 5\n";
-  const std::string warning = "fix rve grains is deleted, and with it 4 RVEs that have advanced";
+  const std::string warning =
+      "fix rve grains is deleted, and with it its RVEs, which have advanced";
 
   EXPECT_IN(warning, log_of(run + "unfix grains\n"));
   EXPECT_IN("use fix_modify grains", log_of(run + "unfix grains\n"));
@@ -326,7 +327,7 @@ struct RestartFile {
     script << BOX + "create_atoms 1 single 0.5 0.5 0\n" + FIX +
             "dt 1e-4 drive velocity_gradient yy -0.1\nrun 5\nwrite_restart " + path;
     text = text_of(path);
-    const double version_and_step[] = {-5.0, 5.0};
+    const double version_and_step[] = {-6.0, 5.0};
     head = place_of(version_and_step, 2);
     // in front of the record: its length and the step
     const int length = script.lmp->modify->get_fix_by_id("grains")->size_restart(0);
@@ -360,11 +361,11 @@ TEST(DamagedRestart, HeadOfTheFixIsRefused)
   for (std::size_t byte = 0; byte < 120; byte += 3) {
     const std::string message = file.message_with_flip(file.head + byte, byte % 8);
     EXPECT_TRUE(message.find("damaged") != std::string::npos ||
-                message.find("this fix reads version 5") != std::string::npos)
+                message.find("this fix reads version 6") != std::string::npos)
         << byte << ": " << message;
   }
   // a version that is not whole is not said to be that which it rounds to
-  EXPECT_IN("damaged: the version reads -5.00000000000", file.message_with_flip(file.head, 3));
+  EXPECT_IN("damaged: the version reads -6.00000000000", file.message_with_flip(file.head, 3));
 }
 
 TEST(DamagedRestart, LengthOfARecordIsRefusedInEveryBit)

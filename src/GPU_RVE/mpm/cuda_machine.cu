@@ -238,8 +238,11 @@ namespace {
       cudaFuncAttributes attributes;
       check_cuda(cudaFuncGetAttributes(&attributes, set_to_zero), "attributes of a pass");
       passes_.set_early(rve::waits_itself(device.major, attributes));
-      mail_.open(communication, device.uuid);
+      uuid_ = device.uuid;
     }
+
+    /// Collective, after all ranks have a machine.
+    void join_ranks(const Communication &communication) { mail_.open(communication, uuid_); }
 
     void begin(const StepInput<D> &input)
     {
@@ -696,6 +699,7 @@ namespace {
     int shared_edition_ = 0, part_edition_ = 0;
     HostBuffer<std::int64_t> exchange_;
     HostBuffer<double> shared_maxima_;
+    cudaUUID_t uuid_ = {};
     RankMail mail_;
     bool ranks_meet_there_ = false;
 

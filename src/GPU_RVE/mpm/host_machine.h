@@ -93,7 +93,12 @@ template <int D> class HostMachine {
       threads_(rve::usable_threads(options.threads)),
       view_(grid.part({}), options, communication.ranks > 1), tallies_(threads_), partial_(threads_)
   {
-    each_rank_has_its_device(communication, DeviceName{});    // others may ask
+  }
+
+  /// Collective, after all ranks have a machine.
+  void join_ranks(const Communication &communication)
+  {
+    each_rank_has_its_device(communication, DeviceName{});    // ranks with a device ask
   }
 
   /// A step begins.

@@ -75,11 +75,10 @@ namespace {
   }
 
   template <int D>
-  std::unique_ptr<StepRunner<D>> make_runner(const SolverOptions<D> &options,
-                                             const Communication &communication,
-                                             const Grid<D> &grid, std::string *notice)
+  std::unique_ptr<StepRunner<D>> make_rank_runner(const SolverOptions<D> &options,
+                                                  const Communication &communication,
+                                                  const Grid<D> &grid, std::string *notice)
   {
-    if (notice) notice->clear();
     if (options.device != Device::Cpu) {
       const bool required = rve::cuda_required();
       std::string obstacle = "GPU_RVE was built without CUDA";
@@ -91,6 +90,25 @@ namespace {
       if (notice) *notice = obstacle + "; CPU threads serve";
     }
     return std::make_unique<StepProgram<D, HostMachine>>(options, communication, grid);
+  }
+
+  /// Collective: ends on all ranks if a rank has no runner.
+  template <int D>
+  std::unique_ptr<StepRunner<D>> make_runner(const SolverOptions<D> &options,
+                                             const Communication &communication,
+                                             const Grid<D> &grid, std::string *notice)
+  {
+    if (notice) notice->clear();
+    std::unique_ptr<StepRunner<D>> runner;
+    std::string problem;
+    try {
+      runner = make_rank_runner(options, communication, grid, notice);
+    } catch (const std::exception &exception) {
+      problem = exception.what();
+    }
+    communication.raise_on_all(problem);
+    runner->join_ranks();
+    return runner;
   }
 
 }    // namespace

@@ -7,6 +7,7 @@
 #include "mpm/boundary.h"
 #include "mpm/grid.h"
 #include "mpm/shape_functions.h"
+#include "rve/core/error.h"
 
 #include <array>
 #include <cstddef>
@@ -82,6 +83,10 @@ struct Communication {
   std::function<void(const std::vector<Message> &messages)> exchange =
       [](const std::vector<Message> &) {
       };
+  /// Ends on all ranks if a rank has a problem: with that of the lowest such rank. Collective.
+  std::function<void(const std::string &problem)> raise_on_all = [](const std::string &problem) {
+    if (!problem.empty()) throw rve::InputError(problem);
+  };
   /// Memory that all ranks have in common, so many bytes, zeros at first. Null on all of them where it cannot be: on several computers.
   std::function<std::shared_ptr<void>(std::size_t bytes)> shared_memory = [](std::size_t) {
     return std::shared_ptr<void>();

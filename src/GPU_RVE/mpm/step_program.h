@@ -25,6 +25,8 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   {
   }
 
+  void join_ranks() override { machine_.join_ranks(communication_); }
+
   void step(const StepInput<D> &input, const StressUpdate<D> &update) override
   {
     const bool usavg = options_.scheme == Scheme::Usavg;

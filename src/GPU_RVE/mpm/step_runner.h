@@ -60,6 +60,8 @@ void check_bound(double bound, std::int64_t terms, const char *what);
 template <int D> class StepRunner {
  public:
   virtual ~StepRunner() = default;
+  /// Finds out how the ranks exchange sums. Collective, after all ranks have a runner.
+  virtual void join_ranks() = 0;
 
   virtual void step(const StepInput<D> &input, const StressUpdate<D> &update) = 0;
   virtual void evaluate(const StepInput<D> &input, const StressUpdate<D> &update) = 0;
