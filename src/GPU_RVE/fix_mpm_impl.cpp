@@ -21,6 +21,8 @@
 #include "rank_resources.h"
 #include "restart_record.h"
 #include "rve/core/checksum.h"
+#include "rve/core/error.h"
+#include "rve/core/first_error.h"
 #include "rve/core/suggestion.h"
 #include "rve/core/threads.h"
 #include "rve/engine/engine.h"
@@ -327,13 +329,48 @@ template <int D> void FixMpm::ImplOf<D>::find_members()
     }
   }
   if (are_as_before) return;
-    // groups change between runs, and dynamic ones in a run
+  rve::FirstError failed;
+  // groups change between runs, and dynamic ones in a run
 #pragma omp parallel for num_threads(rve::team_for(nlocal, settings.options.threads))
   for (int i = 0; i < nlocal; i++)
-    if (body[i] < 0 && model[i] >= 0 && volume0[i] > 0.0 &&
-        remembering[i] != law_of_model[model[i]])
-      begin_memory(i);
+    failed.guard(i, [&] {
+      if (body[i] < 0 && model[i] >= 0 && volume0[i] > 0.0 &&
+          remembering[i] != law_of_model[model[i]])
+        begin_memory(i);
+    });
+  guarded([&] {
+    failed.rethrow();
+  });
   members_are_known = true;
+  members_are_sound = false;
+}
+
+/* ----------------------------------------------------------------------
+   in a run: a dynamic group may have lost a point, or have taken in one that has no RVE
+------------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::find_members_of_run()
+{
+  find_members();
+  if (members_are_sound) return;
+  guarded([&] {
+    for (int i = 0; i < atom->nlocal; i++) {
+      if (body[i] >= 0) continue;
+      if (model[i] < 0)
+        throw rve::InputError(
+            fmt::format("atom {} has left the groups of all models in the run; a point needs a "
+                        "model as long as "
+                        "it exists: use groups that keep their atoms, or add a model for the rest",
+                        atom->tag[i]));
+      FixRve *const source = grains[model[i]];
+      if (source && source->slot(i) < 0)
+        throw rve::InputError(fmt::format(
+            "atom {} has joined group {} of the model rve {} in the run and has no RVE; RVEs are "
+            "made where a run begins: let the group change between runs",
+            atom->tag[i], settings.models[model[i]].group, source->id));
+    }
+  });
+  members_are_sound = true;
 }
 
 template <int D> mpm::PointView<D> FixMpm::ImplOf<D>::points()
@@ -911,7 +948,7 @@ template <int D> void FixMpm::ImplOf<D>::tell_damping()
 
 template <int D> void FixMpm::ImplOf<D>::solve(bool advance)
 {
-  find_members();
+  find_members_of_run();
   modify->clearstep_compute();
   loads.resize(settings.tractions.size());
   for (std::size_t k = 0; k < loads.size(); k++) {
@@ -1036,7 +1073,7 @@ template <int D> void FixMpm::ImplOf<D>::test_waves()
   for (FixRve *some : grains)
     if (some) some->scale_waves(1.0);
   if (settings.wave_tests == 0) return;
-  find_members();
+  find_members_of_run();
   std::vector<FixRve *> tested;
   for (FixRve *source : grains) {
     // another group may have RVEs of the same fix
@@ -1089,7 +1126,7 @@ template <int D> void FixMpm::ImplOf<D>::test_waves()
 
 template <int D> void FixMpm::ImplOf<D>::check_courant()
 {
-  find_members();
+  find_members_of_run();
   guarded([&] {
     courant = solver->cfl_number(points(), update->dt);
   });

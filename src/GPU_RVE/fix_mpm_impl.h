@@ -213,7 +213,7 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   // made anew whenever they are needed: they follow from groups
   std::vector<std::int64_t> ids;
   std::vector<int> model, body;
-  bool members_are_known = false;    // all that follows from these, too
+  bool members_are_known = false, members_are_sound = false;    // all that follows from these, too
 
   /// The arrays that only a device has changed are those of the last step again.
   void bring_back() { solver->fetch(points()); }
@@ -263,6 +263,8 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   void find_box(double *box) const;
 
   void find_members();
+  /// The same in a run. Ends with an error unless each point has a model, and its RVE if it needs one.
+  void find_members_of_run();
 
   mpm::PointView<D> points();
 

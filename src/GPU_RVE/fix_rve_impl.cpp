@@ -22,6 +22,7 @@
 #include "rank_resources.h"
 #include "rve/core/error.h"
 #include "rve/core/exact_sum.h"
+#include "rve/core/first_error.h"
 #include "rve/core/splitmix64.h"
 #include "rve/core/threads.h"
 #include "rve/engine/cell_width.h"
@@ -211,8 +212,15 @@ FixRve::ImplOf<D>::least_time_step(const std::vector<int> &atoms, double enough)
   });
   const int count = static_cast<int>(states.size());
   std::vector<double> exact(count);
+  rve::FirstError failed;
 #pragma omp parallel for schedule(dynamic) num_threads(std::max(1, std::min(count, threads())))
-  for (int k = 0; k < count; ++k) exact[k] = rve::stable_time_step(states[k]);
+  for (int k = 0; k < count; ++k)
+    failed.guard(k, [&] {
+      exact[k] = rve::stable_time_step(states[k]);
+    });
+  collectively(fix->lmp, who, [&] {
+    failed.rethrow();
+  });
   double least = HUGE_VAL, least_of_all;
   for (const double dt : exact) least = std::min(least, dt);
   MPI_Allreduce(&least, &least_of_all, 1, MPI_DOUBLE, MPI_MIN, world);
@@ -573,6 +581,7 @@ template <int D> void FixRve::ImplOf<D>::advise(bool at_start)
   const std::vector<int> atoms = atoms_with_rve();
   const int count = static_cast<int>(atoms.size());
   Judgement mine;
+  rve::FirstError failed;
   {
     const rve::LightWork work(count, threads());
 #pragma omp parallel num_threads(work.team)
@@ -581,11 +590,13 @@ template <int D> void FixRve::ImplOf<D>::advise(bool at_start)
 #pragma omp for
       for (int k = 0; k < count; ++k) {
         const tagint tag = fix->atom->tag[atoms[k]];
-        for (const rve::Advice &advice : advice_on(atoms[k], at_start)) {
-          const int kind = static_cast<int>(advice.kind);
-          ++some.beyond[kind];
-          some.take(kind, advice.severity(), tag, advice.message);
-        }
+        failed.guard(k, [&] {
+          for (const rve::Advice &advice : advice_on(atoms[k], at_start)) {
+            const int kind = static_cast<int>(advice.kind);
+            ++some.beyond[kind];
+            some.take(kind, advice.severity(), tag, advice.message);
+          }
+        });
       }
 #pragma omp critical(advice_on_rves)
       for (int kind = 0; kind < KINDS; ++kind) {
@@ -595,6 +606,9 @@ template <int D> void FixRve::ImplOf<D>::advise(bool at_start)
       }
     }
   }
+  guarded([&] {
+    failed.rethrow();
+  });
   double worst_of_all[KINDS];
   int all_beyond[KINDS];
   tagint lowest[KINDS];

@@ -1632,3 +1632,58 @@ TEST(FixMpmWarnings, SayWhatIsProbablyNotMeant)
 }
 
 }    // namespace
+
+// ---- groups that change in a run ----
+
+namespace {
+
+/// A block that rises at 5 m/s from below 4 m; `groups` and `fixes` define the model.
+std::string rising_block(const std::string &speed, const std::string &groups,
+                         const std::string &fixes)
+{
+  return "units si\ndimension 2\nboundary f f p\natom_style sphere\natom_modify map array sort 0 "
+         "0.0\n"
+         "region box block 0 8 0 8 -0.5 0.5\ncreate_box 1 box\nlattice sq 1.0 origin 0.5 0.5 0\n"
+         "region g block 2 6 0 4 -0.5 0.5\ncreate_atoms 1 region g\nset group all diameter 1.0\n"
+         "pair_style none\ncomm_modify cutoff 1.0\ntimestep 1e-3\n" +
+      groups + "velocity all set 0 " + speed + " 0\n" + fixes + "run 200\n";
+}
+
+}    // namespace
+
+// Before, such a point ended the program where the Courant number was checked, every 20th step.
+TEST(FixMpm, APointThatLeavesTheGroupsOfAllModelsIsNamed)
+{
+  const std::string groups = "region r block 0 8 0 4.2 -0.5 0.5\n"
+                             "group soil dynamic all region r every 1\nrun 0\n";
+  const std::string fix = "fix m all mpm 1.0 domain 0 8 0 8 boundary xlo roller model soil "
+                          "elastic 1e6 0.3 density 2000\n";
+  // it leaves in a step that is checked, and in another one
+  for (const std::string speed : {"5.07", "5.3"}) {
+    const std::string message = message_of(rising_block(speed, groups, fix));
+    EXPECT_NE(message.find("Fix mpm m, step 1"), std::string::npos) << message;
+    EXPECT_NE(message.find("atom 13 has left the groups of all models in the run"),
+              std::string::npos)
+        << message;
+  }
+}
+
+TEST(FixMpm, APointThatJoinsTheGroupOfAModelWithoutAnRveIsNamed)
+{
+  const std::string groups = "region low block 0 8 0 4.2 -0.5 0.5\n"
+                             "region high block 0 8 4.2 8 -0.5 0.5\n"
+                             "group low dynamic all region low every 1\n"
+                             "group high dynamic all region high every 1\n"
+                             "group grains id 1\nrun 0\n";
+  for (const std::string waves : {"", "wave_speed tangent 1 every 1 "}) {
+    const std::string fix = "fix r grains rve " EXAMPLE_PACKINGS
+                            "/A_h0075.rve drive mpm threads 1\n"
+                            "fix m all mpm 1.0 domain 0 8 0 8 boundary xlo roller " +
+        waves + "model low elastic 1e6 0.3 model high rve r density 2000\n";
+    const std::string message = message_of(rising_block("5.07", groups, fix));
+    EXPECT_NE(message.find("atom 13 has joined group high of the model rve r in the run and has no "
+                           "RVE"),
+              std::string::npos)
+        << message;
+  }
+}

@@ -4,6 +4,7 @@
 #include "mpm/host_machine.h"
 #include "mpm/step_program.h"
 #include "rve/core/error.h"
+#include "rve/core/first_error.h"
 #include "rve/core/threads.h"
 #include "rve/core/wall_time.h"
 
@@ -441,12 +442,16 @@ bool MpmSolver<D>::advance_stress(const PointView<D> &points, const Tensor<D> *i
     }
     const int count = static_cast<int>(list.size());
     const rve::LightWork work(count, options_.threads);
+    rve::FirstError failed;
 #pragma omp parallel num_threads(work.team)
     {
       const rve::ThreadShare mine(count);
-      model.update(mine.end - mine.begin, list.data() + mine.begin, increment, dt, points.stress,
-                   memory);
+      failed.guard(mine.begin, [&] {
+        model.update(mine.end - mine.begin, list.data() + mine.begin, increment, dt, points.stress,
+                     memory);
+      });
     }
+    failed.rethrow();
     model_seconds_[k] += rve::seconds_since(start);
   }
   return stresses_come_;
@@ -466,15 +471,20 @@ template <int D> double MpmSolver<D>::cfl_number(const PointView<D> &points, dou
   int first = points.count;
   {
     const rve::LightWork work(points.count, options_.threads);
+    rve::FirstError failed;
 #pragma omp parallel for num_threads(work.team) reduction(max : fastest) reduction(min : first)
     for (int p = 0; p < points.count; ++p) {
       if (points.rigid_body[p] >= 0) continue;
-      const double speed = speed_of(p);
+      double speed = 0.0;
+      failed.guard(p, [&] {
+        speed = speed_of(p);
+      });
       if (std::isfinite(speed))
         fastest = std::max(fastest, speed);
       else
         first = std::min(first, p);
     }
+    failed.rethrow();
   }
   if (first < points.count)
     fail(points, first,

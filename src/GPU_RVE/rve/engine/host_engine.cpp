@@ -1,6 +1,7 @@
 #include "rve/engine/host_engine.h"
 
 #include "rve/core/error.h"
+#include "rve/core/first_error.h"
 #include "rve/core/threads.h"
 #include "rve/engine/batch_engine.h"
 #include "rve/engine/host_kernels.h"
@@ -159,15 +160,19 @@ namespace {
       };
       const HostWorkspaceSizes sizes =
           kernel.workspace_sizes(call.largest, call.pair_capacity, call.program);
+      FirstError failed;    // there may not be memory for a workspace
 #pragma omp parallel for schedule(dynamic, 1) num_threads(std::min(num_threads, std::max(count, 1)))
       for (int m = 0; m < count; ++m) {
         const int k = call.order ? (*call.order)[m] : m;
-        const HostWorkspace workspace =
-            memory[omp_get_thread_num()].prepare(sizes, call.pair_capacity);
-        kernel.advance(images[(*call.rves)[k]].bytes.data(), call.drives[k],
-                       call.steering.empty() ? nullptr : &call.steering[k], call.constants,
-                       workspace, call.program, answers[k], detail_of(k));
+        failed.guard(k, [&] {
+          const HostWorkspace workspace =
+              memory[omp_get_thread_num()].prepare(sizes, call.pair_capacity);
+          kernel.advance(images[(*call.rves)[k]].bytes.data(), call.drives[k],
+                         call.steering.empty() ? nullptr : &call.steering[k], call.constants,
+                         workspace, call.program, answers[k], detail_of(k));
+        });
       }
+      failed.rethrow();
       return {answers.data(), call.with_details ? details.data() : nullptr};
     }
 

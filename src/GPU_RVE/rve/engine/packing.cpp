@@ -1,6 +1,7 @@
 #include "rve/engine/packing.h"
 
 #include "rve/core/error.h"
+#include "rve/core/first_error.h"
 #include "rve/engine/contact_laws.h"
 #include "rve/engine/contact_network.h"
 #include "rve/engine/stability.h"
@@ -641,8 +642,13 @@ namespace {
       std::vector<RveStateOf<D>> states;
       for (const Preparation<D> *one : following) states.push_back(engine.state(one->rve()));
       const auto count = static_cast<std::ptrdiff_t>(following.size());
+      FirstError failed;
 #pragma omp parallel for schedule(dynamic, 8) if (count > 8)
-      for (std::ptrdiff_t k = 0; k < count; ++k) following[k]->follow_time_step(states[k]);
+      for (std::ptrdiff_t k = 0; k < count; ++k)
+        failed.guard(k, [&] {
+          following[k]->follow_time_step(states[k]);
+        });
+      failed.rethrow();
     }
   }
 

@@ -1,0 +1,41 @@
+// Exceptions of a team of threads. An exception that leaves an OpenMP region ends the program.
+
+#ifndef RVE_CORE_FIRST_ERROR_H
+#define RVE_CORE_FIRST_ERROR_H
+
+#include <exception>
+#include <mutex>
+
+namespace rve {
+
+/// Keeps the exception of the lowest item of a parallel loop, for after the loop.
+class FirstError {
+ public:
+  /// Runs body(). Several threads may call it; an exception counts for `item`.
+  template <class Body> void guard(long item, const Body &body)
+  {
+    try {
+      body();
+    } catch (...) {
+      const std::lock_guard<std::mutex> lock(mutex);
+      if (error && item >= item_of_error) return;
+      error = std::current_exception();
+      item_of_error = item;
+    }
+  }
+
+  /// Throws the exception, if there is one.
+  void rethrow() const
+  {
+    if (error) std::rethrow_exception(error);
+  }
+
+ private:
+  std::mutex mutex;
+  std::exception_ptr error;
+  long item_of_error = 0;
+};
+
+}    // namespace rve
+
+#endif
