@@ -263,8 +263,9 @@ template <int D> typename FixMpm::ImplOf<D>::ModelTimes FixMpm::ImplOf<D>::model
     if (!grains[k]) continue;
     times.models += solver->model_time((int) k);
     // groups may share a fix
-    if (std::find(grains.begin(), grains.begin() + k, grains[k]) == grains.begin() + k)
-      times.engine += grains[k]->engine_time();
+    if (std::find(grains.begin(), grains.begin() + k, grains[k]) != grains.begin() + k) continue;
+    times.engine += grains[k]->engine_time();
+    times.bounds += grains[k]->bounding_time();
   }
   return times;
 }
@@ -780,14 +781,15 @@ template <int D> void FixMpm::ImplOf<D>::final_integrate()
   const ModelTimes after = model_times();
   const double engine = after.engine - before.engine;
   const double models = after.models - before.models;
+  const double in_rves = engine + after.bounds - before.bounds;
   const double whole = filled - start;
   // of columns, without the RVEs that they wait for
   const double columns = filled - solved - (after.models - when_solved.models);
   // and copies from and to a device, and what stands between points and RVEs
   const double transfers = columns + copied_in_step + models - engine;
-  times[TIME_RVE] += engine;
+  times[TIME_RVE] += in_rves;
   times[TIME_TRANSFERS] += transfers;
-  times[TIME_MPM] += whole - transfers - engine;
+  times[TIME_MPM] += whole - transfers - in_rves;
   if (!has_grains()) progress->step_done();
 }
 

@@ -242,9 +242,10 @@ template <int D> struct FixMpm::ImplOf final : Impl {
     return remembering[i] == NO_LAW ? 0 : (int) layout.variables((int) remembering[i]).size();
   }
 
-  /// Wall time so far in calls of the engine of RVEs, and in models that are RVEs [seconds].
+  /// Wall time so far in calls of the engine of RVEs, in bounds of their stable DEM time steps, and in
+  /// models that are RVEs, which includes the first and not the second [seconds].
   struct ModelTimes {
-    double engine = 0.0, models = 0.0;
+    double engine = 0.0, bounds = 0.0, models = 0.0;
   };
   ModelTimes model_times() const;
 

@@ -407,6 +407,11 @@ double FixRve::engine_time() const
   return impl->engine_time();
 }
 
+double FixRve::bounding_time() const
+{
+  return impl->bounding_time();
+}
+
 template <int D> mpm::Constitutive<D> *FixRve::constitutive()
 {
   if (impl->settings.driver != RveDriver::Mpm)

@@ -97,6 +97,8 @@ class FixRve : public Fix {
   bool reads_results() const;
   // wall time in calls of the engine so far [seconds]
   double engine_time() const;
+  // wall time in bounds of stable DEM time steps so far [seconds]
+  double bounding_time() const;
   // of its last DEM steps; 0 before the first one [-]
   double inertial_number(int) const;
   // largest difference between a steered stress and its goal [stress]

@@ -101,6 +101,7 @@ struct FixRve::Impl {
   /// Wall time of shadows, and of all RVEs, of this rank [seconds]
   virtual std::pair<double, double> shadow_times() const = 0;
   virtual double engine_time() const = 0;
+  virtual double bounding_time() const = 0;
 
   /// Says once of each kind what goes beyond a limit, of the RVE that is farthest beyond; collective.
   virtual void advise(bool at_start) = 0;
@@ -260,6 +261,7 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
     return {points->shadow_time(), points->total_time()};
   }
   double engine_time() const override { return points.as_they_are().engine_time(); }
+  double bounding_time() const override { return points.as_they_are().bounding_time(); }
   void advise(bool at_start) override;
   std::vector<int> atoms_to_check(Check check);
   void recheck_time_step(Check check) override;

@@ -233,6 +233,8 @@ template <int D> class RvePointsOf {
   double total_time() const { return seconds; }
   /// Of it, in calls of the engine of the RVEs themselves [seconds]
   double engine_time() const { return seconds_in_engine; }
+  /// Wall time of bound_time_steps(), which is in neither of them [seconds]
+  double bounding_time() const { return seconds_for_bounds; }
 
   const Point &point(int slot) const
   {
@@ -312,7 +314,7 @@ template <int D> class RvePointsOf {
   bool any_copies = false;     ///< some RVE is as many as copies, or was
   std::vector<int> widened;    ///< slots, since they were taken
   double seconds = 0.0, seconds_for_shadows = 0.0;
-  mutable double seconds_in_engine = 0.0;
+  mutable double seconds_in_engine = 0.0, seconds_for_bounds = 0.0;
   mutable PointTable<D, Point> points;      // by slot
   mutable std::vector<int> record_sizes;    // by slot; 0: not known
   // of complete(), kept between calls

@@ -460,7 +460,11 @@ bool MpmSolver<D>::advance_stress(const PointView<D> &points, const Tensor<D> *i
 template <int D> double MpmSolver<D>::cfl_number(const PointView<D> &points, double dt) const
 {
   fetch(points);
-  for (Constitutive<D> *model : models_) model->expect_questions();
+  for (std::size_t k = 0; k < models_.size(); ++k) {
+    const auto start = rve::WallClock::now();
+    models_[k]->expect_questions();
+    model_seconds_[k] += rve::seconds_since(start);
+  }
   const auto speed_of = [&](int p) {
     const double modulus = models_.at(points.model[p])->p_wave_modulus(p);
     const double *v = points.velocity[p];
