@@ -338,31 +338,39 @@ template <int D> void read_in_situ(ScriptWords &words, Said<D> &said)
 {
   MpmInSitu<D> &s = said.settings.in_situ;
   s.given = true;
-  bool has_k0 = false;
+  rve::Words given;
+  const auto take = [&](const char *part) {
+    if (!words.take(part)) return false;
+    if (std::find(given.begin(), given.end(), part) != given.end())
+      words.refuse(fmt::format("insitu has {} twice; give it once", part));
+    given.emplace_back(part);
+    return true;
+  };
   // a keyword too: here it is the first word
-  if (words.take("stress"))
+  if (take("stress"))
     for (int k = 0; k < rve::Space<D>::strains; k++) s.components.push_back(words.value("stress"));
   while (!words.empty() && !words.at_keyword()) {
-    if (words.take("gravity")) {
+    if (take("gravity")) {
       s.gravity = words.positive("gravity", "[length/time^2]");
-    } else if (words.take("k0")) {
-      has_k0 = true;
+    } else if (take("k0")) {
       s.is_at_rest = words.take("rest");
       if (!s.is_at_rest) s.k0 = words.value("k0");
-    } else if (words.take("surcharge")) {
+    } else if (take("surcharge")) {
       s.surcharge = words.value("surcharge");
-    } else if (words.take("surface")) {
+    } else if (take("surface")) {
       s.surface = words.value("surface");
-    } else if (words.take("tolerance")) {
+    } else if (take("tolerance")) {
       s.tolerance = words.positive("tolerance", "[stress]");
     } else {
       words.refuse(
           fmt::format("insitu has '{}'; it must read: insitu {}", words.next(), IN_SITU_FORM));
     }
   }
-  const bool is_ground = s.gravity > 0.0 || has_k0 || s.surface || !s.surcharge.variable.empty() ||
-      s.surcharge.constant != 0.0;
-  if (s.is_by_components() ? is_ground : !(s.gravity > 0.0 && has_k0))
+  const auto has = [&](std::string_view part) {
+    return std::find(given.begin(), given.end(), part) != given.end();
+  };
+  const bool is_ground = has("gravity") || has("k0") || has("surface") || has("surcharge");
+  if (s.is_by_components() ? is_ground : !(has("gravity") && has("k0")))
     words.refuse(fmt::format(
         "insitu needs gravity and k0, or stress alone; it must read: insitu {}", IN_SITU_FORM));
 }

@@ -124,6 +124,9 @@ constexpr ScriptKeyword<Said> KEYWORDS[] = {
     {"angle", "degrees",
      [](ScriptWords &words, Said &said) {
        said.angle = words.number();
+       if (!(std::fabs(said.angle) <= 360.0))
+         words.refuse(fmt::format("angle is {} [degrees]; it must be from -360 to 360",
+                                  rve::number(said.angle)));
      }},
     {"spacing", "dx dy",
      [](ScriptWords &words, Said &said) {

@@ -435,6 +435,8 @@ TEST(FixMpmInSitu, WrongWordsAreNamed)
        "insitu gravity is -9.81 [length/time^2]; it must be greater than 0"},
       {with("insitu gravity 9.81 k0 0.5 tolerance 0"),
        "insitu tolerance is 0 [stress]; it must be greater than 0"},
+      {with("insitu gravity 9.81 k0 0.7 k0 0.5"), "insitu has k0 twice; give it once"},
+      {with("insitu gravity 9.81 k0 0.7 gravity 9.81"), "insitu has gravity twice; give it once"},
       {with("insitu gravity 9.81 k0 v_none"), "variable none does not exist"},
       {with("insitu gravity 9.81 k0 -0.5"),
        "Fix mpm insitu: k0 of atom 1 is -0.5 [-]; it must be greater than 0 (atoms with another "
