@@ -19,10 +19,12 @@
 #include "error.h"
 #include "lammps.h"
 #include "neighbor.h"
+#include "rve/core/checksum.h"
 #include "update.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 using namespace LAMMPS_NS;
 
@@ -56,6 +58,18 @@ Part part_of_row(const Atom *atom, int row, int nth)
   return part;
 }
 
+std::uint64_t sum_of_header(const double *values)
+{
+  return rve::checksum_of(values, (RestartRecords::HEADER - 1) * sizeof(double));
+}
+
+bool is_intact(const Part &part)
+{
+  if (part.bad >= 0) return false;
+  const std::uint64_t sum = sum_of_header(part.record.values);
+  return std::memcmp(&sum, part.record.values + RestartRecords::HEADER - 1, sizeof(sum)) == 0;
+}
+
 }    // namespace
 
 /* ---------------------------------------------------------------------- */
@@ -66,6 +80,8 @@ void RestartRecords::write_header(LAMMPS *lmp, int i, int size, double *buf)
   buf[1] = static_cast<double>(lmp->update->ntimestep);
   buf[2] = static_cast<double>(lmp->atom->tag[i]);
   lmp->domain->unmap(lmp->atom->x[i], lmp->atom->image[i], buf + 3);
+  const std::uint64_t sum = sum_of_header(buf);
+  std::memcpy(buf + HEADER - 1, &sum, sizeof(sum));
 }
 
 /* ---------------------------------------------------------------------- */
@@ -78,7 +94,8 @@ RestartRecord RestartRecords::of(LAMMPS *lmp, const std::string &whose, int i, i
   if (num_rows < 0) count_rows(lmp);
   Part part;
   if (i < num_rows) part = part_of_row(atom, i, nth);
-  if (i >= num_rows || part.bad >= 0 || part.record.values[2] != static_cast<double>(id)) {
+  const bool is_row = i < num_rows && is_intact(part);
+  if (!is_row || part.record.values[2] != static_cast<double>(id)) {
     if (row_of_id.empty()) find_rows(lmp, nth, step);
     const auto found = row_of_id.find(id);
     if (found != row_of_id.end())
@@ -87,9 +104,13 @@ RestartRecord RestartRecords::of(LAMMPS *lmp, const std::string &whose, int i, i
       error->one(
           FLERR,
           "{}: the record of atom {} in the restart file is damaged: part {} of it says that it "
-          "has {} numbers, and {} are left. Use an earlier file. If atoms were created since "
-          "read_restart, create them after this fix",
+          "has {} numbers, and {} are left. Use an earlier file",
           whose, id, part.bad + 1, part.size, part.left);
+    else if (i < num_rows && !is_row)
+      error->one(FLERR,
+                 "{}: the record of atom {} in the restart file is damaged: the checksum of its "
+                 "header does not match. Use an earlier file",
+                 whose, id);
     else
       error->one(
           FLERR,
@@ -140,7 +161,7 @@ void RestartRecords::find_rows(LAMMPS *lmp, int nth, double step)
 {
   for (int row = 0; row < num_rows; row++) {
     const Part part = part_of_row(lmp->atom, row, nth);
-    if (part.bad >= 0) continue;
+    if (!is_intact(part)) continue;
     const double id = part.record.values[2];
     if (part.record.values[1] != step || !(id >= 1.0 && id <= static_cast<double>(MAXTAGINT)))
       continue;

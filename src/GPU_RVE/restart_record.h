@@ -35,8 +35,8 @@ struct RestartRecord {
 
 class RestartRecords {
  public:
-  /// Numbers of the header: size of the record, step, ID and unwrapped position of the atom.
-  static constexpr int HEADER = 6;
+  /// Numbers of the header: size of the record, step, ID and unwrapped position of the atom, and the checksum of these.
+  static constexpr int HEADER = 7;
   static void write_header(LAMMPS *lmp, int i, int size, double *buf);
 
   /// Returns the record of local atom i for unpack_restart(i, nth) of a fix. Ends with an error, which begins with `whose`, if there is

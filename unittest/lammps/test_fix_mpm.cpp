@@ -495,7 +495,7 @@ TEST(FixMpm, FlippedBitsOfRestartFilesAreRefused)
   const std::size_t head = place_of_head(text, 3.0);
   double length;
   std::memcpy(&length, &text[head + sizeof(double)], sizeof(length));
-  const auto record = text.find(bytes_of(27.0) + bytes_of(3.0));    // of an atom: numbers, step
+  const auto record = text.find(bytes_of(28.0) + bytes_of(3.0));    // of an atom: numbers, step
   ASSERT_NE(record, std::string::npos);
 
   // every bit of the versions, lengths and sizes, every seventh of the rest
@@ -511,7 +511,7 @@ TEST(FixMpm, FlippedBitsOfRestartFilesAreRefused)
     return silent;
   };
   EXPECT_EQ(count_silent(head, head + (std::size_t) length * sizeof(double)), 0);
-  EXPECT_EQ(count_silent(record, record + 27 * sizeof(double)), 0);
+  EXPECT_EQ(count_silent(record, record + 28 * sizeof(double)), 0);
   std::remove(path.c_str());
 }
 

@@ -326,9 +326,9 @@ struct RestartFile {
     script << BOX + "create_atoms 1 single 0.5 0.5 0\n" + FIX +
             "dt 1e-4 drive velocity_gradient yy -0.1\nrun 5\nwrite_restart " + path;
     text = text_of(path);
-    const double version_and_step[] = {-5.0, 5.0};
+    const double version_and_step[] = {-6.0, 5.0};
     head = place_of(version_and_step, 2);
-    // in front of the record: its length and the step
+    // the header of the record begins with its length and the step
     const int length = script.lmp->modify->get_fix_by_id("grains")->size_restart(0);
     const double length_and_step[] = {static_cast<double>(length), 5.0};
     record = place_of(length_and_step, 2);
@@ -360,11 +360,11 @@ TEST(DamagedRestart, HeadOfTheFixIsRefused)
   for (std::size_t byte = 0; byte < 120; byte += 3) {
     const std::string message = file.message_with_flip(file.head + byte, byte % 8);
     EXPECT_TRUE(message.find("damaged") != std::string::npos ||
-                message.find("this fix reads version 5") != std::string::npos)
+                message.find("this fix reads version 6") != std::string::npos)
         << byte << ": " << message;
   }
   // a version that is not whole is not said to be that which it rounds to
-  EXPECT_IN("damaged: the version reads -5.00000000000", file.message_with_flip(file.head, 3));
+  EXPECT_IN("damaged: the version reads -6.00000000000", file.message_with_flip(file.head, 3));
 }
 
 TEST(DamagedRestart, LengthOfARecordIsRefusedInEveryBit)
@@ -384,7 +384,7 @@ TEST(DamagedRestart, RecordOfAnRveIsRefused)
   const RestartFile file("record");
   ASSERT_NE(file.record, std::string::npos);
 
-  // step; then head and state of the RVE: a byte of every number at first, then some
+  // header; then head and state of the RVE: a byte of every number at first, then some
   for (std::size_t byte = 8; byte < file.text.size() - file.record - 512;
        byte += byte < 700 ? 13 : 1501) {
     const std::string message = file.message_with_flip(file.record + byte, byte % 8);
