@@ -707,7 +707,10 @@ template <int D> void FixMpm::ImplOf<D>::setup_pre_force()
                    atom->tag[i], settings.models[model[i]].group);
     }
   }
-  if (settings.in_situ.given) begin_in_situ(made);
+  if (settings.in_situ.given)
+    begin_in_situ(made);
+  else if (rve::norm(settings.initial_stress) > 0.0)
+    check_strength(made);
   for (int i = 0; i < atom->nlocal; i++) {
     const bool rigid = body[i] >= 0;
     if (atom->rmass)

@@ -331,10 +331,13 @@ template <int D> void FixMpm::ImplOf<D>::check_strength(const std::vector<int> &
   MPI_Allreduce(MPI_IN_PLACE, &lowest, 1, MPI_LMP_TAGINT, MPI_MIN, world);
   if (beyond > 0 && comm->me == 0)
     error->warning(FLERR,
-                   "Fix mpm {}: the stress in situ of {} points is beyond the strength of their "
-                   "law, that of atom {} for one; they will yield at once. Take a k0 between the "
-                   "active and the passive limit, or more strength",
-                   fix->id, beyond, lowest);
+                   "Fix mpm {}: the {} of {} points is beyond the strength of their "
+                   "law, that of atom {} for one; they will yield at once. Take {}, or more "
+                   "strength",
+                   fix->id, settings.in_situ.given ? "stress in situ" : "initial stress", beyond,
+                   lowest,
+                   settings.in_situ.given ? "a k0 between the active and the passive limit"
+                                          : "normal stresses with a smaller difference");
 }
 
 /* ----------------------------------------------------------------------
@@ -377,8 +380,9 @@ template <int D> void FixMpm::ImplOf<D>::report_in_situ()
                        "balance, in a run with damping");
 }
 
-#define IN_SITU(D)                                                          \
-  template void FixMpm::ImplOf<D>::begin_in_situ(const std::vector<int> &); \
+#define IN_SITU(D)                                                           \
+  template void FixMpm::ImplOf<D>::begin_in_situ(const std::vector<int> &);  \
+  template void FixMpm::ImplOf<D>::check_strength(const std::vector<int> &); \
   template void FixMpm::ImplOf<D>::report_in_situ();
 IN_SITU(2)
 IN_SITU(3)

@@ -418,6 +418,20 @@ TEST(FixMpmInSitu, ComponentsMayBeVariablesOfAnAtom)
   }
 }
 
+TEST(FixMpmInSitu, AnInitialStressBeyondTheStrengthIsWarnedOfToo)
+{
+  const std::string path = file_of_rank("strength.log");
+  for (const char *law : {"drucker_prager 1e7 0.3 0 30 10", "mohr_coulomb 1e7 0.3 0 30 10"}) {
+    Script(MPI_COMM_SELF) << "log " + path + "\n" + GROUND +
+            soil(law, "density 2000 stress -1e3 -1e5 0") + "run 0\nlog none\n";
+    const std::string text = rve_test::text_of(path);
+    EXPECT_NE(text.find("the initial stress of 12 points is beyond the strength of their law"),
+              std::string::npos)
+        << text;
+  }
+  std::remove(path.c_str());
+}
+
 TEST(FixMpmInSitu, ASurfaceMayBeAVariableOfAnAtom)
 {
   SoilScript script;

@@ -329,7 +329,7 @@ struct RestartFile {
     text = text_of(path);
     const double version_and_step[] = {-6.0, 5.0};
     head = place_of(version_and_step, 2);
-    // in front of the record: its length and the step
+    // the header of the record begins with its length and the step
     const int length = script.lmp->modify->get_fix_by_id("grains")->size_restart(0);
     const double length_and_step[] = {static_cast<double>(length), 5.0};
     record = place_of(length_and_step, 2);
@@ -385,7 +385,7 @@ TEST(DamagedRestart, RecordOfAnRveIsRefused)
   const RestartFile file("record");
   ASSERT_NE(file.record, std::string::npos);
 
-  // step; then head and state of the RVE: a byte of every number at first, then some
+  // header; then head and state of the RVE: a byte of every number at first, then some
   for (std::size_t byte = 8; byte < file.text.size() - file.record - 512;
        byte += byte < 700 ? 13 : 1501) {
     const std::string message = file.message_with_flip(file.record + byte, byte % 8);

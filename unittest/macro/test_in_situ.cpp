@@ -270,6 +270,35 @@ TEST(InSitu, AStressThatGrainsDoNotBearIsAnError)
   }
 }
 
+// Each of these took some million steps until something was said.
+TEST(InSitu, StressesThatCannotBeReachedAreErrorsSoon)
+{
+  const auto message = [](double xx, double yy, double xy, double tolerance) {
+    Ground<2> ground(1);
+    const Tensor2 stress{xx, xy, xy, yy};
+    try {
+      bring_to_stress(ground.points, ground.slots, {StressGoal::of<2>(stress)}, tolerance, DT);
+    } catch (const macro::InSituError &problem) {
+      return std::string(problem.what());
+    }
+    return std::string("none");
+  };
+  const auto expect_in = [](const std::string &part, const std::string &whole) {
+    EXPECT_NE(whole.find(part), std::string::npos) << whole;
+  };
+
+  expect_in("its largest principal stress is 10000; it must be below 0",
+            message(1e4, -3e4, 0.0, 1.0));
+  expect_in("its largest principal stress is 5000; it must be below 0",
+            message(-2e4, -2e4, 2.5e4, 1.0));
+  expect_in("its largest principal stress is 0; it must be below 0", message(0.0, 0.0, 0.0, 0.0));
+  expect_in("the tolerance of the stress in situ is 1e-30 [stress]; it must be at least 2e-09",
+            message(-2e4, -2e4, 0.0, 1e-30));
+  expect_in("the grains still flow", message(-4e3, -2e4, 0.0, 1.0));
+  expect_in("the grains are at rest, and the stress comes no nearer than",
+            message(-1e-30, -1e-30, 0.0, 1e-35));
+}
+
 TEST(InSitu, ShadowsAndFrozenRvesBeginAnewToo)
 {
   macro::MacroStepOptions options;

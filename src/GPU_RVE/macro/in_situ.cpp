@@ -1,5 +1,7 @@
 #include "macro/in_situ.h"
 
+#include "macro/largest_eigenvalue.h"
+
 #include "rve/core/error.h"
 #include "rve/core/exact_sum.h"
 #include "rve/engine/packing.h"
@@ -20,6 +22,18 @@ namespace {
   // A packing whose stress changes tenfold needs some ten thousand.
   constexpr std::int64_t MOST_STEPS = 1000000;
 
+  // DEM steps without progress. At rest, errors of more than FAR tolerances do not go any more; smaller ones vary by rounding and may
+  // come below the tolerance, and grains in motion find their places slowly under small stresses.
+  constexpr std::int64_t STALLED_FAR = 25000, STALLED = 200000;
+  constexpr double FAR = 100.0;
+  constexpr double PROGRESS = 0.9;    // of what is left of errors
+
+  // Logarithm of a stretch of the cell [-]: grains that have not come to rest by then flow in their critical state.
+  constexpr double LARGEST_EXTENSION = 1.0;
+
+  // Least tolerance over the largest component of the goal [-]: rounding changes stresses by more.
+  constexpr double LEAST_TOLERANCE = 1e-13;
+
   // Mean force on a grain over mean contact force at rest [-]. The preparation of packings asks for as much at the end.
   constexpr double UNBALANCED_AT_REST = 1e-3;
 
@@ -33,6 +47,33 @@ namespace {
   template <int D> struct Way : WayToStress<D> {
     bool was_there = false;    // at the end of the last call
     bool is_held = false;      // the last call was without the servo
+    rve::Tensor<double, D> begin = rve::Tensor<double, D>::identity();    // deformation
+    double least_left = HUGE_VAL;                                         // of left()
+    std::int64_t steps_at_progress = 0;                                   // when that was found
+
+    /// Errors of stress and balance over those that are accepted; 1 at the end.
+    double left(const rve::ResultOf<D> &now) const
+    {
+      return std::fmax(this->error(now) / this->tolerance, 1.0) *
+          std::fmax(now.unbalanced_ratio / this->unbalanced_ratio, 1.0);
+    }
+    /// Whether nothing has come nearer to the end for long. Cells without contacts are on their way to the first ones.
+    bool stalls(const rve::ResultOf<D> &now)
+    {
+      const double still_left = left(now);
+      if (still_left < PROGRESS * least_left || now.coordination_number == 0.0) {
+        least_left = std::fmin(least_left, still_left);
+        steps_at_progress = this->steps;
+      }
+      const bool is_far = now.unbalanced_ratio <= this->unbalanced_ratio && least_left > FAR;
+      return this->steps - steps_at_progress >= (is_far ? STALLED_FAR : STALLED);
+    }
+    /// Logarithm of the largest stretch since the start [-]; cells that are only compressed have none.
+    double extension(const rve::ResultOf<D> &now) const
+    {
+      const rve::Tensor<double, D> f = now.deformation * rve::inverse(begin);
+      return 0.5 * std::log(largest_eigenvalue(rve::transpose(f) * f));
+    }
   };
 
   /// Of the same cell for as many steps.
@@ -79,6 +120,38 @@ namespace {
           text += (text.empty() ? "" : " ") +
               (goal.steered[a][b] ? number(goal.stress(a, b)) : std::string("held"));
     return text;
+  }
+
+  /// Throws InSituError if a goal is a tension, which grains without cohesion do not bear.
+  template <int D>
+  void check_compression(const StressGoal &goal, const rve::Material &material, std::size_t place)
+  {
+    if (material.law == rve::ContactLaw::Dmt && material.surface_energy > 0.0) return;
+    bool all_steered = true;
+    double largest = -HUGE_VAL;    // of the normal stresses that have goals
+    for (int a = 0; a < D; ++a) {
+      all_steered = all_steered && goal.steered[a][a];
+      if (goal.steered[a][a]) largest = std::fmax(largest, goal.stress(a, a));
+    }
+    if (all_steered) largest = largest_eigenvalue(rve::leading_components<D>(goal.stress));
+    if (largest < 0.0) return;
+    throw InSituError(place,
+                      "the stress in situ is " + goal_in_words<D>(goal) + " [stress] " +
+                          names<D>() + ", and its largest principal stress is " + number(largest) +
+                          "; it must be below 0, because grains without cohesion bear "
+                          "compression only");
+  }
+
+  void check_tolerance(const StressGoal &goal, double tolerance, std::size_t place)
+  {
+    double largest = 0.0;
+    for (const double x : goal.stress.component) largest = std::fmax(largest, std::fabs(x));
+    if (tolerance >= LEAST_TOLERANCE * largest) return;
+    throw InSituError(place,
+                      "the tolerance of the stress in situ is " + number(tolerance) +
+                          " [stress]; it must be at least " + number(LEAST_TOLERANCE * largest) +
+                          ", which is " + number(LEAST_TOLERANCE) +
+                          " of the largest component: rounding changes stresses by more");
   }
 
   /// While they are on their way, grains damp at least as much as in the preparation of packings.
@@ -253,12 +326,15 @@ template <int D>
 InSituReport bring_to_stress(RvePointsOf<D> &points, const std::vector<int> &slots,
                              const std::vector<StressGoal> &goals, double tolerance, double dt)
 {
+  for (std::size_t k = 0; k < slots.size(); ++k)
+    check_compression<D>(goals[k], points.material(slots[k]), k);
   require(tolerance > 0.0, [&] {
     return "tolerance of the stress in situ is " + number(tolerance) +
         " [stress]; it must be greater than 0";
   });
   InSituReport report;
   if (slots.empty()) return report;
+  for (std::size_t k = 0; k < slots.size(); ++k) check_tolerance(goals[k], tolerance, k);
 
   const MacroStepOptions options = points.macro_step();
   // every DEM step is made, and the stress is that of the end
@@ -269,6 +345,7 @@ InSituReport bring_to_stress(RvePointsOf<D> &points, const std::vector<int> &slo
   for (std::size_t k = 0; k < slots.size(); ++k) {
     Way<D> way{{k, slots[k], WayToStress<D>::servo(goals[k], STEPS_PER_CALL), tolerance,
                 UNBALANCED_AT_REST}};
+    way.begin = points.point(slots[k]).result.deformation;
     way.drive.servo_gain = points.servo_gain(slots[k]);
     const double pressure =
         std::fmax(pressure_of(goals[k], points.point(slots[k]).result), tolerance);
@@ -301,10 +378,20 @@ InSituReport bring_to_stress(RvePointsOf<D> &points, const std::vector<int> &slo
       report.most_steps = std::max(report.most_steps, way.steps);
       return true;
     }
-    if (way.steps >= MOST_STEPS)
-      fail("it did not come to rest within " + number(tolerance) +
-           " [stress] of it. Grains bear a ratio of lateral to vertical stress between the active "
-           "and the passive limit only; take another one, or a larger tolerance");
+    const std::string ratio =
+        "grains bear a ratio of lateral to vertical stress between the active and the passive "
+        "limit only; take another one";
+    if (way.extension(result) >= LARGEST_EXTENSION)
+      fail("its cell has been stretched to " + rve::rounded(std::exp(LARGEST_EXTENSION)) +
+           " of its size, and the grains still flow: " + ratio);
+    const bool stalls = way.stalls(result);
+    if (stalls && way.unbalanced_ratio >= result.unbalanced_ratio)
+      fail("the grains are at rest, and the stress comes no nearer than " +
+           rve::rounded(way.error(result)) + " [stress], while the tolerance is " +
+           number(tolerance) + "; take a larger tolerance");
+    if (way.steps >= MOST_STEPS || stalls)
+      fail("it did not come to rest within " + number(tolerance) + " [stress] of it; " + ratio +
+           ", or a larger tolerance");
     // twice in a row: a servo that swings passes through its goal
     const bool is_at_rest = way.is_at_rest(result);
     way.is_held = is_at_rest && way.was_there && !way.is_held;
