@@ -11,7 +11,7 @@
 
 namespace mpm {
 
-/// Face: the box around the points, which does not turn and presses with one of its faces (BoundaryView::impose_body). The others
+/// Face: the box around the points, which does not turn and presses with one of its faces (ImposeBody in face_contact.h). The others
 /// are convex bodies with contact on their whole surface, which can turn. Ball: in the plane a disk. Cylinder: in space, its axis is the
 /// third one of the body. Convex: what half spaces have in common.
 enum class BodyForm { Face, Box, Ball, Cylinder, Convex };
