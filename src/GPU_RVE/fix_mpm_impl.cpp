@@ -34,6 +34,7 @@
 #include "group.h"
 #include "memory.h"
 #include "modify.h"
+#include "neighbor.h"
 #include "region.h"
 #include "timer.h"
 #include "universe.h"
@@ -850,12 +851,43 @@ template <int D> void FixMpm::ImplOf<D>::tell_damping()
 }
 
 /* ----------------------------------------------------------------------
+   points of rigid bodies that left the simulation box; LAMMPS deletes atoms when it exchanges them. Groups may lose points
+   that still exist: these are no error
+------------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::check_bodies(bool advance)
+{
+  const std::size_t bodies = settings.bodies.size();
+  if (bodies == 0 || (advance && neighbor->ago != 0)) return;
+  std::vector<bigint> count(bodies + 1, 0);
+  count[bodies] = atom->nlocal;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (body[i] >= 0) count[body[i]]++;
+  MPI_Allreduce(MPI_IN_PLACE, count.data(), (int) count.size(), MPI_LMP_BIGINT, MPI_SUM, world);
+  for (std::size_t b = 0; b < bodies && count[bodies] < atom->natoms; b++) {
+    if (!advance || body_points.size() <= b || count[b] >= body_points[b]) continue;
+    const double *lo = domain->boxlo, *hi = domain->boxhi;
+    std::string box;
+    for (int a = 0; a < D; a++)
+      box += fmt::format("{}{} from {} to {}", a == 0 ? "" : ", ", "xyz"[a], lo[a], hi[a]);
+    error->all(FLERR,
+               "Fix mpm, step {}: rigid body {} has lost {} of its {} points, which left the "
+               "simulation box, {} [length]; make the box large enough for the whole way of the "
+               "body",
+               update->ntimestep, settings.bodies[b].group, body_points[b] - count[b],
+               body_points[b], box);
+  }
+  body_points.assign(count.begin(), count.end() - 1);
+}
+
+/* ----------------------------------------------------------------------
    one call of the solver: a step, or an evaluation that advances nothing
 ------------------------------------------------------------------------- */
 
 template <int D> void FixMpm::ImplOf<D>::solve(bool advance)
 {
   find_members();
+  check_bodies(advance);
   modify->clearstep_compute();
   loads.resize(settings.tractions.size());
   for (std::size_t k = 0; k < loads.size(); k++) {

@@ -141,6 +141,7 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   double restart_step = 0.0;    // of the head of a restart file
   bool warned = false, warned_damping = false, warned_sides = false;
   std::vector<Vec> body_displacement;
+  std::vector<bigint> body_points;            // of all ranks, when atoms were exchanged last
   std::vector<int> turning;                   // bodies that can turn
   std::vector<mpm::TractionLoad<D>> loads;    // of this step
   double **output = nullptr;
@@ -267,6 +268,7 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   void check_absorbing_sides();
   void solve(bool advance);
   void fill_output();
+  void check_bodies(bool advance);
   void look_at_damping();
   void tell_damping();
   void report_times() const;
