@@ -633,6 +633,7 @@ template <int D> void FixMpm::ImplOf<D>::setup()
   check_time_step();
   check_absorbing_sides();
   solve(false);
+  check_enclosed();
   if (is_in_situ) report_in_situ();
   tell_parts();
   if (!has_grains()) progress->begin();
@@ -878,6 +879,23 @@ template <int D> void FixMpm::ImplOf<D>::check_bodies(bool advance)
                body_points[b], box);
   }
   body_points.assign(count.begin(), count.end() - 1);
+}
+
+/* ----------------------------------------------------------------------
+   points inside of bodies that can turn, before these move
+------------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::check_enclosed()
+{
+  for (const int b : turning) {
+    bigint enclosed = solver->rigid_bodies().num_enclosed(b, points());
+    MPI_Allreduce(MPI_IN_PLACE, &enclosed, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+    if (enclosed > 0 && comm->me == 0)
+      error->warning(FLERR,
+                     "Fix mpm {}: {} points that are not of the rigid body {} are inside of its "
+                     "form; place the body beside the material and beside other bodies",
+                     fix->id, enclosed, settings.bodies[b].group);
+  }
 }
 
 /* ----------------------------------------------------------------------

@@ -269,6 +269,7 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   void solve(bool advance);
   void fill_output();
   void check_bodies(bool advance);
+  void check_enclosed();
   void look_at_damping();
   void tell_damping();
   void report_times() const;
