@@ -35,6 +35,7 @@
 #include "group.h"
 #include "memory.h"
 #include "modify.h"
+#include "neighbor.h"
 #include "region.h"
 #include "timer.h"
 #include "universe.h"
@@ -734,6 +735,7 @@ template <int D> void FixMpm::ImplOf<D>::setup()
   check_time_step();
   check_absorbing_sides();
   solve(false);
+  check_enclosed();
   if (is_in_situ) report_in_situ();
   tell_parts();
   if (!has_grains()) progress->begin();
@@ -948,12 +950,60 @@ template <int D> void FixMpm::ImplOf<D>::tell_damping()
 }
 
 /* ----------------------------------------------------------------------
+   points of rigid bodies that left the simulation box; LAMMPS deletes atoms when it exchanges them. Groups may lose points
+   that still exist: these are no error
+------------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::check_bodies(bool advance)
+{
+  const std::size_t bodies = settings.bodies.size();
+  if (bodies == 0 || (advance && neighbor->ago != 0)) return;
+  std::vector<bigint> count(bodies + 1, 0);
+  count[bodies] = atom->nlocal;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (body[i] >= 0) count[body[i]]++;
+  MPI_Allreduce(MPI_IN_PLACE, count.data(), (int) count.size(), MPI_LMP_BIGINT, MPI_SUM, world);
+  for (std::size_t b = 0; b < bodies && count[bodies] < atom->natoms; b++) {
+    if (!advance || body_points.size() <= b || count[b] >= body_points[b]) continue;
+    const double *lo = domain->boxlo, *hi = domain->boxhi;
+    std::string box;
+    for (int a = 0; a < D; a++)
+      box += fmt::format("{}{} from {} to {}", a == 0 ? "" : ", ", "xyz"[a], lo[a], hi[a]);
+    error->all(FLERR,
+               "Fix mpm, step {}: rigid body {} has lost {} of its {} points, which left the "
+               "simulation box, {} [length]; make the box large enough for the whole way of the "
+               "body",
+               update->ntimestep, settings.bodies[b].group, body_points[b] - count[b],
+               body_points[b], box);
+  }
+  body_points.assign(count.begin(), count.end() - 1);
+}
+
+/* ----------------------------------------------------------------------
+   points inside of bodies that can turn, before these move
+------------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::check_enclosed()
+{
+  for (const int b : turning) {
+    bigint enclosed = solver->rigid_bodies().num_enclosed(b, points());
+    MPI_Allreduce(MPI_IN_PLACE, &enclosed, 1, MPI_LMP_BIGINT, MPI_SUM, world);
+    if (enclosed > 0 && comm->me == 0)
+      error->warning(FLERR,
+                     "Fix mpm {}: {} points that are not of the rigid body {} are inside of its "
+                     "form; place the body beside the material and beside other bodies",
+                     fix->id, enclosed, settings.bodies[b].group);
+  }
+}
+
+/* ----------------------------------------------------------------------
    one call of the solver: a step, or an evaluation that advances nothing
 ------------------------------------------------------------------------- */
 
 template <int D> void FixMpm::ImplOf<D>::solve(bool advance)
 {
   find_members_of_run();
+  check_bodies(advance);
   modify->clearstep_compute();
   loads.resize(settings.tractions.size());
   for (std::size_t k = 0; k < loads.size(); k++) {

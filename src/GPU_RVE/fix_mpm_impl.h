@@ -158,6 +158,7 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   RestartRecords records;
   bool warned = false, warned_damping = false, warned_sides = false;
   std::vector<Vec> body_displacement;
+  std::vector<bigint> body_points;            // of all ranks, when atoms were exchanged last
   std::vector<int> turning;                   // bodies that can turn
   std::vector<mpm::TractionLoad<D>> loads;    // of this step
   double **output = nullptr;
@@ -298,6 +299,8 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   void check_absorbing_sides();
   void solve(bool advance);
   void fill_output();
+  void check_bodies(bool advance);
+  void check_enclosed();
   void look_at_damping();
   void tell_damping();
   void report_times() const;

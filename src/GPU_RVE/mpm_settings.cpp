@@ -310,11 +310,17 @@ template <int D> void read_pivot(ScriptWords &words, Said<D> &said)
 /// In degrees, in the options in radian.
 template <int D> void read_turned(ScriptWords &words, Said<D> &said)
 {
-  constexpr double DEGREE = 3.14159265358979323846 / 180.0;
+  constexpr double DEGREE = 3.14159265358979323846 / 180.0, MOST = 360.0;
   mpm::RigidBodyOptions &body = body_before(words, said, "turned");
   said.needs_form.back() = "turned";
-  for (int k = 0; k < rve::Space<D>::spins; k++)
-    body.turned[k] = DEGREE * words.number(D == 2 ? "angle" : AXES[k]);
+  for (int k = 0; k < rve::Space<D>::spins; k++) {
+    const double angle = words.number(D == 2 ? "angle" : AXES[k]);
+    if (!(std::fabs(angle) <= MOST))
+      said.lmp->error->all(FLERR,
+                           "Fix mpm rigid {}: turned must be between {} and {} degrees, got {}",
+                           said.settings.bodies.back().group, -MOST, MOST, rve::number(angle));
+    body.turned[k] = DEGREE * angle;
+  }
 }
 
 template <int D> void check_forms(LAMMPS *lmp, const Said<D> &said)

@@ -1479,6 +1479,12 @@ TEST(FixMpmErrors, SayWhatIsWrong)
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
            " rigid plate vx 0 vy 0 friction 0 form ball",
        "friction"},
+      {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
+           " rigid plate vx 0 vy 0 rough form box turned 1e30",
+       "Fix mpm rigid plate: turned must be between -360 and 360 degrees, got 1e+30"},
+      {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
+           " rigid plate vx 0 vy 10 rough\nrun 1000",
+       "rigid body plate has lost 1 of its 1 points, which left the simulation box, x from 0 to 2"},
       {scene + "fix soil all mpm 1.0 " + law + " spin 0.1", "spin must follow a rigid body"},
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
            " rigid plate vx 0 vy 0 rough separation maybe",
@@ -1592,6 +1598,9 @@ TEST(FixMpmWarnings, SayWhatIsProbablyNotMeant)
            run,
        ""},
       {scene + fix + run + "change_box all y final 0 7" + run, ""},
+      {scene + "group block id 16\n" + fix + " rigid block vx 0 vy 0 rough form box" + run, ""},
+      {scene + "group block id 1 11\n" + fix + " rigid block vx 0 vy 0 rough form box" + run,
+       "Fix mpm soil: 7 points that are not of the rigid body block are inside of its form"},
       // c_p = sqrt(1.346 E/rho) = 25.9, c_s = sqrt(E/2.6/rho) = 13.9; twice or half of it sends back a third
       {scene + fix + " boundary xlo absorbing 26 14 boundary xhi absorbing 51 7" + run, ""},
       {scene + fix + " boundary xlo absorbing 53 14" + run,

@@ -2,9 +2,14 @@
 
 #include "scene.h"
 
+#include "mpm/mohr_coulomb.h"
 #include "rve/core/error.h"
 
+#include <array>
+#include <cmath>
+#include <cstring>
 #include <gtest/gtest.h>
+#include <string>
 
 using mpm::Face;
 using MpmSolver = mpm::MpmSolver<2>;
@@ -221,4 +226,199 @@ TEST(RigidBody, WithoutPointsIsRefused)
   solver.set_models({&law});
 
   EXPECT_THROW(solver.step(scene.view(), {}, TIME_STEP), rve::InputError);
+}
+
+// ---- nodes that several bodies touch ----
+
+namespace {
+
+/// Ground under a plate that is pressed into it, beside a plate at rest. The pressed plate consists
+/// of `parts` bodies, in the plane 1 or 2, in space 1 or 4, which are named in the given order.
+template <int D> struct PlateOnGround {
+  static constexpr double PRESS_SPEED = 0.5;
+  mpm_test::SceneOf<D> scene;
+  mpm::SolverOptions<D> options;
+  mpm::LinearElastic<D> law{1e6, 0.2};
+  std::vector<int> pressed;    ///< numbers of the bodies
+  int at_rest = 0;
+
+  static mpm::Vec<D> corner(double x, double between, double top)
+  {
+    mpm::Vec<D> place;
+    for (int a = 0; a < D; ++a) place[a] = a == 0 ? x : a == D - 1 ? top : between;
+    return place;
+  }
+
+  PlateOnGround(int parts, bool is_reversed, bool rough, bool separation)
+  {
+    const double depth = D == 2 ? 0.0 : 0.6;
+    options = mpm_test::grid_options_of<D>(corner(0.0, 0.0, 0.0), corner(1.2, depth, 0.8), CELL);
+    options.sides.fill(mpm::SideKind::Roller);
+    options.sides[2 * D - 1] = mpm::SideKind::Free;
+    options.flip = 0.99;
+    const int bodies = parts + 1;
+    options.rigid_bodies.resize(bodies);
+    const auto number = [&](int body) {
+      return is_reversed ? bodies - 1 - body : body;
+    };
+    scene.add_block(corner(0.0, 0.0, 0.0), corner(1.2, depth, 0.4), 0.5 * CELL, DENSITY);
+    const int first = scene.size();
+    scene.add_block(corner(0.2, D == 2 ? 0.0 : 0.1, 0.4), corner(1.0, D == 2 ? 0.0 : 0.5, 0.7),
+                    CELL, DENSITY);
+    at_rest = number(parts);
+    for (int p = 0; p < scene.size(); ++p) {
+      scene.body_force[3 * p + D - 1] = -9.81 * scene.mass[p];
+      if (p < first) continue;
+      const double *x = &scene.position[3 * p];
+      const int part = parts == 1 ? 0 : (x[0] > 0.4) + (D == 3 && x[1] > 0.3 ? 2 : 0);
+      scene.rigid_body[p] = x[0] > 0.6 ? at_rest : number(part);
+    }
+    for (int part = 0; part < parts; ++part) pressed.push_back(number(part));
+    for (mpm::RigidBodyOptions &body : options.rigid_bodies) {
+      body.face = D == 2 ? Face::YLo : Face::ZLo;
+      body.rough = rough;
+      body.separation = separation;
+    }
+    // names, not the order in the script, say in which order impulses are added
+    options.rigid_body_names.resize(bodies);
+    for (int body = 0; body < bodies; ++body)
+      options.rigid_body_names[number(body)] = std::string(1, static_cast<char>('a' + body));
+  }
+
+  /// Loads of the pressed plate and of the one at rest after each of some steps.
+  std::vector<std::array<mpm::Vec<D>, 2>> loads_in(int steps)
+  {
+    mpm::MpmSolver<D> solver(options);
+    solver.set_models({&law});
+    std::vector<std::array<mpm::Vec<D>, 2>> loads;
+    for (int step = 0; step < steps; ++step) {
+      for (const int body : pressed) solver.set_body_velocity(body, corner(0.0, 0.0, -PRESS_SPEED));
+      solver.step(scene.view(), {}, TIME_STEP);
+      mpm::Vec<D> sum = mpm::Vec<D>::zero();
+      for (const int body : pressed) sum = sum + solver.body_reaction(body);
+      loads.push_back({sum, solver.body_reaction(at_rest)});
+    }
+    return loads;
+  }
+};
+
+/// A plate in parts bears what one plate bears, while it passes two rows of nodes beside another one.
+template <int D> void expect_parts_bear_what_the_whole_bears(bool rough, bool separation)
+{
+  const int steps = D == 2 ? 500 : 100, parts = D == 2 ? 2 : 4;    // 1.25 cells
+  PlateOnGround<D> whole(1, false, rough, separation), divided(parts, false, rough, separation),
+      reversed(parts, true, rough, separation);
+
+  const auto of_whole = whole.loads_in(steps), of_parts = divided.loads_in(steps),
+             of_reversed = reversed.loads_in(steps);
+
+  double largest = 0.0, deviation = 0.0;
+  for (int step = 0; step < steps; ++step)
+    for (int plate = 0; plate < 2; ++plate)
+      for (int a = 0; a < D; ++a) {
+        largest = std::max(largest, std::abs(of_whole[step][plate][a]));
+        deviation =
+            std::max(deviation, std::abs(of_parts[step][plate][a] - of_whole[step][plate][a]));
+        if (plate == 1) {
+          EXPECT_EQ(of_parts[step][plate][a], of_reversed[step][plate][a]) << "step " << step;
+        }
+      }
+  EXPECT_GT(largest, 1e3);
+  EXPECT_LT(deviation, 1e-10 * largest) << "round-off of " << steps << " steps";
+  EXPECT_EQ(divided.scene.position, reversed.scene.position) << "to the last bit";
+}
+
+/// A trapdoor that sinks below the floor beside it under dry sand, as half of a symmetric problem.
+struct Trapdoor {
+  static constexpr double WIDTH = 0.5, HEIGHT = 2.0, WEIGHT = 2240.0 * 9.81;
+  double cell;
+  int door, floor;
+  Scene scene;
+  mpm::SolverOptions<2> options;
+  mpm::MohrCoulomb<2> sand{2e7, 0.2, 0.0, 28.0, 0.0};
+
+  Trapdoor(double cell_size, bool door_first) :
+      cell(cell_size), door(door_first ? 0 : 1), floor(door_first ? 1 : 0),
+      options(mpm_test::grid_options({{0.0, -0.75}}, {{2.5, HEIGHT + 2.0 * cell_size}}, cell_size))
+  {
+    options.sides = {mpm::SideKind::Roller, mpm::SideKind::Roller, mpm::SideKind::Free,
+                     mpm::SideKind::Free};
+    options.flip = 0.99;
+    options.rigid_bodies.resize(2);
+    for (mpm::RigidBodyOptions &body : options.rigid_bodies) body.face = Face::YHi;
+    scene.add_block({{0.0, 0.0}}, {{2.5, HEIGHT}}, cell, 2240.0);
+    const int first = scene.size();
+    for (int p = 0; p < first; ++p) {
+      const double stress = -WEIGHT * (HEIGHT - scene.position[3 * p + 1]);
+      scene.stress[p] = {{0.5 * stress, 0.0, 0.0, stress}};
+      scene.body_force[3 * p + 1] = -9.81 * scene.mass[p];
+    }
+    scene.begin_memory(sand);
+    scene.add_block({{0.0, -cell}}, {{2.5, 0.0}}, cell, 2240.0);
+    for (int p = first; p < scene.size(); ++p)
+      scene.rigid_body[p] = scene.position[3 * p] < WIDTH ? door : floor;
+    scene.begin_memory(sand);
+  }
+};
+
+}    // namespace
+
+TEST(BodiesOnTheSameNodes, PartsOfARoughPlateBearWhatThePlateBears)
+{
+  expect_parts_bear_what_the_whole_bears<2>(true, false);
+}
+
+TEST(BodiesOnTheSameNodes, PartsOfASmoothPlateBearWhatThePlateBears)
+{
+  expect_parts_bear_what_the_whole_bears<2>(false, true);
+}
+
+TEST(BodiesOnTheSameNodes, QuartersOfAPlateInSpaceBearWhatThePlateBears)
+{
+  expect_parts_bear_what_the_whole_bears<3>(true, true);
+}
+
+TEST(BodiesOnTheSameNodes, DoorAndFloorAtRestBearTheWeightAboveThem)
+{
+  for (const bool door_first : {true, false}) {
+    Trapdoor set(0.125, door_first);
+    MpmSolver solver(set.options);
+    solver.set_models({&set.sand});
+
+    solver.evaluate(set.scene.view(), {}, 1e-3);
+
+    const double pressure = Trapdoor::WEIGHT * Trapdoor::HEIGHT;
+    EXPECT_NEAR(solver.body_reaction(set.door)[1], -0.5 * pressure, 1e-10 * pressure);
+    EXPECT_NEAR(solver.body_reaction(set.floor)[1], -2.0 * pressure, 1e-10 * pressure);
+  }
+}
+
+TEST(BodiesOnTheSameNodes, LoadOfATrapdoorHasNoJumpInOneAndAHalfCells)
+{
+  std::vector<double> of_order[2];
+  for (const bool door_first : {true, false}) {
+    Trapdoor set(0.0625, door_first);
+    MpmSolver solver(set.options);
+    solver.set_models({&set.sand});
+    const double dt = set.cell / 140.0, speed = 0.05;
+    const int steps = static_cast<int>(0.1 / speed / dt);
+    for (int step = 0; step < steps; ++step) {
+      const double time = (step + 0.5) * dt;
+      solver.set_body_velocity(set.door, {{0.0, -speed * std::min(1.0, time / 0.2)}});
+      solver.step(set.scene.view(), {}, dt);
+      of_order[door_first].push_back(-solver.body_reaction(set.door)[1] / Trapdoor::WIDTH);
+    }
+  }
+
+  EXPECT_EQ(of_order[0], of_order[1]) << "to the last bit";
+  // The active state is reached after 0.2 cells. From there on the load is steady but for waves: points
+  // that enter a cell, and faces that pass a row, disturb one point of the eight on the door, of which
+  // each bears an eighth of the load. Waves of a quarter of the load are twice that.
+  const std::vector<double> &load = of_order[0];
+  const std::size_t first = load.size() / 5;
+  double mean = 0.0;
+  for (std::size_t k = first; k < load.size(); ++k) mean += load[k] / (load.size() - first);
+  EXPECT_NEAR(mean, 14e3, 2e3) << "a third of the weight";
+  for (std::size_t k = first; k < load.size(); ++k)
+    ASSERT_NEAR(load[k], mean, 0.25 * mean) << "after " << 1.6 * k / load.size() << " cells";
 }

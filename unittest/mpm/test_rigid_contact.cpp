@@ -230,6 +230,27 @@ template <int D> void expect_enclosed_material_moves_with_body(const double *rat
 
 }    // namespace
 
+TEST(TurningBody, TurnsByTheSpinTimesTheTime)
+{
+  for (const double angle : {1e-9, 0.1, 1.0, 2.5, 6.0}) {
+    const double in_plane[] = {0.0, 0.0, 2.0 * angle};
+    const mpm::Tensor<2> plane = mpm::turn_of<2>(in_plane, 0.5);
+    EXPECT_NEAR(plane(0, 0), std::cos(angle), 2e-15) << angle;
+    EXPECT_NEAR(plane(1, 0), std::sin(angle), 2e-15) << angle;
+    const double in_space[] = {0.0, 0.0, 0.0, 0.0, 2.0 * angle, 0.0};
+    const mpm::Tensor<3> space = mpm::turn_of<3>(in_space, 0.5);
+    EXPECT_NEAR(space(0, 0), std::cos(angle), 2e-15) << angle;
+    EXPECT_NEAR(space(0, 2), std::sin(angle), 2e-15) << angle;
+    EXPECT_EQ(space(1, 1), 1.0) << angle;
+  }
+  // a whole turn in 100 steps
+  const double rates[] = {0.0, 0.0, 0.0, 0.02 * std::acos(-1.0), 0.0, 0.0};
+  mpm::Tensor<3> turn = mpm::Tensor<3>::identity();
+  for (int step = 0; step < 100; ++step) turn = mpm::turn_of<3>(rates, 1.0) * turn;
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b) EXPECT_NEAR(turn(a, b), a == b ? 1.0 : 0.0, 1e-13);
+}
+
 TEST(TurningBody, NodesInARoughBodyHaveItsVelocityAndItsSpin)
 {
   const double in_plane[] = {0.05, -0.02, 0.4};

@@ -1,5 +1,5 @@
-// Velocity conditions on the grid: its sides, and rigid bodies with a prescribed velocity that press with one face. Bodies that can turn
-// are in rigid_contact.h.
+// Velocity conditions on the sides of the grid, and the arrays of rigid bodies on it. Contact with
+// bodies is in face_contact.h and rigid_contact.h.
 //
 // Every condition is imposed as an impulse on nodal momenta, twice in a balance: on the momenta with the forces, which gives the
 // velocities of the grid, and on those that the points brought, from which their increments are counted. What is held then gives
@@ -59,9 +59,8 @@ template <int D> struct RigidBodyState {
   Vec<D> velocity;    ///< [length/time]
 };
 
-/// Whether contact of a body that can separate is found from the momenta, or taken from the last time it was found. Before: of the
-/// momenta before the forces: they get the conditions that those with the forces have just got.
-enum class Contact { Find, Keep, Before };
+/// Whether contact of a body that can separate is found from the momenta, or taken from the last time it was found.
+enum class Contact { Find, Keep };
 
 /// The conditions as the passes over the nodes see them.
 template <int D> struct BoundaryView {
@@ -123,30 +122,6 @@ template <int D> struct BoundaryView {
       side_impulse[axis * grid.node_count() + node] = felt;
     }
   }
-
-  /// Changes the momenta [mass length/time] of the nodes in one column under a body, one of columns_across(), so that they
-  /// satisfy its conditions. Columns that are not under the body are left alone. `mass` [mass] per node; nodes without mass take no part.
-  /// What a side holds is the side's alone: bodies leave it and do not feel it.
-  ///
-  /// The face of a body lies between two rows of nodes, an inner and an outer one, as a rule on neither. In every column of
-  /// nodes under the body, the velocity *interpolated at the face* is the body's: with w the distance of the face from the
-  /// inner row in cells,
-  ///   (1 - w) v_in + w v_out = v_body,     impulses (1 - w) J on the inner, w J on the outer node,
-  ///   J = (v_body - (1 - w) v_in - w v_out) / ((1 - w)² / m_in + w² / m_out),
-  /// the projection in the metric of the mass, which cannot add energy. The force acts on the nodes as a traction at
-  /// the face would: uniform stress under the body stays in equilibrium wherever the face is, and nothing jumps when it
-  /// passes a row. Prescribing whole rows instead leaves either a void or a rigid layer of up to a cell under the face.
-  /// With linear shape functions, whose points have no extent, w is rounded to 0 or 1.
-  ///
-  /// Rows further inside the body move with it. On its lateral faces material can slide and separate; on an edge between two of them
-  /// it is held where it moves into both, by that which has to change it less.
-  /// Columns count as under the body if they are within its width, edges included: put the edges on columns. Those of a round body are
-  /// within its radius; on its lateral face are nodes of the outermost cell, and what they must not do is move towards the axis.
-  ///
-  /// `felt_share` of the impulse is added to what the body felt in this step.
-  RVE_HD void impose_body(int body, const RigidBodyOptions &options, const RigidBodyState<D> &state,
-                          int column, Contact contact, double felt_share, const double *mass,
-                          Vec<D> *momentum) const;
 };
 
 /// A node of the whole grid with a value.
@@ -199,186 +174,7 @@ namespace face_pair {
     return value < low ? low : value > high ? high : value;
   }
 
-  /// Two nodes of one column of the grid on both sides of a body's face, with the share of the face's force that each takes.
-  struct FacePair {
-    int node[2];
-    double share[2];
-    bool used[2];    ///< takes a share at all
-
-    /// Impulse on one component that gives the pair the velocity `target` at the face; false if there is nothing to push.
-    template <int D>
-    RVE_HD bool impulse(const double *mass, const Vec<D> *momentum, int axis, double target,
-                        double &result) const
-    {
-      double velocity = 0.0;
-      double compliance = 0.0;
-      for (int k = 0; k < 2; ++k) {
-        if (!used[k]) continue;
-        const double m = mass[node[k]];
-        if (!(m > 0.0)) return false;
-        velocity += share[k] * momentum[node[k]][axis] / m;
-        compliance += share[k] * share[k] / m;
-      }
-      result = (target - velocity) / compliance;
-      return true;
-    }
-  };
-
 }    // namespace face_pair
-
-template <int D>
-RVE_HD void BoundaryView<D>::impose_body(int body, const RigidBodyOptions &options,
-                                         const RigidBodyState<D> &state, int column,
-                                         Contact contact, double felt_share, const double *mass,
-                                         Vec<D> *momentum) const
-{
-  using namespace face_pair;
-  const int normal = axis_of(options.face);
-  const double outside = outward(options.face);
-  const int inwards = outside < 0.0 ? 1 : -1;    // step of the row index into the body
-  const Vec<D> &velocity = state.velocity;
-  Vec<D> *felt = felt_share != 0.0
-      ? body_impulse + static_cast<std::size_t>(body) * grid.node_count()
-      : nullptr;
-
-  // rows on both sides of the face, and the last row inside the body
-  const double face = grid.scaled(outside < 0.0 ? state.lo[normal] : state.hi[normal], normal);
-  const double back = grid.scaled(outside < 0.0 ? state.hi[normal] : state.lo[normal], normal);
-  if (!(std::abs(face) < 1e9 && std::abs(back) < 1e9)) return;    // nowhere near the grid
-  const int inner = static_cast<int>(outside < 0.0 ? std::ceil(face) : std::floor(face));
-  double outer_share = std::abs(inner - face);
-  if (shape == ShapeFunction::Linear) outer_share = outer_share < 0.5 ? 0.0 : 1.0;
-  const int first_row = grid.first(normal), last_row = grid.last(normal);
-
-  // columns under the body, and on which lateral faces of it they are
-  Place<D> place = Place<D>::zero();
-  int lateral[D] = {};    // -1 or 1, along the axes of the face
-  bool is_lateral = false;
-  const bool is_round = D == 3 && options.round;
-  Vec<D> from_axis = Vec<D>::zero();    // of a round body, to the column
-  double radius = 1e9;
-  for (int a = 0, rest = column; a < D; ++a) {
-    if (a == normal) continue;
-    place[a] = rest % grid.nodes(a) + grid.first(a);
-    rest /= grid.nodes(a);
-    const double left = grid.scaled(state.lo[a], a);
-    const double right = grid.scaled(state.hi[a], a);
-    const double last_column = grid.cells(a) + 1;
-    if (place[a] < std::ceil(clamped(left - SAME_PLACE, -1.0, last_column + 1)) ||
-        place[a] > std::floor(clamped(right + SAME_PLACE, -2.0, last_column)))
-      return;
-    lateral[a] = place[a] < left + SAME_PLACE ? -1 : place[a] > right - SAME_PLACE ? 1 : 0;
-    is_lateral = is_lateral || lateral[a] != 0;
-    if (!is_round) continue;
-    const double half = 0.5 * (right - left);
-    from_axis[a] = place[a] - (left + half);
-    radius = half < radius ? half : radius;
-  }
-  if (is_round) {
-    const double distance = std::sqrt(dot(from_axis, from_axis));
-    if (distance > radius + SAME_PLACE) return;
-    is_lateral = distance > radius - 1.0 && distance > 0.0;
-    if (is_lateral) from_axis = (1.0 / distance) * from_axis;
-  }
-
-  const auto node_at = [&](int row) {
-    place[normal] = row;
-    return grid.node(place);
-  };
-  const auto is_held = [&](int row) {    // there is no mass elsewhere
-    return row >= first_row && row <= last_row;
-  };
-  const auto set_on_body = [&](int node, int axis) {
-    on_body[node] = static_cast<std::uint8_t>(on_body[node] | 1 << axis);
-  };
-  const auto prescribe = [&](int node, int axis) {
-    if (held_by_side(node, axis)) return;
-    const double change = mass[node] * velocity[axis] - momentum[node][axis];
-    momentum[node][axis] += change;
-    if (felt) felt[node][axis] += felt_share * change;
-    set_on_body(node, axis);
-  };
-
-  FacePair pair;
-  const int row[2] = {inner, inner - inwards};
-  const double share[2] = {1.0 - outer_share, outer_share};
-  bool reachable = true;
-  for (int k = 0; k < 2; ++k) {
-    pair.share[k] = share[k];
-    pair.used[k] = share[k] > SAME_PLACE;
-    if (pair.used[k] && !is_held(row[k])) reachable = false;
-    pair.node[k] = is_held(row[k]) ? node_at(row[k]) : 0;
-  }
-
-  if (reachable) {
-    std::uint8_t &is_closed = closed[static_cast<std::size_t>(body) * columns() + column];
-    double impulse;
-    bool touches = pair.impulse(mass, momentum, normal, velocity[normal], impulse);
-    if (contact != Contact::Find)
-      touches = touches && is_closed;
-    else if (options.separation)
-      touches = touches && impulse * outside > 0.0;    // pushes the material away
-    is_closed = touches;
-
-    for (int a = 0; touches && a < D; ++a) {
-      if (a != normal && !options.rough) continue;
-      bool held = false;
-      for (int k = 0; k < 2; ++k) held = held || (pair.used[k] && held_by_side(pair.node[k], a));
-      if (held) continue;
-      pair.impulse(mass, momentum, a, velocity[a], impulse);
-      if (felt) felt[pair.used[1] ? pair.node[1] : pair.node[0]][a] += felt_share * impulse;
-      for (int k = 0; k < 2; ++k) {
-        if (!pair.used[k]) continue;
-        momentum[pair.node[k]][a] += pair.share[k] * impulse;
-        set_on_body(pair.node[k], a);
-      }
-    }
-  }
-
-  // the inside of the body, and its lateral faces
-  int inside = pair.used[0] ? inner + inwards : inner;
-  inside = inside < first_row ? first_row : inside > last_row ? last_row : inside;
-  for (; is_held(inside); inside += inwards) {
-    if ((back - inside) * inwards < -SAME_PLACE || (inside - face) * inwards < -SAME_PLACE) break;
-    const int node = node_at(inside);
-    if (!(mass[node] > 0.0)) continue;
-    if (!is_lateral) {
-      for (int a = 0; a < D; ++a) prescribe(node, a);
-    } else if (is_round) {
-      // towards the axis, in the directions that no side holds
-      double entry = 0.0, free_part = 0.0;
-      bool was_held = false;
-      for (int a = 0; a < D; ++a) {
-        if (from_axis[a] == 0.0 || held_by_side(node, a)) continue;
-        entry -= (momentum[node][a] / mass[node] - velocity[a]) * from_axis[a];
-        free_part += from_axis[a] * from_axis[a];
-        was_held = was_held || (on_body[node] >> a & 1) != 0;
-      }
-      if (!(contact == Contact::Before ? was_held : entry > 0.0)) continue;
-      for (int a = 0; a < D; ++a) {
-        if (from_axis[a] == 0.0 || held_by_side(node, a)) continue;
-        const double change = mass[node] * entry / free_part * from_axis[a];
-        momentum[node][a] += change;
-        if (felt) felt[node][a] += felt_share * change;
-        set_on_body(node, a);
-      }
-    } else if (contact == Contact::Before) {
-      for (int a = 0; a < D; ++a)
-        if (lateral[a] != 0 && (on_body[node] >> a & 1) != 0) prescribe(node, a);
-    } else {
-      int holds = -1;    // the axis that material moves into the body along, slowest
-      double slowest = 0.0;
-      for (int a = 0; a < D; ++a) {
-        if (lateral[a] == 0 || held_by_side(node, a)) continue;
-        const double entry = (momentum[node][a] / mass[node] - velocity[a]) * -lateral[a];
-        if (holds >= 0 && !(entry < slowest)) continue;
-        holds = a;
-        slowest = entry;
-      }
-      if (slowest > 0.0) prescribe(node, holds);
-    }
-  }
-}
 
 }    // namespace mpm
 

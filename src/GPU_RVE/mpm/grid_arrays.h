@@ -28,6 +28,11 @@ template <int D, template <class> class Buffer> class GridArrays {
     view.boundary.contact_states = contact_states_.reserve_zeros(view.num_rigid * nodes + 1);
     view.boundary.side_impulse = side_impulse.reserve_zeros(D * nodes);
     view.boundary.body_impulse = body_impulse.reserve_zeros(bodies * nodes + 1);
+    view.contacts_of_body = contacts_of_body_.reserve_zeros(bodies * nodes + 1);
+    const std::size_t divided = view.has_several_bodies() ? nodes : 1;
+    view.parts = parts_.reserve_zeros(divided);
+    view.gathered_end = gathered_.reserve_zeros(2 * divided);
+    view.gathered = view.gathered_end + divided;
     view.inertia_sums = sums_.reserve_zeros(INERTIA_SUMS<D> * nodes + VECTOR_SUMS<D> * nodes);
     view.vector_sums = view.inertia_sums + INERTIA_SUMS<D> * nodes;
     view.mass = mass.reserve_zeros(nodes);
@@ -54,11 +59,12 @@ template <int D, template <class> class Buffer> class GridArrays {
 
  private:
   Buffer<std::uint8_t> sides_, on_body_, closed_;
-  Buffer<std::uint16_t> contact_states_;
+  Buffer<std::uint16_t> contact_states_, contacts_of_body_;
+  Buffer<std::uint32_t> parts_;
   Buffer<AbsorbingNode<D>> absorbing_;
   Buffer<std::int64_t> sums_;
   Buffer<double> cell_mean_;
-  Buffer<Vec<D>> momentum_, momentum_end_, velocity_, velocity_change_;
+  Buffer<Vec<D>> momentum_, momentum_end_, velocity_, velocity_change_, gathered_;
 };
 
 }    // namespace mpm

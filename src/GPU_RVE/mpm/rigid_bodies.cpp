@@ -304,6 +304,21 @@ std::vector<RigidBodyStep<D>> &RigidBodies<D>::steps(const PointView<D> &points,
   return steps_;
 }
 
+template <int D> int RigidBodies<D>::num_enclosed(int body, const PointView<D> &points) const
+{
+  if (state(body).has_moved) return 0;
+  const RigidShape<D> &shape = steps_.at(index_.at(body)).shape;
+  const double least = 1e-6 * options_.cell_size;
+  int count = 0;
+  for (int p = 0; p < points.count; ++p) {
+    typename RigidShape<D>::Crossing crossing;
+    if (points.rigid_body[p] != body && shape.cross(row<D>(points.position, p), 0, 0.0, crossing) &&
+        crossing.place[0] < -least && crossing.place[1] > least)
+      ++count;
+  }
+  return count;
+}
+
 /// A flat face on a side of the grid, or beyond it, is no edge of the body: there it goes on, by two cells.
 template <int D> void RigidBodies<D>::widen_at_sides(RigidShape<D> &shape) const
 {

@@ -33,6 +33,10 @@ template <int D> class RigidBodies {
 
   bool can_turn(int body) const { return index_.at(body) >= 0; }
 
+  /// Number of points of this rank, of the material and of other bodies, whose centers are inside of a
+  /// body that can turn and has not moved yet. Known after a step or an evaluation.
+  int num_enclosed(int body, const PointView<D> &points) const;
+
   // of a body that can turn, by its number among all bodies
   /// Velocity of its origin and spin in the last step [length/time], [1/time].
   const double *rates(int body) const { return state(body).rates; }

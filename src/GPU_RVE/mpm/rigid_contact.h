@@ -2,7 +2,7 @@
 //
 // The surface of a body lies between nodes. On every line of nodes along an axis that meets it where its normal is nearest to that
 // axis, the velocity *interpolated at the surface* satisfies the contact, as under the face of a body that does not turn
-// (BoundaryView::impose_body), here along the true normal there. Edges and corners need nothing else: each line meets one face. It meets
+// (face_contact.h), here along the true normal there. Edges and corners need nothing else: each line meets one face. It meets
 // it if it runs a quarter of a cell deep behind the others at least: a block that has sunk into its ground a little must not plough.
 // Nodes deeper inside satisfy the contact with the surface that is nearest. Nodes take the impulse of a contact in shares whose
 // centre is the place of the contact, so that body and material exchange momentum and angular momentum to round-off.
@@ -14,7 +14,7 @@
 #ifndef MPM_RIGID_CONTACT_H
 #define MPM_RIGID_CONTACT_H
 
-#include "mpm/step_view.h"
+#include "mpm/shared_contacts.h"
 
 namespace mpm {
 
@@ -26,6 +26,22 @@ template <int D> struct RigidContact {
   int slot;         ///< of its state in the word of its first node
   Vec<D> normal;    ///< out of the body
   Vec<D> arm;       ///< from the origin of the body [length]
+
+  /// Whether it can hold this component.
+  RVE_HD bool acts_on(const RigidBodyOptions &options, int axis) const
+  {
+    return options.rough || options.friction > 0.0 || normal[axis] != 0.0;
+  }
+  /// Division of a node (shared_contacts.h), the same for components that it acts on together.
+  RVE_HD double division(const StepView<D> &step, const RigidBodyOptions &options, int n) const
+  {
+    double most = 1.0;
+    for (int a = 0; a < D; ++a) {
+      const double of_axis = step.division(n, a, StepView<D>::WHOLE_CONTACT);
+      if (acts_on(options, a) && of_axis > most) most = of_axis;
+    }
+    return most;
+  }
 };
 
 /// Depth behind the other faces from which on a line counts, in cells.
@@ -171,7 +187,8 @@ template <int D> struct RigidContactMotion {
 
   /// False if there is nothing to push.
   RVE_HD bool find(const StepView<D> &step, const RigidBodyStep<D> &body,
-                   const RigidContact<D> &contact, const Vec<D> *now, const Vec<D> *before)
+                   const RigidContact<D> &contact, const RigidBodyOptions &options,
+                   const Vec<D> *now, const Vec<D> *before)
   {
     double compliance = 0.0;
     bool held[D] = {};
@@ -180,7 +197,7 @@ template <int D> struct RigidContactMotion {
       const int n = contact.node[k];
       const double m = step.mass[n];
       if (!(m > 0.0)) return false;
-      compliance += contact.share[k] * contact.share[k] / m;
+      compliance += contact.share[k] * contact.share[k] / m * contact.division(step, options, n);
       velocity = velocity + (contact.share[k] / m) * now[n];
       if (before) velocity_before = velocity_before + (contact.share[k] / m) * before[n];
       for (int a = 0; a < D; ++a) held[a] = held[a] || step.boundary.held_by_side(n, a);
@@ -301,7 +318,8 @@ template <int D> struct GatherContacts : ContactPass<D> {
     each_contact(step, body, this->axis, column, [&](const RigidContact<D> &contact) {
       if (!this->counts(contact)) return;
       RigidContactMotion<D> motion;
-      if (!motion.find(step, body, contact, step.momentum_end, step.momentum)) return;
+      if (!motion.find(step, body, contact, this->options, step.momentum_end, step.momentum))
+        return;
       const Touch touch = motion.touch(this->options, step.flip);
       if (touch == Touch::Open) return;
       // what the contact would give a body at rest, and by how much more one with the unit velocity
@@ -352,11 +370,31 @@ template <int D> struct SolveContacts : Pass<D> {
   }
 };
 
+/// Marks the nodes on which contacts can act, so that they can be divided among bodies.
+template <int D> struct FindContacts : ContactPass<D> {
+  using Pass<D>::step;
+
+  template <class Tally> RVE_HD void operator()(int column, Tally &) const
+  {
+    const RigidBodyStep<D> &body = step.rigid[this->index];
+    each_contact(step, body, this->axis, column, [&](const RigidContact<D> &contact) {
+      for (int k = 0; k < contact.count; ++k)
+        if (!(step.mass[contact.node[k]] > 0.0)) return;
+      for (int k = 0; k < contact.count; ++k) {
+        std::uint16_t &marks = step.contacts_at(body.body, contact.node[k]);
+        for (int a = 0; a < D; ++a)
+          if (contact.acts_on(this->options, a) &&
+              (marks >> 4 * a & 15) + StepView<D>::WHOLE_CONTACT < 16)
+            marks = static_cast<std::uint16_t>(marks + (StepView<D>::WHOLE_CONTACT << 4 * a));
+      }
+    });
+  }
+};
+
 /// Imposes the contacts. If it balances: on the momenta with and before the forces, and what the body feels is summed.
 template <int D> struct ImposeContacts : ContactPass<D> {
   using Pass<D>::step;
-  Contact how;
-  bool balances;
+  ContactWork work;
 
   template <class Tally> RVE_HD void operator()(int column, Tally &tally) const
   {
@@ -365,13 +403,18 @@ template <int D> struct ImposeContacts : ContactPass<D> {
     std::uint16_t *states = step.boundary.contact_states +
         static_cast<std::size_t>(this->index) * step.grid.node_count();
     each_contact(step, body, this->axis, column, [&](const RigidContact<D> &contact) {
+      bool is_shared = false;
+      for (int k = 0; k < contact.count; ++k)
+        is_shared = is_shared || contact.division(step, this->options, contact.node[k]) > 1.0;
+      if (work.skips(is_shared)) return;
       std::uint16_t &state = states[contact.node[0]];
       const int bit = 2 * contact.slot;
       RigidContactMotion<D> motion;
       Touch touch = Touch::Open;
-      if (motion.find(step, body, contact, step.momentum_end, balances ? step.momentum : nullptr))
-        touch = how == Contact::Find ? motion.touch(this->options, step.flip)
-                                     : static_cast<Touch>(state >> bit & 3);
+      if (motion.find(step, body, contact, this->options, step.momentum_end,
+                      work.balances ? step.momentum : nullptr))
+        touch = work.how == Contact::Find ? motion.touch(this->options, step.flip)
+                                          : static_cast<Touch>(state >> bit & 3);
       state = static_cast<std::uint16_t>((state & ~(3 << bit)) | static_cast<int>(touch) << bit);
       if (touch == Touch::Open) return;
 
@@ -381,19 +424,22 @@ template <int D> struct ImposeContacts : ContactPass<D> {
       };
       Vec<D> impulse = held_part(motion.approach);
       // friction is a force: the momenta for strains have it already
-      if (balances && touch == Touch::Slides && this->options.friction > 0.0)
+      if (work.balances && touch == Touch::Slides && this->options.friction > 0.0)
         impulse =
             impulse + (this->options.friction * motion.normal_felt(step.flip)) * motion.slip();
       const Vec<D> impulse_before = held_part(motion.approach_before);
       for (int k = 0; k < contact.count; ++k) {
         const int n = contact.node[k];
-        step.momentum_end[n] = step.momentum_end[n] + contact.share[k] * impulse;
-        if (balances) step.momentum[n] = step.momentum[n] + contact.share[k] * impulse_before;
+        for (int a = 0; a < D; ++a) {
+          step.add_impulse(step.with_forces(), n, a, contact.share[k] * impulse[a]);
+          if (work.balances)
+            step.add_impulse(step.before_forces(), n, a, contact.share[k] * impulse_before[a]);
+        }
         for (int a = 0; a < D; ++a)
           if (!motion.is_held[a] && (touch == Touch::Sticks || motion.normal[a] != 0.0))
             step.boundary.on_body[n] = static_cast<std::uint8_t>(step.boundary.on_body[n] | 1 << a);
       }
-      if (!balances || !this->counts(contact)) return;
+      if (!work.balances || !this->counts(contact)) return;
       const Vec<D> felt = step.flip * impulse_before - impulse;
       for (int i = 0; i < FREEDOMS<D>; ++i) {
         const double part = dot(felt, this->scaled_motion(body, i, contact.arm));

@@ -4,14 +4,13 @@
 #define MPM_RIGID_SHAPE_H
 
 #include "mpm/grid.h"
-#include "mpm/midpoint_increment.h"
 
 #include <cmath>
 #include <cstdint>
 
 namespace mpm {
 
-/// Face: the box around the points, which does not turn and presses with one of its faces (BoundaryView::impose_body). The others
+/// Face: the box around the points, which does not turn and presses with one of its faces (ImposeBody in face_contact.h). The others
 /// are convex bodies with contact on their whole surface, which can turn. Ball: in the plane a disk. Cylinder: in space, its axis is the
 /// third one of the body. Convex: what half spaces have in common.
 enum class BodyForm { Face, Box, Ball, Cylinder, Convex };
@@ -43,18 +42,38 @@ template <int D> RVE_HD Vec<D> velocity_at(const double *rates, const Vec<D> &ar
   return velocity;
 }
 
-/// By how much a body with these rates turns in `dt` [time]: a rotation by 2 atan(ω dt / 2), without any rounding but that of products.
+/// Rotation by the vector ω dt of a body with these rates, in the plane by the angle ω dt, to round-off.
+///
+/// Rodrigues' formula, R = I + (sin θ / θ) W + ((1 - cos θ) / θ²) W², with the spin W of ω dt and θ = |ω dt|. Both factors are power
+/// series of θ². Sums and products alone have the same bits on CPUs and devices, which functions of libraries have not.
 template <int D> RVE_HD Tensor<D> turn_of(const double *rates, double dt)
 {
-  Tensor<D> gradient;
+  constexpr int SERIES = 9, MOST_HALVINGS = 64;
+  double square = 0.0;
+  for (int k = D; k < FREEDOMS<D>; ++k) square += (dt * rates[k]) * (dt * rates[k]);
+  double part = dt;    // an angle of 1 or less is turned by, as often as it takes
+  int halvings = 0;
+  for (; square > 1.0 && halvings < MOST_HALVINGS; ++halvings) {
+    square *= 0.25;
+    part *= 0.5;
+  }
+  double of_sine = 1.0, of_cosine = 1.0;    // from the last terms to the first
+  for (int k = SERIES; k > 0; --k) {
+    of_sine = 1.0 - of_sine * (square / ((2 * k) * (2 * k + 1)));
+    of_cosine = 1.0 - of_cosine * (square / ((2 * k + 1) * (2 * k + 2)));
+  }
+  of_cosine *= 0.5;
+  Tensor<D> spin;
   for (int b = 0; b < D; ++b) {
     Vec<D> axis = Vec<D>::zero();
     axis[b] = 1.0;
     Vec<D> motion = Vec<D>::zero();
     for (int k = D; k < FREEDOMS<D>; ++k) motion = motion + rates[k] * unit_motion(k, axis);
-    for (int a = 0; a < D; ++a) gradient(a, b) = dt * motion[a];
+    for (int a = 0; a < D; ++a) spin(a, b) = part * motion[a];
   }
-  return midpoint_rotation(gradient);
+  Tensor<D> turn = Tensor<D>::identity() + of_sine * spin + of_cosine * (spin * spin);
+  for (int k = 0; k < halvings; ++k) turn = turn * turn;
+  return turn;
 }
 
 /// x of A x = b in the freedoms that are free, those that are not keep theirs. Gauss' elimination with pivots.

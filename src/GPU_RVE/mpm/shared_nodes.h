@@ -11,7 +11,7 @@
 // others must not be used.
 //
 // Nodes have influence on each other through rigid bodies only, which tie the two nodes of a column on both sides of a face
-// together (BoundaryView::impose_body), one body at one place across its face. All that n bodies with faces across an axis can
+// together (ImposeBody in face_contact.h), one body at one place across its face. All that n bodies with faces across an axis can
 // tie together lies within n + 1 successive nodes along that axis, whatever their order and however often they are imposed: the
 // needed box is wider by n on both sides. A body that can turn ties together the two nodes of a line on both sides of its surface, along
 // one axis after the other, and twice if local damping has disturbed that (ImposeContacts): each makes the needed box wider by two

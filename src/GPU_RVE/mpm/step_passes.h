@@ -8,8 +8,8 @@
 #ifndef MPM_STEP_PASSES_H
 #define MPM_STEP_PASSES_H
 
+#include "mpm/face_contact.h"
 #include "mpm/rigid_contact.h"
-#include "mpm/step_view.h"
 
 namespace mpm {
 
@@ -734,7 +734,7 @@ template <int D> struct ForceOfNode {
     for (int c = 0; c < D; ++c) step.force[n][c] = scale.real(sums[c]);
     step.momentum_end[n] = step.mass[n] > 0.0 ? step.momentum[n] + step.dt * step.force[n]
                                               : Vec<D>::zero();
-    step.boundary.on_body[n] = 0;
+    step.forget_contacts(n);
     for (int b = 0; b < step.num_bodies; ++b)
       step.boundary.body_impulse[static_cast<std::size_t>(b) * step.grid.node_count() + n] =
           Vec<D>::zero();
@@ -750,6 +750,7 @@ template <int D> struct NodeInertia : Pass<D> {
   template <class Tally> RVE_HD void operator()(int n, Tally &) const
   {
     inertia.take(step, n);
+    step.forget_contacts(n);
     step.momentum_end[n] = step.momentum[n];
   }
 };
@@ -876,30 +877,6 @@ template <int D> struct NodeVelocity : Pass<D> {
     const double mass = step.mass[n];
     step.boundary.impose_sides(n, step.momentum_end[n]);
     step.velocity[n] = mass > 0.0 ? (1.0 / mass) * step.momentum_end[n] : Vec<D>::zero();
-  }
-};
-
-// ---- pass over columns of nodes ------------------------------------------------------------------------------------------------
-
-template <int D> struct ImposeBody : Pass<D> {
-  using Pass<D>::step;
-  int body;
-  RigidBodyOptions options;
-  Contact contact;
-  bool balances;    ///< on the momenta before the forces too, and what the body feels is recorded
-
-  int columns() const { return step.boundary.columns_across(axis_of(options.face)); }
-
-  template <class Tally> RVE_HD void operator()(int k, Tally &) const
-  {
-    RigidBodyState<D> state = step.body(body);
-    step.boundary.impose_body(body, options, state, k, contact, balances ? 1.0 : 0.0, step.mass,
-                              step.momentum_end);
-    state.velocity = step.body_velocity_before[body];
-    // a body that has just come held nothing before: what its nodes bring is all theirs
-    if (!balances || std::isnan(state.velocity[0])) return;
-    step.boundary.impose_body(body, options, state, k, Contact::Before, -step.flip, step.mass,
-                              step.momentum);
   }
 };
 

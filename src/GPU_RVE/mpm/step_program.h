@@ -8,6 +8,7 @@
 #include "mpm/step_runner.h"
 #include "rve/core/error.h"
 
+#include <algorithm>
 #include <map>
 #include <string>
 #include <utility>
@@ -23,6 +24,17 @@ template <int D, template <int> class Machine> class StepProgram final : public 
       shared_(grid, communication_, options.rigid_bodies, options.threads),
       machine_(options, grid, communication_)
   {
+    const auto &bodies = options.rigid_bodies;
+    int turning = 0;
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      const bool can_turn = bodies[b].form != BodyForm::Face;
+      order_.push_back({static_cast<int>(b), can_turn ? turning++ : -1});
+      if (b < 64 && !can_turn && !(D == 3 && bodies[b].round)) plates_ |= std::uint64_t(1) << b;
+    }
+    // sums of three impulses on a node depend on their order: it must not be that of the script
+    std::stable_sort(order_.begin(), order_.end(), [&](const Ordered &one, const Ordered &other) {
+      return options.name_of_body(one.body) < options.name_of_body(other.body);
+    });
   }
 
   void join_ranks() override { machine_.join_ranks(communication_); }
@@ -278,28 +290,45 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     update.meet();
   }
 
-  void impose_bodies(Contact contact, bool balances)
+  /// Contacts of all bodies. Those of several are found together and imposed on nodes that are divided among them.
+  void impose_bodies(Contact how, bool balances)
   {
-    int index = 0;    // of those that can turn
-    for (int b = 0; b < machine_.view().num_bodies; ++b) {
-      const RigidBodyOptions &options = options_.rigid_bodies[b];
-      if (options.form == BodyForm::Face)
-        machine_.over_columns(ImposeBody<D>{machine_.view(), b, options, contact, balances});
-      else
-        impose_contacts(index++, options, contact, balances);
+    if (!machine_.view().has_several_bodies()) {
+      impose_all({how, true, true, balances, false});
+      return;
+    }
+    impose_all({how, true, false, balances, false});
+    machine_.over_nodes(DivideNodes<D>{machine_.view()});
+    for (int sweep = 0; sweep < SHARED_SWEEPS; ++sweep) {
+      impose_all({sweep == 0 ? how : Contact::Keep, false, true, balances, sweep > 0});
+      machine_.over_nodes(JoinNodes<D>{{machine_.view()}, balances});
     }
   }
-  void impose_contacts(int index, const RigidBodyOptions &options, Contact contact, bool balances)
+  void impose_all(const ContactWork &work)
   {
-    if (balances && options.free != 0) {
-      for (int axis = 0; axis < D; ++axis)
-        machine_.over_columns(GatherContacts<D>{{{machine_.view()}, index, axis, options}});
+    for (const Ordered &next : order_) {
+      const RigidBodyOptions &options = options_.rigid_bodies[next.body];
+      if (next.turning < 0)
+        machine_.over_columns(ImposeBody<D>{{machine_.view()}, next.body, options, plates_, work});
+      else
+        impose_contacts(next.turning, options, work);
+    }
+  }
+  void impose_contacts(int index, const RigidBodyOptions &options, const ContactWork &work)
+  {
+    const auto along = [&](int axis) {
+      return ContactPass<D>{{machine_.view()}, index, axis, options};
+    };
+    if (work.finds && machine_.view().has_several_bodies())
+      for (int axis = 0; axis < D; ++axis) machine_.over_columns(FindContacts<D>{along(axis)});
+    if (!work.imposes) return;
+    if (work.balances && options.free != 0 && !work.again) {
+      for (int axis = 0; axis < D; ++axis) machine_.over_columns(GatherContacts<D>{along(axis)});
       share_contacts(index, MoveContactSums<D>::OF_ONE);
       machine_.over_bodies(SolveContacts<D>{{machine_.view()}, index}, 1);
     }
     for (int axis = 0; axis < D; ++axis)
-      machine_.over_columns(
-          ImposeContacts<D>{{{machine_.view()}, index, axis, options}, contact, balances});
+      machine_.over_columns(ImposeContacts<D>{along(axis), work});
   }
   void finish_bodies()
   {
@@ -422,6 +451,11 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   /// Of the largest box of a point, in cells, where the machine alone knows the deformation: as of the last strains.
   double half_boxes_ = SharedNodes<D>::FROM_POINTS;
   int point_count_ = -1;    ///< in the last step
+  struct Ordered {
+    int body, turning;    ///< number of the body, and among those that can turn or -1
+  };
+  std::vector<Ordered> order_;    ///< of the bodies in the passes
+  std::uint64_t plates_ = 0;      ///< bit b: body b presses with one face and is not round
 };
 
 }    // namespace mpm

@@ -79,6 +79,11 @@ template <int D> struct Absorbers {
   Vec<D> *impulse = nullptr;
 };
 
+/// Momenta that contacts change, and the impulses on divided nodes that are not added yet.
+template <int D> struct ContactMomenta {
+  Vec<D> *momentum, *gathered;
+};
+
 template <int D> struct StepView {
   /// Without any array.
   StepView(const Grid<D> &grid_in, const SolverOptions<D> &options, bool shares_grid_in) :
@@ -128,6 +133,13 @@ template <int D> struct StepView {
   Vec<D> *velocity = nullptr;           ///< that the points see next [length/time]
   Vec<D> *velocity_change = nullptr;    ///< [length/time]
   double *cell_mean = nullptr;          ///< of the cell above the node, if mean_dilation
+  /// Per body and node: weight of its contacts on each component, four bits a component.
+  std::uint16_t *contacts_of_body = nullptr;
+  // where there are several bodies
+  /// Per node: sum of the weights of contacts that divide it (shared_contacts.h), eight bits a
+  /// component; 0: it is not divided.
+  std::uint32_t *parts = nullptr;
+  Vec<D> *gathered_end = nullptr, *gathered = nullptr;    ///< for momentum_end and momentum
 
   RVE_HD bool follows() const { return shape == ShapeFunction::Cpgimp; }
   RVE_HD bool has_boxes() const { return follows() || mean_dilation; }
@@ -152,6 +164,51 @@ template <int D> struct StepView {
     return bound;
   }
   RVE_HD rve::FixedScale force_scale() const { return {force_bound(), point_total}; }
+
+  RVE_HD bool has_several_bodies() const { return num_bodies > 1; }
+  RVE_HD std::uint16_t &contacts_at(int body, int n) const
+  {
+    return contacts_of_body[static_cast<std::size_t>(body) * grid.node_count() + n];
+  }
+  RVE_HD int contacts(int body, int n, int axis) const
+  {
+    return contacts_at(body, n) >> 4 * axis & 15;
+  }
+  /// Marks the components of a node that the only contact of a body there holds.
+  template <class Holds>
+  RVE_HD void mark_contacts(int body, int n, int weight, const Holds &holds) const
+  {
+    int marks = 0, bits = 0;
+    for (int a = 0; a < D; ++a) {
+      if (!holds(a)) continue;
+      marks |= weight << 4 * a;
+      bits |= 1 << a;
+    }
+    contacts_at(body, n) = static_cast<std::uint16_t>(marks);
+    boundary.on_body[n] = static_cast<std::uint8_t>(boundary.on_body[n] | bits);
+  }
+  RVE_HD void forget_contacts(int n) const
+  {
+    boundary.on_body[n] = 0;
+    for (int b = 0; b < num_bodies; ++b) contacts_at(b, n) = 0;
+  }
+  RVE_HD bool is_shared(int n, int axis) const
+  {
+    return has_several_bodies() && (parts[n] >> 8 * axis & 255) != 0;
+  }
+  /// Weight of a contact that has the whole surroundings of a node: the sectors along its face.
+  static constexpr int WHOLE_CONTACT = 1 << (D - 1);
+  /// Mass of a node over the part that a contact with this weight acts on.
+  RVE_HD double division(int n, int axis, int weight) const
+  {
+    return is_shared(n, axis) ? static_cast<double>(parts[n] >> 8 * axis & 255) / weight : 1.0;
+  }
+  RVE_HD ContactMomenta<D> with_forces() const { return {momentum_end, gathered_end}; }
+  RVE_HD ContactMomenta<D> before_forces() const { return {momentum, gathered}; }
+  RVE_HD void add_impulse(const ContactMomenta<D> &momenta, int n, int axis, double impulse) const
+  {
+    (is_shared(n, axis) ? momenta.gathered : momenta.momentum)[n][axis] += impulse;
+  }
 
   RVE_HD RigidBodyState<D> body(int b) const
   {
