@@ -6,6 +6,7 @@
 #include "rve/core/checksum.h"
 #include "rve/engine/packing_io.h"
 #include "support/packings.h"
+#include "support/spheres.h"
 
 #include <cstdio>
 #include <cstring>
@@ -112,6 +113,8 @@ std::vector<Kept> &all_kept()
     kept.emplace_back(packing_of(rve_test::crowded_state(5, 1)), 2);
     kept.emplace_back(
         packing_of(rve_test::triangular_packing(rve_test::paper_material(), 4, 4, 0.0037, 1)), 2);
+    kept.emplace_back(packing_of(rve_test::disordered_spheres(rve_test::spheres_material(), 2, 1)),
+                      1);
     return kept;
   }();
   return all;
