@@ -2,6 +2,7 @@
 
 #include "librve.h"
 
+#include "rve/core/checksum.h"
 #include "rve/engine/engine.h"
 #include "rve/engine/packing_io.h"
 #include "rve/engine/packing_library.h"
@@ -13,6 +14,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <string>
 #include <thread>
@@ -405,6 +407,226 @@ TEST(Librve, DamagedOrForeignBytesAreRefusedAndChangeNothing)
   EXPECT_STREQ(rve_error(), "these are RVEs of dimension 2; the batch has dimension 3");
   EXPECT_EQ(rve_restore(one.get(), state.data(), state.size()), RVE_BAD_INPUT);
   EXPECT_STREQ(rve_error(), "there are 2 saved RVEs; the batch has 1");
+  EXPECT_EQ(saved(batch.get()), state);
+}
+
+namespace {
+
+std::uint64_t word_at(const std::vector<char> &bytes, std::size_t place)
+{
+  std::uint64_t word;
+  std::memcpy(&word, bytes.data() + place, sizeof(word));
+  return word;
+}
+
+void put_word(std::vector<char> &bytes, std::size_t place, std::uint64_t word)
+{
+  std::memcpy(bytes.data() + place, &word, sizeof(word));
+}
+
+// of saved RVEs: magic, dimension, number, size, checksum; then the size of the first record and the record
+constexpr std::size_t PLACE_OF_DIMENSION = 8, PLACE_OF_COUNT = 16, PLACE_OF_CHECKSUM = 32,
+                      PLACE_OF_LENGTH = 40;
+
+/// As a release of interface 1.2 wrote them: the checksum is that of the records alone.
+std::vector<char> first_version_of(std::vector<char> bytes)
+{
+  bytes[7] = '1';
+  put_word(bytes, PLACE_OF_CHECKSUM,
+           rve::checksum_of(bytes.data() + PLACE_OF_LENGTH, bytes.size() - PLACE_OF_LENGTH));
+  return bytes;
+}
+
+}    // namespace
+
+TEST(Librve, ADamagedHeaderOfSavedRvesIsRefused)
+{
+  const Batch one = batch_of(DISKS, 1), two = batch_of(DISKS, 2);
+  const std::vector<char> state = saved(one.get()), before = saved(two.get());
+  for (const std::size_t place : {PLACE_OF_DIMENSION, PLACE_OF_COUNT}) {
+    std::vector<char> damaged = state;
+    put_word(damaged, place, word_at(state, place) + 1);
+    EXPECT_EQ(rve_restore(two.get(), damaged.data(), damaged.size()), RVE_BAD_INPUT);
+    EXPECT_STREQ(rve_error(), "the saved RVEs are damaged");
+  }
+  // with a checksum that matches, numbers that would lead behind the end
+  const auto expect = [&](std::vector<char> bytes, const std::string &message) {
+    bytes = first_version_of(bytes);
+    rve_packing *packing = nullptr;
+    EXPECT_EQ(rve_restore(two.get(), bytes.data(), bytes.size()), RVE_BAD_INPUT);
+    EXPECT_NE(std::string(rve_error()).find(message), std::string::npos) << rve_error();
+    EXPECT_EQ(rve_packing_restore(bytes.data(), bytes.size(), &packing), RVE_BAD_INPUT);
+    EXPECT_EQ(packing, nullptr);
+  };
+  std::vector<char> bytes = state;
+  put_word(bytes, PLACE_OF_COUNT, 2);
+  expect(bytes, "the bytes end in RVE 1 of 2");
+  for (const std::uint64_t length : {std::uint64_t(-1), std::uint64_t(1) << 40}) {
+    bytes = before;
+    put_word(bytes, PLACE_OF_LENGTH, length);
+    expect(bytes, "the bytes end in RVE 0 of 2");
+  }
+  bytes = before;
+  bytes.resize(bytes.size() + 3);
+  put_word(bytes, 24, bytes.size());
+  expect(bytes, "3 bytes are left over after 2 RVEs");
+  bytes = state;
+  put_word(bytes, PLACE_OF_DIMENSION, 4);
+  expect(bytes, "their dimension is 4; it must be 2 or 3");
+  EXPECT_EQ(saved(two.get()), before);
+}
+
+TEST(Librve, BytesOfTheFirstVersionAreRestored)
+{
+  const Batch batch = batch_of(DISKS, 2);
+  const std::vector<char> state = saved(batch.get()), earlier = first_version_of(state);
+  move(batch.get(), Kind::Advance, {0, 1}, 3);
+  ASSERT_EQ(rve_restore(batch.get(), earlier.data(), earlier.size()), RVE_SUCCESS) << rve_error();
+  EXPECT_EQ(saved(batch.get()), state);
+}
+
+TEST(Librve, ARefusedCallLeavesTheTrialBeforeIt)
+{
+  for (const std::string &file : {DISKS, SPHERES}) {
+    const Batch batch = batch_of(file, 2), plain = batch_of(file, 2);
+    const int d = rve_batch_dimension(batch.get());
+    move(batch.get(), Kind::Trial, {0, 1}, 4);
+    move(plain.get(), Kind::Advance, {0, 1}, 4);
+    const double p = quantity(batch.get(), "p", 0);
+
+    struct Call {
+      Numbers increments, dt;
+      std::vector<std::int32_t> substeps = {5, 5};
+    };
+    const Numbers f0 = increment(d, 0), f1 = increment(d, 1);
+    Call good;
+    good.increments = f0;
+    good.increments.insert(good.increments.end(), f1.begin(), f1.end());
+    good.dt.assign(2, d == 2 ? DT_DISKS : DT_SPHERES);
+    std::vector<Call> refused(7, good);
+    refused[0].dt[1] = -1.0;
+    refused[1].dt[1] = std::nan("");
+    refused[2].dt[1] = 1.0;
+    refused[3].substeps[1] = -1;
+    refused[4].increments.back() = std::nan("");
+    refused[5].increments[d * d] = -1.0;
+    refused[6].dt[0] = HUGE_VAL;
+    const auto expect_unchanged = [&](int code) {
+      EXPECT_EQ(code, RVE_BAD_INPUT);
+      EXPECT_EQ(quantity(batch.get(), "p", 0), p) << rve_error();
+    };
+    for (const Call &call : refused)
+      for (const auto function : {rve_trial, rve_advance})
+        expect_unchanged(function(batch.get(), nullptr, 2, call.increments.data(), call.dt.data(),
+                                  call.substeps.data(), nullptr, nullptr));
+    const std::size_t beyond[] = {0, 2};
+    for (const std::size_t count : {1, 2, 3})
+      expect_unchanged(rve_trial(batch.get(), count == 2 ? beyond : nullptr, count,
+                                 good.increments.data(), good.dt.data(), good.substeps.data(),
+                                 nullptr, nullptr));
+    Numbers table(8);
+    expect_unchanged(rve_follow_path(batch.get(), nullptr, 2, "stage rate yy -0.1 until time > 1",
+                                     good.dt[0], 5, 1, "p", table.data(), nullptr));
+
+    ASSERT_EQ(rve_commit(batch.get()), RVE_SUCCESS);
+    EXPECT_EQ(saved(batch.get()), saved(plain.get()));
+  }
+}
+
+TEST(Librve, AStepAboveTheStabilityBoundIsRefused)
+{
+  for (const std::string &file : {DISKS, SPHERES}) {
+    const Batch batch = batch_of(file, 2);
+    const std::vector<char> state = saved(batch.get());
+    Numbers bounds(2);
+    ASSERT_EQ(rve_time_steps(batch.get(), nullptr, 2, bounds.data()), RVE_SUCCESS);
+    const int d = rve_batch_dimension(batch.get());
+    Numbers increments(2 * d * d, 0.0);
+    for (int k = 0; k < 2; ++k)
+      for (int a = 0; a < d; ++a) increments[d * d * k + (d + 1) * a] = 1.0;
+    const std::vector<std::int32_t> substeps = {1, 1};
+    const auto call = [&](auto function, double share_of_second) {
+      const Numbers dt = {0.9 * bounds[0], share_of_second * bounds[1]};
+      return function(batch.get(), nullptr, 2, increments.data(), dt.data(), substeps.data(),
+                      nullptr, nullptr);
+    };
+    // in the first call, after a trial that was good, and in an advance
+    for (int k = 0; k < 2; ++k) {
+      EXPECT_EQ(call(rve_trial, 1.7), RVE_BAD_INPUT);
+      EXPECT_NE(std::string(rve_error()).find("dt of RVE 1 is "), std::string::npos) << rve_error();
+      EXPECT_NE(std::string(rve_error()).find("at most the stability bound"), std::string::npos);
+      EXPECT_EQ(call(rve_trial, 1.0), RVE_SUCCESS) << rve_error();
+    }
+    ASSERT_EQ(rve_revert(batch.get()), RVE_SUCCESS);
+    EXPECT_EQ(call(rve_advance, 1.7), RVE_BAD_INPUT);
+    EXPECT_EQ(saved(batch.get()), state);
+    // a call without steps has no step that could be too long
+    const std::vector<std::int32_t> none = {0, 0};
+    const Numbers dt(2, 1.0);
+    EXPECT_EQ(rve_trial(batch.get(), nullptr, 2, increments.data(), dt.data(), none.data(), nullptr,
+                        nullptr),
+              RVE_SUCCESS)
+        << rve_error();
+    ASSERT_EQ(rve_revert(batch.get()), RVE_SUCCESS);
+    // a path of them
+    Numbers table(16, -7.0);
+    EXPECT_EQ(rve_follow_path(batch.get(), nullptr, 2, "stage rate yy -0.1 until time > 1",
+                              1.7 * bounds[0], 5, 3, "p", table.data(), nullptr),
+              RVE_BAD_INPUT);
+    EXPECT_NE(std::string(rve_error()).find("stability bound"), std::string::npos) << rve_error();
+    EXPECT_EQ(table, Numbers(16, -7.0));
+    EXPECT_EQ(saved(batch.get()), state);
+  }
+}
+
+TEST(Librve, AStepThatGrowingStiffnessMakesTooLongIsRefused)
+{
+  // Hertz disks: the stiffness grows with the overlaps, while hardly any contact is new
+  rve_packing *packing = nullptr;
+  ASSERT_EQ(rve_packing_create("shape disk grains 60 seed 1 radius uniform 0.003 0.006 density "
+                               "2650 pressure 1e3 thickness 0.075 contact hertz hertz_kn 5e9 "
+                               "mindlin_kt 4e9 friction 0.5 damping 0.7",
+                               &packing),
+            RVE_SUCCESS)
+      << rve_error();
+  const Packing owner(packing, rve_packing_free);
+  const Batch batch = batch_of({packing});
+  double dt = 0.0;
+  ASSERT_EQ(rve_time_steps(batch.get(), nullptr, 1, &dt), RVE_SUCCESS);
+  const double f = std::exp(-5e-4);
+  const Numbers increments = {f, 0, 0, f};
+  const std::int32_t substeps = 200;
+  dt *= 0.9;
+  int code = RVE_SUCCESS, calls = 0;
+  std::uint32_t status = 0;
+  for (; calls < 40 && code == RVE_SUCCESS; ++calls) {
+    code =
+        rve_advance(batch.get(), nullptr, 1, increments.data(), &dt, &substeps, nullptr, &status);
+    EXPECT_EQ(status, 0u) << rve_status_text(status);
+  }
+  EXPECT_EQ(code, RVE_BAD_INPUT);
+  EXPECT_GT(calls, 1);
+  EXPECT_NE(std::string(rve_error()).find("stability bound"), std::string::npos) << rve_error();
+  double bound = 0.0;
+  ASSERT_EQ(rve_time_steps(batch.get(), nullptr, 1, &bound), RVE_SUCCESS);
+  EXPECT_LT(bound, dt);
+}
+
+TEST(Librve, MoreRowsThanMemoryCanHaveAreRefused)
+{
+  const Batch batch = batch_of(DISKS, 1);
+  const std::vector<char> state = saved(batch.get());
+  double table[4] = {-7.0, -7.0, -7.0, -7.0};
+  const std::size_t most = std::numeric_limits<std::size_t>::max();
+  for (const std::size_t calls : {most, most - 1, most / 8, most / 16 + 1}) {
+    EXPECT_EQ(rve_follow_path(batch.get(), nullptr, 1, "stage rate yy -0.1 until time > 1",
+                              DT_DISKS, 1, calls, "p q", table, nullptr),
+              RVE_BAD_INPUT)
+        << calls;
+    EXPECT_EQ(table[0], -7.0);
+  }
+  std::vector<std::size_t> which(3, 0);
+  EXPECT_EQ(rve_time_steps(batch.get(), which.data(), most, table), RVE_BAD_INPUT);
   EXPECT_EQ(saved(batch.get()), state);
 }
 

@@ -70,6 +70,20 @@ TEST(OutputFile, LeavesTheOldFileUntilTheNewOneIsWhole)
   EXPECT_EQ(num_entries(folder), 1u);
 }
 
+TEST(OutputFile, TheTemporaryFileHasTheNameOfTheMachine)
+{
+  const fs::path folder = new_folder(), path = folder / "file";
+  char machine[65] = "";
+  ASSERT_EQ(gethostname(machine, sizeof(machine) - 1), 0);
+
+  OutputFile file(path.string());
+
+  const std::string name = "file.part" + std::to_string(getpid()) + "." + machine;
+  EXPECT_TRUE(fs::exists(folder / name));
+  file.write("text");
+  EXPECT_EQ(num_entries(folder), 1u);
+}
+
 TEST(OutputFile, AFileThatIsReplacedKeepsItsMode)
 {
   const fs::path path = new_folder() / "file";

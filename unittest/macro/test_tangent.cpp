@@ -151,6 +151,41 @@ TEST(Tangent, OfAnIsotropicSolidHasItsModuliAndWaves)
   expect_isotropic_solid<3>();
 }
 
+namespace {
+
+template <int D> void expect_numbers_of(const TangentOf<D> &tangent)
+{
+  const TangentNumbersOf<D> numbers(tangent, rve::Tensor<double, D>::zero());
+  for (const double number :
+       {numbers.isotropic.young(), numbers.isotropic.poisson(), numbers.isotropic.shear,
+        numbers.isotropic.lambda, numbers.isotropic.anisotropy, numbers.least_work,
+        numbers.acoustic.determinant, numbers.acoustic.normal[0], wave_modulus(tangent)})
+    EXPECT_TRUE(std::isfinite(number)) << D;
+}
+
+template <int D> void expect_zeros_without_stiffness()
+{
+  const TangentOf<D> none{};
+  expect_numbers_of(none);
+  EXPECT_EQ(isotropic_part(none).young(), 0.0);
+  EXPECT_EQ(isotropic_part(none).poisson(), 0.0);
+  EXPECT_EQ(isotropic_part(none).anisotropy, 0.0);
+  // a solid that has no Young's modulus
+  expect_numbers_of(TangentOf<D>::isotropic(-1.0, 1.0));
+  // stiff along one axis only
+  TangentOf<D> one{};
+  one.component[0][0] = 1.0;
+  expect_numbers_of(one);
+}
+
+}    // namespace
+
+TEST(Tangent, NumbersWithoutStiffnessAreZeros)
+{
+  expect_zeros_without_stiffness<2>();
+  expect_zeros_without_stiffness<3>();
+}
+
 TEST(Tangent, ItsFastestWavesAreThoseOfIsotropicSolidsAndCubicCrystals)
 {
   EXPECT_NEAR(wave_modulus(TangentOf<2>::isotropic(LAMBDA, MU)), LAMBDA + 2.0 * MU,

@@ -1,5 +1,6 @@
 #include "capi/librve.h"
 
+#include "capi/step_bound.h"
 #include "capi/words.h"
 #include "cuda/device_arrays.h"
 #include "macro/load_path.h"
@@ -7,20 +8,25 @@
 #include "rve/core/checksum.h"
 #include "rve/core/error.h"
 #include "rve/engine/contact_network.h"
+#include "rve/engine/drive_record.h"
 #include "rve/engine/files.h"
 #include "rve/engine/packing.h"
 #include "rve/engine/packing_image.h"
 #include "rve/engine/packing_io.h"
+#include "rve/engine/stability.h"
 
 #include <algorithm>
 #include <cstring>
 #include <fstream>
+#include <initializer_list>
 #include <iterator>
+#include <limits>
 #include <memory>
 #include <new>
 #include <numeric>
 #include <optional>
 #include <sstream>
+#include <stdexcept>
 #include <type_traits>
 #include <variant>
 
@@ -48,6 +54,8 @@ template <class Work> int guarded(const Work &work) noexcept
     return failed(RVE_BAD_INPUT, e.what());
   } catch (const std::bad_alloc &) {
     return failed(RVE_NO_MEMORY, "there is not enough memory");
+  } catch (const std::length_error &) {
+    return failed(RVE_NO_MEMORY, "there is not enough memory");
   } catch (const std::exception &e) {
     return failed(RVE_FAILED, e.what());
   } catch (...) {
@@ -60,6 +68,20 @@ void require_pointer(const void *pointer, const char *name)
   require(pointer != nullptr, [&] {
     return std::string(name) + " is a null pointer";
   });
+}
+
+/// Product of the extents of an array of doubles. Throws InputError if no memory can have it.
+std::size_t size_of_array(const char *name, std::initializer_list<std::size_t> extents)
+{
+  constexpr std::size_t most = std::numeric_limits<std::size_t>::max() / sizeof(double);
+  std::size_t product = 1;
+  for (const std::size_t extent : extents) {
+    require(extent == 0 || product <= most / extent, [&] {
+      return std::string(name) + " would have more numbers than memory can have";
+    });
+    product *= extent;
+  }
+  return product;
 }
 
 /// Text of a file that a loading path names.
@@ -172,13 +194,31 @@ template <int D> std::vector<double> contact_table(const rve::RveStateOf<D> &sta
 
 namespace {
 
-/// The bytes of rve_save and rve_packing_save: this, then for each RVE the size of its record and the record.
+/// The bytes of rve_save and rve_packing_save: this header, then for each RVE the size of its record and the record.
 struct SavedHeader {
   char magic[8];
   std::uint64_t dimension, count, bytes, checksum;
 };
 static_assert(std::has_unique_object_representations_v<SavedHeader>, "it is copied as bytes");
-constexpr char SAVED_MAGIC[8] = {'l', 'i', 'b', 'r', 'v', 'e', ' ', '1'};
+constexpr char SAVED_MAGIC[8] = {'l', 'i', 'b', 'r', 'v', 'e', ' ', '2'};
+/// In the first version the checksum did not cover the header.
+constexpr char FIRST_SAVED_MAGIC[8] = {'l', 'i', 'b', 'r', 'v', 'e', ' ', '1'};
+
+bool has_magic(const SavedHeader &header, const char (&magic)[8])
+{
+  return std::memcmp(header.magic, magic, sizeof(magic)) == 0;
+}
+
+/// Checksum of the header, which counts with a checksum of zero, and of the records.
+std::uint64_t checksum_of_saved(SavedHeader header, const char *records, std::size_t size)
+{
+  if (has_magic(header, FIRST_SAVED_MAGIC)) return rve::checksum_of(records, size);
+  header.checksum = 0;
+  rve::Checksum checksum;
+  checksum.add(&header, sizeof(header));
+  checksum.add(records, size);
+  return checksum.value();
+}
 
 /// Bytes of `count` RVEs, the k-th of which is state_of(k).
 template <int D, class StateOf> std::vector<char> saved(std::size_t count, const StateOf &state_of)
@@ -196,7 +236,8 @@ template <int D, class StateOf> std::vector<char> saved(std::size_t count, const
   header.dimension = D;
   header.count = count;
   header.bytes = bytes.size();
-  header.checksum = rve::checksum_of(bytes.data() + sizeof(header), bytes.size() - sizeof(header));
+  header.checksum =
+      checksum_of_saved(header, bytes.data() + sizeof(header), bytes.size() - sizeof(header));
   std::memcpy(bytes.data(), &header, sizeof(header));
   return bytes;
 }
@@ -207,14 +248,20 @@ SavedHeader header_of(const char *bytes, std::size_t size)
   SavedHeader header{};
   require(size >= sizeof(header), "these are no saved RVEs: there are too few bytes");
   std::memcpy(&header, bytes, sizeof(header));
-  require(std::memcmp(header.magic, SAVED_MAGIC, sizeof(SAVED_MAGIC)) == 0,
+  require(has_magic(header, SAVED_MAGIC) || has_magic(header, FIRST_SAVED_MAGIC),
           "these are no bytes of rve_save, or of another machine's byte order");
   require(header.bytes == size &&
-              header.checksum == rve::checksum_of(bytes + sizeof(header), size - sizeof(header)),
+              header.checksum ==
+                  checksum_of_saved(header, bytes + sizeof(header), size - sizeof(header)),
           "the saved RVEs are damaged");
+  require(header.dimension == 2 || header.dimension == 3, [&] {
+    return "the saved RVEs are damaged: their dimension is " + std::to_string(header.dimension) +
+        "; it must be 2 or 3";
+  });
   return header;
 }
 
+/// Throws InputError unless the records after the header are exactly those of header.count sound states.
 template <int D>
 std::vector<rve::RveStateOf<D>> states_in(const char *bytes, const SavedHeader &header)
 {
@@ -222,11 +269,23 @@ std::vector<rve::RveStateOf<D>> states_in(const char *bytes, const SavedHeader &
   std::size_t place = sizeof(header);
   for (std::size_t k = 0; k < header.count; ++k) {
     std::uint64_t length = 0;
-    std::memcpy(&length, bytes + place, sizeof(length));
-    place += sizeof(length);
+    const bool has_length = header.bytes - place >= sizeof(length);
+    if (has_length) {
+      std::memcpy(&length, bytes + place, sizeof(length));
+      place += sizeof(length);
+    }
+    require(has_length && length <= header.bytes - place, [&] {
+      return "the saved RVEs are damaged: the bytes end in RVE " + std::to_string(k) + " of " +
+          std::to_string(header.count);
+    });
     states.push_back(rve::deserialize<D>(bytes + place, length));
+    states.back().check();
     place += length;
   }
+  require(place == header.bytes, [&] {
+    return "the saved RVEs are damaged: " + std::to_string(header.bytes - place) +
+        " bytes are left over after " + std::to_string(header.count) + " RVEs";
+  });
   return states;
 }
 
@@ -292,6 +351,10 @@ template <int D> class Batch {
       drives[k].substeps = substeps[k];
       drives[k].deformation = matrix_at<D>(increments, k);
     }
+    if (keeps) require_no_trial();
+    // a call that is refused leaves the trials before it as they are
+    for (std::size_t k = 0; k < which.size(); ++k) check_drive(which[k], drives[k]);
+    require_stable_steps(which, drives);
     if (keeps)
       begin_to_keep(which);
     else
@@ -338,6 +401,13 @@ template <int D> class Batch {
     std::vector<std::string> quantities;
     std::istringstream words(names);
     for (std::string name; words >> name;) quantities.push_back(name);
+    require(calls < std::numeric_limits<std::size_t>::max(), [&] {
+      return "calls is " + std::to_string(calls) + "; there are too many";
+    });
+    const std::size_t row_size = size_of_array("table", {which.size(), quantities.size()});
+    // a caller has all of it or nothing
+    std::vector<double> found(size_of_array("table", {calls + 1, row_size})), column(which.size());
+    require_no_trial();
     begin_to_keep(which);
 
     struct Walker {
@@ -355,10 +425,8 @@ template <int D> class Batch {
     const auto step_of = [&](const Walker &walker) {
       return macro::PathStep{dt, substeps, walker.gain, macro::SERVO_STRAIN_PER_STEP / dt};
     };
-    // a caller has all of it or nothing
-    std::vector<double> found((calls + 1) * which.size() * quantities.size()), column(which.size());
     const auto write_row = [&](std::size_t row) {
-      double *rows = found.data() + row * which.size() * quantities.size();
+      double *rows = found.data() + row * row_size;
       for (std::size_t j = 0; j < quantities.size(); ++j) {
         quantity(quantities[j], which, column.data());
         for (std::size_t k = 0; k < which.size(); ++k) rows[k * quantities.size() + j] = column[k];
@@ -374,6 +442,7 @@ template <int D> class Batch {
         drives.push_back(paths.drive(walkers[k].path, step_of(walkers[k]), nullptr,
                                      members[which[k]].result.deformation));
       }
+      require_stable_steps(moved, drives);
       std::vector<rve::ResultOf<D>> results;
       engine->advance(numbers_of(moved), drives, results);
       for (std::size_t j = 0; j < walking.size(); ++j) {
@@ -506,6 +575,7 @@ template <int D> class Batch {
     std::optional<rve::RveStateOf<D>> committed = {};
     std::optional<rve::ResultOf<D>> committed_result = {};
     rve::ResultOf<D> result = {};    ///< of what the engine has
+    capi::StepBound bound = {};      ///< of the committed state
     /// The same, when it was asked for: one quantity of contacts costs as much as all of them.
     mutable std::optional<rve::ContactMeasuresOf<D>> contacts = {};
 
@@ -545,15 +615,77 @@ template <int D> class Batch {
     return numbers;
   }
 
-  /// Before RVEs are moved for good: what was kept for trials is not their committed state any more.
-  void begin_to_keep(const std::vector<std::size_t> &which)
+  void require_no_trial() const
   {
     require(std::none_of(members.begin(), members.end(),
                          [](const Member &member) {
                            return member.tried;
                          }),
             "an RVE has a trial, which must be committed or reverted before an advance");
+  }
+
+  /// Before RVEs are moved for good: what was kept for trials is not their committed state any more.
+  void begin_to_keep(const std::vector<std::size_t> &which)
+  {
     for (const std::size_t m : which) members[m].forget_committed();
+  }
+
+  static void check_drive(std::size_t which, const rve::DriveOf<D> &drive)
+  {
+    try {
+      rve::check(drive);
+    } catch (const rve::InputError &e) {
+      throw rve::InputError("RVE " + std::to_string(which) + ": " + e.what());
+    }
+  }
+
+  /// What the engine would find if the member had no trial.
+  static const rve::ResultOf<D> &result_of_committed(const Member &member)
+  {
+    return member.tried ? *member.committed_result : member.result;
+  }
+
+  /// Throws InputError if a drive makes DEM steps that are too long for the committed state of its RVE. Determines bounds only
+  /// where StepBound does not have them: those of RVEs in the engine there, the exact ones of few RVEs on the host.
+  void require_stable_steps(const std::vector<std::size_t> &which,
+                            const std::vector<rve::DriveOf<D>> &drives)
+  {
+    const rve::ContactLaw law = engine->contacts().law;
+    std::vector<std::size_t> in_engine, exactly;    // places in `which`
+    double longest = 0.0;
+    for (std::size_t k = 0; k < which.size(); ++k) {
+      const Member &member = members[which[k]];
+      if (drives[k].substeps == 0 ||
+          member.bound.allows(drives[k].dt, result_of_committed(member), law))
+        continue;
+      (member.tried ? exactly : in_engine).push_back(k);
+      if (!member.tried) longest = std::max(longest, drives[k].dt);
+    }
+    std::vector<int> numbers;
+    for (const std::size_t k : in_engine) numbers.push_back(members[which[k]].number);
+    std::vector<double> bounds;
+    if (!numbers.empty()) engine->bound_time_steps(numbers, longest, bounds);
+    for (std::size_t j = 0; j < in_engine.size(); ++j) {
+      Member &member = members[which[in_engine[j]]];
+      if (drives[in_engine[j]].dt <= bounds[j])
+        member.bound.note(bounds[j], result_of_committed(member));
+      else
+        exactly.push_back(in_engine[j]);
+    }
+    for (const std::size_t k : exactly) require_stable_step(which[k], drives[k].dt);
+  }
+
+  void require_stable_step(std::size_t which, double dt)
+  {
+    Member &member = members[which];
+    const double bound =
+        rve::stable_time_step(member.tried ? *member.committed : engine->state(member.number));
+    require(dt <= bound, [&] {
+      return "dt of RVE " + std::to_string(which) + " is " + rve::number(dt) +
+          " [time]; it must be at most the stability bound " + rve::number(bound) +
+          " [time], and should be at most 0.9 of it (rve_time_steps)";
+    });
+    member.bound.note(bound, result_of_committed(member));
   }
 
   /// The answer of a call; false if the RVE failed, and stayed as it was.
@@ -614,6 +746,9 @@ std::vector<std::size_t> chosen(const std::size_t *which, std::size_t count, std
     std::iota(all.begin(), all.end(), std::size_t(0));
     return all;
   }
+  require(count <= size, [&] {
+    return "count is " + std::to_string(count) + "; there are " + std::to_string(size) + " RVEs";
+  });
   std::vector<char> seen(size, 0);
   for (std::size_t k = 0; k < count; ++k) {
     require(which[k] < size, [&] {

@@ -7,7 +7,8 @@
  * one after another: an array (n, D, D) has n*D*D numbers, D the dimension of the grains, 2 for disks and 3 for spheres.
  *
  * Errors. A function that returns int returns RVE_SUCCESS or what went wrong; rve_error() has the text, which names the value, its unit and
- * the allowed range. Then nothing has been changed, and what a pointer was to receive is as it was. Nothing is thrown.
+ * the allowed range. Then nothing has been changed, and what a pointer was to receive is as it was. The exception is a trial that ends with
+ * RVE_NO_MEMORY or RVE_FAILED: RVEs of its call may have lost their earlier trials, as by rve_revert(). Nothing is thrown.
  *
  * Threads. Different batches and packings may be used by different threads at the same time, one of them by one thread at a time.
  *
@@ -124,12 +125,14 @@ RVE_API const char *rve_batch_description(const rve_batch *batch);
 /* In the functions below `which` has `count` different numbers of RVEs, from 0 on, and arrays have one entry for each of them, in that order. NULL: all
  * RVEs, and count must be their number. */
 
-/* Lower bounds of the stable DEM time steps as the RVEs are (count) [time]; a step should be at most 0.9 of it. */
+/* Lower bounds of the stable DEM time steps as the RVEs are (count) [time]; a step should be at most 0.9 of it. A step above the bound is an error of
+ * the functions below. They check it at the beginning of a call: in the first call of an RVE, with a longer step than before, and where the number or the
+ * overlaps of the contacts have grown since the last check. */
 RVE_API int rve_time_steps(rve_batch *batch, const size_t *which, size_t count, double *dt);
 
 /* Deforms from the committed states: F becomes increment * F in substeps[k] DEM steps of dt[k].
  *   increments  (count, D, D) of the deformation gradient, near identity
- *   dt          (count) [time]
+ *   dt          (count) [time], at most the stability bound of the committed state
  *   substeps    (count), 0 or more; with 0 the increment must be the identity, and the configuration is evaluated as it is
  *   stresses    (count, D, D) Cauchy, or NULL
  *   statuses    (count), 0 for an RVE that is sound (rve_status_text), or NULL. An RVE that failed has its committed state for a trial. */
@@ -210,7 +213,8 @@ RVE_API int rve_batch_packing(rve_batch *batch, size_t which, rve_packing **pack
 /* Replaces an RVE by a packing of the same grains' law; what was is gone. */
 RVE_API int rve_batch_set_packing(rve_batch *batch, size_t which, const rve_packing *packing);
 
-/* The committed states as bytes, for restart files and for other processes: exact. The size is that of the present states.
+/* The committed states as bytes, for restart files and for other processes: exact. The size is that of the present states. Bytes of earlier releases can
+ * be restored; those of this release are refused by releases before it.
  * rve_save: `capacity` bytes have room; *size becomes the number that is needed, and it is an error if that is more. With bytes NULL only *size is set. */
 RVE_API int rve_save(rve_batch *batch, void *bytes, size_t capacity, size_t *size);
 /* As many RVEs as are in the bytes, which must be those of the batch; committed. */

@@ -64,9 +64,18 @@ struct IsotropicPart {
   double lambda, shear;    ///< Lame's lambda, and mu = G [stress]
   double anisotropy;       ///< |C - isotropic part| / |isotropic part| [-]
 
-  /// E and nu of the solid, of plane tangents of that in plane strain [stress], [-].
-  double young() const { return shear * (3.0 * lambda + 2.0 * shear) / (lambda + shear); }
-  double poisson() const { return 0.5 * lambda / (lambda + shear); }
+  /// E and nu of the solid, of plane tangents of that in plane strain [stress], [-]. 0 where lambda + shear is 0, as without contacts:
+  /// there are none.
+  double young() const
+  {
+    const double sum = lambda + shear;
+    return sum != 0.0 ? shear * (3.0 * lambda + 2.0 * shear) / sum : 0.0;
+  }
+  double poisson() const
+  {
+    const double sum = lambda + shear;
+    return sum != 0.0 ? 0.5 * lambda / sum : 0.0;
+  }
 };
 template <int D> IsotropicPart isotropic_part(const TangentOf<D> &tangent);
 

@@ -250,6 +250,10 @@ template <int D> void TangentProbesOf<D>::evaluate(Group &group) const
           std::max(answer.nonlinearity,
                    rve::norm(stress(2 * k) + stress(2 * k + 1) - 2.0 * answer.stress) / size);
   }
+  if (!std::isfinite(norm(answer.tangent))) {
+    answer = {};
+    return;
+  }
   answer.response = answer.tangent(answer.strain_rate);
   if (is_elastic) return;
   const Matrix along =

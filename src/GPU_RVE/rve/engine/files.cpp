@@ -38,6 +38,36 @@ namespace {
     return ELOOP;
   }
 
+  /// Name of a temporary file beside the target: no other process has it, on this machine or on another one with the same folder.
+  std::string temporary_name(const std::string &target)
+  {
+    char machine[65] = "";
+    ::gethostname(machine, sizeof(machine) - 1);
+    return target + ".part" + std::to_string(::getpid()) + "." + machine;
+  }
+
+  /// Brings the content of a file to the disk. Returns 0 or an error number.
+  int synchronise(int descriptor)
+  {
+    while (::fsync(descriptor) != 0) {
+      if (errno == EINTR) continue;
+      // some file systems have no such function
+      return errno == EINVAL || errno == ENOSYS || errno == EOPNOTSUPP ? 0 : errno;
+    }
+    return 0;
+  }
+
+  /// Brings the names in the folder of a file to the disk, where the file system can do that.
+  void synchronise_folder_of(const std::string &file)
+  {
+    const fs::path folder = fs::path(file).parent_path();
+    const std::string name = folder.empty() ? "." : folder.string();
+    const int descriptor = ::open(name.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor < 0) return;
+    synchronise(descriptor);
+    ::close(descriptor);
+  }
+
   /// Returns 0 or an error number.
   int write_all(int descriptor, const std::string &text)
   {
@@ -68,7 +98,7 @@ OutputFile::OutputFile(const std::string &_path) : path(_path)
     if (!regular) return;
   }
 
-  const std::string name = target + ".part" + std::to_string(::getpid());
+  const std::string name = temporary_name(target);
   ::unlink(name.c_str());    // of a process that had this number and was killed
   descriptor = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (descriptor < 0) fail(errno);
@@ -93,12 +123,15 @@ void OutputFile::write(const std::string &text)
     if (descriptor < 0) fail(errno);
   }
   if (const int error = write_all(descriptor, text)) fail(error);
+  if (regular)
+    if (const int error = synchronise(descriptor)) fail(error);
   const int closed = ::close(descriptor);
   descriptor = -1;
   if (closed != 0) fail(errno);
   if (!regular) return;
   if (::rename(temporary.c_str(), target.c_str()) != 0) fail(errno);
   temporary.clear();
+  synchronise_folder_of(target);
 }
 
 /// A constructor that throws has no destructor, so this cleans up.

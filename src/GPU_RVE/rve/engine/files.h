@@ -14,7 +14,8 @@ namespace rve {
 ///   a symbolic link                the same with the file that it leads to; the link stays
 ///   a device or a fifo             the text goes straight into it; a fifo waits for its reader
 ///   a directory                    is refused
-/// Where write() was not called, or failed, nothing has changed.
+/// Where write() was not called, or failed, nothing has changed. After a loss of power a regular file is the old one or the new one, whole: its
+/// content is on the disk before it takes the name.
 class OutputFile {
  public:
   /// Throws InputError with the reason if it cannot be written.
