@@ -70,7 +70,7 @@ FixMpm::~FixMpm()
 
 int FixMpm::setmask()
 {
-  return PRE_FORCE | FINAL_INTEGRATE | POST_RUN;    // PRE_FORCE for setup_pre_force() only
+  return PRE_FORCE | FINAL_INTEGRATE | POST_RUN;
 }
 
 /* ----------------------------------------------------------------------
@@ -127,6 +127,11 @@ void FixMpm::init()
 void FixMpm::setup_pre_force(int)
 {
   impl->setup_pre_force();
+}
+
+void FixMpm::pre_force(int)
+{
+  impl->pre_force();
 }
 
 void FixMpm::setup(int)

@@ -38,6 +38,7 @@ class FixMpm : public Fix {
   int setmask() override;
   void init() override;
   void setup_pre_force(int) override;
+  void pre_force(int) override;
   void setup(int) override;
   void final_integrate() override;
   void post_run() override;

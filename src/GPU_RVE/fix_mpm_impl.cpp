@@ -658,6 +658,7 @@ template <int D> void FixMpm::ImplOf<D>::check_volume(const std::vector<int> &ma
                   FULL, volume_word<D>(), fullest, volume_word<D>(), settings.initial_volume, D,
                   are_all_new ? "" : " or on top of those that were there");
   if (are_all_new && 2 * over > cells) error->all(FLERR, "Fix mpm: {}", text);
+  warned_full = true;
   if (comm->me == 0) error->warning(FLERR, "Fix mpm {}: {}", fix->id, text);
 }
 
@@ -671,47 +672,95 @@ template <int D> void FixMpm::ImplOf<D>::setup_pre_force()
   check_overlap();
   find_members();
   take_over();
-  std::vector<int> made;
-  for (int i = 0; i < atom->nlocal; i++) {
-    const bool rigid = body[i] >= 0;
-    if (!rigid && model[i] < 0)
-      error->one(FLERR, "Fix mpm: atom {} has no constitutive model; see the keyword model",
-                 atom->tag[i]);
-    const FixRve *source = rigid ? nullptr : grains[model[i]];
-    if (source && source->slot(i) < 0)
-      error->one(FLERR, "Fix mpm: atom {} has no RVE of fix {}; is it in its group?", atom->tag[i],
-                 source->id);
-    if (volume0[i] == 0.0) {
-      const double half = 0.5 * settings.width_of_point();
-      if (!rigid) made.push_back(i);
-      for (int a = 0; a < D; a++) {
-        reference[i][a] = atom->x[i][a];
-        half_size[i][a] = half;
-      }
-      volume0[i] = volume[i] = settings.initial_volume;
-      deformation_gradient[i] = Tensor::identity();
-      velocity_gradient[i] = Tensor::zero();
-      stress[i] = rigid ? Tensor::zero()
-          : source      ? stress_of<D>(*source, i)
-                        : settings.initial_stress;
-      if (!rigid) begin_memory(i);
-      if (given_density(i) > 0.0)
-        mass[i] = given_density(i) * settings.initial_volume;
-      else if (source)
-        mass[i] = source->bulk_density(i) * settings.initial_volume;
-      else if (rigid)
-        mass[i] = atom->rmass ? atom->rmass[i] : atom->mass[atom->type[i]];
-      else
-        error->one(FLERR,
-                   "Fix mpm: atom {} has no RVE, so the keyword density must give its model, {}, a "
-                   "value > 0",
-                   atom->tag[i], settings.models[model[i]].group);
-    }
-  }
+  const std::vector<int> made = make_points(false);
   if (settings.in_situ.given)
     begin_in_situ(made);
   else if (rve::norm(settings.initial_stress) > 0.0)
     check_strength(made);
+  give_masses();
+  check_volume(made);
+  warned_full = false;
+  // other fixes and the variables of this one may read the columns before setup() is through
+  fill_output();
+}
+
+/* ----------------------------------------------------------------------
+   the same in a run, for atoms that a fix has created in this step. They come with new neighbor lists
+------------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::pre_force()
+{
+  if (neighbor->ago > 0) return;
+  int any = has_new;
+  MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_MAX, world);
+  if (!any) return;
+  find_members();
+  take_over();
+  const std::vector<int> made = make_points(true);
+  if (settings.in_situ.given) begin_in_situ(made);
+  is_in_situ = false;    // what is out of balance is that of a run
+  give_masses();
+  if (!warned_full) check_volume(made);
+}
+
+/// Returns false if the atom is a point already.
+template <int D> bool FixMpm::ImplOf<D>::make_point(int i, bool in_run)
+{
+  const bool rigid = body[i] >= 0;
+  if (!rigid && model[i] < 0)
+    error->one(FLERR, "Fix mpm: atom {} has no constitutive model; see the keyword model",
+               atom->tag[i]);
+  const FixRve *source = rigid ? nullptr : grains[model[i]];
+  const bool is_new = volume0[i] == 0.0;
+  if (is_new && in_run && (rigid || source))
+    error->one(FLERR,
+               "Fix mpm, step {}: atom {} was created in this run, as a point of {}; this is "
+               "possible between two runs only. Points of a law in closed form can be created in "
+               "a run",
+               update->ntimestep, atom->tag[i],
+               rigid ? "rigid body " + settings.bodies[body[i]].group
+                     : fmt::format("the RVEs of fix {}", source->id));
+  if (source && source->slot(i) < 0)
+    error->one(FLERR, "Fix mpm: atom {} has no RVE of fix {}; is it in its group?", atom->tag[i],
+               source->id);
+  if (!is_new) return false;
+  const double half = 0.5 * settings.width_of_point();
+  for (int a = 0; a < D; a++) {
+    reference[i][a] = atom->x[i][a];
+    half_size[i][a] = half;
+  }
+  volume0[i] = volume[i] = settings.initial_volume;
+  deformation_gradient[i] = Tensor::identity();
+  velocity_gradient[i] = Tensor::zero();
+  stress[i] = rigid ? Tensor::zero() : source ? stress_of<D>(*source, i) : settings.initial_stress;
+  if (!rigid) begin_memory(i);
+  if (given_density(i) > 0.0)
+    mass[i] = given_density(i) * settings.initial_volume;
+  else if (source)
+    mass[i] = source->bulk_density(i) * settings.initial_volume;
+  else if (rigid)
+    mass[i] = atom->rmass ? atom->rmass[i] : atom->mass[atom->type[i]];
+  else
+    error->one(FLERR,
+               "Fix mpm: atom {} has no RVE, so the keyword density must give its model, {}, a "
+               "value > 0",
+               atom->tag[i], settings.models[model[i]].group);
+  return true;
+}
+
+/// Returns the deformable ones that were no points before.
+template <int D> std::vector<int> FixMpm::ImplOf<D>::make_points(bool in_run)
+{
+  std::vector<int> made;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (make_point(i, in_run) && body[i] < 0) made.push_back(i);
+  has_new = false;
+  return made;
+}
+
+/// To the atoms, for fix gravity; an error where types have another mass.
+template <int D> void FixMpm::ImplOf<D>::give_masses()
+{
   for (int i = 0; i < atom->nlocal; i++) {
     const bool rigid = body[i] >= 0;
     if (atom->rmass)
@@ -723,9 +772,6 @@ template <int D> void FixMpm::ImplOf<D>::setup_pre_force()
                  "use atom_style sphere, or set it with the mass command",
                  atom->tag[i], mass[i], atom->type[i], atom->mass[atom->type[i]]);
   }
-  check_volume(made);
-  // other fixes and the variables of this one may read the columns before setup() is through
-  fill_output();
 }
 
 template <int D> void FixMpm::ImplOf<D>::setup()
@@ -1286,6 +1332,7 @@ template <int D> void FixMpm::ImplOf<D>::set_arrays(int i)
 {
   take_over();
   volume0[i] = volume[i] = 0.0;
+  has_new = true;
   remembering[i] = NO_LAW;
   std::fill_n(fix->array_atom[i], fix->size_peratom_cols, 0.0);
 }

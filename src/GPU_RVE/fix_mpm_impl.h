@@ -46,6 +46,7 @@ struct FixMpm::Impl : protected Pointers {
 
   virtual void find_models() = 0;
   virtual void setup_pre_force() = 0;
+  virtual void pre_force() = 0;
   virtual void setup() = 0;
   virtual void final_integrate() = 0;
   virtual void post_run() = 0;
@@ -98,6 +99,7 @@ template <int D> struct FixMpm::ImplOf final : Impl {
 
   void find_models() override;
   void setup_pre_force() override;
+  void pre_force() override;
   void setup() override;
   void final_integrate() override;
   void post_run() override;
@@ -167,6 +169,9 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   std::uint64_t positions_then = 0;
   double box_then[2 * D] = {};
   bool said_overlap = false;
+  bool has_new = false;    // atoms of this rank that are no points yet
+  bool warned_full =
+      false;    // of cells with too much volume, by points that were created in this run
   bool said_parts = false;
   double times[TIMES] = {};                        // wall time of this run [seconds]
   double damping_sum = 0.0, reaction_sum = 0.0;    // of looks in this run [force]
@@ -267,6 +272,9 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   void find_members();
   /// The same in a run. Ends with an error unless each point has a model, and its RVE if it needs one.
   void find_members_of_run();
+  bool make_point(int i, bool in_run);
+  std::vector<int> make_points(bool in_run);
+  void give_masses();
 
   mpm::PointView<D> points();
 

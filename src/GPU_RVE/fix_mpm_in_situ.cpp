@@ -218,7 +218,9 @@ template <int D> void FixMpm::ImplOf<D>::begin_in_situ(const std::vector<int> &m
     begin_at_rest(made);
   check_strength(made);
   is_in_situ = true;
-  if (comm->me == 0) utils::logmesg(lmp, "fix mpm {}: {} points in situ\n", fix->id, total);
+  // not for each point that a fix creates in a run
+  if (comm->me == 0 && update->ntimestep == update->firststep)
+    utils::logmesg(lmp, "fix mpm {}: {} points in situ\n", fix->id, total);
 }
 
 template <int D> void FixMpm::ImplOf<D>::begin_by_components(const std::vector<int> &made)

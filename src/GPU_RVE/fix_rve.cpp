@@ -238,6 +238,7 @@ void FixRve::post_run()
     impl->recheck_time_step(Impl::Check::Run);
     impl->advise(false);
   }
+  impl->report_fast_strain();
   if (impl->is_halted) {
     impl->is_halted = false;
     timer->reset_timeout();

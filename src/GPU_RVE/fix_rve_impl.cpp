@@ -35,6 +35,7 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
+#include <utility>
 
 using namespace LAMMPS_NS;
 
@@ -46,6 +47,10 @@ static constexpr int CHECKS_FOR_ONE_WITH_WARNINGS = 10;
 
 // RVEs whose bound is computed exactly, on all ranks together: each takes some milliseconds
 static constexpr int MOST_EXACT_BOUNDS = 8;
+
+// Share of the RVEs whose inertial numbers are above the limit of quasi-static deformation, from which on a warning comes. Next to edges
+// of rigid bodies a few RVEs exceed the limit in almost any scene, and the response of the whole does not depend on them.
+static constexpr double NOTABLE_SHARE = 0.05;
 
 /* ---------------------------------------------------------------------- */
 
@@ -618,22 +623,60 @@ template <int D> void FixRve::ImplOf<D>::advise(bool at_start)
   for (int kind = 0; kind < KINDS; ++kind)
     if (worst[kind] < worst_of_all[kind]) id[kind] = MAXTAGINT;
   MPI_Allreduce(id, lowest, KINDS, MPI_LMP_TAGINT, MPI_MIN, fix->world);
+  int all_rves;
+  MPI_Allreduce(&count, &all_rves, 1, MPI_INT, MPI_SUM, fix->world);
+  constexpr int FAST = static_cast<int>(rve::AdviceKind::FastStrain);
   for (int kind = 0; kind < KINDS; ++kind) {
-    if (all_beyond[kind] == 0 || advised[kind]) continue;
-    advised[kind] = true;
+    if (all_beyond[kind] == 0) continue;
+    const double share = static_cast<double>(all_beyond[kind]) / all_rves;
+    if (kind == FAST) {
+      if (!note_fast_strain(share, worst_of_all[kind], lowest[kind])) continue;
+    } else if (std::exchange(advised[kind], true)) {
+      continue;
+    }
     const std::string text = first_message(
         fix->lmp,
         id[kind] != lowest[kind]
             ? ""
             : fmt::format("fix rve: in the RVE of atom {}{} at step {}, {}", lowest[kind],
                           all_beyond[kind] > 1
-                              ? fmt::format(" (and {} other{})", all_beyond[kind] - 1,
-                                            all_beyond[kind] > 2 ? "s" : "")
+                              ? fmt::format(" (and {} other{}, {:.3g} % of the RVEs)",
+                                            all_beyond[kind] - 1, all_beyond[kind] > 2 ? "s" : "",
+                                            100.0 * share)
                               : "",
                           fix->update->ntimestep, message[kind]));
     // the log file belongs to rank 0
     if (fix->comm->me == 0) fix->error->warning(FLERR, text);
   }
+}
+
+/* ---------------------------------------------------------------------- */
+
+/// Records a check in which a share of the RVEs strained too fast. Returns true if a warning is due, which is once in a run.
+template <int D> bool FixRve::ImplOf<D>::note_fast_strain(double share, double worst, tagint id)
+{
+  const Update *update = fix->update;
+  if (update->ntimestep <= update->firststep) return false;    // of the run before
+  fast_strain.share = std::max(fast_strain.share, share);
+  if (worst > fast_strain.worst) {
+    fast_strain.worst = worst;
+    fast_strain.id = id;
+    fast_strain.step = update->ntimestep;
+  }
+  return share >= NOTABLE_SHARE && !std::exchange(fast_strain.is_told, true);
+}
+
+/// Logs at the end of a run the share that was too small for a warning.
+template <int D> void FixRve::ImplOf<D>::report_fast_strain()
+{
+  const FastStrain run = std::exchange(fast_strain, {});
+  if (fix->comm->me != 0 || run.share == 0.0 || run.is_told) return;
+  constexpr double LIMIT = rve::QUASI_STATIC_INERTIAL_NUMBER;
+  utils::logmesg(fix->lmp,
+                 "fix rve {}: up to {:.3g} % of the RVEs had inertial numbers above the {:g} of "
+                 "quasi-static deformation at a check, the largest {:.2g} in the RVE of atom {} at "
+                 "step {}\n",
+                 fix->id, 100.0 * run.share, LIMIT, run.worst * LIMIT, run.id, run.step);
 }
 
 /* ---------------------------------------------------------------------- */

@@ -105,6 +105,7 @@ struct FixRve::Impl {
 
   /// Says once of each kind what goes beyond a limit, of the RVE that is farthest beyond; collective.
   virtual void advise(bool at_start) = 0;
+  virtual void report_fast_strain() = 0;
   /// When the DEM time step is looked at again.
   enum class Check {
     EveryStep,    ///< of RVEs that have stiffened since their last check
@@ -263,6 +264,7 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   double engine_time() const override { return points.as_they_are().engine_time(); }
   double bounding_time() const override { return points.as_they_are().bounding_time(); }
   void advise(bool at_start) override;
+  void report_fast_strain() override;
   std::vector<int> atoms_to_check(Check check);
   void recheck_time_step(Check check) override;
   double dem_steps() const override;
@@ -346,6 +348,14 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   bool all_on_devices = false;    // the RVEs of all ranks
   bool warned_sharing = false, warned_tension = false;
   bool advised[rve::NUM_ADVICE_KINDS] = {};
+  /// Checks of this run in which RVEs had inertial numbers above the limit of quasi-static deformation.
+  struct FastStrain {
+    double share = 0.0;    // largest share of the RVEs [-]
+    double worst = 0.0;    // largest inertial number over the limit
+    tagint id = 0;         // of the atom that had it
+    bigint step = 0;
+    bool is_told = false;    // a warning has come
+  } fast_strain;
   double wall_time = 0.0;
   bigint num_advances = 0;
   // of a restart file, until the RVEs have been adopted
@@ -382,6 +392,7 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   LeastBound least_time_step(const std::vector<int> &atoms, double enough);
   /// What limits the RVE of an atom is beyond.
   std::vector<rve::Advice> advice_on(int atom, bool at_start);
+  bool note_fast_strain(double share, double worst, tagint id);
   void check(const Matrix &tensor, const char *what, const char *unit, int atom) const;
   /// `is_new`: nothing has been advanced yet.
   void report(const std::vector<int> &failed, const std::vector<int> &atoms, double dt_dem,

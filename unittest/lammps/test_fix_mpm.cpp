@@ -470,6 +470,84 @@ void make_packing()
             "friction 0.5 density 2650 damping 0.3 thickness 0.075\n";
 }
 
+/// Ground of 8 by 3 on which fix deposit drops points, one every 20 steps from step 1 on.
+std::string ground_under_drops(const std::string &models)
+{
+  return points_in_box(8, 3, 9) +
+      "group ground type 1\ntimestep 0.002\nfix weight all gravity 9.81 vector 0 -1 0\n"
+      "region drop block 1 7 9 11 -0.05 0.05 units box\n" +
+      models + "fix drops ground deposit 4 1 20 1234 region drop near 1.2 vy -1 -1 units box\n";
+}
+
+TEST(FixMpm, PointsThatAFixCreatesInARunFallFreely)
+{
+  const std::string scene = ground_under_drops(
+      "fix soil all mpm 1.0 model ground mohr_coulomb 1e6 0.3 1000 30 0 density 2000 stress -10 "
+      "-10 0 boundary xlo roller boundary xhi roller boundary ylo fixed\n");
+  SoilScript script, alone(MPI_COMM_SELF);
+  script << "processors 1 * 1\n" + scene + "run 21\n";
+  alone << scene + "run 21\n";
+
+  const auto points = script.points();
+  EXPECT_EQ(points, alone.points());
+  ASSERT_EQ(points.size(), 24u + 2u);
+  for (const auto &[id, steps] : std::map<tagint, int>{{25, 21}, {26, 1}}) {
+    const std::vector<double> &row = points.at(id);
+    EXPECT_NEAR(row[3], -1.0 - 9.81 * 0.002 * steps, 2e-4) << "the initial stress adds little";
+    EXPECT_NEAR(row[4 + 10], 2000.0, 2.0) << "density";
+  }
+  EXPECT_NEAR(script.fix()->compute_vector(3), 26 * 2000.0, 1e-6);
+  // with those that have landed, and through a restart
+  script << "run 600\nwrite_restart test_fix_mpm_drops.restart\nrun 100\n";
+  SoilScript second;
+  second << "read_restart test_fix_mpm_drops.restart\npair_style none\ncomm_modify cutoff 1.0\n"
+            "neighbor 0.5 bin\nneigh_modify every 5 delay 0 check no\n" +
+          scene.substr(scene.find("timestep")) + "run 100\n";
+  EXPECT_EQ(script.points().size(), 28u);
+  EXPECT_EQ(script.points(), second.points());
+  MPI_Barrier(MPI_COMM_WORLD);
+  std::remove("test_fix_mpm_drops.restart");
+}
+
+TEST(FixMpm, PointsThatAFixDeletesInARunAreGoneWithTheirMass)
+{
+  SoilScript script;
+  script << points_in_box(4, 4) +
+          "region corner block 3 4 3 4 -0.05 0.05 units box\ntimestep 0.002\n"
+          "fix soil all mpm 1.0 model all elastic 1e6 0.3 density 2000 boundary ylo fixed\n"
+          "fix out all evaporate 5 1 corner 1234\nrun 20\n";
+  EXPECT_EQ(script.points().size(), 15u);
+  EXPECT_NEAR(script.fix()->compute_vector(3), 15 * 2000.0, 1e-6);
+}
+
+TEST(FixMpmErrors, SayWhichPointsCannotBeCreatedInARun)
+{
+  make_packing();
+  MPI_Barrier(MPI_COMM_WORLD);
+  const auto message_with = [](const std::string &models) {
+    return message_of(ground_under_drops(models) + "run 5\n");
+  };
+  const std::string of_grains = message_with(
+      "fix grains ground rve test_fix_mpm.rve drive mpm dt 1e-4 substeps match device cpu threads "
+      "1\nfix soil all mpm 1.0 model ground rve grains\n");
+  EXPECT_NE(of_grains.find("step 1: atom 25 was created in this run, as a point of the RVEs of fix "
+                           "grains; this is possible between two runs only"),
+            std::string::npos)
+      << of_grains;
+  const std::string without = message_with(
+      "group first id 1:24\nfix soil all mpm 1.0 model first elastic 1e6 0.3 density 2000\n");
+  EXPECT_NE(without.find("atom 25 has no constitutive model; see the keyword model"),
+            std::string::npos)
+      << without;
+  const std::string without_setup = message_of(
+      points_in_box(4, 2, 4) +
+      "timestep 0.002\nfix soil all mpm 1.0 model all elastic 1e6 0.3 density 2000\nrun 1\n"
+      "create_atoms 1 single 1.5 4.5 0\nrun 1 pre no\n");
+  EXPECT_NE(without_setup.find("has no volume yet: it was created after the run has been set up"),
+            std::string::npos)
+      << without_setup;
+}
+
 /// A specimen without lateral stress, 4 wide and 8 high, under a smooth plate that comes down: it yields everywhere after 300 steps.
 std::string specimen_under_a_plate(const std::string &law)
 {

@@ -812,10 +812,53 @@ TEST(Warnings, NameValueLimitAndRemedyOnce)
       log_of(FOUR_ATOMS + FIX + "dt 1e-4 dt_check 5 drive velocity_gradient yy -5\nrun 20");
 
   EXPECT_IN("WARNING: fix rve: in the RVE of atom", log);
-  EXPECT_IN("(and 3 others) at step 5, the inertial number is 0.0", log);
+  EXPECT_IN("(and 3 others, 100 % of the RVEs) at step 5, the inertial number is 0.0", log);
   EXPECT_IN("above the 0.001 of quasi-static deformation", log);
   EXPECT_IN("use a lower rate", log);
   EXPECT_EQ(log.find("inertial", log.find("inertial") + 1), std::string::npos);
+}
+
+/// 25 RVEs, the first `fast` of which strain fast.
+std::string some_fast_rves(int fast)
+{
+  return R"(units si
+dimension 2
+boundary p p p
+atom_style atomic
+region box block 0 5 0 5 -0.5 0.5
+create_box 1 box
+lattice sq 1.0 origin 0.5 0.5 0.0
+create_atoms 1 box
+mass 1 1.0
+timestep 1e-3
+variable rate atom -1e-3-5*(id<=)" +
+      std::to_string(fast) + ")\nfix grains all rve " + few_grains() +
+      " threads 1 dt 1e-4 dt_check 5 drive velocity_gradient yy v_rate\n";
+}
+
+TEST(Warnings, OfInertialNumbersComeOncePerRunFromANotableShareOn)
+{
+  const auto count = [](const std::string &log, const std::string &part) {
+    int number = 0;
+    for (auto at = log.find(part); at != std::string::npos; at = log.find(part, at + 1)) ++number;
+    return number;
+  };
+  const std::string one = log_of(some_fast_rves(1) + "run 20\nrun 0\nrun 20");
+  EXPECT_EQ(count(one, "the inertial number is"), 0) << one;
+  EXPECT_EQ(count(one,
+                  "fix rve grains: up to 4 % of the RVEs had inertial numbers above the 0.001 "
+                  "of quasi-static deformation at a check, the largest 0.0"),
+            2)
+      << one;
+  EXPECT_IN("in the RVE of atom 1 at step", one);
+
+  const std::string two = log_of(some_fast_rves(2) + "run 20\nrun 0\nrun 20");
+  EXPECT_EQ(count(two, "the inertial number is"), 2) << two;
+  EXPECT_IN("(and 1 other, 8 % of the RVEs) at step 25, the inertial number is", two);
+  EXPECT_EQ(count(two, "had inertial numbers"), 0) << two;
+
+  const std::string none = log_of(some_fast_rves(0) + "run 20");
+  EXPECT_EQ(count(none, "inertial"), 0) << none;
 }
 
 TEST(Warnings, ComeForTheSizeOfACellWhenItIsStrainedAndForOverlapsAtTheStart)

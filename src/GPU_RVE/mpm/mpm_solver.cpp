@@ -131,6 +131,11 @@ void throw_point_error(const Grid<D> &grid, const PointView<D> &points, int num_
     case Trouble::Stress:
       fail(points, p, "has a stress that is not finite");
     case Trouble::HalfSize:
+      if (!(points.initial_volume[p] > 0.0))
+        fail(
+            points, p,
+            "has no volume yet: it was created after the run has been set up; create points before "
+            "a run, and do not leave out the setup of that run");
       fail(points, p,
            "must have half sizes in (0, " + number(0.5 * grid.cell_size()) +
                "] (half a cell), got " + in_words<D>(points.half_size[p].component, " ") +
