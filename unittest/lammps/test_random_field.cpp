@@ -146,6 +146,7 @@ TEST(RandomFieldErrors, SayWhatIsWrong)
        "there is no per-atom vector d_psi; define it first: fix ID all property/atom d_psi"},
       {points + "fix two all property/atom i_psi\nrandom_field all d_psi " + law + grid,
        "there is no per-atom vector d_psi"},
+      {scene + law + grid + "angle 1e300", "angle must be from -360 to 360 [degrees], got 1e+300"},
       {scene + law + grid + "wings 2", "unknown keyword 'wings'; the keywords are"},
       {scene + law + grid + "margnal normal 0 1",
        "random_field: unknown keyword 'margnal'; did you mean marginal?"},
@@ -211,6 +212,22 @@ TEST(RandomFieldErrors, ErrorsLeaveTheOldValues)
   EXPECT_THROW(script << field + "bounds 1.99 2.01", LAMMPSException);
 
   for (const auto &one : script.property("phi")) EXPECT_EQ(one.second, -5.0);
+}
+
+TEST(RandomField, ValuesThatAreAllZeroHaveNoExponent)
+{
+  // the smallest double as deviation: where the field is within half of it, the only value of a group of one atom is 0
+  Script script;
+  script << points;
+  int zeros = 0;
+  for (int id = 1; id <= 12; ++id) {
+    const std::string one = "one" + std::to_string(id);
+    script << "group " + one + " id " + std::to_string(id) + "\nrandom_field " + one +
+            " d_phi covariance exponential marginal normal 0 4.9406564584124654e-324 " + grid;
+  }
+  for (const auto &one : script.property("phi"))
+    if (one.first <= 12 && one.second == 0.0) ++zeros;
+  EXPECT_GT(zeros, 0);
 }
 
 TEST(RandomField, LargeValuesHaveTheirMeanAndDeviationInTheLog)
