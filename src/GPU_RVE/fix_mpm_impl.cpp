@@ -1048,6 +1048,7 @@ template <int D> void FixMpm::ImplOf<D>::check_enclosed()
 
 template <int D> void FixMpm::ImplOf<D>::solve(bool advance)
 {
+  settings.check_groups(lmp);
   find_members_of_run();
   check_bodies(advance);
   modify->clearstep_compute();

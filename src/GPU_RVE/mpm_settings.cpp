@@ -36,6 +36,9 @@ namespace {
 // of any number: products of two, and sums of many, are still numbers
 constexpr double LARGEST = 1e30;
 
+// In each direction a cell has 100 points in the plane, and 21 in space.
+constexpr double MOST_POINTS_PER_CELL = 1e4;
+
 // the estimate for RVEs is an upper bound, if no larger one than that
 constexpr double MAX_COURANT = 10.0;
 
@@ -193,9 +196,17 @@ template <int D> void read_volume(ScriptWords &words, Said<D> &said)
 {
   const bool is_share = words.keyword() == "points_per_cell";
   words.about("volume");
-  const char *unit = D == 2 ? "[length^2]" : "[length^3]";
-  const double given = words.positive("", is_share ? "[-]" : unit);
-  const double cell = volume_of_cell(said.options);
+  const double given = words.number();
+  const double cell = volume_of_cell(said.options), number = is_share ? given : cell / given;
+  // the volume of a cell may have been rounded
+  if (!(number >= 1.0 - 1e-6 && number <= MOST_POINTS_PER_CELL * (1.0 + 1e-6)))
+    words.refuse(is_share
+                     ? fmt::format("points_per_cell is {} [-]; it must be from 1 to {}",
+                                   rve::number(given), rve::number(MOST_POINTS_PER_CELL))
+                     : fmt::format("volume is {} [length^{}]; it must be from {} to {}, that of a "
+                                   "cell, since a cell has at most {} points",
+                                   rve::number(given), D, rve::number(cell / MOST_POINTS_PER_CELL),
+                                   rve::number(cell), rve::number(MOST_POINTS_PER_CELL)));
   said.settings.initial_volume = is_share ? cell / given : given;
 }
 
@@ -625,10 +636,6 @@ template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, cha
     if (settings.in_situ.given && words.has("stress"))
       lmp->error->all(FLERR, "Fix mpm: stress and insitu exclude each other");
     check_forms(lmp, said);
-    if (settings.width_of_point() > options.cell_size * (1.0 + 1e-6))
-      lmp->error->all(
-          FLERR, "Fix mpm volume of a point must be in (0, {}] (one cell), got {} [distance^{}]",
-          volume_of_cell(options), settings.initial_volume, D);
   });
   const std::string only_density = share_density(words, settings);
   for (const auto &given : words.given())
@@ -690,9 +697,9 @@ template <int D> double MpmSettings<D>::width_of_point() const
   return D == 2 ? std::sqrt(initial_volume) : std::cbrt(initial_volume);
 }
 
-template <int D> void MpmSettings<D>::find(LAMMPS *lmp)
+template <int D> void MpmSettings<D>::check_groups(LAMMPS *lmp) const
 {
-  // groups may be deleted, and their bits be those of others
+  // the bit of a deleted group may be that of another one
   const auto check_group = [lmp](const char *keyword, const std::string &name, int bit) {
     const int found = lmp->group->find(name);
     if (found < 0)
@@ -703,26 +710,29 @@ template <int D> void MpmSettings<D>::find(LAMMPS *lmp)
                       "Fix mpm {}: group '{}' has been deleted and defined anew since the fix was "
                       "defined; define the fix after its groups",
                       keyword, name);
-    return found;
   };
   for (const auto &body : bodies) check_group("rigid", body.group, body.groupbit);
   for (const auto &model : models) check_group("model", model.group, model.groupbit);
   for (const auto &load : tractions)
-    if (load.groupbit) {
-      const int found = check_group(load.keyword(), load.id, load.groupbit);
-      if (lmp->group->count(found) == 0)
-        lmp->error->all(FLERR, "Fix mpm {}: group '{}' has no atoms", load.keyword(), load.id);
-    }
+    if (load.groupbit)
+      check_group(load.keyword(), load.id, load.groupbit);
+    else if (!lmp->domain->get_region_by_id(load.id))
+      lmp->error->all(FLERR, "Fix mpm {}: region '{}' does not exist", load.keyword(), load.id);
+}
+
+template <int D> void MpmSettings<D>::find(LAMMPS *lmp)
+{
+  check_groups(lmp);
+  for (const auto &load : tractions)
+    if (load.groupbit && lmp->group->count(lmp->group->find(load.id)) == 0)
+      lmp->error->all(FLERR, "Fix mpm {}: group '{}' has no atoms", load.keyword(), load.id);
   for (auto &body : bodies)
     for (auto &rate : body.rates) rate.find(lmp, "Fix mpm", false);
   for (ScriptValue *value : {&in_situ.k0, &in_situ.surcharge}) value->find(lmp, "Fix mpm insitu");
   if (in_situ.surface) in_situ.surface->find(lmp, "Fix mpm insitu");
   for (ScriptValue &component : in_situ.components) component.find(lmp, "Fix mpm insitu");
-  for (auto &load : tractions) {
+  for (auto &load : tractions)
     for (auto &component : load.traction) component.find(lmp, "Fix mpm");
-    if (!load.groupbit && !lmp->domain->get_region_by_id(load.id))
-      lmp->error->all(FLERR, "Fix mpm {}: region '{}' does not exist", load.keyword(), load.id);
-  }
 }
 
 template struct LAMMPS_NS::MpmSettings<2>;

@@ -115,6 +115,9 @@ template <int D> struct MpmSettings {
 
   /// Looks up the variables, groups and regions, which may change between runs.
   void find(LAMMPS *lmp);
+  /// Ends with an error if a group or a region of the fix has been deleted. Runs with pre no do not
+  /// initialize the fix.
+  void check_groups(LAMMPS *lmp) const;
 };
 
 /// Words of a fix_modify that gives a model that is defined by the fix what this one has, or "" if it has no other.

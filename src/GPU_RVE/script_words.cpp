@@ -35,26 +35,38 @@ using namespace LAMMPS_NS;
 void ScriptValue::find(LAMMPS *lmp, const std::string &command, bool may_be_per_atom)
 {
   if (variable.empty()) return;
+  owner = command;
   Variable *variables = lmp->input->variable;
-  index = variables->find(variable.c_str());
-  if (index < 0) lmp->error->all(FLERR, "{}: variable {} does not exist", command, variable);
-  per_atom = may_be_per_atom && variables->atomstyle(index);
-  if (!per_atom && !variables->equalstyle(index))
+  const int found = variables->find(variable.c_str());
+  if (found < 0) lmp->error->all(FLERR, "{}: variable {} does not exist", command, variable);
+  per_atom = may_be_per_atom && variables->atomstyle(found);
+  if (!per_atom && !variables->equalstyle(found))
     lmp->error->all(FLERR, "{}: variable {} must be of equal{} style", command, variable,
                     may_be_per_atom ? " or atom" : "");
 }
 
+int ScriptValue::index(LAMMPS *lmp) const
+{
+  Variable *variables = lmp->input->variable;
+  const int found = variables->find(variable.c_str());
+  if (found < 0 || !(per_atom ? variables->atomstyle(found) : variables->equalstyle(found)))
+    lmp->error->all(
+        FLERR, "{}: variable {} has been deleted or has another style since the run was set up",
+        owner, variable);
+  return found;
+}
+
 double ScriptValue::evaluate(LAMMPS *lmp) const
 {
-  return variable.empty() ? constant : lmp->input->variable->compute_equal(index);
+  return variable.empty() ? constant : lmp->input->variable->compute_equal(index(lmp));
 }
 
 void ScriptValue::evaluate(LAMMPS *lmp, int igroup, std::vector<double> &values) const
 {
   values.assign(lmp->atom->nlocal, constant);
   if (per_atom)
-    lmp->input->variable->compute_atom(index, igroup, values.data(), 1, 0);
-  else if (index >= 0)
+    lmp->input->variable->compute_atom(index(lmp), igroup, values.data(), 1, 0);
+  else if (!variable.empty())
     std::fill(values.begin(), values.end(), evaluate(lmp));
 }
 

@@ -34,7 +34,6 @@ class ScriptWords;
 struct ScriptValue {
   double constant = 0.0;
   std::string variable;    ///< name without v_, empty for a constant
-  int index = -1;          ///< of the variable, set by find()
   bool per_atom = false;
 
   /// Looks the variable up; an error names it.
@@ -45,6 +44,12 @@ struct ScriptValue {
 
   /// One value per local atom of the group.
   void evaluate(LAMMPS *lmp, int igroup, std::vector<double> &values) const;
+
+ private:
+  std::string owner;    // the command, for errors
+  /// Index of the variable as it is now: LAMMPS renumbers variables when one before them is deleted
+  /// or ends.
+  int index(LAMMPS *lmp) const;
 };
 
 /// A keyword of a command: how its values are written, for messages, and what reads them into `Target`.

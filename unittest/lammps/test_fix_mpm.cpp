@@ -1493,9 +1493,14 @@ TEST(FixMpmErrors, SayWhatIsWrong)
       {scene + "fix soil all mpm 1.0 " + law + " progress -1",
        "progress is -1 [seconds of wall time]; it must be at least 0, which means never"},
       {scene + "fix soil all mpm 1.0 " + law + " points_per_cell 0",
-       "points_per_cell is 0 [-]; it must be greater than 0"},
+       "points_per_cell is 0 [-]; it must be from 1 to 10000"},
+      {scene + "fix soil all mpm 1.0 " + law + " points_per_cell 1e30",
+       "points_per_cell is 1e+30 [-]; it must be from 1 to 10000"},
+      {scene + "fix soil all mpm 1.0 " + law + " volume 1e-300",
+       "volume is 1e-300 [length^2]; it must be from 0.0001 to 1, that of a cell, since a cell has "
+       "at most 10000 points"},
       {scene + "fix soil all mpm 1.0 " + law + " volume 1.5",
-       "volume of a point must be in (0, 1] (one cell), got 1.5"},
+       "volume is 1.5 [length^2]; it must be from 0.0001 to 1, that of a cell"},
       {scene + "fix soil all mpm 1.0 " + law + " cfl 1.0 0.5",
        "0 < warn <= error <= 10, got 1 0.5"},
       {scene + "fix soil all mpm 1.0 " + law + " domain 0 2.5 0 4",
@@ -1773,4 +1778,18 @@ TEST(FixMpm, APointThatJoinsTheGroupOfAModelWithoutAnRveIsNamed)
               std::string::npos)
         << message;
   }
+}
+
+// LAMMPS gives the bit of a deleted group to the next one, and a run with pre no does not look.
+TEST(FixMpm, GroupsAndRegionsDeletedBeforeARunWithoutSetUpAreNamed)
+{
+  const std::string fix =
+      "region top block 2 6 3 4 -0.5 0.5\ngroup top region top\n"
+      "fix m all mpm 1.0 domain 0 8 0 8 boundary ylo fixed model all elastic 1e6 "
+      "0.3 density 2000 traction top 0 -1000\nrun 1\n";
+  const std::string message = message_of(
+      rising_block("0", "", fix + "group top delete\ngroup bottom id 1\nrun 1 pre no\n"));
+  EXPECT_NE(message.find("group 'top' has been deleted since the fix was defined"),
+            std::string::npos)
+      << message;
 }

@@ -395,7 +395,7 @@ TEST(FixMpmInSpaceMessage, SaysWhatTheThirdAxisWants)
   EXPECT_IN("'zl'", message_of(scene + model + "boundary zl fixed\n"));
   EXPECT_IN("tx ty tz", message_of(scene + model + "traction ground 0 -1\n"));
   EXPECT_IN("xlo xhi ylo yhi zlo zhi", message_of(scene + model + "domain 0 2 0 2\n"));
-  EXPECT_IN("volume of a point must be in (0, 1] (one cell), got 1.5 [distance^3]",
+  EXPECT_IN("volume is 1.5 [length^3]; it must be from 0.0001 to 1, that of a cell",
             message_of(scene + model + "volume 1.5\n"));
   EXPECT_IN("grid extent in z must be a whole number of cells",
             message_of(scene + model + "domain 0 2 0 2 0 2.5\n"));

@@ -1407,3 +1407,33 @@ TEST(FixRveMessage, DriveMpmWithoutFixMpm)
 {
   EXPECT_IN("drive mpm needs a fix mpm", message_of(FOUR_ATOMS + FIX + "drive mpm\nrun 0"));
 }
+
+// LAMMPS deletes a file-style variable that ends, and renumbers the variables after it. Before, the
+// drive then read another variable, or none.
+TEST(FixRveVariables, AreFoundByNameWhenOthersEnd)
+{
+  const std::string numbers = file_of_rank("numbers.txt");
+  std::ofstream(numbers) << "1\n2\n3\n";
+  Script script(MPI_COMM_SELF);
+  script << "units si\ndimension 2\nboundary f f p\natom_style sphere\natom_modify map array\n"
+            "region box block 0 1 0 1 -0.5 0.5\ncreate_box 1 box\ncreate_atoms 1 single 0.5 0.5 0\n"
+            "pair_style none\ncomm_modify cutoff 0.5\ntimestep 5e-4\nvariable ft file " +
+          numbers +
+          "\nvariable seen equal next(ft)\nvariable fast equal -0.05\nvariable slow equal -0.04\n"
+          "fix grains all rve " EXAMPLE_PACKINGS
+          "/A_h0075.rve threads 1 drive velocity_gradient yy "
+          "v_fast dt 5e-5 substeps 10\ncompute c all rve/atom def_yy\n"
+          "thermo_style custom step v_seen\nthermo 1\nrun 20\n";
+  EXPECT_NEAR(script.compute("c")[1], std::exp(-0.05 * 20 * 5e-4), 1e-12);
+}
+
+TEST(FixRveVariables, ThatAreDeletedBetweenRunsAreNamed)
+{
+  const std::string message = message_of(
+      "units si\ndimension 2\nboundary f f p\natom_style sphere\natom_modify map array\n"
+      "region box block 0 1 0 1 -0.5 0.5\ncreate_box 1 box\ncreate_atoms 1 single 0.5 0.5 0\n"
+      "pair_style none\ncomm_modify cutoff 0.5\ntimestep 5e-4\nvariable fast equal -0.05\n"
+      "fix grains all rve " EXAMPLE_PACKINGS "/A_h0075.rve threads 1 drive velocity_gradient yy "
+      "v_fast dt 5e-5 substeps 10\nrun 2\nvariable fast delete\nrun 2 pre no\n");
+  EXPECT_NE(message.find("variable fast has been deleted"), std::string::npos) << message;
+}
