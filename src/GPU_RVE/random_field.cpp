@@ -246,7 +246,10 @@ void store(LAMMPS *lmp, const FieldRequest &request, const std::vector<double> &
   double sums[3] = {0.0, 0.0, 0.0}, all[3], range[2];
   MPI_Allreduce(extremes, range, 2, MPI_DOUBLE, MPI_MAX, lmp->world);
   // in a power of two near the largest value, so that no square overflows
-  const int exponent = std::ilogb(std::fmax(std::fabs(range[0]), std::fabs(range[1])));
+  const double largest = std::fmax(std::fabs(range[0]), std::fabs(range[1]));
+  // not if all values are 0, or there are none
+  const bool has_exponent = largest > 0.0 && std::isfinite(largest);
+  const int exponent = has_exponent ? std::ilogb(largest) : 0;
   for (int i = 0; i < atom->nlocal; i++) {
     if (!(atom->mask[i] & request.groupbit)) continue;
     request.property[i] = values[i];

@@ -65,7 +65,7 @@ TEST(FieldErrors, LengthsAndAnglesAreNumbers)
   expect_message(input_error([] {
                    Anisotropy({1.0, 2.0}, INFINITY);
                  }),
-                 "angle must be finite, got inf");
+                 "angle must be from -360 to 360 [degrees], got inf");
 }
 
 TEST(FieldErrors, SmoothnessIsInItsRange)

@@ -146,6 +146,7 @@ TEST(RandomFieldErrors, SayWhatIsWrong)
        "there is no per-atom vector d_psi; define it first: fix ID all property/atom d_psi"},
       {points + "fix two all property/atom i_psi\nrandom_field all d_psi " + law + grid,
        "there is no per-atom vector d_psi"},
+      {scene + law + grid + "angle 1e300", "angle must be from -360 to 360 [degrees], got 1e+300"},
       {scene + law + grid + "wings 2", "unknown keyword 'wings'; the keywords are"},
       {scene + law + grid + "margnal normal 0 1",
        "random_field: unknown keyword 'margnal'; did you mean marginal?"},

@@ -38,7 +38,8 @@ Anisotropy::Anisotropy(const Vec &length, double angle) : length_(length)
     require(length[a] > 0.0 && std::isfinite(length[a]),
             std::string(a == 0 ? "horizontal" : "vertical") +
                 " correlation length must be positive, got " + number(length[a]));
-  require(std::isfinite(angle), "angle must be finite, got " + number(angle));
+  require(std::fabs(angle) <= 360.0,
+          "angle must be from -360 to 360 [degrees], got " + number(angle));
   // an ellipse is the same after half a turn, a circle after any
   const double turned = length[0] == length[1] ? 0.0 : std::remainder(angle, 180.0);
   const double radians = turned * (rve::kPi / 180.0);
