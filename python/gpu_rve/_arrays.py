@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import dataclasses
 import math
+import operator
 from typing import Any
 
 import numpy as np
@@ -170,6 +171,34 @@ def found_doubles(array: Any, name: str, shape: tuple[int, ...], device: int | N
     if writes and not found.writable:
         raise Error(f"{name} is read-only; it must be writable")
     return found
+
+
+def integer(value: Any, name: str, least: int | None = None) -> int:
+    """A whole number of a caller: int or one of NumPy's; raises TypeError for anything else, such as 1.5 or True."""
+    if isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{name} is {value}; it must be an integer")
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name} is {value!r}; it must be an integer") from None
+    if least is not None and number < least:
+        raise Error(f"{name} is {number}; it must be at least {least}")
+    return number
+
+
+def integers(values: Any, name: str, shape: tuple[int, ...], dtype: type) -> np.ndarray:
+    """Whole numbers of a caller as an array of this type and shape; raises TypeError where they are none, and Error where the type cannot have them."""
+    if is_on_device(values):
+        raise Error(f"{name} is in the memory of a device; it must be on the host")
+    if not isinstance(values, np.ndarray) and hasattr(values, "__dlpack__"):
+        values = np.from_dlpack(values)
+    given = np.asarray(values)
+    if given.size > 0 and given.dtype.kind not in "iu":
+        raise TypeError(f"{name} has dtype {given.dtype}; it must have integers")
+    limits = np.iinfo(dtype)
+    if given.size > 0 and (given.min() < limits.min or given.max() > limits.max):
+        raise Error(f"{name} has a number that is not from {limits.min} to {limits.max}")
+    return np.ascontiguousarray(np.broadcast_to(given.astype(dtype), shape))
 
 
 def numbers(values: Any, name: str, shape: tuple[int, ...], dtype: type = float) -> np.ndarray:

@@ -6,14 +6,14 @@ from typing import Any, Iterable, Sequence
 
 import numpy as np
 
-from ._arrays import Found, found_doubles, is_on_device, numbers
+from ._arrays import Found, found_doubles, integer, integers, is_on_device, numbers
 from ._library import Error, check, doubles, ffi, lib, saved_by, text, words
 from .packing import Packing
 
 
 def status_text(status: int) -> str:
     """Words for a status of an RVE: "overlap too large"; "ok" for 0."""
-    return text(lib.rve_status_text(int(status)))
+    return text(lib.rve_status_text(integer(status, "status", 0)))
 
 
 def pointer_to(found: Found) -> Any:
@@ -71,7 +71,7 @@ class Batch:
         """Pointer and number of those that are meant; all without `which`."""
         if which is None:
             return ffi.NULL, len(self)
-        chosen = [int(k) for k in which]
+        chosen = [integer(k, "which", 0) for k in which]
         return ffi.new("size_t[]", chosen), len(chosen)
 
     def time_steps(self, which: Iterable[int] | None = None) -> np.ndarray:
@@ -87,7 +87,7 @@ class Batch:
         shape = (n, self.dimension, self.dimension)
         f = increments if is_on_device(increments) else numbers(increments, "increments", shape)
         given = found_doubles(f, "increments", shape, self.device_number, writes=False)
-        times, steps = numbers(dt, "dt", (n,)), numbers(substeps, "substeps", (n,), np.int32)
+        times, steps = numbers(dt, "dt", (n,)), integers(substeps, "substeps", (n,), np.int32)
         stresses, receives = self._out(out, shape)
         statuses = np.empty(n, dtype=np.uint32)
         check((call_device if given.on_device or receives.on_device else call)(
@@ -138,6 +138,7 @@ class Batch:
             failed, repeat.
         """
         chosen, n = self._which(which)
+        substeps, calls = int(integers(substeps, "substeps", (), np.int32)), integer(calls, "calls", 0)
         table, statuses = np.empty((calls + 1, n, len(quantities))), np.empty(n, dtype=np.uint32)
         check(lib.rve_follow_path(self._pointer, chosen, n, path.encode("utf-8"), dt, substeps, calls, " ".join(quantities).encode("utf-8"),
                                   doubles(table), ffi.from_buffer("uint32_t[]", statuses)))
@@ -203,12 +204,12 @@ class Batch:
     def packing(self, which: int) -> Packing:
         """An RVE as it is, with its last trial if there is one."""
         pointer = ffi.new("rve_packing **")
-        check(lib.rve_batch_packing(self._pointer, which, pointer))
+        check(lib.rve_batch_packing(self._pointer, integer(which, "which", 0), pointer))
         return Packing(pointer[0])
 
     def set_packing(self, which: int, packing: Packing) -> None:
         """Replaces an RVE; what it was is gone."""
-        check(lib.rve_batch_set_packing(self._pointer, which, packing._pointer))
+        check(lib.rve_batch_set_packing(self._pointer, integer(which, "which", 0), packing._pointer))
 
     def save(self) -> bytes:
         """The committed states, exact, for restart files and other processes."""

@@ -11,6 +11,7 @@ from typing import Sequence
 
 import numpy as np
 
+from ._arrays import integer
 from .batch import Batch
 from .packing import Packing
 
@@ -58,6 +59,7 @@ def _run(packings: Packing | Sequence[Packing], rates: str, strain: float, rate:
     for name, value in (("strain", strain), ("rate", rate), ("step", step)):
         if not (value > 0.0 and math.isfinite(value)):
             raise ValueError(f"{name} is {value}; it must be positive")
+    rows = integer(rows, "rows")
     if rows < 1:
         raise ValueError(f"rows is {rows}; it must be at least 1")
     batch = Batch([packings] if isinstance(packings, Packing) else packings, **options)

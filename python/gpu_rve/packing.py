@@ -7,6 +7,7 @@ from typing import Any, Callable
 
 import numpy as np
 
+from ._arrays import integer
 from ._library import check, doubles, ffi, lib, saved_by, words
 
 
@@ -54,7 +55,7 @@ class Packing:
     def image(self, number: int) -> Packing:
         """The same grains in a mirror or turned by right angles: 0 to 7 of disks, 0 to 47 of spheres; 0 is the packing itself."""
         pointer = ffi.new("rve_packing **")
-        check(lib.rve_packing_image(self._pointer, number, pointer))
+        check(lib.rve_packing_image(self._pointer, integer(number, "number"), pointer))
         return Packing(pointer[0])
 
     def copy(self) -> Packing:

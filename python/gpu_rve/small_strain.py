@@ -6,6 +6,7 @@ from typing import Any, Sequence
 
 import numpy as np
 
+from ._arrays import integer
 from ._library import Error
 from .batch import Batch, status_text
 from .packing import Packing
@@ -43,6 +44,7 @@ class SmallStrainModel:
     def __init__(self, packings: Sequence[Packing], substeps: int, time_scale: float = 1.0, probe: float = 1e-5, rotates: bool = False,
                  **options: float | str | bool):
         self.batch = Batch(packings, **options)
+        substeps = integer(substeps, "substeps", 1)
         self.substeps, self.time_scale, self.probe, self.rotates = substeps, time_scale, probe, rotates
         self.trials = 0    # of all RVEs, with those of tangents
         # numbers of trials: the one that is committed, the one that may be, and how many there were

@@ -124,9 +124,6 @@ constexpr ScriptKeyword<Said> KEYWORDS[] = {
     {"angle", "degrees",
      [](ScriptWords &words, Said &said) {
        said.angle = words.number();
-       if (!(std::fabs(said.angle) <= 360.0))
-         words.refuse(fmt::format("angle is {} [degrees]; it must be from -360 to 360",
-                                  rve::number(said.angle)));
      }},
     {"spacing", "dx dy",
      [](ScriptWords &words, Said &said) {
@@ -250,8 +247,8 @@ void store(LAMMPS *lmp, const FieldRequest &request, const std::vector<double> &
   MPI_Allreduce(extremes, range, 2, MPI_DOUBLE, MPI_MAX, lmp->world);
   // in a power of two near the largest value, so that no square overflows
   const double largest = std::fmax(std::fabs(range[0]), std::fabs(range[1]));
-  const bool has_exponent =
-      largest > 0.0 && std::isfinite(largest);    // not if all are 0, or none is there
+  // not if all values are 0, or there are none
+  const bool has_exponent = largest > 0.0 && std::isfinite(largest);
   const int exponent = has_exponent ? std::ilogb(largest) : 0;
   for (int i = 0; i < atom->nlocal; i++) {
     if (!(atom->mask[i] & request.groupbit)) continue;

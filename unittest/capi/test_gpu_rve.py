@@ -13,7 +13,7 @@ import unittest
 import numpy as np
 
 import gpu_rve
-from gpu_rve import _arrays
+from gpu_rve import _arrays, element_tests
 
 PACKINGS = pathlib.Path(sys.argv.pop(1))
 DISKS, SPHERES = (gpu_rve.Packing.read(PACKINGS / name) for name in ("A_h0075.rve", "S500.rve"))
@@ -442,6 +442,36 @@ class Batches(unittest.TestCase):
         np.testing.assert_allclose(np.log(table[:, 0, 0]), -np.minimum(np.arange(11) * 2e-4, 1e-3), atol=1e-9)
         self.assertEqual(table[-1, 0, 1], batch["syy"][1])
         self.assertEqual(batch["substeps"][0], 0)
+
+    def test_whole_numbers_are_integers(self):
+        batch = gpu_rve.Batch([DISKS] * 2, **OPTIONS)
+        one, state = np.eye(2), batch.save()
+        path = "stage rate yy -0.1 until time > 1"
+        for work in (lambda n: batch.advance(one, DT[2], n), lambda n: batch.trial(one, DT[2], [n, n]), lambda n: batch.time_steps([n]),
+                     lambda n: batch.quantity("p", [n]), lambda n: batch.packing(n), lambda n: batch.set_packing(n, DISKS), DISKS.image,
+                     lambda n: batch.follow_path(path, DT[2], n, 1, ["p"]), lambda n: batch.follow_path(path, DT[2], 1, n, ["p"]),
+                     lambda n: gpu_rve.SmallStrainModel([DISKS], n, **OPTIONS), lambda n: element_tests.shear(DISKS, rows=n, **OPTIONS)):
+            for wrong in (1.5, 1.0, True, np.float64(1.0), np.bool_(True), "1", None):
+                with self.assertRaises(TypeError):
+                    work(wrong)
+        for right in (3, np.int32(3), np.int64(3), np.uint8(3), [3, 3], np.array([3, 3], dtype=np.uint16)):
+            batch.trial(one, DT[2], right)
+            batch.revert()
+        self.assertEqual(batch.packing(np.int64(1)).grains, DISKS.grains)
+        for wrong in (2**40, -2**31 - 1):
+            with self.assertRaisesRegex(gpu_rve.Error, "substeps has a number that is not from -2147483648 to 2147483647"):
+                batch.trial(one, DT[2], wrong)
+        for wrong in (lambda: batch.follow_path(path, DT[2], 1, -1, ["p"]), lambda: batch.quantity("p", [-1])):
+            with self.assertRaisesRegex(gpu_rve.Error, "is -1; it must be at least 0"):
+                wrong()
+        self.assertEqual(batch.save(), state)
+
+    def test_a_time_step_above_the_bound_is_refused(self):
+        batch = gpu_rve.Batch([DISKS] * 2, **OPTIONS)
+        bound = batch.time_steps()
+        batch.trial(np.eye(2), bound, 1)
+        with self.assertRaisesRegex(gpu_rve.Error, r"dt of RVE 0 is .* at most the stability bound .* \[time\]"):
+            batch.trial(np.eye(2), 1.7 * bound, 1)
 
     def test_errors_name_what_is_wrong(self):
         batch = gpu_rve.Batch([DISKS], **OPTIONS)
