@@ -429,7 +429,7 @@ SteeringRecord<2> kernel_steering(const RveState &state)
 
 bool same_records(const KernelRun &x, const KernelRun &y)
 {
-  static_assert(sizeof(AnswerRecord<2>) == 4 * 4 + 5 * 8, "no padding");
+  static_assert(sizeof(AnswerRecord<2>) == 4 * 4 + 6 * 8, "no padding");
   // all but the padding at the end
   const std::size_t size = reinterpret_cast<const char *>(x.detail.stiffness + kStiffness<2>) -
       reinterpret_cast<const char *>(&x.detail);
