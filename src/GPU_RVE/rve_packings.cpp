@@ -22,6 +22,7 @@
 #include "rve/core/checksum.h"
 #include "rve/core/error.h"
 #include "rve/engine/contact_network.h"
+#include "rve/engine/drift.h"
 #include "rve/engine/packing_image.h"
 #include "rve/engine/packing_io.h"
 #include "rve/engine/stability.h"
@@ -77,6 +78,7 @@ template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &
 {
   files = settings.packings;
   std::vector<std::vector<char>> state_images;
+  std::vector<std::string> drifts;
   rve::Checksum as_read;
   const std::string failure = on_rank_zero(lmp->world, [&]() {
     for (std::size_t n = 0; n < settings.packings.size(); ++n) {
@@ -90,6 +92,10 @@ template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &
                           1.0);
           state.check();
           rve::forget_absurd_force(state);
+          const auto drift = rve::drift_of(state);
+          rve::remove_drift(state, drift);
+          if (const std::string text = rve::describe_drift(drift); !text.empty())
+            drifts.push_back(fmt::format("{} of packing {} in {}", text, file_of.size(), file));
           file_of.push_back(static_cast<int>(n));
           stable.push_back(rve::stable_time_step(state));
           state_images.push_back(rve::serialize(state));
@@ -100,6 +106,11 @@ template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &
     }
   });
   if (!failure.empty()) lmp->error->all(FLERR, "fix rve: {}", failure);
+  for (const std::string &drift : drifts)    // of rank 0
+    lmp->error->warning(FLERR,
+                        "fix rve: the {} was subtracted from all of its grains: local damping "
+                        "would act on it",
+                        drift);
 
   checksum = as_read.value();
   MPI_Bcast(&checksum, 1, MPI_UINT64_T, 0, lmp->world);

@@ -630,6 +630,22 @@ TEST(Librve, MoreRowsThanMemoryCanHaveAreRefused)
   EXPECT_EQ(saved(batch.get()), state);
 }
 
+TEST(Librve, APackingThatDriftsIsRefused)
+{
+  auto state = rve::read_packing<2>(DISKS);
+  for (std::size_t k = 0; k < state.velocity.size(); ++k) state.velocity[k] += k % 2 ? -5.0 : 10.0;
+  const std::string file = "test_librve_drift.rve";
+  rve::write_packing(file, state);
+  rve_packing *packing = nullptr;
+  EXPECT_EQ(rve_packing_read(file.c_str(), &packing), RVE_BAD_INPUT);
+  EXPECT_NE(std::string(rve_error()).find("has a mean velocity (10, -5) [length/time]"),
+            std::string::npos)
+      << rve_error();
+  std::size_t count = 0;
+  EXPECT_EQ(rve_library_read(file.c_str(), nullptr, 0, &count), RVE_BAD_INPUT);
+  std::remove(file.c_str());
+}
+
 TEST(Librve, AFailureHasAStatusAndKeepsTheState)
 {
   const Batch batch = batch_of(DISKS, 2);

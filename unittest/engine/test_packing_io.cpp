@@ -1,5 +1,6 @@
 #include "rve/core/error.h"
 #include "rve/engine/contact_network.h"
+#include "rve/engine/drift.h"
 #include "rve/engine/packing_io.h"
 #include "rve/engine/spatial_strain.h"
 #include "support/files.h"
@@ -710,4 +711,43 @@ TEST(ContactNetwork, BinsFindWhatAllPairsFind)
 
   EXPECT_GT(found.size(), 50u);
   EXPECT_EQ(found, all_pairs);
+}
+
+TEST(Drift, IsTheMeanVelocityWhereItIsMostOfTheMotion)
+{
+  RveState state = crowded_state(40, 7);
+  EXPECT_EQ(describe_drift(drift_of(state)), "");    // fluctuations alone
+  const Vec<double, 2> more{{10.0, -5.0}};
+  remove_drift(state, -1.0 * more);
+
+  const Vec<double, 2> drift = drift_of(state);
+  remove_drift(state, drift);
+
+  EXPECT_NEAR(drift[0], 10.0, 0.5);
+  EXPECT_NEAR(drift[1], -5.0, 0.5);
+  double momentum[2] = {0.0, 0.0}, mass = 0.0;
+  for (int i = 0; i < state.num_grains(); ++i) {
+    const double m = state.radius[i] * state.radius[i];
+    mass += m;
+    for (int a = 0; a < 2; ++a) momentum[a] += m * state.velocity[2 * i + a];
+  }
+  for (const double p : momentum) EXPECT_NEAR(p / mass, 0.0, 1e-14);
+  EXPECT_EQ(describe_drift(drift_of(state)), "");
+}
+
+TEST(Drift, IsNoneAtRestButForRounding)
+{
+  RveState state = crowded_state(40, 7);
+  std::fill(state.velocity.begin(), state.velocity.end(), 0.0);
+  EXPECT_EQ(describe_drift(drift_of(state)), "");
+  for (double &v : state.velocity) v = 1e-12;
+  EXPECT_EQ(describe_drift(drift_of(state)), "");
+}
+
+TEST(Drift, OfEqualVelocitiesIsExactlyThese)
+{
+  RveState state = crowded_state(40, 7);
+  for (std::size_t k = 0; k < state.velocity.size(); ++k) state.velocity[k] = k % 2 ? -5.1 : 10.3;
+  remove_drift(state, drift_of(state));
+  EXPECT_EQ(state.velocity, std::vector<double>(state.velocity.size(), 0.0));
 }

@@ -8,6 +8,7 @@
 #include "rve/core/checksum.h"
 #include "rve/core/error.h"
 #include "rve/engine/contact_network.h"
+#include "rve/engine/drift.h"
 #include "rve/engine/drive_record.h"
 #include "rve/engine/files.h"
 #include "rve/engine/packing.h"
@@ -127,17 +128,35 @@ int dimension_of(const AnyState &state)
   return state.index() == 0 ? 2 : 3;
 }
 
+/// Throws InputError if the grains drift. There is no log in which a correction could be reported.
+template <int D> void require_no_drift(const rve::RveStateOf<D> &state, const std::string &whose)
+{
+  const std::string drift = rve::describe_drift(rve::drift_of(state));
+  require(drift.empty(), [&] {
+    return whose + " has a " + drift +
+        ", which is most of the motion of its grains; it must be 0: " +
+        "subtract it from the velocities";
+  });
+}
+
+template <int D> AnyState read_state_of(const char *file)
+{
+  rve::RveStateOf<D> state = rve::read_packing<D>(file);
+  require_no_drift(state, file);
+  return state;
+}
+
 AnyState read_state(const char *file)
 {
   require_pointer(file, "file");
-  const int dimension = rve::dimension_of_packing(file);
-  if (dimension == 3) return rve::read_packing<3>(file);
-  return rve::read_packing<2>(file);
+  return rve::dimension_of_packing(file) == 3 ? read_state_of<3>(file) : read_state_of<2>(file);
 }
 
 template <int D> std::vector<AnyState> states_of_library(const char *file)
 {
   rve::PackingLibraryOf<D> library = rve::read_library<D>(file);
+  for (std::size_t k = 0; k < library.packings.size(); ++k)
+    require_no_drift(library.packings[k], std::string(file) + ": packing " + std::to_string(k));
   return {std::make_move_iterator(library.packings.begin()),
           std::make_move_iterator(library.packings.end())};
 }

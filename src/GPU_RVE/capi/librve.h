@@ -56,7 +56,7 @@ RVE_API const char *rve_error(void);
 
 typedef struct rve_packing rve_packing;
 
-/* From a packing file (manual: packing_file). */
+/* From a packing file (manual: packing_file). Grains whose mean velocity is most of their motion are an error. */
 RVE_API int rve_packing_read(const char *file, rve_packing **packing);
 /* The file is written whole or not at all. Counters, energies and the list of pairs are not in it. */
 RVE_API int rve_packing_write(const rve_packing *packing, const char *file);
